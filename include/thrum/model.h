@@ -1,0 +1,122 @@
+/* The reduced model: what `thrum precompute` writes and the runtime steps.
+ *
+ * A model is immutable and may be shared by any number of threads. It is a struct of sizes and
+ * const pointers; the arrays live in one block that somebody else owns (a file buffer for
+ * thrum_model_view, the caller's memory for thrum_model_init, one heap block for thrum_model_load).
+ * A model made by hand is welcome: fill the struct and call thrum_model_check.
+ * The file format is docs/model_format.md. Symbols and equations: docs/design.md (design N).
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_MODEL_H
+#define THRUM_MODEL_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "thrum/status.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define THRUM_MODEL_FORMAT_MAJOR 1 /* a reader refuses another major version */
+#define THRUM_MODEL_FORMAT_MINOR 0 /* a minor version only adds arrays */
+#define THRUM_RANK_MAX 512         /* c4 of one coordinate more would pass 2^31 entries' comfort */
+
+/* Sizes of a model. X(name, meaning). A size is bound by the first array that carries it. */
+#define THRUM_MODEL_SIZES(X)                                                                      \
+  X(rank, "number of reduced coordinates r")                                                      \
+  X(c3_count, "cubic coefficients, rank (rank+1) (rank+2) / 6")                                   \
+  X(c4_count, "quartic coefficients, rank (rank+1) (rank+2) (rank+3) / 24")                       \
+  X(vertex_count, "mesh vertices, fixed ones included; 0 without a mesh")                         \
+  X(tet_count, "tetrahedra; 0 without a mesh")                                                    \
+  X(region_count, "materials; 0 without a mesh")                                                  \
+  X(group_count, "named vertex groups")                                                           \
+  X(group_name_bytes, "bytes of all group names, each ended by one 0")                            \
+  X(group_vertex_count, "vertices of all groups together")                                        \
+  X(meta_bytes, "bytes of the JSON text in meta")
+
+/* The arrays, in file order. X(type, name, rows, columns, presence, meaning):
+ * type f8 | i4 | u1; rows and columns are a size's name or a literal (columns 1: a plain vector);
+ * presence REQUIRED or OPTIONAL (an absent array is a NULL pointer; all of the mesh arrays
+ * vertices, tets, tet_region, material, fixed come together, basis only with vertices,
+ * the three group arrays together). */
+#define THRUM_MODEL_ARRAYS(X)                                                                     \
+  X(i4, format, 2, 1, REQUIRED, "version of the format: major, minor")                            \
+  X(u1, meta, meta_bytes, 1, OPTIONAL, "UTF-8 JSON about the model; the runtime never reads it")  \
+  X(f8, omega2, rank, 1, REQUIRED, "squared angular frequencies [1/s^2], ascending, >= 0")        \
+  X(f8, c3, c3_count, 1, REQUIRED, "cubic coefficients of V [J/(m kg^1/2)^3], block order")       \
+  X(f8, c4, c4_count, 1, REQUIRED, "quartic coefficients of V [J/(m kg^1/2)^4], block order")     \
+  X(f8, axis_mass, 3, rank, OPTIONAL, "U^T M 1 for the axes x, y, z [kg^1/2]")                    \
+  X(f8, vertices, vertex_count, 3, OPTIONAL, "rest positions [m]")                                \
+  X(i4, tets, tet_count, 4, OPTIONAL, "0-based vertices of a tetrahedron, positive volume")       \
+  X(i4, tet_region, tet_count, 1, OPTIONAL, "0-based region of each tetrahedron")                 \
+  X(f8, material, region_count, 3, OPTIONAL, "Young's modulus [Pa], Poisson's ratio, density [kg/m^3]") \
+  X(u1, fixed, vertex_count, 1, OPTIONAL, "bit 0, 1, 2: x, y, z of the vertex is held")           \
+  X(f8, basis, basis_rows, rank, OPTIONAL, "U, rows 3 v + axis [kg^-1/2]; zero rows where held")  \
+  X(u1, group_names, group_name_bytes, 1, OPTIONAL, "names, each ended by one 0")                 \
+  X(i4, group_ends, group_count, 1, OPTIONAL, "end of each group's run in group_vertices")        \
+  X(i4, group_vertices, group_vertex_count, 1, OPTIONAL, "0-based vertices, ascending in a group")
+/* basis_rows is 3 * vertex_count */
+
+typedef double thrum_f8;
+typedef int32_t thrum_i4;
+typedef uint8_t thrum_u1;
+
+typedef struct thrum_model {
+#define X(name, meaning) int64_t name;
+  THRUM_MODEL_SIZES(X)
+#undef X
+#define X(type, name, rows, columns, presence, meaning) const thrum_##type *name;
+  THRUM_MODEL_ARRAYS(X)
+#undef X
+} thrum_model;
+
+/* Number of cubic and quartic monomials of a rank. */
+static inline int64_t thrum_c3_count(int64_t rank) { return rank * (rank + 1) * (rank + 2) / 6; }
+static inline int64_t thrum_c4_count(int64_t rank) {
+  return rank * (rank + 1) / 2 * (rank + 2) / 3 * (rank + 3) / 4;
+}
+
+/* Block order of the coefficients (each monomial once, i <= j <= k <= l, design (1)).
+ * c3: for j ascending a dense block of j+1 rows (i = 0..j) by rank-j columns (k = j..rank-1).
+ * c4: for j ascending a dense block of j+1 rows (i = 0..j) by P_j = (rank-j)(rank-j+1)/2 columns,
+ *     the pairs (k,l), j <= k <= l, k outermost. Blocks are row-major; the columns of block j are
+ *     a suffix of the list of all pairs, which is what makes one pass over the coefficients serve
+ *     a product and a transposed product. */
+int64_t thrum_c3_index(int64_t rank, int64_t i, int64_t j, int64_t k);
+int64_t thrum_c4_index(int64_t rank, int64_t i, int64_t j, int64_t k, int64_t l);
+
+/* Uses `file`, the bytes of a model file aligned to 64, in place: on success *model points into it,
+ * and it must outlive the model. Allocates nothing. Every check of the format is made. */
+thrum_status thrum_model_view(const void *file, size_t file_size, thrum_model *model,
+                              thrum_error *error);
+
+/* Bytes that thrum_model_init needs for this file; checks the whole file. */
+thrum_status thrum_model_size(const void *file, size_t file_size, size_t *size,
+                              thrum_error *error);
+
+/* Copies the model out of `file` (any alignment) into `memory` (aligned to 64, thrum_model_size
+ * bytes); *model points into memory, which the caller owns; file may go. Allocates nothing. */
+thrum_status thrum_model_init(void *memory, size_t memory_size, const void *file, size_t file_size,
+                              const thrum_model **model, thrum_error *error);
+
+/* Reads the file at `path` into one heap block; free it with thrum_model_free. */
+thrum_status thrum_model_load(const char *path, const thrum_model **model, thrum_error *error);
+void thrum_model_free(const thrum_model *model); /* of thrum_model_load alone; NULL is fine */
+
+/* Checks a model made by hand: sizes agree, values finite, omega2 ascending, indices in range. */
+thrum_status thrum_model_check(const thrum_model *model, thrum_error *error);
+
+/* Vertices of the group called `name`: *vertices points into the model, *count > 0.
+ * THRUM_MISSING when there is no such group. */
+thrum_status thrum_model_group(const thrum_model *model, const char *name,
+                               const int32_t **vertices, int64_t *count, thrum_error *error);
+
+/* Name of group `index` (0-based) inside the model, NULL when out of range. */
+const char *thrum_model_group_name(const thrum_model *model, int64_t index);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,62 @@
+/* Statuses and error details shared by every part of Thrum.
+ *
+ * One list drives the enum and the texts: 0 is done, > 0 is usable but notable, < 0 is failed.
+ * A failed call leaves its outputs as they were.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_STATUS_H
+#define THRUM_STATUS_H
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* X(name, value, text) */
+#define THRUM_STATUS_LIST(X)                                                                      \
+  X(OK, 0, "done")                                                                                \
+  X(FELL_BACK, 1, "done, but a step needed a fallback beyond quasi-Newton")                       \
+  X(INVALID_ARGUMENT, -1, "an argument is out of its range")                                      \
+  X(UNINITIALISED_DEF, -2, "the definition was not made by its default function")                 \
+  X(BUFFER_TOO_SMALL, -3, "the caller's buffer is too small")                                     \
+  X(MISALIGNED, -4, "the caller's buffer is not aligned to 64 bytes")                             \
+  X(OUT_OF_MEMORY, -5, "memory could not be allocated")                                           \
+  X(IO, -6, "a file could not be read or written")                                                \
+  X(BAD_FORMAT, -7, "the data is not in the expected format")                                     \
+  X(UNSUPPORTED, -8, "the request is understood but not supported")                               \
+  X(BAD_CHECKSUM, -9, "the data does not match its checksum")                                     \
+  X(MISSING, -10, "a required part is missing")                                                   \
+  X(BAD_SHAPE, -11, "an array has the wrong type or shape")                                       \
+  X(BAD_VALUE, -12, "a value is not finite or out of its range")                                  \
+  X(NOT_CONVERGED, -13, "an iteration did not converge")                                          \
+  X(NOT_FINITE, -14, "the step would leave the range of finite numbers")                          \
+  X(MODEL_MISMATCH, -15, "the state belongs to a model of another shape")                         \
+  X(SINGULAR, -16, "a matrix is singular or not positive definite")                               \
+  X(INTERRUPTED, -17, "the caller asked to stop")
+
+typedef enum thrum_status {
+#define X(name, value, text) THRUM_##name = value,
+  THRUM_STATUS_LIST(X)
+#undef X
+} thrum_status;
+
+/* Detail of a failure. Owned by the caller; every function that takes one accepts NULL.
+ * `message` is one line for a person: what is wrong, where, and what to do. */
+typedef struct thrum_error {
+  thrum_status status;
+  char message[400];
+} thrum_error;
+
+/* Fixed text of a status, never NULL; static storage. Any thread. */
+const char *thrum_status_text(thrum_status status);
+
+/* Fills `error` (if not NULL) with a printf-style line and returns `status`, so that a failure is
+ * `return thrum_error_set(error, THRUM_IO, "...")`. Never allocates. */
+#if defined(__GNUC__)
+__attribute__((format(printf, 3, 4)))
+#endif
+thrum_status thrum_error_set(thrum_error *error, thrum_status status, const char *format, ...);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,13 @@
+/* Thrum: real-time deformable bodies that keep their energy. Everything public.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_H
+#define THRUM_H
+
+#include "thrum/force.h"
+#include "thrum/model.h"
+#include "thrum/polynomial.h"
+#include "thrum/state.h"
+#include "thrum/status.h"
+#include "thrum/version.h"
+
+#endif

@@ -1,0 +1,80 @@
+/* Tetrahedral meshes with materials and named vertex groups, as the readers produce them and the
+ * rest of precompute consumes them.
+ *
+ * A mesh is one struct of owned arrays; thrum_mesh_free releases it. Lengths are as in the file
+ * until thrum_mesh_scale; everything past mesh_read is in metres.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_PRECOMPUTE_MESH_H
+#define THRUM_PRECOMPUTE_MESH_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "thrum/status.h"
+
+typedef struct thrum_material {
+  double young;   /* E [Pa] */
+  double poisson; /* nu */
+  double density; /* rho [kg/m^3] */
+} thrum_material;
+
+typedef struct thrum_group {
+  char *name;
+  int64_t count;
+  int32_t *vertices; /* 0-based, ascending, no duplicates */
+} thrum_group;
+
+typedef struct thrum_mesh {
+  int64_t vertex_count;
+  double *vertices; /* vertex_count x 3 */
+  int64_t tet_count;
+  int32_t *tets;       /* tet_count x 4, 0-based */
+  int32_t *tet_region; /* tet_count, 0-based */
+  int64_t region_count;
+  thrum_material *materials; /* region_count */
+  bool has_material;         /* the file (or generator) said what it is made of */
+  int64_t group_count;
+  thrum_group *groups;
+  /* what cleaning changed, for the counted warnings */
+  int64_t flipped_tets;
+  int64_t dropped_vertices;
+  int64_t file_vertex_count; /* before dropping */
+  int32_t *file_vertex;      /* file_vertex_count: 0-based vertex here, -1 dropped; NULL: identity */
+} thrum_mesh;
+
+/* Reads a mesh: the generator `beam:NXxNYxNZ@LXxLYxLZ`, or a file by its suffix (.veg, .msh).
+ * Every length is multiplied by `scale` (not the generator's, which is in metres already). The
+ * result is clean: consistently inverted files are flipped, unreferenced vertices dropped (groups
+ * renumbered), both counted; zero-volume tets, indices out of range, non-finite numbers and
+ * half-inverted files are refused with the file, the line and the element named (1-based, as in
+ * the file). On failure *mesh is untouched. */
+thrum_status thrum_mesh_read(const char *name, double scale, thrum_mesh *mesh, thrum_error *error);
+
+/* The readers behind it, one file each: raw meshes, not yet clean. */
+thrum_status thrum_mesh_read_veg(const char *path, thrum_mesh *mesh, thrum_error *error);
+thrum_status thrum_mesh_read_msh(const char *path, thrum_mesh *mesh, thrum_error *error);
+thrum_status thrum_mesh_beam(const char *spec, thrum_mesh *mesh, thrum_error *error);
+
+/* Scales, checks and cleans in place, as described at thrum_mesh_read. `name` is for messages. */
+thrum_status thrum_mesh_clean(thrum_mesh *mesh, const char *name, double scale,
+                              thrum_error *error);
+
+void thrum_mesh_free(thrum_mesh *mesh); /* leaves it empty; an empty (zeroed) mesh is fine */
+
+/* Adds to `fixed` (vertex_count bytes, bits 0..2 = x, y, z held) what `spec` names:
+ * with < or > a predicate in metres such as `x<0.01&z>0` (& joins; also <= and >=); else an
+ * existing file, a list of 1-based vertices (commas, spaces, newlines, a:b ranges, # comments;
+ * numbered as in the mesh file, so dropped vertices are looked up through the map kept by clean);
+ * else a group of the mesh. A suffix `:xyz`, `:z`, ... picks components, default all.
+ * *count gets how many vertices it named; naming none is refused. */
+thrum_status thrum_mesh_fix(const thrum_mesh *mesh, const char *spec, uint8_t *fixed,
+                            int64_t *count, thrum_error *error);
+
+/* 64-bit FNV-1a over vertices, tets, regions: identifies the mesh in a model's meta. */
+uint64_t thrum_mesh_hash(const thrum_mesh *mesh);
+
+/* Volume of tet `t` (signed) [m^3]. */
+double thrum_mesh_tet_volume(const thrum_mesh *mesh, int64_t t);
+
+#endif
