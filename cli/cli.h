@@ -24,6 +24,14 @@ int cli_refuse(const thrum_error *error);
 /* Prints "thrum <command>: <line>" and "try: thrum <command> --help"; returns CLI_USAGE. */
 __attribute__((format(printf, 2, 3))) int cli_usage(const char *command, const char *format, ...);
 
+/* What getopt_long rejected (it returned '?' or ':', with opterr = 0 and a short list that begins
+ * with ':'): says so, with the nearest long option; returns CLI_USAGE. */
+struct option;
+int cli_usage_option(const char *command, char **argv, const struct option *options);
+
+/* Of `count` names the one that differs least from `text`, NULL when none is near. */
+const char *cli_nearest(const char *text, const char *const *names, int64_t count);
+
 /* Prints "thrum: warning: <line>" on standard error. */
 __attribute__((format(printf, 1, 2))) void cli_warn(const char *format, ...);
 

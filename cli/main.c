@@ -1,0 +1,96 @@
+/* The `thrum` program: finds the subcommand and hands over. SPDX-License-Identifier: Apache-2.0 */
+#include <stdio.h>
+#include <string.h>
+
+#include "cli/cli.h"
+
+typedef struct command {
+  const char *name;
+  int (*run)(int argc, char **argv);
+  const char *summary;
+} command;
+
+static const command commands[] = {
+    {"precompute", cmd_precompute, "from a tetrahedral mesh to a reduced model file"},
+    {"simulate", cmd_simulate, "step a model and write what happened"},
+    {"info", cmd_info, "say what a model file holds"},
+};
+enum { COMMAND_COUNT = sizeof commands / sizeof commands[0] };
+
+static int print_help(FILE *stream) {
+  fprintf(stream,
+          "thrum %s: real-time deformable bodies that keep their energy\n\n"
+          "usage: thrum COMMAND [ARGUMENTS]\n\n",
+          thrum_version());
+  for (int n = 0; n < COMMAND_COUNT; n++) {
+    fprintf(stream, "  %-12s %s\n", commands[n].name, commands[n].summary);
+  }
+  fputs("\n"
+        "  thrum COMMAND --help   options and examples of a command\n"
+        "  thrum --version        the version\n\n"
+        "examples:\n"
+        "  thrum precompute beam:20x3x3@1x0.15x0.15 --fix 'x<0.001' -o beam.npz\n"
+        "  thrum info beam.npz\n"
+        "  thrum simulate beam.npz -o run --time 3 --start mode:1,0.02\n\n"
+        "exit codes: 0 done, 1 refused, 2 usage, 3 ran but flagged\n",
+        stream);
+  return CLI_DONE;
+}
+
+static const command *find_command(const char *name) {
+  for (int n = 0; n < COMMAND_COUNT; n++) {
+    if (strcmp(commands[n].name, name) == 0)
+      return &commands[n];
+  }
+  return NULL;
+}
+
+static int unknown_command(const char *name) {
+  const char *names[COMMAND_COUNT];
+  for (int n = 0; n < COMMAND_COUNT; n++)
+    names[n] = commands[n].name;
+  const char *nearest = cli_nearest(name, names, COMMAND_COUNT);
+  if (nearest != NULL) {
+    return cli_usage("", "unknown command '%s'; did you mean '%s'?", name, nearest);
+  }
+  return cli_usage("", "unknown command '%s'", name);
+}
+
+static int dispatch(int argc, char **argv) {
+  if (argc < 2) {
+    print_help(stderr);
+    return CLI_USAGE;
+  }
+  const char *name = argv[1];
+  if (strcmp(name, "--help") == 0 || strcmp(name, "-h") == 0)
+    return print_help(stdout);
+  if (strcmp(name, "--version") == 0 || strcmp(name, "-V") == 0) {
+    printf("thrum %s\n", thrum_version());
+    return CLI_DONE;
+  }
+  // `thrum help X` is `thrum X --help`
+  if (strcmp(name, "help") == 0) {
+    if (argc < 3)
+      return print_help(stdout);
+    const command *about = find_command(argv[2]);
+    if (about == NULL)
+      return unknown_command(argv[2]);
+    char help[] = "--help";
+    char *arguments[] = {argv[2], help, NULL};
+    return about->run(2, arguments);
+  }
+  if (name[0] == '-')
+    return cli_usage("", "unknown option '%s'", name);
+  const command *found = find_command(name);
+  return found != NULL ? found->run(argc - 1, argv + 1) : unknown_command(name);
+}
+
+int main(int argc, char **argv) {
+  const int code = dispatch(argc, argv);
+  // a full disk or a closed pipe must not pass for success
+  if (fflush(stdout) != 0 || ferror(stdout)) {
+    fputs("thrum: standard output could not be written\n", stderr);
+    return code == CLI_DONE ? CLI_REFUSED : code;
+  }
+  return code;
+}

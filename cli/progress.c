@@ -1,0 +1,81 @@
+/* Progress of long stages on standard error, and the two meters of the process: time and memory.
+ *
+ * On a terminal a bar is redrawn in place, at most a hundred times a stage; into a file or pipe go
+ * two plain lines a stage. SPDX-License-Identifier: Apache-2.0 */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "cli/cli.h"
+
+#define BAR_CELLS 30
+
+double cli_seconds(void) {
+  struct timespec now;
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+double cli_peak_mb(void) {
+  struct rusage usage;
+  if (getrusage(RUSAGE_SELF, &usage) != 0)
+    return 0;
+  // Linux counts in units of 1024 bytes
+  return (double)usage.ru_maxrss / 1024.0;
+}
+
+cli_progress cli_progress_make(bool quiet) {
+  cli_progress progress = {.quiet = quiet};
+  const char *terminal = getenv("TERM");
+  progress.terminal = isatty(STDERR_FILENO) && terminal != NULL && strcmp(terminal, "dumb") != 0;
+  return progress;
+}
+
+static void draw_bar(const cli_progress *progress, double fraction) {
+  char cells[BAR_CELLS + 1];
+  const int filled = (int)(fraction * BAR_CELLS + 0.5);
+  memset(cells, '.', BAR_CELLS);
+  memset(cells, '#', (size_t)filled);
+  cells[BAR_CELLS] = 0;
+  fprintf(stderr, "\r%-24s [%s] %3d %% %8.1f s", progress->label, cells,
+          (int)(100.0 * fraction + 0.5), cli_seconds() - progress->began);
+  fflush(stderr);
+}
+
+void cli_progress_update(cli_progress *progress, const char *label, double fraction) {
+  if (progress->quiet)
+    return;
+  if (!(fraction >= 0))
+    fraction = 0;
+  if (fraction > 1)
+    fraction = 1;
+  const bool fresh = !progress->open || strncmp(progress->label, label, 63) != 0;
+  if (fresh) {
+    cli_progress_done(progress);
+    snprintf(progress->label, sizeof progress->label, "%s", label);
+    progress->open = true;
+    progress->began = cli_seconds();
+    progress->shown = fraction;
+    if (!progress->terminal)
+      fprintf(stderr, "%s ...\n", label);
+  }
+  if (progress->terminal && (fresh || fraction - progress->shown >= 0.01)) {
+    progress->shown = fraction;
+    draw_bar(progress, fraction);
+  }
+}
+
+void cli_progress_done(cli_progress *progress) {
+  if (progress->quiet || !progress->open)
+    return;
+  if (progress->terminal) {
+    draw_bar(progress, 1);
+    fputc('\n', stderr);
+  } else {
+    fprintf(stderr, "%s: %.2f s\n", progress->label, cli_seconds() - progress->began);
+  }
+  progress->open = false;
+}
