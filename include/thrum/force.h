@@ -46,6 +46,32 @@ typedef struct thrum_load {
  * keeps its impulse. */
 double thrum_load_mean(const thrum_load *load, int64_t step, double dt);
 
+/* reduced += U^T f of one force [N] that `count` vertices share equally, held ones included: the
+ * support carries their part. vertices NULL: all of the model, count is ignored. */
+thrum_status thrum_force_add_shared(const thrum_model *model, const int32_t *vertices,
+                                    int64_t count, const double force[3], double *reduced,
+                                    thrum_error *error);
+
+/* reduced = sum over `count` loads of their mean over the step times their row of `directions`
+ * (count x rank). */
+void thrum_load_sum(const thrum_load *loads, const double *directions, int64_t count,
+                    int64_t rank, int64_t step, double dt, double *reduced);
+
+/* q += the multiple of basis vector `mode` (0-based) under which the vertex that moves furthest is
+ * displaced by |amplitude| [m]; the sign is the amplitude's. */
+thrum_status thrum_mode_add(const thrum_model *model, int64_t mode, double amplitude, double *q,
+                            thrum_error *error);
+
+/* extents (rank): the largest vertex displacement under a unit of each basis vector [kg^-1/2]. */
+thrum_status thrum_basis_extents(const thrum_model *model, double *extents, thrum_error *error);
+
+/* Keeps a running peak: where a vertex moves further under q than *length [m], *length becomes the
+ * largest displacement and *vertex (0-based) the vertex. `extents` of thrum_basis_extents bounds
+ * the displacement, so that most calls cost `rank` operations and not the whole body. */
+thrum_status thrum_displacement_peak(const thrum_model *model, const double *extents,
+                                     const double *q, double *length, int64_t *vertex,
+                                     thrum_error *error);
+
 #ifdef __cplusplus
 }
 #endif

@@ -1,0 +1,100 @@
+/* How far a body moves: starts of a given amplitude and the running peak of a run.
+ *
+ * Under q = s e_i vertex v is displaced by s U_v,i, so s = amplitude / max_v |U_v,i| gives a start
+ * whose furthest vertex moves by the amplitude. For the peak of a run the bound
+ *   max_v |u_v(q)| <= sum_i |q_i| max_v |U_v,i|
+ * costs r and rules out most states; only the others pay for u = U q, 6 n r.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
+
+#include "thrum/force.h"
+
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+static thrum_status require_basis(const thrum_model *model, thrum_error *error) {
+  if (model->basis != NULL)
+    return THRUM_OK;
+  return thrum_error_set(error, THRUM_MISSING,
+                         "the model has no basis, so its vertices have no displacement");
+}
+
+/* Largest vertex displacement under a unit of basis vector `mode`. */
+static double extent(const thrum_model *model, int64_t mode) {
+  double largest = 0;
+  for (int64_t v = 0; v < model->vertex_count; v++) {
+    double square = 0;
+    for (int axis = 0; axis < 3; axis++) {
+      const double value = model->basis[(3 * v + axis) * model->rank + mode];
+      square += value * value;
+    }
+    if (square > largest)
+      largest = square;
+  }
+  return sqrt(largest);
+}
+
+thrum_status thrum_mode_add(const thrum_model *model, int64_t mode, double amplitude, double *q,
+                            thrum_error *error) {
+  const thrum_status status = require_basis(model, error);
+  if (status < 0)
+    return status;
+  if (mode < 0 || mode >= model->rank) {
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "the model has modes 1 to %lld, there is no mode %lld",
+                           (long long)model->rank, (long long)mode + 1);
+  }
+  const double scaled = amplitude / extent(model, mode);
+  // also catches a basis vector that moves nothing
+  if (!isfinite(scaled) || !isfinite(q[mode] + scaled)) {
+    return thrum_error_set(error, THRUM_BAD_VALUE, "mode %lld cannot be given this amplitude",
+                           (long long)mode + 1);
+  }
+  q[mode] += scaled;
+  return THRUM_OK;
+}
+
+thrum_status thrum_basis_extents(const thrum_model *model, double *extents, thrum_error *error) {
+  const thrum_status status = require_basis(model, error);
+  if (status < 0)
+    return status;
+  for (int64_t i = 0; i < model->rank; i++)
+    extents[i] = extent(model, i);
+  return THRUM_OK;
+}
+
+thrum_status thrum_displacement_peak(const thrum_model *model, const double *extents,
+                                     const double *q, double *length, int64_t *vertex,
+                                     thrum_error *error) {
+  const thrum_status status = require_basis(model, error);
+  if (status < 0)
+    return status;
+  double bound = 0;
+  for (int64_t i = 0; i < model->rank; i++)
+    bound += fabs(q[i]) * extents[i];
+  if (!(bound > *length))
+    return THRUM_OK;
+  double largest = *length * *length;
+  int64_t furthest = -1;
+  for (int64_t v = 0; v < model->vertex_count; v++) {
+    double square = 0;
+    for (int axis = 0; axis < 3; axis++) {
+      const double *row = model->basis + (3 * v + axis) * model->rank;
+      double u = 0;
+      for (int64_t i = 0; i < model->rank; i++)
+        u += row[i] * q[i];
+      square += u * u;
+    }
+    if (square > largest) {
+      largest = square;
+      furthest = v;
+    }
+  }
+  if (furthest >= 0) {
+    *length = sqrt(largest);
+    *vertex = furthest;
+  }
+  return THRUM_OK;
+}
