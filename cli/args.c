@@ -41,6 +41,11 @@ void cli_warn(const char *format, ...) {
   va_end(arguments);
 }
 
+const char *cli_basename(const char *path) {
+  const char *slash = strrchr(path, '/');
+  return slash != NULL ? slash + 1 : path;
+}
+
 /* Levenshtein distance of two texts of at most NEAREST_LENGTH_MAX bytes, one row at a time. */
 static size_t edit_distance(const char *a, const char *b) {
   size_t row[NEAREST_LENGTH_MAX + 1];

@@ -54,6 +54,8 @@ typedef struct cli_progress {
 cli_progress cli_progress_make(bool quiet);
 void cli_progress_update(cli_progress *progress, const char *label, double fraction);
 void cli_progress_done(cli_progress *progress);
+/* Ends an unfinished stage without claiming that it was done. */
+void cli_progress_abandon(cli_progress *progress);
 
 /* Wall clock [s] from a monotonic clock, and the peak resident memory [2^20 bytes]. */
 double cli_seconds(void);
@@ -61,10 +63,27 @@ double cli_peak_mb(void);
 
 /* Adds a number with all its digits to a cJSON object; null when it is not finite. */
 void cli_json_number(cJSON *object, const char *key, double value);
+/* The number alone, for an array. */
+cJSON *cli_json_number_item(double value);
 /* Adds an array of numbers, the same way. */
 void cli_json_numbers(cJSON *object, const char *key, const double *values, int64_t count);
+/* Adds a text; bytes that are no UTF-8, as a file's name may hold, become '?'. */
+void cli_json_string(cJSON *object, const char *key, const char *text);
+void cli_json_strings(cJSON *object, const char *key, const char *const *texts, int64_t count);
 /* Prints the object on one line on standard output and deletes it. */
 void cli_json_print(cJSON *object);
+
+/* The part of a path after its last slash. */
+const char *cli_basename(const char *path);
+
+/* How imexv would split this model at `dt` with its other defaults, and what a state would take. */
+typedef struct cli_split {
+  int64_t explicit_modes;
+  int64_t implicit_modes;
+  size_t state_bytes;
+} cli_split;
+thrum_status cli_split_at(const thrum_model *model, double dt, cli_split *split,
+                          thrum_error *error);
 
 /* Full-precision, compact text of an object (malloc, caller frees), for files and meta. */
 char *cli_json_text(const cJSON *object);

@@ -79,3 +79,9 @@ void cli_progress_done(cli_progress *progress) {
   }
   progress->open = false;
 }
+
+void cli_progress_abandon(cli_progress *progress) {
+  if (!progress->quiet && progress->open && progress->terminal)
+    fputc('\n', stderr);
+  progress->open = false;
+}

@@ -1,0 +1,322 @@
+/* `thrum info`: what a model file holds. Sizes, frequencies and the split come from the arrays and
+ * the runtime; linear frequencies and residuals from meta, which only precompute writes, so a model
+ * made by hand has none. SPDX-License-Identifier: Apache-2.0 */
+#include <getopt.h>
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "cli/cli.h"
+#include "precompute/quality.h"
+
+#define NAMES_SHOWN 8
+#define FREQUENCIES_A_LINE 6
+
+typedef struct info {
+  const char *path;
+  const thrum_model *model;
+  bool has_mesh;
+  thrum_quality quality;
+  cJSON *meta; /* NULL when the model has none or it is no JSON object */
+  double dt;
+  cli_split split;
+  double file_bytes;
+  double *hertz; /* rank */
+} info;
+
+typedef struct info_request {
+  const char *path;
+  double dt;
+  bool json;
+  bool help;
+} info_request;
+
+static void print_help(void) {
+  fputs("usage: thrum info MODEL [OPTIONS]\n\n"
+        "Says what a model file holds: sizes, mass, volume, element quality, bounding box,\n"
+        "frequencies, the split into explicit and implicit modes, residuals, memory, groups.\n\n"
+        "      --dt S   time step of the split [s] (default 0.003)\n"
+        "      --json   print one JSON object instead of the table\n"
+        "  -h, --help   this text\n\n"
+        "examples:\n"
+        "  thrum info beam.npz\n"
+        "  thrum info beam.npz --dt 0.001 --json\n",
+        stdout);
+}
+
+static int read_options(int argc, char **argv, info_request *request) {
+  static const struct option options[] = {
+      {"dt", required_argument, NULL, 'd'},
+      {"json", no_argument, NULL, 'j'},
+      {"help", no_argument, NULL, 'h'},
+      {NULL, 0, NULL, 0},
+  };
+  request->dt = thrum_default_state_def().dt;
+  opterr = 0;
+  int option = 0;
+  while ((option = getopt_long(argc, argv, ":h", options, NULL)) != -1) {
+    if (option == '?' || option == ':')
+      return cli_usage_option("info", argv, options);
+    if (option == 'd' && (!cli_parse_number(optarg, &request->dt) || !(request->dt > 0))) {
+      return cli_usage("info", "--dt wants a number of seconds above 0, not '%s'", optarg);
+    }
+    request->json = request->json || option == 'j';
+    if (option == 'h') {
+      request->help = true;
+      return CLI_DONE;
+    }
+  }
+  if (optind >= argc)
+    return cli_usage("info", "no model given");
+  if (optind + 1 < argc) {
+    return cli_usage("info", "one model at a time, but '%s' follows '%s'", argv[optind + 1],
+                     argv[optind]);
+  }
+  request->path = argv[optind];
+  return CLI_DONE;
+}
+
+/* meta as an object; NULL when there is none, for whoever made the model may write anything. */
+static cJSON *parse_meta(const thrum_model *model) {
+  if (model->meta == NULL || model->meta_bytes < 2)
+    return NULL;
+  cJSON *meta = cJSON_ParseWithLength((const char *)model->meta, (size_t)model->meta_bytes);
+  if (meta != NULL && !cJSON_IsObject(meta)) {
+    cJSON_Delete(meta);
+    return NULL;
+  }
+  return meta;
+}
+
+/* A member of meta, or of one of its objects; NULL when it is missing. */
+static const cJSON *find_meta(const info *about, const char *object, const char *key) {
+  const cJSON *holder = about->meta;
+  if (object != NULL)
+    holder = cJSON_GetObjectItemCaseSensitive(holder, object);
+  return cJSON_GetObjectItemCaseSensitive(holder, key);
+}
+
+static double meta_number(const info *about, const char *object, const char *key) {
+  const cJSON *item = find_meta(about, object, key);
+  return cJSON_IsNumber(item) ? item->valuedouble : NAN;
+}
+
+/* Largest residual of the linear modes; NaN when meta has none. */
+static double meta_worst_residual(const info *about) {
+  const cJSON *item = NULL;
+  double worst = NAN;
+  cJSON_ArrayForEach(item, find_meta(about, "residuals", "modes")) {
+    if (cJSON_IsNumber(item))
+      worst = fmax(worst, item->valuedouble);
+  }
+  return worst;
+}
+
+static void add_frequencies(cJSON *object, const info *about) {
+  cJSON *array = cJSON_AddArrayToObject(object, "frequencies_hz");
+  const cJSON *item = NULL;
+  cJSON_ArrayForEach(item, find_meta(about, NULL, "frequencies_hz")) {
+    if (cJSON_IsNumber(item))
+      cJSON_AddItemToArray(array, cli_json_number_item(item->valuedouble));
+  }
+  cli_json_number(object, "modes", cJSON_GetArraySize(array));
+  cli_json_numbers(object, "basis_frequencies_hz", about->hertz, about->model->rank);
+}
+
+static void add_mesh(cJSON *object, const info *about) {
+  const thrum_quality *quality = &about->quality;
+  const double missing = NAN;
+  cli_json_number(object, "vertices", (double)about->model->vertex_count);
+  cli_json_number(object, "tets", (double)about->model->tet_count);
+  cli_json_number(object, "regions", (double)about->model->region_count);
+  cli_json_number(object, "fixed", about->has_mesh ? (double)quality->fixed_count : missing);
+  cli_json_number(object, "mass_kg", about->has_mesh ? quality->mass : missing);
+  cli_json_number(object, "volume_m3", about->has_mesh ? quality->volume : missing);
+  cli_json_number(object, "quality_min", about->has_mesh ? quality->ratio_min : missing);
+  cli_json_number(object, "quality_mean", about->has_mesh ? quality->ratio_mean : missing);
+  // 1-based, as in the mesh file
+  cli_json_number(object, "worst_tet", about->has_mesh ? (double)quality->worst_tet + 1 : missing);
+  cli_json_numbers(object, "box_min_m", quality->box_min, about->has_mesh ? 3 : 0);
+  cli_json_numbers(object, "box_max_m", quality->box_max, about->has_mesh ? 3 : 0);
+}
+
+static void add_groups(cJSON *object, const thrum_model *model) {
+  cJSON *groups = cJSON_AddArrayToObject(object, "groups");
+  for (int64_t g = 0; g < model->group_count; g++) {
+    cJSON *group = cJSON_CreateObject();
+    const int32_t begin = g > 0 ? model->group_ends[g - 1] : 0;
+    cli_json_string(group, "name", thrum_model_group_name(model, g));
+    cli_json_number(group, "vertices", model->group_ends[g] - begin);
+    cJSON_AddItemToArray(groups, group);
+  }
+}
+
+static void print_json(const info *about) {
+  cJSON *object = cJSON_CreateObject();
+  cJSON_AddStringToObject(object, "status", "done");
+  cli_json_string(object, "model", about->path);
+  cli_json_number(object, "format_major", about->model->format[0]);
+  cli_json_number(object, "format_minor", about->model->format[1]);
+  cli_json_number(object, "rank", (double)about->model->rank);
+  cli_json_number(object, "cubic_coefficients", (double)about->model->c3_count);
+  cli_json_number(object, "quartic_coefficients", (double)about->model->c4_count);
+  add_mesh(object, about);
+  add_frequencies(object, about);
+  cli_json_number(object, "dt", about->dt);
+  cli_json_number(object, "explicit_modes", (double)about->split.explicit_modes);
+  cli_json_number(object, "implicit_modes", (double)about->split.implicit_modes);
+  cJSON *residuals = cJSON_AddObjectToObject(object, "residuals");
+  cli_json_number(residuals, "modes_max", meta_worst_residual(about));
+  cli_json_number(residuals, "orthonormality", meta_number(about, "residuals", "orthonormality"));
+  cli_json_number(residuals, "diagonality", meta_number(about, "residuals", "diagonality"));
+  cli_json_number(object, "model_bytes", about->file_bytes);
+  cli_json_number(object, "state_bytes", (double)about->split.state_bytes);
+  add_groups(object, about->model);
+  const cJSON *hash = find_meta(about, "mesh", "hash");
+  if (cJSON_IsString(hash))
+    cli_json_string(object, "mesh_hash", hash->valuestring);
+  cli_json_number(object, "peak_mb", cli_peak_mb());
+  cli_json_print(object);
+}
+
+static void print_label(const char *label) {
+  printf("%-18s", label);
+}
+
+/* Frequencies in lines of a few, the label before the first. */
+static void print_frequencies(const char *label, const double *hertz, int64_t count) {
+  for (int64_t n = 0; n < count; n++) {
+    if (n % FREQUENCIES_A_LINE == 0)
+      print_label(n == 0 ? label : "");
+    printf("%-11.5g", hertz[n]);
+    if (n % FREQUENCIES_A_LINE == FREQUENCIES_A_LINE - 1 || n == count - 1)
+      puts("Hz");
+  }
+}
+
+static void print_linear_frequencies(const info *about) {
+  const cJSON *list = find_meta(about, NULL, "frequencies_hz");
+  const int count = cJSON_GetArraySize(list);
+  double *hertz = malloc(((size_t)count + 1) * sizeof *hertz);
+  if (hertz == NULL)
+    return;
+  int64_t kept = 0;
+  const cJSON *item = NULL;
+  cJSON_ArrayForEach(item, list) {
+    if (cJSON_IsNumber(item) && kept < count)
+      hertz[kept++] = item->valuedouble;
+  }
+  print_frequencies("linear modes", hertz, kept);
+  free(hertz);
+}
+
+static void print_mesh(const info *about) {
+  const thrum_quality *quality = &about->quality;
+  print_label("mesh");
+  if (!about->has_mesh) {
+    puts("none: a polynomial alone");
+    return;
+  }
+  printf("%" PRId64 " vertices (%" PRId64 " held), %" PRId64 " tetrahedra, %" PRId64
+         " material%s\n",
+         about->model->vertex_count, quality->fixed_count, about->model->tet_count,
+         about->model->region_count, about->model->region_count == 1 ? "" : "s");
+  for (int64_t m = 0; m < about->model->region_count && m < NAMES_SHOWN; m++) {
+    const double *material = about->model->material + 3 * m;
+    print_label("material");
+    printf("E = %g Pa, nu = %g, rho = %g kg/m^3\n", material[0], material[1], material[2]);
+  }
+  print_label("body");
+  printf("%.6g kg, %.6g m^3\n", quality->mass, quality->volume);
+  print_label("box");
+  printf("[%g, %g] x [%g, %g] x [%g, %g] m\n", quality->box_min[0], quality->box_max[0],
+         quality->box_min[1], quality->box_max[1], quality->box_min[2], quality->box_max[2]);
+  print_label("element quality");
+  printf("mean ratio %.3f at least (tetrahedron %" PRId64 "), %.3f on average; 1 is regular\n",
+         quality->ratio_min, quality->worst_tet + 1, quality->ratio_mean);
+}
+
+static void print_groups(const thrum_model *model) {
+  if (model->group_count == 0)
+    return;
+  print_label("groups");
+  for (int64_t g = 0; g < model->group_count && g < NAMES_SHOWN; g++) {
+    const int32_t begin = g > 0 ? model->group_ends[g - 1] : 0;
+    printf("%s%s (%d)", g > 0 ? ", " : "", thrum_model_group_name(model, g),
+           model->group_ends[g] - begin);
+  }
+  if (model->group_count > NAMES_SHOWN) {
+    printf(" and %" PRId64 " more", model->group_count - NAMES_SHOWN);
+  }
+  puts("");
+}
+
+static void print_table(const info *about) {
+  const thrum_model *model = about->model;
+  print_label("model");
+  printf("%s, format %d.%d\n", about->path, model->format[0], model->format[1]);
+  print_mesh(about);
+  print_groups(model);
+  print_label("polynomial");
+  printf("rank %" PRId64 ", %" PRId64 " cubic and %" PRId64 " quartic coefficients\n", model->rank,
+         model->c3_count, model->c4_count);
+  print_linear_frequencies(about);
+  print_frequencies("basis", about->hertz, model->rank);
+  print_label("split");
+  printf("%" PRId64 " explicit, %" PRId64 " implicit at dt = %g s\n", about->split.explicit_modes,
+         about->split.implicit_modes, about->dt);
+  const double worst = meta_worst_residual(about);
+  if (!isnan(worst)) {
+    print_label("residuals");
+    printf("modes %.1e, orthonormality %.1e, diagonality %.1e\n", worst,
+           meta_number(about, "residuals", "orthonormality"),
+           meta_number(about, "residuals", "diagonality"));
+  }
+  print_label("memory");
+  printf("model %.0f bytes, state %zu bytes\n", about->file_bytes, about->split.state_bytes);
+}
+
+/* Everything that is printed, or the reason why not. */
+static thrum_status gather(info *about, thrum_error *error) {
+  const thrum_model *model = about->model;
+  struct stat status;
+  about->file_bytes = stat(about->path, &status) == 0 ? (double)status.st_size : NAN;
+  about->has_mesh = model->vertices != NULL;
+  about->meta = parse_meta(model);
+  about->hertz = malloc((size_t)model->rank * sizeof *about->hertz);
+  if (about->hertz == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory");
+  thrum_frequencies(model->omega2, model->rank, about->hertz);
+  if (about->has_mesh) {
+    const thrum_status measured = thrum_quality_measure(model, &about->quality, error);
+    if (measured < 0)
+      return measured;
+  }
+  return cli_split_at(model, about->dt, &about->split, error);
+}
+
+int cmd_info(int argc, char **argv) {
+  info_request request = {0};
+  const int code = read_options(argc, argv, &request);
+  if (code != CLI_DONE)
+    return code;
+  if (request.help) {
+    print_help();
+    return CLI_DONE;
+  }
+  thrum_error error = {0};
+  info about = {.path = request.path, .dt = request.dt};
+  thrum_status status = thrum_model_load(request.path, &about.model, &error);
+  if (status < 0)
+    return cli_refuse(&error);
+  status = gather(&about, &error);
+  if (status >= 0)
+    (request.json ? print_json : print_table)(&about);
+  cJSON_Delete(about.meta);
+  free(about.hertz);
+  thrum_model_free(about.model);
+  return status < 0 ? cli_refuse(&error) : CLI_DONE;
+}

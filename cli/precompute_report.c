@@ -1,0 +1,187 @@
+/* What `thrum precompute` prints, and the JSON it stores in the model as meta.
+ *
+ * Meta holds no times and no folders, so the same mesh and options give the same file, whoever runs
+ * it and wherever. SPDX-License-Identifier: Apache-2.0 */
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli/precompute_request.h"
+#include "precompute/build_info.h"
+#include "precompute/quality.h"
+
+static const char *mass_name(thrum_mass mass) {
+  return mass == THRUM_MASS_LUMPED ? "lumped" : "consistent";
+}
+
+/* Adds frequencies [Hz] of squared angular frequencies. */
+static void add_frequencies(cJSON *object, const char *key, const double *omega2, int64_t count) {
+  double *hertz = malloc((size_t)count * sizeof *hertz);
+  if (hertz == NULL)
+    return;
+  thrum_frequencies(omega2, count, hertz);
+  cli_json_numbers(object, key, hertz, count);
+  free(hertz);
+}
+
+static void add_hash(cJSON *object, const char *key, const thrum_mesh *mesh) {
+  char text[17];
+  snprintf(text, sizeof text, "%016" PRIx64, thrum_mesh_hash(mesh));
+  cJSON_AddStringToObject(object, key, text);
+}
+
+static void add_units(cJSON *meta) {
+  cJSON *units = cJSON_AddObjectToObject(meta, "units");
+  cJSON_AddStringToObject(units, "length", "m");
+  cJSON_AddStringToObject(units, "mass", "kg");
+  cJSON_AddStringToObject(units, "time", "s");
+}
+
+static void add_materials(cJSON *meta, const thrum_mesh *mesh) {
+  cJSON *materials = cJSON_AddArrayToObject(meta, "materials");
+  for (int64_t m = 0; m < mesh->region_count; m++) {
+    cJSON *material = cJSON_CreateObject();
+    cli_json_number(material, "young_pa", mesh->materials[m].young);
+    cli_json_number(material, "poisson", mesh->materials[m].poisson);
+    cli_json_number(material, "density_kg_m3", mesh->materials[m].density);
+    cJSON_AddItemToArray(materials, material);
+  }
+}
+
+static void add_options(cJSON *meta, const precompute_request *request,
+                        const thrum_precomputed *result) {
+  cJSON *options = cJSON_AddObjectToObject(meta, "options");
+  cli_json_number(options, "modes", (double)result->mode_count);
+  cli_json_number(options, "rank", (double)result->model.rank);
+  cJSON_AddStringToObject(options, "mass", mass_name(request->options.mass));
+  cli_json_number(options, "scale", request->scale);
+  cli_json_number(options, "threads", request->options.threads);
+  // a predicate stays as it is, a file loses its folder
+  const char **fixes = malloc(((size_t)request->fix_count + 1) * sizeof *fixes);
+  if (fixes == NULL)
+    return;
+  for (int64_t n = 0; n < request->fix_count; n++) {
+    const char *spec = request->fixes[n];
+    fixes[n] = strpbrk(spec, "<>") != NULL ? spec : cli_basename(spec);
+  }
+  cli_json_strings(options, "fix", fixes, request->fix_count);
+  free(fixes);
+}
+
+static void add_residuals(cJSON *object, const thrum_precomputed *result) {
+  cJSON *residuals = cJSON_AddObjectToObject(object, "residuals");
+  cli_json_numbers(residuals, "modes", result->mode_residual, result->mode_count);
+  cli_json_number(residuals, "orthonormality", result->basis_orthonormality);
+  cli_json_number(residuals, "diagonality", result->basis_diagonality);
+}
+
+char *precompute_meta(const precompute_request *request, const thrum_mesh *mesh,
+                      const thrum_precomputed *result) {
+  cJSON *meta = cJSON_CreateObject();
+  cJSON_AddStringToObject(meta, "tool", "thrum");
+  cJSON_AddStringToObject(meta, "version", thrum_version());
+  cJSON_AddStringToObject(meta, "compiler", thrum_build_compiler());
+  cJSON_AddStringToObject(meta, "blas_core", thrum_build_blas_core());
+  add_units(meta);
+  cJSON *about = cJSON_AddObjectToObject(meta, "mesh");
+  cli_json_string(about, "name", cli_basename(request->mesh_name));
+  add_hash(about, "hash", mesh);
+  cli_json_number(about, "vertices", (double)mesh->vertex_count);
+  cli_json_number(about, "tets", (double)mesh->tet_count);
+  add_materials(meta, mesh);
+  add_options(meta, request, result);
+  cli_json_number(meta, "mass_kg", result->mass);
+  cli_json_number(meta, "volume_m3", result->volume);
+  add_frequencies(meta, "frequencies_hz", result->mode_omega2, result->mode_count);
+  add_frequencies(meta, "basis_frequencies_hz", result->model.omega2, result->model.rank);
+  add_residuals(meta, result);
+  char *text = cli_json_text(meta);
+  cJSON_Delete(meta);
+  return text;
+}
+
+static void add_seconds(cJSON *object, const precompute_outcome *outcome) {
+  static const char *const names[] = {
+#define X(name, text) #name,
+      THRUM_STAGE_LIST(X)
+#undef X
+  };
+  cJSON *seconds = cJSON_AddObjectToObject(object, "seconds");
+  cli_json_number(seconds, "mesh", outcome->seconds_mesh);
+  for (int stage = 0; stage < THRUM_STAGE_COUNT; stage++) {
+    cli_json_number(seconds, names[stage], outcome->result->seconds[stage]);
+  }
+  cli_json_number(seconds, "write", outcome->seconds_write);
+  cli_json_number(seconds, "total", outcome->seconds_total);
+}
+
+void precompute_print_json(const precompute_outcome *outcome) {
+  const thrum_precomputed *result = outcome->result;
+  const thrum_mesh *mesh = outcome->mesh;
+  cJSON *object = cJSON_CreateObject();
+  cJSON_AddStringToObject(object, "status", outcome->flagged ? "flagged" : "done");
+  cli_json_string(object, "model", outcome->request->output);
+  cJSON_AddStringToObject(object, "version", thrum_version());
+  add_hash(object, "mesh_hash", mesh);
+  cli_json_number(object, "vertices", (double)mesh->vertex_count);
+  cli_json_number(object, "tets", (double)mesh->tet_count);
+  cli_json_number(object, "fixed", (double)outcome->fixed_count);
+  cli_json_number(object, "flipped_tets", (double)mesh->flipped_tets);
+  cli_json_number(object, "dropped_vertices", (double)mesh->dropped_vertices);
+  cli_json_number(object, "free_dofs", (double)result->free_dofs);
+  cli_json_number(object, "factor_nonzeros", (double)result->factor_nonzeros);
+  cli_json_number(object, "mass_kg", result->mass);
+  cli_json_number(object, "volume_m3", result->volume);
+  cli_json_number(object, "rank", (double)result->model.rank);
+  cli_json_number(object, "modes", (double)result->mode_count);
+  add_frequencies(object, "frequencies_hz", result->mode_omega2, result->mode_count);
+  add_frequencies(object, "basis_frequencies_hz", result->model.omega2, result->model.rank);
+  cli_json_number(object, "dt", outcome->dt);
+  cli_json_number(object, "explicit_modes", (double)outcome->split.explicit_modes);
+  cli_json_number(object, "implicit_modes", (double)outcome->split.implicit_modes);
+  add_residuals(object, result);
+  cli_json_number(object, "threads", outcome->request->options.threads);
+  cJSON_AddStringToObject(object, "blas_core", thrum_build_blas_core());
+  add_seconds(object, outcome);
+  cli_json_number(object, "peak_mb", cli_peak_mb());
+  cli_json_print(object);
+}
+
+/* The first few frequencies of a list on one line. */
+static void print_frequencies(const char *label, const double *omega2, int64_t count) {
+  printf("%-18s", label);
+  for (int64_t n = 0; n < count && n < 6; n++) {
+    double hertz = 0;
+    thrum_frequencies(omega2 + n, 1, &hertz);
+    printf("%s%.5g", n > 0 ? ", " : "", hertz);
+  }
+  if (count > 6) {
+    double hertz = 0;
+    thrum_frequencies(omega2 + count - 1, 1, &hertz);
+    printf(", ... %.5g", hertz);
+  }
+  puts(" Hz");
+}
+
+void precompute_print_table(const precompute_outcome *outcome) {
+  const thrum_precomputed *result = outcome->result;
+  double worst = 0;
+  for (int64_t n = 0; n < result->mode_count; n++) {
+    if (result->mode_residual[n] > worst)
+      worst = result->mode_residual[n];
+  }
+  printf("%-18s%s\n", "model", outcome->request->output);
+  printf("%-18s%" PRId64 " vertices (%" PRId64 " held), %" PRId64 " tetrahedra\n", "mesh",
+         outcome->mesh->vertex_count, outcome->fixed_count, outcome->mesh->tet_count);
+  printf("%-18s%.6g kg, %.6g m^3\n", "body", result->mass, result->volume);
+  printf("%-18srank %" PRId64 " from %" PRId64 " linear modes\n", "basis", result->model.rank,
+         result->mode_count);
+  print_frequencies("linear modes", result->mode_omega2, result->mode_count);
+  print_frequencies("basis", result->model.omega2, result->model.rank);
+  printf("%-18s%" PRId64 " explicit, %" PRId64 " implicit at dt = %g s\n", "split",
+         outcome->split.explicit_modes, outcome->split.implicit_modes, outcome->dt);
+  printf("%-18smodes %.1e, orthonormality %.1e, diagonality %.1e\n", "residuals", worst,
+         result->basis_orthonormality, result->basis_diagonality);
+  printf("%-18s%.2f s, peak %.0f MB\n", "took", outcome->seconds_total, cli_peak_mb());
+}

@@ -1,0 +1,49 @@
+/* What `thrum precompute` was asked for, and what it learned; shared by cmd_precompute.c (the
+ * command), precompute_options.c (its options) and precompute_report.c (what it prints and stores).
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_CLI_PRECOMPUTE_REQUEST_H
+#define THRUM_CLI_PRECOMPUTE_REQUEST_H
+
+#include "cli/cli.h"
+#include "precompute/precompute.h"
+
+typedef struct precompute_request {
+  const char *mesh_name;
+  const char *output;
+  double scale;
+  thrum_material material; /* a field is NaN where the mesh's own stays */
+  thrum_precompute_options options;
+  const char **fixes; /* fix_count specs, pointing into argv */
+  int64_t fix_count;
+  bool json;
+  bool quiet;
+  bool help;
+} precompute_request;
+
+/* What is known once the model is made, for the table, the JSON line and meta. */
+typedef struct precompute_outcome {
+  const precompute_request *request;
+  const thrum_mesh *mesh;
+  const thrum_precomputed *result;
+  int64_t fixed_count; /* vertices with any component held */
+  bool flagged;
+  double dt; /* of the split */
+  cli_split split;
+  double began; /* cli_seconds() when the command started */
+  double seconds_mesh;
+  double seconds_write;
+  double seconds_total;
+} precompute_outcome;
+
+/* Fills the request from argv; CLI_DONE or CLI_USAGE. `fixes` has room for argc texts. */
+int precompute_options_read(int argc, char **argv, precompute_request *request);
+void precompute_help(void);
+
+/* The JSON text stored as meta: everything but times, so that two runs give the same bytes. */
+char *precompute_meta(const precompute_request *request, const thrum_mesh *mesh,
+                      const thrum_precomputed *result);
+void precompute_print_json(const precompute_outcome *outcome);
+void precompute_print_table(const precompute_outcome *outcome);
+
+#endif
