@@ -1,0 +1,39 @@
+# What `cmake --install` puts where: library, headers, thrumConfig.cmake, thrum.pc.
+# SPDX-License-Identifier: Apache-2.0
+set(THRUM_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/thrum)
+
+install(TARGETS thrum EXPORT thrumTargets
+  ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
+  LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
+  RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+install(DIRECTORY include/thrum DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.h")
+install(EXPORT thrumTargets NAMESPACE thrum:: DESTINATION ${THRUM_CMAKE_DIR})
+
+configure_package_config_file(cmake/thrumConfig.cmake.in ${CMAKE_CURRENT_BINARY_DIR}/thrumConfig.cmake
+  INSTALL_DESTINATION ${THRUM_CMAKE_DIR})
+# before 1.0 a minor version may change the interface
+write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/thrumConfigVersion.cmake
+  COMPATIBILITY SameMinorVersion)
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/thrumConfig.cmake
+  ${CMAKE_CURRENT_BINARY_DIR}/thrumConfigVersion.cmake DESTINATION ${THRUM_CMAKE_DIR})
+
+# the .pc file finds its prefix from where it lies, so `cmake --install --prefix` may change it
+if(IS_ABSOLUTE ${CMAKE_INSTALL_LIBDIR} OR IS_ABSOLUTE ${CMAKE_INSTALL_INCLUDEDIR})
+  set(THRUM_PC_PREFIX ${CMAKE_INSTALL_PREFIX})
+  set(THRUM_PC_LIBDIR ${CMAKE_INSTALL_FULL_LIBDIR})
+  set(THRUM_PC_INCLUDEDIR ${CMAKE_INSTALL_FULL_INCLUDEDIR})
+else()
+  file(RELATIVE_PATH THRUM_PC_UP "/${CMAKE_INSTALL_LIBDIR}/pkgconfig" "/")
+  string(REGEX REPLACE "/$" "" THRUM_PC_UP "${THRUM_PC_UP}")
+  set(THRUM_PC_PREFIX "\${pcfiledir}/${THRUM_PC_UP}")
+  set(THRUM_PC_LIBDIR "\${prefix}/${CMAKE_INSTALL_LIBDIR}")
+  set(THRUM_PC_INCLUDEDIR "\${prefix}/${CMAKE_INSTALL_INCLUDEDIR}")
+endif()
+# a static library cannot name what it needs itself
+if(BUILD_SHARED_LIBS)
+  set(THRUM_PC_LIBS "")
+else()
+  set(THRUM_PC_LIBS " -lm")
+endif()
+configure_file(cmake/thrum.pc.in ${CMAKE_CURRENT_BINARY_DIR}/thrum.pc @ONLY)
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/thrum.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
