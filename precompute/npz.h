@@ -29,7 +29,8 @@ thrum_status thrum_file_writer_put(thrum_file_writer *writer, const void *data, 
 thrum_status thrum_file_writer_commit(thrum_file_writer *writer, thrum_error *error);
 void thrum_file_writer_abandon(thrum_file_writer *writer);
 
-/* Reads a whole file into *data (malloc, caller frees); refuses directories and the like. */
+/* Reads a whole file into *data (malloc, caller frees); refuses directories and the like. A 0 that
+ * *size does not count stands behind the last byte. */
 thrum_status thrum_file_read(const char *path, void **data, size_t *size, thrum_error *error);
 
 /* Writes the model file (checked first with thrum_model_check). 4 GiB or more is refused before
@@ -40,7 +41,8 @@ thrum_status thrum_model_save(const char *path, const thrum_model *model, thrum_
  * padded to a multiple of 64; returns its length, at most 192 bytes. */
 size_t thrum_npy_header_f8(unsigned char header[192], int64_t rows, int64_t columns);
 
-/* Reads a .npy file of <f8, one- or two-dimensional, C order; *values malloc'ed, caller frees. */
+/* Reads a .npy file of <f8, one- or two-dimensional (*columns is 0 for a plain vector), C order;
+ * *values malloc'ed, caller frees. Values may be infinite or NaN. */
 thrum_status thrum_npy_read_f8(const char *path, double **values, int64_t *rows, int64_t *columns,
                                thrum_error *error);
 

@@ -1,0 +1,77 @@
+/* The one list of arrays of thrum/model.h, unfolded into tables. See model_layout.h.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "model_layout.h"
+
+#include <limits.h>
+
+// the file is little-endian and used in place
+#if defined(__BYTE_ORDER__) && defined(__ORDER_LITTLE_ENDIAN__)
+#if __BYTE_ORDER__ != __ORDER_LITTLE_ENDIAN__
+#error "Thrum's model files are little-endian; this machine is not supported"
+#endif
+#endif
+_Static_assert(CHAR_BIT == 8 && sizeof(double) == 8, "needs bytes of 8 bits and 64-bit doubles");
+
+#define DESCR_f8 "<f8"
+#define DESCR_i4 "<i4"
+#define DESCR_u1 "|u1"
+#define PRESENCE_REQUIRED 1
+#define PRESENCE_OPTIONAL 0
+
+const thrum_array_info thrum_array_table[THRUM_ARRAY_COUNT] = {
+#define X(type, name, rows, columns, presence, meaning)                                            \
+  {#name,                                                                                          \
+   DESCR_##type,                                                                                   \
+   sizeof(thrum_##type),                                                                           \
+   THRUM_SIZE_##columns == THRUM_SIZE_1 ? 1 : 2,                                                   \
+   THRUM_SIZE_##rows,                                                                              \
+   THRUM_SIZE_##columns,                                                                           \
+   THRUM_SIZE_##columns == THRUM_SIZE_1 ? "(" #rows ",)" : "(" #rows ", " #columns ")",            \
+   PRESENCE_##presence},
+    THRUM_MODEL_ARRAYS(X)
+#undef X
+};
+
+int64_t thrum_layout_extent(const thrum_layout *layout, int size_id) {
+  switch (size_id) {
+  case THRUM_SIZE_basis_rows:
+    return 3 * layout->size[THRUM_SIZE_vertex_count];
+  case THRUM_SIZE_1:
+    return 1;
+  case THRUM_SIZE_2:
+    return 2;
+  case THRUM_SIZE_3:
+    return 3;
+  case THRUM_SIZE_4:
+    return 4;
+  default:
+    return layout->size[size_id];
+  }
+}
+
+size_t thrum_layout_bytes(const thrum_layout *layout, int array) {
+  const thrum_array_info *info = &thrum_array_table[array];
+  return (size_t)thrum_layout_extent(layout, info->rows) *
+         (size_t)thrum_layout_extent(layout, info->columns) * info->item;
+}
+
+void thrum_layout_from_model(thrum_layout *layout, const thrum_model *model) {
+#define X(name, meaning) layout->size[THRUM_SIZE_##name] = model->name;
+  THRUM_MODEL_SIZES(X)
+#undef X
+#define X(type, name, rows, columns, presence, meaning)                                            \
+  layout->data[THRUM_ARRAY_##name] = (const unsigned char *)model->name;
+  THRUM_MODEL_ARRAYS(X)
+#undef X
+}
+
+void thrum_layout_to_model(const thrum_layout *layout, thrum_model *model) {
+#define X(name, meaning) model->name = layout->size[THRUM_SIZE_##name];
+  THRUM_MODEL_SIZES(X)
+#undef X
+#define X(type, name, rows, columns, presence, meaning)                                            \
+  model->name = (const thrum_##type *)(const void *)layout->data[THRUM_ARRAY_##name];
+  THRUM_MODEL_ARRAYS(X)
+#undef X
+}
