@@ -128,7 +128,8 @@ static inline void random_model_make(random_model *out, uint64_t seed, int64_t r
   for (int64_t i = 0; i < rank; i++)
     for (int64_t j = i; j < rank; j++, pair += rows)
       random_vector(&random, rows, sqrt(omega[i] * omega[j]) / (amplitude * (double)rank), pair);
-  random_model_expand(rank, rows, omega, b, out->c3, out->c4);
+  if (amplitude < INFINITY)
+    random_model_expand(rank, rows, omega, b, out->c3, out->c4);
   free(b);
   free(omega);
 }
