@@ -1,0 +1,16 @@
+/* Small dense systems in place, private to the runtime; see dense.c.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_RUNTIME_DENSE_H
+#define THRUM_RUNTIME_DENSE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/* Overwrites `matrix` (n x n, row-major) with L and U of P A = L U; pivots: n. False when a pivot
+ * is zero or not finite: the content is then useless. */
+bool thrum_dense_factor(double *matrix, int32_t n, int32_t *pivots);
+
+/* Overwrites `x` (n), a right-hand side, with the solution, from a factorisation made above. */
+void thrum_dense_solve(const double *factors, int32_t n, const int32_t *pivots, double *x);
+
+#endif

@@ -1,0 +1,178 @@
+/* The state's block, private to the runtime: one header, then arrays at offsets that follow from
+ * the sizes in the header; no pointer is stored (see thrum/state.h).
+ *
+ * The block ends with scratch, which is all zero between calls, so that a failed step leaves every
+ * byte as it was and equal histories give equal blocks.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_RUNTIME_STATE_H
+#define THRUM_RUNTIME_STATE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "thrum/state.h"
+
+/* Widest fields first and none missing: no padding, so blocks can be compared byte by byte. */
+struct thrum_state {
+  uint64_t magic;
+  uint64_t bytes;           /* of the whole block */
+  int64_t work_count;       /* doubles in `work` */
+  int64_t restricted_count; /* doubles in `restricted` */
+  int64_t kept_count;       /* doubles in `jacobian` */
+  int64_t next_count;       /* doubles in `jacobian_next` */
+  int64_t tangent_count;    /* doubles in `tangent` */
+  int64_t steps;            /* report */
+  int64_t iterations;       /* report */
+  int64_t factorisations;   /* report */
+  int64_t newton_steps;     /* report */
+  double time;              /* report [s] */
+  double residual_last;     /* report */
+  double dt;                /* h [s] */
+  double damping_alpha;     /* [1/s] */
+  double damping_beta;      /* [s] */
+  double split_safety;      /* c of h omega <= 2 c */
+  double newmark_beta;      /* beta_N */
+  double newmark_gamma;     /* gamma */
+  double tolerance;         /* of the implicit solve */
+  double amplitude;         /* largest scaled norm of the motion so far, design 5 */
+  int32_t rank;             /* r */
+  int32_t integrator;       /* thrum_integrator */
+  int32_t damping_form;     /* thrum_damping_form */
+  int32_t split_rule;       /* thrum_split_rule */
+  int32_t explicit_count;   /* of the def, for THRUM_SPLIT_COUNT */
+  int32_t iterations_max;   /* of one implicit solve */
+  int32_t split;            /* E = 0..split-1, I = split..rank-1, now */
+  int32_t high_first;       /* I0 = high_first..rank-1, fixed for the run */
+  int32_t jacobian_kept;    /* 1: `jacobian` holds factors for the present split and dt */
+  int32_t past_count;       /* how many of past_1, past_2 are known */
+  int32_t iterations_last;  /* report */
+  int32_t reserved;
+};
+
+/* Arrays that persist. X(name, size): a vector is rank long; see thrum_state_sizes. */
+#define THRUM_STATE_ARRAYS(X)                                                                      \
+  X(q, vector)            /* q_k */                                                                \
+  X(p, vector)            /* p^-_k on E (before the kick), synchronised p_k on I; v for Newmark */ \
+  X(load, vector)         /* mean load of the steps to come, f_k */                                \
+  X(load_before, vector)  /* of the step before, f_{k-1} */                                        \
+  X(acceleration, vector) /* Newmark: a, taken with load_before */                                 \
+  X(past_1, vector)       /* R_I - omega^2 q at the last midpoint, for the first guess */          \
+  X(past_2, vector)       /* the same at the midpoint before */                                    \
+  X(pivots, vector)       /* int32: row exchanges of `jacobian` */                                 \
+  X(jacobian, kept)       /* factors kept from a step before, |I| x |I| */
+
+/* Scratch, in an order that lets a call clear no more than it used. */
+#define THRUM_STATE_SCRATCH(X)                                                                     \
+  X(q_next, vector)            /* candidate of q' */                                               \
+  X(p_next, vector)            /* candidate of p'; p^+ on E */                                     \
+  X(acceleration_next, vector) /* Newmark: a' */                                                   \
+  X(past_next, vector)         /* past_1 to be */                                                  \
+  X(force, vector)             /* R(q_k), later R(q-bar) */                                        \
+  X(middle, vector)            /* where an implicit step evaluates the model: q-bar, or q' */      \
+  X(velocity, vector)          /* the velocity there */                                            \
+  X(product, vector)           /* T times velocity */                                              \
+  X(unknown, vector)           /* of the solve: q' - q on I; a' for Newmark */                     \
+  X(trial, vector)             /* an unknown to compare with */                                    \
+  X(residual, vector)          /* of the solve */                                                  \
+  X(direction, vector)         /* Newton's correction */                                           \
+  X(total, vector)             /* R + D v - f at the middle */                                     \
+  X(pivots_next, vector)       /* int32: of jacobian_next */                                       \
+  X(work, work)                /* of the polynomial */                                             \
+  X(restricted, restricted)    /* V at fixed q_E, a quartic in q_I */                              \
+  X(jacobian_next, next)       /* factors made in this step */                                     \
+  X(tangent, tangent)          /* T(q), rank x rank, for the tangent form of damping */            \
+  X(tangent_2, tangent)        /* a second one */
+
+/* Pointers into a state's block, made anew in every call. */
+typedef struct thrum_state_view {
+#define X(name, size) double *name;
+  THRUM_STATE_ARRAYS(X)
+  THRUM_STATE_SCRATCH(X)
+#undef X
+  double *end;
+  bool restricted_used; /* set by whoever writes restricted */
+  bool matrices_used;   /* by whoever writes jacobian_next, tangent or tangent_2 */
+} thrum_state_view;
+
+/* What a solve did; committed to the report with the step. */
+typedef struct thrum_solve_report {
+  int32_t iterations;
+  int32_t factorisations;
+  bool newton;    /* full Newton was needed */
+  bool refreshed; /* jacobian_next replaces jacobian */
+  bool saw_nonfinite;
+  double residual; /* scaled, relative to the scaled step */
+} thrum_solve_report;
+
+/* True for D = alpha 1 + beta T(q) with beta > 0. */
+static inline bool thrum_tangent_damped(const thrum_state *state) {
+  return state->damping_form == THRUM_DAMPING_TANGENT && state->damping_beta != 0.0;
+}
+
+/* alpha + beta omega_i^2 */
+static inline double thrum_rest_damping(const thrum_model *model, const thrum_state *state,
+                                        int64_t i) {
+  return state->damping_alpha + state->damping_beta * model->omega2[i];
+}
+
+/* state.c: pointers to the arrays; no scratch is marked used. */
+thrum_state_view thrum_state_view_of(thrum_state *state);
+
+/* state.c: clears the scratch that was used; every call that used some ends with this. */
+void thrum_state_clear_scratch(const thrum_state *state, thrum_state_view *view);
+
+/* state.c: refuses NULL, memory that is no state, and a model of another rank. */
+thrum_status thrum_state_check(const thrum_model *model, const thrum_state *state,
+                               thrum_error *error);
+
+/* state.c: are all n values finite? */
+bool thrum_all_finite(const double *values, int64_t n);
+
+/* state.c: scaled norm of a motion (design 5), in the measure of the residuals of a solve:
+ * sqrt(sum_I (1 + h^2/4 omega^2) q^2 + sum_E h^2/4 omega^2 q^2 + h^2 |p|^2). */
+double thrum_state_amplitude(const thrum_model *model, const thrum_state *state, const double *q,
+                             const double *p);
+
+/* state_def.c: says what is wrong with a def or with the model's sizes. */
+thrum_status thrum_state_def_check(const thrum_model *model, const thrum_state_def *def,
+                                   thrum_error *error);
+
+/* split.c: number of explicit modes by a rule, and |E| of a state at its dt. */
+int32_t thrum_split_explicit(const thrum_model *model, thrum_split_rule rule, double dt,
+                             double safety, int32_t count);
+int32_t thrum_split_of(const thrum_model *model, const thrum_state *state);
+
+/* stagger.c: kick of the explicit modes (2), p^+_E into p_next. Needs R_E(q_k) in force.
+ * THRUM_OK or THRUM_SINGULAR. */
+thrum_status thrum_stagger_kick(const thrum_model *model, const thrum_state *state,
+                                thrum_state_view *view);
+
+/* stagger.c: synchronised momentum of all modes into p_next; V(q) into *potential if not NULL.
+ * Overwrites force. THRUM_OK or THRUM_SINGULAR. */
+thrum_status thrum_stagger_synchronise(const thrum_model *model, const thrum_state *state,
+                                       thrum_state_view *view, double *potential);
+
+/* stagger.c: turns the explicit part of `p` (rank, synchronised) into p^-_E at `q`, for the state's
+ * dt and split and the load of the step before (NULL: zero). Overwrites force and product. */
+void thrum_stagger_delay(const thrum_model *model, const thrum_state *state, thrum_state_view *view,
+                         const double *q, const double *load_before, double *p);
+
+/* One step each: candidates into q_next and p_next (imexv also past_next and, when refreshed,
+ * jacobian_next; Newmark acceleration_next); nothing persistent is written. THRUM_OK,
+ * THRUM_NOT_CONVERGED or THRUM_NOT_FINITE. */
+thrum_status thrum_step_imexv(const thrum_model *model, const thrum_state *state,
+                              thrum_state_view *view, thrum_solve_report *report);
+thrum_status thrum_step_newmark(const thrum_model *model, const thrum_state *state,
+                                thrum_state_view *view, thrum_solve_report *report);
+
+/* newmark.c: a = -R(q) - D v, without a load, into `acceleration`. Overwrites force, product. */
+void thrum_newmark_acceleration(const thrum_model *model, const thrum_state *state,
+                                thrum_state_view *view, const double *q, const double *v,
+                                double *acceleration);
+
+/* Residuals below this times the amplitude seen so far are rounding (design 5). */
+#define THRUM_ROUNDING_FLOOR 0x1p-44
+
+#endif
