@@ -33,17 +33,25 @@ typedef struct thrum_mesh {
   int32_t *tet_region; /* tet_count, 0-based */
   int64_t region_count;
   thrum_material *materials; /* region_count */
-  bool has_material;         /* the file (or generator) said what it is made of */
+  bool has_material;         /* the file (or generator) said what it is made of; else all zero */
   int64_t group_count;
   thrum_group *groups;
   /* what cleaning changed, for the counted warnings */
   int64_t flipped_tets;
   int64_t dropped_vertices;
   int64_t file_vertex_count; /* before dropping */
-  int32_t *file_vertex;      /* file_vertex_count: 0-based vertex here, -1 dropped; NULL: identity */
+  int32_t *file_vertex; /* file_vertex_count: 0-based vertex here, -1 dropped; NULL: identity */
+  int64_t *file_number; /* file_vertex_count, ascending: the number that the file gives each
+                           vertex (Gmsh's node tags); NULL: 1 to file_vertex_count */
+  int64_t *tet_line;    /* tet_count: line of each tet in the file, 0 unknown; NULL: unknown */
 } thrum_mesh;
 
 /* Reads a mesh: the generator `beam:NXxNYxNZ@LXxLYxLZ`, or a file by its suffix (.veg, .msh).
+ * The beam fills [0,LX] x [-LY/2,LY/2] x [-LZ/2,LZ/2]; its groups are the faces left (x = 0), right
+ * (x = LX), front and back (y = -LY/2, LY/2), bottom and top (z = -LZ/2, LZ/2), and tip, the one,
+ * two or four vertices of the right face that are nearest to its centre. A file's groups are the
+ * vertices of its element sets (.veg) and of its physical groups (.msh, named by $PhysicalNames or
+ * else physical_DIMENSION_TAG); its regions are the *REGIONs and the physical volumes.
  * Every length is multiplied by `scale` (not the generator's, which is in metres already). The
  * result is clean: consistently inverted files are flipped, unreferenced vertices dropped (groups
  * renumbered), both counted; zero-volume tets, indices out of range, non-finite numbers and
@@ -56,9 +64,9 @@ thrum_status thrum_mesh_read_veg(const char *path, thrum_mesh *mesh, thrum_error
 thrum_status thrum_mesh_read_msh(const char *path, thrum_mesh *mesh, thrum_error *error);
 thrum_status thrum_mesh_beam(const char *spec, thrum_mesh *mesh, thrum_error *error);
 
-/* Scales, checks and cleans in place, as described at thrum_mesh_read. `name` is for messages. */
-thrum_status thrum_mesh_clean(thrum_mesh *mesh, const char *name, double scale,
-                              thrum_error *error);
+/* Scales, checks and cleans in place, as described at thrum_mesh_read. `name` is for messages. On
+ * failure the mesh may be half cleaned and is only good for thrum_mesh_free. */
+thrum_status thrum_mesh_clean(thrum_mesh *mesh, const char *name, double scale, thrum_error *error);
 
 void thrum_mesh_free(thrum_mesh *mesh); /* leaves it empty; an empty (zeroed) mesh is fine */
 
@@ -67,7 +75,7 @@ void thrum_mesh_free(thrum_mesh *mesh); /* leaves it empty; an empty (zeroed) me
  * existing file, a list of 1-based vertices (commas, spaces, newlines, a:b ranges, # comments;
  * numbered as in the mesh file, so dropped vertices are looked up through the map kept by clean);
  * else a group of the mesh. A suffix `:xyz`, `:z`, ... picks components, default all.
- * *count gets how many vertices it named; naming none is refused. */
+ * *count gets how many vertices it named; naming none is refused. On failure nothing is changed. */
 thrum_status thrum_mesh_fix(const thrum_mesh *mesh, const char *spec, uint8_t *fixed,
                             int64_t *count, thrum_error *error);
 

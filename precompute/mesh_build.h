@@ -1,0 +1,27 @@
+/* What the mesh readers share while they build a mesh: growing arrays and adding groups.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_PRECOMPUTE_MESH_BUILD_H
+#define THRUM_PRECOMPUTE_MESH_BUILD_H
+
+#include <stddef.h>
+
+#include "precompute/mesh.h"
+
+/* Groups, materials or regions that one mesh may have; names have at most this many bytes. */
+enum { THRUM_MESH_GROUPS_MAX = 4096, THRUM_MESH_NAME_MAX = 255 };
+
+/* Makes room for `needed` items of `size` bytes in `array` (malloc'ed or NULL), doubling *capacity,
+ * so that memory follows what a file holds and not what it claims. Returns the moved array; NULL
+ * when out of memory (or a size would overflow), and `array` is still valid then. */
+void *thrum_mesh_grow(void *array, int64_t *capacity, int64_t needed, size_t size);
+
+/* Adds a group of `count` vertices (any order, repeats allowed; each below vertex_count), copied.
+ * Vertices of a name that exists already join that group. An empty group is left out. */
+thrum_status thrum_mesh_add_group(thrum_mesh *mesh, const char *name, const int32_t *vertices,
+                                  int64_t count, thrum_error *error);
+
+/* NULL, or why this is no name for a group: its length, its bytes. */
+const char *thrum_mesh_name_fault(const char *name, size_t length);
+
+#endif
