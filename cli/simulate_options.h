@@ -1,0 +1,40 @@
+/* Options of `thrum simulate`, parsed. SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_CLI_SIMULATE_OPTIONS_H
+#define THRUM_CLI_SIMULATE_OPTIONS_H
+
+#include "cli/cli.h"
+#include "cli/load_spec.h"
+#include "cli/start_spec.h"
+
+typedef struct simulate_request {
+  const char *model_path;
+  const char *run_path;
+  thrum_state_def def;
+  double time;          /* to simulate [s] */
+  int64_t steps;        /* the same in steps */
+  int64_t record_every; /* steps between rows of energy.csv and q.npy */
+  double frames_rate;   /* frames a second of simulated time; 0: see frames_every */
+  int64_t frames_every; /* steps between frames; 0 with rate 0: no frames */
+  int64_t load_count;
+  cli_load *loads; /* owned by the caller of simulate_options_read, argc of them */
+  int64_t start_count;
+  cli_start *starts; /* the same */
+  bool json;
+  bool quiet;
+  bool help;
+} simulate_request;
+
+/* Fills a zeroed request whose loads and starts have room for argc each. CLI_DONE, or the exit
+ * code after its line has been printed. */
+int simulate_options_read(int argc, char **argv, simulate_request *request);
+
+void simulate_help(void);
+
+const char *simulate_integrator_name(thrum_integrator integrator);
+const char *simulate_damping_form_name(thrum_damping_form form);
+
+/* The step of frame `index` (0-based), ascending; INT64_MAX past the end of the run. Only where
+ * frames are asked for. */
+int64_t simulate_frame_step(const simulate_request *request, int64_t index);
+
+#endif

@@ -1,0 +1,190 @@
+/* What a run prints: a table for people, one JSON object for programs and for run.json.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "cli/simulate_report.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <stdlib.h>
+
+const char *simulate_status_name(const simulate_figures *figures) {
+  if (figures->status == THRUM_OK && figures->energy_grew)
+    return "energy_grew";
+  switch (figures->status) {
+  case THRUM_OK:
+    return "done";
+  case THRUM_FELL_BACK:
+    return "fell_back";
+  case THRUM_NOT_CONVERGED:
+    return "not_converged";
+  case THRUM_NOT_FINITE:
+    return "not_finite";
+  case THRUM_INTERRUPTED:
+    return "interrupted";
+  default:
+    return "failed";
+  }
+}
+
+static void add_split(cJSON *object, const thrum_state_def *def) {
+  switch (def->split_rule) {
+  case THRUM_SPLIT_CFL:
+    cJSON_AddStringToObject(object, "split", "cfl");
+    break;
+  case THRUM_SPLIT_SAMPLING:
+    cJSON_AddStringToObject(object, "split", "sampling");
+    break;
+  case THRUM_SPLIT_COUNT:
+    cli_json_number(object, "split", def->explicit_count);
+    break;
+  }
+  cli_json_number(object, "safety", def->split_safety);
+}
+
+/* The texts of the loads and starts; an allocation that fails leaves them out. */
+static void add_specs(cJSON *object, const simulate_request *request) {
+  const int64_t most = request->load_count + request->start_count + 1;
+  const char **texts = malloc((size_t)most * sizeof *texts);
+  if (texts == NULL)
+    return;
+  for (int64_t n = 0; n < request->load_count; n++)
+    texts[n] = request->loads[n].text;
+  cli_json_strings(object, "load", texts, request->load_count);
+  for (int64_t n = 0; n < request->start_count; n++)
+    texts[n] = request->starts[n].text;
+  cli_json_strings(object, "start", texts, request->start_count);
+  free(texts);
+}
+
+/* The options as they were understood, defaults included. */
+static cJSON *options_json(const simulate_request *request) {
+  const thrum_state_def *def = &request->def;
+  cJSON *object = cJSON_CreateObject();
+  cJSON_AddStringToObject(object, "integrator", simulate_integrator_name(def->integrator));
+  cli_json_number(object, "dt", def->dt);
+  cli_json_number(object, "time", request->time);
+  cli_json_numbers(object, "damping", (const double[]){def->damping_alpha, def->damping_beta}, 2);
+  cJSON_AddStringToObject(object, "damping_form", simulate_damping_form_name(def->damping_form));
+  add_split(object, def);
+  cli_json_numbers(object, "newmark", (const double[]){def->newmark_beta, def->newmark_gamma}, 2);
+  cli_json_number(object, "tolerance", def->tolerance);
+  cli_json_number(object, "iterations", def->iterations_max);
+  add_specs(object, request);
+  cli_json_number(object, "record_every", (double)request->record_every);
+  if (request->frames_every > 0) {
+    char text[32];
+    snprintf(text, sizeof text, "every-%" PRId64, request->frames_every);
+    cJSON_AddStringToObject(object, "frames", text);
+  } else if (request->frames_rate > 0) {
+    cli_json_number(object, "frames", request->frames_rate);
+  } else {
+    cJSON_AddNullToObject(object, "frames");
+  }
+  return object;
+}
+
+/* Names of the files, relative to the run's folder. */
+static cJSON *files_json(const cli_run_output *output) {
+  cJSON *files = cJSON_CreateArray();
+  cJSON_AddItemToArray(files, cJSON_CreateString(CLI_RUN_JSON));
+  cJSON_AddItemToArray(files, cJSON_CreateString("energy.csv"));
+  cJSON_AddItemToArray(files, cJSON_CreateString("q.npy"));
+  cJSON_AddItemToArray(files, cJSON_CreateString("end.npy"));
+  if (output->plot != NULL)
+    cJSON_AddItemToArray(files, cJSON_CreateString(output->plot));
+  if (output->frames > 0)
+    cJSON_AddItemToArray(files, cJSON_CreateString("frames.pvd"));
+  return files;
+}
+
+static double per_step(const simulate_figures *figures, double value) {
+  return figures->report.steps > 0 ? value / (double)figures->report.steps : NAN;
+}
+
+static void add_energies(cJSON *object, const simulate_figures *figures) {
+  cli_json_number(object, "energy_first_j", figures->first.total);
+  cli_json_number(object, "energy_last_j", figures->last.total);
+  cli_json_number(object, "energy_min_j", figures->energy_min);
+  cli_json_number(object, "energy_max_j", figures->energy_max);
+  cli_json_number(object, "energy_high_last_j", figures->last.high);
+  cli_json_number(object, "drift", figures->drift);
+  cli_json_number(object, "peak_displacement_m", figures->peak);
+  cli_json_number(object, "peak_vertex",
+                  figures->peak_vertex >= 0 ? (double)figures->peak_vertex + 1 : NAN);
+}
+
+static void add_seconds(cJSON *object, const simulate_figures *figures) {
+  cJSON *seconds = cJSON_AddObjectToObject(object, "seconds");
+  cli_json_number(seconds, "read", figures->seconds_read);
+  cli_json_number(seconds, "step", figures->seconds_step);
+  cli_json_number(seconds, "output", figures->seconds_output);
+  cli_json_number(seconds, "plot", figures->seconds_plot);
+  cli_json_number(seconds, "total", figures->seconds_total);
+  cli_json_number(object, "peak_mb", cli_peak_mb());
+}
+
+cJSON *simulate_report_json(const simulate_figures *figures, const cli_run_output *output) {
+  const thrum_state_report *report = &figures->report;
+  const simulate_request *request = figures->request;
+  char hash[24];
+  snprintf(hash, sizeof hash, "%016" PRIx64, figures->model_hash);
+  cJSON *object = cJSON_CreateObject();
+  cJSON_AddStringToObject(object, "program", "thrum");
+  cJSON_AddStringToObject(object, "version", thrum_version());
+  cJSON_AddStringToObject(object, "command", "simulate");
+  cJSON_AddStringToObject(object, "status", simulate_status_name(figures));
+  if (figures->stop.message[0] != 0)
+    cli_json_string(object, "message", figures->stop.message);
+  cli_json_string(object, "model", request->model_path);
+  cJSON_AddStringToObject(object, "model_hash", hash);
+  cli_json_string(object, "run", request->run_path);
+  cJSON_AddItemToObject(object, "files", files_json(output));
+  cJSON_AddStringToObject(object, "integrator", simulate_integrator_name(request->def.integrator));
+  cli_json_number(object, "dt", request->def.dt);
+  cli_json_number(object, "rank", (double)figures->model->rank);
+  cli_json_number(object, "explicit_modes", report->explicit_modes);
+  cli_json_number(object, "implicit_modes", report->implicit_modes);
+  cli_json_number(object, "steps", (double)report->steps);
+  cli_json_number(object, "simulated_s", report->time);
+  cli_json_number(object, "us_per_step", per_step(figures, 1e6 * figures->seconds_step));
+  cli_json_number(object, "mean_iterations", per_step(figures, (double)report->iterations));
+  cli_json_number(object, "factorisations", (double)report->factorisations);
+  cli_json_number(object, "fallback_steps", (double)figures->fallback_steps);
+  cli_json_number(object, "rows", (double)output->rows);
+  cli_json_number(object, "frames", (double)output->frames);
+  add_energies(object, figures);
+  cJSON_AddItemToObject(object, "options", options_json(request));
+  add_seconds(object, figures);
+  return object;
+}
+
+/* A number, or why there is none. */
+static void print_or(const char *label, const char *format, double value, const char *otherwise) {
+  printf("%-12s ", label);
+  if (isfinite(value)) {
+    printf(format, value);
+  } else {
+    fputs(otherwise, stdout);
+  }
+  putchar('\n');
+}
+
+void simulate_report_table(const simulate_figures *figures, const cli_run_output *output) {
+  const thrum_state_report *report = &figures->report;
+  const simulate_request *request = figures->request;
+  printf("integrator   %s, dt %g s, %d explicit and %d implicit modes\n",
+         simulate_integrator_name(request->def.integrator), request->def.dt,
+         (int)report->explicit_modes, (int)report->implicit_modes);
+  printf("steps        %" PRId64 " (%g s), %.2f us and %.2f iterations a step\n", report->steps,
+         report->time, per_step(figures, 1e6 * figures->seconds_step),
+         per_step(figures, (double)report->iterations));
+  printf("energy       first %.6g, last %.6g, least %.6g, most %.6g J\n", figures->first.total,
+         figures->last.total, figures->energy_min, figures->energy_max);
+  print_or("drift", "%.2e of the mean energy, first to last tenth of the free motion",
+           figures->drift, "- (needs a stretch without load and damping)");
+  if (figures->peak_vertex >= 0)
+    printf("peak         %.6g m at vertex %" PRId64 "\n", figures->peak, figures->peak_vertex + 1);
+  printf("status       %s\n", simulate_status_name(figures));
+  printf("files        %s/" CLI_RUN_JSON ", energy.csv, q.npy, end.npy%s%s%s\n", request->run_path,
+         output->plot != NULL ? ", " : "", output->plot != NULL ? output->plot : "",
+         output->frames > 0 ? ", frames.pvd" : "");
+}

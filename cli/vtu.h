@@ -1,0 +1,24 @@
+/* Frames of a run for ParaView: one .vtu a frame and the .pvd that lists them with their times.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_CLI_VTU_H
+#define THRUM_CLI_VTU_H
+
+#include "thrum/thrum.h"
+
+/* Writes one frame to `path`: the mesh at rest, the point vectors `displacement` (vertex_count x 3,
+ * [m]) and the time [s]. The model needs a mesh. */
+thrum_status cli_vtu_write(const char *path, const thrum_model *model, const double *displacement,
+                           double time, thrum_error *error);
+
+/* A .pvd being written; a zeroed one is closed. */
+typedef struct cli_pvd {
+  void *stream; /* FILE * */
+  char path[1024];
+} cli_pvd;
+thrum_status cli_pvd_open(const char *path, cli_pvd *pvd, thrum_error *error);
+/* `file`: the frame's name relative to the .pvd. */
+thrum_status cli_pvd_add(cli_pvd *pvd, const char *file, double time, thrum_error *error);
+thrum_status cli_pvd_close(cli_pvd *pvd, thrum_error *error);
+void cli_pvd_abandon(cli_pvd *pvd);
+
+#endif
