@@ -80,40 +80,13 @@ void thrum_kernel_both(int64_t rows, int64_t columns, const double *block, const
     y[i] += row_both(columns, block + i * columns, m, x[i], w);
 }
 
-/* One row of thrum_kernel_both_twice. */
-static void row_both_twice(int64_t columns, const double *restrict row, const double *restrict m0,
-                           const double *restrict m1, double x0, double x1, double *restrict w0,
-                           double *restrict w1, double sum[2]) {
-  double lane0[LANES] = {0}, lane1[LANES] = {0};
-  int64_t c = 0;
-  for (; c + LANES <= columns; c += LANES)
-    for (int s = 0; s < LANES; s++) {
-      double b = row[c + s];
-      lane0[s] += b * m0[c + s];
-      lane1[s] += b * m1[c + s];
-      w0[c + s] += x0 * b;
-      w1[c + s] += x1 * b;
-    }
-  for (int s = 0; c + s < columns; s++) {
-    double b = row[c + s];
-    lane0[s] += b * m0[c + s];
-    lane1[s] += b * m1[c + s];
-    w0[c + s] += x0 * b;
-    w1[c + s] += x1 * b;
-  }
-  sum[0] = lanes_sum(lane0);
-  sum[1] = lanes_sum(lane1);
-}
-
 void thrum_kernel_both_twice(int64_t rows, int64_t columns, const double *block,
                              const double *const m[2], const double *const x[2], double *const y[2],
                              double *const w[2]) {
-  for (int64_t i = 0; i < rows; i++) {
-    double sum[2];
-    row_both_twice(columns, block + i * columns, m[0], m[1], x[0][i], x[1][i], w[0], w[1], sum);
-    y[0][i] += sum[0];
-    y[1][i] += sum[1];
-  }
+  // row by row, so that the second product finds the row in the cache
+  for (int64_t i = 0; i < rows; i++)
+    for (int e = 0; e < 2; e++)
+      y[e][i] += row_both(columns, block + i * columns, m[e], x[e][i], w[e]);
 }
 
 void thrum_pair_monomials(int64_t n, const double *q, double *m) {
