@@ -1,0 +1,12 @@
+/* Do the held components stop every rigid motion? SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_PRECOMPUTE_CONSTRAINTS_H
+#define THRUM_PRECOMPUTE_CONSTRAINTS_H
+
+#include "precompute/fem.h"
+
+/* THRUM_OK when every connected part of the mesh is held against its six rigid motions;
+ * THRUM_UNSUPPORTED when nothing is held at all, THRUM_SINGULAR with the number of free motions and
+ * the place when a part is held too little. */
+thrum_status thrum_constraints_check(const thrum_fem *fem, thrum_error *error);
+
+#endif

@@ -1,0 +1,240 @@
+/* The offline pipeline, design 1-3: mesh -> K, M -> factor -> modes -> modal derivatives -> U ->
+ * polynomial -> model. Each stage frees what the next ones do not need; nothing as large as
+ * tets x columns is ever held. SPDX-License-Identifier: Apache-2.0 */
+#include "precompute/precompute.h"
+
+#include <cblas.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "precompute/basis.h"
+#include "precompute/constraints.h"
+#include "precompute/derivatives.h"
+#include "precompute/eigen.h"
+#include "precompute/model_fill.h"
+#include "precompute/polynomial_reduce.h"
+
+typedef struct pipeline {
+  const thrum_mesh *mesh;
+  const uint8_t *fixed;
+  thrum_precompute_options options;
+  thrum_fem fem;
+  thrum_sparse stiffness, mass;
+  thrum_factor *factor;
+  double *candidates; /* free_count x (k + k (k + 1) / 2): modes, then derivatives */
+  thrum_precomputed result;
+} pipeline;
+
+thrum_precompute_options thrum_default_precompute_options(void) {
+  return (thrum_precompute_options){.modes = 10, .rank = 20, .threads = 1};
+}
+
+static double seconds_now(void) {
+  struct timespec now;
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+static void pipeline_free(pipeline *p) {
+  thrum_fem_free(&p->fem);
+  thrum_sparse_free(&p->stiffness);
+  thrum_sparse_free(&p->mass);
+  thrum_factor_free(p->factor);
+  p->factor = NULL;
+  free(p->candidates);
+  p->candidates = NULL;
+}
+
+static thrum_status check_options(const thrum_precompute_options *options, thrum_error *error) {
+  const int64_t k = options->modes, r = options->rank;
+  if (k < 1 || k > 10000)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "modes is %lld; it must lie between 1 and 10000", (long long)k);
+  if (r < 1 || r > THRUM_RANK_MAX)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "rank is %lld; it must lie between 1 and %d", (long long)r,
+                           THRUM_RANK_MAX);
+  if (r > k * (k + 3) / 2)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "rank %lld is more than %lld modes and their derivatives give (%lld); "
+                           "lower --rank or raise --modes",
+                           (long long)r, (long long)k, (long long)(k * (k + 3) / 2));
+  if (options->threads < 1)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "threads is %d; it must be at least 1",
+                           options->threads);
+  if (options->mass != THRUM_MASS_CONSISTENT && options->mass != THRUM_MASS_LUMPED)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "the mass is neither consistent nor lumped");
+  return THRUM_OK;
+}
+
+static thrum_status run_assemble(pipeline *p, const thrum_reporter *reporter, thrum_error *error) {
+  thrum_status status = thrum_fem_create(p->mesh, p->fixed, &p->fem, error);
+  if (status == THRUM_OK)
+    status = thrum_constraints_check(&p->fem, error);
+  if (status != THRUM_OK)
+    return status;
+  const int64_t n = p->fem.free_count, k = p->options.modes, r = p->options.rank;
+  if (k >= n || r > n)
+    return thrum_error_set(
+        error, THRUM_INVALID_ARGUMENT,
+        "%lld modes at rank %lld are too many for a mesh of %lld free components", (long long)k,
+        (long long)r, (long long)n);
+  p->result.free_dofs = n;
+  for (int64_t t = 0; t < p->fem.tet_count; t++) {
+    p->result.volume += p->fem.volume[t];
+    p->result.mass += p->fem.volume[t] * p->fem.density[p->fem.tet_region[t]];
+  }
+  status = thrum_fem_pattern(&p->fem, &p->stiffness, error);
+  if (status == THRUM_OK)
+    status = thrum_fem_mass(&p->fem, p->options.mass, &p->stiffness, &p->mass, error);
+  if (status == THRUM_OK)
+    status = thrum_report(reporter, 0.5, error);
+  if (status == THRUM_OK)
+    status = thrum_fem_stiffness(&p->fem, NULL, &p->stiffness, error);
+  return status;
+}
+
+static thrum_status run_factor(pipeline *p, const thrum_reporter *reporter, thrum_error *error) {
+  (void)reporter;
+  const thrum_status status = thrum_factor_create(&p->stiffness, &p->factor, error);
+  if (status == THRUM_SINGULAR)
+    return thrum_error_set(error, THRUM_SINGULAR,
+                           "the stiffness is singular: a part hangs on by a vertex or an edge and "
+                           "can still turn; fix more with --fix or mend the mesh");
+  if (status == THRUM_OK)
+    p->result.factor_nonzeros = thrum_factor_nonzeros(p->factor);
+  return status;
+}
+
+// a mechanism passes the factor by rounding; its strain energy then is nothing to speak of
+static thrum_status check_mechanism(const pipeline *p, thrum_error *error) {
+  double stiffest = 0;
+  for (int64_t i = 0; i < p->fem.free_count; i++)
+    stiffest =
+        fmax(stiffest, p->stiffness.value[p->stiffness.begin[i]] / p->mass.value[p->mass.begin[i]]);
+  if (p->result.mode_omega2[0] > 1e-16 * stiffest)
+    return THRUM_OK;
+  return thrum_error_set(error, THRUM_SINGULAR,
+                         "the body can move without strain (a mode of %g Hz): fix more with --fix "
+                         "or mend the mesh",
+                         sqrt(fmax(p->result.mode_omega2[0], 0)) / 6.283185307179586);
+}
+
+static thrum_status run_modes(pipeline *p, const thrum_reporter *reporter, thrum_error *error) {
+  const int64_t k = p->options.modes, n = p->fem.free_count;
+  thrum_precomputed *result = &p->result;
+  result->mode_count = k;
+  if (!(p->candidates = thrum_allocate((k + k * (k + 1) / 2) * n, sizeof(double),
+                                       "the modes and derivatives", error)) ||
+      !(result->mode_omega2 = thrum_allocate(k, sizeof(double), "the modes", error)) ||
+      !(result->mode_residual = thrum_allocate(k, sizeof(double), "the modes", error)))
+    return THRUM_OUT_OF_MEMORY;
+  thrum_status status = thrum_eigen_lowest(&p->stiffness, &p->mass, p->factor, k,
+                                           result->mode_omega2, p->candidates, reporter, error);
+  if (status == THRUM_OK)
+    status = thrum_eigen_residuals(&p->stiffness, &p->mass, k, result->mode_omega2, p->candidates,
+                                   result->mode_residual, error);
+  if (status == THRUM_OK)
+    status = check_mechanism(p, error);
+  thrum_sparse_free(&p->stiffness);
+  return status;
+}
+
+static thrum_status run_derivatives(pipeline *p, const thrum_reporter *reporter,
+                                    thrum_error *error) {
+  const int64_t k = p->options.modes;
+  const thrum_status status = thrum_derivatives(
+      &p->fem, p->factor, k, p->candidates, p->candidates + k * p->fem.free_count, reporter, error);
+  thrum_factor_free(p->factor);
+  p->factor = NULL;
+  return status;
+}
+
+static thrum_status run_basis(pipeline *p, const thrum_reporter *reporter, thrum_error *error) {
+  thrum_status status =
+      thrum_model_fill_mesh(p->mesh, p->fixed, p->options.rank, &p->result.model, error);
+  if (status == THRUM_OK)
+    status = thrum_basis(&p->fem, &p->mass, p->options.modes, p->result.mode_omega2, p->candidates,
+                         p->options.rank, thrum_model_writable(p->result.model.basis),
+                         &p->result.basis_orthonormality, reporter, error);
+  if (status == THRUM_OK)
+    status = thrum_model_fill_axis_mass(&p->fem, &p->result.model, error);
+  thrum_sparse_free(&p->mass);
+  free(p->candidates);
+  p->candidates = NULL;
+  return status;
+}
+
+static thrum_status run_polynomial(pipeline *p, const thrum_reporter *reporter,
+                                   thrum_error *error) {
+  const int64_t r = p->options.rank;
+  thrum_model *model = &p->result.model;
+  double *linear = thrum_allocate(r * r, sizeof *linear, "the polynomial", error);
+  if (!linear)
+    return THRUM_OUT_OF_MEMORY;
+  const thrum_status status =
+      thrum_polynomial_reduce(&p->fem, r, model->basis, linear, thrum_model_writable(model->c3),
+                              thrum_model_writable(model->c4), reporter, error);
+  double *omega2 = thrum_model_writable(model->omega2);
+  double worst = 0;
+  for (int64_t i = 0; i < r && status == THRUM_OK; i++) {
+    // equal frequencies may differ by rounding either way; the model wants them ascending
+    omega2[i] = i > 0 ? fmax(omega2[i - 1], linear[i * r + i]) : linear[0];
+    for (int64_t j = 0; j < i; j++)
+      worst = fmax(worst, fabs(linear[i * r + j]));
+  }
+  if (status == THRUM_OK)
+    p->result.basis_diagonality = worst / omega2[r - 1];
+  free(linear);
+  return status;
+}
+
+static thrum_status run_all(pipeline *p, thrum_error *error) {
+  thrum_status (*const stages[THRUM_STAGE_COUNT])(pipeline *, const thrum_reporter *,
+                                                  thrum_error *) = {
+      run_assemble, run_factor, run_modes, run_derivatives, run_basis, run_polynomial};
+  thrum_status status = THRUM_OK;
+  for (int stage = 0; stage < THRUM_STAGE_COUNT && status == THRUM_OK; stage++) {
+    const thrum_reporter reporter = {&p->options, (thrum_stage)stage};
+    const double began = seconds_now();
+    status = thrum_report(&reporter, 0, error);
+    if (status == THRUM_OK)
+      status = stages[stage](p, &reporter, error);
+    if (status == THRUM_OK)
+      status = thrum_report(&reporter, 1, error);
+    p->result.seconds[stage] = seconds_now() - began;
+  }
+  return status;
+}
+
+thrum_status thrum_precompute(const thrum_mesh *mesh, const uint8_t *fixed,
+                              const thrum_precompute_options *options, thrum_precomputed *result,
+                              thrum_error *error) {
+  thrum_status status = check_options(options, error);
+  if (status != THRUM_OK)
+    return status;
+  if (!mesh->has_material)
+    return thrum_error_set(error, THRUM_MISSING,
+                           "the mesh says no material: give --young, --poisson and --density");
+  openblas_set_num_threads(options->threads);
+  pipeline p = {.mesh = mesh, .fixed = fixed, .options = *options};
+  status = run_all(&p, error);
+  if (status == THRUM_OK)
+    status = thrum_model_check(&p.result.model, error);
+  pipeline_free(&p);
+  if (status == THRUM_OK)
+    *result = p.result;
+  else
+    thrum_precomputed_free(&p.result);
+  return status;
+}
+
+void thrum_precomputed_free(thrum_precomputed *result) {
+  thrum_model_fill_free(&result->model);
+  free(result->mode_omega2);
+  free(result->mode_residual);
+  *result = (thrum_precomputed){0};
+}
