@@ -145,10 +145,15 @@ static thrum_status make_state(simulation *run, thrum_error *error) {
   return status;
 }
 
+/* Time after `step` steps: a product, where the state's own sum gathers rounding. */
+static double time_at(const simulation *run, int64_t step) {
+  return (double)step * run->request->def.dt;
+}
+
 /* Energies and displacement at the present step; a row of the series when `row` is one. */
 static thrum_status observe(simulation *run, int64_t row, thrum_error *error) {
   simulate_figures *figures = &run->figures;
-  const thrum_state_report report = thrum_state_report_get(run->state);
+  const int64_t step = thrum_state_report_get(run->state).steps;
   thrum_energies energies;
   thrum_status status = thrum_state_get(run->model, run->state, run->q, NULL, error);
   if (status >= 0)
@@ -164,7 +169,7 @@ static thrum_status observe(simulation *run, int64_t row, thrum_error *error) {
   }
   if (row < 0)
     return THRUM_OK;
-  return cli_run_output_record(&run->output, report.steps, report.time, run->q, &energies, error);
+  return cli_run_output_record(&run->output, step, time_at(run, step), run->q, &energies, error);
 }
 
 /* Steps up to `target` or until a step fails or somebody asks to stop. */
@@ -244,7 +249,8 @@ static void note_end(simulation *run) {
   simulate_figures *figures = &run->figures;
   const char *name = run->request->model_path;
   figures->report = thrum_state_report_get(run->state);
-  const double time = figures->report.time;
+  const double time = time_at(run, figures->report.steps);
+  figures->report.time = time;
   if (figures->status < 0) {
     thrum_error detail = figures->stop;
     thrum_error_set(&figures->stop, figures->status,

@@ -44,20 +44,22 @@ static bool write_script(const char *path, const char *terminal, const char *out
           "set terminal %s\n"
           "set output '%s'\n"
           "set datafile separator ','\n"
-          "set title '%s' noenhanced\n"
+          "set title '%s' noenhanced offset 0,1.4\n"
           "set xlabel 'time [s]'\n"
           "set ylabel 'energy [J]'\n"
           "set format y '%%.3g'\n"
+          "set autoscale xfix\n"
           "set grid lc rgb '#dddddd' lt 1\n"
           "set border lc rgb '#555555'\n"
-          "set key outside below horizontal\n"
-          "set yrange [*:*]\n",
+          "set tmargin 5\n"
+          "set rmargin 4\n"
+          "set key at graph 0.5, graph 1.05 center horizontal samplen 3\n",
           terminal, output, quoted);
   const int64_t every = rows / POINTS_MAX + 1;
   fprintf(file,
-          "plot 'energy.csv' using 2:3 every %" PRId64 "::1 with lines lc rgb '#9ecae1' "
+          "plot 'energy.csv' using 2:3 every %" PRId64 "::1 with lines lc rgb '#6baed6' "
           "title 'kinetic', \\\n"
-          "  '' using 2:4 every %" PRId64 "::1 with lines lc rgb '#fdae6b' title 'potential', \\\n"
+          "  '' using 2:4 every %" PRId64 "::1 with lines lc rgb '#f58518' title 'potential', \\\n"
           "  '' using 2:6 every %" PRId64 "::1 with lines lc rgb '#31a354' "
           "title 'high modes', \\\n"
           "  '' using 2:5 every %" PRId64 "::1 with lines lw 2 lc rgb '#08306b' title 'total'\n",

@@ -157,15 +157,22 @@ cJSON *simulate_report_json(const simulate_figures *figures, const cli_run_outpu
   return object;
 }
 
-/* A number, or why there is none. */
-static void print_or(const char *label, const char *format, double value, const char *otherwise) {
-  printf("%-12s ", label);
-  if (isfinite(value)) {
-    printf(format, value);
+/* Why a run has no drift. */
+static const char *no_drift(const simulate_figures *figures) {
+  if (figures->report.steps < figures->request->steps)
+    return "- (the run ended early)";
+  if (figures->windows.last_end == 0)
+    return "- (needs 100 rows without load and damping)";
+  return "- (no energy to compare with)";
+}
+
+static void print_drift(const simulate_figures *figures) {
+  if (isfinite(figures->drift)) {
+    printf("drift        %.2e of the mean energy, first to last tenth of the free motion\n",
+           figures->drift);
   } else {
-    fputs(otherwise, stdout);
+    printf("drift        %s\n", no_drift(figures));
   }
-  putchar('\n');
 }
 
 void simulate_report_table(const simulate_figures *figures, const cli_run_output *output) {
@@ -179,8 +186,7 @@ void simulate_report_table(const simulate_figures *figures, const cli_run_output
          per_step(figures, (double)report->iterations));
   printf("energy       first %.6g, last %.6g, least %.6g, most %.6g J\n", figures->first.total,
          figures->last.total, figures->energy_min, figures->energy_max);
-  print_or("drift", "%.2e of the mean energy, first to last tenth of the free motion",
-           figures->drift, "- (needs a stretch without load and damping)");
+  print_drift(figures);
   if (figures->peak_vertex >= 0)
     printf("peak         %.6g m at vertex %" PRId64 "\n", figures->peak, figures->peak_vertex + 1);
   printf("status       %s\n", simulate_status_name(figures));
