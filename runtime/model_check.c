@@ -133,14 +133,9 @@ static thrum_status check_mesh_sizes(const thrum_layout *layout, thrum_error *er
 }
 
 thrum_status thrum_layout_check_sizes(const thrum_layout *layout, thrum_error *error) {
-  static const char *const names[] = {
-#define X(name, meaning) #name,
-      THRUM_MODEL_SIZES(X)
-#undef X
-  };
   for (int s = 0; s < THRUM_SIZE_COUNT; s++)
     if (layout->size[s] < 0)
-      return thrum_error_set(error, THRUM_BAD_SHAPE, "%s is negative", names[s]);
+      return thrum_error_set(error, THRUM_BAD_SHAPE, "%s is negative", thrum_size_names[s]);
   thrum_status status = check_rank(layout, error);
   if (status == THRUM_OK)
     status = check_mesh_sizes(layout, error);

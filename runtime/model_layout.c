@@ -33,6 +33,12 @@ const thrum_array_info thrum_array_table[THRUM_ARRAY_COUNT] = {
 #undef X
 };
 
+const char *const thrum_size_names[THRUM_SIZE_basis_rows + 1] = {
+#define X(name, meaning) #name,
+    THRUM_MODEL_SIZES(X)
+#undef X
+        "basis_rows"};
+
 int64_t thrum_layout_extent(const thrum_layout *layout, int size_id) {
   switch (size_id) {
   case THRUM_SIZE_basis_rows:

@@ -42,6 +42,9 @@ typedef struct thrum_array_info {
   int required;
 } thrum_array_info;
 
+/* Names of the sizes, basis_rows included; constant. */
+extern const char *const thrum_size_names[THRUM_SIZE_basis_rows + 1];
+
 /* One entry an array, in file order; constant. */
 extern const thrum_array_info thrum_array_table[THRUM_ARRAY_COUNT];
 

@@ -4,6 +4,7 @@
  * Cost: two passes over the file, one for CRC-32 and one for values.
  *
  * SPDX-License-Identifier: Apache-2.0 */
+#include <inttypes.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -90,6 +91,18 @@ static int bind_extent(thrum_layout *layout, unsigned char bound[THRUM_SIZE_COUN
   return thrum_layout_extent(layout, size_id) == value;
 }
 
+// the shape that is needed, with the value of the size that an earlier array has bound
+static thrum_status refuse_shape(const thrum_npy *npy, const thrum_array_info *info,
+                                 const char *where, const char *size_name, int64_t size,
+                                 thrum_error *error) {
+  char shape[96], value[64] = "";
+  thrum_npy_shape_text(npy, shape);
+  if (size_name[0] != '\0')
+    snprintf(value, sizeof value, " with %s = %" PRId64, size_name, size);
+  return thrum_error_set(error, THRUM_BAD_SHAPE, "%s has shape %s, %s is needed%s", where, shape,
+                         info->expected, value);
+}
+
 static thrum_status bind_array(thrum_layout *layout, unsigned char bound[THRUM_SIZE_COUNT],
                                int array, member_bytes bytes, thrum_error *error) {
   const thrum_array_info *info = &thrum_array_table[array];
@@ -101,12 +114,14 @@ static thrum_status bind_array(thrum_layout *layout, unsigned char bound[THRUM_S
     status = thrum_npy_expect(&npy, info->descr, info->item, where, error);
   if (status != THRUM_OK)
     return status;
-  if (npy.dims != info->dims || !bind_extent(layout, bound, info->rows, npy.shape[0]) ||
-      (info->dims == 2 && !bind_extent(layout, bound, info->columns, npy.shape[1]))) {
-    char shape[96];
-    thrum_npy_shape_text(&npy, shape);
-    return thrum_error_set(error, THRUM_BAD_SHAPE, "%s has shape %s, %s is needed", where, shape,
-                           info->expected);
+  if (npy.dims != info->dims)
+    return refuse_shape(&npy, info, where, "", 0, error);
+  for (int d = 0; d < info->dims; d++) {
+    int size_id = d == 0 ? info->rows : info->columns;
+    if (bind_extent(layout, bound, size_id, npy.shape[d]))
+      continue;
+    const char *size_name = size_id <= THRUM_SIZE_basis_rows ? thrum_size_names[size_id] : "";
+    return refuse_shape(&npy, info, where, size_name, thrum_layout_extent(layout, size_id), error);
   }
   layout->data[array] = npy.data;
   return THRUM_OK;
