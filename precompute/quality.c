@@ -63,7 +63,8 @@ thrum_status thrum_quality_measure(const thrum_model *model, thrum_quality *qual
     measured.volume += volume;
     measured.mass += volume * model->material[3 * (int64_t)model->tet_region[t] + 2];
     measured.ratio_mean += ratio;
-    if (ratio < measured.ratio_min) {
+    // among equals the first is named, whatever rounding says
+    if (ratio < measured.ratio_min * (1 - 1e-12)) {
       measured.ratio_min = ratio;
       measured.worst_tet = t;
     }
