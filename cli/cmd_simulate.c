@@ -220,8 +220,7 @@ static thrum_status write_due(simulation *run, int64_t step, int64_t *frame_step
     return status;
   status = thrum_state_get(run->model, run->state, run->q, NULL, error);
   if (status >= 0)
-    status =
-        cli_run_output_frame(&run->output, thrum_state_report_get(run->state).time, run->q, error);
+    status = cli_run_output_frame(&run->output, time_at(run, step), run->q, error);
   *frame_step = simulate_frame_step(run->request, run->output.frames);
   return status;
 }

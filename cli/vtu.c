@@ -15,10 +15,11 @@
 #define VTK_TETRA 10
 #define CHUNK 4096 /* generated values are written in pieces of this many */
 
-/* The arrays in file order. X(name, XML type, bytes of one value, values a row, rows) */
+/* The arrays in file order. X(name, XML type, bytes of one value, components, tuples); VTK wants
+ * the connectivity as one plain list. */
 #define VTU_ARRAYS(X)                                                                              \
   X(points, "Float64", 8, 3, model->vertex_count)                                                  \
-  X(connectivity, "Int32", 4, 4, model->tet_count)                                                 \
+  X(connectivity, "Int32", 4, 1, 4 * model->tet_count)                                             \
   X(offsets, "Int64", 8, 1, model->tet_count)                                                      \
   X(types, "UInt8", 1, 1, model->tet_count)                                                        \
   X(displacement, "Float64", 8, 3, model->vertex_count)                                            \
