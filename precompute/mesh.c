@@ -1,22 +1,13 @@
-/* The mesh itself: choice of the reader, checks and cleaning, groups, volume and hash.
- *
- * A tet counts as flat below 1e-12 of its longest edge cubed: coordinates that are coplanar on
- * paper miss zero by their rounding alone, about 1e-16 of (distance from the origin)/(edge), so
- * bodies up to 10^3 edges from the origin are caught; the worst slivers of real meshes lie at
- * 1e-6 and above. Cost: linear in the mesh, and n log n in the size of a group.
+/* The mesh itself: choice of the reader, groups, volume and hash. Cost: linear in the mesh, and
+ * n log n in the size of a group.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "precompute/mesh.h"
 
-#include <float.h>
-#include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "precompute/mesh_build.h"
-
-static const double FLAT = 1e-12;
 
 void thrum_mesh_free(thrum_mesh *mesh) {
   for (int64_t g = 0; g < mesh->group_count; g++) {
@@ -136,6 +127,53 @@ thrum_status thrum_mesh_add_group(thrum_mesh *mesh, const char *name, const int3
   return THRUM_OK;
 }
 
+/* The vertices of a tet in ascending order. */
+static void sorted_tet(const int32_t *tet, int32_t sorted[4]) {
+  memcpy(sorted, tet, 4 * sizeof *tet);
+  for (int i = 1; i < 4; i++)
+    for (int j = i; j > 0 && sorted[j] < sorted[j - 1]; j--) {
+      int32_t swap = sorted[j];
+      sorted[j] = sorted[j - 1];
+      sorted[j - 1] = swap;
+    }
+}
+
+int64_t *thrum_mesh_tet_repeats(const thrum_mesh *mesh) {
+  uint64_t slots = 16;
+  while (slots < 2 * (uint64_t)mesh->tet_count)
+    slots *= 2;
+  int64_t *table = malloc(slots * sizeof *table);
+  int64_t *earlier = malloc(((size_t)mesh->tet_count + 1) * sizeof *earlier);
+  if (!table || !earlier) {
+    free(table);
+    free(earlier);
+    return NULL;
+  }
+  for (uint64_t i = 0; i < slots; i++)
+    table[i] = -1;
+  // open addressing over the sorted vertices
+  for (int64_t t = 0; t < mesh->tet_count; t++) {
+    int32_t key[4], other[4];
+    sorted_tet(mesh->tets + 4 * t, key);
+    uint64_t hash = 0;
+    for (int a = 0; a < 4; a++)
+      hash = (hash ^ (uint32_t)key[a]) * UINT64_C(0x9e3779b97f4a7c15);
+    uint64_t slot = hash >> 20 & (slots - 1);
+    earlier[t] = -1;
+    for (; table[slot] >= 0; slot = (slot + 1) & (slots - 1)) {
+      sorted_tet(mesh->tets + 4 * table[slot], other);
+      if (memcmp(key, other, sizeof key) == 0) {
+        earlier[t] = table[slot];
+        break;
+      }
+    }
+    if (earlier[t] < 0)
+      table[slot] = t;
+  }
+  free(table);
+  return earlier;
+}
+
 static bool has_suffix(const char *name, const char *suffix) {
   size_t n = strlen(name), m = strlen(suffix);
   if (n <= m)
@@ -174,93 +212,6 @@ thrum_status thrum_mesh_read(const char *name, double scale, thrum_mesh *mesh, t
   return THRUM_OK;
 }
 
-/* Where a message points: "file:line" of tet t as far as it is known. */
-typedef struct place {
-  char text[200];
-} place;
-
-static place tet_place(const thrum_mesh *mesh, const char *name, int64_t t) {
-  place where;
-  size_t length = strlen(name);
-  const char *shown = length > 150 ? name + length - 150 : name;
-  if (mesh->tet_line && mesh->tet_line[t] > 0)
-    snprintf(where.text, sizeof where.text, "%s%s:%lld", length > 150 ? "..." : "", shown,
-             (long long)mesh->tet_line[t]);
-  else
-    snprintf(where.text, sizeof where.text, "%s%s", length > 150 ? "..." : "", shown);
-  return where;
-}
-
-/* What the file calls vertex v, before any was dropped. */
-static int64_t number_of(const thrum_mesh *mesh, int32_t v) {
-  return mesh->file_number ? mesh->file_number[v] : (int64_t)v + 1;
-}
-
-static thrum_status scale_vertices(thrum_mesh *mesh, const char *name, double scale,
-                                   thrum_error *error) {
-  if (!isfinite(scale) || scale <= 0)
-    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                           "the scale is %g; it turns lengths into metres and must be above 0",
-                           scale);
-  for (int64_t i = 0; i < 3 * mesh->vertex_count; i++) {
-    if (!isfinite(mesh->vertices[i]) || !isfinite(scale * mesh->vertices[i]))
-      return thrum_error_set(error, THRUM_BAD_VALUE,
-                             "%.200s: vertex %lld is not at a finite place (scale %g)", name,
-                             (long long)number_of(mesh, (int32_t)(i / 3)), scale);
-    mesh->vertices[i] *= scale;
-  }
-  return THRUM_OK;
-}
-
-static thrum_status check_tet_vertices(const thrum_mesh *mesh, const char *name,
-                                       thrum_error *error) {
-  for (int64_t t = 0; t < mesh->tet_count; t++) {
-    const int32_t *v = mesh->tets + 4 * t;
-    for (int a = 0; a < 4; a++)
-      if (v[a] < 0 || v[a] >= mesh->vertex_count)
-        return thrum_error_set(error, THRUM_BAD_VALUE,
-                               "%s: tet %lld names vertex %lld, but there are %lld vertices",
-                               tet_place(mesh, name, t).text, (long long)t + 1, (long long)v[a] + 1,
-                               (long long)mesh->vertex_count);
-    for (int a = 0; a < 4; a++)
-      for (int b = a + 1; b < 4; b++)
-        if (v[a] == v[b])
-          return thrum_error_set(
-              error, THRUM_BAD_VALUE, "%s: tet %lld has vertex %lld twice; remove or mend it",
-              tet_place(mesh, name, t).text, (long long)t + 1, (long long)number_of(mesh, v[a]));
-    if (mesh->tet_region[t] < 0 || mesh->tet_region[t] >= mesh->region_count)
-      return thrum_error_set(error, THRUM_BAD_VALUE, "%s: tet %lld is in no region",
-                             tet_place(mesh, name, t).text, (long long)t + 1);
-  }
-  return THRUM_OK;
-}
-
-/* Edges of tet t from its first vertex, divided by its longest edge, which is returned. */
-static double unit_edges(const thrum_mesh *mesh, int64_t t, double edges[3][3]) {
-  const int32_t *v = mesh->tets + 4 * t;
-  double longest = 0;
-  for (int a = 0; a < 4; a++)
-    for (int b = a + 1; b < 4; b++) {
-      double length = 0;
-      for (int c = 0; c < 3; c++) {
-        double d = mesh->vertices[3 * (int64_t)v[b] + c] - mesh->vertices[3 * (int64_t)v[a] + c];
-        length = hypot(length, d);
-        if (a == 0)
-          edges[b - 1][c] = d;
-      }
-      longest = length > longest ? length : longest;
-    }
-  for (int i = 0; i < 9; i++)
-    edges[i / 3][i % 3] /= longest > 0 ? longest : 1;
-  return longest;
-}
-
-static double triple(double e[3][3]) {
-  return e[0][0] * (e[1][1] * e[2][2] - e[1][2] * e[2][1]) -
-         e[0][1] * (e[1][0] * e[2][2] - e[1][2] * e[2][0]) +
-         e[0][2] * (e[1][0] * e[2][1] - e[1][1] * e[2][0]);
-}
-
 double thrum_mesh_tet_volume(const thrum_mesh *mesh, int64_t t) {
   const int32_t *v = mesh->tets + 4 * t;
   double edges[3][3];
@@ -268,117 +219,7 @@ double thrum_mesh_tet_volume(const thrum_mesh *mesh, int64_t t) {
     for (int c = 0; c < 3; c++)
       edges[b - 1][c] =
           mesh->vertices[3 * (int64_t)v[b] + c] - mesh->vertices[3 * (int64_t)v[0] + c];
-  return triple(edges) / 6;
-}
-
-static thrum_status fix_winding(thrum_mesh *mesh, const char *name, thrum_error *error) {
-  int64_t inverted = 0, first = -1;
-  for (int64_t t = 0; t < mesh->tet_count; t++) {
-    double edges[3][3];
-    double longest = unit_edges(mesh, t, edges);
-    double shape = triple(edges) / 6;
-    const int32_t *v = mesh->tets + 4 * t;
-    if (!(fabs(shape) > FLAT))
-      return thrum_error_set(
-          error, THRUM_BAD_VALUE,
-          "%s: tet %lld (vertices %lld %lld %lld %lld) has no volume; remove or mend it",
-          tet_place(mesh, name, t).text, (long long)t + 1, (long long)number_of(mesh, v[0]),
-          (long long)number_of(mesh, v[1]), (long long)number_of(mesh, v[2]),
-          (long long)number_of(mesh, v[3]));
-    // far outside, products of lengths leave the range of doubles
-    if (!(longest > 1e-30 && longest < 1e30))
-      return thrum_error_set(error, THRUM_BAD_VALUE,
-                             "%s: tet %lld has an edge of %g m; check the scale",
-                             tet_place(mesh, name, t).text, (long long)t + 1, longest);
-    if (shape < 0) {
-      first = inverted == 0 ? t : first;
-      inverted++;
-    }
-  }
-  if (inverted == 0)
-    return THRUM_OK;
-  if (inverted < mesh->tet_count)
-    return thrum_error_set(error, THRUM_BAD_VALUE,
-                           "%s: tet %lld is the first of %lld inverted ones, while %lld are not; "
-                           "all must be wound the same way",
-                           tet_place(mesh, name, first).text, (long long)first + 1,
-                           (long long)inverted, (long long)(mesh->tet_count - inverted));
-  for (int64_t t = 0; t < mesh->tet_count; t++) {
-    int32_t *v = mesh->tets + 4 * t, swap = v[2];
-    v[2] = v[3];
-    v[3] = swap;
-  }
-  mesh->flipped_tets = inverted;
-  return THRUM_OK;
-}
-
-/* Renumbers a group in place; an emptied one is removed by the caller. */
-static void renumber_group(thrum_group *group, const int32_t *map) {
-  int64_t kept = 0;
-  for (int64_t i = 0; i < group->count; i++)
-    if (map[group->vertices[i]] >= 0)
-      group->vertices[kept++] = map[group->vertices[i]];
-  group->count = kept;
-}
-
-static void renumber(thrum_mesh *mesh, const int32_t *map, int32_t kept) {
-  for (int64_t v = 0; v < mesh->vertex_count; v++)
-    if (map[v] >= 0)
-      memmove(mesh->vertices + 3 * (int64_t)map[v], mesh->vertices + 3 * v, 3 * sizeof(double));
-  mesh->vertex_count = kept;
-  for (int64_t i = 0; i < 4 * mesh->tet_count; i++)
-    mesh->tets[i] = map[mesh->tets[i]];
-  int64_t groups = 0;
-  for (int64_t g = 0; g < mesh->group_count; g++) {
-    thrum_group group = mesh->groups[g];
-    renumber_group(&group, map);
-    if (group.count > 0) {
-      mesh->groups[groups++] = group;
-    } else {
-      free(group.name);
-      free(group.vertices);
-    }
-  }
-  mesh->group_count = groups;
-}
-
-static thrum_status drop_vertices(thrum_mesh *mesh, thrum_error *error) {
-  int32_t *map = malloc((size_t)mesh->vertex_count * sizeof *map);
-  if (!map)
-    return no_memory(error);
-  for (int64_t v = 0; v < mesh->vertex_count; v++)
-    map[v] = -1;
-  for (int64_t i = 0; i < 4 * mesh->tet_count; i++)
-    map[mesh->tets[i]] = 0;
-  int32_t kept = 0;
-  for (int64_t v = 0; v < mesh->vertex_count; v++)
-    if (map[v] == 0)
-      map[v] = kept++;
-  mesh->file_vertex_count = mesh->vertex_count;
-  mesh->dropped_vertices = mesh->vertex_count - kept;
-  if (mesh->dropped_vertices == 0) {
-    free(map);
-    return THRUM_OK;
-  }
-  renumber(mesh, map, kept);
-  mesh->file_vertex = map;
-  return THRUM_OK;
-}
-
-thrum_status thrum_mesh_clean(thrum_mesh *mesh, const char *name, double scale,
-                              thrum_error *error) {
-  if (mesh->tet_count == 0)
-    return thrum_error_set(error, THRUM_MISSING, "%.200s: the mesh holds no tetrahedra", name);
-  if (mesh->vertex_count > INT32_MAX)
-    return thrum_error_set(error, THRUM_UNSUPPORTED, "%.200s: more than 2^31 - 1 vertices", name);
-  thrum_status status = scale_vertices(mesh, name, scale, error);
-  if (status >= 0)
-    status = check_tet_vertices(mesh, name, error);
-  if (status >= 0)
-    status = fix_winding(mesh, name, error);
-  if (status >= 0)
-    status = drop_vertices(mesh, error);
-  return status;
+  return thrum_mesh_triple(edges) / 6;
 }
 
 /* FNV-1a over the eight bytes of a number, lowest first, on any machine. */

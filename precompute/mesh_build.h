@@ -24,4 +24,15 @@ thrum_status thrum_mesh_add_group(thrum_mesh *mesh, const char *name, const int3
 /* NULL, or why this is no name for a group: its length, its bytes. */
 const char *thrum_mesh_name_fault(const char *name, size_t length);
 
+/* For each tet the first one with the same four vertices before it, or -1: tet_count numbers,
+ * malloc'ed; NULL when out of memory. */
+int64_t *thrum_mesh_tet_repeats(const thrum_mesh *mesh);
+
+/* Six times the signed volume that three edges from one vertex span. */
+static inline double thrum_mesh_triple(double e[3][3]) {
+  return e[0][0] * (e[1][1] * e[2][2] - e[1][2] * e[2][1]) -
+         e[0][1] * (e[1][0] * e[2][2] - e[1][2] * e[2][0]) +
+         e[0][2] * (e[1][0] * e[2][1] - e[1][1] * e[2][0]);
+}
+
 #endif

@@ -1,7 +1,7 @@
 /* Gmsh .msh files, versions 2.2 and 4.1, in ASCII: $PhysicalNames, $Entities, $Nodes, $Elements;
  * other sections are passed over. Tetrahedra (type 4) are the mesh. Physical volumes are its
  * regions; physical groups of any dimension are vertex groups. Version 2 writes an element once
- * for each physical group it is in, one right after the other: these are joined again.
+ * for each physical group that it is in: tets that come again are joined with the first.
  * Vertices are ordered by their tags, which may have gaps.
  * Cost: linear in the file, n log n in the nodes when they are not in order.
  *
@@ -275,7 +275,8 @@ static thrum_status read_position(msh_reader *r, msh_node *node) {
   return status;
 }
 
-static thrum_status read_nodes_2(msh_reader *r) {
+/* Parameters may follow the coordinates, in $ParametricNodes. */
+static thrum_status read_nodes_2(msh_reader *r, bool parametric) {
   int64_t count = 0;
   thrum_status status = section_line(r, "the number of nodes");
   if (status >= 0)
@@ -286,7 +287,7 @@ static thrum_status read_nodes_2(msh_reader *r) {
       status = read_tag(r);
     if (status >= 0)
       status = read_position(r, &r->nodes[r->node_count - 1]);
-    if (status >= 0)
+    if (status >= 0 && !parametric)
       status = thrum_text_finish(&r->text, "the three coordinates", r->error);
   }
   return status;
@@ -371,13 +372,13 @@ static thrum_status index_nodes(msh_reader *r) {
   return THRUM_OK;
 }
 
-static thrum_status read_nodes(msh_reader *r) {
+static thrum_status read_some_nodes(msh_reader *r, bool parametric) {
   if (r->has_nodes)
     return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error, "$Nodes comes twice");
   r->has_nodes = true;
   thrum_status status;
   if (r->version == 2) {
-    status = read_nodes_2(r);
+    status = read_nodes_2(r, parametric);
   } else {
     int64_t blocks = 0, items = 0;
     status = read_block_header(r, &blocks, &items);
@@ -387,6 +388,14 @@ static thrum_status read_nodes(msh_reader *r) {
       status = check_items(r, "nodes", items, r->node_count);
   }
   return status < 0 ? status : index_nodes(r);
+}
+
+static thrum_status read_nodes(msh_reader *r) {
+  return read_some_nodes(r, false);
+}
+
+static thrum_status read_parametric_nodes(msh_reader *r) {
+  return read_some_nodes(r, true);
 }
 
 /* Next word of the line, the tag of a node, as its index. */
@@ -433,13 +442,9 @@ static thrum_status check_type(msh_reader *r, int64_t type, int dimension) {
                          (long long)type);
 }
 
-/* Adds a tet, unless it is the one before over again, written once more for another group. */
-static thrum_status add_tet(msh_reader *r, const int32_t tet[4], int64_t physical, bool joins) {
+static thrum_status add_tet(msh_reader *r, const int32_t tet[4], int64_t physical) {
   thrum_mesh *m = &r->mesh;
   int64_t t = m->tet_count;
-  if (joins && t > 0 && memcmp(m->tets + 4 * (t - 1), tet, 4 * sizeof *tet) == 0 &&
-      m->tet_region[t - 1] != physical)
-    return THRUM_OK;
   int32_t *tets = thrum_mesh_grow(m->tets, &r->tet_capacity, t + 1, 4 * sizeof *tets);
   m->tets = tets ? tets : m->tets;
   int64_t *lines = thrum_mesh_grow(m->tet_line, &r->line_capacity, t + 1, sizeof *lines);
@@ -467,7 +472,7 @@ static thrum_status read_element_nodes(msh_reader *r, int64_t type, const int32_
     if (status >= 0)
       status = thrum_text_finish(&r->text, "the four nodes", r->error);
     if (status >= 0)
-      status = add_tet(r, nodes, physical_count > 0 ? physicals[0] : NO_PHYSICAL, r->version == 2);
+      status = add_tet(r, nodes, physical_count > 0 ? physicals[0] : NO_PHYSICAL);
     for (int64_t p = 0; p < physical_count && status >= 0; p++)
       status = add_to_physical(r, physicals[p], nodes, 4);
     return status;
@@ -585,6 +590,7 @@ static thrum_status read_section(msh_reader *r) {
                   {"$PhysicalNames", read_physical_names},
                   {"$Entities", read_entities},
                   {"$Nodes", read_nodes},
+                  {"$ParametricNodes", read_parametric_nodes},
                   {"$Elements", read_elements}};
   const char *start = r->text.start;
   size_t length = (size_t)(r->text.end - start);
@@ -603,6 +609,24 @@ static thrum_status read_section(msh_reader *r) {
       return status < 0 ? status : end_section(r, start + 1, length - 1, false);
     }
   return end_section(r, start + 1, length - 1, true);
+}
+
+/* Keeps the first of tets that come several times; their groups have all of them already. */
+static thrum_status join_repeats(msh_reader *r) {
+  thrum_mesh *m = &r->mesh;
+  int64_t *earlier = thrum_mesh_tet_repeats(m), kept = 0;
+  if (!earlier)
+    return no_memory(r);
+  for (int64_t t = 0; t < m->tet_count; t++) {
+    if (earlier[t] >= 0)
+      continue;
+    memmove(m->tets + 4 * kept, m->tets + 4 * t, 4 * sizeof *m->tets);
+    m->tet_line[kept] = m->tet_line[t];
+    m->tet_region[kept++] = m->tet_region[t];
+  }
+  m->tet_count = kept;
+  free(earlier);
+  return THRUM_OK;
 }
 
 /* Regions: the physical volumes that tets are in, and one for tets in none. */
@@ -663,6 +687,8 @@ static thrum_status read_all(msh_reader *r) {
                              !r->version    ? "MeshFormat"
                              : r->has_nodes ? "Elements"
                                             : "Nodes");
+  if (status >= 0)
+    status = join_repeats(r);
   if (status >= 0)
     status = number_regions(r);
   if (status >= 0)
