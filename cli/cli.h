@@ -48,7 +48,7 @@ typedef struct cli_progress {
   bool quiet;
   bool open;
   char label[64];
-  double shown; /* fraction last drawn */
+  double drawn; /* cli_seconds() of the last drawing */
   double began; /* cli_seconds() */
 } cli_progress;
 cli_progress cli_progress_make(bool quiet);

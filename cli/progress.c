@@ -1,6 +1,6 @@
 /* Progress of long stages on standard error, and the two meters of the process: time and memory.
  *
- * On a terminal a bar is redrawn in place, at most a hundred times a stage; into a file or pipe go
+ * On a terminal a bar is redrawn in place, at most ten times a second; into a file or pipe go
  * two plain lines a stage. SPDX-License-Identifier: Apache-2.0 */
 #include <stdio.h>
 #include <stdlib.h>
@@ -12,6 +12,7 @@
 #include "cli/cli.h"
 
 #define BAR_CELLS 30
+#define REDRAW_SECONDS 0.1
 
 double cli_seconds(void) {
   struct timespec now;
@@ -58,12 +59,11 @@ void cli_progress_update(cli_progress *progress, const char *label, double fract
     snprintf(progress->label, sizeof progress->label, "%s", label);
     progress->open = true;
     progress->began = cli_seconds();
-    progress->shown = fraction;
     if (!progress->terminal)
       fprintf(stderr, "%s ...\n", label);
   }
-  if (progress->terminal && (fresh || fraction - progress->shown >= 0.01)) {
-    progress->shown = fraction;
+  if (progress->terminal && (fresh || cli_seconds() - progress->drawn >= REDRAW_SECONDS)) {
+    progress->drawn = cli_seconds();
     draw_bar(progress, fraction);
   }
 }

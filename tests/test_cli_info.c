@@ -183,6 +183,44 @@ static void a_polynomial_alone_is_a_model_too(void **state) {
   cli_result_free(&run);
 }
 
+static void meta_of_any_kind_is_survived(void **state) {
+  (void)state;
+  const int32_t format[2] = {THRUM_MODEL_FORMAT_MAJOR, THRUM_MODEL_FORMAT_MINOR};
+  const double omega2 = 1, zero = 0;
+  char nested[2001], path[160];
+  memset(nested, '[', 2000);
+  nested[2000] = 0;
+  const char *const texts[] = {
+      "",
+      "{",
+      "[1,2]",
+      "null",
+      "no json",
+      nested,
+      "{\"residuals\":3,\"frequencies_hz\":\"x\"}",
+      "{\"residuals\":{\"modes\":{\"a\":[]}},\"frequencies_hz\":{\"a\":null},\"mesh\":[]}",
+      "{\"frequencies_hz\":[null,\"1\",[2],1e999]}"};
+  snprintf(path, sizeof path, "%s/meta.npz", folder);
+  for (size_t n = 0; n < sizeof texts / sizeof texts[0]; n++) {
+    const thrum_model model = {.rank = 1,
+                               .c3_count = 1,
+                               .c4_count = 1,
+                               .format = format,
+                               .omega2 = &omega2,
+                               .c3 = &zero,
+                               .c4 = &zero,
+                               .meta = (const uint8_t *)texts[n],
+                               .meta_bytes = (int64_t)strlen(texts[n])};
+    assert_int_equal(thrum_model_save(path, &model, NULL), THRUM_OK);
+    cJSON *object = info("meta.npz", NULL, NULL);
+    assert_true(cli_json_get(object, "rank") == 1);
+    cJSON_Delete(object);
+    cli_result run = thrum_run(folder, "info", "meta.npz", NULL);
+    assert_int_equal(run.exit_code, 0);
+    cli_result_free(&run);
+  }
+}
+
 static void assert_exit(int code, const char *wanted, const char *a, const char *b, const char *c) {
   cli_result run = thrum_run(folder, "info", a, b, c, NULL);
   if (run.exit_code != code || strstr(run.err, wanted) == NULL)
@@ -285,6 +323,7 @@ int main(void) {
       cmocka_unit_test(groups_and_memory_are_listed),
       cmocka_unit_test(table_names_what_people_ask_for),
       cmocka_unit_test(a_polynomial_alone_is_a_model_too),
+      cmocka_unit_test(meta_of_any_kind_is_survived),
       cmocka_unit_test(what_is_no_model_is_refused_in_one_line),
       cmocka_unit_test(wrong_usage_exits_with_2),
       cmocka_unit_test(a_full_disk_is_not_success),

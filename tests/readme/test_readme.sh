@@ -13,6 +13,14 @@ cp "$source/run" "$work/checkout/run"
 cp -r "$source/tests" "$work/checkout/tests"
 ln -s "$build" "$work/checkout/build/release"
 
+# what it links to and shows is there
+sed 's/](\([^)]*\))/\n@\1\n/g' "$source/README.md" | sed -n 's/^@//p' | while read -r link; do
+  test -e "$source/$link" || {
+    echo "README.md links to $link, which is missing"
+    exit 1
+  }
+done
+
 # indented code would escape this test
 if grep -q '^    [a-z./]' "$source/README.md"; then
   echo "README.md: put commands into sh blocks"
