@@ -2,8 +2,8 @@
  *
  * A tet counts as flat below 1e-12 of its extent cubed: coordinates that are coplanar on
  * paper miss zero by their rounding alone, about 1e-16 of (distance from the origin)/(extent), so
- * bodies up to 10^3 extents from the origin are caught; the worst slivers of real meshes lie at
- * 1e-6 and above. Cost: linear in the mesh.
+ * bodies up to 10^3 extents from the origin are caught; slivers as meshers leave them stay far
+ * above. Cost: linear in the mesh.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
@@ -53,7 +53,8 @@ static thrum_status scale_vertices(thrum_mesh *mesh, const char *name, double sc
       return thrum_error_set(error, THRUM_BAD_VALUE,
                              "%.200s: vertex %lld is not at a finite place (scale %g)", name,
                              (long long)number_of(mesh, (int32_t)(i / 3)), scale);
-    mesh->vertices[i] *= scale;
+    // adding 0 takes the sign off -0, so that equal meshes have equal bytes
+    mesh->vertices[i] = scale * mesh->vertices[i] + 0.0;
   }
   return THRUM_OK;
 }
