@@ -7,8 +7,11 @@
  *   then   p'_I = p_I - h [R(q-bar) + D v - f]_I at the accepted iterate                      (5)
  *
  * |I| = 0 is Stoermer-Verlet and |I| = r the implicit midpoint rule. The unknown is the increment,
- * so that nothing cancels. Quasi-Newton keeps its factors over many steps; full Newton with
- * shortened steps comes second. With q_E held, V is a quartic in q_I alone: one contraction a step.
+ * so that nothing cancels. Quasi-Newton keeps its factors over several steps. Full Newton comes
+ * second: unless D is in tangent form, (4) is the gradient in d of
+ *   m(d) = 1/2 |d|^2 + h/4 d D d - d (h p_I + h^2/2 f) + h^2 V(q-bar),
+ * which is bounded below, so a line search on m finds a solution at any h.
+ * With q_E held, V is a quartic in q_I alone: one contraction a step.
  * Cost: one force evaluation and one contraction over all coefficients, then C(|I|+4, 4) an
  * iteration; with tangent damping one more pass over the coefficients an iteration.
  * Source: Stern & Grinspun 2009, doi:10.1137/080732936.
@@ -36,36 +39,50 @@ typedef struct solver {
   bool tangent; /* damping in tangent form */
 } solver;
 
+/* How good an increment is. */
+typedef struct measure {
+  double norm;  /* scaled, of the residual */
+  double merit; /* m(d), up to a constant; useless for the tangent form */
+} measure;
+
 /* 1 + h^2/4 omega^2 + h/2 d: the solve's Jacobian at rest, and the scale of a mode's residual. */
 static double scale_of(const solver *s, int32_t i) {
   return 1.0 + 0.25 * s->h * s->h * s->model->omega2[i] +
          0.5 * s->h * thrum_rest_damping(s->model, s->state, i);
 }
 
-/* Residual (4) of the increment in view->unknown; returns its scaled norm. */
-static double evaluate(const solver *s) {
+/* R(q-bar)_I into view->force for the increment in view->unknown, T(q-bar) v into view->product if
+ * the damping needs it; returns V(q-bar) up to a constant. */
+static double evaluate_model(const solver *s) {
   thrum_state_view *view = s->view;
-  const double h = s->h, alpha = s->state->damping_alpha, beta = s->state->damping_beta;
   for (int32_t i = s->first; i < s->state->rank; i++) {
     view->middle[i] = view->q[i] + 0.5 * view->unknown[i];
-    view->velocity[i] = view->unknown[i] / h;
+    view->velocity[i] = view->unknown[i] / s->h;
   }
-  if (s->first == 0)
-    thrum_force(s->model, view->middle, view->force, view->work);
-  else
-    thrum_restricted_gradient(s->model, s->first, view->restricted, view->middle + s->first,
-                              view->force + s->first, view->work);
   if (s->tangent)
     thrum_tangent_vector(s->model, view->middle, view->velocity, view->product, view->work);
-  double sum = 0.0;
+  if (s->first == 0)
+    return thrum_force(s->model, view->middle, view->force, view->work);
+  return thrum_restricted_gradient(s->model, s->first, view->restricted, view->middle + s->first,
+                                   view->force + s->first, view->work);
+}
+
+/* Residual (4) of the increment in view->unknown. */
+static measure evaluate(const solver *s) {
+  thrum_state_view *view = s->view;
+  const double h = s->h, alpha = s->state->damping_alpha, beta = s->state->damping_beta;
+  double sum = 0.0, merit = h * h * evaluate_model(s);
   for (int32_t i = s->first; i < s->state->rank; i++) {
-    const double stiff = s->tangent ? view->product[i] : s->model->omega2[i] * view->velocity[i];
-    view->total[i] = view->force[i] + (alpha * view->velocity[i] + beta * stiff) - view->load[i];
-    const double residual = view->unknown[i] - h * view->p[i] + 0.5 * h * h * view->total[i];
-    view->residual[i] = residual;
-    sum += residual * residual / scale_of(s, i);
+    const double d = view->unknown[i], v = view->velocity[i], kick = h * view->p[i];
+    const double damped =
+        alpha * v + beta * (s->tangent ? view->product[i] : s->model->omega2[i] * v);
+    view->total[i] = view->force[i] + damped - view->load[i];
+    view->residual[i] = d - kick + 0.5 * h * h * view->total[i];
+    sum += view->residual[i] * view->residual[i] / scale_of(s, i);
+    merit += d * (0.5 * d - kick + 0.5 * h * h * (0.5 * damped - view->load[i]));
   }
-  return sqrt(sum);
+  const measure found = {sqrt(sum), merit};
+  return found;
 }
 
 /* Scaled norm of the increment, in the same measure as the residual's. */
@@ -156,17 +173,20 @@ static void guess(const solver *s) {
   }
 }
 
+/* Contraction of the residual above which the kept factors are too old. */
+#define SLOW 0.01
+
 static bool quasi_newton(const solver *s) {
   bool kept = s->state->jacobian_kept != 0, fresh = false;
   double before = INFINITY;
   for (int32_t j = 0;; j++) {
-    const double norm = evaluate(s);
+    const double norm = evaluate(s).norm;
     if (!isfinite(norm) || accept(s, norm))
       return isfinite(norm);
     if (j == s->state->iterations_max || (fresh && norm > before))
       return false;
-    // slow convergence: the kept factors are too old
-    fresh = (!kept && !s->report->refreshed) || norm > 0.25 * before;
+    // a refresh costs a few iterations, and over the next steps saves one or two in each
+    fresh = (!kept && !s->report->refreshed) || norm > SLOW * before;
     if (fresh) {
       assemble(s);
       if (!factorise(s))
@@ -180,49 +200,71 @@ static bool quasi_newton(const solver *s) {
   }
 }
 
-/* Goes along the direction by 1, 1/2, 1/4 ... until the residual falls; returns its norm there, or
- * infinity when it does not fall. */
-static double shorten(const solver *s, double norm) {
-  thrum_state_view *view = s->view;
-  memcpy(view->trial, view->unknown, (size_t)s->state->rank * sizeof *view->trial);
-  double length = 1.0;
-  for (int32_t k = 0; k < 12; k++, length *= 0.5) {
-    for (int32_t i = s->first; i < s->state->rank; i++)
-      view->unknown[i] = view->trial[i] - length * view->direction[i];
-    const double there = evaluate(s);
-    if (there < norm)
-      return there;
-    if (!isfinite(there))
-      s->report->saw_nonfinite = true;
-    // full length and no fall: fine when rounding is all that is left
-    if (k == 0 && isfinite(there) && accept(s, there))
-      return there;
-  }
-  return INFINITY;
-}
-
-/* From rest of the step (no motion), with the exact Jacobian in every iteration. */
-static bool full_newton(const solver *s) {
-  memset(s->view->unknown, 0, (size_t)s->state->rank * sizeof *s->view->unknown);
-  s->report->newton = true;
-  double norm = evaluate(s);
-  for (int32_t j = 0; isfinite(norm); j++) {
-    if (accept(s, norm))
-      return true;
-    if (j == s->state->iterations_max)
-      return false;
+/* Newton's direction at the present increment, and its slope: the rate at which m falls along it.
+ * Where the Jacobian is indefinite a multiple of its rest scale is added until m does fall. */
+static bool descend(const solver *s, double *slope) {
+  const size_t n = (size_t)s->n;
+  double shift = 0.0;
+  for (int k = 0; k<8; k++, shift = shift> 0.0 ? 10.0 * shift : 1.0) {
     assemble(s);
     if (s->tangent)
       assemble_change(s);
+    for (size_t i = 0; i < n; i++)
+      s->view->jacobian_next[i * n + i] += shift * scale_of(s, s->first + (int32_t)i);
     if (!factorise(s))
-      return false;
+      continue;
+    // shifted factors serve this direction, not the steps to come
+    s->report->refreshed = shift == 0.0;
     solve(s, false);
-    norm = shorten(s, norm);
-    if (isinf(norm))
+    *slope = 0.0;
+    for (int32_t i = s->first; i < s->state->rank; i++)
+      *slope += s->view->direction[i] * s->view->residual[i];
+    if (isfinite(*slope) && *slope > 0.0)
+      return true;
+  }
+  return false;
+}
+
+/* Goes along the direction by 1, 1/2, 1/4 ... until the residual halves or m falls enough (for the
+ * tangent form, until the residual falls). False when it never does. */
+static bool shorten(const solver *s, double slope, measure *here) {
+  thrum_state_view *view = s->view;
+  memcpy(view->trial, view->unknown, (size_t)s->state->rank * sizeof *view->trial);
+  double length = 1.0;
+  for (int k = 0; k < 30; k++, length *= 0.5) {
+    for (int32_t i = s->first; i < s->state->rank; i++)
+      view->unknown[i] = view->trial[i] - length * view->direction[i];
+    const measure there = evaluate(s);
+    if (!isfinite(there.norm)) {
+      s->report->saw_nonfinite = true;
+      continue;
+    }
+    const bool fell = s->tangent ? there.norm < here->norm
+                                 : there.norm < 0.5 * here->norm ||
+                                       there.merit < here->merit - 1e-4 * length * slope;
+    if (fell || accept(s, there.norm)) {
+      *here = there;
+      return true;
+    }
+  }
+  return false;
+}
+
+/* From no motion, with the exact Jacobian in every iteration. */
+static bool full_newton(const solver *s) {
+  memset(s->view->unknown, 0, (size_t)s->state->rank * sizeof *s->view->unknown);
+  s->report->newton = true;
+  measure here = evaluate(s);
+  if (!isfinite(here.norm)) {
+    s->report->saw_nonfinite = true;
+    return false;
+  }
+  for (int32_t j = 0; !accept(s, here.norm); j++) {
+    double slope;
+    if (j == s->state->iterations_max || !descend(s, &slope) || !shorten(s, slope, &here))
       return false;
   }
-  s->report->saw_nonfinite = true;
-  return false;
+  return true;
 }
 
 /* Stage 2, (4) and (5). */
