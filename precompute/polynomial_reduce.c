@@ -13,8 +13,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define BLOCK                                                                                      \
-  128 /* tets: 768 rows, a depth at which DSYRK is at its best and a panel fits a cache */
+// tets in a block: 768 rows, deep enough for DSYRK at its best, and a panel that fits a cache
+#define BLOCK 128
 
 typedef struct panel {
   const thrum_fem *fem;
