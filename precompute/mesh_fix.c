@@ -33,6 +33,8 @@ static uint8_t split_components(const char *spec, const char **end) {
     p--;
     axes |= (uint8_t)(1 << (*p - 'x'));
   }
+  while (p > spec && is_blank(p[-1]))
+    p--;
   if (axes == 0 || p == spec || p[-1] != ':')
     return ALL_AXES;
   *end = p - 1;
@@ -234,13 +236,13 @@ static thrum_status mark_name(const thrum_mesh *mesh, const char *name, uint8_t 
 /* `text` is the spec without blanks around it. */
 static thrum_status mark(const thrum_mesh *mesh, char *text, uint8_t *marks, uint8_t *axes,
                          thrum_error *error) {
-  const char *end = text + strlen(text);
   bool predicate = strpbrk(text, "<>") != NULL;
   // a name that happens to end like components is still that name
   if (!predicate && (is_file(text) || find_group(mesh, text))) {
     *axes = ALL_AXES;
     return mark_name(mesh, text, marks, error);
   }
+  const char *end = text + strlen(text);
   *axes = split_components(text, &end);
   if (predicate)
     return mark_predicate(mesh, text, end, marks, error);
@@ -248,32 +250,50 @@ static thrum_status mark(const thrum_mesh *mesh, char *text, uint8_t *marks, uin
   return mark_name(mesh, text, marks, error);
 }
 
-thrum_status thrum_mesh_fix(const thrum_mesh *mesh, const char *spec, uint8_t *fixed,
-                            int64_t *count, thrum_error *error) {
-  const char *start = spec, *stop = spec + strlen(spec);
-  while (start < stop && is_blank(*start))
-    start++;
-  while (stop > start && is_blank(stop[-1]))
+/* A copy without blanks around it; other blanks and control characters become spaces, which keeps
+ * messages on one line. NULL when out of memory. */
+static char *copy_spec(const char *spec) {
+  const char *stop = spec + strlen(spec);
+  spec = skip_blanks(spec, stop);
+  while (stop > spec && is_blank(stop[-1]))
     stop--;
-  if (start == stop)
+  char *text = calloc(1, (size_t)(stop - spec) + 1);
+  for (size_t i = 0; text && i < (size_t)(stop - spec); i++)
+    text[i] = is_blank(spec[i]) || spec[i] == 0x7f ? ' ' : spec[i];
+  return text;
+}
+
+static thrum_status mark_all(const thrum_mesh *mesh, char *text, uint8_t *marks, uint8_t *axes,
+                             int64_t *named, thrum_error *error) {
+  if (!*text)
     return thrum_error_set(error, THRUM_BAD_FORMAT,
                            "what to fix is empty; name a group, a file or "
                            "a predicate such as 'x<0.01'");
-  char *text = calloc(1, (size_t)(stop - start) + 1);
+  // mark may cut the components off
+  char shown[101];
+  snprintf(shown, sizeof shown, "%s", text);
+  thrum_status status = mark(mesh, text, marks, axes, error);
+  if (status < 0)
+    return status;
+  *named = 0;
+  for (int64_t v = 0; v < mesh->vertex_count; v++)
+    *named += marks[v];
+  if (*named == 0)
+    return thrum_error_set(error, THRUM_BAD_VALUE, "'%s' names no vertex of the mesh", shown);
+  return THRUM_OK;
+}
+
+thrum_status thrum_mesh_fix(const thrum_mesh *mesh, const char *spec, uint8_t *fixed,
+                            int64_t *count, thrum_error *error) {
+  char *text = copy_spec(spec);
   uint8_t *marks = calloc((size_t)mesh->vertex_count + 1, 1);
-  thrum_status status = THRUM_OUT_OF_MEMORY;
   uint8_t axes = ALL_AXES;
-  if (!text || !marks) {
-    thrum_error_set(error, status, "not enough memory for '%.100s'", spec);
-  } else {
-    memcpy(text, start, (size_t)(stop - start));
-    status = mark(mesh, text, marks, &axes, error);
-  }
+  thrum_status status = THRUM_OUT_OF_MEMORY;
   int64_t named = 0;
-  for (int64_t v = 0; v < mesh->vertex_count && status >= 0; v++)
-    named += marks[v];
-  if (status >= 0 && named == 0)
-    status = thrum_error_set(error, THRUM_BAD_VALUE, "'%.100s' names no vertex of the mesh", spec);
+  if (text && marks)
+    status = mark_all(mesh, text, marks, &axes, &named, error);
+  else
+    thrum_error_set(error, status, "not enough memory for what is fixed");
   if (status >= 0) {
     for (int64_t v = 0; v < mesh->vertex_count; v++)
       fixed[v] |= marks[v] ? axes : 0;
