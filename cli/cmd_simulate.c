@@ -41,14 +41,23 @@ static void request_stop(int signal_number) {
   stop_requested = 1;
 }
 
+/* What the caller has set to be ignored, as nohup does, stays so. A file beyond the size limit is
+ * to be an error of writing and not the end of the program. */
 static void watch_signals(void) {
-  struct sigaction action;
-  memset(&action, 0, sizeof action);
-  action.sa_handler = request_stop;
-  action.sa_flags = (int)SA_RESETHAND;
-  sigemptyset(&action.sa_mask);
-  sigaction(SIGINT, &action, NULL);
-  sigaction(SIGTERM, &action, NULL);
+  static const int signals[] = {SIGINT, SIGTERM, SIGHUP};
+  for (size_t n = 0; n < sizeof signals / sizeof signals[0]; n++) {
+    struct sigaction action;
+    if (sigaction(signals[n], NULL, &action) != 0 || action.sa_handler == SIG_IGN)
+      continue;
+    memset(&action, 0, sizeof action);
+    action.sa_handler = request_stop;
+    action.sa_flags = (int)SA_RESETHAND;
+    sigemptyset(&action.sa_mask);
+    sigaction(signals[n], &action, NULL);
+  }
+#ifdef SIGXFSZ
+  signal(SIGXFSZ, SIG_IGN);
+#endif
 }
 
 /* 64-bit FNV-1a of a file's bytes. */
@@ -91,14 +100,11 @@ static thrum_status reduce_loads(simulation *run, thrum_error *error) {
   const simulate_request *request = run->request;
   for (int64_t n = 0; n < request->load_count; n++) {
     const cli_load *load = &request->loads[n];
-    bool idle = false;
     const thrum_status status =
-        cli_load_reduce(run->model, load, run->directions + n * run->model->rank, &idle, error);
+        cli_load_reduce(run->model, load, run->directions + n * run->model->rank, error);
     if (status < 0)
       return status;
     run->courses[n] = load->course;
-    if (idle)
-      cli_warn("--load '%s' moves nothing: zero, or all of its vertices are held", load->text);
   }
   return THRUM_OK;
 }
@@ -111,15 +117,26 @@ static thrum_status make_start(simulation *run, thrum_error *error) {
     if (status < 0)
       return status;
   }
-  if (request->load_count == 0 && request->start_count == 0)
-    cli_warn("no --load and no --start: the body stays at rest");
   return THRUM_OK;
 }
 
-/* An explicit mode beyond the bound of Stoermer-Verlet grows from the first step on (design 4). */
-static void warn_unstable(const simulation *run) {
+/* What is allowed and yet hardly meant; said when nothing can be refused any more. */
+static void warn_before(const simulation *run) {
+  const simulate_request *request = run->request;
+  const int64_t rank = run->model->rank;
+  if (request->load_count == 0 && request->start_count == 0)
+    cli_warn("no --load and no --start: the body stays at rest");
+  for (int64_t n = 0; n < request->load_count; n++) {
+    bool idle = true;
+    for (int64_t i = 0; i < rank; i++)
+      idle = idle && run->directions[n * rank + i] == 0;
+    if (idle)
+      cli_warn("--load '%s' moves nothing: it is zero, or all of its vertices are held",
+               request->loads[n].text);
+  }
+  // an explicit mode beyond the bound of Stoermer-Verlet grows from the first step on (design 4)
   const int32_t count = thrum_state_report_get(run->state).explicit_modes;
-  const double dt = run->request->def.dt;
+  const double dt = request->def.dt;
   if (count > 0 && dt * sqrt(run->model->omega2[count - 1]) >= 2) {
     cli_warn("explicit mode %d is beyond the stability bound: dt omega = %.3g, not below 2",
              (int)count, dt * sqrt(run->model->omega2[count - 1]));
@@ -128,7 +145,13 @@ static void warn_unstable(const simulation *run) {
 
 static thrum_status make_state(simulation *run, thrum_error *error) {
   const thrum_state_def *def = &run->request->def;
+  thrum_error detail = {0};
   size_t size = 0;
+  if (def->split_rule == THRUM_SPLIT_COUNT && def->explicit_count > run->model->rank) {
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "--split %d: the model has only %lld modes", (int)def->explicit_count,
+                           (long long)run->model->rank);
+  }
   thrum_status status = thrum_state_size(run->model, def, &size, error);
   if (status < 0)
     return status;
@@ -138,11 +161,12 @@ static thrum_status make_state(simulation *run, thrum_error *error) {
   if (run->state_memory == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a state of %zu bytes", size);
   status = thrum_state_init(run->state_memory, size, run->model, def, &run->state, error);
-  if (status >= 0)
-    status = thrum_state_set(run->model, run->state, run->q, run->p, error);
-  if (status >= 0)
-    warn_unstable(run);
-  return status;
+  if (status < 0)
+    return status;
+  status = thrum_state_set(run->model, run->state, run->q, run->p, &detail);
+  if (status < 0)
+    return thrum_error_set(error, status, "--start: %s", detail.message);
+  return THRUM_OK;
 }
 
 /* Time after `step` steps: a product, where the state's own sum gathers rounding. */
@@ -158,6 +182,11 @@ static thrum_status observe(simulation *run, int64_t row, thrum_error *error) {
   thrum_status status = thrum_state_get(run->model, run->state, run->q, NULL, error);
   if (status >= 0)
     status = thrum_state_energies(run->model, run->state, &energies, error);
+  if (status == THRUM_NOT_FINITE && step > 0) {
+    // the state is finite, its energy is not any more: the run ends here, the rows before stand
+    figures->status = status;
+    return thrum_error_set(&figures->stop, THRUM_OK, "%s", error->message);
+  }
   if (status < 0)
     return status;
   simulate_figures_add(figures, row, &energies);
@@ -235,10 +264,12 @@ static thrum_status run_steps(simulation *run, thrum_error *error) {
     advance(run, next_stop(request, step, frame_step));
     step = thrum_state_report_get(run->state).steps;
     status = write_due(run, step, &frame_step, error);
-    if (cli_seconds() - run->began > PROGRESS_AFTER)
+    if (cli_seconds() - run->began > PROGRESS_AFTER) {
       cli_progress_update(&run->progress, "simulate", (double)step / (double)request->steps);
+      run->progress.began = run->began;
+    }
   }
-  if (status >= 0 && (step % request->record_every) != 0)
+  if (status >= 0 && run->figures.status != THRUM_NOT_FINITE && step % request->record_every != 0)
     status = observe(run, -1, error);
   return status;
 }
@@ -276,8 +307,10 @@ static thrum_status finish_output(simulation *run, thrum_error *error) {
   snprintf(title, sizeof title, "%.120s: %s, dt = %g s", cli_basename(request->model_path),
            simulate_integrator_name(request->def.integrator), request->def.dt);
   thrum_status status = thrum_state_get(run->model, run->state, run->q, run->p, error);
-  if (status >= 0)
-    status = cli_run_output_end(&run->output, run->q, run->p, error);
+  // a run that left the range of finite numbers may have no end to continue from
+  const bool whole = status >= 0;
+  if (whole || status == THRUM_NOT_FINITE)
+    status = cli_run_output_end(&run->output, whole ? run->q : NULL, run->p, error);
   const double plotting = cli_seconds();
   figures->seconds_output = plotting - run->began - figures->seconds_step;
   if (status >= 0)
@@ -336,6 +369,7 @@ static thrum_status simulate(simulation *run, double began, thrum_error *error) 
   thrum_status status = prepare(run, error);
   if (status < 0)
     return status;
+  warn_before(run);
   run->began = cli_seconds();
   run->figures.seconds_read = run->began - began;
   run->progress = cli_progress_make(run->request->quiet);

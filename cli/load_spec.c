@@ -193,7 +193,7 @@ static thrum_status reduce_group(const thrum_model *model, const cli_load *load,
 }
 
 thrum_status cli_load_reduce(const thrum_model *model, const cli_load *load, double *reduced,
-                             bool *idle, thrum_error *error) {
+                             thrum_error *error) {
   thrum_error detail = {0};
   thrum_status status = THRUM_OK;
   memset(reduced, 0, (size_t)model->rank * sizeof *reduced);
@@ -216,8 +216,5 @@ thrum_status cli_load_reduce(const thrum_model *model, const cli_load *load, dou
   }
   if (status < 0)
     return thrum_error_set(error, status, "--load '%.100s': %s", load->text, detail.message);
-  *idle = true;
-  for (int64_t i = 0; i < model->rank; i++)
-    *idle = *idle && reduced[i] == 0;
   return THRUM_OK;
 }

@@ -24,9 +24,9 @@ typedef struct cli_load {
 /* Parses a load; a failure is a mistake of usage. *load is untouched then. */
 thrum_status cli_load_parse(const char *text, cli_load *load, thrum_error *error);
 
-/* reduced (rank) = U^T of the load at its full strength. Fails when the model has no such group or
- * vertex, or no basis. *idle tells whether it moves nothing (all of its vertices are held). */
+/* reduced (rank) = U^T of the load at its full strength, zero where all of its vertices are held.
+ * Fails when the model has no such group or vertex, or no basis. */
 thrum_status cli_load_reduce(const thrum_model *model, const cli_load *load, double *reduced,
-                             bool *idle, thrum_error *error);
+                             thrum_error *error);
 
 #endif

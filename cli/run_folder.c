@@ -96,7 +96,9 @@ thrum_status cli_run_folder_open(const char *path, cli_run_folder *folder, thrum
   size_t length = strlen(path);
   while (length > 1 && path[length - 1] == '/')
     length--;
-  if (length == 0 || length >= sizeof opened.path)
+  if (length == 0)
+    return thrum_error_set(error, THRUM_IO, "-o: the run's folder needs a name");
+  if (length >= sizeof opened.path)
     return thrum_error_set(error, THRUM_IO, "-o: the run's folder needs a name below %zu bytes",
                            sizeof opened.path);
   memcpy(opened.path, path, length);

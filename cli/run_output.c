@@ -153,8 +153,9 @@ thrum_status cli_run_output_end(cli_run_output *output, const double *q, const d
     return write_failed(output, "energy.csv", error);
   if (!finish_q(output))
     return write_failed(output, "q.npy", error);
-  if (!write_end(output, q, p))
+  if (q != NULL && !write_end(output, q, p))
     return write_failed(output, "end.npy", error);
+  output->end = q != NULL;
   return output->pvd.stream != NULL ? cli_pvd_close(&output->pvd, error) : THRUM_OK;
 }
 

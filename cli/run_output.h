@@ -19,6 +19,7 @@ typedef struct cli_run_output {
   cli_pvd pvd;
   double *displacement; /* vertex_count x 3; NULL: no frames */
   int64_t frames;
+  bool end;         /* end.npy is written */
   const char *plot; /* the plot's file name once drawn; NULL: none */
 } cli_run_output;
 
@@ -36,7 +37,7 @@ thrum_status cli_run_output_record(cli_run_output *output, int64_t step, double 
 thrum_status cli_run_output_frame(cli_run_output *output, double time, const double *q,
                                   thrum_error *error);
 
-/* Ends the series and writes end.npy: the two rows q and p. */
+/* Ends the series and writes end.npy: the two rows q and p. q NULL: there is no end to write. */
 thrum_status cli_run_output_end(cli_run_output *output, const double *q, const double *p,
                                 thrum_error *error);
 

@@ -88,7 +88,8 @@ static cJSON *files_json(const cli_run_output *output) {
   cJSON_AddItemToArray(files, cJSON_CreateString(CLI_RUN_JSON));
   cJSON_AddItemToArray(files, cJSON_CreateString("energy.csv"));
   cJSON_AddItemToArray(files, cJSON_CreateString("q.npy"));
-  cJSON_AddItemToArray(files, cJSON_CreateString("end.npy"));
+  if (output->end)
+    cJSON_AddItemToArray(files, cJSON_CreateString("end.npy"));
   if (output->plot != NULL)
     cJSON_AddItemToArray(files, cJSON_CreateString(output->plot));
   if (output->frames > 0)
@@ -190,7 +191,7 @@ void simulate_report_table(const simulate_figures *figures, const cli_run_output
   if (figures->peak_vertex >= 0)
     printf("peak         %.6g m at vertex %" PRId64 "\n", figures->peak, figures->peak_vertex + 1);
   printf("status       %s\n", simulate_status_name(figures));
-  printf("files        %s/" CLI_RUN_JSON ", energy.csv, q.npy, end.npy%s%s%s\n", request->run_path,
-         output->plot != NULL ? ", " : "", output->plot != NULL ? output->plot : "",
-         output->frames > 0 ? ", frames.pvd" : "");
+  printf("files        %s/" CLI_RUN_JSON ", energy.csv, q.npy%s%s%s%s\n", request->run_path,
+         output->end ? ", end.npy" : "", output->plot != NULL ? ", " : "",
+         output->plot != NULL ? output->plot : "", output->frames > 0 ? ", frames.pvd" : "");
 }
