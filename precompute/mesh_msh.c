@@ -531,7 +531,8 @@ static thrum_status read_element_block(msh_reader *r, int64_t *items) {
   const msh_entity *entity = NULL;
   if (r->entity_count > 0)
     entity = bsearch(&key, r->entities, (size_t)r->entity_count, sizeof key, compare_entities);
-  const int32_t *physicals = entity ? r->entity_physicals + entity->first : NULL;
+  const int32_t *physicals =
+      entity && entity->count > 0 ? r->entity_physicals + entity->first : NULL;
   for (int64_t i = 0; i < count && status >= 0; i++) {
     status = section_line(r, "the last element of the block");
     if (status >= 0)

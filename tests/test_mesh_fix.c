@@ -136,8 +136,7 @@ static void a_file_lists_vertices_as_bou_does(void **state) {
                                       "# the wall\n16:16 1 : 15 # all\n",
                                       "1 2 3\t4,5 , 6\r\n7:16",
                                       "1:9,8:16,3,3,3",
-                                      "\xef\xbb\xbf"
-                                      "1: 16\n"};
+                                      "\357\273\2771: 16\n"};
   for (size_t i = 0; i < sizeof lists / sizeof *lists; i++) {
     file = fix(&m, mesh_write_text("list.bou", lists[i]), 16);
     assert_memory_equal(group, file, (size_t)m.vertex_count);
