@@ -147,7 +147,7 @@ thrum_status thrum_text_integer(thrum_text *text, const char *what, int64_t low,
   size_t length;
   if (!thrum_text_word(text, &word, &length))
     return thrum_text_fail(text, THRUM_BAD_FORMAT, error, "the line ends before %s", what);
-  int64_t number;
+  int64_t number = 0;
   size_t used = thrum_text_scan_integer(word, word + length, &number);
   if (used != length)
     return expected(text, what, word, length, error);
@@ -165,7 +165,7 @@ thrum_status thrum_text_number(thrum_text *text, const char *what, double *value
   size_t length;
   if (!thrum_text_word(text, &word, &length))
     return thrum_text_fail(text, THRUM_BAD_FORMAT, error, "the line ends before %s", what);
-  double number;
+  double number = 0;
   size_t used = thrum_text_scan_number(word, word + length, &number);
   if (used != length)
     return expected(text, what, word, length, error);
