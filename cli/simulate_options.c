@@ -99,7 +99,7 @@ void simulate_help(void) {
       "the total: the vertices of a group share it equally, held ones included.\n\n"
       "examples:\n"
       "  thrum simulate beam.npz -o run --time 3 --start mode:1,0.02\n"
-      "  thrum simulate beam.npz -o run --load 'impulse:0,0,-40@vertex=12' --damping 0.3\n"
+      "  thrum simulate beam.npz -o run --load impulse:0,0,-40@tip --damping 0.3\n"
       "  thrum simulate beam.npz -o run --load gravity:0,0,-9.81 --integrator newmark --frames "
       "60\n\n"
       "exit codes: 0 done, 1 refused, 2 usage, 3 ran but flagged (status in run.json says why)\n",
