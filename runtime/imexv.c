@@ -225,27 +225,26 @@ static bool descend(const solver *s, double *slope) {
   return false;
 }
 
-/* Goes along the direction by 1, 1/2, 1/4 ... until the residual halves or m falls enough (for the
- * tangent form, until the residual falls). False when it never does. */
+/* Goes along the direction by 1 and then shorter, until the residual halves or m falls enough (for
+ * the tangent form, until the residual falls). False when it never does. */
 static bool shorten(const solver *s, double slope, measure *here) {
   thrum_state_view *view = s->view;
   memcpy(view->trial, view->unknown, (size_t)s->state->rank * sizeof *view->trial);
   double length = 1.0;
-  for (int k = 0; k < 30; k++, length *= 0.5) {
+  for (int k = 0; k < 40; k++) {
     for (int32_t i = s->first; i < s->state->rank; i++)
       view->unknown[i] = view->trial[i] - length * view->direction[i];
     const measure there = evaluate(s);
-    if (!isfinite(there.norm)) {
-      s->report->saw_nonfinite = true;
-      continue;
-    }
     const bool fell = s->tangent ? there.norm < here->norm
                                  : there.norm < 0.5 * here->norm ||
                                        there.merit < here->merit - 1e-4 * length * slope;
-    if (fell || accept(s, there.norm)) {
+    s->report->saw_nonfinite = !isfinite(there.norm);
+    if (isfinite(there.norm) && (fell || accept(s, there.norm))) {
       *here = there;
       return true;
     }
+    // far outside, where the quartic rules, halves would take too long
+    length *= there.norm < 8.0 * here->norm ? 0.5 : 0.0625;
   }
   return false;
 }
