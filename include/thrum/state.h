@@ -100,7 +100,8 @@ thrum_status thrum_state_init(void *memory, size_t memory_size, const thrum_mode
 size_t thrum_state_bytes(const thrum_state *state);
 
 /* Sets synchronised q and p (rank each; NULL means zero). Counters, load and time stay; the
- * solver's history is forgotten. The mean load of the step before counts as zero. */
+ * solver's history is forgotten. The mean load of the step before counts as zero.
+ * THRUM_BAD_VALUE for NaN or Inf, THRUM_NOT_FINITE where the forces at q overflow. */
 thrum_status thrum_state_set(const thrum_model *model, thrum_state *state, const double *q,
                              const double *p, thrum_error *error);
 
@@ -118,7 +119,7 @@ thrum_status thrum_state_set_dt(const thrum_model *model, thrum_state *state, do
                                 thrum_error *error);
 
 /* Advances by one step. THRUM_OK; THRUM_FELL_BACK when full Newton was needed;
- * THRUM_NOT_CONVERGED or THRUM_NOT_FINITE with the state as it was before the step. */
+ * THRUM_NOT_CONVERGED or THRUM_NOT_FINITE with every byte of the state as it was before. */
 thrum_status thrum_step(const thrum_model *model, thrum_state *state, thrum_error *error);
 
 /* Energies at the present step, from synchronised p. Uses the state's scratch. */
