@@ -2,63 +2,15 @@
  * here it is asked for, timed, shown and written. SPDX-License-Identifier: Apache-2.0 */
 #include <inttypes.h>
 #include <math.h>
-#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "cli/cli.h"
-#include "cli/run_output.h"
-#include "cli/simulate_options.h"
-#include "cli/simulate_report.h"
+#include "cli/simulate_run.h"
 
 #define STATE_ALIGNMENT 64
-#define BATCH_STEPS 1024   /* between two looks at the clock, the progress and the signals */
-#define PROGRESS_AFTER 0.5 /* shorter runs show no progress [s] */
 #define HASH_CHUNK 65536
-
-/* One run in the making. All arrays lie in `memory`. */
-typedef struct simulation {
-  const simulate_request *request;
-  const thrum_model *model;
-  double *memory;
-  double *q, *p, *force, *extents; /* rank each */
-  double *directions;              /* load_count x rank */
-  thrum_load *courses;             /* load_count */
-  void *state_memory;
-  thrum_state *state;
-  cli_run_output output;
-  cli_progress progress;
-  simulate_figures figures;
-  double began; /* the steps [s] */
-} simulation;
-
-/* Set by the first Ctrl-C; the second one ends the program as usual. */
-static volatile sig_atomic_t stop_requested;
-
-static void request_stop(int signal_number) {
-  (void)signal_number;
-  stop_requested = 1;
-}
-
-/* What the caller has set to be ignored, as nohup does, stays so. A file beyond the size limit is
- * to be an error of writing and not the end of the program. */
-static void watch_signals(void) {
-  static const int signals[] = {SIGINT, SIGTERM, SIGHUP};
-  for (size_t n = 0; n < sizeof signals / sizeof signals[0]; n++) {
-    struct sigaction action;
-    if (sigaction(signals[n], NULL, &action) != 0 || action.sa_handler == SIG_IGN)
-      continue;
-    memset(&action, 0, sizeof action);
-    action.sa_handler = request_stop;
-    action.sa_flags = (int)SA_RESETHAND;
-    sigemptyset(&action.sa_mask);
-    sigaction(signals[n], &action, NULL);
-  }
-#ifdef SIGXFSZ
-  signal(SIGXFSZ, SIG_IGN);
-#endif
-}
 
 /* 64-bit FNV-1a of a file's bytes. */
 static thrum_status hash_file(const char *path, uint64_t *hash, thrum_error *error) {
@@ -169,137 +121,6 @@ static thrum_status make_state(simulation *run, thrum_error *error) {
   return THRUM_OK;
 }
 
-/* Time after `step` steps: a product, where the state's own sum gathers rounding. */
-static double time_at(const simulation *run, int64_t step) {
-  return (double)step * run->request->def.dt;
-}
-
-/* Energies and displacement at the present step; a row of the series when `row` is one. */
-static thrum_status observe(simulation *run, int64_t row, thrum_error *error) {
-  simulate_figures *figures = &run->figures;
-  const int64_t step = thrum_state_report_get(run->state).steps;
-  thrum_energies energies;
-  thrum_status status = thrum_state_get(run->model, run->state, run->q, NULL, error);
-  if (status >= 0)
-    status = thrum_state_energies(run->model, run->state, &energies, error);
-  if (status == THRUM_NOT_FINITE && step > 0) {
-    // the state is finite, its energy is not any more: the run ends here, the rows before stand
-    figures->status = status;
-    return thrum_error_set(&figures->stop, THRUM_OK, "%s", error->message);
-  }
-  if (status < 0)
-    return status;
-  simulate_figures_add(figures, row, &energies);
-  if (run->model->basis != NULL) {
-    status = thrum_displacement_peak(run->model, run->extents, run->q, &figures->peak,
-                                     &figures->peak_vertex, error);
-    if (status < 0)
-      return status;
-  }
-  if (row < 0)
-    return THRUM_OK;
-  return cli_run_output_record(&run->output, step, time_at(run, step), run->q, &energies, error);
-}
-
-/* Steps up to `target` or until a step fails or somebody asks to stop. */
-static void advance(simulation *run, int64_t target) {
-  const simulate_request *request = run->request;
-  simulate_figures *figures = &run->figures;
-  const thrum_model *model = run->model;
-  const double began = cli_seconds();
-  for (int64_t step = thrum_state_report_get(run->state).steps; step < target; step++) {
-    thrum_status status = THRUM_OK;
-    if (stop_requested)
-      break;
-    if (request->load_count > 0) {
-      thrum_load_sum(run->courses, run->directions, request->load_count, model->rank, step,
-                     request->def.dt, run->force);
-      status = thrum_state_set_force(model, run->state, run->force, &figures->stop);
-    }
-    if (status >= 0)
-      status = thrum_step(model, run->state, &figures->stop);
-    if (status < 0) {
-      figures->status = status;
-      break;
-    }
-    figures->fallback_steps += status == THRUM_FELL_BACK;
-  }
-  figures->seconds_step += cli_seconds() - began;
-}
-
-/* The step at which something is due next. */
-static int64_t next_stop(const simulate_request *request, int64_t step, int64_t frame_step) {
-  int64_t target = step + BATCH_STEPS;
-  const int64_t record = (step / request->record_every + 1) * request->record_every;
-  if (record < target)
-    target = record;
-  if (frame_step < target)
-    target = frame_step;
-  return target < request->steps ? target : request->steps;
-}
-
-/* Writes the row and the frame that are due at this step. */
-static thrum_status write_due(simulation *run, int64_t step, int64_t *frame_step,
-                              thrum_error *error) {
-  thrum_status status = THRUM_OK;
-  // the counts move on, so a step that could not be left is not written twice
-  if (step == run->output.rows * run->request->record_every)
-    status = observe(run, run->output.rows, error);
-  if (status < 0 || step != *frame_step)
-    return status;
-  status = thrum_state_get(run->model, run->state, run->q, NULL, error);
-  if (status >= 0)
-    status = cli_run_output_frame(&run->output, time_at(run, step), run->q, error);
-  *frame_step = simulate_frame_step(run->request, run->output.frames);
-  return status;
-}
-
-/* The whole run: rows and frames where they are due, steps between. */
-static thrum_status run_steps(simulation *run, thrum_error *error) {
-  const simulate_request *request = run->request;
-  int64_t frame_step = run->output.displacement != NULL ? 0 : INT64_MAX;
-  int64_t step = 0;
-  thrum_status status = write_due(run, 0, &frame_step, error);
-  while (status >= 0 && step < request->steps && run->figures.status >= 0 && !stop_requested) {
-    advance(run, next_stop(request, step, frame_step));
-    step = thrum_state_report_get(run->state).steps;
-    status = write_due(run, step, &frame_step, error);
-    if (cli_seconds() - run->began > PROGRESS_AFTER) {
-      cli_progress_update(&run->progress, "simulate", (double)step / (double)request->steps);
-      run->progress.began = run->began;
-    }
-  }
-  if (status >= 0 && run->figures.status != THRUM_NOT_FINITE && step % request->record_every != 0)
-    status = observe(run, -1, error);
-  return status;
-}
-
-/* Says why a run ended before its time. */
-static void note_end(simulation *run) {
-  simulate_figures *figures = &run->figures;
-  const char *name = run->request->model_path;
-  figures->report = thrum_state_report_get(run->state);
-  const double time = time_at(run, figures->report.steps);
-  figures->report.time = time;
-  if (figures->status < 0) {
-    thrum_error detail = figures->stop;
-    thrum_error_set(&figures->stop, figures->status,
-                    "%.100s: stopped at %g s, step %" PRId64 ": %s", name, time,
-                    figures->report.steps,
-                    detail.message[0] != 0 ? detail.message : thrum_status_text(figures->status));
-  } else if (figures->report.steps < run->request->steps) {
-    figures->status = THRUM_INTERRUPTED;
-    thrum_error_set(&figures->stop, THRUM_INTERRUPTED, "%.100s: interrupted at %g s, step %" PRId64,
-                    name, time, figures->report.steps);
-  } else {
-    // the texts of fallbacks are no reason to have stopped
-    figures->stop.message[0] = 0;
-    if (figures->fallback_steps > 0)
-      figures->status = THRUM_FELL_BACK;
-  }
-  simulate_figures_end(figures);
-}
-
 static thrum_status finish_output(simulation *run, thrum_error *error) {
   simulate_figures *figures = &run->figures;
   const simulate_request *request = run->request;
@@ -374,13 +195,13 @@ static thrum_status simulate(simulation *run, double began, thrum_error *error) 
   run->figures.seconds_read = run->began - began;
   run->progress = cli_progress_make(run->request->quiet);
   simulate_figures_begin(&run->figures);
-  watch_signals();
-  status = run_steps(run, error);
+  simulate_watch_signals();
+  status = simulate_run_steps(run, error);
   if (status < 0) {
     cli_progress_abandon(&run->progress);
     return status;
   }
-  note_end(run);
+  simulate_note_end(run);
   if (run->figures.report.steps == run->request->steps) {
     cli_progress_done(&run->progress);
   } else {

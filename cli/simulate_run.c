@@ -1,0 +1,168 @@
+/* The loop of `thrum simulate`: steps in batches between the rows and frames that are due, timed
+ * apart from the output. SPDX-License-Identifier: Apache-2.0 */
+#include "cli/simulate_run.h"
+
+#include <inttypes.h>
+#include <signal.h>
+#include <string.h>
+
+#define BATCH_STEPS 1024   /* between two looks at the clock and the progress */
+#define PROGRESS_AFTER 0.5 /* shorter runs show no progress [s] */
+
+/* Set by the first Ctrl-C; the second one ends the program as usual. */
+static volatile sig_atomic_t stop_requested;
+
+static void request_stop(int signal_number) {
+  (void)signal_number;
+  stop_requested = 1;
+}
+
+/* What the caller has set to be ignored, as nohup does, stays so. A file beyond the size limit is
+ * to be an error of writing and not the end of the program. */
+void simulate_watch_signals(void) {
+  static const int signals[] = {SIGINT, SIGTERM, SIGHUP};
+  for (size_t n = 0; n < sizeof signals / sizeof signals[0]; n++) {
+    struct sigaction action;
+    if (sigaction(signals[n], NULL, &action) != 0 || action.sa_handler == SIG_IGN)
+      continue;
+    memset(&action, 0, sizeof action);
+    action.sa_handler = request_stop;
+    action.sa_flags = (int)SA_RESETHAND;
+    sigemptyset(&action.sa_mask);
+    sigaction(signals[n], &action, NULL);
+  }
+#ifdef SIGXFSZ
+  signal(SIGXFSZ, SIG_IGN);
+#endif
+}
+
+/* Time after `step` steps: a product, where the state's own sum gathers rounding. */
+static double time_at(const simulation *run, int64_t step) {
+  return (double)step * run->request->def.dt;
+}
+
+/* Energies and displacement at the present step; a row of the series when `row` is one. */
+static thrum_status observe(simulation *run, int64_t row, thrum_error *error) {
+  simulate_figures *figures = &run->figures;
+  const int64_t step = thrum_state_report_get(run->state).steps;
+  thrum_energies energies;
+  thrum_status status = thrum_state_get(run->model, run->state, run->q, NULL, error);
+  if (status >= 0)
+    status = thrum_state_energies(run->model, run->state, &energies, error);
+  if (status == THRUM_NOT_FINITE && step > 0) {
+    // the state is finite, its energy is not any more: the run ends here, the rows before stand
+    figures->status = status;
+    return thrum_error_set(&figures->stop, THRUM_OK, "%s", error->message);
+  }
+  if (status < 0)
+    return status;
+  simulate_figures_add(figures, row, &energies);
+  if (run->model->basis != NULL) {
+    status = thrum_displacement_peak(run->model, run->extents, run->q, &figures->peak,
+                                     &figures->peak_vertex, error);
+    if (status < 0)
+      return status;
+  }
+  if (row < 0)
+    return THRUM_OK;
+  return cli_run_output_record(&run->output, step, time_at(run, step), run->q, &energies, error);
+}
+
+/* Steps up to `target` or until a step fails or somebody asks to stop. */
+static void advance(simulation *run, int64_t target) {
+  const simulate_request *request = run->request;
+  simulate_figures *figures = &run->figures;
+  const thrum_model *model = run->model;
+  const double began = cli_seconds();
+  for (int64_t step = thrum_state_report_get(run->state).steps; step < target; step++) {
+    thrum_status status = THRUM_OK;
+    if (stop_requested)
+      break;
+    if (request->load_count > 0) {
+      thrum_load_sum(run->courses, run->directions, request->load_count, model->rank, step,
+                     request->def.dt, run->force);
+      status = thrum_state_set_force(model, run->state, run->force, &figures->stop);
+    }
+    if (status >= 0)
+      status = thrum_step(model, run->state, &figures->stop);
+    if (status < 0) {
+      figures->status = status;
+      break;
+    }
+    figures->fallback_steps += status == THRUM_FELL_BACK;
+  }
+  figures->seconds_step += cli_seconds() - began;
+}
+
+/* The step at which something is due next. */
+static int64_t next_stop(const simulate_request *request, int64_t step, int64_t frame_step) {
+  int64_t target = step + BATCH_STEPS;
+  const int64_t record = (step / request->record_every + 1) * request->record_every;
+  if (record < target)
+    target = record;
+  if (frame_step < target)
+    target = frame_step;
+  return target < request->steps ? target : request->steps;
+}
+
+/* Writes the row and the frame that are due at this step. */
+static thrum_status write_due(simulation *run, int64_t step, int64_t *frame_step,
+                              thrum_error *error) {
+  thrum_status status = THRUM_OK;
+  // the counts move on, so a step that could not be left is not written twice
+  if (step == run->output.rows * run->request->record_every)
+    status = observe(run, run->output.rows, error);
+  if (status < 0 || step != *frame_step)
+    return status;
+  status = thrum_state_get(run->model, run->state, run->q, NULL, error);
+  if (status >= 0)
+    status = cli_run_output_frame(&run->output, time_at(run, step), run->q, error);
+  *frame_step = simulate_frame_step(run->request, run->output.frames);
+  return status;
+}
+
+/* The whole run: rows and frames where they are due, steps between. */
+thrum_status simulate_run_steps(simulation *run, thrum_error *error) {
+  const simulate_request *request = run->request;
+  int64_t frame_step = run->output.displacement != NULL ? 0 : INT64_MAX;
+  int64_t step = 0;
+  thrum_status status = write_due(run, 0, &frame_step, error);
+  while (status >= 0 && step < request->steps && run->figures.status >= 0 && !stop_requested) {
+    advance(run, next_stop(request, step, frame_step));
+    step = thrum_state_report_get(run->state).steps;
+    status = write_due(run, step, &frame_step, error);
+    if (cli_seconds() - run->began > PROGRESS_AFTER) {
+      cli_progress_update(&run->progress, "simulate", (double)step / (double)request->steps);
+      run->progress.began = run->began;
+    }
+  }
+  if (status >= 0 && run->figures.status != THRUM_NOT_FINITE && step % request->record_every != 0)
+    status = observe(run, -1, error);
+  return status;
+}
+
+/* Says why a run ended before its time. */
+void simulate_note_end(simulation *run) {
+  simulate_figures *figures = &run->figures;
+  const char *name = run->request->model_path;
+  figures->report = thrum_state_report_get(run->state);
+  const double time = time_at(run, figures->report.steps);
+  figures->report.time = time;
+  if (figures->status < 0) {
+    thrum_error detail = figures->stop;
+    thrum_error_set(&figures->stop, figures->status,
+                    "%.100s: stopped at %g s, step %" PRId64 ": %s", name, time,
+                    figures->report.steps,
+                    detail.message[0] != 0 ? detail.message : thrum_status_text(figures->status));
+  } else if (figures->report.steps < run->request->steps) {
+    figures->status = THRUM_INTERRUPTED;
+    thrum_error_set(&figures->stop, THRUM_INTERRUPTED, "%.100s: interrupted at %g s, step %" PRId64,
+                    name, time, figures->report.steps);
+  } else {
+    // the texts of fallbacks are no reason to have stopped
+    figures->stop.message[0] = 0;
+    if (figures->fallback_steps > 0)
+      figures->status = THRUM_FELL_BACK;
+  }
+  simulate_figures_end(figures);
+}

@@ -1,0 +1,38 @@
+/* One run: its state, its files, and the loop over the steps.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_CLI_SIMULATE_RUN_H
+#define THRUM_CLI_SIMULATE_RUN_H
+
+#include "cli/cli.h"
+#include "cli/run_output.h"
+#include "cli/simulate_options.h"
+#include "cli/simulate_report.h"
+
+/* One run in the making. All arrays lie in `memory`. */
+typedef struct simulation {
+  const simulate_request *request;
+  const thrum_model *model;
+  double *memory;
+  double *q, *p, *force, *extents; /* rank each */
+  double *directions;              /* load_count x rank */
+  thrum_load *courses;             /* load_count */
+  void *state_memory;
+  thrum_state *state;
+  cli_run_output output;
+  cli_progress progress;
+  simulate_figures figures;
+  double began; /* the steps [s] */
+} simulation;
+
+/* From now on Ctrl-C and the like end the loop after the present step; a second one ends the
+ * program as usual. */
+void simulate_watch_signals(void);
+
+/* The whole run: rows and frames where they are due, steps between. A step that cannot be solved
+ * and a stop by the user are in run->figures; a failure here is one of the output. */
+thrum_status simulate_run_steps(simulation *run, thrum_error *error);
+
+/* Completes the figures after the loop, and says why a run ended before its time. */
+void simulate_note_end(simulation *run);
+
+#endif
