@@ -3,7 +3,6 @@
  * tets x columns is ever held. SPDX-License-Identifier: Apache-2.0 */
 #include "precompute/precompute.h"
 
-#include <cblas.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,6 +14,7 @@
 #include "precompute/eigen.h"
 #include "precompute/model_fill.h"
 #include "precompute/polynomial_reduce.h"
+#include "precompute/threads.h"
 
 typedef struct pipeline {
   const thrum_mesh *mesh;
@@ -219,12 +219,13 @@ thrum_status thrum_precompute(const thrum_mesh *mesh, const uint8_t *fixed,
   if (!mesh->has_material)
     return thrum_error_set(error, THRUM_MISSING,
                            "the mesh says no material: give --young, --poisson and --density");
-  openblas_set_num_threads(options->threads);
+  const thrum_threads before = thrum_threads_set(options->threads);
   pipeline p = {.mesh = mesh, .fixed = fixed, .options = *options};
   status = run_all(&p, error);
   if (status == THRUM_OK)
     status = thrum_model_check(&p.result.model, error);
   pipeline_free(&p);
+  thrum_threads_restore(before);
   if (status == THRUM_OK)
     *result = p.result;
   else

@@ -55,8 +55,9 @@ typedef struct thrum_precomputed {
 /* `fixed`: vertex_count bytes, as filled by thrum_mesh_fix. Refuses, with a line that says what to
  * do: bad materials (nu outside (-1, 1/2), E or rho <= 0), nothing or too little fixed (free bodies
  * are not supported yet), modes or rank too large for the mesh, rank beyond the numerical rank of
- * the candidates. On failure *result is untouched. Sets the thread count of BLAS; one call at a time
- * in a process (ARPACK is not re-entrant). Equal input, threads and machine give equal bits. */
+ * the candidates. On failure *result is untouched.
+ * One call at a time in a process: ARPACK is not re-entrant, and the thread count of the numerical
+ * libraries is set for the while. Equal input, threads and machine give equal bits. */
 thrum_status thrum_precompute(const thrum_mesh *mesh, const uint8_t *fixed,
                               const thrum_precompute_options *options, thrum_precomputed *result,
                               thrum_error *error);

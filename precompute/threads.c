@@ -1,0 +1,48 @@
+/* How many threads the numerical libraries may start, see threads.h.
+ *
+ * CHOLMOD has no setting for its OpenMP threads at run time. OpenMP has one, reached here without
+ * linking to any of its implementations: whichever CHOLMOD brought along is asked, if any.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "precompute/threads.h"
+
+#include <cblas.h>
+#include <dlfcn.h>
+#include <stddef.h>
+#include <string.h>
+
+// the function called `name` of whatever the process has loaded, into *function
+static void find_function(const char *name, void *function, size_t size) {
+  void *process = dlopen(NULL, RTLD_LAZY);
+  void *found = process ? dlsym(process, name) : NULL;
+  // POSIX lets a function's address pass through a void pointer, C asks for the copy
+  memcpy(function, &found, size);
+  if (process)
+    dlclose(process);
+}
+
+static int parallel_levels(void) {
+  int (*get)(void);
+  find_function("omp_get_max_active_levels", &get, sizeof get);
+  return get ? get() : -1;
+}
+
+static void set_parallel_levels(int levels) {
+  void (*set)(int);
+  find_function("omp_set_max_active_levels", &set, sizeof set);
+  if (set && levels >= 0)
+    set(levels);
+}
+
+thrum_threads thrum_threads_set(int threads) {
+  const thrum_threads before = {openblas_get_num_threads(), parallel_levels()};
+  openblas_set_num_threads(threads);
+  if (threads == 1)
+    set_parallel_levels(0);
+  return before;
+}
+
+void thrum_threads_restore(thrum_threads before) {
+  openblas_set_num_threads(before.blas);
+  set_parallel_levels(before.parallel_levels);
+}
