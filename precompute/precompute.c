@@ -221,7 +221,10 @@ thrum_status thrum_precompute(const thrum_mesh *mesh, const uint8_t *fixed,
                            "the mesh says no material: give --young, --poisson and --density");
   const thrum_threads before = thrum_threads_set(options->threads);
   pipeline p = {.mesh = mesh, .fixed = fixed, .options = *options};
-  status = run_all(&p, error);
+  status = thrum_threads_ready()
+               ? run_all(&p, error)
+               : thrum_error_set(error, THRUM_OUT_OF_MEMORY,
+                                 "no memory for the numerical libraries (160 MB)");
   if (status == THRUM_OK)
     status = thrum_model_check(&p.result.model, error);
   pipeline_free(&p);

@@ -8,7 +8,7 @@
 
 #include <cblas.h>
 #include <dlfcn.h>
-#include <stddef.h>
+#include <stdlib.h>
 #include <string.h>
 
 // the function called `name` of whatever the process has loaded, into *function
@@ -45,4 +45,15 @@ thrum_threads thrum_threads_set(int threads) {
 void thrum_threads_restore(thrum_threads before) {
   openblas_set_num_threads(before.blas);
   set_parallel_levels(before.parallel_levels);
+}
+
+bool thrum_threads_ready(void) {
+  // OpenBLAS takes 128 MiB at its first call and keeps it; it retries for ever when there is none
+  void *volatile probe = malloc((size_t)160 << 20);
+  free(probe);
+  const double one = 1, in = 1;
+  double out = 0;
+  if (probe)
+    cblas_dsymv(CblasColMajor, CblasUpper, 1, 1, &one, 1, &in, 1, 0, &out, 1);
+  return probe && out == 1;
 }

@@ -2,6 +2,8 @@
 #ifndef THRUM_PRECOMPUTE_THREADS_H
 #define THRUM_PRECOMPUTE_THREADS_H
 
+#include <stdbool.h>
+
 typedef struct thrum_threads {
   int blas;
   int parallel_levels; /* of OpenMP, -1 where there is none */
@@ -11,5 +13,8 @@ typedef struct thrum_threads {
  * build fixes. Settings of the process: returns what was set before, for thrum_threads_restore. */
 thrum_threads thrum_threads_set(int threads);
 void thrum_threads_restore(thrum_threads before);
+
+/* False when BLAS could not have its work buffer, which it otherwise waits for without end. */
+bool thrum_threads_ready(void);
 
 #endif
