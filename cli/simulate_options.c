@@ -18,6 +18,9 @@ enum {
   DAMPING_FORM,
   SPLIT,
   SAFETY,
+  SPLIT_FORM,
+  ADAPTIVE,
+  LADDER,
   NEWMARK,
   TOLERANCE,
   ITERATIONS,
@@ -37,6 +40,9 @@ static const struct option options[] = {
     {"damping-form", required_argument, NULL, DAMPING_FORM},
     {"split", required_argument, NULL, SPLIT},
     {"safety", required_argument, NULL, SAFETY},
+    {"split-form", required_argument, NULL, SPLIT_FORM},
+    {"adaptive", required_argument, NULL, ADAPTIVE},
+    {"ladder", required_argument, NULL, LADDER},
     {"newmark", required_argument, NULL, NEWMARK},
     {"tolerance", required_argument, NULL, TOLERANCE},
     {"iterations", required_argument, NULL, ITERATIONS},
@@ -51,8 +57,11 @@ static const struct option options[] = {
 };
 
 /* Names in the order of the enums. */
-static const char *const integrators[] = {"imexv", "newmark", "verlet", "midpoint"};
+static const char *const integrators[] = {"imexv", "newmark", "verlet", "midpoint", "energy"};
 static const char *const damping_forms[] = {"rest", "tangent"};
+static const char *const split_forms[] = {"component", "quadratic"};
+static const char *const schemes[] = {"component", "quadratic", "energy", "newmark"};
+static const char *const switches[] = {"off", "on"};
 
 const char *simulate_integrator_name(thrum_integrator integrator) {
   return integrators[integrator];
@@ -62,6 +71,14 @@ const char *simulate_damping_form_name(thrum_damping_form form) {
   return damping_forms[form];
 }
 
+const char *simulate_split_form_name(thrum_split_form form) {
+  return split_forms[form];
+}
+
+const char *simulate_scheme_name(thrum_scheme scheme) {
+  return schemes[scheme];
+}
+
 void simulate_help(void) {
   fputs(
       "usage: thrum simulate MODEL -o RUN [OPTIONS]\n\n"
@@ -69,7 +86,7 @@ void simulate_help(void) {
       "figures), energy.csv, q.npy, end.npy (q and p at the end), an energy plot where gnuplot is\n"
       "installed, and on request frames for ParaView.\n\n"
       "  -o, --output RUN       the folder; new, empty, or an earlier run, which is replaced\n"
-      "      --integrator NAME  imexv (default), newmark, verlet or midpoint\n"
+      "      --integrator NAME  imexv (default), newmark, verlet, midpoint or energy\n"
       "      --dt S             time step [s] (default 0.003)\n"
       "      --time S           time to simulate [s] (default 10)\n"
       "      --load LOAD        a load; repeatable, see below\n"
@@ -88,6 +105,12 @@ void simulate_help(void) {
       "      --split RULE       imexv: cfl (default), explicit where dt omega <= 2 c; sampling,\n"
       "                         where dt f < 1; or the number of explicit modes\n"
       "      --safety C         imexv: c of cfl, in (0, 1] (default 0.5)\n"
+      "      --split-form FORM  imexv: component (default), or quadratic: no iterations, for "
+      "small\n"
+      "                         steps or amplitudes\n"
+      "      --adaptive on|off  imexv: watch stability and energy, and adapt to them (default on)\n"
+      "      --ladder on|off    imexv, newmark, energy: what to do when a step cannot be solved:\n"
+      "                         one that conserves energy, then shorter ones (default on)\n"
       "      --newmark B,G      newmark: beta and gamma (default 0.25,0.5)\n"
       "      --tolerance T      implicit solves: relative (default 1e-10)\n"
       "      --iterations N     implicit solves: at most N iterations (default 50)\n\n"
@@ -186,7 +209,7 @@ static int integrator_option(const char *text, thrum_state_def *def) {
   const int count = sizeof integrators / sizeof integrators[0];
   const int index = name_index(text, integrators, count);
   if (index < 0)
-    return usage("integrator", "imexv, newmark, verlet or midpoint", text);
+    return usage("integrator", "imexv, newmark, verlet, midpoint or energy", text);
   def->integrator = (thrum_integrator)index;
   return CLI_DONE;
 }
@@ -196,6 +219,22 @@ static int damping_form_option(const char *text, thrum_state_def *def) {
   if (index < 0)
     return usage("damping-form", "rest or tangent", text);
   def->damping_form = (thrum_damping_form)index;
+  return CLI_DONE;
+}
+
+static int split_form_option(const char *text, thrum_state_def *def) {
+  const int index = name_index(text, split_forms, 2);
+  if (index < 0)
+    return usage("split-form", "component or quadratic", text);
+  def->split_form = (thrum_split_form)index;
+  return CLI_DONE;
+}
+
+static int switch_option(const char *name, const char *text, int32_t *value) {
+  const int index = name_index(text, switches, 2);
+  if (index < 0)
+    return usage(name, "on or off", text);
+  *value = index;
   return CLI_DONE;
 }
 
@@ -270,6 +309,12 @@ static int apply_option(int option, simulate_request *request) {
     return split_option(optarg, def);
   case SAFETY:
     return number_option("safety", optarg, "a number in (0, 1]", 0, false, 1, &def->split_safety);
+  case SPLIT_FORM:
+    return split_form_option(optarg, def);
+  case ADAPTIVE:
+    return switch_option("adaptive", optarg, &def->adaptive);
+  case LADDER:
+    return switch_option("ladder", optarg, &def->ladder);
   case NEWMARK:
     return newmark_option(optarg, def);
   case TOLERANCE:

@@ -32,6 +32,8 @@ void simulate_help(void);
 
 const char *simulate_integrator_name(thrum_integrator integrator);
 const char *simulate_damping_form_name(thrum_damping_form form);
+const char *simulate_split_form_name(thrum_split_form form);
+const char *simulate_scheme_name(thrum_scheme scheme);
 
 /* The step of frame `index` (0-based), ascending; INT64_MAX past the end of the run. Only where
  * frames are asked for. */

@@ -38,6 +38,9 @@ static void add_split(cJSON *object, const thrum_state_def *def) {
     break;
   }
   cli_json_number(object, "safety", def->split_safety);
+  cJSON_AddStringToObject(object, "split_form", simulate_split_form_name(def->split_form));
+  cJSON_AddBoolToObject(object, "adaptive", def->adaptive);
+  cJSON_AddBoolToObject(object, "ladder", def->ladder);
 }
 
 /* The texts of the loads and starts; an allocation that fails leaves them out. */
@@ -97,6 +100,31 @@ static cJSON *files_json(const cli_run_output *output) {
   return files;
 }
 
+/* Rungs of the ladder (design 8), and what the watch of imexv saw and did (design 4). */
+static void add_robustness(cJSON *object, const simulate_figures *figures) {
+  const thrum_state_report *report = &figures->report;
+  cJSON *rungs = cJSON_AddObjectToObject(object, "rungs");
+  cli_json_number(rungs, "full_newton", (double)report->newton_steps);
+  cli_json_number(rungs, "energy_steps", (double)report->energy_steps);
+  cli_json_number(rungs, "substeps", (double)report->substep_steps);
+  cli_json_number(rungs, "failures",
+                  figures->status == THRUM_NOT_CONVERGED || figures->status == THRUM_NOT_FINITE);
+  const thrum_state_def *def = &figures->request->def;
+  if (def->integrator != THRUM_INTEGRATOR_IMEXV || !def->adaptive) {
+    cJSON_AddNullToObject(object, "watch");
+    return;
+  }
+  cJSON *watch = cJSON_AddObjectToObject(object, "watch");
+  cJSON_AddStringToObject(watch, "scheme", simulate_scheme_name(report->scheme));
+  cli_json_number(watch, "h_sqrt_rho_last", report->angle_last);
+  cli_json_number(watch, "h_sqrt_rho_peak", report->angle_peak);
+  cli_json_number(watch, "switches", (double)report->switches);
+  cli_json_number(watch, "handovers", (double)report->handovers);
+  cli_json_number(watch, "handed_steps", (double)report->handed_steps);
+  cli_json_number(watch, "balance_last", report->balance_last);
+  cli_json_number(watch, "balance_peak", report->balance_peak);
+}
+
 static double per_step(const simulate_figures *figures, double value) {
   return figures->report.steps > 0 ? value / (double)figures->report.steps : NAN;
 }
@@ -150,6 +178,7 @@ cJSON *simulate_report_json(const simulate_figures *figures, const cli_run_outpu
   cli_json_number(object, "mean_iterations", per_step(figures, (double)report->iterations));
   cli_json_number(object, "factorisations", (double)report->factorisations);
   cli_json_number(object, "fallback_steps", (double)figures->fallback_steps);
+  add_robustness(object, figures);
   cli_json_number(object, "rows", (double)output->rows);
   cli_json_number(object, "frames", (double)output->frames);
   add_energies(object, figures);

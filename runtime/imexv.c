@@ -7,10 +7,7 @@
  *   then   p'_I = p_I - h [R(q-bar) + D v - f]_I at the accepted iterate                      (5)
  *
  * |I| = 0 is Stoermer-Verlet and |I| = r the implicit midpoint rule. The unknown is the increment,
- * so that nothing cancels. Quasi-Newton keeps its factors over several steps. Full Newton comes
- * second: unless D is in tangent form, (4) is the gradient in d of
- *   m(d) = 1/2 |d|^2 + h/4 d D d - d (h p_I + h^2/2 f) + h^2 V(q-bar),
- * which is bounded below, so a line search on m finds a solution at any h.
+ * so that nothing cancels; solve.c finds it. The solve's potential has P(d) = h^2 V(q-bar).
  * With q_E held, V is a quartic in q_I alone: one contraction a step.
  * Cost: one force evaluation and one contraction over all coefficients, then C(|I|+4, 4) an
  * iteration; with tangent damping one more pass over the coefficients an iteration.
@@ -22,265 +19,44 @@
 #endif
 
 #include <math.h>
-#include <string.h>
 
-#include "dense.h"
 #include "polynomial.h"
-#include "state.h"
+#include "solve.h"
 
-typedef struct solver {
-  const thrum_model *model;
-  const thrum_state *state;
-  thrum_state_view *view;
-  thrum_solve_report *report;
-  int32_t first; /* of the implicit modes */
-  int32_t n;     /* |I| */
-  double h;
-  bool tangent; /* damping in tangent form */
-} solver;
-
-/* How good an increment is. */
-typedef struct measure {
-  double norm;  /* scaled, of the residual */
-  double merit; /* m(d), up to a constant; useless for the tangent form */
-} measure;
-
-/* 1 + h^2/4 omega^2 + h/2 d: the solve's Jacobian at rest, and the scale of a mode's residual. */
-static double scale_of(const solver *s, int32_t i) {
-  return 1.0 + 0.25 * s->h * s->h * s->model->omega2[i] +
-         0.5 * s->h * thrum_rest_damping(s->model, s->state, i);
-}
-
-/* R(q-bar)_I into view->force for the increment in view->unknown, T(q-bar) v into view->product if
- * the damping needs it; returns V(q-bar) up to a constant. */
-static double evaluate_model(const solver *s) {
+/* R(q-bar)_I into view->force; returns h^2 V(q-bar) up to a constant. */
+static double evaluate(const thrum_solver *s) {
   thrum_state_view *view = s->view;
-  for (int32_t i = s->first; i < s->state->rank; i++) {
-    view->middle[i] = view->q[i] + 0.5 * view->unknown[i];
-    view->velocity[i] = view->unknown[i] / s->h;
-  }
-  if (s->tangent)
-    thrum_tangent_vector(s->model, view->middle, view->velocity, view->product, view->work);
   if (s->first == 0)
-    return thrum_force(s->model, view->middle, view->force, view->work);
-  return thrum_restricted_gradient(s->model, s->first, view->restricted, view->middle + s->first,
+    return s->h * s->h * thrum_force(s->model, view->middle, view->force, view->work);
+  return s->h * s->h *
+         thrum_restricted_gradient(s->model, s->first, view->restricted, view->middle + s->first,
                                    view->force + s->first, view->work);
 }
 
-/* Residual (4) of the increment in view->unknown. */
-static measure evaluate(const solver *s) {
-  thrum_state_view *view = s->view;
-  const double h = s->h, alpha = s->state->damping_alpha, beta = s->state->damping_beta;
-  double sum = 0.0, merit = h * h * evaluate_model(s);
-  for (int32_t i = s->first; i < s->state->rank; i++) {
-    const double d = view->unknown[i], v = view->velocity[i], kick = h * view->p[i];
-    const double damped =
-        alpha * v + beta * (s->tangent ? view->product[i] : s->model->omega2[i] * v);
-    view->total[i] = view->force[i] + damped - view->load[i];
-    view->residual[i] = d - kick + 0.5 * h * h * view->total[i];
-    sum += view->residual[i] * view->residual[i] / scale_of(s, i);
-    merit += d * (0.5 * d - kick + 0.5 * h * h * (0.5 * damped - view->load[i]));
-  }
-  const measure found = {sqrt(sum), merit};
-  return found;
-}
-
-/* Scaled norm of the increment, in the same measure as the residual's. */
-static double step_norm(const solver *s) {
-  double sum = 0.0;
-  for (int32_t i = s->first; i < s->state->rank; i++)
-    sum += s->view->unknown[i] * s->view->unknown[i] * scale_of(s, i);
-  return sqrt(sum);
-}
-
-/* Stop: tolerance times the step, or rounding beside the motion seen so far. */
-static bool accept(const solver *s, double norm) {
-  const double step = step_norm(s);
-  if (!(norm <= s->state->tolerance * step + THRUM_ROUNDING_FLOOR * s->state->amplitude))
-    return false;
-  s->report->residual = step > 0.0 ? norm / step : 0.0;
-  return true;
-}
-
-/* Jacobian 1 + h^2/4 T + h/2 D at the middle into jacobian_next, without dT of the tangent form. */
-static void assemble(const solver *s) {
-  double *matrix = s->view->jacobian_next;
-  const double h = s->h, alpha = s->state->damping_alpha, beta = s->state->damping_beta;
+/* (h^2/4 + h/2 beta) T_II(q-bar), beta for the tangent form of damping only. */
+static void stiffness(const thrum_solver *s, double *matrix) {
   if (s->first == 0)
     thrum_tangent(s->model, s->view->middle, matrix, s->view->work);
   else
     thrum_restricted_hessian(s->model, s->first, s->view->restricted, s->view->middle + s->first,
                              matrix, s->view->work);
-  s->view->matrices_used = true;
   const size_t n = (size_t)s->n;
-  const double stiff = 0.25 * h * h + (s->tangent ? 0.5 * h * beta : 0.0);
+  const double damping = s->tangent ? 0.5 * s->h * s->state->damping_beta : 0.0;
+  const double stiff = 0.25 * s->h * s->h + damping;
   for (size_t a = 0; a < n * n; a++)
     matrix[a] *= stiff;
-  for (size_t i = 0; i < n; i++) {
-    const double rest = s->tangent ? 0.0 : beta * s->model->omega2[(size_t)s->first + i];
-    matrix[i * n + i] += 1.0 + 0.5 * h * (alpha + rest);
-  }
-}
-
-/* jacobian_next += h^2/4 beta dT(q-bar)[v]: T is quadratic in q, so (T(q') - T(q)) / h is exact. */
-static void assemble_change(const solver *s) {
-  thrum_state_view *view = s->view;
-  for (int32_t i = s->first; i < s->state->rank; i++)
-    view->q_next[i] = view->q[i] + view->unknown[i];
-  thrum_tangent(s->model, view->q, view->tangent, view->work);
-  thrum_tangent(s->model, view->q_next, view->tangent_2, view->work);
-  const double scale = 0.25 * s->h * s->state->damping_beta;
-  const size_t n = (size_t)s->n, rank = (size_t)s->state->rank, first = (size_t)s->first;
-  for (size_t i = 0; i < n; i++)
-    for (size_t j = 0; j < n; j++) {
-      const size_t at = (first + i) * rank + first + j;
-      view->jacobian_next[i * n + j] += scale * (view->tangent_2[at] - view->tangent[at]);
-    }
-}
-
-static bool factorise(const solver *s) {
-  s->report->factorisations++;
-  s->report->refreshed =
-      thrum_dense_factor(s->view->jacobian_next, s->n, (int32_t *)(void *)s->view->pivots_next);
-  return s->report->refreshed;
-}
-
-/* direction = J^-1 residual, by the factors made in this step or by those kept. */
-static void solve(const solver *s, bool kept) {
-  const thrum_state_view *view = s->view;
-  double *direction = view->direction + s->first;
-  memcpy(direction, view->residual + s->first, (size_t)s->n * sizeof *direction);
-  thrum_dense_solve(kept ? view->jacobian : view->jacobian_next, s->n,
-                    (const int32_t *)(const void *)(kept ? view->pivots : view->pivots_next),
-                    direction);
-  s->report->iterations++;
-}
-
-/* First guess: the rest-state linear step under the nonlinear force extrapolated from the steps
- * before, or taken at q_k from the kick; no motion when neither is known. */
-static void guess(const solver *s) {
-  thrum_state_view *view = s->view;
-  const int32_t known = s->state->past_count;
-  const double h = s->h;
-  for (int32_t i = s->first; i < s->state->rank; i++) {
-    const double linear = s->model->omega2[i] * view->q[i];
-    double nonlinear = view->force[i] - linear;
-    if (known > 0)
-      nonlinear = known > 1 ? 2.0 * view->past_1[i] - view->past_2[i] : view->past_1[i];
-    const double pull = linear + nonlinear - view->load[i];
-    view->unknown[i] =
-        known > 0 || s->first > 0 ? (h * view->p[i] - 0.5 * h * h * pull) / scale_of(s, i) : 0.0;
-  }
-}
-
-/* Contraction of the residual above which the kept factors are too old. */
-#define SLOW 0.01
-
-static bool quasi_newton(const solver *s) {
-  bool kept = s->state->jacobian_kept != 0, fresh = false;
-  double before = INFINITY;
-  for (int32_t j = 0;; j++) {
-    const double norm = evaluate(s).norm;
-    if (!isfinite(norm) || accept(s, norm))
-      return isfinite(norm);
-    if (j == s->state->iterations_max || (fresh && norm > before))
-      return false;
-    // a refresh costs a few iterations, and over the next steps saves one or two in each
-    fresh = (!kept && !s->report->refreshed) || norm > SLOW * before;
-    if (fresh) {
-      assemble(s);
-      if (!factorise(s))
-        return false;
-      kept = false;
-    }
-    before = norm;
-    solve(s, kept);
-    for (int32_t i = s->first; i < s->state->rank; i++)
-      s->view->unknown[i] -= s->view->direction[i];
-  }
-}
-
-/* Newton's direction at the present increment, and its slope: the rate at which m falls along it.
- * Where the Jacobian is indefinite a multiple of its rest scale is added until m does fall. */
-static bool descend(const solver *s, double *slope) {
-  const size_t n = (size_t)s->n;
-  double shift = 0.0;
-  for (int k = 0; k<8; k++, shift = shift> 0.0 ? 10.0 * shift : 1.0) {
-    assemble(s);
-    if (s->tangent)
-      assemble_change(s);
-    for (size_t i = 0; i < n; i++)
-      s->view->jacobian_next[i * n + i] += shift * scale_of(s, s->first + (int32_t)i);
-    if (!factorise(s))
-      continue;
-    // shifted factors serve this direction, not the steps to come
-    s->report->refreshed = shift == 0.0;
-    solve(s, false);
-    *slope = 0.0;
-    for (int32_t i = s->first; i < s->state->rank; i++)
-      *slope += s->view->direction[i] * s->view->residual[i];
-    if (isfinite(*slope) && *slope > 0.0)
-      return true;
-  }
-  return false;
-}
-
-/* Goes along the direction by 1 and then shorter, until the residual halves or m falls enough (for
- * the tangent form, until the residual falls). False when it never does. */
-static bool shorten(const solver *s, double slope, measure *here) {
-  thrum_state_view *view = s->view;
-  memcpy(view->trial, view->unknown, (size_t)s->state->rank * sizeof *view->trial);
-  double length = 1.0;
-  for (int k = 0; k < 40; k++) {
-    for (int32_t i = s->first; i < s->state->rank; i++)
-      view->unknown[i] = view->trial[i] - length * view->direction[i];
-    const measure there = evaluate(s);
-    const bool fell = s->tangent ? there.norm < here->norm
-                                 : there.norm < 0.5 * here->norm ||
-                                       there.merit < here->merit - 1e-4 * length * slope;
-    s->report->saw_nonfinite = !isfinite(there.norm);
-    if (isfinite(there.norm) && (fell || accept(s, there.norm))) {
-      *here = there;
-      return true;
-    }
-    // far outside, where the quartic rules, halves would take too long
-    length *= there.norm < 8.0 * here->norm ? 0.5 : 0.0625;
-  }
-  return false;
-}
-
-/* From no motion, with the exact Jacobian in every iteration. */
-static bool full_newton(const solver *s) {
-  memset(s->view->unknown, 0, (size_t)s->state->rank * sizeof *s->view->unknown);
-  s->report->newton = true;
-  measure here = evaluate(s);
-  if (!isfinite(here.norm)) {
-    s->report->saw_nonfinite = true;
-    return false;
-  }
-  for (int32_t j = 0; !accept(s, here.norm); j++) {
-    double slope;
-    if (j == s->state->iterations_max || !descend(s, &slope) || !shorten(s, slope, &here))
-      return false;
-  }
-  return true;
 }
 
 /* Stage 2, (4) and (5). */
-static thrum_status implicit_stage(const solver *s) {
+static thrum_status implicit_stage(const thrum_solver *s) {
   thrum_state_view *view = s->view;
   if (s->first > 0) {
     thrum_polynomial_restrict(s->model, s->first, view->middle, view->restricted, view->work);
     view->restricted_used = true;
   }
-  guess(s);
-  if (!quasi_newton(s) && !full_newton(s))
+  if (!thrum_solve_increment(s))
     return s->report->saw_nonfinite ? THRUM_NOT_FINITE : THRUM_NOT_CONVERGED;
-  for (int32_t i = s->first; i < s->state->rank; i++) {
-    view->q_next[i] = view->q[i] + view->unknown[i];
-    view->p_next[i] = view->p[i] - s->h * view->total[i];
-    view->past_next[i] = view->force[i] - s->model->omega2[i] * view->middle[i];
-  }
+  thrum_solve_advance(s);
   return THRUM_OK;
 }
 
@@ -288,11 +64,19 @@ thrum_status thrum_step_imexv(const thrum_model *model, const thrum_state *state
                               thrum_state_view *view, thrum_solve_report *report) {
   const double h = state->dt;
   const int32_t split = state->split;
-  const solver s = {
-      model, state, view, report, split, state->rank - split, h, thrum_tangent_damped(state)};
+  const thrum_solver s = {model,
+                          state,
+                          view,
+                          report,
+                          evaluate,
+                          stiffness,
+                          h,
+                          split,
+                          state->rank - split,
+                          thrum_tangent_damped(state)};
   // stage 1 and drift
   if (split > 0) {
-    thrum_force(model, view->q, view->force, view->work);
+    thrum_stagger_force(model, state, view, view->q);
     if (thrum_stagger_kick(model, state, view) != THRUM_OK)
       return THRUM_NOT_CONVERGED;
   }

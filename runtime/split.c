@@ -35,6 +35,7 @@ int32_t thrum_split_of(const thrum_model *model, const thrum_state *state) {
   case THRUM_INTEGRATOR_VERLET:
     return state->rank;
   case THRUM_INTEGRATOR_NEWMARK:
+  case THRUM_INTEGRATOR_ENERGY:
   case THRUM_INTEGRATOR_MIDPOINT:
     break;
   }

@@ -5,7 +5,8 @@
  *   synchronise  (1 + h/2 D_EE) p_E = p^-_E - h/2 [R_E + D_EI p_I - f_{k-1}]
  *   delay        p^-_E = p_E + h/2 [R_E + (D p)_E - f_{k-1}]
  *
- * with f_E = (f_{k-1} + f_k)/2, so that a load's impulse counts once and equally for every mode.
+ * In the quadratic split (6) all modes are late, and R is R - kappa q.
+ * Here f_E = (f_{k-1} + f_k)/2, so that a load's impulse counts once and equally for every mode.
  * Rest damping is diagonal; the tangent form alpha 1 + beta T(q_k) needs a dense solve of |E|.
  * Cost: one force evaluation, and one tangent for the tangent form.
  * Source: Stern & Grinspun 2009, doi:10.1137/080732936.
@@ -21,7 +22,7 @@
 
 /* Solves (1 + h/2 D_EE) x = x with the T in view->tangent; overwrites jacobian_next. */
 static thrum_status solve_damped(const thrum_state *state, thrum_state_view *view, double *x) {
-  const int32_t n = state->split;
+  const int32_t n = thrum_staggered(state);
   const double half = 0.5 * state->dt;
   double *matrix = view->jacobian_next;
   for (int32_t i = 0; i < n; i++) {
@@ -40,7 +41,7 @@ static thrum_status solve_damped(const thrum_state *state, thrum_state_view *vie
 /* x -= scale (T p)_E over the columns first..last-1, with the T in view->tangent. */
 static void subtract_tangent(const thrum_state *state, const thrum_state_view *view, double scale,
                              int32_t first, int32_t last, double *x) {
-  for (int32_t i = 0; i < state->split; i++) {
+  for (int32_t i = 0; i < thrum_staggered(state); i++) {
     const double *row = view->tangent + (size_t)i * (size_t)state->rank;
     double sum = 0.0;
     for (int32_t j = first; j < last; j++)
@@ -49,10 +50,19 @@ static void subtract_tangent(const thrum_state *state, const thrum_state_view *v
   }
 }
 
+double thrum_stagger_force(const thrum_model *model, const thrum_state *state,
+                           thrum_state_view *view, const double *q) {
+  const double energy = thrum_force(model, q, view->force, view->work);
+  if (state->scheme == THRUM_SCHEME_QUADRATIC)
+    for (int32_t i = state->split; i < state->rank; i++)
+      view->force[i] -= model->omega2[i] * q[i];
+  return energy;
+}
+
 thrum_status thrum_stagger_kick(const thrum_model *model, const thrum_state *state,
                                 thrum_state_view *view) {
   const double h = state->dt;
-  const int32_t n = state->split;
+  const int32_t n = thrum_staggered(state);
   if (!thrum_tangent_damped(state)) {
     for (int32_t i = 0; i < n; i++) {
       const double damping = 0.5 * h * thrum_rest_damping(model, state, i);
@@ -79,7 +89,7 @@ thrum_status thrum_stagger_kick(const thrum_model *model, const thrum_state *sta
 thrum_status thrum_stagger_synchronise(const thrum_model *model, const thrum_state *state,
                                        thrum_state_view *view, double *potential) {
   const double half = 0.5 * state->dt;
-  const int32_t n = state->split;
+  const int32_t n = thrum_staggered(state);
   for (int32_t i = n; i < state->rank; i++)
     view->p_next[i] = view->p[i];
   if (n == 0) {
@@ -87,7 +97,7 @@ thrum_status thrum_stagger_synchronise(const thrum_model *model, const thrum_sta
       *potential = thrum_energy(model, view->q, view->work);
     return THRUM_OK;
   }
-  const double energy = thrum_force(model, view->q, view->force, view->work);
+  const double energy = thrum_stagger_force(model, state, view, view->q);
   if (potential)
     *potential = energy;
   // half a kick, with the load of the step before: its other half comes with the next kick
@@ -107,10 +117,10 @@ thrum_status thrum_stagger_synchronise(const thrum_model *model, const thrum_sta
 void thrum_stagger_delay(const thrum_model *model, const thrum_state *state, thrum_state_view *view,
                          const double *q, const double *load_before, double *p) {
   const double half = 0.5 * state->dt;
-  const int32_t n = state->split;
+  const int32_t n = thrum_staggered(state);
   if (n == 0)
     return;
-  thrum_force(model, q, view->force, view->work);
+  thrum_stagger_force(model, state, view, q);
   const bool tangent = thrum_tangent_damped(state);
   if (tangent)
     thrum_tangent_vector(model, q, p, view->product, view->work);

@@ -70,13 +70,37 @@ void thrum_state_clear_scratch(const thrum_state *state, thrum_state_view *view)
     memset(view->jacobian_next, 0, (size_t)(view->end - view->jacobian_next) * sizeof(double));
 }
 
+/* May a state of this def take steps of design 7? */
+static bool uses_energy(const thrum_state_def *def) {
+  return def->integrator == THRUM_INTEGRATOR_ENERGY ||
+         (def->integrator == THRUM_INTEGRATOR_IMEXV && (def->adaptive || def->ladder));
+}
+
 /* Largest |I| that this def can come to, with any dt. */
 static int64_t implicit_max(const thrum_model *model, const thrum_state_def *def) {
+  if (uses_energy(def))
+    return model->rank;
   if (def->integrator == THRUM_INTEGRATOR_VERLET)
     return 0;
   if (def->integrator == THRUM_INTEGRATOR_IMEXV && def->split_rule == THRUM_SPLIT_COUNT)
     return model->rank - def->explicit_count;
   return model->rank;
+}
+
+static int32_t first_scheme(const thrum_state_def *def) {
+  switch (def->integrator) {
+  case THRUM_INTEGRATOR_NEWMARK:
+    return THRUM_SCHEME_NEWMARK;
+  case THRUM_INTEGRATOR_ENERGY:
+    return THRUM_SCHEME_ENERGY;
+  case THRUM_INTEGRATOR_IMEXV:
+    return def->split_form == THRUM_FORM_QUADRATIC ? THRUM_SCHEME_QUADRATIC
+                                                   : THRUM_SCHEME_COMPONENT;
+  case THRUM_INTEGRATOR_VERLET:
+  case THRUM_INTEGRATOR_MIDPOINT:
+    break;
+  }
+  return THRUM_SCHEME_COMPONENT;
 }
 
 /* Fills `state`, all zero, with what the def says and the sizes that follow from it. */
@@ -95,22 +119,27 @@ static void fill_header(thrum_state *state, const thrum_model *model, const thru
   state->newmark_gamma = def->newmark_gamma;
   state->tolerance = def->tolerance;
   state->iterations_max = def->iterations_max;
+  state->split_form = (int32_t)def->split_form;
+  state->scheme = first_scheme(def);
+  const bool imexv = def->integrator == THRUM_INTEGRATOR_IMEXV;
+  state->adaptive = imexv ? def->adaptive : 0;
+  state->ladder = def->ladder;
   state->split = thrum_split_of(model, state);
   // the high modes of the energy report: what imexv would treat implicitly at rest
-  const thrum_split_rule rule =
-      def->integrator == THRUM_INTEGRATOR_IMEXV ? def->split_rule : THRUM_SPLIT_CFL;
+  const thrum_split_rule rule = imexv ? def->split_rule : THRUM_SPLIT_CFL;
   state->high_first =
       thrum_split_explicit(model, rule, def->dt, def->split_safety, def->explicit_count);
 
   const int64_t r = model->rank, n = implicit_max(model, def);
   const bool tangent = thrum_tangent_damped(state);
+  const bool energy = uses_energy(def);
   state->work_count = (int64_t)thrum_work_count(model);
   // midpoint and Newmark evaluate the whole model; imexv restricts it to fewer than r modes
-  if (def->integrator == THRUM_INTEGRATOR_IMEXV)
+  if (imexv)
     state->restricted_count = thrum_restricted_count(n < r ? n : r - 1);
   state->kept_count = def->integrator == THRUM_INTEGRATOR_NEWMARK ? 0 : n * n;
   state->next_count = tangent ? r * r : n * n;
-  state->tangent_count = tangent ? r * r : 0;
+  state->tangent_count = tangent || energy ? r * r : 0;
   const sizes s = sizes_of(state);
   uint64_t doubles = header_doubles();
 #define X(name, size) doubles += s.size;
@@ -358,6 +387,12 @@ thrum_state_report thrum_state_report_get(const thrum_state *state) {
   report.iterations = state->iterations;
   report.factorisations = state->factorisations;
   report.newton_steps = state->newton_steps;
+  report.energy_steps = state->energy_steps;
+  report.substep_steps = state->substep_steps;
+  report.handed_steps = state->handed_steps;
+  report.switches = state->switches;
+  report.handovers = state->handovers;
+  report.scheme = (thrum_scheme)state->scheme;
   report.explicit_modes = state->split;
   report.implicit_modes = state->rank - state->split;
   report.iterations_last = state->iterations_last;

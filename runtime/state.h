@@ -27,6 +27,11 @@ struct thrum_state {
   int64_t iterations;       /* report */
   int64_t factorisations;   /* report */
   int64_t newton_steps;     /* report */
+  int64_t energy_steps;     /* report */
+  int64_t substep_steps;    /* report */
+  int64_t handed_steps;     /* report */
+  int64_t switches;         /* report */
+  int64_t handovers;        /* report */
   double time;              /* report [s] */
   double residual_last;     /* report */
   double dt;                /* h [s] */
@@ -48,6 +53,10 @@ struct thrum_state {
   int32_t jacobian_kept;    /* 1: `jacobian` holds factors for the present split and dt */
   int32_t past_count;       /* how many of past_1, past_2 are known */
   int32_t iterations_last;  /* report */
+  int32_t split_form;       /* of the def */
+  int32_t scheme;           /* thrum_scheme, now */
+  int32_t adaptive;         /* of the def */
+  int32_t ladder;           /* of the def */
   int32_t reserved;
 };
 
@@ -78,6 +87,8 @@ struct thrum_state {
   X(residual, vector)          /* of the solve */                                                  \
   X(direction, vector)         /* Newton's correction */                                           \
   X(total, vector)             /* R + D v - f at the middle */                                     \
+  X(point, vector)             /* where energy evaluates the model */                              \
+  X(force_2, vector)           /* R at its second point */                                         \
   X(pivots_next, vector)       /* int32: of jacobian_next */                                       \
   X(work, work)                /* of the polynomial */                                             \
   X(restricted, restricted)    /* V at fixed q_E, a quartic in q_I */                              \
@@ -105,6 +116,11 @@ typedef struct thrum_solve_report {
   bool saw_nonfinite;
   double residual; /* scaled, relative to the scaled step */
 } thrum_solve_report;
+
+/* How many modes have their momentum half a step late: the first so many. */
+static inline int32_t thrum_staggered(const thrum_state *state) {
+  return state->scheme == THRUM_SCHEME_QUADRATIC ? state->rank : state->split;
+}
 
 /* True for D = alpha 1 + beta T(q) with beta > 0. */
 static inline bool thrum_tangent_damped(const thrum_state *state) {
@@ -144,7 +160,12 @@ int32_t thrum_split_explicit(const thrum_model *model, thrum_split_rule rule, do
                              double safety, int32_t count);
 int32_t thrum_split_of(const thrum_model *model, const thrum_state *state);
 
-/* stagger.c: kick of the explicit modes (2), p^+_E into p_next. Needs R_E(q_k) in force.
+/* stagger.c: what pushes the explicit modes at q into force: R, less kappa q in the quadratic
+ * split. Returns V(q). */
+double thrum_stagger_force(const thrum_model *model, const thrum_state *state,
+                           thrum_state_view *view, const double *q);
+
+/* stagger.c: kick of the explicit modes (2), p^+_E into p_next. Needs that force at q_k.
  * THRUM_OK or THRUM_SINGULAR. */
 thrum_status thrum_stagger_kick(const thrum_model *model, const thrum_state *state,
                                 thrum_state_view *view);
@@ -164,6 +185,10 @@ void thrum_stagger_delay(const thrum_model *model, const thrum_state *state, thr
  * THRUM_NOT_CONVERGED or THRUM_NOT_FINITE. */
 thrum_status thrum_step_imexv(const thrum_model *model, const thrum_state *state,
                               thrum_state_view *view, thrum_solve_report *report);
+thrum_status thrum_step_quadratic(const thrum_model *model, const thrum_state *state,
+                                  thrum_state_view *view, thrum_solve_report *report);
+thrum_status thrum_step_energy(const thrum_model *model, const thrum_state *state,
+                               thrum_state_view *view, thrum_solve_report *report);
 thrum_status thrum_step_newmark(const thrum_model *model, const thrum_state *state,
                                 thrum_state_view *view, thrum_solve_report *report);
 

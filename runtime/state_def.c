@@ -21,6 +21,9 @@ thrum_state_def thrum_default_state_def(void) {
       .newmark_gamma = 0.5,
       .tolerance = 1e-10,
       .iterations_max = 50,
+      .split_form = THRUM_FORM_COMPONENT,
+      .adaptive = 1,
+      .ladder = 1,
   };
   return def;
 }
@@ -57,12 +60,19 @@ static thrum_status check_choices(const thrum_model *model, const thrum_state_de
                                   thrum_error *error) {
   const int integrator = (int)def->integrator, form = (int)def->damping_form;
   const int rule = (int)def->split_rule;
-  if (integrator < THRUM_INTEGRATOR_IMEXV || integrator > THRUM_INTEGRATOR_MIDPOINT)
+  if (integrator < THRUM_INTEGRATOR_IMEXV || integrator > THRUM_INTEGRATOR_ENERGY)
     return refuse(error, "integrator", integrator, "one of thrum_integrator");
   if (form < THRUM_DAMPING_REST || form > THRUM_DAMPING_TANGENT)
     return refuse(error, "damping_form", form, "one of thrum_damping_form");
   if (rule < THRUM_SPLIT_CFL || rule > THRUM_SPLIT_COUNT)
     return refuse(error, "split_rule", rule, "one of thrum_split_rule");
+  const int split_form = (int)def->split_form;
+  if (split_form < THRUM_FORM_COMPONENT || split_form > THRUM_FORM_QUADRATIC)
+    return refuse(error, "split_form", split_form, "one of thrum_split_form");
+  if (def->adaptive != 0 && def->adaptive != 1)
+    return refuse(error, "adaptive", def->adaptive, "0 or 1");
+  if (def->ladder != 0 && def->ladder != 1)
+    return refuse(error, "ladder", def->ladder, "0 or 1");
   if (def->explicit_count < 0 || def->explicit_count > model->rank)
     return refuse(error, "explicit_count", def->explicit_count, "0 to the model's rank");
   if (def->iterations_max < 1)

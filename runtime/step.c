@@ -19,7 +19,7 @@ static void commit(thrum_state *state, const thrum_state_view *view,
   memcpy(view->load_before, view->load, vector);
   if (state->integrator == THRUM_INTEGRATOR_NEWMARK) {
     memcpy(view->acceleration, view->acceleration_next, vector);
-  } else if (state->split < state->rank) {
+  } else if (state->scheme != THRUM_SCHEME_QUADRATIC && state->split < state->rank) {
     memcpy(view->past_2, view->past_1, vector);
     memcpy(view->past_1, view->past_next, vector);
     state->past_count = state->past_count < 2 ? state->past_count + 1 : 2;
@@ -52,6 +52,22 @@ static thrum_status say_failure(const thrum_state *state, thrum_status status, t
                          (long long)state->steps, state->time);
 }
 
+/* One step of the present scheme. */
+static thrum_status attempt(const thrum_model *model, const thrum_state *state,
+                            thrum_state_view *view, thrum_solve_report *report) {
+  switch ((thrum_scheme)state->scheme) {
+  case THRUM_SCHEME_QUADRATIC:
+    return thrum_step_quadratic(model, state, view, report);
+  case THRUM_SCHEME_ENERGY:
+    return thrum_step_energy(model, state, view, report);
+  case THRUM_SCHEME_NEWMARK:
+    return thrum_step_newmark(model, state, view, report);
+  case THRUM_SCHEME_COMPONENT:
+    break;
+  }
+  return thrum_step_imexv(model, state, view, report);
+}
+
 thrum_status thrum_step(const thrum_model *model, thrum_state *state, thrum_error *error) {
   thrum_status status = thrum_state_check(model, state, error);
   if (status != THRUM_OK)
@@ -59,10 +75,7 @@ thrum_status thrum_step(const thrum_model *model, thrum_state *state, thrum_erro
   thrum_state_view view = thrum_state_view_of(state);
   thrum_solve_report report;
   memset(&report, 0, sizeof report);
-  if (state->integrator == THRUM_INTEGRATOR_NEWMARK)
-    status = thrum_step_newmark(model, state, &view, &report);
-  else
-    status = thrum_step_imexv(model, state, &view, &report);
+  status = attempt(model, state, &view, &report);
   if (status == THRUM_OK) {
     // an amplitude that overflows would make every later residual look small
     const double amplitude = thrum_state_amplitude(model, state, view.q_next, view.p_next);

@@ -79,7 +79,7 @@ static inline void *state_snapshot(const thrum_state *state) {
 }
 
 static inline const char *integrator_name(thrum_integrator integrator) {
-  static const char *const names[] = {"imexv", "newmark", "verlet", "midpoint"};
+  static const char *const names[] = {"imexv", "newmark", "verlet", "midpoint", "energy"};
   return names[(int)integrator];
 }
 

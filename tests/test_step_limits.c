@@ -248,7 +248,7 @@ static void a_body_settled_under_a_load_needs_no_iterations(void **context) {
   random_model_make(&m, 3, RANK, 1, 20, 0.5);
   const double load[RANK] = {0.2, -0.5, 2, 5, -9};
   double *work = random_alloc((int64_t)thrum_work_count(&m.model), sizeof(double));
-  for (int integrator = 0; integrator < 4; integrator++) {
+  for (int integrator = 0; integrator < 5; integrator++) {
     thrum_state_def def = make_def((thrum_integrator)integrator, 0.05);
     def.damping_alpha = 2;
     def.damping_beta = 0.02;

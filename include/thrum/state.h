@@ -10,9 +10,15 @@
  *   verlet    its end |I| = 0: Stoermer-Verlet
  *   midpoint  its end |I| = r: the implicit midpoint rule
  *   newmark   design 6, any beta and gamma, full Newton; the baseline
+ *   energy    design 7, average vector field: conserves 1/2 |p|^2 + V at any h
+ *
+ * imexv also runs in the quadratic split (6), and watches itself (design 4): it moves modes between
+ * E and I, and hands over to the step of `energy` where its energy balance grows. What a step needs
+ * beyond quasi-Newton is a rung of the ladder (design 8); every rung is counted.
  *
  * Sources: Stern & Grinspun 2009, Implicit-explicit variational integration of highly oscillatory
- * problems, doi:10.1137/080732936; Kane et al. 2000, doi:10.1002/1097-0207(20001210)49:10<1295::AID-NME993>3.0.CO;2-W.
+ * problems, doi:10.1137/080732936; Kane et al. 2000,
+ * doi:10.1002/1097-0207(20001210)49:10<1295::AID-NME993>3.0.CO;2-W.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_STATE_H
@@ -28,7 +34,8 @@ typedef enum thrum_integrator {
   THRUM_INTEGRATOR_IMEXV = 0,
   THRUM_INTEGRATOR_NEWMARK = 1,
   THRUM_INTEGRATOR_VERLET = 2,
-  THRUM_INTEGRATOR_MIDPOINT = 3
+  THRUM_INTEGRATOR_MIDPOINT = 3,
+  THRUM_INTEGRATOR_ENERGY = 4
 } thrum_integrator;
 
 /* Rayleigh damping D, design 5. */
@@ -44,20 +51,37 @@ typedef enum thrum_split_rule {
   THRUM_SPLIT_COUNT = 2     /* the lowest explicit_count modes */
 } thrum_split_rule;
 
+/* How imexv splits V, design 5. */
+typedef enum thrum_split_form {
+  THRUM_FORM_COMPONENT = 0, /* R_E at q_k, R_I at the midpoint: the thesis' form */
+  THRUM_FORM_QUADRATIC = 1  /* (6): symplectic, no iteration; for small steps or amplitudes */
+} thrum_split_form;
+
+/* What advances a state at present; imexv may change it. */
+typedef enum thrum_scheme {
+  THRUM_SCHEME_COMPONENT = 0, /* (2)-(5), verlet and midpoint included */
+  THRUM_SCHEME_QUADRATIC = 1, /* (6) */
+  THRUM_SCHEME_ENERGY = 2,    /* design 7 */
+  THRUM_SCHEME_NEWMARK = 3    /* design 6 */
+} thrum_scheme;
+
 typedef struct thrum_state_def {
-  uint32_t cookie;                 /* set by thrum_default_state_def; catches an uninitialised def */
-  thrum_integrator integrator;     /* default imexv */
-  double dt;                       /* time step h [s], > 0; default 0.003 */
-  double damping_alpha;            /* [1/s], >= 0; default 0 */
-  double damping_beta;             /* [s], >= 0; default 0 */
+  uint32_t cookie;             /* set by thrum_default_state_def; catches an uninitialised def */
+  thrum_integrator integrator; /* default imexv */
+  double dt;                   /* time step h [s], > 0; default 0.003 */
+  double damping_alpha;        /* [1/s], >= 0; default 0 */
+  double damping_beta;         /* [s], >= 0; default 0 */
   thrum_damping_form damping_form; /* default rest */
   thrum_split_rule split_rule;     /* default cfl; verlet and midpoint ignore it */
   double split_safety;             /* c in h omega <= 2 c, in (0, 1]; default 0.5 */
   int32_t explicit_count;          /* for THRUM_SPLIT_COUNT, 0..rank; default 0 */
   double newmark_beta;             /* beta_N >= 0; default 1/4 */
   double newmark_gamma;            /* gamma in [0, 1]; default 1/2 */
-  double tolerance;                /* of the implicit solve, relative, in (0, 1e-2]; default 1e-10 */
-  int32_t iterations_max;          /* of one implicit solve, >= 1; default 50 */
+  double tolerance;            /* of the implicit solve, relative, in (0, 1e-2]; default 1e-10 */
+  int32_t iterations_max;      /* of one implicit solve, >= 1; default 50 */
+  thrum_split_form split_form; /* of imexv; default component */
+  int32_t adaptive;            /* 1: imexv watches itself, design 4; 0: not; default 1 */
+  int32_t ladder;              /* 1: rungs after full Newton, design 8; 0: none; default 1 */
 } thrum_state_def;
 
 /* A def with every default set. */
@@ -80,11 +104,22 @@ typedef struct thrum_state_report {
   double time;            /* steps at their dt, summed [s] */
   int64_t iterations;     /* of implicit solves, all steps together */
   int64_t factorisations; /* of their Jacobians */
-  int64_t newton_steps;   /* steps that needed full Newton after quasi-Newton failed */
-  int32_t explicit_modes; /* |E| now; r for verlet, 0 for midpoint and newmark */
+  int64_t newton_steps;   /* rung 2: steps that full Newton solved after quasi-Newton failed */
+  int64_t energy_steps;   /* rung 3, imexv: steps that one step of `energy` replaced */
+  int64_t substep_steps;  /* rung 4: steps solved by shorter ones */
+  int64_t handed_steps;   /* imexv: steps of `energy` after the watch handed over; no rung */
+  int64_t switches;       /* imexv: changes of E and I by the watch */
+  int64_t handovers;      /* imexv: changes of the scheme by the watch */
+  double angle_last;      /* imexv, watched: h sqrt(rho), rho the spectral radius of what is treated
+                             explicitly; stable below 2 (design 4) */
+  double angle_peak;      /* its largest */
+  double balance_last;    /* imexv, watched: energy - work + dissipation, relative to the energy */
+  double balance_peak;    /* its largest magnitude */
+  thrum_scheme scheme;    /* now */
+  int32_t explicit_modes; /* |E| now; r for verlet, 0 for midpoint, newmark and energy */
   int32_t implicit_modes; /* |I| now */
   int32_t iterations_last;
-  double residual_last;   /* scaled residual of the last solve */
+  double residual_last; /* scaled residual of the last solve */
 } thrum_state_report;
 
 /* Bytes of a state for this model and def. Checks the def and says what is wrong with it. */
@@ -118,7 +153,7 @@ thrum_status thrum_state_set_force(const thrum_model *model, thrum_state *state,
 thrum_status thrum_state_set_dt(const thrum_model *model, thrum_state *state, double dt,
                                 thrum_error *error);
 
-/* Advances by one step. THRUM_OK; THRUM_FELL_BACK when full Newton was needed;
+/* Advances by one step. THRUM_OK; THRUM_FELL_BACK when a rung beyond quasi-Newton was needed;
  * THRUM_NOT_CONVERGED or THRUM_NOT_FINITE with every byte of the state as it was before. */
 thrum_status thrum_step(const thrum_model *model, thrum_state *state, thrum_error *error);
 

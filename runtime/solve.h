@@ -1,0 +1,33 @@
+/* The implicit solve shared by imexv and energy, private to the runtime; see solve.c.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_RUNTIME_SOLVE_H
+#define THRUM_RUNTIME_SOLVE_H
+
+#include "state.h"
+
+/* A solve for the increment of the modes first..rank-1; filled by the integrator. */
+typedef struct thrum_solver thrum_solver;
+struct thrum_solver {
+  const thrum_model *model;
+  const thrum_state *state;
+  thrum_state_view *view;
+  thrum_solve_report *report;
+  /* Mean force R of the increment in view->unknown into view->force; returns P. The midpoint q-bar
+   * in view->middle and v in view->velocity are up to date. */
+  double (*evaluate)(const thrum_solver *s);
+  /* h^2/2 dR/dd, and h/2 beta T for the tangent form, of the increment last evaluated: n x n. */
+  void (*stiffness)(const thrum_solver *s, double *matrix);
+  double h;
+  int32_t first; /* of the implicit modes */
+  int32_t n;     /* how many */
+  bool tangent;  /* damping in tangent form */
+};
+
+/* Finds the increment: then it is in view->unknown, R in view->force, R + D v - f in view->total,
+ * q-bar in view->middle. False when neither quasi-Newton nor full Newton ends. */
+bool thrum_solve_increment(const thrum_solver *s);
+
+/* q_next, p_next and past_next of the implicit modes from a solved increment. */
+void thrum_solve_advance(const thrum_solver *s);
+
+#endif
