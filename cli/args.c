@@ -27,7 +27,7 @@ int cli_usage(const char *command, const char *format, ...) {
   va_start(arguments, format);
   fprintf(stderr, "thrum%s%s: ", command[0] != 0 ? " " : "", command);
   vfprintf(stderr, format, arguments);
-  fprintf(stderr, "\ntry: thrum%s%s --help\n", command[0] != 0 ? " " : "", command);
+  fprintf(stderr, " (try: thrum%s%s --help)\n", command[0] != 0 ? " " : "", command);
   va_end(arguments);
   return CLI_USAGE;
 }

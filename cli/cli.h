@@ -21,7 +21,7 @@ int cmd_simulate(int argc, char **argv);
 /* Prints "thrum: <message>" on standard error and returns CLI_REFUSED. */
 int cli_refuse(const thrum_error *error);
 
-/* Prints "thrum <command>: <line>" and "try: thrum <command> --help"; returns CLI_USAGE. */
+/* Prints "thrum <command>: <line> (try: thrum <command> --help)"; returns CLI_USAGE. */
 __attribute__((format(printf, 2, 3))) int cli_usage(const char *command, const char *format, ...);
 
 /* What getopt_long rejected (it returned '?' or ':', with opterr = 0 and a short list that begins

@@ -25,6 +25,8 @@ typedef struct info {
   cli_split split;
   double file_bytes;
   double *hertz; /* rank */
+  double began;  /* cli_seconds() */
+  double read;   /* the same, once the model was loaded */
 } info;
 
 typedef struct info_request {
@@ -178,6 +180,12 @@ static void print_json(const info *about) {
   const cJSON *hash = find_meta(about, "mesh", "hash");
   if (cJSON_IsString(hash))
     cli_json_string(object, "mesh_hash", hash->valuestring);
+  // stages that do not overlap
+  cJSON *seconds = cJSON_AddObjectToObject(object, "seconds");
+  const double now = cli_seconds();
+  cli_json_number(seconds, "read", about->read - about->began);
+  cli_json_number(seconds, "measure", now - about->read);
+  cli_json_number(seconds, "total", now - about->began);
   cli_json_number(object, "peak_mb", cli_peak_mb());
   cli_json_print(object);
 }
@@ -308,10 +316,11 @@ int cmd_info(int argc, char **argv) {
     return CLI_DONE;
   }
   thrum_error error = {0};
-  info about = {.path = request.path, .dt = request.dt};
+  info about = {.path = request.path, .dt = request.dt, .began = cli_seconds()};
   thrum_status status = thrum_model_load(request.path, &about.model, &error);
   if (status < 0)
     return cli_refuse(&error);
+  about.read = cli_seconds();
   status = gather(&about, &error);
   if (status >= 0)
     (request.json ? print_json : print_table)(&about);

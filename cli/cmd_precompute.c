@@ -28,6 +28,8 @@ static bool show_progress(void *context, thrum_stage stage, double fraction) {
 /* Refuses an output that could not be written, before the long work rather than after it. */
 static thrum_status check_output(const char *path, thrum_error *error) {
   struct stat status;
+  if (path[0] == 0)
+    return thrum_error_set(error, THRUM_IO, "-o: the model file needs a name, such as beam.npz");
   if (stat(path, &status) == 0 && S_ISDIR(status.st_mode)) {
     return thrum_error_set(error, THRUM_IO, "%s is a folder; name a file with -o", path);
   }
@@ -67,6 +69,7 @@ static thrum_status apply_material(const precompute_request *request, thrum_mesh
     if (!isnan(wanted->density))
       mesh->materials[m].density = wanted->density;
   }
+  mesh->has_material = true;
   return THRUM_OK;
 }
 

@@ -191,7 +191,6 @@ thrum_status thrum_mesh_read(const char *name, double scale, thrum_mesh *mesh, t
   thrum_status status;
   if (strncmp(name, "beam:", 5) == 0) {
     status = thrum_mesh_beam(name, &read, error);
-    scale = 1;
   } else if (has_suffix(name, ".veg")) {
     status = thrum_mesh_read_veg(name, &read, error);
   } else if (has_suffix(name, ".msh")) {

@@ -52,11 +52,11 @@ typedef struct thrum_mesh {
  * two or four vertices of the right face that are nearest to its centre. A file's groups are the
  * vertices of its element sets (.veg) and of its physical groups (.msh, named by $PhysicalNames or
  * else physical_DIMENSION_TAG); its regions are the *REGIONs and the physical volumes.
- * Every length is multiplied by `scale` (not the generator's, which is in metres already). The
- * result is clean: consistently inverted files are flipped, unreferenced vertices dropped (groups
- * renumbered), both counted; zero-volume tets, indices out of range, non-finite numbers and
- * half-inverted files are refused with the file, the line and the element named (1-based, as in
- * the file). On failure *mesh is untouched. */
+ * Every length, the generator's too, is multiplied by `scale`. The result is clean: consistently
+ * inverted files are flipped, unreferenced vertices dropped (groups renumbered), both counted;
+ * zero-volume tets, indices out of range, non-finite numbers and half-inverted files are refused
+ * with the file, the line and the element named (1-based, as in the file). On failure *mesh is
+ * untouched. */
 thrum_status thrum_mesh_read(const char *name, double scale, thrum_mesh *mesh, thrum_error *error);
 
 /* The readers behind it, one file each: raw meshes, not yet clean. */

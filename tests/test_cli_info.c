@@ -94,6 +94,12 @@ static void info_agrees_with_precompute(void **state) {
   const cJSON *residuals = cJSON_GetObjectItem(object, "residuals");
   assert_true(cli_json_get(residuals, "modes_max") < 1e-8);
   assert_true(cli_json_get(residuals, "orthonormality") < 1e-9);
+  // stages do not overlap
+  const cJSON *seconds = cJSON_GetObjectItem(object, "seconds"), *stage = NULL;
+  double sum = 0;
+  cJSON_ArrayForEach(stage, seconds) sum += stage->valuedouble;
+  assert_true(sum <= 2 * cli_json_get(seconds, "total") + 1e-9);
+  assert_true(cli_json_get(object, "peak_mb") > 0.5);
   cJSON_Delete(object);
 }
 
@@ -228,8 +234,7 @@ static void assert_exit(int code, const char *wanted, const char *a, const char 
   assert_int_equal(run.exit_code, code);
   assert_non_null(strstr(run.err, wanted));
   assert_string_equal(run.out, "");
-  if (code == 1)
-    assert_true(cli_line_count_is(run.err, 1));
+  assert_true(cli_line_count_is(run.err, 1));
   cli_result_free(&run);
 }
 

@@ -312,6 +312,42 @@ static void assert_refused_with(const char *wanted, const char *mesh, const char
   cli_result_free(&run);
 }
 
+/* One body as two kinds of file and two units: the cube in metres, and in millimetres by Gmsh,
+ * whose files say no material. */
+static void gmsh_files_give_the_model_of_the_same_mesh(void **state) {
+  (void)state;
+  char path[160];
+  assert_true(cli_write_text(in_folder("cube.msh", path),
+                             "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n"
+                             "2 1 \"the clamp\"\n3 2 \"body\"\n$EndPhysicalNames\n$Nodes\n8\n"
+                             "1 0 0 0\n2 1000 0 0\n3 0 1000 0\n4 1000 1000 0\n5 0 0 1000\n"
+                             "6 1000 0 1000\n7 0 1000 1000\n8 1000 1000 1000\n$EndNodes\n"
+                             "$Elements\n8\n1 2 2 1 1 1 3 7\n2 2 2 1 1 1 7 5\n3 4 2 2 1 1 2 4 8\n"
+                             "4 4 2 2 1 1 4 3 8\n5 4 2 2 1 1 3 7 8\n6 4 2 2 1 1 7 5 8\n"
+                             "7 4 2 2 1 1 5 6 8\n8 4 2 2 1 1 6 2 8\n$EndElements\n"));
+  write_cube("cube.veg", "", CUBE_TETS);
+  cJSON *numbers[3];
+  static const char *const fixes[] = {"the clamp", "the clamp:xyz", ROOT};
+  for (int n = 0; n < 3; n++) {
+    cli_result run = thrum_run(folder, "precompute", n < 2 ? "cube.msh" : "cube.veg", "-o",
+                               "made.npz", "--fix", fixes[n], "--modes", "4", "--rank", "4",
+                               "--json", "--scale", n < 2 ? "1e-3" : "1", "--young", "1e6",
+                               "--poisson", "0.3", "--density", "1000", NULL);
+    if (run.exit_code != 0)
+      print_error("%s", run.err);
+    assert_int_equal(run.exit_code, 0);
+    numbers[n] = cli_json_line(run.out);
+    assert_true(cli_json_get(numbers[n], "fixed") == 4);
+    cli_result_free(&run);
+  }
+  assert_frequencies_scale(numbers[2], numbers[0], 1);
+  assert_frequencies_scale(numbers[2], numbers[1], 1);
+  for (int n = 0; n < 3; n++)
+    cJSON_Delete(numbers[n]);
+  assert_refused_with("give --young, --poisson and --density", "cube.msh", "--fix", "the clamp",
+                      "--young", "1e6");
+}
+
 static void bad_files_are_refused_by_name(void **state) {
   (void)state;
   char path[160];
@@ -363,6 +399,7 @@ static void bad_materials_are_refused(void **state) {
       {"--density", "-1"},  {"--scale", "0"},     {"--scale", "-1"}};
   for (size_t n = 0; n < sizeof bad / sizeof bad[0]; n++) {
     assert_refused_with("", THRUM_TEST_DATA "/beam1k.veg", "--fix", ROOT, bad[n][0], bad[n][1]);
+    assert_refused_with("", BEAM, "--fix", ROOT, bad[n][0], bad[n][1]);
   }
 }
 
@@ -380,8 +417,8 @@ static void bodies_too_free_and_ranks_too_large_are_refused(void **state) {
 
 static void an_output_that_cannot_be_written_is_refused_at_once(void **state) {
   (void)state;
-  static const char *const outputs[] = {"nowhere/made.npz", ".", "made/"};
-  for (int n = 0; n < 3; n++) {
+  static const char *const outputs[] = {"nowhere/made.npz", ".", "made/", ""};
+  for (int n = 0; n < 4; n++) {
     cli_result run = thrum_run(folder, "precompute", BEAM, "-o", outputs[n], "--fix", ROOT, NULL);
     assert_int_equal(run.exit_code, 1);
     assert_true(cli_line_count_is(run.err, 1));
@@ -465,6 +502,7 @@ int main(void) {
       cmocka_unit_test(two_runs_write_the_same_bytes),
       cmocka_unit_test(generator_equals_the_reference_file),
       cmocka_unit_test(material_and_scale_act_as_physics_says),
+      cmocka_unit_test(gmsh_files_give_the_model_of_the_same_mesh),
       cmocka_unit_test(lumped_mass_never_raises_a_frequency),
       cmocka_unit_test(fix_takes_predicates_files_groups_and_axes),
       cmocka_unit_test(meta_says_what_was_done_but_not_where),

@@ -121,7 +121,7 @@ static void mistakes_of_usage_exit_with_two_and_write_nothing(void **state) {
       {{"particle.npz", "-o", "run", "--start", "mode:1,nan"}, "mode:NUMBER,METRES"},
       {{"particle.npz", "-o", "run", "--start", "mode:1,"}, "mode:NUMBER,METRES"},
   };
-  assert_refusals(cases, sizeof cases / sizeof cases[0], 2, 2);
+  assert_refusals(cases, sizeof cases / sizeof cases[0], 2, 1);
 }
 
 static void misspelt_loads_exit_with_two_and_say_what_is_wrong(void **state) {
@@ -155,7 +155,7 @@ static void misspelt_loads_exit_with_two_and_say_what_is_wrong(void **state) {
       LOAD("gravity:0,0,-9.81@tip", "whole body"),
   };
 #undef LOAD
-  assert_refusals(cases, sizeof cases / sizeof cases[0], 2, 2);
+  assert_refusals(cases, sizeof cases / sizeof cases[0], 2, 1);
 }
 
 static void what_the_model_or_the_files_lack_is_refused_in_one_line(void **state) {

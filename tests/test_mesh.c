@@ -65,10 +65,9 @@ static void the_beam_equals_beam1k(void **state) {
 
 static void a_beam_fills_its_box_and_faces(void **state) {
   (void)state;
-  thrum_mesh m = read_ok("beam:2x4x2@0.7x1.5e-1x.3", 1000);
+  thrum_mesh m = read_ok("beam:2x4x2@0.7x1.5e-1x.3", 1);
   assert_int_equal(m.vertex_count, 3 * 5 * 3);
   assert_int_equal(m.tet_count, 6 * 2 * 4 * 2);
-  // the scale is for files: a beam is in metres
   assert_true(fabs(volume(&m) - 0.7 * 0.15 * 0.3) < 1e-15);
   static const struct {
     const char *name;
@@ -237,6 +236,13 @@ static void a_scale_turns_lengths_into_metres(void **state) {
   const char *path = mesh_write_text("mm.veg", VEG_VERTICES VEG_TWO_TETS);
   thrum_mesh metres = read_ok(path, 1), millimetres = read_ok(path, 1e-3);
   assert_true(fabs(volume(&millimetres) / volume(&metres) - 1e-9) < 1e-24);
+  thrum_mesh_free(&metres);
+  thrum_mesh_free(&millimetres);
+  // a generated beam is a mesh like any other
+  metres = read_ok("beam:2x2x2@1x0.5x0.25", 1);
+  millimetres = read_ok("beam:2x2x2@1000x500x250", 1e-3);
+  for (int64_t i = 0; i < 3 * metres.vertex_count; i++)
+    assert_true(fabs(millimetres.vertices[i] - metres.vertices[i]) < 1e-15);
   thrum_mesh_free(&metres);
   thrum_mesh_free(&millimetres);
 }
