@@ -10,6 +10,7 @@
 #include <sys/stat.h>
 
 #include "cli/cli.h"
+#include "cli/model_name.h"
 #include "precompute/quality.h"
 
 #define NAMES_SHOWN 8
@@ -38,6 +39,8 @@ typedef struct info_request {
 
 static void print_help(void) {
   fputs("usage: thrum info MODEL [OPTIONS]\n\n"
+        "MODEL is a model file, or a name (beam, basket, bridge, horse, tower, heart) of a model\n"
+        "that is precomputed once and cached.\n\n"
         "Says what a model file holds: sizes, mass, volume, element quality, bounding box,\n"
         "frequencies, the split into explicit and implicit modes, residuals, memory, groups.\n\n"
         "      --dt S   time step of the split [s] (default 0.003)\n"
@@ -45,6 +48,7 @@ static void print_help(void) {
         "  -h, --help   this text\n\n"
         "examples:\n"
         "  thrum info beam.npz\n"
+        "  thrum info horse\n"
         "  thrum info beam.npz --dt 0.001 --json\n",
         stdout);
 }
@@ -317,9 +321,11 @@ int cmd_info(int argc, char **argv) {
   }
   thrum_error error = {0};
   info about = {.path = request.path, .dt = request.dt, .began = cli_seconds()};
-  thrum_status status = thrum_model_load(request.path, &about.model, &error);
+  cli_model_file file;
+  thrum_status status = cli_model_load(request.path, false, &about.model, &file, &error);
   if (status < 0)
     return cli_refuse(&error);
+  about.path = file.path;
   about.read = cli_seconds();
   status = gather(&about, &error);
   if (status >= 0)

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "cli/cli.h"
+#include "cli/model_name.h"
 #include "cli/simulate_run.h"
 
 #define STATE_ALIGNMENT 64
@@ -224,9 +225,11 @@ static int run_request(const simulate_request *request) {
     return cli_refuse(&error);
   }
   run->request = request;
-  thrum_status status = thrum_model_load(request->model_path, &run->model, &error);
+  cli_model_file file;
+  thrum_status status =
+      cli_model_load(request->model_path, request->quiet, &run->model, &file, &error);
   if (status >= 0)
-    status = hash_file(request->model_path, &run->figures.model_hash, &error);
+    status = hash_file(file.path, &run->figures.model_hash, &error);
   run->figures.request = request;
   run->figures.model = run->model;
   if (status >= 0)

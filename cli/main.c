@@ -1,5 +1,6 @@
 /* The `thrum` program: finds the subcommand and hands over. SPDX-License-Identifier: Apache-2.0 */
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "cli/cli.h"
@@ -27,7 +28,9 @@ static int print_help(FILE *stream) {
   }
   fputs("\n"
         "  thrum COMMAND --help   options and examples of a command\n"
-        "  thrum --version        the version\n\n"
+        "  thrum --version        the version\n"
+        "  thrum --models-dir DIR COMMAND   where beam, basket, bridge, horse, tower and heart "
+        "lie\n\n"
         "examples:\n"
         "  thrum precompute beam:20x3x3@1x0.15x0.15 --fix 'x<0.001' -o beam.npz\n"
         "  thrum info beam.npz\n"
@@ -56,7 +59,30 @@ static int unknown_command(const char *name) {
   return cli_usage("", "unknown command '%s'", name);
 }
 
+/* `thrum --models-dir DIR COMMAND ...` is THRUM_MODELS=DIR for the one command. */
+static int take_models_folder(int *argc, char ***argv) {
+  static const char option[] = "--models-dir";
+  const size_t length = sizeof option - 1;
+  if (*argc < 2 || strncmp((*argv)[1], option, length) != 0)
+    return CLI_DONE;
+  const char *text = (*argv)[1] + length;
+  if (*text != '=' && (*text != 0 || *argc < 3))
+    return cli_usage("", "--models-dir names a folder and comes before the command");
+  const int taken = *text == '=' ? 1 : 2;
+  if (setenv("THRUM_MODELS", taken == 1 ? text + 1 : (*argv)[2], 1) != 0) {
+    fputs("thrum: out of memory\n", stderr);
+    return CLI_REFUSED;
+  }
+  (*argv)[taken] = (*argv)[0];
+  *argc -= taken;
+  *argv += taken;
+  return CLI_DONE;
+}
+
 static int dispatch(int argc, char **argv) {
+  const int taken = take_models_folder(&argc, &argv);
+  if (taken != CLI_DONE)
+    return taken;
   if (argc < 2) {
     print_help(stderr);
     return CLI_USAGE;

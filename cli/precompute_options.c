@@ -34,7 +34,9 @@ void precompute_help(void) {
       "Makes a reduced model of a tetrahedral mesh: linear modes, modal derivatives, basis, and\n"
       "the exact polynomial of its strain energy.\n\n"
       "MESH is a Vega .veg file, a Gmsh .msh file (2.2 or 4.1, ASCII), or a generated beam,\n"
-      "beam:NXxNYxNZ@LXxLYxLZ: cells, then metres (before --scale).\n\n"
+      "beam:NXxNYxNZ@LXxLYxLZ: cells, then metres (before --scale); or the name of a model that\n"
+      "comes with Thrum (beam, basket, bridge, horse, tower, heart), whose material, fixed set,\n"
+      "modes and rank are then the defaults.\n\n"
       "  -o, --output FILE     the model file to write\n"
       "      --fix SPEC        hold vertices; repeatable. SPEC is a predicate in metres such as\n"
       "                        'x<0.01&z>0', or a file of 1-based vertices (2, 3:7, # comment),\n"
@@ -54,6 +56,7 @@ void precompute_help(void) {
       "  thrum precompute beam:20x3x3@1x0.15x0.15 --fix 'x<0.001' -o beam.npz\n"
       "  thrum precompute part.msh --scale 1e-3 --young 2e6 --poisson 0.45 --density 1100 \\\n"
       "      --fix clamp --fix 'z<0.002:z' --modes 12 --rank 30 -o part.npz\n"
+      "  thrum precompute horse --young 1e6 -o soft-horse.npz\n"
       "  thrum precompute bridge.veg --fix bridge.bou --threads 2 --json -o bridge.npz\n",
       stdout);
 }
@@ -108,8 +111,10 @@ static int apply_option(int option, precompute_request *request) {
   case SCALE:
     return number_option("scale", optarg, &request->scale);
   case MODES:
+    request->modes_given = true;
     return count_option("modes", optarg, COUNT_MAX, &request->options.modes);
   case RANK:
+    request->rank_given = true;
     return count_option("rank", optarg, COUNT_MAX, &request->options.rank);
   case MASS:
     return mass_option(optarg, &request->options.mass);

@@ -1,5 +1,6 @@
 /* What `thrum precompute` was asked for, and what it learned; shared by cmd_precompute.c (the
- * command), precompute_options.c (its options) and precompute_report.c (what it prints and stores).
+ * command), precompute_options.c (its options), precompute_make.c (the pipeline), model_name.c
+ * (models by name) and precompute_report.c (what is printed and stored).
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_CLI_PRECOMPUTE_REQUEST_H
@@ -16,6 +17,8 @@ typedef struct precompute_request {
   thrum_precompute_options options;
   const char **fixes; /* fix_count specs, pointing into argv */
   int64_t fix_count;
+  bool modes_given; /* the options' modes and rank are the user's, not the defaults */
+  bool rank_given;
   bool json;
   bool quiet;
   bool help;
@@ -39,6 +42,12 @@ typedef struct precompute_outcome {
 /* Fills the request from argv; CLI_DONE or CLI_USAGE. `fixes` has room for argc texts. */
 int precompute_options_read(int argc, char **argv, precompute_request *request);
 void precompute_help(void);
+
+/* Reads the mesh, makes the model and writes it to request->output. `show`, which may be NULL, is
+ * told the outcome once the file is there. *flagged: residuals are larger than they should be. */
+typedef void precompute_show(const precompute_outcome *outcome);
+thrum_status precompute_make(const precompute_request *request, precompute_show *show,
+                             bool *flagged, thrum_error *error);
 
 /* The JSON text stored as meta: everything but times, so that two runs give the same bytes. */
 char *precompute_meta(const precompute_request *request, const thrum_mesh *mesh,

@@ -85,6 +85,9 @@ void simulate_help(void) {
       "Steps a model file and writes what happened into the folder RUN: run.json (options and\n"
       "figures), energy.csv, q.npy, end.npy (q and p at the end), an energy plot where gnuplot is\n"
       "installed, and on request frames for ParaView.\n\n"
+      "MODEL is a model file, or a name (beam, basket, bridge, horse, tower, heart) of a model "
+      "that\n"
+      "is precomputed once and cached.\n\n"
       "  -o, --output RUN       the folder; new, empty, or an earlier run, which is replaced\n"
       "      --integrator NAME  imexv (default), newmark, verlet, midpoint or energy\n"
       "      --dt S             time step [s] (default 0.003)\n"
@@ -123,6 +126,7 @@ void simulate_help(void) {
       "examples:\n"
       "  thrum simulate beam.npz -o run --time 3 --start mode:1,0.02\n"
       "  thrum simulate beam.npz -o run --load impulse:0,0,-40@tip --damping 0.3\n"
+      "  thrum simulate horse -o run --load square:0,0,-50@load --frames 30\n"
       "  thrum simulate beam.npz -o run --load gravity:0,0,-9.81 --integrator newmark --frames "
       "60\n\n"
       "exit codes: 0 done, 1 refused, 2 usage, 3 ran but flagged (status in run.json says why)\n",

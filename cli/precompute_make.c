@@ -1,0 +1,193 @@
+/* The pipeline behind `thrum precompute` and behind models that are asked for by name: from a
+ * mesh's name to the written model file. SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "cli/precompute_request.h"
+#include "precompute/npz.h"
+
+/* Beyond these the model is written, but flagged (exit 3). */
+#define RESIDUAL_FLAG 1e-8       /* |K psi - w^2 M psi| / (|K| |psi|) of any mode */
+#define ORTHONORMALITY_FLAG 1e-9 /* |U^T M U - 1| and the same of U^T K U */
+
+static const char *const stage_texts[] = {
+#define X(name, text) text,
+    THRUM_STAGE_LIST(X)
+#undef X
+};
+
+static bool show_progress(void *context, thrum_stage stage, double fraction) {
+  cli_progress_update(context, stage_texts[stage], fraction);
+  return true;
+}
+
+/* Refuses an output that could not be written, before the long work rather than after it. */
+static thrum_status check_output(const char *path, thrum_error *error) {
+  struct stat status;
+  if (path[0] == 0)
+    return thrum_error_set(error, THRUM_IO, "-o: the model file needs a name, such as beam.npz");
+  if (stat(path, &status) == 0 && S_ISDIR(status.st_mode)) {
+    return thrum_error_set(error, THRUM_IO, "%s is a folder; name a file with -o", path);
+  }
+  const size_t length = (size_t)(cli_basename(path) - path);
+  char *folder = malloc(length + 2);
+  if (folder == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory");
+  memcpy(folder, path, length);
+  memcpy(folder + length, length > 0 ? "" : ".", length > 0 ? 1 : 2);
+  const bool writable = access(folder, W_OK | X_OK) == 0;
+  free(folder);
+  if (cli_basename(path)[0] == 0 || !writable) {
+    return thrum_error_set(error, THRUM_IO,
+                           "%s cannot be written: its folder does not exist or "
+                           "is not writable",
+                           path);
+  }
+  return THRUM_OK;
+}
+
+/* The options' material replaces the mesh's own in every region. */
+static thrum_status apply_material(const precompute_request *request, thrum_mesh *mesh,
+                                   thrum_error *error) {
+  const thrum_material *wanted = &request->material;
+  const bool whole = !isnan(wanted->young) && !isnan(wanted->poisson) && !isnan(wanted->density);
+  if (!mesh->has_material && !whole) {
+    return thrum_error_set(error, THRUM_MISSING,
+                           "%s does not say what it is made of: give --young, --poisson and "
+                           "--density",
+                           request->mesh_name);
+  }
+  for (int64_t m = 0; m < mesh->region_count; m++) {
+    if (!isnan(wanted->young))
+      mesh->materials[m].young = wanted->young;
+    if (!isnan(wanted->poisson))
+      mesh->materials[m].poisson = wanted->poisson;
+    if (!isnan(wanted->density))
+      mesh->materials[m].density = wanted->density;
+  }
+  mesh->has_material = true;
+  return THRUM_OK;
+}
+
+static void warn_cleaned(const thrum_mesh *mesh, const char *name) {
+  if (mesh->flipped_tets > 0) {
+    cli_warn("%s: every tetrahedron was inside out; %lld flipped", name,
+             (long long)mesh->flipped_tets);
+  }
+  if (mesh->dropped_vertices > 0) {
+    cli_warn("%s: %lld vertices that no tetrahedron uses were dropped", name,
+             (long long)mesh->dropped_vertices);
+  }
+}
+
+/* Marks what the --fix options name in `fixed`, and counts the vertices held. */
+static thrum_status fix_vertices(const precompute_request *request, const thrum_mesh *mesh,
+                                 uint8_t *fixed, int64_t *held, thrum_error *error) {
+  if (request->fix_count == 0) {
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "nothing is fixed, and free bodies are not supported yet: hold "
+                           "vertices with --fix, such as --fix 'x<0.001'");
+  }
+  for (int64_t n = 0; n < request->fix_count; n++) {
+    int64_t count = 0;
+    const thrum_status status = thrum_mesh_fix(mesh, request->fixes[n], fixed, &count, error);
+    if (status < 0)
+      return status;
+  }
+  *held = 0;
+  for (int64_t v = 0; v < mesh->vertex_count; v++)
+    *held += fixed[v] != 0;
+  return THRUM_OK;
+}
+
+static thrum_status save_model(const precompute_request *request, const thrum_mesh *mesh,
+                               const thrum_precomputed *result, thrum_error *error) {
+  char *meta = precompute_meta(request, mesh, result);
+  if (meta == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory for meta");
+  // a shallow copy, so that meta stays ours
+  thrum_model model = result->model;
+  model.meta = (const uint8_t *)meta;
+  model.meta_bytes = (int64_t)strlen(meta);
+  const thrum_status status = thrum_model_save(request->output, &model, error);
+  free(meta);
+  return status;
+}
+
+static bool is_flagged(const thrum_precomputed *result) {
+  bool flagged = !(result->basis_orthonormality <= ORTHONORMALITY_FLAG) ||
+                 !(result->basis_diagonality <= ORTHONORMALITY_FLAG);
+  for (int64_t n = 0; n < result->mode_count; n++) {
+    flagged = flagged || !(result->mode_residual[n] <= RESIDUAL_FLAG);
+  }
+  if (flagged)
+    cli_warn("residuals are larger than they should be; see `thrum info`");
+  return flagged;
+}
+
+/* From the fixed mesh to the written file and the printed result. */
+static thrum_status make_model(const precompute_request *request, const thrum_mesh *mesh,
+                               const uint8_t *fixed, precompute_show *show,
+                               precompute_outcome *outcome, thrum_error *error) {
+  cli_progress progress = cli_progress_make(request->quiet);
+  thrum_precompute_options options = request->options;
+  options.progress = show_progress;
+  options.progress_context = &progress;
+  thrum_precomputed result = {0};
+  thrum_status status = thrum_precompute(mesh, fixed, &options, &result, error);
+  if (status < 0) {
+    cli_progress_abandon(&progress);
+    return status;
+  }
+  cli_progress_done(&progress);
+  outcome->result = &result;
+  outcome->dt = thrum_default_state_def().dt;
+  status = cli_split_at(&result.model, outcome->dt, &outcome->split, error);
+  const double writing = cli_seconds();
+  if (status >= 0)
+    status = save_model(request, mesh, &result, error);
+  if (status >= 0) {
+    const double now = cli_seconds();
+    outcome->seconds_write = now - writing;
+    outcome->seconds_total = now - outcome->began;
+    outcome->flagged = is_flagged(&result);
+    if (show != NULL)
+      show(outcome);
+  }
+  thrum_precomputed_free(&result);
+  outcome->result = NULL;
+  return status;
+}
+
+thrum_status precompute_make(const precompute_request *request, precompute_show *show,
+                             bool *flagged, thrum_error *error) {
+  const double began = cli_seconds();
+  thrum_mesh mesh = {0};
+  thrum_status status = check_output(request->output, error);
+  if (status >= 0)
+    status = thrum_mesh_read(request->mesh_name, request->scale, &mesh, error);
+  if (status < 0)
+    return status;
+  warn_cleaned(&mesh, cli_basename(request->mesh_name));
+  precompute_outcome outcome = {.request = request, .mesh = &mesh, .began = began};
+  uint8_t *fixed = calloc((size_t)mesh.vertex_count, 1);
+  if (fixed == NULL) {
+    status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %lld vertices",
+                             (long long)mesh.vertex_count);
+  }
+  if (status >= 0)
+    status = apply_material(request, &mesh, error);
+  if (status >= 0)
+    status = fix_vertices(request, &mesh, fixed, &outcome.fixed_count, error);
+  outcome.seconds_mesh = cli_seconds() - began;
+  if (status >= 0)
+    status = make_model(request, &mesh, fixed, show, &outcome, error);
+  free(fixed);
+  thrum_mesh_free(&mesh);
+  *flagged = outcome.flagged;
+  return status;
+}
