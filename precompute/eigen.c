@@ -58,6 +58,14 @@ static void start_vector(int n, double *resid) {
   }
 }
 
+// also where the numbers of the matrices are too large or too small to be multiplied
+static thrum_status not_converged(const lanczos *l, thrum_error *error) {
+  return thrum_error_set(error, THRUM_NOT_CONVERGED,
+                         "the %d modes did not converge (ARPACK code %d): check the material, the "
+                         "scale and the quality of the mesh, or lower --modes",
+                         l->count, l->info);
+}
+
 static thrum_status lanczos_iterate(lanczos *l, const thrum_sparse *mass, thrum_factor *factor,
                                     const thrum_reporter *reporter, thrum_error *error) {
   int64_t solves = 0;
@@ -86,9 +94,7 @@ static thrum_status lanczos_iterate(lanczos *l, const thrum_sparse *mass, thrum_
       status = thrum_report(reporter, 1 - exp(-(double)solves / (1.5 * l->vectors)), error);
   }
   if (status == THRUM_OK && l->info != 0)
-    status = thrum_error_set(error, THRUM_NOT_CONVERGED,
-                             "the modes did not converge: %d of %d found (ARPACK code %d)",
-                             l->iparam[4], l->count, l->info);
+    status = not_converged(l, error);
   return status;
 }
 
@@ -98,9 +104,7 @@ static thrum_status lanczos_extract(lanczos *l, double *values, double *vectors,
            LANCZOS_TOLERANCE, l->resid, l->vectors, l->basis, l->n, l->iparam, l->ipntr, l->workd,
            l->workl, l->vectors * (l->vectors + 8), &l->info);
   if (l->info != 0 || l->iparam[4] < l->count)
-    return thrum_error_set(error, THRUM_NOT_CONVERGED,
-                           "the modes did not converge: %d of %d found (ARPACK code %d)",
-                           l->iparam[4], l->count, l->info);
+    return not_converged(l, error);
   // ascending, by selection; the vectors follow
   for (int i = 0; i < l->count; i++) {
     int lowest = 0;

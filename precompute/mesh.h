@@ -1,8 +1,8 @@
 /* Tetrahedral meshes with materials and named vertex groups, as the readers produce them and the
  * rest of precompute consumes them.
  *
- * A mesh is one struct of owned arrays; thrum_mesh_free releases it. Lengths are as in the file
- * until thrum_mesh_scale; everything past mesh_read is in metres.
+ * A mesh is one struct of owned arrays; thrum_mesh_free releases it. The readers leave lengths as
+ * they are in the file, thrum_mesh_clean turns them into metres; thrum_mesh_read does both.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_PRECOMPUTE_MESH_H

@@ -251,7 +251,7 @@ static thrum_status mark(const thrum_mesh *mesh, char *text, uint8_t *marks, uin
 }
 
 /* A copy without blanks around it; other blanks and control characters become spaces, which keeps
- * messages on one line. NULL when out of memory. */
+ * messages on one line and terminals as they are. NULL when out of memory. */
 static char *copy_spec(const char *spec) {
   const char *stop = spec + strlen(spec);
   spec = skip_blanks(spec, stop);
@@ -259,7 +259,7 @@ static char *copy_spec(const char *spec) {
     stop--;
   char *text = calloc(1, (size_t)(stop - spec) + 1);
   for (size_t i = 0; text && i < (size_t)(stop - spec); i++)
-    text[i] = is_blank(spec[i]) || spec[i] == 0x7f ? ' ' : spec[i];
+    text[i] = (unsigned char)spec[i] < ' ' || spec[i] == 0x7f ? ' ' : spec[i];
   return text;
 }
 

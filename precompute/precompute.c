@@ -28,7 +28,7 @@ typedef struct pipeline {
 } pipeline;
 
 thrum_precompute_options thrum_default_precompute_options(void) {
-  return (thrum_precompute_options){.modes = 10, .rank = 20, .threads = 1};
+  return (thrum_precompute_options){.modes = 10, .threads = 1};
 }
 
 static double seconds_now(void) {
@@ -213,14 +213,17 @@ static thrum_status run_all(pipeline *p, thrum_error *error) {
 thrum_status thrum_precompute(const thrum_mesh *mesh, const uint8_t *fixed,
                               const thrum_precompute_options *options, thrum_precomputed *result,
                               thrum_error *error) {
-  thrum_status status = check_options(options, error);
+  pipeline p = {.mesh = mesh, .fixed = fixed, .options = *options};
+  // no rank given: two coordinates a mode, which k (k + 3) / 2 never falls short of
+  if (p.options.rank == 0)
+    p.options.rank = 2 * p.options.modes;
+  thrum_status status = check_options(&p.options, error);
   if (status != THRUM_OK)
     return status;
   if (!mesh->has_material)
     return thrum_error_set(error, THRUM_MISSING,
                            "the mesh says no material: give --young, --poisson and --density");
   const thrum_threads before = thrum_threads_set(options->threads);
-  pipeline p = {.mesh = mesh, .fixed = fixed, .options = *options};
   status = thrum_threads_ready()
                ? run_all(&p, error)
                : thrum_error_set(error, THRUM_OUT_OF_MEMORY,

@@ -26,7 +26,7 @@ typedef enum thrum_stage {
 
 typedef struct thrum_precompute_options {
   int64_t modes;    /* k linear modes; default 10 */
-  int64_t rank;     /* r <= k (k + 3) / 2; default min(2 k, that) */
+  int64_t rank;     /* r <= k (k + 3) / 2; default 0, which stands for 2 k */
   thrum_mass mass;  /* default consistent */
   int threads;      /* BLAS threads; default 1 */
   /* Called as a stage advances, fraction in [0, 1]; return false to stop. May be NULL. */

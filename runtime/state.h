@@ -60,7 +60,7 @@ struct thrum_state {
   int32_t reserved;
 };
 
-/* Arrays that persist. X(name, size): a vector is rank long; see thrum_state_sizes. */
+/* Arrays that persist. X(name, size): a vector is rank long; the others as *_count says. */
 #define THRUM_STATE_ARRAYS(X)                                                                      \
   X(q, vector)            /* q_k */                                                                \
   X(p, vector)            /* p^-_k on E (before the kick), synchronised p_k on I; v for Newmark */ \

@@ -91,6 +91,21 @@ static void beam_gives_the_documented_keys(void **state) {
   cJSON_Delete(object);
 }
 
+static void rank_is_twice_the_modes_when_not_given(void **state) {
+  (void)state;
+  static const char *const modes[] = {"1", "3", "12"};
+  for (int n = 0; n < 3; n++) {
+    cli_result run = thrum_run(folder, "precompute", BEAM, "-o", "made.npz", "--fix", ROOT,
+                               "--modes", modes[n], "--json", NULL);
+    assert_int_equal(run.exit_code, 0);
+    cJSON *object = cli_json_line(run.out);
+    assert_non_null(object);
+    assert_true(cli_json_get(object, "rank") == 2 * atof(modes[n]));
+    cJSON_Delete(object);
+    cli_result_free(&run);
+  }
+}
+
 static void stages_do_not_overlap(void **state) {
   (void)state;
   cJSON *object = precompute(BEAM, ROOT, NULL, NULL, NULL, NULL);
@@ -393,26 +408,34 @@ static void every_truncation_of_a_mesh_is_refused_or_complete(void **state) {
 
 static void bad_materials_are_refused(void **state) {
   (void)state;
-  static const char *const bad[][2] = {
-      {"--poisson", "0.5"}, {"--poisson", "0.7"}, {"--poisson", "-1"},
-      {"--young", "0"},     {"--young", "-5"},    {"--density", "0"},
-      {"--density", "-1"},  {"--scale", "0"},     {"--scale", "-1"}};
+  static const char *const bad[][3] = {{"--poisson", "0.5", "Poisson's ratio of region 1 is 0.5;"},
+                                       {"--poisson", "0.7", "Poisson's ratio of region 1 is 0.7;"},
+                                       {"--poisson", "-1", "Poisson's ratio of region 1 is -1;"},
+                                       {"--young", "0", "Young's modulus of region 1 is 0 Pa;"},
+                                       {"--young", "-5", "Young's modulus of region 1 is -5 Pa;"},
+                                       {"--density", "0", "density of region 1 is 0 kg/m^3;"},
+                                       {"--density", "-1", "density of region 1 is -1 kg/m^3;"},
+                                       {"--scale", "0", "scale is 0;"},
+                                       {"--scale", "-1", "scale is -1;"},
+                                       // possible, but beyond the range of the eigensolver
+                                       {"--density", "1e-308", "check the material"}};
   for (size_t n = 0; n < sizeof bad / sizeof bad[0]; n++) {
-    assert_refused_with("", THRUM_TEST_DATA "/beam1k.veg", "--fix", ROOT, bad[n][0], bad[n][1]);
-    assert_refused_with("", BEAM, "--fix", ROOT, bad[n][0], bad[n][1]);
+    assert_refused_with(bad[n][2], THRUM_TEST_DATA "/beam1k.veg", "--fix", ROOT, bad[n][0],
+                        bad[n][1]);
+    assert_refused_with(bad[n][2], BEAM, "--fix", ROOT, bad[n][0], bad[n][1]);
   }
 }
 
 static void bodies_too_free_and_ranks_too_large_are_refused(void **state) {
   (void)state;
   assert_refused_with("free bodies are not supported yet", BEAM, NULL, NULL, NULL, NULL);
-  assert_refused_with("", BEAM, "--fix", "x<-1", NULL, NULL);
+  assert_refused_with("names no vertex", BEAM, "--fix", "x<-1", NULL, NULL);
   assert_refused_with("nosuchgroup", BEAM, "--fix", "nosuchgroup", NULL, NULL);
   assert_refused_with("rank", BEAM, "--fix", ROOT, "--rank", "66");
-  assert_refused_with("", BEAM, "--fix", ROOT, "--modes", "500");
-  assert_refused_with("", BEAM, "--fix", "x<2", NULL, NULL);
+  assert_refused_with("too many for a mesh", BEAM, "--fix", ROOT, "--modes", "250");
+  assert_refused_with("every vertex is fixed", BEAM, "--fix", "x<2", NULL, NULL);
   // held along one axis only, a body still moves freely along the others
-  assert_refused_with("", BEAM, "--fix", "left:x", NULL, NULL);
+  assert_refused_with("rigid motions", BEAM, "--fix", "left:x", NULL, NULL);
 }
 
 static void an_output_that_cannot_be_written_is_refused_at_once(void **state) {
@@ -497,6 +520,7 @@ static void help_and_version_are_results(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(beam_gives_the_documented_keys),
+      cmocka_unit_test(rank_is_twice_the_modes_when_not_given),
       cmocka_unit_test(stages_do_not_overlap),
       cmocka_unit_test(json_is_alone_on_standard_output),
       cmocka_unit_test(two_runs_write_the_same_bytes),

@@ -245,6 +245,8 @@ static void an_unknown_name_lists_the_groups(void **state) {
   refused(&m, " \n", "what to fix is empty");
   refused(&m, ":x", "is neither a file nor a group");
   refused(&m, mesh_folder, "is neither a file nor a group");
+  // nothing that a terminal would act on
+  refused(&m, "a\033[2J\001b\vc\177d", "'a [2J b c d' is neither");
   // longer than a line has room for
   char name[3000];
   memset(name, 'n', sizeof name - 1);

@@ -327,7 +327,7 @@ static void more_modes_or_rank_than_there_are_is_refused(void **state) {
   (void)state;
   body b = body_make("beam:1x1x1@1x1x1", "x<0.01");
   expect_refusal(&b, 0, 1, THRUM_INVALID_ARGUMENT, "modes is 0");
-  expect_refusal(&b, 3, 0, THRUM_INVALID_ARGUMENT, "rank is 0");
+  expect_refusal(&b, 3, -1, THRUM_INVALID_ARGUMENT, "rank is -1");
   expect_refusal(&b, 3, 10, THRUM_INVALID_ARGUMENT, "give (9)");
   expect_refusal(&b, 12, 3, THRUM_INVALID_ARGUMENT, "12 free components");
   expect_refusal(&b, 100, 3, THRUM_INVALID_ARGUMENT, "12 free components");

@@ -21,7 +21,7 @@ extern "C" {
 
 #define THRUM_MODEL_FORMAT_MAJOR 1 /* a reader refuses another major version */
 #define THRUM_MODEL_FORMAT_MINOR 0 /* a minor version only adds arrays */
-#define THRUM_RANK_MAX 512         /* c4 of one coordinate more would pass 2^31 entries' comfort */
+#define THRUM_RANK_MAX 512         /* far above the 334 that a file below 4 GiB can hold */
 
 /* Sizes of a model. X(name, meaning). A size is bound by the first array that carries it. */
 #define THRUM_MODEL_SIZES(X)                                                                      \
