@@ -112,13 +112,16 @@ static bool take_fixes(const cJSON *object, cli_model_recipe *recipe) {
   return recipe->fix_count > 0;
 }
 
-/* "load": {"group", "direction"}, all of it optional. */
+/* "load": {"group", "direction", "force"}, all of it optional. */
 static bool take_load(const cJSON *object, cli_model_recipe *recipe) {
   const cJSON *load = cJSON_GetObjectItemCaseSensitive(object, "load");
   const cJSON *group = cJSON_GetObjectItemCaseSensitive(load, "group");
   const cJSON *direction = cJSON_GetObjectItemCaseSensitive(load, "direction");
   snprintf(recipe->load_group, sizeof recipe->load_group, "load");
   if (group != NULL && !take_text(group, recipe->load_group))
+    return false;
+  if (cJSON_GetObjectItemCaseSensitive(load, "force") != NULL &&
+      !take_number(load, "force", &recipe->load_force))
     return false;
   for (int axis = 0; direction != NULL && axis < 3; axis++) {
     const cJSON *item = cJSON_GetArrayItem(direction, axis);
@@ -129,29 +132,44 @@ static bool take_load(const cJSON *object, cli_model_recipe *recipe) {
   return true;
 }
 
-static const char *take_recipe(const cJSON *object, cli_model_recipe *recipe) {
+/* "mesh": a file beside the recipe; NAME.msh when it is not said. */
+static bool take_mesh(const cJSON *object, const char *folder, cli_model_recipe *recipe) {
+  const cJSON *mesh = cJSON_GetObjectItemCaseSensitive(object, "mesh");
+  char file[CLI_RECIPE_TEXT_MAX];
+  snprintf(file, sizeof file, "%s.msh", recipe->name);
+  if (mesh != NULL && (!take_text(mesh, file) || strchr(file, '/') != NULL))
+    return false;
+  snprintf(recipe->mesh, sizeof recipe->mesh, "%.*s/%s", CLI_MODEL_PATH_MAX - 80, folder, file);
+  return true;
+}
+
+static const char *take_recipe(const cJSON *object, const char *folder, cli_model_recipe *recipe) {
   const cJSON *material = cJSON_GetObjectItemCaseSensitive(object, "material");
-  if (!take_number(material, "young_pa", &recipe->material.young) ||
+  if (!take_mesh(object, folder, recipe))
+    return "mesh wants the name of a file in the same folder";
+  if (!take_number(material, "young", &recipe->material.young) ||
       !take_number(material, "poisson", &recipe->material.poisson) ||
-      !take_number(material, "density_kg_m3", &recipe->material.density))
-    return "material wants young_pa, poisson and density_kg_m3";
+      !take_number(material, "density", &recipe->material.density))
+    return "material wants young, poisson and density";
   if (!take_fixes(object, recipe))
     return "fix wants one SPEC or a few, as --fix takes them";
   if (!take_count(object, "modes", &recipe->modes) || !take_count(object, "rank", &recipe->rank))
     return "modes and rank want whole numbers from 1";
   if (!take_load(object, recipe))
-    return "load wants a group and a direction of three numbers";
+    return "load wants a group, a direction of three numbers and a force";
   return NULL;
 }
 
-static thrum_status read_recipe(const char *path, cli_model_recipe *recipe, thrum_error *error) {
+static thrum_status read_recipe(const char *folder, cli_model_recipe *recipe, thrum_error *error) {
+  char path[CLI_MODEL_PATH_MAX + CLI_RECIPE_TEXT_MAX];
+  snprintf(path, sizeof path, "%s/%s.json", folder, recipe->name);
   void *text = NULL;
   size_t size = 0;
   const thrum_status status = thrum_file_read(path, &text, &size, error);
   if (status < 0)
     return status;
   cJSON *object = cJSON_ParseWithLength(text, size);
-  const char *wrong = object == NULL ? "it is no JSON" : take_recipe(object, recipe);
+  const char *wrong = object == NULL ? "it is no JSON" : take_recipe(object, folder, recipe);
   cJSON_Delete(object);
   free(text);
   if (wrong != NULL)
@@ -160,7 +178,7 @@ static thrum_status read_recipe(const char *path, cli_model_recipe *recipe, thru
 }
 
 thrum_status cli_model_recipe_find(const char *text, cli_model_recipe *recipe, thrum_error *error) {
-  char folder[CLI_MODEL_PATH_MAX], path[CLI_MODEL_PATH_MAX];
+  char folder[CLI_MODEL_PATH_MAX];
   cli_model_recipe found = {0};
   for (int n = 0; n < CLI_MODEL_COUNT; n++) {
     if (strcmp(text, cli_model_names[n]) == 0 && access(text, F_OK) != 0)
@@ -174,12 +192,7 @@ thrum_status cli_model_recipe_find(const char *text, cli_model_recipe *recipe, t
   thrum_status status = find_folder(text, folder, error);
   if (status < 0)
     return status;
-  const int length = snprintf(path, sizeof path, "%s/%s.json", folder, found.name);
-  if (length < 0 || length >= (int)sizeof path)
-    return thrum_error_set(error, THRUM_IO, "%.200s: the path is too long", folder);
-  snprintf(found.mesh, sizeof found.mesh, "%.*s/%s.msh", CLI_MODEL_PATH_MAX - 20, folder,
-           found.name);
-  status = read_recipe(path, &found, error);
+  status = read_recipe(folder, &found, error);
   if (status >= 0)
     *recipe = found;
   return status;
@@ -201,7 +214,8 @@ void cli_model_recipe_apply(const cli_model_recipe *recipe, precompute_request *
   }
   if (!request->modes_given)
     request->options.modes = recipe->modes;
-  if (!request->rank_given)
+  // other modes want another rank
+  if (!request->rank_given && !request->modes_given)
     request->options.rank = recipe->rank;
 }
 

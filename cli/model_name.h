@@ -19,7 +19,7 @@
   X(basket, "a basket with a handle")                                                              \
   X(bridge, "an arch bridge")                                                                      \
   X(horse, "a standing horse")                                                                     \
-  X(tower, "a lattice tower")                                                                      \
+  X(tower, "a tower")                                                                      \
   X(heart, "a heart")
 
 enum {
@@ -42,6 +42,7 @@ typedef struct cli_model_recipe {
   int64_t rank;
   char load_group[CLI_RECIPE_TEXT_MAX]; /* where loads act; default "load" */
   double load_direction[3];             /* zero: not said */
+  double load_force;                    /* [N]; zero: not said */
 } cli_model_recipe;
 
 /* Looks the text up; fails when it is one of our names and its recipe cannot be read. */

@@ -60,7 +60,7 @@ static inline bool write_bar(const char *path) {
 static inline bool write_bar_recipe(const char *path, const char *young) {
   char text[512];
   snprintf(text, sizeof text,
-           "{\"material\": {\"young_pa\": %s, \"poisson\": 0.3, \"density_kg_m3\": 1000},\n"
+           "{\"material\": {\"young\": %s, \"poisson\": 0.3, \"density\": 1000},\n"
            " \"fix\": [\"x<0.001\"], \"modes\": 3, \"rank\": 5}\n",
            young);
   return cli_write_text(path, text);

@@ -180,10 +180,10 @@ static void the_folder_of_models_may_be_named(void **state) {
 static void a_recipe_that_is_none_is_refused(void **state) {
   (void)state;
   static const char *const wrong[] = {
-      "", "[1]", "{\"material\": {\"young_pa\": 1}}",
-      "{\"material\": {\"young_pa\": 1e6, \"poisson\": 0.3, \"density_kg_m3\": 1000}, "
+      "", "[1]", "{\"material\": {\"young\": 1}}",
+      "{\"material\": {\"young\": 1e6, \"poisson\": 0.3, \"density\": 1000}, "
       "\"fix\": [], \"modes\": 3, \"rank\": 5}",
-      "{\"material\": {\"young_pa\": 1e6, \"poisson\": 0.3, \"density_kg_m3\": 1000}, "
+      "{\"material\": {\"young\": 1e6, \"poisson\": 0.3, \"density\": 1000}, "
       "\"fix\": \"x<0.1\", \"modes\": 0, \"rank\": 5}"};
   char path[192];
   snprintf(path, sizeof path, "%s/heart.json", models);
