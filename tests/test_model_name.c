@@ -8,7 +8,15 @@
 #include <cmocka.h>
 #include <dirent.h>
 
+#include "cli/model_name.h"
+#include "precompute/npz.h"
 #include "tests/model_folder.h"
+
+static const char *const names[CLI_MODEL_COUNT] = {
+#define X(name, text) #name,
+    CLI_MODEL_LIST(X)
+#undef X
+};
 
 static char folder[64];
 static char models[128], cache[128];
@@ -134,6 +142,11 @@ static void options_of_the_user_go_before_the_recipe(void **state) {
   assert_true(cli_json_get(changed, "rank") == 4 && cli_json_get(changed, "modes") == 3);
   // held at the other end alone
   assert_true(cli_json_get(changed, "fixed") == 4);
+  // other modes bring the rank that goes with them
+  cJSON *modes = json_of(
+      thrum_run(folder, "precompute", "beam", "-o", "m.npz", "--modes", "2", "--json", NULL), NULL);
+  assert_true(cli_json_get(modes, "rank") == 4 && cli_json_get(modes, "modes") == 2);
+  cJSON_Delete(modes);
   cJSON_Delete(own);
   cJSON_Delete(changed);
 }
@@ -197,6 +210,40 @@ static void a_recipe_that_is_none_is_refused(void **state) {
   }
 }
 
+/* What NAME.json of the source tree says. */
+static cJSON *source_recipe(const char *name) {
+  char path[512];
+  void *text = NULL;
+  size_t size = 0;
+  snprintf(path, sizeof path, "%s/../../models/%s.json", THRUM_TEST_DATA, name);
+  assert_int_equal(thrum_file_read(path, &text, &size, NULL), THRUM_OK);
+  cJSON *recipe = cJSON_ParseWithLength(text, size);
+  assert_non_null(recipe);
+  free(text);
+  return recipe;
+}
+
+static void every_model_of_ours_is_what_its_recipe_says(void **state) {
+  (void)state;
+  assert_int_equal(unsetenv("THRUM_MODELS"), 0);
+  for (int n = 0; n < CLI_MODEL_COUNT; n++) {
+    const char *name = names[n];
+    cJSON *recipe = source_recipe(name);
+    const cJSON *split = cJSON_GetObjectItem(recipe, "split");
+    cJSON *made = json_of(
+        thrum_run(folder, "precompute", name, "-o", "ours.npz", "--quiet", "--json", NULL), NULL);
+    assert_string_equal(cJSON_GetObjectItem(recipe, "name")->valuestring, name);
+    assert_true(cli_json_get(made, "modes") == cli_json_get(recipe, "modes"));
+    assert_true(cli_json_get(made, "rank") == cli_json_get(recipe, "rank"));
+    assert_true(cli_json_get(made, "dt") == cli_json_get(recipe, "dt"));
+    assert_true(cli_json_get(made, "explicit_modes") == cli_json_get(split, "explicit"));
+    assert_true(cli_json_get(made, "implicit_modes") == cli_json_get(split, "implicit"));
+    cJSON_Delete(recipe);
+    cJSON_Delete(made);
+  }
+  assert_int_equal(setenv("THRUM_MODELS", models, 1), 0);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_name_is_precomputed_once),
@@ -207,6 +254,7 @@ int main(void) {
       cmocka_unit_test(a_file_goes_before_the_name),
       cmocka_unit_test(the_folder_of_models_may_be_named),
       cmocka_unit_test(a_recipe_that_is_none_is_refused),
+      cmocka_unit_test(every_model_of_ours_is_what_its_recipe_says),
   };
   return cmocka_run_group_tests(tests, make_models, remove_models);
 }
