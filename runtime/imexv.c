@@ -73,7 +73,8 @@ thrum_status thrum_step_imexv(const thrum_model *model, const thrum_state *state
                           h,
                           split,
                           state->rank - split,
-                          thrum_tangent_damped(state)};
+                          thrum_tangent_damped(state),
+                          false};
   // stage 1 and drift
   if (split > 0) {
     thrum_stagger_force(model, state, view, view->q);

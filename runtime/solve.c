@@ -143,17 +143,31 @@ static void guess(const thrum_solver *s) {
 /* Contraction of the residual above which the kept factors are too old. */
 #define SLOW 0.01
 
+/* Where an exact solve ends: in the step, and beside the motion seen so far. */
+#define EXACT 1e-14
+#define EXACT_FLOOR 0x1p-50
+
+/* An accepted residual that can still fall: the energy of design 7 is conserved as far as its solve
+ * is exact, so that one goes on until rounding stops it. */
+static bool can_fall(const thrum_solver *s, double norm, double before) {
+  const double exact = EXACT * step_norm(s) + EXACT_FLOOR * s->state->amplitude;
+  return s->exact && norm > exact && norm < 0.5 * before;
+}
+
 static bool quasi_newton(const thrum_solver *s) {
   bool kept = s->state->jacobian_kept != 0, fresh = false;
   double before = INFINITY;
   for (int32_t j = 0;; j++) {
     const double norm = evaluate(s).norm;
-    if (!isfinite(norm) || accept(s, norm))
-      return isfinite(norm);
-    if (j == s->state->iterations_max || (fresh && norm > before))
+    if (!isfinite(norm))
       return false;
+    const bool accepted = accept(s, norm);
+    if (accepted && !can_fall(s, norm, before))
+      return true;
+    if (j == s->state->iterations_max || (fresh && norm > before))
+      return accepted;
     // a refresh costs a few iterations, and over the next steps saves one or two in each
-    fresh = (!kept && !s->report->refreshed) || norm > SLOW * before;
+    fresh = (!kept && !s->report->refreshed) || (norm > SLOW * before && !accepted);
     if (fresh) {
       assemble(s);
       if (!factorise(s))

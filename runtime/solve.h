@@ -21,6 +21,7 @@ struct thrum_solver {
   int32_t first; /* of the implicit modes */
   int32_t n;     /* how many */
   bool tangent;  /* damping in tangent form */
+  bool exact;    /* solve on until rounding stops it */
 };
 
 /* Finds the increment: then it is in view->unknown, R in view->force, R + D v - f in view->total,
