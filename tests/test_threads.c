@@ -4,6 +4,7 @@
 #include "state_support.h"
 
 #include <pthread.h>
+#include <stdbool.h>
 
 enum { RANK = 8, LOW = 3, THREADS = 4, STEPS = 300, INTEGRATORS = 5 };
 
