@@ -118,7 +118,8 @@ static thrum_status make_state(simulation *run, thrum_error *error) {
     return status;
   status = thrum_state_set(run->model, run->state, run->q, run->p, &detail);
   if (status < 0)
-    return thrum_error_set(error, status, "--start: %s", detail.message);
+    return thrum_error_set(error, status, "%s: %s",
+                           run->request->start_count > 0 ? "--start" : "--dt", detail.message);
   return THRUM_OK;
 }
 

@@ -211,9 +211,12 @@ void simulate_report_table(const simulate_figures *figures, const cli_run_output
   printf("integrator   %s, dt %g s, %d explicit and %d implicit modes\n",
          simulate_integrator_name(request->def.integrator), request->def.dt,
          (int)report->explicit_modes, (int)report->implicit_modes);
-  printf("steps        %" PRId64 " (%g s), %.2f us and %.2f iterations a step\n", report->steps,
-         report->time, per_step(figures, 1e6 * figures->seconds_step),
-         per_step(figures, (double)report->iterations));
+  printf("steps        %" PRId64 " (%g s)", report->steps, report->time);
+  if (report->steps > 0) {
+    printf(", %.2f us and %.2f iterations a step", per_step(figures, 1e6 * figures->seconds_step),
+           per_step(figures, (double)report->iterations));
+  }
+  puts("");
   printf("energy       first %.6g, last %.6g, least %.6g, most %.6g J\n", figures->first.total,
          figures->last.total, figures->energy_min, figures->energy_max);
   print_drift(figures);

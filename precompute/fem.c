@@ -13,6 +13,12 @@
 #include "precompute/fem_tet.h"
 #include "precompute/stage.h"
 
+/* Far outside, products of numbers leave the range of doubles, where LAPACK prints its complaints.
+ */
+static bool is_moderate(double value) {
+  return value >= 1e-30 && value <= 1e30;
+}
+
 static thrum_status check_materials(const thrum_mesh *mesh, thrum_error *error) {
   if (mesh->region_count < 1 || !mesh->materials)
     return thrum_error_set(error, THRUM_MISSING,
@@ -20,18 +26,20 @@ static thrum_status check_materials(const thrum_mesh *mesh, thrum_error *error) 
   for (int64_t i = 0; i < mesh->region_count; i++) {
     const thrum_material *material = &mesh->materials[i];
     const long long region = i + 1;
-    if (!(material->young > 0) || !isfinite(material->young))
+    if (!is_moderate(material->young))
       return thrum_error_set(error, THRUM_BAD_VALUE,
-                             "Young's modulus of region %lld is %g Pa; it must be positive", region,
-                             material->young);
+                             "Young's modulus of region %lld is %g Pa; it must be positive, and "
+                             "between 1e-30 and 1e30",
+                             region, material->young);
     if (!(material->poisson > -1 && material->poisson < 0.5))
       return thrum_error_set(error, THRUM_BAD_VALUE,
                              "Poisson's ratio of region %lld is %g; it must lie between -1 and 1/2",
                              region, material->poisson);
-    if (!(material->density > 0) || !isfinite(material->density))
+    if (!is_moderate(material->density))
       return thrum_error_set(error, THRUM_BAD_VALUE,
-                             "density of region %lld is %g kg/m^3; it must be positive", region,
-                             material->density);
+                             "density of region %lld is %g kg/m^3; it must be positive, and "
+                             "between 1e-30 and 1e30",
+                             region, material->density);
   }
   return THRUM_OK;
 }

@@ -78,10 +78,11 @@ static thrum_status run_assemble(pipeline *p, const thrum_reporter *reporter, th
     return status;
   const int64_t n = p->fem.free_count, k = p->options.modes, r = p->options.rank;
   if (k >= n || r > n)
-    return thrum_error_set(
-        error, THRUM_INVALID_ARGUMENT,
-        "%lld modes at rank %lld are too many for a mesh of %lld free components", (long long)k,
-        (long long)r, (long long)n);
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "%lld modes at rank %lld are too many for a mesh of %lld free "
+                           "components: lower --modes and "
+                           "--rank",
+                           (long long)k, (long long)r, (long long)n);
   p->result.free_dofs = n;
   for (int64_t t = 0; t < p->fem.tet_count; t++) {
     p->result.volume += p->fem.volume[t];

@@ -417,8 +417,11 @@ static void bad_materials_are_refused(void **state) {
                                        {"--density", "-1", "density of region 1 is -1 kg/m^3;"},
                                        {"--scale", "0", "scale is 0;"},
                                        {"--scale", "-1", "scale is -1;"},
-                                       // possible, but beyond the range of the eigensolver
-                                       {"--density", "1e-308", "check the material"}};
+                                       // possible, but beyond the range of the solvers
+                                       {"--young", "1e300", "between 1e-30 and 1e30"},
+                                       {"--young", "1e-310", "between 1e-30 and 1e30"},
+                                       {"--density", "1e300", "between 1e-30 and 1e30"},
+                                       {"--density", "1e-308", "between 1e-30 and 1e30"}};
   for (size_t n = 0; n < sizeof bad / sizeof bad[0]; n++) {
     assert_refused_with(bad[n][2], THRUM_TEST_DATA "/beam1k.veg", "--fix", ROOT, bad[n][0],
                         bad[n][1]);

@@ -25,11 +25,12 @@ static int make_models(void **state) {
   (void)state;
   char path[200];
   static const double zeros[6] = {0};
-  const double infinite[2] = {INFINITY, 0}, huge[2] = {1e300, 1e300};
+  const double infinite[2] = {INFINITY, 0}, huge[2] = {1e300, 1e300}, far[1] = {5};
   const bool made = cli_make_folder(folder) != NULL &&
                     save_particle(in_folder("particle.npz", path), 100, 400) &&
                     save_oscillator(in_folder("bare.npz", path), 400, 1e4) &&
                     save_npy(in_folder("bare.npy", path), zeros, 1, 0) &&
+                    save_npy(in_folder("far.npy", path), far, 1, 0) &&
                     save_npy(in_folder("three.npy", path), zeros, 3, 0) &&
                     save_npy(in_folder("rows.npy", path), zeros, 3, 2) &&
                     save_npy(in_folder("infinite.npy", path), infinite, 2, 0) &&
@@ -175,6 +176,7 @@ static void what_the_model_or_the_files_lack_is_refused_in_one_line(void **state
       {{"particle.npz", "-o", "run", "--start", "text.npz"}, "text.npz"},
       {{"particle.npz", "-o", "run", "--start", "mode:1,1e308"}, "--start"},
       {{"particle.npz", "-o", "run", "--split", "3"}, "--split 3"},
+      {{"particle.npz", "-o", "run", "--dt", "1e308"}, "thrum: --dt: "},
       {{"bare.npz", "-o", "run", "--load", "constant:0,0,1@all"}, "no basis"},
       {{"bare.npz", "-o", "run", "--load", "gravity:0,0,1"}, "axis_mass"},
       {{"bare.npz", "-o", "run", "--start", "mode:1,1"}, "no basis"},
@@ -308,6 +310,17 @@ static int stop_run(const char *name, int signal_number) {
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
+static void a_run_without_a_step_is_flagged_and_shows_no_nan(void **state) {
+  (void)state;
+  cli_result run =
+      thrum_run(folder, "simulate", "bare.npz", "-o", "stuck", "--integrator", "midpoint",
+                "--ladder", "off", "--iterations", "1", "--start", "far.npy", NULL);
+  assert_int_equal(run.exit_code, 3);
+  assert_non_null(strstr(run.out, "steps        0 (0 s)\n"));
+  assert_null(strstr(run.out, "nan"));
+  cli_result_free(&run);
+}
+
 static void a_stopped_run_is_written_and_flagged(void **state) {
   (void)state;
   static const int signals[] = {SIGINT, SIGTERM};
@@ -351,6 +364,7 @@ int main(void) {
       cmocka_unit_test(an_earlier_run_is_replaced_and_other_files_are_kept),
       cmocka_unit_test(an_empty_folder_is_used),
       cmocka_unit_test(a_run_that_cannot_be_written_leaves_nothing),
+      cmocka_unit_test(a_run_without_a_step_is_flagged_and_shows_no_nan),
       cmocka_unit_test(a_stopped_run_is_written_and_flagged),
       cmocka_unit_test(help_goes_to_standard_output),
   };
