@@ -189,7 +189,9 @@ static bool has_suffix(const char *name, const char *suffix) {
 thrum_status thrum_mesh_read(const char *name, double scale, thrum_mesh *mesh, thrum_error *error) {
   thrum_mesh read = {0};
   thrum_status status;
-  if (strncmp(name, "beam:", 5) == 0) {
+  if (name[0] == '\0') {
+    status = thrum_error_set(error, THRUM_IO, "the name of the mesh is empty");
+  } else if (strncmp(name, "beam:", 5) == 0) {
     status = thrum_mesh_beam(name, &read, error);
   } else if (has_suffix(name, ".veg")) {
     status = thrum_mesh_read_veg(name, &read, error);

@@ -96,6 +96,8 @@ static thrum_status adopt(unsigned char *block, size_t size, const thrum_model *
 thrum_status thrum_model_load(const char *path, const thrum_model **model, thrum_error *error) {
   if (path == NULL || model == NULL)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "thrum_model_load: no path or no model");
+  if (path[0] == '\0')
+    return thrum_error_set(error, THRUM_IO, "the name of the model file is empty");
   errno = 0;
   FILE *stream = fopen(path, "rb");
   if (stream == NULL)

@@ -386,6 +386,7 @@ static void bad_files_are_refused_by_name(void **state) {
   assert_refused_with("mesh.txt", "mesh.txt", "--fix", ROOT, NULL, NULL);
   assert_refused_with("beam", "beam:0x1x1@1x1x1", "--fix", ROOT, NULL, NULL);
   assert_refused_with("", "/", "--fix", ROOT, NULL, NULL);
+  assert_refused_with("name of the mesh is empty", "", "--fix", ROOT, NULL, NULL);
 }
 
 static void every_truncation_of_a_mesh_is_refused_or_complete(void **state) {

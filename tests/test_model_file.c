@@ -400,6 +400,8 @@ static void a_file_that_cannot_be_loaded_is_named(void **state) {
   const thrum_model *model = NULL;
   assert_int_equal(thrum_model_load(in_folder("none.npz"), &model, &error), THRUM_IO);
   assert_non_null(strstr(error.message, "none.npz: No such file"));
+  assert_int_equal(thrum_model_load("", &model, &error), THRUM_IO);
+  assert_string_equal(error.message, "the name of the model file is empty");
   assert_int_equal(thrum_model_load(folder, &model, &error), THRUM_IO);
   assert_non_null(strstr(error.message, "Is a directory"));
   assert_int_equal(thrum_file_write_atomic(in_folder("empty.npz"), "", 0, NULL), THRUM_OK);
