@@ -14,6 +14,7 @@ typedef struct command {
 static const command commands[] = {
     {"precompute", cmd_precompute, "from a tetrahedral mesh to a reduced model file"},
     {"simulate", cmd_simulate, "step a model and write what happened"},
+    {"experiments", cmd_experiments, "run the experiments of the thesis and report them"},
     {"info", cmd_info, "say what a model file holds"},
 };
 enum { COMMAND_COUNT = sizeof commands / sizeof commands[0] };

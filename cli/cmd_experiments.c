@@ -1,0 +1,135 @@
+/* `thrum experiments`: loads the models, makes the folder, and hands over to the kind of experiment
+ * that was asked for. The experiments themselves are in study/. SPDX-License-Identifier: Apache-2.0
+ */
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "cli/experiments.h"
+#include "precompute/build_info.h"
+#include "precompute/npz.h"
+
+static thrum_status make_folder(const char *path, thrum_error *error) {
+  struct stat status;
+  if (mkdir(path, 0777) == 0 ||
+      (errno == EEXIST && stat(path, &status) == 0 && S_ISDIR(status.st_mode)))
+    return THRUM_OK;
+  return thrum_error_set(error, THRUM_IO, "-o %.300s: cannot be made or is no folder (%s)", path,
+                         strerror(errno));
+}
+
+/* Where a model is pushed: what its recipe says, or for a file the group load, else tip. */
+static thrum_status make_body(const char *name, const thrum_model *model, study_body *body,
+                              thrum_error *error) {
+  cli_model_recipe recipe;
+  const thrum_status status = cli_model_recipe_find(name, &recipe, error);
+  if (status < 0)
+    return status;
+  if (recipe.found)
+    return study_body_init(name, model, recipe.load_group, recipe.load_direction, body, error);
+  static const double softest[3] = {0, 0, 0};
+  const int32_t *vertices = NULL;
+  int64_t count = 0;
+  const bool tip = thrum_model_group(model, "load", &vertices, &count, NULL) < 0;
+  return study_body_init(cli_basename(name), model, tip ? "tip" : "load", softest, body, error);
+}
+
+static thrum_status load_bodies(const experiments_request *request, experiments_bodies *bodies,
+                                thrum_error *error) {
+  thrum_status status = THRUM_OK;
+  for (int64_t n = 0; n < request->model_count && status >= 0; n++) {
+    const thrum_model *model = NULL;
+    status = cli_model_load(request->models[n], request->quiet, &model, NULL, error);
+    if (status < 0)
+      return status;
+    status = make_body(request->models[n], model, &bodies->bodies[n], error);
+    if (status < 0) {
+      thrum_model_free(model);
+      return status;
+    }
+    bodies->models[bodies->count++] = model;
+  }
+  return status;
+}
+
+thrum_status experiments_write(const experiments_request *request, const char *name,
+                               study_text *text, thrum_error *error) {
+  char path[CLI_MODEL_PATH_MAX];
+  thrum_status status;
+  const int length = snprintf(path, sizeof path, "%s/%s", request->output, name);
+  if (text->failed || text->bytes == NULL) {
+    status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %s", name);
+  } else if (length < 0 || length >= (int)sizeof path) {
+    status = thrum_error_set(error, THRUM_IO, "-o %.200s: the path is too long", request->output);
+  } else {
+    status = thrum_file_write_atomic(path, text->bytes, text->size, error);
+  }
+  free(text->bytes);
+  memset(text, 0, sizeof *text);
+  return status;
+}
+
+bool experiments_progress(void *context, double fraction) {
+  cli_progress_update(context, "experiments", fraction);
+  return true;
+}
+
+cJSON *experiments_json(const experiments_request *request, bool flagged) {
+  static const char *const kinds[] = {"matrix", "long", "sweep"};
+  cJSON *object = cJSON_CreateObject();
+  cJSON_AddStringToObject(object, "status", flagged ? "flagged" : "done");
+  cJSON_AddStringToObject(object, "program", "thrum");
+  cJSON_AddStringToObject(object, "version", thrum_version());
+  cJSON_AddStringToObject(object, "command", "experiments");
+  cJSON_AddStringToObject(object, "kind", kinds[request->kind]);
+  cJSON_AddStringToObject(object, "compiler", thrum_build_compiler());
+  cJSON_AddStringToObject(object, "blas_core", thrum_build_blas_core());
+  cli_json_string(object, "output", request->output);
+  cli_json_number(object, "threads", (double)request->threads);
+  return object;
+}
+
+void experiments_json_rungs(cJSON *object, const thrum_state_report *report) {
+  cJSON *rungs = cJSON_AddObjectToObject(object, "rungs");
+  for (int n = 0; n < STUDY_RUNG_COUNT; n++)
+    cli_json_number(rungs, study_rung_names[n], (double)study_rung(report, n));
+}
+
+static int run_request(const experiments_request *request) {
+  thrum_error error = {0};
+  bool flagged = false;
+  experiments_bodies *bodies = calloc(1, sizeof *bodies);
+  thrum_status status = bodies == NULL
+                            ? thrum_error_set(&error, THRUM_OUT_OF_MEMORY, "out of memory")
+                            : make_folder(request->output, &error);
+  if (status >= 0)
+    status = load_bodies(request, bodies, &error);
+  if (status >= 0 && request->kind == EXPERIMENTS_MATRIX)
+    status = experiments_matrix(request, bodies, &flagged, &error);
+  if (status >= 0 && request->kind == EXPERIMENTS_LONG)
+    status = experiments_long(request, bodies, &flagged, &error);
+  if (status >= 0 && request->kind == EXPERIMENTS_SWEEP)
+    status = experiments_sweep(request, bodies, &flagged, &error);
+  for (int64_t n = 0; bodies != NULL && n < bodies->count; n++) {
+    study_body_free(&bodies->bodies[n]);
+    thrum_model_free(bodies->models[n]);
+  }
+  free(bodies);
+  if (status < 0)
+    return cli_refuse(&error);
+  return flagged ? CLI_FLAGGED : CLI_DONE;
+}
+
+int cmd_experiments(int argc, char **argv) {
+  experiments_request request = {0};
+  int code = experiments_options_read(argc, argv, &request);
+  if (code == CLI_DONE && request.help) {
+    experiments_help();
+  } else if (code == CLI_DONE) {
+    code = run_request(&request);
+  }
+  free(request.list);
+  return code;
+}

@@ -1,0 +1,165 @@
+/* `thrum experiments --long`: the long runs, their tables and figures.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "cli/experiments.h"
+
+/* What the tasks share. The cases go by model, amplitude, integrator, the last fastest. */
+typedef struct long_work {
+  const experiments_request *request;
+  const experiments_bodies *bodies;
+  study_long_case *cases;
+  study_long_result *results;
+  int64_t integrators;
+} long_work;
+
+/* The impulse of one body and amplitude, for all of its integrators. */
+static thrum_status find_impulse(void *context, int64_t index, thrum_error *error) {
+  long_work *work = context;
+  study_long_case *cases = work->cases + index * work->integrators;
+  double impulse = 0, reached = 0;
+  const thrum_status status =
+      study_impulse(cases->body, cases->amplitude, cases->dt, &impulse, &reached, error);
+  for (int64_t n = 0; n < work->integrators; n++) {
+    cases[n].impulse = impulse;
+    cases[n].reached = reached;
+  }
+  return status;
+}
+
+static thrum_status run_case(void *context, int64_t index, thrum_error *error) {
+  long_work *work = context;
+  return study_long_run(&work->cases[index], &work->results[index], error);
+}
+
+static int64_t plan(const experiments_request *request, const experiments_bodies *bodies,
+                    study_long_case *cases) {
+  int64_t count = 0;
+  for (int64_t b = 0; b < bodies->count; b++) {
+    for (int64_t a = 0; a < request->amplitude_count; a++) {
+      for (int i = 0; i < STUDY_INTEGRATOR_COUNT; i++) {
+        if (!request->integrators[i])
+          continue;
+        cases[count++] = (study_long_case){
+            .body = &bodies->bodies[b],
+            .integrator = (study_integrator)i,
+            .amplitude = request->amplitudes[a],
+            .dt = request->dt,
+            .steps = request->steps,
+        };
+      }
+    }
+  }
+  return count;
+}
+
+static void print_json(const long_work *work, int64_t count, bool flagged) {
+  cJSON *object = experiments_json(work->request, flagged);
+  cJSON *runs = cJSON_AddArrayToObject(object, "runs");
+  for (int64_t n = 0; n < count; n++) {
+    const study_long_case *run = &work->cases[n];
+    const study_long_result *result = &work->results[n];
+    cJSON *item = cJSON_CreateObject();
+    cli_json_string(item, "model", run->body->name);
+    cJSON_AddStringToObject(item, "integrator", study_integrator_names[run->integrator]);
+    cli_json_number(item, "amplitude", run->amplitude);
+    cli_json_number(item, "reached", run->reached);
+    cJSON_AddStringToObject(item, "status", study_status_name(result->status));
+    cli_json_number(item, "steps", (double)result->report.steps);
+    cli_json_number(item, "dt", run->dt);
+    cli_json_number(item, "us_per_step", result->us_per_step);
+    cli_json_number(item, "energy_j", result->energy);
+    cli_json_number(item, "windows", (double)result->window_count);
+    cli_json_number(item, "total_change", result->total_change);
+    cli_json_number(item, "total_worst", result->total_worst);
+    cli_json_number(item, "high_change", result->high_change);
+    cli_json_number(item, "high_slope_per_s", result->high_slope);
+    cli_json_number(item, "high_slope_error_per_s", result->high_slope_error);
+    cJSON_AddBoolToObject(item, "high_steady", study_long_steady(result));
+    experiments_json_rungs(item, &result->report);
+    cJSON_AddItemToArray(runs, item);
+  }
+  cli_json_print(object);
+}
+
+static void print_table(const long_work *work, int64_t count) {
+  printf("%-8s %-8s %5s %9s %9s %10s %10s %9s %9s  %s\n", "model", "method", "swing", "steps",
+         "us/step", "energy", "worst", "high", "slope/se", "status");
+  for (int64_t n = 0; n < count; n++) {
+    const study_long_case *run = &work->cases[n];
+    const study_long_result *result = &work->results[n];
+    printf("%-8s %-8s %4.0f%% %9" PRId64 " %9.2f %10.1e %10.1e %9.1e %9.1f  %s\n", run->body->name,
+           study_integrator_names[run->integrator], 100 * run->amplitude, result->report.steps,
+           result->us_per_step, result->total_change, result->total_worst, result->high_change,
+           result->high_slope / result->high_slope_error, study_status_name(result->status));
+  }
+}
+
+static thrum_status run_all(long_work *work, int64_t count, thrum_error *error) {
+  const experiments_request *request = work->request;
+  cli_progress progress = cli_progress_make(request->quiet);
+  study_pool pool = {
+      .threads = (int)request->threads,
+      .count = count / work->integrators,
+      .task = find_impulse,
+      .context = work,
+  };
+  thrum_status status = study_pool_run(&pool, error);
+  pool.count = count;
+  pool.task = run_case;
+  pool.progress = experiments_progress;
+  pool.progress_context = &progress;
+  if (status >= 0)
+    status = study_pool_run(&pool, error);
+  if (status >= 0) {
+    cli_progress_done(&progress);
+  } else {
+    cli_progress_abandon(&progress);
+  }
+  return status;
+}
+
+static thrum_status write_files(const long_work *work, int64_t count, thrum_error *error) {
+  study_text text = {0};
+  study_long_csv(&text, work->cases, work->results, count);
+  thrum_status status = experiments_write(work->request, "long.csv", &text, error);
+  if (status < 0)
+    return status;
+  study_windows_csv(&text, work->cases, work->results, count);
+  return experiments_write(work->request, "long_windows.csv", &text, error);
+}
+
+thrum_status experiments_long(const experiments_request *request, const experiments_bodies *bodies,
+                              bool *flagged, thrum_error *error) {
+  long_work work = {.request = request, .bodies = bodies};
+  const size_t room =
+      (size_t)(bodies->count * request->amplitude_count * STUDY_INTEGRATOR_COUNT + 1);
+  work.cases = calloc(room, sizeof *work.cases);
+  work.results = calloc(room, sizeof *work.results);
+  for (int i = 0; i < STUDY_INTEGRATOR_COUNT; i++)
+    work.integrators += request->integrators[i];
+  thrum_status status = THRUM_OK;
+  int64_t count = 0;
+  if (work.cases == NULL || work.results == NULL) {
+    status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory");
+  } else {
+    count = plan(request, bodies, work.cases);
+    status = run_all(&work, count, error);
+  }
+  for (int64_t n = 0; n < count; n++)
+    *flagged = *flagged || work.results[n].status < 0;
+  if (status >= 0)
+    status = write_files(&work, count, error);
+  if (status >= 0 && request->json) {
+    print_json(&work, count, *flagged);
+  } else if (status >= 0) {
+    print_table(&work, count);
+  }
+  for (int64_t n = 0; n < count; n++)
+    study_long_result_free(&work.results[n]);
+  free(work.cases);
+  free(work.results);
+  return status;
+}

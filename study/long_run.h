@@ -1,0 +1,51 @@
+/* The long run: millions of undamped steps after an impulse, and what becomes of the energy.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_STUDY_LONG_RUN_H
+#define THRUM_STUDY_LONG_RUN_H
+
+#include "study/body.h"
+#include "study/pool.h"
+
+#define STUDY_WINDOW_SECONDS 35.0
+
+typedef struct study_long_case {
+  const study_body *body;
+  study_integrator integrator;
+  double amplitude; /* of the swing, as a share of the body's length */
+  double impulse;   /* [N s], of study_impulse */
+  double reached;
+  double dt;
+  int64_t steps;
+} study_long_case;
+
+typedef struct study_long_result {
+  thrum_status status; /* THRUM_OK, or why it ended before its time */
+  thrum_error stop;
+  thrum_state_report report;
+  double energy;        /* that the impulse gave [J] */
+  double us_per_step;   /* processor time, energies left out */
+  int64_t window_count; /* whole windows of 35 s */
+  double *total;        /* window_count: mean energies [J] */
+  double *high;
+  double total_change; /* last window against the first, relative; NaN with fewer than two */
+  double high_change;
+  double total_worst;      /* the window furthest from the first */
+  double high_slope;       /* least squares over the windows, relative to their mean [1/s] */
+  double high_slope_error; /* its standard error */
+} study_long_result;
+
+/* Runs one case; a step that cannot be solved is in result->status, a failure here one of memory.
+ * `total` and `high` are freed by study_long_result_free. */
+thrum_status study_long_run(const study_long_case *run, study_long_result *result,
+                            thrum_error *error);
+void study_long_result_free(study_long_result *result);
+
+/* Whether the trend of the high modes is within two standard errors of none. */
+bool study_long_steady(const study_long_result *result);
+
+/* Slope of `count` values at 0, spacing, 2 spacing ... by least squares and its standard error,
+ * from residuals that are taken as independent; NaN below three values. */
+void study_slope(const double *values, int64_t count, double spacing, double *slope,
+                 double *slope_error);
+
+#endif

@@ -1,0 +1,49 @@
+/* Results as comma-separated tables, one row a run. SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_STUDY_TABLES_H
+#define THRUM_STUDY_TABLES_H
+
+#include "study/long_run.h"
+#include "study/matrix.h"
+#include "study/sweep.h"
+#include "study/text.h"
+
+/* Steps that needed more than quasi-Newton, and what the watch did (thrum_state_report).
+ * X(name, field, heading for people) */
+#define STUDY_RUNG_LIST(X)                                                                         \
+  X(newton, newton_steps, "full Newton")                                                           \
+  X(energy, energy_steps, "energy step")                                                           \
+  X(substep, substep_steps, "sub-steps")                                                           \
+  X(handed, handed_steps, "handed over")                                                           \
+  X(switches, switches, "switches")                                                                \
+  X(handovers, handovers, "handovers")
+
+enum {
+#define X(name, field, heading) STUDY_RUNG_##name,
+  STUDY_RUNG_LIST(X)
+#undef X
+      STUDY_RUNG_COUNT
+};
+
+extern const char *const study_rung_names[STUDY_RUNG_COUNT];
+extern const char *const study_rung_headings[STUDY_RUNG_COUNT];
+int64_t study_rung(const thrum_state_report *report, int rung);
+
+/* "done", or why a run ended early; static storage. */
+const char *study_status_name(thrum_status status);
+
+void study_matrix_csv(study_text *text, const study_run *runs, int64_t count);
+
+/* The recorded rows of all runs. */
+void study_curves_csv(study_text *text, const study_run *runs, int64_t count);
+
+void study_long_csv(study_text *text, const study_long_case *cases,
+                    const study_long_result *results, int64_t count);
+
+/* The means of all windows. */
+void study_windows_csv(study_text *text, const study_long_case *cases,
+                       const study_long_result *results, int64_t count);
+
+void study_sweep_csv(study_text *text, const study_sweep_case *cases,
+                     const study_sweep_result *results, int64_t count);
+
+#endif

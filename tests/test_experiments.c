@@ -1,0 +1,192 @@
+/* `thrum experiments` from outside: a reduced matrix, the long run, the sweep over time steps, and
+ * what is refused. SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "tests/model_folder.h"
+
+static char folder[64];
+
+static int make_models(void **state) {
+  char path[192];
+  (void)state;
+  if (cli_make_folder(folder) == NULL)
+    return -1;
+  snprintf(path, sizeof path, "%s/models", folder);
+  if (mkdir(path, 0777) != 0)
+    return -1;
+  snprintf(path, sizeof path, "%s/models/beam.msh", folder);
+  if (!write_bar(path))
+    return -1;
+  snprintf(path, sizeof path, "%s/models/beam.json", folder);
+  if (!write_bar_recipe(path, "1e6"))
+    return -1;
+  snprintf(path, sizeof path, "%s/cache", folder);
+  return setenv("XDG_CACHE_HOME", path, 1);
+}
+
+static int remove_models(void **state) {
+  (void)state;
+  cli_remove_folder(folder);
+  return 0;
+}
+
+static cJSON *json_of(cli_result run, int exit_code) {
+  if (run.exit_code != exit_code)
+    print_error("%s", run.err);
+  assert_int_equal(run.exit_code, exit_code);
+  cJSON *object = cli_json_line(run.out);
+  assert_non_null(object);
+  cli_result_free(&run);
+  return object;
+}
+
+static const char *text_of(const cJSON *object, const char *key) {
+  const cJSON *item = cJSON_GetObjectItemCaseSensitive(object, key);
+  return cJSON_IsString(item) ? item->valuestring : "";
+}
+
+static bool file_is_there(const char *name) {
+  char path[192];
+  snprintf(path, sizeof path, "%s/%s", folder, name);
+  return cli_file_exists(path);
+}
+
+static void a_reduced_matrix_runs_whole(void **state) {
+  (void)state;
+  cJSON *object =
+      json_of(thrum_run(folder, "--models-dir", "models", "experiments", "-o", "matrix", "--models",
+                        "beam", "--time", "1.5", "--threads", "2", "--json", NULL),
+              0);
+  const cJSON *runs = cJSON_GetObjectItem(object, "runs"), *run = NULL;
+  int undamped = 0;
+  assert_int_equal(cJSON_GetArraySize(runs), 3 * 2 * 3);
+  cJSON_ArrayForEach(run, runs) {
+    assert_string_equal(text_of(run, "status"), "done");
+    assert_string_equal(text_of(run, "model"), "beam");
+    assert_true(fabs(cli_json_get(run, "simulated_s") - 1.5) < 1e-9);
+    assert_true(cli_json_get(run, "us_per_step") > 0);
+    assert_true(cli_json_get(run, "energy_peak_j") > 0);
+    assert_true(cli_json_get(run, "energy_end_j") >= 0);
+    assert_true(cJSON_IsObject(cJSON_GetObjectItem(run, "rungs")));
+    // the force is called for without damping
+    if (cli_json_get(run, "damping") > 0)
+      continue;
+    const bool sine = strcmp(text_of(run, "load"), "sine") == 0;
+    const double amplitude = cli_json_get(run, "peak_amplitude");
+    assert_true(amplitude >= (sine ? 0.1 : 0.05) && amplitude < (sine ? 0.2 : 0.1));
+    undamped++;
+    // what no load acts on and no damper brakes keeps its energy
+    if (!sine && strcmp(text_of(run, "integrator"), "energy") == 0)
+      assert_true(fabs(cli_json_get(run, "energy_change")) < 1e-10);
+  }
+  assert_int_equal(undamped, 9);
+  cJSON_Delete(object);
+  assert_true(file_is_there("matrix/runs.csv"));
+  assert_true(file_is_there("matrix/curves.csv"));
+}
+
+static void damping_takes_energy_out(void **state) {
+  (void)state;
+  cJSON *object = json_of(thrum_run(folder, "--models-dir", "models", "experiments", "-o", "damped",
+                                    "--models", "beam", "--loads", "impulse", "--time", "3",
+                                    "--integrators", "imexv,energy", "--json", "-q", NULL),
+                          0);
+  const cJSON *runs = cJSON_GetObjectItem(object, "runs");
+  assert_int_equal(cJSON_GetArraySize(runs), 4);
+  for (int n = 0; n < 2; n++) {
+    const cJSON *free_run = cJSON_GetArrayItem(runs, n), *damped = cJSON_GetArrayItem(runs, 2 + n);
+    assert_true(cli_json_get(damped, "damping") == 0.3);
+    assert_string_equal(text_of(free_run, "integrator"), text_of(damped, "integrator"));
+    // D = alpha 1: the energy falls as exp(-alpha t) over whole swings
+    const double ratio =
+        cli_json_get(damped, "energy_end_j") / cli_json_get(free_run, "energy_end_j");
+    assert_true(fabs(ratio / exp(-0.3 * 3) - 1) < 0.15);
+  }
+  cJSON_Delete(object);
+}
+
+static void the_sweep_tells_integrators_apart(void **state) {
+  (void)state;
+  cJSON *object = json_of(thrum_run(folder, "--models-dir", "models", "experiments", "--sweep",
+                                    "-o", "sweep", "--models", "beam", "--time", "1",
+                                    "--integrators", "newmark,energy", "--json", NULL),
+                          0);
+  const cJSON *runs = cJSON_GetObjectItem(object, "runs"), *run = NULL;
+  double newmark_fine = 0, newmark_coarse = 0;
+  assert_int_equal(cJSON_GetArraySize(runs), 8 * 2);
+  cJSON_ArrayForEach(run, runs) {
+    const double error = cli_json_get(run, "energy_error");
+    assert_true(fabs(cli_json_get(run, "simulated_s") - 1) < 0.03);
+    if (strcmp(text_of(run, "integrator"), "energy") == 0) {
+      assert_true(error < 1e-8);
+    } else if (cli_json_get(run, "dt") == 1e-4) {
+      newmark_fine = error;
+    } else if (cli_json_get(run, "dt") == 1e-3) {
+      newmark_coarse = error;
+    }
+  }
+  // of order 2
+  assert_true(newmark_coarse > 30 * newmark_fine && newmark_coarse < 300 * newmark_fine);
+  cJSON_Delete(object);
+  assert_true(file_is_there("sweep/sweep.csv"));
+}
+
+static void energy_survives_the_long_run(void **state) {
+  (void)state;
+  cJSON *object = json_of(thrum_run(folder, "experiments", "--long", "-o", "long", "--models",
+                                    "beam", "--steps", "100000", "--amplitudes", "0.05",
+                                    "--integrators", "energy", "--json", "-q", NULL),
+                          0);
+  const cJSON *run = cJSON_GetArrayItem(cJSON_GetObjectItem(object, "runs"), 0);
+  assert_true(cli_json_get(run, "steps") == 100000);
+  assert_true(cli_json_get(run, "windows") == 8);
+  assert_true(fabs(cli_json_get(run, "reached") - 0.05) < 1e-3);
+  assert_true(fabs(cli_json_get(run, "total_change")) <= 1e-10);
+  cJSON_Delete(object);
+  assert_true(file_is_there("long/long.csv"));
+  assert_true(file_is_there("long/long_windows.csv"));
+}
+
+static void mistakes_are_named(void **state) {
+  (void)state;
+  static const char *const wrong[][3] = {
+      {"--loads", "wind", "there is no 'wind'"},
+      {"--integrators", "imexv,", "names with commas"},
+      {"--amplitudes", "0.1,2", "shares of the length"},
+      {"--threads", "0", "whole number from 1"},
+      {"--dt", "-1", "seconds above 0"},
+      {"--models", "", "names with commas"},
+  };
+  for (size_t n = 0; n < sizeof wrong / sizeof wrong[0]; n++) {
+    cli_result run =
+        thrum_run(folder, "experiments", "-o", "wrong", wrong[n][0], wrong[n][1], NULL);
+    assert_int_equal(run.exit_code, 2);
+    assert_non_null(strstr(run.err, wrong[n][2]));
+    cli_result_free(&run);
+  }
+  cli_result nowhere = thrum_run(folder, "experiments", NULL);
+  assert_int_equal(nowhere.exit_code, 2);
+  cli_result_free(&nowhere);
+  cli_result missing =
+      thrum_run(folder, "experiments", "-o", "wrong", "--models", "none.npz", NULL);
+  assert_int_equal(missing.exit_code, 1);
+  assert_non_null(strstr(missing.err, "none.npz"));
+  cli_result_free(&missing);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_reduced_matrix_runs_whole),
+      cmocka_unit_test(damping_takes_energy_out),
+      cmocka_unit_test(the_sweep_tells_integrators_apart),
+      cmocka_unit_test(energy_survives_the_long_run),
+      cmocka_unit_test(mistakes_are_named),
+  };
+  return cmocka_run_group_tests(tests, make_models, remove_models);
+}

@@ -1,0 +1,139 @@
+/* The measures of the experiments: slopes, bodies, tasks over threads, texts.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "study/long_run.h"
+#include "study/text.h"
+#include "tests/simulate_support.h"
+
+static void a_line_has_its_slope_and_no_error(void **state) {
+  (void)state;
+  double values[50], slope = 0, error = 0;
+  for (int n = 0; n < 50; n++)
+    values[n] = 7 - 0.25 * n;
+  study_slope(values, 50, 2, &slope, &error);
+  assert_true(fabs(slope + 0.125) < 1e-14 && error < 1e-14);
+  study_slope(values, 2, 2, &slope, &error);
+  assert_true(isnan(slope) && isnan(error));
+}
+
+/* y = 0, 1, 0, 1 at x = 0..3: slope 1/5, residuals -.2 .6 -.6 .2, error sqrt(0.8 / 2 / 5) */
+static void a_zigzag_has_the_textbook_error(void **state) {
+  (void)state;
+  static const double values[4] = {0, 1, 0, 1};
+  double slope = 0, error = 0;
+  study_slope(values, 4, 1, &slope, &error);
+  assert_true(fabs(slope - 0.2) < 1e-15);
+  assert_true(fabs(error - sqrt(0.08)) < 1e-15);
+}
+
+static void amplitude_is_the_mean_displacement_of_the_group(void **state) {
+  (void)state;
+  static const double along[3] = {0, 2, 0}, q[PARTICLE_RANK] = {0.3, -0.7};
+  const thrum_model *model = NULL;
+  study_body body;
+  thrum_error error = {0};
+  char path[] = "/tmp/thrum-study-XXXXXX";
+  const int file = mkstemp(path);
+  assert_true(file >= 0);
+  close(file);
+  assert_true(save_particle(path, 4, 9));
+  assert_int_equal(thrum_model_load(path, &model, &error), THRUM_OK);
+  unlink(path);
+  assert_int_equal(study_body_init("particle", model, "nothing", along, &body, &error),
+                   THRUM_MISSING);
+  assert_int_equal(study_body_init("particle", model, "a, b", along, &body, &error), THRUM_OK);
+  // vertices 1, 2 and 4 share; the box is the unit cube
+  double mean[3] = {0, 0, 0};
+  double u[12];
+  assert_int_equal(thrum_displacement(model, q, 0, 4, u, &error), THRUM_OK);
+  for (int axis = 0; axis < 3; axis++)
+    mean[axis] = (u[axis] + u[3 + axis] + u[9 + axis]) / 3;
+  const double expected = sqrt(mean[0] * mean[0] + mean[1] * mean[1] + mean[2] * mean[2]);
+  assert_true(fabs(study_body_amplitude(&body, q) - expected) < 1e-15);
+  assert_true(body.length == 1 && body.direction[1] == 1);
+  // the displacement along the push under 1 N is the compliance
+  const double still[PARTICLE_RANK] = {body.push[0] / 4, body.push[1] / 9};
+  double moved = 0;
+  for (int i = 0; i < PARTICLE_RANK; i++)
+    moved += body.tip[PARTICLE_RANK + i] * still[i];
+  assert_true(fabs(moved - body.compliance) < 1e-15);
+  study_body_free(&body);
+  thrum_model_free(model);
+}
+
+typedef struct tally {
+  int counts[1000];
+  int64_t fail_at;
+} tally;
+
+static thrum_status count_task(void *context, int64_t index, thrum_error *error) {
+  tally *all = context;
+  all->counts[index]++;
+  if (index == all->fail_at)
+    return thrum_error_set(error, THRUM_IO, "task %d", (int)index);
+  return THRUM_OK;
+}
+
+static bool stop_at_half(void *context, double fraction) {
+  *(double *)context = fraction;
+  return fraction < 0.5;
+}
+
+static void each_task_is_done_once(void **state) {
+  (void)state;
+  tally all = {.fail_at = -1};
+  study_pool pool = {.threads = 4, .count = 1000, .task = count_task, .context = &all};
+  thrum_error error = {0};
+  assert_int_equal(study_pool_run(&pool, &error), THRUM_OK);
+  for (int n = 0; n < 1000; n++)
+    assert_int_equal(all.counts[n], 1);
+}
+
+static void a_failed_task_ends_the_others(void **state) {
+  (void)state;
+  tally all = {.fail_at = 3};
+  study_pool pool = {.threads = 1, .count = 1000, .task = count_task, .context = &all};
+  thrum_error error = {0};
+  assert_int_equal(study_pool_run(&pool, &error), THRUM_IO);
+  assert_string_equal(error.message, "task 3");
+  assert_int_equal(all.counts[4], 0);
+  double fraction = 0;
+  all.fail_at = -1;
+  pool.progress = stop_at_half;
+  pool.progress_context = &fraction;
+  assert_int_equal(study_pool_run(&pool, &error), THRUM_INTERRUPTED);
+  assert_true(fraction == 0.5);
+}
+
+static void a_text_grows_and_escapes(void **state) {
+  (void)state;
+  study_text text = {0};
+  for (int n = 0; n < 5000; n++)
+    study_text_add(&text, "%d,", n % 10);
+  assert_int_equal(text.size, 10000);
+  assert_int_equal(strlen(text.bytes), 10000);
+  study_text_escape(&text, "a<b>&c");
+  assert_string_equal(text.bytes + 10000, "a&lt;b&gt;&amp;c");
+  free(text.bytes);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_line_has_its_slope_and_no_error),
+      cmocka_unit_test(a_zigzag_has_the_textbook_error),
+      cmocka_unit_test(amplitude_is_the_mean_displacement_of_the_group),
+      cmocka_unit_test(each_task_is_done_once),
+      cmocka_unit_test(a_failed_task_ends_the_others),
+      cmocka_unit_test(a_text_grows_and_escapes),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
