@@ -171,6 +171,7 @@ static void print_json(const info *about) {
   cli_json_number(object, "quartic_coefficients", (double)about->model->c4_count);
   add_mesh(object, about);
   add_frequencies(object, about);
+  cli_json_number(object, "rigid_modes", about->model->rigid != NULL ? 6 : 0);
   cli_json_number(object, "dt", about->dt);
   cli_json_number(object, "explicit_modes", (double)about->split.explicit_modes);
   cli_json_number(object, "implicit_modes", (double)about->split.implicit_modes);
@@ -275,6 +276,10 @@ static void print_table(const info *about) {
   print_label("polynomial");
   printf("rank %" PRId64 ", %" PRId64 " cubic and %" PRId64 " quartic coefficients\n", model->rank,
          model->c3_count, model->c4_count);
+  if (model->rigid != NULL) {
+    print_label("free body");
+    puts("elastic part alone; 6 rigid modes kept apart in the array 'rigid'");
+  }
   print_linear_frequencies(about);
   print_frequencies("basis", about->hertz, model->rank);
   print_label("split");

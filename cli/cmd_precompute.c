@@ -4,6 +4,7 @@
 
 #include "cli/model_name.h"
 #include "cli/precompute_request.h"
+#include "precompute/interrupt.h"
 
 static int run_request(precompute_request *request) {
   thrum_error error = {0};
@@ -13,6 +14,7 @@ static int run_request(precompute_request *request) {
   thrum_status status = cli_model_recipe_find(request->mesh_name, &recipe, &error);
   if (status >= 0 && recipe.found)
     cli_model_recipe_apply(&recipe, request);
+  thrum_interrupt_clean("\nthrum: stopped; nothing was written\n");
   if (status >= 0) {
     status = precompute_make(
         request, request->json ? precompute_print_json : precompute_print_table, &flagged, &error);

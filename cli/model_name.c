@@ -294,6 +294,7 @@ static thrum_status make_cached(const cli_model_recipe *recipe, const char *path
       .material = {NAN, NAN, NAN},
       .options = thrum_default_precompute_options(),
       .fixes = fixes,
+      .reproducible = true,
       .quiet = quiet,
   };
   cli_model_recipe_apply(recipe, &request);

@@ -87,11 +87,9 @@ static void warn_cleaned(const thrum_mesh *mesh, const char *name) {
 /* Marks what the --fix options name in `fixed`, and counts the vertices held. */
 static thrum_status fix_vertices(const precompute_request *request, const thrum_mesh *mesh,
                                  uint8_t *fixed, int64_t *held, thrum_error *error) {
-  if (request->fix_count == 0) {
-    return thrum_error_set(error, THRUM_UNSUPPORTED,
-                           "nothing is fixed, and free bodies are not supported yet: hold "
-                           "vertices with --fix, such as --fix 'x<0.001'");
-  }
+  if (request->fix_count == 0)
+    cli_warn("nothing is fixed, so this is a free body: the model is its elastic part, the six "
+             "rigid modes are kept apart (hold vertices with --fix, such as --fix 'x<0.001')");
   for (int64_t n = 0; n < request->fix_count; n++) {
     int64_t count = 0;
     const thrum_status status = thrum_mesh_fix(mesh, request->fixes[n], fixed, &count, error);

@@ -9,7 +9,7 @@
 #define COUNT_MAX 1000000 /* no mesh needs more modes; keeps products of counts in range */
 #define THREADS_MAX 1024
 
-enum { YOUNG = 256, POISSON, DENSITY, SCALE, MODES, RANK, MASS, THREADS, FIX, JSON };
+enum { YOUNG = 256, POISSON, DENSITY, SCALE, MODES, RANK, MASS, THREADS, FIX, JSON, REPRODUCIBLE };
 
 static const struct option options[] = {
     {"output", required_argument, NULL, 'o'},
@@ -22,6 +22,7 @@ static const struct option options[] = {
     {"mass", required_argument, NULL, MASS},
     {"threads", required_argument, NULL, THREADS},
     {"fix", required_argument, NULL, FIX},
+    {"reproducible", no_argument, NULL, REPRODUCIBLE},
     {"json", no_argument, NULL, JSON},
     {"quiet", no_argument, NULL, 'q'},
     {"help", no_argument, NULL, 'h'},
@@ -30,7 +31,7 @@ static const struct option options[] = {
 
 void precompute_help(void) {
   fputs(
-      "usage: thrum precompute MESH -o NAME.npz --fix SPEC [OPTIONS]\n\n"
+      "usage: thrum precompute MESH -o NAME.npz [--fix SPEC] [OPTIONS]\n\n"
       "Makes a reduced model of a tetrahedral mesh: linear modes, modal derivatives, basis, and\n"
       "the exact polynomial of its strain energy.\n\n"
       "MESH is a Vega .veg file, a Gmsh .msh file (2.2 or 4.1, ASCII), or a generated beam,\n"
@@ -41,6 +42,7 @@ void precompute_help(void) {
       "      --fix SPEC        hold vertices; repeatable. SPEC is a predicate in metres such as\n"
       "                        'x<0.01&z>0', or a file of 1-based vertices (2, 3:7, # comment),\n"
       "                        or a group of the mesh; a suffix such as :z or :xy picks the axes\n"
+      "                        (without any: a free body, its six rigid modes kept apart)\n"
       "      --young PA        Young's modulus [Pa]        (default: the mesh's own material)\n"
       "      --poisson NU      Poisson's ratio, in (-1, 1/2)\n"
       "      --density RHO     density [kg/m^3]\n"
@@ -49,6 +51,7 @@ void precompute_help(void) {
       "      --rank R          reduced coordinates, at most K (K + 3) / 2 (default 2 K)\n"
       "      --mass KIND       consistent (default) or lumped\n"
       "      --threads N       threads of the linear algebra (default 1)\n"
+      "      --reproducible    store no times in the file: two runs then give the same bytes\n"
       "      --json            print one JSON object instead of the table\n"
       "  -q, --quiet           no progress\n"
       "  -h, --help            this text\n\n"
@@ -122,6 +125,9 @@ static int apply_option(int option, precompute_request *request) {
     return threads_option(optarg, &request->options.threads);
   case FIX:
     request->fixes[request->fix_count++] = optarg;
+    return CLI_DONE;
+  case REPRODUCIBLE:
+    request->reproducible = true;
     return CLI_DONE;
   case JSON:
     request->json = true;

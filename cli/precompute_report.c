@@ -1,13 +1,14 @@
 /* What `thrum precompute` prints, and the JSON it stores in the model as meta.
  *
- * Meta holds no times and no folders, so the same mesh and options give the same file, whoever runs
- * it and wherever. SPDX-License-Identifier: Apache-2.0 */
+ * Meta holds no folders, and no times on request, so that the same mesh and options then give the
+ * same file, whoever runs it and wherever. SPDX-License-Identifier: Apache-2.0 */
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "cli/precompute_request.h"
+#include "cli/precompute_stages.h"
 #include "precompute/build_info.h"
 #include "precompute/quality.h"
 
@@ -74,6 +75,8 @@ static void add_residuals(cJSON *object, const thrum_precomputed *result) {
   cli_json_numbers(residuals, "modes", result->mode_residual, result->mode_count);
   cli_json_number(residuals, "orthonormality", result->basis_orthonormality);
   cli_json_number(residuals, "diagonality", result->basis_diagonality);
+  if (result->rigid_count > 0)
+    cli_json_number(residuals, "rigid", result->rigid_residual);
 }
 
 char *precompute_meta(const precompute_request *request, const thrum_mesh *mesh,
@@ -95,7 +98,10 @@ char *precompute_meta(const precompute_request *request, const thrum_mesh *mesh,
   cli_json_number(meta, "volume_m3", result->volume);
   add_frequencies(meta, "frequencies_hz", result->mode_omega2, result->mode_count);
   add_frequencies(meta, "basis_frequencies_hz", result->model.omega2, result->model.rank);
+  cli_json_number(meta, "rigid_modes", (double)result->rigid_count);
   add_residuals(meta, result);
+  if (!request->reproducible)
+    precompute_add_stages(meta, result);
   char *text = cli_json_text(meta);
   cJSON_Delete(meta);
   return text;
@@ -140,10 +146,12 @@ void precompute_print_json(const precompute_outcome *outcome) {
   cli_json_number(object, "dt", outcome->dt);
   cli_json_number(object, "explicit_modes", (double)outcome->split.explicit_modes);
   cli_json_number(object, "implicit_modes", (double)outcome->split.implicit_modes);
+  cli_json_number(object, "rigid_modes", (double)result->rigid_count);
   add_residuals(object, result);
   cli_json_number(object, "threads", outcome->request->options.threads);
   cJSON_AddStringToObject(object, "blas_core", thrum_build_blas_core());
   add_seconds(object, outcome);
+  precompute_add_stages(object, result);
   cli_json_number(object, "peak_mb", cli_peak_mb());
   cli_json_print(object);
 }
@@ -177,6 +185,9 @@ void precompute_print_table(const precompute_outcome *outcome) {
   printf("%-18s%.6g kg, %.6g m^3\n", "body", result->mass, result->volume);
   printf("%-18srank %" PRId64 " from %" PRId64 " linear modes\n", "basis", result->model.rank,
          result->mode_count);
+  if (result->rigid_count > 0)
+    printf("%-18s%" PRId64 " kept apart, |K z| / (|K| |z|) at most %.1e\n", "rigid modes",
+           result->rigid_count, result->rigid_residual);
   print_frequencies("linear modes", result->mode_omega2, result->mode_count);
   print_frequencies("basis", result->model.omega2, result->model.rank);
   printf("%-18s%" PRId64 " explicit, %" PRId64 " implicit at dt = %g s\n", "split",
@@ -184,4 +195,5 @@ void precompute_print_table(const precompute_outcome *outcome) {
   printf("%-18smodes %.1e, orthonormality %.1e, diagonality %.1e\n", "residuals", worst,
          result->basis_orthonormality, result->basis_diagonality);
   printf("%-18s%.2f s, peak %.0f MB\n", "took", outcome->seconds_total, cli_peak_mb());
+  precompute_print_stages(result);
 }

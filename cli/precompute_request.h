@@ -19,6 +19,7 @@ typedef struct precompute_request {
   int64_t fix_count;
   bool modes_given; /* the options' modes and rank are the user's, not the defaults */
   bool rank_given;
+  bool reproducible; /* meta without times */
   bool json;
   bool quiet;
   bool help;
@@ -49,7 +50,7 @@ typedef void precompute_show(const precompute_outcome *outcome);
 thrum_status precompute_make(const precompute_request *request, precompute_show *show,
                              bool *flagged, thrum_error *error);
 
-/* The JSON text stored as meta: everything but times, so that two runs give the same bytes. */
+/* The JSON text stored as meta; request->reproducible leaves the times out. */
 char *precompute_meta(const precompute_request *request, const thrum_mesh *mesh,
                       const thrum_precomputed *result);
 void precompute_print_json(const precompute_outcome *outcome);

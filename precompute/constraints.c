@@ -89,11 +89,19 @@ static thrum_status judge(part *p, thrum_error *error) {
                          motions, p->centre[0], p->centre[1], p->centre[2]);
 }
 
-thrum_status thrum_constraints_check(const thrum_fem *fem, thrum_error *error) {
-  if (fem->free_count == 3 * fem->vertex_count)
+// one free body is a body of its own; several would each need rigid modes of theirs
+static thrum_status judge_free(int32_t parts, bool *free_body, thrum_error *error) {
+  if (parts > 1)
     return thrum_error_set(error, THRUM_UNSUPPORTED,
-                           "nothing is fixed, and free bodies are not supported yet: fix some "
-                           "vertices with --fix");
+                           "nothing is fixed, and the mesh has %d separate parts: a free body is "
+                           "one part; fix some of each with --fix, or split the mesh",
+                           (int)parts);
+  *free_body = true;
+  return THRUM_OK;
+}
+
+thrum_status thrum_constraints_check(const thrum_fem *fem, bool *free_body, thrum_error *error) {
+  *free_body = false;
   int32_t *parent = thrum_allocate(fem->vertex_count, sizeof *parent, "the constraints", error);
   int32_t *index = thrum_allocate(fem->vertex_count, sizeof *index, "the constraints", error);
   part *parts = NULL;
@@ -103,7 +111,11 @@ thrum_status thrum_constraints_check(const thrum_fem *fem, thrum_error *error) {
     int32_t count = 0;
     for (int64_t v = 0; v < fem->vertex_count; v++)
       index[v] = parent[v] == v ? count++ : -1;
-    parts = thrum_allocate(count, sizeof *parts, "the constraints", error);
+    const bool nothing_held = fem->free_count == 3 * fem->vertex_count;
+    if (nothing_held)
+      status = judge_free(count, free_body, error);
+    else
+      parts = thrum_allocate(count, sizeof *parts, "the constraints", error);
     if (parts) {
       memset(parts, 0, sizeof *parts * (size_t)count);
       measure_parts(fem, parent, index, parts);

@@ -166,13 +166,13 @@ thrum_status thrum_eigen_lowest(const thrum_sparse *stiffness, const thrum_spars
                                 thrum_factor *factor, int64_t count, double *values,
                                 double *vectors, const thrum_reporter *reporter,
                                 thrum_error *error) {
-  const int64_t n = stiffness->size;
-  if (count < 1 || count >= n || n > INT32_MAX / 3)
+  const int64_t n = stiffness->size, own = n - thrum_factor_deflated(factor);
+  if (count < 1 || count >= own || n > INT32_MAX / 3)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "%lld modes of %lld free components: there must be fewer modes",
-                           (long long)count, (long long)n);
+                           (long long)count, (long long)own);
   const int64_t wanted = 2 * count + 10;
-  lanczos l = {.n = (int)n, .count = (int)count, .vectors = (int)(wanted < n ? wanted : n)};
+  lanczos l = {.n = (int)n, .count = (int)count, .vectors = (int)(wanted < own ? wanted : own)};
   l.info = 1;
   l.iparam[0] = 1;
   l.iparam[2] = 3000;

@@ -12,6 +12,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "precompute/interrupt.h"
 #include "precompute/npz.h"
 
 #define ATTEMPTS 100
@@ -50,8 +51,14 @@ static thrum_status open_temporary(thrum_file_writer *writer, thrum_error *error
   int file = -1;
   for (int i = 0; i < ATTEMPTS && file < 0; i++) {
     snprintf(writer->temporary, capacity, "%s.%ld.%d.tmp", writer->path, (long)getpid(), i);
+    thrum_interrupt_hold();
     file = open(writer->temporary, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-    if (file < 0 && errno != EEXIST)
+    const int reason = errno;
+    if (file >= 0)
+      thrum_interrupt_mark(writer->temporary);
+    thrum_interrupt_let();
+    errno = reason;
+    if (file < 0 && reason != EEXIST)
       break;
   }
   if (file >= 0) {
@@ -68,6 +75,7 @@ static thrum_status open_temporary(thrum_file_writer *writer, thrum_error *error
 }
 
 static void release(thrum_file_writer *writer) {
+  thrum_interrupt_mark(NULL);
   free(writer->path);
   free(writer->temporary);
   *writer = (thrum_file_writer){NULL, NULL, NULL};

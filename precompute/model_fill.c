@@ -117,6 +117,18 @@ thrum_status thrum_model_fill_axis_mass(const thrum_fem *fem, thrum_model *model
   return THRUM_OK;
 }
 
+thrum_status thrum_model_fill_rigid(const thrum_fem *fem, const double *modes, thrum_model *model,
+                                    thrum_error *error) {
+  double *rigid = thrum_allocate(18 * fem->vertex_count, sizeof *rigid, "the model", error);
+  if (!rigid)
+    return THRUM_OUT_OF_MEMORY;
+  for (int64_t c = 0; c < 3 * fem->vertex_count; c++)
+    for (int i = 0; i < 6; i++)
+      rigid[6 * c + i] = modes[i * fem->free_count + fem->dof[c]];
+  model->rigid = rigid;
+  return THRUM_OK;
+}
+
 void thrum_model_fill_free(thrum_model *model) {
   model->meta = NULL;
 #define X(type, name, rows, columns, presence, meaning) free_const(model->name);

@@ -16,6 +16,10 @@ thrum_status thrum_model_fill_mesh(const thrum_mesh *mesh, const uint8_t *fixed,
 thrum_status thrum_model_fill_axis_mass(const thrum_fem *fem, thrum_model *model,
                                         thrum_error *error);
 
+/* Adds the rigid modes Z (free_count x 6, column-major) of a body with nothing held. */
+thrum_status thrum_model_fill_rigid(const thrum_fem *fem, const double *modes, thrum_model *model,
+                                    thrum_error *error);
+
 /* The array behind a model's const pointer, for whoever is still making the model. */
 double *thrum_model_writable(const double *array);
 

@@ -6,6 +6,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <time.h>
 
 #include "precompute/basis.h"
@@ -14,6 +15,7 @@
 #include "precompute/eigen.h"
 #include "precompute/model_fill.h"
 #include "precompute/polynomial_reduce.h"
+#include "precompute/rigid.h"
 #include "precompute/threads.h"
 
 typedef struct pipeline {
@@ -23,7 +25,8 @@ typedef struct pipeline {
   thrum_fem fem;
   thrum_sparse stiffness, mass;
   thrum_factor *factor;
-  double *candidates; /* free_count x (k + k (k + 1) / 2): modes, then derivatives */
+  double *rigid, *rigid_dual; /* Z and M Z of a free body, free_count x 6; else NULL */
+  double *candidates;         /* free_count x (k + k (k + 1) / 2): modes, then derivatives */
   thrum_precomputed result;
 } pipeline;
 
@@ -37,6 +40,12 @@ static double seconds_now(void) {
   return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
+static double peak_mb_now(void) {
+  struct rusage usage;
+  // Linux counts in units of 1024 bytes
+  return getrusage(RUSAGE_SELF, &usage) == 0 ? (double)usage.ru_maxrss / 1024 : 0;
+}
+
 static void pipeline_free(pipeline *p) {
   thrum_fem_free(&p->fem);
   thrum_sparse_free(&p->stiffness);
@@ -45,6 +54,9 @@ static void pipeline_free(pipeline *p) {
   p->factor = NULL;
   free(p->candidates);
   p->candidates = NULL;
+  free(p->rigid);
+  free(p->rigid_dual);
+  p->rigid = p->rigid_dual = NULL;
 }
 
 static thrum_status check_options(const thrum_precompute_options *options, thrum_error *error) {
@@ -70,20 +82,35 @@ static thrum_status check_options(const thrum_precompute_options *options, thrum
   return THRUM_OK;
 }
 
-static thrum_status run_assemble(pipeline *p, const thrum_reporter *reporter, thrum_error *error) {
-  thrum_status status = thrum_fem_create(p->mesh, p->fixed, &p->fem, error);
-  if (status == THRUM_OK)
-    status = thrum_constraints_check(&p->fem, error);
+// Z and M Z of a free body
+static thrum_status find_rigid(pipeline *p, thrum_error *error) {
+  const int64_t count = THRUM_RIGID_COUNT * p->fem.free_count;
+  if (!(p->rigid = thrum_allocate(count, sizeof(double), "the rigid modes", error)) ||
+      !(p->rigid_dual = thrum_allocate(count, sizeof(double), "the rigid modes", error)))
+    return THRUM_OUT_OF_MEMORY;
+  const thrum_status status = thrum_rigid_modes(&p->fem, &p->mass, p->rigid, p->rigid_dual, error);
   if (status != THRUM_OK)
     return status;
-  const int64_t n = p->fem.free_count, k = p->options.modes, r = p->options.rank;
+  return thrum_rigid_residual(&p->stiffness, p->rigid, &p->result.rigid_residual, error);
+}
+
+static thrum_status run_assemble(pipeline *p, const thrum_reporter *reporter, thrum_error *error) {
+  bool free_body = false;
+  thrum_status status = thrum_fem_create(p->mesh, p->fixed, &p->fem, error);
+  if (status == THRUM_OK)
+    status = thrum_constraints_check(&p->fem, &free_body, error);
+  if (status != THRUM_OK)
+    return status;
+  p->result.free_dofs = p->fem.free_count;
+  p->result.rigid_count = free_body ? THRUM_RIGID_COUNT : 0;
+  const int64_t n = p->fem.free_count - p->result.rigid_count;
+  const int64_t k = p->options.modes, r = p->options.rank;
   if (k >= n || r > n)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "%lld modes at rank %lld are too many for a mesh of %lld free "
                            "components: lower --modes and "
                            "--rank",
                            (long long)k, (long long)r, (long long)n);
-  p->result.free_dofs = n;
   for (int64_t t = 0; t < p->fem.tet_count; t++) {
     p->result.volume += p->fem.volume[t];
     p->result.mass += p->fem.volume[t] * p->fem.density[p->fem.tet_region[t]];
@@ -95,19 +122,28 @@ static thrum_status run_assemble(pipeline *p, const thrum_reporter *reporter, th
     status = thrum_report(reporter, 0.5, error);
   if (status == THRUM_OK)
     status = thrum_fem_stiffness(&p->fem, NULL, &p->stiffness, error);
-  return status;
+  return status == THRUM_OK && free_body ? find_rigid(p, error) : status;
 }
 
 static thrum_status run_factor(pipeline *p, const thrum_reporter *reporter, thrum_error *error) {
   (void)reporter;
+  thrum_springs springs;
+  if (p->rigid)
+    thrum_springs_add(&p->fem, &p->stiffness, &springs);
   const thrum_status status = thrum_factor_create(&p->stiffness, &p->factor, error);
+  if (p->rigid)
+    thrum_springs_remove(&springs, &p->stiffness);
   if (status == THRUM_SINGULAR)
     return thrum_error_set(error, THRUM_SINGULAR,
                            "the stiffness is singular: a part hangs on by a vertex or an edge and "
                            "can still turn; fix more with --fix or mend the mesh");
-  if (status == THRUM_OK)
-    p->result.factor_nonzeros = thrum_factor_nonzeros(p->factor);
-  return status;
+  if (status != THRUM_OK)
+    return status;
+  p->result.factor_nonzeros = thrum_factor_nonzeros(p->factor);
+  p->result.flops[THRUM_STAGE_factor] = thrum_factor_flops(p->factor);
+  if (p->rigid)
+    thrum_factor_deflate(p->factor, THRUM_RIGID_COUNT, p->rigid, p->rigid_dual);
+  return THRUM_OK;
 }
 
 // a mechanism passes the factor by rounding; its strain energy then is nothing to speak of
@@ -140,6 +176,7 @@ static thrum_status run_modes(pipeline *p, const thrum_reporter *reporter, thrum
                                    result->mode_residual, error);
   if (status == THRUM_OK)
     status = check_mechanism(p, error);
+  p->result.flops[THRUM_STAGE_modes] = thrum_factor_solve_flops(p->factor);
   thrum_sparse_free(&p->stiffness);
   return status;
 }
@@ -149,6 +186,8 @@ static thrum_status run_derivatives(pipeline *p, const thrum_reporter *reporter,
   const int64_t k = p->options.modes;
   const thrum_status status = thrum_derivatives(
       &p->fem, p->factor, k, p->candidates, p->candidates + k * p->fem.free_count, reporter, error);
+  p->result.flops[THRUM_STAGE_derivatives] =
+      thrum_factor_solve_flops(p->factor) - p->result.flops[THRUM_STAGE_modes];
   thrum_factor_free(p->factor);
   p->factor = NULL;
   return status;
@@ -163,6 +202,8 @@ static thrum_status run_basis(pipeline *p, const thrum_reporter *reporter, thrum
                          &p->result.basis_orthonormality, reporter, error);
   if (status == THRUM_OK)
     status = thrum_model_fill_axis_mass(&p->fem, &p->result.model, error);
+  if (status == THRUM_OK && p->rigid)
+    status = thrum_model_fill_rigid(&p->fem, p->rigid, &p->result.model, error);
   thrum_sparse_free(&p->mass);
   free(p->candidates);
   p->candidates = NULL;
@@ -179,6 +220,9 @@ static thrum_status run_polynomial(pipeline *p, const thrum_reporter *reporter,
   const thrum_status status =
       thrum_polynomial_reduce(&p->fem, r, model->basis, linear, thrum_model_writable(model->c3),
                               thrum_model_writable(model->c4), reporter, error);
+  // one DSYRK of six rows a tet
+  const double columns = (double)(r + r * (r + 1) / 2);
+  p->result.flops[THRUM_STAGE_polynomial] = 6 * (double)p->fem.tet_count * columns * (columns + 1);
   double *omega2 = thrum_model_writable(model->omega2);
   double worst = 0;
   for (int64_t i = 0; i < r && status == THRUM_OK; i++) {
@@ -207,6 +251,7 @@ static thrum_status run_all(pipeline *p, thrum_error *error) {
     if (status == THRUM_OK)
       status = thrum_report(&reporter, 1, error);
     p->result.seconds[stage] = seconds_now() - began;
+    p->result.peak_mb[stage] = peak_mb_now();
   }
   return status;
 }

@@ -9,26 +9,26 @@
 typedef enum thrum_mass { THRUM_MASS_CONSISTENT = 0, THRUM_MASS_LUMPED = 1 } thrum_mass;
 
 /* The stages, in order; they do not overlap. X(name, text) */
-#define THRUM_STAGE_LIST(X)                                                                       \
-  X(assemble, "stiffness and mass")                                                               \
-  X(factor, "sparse Cholesky")                                                                    \
-  X(modes, "linear modes")                                                                        \
-  X(derivatives, "modal derivatives")                                                             \
-  X(basis, "mass-PCA basis")                                                                      \
+#define THRUM_STAGE_LIST(X)                                                                        \
+  X(assemble, "stiffness and mass")                                                                \
+  X(factor, "sparse Cholesky")                                                                     \
+  X(modes, "linear modes")                                                                         \
+  X(derivatives, "modal derivatives")                                                              \
+  X(basis, "mass-PCA basis")                                                                       \
   X(polynomial, "reduced polynomial")
 
 typedef enum thrum_stage {
 #define X(name, text) THRUM_STAGE_##name,
   THRUM_STAGE_LIST(X)
 #undef X
-  THRUM_STAGE_COUNT
+      THRUM_STAGE_COUNT
 } thrum_stage;
 
 typedef struct thrum_precompute_options {
-  int64_t modes;    /* k linear modes; default 10 */
-  int64_t rank;     /* r <= k (k + 3) / 2; default 0, which stands for 2 k */
-  thrum_mass mass;  /* default consistent */
-  int threads;      /* BLAS threads; default 1 */
+  int64_t modes;   /* k linear modes; default 10 */
+  int64_t rank;    /* r <= k (k + 3) / 2; default 0, which stands for 2 k */
+  thrum_mass mass; /* default consistent */
+  int threads;     /* BLAS threads; default 1 */
   /* Called as a stage advances, fraction in [0, 1]; return false to stop. May be NULL. */
   bool (*progress)(void *context, thrum_stage stage, double fraction);
   void *progress_context;
@@ -36,28 +36,33 @@ typedef struct thrum_precompute_options {
 
 thrum_precompute_options thrum_default_precompute_options(void);
 
-/* The result: a model (arrays owned here, except meta, which is left empty for the caller to add and
- * to free) and figures. */
+/* The result: a model (arrays owned here, except meta, which is left empty for the caller to add
+ * and to free) and figures. */
 typedef struct thrum_precomputed {
   thrum_model model;
   int64_t mode_count;
-  double *mode_omega2;     /* mode_count, of the linear modes [1/s^2] */
-  double *mode_residual;   /* mode_count, |K psi - w^2 M psi| / (|K| |psi|) */
+  double *mode_omega2;         /* mode_count, of the linear modes [1/s^2] */
+  double *mode_residual;       /* mode_count, |K psi - w^2 M psi| / (|K| |psi|) */
   double basis_orthonormality; /* max |U^T M U - 1| */
   double basis_diagonality;    /* max off-diagonal |U^T K U| / max omega2 */
   int64_t free_dofs;
   int64_t factor_nonzeros;
-  double mass;             /* [kg] */
-  double volume;           /* [m^3] */
+  double mass;           /* [kg] */
+  double volume;         /* [m^3] */
+  int64_t rigid_count;   /* 6 for a free body, whose rigid modes are model.rigid; else 0 */
+  double rigid_residual; /* largest |K z| / (|K| |z|) of them */
   double seconds[THRUM_STAGE_COUNT];
+  double peak_mb[THRUM_STAGE_COUNT]; /* most memory of the process so far [2^20 bytes] */
+  double flops[THRUM_STAGE_COUNT]; /* of the factor, of solves, of the Gram product; 0: uncounted */
 } thrum_precomputed;
 
 /* `fixed`: vertex_count bytes, as filled by thrum_mesh_fix. Refuses, with a line that says what to
- * do: bad materials (nu outside (-1, 1/2), E or rho <= 0), nothing or too little fixed (free bodies
- * are not supported yet), modes or rank too large for the mesh, rank beyond the numerical rank of
- * the candidates. On failure *result is untouched.
- * One call at a time in a process: ARPACK is not re-entrant, and the thread count of the numerical
- * libraries is set for the while. Equal input, threads and machine give equal bits. */
+ * do: bad materials (nu outside (-1, 1/2), E or rho <= 0), too little fixed, modes or rank too
+ * large for the mesh, rank beyond the numerical rank of the candidates. Nothing fixed makes a free
+ * body: one part, six rigid modes kept apart in model.rigid, U mass-orthogonal to them. On failure
+ * *result is untouched. One call at a time in a process: ARPACK is not re-entrant, and the thread
+ * count of the numerical libraries is set for the while. Equal input, threads and machine give
+ * equal bits. */
 thrum_status thrum_precompute(const thrum_mesh *mesh, const uint8_t *fixed,
                               const thrum_precompute_options *options, thrum_precomputed *result,
                               thrum_error *error);

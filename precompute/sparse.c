@@ -8,6 +8,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "precompute/sparse.h"
 
+#include <cblas.h>
 #include <cholmod.h>
 #include <stdbool.h>
 #include <stdlib.h>
@@ -20,6 +21,10 @@ struct thrum_factor {
   cholmod_factor *factor;
   /* kept between solves, so that a solve of the same width allocates nothing */
   cholmod_dense *solution, *work_a, *work_b;
+  int64_t deflated; /* columns of vectors and dual */
+  const double *vectors, *dual;
+  double factor_flops;
+  int64_t solved; /* columns */
 };
 
 thrum_status thrum_sparse_create(int64_t size, int64_t entries, thrum_sparse *matrix,
@@ -120,8 +125,8 @@ static cholmod_sparse view(const thrum_sparse *matrix) {
   return sparse;
 }
 
-thrum_status thrum_factor_create(const thrum_sparse *matrix, thrum_factor **factor,
-                                 thrum_error *error) {
+thrum_status thrum_factor_plan(const thrum_sparse *matrix, thrum_factor **factor,
+                               thrum_error *error) {
   thrum_factor *made = calloc(1, sizeof *made);
   if (!made)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a sparse factor");
@@ -136,8 +141,7 @@ thrum_status thrum_factor_create(const thrum_sparse *matrix, thrum_factor **fact
 
   cholmod_sparse sparse = view(matrix);
   made->factor = cholmod_l_analyze(&sparse, common);
-  if (made->factor)
-    cholmod_l_factorize(&sparse, made->factor, common);
+  made->factor_flops = common->fl;
   const thrum_status status = report(common, error);
   if (status != THRUM_OK) {
     thrum_factor_free(made);
@@ -147,10 +151,57 @@ thrum_status thrum_factor_create(const thrum_sparse *matrix, thrum_factor **fact
   return THRUM_OK;
 }
 
+thrum_status thrum_factor_compute(const thrum_sparse *matrix, thrum_factor *factor,
+                                  thrum_error *error) {
+  cholmod_sparse sparse = view(matrix);
+  cholmod_l_factorize(&sparse, factor->factor, &factor->common);
+  return report(&factor->common, error);
+}
+
+thrum_status thrum_factor_create(const thrum_sparse *matrix, thrum_factor **factor,
+                                 thrum_error *error) {
+  thrum_factor *made = NULL;
+  thrum_status status = thrum_factor_plan(matrix, &made, error);
+  if (status == THRUM_OK)
+    status = thrum_factor_compute(matrix, made, error);
+  if (status == THRUM_OK)
+    *factor = made;
+  else
+    thrum_factor_free(made);
+  return status;
+}
+
+void thrum_factor_deflate(thrum_factor *factor, int64_t count, const double *vectors,
+                          const double *dual) {
+  factor->deflated = count;
+  factor->vectors = vectors;
+  factor->dual = dual;
+}
+
+int64_t thrum_factor_deflated(const thrum_factor *factor) {
+  return factor->deflated;
+}
+
+// x -= along (against^T x), column by column
+static void take_out(const thrum_factor *factor, const double *against, const double *along,
+                     int64_t columns, double *x) {
+  const int n = (int)factor->factor->n;
+  for (int64_t c = 0; c < columns; c++)
+    for (int64_t i = 0; i < factor->deflated; i++) {
+      const double share = cblas_ddot(n, against + i * n, 1, x + c * n, 1);
+      cblas_daxpy(n, -share, along + i * n, 1, x + c * n, 1);
+    }
+}
+
 thrum_status thrum_factor_solve(thrum_factor *factor, const double *right, int64_t columns,
                                 double *solution, thrum_error *error) {
   cholmod_common *common = &factor->common;
   const size_t n = factor->factor->n;
+  if (factor->deflated > 0) {
+    memmove(solution, right, sizeof *right * n * (size_t)columns);
+    take_out(factor, factor->vectors, factor->dual, columns, solution);
+    right = solution;
+  }
   cholmod_dense dense = {0};
   dense.nrow = n;
   dense.ncol = (size_t)columns;
@@ -167,13 +218,24 @@ thrum_status thrum_factor_solve(thrum_factor *factor, const double *right, int64
   cholmod_l_solve2(CHOLMOD_A, factor->factor, &dense, NULL, &factor->solution, NULL,
                    &factor->work_a, &factor->work_b, common);
   const thrum_status status = report(common, error);
-  if (status == THRUM_OK)
-    memcpy(solution, factor->solution->x, sizeof(double) * dense.nzmax);
-  return status;
+  if (status != THRUM_OK)
+    return status;
+  memcpy(solution, factor->solution->x, sizeof(double) * dense.nzmax);
+  take_out(factor, factor->dual, factor->vectors, columns, solution);
+  factor->solved += columns;
+  return THRUM_OK;
 }
 
 int64_t thrum_factor_nonzeros(const thrum_factor *factor) {
   return (int64_t)factor->factor->xsize;
+}
+
+double thrum_factor_flops(const thrum_factor *factor) {
+  return factor->factor_flops;
+}
+
+double thrum_factor_solve_flops(const thrum_factor *factor) {
+  return 4 * (double)factor->factor->xsize * (double)factor->solved;
 }
 
 void thrum_factor_free(thrum_factor *factor) {

@@ -38,6 +38,20 @@ typedef struct thrum_factor thrum_factor;
 thrum_status thrum_factor_create(const thrum_sparse *matrix, thrum_factor **factor,
                                  thrum_error *error);
 
+/* The same in two steps. plan: ordering and pattern of L, which costs a small part; flops and
+ * nonzeros are known afterwards. compute: the numbers, of the same matrix. */
+thrum_status thrum_factor_plan(const thrum_sparse *matrix, thrum_factor **factor,
+                               thrum_error *error);
+thrum_status thrum_factor_compute(const thrum_sparse *matrix, thrum_factor *factor,
+                                  thrum_error *error);
+
+/* From now on solve keeps to the complement of `count` vectors Z: it takes b - dual (Z^T b) for b
+ * and gives x - Z (dual^T x) for x, dual = M Z, both n x count, column-major. They must stay while
+ * the factor is used. */
+void thrum_factor_deflate(thrum_factor *factor, int64_t count, const double *vectors,
+                          const double *dual);
+int64_t thrum_factor_deflated(const thrum_factor *factor); /* count, 0 before */
+
 /* solution = A^-1 right; both n x columns, column-major; may be the same array. Blocks of about
  * THRUM_SOLVE_BLOCK columns cost a sixth a column of what one alone costs. */
 #define THRUM_SOLVE_BLOCK 32
@@ -45,6 +59,9 @@ thrum_status thrum_factor_solve(thrum_factor *factor, const double *right, int64
                                 double *solution, thrum_error *error);
 
 int64_t thrum_factor_nonzeros(const thrum_factor *factor); /* of L, stored zeros included */
-void thrum_factor_free(thrum_factor *factor);              /* NULL is fine */
+/* Of the factorisation by CHOLMOD's count, and of all solves so far, four a nonzero and column. */
+double thrum_factor_flops(const thrum_factor *factor);
+double thrum_factor_solve_flops(const thrum_factor *factor);
+void thrum_factor_free(thrum_factor *factor); /* NULL is fine */
 
 #endif

@@ -74,9 +74,11 @@ thrum_status thrum_layout_check_presence(const thrum_layout *layout, thrum_error
                             "group_names, group_ends and group_vertices come together", error);
   if (status != THRUM_OK)
     return status;
-  if ((HAS(layout, basis) || HAS(layout, group_ends)) && !HAS(layout, vertices))
-    return thrum_error_set(error, THRUM_MISSING, "array 'vertices' is missing: '%s' needs a mesh",
-                           HAS(layout, basis) ? "basis" : "group_ends");
+  static const int on_mesh[] = {THRUM_ARRAY_basis, THRUM_ARRAY_group_ends, THRUM_ARRAY_rigid};
+  for (int i = 0; i < 3; i++)
+    if (layout->data[on_mesh[i]] != NULL && !HAS(layout, vertices))
+      return thrum_error_set(error, THRUM_MISSING, "array 'vertices' is missing: '%s' needs a mesh",
+                             thrum_array_table[on_mesh[i]].name);
   return THRUM_OK;
 }
 

@@ -51,6 +51,8 @@ int64_t thrum_layout_extent(const thrum_layout *layout, int size_id) {
     return 3;
   case THRUM_SIZE_4:
     return 4;
+  case THRUM_SIZE_6:
+    return 6;
   default:
     return layout->size[size_id];
   }

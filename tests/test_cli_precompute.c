@@ -146,13 +146,13 @@ static void json_is_alone_on_standard_output(void **state) {
   cli_result_free(&run);
 }
 
-static void two_runs_write_the_same_bytes(void **state) {
+static void two_reproducible_runs_write_the_same_bytes(void **state) {
   (void)state;
   const char *names[] = {"first.npz", "second.npz"};
   char path[2][160];
   for (int n = 0; n < 2; n++) {
     cli_result run = thrum_run(folder, "precompute", BEAM, "-o", names[n], "--fix", ROOT, "--modes",
-                               "4", "--rank", "8", NULL);
+                               "4", "--rank", "8", "--reproducible", NULL);
     assert_int_equal(run.exit_code, 0);
     cli_result_free(&run);
     in_folder(names[n], path[n]);
@@ -432,7 +432,6 @@ static void bad_materials_are_refused(void **state) {
 
 static void bodies_too_free_and_ranks_too_large_are_refused(void **state) {
   (void)state;
-  assert_refused_with("free bodies are not supported yet", BEAM, NULL, NULL, NULL, NULL);
   assert_refused_with("names no vertex", BEAM, "--fix", "x<-1", NULL, NULL);
   assert_refused_with("nosuchgroup", BEAM, "--fix", "nosuchgroup", NULL, NULL);
   assert_refused_with("rank", BEAM, "--fix", ROOT, "--rank", "66");
@@ -440,6 +439,49 @@ static void bodies_too_free_and_ranks_too_large_are_refused(void **state) {
   assert_refused_with("every vertex is fixed", BEAM, "--fix", "x<2", NULL, NULL);
   // held along one axis only, a body still moves freely along the others
   assert_refused_with("rigid motions", BEAM, "--fix", "left:x", NULL, NULL);
+}
+
+static void a_body_that_nothing_holds_is_a_free_one(void **state) {
+  (void)state;
+  cli_result run = thrum_run(folder, "precompute", BEAM, "-o", "free.npz", "--modes", "4", "--rank",
+                             "8", "--json", NULL);
+  assert_int_equal(run.exit_code, 0);
+  assert_non_null(strstr(run.err, "this is a free body"));
+  cJSON *object = cli_json_line(run.out);
+  assert_true(cli_json_get(object, "rigid_modes") == 6);
+  assert_true(cli_json_get(object, "fixed") == 0);
+  assert_true(cli_json_get(cJSON_GetObjectItem(object, "residuals"), "rigid") < 1e-14);
+  cJSON_Delete(object);
+  cli_result_free(&run);
+  // the model says so, and its elastic part can be stepped
+  run = thrum_run(folder, "info", "free.npz", NULL);
+  assert_non_null(strstr(run.out, "6 rigid modes kept apart"));
+  cli_result_free(&run);
+  run = thrum_run(folder, "simulate", "free.npz", "-o", "ringing", "--time", "0.3", "--start",
+                  "mode:1,0.01", "--json", NULL);
+  assert_int_equal(run.exit_code, 0);
+  cli_result_free(&run);
+}
+
+static void stages_say_time_memory_and_rate(void **state) {
+  (void)state;
+  cJSON *object = precompute(BEAM, ROOT, NULL, NULL, NULL, NULL);
+  static const char *const names[] = {"assemble",    "factor", "modes",
+                                      "derivatives", "basis",  "polynomial"};
+  const cJSON *stages = cJSON_GetObjectItemCaseSensitive(object, "stages");
+  double peak = 0;
+  for (int n = 0; n < 6; n++) {
+    const cJSON *row = cJSON_GetObjectItemCaseSensitive(stages, names[n]);
+    assert_true(cli_json_get(row, "seconds") >= 0);
+    assert_true(cli_json_get(row, "peak_mb") >= peak && cli_json_get(row, "peak_mb") > 0);
+    peak = cli_json_get(row, "peak_mb");
+    // what is not counted has no rate
+    const bool counted = n != 0 && n != 4;
+    assert_true(counted == cJSON_IsNumber(cJSON_GetObjectItemCaseSensitive(row, "gflops")));
+    assert_true(!counted || cli_json_get(row, "gflops") > 0);
+  }
+  assert_true(peak <= cli_json_get(object, "peak_mb"));
+  cJSON_Delete(object);
 }
 
 static void an_output_that_cannot_be_written_is_refused_at_once(void **state) {
@@ -527,7 +569,7 @@ int main(void) {
       cmocka_unit_test(rank_is_twice_the_modes_when_not_given),
       cmocka_unit_test(stages_do_not_overlap),
       cmocka_unit_test(json_is_alone_on_standard_output),
-      cmocka_unit_test(two_runs_write_the_same_bytes),
+      cmocka_unit_test(two_reproducible_runs_write_the_same_bytes),
       cmocka_unit_test(generator_equals_the_reference_file),
       cmocka_unit_test(material_and_scale_act_as_physics_says),
       cmocka_unit_test(gmsh_files_give_the_model_of_the_same_mesh),
@@ -539,6 +581,8 @@ int main(void) {
       cmocka_unit_test(every_truncation_of_a_mesh_is_refused_or_complete),
       cmocka_unit_test(bad_materials_are_refused),
       cmocka_unit_test(bodies_too_free_and_ranks_too_large_are_refused),
+      cmocka_unit_test(a_body_that_nothing_holds_is_a_free_one),
+      cmocka_unit_test(stages_say_time_memory_and_rate),
       cmocka_unit_test(an_output_that_cannot_be_written_is_refused_at_once),
       cmocka_unit_test(a_refusal_leaves_an_earlier_model_alone),
       cmocka_unit_test(wrong_usage_is_told_apart_from_refusal),

@@ -20,7 +20,7 @@ extern "C" {
 #endif
 
 #define THRUM_MODEL_FORMAT_MAJOR 1 /* a reader refuses another major version */
-#define THRUM_MODEL_FORMAT_MINOR 0 /* a minor version only adds arrays */
+#define THRUM_MODEL_FORMAT_MINOR 1 /* a minor version only adds arrays */
 #define THRUM_RANK_MAX 512         /* far above the 334 that a file below 4 GiB can hold */
 
 /* Sizes of a model. X(name, meaning). A size is bound by the first array that carries it. */
@@ -39,7 +39,7 @@ extern "C" {
 /* The arrays, in file order. X(type, name, rows, columns, presence, meaning):
  * type f8 | i4 | u1; rows and columns are a size's name or a literal (columns 1: a plain vector);
  * presence REQUIRED or OPTIONAL (an absent array is a NULL pointer; all of the mesh arrays
- * vertices, tets, tet_region, material, fixed come together, basis only with vertices,
+ * vertices, tets, tet_region, material, fixed come together, basis and rigid only with vertices,
  * the three group arrays together). */
 #define THRUM_MODEL_ARRAYS(X)                                                                     \
   X(i4, format, 2, 1, REQUIRED, "version of the format: major, minor")                            \
@@ -56,7 +56,8 @@ extern "C" {
   X(f8, basis, basis_rows, rank, OPTIONAL, "U, rows 3 v + axis [kg^-1/2]; zero rows where held")  \
   X(u1, group_names, group_name_bytes, 1, OPTIONAL, "names, each ended by one 0")                 \
   X(i4, group_ends, group_count, 1, OPTIONAL, "end of each group's run in group_vertices")        \
-  X(i4, group_vertices, group_vertex_count, 1, OPTIONAL, "0-based vertices, ascending in a group")
+  X(i4, group_vertices, group_vertex_count, 1, OPTIONAL, "0-based vertices, ascending in a group") \
+  X(f8, rigid, basis_rows, 6, OPTIONAL, "rigid modes Z of a free body, rows as basis [kg^-1/2]")
 /* basis_rows is 3 * vertex_count */
 
 typedef double thrum_f8;

@@ -1,0 +1,42 @@
+/* The stages of `thrum precompute`, see precompute_stages.h. SPDX-License-Identifier: Apache-2.0 */
+#include "cli/precompute_stages.h"
+
+#include <math.h>
+#include <stdio.h>
+
+static const struct {
+  const char *name, *text;
+} stages[THRUM_STAGE_COUNT] = {
+#define X(name, text) {#name, text},
+    THRUM_STAGE_LIST(X)
+#undef X
+};
+
+static double rate_of(const thrum_precomputed *result, int stage) {
+  const double flops = result->flops[stage], seconds = result->seconds[stage];
+  return flops > 0 && seconds > 0 ? 1e-9 * flops / seconds : NAN;
+}
+
+void precompute_add_stages(cJSON *object, const thrum_precomputed *result) {
+  cJSON *table = cJSON_AddObjectToObject(object, "stages");
+  for (int stage = 0; stage < THRUM_STAGE_COUNT; stage++) {
+    cJSON *row = cJSON_AddObjectToObject(table, stages[stage].name);
+    cli_json_number(row, "seconds", result->seconds[stage]);
+    cli_json_number(row, "peak_mb", result->peak_mb[stage]);
+    cli_json_number(row, "gflops", rate_of(result, stage));
+  }
+}
+
+void precompute_print_stages(const thrum_precomputed *result) {
+  printf("\n%-20s %10s %10s %10s\n", "stage", "time [s]", "peak [MB]", "[Gflop/s]");
+  for (int stage = 0; stage < THRUM_STAGE_COUNT; stage++) {
+    const double rate = rate_of(result, stage);
+    printf("%-20s %10.3f %10.0f ", stages[stage].text, result->seconds[stage],
+           result->peak_mb[stage]);
+    // assembly and small dense work are not counted
+    if (isnan(rate))
+      printf("%10s\n", "-");
+    else
+      printf("%10.2f\n", rate);
+  }
+}

@@ -1,0 +1,14 @@
+/* The stages of `thrum precompute`: what each took. SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_CLI_PRECOMPUTE_STAGES_H
+#define THRUM_CLI_PRECOMPUTE_STAGES_H
+
+#include "cli/cli.h"
+#include "precompute/precompute.h"
+
+/* Adds `stages`: for each its seconds, peak_mb (of the process until its end) and gflops, a rate,
+ * null where the work is not counted. */
+void precompute_add_stages(cJSON *object, const thrum_precomputed *result);
+
+void precompute_print_stages(const thrum_precomputed *result);
+
+#endif
