@@ -16,8 +16,8 @@
 #pragma STDC FP_CONTRACT OFF
 #endif
 
+#include "polynomial.h"
 #include "solve.h"
-#include "thrum/polynomial.h"
 
 /* 1/2 -+ 1/(2 sqrt 3) */
 static const double gauss[2] = {0.21132486540518713, 0.78867513459481287};
@@ -33,9 +33,11 @@ static void place(const thrum_solver *s, double at) {
 static double evaluate(const thrum_solver *s) {
   thrum_state_view *view = s->view;
   place(s, gauss[0]);
-  double sum = thrum_force(s->model, view->point, view->force, view->work) / gauss[0];
+  double sum =
+      thrum_force_by(s->view->kernel, s->model, view->point, view->force, view->work) / gauss[0];
   place(s, gauss[1]);
-  sum += thrum_force(s->model, view->point, view->force_2, view->work) / gauss[1];
+  sum +=
+      thrum_force_by(s->view->kernel, s->model, view->point, view->force_2, view->work) / gauss[1];
   for (int32_t i = 0; i < s->n; i++)
     view->force[i] = 0.5 * (view->force[i] + view->force_2[i]);
   return 0.25 * s->h * s->h * sum;
@@ -48,14 +50,14 @@ static void stiffness(const thrum_solver *s, double *matrix) {
   for (int g = 0; g < 2; g++) {
     double *tangent = g == 0 ? matrix : view->tangent;
     place(s, gauss[g]);
-    thrum_tangent(s->model, view->point, tangent, view->work);
+    thrum_tangent_by(s->view->kernel, s->model, view->point, tangent, view->work);
     const double weight = 0.25 * s->h * s->h * gauss[g];
     for (size_t a = 0; a < count; a++)
       matrix[a] = g == 0 ? weight * tangent[a] : matrix[a] + weight * tangent[a];
   }
   if (!s->tangent)
     return;
-  thrum_tangent(s->model, view->middle, view->tangent, view->work);
+  thrum_tangent_by(s->view->kernel, s->model, view->middle, view->tangent, view->work);
   const double damping = 0.5 * s->h * s->state->damping_beta;
   for (size_t a = 0; a < count; a++)
     matrix[a] += damping * view->tangent[a];

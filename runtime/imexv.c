@@ -27,19 +27,20 @@
 static double evaluate(const thrum_solver *s) {
   thrum_state_view *view = s->view;
   if (s->first == 0)
-    return s->h * s->h * thrum_force(s->model, view->middle, view->force, view->work);
+    return s->h * s->h *
+           thrum_force_by(s->view->kernel, s->model, view->middle, view->force, view->work);
   return s->h * s->h *
-         thrum_restricted_gradient(s->model, s->first, view->restricted, view->middle + s->first,
-                                   view->force + s->first, view->work);
+         thrum_restricted_gradient(s->view->kernel, s->model, s->first, view->restricted,
+                                   view->middle + s->first, view->force + s->first, view->work);
 }
 
 /* (h^2/4 + h/2 beta) T_II(q-bar), beta for the tangent form of damping only. */
 static void stiffness(const thrum_solver *s, double *matrix) {
   if (s->first == 0)
-    thrum_tangent(s->model, s->view->middle, matrix, s->view->work);
+    thrum_tangent_by(s->view->kernel, s->model, s->view->middle, matrix, s->view->work);
   else
-    thrum_restricted_hessian(s->model, s->first, s->view->restricted, s->view->middle + s->first,
-                             matrix, s->view->work);
+    thrum_restricted_hessian(s->view->kernel, s->model, s->first, s->view->restricted,
+                             s->view->middle + s->first, matrix, s->view->work);
   const size_t n = (size_t)s->n;
   const double damping = s->tangent ? 0.5 * s->h * s->state->damping_beta : 0.0;
   const double stiff = 0.25 * s->h * s->h + damping;
@@ -51,7 +52,8 @@ static void stiffness(const thrum_solver *s, double *matrix) {
 static thrum_status implicit_stage(const thrum_solver *s) {
   thrum_state_view *view = s->view;
   if (s->first > 0) {
-    thrum_polynomial_restrict(s->model, s->first, view->middle, view->restricted, view->work);
+    thrum_polynomial_restrict(s->view->kernel, s->model, s->first, view->middle, view->restricted,
+                              view->work);
     view->restricted_used = true;
   }
   if (!thrum_solve_increment(s))

@@ -19,8 +19,8 @@
 #include <string.h>
 
 #include "dense.h"
+#include "polynomial.h"
 #include "state.h"
-#include "thrum/polynomial.h"
 
 typedef struct solver {
   const thrum_model *model;
@@ -42,9 +42,9 @@ static void add_forces(const thrum_model *model, const thrum_state *state, thrum
                        const double *q, const double *velocity, double *total) {
   const double alpha = state->damping_alpha, beta = state->damping_beta;
   const bool tangent = thrum_tangent_damped(state);
-  thrum_force(model, q, view->force, view->work);
+  thrum_force_by(view->kernel, model, q, view->force, view->work);
   if (tangent)
-    thrum_tangent_vector(model, q, velocity, view->product, view->work);
+    thrum_tangent_vector_by(view->kernel, model, q, velocity, view->product, view->work);
   for (int32_t i = 0; i < state->rank; i++) {
     const double stiff = tangent ? view->product[i] : model->omega2[i] * velocity[i];
     total[i] += view->force[i] + (alpha * velocity[i] + beta * stiff);
@@ -108,8 +108,8 @@ static void assemble_change(const solver *s) {
     view->velocity[i] = view->q_next[i] + 0.5 * h * view->p_next[i];
     view->direction[i] = view->q_next[i] - 0.5 * h * view->p_next[i];
   }
-  thrum_tangent(s->model, view->velocity, view->tangent, view->work);
-  thrum_tangent(s->model, view->direction, view->tangent_2, view->work);
+  thrum_tangent_by(s->view->kernel, s->model, view->velocity, view->tangent, view->work);
+  thrum_tangent_by(s->view->kernel, s->model, view->direction, view->tangent_2, view->work);
   const double scale = s->state->newmark_beta * h * s->state->damping_beta;
   const size_t count = (size_t)rank * (size_t)rank;
   for (size_t a = 0; a < count; a++)
@@ -121,7 +121,7 @@ static bool factorise(const solver *s) {
   const double alpha = s->state->damping_alpha, beta = s->state->damping_beta;
   const size_t rank = (size_t)s->state->rank;
   double *matrix = s->view->jacobian_next;
-  thrum_tangent(s->model, s->view->q_next, matrix, s->view->work);
+  thrum_tangent_by(s->view->kernel, s->model, s->view->q_next, matrix, s->view->work);
   s->view->matrices_used = true;
   const double stiff = s->state->newmark_beta * h * h + (s->tangent ? gamma * h * beta : 0.0);
   for (size_t a = 0; a < rank * rank; a++)

@@ -1,8 +1,8 @@
-/* Block kernels of the reduced polynomial: products with a block of coefficients and its transpose.
+/* Products with a matrix and its transpose, for the basis U and the masses U^T M 1.
  *
- * Plain C, the reference for any faster kernel. The order of every sum is fixed by the comment in
- * polynomial.h, so the result does not depend on compiler, optimisation or vector width.
- * Cost: every function reads its block once; 2 operations per entry and product.
+ * Plain C. The order of every sum is fixed by the comment in polynomial.h, so the result does not
+ * depend on compiler, optimisation or vector width.
+ * Cost: every function reads its matrix once; 2 operations per entry.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "polynomial.h"
@@ -18,7 +18,7 @@ static double lanes_sum(const double lane[LANES]) {
   return ((lane[0] + lane[4]) + (lane[2] + lane[6])) + ((lane[1] + lane[5]) + (lane[3] + lane[7]));
 }
 
-double thrum_kernel_dot(int64_t count, const double *a, const double *b) {
+static double dot(int64_t count, const double *a, const double *b) {
   double lane[LANES] = {0};
   int64_t c = 0;
   for (; c + LANES <= count; c += LANES)
@@ -29,7 +29,7 @@ double thrum_kernel_dot(int64_t count, const double *a, const double *b) {
   return lanes_sum(lane);
 }
 
-void thrum_kernel_axpy(int64_t count, double s, const double *restrict a, double *restrict b) {
+static void axpy(int64_t count, double s, const double *restrict a, double *restrict b) {
   for (int64_t c = 0; c < count; c++)
     b[c] += s * a[c];
 }
@@ -37,7 +37,7 @@ void thrum_kernel_axpy(int64_t count, double s, const double *restrict a, double
 void thrum_kernel_product(int64_t rows, int64_t columns, const double *block, const double *m,
                           double *y) {
   for (int64_t i = 0; i < rows; i++)
-    y[i] += thrum_kernel_dot(columns, block + i * columns, m);
+    y[i] += dot(columns, block + i * columns, m);
 }
 
 void thrum_kernel_transposed(int64_t rows, int64_t columns, const double *restrict block,
@@ -52,53 +52,5 @@ void thrum_kernel_transposed(int64_t rows, int64_t columns, const double *restri
       w[c] = (((w[c] + x0 * b0[c]) + x1 * b1[c]) + x2 * b2[c]) + x3 * b3[c];
   }
   for (; i < rows; i++)
-    thrum_kernel_axpy(columns, x[i], block + i * columns, w);
-}
-
-/* One row of thrum_kernel_both. */
-static double row_both(int64_t columns, const double *restrict row, const double *restrict m,
-                       double x, double *restrict w) {
-  double lane[LANES] = {0};
-  int64_t c = 0;
-  for (; c + LANES <= columns; c += LANES)
-    for (int s = 0; s < LANES; s++) {
-      double b = row[c + s];
-      lane[s] += b * m[c + s];
-      w[c + s] += x * b;
-    }
-  for (int s = 0; c + s < columns; s++) {
-    double b = row[c + s];
-    lane[s] += b * m[c + s];
-    w[c + s] += x * b;
-  }
-  return lanes_sum(lane);
-}
-
-void thrum_kernel_both(int64_t rows, int64_t columns, const double *block, const double *m,
-                       const double *x, double *y, double *w) {
-  for (int64_t i = 0; i < rows; i++)
-    y[i] += row_both(columns, block + i * columns, m, x[i], w);
-}
-
-void thrum_kernel_both_twice(int64_t rows, int64_t columns, const double *block,
-                             const double *const m[2], const double *const x[2], double *const y[2],
-                             double *const w[2]) {
-  // row by row, so that the second product finds the row in the cache
-  for (int64_t i = 0; i < rows; i++)
-    for (int e = 0; e < 2; e++)
-      y[e][i] += row_both(columns, block + i * columns, m[e], x[e][i], w[e]);
-}
-
-void thrum_pair_monomials(int64_t n, const double *q, double *m) {
-  for (int64_t k = 0; k < n; k++)
-    for (int64_t l = k; l < n; l++)
-      *m++ = q[k] * q[l];
-}
-
-void thrum_pair_gradient(int64_t n, const double *w, const double *q, double *gradient) {
-  for (int64_t k = 0; k < n; k++) {
-    gradient[k] += thrum_kernel_dot(n - k, w, q + k);
-    thrum_kernel_axpy(n - k, q[k], w, gradient + k);
-    w += n - k;
-  }
+    axpy(columns, x[i], block + i * columns, w);
 }

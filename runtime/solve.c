@@ -21,7 +21,7 @@
 #include <string.h>
 
 #include "dense.h"
-#include "thrum/polynomial.h"
+#include "polynomial.h"
 
 /* How good an increment is. */
 typedef struct measure {
@@ -44,7 +44,8 @@ static measure evaluate(const thrum_solver *s) {
     view->velocity[i] = view->unknown[i] / h;
   }
   if (s->tangent)
-    thrum_tangent_vector(s->model, view->middle, view->velocity, view->product, view->work);
+    thrum_tangent_vector_by(s->view->kernel, s->model, view->middle, view->velocity, view->product,
+                            view->work);
   double sum = 0.0, merit = s->evaluate(s);
   for (int32_t i = s->first; i < s->state->rank; i++) {
     const double d = view->unknown[i], v = view->velocity[i], kick = h * view->p[i];
@@ -94,8 +95,8 @@ static void assemble_change(const thrum_solver *s) {
   thrum_state_view *view = s->view;
   for (int32_t i = s->first; i < s->state->rank; i++)
     view->q_next[i] = view->q[i] + view->unknown[i];
-  thrum_tangent(s->model, view->q, view->tangent, view->work);
-  thrum_tangent(s->model, view->q_next, view->tangent_2, view->work);
+  thrum_tangent_by(s->view->kernel, s->model, view->q, view->tangent, view->work);
+  thrum_tangent_by(s->view->kernel, s->model, view->q_next, view->tangent_2, view->work);
   const double scale = 0.25 * s->h * s->state->damping_beta;
   const size_t n = (size_t)s->n, rank = (size_t)s->state->rank, first = (size_t)s->first;
   for (size_t i = 0; i < n; i++)

@@ -58,6 +58,7 @@ thrum_state_view thrum_state_view_of(thrum_state *state) {
   THRUM_STATE_SCRATCH(X)
 #undef X
   view.end = at;
+  view.kernel = thrum_kernel_get(state->kernel);
   return view;
 }
 
@@ -119,6 +120,7 @@ static void fill_header(thrum_state *state, const thrum_model *model, const thru
   state->newmark_gamma = def->newmark_gamma;
   state->tolerance = def->tolerance;
   state->iterations_max = def->iterations_max;
+  state->kernel = (int32_t)def->kernel;
   state->split_form = (int32_t)def->split_form;
   state->scheme = first_scheme(def);
   const bool imexv = def->integrator == THRUM_INTEGRATOR_IMEXV;

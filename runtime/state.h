@@ -57,7 +57,7 @@ struct thrum_state {
   int32_t scheme;           /* thrum_scheme, now */
   int32_t adaptive;         /* of the def */
   int32_t ladder;           /* of the def */
-  int32_t reserved;
+  int32_t kernel;           /* thrum_kernel_id of the def */
 };
 
 /* Arrays that persist. X(name, size): a vector is rank long; the others as *_count says. */
@@ -103,6 +103,7 @@ typedef struct thrum_state_view {
   THRUM_STATE_SCRATCH(X)
 #undef X
   double *end;
+  const struct thrum_kernel *kernel; /* the one asked for, or the best one here */
   bool restricted_used; /* set by whoever writes restricted */
   bool matrices_used;   /* by whoever writes jacobian_next, tangent or tangent_2 */
 } thrum_state_view;

@@ -21,6 +21,7 @@ thrum_state_def thrum_default_state_def(void) {
       .newmark_gamma = 0.5,
       .tolerance = 1e-10,
       .iterations_max = 50,
+      .kernel = THRUM_KERNEL_BEST,
       .split_form = THRUM_FORM_COMPONENT,
       .adaptive = 1,
       .ladder = 1,
@@ -75,6 +76,8 @@ static thrum_status check_choices(const thrum_model *model, const thrum_state_de
     return refuse(error, "ladder", def->ladder, "0 or 1");
   if (def->explicit_count < 0 || def->explicit_count > model->rank)
     return refuse(error, "explicit_count", def->explicit_count, "0 to the model's rank");
+  if (!thrum_kernel_name(def->kernel))
+    return refuse(error, "kernel", (double)def->kernel, "one of thrum_kernel_id");
   if (def->iterations_max < 1)
     return refuse(error, "iterations_max", def->iterations_max, "at least 1");
   return THRUM_OK;

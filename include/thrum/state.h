@@ -24,6 +24,7 @@
 #ifndef THRUM_STATE_H
 #define THRUM_STATE_H
 
+#include "thrum/kernel.h"
 #include "thrum/model.h"
 
 #ifdef __cplusplus
@@ -79,6 +80,7 @@ typedef struct thrum_state_def {
   double newmark_gamma;            /* gamma in [0, 1]; default 1/2 */
   double tolerance;            /* of the implicit solve, relative, in (0, 1e-2]; default 1e-10 */
   int32_t iterations_max;      /* of one implicit solve, >= 1; default 50 */
+  thrum_kernel_id kernel;      /* which instructions; default the best; same bits whatever it is */
   thrum_split_form split_form; /* of imexv; default component */
   int32_t adaptive;            /* 1: imexv watches itself, design 4; 0: not; default 1 */
   int32_t ladder;              /* 1: rungs after full Newton, design 8; 0: none; default 1 */

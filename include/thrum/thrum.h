@@ -4,6 +4,7 @@
 #define THRUM_H
 
 #include "thrum/force.h"
+#include "thrum/kernel.h"
 #include "thrum/model.h"
 #include "thrum/polynomial.h"
 #include "thrum/state.h"

@@ -1,0 +1,42 @@
+/* Which instructions evaluate the polynomial. All kernels give the same bits (docs/determinism.md),
+ * so the choice is one of speed alone; the best one is taken unless a state's def says otherwise.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_KERNEL_H
+#define THRUM_KERNEL_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* X(NAME, value, text) */
+#define THRUM_KERNEL_LIST(X)                                                                       \
+  X(BEST, 0, "best")           /* the fastest one that this machine has */                         \
+  X(REFERENCE, 1, "reference") /* plain C */                                                       \
+  X(AVX2, 2, "avx2")                                                                               \
+  X(AVX512, 3, "avx512")                                                                           \
+  X(NEON, 4, "neon")                                                                               \
+  X(WASM, 5, "wasm") /* 128-bit SIMD of WebAssembly */
+
+typedef enum thrum_kernel_id {
+#define X(name, value, text) THRUM_KERNEL_##name = value,
+  THRUM_KERNEL_LIST(X)
+#undef X
+} thrum_kernel_id;
+
+/* Can this build on this machine run the kernel? Any thread. */
+bool thrum_kernel_usable(thrum_kernel_id id);
+
+/* The kernel that a request for this one gets: itself when usable, else the best one here. */
+thrum_kernel_id thrum_kernel_chosen(thrum_kernel_id id);
+
+/* "avx512" and so on; NULL for a number that names none. Static storage. */
+const char *thrum_kernel_name(thrum_kernel_id id);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,101 @@
+/* Passes over the coefficients of V(q), design (1), one table of them for each instruction set.
+ * Private to runtime/.
+ *
+ * Every table gives the same bits for finite results. What fixes them, for a form in n coordinates:
+ *   - no fused multiply-add; x_i = q_i q_j; m_kl = q_k q_l;
+ *   - a sum over columns runs in 8 lanes, ascending: lane = k mod 8 for a column of c3, number of
+ *     (k,l) in the list of all pairs mod 8 for one of c4. Row i of block j of c3 and of c4 share
+ *     their lanes, c3 first, and give y_ij. Lanes are added as ((0+4)+(2+6))+((1+5)+(3+7));
+ *   - a sum over rows is ascending: w_kl and g_k, over i within j and over j;
+ *   - the pair gradient of w adds q_k w_kl to g_l with k ascending, and the sum of w_kl q_l, in
+ *     lanes l mod 8, to s_k; that of y goes before it, with i <= j: lanes i mod 8, j ascending;
+ *   - a gradient is g + s.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_RUNTIME_KERNEL_H
+#define THRUM_RUNTIME_KERNEL_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "thrum/kernel.h"
+#include "thrum/model.h"
+
+/* Number of pairs (k, l), k <= l, of n coordinates. Lists of pairs have k outermost, so the pairs
+ * with k >= j are the last thrum_pair_count(n - j) ones. */
+static inline int64_t thrum_pair_count(int64_t n) {
+  return n * (n + 1) / 2;
+}
+
+/* The cubic and quartic terms of a polynomial in n coordinates. c4 starts at its block 0; each of
+ * its blocks is preceded by `skip` rows that belong to coordinates held elsewhere. */
+typedef struct thrum_form {
+  int64_t n;
+  const double *c3;
+  const double *c4;
+  int64_t skip;
+} thrum_form;
+
+/* Lengths of the scratch arrays of a pass: whole lanes, and one vector to spare. */
+static inline int64_t thrum_padded(int64_t count) {
+  return (count + 7) / 8 * 8 + 8;
+}
+
+#define THRUM_KERNEL_PAIR_ARRAYS 6
+#define THRUM_KERNEL_VECTORS 12
+
+/* Doubles of scratch of any pass over a form in n coordinates. */
+static inline int64_t thrum_kernel_work(int64_t n) {
+  return THRUM_KERNEL_PAIR_ARRAYS * thrum_padded(thrum_pair_count(n)) +
+         THRUM_KERNEL_VECTORS * thrum_padded(n);
+}
+
+/* Scratch `work` may have any content and overlaps no other argument. */
+typedef struct thrum_kernel {
+  thrum_kernel_id id;
+
+  /* Value of the form at q. */
+  double (*value)(const thrum_form *f, const double *q, double *work);
+
+  /* gradient += grad of the form at q; returns its value, the same bits as `value`. */
+  double (*gradient)(const thrum_form *f, const double *q, double *gradient, double *work);
+
+  /* hessian (n x n) += Hessian of the form at q. On entry it must be symmetric. */
+  void (*hessian)(const thrum_form *f, const double *q, double *hessian, double *work);
+
+  /* product += (Hessian at q) v. */
+  void (*product)(const thrum_form *f, const double *q, const double *v, double *product,
+                  double *work);
+
+  /* gradient += grad of sum_{k<=l} w_kl q_k q_l; returns that sum. */
+  double (*pairs)(int64_t n, const double *w, const double *q, double *gradient, double *work);
+
+  /* V with the first `split` coordinates held at q, see polynomial.h; returns V(q_E, 0). Scratch of
+   * the whole model. */
+  double (*contract)(const thrum_model *model, int64_t split, const double *q, double *restricted,
+                     double *work);
+} thrum_kernel;
+
+/* Plain C, for every machine, and what the others are tested against. */
+extern const thrum_kernel thrum_kernel_reference;
+
+/* Those that this build has. */
+#if (defined(__x86_64__) || defined(__i386__)) && defined(__GNUC__)
+#define THRUM_KERNEL_X86 1
+extern const thrum_kernel thrum_kernel_avx2;
+extern const thrum_kernel thrum_kernel_avx512;
+#endif
+#if defined(__aarch64__) && defined(__ARM_NEON)
+#define THRUM_KERNEL_ARM 1
+extern const thrum_kernel thrum_kernel_neon;
+#endif
+#if defined(__wasm_simd128__)
+#define THRUM_KERNEL_WASM 1
+extern const thrum_kernel thrum_kernel_wasm;
+#endif
+
+/* The table of this number, or the best one here when this machine cannot run it. */
+const thrum_kernel *thrum_kernel_get(int32_t id);
+
+#endif

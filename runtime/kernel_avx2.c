@@ -1,0 +1,88 @@
+/* The passes with AVX2: two registers of 4 lanes.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "kernel.h"
+
+#ifdef THRUM_KERNEL_X86
+
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+#include <immintrin.h>
+
+#define TARGET __attribute__((target("avx2")))
+#define INLINE static inline __attribute__((always_inline, target("avx2")))
+#define PASS static TARGET
+
+typedef struct v8 {
+  __m256d a, b; /* lanes 0 to 3, 4 to 7 */
+} v8;
+
+INLINE v8 v8_of(__m256d a, __m256d b) {
+  const v8 v = {a, b};
+  return v;
+}
+
+INLINE v8 v8_zero(void) {
+  return v8_of(_mm256_setzero_pd(), _mm256_setzero_pd());
+}
+
+INLINE v8 v8_set1(double s) {
+  return v8_of(_mm256_set1_pd(s), _mm256_set1_pd(s));
+}
+
+INLINE v8 v8_load(const double *p) {
+  return v8_of(_mm256_loadu_pd(p), _mm256_loadu_pd(p + 4));
+}
+
+INLINE void v8_store(double *p, v8 v) {
+  _mm256_storeu_pd(p, v.a);
+  _mm256_storeu_pd(p + 4, v.b);
+}
+
+INLINE v8 v8_mul(v8 v, v8 w) {
+  return v8_of(_mm256_mul_pd(v.a, w.a), _mm256_mul_pd(v.b, w.b));
+}
+
+INLINE v8 v8_add(v8 v, v8 w) {
+  return v8_of(_mm256_add_pd(v.a, w.a), _mm256_add_pd(v.b, w.b));
+}
+
+INLINE v8 v8_load_range(const double *p, int64_t lo, int64_t hi) {
+  // lane s is read when lo <= s < hi
+  const __m256i low = _mm256_set1_epi64x(lo - 1), high = _mm256_set1_epi64x(hi);
+  const __m256i lanes = _mm256_setr_epi64x(0, 1, 2, 3), next = _mm256_setr_epi64x(4, 5, 6, 7);
+  const __m256i a =
+      _mm256_and_si256(_mm256_cmpgt_epi64(lanes, low), _mm256_cmpgt_epi64(high, lanes));
+  const __m256i b = _mm256_and_si256(_mm256_cmpgt_epi64(next, low), _mm256_cmpgt_epi64(high, next));
+  return v8_of(_mm256_maskload_pd(p, a), _mm256_maskload_pd(p + 4, b));
+}
+
+INLINE double v8_sum(v8 v) {
+  const __m256d four = _mm256_add_pd(v.a, v.b);
+  const __m128d two = _mm_add_pd(_mm256_castpd256_pd128(four), _mm256_extractf128_pd(four, 1));
+  return _mm_cvtsd_f64(two) + _mm_cvtsd_f64(_mm_unpackhi_pd(two, two));
+}
+
+typedef struct stream {
+  const double *next;
+} stream;
+
+INLINE stream stream_open(const double *p) {
+  const stream s = {p};
+  return s;
+}
+
+INLINE v8 stream_next(stream *s) {
+  const v8 vector = v8_load(s->next);
+  s->next += 8;
+  return vector;
+}
+
+#include "kernel_passes.h"
+
+const thrum_kernel thrum_kernel_avx2 = THRUM_KERNEL_TABLE(THRUM_KERNEL_AVX2);
+
+#else
+typedef int thrum_kernel_avx2_is_elsewhere;
+#endif

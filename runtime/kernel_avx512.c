@@ -1,0 +1,86 @@
+/* The passes with AVX-512: one register of 8 lanes.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "kernel.h"
+
+#ifdef THRUM_KERNEL_X86
+
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+#include <immintrin.h>
+
+#define TARGET __attribute__((target("avx512f")))
+#define INLINE static inline __attribute__((always_inline, target("avx512f")))
+#define PASS static TARGET
+
+typedef __m512d v8;
+
+INLINE v8 v8_zero(void) {
+  return _mm512_setzero_pd();
+}
+
+INLINE v8 v8_set1(double s) {
+  return _mm512_set1_pd(s);
+}
+
+INLINE v8 v8_load(const double *p) {
+  return _mm512_loadu_pd(p);
+}
+
+INLINE void v8_store(double *p, v8 a) {
+  _mm512_storeu_pd(p, a);
+}
+
+INLINE v8 v8_mul(v8 a, v8 b) {
+  return _mm512_mul_pd(a, b);
+}
+
+INLINE v8 v8_add(v8 a, v8 b) {
+  return _mm512_add_pd(a, b);
+}
+
+INLINE v8 v8_load_range(const double *p, int64_t lo, int64_t hi) {
+  const unsigned from = lo < 0 ? 0 : lo > 8 ? 8 : (unsigned)lo;
+  const unsigned to = hi < 0 ? 0 : hi > 8 ? 8 : (unsigned)hi;
+  return _mm512_maskz_loadu_pd((__mmask8)((0xffU << from) & (0xffU >> (8 - to))), p);
+}
+
+INLINE double v8_sum(v8 a) {
+  const __m256d four = _mm256_add_pd(_mm512_castpd512_pd256(a), _mm512_extractf64x4_pd(a, 1));
+  const __m128d two = _mm_add_pd(_mm256_castpd256_pd128(four), _mm256_extractf128_pd(four, 1));
+  return _mm_cvtsd_f64(two) + _mm_cvtsd_f64(_mm_unpackhi_pd(two, two));
+}
+
+/* Rows begin anywhere, and a vector that crosses a cache line costs two accesses: so whole lines
+ * are read, each once, and shifted together. */
+typedef struct stream {
+  const double *next; /* line */
+  v8 line;            /* the one before */
+  __m512i lanes;      /* of both that make a vector */
+} stream;
+
+INLINE stream stream_open(const double *p) {
+  const unsigned skip = (unsigned)((uintptr_t)p / sizeof *p % 8);
+  const double *line = p - skip;
+  const stream s = {
+      line + 8, _mm512_maskz_load_pd((__mmask8)(0xffU << skip), line),
+      _mm512_add_epi64(_mm512_set1_epi64(skip), _mm512_setr_epi64(0, 1, 2, 3, 4, 5, 6, 7))};
+  return s;
+}
+
+INLINE v8 stream_next(stream *s) {
+  const v8 line = _mm512_load_pd(s->next);
+  const v8 vector = _mm512_permutex2var_pd(s->line, s->lanes, line);
+  s->line = line;
+  s->next += 8;
+  return vector;
+}
+
+#include "kernel_passes.h"
+
+const thrum_kernel thrum_kernel_avx512 = THRUM_KERNEL_TABLE(THRUM_KERNEL_AVX512);
+
+#else
+typedef int thrum_kernel_avx512_is_elsewhere;
+#endif

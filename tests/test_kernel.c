@@ -1,0 +1,235 @@
+/* Every kernel that this machine has gives the bits of the reference, for every pass and every rank
+ * up to 100; and the reference sums in the order that runtime/kernel.h promises.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "runtime/polynomial.h"
+#include "tests/random_model.h"
+
+enum { RANK_MAX = 100 };
+
+/* One set of coefficients serves every rank: blocks have any meaning here. */
+typedef struct setup {
+  double *omega2, *c3, *c4;
+  double q[RANK_MAX], v[RANK_MAX];
+} setup;
+
+/* What one kernel makes of one rank. */
+typedef struct outcome {
+  double energy, with_force, constant;
+  double force[RANK_MAX], product[RANK_MAX], tangent[RANK_MAX * RANK_MAX];
+  double gradient[RANK_MAX], hessian[RANK_MAX * RANK_MAX];
+  double *restricted;
+} outcome;
+
+static int setup_make(void **state) {
+  setup *s = random_alloc(1, sizeof *s);
+  random_state random = {17};
+  s->omega2 = random_alloc(RANK_MAX, sizeof(double));
+  // exactly as long as they must be, so that a sanitizer sees what is read past the end
+  s->c3 = random_alloc(thrum_c3_count(RANK_MAX), sizeof(double));
+  s->c4 = random_alloc(thrum_c4_count(RANK_MAX), sizeof(double));
+  random_vector(&random, RANK_MAX, 1, s->omega2);
+  random_vector(&random, thrum_c3_count(RANK_MAX), 1, s->c3);
+  random_vector(&random, thrum_c4_count(RANK_MAX), 1, s->c4);
+  random_vector(&random, RANK_MAX, 1, s->q);
+  random_vector(&random, RANK_MAX, 1, s->v);
+  *state = s;
+  return 0;
+}
+
+static int setup_free(void **state) {
+  setup *s = *state;
+  free(s->omega2);
+  free(s->c3);
+  free(s->c4);
+  free(s);
+  return 0;
+}
+
+/* The model of a rank ends where the arrays end. */
+static thrum_model model_of(const setup *s, int64_t rank) {
+  thrum_model model = {0};
+  model.rank = rank;
+  model.c3_count = thrum_c3_count(rank);
+  model.c4_count = thrum_c4_count(rank);
+  model.omega2 = s->omega2;
+  model.c3 = s->c3 + (thrum_c3_count(RANK_MAX) - model.c3_count);
+  model.c4 = s->c4 + (thrum_c4_count(RANK_MAX) - model.c4_count);
+  return model;
+}
+
+/* Scratch full of NaN, with a guard behind it. */
+static double *dirty_work(const thrum_model *model) {
+  const int64_t count = (int64_t)thrum_work_count(model);
+  double *work = random_alloc(count + 1, sizeof *work);
+  for (int64_t i = 0; i < count; i++)
+    work[i] = NAN;
+  work[count] = -12345.0;
+  return work;
+}
+
+static void evaluate(const setup *s, const thrum_kernel *by, int64_t rank, int32_t split,
+                     outcome *o) {
+  const thrum_model model = model_of(s, rank);
+  double *work = dirty_work(&model);
+  o->energy = thrum_energy_by(by, &model, s->q, work);
+  o->with_force = thrum_force_by(by, &model, s->q, o->force, work);
+  thrum_tangent_by(by, &model, s->q, o->tangent, work);
+  thrum_tangent_vector_by(by, &model, s->q, s->v, o->product, work);
+  o->restricted = random_alloc(thrum_restricted_count(rank - split), sizeof(double));
+  o->constant = thrum_polynomial_restrict(by, &model, split, s->q, o->restricted, work);
+  thrum_restricted_gradient(by, &model, split, o->restricted, s->v, o->gradient, work);
+  thrum_restricted_hessian(by, &model, split, o->restricted, s->v, o->hessian, work);
+  assert_true(work[thrum_work_count(&model)] == -12345.0);
+  free(work);
+}
+
+static void assert_same(const outcome *a, const outcome *b, int64_t rank, int32_t split) {
+  const size_t vector = (size_t)rank * sizeof(double), n = (size_t)(rank - split);
+  assert_true(a->energy == b->energy && a->with_force == b->with_force);
+  assert_true(a->constant == b->constant);
+  assert_memory_equal(a->force, b->force, vector);
+  assert_memory_equal(a->product, b->product, vector);
+  assert_memory_equal(a->tangent, b->tangent, (size_t)rank * vector);
+  assert_memory_equal(a->restricted, b->restricted,
+                      (size_t)thrum_restricted_count(rank - split) * sizeof(double));
+  assert_memory_equal(a->gradient, b->gradient, n * sizeof(double));
+  assert_memory_equal(a->hessian, b->hessian, n * n * sizeof(double));
+}
+
+static void every_kernel_gives_the_bits_of_the_reference_at_every_rank(void **state) {
+  const setup *s = *state;
+  outcome *expected = random_alloc(1, sizeof *expected), *found = random_alloc(1, sizeof *found);
+  for (int64_t rank = 1; rank <= RANK_MAX; rank++) {
+    // splits of every kind come by as the rank goes up
+    const int32_t split = (int32_t)(rank * (rank % 5) / 4);
+    evaluate(s, &thrum_kernel_reference, rank, split, expected);
+    for (int id = THRUM_KERNEL_AVX2; thrum_kernel_name((thrum_kernel_id)id); id++) {
+      if (!thrum_kernel_usable((thrum_kernel_id)id))
+        continue;
+      evaluate(s, thrum_kernel_get(id), rank, split, found);
+      assert_same(found, expected, rank, split);
+      free(found->restricted);
+    }
+    free(expected->restricted);
+  }
+  free(expected);
+  free(found);
+}
+
+static void every_split_gives_the_bits_of_the_reference(void **state) {
+  const setup *s = *state;
+  outcome *expected = random_alloc(1, sizeof *expected), *found = random_alloc(1, sizeof *found);
+  for (int64_t rank = 1; rank <= 20; rank++)
+    for (int32_t split = 0; split <= rank; split++) {
+      evaluate(s, &thrum_kernel_reference, rank, split, expected);
+      evaluate(s, thrum_kernel_get(THRUM_KERNEL_BEST), rank, split, found);
+      assert_same(found, expected, rank, split);
+      free(found->restricted);
+      free(expected->restricted);
+    }
+  free(expected);
+  free(found);
+}
+
+static double tree(const double lane[8]) {
+  return ((lane[0] + lane[4]) + (lane[2] + lane[6])) + ((lane[1] + lane[5]) + (lane[3] + lane[7]));
+}
+
+/* Force and energy with every sum as promised, one coefficient after the other. */
+static double force_by_promise(const thrum_model *model, const double *q, double *force) {
+  const int64_t r = model->rank, pairs = thrum_pair_count(r);
+  double *w = random_alloc(pairs, sizeof *w), *y = random_alloc(pairs, sizeof *y);
+  double g[RANK_MAX] = {0}, s[RANK_MAX] = {0}, more[RANK_MAX] = {0}, quadratic = 0, lane[8];
+  int64_t at = 0;
+  for (int64_t j = 0; j < r; j++)
+    for (int64_t i = 0; i <= j; i++) {
+      memset(lane, 0, sizeof lane);
+      for (int64_t k = j; k < r; k++) {
+        const double c = model->c3[thrum_c3_index(r, i, j, k)];
+        lane[k % 8] += c * q[k];
+        g[k] += q[i] * q[j] * c;
+      }
+      int64_t pair = pairs - thrum_pair_count(r - j);
+      for (int64_t k = j; k < r; k++)
+        for (int64_t l = k; l < r; l++, pair++) {
+          const double c = model->c4[thrum_c4_index(r, i, j, k, l)];
+          lane[pair % 8] += c * (q[k] * q[l]);
+          w[pair] += q[i] * q[j] * c;
+        }
+      y[at++] = tree(lane);
+    }
+  at = 0;
+  for (int64_t j = 0; j < r; j++) {
+    memset(lane, 0, sizeof lane);
+    for (int64_t i = 0; i <= j; i++, at++) {
+      lane[i % 8] += y[at] * q[i];
+      g[i] += q[j] * y[at];
+    }
+    s[j] = tree(lane);
+  }
+  at = 0;
+  for (int64_t k = 0; k < r; k++) {
+    memset(lane, 0, sizeof lane);
+    for (int64_t l = k; l < r; l++, at++) {
+      lane[l % 8] += w[at] * q[l];
+      g[l] += q[k] * w[at];
+    }
+    more[k] = tree(lane);
+  }
+  memset(lane, 0, sizeof lane);
+  for (int64_t i = 0; i < r; i++) {
+    lane[i % 8] += q[i] * s[i];
+    quadratic += 0.5 * model->omega2[i] * q[i] * q[i];
+    force[i] = model->omega2[i] * q[i] + (g[i] + (s[i] + more[i]));
+  }
+  free(w);
+  free(y);
+  return quadratic + tree(lane);
+}
+
+static void the_reference_keeps_the_promised_order_of_summation(void **state) {
+  const setup *s = *state;
+  for (int64_t rank = 1; rank <= 40; rank++) {
+    const thrum_model model = model_of(s, rank);
+    double *work = dirty_work(&model), expected[RANK_MAX], force[RANK_MAX];
+    const double energy = force_by_promise(&model, s->q, expected);
+    assert_true(thrum_force_by(&thrum_kernel_reference, &model, s->q, force, work) == energy);
+    assert_memory_equal(force, expected, (size_t)rank * sizeof(double));
+    free(work);
+  }
+}
+
+static void a_kernel_of_another_machine_gives_way_to_the_best_one_here(void **state) {
+  (void)state;
+  const thrum_kernel_id best = thrum_kernel_chosen(THRUM_KERNEL_BEST);
+  assert_true(thrum_kernel_usable(best));
+  assert_true(best != THRUM_KERNEL_BEST);
+  assert_int_equal(thrum_kernel_chosen(THRUM_KERNEL_REFERENCE), THRUM_KERNEL_REFERENCE);
+  for (int id = 0; thrum_kernel_name((thrum_kernel_id)id); id++) {
+    const thrum_kernel_id chosen = thrum_kernel_chosen((thrum_kernel_id)id);
+    if (id == THRUM_KERNEL_BEST || !thrum_kernel_usable((thrum_kernel_id)id))
+      assert_int_equal(chosen, best);
+    else
+      assert_int_equal(chosen, id);
+  }
+  assert_null(thrum_kernel_name((thrum_kernel_id)99));
+  assert_ptr_equal(thrum_kernel_get(-5), thrum_kernel_get(THRUM_KERNEL_BEST));
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(every_kernel_gives_the_bits_of_the_reference_at_every_rank),
+      cmocka_unit_test(every_split_gives_the_bits_of_the_reference),
+      cmocka_unit_test(the_reference_keeps_the_promised_order_of_summation),
+      cmocka_unit_test(a_kernel_of_another_machine_gives_way_to_the_best_one_here),
+  };
+  return cmocka_run_group_tests(tests, setup_make, setup_free);
+}
