@@ -1,0 +1,87 @@
+/* The passes with NEON of 64-bit ARM: four registers of 2 lanes.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "kernel.h"
+
+#ifdef THRUM_KERNEL_ARM
+
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+#include <arm_neon.h>
+
+#define INLINE static inline __attribute__((always_inline))
+#define PASS static
+
+typedef struct v8 {
+  float64x2_t a, b, c, d; /* lanes 0 and 1, 2 and 3, ... */
+} v8;
+
+INLINE v8 v8_set1(double s) {
+  const float64x2_t t = vdupq_n_f64(s);
+  const v8 v = {t, t, t, t};
+  return v;
+}
+
+INLINE v8 v8_zero(void) {
+  return v8_set1(0.0);
+}
+
+INLINE v8 v8_load(const double *p) {
+  const v8 v = {vld1q_f64(p), vld1q_f64(p + 2), vld1q_f64(p + 4), vld1q_f64(p + 6)};
+  return v;
+}
+
+INLINE void v8_store(double *p, v8 v) {
+  vst1q_f64(p, v.a);
+  vst1q_f64(p + 2, v.b);
+  vst1q_f64(p + 4, v.c);
+  vst1q_f64(p + 6, v.d);
+}
+
+INLINE v8 v8_mul(v8 v, v8 w) {
+  const v8 product = {vmulq_f64(v.a, w.a), vmulq_f64(v.b, w.b), vmulq_f64(v.c, w.c),
+                      vmulq_f64(v.d, w.d)};
+  return product;
+}
+
+INLINE v8 v8_add(v8 v, v8 w) {
+  const v8 sum = {vaddq_f64(v.a, w.a), vaddq_f64(v.b, w.b), vaddq_f64(v.c, w.c),
+                  vaddq_f64(v.d, w.d)};
+  return sum;
+}
+
+INLINE v8 v8_load_range(const double *p, int64_t lo, int64_t hi) {
+  double lanes[8] = {0};
+  for (int64_t s = lo < 0 ? 0 : lo; s < 8 && s < hi; s++)
+    lanes[s] = p[s];
+  return v8_load(lanes);
+}
+
+INLINE double v8_sum(v8 v) {
+  const float64x2_t two = vaddq_f64(vaddq_f64(v.a, v.c), vaddq_f64(v.b, v.d));
+  return vgetq_lane_f64(two, 0) + vgetq_lane_f64(two, 1);
+}
+
+typedef struct stream {
+  const double *next;
+} stream;
+
+INLINE stream stream_open(const double *p) {
+  const stream s = {p};
+  return s;
+}
+
+INLINE v8 stream_next(stream *s) {
+  const v8 vector = v8_load(s->next);
+  s->next += 8;
+  return vector;
+}
+
+#include "kernel_passes.h"
+
+const thrum_kernel thrum_kernel_neon = THRUM_KERNEL_TABLE(THRUM_KERNEL_NEON);
+
+#else
+typedef int thrum_kernel_neon_is_elsewhere;
+#endif

@@ -1,0 +1,88 @@
+/* The passes with the 128-bit SIMD of WebAssembly: four registers of 2 lanes.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "kernel.h"
+
+#ifdef THRUM_KERNEL_WASM
+
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+#include <wasm_simd128.h>
+
+#define INLINE static inline __attribute__((always_inline))
+#define PASS static
+
+typedef struct v8 {
+  v128_t a, b, c, d; /* lanes 0 and 1, 2 and 3, ... */
+} v8;
+
+INLINE v8 v8_set1(double s) {
+  const v128_t t = wasm_f64x2_splat(s);
+  const v8 v = {t, t, t, t};
+  return v;
+}
+
+INLINE v8 v8_zero(void) {
+  return v8_set1(0.0);
+}
+
+INLINE v8 v8_load(const double *p) {
+  const v8 v = {wasm_v128_load(p), wasm_v128_load(p + 2), wasm_v128_load(p + 4),
+                wasm_v128_load(p + 6)};
+  return v;
+}
+
+INLINE void v8_store(double *p, v8 v) {
+  wasm_v128_store(p, v.a);
+  wasm_v128_store(p + 2, v.b);
+  wasm_v128_store(p + 4, v.c);
+  wasm_v128_store(p + 6, v.d);
+}
+
+INLINE v8 v8_mul(v8 v, v8 w) {
+  const v8 product = {wasm_f64x2_mul(v.a, w.a), wasm_f64x2_mul(v.b, w.b), wasm_f64x2_mul(v.c, w.c),
+                      wasm_f64x2_mul(v.d, w.d)};
+  return product;
+}
+
+INLINE v8 v8_add(v8 v, v8 w) {
+  const v8 sum = {wasm_f64x2_add(v.a, w.a), wasm_f64x2_add(v.b, w.b), wasm_f64x2_add(v.c, w.c),
+                  wasm_f64x2_add(v.d, w.d)};
+  return sum;
+}
+
+INLINE v8 v8_load_range(const double *p, int64_t lo, int64_t hi) {
+  double lanes[8] = {0};
+  for (int64_t s = lo < 0 ? 0 : lo; s < 8 && s < hi; s++)
+    lanes[s] = p[s];
+  return v8_load(lanes);
+}
+
+INLINE double v8_sum(v8 v) {
+  const v128_t two = wasm_f64x2_add(wasm_f64x2_add(v.a, v.c), wasm_f64x2_add(v.b, v.d));
+  return wasm_f64x2_extract_lane(two, 0) + wasm_f64x2_extract_lane(two, 1);
+}
+
+typedef struct stream {
+  const double *next;
+} stream;
+
+INLINE stream stream_open(const double *p) {
+  const stream s = {p};
+  return s;
+}
+
+INLINE v8 stream_next(stream *s) {
+  const v8 vector = v8_load(s->next);
+  s->next += 8;
+  return vector;
+}
+
+#include "kernel_passes.h"
+
+const thrum_kernel thrum_kernel_wasm = THRUM_KERNEL_TABLE(THRUM_KERNEL_WASM);
+
+#else
+typedef int thrum_kernel_wasm_is_elsewhere;
+#endif
