@@ -281,6 +281,31 @@ static void every_part_of_a_mesh_must_be_held(void **state) {
   body_free(&one);
 }
 
+static void modes_of_twin_bodies_are_those_of_each(void **state) {
+  (void)state;
+  // every value comes twice; the canonical pair has one mode in each body
+  body one = body_make("beam:4x1x2@1x0.1x0.2", "x<0.01"), two = make_twin(&one);
+  memcpy(two.fixed + one.mesh.vertex_count, one.fixed, (size_t)one.mesh.vertex_count);
+  discrete s = discrete_make(&two);
+  const int64_t n = s.fem.free_count, half = n / 2, count = 8;
+  double *values = need((size_t)count, sizeof *values);
+  double *vectors = need((size_t)(n * count), sizeof *vectors);
+  assert_int_equal(
+      thrum_eigen_lowest(&s.stiffness, &s.mass, s.factor, count, values, vectors, NULL, NULL),
+      THRUM_OK);
+  for (int64_t i = 0; i < count; i++) {
+    const double *mode = vectors + i * n;
+    const double first = norm_of(mode, half), second = norm_of(mode + half, half);
+    assert_true(fmin(first, second) < 1e-6 * fmax(first, second));
+    assert_true((first > second) == (i % 2 == 0));
+  }
+  free(values);
+  free(vectors);
+  discrete_free(&s);
+  free_twin(&two);
+  body_free(&one);
+}
+
 static void rank_beyond_the_span_is_refused_with_the_rank_to_be_had(void **state) {
   (void)state;
   // the lowest mode of each part and its own derivative; across the parts there is none
@@ -391,6 +416,7 @@ int main(void) {
       cmocka_unit_test(every_part_of_a_mesh_must_be_held),
       cmocka_unit_test(a_hinge_is_refused),
       cmocka_unit_test(more_modes_or_rank_than_there_are_is_refused),
+      cmocka_unit_test(modes_of_twin_bodies_are_those_of_each),
       cmocka_unit_test(rank_beyond_the_span_is_refused_with_the_rank_to_be_had),
       cmocka_unit_test(progress_goes_forward_and_stops_on_request),
   };
