@@ -71,6 +71,36 @@ thrum_status experiments_write(const experiments_request *request, const char *n
   return status;
 }
 
+/* The processor's name from /proc/cpuinfo, where there is one. */
+static const char *machine_name(void) {
+  static const char key[] = "model name";
+  static char line[256];
+  FILE *file = fopen("/proc/cpuinfo", "r");
+  const char *name = "unknown processor";
+  while (file != NULL && fgets(line, sizeof line, file) != NULL) {
+    const char *colon = strchr(line, ':');
+    if (strncmp(line, key, sizeof key - 1) != 0 || colon == NULL)
+      continue;
+    line[strcspn(line, "\n")] = 0;
+    name = colon + 1 + (colon[1] == ' ');
+    break;
+  }
+  if (file != NULL)
+    fclose(file);
+  return name;
+}
+
+study_place experiments_place(const experiments_request *request) {
+  static const char *const commands[] = {"thrum experiments", "thrum experiments --long",
+                                         "thrum experiments --sweep"};
+  return (study_place){
+      .machine = machine_name(),
+      .compiler = thrum_build_compiler(),
+      .blas_core = thrum_build_blas_core(),
+      .command = commands[request->kind],
+  };
+}
+
 bool experiments_progress(void *context, double fraction) {
   cli_progress_update(context, "experiments", fraction);
   return true;
@@ -84,8 +114,10 @@ cJSON *experiments_json(const experiments_request *request, bool flagged) {
   cJSON_AddStringToObject(object, "version", thrum_version());
   cJSON_AddStringToObject(object, "command", "experiments");
   cJSON_AddStringToObject(object, "kind", kinds[request->kind]);
-  cJSON_AddStringToObject(object, "compiler", thrum_build_compiler());
-  cJSON_AddStringToObject(object, "blas_core", thrum_build_blas_core());
+  const study_place place = experiments_place(request);
+  cli_json_string(object, "machine", place.machine);
+  cJSON_AddStringToObject(object, "compiler", place.compiler);
+  cJSON_AddStringToObject(object, "blas_core", place.blas_core);
   cli_json_string(object, "output", request->output);
   cli_json_number(object, "threads", (double)request->threads);
   return object;

@@ -6,7 +6,7 @@
 
 #include "cli/cli.h"
 #include "cli/model_name.h"
-#include "study/tables.h"
+#include "study/report.h"
 
 #define EXPERIMENTS_MODELS_MAX 32
 #define EXPERIMENTS_AMPLITUDES_MAX 16
@@ -60,6 +60,9 @@ thrum_status experiments_sweep(const experiments_request *request, const experim
 /* Writes a text to `name` in the folder asked for, and frees it. */
 thrum_status experiments_write(const experiments_request *request, const char *name,
                                study_text *text, thrum_error *error);
+
+/* Where the figures are made; the texts last until the next call. */
+study_place experiments_place(const experiments_request *request);
 
 /* A cli_progress for a pool; `context` is one, in a stage called "experiments". */
 bool experiments_progress(void *context, double fraction);

@@ -128,7 +128,12 @@ static thrum_status write_files(const long_work *work, int64_t count, thrum_erro
   if (status < 0)
     return status;
   study_windows_csv(&text, work->cases, work->results, count);
-  return experiments_write(work->request, "long_windows.csv", &text, error);
+  status = experiments_write(work->request, "long_windows.csv", &text, error);
+  if (status < 0)
+    return status;
+  const study_place place = experiments_place(work->request);
+  study_long_report(&text, work->cases, work->results, count, &place);
+  return experiments_write(work->request, "long.html", &text, error);
 }
 
 thrum_status experiments_long(const experiments_request *request, const experiments_bodies *bodies,

@@ -56,7 +56,12 @@ static thrum_status write_files(const experiments_request *request, const study_
   if (status < 0)
     return status;
   study_curves_csv(&text, runs, count);
-  return experiments_write(request, "curves.csv", &text, error);
+  status = experiments_write(request, "curves.csv", &text, error);
+  if (status < 0)
+    return status;
+  const study_place place = experiments_place(request);
+  study_matrix_report(&text, runs, count, request->dt, &place);
+  return experiments_write(request, "report.html", &text, error);
 }
 
 thrum_status experiments_matrix(const experiments_request *request,

@@ -126,6 +126,11 @@ thrum_status experiments_sweep(const experiments_request *request, const experim
     study_text text = {0};
     study_sweep_csv(&text, work.cases, work.results, count);
     status = experiments_write(request, "sweep.csv", &text, error);
+    if (status >= 0) {
+      const study_place place = experiments_place(request);
+      study_sweep_report(&text, work.cases, work.results, count, &place);
+      status = experiments_write(request, "sweep.html", &text, error);
+    }
   }
   if (status >= 0 && request->json) {
     print_json(request, &work, count, *flagged);

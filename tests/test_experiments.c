@@ -57,6 +57,24 @@ static bool file_is_there(const char *name) {
   return cli_file_exists(path);
 }
 
+/* Whether a report has so many pictures, each ended, no number that is none, and its end. */
+static bool report_is_whole(const char *name, int pictures) {
+  char path[192];
+  snprintf(path, sizeof path, "%s/%s", folder, name);
+  char *text = cli_read_text(path);
+  if (text == NULL)
+    return false;
+  int begun = 0, ended = 0;
+  for (const char *at = strstr(text, "<svg"); at != NULL; at = strstr(at + 1, "<svg"))
+    begun++;
+  for (const char *at = strstr(text, "</svg>"); at != NULL; at = strstr(at + 1, "</svg>"))
+    ended++;
+  const bool whole = begun == pictures && ended == pictures && strstr(text, "nan") == NULL &&
+                     strstr(text, "inf") == NULL && strstr(text, "</body></html>") != NULL;
+  free(text);
+  return whole;
+}
+
 static void a_reduced_matrix_runs_whole(void **state) {
   (void)state;
   cJSON *object =
@@ -89,6 +107,7 @@ static void a_reduced_matrix_runs_whole(void **state) {
   cJSON_Delete(object);
   assert_true(file_is_there("matrix/runs.csv"));
   assert_true(file_is_there("matrix/curves.csv"));
+  assert_true(report_is_whole("matrix/report.html", 2 * 6));
 }
 
 static void damping_takes_energy_out(void **state) {
@@ -135,6 +154,7 @@ static void the_sweep_tells_integrators_apart(void **state) {
   assert_true(newmark_coarse > 30 * newmark_fine && newmark_coarse < 300 * newmark_fine);
   cJSON_Delete(object);
   assert_true(file_is_there("sweep/sweep.csv"));
+  assert_true(report_is_whole("sweep/sweep.html", 2));
 }
 
 static void energy_survives_the_long_run(void **state) {
@@ -151,6 +171,7 @@ static void energy_survives_the_long_run(void **state) {
   cJSON_Delete(object);
   assert_true(file_is_there("long/long.csv"));
   assert_true(file_is_there("long/long_windows.csv"));
+  assert_true(report_is_whole("long/long.html", 2));
 }
 
 static void mistakes_are_named(void **state) {
