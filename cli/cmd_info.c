@@ -179,6 +179,9 @@ static void print_json(const info *about) {
   cli_json_number(residuals, "modes_max", meta_worst_residual(about));
   cli_json_number(residuals, "orthonormality", meta_number(about, "residuals", "orthonormality"));
   cli_json_number(residuals, "diagonality", meta_number(about, "residuals", "diagonality"));
+  const cJSON *check = find_meta(about, NULL, "mode_check");
+  if (check != NULL)
+    cJSON_AddItemToObject(object, "mode_check", cJSON_Duplicate(check, true));
   cli_json_number(object, "model_bytes", about->file_bytes);
   cli_json_number(object, "state_bytes", (double)about->split.state_bytes);
   add_groups(object, about->model);
@@ -267,6 +270,19 @@ static void print_groups(const thrum_model *model) {
   puts("");
 }
 
+/* How precompute made sure that no mode was missed. */
+static void print_check(const info *about) {
+  const cJSON *check = find_meta(about, NULL, "mode_check");
+  const cJSON *method = cJSON_GetObjectItemCaseSensitive(check, "method");
+  const cJSON *complete = cJSON_GetObjectItemCaseSensitive(check, "complete");
+  if (!cJSON_IsString(method) || !cJSON_IsBool(complete))
+    return;
+  print_label("none missed");
+  printf("%s by %s, next mode at %.5g Hz\n", cJSON_IsTrue(complete) ? "yes" : "NO",
+         strcmp(method->valuestring, "inertia") == 0 ? "inertia count" : "search",
+         meta_number(about, "mode_check", "next_hz"));
+}
+
 static void print_table(const info *about) {
   const thrum_model *model = about->model;
   print_label("model");
@@ -287,6 +303,7 @@ static void print_table(const info *about) {
          about->split.implicit_modes, about->dt);
   const double worst = meta_worst_residual(about);
   if (!isnan(worst)) {
+    print_check(about);
     print_label("residuals");
     printf("modes %.1e, orthonormality %.1e, diagonality %.1e\n", worst,
            meta_number(about, "residuals", "orthonormality"),

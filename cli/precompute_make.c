@@ -122,9 +122,13 @@ static bool is_flagged(const thrum_precomputed *result) {
   for (int64_t n = 0; n < result->mode_count; n++) {
     flagged = flagged || !(result->mode_residual[n] <= RESIDUAL_FLAG);
   }
+  if (!result->modes_complete)
+    cli_warn(
+        "%lld modes lie below the %lld-th, more than were found: another --modes may find them",
+        (long long)(result->shift_count - result->rigid_count), (long long)result->mode_count);
   if (flagged)
     cli_warn("residuals are larger than they should be; see `thrum info`");
-  return flagged;
+  return flagged || !result->modes_complete;
 }
 
 /* From the fixed mesh to the written file and the printed result. */

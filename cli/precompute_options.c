@@ -9,7 +9,20 @@
 #define COUNT_MAX 1000000 /* no mesh needs more modes; keeps products of counts in range */
 #define THREADS_MAX 1024
 
-enum { YOUNG = 256, POISSON, DENSITY, SCALE, MODES, RANK, MASS, THREADS, FIX, JSON, REPRODUCIBLE };
+enum {
+  YOUNG = 256,
+  POISSON,
+  DENSITY,
+  SCALE,
+  MODES,
+  RANK,
+  MASS,
+  THREADS,
+  FIX,
+  JSON,
+  REPRODUCIBLE,
+  CHECK
+};
 
 static const struct option options[] = {
     {"output", required_argument, NULL, 'o'},
@@ -22,6 +35,7 @@ static const struct option options[] = {
     {"mass", required_argument, NULL, MASS},
     {"threads", required_argument, NULL, THREADS},
     {"fix", required_argument, NULL, FIX},
+    {"check", required_argument, NULL, CHECK},
     {"reproducible", no_argument, NULL, REPRODUCIBLE},
     {"json", no_argument, NULL, JSON},
     {"quiet", no_argument, NULL, 'q'},
@@ -50,6 +64,9 @@ void precompute_help(void) {
       "      --modes K         linear modes (default 10)\n"
       "      --rank R          reduced coordinates, at most K (K + 3) / 2 (default 2 K)\n"
       "      --mass KIND       consistent (default) or lumped\n"
+      "      --check HOW       that no mode was missed: search, or inertia (an exact count by "
+      "MUMPS,\n"
+      "                        where it is built in); default auto, inertia for small meshes\n"
       "      --threads N       threads of the linear algebra (default 1)\n"
       "      --reproducible    store no times in the file: two runs then give the same bytes\n"
       "      --json            print one JSON object instead of the table\n"
@@ -91,6 +108,16 @@ static int mass_option(const char *text, thrum_mass *mass) {
   return CLI_DONE;
 }
 
+static int check_option(const char *text, thrum_check *check) {
+  static const char *const names[] = {"auto", "search", "inertia"};
+  for (int n = 0; n < 3; n++)
+    if (strcmp(text, names[n]) == 0) {
+      *check = (thrum_check)n;
+      return CLI_DONE;
+    }
+  return cli_usage("precompute", "--check is auto, search or inertia, not '%s'", text);
+}
+
 static int threads_option(const char *text, int *threads) {
   int64_t count = 0;
   const int code = count_option("threads", text, THREADS_MAX, &count);
@@ -126,6 +153,8 @@ static int apply_option(int option, precompute_request *request) {
   case FIX:
     request->fixes[request->fix_count++] = optarg;
     return CLI_DONE;
+  case CHECK:
+    return check_option(optarg, &request->options.check);
   case REPRODUCIBLE:
     request->reproducible = true;
     return CLI_DONE;

@@ -3,6 +3,7 @@
  * Meta holds no folders, and no times on request, so that the same mesh and options then give the
  * same file, whoever runs it and wherever. SPDX-License-Identifier: Apache-2.0 */
 #include <inttypes.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -79,6 +80,20 @@ static void add_residuals(cJSON *object, const thrum_precomputed *result) {
     cli_json_number(residuals, "rigid", result->rigid_residual);
 }
 
+/* How it was made sure that no mode was missed, and what that showed. */
+static void add_check(cJSON *object, const thrum_precomputed *result) {
+  double next = 0, shift = 0;
+  thrum_frequencies(&result->next_omega2, 1, &next);
+  thrum_frequencies(&result->shift, 1, &shift);
+  cJSON *check = cJSON_AddObjectToObject(object, "mode_check");
+  cJSON_AddStringToObject(check, "method", result->mode_counted ? "inertia" : "search");
+  cJSON_AddBoolToObject(check, "complete", result->modes_complete);
+  cli_json_number(check, "recovered", (double)result->modes_recovered);
+  cli_json_number(check, "next_hz", next);
+  cli_json_number(check, "shift_hz", result->mode_counted ? shift : NAN);
+  cli_json_number(check, "below_shift", result->mode_counted ? (double)result->shift_count : NAN);
+}
+
 char *precompute_meta(const precompute_request *request, const thrum_mesh *mesh,
                       const thrum_precomputed *result) {
   cJSON *meta = cJSON_CreateObject();
@@ -100,6 +115,7 @@ char *precompute_meta(const precompute_request *request, const thrum_mesh *mesh,
   add_frequencies(meta, "basis_frequencies_hz", result->model.omega2, result->model.rank);
   cli_json_number(meta, "rigid_modes", (double)result->rigid_count);
   add_residuals(meta, result);
+  add_check(meta, result);
   if (!request->reproducible)
     precompute_add_stages(meta, result);
   char *text = cli_json_text(meta);
@@ -148,6 +164,7 @@ void precompute_print_json(const precompute_outcome *outcome) {
   cli_json_number(object, "implicit_modes", (double)outcome->split.implicit_modes);
   cli_json_number(object, "rigid_modes", (double)result->rigid_count);
   add_residuals(object, result);
+  add_check(object, result);
   cli_json_number(object, "threads", outcome->request->options.threads);
   cJSON_AddStringToObject(object, "blas_core", thrum_build_blas_core());
   add_seconds(object, outcome);
@@ -172,6 +189,22 @@ static void print_frequencies(const char *label, const double *omega2, int64_t c
   puts(" Hz");
 }
 
+static void print_check(const thrum_precomputed *result) {
+  double hertz[2];
+  thrum_frequencies(&result->next_omega2, 1, hertz);
+  thrum_frequencies(&result->shift, 1, hertz + 1);
+  printf("%-18s", "none missed");
+  if (result->mode_counted)
+    printf("%s by inertia: %" PRId64 " modes below %.5g Hz, ",
+           result->modes_complete ? "yes" : "NO", result->shift_count, hertz[1]);
+  else
+    printf("yes by search, ");
+  printf("next %.5g Hz", hertz[0]);
+  if (result->modes_recovered > 0)
+    printf(" (%" PRId64 " missed at first)", result->modes_recovered);
+  puts("");
+}
+
 void precompute_print_table(const precompute_outcome *outcome) {
   const thrum_precomputed *result = outcome->result;
   double worst = 0;
@@ -189,6 +222,7 @@ void precompute_print_table(const precompute_outcome *outcome) {
     printf("%-18s%" PRId64 " kept apart, |K z| / (|K| |z|) at most %.1e\n", "rigid modes",
            result->rigid_count, result->rigid_residual);
   print_frequencies("linear modes", result->mode_omega2, result->mode_count);
+  print_check(result);
   print_frequencies("basis", result->model.omega2, result->model.rank);
   printf("%-18s%" PRId64 " explicit, %" PRId64 " implicit at dt = %g s\n", "split",
          outcome->split.explicit_modes, outcome->split.implicit_modes, outcome->dt);

@@ -150,12 +150,12 @@ static thrum_status refine(const thrum_sparse *mass, thrum_factor *factor, int64
   return THRUM_OK;
 }
 
-static thrum_status refine_all(const thrum_sparse *mass, thrum_factor *factor, int64_t count,
-                               double *values, double *vectors, thrum_error *error) {
+thrum_status thrum_eigen_refine(const thrum_sparse *mass, thrum_factor *factor, int64_t count,
+                                int passes, double *values, double *vectors, thrum_error *error) {
   double *y = thrum_allocate(mass->size * count, sizeof *y, "the modes", error);
   double *small = thrum_allocate(2 * count * count, sizeof *small, "the modes", error);
   thrum_status status = y && small ? THRUM_OK : THRUM_OUT_OF_MEMORY;
-  for (int pass = 0; pass < REFINEMENTS && status == THRUM_OK; pass++)
+  for (int pass = 0; pass < passes && status == THRUM_OK; pass++)
     status = refine(mass, factor, count, values, vectors, y, small, error);
   free(y);
   free(small);
@@ -187,7 +187,7 @@ thrum_status thrum_eigen_lowest(const thrum_sparse *stiffness, const thrum_spars
     status = lanczos_extract(&l, values, vectors, error);
   lanczos_free(&l);
   if (status == THRUM_OK)
-    status = refine_all(mass, factor, count, values, vectors, error);
+    status = thrum_eigen_refine(mass, factor, count, REFINEMENTS, values, vectors, error);
   if (status == THRUM_OK)
     thrum_eigen_canonicalise(n, count, values, 1e-10 * values[count - 1], vectors, 1, n);
   return status;

@@ -14,6 +14,11 @@ thrum_status thrum_eigen_lowest(const thrum_sparse *stiffness, const thrum_spars
                                 double *vectors, const thrum_reporter *reporter,
                                 thrum_error *error);
 
+/* Makes pairs that are nearly right exact: `passes` steps of subspace iteration with Rayleigh-Ritz
+ * on all of them together; the values come out ascending, the vectors M-orthonormal. */
+thrum_status thrum_eigen_refine(const thrum_sparse *mass, thrum_factor *factor, int64_t count,
+                                int passes, double *values, double *vectors, thrum_error *error);
+
 /* |K psi - w^2 M psi| / (|K| |psi|) of each pair, |K| the largest row sum, |psi| Euclidean. */
 thrum_status thrum_eigen_residuals(const thrum_sparse *stiffness, const thrum_sparse *mass,
                                    int64_t count, const double *values, const double *vectors,

@@ -13,10 +13,13 @@
 #include "precompute/constraints.h"
 #include "precompute/derivatives.h"
 #include "precompute/eigen.h"
+#include "precompute/mode_check.h"
 #include "precompute/model_fill.h"
 #include "precompute/polynomial_reduce.h"
 #include "precompute/rigid.h"
 #include "precompute/threads.h"
+
+#define COUNT_MAX 30000 /* free components up to which modes are counted unasked */
 
 typedef struct pipeline {
   const thrum_mesh *mesh;
@@ -76,6 +79,8 @@ static thrum_status check_options(const thrum_precompute_options *options, thrum
   if (options->threads < 1)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "threads is %d; it must be at least 1",
                            options->threads);
+  if (options->check == THRUM_CHECK_INERTIA && !thrum_inertia_available())
+    return thrum_inertia_count(NULL, NULL, 0, NULL, error);
   if (options->mass != THRUM_MASS_CONSISTENT && options->mass != THRUM_MASS_LUMPED)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "the mass is neither consistent nor lumped");
@@ -160,6 +165,41 @@ static thrum_status check_mechanism(const pipeline *p, thrum_error *error) {
                          sqrt(fmax(p->result.mode_omega2[0], 0)) / 6.283185307179586);
 }
 
+// counts the modes below a shift in the gap before `next`
+static thrum_status count_modes(pipeline *p, double next, thrum_error *error) {
+  thrum_precomputed *result = &p->result;
+  int64_t below;
+  result->shift = thrum_mode_shift(p->options.modes, result->mode_omega2, next, &below);
+  const thrum_status status =
+      thrum_inertia_count(&p->stiffness, &p->mass, result->shift, &result->shift_count, error);
+  result->mode_counted = status == THRUM_OK;
+  result->modes_complete = result->shift_count == below + result->rigid_count;
+  return status;
+}
+
+// that no mode was missed: by search, and by count where asked for
+static thrum_status check_modes(pipeline *p, thrum_error *error) {
+  const int64_t k = p->options.modes;
+  thrum_precomputed *result = &p->result;
+  thrum_status status =
+      thrum_mode_search(&p->stiffness, &p->mass, p->factor, k, result->mode_omega2, p->candidates,
+                        &result->modes_recovered, &result->next_omega2, error);
+  if (status == THRUM_OK && result->modes_recovered > 0)
+    thrum_eigen_canonicalise(p->fem.free_count, k, result->mode_omega2,
+                             1e-10 * result->mode_omega2[k - 1], p->candidates, 1,
+                             p->fem.free_count);
+  result->modes_complete = true;
+  if (status != THRUM_OK || p->options.check == THRUM_CHECK_SEARCH ||
+      (p->options.check == THRUM_CHECK_AUTO &&
+       (!thrum_inertia_available() || p->fem.free_count > COUNT_MAX)))
+    return status;
+  status = count_modes(p, result->next_omega2, error);
+  // one too many may still be the next of a cluster that begins among the modes
+  if (status == THRUM_OK && !result->modes_complete)
+    status = count_modes(p, result->mode_omega2[k - 1], error);
+  return status;
+}
+
 static thrum_status run_modes(pipeline *p, const thrum_reporter *reporter, thrum_error *error) {
   const int64_t k = p->options.modes, n = p->fem.free_count;
   thrum_precomputed *result = &p->result;
@@ -171,6 +211,8 @@ static thrum_status run_modes(pipeline *p, const thrum_reporter *reporter, thrum
     return THRUM_OUT_OF_MEMORY;
   thrum_status status = thrum_eigen_lowest(&p->stiffness, &p->mass, p->factor, k,
                                            result->mode_omega2, p->candidates, reporter, error);
+  if (status == THRUM_OK)
+    status = check_modes(p, error);
   if (status == THRUM_OK)
     status = thrum_eigen_residuals(&p->stiffness, &p->mass, k, result->mode_omega2, p->candidates,
                                    result->mode_residual, error);

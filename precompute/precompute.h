@@ -8,6 +8,11 @@
 
 typedef enum thrum_mass { THRUM_MASS_CONSISTENT = 0, THRUM_MASS_LUMPED = 1 } thrum_mass;
 
+/* How to check that no linear mode was missed: a fresh search of the complement, which also
+ * recovers what was missed; after it, an exact count by MUMPS, which takes about as long as the
+ * factor and is not built in everywhere. AUTO counts where it can up to 30,000 free components. */
+typedef enum thrum_check { THRUM_CHECK_AUTO, THRUM_CHECK_SEARCH, THRUM_CHECK_INERTIA } thrum_check;
+
 /* The stages, in order; they do not overlap. X(name, text) */
 #define THRUM_STAGE_LIST(X)                                                                        \
   X(assemble, "stiffness and mass")                                                                \
@@ -25,10 +30,11 @@ typedef enum thrum_stage {
 } thrum_stage;
 
 typedef struct thrum_precompute_options {
-  int64_t modes;   /* k linear modes; default 10 */
-  int64_t rank;    /* r <= k (k + 3) / 2; default 0, which stands for 2 k */
-  thrum_mass mass; /* default consistent */
-  int threads;     /* BLAS threads; default 1 */
+  int64_t modes;     /* k linear modes; default 10 */
+  int64_t rank;      /* r <= k (k + 3) / 2; default 0, which stands for 2 k */
+  thrum_mass mass;   /* default consistent */
+  thrum_check check; /* that no mode was missed; default THRUM_CHECK_AUTO */
+  int threads;       /* BLAS threads; default 1 */
   /* Called as a stage advances, fraction in [0, 1]; return false to stop. May be NULL. */
   bool (*progress)(void *context, thrum_stage stage, double fraction);
   void *progress_context;
@@ -43,6 +49,12 @@ typedef struct thrum_precomputed {
   int64_t mode_count;
   double *mode_omega2;         /* mode_count, of the linear modes [1/s^2] */
   double *mode_residual;       /* mode_count, |K psi - w^2 M psi| / (|K| |psi|) */
+  bool mode_counted;           /* by inertia; else by the search alone */
+  bool modes_complete;         /* what was counted is what was found; true for a search */
+  int64_t modes_recovered;     /* missed at first, found by the search */
+  double next_omega2;          /* of the first mode left out, from above; INFINITY: there is none */
+  double shift;                /* [1/s^2], and how many modes were counted below it, */
+  int64_t shift_count;         /* rigid ones included; 0 where not counted */
   double basis_orthonormality; /* max |U^T M U - 1| */
   double basis_diagonality;    /* max off-diagonal |U^T K U| / max omega2 */
   int64_t free_dofs;

@@ -484,6 +484,35 @@ static void stages_say_time_memory_and_rate(void **state) {
   cJSON_Delete(object);
 }
 
+static void how_modes_were_checked_is_said(void **state) {
+  (void)state;
+  static const char *const how[] = {"search", "inertia", "auto"};
+  for (int n = 0; n < 3; n++) {
+    cli_result run = thrum_run(folder, "precompute", BEAM, "-o", "made.npz", "--fix", ROOT,
+                               "--modes", "4", "--check", how[n], "--json", NULL);
+    // counting is optional in a build
+    if (n == 1 && run.exit_code == 1) {
+      assert_non_null(strstr(run.err, "built without MUMPS"));
+      cli_result_free(&run);
+      continue;
+    }
+    assert_int_equal(run.exit_code, 0);
+    cJSON *object = cli_json_line(run.out);
+    const cJSON *check = cJSON_GetObjectItem(object, "mode_check");
+    assert_true(cJSON_IsTrue(cJSON_GetObjectItem(check, "complete")));
+    const char *method = cJSON_GetObjectItem(check, "method")->valuestring;
+    if (n < 2)
+      assert_string_equal(method, how[n]);
+    assert_true(cli_json_get(check, "next_hz") > number_at(object, "frequencies_hz", 3));
+    cli_result info = thrum_run(folder, "info", "made.npz", NULL);
+    assert_non_null(strstr(info.out, "none missed"));
+    assert_non_null(strstr(info.out, method));
+    cli_result_free(&info);
+    cJSON_Delete(object);
+    cli_result_free(&run);
+  }
+}
+
 static void an_output_that_cannot_be_written_is_refused_at_once(void **state) {
   (void)state;
   static const char *const outputs[] = {"nowhere/made.npz", ".", "made/", ""};
@@ -541,13 +570,14 @@ static void wrong_usage_is_told_apart_from_refusal(void **state) {
   assert_usage("whole number", "precompute", BEAM, "--rank", "1.5", NULL, NULL);
   assert_usage("whole number", "precompute", BEAM, "--threads", "-1", NULL, NULL);
   assert_usage("consistent or lumped", "precompute", BEAM, "--mass", "heavy", NULL, NULL);
+  assert_usage("auto, search or inertia", "precompute", BEAM, "--check", "twice", NULL, NULL);
   assert_usage("one mesh", "precompute", BEAM, BEAM, "-o", "made.npz", NULL);
 }
 
 static void help_and_version_are_results(void **state) {
   (void)state;
-  static const char *const commands[] = {"precompute", "simulate", "info", "bench"};
-  for (int n = 0; n < 4; n++) {
+  static const char *const commands[] = {"precompute", "simulate", "info"};
+  for (int n = 0; n < 3; n++) {
     cli_result by_option = thrum_run(folder, commands[n], "--help", NULL);
     cli_result by_command = thrum_run(folder, "help", commands[n], NULL);
     assert_int_equal(by_option.exit_code, 0);
@@ -583,6 +613,7 @@ int main(void) {
       cmocka_unit_test(bodies_too_free_and_ranks_too_large_are_refused),
       cmocka_unit_test(a_body_that_nothing_holds_is_a_free_one),
       cmocka_unit_test(stages_say_time_memory_and_rate),
+      cmocka_unit_test(how_modes_were_checked_is_said),
       cmocka_unit_test(an_output_that_cannot_be_written_is_refused_at_once),
       cmocka_unit_test(a_refusal_leaves_an_earlier_model_alone),
       cmocka_unit_test(wrong_usage_is_told_apart_from_refusal),

@@ -44,6 +44,10 @@ static void modes_are_the_whole_spectrum_behind_six_zeros(void **state) {
     assert_close(result.mode_omega2[i], values[6 + i], 1e-9);
   assert_int_equal(result.rigid_count, 6);
   assert_true(result.rigid_residual < 1e-14);
+  // rigid modes are counted too
+  assert_true(result.modes_complete);
+  if (result.mode_counted)
+    assert_int_equal(result.shift_count, 18);
   thrum_precomputed_free(&result);
   free(values);
   free(stiffness);
@@ -203,6 +207,7 @@ static void solid_sphere_has_the_published_clusters(void **state) {
       for (int i = 0; i < times[cluster]; i++, mode++)
         worst[n] =
             fmax(worst[n], fabs(sqrt(result.mode_omega2[mode]) / TWO_PI / hertz[cluster] - 1));
+    assert_true(result.modes_complete);
     thrum_precomputed_free(&result);
     body_free(&ball);
   }
