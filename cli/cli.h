@@ -18,6 +18,7 @@ int cmd_precompute(int argc, char **argv);
 int cmd_info(int argc, char **argv);
 int cmd_simulate(int argc, char **argv);
 int cmd_experiments(int argc, char **argv);
+int cmd_bench(int argc, char **argv);
 
 /* Prints "thrum: <message>" on standard error and returns CLI_REFUSED. */
 int cli_refuse(const thrum_error *error);

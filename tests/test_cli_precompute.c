@@ -576,8 +576,8 @@ static void wrong_usage_is_told_apart_from_refusal(void **state) {
 
 static void help_and_version_are_results(void **state) {
   (void)state;
-  static const char *const commands[] = {"precompute", "simulate", "info"};
-  for (int n = 0; n < 3; n++) {
+  static const char *const commands[] = {"precompute", "simulate", "info", "bench"};
+  for (int n = 0; n < 4; n++) {
     cli_result by_option = thrum_run(folder, commands[n], "--help", NULL);
     cli_result by_command = thrum_run(folder, "help", commands[n], NULL);
     assert_int_equal(by_option.exit_code, 0);

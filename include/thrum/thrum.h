@@ -9,6 +9,7 @@
 #include "thrum/polynomial.h"
 #include "thrum/state.h"
 #include "thrum/status.h"
+#include "thrum/surface.h"
 #include "thrum/version.h"
 
 #endif

@@ -1,0 +1,13 @@
+/* The measurements of `thrum bench`, one file each. SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_CLI_BENCH_H
+#define THRUM_CLI_BENCH_H
+
+typedef struct cli_bench {
+  const char *name;
+  int (*run)(int argc, char **argv); /* argv[0] is its name */
+  const char *summary;
+} cli_bench;
+
+int bench_displacement_command(int argc, char **argv);
+
+#endif
