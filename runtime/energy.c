@@ -65,9 +65,17 @@ static void stiffness(const thrum_solver *s, double *matrix) {
 
 thrum_status thrum_step_energy(const thrum_model *model, const thrum_state *state,
                                thrum_state_view *view, thrum_solve_report *report) {
-  const thrum_solver s = {model,     state,     view, report,      evaluate,
-                          stiffness, state->dt, 0,    state->rank, thrum_tangent_damped(state),
-                          true};
+  const thrum_solver s = {model,
+                          state,
+                          view,
+                          report,
+                          evaluate,
+                          stiffness,
+                          state->dt,
+                          0,
+                          state->rank,
+                          thrum_tangent_damped(state),
+                          state->integrator == THRUM_INTEGRATOR_ENERGY};
   if (!thrum_solve_increment(&s))
     return report->saw_nonfinite ? THRUM_NOT_FINITE : THRUM_NOT_CONVERGED;
   thrum_solve_advance(&s);

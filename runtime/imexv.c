@@ -54,7 +54,9 @@ static thrum_status implicit_stage(const thrum_solver *s) {
   if (s->first > 0) {
     thrum_polynomial_restrict(s->view->kernel, s->model, s->first, view->middle, view->restricted,
                               view->work);
-    view->restricted_used = true;
+    const int64_t count = thrum_restricted_count(s->n);
+    if (view->restricted_used < count)
+      view->restricted_used = count;
   }
   if (!thrum_solve_increment(s))
     return s->report->saw_nonfinite ? THRUM_NOT_FINITE : THRUM_NOT_CONVERGED;
@@ -79,7 +81,8 @@ thrum_status thrum_step_imexv(const thrum_model *model, const thrum_state *state
                           false};
   // stage 1 and drift
   if (split > 0) {
-    thrum_stagger_force(model, state, view, view->q);
+    const double potential = thrum_stagger_force(model, state, view, view->q);
+    thrum_watch_energy(model, state, view, potential, report);
     if (thrum_stagger_kick(model, state, view) != THRUM_OK)
       return THRUM_NOT_CONVERGED;
   }

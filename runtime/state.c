@@ -62,11 +62,10 @@ thrum_state_view thrum_state_view_of(thrum_state *state) {
   return view;
 }
 
-void thrum_state_clear_scratch(const thrum_state *state, thrum_state_view *view) {
+void thrum_state_clear_scratch(thrum_state_view *view) {
   memset(view->q_next, 0, (size_t)(view->restricted - view->q_next) * sizeof(double));
-  if (view->restricted_used)
-    memset(view->restricted, 0,
-           (size_t)thrum_restricted_count(state->rank - state->split) * sizeof(double));
+  if (view->restricted_used > 0)
+    memset(view->restricted, 0, (size_t)view->restricted_used * sizeof(double));
   if (view->matrices_used)
     memset(view->jacobian_next, 0, (size_t)(view->end - view->jacobian_next) * sizeof(double));
 }
@@ -127,6 +126,7 @@ static void fill_header(thrum_state *state, const thrum_model *model, const thru
   state->adaptive = imexv ? def->adaptive : 0;
   state->ladder = def->ladder;
   state->split = thrum_split_of(model, state);
+  thrum_watch_reset(state);
   // the high modes of the energy report: what imexv would treat implicitly at rest
   const thrum_split_rule rule = imexv ? def->split_rule : THRUM_SPLIT_CFL;
   state->high_first =
@@ -227,7 +227,7 @@ double thrum_state_amplitude(const thrum_model *model, const thrum_state *state,
 
 /* Forgets what a solve kept for the next one. */
 static void forget(thrum_state *state, const thrum_state_view *view) {
-  memset(view->past_1, 0, (size_t)(view->q_next - view->past_1) * sizeof(double));
+  memset(view->guide, 0, (size_t)(view->q_next - view->guide) * sizeof(double));
   state->jacobian_kept = 0;
   state->past_count = 0;
 }
@@ -266,6 +266,15 @@ static thrum_status commit_synchronised(const thrum_model *model, thrum_state *s
   return THRUM_OK;
 }
 
+/* imexv as its def has it, with nothing to compare its energy with. */
+static void watch_anew(const thrum_model *model, thrum_state *state) {
+  if (state->integrator == THRUM_INTEGRATOR_IMEXV)
+    state->scheme =
+        state->split_form == THRUM_FORM_QUADRATIC ? THRUM_SCHEME_QUADRATIC : THRUM_SCHEME_COMPONENT;
+  state->split = thrum_split_of(model, state);
+  thrum_watch_reset(state);
+}
+
 thrum_status thrum_state_set(const thrum_model *model, thrum_state *state, const double *q,
                              const double *p, thrum_error *error) {
   thrum_status status = thrum_state_check(model, state, error);
@@ -279,13 +288,14 @@ thrum_status thrum_state_set(const thrum_model *model, thrum_state *state, const
   thrum_state_view view = thrum_state_view_of(state);
   copy_or_zero(view.q_next, q, r);
   copy_or_zero(view.p_next, p, r);
-  const thrum_state same = *state;
-  status = commit_synchronised(model, state, &same, &view, NULL, error);
+  thrum_state anew = *state;
+  watch_anew(model, &anew);
+  status = commit_synchronised(model, state, &anew, &view, NULL, error);
   if (status == THRUM_OK) {
     memcpy(view.acceleration, view.acceleration_next, (size_t)r * sizeof(double));
     memset(view.load_before, 0, (size_t)r * sizeof(double));
   }
-  thrum_state_clear_scratch(state, &view);
+  thrum_state_clear_scratch(&view);
   return status;
 }
 
@@ -329,10 +339,10 @@ thrum_status thrum_state_set_dt(const thrum_model *model, thrum_state *state, do
     memcpy(view.q_next, view.q, (size_t)state->rank * sizeof(double));
     thrum_state changed = *state;
     changed.dt = dt;
-    changed.split = thrum_split_of(model, &changed);
+    watch_anew(model, &changed);
     status = commit_synchronised(model, state, &changed, &view, view.load_before, error);
   }
-  thrum_state_clear_scratch(state, &view);
+  thrum_state_clear_scratch(&view);
   return status;
 }
 
@@ -346,7 +356,7 @@ thrum_status thrum_state_get(const thrum_model *model, thrum_state *state, doubl
     status = synchronise(model, state, &view, NULL, error);
     if (status == THRUM_OK)
       memcpy(p, view.p_next, (size_t)state->rank * sizeof *p);
-    thrum_state_clear_scratch(state, &view);
+    thrum_state_clear_scratch(&view);
   }
   if (q && status == THRUM_OK)
     memcpy(q, view.q, (size_t)state->rank * sizeof *q);
@@ -369,7 +379,7 @@ thrum_status thrum_state_energies(const thrum_model *model, thrum_state *state,
     if (i >= state->high_first)
       found.high += 0.5 * (twice + model->omega2[i] * (view.q[i] * view.q[i]));
   }
-  thrum_state_clear_scratch(state, &view);
+  thrum_state_clear_scratch(&view);
   if (status != THRUM_OK)
     return status;
   found.total = found.kinetic + found.potential;
@@ -394,6 +404,10 @@ thrum_state_report thrum_state_report_get(const thrum_state *state) {
   report.handed_steps = state->handed_steps;
   report.switches = state->switches;
   report.handovers = state->handovers;
+  report.angle_last = state->angle_last;
+  report.angle_peak = state->angle_peak;
+  report.balance_last = state->balance_last;
+  report.balance_peak = state->balance_peak;
   report.scheme = (thrum_scheme)state->scheme;
   report.explicit_modes = state->split;
   report.implicit_modes = state->rank - state->split;

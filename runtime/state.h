@@ -17,47 +17,66 @@
 /* Widest fields first and none missing: no padding, so blocks can be compared byte by byte. */
 struct thrum_state {
   uint64_t magic;
-  uint64_t bytes;           /* of the whole block */
-  int64_t work_count;       /* doubles in `work` */
-  int64_t restricted_count; /* doubles in `restricted` */
-  int64_t kept_count;       /* doubles in `jacobian` */
-  int64_t next_count;       /* doubles in `jacobian_next` */
-  int64_t tangent_count;    /* doubles in `tangent` */
-  int64_t steps;            /* report */
-  int64_t iterations;       /* report */
-  int64_t factorisations;   /* report */
-  int64_t newton_steps;     /* report */
-  int64_t energy_steps;     /* report */
-  int64_t substep_steps;    /* report */
-  int64_t handed_steps;     /* report */
-  int64_t switches;         /* report */
-  int64_t handovers;        /* report */
-  double time;              /* report [s] */
-  double residual_last;     /* report */
-  double dt;                /* h [s] */
-  double damping_alpha;     /* [1/s] */
-  double damping_beta;      /* [s] */
-  double split_safety;      /* c of h omega <= 2 c */
-  double newmark_beta;      /* beta_N */
-  double newmark_gamma;     /* gamma */
-  double tolerance;         /* of the implicit solve */
-  double amplitude;         /* largest scaled norm of the motion so far, design 5 */
-  int32_t rank;             /* r */
-  int32_t integrator;       /* thrum_integrator */
-  int32_t damping_form;     /* thrum_damping_form */
-  int32_t split_rule;       /* thrum_split_rule */
-  int32_t explicit_count;   /* of the def, for THRUM_SPLIT_COUNT */
-  int32_t iterations_max;   /* of one implicit solve */
-  int32_t split;            /* E = 0..split-1, I = split..rank-1, now */
-  int32_t high_first;       /* I0 = high_first..rank-1, fixed for the run */
-  int32_t jacobian_kept;    /* 1: `jacobian` holds factors for the present split and dt */
-  int32_t past_count;       /* how many of past_1, past_2 are known */
-  int32_t iterations_last;  /* report */
-  int32_t split_form;       /* of the def */
-  int32_t scheme;           /* thrum_scheme, now */
-  int32_t adaptive;         /* of the def */
-  int32_t ladder;           /* of the def */
-  int32_t kernel;           /* thrum_kernel_id of the def */
+  uint64_t bytes;            /* of the whole block */
+  int64_t work_count;        /* doubles in `work` */
+  int64_t restricted_count;  /* doubles in `restricted` */
+  int64_t kept_count;        /* doubles in `jacobian` */
+  int64_t next_count;        /* doubles in `jacobian_next` */
+  int64_t tangent_count;     /* doubles in `tangent` */
+  int64_t steps;             /* report */
+  int64_t iterations;        /* report */
+  int64_t factorisations;    /* report */
+  int64_t newton_steps;      /* report */
+  int64_t energy_steps;      /* report */
+  int64_t substep_steps;     /* report */
+  int64_t handed_steps;      /* report */
+  int64_t switches;          /* report */
+  int64_t handovers;         /* report */
+  double time;               /* report [s] */
+  double residual_last;      /* report */
+  double dt;                 /* h [s] */
+  double damping_alpha;      /* [1/s] */
+  double damping_beta;       /* [s] */
+  double split_safety;       /* c of h omega <= 2 c */
+  double newmark_beta;       /* beta_N */
+  double newmark_gamma;      /* gamma */
+  double tolerance;          /* of the implicit solve */
+  double angle_last;         /* report */
+  double angle_peak;         /* report */
+  double balance_last;       /* report */
+  double balance_peak;       /* report */
+  double calm_peak;          /* largest angle of the whole set since the last look */
+  double handed_energy;      /* when design 7 took over [J] */
+  double watch_work;         /* of the load less dissipation, since the reset [J] */
+  double watch_moved;        /* by load and damping in this window, magnitudes [J] */
+  double watch_recent;       /* the same over the last steps, jolts included [J] */
+  double watch_scale;        /* largest energy in this window [J] */
+  double watch_scale_before; /* in the window before */
+  double watch_sum;          /* of the balance in this window [J] */
+  double watch_reference;    /* what its mean is compared with [J] */
+  double watch_steady;       /* what the balance less the shadow is compared with [J] */
+  int64_t watch_samples;     /* of the balance in this window */
+  int64_t watch_windows;     /* since the reference */
+  int64_t watch_window_end;  /* step */
+  int64_t watch_deadline;    /* step of a hand-over to come, 0: none */
+  int64_t calm_end;          /* step of the next look at a return */
+  double amplitude;          /* largest scaled norm of the motion so far, design 5 */
+  int32_t rank;              /* r */
+  int32_t integrator;        /* thrum_integrator */
+  int32_t damping_form;      /* thrum_damping_form */
+  int32_t split_rule;        /* thrum_split_rule */
+  int32_t explicit_count;    /* of the def, for THRUM_SPLIT_COUNT */
+  int32_t iterations_max;    /* of one implicit solve */
+  int32_t split;             /* E = 0..split-1, I = split..rank-1, now */
+  int32_t high_first;        /* I0 = high_first..rank-1, fixed for the run */
+  int32_t jacobian_kept;     /* 1: `jacobian` holds factors for the present split and dt */
+  int32_t past_count;        /* how many of past_1, past_2 are known */
+  int32_t iterations_last;   /* report */
+  int32_t split_form;        /* of the def */
+  int32_t scheme;            /* thrum_scheme, now */
+  int32_t adaptive;          /* of the def */
+  int32_t ladder;            /* of the def */
+  int32_t kernel;            /* thrum_kernel_id of the def */
 };
 
 /* Arrays that persist. X(name, size): a vector is rank long; the others as *_count says. */
@@ -67,6 +86,8 @@ struct thrum_state {
   X(load, vector)         /* mean load of the steps to come, f_k */                                \
   X(load_before, vector)  /* of the step before, f_{k-1} */                                        \
   X(acceleration, vector) /* Newmark: a, taken with load_before */                                 \
+  X(guide, vector)        /* of the power iteration on the explicit modes now */                   \
+  X(guide_whole, vector)  /* and on those of the def */                                            \
   X(past_1, vector)       /* R_I - omega^2 q at the last midpoint, for the first guess */          \
   X(past_2, vector)       /* the same at the midpoint before */                                    \
   X(pivots, vector)       /* int32: row exchanges of `jacobian` */                                 \
@@ -87,14 +108,21 @@ struct thrum_state {
   X(residual, vector)          /* of the solve */                                                  \
   X(direction, vector)         /* Newton's correction */                                           \
   X(total, vector)             /* R + D v - f at the middle */                                     \
-  X(point, vector)             /* where energy evaluates the model */                              \
-  X(force_2, vector)           /* R at its second point */                                         \
-  X(pivots_next, vector)       /* int32: of jacobian_next */                                       \
-  X(work, work)                /* of the polynomial */                                             \
-  X(restricted, restricted)    /* V at fixed q_E, a quartic in q_I */                              \
-  X(jacobian_next, next)       /* factors made in this step */                                     \
-  X(tangent, tangent)          /* T(q), rank x rank, for the tangent form of damping */            \
-  X(tangent_2, tangent)        /* a second one */
+  X(p_start, vector)           /* p as another scheme has it */                                    \
+  X(p_rung, vector)            /* synchronised p on a rung */                                      \
+  X(q_sub, vector)             /* between sub-steps */                                             \
+  X(p_sub, vector)                                                                                 \
+  X(acceleration_sub, vector)                                                                      \
+  X(guide_next, vector)                                                                            \
+  X(guide_whole_next, vector)                                                                      \
+  X(point, vector)          /* where energy evaluates the model */                                 \
+  X(force_2, vector)        /* R at its second point */                                            \
+  X(pivots_next, vector)    /* int32: of jacobian_next */                                          \
+  X(work, work)             /* of the polynomial */                                                \
+  X(restricted, restricted) /* V at fixed q_E, a quartic in q_I */                                 \
+  X(jacobian_next, next)    /* factors made in this step */                                        \
+  X(tangent, tangent)       /* T(q), rank x rank, for the tangent form of damping */               \
+  X(tangent_2, tangent)     /* a second one */
 
 /* Pointers into a state's block, made anew in every call. */
 typedef struct thrum_state_view {
@@ -104,9 +132,16 @@ typedef struct thrum_state_view {
 #undef X
   double *end;
   const struct thrum_kernel *kernel; /* the one asked for, or the best one here */
-  bool restricted_used; /* set by whoever writes restricted */
-  bool matrices_used;   /* by whoever writes jacobian_next, tangent or tangent_2 */
+  int64_t restricted_used;           /* doubles; set by whoever writes restricted */
+  bool guided;                       /* by whoever writes guide_next */
+  bool matrices_used;                /* by whoever writes jacobian_next, tangent or tangent_2 */
 } thrum_state_view;
+
+typedef enum thrum_rung {
+  THRUM_RUNG_NONE = 0, /* quasi-Newton or full Newton */
+  THRUM_RUNG_ENERGY,
+  THRUM_RUNG_SUBSTEPS
+} thrum_rung;
 
 /* What a solve did; committed to the report with the step. */
 typedef struct thrum_solve_report {
@@ -115,7 +150,11 @@ typedef struct thrum_solve_report {
   bool newton;    /* full Newton was needed */
   bool refreshed; /* jacobian_next replaces jacobian */
   bool saw_nonfinite;
+  bool energy_known;
+  thrum_rung rung;
   double residual; /* scaled, relative to the scaled step */
+  double energy;   /* at the start of the step, for the watch [J] */
+  double shadow;   /* what Stoermer-Verlet's own energy is below it [J] */
 } thrum_solve_report;
 
 /* How many modes have their momentum half a step late: the first so many. */
@@ -138,7 +177,7 @@ static inline double thrum_rest_damping(const thrum_model *model, const thrum_st
 thrum_state_view thrum_state_view_of(thrum_state *state);
 
 /* state.c: clears the scratch that was used; every call that used some ends with this. */
-void thrum_state_clear_scratch(const thrum_state *state, thrum_state_view *view);
+void thrum_state_clear_scratch(thrum_state_view *view);
 
 /* state.c: refuses NULL, memory that is no state, and a model of another rank. */
 thrum_status thrum_state_check(const thrum_model *model, const thrum_state *state,
@@ -192,6 +231,32 @@ thrum_status thrum_step_energy(const thrum_model *model, const thrum_state *stat
                                thrum_state_view *view, thrum_solve_report *report);
 thrum_status thrum_step_newmark(const thrum_model *model, const thrum_state *state,
                                 thrum_state_view *view, thrum_solve_report *report);
+
+/* watch.c: forgets what the balance was compared with. */
+void thrum_watch_reset(thrum_state *state);
+
+/* watch.c: before a step; `state` is the header to be. May change its scheme and split, and then
+ * points view->p at the momentum that goes with them. Not THRUM_OK: that could not be done. */
+thrum_status thrum_watch_before(const thrum_model *model, thrum_state *state,
+                                thrum_state_view *view, thrum_solve_report *report);
+
+/* watch.c: the energy at q_k for the report, with V(q_k) and the explicit force in view->force. */
+void thrum_watch_energy(const thrum_model *model, const thrum_state *state, thrum_state_view *view,
+                        double potential, thrum_solve_report *report);
+
+/* watch.c: takes the energy in; true when design 7 should take this step and those to come. */
+bool thrum_watch_judge(thrum_state *state, const thrum_solve_report *report);
+thrum_status thrum_watch_hand_over(const thrum_model *model, thrum_state *state,
+                                   thrum_state_view *view, double energy);
+
+/* watch.c: work and dissipation of a solved step. */
+void thrum_watch_after(const thrum_model *model, thrum_state *state, const thrum_state_view *view);
+
+/* ladder.c: the rungs after full Newton, for a step that ended in `failure`; returns that where
+ * there are none. */
+thrum_status thrum_ladder_climb(const thrum_model *model, thrum_state *state,
+                                thrum_state_view *view, thrum_status failure,
+                                thrum_solve_report *report);
 
 /* newmark.c: a = -R(q) - D v, without a load, into `acceleration`. Overwrites force, product. */
 void thrum_newmark_acceleration(const thrum_model *model, const thrum_state *state,

@@ -10,34 +10,46 @@
 
 #include "state.h"
 
-/* Candidates into the state. */
-static void commit(thrum_state *state, const thrum_state_view *view,
+/* Candidates and the header to be into the state. */
+static void commit(thrum_state *state, thrum_state *next, const thrum_state_view *view,
                    const thrum_solve_report *report, double amplitude) {
   const size_t vector = (size_t)state->rank * sizeof(double);
-  memcpy(view->q, view->q_next, vector);
-  memcpy(view->p, view->p_next, vector);
-  memcpy(view->load_before, view->load, vector);
-  if (state->integrator == THRUM_INTEGRATOR_NEWMARK) {
-    memcpy(view->acceleration, view->acceleration_next, vector);
-  } else if (state->scheme != THRUM_SCHEME_QUADRATIC && state->split < state->rank) {
-    memcpy(view->past_2, view->past_1, vector);
-    memcpy(view->past_1, view->past_next, vector);
-    state->past_count = state->past_count < 2 ? state->past_count + 1 : 2;
+  const thrum_state_view kept = thrum_state_view_of(state);
+  memcpy(kept.q, view->q_next, vector);
+  memcpy(kept.p, view->p_next, vector);
+  memcpy(kept.load_before, view->load, vector);
+  if (next->scheme == THRUM_SCHEME_NEWMARK) {
+    memcpy(kept.acceleration, view->acceleration_next, vector);
+  } else if (report->rung == THRUM_RUNG_NONE && next->scheme != THRUM_SCHEME_QUADRATIC &&
+             next->split < state->rank) {
+    memcpy(kept.past_2, kept.past_1, vector);
+    memcpy(kept.past_1, view->past_next, vector);
+    next->past_count = next->past_count < 2 ? next->past_count + 1 : 2;
+  }
+  if (view->guided) {
+    memcpy(kept.guide, view->guide_next, vector);
+    memcpy(kept.guide_whole, view->guide_whole_next, vector);
   }
   if (report->refreshed) {
-    const size_t n = (size_t)(state->rank - state->split);
-    memcpy(view->jacobian, view->jacobian_next, n * n * sizeof(double));
-    memcpy(view->pivots, view->pivots_next, n * sizeof(int32_t));
-    state->jacobian_kept = 1;
+    const size_t n = (size_t)(state->rank - next->split);
+    memcpy(kept.jacobian, view->jacobian_next, n * n * sizeof(double));
+    memcpy(kept.pivots, view->pivots_next, n * sizeof(int32_t));
+    next->jacobian_kept = 1;
   }
-  state->steps++;
-  state->time += state->dt;
-  state->iterations += report->iterations;
-  state->factorisations += report->factorisations;
-  state->newton_steps += report->newton ? 1 : 0;
-  state->iterations_last = report->iterations;
-  state->residual_last = report->residual;
-  state->amplitude = fmax(state->amplitude, amplitude);
+  const bool handed =
+      next->scheme == THRUM_SCHEME_ENERGY && next->integrator == THRUM_INTEGRATOR_IMEXV;
+  next->steps++;
+  next->time += next->dt;
+  next->iterations += report->iterations;
+  next->factorisations += report->factorisations;
+  next->newton_steps += report->newton ? 1 : 0;
+  next->energy_steps += report->rung == THRUM_RUNG_ENERGY ? 1 : 0;
+  next->substep_steps += report->rung == THRUM_RUNG_SUBSTEPS ? 1 : 0;
+  next->handed_steps += handed ? 1 : 0;
+  next->iterations_last = report->iterations;
+  next->residual_last = report->residual;
+  next->amplitude = fmax(next->amplitude, amplitude);
+  *state = *next;
 }
 
 static thrum_status say_failure(const thrum_state *state, thrum_status status, thrum_error *error) {
@@ -68,24 +80,51 @@ static thrum_status attempt(const thrum_model *model, const thrum_state *state,
   return thrum_step_imexv(model, state, view, report);
 }
 
+/* A watched step, by whatever scheme the watch comes to, and then by the ladder. */
+static thrum_status solve(const thrum_model *model, thrum_state *next, thrum_state_view *view,
+                          thrum_solve_report *report) {
+  double *before = view->p;
+  const thrum_state unchanged = *next;
+  if (thrum_watch_before(model, next, view, report) != THRUM_OK) {
+    *next = unchanged;
+    view->p = before;
+    view->guided = false;
+  }
+  thrum_status status = attempt(model, next, view, report);
+  if (status == THRUM_OK && thrum_watch_judge(next, report)) {
+    const double energy = report->energy;
+    memset(report, 0, sizeof *report);
+    status = thrum_watch_hand_over(model, next, view, energy);
+    if (status == THRUM_OK)
+      status = attempt(model, next, view, report);
+  }
+  if (status == THRUM_OK &&
+      !isfinite(thrum_state_amplitude(model, next, view->q_next, view->p_next)))
+    status = THRUM_NOT_FINITE;
+  return status == THRUM_OK ? status : thrum_ladder_climb(model, next, view, status, report);
+}
+
 thrum_status thrum_step(const thrum_model *model, thrum_state *state, thrum_error *error) {
   thrum_status status = thrum_state_check(model, state, error);
   if (status != THRUM_OK)
     return status;
   thrum_state_view view = thrum_state_view_of(state);
+  thrum_state next = *state;
   thrum_solve_report report;
   memset(&report, 0, sizeof report);
-  status = attempt(model, state, &view, &report);
+  status = solve(model, &next, &view, &report);
   if (status == THRUM_OK) {
     // an amplitude that overflows would make every later residual look small
-    const double amplitude = thrum_state_amplitude(model, state, view.q_next, view.p_next);
-    if (isfinite(amplitude) && thrum_all_finite(view.acceleration_next, state->rank))
-      commit(state, &view, &report, amplitude);
-    else
+    const double amplitude = thrum_state_amplitude(model, &next, view.q_next, view.p_next);
+    if (isfinite(amplitude) && thrum_all_finite(view.acceleration_next, state->rank)) {
+      thrum_watch_after(model, &next, &view);
+      commit(state, &next, &view, &report, amplitude);
+    } else {
       status = THRUM_NOT_FINITE;
+    }
   }
-  thrum_state_clear_scratch(state, &view);
+  thrum_state_clear_scratch(&view);
   if (status != THRUM_OK)
     return say_failure(state, status, error);
-  return report.newton ? THRUM_FELL_BACK : THRUM_OK;
+  return report.newton || report.rung != THRUM_RUNG_NONE ? THRUM_FELL_BACK : THRUM_OK;
 }

@@ -537,6 +537,7 @@ static void a_step_that_does_not_converge_leaves_every_byte(void **context) {
     for (int form = THRUM_DAMPING_REST; form <= THRUM_DAMPING_TANGENT; form++) {
       thrum_state_def def = make_def(implicit[i], (thrum_damping_form)form);
       def.iterations_max = 1;
+      def.ladder = 0;
       def.tolerance = 1e-14;
       def.dt = 0.2;
       thrum_state *state = state_make(&m.model, &def);

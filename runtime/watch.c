@@ -1,0 +1,290 @@
+/* What imexv watches while it runs, and what it does about it (design 4).
+ *
+ * The angle h sqrt(rho), rho the spectral radius of what is treated explicitly: T_EE(q) in the
+ * component split, T(q) - diag_I(omega^2) in the quadratic one; stable below 2. It comes from power
+ * iterations, one each few steps and one a step near the bound, warm-started. Above a limit the
+ * highest explicit modes become implicit (the quadratic split becomes the component split), and
+ * return after a long calm, which doubles with each change.
+ *
+ * The balance B = E - work + dissipation with the synchronised energy E, which stage 1 has for
+ * nothing. Fast: B beside its first value. Stoermer-Verlet's own energy lies h^2/8 |R_E - f_E|^2
+ * below E; without that part a linear mode shows no ripple, but a mode beyond the bound no growth
+ * either, so E itself has a wider limit. Slow: the mean of B over a window beside that of the first
+ * window. Beyond the limits the step of design 7 takes over, after a slow drift at a step where E
+ * passes its first mean, until the energy has clearly fallen. Where load or damping move much
+ * energy the references follow: there the error of B is theirs.
+ *
+ * Each change synchronises, changes, un-synchronises. What is decided here goes into a copy of the
+ * header and into scratch, so that a step that fails leaves no trace.
+ * Cost: |E| operations a step, and a product T v each SAMPLE steps.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+#include <math.h>
+#include <string.h>
+
+#include "polynomial.h"
+#include "state.h"
+
+#define SAMPLE 16      /* steps between two power iterations; fewer near the bound */
+#define WINDOW 4096    /* steps of a mean of the balance, and of a calm */
+#define ANGLE_HIGH 1.6 /* beyond it modes leave E, */
+#define ANGLE_GOOD 1.4 /* until this holds */
+#define ANGLE_CALM 1.1 /* all modes return after a calm below it */
+#define FAST 0.03      /* of the energy: B beside its reference */
+#define SLOW 5e-5      /* of the energy: its mean over a window */
+#define NEAR 2e-6      /* of the energy: E beside its reference at a hand-over */
+#define DRIVEN 1e-3    /* of the energy: moved by load and damping in a window */
+#define MOVED 0.05     /* share of what they moved that B may err by */
+#define MEMORY 256.0   /* steps that what they moved is remembered for */
+#define FALLEN 0.25    /* of the energy at the hand-over: imexv returns */
+
+void thrum_watch_reset(thrum_state *state) {
+  state->watch_work = state->watch_moved = state->watch_recent = 0.0;
+  state->watch_sum = state->watch_reference = state->watch_steady = 0.0;
+  state->watch_scale = state->watch_scale_before = 0.0;
+  state->watch_samples = state->watch_windows = state->watch_deadline = 0;
+  state->watch_window_end = state->steps + WINDOW;
+  state->calm_peak = 0.0;
+  state->calm_end = state->steps + WINDOW;
+  state->balance_last = 0.0;
+}
+
+/* One power iteration on the first n coordinates; returns |A v| for |v| = 1, a lower bound of the
+ * spectral radius. v all zero: starts anew. */
+static double iterate(const thrum_model *model, const thrum_state *state, thrum_state_view *view,
+                      int32_t n, double *v) {
+  double norm = 0.0;
+  for (int32_t i = 0; i < n; i++)
+    norm += v[i] * v[i];
+  if (!(norm > 0.0))
+    for (int32_t i = 0; i < n; i++)
+      v[i] = 1.0 / (double)(n - i);
+  norm = 0.0;
+  for (int32_t i = 0; i < n; i++)
+    norm += v[i] * v[i];
+  for (int32_t i = 0; i < state->rank; i++)
+    view->direction[i] = i < n ? v[i] / sqrt(norm) : 0.0;
+  thrum_tangent_vector_by(view->kernel, model, view->q, view->direction, view->product, view->work);
+  if (state->scheme == THRUM_SCHEME_QUADRATIC)
+    for (int32_t i = state->split; i < n; i++)
+      view->product[i] -= model->omega2[i] * view->direction[i];
+  norm = 0.0;
+  for (int32_t i = 0; i < n; i++)
+    norm += view->product[i] * view->product[i];
+  norm = sqrt(norm);
+  for (int32_t i = 0; i < n; i++)
+    v[i] = norm > 0.0 ? view->product[i] / norm : 0.0;
+  return norm;
+}
+
+static double angle_of(const thrum_state *state, double radius) {
+  return state->dt * sqrt(radius);
+}
+
+/* Runs the step from view->p_start from now on: p at the present time, seen by another scheme. */
+static thrum_status change(const thrum_model *model, thrum_state *state, thrum_state_view *view,
+                           int32_t scheme, int32_t split) {
+  const thrum_status status = thrum_stagger_synchronise(model, state, view, NULL);
+  if (status != THRUM_OK)
+    return status;
+  state->scheme = scheme;
+  state->split = split;
+  state->jacobian_kept = 0;
+  state->past_count = 0;
+  memcpy(view->p_start, view->p_next, (size_t)state->rank * sizeof *view->p_start);
+  thrum_stagger_delay(model, state, view, view->q, view->load_before, view->p_start);
+  view->p = view->p_start;
+  return thrum_all_finite(view->p, state->rank) ? THRUM_OK : THRUM_NOT_FINITE;
+}
+
+/* The highest explicit modes become implicit until the rest is stable with a margin. */
+static thrum_status shrink(const thrum_model *model, thrum_state *state, thrum_state_view *view) {
+  int32_t split = state->split;
+  thrum_state lower = *state;
+  lower.scheme = THRUM_SCHEME_COMPONENT;
+  // the quadratic split first gives way to the component split of the same modes
+  bool fewer = state->scheme == THRUM_SCHEME_COMPONENT;
+  for (double angle = ANGLE_HIGH; angle >= ANGLE_GOOD && split > 0; fewer = true) {
+    split -= fewer ? 1 : 0;
+    memset(view->guide_next, 0, (size_t)state->rank * sizeof *view->guide_next);
+    angle = 0.0;
+    for (int k = 0; k < 8 && split > 0; k++)
+      angle = angle_of(state, iterate(model, &lower, view, split, view->guide_next));
+  }
+  if (state->scheme == THRUM_SCHEME_QUADRATIC)
+    state->handovers++;
+  else
+    state->switches++;
+  state->calm_peak = 0.0;
+  const int64_t changes = state->switches < 10 ? state->switches : 10;
+  state->calm_end = state->steps + ((int64_t)WINDOW << changes);
+  return change(model, state, view, THRUM_SCHEME_COMPONENT, split);
+}
+
+/* Samples the angle of the present set, and of the whole one while some of it is implicit. */
+static thrum_status watch_angle(const thrum_model *model, thrum_state *state,
+                                thrum_state_view *view) {
+  const int32_t whole = thrum_split_of(model, state);
+  const bool quadratic = state->scheme == THRUM_SCHEME_QUADRATIC;
+  const size_t vector = (size_t)state->rank * sizeof(double);
+  memcpy(view->guide_next, view->guide, vector);
+  memcpy(view->guide_whole_next, view->guide_whole, vector);
+  view->guided = true;
+  const int32_t n = thrum_staggered(state);
+  if (n > 0) {
+    state->angle_last = angle_of(state, iterate(model, state, view, n, view->guide_next));
+    state->angle_peak = fmax(state->angle_peak, state->angle_last);
+    if (!(state->angle_last <= ANGLE_HIGH))
+      return shrink(model, state, view);
+  }
+  if (quadratic || state->split == whole)
+    return THRUM_OK;
+  const double angle = angle_of(state, iterate(model, state, view, whole, view->guide_whole_next));
+  state->calm_peak = fmax(state->calm_peak, angle);
+  if (state->steps < state->calm_end)
+    return THRUM_OK;
+  const bool calm = state->calm_peak < ANGLE_CALM;
+  state->calm_peak = 0.0;
+  state->calm_end = state->steps + WINDOW;
+  if (!calm)
+    return THRUM_OK;
+  state->switches++;
+  memset(view->guide_next, 0, vector);
+  return change(model, state, view, THRUM_SCHEME_COMPONENT, whole);
+}
+
+/* After a hand-over: back to imexv once the energy has fallen. */
+static thrum_status watch_handed(const thrum_model *model, thrum_state *state,
+                                 thrum_state_view *view) {
+  if (state->steps < state->calm_end)
+    return THRUM_OK;
+  state->calm_end = state->steps + WINDOW;
+  double energy = thrum_energy_by(view->kernel, model, view->q, view->work);
+  for (int32_t i = 0; i < state->rank; i++)
+    energy += 0.5 * (view->p[i] * view->p[i]);
+  if (!(energy < FALLEN * state->handed_energy))
+    return THRUM_OK;
+  state->handovers++;
+  thrum_watch_reset(state);
+  return change(model, state, view, THRUM_SCHEME_COMPONENT, thrum_split_of(model, state));
+}
+
+thrum_status thrum_watch_before(const thrum_model *model, thrum_state *state,
+                                thrum_state_view *view, thrum_solve_report *report) {
+  if (!state->adaptive)
+    return THRUM_OK;
+  if (state->scheme == THRUM_SCHEME_ENERGY)
+    return watch_handed(model, state, view);
+  // without explicit modes there is no stage 1 to have the energy from
+  if (thrum_staggered(state) == 0 && state->steps % SAMPLE == 0)
+    thrum_watch_energy(model, state, view,
+                       thrum_energy_by(view->kernel, model, view->q, view->work), report);
+  const int32_t often = state->angle_last < 0.9 ? SAMPLE : state->angle_last < 1.2 ? SAMPLE / 4 : 1;
+  return state->steps % often == 0 ? watch_angle(model, state, view) : THRUM_OK;
+}
+
+void thrum_watch_energy(const thrum_model *model, const thrum_state *state, thrum_state_view *view,
+                        double potential, thrum_solve_report *report) {
+  if (!state->adaptive || thrum_tangent_damped(state))
+    return;
+  const double h = state->dt;
+  const int32_t n = thrum_staggered(state);
+  double sum = potential, shadow = 0.0;
+  for (int32_t i = 0; i < n; i++) {
+    const double force = view->force[i] - view->load_before[i];
+    const double p =
+        (view->p[i] - 0.5 * h * force) / (1.0 + 0.5 * h * thrum_rest_damping(model, state, i));
+    sum += 0.5 * (p * p);
+    shadow += 0.125 * h * h * (force * force);
+  }
+  for (int32_t i = n; i < state->rank; i++)
+    sum += 0.5 * (view->p[i] * view->p[i]);
+  report->energy = sum;
+  report->shadow = shadow;
+  report->energy_known = true;
+}
+
+/* Is the balance beyond what its own errors explain? Takes the energy of this step in. */
+static bool unbalanced(thrum_state *state, double energy, double shadow) {
+  const double balance = energy - state->watch_work, steady = balance - shadow;
+  if (state->watch_windows == 0 && state->watch_samples == 0)
+    state->watch_steady = steady;
+  state->watch_scale = fmax(state->watch_scale, fabs(energy));
+  const double scale = fmax(state->watch_scale, state->watch_scale_before);
+  const double error = steady - state->watch_steady, allowed = MOVED * state->watch_recent;
+  state->balance_last = scale > 0.0 ? error / scale : 0.0;
+  state->balance_peak = fmax(state->balance_peak, fabs(state->balance_last));
+  state->watch_sum += balance;
+  state->watch_samples++;
+  // where load and damping act the reference follows: their own error is no growth
+  if (allowed > SLOW * scale)
+    state->watch_steady += error / MEMORY;
+  state->watch_recent -= state->watch_recent / MEMORY;
+  return !(fabs(error) <= FAST * scale + allowed &&
+           fabs(error + shadow) <= 10.0 * FAST * scale + allowed);
+}
+
+/* Ends a window; true when the mean of the balance has left that of the first one. */
+static bool drifted(thrum_state *state) {
+  if (state->steps < state->watch_window_end || state->watch_samples == 0)
+    return false;
+  const double mean = state->watch_sum / (double)state->watch_samples;
+  const double scale = fmax(state->watch_scale, state->watch_scale_before);
+  const bool driven = state->watch_moved > DRIVEN * scale;
+  const bool drift =
+      state->watch_windows > 0 && !driven && !(fabs(mean - state->watch_reference) <= SLOW * scale);
+  if (state->watch_windows == 0 || driven)
+    state->watch_reference = mean;
+  state->watch_windows = driven ? 0 : state->watch_windows + 1;
+  state->watch_scale_before = state->watch_scale;
+  state->watch_moved = state->watch_scale = state->watch_sum = 0.0;
+  state->watch_samples = 0;
+  state->watch_window_end = state->steps + WINDOW;
+  return drift;
+}
+
+/* A drift waits for a step at which E passes its reference: design 7 then keeps that energy. */
+static bool passes(thrum_state *state, double energy) {
+  const double scale = fmax(state->watch_scale, state->watch_scale_before);
+  const double error = energy - state->watch_work - state->watch_reference;
+  return state->steps >= state->watch_deadline || fabs(error) <= NEAR * scale;
+}
+
+bool thrum_watch_judge(thrum_state *state, const thrum_solve_report *report) {
+  if (!report->energy_known)
+    return false;
+  const bool fast = unbalanced(state, report->energy, report->shadow);
+  if (drifted(state) && state->watch_deadline == 0)
+    state->watch_deadline = state->steps + WINDOW;
+  return fast || (state->watch_deadline > 0 && passes(state, report->energy));
+}
+
+thrum_status thrum_watch_hand_over(const thrum_model *model, thrum_state *state,
+                                   thrum_state_view *view, double energy) {
+  state->handovers++;
+  state->handed_energy = fabs(energy);
+  const int64_t changes = state->handovers < 10 ? state->handovers : 10;
+  state->calm_end = state->steps + ((int64_t)WINDOW << changes);
+  return change(model, state, view, THRUM_SCHEME_ENERGY, 0);
+}
+
+void thrum_watch_after(const thrum_model *model, thrum_state *state, const thrum_state_view *view) {
+  if (!state->adaptive || state->scheme == THRUM_SCHEME_ENERGY)
+    return;
+  double work = 0.0, jolt = 0.0, dissipated = 0.0;
+  for (int32_t i = 0; i < state->rank; i++) {
+    const double d = view->q_next[i] - view->q[i];
+    work += view->load[i] * d;
+    jolt += (view->load[i] - view->load_before[i]) * d;
+    dissipated += d * d * thrum_rest_damping(model, state, i);
+  }
+  dissipated /= state->dt;
+  state->watch_work += work - dissipated;
+  state->watch_moved += fabs(work) + dissipated;
+  // the work of a load that changes within few steps is known to its own size only
+  state->watch_recent += fabs(work) + dissipated + fabs(jolt) / MOVED;
+}
