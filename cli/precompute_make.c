@@ -74,6 +74,10 @@ static thrum_status apply_material(const precompute_request *request, thrum_mesh
 }
 
 static void warn_cleaned(const thrum_mesh *mesh, const char *name) {
+  if (mesh->cornered_tets > 0) {
+    cli_warn("%s: %lld tetrahedra of ten nodes were read by their corners", name,
+             (long long)mesh->cornered_tets);
+  }
   if (mesh->flipped_tets > 0) {
     cli_warn("%s: every tetrahedron was inside out; %lld flipped", name,
              (long long)mesh->flipped_tets);

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "precompute/mesh_build.h"
+#include "precompute/npz.h"
 
 void thrum_mesh_free(thrum_mesh *mesh) {
   for (int64_t g = 0; g < mesh->group_count; g++) {
@@ -127,6 +128,22 @@ thrum_status thrum_mesh_add_group(thrum_mesh *mesh, const char *name, const int3
   return THRUM_OK;
 }
 
+thrum_status thrum_mesh_add_region_group(thrum_mesh *mesh, int32_t region, const char *name,
+                                         thrum_error *error) {
+  int32_t *vertices = malloc(((size_t)mesh->tet_count * 4 + 1) * sizeof *vertices);
+  if (!vertices)
+    return no_memory(error);
+  int64_t count = 0;
+  for (int64_t t = 0; t < mesh->tet_count; t++)
+    if (mesh->tet_region[t] == region) {
+      memcpy(vertices + count, mesh->tets + 4 * t, 4 * sizeof *vertices);
+      count += 4;
+    }
+  thrum_status status = thrum_mesh_add_group(mesh, name, vertices, count, error);
+  free(vertices);
+  return status;
+}
+
 /* The vertices of a tet in ascending order. */
 static void sorted_tet(const int32_t *tet, int32_t sorted[4]) {
   memcpy(sorted, tet, 4 * sizeof *tet);
@@ -186,21 +203,74 @@ static bool has_suffix(const char *name, const char *suffix) {
   return true;
 }
 
+static const struct {
+  const char *suffix;
+  thrum_mesh_parser *parse;
+} PARSERS[] = {{".veg", thrum_mesh_parse_veg},    {".msh", thrum_mesh_parse_msh},
+               {".mesh", thrum_mesh_parse_medit}, {".vtk", thrum_mesh_parse_vtk},
+               {".vtu", thrum_mesh_parse_vtu},    {".inp", thrum_mesh_parse_abaqus}};
+
+static thrum_mesh_parser *find_parser(const char *name) {
+  for (size_t i = 0; i < sizeof PARSERS / sizeof *PARSERS; i++)
+    if (has_suffix(name, PARSERS[i].suffix))
+      return PARSERS[i].parse;
+  return NULL;
+}
+
+static thrum_status read_file(const char *path, thrum_mesh_parser *parse, thrum_mesh *mesh,
+                              thrum_error *error) {
+  void *data = NULL;
+  size_t size = 0;
+  thrum_status status = thrum_file_read(path, &data, &size, error);
+  if (status >= 0)
+    status = parse(path, data, size, mesh, error);
+  free(data);
+  return status;
+}
+
+/* Either file of TetGen's pair names both. */
+static thrum_status read_tetgen(const char *path, thrum_mesh *mesh, thrum_error *error) {
+  const size_t length = strlen(path), stem = length - (has_suffix(path, ".ele") ? 4 : 5);
+  char *names[2] = {malloc(stem + 6), malloc(stem + 5)};
+  void *data[2] = {NULL, NULL};
+  size_t size[2] = {0, 0};
+  thrum_status status = THRUM_OK;
+  if (!names[0] || !names[1])
+    status = no_memory(error);
+  for (int i = 0; i < 2 && status >= 0; i++) {
+    memcpy(names[i], path, stem);
+    strcpy(names[i] + stem, i == 0 ? ".node" : ".ele");
+    // the one that was given keeps its capitals
+    const bool given = has_suffix(path, i == 0 ? ".node" : ".ele");
+    status = thrum_file_read(given ? path : names[i], &data[i], &size[i], error);
+  }
+  if (status >= 0)
+    status = thrum_mesh_parse_tetgen(names[0], data[0], size[0], names[1], data[1], size[1], mesh,
+                                     error);
+  for (int i = 0; i < 2; i++) {
+    free(names[i]);
+    free(data[i]);
+  }
+  return status;
+}
+
 thrum_status thrum_mesh_read(const char *name, double scale, thrum_mesh *mesh, thrum_error *error) {
   thrum_mesh read = {0};
+  thrum_mesh_parser *parse = find_parser(name);
   thrum_status status;
   if (name[0] == '\0') {
     status = thrum_error_set(error, THRUM_IO, "the name of the mesh is empty");
   } else if (strncmp(name, "beam:", 5) == 0) {
     status = thrum_mesh_beam(name, &read, error);
-  } else if (has_suffix(name, ".veg")) {
-    status = thrum_mesh_read_veg(name, &read, error);
-  } else if (has_suffix(name, ".msh")) {
-    status = thrum_mesh_read_msh(name, &read, error);
+  } else if (parse) {
+    status = read_file(name, parse, &read, error);
+  } else if (has_suffix(name, ".node") || has_suffix(name, ".ele")) {
+    status = read_tetgen(name, &read, error);
   } else {
     status = thrum_error_set(error, THRUM_UNSUPPORTED,
-                             "%.200s: unknown kind of mesh; give a .veg or .msh file or a "
-                             "generator such as beam:20x3x3@1x0.15x0.15",
+                             "%.200s: unknown kind of mesh; give a .veg, .msh, .node, .ele, .mesh, "
+                             ".vtk, .vtu or .inp file, or a generator such as "
+                             "beam:20x3x3@1x0.15x0.15",
                              name);
   }
   if (status >= 0)

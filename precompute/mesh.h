@@ -9,6 +9,7 @@
 #define THRUM_PRECOMPUTE_MESH_H
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #include "thrum/status.h"
@@ -40,28 +41,38 @@ typedef struct thrum_mesh {
   int64_t flipped_tets;
   int64_t dropped_vertices;
   int64_t file_vertex_count; /* before dropping */
-  int32_t *file_vertex; /* file_vertex_count: 0-based vertex here, -1 dropped; NULL: identity */
-  int64_t *file_number; /* file_vertex_count, ascending: the number that the file gives each
-                           vertex (Gmsh's node tags); NULL: 1 to file_vertex_count */
-  int64_t *tet_line;    /* tet_count: line of each tet in the file, 0 unknown; NULL: unknown */
+  int32_t *file_vertex;  /* file_vertex_count: 0-based vertex here, -1 dropped; NULL: identity */
+  int64_t *file_number;  /* file_vertex_count, ascending: the number that the file gives each
+                            vertex (Gmsh's node tags); NULL: 1 to file_vertex_count */
+  int64_t *tet_line;     /* tet_count: line of each tet in the file, 0 unknown; NULL: unknown */
+  int64_t cornered_tets; /* tets of higher order that were read by their four corners */
 } thrum_mesh;
 
-/* Reads a mesh: the generator `beam:NXxNYxNZ@LXxLYxLZ`, or a file by its suffix (.veg, .msh).
+/* Reads a mesh: the generator `beam:NXxNYxNZ@LXxLYxLZ`, or a file by its suffix: .veg (Vega),
+ * .msh (Gmsh), .node or .ele (TetGen), .mesh (Medit), .vtk and .vtu (VTK), .inp (Abaqus).
  * The beam fills [0,LX] x [-LY/2,LY/2] x [-LZ/2,LZ/2]; its groups are the faces left (x = 0), right
  * (x = LX), front and back (y = -LY/2, LY/2), bottom and top (z = -LZ/2, LZ/2), and tip, the one,
  * two or four vertices of the right face that are nearest to its centre. A file's groups are the
  * vertices of its element sets (.veg) and of its physical groups (.msh, named by $PhysicalNames or
- * else physical_DIMENSION_TAG); its regions are the *REGIONs and the physical volumes.
- * Every length, the generator's too, is multiplied by `scale`. The result is clean: consistently
- * inverted files are flipped, unreferenced vertices dropped (groups renumbered), both counted;
- * zero-volume tets, indices out of range, non-finite numbers and half-inverted files are refused
- * with the file, the line and the element named (1-based, as in the file). On failure *mesh is
- * untouched. */
+ * else physical_DIMENSION_TAG); its regions are the *REGIONs and the physical volumes. What they
+ * are in the other formats stands in docs/meshes.md and on top of each reader. Every length, the
+ * generator's too, is multiplied by `scale`. The result is clean: consistently inverted files are
+ * flipped, unreferenced vertices dropped (groups renumbered), both counted; zero-volume tets,
+ * indices out of range, non-finite numbers and half-inverted files are refused with the file, the
+ * line and the element named (1-based, as in the file). On failure *mesh is untouched. */
 thrum_status thrum_mesh_read(const char *name, double scale, thrum_mesh *mesh, thrum_error *error);
 
-/* The readers behind it, one file each: raw meshes, not yet clean. */
-thrum_status thrum_mesh_read_veg(const char *path, thrum_mesh *mesh, thrum_error *error);
-thrum_status thrum_mesh_read_msh(const char *path, thrum_mesh *mesh, thrum_error *error);
+/* The readers behind it, one file each: raw meshes, not yet clean, from the bytes of a file. `name`
+ * is for messages and, for .veg, the place that *INCLUDE is relative to. */
+typedef thrum_status thrum_mesh_parser(const char *name, const void *data, size_t size,
+                                       thrum_mesh *mesh, thrum_error *error);
+thrum_mesh_parser thrum_mesh_parse_veg, thrum_mesh_parse_msh, thrum_mesh_parse_medit,
+    thrum_mesh_parse_vtk, thrum_mesh_parse_vtu, thrum_mesh_parse_abaqus;
+/* TetGen's pair; `elements_name` is the .ele file's. */
+thrum_status thrum_mesh_parse_tetgen(const char *name, const void *nodes, size_t nodes_size,
+                                     const char *elements_name, const void *elements,
+                                     size_t elements_size, thrum_mesh *mesh, thrum_error *error);
+/* The generator. */
 thrum_status thrum_mesh_beam(const char *spec, thrum_mesh *mesh, thrum_error *error);
 
 /* Scales, checks and cleans in place, as described at thrum_mesh_read. `name` is for messages. On

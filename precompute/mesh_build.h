@@ -21,6 +21,10 @@ void *thrum_mesh_grow(void *array, int64_t *capacity, int64_t needed, size_t siz
 thrum_status thrum_mesh_add_group(thrum_mesh *mesh, const char *name, const int32_t *vertices,
                                   int64_t count, thrum_error *error);
 
+/* Adds the group of the vertices of a region's tets. */
+thrum_status thrum_mesh_add_region_group(thrum_mesh *mesh, int32_t region, const char *name,
+                                         thrum_error *error);
+
 /* NULL, or why this is no name for a group: its length, its bytes. */
 const char *thrum_mesh_name_fault(const char *name, size_t length);
 

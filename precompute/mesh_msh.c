@@ -697,9 +697,10 @@ static thrum_status read_all(msh_reader *r) {
   return status < 0 ? status : add_groups(r);
 }
 
-thrum_status thrum_mesh_read_msh(const char *path, thrum_mesh *mesh, thrum_error *error) {
+thrum_status thrum_mesh_parse_msh(const char *name, const void *data, size_t size, thrum_mesh *mesh,
+                                  thrum_error *error) {
   msh_reader r = {.error = error};
-  thrum_status status = thrum_text_open(path, 0, 0, &r.text, error);
+  thrum_status status = thrum_text_view(name, data, size, 0, 0, &r.text, error);
   if (status < 0)
     return status;
   r.physicals = malloc(THRUM_MESH_GROUPS_MAX * sizeof *r.physicals);

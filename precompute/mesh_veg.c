@@ -74,14 +74,9 @@ static thrum_status no_memory(veg_reader *r) {
   return thrum_text_fail(text_of(r), THRUM_OUT_OF_MEMORY, r->error, "not enough memory");
 }
 
-/* Opens `path` (owned from here on) as an include of the present file, or as the first. */
-static thrum_status open_file(veg_reader *r, char *path, int parent) {
+/* Notes which file the text just opened is, so that includes cannot go in a circle. */
+static void note_file(veg_reader *r, char *path, int parent) {
   veg_file *file = &r->files[r->file_count];
-  thrum_status status = thrum_text_open(path, '#', ',', &file->text, r->error);
-  if (status < 0) {
-    free(path);
-    return status;
-  }
   file->path = path;
   file->parent = parent;
   struct stat about;
@@ -90,7 +85,27 @@ static thrum_status open_file(veg_reader *r, char *path, int parent) {
     file->inode = about.st_ino;
   }
   r->current = r->file_count++;
-  return THRUM_OK;
+}
+
+/* Takes bytes in memory as the first file; `path`, owned from here on, is where they come from. */
+static thrum_status open_first(veg_reader *r, char *path, const void *data, size_t size) {
+  thrum_status status =
+      thrum_text_view(path, data, size, '#', ',', &r->files[r->file_count].text, r->error);
+  if (status < 0)
+    free(path);
+  else
+    note_file(r, path, -1);
+  return status;
+}
+
+/* Opens `path` (owned from here on) as an include of the present file. */
+static thrum_status open_file(veg_reader *r, char *path, int parent) {
+  thrum_status status = thrum_text_open(path, '#', ',', &r->files[r->file_count].text, r->error);
+  if (status < 0)
+    free(path);
+  else
+    note_file(r, path, parent);
+  return status;
 }
 
 static thrum_status check_cycle(veg_reader *r, const char *path) {
@@ -619,20 +634,20 @@ static thrum_status read_all(veg_reader *r, const char *path) {
   return status < 0 ? status : add_groups(r);
 }
 
-thrum_status thrum_mesh_read_veg(const char *path, thrum_mesh *mesh, thrum_error *error) {
+thrum_status thrum_mesh_parse_veg(const char *name, const void *data, size_t size, thrum_mesh *mesh,
+                                  thrum_error *error) {
   veg_reader *r = calloc(1, sizeof *r);
-  char *copy = malloc(strlen(path) + 1);
-  thrum_status status = THRUM_OUT_OF_MEMORY;
+  char *copy = malloc(strlen(name) + 1);
   if (!r || !copy) {
     free(copy);
     free(r);
-    return thrum_error_set(error, status, "not enough memory to read %.150s", path);
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory to read %.150s", name);
   }
   r->error = error;
-  memcpy(copy, path, strlen(path) + 1);
-  status = open_file(r, copy, -1);
+  memcpy(copy, name, strlen(name) + 1);
+  thrum_status status = open_first(r, copy, data, size);
   if (status >= 0)
-    status = read_all(r, path);
+    status = read_all(r, name);
   for (int i = 0; i < r->file_count; i++) {
     thrum_text_close(&r->files[i].text);
     free(r->files[i].path);

@@ -32,6 +32,27 @@ static char lower(char c) {
   return c >= 'A' && c <= 'Z' ? (char)(c - 'A' + 'a') : c;
 }
 
+thrum_status thrum_text_view(const char *name, const void *data, size_t size, char comment,
+                             char separator, thrum_text *text, thrum_error *error) {
+  const unsigned char *bytes = data;
+  // a wide encoding would read as garbage: name it
+  if (size >= 2 &&
+      ((bytes[0] == 0xff && bytes[1] == 0xfe) || (bytes[0] == 0xfe && bytes[1] == 0xff)))
+    return thrum_error_set(error, THRUM_BAD_FORMAT, "%.200s: is UTF-16 text; save it as UTF-8",
+                           name);
+  size_t mark = size >= 3 && bytes[0] == 0xef && bytes[1] == 0xbb && bytes[2] == 0xbf ? 3 : 0;
+  const char *first = size > 0 ? (const char *)data + mark : "";
+  *text = (thrum_text){.name = name,
+                       .next = first,
+                       .stop = first + (size - mark),
+                       .start = first,
+                       .end = first,
+                       .at = first,
+                       .comment = comment,
+                       .separator = separator};
+  return THRUM_OK;
+}
+
 thrum_status thrum_text_open(const char *path, char comment, char separator, thrum_text *text,
                              thrum_error *error) {
   void *data = NULL;
@@ -39,25 +60,12 @@ thrum_status thrum_text_open(const char *path, char comment, char separator, thr
   thrum_status status = thrum_file_read(path, &data, &size, error);
   if (status < 0)
     return status;
-  const unsigned char *bytes = data;
-  // a wide encoding would read as garbage: name it
-  if (size >= 2 &&
-      ((bytes[0] == 0xff && bytes[1] == 0xfe) || (bytes[0] == 0xfe && bytes[1] == 0xff))) {
+  status = thrum_text_view(path, data, size, comment, separator, text, error);
+  if (status < 0)
     free(data);
-    return thrum_error_set(error, THRUM_BAD_FORMAT, "%s: is UTF-16 text; save it as UTF-8", path);
-  }
-  size_t mark = size >= 3 && bytes[0] == 0xef && bytes[1] == 0xbb && bytes[2] == 0xbf ? 3 : 0;
-  const char *first = (const char *)data + mark;
-  *text = (thrum_text){.name = path,
-                       .data = data,
-                       .next = first,
-                       .stop = (const char *)data + size,
-                       .start = first,
-                       .end = first,
-                       .at = first,
-                       .comment = comment,
-                       .separator = separator};
-  return THRUM_OK;
+  else
+    text->data = data;
+  return status;
 }
 
 void thrum_text_borrow(const char *name, const char *string, thrum_text *text) {

@@ -31,6 +31,9 @@ typedef struct thrum_text {
  * untouched. Close it with thrum_text_close. */
 thrum_status thrum_text_open(const char *path, char comment, char separator, thrum_text *text,
                              thrum_error *error);
+/* The same over `size` bytes that stay the caller's; name and bytes must outlive *text. */
+thrum_status thrum_text_view(const char *name, const void *data, size_t size, char comment,
+                             char separator, thrum_text *text, thrum_error *error);
 /* The same over a string, as its one present line; both must outlive *text; nothing to close. */
 void thrum_text_borrow(const char *name, const char *string, thrum_text *text);
 void thrum_text_close(thrum_text *text);
