@@ -31,6 +31,7 @@ typedef struct experiments_request {
   double dt;   /* [s] */
   int64_t steps;
   int64_t threads;
+  bool resume;
   bool json;
   bool quiet;
   bool help;

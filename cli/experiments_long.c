@@ -5,6 +5,10 @@
 #include <stdlib.h>
 
 #include "cli/experiments.h"
+#include "precompute/npz.h"
+
+#define TABLE "long.csv"
+#define WINDOWS "long_windows.csv"
 
 /* What the tasks share. The cases go by model, amplitude, integrator, the last fastest. */
 typedef struct long_work {
@@ -13,16 +17,24 @@ typedef struct long_work {
   study_long_case *cases;
   study_long_result *results;
   int64_t integrators;
+  bool *known; /* a case that an earlier run has done */
 } long_work;
 
 /* The impulse of one body and amplitude, for all of its integrators. */
 static thrum_status find_impulse(void *context, int64_t index, thrum_error *error) {
   long_work *work = context;
   study_long_case *cases = work->cases + index * work->integrators;
+  bool needed = false;
+  for (int64_t n = 0; n < work->integrators; n++)
+    needed = needed || !work->known[index * work->integrators + n];
+  if (!needed)
+    return THRUM_OK;
   double impulse = 0, reached = 0;
   const thrum_status status =
       study_impulse(cases->body, cases->amplitude, cases->dt, &impulse, &reached, error);
-  for (int64_t n = 0; n < work->integrators; n++) {
+  for (int64_t n = 0; n < work->integrators && status >= 0; n++) {
+    if (work->known[index * work->integrators + n])
+      continue;
     cases[n].impulse = impulse;
     cases[n].reached = reached;
   }
@@ -31,6 +43,8 @@ static thrum_status find_impulse(void *context, int64_t index, thrum_error *erro
 
 static thrum_status run_case(void *context, int64_t index, thrum_error *error) {
   long_work *work = context;
+  if (work->known[index])
+    return THRUM_OK;
   return study_long_run(&work->cases[index], &work->results[index], error);
 }
 
@@ -97,6 +111,23 @@ static void print_table(const long_work *work, int64_t count) {
   }
 }
 
+/* Marks what the tables in DIR hold already; without them nothing is known. */
+static void resume(long_work *work, int64_t count) {
+  char path[CLI_MODEL_PATH_MAX];
+  void *table = NULL, *windows = NULL;
+  size_t size = 0;
+  snprintf(path, sizeof path, "%s/%s", work->request->output, TABLE);
+  if (thrum_file_read(path, &table, &size, NULL) < 0)
+    return;
+  snprintf(path, sizeof path, "%s/%s", work->request->output, WINDOWS);
+  if (thrum_file_read(path, &windows, &size, NULL) >= 0) {
+    for (int64_t n = 0; n < count; n++)
+      work->known[n] = study_long_read(table, windows, &work->cases[n], &work->results[n]);
+  }
+  free(table);
+  free(windows);
+}
+
 static thrum_status run_all(long_work *work, int64_t count, thrum_error *error) {
   const experiments_request *request = work->request;
   cli_progress progress = cli_progress_make(request->quiet);
@@ -124,11 +155,11 @@ static thrum_status run_all(long_work *work, int64_t count, thrum_error *error) 
 static thrum_status write_files(const long_work *work, int64_t count, thrum_error *error) {
   study_text text = {0};
   study_long_csv(&text, work->cases, work->results, count);
-  thrum_status status = experiments_write(work->request, "long.csv", &text, error);
+  thrum_status status = experiments_write(work->request, TABLE, &text, error);
   if (status < 0)
     return status;
   study_windows_csv(&text, work->cases, work->results, count);
-  status = experiments_write(work->request, "long_windows.csv", &text, error);
+  status = experiments_write(work->request, WINDOWS, &text, error);
   if (status < 0)
     return status;
   const study_place place = experiments_place(work->request);
@@ -143,14 +174,17 @@ thrum_status experiments_long(const experiments_request *request, const experime
       (size_t)(bodies->count * request->amplitude_count * STUDY_INTEGRATOR_COUNT + 1);
   work.cases = calloc(room, sizeof *work.cases);
   work.results = calloc(room, sizeof *work.results);
+  work.known = calloc(room, sizeof *work.known);
   for (int i = 0; i < STUDY_INTEGRATOR_COUNT; i++)
     work.integrators += request->integrators[i];
   thrum_status status = THRUM_OK;
   int64_t count = 0;
-  if (work.cases == NULL || work.results == NULL) {
+  if (work.cases == NULL || work.results == NULL || work.known == NULL) {
     status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory");
   } else {
     count = plan(request, bodies, work.cases);
+    if (request->resume)
+      resume(&work, count);
     status = run_all(&work, count, error);
   }
   for (int64_t n = 0; n < count; n++)
@@ -166,5 +200,6 @@ thrum_status experiments_long(const experiments_request *request, const experime
     study_long_result_free(&work.results[n]);
   free(work.cases);
   free(work.results);
+  free(work.known);
   return status;
 }

@@ -10,7 +10,20 @@
 #define THREADS_MAX 256
 #define STEPS_MAX 1e10
 
-enum { LONG = 256, SWEEP, MODELS, LOADS, INTEGRATORS, AMPLITUDES, TIME, DT, STEPS, THREADS, JSON };
+enum {
+  LONG = 256,
+  SWEEP,
+  MODELS,
+  LOADS,
+  INTEGRATORS,
+  AMPLITUDES,
+  TIME,
+  DT,
+  STEPS,
+  THREADS,
+  RESUME,
+  JSON
+};
 
 static const struct option options[] = {
     {"output", required_argument, NULL, 'o'},
@@ -24,6 +37,7 @@ static const struct option options[] = {
     {"dt", required_argument, NULL, DT},
     {"steps", required_argument, NULL, STEPS},
     {"threads", required_argument, NULL, THREADS},
+    {"resume", no_argument, NULL, RESUME},
     {"json", no_argument, NULL, JSON},
     {"quiet", no_argument, NULL, 'q'},
     {"help", no_argument, NULL, 'h'},
@@ -179,6 +193,9 @@ static int apply_option(int option, experiments_request *request) {
     return count_option("steps", optarg, (int64_t)STEPS_MAX, &request->steps);
   case THREADS:
     return count_option("threads", optarg, THREADS_MAX, &request->threads);
+  case RESUME:
+    request->resume = true;
+    return CLI_DONE;
   case JSON:
     request->json = true;
     return CLI_DONE;

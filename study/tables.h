@@ -43,6 +43,11 @@ void study_long_csv(study_text *text, const study_long_case *cases,
 void study_windows_csv(study_text *text, const study_long_case *cases,
                        const study_long_result *results, int64_t count);
 
+/* Takes a case from the two tables of an earlier run, when they hold it whole and it came to its
+ * end: fills what the case lacks and the result. */
+bool study_long_read(const char *table, const char *windows, study_long_case *run,
+                     study_long_result *result);
+
 void study_sweep_csv(study_text *text, const study_sweep_case *cases,
                      const study_sweep_result *results, int64_t count);
 

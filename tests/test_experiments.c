@@ -174,6 +174,38 @@ static void energy_survives_the_long_run(void **state) {
   assert_true(report_is_whole("long/long.html", 2));
 }
 
+static char *text_in_folder(const char *name) {
+  char path[192];
+  snprintf(path, sizeof path, "%s/%s", folder, name);
+  char *text = cli_read_text(path);
+  assert_non_null(text);
+  return text;
+}
+
+/* The time a step took would differ in the last digits if a run were done again. */
+static void a_long_run_resumes(void **state) {
+  (void)state;
+  cJSON_Delete(json_of(thrum_run(folder, "--models-dir", "models", "experiments", "--long", "-o",
+                                 "resumed", "--models", "beam", "--steps", "50000", "--amplitudes",
+                                 "0.05", "--integrators", "newmark", "--json", "-q", NULL),
+                       0));
+  char *before = text_in_folder("resumed/long.csv");
+  cJSON *object =
+      json_of(thrum_run(folder, "--models-dir", "models", "experiments", "--long", "-o", "resumed",
+                        "--models", "beam", "--steps", "50000", "--amplitudes", "0.02,0.05",
+                        "--integrators", "newmark", "--json", "-q", "--resume", NULL),
+              0);
+  assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(object, "runs")), 2);
+  cJSON_Delete(object);
+  char *after = text_in_folder("resumed/long.csv");
+  const char *row = strstr(before, "\nbeam,newmark,0.05,");
+  assert_non_null(row);
+  assert_non_null(strstr(after, row));
+  assert_non_null(strstr(after, "\nbeam,newmark,0.02,"));
+  free(before);
+  free(after);
+}
+
 static void mistakes_are_named(void **state) {
   (void)state;
   static const char *const wrong[][3] = {
@@ -207,6 +239,7 @@ int main(void) {
       cmocka_unit_test(damping_takes_energy_out),
       cmocka_unit_test(the_sweep_tells_integrators_apart),
       cmocka_unit_test(energy_survives_the_long_run),
+      cmocka_unit_test(a_long_run_resumes),
       cmocka_unit_test(mistakes_are_named),
   };
   return cmocka_run_group_tests(tests, make_models, remove_models);
