@@ -9,5 +9,7 @@ typedef struct cli_bench {
 } cli_bench;
 
 int bench_displacement_command(int argc, char **argv);
+int bench_step_command(int argc, char **argv);
+int bench_kernels_command(int argc, char **argv);
 
 #endif

@@ -9,6 +9,8 @@
 #include "cli/cli.h"
 
 static const cli_bench benches[] = {
+    {"step", bench_step_command, "a step of a body that swings"},
+    {"kernels", bench_kernels_command, "the passes over the coefficients"},
     {"displacement", bench_displacement_command, "u = U q of a mesh that is shown"},
 };
 enum { BENCH_COUNT = sizeof benches / sizeof benches[0] };
@@ -22,6 +24,8 @@ static int print_help(FILE *stream) {
   fputs("\n"
         "  thrum bench WHAT --help   options of a measurement\n\n"
         "examples:\n"
+        "  thrum bench step --rank 15,30,60 --implicit 3\n"
+        "  thrum bench kernels --kernel avx2\n"
         "  thrum bench displacement\n"
         "  thrum bench displacement --vertices 5000 --rank 60 --json\n",
         stream);

@@ -8,18 +8,18 @@ static const thrum_kernel *usable(int32_t id) {
   switch (id) {
   case THRUM_KERNEL_REFERENCE:
     return &thrum_kernel_reference;
-#ifdef THRUM_KERNEL_X86
+#ifdef THRUM_KERNEL_HAS_X86
   // both ask for the operating system's support as well
   case THRUM_KERNEL_AVX2:
     return __builtin_cpu_supports("avx2") ? &thrum_kernel_avx2 : NULL;
   case THRUM_KERNEL_AVX512:
     return __builtin_cpu_supports("avx512f") ? &thrum_kernel_avx512 : NULL;
 #endif
-#ifdef THRUM_KERNEL_ARM
+#ifdef THRUM_KERNEL_HAS_ARM
   case THRUM_KERNEL_NEON:
     return &thrum_kernel_neon;
 #endif
-#ifdef THRUM_KERNEL_WASM
+#ifdef THRUM_KERNEL_HAS_WASM
   case THRUM_KERNEL_WASM:
     return &thrum_kernel_wasm;
 #endif

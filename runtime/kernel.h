@@ -82,16 +82,16 @@ extern const thrum_kernel thrum_kernel_reference;
 
 /* Those that this build has. */
 #if (defined(__x86_64__) || defined(__i386__)) && defined(__GNUC__)
-#define THRUM_KERNEL_X86 1
+#define THRUM_KERNEL_HAS_X86 1
 extern const thrum_kernel thrum_kernel_avx2;
 extern const thrum_kernel thrum_kernel_avx512;
 #endif
 #if defined(__aarch64__) && defined(__ARM_NEON)
-#define THRUM_KERNEL_ARM 1
+#define THRUM_KERNEL_HAS_ARM 1
 extern const thrum_kernel thrum_kernel_neon;
 #endif
 #if defined(__wasm_simd128__)
-#define THRUM_KERNEL_WASM 1
+#define THRUM_KERNEL_HAS_WASM 1
 extern const thrum_kernel thrum_kernel_wasm;
 #endif
 

@@ -2,7 +2,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "kernel.h"
 
-#ifdef THRUM_KERNEL_ARM
+#ifdef THRUM_KERNEL_HAS_ARM
 
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF

@@ -2,7 +2,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "kernel.h"
 
-#ifdef THRUM_KERNEL_WASM
+#ifdef THRUM_KERNEL_HAS_WASM
 
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF

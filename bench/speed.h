@@ -1,0 +1,76 @@
+/* Measurements of a step and of the kernels, for `thrum bench step|kernels`: each fills a result
+ * and prints nothing. Times in microseconds, minimum and median of batches.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_BENCH_SPEED_H
+#define THRUM_BENCH_SPEED_H
+
+#include <stdint.h>
+
+#include "bench/bench.h"
+#include "thrum/thrum.h"
+
+/* What the machine can do on one core, measured by the widest vectors it has. */
+typedef struct bench_machine {
+  double peak_gflops; /* fused multiply-adds in registers, 2 operations each [1e9/s] */
+  double l2_gbs;      /* reading 256 kB again and again [1e9 byte/s] */
+  double l3_gbs;      /* 8 MB */
+  double dram_gbs;    /* 512 MB */
+} bench_machine;
+
+/* Takes about a second. */
+void bench_machine_measure(bench_machine *machine);
+
+/* Bandwidth of the level that holds so many bytes, and its name. */
+double bench_machine_bandwidth(const bench_machine *machine, double bytes, const char **level);
+
+/* Compiler, its flags; static storage. */
+const char *bench_build(void);
+
+/* The default body, `beam:20x3x3@1x0.15x0.15` held at one end, at this rank; bench_model_free. */
+thrum_status bench_model_beam(int64_t rank, thrum_model **model, thrum_error *error);
+void bench_model_free(thrum_model *model);
+
+typedef struct bench_step {
+  thrum_state_def def; /* dt is replaced when implicit_wanted >= 0 */
+  int implicit_wanted; /* exactly so many implicit modes, by choosing dt; -1: dt as it is */
+  double swing;        /* of the first mode, if it were linear and alone [m] */
+  int64_t batches;     /* >= 1 */
+  int64_t steps;       /* of a batch; 0: about 5 ms of them */
+  bench_time time;     /* of a step */
+  double dt;           /* [s] */
+  double iterations;   /* a step */
+  double factorisations;
+  int32_t implicit_modes;
+  int64_t steps_measured; /* of a batch */
+} bench_step;
+
+thrum_status bench_step_run(const thrum_model *model, bench_step *bench, thrum_error *error);
+
+/* X(name, operations per coefficient, times the coefficients are read, text) */
+#define BENCH_PASSES(X)                                                                            \
+  X(energy, 2, 1, "V")                                                                             \
+  X(force, 4, 1, "R and V")                                                                        \
+  X(tangent, 6, 2, "T")                                                                            \
+  X(tangent_vector, 8, 1, "T v")                                                                   \
+  X(restrict, 2, 1, "V at held q_E")                                                               \
+  X(restricted_tangent, 6, 2, "T_II")
+
+typedef enum bench_pass {
+#define X(name, operations, reads, text) BENCH_PASS_##name,
+  BENCH_PASSES(X)
+#undef X
+      BENCH_PASS_COUNT
+} bench_pass;
+
+typedef struct bench_kernels {
+  thrum_kernel_id kernel; /* in: asked for; out: used */
+  int64_t implicit;       /* |I| of the last two passes */
+  int64_t batches;
+  bench_time time[BENCH_PASS_COUNT];
+  double coefficients[BENCH_PASS_COUNT]; /* that a pass meets */
+} bench_kernels;
+
+thrum_status bench_kernels_run(const thrum_model *model, bench_kernels *bench, thrum_error *error);
+
+#endif

@@ -1,0 +1,121 @@
+/* Time of a step of a body that swings. Every batch restores the same snapshot, so that all of them
+ * do the same work. SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "bench/speed.h"
+
+#define ALIGNMENT 64
+#define WARM_STEPS 100
+#define BATCH_US 5000.0
+#define STEPS_LEAST 20
+#define STEPS_MOST 2000
+
+/* A dt between the bounds of h omega = 2 c of two neighbouring modes. */
+static thrum_status choose_dt(const thrum_model *model, bench_step *bench, thrum_error *error) {
+  const int64_t r = model->rank, wanted = bench->implicit_wanted;
+  if (wanted > r)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "%lld implicit modes are asked for, the model has only %lld",
+                           (long long)wanted, (long long)r);
+  // of the slowest implicit mode and of the fastest explicit one
+  const double above = wanted > 0 ? model->omega2[r - wanted] : 4.0 * model->omega2[r - 1];
+  const double below = wanted < r ? model->omega2[r - wanted - 1] : 0.25 * model->omega2[0];
+  bench->def.dt = 2.0 * bench->def.split_safety / pow(above * below, 0.25);
+  if (!(above > below))
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "no time step makes exactly %lld modes implicit: two have one frequency",
+                           (long long)wanted);
+  return THRUM_OK;
+}
+
+/* From rest position with the speed that would bring the first mode alone to the swing: so the body
+ * bends as it likes, where a displaced mode would be stretched. */
+static thrum_status start(const thrum_model *model, const bench_step *bench, thrum_state *state,
+                          thrum_error *error) {
+  double *p = calloc(2 * (size_t)model->rank, sizeof *p), *extents = p + model->rank;
+  if (!p)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a start");
+  thrum_status status = THRUM_MISSING;
+  if (model->basis)
+    status = thrum_basis_extents(model, extents, error);
+  else
+    thrum_error_set(error, status, "the model has no basis to measure a swing in metres by");
+  if (status >= 0) {
+    p[0] = sqrt(model->omega2[0]) * bench->swing / extents[0];
+    status = thrum_state_set(model, state, NULL, p, error);
+  }
+  free(p);
+  return status;
+}
+
+static thrum_status run_steps(const thrum_model *model, thrum_state *state, int64_t steps,
+                              thrum_error *error) {
+  thrum_status status = THRUM_OK;
+  for (int64_t k = 0; k < steps && status >= 0; k++)
+    status = thrum_step(model, state, error);
+  return status;
+}
+
+/* Batches from the snapshot. */
+static thrum_status measure(const thrum_model *model, thrum_state *state, const void *snapshot,
+                            double *samples, bench_step *bench, thrum_error *error) {
+  const size_t bytes = thrum_state_bytes(state);
+  thrum_status status = THRUM_OK;
+  int64_t steps = bench->steps;
+  if (steps == 0) {
+    const double began = bench_now();
+    status = run_steps(model, state, STEPS_LEAST, error);
+    const double one = (bench_now() - began) / STEPS_LEAST;
+    steps = (int64_t)fmin(STEPS_MOST, fmax(STEPS_LEAST, BATCH_US / one));
+  }
+  for (int64_t n = 0; n < bench->batches && status >= 0; n++) {
+    memcpy(state, snapshot, bytes);
+    const double began = bench_now();
+    status = run_steps(model, state, steps, error);
+    samples[n] = (bench_now() - began) / (double)steps;
+  }
+  if (status < 0)
+    return status;
+  const thrum_state_report before = thrum_state_report_get(snapshot);
+  const thrum_state_report after = thrum_state_report_get(state);
+  bench->time = bench_summary(samples, bench->batches);
+  bench->dt = bench->def.dt;
+  bench->iterations = (double)(after.iterations - before.iterations) / (double)steps;
+  bench->factorisations = (double)(after.factorisations - before.factorisations) / (double)steps;
+  bench->implicit_modes = after.implicit_modes;
+  bench->steps_measured = steps;
+  return THRUM_OK;
+}
+
+thrum_status bench_step_run(const thrum_model *model, bench_step *bench, thrum_error *error) {
+  thrum_status status = THRUM_OK;
+  if (bench->implicit_wanted >= 0)
+    status = choose_dt(model, bench, error);
+  size_t size = 0;
+  if (status >= 0)
+    status = thrum_state_size(model, &bench->def, &size, error);
+  if (status < 0)
+    return status;
+  size = (size + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
+  void *memory = aligned_alloc(ALIGNMENT, size), *snapshot = aligned_alloc(ALIGNMENT, size);
+  double *samples = calloc((size_t)bench->batches, sizeof *samples);
+  thrum_state *state = NULL;
+  if (!memory || !snapshot || !samples)
+    status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a state");
+  if (status >= 0)
+    status = thrum_state_init(memory, size, model, &bench->def, &state, error);
+  if (status >= 0)
+    status = start(model, bench, state, error);
+  if (status >= 0)
+    status = run_steps(model, state, WARM_STEPS, error);
+  if (status >= 0) {
+    memcpy(snapshot, memory, thrum_state_bytes(state));
+    status = measure(model, state, snapshot, samples, bench, error);
+  }
+  free(memory);
+  free(snapshot);
+  free(samples);
+  return status < 0 ? status : THRUM_OK;
+}

@@ -1,0 +1,180 @@
+/* Models, files and plots of `thrum bench step` and `thrum bench kernels`.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "cli/bench_speed.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+void bench_row_bandwidth(const bench_request *request, cJSON *row, const char *key, double us,
+                         double bytes, double operations) {
+  char name[80];
+  const char *level;
+  const double bandwidth = bench_machine_bandwidth(&request->rates, bytes, &level);
+  snprintf(name, sizeof name, "%s_gflops", key);
+  cli_json_number(row, name, 1e-3 * operations / us);
+  snprintf(name, sizeof name, "%s_bound_us", key);
+  cli_json_number(row, name, request->machine ? 1e-3 * bytes / bandwidth : NAN);
+  snprintf(name, sizeof name, "%s_share_of_fma_peak", key);
+  cli_json_number(row, name,
+                  request->machine ? 1e-3 * operations / us / request->rates.peak_gflops : NAN);
+  snprintf(name, sizeof name, "%s_share_of_bandwidth", key);
+  cli_json_number(row, name, request->machine ? 1e-3 * bytes / us / bandwidth : NAN);
+  cli_json_string(row, "level", level);
+}
+
+/* One line of names, then the rows; only the numbers and texts of the first row's keys. */
+static thrum_status write_csv(const bench_request *request, const char *path, const cJSON *rows,
+                              thrum_error *error) {
+  FILE *file = fopen(path, "w");
+  if (!file)
+    return thrum_error_set(error, THRUM_IO, "%.300s cannot be written", path);
+  fprintf(file, "# %s; %s; thrum %s; kernel %s\n", bench_processor(), bench_build(),
+          thrum_version(), thrum_kernel_name(thrum_kernel_chosen(request->kernel)));
+  if (request->machine)
+    fprintf(file, "# measured: FMA peak %.1f GFLOP/s; L2 %.1f, L3 %.1f, DRAM %.1f GB/s\n",
+            request->rates.peak_gflops, request->rates.l2_gbs, request->rates.l3_gbs,
+            request->rates.dram_gbs);
+  const cJSON *row, *item, *first = cJSON_GetArrayItem(rows, 0);
+  cJSON_ArrayForEach(item, first)
+      fprintf(file, "%s%s", item->prev && item != first->child ? "," : "", item->string);
+  fputc('\n', file);
+  cJSON_ArrayForEach(row, rows) {
+    cJSON_ArrayForEach(item, row) {
+      char *text = cJSON_IsString(item) ? NULL : cJSON_PrintUnformatted(item);
+      fprintf(file, "%s%s", item != row->child ? "," : "", text ? text : item->valuestring);
+      cJSON_free(text);
+    }
+    fputc('\n', file);
+  }
+  const bool failed = ferror(file) != 0;
+  if (fclose(file) != 0 || failed)
+    return thrum_error_set(error, THRUM_IO, "%.300s cannot be written", path);
+  return THRUM_OK;
+}
+
+/* The curves, microseconds against rank, both logarithmic. */
+static void plot(const bench_request *request, const char *name, const char *const *curves) {
+  char script[64];
+  snprintf(script, sizeof script, "%s.gp", name);
+  const pid_t child = fork();
+  if (child == 0) {
+    if (chdir(request->folder) != 0)
+      _exit(127);
+    FILE *file = fopen(script, "w");
+    if (!file)
+      _exit(127);
+    fprintf(file,
+            "set terminal pngcairo size 1000,700 font 'sans,12'\nset output '%s.png'\n"
+            "set datafile separator ','\nset logscale xy\nset grid\nset key left top\n"
+            "set xlabel 'rank'\nset ylabel 'microseconds'\nset xtics (5,10,15,20,30,45,60,80,100)\n"
+            "set title '%s, %s' noenhanced\n",
+            name, request->command, bench_processor());
+    for (int n = 0; curves[n]; n++)
+      fprintf(file, "%s '%s.csv' using 'rank':'%s' with linespoints title '%s' noenhanced",
+              n == 0 ? "plot" : ",", name, curves[n], curves[n]);
+    fputc('\n', file);
+    fclose(file);
+    if (!freopen("/dev/null", "w", stderr) || !freopen("/dev/null", "w", stdout))
+      _exit(127);
+    execlp("gnuplot", "gnuplot", "-d", script, (char *)NULL);
+    _exit(127);
+  }
+  int status = 0;
+  while (child > 0 && waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  char path[1200];
+  snprintf(path, sizeof path, "%s/%s", request->folder, script);
+  unlink(path);
+  if (child < 0 || status != 0)
+    cli_warn("no plot: gnuplot is missing or failed");
+}
+
+static thrum_status write_files(const bench_request *request, const cJSON *rows,
+                                const char *const *curves, thrum_error *error) {
+  const char *name = request->command + strlen("bench ");
+  char path[1200];
+  if (mkdir(request->folder, 0777) != 0 && errno != EEXIST)
+    return thrum_error_set(error, THRUM_IO, "%.300s: the folder cannot be made", request->folder);
+  snprintf(path, sizeof path, "%.1000s/%s.csv", request->folder, name);
+  const thrum_status status = write_csv(request, path, rows, error);
+  if (status >= 0)
+    plot(request, name, curves);
+  return status;
+}
+
+static thrum_status run_rank(const bench_request *request, int64_t n, bench_run *run, cJSON *rows,
+                             thrum_error *error) {
+  if (request->model_path) {
+    const thrum_model *model = NULL;
+    thrum_status status = thrum_model_load(request->model_path, &model, error);
+    if (status >= 0)
+      status = run(request, model, rows, error);
+    thrum_model_free(model);
+    return status;
+  }
+  thrum_model *model = NULL;
+  thrum_status status = bench_model_beam(request->ranks[n], &model, error);
+  if (status >= 0)
+    status = run(request, model, rows, error);
+  bench_model_free(model);
+  return status;
+}
+
+static void print_machine(const bench_request *request) {
+  printf("%s; %s\n", bench_processor(), bench_build());
+  if (request->machine)
+    printf("one core: FMA peak %.1f GFLOP/s; read 256 kB %.1f, 8 MB %.1f, 512 MB %.1f GB/s\n",
+           request->rates.peak_gflops, request->rates.l2_gbs, request->rates.l3_gbs,
+           request->rates.dram_gbs);
+}
+
+/* The row itself when there is one, else an object of rows; the machine with either. */
+static void print_json(const bench_request *request, cJSON *rows) {
+  cJSON *object =
+      cJSON_GetArraySize(rows) == 1 ? cJSON_DetachItemFromArray(rows, 0) : cJSON_CreateObject();
+  if (cJSON_GetArraySize(rows) > 0)
+    cJSON_AddItemToObject(object, "rows", rows);
+  else
+    cJSON_Delete(rows);
+  cli_json_string(object, "processor", bench_processor());
+  cli_json_string(object, "build", bench_build());
+  if (request->machine) {
+    cli_json_number(object, "peak_gflops", request->rates.peak_gflops);
+    cli_json_number(object, "l2_gbs", request->rates.l2_gbs);
+    cli_json_number(object, "l3_gbs", request->rates.l3_gbs);
+    cli_json_number(object, "dram_gbs", request->rates.dram_gbs);
+  }
+  cli_json_print(object);
+}
+
+int bench_each_model(bench_request *request, bench_run *run, const char *const *curves) {
+  thrum_error error = {THRUM_OK, ""};
+  thrum_status status = THRUM_OK;
+  const int64_t count = request->model_path ? 1 : request->rank_count;
+  cJSON *rows = cJSON_CreateArray();
+  cli_progress progress = cli_progress_make(request->quiet);
+  if (request->machine)
+    bench_machine_measure(&request->rates);
+  if (!request->json)
+    print_machine(request);
+  for (int64_t n = 0; n < count && status >= 0; n++) {
+    cli_progress_update(&progress, "ranks", (double)n / (double)count);
+    status = run_rank(request, n, run, rows, &error);
+  }
+  if (status >= 0)
+    cli_progress_done(&progress);
+  else
+    cli_progress_abandon(&progress);
+  if (status >= 0 && request->folder)
+    status = write_files(request, rows, curves, &error);
+  if (status >= 0 && request->json)
+    print_json(request, rows);
+  else
+    cJSON_Delete(rows);
+  return status >= 0 ? CLI_DONE : cli_refuse(&error);
+}
