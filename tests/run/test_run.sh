@@ -1,0 +1,87 @@
+#!/bin/sh
+# The script ./run, with stand-ins for cmake, dpkg, id and sudo: what it prints where, what it does
+# without its packages, and that builds asked for at once wait for each other.
+# SPDX-License-Identifier: Apache-2.0
+# usage: test_run.sh SOURCE
+set -eu
+source=$1
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT INT TERM
+unset THRUM_PROGRAM || true
+
+fail() {
+  echo "test_run: $*"
+  exit 1
+}
+
+# a stand-in NAME: its text is read from standard input
+stand_in() {
+  { echo '#!/bin/sh' && cat; } >"$work/bin/$1"
+  chmod +x "$work/bin/$1"
+}
+
+# a blank in the path, as a stranger's folder may have
+checkout="$work/a checkout"
+mkdir -p "$checkout" "$work/bin"
+cp "$source/run" "$checkout/run"
+export WORK="$work"
+export PATH="$work/bin:$PATH"
+stand_in dpkg <<'TEXT'
+[ ! -f "$WORK/packages-missing" ] || exit 1
+echo 'Status: install ok installed'
+TEXT
+# makes a program that shows its arguments; two at a time would meet in the folder "building"
+stand_in cmake <<'TEXT'
+echo noise
+mkdir "$WORK/building" || { echo overlap >>"$WORK/overlaps"; exit 1; }
+sleep 0.1
+mkdir -p build/release
+touch build/release/build.ninja
+printf '#!/bin/sh\nprintf "<%%s>" "$@"\n' >build/release/thrum
+chmod +x build/release/thrum
+rmdir "$WORK/building"
+TEXT
+
+echo "-- arguments and folders pass through, standard output is the program's alone"
+cd "$work"
+out=$("$checkout/run" thrum info 'two words' '' 2>err)
+test "$out" = '<info><two words><>' || fail "standard output: $out"
+grep -q noise err || fail "the build was silent"
+
+if command -v flock >/dev/null 2>&1; then
+  echo "-- builds wait for each other"
+  rm -rf "$checkout/build"
+  for n in 1 2 3; do
+    "$checkout/run" thrum "$n" >"out$n" 2>/dev/null &
+  done
+  wait
+  for n in 1 2 3; do
+    test "$(cat "out$n")" = "<$n>" || fail "call $n: $(cat "out$n")"
+  done
+  test ! -f overlaps || fail "two builds at once"
+fi
+
+echo "-- a build that fails is the script's failure"
+mkdir "$work/building"
+! "$checkout/run" thrum info >out 2>/dev/null || fail "a failed build went on"
+test ! -s out || fail "a failed build printed results"
+rmdir "$work/building"
+
+echo "-- without root and sudo it says what to install, and stops"
+touch packages-missing
+printf 'echo 1000\n' | stand_in id
+printf 'exit 1\n' | stand_in sudo
+for command in thrum demo test; do
+  ! "$checkout/run" "$command" >out 2>err </dev/null || fail "$command went on without packages"
+  grep -q '^  apt-get install --no-install-recommends .*libarpack2-dev' err || fail "$command: $(cat err)"
+  test ! -s out || fail "$command: standard output is not empty"
+done
+
+echo "-- usage"
+"$checkout/run" help | grep -q '^usage' || fail "help"
+code=0
+"$checkout/run" melt >out 2>err || code=$?
+test "$code" = 2 || fail "an unknown command: exit $code"
+grep -q melt err || fail "an unknown command: $(cat err)"
+test ! -s out || fail "an unknown command: $(cat out)"
+echo "-- all as it should be"
