@@ -11,5 +11,6 @@ typedef struct cli_bench {
 int bench_displacement_command(int argc, char **argv);
 int bench_step_command(int argc, char **argv);
 int bench_kernels_command(int argc, char **argv);
+int bench_pipeline_command(int argc, char **argv);
 
 #endif

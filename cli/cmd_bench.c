@@ -12,6 +12,7 @@ static const cli_bench benches[] = {
     {"step", bench_step_command, "a step of a body that swings"},
     {"kernels", bench_kernels_command, "the passes over the coefficients"},
     {"displacement", bench_displacement_command, "u = U q of a mesh that is shown"},
+    {"precompute", bench_pipeline_command, "the pipeline against mesh size or rank"},
 };
 enum { BENCH_COUNT = sizeof benches / sizeof benches[0] };
 

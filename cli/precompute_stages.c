@@ -22,17 +22,18 @@ void precompute_add_stages(cJSON *object, const thrum_precomputed *result) {
   for (int stage = 0; stage < THRUM_STAGE_COUNT; stage++) {
     cJSON *row = cJSON_AddObjectToObject(table, stages[stage].name);
     cli_json_number(row, "seconds", result->seconds[stage]);
+    cli_json_number(row, "cpu_seconds", result->cpu_seconds[stage]);
     cli_json_number(row, "peak_mb", result->peak_mb[stage]);
     cli_json_number(row, "gflops", rate_of(result, stage));
   }
 }
 
 void precompute_print_stages(const thrum_precomputed *result) {
-  printf("\n%-20s %10s %10s %10s\n", "stage", "time [s]", "peak [MB]", "[Gflop/s]");
+  printf("\n%-20s %10s %10s %10s %10s\n", "stage", "time [s]", "CPU [s]", "peak [MB]", "[Gflop/s]");
   for (int stage = 0; stage < THRUM_STAGE_COUNT; stage++) {
     const double rate = rate_of(result, stage);
-    printf("%-20s %10.3f %10.0f ", stages[stage].text, result->seconds[stage],
-           result->peak_mb[stage]);
+    printf("%-20s %10.3f %10.3f %10.0f ", stages[stage].text, result->seconds[stage],
+           result->cpu_seconds[stage], result->peak_mb[stage]);
     // assembly and small dense work are not counted
     if (isnan(rate))
       printf("%10s\n", "-");

@@ -5,7 +5,7 @@
 #include "cli/cli.h"
 #include "precompute/precompute.h"
 
-/* Adds `stages`: for each its seconds, peak_mb (of the process until its end) and gflops, a rate,
+/* Adds `stages`: for each its seconds, cpu_seconds, peak_mb (of the process until its end) and gflops, a rate,
  * null where the work is not counted. */
 void precompute_add_stages(cJSON *object, const thrum_precomputed *result);
 

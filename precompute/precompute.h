@@ -64,7 +64,8 @@ typedef struct thrum_precomputed {
   int64_t rigid_count;   /* 6 for a free body, whose rigid modes are model.rigid; else 0 */
   double rigid_residual; /* largest |K z| / (|K| |z|) of them */
   double seconds[THRUM_STAGE_COUNT];
-  double peak_mb[THRUM_STAGE_COUNT]; /* most memory of the process so far [2^20 bytes] */
+  double cpu_seconds[THRUM_STAGE_COUNT]; /* of all threads; less than seconds on a busy machine */
+  double peak_mb[THRUM_STAGE_COUNT];     /* most memory of the process so far [2^20 bytes] */
   double flops[THRUM_STAGE_COUNT]; /* of the factor, of solves, of the Gram product; 0: uncounted */
 } thrum_precomputed;
 
