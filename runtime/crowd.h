@@ -1,0 +1,46 @@
+/* Passes over the coefficients for several states of one model at once: each coefficient is loaded
+ * once and meets all of them. Private to runtime/.
+ *
+ * A vector holds one number of each state: entry i of an array of a crowd is the `lanes` doubles at
+ * [i * lanes]. Each state gets the operations of runtime/kernel.h in the same order, so the same
+ * bits as alone.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_RUNTIME_CROWD_H
+#define THRUM_RUNTIME_CROWD_H
+
+#include "polynomial.h"
+
+#define THRUM_CROWD_LANES_MAX 8
+
+/* Doubles of scratch of any pass, for each state. */
+static inline int64_t thrum_crowd_work(int64_t rank) {
+  return 3 * thrum_pair_count(rank) + 5 * rank;
+}
+
+/* All arrays are aligned to 64. `work` may have any content and overlaps no other argument. */
+typedef struct thrum_crowd_kernel {
+  int64_t lanes; /* states */
+
+  /* thrum_force_by: R(q) into force (rank), V(q) into energy (1). */
+  void (*force)(const thrum_model *model, const double *q, double *force, double *energy,
+                double *work);
+
+  /* thrum_polynomial_restrict: into restricted (thrum_restricted_count). */
+  void (*restrict_to)(const thrum_model *model, int64_t split, const double *q, double *restricted,
+                      double *work);
+
+  /* thrum_restricted_gradient: into gradient (n) and value (1). */
+  void (*restricted_gradient)(const thrum_model *model, int64_t split, const double *restricted,
+                              const double *q_high, double *gradient, double *value, double *work);
+} thrum_crowd_kernel;
+
+/* The one that goes with a kernel of single states, NULL when it has none. */
+const thrum_crowd_kernel *thrum_crowd_kernel_of(thrum_kernel_id id);
+
+#ifdef THRUM_KERNEL_X86
+extern const thrum_crowd_kernel thrum_crowd_kernel_avx2;
+extern const thrum_crowd_kernel thrum_crowd_kernel_avx512;
+#endif
+
+#endif
