@@ -46,8 +46,8 @@ typedef struct rows3 {
 } rows3;
 
 /* One column c, of partial sum s: y_r += b_r m_c and w_c += x_r b_r, r ascending. */
-INLINE void column(int rows, bool own, bool sums, int s, const rows3 *r, int64_t c,
-                   const double *m, double *w, sums8 *y) {
+INLINE void column(int rows, bool own, bool sums, int s, const rows3 *r, int64_t c, const double *m,
+                   double *w, sums8 *y) {
   const vs m_c = sums ? vs_load(m + c * LANES) : vs_zero();
   vs w_c = vs_load(w + c * LANES);
   for (int n = 0; n < rows; n++) {
@@ -276,7 +276,8 @@ PASS void pass_restrict(const thrum_model *model, int64_t split, const double *q
   }
   upper_pairs(rank, split, w, q, g, sums);
   for (int64_t c = 0; c < n * LANES; c += LANES)
-    vs_store(restricted + c, vs_add(vs_load(w3 + split * LANES + c), vs_load(g + split * LANES + c)));
+    vs_store(restricted + c,
+             vs_add(vs_load(w3 + split * LANES + c), vs_load(g + split * LANES + c)));
   memcpy(quadratic, w + (all - pairs) * LANES, (size_t)(pairs * LANES) * sizeof *quadratic);
   double *diagonal = quadratic;
   for (int64_t k = 0; k < n; diagonal += (n - k) * LANES, k++)
@@ -299,7 +300,8 @@ PASS void pass_restricted_gradient(const thrum_model *model, int64_t split,
   clear(g, n);
   upper_pairs(n, n, quadratic, q, g, sums);
   for (int64_t c = 0; c < n * LANES; c += LANES)
-    vs_store(gradient + c, vs_add(vs_load(restricted + c), vs_add(vs_load(g + c), vs_load(sums + c))));
+    vs_store(gradient + c,
+             vs_add(vs_load(restricted + c), vs_add(vs_load(g + c), vs_load(sums + c))));
   sum = vs_add(sum, dot(n, q, sums));
   vs_store(value, vs_add(sum, form_gradient(true, &f, q, gradient, work)));
 }

@@ -20,8 +20,21 @@
 
 #include <math.h>
 
+#include "imexv.h"
 #include "polynomial.h"
-#include "solve.h"
+
+/* Has the restricted polynomial in view->restricted, where a crowd made it elsewhere. */
+static void fetch(const thrum_solver *s) {
+  thrum_state_view *view = s->view;
+  if (!view->restricted_from)
+    return;
+  const int64_t count = thrum_restricted_count(s->n);
+  for (int64_t c = 0; c < count; c++)
+    view->restricted[c] = view->restricted_from[c * view->restricted_stride];
+  view->restricted_from = NULL;
+  if (view->restricted_used < count)
+    view->restricted_used = count;
+}
 
 /* R(q-bar)_I into view->force; returns h^2 V(q-bar) up to a constant. */
 static double evaluate(const thrum_solver *s) {
@@ -29,6 +42,7 @@ static double evaluate(const thrum_solver *s) {
   if (s->first == 0)
     return s->h * s->h *
            thrum_force_by(s->view->kernel, s->model, view->middle, view->force, view->work);
+  fetch(s);
   return s->h * s->h *
          thrum_restricted_gradient(s->view->kernel, s->model, s->first, view->restricted,
                                    view->middle + s->first, view->force + s->first, view->work);
@@ -36,6 +50,7 @@ static double evaluate(const thrum_solver *s) {
 
 /* (h^2/4 + h/2 beta) T_II(q-bar), beta for the tangent form of damping only. */
 static void stiffness(const thrum_solver *s, double *matrix) {
+  fetch(s);
   if (s->first == 0)
     thrum_tangent_by(s->view->kernel, s->model, s->view->middle, matrix, s->view->work);
   else
@@ -48,17 +63,42 @@ static void stiffness(const thrum_solver *s, double *matrix) {
     matrix[a] *= stiff;
 }
 
-/* Stage 2, (4) and (5). */
-static thrum_status implicit_stage(const thrum_solver *s) {
+thrum_solver thrum_imexv_solver(const thrum_model *model, const thrum_state *state,
+                                thrum_state_view *view, thrum_solve_report *report) {
+  const thrum_solver s = {model,
+                          state,
+                          view,
+                          report,
+                          evaluate,
+                          stiffness,
+                          state->dt,
+                          state->split,
+                          state->rank - state->split,
+                          thrum_tangent_damped(state),
+                          false};
+  return s;
+}
+
+thrum_status thrum_imexv_drift(const thrum_solver *s, double potential) {
   thrum_state_view *view = s->view;
   if (s->first > 0) {
-    thrum_polynomial_restrict(s->view->kernel, s->model, s->first, view->middle, view->restricted,
-                              view->work);
-    const int64_t count = thrum_restricted_count(s->n);
-    if (view->restricted_used < count)
-      view->restricted_used = count;
+    thrum_watch_energy(s->model, s->state, view, potential, s->report);
+    if (thrum_stagger_kick(s->model, s->state, view) != THRUM_OK)
+      return THRUM_NOT_CONVERGED;
   }
-  if (!thrum_solve_increment(s))
+  for (int32_t i = 0; i < s->first; i++) {
+    view->q_next[i] = view->q[i] + s->h * view->p_next[i];
+    view->middle[i] = view->q[i] + 0.5 * s->h * view->p_next[i];
+    view->velocity[i] = view->p_next[i];
+    // a sum of differences is zero unless one of its terms is not finite
+    if (!isfinite(view->q_next[i]) || !isfinite(view->p_next[i]))
+      return THRUM_NOT_FINITE;
+  }
+  return THRUM_OK;
+}
+
+thrum_status thrum_imexv_finish(const thrum_solver *s, bool solved) {
+  if (!solved)
     return s->report->saw_nonfinite ? THRUM_NOT_FINITE : THRUM_NOT_CONVERGED;
   thrum_solve_advance(s);
   return THRUM_OK;
@@ -66,33 +106,18 @@ static thrum_status implicit_stage(const thrum_solver *s) {
 
 thrum_status thrum_step_imexv(const thrum_model *model, const thrum_state *state,
                               thrum_state_view *view, thrum_solve_report *report) {
-  const double h = state->dt;
-  const int32_t split = state->split;
-  const thrum_solver s = {model,
-                          state,
-                          view,
-                          report,
-                          evaluate,
-                          stiffness,
-                          h,
-                          split,
-                          state->rank - split,
-                          thrum_tangent_damped(state),
-                          false};
-  // stage 1 and drift
-  if (split > 0) {
-    const double potential = thrum_stagger_force(model, state, view, view->q);
-    thrum_watch_energy(model, state, view, potential, report);
-    if (thrum_stagger_kick(model, state, view) != THRUM_OK)
-      return THRUM_NOT_CONVERGED;
+  const thrum_solver s = thrum_imexv_solver(model, state, view, report);
+  const double potential = s.first > 0 ? thrum_stagger_force(model, state, view, view->q) : 0.0;
+  const thrum_status status = thrum_imexv_drift(&s, potential);
+  if (status != THRUM_OK || s.n == 0)
+    return status;
+  view->restricted_from = NULL;
+  if (s.first > 0) {
+    thrum_polynomial_restrict(view->kernel, model, s.first, view->middle, view->restricted,
+                              view->work);
+    const int64_t count = thrum_restricted_count(s.n);
+    if (view->restricted_used < count)
+      view->restricted_used = count;
   }
-  for (int32_t i = 0; i < split; i++) {
-    view->q_next[i] = view->q[i] + h * view->p_next[i];
-    view->middle[i] = view->q[i] + 0.5 * h * view->p_next[i];
-    view->velocity[i] = view->p_next[i];
-    // a sum of differences is zero unless one of its terms is not finite
-    if (!isfinite(view->q_next[i]) || !isfinite(view->p_next[i]))
-      return THRUM_NOT_FINITE;
-  }
-  return s.n > 0 ? implicit_stage(&s) : THRUM_OK;
+  return thrum_imexv_finish(&s, thrum_solve_increment(&s));
 }

@@ -35,10 +35,10 @@ static double scale_of(const thrum_solver *s, int32_t i) {
          0.5 * s->h * thrum_rest_damping(s->model, s->state, i);
 }
 
-/* Residual g of the increment in view->unknown. */
-static measure evaluate(const thrum_solver *s) {
+/* Where the increment in view->unknown is to be evaluated. */
+static void place(const thrum_solver *s) {
   thrum_state_view *view = s->view;
-  const double h = s->h, alpha = s->state->damping_alpha, beta = s->state->damping_beta;
+  const double h = s->h;
   for (int32_t i = s->first; i < s->state->rank; i++) {
     view->middle[i] = view->q[i] + 0.5 * view->unknown[i];
     view->velocity[i] = view->unknown[i] / h;
@@ -46,7 +46,13 @@ static measure evaluate(const thrum_solver *s) {
   if (s->tangent)
     thrum_tangent_vector_by(s->view->kernel, s->model, view->middle, view->velocity, view->product,
                             view->work);
-  double sum = 0.0, merit = s->evaluate(s);
+}
+
+/* Residual g of the increment placed last, from its R in view->force and its P. */
+static measure assess(const thrum_solver *s, double potential) {
+  thrum_state_view *view = s->view;
+  const double h = s->h, alpha = s->state->damping_alpha, beta = s->state->damping_beta;
+  double sum = 0.0, merit = potential;
   for (int32_t i = s->first; i < s->state->rank; i++) {
     const double d = view->unknown[i], v = view->velocity[i], kick = h * view->p[i];
     const double damped =
@@ -58,6 +64,11 @@ static measure evaluate(const thrum_solver *s) {
   }
   const measure found = {sqrt(sum), merit};
   return found;
+}
+
+static measure evaluate(const thrum_solver *s) {
+  place(s);
+  return assess(s, s->evaluate(s));
 }
 
 /* Scaled norm of the increment, in the same measure as the residual's. */
@@ -155,31 +166,50 @@ static bool can_fall(const thrum_solver *s, double norm, double before) {
   return s->exact && norm > exact && norm < 0.5 * before;
 }
 
-static bool quasi_newton(const thrum_solver *s) {
-  bool kept = s->state->jacobian_kept != 0, fresh = false;
-  double before = INFINITY;
-  for (int32_t j = 0;; j++) {
-    const double norm = evaluate(s).norm;
-    if (!isfinite(norm))
-      return false;
-    const bool accepted = accept(s, norm);
-    if (accepted && !can_fall(s, norm, before))
-      return true;
-    if (j == s->state->iterations_max || (fresh && norm > before))
-      return accepted;
-    // a refresh costs a few iterations, and over the next steps saves one or two in each
-    fresh = (!kept && !s->report->refreshed) || (norm > SLOW * before && !accepted);
-    if (fresh) {
-      assemble(s);
-      if (!factorise(s))
-        return false;
-      kept = false;
-    }
-    before = norm;
-    solve(s, kept);
-    for (int32_t i = s->first; i < s->state->rank; i++)
-      s->view->unknown[i] -= s->view->direction[i];
+void thrum_quasi_begin(const thrum_solver *s, thrum_quasi *quasi) {
+  quasi->before = INFINITY;
+  quasi->done = 0;
+  quasi->kept = s->state->jacobian_kept != 0;
+  quasi->fresh = false;
+  guess(s);
+  place(s);
+}
+
+thrum_quasi_next thrum_quasi_take(const thrum_solver *s, thrum_quasi *quasi, double potential) {
+  const double norm = assess(s, potential).norm;
+  if (!isfinite(norm))
+    return THRUM_QUASI_STUCK;
+  const bool accepted = accept(s, norm);
+  if (accepted && !can_fall(s, norm, quasi->before))
+    return THRUM_QUASI_DONE;
+  if (quasi->done == s->state->iterations_max || (quasi->fresh && norm > quasi->before))
+    return accepted ? THRUM_QUASI_DONE : THRUM_QUASI_STUCK;
+  // a refresh costs a few iterations, and over the next steps saves one or two in each
+  quasi->fresh =
+      (!quasi->kept && !s->report->refreshed) || (norm > SLOW * quasi->before && !accepted);
+  if (quasi->fresh) {
+    assemble(s);
+    if (!factorise(s))
+      return THRUM_QUASI_STUCK;
+    quasi->kept = false;
   }
+  quasi->before = norm;
+  solve(s, quasi->kept);
+  for (int32_t i = s->first; i < s->state->rank; i++)
+    s->view->unknown[i] -= s->view->direction[i];
+  quasi->done++;
+  place(s);
+  return THRUM_QUASI_EVALUATE;
+}
+
+static bool quasi_newton(const thrum_solver *s) {
+  thrum_quasi quasi;
+  thrum_quasi_begin(s, &quasi);
+  thrum_quasi_next next;
+  do
+    next = thrum_quasi_take(s, &quasi, s->evaluate(s));
+  while (next == THRUM_QUASI_EVALUATE);
+  return next == THRUM_QUASI_DONE;
 }
 
 /* Newton's direction at the present increment, and its slope: the rate at which m falls along it.
@@ -232,7 +262,7 @@ static bool shorten(const thrum_solver *s, double slope, measure *here) {
 }
 
 /* From no motion, with the exact Jacobian in every iteration. */
-static bool full_newton(const thrum_solver *s) {
+bool thrum_solve_newton(const thrum_solver *s) {
   memset(s->view->unknown, 0, (size_t)s->state->rank * sizeof *s->view->unknown);
   s->report->newton = true;
   measure here = evaluate(s);
@@ -249,8 +279,7 @@ static bool full_newton(const thrum_solver *s) {
 }
 
 bool thrum_solve_increment(const thrum_solver *s) {
-  guess(s);
-  return quasi_newton(s) || full_newton(s);
+  return quasi_newton(s) || thrum_solve_newton(s);
 }
 
 void thrum_solve_advance(const thrum_solver *s) {

@@ -28,6 +28,28 @@ struct thrum_solver {
  * q-bar in view->middle. False when neither quasi-Newton nor full Newton ends. */
 bool thrum_solve_increment(const thrum_solver *s);
 
+/* Quasi-Newton one evaluation at a time, so that those of several states can be made together:
+ * begin, then while the answer is EVALUATE put R at view->middle into view->force and give P. STUCK
+ * is for thrum_solve_newton. */
+typedef struct thrum_quasi {
+  double before; /* residual of the evaluation before */
+  int32_t done;  /* iterations */
+  bool kept;     /* the factors are of a step before */
+  bool fresh;    /* the factors are of this evaluation */
+} thrum_quasi;
+
+typedef enum thrum_quasi_next {
+  THRUM_QUASI_EVALUATE,
+  THRUM_QUASI_DONE,
+  THRUM_QUASI_STUCK
+} thrum_quasi_next;
+
+void thrum_quasi_begin(const thrum_solver *s, thrum_quasi *quasi);
+thrum_quasi_next thrum_quasi_take(const thrum_solver *s, thrum_quasi *quasi, double potential);
+
+/* Full Newton from no motion. */
+bool thrum_solve_newton(const thrum_solver *s);
+
 /* q_next, p_next and past_next of the implicit modes from a solved increment. */
 void thrum_solve_advance(const thrum_solver *s);
 

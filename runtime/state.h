@@ -133,6 +133,8 @@ typedef struct thrum_state_view {
   double *end;
   const struct thrum_kernel *kernel; /* the one asked for, or the best one here */
   int64_t restricted_used;           /* doubles; set by whoever writes restricted */
+  const double *restricted_from;     /* not NULL: where a crowd has what restricted is to hold, */
+  int64_t restricted_stride;         /* at every so many doubles */
   bool guided;                       /* by whoever writes guide_next */
   bool matrices_used;                /* by whoever writes jacobian_next, tangent or tangent_2 */
 } thrum_state_view;
@@ -231,6 +233,26 @@ thrum_status thrum_step_energy(const thrum_model *model, const thrum_state *stat
                                thrum_state_view *view, thrum_solve_report *report);
 thrum_status thrum_step_newmark(const thrum_model *model, const thrum_state *state,
                                 thrum_state_view *view, thrum_solve_report *report);
+
+/* A step in three parts, so that a crowd can make many attempts together. */
+typedef struct thrum_step_run {
+  thrum_state *state;
+  thrum_state next; /* the header to be */
+  thrum_state_view view;
+  thrum_solve_report report;
+} thrum_step_run;
+
+/* step.c: checks the state and lets the watch choose the scheme, run->next.scheme. Not THRUM_OK:
+ * there is nothing to end. */
+thrum_status thrum_step_begin(const thrum_model *model, thrum_state *state, thrum_step_run *run,
+                              thrum_error *error);
+
+/* step.c: one step of that scheme: candidates, as thrum_step_imexv. */
+thrum_status thrum_step_attempt(const thrum_model *model, thrum_step_run *run);
+
+/* step.c: from the attempt's status on: the watch, the ladder, the commit. */
+thrum_status thrum_step_end(const thrum_model *model, thrum_step_run *run, thrum_status attempted,
+                            thrum_error *error);
 
 /* watch.c: forgets what the balance was compared with. */
 void thrum_watch_reset(thrum_state *state);

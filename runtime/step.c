@@ -80,51 +80,71 @@ static thrum_status attempt(const thrum_model *model, const thrum_state *state,
   return thrum_step_imexv(model, state, view, report);
 }
 
-/* A watched step, by whatever scheme the watch comes to, and then by the ladder. */
-static thrum_status solve(const thrum_model *model, thrum_state *next, thrum_state_view *view,
-                          thrum_solve_report *report) {
-  double *before = view->p;
-  const thrum_state unchanged = *next;
-  if (thrum_watch_before(model, next, view, report) != THRUM_OK) {
-    *next = unchanged;
-    view->p = before;
-    view->guided = false;
+thrum_status thrum_step_begin(const thrum_model *model, thrum_state *state, thrum_step_run *run,
+                              thrum_error *error) {
+  const thrum_status status = thrum_state_check(model, state, error);
+  if (status != THRUM_OK)
+    return status;
+  run->state = state;
+  run->next = *state;
+  run->view = thrum_state_view_of(state);
+  memset(&run->report, 0, sizeof run->report);
+  double *before = run->view.p;
+  if (thrum_watch_before(model, &run->next, &run->view, &run->report) != THRUM_OK) {
+    run->next = *state;
+    run->view.p = before;
+    run->view.guided = false;
   }
-  thrum_status status = attempt(model, next, view, report);
-  if (status == THRUM_OK && thrum_watch_judge(next, report)) {
-    const double energy = report->energy;
-    memset(report, 0, sizeof *report);
+  return THRUM_OK;
+}
+
+thrum_status thrum_step_attempt(const thrum_model *model, thrum_step_run *run) {
+  return attempt(model, &run->next, &run->view, &run->report);
+}
+
+/* What becomes of an attempt: the watch may prefer the step of design 7; then the ladder. */
+static thrum_status settle(const thrum_model *model, thrum_step_run *run, thrum_status status) {
+  thrum_state *next = &run->next;
+  thrum_state_view *view = &run->view;
+  if (status == THRUM_OK && thrum_watch_judge(next, &run->report)) {
+    const double energy = run->report.energy;
+    memset(&run->report, 0, sizeof run->report);
     status = thrum_watch_hand_over(model, next, view, energy);
     if (status == THRUM_OK)
-      status = attempt(model, next, view, report);
+      status = thrum_step_attempt(model, run);
   }
   if (status == THRUM_OK &&
       !isfinite(thrum_state_amplitude(model, next, view->q_next, view->p_next)))
     status = THRUM_NOT_FINITE;
-  return status == THRUM_OK ? status : thrum_ladder_climb(model, next, view, status, report);
+  return status == THRUM_OK ? status : thrum_ladder_climb(model, next, view, status, &run->report);
 }
 
-thrum_status thrum_step(const thrum_model *model, thrum_state *state, thrum_error *error) {
-  thrum_status status = thrum_state_check(model, state, error);
-  if (status != THRUM_OK)
-    return status;
-  thrum_state_view view = thrum_state_view_of(state);
-  thrum_state next = *state;
-  thrum_solve_report report;
-  memset(&report, 0, sizeof report);
-  status = solve(model, &next, &view, &report);
+thrum_status thrum_step_end(const thrum_model *model, thrum_step_run *run, thrum_status attempted,
+                            thrum_error *error) {
+  thrum_state *state = run->state;
+  thrum_state_view *view = &run->view;
+  thrum_status status = settle(model, run, attempted);
   if (status == THRUM_OK) {
     // an amplitude that overflows would make every later residual look small
-    const double amplitude = thrum_state_amplitude(model, &next, view.q_next, view.p_next);
-    if (isfinite(amplitude) && thrum_all_finite(view.acceleration_next, state->rank)) {
-      thrum_watch_after(model, &next, &view);
-      commit(state, &next, &view, &report, amplitude);
+    const double amplitude = thrum_state_amplitude(model, &run->next, view->q_next, view->p_next);
+    if (isfinite(amplitude) && thrum_all_finite(view->acceleration_next, state->rank)) {
+      thrum_watch_after(model, &run->next, view);
+      commit(state, &run->next, view, &run->report, amplitude);
     } else {
       status = THRUM_NOT_FINITE;
     }
   }
-  thrum_state_clear_scratch(&view);
+  thrum_state_clear_scratch(view);
   if (status != THRUM_OK)
     return say_failure(state, status, error);
-  return report.newton || report.rung != THRUM_RUNG_NONE ? THRUM_FELL_BACK : THRUM_OK;
+  const bool fell_back = run->report.newton || run->report.rung != THRUM_RUNG_NONE;
+  return fell_back ? THRUM_FELL_BACK : THRUM_OK;
+}
+
+thrum_status thrum_step(const thrum_model *model, thrum_state *state, thrum_error *error) {
+  thrum_step_run run;
+  const thrum_status status = thrum_step_begin(model, state, &run, error);
+  if (status != THRUM_OK)
+    return status;
+  return thrum_step_end(model, &run, thrum_step_attempt(model, &run), error);
 }

@@ -116,6 +116,48 @@ static void planning_and_laying_out_a_state_allocate_nothing(void **context) {
   random_model_free(&m);
 }
 
+static void stepping_a_crowd_and_showing_it_allocate_nothing(void **context) {
+  (void)context;
+  enum { STATES = 11, VERTICES = 20 };
+  random_model m;
+  random_model_make(&m, 21, RANK, 1.0, 60.0, 0.5);
+  random_model_add_mesh(&m, 5, VERTICES);
+  thrum_state_def def = thrum_default_state_def();
+  def.dt = 0.03;
+  thrum_state *states[STATES];
+  const double p[RANK] = {0.3, -0.1, 0.15, 0.05, -0.04, 0.02};
+  for (int n = 0; n < STATES; n++) {
+    states[n] = state_make(&m.model, &def);
+    state_put(&m.model, states[n], NULL, p);
+  }
+  const int32_t triangle[3] = {1, 2, 3};
+  const thrum_surface_def shown = {NULL, 0, triangle, 1};
+  size_t crowd_bytes = 0, surface_bytes = 0;
+  const thrum_surface *surface = NULL;
+  assert_int_equal(thrum_crowd_size(&m.model, &crowd_bytes, NULL), THRUM_OK);
+  assert_int_equal(thrum_surface_size(&m.model, &shown, &surface_bytes, NULL), THRUM_OK);
+  void *workspace = aligned_alloc(64, crowd_bytes), *memory = aligned_alloc(64, surface_bytes);
+  double q[RANK];
+  float out[6 * VERTICES];
+  const int64_t before = calls;
+  assert_int_equal(thrum_surface_init(memory, surface_bytes, &m.model, &shown, &surface, NULL),
+                   THRUM_OK);
+  for (int k = 0; k < 100; k++) {
+    assert_true(thrum_step_many(&m.model, states, STATES, NULL, workspace, crowd_bytes, NULL) >= 0);
+    state_read(&m.model, states[k % STATES], q, NULL);
+    assert_int_equal(
+        thrum_surface_positions(surface, THRUM_SURFACE_POSITIONS, q, 0, VERTICES, out, 6, NULL),
+        THRUM_OK);
+    assert_int_equal(thrum_surface_normals(surface, out, 6, out + 3, 6, NULL), THRUM_OK);
+  }
+  assert_int_equal(calls, before);
+  for (int n = 0; n < STATES; n++)
+    state_free(states[n]);
+  free(workspace);
+  free(memory);
+  random_model_free(&m);
+}
+
 /* The counter sees the library: loading a model is documented to take a block. */
 static void the_counter_sees_an_allocation_inside_the_library(void **context) {
   (void)context;
@@ -141,6 +183,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(no_call_of_a_running_simulation_allocates),
       cmocka_unit_test(planning_and_laying_out_a_state_allocate_nothing),
+      cmocka_unit_test(stepping_a_crowd_and_showing_it_allocate_nothing),
       cmocka_unit_test(the_counter_sees_an_allocation_inside_the_library),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -3,6 +3,7 @@
 #ifndef THRUM_H
 #define THRUM_H
 
+#include "thrum/crowd.h"
 #include "thrum/force.h"
 #include "thrum/kernel.h"
 #include "thrum/model.h"

@@ -1,0 +1,282 @@
+/* Steps of many states of one model together (thrum/crowd.h).
+ *
+ * States that imexv is about to step in its component split, with the same split, go through the
+ * stages of that step side by side: force, kick, restriction, and the evaluations of quasi-Newton
+ * one after the other until all have converged. What reads coefficients is a pass of
+ * runtime/crowd.h over all of them; all else is each state's own, by the code of thrum_step. A
+ * state that needs more, such as full Newton or a rung of the ladder, goes on alone. Cost: that of
+ * thrum_step with each coefficient loaded once for all states of a group.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "crowd.h"
+
+#include <string.h>
+
+#include "imexv.h"
+#include "thrum/crowd.h"
+
+#define ALIGNMENT 64u
+
+/* One state of a group. */
+typedef struct member {
+  thrum_step_run run;
+  thrum_solver solver;
+  thrum_quasi quasi;
+  thrum_status status;
+  int64_t index; /* in the caller's list */
+  bool solving;
+} member;
+
+/* A group and its arrays, each by coordinate and then by state. */
+typedef struct group {
+  const thrum_model *model;
+  const thrum_crowd_kernel *kernel;
+  member *members; /* THRUM_CROWD_LANES_MAX */
+  int64_t count;
+  int32_t split;
+  double *q, *force, *value, *restricted, *work;
+} group;
+
+static size_t round_up(size_t size) {
+  return (size + (ALIGNMENT - 1)) / ALIGNMENT * ALIGNMENT;
+}
+
+/* Cuts the workspace; returns its bytes. `memory` may be NULL. */
+static size_t lay_out(const thrum_model *model, unsigned char *memory, group *g) {
+  const size_t number = THRUM_CROWD_LANES_MAX * sizeof(double), rank = (size_t)model->rank;
+  const size_t restricted = (size_t)thrum_restricted_count(model->rank);
+  const size_t sizes[] = {THRUM_CROWD_LANES_MAX * sizeof(member),
+                          rank * number,
+                          rank * number,
+                          number,
+                          restricted * number,
+                          (size_t)thrum_crowd_work(model->rank) * number};
+  unsigned char *parts[6];
+  size_t size = 0;
+  for (int n = 0; n < 6; n++) {
+    parts[n] = memory ? memory + size : NULL;
+    size += round_up(sizes[n]);
+  }
+  g->members = (member *)(void *)parts[0];
+  g->q = (double *)(void *)parts[1];
+  g->force = (double *)(void *)parts[2];
+  g->value = (double *)(void *)parts[3];
+  g->restricted = (double *)(void *)parts[4];
+  g->work = (double *)(void *)parts[5];
+  return size;
+}
+
+const thrum_crowd_kernel *thrum_crowd_kernel_of(thrum_kernel_id id) {
+#ifdef THRUM_KERNEL_X86
+  if (id == THRUM_KERNEL_AVX512)
+    return &thrum_crowd_kernel_avx512;
+  if (id == THRUM_KERNEL_AVX2)
+    return &thrum_crowd_kernel_avx2;
+#else
+  (void)id;
+#endif
+  return NULL;
+}
+
+/* Entries first..last-1 of a vector of one state. */
+static void put(const group *g, int64_t lane, int64_t first, int64_t last, const double *from,
+                double *to) {
+  for (int64_t i = first; i < last; i++)
+    to[i * g->kernel->lanes + lane] = from[i];
+}
+
+static void take(const group *g, int64_t lane, int64_t first, int64_t last, const double *from,
+                 double *to) {
+  for (int64_t i = first; i < last; i++)
+    to[i] = from[i * g->kernel->lanes + lane];
+}
+
+/* Can this state's step be made in a group? */
+static bool fits(const thrum_step_run *run) {
+  const thrum_state *next = &run->next;
+  return next->scheme == THRUM_SCHEME_COMPONENT && next->split > 0 && !thrum_tangent_damped(next) &&
+         thrum_crowd_kernel_of(run->view.kernel->id) != NULL;
+}
+
+/* Stage 1 and the drift of all. */
+static void kick(group *g) {
+  const int64_t lanes = g->kernel->lanes, rank = g->model->rank;
+  memset(g->q, 0, (size_t)(rank * lanes) * sizeof *g->q);
+  for (int64_t m = 0; m < g->count; m++)
+    put(g, m, 0, rank, g->members[m].run.view.q, g->q);
+  g->kernel->force(g->model, g->q, g->force, g->value, g->work);
+  memset(g->q, 0, (size_t)(rank * lanes) * sizeof *g->q);
+  for (int64_t m = 0; m < g->count; m++) {
+    member *one = &g->members[m];
+    thrum_step_run *run = &one->run;
+    take(g, m, 0, rank, g->force, run->view.force);
+    one->solver = thrum_imexv_solver(g->model, &run->next, &run->view, &run->report);
+    one->status = thrum_imexv_drift(&one->solver, g->value[m]);
+    one->solving = one->status == THRUM_OK && one->solver.n > 0;
+    put(g, m, 0, g->split, run->view.middle, g->q);
+  }
+}
+
+/* The rest of a solve that the group no longer helps with. */
+static void go_on_alone(member *one, thrum_quasi_next next) {
+  const thrum_solver *s = &one->solver;
+  while (next == THRUM_QUASI_EVALUATE)
+    next = thrum_quasi_take(s, &one->quasi, s->evaluate(s));
+  const bool solved = next == THRUM_QUASI_DONE || thrum_solve_newton(s);
+  one->status = thrum_imexv_finish(s, solved);
+  one->solving = false;
+}
+
+/* One evaluation of quasi-Newton for all that still iterate; returns how many are left. */
+static int64_t iterate(group *g) {
+  const int64_t lanes = g->kernel->lanes, rank = g->model->rank;
+  int64_t left = 0;
+  for (int64_t m = 0; m < g->count; m++)
+    if (g->members[m].solving)
+      put(g, m, g->split, rank, g->members[m].run.view.middle, g->q);
+  g->kernel->restricted_gradient(g->model, g->split, g->restricted, g->q + g->split * lanes,
+                                 g->force + g->split * lanes, g->value, g->work);
+  for (int64_t m = 0; m < g->count; m++) {
+    member *one = &g->members[m];
+    if (!one->solving)
+      continue;
+    const thrum_solver *s = &one->solver;
+    take(g, m, g->split, rank, g->force, one->run.view.force);
+    const thrum_quasi_next next = thrum_quasi_take(s, &one->quasi, s->h * s->h * g->value[m]);
+    if (next == THRUM_QUASI_EVALUATE)
+      left++;
+    else
+      go_on_alone(one, next);
+  }
+  return left;
+}
+
+/* Attempts of all members. */
+static void attempt(group *g) {
+  kick(g);
+  int64_t left = 0;
+  for (int64_t m = 0; m < g->count; m++)
+    left += g->members[m].solving ? 1 : 0;
+  if (left > 0)
+    g->kernel->restrict_to(g->model, g->split, g->q, g->restricted, g->work);
+  for (int64_t m = 0; m < g->count; m++) {
+    member *one = &g->members[m];
+    one->run.view.restricted_from = g->restricted + m;
+    one->run.view.restricted_stride = g->kernel->lanes;
+    if (one->solving)
+      thrum_quasi_begin(&one->solver, &one->quasi);
+  }
+  // a pass costs the same for one state as for all
+  while (4 * left > g->kernel->lanes)
+    left = iterate(g);
+  for (int64_t m = 0; m < g->count; m++) {
+    if (g->members[m].solving)
+      go_on_alone(&g->members[m], THRUM_QUASI_EVALUATE);
+    g->members[m].run.view.restricted_from = NULL;
+  }
+}
+
+/* What a call knows of its states' ends. */
+typedef struct outcome {
+  thrum_status *statuses; /* may be NULL */
+  thrum_error *error;
+  thrum_status worst;
+  int64_t first_failed;
+} outcome;
+
+static void note(outcome *o, int64_t index, thrum_status status, const thrum_error *why) {
+  if (o->statuses)
+    o->statuses[index] = status;
+  if (status < 0 && (o->worst >= 0 || index < o->first_failed)) {
+    o->worst = status;
+    o->first_failed = index;
+    thrum_error_set(o->error, status, "state %lld: %s", (long long)index, why->message);
+  } else if (status > 0 && o->worst == THRUM_OK) {
+    o->worst = status;
+  }
+}
+
+static void end(const thrum_model *model, member *one, outcome *o) {
+  thrum_error why = {THRUM_OK, ""};
+  note(o, one->index, thrum_step_end(model, &one->run, one->status, &why), &why);
+}
+
+/* Steps the members, together where that is worth it, and empties the group. */
+static void advance(group *g, outcome *o) {
+  if (g->count > 0 && 2 * g->count >= g->kernel->lanes) {
+    attempt(g);
+  } else {
+    for (int64_t m = 0; m < g->count; m++)
+      g->members[m].status = thrum_step_attempt(g->model, &g->members[m].run);
+  }
+  for (int64_t m = 0; m < g->count; m++)
+    end(g->model, &g->members[m], o);
+  g->count = 0;
+}
+
+/* Begins the step of one state and puts it in the group, or steps it alone. */
+static void add(group *g, thrum_state *state, int64_t index, outcome *o) {
+  thrum_error why = {THRUM_OK, ""};
+  member *one = &g->members[g->count];
+  one->index = index;
+  const thrum_status status = thrum_step_begin(g->model, state, &one->run, &why);
+  if (status != THRUM_OK) {
+    note(o, index, status, &why);
+    return;
+  }
+  if (!fits(&one->run)) {
+    one->status = thrum_step_attempt(g->model, &one->run);
+    end(g->model, one, o);
+    return;
+  }
+  const thrum_crowd_kernel *kernel = thrum_crowd_kernel_of(one->run.view.kernel->id);
+  if (g->count > 0 && (g->split != one->run.next.split || g->kernel != kernel)) {
+    // another kind of step: the group goes first, and this one starts the next
+    advance(g, o);
+    if (one != g->members)
+      g->members[0] = *one;
+  }
+  g->split = g->members[0].run.next.split;
+  g->kernel = kernel;
+  g->count++;
+  if (g->count == kernel->lanes)
+    advance(g, o);
+}
+
+thrum_status thrum_crowd_size(const thrum_model *model, size_t *size, thrum_error *error) {
+  group g;
+  if (!model || !size || model->rank < 1 || model->rank > THRUM_RANK_MAX)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "the model or size is NULL, or the model has no rank in 1..%d",
+                           THRUM_RANK_MAX);
+  *size = lay_out(model, NULL, &g);
+  return THRUM_OK;
+}
+
+thrum_status thrum_step_many(const thrum_model *model, thrum_state *const *states, int64_t count,
+                             thrum_status *statuses, void *workspace, size_t workspace_size,
+                             thrum_error *error) {
+  size_t size;
+  const thrum_status status = thrum_crowd_size(model, &size, error);
+  if (status != THRUM_OK)
+    return status;
+  if (count < 0 || (count > 0 && !states) || !workspace)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "states or workspace is NULL, or count is negative");
+  if ((uintptr_t)workspace % ALIGNMENT != 0)
+    return thrum_error_set(error, THRUM_MISALIGNED, "the workspace is not aligned to %u bytes",
+                           ALIGNMENT);
+  if (workspace_size < size)
+    return thrum_error_set(error, THRUM_BUFFER_TOO_SMALL,
+                           "the workspace has %zu bytes, this model needs %zu", workspace_size,
+                           size);
+  group g;
+  memset(&g, 0, sizeof g);
+  lay_out(model, workspace, &g);
+  g.model = model;
+  outcome o = {statuses, error, THRUM_OK, 0};
+  for (int64_t n = 0; n < count; n++)
+    add(&g, states[n], n, &o);
+  advance(&g, &o);
+  return o.worst;
+}
