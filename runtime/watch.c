@@ -217,7 +217,8 @@ static bool unbalanced(thrum_state *state, double energy, double shadow) {
   const double scale = fmax(state->watch_scale, state->watch_scale_before);
   const double error = steady - state->watch_steady, allowed = MOVED * state->watch_recent;
   state->balance_last = scale > 0.0 ? error / scale : 0.0;
-  state->balance_peak = fmax(state->balance_peak, fabs(state->balance_last));
+  if (scale > 0.0)
+    state->balance_peak = fmax(state->balance_peak, (fabs(error) - allowed) / scale);
   state->watch_sum += balance;
   state->watch_samples++;
   // where load and damping act the reference follows: their own error is no growth

@@ -1,0 +1,154 @@
+/* The average vector field (design 7): its equations, its energy at any step, with load and
+ * damping. SPDX-License-Identifier: Apache-2.0 */
+#include "state_support.h"
+
+enum { RANK = 6 };
+
+static const double start_q[RANK] = {0.3, -0.1, 0.15, 0.05, -0.04, 0.02};
+static const double start_p[RANK] = {-0.2, 0.4, 0.1, -0.3, 0.2, 0.1};
+static const double push[RANK] = {0.5, -0.4, 0.3, -0.2, 0.1, 0.6};
+
+static void make_model(random_model *m) {
+  random_model_make(m, 21, RANK, 1.0, 12.0, 0.5);
+}
+
+static thrum_state_def make_def(double dt) {
+  thrum_state_def def = thrum_default_state_def();
+  def.integrator = THRUM_INTEGRATOR_ENERGY;
+  def.dt = dt;
+  return def;
+}
+
+static void energy_is_conserved_at_any_step(void **context) {
+  (void)context;
+  random_model m;
+  make_model(&m);
+  static const double steps[5] = {0.003, 0.01, 0.05, 0.3, 2.0};
+  for (int n = 0; n < 5; n++) {
+    const thrum_state_def def = make_def(steps[n]);
+    thrum_state *state = state_make(&m.model, &def);
+    state_put(&m.model, state, start_q, start_p);
+    const double first = state_energy(&m.model, state).total;
+    for (int k = 0; k < 3000; k++) {
+      state_steps(&m.model, state, 1);
+      const double now = state_energy(&m.model, state).total;
+      if (!(fabs(now - first) < 1e-11 * first))
+        fail_msg("dt %g, step %d: %.3e of the energy", def.dt, k, (now - first) / first);
+    }
+    state_free(state);
+  }
+  random_model_free(&m);
+}
+
+/* E' - E = f d - d D d / h with d = q' - q: exactly, in every single step. */
+static void energy_changes_by_work_less_dissipation(void **context) {
+  (void)context;
+  random_model m;
+  make_model(&m);
+  double *work = random_alloc((int64_t)thrum_work_count(&m.model), sizeof(double));
+  for (int form = THRUM_DAMPING_REST; form <= THRUM_DAMPING_TANGENT; form++) {
+    thrum_state_def def = make_def(0.07);
+    def.damping_alpha = 0.3;
+    def.damping_beta = 0.004;
+    def.damping_form = (thrum_damping_form)form;
+    thrum_state *state = state_make(&m.model, &def);
+    state_put(&m.model, state, start_q, start_p);
+    random_state random = {5};
+    for (int k = 0; k < 300; k++) {
+      double f[RANK], before[RANK], after[RANK], d[RANK], middle[RANK], product[RANK];
+      random_vector(&random, RANK, 3.0, f);
+      state_push(&m.model, state, f);
+      state_read(&m.model, state, before, NULL);
+      double change = -state_energy(&m.model, state).total;
+      state_steps(&m.model, state, 1);
+      change += state_energy(&m.model, state).total;
+      state_read(&m.model, state, after, NULL);
+      double expected = 0, size = 0;
+      for (int i = 0; i < RANK; i++) {
+        d[i] = after[i] - before[i];
+        middle[i] = 0.5 * (after[i] + before[i]);
+      }
+      thrum_tangent_vector(&m.model, middle, d, product, work);
+      for (int i = 0; i < RANK; i++) {
+        const double stiff = form == THRUM_DAMPING_TANGENT ? product[i] : m.omega2[i] * d[i];
+        const double rate = (def.damping_alpha * d[i] + def.damping_beta * stiff) / def.dt;
+        expected += d[i] * (f[i] - rate);
+        size += fabs(d[i]) * (fabs(f[i]) + fabs(rate));
+      }
+      assert_true(fabs(change - expected) < 1e-10 * (size + fabs(change)));
+    }
+    state_free(state);
+  }
+  free(work);
+  random_model_free(&m);
+}
+
+/* R is cubic along the step, so Simpson's rule is exact too: an independent mean force. */
+static void a_step_satisfies_its_equations(void **context) {
+  (void)context;
+  random_model m;
+  make_model(&m);
+  double *work = random_alloc((int64_t)thrum_work_count(&m.model), sizeof(double));
+  const thrum_state_def def = make_def(0.2);
+  thrum_state *state = state_make(&m.model, &def);
+  state_put(&m.model, state, start_q, start_p);
+  state_push(&m.model, state, push);
+  for (int k = 0; k < 50; k++) {
+    double q[2][RANK], p[2][RANK], middle[RANK], force[3][RANK];
+    state_read(&m.model, state, q[0], p[0]);
+    state_steps(&m.model, state, 1);
+    state_read(&m.model, state, q[1], p[1]);
+    for (int i = 0; i < RANK; i++)
+      middle[i] = 0.5 * (q[0][i] + q[1][i]);
+    thrum_force(&m.model, q[0], force[0], work);
+    thrum_force(&m.model, middle, force[1], work);
+    thrum_force(&m.model, q[1], force[2], work);
+    for (int i = 0; i < RANK; i++) {
+      const double mean = (force[0][i] + 4 * force[1][i] + force[2][i]) / 6;
+      assert_true(fabs(p[1][i] - p[0][i] + def.dt * (mean - push[i])) < 1e-11);
+      assert_true(fabs(q[1][i] - q[0][i] - 0.5 * def.dt * (p[0][i] + p[1][i])) < 1e-11);
+    }
+  }
+  state_free(state);
+  free(work);
+  random_model_free(&m);
+}
+
+static void on_a_linear_model_it_is_the_midpoint_rule(void **context) {
+  (void)context;
+  random_model m;
+  random_model_make(&m, 1, RANK, 1.0, 20.0, INFINITY);
+  thrum_state_def def = make_def(0.1);
+  def.damping_alpha = 0.2;
+  def.damping_beta = 0.01;
+  def.tolerance = 1e-13;
+  thrum_state *energy = state_make(&m.model, &def);
+  def.integrator = THRUM_INTEGRATOR_MIDPOINT;
+  thrum_state *midpoint = state_make(&m.model, &def);
+  double q[2][RANK], p[2][RANK];
+  state_put(&m.model, energy, start_q, start_p);
+  state_put(&m.model, midpoint, start_q, start_p);
+  state_push(&m.model, energy, push);
+  state_push(&m.model, midpoint, push);
+  for (int k = 0; k < 200; k++) {
+    state_steps(&m.model, energy, 1);
+    state_steps(&m.model, midpoint, 1);
+    state_read(&m.model, energy, q[0], p[0]);
+    state_read(&m.model, midpoint, q[1], p[1]);
+    assert_true(largest_difference(q[0], q[1], RANK) < 1e-12);
+    assert_true(largest_difference(p[0], p[1], RANK) < 1e-11);
+  }
+  state_free(energy);
+  state_free(midpoint);
+  random_model_free(&m);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(energy_is_conserved_at_any_step),
+      cmocka_unit_test(energy_changes_by_work_less_dissipation),
+      cmocka_unit_test(a_step_satisfies_its_equations),
+      cmocka_unit_test(on_a_linear_model_it_is_the_midpoint_rule),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
