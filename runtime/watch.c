@@ -9,9 +9,9 @@
  * The balance B = E - work + dissipation with the synchronised energy E, which stage 1 has for
  * nothing. Fast: B beside its first value. Stoermer-Verlet's own energy lies h^2/8 |R_E - f_E|^2
  * below E; without that part a linear mode shows no ripple, but a mode beyond the bound no growth
- * either, so E itself has a wider limit. Slow: the mean of B over a window beside that of the first
- * window. Beyond the limits the step of design 7 takes over, after a slow drift at a step where E
- * passes its first mean, until the energy has clearly fallen. Where load or damping move much
+ * either, so E itself is looked at too. Slow: the mean of B over a window beside that of the first
+ * window. Beyond the limits the step of design 7 takes over, unless it is urgent at a step where E
+ * passes its mean, until the energy has clearly fallen. Where load or damping move much
  * energy the references follow: there the error of B is theirs.
  *
  * Each change synchronises, changes, un-synchronises. What is decided here goes into a copy of the
@@ -29,18 +29,19 @@
 #include "polynomial.h"
 #include "state.h"
 
-#define SAMPLE 16      /* steps between two power iterations; fewer near the bound */
-#define WINDOW 4096    /* steps of a mean of the balance, and of a calm */
-#define ANGLE_HIGH 1.6 /* beyond it modes leave E, */
-#define ANGLE_GOOD 1.4 /* until this holds */
-#define ANGLE_CALM 1.1 /* all modes return after a calm below it */
-#define FAST 0.03      /* of the energy: B beside its reference */
-#define SLOW 5e-5      /* of the energy: its mean over a window */
-#define NEAR 2e-6      /* of the energy: E beside its reference at a hand-over */
-#define DRIVEN 1e-3    /* of the energy: moved by load and damping in a window */
-#define MOVED 0.05     /* share of what they moved that B may err by */
-#define MEMORY 256.0   /* steps that what they moved is remembered for */
-#define FALLEN 0.25    /* of the energy at the hand-over: imexv returns */
+#define SAMPLE 16        /* steps between two power iterations; fewer near the bound */
+#define WINDOW 4096      /* steps of a mean of the balance, and of a calm */
+#define ANGLE_HIGH 1.6   /* beyond it modes leave E, */
+#define ANGLE_GOOD 1.4   /* until this holds */
+#define ANGLE_CALM 1.1   /* all modes return after a calm below it */
+#define FAST_SHARE 0.05  /* of the energy: B beside its reference */
+#define URGENT_SHARE 0.3 /* the same, without waiting; also for E itself */
+#define DRIFT 5e-5       /* of the energy: mean of B over a window beside that of the first */
+#define NEAR 2e-6        /* of the energy: E beside its reference at a hand-over */
+#define DRIVEN 1e-3      /* of the energy: moved by load and damping in a window */
+#define MOVED 0.05       /* share of what they moved that B may err by */
+#define MEMORY 256.0     /* steps that what they moved is remembered for */
+#define FALLEN 0.25      /* of the energy at the hand-over: imexv returns */
 
 void thrum_watch_reset(thrum_state *state) {
   state->watch_work = state->watch_moved = state->watch_recent = 0.0;
@@ -208,8 +209,10 @@ void thrum_watch_energy(const thrum_model *model, const thrum_state *state, thru
   report->energy_known = true;
 }
 
-/* Is the balance beyond what its own errors explain? Takes the energy of this step in. */
-static bool unbalanced(thrum_state *state, double energy, double shadow) {
+typedef enum alarm { CALM, FAST, URGENT } alarm;
+
+/* Takes the energy of this step in; is the balance beyond what its own errors explain? */
+static alarm take_in(thrum_state *state, double energy, double shadow) {
   const double balance = energy - state->watch_work, steady = balance - shadow;
   if (state->watch_windows == 0 && state->watch_samples == 0)
     state->watch_steady = steady;
@@ -222,11 +225,13 @@ static bool unbalanced(thrum_state *state, double energy, double shadow) {
   state->watch_sum += balance;
   state->watch_samples++;
   // where load and damping act the reference follows: their own error is no growth
-  if (allowed > SLOW * scale)
+  if (allowed > DRIFT * scale)
     state->watch_steady += error / MEMORY;
   state->watch_recent -= state->watch_recent / MEMORY;
-  return !(fabs(error) <= FAST * scale + allowed &&
-           fabs(error + shadow) <= 10.0 * FAST * scale + allowed);
+  const double most = URGENT_SHARE * scale + allowed;
+  if (!(fabs(error) <= most && fabs(error + shadow) <= most))
+    return URGENT;
+  return fabs(error) <= FAST_SHARE * scale + allowed ? CALM : FAST;
 }
 
 /* Ends a window; true when the mean of the balance has left that of the first one. */
@@ -236,8 +241,8 @@ static bool drifted(thrum_state *state) {
   const double mean = state->watch_sum / (double)state->watch_samples;
   const double scale = fmax(state->watch_scale, state->watch_scale_before);
   const bool driven = state->watch_moved > DRIVEN * scale;
-  const bool drift =
-      state->watch_windows > 0 && !driven && !(fabs(mean - state->watch_reference) <= SLOW * scale);
+  const bool drift = state->watch_windows > 0 && !driven &&
+                     !(fabs(mean - state->watch_reference) <= DRIFT * scale);
   if (state->watch_windows == 0 || driven)
     state->watch_reference = mean;
   state->watch_windows = driven ? 0 : state->watch_windows + 1;
@@ -248,20 +253,26 @@ static bool drifted(thrum_state *state) {
   return drift;
 }
 
-/* A drift waits for a step at which E passes its reference: design 7 then keeps that energy. */
-static bool passes(thrum_state *state, double energy) {
+/* What is not urgent waits for a step at which E passes its mean: design 7 then keeps that. */
+static bool passes(const thrum_state *state, double energy) {
   const double scale = fmax(state->watch_scale, state->watch_scale_before);
-  const double error = energy - state->watch_work - state->watch_reference;
-  return state->steps >= state->watch_deadline || fabs(error) <= NEAR * scale;
+  const double mean = state->watch_windows > 0 || state->watch_samples == 0
+                          ? state->watch_reference
+                          : state->watch_sum / (double)state->watch_samples;
+  // the longer it waits, the less exactly
+  const double waited = (double)(WINDOW - (state->watch_deadline - state->steps));
+  const double near = NEAR * scale * (1.0 + waited / 64.0);
+  return state->steps >= state->watch_deadline || fabs(energy - state->watch_work - mean) <= near;
 }
 
 bool thrum_watch_judge(thrum_state *state, const thrum_solve_report *report) {
   if (!report->energy_known)
     return false;
-  const bool fast = unbalanced(state, report->energy, report->shadow);
-  if (drifted(state) && state->watch_deadline == 0)
-    state->watch_deadline = state->steps + WINDOW;
-  return fast || (state->watch_deadline > 0 && passes(state, report->energy));
+  const alarm found = take_in(state, report->energy, report->shadow);
+  const bool slow = drifted(state);
+  if ((found == FAST || slow) && state->watch_deadline == 0)
+    state->watch_deadline = state->steps + (slow ? WINDOW : WINDOW / 16);
+  return found == URGENT || (state->watch_deadline > 0 && passes(state, report->energy));
 }
 
 thrum_status thrum_watch_hand_over(const thrum_model *model, thrum_state *state,
