@@ -35,6 +35,7 @@ typedef struct group {
   int64_t count;
   int32_t split;
   double *q, *force, *value, *restricted, *work;
+  double *one_work, *one_restricted; /* scratch lent to one state after the other */
 } group;
 
 static size_t round_up(size_t size) {
@@ -50,10 +51,12 @@ static size_t lay_out(const thrum_model *model, unsigned char *memory, group *g)
                           rank * number,
                           number,
                           restricted * number,
-                          (size_t)thrum_crowd_work(model->rank) * number};
-  unsigned char *parts[6];
+                          (size_t)thrum_crowd_work(model->rank) * number,
+                          thrum_work_count(model) * sizeof(double),
+                          restricted * sizeof(double)};
+  unsigned char *parts[8];
   size_t size = 0;
-  for (int n = 0; n < 6; n++) {
+  for (int n = 0; n < 8; n++) {
     parts[n] = memory ? memory + size : NULL;
     size += round_up(sizes[n]);
   }
@@ -63,6 +66,8 @@ static size_t lay_out(const thrum_model *model, unsigned char *memory, group *g)
   g->value = (double *)(void *)parts[3];
   g->restricted = (double *)(void *)parts[4];
   g->work = (double *)(void *)parts[5];
+  g->one_work = (double *)(void *)parts[6];
+  g->one_restricted = (double *)(void *)parts[7];
   return size;
 }
 
@@ -117,9 +122,17 @@ static void kick(group *g) {
   }
 }
 
+/* The member's restricted polynomial is to be fetched again: another one's may be there. */
+static void unfetch(const group *g, int64_t lane) {
+  g->members[lane].run.view.restricted_from = g->restricted + lane;
+  g->members[lane].run.view.restricted_stride = g->kernel->lanes;
+}
+
 /* The rest of a solve that the group no longer helps with. */
-static void go_on_alone(member *one, thrum_quasi_next next) {
+static void go_on_alone(const group *g, int64_t lane, thrum_quasi_next next) {
+  member *one = &g->members[lane];
   const thrum_solver *s = &one->solver;
+  unfetch(g, lane);
   while (next == THRUM_QUASI_EVALUATE)
     next = thrum_quasi_take(s, &one->quasi, s->evaluate(s));
   const bool solved = next == THRUM_QUASI_DONE || thrum_solve_newton(s);
@@ -142,11 +155,12 @@ static int64_t iterate(group *g) {
       continue;
     const thrum_solver *s = &one->solver;
     take(g, m, g->split, rank, g->force, one->run.view.force);
+    unfetch(g, m);
     const thrum_quasi_next next = thrum_quasi_take(s, &one->quasi, s->h * s->h * g->value[m]);
     if (next == THRUM_QUASI_EVALUATE)
       left++;
     else
-      go_on_alone(one, next);
+      go_on_alone(g, m, next);
   }
   return left;
 }
@@ -161,8 +175,6 @@ static void attempt(group *g) {
     g->kernel->restrict_to(g->model, g->split, g->q, g->restricted, g->work);
   for (int64_t m = 0; m < g->count; m++) {
     member *one = &g->members[m];
-    one->run.view.restricted_from = g->restricted + m;
-    one->run.view.restricted_stride = g->kernel->lanes;
     if (one->solving)
       thrum_quasi_begin(&one->solver, &one->quasi);
   }
@@ -171,7 +183,7 @@ static void attempt(group *g) {
     left = iterate(g);
   for (int64_t m = 0; m < g->count; m++) {
     if (g->members[m].solving)
-      go_on_alone(&g->members[m], THRUM_QUASI_EVALUATE);
+      go_on_alone(g, m, THRUM_QUASI_EVALUATE);
     g->members[m].run.view.restricted_from = NULL;
   }
 }
@@ -219,7 +231,8 @@ static void add(group *g, thrum_state *state, int64_t index, outcome *o) {
   thrum_error why = {THRUM_OK, ""};
   member *one = &g->members[g->count];
   one->index = index;
-  const thrum_status status = thrum_step_begin(g->model, state, &one->run, &why);
+  const thrum_status status =
+      thrum_step_begin(g->model, state, g->one_work, g->one_restricted, &one->run, &why);
   if (status != THRUM_OK) {
     note(o, index, status, &why);
     return;

@@ -58,13 +58,17 @@ thrum_state_view thrum_state_view_of(thrum_state *state) {
   THRUM_STATE_SCRATCH(X)
 #undef X
   view.end = at;
+  view.work_own = view.work;
+  view.restricted_own = view.restricted;
   view.kernel = thrum_kernel_get(state->kernel);
   return view;
 }
 
 void thrum_state_clear_scratch(thrum_state_view *view) {
-  memset(view->q_next, 0, (size_t)(view->restricted - view->q_next) * sizeof(double));
-  if (view->restricted_used > 0)
+  memset(view->q_next, 0, (size_t)(view->work_own - view->q_next) * sizeof(double));
+  if (view->work == view->work_own)
+    memset(view->work, 0, (size_t)(view->restricted_own - view->work) * sizeof(double));
+  if (view->restricted_used > 0 && view->restricted == view->restricted_own)
     memset(view->restricted, 0, (size_t)view->restricted_used * sizeof(double));
   if (view->matrices_used)
     memset(view->jacobian_next, 0, (size_t)(view->end - view->jacobian_next) * sizeof(double));

@@ -131,6 +131,7 @@ typedef struct thrum_state_view {
   THRUM_STATE_SCRATCH(X)
 #undef X
   double *end;
+  double *work_own, *restricted_own; /* in the block; a crowd lends its own instead */
   const struct thrum_kernel *kernel; /* the one asked for, or the best one here */
   int64_t restricted_used;           /* doubles; set by whoever writes restricted */
   const double *restricted_from;     /* not NULL: where a crowd has what restricted is to hold, */
@@ -242,10 +243,11 @@ typedef struct thrum_step_run {
   thrum_solve_report report;
 } thrum_step_run;
 
-/* step.c: checks the state and lets the watch choose the scheme, run->next.scheme. Not THRUM_OK:
- * there is nothing to end. */
-thrum_status thrum_step_begin(const thrum_model *model, thrum_state *state, thrum_step_run *run,
-                              thrum_error *error);
+/* step.c: checks the state and lets the watch choose the scheme, run->next.scheme. `work` and
+ * `restricted`, NULL for the state's own, may be shared with other states: each use fills them
+ * anew. Not THRUM_OK: there is nothing to end. */
+thrum_status thrum_step_begin(const thrum_model *model, thrum_state *state, double *work,
+                              double *restricted, thrum_step_run *run, thrum_error *error);
 
 /* step.c: one step of that scheme: candidates, as thrum_step_imexv. */
 thrum_status thrum_step_attempt(const thrum_model *model, thrum_step_run *run);

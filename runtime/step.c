@@ -80,14 +80,18 @@ static thrum_status attempt(const thrum_model *model, const thrum_state *state,
   return thrum_step_imexv(model, state, view, report);
 }
 
-thrum_status thrum_step_begin(const thrum_model *model, thrum_state *state, thrum_step_run *run,
-                              thrum_error *error) {
+thrum_status thrum_step_begin(const thrum_model *model, thrum_state *state, double *work,
+                              double *restricted, thrum_step_run *run, thrum_error *error) {
   const thrum_status status = thrum_state_check(model, state, error);
   if (status != THRUM_OK)
     return status;
   run->state = state;
   run->next = *state;
   run->view = thrum_state_view_of(state);
+  if (work) {
+    run->view.work = work;
+    run->view.restricted = restricted;
+  }
   memset(&run->report, 0, sizeof run->report);
   double *before = run->view.p;
   if (thrum_watch_before(model, &run->next, &run->view, &run->report) != THRUM_OK) {
@@ -143,7 +147,7 @@ thrum_status thrum_step_end(const thrum_model *model, thrum_step_run *run, thrum
 
 thrum_status thrum_step(const thrum_model *model, thrum_state *state, thrum_error *error) {
   thrum_step_run run;
-  const thrum_status status = thrum_step_begin(model, state, &run, error);
+  const thrum_status status = thrum_step_begin(model, state, NULL, NULL, &run, error);
   if (status != THRUM_OK)
     return status;
   return thrum_step_end(model, &run, thrum_step_attempt(model, &run), error);
