@@ -5,6 +5,7 @@
 #ifndef THRUM_BENCH_SPEED_H
 #define THRUM_BENCH_SPEED_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "bench/bench.h"
@@ -46,6 +47,25 @@ typedef struct bench_step {
 } bench_step;
 
 thrum_status bench_step_run(const thrum_model *model, bench_step *bench, thrum_error *error);
+
+/* def.dt for the implicit modes wanted; the state at its start. */
+thrum_status bench_step_choose_dt(const thrum_model *model, bench_step *bench, thrum_error *error);
+thrum_status bench_step_start(const thrum_model *model, const bench_step *bench, thrum_state *state,
+                              thrum_error *error);
+
+/* Many bodies of one model, each with another swing, stepped one by one and together in turns. */
+typedef struct bench_batch {
+  bench_step step; /* what is asked for; of the results only dt */
+  int64_t bodies;
+  bench_time alone;    /* thrum_step, of one step of one body */
+  bench_time together; /* thrum_step_many, likewise */
+  double iterations;   /* a step */
+  int32_t implicit_modes;
+  double state_bytes, workspace_bytes;
+  bool same_bits; /* both ways ended in the same states */
+} bench_batch;
+
+thrum_status bench_batch_run(const thrum_model *model, bench_batch *bench, thrum_error *error);
 
 /* X(name, operations per coefficient, times the coefficients are read, text) */
 #define BENCH_PASSES(X)                                                                            \

@@ -13,7 +13,7 @@
 #define STEPS_MOST 2000
 
 /* A dt between the bounds of h omega = 2 c of two neighbouring modes. */
-static thrum_status choose_dt(const thrum_model *model, bench_step *bench, thrum_error *error) {
+thrum_status bench_step_choose_dt(const thrum_model *model, bench_step *bench, thrum_error *error) {
   const int64_t r = model->rank, wanted = bench->implicit_wanted;
   if (wanted > r)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
@@ -32,8 +32,8 @@ static thrum_status choose_dt(const thrum_model *model, bench_step *bench, thrum
 
 /* From rest position with the speed that would bring the first mode alone to the swing: so the body
  * bends as it likes, where a displaced mode would be stretched. */
-static thrum_status start(const thrum_model *model, const bench_step *bench, thrum_state *state,
-                          thrum_error *error) {
+thrum_status bench_step_start(const thrum_model *model, const bench_step *bench, thrum_state *state,
+                              thrum_error *error) {
   double *p = calloc(2 * (size_t)model->rank, sizeof *p), *extents = p + model->rank;
   if (!p)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a start");
@@ -92,7 +92,7 @@ static thrum_status measure(const thrum_model *model, thrum_state *state, const 
 thrum_status bench_step_run(const thrum_model *model, bench_step *bench, thrum_error *error) {
   thrum_status status = THRUM_OK;
   if (bench->implicit_wanted >= 0)
-    status = choose_dt(model, bench, error);
+    status = bench_step_choose_dt(model, bench, error);
   size_t size = 0;
   if (status >= 0)
     status = thrum_state_size(model, &bench->def, &size, error);
@@ -107,7 +107,7 @@ thrum_status bench_step_run(const thrum_model *model, bench_step *bench, thrum_e
   if (status >= 0)
     status = thrum_state_init(memory, size, model, &bench->def, &state, error);
   if (status >= 0)
-    status = start(model, bench, state, error);
+    status = bench_step_start(model, bench, state, error);
   if (status >= 0)
     status = run_steps(model, state, WARM_STEPS, error);
   if (status >= 0) {

@@ -8,6 +8,7 @@ typedef struct cli_bench {
   const char *summary;
 } cli_bench;
 
+int bench_batch_command(int argc, char **argv);
 int bench_displacement_command(int argc, char **argv);
 int bench_step_command(int argc, char **argv);
 int bench_kernels_command(int argc, char **argv);

@@ -5,7 +5,19 @@
 
 #include "cli/bench_speed.h"
 
-enum { RANK = 256, INTEGRATOR, KERNEL, IMPLICIT, DT, SWING, BATCHES, STEPS, NO_MACHINE, JSON };
+enum {
+  RANK = 256,
+  INTEGRATOR,
+  KERNEL,
+  IMPLICIT,
+  DT,
+  SWING,
+  BATCHES,
+  STEPS,
+  BODIES,
+  NO_MACHINE,
+  JSON
+};
 
 static const struct option options[] = {
     {"rank", required_argument, NULL, RANK},
@@ -16,6 +28,7 @@ static const struct option options[] = {
     {"swing", required_argument, NULL, SWING},
     {"batches", required_argument, NULL, BATCHES},
     {"steps", required_argument, NULL, STEPS},
+    {"bodies", required_argument, NULL, BODIES},
     {"no-machine", no_argument, NULL, NO_MACHINE},
     {"output", required_argument, NULL, 'o'},
     {"json", no_argument, NULL, JSON},
@@ -25,17 +38,22 @@ static const struct option options[] = {
 };
 
 static void help(const char *command) {
-  const bool step = strcmp(command, "bench step") == 0;
+  const bool batch = strcmp(command, "bench batch") == 0;
+  const bool step = batch || strcmp(command, "bench step") == 0;
   printf("usage: thrum %s [MODEL] [OPTIONS]\n\n", command);
-  fputs(step ? "Microseconds of a step of a body that swings, on one core. Every batch of steps "
-               "begins at\nthe same snapshot.\n\n"
-             : "Microseconds of each pass over the coefficients, on one core.\n\n",
+  fputs(batch  ? "Microseconds of a step of one of many bodies that swing, stepped one by one and "
+                 "together, on\none core, both ways in turns.\n\n"
+        : step ? "Microseconds of a step of a body that swings, on one core. Every batch of steps "
+                 "begins at\nthe same snapshot.\n\n"
+               : "Microseconds of each pass over the coefficients, on one core.\n\n",
         stdout);
   fputs("MODEL is a model file; without one the body is beam:20x3x3@1x0.15x0.15, held at one end, "
         "at\neach rank.\n\n"
         "      --rank R,R,...     ranks of the beam (default 5,10,15,20,30,45,60)\n"
         "      --kernel NAME      reference, avx2, avx512, neon, wasm or best (default)\n",
         stdout);
+  if (batch)
+    fputs("      --bodies N         how many (default 300)\n", stdout);
   if (step) {
     fputs("      --integrator NAME  imexv (default), newmark, verlet, midpoint or energy\n"
           "      --dt S             time step [s] (default 0.003)\n"
@@ -144,6 +162,8 @@ static int read_option(int option, const char *text, bench_request *request) {
     return read_count(request, "batches", text, 1, &request->batches);
   case STEPS:
     return read_count(request, "steps", text, 1, &request->step.steps);
+  case BODIES:
+    return read_count(request, "bodies", text, 1, &request->bodies);
   case NO_MACHINE:
     request->machine = false;
     return code;
@@ -168,8 +188,14 @@ int bench_options_read(const char *command, int argc, char **argv, bench_request
   request->step.def = thrum_default_state_def();
   request->step.implicit_wanted = -1;
   request->step.swing = 0.4;
+  request->bodies = 300;
   memcpy(request->ranks, usual, sizeof usual);
   request->rank_count = sizeof usual / sizeof usual[0];
+  if (strcmp(command, "bench batch") == 0) {
+    request->ranks[0] = 30;
+    request->rank_count = 1;
+    request->batches = 10;
+  }
   opterr = 0;
   optind = 1;
   bool ranks_given = false;

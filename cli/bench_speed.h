@@ -16,6 +16,7 @@ typedef struct bench_request {
   bench_step step;
   thrum_kernel_id kernel;
   int64_t batches;
+  int64_t bodies;     /* of bench batch */
   const char *folder; /* for a table and a plot; NULL: none */
   bool machine;       /* measure the machine too */
   bool json, quiet, help;

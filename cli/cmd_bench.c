@@ -11,6 +11,7 @@
 static const cli_bench benches[] = {
     {"step", bench_step_command, "a step of a body that swings"},
     {"kernels", bench_kernels_command, "the passes over the coefficients"},
+    {"batch", bench_batch_command, "many bodies of one model stepped together"},
     {"displacement", bench_displacement_command, "u = U q of a mesh that is shown"},
     {"precompute", bench_pipeline_command, "the pipeline against mesh size or rank"},
 };
@@ -27,6 +28,7 @@ static int print_help(FILE *stream) {
         "examples:\n"
         "  thrum bench step --rank 15,30,60 --implicit 3\n"
         "  thrum bench kernels --kernel avx2\n"
+        "  thrum bench batch --bodies 300 --rank 30\n"
         "  thrum bench displacement\n"
         "  thrum bench displacement --vertices 5000 --rank 60 --json\n",
         stream);

@@ -72,7 +72,7 @@ static size_t lay_out(const thrum_model *model, unsigned char *memory, group *g)
 }
 
 const thrum_crowd_kernel *thrum_crowd_kernel_of(thrum_kernel_id id) {
-#ifdef THRUM_KERNEL_X86
+#ifdef THRUM_KERNEL_HAS_X86
   if (id == THRUM_KERNEL_AVX512)
     return &thrum_crowd_kernel_avx512;
   if (id == THRUM_KERNEL_AVX2)

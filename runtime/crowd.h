@@ -38,7 +38,7 @@ typedef struct thrum_crowd_kernel {
 /* The one that goes with a kernel of single states, NULL when it has none. */
 const thrum_crowd_kernel *thrum_crowd_kernel_of(thrum_kernel_id id);
 
-#ifdef THRUM_KERNEL_X86
+#ifdef THRUM_KERNEL_HAS_X86
 extern const thrum_crowd_kernel thrum_crowd_kernel_avx2;
 extern const thrum_crowd_kernel thrum_crowd_kernel_avx512;
 #endif

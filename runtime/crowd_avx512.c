@@ -2,7 +2,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "crowd.h"
 
-#ifdef THRUM_KERNEL_X86
+#ifdef THRUM_KERNEL_HAS_X86
 
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF

@@ -3,6 +3,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "state_support.h"
 
+#include "runtime/crowd.h"
 #include "thrum/crowd.h"
 
 enum { STATES = 29, STEPS = 30 };
@@ -237,8 +238,17 @@ static void what_is_no_crowd_is_refused(void **context) {
   random_model_free(&other);
 }
 
+static void fast_kernels_have_passes_for_crowds(void **context) {
+  (void)context;
+  static const thrum_kernel_id fast[] = {THRUM_KERNEL_AVX2, THRUM_KERNEL_AVX512};
+  for (int n = 0; n < 2; n++)
+    if (thrum_kernel_usable(fast[n]))
+      assert_non_null(thrum_crowd_kernel_of(fast[n]));
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
+      cmocka_unit_test(fast_kernels_have_passes_for_crowds),
       cmocka_unit_test(a_crowd_has_the_bits_of_its_states_alone),
       cmocka_unit_test(states_of_different_defs_keep_their_bits),
       cmocka_unit_test(states_that_fall_back_or_fail_do_as_alone_and_spoil_no_other),

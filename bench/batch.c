@@ -1,0 +1,151 @@
+/* Many bodies of one model on one core: thrum_step for each against thrum_step_many for all. Both
+ * start from the same snapshots and take turns, so that each finds the machine as the other does.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <stdlib.h>
+#include <string.h>
+
+#include "bench/speed.h"
+
+#define ALIGNMENT 64
+#define WARM_STEPS 40
+#define STEPS 20
+
+/* The bodies' blocks, one after the other, twice, and what they start from. */
+typedef struct herd {
+  const thrum_model *model;
+  int64_t bodies, steps;
+  size_t stride, workspace_size;
+  unsigned char *alone, *together, *snapshot;
+  void *workspace;
+  thrum_state **states; /* of `together` */
+  double *samples;
+} herd;
+
+static void herd_free(herd *h) {
+  free(h->alone);
+  free(h->together);
+  free(h->snapshot);
+  free(h->workspace);
+  free(h->states);
+  free(h->samples);
+}
+
+static thrum_state *body(unsigned char *blocks, const herd *h, int64_t n) {
+  return (thrum_state *)(void *)(blocks + (size_t)n * h->stride);
+}
+
+static thrum_status herd_make(const thrum_model *model, const bench_batch *bench, herd *h,
+                              thrum_error *error) {
+  size_t size = 0;
+  thrum_status status = thrum_state_size(model, &bench->step.def, &size, error);
+  if (status >= 0)
+    status = thrum_crowd_size(model, &h->workspace_size, error);
+  if (status < 0)
+    return status;
+  h->model = model;
+  h->bodies = bench->bodies;
+  h->steps = bench->step.steps > 0 ? bench->step.steps : STEPS;
+  h->stride = (size + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
+  const size_t count = (size_t)h->bodies;
+  h->alone = aligned_alloc(ALIGNMENT, count * h->stride);
+  h->together = aligned_alloc(ALIGNMENT, count * h->stride);
+  h->snapshot = aligned_alloc(ALIGNMENT, count * h->stride);
+  h->workspace = aligned_alloc(ALIGNMENT, (h->workspace_size + 63) / ALIGNMENT * ALIGNMENT);
+  h->states = malloc(count * sizeof *h->states);
+  h->samples = malloc(2 * (size_t)(h->steps * bench->step.batches) * sizeof *h->samples);
+  if (!h->alone || !h->together || !h->snapshot || !h->workspace || !h->states || !h->samples)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %lld bodies",
+                           (long long)h->bodies);
+  memset(h->snapshot, 0, count * h->stride);
+  for (int64_t n = 0; n < h->bodies && status >= 0; n++) {
+    thrum_state *state = NULL;
+    status = thrum_state_init(h->snapshot + (size_t)n * h->stride, size, model, &bench->step.def,
+                              &state, error);
+    // from half the swing to all of it
+    bench_step start = bench->step;
+    start.swing *= 0.5 + 0.5 * (double)(n + 1) / (double)h->bodies;
+    if (status >= 0)
+      status = bench_step_start(model, &start, state, error);
+    for (int k = 0; k < WARM_STEPS && status >= 0; k++)
+      status = thrum_step(model, state, error);
+    h->states[n] = body(h->together, h, n);
+  }
+  return status;
+}
+
+/* One step of every body, and its time for one body. */
+static thrum_status step_alone(herd *h, double *sample, thrum_error *error) {
+  thrum_status status = THRUM_OK;
+  const double began = bench_now();
+  for (int64_t n = 0; n < h->bodies && status >= 0; n++)
+    status = thrum_step(h->model, body(h->alone, h, n), error);
+  *sample = (bench_now() - began) / (double)h->bodies;
+  return status;
+}
+
+static thrum_status step_together(herd *h, double *sample, thrum_error *error) {
+  const double began = bench_now();
+  const thrum_status status =
+      thrum_step_many(h->model, h->states, h->bodies, NULL, h->workspace, h->workspace_size, error);
+  *sample = (bench_now() - began) / (double)h->bodies;
+  return status;
+}
+
+/* Of each step the minimum and the median over the batches, and the means of those over the steps:
+ * a step is short enough to be left undisturbed once, a batch is not. */
+static bench_time mean_summary(double *samples, int64_t steps, int64_t batches) {
+  bench_time mean = {0, 0};
+  for (int64_t k = 0; k < steps; k++) {
+    const bench_time time = bench_summary(samples + k * batches, batches);
+    mean.minimum += time.minimum / (double)steps;
+    mean.median += time.median / (double)steps;
+  }
+  return mean;
+}
+
+static thrum_status measure(herd *h, bench_batch *bench, thrum_error *error) {
+  const size_t bytes = (size_t)h->bodies * h->stride;
+  const double steps = (double)(h->steps * h->bodies);
+  const int64_t batches = bench->step.batches;
+  double *alone = h->samples, *together = h->samples + h->steps * batches;
+  for (int64_t b = 0; b < batches; b++) {
+    thrum_status status = THRUM_OK;
+    memcpy(h->alone, h->snapshot, bytes);
+    memcpy(h->together, h->snapshot, bytes);
+    for (int64_t k = 0; k < h->steps && status >= 0; k++) {
+      status = step_alone(h, alone + k * batches + b, error);
+      if (status >= 0)
+        status = step_together(h, together + k * batches + b, error);
+    }
+    if (status < 0)
+      return status;
+  }
+  bench->alone = mean_summary(alone, h->steps, batches);
+  bench->together = mean_summary(together, h->steps, batches);
+  bench->same_bits = memcmp(h->alone, h->together, bytes) == 0;
+  bench->iterations = 0;
+  for (int64_t n = 0; n < h->bodies; n++) {
+    const thrum_state_report before = thrum_state_report_get(body(h->snapshot, h, n));
+    const thrum_state_report after = thrum_state_report_get(body(h->together, h, n));
+    bench->iterations += (double)(after.iterations - before.iterations) / steps;
+    bench->implicit_modes = after.implicit_modes;
+  }
+  bench->step.dt = bench->step.def.dt;
+  bench->state_bytes = (double)h->stride;
+  bench->workspace_bytes = (double)h->workspace_size;
+  return THRUM_OK;
+}
+
+thrum_status bench_batch_run(const thrum_model *model, bench_batch *bench, thrum_error *error) {
+  herd h;
+  memset(&h, 0, sizeof h);
+  thrum_status status = THRUM_OK;
+  if (bench->step.implicit_wanted >= 0)
+    status = bench_step_choose_dt(model, &bench->step, error);
+  if (status >= 0)
+    status = herd_make(model, bench, &h, error);
+  if (status >= 0)
+    status = measure(&h, bench, error);
+  herd_free(&h);
+  return status < 0 ? status : THRUM_OK;
+}
