@@ -13,6 +13,7 @@ typedef struct command {
 
 static const command commands[] = {
     {"precompute", cmd_precompute, "from a tetrahedral mesh to a reduced model file"},
+    {"convert", cmd_convert, "from one mesh format to another"},
     {"simulate", cmd_simulate, "step a model and write what happened"},
     {"experiments", cmd_experiments, "run the experiments of the thesis and report them"},
     {"info", cmd_info, "say what a model file holds"},

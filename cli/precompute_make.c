@@ -7,6 +7,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "cli/mesh_warnings.h"
 #include "cli/precompute_request.h"
 #include "precompute/npz.h"
 
@@ -71,21 +72,6 @@ static thrum_status apply_material(const precompute_request *request, thrum_mesh
   }
   mesh->has_material = true;
   return THRUM_OK;
-}
-
-static void warn_cleaned(const thrum_mesh *mesh, const char *name) {
-  if (mesh->cornered_tets > 0) {
-    cli_warn("%s: %lld tetrahedra of ten nodes were read by their corners", name,
-             (long long)mesh->cornered_tets);
-  }
-  if (mesh->flipped_tets > 0) {
-    cli_warn("%s: every tetrahedron was inside out; %lld flipped", name,
-             (long long)mesh->flipped_tets);
-  }
-  if (mesh->dropped_vertices > 0) {
-    cli_warn("%s: %lld vertices that no tetrahedron uses were dropped", name,
-             (long long)mesh->dropped_vertices);
-  }
 }
 
 /* Marks what the --fix options name in `fixed`, and counts the vertices held. */
@@ -178,7 +164,7 @@ thrum_status precompute_make(const precompute_request *request, precompute_show 
     status = thrum_mesh_read(request->mesh_name, request->scale, &mesh, error);
   if (status < 0)
     return status;
-  warn_cleaned(&mesh, cli_basename(request->mesh_name));
+  cli_warn_mesh(&mesh, cli_basename(request->mesh_name));
   precompute_outcome outcome = {.request = request, .mesh = &mesh, .began = began};
   uint8_t *fixed = calloc((size_t)mesh.vertex_count, 1);
   if (fixed == NULL) {

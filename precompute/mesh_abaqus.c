@@ -2,8 +2,8 @@
  * corners), *NSET, *ELSET (both with GENERATE), *MATERIAL with *ELASTIC and *DENSITY, *SOLID
  * SECTION. Keywords, parameters and names in any case; ** comments; other keywords are passed over.
  * Node sets, element sets and the nodes of surface elements in an ELSET are groups; solid sections
- * are the regions. A file holds one part. Cost: linear in the file, n log n in elements that sets
- * name.
+ * are the regions. The element set allElements is no group. A file holds one part. Cost: linear in
+ * the file, n log n in elements that sets name.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <stdlib.h>
@@ -527,6 +527,9 @@ static thrum_status set_groups(inp_reader *r) {
   for (int64_t s = 0; s < r->set_count && status >= 0; s++) {
     const inp_set *set = &r->sets[s];
     int64_t list = 0, tet = 0;
+    // the set that is everything is no group, as in .veg
+    if (is(set->name, "allElements"))
+      continue;
     status = node_list(r, set->name, &list);
     for (int64_t i = 0; i < set->count && status >= 0; i++) {
       status = member_tet(r, set, set->elements[i], &tet);

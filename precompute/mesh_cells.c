@@ -245,11 +245,13 @@ static thrum_status add_materials(const grid *g, int64_t cell_count, thrum_mesh 
   return THRUM_OK;
 }
 
-/* Of several regions each is a group too, as far as it has no name yet. */
+/* Of several regions each is a group, in a file that has no groups of its own. */
 static thrum_status add_region_groups(const thrum_mesh_builder *b, thrum_mesh *mesh,
                                       thrum_error *error) {
   thrum_status status = THRUM_OK;
-  for (int64_t i = 0; i < mesh->region_count && mesh->region_count > 1 && status >= 0; i++) {
+  if (mesh->group_count > 0 || mesh->region_count == 1)
+    return THRUM_OK;
+  for (int64_t i = 0; i < mesh->region_count && status >= 0; i++) {
     char name[64];
     snprintf(name, sizeof name, "region_%lld", (long long)b->region_keys[i]);
     status = thrum_mesh_add_region_group(mesh, (int32_t)i, name, error);

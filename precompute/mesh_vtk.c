@@ -90,15 +90,32 @@ static thrum_status read_values(vtk_reader *r, thrum_cells_type type, int64_t co
   return status;
 }
 
+static int hex_digit(char c) {
+  return c >= '0' && c <= '9'   ? c - '0'
+         : c >= 'A' && c <= 'F' ? c - 'A' + 10
+         : c >= 'a' && c <= 'f' ? c - 'a' + 10
+                                : -1;
+}
+
+/* Names are words; VTK writes what would break them as %XX. Cut at what fits. */
+static void copy_name(const char *word, size_t length, char name[THRUM_MESH_NAME_MAX + 1]) {
+  size_t used = 0;
+  for (size_t i = 0; i < length && used < THRUM_MESH_NAME_MAX; i++) {
+    const bool code = word[i] == '%' && length - i > 2 && hex_digit(word[i + 1]) >= 0 &&
+                      hex_digit(word[i + 2]) >= 0;
+    name[used++] = code ? (char)(16 * hex_digit(word[i + 1]) + hex_digit(word[i + 2])) : word[i];
+    i += code ? 2 : 0;
+  }
+  name[used] = '\0';
+}
+
 /* The same, kept as an array. */
 static thrum_status take_array(vtk_reader *r, thrum_cells_place place, const char *name,
                                size_t length, thrum_cells_type type, int64_t columns,
                                int64_t count) {
   thrum_cells_array array = {.place = place, .columns = columns, .count = count};
   array.whole = type.whole;
-  if (length > THRUM_MESH_NAME_MAX)
-    length = THRUM_MESH_NAME_MAX;
-  memcpy(array.name, name, length);
+  copy_name(name, length, array.name);
   thrum_status status = read_values(r, type, count, &array.values);
   return status < 0 ? status : thrum_cells_take(&r->cells, &array, r->error);
 }

@@ -1,0 +1,160 @@
+/* `thrum convert`: from one mesh format to another. The work is done in precompute/; here it is
+ * asked for, and what the format cannot hold is said. SPDX-License-Identifier: Apache-2.0 */
+#include <getopt.h>
+#include <inttypes.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "cli/cli.h"
+#include "cli/mesh_warnings.h"
+#include "precompute/mesh_write.h"
+
+typedef struct convert_request {
+  const char *input, *output;
+  double scale;
+  thrum_mesh_write_options options;
+  bool json, help;
+} convert_request;
+
+static const struct option OPTIONS[] = {{"scale", required_argument, NULL, 's'},
+                                        {"binary", no_argument, NULL, 'b'},
+                                        {"ascii", no_argument, NULL, 'a'},
+                                        {"msh", required_argument, NULL, 'm'},
+                                        {"json", no_argument, NULL, 'j'},
+                                        {"help", no_argument, NULL, 'h'},
+                                        {NULL, 0, NULL, 0}};
+
+static void print_help(void) {
+  fputs("usage: thrum convert IN OUT [OPTIONS]\n\n"
+        "Reads a tetrahedral mesh and writes it in the format that the suffix of OUT names:\n"
+        ".veg (Vega), .msh (Gmsh), .node or .ele (TetGen, both files), .mesh (Medit), .vtk and\n"
+        ".vtu (VTK), .inp (Abaqus). IN is one of these too, or a generator such as\n"
+        "beam:20x3x3@1x0.15x0.15. Vertices keep all their bits; groups, regions and materials are\n"
+        "carried as far as OUT can hold them, and what it cannot is counted in a warning.\n\n"
+        "  --scale S      multiply lengths by S, such as 0.001 for a mesh in millimetres (1)\n"
+        "  --binary       .msh, .vtk: numbers as bytes, not as text\n"
+        "  --ascii        .vtu: numbers as text, not as bytes\n"
+        "  --msh VERSION  .msh: 4.1 or 2.2 (4.1)\n"
+        "  --json         one JSON object on standard output\n"
+        "  -h, --help     this text\n\n"
+        "examples:\n"
+        "  thrum convert bracket.inp bracket.vtu\n"
+        "  thrum convert part.node part.msh --msh 2.2 --binary --scale 0.001\n\n"
+        "exit codes: 0 done, 1 refused, 2 usage\n",
+        stdout);
+}
+
+static int read_option(int option, char **argv, convert_request *request) {
+  switch (option) {
+  case 's':
+    if (!cli_parse_number(optarg, &request->scale) || request->scale <= 0)
+      return cli_usage("convert", "--scale is a number above 0, not '%s'", optarg);
+    return CLI_DONE;
+  case 'b':
+    request->options.binary = true;
+    return CLI_DONE;
+  case 'a':
+    request->options.ascii = true;
+    return CLI_DONE;
+  case 'm':
+    if (strcmp(optarg, "2.2") != 0 && strcmp(optarg, "4.1") != 0)
+      return cli_usage("convert", "--msh is 2.2 or 4.1, not '%s'", optarg);
+    request->options.msh_version = optarg[0] == '2' ? 22 : 41;
+    return CLI_DONE;
+  case 'j':
+    request->json = true;
+    return CLI_DONE;
+  case 'h':
+    request->help = true;
+    return CLI_DONE;
+  default:
+    return cli_usage_option("convert", argv, OPTIONS);
+  }
+}
+
+static int read_options(int argc, char **argv, convert_request *request) {
+  int option;
+  opterr = 0;
+  while ((option = getopt_long(argc, argv, ":h", OPTIONS, NULL)) != -1) {
+    const int code = read_option(option, argv, request);
+    if (code != CLI_DONE)
+      return code;
+  }
+  if (request->help)
+    return CLI_DONE;
+  if (argc - optind != 2)
+    return cli_usage("convert", "give the mesh to read and the mesh to write, IN OUT");
+  request->input = argv[optind];
+  request->output = argv[optind + 1];
+  if (request->options.binary && request->options.ascii)
+    return cli_usage("convert", "--binary and --ascii exclude each other");
+  return CLI_DONE;
+}
+
+static void warn_lost(const thrum_mesh_lost *lost, const char *name) {
+  if (lost->groups > 0)
+    cli_warn("%s: %" PRId64 " groups have no place in this format and were left out", name,
+             lost->groups);
+  if (lost->names > 0)
+    cli_warn("%s: %" PRId64 " groups are there under another name or a number", name, lost->names);
+  if (lost->materials > 0)
+    cli_warn("%s: %" PRId64 " materials have no place in this format and were left out", name,
+             lost->materials);
+  if (lost->regions > 0)
+    cli_warn("%s: %" PRId64 " regions without materials are there as groups only", name,
+             lost->regions);
+}
+
+static void print_json(const convert_request *request, const thrum_mesh *mesh,
+                       const thrum_mesh_lost *lost) {
+  cJSON *object = cJSON_CreateObject();
+  cJSON_AddStringToObject(object, "status", "done");
+  cli_json_string(object, "mesh", request->output);
+  cli_json_number(object, "vertices", (double)mesh->vertex_count);
+  cli_json_number(object, "tets", (double)mesh->tet_count);
+  cli_json_number(object, "regions", (double)mesh->region_count);
+  cli_json_number(object, "groups", (double)mesh->group_count);
+  cli_json_number(object, "flipped_tets", (double)mesh->flipped_tets);
+  cli_json_number(object, "dropped_vertices", (double)mesh->dropped_vertices);
+  cli_json_number(object, "cornered_tets", (double)mesh->cornered_tets);
+  cli_json_number(object, "lost_groups", (double)lost->groups);
+  cli_json_number(object, "lost_names", (double)lost->names);
+  cli_json_number(object, "lost_materials", (double)lost->materials);
+  cli_json_number(object, "lost_regions", (double)lost->regions);
+  cli_json_print(object);
+}
+
+static int convert(const convert_request *request) {
+  thrum_error error = {0};
+  thrum_mesh mesh = {0};
+  thrum_mesh_lost lost = {0};
+  thrum_status status = thrum_mesh_read(request->input, request->scale, &mesh, &error);
+  if (status < 0)
+    return cli_refuse(&error);
+  cli_warn_mesh(&mesh, cli_basename(request->input));
+  status = thrum_mesh_write(request->output, &mesh, &request->options, &lost, &error);
+  if (status >= 0) {
+    warn_lost(&lost, cli_basename(request->output));
+    if (request->json)
+      print_json(request, &mesh, &lost);
+    else
+      printf("%s: %" PRId64 " vertices, %" PRId64 " tetrahedra, %" PRId64 " groups, %" PRId64
+             " regions\n",
+             request->output, mesh.vertex_count, mesh.tet_count, mesh.group_count,
+             mesh.region_count);
+  }
+  thrum_mesh_free(&mesh);
+  return status < 0 ? cli_refuse(&error) : CLI_DONE;
+}
+
+int cmd_convert(int argc, char **argv) {
+  convert_request request = {.scale = 1};
+  const int code = read_options(argc, argv, &request);
+  if (code != CLI_DONE)
+    return code;
+  if (request.help) {
+    print_help();
+    return CLI_DONE;
+  }
+  return convert(&request);
+}
