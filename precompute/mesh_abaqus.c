@@ -1,9 +1,9 @@
 /* Abaqus input files (.inp), as far as they say what a body is: *NODE, *ELEMENT (C3D4; C3D10 by its
  * corners), *NSET, *ELSET (both with GENERATE), *MATERIAL with *ELASTIC and *DENSITY, *SOLID
  * SECTION. Keywords, parameters and names in any case; ** comments; other keywords are passed over.
- * Node sets, element sets and the nodes of surface elements in an ELSET are groups; solid sections
- * are the regions. The element set allElements is no group. A file holds one part. Cost: linear in
- * the file, n log n in elements that sets name.
+ * Node sets and the nodes of element sets, those of surface elements too, are groups; solid
+ * sections are the regions. The element set allElements is no group. A file holds one part. Cost:
+ * linear in the file, n log n in elements that sets name.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <stdlib.h>
@@ -34,7 +34,8 @@ typedef struct inp_keyword {
 
 typedef struct inp_element {
   int64_t number;
-  int64_t tet; /* -1: no tet */
+  int64_t tet;          /* -1: no tet */
+  int64_t first, count; /* of what is no tet: its nodes in `surface_nodes` */
 } inp_element;
 
 /* An element set: elements by number. Its vertices become a group at the end. */
@@ -63,6 +64,8 @@ typedef struct inp_reader {
   int64_t part_count;
   int64_t element_count, element_capacity;
   inp_element *elements;
+  int64_t surface_node_count, surface_node_capacity;
+  int64_t *surface_nodes;
   int64_t set_count, set_capacity;
   inp_set *sets;
   int64_t material_count, material_capacity;
@@ -253,7 +256,7 @@ static thrum_status add_element(inp_reader *r, int64_t number, int64_t tet) {
   if (!grown)
     return no_memory(r);
   r->elements = grown;
-  grown[r->element_count++] = (inp_element){number, tet};
+  grown[r->element_count++] = (inp_element){number, tet, r->surface_node_count, 0};
   return THRUM_OK;
 }
 
@@ -291,18 +294,25 @@ static thrum_status read_tet(inp_reader *r, int nodes, int64_t set) {
   return status < 0 ? status : thrum_builder_tet(&r->builder, corners, -1, line);
 }
 
-/* What is no solid serves the group of its set. */
-static thrum_status read_surface(inp_reader *r, int64_t list) {
+/* What is no solid serves the groups of the sets that it is in. */
+static thrum_status read_surface(inp_reader *r, int64_t set) {
   int64_t number = 0, node = 0;
   thrum_status status = integer(r, "the number of an element", 1, &number);
   if (status >= 0)
     status = add_element(r, number, -1);
   while (status >= 0 && thrum_text_more(&r->text)) {
     status = integer(r, "a node of the element", 1, &node);
-    if (status >= 0 && list >= 0)
-      status = thrum_builder_add(&r->builder, list, node);
+    if (status < 0)
+      return status;
+    int64_t *grown = thrum_mesh_grow(r->surface_nodes, &r->surface_node_capacity,
+                                     r->surface_node_count + 1, sizeof *grown);
+    if (!grown)
+      return no_memory(r);
+    r->surface_nodes = grown;
+    grown[r->surface_node_count++] = node;
+    r->elements[r->element_count - 1].count++;
   }
-  return status;
+  return status < 0 || set < 0 ? status : add_to_set(r, set, number);
 }
 
 static thrum_status read_elements(inp_reader *r, const inp_keyword *keyword) {
@@ -316,7 +326,7 @@ static thrum_status read_elements(inp_reader *r, const inp_keyword *keyword) {
                            thrum_text_excerpt(type.text, type.length).text);
   thrum_status status = THRUM_OK;
   if (name.length > 0)
-    status = nodes == 0 ? node_list(r, name, &set) : find_set(r, name, &set);
+    status = find_set(r, name, &set);
   while (status >= 0 && data_line(r))
     status = nodes == 0 ? read_surface(r, set) : read_tet(r, nodes, set);
   return status;
@@ -507,8 +517,9 @@ static thrum_status sort_elements(inp_reader *r) {
   return THRUM_OK;
 }
 
-/* A set's member as a tet, -1 when it is none. */
-static thrum_status member_tet(inp_reader *r, const inp_set *set, int64_t number, int64_t *tet) {
+/* The element that a set's member is. */
+static thrum_status find_member(inp_reader *r, const inp_set *set, int64_t number,
+                                const inp_element **element) {
   const inp_element key = {.number = number};
   const inp_element *found = NULL;
   if (r->element_count > 0)
@@ -517,24 +528,30 @@ static thrum_status member_tet(inp_reader *r, const inp_set *set, int64_t number
     return thrum_error_set(
         r->error, THRUM_BAD_VALUE, "%.150s: set '%s' names element %lld, which is not in the file",
         r->text.name, thrum_text_excerpt(set->name.text, set->name.length).text, (long long)number);
-  *tet = found->tet;
+  *element = found;
   return THRUM_OK;
 }
 
-/* Every element set is the group of its tets' vertices. */
+/* Every element set is the group of its elements' vertices. */
 static thrum_status set_groups(inp_reader *r) {
   thrum_status status = THRUM_OK;
   for (int64_t s = 0; s < r->set_count && status >= 0; s++) {
     const inp_set *set = &r->sets[s];
-    int64_t list = 0, tet = 0;
+    const inp_element *element = NULL;
+    int64_t list = 0;
     // the set that is everything is no group, as in .veg
     if (is(set->name, "allElements"))
       continue;
     status = node_list(r, set->name, &list);
     for (int64_t i = 0; i < set->count && status >= 0; i++) {
-      status = member_tet(r, set, set->elements[i], &tet);
-      for (int a = 0; a < CORNERS && status >= 0 && tet >= 0; a++)
-        status = thrum_builder_add(&r->builder, list, r->builder.tets[4 * tet + a]);
+      status = find_member(r, set, set->elements[i], &element);
+      if (status < 0)
+        break;
+      const bool tet = element->tet >= 0;
+      const int64_t *nodes =
+          tet ? r->builder.tets + CORNERS * element->tet : r->surface_nodes + element->first;
+      for (int64_t n = 0; n < (tet ? CORNERS : element->count) && status >= 0; n++)
+        status = thrum_builder_add(&r->builder, list, nodes[n]);
     }
   }
   return status;
@@ -543,7 +560,8 @@ static thrum_status set_groups(inp_reader *r) {
 /* The tets of each section get its index as the key of their region; a later one overrides. */
 static thrum_status apply_section(inp_reader *r, int64_t index) {
   const inp_section *section = &r->sections[index];
-  int64_t s = 0, tet = 0;
+  const inp_element *element = NULL;
+  int64_t s = 0;
   while (s < r->set_count && !same(r->sets[s].name, section->set))
     s++;
   if (s == r->set_count)
@@ -552,9 +570,9 @@ static thrum_status apply_section(inp_reader *r, int64_t index) {
                            thrum_text_excerpt(section->set.text, section->set.length).text);
   thrum_status status = THRUM_OK;
   for (int64_t i = 0; i < r->sets[s].count && status >= 0; i++) {
-    status = member_tet(r, &r->sets[s], r->sets[s].elements[i], &tet);
-    if (status >= 0 && tet >= 0)
-      r->builder.keys[tet] = index;
+    status = find_member(r, &r->sets[s], r->sets[s].elements[i], &element);
+    if (status >= 0 && element->tet >= 0)
+      r->builder.keys[element->tet] = index;
   }
   return status;
 }
@@ -642,6 +660,7 @@ thrum_status thrum_mesh_parse_abaqus(const char *name, const void *data, size_t 
     free(r.sets[s].elements);
   free(r.sets);
   free(r.elements);
+  free(r.surface_nodes);
   free(r.materials);
   free(r.sections);
   thrum_builder_free(&r.builder);

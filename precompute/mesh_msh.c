@@ -1,60 +1,16 @@
-/* Gmsh .msh files, versions 2.2 and 4.1, in ASCII: $PhysicalNames, $Entities, $Nodes, $Elements;
- * other sections are passed over. Tetrahedra (type 4) are the mesh. Physical volumes are its
- * regions; physical groups of any dimension are vertex groups. Version 2 writes an element once
- * for each physical group that it is in: tets that come again are joined with the first.
- * Vertices are ordered by their tags, which may have gaps.
- * Cost: linear in the file, n log n in the nodes when they are not in order.
+/* Gmsh .msh files, versions 2.2 and 4.1, in ASCII (binary sections: mesh_msh_binary.c):
+ * $PhysicalNames, $Entities, $Nodes, $Elements; other sections are passed over. Tetrahedra (type 4)
+ * are the mesh. Physical volumes are its regions; physical groups of any dimension are vertex
+ * groups. Version 2 writes an element once for each physical group that it is in: tets that come
+ * again are joined with the first. Vertices are ordered by their tags, which may have gaps. Cost:
+ * linear in the file, n log n in the nodes when they are not in order.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "precompute/mesh.h"
-#include "precompute/mesh_build.h"
-#include "precompute/text.h"
-
-enum { TET = 4, NO_PHYSICAL = -1 };
-
-typedef struct msh_physical {
-  int dimension;
-  int64_t tag;
-  char *name; /* NULL: not named in the file */
-  int64_t count, capacity;
-  int32_t *vertices;
-} msh_physical;
-
-/* Of version 4: which physical groups the elements of an entity belong to. */
-typedef struct msh_entity {
-  int dimension;
-  int64_t tag;
-  int64_t first, count; /* in entity_physicals */
-} msh_entity;
-
-typedef struct msh_node {
-  int64_t tag, line;
-  double position[3];
-} msh_node;
-
-typedef struct msh_reader {
-  thrum_text text;
-  int version; /* 2 or 4; 0 before $MeshFormat */
-  bool has_entities, has_nodes, has_elements;
-  int64_t physical_count;
-  msh_physical *physicals; /* THRUM_MESH_GROUPS_MAX */
-  int64_t last_physical;   /* found last */
-  int64_t entity_count, entity_capacity;
-  msh_entity *entities; /* by dimension and tag once read */
-  int64_t entity_physical_count, entity_physical_capacity;
-  int32_t *entity_physicals;
-  int64_t node_count, node_capacity;
-  msh_node *nodes; /* by tag once read */
-  int64_t table_count;
-  int32_t *table; /* node of a tag, -1 none; NULL when tags are too sparse for one */
-  int64_t tet_capacity, line_capacity, region_capacity;
-  thrum_mesh mesh; /* tet_region holds physicals until the end, NO_PHYSICAL for none */
-  thrum_error *error;
-} msh_reader;
+#include "precompute/mesh_msh.h"
 
 static thrum_status no_memory(msh_reader *r) {
   return thrum_text_fail(&r->text, THRUM_OUT_OF_MEMORY, r->error, "not enough memory");
@@ -82,7 +38,7 @@ static thrum_status integer(msh_reader *r, const char *what, int64_t low, int64_
 }
 
 /* Index of a physical group, added when it is new. */
-static thrum_status find_physical(msh_reader *r, int dimension, int64_t tag, int64_t *index) {
+thrum_status thrum_msh_find_physical(msh_reader *r, int dimension, int64_t tag, int64_t *index) {
   for (int64_t step = 0; step < r->physical_count; step++) {
     // the one found last comes first: elements of a group stand together
     int64_t i = (r->last_physical + step) % r->physical_count;
@@ -99,8 +55,8 @@ static thrum_status find_physical(msh_reader *r, int dimension, int64_t tag, int
   return THRUM_OK;
 }
 
-static thrum_status add_to_physical(msh_reader *r, int64_t index, const int32_t *vertices,
-                                    int count) {
+thrum_status thrum_msh_add_to_physical(msh_reader *r, int64_t index, const int32_t *vertices,
+                                       int count) {
   msh_physical *p = &r->physicals[index];
   int32_t *grown = thrum_mesh_grow(p->vertices, &p->capacity, p->count + count, sizeof *grown);
   if (!grown)
@@ -128,12 +84,8 @@ static thrum_status read_format(msh_reader *r) {
                            "version %g is not read, only 2.2 and 4.1; convert it with: gmsh "
                            "FILE -save -format msh41 -o NEW.msh",
                            version);
-  if (binary != 0)
-    return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
-                           "binary files are not read; save as ASCII (Mesh.Binary = 0), or: gmsh "
-                           "FILE -save -format msh41 -o NEW.msh");
   r->version = version < 3 ? 2 : 4;
-  return THRUM_OK;
+  return binary != 0 ? thrum_msh_binary_format(r) : THRUM_OK;
 }
 
 /* `dimension tag "name"` */
@@ -145,7 +97,7 @@ static thrum_status read_physical_name(msh_reader *r) {
   if (status >= 0)
     status = integer(r, "the tag of the physical group", 1, &tag);
   if (status >= 0)
-    status = find_physical(r, (int)dimension, tag, &index);
+    status = thrum_msh_find_physical(r, (int)dimension, tag, &index);
   if (status < 0)
     return status;
   thrum_text_more(&r->text);
@@ -181,6 +133,31 @@ static thrum_status read_physical_names(msh_reader *r) {
   return status;
 }
 
+thrum_status thrum_msh_add_entity_physical(msh_reader *r, int dimension, int64_t tag) {
+  int64_t index = 0;
+  // a sign only says which way round the group is
+  thrum_status status = thrum_msh_find_physical(r, dimension, tag < 0 ? -tag : tag, &index);
+  if (status < 0)
+    return status;
+  int32_t *grown = thrum_mesh_grow(r->entity_physicals, &r->entity_physical_capacity,
+                                   r->entity_physical_count + 1, sizeof *grown);
+  if (!grown)
+    return no_memory(r);
+  r->entity_physicals = grown;
+  grown[r->entity_physical_count++] = (int32_t)index;
+  return THRUM_OK;
+}
+
+thrum_status thrum_msh_add_entity(msh_reader *r, const msh_entity *entity) {
+  msh_entity *grown =
+      thrum_mesh_grow(r->entities, &r->entity_capacity, r->entity_count + 1, sizeof *grown);
+  if (!grown)
+    return no_memory(r);
+  r->entities = grown;
+  grown[r->entity_count++] = *entity;
+  return THRUM_OK;
+}
+
 /* `tag box physicals...`: the box is three numbers for points, else six. */
 static thrum_status read_entity(msh_reader *r, int dimension) {
   msh_entity entity = {.dimension = dimension, .first = r->entity_physical_count};
@@ -193,30 +170,13 @@ static thrum_status read_entity(msh_reader *r, int dimension) {
   if (status >= 0)
     status = integer(r, "the number of physical groups", 0, &entity.count);
   for (int64_t i = 0; i < entity.count && status >= 0; i++) {
-    int64_t tag = 0, index = 0;
+    int64_t tag = 0;
     status =
         thrum_text_integer(&r->text, "a physical group", -INT64_MAX, INT64_MAX, &tag, r->error);
-    // a sign only says which way round the group is
     if (status >= 0)
-      status = find_physical(r, dimension, tag < 0 ? -tag : tag, &index);
-    if (status < 0)
-      break;
-    int32_t *grown = thrum_mesh_grow(r->entity_physicals, &r->entity_physical_capacity,
-                                     r->entity_physical_count + 1, sizeof *grown);
-    if (!grown)
-      return no_memory(r);
-    r->entity_physicals = grown;
-    grown[r->entity_physical_count++] = (int32_t)index;
+      status = thrum_msh_add_entity_physical(r, dimension, tag);
   }
-  if (status < 0)
-    return status;
-  msh_entity *grown =
-      thrum_mesh_grow(r->entities, &r->entity_capacity, r->entity_count + 1, sizeof *grown);
-  if (!grown)
-    return no_memory(r);
-  r->entities = grown;
-  grown[r->entity_count++] = entity;
-  return THRUM_OK;
+  return status < 0 ? status : thrum_msh_add_entity(r, &entity);
 }
 
 static int compare_entities(const void *a, const void *b) {
@@ -224,6 +184,18 @@ static int compare_entities(const void *a, const void *b) {
   if (x->dimension != y->dimension)
     return x->dimension < y->dimension ? -1 : 1;
   return (x->tag > y->tag) - (x->tag < y->tag);
+}
+
+void thrum_msh_sort_entities(msh_reader *r) {
+  if (r->entity_count > 0)
+    qsort(r->entities, (size_t)r->entity_count, sizeof *r->entities, compare_entities);
+}
+
+const msh_entity *thrum_msh_find_entity(const msh_reader *r, int dimension, int64_t tag) {
+  const msh_entity key = {.dimension = dimension, .tag = tag};
+  if (r->entity_count == 0)
+    return NULL;
+  return bsearch(&key, r->entities, (size_t)r->entity_count, sizeof key, compare_entities);
 }
 
 static thrum_status read_entities(msh_reader *r) {
@@ -234,6 +206,8 @@ static thrum_status read_entities(msh_reader *r) {
     return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
                            "$Entities comes twice or after $Elements");
   r->has_entities = true;
+  if (r->binary)
+    return thrum_msh_binary_entities(r);
   int64_t counts[4] = {0, 0, 0, 0};
   thrum_status status = section_line(r, "the numbers of entities");
   for (int d = 0; d < 4 && status >= 0; d++)
@@ -241,13 +215,13 @@ static thrum_status read_entities(msh_reader *r) {
   for (int d = 0; d < 4; d++)
     for (int64_t i = 0; i < counts[d] && status >= 0; i++)
       status = read_entity(r, d);
-  if (status >= 0 && r->entity_count > 0)
-    qsort(r->entities, (size_t)r->entity_count, sizeof *r->entities, compare_entities);
+  if (status >= 0)
+    thrum_msh_sort_entities(r);
   return status;
 }
 
 /* A new node with its tag; NULL when there is no memory. */
-static msh_node *add_node(msh_reader *r) {
+msh_node *thrum_msh_add_node(msh_reader *r) {
   msh_node *grown = thrum_mesh_grow(r->nodes, &r->node_capacity, r->node_count + 1, sizeof *grown);
   if (!grown)
     return NULL;
@@ -258,7 +232,7 @@ static msh_node *add_node(msh_reader *r) {
 }
 
 static thrum_status read_tag(msh_reader *r) {
-  msh_node *node = add_node(r);
+  msh_node *node = thrum_msh_add_node(r);
   if (!node)
     return no_memory(r);
   if (r->node_count > INT32_MAX)
@@ -347,7 +321,7 @@ static int compare_nodes(const void *a, const void *b) {
 }
 
 /* Sorts the nodes and makes the table from tags to them. */
-static thrum_status index_nodes(msh_reader *r) {
+thrum_status thrum_msh_index_nodes(msh_reader *r) {
   msh_node *nodes = r->nodes;
   bool sorted = true;
   for (int64_t i = 1; i < r->node_count && sorted; i++)
@@ -377,7 +351,9 @@ static thrum_status read_some_nodes(msh_reader *r, bool parametric) {
     return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error, "$Nodes comes twice");
   r->has_nodes = true;
   thrum_status status;
-  if (r->version == 2) {
+  if (r->binary) {
+    status = thrum_msh_binary_nodes(r);
+  } else if (r->version == 2) {
     status = read_nodes_2(r, parametric);
   } else {
     int64_t blocks = 0, items = 0;
@@ -387,7 +363,7 @@ static thrum_status read_some_nodes(msh_reader *r, bool parametric) {
     if (status >= 0)
       status = check_items(r, "nodes", items, r->node_count);
   }
-  return status < 0 ? status : index_nodes(r);
+  return status < 0 ? status : thrum_msh_index_nodes(r);
 }
 
 static thrum_status read_nodes(msh_reader *r) {
@@ -398,15 +374,10 @@ static thrum_status read_parametric_nodes(msh_reader *r) {
   return read_some_nodes(r, true);
 }
 
-/* Next word of the line, the tag of a node, as its index. */
-static thrum_status read_node_index(msh_reader *r, int32_t *index) {
-  int64_t tag = 0;
-  thrum_status status = integer(r, "a node of the element", 1, &tag);
-  if (status < 0)
-    return status;
+thrum_status thrum_msh_node_index(msh_reader *r, int64_t tag, int32_t *index) {
   int32_t found = -1;
   if (r->table) {
-    found = tag < r->table_count ? r->table[tag] : -1;
+    found = tag >= 0 && tag < r->table_count ? r->table[tag] : -1;
   } else {
     msh_node key = {.tag = tag};
     const msh_node *node = NULL;
@@ -421,15 +392,22 @@ static thrum_status read_node_index(msh_reader *r, int32_t *index) {
   return THRUM_OK;
 }
 
+/* Next word of the line, the tag of a node, as its index. */
+static thrum_status read_node_index(msh_reader *r, int32_t *index) {
+  int64_t tag = 0;
+  thrum_status status = integer(r, "a node of the element", 1, &tag);
+  return status < 0 ? status : thrum_msh_node_index(r, tag, index);
+}
+
 /* Dimension of an element type, -1 when it is unknown. */
-static int type_dimension(int64_t type) {
+int thrum_msh_type_dimension(int64_t type) {
   static const signed char dimensions[] = {-1, 1, 2, 2, 3, 3, 3, 3, 1, 2, 2, 3, 3, 3, 3, 0,
                                            2,  3, 3, 3, 2, 2, 2, 2, 2, 2, 1, 1, 1, 3, 3, 3};
   return type >= 1 && type < (int64_t)sizeof dimensions ? dimensions[type] : -1;
 }
 
-static thrum_status check_type(msh_reader *r, int64_t type, int dimension) {
-  if (type == TET || (dimension >= 0 && dimension < 3))
+thrum_status thrum_msh_check_type(msh_reader *r, int64_t type, int dimension) {
+  if (type == MSH_TET || (dimension >= 0 && dimension < 3))
     return THRUM_OK;
   if (type == 11 || (type >= 29 && type <= 31))
     return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
@@ -442,7 +420,7 @@ static thrum_status check_type(msh_reader *r, int64_t type, int dimension) {
                          (long long)type);
 }
 
-static thrum_status add_tet(msh_reader *r, const int32_t tet[4], int64_t physical) {
+thrum_status thrum_msh_add_tet(msh_reader *r, const int32_t tet[4], int64_t physical) {
   thrum_mesh *m = &r->mesh;
   int64_t t = m->tet_count;
   int32_t *tets = thrum_mesh_grow(m->tets, &r->tet_capacity, t + 1, 4 * sizeof *tets);
@@ -466,22 +444,22 @@ static thrum_status read_element_nodes(msh_reader *r, int64_t type, const int32_
   int32_t nodes[4] = {0};
   int count = 0;
   thrum_status status = THRUM_OK;
-  if (type == TET) {
+  if (type == MSH_TET) {
     for (; count < 4 && status >= 0; count++)
       status = read_node_index(r, &nodes[count]);
     if (status >= 0)
       status = thrum_text_finish(&r->text, "the four nodes", r->error);
     if (status >= 0)
-      status = add_tet(r, nodes, physical_count > 0 ? physicals[0] : NO_PHYSICAL);
+      status = thrum_msh_add_tet(r, nodes, physical_count > 0 ? physicals[0] : MSH_NO_PHYSICAL);
     for (int64_t p = 0; p < physical_count && status >= 0; p++)
-      status = add_to_physical(r, physicals[p], nodes, 4);
+      status = thrum_msh_add_to_physical(r, physicals[p], nodes, 4);
     return status;
   }
   // others only serve their groups
   while (physical_count > 0 && status >= 0 && thrum_text_more(&r->text)) {
     status = read_node_index(r, &nodes[0]);
     for (int64_t p = 0; p < physical_count && status >= 0; p++)
-      status = add_to_physical(r, physicals[p], nodes, 1);
+      status = thrum_msh_add_to_physical(r, physicals[p], nodes, 1);
   }
   return status;
 }
@@ -495,7 +473,7 @@ static thrum_status read_element_2(msh_reader *r) {
   if (status >= 0)
     status = integer(r, "the type of an element", 1, &type);
   if (status >= 0)
-    status = check_type(r, type, type_dimension(type));
+    status = thrum_msh_check_type(r, type, thrum_msh_type_dimension(type));
   if (status >= 0)
     status = integer(r, "the number of tags", 0, &tags);
   for (int64_t i = 0; i < tags && status >= 0; i++) {
@@ -504,7 +482,7 @@ static thrum_status read_element_2(msh_reader *r) {
     physical = i == 0 ? (tag < 0 ? -tag : tag) : physical;
   }
   if (status >= 0 && physical != 0)
-    status = find_physical(r, type_dimension(type), physical, &index);
+    status = thrum_msh_find_physical(r, thrum_msh_type_dimension(type), physical, &index);
   if (status < 0)
     return status;
   int32_t list = (int32_t)index;
@@ -512,25 +490,21 @@ static thrum_status read_element_2(msh_reader *r) {
 }
 
 static thrum_status read_element_block(msh_reader *r, int64_t *items) {
-  int64_t dimension = 0, type = 0, count = 0, number = 0;
-  msh_entity key = {0};
+  int64_t dimension = 0, type = 0, count = 0, number = 0, tag = 0;
   thrum_status status = section_line(r, "the last block of elements");
   if (status >= 0)
     status = thrum_text_integer(&r->text, "a dimension", 0, 3, &dimension, r->error);
   if (status >= 0)
-    status = integer(r, "an entity", INT64_MIN, &key.tag);
+    status = integer(r, "an entity", INT64_MIN, &tag);
   if (status >= 0)
     status = integer(r, "the type of the elements", 1, &type);
   if (status >= 0)
     status = integer(r, "the number of elements in the block", 0, &count);
   if (status >= 0)
-    status = check_type(r, type, (int)dimension);
+    status = thrum_msh_check_type(r, type, (int)dimension);
   if (status < 0)
     return status;
-  key.dimension = (int)dimension;
-  const msh_entity *entity = NULL;
-  if (r->entity_count > 0)
-    entity = bsearch(&key, r->entities, (size_t)r->entity_count, sizeof key, compare_entities);
+  const msh_entity *entity = thrum_msh_find_entity(r, (int)dimension, tag);
   const int32_t *physicals =
       entity && entity->count > 0 ? r->entity_physicals + entity->first : NULL;
   for (int64_t i = 0; i < count && status >= 0; i++) {
@@ -549,6 +523,8 @@ static thrum_status read_elements(msh_reader *r) {
     return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
                            "$Elements comes twice or before $Nodes");
   r->has_elements = true;
+  if (r->binary)
+    return thrum_msh_binary_elements(r);
   int64_t count = 0, blocks = 0, items = 0;
   thrum_status status;
   if (r->version == 2) {

@@ -271,7 +271,7 @@ static void bad_gmsh_sections_are_refused_with_their_line(void **state) {
       {"$MeshFormat\n4 0 8\n$EndMeshFormat\n", ":2: version 4 is not read, only 2.2 and 4.1"},
       {"$MeshFormat\n3 0 8\n$EndMeshFormat\n", ":2: version 3 is not read"},
       {"$MeshFormat\n4.1 1 8\n\1\n$EndMeshFormat\n",
-       ":2: binary files are not read; save as ASCII"},
+       ":2: in the binary data behind this line: there is no 1"},
       {"$MeshFormat\n2.2\n$EndMeshFormat\n", ":2: the line ends before the kind, 0 for ASCII"},
       {"$MeshFormat\n", ":1: the file ends before the version"},
       {"$MeshFormat\n2.2 0 8\n", ":2: the file ends before $EndMeshFormat"},

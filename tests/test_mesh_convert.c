@@ -223,6 +223,80 @@ static void a_locale_with_decimal_commas_makes_no_difference(void **state) {
   thrum_mesh_free(&mesh);
 }
 
+/* Every truncation and every byte changed to some others: read or refused, nothing else. */
+static void damaged_binary_files_are_read_or_refused(void **state) {
+  (void)state;
+  static const unsigned char bytes[] = {0, 1, 0x7f, 0xff};
+  for (int version = 0; version < 2; version++) {
+    const thrum_mesh_write_options options = {.binary = true, .msh_version = version ? 41 : 22};
+    thrum_mesh mesh = make_mesh(false);
+    thrum_mesh_lost lost;
+    thrum_mesh read = round_trip(&mesh, "m.msh", &options, &lost);
+    thrum_mesh_free(&read);
+    thrum_mesh_free(&mesh);
+    char path[200];
+    void *data = NULL;
+    size_t size = 0;
+    snprintf(path, sizeof path, "%s/m.msh", mesh_folder);
+    assert_int_equal(thrum_file_read(path, &data, &size, NULL), THRUM_OK);
+    unsigned char *copy = malloc(size);
+    assert_non_null(copy);
+    for (size_t n = 0; n < size; n++)
+      for (size_t b = 0; b <= sizeof bytes; b++) {
+        memcpy(copy, data, size);
+        copy[n] = b < sizeof bytes ? bytes[b] : copy[n];
+        thrum_mesh damaged = {0};
+        const size_t length = b < sizeof bytes ? size : n;
+        if (thrum_mesh_parse_msh("m.msh", copy, length, &damaged, NULL) < 0)
+          assert_null(damaged.tets);
+        thrum_mesh_free(&damaged);
+      }
+    free(copy);
+    free(data);
+  }
+}
+
+/* The bytes of a binary file the other way round, as another machine writes them. */
+static void binary_files_of_the_other_byte_order_are_read(void **state) {
+  (void)state;
+  unsigned char file[1000];
+  size_t used = (size_t)sprintf((char *)file, "$MeshFormat\n2.2 1 8\n");
+  const unsigned char one[] = {0, 0, 0, 1};
+  memcpy(file + used, one, 4);
+  used += 4;
+  used += (size_t)sprintf((char *)file + used, "\n$EndMeshFormat\n$Nodes\n4\n");
+  for (unsigned n = 0; n < 4; n++) {
+    const unsigned char tag[] = {0, 0, 0, (unsigned char)(n + 1)};
+    memcpy(file + used, tag, 4);
+    used += 4;
+    for (unsigned c = 0; c < 3; c++) {
+      // 1 is 3f f0 00 ...
+      memset(file + used, 0, 8);
+      if (n == c + 1) {
+        file[used] = 0x3f;
+        file[used + 1] = 0xf0;
+      }
+      used += 8;
+    }
+  }
+  used += (size_t)sprintf((char *)file + used, "\n$EndNodes\n$Elements\n1\n");
+  const unsigned char numbers[] = {4, 1, 2, 1, 7, 1, 1, 2, 3, 4};
+  for (size_t i = 0; i < sizeof numbers; i++) {
+    memset(file + used, 0, 3);
+    file[used + 3] = numbers[i];
+    used += 4;
+  }
+  used += (size_t)sprintf((char *)file + used, "\n$EndElements\n");
+  thrum_mesh mesh = {0};
+  thrum_error error = {0};
+  if (thrum_mesh_read(mesh_write("o.msh", (char *)file, used), 1, &mesh, &error) < 0)
+    fail_msg("%s", error.message);
+  assert_int_equal(mesh.tet_count, 1);
+  assert_true(mesh.vertices[3] == 1 && mesh.vertices[7] == 1 && mesh.vertices[11] == 1);
+  assert_non_null(find_group(&mesh, "physical_3_7"));
+  thrum_mesh_free(&mesh);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(formats_that_hold_everything_give_it_back),
@@ -231,6 +305,8 @@ int main(void) {
       cmocka_unit_test(formats_of_one_mark_a_vertex_hold_groups_that_do_not_overlap),
       cmocka_unit_test(extreme_numbers_come_back_bit_for_bit),
       cmocka_unit_test(what_cannot_be_written_is_refused_and_nothing_is_left),
+      cmocka_unit_test(damaged_binary_files_are_read_or_refused),
+      cmocka_unit_test(binary_files_of_the_other_byte_order_are_read),
       cmocka_unit_test(a_locale_with_decimal_commas_makes_no_difference),
   };
   return cmocka_run_group_tests(tests, mesh_setup, mesh_teardown);

@@ -62,7 +62,7 @@ static const char INP[] =
     "*Element, type=S3, elset=skin\n1, 10, 20, 30\n"
     "*Element, type=C3D4,\n elset=one\n7, 10, 20, 30, 40\n*ELEMENT, TYPE=C3D4\n8, 20, 50, 30, 40\n"
     "*Nset, nset=\"Held End\"\n20,\n30\n*NSET, NSET=steps, GENERATE\n10, 30, 20\n"
-    "*NSET, NSET=both\nheld end, 50\n*Elset, elset=Two\n8\n"
+    "*NSET, NSET=both\nheld end, 50\n*Elset, elset=Two\n8\n*Elset, elset=painted\n1\n"
     "*Solid Section, elset=ONE, material=Soft\n,\n*Solid Section, elset=two, material=HARD\n"
     "*End Part\n*Material, name=SOFT\n*Elastic\n1e6, 0.3\n*Density\n1000.,\n"
     "*Material, name=hard\n*Density\n2000\n*Elastic, type=isotropic\n2e6, 0.4, 20\n3e6, 0.4, 80\n"
@@ -301,6 +301,7 @@ static void abaqus_files_give_sets_and_sections(void **state) {
   check_group(&mesh, "steps", 2, 0, 2);
   check_group(&mesh, "both", 3, 1, 4);
   check_group(&mesh, "skin", 3, 0, 2);
+  check_group(&mesh, "painted", 3, 0, 2);
   check_group(&mesh, "one", 4, 0, 3);
   check_group(&mesh, "Two", 4, 1, 4);
   assert_int_equal(mesh.file_number[4], 50);

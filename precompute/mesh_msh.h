@@ -1,0 +1,84 @@
+/* What the readers of ASCII and binary Gmsh files share: the reader's state, and how nodes,
+ * physical groups and tets are added to it.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_PRECOMPUTE_MESH_MSH_H
+#define THRUM_PRECOMPUTE_MESH_MSH_H
+
+#include "precompute/mesh.h"
+#include "precompute/mesh_build.h"
+#include "precompute/text.h"
+
+enum { MSH_TET = 4, MSH_NO_PHYSICAL = -1 };
+
+typedef struct msh_physical {
+  int dimension;
+  int64_t tag;
+  char *name; /* NULL: not named in the file */
+  int64_t count, capacity;
+  int32_t *vertices;
+} msh_physical;
+
+/* Of version 4: which physical groups the elements of an entity belong to. */
+typedef struct msh_entity {
+  int dimension;
+  int64_t tag;
+  int64_t first, count; /* in entity_physicals */
+} msh_entity;
+
+typedef struct msh_node {
+  int64_t tag, line;
+  double position[3];
+} msh_node;
+
+typedef struct msh_reader {
+  thrum_text text;
+  int version;         /* 2 or 4; 0 before $MeshFormat */
+  bool binary, little; /* bytes, lowest first, in $Entities, $Nodes and $Elements */
+  bool has_entities, has_nodes, has_elements;
+  int64_t physical_count;
+  msh_physical *physicals; /* THRUM_MESH_GROUPS_MAX */
+  int64_t last_physical;   /* found last */
+  int64_t entity_count, entity_capacity;
+  msh_entity *entities; /* by dimension and tag once read */
+  int64_t entity_physical_count, entity_physical_capacity;
+  int32_t *entity_physicals;
+  int64_t node_count, node_capacity;
+  msh_node *nodes; /* by tag once read */
+  int64_t table_count;
+  int32_t *table; /* node of a tag, -1 none; NULL when tags are too sparse for one */
+  int64_t tet_capacity, line_capacity, region_capacity;
+  thrum_mesh mesh; /* tet_region holds physicals until the end, NO_PHYSICAL for none */
+  thrum_error *error;
+} msh_reader;
+
+/* Index of a physical group, added when it is new. */
+thrum_status thrum_msh_find_physical(msh_reader *r, int dimension, int64_t tag, int64_t *index);
+thrum_status thrum_msh_add_to_physical(msh_reader *r, int64_t index, const int32_t *vertices,
+                                       int count);
+/* The entity that belongs to these physical groups; they are found by their tags first. */
+thrum_status thrum_msh_add_entity_physical(msh_reader *r, int dimension, int64_t tag);
+thrum_status thrum_msh_add_entity(msh_reader *r, const msh_entity *entity);
+/* Sorts the entities once all are there. */
+void thrum_msh_sort_entities(msh_reader *r);
+const msh_entity *thrum_msh_find_entity(const msh_reader *r, int dimension, int64_t tag);
+
+/* A new node; NULL when there is no memory. */
+msh_node *thrum_msh_add_node(msh_reader *r);
+/* Orders the nodes by tag, refuses repeats, and makes the table if it is worth it. */
+thrum_status thrum_msh_index_nodes(msh_reader *r);
+thrum_status thrum_msh_node_index(msh_reader *r, int64_t tag, int32_t *index);
+
+/* Dimension of an element type, -1 when it is unknown. */
+int thrum_msh_type_dimension(int64_t type);
+/* Refuses solid elements other than tets. */
+thrum_status thrum_msh_check_type(msh_reader *r, int64_t type, int dimension);
+thrum_status thrum_msh_add_tet(msh_reader *r, const int32_t tet[4], int64_t physical);
+
+/* The byte that says the order, and the sections, of a binary file. */
+thrum_status thrum_msh_binary_format(msh_reader *r);
+thrum_status thrum_msh_binary_entities(msh_reader *r);
+thrum_status thrum_msh_binary_nodes(msh_reader *r);
+thrum_status thrum_msh_binary_elements(msh_reader *r);
+
+#endif

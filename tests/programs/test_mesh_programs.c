@@ -1,0 +1,175 @@
+/* Meshes from the programs that write them: Gmsh in every format that we read, and TetGen. The
+ * arguments are the programs' paths; one that is not there is "".
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "tests/cli_support.h"
+#include "tests/mesh_support.h"
+
+#include <math.h>
+
+#include "precompute/mesh_build.h"
+#include "precompute/mesh_write.h"
+
+static const char *gmsh, *tetgen;
+static char folder[64];
+
+/* Two boxes side by side: volumes with names, and the face x = 0. */
+static const char GEOMETRY[] =
+    "SetFactory(\"OpenCASCADE\");\nBox(1) = {0,0,0, 1,0.2,0.2};\nBox(2) = {1,0,0, 1,0.2,0.2};\n"
+    "BooleanFragments{ Volume{1}; Delete; }{ Volume{2}; Delete; }\nMesh.MeshSizeMax = 0.2;\n"
+    "Physical Volume(\"soft\") = {1};\nPhysical Volume(\"hard\") = {2};\n"
+    "Physical Surface(\"held\") = {1};\n";
+
+static void in_folder(const char *name, char path[128]) {
+  snprintf(path, 128, "%s/%s", folder, name);
+}
+
+/* Runs a program in the folder; arguments are ended by NULL. */
+static void run(const char *program, const char *const *arguments) {
+  char *argv[16];
+  int count = 0;
+  memcpy(&argv[count++], &program, sizeof program);
+  for (int i = 0; arguments[i]; i++)
+    memcpy(&argv[count++], &arguments[i], sizeof arguments[i]);
+  argv[count] = NULL;
+  cli_result result = cli_execute(folder, argv);
+  if (result.exit_code != 0)
+    fail_msg("%s: %s", program, result.err);
+  cli_result_free(&result);
+}
+
+static thrum_mesh read_mesh(const char *name) {
+  char path[128];
+  thrum_mesh mesh = {0};
+  thrum_error error = {0};
+  in_folder(name, path);
+  if (thrum_mesh_read(path, 1, &mesh, &error) < 0)
+    fail_msg("%s", error.message);
+  return mesh;
+}
+
+static double volume(const thrum_mesh *mesh) {
+  double sum = 0;
+  for (int64_t t = 0; t < mesh->tet_count; t++)
+    sum += thrum_mesh_tet_volume(mesh, t);
+  return sum;
+}
+
+static int64_t group_count(const thrum_mesh *mesh, const char *name) {
+  for (int64_t g = 0; g < mesh->group_count; g++)
+    if (strcmp(mesh->groups[g].name, name) == 0)
+      return mesh->groups[g].count;
+  return 0;
+}
+
+static void gmsh_writes_and_we_read_every_format(void **state) {
+  (void)state;
+  static const struct {
+    const char *format, *name, *binary;
+    bool named; /* the names of physical groups are in the file */
+    int64_t regions;
+  } cases[] = {{"msh22", "a.msh", "-v", true, 2},   {"msh41", "b.msh", "-v", true, 2},
+               {"msh22", "c.msh", "-bin", true, 2}, {"msh41", "d.msh", "-bin", true, 2},
+               {"mesh", "e.mesh", "-v", false, 2},  {"vtk", "f.vtk", "-v", false, 2},
+               {"vtk", "g.vtk", "-bin", false, 2},  {"inp", "h.inp", "-v", true, 1}};
+  if (!*gmsh)
+    return;
+  char path[128];
+  in_folder("two.geo", path);
+  assert_true(cli_write_text(path, GEOMETRY));
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    const bool text = cases[i].binary[1] == 'v';
+    const char *const arguments[] = {"two.geo", "-3",          "-format",       cases[i].format,
+                                     "-o",      cases[i].name, cases[i].binary, text ? "0" : NULL,
+                                     NULL};
+    run(gmsh, arguments);
+    thrum_mesh mesh = read_mesh(cases[i].name);
+    assert_true(fabs(volume(&mesh) - 2 * 0.2 * 0.2) < 1e-12);
+    assert_int_equal(mesh.region_count, cases[i].regions);
+    if (cases[i].named) {
+      assert_int_equal(group_count(&mesh, "held"), 5);
+      assert_true(group_count(&mesh, "soft") > 8 && group_count(&mesh, "hard") > 8);
+    }
+    thrum_mesh_free(&mesh);
+  }
+}
+
+static void gmsh_reads_what_we_write(void **state) {
+  (void)state;
+  if (!*gmsh)
+    return;
+  thrum_mesh mesh = {0};
+  assert_int_equal(thrum_mesh_read("beam:3x2x2@1x0.3x0.3", 1, &mesh, NULL), THRUM_OK);
+  // in a file with physical groups Gmsh keeps only what is in one
+  assert_int_equal(thrum_mesh_add_region_group(&mesh, 0, "body", NULL), THRUM_OK);
+  for (int n = 0; n < 5; n++) {
+    const thrum_mesh_write_options options = {.binary = n % 2, .msh_version = n < 2 ? 22 : 41};
+    thrum_mesh_lost lost;
+    char path[128];
+    in_folder(n < 4 ? "ours.msh" : "ours.mesh", path);
+    assert_int_equal(thrum_mesh_write(path, &mesh, &options, &lost, NULL), THRUM_OK);
+    const char *const arguments[] = {n < 4 ? "ours.msh" : "ours.mesh",
+                                     "-save",
+                                     "-format",
+                                     "msh22",
+                                     "-bin",
+
+                                     "-o",
+                                     "theirs.msh",
+                                     NULL};
+    run(gmsh, arguments);
+    thrum_mesh read = read_mesh("theirs.msh");
+    assert_int_equal(read.vertex_count, mesh.vertex_count);
+    assert_int_equal(read.tet_count, mesh.tet_count);
+    // it numbers vertices its own way
+    assert_true(fabs(volume(&read) - volume(&mesh)) < 1e-15);
+    if (n < 4)
+      assert_int_equal(group_count(&read, "left"), group_count(&mesh, "left"));
+    thrum_mesh_free(&read);
+  }
+  thrum_mesh_free(&mesh);
+}
+
+/* The unit cube in two regions, split at x = 1/2. */
+static const char CUBES[] =
+    "12 3 0 0\n0 0 0 0\n1 .5 0 0\n2 1 0 0\n3 0 1 0\n4 .5 1 0\n5 1 1 0\n6 0 0 1\n7 .5 0 1\n8 1 0 1\n"
+    "9 0 1 1\n10 .5 1 1\n11 1 1 1\n11 1\n"
+    "1 0 5\n4 0 3 9 6\n1 0 6\n4 2 5 11 8\n1 0 0\n4 1 4 10 7\n"
+    "1\n4 0 1 7 6\n1\n4 1 2 8 7\n1\n4 3 4 10 9\n1\n4 4 5 11 10\n"
+    "1\n4 0 1 4 3\n1\n4 1 2 5 4\n1\n4 6 7 10 9\n1\n4 7 8 11 10\n"
+    "0\n2\n0 .25 .5 .5 10 .02\n1 .75 .5 .5 20 .02\n";
+
+static void tetgen_writes_and_we_read_markers_and_regions(void **state) {
+  (void)state;
+  if (!*tetgen)
+    return;
+  char path[128];
+  in_folder("cubes.poly", path);
+  assert_true(cli_write_text(path, CUBES));
+  // z: count from 0; o2: tets of ten nodes
+  static const char *const flags[] = {"-pqaAQ", "-pqaAQz", "-pqaAQo2"};
+  for (int i = 0; i < 3; i++) {
+    const char *const arguments[] = {flags[i], "cubes.poly", NULL};
+    run(tetgen, arguments);
+    thrum_mesh mesh = read_mesh("cubes.1.node");
+    assert_true(fabs(volume(&mesh) - 1) < 1e-12);
+    assert_int_equal(mesh.region_count, 2);
+    assert_true(group_count(&mesh, "region_10") > 8 && group_count(&mesh, "region_20") > 8);
+    assert_int_equal(mesh.cornered_tets, i == 2 ? mesh.tet_count : 0);
+    thrum_mesh_free(&mesh);
+  }
+}
+
+int main(int argc, char **argv) {
+  gmsh = argc > 1 ? argv[1] : "";
+  tetgen = argc > 2 ? argv[2] : "";
+  if (!cli_make_folder(folder))
+    return 1;
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(gmsh_writes_and_we_read_every_format),
+      cmocka_unit_test(gmsh_reads_what_we_write),
+      cmocka_unit_test(tetgen_writes_and_we_read_markers_and_regions),
+  };
+  const int failed = cmocka_run_group_tests(tests, NULL, NULL);
+  cli_remove_folder(folder);
+  return failed;
+}
