@@ -159,7 +159,8 @@ thrum_status precompute_make(const precompute_request *request, precompute_show 
                              bool *flagged, thrum_error *error) {
   const double began = cli_seconds();
   thrum_mesh mesh = {0};
-  thrum_status status = check_output(request->output, error);
+  // a dry run writes nothing, so it needs no name
+  thrum_status status = request->dry_run ? THRUM_OK : check_output(request->output, error);
   if (status >= 0)
     status = thrum_mesh_read(request->mesh_name, request->scale, &mesh, error);
   if (status < 0)
@@ -176,7 +177,9 @@ thrum_status precompute_make(const precompute_request *request, precompute_show 
   if (status >= 0)
     status = fix_vertices(request, &mesh, fixed, &outcome.fixed_count, error);
   outcome.seconds_mesh = cli_seconds() - began;
-  if (status >= 0)
+  if (status >= 0 && request->dry_run)
+    status = precompute_dry_run(&outcome, fixed, &outcome.flagged, error);
+  else if (status >= 0)
     status = make_model(request, &mesh, fixed, show, &outcome, error);
   free(fixed);
   thrum_mesh_free(&mesh);

@@ -21,7 +21,9 @@ enum {
   FIX,
   JSON,
   REPRODUCIBLE,
-  CHECK
+  CHECK,
+  DRY_RUN,
+  MEMORY
 };
 
 static const struct option options[] = {
@@ -35,6 +37,8 @@ static const struct option options[] = {
     {"mass", required_argument, NULL, MASS},
     {"threads", required_argument, NULL, THREADS},
     {"fix", required_argument, NULL, FIX},
+    {"dry-run", no_argument, NULL, DRY_RUN},
+    {"memory", required_argument, NULL, MEMORY},
     {"check", required_argument, NULL, CHECK},
     {"reproducible", no_argument, NULL, REPRODUCIBLE},
     {"json", no_argument, NULL, JSON},
@@ -68,6 +72,10 @@ void precompute_help(void) {
       "MUMPS,\n"
       "                        where it is built in); default auto, inertia for small meshes\n"
       "      --threads N       threads of the linear algebra (default 1)\n"
+      "      --dry-run         say what memory and about what time it would take, and stop; exit "
+      "3\n"
+      "                        when it would not fit\n"
+      "      --memory MB       refuse what would take more (default: what the machine has left)\n"
       "      --reproducible    store no times in the file: two runs then give the same bytes\n"
       "      --json            print one JSON object instead of the table\n"
       "  -q, --quiet           no progress\n"
@@ -76,6 +84,7 @@ void precompute_help(void) {
       "  thrum precompute beam:20x3x3@1x0.15x0.15 --fix 'x<0.001' -o beam.npz\n"
       "  thrum precompute part.msh --scale 1e-3 --young 2e6 --poisson 0.45 --density 1100 \\\n"
       "      --fix clamp --fix 'z<0.002:z' --modes 12 --rank 30 -o part.npz\n"
+      "  thrum precompute part.msh --fix clamp --modes 20 --rank 30 --dry-run\n"
       "  thrum precompute horse --young 1e6 -o soft-horse.npz\n"
       "  thrum precompute bridge.veg --fix bridge.bou --threads 2 --json -o bridge.npz\n",
       stdout);
@@ -106,6 +115,14 @@ static int mass_option(const char *text, thrum_mass *mass) {
     return cli_usage("precompute", "--mass is consistent or lumped, not '%s'", text);
   }
   return CLI_DONE;
+}
+
+static int memory_option(const char *text, double *bytes) {
+  int64_t megabytes = 0;
+  const int code = count_option("memory", text, (int64_t)1 << 40, &megabytes);
+  if (code == CLI_DONE)
+    *bytes = 1048576 * (double)megabytes;
+  return code;
 }
 
 static int check_option(const char *text, thrum_check *check) {
@@ -153,6 +170,11 @@ static int apply_option(int option, precompute_request *request) {
   case FIX:
     request->fixes[request->fix_count++] = optarg;
     return CLI_DONE;
+  case DRY_RUN:
+    request->dry_run = true;
+    return CLI_DONE;
+  case MEMORY:
+    return memory_option(optarg, &request->options.memory_limit);
   case CHECK:
     return check_option(optarg, &request->options.check);
   case REPRODUCIBLE:
@@ -190,7 +212,7 @@ int precompute_options_read(int argc, char **argv, precompute_request *request) 
                      argv[optind]);
   }
   request->mesh_name = argv[optind];
-  if (request->output == NULL) {
+  if (request->output == NULL && !request->dry_run) {
     return cli_usage("precompute", "no output given: say -o NAME.npz");
   }
   return CLI_DONE;

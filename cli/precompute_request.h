@@ -19,6 +19,7 @@ typedef struct precompute_request {
   int64_t fix_count;
   bool modes_given; /* the options' modes and rank are the user's, not the defaults */
   bool rank_given;
+  bool dry_run;      /* say what it would take, and no more */
   bool reproducible; /* meta without times */
   bool json;
   bool quiet;
@@ -49,6 +50,10 @@ void precompute_help(void);
 typedef void precompute_show(const precompute_outcome *outcome);
 thrum_status precompute_make(const precompute_request *request, precompute_show *show,
                              bool *flagged, thrum_error *error);
+
+/* Prints what the model would take; *flagged: it would not fit. */
+thrum_status precompute_dry_run(const precompute_outcome *outcome, const uint8_t *fixed,
+                                bool *flagged, thrum_error *error);
 
 /* The JSON text stored as meta; request->reproducible leaves the times out. */
 char *precompute_meta(const precompute_request *request, const thrum_mesh *mesh,

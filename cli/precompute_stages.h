@@ -5,8 +5,8 @@
 #include "cli/cli.h"
 #include "precompute/precompute.h"
 
-/* Adds `stages`: for each its seconds, cpu_seconds, peak_mb (of the process until its end) and gflops, a rate,
- * null where the work is not counted. */
+/* Adds `stages`: for each its seconds, cpu_seconds, peak_mb (of the process until its end) and
+ * gflops, a rate, null where the work is not counted. */
 void precompute_add_stages(cJSON *object, const thrum_precomputed *result);
 
 void precompute_print_stages(const thrum_precomputed *result);

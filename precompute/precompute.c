@@ -13,6 +13,7 @@
 #include "precompute/constraints.h"
 #include "precompute/derivatives.h"
 #include "precompute/eigen.h"
+#include "precompute/estimate.h"
 #include "precompute/mode_check.h"
 #include "precompute/model_fill.h"
 #include "precompute/polynomial_reduce.h"
@@ -130,12 +131,23 @@ static thrum_status run_assemble(pipeline *p, const thrum_reporter *reporter, th
   return status == THRUM_OK && free_body ? find_rigid(p, error) : status;
 }
 
+// before the large arrays are taken
+static thrum_status check_memory(const pipeline *p, thrum_error *error) {
+  thrum_estimate estimate;
+  thrum_estimate_memory(&p->fem, &p->stiffness, p->factor, &p->options, &estimate);
+  return estimate.fits ? THRUM_OK : thrum_estimate_refuse(&estimate, error);
+}
+
 static thrum_status run_factor(pipeline *p, const thrum_reporter *reporter, thrum_error *error) {
   (void)reporter;
   thrum_springs springs;
   if (p->rigid)
     thrum_springs_add(&p->fem, &p->stiffness, &springs);
-  const thrum_status status = thrum_factor_create(&p->stiffness, &p->factor, error);
+  thrum_status status = thrum_factor_plan(&p->stiffness, &p->factor, error);
+  if (status == THRUM_OK)
+    status = check_memory(p, error);
+  if (status == THRUM_OK)
+    status = thrum_factor_compute(&p->stiffness, p->factor, error);
   if (p->rigid)
     thrum_springs_remove(&springs, &p->stiffness);
   if (status == THRUM_SINGULAR)

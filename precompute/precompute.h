@@ -30,11 +30,12 @@ typedef enum thrum_stage {
 } thrum_stage;
 
 typedef struct thrum_precompute_options {
-  int64_t modes;     /* k linear modes; default 10 */
-  int64_t rank;      /* r <= k (k + 3) / 2; default 0, which stands for 2 k */
-  thrum_mass mass;   /* default consistent */
-  thrum_check check; /* that no mode was missed; default THRUM_CHECK_AUTO */
-  int threads;       /* BLAS threads; default 1 */
+  int64_t modes;       /* k linear modes; default 10 */
+  int64_t rank;        /* r <= k (k + 3) / 2; default 0, which stands for 2 k */
+  thrum_mass mass;     /* default consistent */
+  thrum_check check;   /* that no mode was missed; default THRUM_CHECK_AUTO */
+  int threads;         /* BLAS threads; default 1 */
+  double memory_limit; /* bytes the process may hold; default 0: what is available */
   /* Called as a stage advances, fraction in [0, 1]; return false to stop. May be NULL. */
   bool (*progress)(void *context, thrum_stage stage, double fraction);
   void *progress_context;
@@ -71,11 +72,12 @@ typedef struct thrum_precomputed {
 
 /* `fixed`: vertex_count bytes, as filled by thrum_mesh_fix. Refuses, with a line that says what to
  * do: bad materials (nu outside (-1, 1/2), E or rho <= 0), too little fixed, modes or rank too
- * large for the mesh, rank beyond the numerical rank of the candidates. Nothing fixed makes a free
- * body: one part, six rigid modes kept apart in model.rigid, U mass-orthogonal to them. On failure
- * *result is untouched. One call at a time in a process: ARPACK is not re-entrant, and the thread
- * count of the numerical libraries is set for the while. Equal input, threads and machine give
- * equal bits. */
+ * large for the mesh, rank beyond the numerical rank of the candidates, more
+ * memory than there is (estimated once the factor is planned, before it is taken). Nothing fixed
+ * makes a free body: one part, six rigid modes kept apart in model.rigid, U mass-orthogonal to
+ * them. On failure *result is untouched. One call at a time in a process: ARPACK is not re-entrant,
+ * and the thread count of the numerical libraries is set for the while. Equal input, threads and
+ * machine give equal bits. */
 thrum_status thrum_precompute(const thrum_mesh *mesh, const uint8_t *fixed,
                               const thrum_precompute_options *options, thrum_precomputed *result,
                               thrum_error *error);

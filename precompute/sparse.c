@@ -238,6 +238,15 @@ double thrum_factor_solve_flops(const thrum_factor *factor) {
   return 4 * (double)factor->factor->xsize * (double)factor->solved;
 }
 
+double thrum_factor_bytes(const thrum_factor *factor) {
+  return 8 * ((double)factor->factor->xsize + (double)factor->factor->ssize +
+              3 * (double)factor->factor->n);
+}
+
+double thrum_factor_work_bytes(const thrum_factor *factor) {
+  return 8 * ((double)factor->factor->maxcsize + 3 * (double)factor->factor->n);
+}
+
 void thrum_factor_free(thrum_factor *factor) {
   if (!factor)
     return;

@@ -62,6 +62,9 @@ int64_t thrum_factor_nonzeros(const thrum_factor *factor); /* of L, stored zeros
 /* Of the factorisation by CHOLMOD's count, and of all solves so far, four a nonzero and column. */
 double thrum_factor_flops(const thrum_factor *factor);
 double thrum_factor_solve_flops(const thrum_factor *factor);
+/* Bytes that the planned factor will take, and that its computation takes besides a copy of A. */
+double thrum_factor_bytes(const thrum_factor *factor);
+double thrum_factor_work_bytes(const thrum_factor *factor);
 void thrum_factor_free(thrum_factor *factor); /* NULL is fine */
 
 #endif

@@ -1,0 +1,150 @@
+/* What a precompute will take, see estimate.h. Memory is counted array by array, stage by stage;
+ * the numbers of the factor come from its symbolic analysis, so they are exact. Times are work over
+ * speed: the speed of DGEMM and of reading memory are probed, the shares of them that the stages
+ * reach were measured on one machine (docs/precompute.md).
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "precompute/estimate.h"
+
+#include <cblas.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "precompute/memory.h"
+#include "precompute/stage.h"
+#include "precompute/threads.h"
+
+#define MARGIN 1.05 /* heap and library buffers that are not counted one by one */
+#define PROBE_SIZE 384
+#define PROBE_LENGTH (4 << 20)
+
+// the most of what the stages hold beyond the mesh, the fem, K and M
+static double most_bytes(const thrum_fem *fem, double entries, const thrum_factor *factor,
+                         const thrum_precompute_options *options) {
+  const double n = (double)fem->free_count, vertices = (double)fem->vertex_count;
+  const double k = (double)options->modes, r = (double)options->rank;
+  const double candidates = k + k * (k + 1) / 2, columns = r + r * (r + 1) / 2;
+  const double block = THRUM_SOLVE_BLOCK;
+  const double factored = thrum_factor_bytes(factor);
+  // CHOLMOD permutes a copy of K before it factorises
+  const double factor_stage = factored + thrum_factor_work_bytes(factor) + 16 * entries;
+  const double lanczos = 2 * k + 15, refining = k + 2 * block, searching = 4 * block;
+  const double modes = factored + 8 * n * (k + fmax(fmax(lanczos, refining), searching));
+  const double derivatives = factored + 8 * n * (candidates + 2 * block);
+  // the factor and K are gone by then
+  const double basis = 8 * n * (2 * candidates + block + r) + 24 * vertices * r - 16 * entries;
+  const double polynomial = 24 * vertices * r + 8 * columns * (columns + 800) - 16 * entries;
+  const double model = 8 * r * r * r * r / 24 + 24 * vertices + 24 * (double)fem->tet_count;
+  return fmax(fmax(fmax(factor_stage, modes), fmax(derivatives, basis)), polynomial) + model;
+}
+
+void thrum_estimate_memory(const thrum_fem *fem, const thrum_sparse *stiffness,
+                           const thrum_factor *factor, const thrum_precompute_options *options,
+                           thrum_estimate *estimate) {
+  const double entries = (double)stiffness->begin[stiffness->size];
+  estimate->free_dofs = fem->free_count;
+  estimate->factor_nonzeros = thrum_factor_nonzeros(factor);
+  estimate->factor_flops = thrum_factor_flops(factor);
+  estimate->more = MARGIN * most_bytes(fem, entries, factor, options);
+  estimate->memory = thrum_memory_resident() + estimate->more;
+  estimate->available = thrum_memory_available(&estimate->whose);
+  if (options->memory_limit > 0) {
+    // the limit is of the whole process
+    estimate->available = fmax(0, options->memory_limit - thrum_memory_resident());
+    estimate->whose = "of the limit given";
+  }
+  estimate->fits = estimate->more <= estimate->available;
+}
+
+thrum_status thrum_estimate_refuse(const thrum_estimate *estimate, thrum_error *error) {
+  return thrum_error_set(
+      error, THRUM_OUT_OF_MEMORY,
+      "this takes about %.0f MB, %.0f MB more than now, and %.0f MB %s are left: "
+      "use a coarser mesh or fewer modes",
+      estimate->memory / 1048576, estimate->more / 1048576, estimate->available / 1048576,
+      estimate->whose);
+}
+
+// of the processor, so that another busy program does not slow the probes
+static double seconds_now(void) {
+  struct timespec now;
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+// the best of three: flops a second of DGEMM, and bytes a second of reading; 0 without memory
+static void probe(int threads, double *flops, double *bytes) {
+  double *data = malloc(sizeof *data * PROBE_LENGTH);
+  *flops = *bytes = 0;
+  if (!data)
+    return;
+  for (int64_t i = 0; i < PROBE_LENGTH; i++)
+    data[i] = 1e-3 * (double)(i % 7);
+  const int n = PROBE_SIZE;
+  double *a = data, *b = data + n * n, *c = data + 2 * n * n;
+  for (int pass = 0; pass < 3; pass++) {
+    const double began = seconds_now();
+    const volatile double sum = cblas_dasum(PROBE_LENGTH, data, 1);
+    const double read = seconds_now();
+    (void)sum;
+    cblas_dgemm(CblasColMajor, CblasTrans, CblasNoTrans, n, n, n, 1, a, n, b, n, 0, c, n);
+    const double done = seconds_now();
+    *bytes = fmax(*bytes, 8.0 * PROBE_LENGTH / (read - began));
+    *flops = fmax(*flops, 2.0 * n * n * n * threads / (done - read));
+  }
+  free(data);
+}
+
+static void estimate_times(const thrum_fem *fem, const thrum_precompute_options *options,
+                           thrum_estimate *estimate) {
+  double gemm, read;
+  probe(options->threads, &gemm, &read);
+  if (!(gemm > 0 && read > 0))
+    return;
+  const double n = (double)fem->free_count, tets = (double)fem->tet_count;
+  const double k = (double)options->modes, r = (double)options->rank;
+  const double pairs = k * (k + 1) / 2, columns = r + r * (r + 1) / 2;
+  const double nonzeros = (double)estimate->factor_nonzeros;
+  // a column alone reads the factor twice; in blocks it is arithmetic
+  const double alone = 16 * nonzeros / read, blocked = 4 * nonzeros / (0.33 * gemm);
+  double *seconds = estimate->seconds;
+  seconds[THRUM_STAGE_assemble] = 1e-6 * tets;
+  seconds[THRUM_STAGE_factor] =
+      estimate->factor_flops / gemm * (1 + cbrt(1e11 / estimate->factor_flops)) + 1.5e-5 * n;
+  seconds[THRUM_STAGE_modes] = (2.5 * k + 12) * alone + (2 * k + 32) * blocked;
+  seconds[THRUM_STAGE_derivatives] = pairs * (blocked + 2.5e-8 * tets);
+  seconds[THRUM_STAGE_basis] = 8 * n * (k + pairs) * (k + pairs) / (0.12 * gemm);
+  seconds[THRUM_STAGE_polynomial] = 6 * tets * columns * columns / (0.9 * gemm);
+}
+
+thrum_status thrum_precompute_estimate(const thrum_mesh *mesh, const uint8_t *fixed,
+                                       const thrum_precompute_options *options,
+                                       thrum_estimate *estimate, thrum_error *error) {
+  thrum_precompute_options asked = *options;
+  asked.rank = asked.rank == 0 ? 2 * asked.modes : asked.rank;
+  thrum_fem fem = {0};
+  thrum_sparse stiffness = {0}, mass = {0};
+  thrum_factor *factor = NULL;
+  thrum_estimate made = {0};
+  const thrum_threads before = thrum_threads_set(asked.threads);
+  thrum_status status = thrum_fem_create(mesh, fixed, &fem, error);
+  if (status == THRUM_OK)
+    status = thrum_fem_pattern(&fem, &stiffness, error);
+  if (status == THRUM_OK)
+    status = thrum_fem_mass(&fem, asked.mass, &stiffness, &mass, error);
+  if (status == THRUM_OK)
+    status = thrum_factor_plan(&stiffness, &factor, error);
+  if (status == THRUM_OK) {
+    thrum_estimate_memory(&fem, &stiffness, factor, &asked, &made);
+    estimate_times(&fem, &asked, &made);
+    *estimate = made;
+  }
+  thrum_factor_free(factor);
+  thrum_sparse_free(&stiffness);
+  thrum_sparse_free(&mass);
+  thrum_fem_free(&fem);
+  thrum_threads_restore(before);
+  return status;
+}

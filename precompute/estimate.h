@@ -1,0 +1,37 @@
+/* What a precompute will take, before it takes it. SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_PRECOMPUTE_ESTIMATE_H
+#define THRUM_PRECOMPUTE_ESTIMATE_H
+
+#include <stdbool.h>
+
+#include "precompute/fem.h"
+
+typedef struct thrum_estimate {
+  int64_t free_dofs;
+  int64_t factor_nonzeros;
+  double factor_flops;
+  double memory;     /* most bytes that the process will hold, what it holds now included */
+  double more;       /* of them, what is still to be taken */
+  double available;  /* bytes, thrum_memory_available or the limit asked for */
+  const char *whose; /* what `available` is the memory of; static storage */
+  bool fits;
+  double seconds[THRUM_STAGE_COUNT]; /* rough: within a factor of two or so; 0 unless asked for */
+} thrum_estimate;
+
+/* From the planned factor and the sizes alone. `limit`: bytes that may be taken beyond what is
+ * held, 0: what is available. */
+void thrum_estimate_memory(const thrum_fem *fem, const thrum_sparse *stiffness,
+                           const thrum_factor *factor, const thrum_precompute_options *options,
+                           thrum_estimate *estimate);
+
+/* Assembles and orders the matrices of a mesh, no more, and fills the whole estimate, times from
+ * two probes of this machine's speed of some hundredths of a second. Refuses what thrum_precompute
+ * refuses up to there, but not what does not fit. */
+thrum_status thrum_precompute_estimate(const thrum_mesh *mesh, const uint8_t *fixed,
+                                       const thrum_precompute_options *options,
+                                       thrum_estimate *estimate, thrum_error *error);
+
+/* The refusal when an estimate does not fit. */
+thrum_status thrum_estimate_refuse(const thrum_estimate *estimate, thrum_error *error);
+
+#endif

@@ -1,0 +1,126 @@
+/* What a precompute takes is said before it is taken, and refused when it is not there.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include <sys/resource.h>
+
+#include "precompute/memory.h"
+#include "tests/cli_support.h"
+
+#define BEAM "beam:30x8x8@1x0.2x0.2"
+
+static char folder[64];
+
+static int make_folder(void **state) {
+  (void)state;
+  return cli_make_folder(folder) != NULL ? 0 : -1;
+}
+
+static int remove_folder(void **state) {
+  (void)state;
+  cli_remove_folder(folder);
+  return 0;
+}
+
+static void the_estimate_is_near_what_the_run_takes(void **state) {
+  (void)state;
+  cli_result dry = thrum_run(folder, "precompute", BEAM, "--fix", "left", "--rank", "30",
+                             "--dry-run", "--json", NULL);
+  assert_int_equal(dry.exit_code, 0);
+  cli_result wet = thrum_run(folder, "precompute", BEAM, "--fix", "left", "--rank", "30", "-o",
+                             "made.npz", "--json", NULL);
+  assert_int_equal(wet.exit_code, 0);
+  cJSON *said = cli_json_line(dry.out), *took = cli_json_line(wet.out);
+  // exactly known from the symbolic analysis
+  static const char *const exact[] = {"free_dofs", "factor_nonzeros", "tets", "vertices"};
+  for (int n = 0; n < 4; n++)
+    assert_true(cli_json_get(said, exact[n]) == cli_json_get(took, exact[n]));
+  const double ratio = cli_json_get(said, "memory_mb") / cli_json_get(took, "peak_mb");
+  print_message("memory said over memory taken: %.2f\n", ratio);
+  // loose, because sanitizers take memory of their own
+  assert_true(ratio > 0.2 && ratio < 1.6);
+  assert_true(cli_json_get(cJSON_GetObjectItem(said, "seconds"), "total") > 0);
+  cJSON_Delete(said);
+  cJSON_Delete(took);
+  cli_result_free(&dry);
+  cli_result_free(&wet);
+}
+
+static void a_dry_run_writes_nothing_and_says_when_it_would_not_fit(void **state) {
+  (void)state;
+  cli_result run =
+      thrum_run(folder, "precompute", BEAM, "--fix", "left", "-o", "dry.npz", "--dry-run", NULL);
+  assert_int_equal(run.exit_code, 0);
+  assert_non_null(strstr(run.out, "it fits"));
+  cli_result_free(&run);
+  char path[160];
+  snprintf(path, sizeof path, "%s/dry.npz", folder);
+  assert_false(cli_file_exists(path));
+  run = thrum_run(folder, "precompute", BEAM, "--fix", "left", "--memory", "2", "--dry-run", NULL);
+  assert_int_equal(run.exit_code, 3);
+  assert_non_null(strstr(run.out, "does NOT fit"));
+  cli_result_free(&run);
+}
+
+static void what_does_not_fit_is_refused_in_one_line(void **state) {
+  (void)state;
+  cli_result run = thrum_run(folder, "precompute", BEAM, "--fix", "left", "-o", "large.npz",
+                             "--memory", "2", "-q", NULL);
+  assert_int_equal(run.exit_code, 1);
+  assert_true(cli_line_count_is(run.err, 1));
+  assert_non_null(strstr(run.err, "of the limit given are left"));
+  assert_non_null(strstr(run.err, "use a coarser mesh"));
+  cli_result_free(&run);
+  char path[160];
+  snprintf(path, sizeof path, "%s/large.npz", folder);
+  assert_false(cli_file_exists(path));
+}
+
+/* In a child: leaves itself 64 MiB of address space. */
+static void judge_limited(void) {
+  const double before = thrum_memory_available(NULL);
+  struct rlimit limit;
+  FILE *file = fopen("/proc/self/statm", "r");
+  double pages = 0;
+  if (file == NULL || fscanf(file, "%lf", &pages) != 1 || getrlimit(RLIMIT_AS, &limit) != 0)
+    _exit(1);
+  fclose(file);
+  limit.rlim_cur = (rlim_t)(pages * (double)sysconf(_SC_PAGESIZE) + 67108864.0);
+  if (setrlimit(RLIMIT_AS, &limit) != 0)
+    _exit(2);
+  const char *what = NULL;
+  const double left = thrum_memory_available(&what);
+  if (before < 67108864.0)
+    _exit(0);
+  _exit(left > 0 && left <= 67108864.0 && strcmp(what, "of the process's limit") == 0 ? 0 : 3);
+}
+
+static void the_least_of_all_limits_is_what_is_left(void **state) {
+  (void)state;
+  assert_true(thrum_memory_available(NULL) > 0);
+  assert_true(thrum_memory_resident() > 1e5);
+  fflush(NULL);
+  const pid_t child = fork();
+  if (child == 0)
+    judge_limited();
+  int status = 0;
+  assert_true(waitpid(child, &status, 0) == child);
+  assert_true(WIFEXITED(status));
+  assert_int_equal(WEXITSTATUS(status), 0);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(the_estimate_is_near_what_the_run_takes),
+      cmocka_unit_test(a_dry_run_writes_nothing_and_says_when_it_would_not_fit),
+      cmocka_unit_test(what_does_not_fit_is_refused_in_one_line),
+      cmocka_unit_test(the_least_of_all_limits_is_what_is_left),
+  };
+  return cmocka_run_group_tests(tests, make_folder, remove_folder);
+}
