@@ -42,6 +42,8 @@
 #define MOVED 0.05       /* share of what they moved that B may err by */
 #define MEMORY 256.0     /* steps that what they moved is remembered for */
 #define FALLEN 0.25      /* of the energy at the hand-over: imexv returns */
+#define RANGE 1e300      /* [J], larger energies are not followed */
+#define LOST 1e100       /* in place of ratios that are larger or no number */
 
 void thrum_watch_reset(thrum_state *state) {
   state->watch_work = state->watch_moved = state->watch_recent = 0.0;
@@ -78,12 +80,13 @@ static double iterate(const thrum_model *model, const thrum_state *state, thrum_
     norm += view->product[i] * view->product[i];
   norm = sqrt(norm);
   for (int32_t i = 0; i < n; i++)
-    v[i] = norm > 0.0 ? view->product[i] / norm : 0.0;
+    v[i] = norm > 0.0 && isfinite(norm) ? view->product[i] / norm : 0.0;
   return norm;
 }
 
 static double angle_of(const thrum_state *state, double radius) {
-  return state->dt * sqrt(radius);
+  // far beyond any bound, and what is not a number, is one finite size
+  return fmin(state->dt * sqrt(radius), LOST);
 }
 
 /* Runs the step from view->p_start from now on: p at the present time, seen by another scheme. */
@@ -219,7 +222,7 @@ static alarm take_in(thrum_state *state, double energy, double shadow) {
   state->watch_scale = fmax(state->watch_scale, fabs(energy));
   const double scale = fmax(state->watch_scale, state->watch_scale_before);
   const double error = steady - state->watch_steady, allowed = MOVED * state->watch_recent;
-  state->balance_last = scale > 0.0 ? error / scale : 0.0;
+  state->balance_last = scale > 0.0 ? fmax(-LOST, fmin(error / scale, LOST)) : 0.0;
   if (scale > 0.0)
     state->balance_peak = fmax(state->balance_peak, (fabs(error) - allowed) / scale);
   state->watch_sum += balance;
@@ -266,7 +269,9 @@ static bool passes(const thrum_state *state, double energy) {
 }
 
 bool thrum_watch_judge(thrum_state *state, const thrum_solve_report *report) {
-  if (!report->energy_known)
+  // an energy near the end of the range of numbers, or beyond it, has no balance
+  if (!report->energy_known ||
+      !(fabs(report->energy) + fabs(state->watch_work) + report->shadow < RANGE))
     return false;
   const alarm found = take_in(state, report->energy, report->shadow);
   const bool slow = drifted(state);
@@ -299,4 +304,6 @@ void thrum_watch_after(const thrum_model *model, thrum_state *state, const thrum
   state->watch_moved += fabs(work) + dissipated;
   // the work of a load that changes within few steps is known to its own size only
   state->watch_recent += fabs(work) + dissipated + fabs(jolt) / MOVED;
+  if (!(fabs(state->watch_work) + state->watch_moved + state->watch_recent < RANGE))
+    thrum_watch_reset(state);
 }
