@@ -10,6 +10,7 @@
 
 #define EXPERIMENTS_MODELS_MAX 32
 #define EXPERIMENTS_AMPLITUDES_MAX 16
+#define EXPERIMENTS_SHORTEST 1e-4 /* time step of --sweep [s] */
 
 typedef enum experiments_kind {
   EXPERIMENTS_MATRIX = 0,

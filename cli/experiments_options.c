@@ -229,10 +229,11 @@ static int finish(int argc, char **argv, experiments_request *request) {
   }
   if (request->kind != EXPERIMENTS_LONG) {
     // a time within a millionth of a step is a whole number of them, any other is rounded up
-    const double steps = ceil(request->time / request->dt - 1e-6);
+    const double dt = request->kind == EXPERIMENTS_SWEEP ? EXPERIMENTS_SHORTEST : request->dt;
+    const double steps = ceil(request->time / dt - 1e-6);
     if (!(steps <= STEPS_MAX))
-      return cli_usage("experiments", "--time %g at --dt %g is too many steps", request->time,
-                       request->dt);
+      return cli_usage("experiments", "--time %g at a time step of %g is too many steps",
+                       request->time, dt);
     request->steps = steps < 1 ? 1 : (int64_t)steps;
   }
   return CLI_DONE;

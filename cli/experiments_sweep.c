@@ -7,7 +7,8 @@
 
 #define IMPULSE_DT 0.003 /* at which the impulse is found */
 
-static const double steps_of_sweep[] = {1e-4, 3e-4, 1e-3, 3e-3, 5e-3, 0.01, 0.02, 0.05};
+static const double steps_of_sweep[] = {
+    EXPERIMENTS_SHORTEST, 3e-4, 1e-3, 3e-3, 5e-3, 0.01, 0.02, 0.05};
 enum { SWEEP_COUNT = sizeof steps_of_sweep / sizeof steps_of_sweep[0] };
 
 /* What the tasks share. The cases go by model, time step, integrator, the last fastest. */
@@ -34,12 +35,13 @@ static thrum_status plan(const experiments_request *request, const experiments_b
       for (int i = 0; i < STUDY_INTEGRATOR_COUNT; i++) {
         if (!request->integrators[i])
           continue;
+        const int64_t steps = (int64_t)(request->time / steps_of_sweep[k] + 0.5);
         cases[(*count)++] = (study_sweep_case){
             .body = &bodies->bodies[b],
             .integrator = (study_integrator)i,
             .impulse = impulse,
             .dt = steps_of_sweep[k],
-            .steps = (int64_t)(request->time / steps_of_sweep[k] + 0.5),
+            .steps = steps < 1 ? 1 : steps,
         };
       }
     }

@@ -223,6 +223,12 @@ static void mistakes_are_named(void **state) {
     assert_non_null(strstr(run.err, wrong[n][2]));
     cli_result_free(&run);
   }
+  // the steps of a sweep are its own, whatever --dt says
+  cli_result endless = thrum_run(folder, "experiments", "-o", "wrong", "--sweep", "--time", "1e300",
+                                 "--dt", "1e300", NULL);
+  assert_int_equal(endless.exit_code, 2);
+  assert_non_null(strstr(endless.err, "too many steps"));
+  cli_result_free(&endless);
   cli_result nowhere = thrum_run(folder, "experiments", NULL);
   assert_int_equal(nowhere.exit_code, 2);
   cli_result_free(&nowhere);
