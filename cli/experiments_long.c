@@ -1,6 +1,7 @@
 /* `thrum experiments --long`: the long runs, their tables and figures.
  * SPDX-License-Identifier: Apache-2.0 */
 #include <inttypes.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -17,7 +18,9 @@ typedef struct long_work {
   study_long_case *cases;
   study_long_result *results;
   int64_t integrators;
-  bool *known; /* a case that an earlier run has done */
+  int64_t count;
+  atomic_bool *known; /* a case that is done, by this run or an earlier one */
+  cli_progress progress;
 } long_work;
 
 /* The impulse of one body and amplitude, for all of its integrators. */
@@ -26,14 +29,14 @@ static thrum_status find_impulse(void *context, int64_t index, thrum_error *erro
   study_long_case *cases = work->cases + index * work->integrators;
   bool needed = false;
   for (int64_t n = 0; n < work->integrators; n++)
-    needed = needed || !work->known[index * work->integrators + n];
+    needed = needed || !atomic_load(&work->known[index * work->integrators + n]);
   if (!needed)
     return THRUM_OK;
   double impulse = 0, reached = 0;
   const thrum_status status =
       study_impulse(cases->body, cases->amplitude, cases->dt, &impulse, &reached, error);
   for (int64_t n = 0; n < work->integrators && status >= 0; n++) {
-    if (work->known[index * work->integrators + n])
+    if (atomic_load(&work->known[index * work->integrators + n]))
       continue;
     cases[n].impulse = impulse;
     cases[n].reached = reached;
@@ -43,9 +46,11 @@ static thrum_status find_impulse(void *context, int64_t index, thrum_error *erro
 
 static thrum_status run_case(void *context, int64_t index, thrum_error *error) {
   long_work *work = context;
-  if (work->known[index])
+  if (atomic_load(&work->known[index]))
     return THRUM_OK;
-  return study_long_run(&work->cases[index], &work->results[index], error);
+  const thrum_status status = study_long_run(&work->cases[index], &work->results[index], error);
+  atomic_store(&work->known[index], status >= 0);
+  return status;
 }
 
 static int64_t plan(const experiments_request *request, const experiments_bodies *bodies,
@@ -80,7 +85,7 @@ static void print_json(const long_work *work, int64_t count, bool flagged) {
     cJSON_AddStringToObject(item, "integrator", study_integrator_names[run->integrator]);
     cli_json_number(item, "amplitude", run->amplitude);
     cli_json_number(item, "reached", run->reached);
-    cJSON_AddStringToObject(item, "status", study_status_name(result->status));
+    cJSON_AddStringToObject(item, "status", study_long_status(result));
     cli_json_number(item, "steps", (double)result->report.steps);
     cli_json_number(item, "dt", run->dt);
     cli_json_number(item, "us_per_step", result->us_per_step);
@@ -107,7 +112,7 @@ static void print_table(const long_work *work, int64_t count) {
     printf("%-8s %-8s %4.0f%% %9" PRId64 " %9.2f %10.1e %10.1e %9.1e %9.1f  %s\n", run->body->name,
            study_integrator_names[run->integrator], 100 * run->amplitude, result->report.steps,
            result->us_per_step, result->total_change, result->total_worst, result->high_change,
-           result->high_slope / result->high_slope_error, study_status_name(result->status));
+           result->high_slope / result->high_slope_error, study_long_status(result));
   }
 }
 
@@ -122,15 +127,63 @@ static void resume(long_work *work, int64_t count) {
   snprintf(path, sizeof path, "%s/%s", work->request->output, WINDOWS);
   if (thrum_file_read(path, &windows, &size, NULL) >= 0) {
     for (int64_t n = 0; n < count; n++)
-      work->known[n] = study_long_read(table, windows, &work->cases[n], &work->results[n]);
+      atomic_init(&work->known[n],
+                  study_long_read(table, windows, &work->cases[n], &work->results[n]));
   }
   free(table);
   free(windows);
 }
 
+/* The tables of what is done so far. */
+static thrum_status write_tables(const long_work *work, int64_t count, thrum_error *error) {
+  study_long_case *cases = calloc((size_t)count + 1, sizeof *cases);
+  study_long_result *results = calloc((size_t)count + 1, sizeof *results);
+  thrum_status status = THRUM_OK;
+  int64_t done = 0;
+  if (cases == NULL || results == NULL) {
+    status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory");
+  } else {
+    // shallow copies
+    for (int64_t n = 0; n < count; n++) {
+      if (!atomic_load(&work->known[n]))
+        continue;
+      cases[done] = work->cases[n];
+      results[done++] = work->results[n];
+    }
+    study_text text = {0};
+    study_long_csv(&text, cases, results, done);
+    status = experiments_write(work->request, TABLE, &text, error);
+    study_windows_csv(&text, cases, results, done);
+    if (status >= 0)
+      status = experiments_write(work->request, WINDOWS, &text, error);
+    free(text.bytes);
+  }
+  free(cases);
+  free(results);
+  return status;
+}
+
+/* After each case: what is done is kept, should somebody stop the program. */
+static bool keep(void *context, double fraction) {
+  long_work *work = context;
+  thrum_error error = {0};
+  experiments_progress(&work->progress, fraction);
+  if (write_tables(work, work->count, &error) < 0)
+    cli_warn("%s", error.message);
+  return true;
+}
+
+static thrum_status write_report(const long_work *work, int64_t count, thrum_error *error) {
+  study_text text = {0};
+  const study_place place = experiments_place(work->request);
+  study_long_report(&text, work->cases, work->results, count, &place);
+  return experiments_write(work->request, "long.html", &text, error);
+}
+
 static thrum_status run_all(long_work *work, int64_t count, thrum_error *error) {
   const experiments_request *request = work->request;
-  cli_progress progress = cli_progress_make(request->quiet);
+  work->progress = cli_progress_make(request->quiet);
+  work->count = count;
   study_pool pool = {
       .threads = (int)request->threads,
       .count = count / work->integrators,
@@ -140,31 +193,16 @@ static thrum_status run_all(long_work *work, int64_t count, thrum_error *error) 
   thrum_status status = study_pool_run(&pool, error);
   pool.count = count;
   pool.task = run_case;
-  pool.progress = experiments_progress;
-  pool.progress_context = &progress;
+  pool.progress = keep;
+  pool.progress_context = work;
   if (status >= 0)
     status = study_pool_run(&pool, error);
   if (status >= 0) {
-    cli_progress_done(&progress);
+    cli_progress_done(&work->progress);
   } else {
-    cli_progress_abandon(&progress);
+    cli_progress_abandon(&work->progress);
   }
   return status;
-}
-
-static thrum_status write_files(const long_work *work, int64_t count, thrum_error *error) {
-  study_text text = {0};
-  study_long_csv(&text, work->cases, work->results, count);
-  thrum_status status = experiments_write(work->request, TABLE, &text, error);
-  if (status < 0)
-    return status;
-  study_windows_csv(&text, work->cases, work->results, count);
-  status = experiments_write(work->request, WINDOWS, &text, error);
-  if (status < 0)
-    return status;
-  const study_place place = experiments_place(work->request);
-  study_long_report(&text, work->cases, work->results, count, &place);
-  return experiments_write(work->request, "long.html", &text, error);
 }
 
 thrum_status experiments_long(const experiments_request *request, const experiments_bodies *bodies,
@@ -187,10 +225,12 @@ thrum_status experiments_long(const experiments_request *request, const experime
       resume(&work, count);
     status = run_all(&work, count, error);
   }
-  for (int64_t n = 0; n < count; n++)
-    *flagged = *flagged || work.results[n].status < 0;
+  for (int64_t n = 0; status >= 0 && n < count; n++)
+    *flagged = *flagged || work.results[n].status < 0 || work.results[n].lost;
   if (status >= 0)
-    status = write_files(&work, count, error);
+    status = write_tables(&work, count, error);
+  if (status >= 0)
+    status = write_report(&work, count, error);
   if (status >= 0 && request->json) {
     print_json(&work, count, *flagged);
   } else if (status >= 0) {

@@ -50,11 +50,15 @@ static bool names_case(char *const *fields, const study_long_case *run) {
 /* The columns of study_long_csv. */
 static bool take_row(char *const *fields, study_long_case *run, study_long_result *result) {
   if (!names_case(fields, run) || fabs(number(fields[5]) - run->dt) > 1e-12 ||
-      strcmp(fields[6], "done") != 0 || number(fields[7]) != (double)run->steps)
+      !(number(fields[7]) >= 1 && number(fields[7]) <= (double)run->steps))
+    return false;
+  // a run that was not lost is whole
+  result->lost = strcmp(fields[6], "lost") == 0;
+  if (!result->lost && (strcmp(fields[6], "done") != 0 || number(fields[7]) != (double)run->steps))
     return false;
   run->reached = number(fields[3]);
   run->impulse = number(fields[4]);
-  result->report.steps = run->steps;
+  result->report.steps = (int64_t)number(fields[7]);
   result->us_per_step = number(fields[8]);
   result->energy = number(fields[9]);
   result->window_count = (int64_t)number(fields[10]);

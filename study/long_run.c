@@ -114,13 +114,14 @@ thrum_status study_long_run(const study_long_case *run, study_long_result *resul
     made.energy = energies.total;
     steps -= thrum_state_report_get(state).steps;
   }
-  while (status >= 0 && steps >= window) {
+  while (status >= 0 && steps >= window && !made.lost) {
     const int64_t k = made.window_count;
     status = run_window(run, state, window, &seconds, &made.total[k], &made.high[k], &made.stop);
     made.window_count += status >= 0;
+    made.lost = status >= 0 && !(made.total[k] <= STUDY_LOST * made.total[0]);
     steps -= window;
   }
-  if (status >= 0 && steps > 0)
+  if (status >= 0 && steps > 0 && !made.lost)
     status = run_window(run, state, steps, &seconds, &rest[0], &rest[1], &made.stop);
   made.status = status < 0 ? status : THRUM_OK;
   made.report = thrum_state_report_get(state);

@@ -8,6 +8,8 @@
 
 #define STUDY_WINDOW_SECONDS 35.0
 
+#define STUDY_LOST 10.0 /* a mean energy this many times that of the first window */
+
 typedef struct study_long_case {
   const study_body *body;
   study_integrator integrator;
@@ -20,6 +22,7 @@ typedef struct study_long_case {
 
 typedef struct study_long_result {
   thrum_status status; /* THRUM_OK, or why it ended before its time */
+  bool lost;           /* ended because the energy had grown by STUDY_LOST; status is THRUM_OK */
   thrum_error stop;
   thrum_state_report report;
   double energy;        /* that the impulse gave [J] */
@@ -39,6 +42,9 @@ typedef struct study_long_result {
 thrum_status study_long_run(const study_long_case *run, study_long_result *result,
                             thrum_error *error);
 void study_long_result_free(study_long_result *result);
+
+/* "done", "lost", or the name of the status; static storage. */
+const char *study_long_status(const study_long_result *result);
 
 /* Whether the trend of the high modes is within two standard errors of none. */
 bool study_long_steady(const study_long_result *result);

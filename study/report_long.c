@@ -19,8 +19,8 @@ static void add_table(study_text *text, const study_long_case *cases,
     study_text_add(text, "\n<tr><td>%s<td>%.1f %%<td class=l style='color:%s'>%s<td>%lld",
                    cases[n].body->name, 100 * cases[n].reached, study_colors[cases[n].integrator],
                    study_integrator_names[cases[n].integrator], (long long)result->report.steps);
-    if (result->status != THRUM_OK)
-      study_text_add(text, " <span class=bad>%s</span>", study_status_name(result->status));
+    if (result->status != THRUM_OK || result->lost)
+      study_text_add(text, " <span class=bad>%s</span>", study_long_status(result));
     study_cell(text, "%.2f", result->us_per_step);
     study_cell(text, "%.1e", result->total_change);
     study_cell(text, "%.1e", result->total_worst);

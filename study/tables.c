@@ -41,6 +41,10 @@ const char *study_status_name(thrum_status status) {
   }
 }
 
+const char *study_long_status(const study_long_result *result) {
+  return result->lost ? "lost" : study_status_name(result->status);
+}
+
 static void add_number(study_text *text, double value) {
   if (isfinite(value)) {
     study_text_add(text, ",%.10g", value);
@@ -107,7 +111,7 @@ void study_long_csv(study_text *text, const study_long_case *cases,
     const study_long_result *result = &results[n];
     study_text_add(text, "%s,%s,%g,%.6g,%.10g,%g,%s,%lld", run->body->name,
                    study_integrator_names[run->integrator], run->amplitude, run->reached,
-                   run->impulse, run->dt, study_status_name(result->status),
+                   run->impulse, run->dt, study_long_status(result),
                    (long long)result->report.steps);
     add_number(text, result->us_per_step);
     add_number(text, result->energy);
