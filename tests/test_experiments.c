@@ -10,6 +10,10 @@
 
 #include "tests/model_folder.h"
 
+/* Of the mean energy of imexv at a swing of 5 %: what its explicit modes let it breathe by before
+ * the watch hands over, docs/experiments.md. */
+#define IMEXV_BOUND 5e-3
+
 static char folder[64];
 
 static int make_models(void **state) {
@@ -161,13 +165,18 @@ static void energy_survives_the_long_run(void **state) {
   (void)state;
   cJSON *object = json_of(thrum_run(folder, "experiments", "--long", "-o", "long", "--models",
                                     "beam", "--steps", "100000", "--amplitudes", "0.05",
-                                    "--integrators", "energy", "--json", "-q", NULL),
+                                    "--integrators", "imexv,energy", "--json", "-q", NULL),
                           0);
-  const cJSON *run = cJSON_GetArrayItem(cJSON_GetObjectItem(object, "runs"), 0);
-  assert_true(cli_json_get(run, "steps") == 100000);
-  assert_true(cli_json_get(run, "windows") == 8);
-  assert_true(fabs(cli_json_get(run, "reached") - 0.05) < 1e-3);
-  assert_true(fabs(cli_json_get(run, "total_change")) <= 1e-10);
+  const cJSON *runs = cJSON_GetObjectItem(object, "runs"), *run = NULL;
+  assert_int_equal(cJSON_GetArraySize(runs), 2);
+  cJSON_ArrayForEach(run, runs) {
+    const bool conserving = strcmp(text_of(run, "integrator"), "energy") == 0;
+    assert_string_equal(text_of(run, "status"), "done");
+    assert_true(cli_json_get(run, "steps") == 100000);
+    assert_true(cli_json_get(run, "windows") == 8);
+    assert_true(fabs(cli_json_get(run, "reached") - 0.05) < 1e-3);
+    assert_true(fabs(cli_json_get(run, "total_worst")) <= (conserving ? 1e-10 : IMEXV_BOUND));
+  }
   cJSON_Delete(object);
   assert_true(file_is_there("long/long.csv"));
   assert_true(file_is_there("long/long_windows.csv"));
