@@ -17,6 +17,7 @@ enum cli_exit { CLI_DONE = 0, CLI_REFUSED = 1, CLI_USAGE = 2, CLI_FLAGGED = 3 };
 int cmd_precompute(int argc, char **argv);
 int cmd_convert(int argc, char **argv);
 int cmd_info(int argc, char **argv);
+int cmd_export(int argc, char **argv);
 int cmd_simulate(int argc, char **argv);
 int cmd_experiments(int argc, char **argv);
 int cmd_bench(int argc, char **argv);

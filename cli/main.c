@@ -17,6 +17,7 @@ static const command commands[] = {
     {"simulate", cmd_simulate, "step a model and write what happened"},
     {"experiments", cmd_experiments, "run the experiments of the thesis and report them"},
     {"info", cmd_info, "say what a model file holds"},
+    {"export", cmd_export, "write a model in the formats of other programs"},
     {"bench", cmd_bench, "measure the runtime on this machine"},
 };
 enum { COMMAND_COUNT = sizeof commands / sizeof commands[0] };

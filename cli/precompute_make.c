@@ -9,7 +9,10 @@
 
 #include "cli/mesh_warnings.h"
 #include "cli/precompute_request.h"
+#include "cli/vtu.h"
 #include "precompute/npz.h"
+#include "precompute/quality.h"
+#include "precompute/vega.h"
 
 /* Beyond these the model is written, but flagged (exit 3). */
 #define RESIDUAL_FLAG 1e-8       /* |K psi - w^2 M psi| / (|K| |psi|) of any mode */
@@ -121,6 +124,31 @@ static bool is_flagged(const thrum_precomputed *result) {
   return flagged || !result->modes_complete;
 }
 
+static thrum_status read_given(const precompute_request *request, thrum_given *given,
+                               thrum_error *error) {
+  thrum_status status = THRUM_OK;
+  if (request->import_basis)
+    status = thrum_vega_basis_read(request->import_basis, given, error);
+  if (status >= 0 && request->import_cubic)
+    status = thrum_vega_cubic_read(request->import_cubic, given, error);
+  return status;
+}
+
+static thrum_status save_modes(const precompute_request *request, const thrum_precomputed *result,
+                               thrum_error *error) {
+  if (!request->export_modes)
+    return THRUM_OK;
+  double *hertz = malloc((size_t)result->mode_count * sizeof *hertz);
+  if (hertz == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory");
+  thrum_frequencies(result->mode_omega2, result->mode_count, hertz);
+  const thrum_status status =
+      cli_vtu_write_modes(request->export_modes, &result->model, result->mode_count, hertz,
+                          result->mode_vectors, error);
+  free(hertz);
+  return status;
+}
+
 /* From the fixed mesh to the written file and the printed result. */
 static thrum_status make_model(const precompute_request *request, const thrum_mesh *mesh,
                                const uint8_t *fixed, precompute_show *show,
@@ -130,7 +158,13 @@ static thrum_status make_model(const precompute_request *request, const thrum_me
   options.progress = show_progress;
   options.progress_context = &progress;
   thrum_precomputed result = {0};
-  thrum_status status = thrum_precompute(mesh, fixed, &options, &result, error);
+  thrum_given given = {0};
+  thrum_status status = read_given(request, &given, error);
+  options.given = request->import_basis ? &given : NULL;
+  options.keep_modes = request->export_modes != NULL;
+  if (status >= 0)
+    status = thrum_precompute(mesh, fixed, &options, &result, error);
+  thrum_given_free(&given);
   if (status < 0) {
     cli_progress_abandon(&progress);
     return status;
@@ -142,6 +176,8 @@ static thrum_status make_model(const precompute_request *request, const thrum_me
   const double writing = cli_seconds();
   if (status >= 0)
     status = save_model(request, mesh, &result, error);
+  if (status >= 0)
+    status = save_modes(request, &result, error);
   if (status >= 0) {
     const double now = cli_seconds();
     outcome->seconds_write = now - writing;

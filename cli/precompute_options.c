@@ -23,7 +23,10 @@ enum {
   REPRODUCIBLE,
   CHECK,
   DRY_RUN,
-  MEMORY
+  MEMORY,
+  IMPORT_BASIS,
+  IMPORT_CUBIC,
+  EXPORT_MODES
 };
 
 static const struct option options[] = {
@@ -40,6 +43,9 @@ static const struct option options[] = {
     {"dry-run", no_argument, NULL, DRY_RUN},
     {"memory", required_argument, NULL, MEMORY},
     {"check", required_argument, NULL, CHECK},
+    {"import-basis", required_argument, NULL, IMPORT_BASIS},
+    {"import-cubic", required_argument, NULL, IMPORT_CUBIC},
+    {"export-modes", required_argument, NULL, EXPORT_MODES},
     {"reproducible", no_argument, NULL, REPRODUCIBLE},
     {"json", no_argument, NULL, JSON},
     {"quiet", no_argument, NULL, 'q'},
@@ -71,6 +77,11 @@ void precompute_help(void) {
       "      --check HOW       that no mode was missed: search, or inertia (an exact count by "
       "MUMPS,\n"
       "                        where it is built in); default auto, inertia for small meshes\n"
+      "      --import-basis FILE.U    take VegaFEM's basis in place of modes and derivatives; it "
+      "is\n"
+      "                        turned until it is mass-orthonormal and diagonalises the stiffness\n"
+      "      --import-cubic FILE.cub  and VegaFEM's polynomial of that basis with it\n"
+      "      --export-modes FILE.vtu  write the linear modes for ParaView as well\n"
       "      --threads N       threads of the linear algebra (default 1)\n"
       "      --dry-run         say what memory and about what time it would take, and stop; exit "
       "3\n"
@@ -86,6 +97,9 @@ void precompute_help(void) {
       "      --fix clamp --fix 'z<0.002:z' --modes 12 --rank 30 -o part.npz\n"
       "  thrum precompute part.msh --fix clamp --modes 20 --rank 30 --dry-run\n"
       "  thrum precompute horse --young 1e6 -o soft-horse.npz\n"
+      "  thrum precompute beam.veg --fix beam.bou --import-basis beam.U --import-cubic beam.cub "
+      "\\\n"
+      "      -o beam.npz\n"
       "  thrum precompute bridge.veg --fix bridge.bou --threads 2 --json -o bridge.npz\n",
       stdout);
 }
@@ -177,6 +191,15 @@ static int apply_option(int option, precompute_request *request) {
     return memory_option(optarg, &request->options.memory_limit);
   case CHECK:
     return check_option(optarg, &request->options.check);
+  case IMPORT_BASIS:
+    request->import_basis = optarg;
+    return CLI_DONE;
+  case IMPORT_CUBIC:
+    request->import_cubic = optarg;
+    return CLI_DONE;
+  case EXPORT_MODES:
+    request->export_modes = optarg;
+    return CLI_DONE;
   case REPRODUCIBLE:
     request->reproducible = true;
     return CLI_DONE;
@@ -215,5 +238,11 @@ int precompute_options_read(int argc, char **argv, precompute_request *request) 
   if (request->output == NULL && !request->dry_run) {
     return cli_usage("precompute", "no output given: say -o NAME.npz");
   }
+  if (request->import_cubic && !request->import_basis)
+    return cli_usage("precompute", "--import-cubic goes with --import-basis");
+  if (request->import_basis &&
+      (request->modes_given || request->rank_given || request->export_modes || request->dry_run))
+    return cli_usage("precompute", "--import-basis goes without --modes, --rank, --export-modes "
+                                   "and --dry-run");
   return CLI_DONE;
 }

@@ -80,8 +80,29 @@ static void add_residuals(cJSON *object, const thrum_precomputed *result) {
     cli_json_number(residuals, "rigid", result->rigid_residual);
 }
 
+/* Where the basis comes from, if not from modes of the body. */
+static void add_import(cJSON *object, const precompute_request *request,
+                       const thrum_precomputed *result) {
+  if (!request->import_basis)
+    return;
+  const thrum_given_figures *given = &result->given;
+  const double missing = NAN;
+  cJSON *import = cJSON_AddObjectToObject(object, "import");
+  cli_json_string(import, "basis", cli_basename(request->import_basis));
+  if (request->import_cubic)
+    cli_json_string(import, "cubic", cli_basename(request->import_cubic));
+  cJSON_AddBoolToObject(import, "turned", given->turned);
+  cli_json_number(import, "orthonormality", given->orthonormality);
+  const bool cubic = request->import_cubic != NULL;
+  cli_json_number(import, "gradient_defect", cubic ? given->defect : missing);
+  cli_json_number(import, "linear_difference", cubic ? given->linear_difference : missing);
+  cli_json_number(import, "energy_difference", cubic ? given->energy_difference : missing);
+}
+
 /* How it was made sure that no mode was missed, and what that showed. */
 static void add_check(cJSON *object, const thrum_precomputed *result) {
+  if (result->mode_count == 0)
+    return;
   double next = 0, shift = 0;
   thrum_frequencies(&result->next_omega2, 1, &next);
   thrum_frequencies(&result->shift, 1, &shift);
@@ -116,6 +137,7 @@ char *precompute_meta(const precompute_request *request, const thrum_mesh *mesh,
   cli_json_number(meta, "rigid_modes", (double)result->rigid_count);
   add_residuals(meta, result);
   add_check(meta, result);
+  add_import(meta, request, result);
   if (!request->reproducible)
     precompute_add_stages(meta, result);
   char *text = cli_json_text(meta);
@@ -165,6 +187,7 @@ void precompute_print_json(const precompute_outcome *outcome) {
   cli_json_number(object, "rigid_modes", (double)result->rigid_count);
   add_residuals(object, result);
   add_check(object, result);
+  add_import(object, outcome->request, result);
   cli_json_number(object, "threads", outcome->request->options.threads);
   cJSON_AddStringToObject(object, "blas_core", thrum_build_blas_core());
   add_seconds(object, outcome);
@@ -187,6 +210,15 @@ static void print_frequencies(const char *label, const double *omega2, int64_t c
     printf(", ... %.5g", hertz);
   }
   puts(" Hz");
+}
+
+static void print_import(const thrum_precomputed *result, bool cubic) {
+  const thrum_given_figures *given = &result->given;
+  printf("%-18s|U^T M U - 1| was %.1e, %s\n", "imported", given->orthonormality,
+         given->turned ? "turned" : "taken as it is");
+  if (cubic)
+    printf("%-18sgradient to %.1e, linear part to %.1e, energy to %.1e\n", "", given->defect,
+           given->linear_difference, given->energy_difference);
 }
 
 static void print_check(const thrum_precomputed *result) {
@@ -216,13 +248,19 @@ void precompute_print_table(const precompute_outcome *outcome) {
   printf("%-18s%" PRId64 " vertices (%" PRId64 " held), %" PRId64 " tetrahedra\n", "mesh",
          outcome->mesh->vertex_count, outcome->fixed_count, outcome->mesh->tet_count);
   printf("%-18s%.6g kg, %.6g m^3\n", "body", result->mass, result->volume);
-  printf("%-18srank %" PRId64 " from %" PRId64 " linear modes\n", "basis", result->model.rank,
-         result->mode_count);
+  printf("%-18srank %" PRId64, "basis", result->model.rank);
+  if (result->mode_count > 0)
+    printf(" from %" PRId64 " linear modes", result->mode_count);
+  puts("");
   if (result->rigid_count > 0)
     printf("%-18s%" PRId64 " kept apart, |K z| / (|K| |z|) at most %.1e\n", "rigid modes",
            result->rigid_count, result->rigid_residual);
-  print_frequencies("linear modes", result->mode_omega2, result->mode_count);
-  print_check(result);
+  if (result->mode_count > 0) {
+    print_frequencies("linear modes", result->mode_omega2, result->mode_count);
+    print_check(result);
+  } else {
+    print_import(result, outcome->request->import_cubic != NULL);
+  }
   print_frequencies("basis", result->model.omega2, result->model.rank);
   printf("%-18s%" PRId64 " explicit, %" PRId64 " implicit at dt = %g s\n", "split",
          outcome->split.explicit_modes, outcome->split.implicit_modes, outcome->dt);

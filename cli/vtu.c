@@ -10,9 +10,11 @@
 #include <inttypes.h>
 #include <stdbool.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #define VTK_TETRA 10
+#define VTU_NAME_SIZE 48
 #define CHUNK 4096 /* generated values are written in pieces of this many */
 
 /* The arrays in file order. X(name, XML type, bytes of one value, components, tuples); VTK wants
@@ -22,7 +24,6 @@
   X(connectivity, "Int32", 4, 1, 4 * model->tet_count)                                             \
   X(offsets, "Int64", 8, 1, model->tet_count)                                                      \
   X(types, "UInt8", 1, 1, model->tet_count)                                                        \
-  X(displacement, "Float64", 8, 3, model->vertex_count)                                            \
   X(fixed, "UInt8", 1, 1, model->vertex_count)                                                     \
   X(region, "Int32", 4, 1, model->tet_count)
 
@@ -33,6 +34,13 @@ enum {
       ARRAY_COUNT
 };
 
+/* Point vectors, which stand behind the other arrays. */
+typedef struct vtu_vectors {
+  int64_t count;
+  const double *const *values; /* each vertex_count x 3 */
+  char (*names)[VTU_NAME_SIZE];
+} vtu_vectors;
+
 typedef struct vtu_array {
   const char *type;
   uint64_t bytes;
@@ -40,7 +48,8 @@ typedef struct vtu_array {
   int columns;
 } vtu_array;
 
-static void plan_arrays(const thrum_model *model, vtu_array arrays[ARRAY_COUNT]) {
+/* Returns where the point vectors begin. */
+static uint64_t plan_arrays(const thrum_model *model, vtu_array arrays[ARRAY_COUNT]) {
   uint64_t offset = 0;
 #define X(name, xml_type, value_bytes, value_columns, rows)                                        \
   arrays[ARRAY_##name].type = xml_type;                                                            \
@@ -50,6 +59,15 @@ static void plan_arrays(const thrum_model *model, vtu_array arrays[ARRAY_COUNT])
   offset += sizeof(uint64_t) + arrays[ARRAY_##name].bytes;
   VTU_ARRAYS(X)
 #undef X
+  return offset;
+}
+
+/* Sizes and places of the point vectors. */
+static vtu_array plan_vector(const thrum_model *model, uint64_t begin, int64_t index) {
+  vtu_array array = {.type = "Float64", .columns = 3};
+  array.bytes = (uint64_t)model->vertex_count * 3 * sizeof(double);
+  array.offset = begin + (uint64_t)index * (sizeof(uint64_t) + array.bytes);
+  return array;
 }
 
 static void put_array_tag(FILE *file, const vtu_array *array, const char *name) {
@@ -66,7 +84,8 @@ static bool is_little_endian(void) {
   return first == 1;
 }
 
-static void put_xml(FILE *file, const thrum_model *model, const vtu_array *arrays, double time) {
+static void put_xml(FILE *file, const thrum_model *model, const vtu_array *arrays,
+                    const vtu_vectors *vectors, uint64_t begin, double time) {
   fprintf(file,
           "<?xml version=\"1.0\"?>\n"
           "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"%s\" "
@@ -85,8 +104,11 @@ static void put_xml(FILE *file, const thrum_model *model, const vtu_array *array
   put_array_tag(file, &arrays[ARRAY_connectivity], "connectivity");
   put_array_tag(file, &arrays[ARRAY_offsets], "offsets");
   put_array_tag(file, &arrays[ARRAY_types], "types");
-  fputs("      </Cells>\n      <PointData Vectors=\"displacement\">\n", file);
-  put_array_tag(file, &arrays[ARRAY_displacement], "displacement");
+  fprintf(file, "      </Cells>\n      <PointData Vectors=\"%s\">\n", vectors->names[0]);
+  for (int64_t n = 0; n < vectors->count; n++) {
+    const vtu_array array = plan_vector(model, begin, n);
+    put_array_tag(file, &array, vectors->names[n]);
+  }
   put_array_tag(file, &arrays[ARRAY_fixed], "fixed");
   fputs("      </PointData>\n      <CellData>\n", file);
   put_array_tag(file, &arrays[ARRAY_region], "region");
@@ -117,8 +139,8 @@ static void put_generated(FILE *file, const vtu_array *arrays, int64_t tet_count
     fwrite(types, 1, (size_t)(tet_count - first < CHUNK ? tet_count - first : CHUNK), file);
 }
 
-thrum_status cli_vtu_write(const char *path, const thrum_model *model, const double *displacement,
-                           double time, thrum_error *error) {
+static thrum_status write_file(const char *path, const thrum_model *model,
+                               const vtu_vectors *vectors, double time, thrum_error *error) {
   if (model->vertices == NULL || model->tets == NULL) {
     return thrum_error_set(error, THRUM_MISSING, "the model has no mesh, so it has no frames");
   }
@@ -126,20 +148,48 @@ thrum_status cli_vtu_write(const char *path, const thrum_model *model, const dou
   if (file == NULL)
     return thrum_error_set(error, THRUM_IO, "%.300s: cannot be written", path);
   vtu_array arrays[ARRAY_COUNT];
-  plan_arrays(model, arrays);
-  put_xml(file, model, arrays, time);
+  const uint64_t begin = plan_arrays(model, arrays);
+  put_xml(file, model, arrays, vectors, begin, time);
   put_array(file, &arrays[ARRAY_points], model->vertices);
   put_array(file, &arrays[ARRAY_connectivity], model->tets);
   put_generated(file, arrays, model->tet_count);
-  put_array(file, &arrays[ARRAY_displacement], displacement);
   put_array(file, &arrays[ARRAY_fixed], model->fixed);
   put_array(file, &arrays[ARRAY_region], model->tet_region);
+  for (int64_t n = 0; n < vectors->count; n++) {
+    const vtu_array array = plan_vector(model, begin, n);
+    put_array(file, &array, vectors->values[n]);
+  }
   fputs("\n  </AppendedData>\n</VTKFile>\n", file);
   // one look at the stream's error mark covers all of the writes
   const bool failed = ferror(file) != 0;
   if (fclose(file) != 0 || failed)
     return thrum_error_set(error, THRUM_IO, "%.300s: could not be written (disk full?)", path);
   return THRUM_OK;
+}
+
+thrum_status cli_vtu_write(const char *path, const thrum_model *model, const double *displacement,
+                           double time, thrum_error *error) {
+  char name[1][VTU_NAME_SIZE] = {"displacement"};
+  return write_file(path, model, &(vtu_vectors){1, &displacement, name}, time, error);
+}
+
+thrum_status cli_vtu_write_modes(const char *path, const thrum_model *model, int64_t count,
+                                 const double *hertz, const double *modes, thrum_error *error) {
+  const double **values = malloc((size_t)count * sizeof *values);
+  char(*names)[VTU_NAME_SIZE] = malloc((size_t)count * sizeof *names);
+  thrum_status status = THRUM_OUT_OF_MEMORY;
+  if (values == NULL || names == NULL) {
+    thrum_error_set(error, status, "out of memory");
+  } else {
+    for (int64_t n = 0; n < count; n++) {
+      values[n] = modes + n * 3 * model->vertex_count;
+      snprintf(names[n], VTU_NAME_SIZE, "mode_%02" PRId64 "_%.6g_Hz", n + 1, hertz[n]);
+    }
+    status = write_file(path, model, &(vtu_vectors){count, values, names}, 0, error);
+  }
+  free(values);
+  free(names);
+  return status;
 }
 
 thrum_status cli_pvd_open(const char *path, cli_pvd *pvd, thrum_error *error) {

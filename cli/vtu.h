@@ -10,6 +10,11 @@
 thrum_status cli_vtu_write(const char *path, const thrum_model *model, const double *displacement,
                            double time, thrum_error *error);
 
+/* Writes linear modes to `path`: the mesh at rest and for each of `count` modes the point vectors
+ * `mode_N_F_Hz` with its frequency F; modes: count x 3 vertex_count [kg^-1/2]. */
+thrum_status cli_vtu_write_modes(const char *path, const thrum_model *model, int64_t count,
+                                 const double *hertz, const double *modes, thrum_error *error);
+
 /* A .pvd being written; a zeroed one is closed. */
 typedef struct cli_pvd {
   void *stream; /* FILE * */

@@ -14,6 +14,7 @@
 #include "precompute/derivatives.h"
 #include "precompute/eigen.h"
 #include "precompute/estimate.h"
+#include "precompute/given.h"
 #include "precompute/mode_check.h"
 #include "precompute/model_fill.h"
 #include "precompute/polynomial_reduce.h"
@@ -31,6 +32,7 @@ typedef struct pipeline {
   thrum_factor *factor;
   double *rigid, *rigid_dual; /* Z and M Z of a free body, free_count x 6; else NULL */
   double *candidates;         /* free_count x (k + k (k + 1) / 2): modes, then derivatives */
+  double *turn;               /* S of a given basis, rank x rank */
   thrum_precomputed result;
 } pipeline;
 
@@ -60,10 +62,12 @@ static void pipeline_free(pipeline *p) {
   p->candidates = NULL;
   free(p->rigid);
   free(p->rigid_dual);
+  free(p->turn);
+  p->turn = NULL;
   p->rigid = p->rigid_dual = NULL;
 }
 
-static thrum_status check_options(const thrum_precompute_options *options, thrum_error *error) {
+static thrum_status check_counts(const thrum_precompute_options *options, thrum_error *error) {
   const int64_t k = options->modes, r = options->rank;
   if (k < 1 || k > 10000)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
@@ -77,6 +81,13 @@ static thrum_status check_options(const thrum_precompute_options *options, thrum
                            "rank %lld is more than %lld modes and their derivatives give (%lld); "
                            "lower --rank or raise --modes",
                            (long long)r, (long long)k, (long long)(k * (k + 3) / 2));
+  return THRUM_OK;
+}
+
+static thrum_status check_options(const thrum_precompute_options *options, thrum_error *error) {
+  const thrum_status status = options->given ? THRUM_OK : check_counts(options, error);
+  if (status != THRUM_OK)
+    return status;
   if (options->threads < 1)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "threads is %d; it must be at least 1",
                            options->threads);
@@ -212,6 +223,17 @@ static thrum_status check_modes(pipeline *p, thrum_error *error) {
   return status;
 }
 
+// the modes on all components, for whoever asked
+static thrum_status keep_modes(pipeline *p, thrum_error *error) {
+  const int64_t rows = 3 * p->fem.vertex_count, k = p->options.modes;
+  if (!(p->result.mode_vectors = thrum_allocate(k * rows, sizeof(double), "the modes", error)))
+    return THRUM_OUT_OF_MEMORY;
+  for (int64_t i = 0; i < k; i++)
+    thrum_fem_scatter(&p->fem, p->candidates + i * p->fem.free_count,
+                      p->result.mode_vectors + i * rows);
+  return THRUM_OK;
+}
+
 static thrum_status run_modes(pipeline *p, const thrum_reporter *reporter, thrum_error *error) {
   const int64_t k = p->options.modes, n = p->fem.free_count;
   thrum_precomputed *result = &p->result;
@@ -230,6 +252,8 @@ static thrum_status run_modes(pipeline *p, const thrum_reporter *reporter, thrum
                                    result->mode_residual, error);
   if (status == THRUM_OK)
     status = check_mechanism(p, error);
+  if (status == THRUM_OK && p->options.keep_modes)
+    status = keep_modes(p, error);
   p->result.flops[THRUM_STAGE_modes] = thrum_factor_solve_flops(p->factor);
   thrum_sparse_free(&p->stiffness);
   return status;
@@ -247,13 +271,24 @@ static thrum_status run_derivatives(pipeline *p, const thrum_reporter *reporter,
   return status;
 }
 
+static thrum_status make_basis(pipeline *p, const thrum_reporter *reporter, thrum_error *error) {
+  const int64_t r = p->options.rank;
+  double *basis = thrum_model_writable(p->result.model.basis);
+  if (!p->options.given)
+    return thrum_basis(&p->fem, &p->mass, p->options.modes, p->result.mode_omega2, p->candidates, r,
+                       basis, &p->result.basis_orthonormality, reporter, error);
+  p->result.modes_complete = true;
+  if (!(p->turn = thrum_allocate(r * r, sizeof(double), "the given basis", error)))
+    return THRUM_OUT_OF_MEMORY;
+  return thrum_given_basis(&p->fem, p->mesh, &p->mass, p->rigid_dual, p->options.given, basis,
+                           p->turn, &p->result, error);
+}
+
 static thrum_status run_basis(pipeline *p, const thrum_reporter *reporter, thrum_error *error) {
   thrum_status status =
       thrum_model_fill_mesh(p->mesh, p->fixed, p->options.rank, &p->result.model, error);
   if (status == THRUM_OK)
-    status = thrum_basis(&p->fem, &p->mass, p->options.modes, p->result.mode_omega2, p->candidates,
-                         p->options.rank, thrum_model_writable(p->result.model.basis),
-                         &p->result.basis_orthonormality, reporter, error);
+    status = make_basis(p, reporter, error);
   if (status == THRUM_OK)
     status = thrum_model_fill_axis_mass(&p->fem, &p->result.model, error);
   if (status == THRUM_OK && p->rigid)
@@ -264,6 +299,21 @@ static thrum_status run_basis(pipeline *p, const thrum_reporter *reporter, thrum
   return status;
 }
 
+// linear, c3 and c4: a given one turned, or the body's
+static thrum_status make_polynomial(pipeline *p, double *linear, const thrum_reporter *reporter,
+                                    thrum_error *error) {
+  thrum_model *model = &p->result.model;
+  double *c3 = thrum_model_writable(model->c3), *c4 = thrum_model_writable(model->c4);
+  if (p->options.given && p->options.given->linear)
+    return thrum_given_polynomial(&p->fem, p->options.given, p->turn, model, linear, c3, c4,
+                                  &p->result, error);
+  // one DSYRK of six rows a tet
+  const double columns = (double)(model->rank + model->rank * (model->rank + 1) / 2);
+  p->result.flops[THRUM_STAGE_polynomial] = 6 * (double)p->fem.tet_count * columns * (columns + 1);
+  return thrum_polynomial_reduce(&p->fem, model->rank, model->basis, linear, c3, c4, reporter,
+                                 error);
+}
+
 static thrum_status run_polynomial(pipeline *p, const thrum_reporter *reporter,
                                    thrum_error *error) {
   const int64_t r = p->options.rank;
@@ -271,12 +321,7 @@ static thrum_status run_polynomial(pipeline *p, const thrum_reporter *reporter,
   double *linear = thrum_allocate(r * r, sizeof *linear, "the polynomial", error);
   if (!linear)
     return THRUM_OUT_OF_MEMORY;
-  const thrum_status status =
-      thrum_polynomial_reduce(&p->fem, r, model->basis, linear, thrum_model_writable(model->c3),
-                              thrum_model_writable(model->c4), reporter, error);
-  // one DSYRK of six rows a tet
-  const double columns = (double)(r + r * (r + 1) / 2);
-  p->result.flops[THRUM_STAGE_polynomial] = 6 * (double)p->fem.tet_count * columns * (columns + 1);
+  thrum_status status = make_polynomial(p, linear, reporter, error);
   double *omega2 = thrum_model_writable(model->omega2);
   double worst = 0;
   for (int64_t i = 0; i < r && status == THRUM_OK; i++) {
@@ -288,6 +333,8 @@ static thrum_status run_polynomial(pipeline *p, const thrum_reporter *reporter,
   if (status == THRUM_OK)
     p->result.basis_diagonality = worst / omega2[r - 1];
   free(linear);
+  if (status == THRUM_OK && p->options.given && p->options.given->linear)
+    status = thrum_given_check(&p->fem, model, &p->result, error);
   return status;
 }
 
@@ -297,6 +344,9 @@ static thrum_status run_all(pipeline *p, thrum_error *error) {
       run_assemble, run_factor, run_modes, run_derivatives, run_basis, run_polynomial};
   thrum_status status = THRUM_OK;
   for (int stage = 0; stage < THRUM_STAGE_COUNT && status == THRUM_OK; stage++) {
+    // a given basis needs nothing solved
+    if (p->options.given && stage > THRUM_STAGE_assemble && stage < THRUM_STAGE_basis)
+      continue;
     const thrum_reporter reporter = {&p->options, (thrum_stage)stage};
     const double began = seconds_of(CLOCK_MONOTONIC);
     const double worked = seconds_of(CLOCK_PROCESS_CPUTIME_ID);
@@ -316,6 +366,10 @@ thrum_status thrum_precompute(const thrum_mesh *mesh, const uint8_t *fixed,
                               const thrum_precompute_options *options, thrum_precomputed *result,
                               thrum_error *error) {
   pipeline p = {.mesh = mesh, .fixed = fixed, .options = *options};
+  if (options->given) {
+    p.options.modes = 0;
+    p.options.rank = options->given->rank;
+  }
   // no rank given: two coordinates a mode, which k (k + 3) / 2 never falls short of
   if (p.options.rank == 0)
     p.options.rank = 2 * p.options.modes;
@@ -345,5 +399,6 @@ void thrum_precomputed_free(thrum_precomputed *result) {
   thrum_model_fill_free(&result->model);
   free(result->mode_omega2);
   free(result->mode_residual);
+  free(result->mode_vectors);
   *result = (thrum_precomputed){0};
 }

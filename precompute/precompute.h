@@ -29,6 +29,24 @@ typedef enum thrum_stage {
       THRUM_STAGE_COUNT
 } thrum_stage;
 
+/* A basis made elsewhere, of any independent columns, and its polynomial where that is known. */
+typedef struct thrum_given {
+  int64_t rows, rank; /* rows: 3 per vertex of the mesh's file */
+  double *basis;      /* rows x rank, row-major */
+  double *linear;     /* rank x rank, of V = 1/2 q^T linear q + ...; NULL: no polynomial */
+  double *c3, *c4;    /* block order of thrum/model.h */
+  double defect;      /* by how much its force was no gradient */
+} thrum_given;
+
+/* What became of it. */
+typedef struct thrum_given_figures {
+  bool turned;              /* it was not in Thrum's form and has been turned */
+  double orthonormality;    /* max |U^T M U - 1| as given */
+  double defect;            /* of the polynomial's force, see thrum_given */
+  double linear_difference; /* of the linear part from U^T K U, relative */
+  double energy_difference; /* of V from the body's at large displacements, relative */
+} thrum_given_figures;
+
 typedef struct thrum_precompute_options {
   int64_t modes;       /* k linear modes; default 10 */
   int64_t rank;        /* r <= k (k + 3) / 2; default 0, which stands for 2 k */
@@ -36,6 +54,9 @@ typedef struct thrum_precompute_options {
   thrum_check check;   /* that no mode was missed; default THRUM_CHECK_AUTO */
   int threads;         /* BLAS threads; default 1 */
   double memory_limit; /* bytes the process may hold; default 0: what is available */
+  /* Takes the place of modes, rank, derivatives and mass-PCA; NULL: none. */
+  const thrum_given *given;
+  bool keep_modes; /* hand out mode_vectors; default false */
   /* Called as a stage advances, fraction in [0, 1]; return false to stop. May be NULL. */
   bool (*progress)(void *context, thrum_stage stage, double fraction);
   void *progress_context;
@@ -49,6 +70,8 @@ typedef struct thrum_precomputed {
   thrum_model model;
   int64_t mode_count;
   double *mode_omega2;         /* mode_count, of the linear modes [1/s^2] */
+  double *mode_vectors;        /* mode_count x 3 vertex_count where asked for, else NULL */
+  thrum_given_figures given;   /* zero without a given basis; then there are no modes */
   double *mode_residual;       /* mode_count, |K psi - w^2 M psi| / (|K| |psi|) */
   bool mode_counted;           /* by inertia; else by the search alone */
   bool modes_complete;         /* what was counted is what was found; true for a search */

@@ -1,0 +1,168 @@
+/* `thrum export`: what a model holds, in the formats of other programs. SPDX-License-Identifier:
+ * Apache-2.0 */
+#include <getopt.h>
+#include <stdio.h>
+
+#include "cli/cli.h"
+#include "cli/model_name.h"
+#include "precompute/full_body.h"
+#include "precompute/interrupt.h"
+#include "precompute/matrix_market.h"
+#include "precompute/vega.h"
+
+#define FILES_MAX 5
+
+typedef struct export_request {
+  const char *model;
+  const char *vega_basis, *vega_cubic, *matrices;
+  bool single, json, help;
+} export_request;
+
+/* What has been written. */
+typedef struct export_files {
+  int count;
+  char path[FILES_MAX][1100];
+  const char *what[FILES_MAX];
+} export_files;
+
+static void print_help(void) {
+  fputs("usage: thrum export MODEL WHAT... [OPTIONS]\n\n"
+        "Writes what a model holds in the formats of other programs. MODEL is a model file or the\n"
+        "name of a model that comes with Thrum.\n\n"
+        "      --vega-basis FILE.U     the basis U as VegaFEM reads it\n"
+        "      --float                 U in single precision (.URendering.float)\n"
+        "      --vega-cubic FILE.cub   the reduced forces as VegaFEM's cubic polynomials\n"
+        "      --matrices PREFIX       stiffness [N/m] and mass [kg] of the free components as\n"
+        "                              Matrix Market, PREFIX.K.mtx and PREFIX.M.mtx, and in\n"
+        "                              PREFIX.rows.txt the vertex and axis of each row\n"
+        "      --json                  print one JSON object instead of the table\n"
+        "  -h, --help                  this text\n\n"
+        "`thrum precompute --import-basis` takes U and the forces back; its --export-modes writes\n"
+        "the linear modes.\n\n"
+        "examples:\n"
+        "  thrum export beam.npz --vega-basis beam.U --vega-cubic beam.cub\n"
+        "  thrum export beam.npz --vega-basis beam.URendering.float --float\n"
+        "  thrum export bridge --matrices bridge\n",
+        stdout);
+}
+
+static int read_options(int argc, char **argv, export_request *request) {
+  static const struct option options[] = {
+      {"vega-basis", required_argument, NULL, 'b'},
+      {"vega-cubic", required_argument, NULL, 'c'},
+      {"matrices", required_argument, NULL, 'm'},
+      {"float", no_argument, NULL, 'f'},
+      {"json", no_argument, NULL, 'j'},
+      {"help", no_argument, NULL, 'h'},
+      {NULL, 0, NULL, 0},
+  };
+  opterr = 0;
+  int option = 0;
+  while ((option = getopt_long(argc, argv, ":h", options, NULL)) != -1) {
+    if (option == '?' || option == ':')
+      return cli_usage_option("export", argv, options);
+    if (option == 'h') {
+      request->help = true;
+      return CLI_DONE;
+    }
+    request->single = request->single || option == 'f';
+    request->json = request->json || option == 'j';
+    if (option == 'b')
+      request->vega_basis = optarg;
+    if (option == 'c')
+      request->vega_cubic = optarg;
+    if (option == 'm')
+      request->matrices = optarg;
+  }
+  if (optind >= argc)
+    return cli_usage("export", "no model given");
+  if (optind + 1 < argc) {
+    return cli_usage("export", "one model at a time, but '%s' follows '%s'", argv[optind + 1],
+                     argv[optind]);
+  }
+  request->model = argv[optind];
+  if (!request->vega_basis && !request->vega_cubic && !request->matrices)
+    return cli_usage("export", "say what to write: --vega-basis, --vega-cubic or --matrices");
+  if (request->single && !request->vega_basis)
+    return cli_usage("export", "--float goes with --vega-basis");
+  return CLI_DONE;
+}
+
+/* Notes a file; returns its path, PREFIX followed by SUFFIX. */
+static const char *note(export_files *files, const char *what, const char *prefix,
+                        const char *suffix) {
+  char *path = files->path[files->count];
+  snprintf(path, sizeof files->path[0], "%s%s", prefix, suffix);
+  files->what[files->count++] = what;
+  return path;
+}
+
+static thrum_status write_matrices(const thrum_model *model, const char *prefix,
+                                   export_files *files, thrum_error *error) {
+  thrum_full_body body = {0};
+  thrum_status status = thrum_full_body_create(model, &body, error);
+  if (status >= 0)
+    status = thrum_matrix_market_write(note(files, "stiffness", prefix, ".K.mtx"), &body.stiffness,
+                                       "stiffness at rest of the free components [N/m]", error);
+  if (status >= 0)
+    status = thrum_matrix_market_write(note(files, "mass", prefix, ".M.mtx"), &body.mass,
+                                       body.kind == THRUM_MASS_LUMPED
+                                           ? "lumped mass of the free components [kg]"
+                                           : "consistent mass of the free components [kg]",
+                                       error);
+  if (status >= 0)
+    status = thrum_rows_write(note(files, "rows", prefix, ".rows.txt"), &body.fem, error);
+  thrum_full_body_free(&body);
+  return status;
+}
+
+static thrum_status write_all(const export_request *request, const thrum_model *model,
+                              export_files *files, thrum_error *error) {
+  thrum_status status = THRUM_OK;
+  if (request->vega_basis)
+    status = thrum_vega_basis_write(note(files, "basis", request->vega_basis, ""), model,
+                                    request->single, error);
+  if (status >= 0 && request->vega_cubic)
+    status = thrum_vega_cubic_write(note(files, "cubic", request->vega_cubic, ""), model, error);
+  if (status >= 0 && request->matrices)
+    status = write_matrices(model, request->matrices, files, error);
+  return status;
+}
+
+static void print_files(const export_request *request, const export_files *files) {
+  if (!request->json) {
+    for (int n = 0; n < files->count; n++)
+      printf("%-18s%s\n", files->what[n], files->path[n]);
+    return;
+  }
+  cJSON *object = cJSON_CreateObject();
+  cJSON_AddStringToObject(object, "status", "done");
+  cli_json_string(object, "model", request->model);
+  cJSON *list = cJSON_AddObjectToObject(object, "files");
+  for (int n = 0; n < files->count; n++)
+    cli_json_string(list, files->what[n], files->path[n]);
+  cli_json_print(object);
+}
+
+int cmd_export(int argc, char **argv) {
+  export_request request = {0};
+  const int code = read_options(argc, argv, &request);
+  if (code != CLI_DONE)
+    return code;
+  if (request.help) {
+    print_help();
+    return CLI_DONE;
+  }
+  thrum_error error = {0};
+  const thrum_model *model = NULL;
+  export_files files = {0};
+  thrum_status status = cli_model_load(request.model, false, &model, NULL, &error);
+  if (status < 0)
+    return cli_refuse(&error);
+  thrum_interrupt_clean("\nthrum: stopped; the file being written was removed\n");
+  status = write_all(&request, model, &files, &error);
+  if (status >= 0)
+    print_files(&request, &files);
+  thrum_model_free(model);
+  return status < 0 ? cli_refuse(&error) : CLI_DONE;
+}
