@@ -2,6 +2,7 @@
 #include "cli/mesh_warnings.h"
 
 #include "cli/cli.h"
+#include "precompute/mesh_examine.h"
 
 void cli_warn_mesh(const thrum_mesh *mesh, const char *name) {
   if (mesh->cornered_tets > 0) {
@@ -17,5 +18,17 @@ void cli_warn_mesh(const thrum_mesh *mesh, const char *name) {
   if (mesh->dropped_vertices > 0) {
     cli_warn("%s: %lld vertices that no tetrahedron uses were dropped", name,
              (long long)mesh->dropped_vertices);
+  }
+  // of the rest only what makes a model fall apart; `thrum check` says everything
+  static const thrum_examine_flag grave[] = {THRUM_EXAMINE_PIECES, THRUM_EXAMINE_COINCIDENT,
+                                             THRUM_EXAMINE_HINGES, THRUM_EXAMINE_FAR};
+  thrum_mesh_examined examined;
+  if (thrum_mesh_examine(mesh, &examined, NULL) < 0)
+    return;
+  const unsigned flags = thrum_mesh_flags(mesh, &examined);
+  for (size_t i = 0; i < sizeof grave / sizeof *grave; i++) {
+    char line[300];
+    if (flags & grave[i])
+      cli_warn("%s: %s", name, thrum_mesh_flag_line(mesh, &examined, grave[i], line));
   }
 }

@@ -56,10 +56,11 @@ typedef struct thrum_mesh {
  * vertices of its element sets (.veg) and of its physical groups (.msh, named by $PhysicalNames or
  * else physical_DIMENSION_TAG); its regions are the *REGIONs and the physical volumes. What they
  * are in the other formats stands in docs/meshes.md and on top of each reader. Every length, the
- * generator's too, is multiplied by `scale`. The result is clean: consistently inverted files are
- * flipped, unreferenced vertices dropped (groups renumbered), both counted; zero-volume tets,
- * indices out of range, non-finite numbers and half-inverted files are refused with the file, the
- * line and the element named (1-based, as in the file). On failure *mesh is untouched. */
+ * generator's too, is multiplied by `scale`. The result is clean: inverted tets are flipped,
+ * unreferenced vertices dropped (groups renumbered), both counted; zero-volume tets, indices out of
+ * range, non-finite numbers, repeated tets, faces of three tets and neighbours that overlap are
+ * refused with the file, the line and the element named (1-based, as in the file). On failure *mesh
+ * is untouched. */
 thrum_status thrum_mesh_read(const char *name, double scale, thrum_mesh *mesh, thrum_error *error);
 
 /* The readers behind it, one file each: raw meshes, not yet clean, from the bytes of a file. `name`

@@ -13,6 +13,7 @@
 
 #include "precompute/mesh.h"
 #include "precompute/mesh_build.h"
+#include "precompute/mesh_faces.h"
 
 static const double FLAT = 1e-12;
 
@@ -119,8 +120,9 @@ static thrum_status check_repeats(const thrum_mesh *mesh, const char *name, thru
   return status;
 }
 
+/* Turns inverted tets round: of four points only one winding is right. */
 static thrum_status fix_winding(thrum_mesh *mesh, const char *name, thrum_error *error) {
-  int64_t inverted = 0, first = -1;
+  int64_t inverted = 0;
   for (int64_t t = 0; t < mesh->tet_count; t++) {
     double extent, shape = tet_shape(mesh, t, &extent);
     const int32_t *v = mesh->tets + 4 * t;
@@ -135,26 +137,43 @@ static thrum_status fix_winding(thrum_mesh *mesh, const char *name, thrum_error 
     if (!(extent > 1e-30 && extent < 1e30))
       return thrum_error_set(error, THRUM_BAD_VALUE, "%s: tet %lld is %g m large; check the scale",
                              tet_place(mesh, name, t).text, (long long)t + 1, extent);
-    if (shape < 0) {
-      first = inverted == 0 ? t : first;
-      inverted++;
-    }
+    inverted += shape < 0;
   }
   if (inverted == 0)
     return THRUM_OK;
-  if (inverted < mesh->tet_count)
-    return thrum_error_set(error, THRUM_BAD_VALUE,
-                           "%s: tet %lld is the first of %lld inverted ones, while %lld are not; "
-                           "all must be wound the same way",
-                           tet_place(mesh, name, first).text, (long long)first + 1,
-                           (long long)inverted, (long long)(mesh->tet_count - inverted));
   for (int64_t t = 0; t < mesh->tet_count; t++) {
     int32_t *v = mesh->tets + 4 * t, swap = v[2];
+    double extent;
+    if (tet_shape(mesh, t, &extent) > 0)
+      continue;
     v[2] = v[3];
     v[3] = swap;
   }
   mesh->flipped_tets = inverted;
   return THRUM_OK;
+}
+
+/* Refuses faces of three tets, and neighbours on the same side of their face: those are tangled,
+ * where inverted tets were only wound the other way. */
+static thrum_status check_faces(const thrum_mesh *mesh, const char *name, thrum_error *error) {
+  thrum_mesh_faces faces = {0};
+  int64_t tets[3] = {-1, -1, -1};
+  thrum_status status = thrum_mesh_find_faces(mesh, &faces, tets, error);
+  free(faces.faces);
+  if (status != THRUM_BAD_VALUE)
+    return status;
+  const int64_t last = tets[2] >= 0 ? tets[2] : tets[1];
+  if (tets[2] >= 0)
+    return thrum_error_set(error, status,
+                           "%s: tets %lld, %lld and %lld share one face, where only two can be; "
+                           "remove what overlaps",
+                           tet_place(mesh, name, last).text, (long long)tets[0] + 1,
+                           (long long)tets[1] + 1, (long long)tets[2] + 1);
+  return thrum_error_set(error, status,
+                         "%s: tets %lld and %lld lie on the same side of the face that they share, "
+                         "so they overlap; mesh the body again",
+                         tet_place(mesh, name, last).text, (long long)tets[0] + 1,
+                         (long long)tets[1] + 1);
 }
 
 /* Renumbers a group in place; an emptied one is removed by the caller. */
@@ -223,6 +242,8 @@ thrum_status thrum_mesh_clean(thrum_mesh *mesh, const char *name, double scale,
     status = check_repeats(mesh, name, error);
   if (status >= 0)
     status = fix_winding(mesh, name, error);
+  if (status >= 0)
+    status = check_faces(mesh, name, error);
   if (status >= 0)
     status = drop_vertices(mesh, error);
   return status;

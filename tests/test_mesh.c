@@ -214,6 +214,17 @@ static void an_inverted_file_is_flipped_and_counted(void **state) {
   thrum_mesh_free(&m);
 }
 
+static void tets_wound_either_way_are_flipped_where_they_must_be(void **state) {
+  (void)state;
+  thrum_mesh good = mesh_good("good.veg", VEG_VERTICES VEG_TWO_TETS);
+  thrum_mesh m =
+      mesh_good("mixed.veg", VEG_VERTICES "*ELEMENTS\nTET\n2 4 0\n1 1 2 3 4\n2 2 3 5 4\n");
+  assert_int_equal(m.flipped_tets, 1);
+  assert_int_equal(thrum_mesh_hash(&m), thrum_mesh_hash(&good));
+  thrum_mesh_free(&good);
+  thrum_mesh_free(&m);
+}
+
 static void loose_vertices_are_dropped_and_counted(void **state) {
   (void)state;
   thrum_mesh m = mesh_good("loose.veg", "*VERTICES\n6 3 0 0\n1 9 9 9\n2 0 0 0\n3 1 0 0\n4 8 8 8\n"
@@ -396,6 +407,7 @@ int main(void) {
       cmocka_unit_test(a_veg_without_material_says_so),
       cmocka_unit_test(included_files_are_read_in_place),
       cmocka_unit_test(an_inverted_file_is_flipped_and_counted),
+      cmocka_unit_test(tets_wound_either_way_are_flipped_where_they_must_be),
       cmocka_unit_test(loose_vertices_are_dropped_and_counted),
       cmocka_unit_test(a_scale_turns_lengths_into_metres),
       cmocka_unit_test(the_hash_sees_every_part_of_the_mesh),

@@ -201,8 +201,12 @@ static void bad_tets_are_named(void **state) {
       {VERTICES "*ELEMENTS\nTET\n2 4 0\n1 1 2 3 4\n2 2 3 3 5\n", ":12: tet 2 has vertex 3 twice"},
       {VERTICES "*ELEMENTS\nTET\n2 4 0\n1 1 2 3 4\n2 2 3 1 4\n",
        ":12: tet 2 has the same vertices as"},
-      {VERTICES "*ELEMENTS\nTET\n2 4 0\n1 1 2 3 4\n2 2 3 5 4\n",
-       ":12: tet 2 is the first of 1 inverted ones, while 1 are not"},
+      {"*VERTICES\n6 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 1 1 1\n6 2 1 1\n*ELEMENTS\nTET\n"
+       "3 4 0\n1 1 2 3 4\n2 2 5 3 4\n3 2 6 3 4\n",
+       ":14: tets 1, 2 and 3 share one face"},
+      {"*VERTICES\n5 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 .1 .1 .2\n*ELEMENTS\nTET\n"
+       "2 4 0\n1 1 2 3 4\n2 5 2 3 4\n",
+       ":12: tets 1 and 2 lie on the same side of the face"},
       {"*VERTICES\n4 3 0 0\n1 0 0 0\n2 1e200 0 0\n3 0 1e200 0\n4 0 0 1e200\n*ELEMENTS\nTET\n1 4 0\n"
        "1 1 2 3 4\n",
        "check the scale"},
