@@ -59,6 +59,7 @@ struct thrum_state {
   int64_t watch_windows;     /* since the reference */
   int64_t watch_window_end;  /* step */
   int64_t watch_deadline;    /* step of a hand-over to come, 0: none */
+  int64_t kept_step;         /* of q_kept and p_kept, -1: none */
   int64_t calm_end;          /* step of the next look at a return */
   double amplitude;          /* largest scaled norm of the motion so far, design 5 */
   int32_t rank;              /* r */
@@ -88,10 +89,12 @@ struct thrum_state {
   X(acceleration, vector) /* Newmark: a, taken with load_before */                                 \
   X(guide, vector)        /* of the power iteration on the explicit modes now */                   \
   X(guide_whole, vector)  /* and on those of the def */                                            \
-  X(past_1, vector)       /* R_I - omega^2 q at the last midpoint, for the first guess */          \
-  X(past_2, vector)       /* the same at the midpoint before */                                    \
-  X(pivots, vector)       /* int32: row exchanges of `jacobian` */                                 \
-  X(jacobian, kept)       /* factors kept from a step before, |I| x |I| */
+  X(q_kept, vector)       /* synchronised state before the last step, for the watch */             \
+  X(p_kept, vector)                                                                                \
+  X(past_1, vector) /* R_I - omega^2 q at the last midpoint, for the first guess */                \
+  X(past_2, vector) /* the same at the midpoint before */                                          \
+  X(pivots, vector) /* int32: row exchanges of `jacobian` */                                       \
+  X(jacobian, kept) /* factors kept from a step before, |I| x |I| */
 
 /* Scratch, in an order that lets a call clear no more than it used. */
 #define THRUM_STATE_SCRATCH(X)                                                                     \
@@ -108,6 +111,8 @@ struct thrum_state {
   X(residual, vector)          /* of the solve */                                                  \
   X(direction, vector)         /* Newton's correction */                                           \
   X(total, vector)             /* R + D v - f at the middle */                                     \
+  X(q_start, vector)           /* q of a step redone */                                            \
+  X(p_kept_next, vector)       /* synchronised p at the start of the step */                       \
   X(p_start, vector)           /* p as another scheme has it */                                    \
   X(p_rung, vector)            /* synchronised p on a rung */                                      \
   X(q_sub, vector)             /* between sub-steps */                                             \
@@ -145,6 +150,12 @@ typedef enum thrum_rung {
   THRUM_RUNG_ENERGY,
   THRUM_RUNG_SUBSTEPS
 } thrum_rung;
+
+typedef enum thrum_verdict {
+  THRUM_VERDICT_GO_ON = 0,
+  THRUM_VERDICT_HAND_OVER, /* design 7 takes this step and those to come */
+  THRUM_VERDICT_REDO       /* and the one before */
+} thrum_verdict;
 
 /* What a solve did; committed to the report with the step. */
 typedef struct thrum_solve_report {
@@ -268,10 +279,14 @@ thrum_status thrum_watch_before(const thrum_model *model, thrum_state *state,
 void thrum_watch_energy(const thrum_model *model, const thrum_state *state, thrum_state_view *view,
                         double potential, thrum_solve_report *report);
 
-/* watch.c: takes the energy in; true when design 7 should take this step and those to come. */
-bool thrum_watch_judge(thrum_state *state, const thrum_solve_report *report);
+/* watch.c: takes the energy in. */
+thrum_verdict thrum_watch_judge(thrum_state *state, const thrum_solve_report *report);
+
+/* watch.c: makes the header and the view those of design 7; after THRUM_VERDICT_REDO with the step
+ * before this one redone. Clears the report. */
 thrum_status thrum_watch_hand_over(const thrum_model *model, thrum_state *state,
-                                   thrum_state_view *view, double energy);
+                                   thrum_state_view *view, thrum_verdict verdict,
+                                   thrum_solve_report *report);
 
 /* watch.c: work and dissipation of a solved step. */
 void thrum_watch_after(const thrum_model *model, thrum_state *state, const thrum_state_view *view);

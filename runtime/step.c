@@ -15,6 +15,12 @@ static void commit(thrum_state *state, thrum_state *next, const thrum_state_view
                    const thrum_solve_report *report, double amplitude) {
   const size_t vector = (size_t)state->rank * sizeof(double);
   const thrum_state_view kept = thrum_state_view_of(state);
+  // an energy that is finite has momenta that are
+  if (report->energy_known && isfinite(report->energy)) {
+    memcpy(kept.q_kept, kept.q, vector);
+    memcpy(kept.p_kept, view->p_kept_next, vector);
+    next->kept_step = next->steps;
+  }
   memcpy(kept.q, view->q_next, vector);
   memcpy(kept.p, view->p_next, vector);
   memcpy(kept.load_before, view->load, vector);
@@ -110,10 +116,10 @@ thrum_status thrum_step_attempt(const thrum_model *model, thrum_step_run *run) {
 static thrum_status settle(const thrum_model *model, thrum_step_run *run, thrum_status status) {
   thrum_state *next = &run->next;
   thrum_state_view *view = &run->view;
-  if (status == THRUM_OK && thrum_watch_judge(next, &run->report)) {
-    const double energy = run->report.energy;
-    memset(&run->report, 0, sizeof run->report);
-    status = thrum_watch_hand_over(model, next, view, energy);
+  const thrum_verdict verdict =
+      status == THRUM_OK ? thrum_watch_judge(next, &run->report) : THRUM_VERDICT_GO_ON;
+  if (verdict != THRUM_VERDICT_GO_ON) {
+    status = thrum_watch_hand_over(model, next, view, verdict, &run->report);
     if (status == THRUM_OK)
       status = thrum_step_attempt(model, run);
   }

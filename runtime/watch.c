@@ -29,26 +29,27 @@
 #include "polynomial.h"
 #include "state.h"
 
-#define SAMPLE 16        /* steps between two power iterations; fewer near the bound */
-#define WINDOW 4096      /* steps of a mean of the balance, and of a calm */
-#define ANGLE_HIGH 1.6   /* beyond it modes leave E, */
-#define ANGLE_GOOD 1.4   /* until this holds */
-#define ANGLE_CALM 1.1   /* all modes return after a calm below it */
-#define FAST_SHARE 0.05  /* of the energy: B beside its reference */
-#define URGENT_SHARE 0.3 /* the same, without waiting; also for E itself */
-#define DRIFT 5e-5       /* of the energy: mean of B over a window beside that of the first */
-#define NEAR 2e-6        /* of the energy: E beside its reference at a hand-over */
-#define DRIVEN 1e-3      /* of the energy: moved by load and damping in a window */
-#define MOVED 0.05       /* share of what they moved that B may err by */
-#define MEMORY 256.0     /* steps that what they moved is remembered for */
-#define FALLEN 0.25      /* of the energy at the hand-over: imexv returns */
-#define RANGE 1e300      /* [J], larger energies are not followed */
-#define LOST 1e100       /* in place of ratios that are larger or no number */
+#define SAMPLE 16         /* steps between two power iterations; fewer near the bound */
+#define WINDOW 4096       /* steps of a mean of the balance, and of a calm */
+#define ANGLE_HIGH 1.6    /* beyond it modes leave E, */
+#define ANGLE_GOOD 1.4    /* until this holds */
+#define ANGLE_CALM 1.1    /* all modes return after a calm below it */
+#define FAST_SHARE 0.03   /* of the energy: B beside its reference */
+#define URGENT_SHARE 0.08 /* the same, without waiting; also for E itself */
+#define DRIFT 5e-5        /* of the energy: mean of B over a window beside that of the first */
+#define NEAR 2e-6         /* of the energy: E beside its reference at a hand-over */
+#define DRIVEN 1e-3       /* of the energy: moved by load and damping in a window */
+#define MOVED 0.05        /* share of what they moved that B may err by */
+#define MEMORY 256.0      /* steps that what they moved is remembered for */
+#define FALLEN 0.25       /* of the energy at the hand-over: imexv returns */
+#define RANGE 1e300       /* [J], larger energies are not followed */
+#define LOST 1e100        /* in place of ratios that are larger or no number */
 
 void thrum_watch_reset(thrum_state *state) {
   state->watch_work = state->watch_moved = state->watch_recent = 0.0;
   state->watch_sum = state->watch_reference = state->watch_steady = 0.0;
   state->watch_scale = state->watch_scale_before = 0.0;
+  state->kept_step = -1;
   state->watch_samples = state->watch_windows = state->watch_deadline = 0;
   state->watch_window_end = state->steps + WINDOW;
   state->calm_peak = 0.0;
@@ -203,12 +204,15 @@ void thrum_watch_energy(const thrum_model *model, const thrum_state *state, thru
     const double p =
         (view->p[i] - 0.5 * h * force) / (1.0 + 0.5 * h * thrum_rest_damping(model, state, i));
     sum += 0.5 * (p * p);
+    view->p_kept_next[i] = p;
     // the quadratic split has its own, which is smaller and not known
     if (state->scheme == THRUM_SCHEME_COMPONENT)
       shadow += 0.125 * h * h * (force * force);
   }
-  for (int32_t i = n; i < state->rank; i++)
+  for (int32_t i = n; i < state->rank; i++) {
     sum += 0.5 * (view->p[i] * view->p[i]);
+    view->p_kept_next[i] = view->p[i];
+  }
   report->energy = sum;
   report->shadow = shadow;
   report->energy_known = true;
@@ -219,22 +223,25 @@ typedef enum alarm { CALM, FAST, URGENT } alarm;
 /* Takes the energy of this step in; is the balance beyond what its own errors explain? */
 static alarm take_in(thrum_state *state, double energy, double shadow) {
   const double balance = energy - state->watch_work, steady = balance - shadow;
-  if (state->watch_windows == 0 && state->watch_samples == 0)
+  if (state->watch_windows == 0 && state->watch_samples == 0) {
     state->watch_steady = steady;
+    state->watch_reference = balance;
+  }
   state->watch_scale = fmax(state->watch_scale, fabs(energy));
   const double scale = fmax(state->watch_scale, state->watch_scale_before);
   const double error = steady - state->watch_steady, allowed = MOVED * state->watch_recent;
   state->balance_last = scale > 0.0 ? fmax(-LOST, fmin(error / scale, LOST)) : 0.0;
   if (scale > 0.0)
-    state->balance_peak = fmax(state->balance_peak, (fabs(error) - allowed) / scale);
+    state->balance_peak = fmax(state->balance_peak, fmin((fabs(error) - allowed) / scale, LOST));
   state->watch_sum += balance;
   state->watch_samples++;
   // where load and damping act the reference follows: their own error is no growth
   if (allowed > DRIFT * scale)
     state->watch_steady += error / MEMORY;
   state->watch_recent -= state->watch_recent / MEMORY;
-  const double most = URGENT_SHARE * scale + allowed;
-  if (!(fabs(error) <= most && fabs(error + shadow) <= most))
+  // E itself may ripple by the whole of its shadow
+  if (!(fabs(error) <= URGENT_SHARE * scale + allowed &&
+        fabs(error + shadow) <= 4.0 * URGENT_SHARE * scale + allowed))
     return URGENT;
   return fabs(error) <= FAST_SHARE * scale + allowed ? CALM : FAST;
 }
@@ -261,33 +268,70 @@ static bool drifted(thrum_state *state) {
 /* What is not urgent waits for a step at which E passes its mean: design 7 then keeps that. */
 static bool passes(const thrum_state *state, double energy) {
   const double scale = fmax(state->watch_scale, state->watch_scale_before);
-  const double mean = state->watch_windows > 0 || state->watch_samples == 0
-                          ? state->watch_reference
-                          : state->watch_sum / (double)state->watch_samples;
   // the longer it waits, the less exactly
   const double waited = (double)(WINDOW - (state->watch_deadline - state->steps));
   const double near = NEAR * scale * (1.0 + waited / 64.0);
-  return state->steps >= state->watch_deadline || fabs(energy - state->watch_work - mean) <= near;
+  return state->steps >= state->watch_deadline ||
+         fabs(energy - state->watch_work - state->watch_reference) <= near;
 }
 
-bool thrum_watch_judge(thrum_state *state, const thrum_solve_report *report) {
+thrum_verdict thrum_watch_judge(thrum_state *state, const thrum_solve_report *report) {
   // an energy near the end of the range of numbers, or beyond it, has no balance
   if (!report->energy_known ||
       !(fabs(report->energy) + fabs(state->watch_work) + report->shadow < RANGE))
-    return false;
+    return THRUM_VERDICT_GO_ON;
   const alarm found = take_in(state, report->energy, report->shadow);
   const bool slow = drifted(state);
+  if (found == URGENT)
+    return THRUM_VERDICT_REDO;
   if ((found == FAST || slow) && state->watch_deadline == 0)
-    state->watch_deadline = state->steps + (slow ? WINDOW : WINDOW / 16);
-  return found == URGENT || (state->watch_deadline > 0 && passes(state, report->energy));
+    state->watch_deadline = state->steps + (slow ? WINDOW : WINDOW / 64);
+  return state->watch_deadline > 0 && passes(state, report->energy) ? THRUM_VERDICT_HAND_OVER
+                                                                    : THRUM_VERDICT_GO_ON;
+}
+
+/* Steps again from the state before this one, which stage 1 left synchronised in q_kept and p_kept:
+ * where the energy jumps, the step before it is the one that went wrong. */
+static thrum_status redo(const thrum_model *model, thrum_state *state, thrum_state_view *view,
+                         thrum_solve_report *report) {
+  thrum_state_view before = *view;
+  before.q = view->q_kept;
+  before.p = view->p_kept;
+  before.load = view->load_before;
+  const thrum_status status = thrum_step_energy(model, state, &before, report);
+  view->matrices_used = view->matrices_used || before.matrices_used;
+  if (status != THRUM_OK || !thrum_all_finite(view->q_next, state->rank) ||
+      !thrum_all_finite(view->p_next, state->rank))
+    return THRUM_NOT_CONVERGED;
+  memcpy(view->q_start, view->q_next, (size_t)state->rank * sizeof *view->q_start);
+  memcpy(view->p_start, view->p_next, (size_t)state->rank * sizeof *view->p_start);
+  view->q = view->q_start;
+  view->p = view->p_start;
+  return THRUM_OK;
 }
 
 thrum_status thrum_watch_hand_over(const thrum_model *model, thrum_state *state,
-                                   thrum_state_view *view, double energy) {
+                                   thrum_state_view *view, thrum_verdict verdict,
+                                   thrum_solve_report *report) {
+  const double energy = report->energy;
+  memset(report, 0, sizeof *report);
   state->handovers++;
   state->handed_energy = fabs(energy);
   const int64_t changes = state->handovers < 10 ? state->handovers : 10;
   state->calm_end = state->steps + ((int64_t)WINDOW << changes);
+  if (verdict == THRUM_VERDICT_REDO && state->kept_step == state->steps - 1) {
+    thrum_state energy_state = *state;
+    energy_state.scheme = THRUM_SCHEME_ENERGY;
+    energy_state.split = 0;
+    energy_state.jacobian_kept = 0;
+    energy_state.past_count = 0;
+    if (redo(model, &energy_state, view, report) == THRUM_OK) {
+      *state = energy_state;
+      memset(report, 0, sizeof *report);
+      return THRUM_OK;
+    }
+    memset(report, 0, sizeof *report);
+  }
   return change(model, state, view, THRUM_SCHEME_ENERGY, 0);
 }
 
