@@ -71,10 +71,10 @@ thrum_status bench_batch_run(const thrum_model *model, bench_batch *bench, thrum
 #define BENCH_PASSES(X)                                                                            \
   X(energy, 2, 1, "V")                                                                             \
   X(force, 4, 1, "R and V")                                                                        \
-  X(tangent, 6, 2, "T")                                                                            \
+  X(tangent, 6, 1, "T")                                                                            \
   X(tangent_vector, 8, 1, "T v")                                                                   \
   X(restrict, 2, 1, "V at held q_E")                                                               \
-  X(restricted_tangent, 6, 2, "T_II")
+  X(restricted_tangent, 6, 1, "T_II")
 
 typedef enum bench_pass {
 #define X(name, operations, reads, text) BENCH_PASS_##name,

@@ -48,7 +48,13 @@ static inline int64_t thrum_padded(int64_t count) {
 /* Doubles of scratch of any pass over a form in n coordinates. */
 static inline int64_t thrum_kernel_work(int64_t n) {
   return THRUM_KERNEL_PAIR_ARRAYS * thrum_padded(thrum_pair_count(n)) +
-         THRUM_KERNEL_VECTORS * thrum_padded(n);
+         (THRUM_KERNEL_VECTORS + 8) * thrum_padded(n);
+}
+
+/* The same for `hessian`, which has lists beside it: a row of c3's size. */
+static inline int64_t thrum_kernel_work_hessian(int64_t n) {
+  return thrum_kernel_work(n) + thrum_c3_count(n) + 2 * thrum_padded(thrum_pair_count(n)) +
+         (n + 1) * (thrum_padded(n) + 24);
 }
 
 /* Scratch `work` may have any content and overlaps no other argument. */
@@ -61,7 +67,8 @@ typedef struct thrum_kernel {
   /* gradient += grad of the form at q; returns its value, the same bits as `value`. */
   double (*gradient)(const thrum_form *f, const double *q, double *gradient, double *work);
 
-  /* hessian (n x n) += Hessian of the form at q. On entry it must be symmetric. */
+  /* hessian (n x n) += Hessian of the form at q. On entry it must be symmetric. Has more scratch.
+   */
   void (*hessian)(const thrum_form *f, const double *q, double *hessian, double *work);
 
   /* product += (Hessian at q) v. */

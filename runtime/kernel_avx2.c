@@ -48,14 +48,21 @@ INLINE v8 v8_add(v8 v, v8 w) {
   return v8_of(_mm256_add_pd(v.a, w.a), _mm256_add_pd(v.b, w.b));
 }
 
-INLINE v8 v8_load_range(const double *p, int64_t lo, int64_t hi) {
-  // lane s is read when lo <= s < hi
+typedef struct v8_mask {
+  __m256i a, b;
+} v8_mask;
+
+INLINE v8_mask v8_range(int64_t lo, int64_t hi) {
   const __m256i low = _mm256_set1_epi64x(lo - 1), high = _mm256_set1_epi64x(hi);
   const __m256i lanes = _mm256_setr_epi64x(0, 1, 2, 3), next = _mm256_setr_epi64x(4, 5, 6, 7);
-  const __m256i a =
-      _mm256_and_si256(_mm256_cmpgt_epi64(lanes, low), _mm256_cmpgt_epi64(high, lanes));
-  const __m256i b = _mm256_and_si256(_mm256_cmpgt_epi64(next, low), _mm256_cmpgt_epi64(high, next));
-  return v8_of(_mm256_maskload_pd(p, a), _mm256_maskload_pd(p + 4, b));
+  const v8_mask mask = {
+      _mm256_and_si256(_mm256_cmpgt_epi64(lanes, low), _mm256_cmpgt_epi64(high, lanes)),
+      _mm256_and_si256(_mm256_cmpgt_epi64(next, low), _mm256_cmpgt_epi64(high, next))};
+  return mask;
+}
+
+INLINE v8 v8_load_mask(const double *p, v8_mask mask) {
+  return v8_of(_mm256_maskload_pd(p, mask.a), _mm256_maskload_pd(p + 4, mask.b));
 }
 
 INLINE double v8_sum(v8 v) {

@@ -40,10 +40,16 @@ INLINE v8 v8_add(v8 a, v8 b) {
   return _mm512_add_pd(a, b);
 }
 
-INLINE v8 v8_load_range(const double *p, int64_t lo, int64_t hi) {
+typedef __mmask8 v8_mask;
+
+INLINE v8_mask v8_range(int64_t lo, int64_t hi) {
   const unsigned from = lo < 0 ? 0 : lo > 8 ? 8 : (unsigned)lo;
   const unsigned to = hi < 0 ? 0 : hi > 8 ? 8 : (unsigned)hi;
-  return _mm512_maskz_loadu_pd((__mmask8)((0xffU << from) & (0xffU >> (8 - to))), p);
+  return (__mmask8)((0xffU << from) & (0xffU >> (8 - to)));
+}
+
+INLINE v8 v8_load_mask(const double *p, v8_mask mask) {
+  return _mm512_maskz_loadu_pd(mask, p);
 }
 
 INLINE double v8_sum(v8 a) {

@@ -52,9 +52,20 @@ INLINE v8 v8_add(v8 v, v8 w) {
   return sum;
 }
 
-INLINE v8 v8_load_range(const double *p, int64_t lo, int64_t hi) {
+typedef struct v8_mask {
+  int64_t lo, hi;
+} v8_mask;
+
+INLINE v8_mask v8_range(int64_t lo, int64_t hi) {
+  const v8_mask mask = {lo < 0 ? 0 : lo, hi > 8 ? 8 : hi};
+  return mask;
+}
+
+INLINE v8 v8_load_mask(const double *p, v8_mask mask) {
+  if (mask.lo == 0 && mask.hi == 8)
+    return v8_load(p);
   double lanes[8] = {0};
-  for (int64_t s = lo < 0 ? 0 : lo; s < 8 && s < hi; s++)
+  for (int64_t s = mask.lo; s < mask.hi; s++)
     lanes[s] = p[s];
   return v8_load(lanes);
 }

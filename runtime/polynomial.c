@@ -34,7 +34,7 @@ int64_t thrum_c4_index(int64_t rank, int64_t i, int64_t j, int64_t k, int64_t l)
 }
 
 size_t thrum_work_count(const thrum_model *model) {
-  return (size_t)thrum_kernel_work(model->rank);
+  return (size_t)thrum_kernel_work_hessian(model->rank);
 }
 
 static thrum_form form_of_model(const thrum_model *model) {

@@ -61,13 +61,17 @@ thrum_state_view thrum_state_view_of(thrum_state *state) {
   view.work_own = view.work;
   view.restricted_own = view.restricted;
   view.kernel = thrum_kernel_get(state->kernel);
+  view.work_plain = thrum_kernel_work(state->rank);
   return view;
 }
 
 void thrum_state_clear_scratch(thrum_state_view *view) {
   memset(view->q_next, 0, (size_t)(view->work_own - view->q_next) * sizeof(double));
+  // a tangent alone uses all of it
+  const int64_t whole = view->restricted_own - view->work_own;
+  const int64_t used = view->matrices_used || view->work_plain > whole ? whole : view->work_plain;
   if (view->work == view->work_own)
-    memset(view->work, 0, (size_t)(view->restricted_own - view->work) * sizeof(double));
+    memset(view->work, 0, (size_t)used * sizeof(double));
   if (view->restricted_used > 0 && view->restricted == view->restricted_own)
     memset(view->restricted, 0, (size_t)view->restricted_used * sizeof(double));
   if (view->matrices_used)

@@ -137,6 +137,7 @@ typedef struct thrum_state_view {
 #undef X
   double *end;
   double *work_own, *restricted_own; /* in the block; a crowd lends its own instead */
+  int64_t work_plain;                /* doubles of work that are used without a tangent */
   const struct thrum_kernel *kernel; /* the one asked for, or the best one here */
   int64_t restricted_used;           /* doubles; set by whoever writes restricted */
   const double *restricted_from;     /* not NULL: where a crowd has what restricted is to hold, */

@@ -233,8 +233,8 @@ static void the_model_by_hand_of_the_format_page_is_a_model(void **state) {
   assert_int_equal(model->rank, 1);
   assert_null(model->vertices);
   assert_null(model->basis);
-  double work[512], q = 2;
-  assert_true(thrum_work_count(model) <= 512);
+  double work[2048], q = 2;
+  assert_true(thrum_work_count(model) <= 2048);
   // 1/2 * 4 * 2^2 + 1/4 * 2^4
   assert_true(thrum_energy(model, &q, work) == 12);
   thrum_model_free(model);

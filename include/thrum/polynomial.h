@@ -5,7 +5,7 @@
  *
  * All take `work`, scratch of thrum_work_count(model) doubles that no other argument overlaps; its
  * content is undefined before and after. Nothing is allocated; the model is only read. Any thread,
- * as long as each has its own work. Each coefficient is read once per call, by thrum_tangent twice.
+ * as long as each has its own work. Each coefficient is read once per call.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_POLYNOMIAL_H
