@@ -217,6 +217,24 @@ static thrum_status simulate(simulation *run, double began, thrum_error *error) 
   return status;
 }
 
+/* run->model from run->loaded, at the rank asked for. */
+static thrum_status lower_rank(simulation *run, thrum_error *error) {
+  const int64_t rank = run->request->rank;
+  run->model = run->loaded;
+  if (rank == 0 || rank == run->loaded->rank)
+    return THRUM_OK;
+  thrum_error detail = {0};
+  size_t size = 0;
+  thrum_status status = thrum_model_truncate_size(run->loaded, rank, &size, &detail);
+  if (status < 0)
+    return thrum_error_set(error, status, "--rank: %s", detail.message);
+  run->lower_memory = aligned_alloc(STATE_ALIGNMENT, size);
+  if (run->lower_memory == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the model at rank %lld",
+                           (long long)rank);
+  return thrum_model_truncate(run->lower_memory, size, run->loaded, rank, &run->model, error);
+}
+
 static int run_request(const simulate_request *request) {
   const double began = cli_seconds();
   thrum_error error = {0};
@@ -228,7 +246,9 @@ static int run_request(const simulate_request *request) {
   run->request = request;
   cli_model_file file;
   thrum_status status =
-      cli_model_load(request->model_path, request->quiet, &run->model, &file, &error);
+      cli_model_load(request->model_path, request->quiet, &run->loaded, &file, &error);
+  if (status >= 0)
+    status = lower_rank(run, &error);
   if (status >= 0)
     status = hash_file(file.path, &run->figures.model_hash, &error);
   run->figures.request = request;
@@ -242,7 +262,8 @@ static int run_request(const simulate_request *request) {
   free(run->memory);
   free(run->courses);
   free(run->state_memory);
-  thrum_model_free(run->model);
+  free(run->lower_memory);
+  thrum_model_free(run->loaded);
   free(run);
   return code;
 }

@@ -28,6 +28,7 @@ enum {
   START,
   FRAMES,
   RECORD_EVERY,
+  RANK,
   JSON
 };
 
@@ -50,6 +51,7 @@ static const struct option options[] = {
     {"start", required_argument, NULL, START},
     {"frames", required_argument, NULL, FRAMES},
     {"record-every", required_argument, NULL, RECORD_EVERY},
+    {"rank", required_argument, NULL, RANK},
     {"json", no_argument, NULL, JSON},
     {"quiet", no_argument, NULL, 'q'},
     {"help", no_argument, NULL, 'h'},
@@ -98,6 +100,7 @@ void simulate_help(void) {
       "                         as RUN/end.npy; repeatable, the starts add up (default: at rest)\n"
       "      --damping A[,B]    Rayleigh damping: A [1/s] of mass, B [s] of stiffness (default 0)\n"
       "      --damping-form F   rest (default): of the stiffness at rest; tangent: of the present\n"
+      "      --rank N           step the lowest N coordinates only (default: all of the model)\n"
       "      --record-every N   steps between rows of energy.csv and q.npy (default 1)\n"
       "      --frames FPS       write frames.pvd and .vtu files, FPS a second of simulated time;\n"
       "                         every-N: one each N steps\n"
@@ -333,6 +336,8 @@ static int apply_option(int option, simulate_request *request) {
     return frames_option(optarg, request);
   case RECORD_EVERY:
     return count_option("record-every", optarg, 1, INT64_C(1000000000000), &request->record_every);
+  case RANK:
+    return count_option("rank", optarg, 1, THRUM_RANK_MAX, &request->rank);
   case JSON:
     request->json = true;
     return CLI_DONE;

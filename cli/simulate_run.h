@@ -11,7 +11,9 @@
 /* One run in the making. All arrays lie in `memory`. */
 typedef struct simulation {
   const simulate_request *request;
-  const thrum_model *model;
+  const thrum_model *model; /* that is stepped: `loaded`, or its lowest coordinates */
+  const thrum_model *loaded;
+  void *lower_memory; /* of the latter */
   double *memory;
   double *q, *p, *force, *extents; /* rank each */
   double *directions;              /* load_count x rank */

@@ -176,6 +176,8 @@ static void what_the_model_or_the_files_lack_is_refused_in_one_line(void **state
       {{"particle.npz", "-o", "run", "--start", "text.npz"}, "text.npz"},
       {{"particle.npz", "-o", "run", "--start", "mode:1,1e308"}, "--start"},
       {{"particle.npz", "-o", "run", "--split", "3"}, "--split 3"},
+      {{"particle.npz", "-o", "run", "--rank", "3"},
+       "--rank: rank 3 is asked for; the model has 1 to 2"},
       {{"particle.npz", "-o", "run", "--dt", "1e308"}, "thrum: --dt: "},
       {{"bare.npz", "-o", "run", "--load", "constant:0,0,1@all"}, "no basis"},
       {{"bare.npz", "-o", "run", "--load", "gravity:0,0,1"}, "axis_mass"},

@@ -109,6 +109,18 @@ void thrum_model_free(const thrum_model *model); /* of thrum_model_load alone; N
 /* Checks a model made by hand: sizes agree, values finite, omega2 ascending, indices in range. */
 thrum_status thrum_model_check(const thrum_model *model, thrum_error *error);
 
+/* Bytes that thrum_model_truncate needs for this model at this lower rank. */
+thrum_status thrum_model_truncate_size(const thrum_model *model, int64_t rank, size_t *size,
+                                       thrum_error *error);
+
+/* The model of the lowest `rank` coordinates (1 to the model's rank), for a body that needs less:
+ * V(q_1..q_rank, 0..0), in `memory` (aligned to 64, thrum_model_truncate_size bytes). Mesh, groups
+ * and meta stay where `model` has them, so it must outlive *truncated. A state of the one takes and
+ * gives the first coordinates of a state of the other. Where the coordinates dropped are modal
+ * derivatives, the body becomes too stiff (docs/design.md). Allocates nothing. */
+thrum_status thrum_model_truncate(void *memory, size_t memory_size, const thrum_model *model,
+                                  int64_t rank, const thrum_model **truncated, thrum_error *error);
+
 /* Vertices of the group called `name`: *vertices points into the model, *count > 0.
  * THRUM_MISSING when there is no such group. */
 thrum_status thrum_model_group(const thrum_model *model, const char *name,
