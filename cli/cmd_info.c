@@ -10,10 +10,13 @@
 #include <sys/stat.h>
 
 #include "cli/cli.h"
+#include "cli/load_spec.h"
 #include "cli/model_name.h"
+#include "precompute/load_share.h"
 #include "precompute/quality.h"
 
 #define NAMES_SHOWN 8
+#define LOADS_MAX 16
 #define FREQUENCIES_A_LINE 6
 
 typedef struct info {
@@ -25,37 +28,48 @@ typedef struct info {
   double dt;
   cli_split split;
   double file_bytes;
-  double *hertz; /* rank */
-  double began;  /* cli_seconds() */
-  double read;   /* the same, once the model was loaded */
+  double *hertz;         /* rank */
+  const cli_load *loads; /* load_count */
+  thrum_load_share *shares;
+  int load_count;
+  double began; /* cli_seconds() */
+  double read;  /* the same, once the model was loaded */
 } info;
 
 typedef struct info_request {
   const char *path;
   double dt;
+  cli_load loads[LOADS_MAX];
+  int load_count;
   bool json;
   bool help;
 } info_request;
 
 static void print_help(void) {
-  fputs("usage: thrum info MODEL [OPTIONS]\n\n"
-        "MODEL is a model file, or a name (beam, basket, bridge, horse, tower, heart) of a model\n"
-        "that is precomputed once and cached.\n\n"
-        "Says what a model file holds: sizes, mass, volume, element quality, bounding box,\n"
-        "frequencies, the split into explicit and implicit modes, residuals, memory, groups.\n\n"
-        "      --dt S   time step of the split [s] (default 0.003)\n"
-        "      --json   print one JSON object instead of the table\n"
-        "  -h, --help   this text\n\n"
-        "examples:\n"
-        "  thrum info beam.npz\n"
-        "  thrum info horse\n"
-        "  thrum info beam.npz --dt 0.001 --json\n",
-        stdout);
+  fputs(
+      "usage: thrum info MODEL [OPTIONS]\n\n"
+      "MODEL is a model file, or a name (beam, basket, bridge, horse, tower, heart) of a model\n"
+      "that is precomputed once and cached.\n\n"
+      "Says what a model file holds: sizes, mass, volume, element quality, bounding box,\n"
+      "frequencies, the split into explicit and implicit modes, residuals, memory, groups.\n\n"
+      "      --dt S   time step of the split [s] (default 0.003)\n"
+      "      --load SPEC  what of a load, as `thrum simulate --load` takes it, the basis does not\n"
+      "               show: of the static answer (energy norm) and of the load itself (outside\n"
+      "               span(M U), mass norm); repeatable\n"
+      "      --json   print one JSON object instead of the table\n"
+      "  -h, --help   this text\n\n"
+      "examples:\n"
+      "  thrum info beam.npz\n"
+      "  thrum info horse\n"
+      "  thrum info beam.npz --load 'constant:0,0,-1@tip'\n"
+      "  thrum info beam.npz --dt 0.001 --json\n",
+      stdout);
 }
 
 static int read_options(int argc, char **argv, info_request *request) {
   static const struct option options[] = {
       {"dt", required_argument, NULL, 'd'},
+      {"load", required_argument, NULL, 'l'},
       {"json", no_argument, NULL, 'j'},
       {"help", no_argument, NULL, 'h'},
       {NULL, 0, NULL, 0},
@@ -68,6 +82,13 @@ static int read_options(int argc, char **argv, info_request *request) {
       return cli_usage_option("info", argv, options);
     if (option == 'd' && (!cli_parse_number(optarg, &request->dt) || !(request->dt > 0))) {
       return cli_usage("info", "--dt wants a number of seconds above 0, not '%s'", optarg);
+    }
+    if (option == 'l') {
+      thrum_error error = {0};
+      if (request->load_count == LOADS_MAX)
+        return cli_usage("info", "at most %d loads at a time", LOADS_MAX);
+      if (cli_load_parse(optarg, &request->loads[request->load_count++], &error) < 0)
+        return cli_usage("info", "%s", error.message);
     }
     request->json = request->json || option == 'j';
     if (option == 'h') {
@@ -182,6 +203,14 @@ static void print_json(const info *about) {
   const cJSON *check = find_meta(about, NULL, "mode_check");
   if (check != NULL)
     cJSON_AddItemToObject(object, "mode_check", cJSON_Duplicate(check, true));
+  cJSON *loads = about->load_count > 0 ? cJSON_AddArrayToObject(object, "loads") : NULL;
+  for (int n = 0; n < about->load_count; n++) {
+    cJSON *load = cJSON_CreateObject();
+    cli_json_string(load, "load", about->loads[n].text);
+    cli_json_number(load, "static_share_outside", about->shares[n].statics);
+    cli_json_number(load, "load_share_outside", about->shares[n].load);
+    cJSON_AddItemToArray(loads, load);
+  }
   cli_json_number(object, "model_bytes", about->file_bytes);
   cli_json_number(object, "state_bytes", (double)about->split.state_bytes);
   add_groups(object, about->model);
@@ -309,8 +338,47 @@ static void print_table(const info *about) {
            meta_number(about, "residuals", "orthonormality"),
            meta_number(about, "residuals", "diagonality"));
   }
+  for (int n = 0; n < about->load_count; n++) {
+    print_label("load");
+    if (isnan(about->shares[n].statics))
+      printf("%s: acts on nothing that can deform\n", about->loads[n].text);
+    else
+      printf("%s: the basis lacks %.3g %% of its static answer, %.3g %% of itself\n",
+             about->loads[n].text, 100 * about->shares[n].statics, 100 * about->shares[n].load);
+  }
   print_label("memory");
   printf("model %.0f bytes, state %zu bytes\n", about->file_bytes, about->split.state_bytes);
+}
+
+/* What the basis lacks of each load. */
+static thrum_status measure_loads(info *about, thrum_error *error) {
+  const thrum_model *model = about->model;
+  const size_t size = 3 * (size_t)model->vertex_count;
+  double *forces = calloc(size * (size_t)about->load_count + 1, sizeof *forces);
+  thrum_status status = forces == NULL ? THRUM_OUT_OF_MEMORY : THRUM_OK;
+  if (status < 0)
+    thrum_error_set(error, status, "no memory for the loads");
+  for (int n = 0; n < about->load_count && status >= 0; n++) {
+    const cli_load *load = &about->loads[n];
+    const int32_t *vertices = NULL;
+    const int32_t vertex = (int32_t)load->vertex - 1;
+    int64_t count = 1;
+    if (load->gravity) {
+      status = thrum_load_fill_gravity(model, load->vector, forces + (size_t)n * size, error);
+      continue;
+    }
+    if (load->vertex > 0)
+      vertices = &vertex;
+    else if (!load->all)
+      status = thrum_model_group(model, load->group, &vertices, &count, error);
+    if (status >= 0)
+      status =
+          thrum_load_fill(model, vertices, count, load->vector, forces + (size_t)n * size, error);
+  }
+  if (status >= 0)
+    status = thrum_load_share_measure(model, about->load_count, forces, about->shares, error);
+  free(forces);
+  return status;
 }
 
 /* Everything that is printed, or the reason why not. */
@@ -329,7 +397,8 @@ static thrum_status gather(info *about, thrum_error *error) {
     if (measured < 0)
       return measured;
   }
-  return cli_split_at(model, about->dt, &about->split, error);
+  const thrum_status split = cli_split_at(model, about->dt, &about->split, error);
+  return split < 0 || about->load_count == 0 ? split : measure_loads(about, error);
 }
 
 int cmd_info(int argc, char **argv) {
@@ -342,7 +411,13 @@ int cmd_info(int argc, char **argv) {
     return CLI_DONE;
   }
   thrum_error error = {0};
-  info about = {.path = request.path, .dt = request.dt, .began = cli_seconds()};
+  thrum_load_share shares[LOADS_MAX];
+  info about = {.path = request.path,
+                .dt = request.dt,
+                .loads = request.loads,
+                .shares = shares,
+                .load_count = request.load_count,
+                .began = cli_seconds()};
   cli_model_file file;
   thrum_status status = cli_model_load(request.path, false, &about.model, &file, &error);
   if (status < 0)

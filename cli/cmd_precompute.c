@@ -28,7 +28,10 @@ int cmd_precompute(int argc, char **argv) {
   precompute_request request = {0};
   // no more --fix than arguments, or than a recipe holds
   request.fixes = calloc((size_t)argc + CLI_RECIPE_FIXES_MAX, sizeof *request.fixes);
-  if (request.fixes == NULL) {
+  request.handles = calloc((size_t)argc, sizeof *request.handles);
+  if (request.fixes == NULL || request.handles == NULL) {
+    free(request.fixes);
+    free(request.handles);
     const thrum_error error = {THRUM_OUT_OF_MEMORY, ""};
     return cli_refuse(&error);
   }
@@ -39,5 +42,6 @@ int cmd_precompute(int argc, char **argv) {
     code = run_request(&request);
   }
   free(request.fixes);
+  free(request.handles);
   return code;
 }

@@ -10,6 +10,7 @@
 #include "cli/mesh_warnings.h"
 #include "cli/precompute_request.h"
 #include "cli/vtu.h"
+#include "precompute/handles.h"
 #include "precompute/npz.h"
 #include "precompute/quality.h"
 #include "precompute/vega.h"
@@ -191,6 +192,15 @@ static thrum_status make_model(const precompute_request *request, const thrum_me
   return status;
 }
 
+/* Looks the --handles up in the mesh. */
+static thrum_status find_handles(const precompute_request *request, const thrum_mesh *mesh,
+                                 thrum_handle *handles, thrum_error *error) {
+  thrum_status status = THRUM_OK;
+  for (int64_t n = 0; n < request->handle_count && status >= 0; n++)
+    status = thrum_handle_find(mesh, request->handles[n], &handles[n], error);
+  return status;
+}
+
 thrum_status precompute_make(const precompute_request *request, precompute_show *show,
                              bool *flagged, thrum_error *error) {
   const double began = cli_seconds();
@@ -202,9 +212,13 @@ thrum_status precompute_make(const precompute_request *request, precompute_show 
   if (status < 0)
     return status;
   cli_warn_mesh(&mesh, cli_basename(request->mesh_name));
-  precompute_outcome outcome = {.request = request, .mesh = &mesh, .began = began};
+  thrum_handle *handles = calloc((size_t)request->handle_count + 1, sizeof *handles);
+  precompute_request found = *request;
+  found.options.handles = handles;
+  found.options.handle_count = request->handle_count;
+  precompute_outcome outcome = {.request = &found, .mesh = &mesh, .began = began};
   uint8_t *fixed = calloc((size_t)mesh.vertex_count, 1);
-  if (fixed == NULL) {
+  if (fixed == NULL || handles == NULL) {
     status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %lld vertices",
                              (long long)mesh.vertex_count);
   }
@@ -212,12 +226,15 @@ thrum_status precompute_make(const precompute_request *request, precompute_show 
     status = apply_material(request, &mesh, error);
   if (status >= 0)
     status = fix_vertices(request, &mesh, fixed, &outcome.fixed_count, error);
+  if (status >= 0)
+    status = find_handles(request, &mesh, handles, error);
   outcome.seconds_mesh = cli_seconds() - began;
   if (status >= 0 && request->dry_run)
     status = precompute_dry_run(&outcome, fixed, &outcome.flagged, error);
   else if (status >= 0)
-    status = make_model(request, &mesh, fixed, show, &outcome, error);
+    status = make_model(&found, &mesh, fixed, show, &outcome, error);
   free(fixed);
+  free(handles);
   thrum_mesh_free(&mesh);
   *flagged = outcome.flagged;
   return status;

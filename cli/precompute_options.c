@@ -26,7 +26,8 @@ enum {
   MEMORY,
   IMPORT_BASIS,
   IMPORT_CUBIC,
-  EXPORT_MODES
+  EXPORT_MODES,
+  HANDLES
 };
 
 static const struct option options[] = {
@@ -43,6 +44,7 @@ static const struct option options[] = {
     {"dry-run", no_argument, NULL, DRY_RUN},
     {"memory", required_argument, NULL, MEMORY},
     {"check", required_argument, NULL, CHECK},
+    {"handles", required_argument, NULL, HANDLES},
     {"import-basis", required_argument, NULL, IMPORT_BASIS},
     {"import-cubic", required_argument, NULL, IMPORT_CUBIC},
     {"export-modes", required_argument, NULL, EXPORT_MODES},
@@ -77,6 +79,8 @@ void precompute_help(void) {
       "      --check HOW       that no mode was missed: search, or inertia (an exact count by "
       "MUMPS,\n"
       "                        where it is built in); default auto, inertia for small meshes\n"
+      "      --handles SPEC    a group or vertex=N that will be pulled; repeatable. Its static\n"
+      "                        responses to forces along x, y, z are represented exactly\n"
       "      --import-basis FILE.U    take VegaFEM's basis in place of modes and derivatives; it "
       "is\n"
       "                        turned until it is mass-orthonormal and diagonalises the stiffness\n"
@@ -96,6 +100,7 @@ void precompute_help(void) {
       "  thrum precompute part.msh --scale 1e-3 --young 2e6 --poisson 0.45 --density 1100 \\\n"
       "      --fix clamp --fix 'z<0.002:z' --modes 12 --rank 30 -o part.npz\n"
       "  thrum precompute part.msh --fix clamp --modes 20 --rank 30 --dry-run\n"
+      "  thrum precompute beam:20x3x3@1x0.15x0.15 --fix 'x<0.001' --handles tip -o pull.npz\n"
       "  thrum precompute horse --young 1e6 -o soft-horse.npz\n"
       "  thrum precompute beam.veg --fix beam.bou --import-basis beam.U --import-cubic beam.cub "
       "\\\n"
@@ -191,6 +196,9 @@ static int apply_option(int option, precompute_request *request) {
     return memory_option(optarg, &request->options.memory_limit);
   case CHECK:
     return check_option(optarg, &request->options.check);
+  case HANDLES:
+    request->handles[request->handle_count++] = optarg;
+    return CLI_DONE;
   case IMPORT_BASIS:
     request->import_basis = optarg;
     return CLI_DONE;
@@ -241,8 +249,9 @@ int precompute_options_read(int argc, char **argv, precompute_request *request) 
   if (request->import_cubic && !request->import_basis)
     return cli_usage("precompute", "--import-cubic goes with --import-basis");
   if (request->import_basis &&
-      (request->modes_given || request->rank_given || request->export_modes || request->dry_run))
-    return cli_usage("precompute", "--import-basis goes without --modes, --rank, --export-modes "
-                                   "and --dry-run");
+      (request->modes_given || request->rank_given || request->export_modes || request->dry_run ||
+       request->handle_count > 0))
+    return cli_usage("precompute", "--import-basis goes without --modes, --rank, --handles, "
+                                   "--export-modes and --dry-run");
   return CLI_DONE;
 }

@@ -68,6 +68,7 @@ static void add_options(cJSON *meta, const precompute_request *request,
     fixes[n] = strpbrk(spec, "<>") != NULL ? spec : cli_basename(spec);
   }
   cli_json_strings(options, "fix", fixes, request->fix_count);
+  cli_json_strings(options, "handles", request->handles, request->handle_count);
   free(fixes);
 }
 
@@ -251,6 +252,8 @@ void precompute_print_table(const precompute_outcome *outcome) {
   printf("%-18srank %" PRId64, "basis", result->model.rank);
   if (result->mode_count > 0)
     printf(" from %" PRId64 " linear modes", result->mode_count);
+  if (outcome->request->handle_count > 0)
+    printf(" and %" PRId64 " handles", outcome->request->handle_count);
   puts("");
   if (result->rigid_count > 0)
     printf("%-18s%" PRId64 " kept apart, |K z| / (|K| |z|) at most %.1e\n", "rigid modes",

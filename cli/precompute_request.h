@@ -17,6 +17,8 @@ typedef struct precompute_request {
   thrum_precompute_options options;
   const char **fixes; /* fix_count specs, pointing into argv */
   int64_t fix_count;
+  const char **handles; /* handle_count specs, pointing into argv */
+  int64_t handle_count;
   const char *import_basis; /* a .U file in place of modes and derivatives; NULL: none */
   const char *import_cubic; /* its .cub file; NULL: the polynomial is made */
   const char *export_modes; /* a .vtu file for the linear modes; NULL: none */

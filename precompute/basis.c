@@ -18,14 +18,16 @@
 #include "precompute/orthonormal.h"
 #include "precompute/polynomial_reduce.h"
 
-#define TOLERANCE 1e-8 /* what is left of a candidate below this of itself is noise of the solves  \
-                        */
+#define TOLERANCE                                                                                  \
+  1e-8 /* what is left of a candidate below this of itself is noise of the solves                  \
+        */
 #define ROW_BLOCK 256
 
 typedef struct pca {
   const thrum_fem *fem;
   const thrum_sparse *mass;
   int64_t n, modes, count, rank; /* count: candidates */
+  int64_t kept;                  /* of the modes, the last ones */
   double *weight;                /* count */
   double *q;                     /* n x count */
   double *work;                  /* n x THRUM_SOLVE_BLOCK */
@@ -93,24 +95,69 @@ static void normalise(pca *p, const double *candidates) {
       largest = fmax(largest, p->values[c]);
   }
   for (int64_t c = 0; c < p->count; c++) {
-    const bool vanishes = c >= p->modes && !(p->values[c] > 1e-12 * largest);
+    const bool vanishes =
+        !(p->values[c] > 0) || (c >= p->modes && !(p->values[c] > 1e-12 * largest));
     const double factor = vanishes ? 0 : 1 / p->values[c];
     for (int64_t i = 0; i < n; i++)
       p->q[c * n + i] = factor * candidates[c * n + i];
   }
 }
 
-// left singular vectors of the weighted candidates, in the coordinates of q
-static thrum_status decompose(pca *p, const double *candidates, int64_t span, thrum_error *error) {
-  thrum_mass_gram(p->mass, p->q, span, candidates, p->count, p->small, p->work);
-  for (int64_t c = 0; c < p->count; c++)
-    cblas_dscal((int)span, p->weight[c], p->small + c * span, 1);
+// the first left singular vectors of a matrix (rows x count, destroyed): rows x min, or all
+static thrum_status left_vectors(pca *p, char how, int64_t rows, int64_t count, double *matrix,
+                                 double *left, thrum_error *error) {
   double unused;
-  if (LAPACKE_dgesvd(LAPACK_COL_MAJOR, 'S', 'N', (int)span, (int)p->count, p->small, (int)span,
-                     p->values, p->left, (int)span, &unused, 1, p->values + p->count) != 0)
+  if (LAPACKE_dgesvd(LAPACK_COL_MAJOR, how, 'N', (int)rows, (int)count, matrix, (int)rows,
+                     p->values, left, (int)rows, &unused, 1, p->values + p->count) != 0)
     return thrum_error_set(error, THRUM_NOT_CONVERGED,
                            "the singular values of the basis did not converge");
   return THRUM_OK;
+}
+
+// as decompose, but what must be kept comes first, and the rest from its complement
+static thrum_status decompose_around(pca *p, int64_t span, double *frame, double *rest,
+                                     thrum_error *error) {
+  const int m = (int)span, count = (int)p->count;
+  // frame: what is kept, then its complement
+  memcpy(rest, p->small + (p->modes - p->kept) * span, sizeof *rest * (size_t)(p->kept * span));
+  thrum_status status = left_vectors(p, 'A', span, p->kept, rest, frame, error);
+  int held = 0;
+  while (held < p->kept && held < m && p->values[held] > TOLERANCE)
+    held++;
+  if (status == THRUM_OK && p->rank < held)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "rank %lld is less than the %d responses of the handles; raise --rank",
+                           (long long)p->rank, held);
+  for (int64_t c = 0; c < p->count; c++)
+    cblas_dscal(m, p->weight[c], p->small + c * span, 1);
+  const int left = m - held, more = (int)p->rank - held;
+  memcpy(p->left, frame, sizeof *frame * (size_t)(held * span));
+  if (status != THRUM_OK || more == 0)
+    return status;
+  cblas_dgemm(CblasColMajor, CblasTrans, CblasNoTrans, left, count, m, 1, frame + held * span, m,
+              p->small, m, 0, rest, left);
+  status = left_vectors(p, 'S', left, count, rest, p->small, error);
+  if (status == THRUM_OK)
+    cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, m, more, left, 1, frame + held * span, m,
+                p->small, left, 0, p->left + held * span, m);
+  return status;
+}
+
+// left singular vectors of the weighted candidates, in the coordinates of q
+static thrum_status decompose(pca *p, const double *candidates, int64_t span, thrum_error *error) {
+  thrum_mass_gram(p->mass, p->q, span, candidates, p->count, p->small, p->work);
+  if (p->kept > 0) {
+    double *frame = thrum_allocate(span * span, sizeof *frame, "the basis", error);
+    double *rest = frame ? thrum_allocate(span * p->count, sizeof *rest, "the basis", error) : NULL;
+    const thrum_status status =
+        rest ? decompose_around(p, span, frame, rest, error) : THRUM_OUT_OF_MEMORY;
+    free(frame);
+    free(rest);
+    return status;
+  }
+  for (int64_t c = 0; c < p->count; c++)
+    cblas_dscal((int)span, p->weight[c], p->small + c * span, 1);
+  return left_vectors(p, 'S', span, p->count, p->small, p->left, error);
 }
 
 // rows of all components from columns over the free ones
@@ -189,7 +236,7 @@ static thrum_status build(pca *p, const double *omega2, const double *candidates
   return status == THRUM_OK ? diagonalise(p, basis, error) : status;
 }
 
-thrum_status thrum_basis(const thrum_fem *fem, const thrum_sparse *mass, int64_t k,
+thrum_status thrum_basis(const thrum_fem *fem, const thrum_sparse *mass, int64_t k, int64_t kept,
                          const double *omega2, const double *candidates, int64_t rank,
                          double *basis, double *orthonormality, const thrum_reporter *reporter,
                          thrum_error *error) {
@@ -197,6 +244,7 @@ thrum_status thrum_basis(const thrum_fem *fem, const thrum_sparse *mass, int64_t
            .mass = mass,
            .n = fem->free_count,
            .modes = k,
+           .kept = kept,
            .count = k + k * (k + 1) / 2,
            .rank = rank};
   thrum_status status = pca_allocate(&p, error);

@@ -24,7 +24,8 @@
 static double most_bytes(const thrum_fem *fem, double entries, const thrum_factor *factor,
                          const thrum_precompute_options *options) {
   const double n = (double)fem->free_count, vertices = (double)fem->vertex_count;
-  const double k = (double)options->modes, r = (double)options->rank;
+  const double r = (double)options->rank;
+  const double k = (double)(options->modes + 3 * options->handle_count);
   const double candidates = k + k * (k + 1) / 2, columns = r + r * (r + 1) / 2;
   const double block = THRUM_SOLVE_BLOCK;
   const double factored = thrum_factor_bytes(factor);
@@ -104,7 +105,8 @@ static void estimate_times(const thrum_fem *fem, const thrum_precompute_options 
   if (!(gemm > 0 && read > 0))
     return;
   const double n = (double)fem->free_count, tets = (double)fem->tet_count;
-  const double k = (double)options->modes, r = (double)options->rank;
+  const double r = (double)options->rank;
+  const double k = (double)(options->modes + 3 * options->handle_count);
   const double pairs = k * (k + 1) / 2, columns = r + r * (r + 1) / 2;
   const double nonzeros = (double)estimate->factor_nonzeros;
   // a column alone reads the factor twice; in blocks it is arithmetic
@@ -123,7 +125,7 @@ thrum_status thrum_precompute_estimate(const thrum_mesh *mesh, const uint8_t *fi
                                        const thrum_precompute_options *options,
                                        thrum_estimate *estimate, thrum_error *error) {
   thrum_precompute_options asked = *options;
-  asked.rank = asked.rank == 0 ? 2 * asked.modes : asked.rank;
+  asked.rank = asked.rank == 0 ? 2 * (asked.modes + 3 * asked.handle_count) : asked.rank;
   thrum_fem fem = {0};
   thrum_sparse stiffness = {0}, mass = {0};
   thrum_factor *factor = NULL;

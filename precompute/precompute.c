@@ -15,6 +15,7 @@
 #include "precompute/eigen.h"
 #include "precompute/estimate.h"
 #include "precompute/given.h"
+#include "precompute/handles.h"
 #include "precompute/mode_check.h"
 #include "precompute/model_fill.h"
 #include "precompute/polynomial_reduce.h"
@@ -38,6 +39,11 @@ typedef struct pipeline {
 
 thrum_precompute_options thrum_default_precompute_options(void) {
   return (thrum_precompute_options){.modes = 10, .threads = 1};
+}
+
+// k modes and the responses of the handles: what derivatives are taken of
+static int64_t shape_count(const thrum_precompute_options *options) {
+  return options->modes + 3 * options->handle_count;
 }
 
 static double seconds_of(clockid_t clock) {
@@ -76,11 +82,12 @@ static thrum_status check_counts(const thrum_precompute_options *options, thrum_
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "rank is %lld; it must lie between 1 and %d", (long long)r,
                            THRUM_RANK_MAX);
-  if (r > k * (k + 3) / 2)
+  const int64_t shapes = shape_count(options);
+  if (r > shapes * (shapes + 3) / 2)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "rank %lld is more than %lld modes and their derivatives give (%lld); "
                            "lower --rank or raise --modes",
-                           (long long)r, (long long)k, (long long)(k * (k + 3) / 2));
+                           (long long)r, (long long)shapes, (long long)(shapes * (shapes + 3) / 2));
   return THRUM_OK;
 }
 
@@ -238,9 +245,10 @@ static thrum_status run_modes(pipeline *p, const thrum_reporter *reporter, thrum
   const int64_t k = p->options.modes, n = p->fem.free_count;
   thrum_precomputed *result = &p->result;
   result->mode_count = k;
-  if (!(p->candidates = thrum_allocate((k + k * (k + 1) / 2) * n, sizeof(double),
+  const int64_t shapes = shape_count(&p->options);
+  if (!(p->candidates = thrum_allocate((shapes + shapes * (shapes + 1) / 2) * n, sizeof(double),
                                        "the modes and derivatives", error)) ||
-      !(result->mode_omega2 = thrum_allocate(k, sizeof(double), "the modes", error)) ||
+      !(result->mode_omega2 = thrum_allocate(shapes, sizeof(double), "the modes", error)) ||
       !(result->mode_residual = thrum_allocate(k, sizeof(double), "the modes", error)))
     return THRUM_OUT_OF_MEMORY;
   thrum_status status = thrum_eigen_lowest(&p->stiffness, &p->mass, p->factor, k,
@@ -261,9 +269,13 @@ static thrum_status run_modes(pipeline *p, const thrum_reporter *reporter, thrum
 
 static thrum_status run_derivatives(pipeline *p, const thrum_reporter *reporter,
                                     thrum_error *error) {
-  const int64_t k = p->options.modes;
-  const thrum_status status = thrum_derivatives(
-      &p->fem, p->factor, k, p->candidates, p->candidates + k * p->fem.free_count, reporter, error);
+  const int64_t k = p->options.modes, n = p->fem.free_count, shapes = shape_count(&p->options);
+  thrum_status status = thrum_handle_responses(
+      &p->fem, &p->mass, p->factor, p->options.handle_count, p->options.handles,
+      p->candidates + k * n, p->result.mode_omega2 + k, error);
+  if (status == THRUM_OK)
+    status = thrum_derivatives(&p->fem, p->factor, shapes, p->candidates,
+                               p->candidates + shapes * n, reporter, error);
   p->result.flops[THRUM_STAGE_derivatives] =
       thrum_factor_solve_flops(p->factor) - p->result.flops[THRUM_STAGE_modes];
   thrum_factor_free(p->factor);
@@ -275,8 +287,9 @@ static thrum_status make_basis(pipeline *p, const thrum_reporter *reporter, thru
   const int64_t r = p->options.rank;
   double *basis = thrum_model_writable(p->result.model.basis);
   if (!p->options.given)
-    return thrum_basis(&p->fem, &p->mass, p->options.modes, p->result.mode_omega2, p->candidates, r,
-                       basis, &p->result.basis_orthonormality, reporter, error);
+    return thrum_basis(&p->fem, &p->mass, shape_count(&p->options), 3 * p->options.handle_count,
+                       p->result.mode_omega2, p->candidates, r, basis,
+                       &p->result.basis_orthonormality, reporter, error);
   p->result.modes_complete = true;
   if (!(p->turn = thrum_allocate(r * r, sizeof(double), "the given basis", error)))
     return THRUM_OUT_OF_MEMORY;
@@ -367,12 +380,12 @@ thrum_status thrum_precompute(const thrum_mesh *mesh, const uint8_t *fixed,
                               thrum_error *error) {
   pipeline p = {.mesh = mesh, .fixed = fixed, .options = *options};
   if (options->given) {
-    p.options.modes = 0;
+    p.options.modes = p.options.handle_count = 0;
     p.options.rank = options->given->rank;
   }
   // no rank given: two coordinates a mode, which k (k + 3) / 2 never falls short of
   if (p.options.rank == 0)
-    p.options.rank = 2 * p.options.modes;
+    p.options.rank = 2 * shape_count(&p.options);
   thrum_status status = check_options(&p.options, error);
   if (status != THRUM_OK)
     return status;

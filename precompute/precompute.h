@@ -29,6 +29,14 @@ typedef enum thrum_stage {
       THRUM_STAGE_COUNT
 } thrum_stage;
 
+/* A place where a user will pull: a group of vertices that share a force evenly, or one vertex. */
+typedef struct thrum_handle {
+  const char *name;
+  int64_t count;
+  const int32_t *vertices; /* count, 0-based; NULL: the one `vertex` */
+  int32_t vertex;
+} thrum_handle;
+
 /* A basis made elsewhere, of any independent columns, and its polynomial where that is known. */
 typedef struct thrum_given {
   int64_t rows, rank; /* rows: 3 per vertex of the mesh's file */
@@ -54,6 +62,10 @@ typedef struct thrum_precompute_options {
   thrum_check check;   /* that no mode was missed; default THRUM_CHECK_AUTO */
   int threads;         /* BLAS threads; default 1 */
   double memory_limit; /* bytes the process may hold; default 0: what is available */
+  /* Their static responses are in the span of U, whatever the rank, which must be three a handle at
+   * least; default none. `rank` 0 then stands for 2 (k + 3 handle_count). */
+  const thrum_handle *handles;
+  int64_t handle_count;
   /* Takes the place of modes, rank, derivatives and mass-PCA; NULL: none. */
   const thrum_given *given;
   bool keep_modes; /* hand out mode_vectors; default false */
@@ -69,7 +81,8 @@ thrum_precompute_options thrum_default_precompute_options(void);
 typedef struct thrum_precomputed {
   thrum_model model;
   int64_t mode_count;
-  double *mode_omega2;         /* mode_count, of the linear modes [1/s^2] */
+  double *mode_omega2;         /* mode_count, of the linear modes [1/s^2]; behind them three a
+                                  handle, Rayleigh quotients of the static responses */
   double *mode_vectors;        /* mode_count x 3 vertex_count where asked for, else NULL */
   thrum_given_figures given;   /* zero without a given basis; then there are no modes */
   double *mode_residual;       /* mode_count, |K psi - w^2 M psi| / (|K| |psi|) */

@@ -88,6 +88,29 @@ static void modes_are_named_by_their_frequencies(void **state) {
   free(text);
 }
 
+static void a_handle_takes_the_pull_into_the_basis(void **state) {
+  (void)state;
+  cli_result out = thrum_run(folder, "precompute", BEAM, "--fix", "x<0.001", "--modes", "4",
+                             "--handles", "tip", "-o", "pull.npz", "-q", NULL);
+  assert_int_equal(out.exit_code, 0);
+  cli_result_free(&out);
+  const char *const models[] = {"beam.npz", "pull.npz"};
+  double share[2];
+  for (int n = 0; n < 2; n++) {
+    out = thrum_run(folder, "info", models[n], "--load", "constant:0,0,-1@tip", "--json", NULL);
+    assert_int_equal(out.exit_code, 0);
+    cJSON *line = cli_json_line(out.out);
+    const cJSON *load = cJSON_GetArrayItem(cJSON_GetObjectItemCaseSensitive(line, "loads"), 0);
+    share[n] = cli_json_get(load, "static_share_outside");
+    cJSON_Delete(line);
+    cli_result_free(&out);
+  }
+  assert_true(share[0] > 0.01 && share[1] < 1e-8);
+  expect_refusal(thrum_run(folder, "info", "beam.npz", "--load", "constant:0,0,-1@nix", NULL), 1,
+                 "nix");
+  expect_refusal(thrum_run(folder, "info", "beam.npz", "--load", "pull:1", NULL), 2, "pull:1");
+}
+
 static void mistakes_are_named(void **state) {
   (void)state;
   expect_refusal(thrum_run(folder, "export", "beam.npz", NULL), 2, "--vega-basis");
@@ -108,6 +131,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(what_is_exported_can_be_imported),
       cmocka_unit_test(modes_are_named_by_their_frequencies),
+      cmocka_unit_test(a_handle_takes_the_pull_into_the_basis),
       cmocka_unit_test(mistakes_are_named),
   };
   return cmocka_run_group_tests(tests, make_folder, remove_folder);
