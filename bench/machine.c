@@ -152,7 +152,7 @@ void bench_machine_measure(bench_machine *machine) {
 
 double bench_machine_bandwidth(const bench_machine *machine, double bytes, const char **level) {
   // what a level is sure to hold beside other data
-  const bool second = bytes <= 1.5 * (1 << 20), third = bytes <= 24.0 * (1 << 20);
+  const bool second = bytes <= 2.0 * (1 << 20), third = bytes <= 64.0 * (1 << 20);
   *level = second ? "L2" : third ? "L3" : "DRAM";
   return second ? machine->l2_gbs : third ? machine->l3_gbs : machine->dram_gbs;
 }

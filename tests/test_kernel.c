@@ -12,7 +12,10 @@
 #include "runtime/polynomial.h"
 #include "tests/random_model.h"
 
-enum { RANK_MAX = 100 };
+#ifndef RANK_LIMIT
+#define RANK_LIMIT 100
+#endif
+enum { RANK_MAX = RANK_LIMIT };
 
 /* One set of coefficients serves every rank: blocks have any meaning here. */
 typedef struct setup {
