@@ -12,7 +12,7 @@ if [ "$target" = neon ]; then
   exec qemu-aarch64 "$out/test_kernel"
 fi
 clang --target=wasm32-wasi -msimd128 "$@" -o "$out/test_kernel.wasm"
-exec node --no-warnings -e '
+exec node --no-warnings --experimental-wasi-unstable-preview1 -e '
   const { WASI } = require("wasi");
   const wasi = new WASI({ version: "preview1", args: ["test_kernel"] });
   WebAssembly.instantiate(require("fs").readFileSync(process.argv[1]),
