@@ -18,6 +18,9 @@ typedef struct bench_time {
 /* Now [us]. */
 double bench_now(void);
 
+/* The time that the processor has given this thread [us]: what others run does not count. */
+double bench_processor_now(void);
+
 /* Minimum and median of `count` >= 1 samples, which are sorted. */
 bench_time bench_summary(double *samples, int64_t count);
 

@@ -41,12 +41,14 @@ static void help(const char *command) {
   const bool batch = strcmp(command, "bench batch") == 0;
   const bool step = batch || strcmp(command, "bench step") == 0;
   printf("usage: thrum %s [MODEL] [OPTIONS]\n\n", command);
-  fputs(batch  ? "Microseconds of a step of one of many bodies that swing, stepped one by one and "
-                 "together, on\none core, both ways in turns.\n\n"
-        : step ? "Microseconds of a step of a body that swings, on one core. Every batch of steps "
-                 "begins at\nthe same snapshot.\n\n"
-               : "Microseconds of each pass over the coefficients, on one core.\n\n",
-        stdout);
+  fputs(
+      batch
+          ? "Microseconds of the processor for a step of one of many bodies that swing, one by one "
+            "and\ntogether, on one core, both ways in turns.\n\n"
+      : step ? "Microseconds of a step of a body that swings, on one core. Every batch of steps "
+               "begins at\nthe same snapshot.\n\n"
+             : "Microseconds of each pass over the coefficients, on one core.\n\n",
+      stdout);
   fputs("MODEL is a model file; without one the body is beam:20x3x3@1x0.15x0.15, held at one end, "
         "at\neach rank.\n\n"
         "      --rank R,R,...     ranks of the beam (default 5,10,15,20,30,45,60)\n"
