@@ -1,0 +1,42 @@
+/* What every fuzz target of a mesh reader does with what it read: clean it, examine it, free it.
+ * A target is built with clang -fsanitize=fuzzer; tests/fuzz/test_fuzz_meshes.sh builds and runs them all.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_TESTS_FUZZ_MESH_H
+#define THRUM_TESTS_FUZZ_MESH_H
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "precompute/mesh_examine.h"
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
+
+/* `mesh` as a reader left it; on failure it must be empty still, and the message one line. */
+static inline void fuzz_mesh_use(thrum_status status, thrum_mesh *mesh, const thrum_error *error) {
+  if (status < 0) {
+    if (mesh->vertices || mesh->tets || error->status != status || !error->message[0] ||
+        strchr(error->message, '\n'))
+      abort();
+    return;
+  }
+  thrum_error later = {0};
+  thrum_mesh_examined examined;
+  status = thrum_mesh_clean(mesh, "input", 1, &later);
+  if (status >= 0)
+    status = thrum_mesh_examine(mesh, &examined, &later);
+  if (status >= 0)
+    thrum_mesh_flags(mesh, &examined);
+  else if (!later.message[0])
+    abort();
+  thrum_mesh_free(mesh);
+}
+
+static inline int fuzz_mesh_parse(thrum_mesh_parser *parse, const uint8_t *data, size_t size) {
+  thrum_mesh mesh = {0};
+  thrum_error error = {0};
+  const thrum_status status = parse("input", data, size, &mesh, &error);
+  fuzz_mesh_use(status, &mesh, &error);
+  return 0;
+}
+
+#endif

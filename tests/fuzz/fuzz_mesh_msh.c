@@ -1,0 +1,6 @@
+/* Fuzz target of the reader precompute/mesh_msh.c. SPDX-License-Identifier: Apache-2.0 */
+#include "tests/fuzz/fuzz_mesh.h"
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
+  return fuzz_mesh_parse(thrum_mesh_parse_msh, data, size);
+}
