@@ -170,7 +170,7 @@ static void bad_includes_are_refused(void **state) {
   mesh_bad("d.veg", "*VERTICES\n*INCLUDE f.node\n", "f.node:3: the line ends before the z");
   // a chain that is too deep, and a file included too often
   for (int i = 0; i < 12; i++) {
-    char name[16], text[32];
+    char name[32], text[32];
     snprintf(name, sizeof name, "g%d.veg", i);
     snprintf(text, sizeof text, "*INCLUDE g%d.veg\n", i + 1);
     mesh_write_text(name, text);
