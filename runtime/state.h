@@ -166,10 +166,14 @@ typedef struct thrum_solve_report {
   bool refreshed; /* jacobian_next replaces jacobian */
   bool saw_nonfinite;
   bool energy_known;
+  bool energy_ahead; /* it is that of the end of the step, less what the step's work added */
+  bool jolted;       /* a sudden load has spoilt the step */
   thrum_rung rung;
-  double residual; /* scaled, relative to the scaled step */
-  double energy;   /* at the start of the step, for the watch [J] */
-  double shadow;   /* what Stoermer-Verlet's own energy is below it [J] */
+  double residual;      /* scaled, relative to the scaled step */
+  double energy;        /* at the start of the step, for the watch [J] */
+  double energy_scale;  /* what a hand-over of one of these two compares with later [J] */
+  double shadow;        /* what Stoermer-Verlet's own energy is below it [J] */
+  double shadow_change; /* what the load of the step to come adds to that [J] */
 } thrum_solve_report;
 
 /* How many modes have their momentum half a step late: the first so many. */
@@ -274,13 +278,19 @@ void thrum_watch_reset(thrum_state *state);
 /* watch.c: before a step; `state` is the header to be. May change its scheme and split, and then
  * points view->p at the momentum that goes with them. Not THRUM_OK: that could not be done. */
 thrum_status thrum_watch_before(const thrum_model *model, thrum_state *state,
-                                thrum_state_view *view, thrum_solve_report *report);
+                                thrum_state_view *view);
 
 /* watch.c: the energy at q_k for the report, with V(q_k) and the explicit force in view->force. */
 void thrum_watch_energy(const thrum_model *model, const thrum_state *state, thrum_state_view *view,
                         double potential, thrum_solve_report *report);
 
-/* watch.c: takes the energy in. */
+/* watch.c: after a solved step, whose candidates are in the view. Without explicit modes no stage 1
+ * has the energy; then that at the end, for the report. With them, and a load that has just changed
+ * much, whether that has spoilt the step. */
+void thrum_watch_ahead(const thrum_model *model, thrum_state *state, thrum_state_view *view,
+                       thrum_solve_report *report);
+
+/* watch.c: takes the energy in, where it is known. */
 thrum_verdict thrum_watch_judge(thrum_state *state, const thrum_solve_report *report);
 
 /* watch.c: makes the header and the view those of design 7; after THRUM_VERDICT_REDO with the step

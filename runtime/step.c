@@ -100,7 +100,7 @@ thrum_status thrum_step_begin(const thrum_model *model, thrum_state *state, doub
   }
   memset(&run->report, 0, sizeof run->report);
   double *before = run->view.p;
-  if (thrum_watch_before(model, &run->next, &run->view, &run->report) != THRUM_OK) {
+  if (thrum_watch_before(model, &run->next, &run->view) != THRUM_OK) {
     run->next = *state;
     run->view.p = before;
     run->view.guided = false;
@@ -116,8 +116,10 @@ thrum_status thrum_step_attempt(const thrum_model *model, thrum_step_run *run) {
 static thrum_status settle(const thrum_model *model, thrum_step_run *run, thrum_status status) {
   thrum_state *next = &run->next;
   thrum_state_view *view = &run->view;
-  const thrum_verdict verdict =
-      status == THRUM_OK ? thrum_watch_judge(next, &run->report) : THRUM_VERDICT_GO_ON;
+  if (status == THRUM_OK)
+    thrum_watch_ahead(model, next, view, &run->report);
+  // a step that failed may have been spoilt by the one before, which stage 1 then has seen
+  const thrum_verdict verdict = thrum_watch_judge(next, &run->report);
   if (verdict != THRUM_VERDICT_GO_ON) {
     status = thrum_watch_hand_over(model, next, view, verdict, &run->report);
     if (status == THRUM_OK)

@@ -29,7 +29,7 @@
 #include "polynomial.h"
 #include "state.h"
 
-#define SAMPLE 16         /* steps between two power iterations; fewer near the bound */
+#define SAMPLE 16         /* steps between two power iterations; fewer when something is near */
 #define WINDOW 4096       /* steps of a mean of the balance, and of a calm */
 #define ANGLE_HIGH 1.6    /* beyond it modes leave E, */
 #define ANGLE_GOOD 1.4    /* until this holds */
@@ -40,10 +40,12 @@
 #define NEAR 2e-6         /* of the energy: E beside its reference at a hand-over */
 #define DRIVEN 1e-3       /* of the energy: moved by load and damping in a window */
 #define MOVED 0.05        /* share of what they moved that B may err by */
-#define MEMORY 256.0      /* steps that what they moved is remembered for */
-#define FALLEN 0.25       /* of the energy at the hand-over: imexv returns */
-#define RANGE 1e300       /* [J], larger energies are not followed */
-#define LOST 1e100        /* in place of ratios that are larger or no number */
+#define MOVED_MOST 0.2    /* of the energy: the most of that, for what moves to and fro adds up */
+#define SUDDEN 0.1   /* of the energy: the shadow to come, beyond it a step is looked at first */
+#define MEMORY 256.0 /* steps that what they moved is remembered for */
+#define FALLEN 0.25  /* of the energy at the hand-over: imexv returns */
+#define RANGE 1e300  /* [J], larger energies are not followed */
+#define LOST 1e100   /* in place of ratios that are larger or no number */
 
 void thrum_watch_reset(thrum_state *state) {
   state->watch_work = state->watch_moved = state->watch_recent = 0.0;
@@ -162,15 +164,22 @@ static thrum_status watch_angle(const thrum_model *model, thrum_state *state,
   return change(model, state, view, THRUM_SCHEME_COMPONENT, whole);
 }
 
+/* The synchronised energy of all modes. */
+static double energy_at(const thrum_model *model, const thrum_state *state, thrum_state_view *view,
+                        const double *q, const double *p) {
+  double sum = thrum_energy_by(view->kernel, model, q, view->work);
+  for (int32_t i = 0; i < state->rank; i++)
+    sum += 0.5 * (p[i] * p[i]);
+  return sum;
+}
+
 /* After a hand-over: back to imexv once the energy has fallen. */
 static thrum_status watch_handed(const thrum_model *model, thrum_state *state,
                                  thrum_state_view *view) {
   if (state->steps < state->calm_end)
     return THRUM_OK;
   state->calm_end = state->steps + WINDOW;
-  double energy = thrum_energy_by(view->kernel, model, view->q, view->work);
-  for (int32_t i = 0; i < state->rank; i++)
-    energy += 0.5 * (view->p[i] * view->p[i]);
+  const double energy = energy_at(model, state, view, view->q, view->p);
   if (!(energy < FALLEN * state->handed_energy))
     return THRUM_OK;
   state->handovers++;
@@ -179,16 +188,15 @@ static thrum_status watch_handed(const thrum_model *model, thrum_state *state,
 }
 
 thrum_status thrum_watch_before(const thrum_model *model, thrum_state *state,
-                                thrum_state_view *view, thrum_solve_report *report) {
+                                thrum_state_view *view) {
   if (!state->adaptive)
     return THRUM_OK;
   if (state->scheme == THRUM_SCHEME_ENERGY)
     return watch_handed(model, state, view);
-  // without explicit modes there is no stage 1 to have the energy from
-  if (thrum_staggered(state) == 0 && state->steps % SAMPLE == 0)
-    thrum_watch_energy(model, state, view,
-                       thrum_energy_by(view->kernel, model, view->q, view->work), report);
-  const int32_t often = state->angle_last < 0.9 ? SAMPLE : state->angle_last < 1.2 ? SAMPLE / 4 : 1;
+  int32_t often = state->angle_last < 0.9 ? SAMPLE : state->angle_last < 1.2 ? SAMPLE / 4 : 1;
+  // under a sudden load the angle passes the bound within a few steps; the balance shows it
+  if (fabs(state->balance_last) > FAST_SHARE)
+    often = 1;
   return state->steps % often == 0 ? watch_angle(model, state, view) : THRUM_OK;
 }
 
@@ -198,16 +206,19 @@ void thrum_watch_energy(const thrum_model *model, const thrum_state *state, thru
     return;
   const double h = state->dt;
   const int32_t n = thrum_staggered(state);
-  double sum = potential, shadow = 0.0;
+  double sum = potential, shadow = 0.0, shadow_to_come = 0.0;
   for (int32_t i = 0; i < n; i++) {
     const double force = view->force[i] - view->load_before[i];
+    const double force_to_come = view->force[i] - view->load[i];
     const double p =
         (view->p[i] - 0.5 * h * force) / (1.0 + 0.5 * h * thrum_rest_damping(model, state, i));
     sum += 0.5 * (p * p);
     view->p_kept_next[i] = p;
     // the quadratic split has its own, which is smaller and not known
-    if (state->scheme == THRUM_SCHEME_COMPONENT)
+    if (state->scheme == THRUM_SCHEME_COMPONENT) {
       shadow += 0.125 * h * h * (force * force);
+      shadow_to_come += 0.125 * h * h * (force_to_come * force_to_come);
+    }
   }
   for (int32_t i = n; i < state->rank; i++) {
     sum += 0.5 * (view->p[i] * view->p[i]);
@@ -215,21 +226,78 @@ void thrum_watch_energy(const thrum_model *model, const thrum_state *state, thru
   }
   report->energy = sum;
   report->shadow = shadow;
+  report->shadow_change = shadow_to_come - shadow;
   report->energy_known = true;
+}
+
+/* Work of the load of this step, what damping takes, and what the change of the load moves. */
+static double work_of(const thrum_model *model, const thrum_state *state,
+                      const thrum_state_view *view, double *dissipated, double *jolt) {
+  double work = 0.0, sum = 0.0;
+  *jolt = 0.0;
+  for (int32_t i = 0; i < state->rank; i++) {
+    const double d = view->q_next[i] - view->q[i];
+    work += view->load[i] * d;
+    sum += d * d * thrum_rest_damping(model, state, i);
+    *jolt += (view->load[i] - view->load_before[i]) * d;
+  }
+  *dissipated = sum / state->dt;
+  return work;
+}
+
+/* A sudden load may take the explicit modes anywhere within one step: is the energy at its end,
+ * with the load that will then be the one before, far from what the load has done? */
+static void look_ahead(const thrum_model *model, const thrum_state *state, thrum_state_view *view,
+                       double work, thrum_solve_report *report) {
+  thrum_state_view there = *view;
+  thrum_solve_report found = {0};
+  there.q = view->q_next;
+  there.p = view->p_next;
+  there.load_before = view->load;
+  there.force = view->force_2;
+  there.p_kept_next = view->trial;
+  thrum_watch_energy(model, state, &there, thrum_stagger_force(model, state, &there, there.q),
+                     &found);
+  const double scale = fmax(fabs(report->energy), fabs(report->energy + work));
+  report->jolted = !(fabs(found.energy - report->energy - work) <= 4.0 * URGENT_SHARE * scale);
+  report->energy_scale = scale;
+}
+
+void thrum_watch_ahead(const thrum_model *model, thrum_state *state, thrum_state_view *view,
+                       thrum_solve_report *report) {
+  if (!state->adaptive || thrum_tangent_damped(state) || state->scheme != THRUM_SCHEME_COMPONENT)
+    return;
+  double dissipated, jolt;
+  const double work = work_of(model, state, view, &dissipated, &jolt) - dissipated;
+  if (thrum_staggered(state) > 0) {
+    const double shadow = report->shadow + report->shadow_change;
+    if (report->energy_known && (report->newton || !(shadow <= SUDDEN * report->energy)))
+      look_ahead(model, state, view, work, report);
+    return;
+  }
+  if (state->watch_windows == 0 && state->watch_samples == 0)
+    state->watch_steady = state->watch_reference =
+        energy_at(model, state, view, view->q, view->p) - state->watch_work;
+  memcpy(view->p_kept_next, view->p, (size_t)state->rank * sizeof *view->p_kept_next);
+  report->energy = energy_at(model, state, view, view->q_next, view->p_next) - work;
+  report->energy_known = report->energy_ahead = true;
+  report->energy_scale = state->watch_work + state->watch_steady;
 }
 
 typedef enum alarm { CALM, FAST, URGENT } alarm;
 
 /* Takes the energy of this step in; is the balance beyond what its own errors explain? */
-static alarm take_in(thrum_state *state, double energy, double shadow) {
+static alarm take_in(thrum_state *state, const thrum_solve_report *report) {
+  const double energy = report->energy, shadow = report->shadow;
   const double balance = energy - state->watch_work, steady = balance - shadow;
-  if (state->watch_windows == 0 && state->watch_samples == 0) {
+  if (state->watch_windows == 0 && state->watch_samples == 0 && !report->energy_ahead) {
     state->watch_steady = steady;
     state->watch_reference = balance;
   }
   state->watch_scale = fmax(state->watch_scale, fabs(energy));
   const double scale = fmax(state->watch_scale, state->watch_scale_before);
-  const double error = steady - state->watch_steady, allowed = MOVED * state->watch_recent;
+  const double error = steady - state->watch_steady;
+  const double allowed = fmin(MOVED * state->watch_recent, MOVED_MOST * scale);
   state->balance_last = scale > 0.0 ? fmax(-LOST, fmin(error / scale, LOST)) : 0.0;
   if (scale > 0.0)
     state->balance_peak = fmax(state->balance_peak, fmin((fabs(error) - allowed) / scale, LOST));
@@ -239,6 +307,8 @@ static alarm take_in(thrum_state *state, double energy, double shadow) {
   if (allowed > DRIFT * scale)
     state->watch_steady += error / MEMORY;
   state->watch_recent -= state->watch_recent / MEMORY;
+  // a load that changes changes what Stoermer-Verlet keeps, by a known step
+  state->watch_steady -= report->shadow_change;
   // E itself may ripple by the whole of its shadow
   if (!(fabs(error) <= URGENT_SHARE * scale + allowed &&
         fabs(error + shadow) <= 4.0 * URGENT_SHARE * scale + allowed))
@@ -280,10 +350,13 @@ thrum_verdict thrum_watch_judge(thrum_state *state, const thrum_solve_report *re
   if (!report->energy_known ||
       !(fabs(report->energy) + fabs(state->watch_work) + report->shadow < RANGE))
     return THRUM_VERDICT_GO_ON;
-  const alarm found = take_in(state, report->energy, report->shadow);
+  const alarm found = take_in(state, report);
   const bool slow = drifted(state);
+  if (report->jolted)
+    return THRUM_VERDICT_HAND_OVER;
+  // what is seen before it is done needs no redoing
   if (found == URGENT)
-    return THRUM_VERDICT_REDO;
+    return report->energy_ahead ? THRUM_VERDICT_HAND_OVER : THRUM_VERDICT_REDO;
   if ((found == FAST || slow) && state->watch_deadline == 0)
     state->watch_deadline = state->steps + (slow ? WINDOW : WINDOW / 64);
   return state->watch_deadline > 0 && passes(state, report->energy) ? THRUM_VERDICT_HAND_OVER
@@ -313,10 +386,16 @@ static thrum_status redo(const thrum_model *model, thrum_state *state, thrum_sta
 thrum_status thrum_watch_hand_over(const thrum_model *model, thrum_state *state,
                                    thrum_state_view *view, thrum_verdict verdict,
                                    thrum_solve_report *report) {
-  const double energy = report->energy;
+  // without explicit modes since this step only, the step before may be what went wrong
+  if (report->energy_ahead &&
+      !(fabs(energy_at(model, state, view, view->q, view->p) - report->energy_scale) <=
+        URGENT_SHARE * fabs(report->energy_scale)))
+    verdict = THRUM_VERDICT_REDO;
+  // a step that was looked at beforehand has another energy than the one to compare with
+  const bool ahead = report->energy_ahead || report->jolted;
+  state->handed_energy = fabs(ahead ? report->energy_scale : report->energy);
   memset(report, 0, sizeof *report);
   state->handovers++;
-  state->handed_energy = fabs(energy);
   const int64_t changes = state->handovers < 10 ? state->handovers : 10;
   state->calm_end = state->steps + ((int64_t)WINDOW << changes);
   if (verdict == THRUM_VERDICT_REDO && state->kept_step == state->steps - 1) {
@@ -338,18 +417,12 @@ thrum_status thrum_watch_hand_over(const thrum_model *model, thrum_state *state,
 void thrum_watch_after(const thrum_model *model, thrum_state *state, const thrum_state_view *view) {
   if (!state->adaptive || state->scheme == THRUM_SCHEME_ENERGY)
     return;
-  double work = 0.0, jolt = 0.0, dissipated = 0.0;
-  for (int32_t i = 0; i < state->rank; i++) {
-    const double d = view->q_next[i] - view->q[i];
-    work += view->load[i] * d;
-    jolt += (view->load[i] - view->load_before[i]) * d;
-    dissipated += d * d * thrum_rest_damping(model, state, i);
-  }
-  dissipated /= state->dt;
+  double dissipated, jolt;
+  const double work = work_of(model, state, view, &dissipated, &jolt);
   state->watch_work += work - dissipated;
   state->watch_moved += fabs(work) + dissipated;
   // the work of a load that changes within few steps is known to its own size only
   state->watch_recent += fabs(work) + dissipated + fabs(jolt) / MOVED;
-  if (!(fabs(state->watch_work) + state->watch_moved + state->watch_recent < RANGE))
+  if (!(fabs(state->watch_work) + state->watch_moved < RANGE))
     thrum_watch_reset(state);
 }

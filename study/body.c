@@ -82,7 +82,8 @@ static void choose_direction(const double given[3], study_body *body) {
   }
   for (int axis = 0; axis < 3 && !(length > 0); axis++) {
     const double soft = compliance(body->model, body->tip + axis * body->model->rank);
-    if (soft > softest) {
+    // a tie is not for rounding to settle
+    if (soft > softest * (1 + 1e-6)) {
       softest = soft;
       memset(body->direction, 0, sizeof body->direction);
       // downwards, so that a push along z bends as a weight does

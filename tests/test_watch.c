@@ -247,6 +247,68 @@ static void a_split_beyond_the_bound_is_mended_at_once(void **context) {
   random_model_free(&m);
 }
 
+/* From rest under a constant load f the energy is f q. Returns the largest error of that in any
+ * step, relative to the most work that was done. */
+static double worst_balance(const thrum_model *model, double dt, const double *force) {
+  thrum_state_def def = thrum_default_state_def();
+  double q[RANK], largest = 0, worst = 0;
+  def.dt = dt;
+  thrum_state *state = state_make(model, &def);
+  state_push(model, state, force);
+  for (int step = 0; step < 300; step++) {
+    double work = 0;
+    state_steps(model, state, 1);
+    state_read(model, state, q, NULL);
+    for (int i = 0; i < RANK; i++)
+      work += force[i] * q[i];
+    largest = fmax(largest, fabs(work));
+    worst = fmax(worst, fabs(state_energy(model, state).total - work));
+  }
+  state_free(state);
+  return worst / largest;
+}
+
+/* Up to a thousand times what bends the body into its nonlinear range, at steps from a twentieth of
+ * the slowest motion to hundreds of it: a jump of the energy is not left to the next step to mend.
+ */
+static void a_sudden_load_however_large_leaves_no_wrong_energy(void **context) {
+  (void)context;
+  static const double steps[] = {0.05, 0.15, 1, 3, 30, 300};
+  random_model m;
+  make_model(&m);
+  for (size_t n = 0; n < sizeof steps / sizeof steps[0]; n++) {
+    for (double times = 0.1; times < 2000; times *= 10) {
+      const double force[RANK] = {0.5 * times, 2 * times, -1 * times, 0, 0.3 * times, 0};
+      const double worst = worst_balance(&m.model, steps[n], force);
+      if (!(worst < 0.5))
+        fail_msg("at a step of %g under a load of %g the balance errs by %g", steps[n], times,
+                 worst);
+    }
+  }
+  random_model_free(&m);
+}
+
+/* What was handed over under a sudden load from rest returns when the motion has been damped. */
+static void a_hand_over_from_rest_ends_too(void **context) {
+  (void)context;
+  static const double force[RANK] = {500, 2000, -1000, 0, 300, 0};
+  random_model m;
+  make_model(&m);
+  thrum_state_def def = thrum_default_state_def();
+  def.dt = 0.15;
+  def.damping_alpha = 1;
+  thrum_state *state = state_make(&m.model, &def);
+  state_push(&m.model, state, force);
+  state_steps(&m.model, state, 1);
+  assert_int_equal(thrum_state_report_get(state).scheme, THRUM_SCHEME_ENERGY);
+  state_push(&m.model, state, NULL);
+  state_steps(&m.model, state, 9000);
+  assert_int_equal(thrum_state_report_get(state).scheme, THRUM_SCHEME_COMPONENT);
+  assert_int_equal(thrum_state_report_get(state).handovers, 2);
+  state_free(state);
+  random_model_free(&m);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(the_angle_at_rest_is_that_of_the_highest_explicit_mode),
@@ -257,6 +319,8 @@ int main(void) {
       cmocka_unit_test(a_snapshot_brings_the_watch_along),
       cmocka_unit_test(a_calm_run_is_not_touched),
       cmocka_unit_test(a_split_beyond_the_bound_is_mended_at_once),
+      cmocka_unit_test(a_sudden_load_however_large_leaves_no_wrong_energy),
+      cmocka_unit_test(a_hand_over_from_rest_ends_too),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
