@@ -7,9 +7,11 @@
 #include "thrum/force.h"
 #include "thrum/kernel.h"
 #include "thrum/model.h"
+#include "thrum/monitor.h"
 #include "thrum/polynomial.h"
 #include "thrum/state.h"
 #include "thrum/status.h"
+#include "thrum/stress.h"
 #include "thrum/surface.h"
 #include "thrum/version.h"
 
