@@ -1,177 +1,199 @@
-/* Messages and the parsing of arguments that the subcommands share.
- *
- * Numbers are read in the C locale, which the program never leaves, and must fill the whole text:
- * "5e6x", "nan" and "0x10" are no numbers here. SPDX-License-Identifier: Apache-2.0 */
-#include <errno.h>
+/* Options of the subcommands, read by their tables. SPDX-License-Identifier: Apache-2.0 */
+#include "cli/args.h"
+
 #include <getopt.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
-#include "cli/cli.h"
+#define FIRST_LONG 256 /* what getopt_long returns for table[0], clear of all letters */
+#define COUNTS_TEXT_MAX 256
 
-#define NEAREST_LENGTH_MAX 31
-#define NEAREST_DISTANCE_MAX 3
-#define OPTION_COUNT_MAX 64
+const char *const cli_switches[] = {"off", "on", NULL};
 
-int cli_refuse(const thrum_error *error) {
-  const char *message = error->message[0] != 0 ? error->message : thrum_status_text(error->status);
-  fprintf(stderr, "thrum: %s\n", message);
-  return CLI_REFUSED;
+int cli_name_index(const char *text, const char *const *names) {
+  for (int n = 0; names[n] != NULL; n++) {
+    if (strcmp(text, names[n]) == 0)
+      return n;
+  }
+  return -1;
 }
 
-int cli_usage(const char *command, const char *format, ...) {
+int cli_given_refuse(const cli_given *given, const char *format, ...) {
+  char line[1024];
   va_list arguments;
   va_start(arguments, format);
-  fprintf(stderr, "thrum%s%s: ", command[0] != 0 ? " " : "", command);
-  vfprintf(stderr, format, arguments);
-  fprintf(stderr, " (try: thrum%s%s --help)\n", command[0] != 0 ? " " : "", command);
+  vsnprintf(line, sizeof line, format, arguments);
   va_end(arguments);
-  return CLI_USAGE;
+  return cli_usage(given->command, "%s", line);
 }
 
-void cli_warn(const char *format, ...) {
-  va_list arguments;
-  va_start(arguments, format);
-  fputs("thrum: warning: ", stderr);
-  vfprintf(stderr, format, arguments);
-  fputc('\n', stderr);
-  va_end(arguments);
-}
-
-const char *cli_basename(const char *path) {
-  const char *slash = strrchr(path, '/');
-  return slash != NULL ? slash + 1 : path;
-}
-
-/* Levenshtein distance of two texts of at most NEAREST_LENGTH_MAX bytes, one row at a time. */
-static size_t edit_distance(const char *a, const char *b) {
-  size_t row[NEAREST_LENGTH_MAX + 1];
-  const size_t length = strlen(b);
-  for (size_t j = 0; j <= length; j++)
-    row[j] = j;
-  for (size_t i = 0; a[i] != 0; i++) {
-    size_t diagonal = row[0];
-    row[0] = i + 1;
-    for (size_t j = 1; j <= length; j++) {
-      const size_t above = row[j];
-      size_t best = diagonal + (a[i] == b[j - 1] ? 0 : 1);
-      if (above + 1 < best)
-        best = above + 1;
-      if (row[j - 1] + 1 < best)
-        best = row[j - 1] + 1;
-      row[j] = best;
-      diagonal = above;
-    }
+/* "imexv, newmark or energy" */
+static void join_names(const char *const *names, char *text, size_t size) {
+  size_t used = 0;
+  text[0] = 0;
+  for (int n = 0; names[n] != NULL && used < size; n++) {
+    const char *between = n == 0 ? "" : names[n + 1] == NULL ? " or " : ", ";
+    used += (size_t)snprintf(text + used, size - used, "%s%s", between, names[n]);
   }
-  return row[length];
 }
 
-const char *cli_nearest(const char *text, const char *const *names, int64_t count) {
-  const char *nearest = NULL;
-  size_t least = NEAREST_DISTANCE_MAX + 1;
-  const size_t length = strlen(text);
-  if (length == 0 || length > NEAREST_LENGTH_MAX)
-    return NULL;
-  for (int64_t n = 0; n < count; n++) {
-    if (strlen(names[n]) > NEAREST_LENGTH_MAX)
-      continue;
-    // a short text is near to everything, so at most half of it may differ; a beginning is near
-    const size_t distance =
-        strncmp(text, names[n], length) == 0 ? 1 : edit_distance(text, names[n]);
-    if (distance < least && 2 * distance <= length + 1) {
-      nearest = names[n];
-      least = distance;
-    }
-  }
-  return nearest;
+int cli_given_wrong(const cli_given *given) {
+  const cli_option *option = given->option;
+  char wants[512];
+  if (option->wants != NULL)
+    snprintf(wants, sizeof wants, "%s", option->wants);
+  else if (option->kind == CLI_CHOICE)
+    join_names(option->names, wants, sizeof wants);
+  else if (option->kind == CLI_COUNT)
+    snprintf(wants, sizeof wants, "a whole number from %.15g to %.15g", option->least,
+             option->most);
+  else
+    snprintf(wants, sizeof wants, "%s",
+             option->above && option->least == 0 ? "a number above 0" : "a number");
+  return cli_given_refuse(given, "--%s wants %s, not '%s'", option->name, wants, given->text);
 }
 
-int cli_usage_option(const char *command, char **argv, const struct option *options) {
-  const char *text = argv[optind - 1];
-  // a long option is named as typed, a short one by the letter that getopt kept
-  if (strncmp(text, "--", 2) != 0) {
-    for (const struct option *option = options; option->name != NULL; option++) {
-      if (option->val == optopt && option->has_arg == required_argument) {
-        return cli_usage(command, "option '-%c' needs a value", optopt);
-      }
-    }
-    return cli_usage(command, "unknown option '-%c'", optopt);
-  }
-  char name[NEAREST_LENGTH_MAX + 1];
-  const size_t length = strcspn(text + 2, "=");
-  if (length > NEAREST_LENGTH_MAX)
-    return cli_usage(command, "unknown option '%s'", text);
-  memcpy(name, text + 2, length);
-  name[length] = 0;
-  const char *names[OPTION_COUNT_MAX];
-  int64_t count = 0;
-  for (const struct option *option = options; option->name != NULL; option++) {
-    if (strcmp(option->name, name) == 0) {
-      return cli_usage(command,
-                       option->has_arg == required_argument ? "option '--%s' needs a value"
-                                                            : "option '--%s' takes no value",
-                       name);
-    }
-    if (count < OPTION_COUNT_MAX)
-      names[count++] = option->name;
-  }
-  const char *nearest = cli_nearest(name, names, count);
-  if (nearest != NULL) {
-    return cli_usage(command, "unknown option '--%s'; did you mean '--%s'?", name, nearest);
-  }
-  return cli_usage(command, "unknown option '--%s'", name);
+static bool in_range(const cli_option *option, double value) {
+  if (option->least == 0 && option->most == 0)
+    return true;
+  return (option->above ? value > option->least : value >= option->least) && value <= option->most;
 }
 
-/* Reads one finite number at the start of `text`; *end is where it stops. */
-static bool parse_leading(const char *text, double *value, char **end) {
-  // strtod alone would also take white space, hexadecimals, infinities and nan
-  const char *digits = text + (*text == '+' || *text == '-');
-  if (!(*digits >= '0' && *digits <= '9') && *digits != '.')
-    return false;
-  if (digits[0] == '0' && (digits[1] == 'x' || digits[1] == 'X'))
-    return false;
-  const double parsed = strtod(text, end);
-  if (*end == text || !isfinite(parsed))
-    return false;
-  *value = parsed;
-  return true;
-}
-
-bool cli_parse_number(const char *text, double *value) {
-  char *end = NULL;
+int cli_given_number(const cli_given *given, double *value) {
   double parsed = 0;
-  if (!parse_leading(text, &parsed, &end) || *end != 0)
-    return false;
+  if (!cli_parse_number(given->text, &parsed) || !in_range(given->option, parsed))
+    return cli_given_wrong(given);
   *value = parsed;
-  return true;
+  return CLI_DONE;
 }
 
-bool cli_parse_integer(const char *text, int64_t *value) {
-  const char *digits = text + (*text == '+' || *text == '-');
-  if (!(*digits >= '0' && *digits <= '9'))
-    return false;
-  char *end = NULL;
-  errno = 0;
-  const long long parsed = strtoll(text, &end, 10);
-  if (*end != 0 || errno != 0)
-    return false;
+int cli_given_count(const cli_given *given, int64_t *value) {
+  int64_t parsed = 0;
+  if (!cli_parse_integer(given->text, &parsed) || !in_range(given->option, (double)parsed))
+    return cli_given_wrong(given);
   *value = parsed;
-  return true;
+  return CLI_DONE;
 }
 
-bool cli_parse_vector3(const char *text, double value[3]) {
-  double parsed[3];
-  for (int axis = 0; axis < 3; axis++) {
-    char *end = NULL;
-    if (!parse_leading(text, &parsed[axis], &end))
-      return false;
-    if (*end != (axis < 2 ? ',' : 0))
-      return false;
-    text = end + 1;
+int cli_given_pair(const cli_given *given, double pair[2]) {
+  char first[64];
+  double parsed[2] = {pair[0], pair[1]};
+  const size_t length = strcspn(given->text, ",");
+  if (length >= sizeof first)
+    return cli_given_wrong(given);
+  memcpy(first, given->text, length);
+  first[length] = 0;
+  const bool both = given->text[length] == ',';
+  if (!cli_parse_number(first, &parsed[0]) ||
+      (both && !cli_parse_number(given->text + length + 1, &parsed[1])) || !(parsed[0] >= 0) ||
+      !(parsed[1] >= 0))
+    return cli_given_wrong(given);
+  memcpy(pair, parsed, sizeof parsed);
+  return CLI_DONE;
+}
+
+int cli_given_counts(const cli_given *given, int64_t most, int64_t *values, int64_t *count) {
+  char copy[COUNTS_TEXT_MAX];
+  int64_t found = 0;
+  if (strlen(given->text) >= sizeof copy)
+    return cli_given_wrong(given);
+  memcpy(copy, given->text, strlen(given->text) + 1);
+  for (char *at = copy; at != NULL;) {
+    char *comma = strchr(at, ',');
+    if (comma != NULL)
+      *comma++ = 0;
+    int64_t value = 0;
+    if (found == most || !cli_parse_integer(at, &value) || !in_range(given->option, (double)value))
+      return cli_given_wrong(given);
+    values[found++] = value;
+    at = comma;
   }
-  memcpy(value, parsed, sizeof parsed);
-  return true;
+  *count = found;
+  return CLI_DONE;
+}
+
+/* Puts one option into the request. */
+static int apply(const cli_given *given, void *request) {
+  const cli_option *option = given->option;
+  char *field = (char *)request + option->field;
+  if (option->take != NULL)
+    return option->take(given, request);
+  switch (option->kind) {
+  case CLI_FLAG:
+    *(bool *)(void *)field = true;
+    return CLI_DONE;
+  case CLI_NUMBER:
+    return cli_given_number(given, (double *)(void *)field);
+  case CLI_COUNT:
+    return cli_given_count(given, (int64_t *)(void *)field);
+  case CLI_CHOICE: {
+    const int index = cli_name_index(given->text, option->names);
+    if (index < 0)
+      return cli_given_wrong(given);
+    option->choose(request, index);
+    return CLI_DONE;
+  }
+  default:
+    *(const char **)(void *)field = given->text;
+    return CLI_DONE;
+  }
+}
+
+/* The table as getopt_long wants it: each long option returns FIRST_LONG plus its place. */
+static void make_getopt(const cli_option *table, struct option *longs, char *letters) {
+  size_t used = 0;
+  int count = 0;
+  letters[used++] = ':';
+  for (; table[count].name != NULL && count < CLI_OPTION_MAX; count++) {
+    const cli_option *option = &table[count];
+    const bool has_value = option->kind != CLI_FLAG;
+    longs[count] = (struct option){option->name, has_value ? required_argument : no_argument, NULL,
+                                   option->letter != 0 ? option->letter : FIRST_LONG + count};
+    if (option->letter == 0)
+      continue;
+    letters[used++] = (char)option->letter;
+    if (has_value)
+      letters[used++] = ':';
+  }
+  longs[count] = (struct option){NULL, 0, NULL, 0};
+  letters[used] = 0;
+}
+
+static const cli_option *find_returned(const cli_option *table, int returned) {
+  if (returned >= FIRST_LONG)
+    return &table[returned - FIRST_LONG];
+  while (table->letter != returned)
+    table++;
+  return table;
+}
+
+int cli_options_read(const char *command, const cli_option *table, int argc, char **argv,
+                     void *request) {
+  struct option longs[CLI_OPTION_MAX + 1];
+  char letters[2 + 2 * CLI_OPTION_MAX];
+  make_getopt(table, longs, letters);
+  opterr = 0;
+  optind = 0; // from the start, whatever was read before
+  for (int returned; (returned = getopt_long(argc, argv, letters, longs, NULL)) != -1;) {
+    if (returned == '?' || returned == ':')
+      return cli_usage_option(command, argv, longs);
+    const cli_given given = {command, find_returned(table, returned), optarg};
+    const int code = apply(&given, request);
+    if (code != CLI_DONE || returned == 'h')
+      return code;
+  }
+  return CLI_DONE;
+}
+
+int cli_one_argument(const char *command, const char *what, int argc, char **argv,
+                     const char **value) {
+  if (optind >= argc)
+    return cli_usage(command, "no %s given", what);
+  if (optind + 1 < argc)
+    return cli_usage(command, "one %s at a time, but '%s' follows '%s'", what, argv[optind + 1],
+                     argv[optind]);
+  *value = argv[optind];
+  return CLI_DONE;
 }

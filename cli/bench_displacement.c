@@ -4,8 +4,8 @@
 #include <stdio.h>
 
 #include "bench/bench.h"
+#include "cli/args.h"
 #include "cli/bench.h"
-#include "cli/cli.h"
 #include "precompute/build_info.h"
 
 static void print_help(void) {
@@ -24,44 +24,21 @@ static void print_help(void) {
         stdout);
 }
 
-static int read_count(const char *name, const char *text, int64_t low, int64_t high,
-                      int64_t *value) {
-  int64_t read = 0;
-  if (!cli_parse_integer(text, &read) || read < low || read > high)
-    return cli_usage("bench displacement", "--%s is a whole number from %lld to %lld, not '%s'",
-                     name, (long long)low, (long long)high, text);
-  *value = read;
-  return CLI_DONE;
-}
+typedef struct request {
+  bench_displacement bench;
+  bool json, help;
+} request;
 
-static int read_options(int argc, char **argv, bench_displacement *bench, bool *json, bool *help) {
-  static const struct option options[] = {{"vertices", required_argument, NULL, 'v'},
-                                          {"rank", required_argument, NULL, 'r'},
-                                          {"repetitions", required_argument, NULL, 'n'},
-                                          {"json", no_argument, NULL, 'j'},
-                                          {"help", no_argument, NULL, 'h'},
-                                          {NULL, 0, NULL, 0}};
-  opterr = 0;
-  optind = 0;
-  int option, code = CLI_DONE;
-  while (code == CLI_DONE && (option = getopt_long(argc, argv, ":h", options, NULL)) != -1) {
-    if (option == 'v')
-      code = read_count("vertices", optarg, 3, 10000000, &bench->vertices);
-    else if (option == 'r')
-      code = read_count("rank", optarg, 1, THRUM_RANK_MAX, &bench->rank);
-    else if (option == 'n')
-      code = read_count("repetitions", optarg, 1, 1000000, &bench->repetitions);
-    else if (option == 'j')
-      *json = true;
-    else if (option == 'h')
-      *help = true;
-    else
-      return cli_usage_option("bench displacement", argv, options);
-  }
-  if (code == CLI_DONE && optind < argc)
-    return cli_usage("bench displacement", "'%s' is not expected", argv[optind]);
-  return code;
-}
+#define FIELD(member) .field = offsetof(request, member)
+
+static const cli_option table[] = {
+    {.name = "vertices", .kind = CLI_COUNT, FIELD(bench.vertices), .least = 3, .most = 1e7},
+    {.name = "rank", .kind = CLI_COUNT, FIELD(bench.rank), .least = 1, .most = THRUM_RANK_MAX},
+    {.name = "repetitions", .kind = CLI_COUNT, FIELD(bench.repetitions), .least = 1, .most = 1e6},
+    CLI_OPTION_JSON(request),
+    CLI_OPTION_HELP(request),
+    {.name = NULL},
+};
 
 static void print_json(const bench_displacement *bench) {
   cJSON *object = cJSON_CreateObject();
@@ -111,21 +88,19 @@ static void print_table(const bench_displacement *bench) {
 }
 
 int bench_displacement_command(int argc, char **argv) {
-  bench_displacement bench = {.vertices = 19796, .rank = 30, .repetitions = 200};
-  bool json = false, help = false;
-  const int code = read_options(argc, argv, &bench, &json, &help);
+  request asked = {.bench = {.vertices = 19796, .rank = 30, .repetitions = 200}};
+  const int code = cli_options_read("bench displacement", table, argc, argv, &asked);
   if (code != CLI_DONE)
     return code;
-  if (help) {
+  if (asked.help) {
     print_help();
     return CLI_DONE;
   }
+  if (optind < argc)
+    return cli_usage("bench displacement", "'%s' is not expected", argv[optind]);
   thrum_error error = {THRUM_OK, ""};
-  if (bench_displacement_run(&bench, &error) < 0)
+  if (bench_displacement_run(&asked.bench, &error) < 0)
     return cli_refuse(&error);
-  if (json)
-    print_json(&bench);
-  else
-    print_table(&bench);
+  (asked.json ? print_json : print_table)(&asked.bench);
   return CLI_DONE;
 }

@@ -1,41 +1,12 @@
-/* Options of `thrum bench step` and `thrum bench kernels`. SPDX-License-Identifier: Apache-2.0 */
+/* Options of `thrum bench step`, `batch` and `kernels`. SPDX-License-Identifier: Apache-2.0 */
 #include <getopt.h>
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
+#include "cli/args.h"
 #include "cli/bench_speed.h"
-
-enum {
-  RANK = 256,
-  INTEGRATOR,
-  KERNEL,
-  IMPLICIT,
-  DT,
-  SWING,
-  BATCHES,
-  STEPS,
-  BODIES,
-  NO_MACHINE,
-  JSON
-};
-
-static const struct option options[] = {
-    {"rank", required_argument, NULL, RANK},
-    {"integrator", required_argument, NULL, INTEGRATOR},
-    {"kernel", required_argument, NULL, KERNEL},
-    {"implicit", required_argument, NULL, IMPLICIT},
-    {"dt", required_argument, NULL, DT},
-    {"swing", required_argument, NULL, SWING},
-    {"batches", required_argument, NULL, BATCHES},
-    {"steps", required_argument, NULL, STEPS},
-    {"bodies", required_argument, NULL, BODIES},
-    {"no-machine", no_argument, NULL, NO_MACHINE},
-    {"output", required_argument, NULL, 'o'},
-    {"json", no_argument, NULL, JSON},
-    {"quiet", no_argument, NULL, 'q'},
-    {"help", no_argument, NULL, 'h'},
-    {NULL, 0, NULL, 0},
-};
+#include "cli/simulate_options.h"
 
 static void help(const char *command) {
   const bool batch = strcmp(command, "bench batch") == 0;
@@ -79,110 +50,75 @@ static void help(const char *command) {
          command + strlen("bench "), command, step ? " --implicit 3" : "", command);
 }
 
-static int wants(const bench_request *request, const char *option, const char *what,
-                 const char *text) {
-  return cli_usage(request->command, "--%s wants %s, not '%s'", option, what, text);
+static int take_ranks(const cli_given *given, void *request) {
+  bench_request *r = request;
+  r->ranks_given = true;
+  return cli_given_counts(given, BENCH_RANKS_MAX, r->ranks, &r->rank_count);
 }
 
-static int read_ranks(bench_request *request, const char *text) {
-  static const char what[] = "ranks from 1 to 512, as in 15,30";
-  char copy[256];
-  if (strlen(text) >= sizeof copy)
-    return wants(request, "rank", what, text);
-  strcpy(copy, text);
-  request->rank_count = 0;
-  for (char *at = strtok(copy, ","); at; at = strtok(NULL, ",")) {
-    int64_t rank;
-    if (!cli_parse_integer(at, &rank) || rank < 1 || rank > THRUM_RANK_MAX ||
-        request->rank_count == BENCH_RANKS_MAX)
-      return wants(request, "rank", what, text);
-    request->ranks[request->rank_count++] = rank;
-  }
-  return request->rank_count > 0 ? CLI_DONE : wants(request, "rank", what, text);
-}
-
-static int read_kernel(bench_request *request, const char *text) {
+static int take_kernel(const cli_given *given, void *request) {
   for (int id = 0; thrum_kernel_name((thrum_kernel_id)id); id++) {
-    if (strcmp(text, thrum_kernel_name((thrum_kernel_id)id)) != 0)
+    if (strcmp(given->text, thrum_kernel_name((thrum_kernel_id)id)) != 0)
       continue;
     if (!thrum_kernel_usable((thrum_kernel_id)id))
-      return cli_usage(request->command, "--kernel %s: this machine or build does not have it",
-                       text);
-    request->kernel = (thrum_kernel_id)id;
+      return cli_given_refuse(given, "--kernel %s: this machine or build does not have it",
+                              given->text);
+    ((bench_request *)request)->kernel = (thrum_kernel_id)id;
     return CLI_DONE;
   }
-  return wants(request, "kernel", "reference, avx2, avx512, neon, wasm or best", text);
+  return cli_given_wrong(given);
 }
 
-static int read_integrator(bench_request *request, const char *text) {
-  static const char *const names[] = {"imexv", "newmark", "verlet", "midpoint", "energy"};
-  for (int n = 0; n < 5; n++)
-    if (strcmp(text, names[n]) == 0) {
-      request->step.def.integrator = (thrum_integrator)n;
-      return CLI_DONE;
-    }
-  return wants(request, "integrator", "imexv, newmark, verlet, midpoint or energy", text);
+static void choose_integrator(void *request, int index) {
+  ((bench_request *)request)->step.def.integrator = (thrum_integrator)index;
 }
 
-static int read_count(const bench_request *request, const char *option, const char *text,
-                      int64_t least, int64_t *count) {
-  int64_t value;
-  if (!cli_parse_integer(text, &value) || value < least || value > 1000000)
-    return wants(request, option, "a whole number", text);
-  *count = value;
-  return CLI_DONE;
-}
-
-static int read_number(const bench_request *request, const char *option, const char *text,
-                       double *number) {
-  double value;
-  if (!cli_parse_number(text, &value) || !(value > 0))
-    return wants(request, option, "a number above 0", text);
-  *number = value;
-  return CLI_DONE;
-}
-
-static int read_option(int option, const char *text, bench_request *request) {
+static int take_implicit(const cli_given *given, void *request) {
   int64_t count = 0;
-  int code = CLI_DONE;
-  switch (option) {
-  case RANK:
-    return read_ranks(request, text);
-  case INTEGRATOR:
-    return read_integrator(request, text);
-  case KERNEL:
-    return read_kernel(request, text);
-  case IMPLICIT:
-    code = read_count(request, "implicit", text, 0, &count);
-    request->step.implicit_wanted = (int)count;
-    return code;
-  case DT:
-    return read_number(request, "dt", text, &request->step.def.dt);
-  case SWING:
-    return read_number(request, "swing", text, &request->step.swing);
-  case BATCHES:
-    return read_count(request, "batches", text, 1, &request->batches);
-  case STEPS:
-    return read_count(request, "steps", text, 1, &request->step.steps);
-  case BODIES:
-    return read_count(request, "bodies", text, 1, &request->bodies);
-  case NO_MACHINE:
-    request->machine = false;
-    return code;
-  case 'o':
-    request->folder = text;
-    return code;
-  case JSON:
-    request->json = true;
-    return code;
-  case 'q':
-    request->quiet = true;
-    return code;
-  default:
-    request->help = true;
-    return code;
-  }
+  const int code = cli_given_count(given, &count);
+  if (code == CLI_DONE)
+    ((bench_request *)request)->step.implicit_wanted = (int)count;
+  return code;
 }
+
+static int take_no_machine(const cli_given *given, void *request) {
+  (void)given;
+  ((bench_request *)request)->machine = false;
+  return CLI_DONE;
+}
+
+#define FIELD(member) .field = offsetof(bench_request, member)
+#define SOME .kind = CLI_COUNT, .least = 1, .most = 1e6
+#define POSITIVE .kind = CLI_NUMBER, .most = INFINITY, .above = true
+
+static const cli_option table[] = {
+    {.name = "rank",
+     .kind = CLI_TEXT,
+     .take = take_ranks,
+     .least = 1,
+     .most = THRUM_RANK_MAX,
+     .wants = "ranks from 1 to 512, as in 15,30"},
+    {.name = "integrator",
+     .kind = CLI_CHOICE,
+     .names = simulate_integrators,
+     .choose = choose_integrator},
+    {.name = "kernel",
+     .kind = CLI_TEXT,
+     .take = take_kernel,
+     .wants = "reference, avx2, avx512, neon, wasm or best"},
+    {.name = "implicit", .kind = CLI_COUNT, .take = take_implicit, .most = 1e6},
+    {.name = "dt", POSITIVE, FIELD(step.def.dt)},
+    {.name = "swing", POSITIVE, FIELD(step.swing)},
+    {.name = "batches", SOME, FIELD(batches)},
+    {.name = "steps", SOME, FIELD(step.steps)},
+    {.name = "bodies", SOME, FIELD(bodies)},
+    {.name = "no-machine", .kind = CLI_FLAG, .take = take_no_machine},
+    {.name = "output", .letter = 'o', .kind = CLI_TEXT, FIELD(folder)},
+    CLI_OPTION_JSON(bench_request),
+    CLI_OPTION_QUIET(bench_request),
+    CLI_OPTION_HELP(bench_request),
+    {.name = NULL},
+};
 
 int bench_options_read(const char *command, int argc, char **argv, bench_request *request) {
   static const int64_t usual[] = {5, 10, 15, 20, 30, 45, 60};
@@ -198,17 +134,9 @@ int bench_options_read(const char *command, int argc, char **argv, bench_request
     request->rank_count = 1;
     request->batches = 10;
   }
-  opterr = 0;
-  optind = 1;
-  bool ranks_given = false;
-  for (int option; (option = getopt_long(argc, argv, ":o:qh", options, NULL)) != -1;) {
-    if (option == '?' || option == ':')
-      return cli_usage_option(command, argv, options);
-    const int code = read_option(option, optarg, request);
-    if (code != CLI_DONE)
-      return code;
-    ranks_given = ranks_given || option == RANK;
-  }
+  const int code = cli_options_read(command, table, argc, argv, request);
+  if (code != CLI_DONE)
+    return code;
   if (request->help) {
     help(command);
     return CLI_DONE;
@@ -217,7 +145,7 @@ int bench_options_read(const char *command, int argc, char **argv, bench_request
     return cli_usage(command, "one MODEL at most, not also '%s'", argv[optind + 1]);
   if (optind < argc)
     request->model_path = argv[optind];
-  if (ranks_given && request->model_path)
+  if (request->ranks_given && request->model_path)
     return cli_usage(command, "--rank is of the beam; a model file has its own rank");
   return CLI_DONE;
 }

@@ -8,8 +8,8 @@
 
 #include "bench/bench.h"
 #include "bench/pipeline.h"
+#include "cli/args.h"
 #include "cli/bench.h"
-#include "cli/cli.h"
 #include "precompute/build_info.h"
 
 #define POINTS_MAX 16
@@ -18,6 +18,8 @@
 typedef struct sweep {
   bool over_rank;
   int64_t modes, rank, tets, threads;
+  int64_t sizes[POINTS_MAX]; /* as given */
+  int64_t size_count;
   int64_t points[POINTS_MAX]; /* tets, or ranks */
   int64_t count;
   bench_pipeline runs[POINTS_MAX];
@@ -50,77 +52,57 @@ static void print_help(void) {
         stdout);
 }
 
-/* Comma-separated whole numbers. */
-static int read_list(const char *name, const char *text, int64_t high, sweep *asked) {
-  char copy[256];
-  asked->count = 0;
-  if (strlen(text) >= sizeof copy)
-    return cli_usage("bench precompute", "--%s is too long", name);
-  strcpy(copy, text);
-  char *rest = copy;
-  while (rest != NULL) {
-    char *comma = strchr(rest, ',');
-    if (comma != NULL)
-      *comma++ = 0;
-    int64_t value = 0;
-    if (asked->count == POINTS_MAX || !cli_parse_integer(rest, &value) || value < 1 || value > high)
-      return cli_usage("bench precompute",
-                       "--%s is up to %d whole numbers from 1 to %lld, not '%s'", name, POINTS_MAX,
-                       (long long)high, text);
-    asked->points[asked->count++] = value;
-    rest = comma;
-  }
-  return CLI_DONE;
+static int take_tets(const cli_given *given, void *request) {
+  sweep *asked = request;
+  return cli_given_counts(given, POINTS_MAX, asked->sizes, &asked->size_count);
 }
 
-static int read_count(const char *name, const char *text, int64_t high, int64_t *value) {
-  sweep one = {0};
-  const int code = read_list(name, text, high, &one);
-  if (code == CLI_DONE && one.count != 1)
-    return cli_usage("bench precompute", "--%s is one number, not '%s'", name, text);
-  if (code == CLI_DONE)
-    *value = one.points[0];
-  return code;
+static int take_ranks(const cli_given *given, void *request) {
+  sweep *asked = request;
+  asked->over_rank = true;
+  return cli_given_counts(given, POINTS_MAX, asked->points, &asked->count);
 }
+
+#define FIELD(member) .kind = CLI_COUNT, .least = 1, .field = offsetof(sweep, member)
+
+static const cli_option table[] = {
+    {.name = "tets",
+     .kind = CLI_TEXT,
+     .take = take_tets,
+     .least = 1,
+     .most = 1e7,
+     .wants = "up to 16 whole numbers from 1 to 10000000"},
+    {.name = "ranks",
+     .kind = CLI_TEXT,
+     .take = take_ranks,
+     .least = 1,
+     .most = THRUM_RANK_MAX,
+     .wants = "up to 16 whole numbers from 1 to 512"},
+    {.name = "modes", FIELD(modes), .most = 10000},
+    {.name = "rank", FIELD(rank), .most = THRUM_RANK_MAX},
+    {.name = "threads", FIELD(threads), .most = CLI_THREADS_MAX},
+    CLI_OPTION_JSON(sweep),
+    CLI_OPTION_HELP(sweep),
+    {.name = NULL},
+};
 
 static int read_options(int argc, char **argv, sweep *asked) {
-  static const struct option options[] = {
-      {"tets", required_argument, NULL, 't'},    {"ranks", required_argument, NULL, 's'},
-      {"modes", required_argument, NULL, 'k'},   {"rank", required_argument, NULL, 'r'},
-      {"threads", required_argument, NULL, 'n'}, {"json", no_argument, NULL, 'j'},
-      {"help", no_argument, NULL, 'h'},          {NULL, 0, NULL, 0}};
-  const char *tets = NULL, *ranks = NULL;
-  opterr = 0;
-  optind = 0;
-  int option, code = CLI_DONE;
-  while (code == CLI_DONE && (option = getopt_long(argc, argv, ":h", options, NULL)) != -1) {
-    if (option == 't')
-      tets = optarg;
-    else if (option == 's')
-      ranks = optarg;
-    else if (option == 'k')
-      code = read_count("modes", optarg, 10000, &asked->modes);
-    else if (option == 'r')
-      code = read_count("rank", optarg, THRUM_RANK_MAX, &asked->rank);
-    else if (option == 'n')
-      code = read_count("threads", optarg, 1024, &asked->threads);
-    else if (option == 'j')
-      asked->json = true;
-    else if (option == 'h')
-      asked->help = true;
-    else
-      return cli_usage_option("bench precompute", argv, options);
-  }
-  if (code == CLI_DONE && optind < argc)
+  static const int64_t usual[] = {1000, 3000, 10000, 30000, 100000};
+  const int code = cli_options_read("bench precompute", table, argc, argv, asked);
+  if (code != CLI_DONE || asked->help)
+    return code;
+  if (optind < argc)
     return cli_usage("bench precompute", "'%s' is not expected", argv[optind]);
-  asked->over_rank = ranks != NULL;
-  if (code == CLI_DONE && asked->over_rank && tets != NULL)
-    code = read_count("tets", tets, 10000000, &asked->tets);
-  if (code == CLI_DONE && asked->over_rank)
-    return read_list("ranks", ranks, THRUM_RANK_MAX, asked);
-  return code != CLI_DONE
-             ? code
-             : read_list("tets", tets ? tets : "1000,3000,10000,30000,100000", 10000000, asked);
+  if (asked->over_rank && asked->size_count > 1)
+    return cli_usage("bench precompute", "--tets is one number when there are --ranks");
+  if (asked->over_rank && asked->size_count == 1)
+    asked->tets = asked->sizes[0];
+  if (!asked->over_rank) {
+    const bool given = asked->size_count > 0;
+    asked->count = given ? asked->size_count : (int64_t)(sizeof usual / sizeof *usual);
+    memcpy(asked->points, given ? asked->sizes : usual, (size_t)asked->count * sizeof *usual);
+  }
+  return CLI_DONE;
 }
 
 static thrum_status run_all(sweep *asked, thrum_error *error) {

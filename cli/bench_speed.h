@@ -13,6 +13,7 @@ typedef struct bench_request {
   const char *model_path; /* NULL: the beam, at each rank */
   int64_t ranks[BENCH_RANKS_MAX];
   int64_t rank_count;
+  bool ranks_given; /* by the user */
   bench_step step;
   thrum_kernel_id kernel;
   int64_t batches;

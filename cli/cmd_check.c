@@ -1,10 +1,10 @@
 /* `thrum check`: what a mesh is like and what may be wrong with it. The work is done in
  * precompute/; here it is asked for and shown. SPDX-License-Identifier: Apache-2.0 */
-#include <getopt.h>
 #include <inttypes.h>
+#include <math.h>
 #include <stdio.h>
 
-#include "cli/cli.h"
+#include "cli/args.h"
 #include "precompute/mesh_examine.h"
 
 typedef struct check_request {
@@ -12,11 +12,6 @@ typedef struct check_request {
   double scale;
   bool json, help;
 } check_request;
-
-static const struct option OPTIONS[] = {{"scale", required_argument, NULL, 's'},
-                                        {"json", no_argument, NULL, 'j'},
-                                        {"help", no_argument, NULL, 'h'},
-                                        {NULL, 0, NULL, 0}};
 
 static const unsigned ALL_FLAGS[] = {
 #define X(name, bit) bit,
@@ -47,23 +42,22 @@ static void print_help(void) {
         stdout);
 }
 
+static const cli_option table[] = {
+    {.name = "scale",
+     .kind = CLI_NUMBER,
+     .field = offsetof(check_request, scale),
+     .most = INFINITY,
+     .above = true},
+    CLI_OPTION_JSON(check_request),
+    CLI_OPTION_HELP(check_request),
+    {.name = NULL},
+};
+
 static int read_options(int argc, char **argv, check_request *request) {
-  int option;
-  opterr = 0;
-  while ((option = getopt_long(argc, argv, ":h", OPTIONS, NULL)) != -1) {
-    if (option == '?' || option == ':')
-      return cli_usage_option("check", argv, OPTIONS);
-    if (option == 's' && (!cli_parse_number(optarg, &request->scale) || request->scale <= 0))
-      return cli_usage("check", "--scale is a number above 0, not '%s'", optarg);
-    request->json = request->json || option == 'j';
-    request->help = request->help || option == 'h';
-  }
-  if (request->help)
-    return CLI_DONE;
-  if (argc - optind != 1)
-    return cli_usage("check", "give one mesh");
-  request->mesh_name = argv[optind];
-  return CLI_DONE;
+  const int code = cli_options_read("check", table, argc, argv, request);
+  if (code != CLI_DONE || request->help)
+    return code;
+  return cli_one_argument("check", "mesh", argc, argv, &request->mesh_name);
 }
 
 /* What the file calls a vertex. */

@@ -2,10 +2,10 @@
  * asked for, and what the format cannot hold is said. SPDX-License-Identifier: Apache-2.0 */
 #include <getopt.h>
 #include <inttypes.h>
+#include <math.h>
 #include <stdio.h>
-#include <string.h>
 
-#include "cli/cli.h"
+#include "cli/args.h"
 #include "cli/mesh_warnings.h"
 #include "precompute/mesh_write.h"
 
@@ -15,14 +15,6 @@ typedef struct convert_request {
   thrum_mesh_write_options options;
   bool json, help;
 } convert_request;
-
-static const struct option OPTIONS[] = {{"scale", required_argument, NULL, 's'},
-                                        {"binary", no_argument, NULL, 'b'},
-                                        {"ascii", no_argument, NULL, 'a'},
-                                        {"msh", required_argument, NULL, 'm'},
-                                        {"json", no_argument, NULL, 'j'},
-                                        {"help", no_argument, NULL, 'h'},
-                                        {NULL, 0, NULL, 0}};
 
 static void print_help(void) {
   fputs("usage: thrum convert IN OUT [OPTIONS]\n\n"
@@ -44,44 +36,27 @@ static void print_help(void) {
         stdout);
 }
 
-static int read_option(int option, char **argv, convert_request *request) {
-  switch (option) {
-  case 's':
-    if (!cli_parse_number(optarg, &request->scale) || request->scale <= 0)
-      return cli_usage("convert", "--scale is a number above 0, not '%s'", optarg);
-    return CLI_DONE;
-  case 'b':
-    request->options.binary = true;
-    return CLI_DONE;
-  case 'a':
-    request->options.ascii = true;
-    return CLI_DONE;
-  case 'm':
-    if (strcmp(optarg, "2.2") != 0 && strcmp(optarg, "4.1") != 0)
-      return cli_usage("convert", "--msh is 2.2 or 4.1, not '%s'", optarg);
-    request->options.msh_version = optarg[0] == '2' ? 22 : 41;
-    return CLI_DONE;
-  case 'j':
-    request->json = true;
-    return CLI_DONE;
-  case 'h':
-    request->help = true;
-    return CLI_DONE;
-  default:
-    return cli_usage_option("convert", argv, OPTIONS);
-  }
+static void choose_msh(void *request, int index) {
+  ((convert_request *)request)->options.msh_version = index == 0 ? 22 : 41;
 }
 
+#define FIELD(member) .field = offsetof(convert_request, member)
+
+static const char *const msh_versions[] = {"2.2", "4.1", NULL};
+static const cli_option table[] = {
+    {.name = "scale", .kind = CLI_NUMBER, FIELD(scale), .most = INFINITY, .above = true},
+    {.name = "binary", .kind = CLI_FLAG, FIELD(options.binary)},
+    {.name = "ascii", .kind = CLI_FLAG, FIELD(options.ascii)},
+    {.name = "msh", .kind = CLI_CHOICE, .names = msh_versions, .choose = choose_msh},
+    CLI_OPTION_JSON(convert_request),
+    CLI_OPTION_HELP(convert_request),
+    {.name = NULL},
+};
+
 static int read_options(int argc, char **argv, convert_request *request) {
-  int option;
-  opterr = 0;
-  while ((option = getopt_long(argc, argv, ":h", OPTIONS, NULL)) != -1) {
-    const int code = read_option(option, argv, request);
-    if (code != CLI_DONE)
-      return code;
-  }
-  if (request->help)
-    return CLI_DONE;
+  const int code = cli_options_read("convert", table, argc, argv, request);
+  if (code != CLI_DONE || request->help)
+    return code;
   if (argc - optind != 2)
     return cli_usage("convert", "give the mesh to read and the mesh to write, IN OUT");
   request->input = argv[optind];

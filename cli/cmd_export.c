@@ -1,9 +1,8 @@
 /* `thrum export`: what a model holds, in the formats of other programs. SPDX-License-Identifier:
  * Apache-2.0 */
-#include <getopt.h>
 #include <stdio.h>
 
-#include "cli/cli.h"
+#include "cli/args.h"
 #include "cli/model_name.h"
 #include "precompute/full_body.h"
 #include "precompute/interrupt.h"
@@ -46,41 +45,25 @@ static void print_help(void) {
         stdout);
 }
 
+#define FIELD(member) .field = offsetof(export_request, member)
+
+static const cli_option table[] = {
+    {.name = "vega-basis", .kind = CLI_TEXT, FIELD(vega_basis)},
+    {.name = "float", .kind = CLI_FLAG, FIELD(single)},
+    {.name = "vega-cubic", .kind = CLI_TEXT, FIELD(vega_cubic)},
+    {.name = "matrices", .kind = CLI_TEXT, FIELD(matrices)},
+    CLI_OPTION_JSON(export_request),
+    CLI_OPTION_HELP(export_request),
+    {.name = NULL},
+};
+
 static int read_options(int argc, char **argv, export_request *request) {
-  static const struct option options[] = {
-      {"vega-basis", required_argument, NULL, 'b'},
-      {"vega-cubic", required_argument, NULL, 'c'},
-      {"matrices", required_argument, NULL, 'm'},
-      {"float", no_argument, NULL, 'f'},
-      {"json", no_argument, NULL, 'j'},
-      {"help", no_argument, NULL, 'h'},
-      {NULL, 0, NULL, 0},
-  };
-  opterr = 0;
-  int option = 0;
-  while ((option = getopt_long(argc, argv, ":h", options, NULL)) != -1) {
-    if (option == '?' || option == ':')
-      return cli_usage_option("export", argv, options);
-    if (option == 'h') {
-      request->help = true;
-      return CLI_DONE;
-    }
-    request->single = request->single || option == 'f';
-    request->json = request->json || option == 'j';
-    if (option == 'b')
-      request->vega_basis = optarg;
-    if (option == 'c')
-      request->vega_cubic = optarg;
-    if (option == 'm')
-      request->matrices = optarg;
-  }
-  if (optind >= argc)
-    return cli_usage("export", "no model given");
-  if (optind + 1 < argc) {
-    return cli_usage("export", "one model at a time, but '%s' follows '%s'", argv[optind + 1],
-                     argv[optind]);
-  }
-  request->model = argv[optind];
+  int code = cli_options_read("export", table, argc, argv, request);
+  if (code != CLI_DONE || request->help)
+    return code;
+  code = cli_one_argument("export", "model", argc, argv, &request->model);
+  if (code != CLI_DONE)
+    return code;
   if (!request->vega_basis && !request->vega_cubic && !request->matrices)
     return cli_usage("export", "say what to write: --vega-basis, --vega-cubic or --matrices");
   if (request->single && !request->vega_basis)

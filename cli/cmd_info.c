@@ -1,7 +1,6 @@
 /* `thrum info`: what a model file holds. Sizes, frequencies and the split come from the arrays and
  * the runtime; linear frequencies and residuals from meta, which only precompute writes, so a model
  * made by hand has none. SPDX-License-Identifier: Apache-2.0 */
-#include <getopt.h>
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
@@ -9,7 +8,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#include "cli/cli.h"
+#include "cli/args.h"
 #include "cli/load_spec.h"
 #include "cli/model_name.h"
 #include "precompute/load_share.h"
@@ -66,44 +65,35 @@ static void print_help(void) {
       stdout);
 }
 
-static int read_options(int argc, char **argv, info_request *request) {
-  static const struct option options[] = {
-      {"dt", required_argument, NULL, 'd'},
-      {"load", required_argument, NULL, 'l'},
-      {"json", no_argument, NULL, 'j'},
-      {"help", no_argument, NULL, 'h'},
-      {NULL, 0, NULL, 0},
-  };
-  request->dt = thrum_default_state_def().dt;
-  opterr = 0;
-  int option = 0;
-  while ((option = getopt_long(argc, argv, ":h", options, NULL)) != -1) {
-    if (option == '?' || option == ':')
-      return cli_usage_option("info", argv, options);
-    if (option == 'd' && (!cli_parse_number(optarg, &request->dt) || !(request->dt > 0))) {
-      return cli_usage("info", "--dt wants a number of seconds above 0, not '%s'", optarg);
-    }
-    if (option == 'l') {
-      thrum_error error = {0};
-      if (request->load_count == LOADS_MAX)
-        return cli_usage("info", "at most %d loads at a time", LOADS_MAX);
-      if (cli_load_parse(optarg, &request->loads[request->load_count++], &error) < 0)
-        return cli_usage("info", "%s", error.message);
-    }
-    request->json = request->json || option == 'j';
-    if (option == 'h') {
-      request->help = true;
-      return CLI_DONE;
-    }
-  }
-  if (optind >= argc)
-    return cli_usage("info", "no model given");
-  if (optind + 1 < argc) {
-    return cli_usage("info", "one model at a time, but '%s' follows '%s'", argv[optind + 1],
-                     argv[optind]);
-  }
-  request->path = argv[optind];
+static int take_load(const cli_given *given, void *request) {
+  info_request *r = request;
+  thrum_error error = {0};
+  if (r->load_count == LOADS_MAX)
+    return cli_given_refuse(given, "at most %d loads at a time", LOADS_MAX);
+  if (cli_load_parse(given->text, &r->loads[r->load_count++], &error) < 0)
+    return cli_given_refuse(given, "%s", error.message);
   return CLI_DONE;
+}
+
+static const cli_option table[] = {
+    {.name = "dt",
+     .kind = CLI_NUMBER,
+     .field = offsetof(info_request, dt),
+     .most = INFINITY,
+     .above = true,
+     .wants = "a number of seconds above 0"},
+    {.name = "load", .kind = CLI_TEXT, .repeats = true, .take = take_load},
+    CLI_OPTION_JSON(info_request),
+    CLI_OPTION_HELP(info_request),
+    {.name = NULL},
+};
+
+static int read_options(int argc, char **argv, info_request *request) {
+  request->dt = thrum_default_state_def().dt;
+  const int code = cli_options_read("info", table, argc, argv, request);
+  if (code != CLI_DONE || request->help)
+    return code;
+  return cli_one_argument("info", "model", argc, argv, &request->path);
 }
 
 /* meta as an object; NULL when there is none, for whoever made the model may write anything. */

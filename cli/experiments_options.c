@@ -5,44 +5,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "cli/args.h"
 #include "cli/experiments.h"
 
 #define THREADS_MAX 256
 #define STEPS_MAX 1e10
-
-enum {
-  LONG = 256,
-  SWEEP,
-  MODELS,
-  LOADS,
-  INTEGRATORS,
-  AMPLITUDES,
-  TIME,
-  DT,
-  STEPS,
-  THREADS,
-  RESUME,
-  JSON
-};
-
-static const struct option options[] = {
-    {"output", required_argument, NULL, 'o'},
-    {"long", no_argument, NULL, LONG},
-    {"sweep", no_argument, NULL, SWEEP},
-    {"models", required_argument, NULL, MODELS},
-    {"loads", required_argument, NULL, LOADS},
-    {"integrators", required_argument, NULL, INTEGRATORS},
-    {"amplitudes", required_argument, NULL, AMPLITUDES},
-    {"time", required_argument, NULL, TIME},
-    {"dt", required_argument, NULL, DT},
-    {"steps", required_argument, NULL, STEPS},
-    {"threads", required_argument, NULL, THREADS},
-    {"resume", no_argument, NULL, RESUME},
-    {"json", no_argument, NULL, JSON},
-    {"quiet", no_argument, NULL, 'q'},
-    {"help", no_argument, NULL, 'h'},
-    {NULL, 0, NULL, 0},
-};
 
 void experiments_help(void) {
   fputs(
@@ -96,24 +63,23 @@ static int64_t cut(char *list, const char **names, int64_t most) {
 }
 
 /* Marks the names of a list in `flags`; the known ones are `known`. */
-static int flags_option(const char *option, const char *text, const char *const *known, int count,
-                        bool *flags) {
+static int take_names(const cli_given *given, const char *const *known, int count, bool *flags) {
   const char *names[16];
-  char *list = malloc(strlen(text) + 1);
+  char *list = malloc(strlen(given->text) + 1);
   if (list == NULL)
-    return cli_usage("experiments", "out of memory");
-  memcpy(list, text, strlen(text) + 1);
+    return cli_given_refuse(given, "out of memory");
+  memcpy(list, given->text, strlen(given->text) + 1);
   int code = CLI_DONE;
-  const int64_t given = cut(list, names, 16);
-  if (given < 0)
-    code = cli_usage("experiments", "--%s wants names with commas between, not '%s'", option, text);
+  const int64_t taken = cut(list, names, 16);
+  if (taken < 0)
+    code = cli_given_wrong(given);
   memset(flags, 0, (size_t)count * sizeof *flags);
-  for (int64_t n = 0; n < given && code == CLI_DONE; n++) {
+  for (int64_t n = 0; n < taken && code == CLI_DONE; n++) {
     int index = 0;
     while (index < count && strcmp(names[n], known[index]) != 0)
       index++;
     if (index == count)
-      code = cli_usage("experiments", "--%s: there is no '%s'", option, names[n]);
+      code = cli_given_refuse(given, "--%s: there is no '%s'", given->option->name, names[n]);
     else
       flags[index] = true;
   }
@@ -121,92 +87,85 @@ static int flags_option(const char *option, const char *text, const char *const 
   return code;
 }
 
-static int models_option(const char *text, experiments_request *request) {
-  free(request->list);
-  request->list = malloc(strlen(text) + 1);
-  if (request->list == NULL)
-    return cli_usage("experiments", "out of memory");
-  memcpy(request->list, text, strlen(text) + 1);
-  request->model_count = cut(request->list, request->models, EXPERIMENTS_MODELS_MAX);
-  if (request->model_count < 0)
-    return cli_usage("experiments", "--models wants at most %d names with commas between, not '%s'",
-                     EXPERIMENTS_MODELS_MAX, text);
+static int take_loads(const cli_given *given, void *request) {
+  return take_names(given, study_load_names, STUDY_LOAD_COUNT,
+                    ((experiments_request *)request)->loads);
+}
+
+static int take_integrators(const cli_given *given, void *request) {
+  return take_names(given, study_integrator_names, STUDY_INTEGRATOR_COUNT,
+                    ((experiments_request *)request)->integrators);
+}
+
+static int take_models(const cli_given *given, void *request) {
+  experiments_request *r = request;
+  free(r->list);
+  r->list = malloc(strlen(given->text) + 1);
+  if (r->list == NULL)
+    return cli_given_refuse(given, "out of memory");
+  memcpy(r->list, given->text, strlen(given->text) + 1);
+  r->model_count = cut(r->list, r->models, EXPERIMENTS_MODELS_MAX);
+  if (r->model_count < 0)
+    return cli_given_refuse(given, "--models wants at most %d names with commas between, not '%s'",
+                            EXPERIMENTS_MODELS_MAX, given->text);
   return CLI_DONE;
 }
 
-static int amplitudes_option(const char *text, experiments_request *request) {
+static int take_amplitudes(const cli_given *given, void *request) {
+  experiments_request *r = request;
   const char *names[EXPERIMENTS_AMPLITUDES_MAX];
   char list[512];
-  snprintf(list, sizeof list, "%s", text);
-  int64_t count = strlen(text) < sizeof list ? cut(list, names, EXPERIMENTS_AMPLITUDES_MAX) : -1;
+  snprintf(list, sizeof list, "%s", given->text);
+  int64_t count =
+      strlen(given->text) < sizeof list ? cut(list, names, EXPERIMENTS_AMPLITUDES_MAX) : -1;
   for (int64_t n = 0; n < count; n++) {
-    double *amplitude = &request->amplitudes[n];
+    double *amplitude = &r->amplitudes[n];
     if (!cli_parse_number(names[n], amplitude) || !(*amplitude > 0) || !(*amplitude <= 1))
       count = -1;
   }
   if (count < 0)
-    return cli_usage("experiments", "--amplitudes wants shares of the length in (0, 1], not '%s'",
-                     text);
-  request->amplitude_count = count;
+    return cli_given_wrong(given);
+  r->amplitude_count = count;
   return CLI_DONE;
 }
 
-static int number_option(const char *name, const char *text, double *value) {
-  if (cli_parse_number(text, value) && *value > 0)
-    return CLI_DONE;
-  return cli_usage("experiments", "--%s wants seconds above 0, not '%s'", name, text);
+static int take_long(const cli_given *given, void *request) {
+  (void)given;
+  ((experiments_request *)request)->kind = EXPERIMENTS_LONG;
+  return CLI_DONE;
 }
 
-static int count_option(const char *name, const char *text, int64_t most, int64_t *value) {
-  if (cli_parse_integer(text, value) && *value >= 1 && *value <= most)
-    return CLI_DONE;
-  return cli_usage("experiments", "--%s wants a whole number from 1 to %lld, not '%s'", name,
-                   (long long)most, text);
+static int take_sweep(const cli_given *given, void *request) {
+  (void)given;
+  ((experiments_request *)request)->kind = EXPERIMENTS_SWEEP;
+  return CLI_DONE;
 }
 
-/* One option that getopt_long recognised. */
-static int apply_option(int option, experiments_request *request) {
-  switch (option) {
-  case 'o':
-    request->output = optarg;
-    return CLI_DONE;
-  case LONG:
-    request->kind = EXPERIMENTS_LONG;
-    return CLI_DONE;
-  case SWEEP:
-    request->kind = EXPERIMENTS_SWEEP;
-    return CLI_DONE;
-  case MODELS:
-    return models_option(optarg, request);
-  case LOADS:
-    return flags_option("loads", optarg, study_load_names, STUDY_LOAD_COUNT, request->loads);
-  case INTEGRATORS:
-    return flags_option("integrators", optarg, study_integrator_names, STUDY_INTEGRATOR_COUNT,
-                        request->integrators);
-  case AMPLITUDES:
-    return amplitudes_option(optarg, request);
-  case TIME:
-    return number_option("time", optarg, &request->time);
-  case DT:
-    return number_option("dt", optarg, &request->dt);
-  case STEPS:
-    return count_option("steps", optarg, (int64_t)STEPS_MAX, &request->steps);
-  case THREADS:
-    return count_option("threads", optarg, THREADS_MAX, &request->threads);
-  case RESUME:
-    request->resume = true;
-    return CLI_DONE;
-  case JSON:
-    request->json = true;
-    return CLI_DONE;
-  case 'q':
-    request->quiet = true;
-    return CLI_DONE;
-  default:
-    request->help = true;
-    return CLI_DONE;
-  }
-}
+#define FIELD(member) .field = offsetof(experiments_request, member)
+#define LIST .kind = CLI_TEXT, .wants = "names with commas between"
+#define SECONDS .kind = CLI_NUMBER, .most = INFINITY, .above = true, .wants = "seconds above 0"
+
+static const cli_option table[] = {
+    {.name = "output", .letter = 'o', .kind = CLI_TEXT, FIELD(output)},
+    {.name = "long", .kind = CLI_FLAG, .take = take_long},
+    {.name = "sweep", .kind = CLI_FLAG, .take = take_sweep},
+    {.name = "models", LIST, .take = take_models},
+    {.name = "loads", LIST, .take = take_loads},
+    {.name = "integrators", LIST, .take = take_integrators},
+    {.name = "amplitudes",
+     .kind = CLI_TEXT,
+     .take = take_amplitudes,
+     .wants = "shares of the length in (0, 1]"},
+    {.name = "time", SECONDS, FIELD(time)},
+    {.name = "dt", SECONDS, FIELD(dt)},
+    {.name = "steps", .kind = CLI_COUNT, FIELD(steps), .least = 1, .most = STEPS_MAX},
+    {.name = "threads", .kind = CLI_COUNT, FIELD(threads), .least = 1, .most = THREADS_MAX},
+    {.name = "resume", .kind = CLI_FLAG, FIELD(resume)},
+    CLI_OPTION_JSON(experiments_request),
+    CLI_OPTION_QUIET(experiments_request),
+    CLI_OPTION_HELP(experiments_request),
+    {.name = NULL},
+};
 
 /* What depends on the kind of experiment, and what cannot be seen option by option. */
 static int finish(int argc, char **argv, experiments_request *request) {
@@ -248,15 +207,8 @@ int experiments_options_read(int argc, char **argv, experiments_request *request
     request->loads[n] = true;
   for (int n = 0; n < STUDY_INTEGRATOR_COUNT; n++)
     request->integrators[n] = true;
-  opterr = 0;
-  optind = 1;
-  for (int option = getopt_long(argc, argv, ":o:qh", options, NULL); option != -1;
-       option = getopt_long(argc, argv, ":o:qh", options, NULL)) {
-    if (option == '?' || option == ':')
-      return cli_usage_option("experiments", argv, options);
-    const int code = apply_option(option, request);
-    if (code != CLI_DONE || request->help)
-      return code;
-  }
+  const int code = cli_options_read("experiments", table, argc, argv, request);
+  if (code != CLI_DONE || request->help)
+    return code;
   return finish(argc, argv, request);
 }

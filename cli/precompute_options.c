@@ -1,58 +1,94 @@
 /* Options of `thrum precompute`. SPDX-License-Identifier: Apache-2.0 */
-#include <getopt.h>
 #include <math.h>
 #include <stdio.h>
-#include <string.h>
 
+#include "cli/args.h"
 #include "cli/precompute_request.h"
 
 #define COUNT_MAX 1000000 /* no mesh needs more modes; keeps products of counts in range */
-#define THREADS_MAX 1024
+#define MEGABYTES_MAX 1099511627776.0
 
-enum {
-  YOUNG = 256,
-  POISSON,
-  DENSITY,
-  SCALE,
-  MODES,
-  RANK,
-  MASS,
-  THREADS,
-  FIX,
-  JSON,
-  REPRODUCIBLE,
-  CHECK,
-  DRY_RUN,
-  MEMORY,
-  IMPORT_BASIS,
-  IMPORT_CUBIC,
-  EXPORT_MODES,
-  HANDLES
-};
+static int take_modes(const cli_given *given, void *request) {
+  precompute_request *r = request;
+  r->modes_given = true;
+  return cli_given_count(given, &r->options.modes);
+}
 
-static const struct option options[] = {
-    {"output", required_argument, NULL, 'o'},
-    {"young", required_argument, NULL, YOUNG},
-    {"poisson", required_argument, NULL, POISSON},
-    {"density", required_argument, NULL, DENSITY},
-    {"scale", required_argument, NULL, SCALE},
-    {"modes", required_argument, NULL, MODES},
-    {"rank", required_argument, NULL, RANK},
-    {"mass", required_argument, NULL, MASS},
-    {"threads", required_argument, NULL, THREADS},
-    {"fix", required_argument, NULL, FIX},
-    {"dry-run", no_argument, NULL, DRY_RUN},
-    {"memory", required_argument, NULL, MEMORY},
-    {"check", required_argument, NULL, CHECK},
-    {"handles", required_argument, NULL, HANDLES},
-    {"import-basis", required_argument, NULL, IMPORT_BASIS},
-    {"import-cubic", required_argument, NULL, IMPORT_CUBIC},
-    {"export-modes", required_argument, NULL, EXPORT_MODES},
-    {"reproducible", no_argument, NULL, REPRODUCIBLE},
-    {"json", no_argument, NULL, JSON},
-    {"quiet", no_argument, NULL, 'q'},
-    {"help", no_argument, NULL, 'h'},
-    {NULL, 0, NULL, 0},
+static int take_rank(const cli_given *given, void *request) {
+  precompute_request *r = request;
+  r->rank_given = true;
+  return cli_given_count(given, &r->options.rank);
+}
+
+static int take_threads(const cli_given *given, void *request) {
+  int64_t count = 0;
+  const int code = cli_given_count(given, &count);
+  if (code == CLI_DONE)
+    ((precompute_request *)request)->options.threads = (int)count;
+  return code;
+}
+
+static int take_memory(const cli_given *given, void *request) {
+  int64_t megabytes = 0;
+  const int code = cli_given_count(given, &megabytes);
+  if (code == CLI_DONE)
+    ((precompute_request *)request)->options.memory_limit = 1048576 * (double)megabytes;
+  return code;
+}
+
+static int take_fix(const cli_given *given, void *request) {
+  precompute_request *r = request;
+  r->fixes[r->fix_count++] = given->text;
+  return CLI_DONE;
+}
+
+static int take_handle(const cli_given *given, void *request) {
+  precompute_request *r = request;
+  r->handles[r->handle_count++] = given->text;
+  return CLI_DONE;
+}
+
+static void choose_mass(void *request, int index) {
+  ((precompute_request *)request)->options.mass = (thrum_mass)index;
+}
+
+static void choose_check(void *request, int index) {
+  ((precompute_request *)request)->options.check = (thrum_check)index;
+}
+
+/* In the order of their enums. */
+static const char *const masses[] = {"consistent", "lumped", NULL};
+static const char *const checks[] = {"auto", "search", "inertia", NULL};
+
+#define FIELD(member) .field = offsetof(precompute_request, member)
+
+static const cli_option table[] = {
+    {.name = "output", .letter = 'o', .kind = CLI_TEXT, FIELD(output)},
+    {.name = "fix", .kind = CLI_TEXT, .repeats = true, .take = take_fix},
+    {.name = "young", .kind = CLI_NUMBER, FIELD(material.young)},
+    {.name = "poisson", .kind = CLI_NUMBER, FIELD(material.poisson)},
+    {.name = "density", .kind = CLI_NUMBER, FIELD(material.density)},
+    {.name = "scale", .kind = CLI_NUMBER, FIELD(scale)},
+    {.name = "modes", .kind = CLI_COUNT, .take = take_modes, .least = 1, .most = COUNT_MAX},
+    {.name = "rank", .kind = CLI_COUNT, .take = take_rank, .least = 1, .most = COUNT_MAX},
+    {.name = "mass", .kind = CLI_CHOICE, .names = masses, .choose = choose_mass},
+    {.name = "check", .kind = CLI_CHOICE, .names = checks, .choose = choose_check},
+    {.name = "handles", .kind = CLI_TEXT, .repeats = true, .take = take_handle},
+    {.name = "import-basis", .kind = CLI_TEXT, FIELD(import_basis)},
+    {.name = "import-cubic", .kind = CLI_TEXT, FIELD(import_cubic)},
+    {.name = "export-modes", .kind = CLI_TEXT, FIELD(export_modes)},
+    {.name = "threads",
+     .kind = CLI_COUNT,
+     .take = take_threads,
+     .least = 1,
+     .most = CLI_THREADS_MAX},
+    {.name = "dry-run", .kind = CLI_FLAG, FIELD(dry_run)},
+    {.name = "memory", .kind = CLI_COUNT, .take = take_memory, .least = 1, .most = MEGABYTES_MAX},
+    {.name = "reproducible", .kind = CLI_FLAG, FIELD(reproducible)},
+    CLI_OPTION_JSON(precompute_request),
+    CLI_OPTION_QUIET(precompute_request),
+    CLI_OPTION_HELP(precompute_request),
+    {.name = NULL},
 };
 
 void precompute_help(void) {
@@ -60,10 +96,11 @@ void precompute_help(void) {
       "usage: thrum precompute MESH -o NAME.npz [--fix SPEC] [OPTIONS]\n\n"
       "Makes a reduced model of a tetrahedral mesh: linear modes, modal derivatives, basis, and\n"
       "the exact polynomial of its strain energy.\n\n"
-      "MESH is a Vega .veg file, a Gmsh .msh file (2.2 or 4.1, ASCII), or a generated beam,\n"
-      "beam:NXxNYxNZ@LXxLYxLZ: cells, then metres (before --scale); or the name of a model that\n"
-      "comes with Thrum (beam, basket, bridge, horse, tower, heart), whose material, fixed set,\n"
-      "modes and rank are then the defaults.\n\n"
+      "MESH is a file of Vega (.veg), Gmsh (.msh), TetGen (.node and .ele), Medit (.mesh), VTK\n"
+      "(.vtk, .vtu) or Abaqus (.inp), or a generated beam, beam:NXxNYxNZ@LXxLYxLZ: cells, then\n"
+      "metres (before --scale); or the name of a model that comes with Thrum (beam, basket,\n"
+      "bridge, horse, tower, heart), whose material, fixed set, modes and rank are then the\n"
+      "defaults.\n\n"
       "  -o, --output FILE     the model file to write\n"
       "      --fix SPEC        hold vertices; repeatable. SPEC is a predicate in metres such as\n"
       "                        'x<0.01&z>0', or a file of 1-based vertices (2, 3:7, # comment),\n"
@@ -109,140 +146,16 @@ void precompute_help(void) {
       stdout);
 }
 
-static int number_option(const char *name, const char *text, double *value) {
-  if (cli_parse_number(text, value))
-    return CLI_DONE;
-  return cli_usage("precompute", "--%s wants a number, not '%s'", name, text);
-}
-
-static int count_option(const char *name, const char *text, int64_t most, int64_t *value) {
-  int64_t parsed = 0;
-  if (!cli_parse_integer(text, &parsed) || parsed < 1 || parsed > most) {
-    return cli_usage("precompute", "--%s wants a whole number from 1 to %lld, not '%s'", name,
-                     (long long)most, text);
-  }
-  *value = parsed;
-  return CLI_DONE;
-}
-
-static int mass_option(const char *text, thrum_mass *mass) {
-  if (strcmp(text, "consistent") == 0) {
-    *mass = THRUM_MASS_CONSISTENT;
-  } else if (strcmp(text, "lumped") == 0) {
-    *mass = THRUM_MASS_LUMPED;
-  } else {
-    return cli_usage("precompute", "--mass is consistent or lumped, not '%s'", text);
-  }
-  return CLI_DONE;
-}
-
-static int memory_option(const char *text, double *bytes) {
-  int64_t megabytes = 0;
-  const int code = count_option("memory", text, (int64_t)1 << 40, &megabytes);
-  if (code == CLI_DONE)
-    *bytes = 1048576 * (double)megabytes;
-  return code;
-}
-
-static int check_option(const char *text, thrum_check *check) {
-  static const char *const names[] = {"auto", "search", "inertia"};
-  for (int n = 0; n < 3; n++)
-    if (strcmp(text, names[n]) == 0) {
-      *check = (thrum_check)n;
-      return CLI_DONE;
-    }
-  return cli_usage("precompute", "--check is auto, search or inertia, not '%s'", text);
-}
-
-static int threads_option(const char *text, int *threads) {
-  int64_t count = 0;
-  const int code = count_option("threads", text, THREADS_MAX, &count);
-  if (code == CLI_DONE)
-    *threads = (int)count;
-  return code;
-}
-
-/* One option that getopt_long recognised. */
-static int apply_option(int option, precompute_request *request) {
-  switch (option) {
-  case 'o':
-    request->output = optarg;
-    return CLI_DONE;
-  case YOUNG:
-    return number_option("young", optarg, &request->material.young);
-  case POISSON:
-    return number_option("poisson", optarg, &request->material.poisson);
-  case DENSITY:
-    return number_option("density", optarg, &request->material.density);
-  case SCALE:
-    return number_option("scale", optarg, &request->scale);
-  case MODES:
-    request->modes_given = true;
-    return count_option("modes", optarg, COUNT_MAX, &request->options.modes);
-  case RANK:
-    request->rank_given = true;
-    return count_option("rank", optarg, COUNT_MAX, &request->options.rank);
-  case MASS:
-    return mass_option(optarg, &request->options.mass);
-  case THREADS:
-    return threads_option(optarg, &request->options.threads);
-  case FIX:
-    request->fixes[request->fix_count++] = optarg;
-    return CLI_DONE;
-  case DRY_RUN:
-    request->dry_run = true;
-    return CLI_DONE;
-  case MEMORY:
-    return memory_option(optarg, &request->options.memory_limit);
-  case CHECK:
-    return check_option(optarg, &request->options.check);
-  case HANDLES:
-    request->handles[request->handle_count++] = optarg;
-    return CLI_DONE;
-  case IMPORT_BASIS:
-    request->import_basis = optarg;
-    return CLI_DONE;
-  case IMPORT_CUBIC:
-    request->import_cubic = optarg;
-    return CLI_DONE;
-  case EXPORT_MODES:
-    request->export_modes = optarg;
-    return CLI_DONE;
-  case REPRODUCIBLE:
-    request->reproducible = true;
-    return CLI_DONE;
-  case JSON:
-    request->json = true;
-    return CLI_DONE;
-  case 'q':
-    request->quiet = true;
-    return CLI_DONE;
-  default:
-    request->help = true;
-    return CLI_DONE;
-  }
-}
-
 int precompute_options_read(int argc, char **argv, precompute_request *request) {
   request->scale = 1;
   request->material = (thrum_material){NAN, NAN, NAN};
   request->options = thrum_default_precompute_options();
-  opterr = 0;
-  int option = 0;
-  while ((option = getopt_long(argc, argv, ":o:qh", options, NULL)) != -1) {
-    if (option == '?' || option == ':')
-      return cli_usage_option("precompute", argv, options);
-    const int code = apply_option(option, request);
-    if (code != CLI_DONE || request->help)
-      return code;
-  }
-  if (optind >= argc)
-    return cli_usage("precompute", "no mesh given");
-  if (optind + 1 < argc) {
-    return cli_usage("precompute", "one mesh at a time, but '%s' follows '%s'", argv[optind + 1],
-                     argv[optind]);
-  }
-  request->mesh_name = argv[optind];
+  int code = cli_options_read("precompute", table, argc, argv, request);
+  if (code != CLI_DONE || request->help)
+    return code;
+  code = cli_one_argument("precompute", "mesh", argc, argv, &request->mesh_name);
+  if (code != CLI_DONE)
+    return code;
   if (request->output == NULL && !request->dry_run) {
     return cli_usage("precompute", "no output given: say -o NAME.npz");
   }

@@ -6,67 +6,21 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "cli/args.h"
+
 #define TIME_DEFAULT 10.0
 #define STEPS_MAX 1e12  /* years of computing; beyond that an option is a slip */
 #define WHOLE_STEP 1e-6 /* as in thrum_load_mean: this near to a whole step is that step */
 
-enum {
-  INTEGRATOR = 256,
-  DT,
-  TIME,
-  DAMPING,
-  DAMPING_FORM,
-  SPLIT,
-  SAFETY,
-  SPLIT_FORM,
-  ADAPTIVE,
-  LADDER,
-  NEWMARK,
-  TOLERANCE,
-  ITERATIONS,
-  LOAD,
-  START,
-  FRAMES,
-  RECORD_EVERY,
-  RANK,
-  JSON
-};
-
-static const struct option options[] = {
-    {"output", required_argument, NULL, 'o'},
-    {"integrator", required_argument, NULL, INTEGRATOR},
-    {"dt", required_argument, NULL, DT},
-    {"time", required_argument, NULL, TIME},
-    {"damping", required_argument, NULL, DAMPING},
-    {"damping-form", required_argument, NULL, DAMPING_FORM},
-    {"split", required_argument, NULL, SPLIT},
-    {"safety", required_argument, NULL, SAFETY},
-    {"split-form", required_argument, NULL, SPLIT_FORM},
-    {"adaptive", required_argument, NULL, ADAPTIVE},
-    {"ladder", required_argument, NULL, LADDER},
-    {"newmark", required_argument, NULL, NEWMARK},
-    {"tolerance", required_argument, NULL, TOLERANCE},
-    {"iterations", required_argument, NULL, ITERATIONS},
-    {"load", required_argument, NULL, LOAD},
-    {"start", required_argument, NULL, START},
-    {"frames", required_argument, NULL, FRAMES},
-    {"record-every", required_argument, NULL, RECORD_EVERY},
-    {"rank", required_argument, NULL, RANK},
-    {"json", no_argument, NULL, JSON},
-    {"quiet", no_argument, NULL, 'q'},
-    {"help", no_argument, NULL, 'h'},
-    {NULL, 0, NULL, 0},
-};
-
 /* Names in the order of the enums. */
-static const char *const integrators[] = {"imexv", "newmark", "verlet", "midpoint", "energy"};
-static const char *const damping_forms[] = {"rest", "tangent"};
-static const char *const split_forms[] = {"component", "quadratic"};
+const char *const simulate_integrators[] = {"imexv",    "newmark", "verlet",
+                                            "midpoint", "energy",  NULL};
+static const char *const damping_forms[] = {"rest", "tangent", NULL};
+static const char *const split_forms[] = {"component", "quadratic", NULL};
 static const char *const schemes[] = {"component", "quadratic", "energy", "newmark"};
-static const char *const switches[] = {"off", "on"};
 
 const char *simulate_integrator_name(thrum_integrator integrator) {
-  return integrators[integrator];
+  return simulate_integrators[integrator];
 }
 
 const char *simulate_damping_form_name(thrum_damping_form form) {
@@ -80,6 +34,161 @@ const char *simulate_split_form_name(thrum_split_form form) {
 const char *simulate_scheme_name(thrum_scheme scheme) {
   return schemes[scheme];
 }
+
+static void choose_integrator(void *request, int index) {
+  ((simulate_request *)request)->def.integrator = (thrum_integrator)index;
+}
+
+static void choose_damping_form(void *request, int index) {
+  ((simulate_request *)request)->def.damping_form = (thrum_damping_form)index;
+}
+
+static void choose_split_form(void *request, int index) {
+  ((simulate_request *)request)->def.split_form = (thrum_split_form)index;
+}
+
+static void choose_adaptive(void *request, int index) {
+  ((simulate_request *)request)->def.adaptive = index;
+}
+
+static void choose_ladder(void *request, int index) {
+  ((simulate_request *)request)->def.ladder = index;
+}
+
+static int take_damping(const cli_given *given, void *request) {
+  thrum_state_def *def = &((simulate_request *)request)->def;
+  double pair[2] = {0, 0};
+  const int code = cli_given_pair(given, pair);
+  if (code == CLI_DONE) {
+    def->damping_alpha = pair[0];
+    def->damping_beta = pair[1];
+  }
+  return code;
+}
+
+static int take_newmark(const cli_given *given, void *request) {
+  thrum_state_def *def = &((simulate_request *)request)->def;
+  double pair[2] = {0, NAN};
+  const int code = cli_given_pair(given, pair);
+  if (code != CLI_DONE)
+    return code;
+  // both must be there
+  if (!(pair[1] <= 1))
+    return cli_given_wrong(given);
+  def->newmark_beta = pair[0];
+  def->newmark_gamma = pair[1];
+  return CLI_DONE;
+}
+
+static int take_split(const cli_given *given, void *request) {
+  thrum_state_def *def = &((simulate_request *)request)->def;
+  int64_t count = 0;
+  if (strcmp(given->text, "cfl") == 0) {
+    def->split_rule = THRUM_SPLIT_CFL;
+  } else if (strcmp(given->text, "sampling") == 0) {
+    def->split_rule = THRUM_SPLIT_SAMPLING;
+  } else if (cli_parse_integer(given->text, &count) && count >= 0 && count <= THRUM_RANK_MAX) {
+    def->split_rule = THRUM_SPLIT_COUNT;
+    def->explicit_count = (int32_t)count;
+  } else {
+    return cli_given_wrong(given);
+  }
+  return CLI_DONE;
+}
+
+static int take_frames(const cli_given *given, void *request) {
+  static const char every[] = "every-";
+  simulate_request *r = request;
+  r->frames_rate = 0;
+  r->frames_every = 0;
+  if (strncmp(given->text, every, sizeof every - 1) == 0) {
+    if (cli_parse_integer(given->text + sizeof every - 1, &r->frames_every) && r->frames_every > 0)
+      return CLI_DONE;
+  } else if (cli_parse_number(given->text, &r->frames_rate) && r->frames_rate > 0) {
+    return CLI_DONE;
+  }
+  return cli_given_wrong(given);
+}
+
+static int take_iterations(const cli_given *given, void *request) {
+  int64_t count = 0;
+  const int code = cli_given_count(given, &count);
+  if (code == CLI_DONE)
+    ((simulate_request *)request)->def.iterations_max = (int32_t)count;
+  return code;
+}
+
+static int take_load(const cli_given *given, void *request) {
+  simulate_request *r = request;
+  thrum_error error = {0};
+  if (cli_load_parse(given->text, &r->loads[r->load_count], &error) < 0)
+    return cli_given_refuse(given, "%s", error.message);
+  r->load_count++;
+  return CLI_DONE;
+}
+
+static int take_start(const cli_given *given, void *request) {
+  simulate_request *r = request;
+  thrum_error error = {0};
+  if (cli_start_parse(given->text, &r->starts[r->start_count], &error) < 0)
+    return cli_given_refuse(given, "%s", error.message);
+  r->start_count++;
+  return CLI_DONE;
+}
+
+#define FIELD(member) .field = offsetof(simulate_request, member)
+#define POSITIVE .most = INFINITY, .above = true
+
+static const cli_option table[] = {
+    {.name = "output", .letter = 'o', .kind = CLI_TEXT, FIELD(run_path)},
+    {.name = "integrator",
+     .kind = CLI_CHOICE,
+     .names = simulate_integrators,
+     .choose = choose_integrator},
+    {.name = "dt", .kind = CLI_NUMBER, FIELD(def.dt), POSITIVE, .wants = "a time step above 0 s"},
+    {.name = "time", .kind = CLI_NUMBER, FIELD(time), POSITIVE, .wants = "a time above 0 s"},
+    {.name = "load", .kind = CLI_TEXT, .repeats = true, .take = take_load},
+    {.name = "start", .kind = CLI_TEXT, .repeats = true, .take = take_start},
+    {.name = "damping", .kind = CLI_PAIR, .take = take_damping, .wants = "A or A,B, none negative"},
+    {.name = "damping-form",
+     .kind = CLI_CHOICE,
+     .names = damping_forms,
+     .choose = choose_damping_form},
+    {.name = "rank", .kind = CLI_COUNT, FIELD(rank), .least = 1, .most = THRUM_RANK_MAX},
+    {.name = "record-every", .kind = CLI_COUNT, FIELD(record_every), .least = 1, .most = 1e12},
+    {.name = "frames",
+     .kind = CLI_WORD,
+     .take = take_frames,
+     .wants = "frames a second such as 60, or every-N steps"},
+    {.name = "split",
+     .kind = CLI_WORD,
+     .take = take_split,
+     .wants = "cfl, sampling or the number of explicit modes"},
+    {.name = "safety",
+     .kind = CLI_NUMBER,
+     FIELD(def.split_safety),
+     .most = 1,
+     .above = true,
+     .wants = "a number in (0, 1]"},
+    {.name = "split-form", .kind = CLI_CHOICE, .names = split_forms, .choose = choose_split_form},
+    {.name = "adaptive", .kind = CLI_CHOICE, .names = cli_switches, .choose = choose_adaptive},
+    {.name = "ladder", .kind = CLI_CHOICE, .names = cli_switches, .choose = choose_ladder},
+    {.name = "newmark",
+     .kind = CLI_PAIR,
+     .take = take_newmark,
+     .wants = "BETA,GAMMA with BETA >= 0 and GAMMA in [0, 1]"},
+    {.name = "tolerance",
+     .kind = CLI_NUMBER,
+     FIELD(def.tolerance),
+     .most = 0.01,
+     .above = true,
+     .wants = "a number in (0, 0.01]"},
+    {.name = "iterations", .kind = CLI_COUNT, .take = take_iterations, .least = 1, .most = 1e6},
+    CLI_OPTION_JSON(simulate_request),
+    CLI_OPTION_QUIET(simulate_request),
+    CLI_OPTION_HELP(simulate_request),
+    {.name = NULL},
+};
 
 void simulate_help(void) {
   fputs(
@@ -136,220 +245,6 @@ void simulate_help(void) {
       stdout);
 }
 
-static int usage(const char *option, const char *wants, const char *text) {
-  return cli_usage("simulate", "--%s wants %s, not '%s'", option, wants, text);
-}
-
-static int number_option(const char *name, const char *text, const char *wants, double least,
-                         bool least_allowed, double most, double *value) {
-  double parsed = 0;
-  if (!cli_parse_number(text, &parsed) || parsed > most ||
-      !(least_allowed ? parsed >= least : parsed > least))
-    return usage(name, wants, text);
-  *value = parsed;
-  return CLI_DONE;
-}
-
-static int count_option(const char *name, const char *text, int64_t least, int64_t most,
-                        int64_t *value) {
-  int64_t parsed = 0;
-  if (!cli_parse_integer(text, &parsed) || parsed < least || parsed > most) {
-    return cli_usage("simulate", "--%s wants a whole number from %lld to %lld, not '%s'", name,
-                     (long long)least, (long long)most, text);
-  }
-  *value = parsed;
-  return CLI_DONE;
-}
-
-/* "A" or "A,B", where the second keeps its value when it is not given and may be left out. */
-static int pair_option(const char *name, const char *text, const char *wants, bool both,
-                       double pair[2]) {
-  char first[64];
-  double parsed[2] = {pair[0], pair[1]};
-  const size_t length = strcspn(text, ",");
-  if (length >= sizeof first || (both && text[length] == 0))
-    return usage(name, wants, text);
-  memcpy(first, text, length);
-  first[length] = 0;
-  if (!cli_parse_number(first, &parsed[0]) ||
-      (text[length] == ',' && !cli_parse_number(text + length + 1, &parsed[1])) ||
-      !(parsed[0] >= 0) || !(parsed[1] >= 0))
-    return usage(name, wants, text);
-  pair[0] = parsed[0];
-  pair[1] = parsed[1];
-  return CLI_DONE;
-}
-
-static int damping_option(const char *text, thrum_state_def *def) {
-  double pair[2] = {0, 0};
-  const int code = pair_option("damping", text, "A or A,B, none negative", false, pair);
-  if (code == CLI_DONE) {
-    def->damping_alpha = pair[0];
-    def->damping_beta = pair[1];
-  }
-  return code;
-}
-
-static int newmark_option(const char *text, thrum_state_def *def) {
-  static const char wants[] = "BETA,GAMMA with BETA >= 0 and GAMMA in [0, 1]";
-  double pair[2] = {0, 0};
-  const int code = pair_option("newmark", text, wants, true, pair);
-  if (code != CLI_DONE)
-    return code;
-  if (pair[1] > 1)
-    return usage("newmark", wants, text);
-  def->newmark_beta = pair[0];
-  def->newmark_gamma = pair[1];
-  return CLI_DONE;
-}
-
-/* Finds `text` in a list; its place, or -1. */
-static int name_index(const char *text, const char *const *names, int count) {
-  for (int n = 0; n < count; n++) {
-    if (strcmp(text, names[n]) == 0)
-      return n;
-  }
-  return -1;
-}
-
-static int integrator_option(const char *text, thrum_state_def *def) {
-  const int count = sizeof integrators / sizeof integrators[0];
-  const int index = name_index(text, integrators, count);
-  if (index < 0)
-    return usage("integrator", "imexv, newmark, verlet, midpoint or energy", text);
-  def->integrator = (thrum_integrator)index;
-  return CLI_DONE;
-}
-
-static int damping_form_option(const char *text, thrum_state_def *def) {
-  const int index = name_index(text, damping_forms, 2);
-  if (index < 0)
-    return usage("damping-form", "rest or tangent", text);
-  def->damping_form = (thrum_damping_form)index;
-  return CLI_DONE;
-}
-
-static int split_form_option(const char *text, thrum_state_def *def) {
-  const int index = name_index(text, split_forms, 2);
-  if (index < 0)
-    return usage("split-form", "component or quadratic", text);
-  def->split_form = (thrum_split_form)index;
-  return CLI_DONE;
-}
-
-static int switch_option(const char *name, const char *text, int32_t *value) {
-  const int index = name_index(text, switches, 2);
-  if (index < 0)
-    return usage(name, "on or off", text);
-  *value = index;
-  return CLI_DONE;
-}
-
-static int split_option(const char *text, thrum_state_def *def) {
-  int64_t count = 0;
-  if (strcmp(text, "cfl") == 0) {
-    def->split_rule = THRUM_SPLIT_CFL;
-  } else if (strcmp(text, "sampling") == 0) {
-    def->split_rule = THRUM_SPLIT_SAMPLING;
-  } else if (cli_parse_integer(text, &count) && count >= 0 && count <= THRUM_RANK_MAX) {
-    def->split_rule = THRUM_SPLIT_COUNT;
-    def->explicit_count = (int32_t)count;
-  } else {
-    return usage("split", "cfl, sampling or the number of explicit modes", text);
-  }
-  return CLI_DONE;
-}
-
-static int frames_option(const char *text, simulate_request *request) {
-  static const char every[] = "every-";
-  request->frames_rate = 0;
-  request->frames_every = 0;
-  if (strncmp(text, every, sizeof every - 1) == 0) {
-    if (cli_parse_integer(text + sizeof every - 1, &request->frames_every) &&
-        request->frames_every > 0)
-      return CLI_DONE;
-  } else if (cli_parse_number(text, &request->frames_rate) && request->frames_rate > 0) {
-    return CLI_DONE;
-  }
-  return usage("frames", "frames a second such as 60, or every-N steps", text);
-}
-
-static int spec_option(int option, const char *text, simulate_request *request) {
-  thrum_error error = {0};
-  thrum_status status;
-  if (option == LOAD) {
-    status = cli_load_parse(text, &request->loads[request->load_count], &error);
-    request->load_count += status == THRUM_OK;
-  } else {
-    status = cli_start_parse(text, &request->starts[request->start_count], &error);
-    request->start_count += status == THRUM_OK;
-  }
-  return status == THRUM_OK ? CLI_DONE : cli_usage("simulate", "%s", error.message);
-}
-
-static int iterations_option(const char *text, thrum_state_def *def) {
-  int64_t count = 0;
-  const int code = count_option("iterations", text, 1, 1000000, &count);
-  if (code == CLI_DONE)
-    def->iterations_max = (int32_t)count;
-  return code;
-}
-
-/* One option that getopt_long recognised. */
-static int apply_option(int option, simulate_request *request) {
-  thrum_state_def *def = &request->def;
-  switch (option) {
-  case 'o':
-    request->run_path = optarg;
-    return CLI_DONE;
-  case INTEGRATOR:
-    return integrator_option(optarg, def);
-  case DT:
-    return number_option("dt", optarg, "a time step above 0 s", 0, false, INFINITY, &def->dt);
-  case TIME:
-    return number_option("time", optarg, "a time above 0 s", 0, false, INFINITY, &request->time);
-  case DAMPING:
-    return damping_option(optarg, def);
-  case DAMPING_FORM:
-    return damping_form_option(optarg, def);
-  case SPLIT:
-    return split_option(optarg, def);
-  case SAFETY:
-    return number_option("safety", optarg, "a number in (0, 1]", 0, false, 1, &def->split_safety);
-  case SPLIT_FORM:
-    return split_form_option(optarg, def);
-  case ADAPTIVE:
-    return switch_option("adaptive", optarg, &def->adaptive);
-  case LADDER:
-    return switch_option("ladder", optarg, &def->ladder);
-  case NEWMARK:
-    return newmark_option(optarg, def);
-  case TOLERANCE:
-    return number_option("tolerance", optarg, "a number in (0, 0.01]", 0, false, 0.01,
-                         &def->tolerance);
-  case ITERATIONS:
-    return iterations_option(optarg, def);
-  case LOAD:
-  case START:
-    return spec_option(option, optarg, request);
-  case FRAMES:
-    return frames_option(optarg, request);
-  case RECORD_EVERY:
-    return count_option("record-every", optarg, 1, INT64_C(1000000000000), &request->record_every);
-  case RANK:
-    return count_option("rank", optarg, 1, THRUM_RANK_MAX, &request->rank);
-  case JSON:
-    request->json = true;
-    return CLI_DONE;
-  case 'q':
-    request->quiet = true;
-    return CLI_DONE;
-  default:
-    request->help = true;
-    return CLI_DONE;
-  }
-}
-
 /* What cannot be seen option by option. */
 static int finish(int argc, char **argv, simulate_request *request) {
   if (optind >= argc)
@@ -373,16 +268,9 @@ int simulate_options_read(int argc, char **argv, simulate_request *request) {
   request->def = thrum_default_state_def();
   request->time = TIME_DEFAULT;
   request->record_every = 1;
-  opterr = 0;
-  optind = 1;
-  for (int option = getopt_long(argc, argv, ":o:qh", options, NULL); option != -1;
-       option = getopt_long(argc, argv, ":o:qh", options, NULL)) {
-    if (option == '?' || option == ':')
-      return cli_usage_option("simulate", argv, options);
-    const int code = apply_option(option, request);
-    if (code != CLI_DONE || request->help)
-      return code;
-  }
+  const int code = cli_options_read("simulate", table, argc, argv, request);
+  if (code != CLI_DONE || request->help)
+    return code;
   return finish(argc, argv, request);
 }
 

@@ -31,6 +31,8 @@ int simulate_options_read(int argc, char **argv, simulate_request *request);
 
 void simulate_help(void);
 
+/* Names in the order of thrum_integrator; NULL ends them. */
+extern const char *const simulate_integrators[];
 const char *simulate_integrator_name(thrum_integrator integrator);
 const char *simulate_damping_form_name(thrum_damping_form form);
 const char *simulate_split_form_name(thrum_split_form form);

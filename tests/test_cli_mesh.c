@@ -82,11 +82,11 @@ static void what_cannot_be_understood_is_refused(void **state) {
     const char *words;
   } cases[] = {{1, {"check", "no.msh"}, "no.msh"},
                {1, {"check", "no.stl"}, "unknown kind of mesh"},
-               {2, {"check"}, "give one mesh"},
-               {2, {"check", "--scale", "-1", "x"}, "--scale is a number above 0"},
+               {2, {"check"}, "no mesh given"},
+               {2, {"check", "--scale", "-1", "x"}, "--scale wants a number above 0"},
                {2, {"check", "--jsno", "x"}, "did you mean '--json'"},
                {2, {"convert", "a.msh"}, "IN OUT"},
-               {2, {"convert", "--msh", "3", "a.msh", "b.msh"}, "--msh is 2.2 or 4.1"},
+               {2, {"convert", "--msh", "3", "a.msh", "b.msh"}, "--msh wants 2.2 or 4.1"},
                {1, {"convert", "beam:2x2x2@1x1x1", "x.stl"}, "x.stl: unknown kind of mesh"},
                {1, {"convert", "beam:2x2x2@1x1x1", "no/x.vtu"}, "no/x.vtu"}};
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
