@@ -548,9 +548,12 @@ static thrum_status set_groups(inp_reader *r) {
       if (status < 0)
         break;
       const bool tet = element->tet >= 0;
+      const int64_t count = tet ? CORNERS : element->count;
+      if (count == 0) // neither a tet nor a face; there may be no array of faces at all
+        continue;
       const int64_t *nodes =
           tet ? r->builder.tets + CORNERS * element->tet : r->surface_nodes + element->first;
-      for (int64_t n = 0; n < (tet ? CORNERS : element->count) && status >= 0; n++)
+      for (int64_t n = 0; n < count && status >= 0; n++)
         status = thrum_builder_add(&r->builder, list, nodes[n]);
     }
   }

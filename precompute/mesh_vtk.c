@@ -349,7 +349,9 @@ static thrum_status read_header(vtk_reader *r) {
   const size_t length = (size_t)(r->text.end - r->text.start);
   if (length < sizeof start || memcmp(r->text.start, start, sizeof start - 1) != 0)
     return fail(r, "expected '# vtk DataFile Version'; is it a VTK legacy file?");
-  r->new_cells = r->text.start[sizeof start - 1] >= '5' && r->text.start[sizeof start] == '.';
+  // the last of 'X.Y' may be missing
+  r->new_cells = length > sizeof start && r->text.start[sizeof start - 1] >= '5' &&
+                 r->text.start[sizeof start] == '.';
   // the title may be empty, and then the next line is ASCII or BINARY already
   for (int i = 0; i < 2; i++) {
     status = next_line(r, "ASCII or BINARY");

@@ -365,6 +365,7 @@ static void bad_files_are_refused_with_their_line(void **state) {
       {"d.node", "2 3 0 0\n1 0 0 0 5\n2 0 0 1\n", ":2: unexpected '5'"},
       {"a.vtk", "", "the file ends before the version"},
       {"a.vtk", "solid\n", ":1: expected '# vtk DataFile Version'"},
+      {"a.vtk", "# vtk DataFile Version 3", "the file ends before ASCII or BINARY"},
       {"a.vtk", "# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\n",
        ":4: expected DATASET UNSTRUCTURED_GRID"},
       {"a.vtk",
