@@ -92,7 +92,8 @@ static const char *machine_name(void) {
 
 study_place experiments_place(const experiments_request *request) {
   static const char *const commands[] = {"thrum experiments", "thrum experiments --long",
-                                         "thrum experiments --sweep"};
+                                         "thrum experiments --sweep",
+                                         "thrum experiments --extremes"};
   return (study_place){
       .machine = machine_name(),
       .compiler = thrum_build_compiler(),
@@ -107,7 +108,7 @@ bool experiments_progress(void *context, double fraction) {
 }
 
 cJSON *experiments_json(const experiments_request *request, bool flagged) {
-  static const char *const kinds[] = {"matrix", "long", "sweep"};
+  static const char *const kinds[] = {"matrix", "long", "sweep", "extremes"};
   cJSON *object = cJSON_CreateObject();
   cJSON_AddStringToObject(object, "status", flagged ? "flagged" : "done");
   cJSON_AddStringToObject(object, "program", "thrum");
@@ -144,6 +145,8 @@ static int run_request(const experiments_request *request) {
     status = experiments_long(request, bodies, &flagged, &error);
   if (status >= 0 && request->kind == EXPERIMENTS_SWEEP)
     status = experiments_sweep(request, bodies, &flagged, &error);
+  if (status >= 0 && request->kind == EXPERIMENTS_EXTREMES)
+    status = experiments_extremes(request, &flagged, &error);
   for (int64_t n = 0; bodies != NULL && n < bodies->count; n++) {
     study_body_free(&bodies->bodies[n]);
     thrum_model_free(bodies->models[n]);

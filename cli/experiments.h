@@ -10,12 +10,14 @@
 
 #define EXPERIMENTS_MODELS_MAX 32
 #define EXPERIMENTS_AMPLITUDES_MAX 16
-#define EXPERIMENTS_SHORTEST 1e-4 /* time step of --sweep [s] */
+#define EXPERIMENTS_SHORTEST 1e-4  /* time step of --sweep [s] */
+#define EXPERIMENTS_UNIT_STEPS 400 /* of --extremes, in other units */
 
 typedef enum experiments_kind {
   EXPERIMENTS_MATRIX = 0,
   EXPERIMENTS_LONG = 1,
-  EXPERIMENTS_SWEEP = 2
+  EXPERIMENTS_SWEEP = 2,
+  EXPERIMENTS_EXTREMES = 3
 } experiments_kind;
 
 typedef struct experiments_request {
@@ -26,6 +28,7 @@ typedef struct experiments_request {
   int64_t model_count;
   bool loads[STUDY_LOAD_COUNT];
   bool integrators[STUDY_INTEGRATOR_COUNT];
+  bool subjects[STUDY_SUBJECT_COUNT]; /* of --extremes */
   double amplitudes[EXPERIMENTS_AMPLITUDES_MAX];
   int64_t amplitude_count;
   double time; /* [s] */
@@ -58,6 +61,8 @@ thrum_status experiments_long(const experiments_request *request, const experime
                               bool *flagged, thrum_error *error);
 thrum_status experiments_sweep(const experiments_request *request, const experiments_bodies *bodies,
                                bool *flagged, thrum_error *error);
+thrum_status experiments_extremes(const experiments_request *request, bool *flagged,
+                                  thrum_error *error);
 
 /* Writes a text to `name` in the folder asked for, and frees it. */
 thrum_status experiments_write(const experiments_request *request, const char *name,

@@ -25,15 +25,21 @@ void experiments_help(void) {
       "                        and what becomes of the mean energy over windows of 35 s\n"
       "      --sweep           instead: 30 s after an impulse, beam and horse, at time steps from\n"
       "                        0.0001 to 0.05 s\n"
+      "      --extremes        instead: bodies, loads and steps far outside the usual, and one "
+      "body "
+      "in\n"
+      "                        other units; 2000 steps each\n"
       "  -o, --output DIR      the folder; made when it is not there\n"
       "      --models LIST     names or model files (default: the six; of the others, two)\n"
       "      --loads LIST      of impulse, square, sine\n"
       "      --integrators LIST  of imexv, newmark, energy\n"
       "      --amplitudes LIST --long: swings, as shares of the length (default 0.05,0.1,0.2);\n"
       "                        --sweep: one (default 0.05)\n"
+      "      --subjects LIST   --extremes: of stiffness, poisson, size, density, load, snap, tet,\n"
+      "                        square, rank, resonance, rate\n"
       "      --time S          to simulate [s] (default 30)\n"
       "      --dt S            time step [s] (default 0.003)\n"
-      "      --steps N         --long: number of steps (default 3000000)\n"
+      "      --steps N         --long, --extremes: number of steps (default 3000000, 2000)\n"
       "      --threads N       (default 1)\n"
       "      --json            print one JSON object instead of the table\n"
       "  -q, --quiet           no progress\n"
@@ -42,7 +48,8 @@ void experiments_help(void) {
       "  thrum experiments -o results --threads 4\n"
       "  thrum experiments -o quick --models beam --loads sine --time 3 --json\n"
       "  thrum experiments --long -o long --models beam --steps 100000\n"
-      "  thrum experiments --sweep -o sweep --integrators imexv,energy\n\n"
+      "  thrum experiments --sweep -o sweep --integrators imexv,energy\n"
+      "  thrum experiments --extremes -o extremes --subjects load,snap\n\n"
       "exit codes: 0 done, 1 refused, 2 usage, 3 ran, but a run ended before its time\n",
       stdout);
 }
@@ -97,6 +104,11 @@ static int take_integrators(const cli_given *given, void *request) {
                     ((experiments_request *)request)->integrators);
 }
 
+static int take_subjects(const cli_given *given, void *request) {
+  return take_names(given, study_subject_names, STUDY_SUBJECT_COUNT,
+                    ((experiments_request *)request)->subjects);
+}
+
 static int take_models(const cli_given *given, void *request) {
   experiments_request *r = request;
   free(r->list);
@@ -141,6 +153,12 @@ static int take_sweep(const cli_given *given, void *request) {
   return CLI_DONE;
 }
 
+static int take_extremes(const cli_given *given, void *request) {
+  (void)given;
+  ((experiments_request *)request)->kind = EXPERIMENTS_EXTREMES;
+  return CLI_DONE;
+}
+
 #define FIELD(member) .field = offsetof(experiments_request, member)
 #define LIST .kind = CLI_TEXT, .wants = "names with commas between"
 #define SECONDS .kind = CLI_NUMBER, .most = INFINITY, .above = true, .wants = "seconds above 0"
@@ -149,6 +167,8 @@ static const cli_option table[] = {
     {.name = "output", .letter = 'o', .kind = CLI_TEXT, FIELD(output)},
     {.name = "long", .kind = CLI_FLAG, .take = take_long},
     {.name = "sweep", .kind = CLI_FLAG, .take = take_sweep},
+    {.name = "extremes", .kind = CLI_FLAG, .take = take_extremes},
+    {.name = "subjects", LIST, .take = take_subjects},
     {.name = "models", LIST, .take = take_models},
     {.name = "loads", LIST, .take = take_loads},
     {.name = "integrators", LIST, .take = take_integrators},
@@ -175,10 +195,12 @@ static int finish(int argc, char **argv, experiments_request *request) {
     return cli_usage("experiments", "'%s' is too much; name models with --models", argv[optind]);
   if (request->output == NULL || request->output[0] == 0)
     return cli_usage("experiments", "where to? name a folder with -o DIR");
+  if (request->model_count > 0 && request->kind == EXPERIMENTS_EXTREMES)
+    return cli_usage("experiments", "--extremes has bodies of its own; leave --models out");
   if (request->model_count == 0 && request->kind == EXPERIMENTS_MATRIX) {
     for (int n = 0; n < CLI_MODEL_COUNT; n++)
       request->models[request->model_count++] = cli_model_names[n];
-  } else if (request->model_count == 0) {
+  } else if (request->model_count == 0 && request->kind != EXPERIMENTS_EXTREMES) {
     for (int n = 0; n < 2; n++)
       request->models[request->model_count++] = pair[n];
   }
@@ -186,7 +208,9 @@ static int finish(int argc, char **argv, experiments_request *request) {
     request->amplitude_count = request->kind == EXPERIMENTS_SWEEP ? 1 : 3;
     memcpy(request->amplitudes, swings, sizeof swings);
   }
-  if (request->kind != EXPERIMENTS_LONG) {
+  if (request->steps == 0)
+    request->steps = request->kind == EXPERIMENTS_EXTREMES ? 2000 : 3000000;
+  if (request->kind == EXPERIMENTS_MATRIX || request->kind == EXPERIMENTS_SWEEP) {
     // a time within a millionth of a step is a whole number of them, any other is rounded up
     const double dt = request->kind == EXPERIMENTS_SWEEP ? EXPERIMENTS_SHORTEST : request->dt;
     const double steps = ceil(request->time / dt - 1e-6);
@@ -201,12 +225,13 @@ static int finish(int argc, char **argv, experiments_request *request) {
 int experiments_options_read(int argc, char **argv, experiments_request *request) {
   request->time = 30;
   request->dt = thrum_default_state_def().dt;
-  request->steps = 3000000;
   request->threads = 1;
   for (int n = 0; n < STUDY_LOAD_COUNT; n++)
     request->loads[n] = true;
   for (int n = 0; n < STUDY_INTEGRATOR_COUNT; n++)
     request->integrators[n] = true;
+  for (int n = 0; n < STUDY_SUBJECT_COUNT; n++)
+    request->subjects[n] = true;
   const int code = cli_options_read("experiments", table, argc, argv, request);
   if (code != CLI_DONE || request->help)
     return code;

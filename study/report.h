@@ -35,4 +35,10 @@ void study_long_report(study_text *text, const study_long_case *cases,
 void study_sweep_report(study_text *text, const study_sweep_case *cases,
                         const study_sweep_result *results, int64_t count, const study_place *place);
 
+/* The cases by body, integrator; the units by body, system, integrator. */
+void study_extremes_report(study_text *text, const study_extreme_case *cases,
+                           const study_extreme_result *results, int64_t count,
+                           const study_unit_case *units, const study_unit_result *unit_results,
+                           int64_t unit_count, const study_place *place);
+
 #endif

@@ -156,3 +156,57 @@ void study_sweep_csv(study_text *text, const study_sweep_case *cases,
     add_rungs(text, &result->report);
   }
 }
+
+/* A text in quotes, as it may hold a comma. */
+static void add_quoted(study_text *text, const char *plain) {
+  study_text_add(text, ",\"");
+  for (const char *at = plain; *at != 0; at++)
+    study_text_add(text, *at == '"' ? "\"\"" : "%c", *at);
+  study_text_add(text, "\"");
+}
+
+void study_extremes_csv(study_text *text, const study_extreme_case *cases,
+                        const study_extreme_result *results, int64_t count) {
+  study_text_add(text, "subject,case,integrator,outcome,reason,dt_s,h_omega_first,h_omega_last,"
+                       "steps,us_per_step,mean_iterations,work_j,energy_error,energy_end,"
+                       "peak_amplitude,explicit_modes,implicit_modes");
+  add_rung_names(text);
+  for (int64_t n = 0; n < count; n++) {
+    const study_extreme_body *body = cases[n].body;
+    const study_extreme_result *result = &results[n];
+    study_text_add(text, "%s", study_subject_names[body->extreme->subject]);
+    add_quoted(text, body->extreme->name);
+    study_text_add(text, ",%s,%s", study_integrator_names[cases[n].integrator],
+                   study_extreme_outcome(&cases[n], result));
+    add_quoted(text, result->status < 0 ? result->stop.message : "");
+    const double numbers[] = {body->dt, body->dt * body->omega[0], body->dt * body->omega[1]};
+    for (size_t k = 0; k < sizeof numbers / sizeof numbers[0]; k++)
+      add_number(text, numbers[k]);
+    study_text_add(text, ",%lld", (long long)result->report.steps);
+    const double figures[] = {
+        result->us_per_step, (double)result->report.iterations / (double)result->report.steps,
+        result->work,        result->energy_error,
+        result->energy_end,  result->peak_amplitude};
+    for (size_t k = 0; k < sizeof figures / sizeof figures[0]; k++)
+      add_number(text, figures[k]);
+    study_text_add(text, ",%d,%d", (int)result->report.explicit_modes,
+                   (int)result->report.implicit_modes);
+    add_rungs(text, &result->report);
+  }
+}
+
+void study_units_csv(study_text *text, const study_unit_case *cases,
+                     const study_unit_result *results, int64_t count) {
+  study_text_add(text, "units,case,integrator,steps,difference,iterations,iterations_si,"
+                       "same_rungs\n");
+  for (int64_t n = 0; n < count; n++) {
+    // the names hold commas
+    study_text_add(text, "\"%s\"", cases[n].units->name);
+    add_quoted(text, cases[n].extreme->name);
+    study_text_add(text, ",%s,%lld", study_integrator_names[cases[n].integrator],
+                   (long long)cases[n].steps);
+    add_number(text, results[n].difference);
+    study_text_add(text, ",%lld,%lld,%d\n", (long long)results[n].iterations,
+                   (long long)results[n].iterations_si, results[n].same_rungs);
+  }
+}

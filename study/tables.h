@@ -2,6 +2,7 @@
 #ifndef THRUM_STUDY_TABLES_H
 #define THRUM_STUDY_TABLES_H
 
+#include "study/extremes.h"
 #include "study/long_run.h"
 #include "study/matrix.h"
 #include "study/sweep.h"
@@ -50,5 +51,11 @@ bool study_long_read(const char *table, const char *windows, study_long_case *ru
 
 void study_sweep_csv(study_text *text, const study_sweep_case *cases,
                      const study_sweep_result *results, int64_t count);
+
+void study_extremes_csv(study_text *text, const study_extreme_case *cases,
+                        const study_extreme_result *results, int64_t count);
+
+void study_units_csv(study_text *text, const study_unit_case *cases,
+                     const study_unit_result *results, int64_t count);
 
 #endif

@@ -248,6 +248,30 @@ static void mistakes_are_named(void **state) {
   cli_result_free(&missing);
 }
 
+static void extremes_run_or_are_refused_with_a_reason(void **state) {
+  (void)state;
+  cJSON *object = json_of(thrum_run(folder, "experiments", "--extremes", "-o", "extremes",
+                                    "--subjects", "tet,snap", "--steps", "20", "--json", NULL),
+                          0);
+  const cJSON *runs = cJSON_GetObjectItem(object, "runs"), *run = NULL;
+  int refused = 0;
+  assert_int_equal(cJSON_GetArraySize(runs), 5 * 3);
+  assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(object, "units")), 6 * 3);
+  cJSON_ArrayForEach(run, runs) {
+    const bool no = strcmp(text_of(run, "outcome"), "refused") == 0;
+    refused += no;
+    assert_true(no == (text_of(run, "reason")[0] != 0));
+  }
+  assert_int_equal(refused, 3);
+  cJSON_Delete(object);
+  assert_true(file_is_there("extremes/extremes.csv") && file_is_there("extremes/units.csv"));
+  assert_true(report_is_whole("extremes/extremes.html", 0));
+  cli_result wrong =
+      thrum_run(folder, "experiments", "--extremes", "-o", "extremes", "--models", "beam", NULL);
+  assert_int_equal(wrong.exit_code, 2);
+  cli_result_free(&wrong);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_reduced_matrix_runs_whole),
@@ -256,6 +280,7 @@ int main(void) {
       cmocka_unit_test(energy_survives_the_long_run),
       cmocka_unit_test(a_long_run_resumes),
       cmocka_unit_test(mistakes_are_named),
+      cmocka_unit_test(extremes_run_or_are_refused_with_a_reason),
   };
   return cmocka_run_group_tests(tests, make_models, remove_models);
 }
