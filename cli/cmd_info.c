@@ -348,23 +348,8 @@ static thrum_status measure_loads(info *about, thrum_error *error) {
   thrum_status status = forces == NULL ? THRUM_OUT_OF_MEMORY : THRUM_OK;
   if (status < 0)
     thrum_error_set(error, status, "no memory for the loads");
-  for (int n = 0; n < about->load_count && status >= 0; n++) {
-    const cli_load *load = &about->loads[n];
-    const int32_t *vertices = NULL;
-    const int32_t vertex = (int32_t)load->vertex - 1;
-    int64_t count = 1;
-    if (load->gravity) {
-      status = thrum_load_fill_gravity(model, load->vector, forces + (size_t)n * size, error);
-      continue;
-    }
-    if (load->vertex > 0)
-      vertices = &vertex;
-    else if (!load->all)
-      status = thrum_model_group(model, load->group, &vertices, &count, error);
-    if (status >= 0)
-      status =
-          thrum_load_fill(model, vertices, count, load->vector, forces + (size_t)n * size, error);
-  }
+  for (int n = 0; n < about->load_count && status >= 0; n++)
+    status = cli_load_fill(model, &about->loads[n], forces + (size_t)n * size, error);
   if (status >= 0)
     status = thrum_load_share_measure(model, about->load_count, forces, about->shares, error);
   free(forces);

@@ -147,12 +147,12 @@ static thrum_status report(simulation *run, double began, thrum_error *error) {
   const double now = cli_seconds();
   figures->seconds_total = now - began;
   figures->seconds_plot = now - run->began - figures->seconds_step - figures->seconds_output;
-  cJSON *object = simulate_report_json(figures, &run->output);
+  cJSON *object = simulate_report_json(figures, &run->output, &run->measures);
   const thrum_status status = cli_run_output_commit(&run->output, object, error);
   if (status < 0 || !run->request->json) {
     cJSON_Delete(object);
     if (status >= 0)
-      simulate_report_table(figures, &run->output);
+      simulate_report_table(figures, &run->output, &run->measures);
     return status;
   }
   cli_json_print(object);
@@ -180,6 +180,8 @@ static thrum_status prepare(simulation *run, thrum_error *error) {
     status = make_state(run, error);
   if (status >= 0 && run->model->basis != NULL)
     status = thrum_basis_extents(run->model, run->extents, error);
+  if (status >= 0)
+    status = simulate_measures_open(request, run->model, &run->measures, error);
   run->figures.peak = run->model->basis != NULL ? 0 : NAN;
   run->figures.peak_vertex = -1;
   const bool frames = request->frames_rate > 0 || request->frames_every > 0;
@@ -214,6 +216,8 @@ static thrum_status simulate(simulation *run, double began, thrum_error *error) 
     status = report(run, began, error);
   if (status >= 0)
     warn_flags(&run->figures);
+  if (status >= 0)
+    simulate_measures_warn(&run->measures);
   return status;
 }
 
@@ -259,6 +263,7 @@ static int run_request(const simulate_request *request) {
   if (status >= 0 && (run->figures.status != THRUM_OK || run->figures.energy_grew))
     code = CLI_FLAGGED;
   cli_run_output_close(&run->output);
+  simulate_measures_close(&run->measures);
   free(run->memory);
   free(run->courses);
   free(run->state_memory);

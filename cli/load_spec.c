@@ -11,6 +11,7 @@
 #include <string.h>
 
 #include "cli/cli.h"
+#include "precompute/load_share.h"
 
 typedef struct load_kind {
   const char *name;
@@ -217,4 +218,21 @@ thrum_status cli_load_reduce(const thrum_model *model, const cli_load *load, dou
   if (status < 0)
     return thrum_error_set(error, status, "--load '%.100s': %s", load->text, detail.message);
   return THRUM_OK;
+}
+
+thrum_status cli_load_fill(const thrum_model *model, const cli_load *load, double *forces,
+                           thrum_error *error) {
+  const int32_t *vertices = NULL;
+  const int32_t vertex = (int32_t)load->vertex - 1;
+  int64_t count = 1;
+  thrum_status status = THRUM_OK;
+  if (load->gravity)
+    return thrum_load_fill_gravity(model, load->vector, forces, error);
+  if (load->vertex > 0)
+    vertices = &vertex;
+  else if (!load->all)
+    status = thrum_model_group(model, load->group, &vertices, &count, error);
+  if (status < 0)
+    return status;
+  return thrum_load_fill(model, vertices, count, load->vector, forces, error);
 }

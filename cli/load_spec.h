@@ -29,4 +29,8 @@ thrum_status cli_load_parse(const char *text, cli_load *load, thrum_error *error
 thrum_status cli_load_reduce(const thrum_model *model, const cli_load *load, double *reduced,
                              thrum_error *error);
 
+/* forces (3 vertex_count) [N] += the load at its full strength, gravity too. */
+thrum_status cli_load_fill(const thrum_model *model, const cli_load *load, double *forces,
+                           thrum_error *error);
+
 #endif

@@ -103,7 +103,7 @@ thrum_status cli_run_output_record(cli_run_output *output, int64_t step, double 
 }
 
 thrum_status cli_run_output_frame(cli_run_output *output, double time, const double *q,
-                                  thrum_error *error) {
+                                  const double *von_mises, thrum_error *error) {
   path_text path, name;
   const thrum_model *model = output->model;
   thrum_status status =
@@ -112,7 +112,7 @@ thrum_status cli_run_output_frame(cli_run_output *output, double time, const dou
     return status;
   snprintf(name, sizeof name, CLI_RUN_FRAMES "/frame_%06" PRId64 ".vtu", output->frames);
   snprintf(path, sizeof path, "%s/%.40s", output->folder.work, name);
-  status = cli_vtu_write(path, model, output->displacement, time, error);
+  status = cli_vtu_write(path, model, output->displacement, von_mises, time, error);
   if (status >= 0)
     status = cli_pvd_add(&output->pvd, name, time, error);
   output->frames += status >= 0;

@@ -47,6 +47,10 @@ static void choose_split_form(void *request, int index) {
   ((simulate_request *)request)->def.split_form = (thrum_split_form)index;
 }
 
+static void choose_monitor(void *request, int index) {
+  ((simulate_request *)request)->monitor = index != 0;
+}
+
 static void choose_adaptive(void *request, int index) {
   ((simulate_request *)request)->def.adaptive = index;
 }
@@ -184,6 +188,8 @@ static const cli_option table[] = {
      .above = true,
      .wants = "a number in (0, 0.01]"},
     {.name = "iterations", .kind = CLI_COUNT, .take = take_iterations, .least = 1, .most = 1e6},
+    {.name = "stress", .kind = CLI_FLAG, FIELD(stress)},
+    {.name = "monitor", .kind = CLI_CHOICE, .names = cli_switches, .choose = choose_monitor},
     CLI_OPTION_JSON(simulate_request),
     CLI_OPTION_QUIET(simulate_request),
     CLI_OPTION_HELP(simulate_request),
@@ -213,6 +219,9 @@ void simulate_help(void) {
       "      --record-every N   steps between rows of energy.csv and q.npy (default 1)\n"
       "      --frames FPS       write frames.pvd and .vtu files, FPS a second of simulated time;\n"
       "                         every-N: one each N steps\n"
+      "      --stress           von Mises stress in all tetrahedra: its peak, and in the frames\n"
+      "      --monitor on|off   warn of compression, inversion and displacement beyond what the\n"
+      "                         model can be believed for (default on; changes no result)\n"
       "      --json             print one JSON object instead of the table\n"
       "  -q, --quiet            no progress\n"
       "  -h, --help             this text\n\n"
@@ -238,7 +247,7 @@ void simulate_help(void) {
       "examples:\n"
       "  thrum simulate beam.npz -o run --time 3 --start mode:1,0.02\n"
       "  thrum simulate beam.npz -o run --load impulse:0,0,-40@tip --damping 0.3\n"
-      "  thrum simulate horse -o run --load square:0,0,-50@load --frames 30\n"
+      "  thrum simulate horse -o run --load square:0,0,-50@load --frames 30 --stress\n"
       "  thrum simulate beam.npz -o run --load gravity:0,0,-9.81 --integrator newmark --frames "
       "60\n\n"
       "exit codes: 0 done, 1 refused, 2 usage, 3 ran but flagged (status in run.json says why)\n",
@@ -268,6 +277,7 @@ int simulate_options_read(int argc, char **argv, simulate_request *request) {
   request->def = thrum_default_state_def();
   request->time = TIME_DEFAULT;
   request->record_every = 1;
+  request->monitor = true;
   const int code = cli_options_read("simulate", table, argc, argv, request);
   if (code != CLI_DONE || request->help)
     return code;

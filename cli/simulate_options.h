@@ -20,6 +20,8 @@ typedef struct simulate_request {
   cli_load *loads; /* owned by the caller of simulate_options_read, argc of them */
   int64_t start_count;
   cli_start *starts; /* the same */
+  bool stress;       /* von Mises in all tets */
+  bool monitor;      /* default: where there is a mesh */
   bool json;
   bool quiet;
   bool help;

@@ -82,6 +82,8 @@ static cJSON *options_json(const simulate_request *request) {
   } else {
     cJSON_AddNullToObject(object, "frames");
   }
+  cJSON_AddBoolToObject(object, "stress", request->stress);
+  cJSON_AddBoolToObject(object, "monitor", request->monitor);
   return object;
 }
 
@@ -151,7 +153,8 @@ static void add_seconds(cJSON *object, const simulate_figures *figures) {
   cli_json_number(object, "peak_mb", cli_peak_mb());
 }
 
-cJSON *simulate_report_json(const simulate_figures *figures, const cli_run_output *output) {
+cJSON *simulate_report_json(const simulate_figures *figures, const cli_run_output *output,
+                            const simulate_measures *measures) {
   const thrum_state_report *report = &figures->report;
   const simulate_request *request = figures->request;
   char hash[24];
@@ -182,6 +185,7 @@ cJSON *simulate_report_json(const simulate_figures *figures, const cli_run_outpu
   cli_json_number(object, "rows", (double)output->rows);
   cli_json_number(object, "frames", (double)output->frames);
   add_energies(object, figures);
+  simulate_measures_json(measures, object);
   cJSON_AddItemToObject(object, "options", options_json(request));
   add_seconds(object, figures);
   return object;
@@ -205,7 +209,8 @@ static void print_drift(const simulate_figures *figures) {
   }
 }
 
-void simulate_report_table(const simulate_figures *figures, const cli_run_output *output) {
+void simulate_report_table(const simulate_figures *figures, const cli_run_output *output,
+                           const simulate_measures *measures) {
   const thrum_state_report *report = &figures->report;
   const simulate_request *request = figures->request;
   printf("integrator   %s, dt %g s, %d explicit and %d implicit modes\n",
@@ -222,6 +227,7 @@ void simulate_report_table(const simulate_figures *figures, const cli_run_output
   print_drift(figures);
   if (figures->peak_vertex >= 0)
     printf("peak         %.6g m at vertex %" PRId64 "\n", figures->peak, figures->peak_vertex + 1);
+  simulate_measures_table(measures);
   printf("status       %s\n", simulate_status_name(figures));
   printf("files        %s/" CLI_RUN_JSON ", energy.csv, q.npy%s%s%s%s\n", request->run_path,
          output->end ? ", end.npy" : "", output->plot != NULL ? ", " : "",

@@ -3,6 +3,7 @@
 #define THRUM_CLI_SIMULATE_REPORT_H
 
 #include "cli/run_output.h"
+#include "cli/simulate_measures.h"
 #include "cli/simulate_options.h"
 
 /* Mean total energy over the first and the last tenth of the rows that no load acts on. */
@@ -44,8 +45,10 @@ void simulate_figures_end(simulate_figures *figures);
 const char *simulate_status_name(const simulate_figures *figures);
 
 /* The object of --json and run.json. */
-cJSON *simulate_report_json(const simulate_figures *figures, const cli_run_output *output);
+cJSON *simulate_report_json(const simulate_figures *figures, const cli_run_output *output,
+                            const simulate_measures *measures);
 
-void simulate_report_table(const simulate_figures *figures, const cli_run_output *output);
+void simulate_report_table(const simulate_figures *figures, const cli_run_output *output,
+                           const simulate_measures *measures);
 
 #endif

@@ -63,8 +63,9 @@ static thrum_status observe(simulation *run, int64_t row, thrum_error *error) {
     if (status < 0)
       return status;
   }
-  if (row < 0)
-    return THRUM_OK;
+  status = simulate_measures_look(&run->measures, run->q, time_at(run, step), error);
+  if (status < 0 || row < 0)
+    return status;
   return cli_run_output_record(&run->output, step, time_at(run, step), run->q, &energies, error);
 }
 
@@ -116,7 +117,10 @@ static thrum_status write_due(simulation *run, int64_t step, int64_t *frame_step
     return status;
   status = thrum_state_get(run->model, run->state, run->q, NULL, error);
   if (status >= 0)
-    status = cli_run_output_frame(&run->output, time_at(run, step), run->q, error);
+    status = simulate_measures_look(&run->measures, run->q, time_at(run, step), error);
+  if (status >= 0)
+    status = cli_run_output_frame(&run->output, time_at(run, step), run->q, run->measures.von_mises,
+                                  error);
   *frame_step = simulate_frame_step(run->request, run->output.frames);
   return status;
 }

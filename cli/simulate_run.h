@@ -5,6 +5,7 @@
 
 #include "cli/cli.h"
 #include "cli/run_output.h"
+#include "cli/simulate_measures.h"
 #include "cli/simulate_options.h"
 #include "cli/simulate_report.h"
 
@@ -23,6 +24,7 @@ typedef struct simulation {
   cli_run_output output;
   cli_progress progress;
   simulate_figures figures;
+  simulate_measures measures;
   double began; /* the steps [s] */
 } simulation;
 

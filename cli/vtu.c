@@ -34,11 +34,12 @@ enum {
       ARRAY_COUNT
 };
 
-/* Point vectors, which stand behind the other arrays. */
+/* Point vectors, which stand behind the other arrays, and behind them at most one cell scalar. */
 typedef struct vtu_vectors {
   int64_t count;
   const double *const *values; /* each vertex_count x 3 */
   char (*names)[VTU_NAME_SIZE];
+  const double *von_mises; /* tet_count; NULL: none */
 } vtu_vectors;
 
 typedef struct vtu_array {
@@ -67,6 +68,14 @@ static vtu_array plan_vector(const thrum_model *model, uint64_t begin, int64_t i
   vtu_array array = {.type = "Float64", .columns = 3};
   array.bytes = (uint64_t)model->vertex_count * 3 * sizeof(double);
   array.offset = begin + (uint64_t)index * (sizeof(uint64_t) + array.bytes);
+  return array;
+}
+
+/* The cell scalar behind `count` vectors. */
+static vtu_array plan_scalar(const thrum_model *model, uint64_t begin, int64_t count) {
+  vtu_array array = {.type = "Float64", .columns = 1};
+  array.bytes = (uint64_t)model->tet_count * sizeof(double);
+  array.offset = plan_vector(model, begin, count).offset;
   return array;
 }
 
@@ -112,6 +121,10 @@ static void put_xml(FILE *file, const thrum_model *model, const vtu_array *array
   put_array_tag(file, &arrays[ARRAY_fixed], "fixed");
   fputs("      </PointData>\n      <CellData>\n", file);
   put_array_tag(file, &arrays[ARRAY_region], "region");
+  if (vectors->von_mises != NULL) {
+    const vtu_array array = plan_scalar(model, begin, vectors->count);
+    put_array_tag(file, &array, "von_mises");
+  }
   fputs("      </CellData>\n    </Piece>\n  </UnstructuredGrid>\n"
         "  <AppendedData encoding=\"raw\">\n_",
         file);
@@ -159,6 +172,10 @@ static thrum_status write_file(const char *path, const thrum_model *model,
     const vtu_array array = plan_vector(model, begin, n);
     put_array(file, &array, vectors->values[n]);
   }
+  if (vectors->von_mises != NULL) {
+    const vtu_array array = plan_scalar(model, begin, vectors->count);
+    put_array(file, &array, vectors->von_mises);
+  }
   fputs("\n  </AppendedData>\n</VTKFile>\n", file);
   // one look at the stream's error mark covers all of the writes
   const bool failed = ferror(file) != 0;
@@ -168,9 +185,9 @@ static thrum_status write_file(const char *path, const thrum_model *model,
 }
 
 thrum_status cli_vtu_write(const char *path, const thrum_model *model, const double *displacement,
-                           double time, thrum_error *error) {
+                           const double *von_mises, double time, thrum_error *error) {
   char name[1][VTU_NAME_SIZE] = {"displacement"};
-  return write_file(path, model, &(vtu_vectors){1, &displacement, name}, time, error);
+  return write_file(path, model, &(vtu_vectors){1, &displacement, name, von_mises}, time, error);
 }
 
 thrum_status cli_vtu_write_modes(const char *path, const thrum_model *model, int64_t count,
@@ -185,7 +202,7 @@ thrum_status cli_vtu_write_modes(const char *path, const thrum_model *model, int
       values[n] = modes + n * 3 * model->vertex_count;
       snprintf(names[n], VTU_NAME_SIZE, "mode_%02" PRId64 "_%.6g_Hz", n + 1, hertz[n]);
     }
-    status = write_file(path, model, &(vtu_vectors){count, values, names}, 0, error);
+    status = write_file(path, model, &(vtu_vectors){count, values, names, NULL}, 0, error);
   }
   free(values);
   free(names);

@@ -6,9 +6,10 @@
 #include "thrum/thrum.h"
 
 /* Writes one frame to `path`: the mesh at rest, the point vectors `displacement` (vertex_count x 3,
- * [m]) and the time [s]. The model needs a mesh. */
+ * [m]), the cells' `von_mises` (tet_count, [Pa]; NULL: left out) and the time [s]. The model needs a
+ * mesh. */
 thrum_status cli_vtu_write(const char *path, const thrum_model *model, const double *displacement,
-                           double time, thrum_error *error);
+                           const double *von_mises, double time, thrum_error *error);
 
 /* Writes linear modes to `path`: the mesh at rest and for each of `count` modes the point vectors
  * `mode_N_F_Hz` with its frequency F; modes: count x 3 vertex_count [kg^-1/2]. */

@@ -125,7 +125,8 @@ static void check_frame(int64_t tet_count) {
   const uint64_t points = (uint64_t)model.vertex_count, cells = (uint64_t)tet_count;
   for (uint64_t n = 0; n < 3 * points; n++)
     displacement[n] = sin((double)n);
-  assert_int_equal(cli_vtu_write(in_folder("frame.vtu", path), &model, displacement, 0.1, NULL), 0);
+  assert_int_equal(
+      cli_vtu_write(in_folder("frame.vtu", path), &model, displacement, NULL, 0.1, NULL), 0);
   vtu file = read_vtu(path);
   const char *piece = strstr(file.bytes, "<Piece");
   attribute(piece, "NumberOfPoints", value);
@@ -162,12 +163,32 @@ static void a_frame_holds_the_mesh_and_the_displacement(void **state) {
   check_frame(MANY_TETS);
 }
 
+static void a_frame_holds_the_stress_when_there_is_one(void **state) {
+  (void)state;
+  enum { TETS = 37 };
+  static double vertices[3 * (TETS + 3)], displacement[3 * (TETS + 3)], stress[TETS];
+  static int32_t tets[4 * TETS], region[TETS];
+  static uint8_t fixed[TETS + 3];
+  char path[200];
+  const thrum_model model = make_chain(vertices, tets, region, fixed, TETS);
+  for (int n = 0; n < TETS; n++)
+    stress[n] = n * 1e5;
+  assert_int_equal(
+      cli_vtu_write(in_folder("stress.vtu", path), &model, displacement, stress, 0.1, NULL), 0);
+  vtu file = read_vtu(path);
+  assert_memory_equal(array_data(&file, "von_mises", "Float64", 1, 8 * TETS), stress, 8 * TETS);
+  // it stands among the cells' arrays, and fills the raw data to the last byte
+  assert_true(strstr(file.bytes, "<CellData>") < strstr(file.bytes, "von_mises"));
+  assert_true((uint64_t)(file.raw_end - file.raw) == 8 * 8 + 49 * (TETS + 3) + 37 * TETS);
+  free(file.bytes);
+}
+
 static void a_frame_without_a_mesh_is_refused(void **state) {
   (void)state;
   char path[200];
   thrum_error error = {0};
   const thrum_model model = {.rank = 1};
-  assert_int_equal(cli_vtu_write(in_folder("none.vtu", path), &model, NULL, 0, &error),
+  assert_int_equal(cli_vtu_write(in_folder("none.vtu", path), &model, NULL, NULL, 0, &error),
                    THRUM_MISSING);
   assert_true(error.message[0] != 0);
   assert_false(cli_file_exists(path));
@@ -179,9 +200,9 @@ static void a_frame_that_cannot_be_written_is_an_error(void **state) {
   static int32_t tets[4], region[1];
   static uint8_t fixed[4];
   const thrum_model model = make_chain(vertices, tets, region, fixed, 1);
-  assert_int_equal(cli_vtu_write("/nonexistent/frame.vtu", &model, displacement, 0, NULL),
+  assert_int_equal(cli_vtu_write("/nonexistent/frame.vtu", &model, displacement, NULL, 0, NULL),
                    THRUM_IO);
-  assert_int_equal(cli_vtu_write("/dev/full", &model, displacement, 0, NULL), THRUM_IO);
+  assert_int_equal(cli_vtu_write("/dev/full", &model, displacement, NULL, 0, NULL), THRUM_IO);
 }
 
 /* Runs the particle with frames and returns how many the .pvd lists, each one checked. */
@@ -242,6 +263,7 @@ static void a_run_lists_its_frames_with_their_times(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_frame_holds_the_mesh_and_the_displacement),
+      cmocka_unit_test(a_frame_holds_the_stress_when_there_is_one),
       cmocka_unit_test(a_frame_without_a_mesh_is_refused),
       cmocka_unit_test(a_frame_that_cannot_be_written_is_an_error),
       cmocka_unit_test(a_run_lists_its_frames_with_their_times),
