@@ -20,6 +20,7 @@ int cmd_check(int argc, char **argv);
 int cmd_info(int argc, char **argv);
 int cmd_export(int argc, char **argv);
 int cmd_simulate(int argc, char **argv);
+int cmd_static(int argc, char **argv);
 int cmd_experiments(int argc, char **argv);
 int cmd_bench(int argc, char **argv);
 
@@ -80,6 +81,11 @@ void cli_json_print(cJSON *object);
 
 /* The part of a path after its last slash. */
 const char *cli_basename(const char *path);
+
+/* `loaded` cut down to its lowest `rank` coordinates (0: all of them) in *memory, which the caller
+ * frees; the loaded model must stay. */
+thrum_status cli_model_lower(const thrum_model *loaded, int64_t rank, void **memory,
+                             const thrum_model **model, thrum_error *error);
 
 /* How imexv would split this model at `dt` with its other defaults, and what a state would take. */
 typedef struct cli_split {

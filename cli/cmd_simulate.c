@@ -62,17 +62,6 @@ static thrum_status reduce_loads(simulation *run, thrum_error *error) {
   return THRUM_OK;
 }
 
-static thrum_status make_start(simulation *run, thrum_error *error) {
-  const simulate_request *request = run->request;
-  for (int64_t n = 0; n < request->start_count; n++) {
-    const thrum_status status =
-        cli_start_add(run->model, &request->starts[n], run->q, run->p, error);
-    if (status < 0)
-      return status;
-  }
-  return THRUM_OK;
-}
-
 /* What is allowed and yet hardly meant; said when nothing can be refused any more. */
 static void warn_before(const simulation *run) {
   const simulate_request *request = run->request;
@@ -175,7 +164,8 @@ static thrum_status prepare(simulation *run, thrum_error *error) {
   if (status >= 0)
     status = reduce_loads(run, error);
   if (status >= 0)
-    status = make_start(run, error);
+    status =
+        cli_starts_make(run->model, request->starts, request->start_count, run->q, run->p, error);
   if (status >= 0)
     status = make_state(run, error);
   if (status >= 0 && run->model->basis != NULL)
@@ -221,24 +211,6 @@ static thrum_status simulate(simulation *run, double began, thrum_error *error) 
   return status;
 }
 
-/* run->model from run->loaded, at the rank asked for. */
-static thrum_status lower_rank(simulation *run, thrum_error *error) {
-  const int64_t rank = run->request->rank;
-  run->model = run->loaded;
-  if (rank == 0 || rank == run->loaded->rank)
-    return THRUM_OK;
-  thrum_error detail = {0};
-  size_t size = 0;
-  thrum_status status = thrum_model_truncate_size(run->loaded, rank, &size, &detail);
-  if (status < 0)
-    return thrum_error_set(error, status, "--rank: %s", detail.message);
-  run->lower_memory = aligned_alloc(STATE_ALIGNMENT, size);
-  if (run->lower_memory == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the model at rank %lld",
-                           (long long)rank);
-  return thrum_model_truncate(run->lower_memory, size, run->loaded, rank, &run->model, error);
-}
-
 static int run_request(const simulate_request *request) {
   const double began = cli_seconds();
   thrum_error error = {0};
@@ -252,7 +224,7 @@ static int run_request(const simulate_request *request) {
   thrum_status status =
       cli_model_load(request->model_path, request->quiet, &run->loaded, &file, &error);
   if (status >= 0)
-    status = lower_rank(run, &error);
+    status = cli_model_lower(run->loaded, request->rank, &run->lower_memory, &run->model, &error);
   if (status >= 0)
     status = hash_file(file.path, &run->figures.model_hash, &error);
   run->figures.request = request;

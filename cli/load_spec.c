@@ -95,20 +95,22 @@ static thrum_status make_course(const load_kind *kind, const key_values *values,
   return THRUM_OK;
 }
 
-/* What follows '@': all, vertex=N, or a group's name. */
-static thrum_status parse_target(const char *target, cli_load *load, thrum_error *error) {
+thrum_status cli_target_parse(const char *text, const char *said, cli_target *target,
+                              thrum_error *error) {
   static const char vertex_key[] = "vertex=";
-  if (strcmp(target, "all") == 0) {
-    load->all = true;
-  } else if (strncmp(target, vertex_key, sizeof vertex_key - 1) == 0) {
-    if (!cli_parse_integer(target + sizeof vertex_key - 1, &load->vertex) || load->vertex < 1) {
+  cli_target parsed = {.all = strcmp(text, "all") == 0};
+  if (!parsed.all && strncmp(text, vertex_key, sizeof vertex_key - 1) == 0) {
+    if (!cli_parse_integer(text + sizeof vertex_key - 1, &parsed.vertex) || parsed.vertex < 1) {
       return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                             "--load '%s': vertex= takes the number of one vertex, from 1",
-                             load->text);
+                             "%.200s: vertex= takes the number of one vertex, from 1", said);
     }
-  } else {
-    snprintf(load->group, sizeof load->group, "%s", target);
+  } else if (!parsed.all) {
+    if (text[0] == 0 || strlen(text) >= sizeof parsed.group)
+      return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                             "%.200s: say where: GROUP, vertex=N or all", said);
+    snprintf(parsed.group, sizeof parsed.group, "%s", text);
   }
+  *target = parsed;
   return THRUM_OK;
 }
 
@@ -132,18 +134,33 @@ static thrum_status parse_body(char *body, const load_kind *kind, cli_load *load
                            "--load '%s': say where it acts: %s:%s@GROUP, @vertex=N or @all",
                            load->text, kind->name, body);
   }
-  return at != NULL ? parse_target(at + 1, load, error) : THRUM_OK;
+  if (at == NULL)
+    return THRUM_OK;
+  char said[CLI_LOAD_TEXT_MAX + 16];
+  snprintf(said, sizeof said, "--load '%s'", load->text);
+  return cli_target_parse(at + 1, said, &load->target, error);
+}
+
+/* The kind that the text begins with, NULL: none. */
+static const load_kind *kind_of(const char *text, size_t *name_length) {
+  *name_length = strcspn(text, ":");
+  for (int n = 0; n < KIND_COUNT && text[*name_length] != 0; n++) {
+    if (strlen(kinds[n].name) == *name_length && strncmp(kinds[n].name, text, *name_length) == 0)
+      return &kinds[n];
+  }
+  return NULL;
+}
+
+bool cli_load_begins(const char *text) {
+  size_t name_length = 0;
+  return kind_of(text, &name_length) != NULL;
 }
 
 thrum_status cli_load_parse(const char *text, cli_load *load, thrum_error *error) {
   char body[CLI_LOAD_TEXT_MAX];
-  const size_t name_length = strcspn(text, ":");
-  const load_kind *kind = NULL;
-  for (int n = 0; n < KIND_COUNT; n++) {
-    if (strlen(kinds[n].name) == name_length && strncmp(kinds[n].name, text, name_length) == 0)
-      kind = &kinds[n];
-  }
-  if (kind == NULL || text[name_length] == 0) {
+  size_t name_length = 0;
+  const load_kind *kind = kind_of(text, &name_length);
+  if (kind == NULL) {
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "--load '%.200s': it begins with impulse:, square:, sine:, constant: "
                            "or gravity:",
@@ -180,16 +197,40 @@ static void list_groups(const thrum_model *model, char *list, size_t size) {
   }
 }
 
-static thrum_status reduce_group(const thrum_model *model, const cli_load *load, double *reduced,
-                                 thrum_error *error) {
-  const int32_t *vertices = NULL;
-  int64_t count = 0;
-  if (thrum_model_group(model, load->group, &vertices, &count, NULL) < 0) {
+thrum_status cli_target_find(const thrum_model *model, const cli_target *target,
+                             const int32_t **vertices, int64_t *count, int32_t *one,
+                             thrum_error *error) {
+  if (target->all) {
+    *vertices = NULL;
+    *count = model->vertex_count;
+  } else if (target->vertex > 0) {
+    if (target->vertex > model->vertex_count)
+      return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the model has vertices 1 to %lld",
+                             (long long)model->vertex_count);
+    *one = (int32_t)(target->vertex - 1);
+    *vertices = one;
+    *count = 1;
+  } else if (thrum_model_group(model, target->group, vertices, count, NULL) < 0) {
     char list[160];
     list_groups(model, list, sizeof list);
-    return thrum_error_set(error, THRUM_MISSING, "no group '%.60s'; %s%s", load->group,
+    return thrum_error_set(error, THRUM_MISSING, "no group '%.60s'; %s%s", target->group,
                            list[0] != 0 ? "the model's groups: " : "the model has no groups", list);
   }
+  return THRUM_OK;
+}
+
+static thrum_status reduce_target(const thrum_model *model, const cli_load *load, double *reduced,
+                                  thrum_error *error) {
+  const int32_t *vertices = NULL;
+  int64_t count = 0;
+  int32_t one = 0;
+  if (model->basis == NULL) {
+    return thrum_error_set(error, THRUM_MISSING,
+                           "the model has no basis, so no force can act on its vertices");
+  }
+  const thrum_status status = cli_target_find(model, &load->target, &vertices, &count, &one, error);
+  if (status < 0)
+    return status;
   return thrum_force_add_shared(model, vertices, count, load->vector, reduced, error);
 }
 
@@ -200,20 +241,8 @@ thrum_status cli_load_reduce(const thrum_model *model, const cli_load *load, dou
   memset(reduced, 0, (size_t)model->rank * sizeof *reduced);
   if (load->gravity) {
     status = thrum_force_add_gravity(model, load->vector, reduced, &detail);
-  } else if (model->basis == NULL) {
-    status = thrum_error_set(&detail, THRUM_MISSING,
-                             "the model has no basis, so no force can act on its vertices");
-  } else if (load->all) {
-    status = thrum_force_add_shared(model, NULL, 0, load->vector, reduced, &detail);
-  } else if (load->vertex > 0) {
-    if (load->vertex > model->vertex_count) {
-      status = thrum_error_set(&detail, THRUM_INVALID_ARGUMENT, "the model has vertices 1 to %lld",
-                               (long long)model->vertex_count);
-    } else {
-      status = thrum_force_add_vertex(model, load->vertex - 1, load->vector, reduced, &detail);
-    }
   } else {
-    status = reduce_group(model, load, reduced, &detail);
+    status = reduce_target(model, load, reduced, &detail);
   }
   if (status < 0)
     return thrum_error_set(error, status, "--load '%.100s': %s", load->text, detail.message);
@@ -223,15 +252,11 @@ thrum_status cli_load_reduce(const thrum_model *model, const cli_load *load, dou
 thrum_status cli_load_fill(const thrum_model *model, const cli_load *load, double *forces,
                            thrum_error *error) {
   const int32_t *vertices = NULL;
-  const int32_t vertex = (int32_t)load->vertex - 1;
-  int64_t count = 1;
-  thrum_status status = THRUM_OK;
+  int64_t count = 0;
+  int32_t one = 0;
   if (load->gravity)
     return thrum_load_fill_gravity(model, load->vector, forces, error);
-  if (load->vertex > 0)
-    vertices = &vertex;
-  else if (!load->all)
-    status = thrum_model_group(model, load->group, &vertices, &count, error);
+  const thrum_status status = cli_target_find(model, &load->target, &vertices, &count, &one, error);
   if (status < 0)
     return status;
   return thrum_load_fill(model, vertices, count, load->vector, forces, error);

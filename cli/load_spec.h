@@ -10,16 +10,35 @@
 
 #define CLI_LOAD_TEXT_MAX 512
 
+/* Vertices by name: all, vertex=N or a group. */
+typedef struct cli_target {
+  bool all;
+  int64_t vertex; /* 1-based; 0: a group */
+  char group[CLI_LOAD_TEXT_MAX];
+} cli_target;
+
 /* One parsed load. `text` is borrowed from argv. */
 typedef struct cli_load {
   const char *text;
-  bool gravity;     /* vector is an acceleration [m/s^2] on the whole body, not a force [N] */
-  double vector[3]; /* the total over the target */
-  bool all;         /* @all */
-  int64_t vertex;   /* vertex=N, 1-based; 0: a group */
-  char group[CLI_LOAD_TEXT_MAX];
+  bool gravity;      /* vector is an acceleration [m/s^2] on the whole body, not a force [N] */
+  double vector[3];  /* the total over the target */
+  cli_target target; /* none of gravity */
   thrum_load course;
 } cli_load;
+
+/* Parses a target. `said` is the option that it stands in, for the message. *target is untouched on
+ * failure, a mistake of usage. */
+thrum_status cli_target_parse(const char *text, const char *said, cli_target *target,
+                              thrum_error *error);
+
+/* Its vertices: *vertices points into the model (NULL: all of them) or at *one, which gets the
+ * number of a single vertex. */
+thrum_status cli_target_find(const thrum_model *model, const cli_target *target,
+                             const int32_t **vertices, int64_t *count, int32_t *one,
+                             thrum_error *error);
+
+/* Does the text begin as a load does? */
+bool cli_load_begins(const char *text);
 
 /* Parses a load; a failure is a mistake of usage. *load is untouched then. */
 thrum_status cli_load_parse(const char *text, cli_load *load, thrum_error *error);

@@ -16,6 +16,7 @@ static const command commands[] = {
     {"check", cmd_check, "say what a mesh is like, and what may be wrong with it"},
     {"convert", cmd_convert, "from one mesh format to another"},
     {"simulate", cmd_simulate, "step a model and write what happened"},
+    {"static", cmd_static, "find where a body comes to rest under a load"},
     {"experiments", cmd_experiments, "run the experiments of the thesis and report them"},
     {"info", cmd_info, "say what a model file holds"},
     {"export", cmd_export, "write a model in the formats of other programs"},

@@ -98,3 +98,31 @@ thrum_status thrum_displacement_peak(const thrum_model *model, const double *ext
   }
   return THRUM_OK;
 }
+
+thrum_status thrum_displacement_mean(const thrum_model *model, const int32_t *vertices,
+                                     int64_t count, const double *q, double mean[3],
+                                     thrum_error *error) {
+  const thrum_status status = require_basis(model, error);
+  if (status < 0)
+    return status;
+  if (vertices == NULL)
+    count = model->vertex_count;
+  if (count <= 0)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the mean is of no vertices");
+  double sum[3] = {0, 0, 0};
+  for (int64_t n = 0; n < count; n++) {
+    const int64_t v = vertices == NULL ? n : vertices[n];
+    if (v < 0 || v >= model->vertex_count)
+      return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                             "vertex %lld is not one of the model's %lld", (long long)v + 1,
+                             (long long)model->vertex_count);
+    for (int axis = 0; axis < 3; axis++) {
+      const double *row = model->basis + (3 * v + axis) * model->rank;
+      for (int64_t i = 0; i < model->rank; i++)
+        sum[axis] += row[i] * q[i];
+    }
+  }
+  for (int axis = 0; axis < 3; axis++)
+    mean[axis] = sum[axis] / (double)count;
+  return THRUM_OK;
+}

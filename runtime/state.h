@@ -210,6 +210,9 @@ bool thrum_all_finite(const double *values, int64_t n);
 double thrum_state_amplitude(const thrum_model *model, const thrum_state *state, const double *q,
                              const double *p);
 
+/* state_def.c: says what is wrong with what every evaluation needs of a model. */
+thrum_status thrum_state_check_model(const thrum_model *model, thrum_error *error);
+
 /* state_def.c: says what is wrong with a def or with the model's sizes. */
 thrum_status thrum_state_def_check(const thrum_model *model, const thrum_state_def *def,
                                    thrum_error *error);

@@ -29,7 +29,7 @@ thrum_state_def thrum_default_state_def(void) {
   return def;
 }
 
-static thrum_status check_model(const thrum_model *model, thrum_error *error) {
+thrum_status thrum_state_check_model(const thrum_model *model, thrum_error *error) {
   if (!model)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the model is NULL");
   if (model->rank < 1 || model->rank > THRUM_RANK_MAX)
@@ -85,7 +85,7 @@ static thrum_status check_choices(const thrum_model *model, const thrum_state_de
 
 thrum_status thrum_state_def_check(const thrum_model *model, const thrum_state_def *def,
                                    thrum_error *error) {
-  thrum_status status = check_model(model, error);
+  thrum_status status = thrum_state_check_model(model, error);
   if (status != THRUM_OK)
     return status;
   if (!def || def->cookie != DEF_COOKIE)

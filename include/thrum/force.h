@@ -28,6 +28,12 @@ thrum_status thrum_force_add_gravity(const thrum_model *model, const double acce
 thrum_status thrum_displacement(const thrum_model *model, const double *q, int64_t first,
                                 int64_t count, double *displacements, thrum_error *error);
 
+/* Mean displacement (x, y, z) [m] of `count` vertices under q, what a force that they share works
+ * on. vertices NULL: all of the model, count is ignored. */
+thrum_status thrum_displacement_mean(const thrum_model *model, const int32_t *vertices,
+                                     int64_t count, const double *q, double mean[3],
+                                     thrum_error *error);
+
 /* A load's course over time: its direction times thrum_load_mean. */
 typedef enum thrum_load_shape {
   THRUM_LOAD_CONSTANT = 0, /* 1 in [from, until) */

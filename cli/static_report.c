@@ -1,0 +1,130 @@
+/* The answer of `thrum static`: a table for people, one JSON object for programs.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "cli/static_report.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+
+#include "cli/cli.h"
+#include "cli/static_solve.h"
+
+static const char *const instabilities[] = {"none", "bifurcation", "limit point"};
+
+const char *static_status_name(const thrum_equilibrium_report *report) {
+  if (report->least < 0)
+    return "unstable";
+  if (report->instability == THRUM_INSTABILITY_LIMIT)
+    return "snapped";
+  return report->instability == THRUM_INSTABILITY_BIFURCATION ? "buckled" : "done";
+}
+
+static void add_displacements(cJSON *object, const static_answer *answer) {
+  cJSON *list = cJSON_AddArrayToObject(object, "displacements");
+  for (int64_t n = 0; n < answer->request->target_count; n++) {
+    cJSON *item = cJSON_CreateObject();
+    cli_json_string(item, "at", answer->request->at[n]);
+    cli_json_numbers(item, "mean_m", answer->displaced[n], 3);
+    cJSON_AddItemToArray(list, item);
+  }
+  cli_json_number(object, "peak_displacement_m", answer->peak);
+  cli_json_number(object, "peak_vertex",
+                  answer->peak_vertex >= 0 ? (double)answer->peak_vertex + 1 : NAN);
+}
+
+static void add_files(cJSON *object, const static_request *request) {
+  const char *const files[] = {request->output, request->frame, request->path};
+  cJSON *list = cJSON_AddArrayToObject(object, "files");
+  for (int n = 0; n < 3; n++) {
+    if (files[n] != NULL)
+      cJSON_AddItemToArray(list, cJSON_CreateString(files[n]));
+  }
+}
+
+void static_report_json(const static_answer *answer) {
+  const static_request *request = answer->request;
+  const thrum_equilibrium_report *report = &answer->report;
+  cJSON *object = cJSON_CreateObject();
+  cJSON_AddStringToObject(object, "program", "thrum");
+  cJSON_AddStringToObject(object, "version", thrum_version());
+  cJSON_AddStringToObject(object, "command", "static");
+  cJSON_AddStringToObject(object, "status", static_status_name(report));
+  cli_json_string(object, "model", request->model_path);
+  cli_json_number(object, "rank", (double)answer->model->rank);
+  cJSON *loads = cJSON_AddArrayToObject(object, "load");
+  for (int64_t n = 0; n < request->load_count; n++)
+    cJSON_AddItemToArray(loads, cJSON_CreateString(request->loads[n].text));
+  cli_json_number(object, "factor", report->factor);
+  cli_json_numbers(object, "q", answer->q, answer->model->rank);
+  add_displacements(object, answer);
+  cli_json_number(object, "energy_j", report->energy);
+  cli_json_number(object, "load_energy_j", report->load_energy);
+  cli_json_number(object, "residual", report->residual);
+  cJSON_AddBoolToObject(object, "stable", report->least >= 0);
+  cli_json_number(object, "least_eigenvalue", report->least);
+  cli_json_number(object, "frequency_hz",
+                  report->least >= 0 ? cli_static_hertz(report->least) : NAN);
+  cli_json_number(object, "frequency_rest_hz", cli_static_hertz(answer->model->omega2[0]));
+  cli_json_number(object, "softest_eigenvalue", report->softest);
+  cli_json_number(object, "softest_factor", report->softest_factor);
+  cJSON_AddStringToObject(object, "instability", instabilities[report->instability]);
+  cli_json_number(object, "critical_factor", report->critical);
+  cli_json_number(object, "critical_factor_linear", report->critical_linear);
+  cli_json_numbers(object, "mode", answer->mode, answer->model->rank);
+  cli_json_number(object, "jumps", report->jumps);
+  cli_json_number(object, "load_steps", report->load_steps);
+  cli_json_number(object, "cut_steps", report->cut_steps);
+  cli_json_number(object, "iterations", report->iterations);
+  cli_json_number(object, "factorisations", report->factorisations);
+  add_files(object, request);
+  cli_json_number(object, "seconds", answer->seconds);
+  cli_json_print(object);
+}
+
+static void print_stability(const static_answer *answer) {
+  const thrum_equilibrium_report *report = &answer->report;
+  if (report->least >= 0) {
+    printf("stability    stable; softest vibration %.6g Hz, at rest %.6g Hz\n",
+           cli_static_hertz(report->least), cli_static_hertz(answer->model->omega2[0]));
+  } else {
+    printf("stability    unstable: the least eigenvalue of the tangent is %.6g /s^2\n",
+           report->least);
+  }
+  if (report->instability == THRUM_INSTABILITY_NONE) {
+    printf("critical     none up to %g of the load; softest at %.6g of it (%.6g Hz)\n",
+           report->factor, report->softest_factor, cli_static_hertz(report->softest));
+  } else {
+    printf("critical     %.9g of the load: a %s%s\n", report->critical,
+           instabilities[report->instability],
+           report->jumps > 0 ? "; the body then fell to another equilibrium" : "");
+  }
+  if (isfinite(report->critical_linear))
+    printf("estimate     %.6g of the load would be critical, linearly from rest\n",
+           report->critical_linear);
+}
+
+void static_report_table(const static_answer *answer) {
+  const static_request *request = answer->request;
+  const thrum_equilibrium_report *report = &answer->report;
+  printf("load         %g of what is given, %d steps (%d cut), %d iterations, residual %.1e\n",
+         report->factor, (int)report->load_steps, (int)report->cut_steps, (int)report->iterations,
+         report->residual);
+  printf("energy       %.6g J in the body, %.6g J of the load\n", report->energy,
+         report->load_energy);
+  for (int64_t n = 0; n < request->target_count; n++) {
+    const double *mean = answer->displaced[n];
+    printf("displaced    %s: %.6g, %.6g, %.6g m\n", request->at[n], mean[0], mean[1], mean[2]);
+  }
+  if (answer->peak_vertex >= 0)
+    printf("peak         %.6g m at vertex %" PRId64 "\n", answer->peak, answer->peak_vertex + 1);
+  print_stability(answer);
+  printf("q           ");
+  for (int64_t i = 0; i < answer->model->rank; i++)
+    printf(" %.6g", answer->q[i]);
+  puts("");
+  printf("status       %s\n", static_status_name(report));
+  if (request->output != NULL || request->frame != NULL || request->path != NULL)
+    printf("files        %s %s %s\n", request->output != NULL ? request->output : "",
+           request->frame != NULL ? request->frame : "",
+           request->path != NULL ? request->path : "");
+}

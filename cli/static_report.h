@@ -1,0 +1,41 @@
+/* What `thrum static` is asked for, what it found, and how it is shown.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_CLI_STATIC_REPORT_H
+#define THRUM_CLI_STATIC_REPORT_H
+
+#include "cli/load_spec.h"
+
+typedef struct static_request {
+  const char *model_path;
+  const char *output;  /* q as .npy; NULL: none */
+  const char *frame;   /* .vtu; NULL: none */
+  const char *path;    /* .csv of the path; NULL: none */
+  const char **at;     /* targets whose displacement is shown, as given; room for argc */
+  cli_target *targets; /* the same, parsed */
+  int64_t target_count;
+  cli_load *loads; /* room for argc */
+  int64_t load_count;
+  thrum_equilibrium_def def;
+  int64_t rank; /* 0: all */
+  bool json, quiet, help;
+} static_request;
+
+typedef struct static_answer {
+  const static_request *request;
+  const thrum_model *model;
+  thrum_equilibrium_report report;
+  const double *q;        /* rank */
+  const double *mode;     /* rank */
+  double (*displaced)[3]; /* target_count: mean displacement [m] */
+  double peak;            /* largest displacement [m]; NaN without a basis */
+  int64_t peak_vertex;    /* 0-based, -1: none */
+  double seconds;         /* of the search */
+} static_answer;
+
+/* "done", or what flags it: "unstable", "buckled", "snapped". */
+const char *static_status_name(const thrum_equilibrium_report *report);
+
+void static_report_json(const static_answer *answer);
+void static_report_table(const static_answer *answer);
+
+#endif
