@@ -294,7 +294,7 @@ static thrum_status write_frame(const static_answer *answer, thrum_error *error)
     snprintf(temporary, size, "%s.partial-%ld", path, (long)getpid());
     status = thrum_displacement(model, answer->q, 0, model->vertex_count, field, error);
     if (status >= 0) {
-      status = cli_vtu_write(temporary, model, field, 0, error);
+      status = cli_vtu_write(temporary, model, field, NULL, 0, error);
       if (status >= 0 && rename(temporary, path) != 0)
         status = thrum_error_set(error, THRUM_IO, "%.300s: cannot be written (%s)", path,
                                  strerror(errno));
