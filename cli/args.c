@@ -5,6 +5,7 @@
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #define FIRST_LONG 256 /* what getopt_long returns for table[0], clear of all letters */
@@ -20,13 +21,30 @@ int cli_name_index(const char *text, const char *const *names) {
   return -1;
 }
 
+/* A line of an options file, or of the command line. */
+static int refuse_line(const cli_given *given, const char *between, const char *line) {
+  if (given->file == NULL)
+    return cli_usage(given->command, "%s", line);
+  fprintf(stderr, "thrum: %s:%lld: \"%s\"%s%s\n", given->file, (long long)given->line,
+          given->option->name, between, line);
+  return CLI_REFUSED;
+}
+
 int cli_given_refuse(const cli_given *given, const char *format, ...) {
   char line[1024];
   va_list arguments;
   va_start(arguments, format);
   vsnprintf(line, sizeof line, format, arguments);
   va_end(arguments);
-  return cli_usage(given->command, "%s", line);
+  return refuse_line(given, ": ", line);
+}
+
+int cli_given_wants(const cli_given *given, const char *wants) {
+  char line[1200];
+  const bool typed = given->file == NULL;
+  snprintf(line, sizeof line, "%s%s%swants %s", typed ? "--" : "", typed ? given->option->name : "",
+           typed ? " " : "", wants);
+  return refuse_line(given, " ", line);
 }
 
 /* "imexv, newmark or energy" */
@@ -41,7 +59,7 @@ static void join_names(const char *const *names, char *text, size_t size) {
 
 int cli_given_wrong(const cli_given *given) {
   const cli_option *option = given->option;
-  char wants[512];
+  char wants[1024];
   if (option->wants != NULL)
     snprintf(wants, sizeof wants, "%s", option->wants);
   else if (option->kind == CLI_CHOICE)
@@ -52,7 +70,9 @@ int cli_given_wrong(const cli_given *given) {
   else
     snprintf(wants, sizeof wants, "%s",
              option->above && option->least == 0 ? "a number above 0" : "a number");
-  return cli_given_refuse(given, "--%s wants %s, not '%s'", option->name, wants, given->text);
+  const size_t used = strlen(wants);
+  snprintf(wants + used, sizeof wants - used, ", not '%s'", given->text);
+  return cli_given_wants(given, wants);
 }
 
 static bool in_range(const cli_option *option, double value) {
@@ -114,8 +134,7 @@ int cli_given_counts(const cli_given *given, int64_t most, int64_t *values, int6
   return CLI_DONE;
 }
 
-/* Puts one option into the request. */
-static int apply(const cli_given *given, void *request) {
+int cli_given_apply(const cli_given *given, void *request) {
   const cli_option *option = given->option;
   char *field = (char *)request + option->field;
   if (option->take != NULL)
@@ -146,11 +165,15 @@ static void make_getopt(const cli_option *table, struct option *longs, char *let
   size_t used = 0;
   int count = 0;
   letters[used++] = ':';
-  for (; table[count].name != NULL && count < CLI_OPTION_MAX; count++) {
-    const cli_option *option = &table[count];
+  int place = 0;
+  for (; table[place].name != NULL && place < CLI_OPTION_MAX; place++) {
+    const cli_option *option = &table[place];
+    if (option->argument)
+      continue;
     const bool has_value = option->kind != CLI_FLAG;
-    longs[count] = (struct option){option->name, has_value ? required_argument : no_argument, NULL,
-                                   option->letter != 0 ? option->letter : FIRST_LONG + count};
+    longs[count++] =
+        (struct option){option->name, has_value ? required_argument : no_argument, NULL,
+                        option->letter != 0 ? option->letter : FIRST_LONG + place};
     if (option->letter == 0)
       continue;
     letters[used++] = (char)option->letter;
@@ -169,8 +192,17 @@ static const cli_option *find_returned(const cli_option *table, int returned) {
   return table;
 }
 
-int cli_options_read(const char *command, const cli_option *table, int argc, char **argv,
-                     void *request) {
+/* What was given, in its order. */
+typedef struct given_list {
+  cli_given *items; /* room for argc */
+  int count;
+  bool overridden[CLI_OPTION_MAX];
+  const cli_given *file; /* the options file */
+  const cli_given *help;
+} given_list;
+
+static int collect(const char *command, const cli_option *table, int argc, char **argv,
+                   given_list *list) {
   struct option longs[CLI_OPTION_MAX + 1];
   char letters[2 + 2 * CLI_OPTION_MAX];
   make_getopt(table, longs, letters);
@@ -179,18 +211,53 @@ int cli_options_read(const char *command, const cli_option *table, int argc, cha
   for (int returned; (returned = getopt_long(argc, argv, letters, longs, NULL)) != -1;) {
     if (returned == '?' || returned == ':')
       return cli_usage_option(command, argv, longs);
-    const cli_given given = {command, find_returned(table, returned), optarg};
-    const int code = apply(&given, request);
-    if (code != CLI_DONE || returned == 'h')
-      return code;
+    cli_given *given = &list->items[list->count++];
+    *given =
+        (cli_given){.command = command, .option = find_returned(table, returned), .text = optarg};
+    list->overridden[given->option - table] = true;
+    if (returned == 'h')
+      list->help = given;
+    if (list->help != NULL)
+      break;
+    if (given->option->kind == CLI_FILE && list->file != NULL)
+      return cli_usage(command, "one --%s at a time", given->option->name);
+    if (given->option->kind == CLI_FILE)
+      list->file = given;
   }
+  // a mesh or a model on the command line stands for the file's, too
+  for (int n = 0; table[n].name != NULL; n++)
+    list->overridden[n] = list->overridden[n] || (table[n].argument && optind < argc);
   return CLI_DONE;
+}
+
+int cli_options_read(const char *command, const cli_option *table, int argc, char **argv,
+                     void *request) {
+  given_list list = {.items = calloc((size_t)argc + 1, sizeof *list.items)};
+  if (list.items == NULL) {
+    const thrum_error error = {THRUM_OUT_OF_MEMORY, ""};
+    return cli_refuse(&error);
+  }
+  int code = collect(command, table, argc, argv, &list);
+  if (code == CLI_DONE && list.help != NULL) {
+    code = cli_given_apply(list.help, request);
+  } else {
+    if (code == CLI_DONE && list.file != NULL)
+      code = cli_options_file_apply(
+          command, table, list.file->text, list.overridden,
+          (cli_options_file *)(void *)((char *)request + list.file->option->field), request);
+    for (int n = 0; n < list.count && code == CLI_DONE; n++) {
+      if (list.items[n].option->kind != CLI_FILE)
+        code = cli_given_apply(&list.items[n], request);
+    }
+  }
+  free(list.items);
+  return code;
 }
 
 int cli_one_argument(const char *command, const char *what, int argc, char **argv,
                      const char **value) {
   if (optind >= argc)
-    return cli_usage(command, "no %s given", what);
+    return *value != NULL ? CLI_DONE : cli_usage(command, "no %s given", what);
   if (optind + 1 < argc)
     return cli_usage(command, "one %s at a time, but '%s' follows '%s'", what, argv[optind + 1],
                      argv[optind]);

@@ -9,6 +9,7 @@
 #include <stddef.h>
 
 #include "cli/cli.h"
+#include "cli/json_read.h"
 
 #define CLI_OPTION_MAX 48 /* of one command */
 #define CLI_THREADS_MAX 1024
@@ -21,37 +22,65 @@ typedef enum cli_kind {
   CLI_TEXT,     /* any text; const char *, which points to where it was given */
   CLI_CHOICE,   /* one of the table's names; through `choose` */
   CLI_WORD,     /* a number or a text; through `take` */
-  CLI_PAIR      /* one number or two with a comma between; through `take` */
+  CLI_PAIR,     /* one number or two with a comma between; through `take` */
+  CLI_FILE      /* an options file; cli_options_file */
 } cli_kind;
+
+/* When a text of an options file names a file beside it, and not one in the working folder. */
+typedef enum cli_path {
+  CLI_PATH_NONE = 0,
+  CLI_PATH_ALWAYS,
+  CLI_PATH_NAMED,   /* unless it is the name of a model, or begins with KIND: such as beam: */
+  CLI_PATH_IF_THERE /* if there is such a file, whatever :xyz follows its name */
+} cli_path;
+
+#define CLI_FILE_ITEMS_MAX 256 /* repeated options of one file, all of them together */
+
+/* What an options file said: the texts that a request points to. */
+typedef struct cli_options_file {
+  cli_json_document document;
+  char *folder; /* of the file, with its slash; "" when it lies in the working folder */
+  char **texts;
+  int64_t text_count;
+} cli_options_file;
+void cli_options_file_free(cli_options_file *file);
 
 /* One option as it was given, for `take` and for messages. */
 typedef struct cli_given {
   const char *command; /* "precompute" */
   const struct cli_option *option;
   const char *text; /* NULL for flags */
+  const char *file; /* the options file it stands in; NULL: the command line */
+  int64_t line;     /* in the file */
 } cli_given;
 
 typedef struct cli_option {
   const char *name; /* long name; the table ends with a nameless option */
   int letter;       /* short name, or 0 */
   cli_kind kind;
-  size_t field;             /* offset in the request, unless `take` or `choose` is there */
-  double least, most;       /* range, unlimited while both are 0; INFINITY may stand for most */
-  bool above;               /* least itself is not in it */
-  bool repeats;             /* each time adds one */
+  size_t field;       /* offset in the request, unless `take` or `choose` is there */
+  double least, most; /* range, unlimited while both are 0; INFINITY may stand for most */
+  bool above;         /* least itself is not in it */
+  bool repeats;       /* each time adds one */
+  bool argument;      /* no option: the one argument that has no name; text, for options files */
+  cli_path path;
   const char *const *names; /* CLI_CHOICE: ends with NULL */
   const char *wants;        /* what a message says that it wants; NULL: of its kind */
   int (*take)(const cli_given *given, void *request); /* CLI_DONE, or the code of a message */
   void (*choose)(void *request, int index);           /* CLI_CHOICE: the name's place */
 } cli_option;
 
-/* Reads argv by the table into a request, which holds the defaults; *optind is then the first
- * argument that is no option. Stops at --help. CLI_DONE, or the code after one line was printed. */
+/* Reads argv by the table into a request, which holds the defaults; optind is then the first
+ * argument that is no option. An options file, where the table has one, comes first; an option of
+ * the command line takes the place of the file's. Stops at --help. CLI_DONE, or the code after one
+ * line was printed. */
 int cli_options_read(const char *command, const cli_option *table, int argc, char **argv,
                      void *request);
 
 /* "--NAME wants ..., not 'TEXT'", with the table's `wants`, or what the kind and range say. */
 int cli_given_wrong(const cli_given *given);
+/* The same with other words for what it wants, and without the text. */
+int cli_given_wants(const cli_given *given, const char *wants);
 /* A line about an option in words of its own: "--NAME: ...". */
 __attribute__((format(printf, 2, 3))) int cli_given_refuse(const cli_given *given,
                                                            const char *format, ...);
@@ -64,7 +93,19 @@ int cli_given_pair(const cli_given *given, double pair[2]);
 /* Whole numbers in the table's range with commas between, 1 to `most` of them. */
 int cli_given_counts(const cli_given *given, int64_t most, int64_t *values, int64_t *count);
 
-/* The one argument that is no option (`what`: "mesh"), once the options are read. */
+/* Puts one option into the request, as the kind says. */
+int cli_given_apply(const cli_given *given, void *request);
+
+/* Applies an options file to the request, without the options marked in `overridden` (by their
+ * place in the table). CLI_DONE, or CLI_REFUSED after one line with the file and the line. */
+int cli_options_file_apply(const char *command, const cli_option *table, const char *path,
+                           const bool *overridden, cli_options_file *file, void *request);
+
+/* The JSON schema of a command's options files. */
+cJSON *cli_options_schema(const char *command, const cli_option *table);
+
+/* The one argument that is no option (`what`: "mesh"), once the options are read; *value may hold
+ * what an options file said. */
 int cli_one_argument(const char *command, const char *what, int argc, char **argv,
                      const char **value);
 
@@ -77,6 +118,8 @@ extern const char *const cli_switches[];
 /* What every command has, at the end of its table. */
 #define CLI_OPTION_JSON(request)                                                                   \
   { .name = "json", .kind = CLI_FLAG, .field = offsetof(request, json) }
+#define CLI_OPTION_FILE(request)                                                                   \
+  { .name = "options", .kind = CLI_FILE, .field = offsetof(request, file) }
 #define CLI_OPTION_QUIET(request)                                                                  \
   { .name = "quiet", .letter = 'q', .kind = CLI_FLAG, .field = offsetof(request, quiet) }
 #define CLI_OPTION_HELP(request)                                                                   \

@@ -23,6 +23,7 @@ int cmd_simulate(int argc, char **argv);
 int cmd_static(int argc, char **argv);
 int cmd_experiments(int argc, char **argv);
 int cmd_bench(int argc, char **argv);
+int cmd_schema(int argc, char **argv);
 
 /* Prints "thrum: <message>" on standard error and returns CLI_REFUSED. */
 int cli_refuse(const thrum_error *error);

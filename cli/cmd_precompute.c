@@ -27,8 +27,9 @@ static int run_request(precompute_request *request) {
 int cmd_precompute(int argc, char **argv) {
   precompute_request request = {0};
   // no more --fix than arguments, or than a recipe holds
-  request.fixes = calloc((size_t)argc + CLI_RECIPE_FIXES_MAX, sizeof *request.fixes);
-  request.handles = calloc((size_t)argc, sizeof *request.handles);
+  request.fixes =
+      calloc((size_t)argc + CLI_FILE_ITEMS_MAX + CLI_RECIPE_FIXES_MAX, sizeof *request.fixes);
+  request.handles = calloc((size_t)argc + CLI_FILE_ITEMS_MAX, sizeof *request.handles);
   if (request.fixes == NULL || request.handles == NULL) {
     free(request.fixes);
     free(request.handles);
@@ -43,5 +44,6 @@ int cmd_precompute(int argc, char **argv) {
   }
   free(request.fixes);
   free(request.handles);
+  cli_options_file_free(&request.file);
   return code;
 }

@@ -247,9 +247,9 @@ static int run_request(const simulate_request *request) {
 
 int cmd_simulate(int argc, char **argv) {
   simulate_request request = {0};
-  // no more loads and starts than arguments
-  request.loads = calloc((size_t)argc, sizeof *request.loads);
-  request.starts = calloc((size_t)argc, sizeof *request.starts);
+  // no more loads and starts than arguments, and items of an options file
+  request.loads = calloc((size_t)argc + CLI_FILE_ITEMS_MAX, sizeof *request.loads);
+  request.starts = calloc((size_t)argc + CLI_FILE_ITEMS_MAX, sizeof *request.starts);
   int code = CLI_DONE;
   if (request.loads == NULL || request.starts == NULL) {
     const thrum_error error = {THRUM_OUT_OF_MEMORY, ""};
@@ -264,5 +264,6 @@ int cmd_simulate(int argc, char **argv) {
   }
   free(request.loads);
   free(request.starts);
+  cli_options_file_free(&request.file);
   return code;
 }

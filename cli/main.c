@@ -21,6 +21,7 @@ static const command commands[] = {
     {"info", cmd_info, "say what a model file holds"},
     {"export", cmd_export, "write a model in the formats of other programs"},
     {"bench", cmd_bench, "measure the runtime on this machine"},
+    {"schema", cmd_schema, "print the JSON schema of a command's options files"},
 };
 enum { COMMAND_COUNT = sizeof commands / sizeof commands[0] };
 

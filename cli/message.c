@@ -41,27 +41,30 @@ const char *cli_basename(const char *path) {
   return slash != NULL ? slash + 1 : path;
 }
 
-/* Levenshtein distance of two texts of at most NEAREST_LENGTH_MAX bytes, one row at a time. */
+/* How many letters to change, add, drop or swap with their neighbour (the restricted distance of
+ * Damerau), for texts of at most NEAREST_LENGTH_MAX bytes; two rows at a time. */
 static size_t edit_distance(const char *a, const char *b) {
-  size_t row[NEAREST_LENGTH_MAX + 1];
+  size_t rows[3][NEAREST_LENGTH_MAX + 1];
   const size_t length = strlen(b);
   for (size_t j = 0; j <= length; j++)
-    row[j] = j;
-  for (size_t i = 0; a[i] != 0; i++) {
-    size_t diagonal = row[0];
+    rows[0][j] = j;
+  size_t i = 0;
+  for (; a[i] != 0; i++) {
+    const size_t *before = rows[(i + 2) % 3], *above = rows[i % 3];
+    size_t *row = rows[(i + 1) % 3];
     row[0] = i + 1;
     for (size_t j = 1; j <= length; j++) {
-      const size_t above = row[j];
-      size_t best = diagonal + (a[i] == b[j - 1] ? 0 : 1);
-      if (above + 1 < best)
-        best = above + 1;
+      size_t best = above[j - 1] + (a[i] == b[j - 1] ? 0 : 1);
+      if (above[j] + 1 < best)
+        best = above[j] + 1;
       if (row[j - 1] + 1 < best)
         best = row[j - 1] + 1;
+      if (i > 0 && j > 1 && a[i] == b[j - 2] && a[i - 1] == b[j - 1] && before[j - 2] + 1 < best)
+        best = before[j - 2] + 1;
       row[j] = best;
-      diagonal = above;
     }
   }
-  return row[length];
+  return rows[i % 3][length];
 }
 
 const char *cli_nearest(const char *text, const char *const *names, int64_t count) {
@@ -73,10 +76,10 @@ const char *cli_nearest(const char *text, const char *const *names, int64_t coun
   for (int64_t n = 0; n < count; n++) {
     if (strlen(names[n]) > NEAREST_LENGTH_MAX)
       continue;
-    // a short text is near to everything, so at most half of it may differ; a beginning is near
+    // a short text is near to everything, so about a third may differ; a beginning is near
     const size_t distance =
         strncmp(text, names[n], length) == 0 ? 1 : edit_distance(text, names[n]);
-    if (distance < least && 2 * distance <= length + 1) {
+    if (distance < least && 3 * distance <= length + 2) {
       nearest = names[n];
       least = distance;
     }

@@ -62,9 +62,11 @@ static const char *const checks[] = {"auto", "search", "inertia", NULL};
 
 #define FIELD(member) .field = offsetof(precompute_request, member)
 
-static const cli_option table[] = {
-    {.name = "output", .letter = 'o', .kind = CLI_TEXT, FIELD(output)},
-    {.name = "fix", .kind = CLI_TEXT, .repeats = true, .take = take_fix},
+const cli_option precompute_options_table[] = {
+    {.name = "mesh", .kind = CLI_TEXT, .argument = true, .path = CLI_PATH_NAMED, FIELD(mesh_name)},
+    CLI_OPTION_FILE(precompute_request),
+    {.name = "output", .letter = 'o', .kind = CLI_TEXT, .path = CLI_PATH_ALWAYS, FIELD(output)},
+    {.name = "fix", .kind = CLI_TEXT, .path = CLI_PATH_IF_THERE, .repeats = true, .take = take_fix},
     {.name = "young", .kind = CLI_NUMBER, FIELD(material.young)},
     {.name = "poisson", .kind = CLI_NUMBER, FIELD(material.poisson)},
     {.name = "density", .kind = CLI_NUMBER, FIELD(material.density)},
@@ -74,9 +76,9 @@ static const cli_option table[] = {
     {.name = "mass", .kind = CLI_CHOICE, .names = masses, .choose = choose_mass},
     {.name = "check", .kind = CLI_CHOICE, .names = checks, .choose = choose_check},
     {.name = "handles", .kind = CLI_TEXT, .repeats = true, .take = take_handle},
-    {.name = "import-basis", .kind = CLI_TEXT, FIELD(import_basis)},
-    {.name = "import-cubic", .kind = CLI_TEXT, FIELD(import_cubic)},
-    {.name = "export-modes", .kind = CLI_TEXT, FIELD(export_modes)},
+    {.name = "import-basis", .kind = CLI_TEXT, .path = CLI_PATH_ALWAYS, FIELD(import_basis)},
+    {.name = "import-cubic", .kind = CLI_TEXT, .path = CLI_PATH_ALWAYS, FIELD(import_cubic)},
+    {.name = "export-modes", .kind = CLI_TEXT, .path = CLI_PATH_ALWAYS, FIELD(export_modes)},
     {.name = "threads",
      .kind = CLI_COUNT,
      .take = take_threads,
@@ -129,6 +131,8 @@ void precompute_help(void) {
       "                        when it would not fit\n"
       "      --memory MB       refuse what would take more (default: what the machine has left)\n"
       "      --reproducible    store no times in the file: two runs then give the same bytes\n"
+      "      --options FILE.json  read options from a file (docs/options.md); those given here "
+      "come first\n"
       "      --json            print one JSON object instead of the table\n"
       "  -q, --quiet           no progress\n"
       "  -h, --help            this text\n\n"
@@ -150,7 +154,7 @@ int precompute_options_read(int argc, char **argv, precompute_request *request) 
   request->scale = 1;
   request->material = (thrum_material){NAN, NAN, NAN};
   request->options = thrum_default_precompute_options();
-  int code = cli_options_read("precompute", table, argc, argv, request);
+  int code = cli_options_read("precompute", precompute_options_table, argc, argv, request);
   if (code != CLI_DONE || request->help)
     return code;
   code = cli_one_argument("precompute", "mesh", argc, argv, &request->mesh_name);

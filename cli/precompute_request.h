@@ -6,7 +6,7 @@
 #ifndef THRUM_CLI_PRECOMPUTE_REQUEST_H
 #define THRUM_CLI_PRECOMPUTE_REQUEST_H
 
-#include "cli/cli.h"
+#include "cli/args.h"
 #include "precompute/precompute.h"
 
 typedef struct precompute_request {
@@ -22,13 +22,14 @@ typedef struct precompute_request {
   const char *import_basis; /* a .U file in place of modes and derivatives; NULL: none */
   const char *import_cubic; /* its .cub file; NULL: the polynomial is made */
   const char *export_modes; /* a .vtu file for the linear modes; NULL: none */
-  bool modes_given; /* the options' modes and rank are the user's, not the defaults */
+  bool modes_given;         /* the options' modes and rank are the user's, not the defaults */
   bool rank_given;
   bool dry_run;      /* say what it would take, and no more */
   bool reproducible; /* meta without times */
   bool json;
   bool quiet;
   bool help;
+  cli_options_file file; /* of --options; the texts above may point into it */
 } precompute_request;
 
 /* What is known once the model is made, for the table, the JSON line and meta. */
@@ -46,7 +47,11 @@ typedef struct precompute_outcome {
   double seconds_total;
 } precompute_outcome;
 
-/* Fills the request from argv; CLI_DONE or CLI_USAGE. `fixes` has room for argc texts. */
+/* What there is; ends with a nameless option. */
+extern const cli_option precompute_options_table[];
+
+/* Fills the request from argv; CLI_DONE, or the code after a line was printed. `fixes` and
+ * `handles` have room for argc + CLI_FILE_ITEMS_MAX texts. */
 int precompute_options_read(int argc, char **argv, precompute_request *request);
 void precompute_help(void);
 

@@ -1,12 +1,9 @@
 /* Options of `thrum simulate`. SPDX-License-Identifier: Apache-2.0 */
 #include "cli/simulate_options.h"
 
-#include <getopt.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
-
-#include "cli/args.h"
 
 #define TIME_DEFAULT 10.0
 #define STEPS_MAX 1e12  /* years of computing; beyond that an option is a slip */
@@ -143,8 +140,14 @@ static int take_start(const cli_given *given, void *request) {
 #define FIELD(member) .field = offsetof(simulate_request, member)
 #define POSITIVE .most = INFINITY, .above = true
 
-static const cli_option table[] = {
-    {.name = "output", .letter = 'o', .kind = CLI_TEXT, FIELD(run_path)},
+const cli_option simulate_options_table[] = {
+    {.name = "model",
+     .kind = CLI_TEXT,
+     .argument = true,
+     .path = CLI_PATH_NAMED,
+     FIELD(model_path)},
+    CLI_OPTION_FILE(simulate_request),
+    {.name = "output", .letter = 'o', .kind = CLI_TEXT, .path = CLI_PATH_ALWAYS, FIELD(run_path)},
     {.name = "integrator",
      .kind = CLI_CHOICE,
      .names = simulate_integrators,
@@ -152,7 +155,11 @@ static const cli_option table[] = {
     {.name = "dt", .kind = CLI_NUMBER, FIELD(def.dt), POSITIVE, .wants = "a time step above 0 s"},
     {.name = "time", .kind = CLI_NUMBER, FIELD(time), POSITIVE, .wants = "a time above 0 s"},
     {.name = "load", .kind = CLI_TEXT, .repeats = true, .take = take_load},
-    {.name = "start", .kind = CLI_TEXT, .repeats = true, .take = take_start},
+    {.name = "start",
+     .kind = CLI_TEXT,
+     .path = CLI_PATH_NAMED,
+     .repeats = true,
+     .take = take_start},
     {.name = "damping", .kind = CLI_PAIR, .take = take_damping, .wants = "A or A,B, none negative"},
     {.name = "damping-form",
      .kind = CLI_CHOICE,
@@ -223,6 +230,8 @@ void simulate_help(void) {
       "      --stress           von Mises stress in all tetrahedra: its peak, and in the frames\n"
       "      --monitor on|off   warn of compression, inversion and displacement beyond what the\n"
       "                         model can be believed for (default on; changes no result)\n"
+      "      --options FILE.json  read options from a file (docs/options.md); those given here "
+      "come first\n"
       "      --json             print one JSON object instead of the table\n"
       "  -q, --quiet            no progress\n"
       "  -h, --help             this text\n\n"
@@ -257,11 +266,9 @@ void simulate_help(void) {
 
 /* What cannot be seen option by option. */
 static int finish(int argc, char **argv, simulate_request *request) {
-  if (optind >= argc)
-    return cli_usage("simulate", "which model? thrum simulate MODEL -o RUN");
-  if (argc - optind > 1)
-    return cli_usage("simulate", "one model at a time; '%s' is too much", argv[optind + 1]);
-  request->model_path = argv[optind];
+  const int code = cli_one_argument("simulate", "model", argc, argv, &request->model_path);
+  if (code != CLI_DONE)
+    return code;
   if (request->run_path == NULL)
     return cli_usage("simulate", "where to? name the run's folder with -o RUN");
   // a time within a millionth of a step is a whole number of them, any other is rounded up
@@ -279,7 +286,7 @@ int simulate_options_read(int argc, char **argv, simulate_request *request) {
   request->time = TIME_DEFAULT;
   request->record_every = 1;
   request->monitor = true;
-  const int code = cli_options_read("simulate", table, argc, argv, request);
+  const int code = cli_options_read("simulate", simulate_options_table, argc, argv, request);
   if (code != CLI_DONE || request->help)
     return code;
   return finish(argc, argv, request);

@@ -2,7 +2,7 @@
 #ifndef THRUM_CLI_SIMULATE_OPTIONS_H
 #define THRUM_CLI_SIMULATE_OPTIONS_H
 
-#include "cli/cli.h"
+#include "cli/args.h"
 #include "cli/load_spec.h"
 #include "cli/start_spec.h"
 
@@ -17,7 +17,7 @@ typedef struct simulate_request {
   double frames_rate;   /* frames a second of simulated time; 0: see frames_every */
   int64_t frames_every; /* steps between frames; 0 with rate 0: no frames */
   int64_t load_count;
-  cli_load *loads; /* owned by the caller of simulate_options_read, argc of them */
+  cli_load *loads; /* owned by the caller of simulate_options_read */
   int64_t start_count;
   cli_start *starts; /* the same */
   bool stress;       /* von Mises in all tets */
@@ -25,10 +25,14 @@ typedef struct simulate_request {
   bool json;
   bool quiet;
   bool help;
+  cli_options_file file; /* of --options; the texts above may point into it */
 } simulate_request;
 
-/* Fills a zeroed request whose loads and starts have room for argc each. CLI_DONE, or the exit
- * code after its line has been printed. */
+/* What there is; ends with a nameless option. */
+extern const cli_option simulate_options_table[];
+
+/* Fills a zeroed request whose loads and starts have room for argc + CLI_FILE_ITEMS_MAX each.
+ * CLI_DONE, or the exit code after its line has been printed. */
 int simulate_options_read(int argc, char **argv, simulate_request *request);
 
 void simulate_help(void);

@@ -86,7 +86,7 @@ static void assert_refusals(const refusal *cases, size_t count, int code, int li
 static void mistakes_of_usage_exit_with_two_and_write_nothing(void **state) {
   (void)state;
   static const refusal cases[] = {
-      {{NULL}, "which model"},
+      {{NULL}, "no model given"},
       {{"particle.npz"}, "-o RUN"},
       {{"particle.npz", "more", "-o", "run"}, "'more'"},
       {{"particle.npz", "-o"}, "needs a value"},

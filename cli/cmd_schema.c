@@ -1,0 +1,63 @@
+/* `thrum schema`: the JSON schema of a command's options files, for editors and scripts.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <stdio.h>
+#include <string.h>
+
+#include "cli/args.h"
+#include "cli/precompute_request.h"
+#include "cli/simulate_options.h"
+
+/* A further command with --options is one line here. */
+static const struct {
+  const char *name;
+  const cli_option *table;
+} commands[] = {
+    {"precompute", precompute_options_table},
+    {"simulate", simulate_options_table},
+};
+enum { COMMAND_COUNT = sizeof commands / sizeof commands[0] };
+
+typedef struct schema_request {
+  bool help;
+} schema_request;
+
+static const cli_option table[] = {CLI_OPTION_HELP(schema_request), {.name = NULL}};
+
+static void print_help(void) {
+  fputs("usage: thrum schema COMMAND\n\n"
+        "Prints the JSON schema (draft 7) of the options files that COMMAND reads with --options:\n"
+        "precompute or simulate.\n\n"
+        "  -h, --help   this text\n\n"
+        "examples:\n"
+        "  thrum schema simulate > simulate.schema.json\n",
+        stdout);
+}
+
+int cmd_schema(int argc, char **argv) {
+  schema_request request = {0};
+  const char *name = NULL, *names[COMMAND_COUNT];
+  int code = cli_options_read("schema", table, argc, argv, &request);
+  if (code == CLI_DONE && request.help) {
+    print_help();
+    return CLI_DONE;
+  }
+  if (code == CLI_DONE)
+    code = cli_one_argument("schema", "command", argc, argv, &name);
+  if (code != CLI_DONE)
+    return code;
+  for (int n = 0; n < COMMAND_COUNT; n++) {
+    names[n] = commands[n].name;
+    if (strcmp(name, names[n]) != 0)
+      continue;
+    cJSON *schema = cli_options_schema(name, commands[n].table);
+    char *text = cJSON_Print(schema);
+    if (text != NULL)
+      puts(text);
+    cJSON_free(text);
+    cJSON_Delete(schema);
+    return CLI_DONE;
+  }
+  const char *nearest = cli_nearest(name, names, COMMAND_COUNT);
+  return cli_usage("schema", "'%s' reads no options file; did you mean '%s'?", name,
+                   nearest != NULL ? nearest : names[0]);
+}
