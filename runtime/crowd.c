@@ -133,8 +133,10 @@ static void go_on_alone(const group *g, int64_t lane, thrum_quasi_next next) {
   member *one = &g->members[lane];
   const thrum_solver *s = &one->solver;
   unfetch(g, lane);
-  while (next == THRUM_QUASI_EVALUATE)
-    next = thrum_quasi_take(s, &one->quasi, s->evaluate(s));
+  while (next == THRUM_QUASI_EVALUATE) {
+    s->evaluate(s);
+    next = thrum_quasi_take(s, &one->quasi);
+  }
   const bool solved = next == THRUM_QUASI_DONE || thrum_solve_newton(s);
   one->status = thrum_imexv_finish(s, solved);
   one->solving = false;
@@ -156,7 +158,7 @@ static int64_t iterate(group *g) {
     const thrum_solver *s = &one->solver;
     take(g, m, g->split, rank, g->force, one->run.view.force);
     unfetch(g, m);
-    const thrum_quasi_next next = thrum_quasi_take(s, &one->quasi, s->h * s->h * g->value[m]);
+    const thrum_quasi_next next = thrum_quasi_take(s, &one->quasi);
     if (next == THRUM_QUASI_EVALUATE)
       left++;
     else

@@ -13,4 +13,9 @@ bool thrum_dense_factor(double *matrix, int32_t n, int32_t *pivots);
 /* Overwrites `x` (n), a right-hand side, with the solution, from a factorisation made above. */
 void thrum_dense_solve(const double *factors, int32_t n, const int32_t *pivots, double *x);
 
+/* Overwrites the symmetric `matrix` (n x n, the lower triangle is read) with its inverse, both
+ * triangles. False where all diagonal pivots left are zero, as may be in an indefinite matrix that
+ * is not singular, or the result is not finite: the content is then useless. work: 2 n. */
+bool thrum_dense_invert(double *matrix, int32_t n, double *work);
+
 #endif

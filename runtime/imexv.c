@@ -39,43 +39,28 @@ static void fetch(const thrum_solver *s) {
 /* R(q-bar)_I into view->force; returns h^2 V(q-bar) up to a constant. */
 static double evaluate(const thrum_solver *s) {
   thrum_state_view *view = s->view;
-  if (s->first == 0)
-    return s->h * s->h *
-           thrum_force_by(s->view->kernel, s->model, view->middle, view->force, view->work);
   fetch(s);
-  return s->h * s->h *
-         thrum_restricted_gradient(s->view->kernel, s->model, s->first, view->restricted,
+  return s->weight / s->at *
+         thrum_restricted_gradient(view->kernel, s->model, s->first, view->restricted,
                                    view->middle + s->first, view->force + s->first, view->work);
 }
 
 /* (h^2/4 + h/2 beta) T_II(q-bar), beta for the tangent form of damping only. */
 static void stiffness(const thrum_solver *s, double *matrix) {
+  thrum_state_view *view = s->view;
   fetch(s);
-  if (s->first == 0)
-    thrum_tangent_by(s->view->kernel, s->model, s->view->middle, matrix, s->view->work);
-  else
-    thrum_restricted_hessian(s->view->kernel, s->model, s->first, s->view->restricted,
-                             s->view->middle + s->first, matrix, s->view->work);
-  const size_t n = (size_t)s->n;
-  const double damping = s->tangent ? 0.5 * s->h * s->state->damping_beta : 0.0;
-  const double stiff = 0.25 * s->h * s->h + damping;
-  for (size_t a = 0; a < n * n; a++)
-    matrix[a] *= stiff;
+  thrum_restricted_hessian(view->kernel, s->model, s->first, view->restricted,
+                           view->middle + s->first, matrix, view->work);
+  thrum_solve_weigh(s, matrix);
 }
 
 thrum_solver thrum_imexv_solver(const thrum_model *model, const thrum_state *state,
                                 thrum_state_view *view, thrum_solve_report *report) {
-  const thrum_solver s = {model,
-                          state,
-                          view,
-                          report,
-                          evaluate,
-                          stiffness,
-                          state->dt,
-                          state->split,
-                          state->rank - state->split,
-                          thrum_tangent_damped(state),
-                          false};
+  thrum_solver s = thrum_solver_of(model, state, view, report, state->split);
+  if (s.first > 0) {
+    s.evaluate = evaluate;
+    s.stiffness = stiffness;
+  }
   return s;
 }
 
@@ -86,9 +71,10 @@ thrum_status thrum_imexv_drift(const thrum_solver *s, double potential) {
     if (thrum_stagger_kick(s->model, s->state, view) != THRUM_OK)
       return THRUM_NOT_CONVERGED;
   }
+  const double h = s->state->dt;
   for (int32_t i = 0; i < s->first; i++) {
-    view->q_next[i] = view->q[i] + s->h * view->p_next[i];
-    view->middle[i] = view->q[i] + 0.5 * s->h * view->p_next[i];
+    view->q_next[i] = view->q[i] + h * view->p_next[i];
+    view->middle[i] = view->q[i] + 0.5 * h * view->p_next[i];
     view->velocity[i] = view->p_next[i];
     // a sum of differences is zero unless one of its terms is not finite
     if (!isfinite(view->q_next[i]) || !isfinite(view->p_next[i]))

@@ -61,7 +61,7 @@ static thrum_status substeps(const thrum_model *model, const thrum_state *state,
     at.load_before = view->load;
     shorter.amplitude = fmax(shorter.amplitude, thrum_state_amplitude(model, &shorter, at.q, at.p));
   }
-  view->matrices_used = view->matrices_used || at.matrices_used;
+  thrum_view_merge(view, &at);
   return status;
 }
 
@@ -79,6 +79,7 @@ static thrum_status climb(const thrum_model *model, const thrum_state *state,
   }
   report->newton = false;
   report->refreshed = false;
+  report->solved = false;
   return status;
 }
 

@@ -1,41 +1,61 @@
-/* The implicit solve shared by imexv and energy, private to the runtime; see solve.c.
- * SPDX-License-Identifier: Apache-2.0 */
+/* The implicit solve shared by imexv, newmark and energy, private to the runtime; see solve.c and
+ * quasi.c. SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_RUNTIME_SOLVE_H
 #define THRUM_RUNTIME_SOLVE_H
 
+#include "secant.h"
 #include "state.h"
 
-/* A solve for the increment of the modes first..rank-1; filled by the integrator. */
+/* A solve for the increment d of the modes first..rank-1:
+ *   0 = d - kick + weight (R + D v - f),  v = rate d + drift,  R at q + at d */
 typedef struct thrum_solver thrum_solver;
 struct thrum_solver {
   const thrum_model *model;
   const thrum_state *state;
   thrum_state_view *view;
   thrum_solve_report *report;
-  /* Mean force R of the increment in view->unknown into view->force; returns P. The midpoint q-bar
-   * in view->middle and v in view->velocity are up to date. */
+  /* Mean force R of the increment in view->unknown into view->force; returns P, with
+   * grad P = weight R. q + at d in view->middle and v in view->velocity are up to date. */
   double (*evaluate)(const thrum_solver *s);
-  /* h^2/2 dR/dd, and h/2 beta T for the tangent form, of the increment last evaluated: n x n. */
+  /* weight (dR/dd + rate beta T), the latter for the tangent form, of the increment last evaluated:
+   * n x n. */
   void (*stiffness)(const thrum_solver *s, double *matrix);
-  double h;
-  int32_t first; /* of the implicit modes */
+  double at, weight, rate;
+  int32_t first; /* of the modes solved for */
   int32_t n;     /* how many */
   bool tangent;  /* damping in tangent form */
-  bool exact;    /* solve on until rounding stops it */
+  bool verified; /* R must have been evaluated at the increment found */
 };
 
+/* The solver of a midpoint step, at = 1/2, weight = h^2/2, rate = 1/h, of the modes from `first`
+ * on: kick and drift filled, evaluate and stiffness those of the whole model. */
+thrum_solver thrum_solver_of(const thrum_model *model, const thrum_state *state,
+                             thrum_state_view *view, thrum_solve_report *report, int32_t first);
+
+/* R of the whole model at view->middle, and its stiffness. */
+double thrum_solve_force(const thrum_solver *s);
+void thrum_solve_stiffness(const thrum_solver *s, double *matrix);
+
+/* Multiplies T of a solve that evaluates the model once into its stiffness. */
+void thrum_solve_weigh(const thrum_solver *s, double *matrix);
+
+/* Fills scale and unscale, after weight, at or rate were changed. */
+void thrum_solve_scale(const thrum_solver *s);
+
 /* Finds the increment: then it is in view->unknown, R in view->force, R + D v - f in view->total,
- * q-bar in view->middle. False when neither quasi-Newton nor full Newton ends. */
+ * q + at d in view->middle and v in view->velocity. False when neither quasi-Newton nor full Newton
+ * ends. */
 bool thrum_solve_increment(const thrum_solver *s);
 
-/* Quasi-Newton one evaluation at a time, so that those of several states can be made together:
- * begin, then while the answer is EVALUATE put R at view->middle into view->force and give P. STUCK
- * is for thrum_solve_newton. */
+/* quasi.c: quasi-Newton one evaluation at a time, so that those of several states can be made
+ * together: begin, then while the answer is EVALUATE put R at view->middle into view->force and
+ * take. STUCK is for thrum_solve_newton. */
 typedef struct thrum_quasi {
+  thrum_secant inverse;
   double before; /* residual of the evaluation before */
   int32_t done;  /* iterations */
-  bool kept;     /* the factors are of a step before */
-  bool fresh;    /* the factors are of this evaluation */
+  bool known;    /* there is an inverse */
+  bool fresh;    /* made at this evaluation */
 } thrum_quasi;
 
 typedef enum thrum_quasi_next {
@@ -45,12 +65,21 @@ typedef enum thrum_quasi_next {
 } thrum_quasi_next;
 
 void thrum_quasi_begin(const thrum_solver *s, thrum_quasi *quasi);
-thrum_quasi_next thrum_quasi_take(const thrum_solver *s, thrum_quasi *quasi, double potential);
+thrum_quasi_next thrum_quasi_take(const thrum_solver *s, thrum_quasi *quasi);
 
-/* Full Newton from no motion. */
+/* Full Newton from no motion. After thrum_quasi_begin. */
 bool thrum_solve_newton(const thrum_solver *s);
 
-/* q_next, p_next and past_next of the implicit modes from a solved increment. */
+/* Of the increment in view->unknown, for quasi.c: where it is to be evaluated; the scaled norm of
+ * its residual, from R in view->force; is that small enough; the matrix 1 + weight (at T + rate D)
+ * into jacobian_next. */
+void thrum_solve_place(const thrum_solver *s);
+double thrum_solve_assess(const thrum_solver *s);
+double thrum_solve_norm(const thrum_solver *s);
+bool thrum_solve_accept(const thrum_solver *s, double norm, double step);
+void thrum_solve_assemble(const thrum_solver *s);
+
+/* q_next and p_next of a midpoint step from a solved increment, and what the next guess needs. */
 void thrum_solve_advance(const thrum_solver *s);
 
 #endif

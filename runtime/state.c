@@ -16,13 +16,14 @@
 #include <string.h>
 
 #include "polynomial.h"
+#include "secant.h"
 
 #define STATE_MAGIC UINT64_C(0x7468726d73743031)
 #define STATE_ALIGNMENT 64
 
 /* Doubles of each kind of array, rounded up to whole alignments. */
 typedef struct sizes {
-  uint64_t vector, work, restricted, kept, next, tangent;
+  uint64_t vector, past, pairs, work, restricted, kept, next, tangent;
 } sizes;
 
 static uint64_t round_up(uint64_t doubles) {
@@ -31,8 +32,11 @@ static uint64_t round_up(uint64_t doubles) {
 }
 
 static sizes sizes_of(const thrum_state *state) {
+  const uint64_t vector = round_up((uint64_t)state->rank);
   const sizes s = {
-      .vector = round_up((uint64_t)state->rank),
+      .vector = vector,
+      .past = THRUM_PAST * vector,
+      .pairs = 2 * THRUM_SECANT_PAIRS * vector,
       .work = round_up((uint64_t)state->work_count),
       .restricted = round_up((uint64_t)state->restricted_count),
       .kept = round_up((uint64_t)state->kept_count),
@@ -58,6 +62,7 @@ thrum_state_view thrum_state_view_of(thrum_state *state) {
   THRUM_STATE_SCRATCH(X)
 #undef X
   view.end = at;
+  view.stride = (int64_t)s.vector;
   view.work_own = view.work;
   view.restricted_own = view.restricted;
   view.kernel = thrum_kernel_get(state->kernel);
@@ -74,6 +79,7 @@ void thrum_state_clear_scratch(thrum_state_view *view) {
     memset(view->work, 0, (size_t)used * sizeof(double));
   if (view->restricted_used > 0 && view->restricted == view->restricted_own)
     memset(view->restricted, 0, (size_t)view->restricted_used * sizeof(double));
+  memset(view->pairs, 0, (size_t)(2 * view->pairs_used * view->stride) * sizeof(double));
   if (view->matrices_used)
     memset(view->jacobian_next, 0, (size_t)(view->end - view->jacobian_next) * sizeof(double));
 }
@@ -147,7 +153,7 @@ static void fill_header(thrum_state *state, const thrum_model *model, const thru
   // midpoint and Newmark evaluate the whole model; imexv restricts it to fewer than r modes
   if (imexv)
     state->restricted_count = thrum_restricted_count(n < r ? n : r - 1);
-  state->kept_count = def->integrator == THRUM_INTEGRATOR_NEWMARK ? 0 : n * n;
+  state->kept_count = n * n;
   state->next_count = tangent ? r * r : n * n;
   state->tangent_count = tangent || energy ? r * r : 0;
   const sizes s = sizes_of(state);

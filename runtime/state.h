@@ -20,7 +20,7 @@ struct thrum_state {
   uint64_t bytes;            /* of the whole block */
   int64_t work_count;        /* doubles in `work` */
   int64_t restricted_count;  /* doubles in `restricted` */
-  int64_t kept_count;        /* doubles in `jacobian` */
+  int64_t kept_count;        /* doubles in `inverse` */
   int64_t next_count;        /* doubles in `jacobian_next` */
   int64_t tangent_count;     /* doubles in `tangent` */
   int64_t steps;             /* report */
@@ -70,8 +70,8 @@ struct thrum_state {
   int32_t iterations_max;    /* of one implicit solve */
   int32_t split;             /* E = 0..split-1, I = split..rank-1, now */
   int32_t high_first;        /* I0 = high_first..rank-1, fixed for the run */
-  int32_t jacobian_kept;     /* 1: `jacobian` holds factors for the present split and dt */
-  int32_t past_count;        /* how many of past_1, past_2 are known */
+  int32_t jacobian_kept;     /* 1: `inverse` is one for the present split and dt */
+  int32_t past_count;        /* how many steps of past_q and past_r are known */
   int32_t iterations_last;   /* report */
   int32_t split_form;        /* of the def */
   int32_t scheme;            /* thrum_scheme, now */
@@ -91,25 +91,28 @@ struct thrum_state {
   X(guide_whole, vector)  /* and on those of the def */                                            \
   X(q_kept, vector)       /* synchronised state before the last step, for the watch */             \
   X(p_kept, vector)                                                                                \
-  X(past_1, vector) /* R_I - omega^2 q at the last midpoint, for the first guess */                \
-  X(past_2, vector) /* the same at the midpoint before */                                          \
-  X(pivots, vector) /* int32: row exchanges of `jacobian` */                                       \
-  X(jacobian, kept) /* factors kept from a step before, |I| x |I| */
+  X(past_q, past)  /* where the last THRUM_PAST solves ended: q + at d, for the first guess */     \
+  X(past_r, past)  /* and R there; those of step k at thrum_past_at(view, k) */                    \
+  X(inverse, kept) /* of the Jacobian of the steps before, |I| x |I|, symmetric */
 
 /* Scratch, in an order that lets a call clear no more than it used. */
 #define THRUM_STATE_SCRATCH(X)                                                                     \
   X(q_next, vector)            /* candidate of q' */                                               \
   X(p_next, vector)            /* candidate of p'; p^+ on E */                                     \
   X(acceleration_next, vector) /* Newmark: a' */                                                   \
-  X(past_next, vector)         /* past_1 to be */                                                  \
   X(force, vector)             /* R(q_k), later R(q-bar) */                                        \
   X(middle, vector)            /* where an implicit step evaluates the model: q-bar, or q' */      \
   X(velocity, vector)          /* the velocity there */                                            \
   X(product, vector)           /* T times velocity */                                              \
-  X(unknown, vector)           /* of the solve: q' - q on I; a' for Newmark */                     \
-  X(trial, vector)             /* an unknown to compare with */                                    \
+  X(unknown, vector)           /* of the solve: q' - q on I */                                     \
+  X(trial, vector)             /* an unknown or a residual to compare with */                      \
   X(residual, vector)          /* of the solve */                                                  \
   X(direction, vector)         /* Newton's correction */                                           \
+  X(image, vector)             /* the one to come */                                               \
+  X(scale, vector)             /* Jacobian at rest, the scale of a mode's residual */              \
+  X(unscale, vector)           /* 1/scale */                                                       \
+  X(kick, vector)              /* of the solve: what d is without forces */                        \
+  X(drift, vector)             /* of the solve: the velocity for d = 0 */                          \
   X(total, vector)             /* R + D v - f at the middle */                                     \
   X(q_start, vector)           /* q of a step redone */                                            \
   X(p_kept_next, vector)       /* synchronised p at the start of the step */                       \
@@ -125,7 +128,8 @@ struct thrum_state {
   X(pivots_next, vector)    /* int32: of jacobian_next */                                          \
   X(work, work)             /* of the polynomial */                                                \
   X(restricted, restricted) /* V at fixed q_E, a quartic in q_I */                                 \
-  X(jacobian_next, next)    /* factors made in this step */                                        \
+  X(pairs, pairs)           /* corrections of the inverse learnt in this step */                   \
+  X(jacobian_next, next)    /* Jacobian, factors or inverse made in this step */                   \
   X(tangent, tangent)       /* T(q), rank x rank, for the tangent form of damping */               \
   X(tangent_2, tangent)     /* a second one */
 
@@ -142,6 +146,8 @@ typedef struct thrum_state_view {
   int64_t restricted_used;           /* doubles; set by whoever writes restricted */
   const double *restricted_from;     /* not NULL: where a crowd has what restricted is to hold, */
   int64_t restricted_stride;         /* at every so many doubles */
+  int64_t stride;                    /* of vectors one after the other in an array */
+  int32_t pairs_used;                /* by whoever writes pairs */
   bool guided;                       /* by whoever writes guide_next */
   bool matrices_used;                /* by whoever writes jacobian_next, tangent or tangent_2 */
 } thrum_state_view;
@@ -163,7 +169,9 @@ typedef struct thrum_solve_report {
   int32_t iterations;
   int32_t factorisations;
   bool newton;    /* full Newton was needed */
-  bool refreshed; /* jacobian_next replaces jacobian */
+  bool solved;    /* the increment came from a solve: the next guess may go on from it */
+  bool refreshed; /* jacobian_next replaces inverse */
+  int32_t learnt; /* pairs to be folded into it */
   bool saw_nonfinite;
   bool energy_known;
   bool energy_ahead; /* it is that of the end of the step, less what the step's work added */
@@ -175,6 +183,21 @@ typedef struct thrum_solve_report {
   double shadow;        /* what Stoermer-Verlet's own energy is below it [J] */
   double shadow_change; /* what the load of the step to come adds to that [J] */
 } thrum_solve_report;
+
+/* How many solves the first guess remembers. */
+#define THRUM_PAST 4
+
+/* Where those arrays have step k. */
+static inline int64_t thrum_past_at(const thrum_state_view *view, int64_t k) {
+  return (k % THRUM_PAST + THRUM_PAST) % THRUM_PAST * view->stride;
+}
+
+/* What a copy of a view used, into the view: for clearing. */
+static inline void thrum_view_merge(thrum_state_view *view, const thrum_state_view *copy) {
+  view->matrices_used = view->matrices_used || copy->matrices_used;
+  if (view->pairs_used < copy->pairs_used)
+    view->pairs_used = copy->pairs_used;
+}
 
 /* How many modes have their momentum half a step late: the first so many. */
 static inline int32_t thrum_staggered(const thrum_state *state) {
@@ -242,9 +265,9 @@ thrum_status thrum_stagger_synchronise(const thrum_model *model, const thrum_sta
 void thrum_stagger_delay(const thrum_model *model, const thrum_state *state, thrum_state_view *view,
                          const double *q, const double *load_before, double *p);
 
-/* One step each: candidates into q_next and p_next (imexv also past_next and, when refreshed,
- * jacobian_next; Newmark acceleration_next); nothing persistent is written. THRUM_OK,
- * THRUM_NOT_CONVERGED or THRUM_NOT_FINITE. */
+/* One step each: candidates into q_next and p_next (Newmark also acceleration_next; after a solve
+ * also middle, force, pairs and, when refreshed, jacobian_next); nothing persistent is written.
+ * THRUM_OK, THRUM_NOT_CONVERGED or THRUM_NOT_FINITE. */
 thrum_status thrum_step_imexv(const thrum_model *model, const thrum_state *state,
                               thrum_state_view *view, thrum_solve_report *report);
 thrum_status thrum_step_quadratic(const thrum_model *model, const thrum_state *state,

@@ -8,7 +8,28 @@
 #include <math.h>
 #include <string.h>
 
+#include "secant.h"
 #include "state.h"
+
+/* What the next solve can begin with. */
+static void remember(thrum_state *next, const thrum_state_view *kept, const thrum_state_view *view,
+                     const thrum_solve_report *report) {
+  const size_t vector = (size_t)next->rank * sizeof(double);
+  const int32_t n = next->rank - next->split;
+  if (report->solved) {
+    memcpy(kept->past_q + thrum_past_at(view, next->steps), view->middle, vector);
+    memcpy(kept->past_r + thrum_past_at(view, next->steps), view->force, vector);
+    next->past_count = next->past_count < THRUM_PAST ? next->past_count + 1 : THRUM_PAST;
+  }
+  if (report->refreshed) {
+    memcpy(kept->inverse, view->jacobian_next, (size_t)n * (size_t)n * sizeof(double));
+    next->jacobian_kept = 1;
+  } else if (report->newton) {
+    next->jacobian_kept = 0;
+  }
+  if (report->solved && next->jacobian_kept)
+    thrum_secant_fold(view->pairs, view->stride, n, report->learnt, kept->inverse);
+}
 
 /* Candidates and the header to be into the state. */
 static void commit(thrum_state *state, thrum_state *next, const thrum_state_view *view,
@@ -24,23 +45,12 @@ static void commit(thrum_state *state, thrum_state *next, const thrum_state_view
   memcpy(kept.q, view->q_next, vector);
   memcpy(kept.p, view->p_next, vector);
   memcpy(kept.load_before, view->load, vector);
-  if (next->scheme == THRUM_SCHEME_NEWMARK) {
+  if (next->scheme == THRUM_SCHEME_NEWMARK)
     memcpy(kept.acceleration, view->acceleration_next, vector);
-  } else if (report->rung == THRUM_RUNG_NONE && next->scheme != THRUM_SCHEME_QUADRATIC &&
-             next->split < state->rank) {
-    memcpy(kept.past_2, kept.past_1, vector);
-    memcpy(kept.past_1, view->past_next, vector);
-    next->past_count = next->past_count < 2 ? next->past_count + 1 : 2;
-  }
+  remember(next, &kept, view, report);
   if (view->guided) {
     memcpy(kept.guide, view->guide_next, vector);
     memcpy(kept.guide_whole, view->guide_whole_next, vector);
-  }
-  if (report->refreshed) {
-    const size_t n = (size_t)(state->rank - next->split);
-    memcpy(kept.jacobian, view->jacobian_next, n * n * sizeof(double));
-    memcpy(kept.pivots, view->pivots_next, n * sizeof(int32_t));
-    next->jacobian_kept = 1;
   }
   const bool handed =
       next->scheme == THRUM_SCHEME_ENERGY && next->integrator == THRUM_INTEGRATOR_IMEXV;

@@ -9,7 +9,7 @@
  *   imexv     two-stage implicit-explicit variational integrator, design 5 (2)-(5), component split
  *   verlet    its end |I| = 0: Stoermer-Verlet
  *   midpoint  its end |I| = r: the implicit midpoint rule
- *   newmark   design 6, any beta and gamma, full Newton; the baseline
+ *   newmark   design 6, any beta and gamma; the baseline
  *   energy    design 7, average vector field: conserves 1/2 |p|^2 + V at any h
  *
  * imexv also runs in the quadratic split (6), and watches itself (design 4): it moves modes between
@@ -121,7 +121,7 @@ typedef struct thrum_state_report {
   int32_t explicit_modes; /* |E| now; r for verlet, 0 for midpoint, newmark and energy */
   int32_t implicit_modes; /* |I| now */
   int32_t iterations_last;
-  double residual_last; /* scaled residual of the last solve */
+  double residual_last; /* scaled residual of the last solve; expected at most, if not evaluated */
 } thrum_state_report;
 
 /* Bytes of a state for this model and def. Checks the def and says what is wrong with it. */

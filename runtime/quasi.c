@@ -1,0 +1,201 @@
+/* Quasi-Newton for the increment d of a step (design 5), one evaluation of R at a time.
+ *
+ * The first guess extrapolates q-bar and R of the steps before, as many as are smooth, and corrects
+ * it as if R had been evaluated there: no evaluation is spent on it. Each iteration corrects by the
+ * inverse Jacobian kept from the steps before, which learns from it (secant.c). The Jacobian is
+ * made anew only where more than REMAINING iterations would be left. An iteration whose residual is
+ * sure to be small enough, by the contraction of the one before and a margin, is not evaluated: (5)
+ * then holds for d exactly, R is what it says. Cost: an evaluation of R and about n^2 an iteration;
+ * a tangent and n^3 where the Jacobian is anew. Source of the stop without evaluation: Hairer &
+ * Wanner, Solving Ordinary Differential Equations II, 1996, section IV.8,
+ * doi:10.1007/978-3-642-05221-7.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+#include <math.h>
+#include <string.h>
+
+#include "dense.h"
+#include "solve.h"
+
+#define REMAINING 4 /* iterations that are cheaper than a Jacobian made anew */
+#define MARGIN                                                                                     \
+  10.0 /* of an expected residual: the contraction of one iteration is not the next's */
+
+/* Residuals this small beside the step are rounding in part, and teach nothing. */
+#define TEACHING 1e-12
+
+/* Scaled norm of the residual that ends a solve: tolerance times the step, or rounding beside the
+ * motion seen so far. */
+static double goal(const thrum_solver *s, double step) {
+  return s->state->tolerance * step + THRUM_ROUNDING_FLOOR * s->state->amplitude;
+}
+
+/* --- first guess ------------------------------------------------------------------------------ */
+
+/* How many of the `count` steps before, latest first in `past`, are worth extrapolating: higher
+ * differences that grow say that the motion is too fast for them. */
+static int32_t smooth(const thrum_solver *s, const double *const past[THRUM_PAST], int32_t count) {
+  double sums[THRUM_PAST] = {0.0};
+  for (int32_t i = s->first; i < s->state->rank; i++) {
+    double difference[THRUM_PAST];
+    for (int32_t j = 0; j < count; j++)
+      difference[j] = past[j][i];
+    for (int32_t k = 0; k < count; k++) {
+      sums[k] += difference[0] * difference[0] * s->view->unscale[i];
+      for (int32_t j = 0; j + 1 < count - k; j++)
+        difference[j] -= difference[j + 1];
+    }
+  }
+  int32_t order = count - 1;
+  while (order > 1 && !(sums[order] < sums[order - 1]))
+    order -= 2;
+  return (order > 0 ? order : 0) + 1;
+}
+
+/* unknown = d~ - H g~, where d~ is the increment that leads to the middle expected, and g~ its
+ * residual with the R expected there. */
+static void guess(const thrum_solver *s, const thrum_quasi *quasi) {
+  static const double weights[THRUM_PAST][THRUM_PAST] = {
+      {1.0}, {2.0, -1.0}, {3.0, -3.0, 1.0}, {4.0, -6.0, 4.0, -1.0}};
+  thrum_state_view *view = s->view;
+  const double *past_q[THRUM_PAST], *past_r[THRUM_PAST];
+  int32_t count = s->state->past_count;
+  for (int32_t j = 0; j < count; j++) {
+    const int64_t at = thrum_past_at(view, s->state->steps - 1 - j);
+    past_q[j] = view->past_q + at;
+    past_r[j] = view->past_r + at;
+  }
+  if (count > 0) {
+    count = smooth(s, past_r, count);
+  } else if (s->first > 0) {
+    // stage 1 has R at q_k
+    past_q[count] = view->q;
+    past_r[count++] = view->force;
+  } else {
+    memset(view->unknown, 0, (size_t)s->state->rank * sizeof *view->unknown);
+    return;
+  }
+  const double *weight = weights[count - 1];
+  for (int32_t i = s->first; i < s->state->rank; i++) {
+    double q = 0.0, force = 0.0;
+    for (int32_t j = 0; j < count; j++) {
+      q += weight[j] * past_q[j][i];
+      force += weight[j] * past_r[j][i];
+    }
+    const double d = (q - view->q[i]) / s->at;
+    const double damped =
+        thrum_rest_damping(s->model, s->state, i) * (s->rate * d + view->drift[i]);
+    view->unknown[i] = d;
+    view->residual[i] = d - view->kick[i] + s->weight * (force + damped - view->load[i]);
+    view->direction[i] = view->residual[i] * view->unscale[i];
+  }
+  if (quasi->known)
+    thrum_secant_apply(&quasi->inverse, view->residual + s->first, view->direction + s->first);
+  for (int32_t i = s->first; i < s->state->rank; i++)
+    view->unknown[i] -= view->direction[i];
+}
+
+/* --- iterations ------------------------------------------------------------------------------- */
+
+void thrum_quasi_begin(const thrum_solver *s, thrum_quasi *quasi) {
+  thrum_state_view *view = s->view;
+  memset(quasi, 0, sizeof *quasi);
+  quasi->before = INFINITY;
+  quasi->known = s->state->jacobian_kept != 0;
+  quasi->inverse.base = view->inverse;
+  quasi->inverse.pairs = view->pairs;
+  quasi->inverse.stride = view->stride;
+  quasi->inverse.n = s->n;
+  s->report->refreshed = false;
+  s->report->learnt = 0;
+  guess(s, quasi);
+  thrum_solve_place(s);
+}
+
+/* Would the inverse as it is need many more iterations? */
+static bool slow(double contraction, double norm, double wanted) {
+  for (int k = 0; k < REMAINING; k++)
+    norm *= contraction;
+  return !(MARGIN * norm <= wanted);
+}
+
+/* H of the Jacobian at the increment evaluated last. */
+static bool refresh(const thrum_solver *s, thrum_quasi *quasi) {
+  thrum_solve_assemble(s);
+  s->report->factorisations++;
+  if (!thrum_dense_invert(s->view->jacobian_next, s->n, s->view->work))
+    return false;
+  s->report->refreshed = true;
+  s->report->learnt = 0;
+  quasi->inverse.base = s->view->jacobian_next;
+  quasi->inverse.count = 0;
+  quasi->known = true;
+  return true;
+}
+
+/* direction = H residual, with an H that knows what the last iteration did. */
+static void correct(const thrum_solver *s, thrum_quasi *quasi, bool teaches) {
+  thrum_state_view *view = s->view;
+  const double *residual = view->residual + s->first;
+  double *step = view->direction + s->first, *change = view->trial + s->first;
+  double *image = view->image + s->first;
+  thrum_secant_apply(&quasi->inverse, residual, image);
+  if (teaches) {
+    for (int32_t i = 0; i < s->n; i++) {
+      step[i] = -step[i];
+      change[i] = residual[i] - change[i];
+    }
+    thrum_secant_learn(&quasi->inverse, step, change, residual, image);
+    s->report->learnt = quasi->inverse.count;
+    if (view->pairs_used < quasi->inverse.count)
+      view->pairs_used = quasi->inverse.count;
+  }
+  for (int32_t i = 0; i < s->n; i++) {
+    step[i] = image[i];
+    change[i] = residual[i];
+  }
+  for (int32_t i = s->first; i < s->state->rank; i++)
+    view->unknown[i] -= view->direction[i];
+  s->report->iterations++;
+}
+
+/* R + D v - f and R as the equation has them for d. */
+static void conclude(const thrum_solver *s) {
+  thrum_state_view *view = s->view;
+  for (int32_t i = s->first; i < s->state->rank; i++) {
+    view->total[i] = (view->kick[i] - view->unknown[i]) / s->weight;
+    view->force[i] = view->total[i] + view->load[i] -
+                     thrum_rest_damping(s->model, s->state, i) * view->velocity[i];
+  }
+}
+
+thrum_quasi_next thrum_quasi_take(const thrum_solver *s, thrum_quasi *quasi) {
+  const double norm = thrum_solve_assess(s), step = thrum_solve_norm(s);
+  if (!isfinite(norm))
+    return THRUM_QUASI_STUCK;
+  if (thrum_solve_accept(s, norm, step))
+    return THRUM_QUASI_DONE;
+  if (quasi->done == s->state->iterations_max || (quasi->fresh && norm > quasi->before))
+    return THRUM_QUASI_STUCK;
+  const double contraction = norm / quasi->before;
+  const bool second = quasi->done > 0;
+  quasi->fresh = !quasi->known || (second && slow(contraction, norm, goal(s, step)));
+  if (quasi->fresh && !refresh(s, quasi))
+    return THRUM_QUASI_STUCK;
+  correct(s, quasi, second && !quasi->fresh && quasi->before > TEACHING * step);
+  quasi->before = norm;
+  quasi->done++;
+  thrum_solve_place(s);
+  // D of the tangent form is known where it was evaluated only
+  const bool may = second && !quasi->fresh && !s->tangent && !s->verified;
+  if (may && MARGIN * contraction * norm <= goal(s, step)) {
+    s->report->residual = step > 0.0 ? MARGIN * contraction * norm / step : 0.0;
+    conclude(s);
+    return THRUM_QUASI_DONE;
+  }
+  return THRUM_QUASI_EVALUATE;
+}
