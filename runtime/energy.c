@@ -81,9 +81,10 @@ static void balance(const thrum_solver *s) {
   // at a standstill no scale helps, and none is needed
   if (!(fabs(share) < SCALED_MOST))
     return;
-  const double scale = sqrt(1.0 - share);
+  // the factor less 1, so that a long run is not rounded one way
+  const double more = -share / (1.0 + sqrt(1.0 - share));
   for (int32_t i = 0; i < s->n; i++)
-    view->p_next[i] *= scale;
+    view->p_next[i] += more * view->p_next[i];
 }
 
 thrum_status thrum_step_energy(const thrum_model *model, const thrum_state *state,
