@@ -6,6 +6,7 @@
 #include "cli/args.h"
 #include "cli/precompute_request.h"
 #include "cli/simulate_options.h"
+#include "cli/static_report.h"
 
 /* A further command with --options is one line here. */
 static const struct {
@@ -14,6 +15,7 @@ static const struct {
 } commands[] = {
     {"precompute", precompute_options_table},
     {"simulate", simulate_options_table},
+    {"static", static_options_table},
 };
 enum { COMMAND_COUNT = sizeof commands / sizeof commands[0] };
 
@@ -26,7 +28,7 @@ static const cli_option table[] = {CLI_OPTION_HELP(schema_request), {.name = NUL
 static void print_help(void) {
   fputs("usage: thrum schema COMMAND\n\n"
         "Prints the JSON schema (draft 7) of the options files that COMMAND reads with --options:\n"
-        "precompute or simulate.\n\n"
+        "precompute, simulate or static.\n\n"
         "  -h, --help   this text\n\n"
         "examples:\n"
         "  thrum schema simulate > simulate.schema.json\n",

@@ -2,197 +2,18 @@
  * (thrum/equilibrium.h); here it is asked for, shown and written. SPDX-License-Identifier:
  * Apache-2.0 */
 #include <errno.h>
-#include <getopt.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
-#include "cli/cli.h"
 #include "cli/model_name.h"
 #include "cli/static_report.h"
 #include "cli/static_solve.h"
 #include "cli/vtu.h"
 #include "precompute/interrupt.h"
 #include "precompute/npz.h"
-
-#define FACTOR_MAX 1e12
-
-enum { LOAD = 256, AT, FACTOR, STAY, TOLERANCE, RANK, FRAME, PATH, JSON };
-
-static const struct option options[] = {
-    {"load", required_argument, NULL, LOAD},
-    {"at", required_argument, NULL, AT},
-    {"factor", required_argument, NULL, FACTOR},
-    {"stay", no_argument, NULL, STAY},
-    {"tolerance", required_argument, NULL, TOLERANCE},
-    {"rank", required_argument, NULL, RANK},
-    {"output", required_argument, NULL, 'o'},
-    {"vtu", required_argument, NULL, FRAME},
-    {"path", required_argument, NULL, PATH},
-    {"json", no_argument, NULL, JSON},
-    {"quiet", no_argument, NULL, 'q'},
-    {"help", no_argument, NULL, 'h'},
-    {NULL, 0, NULL, 0},
-};
-
-static void print_help(void) {
-  fputs(
-      "usage: thrum static MODEL --load LOAD [OPTIONS]\n\n"
-      "Finds where a body comes to rest under a load: the equilibrium of the reduced model. The\n"
-      "load grows in steps from nothing; where the body buckles or snaps through on the way,\n"
-      "the factor of the load at which it does is its critical load, and the body is followed to\n"
-      "the stable shape that it falls to. MODEL is a model file or one of the models that come\n"
-      "with Thrum.\n\n"
-      "      --load LOAD      as of `thrum simulate`, at its full strength (a sine's amplitude);\n"
-      "                       when it acts plays no part; repeatable, the loads act together\n"
-      "      --factor F       so many times the loads (default 1)\n"
-      "      --at TARGET      show the mean displacement of a group, vertex=N or all; repeatable\n"
-      "                       (default: where the loads act)\n"
-      "      --stay           where the body would buckle, stay on the path, unstable\n"
-      "      --tolerance T    of the residual relative to the load (default 1e-10)\n"
-      "      --rank N         the lowest N coordinates only (default: all of the model)\n"
-      "  -o, --output FILE    write q as .npy, which `thrum simulate --start FILE` takes\n"
-      "      --vtu FILE       write the deformed body for ParaView\n"
-      "      --path FILE      write the path as .csv: load, energy, stiffness, displacements\n"
-      "      --json           print one JSON object instead of the table\n"
-      "  -q, --quiet          no progress of a model that is made first\n"
-      "  -h, --help           this text\n\n"
-      "`thrum simulate --start static:LOAD` begins a run from such an equilibrium.\n\n"
-      "examples:\n"
-      "  thrum static beam.npz --load gravity:0,0,-9.81 -o sag.npy\n"
-      "  thrum static beam.npz --load constant:-100,0,0@tip --factor 5 --path column.csv\n"
-      "  thrum static bridge --load gravity:0,0,-9.81 --at load --json\n\n"
-      "exit codes: 0 done, 1 refused, 2 usage, 3 found but flagged (buckled, snapped, unstable)\n",
-      stdout);
-}
-
-static int load_option(static_request *request) {
-  thrum_error error = {0};
-  if (cli_load_parse(optarg, &request->loads[request->load_count], &error) < 0)
-    return cli_usage("static", "%s", error.message);
-  request->load_count++;
-  return CLI_DONE;
-}
-
-static int at_option(static_request *request) {
-  thrum_error error = {0};
-  const int64_t n = request->target_count;
-  if (cli_target_parse(optarg, "--at", &request->targets[n], &error) < 0)
-    return cli_usage("static", "%s", error.message);
-  request->at[n] = optarg;
-  request->target_count++;
-  return CLI_DONE;
-}
-
-static int number_option(const char *wants, double most, double *value) {
-  double parsed = 0;
-  if (!cli_parse_number(optarg, &parsed) || !(parsed > 0) || parsed > most)
-    return cli_usage("static", "%s, not '%s'", wants, optarg);
-  *value = parsed;
-  return CLI_DONE;
-}
-
-static int rank_option(static_request *request) {
-  if (!cli_parse_integer(optarg, &request->rank) || request->rank < 1 ||
-      request->rank > THRUM_RANK_MAX)
-    return cli_usage("static", "--rank wants a whole number from 1 to %d, not '%s'", THRUM_RANK_MAX,
-                     optarg);
-  return CLI_DONE;
-}
-
-static int apply_option(int option, static_request *request) {
-  switch (option) {
-  case LOAD:
-    return load_option(request);
-  case AT:
-    return at_option(request);
-  case FACTOR:
-    return number_option("--factor wants a number above 0", FACTOR_MAX, &request->def.factor);
-  case TOLERANCE:
-    return number_option("--tolerance wants a number in (0, 0.01]", 0.01, &request->def.tolerance);
-  case RANK:
-    return rank_option(request);
-  case STAY:
-    request->def.stay = 1;
-    return CLI_DONE;
-  case 'o':
-    request->output = optarg;
-    return CLI_DONE;
-  case FRAME:
-    request->frame = optarg;
-    return CLI_DONE;
-  case PATH:
-    request->path = optarg;
-    return CLI_DONE;
-  default:
-    request->json = request->json || option == JSON;
-    request->quiet = request->quiet || option == 'q';
-    request->help = request->help || option == 'h';
-    return CLI_DONE;
-  }
-}
-
-static bool same_target(const cli_target *a, const cli_target *b) {
-  return a->all == b->all && a->vertex == b->vertex && strcmp(a->group, b->group) == 0;
-}
-
-/* Where the loads act, when nobody says what to show. */
-static void default_targets(static_request *request) {
-  for (int64_t n = 0; n < request->load_count; n++) {
-    const char *at = strchr(request->loads[n].text, '@');
-    bool seen = at == NULL;
-    for (int64_t k = 0; k < request->target_count && !seen; k++)
-      seen = same_target(&request->targets[k], &request->loads[n].target);
-    if (seen)
-      continue;
-    const cli_target *target = &request->loads[n].target;
-    request->targets[request->target_count] = *target;
-    request->at[request->target_count++] = target->all             ? "all"
-                                           : target->group[0] != 0 ? target->group
-                                                                   : at + 1;
-  }
-}
-
-static bool ends_with(const char *text, const char *end) {
-  const size_t length = strlen(text), wanted = strlen(end);
-  return length > wanted && strcmp(text + length - wanted, end) == 0;
-}
-
-static int check_names(const static_request *request) {
-  if (request->output != NULL && !ends_with(request->output, ".npy"))
-    return cli_usage("static", "-o wants the name of an .npy file, not '%s'", request->output);
-  if (request->frame != NULL && !ends_with(request->frame, ".vtu"))
-    return cli_usage("static", "--vtu wants the name of a .vtu file, not '%s'", request->frame);
-  if (request->path != NULL && !ends_with(request->path, ".csv"))
-    return cli_usage("static", "--path wants the name of a .csv file, not '%s'", request->path);
-  return CLI_DONE;
-}
-
-static int read_options(int argc, char **argv, static_request *request) {
-  request->def = thrum_default_equilibrium_def();
-  opterr = 0;
-  optind = 1;
-  for (int option = getopt_long(argc, argv, ":o:qh", options, NULL); option != -1;
-       option = getopt_long(argc, argv, ":o:qh", options, NULL)) {
-    if (option == '?' || option == ':')
-      return cli_usage_option("static", argv, options);
-    const int code = apply_option(option, request);
-    if (code != CLI_DONE || request->help)
-      return code;
-  }
-  if (optind >= argc)
-    return cli_usage("static", "which model? thrum static MODEL --load LOAD");
-  if (argc - optind > 1)
-    return cli_usage("static", "one model at a time; '%s' is too much", argv[optind + 1]);
-  if (request->load_count == 0)
-    return cli_usage("static", "under which load? such as --load gravity:0,0,-9.81");
-  request->model_path = argv[optind];
-  if (request->target_count == 0)
-    default_targets(request);
-  return check_names(request);
-}
 
 /* --- the path, as it is found -------------------------------------------------------------------
  */
@@ -409,23 +230,25 @@ static int run_request(const static_request *request) {
 
 int cmd_static(int argc, char **argv) {
   static_request request = {0};
-  // no more loads and targets than arguments
-  request.loads = calloc((size_t)argc, sizeof *request.loads);
-  request.targets = calloc((size_t)argc, sizeof *request.targets);
-  request.at = calloc((size_t)argc, sizeof *request.at);
+  // no more loads and targets than arguments, and items of an options file
+  const size_t room = (size_t)argc + CLI_FILE_ITEMS_MAX;
+  request.loads = calloc(room, sizeof *request.loads);
+  request.targets = calloc(room, sizeof *request.targets);
+  request.at = calloc(room, sizeof *request.at);
   int code = CLI_DONE;
   if (request.loads == NULL || request.targets == NULL || request.at == NULL) {
     const thrum_error error = {THRUM_OUT_OF_MEMORY, "out of memory"};
     code = cli_refuse(&error);
   } else {
-    code = read_options(argc, argv, &request);
+    code = static_options_read(argc, argv, &request);
     if (code == CLI_DONE && request.help)
-      print_help();
+      static_help();
     else if (code == CLI_DONE)
       code = run_request(&request);
   }
   free(request.loads);
   free(request.targets);
   free(request.at);
+  cli_options_file_free(&request.file);
   return code;
 }

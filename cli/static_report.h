@@ -3,6 +3,7 @@
 #ifndef THRUM_CLI_STATIC_REPORT_H
 #define THRUM_CLI_STATIC_REPORT_H
 
+#include "cli/args.h"
 #include "cli/load_spec.h"
 
 typedef struct static_request {
@@ -10,15 +11,24 @@ typedef struct static_request {
   const char *output;  /* q as .npy; NULL: none */
   const char *frame;   /* .vtu; NULL: none */
   const char *path;    /* .csv of the path; NULL: none */
-  const char **at;     /* targets whose displacement is shown, as given; room for argc */
+  const char **at;     /* targets whose displacement is shown, as given */
   cli_target *targets; /* the same, parsed */
   int64_t target_count;
-  cli_load *loads; /* room for argc */
+  cli_load *loads;
   int64_t load_count;
   thrum_equilibrium_def def;
   int64_t rank; /* 0: all */
   bool json, quiet, help;
+  cli_options_file file; /* of --options; the texts above may point into it */
 } static_request;
+
+/* What there is; ends with a nameless option. */
+extern const cli_option static_options_table[];
+
+/* Fills a zeroed request whose lists have room for argc + CLI_FILE_ITEMS_MAX. CLI_DONE, or the
+ * code after a line was printed. */
+int static_options_read(int argc, char **argv, static_request *request);
+void static_help(void);
 
 typedef struct static_answer {
   const static_request *request;

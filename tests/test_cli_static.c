@@ -183,7 +183,7 @@ static void slips_are_refused_in_one_line(void **state) {
   (void)state;
   static const refusal cases[] = {
       {2, "under which load?", {"beam.npz"}},
-      {2, "which model?", {"--load", "gravity:0,0,-9.81"}},
+      {2, "no model given", {"--load", "gravity:0,0,-9.81"}},
       {2, "begins with impulse", {"beam.npz", "--load", "weight:1,2,3"}},
       {2, "a number above 0", {"beam.npz", "--load", "gravity:0,0,-1", "--factor", "-2"}},
       {2, ".npy", {"beam.npz", "--load", "gravity:0,0,-1", "-o", "sag.npz"}},
