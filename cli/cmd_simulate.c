@@ -37,7 +37,7 @@ static thrum_status hash_file(const char *path, uint64_t *hash, thrum_error *err
 
 static thrum_status allocate(simulation *run, thrum_error *error) {
   const size_t rank = (size_t)run->model->rank, loads = (size_t)run->request->load_count;
-  run->memory = calloc((4 + loads) * rank, sizeof *run->memory);
+  run->memory = calloc((7 + loads) * rank, sizeof *run->memory);
   run->courses = calloc(loads + 1, sizeof *run->courses);
   if (run->memory == NULL || run->courses == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a run of this model");
@@ -45,7 +45,10 @@ static thrum_status allocate(simulation *run, thrum_error *error) {
   run->p = run->q + rank;
   run->force = run->p + rank;
   run->extents = run->force + rank;
-  run->directions = run->extents + rank;
+  run->inertia = run->extents + rank;
+  run->before = run->inertia + rank;
+  run->after = run->before + rank;
+  run->directions = run->after + rank;
   return THRUM_OK;
 }
 
@@ -66,8 +69,10 @@ static thrum_status reduce_loads(simulation *run, thrum_error *error) {
 static void warn_before(const simulation *run) {
   const simulate_request *request = run->request;
   const int64_t rank = run->model->rank;
-  if (request->load_count == 0 && request->start_count == 0)
-    cli_warn("no --load and no --start: the body stays at rest");
+  if (request->load_count == 0 && request->start_count == 0 && request->shake_count == 0)
+    cli_warn("no --load, no --shake and no --start: the body stays at rest");
+  if (request->shake_count > 0 && run->model->rigid != NULL)
+    cli_warn("--shake moves nothing: nothing holds the body, so a base cannot shake it");
   for (int64_t n = 0; n < request->load_count; n++) {
     bool idle = true;
     for (int64_t i = 0; i < rank; i++)
@@ -83,6 +88,23 @@ static void warn_before(const simulation *run) {
     cli_warn("explicit mode %d is beyond the stability bound: dt omega = %.3g, not below 2",
              (int)count, dt * sqrt(run->model->omega2[count - 1]));
   }
+}
+
+/* Reads the motions of the base, and says when they cannot act on this model. */
+static thrum_status read_shakes(simulation *run, thrum_error *error) {
+  static const double still[3] = {0};
+  const simulate_request *request = run->request;
+  for (int64_t n = 0; n < request->shake_count; n++) {
+    thrum_error detail = {0};
+    thrum_status status = cli_shake_read(&request->shakes[n], error);
+    if (status < 0)
+      return status;
+    status = thrum_motion_load(run->model, still, run->inertia, &detail);
+    if (status < 0)
+      return thrum_error_set(error, status, "--shake '%.100s': %s", request->shakes[n].text,
+                             detail.message);
+  }
+  return THRUM_OK;
 }
 
 static thrum_status make_state(simulation *run, thrum_error *error) {
@@ -163,6 +185,8 @@ static thrum_status prepare(simulation *run, thrum_error *error) {
   thrum_status status = allocate(run, error);
   if (status >= 0)
     status = reduce_loads(run, error);
+  if (status >= 0)
+    status = read_shakes(run, error);
   if (status >= 0)
     status =
         cli_starts_make(run->model, request->starts, request->start_count, run->q, run->p, error);
@@ -250,8 +274,9 @@ int cmd_simulate(int argc, char **argv) {
   // no more loads and starts than arguments, and items of an options file
   request.loads = calloc((size_t)argc + CLI_FILE_ITEMS_MAX, sizeof *request.loads);
   request.starts = calloc((size_t)argc + CLI_FILE_ITEMS_MAX, sizeof *request.starts);
+  request.shakes = calloc((size_t)argc + CLI_FILE_ITEMS_MAX, sizeof *request.shakes);
   int code = CLI_DONE;
-  if (request.loads == NULL || request.starts == NULL) {
+  if (request.loads == NULL || request.starts == NULL || request.shakes == NULL) {
     const thrum_error error = {THRUM_OUT_OF_MEMORY, ""};
     code = cli_refuse(&error);
   } else {
@@ -264,6 +289,9 @@ int cmd_simulate(int argc, char **argv) {
   }
   free(request.loads);
   free(request.starts);
+  for (int64_t n = 0; n < request.shake_count; n++)
+    cli_shake_close(&request.shakes[n]);
+  free(request.shakes);
   cli_options_file_free(&request.file);
   return code;
 }

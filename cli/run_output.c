@@ -103,13 +103,16 @@ thrum_status cli_run_output_record(cli_run_output *output, int64_t step, double 
 }
 
 thrum_status cli_run_output_frame(cli_run_output *output, double time, const double *q,
-                                  const double *von_mises, thrum_error *error) {
+                                  const double base[3], const double *von_mises,
+                                  thrum_error *error) {
   path_text path, name;
   const thrum_model *model = output->model;
   thrum_status status =
       thrum_displacement(model, q, 0, model->vertex_count, output->displacement, error);
   if (status < 0)
     return status;
+  for (int64_t c = 0; c < 3 * model->vertex_count; c++)
+    output->displacement[c] += base[c % 3];
   snprintf(name, sizeof name, CLI_RUN_FRAMES "/frame_%06" PRId64 ".vtu", output->frames);
   snprintf(path, sizeof path, "%s/%.40s", output->folder.work, name);
   status = cli_vtu_write(path, model, output->displacement, von_mises, time, error);

@@ -16,6 +16,8 @@ static int64_t first_free_row(const simulate_request *request) {
   double steps = 0;
   for (int64_t n = 0; n < request->load_count; n++)
     steps = fmax(steps, ceil(request->loads[n].course.until / request->def.dt - WHOLE_STEP));
+  for (int64_t n = 0; n < request->shake_count; n++)
+    steps = fmax(steps, ceil(cli_shake_end(&request->shakes[n]) / request->def.dt - WHOLE_STEP));
   if (!(steps <= (double)request->steps))
     return INT64_MAX;
   return ((int64_t)steps + request->record_every - 1) / request->record_every;
@@ -60,6 +62,9 @@ void simulate_figures_add(simulate_figures *figures, int64_t row, const thrum_en
 }
 
 void simulate_figures_end(simulate_figures *figures) {
+  const thrum_state_def *def = &figures->request->def;
+  if (def->damping_form == THRUM_DAMPING_TANGENT && def->damping_beta > 0)
+    figures->dissipated = NAN;
   const simulate_drift *windows = &figures->windows;
   const int64_t width = windows->last_end - windows->last_begin;
   figures->drift = NAN;

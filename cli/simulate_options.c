@@ -14,6 +14,7 @@ const char *const simulate_integrators[] = {"imexv",    "newmark", "verlet",
                                             "midpoint", "energy",  NULL};
 static const char *const damping_forms[] = {"rest", "tangent", NULL};
 static const char *const split_forms[] = {"component", "quadratic", NULL};
+static const char *const frames_in[] = {"base", "ground", NULL};
 static const char *const schemes[] = {"component", "quadratic", "energy", "newmark"};
 
 const char *simulate_integrator_name(thrum_integrator integrator) {
@@ -137,6 +138,19 @@ static int take_start(const cli_given *given, void *request) {
   return CLI_DONE;
 }
 
+static int take_shake(const cli_given *given, void *request) {
+  simulate_request *r = request;
+  thrum_error error = {0};
+  if (cli_shake_parse(given->text, &r->shakes[r->shake_count], &error) < 0)
+    return cli_given_refuse(given, "%s", error.message);
+  r->shake_count++;
+  return CLI_DONE;
+}
+
+static void choose_ground(void *request, int index) {
+  ((simulate_request *)request)->ground = index != 0;
+}
+
 #define FIELD(member) .field = offsetof(simulate_request, member)
 #define POSITIVE .most = INFINITY, .above = true
 
@@ -155,6 +169,11 @@ const cli_option simulate_options_table[] = {
     {.name = "dt", .kind = CLI_NUMBER, FIELD(def.dt), POSITIVE, .wants = "a time step above 0 s"},
     {.name = "time", .kind = CLI_NUMBER, FIELD(time), POSITIVE, .wants = "a time above 0 s"},
     {.name = "load", .kind = CLI_TEXT, .repeats = true, .take = take_load},
+    {.name = "shake",
+     .kind = CLI_TEXT,
+     .path = CLI_PATH_NAMED,
+     .repeats = true,
+     .take = take_shake},
     {.name = "start",
      .kind = CLI_TEXT,
      .path = CLI_PATH_NAMED,
@@ -171,6 +190,7 @@ const cli_option simulate_options_table[] = {
      .kind = CLI_WORD,
      .take = take_frames,
      .wants = "frames a second such as 60, or every-N steps"},
+    {.name = "frames-in", .kind = CLI_CHOICE, .names = frames_in, .choose = choose_ground},
     {.name = "split",
      .kind = CLI_WORD,
      .take = take_split,
@@ -217,6 +237,7 @@ void simulate_help(void) {
       "      --dt S             time step [s] (default 0.003)\n"
       "      --time S           time to simulate [s] (default 10)\n"
       "      --load LOAD        a load; repeatable, see below\n"
+      "      --shake SHAKE      a motion of what holds the body; repeatable, see below\n"
       "      --start START      mode:K,METRES: basis vector K, its furthest vertex displaced by\n"
       "                         METRES, released at rest; static:LOAD: the equilibrium under a\n"
       "                         LOAD, which is then gone; FILE.npy: q, or 2 rows q and p, such\n"
@@ -227,6 +248,7 @@ void simulate_help(void) {
       "      --record-every N   steps between rows of energy.csv and q.npy (default 1)\n"
       "      --frames FPS       write frames.pvd and .vtu files, FPS a second of simulated time;\n"
       "                         every-N: one each N steps\n"
+      "      --frames-in WHERE  base (default): as seen from the base that --shake moves; ground\n"
       "      --stress           von Mises stress in all tetrahedra: its peak, and in the frames\n"
       "      --monitor on|off   warn of compression, inversion and displacement beyond what the\n"
       "                         model can be believed for (default on; changes no result)\n"
@@ -234,7 +256,10 @@ void simulate_help(void) {
       "come first\n"
       "      --json             print one JSON object instead of the table\n"
       "  -q, --quiet            no progress\n"
-      "  -h, --help             this text\n\n"
+      "  -h, --help             this text\n\n",
+      stdout);
+  // two strings: C99 promises 4095 bytes of one
+  fputs(
       "of the integrators:\n"
       "      --split RULE       imexv: cfl (default), explicit where dt omega <= 2 c; sampling,\n"
       "                         where dt f < 1; or the number of explicit modes\n"
@@ -254,10 +279,14 @@ void simulate_help(void) {
       "  gravity   gravity:X,Y,Z, an acceleration in m/s^2; no TARGET\n"
       "TARGET is a group, vertex=N (from 1, as in lists of fixed vertices), or all. The force is\n"
       "the total: the vertices of a group share it equally, held ones included.\n\n"
+      "SHAKE is FILE.csv, a line for each time: t,ax,ay,az, seconds and accelerations of the base\n"
+      "in m/s^2, linear in between; under a first line of names t,x,y,z positions in m. Or\n"
+      "sine:AX,AY,AZ,f=HZ[,from=S][,until=S]. Displacements are then relative to the base.\n\n"
       "examples:\n"
       "  thrum simulate beam.npz -o run --time 3 --start mode:1,0.02\n"
       "  thrum simulate beam.npz -o run --load impulse:0,0,-40@tip --damping 0.3\n"
       "  thrum simulate horse -o run --load square:0,0,-50@load --frames 30 --stress\n"
+      "  thrum simulate tower -o run --shake sine:0.5,0,0,f=2,until=5 --frames 60\n"
       "  thrum simulate beam.npz -o run --load gravity:0,0,-9.81 --integrator newmark --frames "
       "60\n\n"
       "exit codes: 0 done, 1 refused, 2 usage, 3 ran but flagged (status in run.json says why)\n",

@@ -4,6 +4,7 @@
 
 #include "cli/args.h"
 #include "cli/load_spec.h"
+#include "cli/shake_spec.h"
 #include "cli/start_spec.h"
 
 typedef struct simulate_request {
@@ -18,6 +19,9 @@ typedef struct simulate_request {
   int64_t frames_every; /* steps between frames; 0 with rate 0: no frames */
   int64_t load_count;
   cli_load *loads; /* owned by the caller of simulate_options_read */
+  int64_t shake_count;
+  cli_shake *shakes; /* the same; read and closed by the run */
+  bool ground;       /* frames as seen from the ground, not from the base */
   int64_t start_count;
   cli_start *starts; /* the same */
   bool stress;       /* von Mises in all tets */
@@ -31,8 +35,8 @@ typedef struct simulate_request {
 /* What there is; ends with a nameless option. */
 extern const cli_option simulate_options_table[];
 
-/* Fills a zeroed request whose loads and starts have room for argc + CLI_FILE_ITEMS_MAX each.
- * CLI_DONE, or the exit code after its line has been printed. */
+/* Fills a zeroed request whose loads, shakes and starts have room for argc + CLI_FILE_ITEMS_MAX
+ * each. CLI_DONE, or the exit code after its line has been printed. */
 int simulate_options_read(int argc, char **argv, simulate_request *request);
 
 void simulate_help(void);

@@ -45,7 +45,7 @@ static void add_split(cJSON *object, const thrum_state_def *def) {
 
 /* The texts of the loads and starts; an allocation that fails leaves them out. */
 static void add_specs(cJSON *object, const simulate_request *request) {
-  const int64_t most = request->load_count + request->start_count + 1;
+  const int64_t most = request->load_count + request->start_count + request->shake_count + 1;
   const char **texts = malloc((size_t)most * sizeof *texts);
   if (texts == NULL)
     return;
@@ -55,6 +55,9 @@ static void add_specs(cJSON *object, const simulate_request *request) {
   for (int64_t n = 0; n < request->start_count; n++)
     texts[n] = request->starts[n].text;
   cli_json_strings(object, "start", texts, request->start_count);
+  for (int64_t n = 0; n < request->shake_count; n++)
+    texts[n] = request->shakes[n].text;
+  cli_json_strings(object, "shake", texts, request->shake_count);
   free(texts);
 }
 
@@ -73,6 +76,7 @@ static cJSON *options_json(const simulate_request *request) {
   cli_json_number(object, "iterations", def->iterations_max);
   add_specs(object, request);
   cli_json_number(object, "record_every", (double)request->record_every);
+  cJSON_AddStringToObject(object, "frames_in", request->ground ? "ground" : "base");
   if (request->frames_every > 0) {
     char text[32];
     snprintf(text, sizeof text, "every-%" PRId64, request->frames_every);
@@ -131,6 +135,17 @@ static double per_step(const simulate_figures *figures, double value) {
   return figures->report.steps > 0 ? value / (double)figures->report.steps : NAN;
 }
 
+/* What came into the body and left it, and what of its energy that does not explain. */
+static void add_work(cJSON *object, const simulate_figures *figures) {
+  const double gained = figures->last.total - figures->first.total;
+  cJSON *work = cJSON_AddObjectToObject(object, "work");
+  cli_json_number(work, "load_j", figures->work_load);
+  cli_json_number(work, "base_j", figures->work_base);
+  cli_json_number(work, "dissipated_j", figures->dissipated);
+  cli_json_number(work, "balance_j",
+                  gained - figures->work_load - figures->work_base + figures->dissipated);
+}
+
 static void add_energies(cJSON *object, const simulate_figures *figures) {
   cli_json_number(object, "energy_first_j", figures->first.total);
   cli_json_number(object, "energy_last_j", figures->last.total);
@@ -185,6 +200,7 @@ cJSON *simulate_report_json(const simulate_figures *figures, const cli_run_outpu
   cli_json_number(object, "rows", (double)output->rows);
   cli_json_number(object, "frames", (double)output->frames);
   add_energies(object, figures);
+  add_work(object, figures);
   simulate_measures_json(measures, object);
   cJSON_AddItemToObject(object, "options", options_json(request));
   add_seconds(object, figures);
@@ -224,6 +240,9 @@ void simulate_report_table(const simulate_figures *figures, const cli_run_output
   puts("");
   printf("energy       first %.6g, last %.6g, least %.6g, most %.6g J\n", figures->first.total,
          figures->last.total, figures->energy_min, figures->energy_max);
+  if (request->load_count > 0 || request->shake_count > 0)
+    printf("work         %.6g of the loads, %.6g of the base, %.6g J dissipated\n",
+           figures->work_load, figures->work_base, figures->dissipated);
   print_drift(figures);
   if (figures->peak_vertex >= 0)
     printf("peak         %.6g m at vertex %" PRId64 "\n", figures->peak, figures->peak_vertex + 1);

@@ -25,6 +25,7 @@ typedef struct simulate_figures {
   int64_t fallback_steps;
   thrum_energies first, last;
   double energy_min, energy_max;
+  double work_load, work_base, dissipated; /* [J]; the last NaN for the tangent form of damping */
   simulate_drift windows;
   double drift; /* NaN where it says nothing */
   double peak;  /* largest displacement of the recorded states [m]; NaN without a basis */

@@ -69,27 +69,66 @@ static thrum_status observe(simulation *run, int64_t row, thrum_error *error) {
   return cli_run_output_record(&run->output, step, time_at(run, step), run->q, &energies, error);
 }
 
+/* Loads and the base's motion of a step into run->force; the latter alone into run->inertia. */
+static thrum_status set_force(simulation *run, int64_t step) {
+  const simulate_request *request = run->request;
+  const size_t rank = (size_t)run->model->rank;
+  if (request->load_count == 0 && request->shake_count == 0)
+    return THRUM_OK;
+  thrum_load_sum(run->courses, run->directions, request->load_count, run->model->rank, step,
+                 request->def.dt, run->force);
+  if (request->shake_count > 0) {
+    double mean[3];
+    cli_shakes_mean(request->shakes, request->shake_count, step, request->def.dt, mean);
+    memset(run->inertia, 0, rank * sizeof *run->inertia);
+    const thrum_status status =
+        thrum_motion_load(run->model, mean, run->inertia, &run->figures.stop);
+    if (status < 0)
+      return status;
+    for (size_t i = 0; i < rank; i++)
+      run->force[i] += run->inertia[i];
+  }
+  return thrum_state_set_force(run->model, run->state, run->force, &run->figures.stop);
+}
+
+/* What the step from run->before did for the energy; run->before is then the step's end. */
+static void count_work(simulation *run) {
+  const thrum_state_def *def = &run->request->def;
+  simulate_figures *figures = &run->figures;
+  const int64_t rank = run->model->rank;
+  thrum_state_get(run->model, run->state, run->after, NULL, NULL);
+  if (run->request->load_count > 0 || run->request->shake_count > 0) {
+    const double all = thrum_load_work(run->force, run->before, run->after, rank);
+    const double base = thrum_load_work(run->inertia, run->before, run->after, rank);
+    figures->work_load += all - base;
+    figures->work_base += base;
+  }
+  figures->dissipated += thrum_damping_loss(run->model, def->damping_alpha, def->damping_beta,
+                                            run->before, run->after, def->dt);
+  memcpy(run->before, run->after, (size_t)rank * sizeof *run->before);
+}
+
 /* Steps up to `target` or until a step fails or somebody asks to stop. */
 static void advance(simulation *run, int64_t target) {
   const simulate_request *request = run->request;
   simulate_figures *figures = &run->figures;
   const thrum_model *model = run->model;
+  const bool worked = request->load_count > 0 || request->shake_count > 0 ||
+                      request->def.damping_alpha > 0 || request->def.damping_beta > 0;
+  thrum_state_get(model, run->state, run->before, NULL, NULL);
   const double began = cli_seconds();
   for (int64_t step = thrum_state_report_get(run->state).steps; step < target; step++) {
-    thrum_status status = THRUM_OK;
     if (stop_requested)
       break;
-    if (request->load_count > 0) {
-      thrum_load_sum(run->courses, run->directions, request->load_count, model->rank, step,
-                     request->def.dt, run->force);
-      status = thrum_state_set_force(model, run->state, run->force, &figures->stop);
-    }
+    thrum_status status = set_force(run, step);
     if (status >= 0)
       status = thrum_step(model, run->state, &figures->stop);
     if (status < 0) {
       figures->status = status;
       break;
     }
+    if (worked)
+      count_work(run);
     figures->fallback_steps += status == THRUM_FELL_BACK;
   }
   figures->seconds_step += cli_seconds() - began;
@@ -115,12 +154,15 @@ static thrum_status write_due(simulation *run, int64_t step, int64_t *frame_step
     status = observe(run, run->output.rows, error);
   if (status < 0 || step != *frame_step)
     return status;
+  const double time = time_at(run, step);
+  double base[3] = {0};
+  if (run->request->ground)
+    cli_shakes_position(run->request->shakes, run->request->shake_count, time, base);
   status = thrum_state_get(run->model, run->state, run->q, NULL, error);
   if (status >= 0)
-    status = simulate_measures_look(&run->measures, run->q, time_at(run, step), error);
+    status = simulate_measures_look(&run->measures, run->q, time, error);
   if (status >= 0)
-    status = cli_run_output_frame(&run->output, time_at(run, step), run->q, run->measures.von_mises,
-                                  error);
+    status = cli_run_output_frame(&run->output, time, run->q, base, run->measures.von_mises, error);
   *frame_step = simulate_frame_step(run->request, run->output.frames);
   return status;
 }

@@ -16,9 +16,10 @@ typedef struct simulation {
   const thrum_model *loaded;
   void *lower_memory; /* of the latter */
   double *memory;
-  double *q, *p, *force, *extents; /* rank each */
-  double *directions;              /* load_count x rank */
-  thrum_load *courses;             /* load_count */
+  double *q, *p, *force, *extents;  /* rank each */
+  double *inertia, *before, *after; /* rank each: load of the base, q of a step and of the next */
+  double *directions;               /* load_count x rank */
+  thrum_load *courses;              /* load_count */
   void *state_memory;
   thrum_state *state;
   cli_run_output output;

@@ -54,3 +54,20 @@ void thrum_load_sum(const thrum_load *loads, const double *directions, int64_t c
       reduced[i] += mean * direction[i];
   }
 }
+
+double thrum_load_work(const double *load, const double *q, const double *q_next, int64_t rank) {
+  double work = 0;
+  for (int64_t i = 0; i < rank; i++)
+    work += load[i] * (q_next[i] - q[i]);
+  return work;
+}
+
+double thrum_damping_loss(const thrum_model *model, double alpha, double beta, const double *q,
+                          const double *q_next, double dt) {
+  double loss = 0;
+  for (int64_t i = 0; i < model->rank; i++) {
+    const double d = q_next[i] - q[i];
+    loss += (alpha + beta * model->omega2[i]) * (d * d);
+  }
+  return loss / dt;
+}

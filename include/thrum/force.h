@@ -63,6 +63,14 @@ thrum_status thrum_force_add_shared(const thrum_model *model, const int32_t *ver
 void thrum_load_sum(const thrum_load *loads, const double *directions, int64_t count,
                     int64_t rank, int64_t step, double dt, double *reduced);
 
+/* Work [J] of a step's mean load (rank) from q to q_next: f (q_next - q). */
+double thrum_load_work(const double *load, const double *q, const double *q_next, int64_t rank);
+
+/* What Rayleigh damping of the stiffness at rest takes from the energy in a step of length dt from q
+ * to q_next [J]: sum (alpha + beta omega_i^2) (q_next - q)_i^2 / dt. */
+double thrum_damping_loss(const thrum_model *model, double alpha, double beta, const double *q,
+                          const double *q_next, double dt);
+
 /* q += the multiple of basis vector `mode` (0-based) under which the vertex that moves furthest is
  * displaced by |amplitude| [m]; the sign is the amplitude's. */
 thrum_status thrum_mode_add(const thrum_model *model, int64_t mode, double amplitude, double *q,

@@ -9,6 +9,7 @@
 #include "thrum/kernel.h"
 #include "thrum/model.h"
 #include "thrum/monitor.h"
+#include "thrum/motion.h"
 #include "thrum/polynomial.h"
 #include "thrum/state.h"
 #include "thrum/status.h"
