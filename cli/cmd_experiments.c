@@ -93,7 +93,8 @@ static const char *machine_name(void) {
 study_place experiments_place(const experiments_request *request) {
   static const char *const commands[] = {"thrum experiments", "thrum experiments --long",
                                          "thrum experiments --sweep",
-                                         "thrum experiments --extremes"};
+                                         "thrum experiments --extremes",
+                                         "thrum experiments --linear"};
   return (study_place){
       .machine = machine_name(),
       .compiler = thrum_build_compiler(),
@@ -108,7 +109,7 @@ bool experiments_progress(void *context, double fraction) {
 }
 
 cJSON *experiments_json(const experiments_request *request, bool flagged) {
-  static const char *const kinds[] = {"matrix", "long", "sweep", "extremes"};
+  static const char *const kinds[] = {"matrix", "long", "sweep", "extremes", "linear"};
   cJSON *object = cJSON_CreateObject();
   cJSON_AddStringToObject(object, "status", flagged ? "flagged" : "done");
   cJSON_AddStringToObject(object, "program", "thrum");
@@ -147,6 +148,8 @@ static int run_request(const experiments_request *request) {
     status = experiments_sweep(request, bodies, &flagged, &error);
   if (status >= 0 && request->kind == EXPERIMENTS_EXTREMES)
     status = experiments_extremes(request, &flagged, &error);
+  if (status >= 0 && request->kind == EXPERIMENTS_LINEAR)
+    status = experiments_linear(request, bodies, &error);
   for (int64_t n = 0; bodies != NULL && n < bodies->count; n++) {
     study_body_free(&bodies->bodies[n]);
     thrum_model_free(bodies->models[n]);

@@ -17,7 +17,8 @@ typedef enum experiments_kind {
   EXPERIMENTS_MATRIX = 0,
   EXPERIMENTS_LONG = 1,
   EXPERIMENTS_SWEEP = 2,
-  EXPERIMENTS_EXTREMES = 3
+  EXPERIMENTS_EXTREMES = 3,
+  EXPERIMENTS_LINEAR = 4
 } experiments_kind;
 
 typedef struct experiments_request {
@@ -61,6 +62,8 @@ thrum_status experiments_long(const experiments_request *request, const experime
                               bool *flagged, thrum_error *error);
 thrum_status experiments_sweep(const experiments_request *request, const experiments_bodies *bodies,
                                bool *flagged, thrum_error *error);
+thrum_status experiments_linear(const experiments_request *request,
+                                const experiments_bodies *bodies, thrum_error *error);
 thrum_status experiments_extremes(const experiments_request *request, bool *flagged,
                                   thrum_error *error);
 

@@ -41,4 +41,9 @@ void study_extremes_report(study_text *text, const study_extreme_case *cases,
                            const study_unit_case *units, const study_unit_result *unit_results,
                            int64_t unit_count, const study_place *place);
 
+/* Linear against nonlinear, by body. */
+void study_linear_report(study_text *text, const study_body *bodies,
+                         const study_linear_result *results, int64_t count,
+                         const study_place *place);
+
 #endif

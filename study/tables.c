@@ -210,3 +210,36 @@ void study_units_csv(study_text *text, const study_unit_case *cases,
                    (long long)results[n].iterations_si, results[n].same_rungs);
   }
 }
+
+void study_linear_csv(study_text *text, const study_body *bodies,
+                      const study_linear_result *results, int64_t count) {
+  study_text_add(text, "model,rank,static_5,static_20,dynamic_5,dynamic_20,static_5_n,static_20_n,"
+                       "dynamic_5_ns,dynamic_20_ns,force_us,step_us,linear_step_us,nonlinear_us\n");
+  for (int64_t n = 0; n < count; n++) {
+    const study_linear_result *result = &results[n];
+    const study_linear_point *rest = result->statics.at, *motion = result->dynamics.at;
+    const double numbers[] = {
+        rest[0].amplitude,   rest[1].amplitude, motion[0].amplitude,
+        motion[1].amplitude, rest[0].load,      rest[1].load,
+        motion[0].load,      motion[1].load,    result->force_us,
+        result->step_us,     result->linear_us, result->step_us - result->linear_us};
+    study_text_add(text, "%s,%lld", bodies[n].name, (long long)bodies[n].model->rank);
+    for (size_t k = 0; k < sizeof numbers / sizeof numbers[0]; k++)
+      add_number(text, numbers[k]);
+    study_text_add(text, "\n");
+  }
+}
+
+void study_linear_curves_csv(study_text *text, const study_body *bodies,
+                             const study_linear_result *results, int64_t count) {
+  study_text_add(text, "model,kind,load,deflection,error\n");
+  for (int64_t n = 0; n < count; n++) {
+    const study_linear_curve *curves[2] = {&results[n].statics, &results[n].dynamics};
+    for (int c = 0; c < 2; c++)
+      for (int64_t k = 0; k < curves[c]->count; k++) {
+        const study_linear_point *point = &curves[c]->points[k];
+        study_text_add(text, "%s,%s,%.10g,%.10g,%.10g\n", bodies[n].name,
+                       c == 0 ? "static" : "dynamic", point->load, point->amplitude, point->error);
+      }
+  }
+}

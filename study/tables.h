@@ -3,6 +3,7 @@
 #define THRUM_STUDY_TABLES_H
 
 #include "study/extremes.h"
+#include "study/linear.h"
 #include "study/long_run.h"
 #include "study/matrix.h"
 #include "study/sweep.h"
@@ -57,5 +58,11 @@ void study_extremes_csv(study_text *text, const study_extreme_case *cases,
 
 void study_units_csv(study_text *text, const study_unit_case *cases,
                      const study_unit_result *results, int64_t count);
+
+/* A row a body; and the curves, a row a point. */
+void study_linear_csv(study_text *text, const study_body *bodies,
+                      const study_linear_result *results, int64_t count);
+void study_linear_curves_csv(study_text *text, const study_body *bodies,
+                             const study_linear_result *results, int64_t count);
 
 #endif

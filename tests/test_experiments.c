@@ -272,8 +272,30 @@ static void extremes_run_or_are_refused_with_a_reason(void **state) {
   cli_result_free(&wrong);
 }
 
+static void linear_analysis_fails_at_some_deflection(void **state) {
+  (void)state;
+  cJSON *object = json_of(thrum_run(folder, "--models-dir", "models", "experiments", "--linear",
+                                    "-o", "linear", "--models", "beam", "--json", "-q", NULL),
+                          0);
+  const cJSON *runs = cJSON_GetObjectItem(object, "runs"), *run = cJSON_GetArrayItem(runs, 0);
+  assert_int_equal(cJSON_GetArraySize(runs), 1);
+  const cJSON *rest = cJSON_GetObjectItem(run, "static"),
+              *motion = cJSON_GetObjectItem(run, "dynamic");
+  const double first = cli_json_get(rest, "deflection_at_5_percent");
+  const double second = cli_json_get(rest, "deflection_at_20_percent");
+  assert_true(first > 0.005 && second > first && second < 1);
+  assert_true(cli_json_get(motion, "deflection_at_5_percent") > 0);
+  assert_true(cli_json_get(motion, "deflection_at_20_percent") >
+              cli_json_get(motion, "deflection_at_5_percent"));
+  assert_true(cli_json_get(run, "nonlinear_us") > 0);
+  cJSON_Delete(object);
+  assert_true(file_is_there("linear/linear.csv") && file_is_there("linear/linear_curves.csv"));
+  assert_true(report_is_whole("linear/linear.html", 1));
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
+      cmocka_unit_test(linear_analysis_fails_at_some_deflection),
       cmocka_unit_test(a_reduced_matrix_runs_whole),
       cmocka_unit_test(damping_takes_energy_out),
       cmocka_unit_test(the_sweep_tells_integrators_apart),
