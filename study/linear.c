@@ -190,7 +190,7 @@ static void time_force(timed *t) {
 }
 
 static void time_step(timed *t) {
-  t->sink += thrum_step(t->model, t->state, NULL);
+  t->sink += (double)thrum_step(t->model, t->state, NULL);
 }
 
 static void time_linear(timed *t) {
