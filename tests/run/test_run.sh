@@ -48,6 +48,16 @@ out=$("$checkout/run" thrum info 'two words' '' 2>err)
 test "$out" = '<info><two words><>' || fail "standard output: $out"
 grep -q noise err || fail "the build was silent"
 
+echo "-- through links it finds its own folder"
+mkdir "$work/links"
+ln -s "../a checkout/run" "$work/links/relative"
+ln -s "$work/links/relative" "$work/links/absolute"
+for name in relative absolute; do
+  out=$("$work/links/$name" thrum "$name" 2>err) || fail "$name: $(cat err)"
+  test "$out" = "<$name>" || fail "$name: $out"
+done
+test ! -e "$work/links/build" || fail "a link was built in its own folder"
+
 if command -v flock >/dev/null 2>&1; then
   echo "-- builds wait for each other"
   rm -rf "$checkout/build"
