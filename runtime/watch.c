@@ -352,11 +352,11 @@ thrum_verdict thrum_watch_judge(thrum_state *state, const thrum_solve_report *re
     return THRUM_VERDICT_GO_ON;
   const alarm found = take_in(state, report);
   const bool slow = drifted(state);
-  if (report->jolted)
-    return THRUM_VERDICT_HAND_OVER;
   // what is seen before it is done needs no redoing
   if (found == URGENT)
     return report->energy_ahead ? THRUM_VERDICT_HAND_OVER : THRUM_VERDICT_REDO;
+  if (report->jolted)
+    return THRUM_VERDICT_HAND_OVER;
   if ((found == FAST || slow) && state->watch_deadline == 0)
     state->watch_deadline = state->steps + (slow ? WINDOW : WINDOW / 64);
   return state->watch_deadline > 0 && passes(state, report->energy) ? THRUM_VERDICT_HAND_OVER
@@ -406,6 +406,7 @@ thrum_status thrum_watch_hand_over(const thrum_model *model, thrum_state *state,
     energy_state.past_count = 0;
     if (redo(model, &energy_state, view, report) == THRUM_OK) {
       *state = energy_state;
+      state->handed_energy = energy_at(model, state, view, view->q, view->p);
       memset(report, 0, sizeof *report);
       return THRUM_OK;
     }

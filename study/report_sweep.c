@@ -9,7 +9,7 @@ typedef enum sweep_figure { ENERGY_ERROR, ITERATIONS, FIGURE_COUNT } sweep_figur
 
 static double figure_of(const study_sweep_result *result, sweep_figure figure) {
   if (figure == ENERGY_ERROR)
-    return result->status == THRUM_OK ? result->energy_error : NAN;
+    return result->status == THRUM_OK && !result->lost ? result->energy_error : NAN;
   return (double)result->report.iterations / (double)result->report.steps;
 }
 
@@ -52,7 +52,8 @@ static void add_panel(study_text *text, const study_sweep_case *cases,
 
 static void add_table(study_text *text, const study_sweep_case *cases,
                       const study_sweep_result *results, int64_t count) {
-  study_text_add(text, "<table>\n<tr><th>model<th>h [s]<th class=l>integrator<th>time [s]<th>µs a "
+  study_text_add(text, "<table>\n<tr><th>model<th>h [s]<th class=l>integrator<th>time [s]<th "
+                       "class=l>completes<th>µs a "
                        "step<th>iterations<th>energy error<th>change<th>amplitude");
   for (int n = 0; n < STUDY_RUNG_COUNT; n++)
     study_text_add(text, "<th>%s", study_rung_headings[n]);
@@ -62,12 +63,15 @@ static void add_table(study_text *text, const study_sweep_case *cases,
                    cases[n].dt, study_colors[cases[n].integrator],
                    study_integrator_names[cases[n].integrator]);
     study_cell(text, "%.4g", result->simulated);
-    if (result->status != THRUM_OK)
-      study_text_add(text, " <span class=bad>%s</span>", study_status_name(result->status));
+    if (result->status != THRUM_OK || result->lost)
+      study_text_add(text, "<td class='l bad'>%s", study_sweep_status(result));
+    else
+      study_text_add(text, "<td class=l>%s", study_sweep_status(result));
     study_cell(text, "%.2f", result->us_per_step);
     study_cell(text, "%.2f", figure_of(result, ITERATIONS));
-    study_cell(text, "%.1e", result->energy_error);
-    study_cell(text, "%.1e", result->energy_change);
+    // of a lost run the size of its error says nothing
+    study_cell(text, "%.1e", result->lost ? NAN : result->energy_error);
+    study_cell(text, "%.1e", result->lost ? NAN : result->energy_change);
     study_cell(text, "%.1f %%", 100 * result->peak_amplitude);
     for (int k = 0; k < STUDY_RUNG_COUNT; k++)
       study_text_add(text, "<td>%lld", (long long)study_rung(&result->report, k));
@@ -82,7 +86,8 @@ void study_sweep_report(study_text *text, const study_sweep_case *cases,
   study_text_add(text,
                  "<p>Undamped, from the momentum that an impulse leaves, so that the energy is "
                  "known: ½|p|². Error: the largest deviation from it; change: of the mean over "
-                 "the last tenth of the time. The thesis calls 0.01 s its limit.</p>\n");
+                 "the last tenth of the time. Lost: by then the energy has more than doubled. The "
+                 "thesis calls 0.01 s its limit.</p>\n");
   for (int64_t n = 0; n < count;) {
     int64_t next = n;
     while (next < count && cases[next].body == cases[n].body)

@@ -5,10 +5,12 @@
 #include "study/sweep.h"
 
 #include <math.h>
-#include <stdbool.h>
 #include <stdlib.h>
 
+#include "study/tables.h"
+
 #define LOOKS 1000
+#define LOST 1.0 /* of the energy: gained by then, nothing of the motion is left */
 
 /* What is seen at one moment. */
 static thrum_status look(const study_sweep_case *run, thrum_state *state, bool late,
@@ -60,7 +62,12 @@ thrum_status study_sweep_run(const study_sweep_case *run, study_sweep_result *re
   made.simulated = (double)made.report.steps * run->dt;
   made.us_per_step = 1e6 * seconds / (double)made.report.steps;
   made.energy_change = made.status == THRUM_OK ? late_sum / (double)late_count : NAN;
+  made.lost = made.energy_change > LOST;
   free(memory);
   *result = made;
   return THRUM_OK;
+}
+
+const char *study_sweep_status(const study_sweep_result *result) {
+  return result->lost ? "lost" : study_status_name(result->status);
 }

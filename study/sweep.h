@@ -2,6 +2,8 @@
 #ifndef THRUM_STUDY_SWEEP_H
 #define THRUM_STUDY_SWEEP_H
 
+#include <stdbool.h>
+
 #include "study/body.h"
 
 typedef struct study_sweep_case {
@@ -22,7 +24,11 @@ typedef struct study_sweep_result {
   double energy_error;   /* largest |E - energy| / energy */
   double energy_change;  /* mean of the last tenth of the run against energy, relative */
   double peak_amplitude; /* as a share of the body's length */
+  bool lost;             /* it came to its end, with an energy that has more than doubled */
 } study_sweep_result;
+
+/* "done", "lost", or why it ended before its time. */
+const char *study_sweep_status(const study_sweep_result *result);
 
 /* Runs one case; looks at the energy about a thousand times. */
 thrum_status study_sweep_run(const study_sweep_case *run, study_sweep_result *result,

@@ -146,7 +146,7 @@ void study_sweep_csv(study_text *text, const study_sweep_case *cases,
     const study_sweep_result *result = &results[n];
     study_text_add(text, "%s,%s,%g,%s,%.6g", cases[n].body->name,
                    study_integrator_names[cases[n].integrator], cases[n].dt,
-                   study_status_name(result->status), result->simulated);
+                   study_sweep_status(result), result->simulated);
     add_number(text, result->us_per_step);
     add_number(text, (double)result->report.iterations / (double)result->report.steps);
     add_number(text, result->energy);

@@ -248,6 +248,25 @@ static void mistakes_are_named(void **state) {
   cli_result_free(&missing);
 }
 
+static void newmark_loses_wide_swings_at_long_steps_and_the_sweep_says_so(void **state) {
+  (void)state;
+  cJSON *object =
+      json_of(thrum_run(folder, "--models-dir", "models", "experiments", "--sweep", "-o", "wide",
+                        "--models", "beam", "--time", "4", "--amplitudes", "1", "--json", NULL),
+              0);
+  const cJSON *runs = cJSON_GetObjectItem(object, "runs"), *run = NULL;
+  int lost = 0;
+  cJSON_ArrayForEach(run, runs) {
+    const bool is_lost = strcmp(text_of(run, "status"), "lost") == 0;
+    assert_true(is_lost == (cli_json_get(run, "energy_change") > 1));
+    if (strcmp(text_of(run, "integrator"), "newmark") != 0)
+      assert_string_equal(text_of(run, "status"), "done");
+    lost += is_lost;
+  }
+  assert_true(lost > 0);
+  cJSON_Delete(object);
+}
+
 static void extremes_run_or_are_refused_with_a_reason(void **state) {
   (void)state;
   cJSON *object = json_of(thrum_run(folder, "experiments", "--extremes", "-o", "extremes",
@@ -302,6 +321,7 @@ int main(void) {
       cmocka_unit_test(energy_survives_the_long_run),
       cmocka_unit_test(a_long_run_resumes),
       cmocka_unit_test(mistakes_are_named),
+      cmocka_unit_test(newmark_loses_wide_swings_at_long_steps_and_the_sweep_says_so),
       cmocka_unit_test(extremes_run_or_are_refused_with_a_reason),
   };
   return cmocka_run_group_tests(tests, make_models, remove_models);

@@ -288,6 +288,34 @@ static void a_sudden_load_however_large_leaves_no_wrong_energy(void **context) {
   random_model_free(&m);
 }
 
+/* A kick that is wide beside the step may spoil the first step; that is done again in the second.
+ */
+static void a_wide_kick_leaves_its_energy(void **context) {
+  (void)context;
+  static const double steps[] = {0.05, 0.15, 0.3, 1, 3, 30};
+  for (uint64_t seed = 21; seed < 31; seed++) {
+    random_model m;
+    random_model_make(&m, seed, RANK, 1.0, 12.0, 0.5);
+    for (size_t n = 0; n < sizeof steps / sizeof steps[0]; n++) {
+      for (double times = 0.1; times < 200; times *= 10) {
+        const double p[RANK] = {0.5 * times, 2 * times, -1 * times, 0, 0.3 * times, 0};
+        thrum_state_def def = thrum_default_state_def();
+        def.dt = steps[n];
+        thrum_state *state = state_make(&m.model, &def);
+        state_put(&m.model, state, NULL, p);
+        const double energy = state_energy(&m.model, state).total;
+        state_steps(&m.model, state, 100);
+        const double error = fabs(state_energy(&m.model, state).total / energy - 1);
+        if (!(error < 0.35))
+          fail_msg("seed %d, a step of %g, a kick of %g: the energy errs by %g", (int)seed,
+                   steps[n], times, error);
+        state_free(state);
+      }
+    }
+    random_model_free(&m);
+  }
+}
+
 /* What was handed over under a sudden load from rest returns when the motion has been damped. */
 static void a_hand_over_from_rest_ends_too(void **context) {
   (void)context;
@@ -320,6 +348,7 @@ int main(void) {
       cmocka_unit_test(a_calm_run_is_not_touched),
       cmocka_unit_test(a_split_beyond_the_bound_is_mended_at_once),
       cmocka_unit_test(a_sudden_load_however_large_leaves_no_wrong_energy),
+      cmocka_unit_test(a_wide_kick_leaves_its_energy),
       cmocka_unit_test(a_hand_over_from_rest_ends_too),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
