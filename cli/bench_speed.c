@@ -2,6 +2,8 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "cli/bench_speed.h"
 
+#include "precompute/interrupt.h"
+#include "precompute/npz.h"
 #include <errno.h>
 #include <math.h>
 #include <stdio.h>
@@ -30,9 +32,11 @@ void bench_row_bandwidth(const bench_request *request, cJSON *row, const char *k
 /* One line of names, then the rows; only the numbers and texts of the first row's keys. */
 static thrum_status write_csv(const bench_request *request, const char *path, const cJSON *rows,
                               thrum_error *error) {
-  FILE *file = fopen(path, "w");
-  if (!file)
-    return thrum_error_set(error, THRUM_IO, "%.300s cannot be written", path);
+  thrum_file_writer writer = {NULL, NULL, NULL};
+  const thrum_status status = thrum_file_writer_open(path, &writer, error);
+  if (status < 0)
+    return status;
+  FILE *file = writer.stream;
   fprintf(file, "# %s; %s; thrum %s; kernel %s\n", bench_processor(), bench_build(),
           thrum_version(), thrum_kernel_name(thrum_kernel_chosen(request->kernel)));
   if (request->machine)
@@ -51,10 +55,7 @@ static thrum_status write_csv(const bench_request *request, const char *path, co
     }
     fputc('\n', file);
   }
-  const bool failed = ferror(file) != 0;
-  if (fclose(file) != 0 || failed)
-    return thrum_error_set(error, THRUM_IO, "%.300s cannot be written", path);
-  return THRUM_OK;
+  return thrum_file_writer_commit(&writer, error);
 }
 
 /* The curves, microseconds against rank, both logarithmic. */
@@ -98,9 +99,8 @@ static thrum_status write_files(const bench_request *request, const cJSON *rows,
                                 const char *const *curves, thrum_error *error) {
   const char *name = request->command + strlen("bench ");
   char path[1200];
-  if (mkdir(request->folder, 0777) != 0 && errno != EEXIST)
-    return thrum_error_set(error, THRUM_IO, "%.300s: the folder cannot be made", request->folder);
   snprintf(path, sizeof path, "%.1000s/%s.csv", request->folder, name);
+  thrum_interrupt_clean("\nthrum: stopped; the file being written was removed\n");
   const thrum_status status = write_csv(request, path, rows, error);
   if (status >= 0)
     plot(request, name, curves);
@@ -154,7 +154,10 @@ static void print_json(const bench_request *request, cJSON *rows) {
 
 int bench_each_model(bench_request *request, bench_run *run, const char *const *curves) {
   thrum_error error = {THRUM_OK, ""};
-  thrum_status status = THRUM_OK;
+  // before the measurement, which may be long
+  thrum_status status = request->folder ? cli_results_folder(request->folder, &error) : THRUM_OK;
+  if (status < 0)
+    return cli_refuse(&error);
   const int64_t count = request->model_path ? 1 : request->rank_count;
   cJSON *rows = cJSON_CreateArray();
   cli_progress progress = cli_progress_make(request->quiet);

@@ -88,6 +88,9 @@ const char *cli_basename(const char *path);
 thrum_status cli_model_lower(const thrum_model *loaded, int64_t rank, void **memory,
                              const thrum_model **model, thrum_error *error);
 
+/* Makes a folder for results where there is none; refuses one that cannot be written to. */
+thrum_status cli_results_folder(const char *path, thrum_error *error);
+
 /* How imexv would split this model at `dt` with its other defaults, and what a state would take. */
 typedef struct cli_split {
   int64_t explicit_modes;

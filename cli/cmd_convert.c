@@ -7,6 +7,7 @@
 
 #include "cli/args.h"
 #include "cli/mesh_warnings.h"
+#include "precompute/interrupt.h"
 #include "precompute/mesh_write.h"
 
 typedef struct convert_request {
@@ -107,6 +108,7 @@ static int convert(const convert_request *request) {
   if (status < 0)
     return cli_refuse(&error);
   cli_warn_mesh(&mesh, cli_basename(request->input));
+  thrum_interrupt_clean("\nthrum: stopped; the file being written was removed\n");
   status = thrum_mesh_write(request->output, &mesh, &request->options, &lost, &error);
   if (status >= 0) {
     warn_lost(&lost, cli_basename(request->output));

@@ -9,16 +9,8 @@
 
 #include "cli/experiments.h"
 #include "precompute/build_info.h"
+#include "precompute/interrupt.h"
 #include "precompute/npz.h"
-
-static thrum_status make_folder(const char *path, thrum_error *error) {
-  struct stat status;
-  if (mkdir(path, 0777) == 0 ||
-      (errno == EEXIST && stat(path, &status) == 0 && S_ISDIR(status.st_mode)))
-    return THRUM_OK;
-  return thrum_error_set(error, THRUM_IO, "-o %.300s: cannot be made or is no folder (%s)", path,
-                         strerror(errno));
-}
 
 /* Where a model is pushed: what its recipe says, or for a file the group load, else tip. */
 static thrum_status make_body(const char *name, const thrum_model *model, study_body *body,
@@ -134,10 +126,12 @@ void experiments_json_rungs(cJSON *object, const thrum_state_report *report) {
 static int run_request(const experiments_request *request) {
   thrum_error error = {0};
   bool flagged = false;
+  thrum_interrupt_clean("\nthrum: stopped; the folder holds whole files only\n");
   experiments_bodies *bodies = calloc(1, sizeof *bodies);
   thrum_status status = bodies == NULL
                             ? thrum_error_set(&error, THRUM_OUT_OF_MEMORY, "out of memory")
-                            : make_folder(request->output, &error);
+                            // a folder that cannot be used is found before hours of computing
+                            : cli_results_folder(request->output, &error);
   if (status >= 0)
     status = load_bodies(request, bodies, &error);
   if (status >= 0 && request->kind == EXPERIMENTS_MATRIX)

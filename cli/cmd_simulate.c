@@ -9,6 +9,7 @@
 #include "cli/cli.h"
 #include "cli/model_name.h"
 #include "cli/simulate_run.h"
+#include "precompute/interrupt.h"
 
 #define STATE_ALIGNMENT 64
 #define HASH_CHUNK 65536
@@ -199,6 +200,8 @@ static thrum_status prepare(simulation *run, thrum_error *error) {
   run->figures.peak = run->model->basis != NULL ? 0 : NAN;
   run->figures.peak_vertex = -1;
   const bool frames = request->frames_rate > 0 || request->frames_every > 0;
+  // from here on there is something to clean up
+  simulate_watch_signals();
   if (status >= 0)
     status = cli_run_output_open(request->run_path, run->model, frames, &run->output, error);
   return status;
@@ -213,7 +216,6 @@ static thrum_status simulate(simulation *run, double began, thrum_error *error) 
   run->figures.seconds_read = run->began - began;
   run->progress = cli_progress_make(run->request->quiet);
   simulate_figures_begin(&run->figures);
-  simulate_watch_signals();
   status = simulate_run_steps(run, error);
   if (status < 0) {
     cli_progress_abandon(&run->progress);
@@ -245,6 +247,8 @@ static int run_request(const simulate_request *request) {
   }
   run->request = request;
   cli_model_file file;
+  // while a model is made first
+  thrum_interrupt_clean("\nthrum: stopped; nothing was written\n");
   thrum_status status =
       cli_model_load(request->model_path, request->quiet, &run->loaded, &file, &error);
   if (status >= 0)

@@ -1,12 +1,10 @@
 /* `thrum static`: where a body comes to rest under a load. The search is the runtime's
  * (thrum/equilibrium.h); here it is asked for, shown and written. SPDX-License-Identifier:
  * Apache-2.0 */
-#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "cli/model_name.h"
 #include "cli/static_report.h"
@@ -101,29 +99,14 @@ static thrum_status write_q(const static_answer *answer, thrum_error *error) {
   return status;
 }
 
-/* Beside its place first, then renamed. */
 static thrum_status write_frame(const static_answer *answer, thrum_error *error) {
   const thrum_model *model = answer->model;
-  const char *path = answer->request->frame;
-  const size_t size = strlen(path) + 40;
-  char *temporary = malloc(size);
   double *field = malloc((size_t)model->vertex_count * 3 * sizeof *field + 1);
-  thrum_status status = THRUM_OUT_OF_MEMORY;
-  if (temporary == NULL || field == NULL) {
-    thrum_error_set(error, status, "no memory for the frame");
-  } else {
-    snprintf(temporary, size, "%s.partial-%ld", path, (long)getpid());
-    status = thrum_displacement(model, answer->q, 0, model->vertex_count, field, error);
-    if (status >= 0) {
-      status = cli_vtu_write(temporary, model, field, NULL, 0, error);
-      if (status >= 0 && rename(temporary, path) != 0)
-        status = thrum_error_set(error, THRUM_IO, "%.300s: cannot be written (%s)", path,
-                                 strerror(errno));
-      if (status < 0)
-        unlink(temporary);
-    }
-  }
-  free(temporary);
+  if (field == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the frame");
+  thrum_status status = thrum_displacement(model, answer->q, 0, model->vertex_count, field, error);
+  if (status >= 0)
+    status = cli_vtu_write_whole(answer->request->frame, model, field, error);
   free(field);
   return status;
 }

@@ -1,4 +1,5 @@
 /* The `thrum` program: finds the subcommand and hands over. SPDX-License-Identifier: Apache-2.0 */
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -119,6 +120,10 @@ static int dispatch(int argc, char **argv) {
 }
 
 int main(int argc, char **argv) {
+#ifdef SIGXFSZ
+  // a file beyond the size limit is to be an error of writing and not the end of the program
+  signal(SIGXFSZ, SIG_IGN);
+#endif
   const int code = dispatch(argc, argv);
   // a full disk or a closed pipe must not pass for success
   if (fflush(stdout) != 0 || ferror(stdout)) {

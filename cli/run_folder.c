@@ -115,8 +115,9 @@ thrum_status cli_run_folder_open(const char *path, cli_run_folder *folder, thrum
       break;
   }
   if (made != 0) {
-    return thrum_error_set(error, THRUM_IO, "%.300s: cannot be created (%s)", opened.path,
-                           strerror(errno));
+    const int reason = errno;
+    return thrum_error_set(error, THRUM_IO, "%.200s: cannot be created (%s)%s", opened.path,
+                           strerror(reason), thrum_file_hint(reason));
   }
   *folder = opened;
   return THRUM_OK;

@@ -21,8 +21,9 @@ typedef char path_text[CLI_PATH_MAX + 64];
 
 static thrum_status write_failed(const cli_run_output *output, const char *name,
                                  thrum_error *error) {
-  return thrum_error_set(error, THRUM_IO, "%.300s: %s could not be written (%s)",
-                         output->folder.path, name, strerror(errno != 0 ? errno : EIO));
+  const int reason = errno != 0 ? errno : EIO;
+  return thrum_error_set(error, THRUM_IO, "%.200s: %s could not be written (%s)%s",
+                         output->folder.path, name, strerror(reason), thrum_file_hint(reason));
 }
 
 static FILE *open_file(const cli_run_output *output, const char *name) {

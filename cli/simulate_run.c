@@ -17,8 +17,7 @@ static void request_stop(int signal_number) {
   stop_requested = 1;
 }
 
-/* What the caller has set to be ignored, as nohup does, stays so. A file beyond the size limit is
- * to be an error of writing and not the end of the program. */
+/* What the caller has set to be ignored, as nohup does, stays so. */
 void simulate_watch_signals(void) {
   static const int signals[] = {SIGINT, SIGTERM, SIGHUP};
   for (size_t n = 0; n < sizeof signals / sizeof signals[0]; n++) {
@@ -31,9 +30,6 @@ void simulate_watch_signals(void) {
     sigemptyset(&action.sa_mask);
     sigaction(signals[n], &action, NULL);
   }
-#ifdef SIGXFSZ
-  signal(SIGXFSZ, SIG_IGN);
-#endif
 }
 
 /* Time after `step` steps: a product, where the state's own sum gathers rounding. */

@@ -7,11 +7,14 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "cli/vtu.h"
 
+#include <errno.h>
 #include <inttypes.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include "precompute/npz.h"
 
 #define VTK_TETRA 10
 #define VTU_NAME_SIZE 48
@@ -152,14 +155,21 @@ static void put_generated(FILE *file, const vtu_array *arrays, int64_t tet_count
     fwrite(types, 1, (size_t)(tet_count - first < CHUNK ? tet_count - first : CHUNK), file);
 }
 
-static thrum_status write_file(const char *path, const thrum_model *model,
-                               const vtu_vectors *vectors, double time, thrum_error *error) {
-  if (model->vertices == NULL || model->tets == NULL) {
+static thrum_status check_mesh(const thrum_model *model, thrum_error *error) {
+  if (model->vertices == NULL || model->tets == NULL)
     return thrum_error_set(error, THRUM_MISSING, "the model has no mesh, so it has no frames");
-  }
-  FILE *file = fopen(path, "wb");
-  if (file == NULL)
-    return thrum_error_set(error, THRUM_IO, "%.300s: cannot be written", path);
+  return THRUM_OK;
+}
+
+static thrum_status write_failed(const char *path, thrum_error *error) {
+  const int reason = errno != 0 ? errno : EIO;
+  return thrum_error_set(error, THRUM_IO, "%.200s: cannot be written (%s)%s", path,
+                         strerror(reason), thrum_file_hint(reason));
+}
+
+/* The whole of a file; what goes wrong leaves its mark on the stream. */
+static void put_file(FILE *file, const thrum_model *model, const vtu_vectors *vectors,
+                     double time) {
   vtu_array arrays[ARRAY_COUNT];
   const uint64_t begin = plan_arrays(model, arrays);
   put_xml(file, model, arrays, vectors, begin, time);
@@ -177,17 +187,41 @@ static thrum_status write_file(const char *path, const thrum_model *model,
     put_array(file, &array, vectors->von_mises);
   }
   fputs("\n  </AppendedData>\n</VTKFile>\n", file);
-  // one look at the stream's error mark covers all of the writes
-  const bool failed = ferror(file) != 0;
-  if (fclose(file) != 0 || failed)
-    return thrum_error_set(error, THRUM_IO, "%.300s: could not be written (disk full?)", path);
-  return THRUM_OK;
 }
 
 thrum_status cli_vtu_write(const char *path, const thrum_model *model, const double *displacement,
                            const double *von_mises, double time, thrum_error *error) {
   char name[1][VTU_NAME_SIZE] = {"displacement"};
-  return write_file(path, model, &(vtu_vectors){1, &displacement, name, von_mises}, time, error);
+  const thrum_status status = check_mesh(model, error);
+  if (status < 0)
+    return status;
+  errno = 0;
+  FILE *file = fopen(path, "wb");
+  if (file == NULL)
+    return write_failed(path, error);
+  put_file(file, model, &(vtu_vectors){1, &displacement, name, von_mises}, time);
+  const bool failed = ferror(file) != 0;
+  // nothing but closing comes between the failure and its reason
+  return fclose(file) != 0 || failed ? write_failed(path, error) : THRUM_OK;
+}
+
+/* Beside its place first, then renamed. */
+static thrum_status write_whole(const char *path, const thrum_model *model,
+                                const vtu_vectors *vectors, thrum_error *error) {
+  thrum_file_writer writer = {NULL, NULL, NULL};
+  thrum_status status = check_mesh(model, error);
+  if (status >= 0)
+    status = thrum_file_writer_open(path, &writer, error);
+  if (status < 0)
+    return status;
+  put_file(writer.stream, model, vectors, 0);
+  return thrum_file_writer_commit(&writer, error);
+}
+
+thrum_status cli_vtu_write_whole(const char *path, const thrum_model *model,
+                                 const double *displacement, thrum_error *error) {
+  char name[1][VTU_NAME_SIZE] = {"displacement"};
+  return write_whole(path, model, &(vtu_vectors){1, &displacement, name, NULL}, error);
 }
 
 thrum_status cli_vtu_write_modes(const char *path, const thrum_model *model, int64_t count,
@@ -202,7 +236,7 @@ thrum_status cli_vtu_write_modes(const char *path, const thrum_model *model, int
       values[n] = modes + n * 3 * model->vertex_count;
       snprintf(names[n], VTU_NAME_SIZE, "mode_%02" PRId64 "_%.6g_Hz", n + 1, hertz[n]);
     }
-    status = write_file(path, model, &(vtu_vectors){count, values, names, NULL}, 0, error);
+    status = write_whole(path, model, &(vtu_vectors){count, values, names, NULL}, error);
   }
   free(values);
   free(names);
@@ -212,7 +246,7 @@ thrum_status cli_vtu_write_modes(const char *path, const thrum_model *model, int
 thrum_status cli_pvd_open(const char *path, cli_pvd *pvd, thrum_error *error) {
   FILE *file = fopen(path, "wb");
   if (file == NULL)
-    return thrum_error_set(error, THRUM_IO, "%.300s: cannot be written", path);
+    return write_failed(path, error);
   fputs("<?xml version=\"1.0\"?>\n"
         "<VTKFile type=\"Collection\" version=\"0.1\">\n"
         "  <Collection>\n",
@@ -225,7 +259,7 @@ thrum_status cli_pvd_open(const char *path, cli_pvd *pvd, thrum_error *error) {
 thrum_status cli_pvd_add(cli_pvd *pvd, const char *file, double time, thrum_error *error) {
   if (fprintf(pvd->stream, "    <DataSet timestep=\"%.17g\" part=\"0\" file=\"%s\"/>\n", time,
               file) < 0) {
-    return thrum_error_set(error, THRUM_IO, "%.300s: could not be written", pvd->path);
+    return write_failed(pvd->path, error);
   }
   return THRUM_OK;
 }
@@ -236,7 +270,7 @@ thrum_status cli_pvd_close(cli_pvd *pvd, thrum_error *error) {
   fputs("  </Collection>\n</VTKFile>\n", file);
   const bool failed = ferror(file) != 0;
   if (fclose(file) != 0 || failed)
-    return thrum_error_set(error, THRUM_IO, "%.300s: could not be written", pvd->path);
+    return write_failed(pvd->path, error);
   return THRUM_OK;
 }
 

@@ -24,8 +24,32 @@ static const char *shown(const char *path) {
   return size > SHOWN ? path + size - SHOWN : path;
 }
 
+const char *thrum_file_hint(int number) {
+  switch (number) {
+  case ENOSPC:
+  case EDQUOT:
+    return "; make room, or write to another disk";
+  case EFBIG:
+    return "; raise the limit of a file's size (ulimit -f), or write to another disk";
+  case EROFS:
+  case EACCES:
+  case EPERM:
+    return "; write to a folder that you may write to";
+  case ENOENT:
+    return "; make its folder first";
+  default:
+    return "";
+  }
+}
+
 static thrum_status fail(const char *path, const char *what, int number, thrum_error *error) {
   return thrum_error_set(error, THRUM_IO, "%s: %s: %s", shown(path), what, strerror(number));
+}
+
+static thrum_status fail_writing(const char *path, const char *what, int number,
+                                 thrum_error *error) {
+  return thrum_error_set(error, THRUM_IO, "%s: %s: %s%s", shown(path), what, strerror(number),
+                         thrum_file_hint(number));
 }
 
 // refuses targets that a rename would destroy or could not replace
@@ -71,11 +95,11 @@ static thrum_status open_temporary(thrum_file_writer *writer, thrum_error *error
     close(file);
     unlink(writer->temporary);
   }
-  return fail(writer->path, "cannot be created", number, error);
+  return fail_writing(writer->path, "cannot be created", number, error);
 }
 
 static void release(thrum_file_writer *writer) {
-  thrum_interrupt_mark(NULL);
+  thrum_interrupt_unmark(writer->temporary);
   free(writer->path);
   free(writer->temporary);
   *writer = (thrum_file_writer){NULL, NULL, NULL};
@@ -105,7 +129,7 @@ thrum_status thrum_file_writer_put(thrum_file_writer *writer, const void *data, 
   if (writer == NULL || writer->stream == NULL)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the output file is not open");
   if (size > 0 && fwrite(data, 1, size, writer->stream) != size)
-    return fail(writer->path, "cannot be written", errno, error);
+    return fail_writing(writer->path, "cannot be written", errno, error);
   return THRUM_OK;
 }
 
@@ -126,17 +150,34 @@ static void sync_folder(const char *path) {
   free(folder);
 }
 
-thrum_status thrum_file_writer_commit(thrum_file_writer *writer, thrum_error *error) {
-  if (writer == NULL || writer->stream == NULL)
-    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the output file is not open");
+// flushes and syncs what the stream holds and closes it; 0, or the errno of what was lost
+static int close_stream(thrum_file_writer *writer) {
   FILE *stream = writer->stream;
   int number = 0;
-  // an earlier failed write leaves its mark on the stream
+  // an earlier failed write leaves its mark on the stream; errno is still its own
   if (ferror(stream) || fflush(stream) != 0 || fsync(fileno(stream)) != 0)
     number = errno != 0 ? errno : EIO;
   writer->stream = NULL;
   if (fclose(stream) != 0 && number == 0)
     number = errno;
+  return number;
+}
+
+thrum_status thrum_file_writer_finish(thrum_file_writer *writer, thrum_error *error) {
+  if (writer == NULL || writer->stream == NULL)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the output file is not open");
+  const int number = close_stream(writer);
+  if (number == 0)
+    return THRUM_OK;
+  const thrum_status status = fail_writing(writer->path, "cannot be written", number, error);
+  thrum_file_writer_abandon(writer);
+  return status;
+}
+
+thrum_status thrum_file_writer_commit(thrum_file_writer *writer, thrum_error *error) {
+  if (writer == NULL || writer->temporary == NULL)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the output file is not open");
+  int number = writer->stream != NULL ? close_stream(writer) : 0;
   if (number == 0 && rename(writer->temporary, writer->path) != 0)
     number = errno;
   thrum_status status = THRUM_OK;
@@ -144,7 +185,7 @@ thrum_status thrum_file_writer_commit(thrum_file_writer *writer, thrum_error *er
     sync_folder(writer->path);
   else {
     unlink(writer->temporary);
-    status = fail(writer->path, "cannot be written", number, error);
+    status = fail_writing(writer->path, "cannot be written", number, error);
   }
   release(writer);
   return status;

@@ -198,6 +198,8 @@ static thrum_status write_files(const char *const *paths, thrum_mesh_writer *con
   for (int i = 0; i < count && status >= 0; i++)
     status = write_file(paths[i], writers[i], w, &outs[i], error);
   for (int i = 0; i < count && status >= 0; i++)
+    status = thrum_file_writer_finish(&outs[i]->file, error);
+  for (int i = 0; i < count && status >= 0; i++)
     status = thrum_file_writer_commit(&outs[i]->file, error);
   for (int i = 0; i < count; i++) {
     if (outs[i])

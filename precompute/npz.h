@@ -26,8 +26,15 @@ thrum_status thrum_file_writer_open(const char *path, thrum_file_writer *writer,
                                     thrum_error *error);
 thrum_status thrum_file_writer_put(thrum_file_writer *writer, const void *data, size_t size,
                                    thrum_error *error);
+/* Syncs and closes, but does not rename yet: for files that belong together, so that all are whole
+ * before the first takes its place. */
+thrum_status thrum_file_writer_finish(thrum_file_writer *writer, thrum_error *error);
 thrum_status thrum_file_writer_commit(thrum_file_writer *writer, thrum_error *error);
 void thrum_file_writer_abandon(thrum_file_writer *writer);
+
+/* What to do about a write that failed with this errno, to go behind the reason; "" when nothing
+ * comes to mind. */
+const char *thrum_file_hint(int number);
 
 /* Reads a whole file into *data (malloc, caller frees); refuses directories and the like. A 0 that
  * *size does not count stands behind the last byte. */
