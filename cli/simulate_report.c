@@ -127,6 +127,8 @@ static void add_robustness(cJSON *object, const simulate_figures *figures) {
   cli_json_number(watch, "switches", (double)report->switches);
   cli_json_number(watch, "handovers", (double)report->handovers);
   cli_json_number(watch, "handed_steps", (double)report->handed_steps);
+  cli_json_number(watch, "corrections", (double)report->corrections);
+  cli_json_number(watch, "corrected_j", report->corrected);
   cli_json_number(watch, "balance_last", report->balance_last);
   cli_json_number(watch, "balance_peak", report->balance_peak);
 }

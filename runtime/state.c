@@ -418,6 +418,8 @@ thrum_state_report thrum_state_report_get(const thrum_state *state) {
   report.handed_steps = state->handed_steps;
   report.switches = state->switches;
   report.handovers = state->handovers;
+  report.corrections = state->corrections;
+  report.corrected = state->corrected;
   report.angle_last = state->angle_last;
   report.angle_peak = state->angle_peak;
   report.balance_last = state->balance_last;

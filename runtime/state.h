@@ -32,6 +32,7 @@ struct thrum_state {
   int64_t handed_steps;      /* report */
   int64_t switches;          /* report */
   int64_t handovers;         /* report */
+  int64_t corrections;       /* report */
   double time;               /* report [s] */
   double residual_last;      /* report */
   double dt;                 /* h [s] */
@@ -45,6 +46,7 @@ struct thrum_state {
   double angle_peak;         /* report */
   double balance_last;       /* report */
   double balance_peak;       /* report */
+  double corrected;          /* report [J] */
   double calm_peak;          /* largest angle of the whole set since the last look */
   double handed_energy;      /* when design 7 took over [J] */
   double watch_work;         /* of the load less dissipation, since the reset [J] */
@@ -55,6 +57,14 @@ struct thrum_state {
   double watch_sum;          /* of the balance in this window [J] */
   double watch_reference;    /* what its mean is compared with [J] */
   double watch_steady;       /* what the balance less the shadow is compared with [J] */
+  double watch_off;          /* sum of what the means were off by since then [J] */
+  double watch_spent;        /* net of the corrections since then [J] */
+  double watch_owed;         /* correction to come [J] */
+  double ledger_energy;      /* what the energy is to be in design 7 [J], */
+  double ledger_carry;       /* and what its sums were rounded by */
+  double ledger_moved;       /* in and out since it was opened, magnitudes [J] */
+  int64_t ledger;            /* thrum_ledger */
+  int64_t ledger_begin;      /* step at which it was opened */
   int64_t watch_samples;     /* of the balance in this window */
   int64_t watch_windows;     /* since the reference */
   int64_t watch_window_end;  /* step */
@@ -157,6 +167,13 @@ typedef enum thrum_rung {
   THRUM_RUNG_ENERGY,
   THRUM_RUNG_SUBSTEPS
 } thrum_rung;
+
+/* How the account of the energy stands. */
+typedef enum thrum_ledger {
+  THRUM_LEDGER_CLOSED = 0, /* nothing is known */
+  THRUM_LEDGER_BALANCED,   /* nothing was owed when it was last looked at */
+  THRUM_LEDGER_OWED        /* looked at in every step */
+} thrum_ledger;
 
 typedef enum thrum_verdict {
   THRUM_VERDICT_GO_ON = 0,
@@ -327,6 +344,19 @@ thrum_status thrum_watch_hand_over(const thrum_model *model, thrum_state *state,
 
 /* watch.c: work and dissipation of a solved step. */
 void thrum_watch_after(const thrum_model *model, thrum_state *state, const thrum_state_view *view);
+
+/* ledger.c: opens the account with the energy that is to be [J], or closes it. */
+void thrum_ledger_open(thrum_state *state, double energy);
+void thrum_ledger_close(thrum_state *state);
+
+/* ledger.c: enters a solved step of design 7; may scale view->p_next by what is owed. */
+void thrum_ledger_after(const thrum_model *model, thrum_state *state, thrum_state_view *view,
+                        const thrum_solve_report *report);
+
+/* ledger.c: gives imexv's momentum what is *owed* [J] where its kinetic energy is `least` or more;
+ * then view->p is view->p_start and *owed zero. */
+thrum_status thrum_ledger_pay(const thrum_model *model, thrum_state *state, thrum_state_view *view,
+                              double least, double *owed);
 
 /* ladder.c: the rungs after full Newton, for a step that ended in `failure`; returns that where
  * there are none. */

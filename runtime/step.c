@@ -151,6 +151,7 @@ thrum_status thrum_step_end(const thrum_model *model, thrum_step_run *run, thrum
     const double amplitude = thrum_state_amplitude(model, &run->next, view->q_next, view->p_next);
     if (isfinite(amplitude) && thrum_all_finite(view->acceleration_next, state->rank)) {
       thrum_watch_after(model, &run->next, view);
+      thrum_ledger_after(model, &run->next, view, &run->report);
       commit(state, &run->next, view, &run->report, amplitude);
     } else {
       status = THRUM_NOT_FINITE;

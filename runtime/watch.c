@@ -30,33 +30,57 @@
 #include "state.h"
 
 #define SAMPLE 16         /* steps between two power iterations; fewer when something is near */
-#define WINDOW 4096       /* steps of a mean of the balance, and of a calm */
+#define WINDOW 128        /* steps of a mean of the balance */
+#define FIRST 16          /* windows whose mean is the reference */
+#define CALM_STEPS 4096   /* of a calm */
+#define HANDED_STEPS 512  /* between two looks at a return from design 7 */
 #define ANGLE_HIGH 1.6    /* beyond it modes leave E, */
 #define ANGLE_GOOD 1.4    /* until this holds */
 #define ANGLE_CALM 1.1    /* all modes return after a calm below it */
 #define FAST_SHARE 0.03   /* of the energy: B beside its reference */
 #define URGENT_SHARE 0.08 /* the same, without waiting; also for E itself */
-#define DRIFT 5e-5        /* of the energy: mean of B over a window beside that of the first */
-#define NEAR 2e-6         /* of the energy: E beside its reference at a hand-over */
-#define DRIVEN 1e-3       /* of the energy: moved by load and damping in a window */
-#define MOVED 0.05        /* share of what they moved that B may err by */
+#define DRIFT 1e-4        /* of the energy: mean of B over a window beside the reference */
+#define DRIFT_ALL 1.6e-3  /* the same, summed over all windows, */
+#define FORGET 0.015625   /* of which a share is forgotten in each */
+#define BY_LAST 1.0       /* of what the last mean was off by goes back, */
+#define BY_ALL 0.25       /* and of what all of them were, summed */
+#define LARGE 0.04        /* of the energy: the same, too much to correct; or all corrections */
+#define PAY_LEAST 0.25    /* of the energy: kinetic energy at a correction */
+#define NEAR 1e-3         /* of the energy: E beside its reference at a hand-over */
+#define DRIVEN 1e-3       /* of the energy: moved by changes of load and damping */
+#define BLOW 0.1          /* of the energy: work of a new load in one step, B is compared anew */
+#define FOLLOW 2e-5       /* of the energy: error of B by damping that counts */
+#define MOVED 0.05        /* share of what damping moved that B may err by */
 #define MOVED_MOST 0.2    /* of the energy: the most of that, for what moves to and fro adds up */
 #define SUDDEN 0.1   /* of the energy: the shadow to come, beyond it a step is looked at first */
-#define MEMORY 256.0 /* steps that what they moved is remembered for */
+#define MEMORY 256.0 /* steps that what was moved is remembered for */
 #define FALLEN 0.25  /* of the energy at the hand-over: imexv returns */
 #define RANGE 1e300  /* [J], larger energies are not followed */
 #define LOST 1e100   /* in place of ratios that are larger or no number */
 
-void thrum_watch_reset(thrum_state *state) {
+/* Largest energy lately. */
+static double scale_now(const thrum_state *state) {
+  return fmax(state->watch_scale, state->watch_scale_before);
+}
+
+/* Nothing to compare the balance with: the next energy is. */
+static void compare_anew(thrum_state *state) {
   state->watch_work = state->watch_moved = state->watch_recent = 0.0;
   state->watch_sum = state->watch_reference = state->watch_steady = 0.0;
   state->watch_scale = state->watch_scale_before = 0.0;
-  state->kept_step = -1;
-  state->watch_samples = state->watch_windows = state->watch_deadline = 0;
+  state->watch_off = state->watch_spent = state->watch_owed = 0.0;
+  state->watch_samples = state->watch_deadline = 0;
+  state->watch_windows = -1;
   state->watch_window_end = state->steps + WINDOW;
+}
+
+void thrum_watch_reset(thrum_state *state) {
+  compare_anew(state);
+  state->kept_step = -1;
   state->calm_peak = 0.0;
-  state->calm_end = state->steps + WINDOW;
+  state->calm_end = state->steps + CALM_STEPS;
   state->balance_last = 0.0;
+  thrum_ledger_close(state);
 }
 
 /* One power iteration on the first n coordinates; returns |A v| for |v| = 1, a lower bound of the
@@ -128,7 +152,7 @@ static thrum_status shrink(const thrum_model *model, thrum_state *state, thrum_s
     state->switches++;
   state->calm_peak = 0.0;
   const int64_t changes = state->switches < 10 ? state->switches : 10;
-  state->calm_end = state->steps + ((int64_t)WINDOW << changes);
+  state->calm_end = state->steps + ((int64_t)CALM_STEPS << changes);
   return change(model, state, view, THRUM_SCHEME_COMPONENT, split);
 }
 
@@ -156,7 +180,7 @@ static thrum_status watch_angle(const thrum_model *model, thrum_state *state,
     return THRUM_OK;
   const bool calm = state->calm_peak < ANGLE_CALM;
   state->calm_peak = 0.0;
-  state->calm_end = state->steps + WINDOW;
+  state->calm_end = state->steps + CALM_STEPS;
   if (!calm)
     return THRUM_OK;
   state->switches++;
@@ -178,7 +202,7 @@ static thrum_status watch_handed(const thrum_model *model, thrum_state *state,
                                  thrum_state_view *view) {
   if (state->steps < state->calm_end)
     return THRUM_OK;
-  state->calm_end = state->steps + WINDOW;
+  state->calm_end = state->steps + HANDED_STEPS;
   const double energy = energy_at(model, state, view, view->q, view->p);
   if (!(energy < FALLEN * state->handed_energy))
     return THRUM_OK;
@@ -187,12 +211,28 @@ static thrum_status watch_handed(const thrum_model *model, thrum_state *state,
   return change(model, state, view, THRUM_SCHEME_COMPONENT, thrum_split_of(model, state));
 }
 
+/* Takes slow drift out through the momentum, where there is enough of it. */
+static thrum_status pay(const thrum_model *model, thrum_state *state, thrum_state_view *view) {
+  const double owed = state->watch_owed, least = PAY_LEAST * scale_now(state);
+  const thrum_status status = thrum_ledger_pay(model, state, view, least, &state->watch_owed);
+  if (status == THRUM_OK && state->watch_owed == 0.0) {
+    state->corrections++;
+    state->corrected += owed;
+  }
+  return status;
+}
+
 thrum_status thrum_watch_before(const thrum_model *model, thrum_state *state,
                                 thrum_state_view *view) {
   if (!state->adaptive)
     return THRUM_OK;
   if (state->scheme == THRUM_SCHEME_ENERGY)
     return watch_handed(model, state, view);
+  if (state->watch_owed != 0.0 && (state->watch_window_end - state->steps) % 4 == 0) {
+    const thrum_status status = pay(model, state, view);
+    if (status != THRUM_OK)
+      return status;
+  }
   int32_t often = state->angle_last < 0.9 ? SAMPLE : state->angle_last < 1.2 ? SAMPLE / 4 : 1;
   // under a sudden load the angle passes the bound within a few steps; the balance shows it
   if (fabs(state->balance_last) > FAST_SHARE)
@@ -275,9 +315,11 @@ void thrum_watch_ahead(const thrum_model *model, thrum_state *state, thrum_state
       look_ahead(model, state, view, work, report);
     return;
   }
-  if (state->watch_windows == 0 && state->watch_samples == 0)
+  if (state->watch_windows < 0) {
+    state->watch_windows = 0;
     state->watch_steady = state->watch_reference =
         energy_at(model, state, view, view->q, view->p) - state->watch_work;
+  }
   memcpy(view->p_kept_next, view->p, (size_t)state->rank * sizeof *view->p_kept_next);
   report->energy = energy_at(model, state, view, view->q_next, view->p_next) - work;
   report->energy_known = report->energy_ahead = true;
@@ -290,12 +332,13 @@ typedef enum alarm { CALM, FAST, URGENT } alarm;
 static alarm take_in(thrum_state *state, const thrum_solve_report *report) {
   const double energy = report->energy, shadow = report->shadow;
   const double balance = energy - state->watch_work, steady = balance - shadow;
-  if (state->watch_windows == 0 && state->watch_samples == 0 && !report->energy_ahead) {
+  if (state->watch_windows < 0) {
+    state->watch_windows = 0;
     state->watch_steady = steady;
     state->watch_reference = balance;
   }
   state->watch_scale = fmax(state->watch_scale, fabs(energy));
-  const double scale = fmax(state->watch_scale, state->watch_scale_before);
+  const double scale = scale_now(state);
   const double error = steady - state->watch_steady;
   const double allowed = fmin(MOVED * state->watch_recent, MOVED_MOST * scale);
   state->balance_last = scale > 0.0 ? fmax(-LOST, fmin(error / scale, LOST)) : 0.0;
@@ -303,46 +346,77 @@ static alarm take_in(thrum_state *state, const thrum_solve_report *report) {
     state->balance_peak = fmax(state->balance_peak, fmin((fabs(error) - allowed) / scale, LOST));
   state->watch_sum += balance;
   state->watch_samples++;
-  // where load and damping act the reference follows: their own error is no growth
-  if (allowed > DRIFT * scale)
+  // where damping acts the reference follows: its own error is no growth
+  if (allowed > FOLLOW * scale) {
     state->watch_steady += error / MEMORY;
+    state->watch_reference += (balance - state->watch_reference) / MEMORY;
+  }
   state->watch_recent -= state->watch_recent / MEMORY;
   // a load that changes changes what Stoermer-Verlet keeps, by a known step
   state->watch_steady -= report->shadow_change;
+  // at the other end of the range of numbers rounding is all there is
+  if (scale < 1.0 / RANGE)
+    return CALM;
   // E itself may ripple by the whole of its shadow
   if (!(fabs(error) <= URGENT_SHARE * scale + allowed &&
-        fabs(error + shadow) <= 4.0 * URGENT_SHARE * scale + allowed))
+        fabs(balance - state->watch_reference) <= 4.0 * URGENT_SHARE * scale + allowed))
     return URGENT;
   return fabs(error) <= FAST_SHARE * scale + allowed ? CALM : FAST;
 }
 
-/* Ends a window; true when the mean of the balance has left that of the first one. */
+/* What the mean of a window tells: the first ones make the reference, later ones what is to be
+ * given back; true when that is too much. */
+static bool compare(thrum_state *state, double mean, double scale) {
+  if (state->watch_windows < FIRST) {
+    // until then the first energy is the reference
+    state->watch_off += mean;
+    if (++state->watch_windows == FIRST) {
+      state->watch_reference = state->watch_off / (double)FIRST;
+      state->watch_off = 0.0;
+    }
+    return false;
+  }
+  const double off = mean - state->watch_reference;
+  state->watch_off += off - FORGET * state->watch_off;
+  if (fabs(off) <= DRIFT * scale && fabs(state->watch_off) <= DRIFT_ALL * scale)
+    return false;
+  state->watch_owed = -(BY_LAST * off + BY_ALL * state->watch_off);
+  state->watch_spent += state->watch_owed;
+  return !(fabs(state->watch_owed) <= LARGE * scale && fabs(state->watch_spent) <= LARGE * scale);
+}
+
+/* Ends a window; true when design 7 is to take over. */
 static bool drifted(thrum_state *state) {
   if (state->steps < state->watch_window_end || state->watch_samples == 0)
     return false;
   const double mean = state->watch_sum / (double)state->watch_samples;
-  const double scale = fmax(state->watch_scale, state->watch_scale_before);
-  const bool driven = state->watch_moved > DRIVEN * scale;
-  const bool drift = state->watch_windows > 0 && !driven &&
-                     !(fabs(mean - state->watch_reference) <= DRIFT * scale);
-  if (state->watch_windows == 0 || driven)
-    state->watch_reference = mean;
-  state->watch_windows = driven ? 0 : state->watch_windows + 1;
+  const double scale = scale_now(state);
+  bool large = false;
+  state->watch_owed = 0.0;
+  if (state->watch_moved > DRIVEN * scale) {
+    // what moved much is known to its own error only: that is to be no growth in the end
+    state->watch_off = state->watch_spent = state->watch_moved = 0.0;
+    state->watch_windows = -1;
+  } else {
+    large = compare(state, mean, scale);
+  }
+  // counted from here, so that the sum of the work never outgrows the energy by far
+  state->watch_reference += state->watch_work;
+  state->watch_steady += state->watch_work;
+  if (state->watch_windows > 0 && state->watch_windows < FIRST)
+    state->watch_off += (double)state->watch_windows * state->watch_work;
+  state->watch_work = 0.0;
   state->watch_scale_before = state->watch_scale;
-  state->watch_moved = state->watch_scale = state->watch_sum = 0.0;
+  state->watch_scale = state->watch_sum = 0.0;
   state->watch_samples = 0;
   state->watch_window_end = state->steps + WINDOW;
-  return drift;
+  return large;
 }
 
-/* What is not urgent waits for a step at which E passes its mean: design 7 then keeps that. */
+/* What is not urgent waits for a step at which E is near its mean: there is less to pay. */
 static bool passes(const thrum_state *state, double energy) {
-  const double scale = fmax(state->watch_scale, state->watch_scale_before);
-  // the longer it waits, the less exactly
-  const double waited = (double)(WINDOW - (state->watch_deadline - state->steps));
-  const double near = NEAR * scale * (1.0 + waited / 64.0);
   return state->steps >= state->watch_deadline ||
-         fabs(energy - state->watch_work - state->watch_reference) <= near;
+         fabs(energy - state->watch_work - state->watch_reference) <= NEAR * scale_now(state);
 }
 
 thrum_verdict thrum_watch_judge(thrum_state *state, const thrum_solve_report *report) {
@@ -358,7 +432,7 @@ thrum_verdict thrum_watch_judge(thrum_state *state, const thrum_solve_report *re
   if (report->jolted)
     return THRUM_VERDICT_HAND_OVER;
   if ((found == FAST || slow) && state->watch_deadline == 0)
-    state->watch_deadline = state->steps + (slow ? WINDOW : WINDOW / 64);
+    state->watch_deadline = state->steps + (slow ? WINDOW : WINDOW / 2);
   return state->watch_deadline > 0 && passes(state, report->energy) ? THRUM_VERDICT_HAND_OVER
                                                                     : THRUM_VERDICT_GO_ON;
 }
@@ -397,7 +471,10 @@ thrum_status thrum_watch_hand_over(const thrum_model *model, thrum_state *state,
   memset(report, 0, sizeof *report);
   state->handovers++;
   const int64_t changes = state->handovers < 10 ? state->handovers : 10;
-  state->calm_end = state->steps + ((int64_t)WINDOW << changes);
+  state->calm_end = state->steps + ((int64_t)HANDED_STEPS << changes);
+  // the energy to keep is what the reference and the work since say, where they are exact
+  if (state->watch_windows >= 0 && MOVED * state->watch_recent <= FOLLOW * scale_now(state))
+    thrum_ledger_open(state, state->watch_reference + state->watch_work);
   if (verdict == THRUM_VERDICT_REDO && state->kept_step == state->steps - 1) {
     thrum_state energy_state = *state;
     energy_state.scheme = THRUM_SCHEME_ENERGY;
@@ -421,9 +498,12 @@ void thrum_watch_after(const thrum_model *model, thrum_state *state, const thrum
   double dissipated, jolt;
   const double work = work_of(model, state, view, &dissipated, &jolt);
   state->watch_work += work - dissipated;
-  state->watch_moved += fabs(work) + dissipated;
-  // the work of a load that changes within few steps is known to its own size only
-  state->watch_recent += fabs(work) + dissipated + fabs(jolt) / MOVED;
+  // a constant load is one more potential, and so no reason for the balance to move
+  state->watch_moved += dissipated + (jolt != 0.0 ? fabs(work) : 0.0);
+  state->watch_recent += dissipated;
+  // a blow that gives more than there was gives it with the error of one large step
+  if (jolt != 0.0 && fabs(work) > BLOW * scale_now(state))
+    compare_anew(state);
   if (!(fabs(state->watch_work) + state->watch_moved < RANGE))
     thrum_watch_reset(state);
 }

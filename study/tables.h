@@ -17,7 +17,8 @@
   X(substep, substep_steps, "sub-steps")                                                           \
   X(handed, handed_steps, "handed over")                                                           \
   X(switches, switches, "switches")                                                                \
-  X(handovers, handovers, "handovers")
+  X(handovers, handovers, "handovers")                                                             \
+  X(corrections, corrections, "corrections")
 
 enum {
 #define X(name, field, heading) STUDY_RUNG_##name,

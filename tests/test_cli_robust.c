@@ -96,7 +96,7 @@ static void a_violent_start_completes_with_its_energy(void **context) {
     assert_int_equal(code, 0);
     assert_string_equal(text(object, "status"), "done");
     const double first = cli_json_get(object, "energy_first_j");
-    assert_true(fabs(cli_json_get(object, "energy_last_j") / first - 1) < (n == 0 ? 0.15 : 1e-11));
+    assert_true(fabs(cli_json_get(object, "energy_last_j") / first - 1) < (n == 0 ? 1e-9 : 1e-11));
     cJSON_Delete(object);
   }
 }

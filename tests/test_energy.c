@@ -61,6 +61,74 @@ static void energy_is_conserved_whatever_the_tolerance(void **context) {
   random_model_free(&m);
 }
 
+/* What a solve leaves and rounding do not add up: after many steps the energy is off by no more
+ * than after few, also where every solve ends early. */
+static void errors_of_the_energy_do_not_add_up(void **context) {
+  (void)context;
+  random_model m;
+  make_model(&m);
+  for (int loose = 0; loose < 2; loose++) {
+    thrum_state_def def = make_def(0.3);
+    def.tolerance = loose ? 1e-6 : 1e-10;
+    def.iterations_max = loose ? 3 : 50;
+    thrum_state *state = state_make(&m.model, &def);
+    double q[RANK];
+    for (int i = 0; i < RANK; i++)
+      q[i] = 3 * start_q[i];
+    state_put(&m.model, state, q, start_p);
+    state_steps(&m.model, state, 1);
+    const double first = state_energy(&m.model, state).total;
+    for (int k = 0; k < 2000; k++) {
+      double nearest = INFINITY;
+      for (int n = 0; n < 16; n++) {
+        state_steps(&m.model, state, 1);
+        const double off = fabs(state_energy(&m.model, state).total / first - 1);
+        nearest = fmin(nearest, off);
+        if (!(off < (loose ? 1e-4 : 1e-11)))
+          fail_msg("%s solves, step %d: %.3e of the energy", loose ? "loose" : "exact", 16 * k,
+                   off);
+      }
+      if (!(nearest < 1e-13))
+        fail_msg("%s solves, step %d: %.3e of the energy", loose ? "loose" : "exact", 16 * k,
+                 nearest);
+    }
+    state_free(state);
+  }
+  random_model_free(&m);
+}
+
+/* The same with a load that turns and with damping: the energy is the sum of work less dissipation
+ * from the start on. */
+static void the_account_follows_work_and_dissipation(void **context) {
+  (void)context;
+  random_model m;
+  make_model(&m);
+  thrum_state_def def = make_def(0.1);
+  def.damping_alpha = 1e-3;
+  thrum_state *state = state_make(&m.model, &def);
+  state_put(&m.model, state, start_q, start_p);
+  double expected = state_energy(&m.model, state).total, moved = 0;
+  for (int k = 0; k < 20000; k++) {
+    double f[RANK], before[RANK], after[RANK];
+    for (int i = 0; i < RANK; i++)
+      f[i] = 0.05 * push[i] * sin(0.07 * k);
+    state_push(&m.model, state, f);
+    state_read(&m.model, state, before, NULL);
+    state_steps(&m.model, state, 1);
+    state_read(&m.model, state, after, NULL);
+    for (int i = 0; i < RANK; i++) {
+      const double d = after[i] - before[i], gain = d * (f[i] - def.damping_alpha * d / def.dt);
+      expected += gain;
+      moved += fabs(gain);
+    }
+  }
+  const double now = state_energy(&m.model, state).total;
+  if (!(fabs(now - expected) < 1e-13 * (now + moved)))
+    fail_msg("%.3e of %.3e J, %.3e J moved", now - expected, now, moved);
+  state_free(state);
+  random_model_free(&m);
+}
+
 /* E' - E = f d - d D d / h with d = q' - q: exactly, in every single step. */
 static void energy_changes_by_work_less_dissipation(void **context) {
   (void)context;
@@ -168,6 +236,8 @@ static void on_a_linear_model_it_is_the_midpoint_rule(void **context) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(energy_is_conserved_at_any_step),
+      cmocka_unit_test(errors_of_the_energy_do_not_add_up),
+      cmocka_unit_test(the_account_follows_work_and_dissipation),
       cmocka_unit_test(energy_changes_by_work_less_dissipation),
       cmocka_unit_test(energy_is_conserved_whatever_the_tolerance),
       cmocka_unit_test(a_step_satisfies_its_equations),

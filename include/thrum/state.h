@@ -112,6 +112,8 @@ typedef struct thrum_state_report {
   int64_t handed_steps;   /* imexv: steps of `energy` after the watch handed over; no rung */
   int64_t switches;       /* imexv: changes of E and I by the watch */
   int64_t handovers;      /* imexv: changes of the scheme by the watch */
+  int64_t corrections;    /* imexv: times the watch took slow drift out through the momentum */
+  double corrected;       /* imexv: energy that they gave and took in all, net [J] */
   double angle_last;      /* imexv, watched: h sqrt(rho), rho the spectral radius of what is treated
                              explicitly; stable below 2 (design 4) */
   double angle_peak;      /* its largest */
