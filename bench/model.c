@@ -27,6 +27,16 @@ thrum_status bench_model_beam(int64_t rank, thrum_model **model, thrum_error *er
   }
   thrum_mesh_free(&mesh);
   free(fixed);
+  if (status >= 0) {
+    const size_t size = thrum_model_pack_size(&result->model);
+    void *packed = aligned_alloc(64, size);
+    status = packed ? thrum_model_pack(&result->model, packed, size, error)
+                    : thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a model");
+    if (status < 0) {
+      free(packed);
+      thrum_precomputed_free(result);
+    }
+  }
   if (status < 0) {
     free(result);
     return status;
@@ -40,6 +50,7 @@ void bench_model_free(thrum_model *model) {
   if (!model)
     return;
   thrum_precomputed *result = (thrum_precomputed *)(void *)model;
+  free((void *)(uintptr_t)(model->packed ? (const void *)model->packed : model->packed_single));
   thrum_precomputed_free(result);
   free(result);
 }

@@ -97,9 +97,10 @@ static void take(const group *g, int64_t lane, int64_t first, int64_t last, cons
 }
 
 /* Can this state's step be made in a group? */
-static bool fits(const thrum_step_run *run) {
+static bool fits(const thrum_model *model, const thrum_step_run *run) {
   const thrum_state *next = &run->next;
-  return next->scheme == THRUM_SCHEME_COMPONENT && next->split > 0 && !thrum_tangent_damped(next) &&
+  return (model->packed || model->packed_single) && next->scheme == THRUM_SCHEME_COMPONENT &&
+         next->split > 0 && !thrum_tangent_damped(next) &&
          thrum_crowd_kernel_of(run->view.kernel->id) != NULL;
 }
 
@@ -239,7 +240,7 @@ static void add(group *g, thrum_state *state, int64_t index, outcome *o) {
     note(o, index, status, &why);
     return;
   }
-  if (!fits(&one->run)) {
+  if (!fits(g->model, &one->run)) {
     one->status = thrum_step_attempt(g->model, &one->run);
     end(g->model, one, o);
     return;

@@ -9,16 +9,23 @@
 #ifndef THRUM_RUNTIME_CROWD_H
 #define THRUM_RUNTIME_CROWD_H
 
+#include "pack.h"
 #include "polynomial.h"
 
 #define THRUM_CROWD_LANES_MAX 8
 
-/* Doubles of scratch of any pass, for each state. */
-static inline int64_t thrum_crowd_work(int64_t rank) {
-  return 3 * thrum_pair_count(rank) + 5 * rank;
+/* Columns of the packed coefficients, whole vectors and one to spare. */
+static inline int64_t thrum_crowd_columns(int64_t rank) {
+  return thrum_padded(thrum_pack_first(rank));
 }
 
-/* All arrays are aligned to 64. `work` may have any content and overlaps no other argument. */
+/* Doubles of scratch of any pass, for each state. */
+static inline int64_t thrum_crowd_work(int64_t rank) {
+  return 3 * thrum_crowd_columns(rank) + 6 * (rank + 1);
+}
+
+/* All arrays are aligned to 64, and the model is packed. `work` may have any content and overlaps
+ * no other argument. */
 typedef struct thrum_crowd_kernel {
   int64_t lanes; /* states */
 

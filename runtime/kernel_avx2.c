@@ -12,6 +12,8 @@
 
 #define TARGET __attribute__((target("avx2")))
 #define INLINE static inline __attribute__((always_inline, target("avx2")))
+#define ROWS_MANY 4
+#define ROWS_FEW 4
 #define PASS static TARGET
 
 typedef struct v8 {
@@ -35,6 +37,10 @@ INLINE v8 v8_load(const double *p) {
   return v8_of(_mm256_loadu_pd(p), _mm256_loadu_pd(p + 4));
 }
 
+INLINE v8 v8_load_single(const float *p) {
+  return v8_of(_mm256_cvtps_pd(_mm_loadu_ps(p)), _mm256_cvtps_pd(_mm_loadu_ps(p + 4)));
+}
+
 INLINE void v8_store(double *p, v8 v) {
   _mm256_storeu_pd(p, v.a);
   _mm256_storeu_pd(p + 4, v.b);
@@ -48,6 +54,7 @@ INLINE v8 v8_add(v8 v, v8 w) {
   return v8_of(_mm256_add_pd(v.a, w.a), _mm256_add_pd(v.b, w.b));
 }
 
+#define V8_MASKS
 typedef struct v8_mask {
   __m256i a, b;
 } v8_mask;
@@ -71,21 +78,8 @@ INLINE double v8_sum(v8 v) {
   return _mm_cvtsd_f64(two) + _mm_cvtsd_f64(_mm_unpackhi_pd(two, two));
 }
 
-typedef struct stream {
-  const double *next;
-} stream;
-
-INLINE stream stream_open(const double *p) {
-  const stream s = {p};
-  return s;
-}
-
-INLINE v8 stream_next(stream *s) {
-  const v8 vector = v8_load(s->next);
-  s->next += 8;
-  return vector;
-}
-
+#include "kernel_lanes.h"
+// these need the lanes
 #include "kernel_passes.h"
 
 const thrum_kernel thrum_kernel_avx2 = THRUM_KERNEL_TABLE(THRUM_KERNEL_AVX2);

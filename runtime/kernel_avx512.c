@@ -12,6 +12,8 @@
 
 #define TARGET __attribute__((target("avx512f")))
 #define INLINE static inline __attribute__((always_inline, target("avx512f")))
+#define ROWS_MANY 8
+#define ROWS_FEW 4
 #define PASS static TARGET
 
 typedef __m512d v8;
@@ -28,6 +30,10 @@ INLINE v8 v8_load(const double *p) {
   return _mm512_loadu_pd(p);
 }
 
+INLINE v8 v8_load_single(const float *p) {
+  return _mm512_cvtps_pd(_mm256_loadu_ps(p));
+}
+
 INLINE void v8_store(double *p, v8 a) {
   _mm512_storeu_pd(p, a);
 }
@@ -40,6 +46,7 @@ INLINE v8 v8_add(v8 a, v8 b) {
   return _mm512_add_pd(a, b);
 }
 
+#define V8_MASKS
 typedef __mmask8 v8_mask;
 
 INLINE v8_mask v8_range(int64_t lo, int64_t hi) {
@@ -58,6 +65,25 @@ INLINE double v8_sum(v8 a) {
   return _mm_cvtsd_f64(two) + _mm_cvtsd_f64(_mm_unpackhi_pd(two, two));
 }
 
+#define V8_SUMS
+/* Each step adds two halves of all, and leaves them half as wide. */
+INLINE v8 v8_fold(v8 a, v8 b) {
+  return _mm512_add_pd(_mm512_shuffle_f64x2(a, b, 0x44), _mm512_shuffle_f64x2(a, b, 0xee));
+}
+
+INLINE v8 v8_fold_again(v8 a, v8 b) {
+  return _mm512_add_pd(_mm512_shuffle_f64x2(a, b, 0x88), _mm512_shuffle_f64x2(a, b, 0xdd));
+}
+
+INLINE v8 v8_sums(v8 a, v8 b, v8 c, v8 d, v8 e, v8 f, v8 g, v8 h) {
+  const v8 low = v8_fold_again(v8_fold(a, b), v8_fold(c, d));
+  const v8 high = v8_fold_again(v8_fold(e, f), v8_fold(g, h));
+  const v8 sums = _mm512_add_pd(_mm512_unpacklo_pd(low, high), _mm512_unpackhi_pd(low, high));
+  // a, e, b, f, ... into order
+  return _mm512_permutexvar_pd(_mm512_setr_epi64(0, 2, 4, 6, 1, 3, 5, 7), sums);
+}
+
+#define V8_STREAMS
 /* Rows begin anywhere, and a vector that crosses a cache line costs two accesses: so whole lines
  * are read, each once, and shifted together. */
 typedef struct stream {
@@ -83,6 +109,8 @@ INLINE v8 stream_next(stream *s) {
   return vector;
 }
 
+#include "kernel_lanes.h"
+// these need the lanes
 #include "kernel_passes.h"
 
 const thrum_kernel thrum_kernel_avx512 = THRUM_KERNEL_TABLE(THRUM_KERNEL_AVX512);

@@ -11,6 +11,8 @@
 #include <arm_neon.h>
 
 #define INLINE static inline __attribute__((always_inline))
+#define ROWS_MANY 4
+#define ROWS_FEW 4
 #define PASS static
 
 typedef struct v8 {
@@ -29,6 +31,13 @@ INLINE v8 v8_zero(void) {
 
 INLINE v8 v8_load(const double *p) {
   const v8 v = {vld1q_f64(p), vld1q_f64(p + 2), vld1q_f64(p + 4), vld1q_f64(p + 6)};
+  return v;
+}
+
+INLINE v8 v8_load_single(const float *p) {
+  const float32x4_t low = vld1q_f32(p), high = vld1q_f32(p + 4);
+  const v8 v = {vcvt_f64_f32(vget_low_f32(low)), vcvt_f64_f32(vget_high_f32(low)),
+                vcvt_f64_f32(vget_low_f32(high)), vcvt_f64_f32(vget_high_f32(high))};
   return v;
 }
 
@@ -51,44 +60,13 @@ INLINE v8 v8_add(v8 v, v8 w) {
   return sum;
 }
 
-typedef struct v8_mask {
-  int64_t lo, hi;
-} v8_mask;
-
-INLINE v8_mask v8_range(int64_t lo, int64_t hi) {
-  const v8_mask mask = {lo < 0 ? 0 : lo, hi > 8 ? 8 : hi};
-  return mask;
-}
-
-INLINE v8 v8_load_mask(const double *p, v8_mask mask) {
-  if (mask.lo == 0 && mask.hi == 8)
-    return v8_load(p);
-  double lanes[8] = {0};
-  for (int64_t s = mask.lo; s < mask.hi; s++)
-    lanes[s] = p[s];
-  return v8_load(lanes);
-}
-
 INLINE double v8_sum(v8 v) {
   const float64x2_t two = vaddq_f64(vaddq_f64(v.a, v.c), vaddq_f64(v.b, v.d));
   return vgetq_lane_f64(two, 0) + vgetq_lane_f64(two, 1);
 }
 
-typedef struct stream {
-  const double *next;
-} stream;
-
-INLINE stream stream_open(const double *p) {
-  const stream s = {p};
-  return s;
-}
-
-INLINE v8 stream_next(stream *s) {
-  const v8 vector = v8_load(s->next);
-  s->next += 8;
-  return vector;
-}
-
+#include "kernel_lanes.h"
+// these need the lanes
 #include "kernel_passes.h"
 
 const thrum_kernel thrum_kernel_neon = THRUM_KERNEL_TABLE(THRUM_KERNEL_NEON);

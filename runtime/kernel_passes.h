@@ -1,25 +1,18 @@
-/* The passes of runtime/kernel.h over vectors of 8 lanes, for a file that has defined
- *
- *   v8          8 doubles, in as many registers as that takes
- *   INLINE      `static inline`, forced, for the instructions in use; PASS the same without inline
- *   v8_zero, v8_set1(s), v8_load(p), v8_store(p, a), v8_mul(a, b), v8_add(a, b)
- *   v8_mask, v8_range(lo, hi)  the lanes lo <= s < hi; lo and hi may be any number
- *   v8_load_mask(p, mask)      these lanes of p, zero in the others, which are not read
- *   v8_sum(a)                  ((0+4)+(2+6))+((1+5)+(3+7))
- *   stream, stream_open(p), stream_next(&s)   the vectors at p, p + 8, ... one after the other;
- * each may read up to 8 doubles past its own, none before p
+/* The passes of runtime/kernel.h over a restricted form, in the order of thrum/model.h, over
+ * vectors of 8 lanes, for a file that has included runtime/kernel_lanes.h; and the table of all
+ * passes.
  *
  * Long rows are taken four at a time, so that m and w are loaded and stored a quarter as often; for
- * short ones m and w stay in registers while the rows go by. Columns
- * lie at their absolute places in all arrays, so that vectors of m, w, q and g are always the same
- * eight entries: what one block stores the next one loads whole. Zeros pad the ends.
- * Cost: the bytes of the coefficients, once; 2 (value), 4 (gradient), 6 (Hessian), 8 (product) or 2
- * (contract) operations each.
+ * short ones m and w stay in registers while the rows go by. Columns lie at their absolute places
+ * in all arrays, so that vectors of m, w, q and g are always the same eight entries: what one block
+ * stores the next one loads whole. Zeros pad the ends.
+ * Cost: the bytes of the coefficients, once; 4 (gradient) or 6 (Hessian) operations each.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <string.h>
 
 #include "kernel.h"
+#include "kernel_packed.h"
 
 /* Up to four rows, or their sums. */
 typedef struct rows4 {
@@ -45,10 +38,6 @@ typedef struct block {
 
 INLINE int64_t at_most(int64_t a, int64_t b) {
   return a < b ? a : b;
-}
-
-INLINE v8 v8_load_range(const double *p, int64_t lo, int64_t hi) {
-  return v8_load_mask(p, v8_range(lo, hi));
 }
 
 INLINE rows4 rows_zero(void) {
@@ -357,14 +346,6 @@ INLINE void block_pass(bool sums, bool adds, bool each, int64_t rows, const bloc
   rows_pass(sums, adds, each, false, true, rows, &quartic);
 }
 
-PASS void block_sums(int64_t rows, const block *b, const side *s) {
-  block_pass(true, false, false, rows, b, s);
-}
-
-PASS void block_adds(int64_t rows, const block *b, const side *s) {
-  block_pass(false, true, false, rows, b, s);
-}
-
 PASS void block_both(int64_t rows, const block *b, const side *s) {
   block_pass(true, true, false, rows, b, s);
 }
@@ -585,26 +566,6 @@ INLINE scratch cut(int64_t n, double *work) {
   return s;
 }
 
-PASS double pass_value(const thrum_form *f, const double *q_given, double *work) {
-  const int64_t n = f->n;
-  const scratch t = cut(n, work);
-  double *q = t.vectors[0], *g = t.vectors[1], *sums = t.vectors[2];
-  double *m = t.pairs[0], *y = t.pairs[1];
-  pad(n, q_given, q);
-  clear(g, n);
-  clear(sums, n);
-  pair_monomials(false, n, q, q, m);
-  side s = {q, m, NULL, NULL, NULL, y, t.lanes, NULL, NULL, 0};
-  block b = first_block(f);
-  for (int64_t j = 0; j < n; j++) {
-    block_sums(j + 1, &b, &s);
-    s.y += j + 1;
-    next_block(f, j, &b);
-  }
-  lower_pairs(n, y, q, g, sums);
-  return dot(n, q, sums);
-}
-
 PASS double pass_gradient(const thrum_form *f, const double *q_given, double *gradient,
                           double *work) {
   const int64_t n = f->n;
@@ -727,83 +688,6 @@ PASS void pass_hessian(const thrum_form *f, const double *q_given, double *hessi
   symmetrise(n, w, hessian);
 }
 
-/* Two sides at once: two rows and two (m, x) at a time. */
-INLINE void sweep_twice(int rows, rows4 y[2], const double *b, int64_t stride, int64_t lo,
-                        int64_t hi, const double *const m[2], const rows4 x[2],
-                        double *const w[2]) {
-  for (int64_t c = lo / 8 * 8; c < hi; c += 8) {
-    const bool whole = c >= lo && c + 8 <= hi;
-    const rows4 part = whole ? rows_load(rows, b + c, stride)
-                             : rows_load_range(rows, b + c, stride, lo - c, hi - c);
-    chunk(rows, true, true, &y[0], &part, m[0] + c, &x[0], w[0] + c);
-    chunk(rows, true, true, &y[1], &part, m[1] + c, &x[1], w[1] + c);
-  }
-}
-
-INLINE void block_rows_twice(int rows, const block *b, int64_t i, const side s[2]) {
-  rows4 y[2] = {rows_zero(), rows_zero()};
-  const rows4 x[2] = {rows_set(rows, s[0].x + i), rows_set(rows, s[1].x + i)};
-  sweep_twice(rows, y, b->c3 + i * b->columns3, b->columns3, b->low3, b->high3,
-              (const double *const[]){s[0].m3, s[1].m3}, x, (double *const[]){s[0].w3, s[1].w3});
-  sweep_twice(rows, y, b->c4 + i * b->columns4, b->columns4, b->low4, b->high4,
-              (const double *const[]){s[0].m4, s[1].m4}, x, (double *const[]){s[0].w4, s[1].w4});
-  rows_sum(rows, &y[0], s[0].y + i);
-  rows_sum(rows, &y[1], s[1].y + i);
-}
-
-PASS void pass_product(const thrum_form *f, const double *q_given, const double *v_given,
-                       double *product, double *work) {
-  const int64_t n = f->n, pairs = thrum_pair_count(n);
-  const scratch t = cut(n, work);
-  double *const *a = t.vectors, *const *p = t.pairs;
-  double *q = a[0], *v = a[1], *x = a[2], *dx = a[3], *g[2] = {a[4], a[5]};
-  double *w = p[0], *dw = p[1], *m = p[2], *dm = p[3], *y = p[4], *dy = p[5];
-  pad(n, q_given, q);
-  pad(n, v_given, v);
-  clear(g[0], n);
-  clear(g[1], n);
-  clear(w, pairs);
-  clear(dw, pairs);
-  pair_monomials(false, n, q, q, m);
-  pair_monomials(true, n, q, v, dm);
-  // every line is the derivative along v of a line of pass_gradient
-  side s[2] = {{q, m, g[0], w, x, y, NULL, NULL, NULL, 0},
-               {v, dm, g[1], dw, dx, dy, NULL, NULL, NULL, 0}};
-  block b = first_block(f);
-  for (int64_t j = 0; j < n; j++) {
-    row_monomials(false, j, q, q, x);
-    row_monomials(true, j, q, v, dx);
-    int64_t i = 0;
-    for (; i + 2 <= j + 1; i += 2)
-      block_rows_twice(2, &b, i, s);
-    if (i < j + 1)
-      block_rows_twice(1, &b, i, s);
-    s[0].y += j + 1;
-    s[1].y += j + 1;
-    next_block(f, j, &b);
-  }
-  for (int64_t k = 6; k < 10; k++)
-    clear(a[k], n);
-  lower_pairs(n, y, v, g[1], a[6]);
-  lower_pairs(n, dy, q, g[1], a[7]);
-  upper_pairs(n, 0, n, w, v, v, g[1], a[8]);
-  upper_pairs(n, 0, n, dw, q, q, g[1], a[9]);
-  for (int64_t i = 0; i < n; i++)
-    product[i] += g[1][i] + ((a[6][i] + a[7][i]) + (a[8][i] + a[9][i]));
-}
-
-/* The blocks j < split: w (pairs) and w3 (coordinates) get their products with q_i q_j. */
-INLINE void contract_low(const thrum_form *f, int64_t split, const double *q, double *x, double *w3,
-                         double *w) {
-  const side s = {NULL, NULL, w3, w, x, NULL, NULL, NULL, NULL, 0};
-  block b = first_block(f);
-  for (int64_t j = 0; j < split; j++) {
-    row_monomials(false, j, q, q, x);
-    block_adds(j + 1, &b, &s);
-    next_block(f, j, &b);
-  }
-}
-
 /* w += sum_a q_a (row a) over `rows` rows. */
 INLINE void add_block(int64_t rows, const double *b, int64_t columns, const double *q, double *w) {
   rows4 unused = rows_zero();
@@ -818,20 +702,17 @@ INLINE void add_block(int64_t rows, const double *b, int64_t columns, const doub
   }
 }
 
-/* The blocks j >= split: their rows a < split go one degree down, their others are kept.
- * `quadratic` is padded. */
-INLINE void contract_high(const thrum_model *model, int64_t split, const double *q,
-                          double *quadratic, double *cubic, double *t) {
+/* The cubic part of V with the first `split` coordinates held: c3, and the rows a < split of c4. */
+INLINE void restrict_cubic(const thrum_model *model, int64_t split, const double *q, double *cubic,
+                           double *t) {
   const int64_t n = model->rank - split;
   const double *c3 = model->c3 + thrum_c3_index(model->rank, 0, split, split);
   const double *c4 = model->c4 + thrum_c4_index(model->rank, 0, split, split, split);
   double *kept = cubic;
   for (int64_t j = 0; j < n; j++) {
     const int64_t size = (j + 1) * (n - j);
-    add_block(split, c3, n - j, q, quadratic);
     memcpy(kept, c3 + split * (n - j), (size_t)size * sizeof *kept);
     c3 += (split + j + 1) * (n - j);
-    quadratic += n - j;
     kept += size;
   }
   for (int64_t i = 0; i < n; i++) {
@@ -850,36 +731,16 @@ INLINE void contract_high(const thrum_model *model, int64_t split, const double 
   }
 }
 
-PASS double pass_contract(const thrum_model *model, int64_t split, const double *q_given,
-                          double *restricted, double *work) {
-  const int64_t rank = model->rank, n = rank - split, pairs = thrum_pair_count(n);
-  const thrum_form f = {rank, model->c3, model->c4, 0};
-  const scratch t = cut(rank, work);
-  double *const *a = t.vectors, *q = a[0], *x = a[1], *w3 = a[2], *g = a[3], *sums = a[4];
-  double *w = t.pairs[0], *quadratic = t.pairs[1];
-  pad(split, q_given, q);
-  // the held ones padded up to the rank: no other coordinate may enter
-  for (int64_t c = thrum_padded(split); c < thrum_padded(rank); c += 8)
-    v8_store(q + c, v8_zero());
-  clear(w, thrum_pair_count(rank));
-  clear(w3, rank);
-  clear(g, rank);
-  contract_low(&f, split, q, x, w3, w);
-  // pairs (c, l) of w: both held gives the constant, one held the linear, none the quadratic term
-  upper_pairs(rank, 0, split, w, q, q, g, sums);
-  double constant = 0;
-  for (int64_t c = 0; c < split; c++)
-    constant += ((0.5 * model->omega2[c] * q[c] + w3[c]) + sums[c]) * q[c];
-  for (int64_t k = 0; k < n; k++)
-    restricted[k] = w3[split + k] + g[split + k];
-  pad(pairs, w + (thrum_pair_count(rank) - pairs), quadratic);
-  for (int64_t k = 0, diagonal = 0; k < n; diagonal += n - k, k++)
-    quadratic[diagonal] += 0.5 * model->omega2[split + k];
+PASS void pass_restrict(const thrum_model *model, int64_t split, const double *q,
+                        double *restricted, double *work) {
+  const int64_t n = model->rank - split, pairs = thrum_pair_count(n);
+  restrict_low(model, split, q, restricted, restricted + n, work);
   if (n > 0)
-    contract_high(model, split, q, quadratic, restricted + n + pairs, t.pairs[2]);
-  memcpy(restricted + n, quadratic, (size_t)pairs * sizeof *restricted);
-  return constant;
+    restrict_cubic(model, split, q, restricted + n + pairs, work);
 }
 
 #define THRUM_KERNEL_TABLE(id)                                                                     \
-  { id, pass_value, pass_gradient, pass_hessian, pass_product, pass_pairs, pass_contract }
+  {                                                                                                \
+    id, pass_energy, pass_force, pass_forces, pass_tangent, pass_tangent_vector, pass_restrict,    \
+        pass_gradient, pass_hessian, pass_pairs                                                    \
+  }

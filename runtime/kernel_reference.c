@@ -13,6 +13,7 @@
 #include <string.h>
 
 #include "kernel.h"
+#include "pack.h"
 
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF
@@ -95,28 +96,6 @@ static void lower_pairs(int64_t n, const double *y, const double *q, double *g, 
     s[j] = lanes_sum(lane);
     y += j + 1;
   }
-}
-
-static double reference_value(const thrum_form *f, const double *q, double *work) {
-  const int64_t n = f->n, pairs = thrum_pair_count(n);
-  double *m = work, *y = m + pairs, *g = y + pairs, *sums = g + n, *to = y;
-  const double *c3 = f->c3, *c4 = f->c4;
-  pair_monomials(n, q, m);
-  for (int64_t j = 0; j < n; j++) {
-    const int64_t columns = thrum_pair_count(n - j);
-    c4 += f->skip * columns;
-    for (int64_t i = 0; i <= j; i++) {
-      double lane[LANES] = {0};
-      row_product(j, n, c3, q, lane);
-      row_product(pairs - columns, pairs, c4, m, lane);
-      *to++ = lanes_sum(lane);
-      c3 += n - j;
-      c4 += columns;
-    }
-  }
-  memset(g, 0, (size_t)n * sizeof *g);
-  lower_pairs(n, y, q, g, sums);
-  return dot(n, q, sums);
 }
 
 static double reference_gradient(const thrum_form *f, const double *q, double *gradient,
@@ -212,44 +191,6 @@ static void reference_hessian(const thrum_form *f, const double *q, double *hess
       hessian[k * n + l] = hessian[l * n + k] = hessian[k * n + l] + hessian[l * n + k];
 }
 
-static void reference_product(const thrum_form *f, const double *q, const double *v,
-                              double *product, double *work) {
-  const int64_t n = f->n, pairs = thrum_pair_count(n);
-  double *m = work, *dm = m + pairs, *w = dm + pairs, *dw = w + pairs, *y = dw + pairs;
-  double *dy = y + pairs, *g = dy + pairs, *dg = g + n, *sums = dg + n;
-  double *to = y, *dto = dy;
-  const double *c3 = f->c3, *c4 = f->c4;
-  pair_monomials(n, q, m);
-  for (int64_t k = 0, t = 0; k < n; k++)
-    for (int64_t l = k; l < n; l++)
-      dm[t++] = q[k] * v[l] + v[k] * q[l];
-  memset(w, 0, (size_t)(2 * pairs) * sizeof *w);
-  memset(g, 0, (size_t)(2 * n) * sizeof *g);
-  // every line is the derivative along v of a line of reference_gradient
-  for (int64_t j = 0; j < n; j++) {
-    const int64_t columns = thrum_pair_count(n - j), first = pairs - columns;
-    c4 += f->skip * columns;
-    for (int64_t i = 0; i <= j; i++) {
-      double lane[LANES] = {0}, dlane[LANES] = {0};
-      const double x = q[i] * q[j], dx = q[i] * v[j] + v[i] * q[j];
-      row_both(j, n, c3, q, x, g, lane);
-      row_both(j, n, c3, v, dx, dg, dlane);
-      row_both(first, pairs, c4, m, x, w, lane);
-      row_both(first, pairs, c4, dm, dx, dw, dlane);
-      *to++ = lanes_sum(lane);
-      *dto++ = lanes_sum(dlane);
-      c3 += n - j;
-      c4 += columns;
-    }
-  }
-  lower_pairs(n, y, v, dg, sums);
-  lower_pairs(n, dy, q, dg, sums + n);
-  upper_pairs(n, 0, n, w, v, v, dg, sums + 2 * n);
-  upper_pairs(n, 0, n, dw, q, q, dg, sums + 3 * n);
-  for (int64_t i = 0; i < n; i++)
-    product[i] += dg[i] + ((sums[i] + sums[n + i]) + (sums[2 * n + i] + sums[3 * n + i]));
-}
-
 /* cubic[block j, row i] += t[pair (j, k)] for j >= i, all indices counted from the split. */
 static void scatter_cubic(int64_t n, int64_t i, const double *t, double *cubic) {
   for (int64_t j = 0; j < n; j++) {
@@ -260,20 +201,17 @@ static void scatter_cubic(int64_t n, int64_t i, const double *t, double *cubic) 
   }
 }
 
-/* The blocks j >= split: their rows i < split go one degree down, their others are kept. */
-static void contract_high(const thrum_model *model, int64_t split, const double *q,
-                          double *quadratic, double *cubic, double *t) {
+/* The cubic part of V with the first `split` coordinates held: c3, and the rows a < split of c4. */
+static void restrict_cubic(const thrum_model *model, int64_t split, const double *q, double *cubic,
+                           double *t) {
   const int64_t rank = model->rank, n = rank - split;
   const double *c3 = model->c3 + thrum_c3_index(rank, 0, split, split);
   const double *c4 = model->c4 + thrum_c4_index(rank, 0, split, split, split);
   double *kept = cubic;
   for (int64_t j = 0; j < n; j++) {
     const int64_t size = (j + 1) * (n - j);
-    for (int64_t i = 0; i < split; i++)
-      axpy(n - j, q[i], c3 + i * (n - j), quadratic);
     memcpy(kept, c3 + split * (n - j), (size_t)size * sizeof *kept);
     c3 += (split + j + 1) * (n - j);
-    quadratic += n - j;
     kept += size;
   }
   for (int64_t i = 0; i < n; i++) {
@@ -286,42 +224,253 @@ static void contract_high(const thrum_model *model, int64_t split, const double 
   }
 }
 
-static double reference_contract(const thrum_model *model, int64_t split, const double *q_given,
-                                 double *restricted, double *work) {
-  const int64_t rank = model->rank, n = rank - split, all = thrum_pair_count(rank);
-  double *linear = restricted, *quadratic = linear + n, *cubic = quadratic + thrum_pair_count(n);
-  double *w = work, *t = w + all, *w3 = t + all, *g = w3 + rank, *sums = g + rank;
-  double *q = sums + rank, constant = 0;
-  const double *c3 = model->c3, *c4 = model->c4;
-  memset(w, 0, (size_t)all * sizeof *w);
-  memset(w3, 0, (size_t)(2 * rank) * sizeof *w3);
-  memset(q, 0, (size_t)rank * sizeof *q);
-  memcpy(q, q_given, (size_t)split * sizeof *q);
-  // the blocks j < split
-  for (int64_t j = 0; j < split; j++) {
-    const int64_t columns = thrum_pair_count(rank - j);
-    for (int64_t i = 0; i <= j; i++) {
-      axpy(rank - j, q[i] * q[j], c3, w3 + j);
-      axpy(columns, q[i] * q[j], c4, w + (all - columns));
-      c3 += rank - j;
-      c4 += columns;
+/* Rows of the packed order, one after the other: begin, then next until it is false. */
+typedef struct walk {
+  const thrum_model *model;
+  int64_t at, c, d; /* where block c begins, and the row */
+  double *row;
+} walk;
+
+static bool walk_next(walk *k) {
+  if (k->d > k->c) {
+    k->d--;
+  } else {
+    // the first row of the next block
+    if (k->d >= 0)
+      k->at += 8 * (k->model->rank - k->c) * thrum_pack_vectors(k->c);
+    k->c++;
+    k->d = k->model->rank - 1;
+  }
+  if (k->c == k->model->rank)
+    return false;
+  thrum_pack_row(k->model, k->c, k->d, k->at, k->row);
+  return true;
+}
+
+static walk walk_begin(const thrum_model *model, double *row) {
+  const walk k = {model, 0, -1, -1, row};
+  return k;
+}
+
+/* A point: m by column, w, and by coordinate q, q with 1 before it, and what gradients are made of.
+ */
+typedef struct evaluation {
+  double *m, *w, *q, *lifted, *g, *h, *s, *more, *lanes;
+} evaluation;
+
+/* Cuts its arrays, all zero, from *work. */
+static evaluation evaluation_make(int64_t n, double one, const double *q, double **work) {
+  const int64_t columns = thrum_pack_first(n);
+  double *at = *work;
+  const evaluation e = {at,
+                        at + columns,
+                        at + 2 * columns,
+                        at + 2 * columns + n,
+                        at + 2 * columns + 2 * n + 1,
+                        at + 2 * columns + 3 * n + 1,
+                        at + 2 * columns + 4 * n + 2,
+                        at + 2 * columns + 5 * n + 2,
+                        at + 2 * columns + 6 * n + 2};
+  *work = e.lanes + LANES * n;
+  memset(at, 0, (size_t)(*work - at) * sizeof *at);
+  memcpy(e.q, q, (size_t)n * sizeof *q);
+  memcpy(e.lifted + 1, q, (size_t)n * sizeof *q);
+  e.lifted[0] = one;
+  return e;
+}
+
+/* m_ba = q_b q_a over the first runs, or its derivative along v. */
+static void columns_of(int64_t last, const evaluation *e, const evaluation *v, double *m) {
+  for (int64_t b = 0; b < last; b++)
+    for (int64_t a = 0; a < b + 2; a++)
+      *m++ = v ? e->q[b] * v->lifted[a] + v->q[b] * e->lifted[a] : e->q[b] * e->lifted[a];
+}
+
+/* y of row d of block c: g_d += q_c y, lanes of s_c += y q_d. */
+static void take_row(int64_t n, int64_t c, int64_t d, double y, const double *q, double *g,
+                     double *lanes) {
+  g[d] += q[c] * y;
+  lanes[LANES * c + (n - 1 - d) % LANES] += y * q[d];
+}
+
+/* The gradient of w: h_a += q_b w_ba, s_b = sum w_ba q_a (+ v and dw likewise), by lifted entries.
+ */
+static void take_columns(int64_t last, const double *w, const double *q, const double *lifted,
+                         double *h, double *lanes) {
+  for (int64_t b = 0; b < last; b++) {
+    row_both(0, b + 2, w, lifted, q[b], h, lanes + LANES * b);
+    w += b + 2;
+  }
+}
+
+static void sums_of(int64_t count, double *lanes, double *s) {
+  for (int64_t b = 0; b < count; b++)
+    s[b] = lanes_sum(lanes + LANES * b);
+  memset(lanes, 0, (size_t)(LANES * count) * sizeof *lanes);
+}
+
+static double evaluation_end(int64_t n, const evaluation *e, double *gradient) {
+  sums_of(n, e->lanes, e->s);
+  take_columns(n, e->w, e->q, e->lifted, e->h, e->lanes);
+  sums_of(n, e->lanes, e->more);
+  for (int64_t i = 0; i < n; i++)
+    gradient[i] += (e->g[i] + e->h[i + 1]) + (e->s[i] + e->more[i]);
+  return dot(n, e->q, e->s);
+}
+
+static double reference_energy(const thrum_model *model, const double *q, double *work) {
+  const int64_t n = model->rank, columns = thrum_pack_first(n);
+  walk k = walk_begin(model, work);
+  work += columns;
+  const evaluation e = evaluation_make(n, 1.0, q, &work);
+  columns_of(n, &e, NULL, e.m);
+  while (walk_next(&k)) {
+    double lane[LANES] = {0};
+    row_product(0, thrum_pack_columns(k.c), k.row, e.m, lane);
+    take_row(n, k.c, k.d, lanes_sum(lane), e.q, e.g, e.lanes);
+  }
+  sums_of(n, e.lanes, e.s);
+  return dot(n, e.q, e.s);
+}
+
+static double reference_force(const thrum_model *model, const double *q, double *gradient,
+                              double *work) {
+  const int64_t n = model->rank, columns = thrum_pack_first(n);
+  walk k = walk_begin(model, work);
+  work += columns;
+  const evaluation e = evaluation_make(n, 1.0, q, &work);
+  columns_of(n, &e, NULL, e.m);
+  while (walk_next(&k)) {
+    double lane[LANES] = {0};
+    row_both(0, thrum_pack_columns(k.c), k.row, e.m, q[k.c] * q[k.d], e.w, lane);
+    take_row(n, k.c, k.d, lanes_sum(lane), e.q, e.g, e.lanes);
+  }
+  return evaluation_end(n, &e, gradient);
+}
+
+static void reference_forces(const thrum_model *model, const double *const q[2],
+                             double *const gradient[2], double value[2], double *work) {
+  for (int point = 0; point < 2; point++)
+    value[point] = reference_force(model, q[point], gradient[point], work);
+}
+
+static void reference_tangent_vector(const thrum_model *model, const double *q, const double *v,
+                                     double *product, double *work) {
+  const int64_t n = model->rank, columns = thrum_pack_first(n);
+  walk k = walk_begin(model, work);
+  work += columns;
+  const evaluation e = evaluation_make(n, 1.0, q, &work), u = evaluation_make(n, 0.0, v, &work);
+  columns_of(n, &e, NULL, e.m);
+  columns_of(n, &e, &u, u.m);
+  // every line is the derivative along v of a line of reference_force
+  while (walk_next(&k)) {
+    const int64_t c = k.c, d = k.d;
+    double lane[LANES] = {0}, other[LANES] = {0};
+    row_both(0, thrum_pack_columns(c), k.row, e.m, q[c] * q[d], e.w, lane);
+    row_both(0, thrum_pack_columns(c), k.row, u.m, q[c] * v[d] + v[c] * q[d], u.w, other);
+    const double y = lanes_sum(lane), dy = lanes_sum(other);
+    double *lanes = e.lanes + LANES * c;
+    e.g[d] = (e.g[d] + v[c] * y) + q[c] * dy;
+    lanes[(n - 1 - d) % LANES] += y * v[d];
+    // in the lanes all rows of a block under v go before those under q
+    u.g[d] = dy;
+    for (int64_t t = n - 1; d == c && t >= c; t--)
+      lanes[(n - 1 - t) % LANES] += u.g[t] * q[t];
+  }
+  sums_of(n, e.lanes, e.s);
+  take_columns(n, e.w, u.q, u.lifted, e.h, e.lanes);
+  take_columns(n, u.w, e.q, e.lifted, e.h, e.lanes);
+  sums_of(n, e.lanes, e.more);
+  for (int64_t i = 0; i < n; i++)
+    product[i] += (e.g[i] + e.h[i + 1]) + (e.s[i] + e.more[i]);
+}
+
+/* hessian = half + half^T, with half of w on its lower triangle. */
+static void tangent_close(int64_t n, const double *w, double *hessian) {
+  for (int64_t b = 0; b < n; b++) {
+    w++;
+    for (int64_t a = 0; a <= b; a++) {
+      const double half = hessian[b * n + a] + *w++;
+      hessian[b * n + a] = hessian[a * n + b] = half + (a == b ? half : hessian[a * n + b]);
     }
   }
-  // pairs (c, l) of w: both held gives the constant, one held the linear, none the quadratic term
-  upper_pairs(rank, 0, split, w, q, q, g, sums);
-  for (int64_t c = 0; c < split; c++)
-    constant += ((0.5 * model->omega2[c] * q[c] + w3[c]) + sums[c]) * q[c];
-  for (int64_t k = 0; k < n; k++)
-    linear[k] = w3[split + k] + g[split + k];
-  memcpy(quadratic, w + (all - thrum_pair_count(n)),
-         (size_t)thrum_pair_count(n) * sizeof *quadratic);
-  for (int64_t k = 0, diagonal = 0; k < n; diagonal += n - k, k++)
-    quadratic[diagonal] += 0.5 * model->omega2[split + k];
+}
+
+static double reference_tangent(const thrum_model *model, const double *q, double *gradient,
+                                double *hessian, double *work) {
+  const int64_t n = model->rank, columns = thrum_pack_first(n);
+  walk k = walk_begin(model, work);
+  double *l = work + columns, *lists = l + columns, *at = lists;
+  double *list[THRUM_RANK_MAX];
+  for (int64_t d = 0; d < n; at += thrum_pack_columns(d), d++)
+    list[d] = at;
+  memset(l, 0, (size_t)(at - l) * sizeof *l);
+  const evaluation e = evaluation_make(n, 1.0, q, &at);
+  columns_of(n, &e, NULL, e.m);
+  // half of it now, half + half^T at the end
+  for (int64_t t = 0; t < n * n; t++)
+    hessian[t] *= 0.5;
+  while (walk_next(&k)) {
+    const int64_t c = k.c, count = thrum_pack_columns(c);
+    double lane[LANES] = {0};
+    // y_dc is the coefficient of q_d q_c; list d gets q_c B_dc, list c gets sum_d q_d B_dc
+    row_both(0, count, k.row, e.m, q[k.d], l, lane);
+    axpy(count, q[c], k.row, list[k.d]);
+    const double y = lanes_sum(lane);
+    take_row(n, c, k.d, y, e.q, e.g, e.lanes);
+    hessian[k.d * n + c] += y;
+    if (k.d == c) {
+      axpy(count, q[c], l, e.w);
+      axpy(count, 1.0, l, list[c]);
+      memset(l, 0, (size_t)count * sizeof *l);
+    }
+  }
+  // the mixed derivatives by q_d and the columns: the gradient of all that meets q_d
+  double *lanes = at, *h = lanes + LANES * n, *s = h + n + 1;
+  memset(lanes, 0, (size_t)(LANES * n) * sizeof *lanes);
+  for (int64_t d = 0; d < n; d++) {
+    memset(h, 0, (size_t)(d + 2) * sizeof *h);
+    take_columns(d + 1, list[d], e.q, e.lifted, h, lanes);
+    sums_of(d + 1, lanes, s);
+    for (int64_t t = 0; t <= d; t++)
+      hessian[d * n + t] += h[t + 1] + s[t];
+  }
+  tangent_close(n, e.w, hessian);
+  return gradient ? evaluation_end(n, &e, gradient) : 0.0;
+}
+
+static void reference_restrict(const thrum_model *model, int64_t split, const double *q_given,
+                               double *restricted, double *work) {
+  const int64_t rank = model->rank, n = rank - split, held = thrum_pack_first(split);
+  double *quadratic = restricted + n, *t = work;
+  walk k = walk_begin(model, work);
+  work += thrum_pack_first(rank);
+  double *q = work;
+  work += rank;
+  memset(q, 0, (size_t)rank * sizeof *q);
+  memcpy(q, q_given, (size_t)split * sizeof *q);
+  const evaluation e = evaluation_make(rank, 1.0, q, &work);
+  columns_of(split, &e, NULL, e.m);
+  while (walk_next(&k)) {
+    const int64_t c = k.c, d = k.d;
+    double lane[LANES] = {0};
+    if (d < split)
+      continue;
+    row_product(0, c < split ? thrum_pack_columns(c) : held, k.row, e.m, lane);
+    const double y = lanes_sum(lane);
+    // with c held too the term is linear
+    if (c < split)
+      e.g[d] += q[c] * y;
+    else
+      quadratic[(thrum_pair_count(n) - thrum_pair_count(rank - c)) + (d - c)] =
+          y + (d == c ? 0.5 * model->omega2[c] : 0.0);
+  }
+  memcpy(restricted, e.g + split, (size_t)n * sizeof *restricted);
   if (n > 0)
-    contract_high(model, split, q, quadratic, cubic, t);
-  return constant;
+    restrict_cubic(model, split, q_given, quadratic + thrum_pair_count(n), t);
 }
 
 const thrum_kernel thrum_kernel_reference = {
-    THRUM_KERNEL_REFERENCE, reference_value, reference_gradient, reference_hessian,
-    reference_product,      reference_pairs, reference_contract};
+    THRUM_KERNEL_REFERENCE, reference_energy,         reference_force,    reference_forces,
+    reference_tangent,      reference_tangent_vector, reference_restrict, reference_gradient,
+    reference_hessian,      reference_pairs};

@@ -11,6 +11,8 @@
 #include <wasm_simd128.h>
 
 #define INLINE static inline __attribute__((always_inline))
+#define ROWS_MANY 4
+#define ROWS_FEW 4
 #define PASS static
 
 typedef struct v8 {
@@ -33,6 +35,14 @@ INLINE v8 v8_load(const double *p) {
   return v;
 }
 
+INLINE v8 v8_load_single(const float *p) {
+  const v8 v = {wasm_f64x2_promote_low_f32x4(wasm_v128_load64_zero(p)),
+                wasm_f64x2_promote_low_f32x4(wasm_v128_load64_zero(p + 2)),
+                wasm_f64x2_promote_low_f32x4(wasm_v128_load64_zero(p + 4)),
+                wasm_f64x2_promote_low_f32x4(wasm_v128_load64_zero(p + 6))};
+  return v;
+}
+
 INLINE void v8_store(double *p, v8 v) {
   wasm_v128_store(p, v.a);
   wasm_v128_store(p + 2, v.b);
@@ -52,44 +62,13 @@ INLINE v8 v8_add(v8 v, v8 w) {
   return sum;
 }
 
-typedef struct v8_mask {
-  int64_t lo, hi;
-} v8_mask;
-
-INLINE v8_mask v8_range(int64_t lo, int64_t hi) {
-  const v8_mask mask = {lo < 0 ? 0 : lo, hi > 8 ? 8 : hi};
-  return mask;
-}
-
-INLINE v8 v8_load_mask(const double *p, v8_mask mask) {
-  if (mask.lo == 0 && mask.hi == 8)
-    return v8_load(p);
-  double lanes[8] = {0};
-  for (int64_t s = mask.lo; s < mask.hi; s++)
-    lanes[s] = p[s];
-  return v8_load(lanes);
-}
-
 INLINE double v8_sum(v8 v) {
   const v128_t two = wasm_f64x2_add(wasm_f64x2_add(v.a, v.c), wasm_f64x2_add(v.b, v.d));
   return wasm_f64x2_extract_lane(two, 0) + wasm_f64x2_extract_lane(two, 1);
 }
 
-typedef struct stream {
-  const double *next;
-} stream;
-
-INLINE stream stream_open(const double *p) {
-  const stream s = {p};
-  return s;
-}
-
-INLINE v8 stream_next(stream *s) {
-  const v8 vector = v8_load(s->next);
-  s->next += 8;
-  return vector;
-}
-
+#include "kernel_lanes.h"
+// these need the lanes
 #include "kernel_passes.h"
 
 const thrum_kernel thrum_kernel_wasm = THRUM_KERNEL_TABLE(THRUM_KERNEL_WASM);

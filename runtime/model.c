@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "model_layout.h"
+#include "pack.h"
 
 static size_t round_up(size_t size) {
   return (size + (THRUM_ALIGNMENT - 1)) / THRUM_ALIGNMENT * THRUM_ALIGNMENT;
@@ -38,7 +39,8 @@ thrum_status thrum_model_view(const void *file, size_t file_size, thrum_model *m
   return THRUM_OK;
 }
 
-// the struct, then every array, each at the next multiple of 64; 0 when no memory is that large
+// the struct, then every array and the packed coefficients, each at the next multiple of 64; 0 when
+// no memory is that large
 static size_t block_size(const thrum_layout *layout) {
   size_t size = round_up(sizeof(thrum_model));
   for (int a = 0; a < THRUM_ARRAY_COUNT; a++) {
@@ -49,7 +51,9 @@ static size_t block_size(const thrum_layout *layout) {
       return 0;
     size += bytes;
   }
-  return size;
+  const size_t packed =
+      round_up((size_t)thrum_pack_count(layout->size[THRUM_SIZE_rank]) * sizeof(double));
+  return packed > PTRDIFF_MAX - size ? 0 : size + packed;
 }
 
 // reads the file and plans its block
@@ -105,8 +109,10 @@ thrum_status thrum_model_init(void *memory, size_t memory_size, const void *file
     next += round_up(bytes);
   }
   thrum_layout_to_model(&layout, memory);
-  *model = memory;
-  return THRUM_OK;
+  status = thrum_model_pack(memory, next, needed - (size_t)(next - (unsigned char *)memory), error);
+  if (status == THRUM_OK)
+    *model = memory;
+  return status;
 }
 
 thrum_status thrum_model_check(const thrum_model *model, thrum_error *error) {

@@ -82,4 +82,6 @@ void thrum_layout_to_model(const thrum_layout *layout, thrum_model *model) {
   model->name = (const thrum_##type *)(const void *)layout->data[THRUM_ARRAY_##name];
   THRUM_MODEL_ARRAYS(X)
 #undef X
+  model->packed = NULL;
+  model->packed_single = NULL;
 }

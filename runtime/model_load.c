@@ -1,6 +1,5 @@
 /* Loading a model file from disk into one heap block, the only place of the runtime that allocates.
- * The block holds the struct and behind it the file, which is used in place; a file whose arrays
- * are not aligned (numpy.savez) is laid into a second block and the first one freed.
+ * The file is read into a block that is freed when the model is laid out in its own.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <errno.h>
@@ -10,7 +9,6 @@
 
 #include "model_layout.h"
 
-#define HEAD ((sizeof(thrum_model) + THRUM_ALIGNMENT - 1) / THRUM_ALIGNMENT * THRUM_ALIGNMENT)
 #define SHOWN 150u
 
 // the end of a long path, so that the reason still fits behind it
@@ -51,16 +49,16 @@ static thrum_status find_size(FILE *stream, const char *path, size_t *size, thru
   return THRUM_OK;
 }
 
-// one block: HEAD bytes for the struct, then the file
+// the whole file
 static thrum_status read_block(FILE *stream, const char *path, unsigned char **block, size_t *size,
                                thrum_error *error) {
   thrum_status status = find_size(stream, path, size, error);
   if (status != THRUM_OK)
     return status;
-  unsigned char *memory = *size <= SIZE_MAX - HEAD ? allocate(HEAD + *size) : NULL;
+  unsigned char *memory = allocate(*size);
   if (memory == NULL)
     return fail(path, THRUM_OUT_OF_MEMORY, "no memory to load the model", error);
-  if (fread(memory + HEAD, 1, *size, stream) != *size || fgetc(stream) != EOF) {
+  if (fread(memory, 1, *size, stream) != *size || fgetc(stream) != EOF) {
     free(memory);
     return fail(path, THRUM_IO, "cannot be read to its end, or changed meanwhile", error);
   }
@@ -68,28 +66,19 @@ static thrum_status read_block(FILE *stream, const char *path, unsigned char **b
   return THRUM_OK;
 }
 
-// turns the block into a model; takes the block over
-static thrum_status adopt(unsigned char *block, size_t size, const thrum_model **model,
+// lays the model out in a block of its own; takes the file's over
+static thrum_status adopt(unsigned char *file, size_t size, const thrum_model **model,
                           thrum_error *error) {
-  thrum_model in_place;
-  thrum_status status = thrum_model_view(block + HEAD, size, &in_place, error);
-  if (status == THRUM_OK) {
-    memcpy(block, &in_place, sizeof in_place);
-    *model = (const thrum_model *)(const void *)block;
-    return THRUM_OK;
-  }
-  if (status == THRUM_MISALIGNED) {
-    size_t needed = 0;
-    status = thrum_model_size(block + HEAD, size, &needed, error);
-    void *memory = status == THRUM_OK ? allocate(needed) : NULL;
-    if (status == THRUM_OK && memory == NULL)
-      status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory to load the model");
-    if (status == THRUM_OK)
-      status = thrum_model_init(memory, needed, block + HEAD, size, model, error);
-    if (status != THRUM_OK)
-      free(memory);
-  }
-  free(block);
+  size_t needed = 0;
+  thrum_status status = thrum_model_size(file, size, &needed, error);
+  void *memory = status == THRUM_OK ? allocate(needed) : NULL;
+  if (status == THRUM_OK && memory == NULL)
+    status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory to load the model");
+  if (status == THRUM_OK)
+    status = thrum_model_init(memory, needed, file, size, model, error);
+  if (status != THRUM_OK)
+    free(memory);
+  free(file);
   return status;
 }
 

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "model_layout.h"
+#include "pack.h"
 #include "polynomial.h"
 
 /* The arrays that a lower rank has anew, in doubles. */
@@ -37,7 +38,8 @@ thrum_status thrum_model_truncate_size(const thrum_model *model, int64_t rank, s
   const parts p = parts_of(model, rank);
   *size = round_up(sizeof(thrum_model)) + round_up(p.omega2 * sizeof(double)) +
           round_up(p.c3 * sizeof(double)) + round_up(p.c4 * sizeof(double)) +
-          round_up(p.axis_mass * sizeof(double)) + round_up(p.basis * sizeof(double));
+          round_up(p.axis_mass * sizeof(double)) + round_up(p.basis * sizeof(double)) +
+          (size_t)thrum_pack_count(rank) * sizeof(double);
   return THRUM_OK;
 }
 
@@ -113,6 +115,10 @@ thrum_status thrum_model_truncate(void *memory, size_t memory_size, const thrum_
   lower.c4 = c4;
   lower.axis_mass = model->axis_mass ? axis_mass : NULL;
   lower.basis = model->basis ? basis : NULL;
+  const thrum_status packed =
+      thrum_model_pack(&lower, at, size - (size_t)(at - (unsigned char *)memory), error);
+  if (packed != THRUM_OK)
+    return packed;
   memcpy(memory, &lower, sizeof lower);
   *truncated = memory;
   return THRUM_OK;

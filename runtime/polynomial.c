@@ -6,11 +6,13 @@
  * solve then sees rank - split coordinates only. Sorted indices make every part a block product:
  *   quartic    the block of c4 with all indices in I, left where it is
  *   cubic      c3 in I + sum_a q_a c4_aijk: the rows a < split of the blocks over j >= split
- *   quadratic  1/2 omega^2 + sum_a q_a c3_akl + w_kl, where w = sum_{a<=b} q_a q_b c4_ab..
- *   linear     sum_{a<=b} q_a q_b c3_abl + sum_c q_c w_cl
+ *   quadratic  1/2 omega^2 + y_kl, where y_dc is the sum over packed row d of block c of its terms
+ * with the other coordinates held linear     sum_c q_c y_lc over the blocks c < split: rows of
+ * coordinates that are held are not read
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "polynomial.h"
+#include "pack.h"
 
 #include <string.h>
 
@@ -34,11 +36,19 @@ int64_t thrum_c4_index(int64_t rank, int64_t i, int64_t j, int64_t k, int64_t l)
 }
 
 size_t thrum_work_count(const thrum_model *model) {
-  return (size_t)thrum_kernel_work_hessian(model->rank);
+  const int64_t restricted = thrum_kernel_work_hessian(model->rank);
+  const int64_t whole = thrum_pack_work_tangent(model->rank);
+  return (size_t)(restricted > whole ? restricted : whole);
 }
 
-static thrum_form form_of_model(const thrum_model *model) {
-  return (thrum_form){model->rank, model->c3, model->c4, 0};
+int64_t thrum_work_plain(int64_t rank) {
+  const int64_t restricted = thrum_kernel_work(rank), whole = thrum_pack_work(rank);
+  return restricted > whole ? restricted : whole;
+}
+
+/* The kernel asked for, where the coefficients are packed for it. */
+static const thrum_kernel *fit(const thrum_kernel *by, const thrum_model *model) {
+  return model->packed || model->packed_single ? by : &thrum_kernel_reference;
 }
 
 double thrum_energy_by(const thrum_kernel *by, const thrum_model *model, const double *q,
@@ -46,37 +56,60 @@ double thrum_energy_by(const thrum_kernel *by, const thrum_model *model, const d
   double quadratic = 0;
   for (int64_t i = 0; i < model->rank; i++)
     quadratic += 0.5 * model->omega2[i] * q[i] * q[i];
-  const thrum_form f = form_of_model(model);
-  return quadratic + by->value(&f, q, work);
+  return quadratic + fit(by, model)->energy(model, q, work);
 }
 
-double thrum_force_by(const thrum_kernel *by, const thrum_model *model, const double *q,
-                      double *force, double *work) {
+/* The quadratic terms, and their gradient into `force`. */
+static double linear_force(const thrum_model *model, const double *q, double *force) {
   double quadratic = 0;
   for (int64_t i = 0; i < model->rank; i++) {
     quadratic += 0.5 * model->omega2[i] * q[i] * q[i];
     force[i] = model->omega2[i] * q[i];
   }
-  const thrum_form f = form_of_model(model);
-  return quadratic + by->gradient(&f, q, force, work);
+  return quadratic;
 }
 
-void thrum_tangent_by(const thrum_kernel *by, const thrum_model *model, const double *q,
-                      double *tangent, double *work) {
+static void linear_tangent(const thrum_model *model, double *tangent) {
   const int64_t n = model->rank;
   memset(tangent, 0, (size_t)(n * n) * sizeof *tangent);
   for (int64_t i = 0; i < n; i++)
     tangent[i * n + i] = model->omega2[i];
-  const thrum_form f = form_of_model(model);
-  by->hessian(&f, q, tangent, work);
+}
+
+double thrum_force_by(const thrum_kernel *by, const thrum_model *model, const double *q,
+                      double *force, double *work) {
+  const double quadratic = linear_force(model, q, force);
+  return quadratic + fit(by, model)->force(model, q, force, work);
+}
+
+void thrum_forces_by(const thrum_kernel *by, const thrum_model *model, const double *const q[2],
+                     double *const force[2], double energy[2], double *work) {
+  double value[2];
+  for (int k = 0; k < 2; k++)
+    energy[k] = linear_force(model, q[k], force[k]);
+  fit(by, model)->forces(model, q, force, value, work);
+  for (int k = 0; k < 2; k++)
+    energy[k] += value[k];
+}
+
+void thrum_tangent_by(const thrum_kernel *by, const thrum_model *model, const double *q,
+                      double *tangent, double *work) {
+  linear_tangent(model, tangent);
+  fit(by, model)->tangent(model, q, NULL, tangent, work);
+}
+
+double thrum_force_tangent_by(const thrum_kernel *by, const thrum_model *model, const double *q,
+                              double *force, double *tangent, double *work) {
+  const double quadratic = linear_force(model, q, force);
+  linear_tangent(model, tangent);
+  return quadratic + fit(by, model)->tangent(model, q, force, tangent, work);
 }
 
 void thrum_tangent_vector_by(const thrum_kernel *by, const thrum_model *model, const double *q,
                              const double *v, double *product, double *work) {
   for (int64_t i = 0; i < model->rank; i++)
     product[i] = model->omega2[i] * v[i];
-  const thrum_form f = form_of_model(model);
-  by->product(&f, q, v, product, work);
+  fit(by, model)->tangent_vector(model, q, v, product, work);
 }
 
 double thrum_energy(const thrum_model *model, const double *q, double *work) {
@@ -100,9 +133,9 @@ int64_t thrum_restricted_count(int64_t n) {
   return n + thrum_pair_count(n) + thrum_c3_count(n);
 }
 
-double thrum_polynomial_restrict(const thrum_kernel *by, const thrum_model *model, int32_t split,
-                                 const double *q, double *restricted, double *work) {
-  return by->contract(model, split, q, restricted, work);
+void thrum_polynomial_restrict(const thrum_kernel *by, const thrum_model *model, int32_t split,
+                               const double *q, double *restricted, double *work) {
+  fit(by, model)->restrict_to(model, split, q, restricted, work);
 }
 
 /* The cubic and quartic part of a restricted polynomial. */

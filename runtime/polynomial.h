@@ -21,13 +21,26 @@ void thrum_kernel_product(int64_t rows, int64_t columns, const double *block, co
 void thrum_kernel_transposed(int64_t rows, int64_t columns, const double *block, const double *x,
                              double *w);
 
-/* --- V by a given kernel: see thrum/polynomial.h ------------------------------------------------ */
+/* Doubles of work that all but the functions with a tangent use. */
+int64_t thrum_work_plain(int64_t rank);
+
+/* --- V by a given kernel: see thrum/polynomial.h ------------------------------------------------
+ */
 double thrum_energy_by(const thrum_kernel *by, const thrum_model *model, const double *q,
                        double *work);
 double thrum_force_by(const thrum_kernel *by, const thrum_model *model, const double *q,
                       double *force, double *work);
 void thrum_tangent_by(const thrum_kernel *by, const thrum_model *model, const double *q,
                       double *tangent, double *work);
+
+/* Two points from one read of the coefficients: the bits of thrum_force_by at each. */
+void thrum_forces_by(const thrum_kernel *by, const thrum_model *model, const double *const q[2],
+                     double *const force[2], double energy[2], double *work);
+
+/* Force and tangent from one read; the tangent has the bits of thrum_tangent_by, force and energy
+ * have others than thrum_force_by in their last places. */
+double thrum_force_tangent_by(const thrum_kernel *by, const thrum_model *model, const double *q,
+                              double *force, double *tangent, double *work);
 void thrum_tangent_vector_by(const thrum_kernel *by, const thrum_model *model, const double *q,
                              const double *v, double *product, double *work);
 
@@ -41,10 +54,10 @@ void thrum_tangent_vector_by(const thrum_kernel *by, const thrum_model *model, c
  * functions that use a restricted polynomial take the model and the split again. */
 int64_t thrum_restricted_count(int64_t n);
 
-/* Restricts V at q (rank; the entries from split on are not read) into `restricted`; returns the
- * constant term V(q_E, 0). work: thrum_work_count(model). */
-double thrum_polynomial_restrict(const thrum_kernel *by, const thrum_model *model, int32_t split,
-                                 const double *q, double *restricted, double *work);
+/* Restricts V at q (rank; the entries from split on are not read) into `restricted`, without the
+ * constant term V(q_E, 0), whose coefficients are not read. work: thrum_work_count(model). */
+void thrum_polynomial_restrict(const thrum_kernel *by, const thrum_model *model, int32_t split,
+                               const double *q, double *restricted, double *work);
 
 /* Value at q_high (n), constant term left out; `gradient` (n) gets R_I. work as above. */
 double thrum_restricted_gradient(const thrum_kernel *by, const thrum_model *model, int32_t split,

@@ -66,6 +66,7 @@ typedef struct random_model {
   double *vertices, *basis, *axis_mass, *material; /* NULL without a mesh */
   int32_t *tets, *tet_region;
   uint8_t *fixed;
+  void *packed; /* NULL before random_model_pack */
 } random_model;
 
 /* Sorts four indices. */
@@ -184,7 +185,19 @@ static inline void random_model_add_mesh(random_model *out, uint64_t seed, int64
   }
 }
 
+/* Packs the coefficients, which must be final. */
+static inline void random_model_pack(random_model *m) {
+  const size_t size = thrum_model_pack_size(&m->model);
+  free(m->packed);
+  m->packed = aligned_alloc(64, size);
+  if (!m->packed || thrum_model_pack(&m->model, m->packed, size, NULL) != THRUM_OK) {
+    fprintf(stderr, "out of memory\n");
+    exit(1);
+  }
+}
+
 static inline void random_model_free(random_model *m) {
+  free(m->packed);
   free(m->omega2);
   free(m->c3);
   free(m->c4);

@@ -122,6 +122,7 @@ static void a_crowd_has_the_bits_of_its_states_alone(void **context) {
     for (size_t d = 0; d < sizeof defs / sizeof defs[0]; d++) {
       random_model m;
       random_model_make(&m, 7 + r, ranks[r], 5, 300, 5.0);
+      random_model_pack(&m);
       crowd c;
       crowd_make(&c, &m.model, defs[d]);
       random_state random = {3};
@@ -142,6 +143,7 @@ static void states_of_different_defs_keep_their_bits(void **context) {
   (void)context;
   random_model m;
   random_model_make(&m, 5, 9, 5, 300, 1.0);
+  random_model_pack(&m);
   for (int part = 3; part <= STATES; part += 13) {
     crowd c;
     crowd_make(&c, &m.model, mixed);
@@ -170,6 +172,7 @@ static void states_that_fall_back_or_fail_do_as_alone_and_spoil_no_other(void **
   (void)context;
   random_model m;
   random_model_make(&m, 5, 9, 5, 300, 0.2);
+  random_model_pack(&m);
   crowd c;
   crowd_make(&c, &m.model, brittle);
   random_state random = {3};

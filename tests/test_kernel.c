@@ -25,8 +25,9 @@ typedef struct setup {
 
 /* What one kernel makes of one rank. */
 typedef struct outcome {
-  double energy, with_force, constant;
+  double energy, with_force, with_tangent, twice[2];
   double force[RANK_MAX], product[RANK_MAX], tangent[RANK_MAX * RANK_MAX];
+  double forces[2][RANK_MAX], tangent_force[RANK_MAX], tangent_again[RANK_MAX * RANK_MAX];
   double gradient[RANK_MAX], hessian[RANK_MAX * RANK_MAX];
   double *restricted;
 } outcome;
@@ -78,26 +79,49 @@ static double *dirty_work(const thrum_model *model) {
   return work;
 }
 
-static void evaluate(const setup *s, const thrum_kernel *by, int64_t rank, int32_t split,
+static void evaluate(const setup *s, const thrum_kernel *by, bool pack, int64_t rank, int32_t split,
                      outcome *o) {
-  const thrum_model model = model_of(s, rank);
+  thrum_model model = model_of(s, rank);
+  void *memory = NULL;
+  if (pack) {
+    // exactly as long as it must be
+    const size_t size = thrum_model_pack_size(&model);
+    memory = aligned_alloc(64, size);
+    assert_true(memory != NULL);
+    assert_true(thrum_model_pack(&model, memory, size, NULL) == THRUM_OK);
+    assert_true(model.packed != NULL || model.packed_single != NULL);
+  }
   double *work = dirty_work(&model);
   o->energy = thrum_energy_by(by, &model, s->q, work);
   o->with_force = thrum_force_by(by, &model, s->q, o->force, work);
   thrum_tangent_by(by, &model, s->q, o->tangent, work);
+  o->with_tangent =
+      thrum_force_tangent_by(by, &model, s->q, o->tangent_force, o->tangent_again, work);
+  const double *const points[2] = {s->v, s->q};
+  double *const forces[2] = {o->forces[0], o->forces[1]};
+  thrum_forces_by(by, &model, points, forces, o->twice, work);
   thrum_tangent_vector_by(by, &model, s->q, s->v, o->product, work);
   o->restricted = random_alloc(thrum_restricted_count(rank - split), sizeof(double));
-  o->constant = thrum_polynomial_restrict(by, &model, split, s->q, o->restricted, work);
+  thrum_polynomial_restrict(by, &model, split, s->q, o->restricted, work);
   thrum_restricted_gradient(by, &model, split, o->restricted, s->v, o->gradient, work);
   thrum_restricted_hessian(by, &model, split, o->restricted, s->v, o->hessian, work);
   assert_true(work[thrum_work_count(&model)] == -12345.0);
   free(work);
+  free(memory);
 }
 
 static void assert_same(const outcome *a, const outcome *b, int64_t rank, int32_t split) {
   const size_t vector = (size_t)rank * sizeof(double), n = (size_t)(rank - split);
   assert_true(a->energy == b->energy && a->with_force == b->with_force);
-  assert_true(a->constant == b->constant);
+  assert_true(a->with_tangent == b->with_tangent);
+  assert_true(a->twice[0] == b->twice[0] && a->twice[1] == b->twice[1]);
+  assert_memory_equal(a->forces[0], b->forces[0], vector);
+  assert_memory_equal(a->forces[1], b->forces[1], vector);
+  assert_memory_equal(a->tangent_force, b->tangent_force, vector);
+  assert_memory_equal(a->tangent_again, b->tangent, (size_t)rank * vector);
+  // one point of two is a point alone
+  assert_true(a->twice[1] == b->with_force);
+  assert_memory_equal(a->forces[1], b->force, vector);
   assert_memory_equal(a->force, b->force, vector);
   assert_memory_equal(a->product, b->product, vector);
   assert_memory_equal(a->tangent, b->tangent, (size_t)rank * vector);
@@ -113,11 +137,14 @@ static void every_kernel_gives_the_bits_of_the_reference_at_every_rank(void **st
   for (int64_t rank = 1; rank <= RANK_MAX; rank++) {
     // splits of every kind come by as the rank goes up
     const int32_t split = (int32_t)(rank * (rank % 5) / 4);
-    evaluate(s, &thrum_kernel_reference, rank, split, expected);
+    evaluate(s, &thrum_kernel_reference, false, rank, split, expected);
+    evaluate(s, &thrum_kernel_reference, true, rank, split, found);
+    assert_same(found, expected, rank, split);
+    free(found->restricted);
     for (int id = THRUM_KERNEL_AVX2; thrum_kernel_name((thrum_kernel_id)id); id++) {
       if (!thrum_kernel_usable((thrum_kernel_id)id))
         continue;
-      evaluate(s, thrum_kernel_get(id), rank, split, found);
+      evaluate(s, thrum_kernel_get(id), true, rank, split, found);
       assert_same(found, expected, rank, split);
       free(found->restricted);
     }
@@ -132,8 +159,8 @@ static void every_split_gives_the_bits_of_the_reference(void **state) {
   outcome *expected = random_alloc(1, sizeof *expected), *found = random_alloc(1, sizeof *found);
   for (int64_t rank = 1; rank <= 20; rank++)
     for (int32_t split = 0; split <= rank; split++) {
-      evaluate(s, &thrum_kernel_reference, rank, split, expected);
-      evaluate(s, thrum_kernel_get(THRUM_KERNEL_BEST), rank, split, found);
+      evaluate(s, &thrum_kernel_reference, false, rank, split, expected);
+      evaluate(s, thrum_kernel_get(THRUM_KERNEL_BEST), true, rank, split, found);
       assert_same(found, expected, rank, split);
       free(found->restricted);
       free(expected->restricted);
@@ -146,55 +173,52 @@ static double tree(const double lane[8]) {
   return ((lane[0] + lane[4]) + (lane[2] + lane[6])) + ((lane[1] + lane[5]) + (lane[3] + lane[7]));
 }
 
+/* c3 or c4 of q_a q_b q_c q_d, a <= b <= c <= d, where a = -1 stands for a factor of 1. */
+static double coefficient(const thrum_model *model, int64_t a, int64_t b, int64_t c, int64_t d) {
+  return a < 0 ? model->c3[thrum_c3_index(model->rank, b, c, d)]
+               : model->c4[thrum_c4_index(model->rank, a, b, c, d)];
+}
+
 /* Force and energy with every sum as promised, one coefficient after the other. */
 static double force_by_promise(const thrum_model *model, const double *q, double *force) {
-  const int64_t r = model->rank, pairs = thrum_pair_count(r);
-  double *w = random_alloc(pairs, sizeof *w), *y = random_alloc(pairs, sizeof *y);
-  double g[RANK_MAX] = {0}, s[RANK_MAX] = {0}, more[RANK_MAX] = {0}, quadratic = 0, lane[8];
-  int64_t at = 0;
-  for (int64_t j = 0; j < r; j++)
-    for (int64_t i = 0; i <= j; i++) {
+  const int64_t r = model->rank, columns = r * (r + 3) / 2;
+  double *w = random_alloc(columns, sizeof *w);
+  double g[RANK_MAX] = {0}, h[RANK_MAX] = {0}, s[RANK_MAX] = {0}, quadratic = 0, lane[8];
+  for (int64_t c = 0; c < r; c++) {
+    double outer[8] = {0};
+    for (int64_t d = r - 1; d >= c; d--) {
+      int64_t column = 0;
       memset(lane, 0, sizeof lane);
-      for (int64_t k = j; k < r; k++) {
-        const double c = model->c3[thrum_c3_index(r, i, j, k)];
-        lane[k % 8] += c * q[k];
-        g[k] += q[i] * q[j] * c;
-      }
-      int64_t pair = pairs - thrum_pair_count(r - j);
-      for (int64_t k = j; k < r; k++)
-        for (int64_t l = k; l < r; l++, pair++) {
-          const double c = model->c4[thrum_c4_index(r, i, j, k, l)];
-          lane[pair % 8] += c * (q[k] * q[l]);
-          w[pair] += q[i] * q[j] * c;
+      for (int64_t b = 0; b <= c; b++)
+        for (int64_t a = -1; a <= b; a++, column++) {
+          const double known = coefficient(model, a, b, c, d);
+          lane[column % 8] += known * (a < 0 ? q[b] : q[b] * q[a]);
+          w[column] += q[c] * q[d] * known;
         }
-      y[at++] = tree(lane);
+      const double y = tree(lane);
+      g[d] += q[c] * y;
+      outer[(r - 1 - d) % 8] += y * q[d];
     }
-  at = 0;
-  for (int64_t j = 0; j < r; j++) {
-    memset(lane, 0, sizeof lane);
-    for (int64_t i = 0; i <= j; i++, at++) {
-      lane[i % 8] += y[at] * q[i];
-      g[i] += q[j] * y[at];
-    }
-    s[j] = tree(lane);
+    s[c] = tree(outer);
   }
-  at = 0;
-  for (int64_t k = 0; k < r; k++) {
+  int64_t column = 0;
+  double more[RANK_MAX];
+  for (int64_t b = 0; b < r; b++) {
     memset(lane, 0, sizeof lane);
-    for (int64_t l = k; l < r; l++, at++) {
-      lane[l % 8] += w[at] * q[l];
-      g[l] += q[k] * w[at];
+    for (int64_t a = -1; a <= b; a++, column++) {
+      lane[(a + 1) % 8] += w[column] * (a < 0 ? 1.0 : q[a]);
+      if (a >= 0)
+        h[a] += q[b] * w[column];
     }
-    more[k] = tree(lane);
+    more[b] = tree(lane);
   }
   memset(lane, 0, sizeof lane);
   for (int64_t i = 0; i < r; i++) {
     lane[i % 8] += q[i] * s[i];
     quadratic += 0.5 * model->omega2[i] * q[i] * q[i];
-    force[i] = model->omega2[i] * q[i] + (g[i] + (s[i] + more[i]));
+    force[i] = model->omega2[i] * q[i] + ((g[i] + h[i]) + (s[i] + more[i]));
   }
   free(w);
-  free(y);
   return quadratic + tree(lane);
 }
 

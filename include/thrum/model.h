@@ -71,6 +71,9 @@ typedef struct thrum_model {
 #define X(type, name, rows, columns, presence, meaning) const thrum_##type *name;
   THRUM_MODEL_ARRAYS(X)
 #undef X
+  /* c3 and c4 once more, in the order of the passes over them: see thrum_model_pack; NULL: none */
+  const double *packed;
+  const float *packed_single;
 } thrum_model;
 
 /* Number of cubic and quartic monomials of a rank. */
@@ -108,6 +111,17 @@ void thrum_model_free(const thrum_model *model); /* of thrum_model_load alone; N
 
 /* Checks a model made by hand: sizes agree, values finite, omega2 ascending, indices in range. */
 thrum_status thrum_model_check(const thrum_model *model, thrum_error *error);
+
+/* Bytes that thrum_model_pack needs for a model of rank 1 to THRUM_RANK_MAX. */
+size_t thrum_model_pack_size(const thrum_model *model);
+
+/* Lays c3 and c4 out once more, in `memory` (aligned to 64, thrum_model_pack_size bytes, which must
+ * outlive the model), in the order in which steps read them. Models of thrum_model_init, _load and
+ * _truncate are packed; one of thrum_model_view or made by hand gives the same bits unpacked, but its
+ * steps take plain C and many times as long. Before any other thread uses the model. Large models all of
+ * whose coefficients are single-precision numbers are packed as such. Allocates nothing. */
+thrum_status thrum_model_pack(thrum_model *model, void *memory, size_t memory_size,
+                              thrum_error *error);
 
 /* Bytes that thrum_model_truncate needs for this model at this lower rank. */
 thrum_status thrum_model_truncate_size(const thrum_model *model, int64_t rank, size_t *size,

@@ -1,0 +1,79 @@
+/* What the files of the kernels share beside their primitives, for a file that has defined
+ *
+ *   v8          8 doubles, in as many registers as that takes
+ *   INLINE      `static inline`, forced, for the instructions in use; PASS the same without inline
+ *   v8_zero, v8_set1(s), v8_load(p), v8_store(p, a), v8_mul(a, b), v8_add(a, b)
+ *   v8_load_single(p)          8 floats as doubles
+ *   v8_sum(a)                  ((0+4)+(2+6))+((1+5)+(3+7))
+ *   ROWS_MANY, ROWS_FEW        rows taken at once, with one sum a row or with more to do: 1 to 8
+ *
+ * and, unless the defaults here will do,
+ *   V8_MASKS    v8_mask, v8_range(lo, hi)  the lanes lo <= s < hi; lo and hi may be any number
+ *               v8_load_mask(p, mask)      these lanes of p, zero in the others, which are not read
+ *   V8_STREAMS  stream, stream_open(p), stream_next(&s)   the vectors at p, p + 8, ... one after
+ * the other; each may read up to 8 doubles past its own, none before p V8_SUMS     v8_sums(a, ...,
+ * h)         the v8_sum of each
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <stdint.h>
+
+#define EACH_8(X) X(0) X(1) X(2) X(3) X(4) X(5) X(6) X(7)
+
+/* Eight vectors. */
+typedef struct v8x8 {
+  v8 r[8];
+} v8x8;
+
+#ifndef V8_MASKS
+typedef struct v8_mask {
+  int64_t lo, hi;
+} v8_mask;
+
+INLINE v8_mask v8_range(int64_t lo, int64_t hi) {
+  const v8_mask mask = {lo < 0 ? 0 : lo, hi > 8 ? 8 : hi};
+  return mask;
+}
+
+INLINE v8 v8_load_mask(const double *p, v8_mask mask) {
+  if (mask.lo == 0 && mask.hi == 8)
+    return v8_load(p);
+  double lanes[8] = {0};
+  for (int64_t s = mask.lo; s < mask.hi; s++)
+    lanes[s] = p[s];
+  return v8_load(lanes);
+}
+#endif
+
+INLINE v8 v8_load_range(const double *p, int64_t lo, int64_t hi) {
+  return v8_load_mask(p, v8_range(lo, hi));
+}
+
+#ifndef V8_STREAMS
+typedef struct stream {
+  const double *next;
+} stream;
+
+INLINE stream stream_open(const double *p) {
+  const stream s = {p};
+  return s;
+}
+
+INLINE v8 stream_next(stream *s) {
+  const v8 vector = v8_load(s->next);
+  s->next += 8;
+  return vector;
+}
+#endif
+
+/* The sums of the first `rows` vectors into to[0..7], zero for the others, which are zero. */
+INLINE void v8_store_sums(int rows, double *to, const v8x8 *a) {
+#ifdef V8_SUMS
+  if (rows > 2) {
+    v8_store(to, v8_sums(a->r[0], a->r[1], a->r[2], a->r[3], a->r[4], a->r[5], a->r[6], a->r[7]));
+    return;
+  }
+#endif
+#define X(k) to[k] = k < rows ? v8_sum(a->r[k]) : 0.0;
+  EACH_8(X)
+#undef X
+}

@@ -1,0 +1,560 @@
+/* The passes of runtime/kernel.h over all coefficients of a model, packed as runtime/pack.h says,
+ * over vectors of 8 lanes, for a file that has included runtime/kernel_lanes.h.
+ *
+ * V = sum_{c<=d} q_d q_c y_dc with y_dc = sum_{a<=b<=c} B_dc,ba m_ba; with y held its gradient goes
+ * block by block, and w_ba = sum q_d q_c B_dc,ba gives the rest of it. Rows are kept from d = n-1
+ * down
+ * ("reversed" vectors), columns from -1 up ("lifted" vectors, entry 0 is 1).
+ * Cost: the bytes of the coefficients, once; 2 (energy, restriction), 4 (force), 6 (tangent) or 8
+ * (two forces, tangent times vector) operations each; the restriction to the coordinates from s on
+ * meets only those of terms with one of them.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <string.h>
+
+#include "kernel.h"
+#include "pack.h"
+
+/* Packed coefficients, in one of two precisions. */
+typedef struct coefficients {
+  const double *d;
+  const float *f;
+} coefficients;
+
+/* One point that a block is evaluated at: monomials m of columns with results w, numbers x of rows
+ * with results y. */
+typedef struct point {
+  const double *m, *x;
+  double *w, *y;
+} point;
+
+/* A block of packed rows: `whole` vectors of columns, of which the first `vectors` are wanted, and
+ * of `all` rows the first `rows`. */
+typedef struct packed_block {
+  coefficients b;
+  int64_t at, whole, vectors, all, rows;
+} packed_block;
+
+/* Lists that rows are added to, times q: by row. */
+typedef struct row_lists {
+  double q;
+  double *const *list;
+} row_lists;
+
+INLINE v8x8 rows_zero8(void) {
+  v8x8 s;
+#define X(k) s.r[k] = v8_zero();
+  EACH_8(X)
+#undef X
+  return s;
+}
+
+INLINE v8x8 rows_set8(int rows, const double *x) {
+  v8x8 s = rows_zero8();
+#define X(k)                                                                                       \
+  if (k < rows)                                                                                    \
+    s.r[k] = v8_set1(x[k]);
+  EACH_8(X)
+#undef X
+  return s;
+}
+
+INLINE v8 coefficient(bool single, const coefficients *b, int64_t at) {
+  return single ? v8_load_single(b->f + at) : v8_load(b->d + at);
+}
+
+/* `rows` rows of a group of `size`, the first at `at`, at one point: sums into y[0..rows-1] if
+ * `sums`, w += B^T x if `adds`, lists += q times the row if `l`. */
+INLINE void group_rows(bool single, bool sums, bool adds, int rows, const coefficients *b,
+                       int64_t at, int64_t size, int64_t vectors, const double *m, const double *x,
+                       double *w, double *y, const row_lists *l) {
+  v8x8 sum = rows_zero8();
+  const v8x8 factor = adds ? rows_set8(rows, x) : sum;
+  const v8 q = l ? v8_set1(l->q) : v8_zero();
+  for (int64_t v = 0; v < 8 * vectors; v += 8, at += 8 * size) {
+    const v8 m_v = sums ? v8_load(m + v) : v8_zero();
+    v8 w_v = adds ? v8_load(w + v) : v8_zero();
+#define X(k)                                                                                       \
+  if (k < rows) {                                                                                  \
+    const v8 part = coefficient(single, b, at + 8 * k);                                            \
+    if (sums)                                                                                      \
+      sum.r[k] = v8_add(sum.r[k], v8_mul(part, m_v));                                              \
+    if (adds)                                                                                      \
+      w_v = v8_add(w_v, v8_mul(factor.r[k], part));                                                \
+    if (l)                                                                                         \
+      v8_store(l->list[k] + v, v8_add(v8_load(l->list[k] + v), v8_mul(q, part)));                  \
+  }
+    EACH_8(X)
+#undef X
+    if (adds)
+      v8_store(w + v, w_v);
+  }
+  if (sums)
+    v8_store_sums(rows, y, &sum);
+}
+
+/* The same at two points. */
+INLINE void group_rows_twice(bool single, int rows, const coefficients *b, int64_t at, int64_t size,
+                             int64_t vectors, int64_t row, const point p[2]) {
+  v8x8 sum = rows_zero8(), sum2 = rows_zero8();
+  const v8x8 factor = rows_set8(rows, p[0].x + row), factor2 = rows_set8(rows, p[1].x + row);
+  for (int64_t v = 0; v < 8 * vectors; v += 8, at += 8 * size) {
+    const v8 m = v8_load(p[0].m + v), m2 = v8_load(p[1].m + v);
+    v8 w = v8_load(p[0].w + v), w2 = v8_load(p[1].w + v);
+#define X(k)                                                                                       \
+  if (k < rows) {                                                                                  \
+    const v8 part = coefficient(single, b, at + 8 * k);                                            \
+    sum.r[k] = v8_add(sum.r[k], v8_mul(part, m));                                                  \
+    w = v8_add(w, v8_mul(factor.r[k], part));                                                      \
+    sum2.r[k] = v8_add(sum2.r[k], v8_mul(part, m2));                                               \
+    w2 = v8_add(w2, v8_mul(factor2.r[k], part));                                                   \
+  }
+    EACH_8(X)
+#undef X
+    v8_store(p[0].w + v, w);
+    v8_store(p[1].w + v, w2);
+  }
+  v8_store_sums(rows, p[0].y + row, &sum);
+  v8_store_sums(rows, p[1].y + row, &sum2);
+}
+
+/* What is done to the rows of a block. */
+typedef enum work_on {
+  WORK_SUMS,  /* y of one point */
+  WORK_BOTH,  /* y and w of one point */
+  WORK_LISTS, /* the same, and lists */
+  WORK_TWICE  /* y and w of two points */
+} work_on;
+
+INLINE void group_work(bool single, work_on what, int rows, const packed_block *b, int64_t at,
+                       int64_t size, int64_t row, const point *p, const row_lists *l) {
+  const bool adds = what != WORK_SUMS;
+  if (what == WORK_TWICE) {
+    group_rows_twice(single, rows, &b->b, at, size, b->vectors, row, p);
+    return;
+  }
+  row_lists here = {0, NULL};
+  if (what == WORK_LISTS)
+    here = (row_lists){l->q, l->list + row};
+  group_rows(single, true, adds, rows, &b->b, at, size, b->vectors, p->m, adds ? p->x + row : NULL,
+             p->w, p->y + row, what == WORK_LISTS ? &here : NULL);
+}
+
+/* All wanted rows of a block, in whole registers' worth; behind the last, y is zero up to a
+ * multiple of 8 (a group's rows come in order, so what the sums of one spill the next overwrites).
+ */
+INLINE void block_work(bool single, work_on what, const packed_block *b, const point *p,
+                       const row_lists *l) {
+  const int64_t most = what == WORK_TWICE || what == WORK_LISTS ? ROWS_FEW : ROWS_MANY;
+  for (int64_t first = 0; first < b->rows; first += THRUM_PACK_ROWS) {
+    const int64_t size = thrum_pack_size(b->all, first);
+    const int64_t wanted = size < b->rows - first ? size : b->rows - first;
+    const int64_t begin = b->at + 8 * first * b->whole;
+    for (int64_t r = 0; r < wanted; r += most) {
+      const int64_t at = begin + 8 * r, row = first + r;
+      switch (wanted - r < most ? wanted - r : most) {
+#define X(k)                                                                                       \
+  case k + 1:                                                                                      \
+    if (k < most)                                                                                  \
+      group_work(single, what, k + 1, b, at, size, row, p, l);                                     \
+    break;
+        EACH_8(X)
+#undef X
+      default:
+        break;
+      }
+    }
+  }
+}
+
+#define BLOCK_PASS(name, what)                                                                     \
+  PASS void name##_double(const packed_block *b, const point *p, const row_lists *l) {             \
+    block_work(false, what, b, p, l);                                                              \
+  }                                                                                                \
+  PASS void name##_single(const packed_block *b, const point *p, const row_lists *l) {             \
+    block_work(true, what, b, p, l);                                                               \
+  }                                                                                                \
+  INLINE void name(const packed_block *b, const point *p, const row_lists *l) {                    \
+    if (b->b.f)                                                                                    \
+      name##_single(b, p, l);                                                                      \
+    else                                                                                           \
+      name##_double(b, p, l);                                                                      \
+  }
+
+BLOCK_PASS(packed_sums, WORK_SUMS)
+BLOCK_PASS(packed_both, WORK_BOTH)
+BLOCK_PASS(packed_lists, WORK_LISTS)
+BLOCK_PASS(packed_twice, WORK_TWICE)
+
+INLINE packed_block packed_first(const thrum_model *model) {
+  const packed_block b = {{model->packed, model->packed_single},
+                          0,
+                          thrum_pack_vectors(0),
+                          thrum_pack_vectors(0),
+                          model->rank,
+                          model->rank};
+  return b;
+}
+
+/* On to block c, all of whose rows are wanted. */
+INLINE void packed_next(int64_t n, int64_t c, packed_block *b) {
+  b->at += 8 * b->all * b->whole;
+  b->whole = b->vectors = thrum_pack_vectors(c);
+  b->all = b->rows = n - c;
+}
+
+/* Arrays of a pass, cut from its scratch. */
+typedef struct pack_scratch {
+  double *vectors[2][THRUM_PACK_VECTORS]; /* n + 1 numbers, whole lanes and a vector to spare */
+  double *columns[2][THRUM_PACK_COLUMNS]; /* by column */
+  double *lanes;                          /* 8 by run */
+  double *more;                           /* of the tangent */
+} pack_scratch;
+
+INLINE pack_scratch pack_cut(int64_t n, double *work) {
+  const int64_t vector = thrum_padded(n + 1), columns = thrum_padded(thrum_pack_first(n));
+  pack_scratch s;
+  s.lanes = work;
+  work += 8 * vector;
+  // what a pass at one point needs comes first
+  for (int which = 0; which < 2; which++) {
+    for (int64_t k = 0; k < THRUM_PACK_VECTORS; k++, work += vector)
+      s.vectors[which][k] = work;
+    for (int64_t k = 0; k < THRUM_PACK_COLUMNS; k++, work += columns)
+      s.columns[which][k] = work;
+  }
+  s.more = work;
+  return s;
+}
+
+/* q three ways, each zero behind its end: as it is, reversed, lifted. */
+INLINE void spread(int64_t n, int64_t given, const double *q, double one, double *plain,
+                   double *reversed, double *lifted) {
+  const int64_t size = thrum_padded(n + 1);
+  for (int64_t i = 0; i < size; i += 8) {
+    v8_store(plain + i, v8_zero());
+    v8_store(reversed + i, v8_zero());
+    v8_store(lifted + i, v8_zero());
+  }
+  lifted[0] = one;
+  for (int64_t i = 0; i < given; i++)
+    plain[i] = reversed[n - 1 - i] = lifted[i + 1] = q[i];
+}
+
+/* m_ba = a_b b^_a (+ b_b a^_a if `mixed`, where a^_{-1} is 0 and b_b for it) over the runs below
+ * `last`, zeros up to the end of the last vector. */
+INLINE void column_monomials(bool mixed, int64_t last, const double *a, const double *lifted_a,
+                             const double *b, const double *lifted_b, double *m) {
+  for (int64_t k = 0; k < last; k++) {
+    const v8 a_k = v8_set1(a[k]), b_k = v8_set1(b[k]);
+    // a run's last vector spills into the next run, which is written later
+    for (int64_t c = 0; c < k + 2; c += 8) {
+      v8 product = v8_mul(a_k, v8_load(lifted_b + c));
+      if (mixed)
+        product = v8_add(product, v8_mul(b_k, v8_load(lifted_a + c)));
+      v8_store(m + c, product);
+    }
+    m += k + 2;
+  }
+  v8_store(m, v8_zero());
+}
+
+/* x = s a (+ s2 a2 if `mixed`) over `rows` reversed entries. */
+INLINE void row_factors(bool mixed, int64_t rows, double s, const double *a, double s2,
+                        const double *a2, double *x) {
+  const v8 factor = v8_set1(s), factor2 = v8_set1(s2);
+  for (int64_t t = 0; t < rows; t += 8) {
+    v8 product = v8_mul(factor, v8_load(a + t));
+    if (mixed)
+      product = v8_add(product, v8_mul(factor2, v8_load(a2 + t)));
+    v8_store(x + t, product);
+  }
+}
+
+/* y of a block: g += q_c y; returns the lanes of sum_d y_d q_d that go on with `sum`. */
+INLINE v8 lower_block(int64_t rows, const double *y, double q_c, const double *reversed, v8 sum,
+                      double *g) {
+  const v8 factor = v8_set1(q_c);
+  for (int64_t t = 0; t < rows; t += 8) {
+    const v8 y_t = v8_load(y + t);
+    v8_store(g + t, v8_add(v8_load(g + t), v8_mul(factor, y_t)));
+    sum = v8_add(sum, v8_mul(y_t, v8_load(reversed + t)));
+  }
+  return sum;
+}
+
+/* One vector of run b: returns g + q_b w; its products with `lifted` are added to the run's lanes.
+ */
+INLINE v8 upper_part(bool starts, v8 part, double q_b, v8 lifted, double *lanes, v8 g) {
+  const v8 before = starts ? v8_zero() : v8_load(lanes);
+  v8_store(lanes, v8_add(before, v8_mul(part, lifted)));
+  return v8_add(g, v8_mul(v8_set1(q_b), part));
+}
+
+/* The gradient of sum w_ba q_b q^_a over the runs below `last`: g_a += q_b w_ba, lifted; lanes of
+ * s_b = sum_a w_ba q^_a, from zero if `starts`. */
+INLINE void upper_runs(bool starts, int64_t last, const double *w, const double *q,
+                       const double *lifted, double *g, double *lanes) {
+  for (int64_t c = 0; c <= last; c += 8) {
+    const v8 lifted_c = v8_load(lifted + c);
+    v8 g_c = v8_load(g + c);
+    int64_t b = c > 0 ? c - 1 : 0;
+    // runs that end in this vector of columns, then those that go on
+    for (; b < last && b < c + 6; b++) {
+      const v8 part = v8_load_range(w + thrum_pack_first(b) + c, 0, b + 2 - c);
+      g_c = upper_part(starts && c == 0, part, q[b], lifted_c, lanes + 8 * b, g_c);
+    }
+    for (; b < last; b++) {
+      const v8 part = v8_load(w + thrum_pack_first(b) + c);
+      g_c = upper_part(starts && c == 0, part, q[b], lifted_c, lanes + 8 * b, g_c);
+    }
+    v8_store(g + c, g_c);
+  }
+}
+
+/* s_b of every run; behind the last zero up to a multiple of 8. */
+INLINE void upper_sums(int64_t last, const double *lanes, double *s) {
+  for (int64_t b = 0; b < last; b += 8) {
+    v8x8 sum = rows_zero8();
+#define X(k)                                                                                       \
+  if (b + k < last)                                                                                \
+    sum.r[k] = v8_load(lanes + 8 * (b + k));
+    EACH_8(X)
+#undef X
+    v8_store_sums(8, s + b, &sum);
+  }
+}
+
+PASS void upper(int64_t last, const double *w, const double *q, const double *lifted, double *g,
+                double *lanes, double *s) {
+  upper_runs(true, last, w, q, lifted, g, lanes);
+  upper_sums(last, lanes, s);
+}
+
+INLINE double packed_dot(int64_t n, const double *a, const double *b) {
+  v8 sum = v8_zero();
+  for (int64_t c = 0; c < n; c += 8)
+    sum = v8_add(sum, v8_mul(v8_load(a + c), v8_load(b + c)));
+  return v8_sum(sum);
+}
+
+INLINE void zeros(double *a, int64_t count) {
+  for (int64_t c = 0; c < count; c += 8)
+    v8_store(a + c, v8_zero());
+}
+
+PASS double pass_energy(const thrum_model *model, const double *q_given, double *work) {
+  const int64_t n = model->rank;
+  const pack_scratch t = pack_cut(n, work);
+  double *const *a = t.vectors[0], *q = a[0], *reversed = a[1], *lifted = a[2], *y = a[3],
+                *s = a[4];
+  double *unused = a[5];
+  spread(n, n, q_given, 1.0, q, reversed, lifted);
+  zeros(s, n);
+  zeros(unused, n);
+  column_monomials(false, n, q, lifted, q, lifted, t.columns[0][0]);
+  const point p = {t.columns[0][0], NULL, NULL, y};
+  packed_block b = packed_first(model);
+  for (int64_t c = 0; c < n; c++) {
+    packed_sums(&b, &p, NULL);
+    s[c] = v8_sum(lower_block(n - c, y, 0.0, reversed, v8_zero(), unused));
+    packed_next(n, c + 1, &b);
+  }
+  return packed_dot(n, q, s);
+}
+
+/* What a force evaluation knows of its point. */
+typedef struct evaluation {
+  double *q, *reversed, *lifted, *x, *y; /* the point */
+  double *g, *s, *h, *more;              /* gradients: of y reversed, and of w lifted, and sums */
+  double *m, *w;
+} evaluation;
+
+INLINE evaluation evaluation_of(const pack_scratch *t, int which) {
+  double *const *a = t->vectors[which], *const *c = t->columns[which];
+  const evaluation e = {a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7], a[8], c[0], c[1]};
+  return e;
+}
+
+INLINE void evaluation_begin(int64_t n, const double *q, const evaluation *e) {
+  spread(n, n, q, 1.0, e->q, e->reversed, e->lifted);
+  zeros(e->g, n);
+  zeros(e->h, n + 1);
+  zeros(e->s, n);
+  zeros(e->w, thrum_pack_first(n));
+  column_monomials(false, n, e->q, e->lifted, e->q, e->lifted, e->m);
+}
+
+INLINE void evaluation_block(int64_t n, int64_t c, const evaluation *e) {
+  e->s[c] = v8_sum(lower_block(n - c, e->y, e->q[c], e->reversed, v8_zero(), e->g));
+}
+
+/* gradient += what the blocks and w give; returns the value. */
+INLINE double evaluation_end(int64_t n, const evaluation *e, double *lanes, double *gradient) {
+  upper(n, e->w, e->q, e->lifted, e->h, lanes, e->more);
+  for (int64_t i = 0; i < n; i++)
+    gradient[i] += (e->g[n - 1 - i] + e->h[i + 1]) + (e->s[i] + e->more[i]);
+  return packed_dot(n, e->q, e->s);
+}
+
+PASS double pass_force(const thrum_model *model, const double *q, double *gradient, double *work) {
+  const int64_t n = model->rank;
+  const pack_scratch t = pack_cut(n, work);
+  const evaluation e = evaluation_of(&t, 0);
+  evaluation_begin(n, q, &e);
+  const point p = {e.m, e.x, e.w, e.y};
+  packed_block b = packed_first(model);
+  for (int64_t c = 0; c < n; c++) {
+    row_factors(false, n - c, e.q[c], e.reversed, 0.0, e.reversed, e.x);
+    packed_both(&b, &p, NULL);
+    evaluation_block(n, c, &e);
+    packed_next(n, c + 1, &b);
+  }
+  return evaluation_end(n, &e, t.lanes, gradient);
+}
+
+PASS void pass_forces(const thrum_model *model, const double *const q[2], double *const gradient[2],
+                      double value[2], double *work) {
+  const int64_t n = model->rank;
+  const pack_scratch t = pack_cut(n, work);
+  const evaluation e[2] = {evaluation_of(&t, 0), evaluation_of(&t, 1)};
+  for (int k = 0; k < 2; k++)
+    evaluation_begin(n, q[k], &e[k]);
+  const point p[2] = {{e[0].m, e[0].x, e[0].w, e[0].y}, {e[1].m, e[1].x, e[1].w, e[1].y}};
+  packed_block b = packed_first(model);
+  for (int64_t c = 0; c < n; c++) {
+    for (int k = 0; k < 2; k++)
+      row_factors(false, n - c, e[k].q[c], e[k].reversed, 0.0, e[k].reversed, e[k].x);
+    packed_twice(&b, p, NULL);
+    for (int k = 0; k < 2; k++)
+      evaluation_block(n, c, &e[k]);
+    packed_next(n, c + 1, &b);
+  }
+  for (int k = 0; k < 2; k++)
+    value[k] = evaluation_end(n, &e[k], t.lanes, gradient[k]);
+}
+
+PASS void pass_tangent_vector(const thrum_model *model, const double *q, const double *v,
+                              double *product, double *work) {
+  const int64_t n = model->rank;
+  const pack_scratch t = pack_cut(n, work);
+  // every line is the derivative along v of a line of pass_force
+  const evaluation e = evaluation_of(&t, 0), d = evaluation_of(&t, 1);
+  evaluation_begin(n, q, &e);
+  spread(n, n, v, 0.0, d.q, d.reversed, d.lifted);
+  zeros(d.w, thrum_pack_first(n));
+  column_monomials(true, n, e.q, e.lifted, d.q, d.lifted, d.m);
+  const point p[2] = {{e.m, e.x, e.w, e.y}, {d.m, d.x, d.w, d.y}};
+  packed_block b = packed_first(model);
+  for (int64_t c = 0; c < n; c++) {
+    row_factors(false, n - c, e.q[c], e.reversed, 0.0, e.reversed, e.x);
+    row_factors(true, n - c, e.q[c], d.reversed, d.q[c], e.reversed, d.x);
+    packed_twice(&b, p, NULL);
+    const v8 sum = lower_block(n - c, e.y, d.q[c], d.reversed, v8_zero(), e.g);
+    e.s[c] = v8_sum(lower_block(n - c, d.y, e.q[c], e.reversed, sum, e.g));
+    packed_next(n, c + 1, &b);
+  }
+  upper_runs(true, n, e.w, d.q, d.lifted, e.h, t.lanes);
+  upper_runs(false, n, d.w, e.q, e.lifted, e.h, t.lanes);
+  upper_sums(n, t.lanes, e.more);
+  for (int64_t i = 0; i < n; i++)
+    product[i] += (e.g[n - 1 - i] + e.h[i + 1]) + (e.s[i] + e.more[i]);
+}
+
+/* The list of every coordinate, one after the other, all zero; in the order of rows. */
+INLINE void tangent_lists(int64_t n, double *at, double **list) {
+  for (int64_t e = 0; e < n; e++) {
+    list[n - 1 - e] = at;
+    zeros(at, thrum_pack_columns(e));
+    at += 8 * thrum_pack_vectors(e);
+  }
+}
+
+/* w += q_c l, list += l, l = 0. */
+INLINE void block_list_done(int64_t columns, double q_c, double *l, double *list, double *w) {
+  const v8 factor = v8_set1(q_c);
+  for (int64_t k = 0; k < columns; k += 8) {
+    const v8 l_k = v8_load(l + k);
+    v8_store(w + k, v8_add(v8_load(w + k), v8_mul(factor, l_k)));
+    v8_store(list + k, v8_add(v8_load(list + k), l_k));
+    v8_store(l + k, v8_zero());
+  }
+}
+
+/* hessian = half + half^T, where w is half of its lower triangle too. */
+INLINE void tangent_close(int64_t n, const double *w, double *hessian) {
+  for (int64_t b = 0; b < n; b++) {
+    w++;
+    for (int64_t a = 0; a <= b; a++) {
+      const double half = hessian[b * n + a] + *w++;
+      hessian[b * n + a] = hessian[a * n + b] = half + (a == b ? half : hessian[a * n + b]);
+    }
+  }
+}
+
+PASS double pass_tangent(const thrum_model *model, const double *q, double *gradient,
+                         double *hessian, double *work) {
+  const int64_t n = model->rank;
+  const pack_scratch t = pack_cut(n, work);
+  const evaluation e = evaluation_of(&t, 0);
+  double *l = t.columns[1][0], *g = t.vectors[1][0], *s = t.vectors[1][1];
+  double *list[THRUM_RANK_MAX];
+  evaluation_begin(n, q, &e);
+  zeros(l, thrum_pack_first(n));
+  tangent_lists(n, t.more, list);
+  // half of it now, half + half^T at the end
+  for (int64_t k = 0; k < n * n; k++)
+    hessian[k] *= 0.5;
+  const point p = {e.m, e.reversed, l, e.y};
+  packed_block b = packed_first(model);
+  for (int64_t c = 0; c < n; c++) {
+    // y_dc is the coefficient of q_d q_c; list d gets q_c B_dc, list c gets sum_d q_d B_dc
+    const row_lists rows = {e.q[c], list};
+    packed_lists(&b, &p, &rows);
+    block_list_done(thrum_pack_columns(c), e.q[c], l, list[n - 1 - c], e.w);
+    evaluation_block(n, c, &e);
+    for (int64_t d = c; d < n; d++)
+      hessian[d * n + c] += e.y[n - 1 - d];
+    packed_next(n, c + 1, &b);
+  }
+  // the mixed derivatives by q_d and the columns: the gradient of all that meets q_d
+  for (int64_t d = 0; d < n; d++) {
+    zeros(g, d + 2);
+    upper(d + 1, list[n - 1 - d], e.q, e.lifted, g, t.lanes, s);
+    for (int64_t k = 0; k <= d; k++)
+      hessian[d * n + k] += g[k + 1] + s[k];
+  }
+  tangent_close(n, e.w, hessian);
+  return gradient ? evaluation_end(n, &e, t.lanes, gradient) : 0.0;
+}
+
+/* The linear and quadratic part of V with the first `split` coordinates held. */
+INLINE void restrict_low(const thrum_model *model, int64_t split, const double *q_given,
+                         double *linear, double *quadratic, double *work) {
+  const int64_t rank = model->rank, n = rank - split;
+  const pack_scratch t = pack_cut(rank, work);
+  double *const *a = t.vectors[0], *q = a[0], *reversed = a[1], *lifted = a[2], *y = a[3],
+                *g = a[4];
+  spread(rank, split, q_given, 1.0, q, reversed, lifted);
+  zeros(g, n);
+  column_monomials(false, split, q, lifted, q, lifted, t.columns[0][0]);
+  const point p = {t.columns[0][0], NULL, NULL, y};
+  packed_block b = packed_first(model);
+  for (int64_t c = 0; c < split; c++) {
+    b.rows = n;
+    packed_sums(&b, &p, NULL);
+    lower_block(n, y, q[c], reversed, v8_zero(), g);
+    packed_next(rank, c + 1, &b);
+  }
+  for (int64_t k = 0; k < n; k++)
+    linear[k] = g[n - 1 - k];
+  // of the others, those columns whose coordinates are all held
+  const int64_t vectors = (thrum_pack_first(split) + 7) / 8;
+  for (int64_t c = split; c < rank; c++) {
+    b.vectors = vectors;
+    packed_sums(&b, &p, NULL);
+    for (int64_t d = c; d < rank; d++)
+      *quadratic++ = y[rank - 1 - d] + (d == c ? 0.5 * model->omega2[c] : 0.0);
+    packed_next(rank, c + 1, &b);
+  }
+}

@@ -1,0 +1,103 @@
+/* Lays the coefficients of a model out for the passes of a kernel (thrum/model.h, runtime/pack.h).
+ * Cost: one pass over c3 and c4, once for a model.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <float.h>
+#include <math.h>
+#include <stdbool.h>
+
+#include "model_layout.h"
+#include "pack.h"
+
+/* Row d of block c from the file's order: its columns lie a row of c4 apart. */
+static void gather(const thrum_model *model, int64_t c, int64_t d, double *row) {
+  const int64_t n = model->rank;
+  const double *c3 = model->c3 + thrum_c3_index(n, 0, c, d);
+  for (int64_t b = 0; b <= c; b++) {
+    const int64_t columns = (n - b) * (n - b + 1) / 2;
+    const double *c4 = model->c4 + thrum_c4_index(n, 0, b, c, d);
+    *row++ = c3[b * (n - c)];
+    for (int64_t a = 0; a <= b; a++)
+      *row++ = c4[a * columns];
+  }
+}
+
+void thrum_pack_row(const thrum_model *model, int64_t c, int64_t d, int64_t at, double *row) {
+  if (!model->packed && !model->packed_single) {
+    gather(model, c, d, row);
+    return;
+  }
+  const int64_t rows = model->rank - c, t = model->rank - 1 - d;
+  const int64_t first = t / THRUM_PACK_ROWS * THRUM_PACK_ROWS, size = thrum_pack_size(rows, first);
+  const int64_t columns = thrum_pack_columns(c);
+  at += 8 * (first * thrum_pack_vectors(c) + (t - first));
+  for (int64_t k = 0; k < columns; k++) {
+    const int64_t place = at + 8 * size * (k / 8) + k % 8;
+    row[k] = model->packed ? model->packed[place] : (double)model->packed_single[place];
+  }
+}
+
+static bool all_single(const double *values, int64_t count) {
+  for (int64_t k = 0; k < count; k++)
+    if (!(fabs(values[k]) <= FLT_MAX) || (double)(float)values[k] != values[k])
+      return false;
+  return true;
+}
+
+static bool single_pays(const thrum_model *model) {
+  return thrum_pack_count(model->rank) * (int64_t)sizeof(double) > THRUM_PACK_SINGLE_BYTES &&
+         all_single(model->c3, model->c3_count) && all_single(model->c4, model->c4_count);
+}
+
+size_t thrum_model_pack_size(const thrum_model *model) {
+  return (size_t)thrum_pack_count(model->rank) * sizeof(double);
+}
+
+/* Puts a row, `columns` long, into its group. */
+static void place(const double *row, int64_t columns, int64_t size, int64_t at, double *to,
+                  float *to_single) {
+  for (int64_t k = 0; k < (columns + 7) / 8 * 8; k++) {
+    const int64_t here = at + 8 * size * (k / 8) + k % 8;
+    const double value = k < columns ? row[k] : 0.0;
+    if (to)
+      to[here] = value;
+    else
+      to_single[here] = (float)value;
+  }
+}
+
+thrum_status thrum_model_pack(thrum_model *model, void *memory, size_t memory_size,
+                              thrum_error *error) {
+  if (!model || !memory || !model->c3 || !model->c4 || model->rank < 1 ||
+      model->rank > THRUM_RANK_MAX)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "the model or memory is NULL, or the model has no c3, c4 or rank");
+  if ((uintptr_t)memory % THRUM_ALIGNMENT != 0)
+    return thrum_error_set(error, THRUM_MISALIGNED,
+                           "the memory of packed coefficients must be aligned to 64 bytes");
+  if (memory_size < thrum_model_pack_size(model))
+    return thrum_error_set(error, THRUM_BUFFER_TOO_SMALL,
+                           "the memory has %zu bytes, the packed coefficients need %zu",
+                           memory_size, thrum_model_pack_size(model));
+  const int64_t n = model->rank;
+  const bool single = single_pays(model);
+  model->packed = NULL;
+  model->packed_single = NULL;
+  double *to = single ? NULL : memory;
+  float *to_single = single ? memory : NULL;
+  // a row is gathered where no packed one has been placed yet: at the end of the memory
+  double *row = (double *)memory + thrum_pack_count(n) - 8 * thrum_pack_vectors(n - 1);
+  int64_t at = 0;
+  for (int64_t c = 0; c < n; c++)
+    for (int64_t first = 0; first < n - c; first += THRUM_PACK_ROWS) {
+      const int64_t size = thrum_pack_size(n - c, first);
+      for (int64_t r = 0; r < size; r++) {
+        gather(model, c, n - 1 - first - r, row);
+        place(row, thrum_pack_columns(c), size, at + 8 * r, to, to_single);
+      }
+      at += 8 * size * thrum_pack_vectors(c);
+    }
+  model->packed = to;
+  model->packed_single = to_single;
+  return THRUM_OK;
+}

@@ -1,0 +1,79 @@
+/* The coefficients of a model laid out for the passes of a kernel (thrum_model_pack). Private to
+ * runtime/.
+ *
+ * In V each monomial of degree 3 and 4 is q_d q_c m, n > d >= c >= b >= a >= -1, with m = q_b q_a
+ * and q_{-1} = 1: so cubic terms are quartic ones with a = -1. Columns are the pairs (b, a), b
+ * outermost: run b has b + 2 columns and begins at thrum_pack_first(b). Block c has the rows d =
+ * n-1 .. c, whose columns are all those of the runs 0..c: a prefix, so that every row begins at
+ * column 0. The highest coordinates come first among the rows: with the first s held, what a
+ * restriction to the others needs of block c are its first rows.
+ *
+ * Rows are taken in groups of 8, the last of a block may be smaller. In a group vector v (8
+ * columns, zeros behind the last) of row r of `size` is at 8 (v size + r): one stream of whole
+ * cache lines.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_RUNTIME_PACK_H
+#define THRUM_RUNTIME_PACK_H
+
+#include <stdint.h>
+
+#include "kernel.h"
+#include "thrum/model.h"
+
+#define THRUM_PACK_ROWS 8
+
+/* Packed coefficients of more bytes than this are single ones where they can be: below, widening
+ * them costs more than reading fewer bytes saves. */
+#define THRUM_PACK_SINGLE_BYTES (1 << 20)
+
+/* Column (b, -1): where run b begins. */
+static inline int64_t thrum_pack_first(int64_t b) {
+  return b * (b + 3) / 2;
+}
+
+/* Columns of block c, and vectors of 8 that hold them. */
+static inline int64_t thrum_pack_columns(int64_t c) {
+  return thrum_pack_first(c + 1);
+}
+
+static inline int64_t thrum_pack_vectors(int64_t c) {
+  return (thrum_pack_columns(c) + 7) / 8;
+}
+
+/* Rows of the group that begins at row `first` of a block of so many rows. */
+static inline int64_t thrum_pack_size(int64_t rows, int64_t first) {
+  return rows - first < THRUM_PACK_ROWS ? rows - first : THRUM_PACK_ROWS;
+}
+
+/* Numbers in all blocks. */
+static inline int64_t thrum_pack_count(int64_t n) {
+  int64_t count = 0;
+  for (int64_t c = 0; c < n; c++)
+    count += 8 * (n - c) * thrum_pack_vectors(c);
+  return count;
+}
+
+/* Scratch of a pass, in doubles; the pass may also be at two points. The tangent has a list for
+ * each coordinate besides. */
+#define THRUM_PACK_VECTORS 9
+#define THRUM_PACK_COLUMNS 2
+
+static inline int64_t thrum_pack_work(int64_t n) {
+  const int64_t vector = thrum_padded(n + 1), columns = thrum_padded(thrum_pack_first(n));
+  // one more list of columns for the rows of the reference
+  return 8 * vector + 2 * (THRUM_PACK_VECTORS * vector + THRUM_PACK_COLUMNS * columns) + columns;
+}
+
+static inline int64_t thrum_pack_work_tangent(int64_t n) {
+  int64_t lists = 0;
+  for (int64_t d = 0; d < n; d++)
+    lists += 8 * thrum_pack_vectors(d);
+  return thrum_pack_work(n) + lists;
+}
+
+/* The columns of row d of block c, thrum_pack_columns(c) of them, out of the packed coefficients
+ * or, where there are none, of c3 and c4. `at` is where the block begins in the packed ones. */
+void thrum_pack_row(const thrum_model *model, int64_t c, int64_t d, int64_t at, double *row);
+
+#endif
