@@ -6,7 +6,7 @@ target=$1 source=$2 out=$3/tests/cross-$1
 mkdir -p "$out"
 cd "$source"
 set -- -std=c11 -O2 -ffp-contract=off -DRANK_LIMIT=40 -Itests/cross -Iinclude -I. \
-  tests/test_kernel.c runtime/kernel*.c runtime/polynomial.c -lm
+  tests/test_kernel.c runtime/kernel*.c runtime/polynomial.c runtime/model_pack.c runtime/status.c -lm
 if [ "$target" = neon ]; then
   aarch64-linux-gnu-gcc -static "$@" -o "$out/test_kernel"
   exec qemu-aarch64 "$out/test_kernel"
