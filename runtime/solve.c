@@ -122,8 +122,13 @@ void thrum_solve_assemble(const thrum_solver *s) {
   double *matrix = s->view->jacobian_next;
   const double alpha = s->state->damping_alpha, beta = s->state->damping_beta;
   s->stiffness(s, matrix);
-  s->view->matrices_used = true;
   const size_t n = (size_t)s->n;
+  if (s->first == 0) {
+    s->view->matrices_used = true;
+  } else {
+    s->view->jacobian_used = (int64_t)(n * n);
+    s->view->work_restricted = thrum_kernel_work_hessian(s->n);
+  }
   for (size_t i = 0; i < n; i++) {
     const double rest = s->tangent ? 0.0 : beta * s->model->omega2[(size_t)s->first + i];
     matrix[i * n + i] += 1.0 + s->weight * s->rate * (alpha + rest);
@@ -162,6 +167,7 @@ static bool accept(const thrum_solver *s, double norm) {
 static void assemble_change(const thrum_solver *s) {
   thrum_state_view *view = s->view;
   const double h = s->state->dt;
+  view->matrices_used = true;
   for (int32_t i = 0; i < s->state->rank; i++) {
     view->q_next[i] = view->middle[i] + 0.5 * h * view->velocity[i];
     view->point[i] = view->middle[i] - 0.5 * h * view->velocity[i];

@@ -72,16 +72,23 @@ thrum_state_view thrum_state_view_of(thrum_state *state) {
 
 void thrum_state_clear_scratch(thrum_state_view *view) {
   memset(view->q_next, 0, (size_t)(view->work_own - view->q_next) * sizeof(double));
-  // a tangent alone uses all of it
-  const int64_t whole = view->restricted_own - view->work_own;
-  const int64_t used = view->matrices_used || view->work_plain > whole ? whole : view->work_plain;
-  if (view->work == view->work_own)
+  if (view->work == view->work_own) {
+    // a tangent of the whole model alone uses all of it
+    const int64_t whole = view->restricted_own - view->work_own;
+    int64_t used = view->work_plain;
+    if (used < view->work_restricted)
+      used = view->work_restricted;
+    if (view->matrices_used || used > whole)
+      used = whole;
     memset(view->work, 0, (size_t)used * sizeof(double));
+  }
   if (view->restricted_used > 0 && view->restricted == view->restricted_own)
     memset(view->restricted, 0, (size_t)view->restricted_used * sizeof(double));
   memset(view->pairs, 0, (size_t)(2 * view->pairs_used * view->stride) * sizeof(double));
   if (view->matrices_used)
     memset(view->jacobian_next, 0, (size_t)(view->end - view->jacobian_next) * sizeof(double));
+  else
+    memset(view->jacobian_next, 0, (size_t)view->jacobian_used * sizeof(double));
 }
 
 /* May a state of this def take steps of design 7? */

@@ -152,6 +152,7 @@ typedef struct thrum_state_view {
   double *end;
   double *work_own, *restricted_own; /* in the block; a crowd lends its own instead */
   int64_t work_plain;                /* doubles of work that are used without a tangent */
+  int64_t work_restricted;           /* with one of what is restricted; by who makes it */
   const struct thrum_kernel *kernel; /* the one asked for, or the best one here */
   int64_t restricted_used;           /* doubles; set by whoever writes restricted */
   const double *restricted_from;     /* not NULL: where a crowd has what restricted is to hold, */
@@ -159,7 +160,8 @@ typedef struct thrum_state_view {
   int64_t stride;                    /* of vectors one after the other in an array */
   int32_t pairs_used;                /* by whoever writes pairs */
   bool guided;                       /* by whoever writes guide_next */
-  bool matrices_used;                /* by whoever writes jacobian_next, tangent or tangent_2 */
+  bool matrices_used;    /* by whoever writes tangent or tangent_2, or a whole tangent */
+  int64_t jacobian_used; /* doubles; by who writes jacobian_next from what is restricted */
 } thrum_state_view;
 
 typedef enum thrum_rung {
@@ -212,6 +214,10 @@ static inline int64_t thrum_past_at(const thrum_state_view *view, int64_t k) {
 /* What a copy of a view used, into the view: for clearing. */
 static inline void thrum_view_merge(thrum_state_view *view, const thrum_state_view *copy) {
   view->matrices_used = view->matrices_used || copy->matrices_used;
+  if (view->jacobian_used < copy->jacobian_used)
+    view->jacobian_used = copy->jacobian_used;
+  if (view->work_restricted < copy->work_restricted)
+    view->work_restricted = copy->work_restricted;
   if (view->pairs_used < copy->pairs_used)
     view->pairs_used = copy->pairs_used;
 }
@@ -303,7 +309,7 @@ typedef struct thrum_step_run {
 } thrum_step_run;
 
 /* step.c: checks the state and lets the watch choose the scheme, run->next.scheme. `work` and
- * `restricted`, NULL for the state's own, may be shared with other states: each use fills them
+ * `restricted`, each NULL for the state's own, may be shared with other states: each use fills them
  * anew. Not THRUM_OK: there is nothing to end. */
 thrum_status thrum_step_begin(const thrum_model *model, thrum_state *state, double *work,
                               double *restricted, thrum_step_run *run, thrum_error *error);

@@ -8,8 +8,12 @@
 #include <math.h>
 #include <string.h>
 
+#include "polynomial.h"
 #include "secant.h"
 #include "state.h"
+
+/* Doubles of scratch that a step takes from the stack, enough for a rank of 15. */
+#define WORK_COUNT 3072
 
 /* What the next solve can begin with. */
 static void remember(thrum_state *next, const thrum_state_view *kept, const thrum_state_view *view,
@@ -104,10 +108,10 @@ thrum_status thrum_step_begin(const thrum_model *model, thrum_state *state, doub
   run->state = state;
   run->next = *state;
   run->view = thrum_state_view_of(state);
-  if (work) {
+  if (work)
     run->view.work = work;
+  if (restricted)
     run->view.restricted = restricted;
-  }
   memset(&run->report, 0, sizeof run->report);
   double *before = run->view.p;
   if (thrum_watch_before(model, &run->next, &run->view) != THRUM_OK) {
@@ -165,8 +169,11 @@ thrum_status thrum_step_end(const thrum_model *model, thrum_step_run *run, thrum
 }
 
 thrum_status thrum_step(const thrum_model *model, thrum_state *state, thrum_error *error) {
+  // small models: scratch that need not be cleared, as the state's own must be
+  _Alignas(64) double work[WORK_COUNT];
+  const bool fits = model && thrum_work_count(model) <= WORK_COUNT;
   thrum_step_run run;
-  const thrum_status status = thrum_step_begin(model, state, NULL, NULL, &run, error);
+  const thrum_status status = thrum_step_begin(model, state, fits ? work : NULL, NULL, &run, error);
   if (status != THRUM_OK)
     return status;
   return thrum_step_end(model, &run, thrum_step_attempt(model, &run), error);

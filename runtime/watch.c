@@ -172,7 +172,8 @@ static thrum_status watch_angle(const thrum_model *model, thrum_state *state,
     if (!(state->angle_last <= ANGLE_HIGH))
       return shrink(model, state, view);
   }
-  if (quadratic || state->split == whole)
+  // a calm is seen by fewer samples
+  if (quadratic || state->split == whole || state->steps % SAMPLE != 0)
     return THRUM_OK;
   const double angle = angle_of(state, iterate(model, state, view, whole, view->guide_whole_next));
   state->calm_peak = fmax(state->calm_peak, angle);
@@ -233,7 +234,10 @@ thrum_status thrum_watch_before(const thrum_model *model, thrum_state *state,
     if (status != THRUM_OK)
       return status;
   }
-  int32_t often = state->angle_last < 0.9 ? SAMPLE : state->angle_last < 1.2 ? SAMPLE / 4 : 1;
+  int32_t often = state->angle_last < 0.9    ? SAMPLE
+                  : state->angle_last < 1.2  ? SAMPLE / 4
+                  : state->angle_last < 1.45 ? SAMPLE / 8
+                                             : 1;
   // under a sudden load the angle passes the bound within a few steps; the balance shows it
   if (fabs(state->balance_last) > FAST_SHARE)
     often = 1;

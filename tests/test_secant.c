@@ -1,0 +1,133 @@
+/* The inverse Jacobian of a solve: the sweep that makes it and what BFGS learns.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "state_support.h"
+
+#include "runtime/dense.h"
+#include "runtime/secant.h"
+
+enum { N = 12 };
+
+/* Symmetric, with `definite` added to its diagonal. */
+static void make_matrix(random_state *random, double definite, double *matrix) {
+  random_vector(random, N * N, 1, matrix);
+  for (int i = 0; i < N; i++) {
+    matrix[N * i + i] += definite;
+    for (int j = 0; j < i; j++)
+      matrix[N * j + i] = matrix[N * i + j];
+  }
+}
+
+static void multiply(const double *matrix, const double *x, double *y) {
+  for (int i = 0; i < N; i++) {
+    y[i] = 0;
+    for (int j = 0; j < N; j++)
+      y[i] += matrix[N * i + j] * x[j];
+  }
+}
+
+static void the_inverse_of_a_symmetric_matrix_is_symmetric_and_undoes_it(void **context) {
+  (void)context;
+  random_state random = {3};
+  for (int turn = 0; turn < 40; turn++) {
+    double matrix[N * N], inverse[N * N], work[2 * N], x[N], y[N], back[N];
+    // half of them indefinite
+    make_matrix(&random, turn % 2 == 0 ? N : 0, matrix);
+    random_vector(&random, N, 1, x);
+    memcpy(inverse, matrix, sizeof inverse);
+    assert_true(thrum_dense_invert(inverse, N, work));
+    for (int i = 0; i < N; i++)
+      for (int j = 0; j < i; j++)
+        assert_true(inverse[N * i + j] == inverse[N * j + i]);
+    multiply(matrix, x, y);
+    multiply(inverse, y, back);
+    assert_true(largest_difference(back, x, N) < (turn % 2 == 0 ? 1e-13 : 1e-9));
+  }
+}
+
+static void a_matrix_without_a_diagonal_pivot_or_a_number_is_refused(void **context) {
+  (void)context;
+  double work[4], zero[4] = {0, 0, 0, 0}, singular[4] = {1, 2, 2, 4}, turn[4] = {0, 1, 1, 0};
+  double nan[4] = {1, NAN, NAN, 1}, infinite[4] = {INFINITY, 0, 0, 1};
+  assert_false(thrum_dense_invert(zero, 2, work));
+  assert_false(thrum_dense_invert(singular, 2, work));
+  assert_false(thrum_dense_invert(turn, 2, work));
+  assert_false(thrum_dense_invert(nan, 2, work));
+  assert_false(thrum_dense_invert(infinite, 2, work));
+}
+
+/* One iteration of quasi-Newton on matrix x = b, from x with its residual and direction. */
+static void iterate(const double *matrix, const double *b, thrum_secant *h, double *x,
+                    double *residual, double *direction) {
+  double step[N], change[N], image[N], next[N];
+  for (int i = 0; i < N; i++) {
+    step[i] = -direction[i];
+    x[i] += step[i];
+  }
+  multiply(matrix, x, next);
+  for (int i = 0; i < N; i++) {
+    next[i] -= b[i];
+    change[i] = next[i] - residual[i];
+  }
+  thrum_secant_apply(h, next, image);
+  thrum_secant_learn(h, step, change, next, image);
+  memcpy(residual, next, sizeof next);
+  memcpy(direction, image, sizeof image);
+  // H y = s, and what learning brought up to date is H of the residual
+  double learnt[N];
+  thrum_secant_apply(h, change, learnt);
+  assert_true(largest_difference(learnt, step, N) < 1e-12);
+  thrum_secant_apply(h, residual, learnt);
+  assert_true(largest_difference(learnt, image, N) < 1e-12);
+}
+
+static void what_is_learnt_maps_each_change_to_its_step_and_can_be_folded(void **context) {
+  (void)context;
+  random_state random = {4};
+  double matrix[N * N], base[N * N] = {0}, pairs[2 * THRUM_SECANT_PAIRS * N] = {0};
+  double b[N], x[N] = {0}, residual[N], direction[N], before[N], after[N];
+  make_matrix(&random, N, matrix);
+  random_vector(&random, N, 1, b);
+  for (int i = 0; i < N; i++) {
+    base[N * i + i] = 0.8 / N;
+    residual[i] = -b[i];
+  }
+  thrum_secant h = {base, pairs, N, N, 0};
+  thrum_secant_apply(&h, residual, direction);
+  for (int k = 0; k < THRUM_SECANT_PAIRS; k++)
+    iterate(matrix, b, &h, x, residual, direction);
+  assert_int_equal(h.count, THRUM_SECANT_PAIRS);
+  thrum_secant_apply(&h, b, before);
+  thrum_secant_fold(pairs, N, N, h.count, base);
+  h.count = 0;
+  thrum_secant_apply(&h, b, after);
+  assert_true(largest_difference(before, after, N) < 1e-13);
+  for (int i = 0; i < N; i++)
+    for (int j = 0; j < i; j++)
+      assert_true(base[N * i + j] == base[N * j + i]);
+}
+
+static void a_step_without_positive_curvature_teaches_nothing(void **context) {
+  (void)context;
+  double base[4] = {1, 0, 0, 1}, pairs[2 * THRUM_SECANT_PAIRS * 2] = {0};
+  thrum_secant h = {base, pairs, 2, 2, 0};
+  const double step[2] = {1, 0}, against[2] = {-1, 3}, none[2] = {0, 1}, bad[2] = {NAN, 0};
+  const double *changes[3] = {against, none, bad};
+  for (int k = 0; k < 3; k++) {
+    double image[2] = {5, 6};
+    thrum_secant_learn(&h, step, changes[k], step, image);
+    assert_int_equal(h.count, 0);
+    assert_true(image[0] == 5 && image[1] == 6);
+  }
+  for (int i = 0; i < 2 * THRUM_SECANT_PAIRS * 2; i++)
+    assert_true(pairs[i] == 0);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(the_inverse_of_a_symmetric_matrix_is_symmetric_and_undoes_it),
+      cmocka_unit_test(a_matrix_without_a_diagonal_pivot_or_a_number_is_refused),
+      cmocka_unit_test(what_is_learnt_maps_each_change_to_its_step_and_can_be_folded),
+      cmocka_unit_test(a_step_without_positive_curvature_teaches_nothing),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
