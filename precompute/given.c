@@ -85,7 +85,9 @@ static thrum_status take_rows(const thrum_fem *fem, const thrum_mesh *mesh,
                                "column %lld of the basis moves vertex %lld along %c, which is "
                                "held: give the --fix that the basis was made with",
                                (long long)i + 1, (long long)c / 3 + 1, "xyz"[c % 3]);
-      basis[c * r + i] = 0;
+      // a zero keeps its sign, for the file's bits
+      if (basis[c * r + i] != 0)
+        basis[c * r + i] = 0;
     }
   return THRUM_OK;
 }

@@ -119,18 +119,47 @@ static bool next_monomial(int64_t rank, int64_t *index, int count) {
   return true;
 }
 
-// the potential's coefficients of degree count + 1: the mean of what the components say
+// the potential's coefficients of degree count + 1: the mean of what the components say. Where they
+// all say the same it must be that to the last bit, so one that is not divided by 3 is the base and
+// the others add their differences from it. `off`: as many numbers, zero
 static void integrate(int64_t rank, int count, const double *force, double *coefficients,
-                      int64_t total) {
-  memset(coefficients, 0, sizeof *coefficients * (size_t)total);
+                      int64_t total, double *off) {
+  const double *component = force;
   for (int64_t a = 0; a < rank; a++) {
     int64_t index[3] = {0, 0, 0};
     do {
       int times, distinct;
       const int64_t at = raise(rank, a, index, count, &times, &distinct);
-      coefficients[at] += *force++ / (times * distinct);
+      const double says = *component++ / times;
+      if (times != 3 || distinct == 1)
+        coefficients[at] = says;
     } while (next_monomial(rank, index, count));
   }
+  for (int64_t a = 0; a < rank; a++) {
+    int64_t index[3] = {0, 0, 0};
+    do {
+      int times, distinct;
+      const int64_t at = raise(rank, a, index, count, &times, &distinct);
+      const double says = *force++;
+      if (says != times * coefficients[at])
+        off[at] += (says / times - coefficients[at]) / distinct;
+    } while (next_monomial(rank, index, count));
+  }
+  for (int64_t at = 0; at < total; at++)
+    coefficients[at] += off[at];
+}
+
+static thrum_status integrate_both(const double *quadratic, const double *cubic, thrum_given *given,
+                                   thrum_error *error) {
+  const int64_t r = given->rank, count3 = thrum_c3_count(r), count4 = thrum_c4_count(r);
+  double *off = thrum_allocate(count3 + count4, sizeof *off, "the polynomial", error);
+  if (!off)
+    return THRUM_OUT_OF_MEMORY;
+  memset(off, 0, sizeof *off * (size_t)(count3 + count4));
+  integrate(r, 2, quadratic, given->c3, count3, off);
+  integrate(r, 3, cubic, given->c4, count4, off + count3);
+  free(off);
+  return THRUM_OK;
 }
 
 // refuses components that disagree
@@ -208,8 +237,8 @@ static thrum_status take_force(const char *path, const double *force, thrum_give
   if (!all_finite(force, r * (r + r * (r + 1) / 2 + count3)))
     return thrum_error_set(error, THRUM_BAD_VALUE, "%s: a number is not finite", path);
   thrum_status status = take_linear(path, force, given, error);
-  integrate(r, 2, quadratic, given->c3, count3);
-  integrate(r, 3, cubic, given->c4, count4);
+  if (status == THRUM_OK)
+    status = integrate_both(quadratic, cubic, given, error);
   if (status == THRUM_OK)
     status = check_gradient(path, r, 2, quadratic, given->c3, count3, &given->defect, error);
   if (status == THRUM_OK)
