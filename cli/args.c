@@ -22,7 +22,10 @@ int cli_name_index(const char *text, const char *const *names) {
 }
 
 /* A line of an options file, or of the command line. */
-static int refuse_line(const cli_given *given, const char *between, const char *line) {
+static int refuse_line(const cli_given *given, const char *between, char *line) {
+  // what was given may hold line ends; the message is one line
+  for (char *c = line; *c != 0; c++)
+    *c = (unsigned char)*c < ' ' ? '?' : *c;
   if (given->file == NULL)
     return cli_usage(given->command, "%s", line);
   fprintf(stderr, "thrum: %s:%lld: \"%s\"%s%s\n", given->file, (long long)given->line,
@@ -71,7 +74,7 @@ int cli_given_wrong(const cli_given *given) {
     snprintf(wants, sizeof wants, "%s",
              option->above && option->least == 0 ? "a number above 0" : "a number");
   const size_t used = strlen(wants);
-  snprintf(wants + used, sizeof wants - used, ", not '%s'", given->text);
+  snprintf(wants + used, sizeof wants - used, ", not '%.200s'", given->text);
   return cli_given_wants(given, wants);
 }
 

@@ -8,6 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "precompute/text.h"
+
 typedef struct reader {
   const char *name;
   const char *at, *end;
@@ -239,14 +241,16 @@ static thrum_status read_key(reader *r, int64_t parent, const char **key) {
   int64_t keys = 0;
   for (int64_t n = r->document.nodes[parent].first; n >= 0; n = r->document.nodes[n].next) {
     if (strcmp(r->document.nodes[n].key, *key) == 0)
-      return fail(r, "\"%.60s\" is there twice; first in line %lld", *key,
+      return fail(r, "\"%s\" is there twice; first in line %lld",
+                  thrum_text_excerpt(*key, strlen(*key)).text,
                   (long long)r->document.nodes[n].line);
     if (++keys == CLI_JSON_KEYS_MAX)
       return fail(r, "more than %d keys", CLI_JSON_KEYS_MAX);
   }
   skip_blanks(r);
   if (r->at == r->end || *r->at != ':')
-    return fail(r, "expected ':' after the key \"%.60s\"", *key);
+    return fail(r, "expected ':' after the key \"%s\"",
+                thrum_text_excerpt(*key, strlen(*key)).text);
   r->at++;
   return THRUM_OK;
 }

@@ -18,12 +18,16 @@ int cli_refuse(const thrum_error *error) {
 }
 
 int cli_usage(const char *command, const char *format, ...) {
+  char line[1200];
   va_list arguments;
   va_start(arguments, format);
-  fprintf(stderr, "thrum%s%s: ", command[0] != 0 ? " " : "", command);
-  vfprintf(stderr, format, arguments);
-  fprintf(stderr, " (try: thrum%s%s --help)\n", command[0] != 0 ? " " : "", command);
+  vsnprintf(line, sizeof line, format, arguments);
   va_end(arguments);
+  // what was typed may hold line ends; the message is one line
+  for (char *c = line; *c != 0; c++)
+    *c = (unsigned char)*c < ' ' ? '?' : *c;
+  const char *blank = command[0] != 0 ? " " : "";
+  fprintf(stderr, "thrum%s%s: %s (try: thrum%s%s --help)\n", blank, command, line, blank, command);
   return CLI_USAGE;
 }
 

@@ -6,7 +6,9 @@
 
 #include "thrum/version.h"
 
-const char *thrum_version(void) { return THRUM_VERSION_STRING; }
+const char *thrum_version(void) {
+  return THRUM_VERSION_STRING;
+}
 
 const char *thrum_status_text(thrum_status status) {
   switch (status) {
@@ -26,6 +28,9 @@ thrum_status thrum_error_set(thrum_error *error, thrum_status status, const char
     error->status = status;
     vsnprintf(error->message, sizeof error->message, format, arguments);
     va_end(arguments);
+    // names from files and command lines may hold line ends; the message is one line
+    for (char *c = error->message; *c != 0; c++)
+      *c = (unsigned char)*c < ' ' ? '?' : *c;
   }
   return status;
 }

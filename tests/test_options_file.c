@@ -131,6 +131,11 @@ static void a_mistake_is_named_by_file_line_and_key(void **state) {
       {"simulate", "{\"load\": [\n\"impulse:1\"]}", "t.json:2: \"load\": "},
       {"simulate", "{\"load\": [[]]}", "\"load\" wants a text, or texts in [ ]"},
       {"simulate", "{\"output\": [\"a\"]}", "\"output\" wants a text in quotes"},
+      {"simulate", "{\"dt\\nx\" 1}", "t.json:1: expected ':' after the key"},
+      {"simulate", "{\"dt\\nx\": 1}", "t.json:1: unknown key"},
+      {"simulate", "{\"integrator\": \"a\\nb\"}", "\"integrator\" wants"},
+      {"simulate", "{\"load\": \"a\\nb\"}", "\"load\""},
+      {"simulate", "{\"start\": \"mode:\\n\"}", "\"start\""},
       {"simulate", "", "t.json:1: expected a value, not the end of the file"},
       {"simulate", "[]", "t.json:1: options stand in { }"},
       {"simulate", "// x\n{}", "t.json:1: JSON has no comments"},
@@ -165,6 +170,26 @@ static void files_that_cannot_be_read_are_refused(void **state) {
     assert_int_equal(run.exit_code, 1);
     assert_non_null(strstr(run.err, words[n]));
     assert_true(cli_line_count_is(run.err, 1));
+    cli_result_free(&run);
+  }
+}
+
+static void a_message_is_one_line_whatever_was_typed(void **state) {
+  (void)state;
+  static const char *const cases[][5] = {{"simulate", "sub/b.npz", "--load", "a\nb"},
+                                         {"simulate", "sub/b.npz", "--start", "mode:\n"},
+                                         {"simulate", "sub/b.npz", "--dt", "1\n2"},
+                                         {"simulate", "a\nb", "-o", "r"},
+                                         {"precompute", "sub/m.veg", "--fix", "a\nb", "--dry-run"},
+                                         {"info", "a\nb"},
+                                         {"in\nfo"},
+                                         {"info", "--a\nb"}};
+  for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+    const char *const *c = cases[n];
+    cli_result run = thrum_run(folder, c[0], c[1], c[2], c[3], c[4], NULL);
+    assert_true(run.exit_code == 1 || run.exit_code == 2);
+    if (!cli_line_count_is(run.err, 1))
+      fail_msg("case %d: %s", (int)n, run.err);
     cli_result_free(&run);
   }
 }
@@ -254,6 +279,7 @@ int main(void) {
       cmocka_unit_test(the_command_line_comes_first),
       cmocka_unit_test(a_mistake_is_named_by_file_line_and_key),
       cmocka_unit_test(files_that_cannot_be_read_are_refused),
+      cmocka_unit_test(a_message_is_one_line_whatever_was_typed),
       cmocka_unit_test(a_byte_order_mark_is_skipped),
       cmocka_unit_test(one_file_at_a_time),
       cmocka_unit_test(the_committed_schemas_are_those_of_the_program),

@@ -1,5 +1,5 @@
 /* What every fuzz target of a mesh reader does with what it read: clean it, examine it, free it.
- * A target is built with clang -fsanitize=fuzzer; tests/fuzz/test_fuzz_meshes.sh builds and runs them all.
+ * A target is built with clang -fsanitize=fuzzer; tests/fuzz/test_fuzz.sh builds and runs them all.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_TESTS_FUZZ_MESH_H
 #define THRUM_TESTS_FUZZ_MESH_H

@@ -1,0 +1,38 @@
+/* Fuzz target of what --load, --start, --shake and --at take.
+ * sources: cli/load_spec.c cli/start_spec.c cli/shake_spec.c cli/parse.c cli/message.c
+ * sources: runtime/load.c runtime/status.c precompute/npz.c precompute/file.c
+ * sources: precompute/interrupt.c precompute/npy_file.c precompute/text.c
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "cli/shake_spec.h"
+#include "cli/start_spec.h"
+#include "tests/fuzz/fuzz_file.h"
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
+  if (size == 0)
+    return 0;
+  char *text = fuzz_text(data + 1, size - 1);
+  thrum_error error = {0};
+  thrum_status status = THRUM_OK;
+  cli_load load = {0};
+  cli_start start = {0};
+  cli_shake shake = {0};
+  cli_target target = {0};
+  switch (data[0] % 4) {
+  case 0:
+    status = cli_load_parse(text, &load, &error);
+    if (status >= 0 && !(load.course.from >= 0 && load.course.until > load.course.from))
+      abort();
+    break;
+  case 1:
+    status = cli_start_parse(text, &start, &error);
+    break;
+  case 2:
+    status = cli_shake_parse(text, &shake, &error);
+    break;
+  default:
+    status = cli_target_parse(text, "--at", &target, &error);
+  }
+  fuzz_check(status, &error);
+  free(text);
+  return 0;
+}

@@ -1,0 +1,27 @@
+/* Fuzz target of VegaFEM's bases (.U) and polynomials (.cub): the first byte says which.
+ * sources: precompute/vega.c precompute/file.c precompute/interrupt.c precompute/stage.c
+ * sources: runtime/polynomial.c runtime/status.c
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "precompute/vega.h"
+#include "tests/fuzz/fuzz_file.h"
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
+  if (size == 0)
+    return 0;
+  thrum_given given = {0};
+  thrum_error error = {0};
+  const char *path = fuzz_file(data + 1, size - 1);
+  if (path == NULL)
+    return 0;
+  thrum_status status;
+  if (data[0] % 2 == 0) {
+    status = thrum_vega_basis_read(path, &given, &error);
+  } else {
+    // the rank is the basis's, which comes first
+    given.rank = 1 + data[0] / 2 % 8;
+    status = thrum_vega_cubic_read(path, &given, &error);
+  }
+  fuzz_check(status, &error);
+  thrum_given_free(&given);
+  return 0;
+}
