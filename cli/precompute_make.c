@@ -120,6 +120,18 @@ static bool is_flagged(const thrum_precomputed *result) {
     cli_warn(
         "%lld modes lie below the %lld-th, more than were found: another --modes may find them",
         (long long)(result->shift_count - result->rigid_count), (long long)result->mode_count);
+  const int64_t lacking = result->mode_count > 0
+                              ? thrum_basis_lacks(result->mode_omega2, result->mode_count,
+                                                  result->model.omega2, result->model.rank)
+                              : -1;
+  if (lacking >= 0 && lacking < result->model.rank) {
+    double hertz[2];
+    thrum_frequencies(result->mode_omega2 + lacking, 1, &hertz[0]);
+    thrum_frequencies(result->model.omega2 + lacking, 1, &hertz[1]);
+    cli_warn("the basis does not span the lowest %lld linear modes: in place of %.4g Hz it has "
+             "%.4g Hz; a larger --rank mends that",
+             (long long)lacking + 1, hertz[0], hertz[1]);
+  }
   if (flagged)
     cli_warn("residuals are larger than they should be; see `thrum info`");
   return flagged || !result->modes_complete;

@@ -8,6 +8,7 @@
 
 #include "precompute/derivatives.h"
 #include "precompute/eigen.h"
+#include "precompute/quality.h"
 
 enum { MODES = 4, CANDIDATES = MODES + MODES * (MODES + 1) / 2, RANK = 7 };
 
@@ -98,9 +99,23 @@ static void basis_spans_the_dominant_weighted_candidates(void **state) {
   body_free(&b);
 }
 
+static void a_mode_that_the_basis_lacks_is_named(void **state) {
+  (void)state;
+  static const double modes[6] = {1, 4, 9, 16, 25, 36};
+  // the second is missing, so the third stands in its place, and an alien in that of the third
+  static const double missing[6] = {1, 9, 14, 17, 26, 400};
+  static const double near[6] = {1.001, 4.1, 9, 400, 500, 600};
+  assert_int_equal(thrum_basis_lacks(modes, 6, modes, 6), -1);
+  assert_int_equal(thrum_basis_lacks(modes, 6, missing, 6), 1);
+  // the upper half is what truncation is for
+  assert_int_equal(thrum_basis_lacks(modes, 6, near, 6), -1);
+  assert_int_equal(thrum_basis_lacks(modes, 6, modes, 2), 2);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(basis_spans_the_dominant_weighted_candidates),
+      cmocka_unit_test(a_mode_that_the_basis_lacks_is_named),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
