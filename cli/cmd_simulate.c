@@ -8,6 +8,7 @@
 
 #include "cli/cli.h"
 #include "cli/model_name.h"
+#include "cli/simulate_full.h"
 #include "cli/simulate_run.h"
 #include "precompute/interrupt.h"
 
@@ -82,6 +83,8 @@ static void warn_before(const simulation *run) {
       cli_warn("--load '%s' moves nothing: it is zero, or all of its vertices are held",
                request->loads[n].text);
   }
+  if (run->full != NULL)
+    return;
   // an explicit mode beyond the bound of Stoermer-Verlet grows from the first step on (design 4)
   const int32_t count = thrum_state_report_get(run->state).explicit_modes;
   const double dt = request->def.dt;
@@ -141,7 +144,11 @@ static thrum_status finish_output(simulation *run, thrum_error *error) {
   char title[256];
   snprintf(title, sizeof title, "%.120s: %s, dt = %g s", cli_basename(request->model_path),
            simulate_integrator_name(request->def.integrator), request->def.dt);
-  thrum_status status = thrum_state_get(run->model, run->state, run->q, run->p, error);
+  thrum_status status = THRUM_OK;
+  if (run->full != NULL)
+    simulate_full_get(run);
+  else
+    status = thrum_state_get(run->model, run->state, run->q, run->p, error);
   // a run that left the range of finite numbers may have no end to continue from
   const bool whole = status >= 0;
   if (whole || status == THRUM_NOT_FINITE)
@@ -188,11 +195,14 @@ static thrum_status prepare(simulation *run, thrum_error *error) {
     status = reduce_loads(run, error);
   if (status >= 0)
     status = read_shakes(run, error);
-  if (status >= 0)
+  if (status >= 0 && request->full) {
+    status = simulate_full_open(run, error);
+  } else if (status >= 0) {
     status =
         cli_starts_make(run->model, request->starts, request->start_count, run->q, run->p, error);
-  if (status >= 0)
-    status = make_state(run, error);
+    if (status >= 0)
+      status = make_state(run, error);
+  }
   if (status >= 0 && run->model->basis != NULL)
     status = thrum_basis_extents(run->model, run->extents, error);
   if (status >= 0)
@@ -264,6 +274,7 @@ static int run_request(const simulate_request *request) {
     code = CLI_FLAGGED;
   cli_run_output_close(&run->output);
   simulate_measures_close(&run->measures);
+  simulate_full_close(run);
   free(run->memory);
   free(run->courses);
   free(run->state_memory);

@@ -106,17 +106,21 @@ thrum_status cli_run_output_record(cli_run_output *output, int64_t step, double 
 thrum_status cli_run_output_frame(cli_run_output *output, double time, const double *q,
                                   const double base[3], const double *von_mises,
                                   thrum_error *error) {
+  const thrum_model *model = output->model;
+  const thrum_status status =
+      thrum_displacement(model, q, 0, model->vertex_count, output->displacement, error);
+  return status < 0 ? status : cli_run_output_frame_of(output, time, base, von_mises, error);
+}
+
+thrum_status cli_run_output_frame_of(cli_run_output *output, double time, const double base[3],
+                                     const double *von_mises, thrum_error *error) {
   path_text path, name;
   const thrum_model *model = output->model;
-  thrum_status status =
-      thrum_displacement(model, q, 0, model->vertex_count, output->displacement, error);
-  if (status < 0)
-    return status;
   for (int64_t c = 0; c < 3 * model->vertex_count; c++)
     output->displacement[c] += base[c % 3];
   snprintf(name, sizeof name, CLI_RUN_FRAMES "/frame_%06" PRId64 ".vtu", output->frames);
   snprintf(path, sizeof path, "%s/%.40s", output->folder.work, name);
-  status = cli_vtu_write(path, model, output->displacement, von_mises, time, error);
+  thrum_status status = cli_vtu_write(path, model, output->displacement, von_mises, time, error);
   if (status >= 0)
     status = cli_pvd_add(&output->pvd, name, time, error);
   output->frames += status >= 0;

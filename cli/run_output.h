@@ -39,6 +39,10 @@ thrum_status cli_run_output_frame(cli_run_output *output, double time, const dou
                                   const double base[3], const double *von_mises,
                                   thrum_error *error);
 
+/* The same of the displacements that stand in output->displacement. */
+thrum_status cli_run_output_frame_of(cli_run_output *output, double time, const double base[3],
+                                     const double *von_mises, thrum_error *error);
+
 /* Ends the series and writes end.npy: the two rows q and p. q NULL: there is no end to write. */
 thrum_status cli_run_output_end(cli_run_output *output, const double *q, const double *p,
                                 thrum_error *error);

@@ -63,7 +63,10 @@ void simulate_figures_add(simulate_figures *figures, int64_t row, const thrum_en
 
 void simulate_figures_end(simulate_figures *figures) {
   const thrum_state_def *def = &figures->request->def;
-  if (def->damping_form == THRUM_DAMPING_TANGENT && def->damping_beta > 0)
+  const bool damped = def->damping_alpha > 0 || def->damping_beta > 0;
+  // what the full order loses is not counted
+  if ((def->damping_form == THRUM_DAMPING_TANGENT && def->damping_beta > 0) ||
+      (figures->request->full && damped))
     figures->dissipated = NAN;
   const simulate_drift *windows = &figures->windows;
   const int64_t width = windows->last_end - windows->last_begin;

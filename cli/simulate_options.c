@@ -5,6 +5,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "cli/simulate_full.h"
+
 #define TIME_DEFAULT 10.0
 #define STEPS_MAX 1e12  /* years of computing; beyond that an option is a slip */
 #define WHOLE_STEP 1e-6 /* as in thrum_load_mean: this near to a whole step is that step */
@@ -14,6 +16,7 @@ const char *const simulate_integrators[] = {"imexv",    "newmark", "verlet",
                                             "midpoint", "energy",  NULL};
 static const char *const damping_forms[] = {"rest", "tangent", NULL};
 static const char *const split_forms[] = {"component", "quadratic", NULL};
+static const char *const solvers[] = {"cholesky", "cg", NULL};
 static const char *const frames_in[] = {"base", "ground", NULL};
 static const char *const schemes[] = {"component", "quadratic", "energy", "newmark"};
 
@@ -35,6 +38,7 @@ const char *simulate_scheme_name(thrum_scheme scheme) {
 
 static void choose_integrator(void *request, int index) {
   ((simulate_request *)request)->def.integrator = (thrum_integrator)index;
+  ((simulate_request *)request)->integrator_named = true;
 }
 
 static void choose_damping_form(void *request, int index) {
@@ -147,6 +151,10 @@ static int take_shake(const cli_given *given, void *request) {
   return CLI_DONE;
 }
 
+static void choose_solver(void *request, int index) {
+  ((simulate_request *)request)->solver = (thrum_full_solver)index;
+}
+
 static void choose_ground(void *request, int index) {
   ((simulate_request *)request)->ground = index != 0;
 }
@@ -215,6 +223,8 @@ const cli_option simulate_options_table[] = {
      .above = true,
      .wants = "a number in (0, 0.01]"},
     {.name = "iterations", .kind = CLI_COUNT, .take = take_iterations, .least = 1, .most = 1e6},
+    {.name = "full", .kind = CLI_FLAG, FIELD(full)},
+    {.name = "solver", .kind = CLI_CHOICE, .names = solvers, .choose = choose_solver},
     {.name = "stress", .kind = CLI_FLAG, FIELD(stress)},
     {.name = "monitor", .kind = CLI_CHOICE, .names = cli_switches, .choose = choose_monitor},
     CLI_OPTION_JSON(simulate_request),
@@ -254,6 +264,10 @@ void simulate_help(void) {
       "                         model can be believed for (default on; changes no result)\n"
       "      --options FILE.json  read options from a file (docs/options.md); those given here "
       "come first\n"
+      "      --full             step the whole mesh, unreduced (energy, newmark, midpoint, "
+      "verlet;\n"
+      "                         default energy): what the model is to be measured against\n"
+      "      --solver NAME      of --full: cholesky (default), or cg, conjugate gradients\n"
       "      --json             print one JSON object instead of the table\n"
       "  -q, --quiet            no progress\n"
       "  -h, --help             this text\n\n",
@@ -307,7 +321,7 @@ static int finish(int argc, char **argv, simulate_request *request) {
                      request->def.dt, STEPS_MAX);
   }
   request->steps = steps < 1 ? 1 : (int64_t)steps;
-  return CLI_DONE;
+  return simulate_full_check(request);
 }
 
 int simulate_options_read(int argc, char **argv, simulate_request *request) {

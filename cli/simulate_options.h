@@ -6,6 +6,7 @@
 #include "cli/load_spec.h"
 #include "cli/shake_spec.h"
 #include "cli/start_spec.h"
+#include "full/full.h"
 
 typedef struct simulate_request {
   const char *model_path;
@@ -21,7 +22,10 @@ typedef struct simulate_request {
   cli_load *loads; /* owned by the caller of simulate_options_read */
   int64_t shake_count;
   cli_shake *shakes; /* the same; read and closed by the run */
-  bool ground;       /* frames as seen from the ground, not from the base */
+  bool full;         /* the full order in place of the model */
+  thrum_full_solver solver;
+  bool integrator_named;
+  bool ground; /* frames as seen from the ground, not from the base */
   int64_t start_count;
   cli_start *starts; /* the same */
   bool stress;       /* von Mises in all tets */

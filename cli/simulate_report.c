@@ -6,6 +6,8 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "cli/simulate_full.h"
+
 const char *simulate_status_name(const simulate_figures *figures) {
   if (figures->status == THRUM_OK && figures->energy_grew)
     return "energy_grew";
@@ -201,6 +203,7 @@ cJSON *simulate_report_json(const simulate_figures *figures, const cli_run_outpu
   add_robustness(object, figures);
   cli_json_number(object, "rows", (double)output->rows);
   cli_json_number(object, "frames", (double)output->frames);
+  simulate_full_json(figures, object);
   add_energies(object, figures);
   add_work(object, figures);
   simulate_measures_json(measures, object);
@@ -231,7 +234,8 @@ void simulate_report_table(const simulate_figures *figures, const cli_run_output
                            const simulate_measures *measures) {
   const thrum_state_report *report = &figures->report;
   const simulate_request *request = figures->request;
-  printf("integrator   %s, dt %g s, %d explicit and %d implicit modes\n",
+  printf(request->full ? "full order   %s, dt %g s, %d explicit and %d implicit components\n"
+                       : "integrator   %s, dt %g s, %d explicit and %d implicit modes\n",
          simulate_integrator_name(request->def.integrator), request->def.dt,
          (int)report->explicit_modes, (int)report->implicit_modes);
   printf("steps        %" PRId64 " (%g s)", report->steps, report->time);

@@ -5,6 +5,7 @@
 #include "cli/run_output.h"
 #include "cli/simulate_measures.h"
 #include "cli/simulate_options.h"
+#include "full/full.h"
 
 /* Mean total energy over the first and the last tenth of the rows that no load acts on. */
 typedef struct simulate_drift {
@@ -22,6 +23,7 @@ typedef struct simulate_figures {
   bool energy_grew;
   thrum_error stop; /* why it ended early; empty message: it did not */
   thrum_state_report report;
+  thrum_full_report full; /* of --full */
   int64_t fallback_steps;
   thrum_energies first, last;
   double energy_min, energy_max;

@@ -6,6 +6,8 @@
 #include <signal.h>
 #include <string.h>
 
+#include "cli/simulate_full.h"
+
 #define BATCH_STEPS 1024   /* between two looks at the clock and the progress */
 #define PROGRESS_AFTER 0.5 /* shorter runs show no progress [s] */
 
@@ -37,14 +39,31 @@ static double time_at(const simulation *run, int64_t step) {
   return (double)step * run->request->def.dt;
 }
 
+static int64_t steps_done(const simulation *run) {
+  return run->full != NULL ? simulate_full_report(run).steps
+                           : thrum_state_report_get(run->state).steps;
+}
+
+/* run->q and the energies of the present step, and the peak of the displacements so far. */
+static thrum_status see(simulation *run, thrum_energies *energies, thrum_error *error) {
+  simulate_figures *figures = &run->figures;
+  if (run->full != NULL)
+    return simulate_full_see(run, energies, error);
+  thrum_status status = thrum_state_get(run->model, run->state, run->q, NULL, error);
+  if (status >= 0)
+    status = thrum_state_energies(run->model, run->state, energies, error);
+  if (status >= 0 && run->model->basis != NULL)
+    status = thrum_displacement_peak(run->model, run->extents, run->q, &figures->peak,
+                                     &figures->peak_vertex, error);
+  return status;
+}
+
 /* Energies and displacement at the present step; a row of the series when `row` is one. */
 static thrum_status observe(simulation *run, int64_t row, thrum_error *error) {
   simulate_figures *figures = &run->figures;
-  const int64_t step = thrum_state_report_get(run->state).steps;
+  const int64_t step = steps_done(run);
   thrum_energies energies;
-  thrum_status status = thrum_state_get(run->model, run->state, run->q, NULL, error);
-  if (status >= 0)
-    status = thrum_state_energies(run->model, run->state, &energies, error);
+  thrum_status status = see(run, &energies, error);
   if (status == THRUM_NOT_FINITE && step > 0) {
     // the state is finite, its energy is not any more: the run ends here, the rows before stand
     figures->status = status;
@@ -53,12 +72,6 @@ static thrum_status observe(simulation *run, int64_t row, thrum_error *error) {
   if (status < 0)
     return status;
   simulate_figures_add(figures, row, &energies);
-  if (run->model->basis != NULL) {
-    status = thrum_displacement_peak(run->model, run->extents, run->q, &figures->peak,
-                                     &figures->peak_vertex, error);
-    if (status < 0)
-      return status;
-  }
   status = simulate_measures_look(&run->measures, run->q, time_at(run, step), error);
   if (status < 0 || row < 0)
     return status;
@@ -104,27 +117,35 @@ static void count_work(simulation *run) {
   memcpy(run->before, run->after, (size_t)rank * sizeof *run->before);
 }
 
+/* One step under its loads, counted. */
+static thrum_status step_once(simulation *run, int64_t step, bool worked) {
+  if (run->full != NULL)
+    return simulate_full_step(run, step);
+  thrum_status status = set_force(run, step);
+  if (status >= 0)
+    status = thrum_step(run->model, run->state, &run->figures.stop);
+  if (status >= 0 && worked)
+    count_work(run);
+  return status;
+}
+
 /* Steps up to `target` or until a step fails or somebody asks to stop. */
 static void advance(simulation *run, int64_t target) {
   const simulate_request *request = run->request;
   simulate_figures *figures = &run->figures;
-  const thrum_model *model = run->model;
   const bool worked = request->load_count > 0 || request->shake_count > 0 ||
                       request->def.damping_alpha > 0 || request->def.damping_beta > 0;
-  thrum_state_get(model, run->state, run->before, NULL, NULL);
+  if (run->full == NULL)
+    thrum_state_get(run->model, run->state, run->before, NULL, NULL);
   const double began = cli_seconds();
-  for (int64_t step = thrum_state_report_get(run->state).steps; step < target; step++) {
+  for (int64_t step = steps_done(run); step < target; step++) {
     if (stop_requested)
       break;
-    thrum_status status = set_force(run, step);
-    if (status >= 0)
-      status = thrum_step(model, run->state, &figures->stop);
+    const thrum_status status = step_once(run, step, worked);
     if (status < 0) {
       figures->status = status;
       break;
     }
-    if (worked)
-      count_work(run);
     figures->fallback_steps += status == THRUM_FELL_BACK;
   }
   figures->seconds_step += cli_seconds() - began;
@@ -132,7 +153,7 @@ static void advance(simulation *run, int64_t target) {
 
 /* The step at which something is due next. */
 static int64_t next_stop(const simulate_request *request, int64_t step, int64_t frame_step) {
-  int64_t target = step + BATCH_STEPS;
+  int64_t target = step + (request->full ? 1 : BATCH_STEPS);
   const int64_t record = (step / request->record_every + 1) * request->record_every;
   if (record < target)
     target = record;
@@ -154,6 +175,11 @@ static thrum_status write_due(simulation *run, int64_t step, int64_t *frame_step
   double base[3] = {0};
   if (run->request->ground)
     cli_shakes_position(run->request->shakes, run->request->shake_count, time, base);
+  if (run->full != NULL) {
+    status = simulate_full_frame(run, time, base, error);
+    *frame_step = simulate_frame_step(run->request, run->output.frames);
+    return status;
+  }
   status = thrum_state_get(run->model, run->state, run->q, NULL, error);
   if (status >= 0)
     status = simulate_measures_look(&run->measures, run->q, time, error);
@@ -171,7 +197,7 @@ thrum_status simulate_run_steps(simulation *run, thrum_error *error) {
   thrum_status status = write_due(run, 0, &frame_step, error);
   while (status >= 0 && step < request->steps && run->figures.status >= 0 && !stop_requested) {
     advance(run, next_stop(request, step, frame_step));
-    step = thrum_state_report_get(run->state).steps;
+    step = steps_done(run);
     status = write_due(run, step, &frame_step, error);
     if (cli_seconds() - run->began > PROGRESS_AFTER) {
       cli_progress_update(&run->progress, "simulate", (double)step / (double)request->steps);
@@ -187,7 +213,9 @@ thrum_status simulate_run_steps(simulation *run, thrum_error *error) {
 void simulate_note_end(simulation *run) {
   simulate_figures *figures = &run->figures;
   const char *name = run->request->model_path;
-  figures->report = thrum_state_report_get(run->state);
+  figures->report =
+      run->full != NULL ? simulate_full_report(run) : thrum_state_report_get(run->state);
+  figures->full = simulate_full_figures(run);
   const double time = time_at(run, figures->report.steps);
   figures->report.time = time;
   if (figures->status < 0) {

@@ -9,6 +9,8 @@
 #include "cli/simulate_options.h"
 #include "cli/simulate_report.h"
 
+typedef struct simulate_full simulate_full;
+
 /* One run in the making. All arrays lie in `memory`. */
 typedef struct simulation {
   const simulate_request *request;
@@ -21,7 +23,8 @@ typedef struct simulation {
   double *directions;               /* load_count x rank */
   thrum_load *courses;              /* load_count */
   void *state_memory;
-  thrum_state *state;
+  thrum_state *state;  /* NULL: a run of --full, and */
+  simulate_full *full; /* NULL: one of the model */
   cli_run_output output;
   cli_progress progress;
   simulate_figures figures;

@@ -369,6 +369,18 @@ thrum_full_report thrum_full_report_get(const thrum_full *full) {
                              .dt_stable = full->dt_stable};
 }
 
+void thrum_full_peak(const thrum_full *full, double *length, int64_t *vertex) {
+  full_place(full, full->u, 0, NULL, full->place);
+  for (int64_t v = 0; v < full->body.fem.vertex_count; v++) {
+    const double *u = full->place + 3 * v;
+    const double moved = sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
+    if (moved > *length) {
+      *length = moved;
+      *vertex = v;
+    }
+  }
+}
+
 void thrum_full_momentum(const thrum_full *full, double linear[3], double angular[3]) {
   const thrum_fem *fem = &full->body.fem;
   if (full->def.scheme == THRUM_FULL_CENTRAL) {

@@ -94,6 +94,10 @@ thrum_status thrum_full_rest(thrum_full *full, const double *forces, const doubl
 thrum_full_energies thrum_full_energy(const thrum_full *full);
 thrum_full_report thrum_full_report_get(const thrum_full *full);
 
+/* Keeps a running peak: where a vertex is displaced further than *length [m], *length becomes the
+ * largest displacement and *vertex (0-based) the vertex. */
+void thrum_full_peak(const thrum_full *full, double *length, int64_t *vertex);
+
 /* Linear and angular momentum (about the origin) [kg m/s, kg m^2/s]. */
 void thrum_full_momentum(const thrum_full *full, double linear[3], double angular[3]);
 
