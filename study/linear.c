@@ -48,6 +48,9 @@ static thrum_status search_make(const study_body *body, search *s, thrum_error *
   }
   made.linear.c3 = made.zeros;
   made.linear.c4 = made.zeros;
+  // what is packed is still the nonlinear one
+  made.linear.packed = NULL;
+  made.linear.packed_single = NULL;
   *s = made;
   return THRUM_OK;
 }
