@@ -213,6 +213,18 @@ static thrum_status find_handles(const precompute_request *request, const thrum_
   return status;
 }
 
+/* What the model would take. */
+static thrum_status estimate_model(precompute_request *request, const uint8_t *fixed,
+                                   precompute_outcome *outcome, thrum_error *error) {
+  thrum_given given = {0};
+  thrum_status status = read_given(request, &given, error);
+  request->options.given = request->import_basis ? &given : NULL;
+  if (status >= 0)
+    status = precompute_dry_run(outcome, fixed, &outcome->flagged, error);
+  thrum_given_free(&given);
+  return status;
+}
+
 thrum_status precompute_make(const precompute_request *request, precompute_show *show,
                              bool *flagged, thrum_error *error) {
   const double began = cli_seconds();
@@ -242,7 +254,7 @@ thrum_status precompute_make(const precompute_request *request, precompute_show 
     status = find_handles(request, &mesh, handles, error);
   outcome.seconds_mesh = cli_seconds() - began;
   if (status >= 0 && request->dry_run)
-    status = precompute_dry_run(&outcome, fixed, &outcome.flagged, error);
+    status = estimate_model(&found, fixed, &outcome, error);
   else if (status >= 0)
     status = make_model(&found, &mesh, fixed, show, &outcome, error);
   free(fixed);

@@ -165,10 +165,9 @@ int precompute_options_read(int argc, char **argv, precompute_request *request) 
   }
   if (request->import_cubic && !request->import_basis)
     return cli_usage("precompute", "--import-cubic goes with --import-basis");
-  if (request->import_basis &&
-      (request->modes_given || request->rank_given || request->export_modes || request->dry_run ||
-       request->handle_count > 0))
-    return cli_usage("precompute", "--import-basis goes without --modes, --rank, --handles, "
-                                   "--export-modes and --dry-run");
+  if (request->import_basis && (request->modes_given || request->rank_given ||
+                                request->export_modes || request->handle_count > 0))
+    return cli_usage("precompute", "--import-basis goes without --modes, --rank, --handles "
+                                   "and --export-modes");
   return CLI_DONE;
 }

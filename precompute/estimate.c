@@ -41,14 +41,22 @@ static double most_bytes(const thrum_fem *fem, double entries, const thrum_facto
   return fmax(fmax(fmax(factor_stage, modes), fmax(derivatives, basis)), polynomial) + model;
 }
 
-void thrum_estimate_memory(const thrum_fem *fem, const thrum_sparse *stiffness,
-                           const thrum_factor *factor, const thrum_precompute_options *options,
-                           thrum_estimate *estimate) {
-  const double entries = (double)stiffness->begin[stiffness->size];
-  estimate->free_dofs = fem->free_count;
-  estimate->factor_nonzeros = thrum_factor_nonzeros(factor);
-  estimate->factor_flops = thrum_factor_flops(factor);
-  estimate->more = MARGIN * most_bytes(fem, entries, factor, options);
+// the same for a given basis, which needs no factor: U, a copy and two of its free rows while it is
+// turned, and what a given polynomial is turned in
+static double most_bytes_given(const thrum_fem *fem, double entries,
+                               const thrum_precompute_options *options) {
+  const double n = (double)fem->free_count, vertices = (double)fem->vertex_count;
+  const double r = (double)options->given->rank, columns = r + r * (r + 1) / 2;
+  const double basis = 48 * vertices * r + 8 * n * (2 * r + THRUM_SOLVE_BLOCK);
+  const double polynomial = options->given->linear ? 24 * columns * columns
+                                                   : 8 * columns * (columns + 800) - 16 * entries;
+  const double model = 8 * r * r * r * r / 24 + 24 * vertices + 24 * (double)fem->tet_count;
+  return fmax(basis, 24 * vertices * r + polynomial) + model;
+}
+
+// from the bytes to come
+static void judge(const thrum_precompute_options *options, double more, thrum_estimate *estimate) {
+  estimate->more = MARGIN * more;
   estimate->memory = thrum_memory_resident() + estimate->more;
   estimate->available = thrum_memory_available(&estimate->whose);
   if (options->memory_limit > 0) {
@@ -57,6 +65,20 @@ void thrum_estimate_memory(const thrum_fem *fem, const thrum_sparse *stiffness,
     estimate->whose = "of the limit given";
   }
   estimate->fits = estimate->more <= estimate->available;
+}
+
+void thrum_estimate_memory(const thrum_fem *fem, const thrum_sparse *stiffness,
+                           const thrum_factor *factor, const thrum_precompute_options *options,
+                           thrum_estimate *estimate) {
+  const double entries = (double)stiffness->begin[stiffness->size];
+  estimate->free_dofs = fem->free_count;
+  if (options->given) {
+    judge(options, most_bytes_given(fem, entries, options), estimate);
+    return;
+  }
+  estimate->factor_nonzeros = thrum_factor_nonzeros(factor);
+  estimate->factor_flops = thrum_factor_flops(factor);
+  judge(options, most_bytes(fem, entries, factor, options), estimate);
 }
 
 thrum_status thrum_estimate_refuse(const thrum_estimate *estimate, thrum_error *error) {
@@ -105,14 +127,22 @@ static void estimate_times(const thrum_fem *fem, const thrum_precompute_options 
   if (!(gemm > 0 && read > 0))
     return;
   const double n = (double)fem->free_count, tets = (double)fem->tet_count;
-  const double r = (double)options->rank;
+  const double r = (double)options->rank, columns = r + r * (r + 1) / 2;
   const double k = (double)(options->modes + 3 * options->handle_count);
-  const double pairs = k * (k + 1) / 2, columns = r + r * (r + 1) / 2;
+  const double pairs = k * (k + 1) / 2;
   const double nonzeros = (double)estimate->factor_nonzeros;
   // a column alone reads the factor twice; in blocks it is arithmetic
   const double alone = 16 * nonzeros / read, blocked = 4 * nonzeros / (0.33 * gemm);
   double *seconds = estimate->seconds;
   seconds[THRUM_STAGE_assemble] = 1e-6 * tets;
+  if (options->given) {
+    // Gram products and turns of U; then the polynomial, or the turning of its matrix form
+    seconds[THRUM_STAGE_basis] = 8 * 4 * n * r * r / (0.12 * gemm);
+    seconds[THRUM_STAGE_polynomial] = options->given->linear
+                                          ? 4 * columns * columns * columns / (0.33 * gemm)
+                                          : 6 * tets * columns * columns / (0.9 * gemm);
+    return;
+  }
   seconds[THRUM_STAGE_factor] =
       estimate->factor_flops / gemm * (1 + cbrt(1e11 / estimate->factor_flops)) + 1.5e-5 * n;
   seconds[THRUM_STAGE_modes] = (2.5 * k + 12) * alone + (2 * k + 32) * blocked;
@@ -125,6 +155,10 @@ thrum_status thrum_precompute_estimate(const thrum_mesh *mesh, const uint8_t *fi
                                        const thrum_precompute_options *options,
                                        thrum_estimate *estimate, thrum_error *error) {
   thrum_precompute_options asked = *options;
+  if (asked.given) {
+    asked.modes = asked.handle_count = 0;
+    asked.rank = asked.given->rank;
+  }
   asked.rank = asked.rank == 0 ? 2 * (asked.modes + 3 * asked.handle_count) : asked.rank;
   thrum_fem fem = {0};
   thrum_sparse stiffness = {0}, mass = {0};
@@ -136,7 +170,7 @@ thrum_status thrum_precompute_estimate(const thrum_mesh *mesh, const uint8_t *fi
     status = thrum_fem_pattern(&fem, &stiffness, error);
   if (status == THRUM_OK)
     status = thrum_fem_mass(&fem, asked.mass, &stiffness, &mass, error);
-  if (status == THRUM_OK)
+  if (status == THRUM_OK && !asked.given)
     status = thrum_factor_plan(&stiffness, &factor, error);
   if (status == THRUM_OK) {
     thrum_estimate_memory(&fem, &stiffness, factor, &asked, &made);

@@ -118,6 +118,13 @@ static thrum_status find_rigid(pipeline *p, thrum_error *error) {
   return thrum_rigid_residual(&p->stiffness, p->rigid, &p->result.rigid_residual, error);
 }
 
+// before the large arrays are taken
+static thrum_status check_memory(const pipeline *p, thrum_error *error) {
+  thrum_estimate estimate;
+  thrum_estimate_memory(&p->fem, &p->stiffness, p->factor, &p->options, &estimate);
+  return estimate.fits ? THRUM_OK : thrum_estimate_refuse(&estimate, error);
+}
+
 static thrum_status run_assemble(pipeline *p, const thrum_reporter *reporter, thrum_error *error) {
   bool free_body = false;
   thrum_status status = thrum_fem_create(p->mesh, p->fixed, &p->fem, error);
@@ -144,16 +151,12 @@ static thrum_status run_assemble(pipeline *p, const thrum_reporter *reporter, th
     status = thrum_fem_mass(&p->fem, p->options.mass, &p->stiffness, &p->mass, error);
   if (status == THRUM_OK)
     status = thrum_report(reporter, 0.5, error);
+  // a given basis needs no factor, whose plan tells the size otherwise
+  if (status == THRUM_OK && p->options.given)
+    status = check_memory(p, error);
   if (status == THRUM_OK)
     status = thrum_fem_stiffness(&p->fem, NULL, &p->stiffness, error);
   return status == THRUM_OK && free_body ? find_rigid(p, error) : status;
-}
-
-// before the large arrays are taken
-static thrum_status check_memory(const pipeline *p, thrum_error *error) {
-  thrum_estimate estimate;
-  thrum_estimate_memory(&p->fem, &p->stiffness, p->factor, &p->options, &estimate);
-  return estimate.fits ? THRUM_OK : thrum_estimate_refuse(&estimate, error);
 }
 
 static thrum_status run_factor(pipeline *p, const thrum_reporter *reporter, thrum_error *error) {

@@ -52,6 +52,40 @@ static void the_estimate_is_near_what_the_run_takes(void **state) {
   cli_result_free(&wet);
 }
 
+static void a_given_basis_is_estimated_too(void **state) {
+  (void)state;
+  cli_result run = thrum_run(folder, "precompute", BEAM, "--fix", "left", "--rank", "30", "-o",
+                             "own.npz", "-q", NULL);
+  assert_int_equal(run.exit_code, 0);
+  cli_result_free(&run);
+  run = thrum_run(folder, "export", "own.npz", "--vega-basis", "own.U", NULL);
+  assert_int_equal(run.exit_code, 0);
+  cli_result_free(&run);
+  cli_result dry = thrum_run(folder, "precompute", BEAM, "--fix", "left", "--import-basis", "own.U",
+                             "--dry-run", "--json", NULL);
+  assert_int_equal(dry.exit_code, 0);
+  cli_result wet = thrum_run(folder, "precompute", BEAM, "--fix", "left", "--import-basis", "own.U",
+                             "-o", "again.npz", "--json", "-q", NULL);
+  assert_int_equal(wet.exit_code, 0);
+  cJSON *said = cli_json_line(dry.out), *took = cli_json_line(wet.out);
+  const double ratio = cli_json_get(said, "memory_mb") / cli_json_get(took, "peak_mb");
+  print_message("memory said over memory taken: %.2f\n", ratio);
+  assert_true(ratio > 0.2 && ratio < 1.6);
+  cJSON_Delete(said);
+  cJSON_Delete(took);
+  cli_result_free(&dry);
+  cli_result_free(&wet);
+  // refused before the arrays are taken, and nothing written
+  run = thrum_run(folder, "precompute", BEAM, "--fix", "left", "--import-basis", "own.U", "-o",
+                  "small.npz", "--memory", "2", "-q", NULL);
+  assert_int_equal(run.exit_code, 1);
+  assert_non_null(strstr(run.err, "this takes about"));
+  cli_result_free(&run);
+  char path[128];
+  snprintf(path, sizeof path, "%s/small.npz", folder);
+  assert_false(cli_file_exists(path));
+}
+
 static void a_dry_run_writes_nothing_and_says_when_it_would_not_fit(void **state) {
   (void)state;
   cli_result run =
@@ -118,6 +152,7 @@ static void the_least_of_all_limits_is_what_is_left(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(the_estimate_is_near_what_the_run_takes),
+      cmocka_unit_test(a_given_basis_is_estimated_too),
       cmocka_unit_test(a_dry_run_writes_nothing_and_says_when_it_would_not_fit),
       cmocka_unit_test(what_does_not_fit_is_refused_in_one_line),
       cmocka_unit_test(the_least_of_all_limits_is_what_is_left),
