@@ -67,6 +67,27 @@ static thrum_status reduce_loads(simulation *run, thrum_error *error) {
   return THRUM_OK;
 }
 
+/* A free body has no coordinates for what moves it as a whole. */
+static void warn_free(const simulation *run) {
+  const simulate_request *request = run->request;
+  double sum[3] = {0, 0, 0}, largest = 0;
+  for (int64_t n = 0; n < request->load_count; n++) {
+    const cli_load *load = &request->loads[n];
+    if (load->gravity)
+      cli_warn("--load '%s' moves nothing: nothing holds the body, so it falls without a strain",
+               load->text);
+    for (int axis = 0; axis < 3 && !load->gravity; axis++) {
+      sum[axis] += load->vector[axis];
+      largest = fmax(largest, fabs(load->vector[axis]));
+    }
+  }
+  // a pair that pulls the body apart has no resultant
+  if (fabs(sum[0]) + fabs(sum[1]) + fabs(sum[2]) > 1e-9 * largest)
+    cli_warn("nothing holds the body: the resultant of the loads (%g, %g, %g N at full strength), "
+             "which would move it as a whole, has no effect; the rest deforms it",
+             sum[0], sum[1], sum[2]);
+}
+
 /* What is allowed and yet hardly meant; said when nothing can be refused any more. */
 static void warn_before(const simulation *run) {
   const simulate_request *request = run->request;
@@ -75,6 +96,8 @@ static void warn_before(const simulation *run) {
     cli_warn("no --load, no --shake and no --start: the body stays at rest");
   if (request->shake_count > 0 && run->model->rigid != NULL)
     cli_warn("--shake moves nothing: nothing holds the body, so a base cannot shake it");
+  if (run->model->rigid != NULL && run->full == NULL)
+    warn_free(run);
   for (int64_t n = 0; n < request->load_count; n++) {
     bool idle = true;
     for (int64_t i = 0; i < rank; i++)

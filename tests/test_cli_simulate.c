@@ -185,6 +185,35 @@ static void a_load_on_held_vertices_is_warned_of(void **state) {
   cli_result_free(&run);
 }
 
+/* What is printed on standard error by a short run of the free body under two loads. */
+static char *free_run(const char *first, const char *second) {
+  cli_result run = thrum_run(folder, "simulate", "free.npz", "-o", "run", "--time", "0.1", "--load",
+                             first, "--load", second, NULL);
+  assert_int_equal(run.exit_code, 0);
+  char *said = run.err;
+  run.err = NULL;
+  cli_result_free(&run);
+  return said;
+}
+
+static void the_resultant_of_loads_on_a_free_body_is_warned_of(void **state) {
+  (void)state;
+  cli_result made = thrum_run(folder, "precompute", "beam:4x1x1@1x0.2x0.2", "-o", "free.npz",
+                              "--modes", "3", "--rank", "3", NULL);
+  assert_int_equal(made.exit_code, 0);
+  cli_result_free(&made);
+  char *pulled = free_run("constant:3,0,0@right", "constant:-1,0,0@left");
+  assert_non_null(strstr(pulled, "(2, 0, 0 N at full strength)"));
+  char *stretched = free_run("constant:3,0,0@right", "constant:-3,0,0@left");
+  assert_null(strstr(stretched, "resultant"));
+  char *falling = free_run("gravity:0,0,-9.81", "constant:0,0,0@left");
+  assert_non_null(strstr(falling, "falls without a strain"));
+  assert_null(strstr(falling, "resultant"));
+  free(pulled);
+  free(stretched);
+  free(falling);
+}
+
 /* Largest vertex displacement of the beam at q. */
 static double largest_displacement(const thrum_model *model, const double *q, int64_t *vertex) {
   double largest = 0;
@@ -548,6 +577,7 @@ int main(void) {
       cmocka_unit_test(a_force_is_shared_equally_by_the_vertices_of_its_target),
       cmocka_unit_test(loads_add_up),
       cmocka_unit_test(a_load_on_held_vertices_is_warned_of),
+      cmocka_unit_test(the_resultant_of_loads_on_a_free_body_is_warned_of),
       cmocka_unit_test(a_mode_starts_at_rest_with_its_amplitude),
       cmocka_unit_test(every_integrator_swings_the_beam_and_keeps_its_energy),
       cmocka_unit_test(a_damped_beam_comes_to_rest_where_its_force_balances_gravity),
