@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "cli/model_name.h"
-#include "cli/static_report.h"
+#include "cli/static_full.h"
 #include "cli/static_solve.h"
 #include "cli/vtu.h"
 #include "precompute/interrupt.h"
@@ -151,6 +151,10 @@ static thrum_status answer_all(static_answer *answer, double *memory, thrum_erro
   double *q = memory, *mode = q + answer->model->rank, *extents = mode + answer->model->rank;
   answer->q = q;
   answer->mode = mode;
+  if (request->full) {
+    const thrum_status found = static_full_find(answer, q, error);
+    return found >= 0 && request->output != NULL ? write_q(answer, error) : found;
+  }
   // what to show is looked up before the search, so that a slip costs nothing
   thrum_status status = measure(answer, extents, error);
   if (status >= 0)
@@ -218,8 +222,10 @@ int cmd_static(int argc, char **argv) {
   request.loads = calloc(room, sizeof *request.loads);
   request.targets = calloc(room, sizeof *request.targets);
   request.at = calloc(room, sizeof *request.at);
+  request.moves = calloc(room, sizeof *request.moves);
   int code = CLI_DONE;
-  if (request.loads == NULL || request.targets == NULL || request.at == NULL) {
+  if (request.loads == NULL || request.targets == NULL || request.at == NULL ||
+      request.moves == NULL) {
     const thrum_error error = {THRUM_OUT_OF_MEMORY, "out of memory"};
     code = cli_refuse(&error);
   } else {
@@ -232,6 +238,7 @@ int cmd_static(int argc, char **argv) {
   free(request.loads);
   free(request.targets);
   free(request.at);
+  free(request.moves);
   cli_options_file_free(&request.file);
   return code;
 }

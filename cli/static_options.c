@@ -2,7 +2,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "cli/static_report.h"
+#include "cli/static_full.h"
 
 #define FACTOR_MAX 1e12
 
@@ -22,6 +22,10 @@ void static_help(void) {
       "      --stay           where the body would buckle, stay on the path, unstable\n"
       "      --tolerance T    of the residual relative to the load (default 1e-10)\n"
       "      --rank N         the lowest N coordinates only (default: all of the model)\n"
+      "      --full           of the whole mesh, unreduced\n"
+      "      --move X,Y,Z@TARGET  of --full: bring a group, vertex=N or all to this displacement\n"
+      "                       [m] and hold it there; repeatable\n"
+      "      --solver NAME    of --full: cholesky (default), or cg, conjugate gradients\n"
       "  -o, --output FILE    write q as .npy, which `thrum simulate --start FILE` takes\n"
       "      --vtu FILE       write the deformed body for ParaView\n"
       "      --path FILE      write the path as .csv: load, energy, stiffness, displacements\n"
@@ -57,6 +61,21 @@ static int take_at(const cli_given *given, void *request) {
   return CLI_DONE;
 }
 
+static int take_move(const cli_given *given, void *request) {
+  static_request *r = request;
+  thrum_error error = {0};
+  if (static_move_parse(given->text, &r->moves[r->move_count], &error) < 0)
+    return cli_given_refuse(given, "%s", error.message);
+  r->move_count++;
+  return CLI_DONE;
+}
+
+static const char *const solvers[] = {"cholesky", "cg", NULL};
+
+static void choose_solver(void *request, int index) {
+  ((static_request *)request)->solver = (thrum_full_solver)index;
+}
+
 static int take_stay(const cli_given *given, void *request) {
   (void)given;
   ((static_request *)request)->def.stay = 1;
@@ -84,6 +103,9 @@ const cli_option static_options_table[] = {
      .above = true,
      .wants = "a number in (0, 0.01]"},
     {.name = "rank", .kind = CLI_COUNT, FIELD(rank), .least = 1, .most = THRUM_RANK_MAX},
+    {.name = "full", .kind = CLI_FLAG, FIELD(full)},
+    {.name = "move", .kind = CLI_TEXT, .repeats = true, .take = take_move},
+    {.name = "solver", .kind = CLI_CHOICE, .names = solvers, .choose = choose_solver},
     {.name = "output", .letter = 'o', WRITTEN, FIELD(output)},
     {.name = "vtu", WRITTEN, FIELD(frame)},
     {.name = "path", WRITTEN, FIELD(path)},
@@ -137,7 +159,12 @@ int static_options_read(int argc, char **argv, static_request *request) {
   code = cli_one_argument("static", "model", argc, argv, &request->model_path);
   if (code != CLI_DONE)
     return code;
-  if (request->load_count == 0)
+  if (request->move_count > 0 && !request->full)
+    return cli_usage("static", "--move goes with --full: a model's basis holds still what is held");
+  if (request->full && (request->def.stay || request->path != NULL))
+    return cli_usage("static", "--%s is of a reduced model; leave it out with --full",
+                     request->def.stay ? "stay" : "path");
+  if (request->load_count == 0 && request->move_count == 0)
     return cli_usage("static", "under which load? such as --load gravity:0,0,-9.81");
   if (request->target_count == 0)
     default_targets(request);

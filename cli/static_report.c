@@ -60,7 +60,7 @@ void static_report_json(const static_answer *answer) {
   cli_json_number(object, "energy_j", report->energy);
   cli_json_number(object, "load_energy_j", report->load_energy);
   cli_json_number(object, "residual", report->residual);
-  cJSON_AddBoolToObject(object, "stable", report->least >= 0);
+  cJSON_AddBoolToObject(object, "stable", !(report->least < 0));
   cli_json_number(object, "least_eigenvalue", report->least);
   cli_json_number(object, "frequency_hz",
                   report->least >= 0 ? cli_static_hertz(report->least) : NAN);
@@ -76,6 +76,8 @@ void static_report_json(const static_answer *answer) {
   cli_json_number(object, "cut_steps", report->cut_steps);
   cli_json_number(object, "iterations", report->iterations);
   cli_json_number(object, "factorisations", report->factorisations);
+  if (request->full)
+    cli_json_number(object, "components", (double)answer->components);
   add_files(object, request);
   cli_json_number(object, "seconds", answer->seconds);
   cli_json_print(object);
@@ -83,6 +85,10 @@ void static_report_json(const static_answer *answer) {
 
 static void print_stability(const static_answer *answer) {
   const thrum_equilibrium_report *report = &answer->report;
+  if (answer->request->full) {
+    printf("stability    %s\n", report->least < 0 ? "unstable" : "stable");
+    return;
+  }
   if (report->least >= 0) {
     printf("stability    stable; softest vibration %.6g Hz, at rest %.6g Hz\n",
            cli_static_hertz(report->least), cli_static_hertz(answer->model->omega2[0]));
@@ -109,6 +115,8 @@ void static_report_table(const static_answer *answer) {
   printf("load         %g of what is given, %d steps (%d cut), %d iterations, residual %.1e\n",
          report->factor, (int)report->load_steps, (int)report->cut_steps, (int)report->iterations,
          report->residual);
+  if (request->full)
+    printf("full order   %" PRId64 " components, %.3g s\n", answer->components, answer->seconds);
   printf("energy       %.6g J in the body, %.6g J of the load\n", report->energy,
          report->load_energy);
   for (int64_t n = 0; n < request->target_count; n++) {

@@ -5,6 +5,14 @@
 
 #include "cli/args.h"
 #include "cli/load_spec.h"
+#include "full/full.h"
+
+/* A displacement that the full order brings a target to. */
+typedef struct static_move {
+  const char *text;
+  double by[3]; /* [m] */
+  cli_target target;
+} static_move;
 
 typedef struct static_request {
   const char *model_path;
@@ -16,6 +24,10 @@ typedef struct static_request {
   int64_t target_count;
   cli_load *loads;
   int64_t load_count;
+  bool full;          /* the whole mesh in place of the model */
+  static_move *moves; /* of --full */
+  int64_t move_count;
+  thrum_full_solver solver;
   thrum_equilibrium_def def;
   int64_t rank; /* 0: all */
   bool json, quiet, help;
@@ -40,6 +52,7 @@ typedef struct static_answer {
   double peak;            /* largest displacement [m]; NaN without a basis */
   int64_t peak_vertex;    /* 0-based, -1: none */
   double seconds;         /* of the search */
+  int64_t components;     /* of the full order */
 } static_answer;
 
 /* "done", or what flags it: "unstable", "buckled", "snapped". */

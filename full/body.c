@@ -381,6 +381,17 @@ void thrum_full_peak(const thrum_full *full, double *length, int64_t *vertex) {
   }
 }
 
+void thrum_full_mean(const thrum_full *full, const int32_t *vertices, int64_t count,
+                     double mean[3]) {
+  full_place(full, full->u, 0, NULL, full->place);
+  mean[0] = mean[1] = mean[2] = 0;
+  if (!vertices)
+    count = full->body.fem.vertex_count;
+  for (int64_t k = 0; k < count; k++)
+    for (int axis = 0; axis < 3; axis++)
+      mean[axis] += full->place[3 * (vertices ? vertices[k] : k) + axis] / (double)count;
+}
+
 void thrum_full_momentum(const thrum_full *full, double linear[3], double angular[3]) {
   const thrum_fem *fem = &full->body.fem;
   if (full->def.scheme == THRUM_FULL_CENTRAL) {

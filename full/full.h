@@ -98,6 +98,10 @@ thrum_full_report thrum_full_report_get(const thrum_full *full);
  * largest displacement and *vertex (0-based) the vertex. */
 void thrum_full_peak(const thrum_full *full, double *length, int64_t *vertex);
 
+/* Mean displacement [m] of `count` > 0 vertices (NULL: all of them), all within the mesh. */
+void thrum_full_mean(const thrum_full *full, const int32_t *vertices, int64_t count,
+                     double mean[3]);
+
 /* Linear and angular momentum (about the origin) [kg m/s, kg m^2/s]. */
 void thrum_full_momentum(const thrum_full *full, double linear[3], double angular[3]);
 

@@ -17,7 +17,7 @@
 #include "precompute/stage.h"
 
 #define STEPS_MAX 400
-#define NEWTON_MAX 60
+#define NEWTON_MAX 300
 #define FIRST_STEP 0.25
 #define SHORTEST 1e-5
 

@@ -152,6 +152,50 @@ static void a_run_starts_from_the_equilibrium(void **state) {
   cJSON_Delete(object);
 }
 
+/* The whole mesh gives way a little more than the reduced model, and no less. */
+static void the_full_order_rests_near_the_reduced_model(void **state) {
+  (void)state;
+  char path[200];
+  cJSON *reduced = object_of(
+      thrum_run(folder, "static", "beam.npz", "--load", "gravity:0,0,-9.81", "--json", NULL), 0);
+  cJSON *full = object_of(thrum_run(folder, "static", "beam.npz", "--load", "gravity:0,0,-9.81",
+                                    "--full", "--vtu", "whole.vtu", "--json", NULL),
+                          0);
+  const double least = cli_json_get(full, "energy_j") + cli_json_get(full, "load_energy_j");
+  const double energy = cli_json_get(reduced, "energy_j") + cli_json_get(reduced, "load_energy_j");
+  assert_true(least <= energy && energy < 0 && energy - least <= 0.02 * fabs(least));
+  const double peak = cli_json_get(full, "peak_displacement_m");
+  assert_true(fabs(cli_json_get(reduced, "peak_displacement_m") - peak) <= 0.02 * peak);
+  assert_true(cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(full, "stable")));
+  assert_true(cli_json_get(full, "components") == 3 * 9 * 8);
+  assert_true(cli_file_exists(in_folder("whole.vtu", path)));
+  cJSON_Delete(reduced);
+  cJSON_Delete(full);
+}
+
+/* A group that is moved is where it was to go, by either solver, and nothing else loads the body.
+ */
+static void a_group_is_brought_to_where_it_is_to_go(void **state) {
+  (void)state;
+  static const char *const solvers[] = {"cholesky", "cg"};
+  double energy[2];
+  for (int n = 0; n < 2; n++) {
+    cJSON *object =
+        object_of(thrum_run(folder, "static", "beam.npz", "--full", "--move", "0.01,0,-0.2@tip",
+                            "--at", "tip", "--solver", solvers[n], "--json", NULL),
+                  0);
+    const cJSON *shown =
+        cJSON_GetArrayItem(cJSON_GetObjectItemCaseSensitive(object, "displacements"), 0);
+    const cJSON *mean = cJSON_GetObjectItemCaseSensitive(shown, "mean_m");
+    assert_true(fabs(cJSON_GetArrayItem(mean, 0)->valuedouble - 0.01) <= 1e-12);
+    assert_true(fabs(cJSON_GetArrayItem(mean, 2)->valuedouble + 0.2) <= 1e-12);
+    assert_true(cli_json_get(object, "load_energy_j") == 0);
+    energy[n] = cli_json_get(object, "energy_j");
+    cJSON_Delete(object);
+  }
+  assert_true(energy[0] > 0 && fabs(energy[1] - energy[0]) <= 1e-8 * energy[0]);
+}
+
 static void buckling_is_flagged_with_its_load(void **state) {
   (void)state;
   cli_result run =
@@ -188,6 +232,11 @@ static void slips_are_refused_in_one_line(void **state) {
       {2, "a number above 0", {"beam.npz", "--load", "gravity:0,0,-1", "--factor", "-2"}},
       {2, ".npy", {"beam.npz", "--load", "gravity:0,0,-1", "-o", "sag.npz"}},
       {2, "vertex= takes", {"beam.npz", "--load", "gravity:0,0,-1", "--at", "vertex=0"}},
+      {2, "--move goes with --full", {"beam.npz", "--move", "0,0,1@tip"}},
+      {2, "X,Y,Z@TARGET", {"beam.npz", "--full", "--move", "0,1@tip"}},
+      {2, "--stay is of a reduced", {"beam.npz", "--full", "--load", "gravity:0,0,-1", "--stay"}},
+      {1, "no group 'nose'", {"beam.npz", "--full", "--move", "0,0,1@nose"}},
+      {1, "no mesh", {"column.npz", "--full", "--load", "gravity:0,0,-1"}},
       {1, "no group 'nose'", {"beam.npz", "--load", "gravity:0,0,-1", "--at", "nose"}},
       {1, "no group 'nose'", {"beam.npz", "--load", "constant:0,0,-1@nose"}},
       {1, "vertices 1 to", {"beam.npz", "--load", "constant:0,0,-1@vertex=9999"}},
@@ -211,6 +260,8 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(the_files_hold_the_equilibrium),
       cmocka_unit_test(a_run_starts_from_the_equilibrium),
+      cmocka_unit_test(the_full_order_rests_near_the_reduced_model),
+      cmocka_unit_test(a_group_is_brought_to_where_it_is_to_go),
       cmocka_unit_test(buckling_is_flagged_with_its_load),
       cmocka_unit_test(slips_are_refused_in_one_line),
   };
