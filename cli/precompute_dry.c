@@ -47,9 +47,9 @@ static void print_table(const thrum_mesh *mesh, int64_t held, const thrum_estima
          mesh->vertex_count, held, mesh->tet_count);
   printf("%-18s%" PRId64 " free components, %.4g nonzeros, %.4g Gflop\n", "factor",
          estimate->free_dofs, (double)estimate->factor_nonzeros, 1e-9 * estimate->factor_flops);
-  printf("%-18sabout %.0f MB; %.0f MB %s are left: %s\n", "memory", estimate->memory / 1048576,
-         estimate->available / 1048576, estimate->whose,
-         estimate->fits ? "it fits" : "it does NOT fit");
+  printf("%-18sabout %.0f MB, %.0f MB more than now; %.0f MB %s are left: %s\n", "memory",
+         estimate->memory / 1048576, estimate->more / 1048576, estimate->available / 1048576,
+         estimate->whose, estimate->fits ? "it fits" : "it does NOT fit");
   printf("%-18sabout %.2g s", "time", total_of(estimate));
   for (int stage = 0; stage < THRUM_STAGE_COUNT; stage++)
     printf("%s%s %.2g", stage == 0 ? ": " : ", ", stages[stage].text, estimate->seconds[stage]);

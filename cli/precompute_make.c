@@ -30,20 +30,29 @@ static bool show_progress(void *context, thrum_stage stage, double fraction) {
   return true;
 }
 
+/* The folder that a file lies in, to be freed; NULL without memory. */
+static char *folder_of(const char *path) {
+  const size_t length = (size_t)(cli_basename(path) - path);
+  char *folder = malloc(length + 2);
+  if (folder != NULL) {
+    memcpy(folder, path, length);
+    memcpy(folder + length, length > 0 ? "" : ".", length > 0 ? 1 : 2);
+  }
+  return folder;
+}
+
 /* Refuses an output that could not be written, before the long work rather than after it. */
 static thrum_status check_output(const char *path, thrum_error *error) {
   struct stat status;
-  if (path[0] == 0)
-    return thrum_error_set(error, THRUM_IO, "-o: the model file needs a name, such as beam.npz");
-  if (stat(path, &status) == 0 && S_ISDIR(status.st_mode)) {
-    return thrum_error_set(error, THRUM_IO, "%s is a folder; name a file with -o", path);
+  if (stat(path, &status) == 0 && !S_ISREG(status.st_mode)) {
+    return thrum_error_set(error, THRUM_IO,
+                           S_ISDIR(status.st_mode) ? "%s is a folder; name a file"
+                                                   : "%s is no regular file; name another",
+                           path);
   }
-  const size_t length = (size_t)(cli_basename(path) - path);
-  char *folder = malloc(length + 2);
+  char *folder = folder_of(path);
   if (folder == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory");
-  memcpy(folder, path, length);
-  memcpy(folder + length, length > 0 ? "" : ".", length > 0 ? 1 : 2);
   const bool writable = access(folder, W_OK | X_OK) == 0;
   free(folder);
   if (cli_basename(path)[0] == 0 || !writable) {
@@ -52,6 +61,40 @@ static thrum_status check_output(const char *path, thrum_error *error) {
                            "is not writable",
                            path);
   }
+  return THRUM_OK;
+}
+
+static bool same_place(const char *left, const char *right) {
+  struct stat one, other;
+  return stat(left, &one) == 0 && stat(right, &other) == 0 && one.st_dev == other.st_dev &&
+         one.st_ino == other.st_ino;
+}
+
+/* Are two paths one file, or would they be? */
+static bool same_file(const char *left, const char *right) {
+  char *folder = folder_of(left), *other = folder_of(right);
+  const bool same = same_place(left, right) ||
+                    (folder && other && strcmp(cli_basename(left), cli_basename(right)) == 0 &&
+                     same_place(folder, other));
+  free(folder);
+  free(other);
+  return same;
+}
+
+/* Of the model and of the modes; neither may take the place of the other, nor of the mesh. */
+static thrum_status check_outputs(const precompute_request *request, thrum_error *error) {
+  const char *const paths[] = {request->output, request->export_modes};
+  if (request->output[0] == 0)
+    return thrum_error_set(error, THRUM_IO, "-o: the model file needs a name, such as beam.npz");
+  for (int n = 0; n < 2 && paths[n]; n++) {
+    const thrum_status status = check_output(paths[n], error);
+    if (status < 0)
+      return status;
+    if (same_file(paths[n], request->mesh_name))
+      return thrum_error_set(error, THRUM_IO, "%s is the mesh: write to another file", paths[n]);
+  }
+  if (paths[1] && same_file(paths[0], paths[1]))
+    return thrum_error_set(error, THRUM_IO, "-o and --export-modes name one file, %s", paths[0]);
   return THRUM_OK;
 }
 
@@ -174,7 +217,6 @@ static thrum_status make_model(const precompute_request *request, const thrum_me
   thrum_given given = {0};
   thrum_status status = read_given(request, &given, error);
   options.given = request->import_basis ? &given : NULL;
-  options.keep_modes = request->export_modes != NULL;
   if (status >= 0)
     status = thrum_precompute(mesh, fixed, &options, &result, error);
   thrum_given_free(&given);
@@ -230,7 +272,7 @@ thrum_status precompute_make(const precompute_request *request, precompute_show 
   const double began = cli_seconds();
   thrum_mesh mesh = {0};
   // a dry run writes nothing, so it needs no name
-  thrum_status status = request->dry_run ? THRUM_OK : check_output(request->output, error);
+  thrum_status status = request->dry_run ? THRUM_OK : check_outputs(request, error);
   if (status >= 0)
     status = thrum_mesh_read(request->mesh_name, request->scale, &mesh, error);
   if (status < 0)
@@ -240,6 +282,7 @@ thrum_status precompute_make(const precompute_request *request, precompute_show 
   precompute_request found = *request;
   found.options.handles = handles;
   found.options.handle_count = request->handle_count;
+  found.options.keep_modes = request->export_modes != NULL;
   precompute_outcome outcome = {.request = &found, .mesh = &mesh, .began = began};
   uint8_t *fixed = calloc((size_t)mesh.vertex_count, 1);
   if (fixed == NULL || handles == NULL) {

@@ -13,10 +13,15 @@
 #include <time.h>
 
 #include "precompute/memory.h"
+#include "precompute/mode_check.h"
+#include "precompute/options.h"
 #include "precompute/stage.h"
 #include "precompute/threads.h"
 
 #define MARGIN 1.05 /* heap and library buffers that are not counted one by one */
+#define COUNT_SHARE                                                                                \
+  0.5 /* of the factor's memory that MUMPS takes: 0.2 (slender) to 0.65 (small)                    \
+       */
 #define PROBE_SIZE 384
 #define PROBE_LENGTH (4 << 20)
 
@@ -25,20 +30,25 @@ static double most_bytes(const thrum_fem *fem, double entries, const thrum_facto
                          const thrum_precompute_options *options) {
   const double n = (double)fem->free_count, vertices = (double)fem->vertex_count;
   const double r = (double)options->rank;
-  const double k = (double)(options->modes + 3 * options->handle_count);
+  const double k = (double)thrum_options_shapes(options);
   const double candidates = k + k * (k + 1) / 2, columns = r + r * (r + 1) / 2;
   const double block = THRUM_SOLVE_BLOCK;
   const double factored = thrum_factor_bytes(factor);
   // CHOLMOD permutes a copy of K before it factorises
   const double factor_stage = factored + thrum_factor_work_bytes(factor) + 16 * entries;
   const double lanczos = 2 * k + 15, refining = k + 2 * block, searching = 4 * block;
-  const double modes = factored + 8 * n * (k + fmax(fmax(lanczos, refining), searching));
+  // modes are counted when the work arrays of the search are gone
+  const double counting =
+      thrum_options_counted(options, fem->free_count) ? COUNT_SHARE * factored + 16 * entries : 0;
+  const double modes =
+      factored + fmax(8 * n * (k + fmax(fmax(lanczos, refining), searching)), 8 * n * k + counting);
   const double derivatives = factored + 8 * n * (candidates + 2 * block);
   // the factor and K are gone by then
   const double basis = 8 * n * (2 * candidates + block + r) + 24 * vertices * r - 16 * entries;
   const double polynomial = 24 * vertices * r + 8 * columns * (columns + 800) - 16 * entries;
   const double model = 8 * r * r * r * r / 24 + 24 * vertices + 24 * (double)fem->tet_count;
-  return fmax(fmax(fmax(factor_stage, modes), fmax(derivatives, basis)), polynomial) + model;
+  const double kept = options->keep_modes ? 24 * vertices * (double)options->modes : 0;
+  return fmax(fmax(fmax(factor_stage, modes), fmax(derivatives, basis)), polynomial) + model + kept;
 }
 
 // the same for a given basis, which needs no factor: U, a copy and two of its free rows while it is
@@ -128,7 +138,7 @@ static void estimate_times(const thrum_fem *fem, const thrum_precompute_options 
     return;
   const double n = (double)fem->free_count, tets = (double)fem->tet_count;
   const double r = (double)options->rank, columns = r + r * (r + 1) / 2;
-  const double k = (double)(options->modes + 3 * options->handle_count);
+  const double k = (double)thrum_options_shapes(options);
   const double pairs = k * (k + 1) / 2;
   const double nonzeros = (double)estimate->factor_nonzeros;
   // a column alone reads the factor twice; in blocks it is arithmetic
@@ -146,6 +156,9 @@ static void estimate_times(const thrum_fem *fem, const thrum_precompute_options 
   seconds[THRUM_STAGE_factor] =
       estimate->factor_flops / gemm * (1 + cbrt(1e11 / estimate->factor_flops)) + 1.5e-5 * n;
   seconds[THRUM_STAGE_modes] = (2.5 * k + 12) * alone + (2 * k + 32) * blocked;
+  // the inertia count is a factor of its own, on one thread
+  if (thrum_options_counted(options, fem->free_count))
+    seconds[THRUM_STAGE_modes] += 1.3 * seconds[THRUM_STAGE_factor];
   seconds[THRUM_STAGE_derivatives] = pairs * (blocked + 2.5e-8 * tets);
   seconds[THRUM_STAGE_basis] = 8 * n * (k + pairs) * (k + pairs) / (0.12 * gemm);
   seconds[THRUM_STAGE_polynomial] = 6 * tets * columns * columns / (0.9 * gemm);
@@ -154,18 +167,19 @@ static void estimate_times(const thrum_fem *fem, const thrum_precompute_options 
 thrum_status thrum_precompute_estimate(const thrum_mesh *mesh, const uint8_t *fixed,
                                        const thrum_precompute_options *options,
                                        thrum_estimate *estimate, thrum_error *error) {
-  thrum_precompute_options asked = *options;
-  if (asked.given) {
-    asked.modes = asked.handle_count = 0;
-    asked.rank = asked.given->rank;
-  }
-  asked.rank = asked.rank == 0 ? 2 * (asked.modes + 3 * asked.handle_count) : asked.rank;
+  const thrum_precompute_options asked = thrum_options_complete(options);
   thrum_fem fem = {0};
   thrum_sparse stiffness = {0}, mass = {0};
   thrum_factor *factor = NULL;
   thrum_estimate made = {0};
+  bool free_body;
+  thrum_status status = thrum_options_check(&asked, error);
+  if (status != THRUM_OK)
+    return status;
   const thrum_threads before = thrum_threads_set(asked.threads);
-  thrum_status status = thrum_fem_create(mesh, fixed, &fem, error);
+  status = thrum_fem_create(mesh, fixed, &fem, error);
+  if (status == THRUM_OK)
+    status = thrum_options_check_body(&asked, &fem, &free_body, error);
   if (status == THRUM_OK)
     status = thrum_fem_pattern(&fem, &stiffness, error);
   if (status == THRUM_OK)

@@ -10,7 +10,6 @@
 #include <time.h>
 
 #include "precompute/basis.h"
-#include "precompute/constraints.h"
 #include "precompute/derivatives.h"
 #include "precompute/eigen.h"
 #include "precompute/estimate.h"
@@ -18,11 +17,10 @@
 #include "precompute/handles.h"
 #include "precompute/mode_check.h"
 #include "precompute/model_fill.h"
+#include "precompute/options.h"
 #include "precompute/polynomial_reduce.h"
 #include "precompute/rigid.h"
 #include "precompute/threads.h"
-
-#define COUNT_MAX 30000 /* free components up to which modes are counted unasked */
 
 typedef struct pipeline {
   const thrum_mesh *mesh;
@@ -39,11 +37,6 @@ typedef struct pipeline {
 
 thrum_precompute_options thrum_default_precompute_options(void) {
   return (thrum_precompute_options){.modes = 10, .threads = 1};
-}
-
-// k modes and the responses of the handles: what derivatives are taken of
-static int64_t shape_count(const thrum_precompute_options *options) {
-  return options->modes + 3 * options->handle_count;
 }
 
 static double seconds_of(clockid_t clock) {
@@ -73,39 +66,6 @@ static void pipeline_free(pipeline *p) {
   p->rigid = p->rigid_dual = NULL;
 }
 
-static thrum_status check_counts(const thrum_precompute_options *options, thrum_error *error) {
-  const int64_t k = options->modes, r = options->rank;
-  if (k < 1 || k > 10000)
-    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                           "modes is %lld; it must lie between 1 and 10000", (long long)k);
-  if (r < 1 || r > THRUM_RANK_MAX)
-    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                           "rank is %lld; it must lie between 1 and %d", (long long)r,
-                           THRUM_RANK_MAX);
-  const int64_t shapes = shape_count(options);
-  if (r > shapes * (shapes + 3) / 2)
-    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                           "rank %lld is more than %lld modes and their derivatives give (%lld); "
-                           "lower --rank or raise --modes",
-                           (long long)r, (long long)shapes, (long long)(shapes * (shapes + 3) / 2));
-  return THRUM_OK;
-}
-
-static thrum_status check_options(const thrum_precompute_options *options, thrum_error *error) {
-  const thrum_status status = options->given ? THRUM_OK : check_counts(options, error);
-  if (status != THRUM_OK)
-    return status;
-  if (options->threads < 1)
-    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "threads is %d; it must be at least 1",
-                           options->threads);
-  if (options->check == THRUM_CHECK_INERTIA && !thrum_inertia_available())
-    return thrum_inertia_count(NULL, NULL, 0, NULL, error);
-  if (options->mass != THRUM_MASS_CONSISTENT && options->mass != THRUM_MASS_LUMPED)
-    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                           "the mass is neither consistent nor lumped");
-  return THRUM_OK;
-}
-
 // Z and M Z of a free body
 static thrum_status find_rigid(pipeline *p, thrum_error *error) {
   const int64_t count = THRUM_RIGID_COUNT * p->fem.free_count;
@@ -129,19 +89,11 @@ static thrum_status run_assemble(pipeline *p, const thrum_reporter *reporter, th
   bool free_body = false;
   thrum_status status = thrum_fem_create(p->mesh, p->fixed, &p->fem, error);
   if (status == THRUM_OK)
-    status = thrum_constraints_check(&p->fem, &free_body, error);
+    status = thrum_options_check_body(&p->options, &p->fem, &free_body, error);
   if (status != THRUM_OK)
     return status;
   p->result.free_dofs = p->fem.free_count;
   p->result.rigid_count = free_body ? THRUM_RIGID_COUNT : 0;
-  const int64_t n = p->fem.free_count - p->result.rigid_count;
-  const int64_t k = p->options.modes, r = p->options.rank;
-  if (k >= n || r > n)
-    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                           "%lld modes at rank %lld are too many for a mesh of %lld free "
-                           "components: lower --modes and "
-                           "--rank",
-                           (long long)k, (long long)r, (long long)n);
   for (int64_t t = 0; t < p->fem.tet_count; t++) {
     p->result.volume += p->fem.volume[t];
     p->result.mass += p->fem.volume[t] * p->fem.density[p->fem.tet_region[t]];
@@ -222,9 +174,7 @@ static thrum_status check_modes(pipeline *p, thrum_error *error) {
                              1e-10 * result->mode_omega2[k - 1], p->candidates, 1,
                              p->fem.free_count);
   result->modes_complete = true;
-  if (status != THRUM_OK || p->options.check == THRUM_CHECK_SEARCH ||
-      (p->options.check == THRUM_CHECK_AUTO &&
-       (!thrum_inertia_available() || p->fem.free_count > COUNT_MAX)))
+  if (status != THRUM_OK || !thrum_options_counted(&p->options, p->fem.free_count))
     return status;
   status = count_modes(p, result->next_omega2, error);
   // one too many may still be the next of a cluster that begins among the modes
@@ -248,7 +198,7 @@ static thrum_status run_modes(pipeline *p, const thrum_reporter *reporter, thrum
   const int64_t k = p->options.modes, n = p->fem.free_count;
   thrum_precomputed *result = &p->result;
   result->mode_count = k;
-  const int64_t shapes = shape_count(&p->options);
+  const int64_t shapes = thrum_options_shapes(&p->options);
   if (!(p->candidates = thrum_allocate((shapes + shapes * (shapes + 1) / 2) * n, sizeof(double),
                                        "the modes and derivatives", error)) ||
       !(result->mode_omega2 = thrum_allocate(shapes, sizeof(double), "the modes", error)) ||
@@ -272,7 +222,8 @@ static thrum_status run_modes(pipeline *p, const thrum_reporter *reporter, thrum
 
 static thrum_status run_derivatives(pipeline *p, const thrum_reporter *reporter,
                                     thrum_error *error) {
-  const int64_t k = p->options.modes, n = p->fem.free_count, shapes = shape_count(&p->options);
+  const int64_t k = p->options.modes, n = p->fem.free_count,
+                shapes = thrum_options_shapes(&p->options);
   thrum_status status = thrum_handle_responses(
       &p->fem, &p->mass, p->factor, p->options.handle_count, p->options.handles,
       p->candidates + k * n, p->result.mode_omega2 + k, error);
@@ -290,8 +241,8 @@ static thrum_status make_basis(pipeline *p, const thrum_reporter *reporter, thru
   const int64_t r = p->options.rank;
   double *basis = thrum_model_writable(p->result.model.basis);
   if (!p->options.given)
-    return thrum_basis(&p->fem, &p->mass, shape_count(&p->options), 3 * p->options.handle_count,
-                       p->result.mode_omega2, p->candidates, r, basis,
+    return thrum_basis(&p->fem, &p->mass, thrum_options_shapes(&p->options),
+                       3 * p->options.handle_count, p->result.mode_omega2, p->candidates, r, basis,
                        &p->result.basis_orthonormality, reporter, error);
   p->result.modes_complete = true;
   if (!(p->turn = thrum_allocate(r * r, sizeof(double), "the given basis", error)))
@@ -381,15 +332,8 @@ static thrum_status run_all(pipeline *p, thrum_error *error) {
 thrum_status thrum_precompute(const thrum_mesh *mesh, const uint8_t *fixed,
                               const thrum_precompute_options *options, thrum_precomputed *result,
                               thrum_error *error) {
-  pipeline p = {.mesh = mesh, .fixed = fixed, .options = *options};
-  if (options->given) {
-    p.options.modes = p.options.handle_count = 0;
-    p.options.rank = options->given->rank;
-  }
-  // no rank given: two coordinates a mode, which k (k + 3) / 2 never falls short of
-  if (p.options.rank == 0)
-    p.options.rank = 2 * shape_count(&p.options);
-  thrum_status status = check_options(&p.options, error);
+  pipeline p = {.mesh = mesh, .fixed = fixed, .options = thrum_options_complete(options)};
+  thrum_status status = thrum_options_check(&p.options, error);
   if (status != THRUM_OK)
     return status;
   if (!mesh->has_material)

@@ -73,6 +73,25 @@ static void what_is_exported_can_be_imported(void **state) {
   cli_result_free(&out);
 }
 
+static void outputs_that_could_not_be_written_are_refused_before_the_work(void **state) {
+  (void)state;
+  static const char *const cases[][3] = {
+      {"new.npz", "nowhere/modes.vtu", "its folder does not exist"},
+      {"new.npz", ".", "is a folder"},
+      {"new.npz", "./new.npz", "name one file"},
+      {"new.npz", "new.npz", "name one file"},
+      {"/dev/null", "modes.vtu", "is no regular file"},
+  };
+  for (int n = 0; n < 5; n++) {
+    expect_refusal(thrum_run(folder, "precompute", BEAM, "--fix", "x<0.001", "-o", cases[n][0],
+                             "--export-modes", cases[n][1], "-q", NULL),
+                   1, cases[n][2]);
+    char path[160];
+    snprintf(path, sizeof path, "%s/new.npz", folder);
+    assert_false(cli_file_exists(path));
+  }
+}
+
 static void modes_are_named_by_their_frequencies(void **state) {
   (void)state;
   char path[160];
@@ -130,6 +149,7 @@ static void mistakes_are_named(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(what_is_exported_can_be_imported),
+      cmocka_unit_test(outputs_that_could_not_be_written_are_refused_before_the_work),
       cmocka_unit_test(modes_are_named_by_their_frequencies),
       cmocka_unit_test(a_handle_takes_the_pull_into_the_basis),
       cmocka_unit_test(mistakes_are_named),

@@ -11,6 +11,7 @@
 #include <sys/resource.h>
 
 #include "precompute/memory.h"
+#include "precompute/mode_check.h"
 #include "tests/cli_support.h"
 
 #define BEAM "beam:30x8x8@1x0.2x0.2"
@@ -102,6 +103,46 @@ static void a_dry_run_writes_nothing_and_says_when_it_would_not_fit(void **state
   cli_result_free(&run);
 }
 
+static void a_dry_run_refuses_what_the_run_would_refuse(void **state) {
+  (void)state;
+  static const char *const cases[][5] = {
+      {"--fix", "left", "--rank", "66", "their derivatives give (65)"},
+      {"--fix", "left:x", "--rank", "20", "too little is fixed"},
+      {"--fix", "left", "--rank", "600", "must lie between 1 and 512"},
+      {"--fix", "left", "--modes", "9000", "must lie between 1 and 512"},
+  };
+  for (int n = 0; n < 4; n++)
+    for (int dry = 0; dry < 2; dry++) {
+      cli_result run =
+          thrum_run(folder, "precompute", BEAM, cases[n][0], cases[n][1], cases[n][2], cases[n][3],
+                    "-q", "-o", "refused.npz", dry ? "--dry-run" : NULL, NULL);
+      assert_int_equal(run.exit_code, 1);
+      assert_true(cli_line_count_is(run.err, 1));
+      assert_non_null(strstr(run.err, cases[n][4]));
+      assert_string_equal(run.out, "");
+      cli_result_free(&run);
+    }
+}
+
+static double said_mb(const char *check) {
+  cli_result dry = thrum_run(folder, "precompute", BEAM, "--fix", "left", "--check", check,
+                             "--dry-run", "--json", NULL);
+  assert_int_equal(dry.exit_code, 0);
+  cJSON *said = cli_json_line(dry.out);
+  const double mb = cli_json_get(said, "memory_mb");
+  cJSON_Delete(said);
+  cli_result_free(&dry);
+  return mb;
+}
+
+static void the_inertia_count_is_counted_where_it_is_made(void **state) {
+  (void)state;
+  if (thrum_inertia_available())
+    assert_true(said_mb("inertia") > said_mb("search") + 1);
+  assert_true(fabs(said_mb("auto") - said_mb(thrum_inertia_available() ? "inertia" : "search")) <
+              1);
+}
+
 static void what_does_not_fit_is_refused_in_one_line(void **state) {
   (void)state;
   cli_result run = thrum_run(folder, "precompute", BEAM, "--fix", "left", "-o", "large.npz",
@@ -154,6 +195,8 @@ int main(void) {
       cmocka_unit_test(the_estimate_is_near_what_the_run_takes),
       cmocka_unit_test(a_given_basis_is_estimated_too),
       cmocka_unit_test(a_dry_run_writes_nothing_and_says_when_it_would_not_fit),
+      cmocka_unit_test(a_dry_run_refuses_what_the_run_would_refuse),
+      cmocka_unit_test(the_inertia_count_is_counted_where_it_is_made),
       cmocka_unit_test(what_does_not_fit_is_refused_in_one_line),
       cmocka_unit_test(the_least_of_all_limits_is_what_is_left),
   };
