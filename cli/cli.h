@@ -22,6 +22,7 @@ int cmd_export(int argc, char **argv);
 int cmd_simulate(int argc, char **argv);
 int cmd_static(int argc, char **argv);
 int cmd_experiments(int argc, char **argv);
+int cmd_tradeoff(int argc, char **argv);
 int cmd_bench(int argc, char **argv);
 int cmd_schema(int argc, char **argv);
 

@@ -1,16 +1,12 @@
 /* `thrum experiments`: loads the models, makes the folder, and hands over to the kind of experiment
  * that was asked for. The experiments themselves are in study/. SPDX-License-Identifier: Apache-2.0
  */
-#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
-#include <sys/stat.h>
 
 #include "cli/experiments.h"
-#include "precompute/build_info.h"
+#include "cli/results.h"
 #include "precompute/interrupt.h"
-#include "precompute/npz.h"
 
 /* Where a model is pushed: what its recipe says, or for a file the group load, else tip. */
 static thrum_status make_body(const char *name, const thrum_model *model, study_body *body,
@@ -48,51 +44,14 @@ static thrum_status load_bodies(const experiments_request *request, experiments_
 
 thrum_status experiments_write(const experiments_request *request, const char *name,
                                study_text *text, thrum_error *error) {
-  char path[CLI_MODEL_PATH_MAX];
-  thrum_status status;
-  const int length = snprintf(path, sizeof path, "%s/%s", request->output, name);
-  if (text->failed || text->bytes == NULL) {
-    status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %s", name);
-  } else if (length < 0 || length >= (int)sizeof path) {
-    status = thrum_error_set(error, THRUM_IO, "-o %.200s: the path is too long", request->output);
-  } else {
-    status = thrum_file_write_atomic(path, text->bytes, text->size, error);
-  }
-  free(text->bytes);
-  memset(text, 0, sizeof *text);
-  return status;
-}
-
-/* The processor's name from /proc/cpuinfo, where there is one. */
-static const char *machine_name(void) {
-  static const char key[] = "model name";
-  static char line[256];
-  FILE *file = fopen("/proc/cpuinfo", "r");
-  const char *name = "unknown processor";
-  while (file != NULL && fgets(line, sizeof line, file) != NULL) {
-    const char *colon = strchr(line, ':');
-    if (strncmp(line, key, sizeof key - 1) != 0 || colon == NULL)
-      continue;
-    line[strcspn(line, "\n")] = 0;
-    name = colon + 1 + (colon[1] == ' ');
-    break;
-  }
-  if (file != NULL)
-    fclose(file);
-  return name;
+  return cli_results_write(request->output, name, text, error);
 }
 
 study_place experiments_place(const experiments_request *request) {
-  static const char *const commands[] = {"thrum experiments", "thrum experiments --long",
-                                         "thrum experiments --sweep",
-                                         "thrum experiments --extremes",
-                                         "thrum experiments --linear"};
-  return (study_place){
-      .machine = machine_name(),
-      .compiler = thrum_build_compiler(),
-      .blas_core = thrum_build_blas_core(),
-      .command = commands[request->kind],
-  };
+  static const char *const commands[] = {
+      "thrum experiments", "thrum experiments --long", "thrum experiments --sweep",
+      "thrum experiments --extremes", "thrum experiments --linear"};
+  return cli_results_place(commands[request->kind]);
 }
 
 bool experiments_progress(void *context, double fraction) {

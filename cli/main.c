@@ -19,6 +19,7 @@ static const command commands[] = {
     {"simulate", cmd_simulate, "step a model and write what happened"},
     {"static", cmd_static, "find where a body comes to rest under a load"},
     {"experiments", cmd_experiments, "run the experiments of the thesis and report them"},
+    {"tradeoff", cmd_tradeoff, "say what speed costs in accuracy, and pick a setting"},
     {"info", cmd_info, "say what a model file holds"},
     {"export", cmd_export, "write a model in the formats of other programs"},
     {"bench", cmd_bench, "measure the runtime on this machine"},

@@ -105,7 +105,7 @@ static void add_bucket(study_text *text, const axis *x, const axis *y, const stu
     add_point(text, x, y, series, least < most ? most : least, open);
 }
 
-static void add_curve(study_text *text, const axis *x, const axis *y, const study_series *series) {
+static void add_line(study_text *text, const axis *x, const axis *y, const study_series *series) {
   const int64_t count = series->count;
   bool open = false;
   study_text_add(text, "<path class=c stroke='%s' d='", series->color);
@@ -117,7 +117,12 @@ static void add_curve(study_text *text, const axis *x, const axis *y, const stud
       add_bucket(text, x, y, series, b * count / BUCKETS, (b + 1) * count / BUCKETS, &open);
   }
   study_text_add(text, "'/>");
-  for (int64_t n = 0; series->marks && n < count; n++) {
+}
+
+static void add_curve(study_text *text, const axis *x, const axis *y, const study_series *series) {
+  if (series->marks < 2)
+    add_line(text, x, y, series);
+  for (int64_t n = 0; series->marks > 0 && n < series->count; n++) {
     const double px = pixel(x, series->x[n]), py = pixel(y, series->y[n]);
     if (isfinite(px) && isfinite(py))
       study_text_add(text, "<circle fill='%s' cx=%.1f cy=%.1f r=2.5 />", series->color, px, py);

@@ -14,7 +14,7 @@ typedef struct study_series {
   const double *x; /* count each, x ascending; what is not finite is left out */
   const double *y;
   int64_t count;
-  bool marks; /* a dot at each point */
+  int marks; /* 0: a line; 1: and a dot at each point; 2: the dots alone */
 } study_series;
 
 typedef struct study_plot {

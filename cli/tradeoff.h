@@ -1,0 +1,35 @@
+/* What `thrum tradeoff` was asked for. SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_CLI_TRADEOFF_H
+#define THRUM_CLI_TRADEOFF_H
+
+#include "cli/cli.h"
+#include "cli/load_spec.h"
+#include "tradeoff/tradeoff.h"
+
+typedef struct tradeoff_request {
+  const char *model_path;
+  const char *output; /* folder */
+  cli_load *loads;    /* room for argc, of the caller */
+  int64_t load_count;
+  double time;    /* [s] */
+  double full_dt; /* [s]; 0: by --quick */
+  double damping[2];
+  double error;  /* NaN: not asked */
+  double budget; /* processor time of a frame [s]; NaN: not asked */
+  double fps;
+  /* 0 of a list: the default */
+  int64_t rank_count, dt_count, tolerance_count;
+  double ranks[TRADEOFF_LIST_MAX], dts[TRADEOFF_LIST_MAX], tolerances[TRADEOFF_LIST_MAX];
+  bool integrators[STUDY_INTEGRATOR_COUNT];
+  int64_t threads;
+  bool quick;
+  bool json;
+  bool quiet;
+  bool help;
+} tradeoff_request;
+
+/* Fills a zeroed request; CLI_DONE or CLI_USAGE. */
+int tradeoff_options_read(int argc, char **argv, tradeoff_request *request);
+void tradeoff_help(void);
+
+#endif
