@@ -36,11 +36,11 @@ do for [n = 1:2] {
     set label sprintf('Newmark is lost within %.0f s', N_max + 17.5) at graph 0.03, 0.93 \
       textcolor rgb '#d2691e'
   }
-  set xrange [0:E_max + 17.5]
-  set yrange [0.4:1.6]
+  set xrange [-0.012 * E_max:E_max + 17.5]
+  set yrange [0.5:1.5]
   set ylabel (n == 1 ? 'energy / energy at the start' : '')
   plot input using (when(model, 'newmark', swing)):(energy(model, 'newmark', swing)) with lines \
-      lw 1.5 lc rgb '#d2691e' title 'Newmark', \
+      lw 1.8 lc rgb '#d2691e' title 'Newmark', \
     '' using (when(model, 'energy', swing)):(energy(model, 'energy', swing)) with lines \
       lw 6 lc rgb '#a8d5b8' title 'energy', \
     '' using (when(model, 'imexv', swing)):(energy(model, 'imexv', swing)) with lines \
