@@ -96,6 +96,7 @@ static void print_json(const long_work *work, int64_t count, bool flagged) {
     cli_json_number(item, "high_change", result->high_change);
     cli_json_number(item, "high_slope_per_s", result->high_slope);
     cli_json_number(item, "high_slope_error_per_s", result->high_slope_error);
+    cli_json_number(item, "high_slope_error_correlated_per_s", result->high_slope_error_correlated);
     cJSON_AddBoolToObject(item, "high_steady", study_long_steady(result));
     experiments_json_rungs(item, &result->report);
     cJSON_AddItemToArray(runs, item);
@@ -112,7 +113,7 @@ static void print_table(const long_work *work, int64_t count) {
     printf("%-8s %-8s %4.0f%% %9" PRId64 " %9.2f %10.1e %10.1e %9.1e %9.1f  %s\n", run->body->name,
            study_integrator_names[run->integrator], 100 * run->amplitude, result->report.steps,
            result->us_per_step, result->total_change, result->total_worst, result->high_change,
-           result->high_slope / result->high_slope_error, study_long_status(result));
+           result->high_slope / result->high_slope_error_correlated, study_long_status(result));
   }
 }
 

@@ -11,6 +11,7 @@
 
 #define FIELDS_MAX 40
 #define LINE_MAX 1024
+#define RUNGS_FROM 17 /* the first column of the rungs */
 
 /* Cuts a line at its commas, in place; how many fields. */
 static int cut(char *line, char *fields[FIELDS_MAX]) {
@@ -67,13 +68,14 @@ static bool take_row(char *const *fields, study_long_case *run, study_long_resul
   result->high_change = number(fields[13]);
   result->high_slope = number(fields[14]);
   result->high_slope_error = number(fields[15]);
+  result->high_slope_error_correlated = number(fields[16]);
   int64_t *const rungs[STUDY_RUNG_COUNT] = {
 #define X(name, field, heading) &result->report.field,
       STUDY_RUNG_LIST(X)
 #undef X
   };
   for (int n = 0; n < STUDY_RUNG_COUNT; n++)
-    *rungs[n] = (int64_t)number(fields[16 + n]);
+    *rungs[n] = (int64_t)number(fields[RUNGS_FROM + n]);
   return true;
 }
 
@@ -100,7 +102,7 @@ bool study_long_read(const char *table, const char *windows, study_long_case *ru
   study_long_result made = {0};
   bool found = false;
   for (const char *at = next_line(table, line); at != NULL && !found; at = next_line(at, line))
-    found = cut(line, fields) == 16 + STUDY_RUNG_COUNT && take_row(fields, &known, &made);
+    found = cut(line, fields) == RUNGS_FROM + STUDY_RUNG_COUNT && take_row(fields, &known, &made);
   if (!found || made.window_count < 0 || made.window_count > run->steps)
     return false;
   made.total = calloc((size_t)(2 * made.window_count + 1), sizeof *made.total);

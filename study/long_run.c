@@ -11,13 +11,12 @@
 
 #define SAMPLE_STRIDE 7
 
-void study_slope(const double *values, int64_t count, double spacing, double *slope,
-                 double *slope_error) {
-  *slope = *slope_error = NAN;
+study_trend study_slope(const double *values, int64_t count, double spacing) {
+  study_trend found = {NAN, NAN, NAN};
   if (count < 3)
-    return;
+    return found;
   const double n = (double)count, middle = 0.5 * (n - 1);
-  double mean = 0, xy = 0, xx = 0, squares = 0;
+  double mean = 0, xy = 0, xx = 0, squares = 0, products = 0, before = 0;
   for (int64_t k = 0; k < count; k++)
     mean += values[k] / n;
   for (int64_t k = 0; k < count; k++) {
@@ -25,17 +24,25 @@ void study_slope(const double *values, int64_t count, double spacing, double *sl
     xx += x * x;
     xy += x * (values[k] - mean);
   }
-  *slope = xy / xx;
+  found.slope = xy / xx;
   for (int64_t k = 0; k < count; k++) {
     const double x = ((double)k - middle) * spacing;
-    const double residual = values[k] - mean - *slope * x;
+    const double residual = values[k] - mean - found.slope * x;
     squares += residual * residual;
+    products += residual * before;
+    before = residual;
   }
-  *slope_error = sqrt(squares / (n - 2) / xx);
+  found.error = sqrt(squares / (n - 2) / xx);
+  // neighbours that differ more than chance lets them are no reason to be surer
+  const double rho = squares > 0 ? fmax(products / squares, 0) : 0;
+  const double effective = n * (1 - rho) / (1 + rho);
+  found.error_correlated = effective > 2 ? sqrt(squares / (effective - 2) / xx) : INFINITY;
+  return found;
 }
 
 bool study_long_steady(const study_long_result *result) {
-  return fabs(result->high_slope) <= 2 * result->high_slope_error;
+  return isfinite(result->high_slope_error_correlated) &&
+         fabs(result->high_slope) <= 2 * result->high_slope_error_correlated;
 }
 
 /* The figures that the windows give. */
@@ -51,11 +58,12 @@ static void conclude(double window_seconds, study_long_result *result) {
     for (int64_t k = 0; k < count; k++)
       result->total_worst = fmax(result->total_worst, fabs(result->total[k] - total) / total);
   }
-  study_slope(result->high, count, window_seconds, &result->high_slope, &result->high_slope_error);
+  const study_trend trend = study_slope(result->high, count, window_seconds);
   for (int64_t k = 0; k < count; k++)
     mean += result->high[k] / (double)count;
-  result->high_slope /= mean;
-  result->high_slope_error /= mean;
+  result->high_slope = trend.slope / mean;
+  result->high_slope_error = trend.error / mean;
+  result->high_slope_error_correlated = trend.error_correlated / mean;
 }
 
 /* Steps of one window; the mean energies of its samples. */

@@ -34,7 +34,8 @@ typedef struct study_long_result {
   double high_change;
   double total_worst;      /* the window furthest from the first */
   double high_slope;       /* least squares over the windows, relative to their mean [1/s] */
-  double high_slope_error; /* its standard error */
+  double high_slope_error; /* its standard error, if the windows were independent */
+  double high_slope_error_correlated; /* and as they follow each other */
 } study_long_result;
 
 /* Runs one case; a step that cannot be solved is in result->status, a failure here one of memory.
@@ -46,12 +47,21 @@ void study_long_result_free(study_long_result *result);
 /* "done", "lost", or the name of the status; static storage. */
 const char *study_long_status(const study_long_result *result);
 
-/* Whether the trend of the high modes is within two standard errors of none. */
+/* Whether the trend of the high modes is within two standard errors of none, correlated ones: the
+ * modes trade energy for thousands of seconds, so neighbouring windows are far from independent. */
 bool study_long_steady(const study_long_result *result);
 
-/* Slope of `count` values at 0, spacing, 2 spacing ... by least squares and its standard error,
- * from residuals that are taken as independent; NaN below three values. */
-void study_slope(const double *values, int64_t count, double spacing, double *slope,
-                 double *slope_error);
+/* A least-squares slope and its standard error. */
+typedef struct study_trend {
+  double slope;
+  double error;            /* from residuals that are taken as independent */
+  double error_correlated; /* from residuals of which each follows the one before with the measured
+                              correlation rho: n (1 - rho)/(1 + rho) count instead of n; infinite
+                              where that leaves two or fewer (Santer et al. 2000,
+                              doi:10.1029/1999JD901105) */
+} study_trend;
+
+/* Of `count` values at 0, spacing, 2 spacing ..; NaN below three values. */
+study_trend study_slope(const double *values, int64_t count, double spacing);
 
 #endif

@@ -11,7 +11,7 @@ static void add_table(study_text *text, const study_long_case *cases,
   study_text_add(text, "<table>\n<tr><th>model<th>amplitude<th class=l>integrator<th>steps<th>µs a "
                        "step<th>total energy, last against first 35 s<th>worst 35 s<th>high modes, "
                        "last against first<th>slope of the high modes [1/s]<th>± standard error"
-                       "<th>within two");
+                       "<th>of windows that follow each other<th>within two of these");
   for (int n = 0; n < STUDY_RUNG_COUNT; n++)
     study_text_add(text, "<th>%s", study_rung_headings[n]);
   for (int64_t n = 0; n < count; n++) {
@@ -27,10 +27,11 @@ static void add_table(study_text *text, const study_long_case *cases,
     study_cell(text, "%.1e", result->high_change);
     study_cell(text, "%.1e", result->high_slope);
     study_cell(text, "%.1e", result->high_slope_error);
+    study_cell(text, "%.1e", result->high_slope_error_correlated);
     study_text_add(text, "<td>%s",
-                   !isfinite(result->high_slope) ? "–"
-                   : study_long_steady(result)   ? "yes"
-                                                 : "no");
+                   !isfinite(result->high_slope_error_correlated) ? "–"
+                   : study_long_steady(result)                    ? "yes"
+                                                                  : "no");
     for (int k = 0; k < STUDY_RUNG_COUNT; k++)
       study_text_add(text, "<td>%lld", (long long)study_rung(&result->report, k));
   }

@@ -104,7 +104,8 @@ void study_long_csv(study_text *text, const study_long_case *cases,
                     const study_long_result *results, int64_t count) {
   study_text_add(text, "model,integrator,amplitude,reached,impulse_ns,dt_s,status,steps,"
                        "us_per_step,energy_j,windows,total_change,total_worst,high_change,"
-                       "high_slope_per_s,high_slope_error_per_s");
+                       "high_slope_per_s,high_slope_error_per_s,"
+                       "high_slope_error_correlated_per_s");
   add_rung_names(text);
   for (int64_t n = 0; n < count; n++) {
     const study_long_case *run = &cases[n];
@@ -121,6 +122,7 @@ void study_long_csv(study_text *text, const study_long_case *cases,
     add_number(text, result->high_change);
     add_number(text, result->high_slope);
     add_number(text, result->high_slope_error);
+    add_number(text, result->high_slope_error_correlated);
     add_rungs(text, &result->report);
   }
 }

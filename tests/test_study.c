@@ -10,29 +10,55 @@
 
 #include <cmocka.h>
 
+#include "random_model.h"
 #include "study/long_run.h"
 #include "study/text.h"
 #include "tests/simulate_support.h"
 
 static void a_line_has_its_slope_and_no_error(void **state) {
   (void)state;
-  double values[50], slope = 0, error = 0;
+  double values[50];
   for (int n = 0; n < 50; n++)
     values[n] = 7 - 0.25 * n;
-  study_slope(values, 50, 2, &slope, &error);
-  assert_true(fabs(slope + 0.125) < 1e-14 && error < 1e-14);
-  study_slope(values, 2, 2, &slope, &error);
-  assert_true(isnan(slope) && isnan(error));
+  const study_trend line = study_slope(values, 50, 2), none = study_slope(values, 2, 2);
+  assert_true(fabs(line.slope + 0.125) < 1e-14 && line.error < 1e-14);
+  assert_true(isnan(none.slope) && isnan(none.error) && isnan(none.error_correlated));
 }
 
 /* y = 0, 1, 0, 1 at x = 0..3: slope 1/5, residuals -.2 .6 -.6 .2, error sqrt(0.8 / 2 / 5) */
 static void a_zigzag_has_the_textbook_error(void **state) {
   (void)state;
   static const double values[4] = {0, 1, 0, 1};
-  double slope = 0, error = 0;
-  study_slope(values, 4, 1, &slope, &error);
-  assert_true(fabs(slope - 0.2) < 1e-15);
-  assert_true(fabs(error - sqrt(0.08)) < 1e-15);
+  const study_trend zigzag = study_slope(values, 4, 1);
+  assert_true(fabs(zigzag.slope - 0.2) < 1e-15);
+  assert_true(fabs(zigzag.error - sqrt(0.08)) < 1e-15);
+  // each value turns from the one before, which is taken as no correlation
+  assert_true(zigzag.error_correlated == zigzag.error);
+}
+
+/* Noise without a trend, each value keeping a share of the one before: of many such rows about one
+ * in twenty should lie beyond two standard errors. Errors from independent residuals tell a trend
+ * in half of them. */
+static void what_wanders_is_no_trend(void **state) {
+  (void)state;
+  enum { ROWS = 400, COUNT = 200 };
+  random_state random = {11};
+  int told[2] = {0, 0};
+  for (int row = 0; row < ROWS; row++) {
+    double values[COUNT], at = 0;
+    for (int k = -50; k < COUNT; k++) {
+      double noise;
+      random_vector(&random, 1, 1.0, &noise);
+      at = 0.8 * at + noise;
+      if (k >= 0)
+        values[k] = 3 + at;
+    }
+    const study_trend trend = study_slope(values, COUNT, 1);
+    told[0] += fabs(trend.slope) > 2 * trend.error;
+    told[1] += fabs(trend.slope) > 2 * trend.error_correlated;
+  }
+  assert_true(told[0] > ROWS / 3);
+  assert_true(told[1] > ROWS / 100 && told[1] < ROWS / 8);
 }
 
 static void amplitude_is_the_mean_displacement_of_the_group(void **state) {
@@ -130,6 +156,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_line_has_its_slope_and_no_error),
       cmocka_unit_test(a_zigzag_has_the_textbook_error),
+      cmocka_unit_test(what_wanders_is_no_trend),
       cmocka_unit_test(amplitude_is_the_mean_displacement_of_the_group),
       cmocka_unit_test(each_task_is_done_once),
       cmocka_unit_test(a_failed_task_ends_the_others),
