@@ -9,14 +9,15 @@
  * The balance B = E - work + dissipation with the synchronised energy E, which stage 1 has for
  * nothing. Fast: B beside its first value. Stoermer-Verlet's own energy lies h^2/8 |R_E - f_E|^2
  * below E; without that part a linear mode shows no ripple, but a mode beyond the bound no growth
- * either, so E itself is looked at too. Slow: the mean of B over a window beside that of the first
- * window. Beyond the limits the step of design 7 takes over, unless it is urgent at a step where E
- * passes its mean, until the energy has clearly fallen. Where load or damping move much
- * energy the references follow: there the error of B is theirs.
+ * either, so E itself is looked at too. Beyond the limits the step of design 7 takes over, unless
+ * it is urgent at a step where E is near its reference, until the energy has clearly fallen. Slow:
+ * the mean of B over a window beside that of the first ones; what it is off by goes back through
+ * the momentum (ledger.c), and only when that becomes much does design 7 take over. Where changing
+ * loads or damping move much energy all is compared anew: there the error of B is theirs.
  *
  * Each change synchronises, changes, un-synchronises. What is decided here goes into a copy of the
  * header and into scratch, so that a step that fails leaves no trace.
- * Cost: |E| operations a step, and a product T v each SAMPLE steps.
+ * Cost: |E| operations a step, a product T v each SAMPLE steps, two forces a correction.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #if defined(__clang__)
