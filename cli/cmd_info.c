@@ -121,6 +121,11 @@ static double meta_number(const info *about, const char *object, const char *key
   return cJSON_IsNumber(item) ? item->valuedouble : NAN;
 }
 
+static bool is_single(const info *about) {
+  const cJSON *item = find_meta(about, "options", "precision");
+  return cJSON_IsString(item) && strcmp(item->valuestring, "single") == 0;
+}
+
 /* Largest residual of the linear modes; NaN when meta has none. */
 static double meta_worst_residual(const info *about) {
   const cJSON *item = NULL;
@@ -190,6 +195,9 @@ static void print_json(const info *about) {
   cli_json_number(residuals, "modes_max", meta_worst_residual(about));
   cli_json_number(residuals, "orthonormality", meta_number(about, "residuals", "orthonormality"));
   cli_json_number(residuals, "diagonality", meta_number(about, "residuals", "diagonality"));
+  cli_json_string(object, "precision", is_single(about) ? "single" : "double");
+  cli_json_number(residuals, "single_precision",
+                  meta_number(about, "residuals", "single_precision"));
   const cJSON *check = find_meta(about, NULL, "mode_check");
   if (check != NULL)
     cJSON_AddItemToObject(object, "mode_check", cJSON_Duplicate(check, true));
@@ -311,6 +319,11 @@ static void print_table(const info *about) {
   print_label("polynomial");
   printf("rank %" PRId64 ", %" PRId64 " cubic and %" PRId64 " quartic coefficients\n", model->rank,
          model->c3_count, model->c4_count);
+  if (is_single(about)) {
+    print_label("precision");
+    printf("single, force wrong by %.1e of itself at most, of 16 samples\n",
+           meta_number(about, "residuals", "single_precision"));
+  }
   if (model->rigid != NULL) {
     print_label("free body");
     puts("elastic part alone; 6 rigid modes kept apart in the array 'rigid'");

@@ -56,8 +56,13 @@ static void choose_check(void *request, int index) {
   ((precompute_request *)request)->options.check = (thrum_check)index;
 }
 
+static void choose_precision(void *request, int index) {
+  ((precompute_request *)request)->options.single = index == 1;
+}
+
 /* In the order of their enums. */
 static const char *const masses[] = {"consistent", "lumped", NULL};
+static const char *const precisions[] = {"double", "single", NULL};
 static const char *const checks[] = {"auto", "search", "inertia", NULL};
 
 #define FIELD(member) .field = offsetof(precompute_request, member)
@@ -74,6 +79,7 @@ const cli_option precompute_options_table[] = {
     {.name = "modes", .kind = CLI_COUNT, .take = take_modes, .least = 1, .most = COUNT_MAX},
     {.name = "rank", .kind = CLI_COUNT, .take = take_rank, .least = 1, .most = COUNT_MAX},
     {.name = "mass", .kind = CLI_CHOICE, .names = masses, .choose = choose_mass},
+    {.name = "precision", .kind = CLI_CHOICE, .names = precisions, .choose = choose_precision},
     {.name = "check", .kind = CLI_CHOICE, .names = checks, .choose = choose_check},
     {.name = "handles", .kind = CLI_TEXT, .repeats = true, .take = take_handle},
     {.name = "import-basis", .kind = CLI_TEXT, .path = CLI_PATH_ALWAYS, FIELD(import_basis)},
@@ -115,6 +121,9 @@ void precompute_help(void) {
       "      --modes K         linear modes (default 10)\n"
       "      --rank R          reduced coordinates, at most K (K + 3) / 2 (default 2 K)\n"
       "      --mass KIND       consistent (default) or lumped\n"
+      "      --precision P     of the cubic and quartic coefficients: double (default), or "
+      "single,\n"
+      "                        which large models step faster with; says what error that costs\n"
       "      --check HOW       that no mode was missed: search, or inertia (an exact count by "
       "MUMPS,\n"
       "                        where it is built in); default auto, inertia for small meshes\n"

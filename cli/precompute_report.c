@@ -57,6 +57,7 @@ static void add_options(cJSON *meta, const precompute_request *request,
   cli_json_number(options, "modes", (double)result->mode_count);
   cli_json_number(options, "rank", (double)result->model.rank);
   cJSON_AddStringToObject(options, "mass", mass_name(request->options.mass));
+  cJSON_AddStringToObject(options, "precision", request->options.single ? "single" : "double");
   cli_json_number(options, "scale", request->scale);
   cli_json_number(options, "threads", request->options.threads);
   // a predicate stays as it is, a file loses its folder
@@ -79,6 +80,8 @@ static void add_residuals(cJSON *object, const thrum_precomputed *result) {
   cli_json_number(residuals, "diagonality", result->basis_diagonality);
   if (result->rigid_count > 0)
     cli_json_number(residuals, "rigid", result->rigid_residual);
+  if (result->single_error > 0)
+    cli_json_number(residuals, "single_precision", result->single_error);
 }
 
 /* Where the basis comes from, if not from modes of the body. */
@@ -269,6 +272,9 @@ void precompute_print_table(const precompute_outcome *outcome) {
          outcome->split.explicit_modes, outcome->split.implicit_modes, outcome->dt);
   printf("%-18smodes %.1e, orthonormality %.1e, diagonality %.1e\n", "residuals", worst,
          result->basis_orthonormality, result->basis_diagonality);
+  if (outcome->request->options.single)
+    printf("%-18ssingle, force wrong by %.1e of itself at most, of 16 samples\n", "precision",
+           result->single_error);
   printf("%-18s%.2f s, peak %.0f MB\n", "took", outcome->seconds_total, cli_peak_mb());
   precompute_print_stages(result);
 }

@@ -1,6 +1,7 @@
 /* The offline pipeline, design 1-3: mesh -> K, M -> factor -> modes -> modal derivatives -> U ->
  * polynomial -> model. Each stage frees what the next ones do not need; nothing as large as
  * tets x columns is ever held. SPDX-License-Identifier: Apache-2.0 */
+#include "precompute/precision.h"
 #include "precompute/precompute.h"
 
 #include <math.h>
@@ -302,6 +303,8 @@ static thrum_status run_polynomial(pipeline *p, const thrum_reporter *reporter,
   free(linear);
   if (status == THRUM_OK && p->options.given && p->options.given->linear)
     status = thrum_given_check(&p->fem, model, &p->result, error);
+  if (status == THRUM_OK && p->options.single)
+    status = thrum_precision_round(model, &p->result.single_error, error);
   return status;
 }
 

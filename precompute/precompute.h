@@ -60,6 +60,7 @@ typedef struct thrum_precompute_options {
   int64_t rank;        /* r <= k (k + 3) / 2; default 0, which stands for 2 k */
   thrum_mass mass;     /* default consistent */
   thrum_check check;   /* that no mode was missed; default THRUM_CHECK_AUTO */
+  bool single;         /* c3 and c4 in single precision; default false */
   int threads;         /* BLAS threads; default 1 */
   double memory_limit; /* bytes the process may hold; default 0: what is available */
   /* Their static responses are in the span of U, whatever the rank, which must be three a handle at
@@ -94,6 +95,7 @@ typedef struct thrum_precomputed {
   int64_t shift_count;         /* rigid ones included; 0 where not counted */
   double basis_orthonormality; /* max |U^T M U - 1| */
   double basis_diagonality;    /* max off-diagonal |U^T K U| / max omega2 */
+  double single_error;         /* of options.single: relative error of R, see precision.h; else 0 */
   int64_t free_dofs;
   int64_t factor_nonzeros;
   double mass;           /* [kg] */

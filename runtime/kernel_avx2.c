@@ -41,6 +41,11 @@ INLINE v8 v8_load_single(const float *p) {
   return v8_of(_mm256_cvtps_pd(_mm_loadu_ps(p)), _mm256_cvtps_pd(_mm_loadu_ps(p + 4)));
 }
 
+#define V8_PREFETCH
+INLINE void v8_prefetch(const void *p) {
+  _mm_prefetch((const char *)p, _MM_HINT_T0);
+}
+
 INLINE void v8_store(double *p, v8 v) {
   _mm256_storeu_pd(p, v.a);
   _mm256_storeu_pd(p + 4, v.b);

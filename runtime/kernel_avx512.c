@@ -34,6 +34,11 @@ INLINE v8 v8_load_single(const float *p) {
   return _mm512_cvtps_pd(_mm256_loadu_ps(p));
 }
 
+#define V8_PREFETCH
+INLINE void v8_prefetch(const void *p) {
+  _mm_prefetch((const char *)p, _MM_HINT_T0);
+}
+
 INLINE void v8_store(double *p, v8 a) {
   _mm512_storeu_pd(p, a);
 }

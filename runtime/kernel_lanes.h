@@ -65,6 +65,12 @@ INLINE v8 stream_next(stream *s) {
 }
 #endif
 
+#ifndef V8_PREFETCH
+INLINE void v8_prefetch(const void *p) {
+  (void)p;
+}
+#endif
+
 /* The sums of the first `rows` vectors into to[0..7], zero for the others, which are zero. */
 INLINE void v8_store_sums(int rows, double *to, const v8x8 *a) {
 #ifdef V8_SUMS

@@ -59,8 +59,16 @@ INLINE v8x8 rows_set8(int rows, const double *x) {
   return s;
 }
 
+/* Packed coefficients come in order: what is needed so many numbers later is asked for now. */
+#define AHEAD 128
+
 INLINE v8 coefficient(bool single, const coefficients *b, int64_t at) {
-  return single ? v8_load_single(b->f + at) : v8_load(b->d + at);
+  if (single) {
+    v8_prefetch(b->f + at + 2 * AHEAD);
+    return v8_load_single(b->f + at);
+  }
+  v8_prefetch(b->d + at + AHEAD);
+  return v8_load(b->d + at);
 }
 
 /* `rows` rows of a group of `size`, the first at `at`, at one point: sums into y[0..rows-1] if

@@ -181,6 +181,41 @@ static void every_split_gives_the_bits_of_the_reference(void **state) {
   free(found);
 }
 
+static void single_precision_coefficients_are_packed_as_such_and_keep_the_bits(void **state) {
+  const setup *s = *state;
+  const int64_t c3_count = thrum_c3_count(RANK_MAX), c4_count = thrum_c4_count(RANK_MAX);
+  setup rounded = *s;
+  rounded.c3 = random_alloc(c3_count, sizeof(double));
+  rounded.c4 = random_alloc(c4_count, sizeof(double));
+  for (int64_t k = 0; k < c3_count; k++)
+    rounded.c3[k] = (double)(float)s->c3[k];
+  for (int64_t k = 0; k < c4_count; k++)
+    rounded.c4[k] = (double)(float)s->c4[k];
+  outcome *expected = random_alloc(1, sizeof *expected), *found = random_alloc(1, sizeof *found);
+  for (int64_t rank = 40; rank <= RANK_MAX; rank += 21) {
+    thrum_model model = model_of(&rounded, rank);
+    const size_t size = thrum_model_pack_size(&model);
+    void *memory = aligned_alloc(64, size);
+    assert_true(memory != NULL);
+    assert_true(thrum_model_pack(&model, memory, size, NULL) == THRUM_OK);
+    assert_true(model.packed == NULL && model.packed_single != NULL);
+    free(memory);
+    evaluate(&rounded, &thrum_kernel_reference, false, rank, 7, expected);
+    for (int id = THRUM_KERNEL_REFERENCE; thrum_kernel_name((thrum_kernel_id)id); id++) {
+      if (!thrum_kernel_usable((thrum_kernel_id)id))
+        continue;
+      evaluate(&rounded, thrum_kernel_get(id), true, rank, 7, found);
+      assert_same(found, expected, rank, 7);
+      free(found->restricted);
+    }
+    free(expected->restricted);
+  }
+  free(expected);
+  free(found);
+  free(rounded.c3);
+  free(rounded.c4);
+}
+
 static double tree(const double lane[8]) {
   return ((lane[0] + lane[4]) + (lane[2] + lane[6])) + ((lane[1] + lane[5]) + (lane[3] + lane[7]));
 }
@@ -268,6 +303,7 @@ int main(void) {
       cmocka_unit_test(every_kernel_gives_the_bits_of_the_reference_at_every_rank),
       cmocka_unit_test(the_reference_gives_the_same_bits_without_packed_coefficients),
       cmocka_unit_test(every_split_gives_the_bits_of_the_reference),
+      cmocka_unit_test(single_precision_coefficients_are_packed_as_such_and_keep_the_bits),
       cmocka_unit_test(the_reference_keeps_the_promised_order_of_summation),
       cmocka_unit_test(a_kernel_of_another_machine_gives_way_to_the_best_one_here),
   };
