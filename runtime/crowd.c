@@ -99,9 +99,8 @@ static void take(const group *g, int64_t lane, int64_t first, int64_t last, cons
 /* Can this state's step be made in a group? */
 static bool fits(const thrum_model *model, const thrum_step_run *run) {
   const thrum_state *next = &run->next;
-  return (model->packed || model->packed_single) && next->scheme == THRUM_SCHEME_COMPONENT &&
-         next->split > 0 && !thrum_tangent_damped(next) &&
-         thrum_crowd_kernel_of(run->view.kernel->id) != NULL;
+  return thrum_is_packed(model) && next->scheme == THRUM_SCHEME_COMPONENT && next->split > 0 &&
+         !thrum_tangent_damped(next) && thrum_crowd_kernel_of(run->view.kernel->id) != NULL;
 }
 
 /* Stage 1 and the drift of all. */

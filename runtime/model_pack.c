@@ -23,7 +23,7 @@ static void gather(const thrum_model *model, int64_t c, int64_t d, double *row) 
 }
 
 void thrum_pack_row(const thrum_model *model, int64_t c, int64_t d, int64_t at, double *row) {
-  if (!model->packed && !model->packed_single) {
+  if (!thrum_is_packed(model)) {
     gather(model, c, d, row);
     return;
   }
@@ -99,5 +99,7 @@ thrum_status thrum_model_pack(thrum_model *model, void *memory, size_t memory_si
     }
   model->packed = to;
   model->packed_single = to_single;
+  model->packed_c3 = model->c3;
+  model->packed_c4 = model->c4;
   return THRUM_OK;
 }

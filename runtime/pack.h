@@ -16,6 +16,7 @@
 #ifndef THRUM_RUNTIME_PACK_H
 #define THRUM_RUNTIME_PACK_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "kernel.h"
@@ -26,6 +27,12 @@
 /* Packed coefficients of more bytes than this are single ones where they can be: below, widening
  * them costs more than reading fewer bytes saves. */
 #define THRUM_PACK_SINGLE_BYTES (1 << 20)
+
+/* Are the coefficients that the model has now packed? */
+static inline bool thrum_is_packed(const thrum_model *model) {
+  return (model->packed || model->packed_single) && model->packed_c3 == model->c3 &&
+         model->packed_c4 == model->c4;
+}
 
 /* Column (b, -1): where run b begins. */
 static inline int64_t thrum_pack_first(int64_t b) {

@@ -48,7 +48,7 @@ int64_t thrum_work_plain(int64_t rank) {
 
 /* The kernel asked for, where the coefficients are packed for it. */
 static const thrum_kernel *fit(const thrum_kernel *by, const thrum_model *model) {
-  return model->packed || model->packed_single ? by : &thrum_kernel_reference;
+  return thrum_is_packed(model) ? by : &thrum_kernel_reference;
 }
 
 double thrum_energy_by(const thrum_kernel *by, const thrum_model *model, const double *q,

@@ -216,6 +216,25 @@ static void single_precision_coefficients_are_packed_as_such_and_keep_the_bits(v
   free(rounded.c4);
 }
 
+static void a_copy_with_other_coefficients_is_not_taken_for_packed(void **state) {
+  const setup *s = *state;
+  thrum_model model = model_of(s, 9), other = model_of(s, 9);
+  const size_t size = thrum_model_pack_size(&model);
+  void *memory = aligned_alloc(64, size);
+  assert_true(memory != NULL);
+  assert_true(thrum_model_pack(&model, memory, size, NULL) == THRUM_OK);
+  double *work = dirty_work(&model), expected[9], force[9];
+  // the same sizes, the array's beginning instead of its end
+  other.c4 = s->c4;
+  thrum_model copy = model;
+  copy.c4 = other.c4;
+  const double energy = thrum_force(&other, s->q, expected, work);
+  assert_true(thrum_force(&copy, s->q, force, work) == energy);
+  assert_memory_equal(force, expected, sizeof force);
+  free(work);
+  free(memory);
+}
+
 static double tree(const double lane[8]) {
   return ((lane[0] + lane[4]) + (lane[2] + lane[6])) + ((lane[1] + lane[5]) + (lane[3] + lane[7]));
 }
@@ -304,6 +323,7 @@ int main(void) {
       cmocka_unit_test(the_reference_gives_the_same_bits_without_packed_coefficients),
       cmocka_unit_test(every_split_gives_the_bits_of_the_reference),
       cmocka_unit_test(single_precision_coefficients_are_packed_as_such_and_keep_the_bits),
+      cmocka_unit_test(a_copy_with_other_coefficients_is_not_taken_for_packed),
       cmocka_unit_test(the_reference_keeps_the_promised_order_of_summation),
       cmocka_unit_test(a_kernel_of_another_machine_gives_way_to_the_best_one_here),
   };

@@ -74,6 +74,7 @@ typedef struct thrum_model {
   /* c3 and c4 once more, in the order of the passes over them: see thrum_model_pack; NULL: none */
   const double *packed;
   const float *packed_single;
+  const double *packed_c3, *packed_c4; /* the arrays packed; a copy with others is not packed */
 } thrum_model;
 
 /* Number of cubic and quartic monomials of a rank. */
