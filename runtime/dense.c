@@ -83,49 +83,91 @@ void thrum_dense_solve(const double *factors, int32_t n, const int32_t *pivots, 
   }
 }
 
-/* The largest diagonal entry not yet swept, by size; -1 where there is none worth dividing by. */
-static int32_t largest_left(const double *matrix, int32_t n, const double *swept) {
+/* Scratch of an inverse: vectors of n. */
+typedef struct pair {
+  double *swept;             /* 1 where done */
+  double *diagonal;          /* what the first pivot leaves of it */
+  double *first, *second;    /* columns of the pivots, the second's as the first leaves it */
+  double *minus_1, *minus_2; /* the same over minus their pivots */
+} pair;
+
+/* The largest entry not yet swept, by size; -1 where there is none to divide by. */
+static int32_t largest_left(const double *diagonal, int32_t n, const double *swept) {
   int32_t best = -1;
   double best_size = 0.0;
-  for (int32_t i = 0; i < n; i++) {
-    const double size = fabs(matrix[(size_t)i * (size_t)n + (size_t)i]);
-    if (swept[i] == 0.0 && size > best_size) {
+  for (int32_t i = 0; i < n; i++)
+    if (swept[i] == 0.0 && fabs(diagonal[i]) > best_size) {
       best = i;
-      best_size = size;
+      best_size = fabs(diagonal[i]);
     }
-  }
   return best_size < INFINITY ? best : -1;
 }
 
-/* Sweeps the pivot k: a_kk -> -1/a_kk, a_ik -> a_ik/a_kk, a_ij -> a_ij - a_ik a_jk/a_kk.
- * Works on the lower triangle; `column` holds that of k. */
-static void sweep(double *matrix, int32_t n, int32_t k, double *column) {
-  for (int32_t i = 0; i < n; i++)
-    column[i] = i < k ? matrix[(size_t)k * (size_t)n + (size_t)i]
-                      : matrix[(size_t)i * (size_t)n + (size_t)k];
-  const double inverse = 1.0 / column[k];
-  for (int32_t i = 0; i < n; i++) {
-    double *row = matrix + (size_t)i * (size_t)n;
-    const double factor = column[i] * inverse;
-    for (int32_t j = 0; j <= i; j++)
-      row[j] -= factor * column[j];
-  }
-  for (int32_t i = 0; i < n; i++) {
-    double *at = i < k ? matrix + (size_t)k * (size_t)n + (size_t)i
-                       : matrix + (size_t)i * (size_t)n + (size_t)k;
-    *at = i == k ? -inverse : column[i] * inverse;
-  }
+/* Entry (i, k) of the lower triangle. */
+static double *lower_at(double *matrix, int32_t n, int32_t i, int32_t k) {
+  const size_t row = (size_t)(i < k ? k : i), column = (size_t)(i < k ? i : k);
+  return matrix + row * (size_t)n + column;
 }
 
-bool thrum_dense_invert(double *matrix, int32_t n, double *work) {
-  double *swept = work, *column = work + n;
-  memset(swept, 0, (size_t)n * sizeof *swept);
-  for (int32_t turn = 0; turn < n; turn++) {
-    const int32_t k = largest_left(matrix, n, swept);
+static void over_minus_pivot(const double *column, int32_t n, int32_t k, double *minus) {
+  const double inverse = -1.0 / column[k];
+  for (int32_t i = 0; i < n; i++)
+    minus[i] = column[i] * inverse;
+}
+
+/* Sweeps pivot k, a_kk -> -1/a_kk, a_ik -> a_ik/a_kk, a_ij -> a_ij - a_ik a_jk/a_kk, and after it a
+ * second one, if any is left: two at a time read the matrix half as often. False: the next pivot is
+ * zero or no number. */
+static bool sweep(const thrum_kernel *by, double *matrix, int32_t n, int32_t k, bool another,
+                  const pair *p) {
+  for (int32_t i = 0; i < n; i++)
+    p->first[i] = *lower_at(matrix, n, i, k);
+  over_minus_pivot(p->first, n, k, p->minus_1);
+  int32_t l = -1;
+  if (another) {
+    for (int32_t i = 0; i < n; i++)
+      p->diagonal[i] = *lower_at(matrix, n, i, i) + p->minus_1[i] * p->first[i];
+    l = largest_left(p->diagonal, n, p->swept);
+    if (l < 0)
+      return false;
+    p->swept[l] = 1.0;
+    for (int32_t i = 0; i < n; i++)
+      p->second[i] = *lower_at(matrix, n, i, l) + p->minus_1[l] * p->first[i];
+    p->second[k] = -p->minus_1[l];
+    over_minus_pivot(p->second, n, l, p->minus_2);
+  }
+  by->rank_two(n, true, p->minus_1, p->first, p->minus_2, p->second, matrix);
+  // what the pivots' own rows and columns become
+  for (int32_t i = 0; i < n; i++)
+    *lower_at(matrix, n, i, k) = -p->minus_1[i];
+  *lower_at(matrix, n, k, k) = -1.0 / p->first[k];
+  if (l < 0)
+    return true;
+  for (int32_t i = 0; i < n; i++)
+    *lower_at(matrix, n, i, k) += p->minus_2[i] * p->second[k];
+  for (int32_t i = 0; i < n; i++)
+    *lower_at(matrix, n, i, l) = -p->minus_2[i];
+  *lower_at(matrix, n, l, l) = -1.0 / p->second[l];
+  return true;
+}
+
+bool thrum_dense_invert(const thrum_kernel *by, double *matrix, int32_t n, double *work) {
+  const pair p = {work, work + n, work + 2 * n, work + 3 * n, work + 4 * n, work + 5 * n};
+  memset(p.swept, 0, (size_t)n * sizeof *p.swept);
+  for (int32_t done = 0; done < n; done += 2) {
+    for (int32_t i = 0; i < n; i++)
+      p.diagonal[i] = *lower_at(matrix, n, i, i);
+    const int32_t k = largest_left(p.diagonal, n, p.swept);
     if (k < 0)
       return false;
-    swept[k] = 1.0;
-    sweep(matrix, n, k, column);
+    p.swept[k] = 1.0;
+    const bool another = done + 1 < n;
+    if (!another) {
+      memset(p.second, 0, (size_t)n * sizeof *p.second);
+      memset(p.minus_2, 0, (size_t)n * sizeof *p.minus_2);
+    }
+    if (!sweep(by, matrix, n, k, another, &p))
+      return false;
   }
   // all swept is minus the inverse; both triangles alike
   for (int32_t i = 0; i < n; i++)

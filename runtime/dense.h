@@ -6,6 +6,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "kernel.h"
+
 /* Overwrites `matrix` (n x n, row-major) with L and U of P A = L U; pivots: n. False when a pivot
  * is zero or not finite: the content is then useless. */
 bool thrum_dense_factor(double *matrix, int32_t n, int32_t *pivots);
@@ -15,7 +17,7 @@ void thrum_dense_solve(const double *factors, int32_t n, const int32_t *pivots, 
 
 /* Overwrites the symmetric `matrix` (n x n, the lower triangle is read) with its inverse, both
  * triangles. False where all diagonal pivots left are zero, as may be in an indefinite matrix that
- * is not singular, or the result is not finite: the content is then useless. work: 2 n. */
-bool thrum_dense_invert(double *matrix, int32_t n, double *work);
+ * is not singular, or the result is not finite: the content is then useless. work: 6 n. */
+bool thrum_dense_invert(const thrum_kernel *by, double *matrix, int32_t n, double *work);
 
 #endif

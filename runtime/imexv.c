@@ -60,6 +60,7 @@ thrum_solver thrum_imexv_solver(const thrum_model *model, const thrum_state *sta
   if (s.first > 0) {
     s.evaluate = evaluate;
     s.stiffness = stiffness;
+    s.both = NULL;
   }
   return s;
 }

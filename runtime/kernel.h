@@ -102,6 +102,11 @@ typedef struct thrum_kernel {
 
   /* gradient += grad of sum_{k<=l} w_kl q_k q_l; returns that sum. */
   double (*pairs)(int64_t n, const double *w, const double *q, double *gradient, double *work);
+
+  /* matrix (n x n) += a b^T + c d^T: all of it, or the lower triangle, and then what is above the
+   * diagonal is useless. */
+  void (*rank_two)(int64_t n, bool lower, const double *a, const double *b, const double *c,
+                   const double *d, double *matrix);
 } thrum_kernel;
 
 /* Plain C, for every machine, and what the others are tested against. */

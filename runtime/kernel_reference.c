@@ -470,7 +470,14 @@ static void reference_restrict(const thrum_model *model, int64_t split, const do
     restrict_cubic(model, split, q_given, quadratic + thrum_pair_count(n), t);
 }
 
+static void reference_rank_two(int64_t n, bool lower, const double *a, const double *b,
+                               const double *c, const double *d, double *matrix) {
+  for (int64_t i = 0; i < n; i++)
+    for (int64_t j = 0; j < (lower ? i + 1 : n); j++)
+      matrix[i * n + j] += a[i] * b[j] + c[i] * d[j];
+}
+
 const thrum_kernel thrum_kernel_reference = {
     THRUM_KERNEL_REFERENCE, reference_energy,         reference_force,    reference_forces,
     reference_tangent,      reference_tangent_vector, reference_restrict, reference_gradient,
-    reference_hessian,      reference_pairs};
+    reference_hessian,      reference_pairs,          reference_rank_two};

@@ -43,6 +43,7 @@ static thrum_status substeps(const thrum_model *model, const thrum_state *state,
   thrum_state shorter = *state;
   shorter.dt = state->dt / (double)count;
   shorter.jacobian_kept = 0;
+  shorter.potential_step = -1;
   shorter.past_count = 0;
   shorter.amplitude = thrum_state_amplitude(model, &shorter, view->q, view->p);
   thrum_state_view at = *view;

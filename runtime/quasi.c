@@ -110,7 +110,9 @@ void thrum_quasi_begin(const thrum_solver *s, thrum_quasi *quasi) {
   quasi->inverse.pairs = view->pairs;
   quasi->inverse.stride = view->stride;
   quasi->inverse.n = s->n;
+  quasi->ahead = !quasi->known || s->state->steps < s->state->eager_end;
   s->report->refreshed = false;
+  s->report->slow = false;
   s->report->learnt = 0;
   guess(s, quasi);
   thrum_solve_place(s);
@@ -125,9 +127,9 @@ static bool slow(double contraction, double norm, double wanted) {
 
 /* H of the Jacobian at the increment evaluated last. */
 static bool refresh(const thrum_solver *s, thrum_quasi *quasi) {
-  thrum_solve_assemble(s);
+  thrum_solve_assemble(s, quasi->assembled);
   s->report->factorisations++;
-  if (!thrum_dense_invert(s->view->jacobian_next, s->n, s->view->work))
+  if (!thrum_dense_invert(s->view->kernel, s->view->jacobian_next, s->n, s->view->work))
     return false;
   s->report->refreshed = true;
   s->report->learnt = 0;
@@ -177,24 +179,30 @@ thrum_quasi_next thrum_quasi_take(const thrum_solver *s, thrum_quasi *quasi) {
   const double norm = thrum_solve_assess(s), step = thrum_solve_norm(s);
   if (!isfinite(norm))
     return THRUM_QUASI_STUCK;
-  if (thrum_solve_accept(s, norm, step))
+  if (thrum_solve_accept(s, norm, step)) {
+    s->report->verified = true;
     return THRUM_QUASI_DONE;
+  }
   if (quasi->done == s->state->iterations_max || (quasi->fresh && norm > quasi->before))
     return THRUM_QUASI_STUCK;
   const double contraction = norm / quasi->before;
   const bool second = quasi->done > 0;
-  quasi->fresh = !quasi->known || (second && slow(contraction, norm, goal(s, step)));
+  const bool late = second && slow(contraction, norm, goal(s, step));
+  quasi->fresh = late || (quasi->ahead && !second);
+  s->report->slow = s->report->slow || (late && !quasi->ahead);
   if (quasi->fresh && !refresh(s, quasi))
     return THRUM_QUASI_STUCK;
+  quasi->assembled = false;
   correct(s, quasi, second && !quasi->fresh && quasi->before > TEACHING * step);
   quasi->before = norm;
   quasi->done++;
   thrum_solve_place(s);
   // D of the tangent form is known where it was evaluated only
-  const bool may = second && !quasi->fresh && !s->tangent && !s->verified;
+  const bool may = second && !quasi->fresh && !s->tangent;
   if (may && MARGIN * contraction * norm <= goal(s, step)) {
     s->report->residual = step > 0.0 ? MARGIN * contraction * norm / step : 0.0;
     conclude(s);
+    s->report->verified = false;
     return THRUM_QUASI_DONE;
   }
   return THRUM_QUASI_EVALUATE;

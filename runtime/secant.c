@@ -69,14 +69,10 @@ void thrum_secant_learn(thrum_secant *h, const double *step, const double *chang
   add_pair(n, s, w, residual, image);
 }
 
-void thrum_secant_fold(const double *pairs, int64_t stride, int32_t n, int32_t count,
-                       double *base) {
+void thrum_secant_fold(const thrum_kernel *by, const double *pairs, int64_t stride, int32_t n,
+                       int32_t count, double *base) {
   for (int32_t k = 0; k < count; k++) {
     const double *s = pairs + 2 * k * stride, *w = s + stride;
-    for (int32_t i = 0; i < n; i++) {
-      double *row = base + (int64_t)i * n;
-      for (int32_t j = 0; j < n; j++)
-        row[j] += s[i] * w[j] + w[i] * s[j];
-    }
+    by->rank_two(n, false, s, w, w, s, base);
   }
 }

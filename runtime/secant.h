@@ -6,6 +6,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "kernel.h"
+
 /* Corrections that a step can learn; later ones are left out. */
 #define THRUM_SECANT_PAIRS 8
 
@@ -28,6 +30,7 @@ void thrum_secant_learn(thrum_secant *h, const double *step, const double *chang
                         const double *residual, double *image);
 
 /* base += the pairs; base is n x n. */
-void thrum_secant_fold(const double *pairs, int64_t stride, int32_t n, int32_t count, double *base);
+void thrum_secant_fold(const thrum_kernel *by, const double *pairs, int64_t stride, int32_t n,
+                       int32_t count, double *base);
 
 #endif

@@ -43,6 +43,12 @@ void thrum_solve_stiffness(const thrum_solver *s, double *matrix) {
   thrum_solve_weigh(s, matrix);
 }
 
+void thrum_solve_both(const thrum_solver *s, double *matrix) {
+  thrum_state_view *view = s->view;
+  thrum_force_tangent_by(view->kernel, s->model, view->middle, view->force, matrix, view->work);
+  thrum_solve_weigh(s, matrix);
+}
+
 /* 1 + weight (at omega^2 + rate d): the Jacobian at rest, and the scale of a mode's residual. */
 void thrum_solve_scale(const thrum_solver *s) {
   for (int32_t i = s->first; i < s->state->rank; i++) {
@@ -61,6 +67,7 @@ thrum_solver thrum_solver_of(const thrum_model *model, const thrum_state *state,
                           .report = report,
                           .evaluate = thrum_solve_force,
                           .stiffness = thrum_solve_stiffness,
+                          .both = thrum_solve_both,
                           .at = 0.5,
                           .weight = 0.5 * h * h,
                           .rate = 1.0 / h,
@@ -118,10 +125,11 @@ bool thrum_solve_accept(const thrum_solver *s, double norm, double step) {
 }
 
 /* Without dT of the tangent form. */
-void thrum_solve_assemble(const thrum_solver *s) {
+void thrum_solve_assemble(const thrum_solver *s, bool stiffness_there) {
   double *matrix = s->view->jacobian_next;
   const double alpha = s->state->damping_alpha, beta = s->state->damping_beta;
-  s->stiffness(s, matrix);
+  if (!stiffness_there)
+    s->stiffness(s, matrix);
   const size_t n = (size_t)s->n;
   if (s->first == 0) {
     s->view->matrices_used = true;
@@ -203,7 +211,7 @@ static bool descend(const thrum_solver *s, double *slope) {
   const size_t n = (size_t)s->n;
   double shift = 0.0;
   for (int k = 0; k<8; k++, shift = shift> 0.0 ? 10.0 * shift : 1.0) {
-    thrum_solve_assemble(s);
+    thrum_solve_assemble(s, false);
     if (s->tangent)
       assemble_change(s);
     for (size_t i = 0; i < n; i++)
@@ -246,7 +254,7 @@ static bool shorten(const thrum_solver *s, double slope, measure *here) {
 /* From no motion, with the exact Jacobian in every iteration. */
 bool thrum_solve_newton(const thrum_solver *s) {
   memset(s->view->unknown, 0, (size_t)s->state->rank * sizeof *s->view->unknown);
-  s->report->newton = true;
+  s->report->newton = s->report->verified = true;
   s->report->refreshed = false;
   s->report->learnt = 0;
   measure here = evaluate(s);
@@ -267,7 +275,13 @@ static bool quasi_newton(const thrum_solver *s) {
   thrum_quasi_begin(s, &quasi);
   thrum_quasi_next next;
   do {
-    s->evaluate(s);
+    quasi.assembled = s->both && quasi.ahead && quasi.done == 0;
+    if (quasi.assembled) {
+      s->view->matrices_used = true;
+      s->both(s, s->view->jacobian_next);
+    } else {
+      s->evaluate(s);
+    }
     next = thrum_quasi_take(s, &quasi);
   } while (next == THRUM_QUASI_EVALUATE);
   return next == THRUM_QUASI_DONE;

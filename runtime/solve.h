@@ -6,6 +6,9 @@
 #include "secant.h"
 #include "state.h"
 
+/* Steps that make their Jacobian at once, after one that found too late that it must. */
+#define THRUM_EAGER 16
+
 /* A solve for the increment d of the modes first..rank-1:
  *   0 = d - kick + weight (R + D v - f),  v = rate d + drift,  R at q + at d */
 typedef struct thrum_solver thrum_solver;
@@ -20,11 +23,12 @@ struct thrum_solver {
   /* weight (dR/dd + rate beta T), the latter for the tangent form, of the increment last evaluated:
    * n x n. */
   void (*stiffness)(const thrum_solver *s, double *matrix);
+  /* Both at once; NULL: they are to be called one after the other. */
+  void (*both)(const thrum_solver *s, double *matrix);
   double at, weight, rate;
   int32_t first; /* of the modes solved for */
   int32_t n;     /* how many */
   bool tangent;  /* damping in tangent form */
-  bool verified; /* R must have been evaluated at the increment found */
 };
 
 /* The solver of a midpoint step, at = 1/2, weight = h^2/2, rate = 1/h, of the modes from `first`
@@ -35,6 +39,7 @@ thrum_solver thrum_solver_of(const thrum_model *model, const thrum_state *state,
 /* R of the whole model at view->middle, and its stiffness. */
 double thrum_solve_force(const thrum_solver *s);
 void thrum_solve_stiffness(const thrum_solver *s, double *matrix);
+void thrum_solve_both(const thrum_solver *s, double *matrix);
 
 /* Multiplies T of a solve that evaluates the model once into its stiffness. */
 void thrum_solve_weigh(const thrum_solver *s, double *matrix);
@@ -49,13 +54,16 @@ bool thrum_solve_increment(const thrum_solver *s);
 
 /* quasi.c: quasi-Newton one evaluation at a time, so that those of several states can be made
  * together: begin, then while the answer is EVALUATE put R at view->middle into view->force and
- * take. STUCK is for thrum_solve_newton. */
+ * take. Where `ahead` is set the stiffness will be needed too, and may be put into jacobian_next,
+ * which `assembled` then says. STUCK is for thrum_solve_newton. */
 typedef struct thrum_quasi {
   thrum_secant inverse;
-  double before; /* residual of the evaluation before */
-  int32_t done;  /* iterations */
-  bool known;    /* there is an inverse */
-  bool fresh;    /* made at this evaluation */
+  double before;  /* residual of the evaluation before */
+  int32_t done;   /* iterations */
+  bool known;     /* there is an inverse */
+  bool fresh;     /* made at this evaluation */
+  bool ahead;     /* to be made at the first evaluation */
+  bool assembled; /* its stiffness is there */
 } thrum_quasi;
 
 typedef enum thrum_quasi_next {
@@ -77,7 +85,7 @@ void thrum_solve_place(const thrum_solver *s);
 double thrum_solve_assess(const thrum_solver *s);
 double thrum_solve_norm(const thrum_solver *s);
 bool thrum_solve_accept(const thrum_solver *s, double norm, double step);
-void thrum_solve_assemble(const thrum_solver *s);
+void thrum_solve_assemble(const thrum_solver *s, bool stiffness_there);
 
 /* q_next and p_next of a midpoint step from a solved increment, and what the next guess needs. */
 void thrum_solve_advance(const thrum_solver *s);

@@ -148,6 +148,7 @@ static void fill_header(thrum_state *state, const thrum_model *model, const thru
   state->ladder = def->ladder;
   state->split = thrum_split_of(model, state);
   thrum_watch_reset(state);
+  state->potential_step = -1;
   // the high modes of the energy report: what imexv would treat implicitly at rest
   const thrum_split_rule rule = imexv ? def->split_rule : THRUM_SPLIT_CFL;
   state->high_first =
@@ -251,6 +252,9 @@ static void forget(thrum_state *state, const thrum_state_view *view) {
   memset(view->guide, 0, (size_t)(view->q_next - view->guide) * sizeof(double));
   state->jacobian_kept = 0;
   state->past_count = 0;
+  state->eager_end = 0;
+  state->potential_step = -1;
+  state->potential = 0.0;
 }
 
 static void copy_or_zero(double *to, const double *from, int32_t n) {

@@ -71,6 +71,9 @@ struct thrum_state {
   int64_t watch_deadline;    /* step of a hand-over to come, 0: none */
   int64_t kept_step;         /* of q_kept and p_kept, -1: none */
   int64_t calm_end;          /* step of the next look at a return */
+  int64_t eager_end;         /* step up to which solves make their Jacobian at once */
+  int64_t potential_step;    /* of `potential`, -1: none */
+  double potential;          /* V(q) [J] */
   double amplitude;          /* largest scaled norm of the motion so far, design 5 */
   int32_t rank;              /* r */
   int32_t integrator;        /* thrum_integrator */
@@ -134,7 +137,8 @@ struct thrum_state {
   X(guide_next, vector)                                                                            \
   X(guide_whole_next, vector)                                                                      \
   X(point, vector)          /* where energy evaluates the model */                                 \
-  X(force_2, vector)        /* R at its second point */                                            \
+  X(point_2, vector)        /* and its second point */                                             \
+  X(force_2, vector)        /* R there */                                                          \
   X(pivots_next, vector)    /* int32: of jacobian_next */                                          \
   X(work, work)             /* of the polynomial */                                                \
   X(restricted, restricted) /* V at fixed q_E, a quartic in q_I */                                 \
@@ -188,15 +192,19 @@ typedef struct thrum_solve_report {
   int32_t iterations;
   int32_t factorisations;
   bool newton;    /* full Newton was needed */
+  bool slow;      /* quasi-Newton found too late that it needs its Jacobian anew */
+  bool verified;  /* R was evaluated at the increment found */
   bool solved;    /* the increment came from a solve: the next guess may go on from it */
   bool refreshed; /* jacobian_next replaces inverse */
   int32_t learnt; /* pairs to be folded into it */
   bool saw_nonfinite;
+  bool potential_known;
   bool energy_known;
   bool energy_ahead; /* it is that of the end of the step, less what the step's work added */
   bool jolted;       /* a sudden load has spoilt the step */
   thrum_rung rung;
   double residual;      /* scaled, relative to the scaled step */
+  double potential;     /* V(q'), where potential_known [J] */
   double energy;        /* at the start of the step, for the watch [J] */
   double energy_scale;  /* what a hand-over of one of these two compares with later [J] */
   double shadow;        /* what Stoermer-Verlet's own energy is below it [J] */

@@ -9,7 +9,7 @@
 #include <string.h>
 
 #include "polynomial.h"
-#include "secant.h"
+#include "solve.h"
 #include "state.h"
 
 /* Doubles of scratch that a step takes from the stack, enough for a rank of 15. */
@@ -25,6 +25,10 @@ static void remember(thrum_state *next, const thrum_state_view *kept, const thru
     memcpy(kept->past_r + thrum_past_at(view, next->steps), view->force, vector);
     next->past_count = next->past_count < THRUM_PAST ? next->past_count + 1 : THRUM_PAST;
   }
+  if (report->slow)
+    next->eager_end = next->steps + 1 + THRUM_EAGER;
+  next->potential_step = report->potential_known ? next->steps + 1 : -1;
+  next->potential = report->potential_known ? report->potential : 0.0;
   if (report->refreshed) {
     memcpy(kept->inverse, view->jacobian_next, (size_t)n * (size_t)n * sizeof(double));
     next->jacobian_kept = 1;
@@ -32,7 +36,7 @@ static void remember(thrum_state *next, const thrum_state_view *kept, const thru
     next->jacobian_kept = 0;
   }
   if (report->solved && next->jacobian_kept)
-    thrum_secant_fold(view->pairs, view->stride, n, report->learnt, kept->inverse);
+    thrum_secant_fold(view->kernel, view->pairs, view->stride, n, report->learnt, kept->inverse);
 }
 
 /* Candidates and the header to be into the state. */

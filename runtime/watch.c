@@ -485,6 +485,7 @@ thrum_status thrum_watch_hand_over(const thrum_model *model, thrum_state *state,
     energy_state.scheme = THRUM_SCHEME_ENERGY;
     energy_state.split = 0;
     energy_state.jacobian_kept = 0;
+    energy_state.potential_step = -1;
     energy_state.past_count = 0;
     if (redo(model, &energy_state, view, report) == THRUM_OK) {
       *state = energy_state;

@@ -27,14 +27,15 @@ static void multiply(const double *matrix, const double *x, double *y) {
 
 static void the_inverse_of_a_symmetric_matrix_is_symmetric_and_undoes_it(void **context) {
   (void)context;
+  const thrum_kernel *by = &thrum_kernel_reference;
   random_state random = {3};
   for (int turn = 0; turn < 40; turn++) {
-    double matrix[N * N], inverse[N * N], work[2 * N], x[N], y[N], back[N];
+    double matrix[N * N], inverse[N * N], work[6 * N], x[N], y[N], back[N];
     // half of them indefinite
     make_matrix(&random, turn % 2 == 0 ? N : 0, matrix);
     random_vector(&random, N, 1, x);
     memcpy(inverse, matrix, sizeof inverse);
-    assert_true(thrum_dense_invert(inverse, N, work));
+    assert_true(thrum_dense_invert(by, inverse, N, work));
     for (int i = 0; i < N; i++)
       for (int j = 0; j < i; j++)
         assert_true(inverse[N * i + j] == inverse[N * j + i]);
@@ -46,13 +47,14 @@ static void the_inverse_of_a_symmetric_matrix_is_symmetric_and_undoes_it(void **
 
 static void a_matrix_without_a_diagonal_pivot_or_a_number_is_refused(void **context) {
   (void)context;
-  double work[4], zero[4] = {0, 0, 0, 0}, singular[4] = {1, 2, 2, 4}, turn[4] = {0, 1, 1, 0};
+  const thrum_kernel *by = &thrum_kernel_reference;
+  double work[12], zero[4] = {0, 0, 0, 0}, singular[4] = {1, 2, 2, 4}, turn[4] = {0, 1, 1, 0};
   double nan[4] = {1, NAN, NAN, 1}, infinite[4] = {INFINITY, 0, 0, 1};
-  assert_false(thrum_dense_invert(zero, 2, work));
-  assert_false(thrum_dense_invert(singular, 2, work));
-  assert_false(thrum_dense_invert(turn, 2, work));
-  assert_false(thrum_dense_invert(nan, 2, work));
-  assert_false(thrum_dense_invert(infinite, 2, work));
+  assert_false(thrum_dense_invert(by, zero, 2, work));
+  assert_false(thrum_dense_invert(by, singular, 2, work));
+  assert_false(thrum_dense_invert(by, turn, 2, work));
+  assert_false(thrum_dense_invert(by, nan, 2, work));
+  assert_false(thrum_dense_invert(by, infinite, 2, work));
 }
 
 /* One iteration of quasi-Newton on matrix x = b, from x with its residual and direction. */
@@ -82,6 +84,7 @@ static void iterate(const double *matrix, const double *b, thrum_secant *h, doub
 
 static void what_is_learnt_maps_each_change_to_its_step_and_can_be_folded(void **context) {
   (void)context;
+  const thrum_kernel *by = &thrum_kernel_reference;
   random_state random = {4};
   double matrix[N * N], base[N * N] = {0}, pairs[2 * THRUM_SECANT_PAIRS * N] = {0};
   double b[N], x[N] = {0}, residual[N], direction[N], before[N], after[N];
@@ -97,7 +100,7 @@ static void what_is_learnt_maps_each_change_to_its_step_and_can_be_folded(void *
     iterate(matrix, b, &h, x, residual, direction);
   assert_int_equal(h.count, THRUM_SECANT_PAIRS);
   thrum_secant_apply(&h, b, before);
-  thrum_secant_fold(pairs, N, N, h.count, base);
+  thrum_secant_fold(by, pairs, N, N, h.count, base);
   h.count = 0;
   thrum_secant_apply(&h, b, after);
   assert_true(largest_difference(before, after, N) < 1e-13);
@@ -122,11 +125,34 @@ static void a_step_without_positive_curvature_teaches_nothing(void **context) {
     assert_true(pairs[i] == 0);
 }
 
+static void every_kernel_gives_the_same_inverse(void **context) {
+  (void)context;
+  enum { MOST = 21 };
+  random_state random = {6};
+  for (int n = 1; n <= MOST; n++) {
+    double matrix[MOST * MOST], inverses[2][MOST * MOST], work[6 * MOST], s[MOST], w[MOST];
+    random_vector(&random, n * n, 1, matrix);
+    random_vector(&random, n, 1, s);
+    random_vector(&random, n, 1, w);
+    for (int i = 0; i < n; i++)
+      for (int j = 0; j < i; j++)
+        matrix[n * j + i] = matrix[n * i + j];
+    const thrum_kernel *kernels[2] = {&thrum_kernel_reference, thrum_kernel_get(THRUM_KERNEL_BEST)};
+    for (int k = 0; k < 2; k++) {
+      memcpy(inverses[k], matrix, sizeof matrix);
+      assert_true(thrum_dense_invert(kernels[k], inverses[k], n, work));
+      kernels[k]->rank_two(n, false, s, w, w, s, inverses[k]);
+    }
+    assert_memory_equal(inverses[0], inverses[1], (size_t)(n * n) * sizeof(double));
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(the_inverse_of_a_symmetric_matrix_is_symmetric_and_undoes_it),
       cmocka_unit_test(a_matrix_without_a_diagonal_pivot_or_a_number_is_refused),
       cmocka_unit_test(what_is_learnt_maps_each_change_to_its_step_and_can_be_folded),
+      cmocka_unit_test(every_kernel_gives_the_same_inverse),
       cmocka_unit_test(a_step_without_positive_curvature_teaches_nothing),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
