@@ -269,6 +269,9 @@ static thrum_status run_trade(trade *t, thrum_error *error) {
     return status;
   }
   cli_progress_done(&t->progress);
+  if (t->result.dropped > 0)
+    cli_warn("%d of the ranks could not be made: %s", (int)t->result.dropped,
+             t->result.dropped_reason.message);
   t->chosen = tradeoff_choose(&t->result, request->error, request->budget * request->fps);
   status = write_files(t, error);
   if (status >= 0 && request->json)

@@ -174,6 +174,36 @@ static void a_basis_of_everything_leaves_the_error_in_time_alone(void **state) {
   trade_free(&t);
 }
 
+static void bases_that_the_mesh_does_not_have_are_dropped(void **state) {
+  (void)state;
+  static trade t;
+  thrum_error error = {0};
+  trade_make(&t, "beam:1x1x1@1x1x1", 3, 5, 1000);
+  t.problem.dt_count = 1;
+  t.problem.rank_count = 2;
+  t.problem.modes[0] = 10;
+  t.problem.ranks[0] = 20; // of 12 components
+  t.problem.modes[1] = t.problem.ranks[1] = 0;
+  trade_solve(&t);
+  assert_int_equal(t.result.dropped, 1);
+  assert_non_null(strstr(t.result.dropped_reason.message, "12 free components"));
+  assert_int_equal(t.result.basis_count, 1);
+  assert_int_equal(t.result.bases[0].rank, 5);
+  assert_int_equal(t.result.run_count, 3);
+  // none left: refused, and the result as it was
+  t.problem.rank_count = 1;
+  tradeoff_result untouched = {.run_count = 77};
+  assert_true(tradeoff_solve(&t.problem, &untouched, &error) < 0);
+  assert_int_equal(untouched.run_count, 77);
+  // a load that comes too late
+  t.problem.modes[0] = t.problem.ranks[0] = 0;
+  t.course.from = 5;
+  t.course.until = 6;
+  assert_int_equal(tradeoff_solve(&t.problem, &untouched, &error), THRUM_BAD_VALUE);
+  assert_non_null(strstr(error.message, "moves nothing"));
+  trade_free(&t);
+}
+
 static void the_choice_is_the_cheapest_or_the_most_accurate(void **state) {
   (void)state;
   tradeoff_run runs[4] = {
@@ -264,6 +294,7 @@ int main(void) {
       cmocka_unit_test(samples_between_steps_are_exact_for_cubics),
       cmocka_unit_test(errors_fall_with_the_basis_and_with_the_time_step),
       cmocka_unit_test(a_basis_of_everything_leaves_the_error_in_time_alone),
+      cmocka_unit_test(bases_that_the_mesh_does_not_have_are_dropped),
       cmocka_unit_test(the_choice_is_the_cheapest_or_the_most_accurate),
       cmocka_unit_test(the_command_recommends_what_simulate_takes),
       cmocka_unit_test(what_cannot_be_done_is_said),

@@ -20,6 +20,18 @@ typedef struct solution {
   tradeoff_result result;
 } solution;
 
+/* A pool with a stage's name on its progress. */
+typedef struct staged {
+  const tradeoff_problem *problem;
+  const char *stage;
+} staged;
+
+static bool show(void *context, double fraction) {
+  const staged *s = context;
+  return s->problem->progress == NULL ||
+         s->problem->progress(s->problem->progress_context, s->stage, fraction);
+}
+
 typedef struct taker {
   tradeoff_samples *samples;
   int64_t rank;
@@ -142,18 +154,18 @@ static void project(const tradeoff_reference *reference, tradeoff_space *space) 
       }
 }
 
-/* A basis: the model's own, or one made from its mesh. */
-static thrum_status make_space(solution *s, int64_t b, thrum_error *error) {
+/* Basis n of the problem at place b: the model's own, or one made from its mesh. */
+static thrum_status make_space(solution *s, int64_t n, int64_t b, thrum_error *error) {
   const tradeoff_problem *problem = s->problem;
   tradeoff_space *space = &s->spaces[b];
   tradeoff_basis *basis = &s->result.bases[b];
   *basis = (tradeoff_basis){
-      .modes = problem->modes[b], .rank = problem->ranks[b], .precompute_seconds = NAN};
+      .modes = problem->modes[n], .rank = problem->ranks[n], .precompute_seconds = NAN};
   space->model = problem->model;
-  if (problem->modes[b] > 0) {
+  if (problem->modes[n] > 0) {
     thrum_precompute_options options = thrum_default_precompute_options();
-    options.modes = problem->modes[b];
-    options.rank = problem->ranks[b];
+    options.modes = problem->modes[n];
+    options.rank = problem->ranks[n];
     options.mass = s->reference.body.kind;
     const double began = study_seconds();
     const thrum_status status = thrum_precompute(&s->reference.body.mesh, problem->model->fixed,
@@ -175,9 +187,9 @@ static thrum_status make_space(solution *s, int64_t b, thrum_error *error) {
   space->reference_p = space->reference_q + TRADEOFF_SAMPLES * rank;
   project(&s->reference, space);
   thrum_status status = samples_make(rank, &space->tight, error);
-  for (int64_t n = 0; n < problem->load_count && status >= 0; n++)
-    status = thrum_force_add_field(space->model, problem->forces + n * components,
-                                   space->directions + n * rank, error);
+  for (int64_t l = 0; l < problem->load_count && status >= 0; l++)
+    status = thrum_force_add_field(space->model, problem->forces + l * components,
+                                   space->directions + l * rank, error);
   return status;
 }
 
@@ -190,6 +202,41 @@ static thrum_state_def def_of(const tradeoff_problem *problem, thrum_integrator 
   def.damping_alpha = problem->damping_alpha;
   def.damping_beta = problem->damping_beta;
   return def;
+}
+
+static void space_free(tradeoff_space *space) {
+  thrum_precomputed_free(&space->made);
+  free(space->directions);
+  free(space->tight.q);
+  *space = (tradeoff_space){0};
+}
+
+/* All bases; those that the mesh is too small for are left out. */
+static thrum_status make_spaces(solution *s, thrum_error *error) {
+  const tradeoff_problem *problem = s->problem;
+  int64_t made = 0;
+  for (int64_t n = 0; n < problem->rank_count; n++) {
+    thrum_error detail = {0};
+    const thrum_status status = make_space(s, n, made, &detail);
+    if (status == THRUM_OUT_OF_MEMORY || status == THRUM_INTERRUPTED) {
+      *error = detail;
+      return status;
+    }
+    if (status < 0) {
+      space_free(&s->spaces[made]);
+      s->result.dropped++;
+      s->result.dropped_reason = detail;
+    } else {
+      made++;
+    }
+    if (!show(&(staged){problem, "bases"}, (double)(n + 1) / (double)problem->rank_count))
+      return thrum_error_set(error, THRUM_INTERRUPTED, "interrupted");
+  }
+  s->result.basis_count = made;
+  if (made > 0)
+    return THRUM_OK;
+  *error = s->result.dropped_reason;
+  return error->status;
 }
 
 /* The tight run of a basis, task of the pool. */
@@ -268,18 +315,6 @@ static thrum_status run_setting(void *context, int64_t index, thrum_error *error
   return status;
 }
 
-/* A pool with a stage's name on its progress. */
-typedef struct staged {
-  const tradeoff_problem *problem;
-  const char *stage;
-} staged;
-
-static bool show(void *context, double fraction) {
-  const staged *s = context;
-  return s->problem->progress == NULL ||
-         s->problem->progress(s->problem->progress_context, s->stage, fraction);
-}
-
 static thrum_status run_pool(solution *s, const char *stage, int64_t count,
                              thrum_status (*task)(void *, int64_t, thrum_error *),
                              thrum_error *error) {
@@ -301,7 +336,7 @@ static thrum_status plan_runs(solution *s, thrum_error *error) {
   s->result.runs = thrum_allocate(room, sizeof *s->result.runs, "the runs", error);
   if (s->result.runs == NULL)
     return THRUM_OUT_OF_MEMORY;
-  for (int64_t b = 0; b < problem->rank_count; b++)
+  for (int64_t b = 0; b < s->result.basis_count; b++)
     for (int i = 0; i < STUDY_INTEGRATOR_COUNT; i++)
       for (int64_t d = 0; d < problem->dt_count && problem->integrators[i]; d++)
         for (int64_t t = 0; t < problem->tolerance_count; t++)
@@ -349,13 +384,17 @@ static thrum_status judge_reference(solution *s, thrum_error *error) {
 }
 
 static void release(solution *s) {
-  for (int64_t b = 0; s->spaces != NULL && b < s->problem->rank_count; b++) {
-    thrum_precomputed_free(&s->spaces[b].made);
-    free(s->spaces[b].directions);
-    free(s->spaces[b].tight.q);
-  }
+  for (int64_t b = 0; s->spaces != NULL && b < s->problem->rank_count; b++)
+    space_free(&s->spaces[b]);
   free(s->spaces);
   tradeoff_reference_free(&s->reference);
+}
+
+static double squares_of(const tradeoff_reference *reference) {
+  double sum = 0;
+  for (int64_t n = 0; n < TRADEOFF_SAMPLES; n++)
+    sum += reference->u_square[n];
+  return sum;
 }
 
 thrum_status tradeoff_solve(const tradeoff_problem *problem, tradeoff_result *result,
@@ -368,15 +407,17 @@ thrum_status tradeoff_solve(const tradeoff_problem *problem, tradeoff_result *re
   thrum_status status = tradeoff_reference_make(problem, &s.reference, error);
   s.spaces = calloc((size_t)problem->rank_count, sizeof *s.spaces);
   s.result.bases = calloc((size_t)problem->rank_count, sizeof *s.result.bases);
-  s.result.basis_count = problem->rank_count;
   if (status >= 0 && (s.spaces == NULL || s.result.bases == NULL))
     status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory");
-  for (int64_t b = 0; b < problem->rank_count && status >= 0; b++) {
-    status = make_space(&s, b, error);
-    show(&(staged){problem, "bases"}, (double)(b + 1) / (double)problem->rank_count);
-  }
+  if (status >= 0 && !(squares_of(&s.reference) > 0))
+    status = thrum_error_set(error, THRUM_BAD_VALUE,
+                             "the load moves nothing in %g s: it is zero, acts on what is held, or "
+                             "begins later",
+                             problem->time);
   if (status >= 0)
-    status = run_pool(&s, "tight runs", problem->rank_count, run_tight, error);
+    status = make_spaces(&s, error);
+  if (status >= 0)
+    status = run_pool(&s, "tight runs", s.result.basis_count, run_tight, error);
   if (status >= 0)
     status = judge_reference(&s, error);
   if (status >= 0)

@@ -73,10 +73,14 @@ typedef struct tradeoff_result {
   int64_t free_count;      /* components of the full order */
   double full_us_per_step; /* processor time */
   double full_cost;        /* processor seconds a simulated second */
-  double full_error;       /* of the reference in time: the finest basis at full_dt against tight */
+  int64_t dropped;         /* bases that could not be made, and why the last one could not */
+  thrum_error dropped_reason;
+  double full_error; /* of the reference in time: the finest basis at full_dt against tight */
 } tradeoff_result;
 
-/* Free with tradeoff_free. THRUM_INTERRUPTED when progress says so. */
+/* Free with tradeoff_free. A basis that the mesh does not have is dropped, unless none is left.
+ * THRUM_BAD_VALUE when the load moves nothing in the time; THRUM_INTERRUPTED when progress says so.
+ */
 thrum_status tradeoff_solve(const tradeoff_problem *problem, tradeoff_result *result,
                             thrum_error *error);
 void tradeoff_free(tradeoff_result *result);
