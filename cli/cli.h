@@ -26,6 +26,10 @@ int cmd_tradeoff(int argc, char **argv);
 int cmd_bench(int argc, char **argv);
 int cmd_schema(int argc, char **argv);
 
+/* Before all else: where the address space is limited, starts the program anew with one thread of
+ * BLAS, so that it can end; else, or when that fails, does nothing. */
+void cli_begin_in_address_space(char **argv);
+
 /* Prints "thrum: <message>" on standard error and returns CLI_REFUSED. */
 int cli_refuse(const thrum_error *error);
 

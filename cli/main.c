@@ -121,6 +121,7 @@ static int dispatch(int argc, char **argv) {
 }
 
 int main(int argc, char **argv) {
+  cli_begin_in_address_space(argv);
 #ifdef SIGXFSZ
   // a file beyond the size limit is to be an error of writing and not the end of the program
   signal(SIGXFSZ, SIG_IGN);

@@ -174,6 +174,8 @@ thrum_status thrum_precompute_estimate(const thrum_mesh *mesh, const uint8_t *fi
   thrum_estimate made = {0};
   bool free_body;
   thrum_status status = thrum_options_check(&asked, error);
+  if (status == THRUM_OK)
+    status = thrum_threads_ready(asked.threads, error);
   if (status != THRUM_OK)
     return status;
   const thrum_threads before = thrum_threads_set(asked.threads);

@@ -14,6 +14,7 @@
 #include "precompute/full_body.h"
 #include "precompute/rigid.h"
 #include "precompute/stage.h"
+#include "precompute/threads.h"
 
 thrum_status thrum_load_fill(const thrum_model *model, const int32_t *vertices, int64_t count,
                              const double force[3], double *forces, thrum_error *error) {
@@ -147,7 +148,9 @@ thrum_status thrum_load_share_measure(const thrum_model *model, int64_t count, c
   if (model->basis == NULL)
     return thrum_error_set(error, THRUM_MISSING, "the model has no basis to measure a load by");
   meter m = {.model = model};
-  thrum_status status = thrum_full_body_create(model, &m.body, error);
+  thrum_status status = thrum_threads_ready(1, error);
+  if (status == THRUM_OK)
+    status = thrum_full_body_create(model, &m.body, error);
   const int64_t n = m.body.fem.free_count;
   if (status == THRUM_OK) {
     m.f = thrum_allocate(4 * n + model->rank, sizeof *m.f, "the loads", error);

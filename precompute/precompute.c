@@ -342,11 +342,11 @@ thrum_status thrum_precompute(const thrum_mesh *mesh, const uint8_t *fixed,
   if (!mesh->has_material)
     return thrum_error_set(error, THRUM_MISSING,
                            "the mesh says no material: give --young, --poisson and --density");
+  status = thrum_threads_ready(options->threads, error);
+  if (status != THRUM_OK)
+    return status;
   const thrum_threads before = thrum_threads_set(options->threads);
-  status = thrum_threads_ready()
-               ? run_all(&p, error)
-               : thrum_error_set(error, THRUM_OUT_OF_MEMORY,
-                                 "no memory for the numerical libraries (160 MB)");
+  status = run_all(&p, error);
   if (status == THRUM_OK)
     status = thrum_model_check(&p.result.model, error);
   pipeline_free(&p);

@@ -10,6 +10,11 @@
 #include <dlfcn.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
+
+// OpenBLAS takes 128 MiB a thread at its first call and keeps it; it tries for ever when there is
+// none
+#define BUFFER ((size_t)160 << 20)
 
 // the function called `name` of whatever the process has loaded, into *function
 static void find_function(const char *name, void *function, size_t size) {
@@ -47,13 +52,25 @@ void thrum_threads_restore(thrum_threads before) {
   set_parallel_levels(before.parallel_levels);
 }
 
-bool thrum_threads_ready(void) {
-  // OpenBLAS takes 128 MiB at its first call and keeps it; it retries for ever when there is none
-  void *volatile probe = malloc((size_t)160 << 20);
+// bytes of address space that `threads` threads and this one may take beyond what they have
+static size_t buffers(int threads) {
+  struct rlimit limit;
+  const int more = threads - openblas_get_num_threads();
+  if (more <= 0 || getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY)
+    return BUFFER;
+  return (size_t)(more + 1) * BUFFER;
+}
+
+thrum_status thrum_threads_ready(int threads, thrum_error *error) {
+  const size_t size = buffers(threads);
+  void *volatile probe = malloc(size);
   free(probe);
   const double one = 1, in = 1;
   double out = 0;
   if (probe)
     cblas_dsymv(CblasColMajor, CblasUpper, 1, 1, &one, 1, &in, 1, 0, &out, 1);
-  return probe && out == 1;
+  if (probe && out == 1)
+    return THRUM_OK;
+  return thrum_error_set(error, THRUM_OUT_OF_MEMORY,
+                         "no memory for the numerical libraries (%zu MB)", size >> 20);
 }

@@ -2,7 +2,7 @@
 #ifndef THRUM_PRECOMPUTE_THREADS_H
 #define THRUM_PRECOMPUTE_THREADS_H
 
-#include <stdbool.h>
+#include "thrum/status.h"
 
 typedef struct thrum_threads {
   int blas;
@@ -14,7 +14,8 @@ typedef struct thrum_threads {
 thrum_threads thrum_threads_set(int threads);
 void thrum_threads_restore(thrum_threads before);
 
-/* False when BLAS could not have its work buffer, which it otherwise waits for without end. */
-bool thrum_threads_ready(void);
+/* To be asked before thrum_threads_set: THRUM_OUT_OF_MEMORY when BLAS could not have its work
+ * buffers, which it otherwise waits for without end. */
+thrum_status thrum_threads_ready(int threads, thrum_error *error);
 
 #endif

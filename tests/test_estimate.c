@@ -157,6 +157,50 @@ static void what_does_not_fit_is_refused_in_one_line(void **state) {
   assert_false(cli_file_exists(path));
 }
 
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+#define SANITIZED
+#endif
+#elif defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define SANITIZED
+#endif
+#if defined(SANITIZED) /* they need terabytes of address space */
+#define LIMIT ""
+enum { LIMITED = 0 };
+#else
+#define LIMIT "ulimit -s 1024; ulimit -v 150000; " /* small stacks, for machines of many cores */
+enum { LIMITED = 1 };
+#endif
+
+static cli_result run_limited(const char *arguments) {
+  char command[400], program[] = "/bin/sh", option[] = "-c";
+  snprintf(command, sizeof command, LIMIT "exec timeout -s KILL 60 %s %s", THRUM_PROGRAM,
+           arguments);
+  char *argv[] = {program, option, command, NULL};
+  return cli_execute(folder, argv);
+}
+
+/* OpenBLAS has threads that try for ever to get memory, and holds the program's end up. */
+static void a_program_without_room_for_its_libraries_ends_and_says_so(void **state) {
+  (void)state;
+  cli_result run = run_limited("--version");
+  assert_int_equal(run.exit_code, 0);
+  cli_result_free(&run);
+  static const char *const commands[] = {
+      "precompute beam:4x2x2@1x0.2x0.2 --fix left -q -o limited.npz",
+      "precompute beam:4x2x2@1x0.2x0.2 --fix left -q -o limited.npz --threads 2",
+      "precompute beam:4x2x2@1x0.2x0.2 --fix left -q --dry-run"};
+  for (int n = 0; n < 3; n++) {
+    run = run_limited(commands[n]);
+    assert_int_equal(run.exit_code, LIMITED);
+    if (LIMITED) {
+      assert_true(cli_line_count_is(run.err, 1));
+      assert_non_null(strstr(run.err, "no memory for the numerical libraries"));
+    }
+    cli_result_free(&run);
+  }
+}
+
 /* In a child: leaves itself 64 MiB of address space. */
 static void judge_limited(void) {
   const double before = thrum_memory_available(NULL);
@@ -198,6 +242,7 @@ int main(void) {
       cmocka_unit_test(a_dry_run_refuses_what_the_run_would_refuse),
       cmocka_unit_test(the_inertia_count_is_counted_where_it_is_made),
       cmocka_unit_test(what_does_not_fit_is_refused_in_one_line),
+      cmocka_unit_test(a_program_without_room_for_its_libraries_ends_and_says_so),
       cmocka_unit_test(the_least_of_all_limits_is_what_is_left),
   };
   return cmocka_run_group_tests(tests, make_folder, remove_folder);
