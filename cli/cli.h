@@ -96,6 +96,9 @@ thrum_status cli_model_lower(const thrum_model *loaded, int64_t rank, void **mem
 /* Makes a folder for results where there is none; refuses one that cannot be written to. */
 thrum_status cli_results_folder(const char *path, thrum_error *error);
 
+/* 64-bit FNV-1a of a file's bytes. */
+thrum_status cli_hash_file(const char *path, uint64_t *hash, thrum_error *error);
+
 /* How imexv would split this model at `dt` with its other defaults, and what a state would take. */
 typedef struct cli_split {
   int64_t explicit_modes;

@@ -1,18 +1,24 @@
 /* `thrum export`: what a model holds, in the formats of other programs. SPDX-License-Identifier:
  * Apache-2.0 */
+#include <math.h>
 #include <stdio.h>
 
 #include "cli/args.h"
 #include "cli/model_name.h"
+#include "cli/motion_write.h"
 #include "precompute/full_body.h"
 #include "precompute/interrupt.h"
 #include "precompute/matrix_market.h"
 #include "precompute/vega.h"
 
-#define FILES_MAX 5
+#define FILES_MAX 9
+#define FPS_DEFAULT 60
 
 typedef struct export_request {
-  const char *model;
+  const char *model;     /* or the folder of a run */
+  const char *run_model; /* the run's model, in place of what run.json says */
+  const char *glb, *pc2, *mdd, *obj;
+  double fps;
   const char *vega_basis, *vega_cubic, *matrices;
   bool single, json, help;
 } export_request;
@@ -25,29 +31,48 @@ typedef struct export_files {
 } export_files;
 
 static void print_help(void) {
-  fputs("usage: thrum export MODEL WHAT... [OPTIONS]\n\n"
-        "Writes what a model holds in the formats of other programs. MODEL is a model file or the\n"
-        "name of a model that comes with Thrum.\n\n"
-        "      --vega-basis FILE.U     the basis U as VegaFEM reads it\n"
-        "      --float                 U in single precision (.URendering.float)\n"
-        "      --vega-cubic FILE.cub   the reduced forces as VegaFEM's cubic polynomials\n"
-        "      --matrices PREFIX       stiffness [N/m] and mass [kg] of the free components as\n"
-        "                              Matrix Market, PREFIX.K.mtx and PREFIX.M.mtx, and in\n"
-        "                              PREFIX.rows.txt the vertex and axis of each row\n"
-        "      --json                  print one JSON object instead of the table\n"
-        "  -h, --help                  this text\n\n"
-        "`thrum precompute --import-basis` takes U and the forces back; its --export-modes writes\n"
-        "the linear modes.\n\n"
-        "examples:\n"
-        "  thrum export beam.npz --vega-basis beam.U --vega-cubic beam.cub\n"
-        "  thrum export beam.npz --vega-basis beam.URendering.float --float\n"
-        "  thrum export bridge --matrices bridge\n",
-        stdout);
+  fputs(
+      "usage: thrum export MODEL WHAT... [OPTIONS]\n\n"
+      "Writes what a model or a run holds in the formats of other programs. MODEL is a model\n"
+      "file, the name of a model that comes with Thrum, or the folder of a run.\n\n"
+      "of a run:\n"
+      "      --glb FILE              glTF 2.0: the surface, the coordinates as morph targets, the\n"
+      "                              motion as their weights\n"
+      "      --pc2 FILE, --mdd FILE  vertex caches of the surface that --obj writes\n"
+      "      --fps F                 rows of these, at most F a second (default 60; 0: all that\n"
+      "                              the run recorded)\n"
+      "      --model FILE            the run's model, where it lies elsewhere now\n\n"
+      "of a model or a run:\n"
+      "      --obj FILE              the surface at rest, in metres\n\n"
+      "of a model:\n"
+      "      --vega-basis FILE.U     the basis U as VegaFEM reads it\n"
+      "      --float                 U in single precision (.URendering.float)\n"
+      "      --vega-cubic FILE.cub   the reduced forces as VegaFEM's cubic polynomials\n"
+      "      --matrices PREFIX       stiffness [N/m] and mass [kg] of the free components as\n"
+      "                              Matrix Market, PREFIX.K.mtx and PREFIX.M.mtx, and in\n"
+      "                              PREFIX.rows.txt the vertex and axis of each row\n"
+      "      --json                  print one JSON object instead of the table\n"
+      "  -h, --help                  this text\n\n"
+      "`thrum precompute --import-basis` takes U and the forces back; its --export-modes writes\n"
+      "the linear modes.\n\n"
+      "examples:\n"
+      "  thrum export run --glb run.glb\n"
+      "  thrum export run --obj beam.obj --pc2 beam.pc2 --fps 25\n"
+      "  thrum export beam.npz --vega-basis beam.U --vega-cubic beam.cub\n"
+      "  thrum export beam.npz --vega-basis beam.URendering.float --float\n"
+      "  thrum export bridge --matrices bridge\n",
+      stdout);
 }
 
 #define FIELD(member) .field = offsetof(export_request, member)
 
 static const cli_option table[] = {
+    {.name = "glb", .kind = CLI_TEXT, FIELD(glb)},
+    {.name = "pc2", .kind = CLI_TEXT, FIELD(pc2)},
+    {.name = "mdd", .kind = CLI_TEXT, FIELD(mdd)},
+    {.name = "obj", .kind = CLI_TEXT, FIELD(obj)},
+    {.name = "fps", .kind = CLI_NUMBER, FIELD(fps), .most = INFINITY, .wants = "rows a second"},
+    {.name = "model", .kind = CLI_TEXT, FIELD(run_model)},
     {.name = "vega-basis", .kind = CLI_TEXT, FIELD(vega_basis)},
     {.name = "float", .kind = CLI_FLAG, FIELD(single)},
     {.name = "vega-cubic", .kind = CLI_TEXT, FIELD(vega_cubic)},
@@ -64,8 +89,22 @@ static int read_options(int argc, char **argv, export_request *request) {
   code = cli_one_argument("export", "model", argc, argv, &request->model);
   if (code != CLI_DONE)
     return code;
-  if (!request->vega_basis && !request->vega_cubic && !request->matrices)
-    return cli_usage("export", "say what to write: --vega-basis, --vega-cubic or --matrices");
+  const bool motion = request->glb || request->pc2 || request->mdd;
+  const bool of_model = request->vega_basis || request->vega_cubic || request->matrices;
+  if (!motion && !of_model && !request->obj)
+    return cli_usage("export", "say what to write: --glb, --pc2, --mdd, --obj, --vega-basis, "
+                               "--vega-cubic or --matrices");
+  const bool is_run = cli_is_run(request->model);
+  if (motion && !is_run)
+    return cli_usage("export", "--glb, --pc2 and --mdd are of a run: name its folder, not '%s'",
+                     request->model);
+  if (of_model && is_run)
+    return cli_usage("export",
+                     "--vega-basis, --vega-cubic and --matrices are of a model: name its "
+                     "file, not '%s'",
+                     request->model);
+  if (!is_run && request->run_model)
+    return cli_usage("export", "--model goes with the folder of a run");
   if (request->single && !request->vega_basis)
     return cli_usage("export", "--float goes with --vega-basis");
   return CLI_DONE;
@@ -112,6 +151,35 @@ static thrum_status write_all(const export_request *request, const thrum_model *
   return status;
 }
 
+/* The motion and the surface of a run, or the surface of a model alone. */
+static thrum_status write_surface(const export_request *request, const cli_run *run,
+                                  export_files *files, thrum_error *error) {
+  cli_skin skin = {0};
+  thrum_status status = cli_skin_make(run->model, &skin, error);
+  if (status >= 0 && request->glb)
+    status = cli_glb_write(note(files, "glb", request->glb, ""), run, &skin, error);
+  if (status >= 0 && request->pc2)
+    status = cli_pc2_write(note(files, "pc2", request->pc2, ""), run, &skin, error);
+  if (status >= 0 && request->mdd)
+    status = cli_mdd_write(note(files, "mdd", request->mdd, ""), run, &skin, error);
+  if (status >= 0 && request->obj)
+    status = cli_obj_write(note(files, "obj", request->obj, ""), run->model, &skin, error);
+  cli_skin_free(&skin);
+  return status;
+}
+
+static thrum_status export_run(const export_request *request, export_files *files,
+                               thrum_error *error) {
+  cli_run run = {0};
+  thrum_status status = cli_run_read(request->model, request->run_model, &run, error);
+  if (status < 0)
+    return status;
+  cli_run_thin(&run, request->fps);
+  status = write_surface(request, &run, files, error);
+  cli_run_free(&run);
+  return status;
+}
+
 static void print_files(const export_request *request, const export_files *files) {
   if (!request->json) {
     for (int n = 0; n < files->count; n++)
@@ -128,7 +196,7 @@ static void print_files(const export_request *request, const export_files *files
 }
 
 int cmd_export(int argc, char **argv) {
-  export_request request = {0};
+  export_request request = {.fps = FPS_DEFAULT};
   const int code = read_options(argc, argv, &request);
   if (code != CLI_DONE)
     return code;
@@ -137,15 +205,18 @@ int cmd_export(int argc, char **argv) {
     return CLI_DONE;
   }
   thrum_error error = {0};
-  const thrum_model *model = NULL;
   export_files files = {0};
-  thrum_status status = cli_model_load(request.model, false, &model, NULL, &error);
-  if (status < 0)
-    return cli_refuse(&error);
+  cli_run still = {0};
   thrum_interrupt_clean("\nthrum: stopped; the file being written was removed\n");
-  status = write_all(&request, model, &files, &error);
+  const bool is_run = cli_is_run(request.model);
+  thrum_status status = is_run ? export_run(&request, &files, &error)
+                               : cli_model_load(request.model, false, &still.model, NULL, &error);
+  if (status >= 0 && !is_run)
+    status = write_all(&request, still.model, &files, &error);
+  if (status >= 0 && !is_run && request.obj)
+    status = write_surface(&request, &still, &files, &error);
   if (status >= 0)
     print_files(&request, &files);
-  thrum_model_free(model);
+  cli_run_free(&still);
   return status < 0 ? cli_refuse(&error) : CLI_DONE;
 }

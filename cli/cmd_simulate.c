@@ -13,29 +13,6 @@
 #include "precompute/interrupt.h"
 
 #define STATE_ALIGNMENT 64
-#define HASH_CHUNK 65536
-
-/* 64-bit FNV-1a of a file's bytes. */
-static thrum_status hash_file(const char *path, uint64_t *hash, thrum_error *error) {
-  static const uint64_t offset = UINT64_C(0xcbf29ce484222325), prime = UINT64_C(0x100000001b3);
-  FILE *file = fopen(path, "rb");
-  unsigned char *bytes = malloc(HASH_CHUNK);
-  uint64_t value = offset;
-  bool failed = file == NULL || bytes == NULL;
-  for (size_t count = 1; !failed && count > 0;) {
-    count = fread(bytes, 1, HASH_CHUNK, file);
-    for (size_t n = 0; n < count; n++)
-      value = (value ^ bytes[n]) * prime;
-    failed = ferror(file) != 0;
-  }
-  free(bytes);
-  if (file != NULL)
-    fclose(file);
-  if (failed)
-    return thrum_error_set(error, THRUM_IO, "%.300s: cannot be read", path);
-  *hash = value;
-  return THRUM_OK;
-}
 
 static thrum_status allocate(simulation *run, thrum_error *error) {
   const size_t rank = (size_t)run->model->rank, loads = (size_t)run->request->load_count;
@@ -287,7 +264,7 @@ static int run_request(const simulate_request *request) {
   if (status >= 0)
     status = cli_model_lower(run->loaded, request->rank, &run->lower_memory, &run->model, &error);
   if (status >= 0)
-    status = hash_file(file.path, &run->figures.model_hash, &error);
+    status = cli_hash_file(file.path, &run->figures.model_hash, &error);
   run->figures.request = request;
   run->figures.model = run->model;
   if (status >= 0)

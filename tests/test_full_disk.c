@@ -20,7 +20,7 @@
 #define ARGUMENTS 20
 #define LISTING 4096
 
-static char folder[64], model[96], mesh[96];
+static char folder[64], model[96], mesh[96], motion[96];
 
 /* One way to write: OUT in an argument stands for the folder of a case. */
 typedef struct writer {
@@ -43,6 +43,9 @@ static const writer writers[] = {
     {{"export", "MODEL", "--vega-basis", "OUT/m.U", "--vega-cubic", "OUT/m.cub", "--matrices",
       "OUT/m"},
      6000},
+    {{"export", "RUN", "--glb", "OUT/m.glb", "--pc2", "OUT/m.pc2", "--mdd", "OUT/m.mdd", "--obj",
+      "OUT/m.obj"},
+     2000},
     {{"static", "MODEL", "--load", "gravity:0,0,-1", "-q", "-o", "OUT/q.npy", "--vtu", "OUT/q.vtu",
       "--path", "OUT/q.csv"},
      2000},
@@ -67,6 +70,11 @@ static int make_inputs(void **state) {
   cli_result run = thrum_run(folder, "precompute", "beam:4x2x2@1x0.3x0.3", "--fix", "x<0.1",
                              "--modes", "4", "--rank", "6", "-q", "-o", model, NULL);
   int code = run.exit_code;
+  cli_result_free(&run);
+  snprintf(motion, sizeof motion, "%s/motion", folder);
+  run = thrum_run(folder, "simulate", model, "-o", motion, "--time", "0.06", "--start",
+                  "mode:1,0.01", "-q", NULL);
+  code += run.exit_code;
   cli_result_free(&run);
   run = thrum_run(folder, "convert", "beam:4x2x2@1x0.3x0.3", mesh, NULL);
   code += run.exit_code;
@@ -94,6 +102,7 @@ static void fill_arguments(const writer *w, const char *out, char *argv[ARGUMENT
       snprintf(texts[n], sizeof texts[n], "%s",
                strcmp(text, "MODEL") == 0  ? model
                : strcmp(text, "MESH") == 0 ? mesh
+               : strcmp(text, "RUN") == 0  ? motion
                                            : text);
     argv[n + 1] = texts[n];
   }
@@ -194,7 +203,7 @@ static void a_full_disk_leaves_nothing_and_names_the_file(void **state) {
 static void what_was_there_before_stays_whole(void **state) {
   (void)state;
   static const char *const files[] = {"m.npz", "run/q.npy", "m.veg"};
-  static const int which[] = {0, 11, 2};
+  static const int which[] = {0, 12, 2};
   for (int n = 0; n < 3; n++) {
     char out[128], path[200], *argv[ARGUMENTS + 2];
     snprintf(out, sizeof out, "%s/twice-%d", folder, n);
@@ -236,8 +245,8 @@ static void a_folder_that_cannot_be_written_to_is_named(void **state) {
 /* OUT/m.npz and the like are folders, or OUT/run a file. */
 static void a_folder_in_place_of_a_file_is_refused(void **state) {
   (void)state;
-  static const char *const names[] = {"m.npz",  "m.vtu", "m.veg", "m.msh", "m.node",
-                                      "m.mesh", "m.vtk", "m.inp", "m.U",   "q.npy"};
+  static const char *const names[] = {"m.npz", "m.vtu", "m.veg", "m.msh", "m.node", "m.mesh",
+                                      "m.vtk", "m.inp", "m.U",   "q.npy", "m.glb"};
   char out[128], path[200];
   snprintf(out, sizeof out, "%s/folders", folder);
   assert_int_equal(mkdir(out, 0777), 0);

@@ -1,0 +1,243 @@
+/* glTF 2.0 binary files: u(t) = U q(t) is linear in q, so the columns of U at the surface are morph
+ * targets and q(t) their weights; nothing is lost but the digits beyond single precision.
+ * Khronos, glTF 2.0 Specification, 3.7.2.2 (morph targets) and 4 (binary). Thrum's z is up, glTF's
+ * y. Size: 12 bytes x vertices x (r + 1) + 4 bytes x rows x (r + 1).
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli/cli.h"
+#include "cli/motion_write.h"
+#include "precompute/npz.h"
+
+enum { FLOAT = 5126, UNSIGNED = 5125, VERTICES = 34962, INDICES = 34963 };
+
+/* What is being made; accessors and views are numbered alike. */
+typedef struct glb {
+  cJSON *root, *views, *accessors;
+  const cli_run *run;
+  const cli_skin *skin;
+  double *scale; /* rank: weights are q / scale */
+  double bytes;  /* of the views so far */
+} glb;
+
+static void add_view(glb *g, int64_t count, int width, int kind, const char *type, int target) {
+  cJSON *view = cJSON_CreateObject(), *accessor = cJSON_CreateObject();
+  const double bytes = 4.0 * (double)count * width;
+  cli_json_number(view, "buffer", 0);
+  cli_json_number(view, "byteOffset", g->bytes);
+  cli_json_number(view, "byteLength", bytes);
+  if (target != 0)
+    cli_json_number(view, "target", target);
+  cli_json_number(accessor, "bufferView", cJSON_GetArraySize(g->views));
+  cli_json_number(accessor, "componentType", kind);
+  cli_json_number(accessor, "count", (double)count);
+  cJSON_AddStringToObject(accessor, "type", type);
+  cJSON_AddItemToArray(g->views, view);
+  cJSON_AddItemToArray(g->accessors, accessor);
+  g->bytes += bytes;
+}
+
+/* A component of the surface at rest (column -1), or of a morph target. */
+static float value_at(const glb *g, int64_t vertex, int axis, int64_t column) {
+  const thrum_model *model = g->run->model;
+  const int64_t row = 3 * (int64_t)g->skin->vertices[vertex] + axis;
+  return column < 0 ? (float)model->vertices[row]
+                    : (float)(model->basis[row * model->rank + column] * g->scale[column]);
+}
+
+/* A view of vectors with their bounds. */
+static void add_vectors(glb *g, int64_t column) {
+  double least[3], most[3];
+  for (int axis = 0; axis < 3; axis++) {
+    least[axis] = most[axis] = (double)value_at(g, 0, axis, column);
+    for (int64_t v = 1; v < g->skin->vertex_count; v++) {
+      const double value = (double)value_at(g, v, axis, column);
+      least[axis] = fmin(least[axis], value);
+      most[axis] = fmax(most[axis], value);
+    }
+  }
+  add_view(g, g->skin->vertex_count, 3, FLOAT, "VEC3", VERTICES);
+  cJSON *accessor = cJSON_GetArrayItem(g->accessors, cJSON_GetArraySize(g->accessors) - 1);
+  cli_json_numbers(accessor, "min", least, 3);
+  cli_json_numbers(accessor, "max", most, 3);
+}
+
+/* Views and accessors: rest, targets, indices, times, weights. */
+static void plan_buffer(glb *g) {
+  const cli_run *run = g->run;
+  g->views = cJSON_CreateArray();
+  g->accessors = cJSON_CreateArray();
+  for (int64_t column = -1; column < run->rank; column++)
+    add_vectors(g, column);
+  add_view(g, 3 * g->skin->triangle_count, 1, UNSIGNED, "SCALAR", INDICES);
+  add_view(g, run->rows, 1, FLOAT, "SCALAR", 0);
+  cJSON *times = cJSON_GetArrayItem(g->accessors, cJSON_GetArraySize(g->accessors) - 1);
+  const double least = (double)(float)run->times[0];
+  const double most = (double)(float)run->times[run->rows - 1];
+  cli_json_numbers(times, "min", &least, 1);
+  cli_json_numbers(times, "max", &most, 1);
+  add_view(g, run->rows * run->rank, 1, FLOAT, "SCALAR", 0);
+}
+
+static void add_mesh(glb *g) {
+  const int64_t rank = g->run->rank;
+  cJSON *mesh = cJSON_CreateObject(), *primitive = cJSON_CreateObject();
+  cli_json_number(cJSON_AddObjectToObject(primitive, "attributes"), "POSITION", 0);
+  cli_json_number(primitive, "indices", (double)(rank + 1));
+  cli_json_number(primitive, "material", 0);
+  cJSON *targets = cJSON_AddArrayToObject(primitive, "targets");
+  cJSON *weights = cJSON_AddArrayToObject(mesh, "weights");
+  cJSON *extras = cJSON_AddObjectToObject(mesh, "extras");
+  cJSON *names = cJSON_AddArrayToObject(extras, "targetNames");
+  for (int64_t n = 0; n < rank; n++) {
+    char name[32];
+    cJSON *target = cJSON_CreateObject();
+    cli_json_number(target, "POSITION", (double)(n + 1));
+    cJSON_AddItemToArray(targets, target);
+    cJSON_AddItemToArray(weights, cli_json_number_item(g->run->q[n] / g->scale[n]));
+    snprintf(name, sizeof name, "q%lld", (long long)n + 1);
+    cJSON_AddItemToArray(names, cJSON_CreateString(name));
+  }
+  cli_json_numbers(extras, "scale", g->scale, rank);
+  cJSON_AddItemToArray(cJSON_AddArrayToObject(mesh, "primitives"), primitive);
+  cJSON_AddItemToArray(cJSON_AddArrayToObject(g->root, "meshes"), mesh);
+}
+
+static void add_scene(glb *g) {
+  static const double up[4] = {-0.70710678118654757, 0, 0, 0.70710678118654757};
+  static const double colour[4] = {0.62, 0.69, 0.78, 1}, zero = 0;
+  cJSON *asset = cJSON_AddObjectToObject(g->root, "asset");
+  cJSON_AddStringToObject(asset, "version", "2.0");
+  cJSON_AddStringToObject(asset, "generator", "thrum");
+  cli_json_number(g->root, "scene", 0);
+  cJSON *scene = cJSON_CreateObject(), *node = cJSON_CreateObject();
+  cli_json_numbers(scene, "nodes", &zero, 1);
+  cli_json_number(node, "mesh", 0);
+  cli_json_numbers(node, "rotation", up, 4);
+  cJSON_AddItemToArray(cJSON_AddArrayToObject(g->root, "scenes"), scene);
+  cJSON_AddItemToArray(cJSON_AddArrayToObject(g->root, "nodes"), node);
+  cJSON *material = cJSON_CreateObject();
+  cJSON *surface = cJSON_AddObjectToObject(material, "pbrMetallicRoughness");
+  cli_json_numbers(surface, "baseColorFactor", colour, 4);
+  cli_json_number(surface, "metallicFactor", 0);
+  cli_json_number(surface, "roughnessFactor", 0.7);
+  cJSON_AddItemToArray(cJSON_AddArrayToObject(g->root, "materials"), material);
+}
+
+static void add_animation(glb *g) {
+  const int64_t rank = g->run->rank;
+  cJSON *animation = cJSON_CreateObject(), *sampler = cJSON_CreateObject();
+  cJSON *channel = cJSON_CreateObject();
+  cli_json_number(sampler, "input", (double)(rank + 2));
+  cli_json_number(sampler, "output", (double)(rank + 3));
+  cJSON_AddStringToObject(sampler, "interpolation", "LINEAR");
+  cli_json_number(channel, "sampler", 0);
+  cJSON *target = cJSON_AddObjectToObject(channel, "target");
+  cli_json_number(target, "node", 0);
+  cJSON_AddStringToObject(target, "path", "weights");
+  cJSON_AddItemToArray(cJSON_AddArrayToObject(animation, "samplers"), sampler);
+  cJSON_AddItemToArray(cJSON_AddArrayToObject(animation, "channels"), channel);
+  cJSON_AddItemToArray(cJSON_AddArrayToObject(g->root, "animations"), animation);
+}
+
+/* The JSON of the file (malloc), padded to four bytes; NULL: out of memory. */
+static char *make_json(glb *g, size_t *length) {
+  g->root = cJSON_CreateObject();
+  plan_buffer(g);
+  add_scene(g);
+  add_mesh(g);
+  add_animation(g);
+  cJSON *buffer = cJSON_CreateObject();
+  cli_json_number(buffer, "byteLength", g->bytes);
+  cJSON_AddItemToArray(cJSON_AddArrayToObject(g->root, "buffers"), buffer);
+  cJSON_AddItemToObject(g->root, "bufferViews", g->views);
+  cJSON_AddItemToObject(g->root, "accessors", g->accessors);
+  char *text = cJSON_PrintUnformatted(g->root);
+  cJSON_Delete(g->root);
+  if (text == NULL)
+    return NULL;
+  *length = strlen(text);
+  char *padded = malloc(*length + 4);
+  if (padded != NULL) {
+    memcpy(padded, text, *length);
+    while (*length % 4 != 0)
+      padded[(*length)++] = ' ';
+  }
+  cJSON_free(text);
+  return padded;
+}
+
+/* glTF is little-endian, and so is every machine that this program runs on (the model file too). */
+static void put(const thrum_file_writer *writer, const void *data, size_t size) {
+  fwrite(data, 1, size, writer->stream); // an error leaves its mark on the stream
+}
+
+static void put_number(const thrum_file_writer *writer, uint32_t number) {
+  put(writer, &number, sizeof number);
+}
+
+static void put_buffer(const glb *g, const thrum_file_writer *writer) {
+  const cli_run *run = g->run;
+  for (int64_t column = -1; column < run->rank; column++)
+    for (int64_t v = 0; v < g->skin->vertex_count; v++) {
+      const float vector[3] = {value_at(g, v, 0, column), value_at(g, v, 1, column),
+                               value_at(g, v, 2, column)};
+      put(writer, vector, sizeof vector);
+    }
+  put(writer, g->skin->triangles, (size_t)g->skin->triangle_count * 3 * sizeof(int32_t));
+  for (int64_t n = 0; n < run->rows; n++) {
+    const float time = (float)run->times[n];
+    put(writer, &time, sizeof time);
+  }
+  for (int64_t n = 0; n < run->rows * run->rank; n++) {
+    const float weight = (float)(run->q[n] / g->scale[n % run->rank]);
+    put(writer, &weight, sizeof weight);
+  }
+}
+
+static thrum_status write_file(const char *path, const glb *g, const char *json, size_t length,
+                               thrum_error *error) {
+  thrum_file_writer writer = {NULL, NULL, NULL};
+  const double total = 28 + (double)length + g->bytes;
+  if (total >= 4294967296.0)
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "%.200s: %.1f GB, and a .glb holds 4: write fewer rows (--fps)", path,
+                           1e-9 * total);
+  const thrum_status status = thrum_file_writer_open(path, &writer, error);
+  if (status < 0)
+    return status;
+  put(&writer, "glTF", 4);
+  put_number(&writer, 2);
+  put_number(&writer, (uint32_t)total);
+  put_number(&writer, (uint32_t)length);
+  put(&writer, "JSON", 4);
+  put(&writer, json, length);
+  put_number(&writer, (uint32_t)g->bytes);
+  put(&writer, "BIN", 4);
+  put_buffer(g, &writer);
+  return thrum_file_writer_commit(&writer, error);
+}
+
+thrum_status cli_glb_write(const char *path, const cli_run *run, const cli_skin *skin,
+                           thrum_error *error) {
+  glb g = {.run = run, .skin = skin};
+  size_t length = 0;
+  char *json = NULL;
+  g.scale = calloc((size_t)run->rank, sizeof *g.scale);
+  if (g.scale != NULL) {
+    for (int64_t n = 0; n < run->rows * run->rank; n++)
+      g.scale[n % run->rank] = fmax(g.scale[n % run->rank], fabs(run->q[n]));
+    for (int64_t n = 0; n < run->rank; n++)
+      g.scale[n] = g.scale[n] > 0 ? g.scale[n] : 1;
+    json = make_json(&g, &length);
+  }
+  const thrum_status status =
+      json != NULL ? write_file(path, &g, json, length, error)
+                   : thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %.200s", path);
+  free(json);
+  free(g.scale);
+  return status;
+}
