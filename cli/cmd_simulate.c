@@ -53,7 +53,7 @@ static void warn_free(const simulation *run) {
     if (load->gravity)
       cli_warn("--load '%s' moves nothing: nothing holds the body, so it falls without a strain",
                load->text);
-    for (int axis = 0; axis < 3 && !load->gravity; axis++) {
+    for (int axis = 0; axis < 3 && !load->gravity && !load->traction; axis++) {
       sum[axis] += load->vector[axis];
       largest = fmax(largest, fabs(load->vector[axis]));
     }
@@ -71,9 +71,12 @@ static void warn_before(const simulation *run) {
   const int64_t rank = run->model->rank;
   if (request->load_count == 0 && request->start_count == 0 && request->shake_count == 0)
     cli_warn("no --load, no --shake and no --start: the body stays at rest");
+  // what follows is said of the basis
+  if (run->full != NULL)
+    return;
   if (request->shake_count > 0 && run->model->rigid != NULL)
     cli_warn("--shake moves nothing: nothing holds the body, so a base cannot shake it");
-  if (run->model->rigid != NULL && run->full == NULL)
+  if (run->model->rigid != NULL)
     warn_free(run);
   for (int64_t n = 0; n < request->load_count; n++) {
     bool idle = true;
@@ -83,8 +86,6 @@ static void warn_before(const simulation *run) {
       cli_warn("--load '%s' moves nothing: it is zero, or all of its vertices are held",
                request->loads[n].text);
   }
-  if (run->full != NULL)
-    return;
   // an explicit mode beyond the bound of Stoermer-Verlet grows from the first step on (design 4)
   const int32_t count = thrum_state_report_get(run->state).explicit_modes;
   const double dt = request->def.dt;

@@ -8,10 +8,12 @@
 #include <ctype.h>
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "cli/cli.h"
 #include "precompute/load_share.h"
+#include "precompute/traction.h"
 
 typedef struct load_kind {
   const char *name;
@@ -23,7 +25,7 @@ typedef struct load_kind {
 static const load_kind kinds[] = {
     {"impulse", THRUM_LOAD_CONSTANT, 0.003},    {"square", THRUM_LOAD_CONSTANT, 0.3},
     {"sine", THRUM_LOAD_SINE, INFINITY},        {"constant", THRUM_LOAD_CONSTANT, INFINITY},
-    {"gravity", THRUM_LOAD_CONSTANT, INFINITY},
+    {"gravity", THRUM_LOAD_CONSTANT, INFINITY}, {"traction", THRUM_LOAD_CONSTANT, INFINITY},
 };
 enum { KIND_COUNT = sizeof kinds / sizeof kinds[0] };
 
@@ -122,7 +124,10 @@ static thrum_status parse_body(char *body, const load_kind *kind, cli_load *load
     *at = 0;
   if (!cli_parse_vector3(body, load->vector)) {
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "--load '%s': '%s' is not x,y,z (%s)",
-                           load->text, body, load->gravity ? "m/s^2" : "N");
+                           load->text, body,
+                           load->gravity    ? "m/s^2"
+                           : load->traction ? "Pa"
+                                            : "N");
   }
   if (load->gravity && at != NULL) {
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
@@ -162,8 +167,8 @@ thrum_status cli_load_parse(const char *text, cli_load *load, thrum_error *error
   const load_kind *kind = kind_of(text, &name_length);
   if (kind == NULL) {
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                           "--load '%.200s': it begins with impulse:, square:, sine:, constant: "
-                           "or gravity:",
+                           "--load '%.200s': it begins with impulse:, square:, sine:, constant:, "
+                           "gravity: or traction:",
                            text);
   }
   if (strlen(text) >= sizeof body) {
@@ -171,7 +176,9 @@ thrum_status cli_load_parse(const char *text, cli_load *load, thrum_error *error
                            text, CLI_LOAD_TEXT_MAX - 1);
   }
   snprintf(body, sizeof body, "%s", text + name_length + 1);
-  cli_load parsed = {.text = text, .gravity = strcmp(kind->name, "gravity") == 0};
+  cli_load parsed = {.text = text,
+                     .gravity = strcmp(kind->name, "gravity") == 0,
+                     .traction = strcmp(kind->name, "traction") == 0};
   key_values values = {0};
   thrum_status status = take_keys(body, text, &values, error);
   if (status == THRUM_OK)
@@ -219,6 +226,19 @@ thrum_status cli_target_find(const thrum_model *model, const cli_target *target,
   return THRUM_OK;
 }
 
+static thrum_status reduce_traction(const thrum_model *model, const int32_t *vertices,
+                                    int64_t count, const double traction[3], double *reduced,
+                                    thrum_error *error) {
+  double *forces = calloc(3 * (size_t)model->vertex_count, sizeof *forces);
+  if (forces == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the surface");
+  thrum_status status = thrum_traction_fill(model, vertices, count, traction, forces, NULL, error);
+  if (status >= 0)
+    status = thrum_force_add_field(model, forces, reduced, error);
+  free(forces);
+  return status;
+}
+
 static thrum_status reduce_target(const thrum_model *model, const cli_load *load, double *reduced,
                                   thrum_error *error) {
   const int32_t *vertices = NULL;
@@ -231,6 +251,8 @@ static thrum_status reduce_target(const thrum_model *model, const cli_load *load
   const thrum_status status = cli_target_find(model, &load->target, &vertices, &count, &one, error);
   if (status < 0)
     return status;
+  if (load->traction)
+    return reduce_traction(model, vertices, count, load->vector, reduced, error);
   return thrum_force_add_shared(model, vertices, count, load->vector, reduced, error);
 }
 
@@ -259,5 +281,7 @@ thrum_status cli_load_fill(const thrum_model *model, const cli_load *load, doubl
   const thrum_status status = cli_target_find(model, &load->target, &vertices, &count, &one, error);
   if (status < 0)
     return status;
+  if (load->traction)
+    return thrum_traction_fill(model, vertices, count, load->vector, forces, NULL, error);
   return thrum_load_fill(model, vertices, count, load->vector, forces, error);
 }

@@ -21,6 +21,7 @@ typedef struct cli_target {
 typedef struct cli_load {
   const char *text;
   bool gravity;      /* vector is an acceleration [m/s^2] on the whole body, not a force [N] */
+  bool traction;     /* vector is a force an area [Pa] on the surface of the target */
   double vector[3];  /* the total over the target */
   cli_target target; /* none of gravity */
   thrum_load course;

@@ -291,6 +291,7 @@ void simulate_help(void) {
       "  impulse   for 0.003 s, or until=        square    for 0.3 s, or until=\n"
       "  constant  for ever, or until=           sine      needs f=HZ; for ever, or until=\n"
       "  gravity   gravity:X,Y,Z, an acceleration in m/s^2; no TARGET\n"
+      "  traction  traction:X,Y,Z@GROUP, a force an area in Pa on the surface there\n"
       "TARGET is a group, vertex=N (from 1, as in lists of fixed vertices), or all. The force is\n"
       "the total: the vertices of a group share it equally, held ones included.\n\n"
       "SHAKE is FILE.csv, a line for each time: t,ax,ay,az, seconds and accelerations of the base\n"

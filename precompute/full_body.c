@@ -17,7 +17,8 @@ static int32_t *lend(const int32_t *array) {
   return pointer.write;
 }
 
-static thrum_status borrow_mesh(const thrum_model *model, thrum_mesh *mesh, thrum_error *error) {
+thrum_status thrum_model_borrow_mesh(const thrum_model *model, thrum_mesh *mesh,
+                                     thrum_error *error) {
   if (model->vertices == NULL)
     return thrum_error_set(error, THRUM_MISSING,
                            "the model has no mesh, so its stiffness and mass are unknown");
@@ -80,7 +81,7 @@ static thrum_status make_mass(thrum_full_body *body, const thrum_model *model, t
 thrum_status thrum_full_body_create(const thrum_model *model, thrum_full_body *body,
                                     thrum_error *error) {
   thrum_full_body made = {0};
-  thrum_status status = borrow_mesh(model, &made.mesh, error);
+  thrum_status status = thrum_model_borrow_mesh(model, &made.mesh, error);
   if (status == THRUM_OK)
     status = thrum_fem_create(&made.mesh, model->fixed, &made.fem, error);
   if (status == THRUM_OK)

@@ -12,6 +12,11 @@ typedef struct thrum_full_body {
   thrum_mass kind; /* the mass in which the model's basis is orthonormal; consistent without one */
 } thrum_full_body;
 
+/* The model's mesh: its arrays are the model's, but for `materials`, which the caller frees alone.
+ * THRUM_MISSING when the model has no mesh. */
+thrum_status thrum_model_borrow_mesh(const thrum_model *model, thrum_mesh *mesh,
+                                     thrum_error *error);
+
 /* THRUM_MISSING when the model has no mesh. The model must stay while the body is used. */
 thrum_status thrum_full_body_create(const thrum_model *model, thrum_full_body *body,
                                     thrum_error *error);
