@@ -44,6 +44,8 @@ typedef struct bench_step {
   double factorisations;
   int32_t implicit_modes;
   int64_t steps_measured; /* of a batch */
+  double operations;      /* of a step's passes over coefficients, without the watch */
+  double coefficients;    /* that they read */
 } bench_step;
 
 thrum_status bench_step_run(const thrum_model *model, bench_step *bench, thrum_error *error);

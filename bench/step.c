@@ -58,6 +58,44 @@ static thrum_status run_steps(const thrum_model *model, thrum_state *state, int6
   return status;
 }
 
+/* Terms of degree 3 and 4 of so many coordinates. */
+static double terms(int64_t rank) {
+  return (double)(thrum_c3_count(rank) + thrum_c4_count(rank));
+}
+
+/* What the passes of a step do and read: a force meets each coefficient with 4 operations, a
+ * tangent with 6, a restriction with 2. */
+static void count_passes(const thrum_model *model, bench_step *bench) {
+  const double all = terms(model->rank), evaluations = bench->iterations + 1.0;
+  const int64_t implicit = bench->implicit_modes;
+  const double inner = terms(implicit), held = terms(model->rank - implicit);
+  double forces = evaluations, tangents = bench->factorisations, restricted = 0.0;
+  switch (bench->def.integrator) {
+  case THRUM_INTEGRATOR_ENERGY:
+    // at two points, the forces from one read
+    bench->operations = (8.0 * forces + 12.0 * tangents) * all;
+    bench->coefficients = (forces + 2.0 * tangents) * all;
+    return;
+  case THRUM_INTEGRATOR_NEWMARK:
+  case THRUM_INTEGRATOR_MIDPOINT:
+    break;
+  case THRUM_INTEGRATOR_VERLET:
+  case THRUM_INTEGRATOR_IMEXV:
+    if (implicit == model->rank)
+      break;
+    forces = 1.0;
+    tangents = 0.0;
+    restricted = implicit > 0 ? all - held : 0.0;
+    break;
+  }
+  bench->operations = (4.0 * forces + 6.0 * tangents) * all + 2.0 * restricted;
+  bench->coefficients = (forces + tangents) * all + restricted;
+  if (restricted > 0.0) {
+    bench->operations += (4.0 * evaluations + 6.0 * bench->factorisations) * inner;
+    bench->coefficients += (evaluations + bench->factorisations) * inner;
+  }
+}
+
 /* Batches from the snapshot. */
 static thrum_status measure(const thrum_model *model, thrum_state *state, const void *snapshot,
                             double *samples, bench_step *bench, thrum_error *error) {
@@ -86,6 +124,7 @@ static thrum_status measure(const thrum_model *model, thrum_state *state, const 
   bench->factorisations = (double)(after.factorisations - before.factorisations) / (double)steps;
   bench->implicit_modes = after.implicit_modes;
   bench->steps_measured = steps;
+  count_passes(model, bench);
   return THRUM_OK;
 }
 
