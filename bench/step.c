@@ -73,11 +73,13 @@ static void count_passes(const thrum_model *model, bench_step *bench) {
   switch (bench->def.integrator) {
   case THRUM_INTEGRATOR_ENERGY:
     // at two points, the forces from one read
-    bench->operations = (8.0 * forces + 12.0 * tangents) * all;
-    bench->coefficients = (forces + 2.0 * tangents) * all;
+    bench->operations = (8.0 * forces + 6.0 * tangents) * all;
+    bench->coefficients = (forces + tangents) * all;
     return;
   case THRUM_INTEGRATOR_NEWMARK:
   case THRUM_INTEGRATOR_MIDPOINT:
+    // a tangent brings the force of its point
+    forces -= tangents;
     break;
   case THRUM_INTEGRATOR_VERLET:
   case THRUM_INTEGRATOR_IMEXV:
