@@ -3,7 +3,8 @@
  *
  * The matrices are 1 + h^2/4 T + h/2 D (design 5): symmetric, but T is indefinite in compression,
  * so Cholesky may fail where these do not. Cost 2/3 n^3 to factorise, 2 n^2 to solve; n^3 to
- * invert. Source of the sweep: Goodnight 1979, doi:10.1080/00031305.1979.10482685.
+ * invert, which is faster than dpotrf and dpotri of OpenBLAS up to the largest rank: so no LAPACK
+ * is called. Source of the sweep: Goodnight 1979, doi:10.1080/00031305.1979.10482685.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #if defined(__clang__)
@@ -86,7 +87,7 @@ void thrum_dense_solve(const double *factors, int32_t n, const int32_t *pivots, 
 /* Scratch of an inverse: vectors of n. */
 typedef struct pair {
   double *swept;             /* 1 where done */
-  double *diagonal;          /* what the first pivot leaves of it */
+  double *diagonal;          /* of what is not swept yet */
   double *first, *second;    /* columns of the pivots, the second's as the first leaves it */
   double *minus_1, *minus_2; /* the same over minus their pivots */
 } pair;
@@ -103,10 +104,17 @@ static int32_t largest_left(const double *diagonal, int32_t n, const double *swe
   return best_size < INFINITY ? best : -1;
 }
 
-/* Entry (i, k) of the lower triangle. */
-static double *lower_at(double *matrix, int32_t n, int32_t i, int32_t k) {
-  const size_t row = (size_t)(i < k ? k : i), column = (size_t)(i < k ? i : k);
-  return matrix + row * (size_t)n + column;
+/* Column k of a symmetric matrix, of which the lower triangle counts. */
+static void read_column(const double *matrix, int32_t n, int32_t k, double *column) {
+  memcpy(column, matrix + (size_t)k * (size_t)n, (size_t)k * sizeof *column);
+  for (int32_t i = k; i < n; i++)
+    column[i] = matrix[(size_t)i * (size_t)n + (size_t)k];
+}
+
+static void write_column(double *matrix, int32_t n, int32_t k, const double *column) {
+  memcpy(matrix + (size_t)k * (size_t)n, column, (size_t)k * sizeof *column);
+  for (int32_t i = k; i < n; i++)
+    matrix[(size_t)i * (size_t)n + (size_t)k] = column[i];
 }
 
 static void over_minus_pivot(const double *column, int32_t n, int32_t k, double *minus) {
@@ -120,43 +128,46 @@ static void over_minus_pivot(const double *column, int32_t n, int32_t k, double 
  * zero or no number. */
 static bool sweep(const thrum_kernel *by, double *matrix, int32_t n, int32_t k, bool another,
                   const pair *p) {
-  for (int32_t i = 0; i < n; i++)
-    p->first[i] = *lower_at(matrix, n, i, k);
+  read_column(matrix, n, k, p->first);
   over_minus_pivot(p->first, n, k, p->minus_1);
-  int32_t l = -1;
+  for (int32_t i = 0; i < n; i++)
+    p->diagonal[i] += p->minus_1[i] * p->first[i];
+  const int32_t l = another ? largest_left(p->diagonal, n, p->swept) : -1;
   if (another) {
-    for (int32_t i = 0; i < n; i++)
-      p->diagonal[i] = *lower_at(matrix, n, i, i) + p->minus_1[i] * p->first[i];
-    l = largest_left(p->diagonal, n, p->swept);
     if (l < 0)
       return false;
     p->swept[l] = 1.0;
+    read_column(matrix, n, l, p->second);
     for (int32_t i = 0; i < n; i++)
-      p->second[i] = *lower_at(matrix, n, i, l) + p->minus_1[l] * p->first[i];
+      p->second[i] += p->minus_1[l] * p->first[i];
     p->second[k] = -p->minus_1[l];
     over_minus_pivot(p->second, n, l, p->minus_2);
+    for (int32_t i = 0; i < n; i++)
+      p->diagonal[i] += p->minus_2[i] * p->second[i];
   }
   by->rank_two(n, true, p->minus_1, p->first, p->minus_2, p->second, matrix);
-  // what the pivots' own rows and columns become
+  // what the pivots' own columns become
+  const double corner = -1.0 / p->first[k], across = p->second[k];
   for (int32_t i = 0; i < n; i++)
-    *lower_at(matrix, n, i, k) = -p->minus_1[i];
-  *lower_at(matrix, n, k, k) = -1.0 / p->first[k];
+    p->first[i] = p->minus_2[i] * across - p->minus_1[i];
+  p->first[k] = corner + p->minus_2[k] * across;
+  write_column(matrix, n, k, p->first);
   if (l < 0)
     return true;
+  const double last = -1.0 / p->second[l];
   for (int32_t i = 0; i < n; i++)
-    *lower_at(matrix, n, i, k) += p->minus_2[i] * p->second[k];
-  for (int32_t i = 0; i < n; i++)
-    *lower_at(matrix, n, i, l) = -p->minus_2[i];
-  *lower_at(matrix, n, l, l) = -1.0 / p->second[l];
+    p->second[i] = -p->minus_2[i];
+  p->second[l] = last;
+  write_column(matrix, n, l, p->second);
   return true;
 }
 
 bool thrum_dense_invert(const thrum_kernel *by, double *matrix, int32_t n, double *work) {
   const pair p = {work, work + n, work + 2 * n, work + 3 * n, work + 4 * n, work + 5 * n};
   memset(p.swept, 0, (size_t)n * sizeof *p.swept);
+  for (int32_t i = 0; i < n; i++)
+    p.diagonal[i] = matrix[(size_t)i * (size_t)n + (size_t)i];
   for (int32_t done = 0; done < n; done += 2) {
-    for (int32_t i = 0; i < n; i++)
-      p.diagonal[i] = *lower_at(matrix, n, i, i);
     const int32_t k = largest_left(p.diagonal, n, p.swept);
     if (k < 0)
       return false;
