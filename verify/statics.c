@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "full/full.h"
 #include "thrum/equilibrium.h"
 #include "verify/verify.h"
 
@@ -41,6 +42,39 @@ static thrum_status face_force(const thrum_model *model, int axis, double *reduc
   memset(reduced, 0, (size_t)model->rank * sizeof *reduced);
   const thrum_status status = thrum_model_group(model, "right", &vertices, &count, error);
   return status < 0 ? status : thrum_force_add_shared(model, vertices, count, unit, reduced, error);
+}
+
+/* Mean displacement of the right face along z at rest under `forces` in the full order. */
+static thrum_status full_tip(const thrum_model *model, bool gravity, double load, double *tip,
+                             thrum_error *error) {
+  const thrum_full_def def = thrum_default_full_def();
+  const size_t components = 3 * (size_t)model->vertex_count;
+  const int32_t *vertices;
+  int64_t count;
+  thrum_full *full = NULL;
+  thrum_full_equilibrium found;
+  double *forces = calloc(2 * components, sizeof *forces), *u = forces;
+  if (forces == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the full order");
+  thrum_status status = thrum_model_group(model, "right", &vertices, &count, error);
+  if (status >= 0)
+    status = thrum_full_create(model, NULL, &def, &full, error);
+  if (status >= 0 && gravity)
+    thrum_full_add_gravity(full, (const double[3]){0, 0, load}, forces);
+  for (int64_t n = 0; status >= 0 && !gravity && n < count; n++)
+    forces[3 * vertices[n] + 2] = load / (double)count;
+  if (status >= 0)
+    status = thrum_full_rest(full, forces, NULL, &found, error);
+  if (status >= 0) {
+    u += components;
+    thrum_full_get(full, u, NULL);
+    *tip = 0;
+    for (int64_t n = 0; n < count; n++)
+      *tip += u[3 * vertices[n] + 2] / (double)count;
+  }
+  thrum_full_free(full);
+  free(forces);
+  return status < 0 ? status : THRUM_OK;
 }
 
 static double product(const thrum_model *model, const double *a, const double *b) {
@@ -101,6 +135,16 @@ thrum_status verify_elastica(const verify_sink *sink, thrum_error *error) {
           verify_add(sink, "elastica", names[scaled][what][n], body.mesh, cells, known[what],
                      found[what]);
       }
+    // the same mesh unreduced, where that is soon done
+    double deflection, shortening, tip;
+    if (status >= 0 && cells <= 8) {
+      verify_elastica_tip(loads[2], &deflection, &shortening);
+      status = full_tip(&made.model, false, loads[2] * SLENDER / cells * pow(SLENDER, 3) / 12, &tip,
+                        error);
+      if (status >= 0)
+        verify_add(sink, "elastica", "deflection at P = 5, full order", body.mesh, cells,
+                   deflection, tip);
+    }
     thrum_precomputed_free(&made);
     if (status < 0)
       return status;
@@ -112,7 +156,9 @@ thrum_status verify_gravity_beam(const verify_sink *sink, thrum_error *error) {
   static const struct {
     const char *name;
     double mu, tip;
-  } cases[2] = {{"CSM1 tip, mm", 0.5e6, -66.10}, {"CSM2 tip, mm", 2e6, -16.97}};
+    const char *full;
+  } cases[2] = {{"CSM1 tip, mm", 0.5e6, -66.10, "CSM1 tip, full order, mm"},
+                {"CSM2 tip, mm", 2e6, -16.97, "CSM2 tip, full order, mm"}};
   for (int level = 0; level <= sink->level + 1; level++) {
     const int cells = 2 << level;
     for (int n = 0; n < 2; n++) {
@@ -133,6 +179,11 @@ thrum_status verify_gravity_beam(const verify_sink *sink, thrum_error *error) {
       if (status >= 0)
         verify_add(sink, "gravity_beam", cases[n].name, body.mesh, cells, cases[n].tip,
                    1e3 * product(&made.model, up, q));
+      double tip = 0;
+      if (status >= 0)
+        status = full_tip(&made.model, true, -2, &tip, error);
+      if (status >= 0)
+        verify_add(sink, "gravity_beam", cases[n].full, body.mesh, cells, cases[n].tip, 1e3 * tip);
       thrum_precomputed_free(&made);
       if (status < 0)
         return status;

@@ -31,7 +31,8 @@ typedef struct verify_sink {
 /* A problem: gives its rows to the sink, coarse to fine. */
 typedef thrum_status verify_problem(const verify_sink *sink, thrum_error *error);
 verify_problem verify_beam, verify_torsion, verify_cube, verify_sphere, verify_membrane,
-    verify_elastica, verify_gravity_beam, verify_hardening, verify_fast_slow, verify_fermi;
+    verify_elastica, verify_gravity_beam, verify_hardening, verify_fast_slow, verify_fermi,
+    verify_tumble;
 
 /* X(name, text) */
 #define VERIFY_PROBLEMS(X)                                                                         \
@@ -44,7 +45,8 @@ verify_problem verify_beam, verify_torsion, verify_cube, verify_sphere, verify_m
   X(gravity_beam, "beam under gravity")                                                            \
   X(hardening, "hardening of a clamped beam")                                                      \
   X(fast_slow, "coupled fast and slow oscillators")                                                \
-  X(fermi, "Fermi-Pasta-Ulam chain")
+  X(fermi, "Fermi-Pasta-Ulam chain")                                                               \
+  X(tumble, "tumbling body in the full order")
 
 /* A body: mesh by name, at most four things fixed, material; `map` moves its vertices first. */
 typedef struct verify_body {
