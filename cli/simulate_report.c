@@ -78,6 +78,8 @@ static cJSON *options_json(const simulate_request *request) {
   cli_json_number(object, "iterations", def->iterations_max);
   add_specs(object, request);
   cli_json_number(object, "record_every", (double)request->record_every);
+  cJSON_AddBoolToObject(object, "full", request->full);
+  cJSON_AddStringToObject(object, "solver", request->solver == THRUM_FULL_CG ? "cg" : "cholesky");
   cJSON_AddStringToObject(object, "frames_in", request->ground ? "ground" : "base");
   if (request->frames_every > 0) {
     char text[32];

@@ -22,6 +22,18 @@ static thrum_status add_loads(const thrum_model *model, const cli_load *loads, i
   return THRUM_OK;
 }
 
+/* What is allowed and yet hardly meant. */
+static void warn_idle(const thrum_model *model, const char *said, const double *load) {
+  bool idle = true;
+  for (int64_t i = 0; i < model->rank; i++)
+    idle = idle && load[i] == 0;
+  if (idle)
+    cli_warn("%s: the load moves nothing: it is zero, or all that it acts on is held", said);
+  else if (model->rigid != NULL)
+    cli_warn("%s: nothing holds the body: what of the load would move it as a whole has no effect",
+             said);
+}
+
 thrum_status cli_static_solve(const thrum_model *model, const thrum_equilibrium_def *def,
                               const char *said, const cli_load *loads, int64_t count, double *q,
                               double *mode, const cli_static_watch *watch,
@@ -39,6 +51,7 @@ thrum_status cli_static_solve(const thrum_model *model, const thrum_equilibrium_
   } else {
     status = add_loads(model, loads, count, forces, forces + model->rank, error);
     if (status >= 0) {
+      warn_idle(model, said, forces + model->rank);
       status = thrum_equilibrium(model, def, forces + model->rank, q, mode, workspace, size,
                                  watch->see, watch->context, report, &detail);
       if (status < 0)
