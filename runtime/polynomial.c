@@ -21,17 +21,15 @@
 #endif
 
 int64_t thrum_c3_index(int64_t rank, int64_t i, int64_t j, int64_t k) {
-  int64_t block = 0;
-  for (int64_t t = 0; t < j; t++)
-    block += (t + 1) * (rank - t);
-  return block + i * (rank - j) + (k - j);
+  // before block j come all terms but those of the blocks from j on: with i >= j, and with i < j
+  const int64_t n = rank - j;
+  const int64_t block = thrum_c3_count(rank) - thrum_c3_count(n) - j * thrum_pair_count(n);
+  return block + i * n + (k - j);
 }
 
 int64_t thrum_c4_index(int64_t rank, int64_t i, int64_t j, int64_t k, int64_t l) {
-  int64_t block = 0;
-  for (int64_t t = 0; t < j; t++)
-    block += (t + 1) * thrum_pair_count(rank - t);
-  int64_t columns = thrum_pair_count(rank - j);
+  const int64_t n = rank - j, columns = thrum_pair_count(n);
+  const int64_t block = thrum_c4_count(rank) - thrum_c4_count(n) - j * thrum_c3_count(n);
   return block + i * columns + (columns - thrum_pair_count(rank - k)) + (l - k);
 }
 
