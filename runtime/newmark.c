@@ -45,6 +45,11 @@ void thrum_newmark_acceleration(const thrum_model *model, const thrum_state *sta
     acceleration[i] = -acceleration[i];
 }
 
+/* a as of f_k. */
+static double corrected(const thrum_state_view *view, int64_t i) {
+  return view->acceleration[i] + (view->load[i] - view->load_before[i]);
+}
+
 /* beta_N = 0: q' is known, and a' the solution of
  * (1 + gamma h D(q')) a' = f - R(q') - D(q') [v + h (1 - gamma) a]. */
 static thrum_status step_explicit(const thrum_model *model, const thrum_state *state,
@@ -53,8 +58,8 @@ static thrum_status step_explicit(const thrum_model *model, const thrum_state *s
   const size_t rank = (size_t)state->rank;
   double *a_next = view->unknown;
   for (size_t i = 0; i < rank; i++) {
-    view->q_next[i] = view->q[i] + h * (view->p[i] + 0.5 * h * view->trial[i]);
-    view->velocity[i] = view->p[i] + h * (1.0 - gamma) * view->trial[i];
+    view->q_next[i] = view->q[i] + h * (view->p[i] + 0.5 * h * corrected(view, (int64_t)i));
+    view->velocity[i] = view->p[i] + h * (1.0 - gamma) * corrected(view, (int64_t)i);
     a_next[i] = -view->load[i];
   }
   add_forces(model, state, view, view->q_next, view->velocity, a_next);
@@ -88,8 +93,6 @@ static thrum_status step_explicit(const thrum_model *model, const thrum_state *s
 thrum_status thrum_step_newmark(const thrum_model *model, const thrum_state *state,
                                 thrum_state_view *view, thrum_solve_report *report) {
   const double h = state->dt, beta = state->newmark_beta, gamma = state->newmark_gamma;
-  for (int32_t i = 0; i < state->rank; i++)
-    view->trial[i] = view->acceleration[i] + (view->load[i] - view->load_before[i]);
   if (beta == 0.0)
     return step_explicit(model, state, view, report);
   thrum_solver s = thrum_solver_of(model, state, view, report, 0);
@@ -98,16 +101,18 @@ thrum_status thrum_step_newmark(const thrum_model *model, const thrum_state *sta
   s.rate = gamma / (beta * h);
   thrum_solve_scale(&s);
   for (int32_t i = 0; i < state->rank; i++) {
-    const double a = view->trial[i];
+    const double a = corrected(view, i);
     view->kick[i] = h * view->p[i] + h * h * (0.5 - beta) * a;
     view->drift[i] = view->p[i] + h * (1.0 - gamma) * a - s.rate * view->kick[i];
   }
   if (!thrum_solve_increment(&s))
     return report->saw_nonfinite ? THRUM_NOT_FINITE : THRUM_NOT_CONVERGED;
   for (int32_t i = 0; i < state->rank; i++) {
+    // from a', not from d: for a small beta_N the latter would cancel
+    const double a_next = -view->total[i];
     view->q_next[i] = view->middle[i];
-    view->p_next[i] = view->velocity[i];
-    view->acceleration_next[i] = -view->total[i];
+    view->p_next[i] = view->p[i] + h * ((1.0 - gamma) * corrected(view, i) + gamma * a_next);
+    view->acceleration_next[i] = a_next;
   }
   report->solved = true;
   return THRUM_OK;

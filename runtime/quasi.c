@@ -21,7 +21,8 @@
 #include "dense.h"
 #include "solve.h"
 
-#define REMAINING 4 /* iterations that are cheaper than a Jacobian made anew */
+#define REMAINING 4   /* iterations that are cheaper than a Jacobian made anew */
+#define RATE_MOST 4.0 /* h/d v with which an increment may be left unevaluated */
 #define MARGIN                                                                                     \
   10.0 /* of an expected residual: the contraction of one iteration is not the next's */
 
@@ -197,8 +198,9 @@ thrum_quasi_next thrum_quasi_take(const thrum_solver *s, thrum_quasi *quasi) {
   quasi->before = norm;
   quasi->done++;
   thrum_solve_place(s);
-  // D of the tangent form is known where it was evaluated only
-  const bool may = second && !quasi->fresh && !s->tangent;
+  // D of the tangent form is known where it was evaluated only; where v is much more than d/h, as
+  // for a small beta_N, what (5) says of R + D v - f would be rounding
+  const bool may = second && !quasi->fresh && !s->tangent && s->rate * s->state->dt <= RATE_MOST;
   if (may && MARGIN * contraction * norm <= goal(s, step)) {
     s->report->residual = step > 0.0 ? MARGIN * contraction * norm / step : 0.0;
     conclude(s);

@@ -404,6 +404,20 @@ static void explicit_newmark_is_verlet(void **context) {
   random_model_free(&m);
 }
 
+/* With a beta_N this small v' and a' would be nothing but rounding if they were taken from q'. */
+static void newmark_of_a_tiny_beta_is_the_explicit_one(void **context) {
+  (void)context;
+  random_model m;
+  random_model_make(&m, 21, RANK, 1.0, 12.0, 1.0);
+  thrum_state_def explicit_one = make_def(THRUM_INTEGRATOR_NEWMARK);
+  explicit_one.dt = 0.05;
+  explicit_one.newmark_beta = 0;
+  thrum_state_def tiny = explicit_one;
+  tiny.newmark_beta = 1e-12;
+  assert_true(difference_of(&m.model, &tiny, &explicit_one) < 1e-7);
+  random_model_free(&m);
+}
+
 /* --- time reversal and impulses ----------------------------------------------------------------
  */
 
@@ -517,6 +531,7 @@ int main(void) {
       cmocka_unit_test(ends_of_imexv_are_verlet_and_midpoint_bit_for_bit),
       cmocka_unit_test(average_acceleration_newmark_is_midpoint_on_a_linear_model),
       cmocka_unit_test(explicit_newmark_is_verlet),
+      cmocka_unit_test(newmark_of_a_tiny_beta_is_the_explicit_one),
       cmocka_unit_test(every_integrator_returns_when_time_is_reversed),
       cmocka_unit_test(an_impulse_counts_once_and_equally_for_all_modes),
       cmocka_unit_test(changing_dt_on_the_way_keeps_order_two),
