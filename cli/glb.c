@@ -221,8 +221,23 @@ static thrum_status write_file(const char *path, const glb *g, const char *json,
   return thrum_file_writer_commit(&writer, error);
 }
 
+/* glTF wants times that ascend, and has them in single precision. */
+static thrum_status check_times(const char *path, const cli_run *run, thrum_error *error) {
+  for (int64_t n = 1; n < run->rows; n++) {
+    if (!((float)run->times[n] > (float)run->times[n - 1]))
+      return thrum_error_set(error, THRUM_UNSUPPORTED,
+                             "%.200s: rows at %.9g and %.9g s are one in single precision: write "
+                             "fewer (--fps)",
+                             path, run->times[n - 1], run->times[n]);
+  }
+  return THRUM_OK;
+}
+
 thrum_status cli_glb_write(const char *path, const cli_run *run, const cli_skin *skin,
                            thrum_error *error) {
+  const thrum_status ascending = check_times(path, run, error);
+  if (ascending < 0)
+    return ascending;
   glb g = {.run = run, .skin = skin};
   size_t length = 0;
   char *json = NULL;

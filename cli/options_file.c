@@ -100,6 +100,7 @@ static bool is_there(const char *folder, const char *name, size_t length) {
 
 /* Does a text of the file name a file beside it? */
 static bool is_beside(const cli_option *option, const char *folder, const char *text) {
+  static const char *const kinds[] = {"beam:", "mode:", "static:", "sine:"};
   if (folder[0] == 0 || text[0] == '/' || text[0] == 0 || option->path == CLI_PATH_NONE)
     return false;
   if (option->path == CLI_PATH_ALWAYS)
@@ -109,8 +110,11 @@ static bool is_beside(const cli_option *option, const char *folder, const char *
       if (strcmp(text, cli_model_names[n]) == 0)
         return false;
     }
-    return strncmp(text, "beam:", 5) != 0 && strncmp(text, "mode:", 5) != 0 &&
-           strncmp(text, "static:", 7) != 0;
+    for (size_t n = 0; n < sizeof kinds / sizeof kinds[0]; n++) {
+      if (strncmp(text, kinds[n], strlen(kinds[n])) == 0)
+        return false;
+    }
+    return true;
   }
   const char *colon = strrchr(text, ':');
   return is_there(folder, text, strlen(text)) ||
