@@ -201,6 +201,12 @@ static void print_json(const info *about) {
   const cJSON *check = find_meta(about, NULL, "mode_check");
   if (check != NULL)
     cJSON_AddItemToObject(object, "mode_check", cJSON_Duplicate(check, true));
+  const cJSON *import = find_meta(about, NULL, "import");
+  if (import != NULL)
+    cJSON_AddItemToObject(object, "import", cJSON_Duplicate(import, true));
+  const cJSON *handles = find_meta(about, "options", "handles");
+  if (cJSON_IsArray(handles))
+    cJSON_AddItemToObject(object, "handles", cJSON_Duplicate(handles, true));
   cJSON *loads = about->load_count > 0 ? cJSON_AddArrayToObject(object, "loads") : NULL;
   for (int n = 0; n < about->load_count; n++) {
     cJSON *load = cJSON_CreateObject();
@@ -310,6 +316,36 @@ static void print_check(const info *about) {
          meta_number(about, "mode_check", "next_hz"));
 }
 
+/* Where the basis comes from when not from modes alone: from a file, or with handles. */
+static void print_origin(const info *about) {
+  const cJSON *basis = find_meta(about, "import", "basis");
+  if (cJSON_IsString(basis)) {
+    print_label("imported");
+    printf("from %s, |U^T M U - 1| was %.1e, %s\n", basis->valuestring,
+           meta_number(about, "import", "orthonormality"),
+           cJSON_IsTrue(find_meta(about, "import", "turned")) ? "turned" : "taken as it is");
+  }
+  const cJSON *handles = find_meta(about, "options", "handles"), *handle = NULL;
+  if (cJSON_GetArraySize(handles) > 0)
+    print_label("handles");
+  cJSON_ArrayForEach(handle, handles) {
+    printf("%s%s", cJSON_IsString(handle) ? handle->valuestring : "?",
+           handle->next != NULL ? ", " : "\n");
+  }
+}
+
+static void print_residuals(const info *about) {
+  const double worst = meta_worst_residual(about);
+  const double orthonormality = meta_number(about, "residuals", "orthonormality");
+  if (isnan(orthonormality))
+    return;
+  print_label("residuals");
+  if (!isnan(worst))
+    printf("modes %.1e, ", worst);
+  printf("orthonormality %.1e, diagonality %.1e\n", orthonormality,
+         meta_number(about, "residuals", "diagonality"));
+}
+
 static void print_table(const info *about) {
   const thrum_model *model = about->model;
   print_label("model");
@@ -328,19 +364,14 @@ static void print_table(const info *about) {
     print_label("free body");
     puts("elastic part alone; 6 rigid modes kept apart in the array 'rigid'");
   }
+  print_origin(about);
   print_linear_frequencies(about);
   print_frequencies("basis", about->hertz, model->rank);
   print_label("split");
   printf("%" PRId64 " explicit, %" PRId64 " implicit at dt = %g s\n", about->split.explicit_modes,
          about->split.implicit_modes, about->dt);
-  const double worst = meta_worst_residual(about);
-  if (!isnan(worst)) {
-    print_check(about);
-    print_label("residuals");
-    printf("modes %.1e, orthonormality %.1e, diagonality %.1e\n", worst,
-           meta_number(about, "residuals", "orthonormality"),
-           meta_number(about, "residuals", "diagonality"));
-  }
+  print_check(about);
+  print_residuals(about);
   for (int n = 0; n < about->load_count; n++) {
     print_label("load");
     if (isnan(about->shares[n].statics))

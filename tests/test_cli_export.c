@@ -65,11 +65,17 @@ static void what_is_exported_can_be_imported(void **state) {
   assert_true(cli_json_get(import, "energy_difference") < 1e-11);
   assert_true(cli_json_get(line, "rank") == 8);
   assert_true(cli_json_get(line, "modes") == 0);
+  // stages that a given basis does not need are not listed as if they took no time
+  const cJSON *stages = cJSON_GetObjectItemCaseSensitive(line, "stages");
+  assert_null(cJSON_GetObjectItemCaseSensitive(stages, "modes"));
+  assert_non_null(cJSON_GetObjectItemCaseSensitive(stages, "polynomial"));
   cJSON_Delete(line);
   cli_result_free(&out);
-  // the model can be shown and run
+  // the model can be shown and run, and says where it comes from
   out = thrum_run(folder, "info", "again.npz", NULL);
   assert_int_equal(out.exit_code, 0);
+  assert_non_null(strstr(out.out, "from b.U, |U^T M U - 1| was "));
+  assert_non_null(strstr(out.out, "\nresiduals         orthonormality "));
   cli_result_free(&out);
 }
 
