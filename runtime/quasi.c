@@ -41,15 +41,17 @@ static double goal(const thrum_solver *s, double step) {
  * differences that grow say that the motion is too fast for them. */
 static int32_t smooth(const thrum_solver *s, const double *const past[THRUM_PAST], int32_t count) {
   double sums[THRUM_PAST] = {0.0};
+  // differences of order k take the first k + 1 steps; what lies beyond `count` is not looked at
+  const double *const a = past[0], *const b = past[count > 1 ? 1 : 0];
+  const double *const c = past[count > 2 ? 2 : 0], *const d = past[count > 3 ? 3 : 0];
   for (int32_t i = s->first; i < s->state->rank; i++) {
-    double difference[THRUM_PAST];
-    for (int32_t j = 0; j < count; j++)
-      difference[j] = past[j][i];
-    for (int32_t k = 0; k < count; k++) {
-      sums[k] += difference[0] * difference[0] * s->view->unscale[i];
-      for (int32_t j = 0; j + 1 < count - k; j++)
-        difference[j] -= difference[j + 1];
-    }
+    const double weight = s->view->unscale[i];
+    const double first = a[i] - b[i], first_1 = b[i] - c[i], first_2 = c[i] - d[i];
+    const double second = first - first_1, third = second - (first_1 - first_2);
+    sums[0] += a[i] * a[i] * weight;
+    sums[1] += first * first * weight;
+    sums[2] += second * second * weight;
+    sums[3] += third * third * weight;
   }
   int32_t order = count - 1;
   while (order > 1 && !(sums[order] < sums[order - 1]))
