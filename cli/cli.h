@@ -69,6 +69,11 @@ void cli_progress_done(cli_progress *progress);
 /* Ends an unfinished stage without claiming that it was done. */
 void cli_progress_abandon(cli_progress *progress);
 
+/* The folder that a file lies in, "." without any; to be freed, NULL without memory. */
+char *cli_folder_of(const char *path);
+/* Are two paths one file, or would they be, if it were written? */
+bool cli_same_file(const char *left, const char *right);
+
 /* Wall clock [s] from a monotonic clock, and the peak resident memory [2^20 bytes]. */
 double cli_seconds(void);
 double cli_peak_mb(void);

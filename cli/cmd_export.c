@@ -26,7 +26,7 @@ typedef struct export_request {
 /* What has been written. */
 typedef struct export_files {
   int count;
-  char path[FILES_MAX][1100];
+  char path[FILES_MAX][4200]; /* longer ones the system refuses */
   const char *what[FILES_MAX];
 } export_files;
 
@@ -107,6 +107,12 @@ static int read_options(int argc, char **argv, export_request *request) {
     return cli_usage("export", "--model goes with the folder of a run");
   if (request->single && !request->vega_basis)
     return cli_usage("export", "--float goes with --vega-basis");
+  const char *const paths[] = {request->vega_basis, request->vega_cubic};
+  for (int n = 0; n < 2; n++)
+    if (paths[n] && cli_same_file(paths[n], request->model))
+      return cli_usage("export", "%s is the model: write to another file", paths[n]);
+  if (paths[0] && paths[1] && cli_same_file(paths[0], paths[1]))
+    return cli_usage("export", "--vega-basis and --vega-cubic name one file, %s", paths[0]);
   return CLI_DONE;
 }
 

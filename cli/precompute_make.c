@@ -30,17 +30,6 @@ static bool show_progress(void *context, thrum_stage stage, double fraction) {
   return true;
 }
 
-/* The folder that a file lies in, to be freed; NULL without memory. */
-static char *folder_of(const char *path) {
-  const size_t length = (size_t)(cli_basename(path) - path);
-  char *folder = malloc(length + 2);
-  if (folder != NULL) {
-    memcpy(folder, path, length);
-    memcpy(folder + length, length > 0 ? "" : ".", length > 0 ? 1 : 2);
-  }
-  return folder;
-}
-
 /* Refuses an output that could not be written, before the long work rather than after it. */
 static thrum_status check_output(const char *path, thrum_error *error) {
   struct stat status;
@@ -50,7 +39,7 @@ static thrum_status check_output(const char *path, thrum_error *error) {
                                                    : "%s is no regular file; name another",
                            path);
   }
-  char *folder = folder_of(path);
+  char *folder = cli_folder_of(path);
   if (folder == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory");
   const bool writable = access(folder, W_OK | X_OK) == 0;
@@ -64,23 +53,6 @@ static thrum_status check_output(const char *path, thrum_error *error) {
   return THRUM_OK;
 }
 
-static bool same_place(const char *left, const char *right) {
-  struct stat one, other;
-  return stat(left, &one) == 0 && stat(right, &other) == 0 && one.st_dev == other.st_dev &&
-         one.st_ino == other.st_ino;
-}
-
-/* Are two paths one file, or would they be? */
-static bool same_file(const char *left, const char *right) {
-  char *folder = folder_of(left), *other = folder_of(right);
-  const bool same = same_place(left, right) ||
-                    (folder && other && strcmp(cli_basename(left), cli_basename(right)) == 0 &&
-                     same_place(folder, other));
-  free(folder);
-  free(other);
-  return same;
-}
-
 /* Of the model and of the modes; neither may take the place of the other, nor of the mesh. */
 static thrum_status check_outputs(const precompute_request *request, thrum_error *error) {
   const char *const paths[] = {request->output, request->export_modes};
@@ -90,10 +62,10 @@ static thrum_status check_outputs(const precompute_request *request, thrum_error
     const thrum_status status = check_output(paths[n], error);
     if (status < 0)
       return status;
-    if (same_file(paths[n], request->mesh_name))
+    if (cli_same_file(paths[n], request->mesh_name))
       return thrum_error_set(error, THRUM_IO, "%s is the mesh: write to another file", paths[n]);
   }
-  if (paths[1] && same_file(paths[0], paths[1]))
+  if (paths[1] && cli_same_file(paths[0], paths[1]))
     return thrum_error_set(error, THRUM_IO, "-o and --export-modes name one file, %s", paths[0]);
   return THRUM_OK;
 }

@@ -98,6 +98,18 @@ static void outputs_that_could_not_be_written_are_refused_before_the_work(void *
   }
 }
 
+static void an_export_does_not_take_the_place_of_its_model(void **state) {
+  (void)state;
+  expect_refusal(thrum_run(folder, "export", "beam.npz", "--vega-basis", "./beam.npz", NULL), 2,
+                 "is the model");
+  expect_refusal(thrum_run(folder, "export", "beam.npz", "--vega-basis", "new.U", "--vega-cubic",
+                           "./new.U", NULL),
+                 2, "name one file");
+  cli_result still = thrum_run(folder, "info", "beam.npz", NULL);
+  assert_int_equal(still.exit_code, 0);
+  cli_result_free(&still);
+}
+
 static void modes_are_named_by_their_frequencies(void **state) {
   (void)state;
   char path[160];
@@ -156,6 +168,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(what_is_exported_can_be_imported),
       cmocka_unit_test(outputs_that_could_not_be_written_are_refused_before_the_work),
+      cmocka_unit_test(an_export_does_not_take_the_place_of_its_model),
       cmocka_unit_test(modes_are_named_by_their_frequencies),
       cmocka_unit_test(a_handle_takes_the_pull_into_the_basis),
       cmocka_unit_test(mistakes_are_named),
