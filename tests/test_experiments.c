@@ -164,10 +164,11 @@ static void the_sweep_tells_integrators_apart(void **state) {
 
 static void energy_survives_the_long_run(void **state) {
   (void)state;
-  cJSON *object = json_of(thrum_run(folder, "experiments", "--long", "-o", "long", "--models",
-                                    "beam", "--steps", "100000", "--amplitudes", "0.05",
-                                    "--integrators", "imexv,energy", "--json", "-q", NULL),
-                          0);
+  cJSON *object =
+      json_of(thrum_run(folder, "experiments", "--long", "-o", "long", "--models", "beam",
+                        "--steps", "100000", "--amplitudes", "0.05", "--integrators",
+                        "imexv,energy", "--threads", "2", "--json", "-q", NULL),
+              0);
   const cJSON *runs = cJSON_GetObjectItem(object, "runs"), *run = NULL;
   assert_int_equal(cJSON_GetArraySize(runs), 2);
   cJSON_ArrayForEach(run, runs) {
