@@ -14,6 +14,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "precompute/threads.h"
+
 _Static_assert(sizeof(SuiteSparse_long) == sizeof(int64_t), "CHOLMOD's long has 64 bits");
 
 struct thrum_factor {
@@ -127,6 +129,9 @@ static cholmod_sparse view(const thrum_sparse *matrix) {
 
 thrum_status thrum_factor_plan(const thrum_sparse *matrix, thrum_factor **factor,
                                thrum_error *error) {
+  const thrum_status ready = thrum_threads_ready(1, error);
+  if (ready != THRUM_OK)
+    return ready;
   thrum_factor *made = calloc(1, sizeof *made);
   if (!made)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a sparse factor");

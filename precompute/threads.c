@@ -8,6 +8,8 @@
 
 #include <cblas.h>
 #include <dlfcn.h>
+#include <stdatomic.h>
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
@@ -62,6 +64,9 @@ static size_t buffers(int threads) {
 }
 
 thrum_status thrum_threads_ready(int threads, thrum_error *error) {
+  static atomic_bool ready;
+  if (threads <= 1 && atomic_load(&ready))
+    return THRUM_OK;
   const size_t size = buffers(threads);
   void *volatile probe = malloc(size);
   free(probe);
@@ -69,8 +74,10 @@ thrum_status thrum_threads_ready(int threads, thrum_error *error) {
   double out = 0;
   if (probe)
     cblas_dsymv(CblasColMajor, CblasUpper, 1, 1, &one, 1, &in, 1, 0, &out, 1);
-  if (probe && out == 1)
+  if (probe && out == 1) {
+    atomic_store(&ready, true);
     return THRUM_OK;
+  }
   return thrum_error_set(error, THRUM_OUT_OF_MEMORY,
                          "no memory for the numerical libraries (%zu MB)", size >> 20);
 }
