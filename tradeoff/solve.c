@@ -173,6 +173,14 @@ static thrum_status make_space(solution *s, int64_t n, int64_t b, thrum_error *e
     if (status < 0)
       return status;
     basis->precompute_seconds = study_seconds() - began;
+    // its steps are timed, so it is packed as a model from a file is
+    const size_t size = thrum_model_pack_size(&space->made.model);
+    space->packed = aligned_alloc(64, size);
+    if (space->packed == NULL)
+      return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a basis");
+    const thrum_status packed = thrum_model_pack(&space->made.model, space->packed, size, error);
+    if (packed < 0)
+      return packed;
     space->model = &space->made.model;
   }
   const int64_t rank = space->model->rank, components = 3 * problem->model->vertex_count;
@@ -206,6 +214,7 @@ static thrum_state_def def_of(const tradeoff_problem *problem, thrum_integrator 
 
 static void space_free(tradeoff_space *space) {
   thrum_precomputed_free(&space->made);
+  free(space->packed);
   free(space->directions);
   free(space->tight.q);
   *space = (tradeoff_space){0};

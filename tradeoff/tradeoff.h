@@ -122,6 +122,7 @@ typedef struct tradeoff_samples {
 typedef struct tradeoff_space {
   const thrum_model *model;
   thrum_precomputed made; /* empty for the model's own */
+  void *packed;           /* its coefficients as steps read them, or NULL */
   double *directions;     /* load_count x rank */
   double *reference_q;    /* TRADEOFF_SAMPLES x rank: U^T M u */
   double *reference_p;
