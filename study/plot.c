@@ -49,8 +49,15 @@ static void settle(axis *a, bool from_zero) {
     a->least = floor(a->least);
     a->most = ceil(a->most);
   }
-  if (!(a->most > a->least))
-    a->most = a->least + (a->least != 0 ? fabs(a->least) * 1e-3 : 1);
+  // a curve that is flat up to rounding is shown flat, and ticks stay apart from each other
+  const double size = fmax(fabs(a->least), fabs(a->most)), flat = size > 0 ? 1e-6 * size : 1;
+  if (!a->log && !(a->most - a->least > flat)) {
+    const double middle = 0.5 * a->least + 0.5 * a->most;
+    a->least = middle - 0.5 * flat;
+    a->most = middle + 0.5 * flat;
+  } else if (!(a->most > a->least)) {
+    a->most = a->least + 1;
+  }
 }
 
 /* A step of 1, 2 or 5 times a power of ten that gives a tick each 40 pixels or so. */

@@ -12,6 +12,7 @@
 
 #include "random_model.h"
 #include "study/long_run.h"
+#include "study/plot.h"
 #include "study/text.h"
 #include "tests/simulate_support.h"
 
@@ -152,6 +153,24 @@ static void a_text_grows_and_escapes(void **state) {
   free(text.bytes);
 }
 
+/* Ticks closer than the rounding of their values would never end. */
+static void a_curve_that_is_flat_up_to_rounding_is_drawn_flat(void **state) {
+  (void)state;
+  static const double x[3] = {0, 1, 2};
+  static const double flat[][3] = {{899.5, 899.5, 899.5 * (1 + 2e-16)}, {0, 0, 0}, {-3, -3, -3}};
+  for (size_t n = 0; n < sizeof flat / sizeof *flat; n++) {
+    study_plot plot = {.title = "t", .x_label = "x", .y_label = "y", .width = 600, .height = 400};
+    plot.series_count = 1;
+    plot.series[0] = (study_series){.color = "#000", .x = x, .y = flat[n], .count = 3};
+    study_text text = {0};
+    study_plot_add(&text, &plot);
+    assert_true(text.size > 500 && text.size < 10000);
+    assert_non_null(strstr(text.bytes, "d='M"));
+    assert_null(strstr(text.bytes, "nan"));
+    free(text.bytes);
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_line_has_its_slope_and_no_error),
@@ -161,6 +180,7 @@ int main(void) {
       cmocka_unit_test(each_task_is_done_once),
       cmocka_unit_test(a_failed_task_ends_the_others),
       cmocka_unit_test(a_text_grows_and_escapes),
+      cmocka_unit_test(a_curve_that_is_flat_up_to_rounding_is_drawn_flat),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
