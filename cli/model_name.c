@@ -180,8 +180,10 @@ static thrum_status read_recipe(const char *folder, cli_model_recipe *recipe, th
 thrum_status cli_model_recipe_find(const char *text, cli_model_recipe *recipe, thrum_error *error) {
   char folder[CLI_MODEL_PATH_MAX];
   cli_model_recipe found = {0};
+  // a file of that name comes first; a folder is no model, and may well be of an earlier run
+  const bool file = access(text, F_OK) == 0 && !is_folder(text);
   for (int n = 0; n < CLI_MODEL_COUNT; n++) {
-    if (strcmp(text, cli_model_names[n]) == 0 && access(text, F_OK) != 0)
+    if (strcmp(text, cli_model_names[n]) == 0 && !file)
       found.name = cli_model_names[n];
   }
   found.found = found.name != NULL;

@@ -174,6 +174,18 @@ static void a_file_goes_before_the_name(void **state) {
   assert_int_equal(unlink(path), 0);
 }
 
+/* Such as that of an earlier run: simulate beam -o beam. */
+static void a_folder_of_that_name_is_no_model(void **state) {
+  (void)state;
+  char path[192];
+  snprintf(path, sizeof path, "%s/beam", folder);
+  assert_int_equal(mkdir(path, 0755), 0);
+  cJSON *about = json_of(thrum_run(folder, "info", "beam", "--json", NULL), NULL);
+  assert_true(cli_json_get(about, "rank") == 5);
+  cJSON_Delete(about);
+  assert_int_equal(rmdir(path), 0);
+}
+
 static void the_folder_of_models_may_be_named(void **state) {
   (void)state;
   cli_result none = thrum_run(folder, "--models-dir", "nowhere", "info", "beam", NULL);
@@ -252,6 +264,7 @@ int main(void) {
       cmocka_unit_test(options_of_the_user_go_before_the_recipe),
       cmocka_unit_test(a_name_is_simulated),
       cmocka_unit_test(a_file_goes_before_the_name),
+      cmocka_unit_test(a_folder_of_that_name_is_no_model),
       cmocka_unit_test(the_folder_of_models_may_be_named),
       cmocka_unit_test(a_recipe_that_is_none_is_refused),
       cmocka_unit_test(every_model_of_ours_is_what_its_recipe_says),
