@@ -55,8 +55,9 @@ static const writer writers[] = {
     {{"experiments", "--models", "MODEL", "--loads", "impulse", "--integrators", "newmark",
       "--time", "0.1", "-q", "-o", "OUT/made"},
      1500},
+    // its table; the longer line of --json may itself be beyond the limit
     {{"bench", "step", "MODEL", "--no-machine", "--batches", "2", "--steps", "10", "-q", "-o",
-      "OUT", "--json"},
+      "OUT"},
      0},
 };
 enum { WRITERS = sizeof writers / sizeof writers[0] };
