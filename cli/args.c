@@ -81,7 +81,8 @@ int cli_given_wrong(const cli_given *given) {
 static bool in_range(const cli_option *option, double value) {
   if (option->least == 0 && option->most == 0)
     return true;
-  return (option->above ? value > option->least : value >= option->least) && value <= option->most;
+  return (option->above ? value > option->least : value >= option->least) &&
+         (option->below ? value < option->most : value <= option->most);
 }
 
 int cli_given_number(const cli_given *given, double *value) {

@@ -60,7 +60,7 @@ typedef struct cli_option {
   cli_kind kind;
   size_t field;       /* offset in the request, unless `take` or `choose` is there */
   double least, most; /* range, unlimited while both are 0; INFINITY may stand for most */
-  bool above;         /* least itself is not in it */
+  bool above, below;  /* least itself, most itself is not in it */
   bool repeats;       /* each time adds one */
   bool argument;      /* no option: the one argument that has no name; text, for options files */
   cli_path path;

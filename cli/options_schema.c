@@ -36,7 +36,7 @@ static cJSON *number_object(const cli_option *option) {
     return object;
   cli_json_number(object, option->above ? "exclusiveMinimum" : "minimum", option->least);
   if (isfinite(option->most))
-    cli_json_number(object, "maximum", option->most);
+    cli_json_number(object, option->below ? "exclusiveMaximum" : "maximum", option->most);
   return object;
 }
 

@@ -120,6 +120,11 @@ static void a_mistake_is_named_by_file_line_and_key(void **state) {
   } cases[] = {
       {"precompute", "{\n\n\"yuong\": 1}",
        "t.json:3: unknown key \"yuong\": did you mean \"young\"?"},
+      {"precompute", "{\n\"young\": -1}", "t.json:2: \"young\" wants a number of Pa from 1e-30"},
+      {"precompute", "{\n\"poisson\": 0.5}",
+       "t.json:2: \"poisson\" wants a number above -1 and below 1/2, not '0.5'"},
+      {"precompute", "{\"density\": 0}", "t.json:1: \"density\" wants a number of kg/m^3"},
+      {"precompute", "{\"scale\": 0}", "t.json:1: \"scale\" wants a number above 0, not '0'"},
       {"simulate", "{\"help\": true}", "t.json:1: unknown key \"help\""},
       {"simulate", "{\"options\": \"x\"}", "t.json:1: unknown key \"options\""},
       {"simulate", "{\n\"dt\": \"0.1\"}", "t.json:2: \"dt\" wants a number without quotes"},
