@@ -255,7 +255,8 @@ static thrum_status run_trade(trade *t, thrum_error *error) {
   const tradeoff_request *request = t->request;
   thrum_status status = cli_results_folder(request->output, error);
   if (status >= 0)
-    status = cli_model_load(request->model_path, request->quiet, &t->model, NULL, error);
+    status = cli_mesh_model_load(request->model_path, &request->mesh_def, request->quiet, &t->model,
+                                 NULL, error);
   if (status >= 0)
     status = fill_loads(t, error);
   if (status < 0)

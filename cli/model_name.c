@@ -221,7 +221,8 @@ void cli_model_recipe_apply(const cli_model_recipe *recipe, precompute_request *
     request->options.rank = recipe->rank;
 }
 
-static uint64_t hash_bytes(uint64_t hash, const void *data, size_t size) {
+uint64_t cli_model_hash(uint64_t hash, const void *data, size_t size) {
+  hash = hash == 0 ? HASH_START : hash;
   const unsigned char *bytes = data;
   for (size_t n = 0; n < size; n++)
     hash = (hash ^ bytes[n]) * HASH_PRIME;
@@ -237,16 +238,16 @@ static thrum_status hash_recipe(const cli_model_recipe *recipe, uint64_t *hash,
   const thrum_status status = thrum_file_read(recipe->mesh, &mesh, &size, error);
   if (status < 0)
     return status;
-  uint64_t value = hash_bytes(HASH_START, mesh, size);
+  uint64_t value = cli_model_hash(0, mesh, size);
   free(mesh);
   const int length =
       snprintf(text, sizeof text, "%s|%d.%d|%.120s|%.60s|%.17g|%.17g|%.17g|%" PRId64 "|%" PRId64,
                thrum_version(), THRUM_MODEL_FORMAT_MAJOR, THRUM_MODEL_FORMAT_MINOR,
                thrum_build_compiler(), thrum_build_blas_core(), recipe->material.young,
                recipe->material.poisson, recipe->material.density, recipe->modes, recipe->rank);
-  value = hash_bytes(value, text, (size_t)length);
+  value = cli_model_hash(value, text, (size_t)length);
   for (int64_t n = 0; n < recipe->fix_count; n++)
-    value = hash_bytes(value, recipe->fixes[n], strlen(recipe->fixes[n]) + 1);
+    value = cli_model_hash(value, recipe->fixes[n], strlen(recipe->fixes[n]) + 1);
   *hash = value;
   return THRUM_OK;
 }
@@ -265,7 +266,7 @@ static bool make_folders(char *path) {
   return mkdir(path, 0777) == 0 || errno == EEXIST;
 }
 
-static thrum_status cache_folder(char path[CLI_MODEL_PATH_MAX], thrum_error *error) {
+thrum_status cli_model_cache_folder(char path[CLI_MODEL_PATH_MAX], thrum_error *error) {
   const char *cache = getenv("XDG_CACHE_HOME"), *home = getenv("HOME");
   int length = -1;
   // the specification of XDG wants relative paths ignored
@@ -312,7 +313,7 @@ static thrum_status load_cached(const cli_model_recipe *recipe, bool quiet,
   char folder[CLI_MODEL_PATH_MAX];
   thrum_status status = hash_recipe(recipe, &hash, error);
   if (status >= 0)
-    status = cache_folder(folder, error);
+    status = cli_model_cache_folder(folder, error);
   if (status < 0)
     return status;
   snprintf(path, CLI_MODEL_PATH_MAX, "%.*s/%s-%016" PRIx64 ".npz", CLI_MODEL_PATH_MAX - 64, folder,

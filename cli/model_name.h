@@ -19,7 +19,7 @@
   X(basket, "a basket with a handle")                                                              \
   X(bridge, "an arch bridge")                                                                      \
   X(horse, "a standing horse")                                                                     \
-  X(tower, "a tower")                                                                      \
+  X(tower, "a tower")                                                                              \
   X(heart, "a heart")
 
 enum {
@@ -57,6 +57,11 @@ typedef struct cli_model_file {
   const char *path; /* the text asked for, or `cached` */
   char cached[CLI_MODEL_PATH_MAX];
 } cli_model_file;
+
+/* The folder of cached models, made where it is not there. */
+thrum_status cli_model_cache_folder(char path[CLI_MODEL_PATH_MAX], thrum_error *error);
+/* FNV-1a of 64 bits, from `hash`; 0 starts. */
+uint64_t cli_model_hash(uint64_t hash, const void *data, size_t size);
 
 /* Loads the model file at `text`, or the one that `text` names: from the cache (XDG_CACHE_HOME or
  * ~/.cache, folder thrum), where it is made first if it is not there or not whole. `file` may be

@@ -224,6 +224,7 @@ const cli_option simulate_options_table[] = {
      .wants = "a number in (0, 0.01]"},
     {.name = "iterations", .kind = CLI_COUNT, .take = take_iterations, .least = 1, .most = 1e6},
     {.name = "full", .kind = CLI_FLAG, FIELD(full)},
+    CLI_OPTIONS_MESH(simulate_request),
     {.name = "solver", .kind = CLI_CHOICE, .names = solvers, .choose = choose_solver},
     {.name = "stress", .kind = CLI_FLAG, FIELD(stress)},
     {.name = "monitor", .kind = CLI_CHOICE, .names = cli_switches, .choose = choose_monitor},
@@ -266,7 +267,10 @@ void simulate_help(void) {
       "come first\n"
       "      --full             step the whole mesh, unreduced (energy, newmark, midpoint, "
       "verlet;\n"
-      "                         default energy): what the model is to be measured against\n"
+      "                         default energy): what the model is to be\n"
+      "                         measured against; MODEL may then be a mesh\n"
+      "      --fix SPEC, --young E, --poisson NU, --density RHO\n"
+      "                         of such a mesh, as of precompute\n"
       "      --solver NAME      of --full: cholesky (default), or cg, conjugate gradients\n"
       "      --json             print one JSON object instead of the table\n"
       "  -q, --quiet            no progress\n"
@@ -322,11 +326,14 @@ static int finish(int argc, char **argv, simulate_request *request) {
                      request->def.dt, STEPS_MAX);
   }
   request->steps = steps < 1 ? 1 : (int64_t)steps;
-  return simulate_full_check(request);
+  const bool mesh = request->full && thrum_mesh_is_named(request->model_path);
+  const int found = cli_mesh_def_check("simulate", &request->mesh_def, mesh);
+  return found == CLI_DONE ? simulate_full_check(request) : found;
 }
 
 int simulate_options_read(int argc, char **argv, simulate_request *request) {
   request->def = thrum_default_state_def();
+  request->mesh_def = cli_default_mesh_def();
   request->time = TIME_DEFAULT;
   request->record_every = 1;
   request->monitor = true;

@@ -4,12 +4,14 @@
 
 #include "cli/args.h"
 #include "cli/load_spec.h"
+#include "cli/mesh_model.h"
 #include "cli/shake_spec.h"
 #include "cli/start_spec.h"
 #include "full/full.h"
 
 typedef struct simulate_request {
   const char *model_path;
+  cli_mesh_def mesh_def; /* where model_path is a mesh, of the full order */
   const char *run_path;
   thrum_state_def def;
   double time;          /* to simulate [s] */

@@ -4,12 +4,14 @@
 
 #include "cli/cli.h"
 #include "cli/load_spec.h"
+#include "cli/mesh_model.h"
 #include "tradeoff/tradeoff.h"
 
 typedef struct tradeoff_request {
   const char *model_path;
-  const char *output; /* folder */
-  cli_load *loads;    /* room for argc, of the caller */
+  cli_mesh_def mesh_def; /* where model_path is a mesh */
+  const char *output;    /* folder */
+  cli_load *loads;       /* room for argc, of the caller */
   int64_t load_count;
   double time;    /* [s] */
   double full_dt; /* [s]; 0: by --quick */

@@ -13,7 +13,7 @@
 
 void tradeoff_help(void) {
   fputs(
-      "usage: thrum tradeoff MODEL -o DIR --load LOAD [--error P%|--budget T] [OPTIONS]\n\n"
+      "usage: thrum tradeoff MODEL|MESH -o DIR --load LOAD [--error P%|--budget T] [OPTIONS]\n\n"
       "Steps a load with the full-order body of the model's mesh and with reduced models over "
       "rank,\n"
       "integrator, time step and tolerance; says what each costs and how far it is off; and picks "
@@ -21,6 +21,9 @@ void tradeoff_help(void) {
       "setting. Writes to DIR: tradeoff.html, tradeoff.csv, and the setting as options files that\n"
       "`thrum precompute` and `thrum simulate` take.\n\n"
       "  -o, --output DIR        the folder; made when it is not there\n"
+      "      --fix SPEC          of a MESH, as of precompute; repeatable: what is held\n"
+      "      --young E, --poisson NU, --density RHO\n"
+      "                          of a MESH: in place of its own materials [Pa], [], [kg/m^3]\n"
       "      --load LOAD         as of simulate; repeatable; of beam, basket, bridge, horse, "
       "tower\n"
       "                          and heart there is a default\n"
@@ -48,6 +51,7 @@ void tradeoff_help(void) {
       "examples:\n"
       "  thrum tradeoff beam -o trade --error 5% --quick\n"
       "  thrum tradeoff beam.npz -o trade --load 'square:0,0,-40@tip' --budget 500us --threads 4\n"
+      "  thrum tradeoff beam:12x3x3@1x0.1x0.1 -o trade --fix 'x<0.001' --load square:0,0,-9@tip\n"
       "  thrum simulate beam -o run --options trade/simulate.json --load square:0,0,-33@load\n\n"
       "exit codes: 0 done, 1 refused, 2 usage, 3 done, but no setting does what was asked\n",
       stdout);
@@ -173,6 +177,7 @@ static int take_damping(const cli_given *given, void *request) {
 
 static const cli_option table[] = {
     {.name = "output", .letter = 'o', .kind = CLI_TEXT, FIELD(output)},
+    CLI_OPTIONS_MESH(tradeoff_request),
     {.name = "load", .kind = CLI_TEXT, .take = take_load, .repeats = true},
     {.name = "error", .kind = CLI_WORD, .take = take_error, .wants = "an error such as 1%"},
     {.name = "budget", .kind = CLI_WORD, .take = take_budget, .wants = "a time such as 2ms"},
@@ -221,6 +226,7 @@ int tradeoff_options_read(int argc, char **argv, tradeoff_request *r) {
   static const double dts[] = {0.001, 0.002, 0.003, 0.005, 0.01, 1. / 60};
   static const double quick_dts[] = {0.003, 0.01, 1. / 60};
   static const double tolerances[] = {1e-10, 1e-6, 1e-3}, quick_tolerances[] = {1e-6};
+  r->mesh_def = cli_default_mesh_def();
   r->error = r->budget = NAN;
   r->fps = FPS_DEFAULT;
   r->threads = 1;
@@ -230,6 +236,9 @@ int tradeoff_options_read(int argc, char **argv, tradeoff_request *r) {
   if (code != CLI_DONE || r->help)
     return code;
   code = cli_one_argument("tradeoff", "model", argc, argv, &r->model_path);
+  if (code != CLI_DONE)
+    return code;
+  code = cli_mesh_def_check("tradeoff", &r->mesh_def, thrum_mesh_is_named(r->model_path));
   if (code != CLI_DONE)
     return code;
   if (r->output == NULL || r->output[0] == 0)

@@ -254,6 +254,11 @@ static thrum_status read_tetgen(const char *path, thrum_mesh *mesh, thrum_error 
   return status;
 }
 
+bool thrum_mesh_is_named(const char *name) {
+  return strncmp(name, "beam:", 5) == 0 || find_parser(name) || has_suffix(name, ".node") ||
+         has_suffix(name, ".ele");
+}
+
 thrum_status thrum_mesh_read(const char *name, double scale, thrum_mesh *mesh, thrum_error *error) {
   thrum_mesh read = {0};
   thrum_mesh_parser *parse = find_parser(name);

@@ -62,6 +62,8 @@ typedef struct thrum_mesh {
  * refused with the file, the line and the element named (1-based, as in the file). On failure *mesh
  * is untouched. */
 thrum_status thrum_mesh_read(const char *name, double scale, thrum_mesh *mesh, thrum_error *error);
+/* The name is that of a mesh by its ending or as a generator, whether or not it is there. */
+bool thrum_mesh_is_named(const char *name);
 
 /* The readers behind it, one file each: raw meshes, not yet clean, from the bytes of a file. `name`
  * is for messages and, for .veg, the place that *INCLUDE is relative to. */

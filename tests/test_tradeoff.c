@@ -265,6 +265,58 @@ static void the_command_recommends_what_simulate_takes(void **state) {
   assert_true(cli_file_exists(path));
 }
 
+static void a_mesh_is_traded_as_its_model_is(void **state) {
+  (void)state;
+  // the cache within the folder of the test
+  char cache[96], *kept = getenv("XDG_CACHE_HOME");
+  char before[256];
+  snprintf(before, sizeof before, "%.255s", kept ? kept : "");
+  assert_true(folder[0] == '/');
+  snprintf(cache, sizeof cache, "%s/cache", folder);
+  assert_int_equal(setenv("XDG_CACHE_HOME", cache, 1), 0);
+  double errors[2];
+  for (int mesh = 0; mesh < 2; mesh++) {
+    cli_result run =
+        mesh ? thrum_run(folder, "tradeoff", "beam:6x2x2@1x0.15x0.15", "--fix", "x<0.001",
+                         "--young", "3e6", "-o", "m", "--load", "square:0,0,-20@tip", "--quick",
+                         "--time", "0.1", "--ranks", "10", "--error", "90%", "--json", "-q", NULL)
+             : thrum_run(folder, "precompute", "beam:6x2x2@1x0.15x0.15", "-o", "stiff.npz", "--fix",
+                         "x<0.001", "--young", "3e6", "-q", NULL);
+    assert_int_equal(run.exit_code, 0);
+    if (!mesh) {
+      cli_result_free(&run);
+      run = thrum_run(folder, "tradeoff", "stiff.npz", "-o", "m", "--load", "square:0,0,-20@tip",
+                      "--quick", "--time", "0.1", "--ranks", "10", "--error", "90%", "--json", "-q",
+                      NULL);
+      assert_int_equal(run.exit_code, 0);
+    }
+    cJSON *object = cli_json_line(run.out);
+    assert_non_null(object);
+    errors[mesh] =
+        cli_json_get(cJSON_GetArrayItem(cJSON_GetObjectItem(object, "runs"), 0), "error");
+    cJSON_Delete(object);
+    cli_result_free(&run);
+  }
+  assert_true(errors[0] > 0 && errors[0] == errors[1]);
+  cli_result run =
+      thrum_run(folder, "simulate", "beam:6x2x2@1x0.15x0.15", "--fix", "x<0.001", "--full", "-o",
+                "whole", "--time", "0.01", "--load", "impulse:0,0,-2@tip", "--json", "-q", NULL);
+  assert_int_equal(run.exit_code, 0);
+  cli_result_free(&run);
+  // a model has what it has
+  run = thrum_run(folder, "tradeoff", "stiff.npz", "-o", "m", "--fix", "x<0.001", NULL);
+  assert_int_equal(run.exit_code, 2);
+  assert_non_null(strstr(run.err, "of a mesh"));
+  cli_result_free(&run);
+  run = thrum_run(folder, "simulate", "stiff.npz", "-o", "m2", "--young", "1e6", NULL);
+  assert_int_equal(run.exit_code, 2);
+  cli_result_free(&run);
+  if (before[0] != 0)
+    setenv("XDG_CACHE_HOME", before, 1);
+  else
+    unsetenv("XDG_CACHE_HOME");
+}
+
 static void what_cannot_be_done_is_said(void **state) {
   (void)state;
   cli_result run =
@@ -297,6 +349,7 @@ int main(void) {
       cmocka_unit_test(bases_that_the_mesh_does_not_have_are_dropped),
       cmocka_unit_test(the_choice_is_the_cheapest_or_the_most_accurate),
       cmocka_unit_test(the_command_recommends_what_simulate_takes),
+      cmocka_unit_test(a_mesh_is_traded_as_its_model_is),
       cmocka_unit_test(what_cannot_be_done_is_said),
   };
   return cmocka_run_group_tests(tests, make_model, remove_folder);
