@@ -92,10 +92,16 @@ static void fill_problem(trade *t) {
   p->damping_beta = request->damping[1];
   p->time = request->time;
   p->full_dt = request->full_dt;
-  p->rank_count = request->rank_count;
-  for (int64_t n = 0; n < request->rank_count; n++) {
-    p->ranks[n] = (int64_t)request->ranks[n];
-    p->modes[n] = (p->ranks[n] + 1) / 2;
+  for (int64_t n = 0; n < 2 * request->rank_count; n++) {
+    const int64_t rank = (int64_t)request->ranks[n / 2], last = p->rank_count;
+    // the model's own basis is as it is, and there once
+    const bool tried = rank == 0 ? n % 2 == 0 : request->precisions[n % 2];
+    if (!tried)
+      continue;
+    p->ranks[last] = rank;
+    p->modes[last] = (rank + 1) / 2;
+    p->single[last] = n % 2 == 1;
+    p->rank_count++;
   }
   p->dt_count = request->dt_count;
   memcpy(p->dts, request->dts, sizeof p->dts);
@@ -133,6 +139,7 @@ static cJSON *precompute_options(const tradeoff_basis *basis) {
   cJSON *object = cJSON_CreateObject();
   cli_json_number(object, "modes", (double)basis->modes);
   cli_json_number(object, "rank", (double)basis->rank);
+  cJSON_AddStringToObject(object, "precision", basis->single ? "single" : "double");
   return object;
 }
 
@@ -167,6 +174,7 @@ static cJSON *run_json(const trade *t, const tradeoff_run *run) {
   cJSON *item = cJSON_CreateObject();
   cli_json_number(item, "modes", basis->modes > 0 ? (double)basis->modes : NAN);
   cli_json_number(item, "rank", (double)basis->rank);
+  cJSON_AddStringToObject(item, "precision", basis->single ? "single" : "double");
   cJSON_AddStringToObject(item, "integrator", study_integrator_names[run->integrator]);
   cli_json_number(item, "dt", run->dt);
   cli_json_number(item, "tolerance", run->tolerance);
@@ -215,9 +223,9 @@ static void print_json(const trade *t) {
 
 static void print_run(const trade *t, const tradeoff_run *run) {
   const tradeoff_basis *basis = &t->result.bases[run->basis];
-  printf("%-8s %5" PRId64 " %8.4g %9.0e %9.2f %10.2e %8.0f %8.3g %% %8.3g %% %8.3g %%\n",
-         study_integrator_names[run->integrator], basis->rank, run->dt, run->tolerance,
-         run->us_per_step, run->cost, t->result.full_cost / run->cost,
+  printf("%-8s %5" PRId64 " %-6s %8.4g %9.0e %9.2f %10.2e %8.0f %8.3g %% %8.3g %% %8.3g %%\n",
+         study_integrator_names[run->integrator], basis->rank, basis->single ? "single" : "double",
+         run->dt, run->tolerance, run->us_per_step, run->cost, t->result.full_cost / run->cost,
          100 * run->error.displacement, 100 * basis->error.displacement,
          100 * run->time_error.displacement);
 }
@@ -227,8 +235,8 @@ static void print_table(const trade *t) {
          "time off by %.2g %%\n",
          t->result.free_count, 1e-3 * t->result.full_us_per_step, t->request->full_dt,
          t->result.full_cost, 100 * t->result.full_error);
-  printf("%-8s %5s %8s %9s %9s %10s %8s %10s %10s %10s\n", "method", "rank", "h [s]", "tol.",
-         "us/step", "cost s/s", "faster", "error", "of basis", "in time");
+  printf("%-8s %5s %-6s %8s %9s %9s %10s %8s %10s %10s %10s\n", "method", "rank", "coeff.", "h [s]",
+         "tol.", "us/step", "cost s/s", "faster", "error", "of basis", "in time");
   for (int64_t n = 0; n < t->result.run_count; n++)
     if (t->result.runs[n].front)
       print_run(t, &t->result.runs[n]);

@@ -16,7 +16,8 @@ void tradeoff_help(void) {
       "usage: thrum tradeoff MODEL|MESH -o DIR --load LOAD [--error P%|--budget T] [OPTIONS]\n\n"
       "Steps a load with the full-order body of the model's mesh and with reduced models over "
       "rank,\n"
-      "integrator, time step and tolerance; says what each costs and how far it is off; and picks "
+      "precision, integrator, time step and tolerance; says what each costs and how far it is off; "
+      "and picks "
       "a\n"
       "setting. Writes to DIR: tradeoff.html, tradeoff.csv, and the setting as options files that\n"
       "`thrum precompute` and `thrum simulate` take.\n\n"
@@ -40,6 +41,8 @@ void tradeoff_help(void) {
       "      --tolerances LIST   of the implicit solves (default 1e-10,1e-6,1e-3; with --quick\n"
       "                          1e-6)\n"
       "      --integrators LIST  of imexv, newmark, energy\n"
+      "      --precisions LIST   of the coefficients of the bases that are made: double, single\n"
+      "                          (default double,single; with --quick double)\n"
       "      --damping A[,B]     Rayleigh damping (default 0)\n"
       "      --full-dt S         time step of the full order (default 0.001; with --quick 0.002)\n"
       "      --quick             a coarse answer in under a minute, on models of some thousand\n"
@@ -128,6 +131,17 @@ static int take_integrators(const cli_given *given, void *request) {
   return CLI_DONE;
 }
 
+static int take_precisions(const cli_given *given, void *request) {
+  static const char *const lists[] = {"double", "single", "double,single", "single,double", NULL};
+  tradeoff_request *r = request;
+  const int index = cli_name_index(given->text, lists);
+  if (index < 0)
+    return cli_given_wrong(given);
+  r->precisions[0] = index != 1;
+  r->precisions[1] = index != 0;
+  return CLI_DONE;
+}
+
 /* A number and one of these endings, which scale it; no ending is the first's. */
 static bool scaled(const char *text, const char *const *endings, const double *scales,
                    double *value) {
@@ -204,6 +218,10 @@ static const cli_option table[] = {
      .kind = CLI_TEXT,
      .take = take_integrators,
      .wants = "imexv, newmark, energy with commas between"},
+    {.name = "precisions",
+     .kind = CLI_TEXT,
+     .take = take_precisions,
+     .wants = "double, single or double,single"},
     {.name = "damping", .kind = CLI_PAIR, .take = take_damping},
     {.name = "full-dt", SECONDS, FIELD(full_dt)},
     {.name = "quick", .kind = CLI_FLAG, FIELD(quick)},
@@ -245,6 +263,11 @@ int tradeoff_options_read(int argc, char **argv, tradeoff_request *r) {
     return cli_usage("tradeoff", "where to? name a folder with -o DIR");
   if (isnan(r->error) && isnan(r->budget))
     r->error = ERROR_DEFAULT;
+  // a coarse answer needs no more than one
+  if (!r->precisions[0] && !r->precisions[1]) {
+    r->precisions[0] = true;
+    r->precisions[1] = !r->quick;
+  }
   r->time = r->time > 0 ? r->time : r->quick ? 0.5 : 1;
   r->full_dt = r->full_dt > 0 ? r->full_dt : r->quick ? 0.002 : 0.001;
   default_list(r->quick ? quick_ranks : ranks, r->quick ? 2 : 5, r->ranks, &r->rank_count);

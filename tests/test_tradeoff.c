@@ -265,6 +265,28 @@ static void the_command_recommends_what_simulate_takes(void **state) {
   assert_true(cli_file_exists(path));
 }
 
+static void single_precision_is_tried_beside_double(void **state) {
+  (void)state;
+  cli_result run = thrum_run(folder, "tradeoff", "beam.npz", "-o", "precise", "--load",
+                             "square:0,0,-20@tip", "--quick", "--time", "0.1", "--ranks", "0,10",
+                             "--precisions", "double,single", "--json", "-q", NULL);
+  assert_int_equal(run.exit_code, 0);
+  cJSON *object = cli_json_line(run.out);
+  const cJSON *runs = cJSON_GetObjectItem(object, "runs");
+  // the model's own basis once, the other twice
+  assert_int_equal(cJSON_GetArraySize(runs), 3 * 3 * 3);
+  for (int n = 9; n < 18; n++) {
+    const cJSON *fine = cJSON_GetArrayItem(runs, n), *coarse = cJSON_GetArrayItem(runs, n + 9);
+    assert_string_equal(cJSON_GetObjectItem(fine, "precision")->valuestring, "double");
+    assert_string_equal(cJSON_GetObjectItem(coarse, "precision")->valuestring, "single");
+    const double error = cli_json_get(fine, "error"), other = cli_json_get(coarse, "error");
+    // rounded coefficients are other coefficients, and near
+    assert_true(error != other && fabs(error - other) < 1e-4 * error);
+  }
+  cJSON_Delete(object);
+  cli_result_free(&run);
+}
+
 static void a_mesh_is_traded_as_its_model_is(void **state) {
   (void)state;
   // the cache within the folder of the test
@@ -349,6 +371,7 @@ int main(void) {
       cmocka_unit_test(bases_that_the_mesh_does_not_have_are_dropped),
       cmocka_unit_test(the_choice_is_the_cheapest_or_the_most_accurate),
       cmocka_unit_test(the_command_recommends_what_simulate_takes),
+      cmocka_unit_test(single_precision_is_tried_beside_double),
       cmocka_unit_test(a_mesh_is_traded_as_its_model_is),
       cmocka_unit_test(what_cannot_be_done_is_said),
   };

@@ -13,13 +13,14 @@ static void add_number(study_text *text, double value) {
 
 void tradeoff_csv(study_text *text, const tradeoff_result *result) {
   study_text_add(text,
-                 "modes,rank,integrator,dt_s,tolerance,stable,us_per_step,cost_s_per_s,"
+                 "modes,rank,precision,integrator,dt_s,tolerance,stable,us_per_step,cost_s_per_s,"
                  "error_displacement,error_velocity,error_energy,basis_error,time_error,drift,"
                  "speedup,front\n");
   for (int64_t n = 0; n < result->run_count; n++) {
     const tradeoff_run *run = &result->runs[n];
     const tradeoff_basis *basis = &result->bases[run->basis];
-    study_text_add(text, "%lld,%lld,%s,%g,%g,%d", (long long)basis->modes, (long long)basis->rank,
+    study_text_add(text, "%lld,%lld,%s,%s,%g,%g,%d", (long long)basis->modes,
+                   (long long)basis->rank, basis->single ? "single" : "double",
                    study_integrator_names[run->integrator], run->dt, run->tolerance, run->stable);
     const double numbers[] = {run->us_per_step,
                               run->cost,
@@ -93,7 +94,8 @@ static void add_row(study_text *text, const tradeoff_result *result, const trade
     study_text_add(text, "%lld", (long long)basis->modes);
   else
     study_text_add(text, "own");
-  study_text_add(text, "<td>%lld<td>%g<td>%g", (long long)basis->rank, run->dt, run->tolerance);
+  study_text_add(text, "<td>%lld<td>%s<td>%g<td>%g", (long long)basis->rank,
+                 basis->single ? "single" : "double", run->dt, run->tolerance);
   study_cell(text, "%.2f", run->us_per_step);
   study_cell(text, "%.2e", run->cost);
   study_cell(text, "%.0f", result->full_cost / run->cost);
@@ -110,9 +112,11 @@ static void add_row(study_text *text, const tradeoff_result *result, const trade
 
 static void add_table(study_text *text, const tradeoff_result *result,
                       const tradeoff_run *const *sorted, bool front) {
-  study_text_add(text, "<table>\n<tr><th class=l>integrator<th>modes<th>rank<th>h [s]<th>tolerance"
-                       "<th>µs a step<th>cost [s/s]<th>times faster than full<th>displacement<th>"
-                       "velocity<th>energy<th>of the basis<th>in time<th>drift");
+  study_text_add(
+      text,
+      "<table>\n<tr><th class=l>integrator<th>modes<th>rank<th>precision<th>h [s]<th>tolerance"
+      "<th>µs a step<th>cost [s/s]<th>times faster than full<th>displacement<th>"
+      "velocity<th>energy<th>of the basis<th>in time<th>drift");
   for (int64_t n = 0; n < result->run_count; n++)
     if (!front || sorted[n]->front)
       add_row(text, result, sorted[n]);

@@ -162,10 +162,13 @@ static thrum_status make_space(solution *s, int64_t n, int64_t b, thrum_error *e
   *basis = (tradeoff_basis){
       .modes = problem->modes[n], .rank = problem->ranks[n], .precompute_seconds = NAN};
   space->model = problem->model;
+  basis->single =
+      problem->modes[n] > 0 ? problem->single[n] : problem->model->packed_single != NULL;
   if (problem->modes[n] > 0) {
     thrum_precompute_options options = thrum_default_precompute_options();
     options.modes = problem->modes[n];
     options.rank = problem->ranks[n];
+    options.single = problem->single[n];
     options.mass = s->reference.body.kind;
     const double began = study_seconds();
     const thrum_status status = thrum_precompute(&s->reference.body.mesh, problem->model->fixed,

@@ -1,5 +1,5 @@
 /* What speed costs in accuracy: one load script, stepped by the full-order body of the same mesh
- * and by reduced models over rank, integrator, time step and tolerance (design 14).
+ * and by reduced models over rank, precision, integrator, time step and tolerance (design 14).
  *
  * Fields are compared at equally spaced times in the norm of the mass: |U q - u|^2 =
  * |u|^2 - 2 q U^T M u + |q|^2 as U^T M U = 1. Three errors are told apart: of the basis (a tightly
@@ -28,8 +28,9 @@ typedef struct tradeoff_problem {
   double time;    /* [s] */
   double full_dt; /* of the full order [s] */
   int64_t rank_count, dt_count, tolerance_count;
-  int64_t modes[TRADEOFF_LIST_MAX]; /* rank_count; 0: the model's own basis, with its rank */
-  int64_t ranks[TRADEOFF_LIST_MAX];
+  int64_t modes[2 * TRADEOFF_LIST_MAX]; /* rank_count; 0: the model's own basis, with its rank */
+  int64_t ranks[2 * TRADEOFF_LIST_MAX];
+  bool single[2 * TRADEOFF_LIST_MAX]; /* coefficients rounded to single precision; not of an own */
   double dts[TRADEOFF_LIST_MAX];
   double tolerances[TRADEOFF_LIST_MAX];
   bool integrators[STUDY_INTEGRATOR_COUNT];
@@ -48,6 +49,7 @@ typedef struct tradeoff_errors {
 /* A basis, and what its tightly solved run shows. */
 typedef struct tradeoff_basis {
   int64_t modes, rank;   /* modes 0: the model's own */
+  bool single;           /* its coefficients */
   tradeoff_errors error; /* of the basis */
   double tight_dt;
   double precompute_seconds; /* processor time; NaN: the model's own */
