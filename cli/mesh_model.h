@@ -29,13 +29,7 @@ int cli_mesh_take_fix(const cli_given *given, void *request);
    .repeats = true,                                                                                \
    .take = cli_mesh_take_fix,                                                                      \
    .field = offsetof(request, mesh_def)},                                                          \
-      {.name = "young", .kind = CLI_NUMBER, .field = offsetof(request, mesh_def.material.young)},  \
-      {.name = "poisson",                                                                          \
-       .kind = CLI_NUMBER,                                                                         \
-       .field = offsetof(request, mesh_def.material.poisson)},                                     \
-  {                                                                                                \
-    .name = "density", .kind = CLI_NUMBER, .field = offsetof(request, mesh_def.material.density)   \
-  }
+      CLI_OPTIONS_MATERIAL(request, mesh_def.material)
 
 /* CLI_DONE, or CLI_USAGE after a line where options of a mesh come without one; `mesh`: the path
  * is taken as a mesh. */

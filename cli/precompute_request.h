@@ -47,6 +47,27 @@ typedef struct precompute_outcome {
   double seconds_total;
 } precompute_outcome;
 
+/* The options of a material, for the table of a request with a thrum_material `member`. */
+#define CLI_OPTIONS_MATERIAL(request, member)                                                      \
+  {.name = "young",                                                                                \
+   .kind = CLI_NUMBER,                                                                             \
+   .field = offsetof(request, member.young),                                                       \
+   .least = 1e-30,                                                                                 \
+   .most = 1e30,                                                                                   \
+   .wants = "a number of Pa from 1e-30 to 1e30"},                                                  \
+      {.name = "poisson",                                                                          \
+       .kind = CLI_NUMBER,                                                                         \
+       .field = offsetof(request, member.poisson),                                                 \
+       .least = -1,                                                                                \
+       .most = 0.5,                                                                                \
+       .above = true,                                                                              \
+       .below = true,                                                                              \
+       .wants = "a number above -1 and below 1/2"},                                                \
+  {                                                                                                \
+    .name = "density", .kind = CLI_NUMBER, .field = offsetof(request, member.density),             \
+    .least = 1e-30, .most = 1e30, .wants = "a number of kg/m^3 from 1e-30 to 1e30"                 \
+  }
+
 /* What there is; ends with a nameless option. */
 extern const cli_option precompute_options_table[];
 

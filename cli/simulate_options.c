@@ -326,7 +326,12 @@ static int finish(int argc, char **argv, simulate_request *request) {
                      request->def.dt, STEPS_MAX);
   }
   request->steps = steps < 1 ? 1 : (int64_t)steps;
-  const bool mesh = request->full && thrum_mesh_is_named(request->model_path);
+  const bool mesh = thrum_mesh_is_named(request->model_path);
+  if (mesh && !request->full)
+    return cli_usage("simulate",
+                     "%.200s is a mesh: make a model of it with thrum precompute, or step it "
+                     "whole with --full",
+                     request->model_path);
   const int found = cli_mesh_def_check("simulate", &request->mesh_def, mesh);
   return found == CLI_DONE ? simulate_full_check(request) : found;
 }

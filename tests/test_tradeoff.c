@@ -325,6 +325,14 @@ static void a_mesh_is_traded_as_its_model_is(void **state) {
                 "whole", "--time", "0.01", "--load", "impulse:0,0,-2@tip", "--json", "-q", NULL);
   assert_int_equal(run.exit_code, 0);
   cli_result_free(&run);
+  run = thrum_run(folder, "simulate", "beam:6x2x2@1x0.15x0.15", "-o", "m2", NULL);
+  assert_int_equal(run.exit_code, 2);
+  assert_non_null(strstr(run.err, "--full"));
+  cli_result_free(&run);
+  run =
+      thrum_run(folder, "tradeoff", "beam:6x2x2@1x0.15x0.15", "-o", "m", "--poisson", "0.5", NULL);
+  assert_int_equal(run.exit_code, 2);
+  cli_result_free(&run);
   // a model has what it has
   run = thrum_run(folder, "tradeoff", "stiff.npz", "-o", "m", "--fix", "x<0.001", NULL);
   assert_int_equal(run.exit_code, 2);
