@@ -93,6 +93,18 @@ static thrum_status apply_material(const precompute_request *request, thrum_mesh
   return THRUM_OK;
 }
 
+/* Puts the place in an options file before what an error says. */
+static thrum_status name_line(const precompute_request *request, const char *key,
+                              const int64_t *lines, int64_t n, thrum_status status,
+                              thrum_error *error) {
+  if (request->lines_file == NULL || n >= CLI_FILE_ITEMS_MAX || lines[n] == 0)
+    return status;
+  char told[sizeof error->message];
+  snprintf(told, sizeof told, "%s", error->message);
+  return thrum_error_set(error, status, "%.100s:%lld: \"%s\": %.250s", request->lines_file,
+                         (long long)lines[n], key, told);
+}
+
 /* Marks what the --fix options name in `fixed`, and counts the vertices held. */
 static thrum_status fix_vertices(const precompute_request *request, const thrum_mesh *mesh,
                                  uint8_t *fixed, int64_t *held, thrum_error *error) {
@@ -103,7 +115,7 @@ static thrum_status fix_vertices(const precompute_request *request, const thrum_
     int64_t count = 0;
     const thrum_status status = thrum_mesh_fix(mesh, request->fixes[n], fixed, &count, error);
     if (status < 0)
-      return status;
+      return name_line(request, "fix", request->fix_lines, n, status, error);
   }
   *held = 0;
   for (int64_t v = 0; v < mesh->vertex_count; v++)
@@ -221,10 +233,12 @@ static thrum_status make_model(const precompute_request *request, const thrum_me
 /* Looks the --handles up in the mesh. */
 static thrum_status find_handles(const precompute_request *request, const thrum_mesh *mesh,
                                  thrum_handle *handles, thrum_error *error) {
-  thrum_status status = THRUM_OK;
-  for (int64_t n = 0; n < request->handle_count && status >= 0; n++)
-    status = thrum_handle_find(mesh, request->handles[n], &handles[n], error);
-  return status;
+  for (int64_t n = 0; n < request->handle_count; n++) {
+    const thrum_status status = thrum_handle_find(mesh, request->handles[n], &handles[n], error);
+    if (status < 0)
+      return name_line(request, "handles", request->handle_lines, n, status, error);
+  }
+  return THRUM_OK;
 }
 
 /* What the model would take. */

@@ -36,14 +36,26 @@ static int take_memory(const cli_given *given, void *request) {
   return code;
 }
 
+/* Where the n-th of a list stands, for messages once the mesh is there. The command line takes the
+ * place of a whole list, so that a list is of one or the other. */
+static void keep_line(const cli_given *given, precompute_request *request, int64_t *lines,
+                      int64_t n) {
+  if (given->file == NULL || n >= CLI_FILE_ITEMS_MAX)
+    return;
+  request->lines_file = given->file;
+  lines[n] = given->line;
+}
+
 static int take_fix(const cli_given *given, void *request) {
   precompute_request *r = request;
+  keep_line(given, r, r->fix_lines, r->fix_count);
   r->fixes[r->fix_count++] = given->text;
   return CLI_DONE;
 }
 
 static int take_handle(const cli_given *given, void *request) {
   precompute_request *r = request;
+  keep_line(given, r, r->handle_lines, r->handle_count);
   r->handles[r->handle_count++] = given->text;
   return CLI_DONE;
 }

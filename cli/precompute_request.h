@@ -19,6 +19,9 @@ typedef struct precompute_request {
   int64_t fix_count;
   const char **handles; /* handle_count specs, pointing into argv */
   int64_t handle_count;
+  // the lines of both in an options file; 0: from elsewhere
+  int64_t fix_lines[CLI_FILE_ITEMS_MAX], handle_lines[CLI_FILE_ITEMS_MAX];
+  const char *lines_file;   /* that file */
   const char *import_basis; /* a .U file in place of modes and derivatives; NULL: none */
   const char *import_cubic; /* its .cub file; NULL: the polynomial is made */
   const char *export_modes; /* a .vtu file for the linear modes; NULL: none */

@@ -175,6 +175,9 @@ static thrum_status read_header(medit_reader *r) {
   size_t length = 0;
   if (thrum_text_next_line(&r->text))
     thrum_text_word(&r->text, &word, &length);
+  if (length == 0)
+    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
+                           "there is no MeshVersionFormatted; is it a Medit mesh in ASCII?");
   if (!thrum_text_equals(word, length, "MeshVersionFormatted"))
     return thrum_text_fail(
         &r->text, THRUM_BAD_FORMAT, r->error,

@@ -149,6 +149,14 @@ static thrum_status expected(const thrum_text *text, const char *what, const cha
                          thrum_text_excerpt(word, length).text, hint);
 }
 
+/* Digits alone, perhaps more than 64 bits hold. */
+static bool is_whole(const char *word, size_t length) {
+  size_t digits = length > 1 && (word[0] == '-' || word[0] == '+') ? 1 : 0;
+  while (digits < length && word[digits] >= '0' && word[digits] <= '9')
+    digits++;
+  return length > 0 && digits == length;
+}
+
 thrum_status thrum_text_integer(thrum_text *text, const char *what, int64_t low, int64_t high,
                                 int64_t *value, thrum_error *error) {
   const char *word;
@@ -157,6 +165,10 @@ thrum_status thrum_text_integer(thrum_text *text, const char *what, int64_t low,
     return thrum_text_fail(text, THRUM_BAD_FORMAT, error, "the line ends before %s", what);
   int64_t number = 0;
   size_t used = thrum_text_scan_integer(word, word + length, &number);
+  if (used != length && is_whole(word, length))
+    return thrum_text_fail(text, THRUM_BAD_VALUE, error,
+                           "%s is %s, which is out of range; it may be %lld to %lld", what,
+                           thrum_text_excerpt(word, length).text, (long long)low, (long long)high);
   if (used != length)
     return expected(text, what, word, length, error);
   if (number < low || number > high)

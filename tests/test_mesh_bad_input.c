@@ -79,7 +79,7 @@ static void bad_veg_sections_are_refused_with_their_line(void **state) {
       {"*VERTICES\n-4 3 0 0\n" ELEMENTS, ":2: the number of vertices is -4"},
       {"*VERTICES\n1000000000000000000 3 0 0\n1 0 0 0\n", ":2: the number of vertices is 1000000"},
       {"*VERTICES\n99999999999999999999999 3 0 0\n1 0 0 0\n",
-       ":2: expected the number of vertices"},
+       ":2: the number of vertices is 99999999999999999999999, which is out"},
       {"*VERTICES\n2000000000 3 0 0\n1 0 0 0\n", "the file ends before the last vertex"},
       {"*VERTICES\nmany 3 0 0\n", ":2: expected the number of vertices, found 'many'"},
       {"*VERTICES\n1 2 0 0\n1 0 0\n" ELEMENTS, ":2: numbers per line is 2"},

@@ -244,6 +244,11 @@ static void an_index_past_two_to_the_31_is_refused(void **state) {
                 "MeshVersionFormatted 2\nVertices 4\n0 0 0 0 1 0 0 0 0 1 0 0 0 0 1 0\n"
                 "Tetrahedra 1\n1 2 3 4294967300 0\n",
                 "4294967300, which is out of range"},
+               // past 64 bits, too
+               {"z.mesh",
+                "MeshVersionFormatted 2\nVertices 4\n0 0 0 0 1 0 0 0 0 1 0 0 0 0 1 0\n"
+                "Tetrahedra 1\n1 2 3 18446744073709551621 0\n",
+                "18446744073709551621, which is out of range"},
                {"y.vtk",
                 "# vtk DataFile Version 2.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\n"
                 "POINTS 4 double\n" POINTS_4 "\nCELLS 1 5\n4 0 1 2 4294967300\nCELL_TYPES 1\n10\n",

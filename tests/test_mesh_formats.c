@@ -345,7 +345,7 @@ typedef struct bad_case {
 static void bad_files_are_refused_with_their_line(void **state) {
   (void)state;
   static const bad_case cases[] = {
-      {"a.mesh", "", "expected MeshVersionFormatted"},
+      {"a.mesh", "", "there is no MeshVersionFormatted"},
       {"a.mesh", "MeshVersionFormatted 2\nDimension 2\n", ":2: the mesh is flat"},
       {"a.mesh", "MeshVersionFormatted 2\nDimension 3\nVertices 2\n0 0 0 0\n",
        "the file ends before the x coordinate"},

@@ -125,6 +125,14 @@ static void a_mistake_is_named_by_file_line_and_key(void **state) {
        "t.json:2: \"poisson\" wants a number above -1 and below 1/2, not '0.5'"},
       {"precompute", "{\"density\": 0}", "t.json:1: \"density\" wants a number of kg/m^3"},
       {"precompute", "{\"scale\": 0}", "t.json:1: \"scale\" wants a number above 0, not '0'"},
+      {"precompute",
+       "{\"mesh\": \"beam:2x2x2@1x1x1\", \"dry-run\": true, \"quiet\": true,\n"
+       "\"fix\": [\"x<0.1\",\n\"y>\"]}",
+       "t.json:3: \"fix\": 'y>' is no predicate"},
+      {"precompute",
+       "{\"mesh\": \"beam:2x2x2@1x1x1\", \"fix\": \"x<0.1\", \"output\": \"h.npz\",\n"
+       "\"quiet\": true,\n\"handles\": [\n\"nogroup\"]}",
+       "t.json:4: \"handles\": "},
       {"simulate", "{\"help\": true}", "t.json:1: unknown key \"help\""},
       {"simulate", "{\"options\": \"x\"}", "t.json:1: unknown key \"options\""},
       {"simulate", "{\n\"dt\": \"0.1\"}", "t.json:2: \"dt\" wants a number without quotes"},
