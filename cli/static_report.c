@@ -67,10 +67,17 @@ void static_report_json(const static_answer *answer) {
   cli_json_number(object, "frequency_rest_hz", cli_static_hertz(answer->model->omega2[0]));
   cli_json_number(object, "softest_eigenvalue", report->softest);
   cli_json_number(object, "softest_factor", report->softest_factor);
-  cJSON_AddStringToObject(object, "instability", instabilities[report->instability]);
+  // the full order does not look for one on its way
+  if (request->full)
+    cJSON_AddNullToObject(object, "instability");
+  else
+    cJSON_AddStringToObject(object, "instability", instabilities[report->instability]);
   cli_json_number(object, "critical_factor", report->critical);
   cli_json_number(object, "critical_factor_linear", report->critical_linear);
-  cli_json_numbers(object, "mode", answer->mode, answer->model->rank);
+  if (request->full)
+    cJSON_AddNullToObject(object, "mode");
+  else
+    cli_json_numbers(object, "mode", answer->mode, answer->model->rank);
   cli_json_number(object, "jumps", report->jumps);
   cli_json_number(object, "load_steps", report->load_steps);
   cli_json_number(object, "cut_steps", report->cut_steps);

@@ -167,6 +167,9 @@ static void the_full_order_rests_near_the_reduced_model(void **state) {
   const double peak = cli_json_get(full, "peak_displacement_m");
   assert_true(fabs(cli_json_get(reduced, "peak_displacement_m") - peak) <= 0.02 * peak);
   assert_true(cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(full, "stable")));
+  // nothing is claimed of the way there
+  assert_true(cJSON_IsNull(cJSON_GetObjectItemCaseSensitive(full, "instability")));
+  assert_true(cJSON_IsNull(cJSON_GetObjectItemCaseSensitive(full, "mode")));
   assert_true(cli_json_get(full, "components") == 3 * 9 * 8);
   assert_true(cli_file_exists(in_folder("whole.vtu", path)));
   cJSON_Delete(reduced);
