@@ -185,7 +185,8 @@ static int run_request(const static_request *request) {
   void *lower = NULL;
   static_answer answer = {.request = request};
   double *memory = NULL;
-  thrum_status status = cli_model_load(request->model_path, request->quiet, &loaded, NULL, &error);
+  thrum_status status = cli_mesh_model_load(request->model_path, &request->mesh_def, request->quiet,
+                                            &loaded, NULL, &error);
   if (status >= 0)
     status = cli_model_lower(loaded, request->rank, &lower, &answer.model, &error);
   thrum_interrupt_clean("\nthrum: stopped; the file being written was removed\n");

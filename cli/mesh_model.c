@@ -29,6 +29,16 @@ int cli_mesh_def_check(const char *command, const cli_mesh_def *def, bool mesh) 
                             "its own");
 }
 
+int cli_mesh_full_check(const char *command, const char *path, const cli_mesh_def *def, bool full) {
+  const bool mesh = thrum_mesh_is_named(path);
+  if (mesh && !full)
+    return cli_usage(command,
+                     "%.200s is a mesh: make a model of it with thrum precompute, or take it whole "
+                     "with --full",
+                     path);
+  return cli_mesh_def_check(command, def, mesh);
+}
+
 /* One file for each mesh and what is asked of it, so that runs of others keep theirs. */
 static thrum_status kept_path(const char *text, const cli_mesh_def *def,
                               char path[CLI_MODEL_PATH_MAX], thrum_error *error) {

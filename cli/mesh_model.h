@@ -35,6 +35,9 @@ int cli_mesh_take_fix(const cli_given *given, void *request);
  * is taken as a mesh. */
 int cli_mesh_def_check(const char *command, const cli_mesh_def *def, bool mesh);
 
+/* The same for a command that takes a mesh with --full only. */
+int cli_mesh_full_check(const char *command, const char *path, const cli_mesh_def *def, bool full);
+
 /* Loads the model of the mesh at `text`: made with precompute's defaults, in the cache of models
  * and anew each time, since a mesh may be of several files that change. Where `text` is no mesh,
  * as cli_model_load. */

@@ -326,13 +326,8 @@ static int finish(int argc, char **argv, simulate_request *request) {
                      request->def.dt, STEPS_MAX);
   }
   request->steps = steps < 1 ? 1 : (int64_t)steps;
-  const bool mesh = thrum_mesh_is_named(request->model_path);
-  if (mesh && !request->full)
-    return cli_usage("simulate",
-                     "%.200s is a mesh: make a model of it with thrum precompute, or step it "
-                     "whole with --full",
-                     request->model_path);
-  const int found = cli_mesh_def_check("simulate", &request->mesh_def, mesh);
+  const int found =
+      cli_mesh_full_check("simulate", request->model_path, &request->mesh_def, request->full);
   return found == CLI_DONE ? simulate_full_check(request) : found;
 }
 

@@ -22,7 +22,9 @@ void static_help(void) {
       "      --stay           where the body would buckle, stay on the path, unstable\n"
       "      --tolerance T    of the residual relative to the load (default 1e-10)\n"
       "      --rank N         the lowest N coordinates only (default: all of the model)\n"
-      "      --full           of the whole mesh, unreduced\n"
+      "      --full           of the whole mesh, unreduced; MODEL may then be a mesh\n"
+      "      --fix, --young, --poisson, --density\n"
+      "                       of such a mesh, as of precompute\n"
       "      --move X,Y,Z@TARGET  of --full: bring a group, vertex=N or all to this displacement\n"
       "                       [m] and hold it there; repeatable\n"
       "      --solver NAME    of --full: cholesky (default), or cg, conjugate gradients\n"
@@ -104,6 +106,7 @@ const cli_option static_options_table[] = {
      .wants = "a number in (0, 0.01]"},
     {.name = "rank", .kind = CLI_COUNT, FIELD(rank), .least = 1, .most = THRUM_RANK_MAX},
     {.name = "full", .kind = CLI_FLAG, FIELD(full)},
+    CLI_OPTIONS_MESH(static_request),
     {.name = "move", .kind = CLI_TEXT, .repeats = true, .take = take_move},
     {.name = "solver", .kind = CLI_CHOICE, .names = solvers, .choose = choose_solver},
     {.name = "output", .letter = 'o', WRITTEN, FIELD(output)},
@@ -153,10 +156,14 @@ static int check_names(const static_request *request) {
 
 int static_options_read(int argc, char **argv, static_request *request) {
   request->def = thrum_default_equilibrium_def();
+  request->mesh_def = cli_default_mesh_def();
   int code = cli_options_read("static", static_options_table, argc, argv, request);
   if (code != CLI_DONE || request->help)
     return code;
   code = cli_one_argument("static", "model", argc, argv, &request->model_path);
+  if (code != CLI_DONE)
+    return code;
+  code = cli_mesh_full_check("static", request->model_path, &request->mesh_def, request->full);
   if (code != CLI_DONE)
     return code;
   if (request->move_count > 0 && !request->full)

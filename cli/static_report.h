@@ -5,6 +5,7 @@
 
 #include "cli/args.h"
 #include "cli/load_spec.h"
+#include "cli/mesh_model.h"
 #include "full/full.h"
 
 /* A displacement that the full order brings a target to. */
@@ -16,11 +17,12 @@ typedef struct static_move {
 
 typedef struct static_request {
   const char *model_path;
-  const char *output;  /* q as .npy; NULL: none */
-  const char *frame;   /* .vtu; NULL: none */
-  const char *path;    /* .csv of the path; NULL: none */
-  const char **at;     /* targets whose displacement is shown, as given */
-  cli_target *targets; /* the same, parsed */
+  cli_mesh_def mesh_def; /* where model_path is a mesh, of --full */
+  const char *output;    /* q as .npy; NULL: none */
+  const char *frame;     /* .vtu; NULL: none */
+  const char *path;      /* .csv of the path; NULL: none */
+  const char **at;       /* targets whose displacement is shown, as given */
+  cli_target *targets;   /* the same, parsed */
   int64_t target_count;
   cli_load *loads;
   int64_t load_count;

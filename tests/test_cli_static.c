@@ -152,6 +152,22 @@ static void a_run_starts_from_the_equilibrium(void **state) {
   cJSON_Delete(object);
 }
 
+static void a_mesh_is_taken_whole(void **state) {
+  (void)state;
+  static const char mesh[] = "beam:8x2x2@1x0.2x0.2";
+  cJSON *whole = object_of(thrum_run(folder, "static", mesh, "--fix", "x<0.001", "--young", "1e7",
+                                     "--load", "gravity:0,0,-9.81", "--full", "--json", NULL),
+                           0);
+  assert_true(cli_json_get(whole, "peak_displacement_m") > 0);
+  assert_true(cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(whole, "stable")));
+  cJSON_Delete(whole);
+  cli_result run = thrum_run(folder, "static", mesh, "--load", "gravity:0,0,-9.81", NULL);
+  assert_int_equal(run.exit_code, 2);
+  assert_non_null(strstr(run.err, "is a mesh"));
+  assert_non_null(strstr(run.err, "--full"));
+  cli_result_free(&run);
+}
+
 /* The whole mesh gives way a little more than the reduced model, and no less. */
 static void the_full_order_rests_near_the_reduced_model(void **state) {
   (void)state;
@@ -264,6 +280,7 @@ int main(void) {
       cmocka_unit_test(the_files_hold_the_equilibrium),
       cmocka_unit_test(a_run_starts_from_the_equilibrium),
       cmocka_unit_test(the_full_order_rests_near_the_reduced_model),
+      cmocka_unit_test(a_mesh_is_taken_whole),
       cmocka_unit_test(a_group_is_brought_to_where_it_is_to_go),
       cmocka_unit_test(buckling_is_flagged_with_its_load),
       cmocka_unit_test(slips_are_refused_in_one_line),
