@@ -62,6 +62,8 @@ static thrum_status write_csv(const bench_request *request, const char *path, co
 static void plot(const bench_request *request, const char *name, const char *const *curves) {
   char script[64];
   snprintf(script, sizeof script, "%s.gp", name);
+  // else the child would print again what waits to be printed
+  fflush(NULL);
   const pid_t child = fork();
   if (child == 0) {
     if (chdir(request->folder) != 0)

@@ -60,6 +60,21 @@ static void several_ranks_give_rows_a_table_and_a_file(void **state) {
   cli_remove_folder(folder);
 }
 
+/* The plot is drawn by a child, which must not print again what was not yet printed. */
+static void the_table_is_printed_once(void **state) {
+  (void)state;
+  char folder[64];
+  cli_make_folder(folder);
+  cli_result result = thrum_run(folder, "bench", "step", "--rank", "4", "--no-machine", "--batches",
+                                "2", "--steps", "5", "-q", "-o", "bench", NULL);
+  assert_int_equal(result.exit_code, 0);
+  const char *first = strstr(result.out, "us/step");
+  assert_non_null(first);
+  assert_null(strstr(first + 1, "us/step"));
+  cli_result_free(&result);
+  cli_remove_folder(folder);
+}
+
 static void the_same_steps_take_the_same_iterations_with_every_kernel(void **state) {
   (void)state;
   double expected = NAN;
@@ -102,6 +117,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_step_is_measured_with_exactly_the_implicit_modes_asked_for),
       cmocka_unit_test(several_ranks_give_rows_a_table_and_a_file),
+      cmocka_unit_test(the_table_is_printed_once),
       cmocka_unit_test(the_same_steps_take_the_same_iterations_with_every_kernel),
       cmocka_unit_test(wrong_options_are_refused_with_one_line),
   };
