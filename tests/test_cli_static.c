@@ -161,6 +161,12 @@ static void a_mesh_is_taken_whole(void **state) {
   assert_true(cli_json_get(whole, "peak_displacement_m") > 0);
   assert_true(cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(whole, "stable")));
   cJSON_Delete(whole);
+  // too small for ten modes
+  whole = object_of(thrum_run(folder, "static", "beam:1x1x1@1x1x1", "--fix", "x<0.001", "--load",
+                              "gravity:0,0,-9.81", "--full", "--json", NULL),
+                    0);
+  assert_true(cli_json_get(whole, "components") == 12);
+  cJSON_Delete(whole);
   cli_result run = thrum_run(folder, "static", mesh, "--load", "gravity:0,0,-9.81", NULL);
   assert_int_equal(run.exit_code, 2);
   assert_non_null(strstr(run.err, "is a mesh"));
