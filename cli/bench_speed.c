@@ -2,14 +2,13 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "cli/bench_speed.h"
 
+#include "cli/plot.h"
 #include "precompute/interrupt.h"
 #include "precompute/npz.h"
-#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 void bench_row_bandwidth(const bench_request *request, cJSON *row, const char *key, double us,
@@ -58,42 +57,33 @@ static thrum_status write_csv(const bench_request *request, const char *path, co
   return thrum_file_writer_commit(&writer, error);
 }
 
+static bool write_script(const bench_request *request, const char *path, const char *name,
+                         const char *const *curves) {
+  FILE *file = fopen(path, "w");
+  if (file == NULL)
+    return false;
+  fprintf(file,
+          "set terminal pngcairo size 1000,700 font 'sans,12'\nset output '%s.png'\n"
+          "set datafile separator ','\nset logscale xy\nset grid\nset key left top\n"
+          "set xlabel 'rank'\nset ylabel 'microseconds'\nset xtics (5,10,15,20,30,45,60,80,100)\n"
+          "set title '%s, %s' noenhanced\n",
+          name, request->command, bench_processor());
+  for (int n = 0; curves[n]; n++)
+    fprintf(file, "%s '%s.csv' using 'rank':'%s' with linespoints title '%s' noenhanced",
+            n == 0 ? "plot" : ",", name, curves[n], curves[n]);
+  fputc('\n', file);
+  return fclose(file) == 0;
+}
+
 /* The curves, microseconds against rank, both logarithmic. */
 static void plot(const bench_request *request, const char *name, const char *const *curves) {
-  char script[64];
+  char script[64], path[1200];
   snprintf(script, sizeof script, "%s.gp", name);
-  // else the child would print again what waits to be printed
-  fflush(NULL);
-  const pid_t child = fork();
-  if (child == 0) {
-    if (chdir(request->folder) != 0)
-      _exit(127);
-    FILE *file = fopen(script, "w");
-    if (!file)
-      _exit(127);
-    fprintf(file,
-            "set terminal pngcairo size 1000,700 font 'sans,12'\nset output '%s.png'\n"
-            "set datafile separator ','\nset logscale xy\nset grid\nset key left top\n"
-            "set xlabel 'rank'\nset ylabel 'microseconds'\nset xtics (5,10,15,20,30,45,60,80,100)\n"
-            "set title '%s, %s' noenhanced\n",
-            name, request->command, bench_processor());
-    for (int n = 0; curves[n]; n++)
-      fprintf(file, "%s '%s.csv' using 'rank':'%s' with linespoints title '%s' noenhanced",
-              n == 0 ? "plot" : ",", name, curves[n], curves[n]);
-    fputc('\n', file);
-    fclose(file);
-    if (!freopen("/dev/null", "w", stderr) || !freopen("/dev/null", "w", stdout))
-      _exit(127);
-    execlp("gnuplot", "gnuplot", "-d", script, (char *)NULL);
-    _exit(127);
-  }
-  int status = 0;
-  while (child > 0 && waitpid(child, &status, 0) < 0 && errno == EINTR) {
-  }
-  char path[1200];
   snprintf(path, sizeof path, "%s/%s", request->folder, script);
+  const bool drawn =
+      write_script(request, path, name, curves) && cli_gnuplot_run(request->folder, script);
   unlink(path);
-  if (child < 0 || status != 0)
+  if (!drawn)
     cli_warn("no plot: gnuplot is missing or failed");
 }
 

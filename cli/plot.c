@@ -67,8 +67,7 @@ static bool write_script(const char *path, const char *terminal, const char *out
   return fclose(file) == 0 && !failed;
 }
 
-/* Runs gnuplot in the folder, silent; true when it ended well. */
-static bool run_gnuplot(const char *folder) {
+bool cli_gnuplot_run(const char *folder, const char *script) {
   const pid_t child = fork();
   if (child == 0) {
     const int nothing = open("/dev/null", O_RDWR);
@@ -77,7 +76,7 @@ static bool run_gnuplot(const char *folder) {
     dup2(nothing, STDIN_FILENO);
     dup2(nothing, STDOUT_FILENO);
     dup2(nothing, STDERR_FILENO);
-    execlp("gnuplot", "gnuplot", "-d", SCRIPT_NAME, (char *)NULL);
+    execlp("gnuplot", "gnuplot", "-d", script, (char *)NULL);
     _exit(127);
   }
   int status = 0;
@@ -95,8 +94,9 @@ static bool draw(const char *folder, const char *terminal, const char *output, c
   snprintf(script, sizeof script, "%s/" SCRIPT_NAME, folder);
   snprintf(image, sizeof image, "%s/%s", folder, output);
   struct stat made;
-  const bool drawn = write_script(script, terminal, output, title, rows) && run_gnuplot(folder) &&
-                     stat(image, &made) == 0 && made.st_size > 0;
+  const bool drawn = write_script(script, terminal, output, title, rows) &&
+                     cli_gnuplot_run(folder, SCRIPT_NAME) && stat(image, &made) == 0 &&
+                     made.st_size > 0;
   unlink(script);
   if (!drawn)
     unlink(image);

@@ -6,6 +6,10 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+/* Runs gnuplot on `script`, a file's name in `folder`, silent and there; true when it ended well.
+ */
+bool cli_gnuplot_run(const char *folder, const char *script);
+
 /* Draws `folder`/energy.csv (`rows` rows of data) into `folder`/energy.png, or energy.svg with a
  * gnuplot that has no PNG. Returns the name of the file made, NULL when there is no gnuplot or it
  * failed; nothing is left behind then. */
