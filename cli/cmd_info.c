@@ -9,7 +9,7 @@
 #include <sys/stat.h>
 
 #include "cli/args.h"
-#include "cli/load_spec.h"
+#include "cli/load_option.h"
 #include "cli/model_name.h"
 #include "precompute/load_share.h"
 #include "precompute/quality.h"
@@ -30,7 +30,7 @@ typedef struct info {
   double *hertz;         /* rank */
   const cli_load *loads; /* load_count */
   thrum_load_share *shares;
-  int load_count;
+  int64_t load_count;
   double began; /* cli_seconds() */
   double read;  /* the same, once the model was loaded */
 } info;
@@ -39,7 +39,7 @@ typedef struct info_request {
   const char *path;
   double dt;
   cli_load loads[LOADS_MAX];
-  int load_count;
+  int64_t load_count;
   bool json;
   bool help;
 } info_request;
@@ -67,12 +67,9 @@ static void print_help(void) {
 
 static int take_load(const cli_given *given, void *request) {
   info_request *r = request;
-  thrum_error error = {0};
   if (r->load_count == LOADS_MAX)
     return cli_given_refuse(given, "at most %d loads at a time", LOADS_MAX);
-  if (cli_load_parse(given->text, &r->loads[r->load_count++], &error) < 0)
-    return cli_given_refuse(given, "%s", error.message);
-  return CLI_DONE;
+  return cli_load_take(given, r->loads, &r->load_count);
 }
 
 static const cli_option table[] = {

@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "cli/load_option.h"
 #include "cli/simulate_full.h"
 
 #define TIME_DEFAULT 10.0
@@ -126,11 +127,7 @@ static int take_iterations(const cli_given *given, void *request) {
 
 static int take_load(const cli_given *given, void *request) {
   simulate_request *r = request;
-  thrum_error error = {0};
-  if (cli_load_parse(given->text, &r->loads[r->load_count], &error) < 0)
-    return cli_given_refuse(given, "%s", error.message);
-  r->load_count++;
-  return CLI_DONE;
+  return cli_load_take(given, r->loads, &r->load_count);
 }
 
 static int take_start(const cli_given *given, void *request) {

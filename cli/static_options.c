@@ -2,6 +2,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "cli/load_option.h"
 #include "cli/static_full.h"
 
 #define FACTOR_MAX 1e12
@@ -47,11 +48,7 @@ void static_help(void) {
 
 static int take_load(const cli_given *given, void *request) {
   static_request *r = request;
-  thrum_error error = {0};
-  if (cli_load_parse(given->text, &r->loads[r->load_count], &error) < 0)
-    return cli_given_refuse(given, "%s", error.message);
-  r->load_count++;
-  return CLI_DONE;
+  return cli_load_take(given, r->loads, &r->load_count);
 }
 
 static int take_at(const cli_given *given, void *request) {

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "cli/args.h"
+#include "cli/load_option.h"
 #include "cli/tradeoff.h"
 
 #define FPS_DEFAULT 60
@@ -62,11 +62,7 @@ void tradeoff_help(void) {
 
 static int take_load(const cli_given *given, void *request) {
   tradeoff_request *r = request;
-  thrum_error error = {0};
-  if (cli_load_parse(given->text, &r->loads[r->load_count], &error) < 0)
-    return cli_usage(given->command, "%s", error.message);
-  r->load_count++;
-  return CLI_DONE;
+  return cli_load_take(given, r->loads, &r->load_count);
 }
 
 /* Numbers with commas between, in the table's range; those of ranks are whole. */
