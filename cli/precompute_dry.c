@@ -5,16 +5,9 @@
 #include <stdio.h>
 
 #include "cli/precompute_request.h"
+#include "cli/precompute_stages.h"
 #include "precompute/build_info.h"
 #include "precompute/estimate.h"
-
-static const struct {
-  const char *name, *text;
-} stages[THRUM_STAGE_COUNT] = {
-#define X(name, text) {#name, text},
-    THRUM_STAGE_LIST(X)
-#undef X
-};
 
 static double total_of(const thrum_estimate *estimate) {
   double total = 0;
@@ -36,7 +29,7 @@ static void print_json(const thrum_mesh *mesh, int64_t held, const thrum_estimat
   cli_json_number(object, "available_mb", estimate->available / 1048576);
   cJSON *seconds = cJSON_AddObjectToObject(object, "seconds");
   for (int stage = 0; stage < THRUM_STAGE_COUNT; stage++)
-    cli_json_number(seconds, stages[stage].name, estimate->seconds[stage]);
+    cli_json_number(seconds, precompute_stage_labels[stage].name, estimate->seconds[stage]);
   cli_json_number(seconds, "total", total_of(estimate));
   cJSON_AddStringToObject(object, "blas_core", thrum_build_blas_core());
   cli_json_print(object);
@@ -52,7 +45,8 @@ static void print_table(const thrum_mesh *mesh, int64_t held, const thrum_estima
          estimate->whose, estimate->fits ? "it fits" : "it does NOT fit");
   printf("%-18sabout %.2g s", "time", total_of(estimate));
   for (int stage = 0; stage < THRUM_STAGE_COUNT; stage++)
-    printf("%s%s %.2g", stage == 0 ? ": " : ", ", stages[stage].text, estimate->seconds[stage]);
+    printf("%s%s %.2g", stage == 0 ? ": " : ", ", precompute_stage_labels[stage].text,
+           estimate->seconds[stage]);
   puts("\n                  (rough: within a factor of two or so on an idle machine)");
 }
 

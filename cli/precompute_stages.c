@@ -4,9 +4,7 @@
 #include <math.h>
 #include <stdio.h>
 
-static const struct {
-  const char *name, *text;
-} stages[THRUM_STAGE_COUNT] = {
+const precompute_stage_label precompute_stage_labels[THRUM_STAGE_COUNT] = {
 #define X(name, text) {#name, text},
     THRUM_STAGE_LIST(X)
 #undef X
@@ -27,7 +25,7 @@ void precompute_add_stages(cJSON *object, const thrum_precomputed *result) {
   for (int stage = 0; stage < THRUM_STAGE_COUNT; stage++) {
     if (!was_run(result, stage))
       continue;
-    cJSON *row = cJSON_AddObjectToObject(table, stages[stage].name);
+    cJSON *row = cJSON_AddObjectToObject(table, precompute_stage_labels[stage].name);
     cli_json_number(row, "seconds", result->seconds[stage]);
     cli_json_number(row, "cpu_seconds", result->cpu_seconds[stage]);
     cli_json_number(row, "peak_mb", result->peak_mb[stage]);
@@ -41,8 +39,8 @@ void precompute_print_stages(const thrum_precomputed *result) {
     const double rate = rate_of(result, stage);
     if (!was_run(result, stage))
       continue;
-    printf("%-20s %10.3f %10.3f %10.0f ", stages[stage].text, result->seconds[stage],
-           result->cpu_seconds[stage], result->peak_mb[stage]);
+    printf("%-20s %10.3f %10.3f %10.0f ", precompute_stage_labels[stage].text,
+           result->seconds[stage], result->cpu_seconds[stage], result->peak_mb[stage]);
     // assembly and small dense work are not counted
     if (isnan(rate))
       printf("%10s\n", "-");

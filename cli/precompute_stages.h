@@ -5,6 +5,13 @@
 #include "cli/cli.h"
 #include "precompute/precompute.h"
 
+typedef struct precompute_stage_label {
+  const char *name; /* for machines */
+  const char *text;
+} precompute_stage_label;
+
+extern const precompute_stage_label precompute_stage_labels[THRUM_STAGE_COUNT];
+
 /* Adds `stages`: for each its seconds, cpu_seconds, peak_mb (of the process until its end) and
  * gflops, a rate, null where the work is not counted. */
 void precompute_add_stages(cJSON *object, const thrum_precomputed *result);

@@ -145,7 +145,7 @@ static void copy_linear(const double *gram, int64_t m, int64_t rank, double *lin
       linear[i * rank + j] = linear[j * rank + i] = gram[i + j * m];
 }
 
-static void sort_up(int64_t *index, int count) {
+void thrum_indices_sort(int64_t *index, int count) {
   for (int a = 1; a < count; a++)
     for (int b = a; b > 0 && index[b] < index[b - 1]; b--) {
       const int64_t swap = index[b];
@@ -164,7 +164,7 @@ static void symmetrise(const double *gram, int64_t m, int64_t rank, double *c3, 
       const double *entries = gram + column * m;
       for (int64_t i = 0; i < rank; i++) {
         int64_t index[3] = {i, k, l};
-        sort_up(index, 3);
+        thrum_indices_sort(index, 3);
         c3[thrum_c3_index(rank, index[0], index[1], index[2])] += entries[i];
       }
       // pairs (i, j) up to (k, l): the mirror image counts too, except on the diagonal
@@ -172,7 +172,7 @@ static void symmetrise(const double *gram, int64_t m, int64_t rank, double *c3, 
       for (int64_t i = 0; i <= k; i++)
         for (int64_t j = i; j < rank && row <= column; j++, row++) {
           int64_t index[4] = {i, j, k, l};
-          sort_up(index, 4);
+          thrum_indices_sort(index, 4);
           c4[thrum_c4_index(rank, index[0], index[1], index[2], index[3])] +=
               row == column ? entries[row] / 2 : entries[row];
         }

@@ -17,4 +17,7 @@ thrum_status thrum_polynomial_reduce(const thrum_fem *fem, int64_t rank, const d
 thrum_status thrum_reduced_stiffness(const thrum_fem *fem, int64_t rank, const double *basis,
                                      double *linear, thrum_error *error);
 
+/* Sorts the few indices of a monomial, upwards. */
+void thrum_indices_sort(int64_t *index, int count);
+
 #endif

@@ -11,6 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "precompute/polynomial_reduce.h"
 #include "precompute/stage.h"
 #include "thrum/model.h"
 
@@ -43,15 +44,6 @@ static void transform(turner *t, const double *left, int64_t rows) {
               t->form, m);
 }
 
-static void sort_up(int64_t *index, int count) {
-  for (int a = 1; a < count; a++)
-    for (int b = a; b > 0 && index[b] < index[b - 1]; b--) {
-      const int64_t swap = index[b];
-      index[b] = index[b - 1];
-      index[b - 1] = swap;
-    }
-}
-
 static void turn_cubic(turner *t, const double *c3, double *turned) {
   const int64_t r = t->rank;
   int64_t pair = 0;
@@ -66,7 +58,7 @@ static void turn_cubic(turner *t, const double *c3, double *turned) {
     for (int64_t k = 0; k < r; k++)
       for (int64_t l = k; l < r; l++) {
         int64_t index[3] = {i, k, l};
-        sort_up(index, 3);
+        thrum_indices_sort(index, 3);
         turned[thrum_c3_index(r, index[0], index[1], index[2])] += *row++;
       }
   }
@@ -89,7 +81,7 @@ static void turn_quartic(turner *t, const double *c4, double *turned) {
       for (int64_t k = 0; k < r; k++)
         for (int64_t l = k; l < r; l++) {
           int64_t index[4] = {i, j, k, l};
-          sort_up(index, 4);
+          thrum_indices_sort(index, 4);
           turned[thrum_c4_index(r, index[0], index[1], index[2], index[3])] += *next++;
         }
 }
