@@ -5,42 +5,48 @@
 
 #define STEPS 4000
 
-/* y' = A y of a Timoshenko beam at this frequency: w' = phi + Q/(kGA), phi' = M/(EI),
- * M' = -Q - rho I w^2 phi, Q' = -rho A w^2 w, per unit of width, E = rho = 1. */
-static void timoshenko_rate(double thickness, double square, const double y[4], double rate[4]) {
-  const double area = thickness, inertia = pow(thickness, 3) / 12, shear = 5.0 / 6 * 0.5 * area;
+typedef void rates(const double given[2], const double y[4], double rate[4]);
+
+/* y from one end of the unit interval to the other, by Runge-Kutta of order 4. */
+static void integrate(rates *rates_of, const double given[2], double y[4]) {
+  static const double at[4] = {0, 0.5, 0.5, 1}, weight[4] = {1. / 6, 1. / 3, 1. / 3, 1. / 6};
+  const double h = 1.0 / STEPS;
+  for (int n = 0; n < STEPS; n++) {
+    double rate[4] = {0}, sum[4], trial[4];
+    for (int i = 0; i < 4; i++)
+      sum[i] = y[i];
+    for (int s = 0; s < 4; s++) {
+      for (int i = 0; i < 4; i++)
+        trial[i] = y[i] + at[s] * h * rate[i];
+      rates_of(given, trial, rate);
+      for (int i = 0; i < 4; i++)
+        sum[i] += weight[s] * h * rate[i];
+    }
+    for (int i = 0; i < 4; i++)
+      y[i] = sum[i];
+  }
+}
+
+/* y' = A y of a Timoshenko beam, given its thickness and the frequency squared: w' = phi + Q/(kGA),
+ * phi' = M/(EI), M' = -Q - rho I w^2 phi, Q' = -rho A w^2 w, per unit of width, E = rho = 1. */
+static void timoshenko_rates(const double given[2], const double y[4], double rate[4]) {
+  const double area = given[0], square = given[1];
+  const double inertia = pow(area, 3) / 12, shear = 5.0 / 6 * 0.5 * area;
   rate[0] = y[1] + y[3] / shear;
   rate[1] = y[2] / inertia;
   rate[2] = -y[3] - inertia * square * y[1];
   rate[3] = -area * square * y[0];
 }
 
-/* From the clamped end (w = phi = 0) with unit M or Q to the free one, by Runge-Kutta of order 4;
- * the determinant of the M and Q that arrive is zero at a frequency. */
+/* From the clamped end (w = phi = 0) with unit M or Q to the free one; the determinant of the M and
+ * Q that arrive is zero at a frequency. */
 static double timoshenko_determinant(double thickness, double omega) {
-  double end[2][4];
+  const double given[2] = {thickness, omega * omega};
+  double end[2][4] = {{0}};
   for (int start = 0; start < 2; start++) {
     // scaled so that both columns are of one size
-    double y[4] = {0, 0, start == 0 ? pow(thickness, 3) : 0, start == 1 ? pow(thickness, 3) : 0};
-    const double h = 1.0 / STEPS;
-    for (int n = 0; n < STEPS; n++) {
-      static const double at[4] = {0, 0.5, 0.5, 1}, weight[4] = {1. / 6, 1. / 3, 1. / 3, 1. / 6};
-      double rate[4] = {0}, sum[4];
-      for (int i = 0; i < 4; i++)
-        sum[i] = y[i];
-      for (int s = 0; s < 4; s++) {
-        double trial[4];
-        for (int i = 0; i < 4; i++)
-          trial[i] = y[i] + at[s] * h * rate[i];
-        timoshenko_rate(thickness, omega * omega, trial, rate);
-        for (int i = 0; i < 4; i++)
-          sum[i] += weight[s] * h * rate[i];
-      }
-      for (int i = 0; i < 4; i++)
-        y[i] = sum[i];
-    }
-    for (int i = 0; i < 4; i++)
-      end[start][i] = y[i];
+    end[start][2 + start] = pow(thickness, 3);
+    integrate(timoshenko_rates, given, end[start]);
   }
   return end[0][2] * end[1][3] - end[0][3] * end[1][2];
 }
@@ -67,29 +73,19 @@ double verify_timoshenko(double thickness, int n) {
   return 0.5 * (low + high);
 }
 
-/* theta'' = -P cos(theta) from the clamped end with curvature k; what curvature arrives. */
+/* theta'' = -P cos(theta) of y = (theta, theta', deflection, shortening), given P. */
+static void elastica_rates(const double given[2], const double y[4], double rate[4]) {
+  rate[0] = y[1];
+  rate[1] = -given[0] * cos(y[0]);
+  rate[2] = sin(y[0]);
+  rate[3] = 1 - cos(y[0]);
+}
+
+/* From the clamped end with this curvature; what curvature arrives. */
 static double shoot(double load, double curvature, double *deflection, double *shortening) {
+  const double given[2] = {load, 0};
   double y[4] = {0, curvature, 0, 0};
-  const double h = 1.0 / STEPS;
-  for (int n = 0; n < STEPS; n++) {
-    static const double at[4] = {0, 0.5, 0.5, 1}, weight[4] = {1. / 6, 1. / 3, 1. / 3, 1. / 6};
-    double rate[4] = {0}, sum[4];
-    for (int i = 0; i < 4; i++)
-      sum[i] = y[i];
-    for (int s = 0; s < 4; s++) {
-      double trial[4];
-      for (int i = 0; i < 4; i++)
-        trial[i] = y[i] + at[s] * h * rate[i];
-      rate[0] = trial[1];
-      rate[1] = -load * cos(trial[0]);
-      rate[2] = sin(trial[0]);
-      rate[3] = 1 - cos(trial[0]);
-      for (int i = 0; i < 4; i++)
-        sum[i] += weight[s] * h * rate[i];
-    }
-    for (int i = 0; i < 4; i++)
-      y[i] = sum[i];
-  }
+  integrate(elastica_rates, given, y);
   *deflection = y[2];
   *shortening = y[3];
   return y[1];
