@@ -84,15 +84,10 @@ thrum_status cli_mesh_model_load(const char *text, const cli_mesh_def *def, bool
       .quiet = quiet,
   };
   file->path = file->cached;
+  request.options.fit = true;
   if (status >= 0 && !quiet)
     fprintf(stderr, "thrum: precomputing %s; kept in %s\n", text, file->cached);
   if (status >= 0)
     status = precompute_make(&request, NULL, &flagged, error);
-  // a mesh too small for the defaults, which is found before any work, gets what it has room for
-  while (status == THRUM_INVALID_ARGUMENT && request.options.modes > 1) {
-    request.options.modes /= 2;
-    request.options.rank = request.options.modes;
-    status = precompute_make(&request, NULL, &flagged, NULL);
-  }
   return status >= 0 ? thrum_model_load(file->cached, model, error) : status;
 }

@@ -167,7 +167,7 @@ static void estimate_times(const thrum_fem *fem, const thrum_precompute_options 
 thrum_status thrum_precompute_estimate(const thrum_mesh *mesh, const uint8_t *fixed,
                                        const thrum_precompute_options *options,
                                        thrum_estimate *estimate, thrum_error *error) {
-  const thrum_precompute_options asked = thrum_options_complete(options);
+  thrum_precompute_options asked = thrum_options_complete(options);
   thrum_fem fem = {0};
   thrum_sparse stiffness = {0}, mass = {0};
   thrum_factor *factor = NULL;

@@ -57,12 +57,23 @@ thrum_status thrum_options_check(const thrum_precompute_options *options, thrum_
   return THRUM_OK;
 }
 
-thrum_status thrum_options_check_body(const thrum_precompute_options *options, const thrum_fem *fem,
+/* At most a quarter of the room for modes, and two coordinates for each of those. */
+static void lower_counts(thrum_precompute_options *options, int64_t room) {
+  if (options->modes <= room / 4)
+    return;
+  options->modes = room / 4 > 1 ? room / 4 : 1;
+  const int64_t most = 2 * thrum_options_shapes(options);
+  options->rank = options->rank < most ? options->rank : most;
+}
+
+thrum_status thrum_options_check_body(thrum_precompute_options *options, const thrum_fem *fem,
                                       bool *free_body, thrum_error *error) {
   const thrum_status status = thrum_constraints_check(fem, free_body, error);
   if (status != THRUM_OK)
     return status;
   const int64_t n = fem->free_count - (*free_body ? THRUM_RIGID_COUNT : 0);
+  if (options->fit)
+    lower_counts(options, n);
   const int64_t k = options->modes, r = options->rank;
   if (k >= n || r > n)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,

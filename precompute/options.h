@@ -18,8 +18,8 @@ thrum_precompute_options thrum_options_complete(const thrum_precompute_options *
 thrum_status thrum_options_check(const thrum_precompute_options *options, thrum_error *error);
 
 /* The same with the body: that it is held or free (thrum_constraints_check, whose *free_body this
- * is), and has room for the modes and the rank. */
-thrum_status thrum_options_check_body(const thrum_precompute_options *options, const thrum_fem *fem,
+ * is), and has room for the modes and the rank, which `fit` lowers to that room first. */
+thrum_status thrum_options_check_body(thrum_precompute_options *options, const thrum_fem *fem,
                                       bool *free_body, thrum_error *error);
 
 /* Are the modes counted by inertia as well? */

@@ -58,6 +58,7 @@ typedef struct thrum_given_figures {
 typedef struct thrum_precompute_options {
   int64_t modes;       /* k linear modes; default 10 */
   int64_t rank;        /* r <= k (k + 3) / 2; default 0, which stands for 2 k */
+  bool fit;            /* lower modes and rank to what the body has room for; default false */
   thrum_mass mass;     /* default consistent */
   thrum_check check;   /* that no mode was missed; default THRUM_CHECK_AUTO */
   bool single;         /* c3 and c4 in single precision; default false */
