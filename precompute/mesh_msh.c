@@ -191,11 +191,14 @@ void thrum_msh_sort_entities(msh_reader *r) {
     qsort(r->entities, (size_t)r->entity_count, sizeof *r->entities, compare_entities);
 }
 
-const msh_entity *thrum_msh_find_entity(const msh_reader *r, int dimension, int64_t tag) {
+const int32_t *thrum_msh_entity_physicals(const msh_reader *r, int dimension, int64_t tag,
+                                          int64_t *count) {
   const msh_entity key = {.dimension = dimension, .tag = tag};
-  if (r->entity_count == 0)
-    return NULL;
-  return bsearch(&key, r->entities, (size_t)r->entity_count, sizeof key, compare_entities);
+  const msh_entity *entity = NULL;
+  if (r->entity_count > 0)
+    entity = bsearch(&key, r->entities, (size_t)r->entity_count, sizeof key, compare_entities);
+  *count = entity ? entity->count : 0;
+  return *count > 0 ? r->entity_physicals + entity->first : NULL;
 }
 
 static thrum_status read_entities(msh_reader *r) {
@@ -504,15 +507,14 @@ static thrum_status read_element_block(msh_reader *r, int64_t *items) {
     status = thrum_msh_check_type(r, type, (int)dimension);
   if (status < 0)
     return status;
-  const msh_entity *entity = thrum_msh_find_entity(r, (int)dimension, tag);
-  const int32_t *physicals =
-      entity && entity->count > 0 ? r->entity_physicals + entity->first : NULL;
+  int64_t physical_count;
+  const int32_t *physicals = thrum_msh_entity_physicals(r, (int)dimension, tag, &physical_count);
   for (int64_t i = 0; i < count && status >= 0; i++) {
     status = section_line(r, "the last element of the block");
     if (status >= 0)
       status = integer(r, "the number of an element", 0, &number);
     if (status >= 0)
-      status = read_element_nodes(r, type, physicals, entity ? entity->count : 0);
+      status = read_element_nodes(r, type, physicals, physical_count);
     *items += status >= 0;
   }
   return status;

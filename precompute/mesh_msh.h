@@ -61,7 +61,9 @@ thrum_status thrum_msh_add_entity_physical(msh_reader *r, int dimension, int64_t
 thrum_status thrum_msh_add_entity(msh_reader *r, const msh_entity *entity);
 /* Sorts the entities once all are there. */
 void thrum_msh_sort_entities(msh_reader *r);
-const msh_entity *thrum_msh_find_entity(const msh_reader *r, int dimension, int64_t tag);
+/* The physical groups of an entity, *count of them; NULL and 0 where there are none. */
+const int32_t *thrum_msh_entity_physicals(const msh_reader *r, int dimension, int64_t tag,
+                                          int64_t *count);
 
 /* A new node; NULL when there is no memory. */
 msh_node *thrum_msh_add_node(msh_reader *r);

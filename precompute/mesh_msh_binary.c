@@ -275,13 +275,12 @@ static thrum_status read_element_block(msh_reader *r, int64_t *items) {
     status = check_element(r, type, (int)dimension);
   if (status < 0)
     return status;
-  const msh_entity *entity = thrum_msh_find_entity(r, (int)dimension, tag);
-  const int32_t *physicals =
-      entity && entity->count > 0 ? r->entity_physicals + entity->first : NULL;
+  int64_t physical_count;
+  const int32_t *physicals = thrum_msh_entity_physicals(r, (int)dimension, tag, &physical_count);
   for (int64_t i = 0; i < count && status >= 0; i++) {
     status = whole(r, 8, &number);
     if (status >= 0)
-      status = read_element(r, type, 8, physicals, entity ? entity->count : 0);
+      status = read_element(r, type, 8, physicals, physical_count);
     *items += status >= 0;
   }
   return status;
