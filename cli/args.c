@@ -23,9 +23,7 @@ int cli_name_index(const char *text, const char *const *names) {
 
 /* A line of an options file, or of the command line. */
 static int refuse_line(const cli_given *given, const char *between, char *line) {
-  // what was given may hold line ends; the message is one line
-  for (char *c = line; *c != 0; c++)
-    *c = (unsigned char)*c < ' ' ? '?' : *c;
+  cli_one_line(line);
   if (given->file == NULL)
     return cli_usage(given->command, "%s", line);
   fprintf(stderr, "thrum: %s:%lld: \"%s\"%s%s\n", given->file, (long long)given->line,

@@ -33,6 +33,9 @@ void cli_begin_in_address_space(char **argv);
 /* Prints "thrum: <message>" on standard error and returns CLI_REFUSED. */
 int cli_refuse(const thrum_error *error);
 
+/* Control characters of what was typed, line ends too, into '?': a message is one line. */
+void cli_one_line(char *text);
+
 /* Prints "thrum <command>: <line> (try: thrum <command> --help)"; returns CLI_USAGE. */
 __attribute__((format(printf, 2, 3))) int cli_usage(const char *command, const char *format, ...);
 

@@ -17,15 +17,18 @@ int cli_refuse(const thrum_error *error) {
   return CLI_REFUSED;
 }
 
+void cli_one_line(char *text) {
+  for (char *c = text; *c != 0; c++)
+    *c = (unsigned char)*c < ' ' ? '?' : *c;
+}
+
 int cli_usage(const char *command, const char *format, ...) {
   char line[1200];
   va_list arguments;
   va_start(arguments, format);
   vsnprintf(line, sizeof line, format, arguments);
   va_end(arguments);
-  // what was typed may hold line ends; the message is one line
-  for (char *c = line; *c != 0; c++)
-    *c = (unsigned char)*c < ' ' ? '?' : *c;
+  cli_one_line(line);
   const char *blank = command[0] != 0 ? " " : "";
   fprintf(stderr, "thrum%s%s: %s (try: thrum%s%s --help)\n", blank, command, line, blank, command);
   return CLI_USAGE;
