@@ -1,5 +1,5 @@
-/* What the readers of ASCII and binary Gmsh files share: the reader's state, and how nodes,
- * physical groups and tets are added to it.
+/* What the files of the Gmsh reader share: its state, and how nodes, physical groups and tets are
+ * added to it.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_PRECOMPUTE_MESH_MSH_H
@@ -51,6 +51,25 @@ typedef struct msh_reader {
   thrum_mesh mesh; /* tet_region holds physicals until the end, NO_PHYSICAL for none */
   thrum_error *error;
 } msh_reader;
+
+/* Shared by the sections in text. */
+thrum_status thrum_msh_no_memory(msh_reader *r);
+/* Moves to the next line of a section; its end, or that of the file, is refused. */
+thrum_status thrum_msh_line(msh_reader *r, const char *what);
+/* Goes on to the next line when the present one is used up. */
+thrum_status thrum_msh_word(msh_reader *r, const char *what);
+thrum_status thrum_msh_integer(msh_reader *r, const char *what, int64_t low, int64_t *value);
+/* The header of $Nodes and $Elements in version 4: blocks, items, least and greatest tag. */
+thrum_status thrum_msh_block_header(msh_reader *r, int64_t *blocks, int64_t *items);
+thrum_status thrum_msh_check_items(msh_reader *r, const char *what, int64_t items, int64_t found);
+thrum_status thrum_msh_read_node(msh_reader *r, int32_t *index);
+
+/* The sections, of either kind of file. */
+thrum_status thrum_msh_physical_names(msh_reader *r);
+thrum_status thrum_msh_entities(msh_reader *r);
+thrum_status thrum_msh_nodes(msh_reader *r);
+thrum_status thrum_msh_parametric_nodes(msh_reader *r);
+thrum_status thrum_msh_elements(msh_reader *r);
 
 /* Index of a physical group, added when it is new. */
 thrum_status thrum_msh_find_physical(msh_reader *r, int dimension, int64_t tag, int64_t *index);
