@@ -9,10 +9,6 @@
 #include "model_layout.h"
 #include "pack.h"
 
-static size_t round_up(size_t size) {
-  return (size + (THRUM_ALIGNMENT - 1)) / THRUM_ALIGNMENT * THRUM_ALIGNMENT;
-}
-
 static int is_aligned(const void *p) {
   return (uintptr_t)p % THRUM_ALIGNMENT == 0;
 }
@@ -42,17 +38,17 @@ thrum_status thrum_model_view(const void *file, size_t file_size, thrum_model *m
 // the struct, then every array and the packed coefficients, each at the next multiple of 64; 0 when
 // no memory is that large
 static size_t block_size(const thrum_layout *layout) {
-  size_t size = round_up(sizeof(thrum_model));
+  size_t size = thrum_round_up(sizeof(thrum_model));
   for (int a = 0; a < THRUM_ARRAY_COUNT; a++) {
     if (layout->data[a] == NULL)
       continue;
-    size_t bytes = round_up(thrum_layout_bytes(layout, a));
+    size_t bytes = thrum_round_up(thrum_layout_bytes(layout, a));
     if (bytes > PTRDIFF_MAX - size)
       return 0;
     size += bytes;
   }
   const size_t packed =
-      round_up((size_t)thrum_pack_count(layout->size[THRUM_SIZE_rank]) * sizeof(double));
+      thrum_round_up((size_t)thrum_pack_count(layout->size[THRUM_SIZE_rank]) * sizeof(double));
   return packed > PTRDIFF_MAX - size ? 0 : size + packed;
 }
 
@@ -99,14 +95,14 @@ thrum_status thrum_model_init(void *memory, size_t memory_size, const void *file
     return thrum_error_set(error, THRUM_BUFFER_TOO_SMALL,
                            "the memory has %lu bytes, this model needs %lu",
                            (unsigned long)memory_size, (unsigned long)needed);
-  unsigned char *next = (unsigned char *)memory + round_up(sizeof(thrum_model));
+  unsigned char *next = (unsigned char *)memory + thrum_round_up(sizeof(thrum_model));
   for (int a = 0; a < THRUM_ARRAY_COUNT; a++) {
     if (layout.data[a] == NULL)
       continue;
     size_t bytes = thrum_layout_bytes(&layout, a);
     memcpy(next, layout.data[a], bytes);
     layout.data[a] = next;
-    next += round_up(bytes);
+    next += thrum_round_up(bytes);
   }
   thrum_layout_to_model(&layout, memory);
   status = thrum_model_pack(memory, next, needed - (size_t)(next - (unsigned char *)memory), error);

@@ -12,6 +12,11 @@
 
 #define THRUM_ALIGNMENT 64u
 
+/* The next multiple of the alignment. */
+static inline size_t thrum_round_up(size_t size) {
+  return (size + (THRUM_ALIGNMENT - 1)) / THRUM_ALIGNMENT * THRUM_ALIGNMENT;
+}
+
 /* Sizes by number; behind those of the model the ones that a list entry may also name. */
 enum thrum_size_id {
 #define X(name, meaning) THRUM_SIZE_##name,

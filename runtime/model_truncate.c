@@ -15,10 +15,6 @@ typedef struct parts {
   size_t omega2, c3, c4, axis_mass, basis;
 } parts;
 
-static size_t round_up(size_t size) {
-  return (size + (THRUM_ALIGNMENT - 1)) / THRUM_ALIGNMENT * THRUM_ALIGNMENT;
-}
-
 static parts parts_of(const thrum_model *model, int64_t rank) {
   const parts p = {(size_t)rank, (size_t)thrum_c3_count(rank), (size_t)thrum_c4_count(rank),
                    model->axis_mass ? 3 * (size_t)rank : 0,
@@ -36,9 +32,9 @@ thrum_status thrum_model_truncate_size(const thrum_model *model, int64_t rank, s
                            "rank %lld is asked for; the model has 1 to %lld", (long long)rank,
                            (long long)model->rank);
   const parts p = parts_of(model, rank);
-  *size = round_up(sizeof(thrum_model)) + round_up(p.omega2 * sizeof(double)) +
-          round_up(p.c3 * sizeof(double)) + round_up(p.c4 * sizeof(double)) +
-          round_up(p.axis_mass * sizeof(double)) + round_up(p.basis * sizeof(double)) +
+  *size = thrum_round_up(sizeof(thrum_model)) + thrum_round_up(p.omega2 * sizeof(double)) +
+          thrum_round_up(p.c3 * sizeof(double)) + thrum_round_up(p.c4 * sizeof(double)) +
+          thrum_round_up(p.axis_mass * sizeof(double)) + thrum_round_up(p.basis * sizeof(double)) +
           (size_t)thrum_pack_count(rank) * sizeof(double);
   return THRUM_OK;
 }
@@ -77,7 +73,7 @@ static void copy_columns(int64_t rows, int64_t columns, int64_t rank, const doub
 
 static double *cut(unsigned char **memory, size_t doubles) {
   double *part = (double *)(void *)*memory;
-  *memory += round_up(doubles * sizeof(double));
+  *memory += thrum_round_up(doubles * sizeof(double));
   return part;
 }
 
@@ -97,7 +93,7 @@ thrum_status thrum_model_truncate(void *memory, size_t memory_size, const thrum_
                            "the memory has %zu bytes, this model needs %zu", memory_size, size);
   const parts p = parts_of(model, rank);
   thrum_model lower = *model;
-  unsigned char *at = (unsigned char *)memory + round_up(sizeof lower);
+  unsigned char *at = (unsigned char *)memory + thrum_round_up(sizeof lower);
   double *omega2 = cut(&at, p.omega2), *c3 = cut(&at, p.c3), *c4 = cut(&at, p.c4);
   double *axis_mass = cut(&at, p.axis_mass), *basis = cut(&at, p.basis);
   memcpy(omega2, model->omega2, p.omega2 * sizeof *omega2);

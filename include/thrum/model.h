@@ -136,6 +136,25 @@ thrum_status thrum_model_truncate_size(const thrum_model *model, int64_t rank, s
 thrum_status thrum_model_truncate(void *memory, size_t memory_size, const thrum_model *model,
                                   int64_t rank, const thrum_model **truncated, thrum_error *error);
 
+/* By how much a model is scaled: all > 0, 1 leaves it. */
+typedef struct thrum_model_scaling {
+  double length;    /* s, of all lengths */
+  double stiffness; /* e, of Young's modulus */
+  double density;   /* d */
+} thrum_model_scaling;
+
+/* Bytes that thrum_model_scale needs for this model. */
+thrum_status thrum_model_scale_size(const thrum_model *model, size_t *size, thrum_error *error);
+
+/* The same body s times as large, of e times the stiffness and d times the density, without another
+ * precompute: V'(q') = e s^3 V(q) with q = q' s^-5/2 d^-1/2, U' = U s^-3/2 d^-1/2, exactly what the
+ * scaled mesh would give. In `memory` (aligned to 64, thrum_model_scale_size bytes). Tetrahedra,
+ * held vertices, groups and meta stay where `model` has them, so it must outlive *scaled.
+ * Allocates nothing. Scaling: Langhaar 1951, Dimensional analysis and theory of models. */
+thrum_status thrum_model_scale(void *memory, size_t memory_size, const thrum_model *model,
+                               const thrum_model_scaling *by, const thrum_model **scaled,
+                               thrum_error *error);
+
 /* Vertices of the group called `name`: *vertices points into the model, *count > 0.
  * THRUM_MISSING when there is no such group. */
 thrum_status thrum_model_group(const thrum_model *model, const char *name,

@@ -1,0 +1,124 @@
+/* What a scene is made of, private to scene/. SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_SCENE_INTERNAL_H
+#define THRUM_SCENE_INTERNAL_H
+
+#include <stdbool.h>
+
+#include "scene/scene.h"
+
+#define SCENE_ALIGNMENT 64
+
+/* A model as bodies step it: scaled, cut down, without a mesh. Shared by all bodies that want the
+ * same; freed with the last of them. */
+typedef struct scene_model {
+  const thrum_model *from, *model; /* the same where nothing had to be changed */
+  void *memory;                    /* of the latter; NULL then */
+  int64_t rank;
+  thrum_model_scaling by;
+  int32_t users;
+  struct scene_model *next;
+} scene_model;
+
+/* Where a body is: x = position + turn (s X + k U q), turn row-major. */
+typedef struct scene_placement {
+  double position[3];
+  double turn[9];
+} scene_placement;
+
+/* One body. Vectors are of its model's full rank r, the first `rank` entries are in use. */
+typedef struct scene_body {
+  char name[THRUM_SCENE_NAME_MAX];
+  const thrum_model *model;
+  scene_model *derived;
+  scene_placement placement;
+  double k, g, mass; /* U' = k U, q of the model = g q', U'^T M' = mass U^T M */
+  float colour[3];
+  thrum_state_def def;
+  thrum_state *state; /* its own aligned block */
+  double *vectors;    /* of all that follow, each r long */
+  double *start_q, *start_p, *force, *inertia, *before, *q, *p;
+  bool q_known, p_known; /* q, p are those of the present step */
+  thrum_load *courses;   /* load_count; the first is gravity. As given, */
+  thrum_load *now;       /* and counted from the scene's origin */
+  double *directions;    /* load_count x r */
+  int64_t load_count;
+  thrum_status status; /* < 0: stopped */
+  int64_t fallback_steps;
+  double work_load, work_base, dissipated;
+} scene_body;
+
+typedef struct scene_shake {
+  const thrum_motion *motion; /* or NULL, and */
+  double amplitude[3];
+  thrum_load course, now;
+} scene_shake;
+
+typedef struct scene_probe {
+  char name[THRUM_SCENE_NAME_MAX];
+  int32_t body;
+  double rest[3];
+  double *rows; /* 3 x r, the mean of its vertices' rows of U */
+} scene_probe;
+
+struct thrum_scene {
+  double dt, origin; /* time at step origin_step, from which loads are counted [s] */
+  int64_t steps, origin_step;
+  double gravity[3];
+  uint64_t revision; /* of all but what steps change */
+  scene_body **bodies;
+  int32_t body_count;
+  scene_model *models;
+  scene_shake *shakes;
+  int32_t shake_count;
+  scene_probe *probes;
+  int32_t probe_count;
+  thrum_state **side; /* body_count: states of one model, for the step */
+  thrum_status *side_status;
+  int32_t *side_body;
+  void *workspace; /* of thrum_step_many, for the largest model that two bodies share */
+  size_t workspace_size;
+};
+
+/* memory.c: NULL without memory; free() frees. */
+void *scene_aligned(size_t size);
+/* Room for `count` items of `size` in the array that the pointer at `array` points to; false
+ * without memory, the array as it was. */
+bool scene_grow(void *array, int64_t count, size_t size);
+
+/* model.c: finds or makes the model of a body; scene_model_drop undoes. */
+thrum_status scene_model_take(thrum_scene *scene, const thrum_model *from, int64_t rank,
+                              const thrum_model_scaling *by, scene_model **taken,
+                              thrum_error *error);
+void scene_model_drop(thrum_scene *scene, scene_model *model);
+/* Room for stepping bodies side by side, after bodies or models have changed. */
+thrum_status scene_make_room(thrum_scene *scene, int32_t bodies, thrum_error *error);
+
+/* placement.c */
+thrum_status scene_placement_make(const double position[3], const double rotation[4],
+                                  scene_placement *placement, thrum_error *error);
+void scene_to_world(const scene_placement *placement, const double in_body[3], double out[3]);
+void scene_to_body(const scene_placement *placement, const double in_world[3], double out[3]);
+
+/* body.c: NULL, and the reason, for a number that is none. */
+scene_body *scene_body_at(const thrum_scene *scene, int32_t body, thrum_error *error);
+/* A block for a state of the body's def at a model, with q and p (rank) in it. */
+thrum_status scene_state_make(const thrum_model *model, const thrum_state_def *def, const double *q,
+                              const double *p, thrum_state **state, thrum_error *error);
+
+/* read.c: body->q, and body->p if `p`, are those of the present step. */
+thrum_status scene_body_read(scene_body *body, bool p, thrum_error *error);
+/* A point of a body, rest position and three rows of U, in the world. */
+void scene_point(const scene_body *body, const double rest[3], const double *rows,
+                 double position[3], double velocity[3]);
+
+/* loads.c */
+thrum_status scene_gravity_reduce(scene_body *body, const double gravity[3], thrum_error *error);
+void scene_loads_retime(thrum_scene *scene);
+void scene_loads_sum(const thrum_scene *scene, scene_body *body);
+
+/* shake.c: can the ground shake this body? */
+thrum_status scene_shake_check(const scene_body *body, thrum_error *error);
+/* Mean acceleration of the ground over the step to come. */
+void scene_shake_mean(const thrum_scene *scene, double mean[3]);
+
+#endif

@@ -1,0 +1,76 @@
+/* Where a body is in the world, and the point of a body there.
+ * SPDX-License-Identifier: Apache-2.0 */
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+#include <math.h>
+#include <string.h>
+
+#include "scene/internal.h"
+
+thrum_status scene_placement_make(const double position[3], const double rotation[4],
+                                  scene_placement *placement, thrum_error *error) {
+  double square = 0;
+  for (int n = 0; n < 3; n++)
+    if (!isfinite(position[n]))
+      return thrum_error_set(error, THRUM_BAD_VALUE, "a position is not finite");
+  for (int n = 0; n < 4; n++)
+    square += rotation[n] * rotation[n];
+  if (!isnormal(square))
+    return thrum_error_set(error, THRUM_BAD_VALUE,
+                           "a rotation wants four finite numbers, w, x, y, z, not all zero");
+  const double length = sqrt(square);
+  const double w = rotation[0] / length, x = rotation[1] / length, y = rotation[2] / length,
+               z = rotation[3] / length;
+  const double turn[9] = {
+      1 - 2 * (y * y + z * z), 2 * (x * y - w * z),     2 * (x * z + w * y),
+      2 * (x * y + w * z),     1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
+      2 * (x * z - w * y),     2 * (y * z + w * x),     1 - 2 * (x * x + y * y)};
+  memcpy(placement->position, position, sizeof placement->position);
+  memcpy(placement->turn, turn, sizeof turn);
+  return THRUM_OK;
+}
+
+void scene_to_world(const scene_placement *placement, const double in_body[3], double out[3]) {
+  const double *r = placement->turn;
+  for (int n = 0; n < 3; n++)
+    out[n] = r[3 * n] * in_body[0] + r[3 * n + 1] * in_body[1] + r[3 * n + 2] * in_body[2];
+}
+
+void scene_to_body(const scene_placement *placement, const double in_world[3], double out[3]) {
+  const double *r = placement->turn;
+  for (int n = 0; n < 3; n++)
+    out[n] = r[n] * in_world[0] + r[3 + n] * in_world[1] + r[6 + n] * in_world[2];
+}
+
+void scene_point(const scene_body *body, const double rest[3], const double *rows,
+                 double position[3], double velocity[3]) {
+  const int64_t r = body->model->rank, rank = body->derived->rank;
+  double x[3], v[3];
+  for (int axis = 0; axis < 3; axis++) {
+    double u = 0, speed = 0;
+    for (int64_t i = 0; i < rank; i++) {
+      u += rows[axis * r + i] * body->q[i];
+      speed += velocity ? rows[axis * r + i] * body->p[i] : 0.0;
+    }
+    x[axis] = body->derived->by.length * rest[axis] + body->k * u;
+    v[axis] = body->k * speed;
+  }
+  scene_to_world(&body->placement, x, position);
+  for (int axis = 0; axis < 3; axis++)
+    position[axis] += body->placement.position[axis];
+  if (velocity)
+    scene_to_world(&body->placement, v, velocity);
+}
+
+void thrum_scene_body_matrix(const thrum_scene *scene, int32_t number, double matrix[16]) {
+  const scene_body *body = scene_body_at(scene, number, NULL);
+  memset(matrix, 0, 16 * sizeof *matrix);
+  matrix[15] = 1;
+  for (int column = 0; column < 3 && body != NULL; column++) {
+    for (int row = 0; row < 3; row++)
+      matrix[4 * column + row] = body->derived->by.length * body->placement.turn[3 * row + column];
+    matrix[12 + column] = body->placement.position[column];
+  }
+}
