@@ -1,0 +1,26 @@
+/* What bridge.c and pick.c share: the models and the one scene of a page.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_VIEWER_BRIDGE_H
+#define THRUM_VIEWER_BRIDGE_H
+
+#include "scene/scene.h"
+
+#define EXPORT(name) __attribute__((export_name(#name))) name
+
+#define NUMBERS 64 /* doubles that a call may hand to JavaScript, or take */
+
+/* A model as the page has it: its shown vertices alone. */
+typedef struct bridge_model {
+  thrum_model model;
+  const thrum_surface *surface;
+  const int32_t *triangles; /* triangle_count x 3 */
+  float *positions;         /* vertex_count x 3, scratch of picking */
+} bridge_model;
+
+extern thrum_scene *bridge_scene;
+extern double bridge_number[NUMBERS];
+
+/* The model of a body; NULL for a number that names none. */
+const bridge_model *bridge_body_model(int32_t body);
+
+#endif

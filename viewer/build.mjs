@@ -1,0 +1,58 @@
+// Builds the viewer into one file: node build.mjs FOLDER writes FOLDER/viewer.html, with
+// FOLDER/thrum.wasm beside it for the tests. Needs clang with lld and wasi-libc, and `npm ci`.
+// SPDX-License-Identifier: Apache-2.0
+import { spawnSync } from 'node:child_process';
+import { mkdirSync, readFileSync, readdirSync, renameSync, writeFileSync } from 'node:fs';
+import { dirname, join, resolve } from 'node:path';
+import { fileURLToPath } from 'node:url';
+import { build } from 'esbuild';
+
+const here = dirname(fileURLToPath(import.meta.url));
+const root = dirname(here);
+
+/** @param {string} folder @returns {string[]} its C files */
+const sources = (folder) =>
+  readdirSync(folder).filter((name) => name.endsWith('.c')).sort().map((name) => join(folder, name));
+
+/** Writes beside, then renames, so that there is never half a file. */
+function writeWhole(path, content) {
+  writeFileSync(`${path}.part`, content);
+  renameSync(`${path}.part`, path);
+}
+
+/** libthrum, the scene and the bridge as WebAssembly. @param {string} path */
+function compile(path) {
+  const part = `${path}.part`;
+  const clang = spawnSync(process.env.CLANG ?? 'clang', [
+    '--target=wasm32-wasi', '-mexec-model=reactor', '-msimd128', '-O3', '-std=c11',
+    '-ffp-contract=off', '-Wall', '-Wextra', '-Werror', '-I', join(root, 'include'), '-I', root,
+    ...['runtime', 'scene', 'viewer'].flatMap((folder) => sources(join(root, folder))),
+    '-Wl,--strip-debug', '-o', part,
+  ], { stdio: 'inherit' });
+  if (clang.error) throw clang.error;
+  if (clang.status !== 0) process.exit(1);
+  renameSync(part, path);
+}
+
+/** main.js with all it imports, as one script. @returns {Promise<string>} */
+async function bundle() {
+  const made = await build({
+    entryPoints: [join(here, 'src/main.js')], bundle: true, minify: true, format: 'iife',
+    target: 'es2022', write: false, legalComments: 'inline', logLevel: 'warning',
+  });
+  return made.outputFiles[0].text.replaceAll('</script', '<\\/script');
+}
+
+const out = resolve(process.argv[2] ?? 'build');
+mkdirSync(out, { recursive: true });
+const wasm = join(out, 'thrum.wasm');
+compile(wasm);
+const parts = {
+  STYLE: readFileSync(join(here, 'src/style.css'), 'utf8'),
+  WASM: readFileSync(wasm).toString('base64'),
+  SCRIPT: await bundle(),
+};
+const page = readFileSync(join(here, 'src/index.html'), 'utf8')
+  .replace(/@(STYLE|WASM|SCRIPT)@/g, (_, name) => parts[name]);
+writeWhole(join(out, 'viewer.html'), page);
+console.log(`${join(out, 'viewer.html')}: ${(page.length / 1024).toFixed(0)} KiB`);

@@ -1,0 +1,59 @@
+// Steps of a fixed length in real time: what a frame has to catch up, bounded.
+// SPDX-License-Identifier: Apache-2.0
+
+const CATCH_UP = 0.1; // the most real time that one frame makes up for [s]
+const BUDGET = 12; // of a frame, for steps [ms]
+const SMOOTHING = 0.05; // weight of the newest frame in the running means
+
+export class Clock {
+  constructor() {
+    this.owed = 0; // simulated time not yet stepped [s]
+    this.pace = 1; // simulated over real time, running mean
+  }
+
+  /** Takes the steps that `elapsed` seconds ask for, as far as the budget goes.
+   * @param {number} elapsed [s] @param {number} dt [s]
+   * @param {() => boolean} step false: stop
+   * @returns {number} steps taken */
+  advance(elapsed, dt, step) {
+    const real = Math.min(elapsed, CATCH_UP);
+    this.owed += real;
+    const begin = performance.now();
+    let steps = 0;
+    let going = true;
+    // half a step is not worth an uneven frame
+    while (going && this.owed >= dt / 2 && performance.now() - begin < BUDGET) {
+      going = step();
+      this.owed -= dt;
+      steps++;
+    }
+    if (real > 0) this.pace += SMOOTHING * ((steps * dt) / elapsed - this.pace);
+    if (this.owed >= dt) this.owed = 0; // what could not be made up is let go, and the pace says so
+    return steps;
+  }
+
+  /** Is the simulation behind real time? */
+  get behind() {
+    return this.pace < 0.9;
+  }
+
+  /** Forgets what was owed: after a pause or a reset. */
+  restart() {
+    this.owed = 0;
+    this.pace = 1;
+  }
+}
+
+/** A running mean of durations [ms]. */
+export class Meter {
+  constructor() {
+    this.mean = 0;
+    this.count = 0;
+  }
+
+  /** @param {number} value [ms] */
+  add(value) {
+    this.count++;
+    this.mean += Math.max(SMOOTHING, 1 / this.count) * (value - this.mean);
+  }
+}

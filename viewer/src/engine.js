@@ -1,0 +1,183 @@
+// libthrum and the scene engine in WebAssembly, behind viewer/bridge.c.
+// SPDX-License-Identifier: Apache-2.0
+
+export const INTEGRATORS = { imexv: 0, newmark: 1, verlet: 2, midpoint: 3, energy: 4 };
+export const INTEGRATOR_NAMES = Object.keys(INTEGRATORS);
+const MESSAGE_BYTES = 400;
+
+/** What vsnprintf drags in; nothing is ever written. */
+const wasi = { fd_close: () => 8, fd_seek: () => 8, fd_write: () => 8 };
+
+/** A vertex under the cursor. @typedef {{body: number, vertex: number, distance: number}} Pick */
+
+export class Engine {
+  /** @param {Uint8Array} bytes the module @returns {Promise<Engine>} */
+  static async load(bytes) {
+    const { instance } = await WebAssembly.instantiate(bytes, { wasi_snapshot_preview1: wasi });
+    return new Engine(instance.exports);
+  }
+
+  constructor(exports) {
+    this.wasm = exports;
+    this.wasm._initialize();
+    this.numbersAt = this.wasm.bridge_numbers();
+    this.scratch = this.wasm.bridge_alloc(4 * 512);
+    this.models = [];
+    this.bodies = []; // the model of each
+  }
+
+  /** The shared buffer; memory that grows leaves old views behind, so it is viewed anew. */
+  get numbers() {
+    return new Float64Array(this.wasm.memory.buffer, this.numbersAt, 64);
+  }
+
+  get message() {
+    const bytes = new Uint8Array(this.wasm.memory.buffer, this.wasm.bridge_message(),
+      MESSAGE_BYTES);
+    return new TextDecoder().decode(bytes.subarray(0, bytes.indexOf(0)));
+  }
+
+  /** Throws what the library says is wrong. @param {number} status @returns {number} */
+  check(status) {
+    if (status < 0) throw new Error(this.message);
+    return status;
+  }
+
+  /** @param {ArrayBufferView} array @returns {number} its address in the module's memory */
+  #copyIn(array) {
+    const at = this.wasm.bridge_alloc(array.byteLength);
+    if (at === 0) throw new Error('the page has no memory left');
+    new Uint8Array(this.wasm.memory.buffer, at, array.byteLength)
+      .set(new Uint8Array(array.buffer, array.byteOffset, array.byteLength));
+    return at;
+  }
+
+  /** @param {import('./pack.js').Model} model @returns {number} */
+  addModel(model) {
+    const names = ['omega2', 'c3', 'c4', 'axis_mass', 'positions', 'basis', 'triangles', 'fixed'];
+    const at = names.map((name) => this.#copyIn(model.arrays[name]));
+    const number = this.check(this.wasm.bridge_add_model(
+      model.rank, model.vertex_count, model.triangle_count, ...at));
+    this.wasm.bridge_free(at[4]); // positions and basis are kept in double precision
+    this.wasm.bridge_free(at[5]);
+    this.models[number] = model;
+    return number;
+  }
+
+  /** Builds a scene of the pack's form in place of the one before. */
+  build(scene) {
+    this.check(this.wasm.bridge_begin(scene.dt));
+    this.bodies = [];
+    this.setGravity(scene.gravity);
+    for (const body of scene.bodies) this.#addBody(body, scene);
+  }
+
+  #addBody(body, scene) {
+    const [x, y, z, w] = body.rotation;
+    this.numbers.set([...body.position, w, x, y, z, body.scale, body.stiffness, body.density,
+      body.damping ?? scene.damping, 0]);
+    const integrator = INTEGRATORS[body.integrator ?? scene.integrator];
+    const number = this.check(this.wasm.bridge_add_body(body.model, integrator, body.rank ?? 0));
+    this.bodies[number] = this.models[body.model];
+  }
+
+  /** @param {number[]} gravity [m/s^2] */
+  setGravity(gravity) {
+    this.check(this.wasm.bridge_set_gravity(...gravity));
+  }
+
+  setDt(dt) {
+    this.check(this.wasm.bridge_set_dt(dt));
+  }
+
+  setDamping(body, alpha) {
+    this.check(this.wasm.bridge_set_damping(body, alpha, 0));
+  }
+
+  setStiffness(body, factor) {
+    this.check(this.wasm.bridge_set_stiffness(body, factor));
+  }
+
+  /** @param {number} body @param {string} name */
+  setIntegrator(body, name) {
+    this.check(this.wasm.bridge_set_integrator(body, INTEGRATORS[name]));
+  }
+
+  setRank(body, rank) {
+    this.check(this.wasm.bridge_set_rank(body, rank));
+  }
+
+  reset() {
+    this.check(this.wasm.bridge_reset());
+  }
+
+  /** One step of all bodies; throws when one of them fails. */
+  step() {
+    this.check(this.wasm.bridge_step());
+  }
+
+  get time() {
+    return this.wasm.bridge_time();
+  }
+
+  /** q of the model's full rank in single precision; valid until the next call. */
+  shape(body) {
+    this.check(this.wasm.bridge_shape(body, this.scratch));
+    return new Float32Array(this.wasm.memory.buffer, this.scratch, this.bodies[body].rank);
+  }
+
+  /** Column-major 4 x 4 into the world. */
+  matrix(body) {
+    this.wasm.bridge_matrix(body);
+    return this.numbers.subarray(0, 16);
+  }
+
+  energies(body) {
+    this.check(this.wasm.bridge_energies(body));
+    const [kinetic, potential, gravity, total] = this.numbers;
+    return { kinetic, potential, gravity, total };
+  }
+
+  report(body) {
+    this.check(this.wasm.bridge_body(body));
+    const [status, rank, explicit, implicit, iterations, scheme, fallbacks, integrator] =
+      this.numbers;
+    return {
+      status, rank, explicit, implicit, iterations, scheme, fallbacks,
+      integrator: INTEGRATOR_NAMES[integrator],
+    };
+  }
+
+  /** Frequencies of the modes as they are stepped [Hz]. */
+  frequencies(body) {
+    const { rank } = this.report(body);
+    const omega2 = new Float64Array(this.wasm.memory.buffer, this.wasm.bridge_omega2(body), rank);
+    return Array.from(omega2, (w2) => Math.sqrt(w2) / (2 * Math.PI));
+  }
+
+  /** Position of a vertex in the world [m]. @returns {number[]} */
+  position(body, vertex) {
+    this.check(this.wasm.bridge_vertex(body, vertex));
+    return Array.from(this.numbers.subarray(0, 3));
+  }
+
+  /** A spring from a vertex to a point, `strength` times as stiff as the body is there; `id` names
+   * it for changes and release. */
+  pull(id, body, vertex, target, strength) {
+    this.numbers.set(target);
+    this.check(this.wasm.bridge_pull(id, body, vertex, strength));
+  }
+
+  release(id) {
+    this.bodies.forEach((_, body) => this.check(this.wasm.bridge_release(id, body)));
+  }
+
+  /** The first vertex that a ray meets; null: none. @param {number[]} origin
+   * @param {number[]} direction @returns {Pick|null} */
+  pick(origin, direction) {
+    this.numbers.set([...origin, ...direction]);
+    if (!this.wasm.bridge_pick()) return null;
+    const [body, vertex, distance] = this.numbers;
+    return { body, vertex, distance };
+  }
+}

@@ -1,0 +1,54 @@
+// window.thrum: what tests and curious people may ask the page and tell it.
+// SPDX-License-Identifier: Apache-2.0
+import { displacedPositions } from './readback.js';
+
+/** @param {Promise<object>} starting the App */
+export function hooks(starting) {
+  const thrum = { ready: starting.then(() => true) };
+  starting.then((app) => {
+    const { world } = app;
+    const { engine, stage } = world;
+    Object.assign(thrum, {
+      bodies: () => world.shown.bodies.map(({ name, model, position }) => ({ name, model, position })),
+      time: () => engine.time,
+      settings: () => ({ ...world.settings }),
+      trouble: () => app.trouble,
+      energies: (body) => engine.energies(body),
+      report: (body) => engine.report(body),
+      frequencies: (body) => engine.frequencies(body),
+      q: (body) => Array.from(engine.shape(body)),
+      position: (body, vertex) => engine.position(body, vertex),
+      pulls: () => [...world.pulls.values()],
+      vertexCount: (body) => world.bodies[body].model.vertex_count,
+      fixed: (body) => Array.from(world.bodies[body].model.arrays.fixed),
+      matrix: (body) => Array.from(engine.matrix(body)),
+      project: (body, vertex) => stage.project(engine.position(body, vertex)),
+      pick(x, y) {
+        const { origin, direction } = stage.ray(x, y);
+        return engine.pick(origin.toArray(), direction.toArray());
+      },
+      gpuPositions(body) {
+        world.upload();
+        return Array.from(displacedPositions(stage.renderer, world.bodies[body]));
+      },
+      set(name, value) {
+        app.set(name, value);
+        app.panel.refresh();
+      },
+      show: (choice, compared) => app.show(choice, compared),
+      pause: (on) => app.pause(on),
+      reset: () => app.reset(),
+      /** Steps `count` times without drawing; false: one failed. */
+      step(count) {
+        for (let i = 0; i < count; i++) if (!app.step()) return false;
+        return true;
+      },
+      pull: (id, body, vertex, target) => world.pull(id, body, vertex, target),
+      release: (id) => world.release(id),
+      times: () => Object.fromEntries(
+        Object.entries(app.meters).map(([name, { mean, count }]) => [name, { mean, count }])),
+      video: () => app.recorder.video && app.recorder.video.size,
+    });
+  }, () => {});
+  return thrum;
+}

@@ -1,0 +1,213 @@
+// The page: loads the pack and the engine, runs the frames, wires the buttons.
+// SPDX-License-Identifier: Apache-2.0
+import { Clock, Meter } from './clock.js';
+import { Engine } from './engine.js';
+import { hooks } from './hooks.js';
+import { bytesOfElement, loadPack } from './pack.js';
+import { Panel } from './panel.js';
+import { EnergyPlot } from './plot.js';
+import { Recorder } from './record.js';
+import { COMPARED } from './scenes.js';
+import { Stage } from './stage.js';
+import { World } from './world.js';
+
+const find = (id) => document.getElementById(id);
+
+const ENERGIES = [
+  { name: 'total', colour: '#1c2733' }, { name: 'kinetic', colour: '#2a78c2' },
+  { name: 'strain', colour: '#dd7a22' }, { name: 'gravity', colour: '#8a63b8' },
+];
+
+class App {
+  constructor(world) {
+    this.world = world;
+    this.clock = new Clock();
+    this.meters = {
+      step: new Meter(), upload: new Meter(), draw: new Meter(), frame: new Meter(),
+    };
+    this.recorder = new Recorder(world.stage.renderer.domElement);
+    this.plot = new EnergyPlot(find('plot'), find('legend'));
+    this.panel = new Panel(world, {
+      set: (name, value) => this.set(name, value),
+      choose: (choice) => this.show(choice, world.compared),
+    });
+    this.paused = false;
+    this.trouble = null;
+    this.#wire();
+    this.show(world.choice, false);
+    this.fit();
+    requestAnimationFrame((now) => this.frame(now));
+  }
+
+  #wire() {
+    find('pause').addEventListener('click', () => this.pause(!this.paused));
+    find('step').addEventListener('click', () => this.stepOnce());
+    find('reset').addEventListener('click', () => this.reset());
+    find('compare').addEventListener('click', () =>
+      this.show(this.world.choice, !this.world.compared));
+    find('record').addEventListener('click', () => this.guard(() => this.record()));
+    addEventListener('resize', () => this.fit());
+    const keys = { ' ': 'pause', '.': 'step', r: 'reset' };
+    addEventListener('keydown', (event) => {
+      if (!keys[event.key] || event.target !== document.body) return;
+      find(keys[event.key]).click();
+      event.preventDefault();
+    });
+  }
+
+  /** Fits the drawing to the window and what lies over it. */
+  fit() {
+    const { stage } = this.world;
+    const wide = innerWidth > 720 && !find('panel').hidden;
+    stage.leaveRoom(wide ? find('panel').offsetWidth + 12 : 0, find('energy').offsetHeight * 0.8);
+    stage.resize();
+  }
+
+  /** Does something that may be refused, and says so on the page. */
+  async guard(action) {
+    try {
+      await action();
+    } catch (error) {
+      this.complain(error);
+    }
+  }
+
+  complain(error) {
+    this.trouble = error.message;
+    find('notice').textContent = error.message;
+    find('notice').hidden = false;
+  }
+
+  /** Shows a model (-1: the pack's scene), perhaps in three copies. */
+  show(choice, compared) {
+    this.guard(() => {
+      this.world.show(choice, compared);
+      this.forget();
+      find('compare').setAttribute('aria-pressed', String(compared));
+      find('labels').replaceChildren(...(compared ? COMPARED : []).map(([name, colour]) =>
+        Object.assign(document.createElement('span'), { textContent: name, style: `color:${colour}` })));
+      this.panel.refresh();
+    });
+  }
+
+  /** What was shown of the run before. */
+  forget() {
+    const { compared } = this.world;
+    this.plot.begin(compared ? COMPARED.map(([name, colour]) => ({ name, colour })) : ENERGIES);
+    find('notice').hidden = true;
+    this.trouble = null;
+    this.clock.restart();
+    this.meters.step = new Meter();
+  }
+
+  set(name, value) {
+    this.guard(() => this.world.set(name, value));
+  }
+
+  pause(on) {
+    this.paused = on;
+    find('pause').textContent = on ? 'Run' : 'Pause';
+    this.clock.restart();
+  }
+
+  reset() {
+    this.guard(() => {
+      this.world.reset();
+      this.forget();
+    });
+  }
+
+  stepOnce() {
+    this.pause(true);
+    this.step();
+  }
+
+  /** @returns {boolean} false: a body failed, and the page says why */
+  step() {
+    try {
+      this.world.engine.step();
+      return true;
+    } catch (error) {
+      this.complain(error);
+      this.pause(true);
+      return false;
+    }
+  }
+
+  async record() {
+    const { recorder } = this;
+    find('record').setAttribute('aria-pressed', String(!recorder.recording));
+    if (recorder.recording) await recorder.stop();
+    else recorder.start();
+  }
+
+  /** Energies of all bodies together, or the total of each where they are compared. */
+  energies() {
+    const { engine, bodies, compared } = this.world;
+    const each = bodies.map((_, n) => engine.energies(n));
+    if (compared) return each.map(({ total }) => total);
+    const sum = (name) => each.reduce((all, energies) => all + energies[name], 0);
+    return ['total', 'kinetic', 'potential', 'gravity'].map(sum);
+  }
+
+  advance(elapsed) {
+    const { meters, clock, world } = this;
+    const begin = performance.now();
+    const steps = clock.advance(elapsed, world.settings.dt, () => this.step());
+    if (steps > 0) meters.step.add((performance.now() - begin) / steps);
+  }
+
+  frame(now) {
+    requestAnimationFrame((next) => this.frame(next));
+    const { meters, world } = this;
+    const elapsed = this.last === undefined ? 0 : (now - this.last) / 1e3;
+    if (elapsed > 0) meters.frame.add(1e3 * elapsed);
+    this.last = now;
+    if (!this.paused && elapsed > 0) this.advance(elapsed);
+    const begin = performance.now();
+    world.upload();
+    const uploaded = performance.now();
+    world.stage.draw();
+    meters.upload.add(uploaded - begin);
+    meters.draw.add(performance.now() - uploaded);
+    this.report();
+  }
+
+  // what the page says, at half the rate of the frames
+  report() {
+    this.frames = (this.frames ?? 0) + 1;
+    const { world, clock } = this;
+    this.plot.add(world.engine.time, this.energies());
+    if (this.frames % 2 === 0) return;
+    this.plot.draw();
+    this.panel.showSplit();
+    this.panel.showTimes(this.meters);
+    const pace = clock.behind && !this.paused ? `, ${clock.pace.toFixed(2)} of real time` : '';
+    find('clock').textContent = `${world.engine.time.toFixed(2)} s${pace}`;
+    this.placeLabels();
+  }
+
+  placeLabels() {
+    const { bodies, stage } = this.world;
+    [...find('labels').children].forEach((label, n) => {
+      const { boundingBox: box } = bodies[n].mesh.geometry;
+      const foot = box.getCenter(box.min.clone()).setZ(box.min.z).applyMatrix4(bodies[n].mesh.matrix);
+      const { x, y } = stage.project(foot.toArray());
+      label.style.left = `${x}px`;
+      label.style.top = `${y + 14}px`;
+    });
+  }
+}
+
+async function begin() {
+  const engine = await Engine.load(await bytesOfElement(find('thrum-wasm')));
+  const world = new World(await loadPack(), engine, new Stage(find('view')));
+  return new App(world);
+}
+
+const starting = begin();
+window.thrum = hooks(starting);
+starting.catch((error) => {
+  find('notice').textContent = `The viewer could not start: ${error.message}`;
+  find('notice').hidden = false;
+});

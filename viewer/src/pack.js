@@ -1,0 +1,81 @@
+// The pack: one scene and the models it needs, as docs/viewer.md lays it out.
+// SPDX-License-Identifier: Apache-2.0
+
+/**
+ * @typedef {object} Model
+ * @property {string} name
+ * @property {string} title
+ * @property {number} rank
+ * @property {number} vertex_count shown vertices
+ * @property {number} triangle_count
+ * @property {number} mass [kg]
+ * @property {Object<string, ArrayBufferView>} arrays
+ */
+
+/** @typedef {{scene: object, models: Model[]}} Pack */
+
+const MAGIC = 'THRUMPK1';
+const HEADER_BYTES = 16;
+const TYPES = { f8: Float64Array, f4: Float32Array, i4: Int32Array, u1: Uint8Array };
+
+/** @param {string} text base64 @returns {Uint8Array} */
+export function bytesOfBase64(text) {
+  const binary = atob(text);
+  const bytes = new Uint8Array(binary.length);
+  for (let i = 0; i < bytes.length; i++) bytes[i] = binary.charCodeAt(i);
+  return bytes;
+}
+
+/** Inflates what gzip made. @param {Uint8Array} bytes @returns {Promise<Uint8Array>} */
+async function inflate(bytes) {
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream('gzip'));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
+/** The bytes inside an element of the page, or null when it is empty.
+ * @param {HTMLElement} element @returns {Promise<Uint8Array|null>} */
+export async function bytesOfElement(element) {
+  const text = element.textContent.trim();
+  if (text === '') return null;
+  const bytes = bytesOfBase64(text);
+  return element.dataset.encoding === 'gzip' ? inflate(bytes) : bytes;
+}
+
+/** @param {ArrayBuffer} data @param {number} start @param {[number, number, string]} entry */
+function arrayAt(data, start, [offset, count, type]) {
+  const Type = TYPES[type];
+  if (!Type) throw new Error(`the pack holds an array of unknown type '${type}'`);
+  const end = start + offset + count * Type.BYTES_PER_ELEMENT;
+  if (offset < 0 || count < 0 || offset % 8 !== 0 || end > data.byteLength)
+    throw new Error('the pack ends inside an array; write it again with thrum view');
+  return new Type(data, start + offset, count);
+}
+
+/** @param {Uint8Array} bytes @returns {Pack} */
+export function readPack(bytes) {
+  const data = bytes.slice().buffer; // aligned, whatever it was cut from
+  const magic = String.fromCharCode(...new Uint8Array(data, 0, Math.min(8, data.byteLength)));
+  if (magic !== MAGIC || data.byteLength < HEADER_BYTES)
+    throw new Error('this is no pack of thrum view');
+  const length = new DataView(data).getUint32(8, true);
+  const start = HEADER_BYTES + length;
+  if (start > data.byteLength) throw new Error('the pack ends inside its header');
+  const header = JSON.parse(new TextDecoder().decode(new Uint8Array(data, HEADER_BYTES, length)));
+  if (header.format !== 1)
+    throw new Error(`the pack has format ${header.format}, this page reads 1`);
+  const models = header.models.map((model) => ({
+    ...model,
+    arrays: Object.fromEntries(
+      Object.entries(model.arrays).map(([name, entry]) => [name, arrayAt(data, start, entry)])),
+  }));
+  return { scene: header.scene, models };
+}
+
+/** The pack in the page, or the one served beside it. @returns {Promise<Pack>} */
+export async function loadPack() {
+  const inside = await bytesOfElement(document.getElementById('thrum-pack'));
+  if (inside) return readPack(inside);
+  const answer = await fetch('pack');
+  if (!answer.ok) throw new Error(`the server has no pack: ${answer.status}`);
+  return readPack(new Uint8Array(await answer.arrayBuffer()));
+}

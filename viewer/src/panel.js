@@ -1,0 +1,83 @@
+// The controls: what each slider means, and what the page says about time and modes.
+// SPDX-License-Identifier: Apache-2.0
+import { INTEGRATOR_NAMES } from './engine.js';
+import { isComposed } from './scenes.js';
+import { drawSplit } from './plot.js';
+
+const find = (id) => document.getElementById(id);
+const power = (base) => ({ read: (x) => base ** x, write: (y) => Math.log(y) / Math.log(base) });
+const plain = { read: (x) => x, write: (y) => y };
+
+/** Range of each slider, its scale, and how its value reads. */
+const SLIDERS = {
+  dt: { min: -4, max: -1.6, step: 'any', ...power(10), text: (v) => `${(1e3 * v).toPrecision(3)} ms` },
+  rank: { min: 1, max: 1, step: 1, ...plain, text: (v) => `${v}` },
+  gravity: { min: 0, max: 30, step: 0.01, ...plain, text: (v) => `${v.toFixed(2)} m/s²` },
+  damping: { min: 0, max: 5, step: 0.01, ...plain, text: (v) => `${v.toFixed(2)} 1/s` },
+  stiffness: { min: -4, max: 4, step: 0.05, ...power(2), text: (v) => `× ${v.toPrecision(3)}` },
+  pull: { min: -1, max: 2, step: 0.05, ...power(10), text: (v) => `× ${v.toPrecision(2)}` },
+};
+
+export class Panel {
+  /** @param {import('./world.js').World} world
+   * @param {{set: (name: string, value: *) => void, choose: (choice: number) => void}} actions */
+  constructor(world, actions) {
+    this.world = world;
+    for (const [name, slider] of Object.entries(SLIDERS)) {
+      Object.assign(find(name), { min: slider.min, max: slider.max, step: slider.step });
+      find(name).addEventListener('input', () => {
+        actions.set(name, slider.read(find(name).valueAsNumber));
+        this.refresh();
+      });
+    }
+    fill(find('integrator'), INTEGRATOR_NAMES.map((name) => [name, name]));
+    find('integrator').addEventListener('change', () => actions.set('integrator', find('integrator').value));
+    find('tint').addEventListener('change', () => actions.set('tint', find('tint').checked));
+    const models = world.pack.models.map((model, n) => [n, model.title ?? model.name]);
+    const whole = isComposed(world.pack.scene) ? [[-1, 'the scene']] : [];
+    fill(find('model'), [...whole, ...models]);
+    find('model').addEventListener('change', () => actions.choose(Number(find('model').value)));
+    find('menu').addEventListener('click', () => this.toggle());
+    if (innerWidth <= 720) this.toggle();
+  }
+
+  /** Opens and closes the settings. */
+  toggle() {
+    find('panel').hidden = !find('panel').hidden;
+    find('menu').setAttribute('aria-pressed', String(!find('panel').hidden));
+  }
+
+  /** Shows the settings as they are. */
+  refresh() {
+    const { settings, bodies, choice, compared } = this.world;
+    find('rank').max = Math.max(...bodies.map(({ model }) => model.rank));
+    for (const [name, slider] of Object.entries(SLIDERS)) {
+      find(name).value = slider.write(settings[name]);
+      document.querySelector(`output[for=${name}]`).textContent = slider.text(settings[name]);
+    }
+    find('model').value = choice;
+    find('integrator').value = settings.integrator;
+    find('integrator').disabled = compared;
+    find('tint').checked = settings.tint;
+  }
+
+  /** Modes of the first body: how many are stepped explicitly, and how fast they are. */
+  showSplit() {
+    const { engine, settings } = this.world;
+    const { explicit, implicit } = engine.report(0);
+    find('split-text').textContent = `${explicit} explicit, ${implicit} implicit`;
+    drawSplit(find('split'), engine.frequencies(0), explicit);
+    this.split = { explicit, implicit, dt: settings.dt };
+  }
+
+  /** @param {Object<string, import('./clock.js').Meter>} meters step, upload, draw, frame */
+  showTimes(meters) {
+    const text = (ms) => (ms < 1 ? `${(1e3 * ms).toFixed(0)} µs` : `${ms.toFixed(1)} ms`);
+    for (const [name, meter] of Object.entries(meters))
+      find(`time-${name}`).textContent = meter.count === 0 ? '' : text(meter.mean);
+  }
+}
+
+function fill(select, options) {
+  select.replaceChildren(...options.map(([value, text]) => new Option(text, value)));
+}

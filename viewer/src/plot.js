@@ -1,0 +1,101 @@
+// Two small drawings: energies over the last seconds, and the frequencies of the modes.
+// SPDX-License-Identifier: Apache-2.0
+
+const SPAN = 8; // seconds of simulated time in the plot
+const SAMPLES_MAX = 4000;
+
+/** Sizes a canvas to its place on the page, in device pixels.
+ * @param {HTMLCanvasElement} canvas */
+function prepare(canvas) {
+  const scale = Math.min(devicePixelRatio, 2);
+  const { clientWidth: width, clientHeight: height } = canvas;
+  if (canvas.width !== width * scale || canvas.height !== height * scale) {
+    canvas.width = width * scale;
+    canvas.height = height * scale;
+  }
+  const pen = canvas.getContext('2d');
+  pen.setTransform(scale, 0, 0, scale, 0, 0);
+  pen.clearRect(0, 0, width, height);
+  return { pen, width, height };
+}
+
+/** A number for a person: three digits and the unit. @param {number} value */
+export function joules(value) {
+  const size = Math.abs(value);
+  if (size >= 1e4) return `${(value / 1e3).toPrecision(3)} kJ`;
+  if (size >= 1 || size === 0) return `${value.toPrecision(3)} J`;
+  return size >= 1e-3 ? `${(value * 1e3).toPrecision(3)} mJ` : `${value.toExponential(1)} J`;
+}
+
+export class EnergyPlot {
+  /** @param {HTMLCanvasElement} canvas @param {HTMLElement} legend */
+  constructor(canvas, legend) {
+    Object.assign(this, { canvas, legend, series: [], samples: [] });
+  }
+
+  /** @param {{name: string, colour: string}[]} series */
+  begin(series) {
+    this.series = series;
+    this.samples = [];
+    this.legend.replaceChildren(...series.map(({ name, colour }) => {
+      const entry = document.createElement('span');
+      const key = document.createElement('i');
+      key.style.background = colour;
+      entry.append(key, `${name} `, document.createElement('b'));
+      return entry;
+    }));
+  }
+
+  /** @param {number} time [s] @param {number[]} values one of each series [J] */
+  add(time, values) {
+    if (this.samples.length > 0 && time <= this.samples.at(-1).time) return;
+    this.samples.push({ time, values });
+    while (this.samples[0].time < time - SPAN || this.samples.length > SAMPLES_MAX)
+      this.samples.shift();
+  }
+
+  draw() {
+    const { pen, width, height } = prepare(this.canvas);
+    if (this.samples.length === 0) return;
+    const last = this.samples.at(-1);
+    const values = this.samples.flatMap((sample) => sample.values);
+    const top = Math.max(0, ...values);
+    const bottom = Math.min(0, ...values);
+    const range = top - bottom || 1;
+    const start = Math.max(0, last.time - SPAN);
+    const x = (time) => (width * (time - start)) / SPAN;
+    const y = (value) => 3 + (height - 6) * (1 - (value - bottom) / range);
+    pen.strokeStyle = '#d5dde5';
+    pen.lineWidth = 1;
+    pen.strokeRect(0.5, 0.5, width - 1, height - 1);
+    line(pen, [[0, y(0)], [width, y(0)]]);
+    pen.lineWidth = 1.6;
+    this.series.forEach(({ colour }, n) => {
+      pen.strokeStyle = colour;
+      line(pen, this.samples.map((sample) => [x(sample.time), y(sample.values[n])]));
+    });
+    [...this.legend.querySelectorAll('b')].forEach((entry, n) => {
+      entry.textContent = joules(last.values[n]);
+    });
+  }
+}
+
+function line(pen, points) {
+  pen.beginPath();
+  for (const [x, y] of points) pen.lineTo(x, y);
+  pen.stroke();
+}
+
+/** Modes as bars, as high as their frequency, blue where they are stepped explicitly.
+ * @param {HTMLCanvasElement} canvas @param {number[]} frequencies ascending [Hz]
+ * @param {number} explicit how many of the lowest */
+export function drawSplit(canvas, frequencies, explicit) {
+  const { pen, width, height } = prepare(canvas);
+  const most = Math.log1p(frequencies.at(-1));
+  const pitch = width / frequencies.length;
+  frequencies.forEach((frequency, n) => {
+    const bar = Math.max(2, (Math.log1p(frequency) / most) * height);
+    pen.fillStyle = n < explicit ? '#2a78c2' : '#e0a458';
+    pen.fillRect(n * pitch + 0.5, height - bar, Math.max(1, pitch - 1.5), bar);
+  });
+}

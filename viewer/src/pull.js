@@ -1,0 +1,84 @@
+// Pulling with a mouse or fingers: a spring from the vertex under the pointer to the pointer, in
+// the plane through that vertex that faces the camera. Each finger pulls its own.
+// SPDX-License-Identifier: Apache-2.0
+import * as THREE from 'three';
+
+/** @param {import('./world.js').World} world */
+export function pullWithPointers(world) {
+  const { stage, engine } = world;
+  const canvas = stage.renderer.domElement;
+  /** @type {Map<number, {plane: THREE.Plane, line: THREE.Line}>} */
+  const held = new Map();
+
+  function release(event) {
+    const pull = held.get(event.pointerId);
+    if (!pull) return;
+    stage.scene.remove(pull.line);
+    pull.line.geometry.dispose();
+    held.delete(event.pointerId);
+    if (world.pulls.has(event.pointerId)) world.release(event.pointerId);
+    stage.controls.enabled = held.size === 0;
+    canvas.classList.toggle('pulling', held.size > 0);
+  }
+
+  function press(event) {
+    if (event.button !== 0) return;
+    const ray = stage.ray(event.clientX, event.clientY);
+    const pick = engine.pick(ray.origin.toArray(), ray.direction.toArray());
+    if (!pick || pick.vertex < 0) return;
+    const at = new THREE.Vector3(...engine.position(pick.body, pick.vertex));
+    const facing = stage.camera.getWorldDirection(new THREE.Vector3());
+    const plane = new THREE.Plane().setFromNormalAndCoplanarPoint(facing, at);
+    held.set(event.pointerId, { plane, line: addLine(stage.scene) });
+    stage.controls.enabled = false;
+    canvas.classList.add('pulling');
+    canvas.setPointerCapture(event.pointerId);
+    world.pull(event.pointerId, pick.body, pick.vertex, at.toArray());
+    event.stopImmediatePropagation();
+  }
+
+  function move(event) {
+    const pull = held.get(event.pointerId);
+    const spring = world.pulls.get(event.pointerId);
+    if (!pull || !spring) return;
+    const target = stage.ray(event.clientX, event.clientY)
+      .intersectPlane(pull.plane, new THREE.Vector3());
+    if (target) world.pull(event.pointerId, spring.body, spring.vertex, target.toArray());
+    event.stopImmediatePropagation();
+  }
+
+  // before the camera's own, which listen on the same canvas
+  canvas.addEventListener('pointerdown', press, { capture: true });
+  canvas.addEventListener('pointermove', move, { capture: true });
+  for (const end of ['pointerup', 'pointercancel', 'lostpointercapture'])
+    canvas.addEventListener(end, release, { capture: true });
+
+  /** Draws the springs as they are now. */
+  return function drawSprings() {
+    for (const [id, { line }] of held) {
+      const spring = world.pulls.get(id);
+      line.visible = spring !== undefined;
+      if (!spring) continue;
+      const ends = line.geometry.attributes.position;
+      ends.setXYZ(0, ...engine.position(spring.body, spring.vertex));
+      ends.setXYZ(1, ...spring.target);
+      ends.needsUpdate = true;
+    }
+  };
+}
+
+function addLine(scene) {
+  const geometry = new THREE.BufferGeometry();
+  geometry.setAttribute('position', new THREE.BufferAttribute(new Float32Array(6), 3));
+  const line = new THREE.Line(geometry,
+    new THREE.LineBasicMaterial({ color: 0xc0281f, depthTest: false }));
+  line.renderOrder = 1;
+  line.frustumCulled = false;
+  const ends = new THREE.Points(geometry,
+    new THREE.PointsMaterial({ color: 0xc0281f, size: 8, sizeAttenuation: false, depthTest: false }));
+  ends.frustumCulled = false;
+  ends.renderOrder = 1;
+  line.add(ends);
+  scene.add(line);
+  return line;
+}

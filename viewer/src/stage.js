@@ -1,0 +1,164 @@
+// Camera, light, ground and obstacles: all of the picture but the bodies. z is up.
+// SPDX-License-Identifier: Apache-2.0
+import * as THREE from 'three';
+import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
+
+const BACKGROUND = 0xe9eef3;
+const MARGIN = 1.35; // around the bodies: they move
+const UP = new THREE.Vector3(0, 0, 1);
+
+export class Stage {
+  /** @param {HTMLCanvasElement} canvas */
+  constructor(canvas) {
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true });
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.renderer.shadowMap.enabled = true;
+    this.renderer.shadowMap.type = THREE.PCFShadowMap;
+    this.scene = new THREE.Scene();
+    this.scene.background = new THREE.Color(BACKGROUND);
+    this.camera = new THREE.PerspectiveCamera(40, 1, 0.01, 1000);
+    this.camera.up.copy(UP);
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.sun = new THREE.DirectionalLight(0xffffff, 1.9);
+    this.sun.castShadow = true;
+    this.sun.shadow.mapSize.set(2048, 2048);
+    this.sun.shadow.bias = -0.001;
+    this.scene.add(this.sun, this.sun.target, new THREE.HemisphereLight(0xffffff, 0xaab6c2, 1.9));
+    this.room = { right: 0, bottom: 0 };
+    this.props = new THREE.Group(); // ground and obstacles
+    this.scene.add(this.props);
+    this.resize();
+  }
+
+  /** Fits the drawing to the window. */
+  resize() {
+    const { clientWidth: width, clientHeight: height } = this.renderer.domElement;
+    this.renderer.setSize(width, height, false);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    if (this.bounds) this.look(this.bounds);
+  }
+
+  /** Leaves room for what lies over the drawing. @param {number} right @param {number} bottom [px] */
+  leaveRoom(right, bottom) {
+    this.room = { right, bottom };
+    if (this.bounds) this.look(this.bounds);
+  }
+
+  /** Ground and obstacles of a scene whose bodies lie in `bounds`.
+   * @param {object[]} obstacles as in the pack @param {THREE.Box3} bounds
+   * @param {number} floor its height, where no obstacle is a plane */
+  furnish(obstacles, bounds, floor) {
+    this.props.clear();
+    const size = bounds.getSize(new THREE.Vector3()).length();
+    for (const obstacle of obstacles) this.props.add(shapeOfObstacle(obstacle, size));
+    if (!obstacles.some(({ kind }) => kind === 'plane'))
+      this.props.add(ground(new THREE.Vector3(0, 0, floor), UP, size));
+    this.#light(bounds, size);
+  }
+
+  #light(bounds, size) {
+    const centre = bounds.getCenter(new THREE.Vector3());
+    this.sun.target.position.copy(centre);
+    this.sun.position.copy(centre).add(new THREE.Vector3(0.5, -0.7, 1.3).multiplyScalar(size));
+    const box = this.sun.shadow.camera;
+    box.left = box.bottom = -size;
+    box.right = box.top = size;
+    box.near = 0.1 * size;
+    box.far = 4 * size;
+    box.updateProjectionMatrix();
+  }
+
+  /** Turns the camera to where it sees the bounds whole. @param {THREE.Box3} bounds */
+  look(bounds) {
+    this.bounds = bounds;
+    const { clientWidth: width, clientHeight: height } = this.renderer.domElement;
+    const { right, bottom } = this.room;
+    this.camera.setViewOffset(width, height, right / 2, bottom / 2, width, height);
+    const size = bounds.getSize(new THREE.Vector3());
+    const centre = bounds.getCenter(new THREE.Vector3());
+    const half = Math.tan((this.camera.fov * Math.PI) / 360); // of the height, at distance 1
+    const extent = Math.max((size.z + 0.4 * size.y) / (1 - bottom / height),
+      (0.95 * size.x + 0.35 * size.y) / ((width - right) / height));
+    const distance = (MARGIN * extent) / (2 * half) + 0.5 * size.y;
+    this.controls.target.copy(centre);
+    this.camera.position.copy(centre)
+      .add(new THREE.Vector3(0.3, -0.88, 0.34).normalize().multiplyScalar(distance));
+    this.camera.near = distance / 200;
+    this.camera.far = distance * 50;
+    this.camera.updateProjectionMatrix();
+    this.scene.fog = new THREE.Fog(BACKGROUND, 1.5 * distance, 5 * distance);
+    this.controls.update();
+  }
+
+  draw() {
+    this.controls.update();
+    this.renderer.render(this.scene, this.camera);
+  }
+
+  /** The ray under a place of the page. @returns {THREE.Ray} */
+  ray(clientX, clientY) {
+    const box = this.renderer.domElement.getBoundingClientRect();
+    const at = new THREE.Vector2(((clientX - box.left) / box.width) * 2 - 1,
+      1 - ((clientY - box.top) / box.height) * 2);
+    const caster = new THREE.Raycaster();
+    caster.setFromCamera(at, this.camera);
+    return caster.ray;
+  }
+
+  /** Where on the page a point of the world is. @param {number[]} point */
+  project(point) {
+    const box = this.renderer.domElement.getBoundingClientRect();
+    const seen = new THREE.Vector3(...point).project(this.camera);
+    return { x: box.left + ((seen.x + 1) / 2) * box.width, y: box.top + ((1 - seen.y) / 2) * box.height };
+  }
+}
+
+/** A plane with lines every `cell` metres, facing along `normal`. */
+function ground(point, normal, size) {
+  const cell = 10 ** Math.round(Math.log10(size / 4));
+  const material = new THREE.MeshStandardMaterial({ color: 0xeef2f6, roughness: 1 });
+  material.onBeforeCompile = (shader) => {
+    shader.uniforms.cell = { value: cell };
+    shader.vertexShader = shader.vertexShader
+      .replace('#include <common>', '#include <common>\nvarying vec2 place;')
+      .replace('#include <begin_vertex>', '#include <begin_vertex>\nplace = position.xy;');
+    shader.fragmentShader = shader.fragmentShader
+      .replace('#include <common>', `#include <common>\n${GRID}`)
+      .replace('#include <color_fragment>', 'drawGrid(diffuseColor.rgb);');
+  };
+  const floor = new THREE.Mesh(new THREE.PlaneGeometry(80 * size, 80 * size), material);
+  floor.receiveShadow = true;
+  floor.position.copy(point);
+  floor.quaternion.setFromUnitVectors(UP, normal);
+  return floor;
+}
+
+// lines one pixel wide, which fade where they would be closer than a few pixels
+const GRID = /* glsl */ `
+  uniform float cell;
+  varying vec2 place;
+  void drawGrid(inout vec3 colour) {
+    vec2 at = place / cell;
+    vec2 wide = fwidth(at);
+    vec2 away = abs(fract(at - 0.5) - 0.5) / wide;
+    float line = 1.0 - min(min(away.x, away.y), 1.0);
+    line *= 1.0 - smoothstep(0.05, 0.4, max(wide.x, wide.y));
+    colour = mix(colour, vec3(0.45, 0.55, 0.65), 0.55 * line);
+  }`;
+
+/** @param {object} obstacle of the pack */
+function shapeOfObstacle(obstacle, size) {
+  const vector = (v) => new THREE.Vector3(...v);
+  if (obstacle.kind === 'plane')
+    return ground(vector(obstacle.point), vector(obstacle.normal).normalize(), size);
+  const geometry = obstacle.kind === 'sphere'
+    ? new THREE.SphereGeometry(obstacle.radius, 48, 32)
+    : new THREE.BoxGeometry(...obstacle.size);
+  const mesh = new THREE.Mesh(geometry,
+    new THREE.MeshStandardMaterial({ color: 0x9fb0c0, roughness: 0.8 }));
+  mesh.position.copy(vector(obstacle.centre));
+  if (obstacle.rotation) mesh.quaternion.set(...obstacle.rotation);
+  mesh.castShadow = mesh.receiveShadow = true;
+  return mesh;
+}
