@@ -83,7 +83,7 @@ static thrum_status body_make(const bench_displacement *bench, body *b, thrum_er
   fill(b->vertices, (int64_t)rows);
   fill(b->q, bench->rank);
   fill_triangles(b);
-  const thrum_surface_def def = {NULL, 0, b->triangles, b->triangle_count};
+  const thrum_surface_def def = {.triangles = b->triangles, .triangle_count = b->triangle_count};
   size_t size = 0;
   thrum_status status = thrum_surface_size(&b->model, &def, &size, error);
   if (status != THRUM_OK)

@@ -1,5 +1,5 @@
-/* Writing the model file (docs/model_format.md): one stored zip member an array, in the order of
- * the one list of thrum/model.h, each array's data at a multiple of 64 in the file.
+/* Writing an .npz (docs/model_format.md): one stored zip member an array, each array's data at a
+ * multiple of 64 in the file; and the model file, in the order of the one list of thrum/model.h.
  *
  *   local record (30) | name | 0xD935 record of zeros | .npy header (128) | data | ...
  *   central records (46 + name) | end record (22)
@@ -26,6 +26,9 @@
 #define DOS_DATE 0x0021u /* 1 January 1980, the first day that zip knows */
 #define NAME_MAX_SIZE 32u
 #define FILE_LIMIT UINT64_C(0xFFFFFFFF)
+#define MEMBERS_MAX 32
+
+_Static_assert((int)THRUM_ARRAY_COUNT <= MEMBERS_MAX, "a plan has room for every array of a model");
 
 /* A member of the file to come. */
 typedef struct planned_member {
@@ -41,7 +44,7 @@ typedef struct planned_member {
 } planned_member;
 
 typedef struct file_plan {
-  planned_member members[THRUM_ARRAY_COUNT];
+  planned_member members[MEMBERS_MAX];
   int count;
   uint64_t directory; /* offset */
   uint64_t directory_size;
@@ -63,38 +66,32 @@ static size_t padding(uint64_t position) {
   return needed < EXTRA_HEAD ? needed + THRUM_ALIGNMENT : needed;
 }
 
-static void plan_member(const thrum_layout *layout, int array, uint64_t offset,
-                        planned_member *member) {
-  const thrum_array_info *info = &thrum_array_table[array];
+static void plan_member(const thrum_npz_array *array, uint64_t offset, planned_member *member) {
   memset(member, 0, sizeof *member);
-  snprintf(member->name, sizeof member->name, "%s.npy", info->name);
+  snprintf(member->name, sizeof member->name, "%s.npy", array->name);
   member->name_size = strlen(member->name);
   member->offset = (uint32_t)offset;
-  member->header_size =
-      thrum_npy_header(member->header, info->descr, thrum_layout_extent(layout, info->rows),
-                       info->dims == 1 ? 0 : thrum_layout_extent(layout, info->columns));
+  member->header_size = thrum_npy_header(member->header, array->descr, array->rows, array->columns);
   member->extra = padding(offset + LOCAL_SIZE + member->name_size);
-  member->data = layout->data[array];
-  member->data_size = thrum_layout_bytes(layout, array);
+  member->data = array->data;
+  member->data_size = array->size;
 }
 
 // lays all members out; refuses what 32-bit offsets cannot hold
-static thrum_status plan_file(const thrum_layout *layout, file_plan *plan, thrum_error *error) {
+static thrum_status plan_file(const thrum_npz_array *arrays, int count, file_plan *plan,
+                              thrum_error *error) {
   uint64_t at = 0, directory_size = 0;
-  plan->count = 0;
-  for (int a = 0; a < THRUM_ARRAY_COUNT; a++) {
-    if (layout->data[a] == NULL)
-      continue;
-    planned_member *member = &plan->members[plan->count++];
-    plan_member(layout, a, at, member);
+  for (plan->count = 0; plan->count < count; plan->count++) {
+    planned_member *member = &plan->members[plan->count];
+    plan_member(&arrays[plan->count], at, member);
     // each size is far below 2^63 and `at` below 2^32, so the sum is exact
     at += LOCAL_SIZE + member->name_size + member->extra + member->header_size + member->data_size;
     directory_size += CENTRAL_SIZE + member->name_size;
     if (at + directory_size + END_SIZE >= FILE_LIMIT)
       return thrum_error_set(error, THRUM_UNSUPPORTED,
-                             "the model file would reach 4 GiB with array '%s', more than an .npz "
+                             "the file would reach 4 GiB with array '%s', more than an .npz "
                              "without zip64 can hold: use a smaller rank or mesh",
-                             thrum_array_table[a].name);
+                             arrays[plan->count].name);
   }
   plan->directory = at;
   plan->directory_size = directory_size;
@@ -186,17 +183,47 @@ static thrum_status write_file(const char *path, const file_plan *plan, thrum_er
   return status;
 }
 
+thrum_status thrum_npz_write(const char *path, const thrum_npz_array *arrays, int count,
+                             thrum_error *error) {
+  if (count > MEMBERS_MAX)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "thrum_npz_write: %d arrays", count);
+  file_plan plan;
+  const thrum_status status = plan_file(arrays, count, &plan, error);
+  if (status != THRUM_OK)
+    return status;
+  compute_checksums(&plan);
+  return write_file(path, &plan, error);
+}
+
+static int list_arrays(const thrum_layout *layout, thrum_npz_array arrays[THRUM_ARRAY_COUNT]) {
+  int count = 0;
+  for (int a = 0; a < THRUM_ARRAY_COUNT; a++) {
+    const thrum_array_info *info = &thrum_array_table[a];
+    if (layout->data[a] == NULL)
+      continue;
+    arrays[count++] = (thrum_npz_array){
+        .name = info->name,
+        .descr = info->descr,
+        .rows = thrum_layout_extent(layout, info->rows),
+        .columns = info->dims == 1 ? 0 : thrum_layout_extent(layout, info->columns),
+        .data = layout->data[a],
+        .size = thrum_layout_bytes(layout, a)};
+  }
+  return count;
+}
+
 thrum_status thrum_model_save(const char *path, const thrum_model *model, thrum_error *error) {
   if (path == NULL || model == NULL)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "thrum_model_save: no path or no model");
   thrum_layout layout;
   file_plan plan;
+  thrum_npz_array arrays[THRUM_ARRAY_COUNT];
   thrum_layout_from_model(&layout, model);
   thrum_status status = thrum_layout_check_presence(&layout, error);
   if (status == THRUM_OK)
     status = thrum_layout_check_sizes(&layout, error);
   if (status == THRUM_OK)
-    status = plan_file(&layout, &plan, error);
+    status = plan_file(arrays, list_arrays(&layout, arrays), &plan, error);
   // the values come last: that pass may be long
   if (status == THRUM_OK)
     status = thrum_layout_check_values(&layout, error);

@@ -3,26 +3,13 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "model_layout.h"
 
-#include <limits.h>
-
-// the file is little-endian and used in place
-#if defined(__BYTE_ORDER__) && defined(__ORDER_LITTLE_ENDIAN__)
-#if __BYTE_ORDER__ != __ORDER_LITTLE_ENDIAN__
-#error "Thrum's model files are little-endian; this machine is not supported"
-#endif
-#endif
-_Static_assert(CHAR_BIT == 8 && sizeof(double) == 8, "needs bytes of 8 bits and 64-bit doubles");
-
-#define DESCR_f8 "<f8"
-#define DESCR_i4 "<i4"
-#define DESCR_u1 "|u1"
 #define PRESENCE_REQUIRED 1
 #define PRESENCE_OPTIONAL 0
 
 const thrum_array_info thrum_array_table[THRUM_ARRAY_COUNT] = {
 #define X(type, name, rows, columns, presence, meaning)                                            \
   {#name,                                                                                          \
-   DESCR_##type,                                                                                   \
+   THRUM_DESCR_##type,                                                                             \
    sizeof(thrum_##type),                                                                           \
    THRUM_SIZE_##columns == THRUM_SIZE_1 ? 1 : 2,                                                   \
    THRUM_SIZE_##rows,                                                                              \
@@ -39,10 +26,10 @@ const char *const thrum_size_names[THRUM_SIZE_basis_rows + 1] = {
 #undef X
         "basis_rows"};
 
-int64_t thrum_layout_extent(const thrum_layout *layout, int size_id) {
+static int64_t extent(const int64_t *size, int size_id) {
   switch (size_id) {
   case THRUM_SIZE_basis_rows:
-    return 3 * layout->size[THRUM_SIZE_vertex_count];
+    return 3 * size[THRUM_SIZE_vertex_count];
   case THRUM_SIZE_1:
     return 1;
   case THRUM_SIZE_2:
@@ -54,8 +41,16 @@ int64_t thrum_layout_extent(const thrum_layout *layout, int size_id) {
   case THRUM_SIZE_6:
     return 6;
   default:
-    return layout->size[size_id];
+    return size[size_id];
   }
+}
+
+const thrum_array_list thrum_model_list = {thrum_array_table, THRUM_ARRAY_COUNT,
+                                           THRUM_SIZE_COUNT,  THRUM_SIZE_basis_rows + 1,
+                                           thrum_size_names,  extent};
+
+int64_t thrum_layout_extent(const thrum_layout *layout, int size_id) {
+  return extent(layout->size, size_id);
 }
 
 size_t thrum_layout_bytes(const thrum_layout *layout, int array) {

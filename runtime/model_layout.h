@@ -8,14 +8,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "archive.h"
 #include "thrum/model.h"
-
-#define THRUM_ALIGNMENT 64u
-
-/* The next multiple of the alignment. */
-static inline size_t thrum_round_up(size_t size) {
-  return (size + (THRUM_ALIGNMENT - 1)) / THRUM_ALIGNMENT * THRUM_ALIGNMENT;
-}
 
 /* Sizes by number; behind those of the model the ones that a list entry may also name. */
 enum thrum_size_id {
@@ -38,21 +32,12 @@ enum thrum_array_id {
       THRUM_ARRAY_COUNT
 };
 
-typedef struct thrum_array_info {
-  const char *name;
-  const char *descr;    /* as .npy spells the type: <f8, <i4, |u1 */
-  size_t item;          /* bytes an entry */
-  int dims;             /* 1: a plain vector of `rows` entries */
-  int rows, columns;    /* enum thrum_size_id */
-  const char *expected; /* the shape in words, for messages */
-  int required;
-} thrum_array_info;
-
 /* Names of the sizes, basis_rows included; constant. */
 extern const char *const thrum_size_names[THRUM_SIZE_basis_rows + 1];
 
 /* One entry an array, in file order; constant. */
 extern const thrum_array_info thrum_array_table[THRUM_ARRAY_COUNT];
+extern const thrum_array_list thrum_model_list;
 
 typedef struct thrum_layout {
   int64_t size[THRUM_SIZE_COUNT];

@@ -50,7 +50,7 @@ static const void *at(const thrum_surface *surface, size_t offset) {
 }
 
 static int64_t shown(const thrum_model *model, const thrum_surface_def *def) {
-  return def->vertices ? def->vertex_count : model->vertex_count;
+  return def->vertices || def->positions ? def->vertex_count : model->vertex_count;
 }
 
 static thrum_status refuse_index(thrum_error *error, const char *what, int64_t where, int64_t value,
@@ -64,11 +64,19 @@ static thrum_status check_def(const thrum_model *model, const thrum_surface_def 
                               thrum_error *error) {
   if (!model || !def)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the model or the def is NULL");
-  if (!model->basis || !model->vertices)
+  if (def->positions || def->rows) {
+    if (!def->positions || !def->rows || def->vertices)
+      return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                             "positions and rows come together, and without vertices");
+    if (def->row_rank < model->rank || def->row_rank > THRUM_RANK_MAX)
+      return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                             "the surface's rows have %lld columns, the model has rank %lld",
+                             (long long)def->row_rank, (long long)model->rank);
+  } else if (!model->basis || !model->vertices)
     return thrum_error_set(error, THRUM_MISSING,
                            "the model has no basis, so it has nothing to show: precompute it from "
                            "a mesh");
-  if (def->vertices && (def->vertex_count < 1 || def->vertex_count > INT32_MAX))
+  if ((def->vertices || def->positions) && (def->vertex_count < 1 || def->vertex_count > INT32_MAX))
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "the surface is given %lld vertices; it needs 1 to 2^31 - 1",
                            (long long)def->vertex_count);
@@ -99,33 +107,48 @@ thrum_status thrum_surface_size(const thrum_model *model, const thrum_surface_de
   return THRUM_OK;
 }
 
-/* Can every number of U and of the rest positions be a float? */
-static thrum_status check_range(const thrum_model *model, thrum_error *error) {
-  const int64_t coordinates = 3 * model->vertex_count;
-  for (int64_t n = 0; n < coordinates * model->rank; n++)
-    if (!(fabs(model->basis[n]) <= FLT_MAX))
+/* Where the rest positions and the rows come from: the model, or the def itself. */
+typedef struct source {
+  const double *positions; /* count x 3 */
+  const double *basis;     /* 3 count x columns; NULL: rows */
+  const float *rows;
+  int64_t count, columns;
+} source;
+
+static source find_source(const thrum_model *model, const thrum_surface_def *def) {
+  return def->positions
+             ? (source){def->positions, NULL, def->rows, def->vertex_count, def->row_rank}
+             : (source){model->vertices, model->basis, NULL, model->vertex_count, model->rank};
+}
+
+/* Can every number of the rows and of the rest positions be a float? */
+static thrum_status check_range(const source *from, thrum_error *error) {
+  const int64_t coordinates = 3 * from->count;
+  for (int64_t n = 0; n < coordinates * from->columns; n++) {
+    const double value = from->basis ? from->basis[n] : (double)from->rows[n];
+    if (!(fabs(value) <= FLT_MAX))
       return thrum_error_set(error, THRUM_BAD_VALUE,
-                             "the basis holds %g, beyond the range of single precision",
-                             model->basis[n]);
+                             "the basis holds %g, beyond the range of single precision", value);
+  }
   for (int64_t n = 0; n < coordinates; n++)
-    if (!(fabs(model->vertices[n]) <= FLT_MAX))
+    if (!(fabs(from->positions[n]) <= FLT_MAX))
       return thrum_error_set(error, THRUM_BAD_VALUE,
                              "a rest position is %g, beyond the range of single precision",
-                             model->vertices[n]);
+                             from->positions[n]);
   return THRUM_OK;
 }
 
-/* Vertex `from` of the model to place `place` of the surface. */
-static void fill_vertex(const thrum_model *model, int64_t from, int64_t place, float *rest,
-                        float *rows) {
-  const int64_t rank = model->rank, block = place / THRUM_SURFACE_BLOCK;
+/* Vertex `vertex` of the source to place `place` of the surface. */
+static void fill_vertex(const source *from, int64_t rank, int64_t vertex, int64_t place,
+                        float *rest, float *rows) {
+  const int64_t block = place / THRUM_SURFACE_BLOCK;
   for (int64_t axis = 0; axis < 3; axis++) {
     const int64_t lane = axis * THRUM_SURFACE_BLOCK + place % THRUM_SURFACE_BLOCK;
-    const double *row = model->basis + (3 * from + axis) * rank;
+    const int64_t row = (3 * vertex + axis) * from->columns;
     float *to = rows + block * rank * THRUM_SURFACE_LANES + lane;
-    rest[block * THRUM_SURFACE_LANES + lane] = (float)model->vertices[3 * from + axis];
+    rest[block * THRUM_SURFACE_LANES + lane] = (float)from->positions[3 * vertex + axis];
     for (int64_t i = 0; i < rank; i++)
-      to[i * THRUM_SURFACE_LANES] = (float)row[i];
+      to[i * THRUM_SURFACE_LANES] = from->basis ? (float)from->basis[row + i] : from->rows[row + i];
   }
 }
 
@@ -134,8 +157,10 @@ thrum_status thrum_surface_init(void *memory, size_t memory_size, const thrum_mo
                                 thrum_error *error) {
   size_t size;
   thrum_status status = thrum_surface_size(model, def, &size, error);
-  if (status == THRUM_OK)
-    status = check_range(model, error);
+  if (status != THRUM_OK)
+    return status;
+  const source from = find_source(model, def);
+  status = check_range(&from, error);
   if (status != THRUM_OK)
     return status;
   if (!memory || !surface)
@@ -154,7 +179,7 @@ thrum_status thrum_surface_init(void *memory, size_t memory_size, const thrum_mo
   float *rest = (float *)(void *)(bytes + rest_offset());
   float *rows = (float *)(void *)(bytes + rows_offset(count));
   for (int64_t n = 0; n < count; n++)
-    fill_vertex(model, def->vertices ? def->vertices[n] : n, n, rest, rows);
+    fill_vertex(&from, model->rank, def->vertices ? def->vertices[n] : n, n, rest, rows);
   if (triangles > 0)
     memcpy(bytes + triangles_offset(count, model->rank), def->triangles,
            (size_t)triangles * 3 * sizeof(int32_t));

@@ -131,7 +131,7 @@ static void stepping_a_crowd_and_showing_it_allocate_nothing(void **context) {
     state_put(&m.model, states[n], NULL, p);
   }
   const int32_t triangle[3] = {1, 2, 3};
-  const thrum_surface_def shown = {NULL, 0, triangle, 1};
+  const thrum_surface_def shown = {.triangles = triangle, .triangle_count = 1};
   size_t crowd_bytes = 0, surface_bytes = 0;
   const thrum_surface *surface = NULL;
   assert_int_equal(thrum_crowd_size(&m.model, &crowd_bytes, NULL), THRUM_OK);

@@ -36,7 +36,7 @@ static void displacements_are_those_of_the_model_to_single_rounding(void **conte
       random_model m;
       random_model_make(&m, 3, ranks[r], 1, 9, INFINITY);
       random_model_add_mesh(&m, 5, counts[c]);
-      const thrum_surface_def def = {NULL, 0, NULL, 0};
+      const thrum_surface_def def = {.vertices = NULL};
       const thrum_surface *surface = surface_make(&m.model, &def);
       assert_int_equal(thrum_surface_vertex_count(surface), counts[c]);
       assert_int_equal(thrum_surface_triangle_count(surface), 0);
@@ -96,7 +96,8 @@ static void chosen_vertices_come_in_their_order_and_nothing_else_is_written(void
   random_state random = {4};
   for (int n = 0; n < COUNT; n++)
     chosen[n] = (int32_t)random_index(&random, 50);
-  const thrum_surface_def some = {chosen, COUNT, NULL, 0}, whole = {NULL, 0, NULL, 0};
+  const thrum_surface_def some = {.vertices = chosen, .vertex_count = COUNT};
+  const thrum_surface_def whole = {.vertices = NULL};
   const thrum_surface *part = surface_make(&m.model, &some);
   const thrum_surface *all = surface_make(&m.model, &whole);
   double q[7];
@@ -164,7 +165,7 @@ static void a_sphere_has_radial_normals_and_a_lone_vertex_none(void **context) {
   // the mode swells the sphere, which leaves the normals where they are
   memcpy(basis, vertices, sizeof basis);
   model.basis = basis;
-  const thrum_surface_def def = {NULL, 0, triangles, TRIANGLES};
+  const thrum_surface_def def = {.triangles = triangles, .triangle_count = TRIANGLES};
   for (int k = 0; k < 2; k++) {
     // the second time so small that squares of its areas are no floats
     for (int n = 0; n < 3 * COUNT && k == 1; n++)
@@ -197,17 +198,26 @@ static void what_cannot_be_shown_is_refused_and_nothing_is_written(void **contex
   (void)context;
   random_model m;
   random_model_make(&m, 3, 4, 1, 9, INFINITY);
-  const thrum_surface_def whole = {NULL, 0, NULL, 0};
+  const thrum_surface_def whole = {.vertices = NULL};
   size_t size = 77;
   thrum_error error;
   assert_int_equal(thrum_surface_size(&m.model, &whole, &size, &error), THRUM_MISSING);
   random_model_add_mesh(&m, 5, 20);
   static const int32_t beyond[3] = {0, 20, 1}, below[3] = {0, -1, 1}, fine[3] = {0, 1, 2};
-  const thrum_surface_def bad[] = {{beyond, 3, NULL, 0}, {below, 3, NULL, 0}, {fine, 0, NULL, 0},
-                                   {NULL, 0, beyond, 1}, {fine, 3, below, 1}, {fine, 2, fine, 1},
-                                   {NULL, 0, fine, 0}};
-  for (size_t n = 0; n < sizeof bad / sizeof bad[0]; n++)
-    assert_int_equal(thrum_surface_size(&m.model, &bad[n], &size, &error), THRUM_INVALID_ARGUMENT);
+  const struct {
+    const int32_t *vertices;
+    int64_t vertex_count;
+    const int32_t *triangles;
+    int64_t triangle_count;
+  } bad[] = {{beyond, 3, NULL, 0}, {below, 3, NULL, 0}, {fine, 0, NULL, 0}, {NULL, 0, beyond, 1},
+             {fine, 3, below, 1},  {fine, 2, fine, 1},  {NULL, 0, fine, 0}};
+  for (size_t n = 0; n < sizeof bad / sizeof bad[0]; n++) {
+    const thrum_surface_def def = {.vertices = bad[n].vertices,
+                                   .vertex_count = bad[n].vertex_count,
+                                   .triangles = bad[n].triangles,
+                                   .triangle_count = bad[n].triangle_count};
+    assert_int_equal(thrum_surface_size(&m.model, &def, &size, &error), THRUM_INVALID_ARGUMENT);
+  }
   assert_int_equal(size, 77);
   assert_int_equal(thrum_surface_size(&m.model, &whole, &size, &error), THRUM_OK);
   unsigned char *memory = aligned_alloc(64, size + 64);

@@ -5,9 +5,10 @@
  *
  * A surface is planned (thrum_surface_size), then laid into the caller's memory
  * (thrum_surface_init); afterwards it needs the model no longer, holds no pointer, is immutable and
- * may be shared by any number of threads. It keeps only the rows of U of its vertices, as floats:
- * half the bytes of a double-precision product, in the order in which they are read. Positions have
- * the same bits on every machine (mode by mode, ascending, in single precision).
+ * may be shared by any number of threads. Its rows are those of U of the model's vertices, or its
+ * own (a surface embedded in the mesh: thrum/embedding.h). It keeps only these, as floats: half the
+ * bytes of a double-precision product, in the order in which they are read. Positions have the same
+ * bits on every machine (mode by mode, ascending, in single precision).
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_SURFACE_H
@@ -24,10 +25,14 @@ extern "C" {
 
 /* What is shown. Vertices and triangles are only read while a surface is planned and made. */
 typedef struct thrum_surface_def {
-  const int32_t *vertices;  /* 0-based vertices of the model in the order of the output; NULL: all */
-  int64_t vertex_count;     /* of `vertices`; ignored when that is NULL */
+  const int32_t *vertices; /* 0-based vertices of the model in the order of the output; NULL: all */
+  int64_t vertex_count;    /* of `vertices`, or of `positions`; ignored when both are NULL */
   const int32_t *triangles; /* triangle_count x 3, 0-based places in the output; NULL: no normals */
   int64_t triangle_count;
+  /* A surface with rows of its own, which needs no basis of the model; then `vertices` is NULL. */
+  const double *positions; /* vertex_count x 3: at rest [m]; NULL: the model's vertices */
+  const float *rows; /* 3 vertex_count x row_rank: rows 3 v + axis, x = X + rows q [kg^-1/2] */
+  int64_t row_rank;  /* at least the model's rank; the first columns are taken */
 } thrum_surface_def;
 
 /* Opaque: lives at the start of the memory given to thrum_surface_init. */
@@ -39,7 +44,8 @@ typedef enum thrum_surface_output {
   THRUM_SURFACE_POSITIONS = 1      /* X + U q [m] */
 } thrum_surface_output;
 
-/* Bytes of a surface. Needs a model with a basis (THRUM_MISSING otherwise); checks the def. */
+/* Bytes of a surface. Needs a model with a basis (THRUM_MISSING otherwise), or rows of its own;
+ * checks the def. */
 thrum_status thrum_surface_size(const thrum_model *model, const thrum_surface_def *def,
                                 size_t *size, thrum_error *error);
 

@@ -4,6 +4,7 @@
 #define THRUM_H
 
 #include "thrum/crowd.h"
+#include "thrum/embedding.h"
 #include "thrum/equilibrium.h"
 #include "thrum/force.h"
 #include "thrum/kernel.h"

@@ -1,58 +1,11 @@
 /* Fuzz target of the model file: the zip, the .npy members, the check of the model, and the first
  * cut of its rank. Inputs get right checksums, or none would come past them.
- * sources: runtime/model*.c runtime/zip.c runtime/npy.c runtime/crc32.c runtime/polynomial.c
- * sources: runtime/dense.c runtime/status.c
+ * sources: runtime/model*.c runtime/archive.c runtime/block.c runtime/zip.c runtime/npy.c
+ * sources: runtime/crc32.c runtime/polynomial.c runtime/dense.c runtime/status.c
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/crc32.h"
 #include "tests/fuzz/fuzz_file.h"
+#include "tests/fuzz/fuzz_zip.h"
 #include "thrum/model.h"
-
-#define LOCAL 30 /* bytes of a member's header before its name; CENTRAL: in the directory */
-#define CENTRAL 46
-
-size_t LLVMFuzzerMutate(uint8_t *data, size_t size, size_t max_size);
-size_t LLVMFuzzerCustomMutator(uint8_t *data, size_t size, size_t max_size, unsigned seed);
-
-static size_t number(const uint8_t *at, int bytes) {
-  size_t value = 0;
-  for (int n = bytes - 1; n >= 0; n--)
-    value = value << 8 | at[n];
-  return value;
-}
-
-static void put(uint8_t *at, uint32_t value) {
-  for (int n = 0; n < 4; n++)
-    at[n] = (uint8_t)(value >> 8 * n);
-}
-
-/* Gives the members that the directory names the checksums of their bytes. */
-static void mend_checksums(uint8_t *data, size_t size) {
-  static thrum_crc32_table table;
-  if (table.row[0][1] == 0)
-    thrum_crc32_prepare(&table);
-  for (size_t at = 0; at + CENTRAL <= size; at++) {
-    if (memcmp(data + at, "PK\1\2", 4) != 0)
-      continue;
-    const size_t length = number(data + at + 20, 4), local = number(data + at + 42, 4);
-    if (local > size || size - local < LOCAL || memcmp(data + local, "PK\3\4", 4) != 0)
-      continue;
-    const size_t begin =
-        local + LOCAL + number(data + local + 26, 2) + number(data + local + 28, 2);
-    if (begin > size || length > size - begin)
-      continue;
-    const uint32_t sum = thrum_crc32(&table, 0, data + begin, length);
-    put(data + at + 16, sum);
-    put(data + local + 14, sum);
-  }
-}
-
-size_t LLVMFuzzerCustomMutator(uint8_t *data, size_t size, size_t max_size, unsigned seed) {
-  const size_t now = LLVMFuzzerMutate(data, size, max_size);
-  // wrong checksums are part of what comes in
-  if (seed % 16 != 0)
-    mend_checksums(data, now);
-  return now;
-}
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   const thrum_model *model = NULL;
