@@ -1,0 +1,34 @@
+/* What every fuzz target of a surface reader does with what it read. SPDX-License-Identifier:
+ * Apache-2.0 */
+#ifndef THRUM_TESTS_FUZZ_SURFACE_H
+#define THRUM_TESTS_FUZZ_SURFACE_H
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "precompute/surface_mesh.h"
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
+
+/* On failure the surface must be empty still and the message one line; else every index and number
+ * must be good. */
+static inline int fuzz_surface_parse(thrum_surface_parser *parse, const uint8_t *data,
+                                     size_t size) {
+  thrum_surface_mesh surface = {0};
+  thrum_error error = {0};
+  const thrum_status status = parse("input", data, size, &surface, &error);
+  if (status < 0 && (surface.vertices || surface.triangles || error.status != status ||
+                     !error.message[0] || strchr(error.message, '\n')))
+    abort();
+  for (int64_t n = 0; n < 3 * surface.triangle_count; n++)
+    if (surface.triangles[n] < 0 || surface.triangles[n] >= surface.vertex_count)
+      abort();
+  for (int64_t n = 0; n < 3 * surface.vertex_count; n++)
+    if (!isfinite(surface.vertices[n]))
+      abort();
+  thrum_surface_mesh_free(&surface);
+  return 0;
+}
+
+#endif
