@@ -1,0 +1,46 @@
+/* Reading and embedding a surface, and what there is to say about how it lies.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "cli/embedded.h"
+
+#include <inttypes.h>
+#include <stdlib.h>
+
+#include "cli/cli.h"
+
+/* Where the surface comes from; to be freed. */
+static char *make_meta(const char *model_name, const char *path, double scale) {
+  cJSON *object = cJSON_CreateObject();
+  cJSON_AddStringToObject(object, "tool", "thrum");
+  cJSON_AddStringToObject(object, "version", thrum_version());
+  cli_json_string(object, "model", cli_basename(model_name));
+  cli_json_string(object, "surface", cli_basename(path));
+  cli_json_number(object, "scale", scale);
+  char *text = cli_json_text(object);
+  cJSON_Delete(object);
+  return text;
+}
+
+thrum_status cli_embed(const thrum_model *model, const char *model_name, const char *path,
+                       double scale, thrum_embed *embed, thrum_error *error) {
+  thrum_surface_mesh surface = {0};
+  thrum_status status = thrum_surface_mesh_read(path, scale, &surface, error);
+  if (status < 0)
+    return status;
+  char *meta = make_meta(model_name, path, scale);
+  status = thrum_embed_make(model, &surface, meta, embed, error);
+  free(meta);
+  thrum_surface_mesh_free(&surface);
+  return status;
+}
+
+bool cli_warn_embedded(const thrum_embed_report *report, const char *path) {
+  const bool far = report->distance_max > THRUM_EMBED_FAR * report->extent;
+  if (report->outside > 0)
+    cli_warn(
+        "%s: %" PRId64 " vertices lie outside the mesh, vertex %" PRId64
+        " the farthest: %.3g m, %.2g of the body's length; they follow the nearest tetrahedron%s",
+        cli_basename(path), report->outside, report->farthest + 1, report->distance_max,
+        report->distance_max / report->extent,
+        far ? "; is the scale right (--scale), and the place?" : "");
+  return far;
+}

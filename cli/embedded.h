@@ -1,0 +1,17 @@
+/* Surfaces embedded in a model's mesh, as commands take them. SPDX-License-Identifier: Apache-2.0
+ */
+#ifndef THRUM_CLI_EMBEDDED_H
+#define THRUM_CLI_EMBEDDED_H
+
+#include <cjson/cJSON.h>
+
+#include "precompute/embed.h"
+
+/* Reads the surface file (.obj, .stl) and embeds it in the model; `model_name` is for meta. */
+thrum_status cli_embed(const thrum_model *model, const char *model_name, const char *path,
+                       double scale, thrum_embed *embed, thrum_error *error);
+
+/* Warns of what lies outside the mesh; true when it is so far that scale or place are in doubt. */
+bool cli_warn_embedded(const thrum_embed_report *report, const char *path);
+
+#endif

@@ -1,0 +1,204 @@
+/* Binding a surface to a mesh, and W_v = sum_c w_vc U_c in double precision, rounded once to
+ * single; see precompute/embed.h. SPDX-License-Identifier: Apache-2.0 */
+#include "precompute/embed.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "precompute/npz.h"
+#include "precompute/tet_tree.h"
+#include "runtime/embedding.h"
+
+/* Nearer than this part of the mesh's extent is on its surface, but for rounding. */
+#define ON_SURFACE 1e-9
+
+static const int32_t format[2] = {THRUM_EMBEDDING_FORMAT_MAJOR, THRUM_EMBEDDING_FORMAT_MINOR};
+
+/* What is being made: the arrays of the embedding before they are const. */
+typedef struct embed_arrays {
+  uint8_t *meta;
+  double *omega2, *positions, *weights;
+  int32_t *triangles, *tet;
+  float *basis;
+} embed_arrays;
+
+static void arrays_free(embed_arrays *a) {
+  free(a->meta);
+  free(a->omega2);
+  free(a->positions);
+  free(a->weights);
+  free(a->triangles);
+  free(a->tet);
+  free(a->basis);
+}
+
+void thrum_embed_free(thrum_embed *embed) {
+  const thrum_embedding *e = &embed->embedding;
+  const void *const arrays[] = {e->meta,  e->omega2, e->positions, e->triangles,
+                                e->basis, e->tet,    e->weights};
+  for (size_t n = 0; n < sizeof arrays / sizeof *arrays; n++)
+    free((void *)(uintptr_t)arrays[n]);
+  *embed = (thrum_embed){.report = {.farthest = -1}};
+}
+
+static void *copy(const void *data, size_t size) {
+  void *memory = malloc(size > 0 ? size : 1);
+  if (memory != NULL)
+    memcpy(memory, data, size);
+  return memory;
+}
+
+static bool allocate(const thrum_model *model, const thrum_surface_mesh *surface, const char *meta,
+                     embed_arrays *a) {
+  const size_t count = (size_t)surface->vertex_count, rank = (size_t)model->rank;
+  a->meta = meta ? copy(meta, strlen(meta)) : NULL;
+  a->omega2 = copy(model->omega2, rank * sizeof *a->omega2);
+  a->positions = copy(surface->vertices, 3 * count * sizeof *a->positions);
+  a->triangles =
+      copy(surface->triangles, 3 * (size_t)surface->triangle_count * sizeof *a->triangles);
+  a->weights = malloc(4 * count * sizeof *a->weights);
+  a->tet = malloc(count * sizeof *a->tet);
+  a->basis = count <= SIZE_MAX / 2 / (3 * rank * sizeof *a->basis)
+                 ? malloc(3 * count * rank * sizeof *a->basis)
+                 : NULL;
+  return (!meta || a->meta) && a->omega2 && a->positions && a->triangles && a->weights && a->tet &&
+         a->basis;
+}
+
+static double find_extent(const thrum_model *model) {
+  double extent = 0;
+  for (int axis = 0; axis < 3; axis++) {
+    double low = INFINITY, high = -INFINITY;
+    for (int64_t v = 0; v < model->vertex_count; v++) {
+      low = fmin(low, model->vertices[3 * v + axis]);
+      high = fmax(high, model->vertices[3 * v + axis]);
+    }
+    extent = fmax(extent, high - low);
+  }
+  return extent;
+}
+
+static thrum_status bind_vertex(const thrum_tet_tree *tree, int64_t v, embed_arrays *a,
+                                thrum_embed_report *report, thrum_error *error) {
+  const thrum_tet_place place = thrum_tet_tree_find(tree, a->positions + 3 * v);
+  bool finite = isfinite(place.distance);
+  for (int c = 0; c < 4; c++) {
+    finite = finite && isfinite(place.weights[c]);
+    report->weight_max = fmax(report->weight_max, fabs(place.weights[c]));
+  }
+  if (!finite)
+    return thrum_error_set(error, THRUM_BAD_VALUE,
+                           "vertex %lld of the surface is too far from the mesh to be embedded",
+                           (long long)v + 1);
+  memcpy(a->weights + 4 * v, place.weights, sizeof place.weights);
+  a->tet[v] = place.tet;
+  report->outside += place.distance > ON_SURFACE * report->extent;
+  if (place.distance > ON_SURFACE * report->extent && place.distance > report->distance_max) {
+    report->distance_max = place.distance;
+    report->farthest = v;
+  }
+  return THRUM_OK;
+}
+
+static thrum_status bind_all(const thrum_model *model, int64_t count, embed_arrays *a,
+                             thrum_embed_report *report, thrum_error *error) {
+  thrum_tet_tree *tree = NULL;
+  thrum_status status =
+      thrum_tet_tree_make(model->vertices, model->tets, model->tet_count, &tree, error);
+  for (int64_t v = 0; v < count && status >= 0; v++)
+    status = bind_vertex(tree, v, a, report, error);
+  thrum_tet_tree_free(tree);
+  return status;
+}
+
+/* W of one vertex. */
+static thrum_status make_rows(const thrum_model *model, int64_t v, embed_arrays *a,
+                              thrum_error *error) {
+  const int64_t rank = model->rank;
+  const int32_t *corners = model->tets + 4 * (int64_t)a->tet[v];
+  const double *w = a->weights + 4 * v;
+  for (int64_t axis = 0; axis < 3; axis++)
+    for (int64_t i = 0; i < rank; i++) {
+      double sum = 0;
+      for (int c = 0; c < 4; c++)
+        sum += w[c] * model->basis[(3 * (int64_t)corners[c] + axis) * rank + i];
+      if (!(fabs(sum) <= (double)FLT_MAX))
+        return thrum_error_set(error, THRUM_BAD_VALUE,
+                               "vertex %lld of the surface moves by %g in mode %lld, beyond the "
+                               "range of single precision",
+                               (long long)v + 1, sum, (long long)i + 1);
+      a->basis[(3 * v + axis) * rank + i] = (float)sum;
+    }
+  return THRUM_OK;
+}
+
+static thrum_embedding as_embedding(const thrum_model *model, const thrum_surface_mesh *surface,
+                                    const char *meta, const embed_arrays *a) {
+  return (thrum_embedding){.rank = model->rank,
+                           .vertex_count = surface->vertex_count,
+                           .triangle_count = surface->triangle_count,
+                           .meta_bytes = meta ? (int64_t)strlen(meta) : 0,
+                           .surface_format = format,
+                           .meta = a->meta,
+                           .omega2 = a->omega2,
+                           .positions = a->positions,
+                           .triangles = a->triangles,
+                           .basis = a->basis,
+                           .tet = a->tet,
+                           .weights = a->weights};
+}
+
+thrum_status thrum_embed_make(const thrum_model *model, const thrum_surface_mesh *surface,
+                              const char *meta, thrum_embed *embed, thrum_error *error) {
+  if (!model->tets || !model->vertices || !model->basis)
+    return thrum_error_set(error, THRUM_MISSING,
+                           "the model has no mesh or no basis, so nothing can be embedded in it: "
+                           "precompute it from a mesh");
+  embed_arrays a = {0};
+  thrum_embed_report report = {.extent = find_extent(model), .farthest = -1};
+  thrum_status status =
+      allocate(model, surface, meta, &a)
+          ? bind_all(model, surface->vertex_count, &a, &report, error)
+          : thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory for the surface");
+  for (int64_t v = 0; v < surface->vertex_count && status >= 0; v++)
+    status = make_rows(model, v, &a, error);
+  if (status < 0)
+    arrays_free(&a);
+  else
+    *embed = (thrum_embed){as_embedding(model, surface, meta, &a), report};
+  return status;
+}
+
+thrum_status thrum_embed_save(const char *path, const thrum_embedding *embedding,
+                              thrum_error *error) {
+  thrum_embedding_layout layout = {{0}, {NULL}};
+  thrum_npz_array arrays[THRUM_EMBEDDING_ARRAY_COUNT];
+  int count = 0;
+  const thrum_status status = thrum_embedding_check(embedding, error);
+  if (status < 0)
+    return status;
+#define X(name, meaning) layout.size[THRUM_EMBEDDING_SIZE_##name] = embedding->name;
+  THRUM_EMBEDDING_SIZES(X)
+#undef X
+#define X(type, name, rows, columns, presence, meaning)                                            \
+  layout.data[THRUM_EMBEDDING_ARRAY_##name] = (const unsigned char *)embedding->name;
+  THRUM_EMBEDDING_ARRAYS(X)
+#undef X
+  layout.data[THRUM_EMBEDDING_ARRAY_surface_format] = (const unsigned char *)format;
+  for (int n = 0; n < THRUM_EMBEDDING_ARRAY_COUNT; n++) {
+    const thrum_array_info *info = &thrum_embedding_list.arrays[n];
+    if (layout.data[n] == NULL)
+      continue;
+    arrays[count++] = (thrum_npz_array){
+        .name = info->name,
+        .descr = info->descr,
+        .rows = thrum_embedding_list.extent(layout.size, info->rows),
+        .columns = info->dims == 1 ? 0 : thrum_embedding_list.extent(layout.size, info->columns),
+        .data = layout.data[n],
+        .size = thrum_embedding_bytes(&layout, n)};
+  }
+  return thrum_npz_write(path, arrays, count, error);
+}

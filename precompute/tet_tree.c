@@ -1,0 +1,281 @@
+/* Point location in a tetrahedral mesh: boxes halved at the median along their longest side; a
+ * query goes into the nearer box first and leaves out what is farther than the best so far.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "precompute/tet_tree.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "precompute/mesh_build.h"
+
+enum { LEAF = 4, DEPTH_MAX = 64 };
+
+/* Distances that differ by less are one: the same place, reached through neighbours. */
+#define SAME 1e-9
+
+typedef struct tree_node {
+  double low[3], high[3];
+  int32_t first; /* of a leaf's tetrahedra in `order`; of an inner node's two children */
+  int32_t count; /* of tetrahedra; 0: inner */
+} tree_node;
+
+struct thrum_tet_tree {
+  const double *vertices;
+  const int32_t *tets;
+  int32_t *order; /* tetrahedra, leaf by leaf */
+  tree_node *nodes;
+  int64_t node_count;
+};
+
+void thrum_tet_tree_free(thrum_tet_tree *tree) {
+  if (tree == NULL)
+    return;
+  free(tree->order);
+  free(tree->nodes);
+  free(tree);
+}
+
+static const double *corner(const thrum_tet_tree *tree, int32_t tet, int c) {
+  return tree->vertices + 3 * (int64_t)tree->tets[4 * (int64_t)tet + c];
+}
+
+static double centre(const thrum_tet_tree *tree, int32_t tet, int axis) {
+  return corner(tree, tet, 0)[axis] + corner(tree, tet, 1)[axis] + corner(tree, tet, 2)[axis] +
+         corner(tree, tet, 3)[axis];
+}
+
+static void find_box(const thrum_tet_tree *tree, tree_node *node) {
+  for (int axis = 0; axis < 3; axis++) {
+    node->low[axis] = INFINITY;
+    node->high[axis] = -INFINITY;
+  }
+  for (int32_t n = node->first; n < node->first + node->count; n++)
+    for (int c = 0; c < 4; c++)
+      for (int axis = 0; axis < 3; axis++) {
+        const double x = corner(tree, tree->order[n], c)[axis];
+        node->low[axis] = fmin(node->low[axis], x);
+        node->high[axis] = fmax(node->high[axis], x);
+      }
+}
+
+/* Puts the lower half of [first, last] along an axis in front: quickselect of the place `middle`.
+ */
+static void halve(thrum_tet_tree *tree, int axis, int64_t first, int64_t last, int64_t middle) {
+  int32_t *order = tree->order;
+  while (first < last) {
+    const double pivot = centre(tree, order[first + (last - first) / 2], axis);
+    int64_t i = first, j = last;
+    while (i <= j) {
+      while (centre(tree, order[i], axis) < pivot)
+        i++;
+      while (centre(tree, order[j], axis) > pivot)
+        j--;
+      if (i > j)
+        break;
+      const int32_t swap = order[i];
+      order[i++] = order[j];
+      order[j--] = swap;
+    }
+    if (middle <= j)
+      last = j;
+    else if (middle >= i)
+      first = i;
+    else
+      return;
+  }
+}
+
+/* Splits node by node until leaves are small; children stand behind all nodes made so far. */
+static void split_all(thrum_tet_tree *tree) {
+  for (int64_t n = 0; n < tree->node_count; n++) {
+    tree_node *node = &tree->nodes[n];
+    find_box(tree, node);
+    if (node->count <= LEAF)
+      continue;
+    int axis = 0;
+    for (int a = 1; a < 3; a++)
+      if (node->high[a] - node->low[a] > node->high[axis] - node->low[axis])
+        axis = a;
+    const int32_t first = node->first, count = node->count, half = count / 2;
+    halve(tree, axis, first, (int64_t)first + count - 1, (int64_t)first + half);
+    tree->nodes[tree->node_count] = (tree_node){.first = first, .count = half};
+    tree->nodes[tree->node_count + 1] = (tree_node){.first = first + half, .count = count - half};
+    node->first = (int32_t)tree->node_count;
+    node->count = 0;
+    tree->node_count += 2;
+  }
+}
+
+thrum_status thrum_tet_tree_make(const double *vertices, const int32_t *tets, int64_t tet_count,
+                                 thrum_tet_tree **tree, thrum_error *error) {
+  if (tet_count < 1 || tet_count >= INT32_MAX)
+    return thrum_error_set(error, THRUM_UNSUPPORTED, "a tree of %lld tetrahedra",
+                           (long long)tet_count);
+  thrum_tet_tree *made = calloc(1, sizeof *made);
+  // a leaf holds at least LEAF / 2 tetrahedra, when there are so many at all
+  const size_t leaves = (size_t)tet_count / (LEAF / 2) + 1;
+  if (made != NULL) {
+    made->order = malloc((size_t)tet_count * sizeof *made->order);
+    made->nodes = malloc(2 * leaves * sizeof *made->nodes);
+  }
+  if (made == NULL || made->order == NULL || made->nodes == NULL) {
+    thrum_tet_tree_free(made);
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory to find tetrahedra");
+  }
+  made->vertices = vertices;
+  made->tets = tets;
+  for (int64_t t = 0; t < tet_count; t++)
+    made->order[t] = (int32_t)t;
+  made->nodes[0] = (tree_node){.first = 0, .count = (int32_t)tet_count};
+  made->node_count = 1;
+  split_all(made);
+  *tree = made;
+  return THRUM_OK;
+}
+
+static void subtract(const double *a, const double *b, double difference[3]) {
+  for (int axis = 0; axis < 3; axis++)
+    difference[axis] = a[axis] - b[axis];
+}
+
+/* Adds to w_1..w_3 what the vector x takes of the edges from corner a, and takes it off w_0. */
+static void add_weights(double edges[3][3], double volume, const double x[3], double weights[4]) {
+  for (int c = 0; c < 3; c++) {
+    double with[3][3];
+    memcpy(with, edges, sizeof with);
+    memcpy(with[c], x, sizeof with[c]);
+    const double share = thrum_mesh_triple(with) / volume;
+    weights[c + 1] += share;
+    weights[0] -= share;
+  }
+}
+
+void thrum_tet_weights(const double *const corners[4], const double point[3], double weights[4]) {
+  double edges[3][3], x[3];
+  for (int c = 0; c < 3; c++)
+    subtract(corners[c + 1], corners[0], edges[c]);
+  const double volume = thrum_mesh_triple(edges);
+  memcpy(weights, (double[4]){1, 0, 0, 0}, 4 * sizeof *weights);
+  subtract(point, corners[0], x);
+  add_weights(edges, volume, x, weights);
+  // what is left of x
+  for (int axis = 0; axis < 3; axis++)
+    x[axis] -=
+        weights[1] * edges[0][axis] + weights[2] * edges[1][axis] + weights[3] * edges[2][axis];
+  add_weights(edges, volume, x, weights);
+}
+
+static double dot(const double a[3], const double b[3]) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/* Squared distance to a + s (b - a) + t (c - a). */
+static double distance2_at(const double ap[3], const double ab[3], const double ac[3], double s,
+                           double t) {
+  double rest[3];
+  for (int axis = 0; axis < 3; axis++)
+    rest[axis] = ap[axis] - s * ab[axis] - t * ac[axis];
+  return dot(rest, rest);
+}
+
+double thrum_triangle_distance2(const double *a, const double *b, const double *c,
+                                const double point[3]) {
+  double ab[3], ac[3], ap[3], bp[3], cp[3];
+  subtract(b, a, ab);
+  subtract(c, a, ac);
+  subtract(point, a, ap);
+  subtract(point, b, bp);
+  subtract(point, c, cp);
+  const double d1 = dot(ab, ap), d2 = dot(ac, ap), d3 = dot(ab, bp), d4 = dot(ac, bp);
+  const double d5 = dot(ab, cp), d6 = dot(ac, cp);
+  if (d1 <= 0 && d2 <= 0)
+    return dot(ap, ap);
+  if (d3 >= 0 && d4 <= d3)
+    return dot(bp, bp);
+  if (d6 >= 0 && d5 <= d6)
+    return dot(cp, cp);
+  const double in_c = d1 * d4 - d3 * d2, in_b = d5 * d2 - d1 * d6, in_a = d3 * d6 - d5 * d4;
+  if (in_c <= 0 && d1 >= 0 && d3 <= 0)
+    return distance2_at(ap, ab, ac, d1 / (d1 - d3), 0);
+  if (in_b <= 0 && d2 >= 0 && d6 <= 0)
+    return distance2_at(ap, ab, ac, 0, d2 / (d2 - d6));
+  if (in_a <= 0 && d4 >= d3 && d5 >= d6) {
+    const double t = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+    return distance2_at(ap, ab, ac, 1 - t, t);
+  }
+  const double whole = in_a + in_b + in_c;
+  return distance2_at(ap, ab, ac, in_b / whole, in_c / whole);
+}
+
+static double least(const double weights[4]) {
+  return fmin(fmin(weights[0], weights[1]), fmin(weights[2], weights[3]));
+}
+
+/* The place of a point in one tetrahedron; `distance` is squared here. */
+static thrum_tet_place place_in(const thrum_tet_tree *tree, int32_t tet, const double point[3]) {
+  // the corners opposite to each corner
+  static const int opposite[4][3] = {{1, 2, 3}, {0, 2, 3}, {0, 1, 3}, {0, 1, 2}};
+  const double *corners[4];
+  thrum_tet_place place = {.tet = tet};
+  for (int c = 0; c < 4; c++)
+    corners[c] = corner(tree, tet, c);
+  for (int c = 0; c < 4; c++)
+    if (corners[c][0] == point[0] && corners[c][1] == point[1] && corners[c][2] == point[2]) {
+      place.weights[c] = 1;
+      return place;
+    }
+  thrum_tet_weights(corners, point, place.weights);
+  if (least(place.weights) >= 0)
+    return place;
+  // the nearest point lies on a face that the point is in front of
+  place.distance = INFINITY;
+  for (int c = 0; c < 4; c++)
+    if (!(place.weights[c] >= 0))
+      place.distance = fmin(
+          place.distance, thrum_triangle_distance2(corners[opposite[c][0]], corners[opposite[c][1]],
+                                                   corners[opposite[c][2]], point));
+  return place;
+}
+
+static double box_distance2(const tree_node *node, const double point[3]) {
+  double sum = 0;
+  for (int axis = 0; axis < 3; axis++) {
+    const double off = fmax(fmax(node->low[axis] - point[axis], point[axis] - node->high[axis]), 0);
+    sum += off * off;
+  }
+  return sum;
+}
+
+/* Is `place` nearer than the best so far, or as near and less extrapolated? */
+static int is_better(const thrum_tet_place *place, const thrum_tet_place *best) {
+  if (!(place->distance <= best->distance * (1 + SAME)))
+    return 0;
+  return place->distance < best->distance * (1 - SAME) ||
+         least(place->weights) > least(best->weights);
+}
+
+thrum_tet_place thrum_tet_tree_find(const thrum_tet_tree *tree, const double point[3]) {
+  thrum_tet_place best = {.tet = tree->order[0], .distance = INFINITY};
+  int32_t stack[DEPTH_MAX] = {0};
+  int depth = 1;
+  while (depth > 0 && !(best.distance <= 0)) {
+    const tree_node *node = &tree->nodes[stack[--depth]];
+    if (box_distance2(node, point) > best.distance * (1 + SAME))
+      continue;
+    for (int32_t n = node->first; n < node->first + node->count; n++) {
+      const thrum_tet_place place = place_in(tree, tree->order[n], point);
+      if (is_better(&place, &best))
+        best = place;
+    }
+    if (node->count > 0)
+      continue;
+    const tree_node *children = &tree->nodes[node->first];
+    const int nearer = box_distance2(&children[0], point) <= box_distance2(&children[1], point);
+    stack[depth++] = node->first + nearer;
+    stack[depth++] = node->first + 1 - nearer;
+  }
+  best.distance = sqrt(best.distance);
+  return best;
+}
