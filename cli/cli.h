@@ -26,6 +26,7 @@ int cmd_experiments(int argc, char **argv);
 int cmd_tradeoff(int argc, char **argv);
 int cmd_bench(int argc, char **argv);
 int cmd_schema(int argc, char **argv);
+int cmd_view(int argc, char **argv);
 
 /* Before all else: where the address space is limited, starts the program anew with one thread of
  * BLAS, so that it can end; else, or when that fails, does nothing. */
@@ -77,6 +78,9 @@ void cli_progress_abandon(cli_progress *progress);
 char *cli_folder_of(const char *path);
 /* Are two paths one file, or would they be, if it were written? */
 bool cli_same_file(const char *left, const char *right);
+/* share/thrum/NAME of the prefix that this program would be installed in; false: `path` is too
+ * short, or the system does not say where the program is. */
+bool cli_share_path(const char *name, char *path, size_t size);
 
 /* Wall clock [s] from a monotonic clock, and the peak resident memory [2^20 bytes]. */
 double cli_seconds(void);

@@ -31,23 +31,6 @@ static bool is_folder(const char *path) {
   return stat(path, &status) == 0 && S_ISDIR(status.st_mode);
 }
 
-/* share/thrum/models of the prefix that this program is installed in. */
-static bool installed_folder(char path[CLI_MODEL_PATH_MAX]) {
-  char program[CLI_MODEL_PATH_MAX];
-  const ssize_t length = readlink("/proc/self/exe", program, sizeof program - 1);
-  if (length <= 0)
-    return false;
-  program[length] = 0;
-  for (int up = 0; up < 2; up++) {
-    char *slash = strrchr(program, '/');
-    if (slash == NULL)
-      return false;
-    *slash = 0;
-  }
-  const int written = snprintf(path, CLI_MODEL_PATH_MAX, "%s/share/thrum/models", program);
-  return written > 0 && written < CLI_MODEL_PATH_MAX && is_folder(path);
-}
-
 static thrum_status find_folder(const char *name, char path[CLI_MODEL_PATH_MAX],
                                 thrum_error *error) {
   const char *given = getenv("THRUM_MODELS");
@@ -58,7 +41,7 @@ static thrum_status find_folder(const char *name, char path[CLI_MODEL_PATH_MAX],
     }
     return thrum_error_set(error, THRUM_IO, "THRUM_MODELS: %.300s is not a folder", given);
   }
-  if (installed_folder(path))
+  if (cli_share_path("models", path, CLI_MODEL_PATH_MAX) && is_folder(path))
     return THRUM_OK;
 #ifdef THRUM_SOURCE_MODELS
   if (strlen(THRUM_SOURCE_MODELS) < CLI_MODEL_PATH_MAX && is_folder(THRUM_SOURCE_MODELS)) {

@@ -1,7 +1,9 @@
 /* Which file a path means. SPDX-License-Identifier: Apache-2.0 */
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include "cli/cli.h"
 
@@ -29,4 +31,22 @@ bool cli_same_file(const char *left, const char *right) {
   free(folder);
   free(other);
   return same;
+}
+
+bool cli_share_path(const char *name, char *path, size_t size) {
+  const ssize_t length = readlink("/proc/self/exe", path, size - 1);
+  if (length <= 0 || (size_t)length >= size - 1)
+    return false;
+  path[length] = 0;
+  // PREFIX/bin/thrum
+  char *slash = NULL;
+  for (int up = 0; up < 2; up++) {
+    slash = strrchr(path, '/');
+    if (slash == NULL)
+      return false;
+    *slash = 0;
+  }
+  const size_t room = size - (size_t)(slash - path);
+  const int written = snprintf(slash, room, "/share/thrum/%s", name);
+  return written > 0 && (size_t)written < room;
 }

@@ -1,0 +1,210 @@
+/* `thrum view`: models in the browser, served on this machine or as one file.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <ctype.h>
+#include <fcntl.h>
+#include <getopt.h>
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "cli/args.h"
+#include "cli/http_server.h"
+#include "cli/model_name.h"
+#include "cli/pack.h"
+#include "cli/viewer_page.h"
+#include "precompute/interrupt.h"
+
+#define MODELS_MAX 64
+
+typedef struct view_request {
+  const char *names[MODELS_MAX];
+  int64_t count;
+  const char *output;
+  int64_t port; /* 0: a free one */
+  bool no_open, quiet, json, help;
+} view_request;
+
+static void print_help(void) {
+  fputs("usage: thrum view [MODEL...] [OPTIONS]\n\n"
+        "Shows models in the browser, where they move as they are pulled at: serves them on\n"
+        "127.0.0.1, which only this machine reaches, until Ctrl-C. MODEL is a model file, or the\n"
+        "name (beam, basket, bridge, horse, tower, heart) of a model that is precomputed once and\n"
+        "cached; without any, all six.\n\n"
+        "  -o, --output FILE   write one HTML file that opens from the disk, and serve nothing\n"
+        "      --port N        the port to serve on (default: one that is free)\n"
+        "      --no-open       do not open the browser, which is done where there is a display\n"
+        "      --json          print {\"url\": ...}, or with -o {\"file\": ...}, as one line\n"
+        "  -q, --quiet         no progress\n"
+        "  -h, --help          this text\n\n"
+        "examples:\n"
+        "  thrum view\n"
+        "  thrum view beam.npz --port 8080 --no-open\n"
+        "  thrum view horse tower -o models.html\n",
+        stdout);
+}
+
+static const cli_option table[] = {
+    {.name = "output", .letter = 'o', .field = offsetof(view_request, output), .kind = CLI_TEXT},
+    {.name = "port",
+     .kind = CLI_COUNT,
+     .field = offsetof(view_request, port),
+     .least = 1,
+     .most = 65535},
+    {.name = "no-open", .kind = CLI_FLAG, .field = offsetof(view_request, no_open)},
+    CLI_OPTION_QUIET(view_request),
+    CLI_OPTION_JSON(view_request),
+    CLI_OPTION_HELP(view_request),
+    {.name = NULL},
+};
+
+static int read_options(int argc, char **argv, view_request *request) {
+  const int code = cli_options_read("view", table, argc, argv, request);
+  if (code != CLI_DONE || request->help)
+    return code;
+  if (argc - optind > MODELS_MAX)
+    return cli_usage("view", "at most %d models at a time", MODELS_MAX);
+  while (optind < argc)
+    request->names[request->count++] = argv[optind++];
+  if (request->output != NULL && (request->port > 0 || request->no_open))
+    return cli_usage("view", "--port and --no-open are of what is served, and -o serves nothing");
+  for (int64_t n = 0; request->output != NULL && n < request->count; n++) {
+    if (cli_same_file(request->output, request->names[n]))
+      return cli_usage("view", "%s is a model: write to another file", request->output);
+  }
+  if (request->count > 0)
+    return CLI_DONE;
+  for (int n = 0; n < CLI_MODEL_COUNT; n++)
+    request->names[request->count++] = cli_model_names[n];
+  return CLI_DONE;
+}
+
+/* What is shown, owned here. */
+typedef struct view {
+  cli_page page;
+  cli_pack pack;
+  cli_pack_model models[MODELS_MAX];
+  char titles[MODELS_MAX][64];
+} view;
+
+static void free_view(view *shown) {
+  for (int n = 0; n < MODELS_MAX; n++)
+    thrum_model_free(shown->models[n].model);
+  cli_pack_free(&shown->pack);
+  cli_page_free(&shown->page);
+}
+
+/* A file's name without its ending, or one of our names with a capital. */
+static void make_title(const char *name, char title[64]) {
+  const char *base = cli_basename(name), *dot = strrchr(base, '.');
+  const size_t length = dot != NULL && dot > base ? (size_t)(dot - base) : strlen(base);
+  snprintf(title, 64, "%.*s", (int)(length < 60 ? length : 60), base);
+  for (int n = 0; n < CLI_MODEL_COUNT; n++) {
+    if (strcmp(name, cli_model_names[n]) == 0)
+      title[0] = (char)toupper(title[0]);
+  }
+}
+
+static thrum_status load(const view_request *request, view *shown, thrum_error *error) {
+  // without a page there is nothing to precompute for
+  thrum_status status = cli_page_read(&shown->page, error);
+  for (int64_t n = 0; n < request->count && status >= 0; n++) {
+    cli_pack_model *item = &shown->models[n];
+    item->name = cli_basename(request->names[n]);
+    item->title = shown->titles[n];
+    make_title(request->names[n], shown->titles[n]);
+    status = cli_model_load(request->names[n], request->quiet, &item->model, NULL, error);
+  }
+  if (status >= 0)
+    status = cli_pack_make(shown->models, request->count, cli_pack_scene_of_models(shown->models),
+                           &shown->pack, error);
+  return status;
+}
+
+static thrum_status write_file(const view_request *request, const view *shown, thrum_error *error) {
+  const thrum_status status = cli_page_write(request->output, &shown->page, &shown->pack, error);
+  if (status < 0)
+    return status;
+  if (request->json) {
+    cJSON *object = cJSON_CreateObject();
+    cJSON_AddStringToObject(object, "status", "done");
+    cli_json_string(object, "file", request->output);
+    cli_json_print(object);
+  } else {
+    printf("viewer            %s\n", request->output);
+  }
+  return status;
+}
+
+/* Asks the desktop to show the address; the program that does is nobody's child soon. */
+static void open_browser(const char *url) {
+  if (getenv("DISPLAY") == NULL && getenv("WAYLAND_DISPLAY") == NULL)
+    return;
+  fflush(NULL);
+  const pid_t child = fork();
+  if (child == 0) {
+    // a session of its own, so that Ctrl-C ends the server alone
+    const int null = open("/dev/null", O_RDWR);
+    if (setsid() < 0 || fork() != 0 || null < 0)
+      _exit(0);
+    for (int n = 0; n < 3; n++)
+      dup2(null, n);
+    execlp("xdg-open", "xdg-open", url, (char *)NULL);
+    _exit(0);
+  }
+  if (child > 0)
+    waitpid(child, NULL, 0);
+}
+
+static thrum_status serve(const view_request *request, const view *shown, thrum_error *error) {
+  const cli_http_file files[] = {
+      {"/", "text/html; charset=utf-8", shown->page.html, shown->page.size},
+      {"/pack", "application/octet-stream", shown->pack.bytes, shown->pack.size},
+  };
+  cli_http_server *server = NULL;
+  char url[64];
+  const thrum_status status = cli_http_open(request->port, &server, error);
+  if (status < 0)
+    return status;
+  snprintf(url, sizeof url, "http://127.0.0.1:%" PRId64 "/", cli_http_port(server));
+  if (request->json) {
+    cJSON *object = cJSON_CreateObject();
+    cJSON_AddStringToObject(object, "url", url);
+    cli_json_print(object);
+  } else {
+    printf("%s\n", url);
+  }
+  fflush(stdout);
+  if (!request->quiet)
+    fputs("thrum: serving on this machine; Ctrl-C ends it\n", stderr);
+  if (!request->no_open)
+    open_browser(url);
+  cli_http_serve(server, files, 2);
+  cli_http_close(server);
+  return THRUM_OK;
+}
+
+int cmd_view(int argc, char **argv) {
+  view_request request = {0};
+  const int code = read_options(argc, argv, &request);
+  if (code != CLI_DONE)
+    return code;
+  if (request.help) {
+    print_help();
+    return CLI_DONE;
+  }
+  thrum_error error = {0};
+  view *shown = calloc(1, sizeof *shown);
+  thrum_interrupt_clean("\nthrum: stopped; the file being written was removed\n");
+  thrum_status status = shown != NULL ? load(&request, shown, &error)
+                                      : thrum_error_set(&error, THRUM_OUT_OF_MEMORY, "no memory");
+  if (status >= 0)
+    status = request.output != NULL ? write_file(&request, shown, &error)
+                                    : serve(&request, shown, &error);
+  if (shown != NULL)
+    free_view(shown);
+  free(shown);
+  return status < 0 ? cli_refuse(&error) : CLI_DONE;
+}
