@@ -3,6 +3,7 @@
 #ifndef THRUM_H
 #define THRUM_H
 
+#include "thrum/contact.h"
 #include "thrum/crowd.h"
 #include "thrum/embedding.h"
 #include "thrum/equilibrium.h"

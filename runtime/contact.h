@@ -1,0 +1,197 @@
+/* A contact's block, private to the runtime: one header, then arrays at offsets that follow from
+ * the sizes in the header; no pointer is stored (thrum/contact.h, docs/contact.md).
+ *
+ * What persists from step to step are the touches and the forces of the pulls; rows and vectors are
+ * made anew by thrum_contact_begin and read by thrum_contact_end.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_RUNTIME_CONTACT_H
+#define THRUM_RUNTIME_CONTACT_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "thrum/contact.h"
+
+struct thrum_contact {
+  uint64_t magic;
+  uint64_t bytes;       /* of the whole block */
+  uint64_t state_bytes; /* what a snapshot of the state holds */
+  int64_t point_count;
+  int64_t touch_max;
+  int64_t pull_max;
+  int64_t touch_count; /* of the last step */
+  int64_t row_count;   /* of the step that has begun */
+  int64_t pull_count;  /* of the step that has begun */
+  double stiffness;    /* of obstacles without their own [N/m^3] */
+  double middle[3];    /* of the points' box, in the mesh [m] */
+  double radius;       /* of the points about it [m] */
+  double taken;        /* what contact took from the body, magnitudes [J] */
+  double stored, lost, driven, granted, pulled;     /* report [J] */
+  double depth, normal;                             /* report */
+  int64_t steps, redone, declined, dropped, sweeps; /* report */
+  double moved[3], force[3]; /* of the translation in the step that has begun [m], [N] */
+  int32_t rank;
+  int32_t sweeps_max;
+  int32_t fresh; /* 1: no step yet, so what overlaps began so */
+  int32_t begun; /* 1: between begin and end */
+};
+
+/* What is remembered of a point and an obstacle (or one wall of a room) that touch. */
+typedef struct thrum_touching {
+  int32_t point, obstacle, face;
+  int32_t towards; /* 1: the point was last seen moving towards the obstacle */
+  double normal[3];
+  double force;       /* along the normal [N] */
+  double friction[3]; /* [N] */
+  double approach;    /* speed towards the obstacle of the last approach [m/s] */
+  double stored;      /* what the spring took and has not given back [J] */
+  double gap;         /* after the step [m] */
+} thrum_touching;
+
+/* A touch in a step. Gaps are linear in the point's displacement dx over the step:
+ * gap' = gap + normal (dx - drift). */
+typedef struct thrum_contact_row {
+  thrum_touching touch;
+  double gap;         /* at the start [m] */
+  double drift[3];    /* of the obstacle over the step [m] */
+  double response[9]; /* G: displacement at the end of the step under a mean force [m/N] */
+  double along;       /* n G n */
+  double across;      /* bound of G on the tangent plane */
+  double stiffness;   /* k [N/m] */
+  double damping;     /* c/h [N/m] */
+  double restitution, friction;
+  double speed;    /* along the normal at the start, relative to the obstacle [m/s] */
+  double gained;   /* what the step adds to it towards the obstacle without contact [m/s] */
+  double ceiling;  /* the spring pushes only while gap' is below [m] */
+  double slide[3]; /* where friction would have the tangential displacement: 0 to this [m] */
+  double work, rubbed, driven; /* of the step made: on the body, and of the moving obstacle [J] */
+} thrum_contact_row;
+
+/* A pull in a step. */
+typedef struct thrum_pull_row {
+  double force[3];    /* [N] */
+  double offset[3];   /* point less target at the start [m] */
+  double velocity[3]; /* of the point less that of the target [m/s] */
+  double drift[3];    /* of the target [m] */
+  double response[9]; /* G */
+  double rate;        /* K: force per displacement [N/m] */
+  double bias[3];     /* force without displacement [N] */
+} thrum_pull_row;
+
+/* X(type, name, count) */
+#define THRUM_CONTACT_ARRAYS(X)                                                                    \
+  X(int32_t, vertices, point_count)     /* of the model */                                         \
+  X(double, areas, point_count)         /* [m^2] */                                                \
+  X(double, extents, rank)              /* largest displacement of a point under a unit of q */    \
+  X(thrum_touching, touches, touch_max) /* of the last step, by point, obstacle and face */        \
+  X(thrum_contact_row, rows, touch_max) /* in the same order */                                    \
+  X(double, pull_forces, pull_max * 3)  /* of the last step */                                     \
+  X(thrum_pull_row, pull_rows, pull_max)                                                           \
+  X(double, q, rank) /* at the start of the step */                                                \
+  X(double, p, rank)                                                                               \
+  X(double, weights, rank)        /* displacement over the step under a unit mean load [s^2] */    \
+  X(double, free, rank)           /* displacement over the step without contact and pulls */       \
+  X(double, moved, rank)          /* displacement over the step as predicted with them */          \
+  X(double, load, rank)           /* mean load of the step with them */                            \
+  X(double, pulled_row, rank * 3) /* rows of one pull's point */                                   \
+  X(unsigned char, snapshot, state_bytes)
+
+typedef struct thrum_contact_view {
+#define X(type, name, count) type *name;
+  THRUM_CONTACT_ARRAYS(X)
+#undef X
+} thrum_contact_view;
+
+/* A step in the making. */
+typedef struct thrum_contact_run {
+  const thrum_model *model;
+  thrum_state *state;
+  thrum_contact *contact;
+  const thrum_around *around;
+  thrum_contact_view view;
+  double dt;
+  double axes[9], origin[3]; /* of the placement, the translation included in the origin */
+  double mass_weight;        /* h^2/2 over the mass, 0 for a body that is held [m/N] */
+  double free[3];            /* displacement of the translation without contact and pulls [m] */
+  double moved[3];           /* with them */
+  double force[3];           /* on the translation, with them [N] */
+} thrum_contact_run;
+
+/* contact_check.c: says what is wrong with what is around. */
+thrum_status thrum_around_check(const thrum_model *model, const thrum_contact *contact,
+                                const thrum_around *around, thrum_error *error);
+
+/* contact.c: refuses NULL, memory that is no contact, and a model or state of another rank. */
+thrum_status thrum_contact_check(const thrum_model *model, const thrum_state *state,
+                                 const thrum_contact *contact, thrum_error *error);
+
+/* contact.c: pointers into the block. */
+thrum_contact_view thrum_contact_view_of(thrum_contact *contact);
+
+/* contact_predict.c: q, p, weights and free of the step under around->load. */
+thrum_status thrum_contact_predict(thrum_contact_run *run, thrum_error *error);
+
+/* contact_rows.c: rows and pull rows of the step. */
+void thrum_contact_rows(thrum_contact_run *run);
+
+/* contact_rows.c: rows of U of a pull's point, into pulled_row. */
+const double *thrum_contact_pulled_rows(const thrum_contact_run *run, const thrum_pull *pull);
+
+/* contact_solve.c: forces of rows and pull rows; moved, and load for the state. `released`: the
+ * springs give nothing back. */
+void thrum_contact_solve(thrum_contact_run *run, bool released);
+
+/* contact_account.c: what the rows did in the step from view.q to q (rank); returns their work on
+ * the body, relative to the obstacles [J]. */
+double thrum_contact_measure(thrum_contact_run *run, const double *q);
+
+/* The same into the account, with the touches of the next step. */
+void thrum_contact_settle(thrum_contact_run *run, const double *q);
+
+/* contact_law.c: normal force [N] of a row whose gap at the end would be `gap_free` without it. */
+double thrum_contact_normal(const thrum_contact_row *row, double gap_free, double stored);
+
+/* contact_law.c: friction of a row whose tangential displacement would be `free` without it. */
+void thrum_contact_friction(const thrum_contact_row *row, double normal, const double free[3],
+                            double friction[3]);
+
+/* contact_law.c: energy of a spring of stiffness k at this gap [J]. */
+static inline double thrum_contact_energy(double stiffness, double gap) {
+  return gap < 0.0 ? 0.5 * stiffness * gap * gap : 0.0;
+}
+
+/* obstacle.c: faces of an obstacle that a point can touch each for itself. */
+int32_t thrum_obstacle_faces(const thrum_obstacle *obstacle);
+double thrum_obstacle_face_gap(const thrum_obstacle *obstacle, int32_t face, const double x[3],
+                               double normal[3]);
+thrum_status thrum_obstacle_check(const thrum_obstacle *obstacle, int64_t index,
+                                  thrum_error *error);
+
+/* y = A x, y = A^T x, for 3 x 3 row-major; dot. */
+static inline double thrum_dot3(const double a[3], const double b[3]) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static inline void thrum_apply3(const double a[9], const double x[3], double y[3]) {
+  for (int i = 0; i < 3; i++)
+    y[i] = thrum_dot3(a + 3 * i, x);
+}
+
+static inline void thrum_apply3_transposed(const double a[9], const double x[3], double y[3]) {
+  for (int i = 0; i < 3; i++)
+    y[i] = a[i] * x[0] + a[3 + i] * x[1] + a[6 + i] * x[2];
+}
+
+/* out = rows x, three rows of `rank`. */
+static inline void thrum_gather3(const double *rows, int64_t rank, const double *x, double out[3]) {
+  double sum[3] = {0.0, 0.0, 0.0};
+  for (int64_t i = 0; i < rank; i++)
+    for (int axis = 0; axis < 3; axis++)
+      sum[axis] += rows[axis * rank + i] * x[i];
+  for (int axis = 0; axis < 3; axis++)
+    out[axis] = sum[axis];
+}
+
+#endif

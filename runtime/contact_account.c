@@ -1,0 +1,134 @@
+/* What contact did in a step that was made: the account that bounds its energy (docs/contact.md).
+ *
+ * With F the forces of the step and dx what its points really did, relative to their obstacles,
+ * work = sum F dx is exact whatever was predicted. A spring's store S falls by the work along its
+ * normal, is no more than phi at the end, and not negative; what else the body lost is lost. A debt
+ * of one spring is paid out of the losses, and when those are gone out of the other springs: so
+ * stored + lost = granted - work, and both are at least 0 as long as that is.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+#include <math.h>
+#include <string.h>
+
+#include "contact.h"
+
+/* Displacement of a point from view.q to q, with the translation's. */
+static void moved_by(const thrum_contact_run *run, const double *rows, const double *q,
+                     double out[3]) {
+  const int64_t rank = run->contact->rank;
+  double u[3] = {0.0, 0.0, 0.0};
+  for (int64_t i = 0; i < rank; i++)
+    for (int axis = 0; axis < 3; axis++)
+      u[axis] += rows[axis * rank + i] * (q[i] - run->view.q[i]);
+  thrum_apply3(run->axes, u, out);
+  for (int axis = 0; axis < 3; axis++)
+    out[axis] += run->moved[axis];
+}
+
+/* Fills work, rubbed, driven and the gap of a row. */
+static void measure_row(const thrum_contact_run *run, const double *q, thrum_contact_row *row) {
+  const double *rows =
+      run->model->basis + 3 * (int64_t)run->view.vertices[row->touch.point] * run->contact->rank;
+  double moved[3], force[3];
+  moved_by(run, rows, q, moved);
+  for (int axis = 0; axis < 3; axis++) {
+    force[axis] = row->touch.force * row->touch.normal[axis] + row->touch.friction[axis];
+    moved[axis] -= row->drift[axis];
+  }
+  const double along = thrum_dot3(row->touch.normal, moved);
+  row->work = row->touch.force * along;
+  row->rubbed = thrum_dot3(row->touch.friction, moved);
+  row->driven = thrum_dot3(force, row->drift);
+  row->touch.gap = row->gap + along;
+}
+
+double thrum_contact_measure(thrum_contact_run *run, const double *q) {
+  double work = 0.0;
+  for (int64_t n = 0; n < run->contact->row_count; n++) {
+    measure_row(run, q, run->view.rows + n);
+    work += run->view.rows[n].work + run->view.rows[n].rubbed;
+  }
+  return work;
+}
+
+/* Energy of springs that were there before the first step. */
+static double granted_now(const thrum_contact_run *run) {
+  double sum = 0.0;
+  for (int64_t n = 0; n < run->contact->row_count && run->contact->fresh; n++)
+    sum += run->view.rows[n].touch.stored;
+  return sum;
+}
+
+/* Rows that touched become the touches. */
+static void keep_touches(thrum_contact_run *run) {
+  thrum_contact *contact = run->contact;
+  contact->touch_count = 0;
+  contact->depth = contact->normal = 0.0;
+  for (int64_t n = 0; n < contact->row_count; n++) {
+    thrum_touching touch = run->view.rows[n].touch;
+    if (touch.force == 0.0 && touch.gap >= 0.0)
+      continue;
+    run->view.touches[contact->touch_count++] = touch;
+    contact->depth = fmax(contact->depth, -touch.gap);
+    contact->normal += touch.force;
+  }
+}
+
+/* Debts of the losses are paid out of the springs. */
+static void pay(thrum_contact_run *run) {
+  thrum_contact *contact = run->contact;
+  if (!(contact->lost < 0.0) || !(contact->stored > 0.0))
+    return;
+  const double left = fmax(contact->stored + contact->lost, 0.0), share = left / contact->stored;
+  for (int64_t n = 0; n < contact->touch_count; n++)
+    run->view.touches[n].stored *= share;
+  contact->lost += contact->stored - left;
+  contact->stored = left;
+}
+
+/* Work of the pulls on the body. */
+static double work_of_pulls(const thrum_contact_run *run, const double *q) {
+  double sum = 0.0;
+  for (int64_t n = 0; n < run->contact->pull_count; n++) {
+    const thrum_pull *pull = run->around->pulls + n;
+    for (int corner = 0; corner < 3; corner++) {
+      const double *rows =
+          run->model->basis + 3 * (int64_t)pull->vertices[corner] * run->contact->rank;
+      double moved[3];
+      moved_by(run, rows, q, moved);
+      sum += pull->weights[corner] * thrum_dot3(run->view.pull_rows[n].force, moved);
+    }
+  }
+  return sum;
+}
+
+void thrum_contact_settle(thrum_contact_run *run, const double *q) {
+  thrum_contact *contact = run->contact;
+  const double granted = granted_now(run), work = thrum_contact_measure(run, q);
+  double stored = 0.0;
+  for (int64_t n = 0; n < contact->row_count; n++) {
+    thrum_contact_row *row = run->view.rows + n;
+    const double most = thrum_contact_energy(row->stiffness, row->touch.gap);
+    row->touch.stored = fmin(fmax(row->touch.stored - row->work, 0.0), most);
+    // a touch that ends keeps nothing
+    if (row->touch.gap >= 0.0)
+      row->touch.stored = 0.0;
+    stored += row->touch.stored;
+    contact->driven += row->driven;
+    contact->taken += fmax(-row->work - row->rubbed, 0.0);
+  }
+  contact->granted += granted;
+  contact->lost += contact->stored + granted - work - stored;
+  contact->stored = stored;
+  contact->pulled += work_of_pulls(run, q);
+  keep_touches(run);
+  pay(run);
+  for (int64_t n = 0; n < contact->pull_count; n++)
+    memcpy(run->view.pull_forces + 3 * n, run->view.pull_rows[n].force, 3 * sizeof(double));
+  contact->fresh = 0;
+  contact->steps++;
+}

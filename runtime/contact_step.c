@@ -1,0 +1,169 @@
+/* Steps with contact: predict, solve, step, look at what it really did (docs/contact.md).
+ *
+ * The account knows the work of contact exactly after the step. Where it would have given back more
+ * than it took, the step is made again: twice with the prediction shifted by what the attempt
+ * showed, once with springs that give nothing back, at last without contact, whose work is nothing.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+#include <math.h>
+#include <string.h>
+
+#include "contact.h"
+#include "state.h"
+
+#define ROUNDING 1e-12 /* of the energy that contact took, that it may give back too much */
+
+enum { ATTEMPT_FIRST, ATTEMPT_SHIFTED, ATTEMPT_AGAIN, ATTEMPT_RELEASED, ATTEMPT_WITHOUT };
+
+void thrum_translation_step(thrum_translation *translation, const double force[3], double dt) {
+  for (int axis = 0; axis < 3; axis++) {
+    const double kick = dt * force[axis] / translation->mass;
+    translation->position[axis] += dt * (translation->velocity[axis] + 0.5 * kick);
+    translation->velocity[axis] += kick;
+  }
+}
+
+static void fill_motion(thrum_contact_run *run) {
+  static const double identity[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
+  const thrum_placement *placement = run->around->placement;
+  const thrum_translation *t = run->around->translation;
+  memcpy(run->axes, placement ? placement->axes : identity, sizeof run->axes);
+  for (int axis = 0; axis < 3; axis++) {
+    run->origin[axis] = placement ? placement->origin[axis] : 0.0;
+    if (!t)
+      continue;
+    run->origin[axis] += t->position[axis];
+    run->mass_weight = 0.5 * run->dt * run->dt / t->mass;
+    run->free[axis] = run->dt * t->velocity[axis] + run->mass_weight * run->around->force[axis];
+  }
+}
+
+static thrum_status open_run(const thrum_model *model, thrum_state *state, thrum_contact *contact,
+                             const thrum_around *around, thrum_contact_run *run,
+                             thrum_error *error) {
+  thrum_status status = thrum_contact_check(model, state, contact, error);
+  if (status == THRUM_OK)
+    status = thrum_around_check(model, contact, around, error);
+  if (status != THRUM_OK)
+    return status;
+  memset(run, 0, sizeof *run);
+  run->model = model;
+  run->state = state;
+  run->contact = contact;
+  run->around = around;
+  run->view = thrum_contact_view_of(contact);
+  run->dt = state->dt;
+  fill_motion(run);
+  return THRUM_OK;
+}
+
+/* Solves, and hands the forces to the state. */
+static thrum_status apply(thrum_contact_run *run, bool released, thrum_error *error) {
+  thrum_contact_solve(run, released);
+  memcpy(run->contact->moved, run->moved, sizeof run->moved);
+  memcpy(run->contact->force, run->force, sizeof run->force);
+  return thrum_state_set_force(run->model, run->state, run->view.load, error);
+}
+
+static thrum_status begin(thrum_contact_run *run, thrum_error *error) {
+  const thrum_contact before = *run->contact;
+  thrum_status status = thrum_contact_predict(run, error);
+  if (status == THRUM_OK) {
+    thrum_contact_rows(run);
+    status = apply(run, false, error);
+  }
+  if (status != THRUM_OK)
+    *run->contact = before;
+  return status;
+}
+
+thrum_status thrum_contact_begin(const thrum_model *model, thrum_state *state,
+                                 thrum_contact *contact, const thrum_around *around,
+                                 thrum_error *error) {
+  thrum_contact_run run;
+  thrum_status status = open_run(model, state, contact, around, &run, error);
+  if (status == THRUM_OK)
+    status = begin(&run, error);
+  if (status == THRUM_OK)
+    contact->begun = 1;
+  return status;
+}
+
+/* The account, and the translation. */
+static void end(thrum_contact_run *run) {
+  memcpy(run->moved, run->contact->moved, sizeof run->moved);
+  thrum_contact_settle(run, thrum_state_view_of(run->state).q);
+  if (run->around->translation)
+    thrum_translation_step(run->around->translation, run->contact->force, run->dt);
+  run->contact->begun = 0;
+}
+
+thrum_status thrum_contact_end(const thrum_model *model, thrum_state *state, thrum_contact *contact,
+                               const thrum_around *around, thrum_error *error) {
+  thrum_contact_run run;
+  const thrum_status status = open_run(model, state, contact, around, &run, error);
+  if (status != THRUM_OK)
+    return status;
+  if (!contact->begun || contact->pull_count != around->pull_count)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "no step has begun with what is around now");
+  end(&run);
+  return THRUM_OK;
+}
+
+/* Does the account allow what the step did? */
+static bool allowed(thrum_contact_run *run) {
+  const thrum_contact *contact = run->contact;
+  const double work = thrum_contact_measure(run, thrum_state_view_of(run->state).q);
+  double granted = 0.0;
+  for (int64_t n = 0; n < contact->row_count && contact->fresh; n++)
+    granted += run->view.rows[n].touch.stored;
+  const double left = contact->stored + contact->lost + granted - work;
+  return left >= -ROUNDING * (contact->taken + contact->granted + granted + fmax(-work, 0.0));
+}
+
+/* What the next attempt begins with, from how the last one ended. */
+static thrum_status again(thrum_contact_run *run, int attempt, thrum_error *error) {
+  const double *q = thrum_state_view_of(run->state).q;
+  // the part of the step that the prediction did not see
+  for (int32_t i = 0; i < run->contact->rank; i++)
+    run->view.free[i] += q[i] - run->view.q[i] - run->view.moved[i];
+  memcpy(run->state, run->view.snapshot, (size_t)run->contact->state_bytes);
+  run->contact->redone++;
+  if (attempt == ATTEMPT_WITHOUT) {
+    run->contact->declined++;
+    run->contact->row_count = 0;
+  }
+  return apply(run, attempt == ATTEMPT_RELEASED, error);
+}
+
+thrum_status thrum_contact_step(const thrum_model *model, thrum_state *state,
+                                thrum_contact *contact, const thrum_around *around,
+                                thrum_error *error) {
+  thrum_contact_run run;
+  thrum_status status = open_run(model, state, contact, around, &run, error);
+  if (status != THRUM_OK)
+    return status;
+  const thrum_contact before = *contact;
+  memcpy(run.view.snapshot, state, (size_t)contact->state_bytes);
+  status = begin(&run, error);
+  for (int attempt = ATTEMPT_FIRST; status >= 0; attempt++) {
+    if (attempt != ATTEMPT_FIRST)
+      status = again(&run, attempt, error);
+    if (status >= 0)
+      status = thrum_step(model, state, error);
+    if (status < 0 || attempt == ATTEMPT_WITHOUT || allowed(&run))
+      break;
+  }
+  if (status < 0) {
+    memcpy(state, run.view.snapshot, (size_t)contact->state_bytes);
+    *contact = before;
+    return status;
+  }
+  end(&run);
+  return status;
+}

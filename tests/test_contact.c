@@ -1,0 +1,161 @@
+/* Contact and pulls against closed forms: bounces, slopes, stopping, depths, springs.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "contact_support.h"
+
+static double height_reached(double dt, double stiffness, double restitution) {
+  rig_def def = rig_default();
+  def.dt = dt;
+  def.stiffness = stiffness;
+  rig r;
+  rig_make(&r, &def);
+  r.floor.restitution = restitution;
+  r.translation.position[2] = 1;
+  double top = 0;
+  bool bounced = false;
+  for (int64_t n = 0; n < (int64_t)(1.2 / dt); n++) {
+    rig_steps(&r, 1);
+    bounced = bounced || r.translation.velocity[2] > 0;
+    if (bounced)
+      top = fmax(top, r.translation.position[2]);
+  }
+  rig_free(&r);
+  return top;
+}
+
+static void a_body_bounces_as_high_as_its_restitution_says(void **state) {
+  (void)state;
+  const double stiffness[] = {1e4, 1e6, 1e9, 1e15};
+  for (int n = 0; n < 4; n++) {
+    // the apex lies between two steps, g h^2 / 8 below at most
+    assert_true(fabs(height_reached(0.001, stiffness[n], 1) - 1) <= 2e-6);
+    const double coarse = fabs(height_reached(0.002, stiffness[n], 0.5) - 0.25);
+    const double fine = fabs(height_reached(0.0001, stiffness[n], 0.5) - 0.25);
+    print_message("k = %g: rebound off by %.2g m at 2 ms, %.2g m at 0.1 ms\n", stiffness[n], coarse,
+                  fine);
+    assert_true(coarse <= 0.02 && fine <= 0.001);
+    assert_true(height_reached(0.001, stiffness[n], 0) <= 1e-3);
+  }
+}
+
+static void a_body_slides_down_a_slope_as_coulomb_says(void **state) {
+  (void)state;
+  const double angle = 0.5, friction[] = {0, 0.2, 0.5};
+  for (int n = 0; n < 3; n++) {
+    rig_def def = rig_default();
+    def.points = 3;
+    rig r;
+    rig_make(&r, &def);
+    r.floor.friction = friction[n];
+    r.around.force[0] = RIG_MASS * RIG_GRAVITY * sin(angle);
+    r.around.force[2] = -RIG_MASS * RIG_GRAVITY * cos(angle);
+    // at its depth from the start
+    r.translation.position[2] = r.around.force[2] / (3 * def.stiffness);
+    rig_steps(&r, 1000);
+    const double a = RIG_GRAVITY * (sin(angle) - friction[n] * cos(angle));
+    assert_true(fabs(r.translation.position[0] - 0.5 * a) <= 1e-9);
+    assert_true(fabs(r.translation.velocity[0] - a) <= 1e-9);
+    rig_free(&r);
+  }
+}
+
+static void a_body_below_the_angle_of_friction_stays(void **state) {
+  (void)state;
+  for (int n = 0; n < 5; n++) {
+    rig_def def = rig_default();
+    def.integrator = all_integrators[n];
+    def.points = 3;
+    def.shape = 0.1;
+    rig r;
+    rig_make(&r, &def);
+    r.floor.friction = 0.6;
+    r.floor.restitution = 0;
+    r.around.force[0] = RIG_MASS * RIG_GRAVITY * sin(0.5);
+    r.around.force[2] = -RIG_MASS * RIG_GRAVITY * cos(0.5);
+    rig_steps(&r, 20000);
+    const double x = r.translation.position[0];
+    rig_steps(&r, 20000);
+    const double creep = r.translation.position[0] - x;
+    print_message("%d: creep in 20 s: %.3g m\n", n, creep);
+    assert_true(fabs(creep) <= 1e-12);
+    rig_free(&r);
+  }
+}
+
+static void friction_stops_a_body_after_its_distance(void **state) {
+  (void)state;
+  const double speed = 2, friction = 0.4, expected = speed * speed / (2 * friction * RIG_GRAVITY);
+  rig_def def = rig_default();
+  def.points = 3;
+  rig r;
+  rig_make(&r, &def);
+  r.floor.friction = friction;
+  r.translation.velocity[1] = speed;
+  r.translation.position[2] = r.around.force[2] / (3 * def.stiffness);
+  rig_steps(&r, 3000);
+  assert_true(fabs(r.translation.position[1] - expected) <= 1e-6);
+  assert_true(fabs(r.translation.velocity[1]) <= 1e-12);
+  rig_free(&r);
+}
+
+static void a_body_rests_at_the_depth_of_its_weight(void **state) {
+  (void)state;
+  const double restitution[] = {0, 0.5, 0.9};
+  for (int n = 0; n < 3; n++) {
+    rig_def def = rig_default();
+    def.points = 4;
+    rig r;
+    rig_make(&r, &def);
+    r.floor.restitution = restitution[n];
+    r.translation.position[2] = 0.05;
+    rig_steps(&r, 5000);
+    const double depth = RIG_MASS * RIG_GRAVITY / (4 * def.stiffness);
+    assert_true(fabs(r.translation.position[2] + depth) <= 1e-9 * depth);
+    print_message("e = %g: depth off by %.2g\n", restitution[n],
+                  r.translation.position[2] / depth + 1);
+    const thrum_contact_report report = thrum_contact_report_get(r.contact);
+    assert_int_equal(report.touching, 4);
+    assert_true(fabs(report.normal - RIG_MASS * RIG_GRAVITY) <= 1e-9);
+    rig_free(&r);
+  }
+}
+
+static void a_pulled_body_hangs_and_swings_on_its_spring(void **state) {
+  (void)state;
+  rig_def def = rig_default();
+  rig r;
+  rig_make(&r, &def);
+  r.around.obstacle_count = 0;
+  const double *x = r.m.vertices + 3;
+  const double k = 800;
+  thrum_pull pull = {.vertices = {1, 1, 1}, .weights = {0.5, 0.25, 0.25}, .stiffness = k};
+  memcpy(pull.target, x, sizeof pull.target);
+  r.around.pulls = &pull;
+  r.around.pull_count = 1;
+  // undamped from rest: z = -m g/k (1 - cos w t)
+  const double omega = sqrt(k / RIG_MASS), depth = RIG_MASS * RIG_GRAVITY / k;
+  for (int n = 1; n <= 1000; n++) {
+    rig_steps(&r, 1);
+    const double expected = -depth * (1 - cos(omega * n * def.dt));
+    assert_true(fabs(r.translation.position[2] - expected) <= 1e-3 * depth);
+  }
+  // critically damped: at rest where the spring carries the weight
+  pull.damping = -1;
+  rig_steps(&r, 3000);
+  assert_true(fabs(r.translation.position[2] + depth) <= 1e-9 * depth);
+  double force[3];
+  assert_int_equal(thrum_contact_pull_force(r.contact, 0, force, NULL), THRUM_OK);
+  assert_true(fabs(force[2] - RIG_MASS * RIG_GRAVITY) <= 1e-9);
+  rig_free(&r);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_body_bounces_as_high_as_its_restitution_says),
+      cmocka_unit_test(a_body_slides_down_a_slope_as_coulomb_says),
+      cmocka_unit_test(a_body_below_the_angle_of_friction_stays),
+      cmocka_unit_test(friction_stops_a_body_after_its_distance),
+      cmocka_unit_test(a_body_rests_at_the_depth_of_its_weight),
+      cmocka_unit_test(a_pulled_body_hangs_and_swings_on_its_spring),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
