@@ -87,7 +87,7 @@ thrum_status cli_page_write(const char *path, const cli_page *page, const cli_pa
     return status;
   FILE *stream = writer.stream;
   fwrite(page->html, 1, (size_t)(page->slot - page->html), stream);
-  fputs(SLOT_BEGIN " data-encoding=\"none\">", stream);
+  fputs(SLOT_BEGIN ">", stream);
   put_base64(stream, pack->bytes, pack->size);
   fputs(SLOT_END, stream);
   fwrite(page->slot_end, 1, (size_t)(page->html + page->size - page->slot_end), stream);

@@ -14,8 +14,7 @@
 
 #include "tests/cli_support.h"
 
-#define PAGE                                                                                       \
-  "<script type=\"application/octet-stream\" id=\"thrum-pack\" data-encoding=\"none\"></script>\n"
+#define PAGE "<script type=\"application/octet-stream\" id=\"thrum-pack\"></script>\n"
 
 static char folder[64];
 static pid_t server;

@@ -13,7 +13,7 @@
 #include "thrum/thrum.h"
 
 #define BEGIN "<p>before <script type=\"application/octet-stream\" id=\"thrum-pack\""
-#define PAGE BEGIN " data-encoding=\"none\"></script> after</p>"
+#define PAGE BEGIN "></script> after</p>"
 
 static char folder[64];
 static const thrum_model *model;
@@ -77,7 +77,7 @@ typedef struct pack {
 
 /* The pack inside a page. */
 static pack open_pack(const char *name) {
-  static const char begin[] = BEGIN " data-encoding=\"none\">", end[] = "</script> after</p>";
+  static const char begin[] = BEGIN ">", end[] = "</script> after</p>";
   pack p = {0};
   char *text = cli_read_text(in_folder(name));
   assert_non_null(text);

@@ -35,6 +35,9 @@ cmake --install "$build" --prefix "$work/staged"
 mv "$work/staged" "$work/static"
 consume "$work/static"
 test "$("$work/static/bin/thrum" --version)" = "thrum $version"
+if [ -f "$build/viewer/viewer.html" ]; then
+  test -f "$work/static/share/thrum/viewer.html"
+fi
 for header in "$source"/include/thrum/*.h; do
   test -f "$work/static/include/thrum/$(basename "$header")"
 done
