@@ -18,6 +18,7 @@ typedef struct export_request {
   const char *model;     /* or the folder of a run */
   const char *run_model; /* the run's model, in place of what run.json says */
   const char *glb, *pc2, *mdd, *obj;
+  const char *surface; /* shown in place of the skin */
   double fps;
   const char *vega_basis, *vega_cubic, *matrices;
   bool single, json, help;
@@ -43,7 +44,9 @@ static void print_help(void) {
       "                              the run recorded)\n"
       "      --model FILE            the run's model, where it lies elsewhere now\n\n"
       "of a model or a run:\n"
-      "      --obj FILE              the surface at rest, in metres\n\n"
+      "      --obj FILE              the surface at rest, in metres\n"
+      "      --surface FILE          all of these show this surface in place of the mesh's own: a\n"
+      "                              file of `thrum embed`, or an .obj or .stl in metres\n\n"
       "of a model:\n"
       "      --vega-basis FILE.U     the basis U as VegaFEM reads it\n"
       "      --float                 U in single precision (.URendering.float)\n"
@@ -58,6 +61,7 @@ static void print_help(void) {
       "examples:\n"
       "  thrum export run --glb run.glb\n"
       "  thrum export run --obj beam.obj --pc2 beam.pc2 --fps 25\n"
+      "  thrum export run --surface shown.npz --glb run.glb\n"
       "  thrum export beam.npz --vega-basis beam.U --vega-cubic beam.cub\n"
       "  thrum export beam.npz --vega-basis beam.URendering.float --float\n"
       "  thrum export bridge --matrices bridge\n",
@@ -71,6 +75,7 @@ static const cli_option table[] = {
     {.name = "pc2", .kind = CLI_TEXT, FIELD(pc2)},
     {.name = "mdd", .kind = CLI_TEXT, FIELD(mdd)},
     {.name = "obj", .kind = CLI_TEXT, FIELD(obj)},
+    {.name = "surface", .kind = CLI_TEXT, FIELD(surface)},
     {.name = "fps", .kind = CLI_NUMBER, FIELD(fps), .most = INFINITY, .wants = "rows a second"},
     {.name = "model", .kind = CLI_TEXT, FIELD(run_model)},
     {.name = "vega-basis", .kind = CLI_TEXT, FIELD(vega_basis)},
@@ -105,9 +110,13 @@ static int read_options(int argc, char **argv, export_request *request) {
                      request->model);
   if (!is_run && request->run_model)
     return cli_usage("export", "--model goes with the folder of a run");
+  if (request->surface && !motion && !request->obj)
+    return cli_usage("export", "--surface goes with --glb, --pc2, --mdd or --obj");
   if (request->single && !request->vega_basis)
     return cli_usage("export", "--float goes with --vega-basis");
   const char *const paths[] = {request->vega_basis, request->vega_cubic};
+  if (request->obj && request->surface && cli_same_file(request->obj, request->surface))
+    return cli_usage("export", "%s is the surface: write to another file", request->obj);
   for (int n = 0; n < 2; n++)
     if (paths[n] && cli_same_file(paths[n], request->model))
       return cli_usage("export", "%s is the model: write to another file", paths[n]);
@@ -160,17 +169,17 @@ static thrum_status write_all(const export_request *request, const thrum_model *
 /* The motion and the surface of a run, or the surface of a model alone. */
 static thrum_status write_surface(const export_request *request, const cli_run *run,
                                   export_files *files, thrum_error *error) {
-  cli_skin skin = {0};
-  thrum_status status = cli_skin_make(run->model, &skin, error);
+  cli_shown shown = {0};
+  thrum_status status = cli_shown_make(run->model, request->surface, &shown, error);
   if (status >= 0 && request->glb)
-    status = cli_glb_write(note(files, "glb", request->glb, ""), run, &skin, error);
+    status = cli_glb_write(note(files, "glb", request->glb, ""), run, &shown, error);
   if (status >= 0 && request->pc2)
-    status = cli_pc2_write(note(files, "pc2", request->pc2, ""), run, &skin, error);
+    status = cli_pc2_write(note(files, "pc2", request->pc2, ""), run, &shown, error);
   if (status >= 0 && request->mdd)
-    status = cli_mdd_write(note(files, "mdd", request->mdd, ""), run, &skin, error);
+    status = cli_mdd_write(note(files, "mdd", request->mdd, ""), run, &shown, error);
   if (status >= 0 && request->obj)
-    status = cli_obj_write(note(files, "obj", request->obj, ""), run->model, &skin, error);
-  cli_skin_free(&skin);
+    status = cli_obj_write(note(files, "obj", request->obj, ""), &shown, error);
+  cli_shown_free(&shown);
   return status;
 }
 

@@ -18,7 +18,7 @@ enum { FLOAT = 5126, UNSIGNED = 5125, VERTICES = 34962, INDICES = 34963 };
 typedef struct glb {
   cJSON *root, *views, *accessors;
   const cli_run *run;
-  const cli_skin *skin;
+  const cli_shown *shown;
   double *scale; /* rank: weights are q / scale */
   double bytes;  /* of the views so far */
 } glb;
@@ -42,10 +42,10 @@ static void add_view(glb *g, int64_t count, int width, int kind, const char *typ
 
 /* A component of the surface at rest (column -1), or of a morph target. */
 static float value_at(const glb *g, int64_t vertex, int axis, int64_t column) {
-  const thrum_model *model = g->run->model;
-  const int64_t row = 3 * (int64_t)g->skin->vertices[vertex] + axis;
-  return column < 0 ? (float)model->vertices[row]
-                    : (float)(model->basis[row * model->rank + column] * g->scale[column]);
+  const cli_shown *shown = g->shown;
+  const int64_t row = 3 * vertex + axis;
+  return column < 0 ? (float)shown->positions[row]
+                    : (float)((double)shown->basis[row * shown->rank + column] * g->scale[column]);
 }
 
 /* A view of vectors with their bounds. */
@@ -53,13 +53,13 @@ static void add_vectors(glb *g, int64_t column) {
   double least[3], most[3];
   for (int axis = 0; axis < 3; axis++) {
     least[axis] = most[axis] = (double)value_at(g, 0, axis, column);
-    for (int64_t v = 1; v < g->skin->vertex_count; v++) {
+    for (int64_t v = 1; v < g->shown->vertex_count; v++) {
       const double value = (double)value_at(g, v, axis, column);
       least[axis] = fmin(least[axis], value);
       most[axis] = fmax(most[axis], value);
     }
   }
-  add_view(g, g->skin->vertex_count, 3, FLOAT, "VEC3", VERTICES);
+  add_view(g, g->shown->vertex_count, 3, FLOAT, "VEC3", VERTICES);
   cJSON *accessor = cJSON_GetArrayItem(g->accessors, cJSON_GetArraySize(g->accessors) - 1);
   cli_json_numbers(accessor, "min", least, 3);
   cli_json_numbers(accessor, "max", most, 3);
@@ -72,7 +72,7 @@ static void plan_buffer(glb *g) {
   g->accessors = cJSON_CreateArray();
   for (int64_t column = -1; column < run->rank; column++)
     add_vectors(g, column);
-  add_view(g, 3 * g->skin->triangle_count, 1, UNSIGNED, "SCALAR", INDICES);
+  add_view(g, 3 * g->shown->triangle_count, 1, UNSIGNED, "SCALAR", INDICES);
   add_view(g, run->rows, 1, FLOAT, "SCALAR", 0);
   cJSON *times = cJSON_GetArrayItem(g->accessors, cJSON_GetArraySize(g->accessors) - 1);
   const double least = (double)(float)run->times[0];
@@ -182,12 +182,12 @@ static void put_number(const thrum_file_writer *writer, uint32_t number) {
 static void put_buffer(const glb *g, const thrum_file_writer *writer) {
   const cli_run *run = g->run;
   for (int64_t column = -1; column < run->rank; column++)
-    for (int64_t v = 0; v < g->skin->vertex_count; v++) {
+    for (int64_t v = 0; v < g->shown->vertex_count; v++) {
       const float vector[3] = {value_at(g, v, 0, column), value_at(g, v, 1, column),
                                value_at(g, v, 2, column)};
       put(writer, vector, sizeof vector);
     }
-  put(writer, g->skin->triangles, (size_t)g->skin->triangle_count * 3 * sizeof(int32_t));
+  put(writer, g->shown->triangles, (size_t)g->shown->triangle_count * 3 * sizeof(int32_t));
   for (int64_t n = 0; n < run->rows; n++) {
     const float time = (float)run->times[n];
     put(writer, &time, sizeof time);
@@ -233,12 +233,12 @@ static thrum_status check_times(const char *path, const cli_run *run, thrum_erro
   return THRUM_OK;
 }
 
-thrum_status cli_glb_write(const char *path, const cli_run *run, const cli_skin *skin,
+thrum_status cli_glb_write(const char *path, const cli_run *run, const cli_shown *shown,
                            thrum_error *error) {
   const thrum_status ascending = check_times(path, run, error);
   if (ascending < 0)
     return ascending;
-  glb g = {.run = run, .skin = skin};
+  glb g = {.run = run, .shown = shown};
   size_t length = 0;
   char *json = NULL;
   g.scale = calloc((size_t)run->rank, sizeof *g.scale);

@@ -8,7 +8,7 @@
 #include <string.h>
 
 #include "cli/cli.h"
-#include "cli/skin.h"
+#include "cli/shown.h"
 #include "precompute/quality.h"
 
 #define MAGIC "THRUMPK1"
@@ -58,29 +58,26 @@ static void add_doubles(data_section *data, cJSON *arrays, const char *name, con
     memcpy(array, values, (size_t)count * sizeof *array);
 }
 
-static void add_surface(data_section *data, cJSON *arrays, const thrum_model *model,
-                        const cli_skin *skin) {
-  const int64_t rows = 3 * skin->vertex_count, rank = model->rank;
+static void add_surface(data_section *data, cJSON *arrays, const cli_shown *shown) {
+  const int64_t rows = 3 * shown->vertex_count;
   float *positions = add_array(data, arrays, "positions", rows, "f4");
   for (int64_t n = 0; n < rows && positions != NULL; n++)
-    positions[n] = (float)model->vertices[3 * (int64_t)skin->vertices[n / 3] + n % 3];
-  float *basis = add_array(data, arrays, "basis", rows * rank, "f4");
-  for (int64_t n = 0; n < rows * rank && basis != NULL; n++) {
-    const int64_t row = n / rank, from = 3 * (int64_t)skin->vertices[row / 3] + row % 3;
-    basis[n] = (float)model->basis[from * rank + n % rank];
-  }
-  int32_t *triangles = add_array(data, arrays, "triangles", 3 * skin->triangle_count, "i4");
+    positions[n] = (float)shown->positions[n];
+  float *basis = add_array(data, arrays, "basis", rows * shown->rank, "f4");
+  if (basis != NULL)
+    memcpy(basis, shown->basis, (size_t)(rows * shown->rank) * sizeof *basis);
+  int32_t *triangles = add_array(data, arrays, "triangles", 3 * shown->triangle_count, "i4");
   if (triangles != NULL)
-    memcpy(triangles, skin->triangles, (size_t)skin->triangle_count * 3 * sizeof *triangles);
-  unsigned char *fixed = add_array(data, arrays, "fixed", skin->vertex_count, "u1");
-  for (int64_t v = 0; v < skin->vertex_count && fixed != NULL; v++)
-    fixed[v] = model->fixed != NULL ? model->fixed[skin->vertices[v]] : 0;
+    memcpy(triangles, shown->triangles, (size_t)shown->triangle_count * 3 * sizeof *triangles);
+  unsigned char *fixed = add_array(data, arrays, "fixed", shown->vertex_count, "u1");
+  if (fixed != NULL)
+    memcpy(fixed, shown->fixed, (size_t)shown->vertex_count);
 }
 
 static thrum_status add_model(data_section *data, cJSON *list, const cli_pack_model *item,
                               thrum_error *error) {
   const thrum_model *model = item->model;
-  cli_skin skin = {0};
+  cli_shown shown = {0};
   thrum_quality quality;
   if (model->vertices == NULL || model->basis == NULL)
     return thrum_error_set(error, THRUM_MISSING,
@@ -92,24 +89,24 @@ static thrum_status add_model(data_section *data, cJSON *list, const cli_pack_mo
                            item->name);
   thrum_status status = thrum_quality_measure(model, &quality, error);
   if (status >= 0)
-    status = cli_skin_make(model, &skin, error);
+    status = cli_shown_make(model, item->surface, &shown, error);
   if (status < 0)
     return status;
   cJSON *object = cJSON_CreateObject();
   cli_json_string(object, "name", item->name);
   cli_json_string(object, "title", item->title);
   cli_json_number(object, "rank", (double)model->rank);
-  cli_json_number(object, "vertex_count", (double)skin.vertex_count);
-  cli_json_number(object, "triangle_count", (double)skin.triangle_count);
+  cli_json_number(object, "vertex_count", (double)shown.vertex_count);
+  cli_json_number(object, "triangle_count", (double)shown.triangle_count);
   cli_json_number(object, "mass", quality.mass);
   cJSON *arrays = cJSON_AddObjectToObject(object, "arrays");
   add_doubles(data, arrays, "omega2", model->omega2, model->rank);
   add_doubles(data, arrays, "c3", model->c3, model->c3_count);
   add_doubles(data, arrays, "c4", model->c4, model->c4_count);
   add_doubles(data, arrays, "axis_mass", model->axis_mass, 3 * model->rank);
-  add_surface(data, arrays, model, &skin);
+  add_surface(data, arrays, &shown);
   cJSON_AddItemToArray(list, object);
-  cli_skin_free(&skin);
+  cli_shown_free(&shown);
   return THRUM_OK;
 }
 

@@ -11,6 +11,7 @@
 typedef struct cli_pack_model {
   const char *name, *title;
   const thrum_model *model; /* with a mesh and a basis */
+  const char *surface;      /* shown in place of the mesh's skin (cli/shown.h); NULL: the skin */
 } cli_pack_model;
 
 typedef struct cli_pack {

@@ -1,4 +1,5 @@
-/* The surface of a model's mesh as triangles, and the motion of a finished run, for other programs.
+/* The surface of a model's mesh as triangles (what is shown is cli/shown.h), and the motion of a
+ * finished run, for other programs.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_CLI_SKIN_H
 #define THRUM_CLI_SKIN_H

@@ -30,18 +30,15 @@ static void put_float(FILE *file, double value, bool swapped) {
 }
 
 /* X + U q of one row. */
-static void put_row(FILE *file, const cli_run *run, const cli_skin *skin, int64_t row,
+static void put_row(FILE *file, const cli_run *run, const cli_shown *shown, int64_t row,
                     bool swapped) {
-  const thrum_model *model = run->model;
   const double *q = run->q + row * run->rank;
-  for (int64_t v = 0; v < skin->vertex_count; v++)
-    for (int axis = 0; axis < 3; axis++) {
-      const int64_t at = 3 * (int64_t)skin->vertices[v] + axis;
-      double position = model->vertices[at];
-      for (int64_t n = 0; n < run->rank; n++)
-        position += model->basis[at * model->rank + n] * q[n];
-      put_float(file, position, swapped);
-    }
+  for (int64_t n = 0; n < 3 * shown->vertex_count; n++) {
+    double position = shown->positions[n];
+    for (int64_t i = 0; i < run->rank; i++)
+      position += (double)shown->basis[n * shown->rank + i] * q[i];
+    put_float(file, position, swapped);
+  }
 }
 
 static thrum_status check_count(const char *path, const cli_run *run, thrum_error *error) {
@@ -52,7 +49,7 @@ static thrum_status check_count(const char *path, const cli_run *run, thrum_erro
   return THRUM_OK;
 }
 
-thrum_status cli_pc2_write(const char *path, const cli_run *run, const cli_skin *skin,
+thrum_status cli_pc2_write(const char *path, const cli_run *run, const cli_shown *shown,
                            thrum_error *error) {
   thrum_file_writer writer = {NULL, NULL, NULL};
   thrum_status status = check_count(path, run, error);
@@ -63,16 +60,16 @@ thrum_status cli_pc2_write(const char *path, const cli_run *run, const cli_skin 
   FILE *file = writer.stream;
   fwrite("POINTCACHE2", 1, 12, file);
   put_integer(file, 1, false);
-  put_integer(file, skin->vertex_count, false);
+  put_integer(file, shown->vertex_count, false);
   put_float(file, 0, false); // the first frame
   put_float(file, 1, false); // one frame a row
   put_integer(file, run->rows, false);
   for (int64_t row = 0; row < run->rows; row++)
-    put_row(file, run, skin, row, false);
+    put_row(file, run, shown, row, false);
   return thrum_file_writer_commit(&writer, error);
 }
 
-thrum_status cli_mdd_write(const char *path, const cli_run *run, const cli_skin *skin,
+thrum_status cli_mdd_write(const char *path, const cli_run *run, const cli_shown *shown,
                            thrum_error *error) {
   thrum_file_writer writer = {NULL, NULL, NULL};
   thrum_status status = check_count(path, run, error);
@@ -82,28 +79,27 @@ thrum_status cli_mdd_write(const char *path, const cli_run *run, const cli_skin 
     return status;
   FILE *file = writer.stream;
   put_integer(file, run->rows, true);
-  put_integer(file, skin->vertex_count, true);
+  put_integer(file, shown->vertex_count, true);
   for (int64_t row = 0; row < run->rows; row++)
     put_float(file, run->times[row], true);
   for (int64_t row = 0; row < run->rows; row++)
-    put_row(file, run, skin, row, true);
+    put_row(file, run, shown, row, true);
   return thrum_file_writer_commit(&writer, error);
 }
 
-thrum_status cli_obj_write(const char *path, const thrum_model *model, const cli_skin *skin,
-                           thrum_error *error) {
+thrum_status cli_obj_write(const char *path, const cli_shown *shown, thrum_error *error) {
   thrum_file_writer writer = {NULL, NULL, NULL};
   const thrum_status status = thrum_file_writer_open(path, &writer, error);
   if (status < 0)
     return status;
   FILE *file = writer.stream;
   fputs("# the surface at rest [m]\n", file);
-  for (int64_t v = 0; v < skin->vertex_count; v++) {
-    const double *x = model->vertices + 3 * (int64_t)skin->vertices[v];
+  for (int64_t v = 0; v < shown->vertex_count; v++) {
+    const double *x = shown->positions + 3 * v;
     fprintf(file, "v %.17g %.17g %.17g\n", x[0], x[1], x[2]);
   }
-  for (int64_t n = 0; n < skin->triangle_count; n++) {
-    const int32_t *corners = skin->triangles + 3 * n;
+  for (int64_t n = 0; n < shown->triangle_count; n++) {
+    const int32_t *corners = shown->triangles + 3 * n;
     fprintf(file, "f %d %d %d\n", corners[0] + 1, corners[1] + 1, corners[2] + 1);
   }
   return thrum_file_writer_commit(&writer, error);

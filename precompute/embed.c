@@ -122,9 +122,10 @@ static thrum_status make_rows(const thrum_model *model, int64_t v, embed_arrays 
   const double *w = a->weights + 4 * v;
   for (int64_t axis = 0; axis < 3; axis++)
     for (int64_t i = 0; i < rank; i++) {
-      double sum = 0;
+      // from -0, so that a row taken whole keeps all its bits
+      double sum = -0.0;
       for (int c = 0; c < 4; c++)
-        sum += w[c] * model->basis[(3 * (int64_t)corners[c] + axis) * rank + i];
+        sum += w[c] == 0 ? -0.0 : w[c] * model->basis[(3 * (int64_t)corners[c] + axis) * rank + i];
       if (!(fabs(sum) <= (double)FLT_MAX))
         return thrum_error_set(error, THRUM_BAD_VALUE,
                                "vertex %lld of the surface moves by %g in mode %lld, beyond the "

@@ -183,8 +183,10 @@ static void a_vertex_of_the_mesh_has_just_its_own_rows(void **state) {
   thrum_embed made = embed(&model.model, &surface);
   assert_int_equal(made.report.outside, 0);
   assert_true(made.report.weight_max <= 1);
-  for (int64_t n = 0; n < 3 * b.mesh.vertex_count * model.model.rank; n++)
-    assert_true(made.embedding.basis[n] == (float)model.model.basis[n]);
+  for (int64_t n = 0; n < 3 * b.mesh.vertex_count * model.model.rank; n++) {
+    const float own = (float)model.model.basis[n];
+    assert_memory_equal(&made.embedding.basis[n], &own, sizeof own);
+  }
   thrum_embed_free(&made);
   thrum_surface_mesh_free(&surface);
   thrum_precomputed_free(&model);
