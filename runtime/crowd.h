@@ -21,7 +21,7 @@ static inline int64_t thrum_crowd_columns(int64_t rank) {
 
 /* Doubles of scratch of any pass, for each state. */
 static inline int64_t thrum_crowd_work(int64_t rank) {
-  return 3 * thrum_crowd_columns(rank) + 6 * (rank + 1);
+  return 3 * thrum_crowd_columns(rank) + 7 * (rank + 1);
 }
 
 /* All arrays are aligned to 64, and the model is packed. `work` may have any content and overlaps

@@ -9,13 +9,10 @@
  *     ascending, and s_c sums y_dc q_d in lanes n-1-d mod 8. With w held: g_a adds q_b w_ba, b
  *     ascending, and s_b sums w_ba q_a in lanes a+1 mod 8. A gradient is (g + g) + (s + s), y's
  * first;
- *   - over a restricted form in n coordinates, in the order of thrum/model.h: x_i = q_i q_j;
- *     m_kl = q_k q_l; a sum over columns runs in 8 lanes, ascending: lane = k mod 8 for a column of
- * c3, number of (k,l) in the list of all pairs mod 8 for one of c4. Row i of block j of c3 and of
- * c4 share their lanes, c3 first, and give y_ij. A sum over rows is ascending: w_kl and g_k, over i
- *     within j and over j; the pair gradient of w adds q_k w_kl to g_l with k ascending, and the
- * sum of w_kl q_l, in lanes l mod 8, to s_k; that of y goes before it, with i <= j: lanes i mod 8,
- * j ascending; a gradient is g + s;
+ *   - with the explicit modes held, over n mirrored coordinates (runtime/pack.h), the same with
+ *     rows ascending: d in lanes d-c mod 8; w_ba, within c, has the state's own row first; s_c is
+ *     (l_c + the own row's y) + the sum of y_dc z_d. Restricting, own rows add up d ascending; what
+ *     is linear and quadratic has the other order, its y summed over the columns that are held;
  *   - lanes are added as ((0+4)+(2+6))+((1+5)+(3+7)).
  *
  * SPDX-License-Identifier: Apache-2.0 */
@@ -29,42 +26,17 @@
 #include "thrum/kernel.h"
 #include "thrum/model.h"
 
-/* Number of pairs (k, l), k <= l, of n coordinates. Lists of pairs have k outermost, so the pairs
- * with k >= j are the last thrum_pair_count(n - j) ones. */
+/* Number of pairs (k, l), k <= l, of n coordinates. */
 static inline int64_t thrum_pair_count(int64_t n) {
   return n * (n + 1) / 2;
 }
-
-/* The cubic and quartic terms of a polynomial in n coordinates. c4 starts at its block 0; each of
- * its blocks is preceded by `skip` rows that belong to coordinates held elsewhere. */
-typedef struct thrum_form {
-  int64_t n;
-  const double *c3;
-  const double *c4;
-  int64_t skip;
-} thrum_form;
 
 /* Lengths of the scratch arrays of a pass: whole lanes, and one vector to spare. */
 static inline int64_t thrum_padded(int64_t count) {
   return (count + 7) / 8 * 8 + 8;
 }
 
-#define THRUM_KERNEL_PAIR_ARRAYS 3
-#define THRUM_KERNEL_VECTORS 5
-
-/* Doubles of scratch of any pass over a restricted form in n coordinates. */
-static inline int64_t thrum_kernel_work(int64_t n) {
-  return THRUM_KERNEL_PAIR_ARRAYS * thrum_padded(thrum_pair_count(n)) +
-         (THRUM_KERNEL_VECTORS + 8) * thrum_padded(n);
-}
-
-/* The same for `hessian`, which has lists beside it: a row of c3's size. */
-static inline int64_t thrum_kernel_work_hessian(int64_t n) {
-  return thrum_kernel_work(n) + thrum_c3_count(n) + 2 * thrum_padded(thrum_pair_count(n)) +
-         (n + 1) * (thrum_padded(n) + 24);
-}
-
-/* Scratch `work` may have any content and overlaps no other argument. The first six read all
+/* Scratch `work` may have any content and overlaps no other argument. The first five read all
  * coefficients of a model once, packed (thrum_model_pack); the reference does without packing too.
  * None has anything of the quadratic terms of a model but restrict_to. */
 typedef struct thrum_kernel {
@@ -89,19 +61,14 @@ typedef struct thrum_kernel {
   void (*tangent_vector)(const thrum_model *model, const double *q, const double *v,
                          double *product, double *work);
 
-  /* V with the first `split` coordinates held at q, without the constant, see polynomial.h. */
+  /* V with the first `split` coordinates held at q, without the constant, see polynomial.h; then
+   * its gradient and value at q (n), and its Hessian (n x n), which has more scratch. */
   void (*restrict_to)(const thrum_model *model, int64_t split, const double *q, double *restricted,
                       double *work);
-
-  /* gradient += grad of the form at q; returns its value. */
-  double (*gradient)(const thrum_form *f, const double *q, double *gradient, double *work);
-
-  /* hessian (n x n) += Hessian of the form at q. On entry it must be symmetric. Has more scratch.
-   */
-  void (*hessian)(const thrum_form *f, const double *q, double *hessian, double *work);
-
-  /* gradient += grad of sum_{k<=l} w_kl q_k q_l; returns that sum. */
-  double (*pairs)(int64_t n, const double *w, const double *q, double *gradient, double *work);
+  double (*restricted_gradient)(const thrum_model *model, int64_t split, const double *restricted,
+                                const double *q, double *gradient, double *work);
+  void (*restricted_hessian)(const thrum_model *model, int64_t split, const double *restricted,
+                             const double *q, double *hessian, double *work);
 
   /* matrix (n x n) += a b^T + c d^T: all of it, or the lower triangle, and then what is above the
    * diagonal is useless. */

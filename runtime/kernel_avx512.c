@@ -88,32 +88,6 @@ INLINE v8 v8_sums(v8 a, v8 b, v8 c, v8 d, v8 e, v8 f, v8 g, v8 h) {
   return _mm512_permutexvar_pd(_mm512_setr_epi64(0, 2, 4, 6, 1, 3, 5, 7), sums);
 }
 
-#define V8_STREAMS
-/* Rows begin anywhere, and a vector that crosses a cache line costs two accesses: so whole lines
- * are read, each once, and shifted together. */
-typedef struct stream {
-  const double *next; /* line */
-  v8 line;            /* the one before */
-  __m512i lanes;      /* of both that make a vector */
-} stream;
-
-INLINE stream stream_open(const double *p) {
-  const unsigned skip = (unsigned)((uintptr_t)p / sizeof *p % 8);
-  const double *line = p - skip;
-  const stream s = {
-      line + 8, _mm512_maskz_load_pd((__mmask8)(0xffU << skip), line),
-      _mm512_add_epi64(_mm512_set1_epi64(skip), _mm512_setr_epi64(0, 1, 2, 3, 4, 5, 6, 7))};
-  return s;
-}
-
-INLINE v8 stream_next(stream *s) {
-  const v8 line = _mm512_load_pd(s->next);
-  const v8 vector = _mm512_permutex2var_pd(s->line, s->lanes, line);
-  s->line = line;
-  s->next += 8;
-  return vector;
-}
-
 #include "kernel_lanes.h"
 // these need the lanes
 #include "kernel_passes.h"

@@ -10,8 +10,7 @@
  * and, unless the defaults here will do,
  *   V8_MASKS    v8_mask, v8_range(lo, hi)  the lanes lo <= s < hi; lo and hi may be any number
  *               v8_load_mask(p, mask)      these lanes of p, zero in the others, which are not read
- *   V8_STREAMS  stream, stream_open(p), stream_next(&s)   the vectors at p, p + 8, ... one after
- * the other; each may read up to 8 doubles past its own, none before p V8_SUMS     v8_sums(a, ...,
+ *   V8_SUMS     v8_sums(a, ...,
  * h)         the v8_sum of each
  *
  * SPDX-License-Identifier: Apache-2.0 */
@@ -47,23 +46,6 @@ INLINE v8 v8_load_mask(const double *p, v8_mask mask) {
 INLINE v8 v8_load_range(const double *p, int64_t lo, int64_t hi) {
   return v8_load_mask(p, v8_range(lo, hi));
 }
-
-#ifndef V8_STREAMS
-typedef struct stream {
-  const double *next;
-} stream;
-
-INLINE stream stream_open(const double *p) {
-  const stream s = {p};
-  return s;
-}
-
-INLINE v8 stream_next(stream *s) {
-  const v8 vector = v8_load(s->next);
-  s->next += 8;
-  return vector;
-}
-#endif
 
 #ifndef V8_PREFETCH
 INLINE void v8_prefetch(const void *p) {

@@ -3,9 +3,8 @@
  *
  * V = sum_{c<=d} q_d q_c y_dc with y_dc = sum_{a<=b<=c} B_dc,ba m_ba; with y held its gradient goes
  * block by block, and w_ba = sum q_d q_c B_dc,ba gives the rest of it.
- * Cost: the bytes of the coefficients, once; 2 (energy, restriction), 4 (force), 6 (tangent) or 8
- * (two forces, tangent times vector) operations each; the restriction to the coordinates from s on
- * meets only those of terms with one of them.
+ * Cost: the bytes of the coefficients, once; 2 (energy), 4 (force), 6 (tangent) or 8 (two forces,
+ * tangent times vector) operations each.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "kernel.h"
@@ -23,7 +22,7 @@ PASS double pass_energy(const thrum_model *model, const double *q_given, double 
   const point p = {t.columns[0][0], NULL, NULL, y};
   packed_block b = packed_first(model);
   for (int64_t c = 0; c < n; c++) {
-    packed_sums(&b, &p, NULL);
+    packed_sums(&b, &p, NULL, NULL);
     s[c] = v8_sum(lower_block(n - c, y, 0.0, reversed, v8_zero(), unused));
     packed_next(n, c + 1, &b);
   }
@@ -73,7 +72,7 @@ PASS double pass_force(const thrum_model *model, const double *q, double *gradie
   packed_block b = packed_first(model);
   for (int64_t c = 0; c < n; c++) {
     row_factors(false, n - c, e.q[c], e.reversed, 0.0, e.reversed, e.x);
-    packed_both(&b, &p, NULL);
+    packed_both(&b, &p, NULL, NULL);
     evaluation_block(n, c, &e);
     packed_next(n, c + 1, &b);
   }
@@ -92,7 +91,7 @@ PASS void pass_forces(const thrum_model *model, const double *const q[2], double
   for (int64_t c = 0; c < n; c++) {
     for (int k = 0; k < 2; k++)
       row_factors(false, n - c, e[k].q[c], e[k].reversed, 0.0, e[k].reversed, e[k].x);
-    packed_twice(&b, p, NULL);
+    packed_twice(&b, p, NULL, NULL);
     for (int k = 0; k < 2; k++)
       evaluation_block(n, c, &e[k]);
     packed_next(n, c + 1, &b);
@@ -116,7 +115,7 @@ PASS void pass_tangent_vector(const thrum_model *model, const double *q, const d
   for (int64_t c = 0; c < n; c++) {
     row_factors(false, n - c, e.q[c], e.reversed, 0.0, e.reversed, e.x);
     row_factors(true, n - c, e.q[c], d.reversed, d.q[c], e.reversed, d.x);
-    packed_twice(&b, p, NULL);
+    packed_twice(&b, p, NULL, NULL);
     const v8 sum = lower_block(n - c, e.y, d.q[c], d.reversed, v8_zero(), e.g);
     e.s[c] = v8_sum(lower_block(n - c, d.y, e.q[c], e.reversed, sum, e.g));
     packed_next(n, c + 1, &b);
@@ -129,9 +128,9 @@ PASS void pass_tangent_vector(const thrum_model *model, const double *q, const d
 }
 
 /* The list of every coordinate, one after the other, all zero; in the order of rows. */
-INLINE void tangent_lists(int64_t n, double *at, double **list) {
+INLINE void tangent_lists(bool mirrored, int64_t n, double *at, double **list) {
   for (int64_t e = 0; e < n; e++) {
-    list[n - 1 - e] = at;
+    list[mirrored ? e : n - 1 - e] = at;
     zeros(at, thrum_pack_columns(e));
     at += 8 * thrum_pack_vectors(e);
   }
@@ -168,7 +167,7 @@ PASS double pass_tangent(const thrum_model *model, const double *q, double *grad
   double *list[THRUM_RANK_MAX];
   evaluation_begin(n, q, &e);
   zeros(l, thrum_pack_first(n));
-  tangent_lists(n, t.more, list);
+  tangent_lists(false, n, t.more, list);
   // half of it now, half + half^T at the end
   for (int64_t k = 0; k < n * n; k++)
     hessian[k] *= 0.5;
@@ -177,7 +176,7 @@ PASS double pass_tangent(const thrum_model *model, const double *q, double *grad
   for (int64_t c = 0; c < n; c++) {
     // y_dc is the coefficient of q_d q_c; list d gets q_c B_dc, list c gets sum_d q_d B_dc
     const row_lists rows = {e.q[c], list};
-    packed_lists(&b, &p, &rows);
+    packed_lists(&b, &p, &rows, NULL);
     block_list_done(thrum_pack_columns(c), e.q[c], l, list[n - 1 - c], e.w);
     evaluation_block(n, c, &e);
     for (int64_t d = c; d < n; d++)
@@ -193,35 +192,4 @@ PASS double pass_tangent(const thrum_model *model, const double *q, double *grad
   }
   tangent_close(n, e.w, hessian);
   return gradient ? evaluation_end(n, &e, t.lanes, gradient) : 0.0;
-}
-
-/* The linear and quadratic part of V with the first `split` coordinates held. */
-INLINE void restrict_low(const thrum_model *model, int64_t split, const double *q_given,
-                         double *linear, double *quadratic, double *work) {
-  const int64_t rank = model->rank, n = rank - split;
-  const pack_scratch t = pack_cut(rank, work);
-  double *const *a = t.vectors[0], *q = a[0], *reversed = a[1], *lifted = a[2], *y = a[3],
-                *g = a[4];
-  spread(rank, split, q_given, 1.0, q, reversed, lifted);
-  zeros(g, n);
-  column_monomials(false, split, q, lifted, q, lifted, t.columns[0][0]);
-  const point p = {t.columns[0][0], NULL, NULL, y};
-  packed_block b = packed_first(model);
-  for (int64_t c = 0; c < split; c++) {
-    b.rows = n;
-    packed_sums(&b, &p, NULL);
-    lower_block(n, y, q[c], reversed, v8_zero(), g);
-    packed_next(rank, c + 1, &b);
-  }
-  for (int64_t k = 0; k < n; k++)
-    linear[k] = g[n - 1 - k];
-  // of the others, those columns whose coordinates are all held
-  const int64_t vectors = (thrum_pack_first(split) + 7) / 8;
-  for (int64_t c = split; c < rank; c++) {
-    b.vectors = vectors;
-    packed_sums(&b, &p, NULL);
-    for (int64_t d = c; d < rank; d++)
-      *quadratic++ = y[rank - 1 - d] + (d == c ? 0.5 * model->omega2[c] : 0.0);
-    packed_next(rank, c + 1, &b);
-  }
 }

@@ -1,8 +1,9 @@
 /* Blocks of packed coefficients (runtime/pack.h) with what they meet, over vectors of 8 lanes, for
  * a file that has included runtime/kernel_lanes.h.
  *
- * Rows are kept from d = n-1 down ("reversed" vectors), columns from -1 up ("lifted" vectors, entry
- * 0 is 1). Coefficients are read in the order in which they lie.
+ * Rows are kept from d = n-1 down ("reversed" vectors), or, of the mirrored order, from c up;
+ * columns from -1 up ("lifted" vectors, entry 0 is 1). Coefficients are read in the order in which
+ * they lie.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "kernel.h"
@@ -22,11 +23,18 @@ typedef struct point {
 } point;
 
 /* A block of packed rows: `whole` vectors of columns, of which the first `vectors` are wanted, and
- * of `all` rows the first `rows`. */
+ * of `all` rows those from `first` to before `rows`. */
 typedef struct packed_block {
   coefficients b;
-  int64_t at, whole, vectors, all, rows;
+  int64_t at, whole, vectors, all, first, rows;
 } packed_block;
+
+/* One more row of a block, with its x and y. */
+typedef struct own_row {
+  const double *b;
+  double x;
+  double *y;
+} own_row;
 
 /* Lists that rows are added to, times q: by row. */
 typedef struct row_lists {
@@ -64,17 +72,34 @@ INLINE v8 coefficient(bool single, const coefficients *b, int64_t at) {
   return v8_load(b->d + at);
 }
 
-/* `rows` rows of a group of `size`, the first at `at`, at one point: sums into y[0..rows-1] if
- * `sums`, w += B^T x if `adds`, lists += q times the row if `l`. */
-INLINE void group_rows(bool single, bool sums, bool adds, int rows, const coefficients *b,
-                       int64_t at, int64_t size, int64_t vectors, const double *m, const double *x,
-                       double *w, double *y, const row_lists *l) {
+/* What is done to the rows of a block. */
+typedef enum work_on {
+  WORK_SUMS,  /* y of one point */
+  WORK_ADDS,  /* w of one point */
+  WORK_BOTH,  /* both */
+  WORK_OWN,   /* the same, with a row of one's own before the first */
+  WORK_LISTS, /* y and w, and lists */
+  WORK_TWICE  /* y and w of two points */
+} work_on;
+
+/* `rows` rows of a group of `size`, the first at `at`, at one point: sums into y[0..rows-1],
+ * w += B^T x, lists += q times the row. */
+INLINE void group_rows(bool single, work_on what, int rows, const coefficients *b, int64_t at,
+                       int64_t size, int64_t vectors, const double *m, const double *x, double *w,
+                       double *y, const row_lists *l, const own_row *own) {
+  const bool sums = what != WORK_ADDS, adds = what != WORK_SUMS;
   v8x8 sum = rows_zero8();
+  v8 own_sum = v8_zero();
   const v8x8 factor = adds ? rows_set8(rows, x) : sum;
-  const v8 q = l ? v8_set1(l->q) : v8_zero();
+  const v8 q = l ? v8_set1(l->q) : v8_zero(), own_x = own ? v8_set1(own->x) : v8_zero();
   for (int64_t v = 0; v < 8 * vectors; v += 8, at += 8 * size) {
     const v8 m_v = sums ? v8_load(m + v) : v8_zero();
     v8 w_v = adds ? v8_load(w + v) : v8_zero();
+    if (own) {
+      const v8 part = v8_load(own->b + v);
+      own_sum = v8_add(own_sum, v8_mul(part, m_v));
+      w_v = v8_add(w_v, v8_mul(own_x, part));
+    }
 #define X(k)                                                                                       \
   if (k < rows) {                                                                                  \
     const v8 part = coefficient(single, b, at + 8 * k);                                            \
@@ -90,6 +115,8 @@ INLINE void group_rows(bool single, bool sums, bool adds, int rows, const coeffi
     if (adds)
       v8_store(w + v, w_v);
   }
+  if (own)
+    *own->y = v8_sum(own_sum);
   if (sums)
     v8_store_sums(rows, y, &sum);
 }
@@ -119,17 +146,9 @@ INLINE void group_rows_twice(bool single, int rows, const coefficients *b, int64
   v8_store_sums(rows, p[1].y + row, &sum2);
 }
 
-/* What is done to the rows of a block. */
-typedef enum work_on {
-  WORK_SUMS,  /* y of one point */
-  WORK_BOTH,  /* y and w of one point */
-  WORK_LISTS, /* the same, and lists */
-  WORK_TWICE  /* y and w of two points */
-} work_on;
-
 INLINE void group_work(bool single, work_on what, int rows, const packed_block *b, int64_t at,
-                       int64_t size, int64_t row, const point *p, const row_lists *l) {
-  const bool adds = what != WORK_SUMS;
+                       int64_t size, int64_t row, const point *p, const row_lists *l,
+                       const own_row *own) {
   if (what == WORK_TWICE) {
     group_rows_twice(single, rows, &b->b, at, size, b->vectors, row, p);
     return;
@@ -137,27 +156,33 @@ INLINE void group_work(bool single, work_on what, int rows, const packed_block *
   row_lists here = {0, NULL};
   if (what == WORK_LISTS)
     here = (row_lists){l->q, l->list + row};
-  group_rows(single, true, adds, rows, &b->b, at, size, b->vectors, p->m, adds ? p->x + row : NULL,
-             p->w, p->y + row, what == WORK_LISTS ? &here : NULL);
+  const double *x = what == WORK_SUMS ? NULL : p->x + row;
+  double *y = what == WORK_ADDS ? NULL : p->y + row;
+  if (what == WORK_OWN && row == 0)
+    group_rows(single, what, rows, &b->b, at, size, b->vectors, p->m, x, p->w, y, NULL, own);
+  else
+    group_rows(single, what, rows, &b->b, at, size, b->vectors, p->m, x, p->w, y,
+               what == WORK_LISTS ? &here : NULL, NULL);
 }
 
 /* All wanted rows of a block, in whole registers' worth; behind the last, y is zero up to a
  * multiple of 8 (a group's rows come in order, so what the sums of one spill the next overwrites).
  */
 INLINE void block_work(bool single, work_on what, const packed_block *b, const point *p,
-                       const row_lists *l) {
+                       const row_lists *l, const own_row *own) {
   const int64_t most = what == WORK_TWICE || what == WORK_LISTS ? ROWS_FEW : ROWS_MANY;
-  for (int64_t first = 0; first < b->rows; first += THRUM_PACK_ROWS) {
+  for (int64_t first = b->first / THRUM_PACK_ROWS * THRUM_PACK_ROWS; first < b->rows;
+       first += THRUM_PACK_ROWS) {
     const int64_t size = thrum_pack_size(b->all, first);
     const int64_t wanted = size < b->rows - first ? size : b->rows - first;
     const int64_t begin = b->at + 8 * first * b->whole;
-    for (int64_t r = 0; r < wanted; r += most) {
+    for (int64_t r = b->first > first ? b->first - first : 0; r < wanted; r += most) {
       const int64_t at = begin + 8 * r, row = first + r;
       switch (wanted - r < most ? wanted - r : most) {
 #define X(k)                                                                                       \
   case k + 1:                                                                                      \
     if (k < most)                                                                                  \
-      group_work(single, what, k + 1, b, at, size, row, p, l);                                     \
+      group_work(single, what, k + 1, b, at, size, row, p, l, own);                                \
     break;
         EACH_8(X)
 #undef X
@@ -169,21 +194,26 @@ INLINE void block_work(bool single, work_on what, const packed_block *b, const p
 }
 
 #define BLOCK_PASS(name, what)                                                                     \
-  PASS void name##_double(const packed_block *b, const point *p, const row_lists *l) {             \
-    block_work(false, what, b, p, l);                                                              \
+  PASS void name##_double(const packed_block *b, const point *p, const row_lists *l,               \
+                          const own_row *own) {                                                    \
+    block_work(false, what, b, p, l, own);                                                         \
   }                                                                                                \
-  PASS void name##_single(const packed_block *b, const point *p, const row_lists *l) {             \
-    block_work(true, what, b, p, l);                                                               \
+  PASS void name##_single(const packed_block *b, const point *p, const row_lists *l,               \
+                          const own_row *own) {                                                    \
+    block_work(true, what, b, p, l, own);                                                          \
   }                                                                                                \
-  INLINE void name(const packed_block *b, const point *p, const row_lists *l) {                    \
+  INLINE void name(const packed_block *b, const point *p, const row_lists *l,                      \
+                   const own_row *own) {                                                           \
     if (b->b.f)                                                                                    \
-      name##_single(b, p, l);                                                                      \
+      name##_single(b, p, l, own);                                                                 \
     else                                                                                           \
-      name##_double(b, p, l);                                                                      \
+      name##_double(b, p, l, own);                                                                 \
   }
 
 BLOCK_PASS(packed_sums, WORK_SUMS)
+BLOCK_PASS(packed_adds, WORK_ADDS)
 BLOCK_PASS(packed_both, WORK_BOTH)
+BLOCK_PASS(packed_own, WORK_OWN)
 BLOCK_PASS(packed_lists, WORK_LISTS)
 BLOCK_PASS(packed_twice, WORK_TWICE)
 
@@ -193,13 +223,21 @@ INLINE packed_block packed_first(const thrum_model *model) {
                           thrum_pack_vectors(0),
                           thrum_pack_vectors(0),
                           model->rank,
+                          0,
                           model->rank};
+  return b;
+}
+
+INLINE packed_block packed_mirrored(const thrum_model *model) {
+  packed_block b = packed_first(model);
+  b.at = model->packed_count;
   return b;
 }
 
 /* On to block c, all of whose rows are wanted. */
 INLINE void packed_next(int64_t n, int64_t c, packed_block *b) {
   b->at += 8 * b->all * b->whole;
+  b->first = 0;
   b->whole = b->vectors = thrum_pack_vectors(c);
   b->all = b->rows = n - c;
 }
@@ -240,6 +278,19 @@ INLINE void spread(int64_t n, int64_t given, const double *q, double one, double
   lifted[0] = one;
   for (int64_t i = 0; i < given; i++)
     plain[i] = reversed[n - 1 - i] = lifted[i + 1] = q[i];
+}
+
+/* The mirrored coordinates of q from z_first on, the others zero; as they are and lifted. */
+INLINE void spread_mirrored(int64_t n, int64_t first, const double *q, double one, double *plain,
+                            double *lifted) {
+  const int64_t size = thrum_padded(n + 1);
+  for (int64_t i = 0; i < size; i += 8) {
+    v8_store(plain + i, v8_zero());
+    v8_store(lifted + i, v8_zero());
+  }
+  lifted[0] = one;
+  for (int64_t k = first; k < n; k++)
+    plain[k] = lifted[k + 1] = q[n - 1 - k];
 }
 
 /* m_ba = a_b b^_a (+ b_b a^_a if `mixed`, where a^_{-1} is 0 and b_b for it) over the runs below

@@ -79,5 +79,6 @@ void thrum_layout_to_model(const thrum_layout *layout, thrum_model *model) {
 #undef X
   model->packed = NULL;
   model->packed_single = NULL;
+  model->packed_count = 0;
   model->packed_c3 = model->packed_c4 = NULL;
 }

@@ -1,5 +1,5 @@
 /* Lays the coefficients of a model out for the passes of a kernel (thrum/model.h, runtime/pack.h).
- * Cost: one pass over c3 and c4, once for a model.
+ * Cost: two passes over c3 and c4, once for a model.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <float.h>
@@ -22,19 +22,42 @@ static void gather(const thrum_model *model, int64_t c, int64_t d, double *row) 
   }
 }
 
-void thrum_pack_row(const thrum_model *model, int64_t c, int64_t d, int64_t at, double *row) {
-  if (!thrum_is_packed(model)) {
-    gather(model, c, d, row);
-    return;
+/* The same mirrored: there a row of c4 is one of ours, from its end to its beginning. */
+static void gather_mirrored(const thrum_model *model, int64_t c, int64_t d, double *row) {
+  const int64_t n = model->rank, i = n - 1 - d, j = n - 1 - c;
+  const double *c3 = model->c3 + thrum_c3_index(n, i, j, n - 1);
+  const double *c4 = model->c4 + thrum_c4_index(n, i, j, n - 1, n - 1);
+  for (int64_t b = 0, k = 0; b <= c; b++) {
+    *row++ = c3[-b];
+    for (int64_t a = 0; a <= b; a++, k++)
+      *row++ = c4[-k];
   }
-  const int64_t rows = model->rank - c, t = model->rank - 1 - d;
-  const int64_t first = t / THRUM_PACK_ROWS * THRUM_PACK_ROWS, size = thrum_pack_size(rows, first);
-  const int64_t columns = thrum_pack_columns(c);
+}
+
+/* The columns of row t, counted from its block's first, of block c at `at`. */
+static void take_row(const thrum_model *model, int64_t c, int64_t t, int64_t at, double *row) {
+  const int64_t first = t / THRUM_PACK_ROWS * THRUM_PACK_ROWS;
+  const int64_t size = thrum_pack_size(model->rank - c, first), columns = thrum_pack_columns(c);
   at += 8 * (first * thrum_pack_vectors(c) + (t - first));
   for (int64_t k = 0; k < columns; k++) {
     const int64_t place = at + 8 * size * (k / 8) + k % 8;
     row[k] = model->packed ? model->packed[place] : (double)model->packed_single[place];
   }
+}
+
+void thrum_pack_row(const thrum_model *model, int64_t c, int64_t d, int64_t at, double *row) {
+  if (thrum_is_packed(model))
+    take_row(model, c, model->rank - 1 - d, at, row);
+  else
+    gather(model, c, d, row);
+}
+
+void thrum_pack_row_mirrored(const thrum_model *model, int64_t c, int64_t d, int64_t at,
+                             double *row) {
+  if (thrum_is_packed(model))
+    take_row(model, c, d - c, model->packed_count + at, row);
+  else
+    gather_mirrored(model, c, d, row);
 }
 
 static bool all_single(const double *values, int64_t count) {
@@ -50,7 +73,7 @@ static bool single_pays(const thrum_model *model) {
 }
 
 size_t thrum_model_pack_size(const thrum_model *model) {
-  return (size_t)thrum_pack_count(model->rank) * sizeof(double);
+  return 2 * (size_t)thrum_pack_count(model->rank) * sizeof(double);
 }
 
 /* Puts a row, `columns` long, into its group. */
@@ -64,6 +87,32 @@ static void place(const double *row, int64_t columns, int64_t size, int64_t at, 
     else
       to_single[here] = (float)value;
   }
+}
+
+/* Row t of block c of one of the orders. */
+static void gather_downward(const thrum_model *model, int64_t c, int64_t t, double *row) {
+  gather(model, c, model->rank - 1 - t, row);
+}
+
+static void gather_upward(const thrum_model *model, int64_t c, int64_t t, double *row) {
+  gather_mirrored(model, c, c + t, row);
+}
+
+/* All blocks of one order from `at` on; returns where they end. */
+static int64_t pack_order(const thrum_model *model,
+                          void (*gather_row)(const thrum_model *, int64_t, int64_t, double *),
+                          double *row, int64_t at, double *to, float *to_single) {
+  const int64_t n = model->rank;
+  for (int64_t c = 0; c < n; c++)
+    for (int64_t first = 0; first < n - c; first += THRUM_PACK_ROWS) {
+      const int64_t size = thrum_pack_size(n - c, first);
+      for (int64_t r = 0; r < size; r++) {
+        gather_row(model, c, first + r, row);
+        place(row, thrum_pack_columns(c), size, at + 8 * r, to, to_single);
+      }
+      at += 8 * size * thrum_pack_vectors(c);
+    }
+  return at;
 }
 
 thrum_status thrum_model_pack(thrum_model *model, void *memory, size_t memory_size,
@@ -85,18 +134,11 @@ thrum_status thrum_model_pack(thrum_model *model, void *memory, size_t memory_si
   model->packed_single = NULL;
   double *to = single ? NULL : memory;
   float *to_single = single ? memory : NULL;
+  model->packed_count = thrum_pack_count(n);
   // a row is gathered where no packed one has been placed yet: at the end of the memory
-  double *row = (double *)memory + thrum_pack_count(n) - 8 * thrum_pack_vectors(n - 1);
-  int64_t at = 0;
-  for (int64_t c = 0; c < n; c++)
-    for (int64_t first = 0; first < n - c; first += THRUM_PACK_ROWS) {
-      const int64_t size = thrum_pack_size(n - c, first);
-      for (int64_t r = 0; r < size; r++) {
-        gather(model, c, n - 1 - first - r, row);
-        place(row, thrum_pack_columns(c), size, at + 8 * r, to, to_single);
-      }
-      at += 8 * size * thrum_pack_vectors(c);
-    }
+  double *row = (double *)memory + 2 * model->packed_count - 8 * thrum_pack_vectors(n - 1);
+  int64_t at = pack_order(model, gather_downward, row, 0, to, to_single);
+  pack_order(model, gather_upward, row, at, to, to_single);
   model->packed = to;
   model->packed_single = to_single;
   model->packed_c3 = model->c3;

@@ -12,6 +12,17 @@
  * columns, zeros behind the last) of row r of `size` is at 8 (v size + r): one stream of whole
  * cache lines.
  *
+ * Behind them the same terms lie once more, "mirrored": in coordinates z_k = q_{n-1-k}, with the
+ * rows of block c ascending, d = c .. n-1. There the implicit modes come first whatever the split,
+ * so that what a step does with them, and all that is left of a term with s of its coordinates
+ * explicit, is a run of blocks, rows and columns too.
+ *
+ * V with the explicit modes held is, in n implicit ones,
+ *   sum_c l_c z_c + sum_c z_c (sum_d z_d y_dc + sum_ba r_c,ba m_ba),
+ * y from the mirrored coefficients: each block has one more row r_c, a state's own, with its
+ * quadratic terms (a = -1) and what the explicit modes add to its cubic ones
+ * (thrum_restricted_first).
+ *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_RUNTIME_PACK_H
 #define THRUM_RUNTIME_PACK_H
@@ -61,6 +72,20 @@ static inline int64_t thrum_pack_count(int64_t n) {
   return count;
 }
 
+/* Where a restricted polynomial has its rows r_c, in whole vectors, one after the other; l is at 0.
+ */
+static inline int64_t thrum_restricted_first(int64_t n) {
+  return (n + 7) / 8 * 8;
+}
+
+/* Numbers in one. */
+static inline int64_t thrum_restricted_count(int64_t n) {
+  int64_t count = thrum_restricted_first(n);
+  for (int64_t c = 0; c < n; c++)
+    count += 8 * thrum_pack_vectors(c);
+  return count;
+}
+
 /* Scratch of a pass, in doubles; the pass may also be at two points. The tangent has a list for
  * each coordinate besides. */
 #define THRUM_PACK_VECTORS 9
@@ -79,8 +104,18 @@ static inline int64_t thrum_pack_work_tangent(int64_t n) {
   return thrum_pack_work(n) + lists;
 }
 
+/* The same of a restricted Hessian in n coordinates, which the reference reads rows of a whole
+ * model for. */
+static inline int64_t thrum_pack_work_restricted(int64_t rank, int64_t n) {
+  return thrum_pack_work_tangent(n) + thrum_pack_first(rank);
+}
+
 /* The columns of row d of block c, thrum_pack_columns(c) of them, out of the packed coefficients
- * or, where there are none, of c3 and c4. `at` is where the block begins in the packed ones. */
+ * or, where there are none, of c3 and c4. `at` is where the block begins in its order. */
 void thrum_pack_row(const thrum_model *model, int64_t c, int64_t d, int64_t at, double *row);
+
+/* The same of the mirrored ones. */
+void thrum_pack_row_mirrored(const thrum_model *model, int64_t c, int64_t d, int64_t at,
+                             double *row);
 
 #endif

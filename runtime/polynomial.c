@@ -3,12 +3,7 @@
  * the cubic and quartic ones (runtime/kernel.h).
  *
  * With E = {0..split-1} at q_E, V(q_E, .) is contracted once a step; an iteration of the implicit
- * solve then sees rank - split coordinates only. Sorted indices make every part a block product:
- *   quartic    the block of c4 with all indices in I, left where it is
- *   cubic      c3 in I + sum_a q_a c4_aijk: the rows a < split of the blocks over j >= split
- *   quadratic  1/2 omega^2 + y_kl, where y_dc is the sum over packed row d of block c of its terms
- * with the other coordinates held linear     sum_c q_c y_lc over the blocks c < split: rows of
- * coordinates that are held are not read
+ * solve then sees rank - split coordinates only (runtime/pack.h).
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "polynomial.h"
@@ -34,14 +29,7 @@ int64_t thrum_c4_index(int64_t rank, int64_t i, int64_t j, int64_t k, int64_t l)
 }
 
 size_t thrum_work_count(const thrum_model *model) {
-  const int64_t restricted = thrum_kernel_work_hessian(model->rank);
-  const int64_t whole = thrum_pack_work_tangent(model->rank);
-  return (size_t)(restricted > whole ? restricted : whole);
-}
-
-int64_t thrum_work_plain(int64_t rank) {
-  const int64_t restricted = thrum_kernel_work(rank), whole = thrum_pack_work(rank);
-  return restricted > whole ? restricted : whole;
+  return (size_t)thrum_pack_work_tangent(model->rank);
 }
 
 /* The kernel asked for, where the coefficients are packed for it. */
@@ -127,47 +115,19 @@ void thrum_tangent_vector(const thrum_model *model, const double *q, const doubl
   thrum_tangent_vector_by(thrum_kernel_get(THRUM_KERNEL_BEST), model, q, v, product, work);
 }
 
-int64_t thrum_restricted_count(int64_t n) {
-  return n + thrum_pair_count(n) + thrum_c3_count(n);
-}
-
 void thrum_polynomial_restrict(const thrum_kernel *by, const thrum_model *model, int32_t split,
                                const double *q, double *restricted, double *work) {
   fit(by, model)->restrict_to(model, split, q, restricted, work);
 }
 
-/* The cubic and quartic part of a restricted polynomial. */
-static thrum_form form_of_restricted(const thrum_model *model, int32_t split,
-                                     const double *restricted) {
-  const int64_t n = model->rank - split;
-  // block `split` of c4 starts where the blocks before it end; its first `split` rows are skipped
-  const int64_t start = n ? thrum_c4_index(model->rank, 0, split, split, split) : 0;
-  return (thrum_form){n, restricted + n + thrum_pair_count(n), model->c4 + start, split};
-}
-
 double thrum_restricted_gradient(const thrum_kernel *by, const thrum_model *model, int32_t split,
                                  const double *restricted, const double *q_high, double *gradient,
                                  double *work) {
-  const thrum_form f = form_of_restricted(model, split, restricted);
-  double value = 0;
-  for (int64_t i = 0; i < f.n; i++) {
-    value += restricted[i] * q_high[i];
-    gradient[i] = restricted[i];
-  }
-  value += by->pairs(f.n, restricted + f.n, q_high, gradient, work);
-  return value + by->gradient(&f, q_high, gradient, work);
+  return fit(by, model)->restricted_gradient(model, split, restricted, q_high, gradient, work);
 }
 
 void thrum_restricted_hessian(const thrum_kernel *by, const thrum_model *model, int32_t split,
                               const double *restricted, const double *q_high, double *hessian,
                               double *work) {
-  const thrum_form f = form_of_restricted(model, split, restricted);
-  const double *quadratic = restricted + f.n;
-  memset(hessian, 0, (size_t)(f.n * f.n) * sizeof *hessian);
-  for (int64_t k = 0; k < f.n; k++)
-    for (int64_t l = k; l < f.n; l++) {
-      hessian[k * f.n + l] += *quadratic;
-      hessian[l * f.n + k] += *quadratic++;
-    }
-  by->hessian(&f, q_high, hessian, work);
+  fit(by, model)->restricted_hessian(model, split, restricted, q_high, hessian, work);
 }

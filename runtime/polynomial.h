@@ -7,6 +7,7 @@
 #define THRUM_RUNTIME_POLYNOMIAL_H
 
 #include "kernel.h"
+#include "pack.h"
 #include "thrum/polynomial.h"
 
 /* --- products with a matrix (polynomial_kernel.c) ------------------------------------------------
@@ -20,9 +21,6 @@ void thrum_kernel_product(int64_t rows, int64_t columns, const double *block, co
 /* w += B^T x; x: rows, w: columns. */
 void thrum_kernel_transposed(int64_t rows, int64_t columns, const double *block, const double *x,
                              double *w);
-
-/* Doubles of work that all but the functions with a tangent use. */
-int64_t thrum_work_plain(int64_t rank);
 
 /* --- V by a given kernel: see thrum/polynomial.h ------------------------------------------------
  */
@@ -46,13 +44,8 @@ void thrum_tangent_vector_by(const thrum_kernel *by, const thrum_model *model, c
 
 /* --- V with the first `split` coordinates held ---------------------------------------------------
  * n = rank - split coordinates remain. A restricted polynomial is one array of
- * thrum_restricted_count(n) doubles:
- *   linear    n
- *   quadratic n (n + 1) / 2, each monomial once in pair order, 1/2 omega^2 included
- *   cubic     thrum_c3_count(n), block order of thrum/model.h
- * Its quartic part is a sub-block of c4, which is read from the model where it lies: so the
- * functions that use a restricted polynomial take the model and the split again. */
-int64_t thrum_restricted_count(int64_t n);
+ * thrum_restricted_count(n) doubles, as runtime/pack.h says. Its quartic part is read from the
+ * model where it lies: so the functions that use it take the model and the split again. */
 
 /* Restricts V at q (rank; the entries from split on are not read) into `restricted`, without the
  * constant term V(q_E, 0), whose coefficients are not read. work: thrum_work_count(model). */

@@ -135,7 +135,7 @@ void thrum_solve_assemble(const thrum_solver *s, bool stiffness_there) {
     s->view->matrices_used = true;
   } else {
     s->view->jacobian_used = (int64_t)(n * n);
-    s->view->work_restricted = thrum_kernel_work_hessian(s->n);
+    s->view->work_restricted = thrum_pack_work_restricted(s->state->rank, s->n);
   }
   for (size_t i = 0; i < n; i++) {
     const double rest = s->tangent ? 0.0 : beta * s->model->omega2[(size_t)s->first + i];

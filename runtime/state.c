@@ -66,7 +66,7 @@ thrum_state_view thrum_state_view_of(thrum_state *state) {
   view.work_own = view.work;
   view.restricted_own = view.restricted;
   view.kernel = thrum_kernel_get(state->kernel);
-  view.work_plain = thrum_work_plain(state->rank);
+  view.work_plain = thrum_pack_work(state->rank);
   return view;
 }
 
