@@ -183,6 +183,11 @@ double EXPORT(bridge_time)(void) {
   return thrum_scene_time(bridge_scene);
 }
 
+/* numbers: q, of the body's rank. */
+int32_t EXPORT(bridge_coordinates)(int32_t body) {
+  return thrum_scene_body_get(bridge_scene, body, bridge_number, NULL, &error);
+}
+
 /* q of the model's full rank, as floats for the GPU. */
 int32_t EXPORT(bridge_shape)(int32_t body, float *out) {
   double q[THRUM_RANK_MAX];

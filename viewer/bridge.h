@@ -7,7 +7,7 @@
 
 #define EXPORT(name) __attribute__((export_name(#name))) name
 
-#define NUMBERS 64 /* doubles that a call may hand to JavaScript, or take */
+#define NUMBERS THRUM_RANK_MAX /* doubles that a call may hand to JavaScript, or take */
 
 /* A model as the page has it: its shown vertices alone. */
 typedef struct bridge_model {

@@ -4,6 +4,7 @@
 export const INTEGRATORS = { imexv: 0, newmark: 1, verlet: 2, midpoint: 3, energy: 4 };
 export const INTEGRATOR_NAMES = Object.keys(INTEGRATORS);
 const MESSAGE_BYTES = 400;
+const RANK_MAX = 512;
 
 /** What vsnprintf drags in; nothing is ever written. */
 const wasi = { fd_close: () => 8, fd_seek: () => 8, fd_write: () => 8 };
@@ -21,14 +22,14 @@ export class Engine {
     this.wasm = exports;
     this.wasm._initialize();
     this.numbersAt = this.wasm.bridge_numbers();
-    this.scratch = this.wasm.bridge_alloc(4 * 512);
+    this.scratch = this.wasm.bridge_alloc(4 * RANK_MAX);
     this.models = [];
     this.bodies = []; // the model of each
   }
 
   /** The shared buffer; memory that grows leaves old views behind, so it is viewed anew. */
   get numbers() {
-    return new Float64Array(this.wasm.memory.buffer, this.numbersAt, 64);
+    return new Float64Array(this.wasm.memory.buffer, this.numbersAt, RANK_MAX);
   }
 
   get message() {
@@ -118,6 +119,13 @@ export class Engine {
 
   get time() {
     return this.wasm.bridge_time();
+  }
+
+  /** q as it is stepped. @returns {number[]} */
+  coordinates(body) {
+    const { rank } = this.report(body);
+    this.check(this.wasm.bridge_coordinates(body));
+    return Array.from(this.numbers.subarray(0, rank));
   }
 
   /** q of the model's full rank in single precision; valid until the next call. */

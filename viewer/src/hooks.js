@@ -43,6 +43,11 @@ export function hooks(starting) {
         for (let i = 0; i < count; i++) if (!app.step()) return false;
         return true;
       },
+      /** Hands q to the GPU `count` times, and waits until it has it. */
+      upload(count) {
+        for (let i = 0; i < count; i++) world.upload();
+        stage.renderer.getContext().finish();
+      },
       pull: (id, body, vertex, target) => world.pull(id, body, vertex, target),
       release: (id) => world.release(id),
       times: () => Object.fromEntries(

@@ -177,7 +177,8 @@ class App {
   report() {
     this.frames = (this.frames ?? 0) + 1;
     const { world, clock } = this;
-    this.plot.add(world.engine.time, this.energies());
+    // a body that failed may have no energies either
+    if (this.trouble === null) this.guard(() => this.plot.add(world.engine.time, this.energies()));
     if (this.frames % 2 === 0) return;
     this.plot.draw();
     this.panel.showSplit();

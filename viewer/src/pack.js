@@ -53,7 +53,7 @@ function arrayAt(data, start, [offset, count, type]) {
 
 /** @param {Uint8Array} bytes @returns {Pack} */
 export function readPack(bytes) {
-  const data = bytes.slice().buffer; // aligned, whatever it was cut from
+  const data = new Uint8Array(bytes).buffer; // a copy, aligned whatever it was cut from
   const magic = String.fromCharCode(...new Uint8Array(data, 0, Math.min(8, data.byteLength)));
   if (magic !== MAGIC || data.byteLength < HEADER_BYTES)
     throw new Error('this is no pack of thrum view');

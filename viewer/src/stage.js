@@ -21,7 +21,7 @@ export class Stage {
     this.controls = new OrbitControls(this.camera, canvas);
     this.sun = new THREE.DirectionalLight(0xffffff, 1.9);
     this.sun.castShadow = true;
-    this.sun.shadow.mapSize.set(2048, 2048);
+    this.sun.shadow.mapSize.set(1024, 1024);
     this.sun.shadow.bias = -0.001;
     this.scene.add(this.sun, this.sun.target, new THREE.HemisphereLight(0xffffff, 0xaab6c2, 1.9));
     this.room = { right: 0, bottom: 0 };

@@ -1,0 +1,72 @@
+// The engine without a browser: the same bits as the native library, and the pack's own checks.
+// SPDX-License-Identifier: Apache-2.0
+import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { before, test } from 'node:test';
+import { Engine } from '../src/engine.js';
+import { readPack } from '../src/pack.js';
+import { folder, packOf, thrum, wasmBytes } from './fixture.mjs';
+import { writePack } from './pack_write.mjs';
+
+const STEPS = 1000;
+const GRAVITY = [0, 0, -9.81];
+let pack;
+
+before(() => {
+  thrum('precompute', 'beam:8x2x2@1x0.2x0.2', '--fix', 'x<0.001', '--modes', '5', '--rank', '9',
+    '-o', 'beam.npz', '--quiet');
+  pack = packOf('beam.npz');
+});
+
+/** The last row of a .npy of doubles in C order. */
+function lastRow(path, columns) {
+  const bytes = readFileSync(path);
+  return Array.from({ length: columns },
+    (_, i) => bytes.readDoubleLE(bytes.length - 8 * (columns - i)));
+}
+
+/** The engine with one body of the pack after `steps` steps. */
+async function run(change, steps) {
+  const engine = await Engine.load(wasmBytes());
+  pack.models.forEach((model) => engine.addModel(model));
+  engine.build({ ...pack.scene, gravity: GRAVITY, dt: 0.003, ...change });
+  for (let i = 0; i < steps; i++) engine.step();
+  return engine;
+}
+
+for (const integrator of ['imexv', 'newmark', 'energy'])
+  test(`${integrator}: ${STEPS} steps have the bits of the native library`, async () => {
+    thrum('simulate', 'beam.npz', '-o', integrator, '--integrator', integrator, '--damping', '0',
+      '--load', `gravity:${GRAVITY}`, '--dt', '0.003', '--time', String(0.003 * STEPS), '--quiet');
+    const engine = await run({ integrator, damping: 0 }, STEPS);
+    assert.deepEqual(engine.coordinates(0), lastRow(join(folder, integrator, 'q.npy'), 9));
+  });
+
+test('energy keeps the total to 1e-9 over 1000 steps without damping', async () => {
+  const engine = await run({ integrator: 'energy', damping: 0 }, 0);
+  let swing = 0;
+  for (let i = 0; i < 1000; i++) {
+    engine.step();
+    const { kinetic, potential, total } = engine.energies(0);
+    swing = Math.max(swing, kinetic + potential);
+    assert.ok(Math.abs(total) <= 1e-9 * swing, `step ${i}: ${total} J of ${swing} J`);
+  }
+  assert.ok(swing > 1);
+});
+
+test('a pack reads back as it was written', () => {
+  const again = readPack(writePack(pack));
+  assert.deepEqual(again.scene, pack.scene);
+  assert.deepEqual(again.models, pack.models);
+});
+
+test('a pack that is cut off, of another format or none is refused', () => {
+  const bytes = writePack(pack);
+  assert.throws(() => readPack(bytes.subarray(0, bytes.length - 64)), /ends inside an array/);
+  assert.throws(() => readPack(bytes.subarray(0, 100)), /ends inside its header/);
+  assert.throws(() => readPack(Buffer.from('PK')), /no pack/);
+  const other = Buffer.from(bytes);
+  other.write('"format":2', bytes.indexOf('"format":1'));
+  assert.throws(() => readPack(other), /format 2/);
+});
