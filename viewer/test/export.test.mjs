@@ -1,0 +1,111 @@
+// What `thrum export --glb` writes: glTF without a fault, and the motion of the run when three.js
+// plays it. THRUM_PROGRAM names the thrum program. SPDX-License-Identifier: Apache-2.0
+import assert from 'node:assert/strict';
+import { execFileSync } from 'node:child_process';
+import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import { after, before, test } from 'node:test';
+import { validateBytes } from 'gltf-validator';
+import * as THREE from 'three';
+import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
+import { bytesOfBase64, readPack } from '../src/pack.js';
+
+const PACK = /<script[^>]*id="thrum-pack"[^>]*>([^<]*)<\/script>/;
+const folder = mkdtempSync(join(tmpdir(), 'thrum-export-'));
+after(() => rmSync(folder, { recursive: true, force: true }));
+
+/** @param {string[]} args of thrum */
+const thrum = (...args) =>
+  execFileSync(process.env.THRUM_PROGRAM, args, { cwd: folder, encoding: 'utf8' });
+
+/** A .npy of doubles in C order: its rows. @param {string} name @returns {number[][]} */
+function readRows(name) {
+  const bytes = readFileSync(join(folder, name));
+  const start = 10 + bytes.readUInt16LE(8);
+  const shape = /'shape': \((\d+), (\d+)\)/.exec(bytes.toString('latin1', 10, start));
+  const [rows, columns] = [Number(shape[1]), Number(shape[2])];
+  return Array.from({ length: rows }, (_, row) =>
+    Array.from({ length: columns }, (__, i) =>
+      bytes.readDoubleLE(start + 8 * (row * columns + i))));
+}
+
+let glb, model, motion;
+
+before(() => {
+  thrum('precompute', 'beam:6x2x2@1x0.2x0.3', '--fix', 'x<0.001', '--modes', '4', '--rank', '7',
+    '-q', '-o', 'beam.npz');
+  // fewer coordinates than the model has
+  thrum('simulate', 'beam.npz', '-o', 'run', '--time', '0.2', '--start', 'mode:1,0.1', '--rank',
+    '5', '-q');
+  thrum('export', 'run', '--glb', 'run.glb', '--fps', '0');
+  thrum('view', 'beam.npz', '-o', 'beam.html', '-q');
+  glb = readFileSync(join(folder, 'run.glb'));
+  [model] = readPack(bytesOfBase64(
+    PACK.exec(readFileSync(join(folder, 'beam.html'), 'utf8'))[1])).models;
+  motion = readRows('run/q.npy');
+});
+
+/** Where the run has a vertex of the surface: X + U q. */
+function placeOf(vertex, q) {
+  const { positions, basis } = model.arrays;
+  return [0, 1, 2].map((axis) => {
+    const row = 3 * vertex + axis;
+    return q.reduce((x, qi, i) => x + basis[row * model.rank + i] * qi, positions[row]);
+  });
+}
+
+const load = async () =>
+  new GLTFLoader().parseAsync(glb.buffer.slice(glb.byteOffset, glb.byteOffset + glb.length), '');
+
+test('the validator of Khronos finds nothing to say', async () => {
+  const { issues } = await validateBytes(new Uint8Array(glb));
+  assert.deepEqual(issues.messages, []);
+  assert.equal(issues.numErrors + issues.numWarnings + issues.numInfos + issues.numHints, 0);
+});
+
+test('the validator does find what is wrong', async () => {
+  const wrong = new Uint8Array(glb);
+  wrong[8] ^= 1; // the length of the file
+  const { issues } = await validateBytes(wrong);
+  assert.ok(issues.numErrors > 0);
+});
+
+test('three.js plays U q(t), y up', async () => {
+  const { scene, animations: [clip] } = await load();
+  const mesh = scene.getObjectByProperty('isMesh', true);
+  const { times } = clip.tracks[0];
+  assert.equal(times.length, motion.length);
+  assert.equal(mesh.geometry.attributes.position.count, model.vertex_count);
+  const mixer = new THREE.AnimationMixer(scene);
+  const action = mixer.clipAction(clip).setLoop(THREE.LoopOnce);
+  action.clampWhenFinished = true;
+  action.play();
+  const at = new THREE.Vector3();
+  let [worst, moved] = [0, 0];
+  for (let row = 0; row < times.length; row += 3) {
+    mixer.setTime(times[row]);
+    scene.updateMatrixWorld(true);
+    for (let v = 0; v < model.vertex_count; v++) {
+      const [x, y, z] = placeOf(v, motion[row]);
+      mesh.localToWorld(mesh.getVertexPosition(v, at));
+      worst = Math.max(worst, Math.abs(at.x - x), Math.abs(at.y - z), Math.abs(at.z + y));
+      moved = Math.max(moved, Math.abs(y - model.arrays.positions[3 * v + 1]));
+    }
+  }
+  assert.ok(moved > 0.05, `moved ${moved} m`);
+  assert.ok(worst < 5e-7, `off by ${worst} m`); // a few units of single precision at 1 m
+});
+
+test('between two rows it goes straight', async () => {
+  const { scene, animations: [clip] } = await load();
+  const mesh = scene.getObjectByProperty('isMesh', true);
+  const { times } = clip.tracks[0];
+  const mixer = new THREE.AnimationMixer(scene);
+  mixer.clipAction(clip).play();
+  mixer.setTime((times[20] + times[21]) / 2);
+  const half = motion[20].map((qi, i) => (qi + motion[21][i]) / 2);
+  const at = mesh.getVertexPosition(model.vertex_count - 1, new THREE.Vector3());
+  placeOf(model.vertex_count - 1, half).forEach((x, axis) =>
+    assert.ok(Math.abs(at.getComponent(axis) - x) < 5e-7));
+});
