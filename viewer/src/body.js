@@ -2,7 +2,8 @@
 // shader.js from q.
 // SPDX-License-Identifier: Apache-2.0
 import * as THREE from 'three';
-import { displace, modesTexture } from './shader.js';
+import { displace, modesTexture, normalsTexture } from './shader.js';
+import { smooth } from './smooth.js';
 
 /** Geometry and modes of a model, shared by its bodies. */
 const shapes = new WeakMap();
@@ -11,12 +12,20 @@ const shapes = new WeakMap();
 function shapeOf(model) {
   let shape = shapes.get(model);
   if (!shape) {
+    const { source, index, normals, normalModes } = smooth(model);
     const geometry = new THREE.BufferGeometry();
-    geometry.setAttribute('position', new THREE.BufferAttribute(model.arrays.positions, 3));
-    geometry.setIndex(new THREE.BufferAttribute(new Uint32Array(model.arrays.triangles), 1));
+    const from = model.arrays.positions;
+    const positions = Float32Array.from({ length: 3 * source.length },
+      (_, n) => from[3 * source[Math.trunc(n / 3)] + (n % 3)]);
+    const sources = new THREE.BufferAttribute(source, 1);
+    sources.gpuType = THREE.IntType;
+    geometry.setAttribute('position', new THREE.BufferAttribute(positions, 3));
+    geometry.setAttribute('normal', new THREE.BufferAttribute(normals, 3));
+    geometry.setAttribute('source', sources);
+    geometry.setIndex(new THREE.BufferAttribute(index, 1));
     geometry.computeBoundingBox();
     geometry.computeBoundingSphere();
-    shape = { geometry, modes: modesTexture(model) };
+    shape = { geometry, modes: modesTexture(model), normalModes: normalsTexture(normalModes) };
     shapes.set(model, shape);
   }
   return shape;
@@ -26,15 +35,16 @@ export class Body {
   /** @param {import('./pack.js').Model} model @param {{name: string, colour: string}} from
    * @param {number} row in the texture of coordinates @param {THREE.Texture} coordinates */
   constructor(model, from, row, coordinates) {
-    const { geometry, modes } = shapeOf(model);
+    const { geometry, modes, normalModes } = shapeOf(model);
     this.model = model;
     this.name = from.name;
     this.uniforms = {
-      modes: { value: modes }, coordinates: { value: coordinates }, rank: { value: model.rank },
-      row: { value: row }, fullScale: { value: 0 },
+      modes: { value: modes }, normalModes: { value: normalModes },
+      coordinates: { value: coordinates },
+      rank: { value: model.rank }, row: { value: row }, fullScale: { value: 0 },
     };
     const material = new THREE.MeshStandardMaterial({
-      color: from.colour, roughness: 0.55, metalness: 0.05, flatShading: true,
+      color: from.colour, roughness: 0.55, metalness: 0.05,
       side: THREE.DoubleSide, shadowSide: THREE.BackSide,
     });
     const depth = new THREE.MeshDepthMaterial({ depthPacking: THREE.RGBADepthPacking });

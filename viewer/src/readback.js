@@ -21,7 +21,7 @@ export function displacedPositions(renderer, body) {
       in vec3 position; out vec3 displaced;
       ${DISPLACEMENT}
       void main() {
-        displaced = position + displacement();
+        displaced = position + displacement(gl_VertexID);
         vec2 pixel = vec2(gl_VertexID % ${WIDTH}, gl_VertexID / ${WIDTH}) + 0.5;
         gl_Position = vec4(2.0 * pixel / vec2(${WIDTH}.0, ${height}.0) - 1.0, 0.0, 1.0);
         gl_PointSize = 1.0;
@@ -31,7 +31,7 @@ export function displacedPositions(renderer, body) {
       void main() { texel = vec4(displaced, 1.0); }`,
   });
   const geometry = new THREE.BufferGeometry();
-  geometry.setAttribute('position', body.mesh.geometry.attributes.position);
+  geometry.setAttribute('position', new THREE.BufferAttribute(body.model.arrays.positions, 3));
   const points = new THREE.Points(geometry, material);
   points.frustumCulled = false;
   const scene = new THREE.Scene();
@@ -42,6 +42,7 @@ export function displacedPositions(renderer, body) {
   const texels = new Float32Array(4 * WIDTH * height);
   renderer.readRenderTargetPixels(target, 0, 0, WIDTH, height, texels);
   renderer.setRenderTarget(before);
+  geometry.dispose();
   material.dispose();
   target.dispose();
   return texels.subarray(0, 4 * count);

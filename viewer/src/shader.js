@@ -1,41 +1,51 @@
 // Displacements on the GPU: u_v = sum_i U_vi q_i, with U in one texture (a texel per vertex and
-// mode) and q of every body in another (a row per body).
+// mode) and q of every body in another (a row per body). Normals likewise, see smooth.js.
 // SPDX-License-Identifier: Apache-2.0
 import * as THREE from 'three';
 
 const WIDTH = 2048; // what every WebGL 2 has at least
 
-/** The function displacement(), for vertex shaders. */
+/** The function displacement(), for vertex shaders. `source` is the vertex of the model. */
 export const DISPLACEMENT = /* glsl */ `
   uniform highp sampler2D modes;
   uniform highp sampler2D coordinates;
   uniform int rank;
   uniform int row;
-  vec3 displacement() {
-    vec3 u = vec3(0.0);
-    int texel = gl_VertexID * rank;
+  vec3 alongModes(highp sampler2D texels, int place) {
+    vec3 sum = vec3(0.0);
+    int texel = place * rank;
     for (int i = 0; i < rank; i++, texel++) {
       float q = texelFetch(coordinates, ivec2(i, row), 0).r;
-      u += q * texelFetch(modes, ivec2(texel % ${WIDTH}, texel / ${WIDTH}), 0).xyz;
+      sum += q * texelFetch(texels, ivec2(texel % ${WIDTH}, texel / ${WIDTH}), 0).xyz;
     }
-    return u;
-  }`;
+    return sum;
+  }
+  vec3 displacement(int source) { return alongModes(modes, source); }`;
 
-/** U as a texture of rows 3 v + axis by rank: texel v rank + i holds the three axes of mode i.
- * @param {import('./pack.js').Model} model @returns {THREE.DataTexture} */
-export function modesTexture(model) {
-  const { rank, vertex_count: vertices } = model;
-  const basis = model.arrays.basis;
-  const height = Math.max(1, Math.ceil((vertices * rank) / WIDTH));
-  const texels = new Float32Array(4 * WIDTH * height);
-  for (let v = 0; v < vertices; v++)
-    for (let axis = 0; axis < 3; axis++)
-      for (let i = 0; i < rank; i++)
-        texels[4 * (v * rank + i) + axis] = basis[(3 * v + axis) * rank + i];
-  const texture = new THREE.DataTexture(texels, WIDTH, height, THREE.RGBAFormat, THREE.FloatType);
+/** A texture of `count` x rank texels, whose number `texel` has the three numbers of at(texel).
+ * @param {number} texels @param {(texel: number, axis: number) => number} at */
+function vectorsTexture(texels, at) {
+  const height = Math.max(1, Math.ceil(texels / WIDTH));
+  const data = new Float32Array(4 * WIDTH * height);
+  for (let n = 0; n < texels; n++)
+    for (let axis = 0; axis < 3; axis++) data[4 * n + axis] = at(n, axis);
+  const texture = new THREE.DataTexture(data, WIDTH, height, THREE.RGBAFormat, THREE.FloatType);
   texture.needsUpdate = true;
   return texture;
 }
+
+/** U: texel v rank + i holds the three axes of mode i at vertex v.
+ * @param {import('./pack.js').Model} model @returns {THREE.DataTexture} */
+export function modesTexture({ rank, vertex_count: vertices, arrays }) {
+  return vectorsTexture(vertices * rank, (texel, axis) => {
+    const mode = texel % rank;
+    return arrays.basis[(3 * ((texel - mode) / rank) + axis) * rank + mode];
+  });
+}
+
+/** dN: as U, of split vertices. @param {Float32Array} normalModes */
+export const normalsTexture = (normalModes) =>
+  vectorsTexture(normalModes.length / 3, (texel, axis) => normalModes[3 * texel + axis]);
 
 /** q of all bodies; `texture.image.data` is filled row by row and uploaded once a frame.
  * @param {number} width the largest rank @param {number} rows @returns {THREE.DataTexture} */
@@ -50,9 +60,14 @@ export function displace(material, uniforms) {
   material.onBeforeCompile = (shader) => {
     Object.assign(shader.uniforms, uniforms);
     shader.vertexShader = shader.vertexShader
-      .replace('#include <common>', `#include <common>\n${DISPLACEMENT}\nvarying float moved;`)
+      .replace('#include <common>', `#include <common>\n${DISPLACEMENT}
+        uniform highp sampler2D normalModes;
+        attribute int source;
+        varying float moved;`)
+      .replace('#include <beginnormal_vertex>', `
+        vec3 objectNormal = normalize(normal + alongModes(normalModes, gl_VertexID));`)
       .replace('#include <begin_vertex>', `
-        vec3 shift = displacement();
+        vec3 shift = displacement(source);
         moved = length(shift);
         vec3 transformed = position + shift;`);
     shader.fragmentShader = shader.fragmentShader
