@@ -109,12 +109,12 @@ static void kick(group *g) {
   memset(g->q, 0, (size_t)(rank * lanes) * sizeof *g->q);
   for (int64_t m = 0; m < g->count; m++)
     put(g, m, 0, rank, g->members[m].run.view.q, g->q);
-  g->kernel->force(g->model, g->q, g->force, g->value, g->work);
+  g->kernel->force_part(g->model, g->split, g->q, g->force, g->value, g->work);
   memset(g->q, 0, (size_t)(rank * lanes) * sizeof *g->q);
   for (int64_t m = 0; m < g->count; m++) {
     member *one = &g->members[m];
     thrum_step_run *run = &one->run;
-    take(g, m, 0, rank, g->force, run->view.force);
+    take(g, m, 0, g->split, g->force, run->view.force);
     one->solver = thrum_imexv_solver(g->model, &run->next, &run->view, &run->report);
     one->status = thrum_imexv_drift(&one->solver, g->value[m]);
     one->solving = one->status == THRUM_OK && one->solver.n > 0;
@@ -177,8 +177,10 @@ static void attempt(group *g) {
     g->kernel->restrict_to(g->model, g->split, g->q, g->restricted, g->work);
   for (int64_t m = 0; m < g->count; m++) {
     member *one = &g->members[m];
-    if (one->solving)
-      thrum_quasi_begin(&one->solver, &one->quasi);
+    if (!one->solving)
+      continue;
+    unfetch(g, m);
+    thrum_quasi_begin(&one->solver, &one->quasi);
   }
   // a pass costs the same for one state as for all
   while (4 * left > g->kernel->lanes)

@@ -29,9 +29,9 @@ static inline int64_t thrum_crowd_work(int64_t rank) {
 typedef struct thrum_crowd_kernel {
   int64_t lanes; /* states */
 
-  /* thrum_force_by: R(q) into force (rank), V(q) into energy (1). */
-  void (*force)(const thrum_model *model, const double *q, double *force, double *energy,
-                double *work);
+  /* thrum_force_part: R(q) into force (the first `split`), V(q) into energy (1). */
+  void (*force_part)(const thrum_model *model, int64_t split, const double *q, double *force,
+                     double *energy, double *work);
 
   /* thrum_polynomial_restrict: into restricted (thrum_restricted_count). */
   void (*restrict_to)(const thrum_model *model, int64_t split, const double *q, double *restricted,

@@ -52,11 +52,12 @@ INLINE void own_columns(int64_t count, const double *row, vs x, const double *m,
 #undef X
 }
 
-/* The gradient of sum w_ba q_b q^_a over the runs below `last`: h_a += q_b w_ba, lifted, and
+/* The gradient of sum w_ba q_b q^_a over the runs first..last-1: h_a += q_b w_ba, lifted, and
  * s_b = sum_a w_ba q^_a. */
-INLINE void upper(int64_t last, const double *w, const double *q, const double *lifted, double *h,
-                  double *s) {
-  for (int64_t b = 0; b < last; w += (b + 2) * LANES, b++) {
+INLINE void upper(int64_t first, int64_t last, const double *w, const double *q,
+                  const double *lifted, double *h, double *s) {
+  w += thrum_pack_first(first) * LANES;
+  for (int64_t b = first; b < last; w += (b + 2) * LANES, b++) {
     sums8 sum = sums_zero();
     own_columns(b + 2, w, vs_load(q + b * LANES), lifted, h, &sum);
     vs_store(s + b * LANES, sums_total(&sum));
@@ -104,10 +105,10 @@ typedef enum work_on {
 
 /* A block of rows and what they meet: `whole` vectors of columns, of which the first `vectors` are
  * wanted, and of `all` rows those from `first` to before `rows`. x = scale q, for row t at
- * q + t step LANES. y by row; w by column. */
+ * q + t step LANES. y by row; w by column. The first `plain` vectors give y alone. */
 typedef struct crowd_block {
   packed b;
-  int64_t whole, vectors, all, first, rows;
+  int64_t whole, vectors, plain, all, first, rows;
   vs scale;
   const double *q;
   int64_t step;
@@ -117,14 +118,31 @@ typedef struct crowd_block {
   double *own_y;
 } crowd_block;
 
+/* One vector of columns of each row into the rows' sums. */
+INLINE void sum_rows(bool single, int rows, const packed *b, int64_t at, const double *m, sums8 *y){
+#define X(p)                                                                                       \
+  {                                                                                                \
+    const vs m_c = vs_load(m + p * LANES);                                                         \
+    for (int r = 0; r < rows; r++)                                                                 \
+      y[r].s[p] = vs_add(y[r].s[p], vs_mul(packed_one(single, b, at + 8 * r + p), m_c));           \
+  }
+    EACH_COLUMN(X)
+#undef X
+}
+
 /* `rows` rows of a group of `size`, over vectors of 8 columns. */
 INLINE void group_rows(bool single, work_on what, int rows, const packed *b, int64_t size,
                        const crowd_block *k, const vs *x, sums8 *y) {
   const bool sums = what != WORK_ADDS, adds = what != WORK_SUMS;
   const double *m = k->m, *own = k->own;
   double *w = k->w;
-  int64_t at = 0;
-  for (int64_t v = 0; v < k->vectors; v++, at += 8 * size) {
+  int64_t at = 0, v = 0;
+  if (what == WORK_BOTH) {
+    for (; v < k->plain; v++, at += 8 * size, m += 8 * LANES)
+      sum_rows(single, rows, b, at, m, y);
+    w += 8 * v * LANES;
+  }
+  for (; v < k->vectors; v++, at += 8 * size) {
 #define X(p)                                                                                       \
   {                                                                                                \
     const vs m_c = sums ? vs_load(m + p * LANES) : vs_zero();                                      \
@@ -256,28 +274,63 @@ INLINE vs lower_block(int64_t rows, int64_t d, int64_t step, const double *y, vs
   return sums_total(&sum);
 }
 
-PASS void pass_force(const thrum_model *model, const double *q, double *force, double *energy,
-                     double *work) {
-  const int64_t n = model->rank, columns = thrum_crowd_columns(n);
-  double *m = work, *w = m + columns * LANES, *y = w + columns * LANES, *g = y + n * LANES;
-  double *s = g + n * LANES, *h = s + n * LANES, *lifted = h + (n + 1) * LANES;
-  crowd_block k = block_first(model, false);
-  k.q = q + (n - 1) * LANES;
-  k.m = m;
-  k.w = w;
-  k.y = y;
-  lift(n, q, lifted);
-  monomials(n, lifted, m);
-  clear(w, columns);
-  clear(g, n);
-  clear(h, n + 1);
+/* q in mirrored coordinates, with 1 before it. */
+INLINE const double *mirror(int64_t n, const double *q, double *lifted) {
+  vs_store(lifted, vs_set1(1.0));
+  for (int64_t d = 0; d < n; d++)
+    vs_store(lifted + (d + 1) * LANES, vs_load(q + (n - 1 - d) * LANES));
+  return lifted + LANES;
+}
+
+/* The arrays of a gradient. */
+typedef struct evaluation {
+  double *m, *w, *y, *g, *s, *h, *lifted, *own_y;
+  const double *z;
+} evaluation;
+
+INLINE evaluation evaluation_begin(int64_t n, const double *q, double *work) {
+  const int64_t columns = thrum_crowd_columns(n) * LANES, vector = n * LANES;
+  evaluation e = {.m = work, .w = work + columns, .y = work + 2 * columns};
+  e.g = e.y + vector;
+  e.s = e.g + vector;
+  e.h = e.s + vector;
+  e.lifted = e.h + vector + LANES;
+  e.own_y = e.lifted + vector + LANES;
+  e.z = mirror(n, q, e.lifted);
+  monomials(n, e.lifted, e.m);
+  clear(e.w, thrum_crowd_columns(n));
+  clear(e.g, n);
+  clear(e.h, n + 1);
+  return e;
+}
+
+/* Entry k of a gradient: (g + h) + (s + more), the latter in y. */
+INLINE vs evaluation_entry(const evaluation *e, int64_t k) {
+  const int64_t at = k * LANES;
+  return vs_add(vs_add(vs_load(e->g + at), vs_load(e->h + at + LANES)),
+                vs_add(vs_load(e->s + at), vs_load(e->y + at)));
+}
+
+PASS void pass_force_part(const thrum_model *model, int64_t split, const double *q, double *force,
+                          double *energy, double *work) {
+  const int64_t n = model->rank, implicit = n - split;
+  const evaluation e = evaluation_begin(n, q, work);
+  crowd_block k = block_first(model, true);
+  k.m = e.m;
+  k.w = e.w;
+  k.y = e.y;
+  k.plain = thrum_pack_first(implicit) / 8;
   for (int64_t c = 0; c < n; c++) {
-    k.scale = vs_load(q + c * LANES);
-    block_both(&k);
-    vs_store(s + c * LANES, lower_block(n - c, n - 1, -1, y, k.scale, q, g));
+    k.q = e.z + c * LANES;
+    k.scale = vs_load(k.q);
+    if (c < implicit)
+      block_sums(&k);
+    else
+      block_both(&k);
+    vs_store(e.s + c * LANES, lower_block(n - c, c, 1, e.y, k.scale, e.z, e.g));
     block_next(n, c + 1, &k);
   }
-  const vs value = dot(n, q, s);
+  const vs value = dot(n, e.z, e.s);
   vs quadratic = vs_zero();
   for (int64_t i = 0; i < n; i++) {
     const vs q_i = vs_load(q + i * LANES);
@@ -285,12 +338,10 @@ PASS void pass_force(const thrum_model *model, const double *q, double *force, d
   }
   vs_store(energy, vs_add(quadratic, value));
   // y is free
-  upper(n, w, q, lifted, h, y);
-  for (int64_t i = 0; i < n; i++) {
-    const int64_t at = i * LANES;
-    const vs linear = vs_mul(vs_set1(model->omega2[i]), vs_load(q + at));
-    const vs direct = vs_add(vs_load(g + at), vs_load(h + at + LANES));
-    vs_store(force + at, vs_add(linear, vs_add(direct, vs_add(vs_load(s + at), vs_load(y + at)))));
+  upper(implicit, n, e.w, e.z, e.lifted, e.h, e.y);
+  for (int64_t i = 0; i < split; i++) {
+    const vs linear = vs_mul(vs_set1(model->omega2[i]), vs_load(q + i * LANES));
+    vs_store(force + i * LANES, vs_add(linear, evaluation_entry(&e, n - 1 - i)));
   }
 }
 
@@ -350,43 +401,30 @@ PASS void pass_restrict(const thrum_model *model, int64_t split, const double *q
 PASS void pass_restricted_gradient(const thrum_model *model, int64_t split,
                                    const double *restricted, const double *q, double *gradient,
                                    double *value, double *work) {
-  const int64_t n = model->rank - split, columns = thrum_crowd_columns(n);
-  double *m = work, *w = m + columns * LANES, *y = w + columns * LANES, *g = y + n * LANES;
-  double *s = g + n * LANES, *h = s + n * LANES, *lifted = h + (n + 1) * LANES;
-  const double *row = restricted + thrum_restricted_first(n) * LANES, *z = lifted + LANES;
-  double *own_y = lifted + (n + 1) * LANES;
-  vs_store(lifted, vs_set1(1.0));
-  for (int64_t d = 0; d < n; d++)
-    vs_store(lifted + (d + 1) * LANES, vs_load(q + (n - 1 - d) * LANES));
-  monomials(n, lifted, m);
-  clear(w, columns);
-  clear(g, n);
-  clear(h, n + 1);
+  const int64_t n = model->rank - split;
+  const evaluation e = evaluation_begin(n, q, work);
+  const double *row = restricted + thrum_restricted_first(n) * LANES;
   crowd_block k = block_first(model, true);
-  k.m = m;
-  k.w = w;
-  k.y = y;
-  k.own_y = own_y;
+  k.m = e.m;
+  k.w = e.w;
+  k.y = e.y;
+  k.own_y = e.own_y;
   for (int64_t c = 0; c < n; c++) {
     k.rows = n - c;
-    k.q = z + c * LANES;
+    k.q = e.z + c * LANES;
     k.scale = vs_load(k.q);
     k.own = row;
     block_own(&k);
-    const vs own = vs_add(vs_load(restricted + c * LANES), vs_load(own_y));
-    vs_store(s + c * LANES, vs_add(own, lower_block(n - c, c, 1, y, k.scale, z, g)));
+    const vs own = vs_add(vs_load(restricted + c * LANES), vs_load(e.own_y));
+    vs_store(e.s + c * LANES, vs_add(own, lower_block(n - c, c, 1, e.y, k.scale, e.z, e.g)));
     row += 8 * thrum_pack_vectors(c) * LANES;
     block_next(model->rank, c + 1, &k);
   }
-  upper(n, w, z, lifted, h, y);
-  for (int64_t i = 0; i < n; i++) {
-    const int64_t at = i * LANES;
-    const vs direct = vs_add(vs_load(g + at), vs_load(h + at + LANES));
-    vs_store(gradient + (n - 1 - i) * LANES,
-             vs_add(direct, vs_add(vs_load(s + at), vs_load(y + at))));
-  }
-  vs_store(value, dot(n, z, s));
+  upper(0, n, e.w, e.z, e.lifted, e.h, e.y);
+  for (int64_t i = 0; i < n; i++)
+    vs_store(gradient + i * LANES, evaluation_entry(&e, n - 1 - i));
+  vs_store(value, dot(n, e.z, e.s));
 }
 
 #define THRUM_CROWD_TABLE                                                                          \
-  { LANES, pass_force, pass_restrict, pass_restricted_gradient }
+  { LANES, pass_force_part, pass_restrict, pass_restricted_gradient }

@@ -9,10 +9,12 @@
  *     ascending, and s_c sums y_dc q_d in lanes n-1-d mod 8. With w held: g_a adds q_b w_ba, b
  *     ascending, and s_b sums w_ba q_a in lanes a+1 mod 8. A gradient is (g + g) + (s + s), y's
  * first;
- *   - with the explicit modes held, over n mirrored coordinates (runtime/pack.h), the same with
- *     rows ascending: d in lanes d-c mod 8; w_ba, within c, has the state's own row first; s_c is
- *     (l_c + the own row's y) + the sum of y_dc z_d. Restricting, own rows add up d ascending; what
- *     is linear and quadratic has the other order, its y summed over the columns that are held;
+ *   - of the explicit modes alone, in mirrored coordinates (runtime/pack.h), the same with rows
+ *     ascending, d in lanes d-c mod 8;
+ *   - with the explicit modes held, over n mirrored coordinates, likewise; w_ba, within c, has the
+ *     state's own row first; s_c is (l_c + the own row's y) + the sum of y_dc z_d. Restricting, own
+ *     rows add up d ascending; what is linear and quadratic has the other order, its y summed over
+ *     the columns that are held;
  *   - lanes are added as ((0+4)+(2+6))+((1+5)+(3+7)).
  *
  * SPDX-License-Identifier: Apache-2.0 */
@@ -60,6 +62,13 @@ typedef struct thrum_kernel {
   /* product += (Hessian at q) v. */
   void (*tangent_vector)(const thrum_model *model, const double *q, const double *v,
                          double *product, double *work);
+
+  /* The first `split` entries of `force`, and the value; and of `tangent_vector` for a v whose
+   * others are zero. Their last bits are others. */
+  double (*force_part)(const thrum_model *model, int64_t split, const double *q, double *gradient,
+                       double *work);
+  void (*tangent_vector_part)(const thrum_model *model, int64_t split, const double *q,
+                              const double *v, double *product, double *work);
 
   /* V with the first `split` coordinates held at q, without the constant, see polynomial.h; then
    * its gradient and value at q (n), and its Hessian (n x n), which has more scratch. */

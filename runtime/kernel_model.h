@@ -57,7 +57,7 @@ INLINE void evaluation_block(int64_t n, int64_t c, const evaluation *e) {
 
 /* gradient += what the blocks and w give; returns the value. */
 INLINE double evaluation_end(int64_t n, const evaluation *e, double *lanes, double *gradient) {
-  upper(n, e->w, e->q, e->lifted, e->h, lanes, e->more);
+  upper(0, n, e->w, e->q, e->lifted, e->h, lanes, e->more);
   for (int64_t i = 0; i < n; i++)
     gradient[i] += (e->g[n - 1 - i] + e->h[i + 1]) + (e->s[i] + e->more[i]);
   return lanes_dot(n, e->q, e->s);
@@ -120,9 +120,9 @@ PASS void pass_tangent_vector(const thrum_model *model, const double *q, const d
     e.s[c] = v8_sum(lower_block(n - c, d.y, e.q[c], e.reversed, sum, e.g));
     packed_next(n, c + 1, &b);
   }
-  upper_runs(true, n, e.w, d.q, d.lifted, e.h, t.lanes);
-  upper_runs(false, n, d.w, e.q, e.lifted, e.h, t.lanes);
-  upper_sums(n, t.lanes, e.more);
+  upper_runs(true, 0, n, e.w, d.q, d.lifted, e.h, t.lanes);
+  upper_runs(false, 0, n, d.w, e.q, e.lifted, e.h, t.lanes);
+  upper_sums(0, n, t.lanes, e.more);
   for (int64_t i = 0; i < n; i++)
     product[i] += (e.g[n - 1 - i] + e.h[i + 1]) + (e.s[i] + e.more[i]);
 }
@@ -186,7 +186,7 @@ PASS double pass_tangent(const thrum_model *model, const double *q, double *grad
   // the mixed derivatives by q_d and the columns: the gradient of all that meets q_d
   for (int64_t d = 0; d < n; d++) {
     zeros(g, d + 2);
-    upper(d + 1, list[n - 1 - d], e.q, e.lifted, g, t.lanes, s);
+    upper(0, d + 1, list[n - 1 - d], e.q, e.lifted, g, t.lanes, s);
     for (int64_t k = 0; k <= d; k++)
       hessian[d * n + k] += g[k + 1] + s[k];
   }

@@ -23,10 +23,11 @@ typedef struct point {
 } point;
 
 /* A block of packed rows: `whole` vectors of columns, of which the first `vectors` are wanted, and
- * of `all` rows those from `first` to before `rows`. */
+ * of `all` rows those from `first` to before `rows`. The first `plain` vectors give sums alone, at
+ * the first point. */
 typedef struct packed_block {
   coefficients b;
-  int64_t at, whole, vectors, all, first, rows;
+  int64_t at, whole, vectors, plain, all, first, rows;
 } packed_block;
 
 /* One more row of a block, with its x and y. */
@@ -82,17 +83,31 @@ typedef enum work_on {
   WORK_TWICE  /* y and w of two points */
 } work_on;
 
+/* One vector of columns of each row into the rows' sums. */
+INLINE void sum_rows(bool single, int rows, const coefficients *b, int64_t at, v8 m, v8x8 *sum) {
+#define X(k)                                                                                       \
+  if (k < rows)                                                                                    \
+    sum->r[k] = v8_add(sum->r[k], v8_mul(coefficient(single, b, at + 8 * k), m));
+  EACH_8(X)
+#undef X
+}
+
 /* `rows` rows of a group of `size`, the first at `at`, at one point: sums into y[0..rows-1],
  * w += B^T x, lists += q times the row. */
-INLINE void group_rows(bool single, work_on what, int rows, const coefficients *b, int64_t at,
-                       int64_t size, int64_t vectors, const double *m, const double *x, double *w,
-                       double *y, const row_lists *l, const own_row *own) {
+INLINE void group_rows(bool single, work_on what, int rows, const packed_block *k, int64_t at,
+                       int64_t size, const double *m, const double *x, double *w, double *y,
+                       const row_lists *l, const own_row *own) {
   const bool sums = what != WORK_ADDS, adds = what != WORK_SUMS;
   v8x8 sum = rows_zero8();
   v8 own_sum = v8_zero();
   const v8x8 factor = adds ? rows_set8(rows, x) : sum;
   const v8 q = l ? v8_set1(l->q) : v8_zero(), own_x = own ? v8_set1(own->x) : v8_zero();
-  for (int64_t v = 0; v < 8 * vectors; v += 8, at += 8 * size) {
+  const coefficients *b = &k->b;
+  int64_t v = 0;
+  if (what == WORK_BOTH)
+    for (; v < 8 * k->plain; v += 8, at += 8 * size)
+      sum_rows(single, rows, b, at, v8_load(m + v), &sum);
+  for (; v < 8 * k->vectors; v += 8, at += 8 * size) {
     const v8 m_v = sums ? v8_load(m + v) : v8_zero();
     v8 w_v = adds ? v8_load(w + v) : v8_zero();
     if (own) {
@@ -122,11 +137,15 @@ INLINE void group_rows(bool single, work_on what, int rows, const coefficients *
 }
 
 /* The same at two points. */
-INLINE void group_rows_twice(bool single, int rows, const coefficients *b, int64_t at, int64_t size,
-                             int64_t vectors, int64_t row, const point p[2]) {
+INLINE void group_rows_twice(bool single, int rows, const packed_block *k, int64_t at, int64_t size,
+                             int64_t row, const point p[2]) {
   v8x8 sum = rows_zero8(), sum2 = rows_zero8();
   const v8x8 factor = rows_set8(rows, p[0].x + row), factor2 = rows_set8(rows, p[1].x + row);
-  for (int64_t v = 0; v < 8 * vectors; v += 8, at += 8 * size) {
+  const coefficients *b = &k->b;
+  int64_t v = 0;
+  for (; v < 8 * k->plain; v += 8, at += 8 * size)
+    sum_rows(single, rows, b, at, v8_load(p[0].m + v), &sum);
+  for (; v < 8 * k->vectors; v += 8, at += 8 * size) {
     const v8 m = v8_load(p[0].m + v), m2 = v8_load(p[1].m + v);
     v8 w = v8_load(p[0].w + v), w2 = v8_load(p[1].w + v);
 #define X(k)                                                                                       \
@@ -150,7 +169,7 @@ INLINE void group_work(bool single, work_on what, int rows, const packed_block *
                        int64_t size, int64_t row, const point *p, const row_lists *l,
                        const own_row *own) {
   if (what == WORK_TWICE) {
-    group_rows_twice(single, rows, &b->b, at, size, b->vectors, row, p);
+    group_rows_twice(single, rows, b, at, size, row, p);
     return;
   }
   row_lists here = {0, NULL};
@@ -159,10 +178,10 @@ INLINE void group_work(bool single, work_on what, int rows, const packed_block *
   const double *x = what == WORK_SUMS ? NULL : p->x + row;
   double *y = what == WORK_ADDS ? NULL : p->y + row;
   if (what == WORK_OWN && row == 0)
-    group_rows(single, what, rows, &b->b, at, size, b->vectors, p->m, x, p->w, y, NULL, own);
+    group_rows(single, what, rows, b, at, size, p->m, x, p->w, y, NULL, own);
   else
-    group_rows(single, what, rows, &b->b, at, size, b->vectors, p->m, x, p->w, y,
-               what == WORK_LISTS ? &here : NULL, NULL);
+    group_rows(single, what, rows, b, at, size, p->m, x, p->w, y, what == WORK_LISTS ? &here : NULL,
+               NULL);
 }
 
 /* All wanted rows of a block, in whole registers' worth; behind the last, y is zero up to a
@@ -218,13 +237,12 @@ BLOCK_PASS(packed_lists, WORK_LISTS)
 BLOCK_PASS(packed_twice, WORK_TWICE)
 
 INLINE packed_block packed_first(const thrum_model *model) {
-  const packed_block b = {{model->packed, model->packed_single},
-                          0,
-                          thrum_pack_vectors(0),
-                          thrum_pack_vectors(0),
-                          model->rank,
-                          0,
-                          model->rank};
+  const int64_t vectors = thrum_pack_vectors(0);
+  const packed_block b = {.b = {model->packed, model->packed_single},
+                          .whole = vectors,
+                          .vectors = vectors,
+                          .all = model->rank,
+                          .rows = model->rank};
   return b;
 }
 
@@ -343,14 +361,14 @@ INLINE v8 upper_part(bool starts, v8 part, double q_b, v8 lifted, double *lanes,
   return v8_add(g, v8_mul(v8_set1(q_b), part));
 }
 
-/* The gradient of sum w_ba q_b q^_a over the runs below `last`: g_a += q_b w_ba, lifted; lanes of
+/* The gradient of sum w_ba q_b q^_a over the runs first..last-1: g_a += q_b w_ba, lifted; lanes of
  * s_b = sum_a w_ba q^_a, from zero if `starts`. */
-INLINE void upper_runs(bool starts, int64_t last, const double *w, const double *q,
+INLINE void upper_runs(bool starts, int64_t first, int64_t last, const double *w, const double *q,
                        const double *lifted, double *g, double *lanes) {
   for (int64_t c = 0; c <= last; c += 8) {
     const v8 lifted_c = v8_load(lifted + c);
     v8 g_c = v8_load(g + c);
-    int64_t b = c > 0 ? c - 1 : 0;
+    int64_t b = c - 1 > first ? c - 1 : first;
     // runs that end in this vector of columns, then those that go on
     for (; b < last && b < c + 6; b++) {
       const v8 part = v8_load_range(w + thrum_pack_first(b) + c, 0, b + 2 - c);
@@ -364,9 +382,9 @@ INLINE void upper_runs(bool starts, int64_t last, const double *w, const double 
   }
 }
 
-/* s_b of every run; behind the last zero up to a multiple of 8. */
-INLINE void upper_sums(int64_t last, const double *lanes, double *s) {
-  for (int64_t b = 0; b < last; b += 8) {
+/* s_b of these runs; behind the last zero up to a multiple of 8. */
+INLINE void upper_sums(int64_t first, int64_t last, const double *lanes, double *s) {
+  for (int64_t b = first; b < last; b += 8) {
     v8x8 sum = rows_zero8();
 #define X(k)                                                                                       \
   if (b + k < last)                                                                                \
@@ -377,10 +395,10 @@ INLINE void upper_sums(int64_t last, const double *lanes, double *s) {
   }
 }
 
-PASS void upper(int64_t last, const double *w, const double *q, const double *lifted, double *g,
-                double *lanes, double *s) {
-  upper_runs(true, last, w, q, lifted, g, lanes);
-  upper_sums(last, lanes, s);
+PASS void upper(int64_t first, int64_t last, const double *w, const double *q, const double *lifted,
+                double *g, double *lanes, double *s) {
+  upper_runs(true, first, last, w, q, lifted, g, lanes);
+  upper_sums(first, last, lanes, s);
 }
 
 INLINE double lanes_dot(int64_t n, const double *a, const double *b) {

@@ -6,7 +6,8 @@
 #include "kernel_packed.h"
 // it needs the packed blocks
 #include "kernel_model.h"
-// it needs evaluations
+// these need evaluations
+#include "kernel_part.h"
 #include "kernel_restricted.h"
 
 /* Whole lanes may go past the diagonal. */
@@ -28,6 +29,7 @@ PASS void pass_rank_two(int64_t n, bool lower, const double *a, const double *b,
 
 #define THRUM_KERNEL_TABLE(id)                                                                     \
   {                                                                                                \
-    id, pass_energy, pass_force, pass_forces, pass_tangent, pass_tangent_vector, pass_restrict,    \
-        pass_restricted_gradient, pass_restricted_hessian, pass_rank_two                           \
+    id, pass_energy, pass_force, pass_forces, pass_tangent, pass_tangent_vector, pass_force_part,  \
+        pass_tangent_vector_part, pass_restrict, pass_restricted_gradient,                         \
+        pass_restricted_hessian, pass_rank_two                                                     \
   }

@@ -290,6 +290,83 @@ static double reference_tangent(const thrum_model *model, const double *q, doubl
   return gradient ? evaluation_end(n, &e, gradient) : 0.0;
 }
 
+/* The same in mirrored coordinates, those before z_first zero. */
+static evaluation evaluation_mirrored(int64_t n, int64_t first, double one, const double *q,
+                                      double **work) {
+  const evaluation e = evaluation_make(n, one, q, work);
+  for (int64_t k = 0; k < n; k++)
+    e.q[k] = e.lifted[k + 1] = k < first ? 0.0 : q[n - 1 - k];
+  return e;
+}
+
+/* The runs from `first` on. */
+static void take_last_columns(int64_t first, int64_t last, const double *w, const double *q,
+                              const double *lifted, double *h, double *lanes) {
+  for (int64_t b = first; b < last; b++)
+    row_both(b + 2, w + thrum_pack_first(b), lifted, q[b], h, lanes + LANES * b);
+}
+
+static double reference_force_part(const thrum_model *model, int64_t split, const double *q,
+                                   double *gradient, double *work) {
+  const int64_t n = model->rank, implicit = n - split, plain = thrum_pack_first(implicit) / 8 * 8;
+  walk k = walk_begin(model, true, n, &work);
+  const evaluation e = evaluation_mirrored(n, 0, 1.0, q, &work);
+  const double *z = e.q;
+  columns_of(n, &e, NULL, e.m);
+  while (walk_next(&k)) {
+    const int64_t c = k.c, d = k.d, count = thrum_pack_columns(c),
+                  sums = c < implicit ? count : plain;
+    walk_read(&k);
+    double lane[LANES] = {0};
+    row_product(sums, k.row, e.m, lane);
+    row_both(count - sums, k.row + sums, e.m + sums, z[c] * z[d], e.w + sums, lane);
+    const double y = lanes_sum(lane);
+    e.g[d] += z[c] * y;
+    e.lanes[LANES * c + (d - c) % LANES] += y * z[d];
+  }
+  sums_of(n, e.lanes, e.s);
+  take_last_columns(implicit, n, e.w, z, e.lifted, e.h, e.lanes);
+  sums_of(n, e.lanes, e.more);
+  for (int64_t i = implicit; i < n; i++)
+    gradient[n - 1 - i] += (e.g[i] + e.h[i + 1]) + (e.s[i] + e.more[i]);
+  return dot(n, z, e.s);
+}
+
+static void reference_tangent_vector_part(const thrum_model *model, int64_t split, const double *q,
+                                          const double *v_given, double *product, double *work) {
+  const int64_t n = model->rank, implicit = n - split, plain = thrum_pack_first(implicit) / 8 * 8;
+  walk k = walk_begin(model, true, n, &work);
+  const evaluation e = evaluation_mirrored(n, 0, 1.0, q, &work);
+  const evaluation u = evaluation_mirrored(n, implicit, 0.0, v_given, &work);
+  const double *z = e.q, *v = u.q;
+  columns_of(n, &e, NULL, e.m);
+  columns_of(n, &e, &u, u.m);
+  // every line is the derivative along v of a line of reference_force_part
+  while (walk_next(&k)) {
+    const int64_t c = k.c, d = k.d, count = thrum_pack_columns(c) - plain;
+    if (c < implicit)
+      continue;
+    walk_read(&k);
+    double lane[LANES] = {0}, other[LANES] = {0}, *lanes = e.lanes + LANES * c;
+    row_product(plain, k.row, e.m, lane);
+    row_both(count, k.row + plain, e.m + plain, z[c] * z[d], e.w + plain, lane);
+    row_both(count, k.row + plain, u.m + plain, z[c] * v[d] + v[c] * z[d], u.w + plain, other);
+    const double y = lanes_sum(lane), dy = lanes_sum(other);
+    e.g[d] = (e.g[d] + v[c] * y) + z[c] * dy;
+    lanes[(d - c) % LANES] += y * v[d];
+    // in the lanes all rows of a block under v go before those under q
+    u.g[d] = dy;
+    for (int64_t t = c; d == n - 1 && t < n; t++)
+      lanes[(t - c) % LANES] += u.g[t] * z[t];
+  }
+  sums_of(n, e.lanes, e.s);
+  take_last_columns(implicit, n, e.w, v, u.lifted, e.h, e.lanes);
+  take_last_columns(implicit, n, u.w, z, e.lifted, e.h, e.lanes);
+  sums_of(n, e.lanes, e.more);
+  for (int64_t i = implicit; i < n; i++)
+    product[n - 1 - i] += (e.g[i] + e.h[i + 1]) + (e.s[i] + e.more[i]);
+}
+
 /* Linear and quadratic terms; the latter's places are those of the columns (b,-1) of rows c. */
 static void restrict_low(const thrum_model *model, int64_t split, const double *q_given,
                          double *restricted, double *work) {
@@ -341,23 +418,14 @@ static void reference_restrict(const thrum_model *model, int64_t split, const do
   restrict_low(model, split, q, restricted, work);
 }
 
-/* z from q of the implicit modes, for evaluation_make. */
-static const double *mirrored(int64_t n, const double *q, double **work) {
-  double *z = *work;
-  *work += n;
-  for (int64_t k = 0; k < n; k++)
-    z[k] = q[n - 1 - k];
-  return z;
-}
-
 static double reference_restricted_gradient(const thrum_model *model, int64_t split,
                                             const double *restricted, const double *q,
                                             double *gradient, double *work) {
   const int64_t n = model->rank - split;
   const double *row = restricted + thrum_restricted_first(n);
   walk k = walk_begin(model, true, n, &work);
-  const double *z = mirrored(n, q, &work);
-  const evaluation e = evaluation_make(n, 1.0, z, &work);
+  const evaluation e = evaluation_mirrored(n, 0, 1.0, q, &work);
+  const double *z = e.q;
   columns_of(n, &e, NULL, e.m);
   while (walk_next(&k)) {
     const int64_t c = k.c, count = thrum_pack_columns(c);
@@ -391,12 +459,12 @@ static void reference_restricted_hessian(const thrum_model *model, int64_t split
   const int64_t n = model->rank - split, columns = thrum_pack_first(n);
   const double *row = restricted + thrum_restricted_first(n);
   walk k = walk_begin(model, true, n, &work);
-  const double *z = mirrored(n, q, &work);
   double *l = work, *at = l + columns, *list[THRUM_RANK_MAX];
   for (int64_t d = 0; d < n; at += thrum_pack_columns(d), d++)
     list[d] = at;
   memset(l, 0, (size_t)(at - l) * sizeof *l);
-  const evaluation e = evaluation_make(n, 1.0, z, &at);
+  const evaluation e = evaluation_mirrored(n, 0, 1.0, q, &at);
+  const double *z = e.q;
   columns_of(n, &e, NULL, e.m);
   memset(hessian, 0, (size_t)(n * n) * sizeof *hessian);
   while (walk_next(&k)) {
@@ -439,6 +507,8 @@ const thrum_kernel thrum_kernel_reference = {THRUM_KERNEL_REFERENCE,
                                              reference_forces,
                                              reference_tangent,
                                              reference_tangent_vector,
+                                             reference_force_part,
+                                             reference_tangent_vector_part,
                                              reference_restrict,
                                              reference_restricted_gradient,
                                              reference_restricted_hessian,

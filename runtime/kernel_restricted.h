@@ -94,7 +94,7 @@ PASS double pass_restricted_gradient(const thrum_model *model, int64_t split,
     row += 8 * thrum_pack_vectors(c);
     packed_next(model->rank, c + 1, &b);
   }
-  upper(n, e.w, e.q, e.lifted, e.h, t.lanes, e.more);
+  upper(0, n, e.w, e.q, e.lifted, e.h, t.lanes, e.more);
   for (int64_t k = 0; k < n; k++)
     gradient[n - 1 - k] = (e.g[k] + e.h[k + 1]) + (e.s[k] + e.more[k]);
   return lanes_dot(n, e.q, e.s);
@@ -136,7 +136,7 @@ PASS void pass_restricted_hessian(const thrum_model *model, int64_t split, const
   }
   for (int64_t d = 0; d < n; d++) {
     zeros(g, d + 2);
-    upper(d + 1, list[d], e.q, e.lifted, g, t.lanes, s);
+    upper(0, d + 1, list[d], e.q, e.lifted, g, t.lanes, s);
     for (int64_t k = 0; k <= d; k++)
       hessian[d * n + k] += g[k + 1] + s[k];
   }

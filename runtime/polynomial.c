@@ -98,6 +98,23 @@ void thrum_tangent_vector_by(const thrum_kernel *by, const thrum_model *model, c
   fit(by, model)->tangent_vector(model, q, v, product, work);
 }
 
+double thrum_force_part(const thrum_kernel *by, const thrum_model *model, int32_t split,
+                        const double *q, double *force, double *work) {
+  double quadratic = 0;
+  for (int64_t i = 0; i < model->rank; i++)
+    quadratic += 0.5 * model->omega2[i] * q[i] * q[i];
+  for (int64_t i = 0; i < split; i++)
+    force[i] = model->omega2[i] * q[i];
+  return quadratic + fit(by, model)->force_part(model, split, q, force, work);
+}
+
+void thrum_tangent_vector_part(const thrum_kernel *by, const thrum_model *model, int32_t split,
+                               const double *q, const double *v, double *product, double *work) {
+  for (int64_t i = 0; i < split; i++)
+    product[i] = model->omega2[i] * v[i];
+  fit(by, model)->tangent_vector_part(model, split, q, v, product, work);
+}
+
 double thrum_energy(const thrum_model *model, const double *q, double *work) {
   return thrum_energy_by(thrum_kernel_get(THRUM_KERNEL_BEST), model, q, work);
 }

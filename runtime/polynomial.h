@@ -42,6 +42,14 @@ double thrum_force_tangent_by(const thrum_kernel *by, const thrum_model *model, 
 void thrum_tangent_vector_by(const thrum_kernel *by, const thrum_model *model, const double *q,
                              const double *v, double *product, double *work);
 
+/* The first `split` entries of the force, and V(q). */
+double thrum_force_part(const thrum_kernel *by, const thrum_model *model, int32_t split,
+                        const double *q, double *force, double *work);
+
+/* The first `split` entries of T v for a v whose other entries, which are not read, are zero. */
+void thrum_tangent_vector_part(const thrum_kernel *by, const thrum_model *model, int32_t split,
+                               const double *q, const double *v, double *product, double *work);
+
 /* --- V with the first `split` coordinates held ---------------------------------------------------
  * n = rank - split coordinates remain. A restricted polynomial is one array of
  * thrum_restricted_count(n) doubles, as runtime/pack.h says. Its quartic part is read from the

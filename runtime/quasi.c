@@ -75,7 +75,10 @@ static void guess(const thrum_solver *s, const thrum_quasi *quasi) {
   if (count > 0) {
     count = smooth(s, past_r, count);
   } else if (s->first > 0) {
-    // stage 1 has R at q_k
+    // what is restricted has R at q_k for little
+    for (int32_t i = s->first; i < s->state->rank; i++)
+      view->middle[i] = view->q[i];
+    s->evaluate(s);
     past_q[count] = view->q;
     past_r[count++] = view->force;
   } else {

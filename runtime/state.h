@@ -276,8 +276,8 @@ int32_t thrum_split_explicit(const thrum_model *model, thrum_split_rule rule, do
                              double safety, int32_t count);
 int32_t thrum_split_of(const thrum_model *model, const thrum_state *state);
 
-/* stagger.c: what pushes the explicit modes at q into force: R, less kappa q in the quadratic
- * split. Returns V(q). */
+/* stagger.c: what pushes the explicit modes at q into their entries of force: R, less kappa q in the
+ * quadratic split. Returns V(q). */
 double thrum_stagger_force(const thrum_model *model, const thrum_state *state,
                            thrum_state_view *view, const double *q);
 

@@ -99,7 +99,8 @@ static double iterate(const thrum_model *model, const thrum_state *state, thrum_
     norm += v[i] * v[i];
   for (int32_t i = 0; i < state->rank; i++)
     view->direction[i] = i < n ? v[i] / sqrt(norm) : 0.0;
-  thrum_tangent_vector_by(view->kernel, model, view->q, view->direction, view->product, view->work);
+  thrum_tangent_vector_part(view->kernel, model, n, view->q, view->direction, view->product,
+                            view->work);
   if (state->scheme == THRUM_SCHEME_QUADRATIC)
     for (int32_t i = state->split; i < n; i++)
       view->product[i] -= model->omega2[i] * view->direction[i];

@@ -28,6 +28,7 @@ typedef struct outcome {
   double energy, with_force, with_tangent, twice[2];
   double force[RANK_MAX], product[RANK_MAX], tangent[RANK_MAX * RANK_MAX];
   double forces[2][RANK_MAX], tangent_force[RANK_MAX], tangent_again[RANK_MAX * RANK_MAX];
+  double part, force_part[RANK_MAX], product_part[RANK_MAX];
   double gradient[RANK_MAX], hessian[RANK_MAX * RANK_MAX];
   double *restricted;
 } outcome;
@@ -101,6 +102,8 @@ static void evaluate(const setup *s, const thrum_kernel *by, bool pack, int64_t 
   double *const forces[2] = {o->forces[0], o->forces[1]};
   thrum_forces_by(by, &model, points, forces, o->twice, work);
   thrum_tangent_vector_by(by, &model, s->q, s->v, o->product, work);
+  o->part = thrum_force_part(by, &model, split, s->q, o->force_part, work);
+  thrum_tangent_vector_part(by, &model, split, s->q, s->v, o->product_part, work);
   o->restricted = random_alloc(thrum_restricted_count(rank - split), sizeof(double));
   thrum_polynomial_restrict(by, &model, split, s->q, o->restricted, work);
   thrum_restricted_gradient(by, &model, split, o->restricted, s->v, o->gradient, work);
@@ -125,6 +128,9 @@ static void assert_same(const outcome *a, const outcome *b, int64_t rank, int32_
   assert_memory_equal(a->force, b->force, vector);
   assert_memory_equal(a->product, b->product, vector);
   assert_memory_equal(a->tangent, b->tangent, (size_t)rank * vector);
+  assert_true(a->part == b->part);
+  assert_memory_equal(a->force_part, b->force_part, (size_t)split * sizeof(double));
+  assert_memory_equal(a->product_part, b->product_part, (size_t)split * sizeof(double));
   assert_memory_equal(a->restricted, b->restricted,
                       (size_t)thrum_restricted_count(rank - split) * sizeof(double));
   assert_memory_equal(a->gradient, b->gradient, n * sizeof(double));

@@ -375,6 +375,36 @@ static void restricted_polynomial_is_the_polynomial_at_every_split(void **state)
   }
 }
 
+static void what_pushes_the_first_coordinates_is_the_beginning_of_the_whole(void **state) {
+  (void)state;
+  const thrum_kernel *by = thrum_kernel_get(THRUM_KERNEL_BEST);
+  for (int c = 0; c < RANKS; c++) {
+    setup s;
+    setup_make(&s, ranks[c]);
+    int64_t r = s.rank;
+    double energy = thrum_force(s.model, s.q, s.force, s.work), scale;
+    double energy_scale = norm(r, s.force) + fabs(energy);
+    energy_by_loops(s.model, s.q, &scale);
+    for (int32_t split = 0; split <= r; split++) {
+      double force[RANK_MAX], v[RANK_MAX], low[RANK_MAX], whole[RANK_MAX], part[RANK_MAX];
+      force[split < r ? split : 0] = -12345.0;
+      assert_near(thrum_force_part(by, s.model, split, s.q, force, s.work), energy, scale, 1e-13);
+      for (int64_t i = 0; i < split; i++)
+        assert_near(force[i], s.force[i], energy_scale, 1e-12);
+      assert_true(split == r || force[split] == -12345.0);
+      for (int64_t i = 0; i < r; i++) {
+        v[i] = i < split ? 1.0 / (double)(i + 1) : NAN;
+        low[i] = i < split ? v[i] : 0.0;
+      }
+      thrum_tangent_vector(s.model, s.q, low, whole, s.work);
+      thrum_tangent_vector_part(by, s.model, split, s.q, v, part, s.work);
+      for (int64_t i = 0; i < split; i++)
+        assert_near(part[i], whole[i], norm(r, whole), 1e-12);
+    }
+    setup_free(&s);
+  }
+}
+
 static void energy_of_a_body_is_bounded_from_below(void **state) {
   (void)state;
   random_state random = {9};
@@ -447,6 +477,7 @@ int main(void) {
       cmocka_unit_test(rest_has_no_energy_no_force_and_the_linear_stiffness),
       cmocka_unit_test(one_degree_alone_is_homogeneous),
       cmocka_unit_test(restricted_polynomial_is_the_polynomial_at_every_split),
+      cmocka_unit_test(what_pushes_the_first_coordinates_is_the_beginning_of_the_whole),
       cmocka_unit_test(energy_of_a_body_is_bounded_from_below),
       cmocka_unit_test(products_keep_the_promised_order_of_summation_bit_for_bit),
   };
