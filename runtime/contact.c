@@ -17,7 +17,8 @@
 #define COUNT_MAX (INT64_C(1) << 31)
 
 thrum_contact_def thrum_default_contact_def(void) {
-  const thrum_contact_def def = {.cookie = DEF_COOKIE, .pull_max = 1, .sweeps_max = 60};
+  const thrum_contact_def def = {
+      .cookie = DEF_COOKIE, .pull_max = 1, .sweeps_max = 50, .tolerance = 1e-6};
   return def;
 }
 
@@ -70,6 +71,10 @@ static thrum_status check_counts(const thrum_contact_def *def, thrum_error *erro
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "the contact's stiffness is %g; it must be 0 to 1e30 [N/m^3]",
                            def->stiffness);
+  if (!(def->tolerance > 0.0 && def->tolerance <= 1e-2))
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "the contact's tolerance is %g; it must be in (0, 1e-2]",
+                           def->tolerance);
   return THRUM_OK;
 }
 
@@ -117,6 +122,7 @@ static void fill_header(const thrum_model *model, const thrum_state *state,
   contact->touch_max = def->touch_max > 0 ? def->touch_max : 2 * contact->point_count;
   contact->pull_max = def->pull_max;
   contact->sweeps_max = def->sweeps_max;
+  contact->tolerance = def->tolerance;
   contact->state_bytes = kept_bytes(state);
   contact->fresh = 1;
   contact->bytes = bytes_of(contact);
@@ -236,7 +242,7 @@ void thrum_contact_reset(thrum_contact *contact) {
   const thrum_contact_view view = thrum_contact_view_of(contact);
   memset(view.pull_forces, 0, (size_t)contact->pull_max * 3 * sizeof(double));
   contact->touch_count = contact->row_count = contact->pull_count = 0;
-  contact->taken = contact->stored = contact->lost = 0.0;
+  contact->flow = contact->stored = contact->lost = 0.0;
   contact->driven = contact->granted = contact->pulled = 0.0;
   contact->depth = contact->normal = 0.0;
   contact->steps = contact->redone = contact->declined = 0;

@@ -24,10 +24,11 @@ struct thrum_contact {
   int64_t touch_count; /* of the last step */
   int64_t row_count;   /* of the step that has begun */
   int64_t pull_count;  /* of the step that has begun */
+  double tolerance;    /* of the def */
   double stiffness;    /* of obstacles without their own [N/m^3] */
   double middle[3];    /* of the points' box, in the mesh [m] */
   double radius;       /* of the points about it [m] */
-  double taken;        /* what contact took from the body, magnitudes [J] */
+  double flow;         /* forces times the free displacements of their points, summed [J] */
   double stored, lost, driven, granted, pulled;     /* report [J] */
   double depth, normal;                             /* report */
   int64_t steps, redone, declined, dropped, sweeps; /* report */
@@ -64,8 +65,10 @@ typedef struct thrum_contact_row {
   double restitution, friction;
   double speed;    /* along the normal at the start, relative to the obstacle [m/s] */
   double gained;   /* what the step adds to it towards the obstacle without contact [m/s] */
+  double free;     /* length of the displacement without contact and pulls [m] */
   double ceiling;  /* the spring pushes only while gap' is below [m] */
   double slide[3]; /* where friction would have the tangential displacement: 0 to this [m] */
+  double seen[3];  /* displacement of the point when its row was last solved [m] */
   double work, rubbed, driven; /* of the step made: on the body, and of the moving obstacle [J] */
 } thrum_contact_row;
 
@@ -78,6 +81,7 @@ typedef struct thrum_pull_row {
   double response[9]; /* G */
   double rate;        /* K: force per displacement [N/m] */
   double bias[3];     /* force without displacement [N] */
+  double seen[3];     /* as in a row [m] */
 } thrum_pull_row;
 
 /* X(type, name, count) */
@@ -139,13 +143,18 @@ void thrum_contact_rows(thrum_contact_run *run);
 /* contact_rows.c: rows of U of a pull's point, into pulled_row. */
 const double *thrum_contact_pulled_rows(const thrum_contact_run *run, const thrum_pull *pull);
 
-/* contact_solve.c: forces of rows and pull rows; moved, and load for the state. `released`: the
- * springs give nothing back. */
-void thrum_contact_solve(thrum_contact_run *run, bool released);
+/* contact_rows.c: no row gives anything back, and what comes in is stopped. */
+void thrum_contact_release(thrum_contact_run *run);
+
+/* contact_solve.c: forces of rows and pull rows; moved, and load for the state. */
+void thrum_contact_solve(thrum_contact_run *run);
 
 /* contact_account.c: what the rows did in the step from view.q to q (rank); returns their work on
  * the body, relative to the obstacles [J]. */
 double thrum_contact_measure(thrum_contact_run *run, const double *q);
+
+/* What goes through the rows in the step: forces times free displacements [J]. */
+double thrum_contact_flow(const thrum_contact_run *run);
 
 /* The same into the account, with the touches of the next step. */
 void thrum_contact_settle(thrum_contact_run *run, const double *q);

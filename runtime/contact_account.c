@@ -55,6 +55,16 @@ double thrum_contact_measure(thrum_contact_run *run, const double *q) {
   return work;
 }
 
+double thrum_contact_flow(const thrum_contact_run *run) {
+  double sum = 0.0;
+  for (int64_t n = 0; n < run->contact->row_count; n++) {
+    const thrum_contact_row *row = run->view.rows + n;
+    const double *f = row->touch.friction;
+    sum += (row->touch.force + sqrt(thrum_dot3(f, f))) * row->free;
+  }
+  return sum;
+}
+
 /* Energy of springs that were there before the first step. */
 static double granted_now(const thrum_contact_run *run) {
   double sum = 0.0;
@@ -119,8 +129,8 @@ void thrum_contact_settle(thrum_contact_run *run, const double *q) {
       row->touch.stored = 0.0;
     stored += row->touch.stored;
     contact->driven += row->driven;
-    contact->taken += fmax(-row->work - row->rubbed, 0.0);
   }
+  contact->flow += thrum_contact_flow(run);
   contact->granted += granted;
   contact->lost += contact->stored + granted - work - stored;
   contact->stored = stored;

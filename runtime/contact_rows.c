@@ -182,6 +182,7 @@ static void fill_row(const thrum_contact_run *run, const moving_point *point,
     velocity[axis] -= obstacle->velocity[axis];
     free[axis] = point->free[axis] - row->drift[axis];
   }
+  row->free = sqrt(thrum_dot3(free, free));
   bound_row(run, velocity, free, row);
 }
 
@@ -346,4 +347,12 @@ void thrum_contact_rows(thrum_contact_run *run) {
   if (any)
     add_rows(run, reach);
   raise_ceilings(run);
+}
+
+void thrum_contact_release(thrum_contact_run *run) {
+  for (int64_t n = 0; n < run->contact->row_count; n++) {
+    thrum_contact_row *row = run->view.rows + n;
+    row->ceiling = fmin(row->ceiling, row->gap + 0.5 * run->dt * fmin(row->speed, 0.0));
+    row->friction = 0.0;
+  }
 }

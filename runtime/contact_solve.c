@@ -16,8 +16,6 @@
 
 #include "contact.h"
 
-#define TOLERANCE 1e-10 /* change of a sweep, over the largest displacement */
-
 /* moved += W J^T force for the three rows of U of a point. */
 static void push(thrum_contact_run *run, const double *rows, const double force[3]) {
   const int64_t rank = run->contact->rank;
@@ -49,17 +47,25 @@ static void force_of(const thrum_contact_row *row, double force[3]) {
     force[axis] = row->touch.force * row->touch.normal[axis] + row->touch.friction[axis];
 }
 
-/* Solves one row; returns by how much its point moved. */
-static double solve_row(thrum_contact_run *run, thrum_contact_row *row, bool released) {
+/* How far a point is from where it was seen last, which becomes here. */
+static double since(const double at[3], double seen[3]) {
+  const double off[3] = {at[0] - seen[0], at[1] - seen[1], at[2] - seen[2]};
+  memcpy(seen, at, 3 * sizeof *seen);
+  return sqrt(thrum_dot3(off, off));
+}
+
+/* Solves one row; returns by how much the point had moved since the last sweep. */
+static double solve_row(thrum_contact_run *run, thrum_contact_row *row) {
   const double *rows = rows_of(run, row), *normal = row->touch.normal;
   double at[3], before[3], change[3], moved[3];
   read(run, rows, run->view.moved, at);
+  const double off = since(at, row->seen);
   for (int axis = 0; axis < 3; axis++)
     at[axis] -= row->drift[axis];
   force_of(row, before);
   const double gap = row->gap + thrum_dot3(normal, at);
-  const double force = thrum_contact_normal(row, gap - row->along * row->touch.force,
-                                            released ? 0.0 : row->touch.stored);
+  const double force =
+      thrum_contact_normal(row, gap - row->along * row->touch.force, row->touch.stored);
   for (int axis = 0; axis < 3; axis++)
     change[axis] = (force - row->touch.force) * normal[axis];
   row->touch.force = force;
@@ -74,11 +80,11 @@ static double solve_row(thrum_contact_run *run, thrum_contact_row *row, bool rel
   force_of(row, change);
   for (int axis = 0; axis < 3; axis++)
     change[axis] -= before[axis];
-  if (change[0] == 0.0 && change[1] == 0.0 && change[2] == 0.0)
-    return 0.0;
   push(run, rows, change);
   thrum_apply3(row->response, change, moved);
-  return sqrt(thrum_dot3(moved, moved));
+  for (int axis = 0; axis < 3; axis++)
+    row->seen[axis] += moved[axis];
+  return off;
 }
 
 /* x = (1 + rate G)^-1 b, G symmetric and positive semidefinite, by elimination. */
@@ -107,6 +113,7 @@ static double solve_pull(thrum_contact_run *run, const thrum_pull *pull, thrum_p
   const double *rows = thrum_contact_pulled_rows(run, pull);
   double at[3], own[3], force[3], change[3], moved[3];
   read(run, rows, run->view.moved, at);
+  const double off = since(at, row->seen);
   thrum_apply3(row->response, row->force, own);
   for (int axis = 0; axis < 3; axis++)
     at[axis] = row->bias[axis] - row->rate * (at[axis] - row->drift[axis] - own[axis]);
@@ -114,19 +121,21 @@ static double solve_pull(thrum_contact_run *run, const thrum_pull *pull, thrum_p
   for (int axis = 0; axis < 3; axis++)
     change[axis] = force[axis] - row->force[axis];
   if (!isfinite(change[0]) || !isfinite(change[1]) || !isfinite(change[2]))
-    return 0.0;
+    return off;
   memcpy(row->force, force, sizeof force);
   push(run, rows, change);
   thrum_apply3(row->response, change, moved);
-  return sqrt(thrum_dot3(moved, moved));
+  for (int axis = 0; axis < 3; axis++)
+    row->seen[axis] += moved[axis];
+  return off;
 }
 
-static double sweep(thrum_contact_run *run, bool released) {
+static double sweep(thrum_contact_run *run) {
   double change = 0.0;
   for (int64_t n = 0; n < run->contact->pull_count; n++)
     change = fmax(change, solve_pull(run, run->around->pulls + n, run->view.pull_rows + n));
   for (int64_t n = 0; n < run->contact->row_count; n++)
-    change = fmax(change, solve_row(run, run->view.rows + n, released));
+    change = fmax(change, solve_row(run, run->view.rows + n));
   return change;
 }
 
@@ -176,13 +185,13 @@ static void gather_load(thrum_contact_run *run) {
   }
 }
 
-void thrum_contact_solve(thrum_contact_run *run, bool released) {
+void thrum_contact_solve(thrum_contact_run *run) {
   thrum_contact *contact = run->contact;
   const double largest = begin_sweeps(run);
   if (contact->row_count + contact->pull_count > 0) {
     for (int32_t n = 0; n < contact->sweeps_max; n++) {
       contact->sweeps++;
-      if (!(sweep(run, released) > TOLERANCE * largest))
+      if (!(sweep(run) > contact->tolerance * largest))
         break;
     }
   }

@@ -1,8 +1,8 @@
 /* Steps with contact: predict, solve, step, look at what it really did (docs/contact.md).
  *
  * The account knows the work of contact exactly after the step. Where it would have given back more
- * than it took, the step is made again: twice with the prediction shifted by what the attempt
- * showed, once with springs that give nothing back, at last without contact, whose work is nothing.
+ * than it took, the step is made again: with the prediction shifted by what the attempt showed,
+ * then without restitution and release, at last without contact, whose work is nothing.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #if defined(__clang__)
@@ -15,9 +15,10 @@
 #include "contact.h"
 #include "state.h"
 
-#define ROUNDING 1e-12 /* of the energy that contact took, that it may give back too much */
+#define ROUNDING 1e-10 /* of what went through contact, that it may give back too much */
 
-enum { ATTEMPT_FIRST, ATTEMPT_SHIFTED, ATTEMPT_AGAIN, ATTEMPT_RELEASED, ATTEMPT_WITHOUT };
+/* The first attempt, shifted ones, one without release, one without contact. */
+enum { ATTEMPT_FIRST = 0, ATTEMPT_RELEASED = 4, ATTEMPT_WITHOUT = 5 };
 
 void thrum_translation_step(thrum_translation *translation, const double force[3], double dt) {
   for (int axis = 0; axis < 3; axis++) {
@@ -62,8 +63,8 @@ static thrum_status open_run(const thrum_model *model, thrum_state *state, thrum
 }
 
 /* Solves, and hands the forces to the state. */
-static thrum_status apply(thrum_contact_run *run, bool released, thrum_error *error) {
-  thrum_contact_solve(run, released);
+static thrum_status apply(thrum_contact_run *run, thrum_error *error) {
+  thrum_contact_solve(run);
   memcpy(run->contact->moved, run->moved, sizeof run->moved);
   memcpy(run->contact->force, run->force, sizeof run->force);
   return thrum_state_set_force(run->model, run->state, run->view.load, error);
@@ -74,7 +75,7 @@ static thrum_status begin(thrum_contact_run *run, thrum_error *error) {
   thrum_status status = thrum_contact_predict(run, error);
   if (status == THRUM_OK) {
     thrum_contact_rows(run);
-    status = apply(run, false, error);
+    status = apply(run, error);
   }
   if (status != THRUM_OK)
     *run->contact = before;
@@ -123,7 +124,7 @@ static bool allowed(thrum_contact_run *run) {
   for (int64_t n = 0; n < contact->row_count && contact->fresh; n++)
     granted += run->view.rows[n].touch.stored;
   const double left = contact->stored + contact->lost + granted - work;
-  return left >= -ROUNDING * (contact->taken + contact->granted + granted + fmax(-work, 0.0));
+  return left >= -ROUNDING * (contact->flow + thrum_contact_flow(run));
 }
 
 /* What the next attempt begins with, from how the last one ended. */
@@ -138,7 +139,9 @@ static thrum_status again(thrum_contact_run *run, int attempt, thrum_error *erro
     run->contact->declined++;
     run->contact->row_count = 0;
   }
-  return apply(run, attempt == ATTEMPT_RELEASED, error);
+  if (attempt == ATTEMPT_RELEASED)
+    thrum_contact_release(run);
+  return apply(run, error);
 }
 
 thrum_status thrum_contact_step(const thrum_model *model, thrum_state *state,
