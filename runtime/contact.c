@@ -51,13 +51,6 @@ static size_t bytes_of(const thrum_contact *contact) {
   return size;
 }
 
-/* What a state keeps between calls: all before its scratch. */
-static size_t kept_bytes(const thrum_state *state) {
-  thrum_state header = *state;
-  const thrum_state_view view = thrum_state_view_of(&header);
-  return (size_t)((const unsigned char *)view.q_next - (const unsigned char *)&header);
-}
-
 static thrum_status check_counts(const thrum_contact_def *def, thrum_error *error) {
   if (def->vertices && (def->vertex_count < 1 || def->vertex_count > COUNT_MAX))
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
@@ -123,7 +116,7 @@ static void fill_header(const thrum_model *model, const thrum_state *state,
   contact->pull_max = def->pull_max;
   contact->sweeps_max = def->sweeps_max;
   contact->tolerance = def->tolerance;
-  contact->state_bytes = kept_bytes(state);
+  contact->state_bytes = thrum_state_kept_bytes(state);
   contact->fresh = 1;
   contact->bytes = bytes_of(contact);
 }
@@ -230,7 +223,7 @@ thrum_status thrum_contact_check(const thrum_model *model, const thrum_state *st
   if (!contact || contact->magic != CONTACT_MAGIC)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "the contact was not made by thrum_contact_init");
-  if (contact->rank != state->rank || contact->state_bytes != kept_bytes(state))
+  if (contact->rank != state->rank || contact->state_bytes != thrum_state_kept_bytes(state))
     return thrum_error_set(error, THRUM_MODEL_MISMATCH,
                            "the contact was made for a state of another model or def");
   return THRUM_OK;

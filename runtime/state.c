@@ -50,6 +50,15 @@ static uint64_t header_doubles(void) {
   return round_up((sizeof(thrum_state) + sizeof(double) - 1) / sizeof(double));
 }
 
+size_t thrum_state_kept_bytes(const thrum_state *state) {
+  const sizes s = sizes_of(state);
+  uint64_t doubles = header_doubles();
+#define X(name, size) doubles += s.size;
+  THRUM_STATE_ARRAYS(X)
+#undef X
+  return (size_t)(doubles * sizeof(double));
+}
+
 thrum_state_view thrum_state_view_of(thrum_state *state) {
   const sizes s = sizes_of(state);
   double *at = (double *)(void *)state + header_doubles();

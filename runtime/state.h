@@ -249,6 +249,9 @@ static inline double thrum_rest_damping(const thrum_model *model, const thrum_st
 /* state.c: pointers to the arrays; no scratch is marked used. */
 thrum_state_view thrum_state_view_of(thrum_state *state);
 
+/* state.c: bytes from the start that persist between calls; behind them lies scratch. */
+size_t thrum_state_kept_bytes(const thrum_state *state);
+
 /* state.c: clears the scratch that was used; every call that used some ends with this. */
 void thrum_state_clear_scratch(thrum_state_view *view);
 
