@@ -8,6 +8,7 @@
 
 #include "cli/cli.h"
 #include "cli/model_name.h"
+#include "cli/scene_run.h"
 #include "cli/simulate_full.h"
 #include "cli/simulate_run.h"
 #include "precompute/interrupt.h"
@@ -302,6 +303,8 @@ int cmd_simulate(int argc, char **argv) {
     code = simulate_options_read(argc, argv, &request);
     if (code == CLI_DONE && request.help) {
       simulate_help();
+    } else if (code == CLI_DONE && cli_scene_is_named(request.model_path)) {
+      code = scene_run_command(argc, argv);
     } else if (code == CLI_DONE) {
       code = run_request(&request);
     }

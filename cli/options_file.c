@@ -98,14 +98,13 @@ static bool is_there(const char *folder, const char *name, size_t length) {
   return written > 0 && (size_t)written < sizeof path && stat(path, &status) == 0;
 }
 
-/* Does a text of the file name a file beside it? */
-static bool is_beside(const cli_option *option, const char *folder, const char *text) {
+bool cli_is_beside(cli_path path, const char *folder, const char *text) {
   static const char *const kinds[] = {"beam:", "mode:", "static:", "sine:"};
-  if (folder[0] == 0 || text[0] == '/' || text[0] == 0 || option->path == CLI_PATH_NONE)
+  if (folder[0] == 0 || text[0] == '/' || text[0] == 0 || path == CLI_PATH_NONE)
     return false;
-  if (option->path == CLI_PATH_ALWAYS)
+  if (path == CLI_PATH_ALWAYS)
     return true;
-  if (option->path == CLI_PATH_NAMED) {
+  if (path == CLI_PATH_NAMED) {
     for (int n = 0; n < CLI_MODEL_COUNT; n++) {
       if (strcmp(text, cli_model_names[n]) == 0)
         return false;
@@ -188,7 +187,7 @@ static const char *value_text(application *a, const cli_option *option,
       return "off";
     return text ? value->text : NULL;
   default:
-    if (text && is_beside(option, a->file->folder, value->text))
+    if (text && cli_is_beside(option->path, a->file->folder, value->text))
       return keep(a->file, a->file->folder, value->text);
     return text ? value->text : NULL;
   }

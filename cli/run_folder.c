@@ -34,12 +34,11 @@ static bool is_frame(const char *name) {
   return strncmp(name, "frame_", 6) == 0 && length > 10 && strcmp(name + length - 4, ".vtu") == 0;
 }
 
-/* Whether RUN/run.json is one of ours. */
-static bool holds_run(const char *path) {
+bool cli_run_folder_holds(const char *path, const char *mark) {
   path_text file;
   void *text = NULL;
   size_t size = 0;
-  join(file, path, CLI_RUN_JSON);
+  join(file, path, mark);
   if (thrum_file_read(file, &text, &size, NULL) < 0)
     return false;
   cJSON *object = cJSON_ParseWithLength(text, size);
@@ -69,7 +68,7 @@ static bool is_empty(const char *path) {
 }
 
 /* What stands at the path now; sets folder->existed. */
-static thrum_status look_at(cli_run_folder *folder, thrum_error *error) {
+static thrum_status look_at(cli_run_folder *folder, const char *mark, thrum_error *error) {
   struct stat status;
   const char *path = folder->path;
   folder->existed = stat(path, &status) == 0;
@@ -84,14 +83,15 @@ static thrum_status look_at(cli_run_folder *folder, thrum_error *error) {
     return thrum_error_set(
         error, THRUM_IO, "%.300s: is a file; -o names the folder that the run is written to", path);
   }
-  if (!is_empty(path) && !holds_run(path)) {
+  if (!is_empty(path) && !cli_run_folder_holds(path, mark)) {
     return thrum_error_set(error, THRUM_IO,
                            "%.300s: holds files that are no earlier run; choose another -o", path);
   }
   return THRUM_OK;
 }
 
-thrum_status cli_run_folder_open(const char *path, cli_run_folder *folder, thrum_error *error) {
+thrum_status cli_run_folder_open(const char *path, const char *mark, cli_run_folder *folder,
+                                 thrum_error *error) {
   cli_run_folder opened = {0};
   size_t length = strlen(path);
   while (length > 1 && path[length - 1] == '/')
@@ -102,7 +102,7 @@ thrum_status cli_run_folder_open(const char *path, cli_run_folder *folder, thrum
     return thrum_error_set(error, THRUM_IO, "-o: the run's folder needs a name below %zu bytes",
                            sizeof opened.path);
   memcpy(opened.path, path, length);
-  const thrum_status status = look_at(&opened, error);
+  const thrum_status status = look_at(&opened, mark, error);
   if (status < 0)
     return status;
   // a killed run may have left its work folder under the same process number: count on
@@ -163,15 +163,22 @@ static bool sweep(const char *from, const char *to) {
   return done;
 }
 
-thrum_status cli_run_folder_commit(cli_run_folder *folder, thrum_error *error) {
+bool cli_run_folder_sweep(const char *from, const char *to) {
   path_text old_json, new_json;
+  join(old_json, from, CLI_RUN_JSON);
+  if (to == NULL) {
+    const bool gone = unlink(old_json) == 0 || errno == ENOENT;
+    return sweep(from, NULL) && gone;
+  }
+  join(new_json, to, CLI_RUN_JSON);
+  return sweep(from, to) && rename(old_json, new_json) == 0;
+}
+
+thrum_status cli_run_folder_commit(cli_run_folder *folder, thrum_error *error) {
   bool done = true;
   if (folder->existed) {
-    join(old_json, folder->path, CLI_RUN_JSON);
-    join(new_json, folder->work, CLI_RUN_JSON);
-    done = unlink(old_json) == 0 || errno == ENOENT;
-    done = done && sweep(folder->path, NULL) && sweep(folder->work, folder->path) &&
-           rename(new_json, old_json) == 0 && rmdir(folder->work) == 0;
+    done = cli_run_folder_sweep(folder->path, NULL) &&
+           cli_run_folder_sweep(folder->work, folder->path) && rmdir(folder->work) == 0;
   } else {
     done = rename(folder->work, folder->path) == 0;
   }
@@ -184,12 +191,9 @@ thrum_status cli_run_folder_commit(cli_run_folder *folder, thrum_error *error) {
 }
 
 void cli_run_folder_abandon(cli_run_folder *folder) {
-  path_text json;
   if (folder->work[0] == 0)
     return;
-  sweep(folder->work, NULL);
-  join(json, folder->work, CLI_RUN_JSON);
-  unlink(json);
+  cli_run_folder_sweep(folder->work, NULL);
   rmdir(folder->work);
   folder->work[0] = 0;
 }

@@ -19,9 +19,17 @@ typedef struct cli_run_folder {
   bool existed;                 /* RUN is an empty folder or an earlier run */
 } cli_run_folder;
 
+/* Does the file `mark` in the folder say that a run of ours is there? */
+bool cli_run_folder_holds(const char *path, const char *mark);
+
+/* The files of a run in the folder `from`: removed when `to` is NULL, run.json first; else moved
+ * there, run.json last. Files of the user's own are left alone. */
+bool cli_run_folder_sweep(const char *from, const char *to);
+
 /* Makes the work folder: beside RUN when RUN is new, inside it when it is an empty folder or an
- * earlier run. Anything else at RUN is refused. */
-thrum_status cli_run_folder_open(const char *path, cli_run_folder *folder, thrum_error *error);
+ * earlier run, which is known by the file `mark`. Anything else at RUN is refused. */
+thrum_status cli_run_folder_open(const char *path, const char *mark, cli_run_folder *folder,
+                                 thrum_error *error);
 
 /* Puts the files in place: a new RUN by one rename, an earlier run file by file, run.json removed
  * first and put last, files of the user's own left alone. */

@@ -68,7 +68,7 @@ thrum_status cli_run_output_open(const char *path, const thrum_model *model, boo
                                  cli_run_output *output, thrum_error *error) {
   cli_run_output opened = {.model = model};
   size_t size = 0;
-  thrum_status status = cli_run_folder_open(path, &opened.folder, error);
+  thrum_status status = cli_run_folder_open(path, CLI_RUN_JSON, &opened.folder, error);
   if (status < 0)
     return status;
   errno = 0;

@@ -9,14 +9,13 @@
 #include "cli/simulate_full.h"
 
 #define TIME_DEFAULT 10.0
-#define STEPS_MAX 1e12  /* years of computing; beyond that an option is a slip */
 #define WHOLE_STEP 1e-6 /* as in thrum_load_mean: this near to a whole step is that step */
 
 /* Names in the order of the enums. */
 const char *const simulate_integrators[] = {"imexv",    "newmark", "verlet",
                                             "midpoint", "energy",  NULL};
-static const char *const damping_forms[] = {"rest", "tangent", NULL};
-static const char *const split_forms[] = {"component", "quadratic", NULL};
+const char *const simulate_damping_forms[] = {"rest", "tangent", NULL};
+const char *const simulate_split_forms[] = {"component", "quadratic", NULL};
 static const char *const solvers[] = {"cholesky", "cg", NULL};
 static const char *const frames_in[] = {"base", "ground", NULL};
 static const char *const schemes[] = {"component", "quadratic", "energy", "newmark"};
@@ -26,11 +25,11 @@ const char *simulate_integrator_name(thrum_integrator integrator) {
 }
 
 const char *simulate_damping_form_name(thrum_damping_form form) {
-  return damping_forms[form];
+  return simulate_damping_forms[form];
 }
 
 const char *simulate_split_form_name(thrum_split_form form) {
-  return split_forms[form];
+  return simulate_split_forms[form];
 }
 
 const char *simulate_scheme_name(thrum_scheme scheme) {
@@ -187,7 +186,7 @@ const cli_option simulate_options_table[] = {
     {.name = "damping", .kind = CLI_PAIR, .take = take_damping, .wants = "A or A,B, none negative"},
     {.name = "damping-form",
      .kind = CLI_CHOICE,
-     .names = damping_forms,
+     .names = simulate_damping_forms,
      .choose = choose_damping_form},
     {.name = "rank", .kind = CLI_COUNT, FIELD(rank), .least = 1, .most = THRUM_RANK_MAX},
     {.name = "record-every", .kind = CLI_COUNT, FIELD(record_every), .least = 1, .most = 1e12},
@@ -206,7 +205,10 @@ const cli_option simulate_options_table[] = {
      .most = 1,
      .above = true,
      .wants = "a number in (0, 1]"},
-    {.name = "split-form", .kind = CLI_CHOICE, .names = split_forms, .choose = choose_split_form},
+    {.name = "split-form",
+     .kind = CLI_CHOICE,
+     .names = simulate_split_forms,
+     .choose = choose_split_form},
     {.name = "adaptive", .kind = CLI_CHOICE, .names = cli_switches, .choose = choose_adaptive},
     {.name = "ladder", .kind = CLI_CHOICE, .names = cli_switches, .choose = choose_ladder},
     {.name = "newmark",
@@ -233,13 +235,15 @@ const cli_option simulate_options_table[] = {
 
 void simulate_help(void) {
   fputs(
-      "usage: thrum simulate MODEL -o RUN [OPTIONS]\n\n"
+      "usage: thrum simulate MODEL -o RUN [OPTIONS]\n"
+      "       thrum simulate SCENE.json -o RUN [--time S] [--dt S] [--json] [-q]\n\n"
       "Steps a model file and writes what happened into the folder RUN: run.json (options and\n"
       "figures), energy.csv, q.npy, end.npy (q and p at the end), an energy plot where gnuplot is\n"
       "installed, and on request frames for ParaView.\n\n"
       "MODEL is a model file, or a name (beam, basket, bridge, horse, tower, heart) of a model "
       "that\n"
-      "is precomputed once and cached.\n\n"
+      "is precomputed once and cached. A SCENE.json names bodies, what acts on them and what is\n"
+      "written (docs/scenes.md); RUN then has a folder for each body.\n\n"
       "  -o, --output RUN       the folder; new, empty, or an earlier run, which is replaced\n"
       "      --integrator NAME  imexv (default), newmark, verlet, midpoint or energy\n"
       "      --dt S             time step [s] (default 0.003)\n"
@@ -304,9 +308,18 @@ void simulate_help(void) {
       "  thrum simulate horse -o run --load square:0,0,-50@load --frames 30 --stress\n"
       "  thrum simulate tower -o run --shake sine:0.5,0,0,f=2,until=5 --frames 60\n"
       "  thrum simulate beam.npz -o run --load gravity:0,0,-9.81 --integrator newmark --frames "
-      "60\n\n"
+      "60\n"
+      "  thrum simulate scene.json -o run\n\n"
       "exit codes: 0 done, 1 refused, 2 usage, 3 ran but flagged (status in run.json says why)\n",
       stdout);
+}
+
+int64_t simulate_step_count(double time, double dt) {
+  // a time within a millionth of a step is a whole number of them, any other is rounded up
+  const double steps = ceil(time / dt - WHOLE_STEP);
+  if (!(steps <= SIMULATE_STEPS_MAX))
+    return 0;
+  return steps < 1 ? 1 : (int64_t)steps;
 }
 
 /* What cannot be seen option by option. */
@@ -316,13 +329,10 @@ static int finish(int argc, char **argv, simulate_request *request) {
     return code;
   if (request->run_path == NULL)
     return cli_usage("simulate", "where to? name the run's folder with -o RUN");
-  // a time within a millionth of a step is a whole number of them, any other is rounded up
-  const double steps = ceil(request->time / request->def.dt - WHOLE_STEP);
-  if (!(steps <= STEPS_MAX)) {
+  request->steps = simulate_step_count(request->time, request->def.dt);
+  if (request->steps == 0)
     return cli_usage("simulate", "--time %g at --dt %g is more than %g steps", request->time,
-                     request->def.dt, STEPS_MAX);
-  }
-  request->steps = steps < 1 ? 1 : (int64_t)steps;
+                     request->def.dt, SIMULATE_STEPS_MAX);
   const int found =
       cli_mesh_full_check("simulate", request->model_path, &request->mesh_def, request->full);
   return found == CLI_DONE ? simulate_full_check(request) : found;

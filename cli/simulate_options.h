@@ -47,12 +47,19 @@ int simulate_options_read(int argc, char **argv, simulate_request *request);
 
 void simulate_help(void);
 
-/* Names in the order of thrum_integrator; NULL ends them. */
+/* Names in the order of their enums; NULL ends them. */
 extern const char *const simulate_integrators[];
+extern const char *const simulate_damping_forms[];
+extern const char *const simulate_split_forms[];
 const char *simulate_integrator_name(thrum_integrator integrator);
 const char *simulate_damping_form_name(thrum_damping_form form);
 const char *simulate_split_form_name(thrum_split_form form);
 const char *simulate_scheme_name(thrum_scheme scheme);
+
+#define SIMULATE_STEPS_MAX 1e12 /* years of computing; beyond that an option is a slip */
+
+/* Steps of a time, 1 or more; 0: more than that. */
+int64_t simulate_step_count(double time, double dt);
 
 /* The step of frame `index` (0-based), ascending; INT64_MAX past the end of the run. Only where
  * frames are asked for. */

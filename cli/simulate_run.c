@@ -8,15 +8,16 @@
 
 #include "cli/simulate_full.h"
 
-#define BATCH_STEPS 1024   /* between two looks at the clock and the progress */
-#define PROGRESS_AFTER 0.5 /* shorter runs show no progress [s] */
-
 /* Set by the first Ctrl-C; the second one ends the program as usual. */
 static volatile sig_atomic_t stop_requested;
 
 static void request_stop(int signal_number) {
   (void)signal_number;
   stop_requested = 1;
+}
+
+bool simulate_stop_requested(void) {
+  return stop_requested != 0;
 }
 
 /* What the caller has set to be ignored, as nohup does, stays so. */
@@ -153,7 +154,7 @@ static void advance(simulation *run, int64_t target) {
 
 /* The step at which something is due next. */
 static int64_t next_stop(const simulate_request *request, int64_t step, int64_t frame_step) {
-  int64_t target = step + (request->full ? 1 : BATCH_STEPS);
+  int64_t target = step + (request->full ? 1 : SIMULATE_BATCH_STEPS);
   const int64_t record = (step / request->record_every + 1) * request->record_every;
   if (record < target)
     target = record;
@@ -199,7 +200,7 @@ thrum_status simulate_run_steps(simulation *run, thrum_error *error) {
     advance(run, next_stop(request, step, frame_step));
     step = steps_done(run);
     status = write_due(run, step, &frame_step, error);
-    if (cli_seconds() - run->began > PROGRESS_AFTER) {
+    if (cli_seconds() - run->began > SIMULATE_PROGRESS_AFTER) {
       cli_progress_update(&run->progress, "simulate", (double)step / (double)request->steps);
       run->progress.began = run->began;
     }

@@ -32,9 +32,14 @@ typedef struct simulation {
   double began; /* the steps [s] */
 } simulation;
 
+#define SIMULATE_BATCH_STEPS 1024   /* between two looks at the clock and the progress */
+#define SIMULATE_PROGRESS_AFTER 0.5 /* shorter runs show no progress [s] */
+
 /* From now on Ctrl-C and the like end the loop after the present step; a second one ends the
  * program as usual. */
 void simulate_watch_signals(void);
+/* Has somebody asked for that? */
+bool simulate_stop_requested(void);
 
 /* The whole run: rows and frames where they are due, steps between. A step that cannot be solved
  * and a stop by the user are in run->figures; a failure here is one of the output. */

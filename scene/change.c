@@ -15,6 +15,7 @@ static thrum_status rebuild(thrum_scene *scene, scene_body *body, const thrum_st
                             int64_t rank, double stiffness, thrum_error *error) {
   scene_model *derived = NULL;
   thrum_state *state = NULL;
+  scene_touch *touch = NULL;
   thrum_model_scaling by = body->derived->by;
   by.stiffness = stiffness;
   thrum_status status = scene_body_read(body, true, error);
@@ -28,6 +29,8 @@ static thrum_status rebuild(thrum_scene *scene, scene_body *body, const thrum_st
   status = scene_state_make(derived->model, def, body->q, body->p, &state, error);
   if (status >= 0)
     status = scene_make_room(scene, scene->body_count, error);
+  if (status >= 0)
+    status = scene_touch_make(scene, body, derived, state, &touch, error);
   if (status < 0) {
     free(state);
     scene_model_drop(scene, derived);
@@ -35,6 +38,8 @@ static thrum_status rebuild(thrum_scene *scene, scene_body *body, const thrum_st
   }
   scene_model_drop(scene, body->derived);
   free(body->state);
+  scene_touch_free(body->touch);
+  body->touch = touch;
   body->derived = derived;
   body->state = state;
   body->def = *def;
@@ -129,6 +134,10 @@ static thrum_status restart(scene_body *body, thrum_error *error) {
                                                &body->def, &body->state, error);
   body->status = THRUM_OK;
   body->fallback_steps = 0;
+  memset(body->way.position, 0, sizeof body->way.position);
+  memcpy(body->way.velocity, body->start_velocity, sizeof body->way.velocity);
+  if (body->touch != NULL)
+    thrum_contact_reset(body->touch->contact);
   body->work_load = body->work_base = body->dissipated = 0;
   body->q_known = body->p_known = false;
   memcpy(body->before, body->start_q, (size_t)model->rank * sizeof *body->before);
@@ -150,6 +159,7 @@ thrum_status thrum_scene_reset(thrum_scene *scene, thrum_error *error) {
     return status;
   scene->steps = scene->origin_step = 0;
   scene->origin = 0;
+  scene_obstacles_reset(scene);
   scene_loads_retime(scene);
   return THRUM_OK;
 }

@@ -19,18 +19,32 @@ typedef struct scene_model {
   struct scene_model *next;
 } scene_model;
 
-/* Where a body is: x = position + turn (s X + k U q), turn row-major. */
-typedef struct scene_placement {
-  double position[3];
-  double turn[9];
-} scene_placement;
+/* What of a body touches or is pulled: the rows of U' of these points, and the contact that reads
+ * them. The points that touch come first, then a slot for each pull. */
+typedef struct scene_touch {
+  thrum_model model;   /* that the body steps, with these points as its mesh */
+  double *rest, *rows; /* count x 3 [m], count x 3 x rank; in model */
+  int32_t *places;     /* of the points that touch, one at least: 0, 1, ... */
+  int64_t count;
+  double material[3];
+  bool idle;              /* no point touches: there are pulls alone */
+  thrum_contact *contact; /* its own aligned block */
+  size_t bytes;
+} scene_touch;
+
+/* A pull in one of a body's slots. */
+typedef struct scene_pull {
+  bool used;
+  int64_t vertex;
+  double target[3], stiffness, damping;
+} scene_pull;
 
 /* One body. Vectors are of its model's full rank r, the first `rank` entries are in use. */
 typedef struct scene_body {
   char name[THRUM_SCENE_NAME_MAX];
   const thrum_model *model;
   scene_model *derived;
-  scene_placement placement;
+  thrum_placement placement;
   double k, g, mass; /* U' = k U, q of the model = g q', U'^T M' = mass U^T M */
   float colour[3];
   thrum_state_def def;
@@ -42,6 +56,22 @@ typedef struct scene_body {
   thrum_load *now;       /* and counted from the scene's origin */
   double *directions;    /* load_count x r */
   int64_t load_count;
+  double *resultants; /* load_count x 3, of a free body [N] */
+  bool free;
+  thrum_translation way;
+  double start_velocity[3], way_force[3]; /* [m/s], [N] */
+  int32_t *surface;                       /* surface_count vertices of the triangles, ascending */
+  double *areas;                          /* surface_count x 3, outward, of the scaled body [m^2] */
+  double *stretch;                        /* surface_count, |rows of U|^2 */
+  int64_t surface_count;
+  int32_t *touching;   /* touch_count vertices that may touch, */
+  double *touch_areas; /* and what each stands for [m^2] */
+  bool areas_known;    /* false: they are shared evenly */
+  int64_t touch_count;
+  double touch_stiffness;
+  scene_touch *touch;      /* NULL: nothing to touch and no pull */
+  scene_touch *touch_next; /* while obstacles are added */
+  scene_pull pulls[THRUM_SCENE_PULLS];
   thrum_status status; /* < 0: stopped */
   int64_t fallback_steps;
   double work_load, work_base, dissipated;
@@ -64,6 +94,9 @@ struct thrum_scene {
   double dt, origin; /* time at step origin_step, from which loads are counted [s] */
   int64_t steps, origin_step;
   double gravity[3];
+  double wind[3], air; /* air: 1/2 density drag [kg/m^3], 0: none */
+  thrum_obstacle *obstacles, *obstacle_starts;
+  int32_t obstacle_count;
   uint64_t revision; /* of all but what steps change */
   scene_body **bodies;
   int32_t body_count;
@@ -95,9 +128,9 @@ thrum_status scene_make_room(thrum_scene *scene, int32_t bodies, thrum_error *er
 
 /* placement.c */
 thrum_status scene_placement_make(const double position[3], const double rotation[4],
-                                  scene_placement *placement, thrum_error *error);
-void scene_to_world(const scene_placement *placement, const double in_body[3], double out[3]);
-void scene_to_body(const scene_placement *placement, const double in_world[3], double out[3]);
+                                  thrum_placement *placement, thrum_error *error);
+void scene_to_world(const thrum_placement *placement, const double in_body[3], double out[3]);
+void scene_to_body(const thrum_placement *placement, const double in_world[3], double out[3]);
 
 /* body.c: NULL, and the reason, for a number that is none. */
 scene_body *scene_body_at(const thrum_scene *scene, int32_t body, thrum_error *error);
@@ -114,7 +147,30 @@ void scene_point(const scene_body *body, const double rest[3], const double *row
 /* loads.c */
 thrum_status scene_gravity_reduce(scene_body *body, const double gravity[3], thrum_error *error);
 void scene_loads_retime(thrum_scene *scene);
-void scene_loads_sum(const thrum_scene *scene, scene_body *body);
+/* The mean load of the step to come into body->force; of a free body its resultant [N] too. */
+void scene_loads_sum(const thrum_scene *scene, scene_body *body, double resultant[3]);
+
+/* surface.c: areas of the def's triangles, and what touches. */
+thrum_status scene_surface_make(const thrum_scene_body_def *def, scene_body *body,
+                                thrum_error *error);
+
+/* wind.c: adds the drag of the step to come to body->force, and to `resultant` [N]. */
+thrum_status scene_wind_add(const thrum_scene *scene, scene_body *body, double resultant[3],
+                            thrum_error *error);
+
+/* touch.c: what a body needs to touch obstacles and be pulled, for `state` of `derived`; NULL where
+ * there is neither. */
+thrum_status scene_touch_make(const thrum_scene *scene, const scene_body *body,
+                              const scene_model *derived, const thrum_state *state,
+                              scene_touch **touch, thrum_error *error);
+void scene_touch_free(scene_touch *touch);
+/* A step of a body with contact and pulls; `force` on the way of a free one [N]. */
+thrum_status scene_touch_step(const thrum_scene *scene, scene_body *body, const double force[3],
+                              thrum_error *error);
+
+/* obstacle.c: after a step, and at a reset. */
+void scene_obstacles_move(thrum_scene *scene);
+void scene_obstacles_reset(thrum_scene *scene);
 
 /* shake.c: can the ground shake this body? */
 thrum_status scene_shake_check(const scene_body *body, thrum_error *error);

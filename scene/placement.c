@@ -10,7 +10,7 @@
 #include "scene/internal.h"
 
 thrum_status scene_placement_make(const double position[3], const double rotation[4],
-                                  scene_placement *placement, thrum_error *error) {
+                                  thrum_placement *placement, thrum_error *error) {
   double square = 0;
   for (int n = 0; n < 3; n++)
     if (!isfinite(position[n]))
@@ -27,21 +27,32 @@ thrum_status scene_placement_make(const double position[3], const double rotatio
       1 - 2 * (y * y + z * z), 2 * (x * y - w * z),     2 * (x * z + w * y),
       2 * (x * y + w * z),     1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
       2 * (x * z - w * y),     2 * (y * z + w * x),     1 - 2 * (x * x + y * y)};
-  memcpy(placement->position, position, sizeof placement->position);
-  memcpy(placement->turn, turn, sizeof turn);
+  memcpy(placement->origin, position, sizeof placement->origin);
+  memcpy(placement->axes, turn, sizeof turn);
   return THRUM_OK;
 }
 
-void scene_to_world(const scene_placement *placement, const double in_body[3], double out[3]) {
-  const double *r = placement->turn;
+void scene_to_world(const thrum_placement *placement, const double in_body[3], double out[3]) {
+  const double *r = placement->axes;
   for (int n = 0; n < 3; n++)
     out[n] = r[3 * n] * in_body[0] + r[3 * n + 1] * in_body[1] + r[3 * n + 2] * in_body[2];
 }
 
-void scene_to_body(const scene_placement *placement, const double in_world[3], double out[3]) {
-  const double *r = placement->turn;
+void scene_to_body(const thrum_placement *placement, const double in_world[3], double out[3]) {
+  const double *r = placement->axes;
   for (int n = 0; n < 3; n++)
     out[n] = r[n] * in_world[0] + r[3 + n] * in_world[1] + r[6 + n] * in_world[2];
+}
+
+thrum_status thrum_scene_to_body(const double rotation[4], const double in_world[3],
+                                 double in_body[3], thrum_error *error) {
+  static const double nowhere[3] = {0};
+  const double vector[3] = {in_world[0], in_world[1], in_world[2]};
+  thrum_placement placement;
+  const thrum_status status = scene_placement_make(nowhere, rotation, &placement, error);
+  if (status >= 0)
+    scene_to_body(&placement, vector, in_body);
+  return status;
 }
 
 void scene_point(const scene_body *body, const double rest[3], const double *rows,
@@ -59,9 +70,12 @@ void scene_point(const scene_body *body, const double rest[3], const double *row
   }
   scene_to_world(&body->placement, x, position);
   for (int axis = 0; axis < 3; axis++)
-    position[axis] += body->placement.position[axis];
-  if (velocity)
-    scene_to_world(&body->placement, v, velocity);
+    position[axis] += body->placement.origin[axis] + body->way.position[axis];
+  if (velocity == NULL)
+    return;
+  scene_to_world(&body->placement, v, velocity);
+  for (int axis = 0; axis < 3; axis++)
+    velocity[axis] += body->way.velocity[axis];
 }
 
 void thrum_scene_body_matrix(const thrum_scene *scene, int32_t number, double matrix[16]) {
@@ -70,7 +84,7 @@ void thrum_scene_body_matrix(const thrum_scene *scene, int32_t number, double ma
   matrix[15] = 1;
   for (int column = 0; column < 3 && body != NULL; column++) {
     for (int row = 0; row < 3; row++)
-      matrix[4 * column + row] = body->derived->by.length * body->placement.turn[3 * row + column];
-    matrix[12 + column] = body->placement.position[column];
+      matrix[4 * column + row] = body->derived->by.length * body->placement.axes[3 * row + column];
+    matrix[12 + column] = body->placement.origin[column] + body->way.position[column];
   }
 }

@@ -48,10 +48,15 @@ thrum_status thrum_scene_body(const thrum_scene *scene, int32_t number, thrum_sc
       .work_load = body->work_load,
       .work_base = body->work_base,
       .dissipated = body->dissipated,
+      .free = body->free,
+      .mass = body->way.mass,
       .report = thrum_state_report_get(body->state),
-      .bytes = sizeof *body + thrum_state_bytes(body->state) + doubles * sizeof(double) +
+      .bytes = (body->touch != NULL ? body->touch->bytes : 0) + sizeof *body +
+               thrum_state_bytes(body->state) + doubles * sizeof(double) +
                2 * (size_t)body->load_count * sizeof(thrum_load),
   };
+  if (body->touch != NULL)
+    info->contact = thrum_contact_report_get(body->touch->contact);
   memcpy(info->colour, body->colour, sizeof info->colour);
   return THRUM_OK;
 }
@@ -69,10 +74,19 @@ thrum_status thrum_scene_body_energies(thrum_scene *scene, int32_t number,
   double work = 0;
   for (int64_t i = 0; i < body->derived->rank; i++)
     work += body->directions[i] * body->q[i];
-  *energies = (thrum_scene_energies){.kinetic = of_state.kinetic,
+  const thrum_translation *way = &body->way;
+  double kinetic = of_state.kinetic, stored = 0;
+  for (int axis = 0; axis < 3 && body->free; axis++) {
+    kinetic += 0.5 * way->mass * way->velocity[axis] * way->velocity[axis];
+    work += way->mass * scene->gravity[axis] * way->position[axis];
+  }
+  if (body->touch != NULL)
+    stored = thrum_contact_report_get(body->touch->contact).stored;
+  *energies = (thrum_scene_energies){.kinetic = kinetic,
                                      .potential = of_state.potential,
                                      .gravity = -work,
-                                     .total = of_state.total - work,
+                                     .contact = stored,
+                                     .total = kinetic + of_state.potential + stored - work,
                                      .high = of_state.high};
   return THRUM_OK;
 }

@@ -3,14 +3,16 @@
  * Built over the public headers of libthrum alone: no files, no JSON, no printing, so that the same
  * code serves the program and a browser. A scene is made empty and filled with what it shall have;
  * only what is named is built: a body keeps its state and a few vectors of its model's rank, and no
- * row of the basis but what its probes need. Memory is allocated while a scene is built or
- * changed, never in a step. Models, surfaces and motions stay the caller's and must outlive the
- * scene; models are shared by all bodies, and bodies with equal models are stepped together.
+ * row of the basis but those of what touches, is pulled or followed. Memory is allocated while a
+ * scene is built or changed, never in a step. Models, surfaces and motions stay the caller's and
+ * must outlive the scene; models are shared by all bodies, and bodies with equal models are stepped
+ * together.
  *
  * A body of a model X + U q is placed by  x = position + R (scale (X + U q) + offset),  R the
- * rotation; offset is the way of a free body. World vectors (gravity, wind, forces) are turned into
- * each body's axes, so turning a body and all that acts on it changes nothing. A uniform scale s, a
- * factor e of Young's modulus and d of the density are exact (thrum/model.h, thrum_model_scale).
+ * rotation; offset is the way of a free body, which moves but does not turn. World vectors
+ * (gravity, wind, forces) are turned into each body's axes, so turning a body and all that acts on
+ * it changes nothing. A uniform scale s, a factor e of Young's modulus and d of the density are
+ * exact (thrum/model.h, thrum_model_scale).
  *
  * A scene belongs to one thread at a time. Bodies, probes and loads are numbered from 0 in the
  * order in which they were added. SI units. A call that fails leaves the scene as it was.
@@ -50,8 +52,22 @@ typedef struct thrum_scene_body_def {
   const double *q, *p;      /* start, of the model's rank, as the scaled body has it; NULL: zero */
   int64_t start_mode;       /* from 1: this basis vector is added to q, 0: none, */
   double start_amplitude;   /* so that the vertex that moves furthest is displaced so far [m] */
+  int32_t free;       /* 1: it may move as a whole, without turning; of a model with `rigid` */
+  double velocity[3]; /* of a free body at the start [m/s] */
+  /* Outer triangles, 3 vertices each, counter-clockwise from outside: for wind, and the areas of
+   * what touches; only read here. */
+  const int32_t *triangles;
+  int64_t triangle_count;
+  const int32_t *touch; /* vertices that may touch obstacles; only read here */
+  int64_t touch_count;
+  double touch_stiffness; /* pressure per depth [N/m^3]; 0: see thrum_contact_def */
 } thrum_scene_body_def;
 thrum_scene_body_def thrum_default_scene_body_def(void);
+
+/* Turns a world vector into the axes of a body with this rotation, in place if the two are one;
+ * THRUM_BAD_VALUE for a rotation that is none. */
+thrum_status thrum_scene_to_body(const double rotation[4], const double in_world[3],
+                                 double in_body[3], thrum_error *error);
 
 /* Adds a body at its start; *body (may be NULL) gets its number. */
 thrum_status thrum_scene_add_body(thrum_scene *scene, const thrum_scene_body_def *def,
@@ -94,6 +110,37 @@ thrum_status thrum_scene_add_shake(thrum_scene *scene, const double amplitude[3]
 /* Where the ground is, all shakes together [m]. */
 void thrum_scene_ground(const thrum_scene *scene, double position[3]);
 
+/* Air that drags on the triangles of all bodies: on each vertex  1/2 density drag A |v| v,  v the
+ * speed of the air past it and A the area that its share of the triangles at rest turns to the
+ * wind. What the body's own motion adds is limited to what a step can take, so that no dt is too
+ * large. density 0: none. */
+thrum_status thrum_scene_set_wind(thrum_scene *scene, const double velocity[3], double density,
+                                  double drag, thrum_error *error);
+
+/* Something in the way, see thrum/contact.h. One with a velocity moves. */
+thrum_status thrum_scene_add_obstacle(thrum_scene *scene, const thrum_obstacle *obstacle,
+                                      int32_t *number, thrum_error *error);
+int32_t thrum_scene_obstacle_count(const thrum_scene *scene);
+/* As it is now, or from now on; its count stays. */
+thrum_status thrum_scene_obstacle(const thrum_scene *scene, int32_t number,
+                                  thrum_obstacle *obstacle, thrum_error *error);
+thrum_status thrum_scene_set_obstacle(thrum_scene *scene, int32_t number,
+                                      const thrum_obstacle *obstacle, thrum_error *error);
+
+/* A spring that pulls a vertex of a body to a target in the world, such as the mouse: stiffness
+ * [N/m]; damping [N s/m], negative for critical. At most THRUM_SCENE_PULLS a body; *pull numbers
+ * it until it ends. */
+#define THRUM_SCENE_PULLS 4
+thrum_status thrum_scene_pull_start(thrum_scene *scene, int32_t body, int64_t vertex,
+                                    const double target[3], double stiffness, double damping,
+                                    int32_t *pull, thrum_error *error);
+thrum_status thrum_scene_pull_move(thrum_scene *scene, int32_t pull, const double target[3],
+                                   thrum_error *error);
+thrum_status thrum_scene_pull_end(thrum_scene *scene, int32_t pull, thrum_error *error);
+/* The pulled point, and the mean force of the last step [N]; either may be NULL. */
+thrum_status thrum_scene_pull_get(thrum_scene *scene, int32_t pull, double point[3],
+                                  double force[3], thrum_error *error);
+
 /* One step of every body that has not stopped. A body whose step fails keeps its state and stops:
  * the others go on, its status says why, and thrum_scene_reset starts it anew. Returns the first
  * failure in this step, else THRUM_FELL_BACK if a body did, else THRUM_OK. */
@@ -117,8 +164,9 @@ thrum_status thrum_scene_set_rank(thrum_scene *scene, int32_t body, int64_t rank
 thrum_status thrum_scene_reset(thrum_scene *scene, thrum_error *error);
 
 /* All that steps change, in `size` = thrum_scene_snapshot_size bytes of the caller's. A snapshot
- * can be restored as long as nothing was added and no rank, integrator, stiffness, damping or dt
- * was changed (THRUM_MODEL_MISMATCH). Steps after a restore have the bits of those before. */
+ * can be restored as long as nothing was added, no pull started or ended, and no rank, integrator,
+ * stiffness, damping or dt was changed (THRUM_MODEL_MISMATCH). Steps after a restore have the bits
+ * of those before. */
 size_t thrum_scene_snapshot_size(const thrum_scene *scene);
 thrum_status thrum_scene_snapshot(const thrum_scene *scene, void *memory, size_t size,
                                   thrum_error *error);
@@ -138,10 +186,13 @@ typedef struct thrum_scene_body_info {
   thrum_status status;    /* < 0: stopped, and why */
   int64_t fallback_steps; /* since the start */
   double work_load,
-      work_base;             /* done by loads and gravity, and by the ground, since the start [J] */
-  double dissipated;         /* by damping, rest form [J] */
-  thrum_state_report report; /* counters are since the last change of the state */
-  size_t bytes;              /* heap memory of this body alone, shared models apart */
+      work_base;     /* done by loads and gravity, and by the ground, since the start [J] */
+  double dissipated; /* by damping, rest form [J] */
+  int32_t free;
+  double mass;                  /* of a free body [kg]; 0: held */
+  thrum_contact_report contact; /* zero where nothing touches or pulls */
+  thrum_state_report report;    /* counters are since the last change of the state */
+  size_t bytes;                 /* heap memory of this body alone, shared models apart */
 } thrum_scene_body_info;
 thrum_status thrum_scene_body(const thrum_scene *scene, int32_t body, thrum_scene_body_info *info,
                               thrum_error *error);
@@ -149,7 +200,8 @@ thrum_status thrum_scene_body(const thrum_scene *scene, int32_t body, thrum_scen
 /* Energies of a body [J]. */
 typedef struct thrum_scene_energies {
   double kinetic, potential; /* as thrum_energies */
-  double gravity;            /* -f q, zero at rest in place */
+  double gravity;            /* -f q, zero at rest in place; with the way of a free body */
+  double contact;            /* in the springs of contact */
   double total;              /* the sum */
   double high;               /* as thrum_energies; not in the sum */
 } thrum_scene_energies;

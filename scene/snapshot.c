@@ -16,16 +16,21 @@ typedef struct scene_record {
 typedef struct body_record {
   int64_t status, fallback_steps;
   double work_load, work_base, dissipated;
+  thrum_translation way;
 } body_record;
+
+static size_t contact_bytes(const scene_body *body) {
+  return body->touch != NULL ? thrum_contact_bytes(body->touch->contact) : 0;
+}
 
 size_t thrum_scene_snapshot_size(const thrum_scene *scene) {
   size_t size = sizeof(scene_record);
   for (int32_t n = 0; n < scene->body_count; n++) {
     const scene_body *body = scene->bodies[n];
     size += sizeof(body_record) + (size_t)body->derived->rank * sizeof(double) +
-            thrum_state_bytes(body->state);
+            thrum_state_bytes(body->state) + contact_bytes(body);
   }
-  return size;
+  return size + (size_t)scene->obstacle_count * sizeof *scene->obstacles;
 }
 
 static thrum_status check_size(const thrum_scene *scene, const void *memory, size_t size,
@@ -59,12 +64,16 @@ thrum_status thrum_scene_snapshot(const thrum_scene *scene, void *memory, size_t
   put(&at, &head, sizeof head);
   for (int32_t n = 0; n < scene->body_count; n++) {
     const scene_body *body = scene->bodies[n];
-    const body_record record = {body->status, body->fallback_steps, body->work_load,
-                                body->work_base, body->dissipated};
+    const body_record record = {body->status,    body->fallback_steps, body->work_load,
+                                body->work_base, body->dissipated,     body->way};
     put(&at, &record, sizeof record);
     put(&at, body->before, (size_t)body->derived->rank * sizeof *body->before);
     put(&at, body->state, thrum_state_bytes(body->state));
+    if (body->touch != NULL)
+      put(&at, body->touch->contact, contact_bytes(body));
   }
+  if (scene->obstacle_count > 0)
+    put(&at, scene->obstacles, (size_t)scene->obstacle_count * sizeof *scene->obstacles);
   return THRUM_OK;
 }
 
@@ -87,6 +96,9 @@ thrum_status thrum_scene_restore(thrum_scene *scene, const void *memory, size_t 
     take(&at, &record, sizeof record);
     take(&at, body->before, (size_t)body->derived->rank * sizeof *body->before);
     take(&at, body->state, thrum_state_bytes(body->state));
+    if (body->touch != NULL)
+      take(&at, body->touch->contact, contact_bytes(body));
+    body->way = record.way;
     body->status = (thrum_status)record.status;
     body->fallback_steps = record.fallback_steps;
     body->work_load = record.work_load;
@@ -94,6 +106,8 @@ thrum_status thrum_scene_restore(thrum_scene *scene, const void *memory, size_t 
     body->dissipated = record.dissipated;
     body->q_known = body->p_known = false;
   }
+  if (scene->obstacle_count > 0)
+    take(&at, scene->obstacles, (size_t)scene->obstacle_count * sizeof *scene->obstacles);
   scene->steps = head.steps;
   scene->origin_step = head.origin_step;
   scene->origin = head.origin;

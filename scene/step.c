@@ -20,10 +20,20 @@ double thrum_scene_dt(const thrum_scene *scene) {
   return scene->dt;
 }
 
-/* The load of the step to come. */
+/* The load of the step to come; a body that touches or is pulled makes its step here, since contact
+ * may take several attempts. */
 static thrum_status push(const thrum_scene *scene, scene_body *body, thrum_error *error) {
-  scene_loads_sum(scene, body);
-  return thrum_state_set_force(body->derived->model, body->state, body->force, error);
+  double resultant[3] = {0};
+  scene_loads_sum(scene, body, resultant);
+  thrum_status status = THRUM_OK;
+  if (scene->air > 0 && body->surface_count > 0)
+    status = scene_wind_add(scene, body, resultant, error);
+  if (status >= 0 && body->touch != NULL)
+    return scene_touch_step(scene, body, resultant, error);
+  memcpy(body->way_force, resultant, sizeof resultant);
+  if (status >= 0)
+    status = thrum_state_set_force(body->derived->model, body->state, body->force, error);
+  return status;
 }
 
 /* What a step did for the energy of a body. */
@@ -48,7 +58,7 @@ static int32_t gather(thrum_scene *scene, const scene_model *model) {
   int32_t count = 0;
   for (int32_t n = 0; n < scene->body_count; n++) {
     scene_body *body = scene->bodies[n];
-    if (body->derived != model || body->status < 0)
+    if (body->derived != model || body->status < 0 || body->touch != NULL)
       continue;
     scene->side[count] = body->state;
     scene->side_body[count++] = n;
@@ -82,6 +92,8 @@ static void step_model(thrum_scene *scene, const scene_model *model, thrum_statu
                     scene->workspace_size, &detail);
   for (int32_t n = 0; n < count; n++) {
     scene_body *body = scene->bodies[scene->side_body[n]];
+    if (scene->side_status[n] >= 0 && body->free)
+      thrum_translation_step(&body->way, body->way_force, scene->dt);
     if (scene->side_status[n] >= 0)
       count_work(scene, body);
     note(body, scene->side_status[n], &detail, status, error);
@@ -96,11 +108,14 @@ thrum_status thrum_scene_step(thrum_scene *scene, thrum_error *error) {
     if (body->status < 0)
       continue;
     const thrum_status pushed = push(scene, body, &detail);
-    if (pushed < 0)
+    if (pushed >= 0 && body->touch != NULL)
+      count_work(scene, body);
+    if (pushed < 0 || body->touch != NULL)
       note(body, pushed, &detail, &status, error);
   }
   for (const scene_model *model = scene->models; model != NULL; model = model->next)
     step_model(scene, model, &status, error);
   scene->steps++;
+  scene_obstacles_move(scene);
   return status;
 }

@@ -69,6 +69,11 @@ typedef struct thrum_obstacle {
 /* An obstacle with every default set: the plane z = 0. */
 thrum_obstacle thrum_default_obstacle(void);
 
+/* Says what is wrong with an obstacle, under its place `index` in a list. thrum_contact_begin and
+ * _step check each of theirs so. */
+thrum_status thrum_obstacle_check(const thrum_obstacle *obstacle, int64_t index,
+                                  thrum_error *error);
+
 /* A spring from a point of the body to a target. The point is the mean of three vertices with
  * weights, such as a point of a triangle; equal vertices are fine. */
 typedef struct thrum_pull {
