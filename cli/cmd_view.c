@@ -1,6 +1,5 @@
-/* `thrum view`: models in the browser, served on this machine or as one file.
+/* `thrum view`: models and scenes in the browser, served on this machine or as one file.
  * SPDX-License-Identifier: Apache-2.0 */
-#include <ctype.h>
 #include <fcntl.h>
 #include <getopt.h>
 #include <inttypes.h>
@@ -13,41 +12,45 @@
 #include "cli/args.h"
 #include "cli/http_server.h"
 #include "cli/model_name.h"
-#include "cli/pack.h"
+#include "cli/view_pack.h"
 #include "cli/viewer_page.h"
 #include "precompute/interrupt.h"
 
-#define MODELS_MAX 64
-
 typedef struct view_request {
-  const char *names[MODELS_MAX];
+  const char *names[CLI_VIEW_MODELS_MAX];
   int64_t count;
-  const char *output;
+  const char *output, *surface;
   int64_t port; /* 0: a free one */
   bool no_open, quiet, json, help;
 } view_request;
 
 static void print_help(void) {
-  fputs("usage: thrum view [MODEL...] [OPTIONS]\n\n"
-        "Shows models in the browser, where they move as they are pulled at: serves them on\n"
-        "127.0.0.1, which only this machine reaches, until Ctrl-C. MODEL is a model file, or the\n"
-        "name (beam, basket, bridge, horse, tower, heart) of a model that is precomputed once and\n"
-        "cached; without any, all six.\n\n"
-        "  -o, --output FILE   write one HTML file that opens from the disk, and serve nothing\n"
-        "      --port N        the port to serve on (default: one that is free)\n"
-        "      --no-open       do not open the browser, which is done where there is a display\n"
-        "      --json          print {\"url\": ...}, or with -o {\"file\": ...}, as one line\n"
-        "  -q, --quiet         no progress\n"
-        "  -h, --help          this text\n\n"
-        "examples:\n"
-        "  thrum view\n"
-        "  thrum view beam.npz --port 8080 --no-open\n"
-        "  thrum view horse tower -o models.html\n",
-        stdout);
+  fputs(
+      "usage: thrum view [MODEL...|SCENE.json] [OPTIONS]\n\n"
+      "Shows models, or a scene, in the browser, where bodies move as they are pulled at: serves\n"
+      "them on 127.0.0.1, which only this machine reaches, until Ctrl-C. MODEL is a model file,\n"
+      "or the name (beam, basket, bridge, horse, tower, heart) of a model that is precomputed\n"
+      "once and cached; without any, all six. SCENE.json is what `thrum simulate` takes too.\n\n"
+      "  -o, --output FILE   write one HTML file that opens from the disk, and serve nothing\n"
+      "      --surface FILE  show this surface in place of the one model's own: what `thrum "
+      "embed`\n"
+      "                      wrote, or an .obj or .stl in metres\n"
+      "      --port N        the port to serve on (default: one that is free)\n"
+      "      --no-open       do not open the browser, which is done where there is a display\n"
+      "      --json          print {\"url\": ...}, or with -o {\"file\": ...}, as one line\n"
+      "  -q, --quiet         no progress\n"
+      "  -h, --help          this text\n\n"
+      "examples:\n"
+      "  thrum view\n"
+      "  thrum view beam.npz --port 8080 --no-open\n"
+      "  thrum view horse tower -o models.html\n"
+      "  thrum view scene.json\n",
+      stdout);
 }
 
 static const cli_option table[] = {
     {.name = "output", .letter = 'o', .field = offsetof(view_request, output), .kind = CLI_TEXT},
+    {.name = "surface", .field = offsetof(view_request, surface), .kind = CLI_TEXT},
     {.name = "port",
      .kind = CLI_COUNT,
      .field = offsetof(view_request, port),
@@ -64,16 +67,22 @@ static int read_options(int argc, char **argv, view_request *request) {
   const int code = cli_options_read("view", table, argc, argv, request);
   if (code != CLI_DONE || request->help)
     return code;
-  if (argc - optind > MODELS_MAX)
-    return cli_usage("view", "at most %d models at a time", MODELS_MAX);
+  if (argc - optind > CLI_VIEW_MODELS_MAX)
+    return cli_usage("view", "at most %d models at a time", CLI_VIEW_MODELS_MAX);
   while (optind < argc)
     request->names[request->count++] = argv[optind++];
   if (request->output != NULL && (request->port > 0 || request->no_open))
     return cli_usage("view", "--port and --no-open are of what is served, and -o serves nothing");
   for (int64_t n = 0; request->output != NULL && n < request->count; n++) {
     if (cli_same_file(request->output, request->names[n]))
-      return cli_usage("view", "%s is a model: write to another file", request->output);
+      return cli_usage("view", "%s is what is to be shown: write to another file", request->output);
   }
+  for (int64_t n = 0; request->count > 1 && n < request->count; n++) {
+    if (cli_scene_is_named(request->names[n]))
+      return cli_usage("view", "one scene at a time, and no models beside it");
+  }
+  if (request->surface != NULL && (request->count != 1 || cli_scene_is_named(request->names[0])))
+    return cli_usage("view", "--surface goes with one model");
   if (request->count > 0)
     return CLI_DONE;
   for (int n = 0; n < CLI_MODEL_COUNT; n++)
@@ -81,46 +90,17 @@ static int read_options(int argc, char **argv, view_request *request) {
   return CLI_DONE;
 }
 
-/* What is shown, owned here. */
 typedef struct view {
   cli_page page;
   cli_pack pack;
-  cli_pack_model models[MODELS_MAX];
-  char titles[MODELS_MAX][64];
 } view;
-
-static void free_view(view *shown) {
-  for (int n = 0; n < MODELS_MAX; n++)
-    thrum_model_free(shown->models[n].model);
-  cli_pack_free(&shown->pack);
-  cli_page_free(&shown->page);
-}
-
-/* A file's name without its ending, or one of our names with a capital. */
-static void make_title(const char *name, char title[64]) {
-  const char *base = cli_basename(name), *dot = strrchr(base, '.');
-  const size_t length = dot != NULL && dot > base ? (size_t)(dot - base) : strlen(base);
-  snprintf(title, 64, "%.*s", (int)(length < 60 ? length : 60), base);
-  for (int n = 0; n < CLI_MODEL_COUNT; n++) {
-    if (strcmp(name, cli_model_names[n]) == 0)
-      title[0] = (char)toupper(title[0]);
-  }
-}
 
 static thrum_status load(const view_request *request, view *shown, thrum_error *error) {
   // without a page there is nothing to precompute for
-  thrum_status status = cli_page_read(&shown->page, error);
-  for (int64_t n = 0; n < request->count && status >= 0; n++) {
-    cli_pack_model *item = &shown->models[n];
-    item->name = cli_basename(request->names[n]);
-    item->title = shown->titles[n];
-    make_title(request->names[n], shown->titles[n]);
-    status = cli_model_load(request->names[n], request->quiet, &item->model, NULL, error);
-  }
-  if (status >= 0)
-    status = cli_pack_make(shown->models, request->count, cli_pack_scene_of_models(shown->models),
-                           &shown->pack, error);
-  return status;
+  const thrum_status status = cli_page_read(&shown->page, error);
+  return status >= 0 ? cli_view_pack(request->names, request->count, request->surface,
+                                     request->quiet, &shown->pack, error)
+                     : status;
 }
 
 static thrum_status write_file(const view_request *request, const view *shown, thrum_error *error) {
@@ -196,15 +176,13 @@ int cmd_view(int argc, char **argv) {
     return CLI_DONE;
   }
   thrum_error error = {0};
-  view *shown = calloc(1, sizeof *shown);
+  view shown = {0};
   thrum_interrupt_clean("\nthrum: stopped; the file being written was removed\n");
-  thrum_status status = shown != NULL ? load(&request, shown, &error)
-                                      : thrum_error_set(&error, THRUM_OUT_OF_MEMORY, "no memory");
+  thrum_status status = load(&request, &shown, &error);
   if (status >= 0)
-    status = request.output != NULL ? write_file(&request, shown, &error)
-                                    : serve(&request, shown, &error);
-  if (shown != NULL)
-    free_view(shown);
-  free(shown);
+    status = request.output != NULL ? write_file(&request, &shown, &error)
+                                    : serve(&request, &shown, &error);
+  cli_pack_free(&shown.pack);
+  cli_page_free(&shown.page);
   return status < 0 ? cli_refuse(&error) : CLI_DONE;
 }

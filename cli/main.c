@@ -17,7 +17,7 @@ static const command commands[] = {
     {"check", cmd_check, "say what a mesh is like, and what may be wrong with it"},
     {"convert", cmd_convert, "from one mesh format to another"},
     {"simulate", cmd_simulate, "step a model and write what happened"},
-    {"view", cmd_view, "show models in the browser, to be pulled at"},
+    {"view", cmd_view, "show models or a scene in the browser, to be pulled at"},
     {"static", cmd_static, "find where a body comes to rest under a load"},
     {"experiments", cmd_experiments, "run the experiments of the thesis and report them"},
     {"tradeoff", cmd_tradeoff, "say what speed costs in accuracy, and pick a setting"},

@@ -5,8 +5,7 @@
 
 #include <cjson/cJSON.h>
 
-#include "thrum/model.h"
-#include "thrum/status.h"
+#include "cli/scene_spec.h"
 
 typedef struct cli_pack_model {
   const char *name, *title;
@@ -28,5 +27,10 @@ void cli_pack_free(cli_pack *pack);
 /* The scene of models that stand in none: the first one alone, held as its mesh says, without
  * gravity. The viewer lets people choose among the others. NULL: out of memory. */
 cJSON *cli_pack_scene_of_models(const cli_pack_model *models);
+
+/* The scene of a scene file, without what the viewer knows nothing of (loads, starts, wind, shaking
+ * ground, probes); of_body: the place of each body's model among these. NULL: out of memory. */
+cJSON *cli_pack_scene_of_spec(const scene_spec *spec, const cli_pack_model *models,
+                              const int64_t *of_body);
 
 #endif

@@ -1,15 +1,19 @@
-/* The scene of a pack. SPDX-License-Identifier: Apache-2.0 */
+/* The scene of a pack: of models alone, or of a scene file. SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
+#include <stdio.h>
+
 #include "cli/cli.h"
 #include "cli/pack.h"
+#include "cli/simulate_report.h"
 
 #define COLOUR "#4a86c5"
 
 cJSON *cli_pack_scene_of_models(const cli_pack_model *models) {
-  static const double none[4] = {0}, unturned[4] = {0, 0, 0, 1};
+  static const double none[3] = {0}, unturned[4] = {0, 0, 0, 1};
   const thrum_state_def def = thrum_default_state_def();
   cJSON *scene = cJSON_CreateObject(), *body = cJSON_CreateObject();
   cli_json_number(scene, "dt", def.dt);
-  cJSON_AddStringToObject(scene, "integrator", "imexv");
+  cJSON_AddStringToObject(scene, "integrator", simulate_integrator_name(def.integrator));
   cli_json_numbers(scene, "gravity", none, 3);
   cli_json_number(scene, "damping", 0);
   cJSON_AddArrayToObject(scene, "obstacles");
@@ -24,5 +28,86 @@ cJSON *cli_pack_scene_of_models(const cli_pack_model *models) {
   cJSON_AddStringToObject(body, "colour", COLOUR);
   cJSON_AddBoolToObject(body, "free", false);
   cJSON_AddItemToArray(cJSON_AddArrayToObject(scene, "bodies"), body);
+  return scene;
+}
+
+static void add_colour(cJSON *object, const float colour[3]) {
+  char text[8];
+  unsigned parts[3];
+  for (int n = 0; n < 3; n++)
+    parts[n] = (unsigned)lround(255 * fmin(fmax((double)colour[n], 0), 1));
+  snprintf(text, sizeof text, "#%02x%02x%02x", parts[0] & 255, parts[1] & 255, parts[2] & 255);
+  cJSON_AddStringToObject(object, "colour", text);
+}
+
+/* From w, x, y, z of any length to x, y, z, w of length 1. */
+static void add_rotation(cJSON *object, const double rotation[4]) {
+  double length = 0, turned[4];
+  for (int n = 0; n < 4; n++)
+    length = hypot(length, rotation[n]);
+  for (int n = 0; n < 4; n++)
+    turned[n] = rotation[(n + 1) % 4] / length;
+  cli_json_numbers(object, "rotation", turned, 4);
+}
+
+static cJSON *body_of_spec(const scene_body_spec *spec, const thrum_model *model, int64_t place) {
+  const thrum_state_def *def = &spec->settings.def;
+  cJSON *body = cJSON_CreateObject();
+  cli_json_string(body, "name", spec->name);
+  cli_json_number(body, "model", (double)place);
+  cli_json_numbers(body, "position", spec->position, 3);
+  add_rotation(body, spec->rotation);
+  cli_json_number(body, "scale", spec->scale);
+  cli_json_number(body, "stiffness", spec->stiffness);
+  cli_json_number(body, "density", spec->density);
+  cli_json_number(body, "rank", (double)(spec->rank > 0 ? spec->rank : model->rank));
+  add_colour(body, spec->colour);
+  cJSON_AddBoolToObject(body, "free", spec->free);
+  cli_json_numbers(body, "velocity", spec->velocity, 3);
+  cJSON_AddStringToObject(body, "integrator", simulate_integrator_name(def->integrator));
+  cli_json_number(body, "damping", def->damping_alpha);
+  return body;
+}
+
+static cJSON *obstacle_of_spec(const scene_obstacle_spec *spec) {
+  static const char *const kinds[] = {"plane", "sphere", "box"};
+  cJSON *obstacle = cJSON_CreateObject();
+  cJSON_AddStringToObject(obstacle, "kind", kinds[spec->shape]);
+  cli_json_numbers(obstacle, "centre", spec->centre, 3);
+  if (spec->shape == SCENE_PLANE)
+    cli_json_numbers(obstacle, "normal", spec->normal, 3);
+  if (spec->shape == SCENE_SPHERE)
+    cli_json_number(obstacle, "radius", spec->radius);
+  if (spec->shape == SCENE_BOX) {
+    cli_json_numbers(obstacle, "size", spec->size, 3);
+    add_rotation(obstacle, spec->rotation);
+  }
+  cJSON_AddBoolToObject(obstacle, "inside", spec->inside);
+  cli_json_numbers(obstacle, "velocity", spec->velocity, 3);
+  cli_json_number(obstacle, "friction", spec->friction);
+  cli_json_number(obstacle, "restitution", spec->restitution);
+  cli_json_number(obstacle, "stiffness", spec->stiffness);
+  cli_json_number(obstacle, "damping", spec->damping);
+  add_colour(obstacle, spec->colour);
+  return obstacle;
+}
+
+cJSON *cli_pack_scene_of_spec(const scene_spec *spec, const cli_pack_model *models,
+                              const int64_t *of_body) {
+  const thrum_state_def *def = &spec->settings.def;
+  cJSON *scene = cJSON_CreateObject();
+  if (spec->title != NULL)
+    cli_json_string(scene, "title", spec->title);
+  cli_json_number(scene, "dt", def->dt);
+  cJSON_AddStringToObject(scene, "integrator", simulate_integrator_name(def->integrator));
+  cli_json_numbers(scene, "gravity", spec->gravity, 3);
+  cli_json_number(scene, "damping", def->damping_alpha);
+  cJSON *obstacles = cJSON_AddArrayToObject(scene, "obstacles");
+  for (int64_t n = 0; n < spec->obstacles.count; n++)
+    cJSON_AddItemToArray(obstacles, obstacle_of_spec(&scene_obstacles(spec)[n]));
+  cJSON *bodies = cJSON_AddArrayToObject(scene, "bodies");
+  for (int64_t n = 0; n < spec->bodies.count; n++)
+    cJSON_AddItemToArray(
+        bodies, body_of_spec(&scene_bodies(spec)[n], models[of_body[n]].model, of_body[n]));
   return scene;
 }

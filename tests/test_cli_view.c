@@ -216,6 +216,58 @@ static void several_models_share_a_pack(void **state) {
   close_pack(&p);
 }
 
+static const cJSON *item_of(const cJSON *list, int place, const char *key) {
+  const cJSON *item = cJSON_GetObjectItem(cJSON_GetArrayItem(list, place), key);
+  assert_non_null(item);
+  return item;
+}
+
+static void expect_numbers(const cJSON *array, const double *values, int count) {
+  assert_int_equal(cJSON_GetArraySize(array), count);
+  for (int n = 0; n < count; n++)
+    assert_true(fabs(cJSON_GetArrayItem(array, n)->valuedouble - values[n]) < 1e-15);
+}
+
+#define SCENE                                                                                      \
+  "{\"dt\": 0.002, \"gravity\": [0, 0, -9.81], \"damping\": 0.5, \"bodies\": [\n"                  \
+  "{\"name\": \"left\", \"model\": \"beam.npz\", \"rank\": 5, \"position\": [1, 2, 3],\n"          \
+  " \"rotation\": {\"axis\": [0, 0, 2], \"angle\": 90}, \"stiffness\": 3, \"colour\": "            \
+  "\"#01a0ff\"},\n"                                                                                \
+  "{\"name\": \"right\", \"model\": \"beam.npz\", \"integrator\": \"newmark\"}],\n"                \
+  "\"wind\": {\"velocity\": [1, 0, 0]},\n"                                                         \
+  "\"obstacles\": [{\"shape\": \"sphere\", \"centre\": [0, 1, 0], \"radius\": 0.25}]}\n"
+
+static void a_scene_file_is_packed_with_its_models(void **state) {
+  (void)state;
+  static const double place[3] = {1, 2, 3},
+                      turn[4] = {0, 0, 0.70710678118654752, 0.70710678118654752};
+  assert_true(cli_write_text(in_folder("scene.json"), SCENE));
+  cli_result run = thrum_run(folder, "view", "scene.json", "-o", "scene.html", NULL);
+  assert_int_equal(run.exit_code, 0);
+  // what is not shown is named
+  assert_non_null(strstr(run.err, "scene.json: the viewer leaves out wind\n"));
+  cli_result_free(&run);
+  pack p = open_pack("scene.html");
+  // two bodies of one model
+  assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(p.json, "models")), 1);
+  const cJSON *scene = cJSON_GetObjectItem(p.json, "scene");
+  assert_true(cli_json_get(scene, "dt") == 0.002 && cli_json_get(scene, "damping") == 0.5);
+  const cJSON *bodies = cJSON_GetObjectItem(scene, "bodies");
+  assert_int_equal(cJSON_GetArraySize(bodies), 2);
+  expect_numbers(item_of(bodies, 0, "position"), place, 3);
+  expect_numbers(item_of(bodies, 0, "rotation"), turn, 4);
+  assert_string_equal(item_of(bodies, 0, "colour")->valuestring, "#01a0ff");
+  assert_true(item_of(bodies, 0, "rank")->valuedouble == 5);
+  assert_true(item_of(bodies, 0, "stiffness")->valuedouble == 3);
+  assert_true(item_of(bodies, 1, "rank")->valuedouble == (double)model->rank);
+  assert_true(item_of(bodies, 1, "model")->valuedouble == 0);
+  assert_string_equal(item_of(bodies, 1, "integrator")->valuestring, "newmark");
+  const cJSON *obstacles = cJSON_GetObjectItem(scene, "obstacles");
+  assert_string_equal(item_of(obstacles, 0, "kind")->valuestring, "sphere");
+  assert_true(item_of(obstacles, 0, "radius")->valuedouble == 0.25);
+  close_pack(&p);
+}
+
 static void expect_refusal(cli_result run, int code, const char *words) {
   if (run.exit_code != code || strstr(run.err, words) == NULL || !cli_line_count_is(run.err, 1))
     fail_msg("exit %d, %s", run.exit_code, run.err);
@@ -227,11 +279,16 @@ static void what_cannot_be_shown_is_refused(void **state) {
   (void)state;
   expect_refusal(thrum_run(folder, "view", "none.npz", "-o", "x.html", NULL), 1, "none.npz");
   expect_refusal(thrum_run(folder, "view", "page.html", "-o", "x.html", NULL), 1, "page.html");
-  expect_refusal(thrum_run(folder, "view", "beam.npz", "-o", "beam.npz", NULL), 2, "is a model");
+  expect_refusal(thrum_run(folder, "view", "beam.npz", "-o", "beam.npz", NULL), 2, "is what");
   expect_refusal(thrum_run(folder, "view", "beam.npz", "-o", "no/x.html", NULL), 1, "no/x.html");
   expect_refusal(thrum_run(folder, "view", "beam.npz", "-o", "x.html", "--port", "80", NULL), 2,
                  "--port");
   expect_refusal(thrum_run(folder, "view", "beam.npz", "--port", "65536", NULL), 2, "--port");
+  expect_refusal(thrum_run(folder, "view", "scene.json", "beam.npz", "-o", "x.html", NULL), 2,
+                 "one scene");
+  expect_refusal(thrum_run(folder, "view", "none.json", "-o", "x.html", NULL), 1, "none.json");
+  expect_refusal(thrum_run(folder, "view", "beam.npz", "free.npz", "--surface", "a.obj", NULL), 2,
+                 "one model");
   assert_false(cli_file_exists(in_folder("x.html")));
 }
 
@@ -253,6 +310,7 @@ int main(void) {
       cmocka_unit_test(a_pack_holds_the_model_bit_for_bit),
       cmocka_unit_test(a_pack_shows_the_surface_of_the_mesh),
       cmocka_unit_test(several_models_share_a_pack),
+      cmocka_unit_test(a_scene_file_is_packed_with_its_models),
       cmocka_unit_test(what_cannot_be_shown_is_refused),
       cmocka_unit_test(a_page_without_a_place_for_a_pack_is_refused),
   };
