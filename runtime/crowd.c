@@ -23,7 +23,8 @@ typedef struct member {
   thrum_solver solver;
   thrum_quasi quasi;
   thrum_status status;
-  int64_t index; /* in the caller's list */
+  double *vectors; /* scratch lent to it */
+  int64_t index;   /* in the caller's list */
   bool solving;
 } member;
 
@@ -53,10 +54,12 @@ static size_t lay_out(const thrum_model *model, unsigned char *memory, group *g)
                           restricted * number,
                           (size_t)thrum_crowd_work(model->rank) * number,
                           thrum_work_count(model) * sizeof(double),
-                          restricted * sizeof(double)};
-  unsigned char *parts[8];
+                          restricted * sizeof(double),
+                          (size_t)thrum_lent_vectors(model->rank) * number};
+  enum { PARTS = sizeof sizes / sizeof sizes[0] };
+  unsigned char *parts[PARTS];
   size_t size = 0;
-  for (int n = 0; n < 8; n++) {
+  for (int n = 0; n < PARTS; n++) {
     parts[n] = memory ? memory + size : NULL;
     size += round_up(sizes[n]);
   }
@@ -68,6 +71,8 @@ static size_t lay_out(const thrum_model *model, unsigned char *memory, group *g)
   g->work = (double *)(void *)parts[5];
   g->one_work = (double *)(void *)parts[6];
   g->one_restricted = (double *)(void *)parts[7];
+  for (int m = 0; memory && m < THRUM_CROWD_LANES_MAX; m++)
+    g->members[m].vectors = (double *)(void *)parts[8] + m * thrum_lent_vectors(model->rank);
   return size;
 }
 
@@ -235,8 +240,8 @@ static void add(group *g, thrum_state *state, int64_t index, outcome *o) {
   thrum_error why = {THRUM_OK, ""};
   member *one = &g->members[g->count];
   one->index = index;
-  const thrum_status status =
-      thrum_step_begin(g->model, state, g->one_work, g->one_restricted, &one->run, &why);
+  const thrum_lent lent = {g->one_work, g->one_restricted, one->vectors};
+  const thrum_status status = thrum_step_begin(g->model, state, &lent, &one->run, &why);
   if (status != THRUM_OK) {
     note(o, index, status, &why);
     return;
@@ -250,8 +255,11 @@ static void add(group *g, thrum_state *state, int64_t index, outcome *o) {
   if (g->count > 0 && (g->split != one->run.next.split || g->kernel != kernel)) {
     // another kind of step: the group goes first, and this one starts the next
     advance(g, o);
-    if (one != g->members)
+    if (one != g->members) {
+      double *unused = g->members[0].vectors;
       g->members[0] = *one;
+      one->vectors = unused;
+    }
   }
   g->split = g->members[0].run.next.split;
   g->kernel = kernel;

@@ -79,8 +79,48 @@ thrum_state_view thrum_state_view_of(thrum_state *state) {
   return view;
 }
 
+/* What of a view is lent as vectors, by the size of its arrays. */
+#define LENT_vector(stride) (stride)
+#define LENT_pairs(stride) (2 * THRUM_SECANT_PAIRS * (stride))
+#define LENT_work(stride) 0
+#define LENT_restricted(stride) 0
+#define LENT_next(stride) 0
+#define LENT_tangent(stride) 0
+
+int64_t thrum_lent_vectors(int64_t rank) {
+  const int64_t stride = (int64_t)round_up((uint64_t)rank);
+  int64_t count = 0;
+#define X(name, size) count += LENT_##size(stride);
+  THRUM_STATE_SCRATCH(X)
+#undef X
+  return count;
+}
+
+void thrum_state_lend(thrum_state_view *view, const thrum_lent *lent) {
+  if (lent->work)
+    view->work = lent->work;
+  if (lent->restricted)
+    view->restricted = lent->restricted;
+  if (!lent->vectors)
+    return;
+  double *at = lent->vectors;
+#define X(name, size)                                                                              \
+  if (LENT_##size(view->stride) > 0) {                                                             \
+    view->name = at;                                                                               \
+    at += LENT_##size(view->stride);                                                               \
+  }
+  THRUM_STATE_SCRATCH(X)
+#undef X
+  view->lent = true;
+  // pairs are written before they are read
+  memset(lent->vectors, 0, (size_t)(view->pairs - lent->vectors) * sizeof(double));
+}
+
 void thrum_state_clear_scratch(thrum_state_view *view) {
-  memset(view->q_next, 0, (size_t)(view->work_own - view->q_next) * sizeof(double));
+  if (!view->lent) {
+    memset(view->q_next, 0, (size_t)(view->work_own - view->q_next) * sizeof(double));
+    memset(view->pairs, 0, (size_t)(2 * view->pairs_used * view->stride) * sizeof(double));
+  }
   if (view->work == view->work_own) {
     // a tangent of the whole model alone uses all of it
     const int64_t whole = view->restricted_own - view->work_own;
@@ -93,7 +133,6 @@ void thrum_state_clear_scratch(thrum_state_view *view) {
   }
   if (view->restricted_used > 0 && view->restricted == view->restricted_own)
     memset(view->restricted, 0, (size_t)view->restricted_used * sizeof(double));
-  memset(view->pairs, 0, (size_t)(2 * view->pairs_used * view->stride) * sizeof(double));
   if (view->matrices_used)
     memset(view->jacobian_next, 0, (size_t)(view->end - view->jacobian_next) * sizeof(double));
   else

@@ -154,7 +154,8 @@ typedef struct thrum_state_view {
   THRUM_STATE_SCRATCH(X)
 #undef X
   double *end;
-  double *work_own, *restricted_own; /* in the block; a crowd lends its own instead */
+  double *work_own, *restricted_own; /* in the block; a crowd lends its own instead, */
+  bool lent;                         /* and vectors and pairs too */
   int64_t work_plain;                /* doubles of work that are used without a tangent */
   int64_t work_restricted;           /* with one of what is restricted; by who makes it */
   const struct thrum_kernel *kernel; /* the one asked for, or the best one here */
@@ -252,6 +253,17 @@ thrum_state_view thrum_state_view_of(thrum_state *state);
 /* state.c: bytes from the start that persist between calls; behind them lies scratch. */
 size_t thrum_state_kept_bytes(const thrum_state *state);
 
+/* Scratch of somebody else in place of the state's own, each NULL for that. All of it may have any
+ * content; `work` and `restricted` may be shared with other states: each use fills them anew. */
+typedef struct thrum_lent {
+  double *work, *restricted;
+  double *vectors; /* thrum_lent_vectors(rank) doubles, aligned to 64: the vectors, and pairs */
+} thrum_lent;
+
+/* state.c */
+int64_t thrum_lent_vectors(int64_t rank);
+void thrum_state_lend(thrum_state_view *view, const thrum_lent *lent);
+
 /* state.c: clears the scratch that was used; every call that used some ends with this. */
 void thrum_state_clear_scratch(thrum_state_view *view);
 
@@ -279,8 +291,8 @@ int32_t thrum_split_explicit(const thrum_model *model, thrum_split_rule rule, do
                              double safety, int32_t count);
 int32_t thrum_split_of(const thrum_model *model, const thrum_state *state);
 
-/* stagger.c: what pushes the explicit modes at q into their entries of force: R, less kappa q in the
- * quadratic split. Returns V(q). */
+/* stagger.c: what pushes the explicit modes at q into their entries of force: R, less kappa q in
+ * the quadratic split. Returns V(q). */
 double thrum_stagger_force(const thrum_model *model, const thrum_state *state,
                            thrum_state_view *view, const double *q);
 
@@ -319,11 +331,10 @@ typedef struct thrum_step_run {
   thrum_solve_report report;
 } thrum_step_run;
 
-/* step.c: checks the state and lets the watch choose the scheme, run->next.scheme. `work` and
- * `restricted`, each NULL for the state's own, may be shared with other states: each use fills them
- * anew. Not THRUM_OK: there is nothing to end. */
-thrum_status thrum_step_begin(const thrum_model *model, thrum_state *state, double *work,
-                              double *restricted, thrum_step_run *run, thrum_error *error);
+/* step.c: checks the state and lets the watch choose the scheme, run->next.scheme. Not THRUM_OK:
+ * there is nothing to end. */
+thrum_status thrum_step_begin(const thrum_model *model, thrum_state *state, const thrum_lent *lent,
+                              thrum_step_run *run, thrum_error *error);
 
 /* step.c: one step of that scheme: candidates, as thrum_step_imexv. */
 thrum_status thrum_step_attempt(const thrum_model *model, thrum_step_run *run);

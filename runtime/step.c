@@ -104,18 +104,15 @@ static thrum_status attempt(const thrum_model *model, const thrum_state *state,
   return thrum_step_imexv(model, state, view, report);
 }
 
-thrum_status thrum_step_begin(const thrum_model *model, thrum_state *state, double *work,
-                              double *restricted, thrum_step_run *run, thrum_error *error) {
+thrum_status thrum_step_begin(const thrum_model *model, thrum_state *state, const thrum_lent *lent,
+                              thrum_step_run *run, thrum_error *error) {
   const thrum_status status = thrum_state_check(model, state, error);
   if (status != THRUM_OK)
     return status;
   run->state = state;
   run->next = *state;
   run->view = thrum_state_view_of(state);
-  if (work)
-    run->view.work = work;
-  if (restricted)
-    run->view.restricted = restricted;
+  thrum_state_lend(&run->view, lent);
   memset(&run->report, 0, sizeof run->report);
   double *before = run->view.p;
   if (thrum_watch_before(model, &run->next, &run->view) != THRUM_OK) {
@@ -176,8 +173,9 @@ thrum_status thrum_step(const thrum_model *model, thrum_state *state, thrum_erro
   // small models: scratch that need not be cleared, as the state's own must be
   _Alignas(64) double work[WORK_COUNT];
   const bool fits = model && thrum_work_count(model) <= WORK_COUNT;
+  const thrum_lent lent = {.work = fits ? work : NULL};
   thrum_step_run run;
-  const thrum_status status = thrum_step_begin(model, state, fits ? work : NULL, NULL, &run, error);
+  const thrum_status status = thrum_step_begin(model, state, &lent, &run, error);
   if (status != THRUM_OK)
     return status;
   return thrum_step_end(model, &run, thrum_step_attempt(model, &run), error);
