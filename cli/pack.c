@@ -99,6 +99,7 @@ static thrum_status add_model(data_section *data, cJSON *list, const cli_pack_mo
   cli_json_number(object, "vertex_count", (double)shown.vertex_count);
   cli_json_number(object, "triangle_count", (double)shown.triangle_count);
   cli_json_number(object, "mass", quality.mass);
+  cli_json_number(object, "young", model->material[0]);
   cJSON *arrays = cJSON_AddObjectToObject(object, "arrays");
   add_doubles(data, arrays, "omega2", model->omega2, model->rank);
   add_doubles(data, arrays, "c3", model->c3, model->c3_count);

@@ -143,6 +143,7 @@ static void a_pack_holds_the_model_bit_for_bit(void **state) {
   assert_string_equal(cJSON_GetObjectItem(item, "name")->valuestring, "beam.npz");
   assert_string_equal(cJSON_GetObjectItem(item, "title")->valuestring, "beam");
   assert_true(cli_json_get(item, "rank") == (double)rank);
+  assert_true(cli_json_get(item, "young") == model->material[0]);
   // 0.06 m^3 of the default 1000 kg/m^3
   assert_true(fabs(cli_json_get(item, "mass") - 60) < 1e-9);
   const struct {
