@@ -22,6 +22,7 @@
 #include "solve.h"
 
 #define REMAINING 4   /* iterations that are cheaper than a Jacobian made anew */
+#define KNOWN 0.9     /* of the linear part of R, by an inverse that is not of this step */
 #define RATE_MOST 4.0 /* h/d v with which an increment may be left unevaluated */
 #define MARGIN                                                                                     \
   10.0 /* of an expected residual: the contraction of one iteration is not the next's */
@@ -37,18 +38,25 @@ static double goal(const thrum_solver *s, double step) {
 
 /* --- first guess ------------------------------------------------------------------------------ */
 
-/* How many of the `count` steps before, latest first in `past`, are worth extrapolating: higher
- * differences that grow say that the motion is too fast for them. */
-static int32_t smooth(const thrum_solver *s, const double *const past[THRUM_PAST], int32_t count) {
+/* How many of the `count` steps before, latest first, are worth extrapolating: higher differences
+ * that grow say that the motion is too fast for them. Of R, but with little of its linear part:
+ * what H knows of R follows q, however fast. */
+static int32_t smooth(const thrum_solver *s, const double *const past_q[THRUM_PAST],
+                      const double *const past_r[THRUM_PAST], int32_t count) {
   double sums[THRUM_PAST] = {0.0};
   // differences of order k take the first k + 1 steps; what lies beyond `count` is not looked at
-  const double *const a = past[0], *const b = past[count > 1 ? 1 : 0];
-  const double *const c = past[count > 2 ? 2 : 0], *const d = past[count > 3 ? 3 : 0];
+  const double *q[THRUM_PAST], *r[THRUM_PAST];
+  for (int32_t j = 0; j < THRUM_PAST; j++) {
+    q[j] = past_q[j < count ? j : 0];
+    r[j] = past_r[j < count ? j : 0];
+  }
   for (int32_t i = s->first; i < s->state->rank; i++) {
-    const double weight = s->view->unscale[i];
-    const double first = a[i] - b[i], first_1 = b[i] - c[i], first_2 = c[i] - d[i];
+    const double weight = s->view->unscale[i], linear = KNOWN * s->model->omega2[i];
+    const double a = r[0][i] - linear * q[0][i], b = r[1][i] - linear * q[1][i];
+    const double c = r[2][i] - linear * q[2][i], d = r[3][i] - linear * q[3][i];
+    const double first = a - b, first_1 = b - c, first_2 = c - d;
     const double second = first - first_1, third = second - (first_1 - first_2);
-    sums[0] += a[i] * a[i] * weight;
+    sums[0] += a * a * weight;
     sums[1] += first * first * weight;
     sums[2] += second * second * weight;
     sums[3] += third * third * weight;
@@ -73,7 +81,7 @@ static void guess(const thrum_solver *s, const thrum_quasi *quasi) {
     past_r[j] = view->past_r + at;
   }
   if (count > 0) {
-    count = smooth(s, past_r, count);
+    count = smooth(s, past_q, past_r, count);
   } else if (s->first > 0) {
     // what is restricted has R at q_k for little
     for (int32_t i = s->first; i < s->state->rank; i++)
