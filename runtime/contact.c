@@ -18,7 +18,7 @@
 
 thrum_contact_def thrum_default_contact_def(void) {
   const thrum_contact_def def = {
-      .cookie = DEF_COOKIE, .pull_max = 1, .sweeps_max = 50, .tolerance = 1e-6};
+      .cookie = DEF_COOKIE, .pull_max = 1, .sweeps_max = 20, .tolerance = 1e-4};
   return def;
 }
 

@@ -175,8 +175,6 @@ static inline double thrum_contact_energy(double stiffness, double gap) {
 int32_t thrum_obstacle_faces(const thrum_obstacle *obstacle);
 double thrum_obstacle_face_gap(const thrum_obstacle *obstacle, int32_t face, const double x[3],
                                double normal[3]);
-thrum_status thrum_obstacle_check(const thrum_obstacle *obstacle, int64_t index,
-                                  thrum_error *error);
 
 /* y = A x, y = A^T x, for 3 x 3 row-major; dot. */
 static inline double thrum_dot3(const double a[3], const double b[3]) {

@@ -97,7 +97,7 @@ typedef struct thrum_contact_def {
   int64_t pull_max;        /* pulls of a step; default 1 */
   int32_t sweeps_max;      /* of the solver in one step, >= 1; default 50 */
   double tolerance;        /* of the solver, relative to the displacement of a step, in (0, 1e-2];
-                              default 1e-6 */
+                              default 1e-4 */
 } thrum_contact_def;
 
 thrum_contact_def thrum_default_contact_def(void);
