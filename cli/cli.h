@@ -16,6 +16,7 @@ enum cli_exit { CLI_DONE = 0, CLI_REFUSED = 1, CLI_USAGE = 2, CLI_FLAGGED = 3 };
 /* A subcommand: argv[0] is its name. The table of them stands in main.c, one line each. */
 int cmd_precompute(int argc, char **argv);
 int cmd_convert(int argc, char **argv);
+int cmd_mesh(int argc, char **argv);
 int cmd_check(int argc, char **argv);
 int cmd_info(int argc, char **argv);
 int cmd_embed(int argc, char **argv);

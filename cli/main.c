@@ -14,6 +14,7 @@ typedef struct command {
 
 static const command commands[] = {
     {"precompute", cmd_precompute, "from a tetrahedral mesh to a reduced model file"},
+    {"mesh", cmd_mesh, "fill a closed surface with tetrahedra, by Gmsh or TetGen"},
     {"check", cmd_check, "say what a mesh is like, and what may be wrong with it"},
     {"convert", cmd_convert, "from one mesh format to another"},
     {"simulate", cmd_simulate, "step a model and write what happened"},

@@ -6,9 +6,9 @@
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
+#include "precompute/places.h"
 #include "precompute/surface_mesh.h"
 #include "precompute/text.h"
 
@@ -17,65 +17,19 @@ enum { HEADER = 84, FACET = 50 };
 typedef struct stl_reader {
   thrum_text text;
   thrum_surface_builder builder;
-  int32_t *slots; /* vertex, -1 free; slot_count of them, a power of two */
-  uint64_t slot_count;
+  thrum_places places;
   thrum_error *error;
 } stl_reader;
 
-static uint64_t first_slot(const stl_reader *r, const double position[3]) {
-  uint64_t hash = 0, bits;
-  for (int axis = 0; axis < 3; axis++) {
-    memcpy(&bits, &position[axis], sizeof bits);
-    hash = (hash ^ bits) * UINT64_C(0x9e3779b97f4a7c15);
-    hash ^= hash >> 29;
-  }
-  return hash & (r->slot_count - 1);
-}
-
-static void put_in_table(stl_reader *r, int32_t vertex) {
-  uint64_t slot = first_slot(r, r->builder.made.vertices + 3 * (int64_t)vertex);
-  while (r->slots[slot] >= 0)
-    slot = (slot + 1) & (r->slot_count - 1);
-  r->slots[slot] = vertex;
-}
-
-/* Keeps the table at most half full. */
-static thrum_status grow_table(stl_reader *r) {
-  const int64_t count = r->builder.made.vertex_count;
-  if ((uint64_t)count * 2 < r->slot_count)
-    return THRUM_OK;
-  const uint64_t wanted = r->slot_count == 0 ? 64 : 2 * r->slot_count;
-  int32_t *grown = realloc(r->slots, wanted * sizeof *grown);
-  if (grown == NULL)
-    return thrum_error_set(r->error, THRUM_OUT_OF_MEMORY, "not enough memory for the surface");
-  r->slots = grown;
-  r->slot_count = wanted;
-  memset(grown, 0xff, wanted * sizeof *grown);
-  for (int64_t v = 0; v < count; v++)
-    put_in_table(r, (int32_t)v);
-  return THRUM_OK;
-}
-
 /* The vertex at a place, a new one when there is none yet. */
-static thrum_status find_vertex(stl_reader *r, const double given[3], int32_t *vertex) {
+static thrum_status find_vertex(stl_reader *r, const double position[3], int32_t *vertex) {
   thrum_surface_mesh *made = &r->builder.made;
-  thrum_status status = grow_table(r);
-  if (status < 0)
-    return status;
-  // 0 and -0 are one place
-  const double position[3] = {given[0] + 0.0, given[1] + 0.0, given[2] + 0.0};
-  uint64_t slot = first_slot(r, position);
-  for (; r->slots[slot] >= 0; slot = (slot + 1) & (r->slot_count - 1)) {
-    const double *known = made->vertices + 3 * (int64_t)r->slots[slot];
-    if (memcmp(known, position, sizeof position) != 0)
-      continue;
-    *vertex = r->slots[slot];
-    made->merged++;
-    return THRUM_OK;
-  }
-  status = thrum_surface_add_vertex(&r->builder, position);
-  if (status >= 0)
-    r->slots[slot] = *vertex = (int32_t)(made->vertex_count - 1);
+  const int64_t count = made->vertex_count;
+  thrum_status status =
+      thrum_places_find(&r->places, made->vertices, count, position, vertex, r->error);
+  if (status >= 0 && *vertex == count)
+    return thrum_surface_add_vertex(&r->builder, position);
+  made->merged++;
   return status;
 }
 
@@ -213,7 +167,7 @@ thrum_status thrum_surface_parse_stl(const char *name, const void *data, size_t 
     status = read_stl(&r, data, size);
   if (status >= 0 && r.builder.made.triangle_count == 0)
     status = thrum_text_fail(&r.text, THRUM_MISSING, error, "there are no facets in the file");
-  free(r.slots);
+  thrum_places_free(&r.places);
   if (status < 0)
     thrum_surface_mesh_free(&r.builder.made);
   else

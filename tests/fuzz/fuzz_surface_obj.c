@@ -1,6 +1,6 @@
 /* Fuzz target of the reader precompute/surface_mesh_obj.c.
  * sources: precompute/surface_mesh*.c precompute/mesh*.c precompute/text.c precompute/quality.c
- * sources: precompute/file.c precompute/interrupt.c runtime/status.c
+ * sources: precompute/places.c precompute/file.c precompute/interrupt.c runtime/status.c
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/fuzz/fuzz_surface.h"
 

@@ -1,0 +1,209 @@
+/* Running Gmsh and TetGen on a surface; see mesh_tool.h. The commands:
+ *   gmsh -3 surface.geo      Merge the triangles as one surface, a volume in it; HXT without a
+ * size, else Delaunay, as HXT of Gmsh 4.8 fails at sizes below the surface's tetgen -pYq1.3/12[aV]
+ * facets as they are (Y), radius-edge ratio, dihedral angle, volume SPDX-License-Identifier:
+ * Apache-2.0 */
+#include "cli/mesh_tool.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli/cli.h"
+#include "cli/workshop.h"
+#include "precompute/npz.h"
+#include "precompute/surface_check.h"
+
+const char *const cli_mesh_tools[] = {"gmsh", "tetgen", NULL};
+
+#define LOG "log.txt"
+#define ARGUMENT_MAX 64
+
+thrum_status cli_mesh_tool_choose(cli_mesh_tool wanted, int64_t shells, cli_mesh_tool *tool,
+                                  thrum_error *error) {
+  const bool gmsh = cli_program_exists("gmsh"), tetgen = cli_program_exists("tetgen");
+  if (wanted == CLI_TOOL_NONE && !gmsh && !tetgen)
+    return thrum_error_set(error, THRUM_MISSING,
+                           "a surface is meshed by Gmsh or TetGen, and neither is installed: "
+                           "apt-get install gmsh, or apt-get install tetgen");
+  cli_mesh_tool chosen = wanted;
+  if (wanted == CLI_TOOL_NONE)
+    chosen = tetgen && (shells > 1 || !gmsh) ? CLI_TOOL_TETGEN : CLI_TOOL_GMSH;
+  if (chosen == CLI_TOOL_GMSH ? !gmsh : !tetgen)
+    return thrum_error_set(error, THRUM_MISSING, "%s is not installed: apt-get install %s",
+                           cli_mesh_tools[chosen], cli_mesh_tools[chosen]);
+  if (chosen == CLI_TOOL_GMSH && shells > 1)
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "the surface has %" PRId64 " parts, which TetGen meshes and Gmsh does "
+                           "not: %s",
+                           shells, tetgen ? "--tool tetgen" : "apt-get install tetgen");
+  *tool = chosen;
+  return THRUM_OK;
+}
+
+/* Runs a command whose words are options, or files of the workshop. */
+static thrum_status run(cli_workshop *workshop, const char *const *words, cli_workshop_end *end,
+                        thrum_error *error) {
+  char texts[12][CLI_WORKSHOP_PATH_MAX], *argv[13];
+  int count = 0;
+  for (; words[count] != NULL && count < 12; count++) {
+    // a name with a dot is a file
+    if (count > 0 && words[count][0] != '-' && strchr(words[count], '.') != NULL)
+      cli_workshop_path(workshop, words[count], texts[count]);
+    else
+      snprintf(texts[count], sizeof texts[count], "%s", words[count]);
+    argv[count] = texts[count];
+  }
+  argv[count] = NULL;
+  return cli_workshop_run(workshop, argv, LOG, end, error);
+}
+
+static thrum_status run_gmsh(cli_workshop *workshop, const cli_mesh_job *job,
+                             const thrum_surface_mesh *surface, cli_workshop_end *end,
+                             thrum_error *error) {
+  static const char *const words[] = {"gmsh",  "-3", "-nopopup", "-save_all",   "-format",
+                                      "msh41", "-o", "mesh.msh", "surface.geo", NULL};
+  char path[CLI_WORKSHOP_PATH_MAX], script[400];
+  // Merge ends its line; the last line needs its end too
+  int length = snprintf(script, sizeof script,
+                        "Merge \"surface.msh\";\nSurface Loop(1) = {1};\nVolume(1) = {1};\n"
+                        "Mesh.Algorithm3D = %d;\n",
+                        job->size > 0 ? 1 : 10);
+  if (job->size > 0)
+    length += snprintf(script + length, sizeof script - (size_t)length,
+                       "Mesh.CharacteristicLengthMax = %.17g;\n", job->size);
+  cli_workshop_path(workshop, "surface.msh", path);
+  thrum_status status = thrum_surface_write_msh(path, surface, error);
+  cli_workshop_path(workshop, "surface.geo", path);
+  if (status >= 0)
+    status = thrum_file_write_atomic(path, script, (size_t)length, error);
+  return status < 0 ? status : run(workshop, words, end, error);
+}
+
+/* With `seek`, TetGen only looks for triangles that cross. */
+static thrum_status run_tetgen(cli_workshop *workshop, const cli_mesh_job *job,
+                               const thrum_surface_mesh *surface, bool seek, cli_workshop_end *end,
+                               thrum_error *error) {
+  char option[ARGUMENT_MAX] = "-d", path[CLI_WORKSHOP_PATH_MAX];
+  const char *const words[] = {"tetgen", option, "surface.smesh", NULL};
+  // the largest one; on average they have a third of it, that of edges of the size
+  const double volume = job->size * job->size * job->size / (2 * sqrt(2));
+  if (!seek && job->size > 0)
+    snprintf(option, sizeof option, "-pYq1.3/12a%.17g", volume);
+  else if (!seek)
+    snprintf(option, sizeof option, "-pYq1.3/12");
+  cli_workshop_path(workshop, "surface.smesh", path);
+  const thrum_status status = thrum_surface_write_smesh(path, surface, error);
+  return status < 0 ? status : run(workshop, words, end, error);
+}
+
+/* What the tool printed, ended by 0; to be freed; NULL when there is nothing. */
+static char *read_log(const cli_workshop *workshop) {
+  char path[CLI_WORKSHOP_PATH_MAX];
+  void *text = NULL;
+  size_t size = 0;
+  cli_workshop_path(workshop, LOG, path);
+  return thrum_file_read(path, &text, &size, NULL) >= 0 ? text : NULL;
+}
+
+/* The place in the file of a triangle that TetGen counts from 1. */
+static int64_t line_of(const thrum_surface_mesh *surface, int64_t facet) {
+  return facet >= 1 && facet <= surface->triangle_count ? surface->triangle_line[facet - 1] : 0;
+}
+
+/* Asks TetGen, where it is installed, for triangles that cross; true when it names some. */
+static bool find_crossing(cli_workshop *workshop, const cli_mesh_job *job,
+                          const thrum_surface_mesh *surface, thrum_error *error) {
+  cli_workshop_end end;
+  long long pairs = 0, first = 0, second = 0;
+  if (!cli_program_exists("tetgen") || run_tetgen(workshop, job, surface, true, &end, NULL) < 0)
+    return false;
+  char *log = read_log(workshop);
+  const char *count = log != NULL ? strstr(log, "Found ") : NULL;
+  const char *facets = log != NULL ? strstr(log, "Facet #") : NULL;
+  const bool found = count != NULL && sscanf(count, "Found %lld pairs of faces", &pairs) == 1 &&
+                     facets != NULL && pairs > 0 &&
+                     sscanf(facets, "Facet #%lld intersects facet #%lld", &first, &second) == 2;
+  free(log);
+  if (found)
+    thrum_error_set(error, THRUM_BAD_VALUE,
+                    "%.150s: the surface crosses itself: %lld pairs of triangles, the first in %s "
+                    "%" PRId64 " and %" PRId64,
+                    job->path, pairs, surface->binary ? "facets" : "lines", line_of(surface, first),
+                    line_of(surface, second));
+  return found;
+}
+
+/* The line of the log that says most: the first that begins with Error, else the last. */
+static void pick_line(const char *log, char line[160]) {
+  const char *chosen = "";
+  size_t length = 0;
+  bool error = false;
+  while (*log != 0 && !error) {
+    const size_t width = strcspn(log, "\n");
+    error = strncmp(log, "Error", 5) == 0;
+    if (width > 0) {
+      chosen = log;
+      length = width;
+    }
+    log += width + (log[width] == '\n');
+  }
+  snprintf(line, 160, "%.*s", length < 159 ? (int)length : 159, chosen);
+  cli_one_line(line);
+}
+
+/* Why there is no mesh: `reason` is the reader's, about a file that nobody will find. */
+static thrum_status refuse(cli_workshop *workshop, const cli_mesh_job *job,
+                           const thrum_surface_mesh *surface, const cli_workshop_end *end,
+                           const thrum_error *reason, thrum_error *error) {
+  const char *name = cli_mesh_tools[job->tool], *said = strstr(reason->message, ": ");
+  const char *hint = job->verbose ? "" : " (--verbose shows all that it said)";
+  char line[160] = "";
+  char *log = read_log(workshop);
+  if (log != NULL)
+    pick_line(log, line);
+  free(log);
+  if (find_crossing(workshop, job, surface, error))
+    return THRUM_BAD_VALUE;
+  if (end->signal != 0)
+    return thrum_error_set(error, THRUM_UNSUPPORTED, "%.100s: %s broke down (signal %d): %s%s",
+                           job->path, name, end->signal, line, hint);
+  if (end->code != 0)
+    return thrum_error_set(error, THRUM_UNSUPPORTED, "%.100s: %s failed (exit code %d): %s%s",
+                           job->path, name, end->code, line, hint);
+  return thrum_error_set(error, THRUM_UNSUPPORTED, "%.100s: what %s made is no mesh: %.150s%s",
+                         job->path, name, said != NULL ? said + 2 : reason->message, hint);
+}
+
+static void show_log(const cli_workshop *workshop) {
+  char *log = read_log(workshop);
+  if (log != NULL)
+    fputs(log, stderr);
+  free(log);
+}
+
+thrum_status cli_mesh_tool_run(const cli_mesh_job *job, const thrum_surface_mesh *surface,
+                               thrum_mesh *mesh, thrum_error *error) {
+  cli_workshop workshop;
+  cli_workshop_end end = {0};
+  char path[CLI_WORKSHOP_PATH_MAX];
+  thrum_error reason = {0};
+  thrum_status status = cli_workshop_open(&workshop, error);
+  if (status < 0)
+    return status;
+  const bool gmsh = job->tool == CLI_TOOL_GMSH;
+  status = gmsh ? run_gmsh(&workshop, job, surface, &end, error)
+                : run_tetgen(&workshop, job, surface, false, &end, error);
+  if (job->verbose)
+    show_log(&workshop);
+  if (status >= 0) {
+    cli_workshop_path(&workshop, gmsh ? "mesh.msh" : "surface.1.ele", path);
+    // Gmsh may leave half a mesh behind and say so by its exit code
+    if (end.code != 0 || thrum_mesh_read(path, 1, mesh, &reason) < 0)
+      status = refuse(&workshop, job, surface, &end, &reason, error);
+  }
+  cli_workshop_close(&workshop);
+  return status;
+}

@@ -1,0 +1,342 @@
+/* `thrum mesh` with the programs that mesh, where they are installed, and with stand-ins for them
+ * that fail in all ways: the arguments are the paths of Gmsh and TetGen; one that is not there is
+ * "". SPDX-License-Identifier: Apache-2.0 */
+// clang-format off
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <cmocka.h>
+// clang-format on
+
+#include "tests/cli_support.h"
+
+#include <dirent.h>
+#include <math.h>
+#include <signal.h>
+#include <time.h>
+
+static const char *tools[2]; /* gmsh, tetgen */
+static char folder[64], path_before[4096];
+
+#define CUBE                                                                                       \
+  "v 0 0 0\nv 0 0 1\nv 0 1 0\nv 0 1 1\nv 1 0 0\nv 1 0 1\nv 1 1 0\nv 1 1 1\n"                       \
+  "f 1 2 4 3\nf 5 7 8 6\nf 1 5 6 2\nf 3 4 8 7\nf 1 3 7 5\nf 2 6 8 4\n"
+#define FURTHER                                                                                    \
+  "v 2 0 0\nv 2 0 1\nv 2 1 0\nv 2 1 1\nv 3 0 0\nv 3 0 1\nv 3 1 0\nv 3 1 1\n"                       \
+  "f 9 10 12 11\nf 13 15 16 14\nf 9 13 14 10\nf 11 12 16 15\nf 9 11 15 13\nf 10 14 16 12\n"
+
+static const char *in_folder(const char *name) {
+  static char path[160];
+  snprintf(path, sizeof path, "%s/%s", folder, name);
+  return path;
+}
+
+static void write_text(const char *name, const char *text) {
+  assert_true(cli_write_text(in_folder(name), text));
+}
+
+static int setup(void **state) {
+  (void)state;
+  const char *path = getenv("PATH");
+  snprintf(path_before, sizeof path_before, "%s", path != NULL ? path : "");
+  if (cli_make_folder(folder) == NULL || mkdir(in_folder("bin"), 0700) != 0 ||
+      mkdir(in_folder("tmp"), 0700) != 0 || setenv("TMPDIR", in_folder("tmp"), 1) != 0)
+    return -1;
+  return !cli_write_text(in_folder("cube.obj"), CUBE) ||
+         !cli_write_text(in_folder("two.obj"), CUBE FURTHER);
+}
+
+static int teardown(void **state) {
+  (void)state;
+  setenv("PATH", path_before, 1);
+  cli_remove_folder(folder);
+  return 0;
+}
+
+/* Nothing is left in the folder for temporary things. */
+static void expect_swept(void) {
+  DIR *temporary = opendir(in_folder("tmp"));
+  assert_non_null(temporary);
+  const struct dirent *entry;
+  while ((entry = readdir(temporary)) != NULL)
+    if (entry->d_name[0] != '.')
+      fail_msg("%s is left behind", entry->d_name);
+  closedir(temporary);
+}
+
+/* Only stand-ins are found from now on. */
+static void stand_in(const char *name, const char *script) {
+  char text[2048];
+  snprintf(text, sizeof text, "#!/bin/sh\n%s\n", script);
+  char path[64];
+  snprintf(path, sizeof path, "bin/%s", name);
+  write_text(path, text);
+  assert_int_equal(chmod(in_folder(path), 0700), 0);
+  assert_int_equal(setenv("PATH", in_folder("bin"), 1), 0);
+}
+
+static void remove_stand_ins(void) {
+  unlink(in_folder("bin/gmsh"));
+  unlink(in_folder("bin/tetgen"));
+  assert_int_equal(setenv("PATH", in_folder("bin"), 1), 0);
+}
+
+static void expect_refusal(cli_result run, int code, const char *words) {
+  if (run.exit_code != code || strstr(run.err, words) == NULL || run.out[0] != 0)
+    fail_msg("wanted %d '%s', got %d '%s' '%s'", code, words, run.exit_code, run.err, run.out);
+  cli_result_free(&run);
+  assert_false(cli_file_exists(in_folder("out.msh")));
+  expect_swept();
+}
+
+/* A closed surface becomes a mesh of its volume, with its triangles as they are. */
+static void a_surface_is_filled(void **state) {
+  (void)state;
+  assert_int_equal(setenv("PATH", path_before, 1), 0);
+  cli_result run = thrum_run(folder, "export", "beam:1x1x1@1x1x1", "--obj", "no.obj", NULL);
+  cli_result_free(&run);
+  run = thrum_run(folder, "precompute", "beam:8x3x3@1x0.3x0.3", "--fix", "x<0.001", "--modes", "2",
+                  "-q", "-o", "beam.npz", NULL);
+  assert_int_equal(run.exit_code, 0);
+  cli_result_free(&run);
+  run = thrum_run(folder, "export", "beam.npz", "--obj", "skin.obj", NULL);
+  assert_int_equal(run.exit_code, 0);
+  cli_result_free(&run);
+  static const char *const names[] = {"gmsh", "tetgen"};
+  static const char *const sizes[] = {"0.1", "9"};
+  static const char *const outputs[] = {"a.msh", "a.veg"};
+  for (int tool = 0; tool < 2; tool++)
+    for (int n = 0; n < 2 && *tools[tool]; n++) {
+      run = thrum_run(folder, "mesh", "skin.obj", "-o", outputs[n], "--tool", names[tool], "--size",
+                      sizes[n], "--json", "-q", NULL);
+      if (run.exit_code != 0 && run.exit_code != 3)
+        fail_msg("%s: %s", names[tool], run.err);
+      assert_string_equal(run.err, "");
+      cJSON *object = cli_json_line(run.out);
+      assert_non_null(object);
+      cli_result_free(&run);
+      assert_string_equal(cJSON_GetObjectItem(object, "tool")->valuestring, names[tool]);
+      assert_true(fabs(cli_json_get(object, "volume_m3") - 0.09) < 1e-12);
+      assert_true(fabs(cli_json_get(object, "surface_volume_m3") - 0.09) < 1e-12);
+      assert_true(cli_json_get(object, "surface_triangles") == 2 * (2 * 3 * 3 + 4 * 8 * 3));
+      assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(object, "groups")), 0);
+      const double tets = cli_json_get(object, "tets");
+      cJSON_Delete(object);
+      run = thrum_run(folder, "check", outputs[n], "--json", NULL);
+      object = cli_json_line(run.out);
+      assert_true(cli_json_get(object, "tets") == tets);
+      cJSON_Delete(object);
+      cli_result_free(&run);
+      expect_swept();
+    }
+}
+
+static void several_parts_are_for_tetgen(void **state) {
+  (void)state;
+  assert_int_equal(setenv("PATH", path_before, 1), 0);
+  if (*tools[1]) {
+    cli_result run = thrum_run(folder, "mesh", "two.obj", "-o", "two.vtu", "--json", "-q", NULL);
+    assert_int_equal(run.exit_code, 3); // two pieces are flagged
+    cJSON *object = cli_json_line(run.out);
+    assert_non_null(object);
+    assert_true(cli_json_get(object, "pieces") == 2);
+    assert_true(fabs(cli_json_get(object, "volume_m3") - 2) < 1e-14);
+    cJSON_Delete(object);
+    cli_result_free(&run);
+    // one cube in the other, for which the mesh is no answer
+    write_text("nested.obj", CUBE "v .3 .3 .3\nv .3 .3 .6\nv .3 .6 .3\nv .3 .6 .6\nv .6 .3 .3\n"
+                                  "v .6 .3 .6\nv .6 .6 .3\nv .6 .6 .6\nf 11 12 10 9\n"
+                                  "f 14 16 15 13\nf 10 14 13 9\nf 15 16 12 11\nf 13 15 11 9\n"
+                                  "f 12 16 14 10\n");
+    run = thrum_run(folder, "mesh", "nested.obj", "-o", "nested.vtu", "-q", NULL);
+    assert_int_equal(run.exit_code, 3);
+    assert_non_null(strstr(run.err, "encloses 0.973 m^3, the mesh fills 1 m^3"));
+    cli_result_free(&run);
+  }
+  remove_stand_ins();
+  stand_in("gmsh", "exit 0");
+  expect_refusal(thrum_run(folder, "mesh", "two.obj", "-o", "out.msh", NULL), 1,
+                 "has 2 parts, which TetGen meshes and Gmsh does not: apt-get install tetgen");
+}
+
+static void triangles_that_cross_are_found(void **state) {
+  (void)state;
+  write_text("cross.obj", CUBE "v .5 .5 .5\nv .5 .5 2\nv .5 .7 .5\nv .8 .5 .5\n"
+                               "f 9 10 11\nf 9 11 12\nf 9 12 10\nf 10 12 11\n");
+  assert_int_equal(setenv("PATH", path_before, 1), 0);
+  if (*tools[1])
+    expect_refusal(thrum_run(folder, "mesh", "cross.obj", "-o", "out.msh", "-q", NULL), 1,
+                   "cross.obj: the surface crosses itself: ");
+  // as TetGen says it
+  remove_stand_ins();
+  stand_in("tetgen", "[ \"$1\" = -d ] || exit 3\n"
+                     "echo '  Facet #12 intersects facet #13 at triangles:'\n"
+                     "echo '!! Found 4 pairs of faces are intersecting.'; kill -ABRT $$");
+  expect_refusal(thrum_run(folder, "mesh", "cross.obj", "-o", "out.msh", "-q", NULL), 1,
+                 "the surface crosses itself: 4 pairs of triangles, the first in lines 14 and 19");
+}
+
+static void a_missing_tool_is_named_with_its_package(void **state) {
+  (void)state;
+  remove_stand_ins();
+  expect_refusal(thrum_run(folder, "mesh", "cube.obj", "-o", "out.msh", NULL), 1,
+                 "apt-get install gmsh, or apt-get install tetgen");
+  expect_refusal(thrum_run(folder, "mesh", "cube.obj", "-o", "out.msh", "--tool", "gmsh", NULL), 1,
+                 "gmsh is not installed: apt-get install gmsh");
+}
+
+static void a_tool_that_fails_is_quoted_in_one_line(void **state) {
+  (void)state;
+  static const struct {
+    const char *script, *words;
+  } cases[] = {{"echo 'Info : x'; echo 'Error   : no\tluck'; echo more; exit 4",
+                "cube.obj: gmsh failed (exit code 4): Error   : no?luck (--verbose shows"},
+               {"echo hello; exit 1", "gmsh failed (exit code 1): hello"},
+               {"exit 1", "gmsh failed (exit code 1): "},
+               {"kill -SEGV $$", "gmsh broke down (signal 11)"},
+               {"exit 0", "what gmsh made is no mesh: cannot be read: No such file"},
+               {"f=; for a; do case $a in *mesh.msh) f=$a;; esac; done; echo '$MeshFormat' >$f",
+                "what gmsh made is no mesh: "},
+               {"f=; for a; do case $a in *mesh.msh) f=$a;; esac; done; : >$f",
+                "what gmsh made is no mesh: "}};
+  remove_stand_ins();
+  for (size_t n = 0; n < sizeof cases / sizeof *cases; n++) {
+    stand_in("gmsh", cases[n].script);
+    cli_result run = thrum_run(folder, "mesh", "cube.obj", "-o", "out.msh", "-q", NULL);
+    assert_true(cli_line_count_is(run.err, 1));
+    expect_refusal(run, 1, cases[n].words);
+  }
+  stand_in("gmsh", "echo all that; echo there is; exit 1");
+  expect_refusal(thrum_run(folder, "mesh", "cube.obj", "-o", "out.msh", "-q", "--verbose", NULL), 1,
+                 "all that\nthere is\nthrum: ");
+}
+
+/* A mesh of the cube, from a tool that works: what was asked of it is on its command line. */
+#define ONE_CUBE "8 3 0 0\n1 0 0 0\n2 0 0 1\n3 0 1 0\n4 0 1 1\n5 1 0 0\n6 1 0 1\n7 1 1 0\n8 1 1 1\n"
+#define SIX_TETS "6 4 0\n1 1 8 4 2\n2 1 8 2 6\n3 1 8 6 5\n4 1 8 5 7\n5 1 8 7 3\n6 1 8 3 4\n"
+
+static void the_other_tool_helps_where_one_fails(void **state) {
+  (void)state;
+  remove_stand_ins();
+  stand_in("gmsh", "echo 'Error : tired'; exit 1");
+  stand_in("tetgen",
+           "[ $1 = -d ] && exit 0\nd=${2%/*}\necho \"$1\" >$d/../../asked\n"
+           "echo '" ONE_CUBE "' >$d/surface.1.node\necho '" SIX_TETS "' >$d/surface.1.ele");
+  cli_result run = thrum_run(folder, "mesh", "cube.obj", "-o", "good.msh", "-q", "--json", NULL);
+  assert_int_equal(run.exit_code, 3); // all corners are on the surface
+  assert_non_null(strstr(run.err, "gmsh failed (exit code 1): Error : tired"));
+  assert_non_null(strstr(run.err, "; trying tetgen"));
+  cJSON *object = cli_json_line(run.out);
+  assert_non_null(object);
+  assert_string_equal(cJSON_GetObjectItem(object, "tool")->valuestring, "tetgen");
+  assert_true(cli_json_get(object, "tets") == 6);
+  assert_true(fabs(cli_json_get(object, "volume_m3") - 1) < 1e-15);
+  cJSON_Delete(object);
+  cli_result_free(&run);
+  expect_swept();
+  char *asked = cli_read_text(in_folder("asked"));
+  assert_string_equal(asked, "-pYq1.3/12\n");
+  free(asked);
+  run = thrum_run(folder, "mesh", "cube.obj", "-o", "good.msh", "-q", "--size", "0.5", NULL);
+  assert_int_equal(run.exit_code, 3);
+  cli_result_free(&run);
+  asked = cli_read_text(in_folder("asked"));
+  assert_true(fabs(strtod(asked + strlen("-pYq1.3/12a"), NULL) - 0.125 / sqrt(8)) < 1e-15);
+  free(asked);
+  expect_refusal(
+      thrum_run(folder, "mesh", "cube.obj", "-o", "out.msh", "--tool", "gmsh", "-q", NULL), 1,
+      "gmsh failed");
+}
+
+static void nap(void) {
+  const struct timespec while_waiting = {0, 20000000};
+  nanosleep(&while_waiting, NULL);
+}
+
+/* Ctrl-C ends the tool, and what it started, and sweeps. */
+static void a_signal_ends_the_tool_and_sweeps(void **state) {
+  (void)state;
+  static const int signals[] = {SIGINT, SIGTERM, SIGHUP};
+  remove_stand_ins();
+  char script[512];
+  snprintf(script, sizeof script, "/bin/sleep 100 & echo $! >%s\necho $$ >>%s\nwait",
+           in_folder("pids"), in_folder("pids"));
+  stand_in("gmsh", script);
+  for (int n = 0; n < 3; n++) {
+    unlink(in_folder("pids"));
+    fflush(NULL);
+    const pid_t child = fork();
+    if (child == 0) {
+      if (chdir(folder) != 0 || freopen("/dev/null", "w", stderr) == NULL)
+        _exit(126);
+      execl(THRUM_PROGRAM, "thrum", "mesh", "cube.obj", "-o", "out.msh", (char *)NULL);
+      _exit(127);
+    }
+    long pids[2] = {0};
+    for (int tries = 0; tries < 3000 && pids[1] == 0; tries++) {
+      nap();
+      char *text = cli_read_text(in_folder("pids"));
+      if (text != NULL && sscanf(text, "%ld\n%ld\n", &pids[0], &pids[1]) != 2)
+        pids[1] = 0;
+      free(text);
+    }
+    assert_true(pids[1] > 0);
+    assert_int_equal(kill(child, signals[n]), 0);
+    int ended = 0;
+    assert_int_equal(waitpid(child, &ended, 0), child);
+    assert_true(WIFSIGNALED(ended) && WTERMSIG(ended) == signals[n]);
+    // who was its child has no parent now, and is gone as soon as somebody looks
+    for (int p = 0; p < 2; p++) {
+      char stat[64], *text = NULL;
+      snprintf(stat, sizeof stat, "/proc/%ld/stat", pids[p]);
+      for (int tries = 0; tries < 500; tries++) {
+        free(text);
+        text = cli_read_text(stat);
+        if (text == NULL || strstr(text, ") Z ") != NULL)
+          break;
+        nap();
+      }
+      if (text != NULL && strstr(text, ") Z ") == NULL)
+        fail_msg("process %ld goes on", pids[p]);
+      free(text);
+    }
+    assert_false(cli_file_exists(in_folder("out.msh")));
+    expect_swept();
+  }
+}
+
+static void what_is_no_good_surface_is_refused_before(void **state) {
+  (void)state;
+  remove_stand_ins();
+  stand_in("gmsh", "exit 9");
+  write_text("open.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  expect_refusal(thrum_run(folder, "mesh", "open.obj", "-o", "out.msh", NULL), 1,
+                 "open.obj:4: the surface is not closed: edges of one triangle: 3");
+  expect_refusal(thrum_run(folder, "mesh", "none.stl", "-o", "out.msh", NULL), 1, "none.stl");
+  expect_refusal(thrum_run(folder, "mesh", "cube.msh", "-o", "out.msh", NULL), 1,
+                 "unknown kind of surface");
+  expect_refusal(thrum_run(folder, "mesh", "cube.obj", NULL), 2, "-o MESH");
+  expect_refusal(thrum_run(folder, "mesh", "cube.obj", "-o", "x.stl", NULL), 2,
+                 "'x.stl' names no format");
+  expect_refusal(thrum_run(folder, "mesh", "cube.obj", "-o", "out.msh", "--tool", "netgen", NULL),
+                 2, "gmsh");
+  expect_refusal(thrum_run(folder, "mesh", "cube.obj", "-o", "out.msh", "--size", "0", NULL), 2,
+                 "--size wants");
+}
+
+int main(int argc, char **argv) {
+  for (int n = 0; n < 2; n++)
+    tools[n] = n + 1 < argc ? argv[n + 1] : "";
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_surface_is_filled),
+      cmocka_unit_test(several_parts_are_for_tetgen),
+      cmocka_unit_test(triangles_that_cross_are_found),
+      cmocka_unit_test(a_missing_tool_is_named_with_its_package),
+      cmocka_unit_test(a_tool_that_fails_is_quoted_in_one_line),
+      cmocka_unit_test(the_other_tool_helps_where_one_fails),
+      cmocka_unit_test(a_signal_ends_the_tool_and_sweeps),
+      cmocka_unit_test(what_is_no_good_surface_is_refused_before),
+  };
+  return cmocka_run_group_tests(tests, setup, teardown);
+}
