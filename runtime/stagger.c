@@ -52,10 +52,9 @@ static void subtract_tangent(const thrum_state *state, const thrum_state_view *v
 
 double thrum_stagger_force(const thrum_model *model, const thrum_state *state,
                            thrum_state_view *view, const double *q) {
-  if (state->scheme != THRUM_SCHEME_QUADRATIC)
-    return thrum_force_part(view->kernel, model, state->split, q, view->force, view->work);
-  const double energy = thrum_force_by(view->kernel, model, q, view->force, view->work);
-  for (int32_t i = state->split; i < state->rank; i++)
+  const double energy =
+      thrum_force_part(view->kernel, model, thrum_staggered(state), q, view->force, view->work);
+  for (int32_t i = state->split; i < thrum_staggered(state); i++)
     view->force[i] -= model->omega2[i] * q[i];
   return energy;
 }
