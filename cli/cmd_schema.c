@@ -5,6 +5,7 @@
 
 #include "cli/args.h"
 #include "cli/precompute_request.h"
+#include "cli/scene_spec.h"
 #include "cli/simulate_options.h"
 #include "cli/static_report.h"
 
@@ -28,16 +29,26 @@ static const cli_option table[] = {CLI_OPTION_HELP(schema_request), {.name = NUL
 static void print_help(void) {
   fputs("usage: thrum schema COMMAND\n\n"
         "Prints the JSON schema (draft 7) of the options files that COMMAND reads with --options:\n"
-        "precompute, simulate or static.\n\n"
+        "precompute, simulate or static; or scene, that of the scene files of simulate.\n\n"
         "  -h, --help   this text\n\n"
         "examples:\n"
-        "  thrum schema simulate > simulate.schema.json\n",
+        "  thrum schema simulate > simulate.schema.json\n"
+        "  thrum schema scene > scene.schema.json\n",
         stdout);
+}
+
+static int print(cJSON *schema) {
+  char *text = cJSON_Print(schema);
+  if (text != NULL)
+    puts(text);
+  cJSON_free(text);
+  cJSON_Delete(schema);
+  return CLI_DONE;
 }
 
 int cmd_schema(int argc, char **argv) {
   schema_request request = {0};
-  const char *name = NULL, *names[COMMAND_COUNT];
+  const char *name = NULL, *names[COMMAND_COUNT + 1];
   int code = cli_options_read("schema", table, argc, argv, &request);
   if (code == CLI_DONE && request.help) {
     print_help();
@@ -47,19 +58,16 @@ int cmd_schema(int argc, char **argv) {
     code = cli_one_argument("schema", "command", argc, argv, &name);
   if (code != CLI_DONE)
     return code;
+  if (strcmp(name, "scene") == 0)
+    return print(cli_record_schema("Scene of thrum simulate", scene_keys));
   for (int n = 0; n < COMMAND_COUNT; n++) {
     names[n] = commands[n].name;
     if (strcmp(name, names[n]) != 0)
       continue;
-    cJSON *schema = cli_options_schema(name, commands[n].table);
-    char *text = cJSON_Print(schema);
-    if (text != NULL)
-      puts(text);
-    cJSON_free(text);
-    cJSON_Delete(schema);
-    return CLI_DONE;
+    return print(cli_options_schema(name, commands[n].table));
   }
-  const char *nearest = cli_nearest(name, names, COMMAND_COUNT);
+  names[COMMAND_COUNT] = "scene";
+  const char *nearest = cli_nearest(name, names, COMMAND_COUNT + 1);
   return cli_usage("schema", "'%s' reads no options file; did you mean '%s'?", name,
                    nearest != NULL ? nearest : names[0]);
 }

@@ -29,7 +29,7 @@ static cJSON *number_schema(const cli_key *key) {
     return object;
   cli_json_number(object, key->above ? "exclusiveMinimum" : "minimum", key->least);
   if (isfinite(key->most))
-    cli_json_number(object, "maximum", key->most);
+    cli_json_number(object, key->below ? "exclusiveMaximum" : "maximum", key->most);
   return object;
 }
 

@@ -5,12 +5,15 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "cli/scene_run.h"
+#include "precompute/npz.h"
 
 static thrum_status write_failed(const scene_run *run, const char *name, thrum_error *error) {
-  return thrum_error_set(error, THRUM_IO, "%.200s/%s: cannot be written (%s)", run->folder.path,
-                         name, errno != 0 ? strerror(errno) : "disk full?");
+  const int reason = errno != 0 ? errno : EIO;
+  return thrum_error_set(error, THRUM_IO, "%.200s: %s could not be written (%s)%s",
+                         run->folder.path, name, strerror(reason), thrum_file_hint(reason));
 }
 
 static double time_at(const scene_run *run, int64_t step) {
@@ -305,7 +308,8 @@ thrum_status scene_run_end(scene_run *run, thrum_error *error) {
   thrum_status status = THRUM_OK;
   errno = 0;
   if (run->probes != NULL) {
-    const bool done = ferror(run->probes) == 0;
+    const bool done =
+        fflush(run->probes) == 0 && ferror(run->probes) == 0 && fsync(fileno(run->probes)) == 0;
     if (fclose(run->probes) != 0 || !done)
       status = write_failed(run, CLI_SCENE_PROBES, error);
     run->probes = NULL;

@@ -20,7 +20,7 @@
 #define ARGUMENTS 20
 #define LISTING 4096
 
-static char folder[64], model[96], mesh[96], motion[96];
+static char folder[64], model[96], mesh[96], motion[96], scene[96];
 
 /* One way to write: OUT in an argument stands for the folder of a case. */
 typedef struct writer {
@@ -55,11 +55,17 @@ static const writer writers[] = {
     {{"experiments", "--models", "MODEL", "--loads", "impulse", "--integrators", "newmark",
       "--time", "0.1", "-q", "-o", "OUT/made"},
      1500},
+    {{"simulate", "SCENE", "-q", "-o", "OUT/scene"}, 2000},
     {{"bench", "step", "MODEL", "--no-machine", "--batches", "2", "--steps", "10", "-q", "-o",
       "OUT", "--json"},
      0},
 };
 enum { WRITERS = sizeof writers / sizeof writers[0] };
+
+static const char scene_text[] =
+    "{\"time\": 0.3, \"bodies\": [{\"name\": \"one\", \"model\": \"model.npz\", \"start\": "
+    "\"mode:1,0.01\"}, {\"name\": \"two\", \"model\": \"model.npz\", \"scale\": 2}], \"probes\": "
+    "[{\"body\": \"one\", \"at\": \"all\"}], \"outputs\": {\"frames\": \"every-50\"}}";
 
 static int make_inputs(void **state) {
   (void)state;
@@ -79,7 +85,8 @@ static int make_inputs(void **state) {
   run = thrum_run(folder, "convert", "beam:4x2x2@1x0.3x0.3", mesh, NULL);
   code += run.exit_code;
   cli_result_free(&run);
-  return code;
+  snprintf(scene, sizeof scene, "%s/scene.json", folder);
+  return cli_write_text(scene, scene_text) ? code : -1;
 }
 
 static int remove_inputs(void **state) {
@@ -100,10 +107,11 @@ static void fill_arguments(const writer *w, const char *out, char *argv[ARGUMENT
       snprintf(texts[n], sizeof texts[n], "%s%s", out, text + 3);
     else
       snprintf(texts[n], sizeof texts[n], "%s",
-               strcmp(text, "MODEL") == 0  ? model
-               : strcmp(text, "MESH") == 0 ? mesh
-               : strcmp(text, "RUN") == 0  ? motion
-                                           : text);
+               strcmp(text, "MODEL") == 0   ? model
+               : strcmp(text, "MESH") == 0  ? mesh
+               : strcmp(text, "RUN") == 0   ? motion
+               : strcmp(text, "SCENE") == 0 ? scene
+                                            : text);
     argv[n + 1] = texts[n];
   }
   argv[n + 1] = NULL;
@@ -254,8 +262,8 @@ static void a_folder_in_place_of_a_file_is_refused(void **state) {
     snprintf(path, sizeof path, "%s/%s", out, names[n]);
     assert_int_equal(mkdir(path, 0777), 0);
   }
-  for (int n = 0; n < 2; n++) {
-    snprintf(path, sizeof path, "%s/%s", out, n == 0 ? "run" : "made");
+  for (int n = 0; n < 3; n++) {
+    snprintf(path, sizeof path, "%s/%s", out, n == 0 ? "run" : n == 1 ? "made" : "scene");
     assert_true(cli_write_text(path, "mine"));
   }
   // but for bench, whose OUT is a folder

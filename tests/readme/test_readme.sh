@@ -11,6 +11,7 @@ trap 'rm -rf "$work"' EXIT INT TERM
 mkdir -p "$work/checkout/build" "$work/home"
 cp "$source/run" "$work/checkout/run"
 cp -r "$source/tests" "$work/checkout/tests"
+cp -r "$source/examples" "$work/checkout/examples"
 ln -s "$build" "$work/checkout/build/release"
 
 # what it links to and shows is there
