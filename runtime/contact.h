@@ -95,11 +95,12 @@ typedef struct thrum_pull_row {
   X(thrum_pull_row, pull_rows, pull_max)                                                           \
   X(double, q, rank) /* at the start of the step */                                                \
   X(double, p, rank)                                                                               \
-  X(double, weights, rank)        /* displacement over the step under a unit mean load [s^2] */    \
-  X(double, free, rank)           /* displacement over the step without contact and pulls */       \
-  X(double, moved, rank)          /* displacement over the step as predicted with them */          \
-  X(double, load, rank)           /* mean load of the step with them */                            \
-  X(double, pulled_row, rank * 3) /* rows of one pull's point */                                   \
+  X(double, weights, rank) /* displacement over the step under a unit mean load [s^2] */           \
+  X(double, free, rank)    /* displacement over the step without contact and pulls */              \
+  X(double, moved, rank)   /* displacement over the step as predicted with them */                 \
+  X(double, load, rank)    /* mean load of the step with them */                                   \
+  X(double, pulled, pull_max * 3 * rank) /* rows of U of the points of the pulls */                \
+  X(double, made, rank)                  /* displacement over the step as it was made */           \
   X(unsigned char, snapshot, state_bytes)
 
 typedef struct thrum_contact_view {
@@ -137,11 +138,14 @@ thrum_contact_view thrum_contact_view_of(thrum_contact *contact);
 /* contact_predict.c: q, p, weights and free of the step under around->load. */
 thrum_status thrum_contact_predict(thrum_contact_run *run, thrum_error *error);
 
-/* contact_rows.c: rows and pull rows of the step. */
+/* contact_rows.c: rows of the step, with what moved says without them. */
 void thrum_contact_rows(thrum_contact_run *run);
 
-/* contact_rows.c: rows of U of a pull's point, into pulled_row. */
-const double *thrum_contact_pulled_rows(const thrum_contact_run *run, const thrum_pull *pull);
+/* contact_pull.c: pull rows of the step; the rows of U of a pull's point; one solve of a pull,
+ * which returns by how much its point had moved since the last. */
+void thrum_contact_pulls(thrum_contact_run *run);
+double *thrum_pull_rows(const thrum_contact_run *run, int64_t index);
+double thrum_pull_solve(thrum_contact_run *run, int64_t index);
 
 /* contact_rows.c: no row gives anything back, and what comes in is stopped. */
 void thrum_contact_release(thrum_contact_run *run);
@@ -158,6 +162,23 @@ double thrum_contact_flow(const thrum_contact_run *run);
 
 /* The same into the account, with the touches of the next step. */
 void thrum_contact_settle(thrum_contact_run *run, const double *q);
+
+/* contact_point.c, for the three rows of U of a point: those of point `point`; its place at rest,
+ * and at the start of the step; its velocity there; its displacement where the coordinates move by
+ * d and the translation by `shift`; G; and the answer of moved, and of load, to a force on it. */
+const double *thrum_point_rows(const thrum_contact_run *run, int64_t point);
+void thrum_point_rest(const thrum_contact_run *run, const double rest[3], double x[3]);
+void thrum_point_start(const thrum_contact_run *run, const double *rows, const double rest[3],
+                       double x[3]);
+void thrum_point_velocity(const thrum_contact_run *run, const double *rows, double velocity[3]);
+void thrum_point_moved(const thrum_contact_run *run, const double *rows, const double *d,
+                       const double shift[3], double out[3]);
+void thrum_point_response(const thrum_contact_run *run, const double *rows, double response[9]);
+void thrum_point_push(thrum_contact_run *run, const double *rows, const double force[3]);
+void thrum_point_load(thrum_contact_run *run, const double *rows, const double force[3]);
+
+/* contact_point.c: how far a point is from where it was seen last, which becomes here. */
+double thrum_point_since(const double at[3], double seen[3]);
 
 /* contact_law.c: normal force [N] of a row whose gap at the end would be `gap_free` without it. */
 double thrum_contact_normal(const thrum_contact_row *row, double gap_free, double stored);
@@ -189,16 +210,6 @@ static inline void thrum_apply3(const double a[9], const double x[3], double y[3
 static inline void thrum_apply3_transposed(const double a[9], const double x[3], double y[3]) {
   for (int i = 0; i < 3; i++)
     y[i] = a[i] * x[0] + a[3 + i] * x[1] + a[6 + i] * x[2];
-}
-
-/* out = rows x, three rows of `rank`. */
-static inline void thrum_gather3(const double *rows, int64_t rank, const double *x, double out[3]) {
-  double sum[3] = {0.0, 0.0, 0.0};
-  for (int64_t i = 0; i < rank; i++)
-    for (int axis = 0; axis < 3; axis++)
-      sum[axis] += rows[axis * rank + i] * x[i];
-  for (int axis = 0; axis < 3; axis++)
-    out[axis] = sum[axis];
 }
 
 #endif

@@ -16,25 +16,11 @@
 
 #include "contact.h"
 
-/* Displacement of a point from view.q to q, with the translation's. */
-static void moved_by(const thrum_contact_run *run, const double *rows, const double *q,
-                     double out[3]) {
-  const int64_t rank = run->contact->rank;
-  double u[3] = {0.0, 0.0, 0.0};
-  for (int64_t i = 0; i < rank; i++)
-    for (int axis = 0; axis < 3; axis++)
-      u[axis] += rows[axis * rank + i] * (q[i] - run->view.q[i]);
-  thrum_apply3(run->axes, u, out);
-  for (int axis = 0; axis < 3; axis++)
-    out[axis] += run->moved[axis];
-}
-
 /* Fills work, rubbed, driven and the gap of a row. */
-static void measure_row(const thrum_contact_run *run, const double *q, thrum_contact_row *row) {
-  const double *rows =
-      run->model->basis + 3 * (int64_t)run->view.vertices[row->touch.point] * run->contact->rank;
+static void measure_row(const thrum_contact_run *run, thrum_contact_row *row) {
+  const double *rows = thrum_point_rows(run, row->touch.point);
   double moved[3], force[3];
-  moved_by(run, rows, q, moved);
+  thrum_point_moved(run, rows, run->view.made, run->moved, moved);
   for (int axis = 0; axis < 3; axis++) {
     force[axis] = row->touch.force * row->touch.normal[axis] + row->touch.friction[axis];
     moved[axis] -= row->drift[axis];
@@ -48,8 +34,10 @@ static void measure_row(const thrum_contact_run *run, const double *q, thrum_con
 
 double thrum_contact_measure(thrum_contact_run *run, const double *q) {
   double work = 0.0;
+  for (int32_t i = 0; i < run->contact->rank; i++)
+    run->view.made[i] = q[i] - run->view.q[i];
   for (int64_t n = 0; n < run->contact->row_count; n++) {
-    measure_row(run, q, run->view.rows + n);
+    measure_row(run, run->view.rows + n);
     work += run->view.rows[n].work + run->view.rows[n].rubbed;
   }
   return work;
@@ -101,17 +89,11 @@ static void pay(thrum_contact_run *run) {
 }
 
 /* Work of the pulls on the body. */
-static double work_of_pulls(const thrum_contact_run *run, const double *q) {
-  double sum = 0.0;
+static double work_of_pulls(const thrum_contact_run *run) {
+  double sum = 0.0, moved[3];
   for (int64_t n = 0; n < run->contact->pull_count; n++) {
-    const thrum_pull *pull = run->around->pulls + n;
-    for (int corner = 0; corner < 3; corner++) {
-      const double *rows =
-          run->model->basis + 3 * (int64_t)pull->vertices[corner] * run->contact->rank;
-      double moved[3];
-      moved_by(run, rows, q, moved);
-      sum += pull->weights[corner] * thrum_dot3(run->view.pull_rows[n].force, moved);
-    }
+    thrum_point_moved(run, thrum_pull_rows(run, n), run->view.made, run->moved, moved);
+    sum += thrum_dot3(run->view.pull_rows[n].force, moved);
   }
   return sum;
 }
@@ -134,7 +116,7 @@ void thrum_contact_settle(thrum_contact_run *run, const double *q) {
   contact->granted += granted;
   contact->lost += contact->stored + granted - work - stored;
   contact->stored = stored;
-  contact->pulled += work_of_pulls(run, q);
+  contact->pulled += work_of_pulls(run);
   keep_touches(run);
   pay(run);
   for (int64_t n = 0; n < contact->pull_count; n++)

@@ -46,7 +46,8 @@ thrum_status thrum_contact_predict(thrum_contact_run *run, thrum_error *error) {
   thrum_state_view view = thrum_state_view_of(state);
   const thrum_status synchronised = thrum_stagger_synchronise(run->model, state, &view, NULL);
   if (synchronised == THRUM_OK) {
-    // synchronising has evaluated R of the explicit modes alone, less kappa q in the quadratic split
+    // synchronising has evaluated R of the explicit modes alone, less kappa q in the quadratic
+    // split
     const bool plain = state->scheme == THRUM_SCHEME_QUADRATIC && state->split < r;
     if (plain || thrum_staggered(state) < r)
       thrum_force_by(view.kernel, run->model, view.q, view.force, view.work);

@@ -27,59 +27,22 @@ typedef struct moving_point {
   const double *rows; /* three rows of U */
   double start[3];    /* [m] */
   double free[3];     /* displacement without contact and pulls [m] */
+  double likely[3];   /* with the pulls alone [m] */
 } moving_point;
 
-static const double *rows_of(const thrum_contact_run *run, int64_t point) {
-  return run->model->basis + 3 * (int64_t)run->view.vertices[point] * run->contact->rank;
-}
-
-static void at_rest(const thrum_contact_run *run, int64_t point, double x[3]) {
-  thrum_apply3(run->axes, run->model->vertices + 3 * (int64_t)run->view.vertices[point], x);
-  for (int axis = 0; axis < 3; axis++)
-    x[axis] += run->origin[axis];
+static const double *rest_of(const thrum_contact_run *run, int64_t point) {
+  return run->model->vertices + 3 * (int64_t)run->view.vertices[point];
 }
 
 static moving_point point_of(const thrum_contact_run *run, int64_t point) {
-  moving_point made = {.rows = rows_of(run, point)};
-  double u[3], turned[3];
-  at_rest(run, point, made.start);
-  thrum_gather3(made.rows, run->contact->rank, run->view.q, u);
-  thrum_apply3(run->axes, u, turned);
-  for (int axis = 0; axis < 3; axis++)
-    made.start[axis] += turned[axis];
-  thrum_gather3(made.rows, run->contact->rank, run->view.free, u);
-  thrum_apply3(run->axes, u, made.free);
-  for (int axis = 0; axis < 3; axis++)
-    made.free[axis] += run->free[axis];
+  moving_point made = {.rows = thrum_point_rows(run, point)};
+  thrum_point_start(run, made.rows, rest_of(run, point), made.start);
+  thrum_point_moved(run, made.rows, run->view.free, run->free, made.free);
+  if (run->contact->pull_count > 0)
+    thrum_point_moved(run, made.rows, run->view.moved, run->moved, made.likely);
+  else
+    memcpy(made.likely, made.free, sizeof made.free);
   return made;
-}
-
-/* G of three rows of U: axes (sum_i w_i u_i u_i^T) axes^T, and the translation's. */
-static void response_of(const thrum_contact_run *run, const double *rows, double response[9]) {
-  const int64_t rank = run->contact->rank;
-  double sum[9] = {0.0}, half[9];
-  for (int64_t i = 0; i < rank; i++)
-    for (int a = 0; a < 3; a++)
-      for (int b = 0; b < 3; b++)
-        sum[3 * a + b] += run->view.weights[i] * (rows[a * rank + i] * rows[b * rank + i]);
-  for (int a = 0; a < 3; a++)
-    thrum_apply3(run->axes, sum + 3 * a, half + 3 * a);
-  // half is (axes sum)^T as sum is symmetric
-  for (int a = 0; a < 3; a++)
-    for (int b = 0; b < 3; b++) {
-      const double *row = run->axes + 3 * a;
-      response[3 * a + b] = row[0] * half[b] + row[1] * half[3 + b] + row[2] * half[6 + b] +
-                            (a == b ? run->mass_weight : 0.0);
-    }
-}
-
-/* Velocity of the point of these rows at the start of the step. */
-static void velocity_of(const thrum_contact_run *run, const double *rows, double velocity[3]) {
-  double v[3];
-  thrum_gather3(rows, run->contact->rank, run->view.p, v);
-  thrum_apply3(run->axes, v, velocity);
-  for (int axis = 0; axis < 3 && run->around->translation; axis++)
-    velocity[axis] += run->around->translation->velocity[axis];
 }
 
 /* The touch of the step before, NULL: none. Rows ask in ascending order; *from goes along. */
@@ -157,7 +120,7 @@ static void fill_row(const thrum_contact_run *run, const moving_point *point,
                      thrum_contact_row *row) {
   const double h = run->dt, area = run->view.areas[row->touch.point];
   const double pressure = obstacle->stiffness > 0.0 ? obstacle->stiffness : run->contact->stiffness;
-  response_of(run, point->rows, row->response);
+  thrum_point_response(run, point->rows, row->response);
   double pushed[3], velocity[3], free[3];
   const double *normal = row->touch.normal;
   thrum_apply3(row->response, normal, pushed);
@@ -176,7 +139,7 @@ static void fill_row(const thrum_contact_run *run, const moving_point *point,
     row->touch.approach = before->approach;
     row->touch.stored = fmin(before->stored, thrum_contact_energy(row->stiffness, row->gap));
   }
-  velocity_of(run, point->rows, velocity);
+  thrum_point_velocity(run, point->rows, velocity);
   for (int axis = 0; axis < 3; axis++) {
     row->drift[axis] = h * obstacle->velocity[axis];
     velocity[axis] -= obstacle->velocity[axis];
@@ -186,18 +149,26 @@ static void fill_row(const thrum_contact_run *run, const moving_point *point,
   bound_row(run, velocity, free, row);
 }
 
+/* Does a displacement end inside? `way` gets it relative to the obstacle. */
+static bool enters(const thrum_contact_run *run, const thrum_obstacle *obstacle, int32_t face,
+                   const moving_point *point, const double displacement[3], double way[3]) {
+  double end[3], unused[3];
+  for (int axis = 0; axis < 3; axis++) {
+    way[axis] = displacement[axis] - run->dt * obstacle->velocity[axis];
+    end[axis] = point->start[axis] + way[axis];
+  }
+  return thrum_obstacle_face_gap(obstacle, face, end, unused) < 0.0;
+}
+
 /* Adds the row of a point and a face where it may touch in this step. */
 static void try_face(thrum_contact_run *run, const moving_point *point, int32_t index,
                      int32_t number, int32_t face, int64_t *from) {
   const thrum_obstacle *obstacle = run->around->obstacles + number;
   thrum_contact *contact = run->contact;
-  double normal[3], end[3], way[3], unused[3];
+  double normal[3], way[3];
   double gap = thrum_obstacle_face_gap(obstacle, face, point->start, normal);
-  for (int axis = 0; axis < 3; axis++) {
-    way[axis] = point->free[axis] - run->dt * obstacle->velocity[axis];
-    end[axis] = point->start[axis] + way[axis];
-  }
-  const bool ends_inside = thrum_obstacle_face_gap(obstacle, face, end, unused) < 0.0;
+  const bool ends_inside = enters(run, obstacle, face, point, point->free, way) ||
+                           enters(run, obstacle, face, point, point->likely, way);
   if (gap >= 0.0 && !ends_inside)
     return;
   if (contact->row_count == contact->touch_max) {
@@ -220,12 +191,14 @@ static void try_face(thrum_contact_run *run, const moving_point *point, int32_t 
 
 /* How far any point may be from its place at rest now or at the end of the step. */
 static double reach_of(const thrum_contact_run *run) {
+  const double *free = run->view.free, *moved = run->view.moved;
   double own = 0.0, size = 0.0;
   for (int32_t i = 0; i < run->contact->rank; i++)
-    own += run->view.extents[i] * (fabs(run->view.q[i]) + fabs(run->view.free[i]));
+    own += run->view.extents[i] * (fabs(run->view.q[i]) + fmax(fabs(free[i]), fabs(moved[i])));
   for (int n = 0; n < 9; n++)
     size += run->axes[n] * run->axes[n];
-  return own * sqrt(size) + sqrt(thrum_dot3(run->free, run->free));
+  return own * sqrt(size) +
+         sqrt(fmax(thrum_dot3(run->free, run->free), thrum_dot3(run->moved, run->moved)));
 }
 
 static bool near_body(const thrum_contact_run *run, const thrum_obstacle *obstacle, double reach) {
@@ -246,7 +219,7 @@ static void add_rows(thrum_contact_run *run, double reach) {
     moving_point point;
     bool evaluated = false;
     double rest[3], unused[3];
-    at_rest(run, index, rest);
+    thrum_point_rest(run, rest_of(run, index), rest);
     for (int64_t number = 0; number < around->obstacle_count; number++) {
       const thrum_obstacle *obstacle = around->obstacles + number;
       const double moved = run->dt * sqrt(thrum_dot3(obstacle->velocity, obstacle->velocity));
@@ -259,50 +232,6 @@ static void add_rows(thrum_contact_run *run, double reach) {
         try_face(run, &point, (int32_t)index, (int32_t)number, face, &from);
     }
   }
-}
-
-const double *thrum_contact_pulled_rows(const thrum_contact_run *run, const thrum_pull *pull) {
-  const int64_t count = 3 * (int64_t)run->contact->rank;
-  memset(run->view.pulled_row, 0, (size_t)count * sizeof(double));
-  for (int corner = 0; corner < 3; corner++) {
-    const double *rows = run->model->basis + pull->vertices[corner] * count;
-    for (int64_t i = 0; i < count; i++)
-      run->view.pulled_row[i] += pull->weights[corner] * rows[i];
-  }
-  return run->view.pulled_row;
-}
-
-/* The law of a pull as force = bias - rate dx, dx relative to the target (docs/contact.md). */
-static void fill_pull_law(const thrum_contact_run *run, const thrum_pull *pull,
-                          thrum_pull_row *row) {
-  const double h = run->dt, k = pull->stiffness;
-  const double response = (row->response[0] + row->response[4] + row->response[8]) / 3.0;
-  const double stiff = 0.5 * k * response, blend = stiff / (1.0 + stiff);
-  const double mass = response > 0.0 ? 0.5 * h * h / response : 0.0;
-  const double damping = pull->damping >= 0.0 ? pull->damping : 2.0 * sqrt(k * mass);
-  row->rate = 0.5 * k + 1.5 * blend * k + damping / h;
-  for (int axis = 0; axis < 3; axis++)
-    row->bias[axis] = -k * row->offset[axis] + 0.5 * blend * k * h * row->velocity[axis];
-}
-
-static void fill_pull(const thrum_contact_run *run, const thrum_pull *pull, thrum_pull_row *row) {
-  const double *rows = thrum_contact_pulled_rows(run, pull);
-  double rest[3] = {0.0, 0.0, 0.0}, u[3], x[3];
-  for (int corner = 0; corner < 3; corner++)
-    for (int axis = 0; axis < 3; axis++)
-      rest[axis] += pull->weights[corner] * run->model->vertices[3 * pull->vertices[corner] + axis];
-  thrum_gather3(rows, run->contact->rank, run->view.q, u);
-  for (int axis = 0; axis < 3; axis++)
-    rest[axis] += u[axis];
-  thrum_apply3(run->axes, rest, x);
-  response_of(run, rows, row->response);
-  velocity_of(run, rows, row->velocity);
-  for (int axis = 0; axis < 3; axis++) {
-    row->offset[axis] = x[axis] + run->origin[axis] - pull->target[axis];
-    row->velocity[axis] -= pull->velocity[axis];
-    row->drift[axis] = run->dt * pull->velocity[axis];
-  }
-  fill_pull_law(run, pull, row);
 }
 
 /* Share of their depth by which springs are deeper than the forces of the last step say: they were
@@ -335,11 +264,6 @@ void thrum_contact_rows(thrum_contact_run *run) {
   const double reach = reach_of(run);
   bool any = false;
   run->contact->row_count = 0;
-  run->contact->pull_count = around->pull_count;
-  for (int64_t n = 0; n < around->pull_count; n++) {
-    memcpy(run->view.pull_rows[n].force, run->view.pull_forces + 3 * n, 3 * sizeof(double));
-    fill_pull(run, around->pulls + n, run->view.pull_rows + n);
-  }
   for (int64_t n = 0; n < around->obstacle_count && !any; n++) {
     const thrum_obstacle *o = around->obstacles + n;
     any = near_body(run, o, reach + run->dt * sqrt(thrum_dot3(o->velocity, o->velocity)));

@@ -74,6 +74,10 @@ static thrum_status begin(thrum_contact_run *run, thrum_error *error) {
   const thrum_contact before = *run->contact;
   thrum_status status = thrum_contact_predict(run, error);
   if (status == THRUM_OK) {
+    // pulls alone first: what they pull into an obstacle is seen before it is there
+    thrum_contact_pulls(run);
+    run->contact->row_count = 0;
+    thrum_contact_solve(run);
     thrum_contact_rows(run);
     status = apply(run, error);
   }
