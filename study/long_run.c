@@ -70,7 +70,7 @@ static void conclude(double window_seconds, study_long_result *result) {
 static thrum_status run_window(const study_long_case *run, thrum_state *state, int64_t steps,
                                double *seconds, double *total, double *high, thrum_error *error) {
   const thrum_model *model = run->body->model;
-  double sums[2] = {0, 0};
+  double sums[2] = {0, 0}, first = 0;
   int64_t samples = 0;
   thrum_status status = THRUM_OK;
   for (int64_t step = 0; step < steps && status >= 0;) {
@@ -84,11 +84,13 @@ static thrum_status run_window(const study_long_case *run, thrum_state *state, i
       status = thrum_state_energies(model, state, &energies, error);
     if (status < 0)
       break;
-    sums[0] += energies.total;
+    // from the first on: the sum of thousands of equal numbers is rounded by more than they differ
+    first = samples == 0 ? energies.total : first;
+    sums[0] += energies.total - first;
     sums[1] += energies.high;
     samples++;
   }
-  *total = sums[0] / (double)samples;
+  *total = first + sums[0] / (double)samples;
   *high = sums[1] / (double)samples;
   return status;
 }
