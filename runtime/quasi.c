@@ -21,7 +21,10 @@
 #include "dense.h"
 #include "solve.h"
 
-#define REMAINING 4   /* iterations that are cheaper than a Jacobian made anew */
+#define REMAINING                                                                                  \
+  4 /* iterations that are cheaper than a Jacobian made anew; one fewer of two forces */
+#define ROUGH 1e-6    /* residual beside the step that a force from fewer points can lead to */
+#define GUESSED 0.01  /* contraction of a first iteration */
 #define KNOWN 0.9     /* of the linear part of R, by an inverse that is not of this step */
 #define RATE_MOST 4.0 /* h/d v with which an increment may be left unevaluated */
 #define MARGIN                                                                                     \
@@ -128,13 +131,15 @@ void thrum_quasi_begin(const thrum_solver *s, thrum_quasi *quasi) {
   s->report->refreshed = false;
   s->report->slow = false;
   s->report->learnt = 0;
+  quasi->rough = s->approximate && s->state->past_count > 0 && s->state->guess_last > ROUGH;
   guess(s, quasi);
   thrum_solve_place(s);
 }
 
 /* Would the inverse as it is need many more iterations? */
-static bool slow(double contraction, double norm, double wanted) {
-  for (int k = 0; k < REMAINING; k++)
+static bool slow(const thrum_solver *s, double contraction, double norm, double wanted) {
+  const int most = s->approximate ? REMAINING - 1 : REMAINING;
+  for (int k = 0; k < most; k++)
     norm *= contraction;
   return !(MARGIN * norm <= wanted);
 }
@@ -189,32 +194,59 @@ static void conclude(const thrum_solver *s) {
   }
 }
 
+/* A residual beside the step, or beside what is rounding if that is more. */
+static double beside(const thrum_solver *s, double norm, double step) {
+  const double wanted = goal(s, step);
+  return wanted > 0.0 ? s->state->tolerance * norm / wanted : 0.0;
+}
+
+/* Where the solve stands at this evaluation. */
+static void observe(const thrum_solver *s, const thrum_quasi *quasi, double norm, double step) {
+  s->report->reached = beside(s, norm, step);
+  if (quasi->done == 0)
+    s->report->guess = s->report->reached;
+  if (quasi->turned)
+    s->missed(s);
+}
+
+/* Is the residual of the increment just corrected sure to be small enough? */
+static bool sure(const thrum_solver *s, double contraction, double norm, double step) {
+  // D of the tangent form is known where it was evaluated only; where v is much more than d/h, as
+  // for a small beta_N, what (5) says of R + D v - f would be rounding
+  return !s->tangent && s->rate * s->state->dt <= RATE_MOST &&
+         MARGIN * contraction * norm <= goal(s, step);
+}
+
 thrum_quasi_next thrum_quasi_take(const thrum_solver *s, thrum_quasi *quasi) {
   const double norm = thrum_solve_assess(s), step = thrum_solve_norm(s);
   if (!isfinite(norm))
     return THRUM_QUASI_STUCK;
-  if (thrum_solve_accept(s, norm, step)) {
+  observe(s, quasi, norm, step);
+  const bool rough = quasi->rough, second = quasi->done > 0;
+  if (!rough && thrum_solve_accept(s, norm, step)) {
     s->report->verified = true;
     return THRUM_QUASI_DONE;
   }
-  if (quasi->done == s->state->iterations_max || (quasi->fresh && norm > quasi->before))
+  // only two residuals of one kind tell how fast it goes
+  const bool alike = second && !quasi->turned;
+  if (quasi->done == s->state->iterations_max || (alike && quasi->fresh && norm > quasi->before))
     return THRUM_QUASI_STUCK;
   const double contraction = norm / quasi->before;
-  const bool second = quasi->done > 0;
-  const bool late = second && slow(contraction, norm, goal(s, step));
+  const bool late = alike && slow(s, contraction, norm, goal(s, step));
   quasi->fresh = late || (quasi->ahead && !second);
   s->report->slow = s->report->slow || (late && !quasi->ahead);
   if (quasi->fresh && !refresh(s, quasi))
     return THRUM_QUASI_STUCK;
   quasi->assembled = false;
-  correct(s, quasi, second && !quasi->fresh && quasi->before > TEACHING * step);
+  correct(s, quasi, alike && !quasi->fresh && quasi->before > TEACHING * step);
   quasi->before = norm;
   quasi->done++;
   thrum_solve_place(s);
-  // D of the tangent form is known where it was evaluated only; where v is much more than d/h, as
-  // for a small beta_N, what (5) says of R + D v - f would be rounding
-  const bool may = second && !quasi->fresh && !s->tangent && s->rate * s->state->dt <= RATE_MOST;
-  if (may && MARGIN * contraction * norm <= goal(s, step)) {
+  // towards a small residual the force must be the right one
+  const double expected = (alike ? contraction : GUESSED) * s->report->reached;
+  quasi->rough = rough && !quasi->fresh && expected > ROUGH;
+  quasi->turned = rough && !quasi->rough;
+  if (second && !rough && !quasi->fresh && sure(s, contraction, norm, step)) {
     s->report->residual = step > 0.0 ? MARGIN * contraction * norm / step : 0.0;
     conclude(s);
     s->report->verified = false;

@@ -275,10 +275,14 @@ static bool quasi_newton(const thrum_solver *s) {
   thrum_quasi_begin(s, &quasi);
   thrum_quasi_next next;
   do {
-    quasi.assembled = s->both && quasi.ahead && quasi.done == 0;
+    // both are of `approximate` where there is one
+    const bool alike = quasi.rough == (s->approximate != NULL);
+    quasi.assembled = s->both && alike && quasi.ahead && quasi.done == 0;
     if (quasi.assembled) {
       s->view->matrices_used = true;
       s->both(s, s->view->jacobian_next);
+    } else if (quasi.rough) {
+      s->approximate(s);
     } else {
       s->evaluate(s);
     }

@@ -23,8 +23,13 @@ struct thrum_solver {
   /* weight (dR/dd + rate beta T), the latter for the tangent form, of the increment last evaluated:
    * n x n. */
   void (*stiffness)(const thrum_solver *s, double *matrix);
-  /* Both at once; NULL: they are to be called one after the other. */
+  /* Both at once, with the force of `approximate` where there is one; NULL: they are to be called
+   * one after the other. */
   void (*both)(const thrum_solver *s, double *matrix);
+  /* The same force from fewer points, for while the residual is large; NULL: there is none. */
+  void (*approximate)(const thrum_solver *s);
+  /* Sees the first residual of `evaluate` after some of `approximate`. */
+  void (*missed)(const thrum_solver *s);
   double at, weight, rate;
   int32_t first; /* of the modes solved for */
   int32_t n;     /* how many */
@@ -64,6 +69,8 @@ typedef struct thrum_quasi {
   bool fresh;     /* made at this evaluation */
   bool ahead;     /* to be made at the first evaluation */
   bool assembled; /* its stiffness is there */
+  bool rough;     /* the evaluation is by `approximate` */
+  bool turned;    /* the first one that is not */
 } thrum_quasi;
 
 typedef enum thrum_quasi_next {

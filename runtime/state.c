@@ -303,6 +303,7 @@ static void forget(thrum_state *state, const thrum_state_view *view) {
   state->eager_end = 0;
   state->potential_step = -1;
   state->potential = 0.0;
+  state->guess_last = state->missed_step = 0.0;
 }
 
 static void copy_or_zero(double *to, const double *from, int32_t n) {

@@ -74,6 +74,8 @@ struct thrum_state {
   int64_t eager_end;         /* step up to which solves make their Jacobian at once */
   int64_t potential_step;    /* of `potential`, -1: none */
   double potential;          /* V(q) [J] */
+  double missed_step;        /* energy: |q' - q| of the step of `missed`, 0: there is none */
+  double guess_last;         /* residual of the last first guess, relative to the step */
   double amplitude;          /* largest scaled norm of the motion so far, design 5 */
   int32_t rank;              /* r */
   int32_t integrator;        /* thrum_integrator */
@@ -104,9 +106,11 @@ struct thrum_state {
   X(guide_whole, vector)  /* and on those of the def */                                            \
   X(q_kept, vector)       /* synchronised state before the last step, for the watch */             \
   X(p_kept, vector)                                                                                \
-  X(past_q, past)  /* where the last THRUM_PAST solves ended: q + at d, for the first guess */     \
-  X(past_r, past)  /* and R there; those of step k at thrum_past_at(view, k) */                    \
-  X(inverse, kept) /* of the Jacobian of the steps before, |I| x |I|, symmetric */
+  X(past_q, past)      /* where the last THRUM_PAST solves ended: q + at d, for the first guess */ \
+  X(past_r, past)      /* and R there; those of step k at thrum_past_at(view, k) */                \
+  X(force_now, vector) /* energy: R(q_k), where potential_step says that it is known */            \
+  X(missed, vector)    /* energy: what the mean force from fewer points missed in the last step */ \
+  X(inverse, kept)     /* of the Jacobian of the steps before, |I| x |I|, symmetric */
 
 /* Scratch, in an order that lets a call clear no more than it used. */
 #define THRUM_STATE_SCRATCH(X)                                                                     \
@@ -138,7 +142,9 @@ struct thrum_state {
   X(guide_whole_next, vector)                                                                      \
   X(point, vector)          /* where energy evaluates the model */                                 \
   X(point_2, vector)        /* and its second point */                                             \
-  X(force_2, vector)        /* R there */                                                          \
+  X(force_2, vector)        /* R there; energy: R(q') in the end */                                \
+  X(force_start, vector)    /* energy: R(q_k) */                                                   \
+  X(missed_next, vector)    /* energy: missed in this step */                                      \
   X(pivots_next, vector)    /* int32: of jacobian_next */                                          \
   X(work, work)             /* of the polynomial */                                                \
   X(restricted, restricted) /* V at fixed q_E, a quartic in q_I */                                 \
@@ -192,12 +198,15 @@ typedef enum thrum_verdict {
 typedef struct thrum_solve_report {
   int32_t iterations;
   int32_t factorisations;
-  bool newton;    /* full Newton was needed */
-  bool slow;      /* quasi-Newton found too late that it needs its Jacobian anew */
-  bool verified;  /* R was evaluated at the increment found */
-  bool solved;    /* the increment came from a solve: the next guess may go on from it */
-  bool refreshed; /* jacobian_next replaces inverse */
-  int32_t learnt; /* pairs to be folded into it */
+  bool newton;        /* full Newton was needed */
+  bool slow;          /* quasi-Newton found too late that it needs its Jacobian anew */
+  bool verified;      /* R was evaluated at the increment found */
+  bool solved;        /* the increment came from a solve: the next guess may go on from it */
+  bool refreshed;     /* jacobian_next replaces inverse */
+  int32_t learnt;     /* pairs to be folded into it */
+  double guess;       /* scaled residual of the first guess, relative to the scaled step */
+  double reached;     /* the same of the last evaluation */
+  double missed_step; /* |q' - q| of missed_next, 0: there is none */
   bool saw_nonfinite;
   bool potential_known;
   bool energy_known;

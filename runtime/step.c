@@ -24,11 +24,18 @@ static void remember(thrum_state *next, const thrum_state_view *kept, const thru
     memcpy(kept->past_q + thrum_past_at(view, next->steps), view->middle, vector);
     memcpy(kept->past_r + thrum_past_at(view, next->steps), view->force, vector);
     next->past_count = next->past_count < THRUM_PAST ? next->past_count + 1 : THRUM_PAST;
+    next->guess_last = report->guess;
   }
   if (report->slow)
     next->eager_end = next->steps + 1 + THRUM_EAGER;
   next->potential_step = report->potential_known ? next->steps + 1 : -1;
   next->potential = report->potential_known ? report->potential : 0.0;
+  if (report->potential_known)
+    memcpy(kept->force_now, view->force_2, vector);
+  if (report->solved && report->missed_step > 0.0) {
+    memcpy(kept->missed, view->missed_next, vector);
+    next->missed_step = report->missed_step;
+  }
   if (report->refreshed) {
     memcpy(kept->inverse, view->jacobian_next, (size_t)n * (size_t)n * sizeof(double));
     next->jacobian_kept = 1;

@@ -3,10 +3,8 @@
 // SPDX-License-Identifier: Apache-2.0
 import * as THREE from 'three';
 
-/** @param {import('./world.js').World} world
- * @param {(action: () => void) => void} guard says on the page what an action is refused for
- * @returns {() => void} what draws the springs in each frame */
-export function pullWithPointers(world, guard) {
+/** @param {import('./world.js').World} world */
+export function pullWithPointers(world) {
   const { stage, engine } = world;
   const canvas = stage.renderer.domElement;
   /** @type {Map<number, {plane: THREE.Plane, line: THREE.Line}>} */
@@ -18,7 +16,7 @@ export function pullWithPointers(world, guard) {
     stage.scene.remove(pull.line);
     pull.line.geometry.dispose();
     held.delete(event.pointerId);
-    if (world.pulls.has(event.pointerId)) world.endPull(event.pointerId);
+    if (world.pulls.has(event.pointerId)) world.release(event.pointerId);
     stage.controls.enabled = held.size === 0;
     canvas.classList.toggle('pulling', held.size > 0);
   }
@@ -35,7 +33,7 @@ export function pullWithPointers(world, guard) {
     stage.controls.enabled = false;
     canvas.classList.add('pulling');
     canvas.setPointerCapture(event.pointerId);
-    guard(() => world.startPull(event.pointerId, pick.body, pick.vertex, at.toArray()));
+    world.pull(event.pointerId, pick.body, pick.vertex, at.toArray());
     event.stopImmediatePropagation();
   }
 
@@ -45,7 +43,7 @@ export function pullWithPointers(world, guard) {
     if (!pull || !spring) return;
     const target = stage.ray(event.clientX, event.clientY)
       .intersectPlane(pull.plane, new THREE.Vector3());
-    if (target) guard(() => world.movePull(event.pointerId, target.toArray()));
+    if (target) world.pull(event.pointerId, spring.body, spring.vertex, target.toArray());
     event.stopImmediatePropagation();
   }
 
@@ -55,6 +53,7 @@ export function pullWithPointers(world, guard) {
   for (const end of ['pointerup', 'pointercancel', 'lostpointercapture'])
     canvas.addEventListener(end, release, { capture: true });
 
+  /** Draws the springs as they are now. */
   return function drawSprings() {
     for (const [id, { line }] of held) {
       const spring = world.pulls.get(id);
