@@ -178,7 +178,7 @@ static thrum_status write_surface(const export_request *request, const cli_run *
   if (status >= 0 && request->mdd)
     status = cli_mdd_write(note(files, "mdd", request->mdd, ""), run, &shown, error);
   if (status >= 0 && request->obj)
-    status = cli_obj_write(note(files, "obj", request->obj, ""), &shown, error);
+    status = cli_obj_write(note(files, "obj", request->obj, ""), &run->place, &shown, error);
   cli_shown_free(&shown);
   return status;
 }

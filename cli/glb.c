@@ -65,7 +65,7 @@ static void add_vectors(glb *g, int64_t column) {
   cli_json_numbers(accessor, "max", most, 3);
 }
 
-/* Views and accessors: rest, targets, indices, times, weights. */
+/* Views and accessors: rest, targets, indices, times, weights, places. */
 static void plan_buffer(glb *g) {
   const cli_run *run = g->run;
   g->views = cJSON_CreateArray();
@@ -80,6 +80,8 @@ static void plan_buffer(glb *g) {
   cli_json_numbers(times, "min", &least, 1);
   cli_json_numbers(times, "max", &most, 1);
   add_view(g, run->rows * run->rank, 1, FLOAT, "SCALAR", 0);
+  if (run->way != NULL)
+    add_view(g, run->rows, 3, FLOAT, "VEC3", 0);
 }
 
 static void add_mesh(glb *g) {
@@ -106,19 +108,37 @@ static void add_mesh(glb *g) {
   cJSON_AddItemToArray(cJSON_AddArrayToObject(g->root, "meshes"), mesh);
 }
 
+/* The body's node: under the one that turns z up where it has a place of its own. */
+static void add_nodes(glb *g) {
+  static const double up[4] = {-0.70710678118654757, 0, 0, 0.70710678118654757}, one = 1;
+  const cli_run_place *place = &g->run->place;
+  cJSON *nodes = cJSON_AddArrayToObject(g->root, "nodes");
+  cJSON *turned = cJSON_CreateObject(), *body = turned;
+  cli_json_numbers(turned, "rotation", up, 4);
+  cJSON_AddItemToArray(nodes, turned);
+  if (place->placed) {
+    const double scale[3] = {place->scale, place->scale, place->scale};
+    const double *r = place->rotation, xyzw[4] = {r[1], r[2], r[3], r[0]};
+    body = cJSON_CreateObject();
+    cli_json_numbers(turned, "children", &one, 1);
+    cli_json_numbers(body, "translation", place->position, 3);
+    cli_json_numbers(body, "rotation", xyzw, 4);
+    cli_json_numbers(body, "scale", scale, 3);
+    cJSON_AddItemToArray(nodes, body);
+  }
+  cli_json_number(body, "mesh", 0);
+}
+
 static void add_scene(glb *g) {
-  static const double up[4] = {-0.70710678118654757, 0, 0, 0.70710678118654757};
   static const double colour[4] = {0.62, 0.69, 0.78, 1}, zero = 0;
   cJSON *asset = cJSON_AddObjectToObject(g->root, "asset");
   cJSON_AddStringToObject(asset, "version", "2.0");
   cJSON_AddStringToObject(asset, "generator", "thrum");
   cli_json_number(g->root, "scene", 0);
-  cJSON *scene = cJSON_CreateObject(), *node = cJSON_CreateObject();
+  cJSON *scene = cJSON_CreateObject();
   cli_json_numbers(scene, "nodes", &zero, 1);
-  cli_json_number(node, "mesh", 0);
-  cli_json_numbers(node, "rotation", up, 4);
   cJSON_AddItemToArray(cJSON_AddArrayToObject(g->root, "scenes"), scene);
-  cJSON_AddItemToArray(cJSON_AddArrayToObject(g->root, "nodes"), node);
+  add_nodes(g);
   cJSON *material = cJSON_CreateObject();
   cJSON *surface = cJSON_AddObjectToObject(material, "pbrMetallicRoughness");
   cli_json_numbers(surface, "baseColorFactor", colour, 4);
@@ -127,19 +147,29 @@ static void add_scene(glb *g) {
   cJSON_AddItemToArray(cJSON_AddArrayToObject(g->root, "materials"), material);
 }
 
+/* The course of one property of the body's node. */
+static void add_channel(const glb *g, cJSON *samplers, cJSON *channels, const char *path,
+                        int64_t output) {
+  cJSON *sampler = cJSON_CreateObject(), *channel = cJSON_CreateObject();
+  cli_json_number(sampler, "input", (double)(g->run->rank + 2));
+  cli_json_number(sampler, "output", (double)output);
+  cJSON_AddStringToObject(sampler, "interpolation", "LINEAR");
+  cli_json_number(channel, "sampler", cJSON_GetArraySize(samplers));
+  cJSON *target = cJSON_AddObjectToObject(channel, "target");
+  cli_json_number(target, "node", g->run->place.placed ? 1 : 0);
+  cJSON_AddStringToObject(target, "path", path);
+  cJSON_AddItemToArray(samplers, sampler);
+  cJSON_AddItemToArray(channels, channel);
+}
+
 static void add_animation(glb *g) {
   const int64_t rank = g->run->rank;
-  cJSON *animation = cJSON_CreateObject(), *sampler = cJSON_CreateObject();
-  cJSON *channel = cJSON_CreateObject();
-  cli_json_number(sampler, "input", (double)(rank + 2));
-  cli_json_number(sampler, "output", (double)(rank + 3));
-  cJSON_AddStringToObject(sampler, "interpolation", "LINEAR");
-  cli_json_number(channel, "sampler", 0);
-  cJSON *target = cJSON_AddObjectToObject(channel, "target");
-  cli_json_number(target, "node", 0);
-  cJSON_AddStringToObject(target, "path", "weights");
-  cJSON_AddItemToArray(cJSON_AddArrayToObject(animation, "samplers"), sampler);
-  cJSON_AddItemToArray(cJSON_AddArrayToObject(animation, "channels"), channel);
+  cJSON *animation = cJSON_CreateObject();
+  cJSON *samplers = cJSON_AddArrayToObject(animation, "samplers");
+  cJSON *channels = cJSON_AddArrayToObject(animation, "channels");
+  add_channel(g, samplers, channels, "weights", rank + 3);
+  if (g->run->way != NULL)
+    add_channel(g, samplers, channels, "translation", rank + 4);
   cJSON_AddItemToArray(cJSON_AddArrayToObject(g->root, "animations"), animation);
 }
 
@@ -195,6 +225,10 @@ static void put_buffer(const glb *g, const thrum_file_writer *writer) {
   for (int64_t n = 0; n < run->rows * run->rank; n++) {
     const float weight = (float)(run->q[n] / g->scale[n % run->rank]);
     put(writer, &weight, sizeof weight);
+  }
+  for (int64_t n = 0; run->way != NULL && n < 3 * run->rows; n++) {
+    const float place = (float)(run->place.position[n % 3] + run->way[n]);
+    put(writer, &place, sizeof place);
   }
 }
 

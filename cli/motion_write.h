@@ -1,4 +1,4 @@
-/* A run's motion in the formats of other programs. All write beside their place first and rename.
+/* A run's motion in the formats of other programs, its body in place. All write beside their place first and rename.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_CLI_MOTION_WRITE_H
 #define THRUM_CLI_MOTION_WRITE_H
@@ -18,6 +18,7 @@ thrum_status cli_mdd_write(const char *path, const cli_run *run, const cli_shown
                            thrum_error *error);
 
 /* Wavefront .obj of the surface at rest: what the caches move, vertex by vertex. */
-thrum_status cli_obj_write(const char *path, const cli_shown *shown, thrum_error *error);
+thrum_status cli_obj_write(const char *path, const cli_run_place *place, const cli_shown *shown,
+                           thrum_error *error);
 
 #endif

@@ -103,6 +103,21 @@ thrum_status cli_run_output_record(cli_run_output *output, int64_t step, double 
   return THRUM_OK;
 }
 
+thrum_status cli_run_output_open_way(cli_run_output *output, thrum_error *error) {
+  size_t size = 0;
+  errno = 0;
+  output->way = open_file(output, CLI_RUN_WAY);
+  if (output->way == NULL || !put_npy_header(output->way, 0, 3, &size))
+    return write_failed(output, CLI_RUN_WAY, error);
+  return THRUM_OK;
+}
+
+thrum_status cli_run_output_way(cli_run_output *output, const double way[3], thrum_error *error) {
+  errno = 0;
+  return fwrite(way, sizeof *way, 3, output->way) == 3 ? THRUM_OK
+                                                       : write_failed(output, CLI_RUN_WAY, error);
+}
+
 thrum_status cli_run_output_frame(cli_run_output *output, double time, const double *q,
                                   const double base[3], const double *von_mises,
                                   thrum_error *error) {
@@ -127,16 +142,15 @@ thrum_status cli_run_output_frame_of(cli_run_output *output, double time, const 
   return status;
 }
 
-/* Puts the counted rows into the header of q.npy and closes it. */
-static bool finish_q(cli_run_output *output) {
+/* Puts the counted rows into the header of a series and closes it. */
+static bool finish_series(FILE **series, int64_t rows, int64_t columns) {
   size_t before = 0, after = 0;
-  const int64_t rank = output->model->rank;
   unsigned char header[NPY_HEADER_MAX];
-  before = thrum_npy_header_f8(header, 0, rank);
-  bool done = fseek(output->q, 0, SEEK_SET) == 0 &&
-              put_npy_header(output->q, output->rows, rank, &after) && before == after;
-  done = close_file(output->q) && done;
-  output->q = NULL;
+  before = thrum_npy_header_f8(header, 0, columns);
+  bool done = fseek(*series, 0, SEEK_SET) == 0 && put_npy_header(*series, rows, columns, &after) &&
+              before == after;
+  done = close_file(*series) && done;
+  *series = NULL;
   return done;
 }
 
@@ -159,8 +173,11 @@ thrum_status cli_run_output_end(cli_run_output *output, const double *q, const d
   output->energy = NULL;
   if (!closed)
     return write_failed(output, "energy.csv", error);
-  if (!finish_q(output))
+  if (!finish_series(&output->q, output->rows, output->model->rank))
     return write_failed(output, "q.npy", error);
+  output->moved = output->way != NULL;
+  if (output->moved && !finish_series(&output->way, output->rows, 3))
+    return write_failed(output, CLI_RUN_WAY, error);
   if (q != NULL && !write_end(output, q, p))
     return write_failed(output, "end.npy", error);
   output->end = q != NULL;
@@ -192,6 +209,8 @@ void cli_run_output_close(cli_run_output *output) {
     fclose(output->energy);
   if (output->q != NULL)
     fclose(output->q);
+  if (output->way != NULL)
+    fclose(output->way);
   cli_pvd_abandon(&output->pvd);
   free(output->displacement);
   cli_run_folder_abandon(&output->folder);

@@ -34,6 +34,7 @@ void cli_run_free(cli_run *run) {
   thrum_model_free(run->model);
   free(run->times);
   free(run->q);
+  free(run->way);
   *run = (cli_run){0};
 }
 
@@ -149,6 +150,10 @@ thrum_status cli_run_read(const char *path, const char *model, cli_run *run, thr
   if (status >= 0)
     status =
         load_model(path, model != NULL ? model : named, hash, model != NULL, &read.model, error);
+  const cJSON *placement = cJSON_GetObjectItemCaseSensitive(object, "placement");
+  const bool moves = cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(placement, "free"));
+  if (status >= 0)
+    status = cli_run_place_read(path, object, &read.place, error);
   cJSON_Delete(object);
   if (status >= 0 && read.model->basis == NULL)
     status = thrum_error_set(error, THRUM_MISSING,
@@ -158,6 +163,10 @@ thrum_status cli_run_read(const char *path, const char *model, cli_run *run, thr
     status = read_q(path, &read, error);
   if (status >= 0)
     status = read_times(path, &read, error);
+  path_text way;
+  join(way, path, CLI_RUN_WAY);
+  if (status >= 0 && moves)
+    status = cli_run_way_read(way, read.rows, &read.way, error);
   if (status < 0)
     cli_run_free(&read);
   else
@@ -176,6 +185,8 @@ void cli_run_thin(cli_run *run, double rate) {
       continue;
     run->times[kept] = run->times[n];
     memmove(run->q + kept * run->rank, run->q + n * run->rank, (size_t)run->rank * sizeof *run->q);
+    if (run->way != NULL)
+      memmove(run->way + 3 * kept, run->way + 3 * n, 3 * sizeof *run->way);
     kept++;
   }
   run->rows = kept;

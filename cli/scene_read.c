@@ -122,6 +122,8 @@ static thrum_status place_files(scene_spec *spec) {
   scene_body_spec *bodies = scene_bodies(spec);
   for (int64_t n = 0; n < spec->bodies.count && status >= 0; n++) {
     status = place_text(spec, CLI_PATH_NAMED, &bodies[n].model);
+    if (status >= 0 && bodies[n].surface != NULL)
+      status = place_text(spec, CLI_PATH_ALWAYS, &bodies[n].surface);
     if (status >= 0)
       status = place_texts(spec, CLI_PATH_IF_THERE, &bodies[n].fix);
     if (status >= 0)

@@ -20,10 +20,11 @@ typedef struct scene_material_spec {
 
 typedef struct scene_body_spec {
   scene_settings settings;
-  const char *name;  /* "body" and its number where none is given, in */
-  char *kept_name;   /* owned */
-  const char *model; /* a file, a mesh or a name */
-  cli_texts fix;     /* of a mesh */
+  const char *name;    /* "body" and its number where none is given, in */
+  char *kept_name;     /* owned */
+  const char *model;   /* a file, a mesh or a name */
+  cli_texts fix;       /* of a mesh */
+  const char *surface; /* shown in place of the mesh's own (cli/shown.h); NULL: that */
   scene_material_spec material;
   double position[3], rotation[4];
   double scale, stiffness, density;

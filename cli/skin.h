@@ -6,6 +6,7 @@
 
 #include <stdbool.h>
 
+#include "cli/run_place.h"
 #include "thrum/thrum.h"
 
 /* Triangles between a tet and nothing, outwards counter-clockwise. */
@@ -25,6 +26,8 @@ typedef struct cli_run {
   int64_t rows;
   double *times; /* rows, ascending [s] */
   double *q;     /* rows x rank */
+  cli_run_place place;
+  double *way; /* rows x 3 [m]; NULL: the body stays where it stands */
 } cli_run;
 
 /* Is there a run.json in the folder? */

@@ -29,15 +29,21 @@ static void put_float(FILE *file, double value, bool swapped) {
   put4(file, &number, swapped);
 }
 
-/* X + U q of one row. */
+/* X + U q of one row, in place. */
 static void put_row(FILE *file, const cli_run *run, const cli_shown *shown, int64_t row,
                     bool swapped) {
   const double *q = run->q + row * run->rank;
-  for (int64_t n = 0; n < 3 * shown->vertex_count; n++) {
-    double position = shown->positions[n];
-    for (int64_t i = 0; i < run->rank; i++)
-      position += (double)shown->basis[n * shown->rank + i] * q[i];
-    put_float(file, position, swapped);
+  for (int64_t v = 0; v < shown->vertex_count; v++) {
+    double x[3];
+    for (int axis = 0; axis < 3; axis++) {
+      const int64_t n = 3 * v + axis;
+      x[axis] = shown->positions[n];
+      for (int64_t i = 0; i < run->rank; i++)
+        x[axis] += (double)shown->basis[n * shown->rank + i] * q[i];
+    }
+    cli_run_place_point(&run->place, run->way != NULL ? run->way + 3 * row : NULL, x, x);
+    for (int axis = 0; axis < 3; axis++)
+      put_float(file, x[axis], swapped);
   }
 }
 
@@ -87,7 +93,8 @@ thrum_status cli_mdd_write(const char *path, const cli_run *run, const cli_shown
   return thrum_file_writer_commit(&writer, error);
 }
 
-thrum_status cli_obj_write(const char *path, const cli_shown *shown, thrum_error *error) {
+thrum_status cli_obj_write(const char *path, const cli_run_place *place, const cli_shown *shown,
+                           thrum_error *error) {
   thrum_file_writer writer = {NULL, NULL, NULL};
   const thrum_status status = thrum_file_writer_open(path, &writer, error);
   if (status < 0)
@@ -95,7 +102,8 @@ thrum_status cli_obj_write(const char *path, const cli_shown *shown, thrum_error
   FILE *file = writer.stream;
   fputs("# the surface at rest [m]\n", file);
   for (int64_t v = 0; v < shown->vertex_count; v++) {
-    const double *x = shown->positions + 3 * v;
+    double x[3];
+    cli_run_place_point(place, NULL, shown->positions + 3 * v, x);
     fprintf(file, "v %.17g %.17g %.17g\n", x[0], x[1], x[2]);
   }
   for (int64_t n = 0; n < shown->triangle_count; n++) {

@@ -69,18 +69,23 @@ static thrum_status pack_models(const char *const *names, int64_t count, const c
   return status;
 }
 
-/* Each file's model once, of its full rank; of_body: its place for each body. */
-static void list_models(const scene_models *models, int64_t bodies, model_list *list,
+static bool same_surface(const char *left, const char *right) {
+  return left == right || (left != NULL && right != NULL && strcmp(left, right) == 0);
+}
+
+/* Each file's model once for each surface that it is shown by, of its full rank; of_body: its place
+ * for each body. */
+static void list_models(const scene_models *models, const scene_spec *spec, model_list *list,
                         int64_t *of_body) {
-  for (int64_t n = 0; n < models->count; n++) {
-    const scene_loaded *item = &models->items[n];
-    if (item->owner == item)
-      add(list, item->first->model, item->loaded);
-  }
-  for (int64_t body = 0; body < bodies; body++) {
-    const thrum_model *loaded = scene_model_of(models, body)->loaded;
-    while (list->items[of_body[body]].model != loaded)
-      of_body[body]++;
+  for (int64_t body = 0; body < spec->bodies.count; body++) {
+    const scene_loaded *item = scene_model_of(models, body)->owner;
+    const char *surface = scene_bodies(spec)[body].surface;
+    int64_t *place = &of_body[body];
+    while (*place < list->count && (list->items[*place].model != item->loaded ||
+                                    !same_surface(list->items[*place].surface, surface)))
+      ++*place;
+    if (*place == list->count)
+      add(list, item->first->model, item->loaded)->surface = surface;
   }
 }
 
@@ -116,14 +121,14 @@ static thrum_status pack_scene(const char *path, bool quiet, cli_pack *pack, thr
   if (status >= 0)
     status = cli_scene_models_load(&spec, quiet, &models, error);
   if (status >= 0)
-    status = make_list(models.count, &list, error);
+    status = make_list(spec.bodies.count, &list, error);
   if (status >= 0) {
     of_body = calloc((size_t)spec.bodies.count + 1, sizeof *of_body);
     status = of_body != NULL ? THRUM_OK
                              : thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for bodies");
   }
   if (status >= 0) {
-    list_models(&models, spec.bodies.count, &list, of_body);
+    list_models(&models, &spec, &list, of_body);
     status = cli_pack_make(list.items, list.count,
                            cli_pack_scene_of_spec(&spec, list.items, of_body), pack, error);
   }

@@ -269,6 +269,31 @@ static void a_scene_file_is_packed_with_its_models(void **state) {
   close_pack(&p);
 }
 
+/* A model shown by two surfaces is two models of the pack; files lie beside the scene file. */
+static void a_body_is_shown_by_its_own_surface(void **state) {
+  (void)state;
+  assert_int_equal(mkdir(in_folder("beside"), 0700), 0);
+  assert_true(cli_write_text(in_folder("beside/sheet.obj"),
+                             "v 0.2 0 0\nv 0.6 0 0\nv 0.4 0.05 0.02\nf 1 2 3\n"));
+  assert_true(
+      cli_write_text(in_folder("beside/scene.json"),
+                     "{\"bodies\": [{\"model\": \"../beam.npz\"},\n"
+                     "{\"model\": \"../beam.npz\", \"surface\": \"sheet.obj\"},\n"
+                     "{\"model\": \"../beam.npz\", \"surface\": \"sheet.obj\", \"rank\": 3}]}\n"));
+  cli_result run = thrum_run(folder, "view", "beside/scene.json", "-o", "own.html", NULL);
+  if (run.exit_code != 0)
+    fail_msg("%s", run.err);
+  cli_result_free(&run);
+  pack p = open_pack("own.html");
+  assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(p.json, "models")), 2);
+  assert_true(cli_json_get(model_of(&p, 1), "vertex_count") == 3);
+  assert_true(cli_json_get(model_of(&p, 0), "vertex_count") > 8);
+  const cJSON *bodies = cJSON_GetObjectItem(cJSON_GetObjectItem(p.json, "scene"), "bodies");
+  for (int n = 0; n < 3; n++)
+    assert_true(item_of(bodies, n, "model")->valuedouble == (n > 0));
+  close_pack(&p);
+}
+
 static void expect_refusal(cli_result run, int code, const char *words) {
   if (run.exit_code != code || strstr(run.err, words) == NULL || !cli_line_count_is(run.err, 1))
     fail_msg("exit %d, %s", run.exit_code, run.err);
@@ -312,6 +337,7 @@ int main(void) {
       cmocka_unit_test(a_pack_shows_the_surface_of_the_mesh),
       cmocka_unit_test(several_models_share_a_pack),
       cmocka_unit_test(a_scene_file_is_packed_with_its_models),
+      cmocka_unit_test(a_body_is_shown_by_its_own_surface),
       cmocka_unit_test(what_cannot_be_shown_is_refused),
       cmocka_unit_test(a_page_without_a_place_for_a_pack_is_refused),
   };

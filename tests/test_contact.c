@@ -37,6 +37,83 @@ static void a_body_bounces_as_high_as_its_restitution_says(void **state) {
   }
 }
 
+typedef struct impact {
+  double depth, duration, speed; /* the deepest [m], while it touches [s], away [m/s] */
+} impact;
+
+/* A rigid body without weight meets a floor at 1 m/s. */
+static impact meet(double dt, double stiffness, double damping) {
+  rig_def def = rig_default();
+  def.dt = dt;
+  def.stiffness = stiffness;
+  rig r;
+  rig_make(&r, &def);
+  r.floor.restitution = 1;
+  r.floor.damping = damping;
+  r.around.force[2] = 0;
+  r.translation.velocity[2] = -1;
+  r.translation.position[2] = 2.3 * dt;
+  impact found = {0};
+  double touched = -1, left = -1, before = r.translation.position[2];
+  for (int n = 0; left < 0; n++) {
+    assert_true(n < 1000000);
+    rig_steps(&r, 1);
+    const double now = r.translation.position[2];
+    found.depth = fmax(found.depth, -now);
+    // where the way crosses the floor
+    if (touched < 0 && now < 0)
+      touched = (n + before / (before - now)) * dt;
+    if (touched >= 0 && now >= 0)
+      left = (n + before / (before - now)) * dt;
+    before = now;
+  }
+  rig_steps(&r, 2);
+  found.duration = left - touched;
+  found.speed = r.translation.velocity[2];
+  rig_free(&r);
+  return found;
+}
+
+static void an_impact_is_half_a_swing_on_the_spring(void **state) {
+  (void)state;
+  const double k = 2e4, omega = sqrt(k / RIG_MASS);
+  double depth[2], duration[2];
+  for (int n = 0; n < 2; n++) {
+    const impact found = meet(n == 0 ? 0.002 : 0.0005, k, 0);
+    assert_true(fabs(found.speed - 1) <= 1e-12);
+    depth[n] = fabs(found.depth * omega - 1);
+    duration[n] = fabs(found.duration * omega / pi - 1);
+    print_message("h w = %.2f: depth off by %.2g, duration by %.2g\n",
+                  omega * (n == 0 ? 0.002 : 0.0005), depth[n], duration[n]);
+  }
+  assert_true(depth[1] <= 2e-3 && duration[1] <= 5e-3);
+  assert_true(duration[1] <= 0.3 * duration[0]);
+  // and whatever the stiffness, nothing is lost
+  double worst = 0;
+  for (double stiff = 1; stiff < 1e16; stiff *= 37)
+    worst = fmax(worst, fabs(meet(0.001, stiff, 0).speed - 1));
+  print_message("largest loss of speed over stiffnesses: %.1g\n", worst);
+  assert_true(worst <= 1e-8);
+}
+
+/* Schwager & Poeschel 2007, arXiv:cond-mat/0701278: a spring and a damper that never pull.
+ */
+static void a_damped_impact_has_the_restitution_of_its_damping(void **state) {
+  (void)state;
+  const double k = 2e4, ratio[] = {0.1, 0.3, 0.6};
+  for (int n = 0; n < 3; n++) {
+    const double beta = ratio[n] * sqrt(k / RIG_MASS), omega = sqrt(k / RIG_MASS - beta * beta);
+    const double angle = atan2(2 * beta * omega, omega * omega - beta * beta);
+    const double expected = exp(-beta / omega * (pi - angle));
+    double off[2];
+    for (int m = 0; m < 2; m++)
+      off[m] = fabs(meet(m == 0 ? 1e-3 : 1e-4, k, 2 * beta * RIG_MASS).speed - expected);
+    print_message("damping ratio %.1f: restitution %.4f, off by %.2g at 1 ms, %.2g at 0.1 ms\n",
+                  ratio[n], expected, off[0], off[1]);
+    assert_true(off[0] <= 0.03 && off[1] <= 3e-3);
+  }
+}
+
 static void a_body_slides_down_a_slope_as_coulomb_says(void **state) {
   (void)state;
   const double angle = 0.5, friction[] = {0, 0.2, 0.5};
@@ -52,6 +129,8 @@ static void a_body_slides_down_a_slope_as_coulomb_says(void **state) {
     r.translation.position[2] = r.around.force[2] / (3 * def.stiffness);
     rig_steps(&r, 1000);
     const double a = RIG_GRAVITY * (sin(angle) - friction[n] * cos(angle));
+    print_message("mu = %g: slid %.9f m in 1 s, off by %.1g\n", friction[n],
+                  r.translation.position[0], r.translation.position[0] - 0.5 * a);
     assert_true(fabs(r.translation.position[0] - 0.5 * a) <= 1e-9);
     assert_true(fabs(r.translation.velocity[0] - a) <= 1e-9);
     rig_free(&r);
@@ -92,6 +171,8 @@ static void friction_stops_a_body_after_its_distance(void **state) {
   r.translation.velocity[1] = speed;
   r.translation.position[2] = r.around.force[2] / (3 * def.stiffness);
   rig_steps(&r, 3000);
+  print_message("stopped after %.9f m, off by %.1g\n", r.translation.position[1],
+                r.translation.position[1] - expected);
   assert_true(fabs(r.translation.position[1] - expected) <= 1e-6);
   assert_true(fabs(r.translation.velocity[1]) <= 1e-12);
   rig_free(&r);
@@ -151,6 +232,8 @@ static void a_pulled_body_hangs_and_swings_on_its_spring(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_body_bounces_as_high_as_its_restitution_says),
+      cmocka_unit_test(an_impact_is_half_a_swing_on_the_spring),
+      cmocka_unit_test(a_damped_impact_has_the_restitution_of_its_damping),
       cmocka_unit_test(a_body_slides_down_a_slope_as_coulomb_says),
       cmocka_unit_test(a_body_below_the_angle_of_friction_stays),
       cmocka_unit_test(friction_stops_a_body_after_its_distance),

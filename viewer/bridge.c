@@ -6,6 +6,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "bridge.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -64,8 +65,8 @@ static thrum_status pack(thrum_model *model) {
   return thrum_model_pack(model, memory, size, &error);
 }
 
-static thrum_status make_surface(bridge_model *made, int64_t triangle_count) {
-  thrum_surface_def def = {.triangles = made->triangles, .triangle_count = triangle_count};
+static thrum_status make_surface(bridge_model *made) {
+  thrum_surface_def def = {.triangles = made->triangles, .triangle_count = made->triangle_count};
   size_t size;
   thrum_status status = thrum_surface_size(&made->model, &def, &size, &error);
   if (status != THRUM_OK)
@@ -77,8 +78,30 @@ static thrum_status make_surface(bridge_model *made, int64_t triangle_count) {
   return thrum_surface_init(memory, size, &made->model, &def, &made->surface, &error);
 }
 
+// what a free body's mass is taken from: its shifts along x, y, z, each of unit mass
+static double *make_rigid(int64_t vertex_count, double mass) {
+  double *rigid = bridge_alloc((size_t)vertex_count * 18 * sizeof *rigid);
+  if (rigid == NULL)
+    return NULL;
+  memset(rigid, 0, (size_t)vertex_count * 18 * sizeof *rigid);
+  for (int64_t row = 0; row < 3 * vertex_count; row++)
+    rigid[6 * row + row % 3] = 1.0 / sqrt(mass);
+  return rigid;
+}
+
+static thrum_status list_touch(bridge_model *made) {
+  const thrum_model *model = &made->model;
+  made->touch = bridge_alloc((size_t)model->vertex_count * sizeof *made->touch);
+  if (made->touch == NULL)
+    return no_memory();
+  for (int32_t v = 0; v < model->vertex_count; v++)
+    if (model->fixed[v] == 0)
+      made->touch[made->touch_count++] = v;
+  return THRUM_OK;
+}
+
 /* Adds a model of arrays from bridge_alloc, which it keeps, `positions` and `basis` apart; their
- * shapes are those of the pack (docs/viewer.md). Returns its number, or a status below 0. */
+ * shapes are those of the pack (docs/viewer.md). numbers: mass [kg], Young's modulus [Pa]. Returns its number, or a status below 0. */
 int32_t EXPORT(bridge_add_model)(int32_t rank, int32_t vertex_count, int32_t triangle_count,
                                  const double *omega2, const double *c3, const double *c4,
                                  const double *axis_mass, const float *positions,
@@ -100,12 +123,19 @@ int32_t EXPORT(bridge_add_model)(int32_t rank, int32_t vertex_count, int32_t tri
   model->fixed = fixed;
   model->vertices = widen(positions, 3 * (int64_t)vertex_count);
   model->basis = widen(basis, 3 * (int64_t)vertex_count * rank);
+  model->rigid = make_rigid(vertex_count, bridge_number[0]);
+  made->material[0] = bridge_number[1];
+  model->material = made->material;
+  model->region_count = 1;
   made->triangles = triangles;
-  if (model->vertices == NULL || model->basis == NULL)
+  made->triangle_count = triangle_count;
+  if (model->vertices == NULL || model->basis == NULL || model->rigid == NULL)
     return no_memory();
   thrum_status status = pack(model);
   if (status == THRUM_OK)
-    status = make_surface(made, triangle_count);
+    status = make_surface(made);
+  if (status == THRUM_OK)
+    status = list_touch(made);
   return status == THRUM_OK ? model_count++ : (int32_t)status;
 }
 
@@ -120,9 +150,9 @@ int32_t EXPORT(bridge_begin)(double dt) {
   return THRUM_OK;
 }
 
-/* numbers: position 3, rotation 4 (w, x, y, z), scale, stiffness, density, alpha, beta. rank 0: all.
- * Returns the body's number, or a status below 0. */
-int32_t EXPORT(bridge_add_body)(int32_t model, int32_t integrator, int32_t rank) {
+/* numbers: position 3, rotation 4 (w, x, y, z), scale, stiffness, density, alpha, beta, velocity 3.
+ * rank 0: all. Returns the body's number, or a status below 0. */
+int32_t EXPORT(bridge_add_body)(int32_t model, int32_t integrator, int32_t rank, int32_t free_body) {
   if (model < 0 || model >= model_count || thrum_scene_body_count(bridge_scene) == BODIES_MAX)
     return thrum_error_set(&error, THRUM_INVALID_ARGUMENT, "a page has at most %d bodies",
                            BODIES_MAX);
@@ -137,13 +167,60 @@ int32_t EXPORT(bridge_add_body)(int32_t model, int32_t integrator, int32_t rank)
   def.state.damping_alpha = n[10];
   def.state.damping_beta = n[11];
   def.state.integrator = (thrum_integrator)integrator;
+  memcpy(def.velocity, n + 12, sizeof def.velocity);
   def.rank = rank;
+  def.free = free_body;
+  def.triangles = models[model].triangles;
+  def.triangle_count = models[model].triangle_count;
+  def.touch = models[model].touch;
+  def.touch_count = models[model].touch_count;
   int32_t body;
   thrum_status status = thrum_scene_add_body(bridge_scene, &def, &body, &error);
   if (status != THRUM_OK)
     return status;
   model_of_body[body] = model;
   return body;
+}
+
+// row-major 3 x 3 of a quaternion x, y, z, w of any length but 0
+static void turn(const double quaternion[4], double rotation[9]) {
+  double x = quaternion[0], y = quaternion[1], z = quaternion[2], w = quaternion[3];
+  const double s = 2.0 / (x * x + y * y + z * z + w * w);
+  const double made[9] = {1 - s * (y * y + z * z), s * (x * y - w * z),     s * (x * z + w * y),
+                          s * (x * y + w * z),     1 - s * (x * x + z * z), s * (y * z - w * x),
+                          s * (x * z - w * y),     s * (y * z + w * x),     1 - s * (x * x + y * y)};
+  memcpy(rotation, made, sizeof made);
+}
+
+/* numbers: centre 3, normal 3, radius, half sides 3, rotation 4 (x, y, z, w), velocity 3,
+ * friction, restitution, stiffness, damping. Returns its number, or a status below 0. */
+int32_t EXPORT(bridge_add_obstacle)(int32_t shape, int32_t inside) {
+  const double *n = bridge_number;
+  thrum_obstacle obstacle = thrum_default_obstacle();
+  obstacle.shape = (thrum_obstacle_shape)shape;
+  obstacle.inside = inside;
+  memcpy(obstacle.centre, n, sizeof obstacle.centre);
+  memcpy(obstacle.normal, n + 3, sizeof obstacle.normal);
+  obstacle.radius = n[6];
+  memcpy(obstacle.half, n + 7, sizeof obstacle.half);
+  turn(n + 10, obstacle.rotation);
+  memcpy(obstacle.velocity, n + 14, sizeof obstacle.velocity);
+  obstacle.friction = n[17];
+  obstacle.restitution = n[18];
+  obstacle.stiffness = n[19];
+  obstacle.damping = n[20];
+  int32_t number;
+  thrum_status status = thrum_scene_add_obstacle(bridge_scene, &obstacle, &number, &error);
+  return status == THRUM_OK ? number : (int32_t)status;
+}
+
+/* numbers: where an obstacle's centre is now. */
+int32_t EXPORT(bridge_obstacle)(int32_t number) {
+  thrum_obstacle obstacle;
+  thrum_status status = thrum_scene_obstacle(bridge_scene, number, &obstacle, &error);
+  if (status == THRUM_OK)
+    memcpy(bridge_number, obstacle.centre, sizeof obstacle.centre);
+  return status;
 }
 
 int32_t EXPORT(bridge_set_gravity)(double x, double y, double z) {
@@ -248,4 +325,42 @@ const double *EXPORT(bridge_omega2)(int32_t body) {
 int32_t EXPORT(bridge_vertex)(int32_t body, int32_t vertex) {
   return thrum_scene_body_vertex(bridge_scene, body, vertex, bridge_number, bridge_number + 3,
                                  &error);
+}
+
+/* Displacement per force at a vertex of the body as it is stepped, at rest, summed over the axes
+ * [m/N]: tr(U_v diag(1/omega^2) U_v^T). */
+static double compliance(int32_t body, int32_t vertex, const thrum_scene_body_info *info) {
+  const thrum_model *model = &bridge_body_model(body)->model;
+  const double *rows = model->basis + 3 * (int64_t)vertex * model->rank;
+  // U' = k U, k^2 = 1 / (density scale^3), has unit mass as U has
+  const double k2 = 1.0 / (info->density * info->scale * info->scale * info->scale);
+  double sum = 0.0;
+  for (int64_t i = 0; i < info->rank; i++)
+    for (int axis = 0; axis < 3; axis++) {
+      double u = rows[axis * model->rank + i];
+      sum += k2 * u * u / info->stepped->omega2[i];
+    }
+  return sum;
+}
+
+/* Begins to pull a vertex that is not held towards numbers 0..2 [m], with a spring of `strength`
+ * times the stiffness that the body itself has there. Returns its number, or a status below 0. */
+int32_t EXPORT(bridge_pull_start)(int32_t body, int32_t vertex, double strength) {
+  thrum_scene_body_info info;
+  thrum_status status = thrum_scene_body(bridge_scene, body, &info, &error);
+  if (status != THRUM_OK)
+    return status;
+  int32_t pull;
+  status = thrum_scene_pull_start(bridge_scene, body, vertex, bridge_number,
+                                  strength / compliance(body, vertex, &info), -1.0, &pull, &error);
+  return status == THRUM_OK ? pull : (int32_t)status;
+}
+
+/* numbers: the new target. */
+int32_t EXPORT(bridge_pull_move)(int32_t pull) {
+  return thrum_scene_pull_move(bridge_scene, pull, bridge_number, &error);
+}
+
+int32_t EXPORT(bridge_pull_end)(int32_t pull) {
+  return thrum_scene_pull_end(bridge_scene, pull, &error);
 }

@@ -14,6 +14,10 @@ typedef struct bridge_model {
   thrum_model model;
   const thrum_surface *surface;
   const int32_t *triangles; /* triangle_count x 3 */
+  int64_t triangle_count;
+  int32_t *touch; /* vertices that may touch obstacles: those that are not held */
+  int64_t touch_count;
+  double material[3]; /* of model: Young's modulus, which the stiffness of contact follows */
   float *positions;         /* vertex_count x 3, scratch of picking */
 } bridge_model;
 

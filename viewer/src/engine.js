@@ -3,6 +3,7 @@
 
 export const INTEGRATORS = { imexv: 0, newmark: 1, verlet: 2, midpoint: 3, energy: 4 };
 export const INTEGRATOR_NAMES = Object.keys(INTEGRATORS);
+const OBSTACLES = { plane: 0, sphere: 1, box: 2 };
 const MESSAGE_BYTES = 400;
 const RANK_MAX = 512;
 
@@ -57,6 +58,7 @@ export class Engine {
   addModel(model) {
     const names = ['omega2', 'c3', 'c4', 'axis_mass', 'positions', 'basis', 'triangles', 'fixed'];
     const at = names.map((name) => this.#copyIn(model.arrays[name]));
+    this.numbers.set([model.mass, model.young]);
     const number = this.check(this.wasm.bridge_add_model(
       model.rank, model.vertex_count, model.triangle_count, ...at));
     this.wasm.bridge_free(at[4]); // positions and basis are kept in double precision
@@ -70,16 +72,33 @@ export class Engine {
     this.check(this.wasm.bridge_begin(scene.dt));
     this.bodies = [];
     this.setGravity(scene.gravity);
+    for (const obstacle of scene.obstacles) this.#addObstacle(obstacle);
     for (const body of scene.bodies) this.#addBody(body, scene);
   }
 
   #addBody(body, scene) {
     const [x, y, z, w] = body.rotation;
     this.numbers.set([...body.position, w, x, y, z, body.scale, body.stiffness, body.density,
-      body.damping ?? scene.damping, 0]);
+      body.damping ?? scene.damping, 0, ...(body.velocity ?? [0, 0, 0])]);
     const integrator = INTEGRATORS[body.integrator ?? scene.integrator];
-    const number = this.check(this.wasm.bridge_add_body(body.model, integrator, body.rank ?? 0));
+    const number = this.check(this.wasm.bridge_add_body(body.model, integrator, body.rank ?? 0,
+      body.free ? 1 : 0));
     this.bodies[number] = this.models[body.model];
+  }
+
+  #addObstacle(obstacle) {
+    const size = obstacle.size ?? [1, 1, 1];
+    this.numbers.set([...(obstacle.centre ?? obstacle.point), ...(obstacle.normal ?? [0, 0, 1]),
+      obstacle.radius ?? 1, ...size.map((side) => side / 2), ...(obstacle.rotation ?? [0, 0, 0, 1]),
+      ...(obstacle.velocity ?? [0, 0, 0]), obstacle.friction ?? 0.5, obstacle.restitution ?? 0.5,
+      obstacle.stiffness ?? 0, obstacle.damping ?? 0]);
+    this.check(this.wasm.bridge_add_obstacle(OBSTACLES[obstacle.kind], obstacle.inside ? 1 : 0));
+  }
+
+  /** Where the centre of an obstacle of the scene is now. @returns {number[]} */
+  obstacleCentre(number) {
+    this.check(this.wasm.bridge_obstacle(number));
+    return Array.from(this.numbers.subarray(0, 3));
   }
 
   /** @param {number[]} gravity [m/s^2] */
@@ -169,15 +188,20 @@ export class Engine {
     return Array.from(this.numbers.subarray(0, 3));
   }
 
-  /** A spring from a vertex to a point, `strength` times as stiff as the body is there; `id` names
-   * it for changes and release. */
-  pull(id, body, vertex, target, strength) {
+  /** A spring from a vertex to a point, `strength` times as stiff as the body is there.
+   * @returns {number} to move and to end it by */
+  startPull(body, vertex, target, strength) {
     this.numbers.set(target);
-    this.check(this.wasm.bridge_pull(id, body, vertex, strength));
+    return this.check(this.wasm.bridge_pull_start(body, vertex, strength));
   }
 
-  release(id) {
-    this.bodies.forEach((_, body) => this.check(this.wasm.bridge_release(id, body)));
+  movePull(pull, target) {
+    this.numbers.set(target);
+    this.check(this.wasm.bridge_pull_move(pull));
+  }
+
+  endPull(pull) {
+    this.check(this.wasm.bridge_pull_end(pull));
   }
 
   /** The first vertex that a ray meets; null: none. @param {number[]} origin

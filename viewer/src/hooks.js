@@ -18,7 +18,7 @@ export function hooks(starting) {
       frequencies: (body) => engine.frequencies(body),
       q: (body) => Array.from(engine.shape(body)),
       position: (body, vertex) => engine.position(body, vertex),
-      pulls: () => [...world.pulls.values()],
+      pulls: () => [...world.pulls.values()].map(({ body, vertex, target }) => ({ body, vertex, target })),
       vertexCount: (body) => world.bodies[body].model.vertex_count,
       fixed: (body) => Array.from(world.bodies[body].model.arrays.fixed),
       matrix: (body) => Array.from(engine.matrix(body)),
@@ -48,8 +48,6 @@ export function hooks(starting) {
         for (let i = 0; i < count; i++) world.upload();
         stage.renderer.getContext().finish();
       },
-      pull: (id, body, vertex, target) => world.pull(id, body, vertex, target),
-      release: (id) => world.release(id),
       times: () => Object.fromEntries(
         Object.entries(app.meters).map(([name, { mean, count }]) => [name, { mean, count }])),
       video: () => app.recorder.video && app.recorder.video.size,

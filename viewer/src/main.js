@@ -6,6 +6,7 @@ import { hooks } from './hooks.js';
 import { bytesOfElement, loadPack } from './pack.js';
 import { Panel } from './panel.js';
 import { EnergyPlot } from './plot.js';
+import { pullWithPointers } from './pull.js';
 import { Recorder } from './record.js';
 import { COMPARED } from './scenes.js';
 import { Stage } from './stage.js';
@@ -31,6 +32,7 @@ class App {
       set: (name, value) => this.set(name, value),
       choose: (choice) => this.show(choice, world.compared),
     });
+    this.drawSprings = pullWithPointers(world, (action) => this.guard(action));
     this.paused = false;
     this.trouble = null;
     this.#wire();
@@ -167,6 +169,7 @@ class App {
     const begin = performance.now();
     world.upload();
     const uploaded = performance.now();
+    this.drawSprings();
     world.stage.draw();
     meters.upload.add(uploaded - begin);
     meters.draw.add(performance.now() - uploaded);

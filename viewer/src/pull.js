@@ -3,8 +3,10 @@
 // SPDX-License-Identifier: Apache-2.0
 import * as THREE from 'three';
 
-/** @param {import('./world.js').World} world */
-export function pullWithPointers(world) {
+/** @param {import('./world.js').World} world
+ * @param {(action: () => void) => void} guard says on the page what an action is refused for
+ * @returns {() => void} what draws the springs in each frame */
+export function pullWithPointers(world, guard) {
   const { stage, engine } = world;
   const canvas = stage.renderer.domElement;
   /** @type {Map<number, {plane: THREE.Plane, line: THREE.Line}>} */
@@ -16,7 +18,7 @@ export function pullWithPointers(world) {
     stage.scene.remove(pull.line);
     pull.line.geometry.dispose();
     held.delete(event.pointerId);
-    if (world.pulls.has(event.pointerId)) world.release(event.pointerId);
+    if (world.pulls.has(event.pointerId)) world.endPull(event.pointerId);
     stage.controls.enabled = held.size === 0;
     canvas.classList.toggle('pulling', held.size > 0);
   }
@@ -33,7 +35,7 @@ export function pullWithPointers(world) {
     stage.controls.enabled = false;
     canvas.classList.add('pulling');
     canvas.setPointerCapture(event.pointerId);
-    world.pull(event.pointerId, pick.body, pick.vertex, at.toArray());
+    guard(() => world.startPull(event.pointerId, pick.body, pick.vertex, at.toArray()));
     event.stopImmediatePropagation();
   }
 
@@ -43,7 +45,7 @@ export function pullWithPointers(world) {
     if (!pull || !spring) return;
     const target = stage.ray(event.clientX, event.clientY)
       .intersectPlane(pull.plane, new THREE.Vector3());
-    if (target) world.pull(event.pointerId, spring.body, spring.vertex, target.toArray());
+    if (target) guard(() => world.movePull(event.pointerId, target.toArray()));
     event.stopImmediatePropagation();
   }
 
@@ -53,7 +55,6 @@ export function pullWithPointers(world) {
   for (const end of ['pointerup', 'pointercancel', 'lostpointercapture'])
     canvas.addEventListener(end, release, { capture: true });
 
-  /** Draws the springs as they are now. */
   return function drawSprings() {
     for (const [id, { line }] of held) {
       const spring = world.pulls.get(id);

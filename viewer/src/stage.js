@@ -57,6 +57,11 @@ export class Stage {
     this.#light(bounds, size);
   }
 
+  /** @param {number} number of the scene's obstacle @param {number[]} centre */
+  moveObstacle(number, centre) {
+    this.props.children[number].position.fromArray(centre);
+  }
+
   #light(bounds, size) {
     const centre = bounds.getCenter(new THREE.Vector3());
     this.sun.target.position.copy(centre);
@@ -151,7 +156,7 @@ const GRID = /* glsl */ `
 function shapeOfObstacle(obstacle, size) {
   const vector = (v) => new THREE.Vector3(...v);
   if (obstacle.kind === 'plane')
-    return ground(vector(obstacle.point), vector(obstacle.normal).normalize(), size);
+    return ground(vector(obstacle.centre ?? obstacle.point), vector(obstacle.normal).normalize(), size);
   const geometry = obstacle.kind === 'sphere'
     ? new THREE.SphereGeometry(obstacle.radius, 48, 32)
     : new THREE.BoxGeometry(...obstacle.size);

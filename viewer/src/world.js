@@ -16,7 +16,7 @@ export class World {
     Object.assign(this, { pack, engine, stage, bodies: [], pulls: new Map(), compared: false });
     for (const model of pack.models) engine.addModel(model);
     this.choice = isComposed(pack.scene) ? -1 : pack.scene.bodies[0].model;
-    this.settings = { pull: 3, tint: false };
+    this.settings = { pull: 10, tint: false };
   }
 
   /** Shows a scene at its start. @param {number} choice a model, or -1: the pack's scene
@@ -63,12 +63,13 @@ export class World {
     this.width = Math.max(...models.map(({ rank }) => rank));
     this.coordinates = coordinatesTexture(this.width, models.length);
     this.bodies = this.shown.bodies.map((from, n) => new Body(models[n], from, n, this.coordinates));
-    this.place();
     const bounds = new THREE.Box3();
-    for (const { mesh } of this.bodies) {
+    this.bodies.forEach(({ mesh }, n) => {
       this.stage.scene.add(mesh);
-      bounds.union(mesh.geometry.boundingBox.clone().applyMatrix4(mesh.matrix));
-    }
+      const place = new THREE.Matrix4().fromArray(this.engine.matrix(n));
+      bounds.union(mesh.geometry.boundingBox.clone().applyMatrix4(place));
+    });
+    for (const obstacle of this.shown.obstacles) bounds.union(boundsOfObstacle(obstacle));
     const height = bounds.max.z - bounds.min.z;
     const below = this.bodies.every((body) => body.stands) ? 0.002 * height : 2 * height;
     this.stage.furnish(this.shown.obstacles, bounds, bounds.min.z - below);
@@ -94,31 +95,48 @@ export class World {
     if (name === 'pull' || name === 'stiffness') this.#pullAgain();
   }
 
-  /** A spring from a vertex to a point, in each copy where bodies are compared.
+  /** Begins a pull at a vertex, of each copy where bodies are compared.
    * @param {number} id of the pointer @param {number} body @param {number} vertex
    * @param {number[]} target [m] */
-  pull(id, body, vertex, target) {
-    this.pulls.set(id, { body, vertex, target });
+  startPull(id, body, vertex, target) {
+    const pull = { body, vertex, target, springs: [] };
+    this.pulls.set(id, pull);
     const copies = this.compared ? this.bodies.map((_, n) => n) : [body];
+    for (const copy of copies)
+      pull.springs.push({ copy, number: this.engine.startPull(copy, vertex,
+        this.#beside(target, body, copy), this.settings.pull) });
+  }
+
+  // a place at one body as it is at a copy of it
+  #beside(target, body, copy) {
     const from = this.shown.bodies[body].position;
-    for (const n of copies) {
-      const to = this.shown.bodies[n].position;
-      this.engine.pull(id, n, vertex, target.map((x, axis) => x + to[axis] - from[axis]),
-        this.settings.pull);
+    const to = this.shown.bodies[copy].position;
+    return target.map((x, axis) => x + to[axis] - from[axis]);
+  }
+
+  movePull(id, target) {
+    const pull = this.pulls.get(id);
+    pull.target = target;
+    for (const { copy, number } of pull.springs)
+      this.engine.movePull(number, this.#beside(target, pull.body, copy));
+  }
+
+  endPull(id) {
+    const { springs } = this.pulls.get(id);
+    this.pulls.delete(id);
+    for (const { number } of springs) this.engine.endPull(number);
+  }
+
+  // with the strength as it is now
+  #pullAgain() {
+    for (const [id, { body, vertex, target }] of [...this.pulls]) {
+      this.endPull(id);
+      this.startPull(id, body, vertex, target);
     }
   }
 
-  #pullAgain() {
-    for (const [id, { body, vertex, target }] of this.pulls) this.pull(id, body, vertex, target);
-  }
-
-  release(id) {
-    this.pulls.delete(id);
-    this.engine.release(id);
-  }
-
   reset() {
-    for (const id of [...this.pulls.keys()]) this.release(id);
+    for (const id of [...this.pulls.keys()]) this.endPull(id);
     this.engine.reset();
   }
 
@@ -128,6 +146,9 @@ export class World {
       mesh.matrixAutoUpdate = false;
       mesh.matrix.fromArray(this.engine.matrix(n));
       mesh.matrixWorldNeedsUpdate = true;
+    });
+    this.shown.obstacles.forEach((obstacle, n) => {
+      if (obstacle.velocity) this.stage.moveObstacle(n, this.engine.obstacleCentre(n));
     });
   }
 
@@ -139,4 +160,12 @@ export class World {
     this.stage.renderer.initTexture(this.coordinates);
     this.place();
   }
+}
+
+/** Of a thing to be seen whole; empty for planes and for rooms. @param {object} obstacle */
+function boundsOfObstacle({ kind, centre, radius, size, inside }) {
+  if (kind === 'plane' || inside) return new THREE.Box3();
+  const extent = kind === 'sphere' ? [2 * radius, 2 * radius, 2 * radius] : size;
+  return new THREE.Box3().setFromCenterAndSize(new THREE.Vector3(...centre),
+    new THREE.Vector3(...extent));
 }

@@ -2,7 +2,7 @@
 // plays it. THRUM_PROGRAM names the thrum program. SPDX-License-Identifier: Apache-2.0
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
-import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
@@ -30,6 +30,16 @@ function readRows(name) {
       bytes.readDoubleLE(start + 8 * (row * columns + i))));
 }
 
+const SCENE = {
+  dt: 0.002, time: 0.5, gravity: [0, 0, -9.81],
+  bodies: [{
+    name: 'block', model: 'beam:4x3x2@0.4x0.3x0.2', material: { young: 2e5 }, free: true, scale: 1.5,
+    position: [0.3, -0.2, 0.8], rotation: { axis: [1, 2, 0], angle: 30 }, velocity: [0.5, 0, 0],
+  }],
+  obstacles: [{ shape: 'plane', restitution: 0.3 }],
+  probes: [{ name: 'corner', body: 'block', at: 'vertex=1' }],
+};
+
 let glb, model, motion;
 
 before(() => {
@@ -55,8 +65,8 @@ function placeOf(vertex, q) {
   });
 }
 
-const load = async () =>
-  new GLTFLoader().parseAsync(glb.buffer.slice(glb.byteOffset, glb.byteOffset + glb.length), '');
+const load = async (bytes = glb) => new GLTFLoader().parseAsync(
+  bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.length), '');
 
 test('the validator of Khronos finds nothing to say', async () => {
   const { issues } = await validateBytes(new Uint8Array(glb));
@@ -108,4 +118,44 @@ test('between two rows it goes straight', async () => {
   const at = mesh.getVertexPosition(model.vertex_count - 1, new THREE.Vector3());
   placeOf(model.vertex_count - 1, half).forEach((x, axis) =>
     assert.ok(Math.abs(at.getComponent(axis) - x) < 5e-7));
+});
+
+test('a body of a scene stands and moves where the engine has it', async () => {
+  writeFileSync(join(folder, 'scene.json'), JSON.stringify(SCENE));
+  thrum('simulate', 'scene.json', '-o', 'scene', '-q');
+  thrum('export', 'scene/block', '--glb', 'block.glb', '--obj', 'block.obj', '--pc2', 'block.pc2',
+    '--fps', '0');
+  const bytes = readFileSync(join(folder, 'block.glb'));
+  const { issues } = await validateBytes(new Uint8Array(bytes));
+  assert.deepEqual(issues.messages, []);
+  const { scene, animations: [clip] } = await load(bytes);
+  const mesh = scene.getObjectByProperty('isMesh', true);
+  const mixer = new THREE.AnimationMixer(scene);
+  const action = mixer.clipAction(clip).setLoop(THREE.LoopOnce);
+  action.clampWhenFinished = true;
+  action.play();
+  // step, time, x, y, z, ... of the first vertex, as the engine followed it
+  const probe = readFileSync(join(folder, 'scene/probes.csv'), 'utf8').trim().split('\n').slice(1)
+    .map((line) => line.split(',').map(Number));
+  const cache = readFileSync(join(folder, 'block.pc2'));
+  const vertices = mesh.geometry.attributes.position.count;
+  const { times } = clip.tracks[0];
+  assert.equal(times.length, probe.length);
+  const at = new THREE.Vector3();
+  let fallen = 0;
+  times.forEach((time, row) => {
+    mixer.setTime(time);
+    scene.updateMatrixWorld(true);
+    mesh.localToWorld(mesh.getVertexPosition(0, at));
+    const [x, y, z] = probe[row].slice(2, 5);
+    for (const [shown, wanted] of [[at.x, x], [at.y, z], [at.z, -y]])
+      assert.ok(Math.abs(shown - wanted) < 1e-6, `${time} s: ${shown}, not ${wanted}`);
+    [x, y, z].forEach((wanted, axis) =>
+      assert.ok(Math.abs(cache.readFloatLE(32 + 12 * vertices * row + 4 * axis) - wanted) < 1e-6));
+    fallen = Math.max(fallen, probe[0][4] - z);
+  });
+  assert.ok(fallen > 0.1, `it fell ${fallen} m`);
+  const [first] = readFileSync(join(folder, 'block.obj'), 'utf8').split('\n')
+    .filter((line) => line.startsWith('v ')).map((line) => line.split(' ').slice(1).map(Number));
+  first.forEach((x, axis) => assert.ok(Math.abs(x - probe[0][2 + axis]) < 1e-12));
 });

@@ -34,12 +34,17 @@ const slide = (id, place) => page.evaluate(([name, at]) => {
   slider.dispatchEvent(new Event('input', { bubbles: true }));
 }, [id, place]);
 
-/** The free vertex that lies furthest along x: the tip. */
-const tip = (of = page) => of.evaluate(() => {
+/** The vertex whose x is nearest to `x` among those that a pointer reaches, and where it does. */
+const reach = (along, of = page) => of.evaluate((wanted) => {
   const { thrum } = window;
-  const x = Array.from({ length: thrum.vertexCount(0) }, (_, v) => thrum.position(0, v)[0]);
-  return x.indexOf(Math.max(...x));
-});
+  const all = Array.from({ length: thrum.vertexCount(0) }, (_, v) => ({ v, ...thrum.project(0, v) }));
+  const seen = all.filter(({ v, x, y }) => {
+    const pick = thrum.pick(x, y);
+    return pick?.vertex === v && pick.body === 0 && document.elementFromPoint(x, y)?.id === 'view';
+  });
+  const away = ({ v }) => Math.abs(thrum.position(0, v)[0] - wanted);
+  return seen.sort((a, b) => away(a) - away(b))[0];
+}, along);
 
 test('opens from the disk, moves by itself and complains of nothing', async () => {
   const own = await open(browser, standalone(pack));
@@ -70,7 +75,7 @@ test('says what is wrong with a pack that is none', async () => {
 
 test('sags under gravity, and the GPU shows what U q says', async () => {
   await fresh();
-  const v = await tip();
+  const { v } = await reach(1);
   const [before, moved, shown, own] = await page.evaluate((vertex) => {
     const { thrum } = window;
     const at = thrum.position(0, vertex)[2];
@@ -199,6 +204,114 @@ test('a step that fails is said on the page, which stops', async () => {
   assert.ok((await page.textContent('#notice')).length > 20);
   await page.click('#reset');
   assert.equal(await page.locator('#notice').isVisible(), false);
+});
+
+/** Where the pointer and the pulled vertex are on the page, and their distance. */
+const gap = (of, pull, at) => of.evaluate(([n, x, y]) => {
+  const { body, vertex } = window.thrum.pulls()[n];
+  const seen = window.thrum.project(body, vertex);
+  return Math.hypot(seen.x - x, seen.y - y);
+}, [pull, at.x, at.y]);
+
+test('a mouse drags the vertex under it towards the cursor, and lets go', async () => {
+  await fresh();
+  await slide('damping', 5);
+  await slide('gravity', 0);
+  await slide('pull', 2);
+  const at = await reach(1);
+  await page.mouse.move(at.x, at.y);
+  await page.mouse.down();
+  assert.equal(await page.evaluate(() => window.thrum.pulls()[0].vertex), at.v);
+  const to = { x: at.x - 10, y: at.y - 60 };
+  await page.mouse.move(to.x, to.y, { steps: 4 });
+  const before = await gap(page, 0, to);
+  await page.evaluate(() => window.thrum.step(1500));
+  const after = await gap(page, 0, to);
+  assert.ok(before > 40 && after < 0.25 * before, `from ${before} to ${after} pixels`);
+  await page.mouse.up();
+  assert.equal(await page.evaluate(() => window.thrum.pulls().length), 0);
+  await page.evaluate(() => window.thrum.step(2000));
+  assert.ok(Math.hypot(...await page.evaluate(() => window.thrum.q(0))) < 1e-3);
+  await slide('pull', 1);
+});
+
+test('a drag beside the body turns the view and pulls nothing', async () => {
+  await fresh();
+  const seen = () => page.evaluate(() => window.thrum.project(0, 0));
+  const before = await seen();
+  const beside = await page.evaluate(() => {
+    for (let x = 20; ; x += 10) // below the buttons
+      if (document.elementFromPoint(x, 120).id === 'view' && !window.thrum.pick(x, 120)) return x;
+  });
+  await page.mouse.move(beside, 120);
+  await page.mouse.down();
+  await page.mouse.move(beside + 60, 130, { steps: 3 });
+  assert.equal(await page.evaluate(() => window.thrum.pulls().length), 0);
+  await page.waitForTimeout(200);
+  await page.mouse.up();
+  const turned = await seen();
+  assert.ok(Math.abs(turned.x - before.x) > 5, `${before.x} to ${turned.x}`);
+});
+
+test('two fingers pull two places', async () => {
+  const own = await open(browser, standalone(pack), { hasTouch: true });
+  await own.evaluate(() => {
+    window.thrum.pause(true);
+    window.thrum.set('damping', 5);
+  });
+  const touch = await own.context().newCDPSession(own);
+  const places = [await reach(1, own), await reach(0.5, own)];
+  const send = (type, shift) => touch.send('Input.dispatchTouchEvent', { type,
+    touchPoints: type === 'touchEnd' ? [] : places.map(({ x, y }, id) => ({ x, y: y + shift, id })) });
+  await send('touchStart', 0);
+  await send('touchMove', -30);
+  const pulls = await own.evaluate(() => window.thrum.pulls());
+  assert.equal(pulls.length, 2);
+  assert.notEqual(pulls[0].vertex, pulls[1].vertex);
+  await own.evaluate(() => window.thrum.step(1500));
+  assert.ok(await gap(own, 0, { x: places[0].x, y: places[0].y - 30 }) < 15);
+  await send('touchEnd', 0);
+  assert.equal(await own.evaluate(() => window.thrum.pulls().length), 0);
+  assert.deepEqual(own.complaints, []);
+  await own.close();
+});
+
+test('compared bodies are pulled alike', async () => {
+  await fresh(true);
+  await slide('damping', 5);
+  const at = await reach(1);
+  await page.mouse.move(at.x, at.y);
+  await page.mouse.down();
+  await page.mouse.move(at.x, at.y - 30, { steps: 3 });
+  const shapes = await page.evaluate(() => {
+    window.thrum.step(2000);
+    return [0, 1, 2].map((n) => window.thrum.q(n));
+  });
+  await page.mouse.up();
+  const size = Math.hypot(...shapes[0]);
+  for (const q of shapes)
+    assert.ok(Math.hypot(...q.map((value, i) => value - shapes[0][i])) < 1e-2 * size);
+});
+
+test('a scene of two bodies over a plane shows the plane, and the bodies stay above it', async () => {
+  const [body] = pack.scene.bodies;
+  const floor = -0.12;
+  const own = await open(browser, standalone({ ...pack, scene: {
+    ...pack.scene, damping: 2,
+    obstacles: [{ kind: 'plane', centre: [0, 0, floor], normal: [0, 0, 1] },
+      { kind: 'sphere', centre: [0.5, 0.8, 0.1], radius: 0.1 }],
+    bodies: [{ ...body, stiffness: 0.1 }, { ...body, name: 'other', position: [0, 0.5, 0.1] }],
+  } }));
+  const lowest = await own.evaluate(() => {
+    window.thrum.pause(true);
+    window.thrum.step(2000);
+    return Math.min(...[0, 1].flatMap((body) => Array.from(
+      { length: window.thrum.vertexCount(body) }, (_, v) => window.thrum.position(body, v)[2])));
+  });
+  assert.ok(Math.abs(lowest - floor) < 2e-3, `${lowest} m`);
+  assert.equal(await own.textContent('#model option:checked'), 'the scene');
+  assert.deepEqual(own.complaints, []);
+  await own.close();
 });
 
 test('records a video', async () => {

@@ -55,6 +55,48 @@ test('energy keeps the total to 1e-9 over 1000 steps without damping', async () 
   assert.ok(swing > 1);
 });
 
+test('a beam that would sag through a plane comes to rest on it', async () => {
+  const lowest = (engine) => Math.min(...Array.from({ length: pack.models[0].vertex_count },
+    (_, v) => engine.position(0, v)[2]));
+  const floor = -0.12; // the beam's lower side is at -0.1
+  const soft = { bodies: [{ ...pack.scene.bodies[0], stiffness: 0.1 }], damping: 2 };
+  const plane = { kind: 'plane', centre: [0, 0, floor], normal: [0, 0, 1] };
+  assert.ok(lowest(await run(soft, 3000)) < floor - 0.02);
+  const rest = lowest(await run({ ...soft, obstacles: [plane] }, 3000));
+  assert.ok(Math.abs(rest - floor) < 1e-3, `${rest} m`);
+});
+
+test('a free body falls as all things do', async () => {
+  thrum('precompute', 'beam:4x2x2@1x0.2x0.2', '--modes', '4', '--rank', '6', '-o', 'free.npz',
+    '--quiet');
+  const [model] = packOf('free.npz').models;
+  const engine = await Engine.load(wasmBytes());
+  engine.addModel(model);
+  const body = { ...pack.scene.bodies[0], model: 0, rank: 0, free: true };
+  engine.build({ ...pack.scene, gravity: GRAVITY, dt: 0.003, bodies: [body] });
+  for (let i = 0; i < 100; i++) engine.step();
+  const fallen = model.arrays.positions[2] - engine.position(0, 0)[2];
+  assert.ok(Math.abs(fallen - (9.81 * 0.3 ** 2) / 2) < 1e-6, `${fallen} m`);
+});
+
+test('a pull brings a vertex to its target, the nearer the stronger', async () => {
+  const away = async (strength) => {
+    const engine = await run({ gravity: [0, 0, 0], damping: 3 }, 0);
+    const tip = pack.models[0].vertex_count - 1;
+    const target = engine.position(0, tip).map((x, axis) => x + [0, 0.02, 0.03][axis]);
+    const pull = engine.startPull(0, tip, target, strength);
+    for (let i = 0; i < 2000; i++) engine.step();
+    const [, y, z] = engine.position(0, tip);
+    const distance = Math.hypot(y - target[1], z - target[2]); // along the beam nothing gives way
+    engine.endPull(pull);
+    for (let i = 0; i < 4000; i++) engine.step();
+    assert.ok(Math.hypot(...engine.coordinates(0)) < 1e-3, 'it goes back when it is let go');
+    return distance / Math.hypot(0.02, 0.03);
+  };
+  const [weak, strong] = [await away(1), await away(100)];
+  assert.ok(weak < 0.8 && strong < 0.05, `${weak} ${strong}`);
+});
+
 test('a pack reads back as it was written', () => {
   const again = readPack(writePack(pack));
   assert.deepEqual(again.scene, pack.scene);
