@@ -121,7 +121,12 @@ static thrum_status run_tool(const mesh_request *request, mesh_work *work, thrum
   thrum_status status =
       cli_mesh_tool_choose((cli_mesh_tool)request->tool, work->checked.shells, &work->tool, error);
   for (int n = 0; n < 2 && status >= 0; n++) {
-    const cli_mesh_job job = {request->surface, work->tool, request->size, request->verbose};
+    const cli_mesh_job job = {.path = request->surface,
+                              .tool = work->tool,
+                              .size = request->size,
+                              .cavities =
+                                  work->checked.shells > 1 && work->checked.turned.count == 0,
+                              .verbose = request->verbose};
     char label[64];
     snprintf(label, sizeof label, "meshing with %s", cli_mesh_tools[work->tool]);
     cli_progress_update(&progress, label, 0);
@@ -146,9 +151,10 @@ static void warn_volume(const mesh_request *request, mesh_work *work) {
   work->other_volume =
       work->checked.turned.count == 0 && !(fabs(got - wanted) <= VOLUME_TOLERANCE * wanted);
   if (work->other_volume)
-    cli_warn("%s: the surface encloses %.6g m^3, the mesh fills %.6g m^3; are there cavities, or "
-             "closed surfaces inside others?",
-             cli_basename(request->surface), wanted, got);
+    cli_warn(
+        "%s: the surface encloses %.6g m^3, the mesh fills %.6g m^3; do closed surfaces lie inside "
+        "others, or go round the wrong way?",
+        cli_basename(request->surface), wanted, got);
 }
 
 static void print_results(const mesh_request *request, const mesh_work *work) {

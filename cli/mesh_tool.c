@@ -94,8 +94,15 @@ static thrum_status run_tetgen(cli_workshop *workshop, const cli_mesh_job *job,
     snprintf(option, sizeof option, "-pYq1.3/12a%.17g", volume);
   else if (!seek)
     snprintf(option, sizeof option, "-pYq1.3/12");
+  double *holes = NULL;
+  int64_t hole_count = 0;
   cli_workshop_path(workshop, "surface.smesh", path);
-  const thrum_status status = thrum_surface_write_smesh(path, surface, error);
+  thrum_status status = job->cavities && !seek
+                            ? thrum_surface_cavities(surface, &holes, &hole_count, error)
+                            : THRUM_OK;
+  if (status >= 0)
+    status = thrum_surface_write_smesh(path, surface, holes, hole_count, error);
+  free(holes);
   return status < 0 ? status : run(workshop, words, end, error);
 }
 

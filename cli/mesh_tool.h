@@ -20,8 +20,9 @@ thrum_status cli_mesh_tool_choose(cli_mesh_tool wanted, int64_t shells, cli_mesh
 typedef struct cli_mesh_job {
   const char *path; /* of the surface, for messages */
   cli_mesh_tool tool;
-  double size;  /* longest edges inside, about [m]; 0: as the surface has them */
-  bool verbose; /* show all that the tool says */
+  double size;   /* longest edges inside, about [m]; 0: as the surface has them */
+  bool cavities; /* shells that go round the other way stay empty (TetGen) */
+  bool verbose;  /* show all that the tool says */
 } cli_mesh_job;
 
 /* Meshes a surface whose triangles all stay as they are. What the tool finds wrong becomes one

@@ -8,7 +8,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "precompute/places.h"
 #include "precompute/text.h"
 
 /* A side of a triangle, or a triangle: its vertices ascending. */
@@ -39,58 +38,54 @@ static void note(thrum_surface_fault *fault, int64_t triangle, int32_t from, int
   *fault = (thrum_surface_fault){fault->count, triangle, {from, to}};
 }
 
-/* The corners of a triangle. */
-static void find_corners(const thrum_surface_mesh *surface, int64_t t, const double *x[3]) {
+/* What there is to measure of a triangle. */
+typedef struct measures {
+  double area[3]; /* twice the area vector */
+  double twice;   /* its length */
+  double middle[3];
+  double longest2; /* its longest side squared */
+  double sides;    /* their sum */
+  double volume;   /* six times that of the tetrahedron over it from the first vertex in use */
+} measures;
+
+static measures measure(const thrum_surface_mesh *surface, int64_t t) {
+  measures m = {.twice = 0};
+  const double *x[3], *origin = surface->vertices + 3 * (int64_t)surface->triangles[0];
   for (int c = 0; c < 3; c++)
     x[c] = surface->vertices + 3 * (int64_t)surface->triangles[3 * t + c];
-}
-
-/* Squared sides of a triangle, its area vector times two, and six times its volume from `origin`.
- */
-static double measure(const double *const x[3], const double origin[3], double *longest,
-                      double *volume, double *sides) {
-  double e[2][3], area[3], sum = 0;
-  for (int axis = 0; axis < 3; axis++) {
-    e[0][axis] = x[1][axis] - x[0][axis];
-    e[1][axis] = x[2][axis] - x[0][axis];
-  }
-  *longest = 0;
-  *volume = 0;
   for (int c = 0; c < 3; c++) {
     double squared = 0;
     for (int axis = 0; axis < 3; axis++)
       squared += (x[c][axis] - x[(c + 1) % 3][axis]) * (x[c][axis] - x[(c + 1) % 3][axis]);
-    *longest = fmax(*longest, squared);
-    *sides += sqrt(squared);
+    m.longest2 = fmax(m.longest2, squared);
+    m.sides += sqrt(squared);
   }
   for (int axis = 0; axis < 3; axis++) {
-    area[axis] =
-        e[0][(axis + 1) % 3] * e[1][(axis + 2) % 3] - e[0][(axis + 2) % 3] * e[1][(axis + 1) % 3];
-    sum += area[axis] * area[axis];
-    *volume += area[axis] * (x[0][axis] - origin[axis]);
+    const int b = (axis + 1) % 3, c = (axis + 2) % 3;
+    m.area[axis] =
+        (x[1][b] - x[0][b]) * (x[2][c] - x[0][c]) - (x[1][c] - x[0][c]) * (x[2][b] - x[0][b]);
+    m.middle[axis] = (x[0][axis] + x[1][axis] + x[2][axis]) / 3;
+    m.volume += m.area[axis] * (x[0][axis] - origin[axis]);
+    m.twice += m.area[axis] * m.area[axis];
   }
-  return sqrt(sum);
+  m.twice = sqrt(m.twice);
+  return m;
 }
 
 static void check_triangles(const thrum_surface_mesh *surface, thrum_surface_checked *checked) {
-  const double *x[3];
   double total = 0, lengths = 0;
-  find_corners(surface, 0, x);
-  // near the surface, so that little cancels
-  const double origin[3] = {x[0][0], x[0][1], x[0][2]};
   for (int64_t t = 0; t < surface->triangle_count; t++) {
-    double longest, volume;
-    find_corners(surface, t, x);
-    const double area = measure(x, origin, &longest, &volume, &lengths);
-    total += volume;
+    const measures m = measure(surface, t);
     const int32_t *v = surface->triangles + 3 * t;
-    if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0] || !(area > FLAT * longest))
+    total += m.volume;
+    lengths += m.sides;
+    if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0] || !(m.twice > FLAT * m.longest2))
       note(&checked->flat, t, v[0], v[0] == v[1] ? v[2] : v[1]);
-    for (int c = 0; c < 3; c++)
-      for (int axis = 0; axis < 3; axis++) {
-        checked->box_min[axis] = fmin(checked->box_min[axis], x[c][axis]);
-        checked->box_max[axis] = fmax(checked->box_max[axis], x[c][axis]);
-      }
+    for (int64_t n = 0; n < 9; n++) {
+      const double x = surface->vertices[3 * (int64_t)v[n / 3] + n % 3];
+      checked->box_min[n % 3] = fmin(checked->box_min[n % 3], x);
+      checked->box_max[n % 3] = fmax(checked->box_max[n % 3], x);
+    }
   }
   checked->volume = total / 6;
   checked->edge_mean = lengths / (3 * (double)surface->triangle_count);
@@ -124,8 +119,7 @@ static int32_t find_root(int32_t *root, int32_t t) {
 }
 
 /* One edge and the `count` triangles at it. */
-static void check_edge(const side *at, int64_t count, int32_t *root,
-                       thrum_surface_checked *checked) {
+static void check_edge(const side *at, int64_t count, thrum_surface_checked *checked) {
   const int32_t t = at[0].triangle;
   if (count == 1)
     note(&checked->open, t, at->low, at->high);
@@ -133,12 +127,12 @@ static void check_edge(const side *at, int64_t count, int32_t *root,
     note(&checked->crowded, t, at->low, at->high);
   if (count == 2 && at[0].forth == at[1].forth)
     note(&checked->turned, t, at->low, at->high);
-  for (int64_t n = 1; n < count; n++)
-    root[find_root(root, at[n].triangle)] = find_root(root, t);
 }
 
-static void check_edges(const thrum_surface_mesh *surface, side *sides, int32_t *root,
-                        thrum_surface_checked *checked) {
+/* Sorts the sides and joins triangles that share one: root[t] of each leads to the first of its
+ * shell. What is wrong with edges goes into `checked`, unless it is NULL. */
+static void join_edges(const thrum_surface_mesh *surface, side *sides, int32_t *root,
+                       thrum_surface_checked *checked) {
   const int64_t count = 3 * surface->triangle_count;
   for (int64_t n = 0; n < count; n++) {
     const int32_t from = surface->triangles[n];
@@ -151,12 +145,11 @@ static void check_edges(const thrum_surface_mesh *surface, side *sides, int32_t 
     root[t] = (int32_t)t;
   for (int64_t n = 0, end; n < count; n = end) {
     for (end = n + 1;
-         end < count && sides[end].low == sides[n].low && sides[end].high == sides[n].high;)
-      end++;
-    check_edge(sides + n, end - n, root, checked);
+         end < count && sides[end].low == sides[n].low && sides[end].high == sides[n].high; end++)
+      root[find_root(root, sides[end].triangle)] = find_root(root, sides[n].triangle);
+    if (checked != NULL)
+      check_edge(sides + n, end - n, checked);
   }
-  for (int64_t t = 0; t < surface->triangle_count; t++)
-    checked->shells += find_root(root, (int32_t)t) == t;
 }
 
 thrum_status thrum_surface_check(const thrum_surface_mesh *surface, thrum_surface_checked *checked,
@@ -178,13 +171,72 @@ thrum_status thrum_surface_check(const thrum_surface_mesh *surface, thrum_surfac
   if (room) {
     check_triangles(surface, &made);
     check_twice(surface, sides, &made);
-    check_edges(surface, sides, root, &made);
+    join_edges(surface, sides, root, &made);
+    for (size_t t = 0; t < triangles; t++)
+      made.shells += find_root(root, (int32_t)t) == (int32_t)t;
     *checked = made;
   }
   free(sides);
   free(root);
   return room ? THRUM_OK
               : thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory to check the surface");
+}
+
+/* A shell in the making: its volume times six, and its largest triangle. */
+typedef struct shell {
+  double volume, area;
+  int64_t largest;
+} shell;
+
+/* A point a thousandth of the triangle's size before its middle, `sign` times along its normal. */
+static void find_point(const thrum_surface_mesh *surface, int64_t t, double sign, double point[3]) {
+  const measures m = measure(surface, t);
+  for (int axis = 0; axis < 3; axis++)
+    point[axis] = m.middle[axis] + sign * 1e-3 * m.area[axis] / sqrt(m.twice);
+}
+
+/* Returns six times the volume of all. */
+static double measure_shells(const thrum_surface_mesh *surface, int32_t *root, shell *shells) {
+  double total = 0;
+  for (int64_t t = 0; t < surface->triangle_count; t++) {
+    const measures m = measure(surface, t);
+    shell *of = &shells[find_root(root, (int32_t)t)];
+    of->volume += m.volume;
+    total += m.volume;
+    if (m.twice > of->area) {
+      of->area = m.twice;
+      of->largest = t;
+    }
+  }
+  return total;
+}
+
+thrum_status thrum_surface_cavities(const thrum_surface_mesh *surface, double **points,
+                                    int64_t *count, thrum_error *error) {
+  const size_t triangles = (size_t)surface->triangle_count;
+  side *sides = malloc(3 * triangles * sizeof *sides + 1);
+  int32_t *root = malloc(triangles * sizeof *root + 1);
+  shell *shells = calloc(triangles + 1, sizeof *shells);
+  double *made = malloc(3 * triangles * sizeof *made + 1);
+  const bool room = sides != NULL && root != NULL && shells != NULL && made != NULL;
+  int64_t found = 0;
+  if (room && triangles > 0) {
+    join_edges(surface, sides, root, NULL);
+    const double total = measure_shells(surface, root, shells);
+    for (size_t t = 0; t < triangles; t++)
+      if (root[t] == (int32_t)t && shells[t].volume * total < 0)
+        find_point(surface, shells[t].largest, total > 0 ? 1 : -1, made + 3 * found++);
+  }
+  free(sides);
+  free(root);
+  free(shells);
+  if (!room) {
+    free(made);
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory to check the surface");
+  }
+  *points = made;
+  *count = found;
+  return THRUM_OK;
 }
 
 static thrum_status refuse(const thrum_surface_mesh *surface, const thrum_surface_fault *fault,
@@ -216,52 +268,5 @@ thrum_status thrum_surface_meshable(const thrum_surface_mesh *surface,
   for (size_t n = 0; n < sizeof faults / sizeof *faults; n++)
     if (faults[n].fault->count > 0)
       return refuse(surface, faults[n].fault, path, faults[n].what, error);
-  return THRUM_OK;
-}
-
-/* Numbers the vertices anew in the order of their first use; new_number: -1 at first. */
-static thrum_status renumber(thrum_surface_mesh *surface, thrum_places *places, int32_t *new_number,
-                             double *kept, int64_t *count, int64_t *joined, thrum_error *error) {
-  for (int64_t n = 0; n < 3 * surface->triangle_count; n++) {
-    const int32_t old = surface->triangles[n];
-    if (new_number[old] < 0) {
-      const double *x = surface->vertices + 3 * (int64_t)old;
-      const thrum_status status =
-          thrum_places_find(places, kept, *count, x, &new_number[old], error);
-      if (status < 0)
-        return status;
-      if (new_number[old] == *count)
-        memcpy(kept + 3 * (*count)++, x, 3 * sizeof *kept);
-      else
-        ++*joined;
-    }
-    surface->triangles[n] = new_number[old];
-  }
-  return THRUM_OK;
-}
-
-thrum_status thrum_surface_join(thrum_surface_mesh *surface, int64_t *joined, thrum_error *error) {
-  const size_t all = (size_t)surface->vertex_count;
-  thrum_places places = {0};
-  int32_t *new_number = malloc((all + 1) * sizeof *new_number);
-  double *kept = malloc((3 * all + 1) * sizeof *kept);
-  int64_t count = 0;
-  thrum_status status = THRUM_OK;
-  *joined = 0;
-  if (new_number == NULL || kept == NULL) {
-    status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the surface");
-  } else {
-    memset(new_number, 0xff, all * sizeof *new_number);
-    status = renumber(surface, &places, new_number, kept, &count, joined, error);
-  }
-  free(new_number);
-  thrum_places_free(&places);
-  if (status < 0) {
-    free(kept);
-    return status;
-  }
-  free(surface->vertices);
-  surface->vertices = kept;
-  surface->vertex_count = count;
   return THRUM_OK;
 }

@@ -1,5 +1,5 @@
 /* Surfaces for the programs that mesh: Gmsh's .msh 2.2 (one surface, entity 1) and TetGen's .smesh
- * (a facet a triangle, no holes, no regions). SPDX-License-Identifier: Apache-2.0 */
+ * (a facet a triangle). SPDX-License-Identifier: Apache-2.0 */
 #include <inttypes.h>
 #include <stdio.h>
 
@@ -33,6 +33,7 @@ thrum_status thrum_surface_write_msh(const char *path, const thrum_surface_mesh 
 }
 
 thrum_status thrum_surface_write_smesh(const char *path, const thrum_surface_mesh *surface,
+                                       const double *holes, int64_t hole_count,
                                        thrum_error *error) {
   thrum_file_writer writer = {NULL, NULL, NULL};
   const thrum_status status = thrum_file_writer_open(path, &writer, error);
@@ -46,6 +47,10 @@ thrum_status thrum_surface_write_smesh(const char *path, const thrum_surface_mes
     const int32_t *v = surface->triangles + 3 * t;
     fprintf(file, "3 %d %d %d\n", v[0] + 1, v[1] + 1, v[2] + 1);
   }
-  fputs("0\n0\n", file);
+  fprintf(file, "%" PRId64 "\n", hole_count);
+  for (int64_t n = 0; n < hole_count; n++)
+    fprintf(file, "%" PRId64 " %.17g %.17g %.17g\n", n + 1, holes[3 * n], holes[3 * n + 1],
+            holes[3 * n + 2]);
+  fputs("0\n", file); // regions
   return thrum_file_writer_commit(&writer, error);
 }

@@ -114,12 +114,45 @@ static void vertices_at_one_place_are_joined(void **state) {
   thrum_surface_mesh_free(&surface);
 }
 
+/* A cube in a cube, turned inside out, and one beside them; the same with all triangles turned. */
+static void a_cavity_has_a_point_inside(void **state) {
+  (void)state;
+  static const char cavity[] =
+      "v .3 .3 .3\nv .3 .3 .6\nv .3 .6 .3\nv .3 .6 .6\nv .6 .3 .3\nv .6 .3 .6\nv .6 .6 .3\n"
+      "v .6 .6 .6\nf 11 12 10 9\nf 14 16 15 13\nf 10 14 13 9\nf 15 16 12 11\nf 13 15 11 9\n"
+      "f 12 16 14 10\nv 2 0 0\nv 2 0 1\nv 2 1 0\nv 3 0 0\nf 17 18 19\nf 17 19 20\n"
+      "f 17 20 18\nf 18 20 19\n";
+  char text[2048];
+  snprintf(text, sizeof text, "%s%s", CORNERS SIDES LID, cavity);
+  thrum_surface_mesh surface = parse(text);
+  for (int turn = 0; turn < 2; turn++) {
+    const thrum_surface_checked checked = check(&surface);
+    assert_int_equal(checked.turned.count, 0);
+    assert_int_equal(checked.shells, 3);
+    assert_true(fabs(fabs(checked.volume) - (1 - 0.027 + 1.0 / 6)) < 1e-14);
+    double *points = NULL;
+    int64_t count = 0;
+    assert_int_equal(thrum_surface_cavities(&surface, &points, &count, NULL), THRUM_OK);
+    assert_int_equal(count, 1);
+    for (int axis = 0; axis < 3; axis++)
+      assert_true(points[axis] > 0.3 && points[axis] < 0.6);
+    free(points);
+    for (int64_t t = 0; t < surface.triangle_count; t++) {
+      const int32_t swap = surface.triangles[3 * t];
+      surface.triangles[3 * t] = surface.triangles[3 * t + 1];
+      surface.triangles[3 * t + 1] = swap;
+    }
+  }
+  thrum_surface_mesh_free(&surface);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_cube_has_no_fault),
       cmocka_unit_test(faults_are_named_with_their_line),
       cmocka_unit_test(what_goes_round_the_other_way_is_counted),
       cmocka_unit_test(vertices_at_one_place_are_joined),
+      cmocka_unit_test(a_cavity_has_a_point_inside),
   };
   return cmocka_run_group_tests(tests, mesh_setup, mesh_teardown);
 }

@@ -26,6 +26,10 @@ static char folder[64], path_before[4096];
   "v 2 0 0\nv 2 0 1\nv 2 1 0\nv 2 1 1\nv 3 0 0\nv 3 0 1\nv 3 1 0\nv 3 1 1\n"                       \
   "f 9 10 12 11\nf 13 15 16 14\nf 9 13 14 10\nf 11 12 16 15\nf 9 11 15 13\nf 10 14 16 12\n"
 
+#define SMALL                                                                                      \
+  "v .3 .3 .3\nv .3 .3 .6\nv .3 .6 .3\nv .3 .6 .6\nv .6 .3 .3\nv .6 .3 .6\nv .6 .6 .3\n"           \
+  "v .6 .6 .6\n"
+
 static const char *in_folder(const char *name) {
   static char path[160];
   snprintf(path, sizeof path, "%s/%s", folder, name);
@@ -144,14 +148,22 @@ static void several_parts_are_for_tetgen(void **state) {
     assert_true(fabs(cli_json_get(object, "volume_m3") - 2) < 1e-14);
     cJSON_Delete(object);
     cli_result_free(&run);
-    // one cube in the other, for which the mesh is no answer
-    write_text("nested.obj", CUBE "v .3 .3 .3\nv .3 .3 .6\nv .3 .6 .3\nv .3 .6 .6\nv .6 .3 .3\n"
-                                  "v .6 .3 .6\nv .6 .6 .3\nv .6 .6 .6\nf 11 12 10 9\n"
-                                  "f 14 16 15 13\nf 10 14 13 9\nf 15 16 12 11\nf 13 15 11 9\n"
-                                  "f 12 16 14 10\n");
+    // a cavity stays empty, and a cube of the same winding in the other is flagged
+    write_text("cavity.obj", CUBE SMALL "f 11 12 10 9\nf 14 16 15 13\nf 10 14 13 9\n"
+                                        "f 15 16 12 11\nf 13 15 11 9\nf 12 16 14 10\n");
+    run = thrum_run(folder, "mesh", "cavity.obj", "-o", "cavity.vtu", "-q", "--json", NULL);
+    assert_string_equal(run.err, "");
+    object = cli_json_line(run.out);
+    assert_non_null(object);
+    assert_true(fabs(cli_json_get(object, "volume_m3") - 0.973) < 1e-14);
+    assert_true(cli_json_get(object, "surfaces") == 2);
+    cJSON_Delete(object);
+    cli_result_free(&run);
+    write_text("nested.obj", CUBE SMALL "f 9 10 12 11\nf 13 15 16 14\nf 9 13 14 10\n"
+                                        "f 11 12 16 15\nf 9 11 15 13\nf 10 14 16 12\n");
     run = thrum_run(folder, "mesh", "nested.obj", "-o", "nested.vtu", "-q", NULL);
     assert_int_equal(run.exit_code, 3);
-    assert_non_null(strstr(run.err, "encloses 0.973 m^3, the mesh fills 1 m^3"));
+    assert_non_null(strstr(run.err, "encloses 1.027 m^3, the mesh fills 1 m^3"));
     cli_result_free(&run);
   }
   remove_stand_ins();
