@@ -27,7 +27,7 @@ static void print_help(void) {
       "  -o, --output FILE  the surface file to write\n"
       "      --scale S      multiply the surface's lengths by S, such as 0.01 for centimetres (1)\n"
       "      --json         print one JSON object instead of the table\n"
-      "  -q, --quiet        no progress while a model is precomputed\n"
+      "  -q, --quiet        no progress\n"
       "  -h, --help         this text\n\n"
       "examples:\n"
       "  thrum embed bridge.npz bridge.obj -o bridge_shown.npz\n"
@@ -109,7 +109,8 @@ int cmd_embed(int argc, char **argv) {
   bool far = false;
   thrum_status status = cli_model_load(request.model, request.quiet, &model, NULL, &error);
   if (status >= 0)
-    status = cli_embed(model, request.model, request.surface, request.scale, &embed, &error);
+    status = cli_embed(model, request.model, request.surface, request.scale, request.quiet, &embed,
+                       &error);
   thrum_interrupt_clean("\nthrum: stopped; the file being written was removed\n");
   if (status >= 0)
     status = thrum_embed_save(request.output, &embed.embedding, &error);

@@ -20,14 +20,34 @@ static char *make_meta(const char *model_name, const char *path, double scale) {
   return text;
 }
 
+/* A bar for what takes longer than people like to wait. */
+#define PATIENCE 0.5
+
+typedef struct embed_progress {
+  cli_progress bar;
+  double began;
+} embed_progress;
+
+static void tell(void *context, double fraction) {
+  embed_progress *progress = context;
+  if (cli_seconds() - progress->began > PATIENCE)
+    cli_progress_update(&progress->bar, "embedding", fraction);
+}
+
 thrum_status cli_embed(const thrum_model *model, const char *model_name, const char *path,
-                       double scale, thrum_embed *embed, thrum_error *error) {
+                       double scale, bool quiet, thrum_embed *embed, thrum_error *error) {
   thrum_surface_mesh surface = {0};
   thrum_status status = thrum_surface_mesh_read(path, scale, &surface, error);
   if (status < 0)
     return status;
   char *meta = make_meta(model_name, path, scale);
-  status = thrum_embed_make(model, &surface, meta, embed, error);
+  embed_progress progress = {cli_progress_make(quiet), cli_seconds()};
+  const thrum_embed_watch watch = {tell, &progress};
+  status = thrum_embed_make(model, &surface, meta, &watch, embed, error);
+  if (status >= 0)
+    cli_progress_done(&progress.bar);
+  else
+    cli_progress_abandon(&progress.bar);
   free(meta);
   thrum_surface_mesh_free(&surface);
   return status;

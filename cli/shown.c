@@ -95,7 +95,7 @@ thrum_status cli_shown_make(const thrum_model *model, const char *surface, cli_s
   thrum_status status;
   if (thrum_surface_mesh_is_named(surface)) {
     thrum_embed embed = {0};
-    status = cli_embed(model, "", surface, 1, &embed, error);
+    status = cli_embed(model, "", surface, 1, true, &embed, error);
     if (status >= 0)
       cli_warn_embedded(&embed.report, surface);
     if (status >= 0)

@@ -27,12 +27,20 @@ typedef struct thrum_embed {
   thrum_embed_report report;
 } thrum_embed;
 
+/* Who is told how far the work is, 0 to 1, now and then. */
+typedef struct thrum_embed_watch {
+  void (*tell)(void *context, double fraction);
+  void *context;
+} thrum_embed_watch;
+
 /* Binds each vertex of the surface to the tetrahedron of the model that it lies in, or else to the
  * nearest, whose affine map it follows; makes its rows. Needs a model with a mesh and a basis
- * (THRUM_MISSING). `meta` is JSON text, copied; NULL: none. thrum_embed_free frees. Cost: a tree of
- * the tetrahedra, then for each vertex about log n and 12 operations a coordinate. */
+ * (THRUM_MISSING). `meta` is JSON text, copied; NULL: none. `watch` may be NULL. thrum_embed_free
+ * frees. Cost: a tree of the tetrahedra, then for each vertex about log n and 12 operations a
+ * coordinate. */
 thrum_status thrum_embed_make(const thrum_model *model, const thrum_surface_mesh *surface,
-                              const char *meta, thrum_embed *embed, thrum_error *error);
+                              const char *meta, const thrum_embed_watch *watch, thrum_embed *embed,
+                              thrum_error *error);
 void thrum_embed_free(thrum_embed *embed);
 
 /* Writes the surface file. */

@@ -44,7 +44,7 @@ static thrum_surface_mesh cloud(int64_t count, double size) {
 static thrum_embed embed(const thrum_model *model, const thrum_surface_mesh *surface) {
   thrum_embed made = {0};
   thrum_error error = {0};
-  if (thrum_embed_make(model, surface, "{\"a\":1}", &made, &error) < 0)
+  if (thrum_embed_make(model, surface, "{\"a\":1}", NULL, &made, &error) < 0)
     fail_msg("%s", error.message);
   return made;
 }
@@ -139,6 +139,40 @@ static void the_tetrahedron_found_is_the_nearest(void **state) {
   body_free(&b);
 }
 
+/* A surface drawn by hand over tetrahedra of a real bridge: all of it is found near them, and each
+ * vertex is made by its weights. */
+static void a_real_surface_lies_about_its_mesh(void **state) {
+  (void)state;
+  char path[2][512];
+  snprintf(path[0], sizeof path[0], "%s/simpleBridge.veg", THRUM_DATA);
+  snprintf(path[1], sizeof path[1], "%s/simpleBridge.obj", THRUM_DATA);
+  if (!*THRUM_DATA || access(path[0], R_OK) != 0 || access(path[1], R_OK) != 0)
+    skip();
+  body b = body_make(path[0], NULL);
+  thrum_surface_mesh surface = {0};
+  thrum_tet_tree *tree = NULL;
+  assert_int_equal(thrum_surface_mesh_read(path[1], 1, &surface, NULL), THRUM_OK);
+  assert_int_equal(thrum_tet_tree_make(b.mesh.vertices, b.mesh.tets, b.mesh.tet_count, &tree, NULL),
+                   THRUM_OK);
+  int64_t outside = 0;
+  for (int64_t v = 0; v < surface.vertex_count; v++) {
+    const thrum_tet_place place = thrum_tet_tree_find(tree, surface.vertices + 3 * v);
+    outside += place.distance > 1e-6;
+    assert_true(place.distance < 0.0025 * 20.3);
+    for (int axis = 0; axis < 3; axis++) {
+      double sum = 0;
+      for (int c = 0; c < 4; c++)
+        sum += place.weights[c] *
+               b.mesh.vertices[3 * (int64_t)b.mesh.tets[4 * (int64_t)place.tet + c] + axis];
+      assert_true(fabs(sum - surface.vertices[3 * v + axis]) < 1e-13);
+    }
+  }
+  assert_in_range(outside, 1, surface.vertex_count / 100);
+  thrum_tet_tree_free(tree);
+  thrum_surface_mesh_free(&surface);
+  body_free(&b);
+}
+
 /* Distance to a triangle against the least over a fine grid of its points. */
 static void the_distance_to_a_triangle_is_the_least(void **state) {
   (void)state;
@@ -211,10 +245,11 @@ static void what_lies_outside_is_counted_and_measured(void **state) {
   thrum_model lean = model.model;
   lean.basis = NULL;
   surface = cloud(4, 1);
-  assert_int_equal(thrum_embed_make(&lean, &surface, NULL, &made, NULL), THRUM_MISSING);
+  assert_int_equal(thrum_embed_make(&lean, &surface, NULL, NULL, &made, NULL), THRUM_MISSING);
   surface.vertices[4] = 1e200;
   thrum_error error = {0};
-  assert_int_equal(thrum_embed_make(&model.model, &surface, NULL, &made, &error), THRUM_BAD_VALUE);
+  assert_int_equal(thrum_embed_make(&model.model, &surface, NULL, NULL, &made, &error),
+                   THRUM_BAD_VALUE);
   assert_non_null(strstr(error.message, "vertex 2 of the surface is too far"));
   thrum_surface_mesh_free(&surface);
   thrum_precomputed_free(&model);
@@ -439,6 +474,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(an_affine_map_of_the_mesh_carries_the_surface_along),
       cmocka_unit_test(the_tetrahedron_found_is_the_nearest),
+      cmocka_unit_test(a_real_surface_lies_about_its_mesh),
       cmocka_unit_test(the_distance_to_a_triangle_is_the_least),
       cmocka_unit_test(a_vertex_of_the_mesh_has_just_its_own_rows),
       cmocka_unit_test(what_lies_outside_is_counted_and_measured),

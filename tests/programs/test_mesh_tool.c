@@ -136,6 +136,39 @@ static void a_surface_is_filled(void **state) {
     }
 }
 
+/* An .stl in millimetres, whose corners come once for each facet. */
+static void an_stl_is_joined_scaled_and_filled(void **state) {
+  (void)state;
+  static const int faces[6][4] = {{0, 1, 3, 2}, {4, 6, 7, 5}, {0, 4, 5, 1},
+                                  {2, 3, 7, 6}, {0, 2, 6, 4}, {1, 5, 7, 3}};
+  char text[4096] = "solid cube\n";
+  for (int f = 0; f < 12; f++) {
+    strcat(text, "facet normal 0 0 0\nouter loop\n");
+    for (int c = 0; c < 3; c++) {
+      const int corner = faces[f / 2][c == 0 ? 0 : c + f % 2];
+      snprintf(text + strlen(text), 64, "vertex %d %d %d\n", corner / 4 * 1000,
+               corner / 2 % 2 * 1000, corner % 2 * 1000);
+    }
+    strcat(text, "endloop\nendfacet\n");
+  }
+  strcat(text, "endsolid cube\n");
+  write_text("cube.stl", text);
+  static const char *const names[] = {"gmsh", "tetgen"};
+  assert_int_equal(setenv("PATH", path_before, 1), 0);
+  for (int tool = 0; tool < 2; tool++) {
+    if (!*tools[tool])
+      continue;
+    cli_result run = thrum_run(folder, "mesh", "cube.stl", "-o", "stl.msh", "--scale", "0.001",
+                               "--tool", names[tool], "--json", "-q", NULL);
+    cJSON *object = cli_json_line(run.out);
+    if (object == NULL)
+      fail_msg("%s", run.err);
+    assert_true(fabs(cli_json_get(object, "volume_m3") - 1) < 1e-12);
+    cJSON_Delete(object);
+    cli_result_free(&run);
+  }
+}
+
 static void several_parts_are_for_tetgen(void **state) {
   (void)state;
   assert_int_equal(setenv("PATH", path_before, 1), 0);
@@ -342,6 +375,7 @@ int main(int argc, char **argv) {
     tools[n] = n + 1 < argc ? argv[n + 1] : "";
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_surface_is_filled),
+      cmocka_unit_test(an_stl_is_joined_scaled_and_filled),
       cmocka_unit_test(several_parts_are_for_tetgen),
       cmocka_unit_test(triangles_that_cross_are_found),
       cmocka_unit_test(a_missing_tool_is_named_with_its_package),
