@@ -9,13 +9,12 @@
 
 #define ALIGNMENT 64
 
-static thrum_status out_of_memory(thrum_error *error) {
+thrum_status scene_run_no_memory(thrum_error *error) {
   return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the scene");
 }
 
-/* A message of the engine about one key. */
-static thrum_status refuse(const scene_run *run, const cli_record *at, const char *key,
-                           thrum_status status, const thrum_error *detail) {
+thrum_status scene_run_refuse(const scene_run *run, const cli_record *at, const char *key,
+                              thrum_status status, const thrum_error *detail) {
   return cli_record_refuse(&run->spec.file, at, key, status, "%s",
                            detail->message[0] != 0 ? detail->message : thrum_status_text(status));
 }
@@ -39,7 +38,8 @@ static thrum_status add_load(scene_run *run, int32_t n, const cli_load *load, th
         cli_target_find(body->model, &load->target, &given.vertices, &given.count, &one, error);
   } else if (given.kind == THRUM_SCENE_FIELD) {
     field = calloc(3 * (size_t)body->model->vertex_count + 1, sizeof *field);
-    status = field != NULL ? cli_load_fill(body->model, load, field, error) : out_of_memory(error);
+    status =
+        field != NULL ? cli_load_fill(body->model, load, field, error) : scene_run_no_memory(error);
     // a traction acts on the area of the scaled body
     const double area = body->spec->scale * body->spec->scale;
     for (int64_t c = 0; status >= 0 && c < 3 * body->model->vertex_count; c++)
@@ -100,7 +100,7 @@ static thrum_status scale_whole(const scene_body_run *body, void **memory,
     return status;
   *memory = aligned_alloc(ALIGNMENT, (size + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT);
   return *memory != NULL ? thrum_model_scale(*memory, size, body->model, &by, scaled, error)
-                         : out_of_memory(error);
+                         : scene_run_no_memory(error);
 }
 
 /* q and p of the start, both of the rank and zero before. */
@@ -122,7 +122,8 @@ static thrum_status make_start(scene_run *run, scene_body_run *body, double *q, 
   if (status >= 0)
     status = cli_starts_make(scaled, request->starts, request->start_count, q, p, &detail);
   free(memory);
-  return status < 0 ? refuse(run, &body->spec->settings.at, "start", status, &detail) : THRUM_OK;
+  return status < 0 ? scene_run_refuse(run, &body->spec->settings.at, "start", status, &detail)
+                    : THRUM_OK;
 }
 
 /* --- bodies ------------------------------------------------------------------------------------
@@ -154,7 +155,7 @@ static thrum_status make_request(scene_run *run, scene_body_run *body, thrum_err
       .quiet = true,
   };
   request->def.dt = run->dt;
-  return request->loads != NULL && request->starts != NULL ? THRUM_OK : out_of_memory(error);
+  return request->loads != NULL && request->starts != NULL ? THRUM_OK : scene_run_no_memory(error);
 }
 
 /* The surface where there is wind, and what may touch where there are obstacles. */
@@ -169,7 +170,7 @@ static thrum_status name_surface(scene_run *run, int32_t n, thrum_scene_body_def
     return THRUM_OK;
   thrum_status status = cli_scene_models_skin(&run->models, n, &skinned, &detail);
   if (status < 0)
-    return refuse(run, &body->spec->settings.at, "model", status, &detail);
+    return scene_run_refuse(run, &body->spec->settings.at, "model", status, &detail);
   def->triangles = skinned->corners;
   def->triangle_count = skinned->skin.triangle_count;
   def->touch_stiffness = body->spec->touch_stiffness;
@@ -182,7 +183,7 @@ static thrum_status name_surface(scene_run *run, int32_t n, thrum_scene_body_def
     if (status >= 0)
       status = cli_target_find(body->model, &target, &def->touch, &def->touch_count, one, &detail);
     if (status < 0)
-      return refuse(run, &body->spec->settings.at, "touch", status, &detail);
+      return scene_run_refuse(run, &body->spec->settings.at, "touch", status, &detail);
   }
   return THRUM_OK;
 }
@@ -195,7 +196,7 @@ static thrum_status add_body(scene_run *run, int32_t n, thrum_error *error) {
   int32_t one = 0;
   double *start = calloc(2 * rank, sizeof *start);
   if (start == NULL)
-    return out_of_memory(error);
+    return scene_run_no_memory(error);
   thrum_scene_body_def def = thrum_default_scene_body_def();
   def.name = spec->name;
   def.model = body->model;
@@ -216,7 +217,7 @@ static thrum_status add_body(scene_run *run, int32_t n, thrum_error *error) {
   if (status >= 0) {
     status = thrum_scene_add_body(run->scene, &def, NULL, &detail);
     if (status < 0)
-      refuse(run, &spec->settings.at, NULL, status, &detail);
+      scene_run_refuse(run, &spec->settings.at, NULL, status, &detail);
   }
   free(start);
   return status;
@@ -246,113 +247,24 @@ static thrum_status make_bodies(scene_run *run, thrum_error *error) {
   return status;
 }
 
-/* --- the world ---------------------------------------------------------------------------------
- */
-
-static thrum_status make_shakes(scene_run *run, thrum_error *error) {
-  const cli_texts *texts = &run->spec.shake;
-  run->shakes = calloc((size_t)texts->count + 1, sizeof *run->shakes);
-  if (run->shakes == NULL)
-    return out_of_memory(error);
-  for (int64_t n = 0; n < texts->count; n++) {
-    cli_shake *shake = &run->shakes[n];
-    thrum_error detail = {0};
-    thrum_status status = cli_shake_parse(texts->texts[n], shake, &detail);
-    if (status >= 0)
-      status = cli_shake_read(shake, &detail);
-    run->shake_count += status >= 0;
-    if (status >= 0)
-      status = shake->sine
-                   ? thrum_scene_add_shake(run->scene, shake->amplitude, &shake->course, &detail)
-                   : thrum_scene_add_shake_motion(run->scene, &shake->motion, &detail);
-    if (status < 0)
-      return cli_record_refuse_text(&run->spec.file, &run->spec.settings.at, "shake", texts, n,
-                                    "%s", detail.message);
-  }
-  return THRUM_OK;
-}
-
-static void place_obstacle(const scene_obstacle_spec *spec, thrum_obstacle *obstacle) {
-  static const double axes[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-  *obstacle = thrum_default_obstacle();
-  obstacle->shape = (thrum_obstacle_shape)spec->shape;
-  obstacle->inside = spec->inside;
-  obstacle->radius = spec->radius;
-  obstacle->stiffness = spec->stiffness;
-  obstacle->damping = spec->damping;
-  obstacle->restitution = spec->restitution;
-  obstacle->friction = spec->friction;
-  for (int row = 0; row < 3; row++) {
-    obstacle->centre[row] = spec->centre[row];
-    obstacle->normal[row] = spec->normal[row];
-    obstacle->velocity[row] = spec->velocity[row];
-    obstacle->half[row] = 0.5 * spec->size[row];
-    // a world axis in the box's axes is a row of its rotation
-    thrum_scene_to_body(spec->rotation, axes[row], obstacle->rotation + 3 * row, NULL);
-  }
-}
-
-static thrum_status make_obstacles(scene_run *run) {
-  for (int64_t n = 0; n < run->spec.obstacles.count; n++) {
-    const scene_obstacle_spec *spec = &scene_obstacles(&run->spec)[n];
-    thrum_obstacle obstacle;
-    thrum_error detail = {0};
-    place_obstacle(spec, &obstacle);
-    const thrum_status status = thrum_scene_add_obstacle(run->scene, &obstacle, NULL, &detail);
-    if (status < 0)
-      return refuse(run, &spec->at, NULL, status, &detail);
-  }
-  return THRUM_OK;
-}
-
-static thrum_status make_wind(scene_run *run) {
-  const scene_wind_spec *wind = &run->spec.wind;
-  thrum_error detail = {0};
-  if (wind->at.node == NULL)
-    return THRUM_OK;
-  const thrum_status status =
-      thrum_scene_set_wind(run->scene, wind->velocity, wind->density, wind->drag, &detail);
-  return status < 0 ? refuse(run, &wind->at, NULL, status, &detail) : THRUM_OK;
-}
-
-static thrum_status make_probes(scene_run *run) {
-  for (int64_t n = 0; n < run->spec.probes.count; n++) {
-    const scene_probe_spec *probe = &scene_probes(&run->spec)[n];
-    const int32_t body = thrum_scene_find_body(run->scene, probe->body);
-    const int32_t *vertices = NULL;
-    int64_t count = 0;
-    int32_t one = 0;
-    cli_target target;
-    thrum_error detail = {0};
-    thrum_status status = cli_target_parse(probe->target, "at", &target, &detail);
-    if (status >= 0)
-      status = cli_target_find(run->bodies[body].model, &target, &vertices, &count, &one, &detail);
-    if (status >= 0)
-      status = thrum_scene_add_probe(run->scene, probe->name, body, vertices, count, &detail);
-    if (status < 0)
-      return refuse(run, &probe->at, "at", status, &detail);
-  }
-  return THRUM_OK;
-}
-
 thrum_status scene_run_build(scene_run *run, thrum_error *error) {
   const scene_spec *spec = &run->spec;
   thrum_error detail = {0};
   run->bodies = calloc((size_t)spec->bodies.count, sizeof *run->bodies);
   if (run->bodies == NULL)
-    return out_of_memory(error);
+    return scene_run_no_memory(error);
   thrum_status status = cli_scene_models_load(spec, run->request->quiet, &run->models, error);
   if (status >= 0)
     status = thrum_scene_make(run->dt, &run->scene, error);
   if (status >= 0)
-    status = make_shakes(run, error);
+    status = scene_run_shakes(run, error);
   if (status >= 0 && thrum_scene_set_gravity(run->scene, spec->gravity, &detail) < 0)
-    return refuse(run, &spec->settings.at, "gravity", detail.status, &detail);
+    return scene_run_refuse(run, &spec->settings.at, "gravity", detail.status, &detail);
   if (status >= 0)
     status = make_bodies(run, error);
   if (status >= 0)
-    status = make_wind(run);
+    status = scene_run_wind(run);
   if (status >= 0)
-    status = make_obstacles(run);
-  return status >= 0 ? make_probes(run) : status;
+    status = scene_run_obstacles(run);
+  return status >= 0 ? scene_run_probes(run) : status;
 }

@@ -13,7 +13,7 @@ const char *scene_run_status(const scene_run *run) {
 }
 
 static double per_step(const scene_run *run, double value) {
-  const int64_t steps = thrum_scene_steps(run->scene);
+  const int64_t steps = scene_run_steps(run);
   return steps > 0 ? value / (double)steps : NAN;
 }
 
@@ -109,8 +109,8 @@ cJSON *scene_run_json(const scene_run *run) {
   cli_json_numbers(object, "gravity_m_s2", spec->gravity, 3);
   cJSON_AddItemToObject(object, "wind", wind_json(&spec->wind));
   cli_json_strings(object, "shake", spec->shake.texts, spec->shake.count);
-  cli_json_number(object, "steps", (double)thrum_scene_steps(run->scene));
-  cli_json_number(object, "simulated_s", thrum_scene_time(run->scene));
+  cli_json_number(object, "steps", (double)scene_run_steps(run));
+  cli_json_number(object, "simulated_s", (double)scene_run_steps(run) * run->dt);
   cli_json_number(object, "us_per_step", per_step(run, 1e6 * run->seconds_step));
   cli_json_number(object, "rows", (double)run->rows);
   cli_json_number(object, "frames", (double)run->frames);
@@ -129,10 +129,10 @@ cJSON *scene_run_json(const scene_run *run) {
 }
 
 void scene_run_table(const scene_run *run) {
-  const int64_t steps = thrum_scene_steps(run->scene);
+  const int64_t steps = scene_run_steps(run);
   if (run->spec.title != NULL)
     printf("scene        %s\n", run->spec.title);
-  printf("steps        %" PRId64 " (%g s)", steps, thrum_scene_time(run->scene));
+  printf("steps        %" PRId64 " (%g s)", steps, (double)scene_run_steps(run) * run->dt);
   if (steps > 0)
     printf(", %.2f us a step of all bodies", per_step(run, 1e6 * run->seconds_step));
   puts("");

@@ -18,6 +18,7 @@ static void advance(scene_run *run, int64_t target) {
     const thrum_status status = thrum_scene_step(run->scene, &run->stop);
     if (status < 0) {
       run->status = status;
+      run->failed = true;
       break;
     }
   }
@@ -73,8 +74,8 @@ static thrum_status step_all(scene_run *run, thrum_error *error) {
 
 /* Says why a run ended before its time. */
 static void note_end(scene_run *run) {
-  const int64_t steps = thrum_scene_steps(run->scene);
-  const double time = thrum_scene_time(run->scene);
+  const int64_t steps = scene_run_steps(run);
+  const double time = (double)steps * run->dt;
   const char *path = run->request->path;
   if (run->status < 0) {
     const thrum_error detail = run->stop;

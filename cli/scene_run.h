@@ -44,6 +44,7 @@ typedef struct scene_run {
   int64_t steps, rows, frames;
   double dt;
   thrum_status status; /* how the run ended */
+  bool failed;         /* the last step was made by some bodies only */
   thrum_error stop;    /* why it ended early */
   cli_run_folder folder;
   FILE *probes;
@@ -55,11 +56,27 @@ typedef struct scene_run {
 /* scene_build.c: loads the models and makes the scene. */
 thrum_status scene_run_build(scene_run *run, thrum_error *error);
 
+/* A message of the engine about one key of a record, or about the record (key NULL). */
+thrum_status scene_run_refuse(const scene_run *run, const cli_record *at, const char *key,
+                              thrum_status status, const thrum_error *detail);
+thrum_status scene_run_no_memory(thrum_error *error);
+
+/* scene_world.c: what acts on all bodies, before they are added (shakes) and after. */
+thrum_status scene_run_shakes(scene_run *run, thrum_error *error);
+thrum_status scene_run_wind(scene_run *run);
+thrum_status scene_run_obstacles(scene_run *run);
+thrum_status scene_run_probes(scene_run *run);
+
 /* scene_output.c: the files. */
 thrum_status scene_run_open(scene_run *run, thrum_error *error);
 thrum_status scene_run_record(scene_run *run, int64_t step, bool row, thrum_error *error);
 thrum_status scene_run_frame(scene_run *run, int64_t step, thrum_error *error);
 thrum_status scene_run_end(scene_run *run, thrum_error *error);
+
+/* Steps that all bodies made. */
+static inline int64_t scene_run_steps(const scene_run *run) {
+  return thrum_scene_steps(run->scene) - run->failed;
+}
 
 /* scene_report.c */
 const char *scene_run_status(const scene_run *run);

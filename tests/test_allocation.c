@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include "precompute/npz.h"
+#include "scene/scene.h"
 
 static int64_t calls;
 
@@ -158,6 +159,46 @@ static void stepping_a_crowd_and_showing_it_allocate_nothing(void **context) {
   random_model_free(&m);
 }
 
+static void stepping_a_scene_allocates_nothing(void **context) {
+  (void)context;
+  enum { VERTICES = 20 };
+  random_model m;
+  random_model_make(&m, 21, RANK, 1.0, 60.0, 0.5);
+  random_model_add_mesh(&m, 5, VERTICES);
+  const int32_t triangle[3] = {1, 2, 3};
+  const double down[3] = {0, 0, -9.81}, wind[3] = {3, 0, 0};
+  const thrum_load sway = {THRUM_LOAD_SINE, 0, INFINITY, 2};
+  const thrum_obstacle floor = thrum_default_obstacle();
+  thrum_scene *scene = NULL;
+  assert_int_equal(thrum_scene_make(0.01, &scene, NULL), THRUM_OK);
+  assert_int_equal(thrum_scene_set_gravity(scene, down, NULL), THRUM_OK);
+  assert_int_equal(thrum_scene_set_wind(scene, wind, 1.2, 1, NULL), THRUM_OK);
+  assert_int_equal(thrum_scene_add_obstacle(scene, &floor, NULL, NULL), THRUM_OK);
+  assert_int_equal(thrum_scene_add_shake(scene, wind, &sway, NULL), THRUM_OK);
+  for (int n = 0; n < 4; n++) {
+    thrum_scene_body_def def = thrum_default_scene_body_def();
+    def.model = &m.model;
+    def.scale = n == 3 ? 2 : 1;
+    def.touch = def.triangles = triangle;
+    def.touch_count = n == 1 ? 3 : 0;
+    def.triangle_count = 1;
+    assert_int_equal(thrum_scene_add_body(scene, &def, NULL, NULL), THRUM_OK);
+  }
+  assert_int_equal(thrum_scene_add_probe(scene, NULL, 0, NULL, 0, NULL), THRUM_OK);
+  assert_int_equal(thrum_scene_pull_start(scene, 2, 5, wind, 10, -1, NULL, NULL), THRUM_OK);
+  thrum_scene_energies energies;
+  double x[3], v[3];
+  const int64_t before = calls;
+  for (int k = 0; k < 100; k++) {
+    assert_true(thrum_scene_step(scene, NULL) >= 0);
+    assert_int_equal(thrum_scene_probe(scene, 0, x, v, NULL), THRUM_OK);
+    assert_int_equal(thrum_scene_body_energies(scene, k % 4, &energies, NULL), THRUM_OK);
+  }
+  assert_int_equal(calls, before);
+  thrum_scene_free(scene);
+  random_model_free(&m);
+}
+
 /* The counter sees the library: loading a model is documented to take a block. */
 static void the_counter_sees_an_allocation_inside_the_library(void **context) {
   (void)context;
@@ -184,6 +225,7 @@ int main(void) {
       cmocka_unit_test(no_call_of_a_running_simulation_allocates),
       cmocka_unit_test(planning_and_laying_out_a_state_allocate_nothing),
       cmocka_unit_test(stepping_a_crowd_and_showing_it_allocate_nothing),
+      cmocka_unit_test(stepping_a_scene_allocates_nothing),
       cmocka_unit_test(the_counter_sees_an_allocation_inside_the_library),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -176,7 +176,8 @@ static void a_mistake_is_named_by_file_line_and_path(void **state) {
       {"{\"bodies\": {}}", "scene.json:1: bodies: wants a list of objects in [ ], not an object"},
       {"{\"bodies\": [3]}", "scene.json:1: bodies[0]: wants an object"},
       {"{\"bodies\": [{}]}", "scene.json:1: bodies[0]: the key \"model\" is missing"},
-      {"{\n\"bodys\": []}", "scene.json:2: the file has no key \"bodys\"; did you mean \"bodies\"?"},
+      {"{\n\"bodys\": []}",
+       "scene.json:2: the file has no key \"bodys\"; did you mean \"bodies\"?"},
       {"{\"bodies\": [" BODY ",\n\"rnak\": 3}]}",
        "scene.json:2: bodies[0] has no key \"rnak\"; did you mean \"rank\"?"},
       {"{\"bodies\": [" BODY ",\n\n\"rank\": 40}]}",
@@ -318,6 +319,27 @@ static void frames_stand_where_the_bodies_are(void **state) {
   free(energies);
 }
 
+static void a_body_that_cannot_be_stepped_ends_the_run_and_flags_it(void **state) {
+  (void)state;
+  char path[200];
+  cJSON *object = simulate("{\"time\": 3, \"bodies\": [" BODY ", \"integrator\": \"newmark\",\n"
+                           "\"ladder\": false, \"iterations\": 1, \"tolerance\": 1e-12,\n"
+                           "\"loads\": \"constant:0,0,-1e5@tip,from=0.03\"},\n"
+                           "{\"name\": \"calm\", \"model\": \"beam.npz\"}]}",
+                           "failed", 3);
+  assert_string_equal(cJSON_GetStringValue(cJSON_GetObjectItem(object, "status")), "not_converged");
+  const double steps = cli_json_get(object, "steps");
+  assert_true(steps >= 10 && steps < 1000);
+  cJSON_Delete(object);
+  int64_t rows = 0, others = 0;
+  energy_row *first = read_energies(in_folder("failed/a/energy.csv", path), &rows);
+  energy_row *second = read_energies(in_folder("failed/calm/energy.csv", path), &others);
+  assert_true(first != NULL && second != NULL);
+  assert_true(rows == (int64_t)steps + 1 && others == rows);
+  free(first);
+  free(second);
+}
+
 /* Is each key of an object of the schema in the document? */
 static void check_documented(const cJSON *schema, const char *document) {
   const cJSON *properties = cJSON_GetObjectItem(schema, "properties"), *key;
@@ -376,6 +398,7 @@ int main(void) {
       cmocka_unit_test(options_of_one_body_are_refused),
       cmocka_unit_test(an_earlier_run_is_replaced_and_other_files_stay),
       cmocka_unit_test(frames_stand_where_the_bodies_are),
+      cmocka_unit_test(a_body_that_cannot_be_stepped_ends_the_run_and_flags_it),
       cmocka_unit_test(the_schema_is_committed_and_every_key_is_documented),
       cmocka_unit_test(the_scenes_that_come_with_thrum_run),
   };
