@@ -1,8 +1,10 @@
-/* Running Gmsh and TetGen on a surface; see mesh_tool.h. The commands:
- *   gmsh -3 surface.geo      Merge the triangles as one surface, a volume in it; HXT without a
- * size, else Delaunay, as HXT of Gmsh 4.8 fails at sizes below the surface's tetgen -pYq1.3/12[aV]
- * facets as they are (Y), radius-edge ratio, dihedral angle, volume SPDX-License-Identifier:
- * Apache-2.0 */
+/* Running Gmsh and TetGen on a surface; see mesh_tool.h. Gmsh gets the triangles as one surface
+ * with a volume in it, and takes HXT; with a size, or where that fails, Delaunay, as HXT of
+ * Gmsh 4.8 breaks down at sizes below the surface's. TetGen takes -pYq1.3/12: facets as they are
+ * (Y), bounds on the radius-edge ratio and the dihedral angles, and with a size one on the volume
+ * (a).
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "cli/mesh_tool.h"
 
 #include <inttypes.h>
@@ -61,8 +63,8 @@ static thrum_status run(cli_workshop *workshop, const char *const *words, cli_wo
 }
 
 static thrum_status run_gmsh(cli_workshop *workshop, const cli_mesh_job *job,
-                             const thrum_surface_mesh *surface, cli_workshop_end *end,
-                             thrum_error *error) {
+                             const thrum_surface_mesh *surface, int algorithm,
+                             cli_workshop_end *end, thrum_error *error) {
   static const char *const words[] = {"gmsh",  "-3", "-nopopup", "-save_all",   "-format",
                                       "msh41", "-o", "mesh.msh", "surface.geo", NULL};
   char path[CLI_WORKSHOP_PATH_MAX], script[400];
@@ -70,7 +72,7 @@ static thrum_status run_gmsh(cli_workshop *workshop, const cli_mesh_job *job,
   int length = snprintf(script, sizeof script,
                         "Merge \"surface.msh\";\nSurface Loop(1) = {1};\nVolume(1) = {1};\n"
                         "Mesh.Algorithm3D = %d;\n",
-                        job->size > 0 ? 1 : 10);
+                        algorithm);
   if (job->size > 0)
     length += snprintf(script + length, sizeof script - (size_t)length,
                        "Mesh.CharacteristicLengthMax = %.17g;\n", job->size);
@@ -143,21 +145,21 @@ static bool find_crossing(cli_workshop *workshop, const cli_mesh_job *job,
   return found;
 }
 
-/* The line of the log that says most: the first that begins with Error, else the last. */
+/* The line of the log that says most: the first Error that names a place, else the first, else the
+ * last line. */
 static void pick_line(const char *log, char line[160]) {
-  const char *chosen = "";
-  size_t length = 0;
-  bool error = false;
-  while (*log != 0 && !error) {
+  int best = -1;
+  line[0] = 0;
+  while (*log != 0) {
     const size_t width = strcspn(log, "\n");
-    error = strncmp(log, "Error", 5) == 0;
-    if (width > 0) {
-      chosen = log;
-      length = width;
+    const bool error = strncmp(log, "Error", 5) == 0;
+    const int rank = !error ? 0 : memchr(log, '(', width) == NULL ? 1 : 2;
+    if (width > 0 && (rank > best || (rank == 0 && best == 0))) {
+      best = rank;
+      snprintf(line, 160, "%.*s", width < 159 ? (int)width : 159, log);
     }
     log += width + (log[width] == '\n');
   }
-  snprintf(line, 160, "%.*s", length < 159 ? (int)length : 159, chosen);
   cli_one_line(line);
 }
 
@@ -191,26 +193,40 @@ static void show_log(const cli_workshop *workshop) {
   free(log);
 }
 
+/* Runs the tool once, and reads what it made: *made says whether it is a mesh. */
+static thrum_status try_once(cli_workshop *workshop, const cli_mesh_job *job,
+                             const thrum_surface_mesh *surface, int algorithm,
+                             cli_workshop_end *end, thrum_error *reason, thrum_mesh *mesh,
+                             bool *made, thrum_error *error) {
+  char path[CLI_WORKSHOP_PATH_MAX];
+  const bool gmsh = job->tool == CLI_TOOL_GMSH;
+  const thrum_status status = gmsh ? run_gmsh(workshop, job, surface, algorithm, end, error)
+                                   : run_tetgen(workshop, job, surface, false, end, error);
+  if (job->verbose)
+    show_log(workshop);
+  cli_workshop_path(workshop, gmsh ? "mesh.msh" : "surface.1.ele", path);
+  // Gmsh may leave half a mesh behind and say so by its exit code
+  *made = status >= 0 && end->code == 0 && thrum_mesh_read(path, 1, mesh, reason) >= 0;
+  return status;
+}
+
 thrum_status cli_mesh_tool_run(const cli_mesh_job *job, const thrum_surface_mesh *surface,
                                thrum_mesh *mesh, thrum_error *error) {
+  // of Gmsh: HXT, where it can be, then Delaunay, which fails less and says more
+  enum { DELAUNAY = 1, HXT = 10 };
   cli_workshop workshop;
   cli_workshop_end end = {0};
-  char path[CLI_WORKSHOP_PATH_MAX];
   thrum_error reason = {0};
+  bool made = false;
   thrum_status status = cli_workshop_open(&workshop, error);
   if (status < 0)
     return status;
-  const bool gmsh = job->tool == CLI_TOOL_GMSH;
-  status = gmsh ? run_gmsh(&workshop, job, surface, &end, error)
-                : run_tetgen(&workshop, job, surface, false, &end, error);
-  if (job->verbose)
-    show_log(&workshop);
-  if (status >= 0) {
-    cli_workshop_path(&workshop, gmsh ? "mesh.msh" : "surface.1.ele", path);
-    // Gmsh may leave half a mesh behind and say so by its exit code
-    if (end.code != 0 || thrum_mesh_read(path, 1, mesh, &reason) < 0)
-      status = refuse(&workshop, job, surface, &end, &reason, error);
-  }
+  if (job->tool == CLI_TOOL_GMSH && !(job->size > 0))
+    status = try_once(&workshop, job, surface, HXT, &end, &reason, mesh, &made, error);
+  if (status >= 0 && !made)
+    status = try_once(&workshop, job, surface, DELAUNAY, &end, &reason, mesh, &made, error);
+  if (status >= 0 && !made)
+    status = refuse(&workshop, job, surface, &end, &reason, error);
   cli_workshop_close(&workshop);
   return status;
 }

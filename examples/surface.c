@@ -9,17 +9,6 @@
 
 enum { STRIDE = 8 }; // floats a vertex: three of position, three of normal, two left for a texture
 
-/* Stands for a renderer: says where the lowest vertex is and where its normal points. */
-static void draw(const float *buffer, int64_t count, double time) {
-  const float *low = buffer;
-  for (int64_t v = 1; v < count; v++)
-    if (buffer[v * STRIDE + 2] < low[2])
-      low = buffer + v * STRIDE;
-  printf("%.3f s: lowest at (%+.4f, %+.4f, %+.4f) m, normal (%+.3f, %+.3f, %+.3f)\n", time,
-         (double)low[0], (double)low[1], (double)low[2], (double)low[3], (double)low[4],
-         (double)low[5]);
-}
-
 int main(int argc, char **argv) {
   static double force[THRUM_RANK_MAX], q[THRUM_RANK_MAX];
   const double push[3] = {0, 0, -40}; // [N]
@@ -38,25 +27,28 @@ int main(int argc, char **argv) {
       thrum_state_size(model, &def, &size, &error) < 0)
     return fprintf(stderr, "usage: surface MODEL.npz SURFACE.npz %s\n", error.message), 1;
   const int64_t count = thrum_surface_vertex_count(surface);
-  float *buffer = calloc((size_t)count, STRIDE * sizeof *buffer);
+  float *buffer = calloc((size_t)count * STRIDE, sizeof *buffer);
   void *memory = aligned_alloc(64, (size + 63) / 64 * 64);
   if (buffer == NULL || memory == NULL ||
       thrum_state_init(memory, size, model, &def, &state, &error) < 0 ||
       thrum_force_add_shared(model, tip, tip_count, push, force, &error) < 0)
     return fprintf(stderr, "surface: %s\n", error.message), 1;
-  for (int step = 1; step <= 240; step++) {
-    thrum_state_set_force(model, state, step <= 10 ? force : NULL, NULL);
-    if (thrum_step(model, state, &error) < 0)
-      return fprintf(stderr, "surface: step %d: %s\n", step, error.message), 1;
-    if (step % 4 != 0)
-      continue;
+  for (int frame = 1; frame <= 60; frame++) {
+    thrum_state_set_force(model, state, frame <= 3 ? force : NULL, NULL);
+    for (int step = 0; step < 4; step++)
+      if (thrum_step(model, state, &error) < 0)
+        return fprintf(stderr, "surface: frame %d: %s\n", frame, error.message), 1;
     if (thrum_state_get(model, state, q, NULL, &error) < 0 ||
         thrum_surface_positions(surface, THRUM_SURFACE_POSITIONS, q, 0, count, buffer, STRIDE,
                                 &error) < 0 ||
         thrum_surface_normals(surface, buffer, STRIDE, buffer + 3, STRIDE, &error) < 0)
-      return fprintf(stderr, "surface: %s\n", error.message), 1;
-    if (step % 40 == 0)
-      draw(buffer, count, step * def.dt);
+      return fprintf(stderr, "surface: frame %d: %s\n", frame, error.message), 1;
+    const float *last = buffer + (count - 1) * STRIDE; // here a renderer would draw the buffer
+    if (frame % 10 == 0)
+      printf("frame %d: the last vertex is at (%+.4f, %+.4f, %+.4f) m, its normal (%+.2f, %+.2f, "
+             "%+.2f)\n",
+             frame, (double)last[0], (double)last[1], (double)last[2], (double)last[3],
+             (double)last[4], (double)last[5]);
   }
   free(buffer);
   free(memory);
