@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 import { displacedPositions } from './readback.js';
 
+const STEPS_A_SAMPLE = 8;
+
 /** @param {Promise<object>} starting the App */
 export function hooks(starting) {
   const thrum = { ready: starting.then(() => true) };
@@ -40,7 +42,10 @@ export function hooks(starting) {
       reset: () => app.reset(),
       /** Steps `count` times without drawing; false: one failed. */
       step(count) {
-        for (let i = 0; i < count; i++) if (!app.step()) return false;
+        for (let i = 0; i < count; i++) {
+          if (!app.step()) return false;
+          if (i % STEPS_A_SAMPLE === 0) app.sample();
+        }
         return true;
       },
       /** Hands q to the GPU `count` times, and waits until it has it. */

@@ -61,7 +61,7 @@ class App {
   fit() {
     const { stage } = this.world;
     const wide = innerWidth > 720 && !find('panel').hidden;
-    stage.leaveRoom(wide ? find('panel').offsetWidth + 12 : 0, find('energy').offsetHeight * 0.8);
+    stage.leaveRoom(wide ? find('panel').offsetWidth + 12 : 0, find('energy').offsetHeight);
     stage.resize();
   }
 
@@ -176,12 +176,17 @@ class App {
     this.report();
   }
 
+  /** The energies as they are now, for the plot; a body that failed may have none. */
+  sample() {
+    if (this.trouble !== null) return;
+    this.guard(() => this.plot.add(this.world.engine.time, this.energies()));
+  }
+
   // what the page says, at half the rate of the frames
   report() {
     this.frames = (this.frames ?? 0) + 1;
     const { world, clock } = this;
-    // a body that failed may have no energies either
-    if (this.trouble === null) this.guard(() => this.plot.add(world.engine.time, this.energies()));
+    this.sample();
     if (this.frames % 2 === 0) return;
     this.plot.draw();
     this.panel.showSplit();

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 const SPAN = 8; // seconds of simulated time in the plot
+const EDGE = 16; // room for the least and the largest value [px]
 const SAMPLES_MAX = 4000;
 
 /** Sizes a canvas to its place on the page, in device pixels.
@@ -22,7 +23,7 @@ function prepare(canvas) {
 /** A number for a person: three digits and the unit. @param {number} value */
 export function joules(value) {
   const size = Math.abs(value);
-  if (size >= 1e4) return `${(value / 1e3).toPrecision(3)} kJ`;
+  if (size >= 1e3) return `${(value / 1e3).toPrecision(3)} kJ`;
   if (size >= 1 || size === 0) return `${value.toPrecision(3)} J`;
   return size >= 1e-3 ? `${(value * 1e3).toPrecision(3)} mJ` : `${value.toExponential(1)} J`;
 }
@@ -64,7 +65,7 @@ export class EnergyPlot {
     const range = top - bottom || 1;
     const start = Math.max(0, last.time - SPAN);
     const x = (time) => (width * (time - start)) / SPAN;
-    const y = (value) => 3 + (height - 6) * (1 - (value - bottom) / range);
+    const y = (value) => EDGE + (height - 2 * EDGE) * (1 - (value - bottom) / range);
     pen.strokeStyle = '#d5dde5';
     pen.lineWidth = 1;
     pen.strokeRect(0.5, 0.5, width - 1, height - 1);
@@ -74,6 +75,10 @@ export class EnergyPlot {
       pen.strokeStyle = colour;
       line(pen, this.samples.map((sample) => [x(sample.time), y(sample.values[n])]));
     });
+    pen.fillStyle = '#5b6b7b';
+    pen.font = '11px system-ui, sans-serif';
+    pen.fillText(joules(top), 5, 12);
+    if (bottom < 0) pen.fillText(joules(bottom), 5, height - 4);
     [...this.legend.querySelectorAll('b')].forEach((entry, n) => {
       entry.textContent = joules(last.values[n]);
     });

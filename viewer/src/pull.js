@@ -24,6 +24,7 @@ export function pullWithPointers(world, guard) {
   }
 
   function press(event) {
+    document.getElementById('hint').hidden = true;
     if (event.button !== 0) return;
     const ray = stage.ray(event.clientX, event.clientY);
     const pick = engine.pick(ray.origin.toArray(), ray.direction.toArray());

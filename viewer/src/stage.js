@@ -120,9 +120,9 @@ export class Stage {
 }
 
 /** A plane with lines every `cell` metres, facing along `normal`. */
-function ground(point, normal, size) {
+function ground(point, normal, size, colour = 0xeef2f6) {
   const cell = 10 ** Math.round(Math.log10(size / 4));
-  const material = new THREE.MeshStandardMaterial({ color: 0xeef2f6, roughness: 1 });
+  const material = new THREE.MeshStandardMaterial({ color: colour, roughness: 1 });
   material.onBeforeCompile = (shader) => {
     shader.uniforms.cell = { value: cell };
     shader.vertexShader = shader.vertexShader
@@ -160,10 +160,14 @@ function shapeOfObstacle(obstacle, size) {
   const geometry = obstacle.kind === 'sphere'
     ? new THREE.SphereGeometry(obstacle.radius, 48, 32)
     : new THREE.BoxGeometry(...obstacle.size);
-  const mesh = new THREE.Mesh(geometry,
-    new THREE.MeshStandardMaterial({ color: 0x9fb0c0, roughness: 0.8 }));
+  // one looks into a room through its near walls
+  const mesh = new THREE.Mesh(geometry, new THREE.MeshStandardMaterial({
+    color: obstacle.colour ?? 0x9fb0c0, roughness: 0.8,
+    side: obstacle.inside ? THREE.BackSide : THREE.FrontSide,
+  }));
   mesh.position.copy(vector(obstacle.centre));
   if (obstacle.rotation) mesh.quaternion.set(...obstacle.rotation);
-  mesh.castShadow = mesh.receiveShadow = true;
+  mesh.castShadow = !obstacle.inside;
+  mesh.receiveShadow = true;
   return mesh;
 }

@@ -147,8 +147,8 @@ export class World {
       mesh.matrix.fromArray(this.engine.matrix(n));
       mesh.matrixWorldNeedsUpdate = true;
     });
-    this.shown.obstacles.forEach((obstacle, n) => {
-      if (obstacle.velocity) this.stage.moveObstacle(n, this.engine.obstacleCentre(n));
+    this.shown.obstacles.forEach(({ velocity }, n) => {
+      if (velocity?.some((v) => v !== 0)) this.stage.moveObstacle(n, this.engine.obstacleCentre(n));
     });
   }
 

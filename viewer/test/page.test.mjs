@@ -37,11 +37,17 @@ const slide = (id, place) => page.evaluate(([name, at]) => {
 /** The vertex whose x is nearest to `x` among those that a pointer reaches, and where it does. */
 const reach = (along, of = page) => of.evaluate((wanted) => {
   const { thrum } = window;
-  const all = Array.from({ length: thrum.vertexCount(0) }, (_, v) => ({ v, ...thrum.project(0, v) }));
-  const seen = all.filter(({ v, x, y }) => {
-    const pick = thrum.pick(x, y);
-    return pick?.vertex === v && pick.body === 0 && document.elementFromPoint(x, y)?.id === 'view';
+  const all = Array.from({ length: thrum.vertexCount(0) }, (_, v) => {
+    const { x, y } = thrum.project(0, v);
+    return { v, x: Math.round(x), y: Math.round(y) };
   });
+  // within a pixel of it too, for a browser may round
+  const around = [[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]];
+  const seen = all.filter(({ v, x, y }) => document.elementFromPoint(x, y)?.id === 'view' &&
+    around.every(([dx, dy]) => {
+      const pick = thrum.pick(x + dx, y + dy);
+      return pick?.vertex === v && pick.body === 0;
+    }));
   const away = ({ v }) => Math.abs(thrum.position(0, v)[0] - wanted);
   return seen.sort((a, b) => away(a) - away(b))[0];
 }, along);
