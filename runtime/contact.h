@@ -150,6 +150,9 @@ double thrum_pull_solve(thrum_contact_run *run, int64_t index);
 /* contact_rows.c: no row gives anything back, and what comes in is stopped. */
 void thrum_contact_release(thrum_contact_run *run);
 
+/* contact_guess.c: forces of rows that begin, into moved too. */
+void thrum_contact_guess(thrum_contact_run *run);
+
 /* contact_solve.c: forces of rows and pull rows; moved, and load for the state. */
 void thrum_contact_solve(thrum_contact_run *run);
 

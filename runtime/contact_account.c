@@ -1,10 +1,10 @@
 /* What contact did in a step that was made: the account that bounds its energy (docs/contact.md).
  *
  * With F the forces of the step and dx what its points really did, relative to their obstacles,
- * work = sum F dx is exact whatever was predicted. A spring's store S falls by the work along its
- * normal, is no more than phi at the end, and not negative; what else the body lost is lost. A debt
- * of one spring is paid out of the losses, and when those are gone out of the other springs: so
- * stored + lost = granted - work, and both are at least 0 as long as that is.
+ * work = sum F dx is exact whatever was predicted. The springs' stores fall by the work along their
+ * normals, are no more than phi at the end, and not negative; what else the body lost is lost. A
+ * debt of the losses is paid out of the springs: so stored + lost = granted - work, and both are at
+ * least 0 as long as that is.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #if defined(__clang__)
@@ -98,20 +98,33 @@ static double work_of_pulls(const thrum_contact_run *run) {
   return sum;
 }
 
+/* What is left in the springs after the step, all together no more than they took and each no more
+ * than phi. Points that move as one share a force in many ways and the solver finds one of them, so
+ * what one spring took another may hold. Returns the sum. */
+static double keep_stored(const thrum_contact_run *run) {
+  double taken = 0.0, room = 0.0;
+  for (int64_t n = 0; n < run->contact->row_count; n++) {
+    thrum_contact_row *row = run->view.rows + n;
+    taken += row->touch.stored - row->work;
+    // a touch that ends keeps nothing
+    row->touch.stored = thrum_contact_energy(row->stiffness, row->touch.gap);
+    room += row->touch.stored;
+  }
+  const double kept = fmin(fmax(taken, 0.0), room), share = room > 0.0 ? kept / room : 0.0;
+  double stored = 0.0;
+  for (int64_t n = 0; n < run->contact->row_count; n++) {
+    run->view.rows[n].touch.stored *= share;
+    stored += run->view.rows[n].touch.stored;
+  }
+  return stored;
+}
+
 void thrum_contact_settle(thrum_contact_run *run, const double *q) {
   thrum_contact *contact = run->contact;
   const double granted = granted_now(run), work = thrum_contact_measure(run, q);
-  double stored = 0.0;
-  for (int64_t n = 0; n < contact->row_count; n++) {
-    thrum_contact_row *row = run->view.rows + n;
-    const double most = thrum_contact_energy(row->stiffness, row->touch.gap);
-    row->touch.stored = fmin(fmax(row->touch.stored - row->work, 0.0), most);
-    // a touch that ends keeps nothing
-    if (row->touch.gap >= 0.0)
-      row->touch.stored = 0.0;
-    stored += row->touch.stored;
-    contact->driven += row->driven;
-  }
+  const double stored = keep_stored(run);
+  for (int64_t n = 0; n < contact->row_count; n++)
+    contact->driven += run->view.rows[n].driven;
   contact->flow += thrum_contact_flow(run);
   contact->granted += granted;
   contact->lost += contact->stored + granted - work - stored;

@@ -101,6 +101,7 @@ static void gather_load(thrum_contact_run *run) {
 void thrum_contact_solve(thrum_contact_run *run) {
   thrum_contact *contact = run->contact;
   const double largest = begin_sweeps(run);
+  thrum_contact_guess(run);
   for (int32_t n = 0; contact->row_count + contact->pull_count > 0 && n < contact->sweeps_max;
        n++) {
     contact->sweeps++;

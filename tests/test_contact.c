@@ -2,8 +2,9 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "contact_support.h"
 
-static double height_reached(double dt, double stiffness, double restitution) {
+static double height_reached(int points, double dt, double stiffness, double restitution) {
   rig_def def = rig_default();
+  def.points = points;
   def.dt = dt;
   def.stiffness = stiffness;
   rig r;
@@ -27,14 +28,29 @@ static void a_body_bounces_as_high_as_its_restitution_says(void **state) {
   const double stiffness[] = {1e4, 1e6, 1e9, 1e15};
   for (int n = 0; n < 4; n++) {
     // the apex lies between two steps, g h^2 / 8 below at most
-    assert_true(fabs(height_reached(0.001, stiffness[n], 1) - 1) <= 2e-6);
-    const double coarse = fabs(height_reached(0.002, stiffness[n], 0.5) - 0.25);
-    const double fine = fabs(height_reached(0.0001, stiffness[n], 0.5) - 0.25);
+    assert_true(fabs(height_reached(1, 0.001, stiffness[n], 1) - 1) <= 2e-6);
+    const double coarse = fabs(height_reached(1, 0.002, stiffness[n], 0.5) - 0.25);
+    const double fine = fabs(height_reached(1, 0.0001, stiffness[n], 0.5) - 0.25);
     print_message("k = %g: rebound off by %.2g m at 2 ms, %.2g m at 0.1 ms\n", stiffness[n], coarse,
                   fine);
     assert_true(coarse <= 0.02 && fine <= 0.001);
-    assert_true(height_reached(0.001, stiffness[n], 0) <= 1e-3);
+    assert_true(height_reached(1, 0.001, stiffness[n], 0) <= 1e-3);
   }
+}
+
+/* Points that move as one share the force of an impact in many ways; whichever the solver finds,
+ * what they took comes back. */
+static void a_body_that_lands_flat_bounces_as_one_point_does(void **state) {
+  (void)state;
+  for (double stiffness = 1e4; stiffness < 1e16; stiffness *= 100)
+    for (int n = 0; n < 3; n++) {
+      const double dt[] = {0.01, 0.002, 0.0005};
+      const double flat = height_reached(7, dt[n], stiffness, 1);
+      const double half = height_reached(7, dt[n], stiffness, 0.5);
+      print_message("k = %g, dt = %g: rebound %.9f and %.6f m\n", stiffness, dt[n], flat, half);
+      assert_true(fabs(flat - 1) <= 1e-3);
+      assert_true(fabs(half - 0.25) <= 15 * dt[n]);
+    }
 }
 
 typedef struct impact {
@@ -232,6 +248,7 @@ static void a_pulled_body_hangs_and_swings_on_its_spring(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_body_bounces_as_high_as_its_restitution_says),
+      cmocka_unit_test(a_body_that_lands_flat_bounces_as_one_point_does),
       cmocka_unit_test(an_impact_is_half_a_swing_on_the_spring),
       cmocka_unit_test(a_damped_impact_has_the_restitution_of_its_damping),
       cmocka_unit_test(a_body_slides_down_a_slope_as_coulomb_says),

@@ -95,7 +95,7 @@ typedef struct thrum_contact_def {
                               diagonal of the vertices' box; default 0 */
   int64_t touch_max;       /* points that may touch at once; 0: twice the vertices; default 0 */
   int64_t pull_max;        /* pulls of a step; default 1 */
-  int32_t sweeps_max;      /* of the solver in one step, >= 1; default 50 */
+  int32_t sweeps_max;      /* of the solver in one step, >= 1; default 20 */
   double tolerance;        /* of the solver, relative to the displacement of a step, in (0, 1e-2];
                               default 1e-4 */
 } thrum_contact_def;
