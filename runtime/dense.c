@@ -1,5 +1,6 @@
 /* Dense linear systems of the implicit steps, in place: P A = L U with row exchanges, and the
- * inverse of a symmetric matrix by the sweep operator with diagonal pivots.
+ * inverse of a symmetric matrix by the sweep operator with diagonal pivots: in their order while
+ * they are positive and not small, as where the matrix is positive definite, then the largest left.
  *
  * The matrices are 1 + h^2/4 T + h/2 D (design 5): symmetric, but T is indefinite in compression,
  * so Cholesky may fail where these do not. Cost 2/3 n^3 to factorise, 2 n^2 to solve; n^3 to
@@ -16,6 +17,8 @@
 #include <math.h>
 #include <stddef.h>
 #include <string.h>
+
+#define SMALL_PIVOT 0.015625 /* beside the diagonal entry that it was */
 
 static int32_t largest_below(const double *matrix, int32_t n, int32_t column) {
   int32_t best = column;
@@ -123,6 +126,34 @@ static void over_minus_pivot(const double *column, int32_t n, int32_t k, double 
     minus[i] = column[i] * inverse;
 }
 
+/* Sweeps pivots k and l, l < 0: none, from their columns: see `sweep`. */
+static void finish_pair(const thrum_kernel *by, double *matrix, int32_t n, int32_t k, int32_t l,
+                        const pair *p) {
+  by->rank_two(n, true, p->minus_1, p->first, p->minus_2, p->second, matrix);
+  // what the pivots' own columns become
+  const double corner = -1.0 / p->first[k], across = p->second[k];
+  for (int32_t i = 0; i < n; i++)
+    p->first[i] = p->minus_2[i] * across - p->minus_1[i];
+  p->first[k] = corner + p->minus_2[k] * across;
+  write_column(matrix, n, k, p->first);
+  if (l < 0)
+    return;
+  const double last = -1.0 / p->second[l];
+  for (int32_t i = 0; i < n; i++)
+    p->second[i] = -p->minus_2[i];
+  p->second[l] = last;
+  write_column(matrix, n, l, p->second);
+}
+
+/* The second column of a pair, as the first pivot leaves it. */
+static void read_second(const double *matrix, int32_t n, int32_t k, int32_t l, const pair *p) {
+  read_column(matrix, n, l, p->second);
+  const double factor = p->minus_1[l];
+  for (int32_t i = 0; i < n; i++)
+    p->second[i] += factor * p->first[i];
+  p->second[k] = -factor;
+}
+
 /* Sweeps pivot k, a_kk -> -1/a_kk, a_ik -> a_ik/a_kk, a_ij -> a_ij - a_ik a_jk/a_kk, and after it a
  * second one, if any is left: two at a time read the matrix half as often. False: the next pivot is
  * zero or no number. */
@@ -137,37 +168,43 @@ static bool sweep(const thrum_kernel *by, double *matrix, int32_t n, int32_t k, 
     if (l < 0)
       return false;
     p->swept[l] = 1.0;
-    read_column(matrix, n, l, p->second);
-    for (int32_t i = 0; i < n; i++)
-      p->second[i] += p->minus_1[l] * p->first[i];
-    p->second[k] = -p->minus_1[l];
+    read_second(matrix, n, k, l, p);
     over_minus_pivot(p->second, n, l, p->minus_2);
     for (int32_t i = 0; i < n; i++)
       p->diagonal[i] += p->minus_2[i] * p->second[i];
   }
-  by->rank_two(n, true, p->minus_1, p->first, p->minus_2, p->second, matrix);
-  // what the pivots' own columns become
-  const double corner = -1.0 / p->first[k], across = p->second[k];
-  for (int32_t i = 0; i < n; i++)
-    p->first[i] = p->minus_2[i] * across - p->minus_1[i];
-  p->first[k] = corner + p->minus_2[k] * across;
-  write_column(matrix, n, k, p->first);
-  if (l < 0)
-    return true;
-  const double last = -1.0 / p->second[l];
-  for (int32_t i = 0; i < n; i++)
-    p->second[i] = -p->minus_2[i];
-  p->second[l] = last;
-  write_column(matrix, n, l, p->second);
+  finish_pair(by, matrix, n, k, l, p);
   return true;
+}
+
+/* Sweeps pairs in their order while both pivots are positive and not small beside what they were;
+ * returns how many pivots are done. Needs no search. */
+static int32_t sweep_in_order(const thrum_kernel *by, double *matrix, int32_t n, const pair *p) {
+  int32_t k = 0;
+  for (int32_t i = 0; i < n; i++)
+    p->diagonal[i] = SMALL_PIVOT * matrix[(size_t)i * (size_t)n + (size_t)i];
+  for (; k + 1 < n; k += 2) {
+    read_column(matrix, n, k, p->first);
+    if (!(p->diagonal[k] > 0.0 && p->first[k] > p->diagonal[k]))
+      break;
+    over_minus_pivot(p->first, n, k, p->minus_1);
+    read_second(matrix, n, k, k + 1, p);
+    if (!(p->diagonal[k + 1] > 0.0 && p->second[k + 1] > p->diagonal[k + 1]))
+      break;
+    over_minus_pivot(p->second, n, k + 1, p->minus_2);
+    finish_pair(by, matrix, n, k, k + 1, p);
+  }
+  return k;
 }
 
 bool thrum_dense_invert(const thrum_kernel *by, double *matrix, int32_t n, double *work) {
   const pair p = {work, work + n, work + 2 * n, work + 3 * n, work + 4 * n, work + 5 * n};
-  memset(p.swept, 0, (size_t)n * sizeof *p.swept);
-  for (int32_t i = 0; i < n; i++)
+  const int32_t in_order = sweep_in_order(by, matrix, n, &p);
+  for (int32_t i = 0; i < n; i++) {
+    p.swept[i] = i < in_order ? 1.0 : 0.0;
     p.diagonal[i] = matrix[(size_t)i * (size_t)n + (size_t)i];
-  for (int32_t done = 0; done < n; done += 2) {
+  }
+  for (int32_t done = in_order; done < n; done += 2) {
     const int32_t k = largest_left(p.diagonal, n, p.swept);
     if (k < 0)
       return false;
