@@ -12,6 +12,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "small.h"
 #include "thrum/contact.h"
 
 struct thrum_contact {
@@ -32,7 +33,8 @@ struct thrum_contact {
   double stored, lost, driven, granted, pulled;     /* report [J] */
   double depth, normal;                             /* report */
   int64_t steps, redone, declined, dropped, sweeps; /* report */
-  double moved[3], force[3]; /* of the translation in the step that has begun [m], [N] */
+  double moved[3], force[3];   /* of the translation in the step that has begun [m], [N] */
+  double turned[3], torque[3]; /* of the turning [rad], [N m] */
   int32_t rank;
   int32_t sweeps_max;
   int32_t fresh; /* 1: no step yet, so what overlaps began so */
@@ -55,6 +57,7 @@ typedef struct thrum_touching {
  * gap' = gap + normal (dx - drift). */
 typedef struct thrum_contact_row {
   thrum_touching touch;
+  double lever[3];    /* of the point about the centre of mass, about halfway [m] */
   double gap;         /* at the start [m] */
   double drift[3];    /* of the obstacle over the step [m] */
   double response[9]; /* G: displacement at the end of the step under a mean force [m/N] */
@@ -75,6 +78,7 @@ typedef struct thrum_contact_row {
 /* A pull in a step. */
 typedef struct thrum_pull_row {
   double force[3];    /* [N] */
+  double lever[3];    /* as in a row [m] */
   double offset[3];   /* point less target at the start [m] */
   double velocity[3]; /* of the point less that of the target [m/s] */
   double drift[3];    /* of the target [m] */
@@ -122,6 +126,12 @@ typedef struct thrum_contact_run {
   double free[3];            /* displacement of the translation without contact and pulls [m] */
   double moved[3];           /* with them */
   double force[3];           /* on the translation, with them [N] */
+  double centre[3];          /* of mass, in the world; lever arms are from here [m] */
+  double turn_weight[9]; /* h^2/2 times the inverse of the inertia, 0 for one that does not turn */
+  double spin[3];        /* angular velocity at the start [rad/s] */
+  double free_turn[3], turned[3]; /* angle over the step, as free and moved [rad] */
+  double foreseen[3]; /* turned as the solve had it, where turned is what the torque makes */
+  double torque[3];   /* as force [N m] */
 } thrum_contact_run;
 
 /* contact_check.c: says what is wrong with what is around. */
@@ -167,18 +177,27 @@ double thrum_contact_flow(const thrum_contact_run *run);
 void thrum_contact_settle(thrum_contact_run *run, const double *q);
 
 /* contact_point.c, for the three rows of U of a point: those of point `point`; its place at rest,
- * and at the start of the step; its velocity there; its displacement where the coordinates move by
- * d and the translation by `shift`; G; and the answer of moved, and of load, to a force on it. */
+ * and at the start of the step; its lever arm there; its velocity; its displacement where the
+ * coordinates move by d and the body as a whole as free or as moved says; G; and the answer of
+ * moved, and of load, to a force on it. */
 const double *thrum_point_rows(const thrum_contact_run *run, int64_t point);
 void thrum_point_rest(const thrum_contact_run *run, const double rest[3], double x[3]);
 void thrum_point_start(const thrum_contact_run *run, const double *rows, const double rest[3],
                        double x[3]);
-void thrum_point_velocity(const thrum_contact_run *run, const double *rows, double velocity[3]);
-void thrum_point_moved(const thrum_contact_run *run, const double *rows, const double *d,
-                       const double shift[3], double out[3]);
-void thrum_point_response(const thrum_contact_run *run, const double *rows, double response[9]);
-void thrum_point_push(thrum_contact_run *run, const double *rows, const double force[3]);
-void thrum_point_load(thrum_contact_run *run, const double *rows, const double force[3]);
+void thrum_point_lever(const thrum_contact_run *run, const double x[3], double arm[3],
+                       double lever[3]);
+void thrum_point_velocity(const thrum_contact_run *run, const double *rows, const double arm[3],
+                          double velocity[3]);
+void thrum_point_free(const thrum_contact_run *run, const double *rows, const double lever[3],
+                      double out[3]);
+void thrum_point_moved(const thrum_contact_run *run, const double *rows, const double lever[3],
+                       const double *d, double out[3]);
+void thrum_point_response(const thrum_contact_run *run, const double *rows, const double lever[3],
+                          double response[9]);
+void thrum_point_push(thrum_contact_run *run, const double *rows, const double lever[3],
+                      const double force[3]);
+void thrum_point_load(thrum_contact_run *run, const double *rows, const double lever[3],
+                      const double force[3]);
 
 /* contact_point.c: how far a point is from where it was seen last, which becomes here. */
 double thrum_point_since(const double at[3], double seen[3]);
@@ -199,20 +218,5 @@ static inline double thrum_contact_energy(double stiffness, double gap) {
 int32_t thrum_obstacle_faces(const thrum_obstacle *obstacle);
 double thrum_obstacle_face_gap(const thrum_obstacle *obstacle, int32_t face, const double x[3],
                                double normal[3]);
-
-/* y = A x, y = A^T x, for 3 x 3 row-major; dot. */
-static inline double thrum_dot3(const double a[3], const double b[3]) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static inline void thrum_apply3(const double a[9], const double x[3], double y[3]) {
-  for (int i = 0; i < 3; i++)
-    y[i] = thrum_dot3(a + 3 * i, x);
-}
-
-static inline void thrum_apply3_transposed(const double a[9], const double x[3], double y[3]) {
-  for (int i = 0; i < 3; i++)
-    y[i] = a[i] * x[0] + a[3 + i] * x[1] + a[6 + i] * x[2];
-}
 
 #endif

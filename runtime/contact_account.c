@@ -20,7 +20,7 @@
 static void measure_row(const thrum_contact_run *run, thrum_contact_row *row) {
   const double *rows = thrum_point_rows(run, row->touch.point);
   double moved[3], force[3];
-  thrum_point_moved(run, rows, run->view.made, run->moved, moved);
+  thrum_point_moved(run, rows, row->lever, run->view.made, moved);
   for (int axis = 0; axis < 3; axis++) {
     force[axis] = row->touch.force * row->touch.normal[axis] + row->touch.friction[axis];
     moved[axis] -= row->drift[axis];
@@ -92,8 +92,9 @@ static void pay(thrum_contact_run *run) {
 static double work_of_pulls(const thrum_contact_run *run) {
   double sum = 0.0, moved[3];
   for (int64_t n = 0; n < run->contact->pull_count; n++) {
-    thrum_point_moved(run, thrum_pull_rows(run, n), run->view.made, run->moved, moved);
-    sum += thrum_dot3(run->view.pull_rows[n].force, moved);
+    const thrum_pull_row *row = run->view.pull_rows + n;
+    thrum_point_moved(run, thrum_pull_rows(run, n), row->lever, run->view.made, moved);
+    sum += thrum_dot3(row->force, moved);
   }
   return sum;
 }

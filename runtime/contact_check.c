@@ -36,8 +36,13 @@ static thrum_status check_motion(const thrum_around *around, thrum_error *error)
        !thrum_all_finite(translation->position, 3) || !thrum_all_finite(translation->velocity, 3)))
     return thrum_error_set(error, THRUM_BAD_VALUE,
                            "the translation is not finite, or its mass is not above 0 [kg]");
-  if (!thrum_all_finite(around->force, 3))
-    return thrum_error_set(error, THRUM_BAD_VALUE, "the force on the translation is not finite");
+  if (!thrum_all_finite(around->force, 3) || !thrum_all_finite(around->torque, 3))
+    return thrum_error_set(error, THRUM_BAD_VALUE, "the force or the torque is not finite");
+  const thrum_turning *turning = around->turning;
+  if (turning &&
+      (!thrum_all_finite(turning->centre, 3) || !thrum_all_finite(turning->inverse, 9) ||
+       !thrum_all_finite(turning->attitude, 9) || !thrum_all_finite(turning->momentum, 3)))
+    return thrum_error_set(error, THRUM_BAD_VALUE, "the turning is not finite");
   return THRUM_OK;
 }
 

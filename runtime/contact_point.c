@@ -43,17 +43,42 @@ void thrum_point_start(const thrum_contact_run *run, const double *rows, const d
     x[axis] += u[axis];
 }
 
-void thrum_point_velocity(const thrum_contact_run *run, const double *rows, double velocity[3]) {
-  gather(run, rows, run->view.p, velocity);
-  for (int axis = 0; axis < 3 && run->around->translation; axis++)
-    velocity[axis] += run->around->translation->velocity[axis];
+void thrum_point_lever(const thrum_contact_run *run, const double x[3], double arm[3],
+                       double lever[3]) {
+  for (int axis = 0; axis < 3; axis++)
+    arm[axis] = x[axis] - run->centre[axis];
+  thrum_cross3(run->free_turn, arm, lever);
+  for (int axis = 0; axis < 3; axis++)
+    lever[axis] = arm[axis] + 0.5 * lever[axis];
 }
 
-void thrum_point_moved(const thrum_contact_run *run, const double *rows, const double *d,
-                       const double shift[3], double out[3]) {
-  gather(run, rows, d, out);
+/* out += shift + turn x lever */
+static void add_whole(const double shift[3], const double turn[3], const double lever[3],
+                      double out[3]) {
+  double turned[3];
+  thrum_cross3(turn, lever, turned);
   for (int axis = 0; axis < 3; axis++)
-    out[axis] += shift[axis];
+    out[axis] += shift[axis] + turned[axis];
+}
+
+void thrum_point_velocity(const thrum_contact_run *run, const double *rows, const double arm[3],
+                          double velocity[3]) {
+  static const double zero[3] = {0.0, 0.0, 0.0};
+  const thrum_translation *translation = run->around->translation;
+  gather(run, rows, run->view.p, velocity);
+  add_whole(translation ? translation->velocity : zero, run->spin, arm, velocity);
+}
+
+void thrum_point_free(const thrum_contact_run *run, const double *rows, const double lever[3],
+                      double out[3]) {
+  gather(run, rows, run->view.free, out);
+  add_whole(run->free, run->free_turn, lever, out);
+}
+
+void thrum_point_moved(const thrum_contact_run *run, const double *rows, const double lever[3],
+                       const double *d, double out[3]) {
+  gather(run, rows, d, out);
+  add_whole(run->moved, run->turned, lever, out);
 }
 
 double thrum_point_since(const double at[3], double seen[3]) {
@@ -62,28 +87,51 @@ double thrum_point_since(const double at[3], double seen[3]) {
   return sqrt(thrum_dot3(off, off));
 }
 
-void thrum_point_push(thrum_contact_run *run, const double *rows, const double force[3]) {
+void thrum_point_push(thrum_contact_run *run, const double *rows, const double lever[3],
+                      const double force[3]) {
   const int64_t rank = run->contact->rank;
-  double own[3];
+  double own[3], torque[3], turned[3];
   thrum_apply3_transposed(run->axes, force, own);
   for (int64_t i = 0; i < rank; i++)
     run->view.moved[i] += run->view.weights[i] * (rows[i] * own[0] + rows[rank + i] * own[1] +
                                                   rows[2 * rank + i] * own[2]);
-  for (int axis = 0; axis < 3; axis++)
+  thrum_cross3(lever, force, torque);
+  thrum_apply3(run->turn_weight, torque, turned);
+  for (int axis = 0; axis < 3; axis++) {
     run->moved[axis] += run->mass_weight * force[axis];
+    run->turned[axis] += turned[axis];
+  }
 }
 
-void thrum_point_load(thrum_contact_run *run, const double *rows, const double force[3]) {
+void thrum_point_load(thrum_contact_run *run, const double *rows, const double lever[3],
+                      const double force[3]) {
   const int64_t rank = run->contact->rank;
-  double own[3];
+  double own[3], torque[3];
   thrum_apply3_transposed(run->axes, force, own);
   for (int64_t i = 0; i < rank; i++)
     run->view.load[i] += rows[i] * own[0] + rows[rank + i] * own[1] + rows[2 * rank + i] * own[2];
-  for (int axis = 0; axis < 3; axis++)
+  thrum_cross3(lever, force, torque);
+  for (int axis = 0; axis < 3; axis++) {
     run->force[axis] += force[axis];
+    run->torque[axis] += torque[axis];
+  }
 }
 
-void thrum_point_response(const thrum_contact_run *run, const double *rows, double response[9]) {
+/* response += [lever]^T turn_weight [lever], of the turning. */
+static void add_turning(const thrum_contact_run *run, const double lever[3], double response[9]) {
+  for (int axis = 0; axis < 3; axis++) {
+    const double unit[3] = {axis == 0, axis == 1, axis == 2};
+    double torque[3], turned[3], moved[3];
+    thrum_cross3(lever, unit, torque);
+    thrum_apply3(run->turn_weight, torque, turned);
+    thrum_cross3(turned, lever, moved);
+    for (int i = 0; i < 3; i++)
+      response[3 * i + axis] += moved[i];
+  }
+}
+
+void thrum_point_response(const thrum_contact_run *run, const double *rows, const double lever[3],
+                          double response[9]) {
   const int64_t rank = run->contact->rank;
   double sum[9] = {0.0}, half[9];
   for (int64_t i = 0; i < rank; i++)
@@ -99,4 +147,5 @@ void thrum_point_response(const thrum_contact_run *run, const double *rows, doub
       response[3 * a + b] = row[0] * half[b] + row[1] * half[3 + b] + row[2] * half[6 + b] +
                             (a == b ? run->mass_weight : 0.0);
     }
+  add_turning(run, lever, response);
 }

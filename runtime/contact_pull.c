@@ -50,15 +50,16 @@ static void fill_row(const thrum_contact_run *run, int64_t index) {
   const thrum_pull *pull = run->around->pulls + index;
   thrum_pull_row *row = run->view.pull_rows + index;
   const double *rows = mix_rows(run, pull, index);
-  double rest[3] = {0.0, 0.0, 0.0}, x[3];
+  double rest[3] = {0.0, 0.0, 0.0}, x[3], arm[3];
   memset(row, 0, sizeof *row);
   memcpy(row->force, run->view.pull_forces + 3 * index, sizeof row->force);
   for (int corner = 0; corner < 3; corner++)
     for (int axis = 0; axis < 3; axis++)
       rest[axis] += pull->weights[corner] * run->model->vertices[3 * pull->vertices[corner] + axis];
   thrum_point_start(run, rows, rest, x);
-  thrum_point_response(run, rows, row->response);
-  thrum_point_velocity(run, rows, row->velocity);
+  thrum_point_lever(run, x, arm, row->lever);
+  thrum_point_response(run, rows, row->lever, row->response);
+  thrum_point_velocity(run, rows, arm, row->velocity);
   for (int axis = 0; axis < 3; axis++) {
     row->offset[axis] = x[axis] - pull->target[axis];
     row->velocity[axis] -= pull->velocity[axis];
@@ -73,44 +74,26 @@ void thrum_contact_pulls(thrum_contact_run *run) {
     fill_row(run, index);
 }
 
-/* x = (1 + rate G)^-1 b, G symmetric and positive semidefinite, by elimination. */
-static void solve_shifted(const double response[9], double rate, const double b[3], double x[3]) {
-  double a[12];
-  for (int i = 0; i < 3; i++) {
-    for (int j = 0; j < 3; j++)
-      a[4 * i + j] = rate * response[3 * i + j] + (i == j ? 1.0 : 0.0);
-    a[4 * i + 3] = b[i];
-  }
-  for (int pivot = 0; pivot < 3; pivot++)
-    for (int i = pivot + 1; i < 3; i++) {
-      const double factor = a[4 * i + pivot] / a[5 * pivot];
-      for (int j = pivot; j < 4; j++)
-        a[4 * i + j] -= factor * a[4 * pivot + j];
-    }
-  for (int i = 2; i >= 0; i--) {
-    double sum = a[4 * i + 3];
-    for (int j = i + 1; j < 3; j++)
-      sum -= a[4 * i + j] * x[j];
-    x[i] = sum / a[5 * i];
-  }
-}
-
 double thrum_pull_solve(thrum_contact_run *run, int64_t index) {
   thrum_pull_row *row = run->view.pull_rows + index;
   const double *rows = thrum_pull_rows(run, index);
   double at[3], own[3], force[3], change[3], moved[3];
-  thrum_point_moved(run, rows, run->view.moved, run->moved, at);
+  thrum_point_moved(run, rows, row->lever, run->view.moved, at);
   const double off = thrum_point_since(at, row->seen);
   thrum_apply3(row->response, row->force, own);
   for (int axis = 0; axis < 3; axis++)
     at[axis] = row->bias[axis] - row->rate * (at[axis] - row->drift[axis] - own[axis]);
-  solve_shifted(row->response, row->rate, at, force);
+  double matrix[9];
+  for (int n = 0; n < 9; n++)
+    matrix[n] = row->rate * row->response[n] + (n % 4 == 0 ? 1.0 : 0.0);
+  if (!thrum_solve3(matrix, at, force))
+    return off;
   for (int axis = 0; axis < 3; axis++)
     change[axis] = force[axis] - row->force[axis];
   if (!isfinite(change[0]) || !isfinite(change[1]) || !isfinite(change[2]))
     return off;
   memcpy(row->force, force, sizeof force);
-  thrum_point_push(run, rows, change);
+  thrum_point_push(run, rows, row->lever, change);
   thrum_apply3(row->response, change, moved);
   for (int axis = 0; axis < 3; axis++)
     row->seen[axis] += moved[axis];

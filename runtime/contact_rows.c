@@ -26,6 +26,8 @@
 typedef struct moving_point {
   const double *rows; /* three rows of U */
   double start[3];    /* [m] */
+  double arm[3];      /* about the centre of mass [m] */
+  double lever[3];    /* about halfway [m] */
   double free[3];     /* displacement without contact and pulls [m] */
   double likely[3];   /* with the pulls alone [m] */
 } moving_point;
@@ -37,9 +39,10 @@ static const double *rest_of(const thrum_contact_run *run, int64_t point) {
 static moving_point point_of(const thrum_contact_run *run, int64_t point) {
   moving_point made = {.rows = thrum_point_rows(run, point)};
   thrum_point_start(run, made.rows, rest_of(run, point), made.start);
-  thrum_point_moved(run, made.rows, run->view.free, run->free, made.free);
+  thrum_point_lever(run, made.start, made.arm, made.lever);
+  thrum_point_free(run, made.rows, made.lever, made.free);
   if (run->contact->pull_count > 0)
-    thrum_point_moved(run, made.rows, run->view.moved, run->moved, made.likely);
+    thrum_point_moved(run, made.rows, made.lever, run->view.moved, made.likely);
   else
     memcpy(made.likely, made.free, sizeof made.free);
   return made;
@@ -120,7 +123,8 @@ static void fill_row(const thrum_contact_run *run, const moving_point *point,
                      thrum_contact_row *row) {
   const double h = run->dt, area = run->view.areas[row->touch.point];
   const double pressure = obstacle->stiffness > 0.0 ? obstacle->stiffness : run->contact->stiffness;
-  thrum_point_response(run, point->rows, row->response);
+  memcpy(row->lever, point->lever, sizeof row->lever);
+  thrum_point_response(run, point->rows, row->lever, row->response);
   double pushed[3], velocity[3], free[3];
   const double *normal = row->touch.normal;
   thrum_apply3(row->response, normal, pushed);
@@ -139,7 +143,7 @@ static void fill_row(const thrum_contact_run *run, const moving_point *point,
     row->touch.approach = before->approach;
     row->touch.stored = fmin(before->stored, thrum_contact_energy(row->stiffness, row->gap));
   }
-  thrum_point_velocity(run, point->rows, velocity);
+  thrum_point_velocity(run, point->rows, point->arm, velocity);
   for (int axis = 0; axis < 3; axis++) {
     row->drift[axis] = h * obstacle->velocity[axis];
     velocity[axis] -= obstacle->velocity[axis];
@@ -197,7 +201,11 @@ static double reach_of(const thrum_contact_run *run) {
     own += run->view.extents[i] * (fabs(run->view.q[i]) + fmax(fabs(free[i]), fabs(moved[i])));
   for (int n = 0; n < 9; n++)
     size += run->axes[n] * run->axes[n];
-  return own * sqrt(size) +
+  own *= sqrt(size);
+  // the centre of mass lies within the points' sphere or close to it
+  const double turn =
+      sqrt(fmax(thrum_dot3(run->free_turn, run->free_turn), thrum_dot3(run->turned, run->turned)));
+  return own + turn * (own + 2.0 * run->contact->radius * sqrt(size)) +
          sqrt(fmax(thrum_dot3(run->free, run->free), thrum_dot3(run->moved, run->moved)));
 }
 

@@ -25,7 +25,7 @@ static void force_of(const thrum_contact_row *row, double force[3]) {
 static double solve_row(thrum_contact_run *run, thrum_contact_row *row) {
   const double *rows = thrum_point_rows(run, row->touch.point), *normal = row->touch.normal;
   double at[3], before[3], change[3], moved[3];
-  thrum_point_moved(run, rows, run->view.moved, run->moved, at);
+  thrum_point_moved(run, rows, row->lever, run->view.moved, at);
   const double off = thrum_point_since(at, row->seen);
   for (int axis = 0; axis < 3; axis++)
     at[axis] -= row->drift[axis];
@@ -47,7 +47,7 @@ static double solve_row(thrum_contact_run *run, thrum_contact_row *row) {
   force_of(row, change);
   for (int axis = 0; axis < 3; axis++)
     change[axis] -= before[axis];
-  thrum_point_push(run, rows, change);
+  thrum_point_push(run, rows, row->lever, change);
   thrum_apply3(row->response, change, moved);
   for (int axis = 0; axis < 3; axis++)
     row->seen[axis] += moved[axis];
@@ -68,16 +68,17 @@ static double begin_sweeps(thrum_contact_run *run) {
   double largest = 0.0, force[3];
   memcpy(run->view.moved, run->view.free, (size_t)run->contact->rank * sizeof(double));
   memcpy(run->moved, run->free, sizeof run->free);
+  memcpy(run->turned, run->free_turn, sizeof run->turned);
   for (int64_t n = 0; n < run->contact->row_count; n++) {
     const thrum_contact_row *row = run->view.rows + n;
     largest = fmax(largest, row->free + fabs(row->gap));
     force_of(row, force);
-    thrum_point_push(run, thrum_point_rows(run, row->touch.point), force);
+    thrum_point_push(run, thrum_point_rows(run, row->touch.point), row->lever, force);
   }
   for (int64_t n = 0; n < run->contact->pull_count; n++) {
     const thrum_pull_row *row = run->view.pull_rows + n;
     largest = fmax(largest, sqrt(thrum_dot3(row->offset, row->offset)));
-    thrum_point_push(run, thrum_pull_rows(run, n), row->force);
+    thrum_point_push(run, thrum_pull_rows(run, n), row->lever, row->force);
   }
   return largest;
 }
@@ -90,12 +91,15 @@ static void gather_load(thrum_contact_run *run) {
   for (int64_t i = 0; i < rank; i++)
     run->view.load[i] = around->load ? around->load[i] : 0.0;
   memcpy(run->force, around->force, sizeof run->force);
+  memcpy(run->torque, around->torque, sizeof run->torque);
   for (int64_t n = 0; n < run->contact->row_count; n++) {
-    force_of(run->view.rows + n, force);
-    thrum_point_load(run, thrum_point_rows(run, run->view.rows[n].touch.point), force);
+    const thrum_contact_row *row = run->view.rows + n;
+    force_of(row, force);
+    thrum_point_load(run, thrum_point_rows(run, row->touch.point), row->lever, force);
   }
   for (int64_t n = 0; n < run->contact->pull_count; n++)
-    thrum_point_load(run, thrum_pull_rows(run, n), run->view.pull_rows[n].force);
+    thrum_point_load(run, thrum_pull_rows(run, n), run->view.pull_rows[n].lever,
+                     run->view.pull_rows[n].force);
 }
 
 void thrum_contact_solve(thrum_contact_run *run) {

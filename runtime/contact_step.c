@@ -28,19 +28,37 @@ void thrum_translation_step(thrum_translation *translation, const double force[3
   }
 }
 
-static void fill_motion(thrum_contact_run *run) {
-  static const double identity[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
+/* The turning's share of a run: where the body would turn to without contact, and its response. */
+static void fill_turning(thrum_contact_run *run) {
+  const thrum_turning *turning = run->around->turning;
   const thrum_placement *placement = run->around->placement;
-  const thrum_translation *t = run->around->translation;
-  memcpy(run->axes, placement ? placement->axes : identity, sizeof run->axes);
-  for (int axis = 0; axis < 3; axis++) {
-    run->origin[axis] = placement ? placement->origin[axis] : 0.0;
-    if (!t)
-      continue;
-    run->origin[axis] += t->position[axis];
+  thrum_turning alone = *turning;
+  thrum_turning_velocity(turning, placement, run->spin);
+  thrum_turning_step(&alone, placement, run->around->torque, run->dt, run->free_turn);
+  double half[9];
+  thrum_multiply3(run->axes, turning->inverse, half);
+  for (int i = 0; i < 3; i++)
+    for (int j = 0; j < 3; j++)
+      run->turn_weight[3 * i + j] =
+          0.5 * run->dt * run->dt * thrum_dot3(half + 3 * i, run->axes + 3 * j);
+  thrum_apply3(run->axes, turning->centre, run->centre);
+  for (int axis = 0; axis < 3; axis++)
+    run->centre[axis] += run->origin[axis];
+}
+
+static void fill_motion(thrum_contact_run *run) {
+  const thrum_around *around = run->around;
+  const thrum_translation *t = around->translation;
+  const thrum_placement now =
+      thrum_placement_now(around->placement, around->turning, t ? t->position : NULL);
+  memcpy(run->axes, now.axes, sizeof run->axes);
+  memcpy(run->origin, now.origin, sizeof run->origin);
+  if (t)
     run->mass_weight = 0.5 * run->dt * run->dt / t->mass;
-    run->free[axis] = run->dt * t->velocity[axis] + run->mass_weight * run->around->force[axis];
-  }
+  for (int axis = 0; axis < 3 && t; axis++)
+    run->free[axis] = run->dt * t->velocity[axis] + run->mass_weight * around->force[axis];
+  if (around->turning)
+    fill_turning(run);
 }
 
 static thrum_status open_run(const thrum_model *model, thrum_state *state, thrum_contact *contact,
@@ -65,8 +83,15 @@ static thrum_status open_run(const thrum_model *model, thrum_state *state, thrum
 /* Solves, and hands the forces to the state. */
 static thrum_status apply(thrum_contact_run *run, thrum_error *error) {
   thrum_contact_solve(run);
+  memcpy(run->foreseen, run->turned, sizeof run->foreseen);
+  if (run->around->turning) {
+    thrum_turning trial = *run->around->turning;
+    thrum_turning_step(&trial, run->around->placement, run->torque, run->dt, run->turned);
+  }
   memcpy(run->contact->moved, run->moved, sizeof run->moved);
   memcpy(run->contact->force, run->force, sizeof run->force);
+  memcpy(run->contact->turned, run->turned, sizeof run->turned);
+  memcpy(run->contact->torque, run->torque, sizeof run->torque);
   return thrum_state_set_force(run->model, run->state, run->view.load, error);
 }
 
@@ -98,12 +123,16 @@ thrum_status thrum_contact_begin(const thrum_model *model, thrum_state *state,
   return status;
 }
 
-/* The account, and the translation. */
+/* The account, and the body as a whole. */
 static void end(thrum_contact_run *run) {
+  const thrum_around *around = run->around;
   memcpy(run->moved, run->contact->moved, sizeof run->moved);
+  memcpy(run->turned, run->contact->turned, sizeof run->turned);
   thrum_contact_settle(run, thrum_state_view_of(run->state).q);
-  if (run->around->translation)
-    thrum_translation_step(run->around->translation, run->contact->force, run->dt);
+  if (around->translation)
+    thrum_translation_step(around->translation, run->contact->force, run->dt);
+  if (around->turning)
+    thrum_turning_step(around->turning, around->placement, run->contact->torque, run->dt, NULL);
   run->contact->begun = 0;
 }
 
@@ -137,6 +166,8 @@ static thrum_status again(thrum_contact_run *run, int attempt, thrum_error *erro
   // the part of the step that the prediction did not see
   for (int32_t i = 0; i < run->contact->rank; i++)
     run->view.free[i] += q[i] - run->view.q[i] - run->view.moved[i];
+  for (int axis = 0; axis < 3; axis++)
+    run->free_turn[axis] += run->turned[axis] - run->foreseen[axis];
   memcpy(run->state, run->view.snapshot, (size_t)run->contact->state_bytes);
   run->contact->redone++;
   if (attempt == ATTEMPT_WITHOUT) {

@@ -111,12 +111,14 @@ static inline double rig_kinetic(const rig *r) {
   return 0.5 * RIG_MASS * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
-/* Of the body, its translation and its weight [J]. */
+/* Of the body, its translation, its turning and its weight [J]. */
 static inline double rig_energy(rig *r) {
   double height = 0;
   for (int axis = 0; axis < 3; axis++)
     height -= r->around.force[axis] * r->translation.position[axis];
-  return state_energy(&r->m.model, r->state).total + rig_kinetic(r) + height;
+  const thrum_turning *turning = r->around.turning;
+  return state_energy(&r->m.model, r->state).total + rig_kinetic(r) + height +
+         (turning ? thrum_turning_energy(turning, r->around.placement) : 0);
 }
 
 #endif

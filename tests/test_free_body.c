@@ -6,6 +6,7 @@
 
 #include "precompute/rigid.h"
 #include "thrum/polynomial.h"
+#include "thrum/turning.h"
 
 // K and M of a small body as full matrices, n x n
 static void make_dense(const body *b, double **stiffness, double **mass, int *n) {
@@ -95,6 +96,28 @@ static void basis_is_mass_orthogonal_to_the_rigid_modes(void **state) {
   thrum_sparse_free(&k);
   thrum_sparse_free(&m);
   thrum_fem_free(&fem);
+  body_free(&b);
+}
+
+static void it_turns_about_its_centre_with_its_inertia(void **state) {
+  (void)state;
+  const double side[3] = {1, 0.3, 0.2};
+  body b = body_make("beam:8x3x2@1x0.3x0.2", NULL);
+  thrum_precomputed result = body_precompute(&b, 3, 3);
+  thrum_turning turning;
+  assert_int_equal(thrum_turning_of(&result.model, &turning, NULL), THRUM_OK);
+  for (int i = 0; i < 3; i++) {
+    double least = INFINITY, most = -INFINITY;
+    for (int64_t v = 0; v < b.mesh.vertex_count; v++) {
+      least = fmin(least, b.mesh.vertices[3 * v + i]);
+      most = fmax(most, b.mesh.vertices[3 * v + i]);
+    }
+    assert_true(fabs(turning.centre[i] - 0.5 * (least + most)) <= 1e-12);
+    const double y = side[(i + 1) % 3], z = side[(i + 2) % 3];
+    assert_close(turning.inverse[4 * i], 12 / (result.mass * (y * y + z * z)), 1e-11);
+    assert_true(fabs(turning.inverse[3 * i + (i + 1) % 3]) <= 1e-11 * turning.inverse[4 * i]);
+  }
+  thrum_precomputed_free(&result);
   body_free(&b);
 }
 
@@ -327,6 +350,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(modes_are_the_whole_spectrum_behind_six_zeros),
       cmocka_unit_test(basis_is_mass_orthogonal_to_the_rigid_modes),
+      cmocka_unit_test(it_turns_about_its_centre_with_its_inertia),
       cmocka_unit_test(energy_is_that_of_the_whole_body_however_it_is_turned),
       cmocka_unit_test(derivatives_solve_the_singular_system),
       cmocka_unit_test(frequencies_approach_those_of_the_free_slender_beam),

@@ -5,7 +5,8 @@
  * body to where somebody drags them. All of it is solved implicitly at the end of the step in
  * reduced coordinates and handed to the integrator as its mean load, whichever integrator it is;
  * no stiffness is too large for dt. What contact gives back it took before: see
- * thrum_contact_report. A body that nothing holds may move as a whole (thrum_translation).
+ * thrum_contact_report. A body that nothing holds may move as a whole (thrum_translation,
+ * thrum_turning).
  *
  *   thrum_contact_step(model, state, contact, &around, &error);   in place of thrum_step
  *
@@ -22,6 +23,7 @@
 #define THRUM_CONTACT_H
 
 #include "thrum/state.h"
+#include "thrum/turning.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -29,12 +31,6 @@ extern "C" {
 
 /* Stiffnesses and dampings above this are refused [N/m^3, N/m, and so on]. */
 #define THRUM_CONTACT_STIFFNESS_MAX 1e30
-
-/* Where a body's mesh stands in the world: world = origin + axes mesh. */
-typedef struct thrum_placement {
-  double axes[9];   /* 3 x 3 row-major, a rotation; default the identity */
-  double origin[3]; /* [m] */
-} thrum_placement;
 
 /* How far a body that nothing holds has moved as a whole, besides its placement. */
 typedef struct thrum_translation {
@@ -105,7 +101,7 @@ thrum_contact_def thrum_default_contact_def(void);
 /* Opaque: lives at the start of the memory given to thrum_contact_init. */
 typedef struct thrum_contact thrum_contact;
 
-/* What is around a body in one step. Only read, but for the translation. */
+/* What is around a body in one step. Only read, but for the translation and the turning. */
 typedef struct thrum_around {
   const thrum_placement *placement; /* NULL: where the mesh is */
   thrum_translation *translation;   /* NULL: the body is held; moved by the step */
@@ -113,8 +109,10 @@ typedef struct thrum_around {
   int64_t obstacle_count;
   const thrum_pull *pulls; /* pull_count, at most pull_max */
   int64_t pull_count;
-  const double *load; /* rank, mean reduced load of the step besides; NULL: none */
-  double force[3];    /* on the translation besides, such as its weight [N] */
+  const double *load;     /* rank, mean reduced load of the step besides; NULL: none */
+  double force[3];        /* on the translation besides, such as its weight [N] */
+  thrum_turning *turning; /* NULL: the body does not turn; turned by the step */
+  double torque[3];       /* on the turning besides, about its centre [N m] */
 } thrum_around;
 
 /* The energy of contact and what it did, since init. Of what the obstacles did to the body,

@@ -17,6 +17,7 @@
 #include "thrum/status.h"
 #include "thrum/stress.h"
 #include "thrum/surface.h"
+#include "thrum/turning.h"
 #include "thrum/version.h"
 
 #endif
