@@ -83,6 +83,9 @@ bool cli_same_file(const char *left, const char *right);
  * short, or the system does not say where the program is. */
 bool cli_share_path(const char *name, char *path, size_t size);
 
+/* Refuses an output that could not be written, before long work rather than after it. */
+thrum_status cli_check_output(const char *path, thrum_error *error);
+
 /* Wall clock [s] from a monotonic clock, and the peak resident memory [2^20 bytes]. */
 double cli_seconds(void);
 double cli_peak_mb(void);

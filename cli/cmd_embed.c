@@ -107,7 +107,9 @@ int cmd_embed(int argc, char **argv) {
   thrum_embed embed = {0};
   const thrum_model *model = NULL;
   bool far = false;
-  thrum_status status = cli_model_load(request.model, request.quiet, &model, NULL, &error);
+  thrum_status status = cli_check_output(request.output, &error);
+  if (status >= 0)
+    status = cli_model_load(request.model, request.quiet, &model, NULL, &error);
   if (status >= 0)
     status = cli_embed(model, request.model, request.surface, request.scale, request.quiet, &embed,
                        &error);

@@ -178,7 +178,9 @@ static void print_results(const mesh_request *request, const mesh_work *work) {
 static thrum_status make_mesh(const mesh_request *request, mesh_work *work, thrum_error *error) {
   const thrum_mesh_write_options options = {0};
   thrum_mesh_lost lost = {0};
-  thrum_status status = read_surface(request, work, error);
+  thrum_status status = cli_check_output(request->output, error);
+  if (status >= 0)
+    status = read_surface(request, work, error);
   if (status >= 0)
     status = run_tool(request, work, error);
   if (status >= 0)

@@ -33,6 +33,28 @@ bool cli_same_file(const char *left, const char *right) {
   return same;
 }
 
+thrum_status cli_check_output(const char *path, thrum_error *error) {
+  struct stat status;
+  if (stat(path, &status) == 0 && !S_ISREG(status.st_mode)) {
+    return thrum_error_set(error, THRUM_IO,
+                           S_ISDIR(status.st_mode) ? "%s is a folder; name a file"
+                                                   : "%s is no regular file; name another",
+                           path);
+  }
+  char *folder = cli_folder_of(path);
+  if (folder == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory");
+  const bool writable = access(folder, W_OK | X_OK) == 0;
+  free(folder);
+  if (cli_basename(path)[0] == 0 || !writable) {
+    return thrum_error_set(error, THRUM_IO,
+                           "%s cannot be written: its folder does not exist or "
+                           "is not writable",
+                           path);
+  }
+  return THRUM_OK;
+}
+
 bool cli_share_path(const char *name, char *path, size_t size) {
   const ssize_t length = readlink("/proc/self/exe", path, size - 1);
   if (length <= 0 || (size_t)length >= size - 1)

@@ -4,8 +4,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include "cli/mesh_warnings.h"
 #include "cli/precompute_request.h"
@@ -30,36 +28,13 @@ static bool show_progress(void *context, thrum_stage stage, double fraction) {
   return true;
 }
 
-/* Refuses an output that could not be written, before the long work rather than after it. */
-static thrum_status check_output(const char *path, thrum_error *error) {
-  struct stat status;
-  if (stat(path, &status) == 0 && !S_ISREG(status.st_mode)) {
-    return thrum_error_set(error, THRUM_IO,
-                           S_ISDIR(status.st_mode) ? "%s is a folder; name a file"
-                                                   : "%s is no regular file; name another",
-                           path);
-  }
-  char *folder = cli_folder_of(path);
-  if (folder == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory");
-  const bool writable = access(folder, W_OK | X_OK) == 0;
-  free(folder);
-  if (cli_basename(path)[0] == 0 || !writable) {
-    return thrum_error_set(error, THRUM_IO,
-                           "%s cannot be written: its folder does not exist or "
-                           "is not writable",
-                           path);
-  }
-  return THRUM_OK;
-}
-
 /* Of the model and of the modes; neither may take the place of the other, nor of the mesh. */
 static thrum_status check_outputs(const precompute_request *request, thrum_error *error) {
   const char *const paths[] = {request->output, request->export_modes};
   if (request->output[0] == 0)
     return thrum_error_set(error, THRUM_IO, "-o: the model file needs a name, such as beam.npz");
   for (int n = 0; n < 2 && paths[n]; n++) {
-    const thrum_status status = check_output(paths[n], error);
+    const thrum_status status = cli_check_output(paths[n], error);
     if (status < 0)
       return status;
     if (cli_same_file(paths[n], request->mesh_name))

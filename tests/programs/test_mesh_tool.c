@@ -362,6 +362,8 @@ static void what_is_no_good_surface_is_refused_before(void **state) {
   expect_refusal(thrum_run(folder, "mesh", "cube.msh", "-o", "out.msh", NULL), 1,
                  "unknown kind of surface");
   expect_refusal(thrum_run(folder, "mesh", "cube.obj", NULL), 2, "-o MESH");
+  expect_refusal(thrum_run(folder, "mesh", "cube.obj", "-o", "no/out.msh", NULL), 1,
+                 "no/out.msh cannot be written");
   expect_refusal(thrum_run(folder, "mesh", "cube.obj", "-o", "x.stl", NULL), 2,
                  "'x.stl' names no format");
   expect_refusal(thrum_run(folder, "mesh", "cube.obj", "-o", "out.msh", "--tool", "netgen", NULL),
