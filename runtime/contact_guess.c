@@ -30,7 +30,7 @@ static void along_normal(const thrum_contact_row *row, double force, double out[
 /* Gap at the end of the step as moved has it. */
 static double gap_of(const thrum_contact_run *run, const thrum_contact_row *row) {
   double at[3];
-  thrum_point_moved(run, thrum_point_rows(run, row->touch.point), run->view.moved, run->moved, at);
+  thrum_point_moved(run, thrum_point_rows(run, row->touch.point), row->lever, run->view.moved, at);
   for (int axis = 0; axis < 3; axis++)
     at[axis] -= row->drift[axis];
   return row->gap + thrum_dot3(row->touch.normal, at);
@@ -53,7 +53,7 @@ static void push_all(thrum_contact_run *run, int32_t obstacle, double stiffness,
     if (!begins(row, obstacle))
       continue;
     along_normal(row, row->stiffness / stiffness * force, share);
-    thrum_point_push(run, thrum_point_rows(run, row->touch.point), share);
+    thrum_point_push(run, thrum_point_rows(run, row->touch.point), row->lever, share);
   }
 }
 
