@@ -3,6 +3,7 @@
 import assert from 'node:assert/strict';
 import { spawn } from 'node:child_process';
 import { once } from 'node:events';
+import { readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { createInterface } from 'node:readline';
 import { after, before, test } from 'node:test';
@@ -41,4 +42,43 @@ test('the served page runs, until Ctrl-C', async () => {
 test('the page written by -o runs from the disk', async () => {
   thrum('view', 'beam.npz', '-o', 'beam.html', '-q');
   await expectRunning(pathToFileURL(join(folder, 'beam.html')).href);
+});
+
+const SCENE = {
+  dt: 0.002, time: 1, gravity: [0, 0, -9.81], damping: 0.5,
+  bodies: [
+    { name: 'held', model: 'beam.npz', rank: 6, integrator: 'newmark', position: [0, 1, 1],
+      rotation: { axis: [0, 0, 1], angle: 40 }, stiffness: 2 },
+    { name: 'block', model: 'beam:4x3x2@0.4x0.3x0.2', material: { young: 2e5 }, free: true,
+      position: [0, 0, 0.5], velocity: [0.2, 0, 0], colour: '#d08030' },
+  ],
+  obstacles: [{ shape: 'plane' }, { shape: 'sphere', centre: [0.5, 0, 0], radius: 0.15 }],
+  probes: [{ name: 'a', body: 'held', at: 'vertex=5' }, { name: 'b', body: 'block', at: 'vertex=1' }],
+};
+
+test('a scene moves on the page as thrum simulate moves it', async () => {
+  writeFileSync(join(folder, 'scene.json'), JSON.stringify(SCENE));
+  thrum('simulate', 'scene.json', '-o', 'run', '-q');
+  thrum('view', 'scene.json', '-o', 'scene.html', '-q');
+  const rows = readFileSync(join(folder, 'run/probes.csv'), 'utf8').trim().split('\n').slice(1)
+    .map((line) => line.split(',').map(Number));
+  const page = await open(browser, pathToFileURL(join(folder, 'scene.html')).href);
+  await page.evaluate(() => {
+    window.thrum.pause(true);
+    window.thrum.reset();
+  });
+  // at the start, in free fall, and long after the first touch; the page has X and U in single
+  // precision
+  for (const [steps, within] of [[0, 1e-7], [100, 1e-7], [400, 1e-5]]) {
+    const [held, block] = await page.evaluate((count) => {
+      window.thrum.step(count);
+      return [window.thrum.position(0, 4), window.thrum.position(1, 0)];
+    }, steps);
+    const row = rows[{ 0: 0, 100: 100, 400: 500 }[steps]];
+    held.forEach((x, axis) => assert.ok(Math.abs(x - row[2 + axis]) < 1e-6, `held: ${x}`));
+    block.forEach((x, axis) =>
+      assert.ok(Math.abs(x - row[8 + axis]) < within, `${row[1]} s: ${block}, not ${row.slice(8, 11)}`));
+  }
+  assert.deepEqual(page.complaints, []);
+  await page.close();
 });
