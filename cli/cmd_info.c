@@ -9,6 +9,7 @@
 #include <sys/stat.h>
 
 #include "cli/args.h"
+#include "cli/info_surface.h"
 #include "cli/load_option.h"
 #include "cli/model_name.h"
 #include "precompute/load_share.h"
@@ -50,7 +51,8 @@ static void print_help(void) {
       "MODEL is a model file, or a name (beam, basket, bridge, horse, tower, heart) of a model\n"
       "that is precomputed once and cached.\n\n"
       "Says what a model file holds: sizes, mass, volume, element quality, bounding box,\n"
-      "frequencies, the split into explicit and implicit modes, residuals, memory, groups.\n\n"
+      "frequencies, the split into explicit and implicit modes, residuals, memory, groups. Of a\n"
+      "surface that `thrum embed` wrote it says what that holds.\n\n"
       "      --dt S   time step of the split [s] (default 0.003)\n"
       "      --load SPEC  what of a load, as `thrum simulate --load` takes it, the basis does not\n"
       "               show: of the static answer (energy norm) and of the load itself (outside\n"
@@ -436,6 +438,9 @@ int cmd_info(int argc, char **argv) {
                 .began = cli_seconds()};
   cli_model_file file;
   thrum_status status = cli_model_load(request.path, false, &about.model, &file, &error);
+  // a surface file is no model, but lacks only what makes one
+  if (status == THRUM_MISSING && cli_info_surface(request.path, request.json))
+    return CLI_DONE;
   if (status < 0)
     return cli_refuse(&error);
   about.path = file.path;

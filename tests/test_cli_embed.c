@@ -86,6 +86,22 @@ static void a_surface_is_embedded_and_loads(void **state) {
   thrum_embedding_free(e);
 }
 
+static void info_knows_a_surface(void **state) {
+  (void)state;
+  cli_result run = thrum_run(folder, "info", "tent.npz", "--json", NULL);
+  assert_int_equal(run.exit_code, 0);
+  cJSON *object = cli_json_line(run.out);
+  assert_non_null(object);
+  assert_true(cli_json_get(object, "vertices") == 4 && cli_json_get(object, "rank") == 8);
+  assert_string_equal(cJSON_GetObjectItem(object, "made_from")->valuestring, "tent.obj");
+  cJSON_Delete(object);
+  cli_result_free(&run);
+  run = thrum_run(folder, "info", "tent.npz", NULL);
+  assert_int_equal(run.exit_code, 0);
+  assert_non_null(strstr(run.out, "made from         tent.obj, in beam.npz"));
+  cli_result_free(&run);
+}
+
 /* In centimetres, and said so or not. */
 static void a_wrong_scale_is_flagged(void **state) {
   (void)state;
@@ -256,6 +272,7 @@ static void a_surface_of_another_model_is_not_shown(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_surface_is_embedded_and_loads),
+      cmocka_unit_test(info_knows_a_surface),
       cmocka_unit_test(a_wrong_scale_is_flagged),
       cmocka_unit_test(what_cannot_be_embedded_is_refused_and_nothing_written),
       cmocka_unit_test(an_embedded_skin_is_exported_as_the_skin),
