@@ -16,6 +16,7 @@
 #include "thrum/crowd.h"
 
 #define ALIGNMENT 64u
+#define WINDOW 256 /* states that are put in order at a time */
 
 /* One state of a group. */
 typedef struct member {
@@ -268,6 +269,35 @@ static void add(group *g, thrum_state *state, int64_t index, outcome *o) {
     advance(g, o);
 }
 
+/* How the next step of a state will probably be made: by its number of explicit modes; -1: not in a
+ * group. The watch may still change that. */
+static int32_t kind_of(const thrum_model *model, const thrum_state *state) {
+  if (thrum_state_check(model, state, NULL) != THRUM_OK || state->scheme != THRUM_SCHEME_COMPONENT)
+    return -1;
+  return state->split;
+}
+
+/* Steps up to WINDOW states, those of a kind one after the other, beginning with the kind that is
+ * in the group already. */
+static void add_window(group *g, thrum_state *const *states, int64_t begin, int64_t count,
+                       outcome *o) {
+  int32_t kinds[WINDOW];
+  bool added[WINDOW] = {false};
+  for (int64_t n = 0; n < count; n++)
+    kinds[n] = kind_of(g->model, states[begin + n]);
+  int32_t kind = g->split;
+  for (int64_t first = 0; first < count;) {
+    for (int64_t n = first; n < count; n++)
+      if (!added[n] && kinds[n] == kind) {
+        added[n] = true;
+        add(g, states[begin + n], begin + n, o);
+      }
+    while (first < count && added[first])
+      first++;
+    kind = first < count ? kinds[first] : kind;
+  }
+}
+
 thrum_status thrum_crowd_size(const thrum_model *model, size_t *size, thrum_error *error) {
   group g;
   if (!model || !size || model->rank < 1 || model->rank > THRUM_RANK_MAX)
@@ -300,8 +330,8 @@ thrum_status thrum_step_many(const thrum_model *model, thrum_state *const *state
   lay_out(model, workspace, &g);
   g.model = model;
   outcome o = {statuses, error, THRUM_OK, 0};
-  for (int64_t n = 0; n < count; n++)
-    add(&g, states[n], n, &o);
+  for (int64_t n = 0; n < count; n += WINDOW)
+    add_window(&g, states, n, count - n < WINDOW ? count - n : WINDOW, &o);
   advance(&g, &o);
   return o.worst;
 }

@@ -158,6 +158,47 @@ static void states_of_different_defs_keep_their_bits(void **context) {
   random_model_free(&m);
 }
 
+/* More states than are put in order at a time, of three kinds in turns. */
+static void a_long_list_of_many_kinds_keeps_its_bits(void **context) {
+  (void)context;
+  enum { MANY = 600 };
+  random_model m;
+  random_model_make(&m, 5, 9, 5, 300, 1.0);
+  random_model_pack(&m);
+  static thrum_state *alone[MANY], *together[MANY];
+  static thrum_status statuses[MANY];
+  size_t size = 0;
+  assert_int_equal(thrum_crowd_size(&m.model, &size, NULL), THRUM_OK);
+  void *workspace = aligned_alloc(64, size);
+  assert_non_null(workspace);
+  random_state random = {4};
+  for (int n = 0; n < MANY; n++) {
+    thrum_state_def def = plain(n);
+    def.split_rule = THRUM_SPLIT_COUNT;
+    def.explicit_count = 1 + n % 3;
+    double q[9], p[9];
+    random_vector(&random, 9, 0.1, q);
+    random_vector(&random, 9, 1.0, p);
+    alone[n] = state_make(&m.model, &def);
+    together[n] = state_make(&m.model, &def);
+    state_put(&m.model, alone[n], q, p);
+    state_put(&m.model, together[n], q, p);
+  }
+  for (int k = 0; k < 5; k++) {
+    thrum_step_many(&m.model, together, MANY, statuses, workspace, size, NULL);
+    for (int n = 0; n < MANY; n++)
+      assert_int_equal(thrum_step(&m.model, alone[n], NULL), statuses[n]);
+  }
+  for (int n = 0; n < MANY; n++) {
+    assert_memory_equal(together[n], alone[n], thrum_state_bytes(alone[n]));
+    assert_int_equal(thrum_state_report_get(together[n]).steps, 5);
+    state_free(alone[n]);
+    state_free(together[n]);
+  }
+  free(workspace);
+  random_model_free(&m);
+}
+
 static thrum_state_def brittle(int n) {
   thrum_state_def def = plain(n);
   // so few iterations that rungs are needed; some have no ladder and fail
@@ -254,6 +295,7 @@ int main(void) {
       cmocka_unit_test(fast_kernels_have_passes_for_crowds),
       cmocka_unit_test(a_crowd_has_the_bits_of_its_states_alone),
       cmocka_unit_test(states_of_different_defs_keep_their_bits),
+      cmocka_unit_test(a_long_list_of_many_kinds_keeps_its_bits),
       cmocka_unit_test(states_that_fall_back_or_fail_do_as_alone_and_spoil_no_other),
       cmocka_unit_test(what_is_no_crowd_is_refused),
   };

@@ -5,8 +5,9 @@
  * range, the order or the number of threads. The library starts no thread: a caller with several
  * gives each a range and a workspace of its own; the model is shared.
  *
- * States of one range may have been made by different defs. Neighbours that imexv steps in its
- * component split gain where their splits are equal; the others are stepped one by one.
+ * States of one range may have been made by different defs. Those that imexv steps in its component
+ * split gain where, among 256 that follow each other, several have equal splits; the others are
+ * stepped one by one.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_CROWD_H
