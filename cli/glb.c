@@ -65,7 +65,7 @@ static void add_vectors(glb *g, int64_t column) {
   cli_json_numbers(accessor, "max", most, 3);
 }
 
-/* Views and accessors: rest, targets, indices, times, weights, places. */
+/* Views and accessors: rest, targets, indices, times, weights, positions, rotations. */
 static void plan_buffer(glb *g) {
   const cli_run *run = g->run;
   g->views = cJSON_CreateArray();
@@ -80,8 +80,10 @@ static void plan_buffer(glb *g) {
   cli_json_numbers(times, "min", &least, 1);
   cli_json_numbers(times, "max", &most, 1);
   add_view(g, run->rows * run->rank, 1, FLOAT, "SCALAR", 0);
-  if (run->way != NULL)
+  if (run->places != NULL) {
     add_view(g, run->rows, 3, FLOAT, "VEC3", 0);
+    add_view(g, run->rows, 4, FLOAT, "VEC4", 0);
+  }
 }
 
 static void add_mesh(glb *g) {
@@ -168,8 +170,10 @@ static void add_animation(glb *g) {
   cJSON *samplers = cJSON_AddArrayToObject(animation, "samplers");
   cJSON *channels = cJSON_AddArrayToObject(animation, "channels");
   add_channel(g, samplers, channels, "weights", rank + 3);
-  if (g->run->way != NULL)
+  if (g->run->places != NULL) {
     add_channel(g, samplers, channels, "translation", rank + 4);
+    add_channel(g, samplers, channels, "rotation", rank + 5);
+  }
   cJSON_AddItemToArray(cJSON_AddArrayToObject(g->root, "animations"), animation);
 }
 
@@ -226,9 +230,15 @@ static void put_buffer(const glb *g, const thrum_file_writer *writer) {
     const float weight = (float)(run->q[n] / g->scale[n % run->rank]);
     put(writer, &weight, sizeof weight);
   }
-  for (int64_t n = 0; run->way != NULL && n < 3 * run->rows; n++) {
-    const float place = (float)(run->place.position[n % 3] + run->way[n]);
-    put(writer, &place, sizeof place);
+  for (int64_t n = 0; run->places != NULL && n < run->rows; n++) {
+    const double *at = run->places + CLI_RUN_PLACE * n;
+    const float position[3] = {(float)at[0], (float)at[1], (float)at[2]};
+    put(writer, position, sizeof position);
+  }
+  for (int64_t n = 0; run->places != NULL && n < run->rows; n++) {
+    const double *turn = run->places + CLI_RUN_PLACE * n + 3;
+    const float xyzw[4] = {(float)turn[1], (float)turn[2], (float)turn[3], (float)turn[0]};
+    put(writer, xyzw, sizeof xyzw);
   }
 }
 

@@ -19,7 +19,7 @@
 #define WORK_TRIES 1000
 
 /* The files of a run but run.json, which says that the others are complete. */
-static const char *const run_files[] = {"energy.csv", "q.npy",      "end.npy",   CLI_RUN_WAY,
+static const char *const run_files[] = {"energy.csv", "q.npy",      "end.npy",   CLI_RUN_PLACES,
                                         "energy.png", "energy.svg", "frames.pvd"};
 enum { RUN_FILE_COUNT = sizeof run_files / sizeof run_files[0] };
 

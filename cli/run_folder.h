@@ -12,7 +12,8 @@
 /* The names a run may hold, besides frames/frame_NNNNNN.vtu. */
 #define CLI_RUN_FRAMES "frames"
 #define CLI_RUN_JSON "run.json"
-#define CLI_RUN_WAY "way.npy" /* rows x 3: how far a free body of a scene has moved [m] */
+#define CLI_RUN_PLACES "places.npy" /* rows x 7: where a free body of a scene is, cli/run_place.h  \
+                                     */
 
 typedef struct cli_run_folder {
   char path[CLI_PATH_MAX - 64]; /* RUN */

@@ -12,6 +12,7 @@
 
 #include "cli/cli.h"
 #include "cli/plot.h"
+#include "cli/run_place.h"
 #include "precompute/npz.h"
 
 #define NPY_HEADER_MAX 192
@@ -103,19 +104,23 @@ thrum_status cli_run_output_record(cli_run_output *output, int64_t step, double 
   return THRUM_OK;
 }
 
-thrum_status cli_run_output_open_way(cli_run_output *output, thrum_error *error) {
+thrum_status cli_run_output_open_places(cli_run_output *output, thrum_error *error) {
   size_t size = 0;
   errno = 0;
-  output->way = open_file(output, CLI_RUN_WAY);
-  if (output->way == NULL || !put_npy_header(output->way, 0, 3, &size))
-    return write_failed(output, CLI_RUN_WAY, error);
+  output->places = open_file(output, CLI_RUN_PLACES);
+  if (output->places == NULL || !put_npy_header(output->places, 0, CLI_RUN_PLACE, &size))
+    return write_failed(output, CLI_RUN_PLACES, error);
   return THRUM_OK;
 }
 
-thrum_status cli_run_output_way(cli_run_output *output, const double way[3], thrum_error *error) {
+thrum_status cli_run_output_place(cli_run_output *output, const double matrix[16],
+                                  thrum_error *error) {
+  double place[CLI_RUN_PLACE];
+  cli_run_place_of(matrix, place);
   errno = 0;
-  return fwrite(way, sizeof *way, 3, output->way) == 3 ? THRUM_OK
-                                                       : write_failed(output, CLI_RUN_WAY, error);
+  return fwrite(place, sizeof place, 1, output->places) == 1
+             ? THRUM_OK
+             : write_failed(output, CLI_RUN_PLACES, error);
 }
 
 thrum_status cli_run_output_frame(cli_run_output *output, double time, const double *q,
@@ -175,9 +180,9 @@ thrum_status cli_run_output_end(cli_run_output *output, const double *q, const d
     return write_failed(output, "energy.csv", error);
   if (!finish_series(&output->q, output->rows, output->model->rank))
     return write_failed(output, "q.npy", error);
-  output->moved = output->way != NULL;
-  if (output->moved && !finish_series(&output->way, output->rows, 3))
-    return write_failed(output, CLI_RUN_WAY, error);
+  output->moved = output->places != NULL;
+  if (output->moved && !finish_series(&output->places, output->rows, CLI_RUN_PLACE))
+    return write_failed(output, CLI_RUN_PLACES, error);
   if (q != NULL && !write_end(output, q, p))
     return write_failed(output, "end.npy", error);
   output->end = q != NULL;
@@ -209,8 +214,8 @@ void cli_run_output_close(cli_run_output *output) {
     fclose(output->energy);
   if (output->q != NULL)
     fclose(output->q);
-  if (output->way != NULL)
-    fclose(output->way);
+  if (output->places != NULL)
+    fclose(output->places);
   cli_pvd_abandon(&output->pvd);
   free(output->displacement);
   cli_run_folder_abandon(&output->folder);

@@ -15,12 +15,12 @@ typedef struct cli_run_output {
   const thrum_model *model;
   FILE *energy; /* energy.csv */
   FILE *q;      /* q.npy; its header is written last, when the rows are counted */
-  FILE *way;    /* way.npy, the same; NULL: the body stays where it stands */
+  FILE *places; /* places.npy, the same; NULL: the body stays where it stands */
   int64_t rows;
   cli_pvd pvd;
   double *displacement; /* vertex_count x 3; NULL: no frames */
   int64_t frames;
-  bool moved;       /* way.npy is written */
+  bool moved;       /* places.npy is written */
   bool end;         /* end.npy is written */
   const char *plot; /* the plot's file name once drawn; NULL: none */
 } cli_run_output;
@@ -30,10 +30,11 @@ typedef struct cli_run_output {
 thrum_status cli_run_output_open(const char *path, const thrum_model *model, bool frames,
                                  cli_run_output *output, thrum_error *error);
 
-/* Opens way.npy, for the body of a scene that moves as a whole; before the first row. */
-thrum_status cli_run_output_open_way(cli_run_output *output, thrum_error *error);
-/* Its row, after that of q.npy [m]. */
-thrum_status cli_run_output_way(cli_run_output *output, const double way[3], thrum_error *error);
+/* Opens places.npy, for the body of a scene that moves as a whole; before the first row. */
+thrum_status cli_run_output_open_places(cli_run_output *output, thrum_error *error);
+/* Its row, after that of q.npy; `matrix`: see thrum_scene_body_matrix. */
+thrum_status cli_run_output_place(cli_run_output *output, const double matrix[16],
+                                  thrum_error *error);
 
 /* A row of energy.csv and of q.npy. */
 thrum_status cli_run_output_record(cli_run_output *output, int64_t step, double time,

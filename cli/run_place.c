@@ -1,4 +1,4 @@
-/* Where a run's body stands: what run.json says under "placement", and way.npy.
+/* Where a run's body stands: what run.json says under "placement", and places.npy.
  * SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
 #include <stdlib.h>
@@ -44,34 +44,72 @@ thrum_status cli_run_place_read(const char *name, const cJSON *object, cli_run_p
   return THRUM_OK;
 }
 
-thrum_status cli_run_way_read(const char *path, int64_t rows, double **way, thrum_error *error) {
+void cli_run_place_of(const double matrix[16], double row[CLI_RUN_PLACE]) {
+  double r[3][3], scale = 0;
+  for (int axis = 0; axis < 3; axis++)
+    scale = hypot(scale, matrix[axis]);
+  for (int n = 0; n < 9; n++)
+    r[n % 3][n / 3] = matrix[4 * (n / 3) + n % 3] / scale;
+  // 4 q q^T of the quaternion q; the column of its largest component is the one to trust
+  const double four[4][4] = {
+      {1 + r[0][0] + r[1][1] + r[2][2], r[2][1] - r[1][2], r[0][2] - r[2][0], r[1][0] - r[0][1]},
+      {r[2][1] - r[1][2], 1 + r[0][0] - r[1][1] - r[2][2], r[1][0] + r[0][1], r[0][2] + r[2][0]},
+      {r[0][2] - r[2][0], r[1][0] + r[0][1], 1 - r[0][0] + r[1][1] - r[2][2], r[2][1] + r[1][2]},
+      {r[1][0] - r[0][1], r[0][2] + r[2][0], r[2][1] + r[1][2], 1 - r[0][0] - r[1][1] + r[2][2]}};
+  int most = 0;
+  for (int n = 1; n < 4; n++)
+    most = four[n][n] > four[most][most] ? n : most;
+  memcpy(row, matrix + 12, 3 * sizeof *row);
+  for (int n = 0; n < 4; n++)
+    row[3 + n] = four[most][n] / (2 * sqrt(four[most][most]));
+}
+
+/* Is the row one, its rotation of length 1? */
+static bool is_place(const double *row) {
+  double length = 0;
+  for (int n = 0; n < 3; n++)
+    length += 0 * row[n];
+  for (int n = 3; n < CLI_RUN_PLACE; n++)
+    length = hypot(length, row[n]);
+  return fabs(length - 1) < 1e-6;
+}
+
+thrum_status cli_run_places_read(const char *path, int64_t rows, double **places,
+                                 thrum_error *error) {
   int64_t found = 0, columns = 0;
   double *values = NULL;
   const thrum_status status = thrum_npy_read_f8(path, &values, &found, &columns, error);
   if (status < 0)
     return status;
-  bool good = found == rows && columns == 3;
-  for (int64_t n = 0; good && n < 3 * rows; n++)
-    good = isfinite(values[n]);
+  bool good = found == rows && columns == CLI_RUN_PLACE;
+  for (int64_t row = 0; good && row < rows; row++) {
+    double *now = values + CLI_RUN_PLACE * row, along = 0;
+    good = is_place(now);
+    for (int n = 3; row > 0 && n < CLI_RUN_PLACE; n++)
+      along += now[n] * now[n - CLI_RUN_PLACE];
+    for (int n = 3; along < 0 && n < CLI_RUN_PLACE; n++)
+      now[n] = -now[n];
+  }
   if (!good) {
     free(values);
     return thrum_error_set(error, THRUM_BAD_SHAPE,
-                           "%.300s: not three finite numbers for each row of q.npy", path);
+                           "%.300s: not a position and a rotation for each row of q.npy", path);
   }
-  *way = values;
+  *places = values;
   return THRUM_OK;
 }
 
-void cli_run_place_point(const cli_run_place *place, const double *way, const double in[3],
+void cli_run_place_point(const cli_run_place *place, const double *row, const double in[3],
                          double out[3]) {
   if (!place->placed) {
     memmove(out, in, 3 * sizeof *out);
     return;
   }
+  const double *at = row != NULL ? row : place->position;
+  const double *turn = row != NULL ? row + 3 : place->rotation;
   // from the body to the world is what the opposite turn does from the world to the body
-  const double *r = place->rotation;
-  const double back[4] = {r[0], -r[1], -r[2], -r[3]};
+  const double back[4] = {turn[0], -turn[1], -turn[2], -turn[3]};
   thrum_scene_to_body(back, in, out, NULL);
   for (int axis = 0; axis < 3; axis++)
-    out[axis] = place->position[axis] + place->scale * out[axis] + (way != NULL ? way[axis] : 0);
+    out[axis] = at[axis] + place->scale * out[axis];
 }

@@ -8,7 +8,9 @@
 
 #include "thrum/status.h"
 
-/* x = position + R scale (X + U q) + way. */
+#define CLI_RUN_PLACE 7 /* position [m] and rotation w, x, y, z of a row */
+
+/* x = position + R scale (X + U q), R of the rotation. */
 typedef struct cli_run_place {
   bool placed; /* false: a run of one model, x = X + U q */
   double position[3];
@@ -20,11 +22,16 @@ typedef struct cli_run_place {
 thrum_status cli_run_place_read(const char *name, const cJSON *object, cli_run_place *place,
                                 thrum_error *error);
 
-/* rows x 3, malloc, the caller frees. */
-thrum_status cli_run_way_read(const char *path, int64_t rows, double **way, thrum_error *error);
+/* The place of a row, from a turn, a scale and a shift as column-major 4 x 4. */
+void cli_run_place_of(const double matrix[16], double row[CLI_RUN_PLACE]);
 
-/* A point X + U q in the world; way: of the row (3), or NULL. */
-void cli_run_place_point(const cli_run_place *place, const double *way, const double in[3],
+/* rows x CLI_RUN_PLACE, malloc, the caller frees; of rotations q and -q those that are nearer to
+ * the row before. */
+thrum_status cli_run_places_read(const char *path, int64_t rows, double **places,
+                                 thrum_error *error);
+
+/* A point X + U q in the world, the body where it is in a row; NULL: where it stands at first. */
+void cli_run_place_point(const cli_run_place *place, const double *row, const double in[3],
                          double out[3]);
 
 #endif

@@ -34,7 +34,7 @@ void cli_run_free(cli_run *run) {
   thrum_model_free(run->model);
   free(run->times);
   free(run->q);
-  free(run->way);
+  free(run->places);
   *run = (cli_run){0};
 }
 
@@ -163,10 +163,10 @@ thrum_status cli_run_read(const char *path, const char *model, cli_run *run, thr
     status = read_q(path, &read, error);
   if (status >= 0)
     status = read_times(path, &read, error);
-  path_text way;
-  join(way, path, CLI_RUN_WAY);
+  path_text places;
+  join(places, path, CLI_RUN_PLACES);
   if (status >= 0 && moves)
-    status = cli_run_way_read(way, read.rows, &read.way, error);
+    status = cli_run_places_read(places, read.rows, &read.places, error);
   if (status < 0)
     cli_run_free(&read);
   else
@@ -185,8 +185,9 @@ void cli_run_thin(cli_run *run, double rate) {
       continue;
     run->times[kept] = run->times[n];
     memmove(run->q + kept * run->rank, run->q + n * run->rank, (size_t)run->rank * sizeof *run->q);
-    if (run->way != NULL)
-      memmove(run->way + 3 * kept, run->way + 3 * n, 3 * sizeof *run->way);
+    if (run->places != NULL)
+      memmove(run->places + CLI_RUN_PLACE * kept, run->places + CLI_RUN_PLACE * n,
+              CLI_RUN_PLACE * sizeof *run->places);
     kept++;
   }
   run->rows = kept;

@@ -86,7 +86,7 @@ static thrum_status open_body(scene_run *run, int32_t n, thrum_error *error) {
   if (status >= 0)
     status = cli_run_output_open(path, &body->shown, frames, &body->output, error);
   if (status >= 0 && body->spec->free)
-    status = cli_run_output_open_way(&body->output, error);
+    status = cli_run_output_open_places(&body->output, error);
   body->figures.peak = body->model->basis != NULL ? 0 : NAN;
   body->figures.peak_vertex = -1;
   simulate_figures_begin(&body->figures);
@@ -140,13 +140,11 @@ static thrum_status write_probes(scene_run *run, int64_t step, thrum_error *erro
   return done ? THRUM_OK : write_failed(run, CLI_SCENE_PROBES, error);
 }
 
-/* How far a free body has moved. */
-static thrum_status record_way(scene_run *run, int32_t n, thrum_error *error) {
-  const double *from = run->bodies[n].spec->position;
+/* Where a free body is. */
+static thrum_status record_place(scene_run *run, int32_t n, thrum_error *error) {
   double matrix[16];
   thrum_scene_body_matrix(run->scene, n, matrix);
-  const double way[3] = {matrix[12] - from[0], matrix[13] - from[1], matrix[14] - from[2]};
-  return cli_run_output_way(&run->bodies[n].output, way, error);
+  return cli_run_output_place(&run->bodies[n].output, matrix, error);
 }
 
 /* What a body is at this step, into its figures; and into a row of its series. */
@@ -169,7 +167,7 @@ static thrum_status record_body(scene_run *run, int32_t n, int64_t step, bool ro
     return THRUM_OK;
   status =
       cli_run_output_record(&body->output, step, time_at(run, step), body->q, &energies, error);
-  return status >= 0 && body->spec->free ? record_way(run, n, error) : status;
+  return status >= 0 && body->spec->free ? record_place(run, n, error) : status;
 }
 
 thrum_status scene_run_record(scene_run *run, int64_t step, bool row, thrum_error *error) {

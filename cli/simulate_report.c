@@ -102,7 +102,7 @@ static cJSON *files_json(const cli_run_output *output) {
   cJSON_AddItemToArray(files, cJSON_CreateString("energy.csv"));
   cJSON_AddItemToArray(files, cJSON_CreateString("q.npy"));
   if (output->moved)
-    cJSON_AddItemToArray(files, cJSON_CreateString(CLI_RUN_WAY));
+    cJSON_AddItemToArray(files, cJSON_CreateString(CLI_RUN_PLACES));
   if (output->end)
     cJSON_AddItemToArray(files, cJSON_CreateString("end.npy"));
   if (output->plot != NULL)

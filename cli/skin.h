@@ -27,7 +27,7 @@ typedef struct cli_run {
   double *times; /* rows, ascending [s] */
   double *q;     /* rows x rank */
   cli_run_place place;
-  double *way; /* rows x 3 [m]; NULL: the body stays where it stands */
+  double *places; /* rows x CLI_RUN_PLACE; NULL: the body stays where it stands */
 } cli_run;
 
 /* Is there a run.json in the folder? */

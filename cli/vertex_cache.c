@@ -41,7 +41,7 @@ static void put_row(FILE *file, const cli_run *run, const cli_shown *shown, int6
       for (int64_t i = 0; i < run->rank; i++)
         x[axis] += (double)shown->basis[n * shown->rank + i] * q[i];
     }
-    cli_run_place_point(&run->place, run->way != NULL ? run->way + 3 * row : NULL, x, x);
+    cli_run_place_point(&run->place, run->places ? run->places + CLI_RUN_PLACE * row : NULL, x, x);
     for (int axis = 0; axis < 3; axis++)
       put_float(file, x[axis], swapped);
   }
