@@ -208,6 +208,8 @@ static thrum_status add_body(scene_run *run, int32_t n, thrum_error *error) {
   def.p = start + rank;
   def.free = spec->free;
   memcpy(def.velocity, spec->velocity, sizeof def.velocity);
+  for (int axis = 0; axis < 3; axis++)
+    def.spin[axis] = SCENE_DEGREE * spec->spin[axis];
   memcpy(def.position, spec->position, sizeof def.position);
   memcpy(def.rotation, spec->rotation, sizeof def.rotation);
   memcpy(def.colour, spec->colour, sizeof def.colour);

@@ -42,11 +42,11 @@ static bool scale_material(scene_body_run *body) {
   return true;
 }
 
-/* out = the matrix's turn and scale of a vector; with `shift`, of a point. */
-static void apply(const double matrix[16], const double in[3], bool shift, double out[3]) {
+/* out = the matrix times a point. */
+static void apply(const double matrix[16], const double in[3], double out[3]) {
   for (int row = 0; row < 3; row++)
-    out[row] = matrix[row] * in[0] + matrix[4 + row] * in[1] + matrix[8 + row] * in[2] +
-               (shift ? matrix[12 + row] : 0);
+    out[row] =
+        matrix[row] * in[0] + matrix[4 + row] * in[1] + matrix[8 + row] * in[2] + matrix[12 + row];
 }
 
 /* Its vertices where the body stands, for frames. */
@@ -59,7 +59,7 @@ static bool place_vertices(const scene_run *run, int32_t n) {
     return false;
   thrum_scene_body_matrix(run->scene, n, matrix);
   for (size_t v = 0; v < count; v++)
-    apply(matrix, body->model->vertices + 3 * v, true, body->vertices + 3 * v);
+    apply(matrix, body->model->vertices + 3 * v, body->vertices + 3 * v);
   body->shown.vertices = body->vertices;
   return true;
 }
@@ -204,10 +204,11 @@ static thrum_status world_displacements(scene_run *run, int32_t n, thrum_error *
   const thrum_status status = thrum_displacement(body->model, body->q, 0, count, u, error);
   thrum_scene_body_matrix(run->scene, n, matrix);
   for (int64_t v = 0; status >= 0 && v < count; v++) {
-    const double in[3] = {u[3 * v], u[3 * v + 1], u[3 * v + 2]};
-    apply(matrix, in, false, u + 3 * v);
+    const double *rest = body->model->vertices + 3 * v;
+    const double in[3] = {rest[0] + u[3 * v], rest[1] + u[3 * v + 1], rest[2] + u[3 * v + 2]};
+    apply(matrix, in, u + 3 * v);
     for (int axis = 0; axis < 3; axis++)
-      u[3 * v + axis] += matrix[12 + axis] - body->spec->position[axis];
+      u[3 * v + axis] -= body->vertices[3 * v + axis];
   }
   return status;
 }

@@ -177,9 +177,11 @@ static thrum_status check_body(const scene_spec *spec, const scene_body_spec *bo
   if (status >= 0 && !mesh && body->material.at.node != NULL)
     status = cli_record_refuse(&spec->file, at, "material", THRUM_BAD_VALUE,
                                "is of a mesh; use \"stiffness\" and \"density\" of a model");
-  if (status >= 0 && !body->free && cli_record_member(&spec->file, at, "velocity") != NULL)
-    status = cli_record_refuse(&spec->file, at, "velocity", THRUM_BAD_VALUE,
-                               "is of a body that is free");
+  static const char *const of_free[] = {"velocity", "spin"};
+  for (int n = 0; n < 2 && status >= 0 && !body->free; n++)
+    if (cli_record_member(&spec->file, at, of_free[n]) != NULL)
+      status = cli_record_refuse(&spec->file, at, of_free[n], THRUM_BAD_VALUE,
+                                 "is of a body that is free");
   return status;
 }
 

@@ -7,6 +7,8 @@
 #include "cli/record.h"
 #include "thrum/thrum.h"
 
+#define SCENE_DEGREE 0.017453292519943295 /* [rad] */
+
 /* What a scene and each of its bodies have; a body begins with what the scene says. */
 typedef struct scene_settings {
   cli_record at;
@@ -32,6 +34,7 @@ typedef struct scene_body_spec {
   float colour[3];
   bool free;
   double velocity[3]; /* of a free body at the start [m/s] */
+  double spin[3];     /* its angular velocity [degrees/s] */
   cli_texts start, loads;
   const char *touch;      /* "surface", "none", or a group */
   double touch_stiffness; /* [N/m^3]; 0: chosen */

@@ -8,8 +8,6 @@
 #include "cli/cli.h"
 #include "cli/scene_spec.h"
 
-#define DEGREE 0.017453292519943295
-
 #define TAKE(name)                                                                                 \
   thrum_status scene_take_##name(const cli_record_file *file, const cli_record *record,            \
                                  const cli_key *key, const cli_json_node *value, void *to)
@@ -89,7 +87,7 @@ TAKE(iterations) {
 /* A quaternion of the turn by `angle` [degrees] about `axis`; false for an axis of no length. */
 static bool axis_angle(const double axis[3], double angle, double rotation[4]) {
   const double length = sqrt(axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]);
-  const double half = 0.5 * DEGREE * fmod(angle, 720.0);
+  const double half = 0.5 * SCENE_DEGREE * fmod(angle, 720.0);
   if (!isnormal(length))
     return false;
   rotation[0] = cos(half);

@@ -69,6 +69,8 @@ static void free_body(thrum_scene *scene, scene_body *body) {
   free(body->courses);
   free(body->now);
   free(body->directions);
+  free(body->parts);
+  free(body->moments);
   free(body->resultants);
   free(body->surface);
   free(body->areas);
@@ -86,8 +88,7 @@ static thrum_status make_vectors(scene_body *body, thrum_error *error) {
   body->courses = calloc(1, sizeof *body->courses);
   body->now = calloc(1, sizeof *body->now);
   body->directions = calloc(r, sizeof *body->directions);
-  body->resultants = calloc(3, sizeof *body->resultants);
-  if (!body->vectors || !body->courses || !body->now || !body->directions || !body->resultants)
+  if (!body->vectors || !body->courses || !body->now || !body->directions)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a body of rank %zu", r);
   double **const each[BODY_VECTORS] = {&body->start_q, &body->start_p, &body->force, &body->inertia,
                                        &body->before,  &body->q,       &body->p};
@@ -114,26 +115,6 @@ static thrum_status make_start(const thrum_scene_body_def *def, scene_body *body
                            (long long)def->start_mode, (long long)body->derived->rank);
   return thrum_mode_add(body->model, def->start_mode - 1, def->start_amplitude / body->k,
                         body->start_q, error);
-}
-
-/* A free body moves by its mass: rigid modes begin with a shift along x, 1/sqrt(m) in each row. */
-static thrum_status make_free(const thrum_scene_body_def *def, scene_body *body,
-                              thrum_error *error) {
-  if (!def->free)
-    return THRUM_OK;
-  if (def->model->rigid == NULL || !isnormal(def->model->rigid[0]))
-    return thrum_error_set(error, THRUM_MISSING,
-                           "a free body needs a model that nothing holds: precompute it without "
-                           "--fix");
-  const double shift = def->model->rigid[0] * body->k;
-  for (int axis = 0; axis < 3; axis++)
-    if (!isfinite(def->velocity[axis]))
-      return thrum_error_set(error, THRUM_BAD_VALUE, "the velocity at the start is not finite");
-  body->free = true;
-  body->way.mass = 1 / (shift * shift);
-  memcpy(body->start_velocity, def->velocity, sizeof body->start_velocity);
-  memcpy(body->way.velocity, def->velocity, sizeof body->way.velocity);
-  return THRUM_OK;
 }
 
 static thrum_status check_def(const thrum_scene_body_def *def, thrum_error *error) {
@@ -167,6 +148,7 @@ static thrum_status make_body(thrum_scene *scene, const thrum_scene_body_def *de
   memcpy(body->colour, def->colour, sizeof body->colour);
   set_name(scene, def->name, body);
   thrum_status status = scene_placement_make(def->position, def->rotation, &body->placement, error);
+  body->here = body->placement;
   if (status >= 0)
     status = make_vectors(body, error);
   if (status >= 0)
@@ -180,7 +162,7 @@ static thrum_status make_body(thrum_scene *scene, const thrum_scene_body_def *de
   body->mass = by.density * volume * body->k;
   status = make_start(def, body, error);
   if (status >= 0)
-    status = make_free(def, body, error);
+    status = scene_free_make(def, body, error);
   if (status >= 0)
     status = scene_surface_make(def, body, error);
   if (status >= 0 && scene->shake_count > 0)

@@ -134,8 +134,8 @@ static thrum_status restart(scene_body *body, thrum_error *error) {
                                                &body->def, &body->state, error);
   body->status = THRUM_OK;
   body->fallback_steps = 0;
-  memset(body->way.position, 0, sizeof body->way.position);
-  memcpy(body->way.velocity, body->start_velocity, sizeof body->way.velocity);
+  if (body->free)
+    scene_free_reset(body);
   if (body->touch != NULL)
     thrum_contact_reset(body->touch->contact);
   body->work_load = body->work_base = body->dissipated = 0;

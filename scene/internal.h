@@ -39,13 +39,19 @@ typedef struct scene_pull {
   double target[3], stiffness, damping;
 } scene_pull;
 
+/* What moves a free body as a whole, in the world. */
+typedef struct scene_wrench {
+  double force[3];  /* [N] */
+  double torque[3]; /* about the centre of mass [N m] */
+} scene_wrench;
+
 /* One body. Vectors are of its model's full rank r, the first `rank` entries are in use. */
 typedef struct scene_body {
   char name[THRUM_SCENE_NAME_MAX];
   const thrum_model *model;
   scene_model *derived;
-  thrum_placement placement;
-  double k, g, mass; /* U' = k U, q of the model = g q', U'^T M' = mass U^T M */
+  thrum_placement placement, here; /* at the start, and now */
+  double k, g, mass;               /* U' = k U, q of the model = g q', U'^T M' = mass U^T M */
   float colour[3];
   thrum_state_def def;
   thrum_state *state; /* its own aligned block */
@@ -56,13 +62,17 @@ typedef struct scene_body {
   thrum_load *now;       /* and counted from the scene's origin */
   double *directions;    /* load_count x r */
   int64_t load_count;
-  double *resultants; /* load_count x 3, of a free body [N] */
   bool free;
+  double *parts; /* of a free body, load_count x 9 x r: world axis b of a load along body axis a */
+  double *moments;    /* load_count x 9: arm along a times force along b [N m] */
+  double *resultants; /* load_count x 3 [N] */
   thrum_translation way;
-  double start_velocity[3], way_force[3]; /* [m/s], [N] */
-  int32_t *surface;                       /* surface_count vertices of the triangles, ascending */
-  double *areas;                          /* surface_count x 3, outward, of the scaled body [m^2] */
-  double *stretch;                        /* surface_count, |rows of U|^2 */
+  thrum_turning turning;
+  double start_momentum[3]; /* [kg m^2/s] */
+  double start_velocity[3];
+  int32_t *surface; /* surface_count vertices of the triangles, ascending */
+  double *areas;    /* surface_count x 3, outward, of the scaled body [m^2] */
+  double *stretch;  /* surface_count, |rows of U|^2 */
   int64_t surface_count;
   int32_t *touching;   /* touch_count vertices that may touch, */
   double *touch_areas; /* and what each stands for [m^2] */
@@ -72,6 +82,7 @@ typedef struct scene_body {
   scene_touch *touch;      /* NULL: nothing to touch and no pull */
   scene_touch *touch_next; /* while obstacles are added */
   scene_pull pulls[THRUM_SCENE_PULLS];
+  scene_wrench wrench; /* of the step to come */
   thrum_status status; /* < 0: stopped */
   int64_t fallback_steps;
   double work_load, work_base, dissipated;
@@ -132,6 +143,17 @@ thrum_status scene_placement_make(const double position[3], const double rotatio
 void scene_to_world(const thrum_placement *placement, const double in_body[3], double out[3]);
 void scene_to_body(const thrum_placement *placement, const double in_world[3], double out[3]);
 
+/* free.c: makes a body free, with the mass and inertia of its model. */
+thrum_status scene_free_make(const thrum_scene_body_def *def, scene_body *body, thrum_error *error);
+/* One step as a whole; where a free body is now; back to its start. */
+void scene_free_step(scene_body *body, const scene_wrench *wrench, double dt);
+void scene_free_place(scene_body *body);
+void scene_free_reset(scene_body *body);
+/* Velocity of the frame at an arm from the centre, both in the world. */
+void scene_free_velocity(const scene_body *body, const double arm[3], double velocity[3]);
+/* Where the centre of mass is. */
+void scene_free_centre(const scene_body *body, double centre[3]);
+
 /* body.c: NULL, and the reason, for a number that is none. */
 scene_body *scene_body_at(const thrum_scene *scene, int32_t body, thrum_error *error);
 /* A block for a state of the body's def at a model, with q and p (rank) in it. */
@@ -147,15 +169,15 @@ void scene_point(const scene_body *body, const double rest[3], const double *row
 /* loads.c */
 thrum_status scene_gravity_reduce(scene_body *body, const double gravity[3], thrum_error *error);
 void scene_loads_retime(thrum_scene *scene);
-/* The mean load of the step to come into body->force; of a free body its resultant [N] too. */
-void scene_loads_sum(const thrum_scene *scene, scene_body *body, double resultant[3]);
+/* The mean load of the step to come into body->force; what it does to a free body as a whole. */
+void scene_loads_sum(const thrum_scene *scene, scene_body *body, scene_wrench *wrench);
 
 /* surface.c: areas of the def's triangles, and what touches. */
 thrum_status scene_surface_make(const thrum_scene_body_def *def, scene_body *body,
                                 thrum_error *error);
 
-/* wind.c: adds the drag of the step to come to body->force, and to `resultant` [N]. */
-thrum_status scene_wind_add(const thrum_scene *scene, scene_body *body, double resultant[3],
+/* wind.c: adds the drag of the step to come to body->force, and to the wrench. */
+thrum_status scene_wind_add(const thrum_scene *scene, scene_body *body, scene_wrench *wrench,
                             thrum_error *error);
 
 /* touch.c: what a body needs to touch obstacles and be pulled, for `state` of `derived`; NULL where
@@ -164,13 +186,20 @@ thrum_status scene_touch_make(const thrum_scene *scene, const scene_body *body,
                               const scene_model *derived, const thrum_state *state,
                               scene_touch **touch, thrum_error *error);
 void scene_touch_free(scene_touch *touch);
-/* A step of a body with contact and pulls; `force` on the way of a free one [N]. */
-thrum_status scene_touch_step(const thrum_scene *scene, scene_body *body, const double force[3],
-                              thrum_error *error);
+/* A step of a body with contact and pulls. */
+thrum_status scene_touch_step(const thrum_scene *scene, scene_body *body,
+                              const scene_wrench *wrench, thrum_error *error);
 
 /* obstacle.c: after a step, and at a reset. */
 void scene_obstacles_move(thrum_scene *scene);
 void scene_obstacles_reset(thrum_scene *scene);
+
+/* parts.c: what load `index` of a free body is in every direction that the body may turn to. */
+thrum_status scene_parts_make(scene_body *body, const thrum_scene_load *load, int64_t index,
+                              thrum_error *error);
+/* The directions of its loads as it stands now, and what they do to it as a whole. */
+void scene_parts_sum(const thrum_scene *scene, scene_body *body, int64_t step,
+                     scene_wrench *wrench);
 
 /* shake.c: can the ground shake this body? */
 thrum_status scene_shake_check(const scene_body *body, thrum_error *error);

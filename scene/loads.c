@@ -46,9 +46,11 @@ thrum_status scene_gravity_reduce(scene_body *body, const double gravity[3], thr
   if (status < 0)
     return status;
   memcpy(body->directions, body->force, (size_t)body->model->rank * sizeof *body->force);
-  for (int axis = 0; axis < 3; axis++)
-    body->resultants[axis] = body->way.mass * gravity[axis];
-  return THRUM_OK;
+  if (!body->free)
+    return THRUM_OK;
+  const thrum_scene_load load = {.kind = THRUM_SCENE_ACCELERATION,
+                                 .vector = {gravity[0], gravity[1], gravity[2]}};
+  return scene_parts_make(body, &load, 0, error);
 }
 
 thrum_status thrum_scene_set_gravity(thrum_scene *scene, const double gravity[3],
@@ -111,20 +113,6 @@ static thrum_status reduce_load(const scene_body *body, const thrum_scene_load *
   return status;
 }
 
-/* What a load does to the way of a free body [N]. */
-static void find_resultant(const scene_body *body, const thrum_scene_load *load,
-                           double resultant[3]) {
-  const double weight = load->kind == THRUM_SCENE_ACCELERATION ? body->way.mass : 1;
-  for (int axis = 0; axis < 3; axis++) {
-    resultant[axis] = weight * load->vector[axis];
-    if (load->kind != THRUM_SCENE_FIELD)
-      continue;
-    resultant[axis] = 0;
-    for (int64_t v = 0; v < body->model->vertex_count; v++)
-      resultant[axis] += load->field[3 * v + axis];
-  }
-}
-
 static thrum_status check_load(const thrum_scene_load *load, thrum_error *error) {
   const thrum_load *course = &load->course;
   if (load->kind != THRUM_SCENE_FIELD && !finite3(load->vector))
@@ -145,15 +133,15 @@ thrum_status thrum_scene_add_load(thrum_scene *scene, int32_t number, const thru
   const int64_t r = body->model->rank, count = body->load_count + 1;
   if (!scene_grow(&body->courses, count, sizeof *body->courses) ||
       !scene_grow(&body->now, count, sizeof *body->now) ||
-      !scene_grow(&body->resultants, 3 * count, sizeof *body->resultants) ||
       !scene_grow(&body->directions, count * r, sizeof *body->directions))
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a load");
   double *direction = body->directions + body->load_count * r;
   memset(direction, 0, (size_t)r * sizeof *direction);
   status = reduce_load(body, load, direction, error);
+  if (status >= 0 && body->free)
+    status = scene_parts_make(body, load, body->load_count, error);
   if (status < 0)
     return status;
-  find_resultant(body, load, body->resultants + 3 * body->load_count);
   body->courses[body->load_count++] = load->course;
   scene->revision++;
   scene_loads_retime(scene);
@@ -179,18 +167,18 @@ void scene_loads_retime(thrum_scene *scene) {
     scene->shakes[n].now = counted_from(&scene->shakes[n].course, scene->origin);
 }
 
-void scene_loads_sum(const thrum_scene *scene, scene_body *body, double resultant[3]) {
+void scene_loads_sum(const thrum_scene *scene, scene_body *body, scene_wrench *wrench) {
   const int64_t r = body->model->rank, step = scene->steps - scene->origin_step;
-  thrum_load_sum(body->now, body->directions, body->load_count, r, step, scene->dt, body->force);
   if (body->free)
-    thrum_load_sum(body->now, body->resultants, body->load_count, 3, step, scene->dt, resultant);
+    scene_parts_sum(scene, body, step, wrench);
+  thrum_load_sum(body->now, body->directions, body->load_count, r, step, scene->dt, body->force);
   if (scene->shake_count == 0)
     return;
   double mean[3], local[3];
   scene_shake_mean(scene, mean);
   for (int axis = 0; axis < 3 && body->free; axis++)
-    resultant[axis] -= body->way.mass * mean[axis];
-  scene_to_body(&body->placement, mean, local);
+    wrench->force[axis] -= body->way.mass * mean[axis];
+  scene_to_body(&body->here, mean, local);
   memset(body->inertia, 0, (size_t)r * sizeof *body->inertia);
   // cannot fail: looked at when the shake was added
   thrum_motion_load(body->model, local, body->inertia, NULL);

@@ -68,14 +68,20 @@ void scene_point(const scene_body *body, const double rest[3], const double *row
     x[axis] = body->derived->by.length * rest[axis] + body->k * u;
     v[axis] = body->k * speed;
   }
-  scene_to_world(&body->placement, x, position);
+  scene_to_world(&body->here, x, position);
   for (int axis = 0; axis < 3; axis++)
-    position[axis] += body->placement.origin[axis] + body->way.position[axis];
+    position[axis] += body->here.origin[axis];
   if (velocity == NULL)
     return;
-  scene_to_world(&body->placement, v, velocity);
+  scene_to_world(&body->here, v, velocity);
+  if (!body->free)
+    return;
+  double centre[3], whole[3];
+  scene_free_centre(body, centre);
+  const double arm[3] = {position[0] - centre[0], position[1] - centre[1], position[2] - centre[2]};
+  scene_free_velocity(body, arm, whole);
   for (int axis = 0; axis < 3; axis++)
-    velocity[axis] += body->way.velocity[axis];
+    velocity[axis] += whole[axis];
 }
 
 void thrum_scene_body_matrix(const thrum_scene *scene, int32_t number, double matrix[16]) {
@@ -84,7 +90,7 @@ void thrum_scene_body_matrix(const thrum_scene *scene, int32_t number, double ma
   matrix[15] = 1;
   for (int column = 0; column < 3 && body != NULL; column++) {
     for (int row = 0; row < 3; row++)
-      matrix[4 * column + row] = body->derived->by.length * body->placement.axes[3 * row + column];
-    matrix[12 + column] = body->placement.origin[column] + body->way.position[column];
+      matrix[4 * column + row] = body->derived->by.length * body->here.axes[3 * row + column];
+    matrix[12 + column] = body->here.origin[column];
   }
 }

@@ -80,6 +80,8 @@ thrum_status thrum_scene_body_energies(thrum_scene *scene, int32_t number,
     kinetic += 0.5 * way->mass * way->velocity[axis] * way->velocity[axis];
     work += way->mass * scene->gravity[axis] * way->position[axis];
   }
+  if (body->free)
+    kinetic += thrum_turning_energy(&body->turning, &body->placement);
   if (body->touch != NULL)
     stored = thrum_contact_report_get(body->touch->contact).stored;
   *energies = (thrum_scene_energies){.kinetic = kinetic,

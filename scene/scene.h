@@ -9,7 +9,8 @@
  * together.
  *
  * A body of a model X + U q is placed by  x = position + R (scale (X + U q) + offset),  R the
- * rotation; offset is the way of a free body, which moves but does not turn. World vectors
+ * rotation; offset is the way of a free body, which also turns, as a rigid frame
+ * (thrum/turning.h): R is then its rotation now. World vectors
  * (gravity, wind, forces) are turned into each body's axes, so turning a body and all that acts on
  * it changes nothing. A uniform scale s, a factor e of Young's modulus and d of the density are
  * exact (thrum/model.h, thrum_model_scale).
@@ -52,8 +53,9 @@ typedef struct thrum_scene_body_def {
   const double *q, *p;      /* start, of the model's rank, as the scaled body has it; NULL: zero */
   int64_t start_mode;       /* from 1: this basis vector is added to q, 0: none, */
   double start_amplitude;   /* so that the vertex that moves furthest is displaced so far [m] */
-  int32_t free;       /* 1: it may move as a whole, without turning; of a model with `rigid` */
-  double velocity[3]; /* of a free body at the start [m/s] */
+  int32_t free;             /* 1: it may move and turn as a whole; of a model with `rigid` */
+  double velocity[3];       /* of a free body at the start [m/s] */
+  double spin[3];           /* its angular velocity at the start, in the world [rad/s] */
   /* Outer triangles, 3 vertices each, counter-clockwise from outside: for wind, and the areas of
    * what touches; only read here. */
   const int32_t *triangles;

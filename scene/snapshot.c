@@ -17,6 +17,7 @@ typedef struct body_record {
   int64_t status, fallback_steps;
   double work_load, work_base, dissipated;
   thrum_translation way;
+  thrum_turning turning;
 } body_record;
 
 static size_t contact_bytes(const scene_body *body) {
@@ -65,7 +66,8 @@ thrum_status thrum_scene_snapshot(const thrum_scene *scene, void *memory, size_t
   for (int32_t n = 0; n < scene->body_count; n++) {
     const scene_body *body = scene->bodies[n];
     const body_record record = {body->status,    body->fallback_steps, body->work_load,
-                                body->work_base, body->dissipated,     body->way};
+                                body->work_base, body->dissipated,     body->way,
+                                body->turning};
     put(&at, &record, sizeof record);
     put(&at, body->before, (size_t)body->derived->rank * sizeof *body->before);
     put(&at, body->state, thrum_state_bytes(body->state));
@@ -99,6 +101,9 @@ thrum_status thrum_scene_restore(thrum_scene *scene, const void *memory, size_t 
     if (body->touch != NULL)
       take(&at, body->touch->contact, contact_bytes(body));
     body->way = record.way;
+    body->turning = record.turning;
+    if (body->free)
+      scene_free_place(body);
     body->status = (thrum_status)record.status;
     body->fallback_steps = record.fallback_steps;
     body->work_load = record.work_load;

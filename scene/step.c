@@ -23,14 +23,14 @@ double thrum_scene_dt(const thrum_scene *scene) {
 /* The load of the step to come; a body that touches or is pulled makes its step here, since contact
  * may take several attempts. */
 static thrum_status push(const thrum_scene *scene, scene_body *body, thrum_error *error) {
-  double resultant[3] = {0};
-  scene_loads_sum(scene, body, resultant);
+  scene_wrench *wrench = &body->wrench;
+  *wrench = (scene_wrench){{0}, {0}};
+  scene_loads_sum(scene, body, wrench);
   thrum_status status = THRUM_OK;
   if (scene->air > 0 && body->surface_count > 0)
-    status = scene_wind_add(scene, body, resultant, error);
+    status = scene_wind_add(scene, body, wrench, error);
   if (status >= 0 && body->touch != NULL)
-    return scene_touch_step(scene, body, resultant, error);
-  memcpy(body->way_force, resultant, sizeof resultant);
+    return scene_touch_step(scene, body, wrench, error);
   if (status >= 0)
     status = thrum_state_set_force(body->derived->model, body->state, body->force, error);
   return status;
@@ -93,7 +93,7 @@ static void step_model(thrum_scene *scene, const scene_model *model, thrum_statu
   for (int32_t n = 0; n < count; n++) {
     scene_body *body = scene->bodies[scene->side_body[n]];
     if (scene->side_status[n] >= 0 && body->free)
-      thrum_translation_step(&body->way, body->way_force, scene->dt);
+      scene_free_step(body, &body->wrench, scene->dt);
     if (scene->side_status[n] >= 0)
       count_work(scene, body);
     note(body, scene->side_status[n], &detail, status, error);

@@ -83,11 +83,13 @@ static void pick(const thrum_model *model, const double *all, scene_body *body) 
   }
 }
 
-/* The vertices that may touch; those of no area only where no triangles are known. */
+/* The vertices that may touch; those of no area only where no triangles are known, and none that is
+ * held, since nothing can push it. */
 static void pick_touch(const thrum_scene_body_def *def, const double *all, scene_body *body) {
   for (int64_t n = 0; n < def->touch_count; n++) {
     const int32_t v = def->touch[n];
-    if (def->triangle_count > 0 && !(all[4 * (int64_t)v + 3] > 0))
+    const bool held = def->model->fixed && def->model->fixed[v] == 7;
+    if (held || (def->triangle_count > 0 && !(all[4 * (int64_t)v + 3] > 0)))
       continue;
     body->touch_areas[body->touch_count] = all[4 * (int64_t)v + 3];
     body->touching[body->touch_count++] = v;

@@ -131,18 +131,24 @@ static int64_t list_pulls(const scene_body *body, thrum_pull pulls[THRUM_SCENE_P
   return count;
 }
 
-thrum_status scene_touch_step(const thrum_scene *scene, scene_body *body, const double force[3],
-                              thrum_error *error) {
+thrum_status scene_touch_step(const thrum_scene *scene, scene_body *body,
+                              const scene_wrench *wrench, thrum_error *error) {
   thrum_pull pulls[THRUM_SCENE_PULLS];
   thrum_around around = {.placement = &body->placement,
                          .translation = body->free ? &body->way : NULL,
+                         .turning = body->free ? &body->turning : NULL,
                          .obstacles = scene->obstacles,
                          .obstacle_count = body->touch->idle ? 0 : scene->obstacle_count,
                          .pulls = pulls,
                          .pull_count = list_pulls(body, pulls),
                          .load = body->force};
-  memcpy(around.force, force, sizeof around.force);
-  return thrum_contact_step(&body->touch->model, body->state, body->touch->contact, &around, error);
+  memcpy(around.force, wrench->force, sizeof around.force);
+  memcpy(around.torque, wrench->torque, sizeof around.torque);
+  const thrum_status status =
+      thrum_contact_step(&body->touch->model, body->state, body->touch->contact, &around, error);
+  if (status >= 0 && body->free)
+    scene_free_place(body);
+  return status;
 }
 
 /* --- pulls -------------------------------------------------------------------------------------

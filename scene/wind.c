@@ -42,7 +42,14 @@ static double length_of(const double *vector) {
   return sqrt(vector[0] * vector[0] + vector[1] * vector[1] + vector[2] * vector[2]);
 }
 
-/* The velocity of a vertex in the body's axes, without that of the body as a whole. */
+/* What a body does in a wind, in its own axes. */
+typedef struct scene_flow {
+  double wind[3], way[3], spin[3]; /* of the air, and of a free body as a whole */
+  double centre[3];
+  double fastest; /* of its vertices, without the whole */
+} scene_flow;
+
+/* The velocity of a vertex without that of the body as a whole. */
 static void velocity_of(const scene_body *body, const double *rows, double velocity[3]) {
   const int64_t r = body->model->rank, rank = body->derived->rank;
   for (int axis = 0; axis < 3; axis++) {
@@ -53,52 +60,103 @@ static void velocity_of(const scene_body *body, const double *rows, double veloc
   }
 }
 
-/* How much of the drag's change with the body's own motion one step can take. */
-static double limit(const thrum_scene *scene, const scene_body *body, const double wind[3],
-                    double fastest) {
-  double rate = 0, whole = 0;
-  for (int64_t n = 0; n < body->surface_count; n++) {
-    rate += length_of(body->areas + 3 * n) * body->stretch[n];
-    whole += length_of(body->areas + 3 * n);
-  }
-  if (body->free)
-    rate += whole / body->way.mass;
-  return 1 / (1 + scene->dt * 2 * scene->air * (length_of(wind) + fastest) * rate);
+static const double *rows_of(const scene_body *body, int64_t n) {
+  return body->model->basis + 3 * (int64_t)body->surface[n] * body->model->rank;
 }
 
-thrum_status scene_wind_add(const thrum_scene *scene, scene_body *body, double resultant[3],
+static void arm_of(const scene_body *body, const scene_flow *flow, int64_t n, double arm[3]) {
+  const double *rest = body->model->vertices + 3 * (int64_t)body->surface[n];
+  for (int axis = 0; axis < 3; axis++)
+    arm[axis] = body->derived->by.length * rest[axis] - flow->centre[axis];
+}
+
+static scene_flow find_flow(const thrum_scene *scene, const scene_body *body) {
+  scene_flow flow = {.fastest = 0};
+  double spin[3] = {0};
+  if (body->free)
+    thrum_turning_velocity(&body->turning, &body->placement, spin);
+  scene_to_body(&body->here, scene->wind, flow.wind);
+  scene_to_body(&body->here, body->way.velocity, flow.way);
+  scene_to_body(&body->here, spin, flow.spin);
+  memcpy(flow.centre, body->turning.centre, sizeof flow.centre);
+  for (int64_t n = 0; n < body->surface_count; n++) {
+    double v[3];
+    velocity_of(body, rows_of(body, n), v);
+    const double speed = length_of(v);
+    flow.fastest = speed > flow.fastest ? speed : flow.fastest;
+  }
+  return flow;
+}
+
+/* How much of the drag's change with the body's own motion one step can take. */
+static double limit(const thrum_scene *scene, const scene_body *body, const scene_flow *flow) {
+  double rate = 0, whole = 0, turning = 0, longest = 0;
+  const double *inverse = body->turning.inverse;
+  for (int64_t n = 0; n < body->surface_count; n++) {
+    const double area = length_of(body->areas + 3 * n);
+    double arm[3];
+    arm_of(body, flow, n, arm);
+    rate += area * body->stretch[n];
+    whole += area;
+    turning += area * (arm[0] * arm[0] + arm[1] * arm[1] + arm[2] * arm[2]);
+    longest = fmax(longest, length_of(arm));
+  }
+  if (body->free)
+    rate += whole / body->way.mass + turning * (inverse[0] + inverse[4] + inverse[8]);
+  const double speed = length_of(flow->wind) + length_of(flow->way) + flow->fastest +
+                       longest * length_of(flow->spin);
+  return 1 / (1 + scene->dt * 2 * scene->air * speed * rate);
+}
+
+/* torque += arm x force */
+static void add_torque(const double arm[3], const double force[3], double torque[3]) {
+  for (int axis = 0; axis < 3; axis++) {
+    const int next = (axis + 1) % 3, last = (axis + 2) % 3;
+    torque[axis] += arm[next] * force[last] - arm[last] * force[next];
+  }
+}
+
+/* The drag on vertex n of the surface, of which `share` of what motion adds is taken. */
+static void vertex_drag(const thrum_scene *scene, const scene_body *body, const scene_flow *flow,
+                        int64_t n, double share, double force[3]) {
+  double v[3], past[3], still[3], arm[3], turned[3] = {0};
+  velocity_of(body, rows_of(body, n), v);
+  arm_of(body, flow, n, arm);
+  add_torque(flow->spin, arm, turned); // the same product: spin x arm
+  for (int axis = 0; axis < 3; axis++)
+    past[axis] = flow->wind[axis] - v[axis] - flow->way[axis] - turned[axis];
+  drag_on(scene->air, body->areas + 3 * n, flow->wind, still);
+  drag_on(scene->air, body->areas + 3 * n, past, force);
+  for (int axis = 0; axis < 3; axis++)
+    force[axis] = still[axis] + share * (force[axis] - still[axis]);
+}
+
+thrum_status scene_wind_add(const thrum_scene *scene, scene_body *body, scene_wrench *wrench,
                             thrum_error *error) {
   const thrum_status status = scene_body_read(body, true, error);
   if (status < 0)
     return status;
   const int64_t r = body->model->rank, rank = body->derived->rank;
-  double wind[3], way[3], sum[3] = {0}, world[3], fastest = 0;
-  scene_to_body(&body->placement, scene->wind, wind);
-  scene_to_body(&body->placement, body->way.velocity, way);
+  const scene_flow flow = find_flow(scene, body);
+  const double share = limit(scene, body, &flow);
+  double sum[3] = {0}, torque[3] = {0}, world[3], world_torque[3];
   for (int64_t n = 0; n < body->surface_count; n++) {
-    double v[3];
-    velocity_of(body, body->model->basis + 3 * (int64_t)body->surface[n] * r, v);
-    const double speed = length_of(v);
-    fastest = speed > fastest ? speed : fastest;
-  }
-  const double share = limit(scene, body, wind, fastest + length_of(way));
-  for (int64_t n = 0; n < body->surface_count; n++) {
-    const double *rows = body->model->basis + 3 * (int64_t)body->surface[n] * r;
-    double v[3], past[3], still[3], force[3];
-    velocity_of(body, rows, v);
-    for (int axis = 0; axis < 3; axis++)
-      past[axis] = wind[axis] - v[axis] - way[axis];
-    drag_on(scene->air, body->areas + 3 * n, wind, still);
-    drag_on(scene->air, body->areas + 3 * n, past, force);
+    const double *rows = rows_of(body, n);
+    double force[3], arm[3];
+    vertex_drag(scene, body, &flow, n, share, force);
+    arm_of(body, &flow, n, arm);
+    add_torque(arm, force, torque);
     for (int axis = 0; axis < 3; axis++) {
-      const double f = still[axis] + share * (force[axis] - still[axis]);
-      sum[axis] += f;
+      sum[axis] += force[axis];
       for (int64_t i = 0; i < rank; i++)
-        body->force[i] += body->k * rows[axis * r + i] * f;
+        body->force[i] += body->k * rows[axis * r + i] * force[axis];
     }
   }
-  scene_to_world(&body->placement, sum, world);
-  for (int axis = 0; axis < 3; axis++)
-    resultant[axis] += world[axis];
+  scene_to_world(&body->here, sum, world);
+  scene_to_world(&body->here, torque, world_torque);
+  for (int axis = 0; axis < 3; axis++) {
+    wrench->force[axis] += world[axis];
+    wrench->torque[axis] += world_torque[axis];
+  }
   return THRUM_OK;
 }

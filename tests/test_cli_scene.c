@@ -340,6 +340,26 @@ static void a_body_that_cannot_be_stepped_ends_the_run_and_flags_it(void **state
   free(second);
 }
 
+static void a_whole_turn_brings_a_free_body_back(void **state) {
+  (void)state;
+  cJSON_Delete(simulate("{\"dt\": 0.002, \"time\": 2, \"bodies\": [{\"name\": \"top\",\n"
+                        "\"model\": \"free.npz\", \"free\": true, \"spin\": [0, 0, 180],\n"
+                        "\"position\": [1, 2, 3], \"velocity\": [0, 0, 0.5]}],\n"
+                        "\"probes\": [{\"body\": \"top\", \"at\": \"vertex=1\"}],\n"
+                        "\"outputs\": {\"frames\": \"every-500\"}}",
+                        "spun", 0));
+  double x[6];
+  last_probes("spun/probes.csv", 6, x);
+  // vertex 1 is the corner at the mesh's origin, or one of that height
+  assert_true(fabs(x[2] - 4) < 0.2 && fabs(x[5] - 0.5) < 1e-6);
+  char command[400];
+  snprintf(command, sizeof command,
+           "awk -F, 'NR==2 {x=$3; y=$4; z=$5} END {d=($3-x)^2+($4-y)^2+($5-z-1)^2; "
+           "exit !(d < 1e-6)}' %s/spun/probes.csv",
+           folder);
+  assert_int_equal(system(command), 0);
+}
+
 /* Is each key of an object of the schema in the document? */
 static void check_documented(const cJSON *schema, const char *document) {
   const cJSON *properties = cJSON_GetObjectItem(schema, "properties"), *key;
@@ -398,6 +418,7 @@ int main(void) {
       cmocka_unit_test(options_of_one_body_are_refused),
       cmocka_unit_test(an_earlier_run_is_replaced_and_other_files_stay),
       cmocka_unit_test(frames_stand_where_the_bodies_are),
+      cmocka_unit_test(a_whole_turn_brings_a_free_body_back),
       cmocka_unit_test(a_body_that_cannot_be_stepped_ends_the_run_and_flags_it),
       cmocka_unit_test(the_schema_is_committed_and_every_key_is_documented),
       cmocka_unit_test(the_scenes_that_come_with_thrum_run),
