@@ -8,8 +8,8 @@ import { smooth } from './smooth.js';
 /** Geometry and modes of a model, shared by its bodies. */
 const shapes = new WeakMap();
 
-/** @param {import('./pack.js').Model} model */
-function shapeOf(model) {
+/** @param {import('./pack.js').Model} model @param {number} rows of textures at most */
+function shapeOf(model, rows) {
   let shape = shapes.get(model);
   if (!shape) {
     const { source, index, normals, normalModes } = smooth(model);
@@ -25,7 +25,8 @@ function shapeOf(model) {
     geometry.setIndex(new THREE.BufferAttribute(index, 1));
     geometry.computeBoundingBox();
     geometry.computeBoundingSphere();
-    shape = { geometry, modes: modesTexture(model), normalModes: normalsTexture(normalModes) };
+    shape = { geometry, modes: modesTexture(model, rows),
+      normalModes: normalsTexture(normalModes, rows) };
     shapes.set(model, shape);
   }
   return shape;
@@ -33,9 +34,10 @@ function shapeOf(model) {
 
 export class Body {
   /** @param {import('./pack.js').Model} model @param {{name: string, colour: string}} from
-   * @param {number} row in the texture of coordinates @param {THREE.Texture} coordinates */
-  constructor(model, from, row, coordinates) {
-    const { geometry, modes, normalModes } = shapeOf(model);
+   * @param {number} row in the texture of coordinates @param {THREE.Texture} coordinates
+   * @param {number} rows of textures at most */
+  constructor(model, from, row, coordinates, rows) {
+    const { geometry, modes, normalModes } = shapeOf(model, rows);
     this.model = model;
     this.name = from.name;
     this.uniforms = {

@@ -55,7 +55,7 @@ export function hooks(starting) {
       },
       times: () => Object.fromEntries(
         Object.entries(app.meters).map(([name, { mean, count }]) => [name, { mean, count }])),
-      video: () => app.recorder.video && app.recorder.video.size,
+      recorded: () => app.recorder.size,
     });
   }, () => {});
   return thrum;

@@ -31,13 +31,13 @@ class App {
     this.panel = new Panel(world, {
       set: (name, value) => this.set(name, value),
       choose: (choice) => this.show(choice, world.compared),
+      toggled: () => this.fit(),
     });
     this.drawSprings = pullWithPointers(world, (action) => this.guard(action));
     this.paused = false;
-    this.trouble = null;
     this.#wire();
-    this.show(world.choice, false);
     this.fit();
+    this.show(world.choice, false);
     requestAnimationFrame((now) => this.frame(now));
   }
 
@@ -61,8 +61,7 @@ class App {
   fit() {
     const { stage } = this.world;
     const wide = innerWidth > 720 && !find('panel').hidden;
-    stage.leaveRoom(wide ? find('panel').offsetWidth + 12 : 0, find('energy').offsetHeight);
-    stage.resize();
+    stage.fit(wide ? find('panel').offsetWidth + 12 : 0, find('energy').offsetHeight);
   }
 
   /** Does something that may be refused, and says so on the page. */
@@ -74,10 +73,23 @@ class App {
     }
   }
 
+  /** Says on the page what went wrong, until something else goes right. */
   complain(error) {
     this.trouble = error.message;
     find('notice').textContent = error.message;
     find('notice').hidden = false;
+  }
+
+  /** A body that failed: the simulation stops, and stays so until a reset. */
+  fail(error) {
+    this.failed = true;
+    this.complain(error);
+    this.pause(true);
+  }
+
+  settle() {
+    this.trouble = null;
+    find('notice').hidden = true;
   }
 
   /** Shows a model (-1: the pack's scene), perhaps in three copies. */
@@ -96,14 +108,17 @@ class App {
   forget() {
     const { compared } = this.world;
     this.plot.begin(compared ? COMPARED.map(([name, colour]) => ({ name, colour })) : ENERGIES);
-    find('notice').hidden = true;
-    this.trouble = null;
+    this.failed = false;
+    this.settle();
     this.clock.restart();
     this.meters.step = new Meter();
   }
 
   set(name, value) {
-    this.guard(() => this.world.set(name, value));
+    this.guard(() => {
+      this.world.set(name, value);
+      if (!this.failed) this.settle();
+    });
   }
 
   pause(on) {
@@ -130,8 +145,7 @@ class App {
       this.world.engine.step();
       return true;
     } catch (error) {
-      this.complain(error);
-      this.pause(true);
+      this.fail(error);
       return false;
     }
   }
@@ -178,8 +192,12 @@ class App {
 
   /** The energies as they are now, for the plot; a body that failed may have none. */
   sample() {
-    if (this.trouble !== null) return;
-    this.guard(() => this.plot.add(this.world.engine.time, this.energies()));
+    if (this.failed) return;
+    try {
+      this.plot.add(this.world.engine.time, this.energies());
+    } catch (error) {
+      this.fail(error);
+    }
   }
 
   // what the page says, at half the rate of the frames

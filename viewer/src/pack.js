@@ -51,6 +51,21 @@ function arrayAt(data, start, [offset, count, type]) {
   return new Type(data, start + offset, count);
 }
 
+/** Refuses arrays that do not fit together. @param {Model} model */
+function check(model) {
+  const { rank: r, vertex_count: vertices, triangle_count: triangles, arrays } = model;
+  const counts = {
+    omega2: r, c3: (r * (r + 1) * (r + 2)) / 6, c4: (r * (r + 1) * (r + 2) * (r + 3)) / 24,
+    axis_mass: 3 * r, positions: 3 * vertices, basis: 3 * vertices * r, triangles: 3 * triangles,
+    fixed: vertices,
+  };
+  for (const [name, count] of Object.entries(counts))
+    if (arrays[name]?.length !== count)
+      throw new Error(`model '${model.name}': array '${name}' has not ${count} entries`);
+  if (arrays.triangles.some((vertex) => vertex < 0 || vertex >= vertices))
+    throw new Error(`model '${model.name}': a triangle names a vertex that is not there`);
+}
+
 /** @param {Uint8Array} bytes @returns {Pack} */
 export function readPack(bytes) {
   const data = new Uint8Array(bytes).buffer; // a copy, aligned whatever it was cut from
@@ -68,6 +83,7 @@ export function readPack(bytes) {
     arrays: Object.fromEntries(
       Object.entries(model.arrays).map(([name, entry]) => [name, arrayAt(data, start, entry)])),
   }));
+  models.forEach(check);
   return { scene: header.scene, models };
 }
 

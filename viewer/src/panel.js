@@ -20,7 +20,8 @@ const SLIDERS = {
 
 export class Panel {
   /** @param {import('./world.js').World} world
-   * @param {{set: (name: string, value: *) => void, choose: (choice: number) => void}} actions */
+   * @param {{set: (name: string, value: *) => void, choose: (choice: number) => void,
+   *   toggled: () => void}} actions */
   constructor(world, actions) {
     this.world = world;
     for (const [name, slider] of Object.entries(SLIDERS)) {
@@ -37,7 +38,10 @@ export class Panel {
     const whole = isComposed(world.pack.scene) ? [[-1, 'the scene']] : [];
     fill(find('model'), [...whole, ...models]);
     find('model').addEventListener('change', () => actions.choose(Number(find('model').value)));
-    find('menu').addEventListener('click', () => this.toggle());
+    find('menu').addEventListener('click', () => {
+      this.toggle();
+      actions.toggled();
+    });
     if (innerWidth <= 720) this.toggle();
   }
 

@@ -5,8 +5,13 @@ export class Recorder {
   /** @param {HTMLCanvasElement} canvas */
   constructor(canvas) {
     this.canvas = canvas;
-    /** @type {Blob|null} the last video */
-    this.video = null;
+    /** @type {Blob[]} of the video, as they come */
+    this.chunks = [];
+  }
+
+  /** What was recorded so far [bytes]. */
+  get size() {
+    return this.chunks.reduce((sum, chunk) => sum + chunk.size, 0);
   }
 
   get recording() {
@@ -14,22 +19,19 @@ export class Recorder {
   }
 
   start() {
-    const chunks = [];
+    this.chunks = [];
     this.media = new MediaRecorder(this.canvas.captureStream(60));
-    this.media.ondataavailable = (event) => chunks.push(event.data);
+    this.media.ondataavailable = (event) => this.chunks.push(event.data);
     this.media.start(200);
-    this.chunks = chunks;
   }
 
-  /** @returns {Promise<Blob>} the video, which is also offered for download */
+  /** Ends the video and has the browser save it. */
   async stop() {
     const stopped = new Promise((done) => { this.media.onstop = done; });
     this.media.stop();
     await stopped;
     this.media.stream.getTracks().forEach((track) => track.stop());
-    this.video = new Blob(this.chunks, { type: 'video/webm' });
-    save(this.video, 'thrum.webm');
-    return this.video;
+    save(new Blob(this.chunks, { type: 'video/webm' }), 'thrum.webm');
   }
 }
 

@@ -22,10 +22,12 @@ export const DISPLACEMENT = /* glsl */ `
   }
   vec3 displacement(int source) { return alongModes(modes, source); }`;
 
-/** A texture of `count` x rank texels, whose number `texel` has the three numbers of at(texel).
- * @param {number} texels @param {(texel: number, axis: number) => number} at */
-function vectorsTexture(texels, at) {
+/** A texture whose number `texel` has the three numbers of at(texel).
+ * @param {number} texels @param {number} rows the most that this GPU takes
+ * @param {(texel: number, axis: number) => number} at */
+function vectorsTexture(texels, rows, at) {
   const height = Math.max(1, Math.ceil(texels / WIDTH));
+  if (height > rows) throw new Error('this GPU has no room for so many vertices at this rank');
   const data = new Float32Array(4 * WIDTH * height);
   for (let n = 0; n < texels; n++)
     for (let axis = 0; axis < 3; axis++) data[4 * n + axis] = at(n, axis);
@@ -35,17 +37,17 @@ function vectorsTexture(texels, at) {
 }
 
 /** U: texel v rank + i holds the three axes of mode i at vertex v.
- * @param {import('./pack.js').Model} model @returns {THREE.DataTexture} */
-export function modesTexture({ rank, vertex_count: vertices, arrays }) {
-  return vectorsTexture(vertices * rank, (texel, axis) => {
+ * @param {import('./pack.js').Model} model @param {number} rows the most that this GPU takes */
+export function modesTexture({ rank, vertex_count: vertices, arrays }, rows) {
+  return vectorsTexture(vertices * rank, rows, (texel, axis) => {
     const mode = texel % rank;
     return arrays.basis[(3 * ((texel - mode) / rank) + axis) * rank + mode];
   });
 }
 
-/** dN: as U, of split vertices. @param {Float32Array} normalModes */
-export const normalsTexture = (normalModes) =>
-  vectorsTexture(normalModes.length / 3, (texel, axis) => normalModes[3 * texel + axis]);
+/** dN: as U, of split vertices. @param {Float32Array} normalModes @param {number} rows */
+export const normalsTexture = (normalModes, rows) =>
+  vectorsTexture(normalModes.length / 3, rows, (texel, axis) => normalModes[3 * texel + axis]);
 
 /** q of all bodies; `texture.image.data` is filled row by row and uploaded once a frame.
  * @param {number} width the largest rank @param {number} rows @returns {THREE.DataTexture} */

@@ -24,25 +24,18 @@ export class Stage {
     this.sun.shadow.mapSize.set(1024, 1024);
     this.sun.shadow.bias = -0.001;
     this.scene.add(this.sun, this.sun.target, new THREE.HemisphereLight(0xffffff, 0xaab6c2, 1.9));
-    this.room = { right: 0, bottom: 0 };
     this.props = new THREE.Group(); // ground and obstacles
     this.scene.add(this.props);
-    this.resize();
   }
 
-  /** Fits the drawing to the window. */
-  resize() {
+  /** Fits the drawing to the window, with room for what lies over it.
+   * @param {number} right @param {number} bottom [px] */
+  fit(right, bottom) {
     const { clientWidth: width, clientHeight: height } = this.renderer.domElement;
+    this.room = { right, bottom };
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
-    this.camera.updateProjectionMatrix();
-    if (this.bounds) this.look(this.bounds);
-  }
-
-  /** Leaves room for what lies over the drawing. @param {number} right @param {number} bottom [px] */
-  leaveRoom(right, bottom) {
-    this.room = { right, bottom };
-    if (this.bounds) this.look(this.bounds);
+    this.camera.setViewOffset(width, height, right / 2, bottom / 2, width, height);
   }
 
   /** Ground and obstacles of a scene whose bodies lie in `bounds`.
@@ -76,10 +69,8 @@ export class Stage {
 
   /** Turns the camera to where it sees the bounds whole. @param {THREE.Box3} bounds */
   look(bounds) {
-    this.bounds = bounds;
     const { clientWidth: width, clientHeight: height } = this.renderer.domElement;
     const { right, bottom } = this.room;
-    this.camera.setViewOffset(width, height, right / 2, bottom / 2, width, height);
     const size = bounds.getSize(new THREE.Vector3());
     const centre = bounds.getCenter(new THREE.Vector3());
     const half = Math.tan((this.camera.fov * Math.PI) / 360); // of the height, at distance 1

@@ -62,7 +62,9 @@ export class World {
     const models = this.shown.bodies.map((body) => this.pack.models[body.model]);
     this.width = Math.max(...models.map(({ rank }) => rank));
     this.coordinates = coordinatesTexture(this.width, models.length);
-    this.bodies = this.shown.bodies.map((from, n) => new Body(models[n], from, n, this.coordinates));
+    const rows = this.stage.renderer.capabilities.maxTextureSize;
+    this.bodies = this.shown.bodies.map((from, n) =>
+      new Body(models[n], from, n, this.coordinates, rows));
     const bounds = new THREE.Box3();
     this.bodies.forEach(({ mesh }, n) => {
       this.stage.scene.add(mesh);
@@ -99,12 +101,11 @@ export class World {
    * @param {number} id of the pointer @param {number} body @param {number} vertex
    * @param {number[]} target [m] */
   startPull(id, body, vertex, target) {
-    const pull = { body, vertex, target, springs: [] };
-    this.pulls.set(id, pull);
     const copies = this.compared ? this.bodies.map((_, n) => n) : [body];
-    for (const copy of copies)
-      pull.springs.push({ copy, number: this.engine.startPull(copy, vertex,
-        this.#beside(target, body, copy), this.settings.pull) });
+    // a body takes so many pulls and no more, and copies have as many: the first one may refuse
+    const springs = copies.map((copy) => ({ copy, number: this.engine.startPull(copy, vertex,
+      this.#beside(target, body, copy), this.settings.pull) }));
+    this.pulls.set(id, { body, vertex, target, springs });
   }
 
   // a place at one body as it is at a copy of it

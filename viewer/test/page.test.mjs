@@ -1,6 +1,7 @@
 // The page as a person has it, in headless Chromium: opens, deforms, obeys each control.
 // SPDX-License-Identifier: Apache-2.0
 import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
 import { after, before, test } from 'node:test';
 import { launch, open, packOf, serve, standalone, thrum } from './fixture.mjs';
 
@@ -200,6 +201,15 @@ test('compare shows imexv, newmark and energy side by side, with their energies'
   assert.equal(await page.evaluate(() => window.thrum.bodies().length), 1);
 });
 
+test('what a control is refused for is said on the page, and goes when another is taken', async () => {
+  await fresh();
+  await page.evaluate(() => window.thrum.set('damping', -1));
+  assert.ok(await page.locator('#notice').isVisible());
+  await slide('damping', 1);
+  assert.equal(await page.locator('#notice').isVisible(), false);
+  assert.equal(await page.evaluate(() => window.thrum.settings().damping), 1);
+});
+
 test('a step that fails is said on the page, which stops', async () => {
   await fresh();
   await page.selectOption('#integrator', 'verlet');
@@ -324,11 +334,14 @@ test('records a video', async () => {
   await fresh();
   await page.click('#pause');
   await page.click('#record');
-  await page.waitForTimeout(1500);
+  await page.waitForFunction(() => window.thrum.recorded() > 2000);
   const download = page.waitForEvent('download');
   await page.click('#record');
-  assert.equal((await download).suggestedFilename(), 'thrum.webm');
-  assert.ok(await page.evaluate(() => window.thrum.video()) > 1000);
+  const file = await download;
+  assert.equal(file.suggestedFilename(), 'thrum.webm');
+  const video = readFileSync(await file.path());
+  assert.equal(video.readUInt32BE(0), 0x1a45dfa3); // how every WebM begins, RFC 8794
+  assert.ok(video.length > 2000);
 });
 
 test('after all that the console has nothing to complain of', () => {

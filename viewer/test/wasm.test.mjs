@@ -4,8 +4,9 @@ import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { before, test } from 'node:test';
+import { gzipSync } from 'node:zlib';
 import { Engine } from '../src/engine.js';
-import { readPack } from '../src/pack.js';
+import { bytesOfElement, readPack } from '../src/pack.js';
 import { folder, packOf, thrum, wasmBytes } from './fixture.mjs';
 import { writePack } from './pack_write.mjs';
 
@@ -111,4 +112,16 @@ test('a pack that is cut off, of another format or none is refused', () => {
   const other = Buffer.from(bytes);
   other.write('"format":2', bytes.indexOf('"format":1'));
   assert.throws(() => readPack(other), /format 2/);
+  const [model] = pack.models;
+  const broken = (change) => writePack({ ...pack, models: [{ ...model, ...change }] });
+  assert.throws(() => readPack(broken({ rank: 8 })), /'omega2' has not 8/);
+  const triangles = Int32Array.from(model.arrays.triangles).fill(model.vertex_count, 5, 6);
+  assert.throws(() => readPack(broken({ arrays: { ...model.arrays, triangles } })), /not there/);
+});
+
+test('a pack may be compressed', async () => {
+  const bytes = writePack(pack);
+  const element = { textContent: gzipSync(bytes).toString('base64'), dataset: { encoding: 'gzip' } };
+  assert.deepEqual(Buffer.from(await bytesOfElement(element)), bytes);
+  assert.equal(await bytesOfElement({ textContent: ' ', dataset: {} }), null);
 });
