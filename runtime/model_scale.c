@@ -1,4 +1,5 @@
-/* A model scaled by a length s, a stiffness e (of Young's modulus) and a density d (thrum/model.h).
+/* A model scaled by a length s, a stiffness e (of Young's modulus) and a density d (thrum/model.h,
+ * design 3).
  *
  * A body s times as large has the strains of the given one where u' = s u, so V'(u') = e s^3 V(u)
  * and M' = d s^3 M. From U'^T M' U' = 1 follows U' = k U with k = (d s^3)^-1/2, and from

@@ -1,5 +1,6 @@
 /* Loads on a body that turns: they stay in the world while the body's axes do not, so each is
- * reduced once for every pair of axes and put together in every step (9 r operations a load).
+ * reduced once for every pair of axes and put together in every step (design 15; 9 r operations a
+ * load).
  *
  * With f the load's world component b and a axis of the body: part_ab = U'^T of f_b along a, and
  * the direction now is sum axes_ba part_ab, axes from the body to the world. Its torque about the

@@ -1,7 +1,7 @@
-/* Air that drags on the windward surface:  f_v = 1/2 rho C_d A |w - v| (w - v)  on each vertex v,
- * with A = max(0, -a . (w - v)/|w - v|), a its outward area vector at rest. So a convex body at
- * rest feels 1/2 rho C_d |w|^2 times its frontal area (Hoerner 1965, Fluid-dynamic drag, chapter
- * I).
+/* Air that drags on the windward surface (design 15):  f_v = 1/2 rho C_d A |w - v| (w - v)  on each
+ * vertex v, with A = max(0, -a . (w - v)/|w - v|), a its outward area vector at rest. So a convex
+ * body at rest feels 1/2 rho C_d |w|^2 times its frontal area (Hoerner 1965, Fluid-dynamic drag,
+ * chapter I).
  *
  * What the body's own motion adds, f(w - v) - f(w), is taken at the start of the step and divided
  * by 1 + h kappa, kappa = rho C_d sum |a_v| |w - v|max |U_v|^2 a bound of its rate: an explicit
