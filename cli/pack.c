@@ -74,6 +74,20 @@ static void add_surface(data_section *data, cJSON *arrays, const cli_shown *show
     memcpy(fixed, shown->fixed, (size_t)shown->vertex_count);
 }
 
+/* What the inertia of a free body is taken from: the corners of its first tetrahedron, and the rigid
+ * modes there. */
+static void add_rigid(data_section *data, cJSON *arrays, const thrum_model *model) {
+  double corners[12], modes[72];
+  if (model->rigid == NULL || model->tet_count < 1)
+    return;
+  for (int n = 0; n < 4; n++) {
+    memcpy(corners + 3 * n, model->vertices + 3 * (int64_t)model->tets[n], 3 * sizeof *corners);
+    memcpy(modes + 18 * n, model->rigid + 18 * (int64_t)model->tets[n], 18 * sizeof *modes);
+  }
+  add_doubles(data, arrays, "tet", corners, 12);
+  add_doubles(data, arrays, "tet_rigid", modes, 72);
+}
+
 static thrum_status add_model(data_section *data, cJSON *list, const cli_pack_model *item,
                               thrum_error *error) {
   const thrum_model *model = item->model;
@@ -105,6 +119,7 @@ static thrum_status add_model(data_section *data, cJSON *list, const cli_pack_mo
   add_doubles(data, arrays, "c3", model->c3, model->c3_count);
   add_doubles(data, arrays, "c4", model->c4, model->c4_count);
   add_doubles(data, arrays, "axis_mass", model->axis_mass, 3 * model->rank);
+  add_rigid(data, arrays, model);
   add_surface(data, arrays, &shown);
   cJSON_AddItemToArray(list, object);
   cli_shown_free(&shown);

@@ -64,6 +64,10 @@ static cJSON *body_of_spec(const scene_body_spec *spec, const thrum_model *model
   add_colour(body, spec->colour);
   cJSON_AddBoolToObject(body, "free", spec->free);
   cli_json_numbers(body, "velocity", spec->velocity, 3);
+  double spin[3];
+  for (int axis = 0; axis < 3; axis++)
+    spin[axis] = SCENE_DEGREE * spec->spin[axis];
+  cli_json_numbers(body, "spin", spin, 3);
   cJSON_AddStringToObject(body, "integrator", simulate_integrator_name(def->integrator));
   cli_json_number(body, "damping", def->damping_alpha);
   return body;

@@ -48,11 +48,11 @@ static thrum_status no_memory(void) {
   return thrum_error_set(&error, THRUM_OUT_OF_MEMORY, "the page has no memory left");
 }
 
-// widens an array; NULL when there is no memory
-static double *widen(const float *from, int64_t count) {
-  double *to = bridge_alloc((size_t)count * sizeof *to);
-  for (int64_t i = 0; to != NULL && i < count; i++)
-    to[i] = from[i];
+// widens an array, with zeros after it; NULL when there is no memory
+static double *widen(const float *from, int64_t count, int64_t zeros) {
+  double *to = bridge_alloc((size_t)(count + zeros) * sizeof *to);
+  for (int64_t i = 0; to != NULL && i < count + zeros; i++)
+    to[i] = i < count ? from[i] : 0.0;
   return to;
 }
 
@@ -78,15 +78,25 @@ static thrum_status make_surface(bridge_model *made) {
   return thrum_surface_init(memory, size, &made->model, &def, &made->surface, &error);
 }
 
-// what a free body's mass is taken from: its shifts along x, y, z, each of unit mass
-static double *make_rigid(int64_t vertex_count, double mass) {
-  double *rigid = bridge_alloc((size_t)vertex_count * 18 * sizeof *rigid);
+// what a free body's mass and inertia are taken from: the mass from the first shift, the inertia
+// from the rigid modes at the corners
+static thrum_status make_rigid(bridge_model *made, double mass, const double *tet,
+                               const double *tet_rigid) {
+  thrum_model *model = &made->model;
+  const int64_t first = model->vertex_count - CORNERS;
+  double *rigid = bridge_alloc((size_t)model->vertex_count * 18 * sizeof *rigid);
   if (rigid == NULL)
-    return NULL;
-  memset(rigid, 0, (size_t)vertex_count * 18 * sizeof *rigid);
-  for (int64_t row = 0; row < 3 * vertex_count; row++)
-    rigid[6 * row + row % 3] = 1.0 / sqrt(mass);
-  return rigid;
+    return no_memory();
+  memset(rigid, 0, (size_t)model->vertex_count * 18 * sizeof *rigid);
+  memcpy(rigid + 18 * first, tet_rigid, CORNERS * 18 * sizeof *rigid);
+  rigid[0] = 1.0 / sqrt(mass);
+  memcpy((double *)model->vertices + 3 * first, tet, CORNERS * 3 * sizeof *tet);
+  for (int32_t n = 0; n < CORNERS; n++)
+    made->corners[n] = (int32_t)first + n;
+  model->rigid = rigid;
+  model->tets = made->corners;
+  model->tet_count = 1;
+  return THRUM_OK;
 }
 
 static thrum_status list_touch(bridge_model *made) {
@@ -94,44 +104,50 @@ static thrum_status list_touch(bridge_model *made) {
   made->touch = bridge_alloc((size_t)model->vertex_count * sizeof *made->touch);
   if (made->touch == NULL)
     return no_memory();
-  for (int32_t v = 0; v < model->vertex_count; v++)
+  for (int32_t v = 0; v < model->vertex_count - CORNERS; v++)
     if (model->fixed[v] == 0)
       made->touch[made->touch_count++] = v;
   return THRUM_OK;
 }
 
-/* Adds a model of arrays from bridge_alloc, which it keeps, `positions` and `basis` apart; their
- * shapes are those of the pack (docs/viewer.md). numbers: mass [kg], Young's modulus [Pa]. Returns its number, or a status below 0. */
+// the mesh that is left of a model: positions, rows of the basis, material
+static thrum_status make_mesh(bridge_model *made, const float *positions, const float *basis) {
+  thrum_model *model = &made->model;
+  const int64_t shown = model->vertex_count - CORNERS;
+  model->vertices = widen(positions, 3 * shown, 3 * CORNERS);
+  model->basis = widen(basis, 3 * shown * model->rank, 3 * CORNERS * model->rank);
+  model->material = made->material;
+  model->region_count = 1;
+  return model->vertices != NULL && model->basis != NULL ? THRUM_OK : no_memory();
+}
+
+/* Adds a model of arrays from bridge_alloc, which it keeps, `positions`, `basis` and the last two
+ * apart; their shapes are those of the pack (docs/viewer.md). tet and tet_rigid are NULL for a model
+ * that is held. numbers: mass [kg], Young's modulus [Pa]. Returns its number, or a status below 0. */
 int32_t EXPORT(bridge_add_model)(int32_t rank, int32_t vertex_count, int32_t triangle_count,
                                  const double *omega2, const double *c3, const double *c4,
-                                 const double *axis_mass, const float *positions,
-                                 const float *basis, const int32_t *triangles,
-                                 const uint8_t *fixed) {
+                                 const double *axis_mass, const uint8_t *fixed,
+                                 const int32_t *triangles, const float *positions,
+                                 const float *basis, const double *tet, const double *tet_rigid) {
   if (model_count == MODELS_MAX)
     return thrum_error_set(&error, THRUM_UNSUPPORTED, "a page has at most %d models", MODELS_MAX);
   bridge_model *made = &models[model_count];
-  memset(made, 0, sizeof *made);
-  thrum_model *model = &made->model;
-  model->rank = rank;
-  model->c3_count = thrum_c3_count(rank);
-  model->c4_count = thrum_c4_count(rank);
-  model->vertex_count = vertex_count;
-  model->omega2 = omega2;
-  model->c3 = c3;
-  model->c4 = c4;
-  model->axis_mass = axis_mass;
-  model->fixed = fixed;
-  model->vertices = widen(positions, 3 * (int64_t)vertex_count);
-  model->basis = widen(basis, 3 * (int64_t)vertex_count * rank);
-  model->rigid = make_rigid(vertex_count, bridge_number[0]);
+  *made = (bridge_model){.triangles = triangles, .triangle_count = triangle_count};
   made->material[0] = bridge_number[1];
-  model->material = made->material;
-  model->region_count = 1;
-  made->triangles = triangles;
-  made->triangle_count = triangle_count;
-  if (model->vertices == NULL || model->basis == NULL || model->rigid == NULL)
-    return no_memory();
-  thrum_status status = pack(model);
+  made->model = (thrum_model){.rank = rank,
+                              .c3_count = thrum_c3_count(rank),
+                              .c4_count = thrum_c4_count(rank),
+                              .vertex_count = (int64_t)vertex_count + CORNERS,
+                              .omega2 = omega2,
+                              .c3 = c3,
+                              .c4 = c4,
+                              .axis_mass = axis_mass,
+                              .fixed = fixed};
+  thrum_status status = make_mesh(made, positions, basis);
+  if (status == THRUM_OK && tet != NULL)
+    status = make_rigid(made, bridge_number[0], tet, tet_rigid);
+  if (status == THRUM_OK)
+    status = pack(&made->model);
   if (status == THRUM_OK)
     status = make_surface(made);
   if (status == THRUM_OK)
@@ -150,8 +166,8 @@ int32_t EXPORT(bridge_begin)(double dt) {
   return THRUM_OK;
 }
 
-/* numbers: position 3, rotation 4 (w, x, y, z), scale, stiffness, density, alpha, beta, velocity 3.
- * rank 0: all. Returns the body's number, or a status below 0. */
+/* numbers: position 3, rotation 4 (w, x, y, z), scale, stiffness, density, alpha, beta, velocity 3,
+ * spin 3. rank 0: all. Returns the body's number, or a status below 0. */
 int32_t EXPORT(bridge_add_body)(int32_t model, int32_t integrator, int32_t rank, int32_t free_body) {
   if (model < 0 || model >= model_count || thrum_scene_body_count(bridge_scene) == BODIES_MAX)
     return thrum_error_set(&error, THRUM_INVALID_ARGUMENT, "a page has at most %d bodies",
@@ -168,6 +184,7 @@ int32_t EXPORT(bridge_add_body)(int32_t model, int32_t integrator, int32_t rank,
   def.state.damping_beta = n[11];
   def.state.integrator = (thrum_integrator)integrator;
   memcpy(def.velocity, n + 12, sizeof def.velocity);
+  memcpy(def.spin, n + 15, sizeof def.spin);
   def.rank = rank;
   def.free = free_body;
   def.triangles = models[model].triangles;

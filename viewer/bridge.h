@@ -7,9 +7,11 @@
 
 #define EXPORT(name) __attribute__((export_name(#name))) name
 
+#define CORNERS 4
 #define NUMBERS THRUM_RANK_MAX /* doubles that a call may hand to JavaScript, or take */
 
-/* A model as the page has it: its shown vertices alone. */
+/* A model as the page has it: its shown vertices, then the four corners of a tetrahedron, from which
+ * the inertia of a free body is taken. */
 typedef struct bridge_model {
   thrum_model model;
   const thrum_surface *surface;
@@ -17,6 +19,7 @@ typedef struct bridge_model {
   int64_t triangle_count;
   int32_t *touch; /* vertices that may touch obstacles: those that are not held */
   int64_t touch_count;
+  int32_t corners[CORNERS];
   double material[3]; /* of model: Young's modulus, which the stiffness of contact follows */
   float *positions;         /* vertex_count x 3, scratch of picking */
 } bridge_model;

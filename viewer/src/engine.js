@@ -45,8 +45,10 @@ export class Engine {
     return status;
   }
 
-  /** @param {ArrayBufferView} array @returns {number} its address in the module's memory */
+  /** @param {ArrayBufferView|undefined} array
+   * @returns {number} its address in the module's memory; 0: none */
   #copyIn(array) {
+    if (array === undefined) return 0;
     const at = this.wasm.bridge_alloc(array.byteLength);
     if (at === 0) throw new Error('the page has no memory left');
     new Uint8Array(this.wasm.memory.buffer, at, array.byteLength)
@@ -56,13 +58,13 @@ export class Engine {
 
   /** @param {import('./pack.js').Model} model @returns {number} */
   addModel(model) {
-    const names = ['omega2', 'c3', 'c4', 'axis_mass', 'positions', 'basis', 'triangles', 'fixed'];
-    const at = names.map((name) => this.#copyIn(model.arrays[name]));
+    const kept = ['omega2', 'c3', 'c4', 'axis_mass', 'fixed', 'triangles'];
+    const copied = ['positions', 'basis', 'tet', 'tet_rigid']; // the last two of free bodies alone
+    const at = [...kept, ...copied].map((name) => this.#copyIn(model.arrays[name]));
     this.numbers.set([model.mass, model.young]);
     const number = this.check(this.wasm.bridge_add_model(
       model.rank, model.vertex_count, model.triangle_count, ...at));
-    this.wasm.bridge_free(at[4]); // positions and basis are kept in double precision
-    this.wasm.bridge_free(at[5]);
+    for (const address of at.slice(kept.length)) this.wasm.bridge_free(address);
     this.models[number] = model;
     return number;
   }
@@ -79,7 +81,8 @@ export class Engine {
   #addBody(body, scene) {
     const [x, y, z, w] = body.rotation;
     this.numbers.set([...body.position, w, x, y, z, body.scale, body.stiffness, body.density,
-      body.damping ?? scene.damping, 0, ...(body.velocity ?? [0, 0, 0])]);
+      body.damping ?? scene.damping, 0, ...(body.velocity ?? [0, 0, 0]),
+      ...(body.spin ?? [0, 0, 0])]);
     const integrator = INTEGRATORS[body.integrator ?? scene.integrator];
     const number = this.check(this.wasm.bridge_add_body(body.model, integrator, body.rank ?? 0,
       body.free ? 1 : 0));

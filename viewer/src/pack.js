@@ -58,6 +58,7 @@ function check(model) {
     omega2: r, c3: (r * (r + 1) * (r + 2)) / 6, c4: (r * (r + 1) * (r + 2) * (r + 3)) / 24,
     axis_mass: 3 * r, positions: 3 * vertices, basis: 3 * vertices * r, triangles: 3 * triangles,
     fixed: vertices,
+    ...(arrays.tet && { tet: 12, tet_rigid: 72 }),
   };
   for (const [name, count] of Object.entries(counts))
     if (arrays[name]?.length !== count)
