@@ -26,6 +26,10 @@ const cli_json_node *cli_record_member(const cli_record_file *file, const cli_re
 static thrum_status refuse_line(const cli_record_file *file, int64_t line, const cli_record *record,
                                 const char *key, thrum_status status, const char *message) {
   const bool path = record->path[0] != 0;
+  // what is said of an option names it, which the key does here
+  const char *option = strncmp(message, "--", 2) == 0 ? strchr(message, ' ') : NULL;
+  if (option != NULL)
+    message = option + 1;
   return thrum_error_set(file->error, status, "%.150s:%lld: %s%s%.60s%s%s", file->name,
                          (long long)line, record->path, path && key != NULL ? "." : "",
                          key != NULL ? key : "", path || key != NULL ? ": " : "", message);

@@ -304,7 +304,8 @@ static thrum_status end_body(scene_run *run, int32_t n, thrum_error *error) {
     return status;
   snprintf(title, sizeof title, "%.60s: %s, dt = %g s", body->spec->name,
            simulate_integrator_name(body->request.def.integrator), run->dt);
-  cli_run_output_plot(&body->output, title);
+  if (run->spec.outputs.plots)
+    cli_run_output_plot(&body->output, title);
   finish_figures(run, n);
   cJSON *object = simulate_report_json(&body->figures, &body->output, &body->measures);
   cJSON_AddItemToObject(object, "placement", placement_json(run, body));

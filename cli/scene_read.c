@@ -242,6 +242,8 @@ static thrum_status check(scene_spec *spec) {
     status = check_obstacle(spec, &scene_obstacles(spec)[n]);
   for (int64_t n = 0; n < spec->probes.count && status >= 0; n++)
     status = check_probe(spec, &scene_probes(spec)[n]);
+  if (cli_record_member(&spec->file, &spec->outputs.at, "plots") == NULL)
+    spec->outputs.plots = spec->bodies.count <= SCENE_PLOTS_MAX;
   return status >= 0 ? place_files(spec) : status;
 }
 
@@ -254,7 +256,7 @@ thrum_status cli_scene_read_text(const char *name, const char *bytes, size_t len
       .settings = {.def = thrum_default_state_def()},
       .time = 10,
       .wind = {.density = 1.2, .drag = 1},
-      .outputs = {.record_every = 1, .monitor = true},
+      .outputs = {.record_every = 1, .monitor = true, .plots = true},
       .file = {.name = name, .error = error},
   };
   const size_t folder = (size_t)(cli_basename(name) - name);

@@ -68,12 +68,15 @@ typedef struct scene_probe_spec {
   const char *target;
 } scene_probe_spec;
 
+#define SCENE_PLOTS_MAX 8
+
 typedef struct scene_outputs_spec {
   cli_record at;
   int64_t record_every;
   double frames_rate;   /* a second of simulated time; 0: see frames_every */
   int64_t frames_every; /* steps; 0 with rate 0: no frames */
   bool stress, monitor;
+  bool plots; /* unless it is not said, and there are more than SCENE_PLOTS_MAX bodies */
 } scene_outputs_spec;
 
 typedef struct scene_spec {

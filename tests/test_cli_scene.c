@@ -195,7 +195,7 @@ static void a_mistake_is_named_by_file_line_and_path(void **state) {
       {"{\"bodies\": [" BODY ",\n\"integrator\": \"imexw\"}]}",
        "scene.json:2: bodies[0].integrator: wants \"imexv\", \"newmark\""},
       {"{\"bodies\": [" BODY ",\n\"loads\": [\"constant:0,0,1@tip\",\n\"sine:0,0,1@tip\"]}]}",
-       "scene.json:3: bodies[0].loads[1]: "},
+       "scene.json:3: bodies[0].loads[1]: 'sine:0,0,1@tip': "},
       {"{\"bodies\": [" BODY ",\n\"loads\": \"constant:0,0,1@tap\"}]}",
        "scene.json:2: bodies[0].loads: no group 'tap'"},
       {"{\"bodies\": [" BODY ",\n\"start\": \"mode:99,1\"}]}", "scene.json:2: bodies[0].start: "},
