@@ -150,6 +150,20 @@ static void fill_box(const thrum_model *model, thrum_contact *contact, double ha
   contact->radius = sqrt(thrum_dot3(half, half));
 }
 
+/* Diagonal of the box of all vertices. */
+static double diagonal_of(const thrum_model *model) {
+  double square = 0.0;
+  for (int axis = 0; axis < 3; axis++) {
+    double least = INFINITY, most = -INFINITY;
+    for (int64_t v = 0; v < model->vertex_count; v++) {
+      least = fmin(least, model->vertices[3 * v + axis]);
+      most = fmax(most, model->vertices[3 * v + axis]);
+    }
+    square += (most - least) * (most - least);
+  }
+  return sqrt(square);
+}
+
 static void fill_extents(const thrum_model *model, thrum_contact *contact) {
   const thrum_contact_view view = thrum_contact_view_of(contact);
   const int64_t rank = contact->rank;
@@ -181,6 +195,7 @@ static void fill_points(const thrum_model *model, const thrum_contact_def *def,
   for (int64_t n = 0; n < contact->point_count; n++)
     view.areas[n] = def->areas ? def->areas[n] : surface / (double)contact->point_count;
   fill_extents(model, contact);
+  contact->diagonal = diagonal_of(model);
   contact->stiffness =
       def->stiffness > 0.0 ? def->stiffness : default_stiffness(model, 2.0 * contact->radius);
 }

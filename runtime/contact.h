@@ -29,6 +29,7 @@ struct thrum_contact {
   double stiffness;    /* of obstacles without their own [N/m^3] */
   double middle[3];    /* of the points' box, in the mesh [m] */
   double radius;       /* of the points about it [m] */
+  double diagonal;     /* of the box of all vertices [m] */
   double flow;         /* forces times the free displacements of their points, summed [J] */
   double stored, lost, driven, granted, pulled;     /* report [J] */
   double depth, normal;                             /* report */
@@ -85,6 +86,7 @@ typedef struct thrum_pull_row {
   double response[9]; /* G */
   double rate;        /* K: force per displacement [N/m] */
   double bias[3];     /* force without displacement [N] */
+  double most;        /* force is no larger [N] */
   double seen[3];     /* as in a row [m] */
 } thrum_pull_row;
 

@@ -18,10 +18,13 @@ static thrum_status check_pull(const thrum_model *model, const thrum_pull *pull,
                            "pull %lld: a weight, its target or velocity is not finite",
                            (long long)index);
   if (!(pull->stiffness >= 0.0 && pull->stiffness <= THRUM_CONTACT_STIFFNESS_MAX) ||
-      !(pull->damping <= THRUM_CONTACT_STIFFNESS_MAX))
-    return thrum_error_set(error, THRUM_BAD_VALUE,
-                           "pull %lld: the stiffness must be 0 to 1e30, the damping at most that",
-                           (long long)index);
+      !(pull->damping <= THRUM_CONTACT_STIFFNESS_MAX) ||
+      !(pull->force_max >= 0.0 && pull->force_max <= THRUM_CONTACT_STIFFNESS_MAX))
+    return thrum_error_set(
+        error, THRUM_BAD_VALUE,
+        "pull %lld: stiffness and force_max must be 0 to 1e30, the damping at most "
+        "that",
+        (long long)index);
   return THRUM_OK;
 }
 

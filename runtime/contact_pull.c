@@ -46,6 +46,23 @@ static void fill_law(const thrum_contact_run *run, const thrum_pull *pull, thrum
     row->bias[axis] = -k * row->offset[axis] + 0.5 * blend * k * h * row->velocity[axis];
 }
 
+/* The largest force of a pull: none that displaces the point by the body's size has anything to
+ * show, and a target that jumps would tear the body apart. */
+static double most_of(const thrum_contact_run *run, const thrum_pull *pull, const double *rows) {
+  if (pull->force_max > 0.0)
+    return pull->force_max;
+  const int64_t rank = run->contact->rank;
+  double compliance = 0.0;
+  for (int64_t i = 0; i < rank; i++) {
+    const double u[3] = {rows[i], rows[rank + i], rows[2 * rank + i]};
+    if (run->model->omega2[i] > 0.0)
+      compliance += thrum_dot3(u, u) / run->model->omega2[i];
+  }
+  const double *force = run->around->force;
+  const double whole = run->around->translation ? 2.0 * sqrt(thrum_dot3(force, force)) : 0.0;
+  return compliance > 0.0 ? run->contact->diagonal / compliance + whole : INFINITY;
+}
+
 static void fill_row(const thrum_contact_run *run, int64_t index) {
   const thrum_pull *pull = run->around->pulls + index;
   thrum_pull_row *row = run->view.pull_rows + index;
@@ -66,6 +83,7 @@ static void fill_row(const thrum_contact_run *run, int64_t index) {
     row->drift[axis] = run->dt * pull->velocity[axis];
   }
   fill_law(run, pull, row);
+  row->most = most_of(run, pull, rows);
 }
 
 void thrum_contact_pulls(thrum_contact_run *run) {
@@ -88,8 +106,12 @@ double thrum_pull_solve(thrum_contact_run *run, int64_t index) {
     matrix[n] = row->rate * row->response[n] + (n % 4 == 0 ? 1.0 : 0.0);
   if (!thrum_solve3(matrix, at, force))
     return off;
-  for (int axis = 0; axis < 3; axis++)
+  const double length = sqrt(thrum_dot3(force, force));
+  const double scale = length > row->most ? row->most / length : 1.0;
+  for (int axis = 0; axis < 3; axis++) {
+    force[axis] *= scale;
     change[axis] = force[axis] - row->force[axis];
+  }
   if (!isfinite(change[0]) || !isfinite(change[1]) || !isfinite(change[2]))
     return off;
   memcpy(row->force, force, sizeof force);

@@ -79,6 +79,8 @@ typedef struct thrum_pull {
   double velocity[3];  /* of the target during the step [m/s] */
   double stiffness;    /* [N/m], >= 0 */
   double damping;      /* [N s/m], >= 0; negative: critical for what the point feels of the mass */
+  double force_max;    /* [N], the pull is no stronger; 0: what would displace the point by the
+                          diagonal of the body's box at rest, and twice the force on the translation */
 } thrum_pull;
 
 typedef struct thrum_contact_def {
