@@ -23,6 +23,8 @@
 
 #define REMAINING                                                                                  \
   4 /* iterations that are cheaper than a Jacobian made anew; one fewer of two forces */
+#define POOR 0.2      /* residual of a first guess: the next takes no more than two points, */
+#define GOOD 0.03     /* and what one force misses is not what it was in the step before */
 #define ROUGH 1e-6    /* residual beside the step that a force from fewer points can lead to */
 #define GUESSED 0.01  /* contraction of a first iteration */
 #define KNOWN 0.9     /* of the linear part of R, by an inverse that is not of this step */
@@ -57,16 +59,20 @@ static int32_t smooth(const thrum_solver *s, const double *const past_q[THRUM_PA
     const double weight = s->view->unscale[i], linear = KNOWN * s->model->omega2[i];
     const double a = r[0][i] - linear * q[0][i], b = r[1][i] - linear * q[1][i];
     const double c = r[2][i] - linear * q[2][i], d = r[3][i] - linear * q[3][i];
-    const double first = a - b, first_1 = b - c, first_2 = c - d;
-    const double second = first - first_1, third = second - (first_1 - first_2);
+    const double e = r[4][i] - linear * q[4][i];
+    const double first = a - b, first_1 = b - c, first_2 = c - d, first_3 = d - e;
+    const double second = first - first_1, second_1 = first_1 - first_2;
+    const double third = second - second_1, third_1 = second_1 - (first_2 - first_3);
+    const double fourth = third - third_1;
     sums[0] += a * a * weight;
     sums[1] += first * first * weight;
     sums[2] += second * second * weight;
     sums[3] += third * third * weight;
+    sums[4] += fourth * fourth * weight;
   }
   int32_t order = count - 1;
   while (order > 1 && !(sums[order] < sums[order - 1]))
-    order -= 2;
+    order -= order == 4 ? 1 : 2;
   return (order > 0 ? order : 0) + 1;
 }
 
@@ -74,7 +80,7 @@ static int32_t smooth(const thrum_solver *s, const double *const past_q[THRUM_PA
  * residual with the R expected there. */
 static void guess(const thrum_solver *s, const thrum_quasi *quasi) {
   static const double weights[THRUM_PAST][THRUM_PAST] = {
-      {1.0}, {2.0, -1.0}, {3.0, -3.0, 1.0}, {4.0, -6.0, 4.0, -1.0}};
+      {1.0}, {2.0, -1.0}, {3.0, -3.0, 1.0}, {4.0, -6.0, 4.0, -1.0}, {5.0, -10.0, 10.0, -5.0, 1.0}};
   thrum_state_view *view = s->view;
   const double *past_q[THRUM_PAST], *past_r[THRUM_PAST];
   int32_t count = s->state->past_count;
@@ -85,6 +91,9 @@ static void guess(const thrum_solver *s, const thrum_quasi *quasi) {
   }
   if (count > 0) {
     count = smooth(s, past_q, past_r, count);
+    // a step of the implicit modes alone may be small beside any residual
+    if (count > 2 && s->first == 0 && s->state->guess_last > POOR)
+      count = 2;
   } else if (s->first > 0) {
     // what is restricted has R at q_k for little
     for (int32_t i = s->first; i < s->state->rank; i++)
@@ -131,7 +140,8 @@ void thrum_quasi_begin(const thrum_solver *s, thrum_quasi *quasi) {
   s->report->refreshed = false;
   s->report->slow = false;
   s->report->learnt = 0;
-  quasi->rough = s->approximate && s->state->past_count > 0 && s->state->guess_last > ROUGH;
+  quasi->rough = s->approximate && s->state->past_count > 0 && s->state->guess_last > ROUGH &&
+                 s->state->guess_last < GOOD;
   guess(s, quasi);
   thrum_solve_place(s);
 }

@@ -222,7 +222,7 @@ typedef struct thrum_solve_report {
 } thrum_solve_report;
 
 /* How many solves the first guess remembers. */
-#define THRUM_PAST 4
+#define THRUM_PAST 5
 
 /* Where those arrays have step k. */
 static inline int64_t thrum_past_at(const thrum_state_view *view, int64_t k) {
