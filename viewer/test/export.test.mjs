@@ -34,7 +34,7 @@ const SCENE = {
   dt: 0.002, time: 0.5, gravity: [0, 0, -9.81],
   bodies: [{
     name: 'block', model: 'beam:4x3x2@0.4x0.3x0.2', material: { young: 2e5 }, free: true, scale: 1.5,
-    position: [0.3, -0.2, 0.8], rotation: { axis: [1, 2, 0], angle: 30 }, velocity: [0.5, 0, 0],
+    position: [0.3, -0.2, 0.8], rotation: { axis: [1, 2, 0], angle: 30 }, velocity: [0.5, 0, 0], spin: [90, 180, -45],
   }],
   obstacles: [{ shape: 'plane', restitution: 0.3 }],
   probes: [{ name: 'corner', body: 'block', at: 'vertex=1' }],

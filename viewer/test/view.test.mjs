@@ -50,7 +50,7 @@ const SCENE = {
     { name: 'held', model: 'beam.npz', rank: 6, integrator: 'newmark', position: [0, 1, 1],
       rotation: { axis: [0, 0, 1], angle: 40 }, stiffness: 2 },
     { name: 'block', model: 'beam:4x3x2@0.4x0.3x0.2', material: { young: 2e5 }, free: true,
-      position: [0, 0, 0.5], velocity: [0.2, 0, 0], colour: '#d08030' },
+      position: [0, 0, 0.5], velocity: [0.2, 0, 0], spin: [20, -30, 40], colour: '#d08030' },
   ],
   obstacles: [{ shape: 'plane' }, { shape: 'sphere', centre: [0.5, 0, 0], radius: 0.15 }],
   probes: [{ name: 'a', body: 'held', at: 'vertex=5' }, { name: 'b', body: 'block', at: 'vertex=1' }],
