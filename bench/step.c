@@ -64,12 +64,16 @@ static double terms(int64_t rank) {
 }
 
 /* What the passes of a step do and read: a force meets each coefficient with 4 operations, a
- * tangent with 6, a restriction with 2. */
+ * tangent with 6, a restriction with 2. A force on the explicit modes alone meets those of terms
+ * with three or four of them with 4, the others with 2. */
 static void count_passes(const thrum_model *model, bench_step *bench) {
   const double all = terms(model->rank), evaluations = bench->iterations + 1.0;
   const int64_t implicit = bench->implicit_modes;
-  const double inner = terms(implicit), held = terms(model->rank - implicit);
-  double forces = evaluations, tangents = bench->factorisations, restricted = 0.0;
+  const int64_t moved = model->rank - implicit;
+  const double inner = terms(implicit), held = terms(moved);
+  const double with_three =
+      (double)(thrum_c3_count(moved) * (implicit + 1) + thrum_c4_count(moved));
+  double forces = evaluations, tangents = bench->factorisations, restricted;
   switch (bench->def.integrator) {
   case THRUM_INTEGRATOR_ENERGY:
     // the first at one point, with the tangent; the others at two points from one read
@@ -85,17 +89,17 @@ static void count_passes(const thrum_model *model, bench_step *bench) {
   case THRUM_INTEGRATOR_IMEXV:
     if (implicit == model->rank)
       break;
-    forces = 1.0;
-    tangents = 0.0;
-    restricted = implicit > 0 ? all - held : 0.0;
-    break;
+    restricted = implicit > 0 ? all - held - inner : 0.0;
+    bench->operations = 2.0 * (all + with_three + restricted);
+    bench->coefficients = all + restricted;
+    if (implicit > 0) {
+      bench->operations += (4.0 * evaluations + 6.0 * bench->factorisations) * inner;
+      bench->coefficients += (evaluations + bench->factorisations) * inner;
+    }
+    return;
   }
-  bench->operations = (4.0 * forces + 6.0 * tangents) * all + 2.0 * restricted;
-  bench->coefficients = (forces + tangents) * all + restricted;
-  if (restricted > 0.0) {
-    bench->operations += (4.0 * evaluations + 6.0 * bench->factorisations) * inner;
-    bench->coefficients += (evaluations + bench->factorisations) * inner;
-  }
+  bench->operations = (4.0 * forces + 6.0 * tangents) * all;
+  bench->coefficients = (forces + tangents) * all;
 }
 
 /* Batches from the snapshot. */
