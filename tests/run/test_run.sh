@@ -35,6 +35,7 @@ stand_in cmake <<'TEXT'
 echo noise
 mkdir "$WORK/building" || { echo overlap >>"$WORK/overlaps"; exit 1; }
 sleep 0.1
+echo "$*" >>"$WORK/builds"
 mkdir -p build/release
 touch build/release/build.ninja
 printf '#!/bin/sh\nprintf "<%%s>" "$@"\n' >build/release/thrum
@@ -57,6 +58,16 @@ for name in relative absolute; do
   test "$out" = "<$name>" || fail "$name: $out"
 done
 test ! -e "$work/links/build" || fail "a link was built in its own folder"
+
+echo "-- the viewer is built where it is shown, and nowhere else"
+rm -f builds
+"$checkout/run" thrum info >/dev/null 2>&1
+! grep -q viewer builds || fail "info built the viewer"
+out=$("$checkout/run" thrum view horse 2>/dev/null)
+test "$out" = '<view><horse>' || fail "view: $out"
+grep -q 'thrum_program viewer$' builds || fail "view did not build the viewer: $(cat builds)"
+out=$("$checkout/run" viewer 2>/dev/null)
+test "$out" = "$checkout/build/release/viewer/viewer.html" || fail "viewer: $out"
 
 if command -v flock >/dev/null 2>&1; then
   echo "-- builds wait for each other"
@@ -81,10 +92,14 @@ echo "-- without root and sudo it says what to install, and stops"
 touch packages-missing
 printf 'echo 1000\n' | stand_in id
 printf 'exit 1\n' | stand_in sudo
-for command in thrum demo test; do
+for command in thrum demo test viewer; do
   ! "$checkout/run" "$command" >out 2>err </dev/null || fail "$command went on without packages"
   grep -q '^  apt-get install --no-install-recommends .*libarpack2-dev' err || fail "$command: $(cat err)"
   test ! -s out || fail "$command: standard output is not empty"
+  case $command in
+  thrum | demo) ! grep -q wasi-libc err || fail "$command wants what the viewer is built with" ;;
+  *) grep -q wasi-libc err || fail "$command: $(cat err)" ;;
+  esac
 done
 
 echo "-- usage"
