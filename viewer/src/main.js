@@ -61,7 +61,11 @@ class App {
   fit() {
     const { stage } = this.world;
     const wide = innerWidth > 720 && !find('panel').hidden;
-    stage.fit(wide ? find('panel').offsetWidth + 12 : 0, find('energy').offsetHeight);
+    stage.fit({
+      top: document.querySelector('header').offsetHeight,
+      right: wide ? find('panel').offsetWidth + 12 : 0,
+      bottom: find('energy').offsetHeight,
+    });
   }
 
   /** Does something that may be refused, and says so on the page. */

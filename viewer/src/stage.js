@@ -29,13 +29,14 @@ export class Stage {
   }
 
   /** Fits the drawing to the window, with room for what lies over it.
-   * @param {number} right @param {number} bottom [px] */
-  fit(right, bottom) {
+   * @param {{top: number, right: number, bottom: number}} room [px] */
+  fit(room) {
     const { clientWidth: width, clientHeight: height } = this.renderer.domElement;
-    this.room = { right, bottom };
+    this.room = room;
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
-    this.camera.setViewOffset(width, height, right / 2, bottom / 2, width, height);
+    this.camera.setViewOffset(width, height, room.right / 2, (room.bottom - room.top) / 2,
+      width, height);
   }
 
   /** Ground and obstacles of a scene whose bodies lie in `bounds`.
@@ -70,11 +71,11 @@ export class Stage {
   /** Turns the camera to where it sees the bounds whole. @param {THREE.Box3} bounds */
   look(bounds) {
     const { clientWidth: width, clientHeight: height } = this.renderer.domElement;
-    const { right, bottom } = this.room;
+    const { top, right, bottom } = this.room;
     const size = bounds.getSize(new THREE.Vector3());
     const centre = bounds.getCenter(new THREE.Vector3());
     const half = Math.tan((this.camera.fov * Math.PI) / 360); // of the height, at distance 1
-    const extent = Math.max((size.z + 0.4 * size.y) / (1 - bottom / height),
+    const extent = Math.max((size.z + 0.4 * size.y) / (1 - (top + bottom) / height),
       (0.95 * size.x + 0.35 * size.y) / ((width - right) / height));
     const distance = (MARGIN * extent) / (2 * half) + 0.5 * size.y;
     this.controls.target.copy(centre);
