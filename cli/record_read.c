@@ -58,9 +58,11 @@ static bool in_range(const cli_key *key, double value) {
          (key->below ? value < key->most : value <= key->most);
 }
 
-/* "a number above 0 m" */
+/* "a number above 0 m", or what a list holds: "a list of three numbers above 0 m" */
 static const char *wanted_number(const cli_key *key, char *text, size_t size) {
-  const char *what = key->kind == CLI_KEY_COUNT ? "a whole number" : "a number";
+  const char *what = key->kind == CLI_KEY_COUNT    ? "a whole number"
+                     : key->kind == CLI_KEY_VECTOR ? "a list of three numbers"
+                                                   : "a number";
   const char *unit = key->unit != NULL ? key->unit : "";
   const char *blank = unit[0] != 0 ? " " : "";
   if (key->least == 0 && key->most == 0)
@@ -145,14 +147,12 @@ static thrum_status take_number(const cli_record_file *file, const cli_record *r
 static thrum_status take_vector(const cli_record_file *file, const cli_record *record,
                                 const cli_key *key, const cli_json_node *value, void *field) {
   double numbers[3];
-  char each[80], wants[120];
+  char wants[120];
   bool good = cli_record_numbers(file, value, 3, numbers);
   for (int axis = 0; axis < 3 && good; axis++)
     good = in_range(key, numbers[axis]);
-  if (!good) {
-    snprintf(wants, sizeof wants, "a list of three of %s", wanted_number(key, each, sizeof each));
-    return cli_record_wrong(file, record, key, value, wants);
-  }
+  if (!good)
+    return cli_record_wrong(file, record, key, value, wanted_number(key, wants, sizeof wants));
   memcpy(field, numbers, sizeof numbers);
   return THRUM_OK;
 }

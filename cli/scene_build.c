@@ -158,32 +158,45 @@ static thrum_status make_request(scene_run *run, scene_body_run *body, thrum_err
   return request->loads != NULL && request->starts != NULL ? THRUM_OK : scene_run_no_memory(error);
 }
 
+/* The group that a body names in "touch": also where nothing is there to be touched. */
+static thrum_status find_touch(const scene_run *run, const scene_body_run *body,
+                               thrum_scene_body_def *def, int32_t *one) {
+  cli_target target;
+  thrum_error detail = {0};
+  thrum_status status = cli_target_parse(body->spec->touch, "touch", &target, &detail);
+  if (status >= 0)
+    status = cli_target_find(body->model, &target, &def->touch, &def->touch_count, one, &detail);
+  return status < 0 ? scene_run_refuse(run, &body->spec->settings.at, "touch", status, &detail)
+                    : THRUM_OK;
+}
+
 /* The surface where there is wind, and what may touch where there are obstacles. */
 static thrum_status name_surface(scene_run *run, int32_t n, thrum_scene_body_def *def,
                                  int32_t *one) {
   const scene_body_run *body = &run->bodies[n];
   const char *touch = body->spec->touch;
-  const bool touches = run->spec.obstacles.count > 0 && strcmp(touch, "none") != 0;
+  const bool none = strcmp(touch, "none") == 0, surface = strcmp(touch, "surface") == 0;
+  const bool touches = run->spec.obstacles.count > 0 && !none;
   const scene_loaded *skinned = NULL;
   thrum_error detail = {0};
+  if (!none && !surface) {
+    const thrum_status found = find_touch(run, body, def, one);
+    if (found < 0)
+      return found;
+  }
+  if (!touches)
+    def->touch_count = 0;
   if (!touches && run->spec.wind.at.node == NULL)
     return THRUM_OK;
-  thrum_status status = cli_scene_models_skin(&run->models, n, &skinned, &detail);
+  const thrum_status status = cli_scene_models_skin(&run->models, n, &skinned, &detail);
   if (status < 0)
     return scene_run_refuse(run, &body->spec->settings.at, "model", status, &detail);
   def->triangles = skinned->corners;
   def->triangle_count = skinned->skin.triangle_count;
   def->touch_stiffness = body->spec->touch_stiffness;
-  if (touches && strcmp(touch, "surface") == 0) {
+  if (touches && surface) {
     def->touch = skinned->skin.vertices;
     def->touch_count = skinned->skin.vertex_count;
-  } else if (touches) {
-    cli_target target;
-    status = cli_target_parse(touch, "touch", &target, &detail);
-    if (status >= 0)
-      status = cli_target_find(body->model, &target, &def->touch, &def->touch_count, one, &detail);
-    if (status < 0)
-      return scene_run_refuse(run, &body->spec->settings.at, "touch", status, &detail);
   }
   return THRUM_OK;
 }

@@ -287,6 +287,7 @@ static void add_contact(const scene_run *run, const thrum_scene_body_info *info,
   cli_json_number(report, "stored_j", contact->stored);
   cli_json_number(report, "lost_j", contact->lost);
   cli_json_number(report, "driven_j", contact->driven);
+  cli_json_number(report, "granted_j", contact->granted);
   cli_json_number(report, "redone_steps", (double)contact->redone);
   cli_json_number(report, "declined_steps", (double)contact->declined);
   cli_json_number(report, "dropped_touches", (double)contact->dropped);

@@ -8,6 +8,7 @@
 
 #include "cli/cli.h"
 #include "cli/load_spec.h"
+#include "cli/scene_folder.h"
 #include "cli/scene_spec.h"
 #include "cli/shake_spec.h"
 #include "cli/start_spec.h"
@@ -73,6 +74,10 @@ static thrum_status check_names(scene_spec *spec) {
     status = give_name(spec, "body", n, &bodies[n].kept_name, &bodies[n].name);
     if (status >= 0)
       status = check_name(&spec->file, &bodies[n].settings.at, bodies[n].name, NULL);
+    if (status >= 0 && (strcmp(bodies[n].name, CLI_SCENE_JSON) == 0 ||
+                        strcmp(bodies[n].name, CLI_SCENE_PROBES) == 0))
+      status = cli_record_refuse(&spec->file, &bodies[n].settings.at, "name", THRUM_BAD_VALUE,
+                                 "\"%s\" is a file of the run; choose another", bodies[n].name);
     for (int64_t k = 0; k < n && status >= 0; k++)
       status = check_name(&spec->file, &bodies[n].settings.at, bodies[n].name, bodies[k].name);
   }
