@@ -26,12 +26,22 @@ static scene_body *read_body(const thrum_scene *scene, int32_t number, bool p, t
   return *status >= 0 ? body : NULL;
 }
 
+/* Heap memory of a body, models apart. */
+static size_t bytes_of(const scene_body *body) {
+  const size_t r = (size_t)body->model->rank, loads = (size_t)body->load_count;
+  const size_t whole = body->free ? loads * (9 * r + 12) : 0;
+  return sizeof *body + thrum_state_bytes(body->state) +
+         ((7 + loads) * r + whole) * sizeof(double) + 2 * loads * sizeof(thrum_load) +
+         (size_t)body->surface_count * (4 * sizeof(double) + sizeof(int32_t)) +
+         (size_t)body->touch_count * (sizeof(double) + sizeof(int32_t)) +
+         (body->touch != NULL ? body->touch->bytes : 0);
+}
+
 thrum_status thrum_scene_body(const thrum_scene *scene, int32_t number, thrum_scene_body_info *info,
                               thrum_error *error) {
   const scene_body *body = scene_body_at(scene, number, error);
   if (body == NULL)
     return THRUM_INVALID_ARGUMENT;
-  const size_t doubles = (size_t)((7 + body->load_count) * body->model->rank);
   *info = (thrum_scene_body_info){
       .name = body->name,
       .model = body->model,
@@ -51,9 +61,7 @@ thrum_status thrum_scene_body(const thrum_scene *scene, int32_t number, thrum_sc
       .free = body->free,
       .mass = body->way.mass,
       .report = thrum_state_report_get(body->state),
-      .bytes = (body->touch != NULL ? body->touch->bytes : 0) + sizeof *body +
-               thrum_state_bytes(body->state) + doubles * sizeof(double) +
-               2 * (size_t)body->load_count * sizeof(thrum_load),
+      .bytes = bytes_of(body),
   };
   if (body->touch != NULL)
     info->contact = thrum_contact_report_get(body->touch->contact);

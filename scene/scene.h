@@ -8,12 +8,11 @@
  * must outlive the scene; models are shared by all bodies, and bodies with equal models are stepped
  * together.
  *
- * A body of a model X + U q is placed by  x = position + R (scale (X + U q) + offset),  R the
- * rotation; offset is the way of a free body, which also turns, as a rigid frame
- * (thrum/turning.h): R is then its rotation now. World vectors
- * (gravity, wind, forces) are turned into each body's axes, so turning a body and all that acts on
- * it changes nothing. A uniform scale s, a factor e of Young's modulus and d of the density are
- * exact (thrum/model.h, thrum_model_scale).
+ * A point X + U q of a body's model is placed at  x = position + R scale (X + U q),  R the
+ * rotation. A free body moves and turns from there as a rigid frame about its centre of mass
+ * (thrum/turning.h). World vectors (gravity, wind, forces) are turned into each body's axes, so
+ * turning a body and all that acts on it changes nothing. A uniform scale s, a factor e of Young's
+ * modulus and d of the density are exact (thrum/model.h, thrum_model_scale).
  *
  * A scene belongs to one thread at a time. Bodies, probes and loads are numbered from 0 in the
  * order in which they were added. SI units. A call that fails leaves the scene as it was.
@@ -60,7 +59,7 @@ typedef struct thrum_scene_body_def {
    * what touches; only read here. */
   const int32_t *triangles;
   int64_t triangle_count;
-  const int32_t *touch; /* vertices that may touch obstacles; only read here */
+  const int32_t *touch; /* vertices that may touch obstacles, less those held; only read here */
   int64_t touch_count;
   double touch_stiffness; /* pressure per depth [N/m^3]; 0: see thrum_contact_def */
 } thrum_scene_body_def;

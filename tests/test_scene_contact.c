@@ -408,7 +408,7 @@ static void what_does_not_touch_has_no_rows(void **context) {
   def.free = 0;
   MUST(thrum_scene_add_body(f->scene, &def, NULL, &error));
   MUST(thrum_scene_body(f->scene, 1, &info, &error));
-  assert_int_equal(info.bytes, bare);
+  assert_true(info.bytes <= bare);
 }
 
 #define FREE(name) cmocka_unit_test_setup_teardown(name, make_free, teardown)
