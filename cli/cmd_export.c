@@ -6,6 +6,7 @@
 #include "cli/args.h"
 #include "cli/model_name.h"
 #include "cli/motion_write.h"
+#include "cli/scene_folder.h"
 #include "precompute/full_body.h"
 #include "precompute/interrupt.h"
 #include "precompute/matrix_market.h"
@@ -35,7 +36,8 @@ static void print_help(void) {
   fputs(
       "usage: thrum export MODEL WHAT... [OPTIONS]\n\n"
       "Writes what a model or a run holds in the formats of other programs. MODEL is a model\n"
-      "file, the name of a model that comes with Thrum, or the folder of a run.\n\n"
+      "file, the name of a model that comes with Thrum, or the folder of a run, such as that of a\n"
+      "body in the run of a scene, which is shown where the body is.\n\n"
       "of a run:\n"
       "      --glb FILE              glTF 2.0: the surface, the coordinates as morph targets, the\n"
       "                              motion as their weights\n"
@@ -100,6 +102,10 @@ static int read_options(int argc, char **argv, export_request *request) {
     return cli_usage("export", "say what to write: --glb, --pc2, --mdd, --obj, --vega-basis, "
                                "--vega-cubic or --matrices");
   const bool is_run = cli_is_run(request->model);
+  if (cli_run_folder_holds(request->model, CLI_SCENE_JSON))
+    return cli_usage("export",
+                     "'%s' is the run of a scene: name the folder of one of its bodies, %s/NAME",
+                     request->model, request->model);
   if (motion && !is_run)
     return cli_usage("export", "--glb, --pc2 and --mdd are of a run: name its folder, not '%s'",
                      request->model);

@@ -101,6 +101,11 @@ static void a_body_of_a_scene_has_the_run_of_it_alone(void **state) {
   run = thrum_run(folder, "export", "together/two", "--glb", "two.glb", NULL);
   assert_int_equal(run.exit_code, 0);
   cli_result_free(&run);
+  // the run of the whole scene is none of a body
+  run = thrum_run(folder, "export", "together", "--glb", "all.glb", NULL);
+  assert_int_equal(run.exit_code, 2);
+  assert_non_null(strstr(run.err, "together/NAME"));
+  cli_result_free(&run);
 }
 
 /* The last row of probes.csv, without step and time. */
