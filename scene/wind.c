@@ -3,10 +3,12 @@
  * body at rest feels 1/2 rho C_d |w|^2 times its frontal area (Hoerner 1965, Fluid-dynamic drag,
  * chapter I).
  *
- * What the body's own motion adds, f(w - v) - f(w), is taken at the start of the step and divided
- * by 1 + h kappa, kappa = rho C_d sum |a_v| |w - v|max |U_v|^2 a bound of its rate: an explicit
- * force could otherwise turn the motion over. Cost: 12 r operations a vertex of the surface, and
- * the synchronised momentum.
+ * With c the velocity of the body as a whole, u = w - c decays as u' = u / (1 + h |F| / (m |u|))
+ * under F = sum f(u) alone: the drag on the whole is divided so, which makes it the mean over the
+ * step, and no step goes past the wind. What turning and deforming add, f(w - v) - f(u), is taken
+ * at the start of the step and divided by 1 + h kappa, kappa = rho C_d sum |a_v| |w - v|max |U_v|^2
+ * a bound of its rate: an explicit force could otherwise turn the motion over. Cost: 12 r
+ * operations a vertex of the surface, and the synchronised momentum.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #if defined(__clang__)
@@ -46,7 +48,10 @@ static double length_of(const double *vector) {
 typedef struct scene_flow {
   double wind[3], way[3], spin[3]; /* of the air, and of a free body as a whole */
   double centre[3];
+  double past[3]; /* of the air past the body as a whole */
   double fastest; /* of its vertices, without the whole */
+  double mean;    /* of the drag on the whole over the step, to that at its start */
+  double share;   /* of what else the body's motion adds, that one step can take */
 } scene_flow;
 
 /* The velocity of a vertex without that of the body as a whole. */
@@ -79,6 +84,8 @@ static scene_flow find_flow(const thrum_scene *scene, const scene_body *body) {
   scene_to_body(&body->here, body->way.velocity, flow.way);
   scene_to_body(&body->here, spin, flow.spin);
   memcpy(flow.centre, body->turning.centre, sizeof flow.centre);
+  for (int axis = 0; axis < 3; axis++)
+    flow.past[axis] = flow.wind[axis] - flow.way[axis];
   for (int64_t n = 0; n < body->surface_count; n++) {
     double v[3];
     velocity_of(body, rows_of(body, n), v);
@@ -88,23 +95,37 @@ static scene_flow find_flow(const thrum_scene *scene, const scene_body *body) {
   return flow;
 }
 
-/* How much of the drag's change with the body's own motion one step can take. */
+/* u' / u of a free body; a body that is held does not follow. */
+static double mean_of(const thrum_scene *scene, const scene_body *body, const scene_flow *flow) {
+  double sum[3] = {0};
+  const double speed = length_of(flow->past);
+  if (!body->free || !(speed > 0))
+    return 1;
+  for (int64_t n = 0; n < body->surface_count; n++) {
+    double force[3];
+    drag_on(scene->air, body->areas + 3 * n, flow->past, force);
+    for (int axis = 0; axis < 3; axis++)
+      sum[axis] += force[axis];
+  }
+  return 1 / (1 + scene->dt * length_of(sum) / (body->way.mass * speed));
+}
+
+/* How much one step can take of what turning and deforming add to the drag. */
 static double limit(const thrum_scene *scene, const scene_body *body, const scene_flow *flow) {
-  double rate = 0, whole = 0, turning = 0, longest = 0;
+  double rate = 0, turning = 0, longest = 0;
   const double *inverse = body->turning.inverse;
   for (int64_t n = 0; n < body->surface_count; n++) {
     const double area = length_of(body->areas + 3 * n);
     double arm[3];
     arm_of(body, flow, n, arm);
     rate += area * body->stretch[n];
-    whole += area;
     turning += area * (arm[0] * arm[0] + arm[1] * arm[1] + arm[2] * arm[2]);
     longest = fmax(longest, length_of(arm));
   }
   if (body->free)
-    rate += whole / body->way.mass + turning * (inverse[0] + inverse[4] + inverse[8]);
-  const double speed = length_of(flow->wind) + length_of(flow->way) + flow->fastest +
-                       longest * length_of(flow->spin);
+    rate += turning * (inverse[0] + inverse[4] + inverse[8]);
+  const double speed =
+      length_of(flow->past) + flow->fastest + longest * length_of(flow->spin);
   return 1 / (1 + scene->dt * 2 * scene->air * speed * rate);
 }
 
@@ -116,19 +137,19 @@ static void add_torque(const double arm[3], const double force[3], double torque
   }
 }
 
-/* The drag on vertex n of the surface, of which `share` of what motion adds is taken. */
+/* The drag on vertex n of the surface in the step to come. */
 static void vertex_drag(const thrum_scene *scene, const scene_body *body, const scene_flow *flow,
-                        int64_t n, double share, double force[3]) {
-  double v[3], past[3], still[3], arm[3], turned[3] = {0};
+                        int64_t n, double force[3]) {
+  double v[3], past[3], whole[3], arm[3], turned[3] = {0};
   velocity_of(body, rows_of(body, n), v);
   arm_of(body, flow, n, arm);
   add_torque(flow->spin, arm, turned); // the same product: spin x arm
   for (int axis = 0; axis < 3; axis++)
-    past[axis] = flow->wind[axis] - v[axis] - flow->way[axis] - turned[axis];
-  drag_on(scene->air, body->areas + 3 * n, flow->wind, still);
+    past[axis] = flow->past[axis] - v[axis] - turned[axis];
+  drag_on(scene->air, body->areas + 3 * n, flow->past, whole);
   drag_on(scene->air, body->areas + 3 * n, past, force);
   for (int axis = 0; axis < 3; axis++)
-    force[axis] = still[axis] + share * (force[axis] - still[axis]);
+    force[axis] = flow->mean * whole[axis] + flow->share * (force[axis] - whole[axis]);
 }
 
 thrum_status scene_wind_add(const thrum_scene *scene, scene_body *body, scene_wrench *wrench,
@@ -137,13 +158,14 @@ thrum_status scene_wind_add(const thrum_scene *scene, scene_body *body, scene_wr
   if (status < 0)
     return status;
   const int64_t r = body->model->rank, rank = body->derived->rank;
-  const scene_flow flow = find_flow(scene, body);
-  const double share = limit(scene, body, &flow);
+  scene_flow flow = find_flow(scene, body);
+  flow.mean = mean_of(scene, body, &flow);
+  flow.share = limit(scene, body, &flow);
   double sum[3] = {0}, torque[3] = {0}, world[3], world_torque[3];
   for (int64_t n = 0; n < body->surface_count; n++) {
     const double *rows = rows_of(body, n);
     double force[3], arm[3];
-    vertex_drag(scene, body, &flow, n, share, force);
+    vertex_drag(scene, body, &flow, n, force);
     arm_of(body, &flow, n, arm);
     add_torque(arm, force, torque);
     for (int axis = 0; axis < 3; axis++) {
