@@ -6,23 +6,20 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "bridge.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#define MODELS_MAX 64
 #define BODIES_MAX 256
 
 thrum_scene *bridge_scene;
 double bridge_number[NUMBERS];
 
-static bridge_model models[MODELS_MAX];
-static int32_t model_count;
+thrum_error bridge_error;
+
 static int32_t model_of_body[BODIES_MAX];
-static thrum_error error;
 
 const char *EXPORT(bridge_message)(void) {
-  return error.message;
+  return bridge_error.message;
 }
 
 double *EXPORT(bridge_numbers)(void) {
@@ -41,124 +38,13 @@ void EXPORT(bridge_free)(void *memory) {
 const bridge_model *bridge_body_model(int32_t body) {
   if (body < 0 || body >= thrum_scene_body_count(bridge_scene))
     return NULL;
-  return &models[model_of_body[body]];
-}
-
-static thrum_status no_memory(void) {
-  return thrum_error_set(&error, THRUM_OUT_OF_MEMORY, "the page has no memory left");
-}
-
-// widens an array, with zeros after it; NULL when there is no memory
-static double *widen(const float *from, int64_t count, int64_t zeros) {
-  double *to = bridge_alloc((size_t)(count + zeros) * sizeof *to);
-  for (int64_t i = 0; to != NULL && i < count + zeros; i++)
-    to[i] = i < count ? from[i] : 0.0;
-  return to;
-}
-
-// the coefficients once more, in the order of the steps
-static thrum_status pack(thrum_model *model) {
-  size_t size = thrum_model_pack_size(model);
-  void *memory = bridge_alloc(size);
-  if (memory == NULL)
-    return no_memory();
-  return thrum_model_pack(model, memory, size, &error);
-}
-
-static thrum_status make_surface(bridge_model *made) {
-  thrum_surface_def def = {.triangles = made->triangles, .triangle_count = made->triangle_count};
-  size_t size;
-  thrum_status status = thrum_surface_size(&made->model, &def, &size, &error);
-  if (status != THRUM_OK)
-    return status;
-  void *memory = bridge_alloc(size);
-  made->positions = bridge_alloc((size_t)made->model.vertex_count * 3 * sizeof(float));
-  if (memory == NULL || made->positions == NULL)
-    return no_memory();
-  return thrum_surface_init(memory, size, &made->model, &def, &made->surface, &error);
-}
-
-// what a free body's mass and inertia are taken from: the mass from the first shift, the inertia
-// from the rigid modes at the corners
-static thrum_status make_rigid(bridge_model *made, double mass, const double *tet,
-                               const double *tet_rigid) {
-  thrum_model *model = &made->model;
-  const int64_t first = model->vertex_count - CORNERS;
-  double *rigid = bridge_alloc((size_t)model->vertex_count * 18 * sizeof *rigid);
-  if (rigid == NULL)
-    return no_memory();
-  memset(rigid, 0, (size_t)model->vertex_count * 18 * sizeof *rigid);
-  memcpy(rigid + 18 * first, tet_rigid, CORNERS * 18 * sizeof *rigid);
-  rigid[0] = 1.0 / sqrt(mass);
-  memcpy((double *)model->vertices + 3 * first, tet, CORNERS * 3 * sizeof *tet);
-  for (int32_t n = 0; n < CORNERS; n++)
-    made->corners[n] = (int32_t)first + n;
-  model->rigid = rigid;
-  model->tets = made->corners;
-  model->tet_count = 1;
-  return THRUM_OK;
-}
-
-static thrum_status list_touch(bridge_model *made) {
-  const thrum_model *model = &made->model;
-  made->touch = bridge_alloc((size_t)model->vertex_count * sizeof *made->touch);
-  if (made->touch == NULL)
-    return no_memory();
-  for (int32_t v = 0; v < model->vertex_count - CORNERS; v++)
-    if (model->fixed[v] == 0)
-      made->touch[made->touch_count++] = v;
-  return THRUM_OK;
-}
-
-// the mesh that is left of a model: positions, rows of the basis, material
-static thrum_status make_mesh(bridge_model *made, const float *positions, const float *basis) {
-  thrum_model *model = &made->model;
-  const int64_t shown = model->vertex_count - CORNERS;
-  model->vertices = widen(positions, 3 * shown, 3 * CORNERS);
-  model->basis = widen(basis, 3 * shown * model->rank, 3 * CORNERS * model->rank);
-  model->material = made->material;
-  model->region_count = 1;
-  return model->vertices != NULL && model->basis != NULL ? THRUM_OK : no_memory();
-}
-
-/* Adds a model of arrays from bridge_alloc, which it keeps, `positions`, `basis` and the last two
- * apart; their shapes are those of the pack (docs/viewer.md). tet and tet_rigid are NULL for a model
- * that is held. numbers: mass [kg], Young's modulus [Pa]. Returns its number, or a status below 0. */
-int32_t EXPORT(bridge_add_model)(int32_t rank, int32_t vertex_count, int32_t triangle_count,
-                                 const double *omega2, const double *c3, const double *c4,
-                                 const double *axis_mass, const uint8_t *fixed,
-                                 const int32_t *triangles, const float *positions,
-                                 const float *basis, const double *tet, const double *tet_rigid) {
-  if (model_count == MODELS_MAX)
-    return thrum_error_set(&error, THRUM_UNSUPPORTED, "a page has at most %d models", MODELS_MAX);
-  bridge_model *made = &models[model_count];
-  *made = (bridge_model){.triangles = triangles, .triangle_count = triangle_count};
-  made->material[0] = bridge_number[1];
-  made->model = (thrum_model){.rank = rank,
-                              .c3_count = thrum_c3_count(rank),
-                              .c4_count = thrum_c4_count(rank),
-                              .vertex_count = (int64_t)vertex_count + CORNERS,
-                              .omega2 = omega2,
-                              .c3 = c3,
-                              .c4 = c4,
-                              .axis_mass = axis_mass,
-                              .fixed = fixed};
-  thrum_status status = make_mesh(made, positions, basis);
-  if (status == THRUM_OK && tet != NULL)
-    status = make_rigid(made, bridge_number[0], tet, tet_rigid);
-  if (status == THRUM_OK)
-    status = pack(&made->model);
-  if (status == THRUM_OK)
-    status = make_surface(made);
-  if (status == THRUM_OK)
-    status = list_touch(made);
-  return status == THRUM_OK ? model_count++ : (int32_t)status;
+  return bridge_model_at(model_of_body[body]);
 }
 
 /* An empty scene in place of the one before. */
 int32_t EXPORT(bridge_begin)(double dt) {
   thrum_scene *made;
-  thrum_status status = thrum_scene_make(dt, &made, &error);
+  thrum_status status = thrum_scene_make(dt, &made, &bridge_error);
   if (status != THRUM_OK)
     return status;
   thrum_scene_free(bridge_scene);
@@ -168,13 +54,15 @@ int32_t EXPORT(bridge_begin)(double dt) {
 
 /* numbers: position 3, rotation 4 (w, x, y, z), scale, stiffness, density, alpha, beta, velocity 3,
  * spin 3. rank 0: all. Returns the body's number, or a status below 0. */
-int32_t EXPORT(bridge_add_body)(int32_t model, int32_t integrator, int32_t rank, int32_t free_body) {
-  if (model < 0 || model >= model_count || thrum_scene_body_count(bridge_scene) == BODIES_MAX)
-    return thrum_error_set(&error, THRUM_INVALID_ARGUMENT, "a page has at most %d bodies",
-                           BODIES_MAX);
+int32_t EXPORT(bridge_add_body)(int32_t model, int32_t integrator, int32_t rank,
+                                int32_t free_body) {
+  const bridge_model *of = bridge_model_at(model);
+  if (of == NULL || thrum_scene_body_count(bridge_scene) == BODIES_MAX)
+    return thrum_error_set(&bridge_error, THRUM_INVALID_ARGUMENT,
+                           "a body has no model, or there are more than %d bodies", BODIES_MAX);
   const double *n = bridge_number;
   thrum_scene_body_def def = thrum_default_scene_body_def();
-  def.model = &models[model].model;
+  def.model = &of->model;
   memcpy(def.position, n, sizeof def.position);
   memcpy(def.rotation, n + 3, sizeof def.rotation);
   def.scale = n[7];
@@ -187,12 +75,12 @@ int32_t EXPORT(bridge_add_body)(int32_t model, int32_t integrator, int32_t rank,
   memcpy(def.spin, n + 15, sizeof def.spin);
   def.rank = rank;
   def.free = free_body;
-  def.triangles = models[model].triangles;
-  def.triangle_count = models[model].triangle_count;
-  def.touch = models[model].touch;
-  def.touch_count = models[model].touch_count;
+  def.triangles = of->triangles;
+  def.triangle_count = of->triangle_count;
+  def.touch = of->touch;
+  def.touch_count = of->touch_count;
   int32_t body;
-  thrum_status status = thrum_scene_add_body(bridge_scene, &def, &body, &error);
+  thrum_status status = thrum_scene_add_body(bridge_scene, &def, &body, &bridge_error);
   if (status != THRUM_OK)
     return status;
   model_of_body[body] = model;
@@ -203,9 +91,10 @@ int32_t EXPORT(bridge_add_body)(int32_t model, int32_t integrator, int32_t rank,
 static void turn(const double quaternion[4], double rotation[9]) {
   double x = quaternion[0], y = quaternion[1], z = quaternion[2], w = quaternion[3];
   const double s = 2.0 / (x * x + y * y + z * z + w * w);
-  const double made[9] = {1 - s * (y * y + z * z), s * (x * y - w * z),     s * (x * z + w * y),
-                          s * (x * y + w * z),     1 - s * (x * x + z * z), s * (y * z - w * x),
-                          s * (x * z - w * y),     s * (y * z + w * x),     1 - s * (x * x + y * y)};
+  const double made[9] = {
+      1 - s * (y * y + z * z), s * (x * y - w * z),     s * (x * z + w * y),
+      s * (x * y + w * z),     1 - s * (x * x + z * z), s * (y * z - w * x),
+      s * (x * z - w * y),     s * (y * z + w * x),     1 - s * (x * x + y * y)};
   memcpy(rotation, made, sizeof made);
 }
 
@@ -227,14 +116,14 @@ int32_t EXPORT(bridge_add_obstacle)(int32_t shape, int32_t inside) {
   obstacle.stiffness = n[19];
   obstacle.damping = n[20];
   int32_t number;
-  thrum_status status = thrum_scene_add_obstacle(bridge_scene, &obstacle, &number, &error);
+  thrum_status status = thrum_scene_add_obstacle(bridge_scene, &obstacle, &number, &bridge_error);
   return status == THRUM_OK ? number : (int32_t)status;
 }
 
 /* numbers: where an obstacle's centre is now. */
 int32_t EXPORT(bridge_obstacle)(int32_t number) {
   thrum_obstacle obstacle;
-  thrum_status status = thrum_scene_obstacle(bridge_scene, number, &obstacle, &error);
+  thrum_status status = thrum_scene_obstacle(bridge_scene, number, &obstacle, &bridge_error);
   if (status == THRUM_OK)
     memcpy(bridge_number, obstacle.centre, sizeof obstacle.centre);
   return status;
@@ -242,35 +131,36 @@ int32_t EXPORT(bridge_obstacle)(int32_t number) {
 
 int32_t EXPORT(bridge_set_gravity)(double x, double y, double z) {
   const double gravity[3] = {x, y, z};
-  return thrum_scene_set_gravity(bridge_scene, gravity, &error);
+  return thrum_scene_set_gravity(bridge_scene, gravity, &bridge_error);
 }
 
 int32_t EXPORT(bridge_set_dt)(double dt) {
-  return thrum_scene_set_dt(bridge_scene, dt, &error);
+  return thrum_scene_set_dt(bridge_scene, dt, &bridge_error);
 }
 
 int32_t EXPORT(bridge_set_damping)(int32_t body, double alpha, double beta) {
-  return thrum_scene_set_damping(bridge_scene, body, alpha, beta, &error);
+  return thrum_scene_set_damping(bridge_scene, body, alpha, beta, &bridge_error);
 }
 
 int32_t EXPORT(bridge_set_stiffness)(int32_t body, double stiffness) {
-  return thrum_scene_set_stiffness(bridge_scene, body, stiffness, &error);
+  return thrum_scene_set_stiffness(bridge_scene, body, stiffness, &bridge_error);
 }
 
 int32_t EXPORT(bridge_set_integrator)(int32_t body, int32_t integrator) {
-  return thrum_scene_set_integrator(bridge_scene, body, (thrum_integrator)integrator, &error);
+  return thrum_scene_set_integrator(bridge_scene, body, (thrum_integrator)integrator,
+                                    &bridge_error);
 }
 
 int32_t EXPORT(bridge_set_rank)(int32_t body, int32_t rank) {
-  return thrum_scene_set_rank(bridge_scene, body, rank, &error);
+  return thrum_scene_set_rank(bridge_scene, body, rank, &bridge_error);
 }
 
 int32_t EXPORT(bridge_reset)(void) {
-  return thrum_scene_reset(bridge_scene, &error);
+  return thrum_scene_reset(bridge_scene, &bridge_error);
 }
 
 int32_t EXPORT(bridge_step)(void) {
-  return thrum_scene_step(bridge_scene, &error);
+  return thrum_scene_step(bridge_scene, &bridge_error);
 }
 
 double EXPORT(bridge_time)(void) {
@@ -279,13 +169,13 @@ double EXPORT(bridge_time)(void) {
 
 /* numbers: q, of the body's rank. */
 int32_t EXPORT(bridge_coordinates)(int32_t body) {
-  return thrum_scene_body_get(bridge_scene, body, bridge_number, NULL, &error);
+  return thrum_scene_body_get(bridge_scene, body, bridge_number, NULL, &bridge_error);
 }
 
 /* q of the model's full rank, as floats for the GPU. */
 int32_t EXPORT(bridge_shape)(int32_t body, float *out) {
   double q[THRUM_RANK_MAX];
-  thrum_status status = thrum_scene_body_shape(bridge_scene, body, q, &error);
+  thrum_status status = thrum_scene_body_shape(bridge_scene, body, q, &bridge_error);
   if (status != THRUM_OK)
     return status;
   for (int64_t i = 0; i < bridge_body_model(body)->model.rank; i++)
@@ -301,7 +191,7 @@ void EXPORT(bridge_matrix)(int32_t body) {
 /* numbers: kinetic, potential, gravity, total. */
 int32_t EXPORT(bridge_energies)(int32_t body) {
   thrum_scene_energies energies;
-  thrum_status status = thrum_scene_body_energies(bridge_scene, body, &energies, &error);
+  thrum_status status = thrum_scene_body_energies(bridge_scene, body, &energies, &bridge_error);
   if (status != THRUM_OK)
     return status;
   bridge_number[0] = energies.kinetic;
@@ -315,7 +205,7 @@ int32_t EXPORT(bridge_energies)(int32_t body) {
  * steps that needed a fallback, integrator; then omega^2 as stepped. */
 int32_t EXPORT(bridge_body)(int32_t body) {
   thrum_scene_body_info info;
-  thrum_status status = thrum_scene_body(bridge_scene, body, &info, &error);
+  thrum_status status = thrum_scene_body(bridge_scene, body, &info, &bridge_error);
   if (status != THRUM_OK)
     return status;
   double *n = bridge_number;
@@ -333,7 +223,7 @@ int32_t EXPORT(bridge_body)(int32_t body) {
 /* Squared frequencies of the modes as they are stepped, rank of them. */
 const double *EXPORT(bridge_omega2)(int32_t body) {
   thrum_scene_body_info info;
-  if (thrum_scene_body(bridge_scene, body, &info, &error) != THRUM_OK)
+  if (thrum_scene_body(bridge_scene, body, &info, &bridge_error) != THRUM_OK)
     return NULL;
   return info.stepped->omega2;
 }
@@ -341,7 +231,7 @@ const double *EXPORT(bridge_omega2)(int32_t body) {
 /* numbers: position and velocity of a vertex in the world. */
 int32_t EXPORT(bridge_vertex)(int32_t body, int32_t vertex) {
   return thrum_scene_body_vertex(bridge_scene, body, vertex, bridge_number, bridge_number + 3,
-                                 &error);
+                                 &bridge_error);
 }
 
 /* Displacement per force at a vertex of the body as it is stepped, at rest, summed over the axes
@@ -364,20 +254,21 @@ static double compliance(int32_t body, int32_t vertex, const thrum_scene_body_in
  * times the stiffness that the body itself has there. Returns its number, or a status below 0. */
 int32_t EXPORT(bridge_pull_start)(int32_t body, int32_t vertex, double strength) {
   thrum_scene_body_info info;
-  thrum_status status = thrum_scene_body(bridge_scene, body, &info, &error);
+  thrum_status status = thrum_scene_body(bridge_scene, body, &info, &bridge_error);
   if (status != THRUM_OK)
     return status;
   int32_t pull;
   status = thrum_scene_pull_start(bridge_scene, body, vertex, bridge_number,
-                                  strength / compliance(body, vertex, &info), -1.0, &pull, &error);
+                                  strength / compliance(body, vertex, &info), -1.0, &pull,
+                                  &bridge_error);
   return status == THRUM_OK ? pull : (int32_t)status;
 }
 
 /* numbers: the new target. */
 int32_t EXPORT(bridge_pull_move)(int32_t pull) {
-  return thrum_scene_pull_move(bridge_scene, pull, bridge_number, &error);
+  return thrum_scene_pull_move(bridge_scene, pull, bridge_number, &bridge_error);
 }
 
 int32_t EXPORT(bridge_pull_end)(int32_t pull) {
-  return thrum_scene_pull_end(bridge_scene, pull, &error);
+  return thrum_scene_pull_end(bridge_scene, pull, &bridge_error);
 }

@@ -1,4 +1,4 @@
-/* What bridge.c and pick.c share: the models and the one scene of a page.
+/* What the files of the bridge share: the models and the one scene of a page.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_VIEWER_BRIDGE_H
 #define THRUM_VIEWER_BRIDGE_H
@@ -10,8 +10,8 @@
 #define CORNERS 4
 #define NUMBERS THRUM_RANK_MAX /* doubles that a call may hand to JavaScript, or take */
 
-/* A model as the page has it: its shown vertices, then the four corners of a tetrahedron, from which
- * the inertia of a free body is taken. */
+/* A model as the page has it: its shown vertices, then the four corners of a tetrahedron, from
+ * which the inertia of a free body is taken. */
 typedef struct bridge_model {
   thrum_model model;
   const thrum_surface *surface;
@@ -21,11 +21,17 @@ typedef struct bridge_model {
   int64_t touch_count;
   int32_t corners[CORNERS];
   double material[3]; /* of model: Young's modulus, which the stiffness of contact follows */
-  float *positions;         /* vertex_count x 3, scratch of picking */
+  float *positions;   /* vertex_count x 3, scratch of picking */
 } bridge_model;
 
 extern thrum_scene *bridge_scene;
 extern double bridge_number[NUMBERS];
+extern thrum_error bridge_error; /* of the last call that failed */
+
+void *bridge_alloc(size_t bytes);
+
+/* NULL for a number that names none. */
+const bridge_model *bridge_model_at(int32_t number);
 
 /* The model of a body; NULL for a number that names none. */
 const bridge_model *bridge_body_model(int32_t body);

@@ -12,7 +12,8 @@ const root = dirname(here);
 
 /** @param {string} folder @returns {string[]} its C files */
 const sources = (folder) =>
-  readdirSync(folder).filter((name) => name.endsWith('.c')).sort().map((name) => join(folder, name));
+  readdirSync(folder).filter((name) => name.endsWith('.c')).sort()
+    .map((name) => join(folder, name));
 
 /** Writes beside, then renames, so that there is never half a file. */
 function writeWhole(path, content) {
@@ -27,7 +28,8 @@ function compile(path) {
   const part = `${path}.part`;
   const clang = spawnSync(process.env.CLANG ?? 'clang', [
     '--target=wasm32-wasi', '-mexec-model=reactor', '-msimd128', '-O3', '-fno-slp-vectorize',
-    '-std=c11', '-ffp-contract=off', '-Wall', '-Wextra', '-Werror', '-I', join(root, 'include'), '-I', root,
+    '-std=c11', '-ffp-contract=off', '-Wall', '-Wextra', '-Wshadow', '-Wconversion',
+    '-Wno-sign-conversion', '-Werror', '-I', join(root, 'include'), '-I', root,
     ...['runtime', 'scene', 'viewer'].flatMap((folder) => sources(join(root, folder))),
     '-Wl,--strip-debug', '-o', part,
   ], { stdio: 'inherit' });

@@ -91,7 +91,7 @@ export class Engine {
 
   #addObstacle(obstacle) {
     const size = obstacle.size ?? [1, 1, 1];
-    this.numbers.set([...(obstacle.centre ?? obstacle.point), ...(obstacle.normal ?? [0, 0, 1]),
+    this.numbers.set([...obstacle.centre, ...(obstacle.normal ?? [0, 0, 1]),
       obstacle.radius ?? 1, ...size.map((side) => side / 2), ...(obstacle.rotation ?? [0, 0, 0, 1]),
       ...(obstacle.velocity ?? [0, 0, 0]), obstacle.friction ?? 0.5, obstacle.restitution ?? 0.5,
       obstacle.stiffness ?? 0, obstacle.damping ?? 0]);

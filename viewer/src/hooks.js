@@ -11,7 +11,8 @@ export function hooks(starting) {
     const { world } = app;
     const { engine, stage } = world;
     Object.assign(thrum, {
-      bodies: () => world.shown.bodies.map(({ name, model, position }) => ({ name, model, position })),
+      bodies: () =>
+        world.shown.bodies.map(({ name, model, position }) => ({ name, model, position })),
       time: () => engine.time,
       settings: () => ({ ...world.settings }),
       trouble: () => app.trouble,
@@ -20,7 +21,8 @@ export function hooks(starting) {
       frequencies: (body) => engine.frequencies(body),
       q: (body) => Array.from(engine.shape(body)),
       position: (body, vertex) => engine.position(body, vertex),
-      pulls: () => [...world.pulls.values()].map(({ body, vertex, target }) => ({ body, vertex, target })),
+      pulls: () =>
+        [...world.pulls.values()].map(({ body, vertex, target }) => ({ body, vertex, target })),
       vertexCount: (body) => world.bodies[body].model.vertex_count,
       fixed: (body) => Array.from(world.bodies[body].model.arrays.fixed),
       matrix: (body) => Array.from(engine.matrix(body)),

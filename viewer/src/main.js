@@ -102,8 +102,7 @@ class App {
       this.world.show(choice, compared);
       this.forget();
       find('compare').setAttribute('aria-pressed', String(compared));
-      find('labels').replaceChildren(...(compared ? COMPARED : []).map(([name, colour]) =>
-        Object.assign(document.createElement('span'), { textContent: name, style: `color:${colour}` })));
+      find('labels').replaceChildren(...(compared ? COMPARED : []).map(label));
       this.panel.refresh();
     });
   }
@@ -220,14 +219,23 @@ class App {
 
   placeLabels() {
     const { bodies, stage } = this.world;
-    [...find('labels').children].forEach((label, n) => {
-      const { boundingBox: box } = bodies[n].mesh.geometry;
-      const foot = box.getCenter(box.min.clone()).setZ(box.min.z).applyMatrix4(bodies[n].mesh.matrix);
+    [...find('labels').children].forEach((span, n) => {
+      const { matrix, geometry } = bodies[n].mesh;
+      const { min } = geometry.boundingBox;
+      const foot = geometry.boundingBox.getCenter(min.clone()).setZ(min.z).applyMatrix4(matrix);
       const { x, y } = stage.project(foot.toArray());
-      label.style.left = `${x}px`;
-      label.style.top = `${y + 14}px`;
+      span.style.left = `${x}px`;
+      span.style.top = `${y + 14}px`;
     });
   }
+}
+
+/** What stands under a compared body. */
+function label([name, colour]) {
+  const span = document.createElement('span');
+  span.textContent = name;
+  span.style.color = colour;
+  return span;
 }
 
 async function begin() {

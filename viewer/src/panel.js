@@ -10,7 +10,9 @@ const plain = { read: (x) => x, write: (y) => y };
 
 /** Range of each slider, its scale, and how its value reads. */
 const SLIDERS = {
-  dt: { min: -4, max: -1.6, step: 'any', ...power(10), text: (v) => `${(1e3 * v).toPrecision(3)} ms` },
+  dt: {
+    min: -4, max: -1.6, step: 'any', ...power(10), text: (v) => `${(1e3 * v).toPrecision(3)} ms`,
+  },
   rank: { min: 1, max: 1, step: 1, ...plain, text: (v) => `${v}` },
   gravity: { min: 0, max: 30, step: 0.01, ...plain, text: (v) => `${v.toFixed(2)} m/s²` },
   damping: { min: 0, max: 5, step: 0.01, ...plain, text: (v) => `${v.toFixed(2)} 1/s` },
@@ -32,7 +34,8 @@ export class Panel {
       });
     }
     fill(find('integrator'), INTEGRATOR_NAMES.map((name) => [name, name]));
-    find('integrator').addEventListener('change', () => actions.set('integrator', find('integrator').value));
+    find('integrator').addEventListener('change', () =>
+      actions.set('integrator', find('integrator').value));
     find('tint').addEventListener('change', () => actions.set('tint', find('tint').checked));
     const models = world.pack.models.map((model, n) => [n, model.title ?? model.name]);
     const whole = isComposed(world.pack.scene) ? [[-1, 'the scene']] : [];
@@ -65,13 +68,14 @@ export class Panel {
     find('tint').checked = settings.tint;
   }
 
-  /** Modes of the first body: how many are stepped explicitly, and how fast they are. */
+  /** Modes of the first body: how many are stepped explicitly, and how fast they are; and how many
+   * of its steps needed more than quasi-Newton. */
   showSplit() {
-    const { engine, settings } = this.world;
-    const { explicit, implicit } = engine.report(0);
-    find('split-text').textContent = `${explicit} explicit, ${implicit} implicit`;
+    const { engine } = this.world;
+    const { explicit, implicit, fallbacks } = engine.report(0);
+    const helped = fallbacks > 0 ? `, ${fallbacks} steps fell back` : '';
+    find('split-text').textContent = `${explicit} explicit, ${implicit} implicit${helped}`;
     drawSplit(find('split'), engine.frequencies(0), explicit);
-    this.split = { explicit, implicit, dt: settings.dt };
   }
 
   /** @param {Object<string, import('./clock.js').Meter>} meters step, upload, draw, frame */

@@ -77,7 +77,9 @@ function addLine(scene) {
   line.renderOrder = 1;
   line.frustumCulled = false;
   const ends = new THREE.Points(geometry,
-    new THREE.PointsMaterial({ color: 0xc0281f, size: 8, sizeAttenuation: false, depthTest: false }));
+    new THREE.PointsMaterial({
+      color: 0xc0281f, size: 8, sizeAttenuation: false, depthTest: false,
+    }));
   ends.frustumCulled = false;
   ends.renderOrder = 1;
   line.add(ends);

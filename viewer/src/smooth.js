@@ -38,7 +38,8 @@ function addCross(out, at, a, b) {
 /** Twice the area vector of each triangle. */
 function areas(positions, triangles) {
   const out = new Float32Array(triangles.length);
-  const side = (from, to) => [0, 1, 2].map((axis) => positions[3 * to + axis] - positions[3 * from + axis]);
+  const side = (from, to) =>
+    [0, 1, 2].map((axis) => positions[3 * to + axis] - positions[3 * from + axis]);
   for (let t = 0; t < triangles.length; t += 3) {
     const [a, b, c] = triangles.subarray(t, t + 3);
     addCross(out, t, side(a, b), side(a, c));

@@ -107,7 +107,10 @@ export class Stage {
   project(point) {
     const box = this.renderer.domElement.getBoundingClientRect();
     const seen = new THREE.Vector3(...point).project(this.camera);
-    return { x: box.left + ((seen.x + 1) / 2) * box.width, y: box.top + ((1 - seen.y) / 2) * box.height };
+    return {
+      x: box.left + ((seen.x + 1) / 2) * box.width,
+      y: box.top + ((1 - seen.y) / 2) * box.height,
+    };
   }
 }
 
@@ -148,7 +151,7 @@ const GRID = /* glsl */ `
 function shapeOfObstacle(obstacle, size) {
   const vector = (v) => new THREE.Vector3(...v);
   if (obstacle.kind === 'plane')
-    return ground(vector(obstacle.centre ?? obstacle.point), vector(obstacle.normal).normalize(), size);
+    return ground(vector(obstacle.centre), vector(obstacle.normal).normalize(), size);
   const geometry = obstacle.kind === 'sphere'
     ? new THREE.SphereGeometry(obstacle.radius, 48, 32)
     : new THREE.BoxGeometry(...obstacle.size);

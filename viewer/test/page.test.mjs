@@ -191,7 +191,8 @@ test('compare shows imexv, newmark and energy side by side, with their energies'
   assert.deepEqual(bodies.map(({ name }) => name), ['imexv', 'newmark', 'energy']);
   assert.ok(bodies[0].position[0] < bodies[1].position[0]);
   assert.ok(bodies[1].position[0] < bodies[2].position[0]);
-  const schemes = await page.evaluate(() => [0, 1, 2].map((n) => window.thrum.report(n).integrator));
+  const schemes = await page.evaluate(() =>
+    [0, 1, 2].map((n) => window.thrum.report(n).integrator));
   assert.deepEqual(schemes, ['imexv', 'newmark', 'energy']);
   await page.evaluate(() => window.thrum.step(50));
   await page.waitForFunction(() => /imexv.*J.*newmark.*J.*energy.*J/.test(
@@ -201,7 +202,7 @@ test('compare shows imexv, newmark and energy side by side, with their energies'
   assert.equal(await page.evaluate(() => window.thrum.bodies().length), 1);
 });
 
-test('what a control is refused for is said on the page, and goes when another is taken', async () => {
+test('what a control is refused for is said on the page, until another is taken', async () => {
   await fresh();
   await page.evaluate(() => window.thrum.set('damping', -1));
   assert.ok(await page.locator('#notice').isVisible());
@@ -277,8 +278,10 @@ test('two fingers pull two places', async () => {
   });
   const touch = await own.context().newCDPSession(own);
   const places = [await reach(1, own), await reach(0.5, own)];
-  const send = (type, shift) => touch.send('Input.dispatchTouchEvent', { type,
-    touchPoints: type === 'touchEnd' ? [] : places.map(({ x, y }, id) => ({ x, y: y + shift, id })) });
+  const send = (type, shift) => touch.send('Input.dispatchTouchEvent', {
+    type,
+    touchPoints: type === 'touchEnd' ? [] : places.map(({ x, y }, id) => ({ x, y: y + shift, id })),
+  });
   await send('touchStart', 0);
   await send('touchMove', -30);
   const pulls = await own.evaluate(() => window.thrum.pulls());
@@ -309,7 +312,7 @@ test('compared bodies are pulled alike', async () => {
     assert.ok(Math.hypot(...q.map((value, i) => value - shapes[0][i])) < 1e-2 * size);
 });
 
-test('a scene of two bodies over a plane shows the plane, and the bodies stay above it', async () => {
+test('two bodies of a scene stay above its plane', async () => {
   const [body] = pack.scene.bodies;
   const floor = -0.12;
   const own = await open(browser, standalone({ ...pack, scene: {

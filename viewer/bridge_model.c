@@ -1,0 +1,128 @@
+/* The models of a page, of arrays that JavaScript brings.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "bridge.h"
+
+#include <math.h>
+#include <string.h>
+
+#define MODELS_MAX 64
+
+static bridge_model models[MODELS_MAX];
+static int32_t model_count;
+
+const bridge_model *bridge_model_at(int32_t number) {
+  return number >= 0 && number < model_count ? &models[number] : NULL;
+}
+
+static thrum_status no_memory(void) {
+  return thrum_error_set(&bridge_error, THRUM_OUT_OF_MEMORY, "the page has no memory left");
+}
+
+// widens an array, with zeros after it; NULL when there is no memory
+static double *widen(const float *from, int64_t count, int64_t zeros) {
+  double *to = bridge_alloc((size_t)(count + zeros) * sizeof *to);
+  for (int64_t i = 0; to != NULL && i < count + zeros; i++)
+    to[i] = i < count ? from[i] : 0.0;
+  return to;
+}
+
+// the coefficients once more, in the order of the steps
+static thrum_status pack(thrum_model *model) {
+  size_t size = thrum_model_pack_size(model);
+  void *memory = bridge_alloc(size);
+  if (memory == NULL)
+    return no_memory();
+  return thrum_model_pack(model, memory, size, &bridge_error);
+}
+
+static thrum_status make_surface(bridge_model *made) {
+  thrum_surface_def def = {.triangles = made->triangles, .triangle_count = made->triangle_count};
+  size_t size;
+  thrum_status status = thrum_surface_size(&made->model, &def, &size, &bridge_error);
+  if (status != THRUM_OK)
+    return status;
+  void *memory = bridge_alloc(size);
+  made->positions = bridge_alloc((size_t)made->model.vertex_count * 3 * sizeof(float));
+  if (memory == NULL || made->positions == NULL)
+    return no_memory();
+  return thrum_surface_init(memory, size, &made->model, &def, &made->surface, &bridge_error);
+}
+
+// what a free body's mass and inertia are taken from: the mass from the first shift, the inertia
+// from the rigid modes at the corners
+static thrum_status make_rigid(bridge_model *made, double mass, const double *tet,
+                               const double *tet_rigid) {
+  thrum_model *model = &made->model;
+  const int64_t first = model->vertex_count - CORNERS;
+  double *rigid = bridge_alloc((size_t)model->vertex_count * 18 * sizeof *rigid);
+  if (rigid == NULL)
+    return no_memory();
+  memset(rigid, 0, (size_t)model->vertex_count * 18 * sizeof *rigid);
+  memcpy(rigid + 18 * first, tet_rigid, CORNERS * 18 * sizeof *rigid);
+  rigid[0] = 1.0 / sqrt(mass);
+  memcpy((double *)model->vertices + 3 * first, tet, CORNERS * 3 * sizeof *tet);
+  for (int32_t n = 0; n < CORNERS; n++)
+    made->corners[n] = (int32_t)first + n;
+  model->rigid = rigid;
+  model->tets = made->corners;
+  model->tet_count = 1;
+  return THRUM_OK;
+}
+
+static thrum_status list_touch(bridge_model *made) {
+  const thrum_model *model = &made->model;
+  made->touch = bridge_alloc((size_t)model->vertex_count * sizeof *made->touch);
+  if (made->touch == NULL)
+    return no_memory();
+  for (int32_t v = 0; v < model->vertex_count - CORNERS; v++)
+    if (model->fixed[v] == 0)
+      made->touch[made->touch_count++] = v;
+  return THRUM_OK;
+}
+
+// the mesh that is left of a model: positions, rows of the basis, material
+static thrum_status make_mesh(bridge_model *made, const float *positions, const float *basis) {
+  thrum_model *model = &made->model;
+  const int64_t shown = model->vertex_count - CORNERS;
+  model->vertices = widen(positions, 3 * shown, 3 * CORNERS);
+  model->basis = widen(basis, 3 * shown * model->rank, 3 * CORNERS * model->rank);
+  model->material = made->material;
+  model->region_count = 1;
+  return model->vertices != NULL && model->basis != NULL ? THRUM_OK : no_memory();
+}
+
+/* Adds a model of arrays from bridge_alloc, which it keeps, `positions`, `basis` and the last two
+ * apart; their shapes are those of the pack (docs/viewer.md). tet and tet_rigid are NULL for a
+ * model that is held. numbers: mass [kg], Young's modulus [Pa]. Returns its number, or a status
+ * below 0. */
+int32_t EXPORT(bridge_add_model)(int32_t rank, int32_t vertex_count, int32_t triangle_count,
+                                 const double *omega2, const double *c3, const double *c4,
+                                 const double *axis_mass, const uint8_t *fixed,
+                                 const int32_t *triangles, const float *positions,
+                                 const float *basis, const double *tet, const double *tet_rigid) {
+  if (model_count == MODELS_MAX)
+    return thrum_error_set(&bridge_error, THRUM_UNSUPPORTED, "a page has at most %d models",
+                           MODELS_MAX);
+  bridge_model *made = &models[model_count];
+  *made = (bridge_model){.triangles = triangles, .triangle_count = triangle_count};
+  made->material[0] = bridge_number[1];
+  made->model = (thrum_model){.rank = rank,
+                              .c3_count = thrum_c3_count(rank),
+                              .c4_count = thrum_c4_count(rank),
+                              .vertex_count = (int64_t)vertex_count + CORNERS,
+                              .omega2 = omega2,
+                              .c3 = c3,
+                              .c4 = c4,
+                              .axis_mass = axis_mass,
+                              .fixed = fixed};
+  thrum_status status = make_mesh(made, positions, basis);
+  if (status == THRUM_OK && tet != NULL)
+    status = make_rigid(made, bridge_number[0], tet, tet_rigid);
+  if (status == THRUM_OK)
+    status = pack(&made->model);
+  if (status == THRUM_OK)
+    status = make_surface(made);
+  if (status == THRUM_OK)
+    status = list_touch(made);
+  return status == THRUM_OK ? model_count++ : (int32_t)status;
+}
