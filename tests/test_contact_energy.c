@@ -188,6 +188,39 @@ static void a_snapshot_goes_on_bit_for_bit(void **state) {
   rig_free(&r);
 }
 
+static void begin_step_and_end_are_a_step(void **state) {
+  (void)state;
+  double q[2][RIG_RANK];
+  thrum_translation way[2];
+  thrum_contact_report report[2];
+  for (int apart = 0; apart < 2; apart++) {
+    rig_def def = rig_default();
+    def.points = 5;
+    def.shape = 0.2;
+    rig r;
+    rig_make(&r, &def);
+    r.translation.position[2] = 0.01;
+    const thrum_model *model = &r.m.model;
+    for (int n = 0; n < 400; n++) {
+      if (!apart) {
+        rig_steps(&r, 1);
+        continue;
+      }
+      assert_int_equal(thrum_contact_begin(model, r.state, r.contact, &r.around, NULL), THRUM_OK);
+      assert_true(thrum_step(model, r.state, NULL) >= 0);
+      assert_int_equal(thrum_contact_end(model, r.state, r.contact, &r.around, NULL), THRUM_OK);
+    }
+    state_read(model, r.state, q[apart], NULL);
+    way[apart] = r.translation;
+    report[apart] = thrum_contact_report_get(r.contact);
+    rig_free(&r);
+  }
+  assert_true(report[0].redone == 0 && report[0].lost > 0);
+  assert_memory_equal(q[0], q[1], sizeof q[0]);
+  assert_memory_equal(&way[0], &way[1], sizeof way[0]);
+  assert_true(report[0].lost == report[1].lost && report[0].stored == report[1].stored);
+}
+
 static void a_stiff_pull_follows_its_target(void **state) {
   (void)state;
   static const double steps[] = {1e-5, 1e-3, 1e-1}, stiffness[] = {1e-3, 1e3, 1e9, 1e15};
@@ -271,6 +304,7 @@ int main(void) {
       cmocka_unit_test(an_obstacle_that_moves_does_work_of_its_own),
       cmocka_unit_test(a_body_put_into_the_floor_comes_out_slowly),
       cmocka_unit_test(a_snapshot_goes_on_bit_for_bit),
+      cmocka_unit_test(begin_step_and_end_are_a_step),
       cmocka_unit_test(a_stiff_pull_follows_its_target),
       cmocka_unit_test(a_pull_does_not_tear_a_body_apart),
   };
