@@ -81,6 +81,7 @@ thrum_status cli_mesh_model_load(const char *text, const cli_mesh_def *def, bool
       .fixes = fixes,
       .fix_count = def->fix_count,
       .reproducible = true,
+      .free = def->free,
       .quiet = quiet,
   };
   file->path = file->cached;

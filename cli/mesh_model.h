@@ -12,6 +12,7 @@
 typedef struct cli_mesh_def {
   const char *fixes[CLI_MESH_FIXES_MAX];
   int64_t fix_count;
+  bool free;               /* nothing is to be held: no warning of it */
   thrum_material material; /* a field is NaN where the mesh's own stays */
 } cli_mesh_def;
 

@@ -83,7 +83,7 @@ static thrum_status name_line(const precompute_request *request, const char *key
 /* Marks what the --fix options name in `fixed`, and counts the vertices held. */
 static thrum_status fix_vertices(const precompute_request *request, const thrum_mesh *mesh,
                                  uint8_t *fixed, int64_t *held, thrum_error *error) {
-  if (request->fix_count == 0)
+  if (request->fix_count == 0 && !request->free)
     cli_warn("nothing is fixed, so this is a free body: the model is its elastic part, the six "
              "rigid modes are kept apart (hold vertices with --fix, such as --fix 'x<0.001')");
   for (int64_t n = 0; n < request->fix_count; n++) {

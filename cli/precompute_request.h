@@ -29,6 +29,7 @@ typedef struct precompute_request {
   bool rank_given;
   bool dry_run;      /* say what it would take, and no more */
   bool reproducible; /* meta without times */
+  bool free;         /* nothing is to be held: no warning of it */
   bool json;
   bool quiet;
   bool help;

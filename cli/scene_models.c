@@ -23,7 +23,8 @@ static bool same_file(const scene_body_spec *left, const scene_body_spec *right)
 
 static thrum_status load_file(const scene_spec *spec, bool quiet, scene_loaded *item) {
   const scene_body_spec *body = item->first;
-  cli_mesh_def def = {.fix_count = body->fix.count, .material = body->material.material};
+  cli_mesh_def def = {
+      .fix_count = body->fix.count, .free = body->free, .material = body->material.material};
   for (int64_t n = 0; n < body->fix.count; n++)
     def.fixes[n] = body->fix.texts[n];
   thrum_error detail = {0};

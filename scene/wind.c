@@ -124,8 +124,7 @@ static double limit(const thrum_scene *scene, const scene_body *body, const scen
   }
   if (body->free)
     rate += turning * (inverse[0] + inverse[4] + inverse[8]);
-  const double speed =
-      length_of(flow->past) + flow->fastest + longest * length_of(flow->spin);
+  const double speed = length_of(flow->past) + flow->fastest + longest * length_of(flow->spin);
   return 1 / (1 + scene->dt * 2 * scene->air * speed * rate);
 }
 
