@@ -3,6 +3,7 @@
 #pragma STDC FP_CONTRACT OFF
 #endif
 
+#include <math.h>
 #include <string.h>
 
 #include "scene/internal.h"
@@ -92,6 +93,10 @@ thrum_status thrum_scene_body_energies(thrum_scene *scene, int32_t number,
     kinetic += thrum_turning_energy(&body->turning, &body->placement);
   if (body->touch != NULL)
     stored = thrum_contact_report_get(body->touch->contact).stored;
+  if (!isfinite(kinetic) || !isfinite(work) || !isfinite(kinetic + of_state.potential - work))
+    return thrum_error_set(error, THRUM_NOT_FINITE,
+                           "body '%s': its energy is beyond the range of finite numbers",
+                           body->name);
   *energies = (thrum_scene_energies){.kinetic = kinetic,
                                      .potential = of_state.potential,
                                      .gravity = -work,

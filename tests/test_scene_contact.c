@@ -341,6 +341,17 @@ static void wind_on_a_box_is_its_frontal_drag(void **context) {
   assert_close(v[0], 12, 0.01);
 }
 
+static void an_energy_beyond_numbers_is_refused(void **context) {
+  fixture *f = *context;
+  thrum_scene_body_def def = def_of(f);
+  def.free = 1;
+  def.velocity[0] = 1e300;
+  MUST(thrum_scene_add_body(f->scene, &def, NULL, &error));
+  thrum_scene_energies e = {.total = 3};
+  assert_int_equal(thrum_scene_body_energies(f->scene, 0, &e, &error), THRUM_NOT_FINITE);
+  assert_true(e.total == 3);
+}
+
 static void no_wind_is_too_strong_for_dt(void **context) {
   fixture *f = *context;
   const double wind[3] = {0, 300, 100};
@@ -429,6 +440,7 @@ int main(void) {
       HELD(contact_has_the_bits_of_the_library_alone),
       HELD(a_pull_holds_its_point_and_lets_go),
       FREE(wind_on_a_box_is_its_frontal_drag),
+      FREE(an_energy_beyond_numbers_is_refused),
       HELD(no_wind_is_too_strong_for_dt),
       FREE(a_snapshot_holds_contact_and_ways),
       HELD(what_does_not_touch_has_no_rows),
