@@ -34,8 +34,10 @@ export class Panel {
       });
     }
     fill(find('integrator'), INTEGRATOR_NAMES.map((name) => [name, name]));
-    find('integrator').addEventListener('change', () =>
-      actions.set('integrator', find('integrator').value));
+    find('integrator').addEventListener('change', () => {
+      actions.set('integrator', find('integrator').value);
+      this.refresh(); // one that is refused is not shown
+    });
     find('tint').addEventListener('change', () => actions.set('tint', find('tint').checked));
     const models = world.pack.models.map((model, n) => [n, model.title ?? model.name]);
     const whole = isComposed(world.pack.scene) ? [[-1, 'the scene']] : [];
