@@ -5,7 +5,7 @@
 
 #include <cjson/cJSON.h>
 
-#include "cli/scene_spec.h"
+#include "cli/scene_run.h"
 
 typedef struct cli_pack_model {
   const char *name, *title;
@@ -28,9 +28,13 @@ void cli_pack_free(cli_pack *pack);
  * gravity. The viewer lets people choose among the others. NULL: out of memory. */
 cJSON *cli_pack_scene_of_models(const cli_pack_model *models);
 
-/* The scene of a scene file, without what the viewer knows nothing of (loads, starts, wind, shaking
- * ground, probes); of_body: the place of each body's model among these. NULL: out of memory. */
-cJSON *cli_pack_scene_of_spec(const scene_spec *spec, const cli_pack_model *models,
-                              const int64_t *of_body);
+/* The scene of a scene file that was built and made no step yet, without its probes; of_body: the
+ * place of each body's model in the pack. NULL: out of memory. */
+cJSON *cli_pack_scene_of_run(const scene_run *run, const int64_t *of_body);
+
+/* pack_effects.c: what acts over time. Adds "q", "p" and "loads" of body n where it has any; and
+ * "shake" and "wind" of all. */
+void cli_pack_add_loads(cJSON *body, const scene_run *run, int32_t n);
+void cli_pack_add_air_and_ground(cJSON *scene, const scene_run *run);
 
 #endif

@@ -50,7 +50,8 @@ static void add_rotation(cJSON *object, const double rotation[4]) {
   cli_json_numbers(object, "rotation", turned, 4);
 }
 
-static cJSON *body_of_spec(const scene_body_spec *spec, const thrum_model *model, int64_t place) {
+static cJSON *body_of_run(const scene_run *run, int32_t n, int64_t place) {
+  const scene_body_spec *spec = run->bodies[n].spec;
   const thrum_state_def *def = &spec->settings.def;
   cJSON *body = cJSON_CreateObject();
   cli_json_string(body, "name", spec->name);
@@ -60,7 +61,7 @@ static cJSON *body_of_spec(const scene_body_spec *spec, const thrum_model *model
   cli_json_number(body, "scale", spec->scale);
   cli_json_number(body, "stiffness", spec->stiffness);
   cli_json_number(body, "density", spec->density);
-  cli_json_number(body, "rank", (double)(spec->rank > 0 ? spec->rank : model->rank));
+  cli_json_number(body, "rank", (double)run->bodies[n].model->rank);
   add_colour(body, spec->colour);
   cJSON_AddBoolToObject(body, "free", spec->free);
   cli_json_numbers(body, "velocity", spec->velocity, 3);
@@ -70,6 +71,7 @@ static cJSON *body_of_spec(const scene_body_spec *spec, const thrum_model *model
   cli_json_numbers(body, "spin", spin, 3);
   cJSON_AddStringToObject(body, "integrator", simulate_integrator_name(def->integrator));
   cli_json_number(body, "damping", def->damping_alpha);
+  cli_pack_add_loads(body, run, n);
   return body;
 }
 
@@ -96,8 +98,8 @@ static cJSON *obstacle_of_spec(const scene_obstacle_spec *spec) {
   return obstacle;
 }
 
-cJSON *cli_pack_scene_of_spec(const scene_spec *spec, const cli_pack_model *models,
-                              const int64_t *of_body) {
+cJSON *cli_pack_scene_of_run(const scene_run *run, const int64_t *of_body) {
+  const scene_spec *spec = &run->spec;
   const thrum_state_def *def = &spec->settings.def;
   cJSON *scene = cJSON_CreateObject();
   if (spec->title != NULL)
@@ -110,8 +112,8 @@ cJSON *cli_pack_scene_of_spec(const scene_spec *spec, const cli_pack_model *mode
   for (int64_t n = 0; n < spec->obstacles.count; n++)
     cJSON_AddItemToArray(obstacles, obstacle_of_spec(&scene_obstacles(spec)[n]));
   cJSON *bodies = cJSON_AddArrayToObject(scene, "bodies");
-  for (int64_t n = 0; n < spec->bodies.count; n++)
-    cJSON_AddItemToArray(
-        bodies, body_of_spec(&scene_bodies(spec)[n], models[of_body[n]].model, of_body[n]));
+  for (int32_t n = 0; n < spec->bodies.count; n++)
+    cJSON_AddItemToArray(bodies, body_of_run(run, n, of_body[n]));
+  cli_pack_add_air_and_ground(scene, run);
   return scene;
 }

@@ -149,13 +149,16 @@ static thrum_status count_steps(scene_run *run) {
                            SIMULATE_STEPS_MAX);
 }
 
+thrum_status scene_run_read(scene_run *run, thrum_error *error) {
+  const thrum_status status = cli_scene_read(run->request->path, &run->spec, error);
+  return status >= 0 ? count_steps(run) : status;
+}
+
 static thrum_status run_scene(scene_run *run, thrum_error *error) {
   const double began = cli_seconds();
   // while models are made first
   thrum_interrupt_clean("\nthrum: stopped; nothing was written\n");
-  thrum_status status = cli_scene_read(run->request->path, &run->spec, error);
-  if (status >= 0)
-    status = count_steps(run);
+  thrum_status status = scene_run_read(run, error);
   if (status >= 0)
     status = scene_run_build(run, error);
   // from here on there is something to clean up
@@ -183,7 +186,7 @@ static thrum_status run_scene(scene_run *run, thrum_error *error) {
   return status;
 }
 
-static void close_run(scene_run *run) {
+void scene_run_close(scene_run *run) {
   if (run->probes != NULL)
     fclose(run->probes);
   for (int64_t n = 0; run->bodies != NULL && n < run->spec.bodies.count; n++) {
@@ -218,7 +221,7 @@ int scene_run_request(const scene_request *request) {
   int code = status < 0 ? cli_refuse(&error) : CLI_DONE;
   if (status >= 0 && strcmp(scene_run_status(run), "done") != 0)
     code = CLI_FLAGGED;
-  close_run(run);
+  scene_run_close(run);
   free(run);
   return code;
 }

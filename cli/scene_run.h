@@ -56,6 +56,10 @@ typedef struct scene_run {
 /* scene_build.c: loads the models and makes the scene. */
 thrum_status scene_run_build(scene_run *run, thrum_error *error);
 
+/* scene_run.c: reads the file of the request, and frees what a run holds, whatever came of it. */
+thrum_status scene_run_read(scene_run *run, thrum_error *error);
+void scene_run_close(scene_run *run);
+
 /* A message of the engine about one key of a record, or about the record (key NULL). */
 thrum_status scene_run_refuse(const scene_run *run, const cli_record *at, const char *key,
                               thrum_status status, const thrum_error *detail);

@@ -8,7 +8,8 @@
 
 #include "cli/cli.h"
 #include "cli/model_name.h"
-#include "cli/scene_models.h"
+#include "cli/pack.h"
+#include "cli/scene_run.h"
 
 #define TITLE_MAX 64
 
@@ -89,55 +90,48 @@ static void list_models(const scene_models *models, const scene_spec *spec, mode
   }
 }
 
-/* Names what moves bodies that the viewer knows nothing of. */
+/* Names what damps bodies that the viewer knows nothing of. */
 static void warn_of_rest(const scene_spec *spec) {
-  bool loads = false, starts = false, beta = false;
-  for (int64_t n = 0; n < spec->bodies.count; n++) {
-    const scene_body_spec *body = &scene_bodies(spec)[n];
-    loads = loads || body->loads.count > 0;
-    starts = starts || body->start.count > 0;
-    beta = beta || body->settings.def.damping_beta > 0;
-  }
-  const struct {
-    bool there;
-    const char *name;
-  } rest[] = {{loads, "loads"},
-              {starts, "start"},
-              {spec->shake.count > 0, "shake"},
-              {spec->wind.at.node != NULL, "wind"},
-              {beta, "damping that grows with stiffness"}};
-  for (size_t n = 0; n < sizeof rest / sizeof rest[0]; n++) {
-    if (rest[n].there)
-      cli_warn("%.200s: the viewer leaves out %s", spec->file.name, rest[n].name);
-  }
+  bool beta = false;
+  for (int64_t n = 0; n < spec->bodies.count; n++)
+    beta = beta || scene_bodies(spec)[n].settings.def.damping_beta > 0;
+  if (beta)
+    cli_warn("%.200s: the viewer leaves out damping that grows with stiffness", spec->file.name);
 }
 
-static thrum_status pack_scene(const char *path, bool quiet, cli_pack *pack, thrum_error *error) {
-  scene_spec spec = {0};
-  scene_models models = {0};
+static thrum_status pack_run(const scene_run *run, cli_pack *pack, thrum_error *error) {
+  const int64_t count = run->spec.bodies.count;
   model_list list = {0};
-  int64_t *of_body = NULL;
-  thrum_status status = cli_scene_read(path, &spec, error);
-  if (status >= 0)
-    status = cli_scene_models_load(&spec, quiet, &models, error);
-  if (status >= 0)
-    status = make_list(spec.bodies.count, &list, error);
+  int64_t *of_body = calloc((size_t)count + 1, sizeof *of_body);
+  thrum_status status = of_body != NULL
+                            ? make_list(count, &list, error)
+                            : thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for bodies");
   if (status >= 0) {
-    of_body = calloc((size_t)spec.bodies.count + 1, sizeof *of_body);
-    status = of_body != NULL ? THRUM_OK
-                             : thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for bodies");
+    list_models(&run->models, &run->spec, &list, of_body);
+    status =
+        cli_pack_make(list.items, list.count, cli_pack_scene_of_run(run, of_body), pack, error);
   }
-  if (status >= 0) {
-    list_models(&models, &spec, &list, of_body);
-    status = cli_pack_make(list.items, list.count,
-                           cli_pack_scene_of_spec(&spec, list.items, of_body), pack, error);
-  }
-  if (status >= 0 && !quiet)
-    warn_of_rest(&spec);
   free(of_body);
   free_list(&list);
-  cli_scene_models_free(&models);
-  cli_scene_free(&spec);
+  return status;
+}
+
+/* As `thrum simulate` builds it, so that what it refuses is refused here. */
+static thrum_status pack_scene(const char *path, bool quiet, cli_pack *pack, thrum_error *error) {
+  const scene_request request = {.path = path, .output = "", .quiet = quiet};
+  scene_run *run = calloc(1, sizeof *run);
+  if (run == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the scene");
+  run->request = &request;
+  thrum_status status = scene_run_read(run, error);
+  if (status >= 0)
+    status = scene_run_build(run, error);
+  if (status >= 0)
+    status = pack_run(run, pack, error);
+  if (status >= 0 && !quiet)
+    warn_of_rest(&run->spec);
+  scene_run_close(run);
+  free(run);
   return status;
 }
 

@@ -194,6 +194,10 @@ thrum_status scene_touch_step(const thrum_scene *scene, scene_body *body,
 void scene_obstacles_move(thrum_scene *scene);
 void scene_obstacles_reset(thrum_scene *scene);
 
+/* reduced.c: may this reduced load be added? */
+thrum_status scene_reduced_check(const scene_body *body, const thrum_scene_load *load,
+                                 thrum_error *error);
+
 /* parts.c: what load `index` of a free body is in every direction that the body may turn to. */
 thrum_status scene_parts_make(scene_body *body, const thrum_scene_load *load, int64_t index,
                               thrum_error *error);

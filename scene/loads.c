@@ -95,6 +95,11 @@ static thrum_status reduce_load(const scene_body *body, const thrum_scene_load *
   switch (load->kind) {
   case THRUM_SCENE_ACCELERATION:
     return reduce_acceleration(body, load->vector, reduced, error);
+  case THRUM_SCENE_REDUCED:
+    status = scene_reduced_check(body, load, error);
+    if (status >= 0)
+      memcpy(reduced, load->reduced, (size_t)body->model->rank * sizeof *reduced);
+    return status;
   case THRUM_SCENE_FIELD:
     status = load->field == NULL
                  ? thrum_error_set(error, THRUM_INVALID_ARGUMENT, "a field of forces is NULL")
@@ -115,7 +120,8 @@ static thrum_status reduce_load(const scene_body *body, const thrum_scene_load *
 
 static thrum_status check_load(const thrum_scene_load *load, thrum_error *error) {
   const thrum_load *course = &load->course;
-  if (load->kind != THRUM_SCENE_FIELD && !finite3(load->vector))
+  if (load->kind != THRUM_SCENE_FIELD && load->kind != THRUM_SCENE_REDUCED &&
+      !finite3(load->vector))
     return thrum_error_set(error, THRUM_BAD_VALUE, "a load is not finite");
   if (isnan(course->from) || isnan(course->until) || !isfinite(course->frequency))
     return thrum_error_set(error, THRUM_BAD_VALUE, "the course of a load is not a number");

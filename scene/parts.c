@@ -93,6 +93,12 @@ thrum_status scene_parts_make(scene_body *body, const thrum_scene_load *load, in
        !scene_grow(&body->moments, 9 * count, sizeof *body->moments) ||
        !scene_grow(&body->resultants, 3 * count, sizeof *body->resultants)))
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a load");
+  if (load->kind == THRUM_SCENE_REDUCED) {
+    memcpy(body->parts + 9 * index * r, load->parts, 9 * (size_t)r * sizeof *body->parts);
+    memcpy(body->moments + 9 * index, load->moments, sizeof load->moments);
+    memcpy(body->resultants + 3 * index, load->resultant, sizeof load->resultant);
+    return THRUM_OK;
+  }
   for (int a = 0; a < 3; a++)
     for (int b = 0; b < 3; b++) {
       const thrum_status status =

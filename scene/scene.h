@@ -84,11 +84,13 @@ void thrum_scene_gravity(const thrum_scene *scene, double gravity[3]);
 
 /* A load over time on one body, in world axes: `force` [N] is shared evenly by `count` vertices
  * (NULL: all of the body); or a field of forces, vertex_count x 3 [N]; or an acceleration [m/s^2]
- * of the whole body. Only read here. */
+ * of the whole body; or what thrum_scene_body_load gave of a body with the same model, scale,
+ * density, rotation and freedom. Only read here. */
 typedef enum thrum_scene_load_kind {
   THRUM_SCENE_FORCE = 0,
   THRUM_SCENE_FIELD = 1,
-  THRUM_SCENE_ACCELERATION = 2
+  THRUM_SCENE_ACCELERATION = 2,
+  THRUM_SCENE_REDUCED = 3
 } thrum_scene_load_kind;
 typedef struct thrum_scene_load {
   thrum_scene_load_kind kind;
@@ -97,9 +99,21 @@ typedef struct thrum_scene_load {
   int64_t count;
   const double *field; /* of a field */
   thrum_load course;   /* times the load; its time is the scene's */
+  /* Of a reduced one: what it is on the coordinates of the scaled body, rank of its model; and of
+   * a free body, which may turn, 3 x 3 x rank: row [a, b] of the load's world component b along
+   * the body's axis a. */
+  const double *reduced, *parts;
+  double moments[9];   /* of a free body, [a, b]: arm along a times force b, at rest [N m] */
+  double resultant[3]; /* of a free body, in the world [N] */
 } thrum_scene_load;
 thrum_status thrum_scene_add_load(thrum_scene *scene, int32_t body, const thrum_scene_load *load,
                                   thrum_error *error);
+/* Load `number` of a body, from 0 in the order in which they were added, as a reduced one; its
+ * arrays are the scene's and stay until something is added. A body without it:
+ * THRUM_INVALID_ARGUMENT. */
+int64_t thrum_scene_load_count(const thrum_scene *scene, int32_t body); /* no such body: 0 */
+thrum_status thrum_scene_body_load(const thrum_scene *scene, int32_t body, int64_t number,
+                                   thrum_scene_load *load, thrum_error *error);
 
 /* The ground under all bodies accelerates: by a motion sampled in time, which must stay, and of
  * which velocities are known; or by `amplitude` [m/s^2] times a course. Bodies, obstacles and

@@ -234,9 +234,29 @@ static void expect_numbers(const cJSON *array, const double *values, int count) 
   "{\"name\": \"left\", \"model\": \"beam.npz\", \"rank\": 5, \"position\": [1, 2, 3],\n"          \
   " \"rotation\": {\"axis\": [0, 0, 2], \"angle\": 90}, \"stiffness\": 3, \"colour\": "            \
   "\"#01a0ff\"},\n"                                                                                \
-  "{\"name\": \"right\", \"model\": \"beam.npz\", \"integrator\": \"newmark\"}],\n"                \
-  "\"wind\": {\"velocity\": [1, 0, 0]},\n"                                                         \
+  "{\"name\": \"right\", \"model\": \"beam.npz\", \"integrator\": \"newmark\",\n"                  \
+  " \"damping\": [0.5, 0.001], \"start\": \"mode:1,0.01\",\n"                                      \
+  " \"loads\": [\"sine:0,0,2@vertex=3,f=2,until=1\", \"gravity:1,0,0\"]}],\n"                      \
+  "\"wind\": {\"velocity\": [1, 0, 0]}, \"shake\": \"sine:0.5,0,0,f=2\",\n"                        \
   "\"obstacles\": [{\"shape\": \"sphere\", \"centre\": [0, 1, 0], \"radius\": 0.25}]}\n"
+
+static void expect_effects(const cJSON *scene) {
+  static const double wind[3] = {1, 0, 0}, ground[3] = {0.5, 0, 0};
+  const cJSON *bodies = cJSON_GetObjectItem(scene, "bodies");
+  const cJSON *shakes = cJSON_GetObjectItem(scene, "shake");
+  const cJSON *loads = item_of(bodies, 1, "loads");
+  expect_numbers(cJSON_GetObjectItem(cJSON_GetObjectItem(scene, "wind"), "velocity"), wind, 3);
+  assert_int_equal(cJSON_GetArraySize(shakes), 1);
+  expect_numbers(item_of(shakes, 0, "amplitude"), ground, 3);
+  assert_true(item_of(shakes, 0, "frequency")->valuedouble == 2);
+  assert_false(cJSON_HasObjectItem(cJSON_GetArrayItem(shakes, 0), "until"));
+  assert_false(cJSON_HasObjectItem(cJSON_GetArrayItem(bodies, 0), "q"));
+  assert_int_equal(cJSON_GetArraySize(item_of(bodies, 1, "q")), model->rank);
+  assert_int_equal(cJSON_GetArraySize(loads), 2);
+  assert_true(item_of(loads, 0, "until")->valuedouble == 1);
+  assert_int_equal(cJSON_GetArraySize(item_of(loads, 1, "reduced")), model->rank);
+  assert_false(cJSON_HasObjectItem(cJSON_GetArrayItem(loads, 1), "parts"));
+}
 
 static void a_scene_file_is_packed_with_its_models(void **state) {
   (void)state;
@@ -246,7 +266,8 @@ static void a_scene_file_is_packed_with_its_models(void **state) {
   cli_result run = thrum_run(folder, "view", "scene.json", "-o", "scene.html", NULL);
   assert_int_equal(run.exit_code, 0);
   // what is not shown is named
-  assert_non_null(strstr(run.err, "scene.json: the viewer leaves out wind\n"));
+  assert_non_null(
+      strstr(run.err, "scene.json: the viewer leaves out damping that grows with stiffness\n"));
   cli_result_free(&run);
   pack p = open_pack("scene.html");
   // two bodies of one model
@@ -263,6 +284,7 @@ static void a_scene_file_is_packed_with_its_models(void **state) {
   assert_true(item_of(bodies, 1, "rank")->valuedouble == (double)model->rank);
   assert_true(item_of(bodies, 1, "model")->valuedouble == 0);
   assert_string_equal(item_of(bodies, 1, "integrator")->valuestring, "newmark");
+  expect_effects(scene);
   const cJSON *obstacles = cJSON_GetObjectItem(scene, "obstacles");
   assert_string_equal(item_of(obstacles, 0, "kind")->valuestring, "sphere");
   assert_true(item_of(obstacles, 0, "radius")->valuedouble == 0.25);

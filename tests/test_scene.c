@@ -123,6 +123,37 @@ static void turn(const double rotation[4], const double v[3], double out[3]) {
     out[axis] = v[axis] + 2 * w * c[axis] + 2 * d[axis];
 }
 
+/* A load read off one body and added to another in its place gives the same bits. */
+static void a_reduced_load_is_the_load(void **context) {
+  fixture *f = *context;
+  const thrum_scene_body_def def = def_of(f, THRUM_INTEGRATOR_IMEXV);
+  const int32_t first = add(f, &def), second = add(f, &def), vertex = 5;
+  thrum_scene_load load = {.kind = THRUM_SCENE_FORCE,
+                           .vector = {1, -2, 0.5},
+                           .vertices = &vertex,
+                           .count = 1,
+                           .course = {THRUM_LOAD_SINE, 0.01, INFINITY, 3}};
+  MUST(thrum_scene_add_load(f->scene, first, &load, &error));
+  assert_int_equal(thrum_scene_load_count(f->scene, first), 1);
+  assert_true(thrum_scene_body_load(f->scene, first, 1, &load, &error) < 0);
+  assert_true(thrum_scene_body_load(f->scene, first, -1, &load, &error) < 0);
+  MUST(thrum_scene_body_load(f->scene, first, 0, &load, &error));
+  const double nothing[RANK] = {NAN};
+  thrum_scene_load wrong = load;
+  wrong.reduced = NULL;
+  assert_true(thrum_scene_add_load(f->scene, second, &wrong, &error) < 0);
+  wrong.reduced = nothing;
+  assert_true(thrum_scene_add_load(f->scene, second, &wrong, &error) < 0);
+  assert_int_equal(thrum_scene_load_count(f->scene, second), 0);
+  MUST(thrum_scene_add_load(f->scene, second, &load, &error));
+  steps(f->scene, STEPS);
+  double q[2][RANK];
+  MUST(thrum_scene_body_get(f->scene, first, q[0], NULL, &error));
+  MUST(thrum_scene_body_get(f->scene, second, q[1], NULL, &error));
+  assert_true(q[0][0] != 0);
+  assert_memory_equal(q[0], q[1], sizeof q[0]);
+}
+
 static void turning_a_body_and_its_world_changes_nothing(void **context) {
   fixture *f = *context;
   const double gravity[3] = {1, 2, -9}, force[3] = {3, 0, 1}, place[3] = {5, -7, 2};
@@ -446,6 +477,7 @@ static void bad_defs_are_refused(void **context) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       TEST(bodies_side_by_side_have_the_bits_of_each_alone),
+      TEST(a_reduced_load_is_the_load),
       TEST(turning_a_body_and_its_world_changes_nothing),
       TEST(a_scaled_body_moves_as_the_small_one_in_its_own_time),
       TEST(only_what_is_named_is_built),

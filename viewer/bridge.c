@@ -49,13 +49,15 @@ int32_t EXPORT(bridge_begin)(double dt) {
     return status;
   thrum_scene_free(bridge_scene);
   bridge_scene = made;
+  bridge_forget_motions();
   return THRUM_OK;
 }
 
 /* numbers: position 3, rotation 4 (w, x, y, z), scale, stiffness, density, alpha, beta, velocity 3,
- * spin 3. rank 0: all. Returns the body's number, or a status below 0. */
-int32_t EXPORT(bridge_add_body)(int32_t model, int32_t integrator, int32_t rank,
-                                int32_t free_body) {
+ * spin 3. rank 0: all. q, p: its start, of the model's rank, or NULL. Returns the body's number, or
+ * a status below 0. */
+int32_t EXPORT(bridge_add_body)(int32_t model, int32_t integrator, int32_t rank, int32_t free_body,
+                                const double *q, const double *p) {
   const bridge_model *of = bridge_model_at(model);
   if (of == NULL || thrum_scene_body_count(bridge_scene) == BODIES_MAX)
     return thrum_error_set(&bridge_error, THRUM_INVALID_ARGUMENT,
@@ -74,6 +76,8 @@ int32_t EXPORT(bridge_add_body)(int32_t model, int32_t integrator, int32_t rank,
   memcpy(def.velocity, n + 12, sizeof def.velocity);
   memcpy(def.spin, n + 15, sizeof def.spin);
   def.rank = rank;
+  def.q = q;
+  def.p = p;
   def.free = free_body;
   def.triangles = of->triangles;
   def.triangle_count = of->triangle_count;

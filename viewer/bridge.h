@@ -33,6 +33,9 @@ void *bridge_alloc(size_t bytes);
 /* NULL for a number that names none. */
 const bridge_model *bridge_model_at(int32_t number);
 
+/* bridge_effects.c: the motions of a scene that is gone. */
+void bridge_forget_motions(void);
+
 /* The model of a body; NULL for a number that names none. */
 const bridge_model *bridge_body_model(int32_t body);
 

@@ -4,6 +4,7 @@
 export const INTEGRATORS = { imexv: 0, newmark: 1, verlet: 2, midpoint: 3, energy: 4 };
 export const INTEGRATOR_NAMES = Object.keys(INTEGRATORS);
 const OBSTACLES = { plane: 0, sphere: 1, box: 2 };
+const COURSES = { constant: 0, sine: 1 };
 const MESSAGE_BYTES = 400;
 const RANK_MAX = 512;
 
@@ -11,6 +12,17 @@ const RANK_MAX = 512;
 const wasi = { fd_close: () => 8, fd_seek: () => 8, fd_write: () => 8 };
 
 /** A vertex under the cursor. @typedef {{body: number, vertex: number, distance: number}} Pick */
+
+/** Rows of a body's rank as rows of its model's. @param {number[]} array @param {number} count
+ * of rows @param {number} rank @returns {number[]} */
+function padded(array, count, rank) {
+  const width = array.length / count;
+  return Array.from({ length: count * rank },
+    (_, i) => (i % rank < width ? array[Math.floor(i / rank) * width + (i % rank)] : 0));
+}
+
+/** @returns {number[]} from, until, frequency */
+const course = ({ from, until, frequency }) => [from, until ?? Infinity, frequency];
 
 export class Engine {
   /** @param {Uint8Array} bytes the module @returns {Promise<Engine>} */
@@ -76,6 +88,40 @@ export class Engine {
     this.setGravity(scene.gravity);
     for (const obstacle of scene.obstacles) this.#addObstacle(obstacle);
     for (const body of scene.bodies) this.#addBody(body, scene);
+    for (const shake of scene.shake ?? []) this.#addShake(shake);
+    if (scene.wind) {
+      this.numbers.set([...scene.wind.velocity, scene.wind.density, scene.wind.drag]);
+      this.check(this.wasm.bridge_set_wind());
+    }
+  }
+
+  /** Calls with copies of arrays, which go afterwards. @param {(number[]|undefined)[]} arrays */
+  #lend(arrays, call) {
+    const at = arrays.map((array) => this.#copyIn(array && Float64Array.from(array)));
+    const status = call(...at);
+    for (const address of at) this.wasm.bridge_free(address);
+    return this.check(status);
+  }
+
+  #addLoad(body, load) {
+    const { rank } = this.bodies[body];
+    const moving = [...(load.moments ?? Array(9).fill(0)), ...(load.resultant ?? [0, 0, 0])];
+    const rows = [padded(load.reduced, 1, rank), load.parts && padded(load.parts, 9, rank)];
+    this.numbers.set([...course(load), ...moving]);
+    this.#lend(rows, (reduced, parts) =>
+      this.wasm.bridge_add_load(body, COURSES[load.shape], reduced, parts));
+  }
+
+  #addShake(shake) {
+    const { times, accelerations, velocities, positions } = shake;
+    if (times) { // the scene keeps these
+      const samples = [...times, ...accelerations, ...velocities, ...positions];
+      this.check(this.wasm.bridge_add_motion(times.length,
+        this.#copyIn(Float64Array.from(samples))));
+      return;
+    }
+    this.numbers.set([...course(shake), ...shake.amplitude]);
+    this.check(this.wasm.bridge_add_shake(COURSES[shake.shape]));
   }
 
   #addBody(body, scene) {
@@ -84,9 +130,12 @@ export class Engine {
       body.damping ?? scene.damping, 0, ...(body.velocity ?? [0, 0, 0]),
       ...(body.spin ?? [0, 0, 0])]);
     const integrator = INTEGRATORS[body.integrator ?? scene.integrator];
-    const number = this.check(this.wasm.bridge_add_body(body.model, integrator, body.rank ?? 0,
-      body.free ? 1 : 0));
-    this.bodies[number] = this.models[body.model];
+    const model = this.models[body.model];
+    const start = [body.q, body.p].map((vector) => vector && padded(vector, 1, model.rank));
+    const number = this.#lend(start, (q, p) => this.wasm.bridge_add_body(body.model, integrator,
+      body.rank ?? 0, body.free ? 1 : 0, q, p));
+    this.bodies[number] = model;
+    for (const load of body.loads ?? []) this.#addLoad(number, load);
   }
 
   #addObstacle(obstacle) {

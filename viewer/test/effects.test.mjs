@@ -1,0 +1,110 @@
+// What acts over time, on the page as in thrum simulate: starts, loads, wind, shaking ground.
+// SPDX-License-Identifier: Apache-2.0
+import assert from 'node:assert/strict';
+import { readFileSync, writeFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { before, test } from 'node:test';
+import { Engine } from '../src/engine.js';
+import { aloneScene, comparedScene } from '../src/scenes.js';
+import { folder, packOf, thrum, wasmBytes } from './fixture.mjs';
+
+const TIME = 0.9;
+const EXAMPLES = new URL('../../examples/scenes/', import.meta.url);
+
+before(() => {
+  thrum('precompute', 'beam:8x2x2@1x0.2x0.2', '--fix', 'x<0.001', '--modes', '5', '--rank', '9',
+    '-o', 'beam.npz', '--quiet');
+  thrum('precompute', 'beam:4x2x2@1x0.2x0.2', '--modes', '4', '--rank', '6', '-o', 'free.npz',
+    '--quiet');
+});
+
+/** The last row of a .npy of doubles in C order. */
+function lastRow(path, columns) {
+  const bytes = readFileSync(path);
+  return Array.from({ length: columns },
+    (_, i) => bytes.readDoubleLE(bytes.length - 8 * (columns - i)));
+}
+
+/** The engine with a scene, some steps later. */
+async function stepped(pack, scene, steps) {
+  const engine = await Engine.load(wasmBytes());
+  pack.models.forEach((model) => engine.addModel(model));
+  engine.build(scene);
+  for (let i = 0; i < steps; i++) engine.step();
+  return engine;
+}
+
+const largest = (vector) => Math.max(...vector.map(Math.abs));
+
+function assertClose(got, wanted, within, what) {
+  const size = largest(wanted);
+  assert.ok(size > 0, `${what} moves`);
+  const off = largest(got.map((x, i) => x - wanted[i]));
+  assert.ok(off <= within * size, `${what}: off by ${off} of ${size}`);
+}
+
+/** Compares q of all bodies with that of thrum simulate, then again after a reset. */
+async function compare(name, scene, within) {
+  writeFileSync(join(folder, `${name}.json`), JSON.stringify(scene));
+  thrum('simulate', `${name}.json`, '-o', name, '--time', String(TIME), '--quiet');
+  const pack = packOf(`${name}.json`);
+  const steps = Math.round(TIME / pack.scene.dt);
+  const engine = await stepped(pack, pack.scene, steps);
+  const all = () => pack.scene.bodies.map((_, n) => engine.coordinates(n));
+  const first = all();
+  // q of a run is that of the model, U q_model scale = U' q with U' = U / sqrt(density scale^3)
+  const factor = ({ scale, density }) => 1 / (Math.sqrt(density * scale ** 3) * scale);
+  pack.scene.bodies.forEach((body, n) => assertClose(
+    first[n].map((x) => x * factor(body)), lastRow(join(folder, name, body.name, 'q.npy'), body.rank), within, body.name));
+  engine.reset();
+  for (let i = 0; i < steps; i++) engine.step();
+  assert.deepEqual(all(), first);
+  return { pack, engine };
+}
+
+const example = (name) => JSON.parse(readFileSync(new URL(name, EXAMPLES), 'utf8'));
+const everyStep = (scene) => ({ ...scene, outputs: { record_every: 1 } });
+
+// wind reads the surface, which the page has in single precision
+test('a tower on shaking ground in a wind', () =>
+  compare('quake', everyStep(example('quake.json')), 1e-5));
+
+test('masts in a wind', () => compare('wind', everyStep(example('wind.json')), 1e-5));
+
+const LOADED = {
+  dt: 0.003, time: 1, gravity: [0, 0, -9.81], damping: 0.3,
+  bodies: [
+    { name: 'held', model: 'beam.npz', rank: 6, scale: 1.5, stiffness: 2, density: 0.8,
+      rotation: { axis: [1, 2, 3], angle: 50 }, start: ['mode:1,0.05'],
+      loads: ['sine:0,0,20@vertex=20,f=2', 'constant:0,15,0@vertex=9,until=0.3', 'gravity:1,0,0'] },
+    { name: 'dropped', model: 'free.npz', free: true, spin: [20, 30, 40],
+      loads: ['sine:0,40,60@vertex=3,f=1.5', 'gravity:0.5,0,0'] },
+  ],
+};
+
+test('starts and loads, on a body that is held and on one that turns', async () => {
+  const probes = [{ name: 'corner', body: 'dropped', at: 'vertex=1' }];
+  const { engine } = await compare('loaded', { ...LOADED, probes }, 1e-8);
+  const rows = readFileSync(join(folder, 'loaded/probes.csv'), 'utf8').trim().split('\n');
+  const place = rows.at(-1).split(',').slice(2, 5).map(Number);
+  assertClose(engine.position(1, 0), place, 1e-6, 'the place of the body that turns');
+});
+
+test('ground that shakes by a record of accelerations', async () => {
+  writeFileSync(join(folder, 'ground.csv'),
+    'time,x,y,z\n0,0,0,0\n0.2,1,0,0.5\n0.4,-2,1,0\n0.5,0.5,0,0\n0.8,0,0,0\n');
+  const [held] = LOADED.bodies;
+  await compare('shaken', { ...LOADED, shake: 'ground.csv', bodies: [{ ...held, loads: [] }] },
+    1e-9);
+});
+
+test('bodies that are compared keep what acts on the one', async () => {
+  const scene = { ...LOADED, shake: 'sine:2,0,0,f=3', bodies: [LOADED.bodies[0]] };
+  const { pack } = await compare('one', scene, 1e-9);
+  const alone = aloneScene(pack, 0);
+  const steps = Math.round(TIME / pack.scene.dt);
+  const one = await stepped(pack, pack.scene, steps);
+  const three = await stepped(pack, comparedScene(pack, alone), steps);
+  assert.deepEqual(three.coordinates(0), one.coordinates(0)); // imexv, as the scene
+  assertClose(three.coordinates(1), one.coordinates(0), 0.2, 'newmark');
+});
