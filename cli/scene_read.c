@@ -1,10 +1,12 @@
 /* Reads scene files, and checks what can be said without any model.
  * SPDX-License-Identifier: Apache-2.0 */
+#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include "cli/cli.h"
 #include "cli/load_spec.h"
@@ -282,6 +284,14 @@ thrum_status cli_scene_read_text(const char *name, const char *bytes, size_t len
   return status >= 0 ? check(spec) : status;
 }
 
+/* What is shown in place of a body's own surface is of use to viewers alone, but must be there. */
+static thrum_status check_surface(const scene_spec *spec, const scene_body_spec *body) {
+  if (body->surface == NULL || access(body->surface, R_OK) == 0)
+    return THRUM_OK;
+  return cli_record_refuse(&spec->file, &body->settings.at, "surface", THRUM_IO, "%.200s: %s",
+                           body->surface, strerror(errno));
+}
+
 thrum_status cli_scene_read(const char *path, scene_spec *spec, thrum_error *error) {
   thrum_text text = {0};
   struct stat info;
@@ -295,6 +305,8 @@ thrum_status cli_scene_read(const char *path, scene_spec *spec, thrum_error *err
     return status;
   status = cli_scene_read_text(path, text.next, (size_t)(text.stop - text.next), spec, error);
   thrum_text_close(&text);
+  for (int64_t n = 0; n < spec->bodies.count && status >= 0; n++)
+    status = check_surface(spec, &scene_bodies(spec)[n]);
   return status;
 }
 

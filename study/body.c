@@ -206,8 +206,11 @@ thrum_status study_impulse(const study_body *body, double amplitude, double dt, 
     const thrum_status status = swing(body, trial, dt, &peak, error);
     if (status < 0)
       return status;
-    *impulse = trial;
-    *reached = peak;
+    // a swing may jump with the impulse, past what is asked
+    if (n == 0 || fabs(peak - amplitude) < fabs(*reached - amplitude)) {
+      *impulse = trial;
+      *reached = peak;
+    }
     if (fabs(peak - amplitude) <= SWING_NEAR * amplitude || !(peak > 0))
       break;
     // the amplitude grows with the impulse, a little less than in proportion

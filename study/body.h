@@ -48,7 +48,7 @@ extern const char *const study_integrator_names[STUDY_INTEGRATOR_COUNT];
 extern const thrum_integrator study_integrators[STUDY_INTEGRATOR_COUNT];
 
 /* The impulse [N s] along the push after which the group swings to `amplitude` times the body's
- * length, found with `energy` at `dt`; *reached is what it did reach. */
+ * length, found with `energy` at `dt`; *reached is what the nearest trial did reach. */
 thrum_status study_impulse(const study_body *body, double amplitude, double dt, double *impulse,
                            double *reached, thrum_error *error);
 

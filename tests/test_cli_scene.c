@@ -187,6 +187,8 @@ static void a_mistake_is_named_by_file_line_and_path(void **state) {
        "scene.json:2: bodies[0] has no key \"rnak\"; did you mean \"rank\"?"},
       {"{\"bodies\": [" BODY ",\n\n\"rank\": 40}]}",
        "scene.json:3: bodies[0].rank: 40 is more than the model's 10"},
+      {"{\"bodies\": [" BODY ",\n\"surface\": \"nothere.obj\"}]}",
+       "scene.json:2: bodies[0].surface: "},
       {"{\"bodies\": [" BODY ",\n\"rank\": 2.5}]}",
        "scene.json:2: bodies[0].rank: wants a whole number from 1 to 512, not 2.5"},
       {"{\"bodies\": [" BODY ",\n\"scale\": 0}]}",
