@@ -89,6 +89,33 @@ static const cli_option table[] = {
     {.name = NULL},
 };
 
+/* What is written may take the place neither of what is read nor of each other. */
+static int check_files(const export_request *request) {
+  const struct {
+    const char *option, *path;
+  } files[] = {{"--glb", request->glb},
+               {"--pc2", request->pc2},
+               {"--mdd", request->mdd},
+               {"--obj", request->obj},
+               {"--vega-basis", request->vega_basis},
+               {"--vega-cubic", request->vega_cubic}};
+  const int count = (int)(sizeof files / sizeof *files);
+  for (int n = 0; n < count; n++) {
+    const char *path = files[n].path;
+    if (path == NULL)
+      continue;
+    if (request->surface && cli_same_file(path, request->surface))
+      return cli_usage("export", "%s is the surface: write to another file", path);
+    if (cli_same_file(path, request->model))
+      return cli_usage("export", "%s is the model: write to another file", path);
+    for (int m = 0; m < n; m++)
+      if (files[m].path && cli_same_file(path, files[m].path))
+        return cli_usage("export", "%s and %s name one file, %s", files[m].option, files[n].option,
+                         path);
+  }
+  return CLI_DONE;
+}
+
 static int read_options(int argc, char **argv, export_request *request) {
   int code = cli_options_read("export", table, argc, argv, request);
   if (code != CLI_DONE || request->help)
@@ -120,15 +147,7 @@ static int read_options(int argc, char **argv, export_request *request) {
     return cli_usage("export", "--surface goes with --glb, --pc2, --mdd or --obj");
   if (request->single && !request->vega_basis)
     return cli_usage("export", "--float goes with --vega-basis");
-  const char *const paths[] = {request->vega_basis, request->vega_cubic};
-  if (request->obj && request->surface && cli_same_file(request->obj, request->surface))
-    return cli_usage("export", "%s is the surface: write to another file", request->obj);
-  for (int n = 0; n < 2; n++)
-    if (paths[n] && cli_same_file(paths[n], request->model))
-      return cli_usage("export", "%s is the model: write to another file", paths[n]);
-  if (paths[0] && paths[1] && cli_same_file(paths[0], paths[1]))
-    return cli_usage("export", "--vega-basis and --vega-cubic name one file, %s", paths[0]);
-  return CLI_DONE;
+  return check_files(request);
 }
 
 /* Notes a file; returns its path, PREFIX followed by SUFFIX. */

@@ -15,6 +15,8 @@
 /* How far the volume of the mesh may be off that of the surface. */
 #define VOLUME_TOLERANCE 1e-6
 
+#define TETS_MAX 1e8 /* beyond what a machine meshes; a size is then taken for a mistake */
+
 typedef struct mesh_request {
   const char *surface, *output;
   int tool;
@@ -90,6 +92,17 @@ static int read_options(int argc, char **argv, mesh_request *request) {
   return CLI_DONE;
 }
 
+/* A regular tetrahedron of edge H fills H^3 / (6 sqrt 2). */
+static thrum_status check_size(const mesh_request *request, const mesh_work *work,
+                               thrum_error *error) {
+  const double tets = fabs(work->checked.volume) / pow(request->size, 3) * 6 * sqrt(2);
+  if (!(request->size > 0) || tets <= TETS_MAX)
+    return THRUM_OK;
+  return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                         "edges of %g m would make %.0e tetrahedra of %.150s: raise --size",
+                         request->size, tets, cli_basename(request->surface));
+}
+
 /* Reads and checks the surface; vertices that are there several times are joined if it is open. */
 static thrum_status read_surface(const mesh_request *request, mesh_work *work, thrum_error *error) {
   int64_t joined = 0;
@@ -104,6 +117,8 @@ static thrum_status read_surface(const mesh_request *request, mesh_work *work, t
   }
   if (status >= 0)
     status = thrum_surface_meshable(&work->surface, &work->checked, request->surface, error);
+  if (status >= 0)
+    status = check_size(request, work, error);
   if (status < 0)
     return status;
   const char *name = cli_basename(request->surface);

@@ -15,6 +15,8 @@
 #include "cli/view_pack.h"
 #include "cli/viewer_page.h"
 #include "precompute/interrupt.h"
+#include "precompute/mesh.h"
+#include "precompute/surface_mesh.h"
 
 typedef struct view_request {
   const char *names[CLI_VIEW_MODELS_MAX];
@@ -80,6 +82,14 @@ static int read_options(int argc, char **argv, view_request *request) {
   for (int64_t n = 0; request->count > 1 && n < request->count; n++) {
     if (cli_scene_is_named(request->names[n]))
       return cli_usage("view", "one scene at a time, and no models beside it");
+  }
+  for (int64_t n = 0; n < request->count; n++) {
+    if (thrum_mesh_is_named(request->names[n]))
+      return cli_usage("view", "%s is a mesh: make a model of it with thrum precompute",
+                       request->names[n]);
+    if (thrum_surface_mesh_is_named(request->names[n]))
+      return cli_usage("view", "%s is a surface: show it on its model with --surface",
+                       request->names[n]);
   }
   if (request->surface != NULL && (request->count != 1 || cli_scene_is_named(request->names[0])))
     return cli_usage("view", "--surface goes with one model");

@@ -264,6 +264,7 @@ static void what_does_not_go_together_is_refused(void **state) {
       {1, {"run", "--glb", "x.glb", "--model", "none.npz"}, "none.npz"},
       {1, {"run", "--glb", "no/x.glb"}, "no/x.glb: cannot be created"},
       {2, {"run", "--glb", "x.glb", "--fps", "-1"}, "--fps wants"},
+      {2, {"run", "--glb", "x.glb", "--obj", "./x.glb"}, "name one file"},
   };
   for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
     const char *const *a = cases[n].arguments;

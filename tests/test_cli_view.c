@@ -328,6 +328,8 @@ static void what_cannot_be_shown_is_refused(void **state) {
   expect_refusal(thrum_run(folder, "view", "none.npz", "-o", "x.html", NULL), 1, "none.npz");
   expect_refusal(thrum_run(folder, "view", "page.html", "-o", "x.html", NULL), 1, "page.html");
   expect_refusal(thrum_run(folder, "view", "beam.npz", "-o", "beam.npz", NULL), 2, "is what");
+  expect_refusal(thrum_run(folder, "view", "beam:4x1x1@1x1x1", NULL), 2, "thrum precompute");
+  expect_refusal(thrum_run(folder, "view", "skin.obj", NULL), 2, "--surface");
   expect_refusal(thrum_run(folder, "view", "beam.npz", "-o", "no/x.html", NULL), 1, "no/x.html");
   expect_refusal(thrum_run(folder, "view", "beam.npz", "-o", "x.html", "--port", "80", NULL), 2,
                  "--port");

@@ -368,6 +368,8 @@ static void what_is_no_good_surface_is_refused_before(void **state) {
                  "'x.stl' names no format");
   expect_refusal(thrum_run(folder, "mesh", "cube.obj", "-o", "out.msh", "--tool", "netgen", NULL),
                  2, "gmsh");
+  expect_refusal(thrum_run(folder, "mesh", "cube.obj", "-o", "out.msh", "--size", "1e-9", NULL), 1,
+                 "raise --size");
   expect_refusal(thrum_run(folder, "mesh", "cube.obj", "-o", "out.msh", "--size", "0", NULL), 2,
                  "--size wants");
 }

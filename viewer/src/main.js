@@ -155,9 +155,9 @@ class App {
 
   async record() {
     const { recorder } = this;
-    find('record').setAttribute('aria-pressed', String(!recorder.recording));
     if (recorder.recording) await recorder.stop();
-    else recorder.start();
+    else this.guard(() => recorder.start());
+    find('record').setAttribute('aria-pressed', String(recorder.recording));
   }
 
   /** Energies of all bodies together, or the total of each where they are compared. */
@@ -178,6 +178,16 @@ class App {
 
   frame(now) {
     requestAnimationFrame((next) => this.frame(next));
+    try {
+      this.advanceAndDraw(now);
+    } catch (error) {
+      // what was refused before says why; without a body there is nothing to draw
+      if (this.trouble == null) this.complain(error);
+      this.pause(true);
+    }
+  }
+
+  advanceAndDraw(now) {
     const { meters, world } = this;
     const elapsed = this.last === undefined ? 0 : (now - this.last) / 1e3;
     if (elapsed > 0) meters.frame.add(1e3 * elapsed);

@@ -17,7 +17,7 @@ const SLIDERS = {
   gravity: { min: 0, max: 30, step: 0.01, ...plain, text: (v) => `${v.toFixed(2)} m/s²` },
   damping: { min: 0, max: 5, step: 0.01, ...plain, text: (v) => `${v.toFixed(2)} 1/s` },
   stiffness: { min: -4, max: 4, step: 0.05, ...power(2), text: (v) => `× ${v.toPrecision(3)}` },
-  pull: { min: -1, max: 2, step: 0.05, ...power(10), text: (v) => `× ${v.toPrecision(2)}` },
+  pull: { min: -1, max: 2, step: 0.05, ...power(10), text: (v) => `× ${v < 99.5 ? v.toPrecision(2) : v.toFixed(0)}` },
 };
 
 export class Panel {

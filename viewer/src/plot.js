@@ -20,12 +20,15 @@ function prepare(canvas) {
   return { pen, width, height };
 }
 
+const UNITS = [[1e9, 'GJ'], [1e6, 'MJ'], [1e3, 'kJ'], [1, 'J'], [1e-3, 'mJ']];
+
 /** A number for a person: three digits and the unit. @param {number} value */
 export function joules(value) {
   const size = Math.abs(value);
-  if (size >= 1e3) return `${(value / 1e3).toPrecision(3)} kJ`;
-  if (size >= 1 || size === 0) return `${value.toPrecision(3)} J`;
-  return size >= 1e-3 ? `${(value * 1e3).toPrecision(3)} mJ` : `${value.toExponential(1)} J`;
+  const [unit, name] = UNITS.find(([least]) => size >= least * (1 - 5e-4)) ?? [1, 'J'];
+  const scaled = value / unit;
+  return size > 0 && (size < 1e-3 || Math.abs(scaled) >= 999.5)
+    ? `${value.toExponential(1)} J` : `${scaled.toPrecision(3)} ${name}`;
 }
 
 export class EnergyPlot {
