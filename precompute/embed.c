@@ -11,6 +11,7 @@
 #include "precompute/npz.h"
 #include "precompute/tet_tree.h"
 #include "runtime/embedding.h"
+#include "runtime/small.h"
 
 /* Nearer than this part of the mesh's extent is on its surface, but for rounding. */
 #define ON_SURFACE 1e-9
@@ -66,19 +67,6 @@ static bool allocate(const thrum_model *model, const thrum_surface_mesh *surface
                  : NULL;
   return (!meta || a->meta) && a->omega2 && a->positions && a->triangles && a->weights && a->tet &&
          a->basis;
-}
-
-static double find_extent(const thrum_model *model) {
-  double extent = 0;
-  for (int axis = 0; axis < 3; axis++) {
-    double low = INFINITY, high = -INFINITY;
-    for (int64_t v = 0; v < model->vertex_count; v++) {
-      low = fmin(low, model->vertices[3 * v + axis]);
-      high = fmax(high, model->vertices[3 * v + axis]);
-    }
-    extent = fmax(extent, high - low);
-  }
-  return extent;
 }
 
 static thrum_status bind_vertex(const thrum_tet_tree *tree, int64_t v, embed_arrays *a,
@@ -164,7 +152,8 @@ thrum_status thrum_embed_make(const thrum_model *model, const thrum_surface_mesh
                            "the model has no mesh or no basis, so nothing can be embedded in it: "
                            "precompute it from a mesh");
   embed_arrays a = {0};
-  thrum_embed_report report = {.extent = find_extent(model), .farthest = -1};
+  thrum_embed_report report = {.extent = thrum_box3_longest(model->vertices, model->vertex_count),
+                               .farthest = -1};
   thrum_status status =
       allocate(model, surface, meta, &a)
           ? bind_all(model, surface->vertex_count, watch, &a, &report, error)

@@ -10,14 +10,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "caller.h"
 #include "thrum/status.h"
-
-#define THRUM_ALIGNMENT 64u
-
-/* The next multiple of the alignment. */
-static inline size_t thrum_round_up(size_t size) {
-  return (size + (THRUM_ALIGNMENT - 1)) / THRUM_ALIGNMENT * THRUM_ALIGNMENT;
-}
 
 // the files are little-endian and used in place
 #if defined(__BYTE_ORDER__) && defined(__ORDER_LITTLE_ENDIAN__)

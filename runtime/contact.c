@@ -9,11 +9,11 @@
 #include <math.h>
 #include <string.h>
 
+#include "caller.h"
 #include "state.h"
 
 #define CONTACT_MAGIC UINT64_C(0x7468726d63743031)
 #define DEF_COOKIE UINT32_C(0x636e7463)
-#define ALIGNMENT 64u
 #define COUNT_MAX (INT64_C(1) << 31)
 
 thrum_contact_def thrum_default_contact_def(void) {
@@ -22,19 +22,15 @@ thrum_contact_def thrum_default_contact_def(void) {
   return def;
 }
 
-static size_t round_up(size_t size) {
-  return (size + (ALIGNMENT - 1)) / ALIGNMENT * ALIGNMENT;
-}
-
 thrum_contact_view thrum_contact_view_of(thrum_contact *contact) {
   const int64_t rank = contact->rank, point_count = contact->point_count;
   const int64_t touch_max = contact->touch_max, pull_max = contact->pull_max;
   const int64_t state_bytes = (int64_t)contact->state_bytes;
-  unsigned char *at = (unsigned char *)contact + round_up(sizeof *contact);
+  unsigned char *at = (unsigned char *)contact + thrum_round_up(sizeof *contact);
   thrum_contact_view view;
 #define X(type, name, count)                                                                       \
   view.name = (type *)(void *)at;                                                                  \
-  at += round_up((size_t)(count) * sizeof(type));
+  at += thrum_round_up((size_t)(count) * sizeof(type));
   THRUM_CONTACT_ARRAYS(X)
 #undef X
   return view;
@@ -44,8 +40,8 @@ static size_t bytes_of(const thrum_contact *contact) {
   const int64_t rank = contact->rank, point_count = contact->point_count;
   const int64_t touch_max = contact->touch_max, pull_max = contact->pull_max;
   const int64_t state_bytes = (int64_t)contact->state_bytes;
-  size_t size = round_up(sizeof *contact);
-#define X(type, name, count) size += round_up((size_t)(count) * sizeof(type));
+  size_t size = thrum_round_up(sizeof *contact);
+#define X(type, name, count) size += thrum_round_up((size_t)(count) * sizeof(type));
   THRUM_CONTACT_ARRAYS(X)
 #undef X
   return size;
@@ -150,20 +146,6 @@ static void fill_box(const thrum_model *model, thrum_contact *contact, double ha
   contact->radius = sqrt(thrum_dot3(half, half));
 }
 
-/* Diagonal of the box of all vertices. */
-static double diagonal_of(const thrum_model *model) {
-  double square = 0.0;
-  for (int axis = 0; axis < 3; axis++) {
-    double least = INFINITY, most = -INFINITY;
-    for (int64_t v = 0; v < model->vertex_count; v++) {
-      least = fmin(least, model->vertices[3 * v + axis]);
-      most = fmax(most, model->vertices[3 * v + axis]);
-    }
-    square += (most - least) * (most - least);
-  }
-  return sqrt(square);
-}
-
 static void fill_extents(const thrum_model *model, thrum_contact *contact) {
   const thrum_contact_view view = thrum_contact_view_of(contact);
   const int64_t rank = contact->rank;
@@ -195,7 +177,7 @@ static void fill_points(const thrum_model *model, const thrum_contact_def *def,
   for (int64_t n = 0; n < contact->point_count; n++)
     view.areas[n] = def->areas ? def->areas[n] : surface / (double)contact->point_count;
   fill_extents(model, contact);
-  contact->diagonal = diagonal_of(model);
+  contact->diagonal = thrum_box3_diagonal(model->vertices, model->vertex_count);
   contact->stiffness =
       def->stiffness > 0.0 ? def->stiffness : default_stiffness(model, 2.0 * contact->radius);
 }
@@ -204,17 +186,14 @@ thrum_status thrum_contact_init(void *memory, size_t memory_size, const thrum_mo
                                 const thrum_state *state, const thrum_contact_def *def,
                                 thrum_contact **contact, thrum_error *error) {
   size_t size;
-  const thrum_status status = thrum_contact_size(model, state, def, &size, error);
+  thrum_status status = thrum_contact_size(model, state, def, &size, error);
   if (status != THRUM_OK)
     return status;
   if (!memory || !contact)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "memory or contact is NULL");
-  if ((uintptr_t)memory % ALIGNMENT != 0)
-    return thrum_error_set(error, THRUM_MISALIGNED, "the contact's memory is not aligned to %u",
-                           ALIGNMENT);
-  if (memory_size < size)
-    return thrum_error_set(error, THRUM_BUFFER_TOO_SMALL,
-                           "the contact needs %zu bytes, the memory has %zu", size, memory_size);
+  status = thrum_caller_check("contact", memory, memory_size, size, error);
+  if (status != THRUM_OK)
+    return status;
   memset(memory, 0, size);
   fill_header(model, state, def, memory);
   fill_points(model, def, memory);

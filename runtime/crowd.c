@@ -12,10 +12,10 @@
 
 #include <string.h>
 
+#include "caller.h"
 #include "imexv.h"
 #include "thrum/crowd.h"
 
-#define ALIGNMENT 64u
 #define WINDOW 256 /* states that are put in order at a time */
 
 /* One state of a group. */
@@ -40,10 +40,6 @@ typedef struct group {
   double *one_work, *one_restricted; /* scratch lent to one state after the other */
 } group;
 
-static size_t round_up(size_t size) {
-  return (size + (ALIGNMENT - 1)) / ALIGNMENT * ALIGNMENT;
-}
-
 /* Cuts the workspace; returns its bytes. `memory` may be NULL. */
 static size_t lay_out(const thrum_model *model, unsigned char *memory, group *g) {
   const size_t number = THRUM_CROWD_LANES_MAX * sizeof(double), rank = (size_t)model->rank;
@@ -62,7 +58,7 @@ static size_t lay_out(const thrum_model *model, unsigned char *memory, group *g)
   size_t size = 0;
   for (int n = 0; n < PARTS; n++) {
     parts[n] = memory ? memory + size : NULL;
-    size += round_up(sizes[n]);
+    size += thrum_round_up(sizes[n]);
   }
   g->members = (member *)(void *)parts[0];
   g->q = (double *)(void *)parts[1];
@@ -318,9 +314,9 @@ thrum_status thrum_step_many(const thrum_model *model, thrum_state *const *state
   if (count < 0 || (count > 0 && !states) || !workspace)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "states or workspace is NULL, or count is negative");
-  if ((uintptr_t)workspace % ALIGNMENT != 0)
+  if ((uintptr_t)workspace % THRUM_ALIGNMENT != 0)
     return thrum_error_set(error, THRUM_MISALIGNED, "the workspace is not aligned to %u bytes",
-                           ALIGNMENT);
+                           THRUM_ALIGNMENT);
   if (workspace_size < size)
     return thrum_error_set(error, THRUM_BUFFER_TOO_SMALL,
                            "the workspace has %zu bytes, this model needs %zu", workspace_size,

@@ -11,21 +11,17 @@
 #include <math.h>
 #include <string.h>
 
+#include "caller.h"
 #include "tet_strain.h"
 
 #define GAUGE_MAGIC UINT64_C(0x7468726d67613031)
-#define ALIGNMENT 64u
-
-static size_t round_up(size_t size) {
-  return (size + (ALIGNMENT - 1)) / ALIGNMENT * ALIGNMENT;
-}
 
 static size_t tets_offset(void) {
-  return round_up(sizeof(thrum_gauge));
+  return thrum_round_up(sizeof(thrum_gauge));
 }
 
 static size_t rows_offset(int64_t count) {
-  return tets_offset() + round_up((size_t)count * sizeof(thrum_gauge_tet_data));
+  return tets_offset() + thrum_round_up((size_t)count * sizeof(thrum_gauge_tet_data));
 }
 
 const thrum_gauge_tet_data *thrum_gauge_data(const thrum_gauge *gauge) {
@@ -74,7 +70,7 @@ thrum_status thrum_gauge_size(const thrum_model *model, const thrum_gauge_def *d
   if (!size)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "size is NULL");
   *size = rows_offset(count_of(model, def)) +
-          round_up((size_t)(3 * places_of(model, def) * model->rank) * sizeof(double));
+          thrum_round_up((size_t)(3 * places_of(model, def) * model->rank) * sizeof(double));
   return THRUM_OK;
 }
 
@@ -138,12 +134,9 @@ thrum_status thrum_gauge_init(void *memory, size_t memory_size, const thrum_mode
     return status;
   if (!memory || !gauge)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "memory or gauge is NULL");
-  if ((uintptr_t)memory % ALIGNMENT != 0)
-    return thrum_error_set(error, THRUM_MISALIGNED, "the gauges' memory is not aligned to %u",
-                           ALIGNMENT);
-  if (memory_size < size)
-    return thrum_error_set(error, THRUM_BUFFER_TOO_SMALL,
-                           "the gauges need %zu bytes, the memory has %zu", size, memory_size);
+  status = thrum_caller_check("gauge", memory, memory_size, size, error);
+  if (status != THRUM_OK)
+    return status;
   memset(memory, 0, size);
   const int64_t count = count_of(model, def);
   const thrum_gauge header = {GAUGE_MAGIC, model->rank, count, places_of(model, def)};

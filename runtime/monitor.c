@@ -14,12 +14,13 @@
 #include <math.h>
 #include <string.h>
 
+#include "caller.h"
 #include "gauge.h"
+#include "small.h"
 #include "tet_strain.h"
 
 #define MONITOR_COOKIE UINT32_C(0x6d6f6e31)
 #define MONITOR_MAGIC UINT64_C(0x7468726d6d6f3031)
-#define ALIGNMENT 64u
 #define SAMPLED 0.1   /* displacement that precompute's derivatives are scaled for, design 2 */
 #define NOTHING 1e-24 /* a load of which less than this part is left moves a body as a whole */
 #define SENTINELS 64  /* by default */
@@ -36,10 +37,6 @@ struct thrum_monitor {
   double unit;               /* of reach [m] */
   size_t tips, mass, gauges; /* offsets */
 };
-
-static size_t round_up(size_t size) {
-  return (size + (ALIGNMENT - 1)) / ALIGNMENT * ALIGNMENT;
-}
 
 const char *thrum_warning_text(thrum_warning warning) {
   switch (warning) {
@@ -98,9 +95,9 @@ static thrum_monitor plan(const thrum_model *model, const thrum_monitor_def *def
                      .rank = model->rank,
                      .vertex_count = model->vertex_count,
                      .sentinel_count = sentinels_of(model, def)};
-  m.tips = round_up(sizeof m) + round_up((size_t)m.sentinel_count * sizeof(int32_t));
-  m.mass = m.tips + round_up((size_t)(3 * m.rank * m.rank) * sizeof(double));
-  m.gauges = m.mass + round_up((size_t)m.vertex_count * sizeof(double));
+  m.tips = thrum_round_up(sizeof m) + thrum_round_up((size_t)m.sentinel_count * sizeof(int32_t));
+  m.mass = m.tips + thrum_round_up((size_t)(3 * m.rank * m.rank) * sizeof(double));
+  m.gauges = m.mass + thrum_round_up((size_t)m.vertex_count * sizeof(double));
   m.def.sentinels = NULL;
   return m;
 }
@@ -131,7 +128,7 @@ static const void *at(const thrum_monitor *monitor, size_t offset) {
 
 int64_t thrum_monitor_sentinels(const thrum_monitor *monitor, const int32_t **tets) {
   if (tets)
-    *tets = monitor ? at(monitor, round_up(sizeof *monitor)) : NULL;
+    *tets = monitor ? at(monitor, thrum_round_up(sizeof *monitor)) : NULL;
   return monitor ? monitor->sentinel_count : 0;
 }
 
@@ -175,20 +172,6 @@ static void fill_mass(const thrum_model *model, double *mass) {
   }
 }
 
-/* Diagonal of the box at rest. */
-static double diagonal(const thrum_model *model) {
-  double square = 0;
-  for (int axis = 0; axis < 3; axis++) {
-    double least = model->vertices[axis], most = least;
-    for (int64_t v = 1; v < model->vertex_count; v++) {
-      least = fmin(least, model->vertices[3 * v + axis]);
-      most = fmax(most, model->vertices[3 * v + axis]);
-    }
-    square += (most - least) * (most - least);
-  }
-  return sqrt(square);
-}
-
 /* Takes the given sentinels, or chooses them. */
 static thrum_status fill_sentinels(const thrum_model *model, const thrum_monitor_def *def,
                                    int64_t *count, int32_t *tets, thrum_error *error) {
@@ -207,16 +190,13 @@ thrum_status thrum_monitor_init(void *memory, size_t memory_size, const thrum_mo
     return status;
   if (!memory || !monitor)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "memory or monitor is NULL");
-  if ((uintptr_t)memory % ALIGNMENT != 0)
-    return thrum_error_set(error, THRUM_MISALIGNED, "the monitor's memory is not aligned to %u",
-                           ALIGNMENT);
-  if (memory_size < size)
-    return thrum_error_set(error, THRUM_BUFFER_TOO_SMALL,
-                           "the monitor needs %zu bytes, the memory has %zu", size, memory_size);
+  status = thrum_caller_check("monitor", memory, memory_size, size, error);
+  if (status != THRUM_OK)
+    return status;
   memset(memory, 0, size);
   thrum_monitor made = plan(model, def);
   unsigned char *bytes = memory;
-  int32_t *tets = (void *)(bytes + round_up(sizeof made));
+  int32_t *tets = (void *)(bytes + thrum_round_up(sizeof made));
   status = fill_sentinels(model, def, &made.sentinel_count, tets, error);
   const thrum_gauge_def gauges = {tets, made.sentinel_count};
   const thrum_gauge *gauge;
@@ -227,7 +207,7 @@ thrum_status thrum_monitor_init(void *memory, size_t memory_size, const thrum_mo
     return status;
   fill_tips(model, (void *)(bytes + made.tips));
   fill_mass(model, (void *)(bytes + made.mass));
-  made.unit = SAMPLED * diagonal(model);
+  made.unit = SAMPLED * thrum_box3_diagonal(model->vertices, model->vertex_count);
   memcpy(memory, &made, sizeof made);
   *monitor = memory;
   return THRUM_OK;

@@ -1,7 +1,10 @@
-/* Vectors of 3 and matrices of 3 x 3, row-major. Private to the runtime.
+/* Vectors of 3 and matrices of 3 x 3, row-major, and boxes of points. Private to the runtime.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_RUNTIME_SMALL_H
 #define THRUM_RUNTIME_SMALL_H
+
+#include <math.h>
+#include <stdint.h>
 
 static inline double thrum_dot3(const double a[3], const double b[3]) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -11,6 +14,37 @@ static inline void thrum_cross3(const double a[3], const double b[3], double out
   out[0] = a[1] * b[2] - a[2] * b[1];
   out[1] = a[2] * b[0] - a[0] * b[2];
   out[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+/* The box of `count` points (x, y, z). */
+static inline void thrum_box3(const double *points, int64_t count, double least[3],
+                              double most[3]) {
+  for (int axis = 0; axis < 3; axis++) {
+    least[axis] = INFINITY;
+    most[axis] = -INFINITY;
+    for (int64_t n = 0; n < count; n++) {
+      least[axis] = fmin(least[axis], points[3 * n + axis]);
+      most[axis] = fmax(most[axis], points[3 * n + axis]);
+    }
+  }
+}
+
+/* Length of its diagonal, */
+static inline double thrum_box3_diagonal(const double *points, int64_t count) {
+  double least[3], most[3], square = 0.0;
+  thrum_box3(points, count, least, most);
+  for (int axis = 0; axis < 3; axis++)
+    square += (most[axis] - least[axis]) * (most[axis] - least[axis]);
+  return sqrt(square);
+}
+
+/* and of its longest side. */
+static inline double thrum_box3_longest(const double *points, int64_t count) {
+  double least[3], most[3], longest = 0.0;
+  thrum_box3(points, count, least, most);
+  for (int axis = 0; axis < 3; axis++)
+    longest = fmax(longest, most[axis] - least[axis]);
+  return longest;
 }
 
 /* y = A x */

@@ -15,6 +15,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "caller.h"
 #include "polynomial.h"
 #include "secant.h"
 
@@ -242,17 +243,14 @@ thrum_status thrum_state_size(const thrum_model *model, const thrum_state_def *d
 thrum_status thrum_state_init(void *memory, size_t memory_size, const thrum_model *model,
                               const thrum_state_def *def, thrum_state **state, thrum_error *error) {
   size_t size;
-  const thrum_status status = thrum_state_size(model, def, &size, error);
+  thrum_status status = thrum_state_size(model, def, &size, error);
   if (status != THRUM_OK)
     return status;
   if (!memory || !state)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "memory or state is NULL");
-  if ((uintptr_t)memory % STATE_ALIGNMENT != 0)
-    return thrum_error_set(error, THRUM_MISALIGNED, "the state's memory is not aligned to %d bytes",
-                           STATE_ALIGNMENT);
-  if (memory_size < size)
-    return thrum_error_set(error, THRUM_BUFFER_TOO_SMALL,
-                           "the state needs %zu bytes, the memory has %zu", size, memory_size);
+  status = thrum_caller_check("state", memory, memory_size, size, error);
+  if (status != THRUM_OK)
+    return status;
   memset(memory, 0, size);
   fill_header(memory, model, def);
   *state = memory;

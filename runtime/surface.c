@@ -12,8 +12,9 @@
 #include <math.h>
 #include <string.h>
 
+#include "caller.h"
+
 #define SURFACE_MAGIC UINT64_C(0x7468726d73663031)
-#define ALIGNMENT 64u
 
 /* The header; behind it, each at a multiple of 64: rest (blocks x 48), rows (blocks x rank x 48),
  * triangles. */
@@ -24,16 +25,12 @@ struct thrum_surface {
   int64_t triangle_count;
 };
 
-static size_t round_up(size_t size) {
-  return (size + (ALIGNMENT - 1)) / ALIGNMENT * ALIGNMENT;
-}
-
 static int64_t block_count(int64_t vertices) {
   return (vertices + (THRUM_SURFACE_BLOCK - 1)) / THRUM_SURFACE_BLOCK;
 }
 
 static size_t rest_offset(void) {
-  return round_up(sizeof(thrum_surface));
+  return thrum_round_up(sizeof(thrum_surface));
 }
 
 static size_t rows_offset(int64_t vertices) {
@@ -103,7 +100,7 @@ thrum_status thrum_surface_size(const thrum_model *model, const thrum_surface_de
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "size is NULL");
   const int64_t triangles = def->triangles ? def->triangle_count : 0;
   *size = triangles_offset(shown(model, def), model->rank) +
-          round_up((size_t)triangles * 3 * sizeof(int32_t));
+          thrum_round_up((size_t)triangles * 3 * sizeof(int32_t));
   return THRUM_OK;
 }
 
@@ -165,12 +162,9 @@ thrum_status thrum_surface_init(void *memory, size_t memory_size, const thrum_mo
     return status;
   if (!memory || !surface)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "memory or surface is NULL");
-  if ((uintptr_t)memory % ALIGNMENT != 0)
-    return thrum_error_set(error, THRUM_MISALIGNED, "the surface's memory is not aligned to %u",
-                           ALIGNMENT);
-  if (memory_size < size)
-    return thrum_error_set(error, THRUM_BUFFER_TOO_SMALL,
-                           "the surface needs %zu bytes, the memory has %zu", size, memory_size);
+  status = thrum_caller_check("surface", memory, memory_size, size, error);
+  if (status != THRUM_OK)
+    return status;
   memset(memory, 0, size);
   const int64_t count = shown(model, def), triangles = def->triangles ? def->triangle_count : 0;
   const thrum_surface header = {SURFACE_MAGIC, model->rank, count, triangles};

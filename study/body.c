@@ -9,6 +9,8 @@
 #include <string.h>
 #include <time.h>
 
+#include "runtime/small.h"
+
 #define STATE_ALIGNMENT 64
 #define SWING_SECONDS 3.0 /* within which a swing reaches its amplitude */
 #define SWING_TRIES 12
@@ -50,19 +52,6 @@ thrum_status study_state_make(const thrum_model *model, const thrum_state_def *d
     *memory = block;
   }
   return status;
-}
-
-static double box_length(const thrum_model *model) {
-  double longest = 0;
-  for (int axis = 0; axis < 3; axis++) {
-    double least = INFINITY, most = -INFINITY;
-    for (int64_t v = 0; v < model->vertex_count; v++) {
-      least = fmin(least, model->vertices[3 * v + axis]);
-      most = fmax(most, model->vertices[3 * v + axis]);
-    }
-    longest = fmax(longest, most - least);
-  }
-  return longest;
 }
 
 /* f^T K^-1 f of a reduced force. */
@@ -120,7 +109,7 @@ thrum_status study_body_init(const char *name, const thrum_model *model, const c
       made.push[i] += made.direction[axis] * made.tip[axis * rank + i];
   }
   made.compliance = compliance(model, made.push);
-  made.length = box_length(model);
+  made.length = thrum_box3_longest(model->vertices, model->vertex_count);
   *body = made;
   return THRUM_OK;
 }
