@@ -29,7 +29,6 @@ thrum_status scene_run_shakes(scene_run *run, thrum_error *error) {
 }
 
 static void place_obstacle(const scene_obstacle_spec *spec, thrum_obstacle *obstacle) {
-  static const double axes[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   *obstacle = thrum_default_obstacle();
   obstacle->shape = (thrum_obstacle_shape)spec->shape;
   obstacle->inside = spec->inside;
@@ -43,9 +42,8 @@ static void place_obstacle(const scene_obstacle_spec *spec, thrum_obstacle *obst
     obstacle->normal[row] = spec->normal[row];
     obstacle->velocity[row] = spec->velocity[row];
     obstacle->half[row] = 0.5 * spec->size[row];
-    // a world axis in the box's axes is a row of its rotation
-    thrum_scene_to_body(spec->rotation, axes[row], obstacle->rotation + 3 * row, NULL);
   }
+  thrum_scene_axes(spec->rotation, obstacle->rotation, NULL);
 }
 
 thrum_status scene_run_obstacles(scene_run *run) {

@@ -9,12 +9,8 @@
 
 #include "scene/internal.h"
 
-thrum_status scene_placement_make(const double position[3], const double rotation[4],
-                                  thrum_placement *placement, thrum_error *error) {
+thrum_status thrum_scene_axes(const double rotation[4], double axes[9], thrum_error *error) {
   double square = 0;
-  for (int n = 0; n < 3; n++)
-    if (!isfinite(position[n]))
-      return thrum_error_set(error, THRUM_BAD_VALUE, "a position is not finite");
   for (int n = 0; n < 4; n++)
     square += rotation[n] * rotation[n];
   if (!isnormal(square))
@@ -27,9 +23,19 @@ thrum_status scene_placement_make(const double position[3], const double rotatio
       1 - 2 * (y * y + z * z), 2 * (x * y - w * z),     2 * (x * z + w * y),
       2 * (x * y + w * z),     1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
       2 * (x * z - w * y),     2 * (y * z + w * x),     1 - 2 * (x * x + y * y)};
-  memcpy(placement->origin, position, sizeof placement->origin);
-  memcpy(placement->axes, turn, sizeof turn);
+  memcpy(axes, turn, sizeof turn);
   return THRUM_OK;
+}
+
+thrum_status scene_placement_make(const double position[3], const double rotation[4],
+                                  thrum_placement *placement, thrum_error *error) {
+  for (int n = 0; n < 3; n++)
+    if (!isfinite(position[n]))
+      return thrum_error_set(error, THRUM_BAD_VALUE, "a position is not finite");
+  const thrum_status status = thrum_scene_axes(rotation, placement->axes, error);
+  if (status == THRUM_OK)
+    memcpy(placement->origin, position, sizeof placement->origin);
+  return status;
 }
 
 void scene_to_world(const thrum_placement *placement, const double in_body[3], double out[3]) {
@@ -46,10 +52,9 @@ void scene_to_body(const thrum_placement *placement, const double in_world[3], d
 
 thrum_status thrum_scene_to_body(const double rotation[4], const double in_world[3],
                                  double in_body[3], thrum_error *error) {
-  static const double nowhere[3] = {0};
   const double vector[3] = {in_world[0], in_world[1], in_world[2]};
   thrum_placement placement;
-  const thrum_status status = scene_placement_make(nowhere, rotation, &placement, error);
+  const thrum_status status = thrum_scene_axes(rotation, placement.axes, error);
   if (status >= 0)
     scene_to_body(&placement, vector, in_body);
   return status;

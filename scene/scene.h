@@ -65,6 +65,10 @@ typedef struct thrum_scene_body_def {
 } thrum_scene_body_def;
 thrum_scene_body_def thrum_default_scene_body_def(void);
 
+/* Axes of a body or an obstacle with this rotation (a quaternion w, x, y, z of any length but 0): 3
+ * x 3 row-major, from them to the world. THRUM_BAD_VALUE for a rotation that is none. */
+thrum_status thrum_scene_axes(const double rotation[4], double axes[9], thrum_error *error);
+
 /* Turns a world vector into the axes of a body with this rotation, in place if the two are one;
  * THRUM_BAD_VALUE for a rotation that is none. */
 thrum_status thrum_scene_to_body(const double rotation[4], const double in_world[3],

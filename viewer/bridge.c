@@ -91,17 +91,6 @@ int32_t EXPORT(bridge_add_body)(int32_t model, int32_t integrator, int32_t rank,
   return body;
 }
 
-// row-major 3 x 3 of a quaternion x, y, z, w of any length but 0
-static void turn(const double quaternion[4], double rotation[9]) {
-  double x = quaternion[0], y = quaternion[1], z = quaternion[2], w = quaternion[3];
-  const double s = 2.0 / (x * x + y * y + z * z + w * w);
-  const double made[9] = {
-      1 - s * (y * y + z * z), s * (x * y - w * z),     s * (x * z + w * y),
-      s * (x * y + w * z),     1 - s * (x * x + z * z), s * (y * z - w * x),
-      s * (x * z - w * y),     s * (y * z + w * x),     1 - s * (x * x + y * y)};
-  memcpy(rotation, made, sizeof made);
-}
-
 /* numbers: centre 3, normal 3, radius, half sides 3, rotation 4 (x, y, z, w), velocity 3,
  * friction, restitution, stiffness, damping. Returns its number, or a status below 0. */
 int32_t EXPORT(bridge_add_obstacle)(int32_t shape, int32_t inside) {
@@ -113,14 +102,16 @@ int32_t EXPORT(bridge_add_obstacle)(int32_t shape, int32_t inside) {
   memcpy(obstacle.normal, n + 3, sizeof obstacle.normal);
   obstacle.radius = n[6];
   memcpy(obstacle.half, n + 7, sizeof obstacle.half);
-  turn(n + 10, obstacle.rotation);
   memcpy(obstacle.velocity, n + 14, sizeof obstacle.velocity);
   obstacle.friction = n[17];
   obstacle.restitution = n[18];
   obstacle.stiffness = n[19];
   obstacle.damping = n[20];
+  const double rotation[4] = {n[13], n[10], n[11], n[12]};
   int32_t number;
-  thrum_status status = thrum_scene_add_obstacle(bridge_scene, &obstacle, &number, &bridge_error);
+  thrum_status status = thrum_scene_axes(rotation, obstacle.rotation, &bridge_error);
+  if (status == THRUM_OK)
+    status = thrum_scene_add_obstacle(bridge_scene, &obstacle, &number, &bridge_error);
   return status == THRUM_OK ? number : (int32_t)status;
 }
 
