@@ -21,9 +21,12 @@ function writeWhole(path, content) {
   renameSync(`${path}.part`, path);
 }
 
-/** libthrum, the scene and the bridge as WebAssembly. The SLP vectoriser of clang 14 gives
- * runtime/contact_solve.c other results with SIMD than without: it stays off, the kernel has its
- * own SIMD. @param {string} path */
+/** libthrum, the scene and the bridge as WebAssembly. Clang 13 to 15 may move a load into both lanes
+ * (v128.load64_splat) behind stores and calls that follow it: nothing in their selection orders it
+ * against those. The SLP vectoriser makes such loads of numbers that change, as of touch.force in
+ * solve_row of runtime/contact_solve.c, whose `before` then has the force after: it stays off.
+ * Loops and the kernel have such loads too, of numbers that nothing in their block writes. Clang 16
+ * and 19 are right with it on. @param {string} path */
 function compile(path) {
   const part = `${path}.part`;
   const clang = spawnSync(process.env.CLANG ?? 'clang', [

@@ -1,4 +1,4 @@
-// What acts over time, on the page as in thrum simulate: starts, loads, wind, shaking ground.
+// What acts over time, on the page as in thrum simulate: starts, loads, wind, shaking ground, touch.
 // SPDX-License-Identifier: Apache-2.0
 import assert from 'node:assert/strict';
 import { readFileSync, writeFileSync } from 'node:fs';
@@ -70,6 +70,13 @@ test('a tower on shaking ground in a wind', () =>
   compare('quake', everyStep(example('quake.json')), 1e-5));
 
 test('masts in a wind', () => compare('wind', everyStep(example('wind.json')), 1e-5));
+
+// what touches is oblique to all axes, so that a wrong component of a force shows
+test('a beam that sags onto a ball', () => compare('ball', {
+  dt: 0.002, time: 1, gravity: [0, 0, -9.81], damping: 2,
+  bodies: [{ name: 'beam', model: 'beam.npz', stiffness: 0.1 }],
+  obstacles: [{ shape: 'sphere', centre: [0.8, 0.05, -0.3], radius: 0.15 }],
+}, 1e-6));
 
 const LOADED = {
   dt: 0.003, time: 1, gravity: [0, 0, -9.81], damping: 0.3,
