@@ -139,6 +139,10 @@ int cli_given_counts(const cli_given *given, int64_t most, int64_t *values, int6
 int cli_given_apply(const cli_given *given, void *request) {
   const cli_option *option = given->option;
   char *field = (char *)request + option->field;
+  if (option->help != NULL) {
+    option->help();
+    return CLI_HELPED;
+  }
   if (option->take != NULL)
     return option->take(given, request);
   switch (option->kind) {

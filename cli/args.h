@@ -71,12 +71,13 @@ typedef struct cli_option {
   const char *wants;        /* what a message says that it wants; NULL: of its kind */
   int (*take)(const cli_given *given, void *request); /* CLI_DONE, or the code of a message */
   void (*choose)(void *request, int index);           /* CLI_CHOICE: the name's place */
+  void (*help)(void);                                 /* prints the command's help */
 } cli_option;
 
 /* Reads argv by the table into a request, which holds the defaults; optind is then the first
  * argument that is no option. An options file, where the table has one, comes first; an option of
- * the command line takes the place of the file's. Stops at --help. CLI_DONE, or the code after one
- * line was printed. */
+ * the command line takes the place of the file's. CLI_DONE, or the code after one line was printed,
+ * or CLI_HELPED at --help, once that is printed. */
 int cli_options_read(const char *command, const cli_option *table, int argc, char **argv,
                      void *request);
 
@@ -125,7 +126,7 @@ extern const char *const cli_switches[];
   { .name = "options", .kind = CLI_FILE, .field = offsetof(request, file) }
 #define CLI_OPTION_QUIET(request)                                                                  \
   { .name = "quiet", .letter = 'q', .kind = CLI_FLAG, .field = offsetof(request, quiet) }
-#define CLI_OPTION_HELP(request)                                                                   \
-  { .name = "help", .letter = 'h', .kind = CLI_FLAG, .field = offsetof(request, help) }
+#define CLI_OPTION_HELP(print)                                                                     \
+  { .name = "help", .letter = 'h', .kind = CLI_FLAG, .help = print }
 
 #endif

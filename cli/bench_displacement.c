@@ -26,7 +26,7 @@ static void print_help(void) {
 
 typedef struct request {
   bench_displacement bench;
-  bool json, help;
+  bool json;
 } request;
 
 #define FIELD(member) .field = offsetof(request, member)
@@ -36,7 +36,7 @@ static const cli_option table[] = {
     {.name = "rank", .kind = CLI_COUNT, FIELD(bench.rank), .least = 1, .most = THRUM_RANK_MAX},
     {.name = "repetitions", .kind = CLI_COUNT, FIELD(bench.repetitions), .least = 1, .most = 1e6},
     CLI_OPTION_JSON(request),
-    CLI_OPTION_HELP(request),
+    CLI_OPTION_HELP(print_help),
     {.name = NULL},
 };
 
@@ -92,10 +92,6 @@ int bench_displacement_command(int argc, char **argv) {
   const int code = cli_options_read("bench displacement", table, argc, argv, &asked);
   if (code != CLI_DONE)
     return code;
-  if (asked.help) {
-    print_help();
-    return CLI_DONE;
-  }
   if (optind < argc)
     return cli_usage("bench displacement", "'%s' is not expected", argv[optind]);
   thrum_error error = {THRUM_OK, ""};

@@ -8,7 +8,10 @@
 #include "cli/bench_speed.h"
 #include "cli/simulate_options.h"
 
-static void help(const char *command) {
+/* They share a table, so that the help goes by the command. */
+static int print_help(const cli_given *given, void *request) {
+  (void)request;
+  const char *command = given->command;
   const bool batch = strcmp(command, "bench batch") == 0;
   const bool step = batch || strcmp(command, "bench step") == 0;
   printf("usage: thrum %s [MODEL] [OPTIONS]\n\n", command);
@@ -48,6 +51,7 @@ static void help(const char *command) {
          "  thrum %s --rank 15,30,60 --kernel avx2 --json\n\n"
          "exit codes: 0 done, 1 refused, 2 usage\n",
          command + strlen("bench "), command, step ? " --implicit 3" : "", command);
+  return CLI_HELPED;
 }
 
 static int take_ranks(const cli_given *given, void *request) {
@@ -116,7 +120,7 @@ static const cli_option table[] = {
     {.name = "output", .letter = 'o', .kind = CLI_TEXT, FIELD(folder)},
     CLI_OPTION_JSON(bench_request),
     CLI_OPTION_QUIET(bench_request),
-    CLI_OPTION_HELP(bench_request),
+    {.name = "help", .letter = 'h', .kind = CLI_FLAG, .take = print_help},
     {.name = NULL},
 };
 
@@ -137,10 +141,6 @@ int bench_options_read(const char *command, int argc, char **argv, bench_request
   const int code = cli_options_read(command, table, argc, argv, request);
   if (code != CLI_DONE)
     return code;
-  if (request->help) {
-    help(command);
-    return CLI_DONE;
-  }
   if (optind + 1 < argc)
     return cli_usage(command, "one MODEL at most, not also '%s'", argv[optind + 1]);
   if (optind < argc)

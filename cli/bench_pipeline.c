@@ -23,7 +23,7 @@ typedef struct sweep {
   int64_t points[POINTS_MAX]; /* tets, or ranks */
   int64_t count;
   bench_pipeline runs[POINTS_MAX];
-  bool json, help;
+  bool json;
 } sweep;
 
 static const char *const stage_names[] = {
@@ -82,14 +82,14 @@ static const cli_option table[] = {
     {.name = "rank", FIELD(rank), .most = THRUM_RANK_MAX},
     {.name = "threads", FIELD(threads), .most = CLI_THREADS_MAX},
     CLI_OPTION_JSON(sweep),
-    CLI_OPTION_HELP(sweep),
+    CLI_OPTION_HELP(print_help),
     {.name = NULL},
 };
 
 static int read_options(int argc, char **argv, sweep *asked) {
   static const int64_t usual[] = {1000, 3000, 10000, 30000, 100000};
   const int code = cli_options_read("bench precompute", table, argc, argv, asked);
-  if (code != CLI_DONE || asked->help)
+  if (code != CLI_DONE)
     return code;
   if (optind < argc)
     return cli_usage("bench precompute", "'%s' is not expected", argv[optind]);
@@ -228,10 +228,6 @@ int bench_pipeline_command(int argc, char **argv) {
   const int code = read_options(argc, argv, &asked);
   if (code != CLI_DONE)
     return code;
-  if (asked.help) {
-    print_help();
-    return CLI_DONE;
-  }
   thrum_error error = {THRUM_OK, ""};
   if (run_all(&asked, &error) < 0)
     return cli_refuse(&error);

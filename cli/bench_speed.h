@@ -20,7 +20,7 @@ typedef struct bench_request {
   int64_t bodies;     /* of bench batch */
   const char *folder; /* for a table and a plot; NULL: none */
   bool machine;       /* measure the machine too */
-  bool json, quiet, help;
+  bool json, quiet;
   bench_machine rates;
 } bench_request;
 

@@ -12,6 +12,7 @@
 #include "thrum/thrum.h"
 
 enum cli_exit { CLI_DONE = 0, CLI_REFUSED = 1, CLI_USAGE = 2, CLI_FLAGGED = 3 };
+enum { CLI_HELPED = -1 }; /* no exit code: a command has printed its help and is done */
 
 /* A subcommand: argv[0] is its name. The table of them stands in main.c, one line each. */
 int cmd_precompute(int argc, char **argv);

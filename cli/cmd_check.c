@@ -9,7 +9,7 @@
 typedef struct check_request {
   const char *mesh_name;
   double scale;
-  bool json, help;
+  bool json;
 } check_request;
 
 static void print_help(void) {
@@ -36,13 +36,13 @@ static const cli_option table[] = {
      .most = INFINITY,
      .above = true},
     CLI_OPTION_JSON(check_request),
-    CLI_OPTION_HELP(check_request),
+    CLI_OPTION_HELP(print_help),
     {.name = NULL},
 };
 
 static int read_options(int argc, char **argv, check_request *request) {
   const int code = cli_options_read("check", table, argc, argv, request);
-  if (code != CLI_DONE || request->help)
+  if (code != CLI_DONE)
     return code;
   return cli_one_argument("check", "mesh", argc, argv, &request->mesh_name);
 }
@@ -52,10 +52,6 @@ int cmd_check(int argc, char **argv) {
   const int code = read_options(argc, argv, &request);
   if (code != CLI_DONE)
     return code;
-  if (request.help) {
-    print_help();
-    return CLI_DONE;
-  }
   thrum_error error = {0};
   thrum_mesh mesh = {0};
   thrum_mesh_examined examined;

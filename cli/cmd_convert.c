@@ -14,7 +14,7 @@ typedef struct convert_request {
   const char *input, *output;
   double scale;
   thrum_mesh_write_options options;
-  bool json, help;
+  bool json;
 } convert_request;
 
 static void print_help(void) {
@@ -50,13 +50,13 @@ static const cli_option table[] = {
     {.name = "ascii", .kind = CLI_FLAG, FIELD(options.ascii)},
     {.name = "msh", .kind = CLI_CHOICE, .names = msh_versions, .choose = choose_msh},
     CLI_OPTION_JSON(convert_request),
-    CLI_OPTION_HELP(convert_request),
+    CLI_OPTION_HELP(print_help),
     {.name = NULL},
 };
 
 static int read_options(int argc, char **argv, convert_request *request) {
   const int code = cli_options_read("convert", table, argc, argv, request);
-  if (code != CLI_DONE || request->help)
+  if (code != CLI_DONE)
     return code;
   if (argc - optind != 2)
     return cli_usage("convert", "give the mesh to read and the mesh to write, IN OUT");
@@ -129,9 +129,5 @@ int cmd_convert(int argc, char **argv) {
   const int code = read_options(argc, argv, &request);
   if (code != CLI_DONE)
     return code;
-  if (request.help) {
-    print_help();
-    return CLI_DONE;
-  }
   return convert(&request);
 }

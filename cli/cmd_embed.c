@@ -13,7 +13,7 @@
 typedef struct embed_request {
   const char *model, *surface, *output;
   double scale;
-  bool json, quiet, help;
+  bool json, quiet;
 } embed_request;
 
 static void print_help(void) {
@@ -44,13 +44,13 @@ static const cli_option table[] = {
     {.name = "scale", .kind = CLI_NUMBER, FIELD(scale), .most = INFINITY, .above = true},
     CLI_OPTION_JSON(embed_request),
     CLI_OPTION_QUIET(embed_request),
-    CLI_OPTION_HELP(embed_request),
+    CLI_OPTION_HELP(print_help),
     {.name = NULL},
 };
 
 static int read_options(int argc, char **argv, embed_request *request) {
   const int code = cli_options_read("embed", table, argc, argv, request);
-  if (code != CLI_DONE || request->help)
+  if (code != CLI_DONE)
     return code;
   if (argc - optind != 2)
     return cli_usage("embed", "give the model and the surface, MODEL SURFACE");
@@ -99,10 +99,6 @@ int cmd_embed(int argc, char **argv) {
   const int code = read_options(argc, argv, &request);
   if (code != CLI_DONE)
     return code;
-  if (request.help) {
-    print_help();
-    return CLI_DONE;
-  }
   thrum_error error = {0};
   thrum_embed embed = {0};
   const thrum_model *model = NULL;

@@ -116,11 +116,8 @@ static int run_request(const experiments_request *request) {
 int cmd_experiments(int argc, char **argv) {
   experiments_request request = {0};
   int code = experiments_options_read(argc, argv, &request);
-  if (code == CLI_DONE && request.help) {
-    experiments_help();
-  } else if (code == CLI_DONE) {
+  if (code == CLI_DONE)
     code = run_request(&request);
-  }
   free(request.list);
   return code;
 }

@@ -22,7 +22,7 @@ typedef struct export_request {
   const char *surface; /* shown in place of the skin */
   double fps;
   const char *vega_basis, *vega_cubic, *matrices;
-  bool single, json, help;
+  bool single, json;
 } export_request;
 
 /* What has been written. */
@@ -85,7 +85,7 @@ static const cli_option table[] = {
     {.name = "vega-cubic", .kind = CLI_TEXT, FIELD(vega_cubic)},
     {.name = "matrices", .kind = CLI_TEXT, FIELD(matrices)},
     CLI_OPTION_JSON(export_request),
-    CLI_OPTION_HELP(export_request),
+    CLI_OPTION_HELP(print_help),
     {.name = NULL},
 };
 
@@ -118,7 +118,7 @@ static int check_files(const export_request *request) {
 
 static int read_options(int argc, char **argv, export_request *request) {
   int code = cli_options_read("export", table, argc, argv, request);
-  if (code != CLI_DONE || request->help)
+  if (code != CLI_DONE)
     return code;
   code = cli_one_argument("export", "model", argc, argv, &request->model);
   if (code != CLI_DONE)
@@ -240,10 +240,6 @@ int cmd_export(int argc, char **argv) {
   const int code = read_options(argc, argv, &request);
   if (code != CLI_DONE)
     return code;
-  if (request.help) {
-    print_help();
-    return CLI_DONE;
-  }
   thrum_error error = {0};
   export_files files = {0};
   cli_run still = {0};

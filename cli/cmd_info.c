@@ -42,7 +42,6 @@ typedef struct info_request {
   cli_load loads[LOADS_MAX];
   int64_t load_count;
   bool json;
-  bool help;
 } info_request;
 
 static void print_help(void) {
@@ -83,14 +82,14 @@ static const cli_option table[] = {
      .wants = "a number of seconds above 0"},
     {.name = "load", .kind = CLI_TEXT, .repeats = true, .take = take_load},
     CLI_OPTION_JSON(info_request),
-    CLI_OPTION_HELP(info_request),
+    CLI_OPTION_HELP(print_help),
     {.name = NULL},
 };
 
 static int read_options(int argc, char **argv, info_request *request) {
   request->dt = thrum_default_state_def().dt;
   const int code = cli_options_read("info", table, argc, argv, request);
-  if (code != CLI_DONE || request->help)
+  if (code != CLI_DONE)
     return code;
   return cli_one_argument("info", "model", argc, argv, &request->path);
 }
@@ -424,10 +423,6 @@ int cmd_info(int argc, char **argv) {
   const int code = read_options(argc, argv, &request);
   if (code != CLI_DONE)
     return code;
-  if (request.help) {
-    print_help();
-    return CLI_DONE;
-  }
   thrum_error error = {0};
   thrum_load_share shares[LOADS_MAX];
   info about = {.path = request.path,

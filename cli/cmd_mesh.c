@@ -21,7 +21,7 @@ typedef struct mesh_request {
   const char *surface, *output;
   int tool;
   double size, scale;
-  bool json, quiet, verbose, help;
+  bool json, quiet, verbose;
 } mesh_request;
 
 /* The surface, the mesh in it, and what there is to say of both. */
@@ -71,13 +71,13 @@ static const cli_option table[] = {
     {.name = "verbose", .kind = CLI_FLAG, FIELD(verbose)},
     CLI_OPTION_JSON(mesh_request),
     CLI_OPTION_QUIET(mesh_request),
-    CLI_OPTION_HELP(mesh_request),
+    CLI_OPTION_HELP(print_help),
     {.name = NULL},
 };
 
 static int read_options(int argc, char **argv, mesh_request *request) {
   int code = cli_options_read("mesh", table, argc, argv, request);
-  if (code != CLI_DONE || request->help)
+  if (code != CLI_DONE)
     return code;
   code = cli_one_argument("mesh", "surface", argc, argv, &request->surface);
   if (code != CLI_DONE)
@@ -213,10 +213,6 @@ int cmd_mesh(int argc, char **argv) {
   const int code = read_options(argc, argv, &request);
   if (code != CLI_DONE)
     return code;
-  if (request.help) {
-    print_help();
-    return CLI_DONE;
-  }
   thrum_error error = {0};
   mesh_work work = {.tool = CLI_TOOL_NONE};
   const thrum_status status = make_mesh(&request, &work, &error);

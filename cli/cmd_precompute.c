@@ -37,11 +37,8 @@ int cmd_precompute(int argc, char **argv) {
     return cli_refuse(&error);
   }
   int code = precompute_options_read(argc, argv, &request);
-  if (code == CLI_DONE && request.help) {
-    precompute_help();
-  } else if (code == CLI_DONE) {
+  if (code == CLI_DONE)
     code = run_request(&request);
-  }
   free(request.fixes);
   free(request.handles);
   cli_options_file_free(&request.file);

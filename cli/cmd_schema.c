@@ -20,12 +20,6 @@ static const struct {
 };
 enum { COMMAND_COUNT = sizeof commands / sizeof commands[0] };
 
-typedef struct schema_request {
-  bool help;
-} schema_request;
-
-static const cli_option table[] = {CLI_OPTION_HELP(schema_request), {.name = NULL}};
-
 static void print_help(void) {
   fputs("usage: thrum schema COMMAND\n\n"
         "Prints the JSON schema (draft 7) of the options files that COMMAND reads with --options:\n"
@@ -37,6 +31,8 @@ static void print_help(void) {
         stdout);
 }
 
+static const cli_option table[] = {CLI_OPTION_HELP(print_help), {.name = NULL}};
+
 static int print(cJSON *schema) {
   char *text = cJSON_Print(schema);
   if (text != NULL)
@@ -47,13 +43,8 @@ static int print(cJSON *schema) {
 }
 
 int cmd_schema(int argc, char **argv) {
-  schema_request request = {0};
   const char *name = NULL, *names[COMMAND_COUNT + 1];
-  int code = cli_options_read("schema", table, argc, argv, &request);
-  if (code == CLI_DONE && request.help) {
-    print_help();
-    return CLI_DONE;
-  }
+  int code = cli_options_read("schema", table, argc, argv, NULL);
   if (code == CLI_DONE)
     code = cli_one_argument("schema", "command", argc, argv, &name);
   if (code != CLI_DONE)

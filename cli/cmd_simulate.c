@@ -301,13 +301,9 @@ int cmd_simulate(int argc, char **argv) {
     code = cli_refuse(&error);
   } else {
     code = simulate_options_read(argc, argv, &request);
-    if (code == CLI_DONE && request.help) {
-      simulate_help();
-    } else if (code == CLI_DONE && cli_scene_is_named(request.model_path)) {
-      code = scene_run_command(argc, argv);
-    } else if (code == CLI_DONE) {
-      code = run_request(&request);
-    }
+    if (code == CLI_DONE)
+      code = cli_scene_is_named(request.model_path) ? scene_run_command(argc, argv)
+                                                    : run_request(&request);
   }
   free(request.loads);
   free(request.starts);

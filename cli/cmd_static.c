@@ -231,9 +231,7 @@ int cmd_static(int argc, char **argv) {
     code = cli_refuse(&error);
   } else {
     code = static_options_read(argc, argv, &request);
-    if (code == CLI_DONE && request.help)
-      static_help();
-    else if (code == CLI_DONE)
+    if (code == CLI_DONE)
       code = run_request(&request);
   }
   free(request.loads);

@@ -299,9 +299,7 @@ int cmd_tradeoff(int argc, char **argv) {
     return cli_refuse(&error);
   }
   int code = tradeoff_options_read(argc, argv, &request);
-  if (code == CLI_DONE && request.help) {
-    tradeoff_help();
-  } else if (code == CLI_DONE) {
+  if (code == CLI_DONE) {
     trade t = {.request = &request, .chosen = -1};
     if (run_trade(&t, &error) < 0)
       code = cli_refuse(&error);

@@ -23,7 +23,7 @@ typedef struct view_request {
   int64_t count;
   const char *output, *surface;
   int64_t port; /* 0: a free one */
-  bool no_open, quiet, json, help;
+  bool no_open, quiet, json;
 } view_request;
 
 static void print_help(void) {
@@ -61,13 +61,13 @@ static const cli_option table[] = {
     {.name = "no-open", .kind = CLI_FLAG, .field = offsetof(view_request, no_open)},
     CLI_OPTION_QUIET(view_request),
     CLI_OPTION_JSON(view_request),
-    CLI_OPTION_HELP(view_request),
+    CLI_OPTION_HELP(print_help),
     {.name = NULL},
 };
 
 static int read_options(int argc, char **argv, view_request *request) {
   const int code = cli_options_read("view", table, argc, argv, request);
-  if (code != CLI_DONE || request->help)
+  if (code != CLI_DONE)
     return code;
   if (argc - optind > CLI_VIEW_MODELS_MAX)
     return cli_usage("view", "at most %d models at a time", CLI_VIEW_MODELS_MAX);
@@ -181,10 +181,6 @@ int cmd_view(int argc, char **argv) {
   const int code = read_options(argc, argv, &request);
   if (code != CLI_DONE)
     return code;
-  if (request.help) {
-    print_help();
-    return CLI_DONE;
-  }
   thrum_error error = {0};
   view shown = {0};
   thrum_interrupt_clean("\nthrum: stopped; the file being written was removed\n");

@@ -39,12 +39,10 @@ typedef struct experiments_request {
   bool resume;
   bool json;
   bool quiet;
-  bool help;
 } experiments_request;
 
-/* Fills a zeroed request; CLI_DONE or CLI_USAGE. */
+/* Fills a zeroed request; CLI_DONE, or what the command is to return. */
 int experiments_options_read(int argc, char **argv, experiments_request *request);
-void experiments_help(void);
 
 /* The models asked for, ready to be pushed. */
 typedef struct experiments_bodies {

@@ -11,7 +11,7 @@
 #define THREADS_MAX 256
 #define STEPS_MAX 1e10
 
-void experiments_help(void) {
+static void print_help(void) {
   fputs(
       "usage: thrum experiments -o DIR [OPTIONS]\n\n"
       "Runs the experiments of the thesis and writes tables (CSV) and a report (HTML) to DIR:\n"
@@ -195,7 +195,7 @@ static const cli_option table[] = {
     {.name = "resume", .kind = CLI_FLAG, FIELD(resume)},
     CLI_OPTION_JSON(experiments_request),
     CLI_OPTION_QUIET(experiments_request),
-    CLI_OPTION_HELP(experiments_request),
+    CLI_OPTION_HELP(print_help),
     {.name = NULL},
 };
 
@@ -246,7 +246,7 @@ int experiments_options_read(int argc, char **argv, experiments_request *request
   for (int n = 0; n < STUDY_SUBJECT_COUNT; n++)
     request->subjects[n] = true;
   const int code = cli_options_read("experiments", table, argc, argv, request);
-  if (code != CLI_DONE || request->help)
+  if (code != CLI_DONE)
     return code;
   return finish(argc, argv, request);
 }

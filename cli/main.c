@@ -91,6 +91,11 @@ static int take_models_folder(int *argc, char ***argv) {
   return CLI_DONE;
 }
 
+static int run(const command *found, int argc, char **argv) {
+  const int code = found->run(argc, argv);
+  return code == CLI_HELPED ? CLI_DONE : code;
+}
+
 static int dispatch(int argc, char **argv) {
   const int taken = take_models_folder(&argc, &argv);
   if (taken != CLI_DONE)
@@ -115,12 +120,12 @@ static int dispatch(int argc, char **argv) {
       return unknown_command(argv[2]);
     char help[] = "--help";
     char *arguments[] = {argv[2], help, NULL};
-    return about->run(2, arguments);
+    return run(about, 2, arguments);
   }
   if (name[0] == '-')
     return cli_usage("", "unknown option '%s'", name);
   const command *found = find_command(name);
-  return found != NULL ? found->run(argc - 1, argv + 1) : unknown_command(name);
+  return found != NULL ? run(found, argc - 1, argv + 1) : unknown_command(name);
 }
 
 int main(int argc, char **argv) {

@@ -79,42 +79,7 @@ static const char *const checks[] = {"auto", "search", "inertia", NULL};
 
 #define FIELD(member) .field = offsetof(precompute_request, member)
 
-const cli_option precompute_options_table[] = {
-    {.name = "mesh", .kind = CLI_TEXT, .argument = true, .path = CLI_PATH_NAMED, FIELD(mesh_name)},
-    CLI_OPTION_FILE(precompute_request),
-    {.name = "output", .letter = 'o', .kind = CLI_TEXT, .path = CLI_PATH_ALWAYS, FIELD(output)},
-    {.name = "fix", .kind = CLI_TEXT, .path = CLI_PATH_IF_THERE, .repeats = true, .take = take_fix},
-    CLI_OPTIONS_MATERIAL(precompute_request, material),
-    {.name = "scale",
-     .kind = CLI_NUMBER,
-     FIELD(scale),
-     .most = INFINITY,
-     .above = true,
-     .wants = "a number above 0"},
-    {.name = "modes", .kind = CLI_COUNT, .take = take_modes, .least = 1, .most = COUNT_MAX},
-    {.name = "rank", .kind = CLI_COUNT, .take = take_rank, .least = 1, .most = COUNT_MAX},
-    {.name = "mass", .kind = CLI_CHOICE, .names = masses, .choose = choose_mass},
-    {.name = "precision", .kind = CLI_CHOICE, .names = precisions, .choose = choose_precision},
-    {.name = "check", .kind = CLI_CHOICE, .names = checks, .choose = choose_check},
-    {.name = "handles", .kind = CLI_TEXT, .repeats = true, .take = take_handle},
-    {.name = "import-basis", .kind = CLI_TEXT, .path = CLI_PATH_ALWAYS, FIELD(import_basis)},
-    {.name = "import-cubic", .kind = CLI_TEXT, .path = CLI_PATH_ALWAYS, FIELD(import_cubic)},
-    {.name = "export-modes", .kind = CLI_TEXT, .path = CLI_PATH_ALWAYS, FIELD(export_modes)},
-    {.name = "threads",
-     .kind = CLI_COUNT,
-     .take = take_threads,
-     .least = 1,
-     .most = CLI_THREADS_MAX},
-    {.name = "dry-run", .kind = CLI_FLAG, FIELD(dry_run)},
-    {.name = "memory", .kind = CLI_COUNT, .take = take_memory, .least = 1, .most = MEGABYTES_MAX},
-    {.name = "reproducible", .kind = CLI_FLAG, FIELD(reproducible)},
-    CLI_OPTION_JSON(precompute_request),
-    CLI_OPTION_QUIET(precompute_request),
-    CLI_OPTION_HELP(precompute_request),
-    {.name = NULL},
-};
-
-void precompute_help(void) {
+static void print_help(void) {
   fputs(
       "usage: thrum precompute MESH -o NAME.npz [--fix SPEC] [OPTIONS]\n\n"
       "Makes a reduced model of a tetrahedral mesh: linear modes, modal derivatives, basis, and\n"
@@ -174,12 +139,47 @@ void precompute_help(void) {
       stdout);
 }
 
+const cli_option precompute_options_table[] = {
+    {.name = "mesh", .kind = CLI_TEXT, .argument = true, .path = CLI_PATH_NAMED, FIELD(mesh_name)},
+    CLI_OPTION_FILE(precompute_request),
+    {.name = "output", .letter = 'o', .kind = CLI_TEXT, .path = CLI_PATH_ALWAYS, FIELD(output)},
+    {.name = "fix", .kind = CLI_TEXT, .path = CLI_PATH_IF_THERE, .repeats = true, .take = take_fix},
+    CLI_OPTIONS_MATERIAL(precompute_request, material),
+    {.name = "scale",
+     .kind = CLI_NUMBER,
+     FIELD(scale),
+     .most = INFINITY,
+     .above = true,
+     .wants = "a number above 0"},
+    {.name = "modes", .kind = CLI_COUNT, .take = take_modes, .least = 1, .most = COUNT_MAX},
+    {.name = "rank", .kind = CLI_COUNT, .take = take_rank, .least = 1, .most = COUNT_MAX},
+    {.name = "mass", .kind = CLI_CHOICE, .names = masses, .choose = choose_mass},
+    {.name = "precision", .kind = CLI_CHOICE, .names = precisions, .choose = choose_precision},
+    {.name = "check", .kind = CLI_CHOICE, .names = checks, .choose = choose_check},
+    {.name = "handles", .kind = CLI_TEXT, .repeats = true, .take = take_handle},
+    {.name = "import-basis", .kind = CLI_TEXT, .path = CLI_PATH_ALWAYS, FIELD(import_basis)},
+    {.name = "import-cubic", .kind = CLI_TEXT, .path = CLI_PATH_ALWAYS, FIELD(import_cubic)},
+    {.name = "export-modes", .kind = CLI_TEXT, .path = CLI_PATH_ALWAYS, FIELD(export_modes)},
+    {.name = "threads",
+     .kind = CLI_COUNT,
+     .take = take_threads,
+     .least = 1,
+     .most = CLI_THREADS_MAX},
+    {.name = "dry-run", .kind = CLI_FLAG, FIELD(dry_run)},
+    {.name = "memory", .kind = CLI_COUNT, .take = take_memory, .least = 1, .most = MEGABYTES_MAX},
+    {.name = "reproducible", .kind = CLI_FLAG, FIELD(reproducible)},
+    CLI_OPTION_JSON(precompute_request),
+    CLI_OPTION_QUIET(precompute_request),
+    CLI_OPTION_HELP(print_help),
+    {.name = NULL},
+};
+
 int precompute_options_read(int argc, char **argv, precompute_request *request) {
   request->scale = 1;
   request->material = (thrum_material){NAN, NAN, NAN};
   request->options = thrum_default_precompute_options();
   int code = cli_options_read("precompute", precompute_options_table, argc, argv, request);
-  if (code != CLI_DONE || request->help)
+  if (code != CLI_DONE)
     return code;
   code = cli_one_argument("precompute", "mesh", argc, argv, &request->mesh_name);
   if (code != CLI_DONE)

@@ -32,7 +32,6 @@ typedef struct precompute_request {
   bool free;         /* nothing is to be held: no warning of it */
   bool json;
   bool quiet;
-  bool help;
   cli_options_file file; /* of --options; the texts above may point into it */
 } precompute_request;
 
@@ -75,10 +74,9 @@ typedef struct precompute_outcome {
 /* What there is; ends with a nameless option. */
 extern const cli_option precompute_options_table[];
 
-/* Fills the request from argv; CLI_DONE, or the code after a line was printed. `fixes` and
+/* Fills the request from argv; CLI_DONE, or what the command is to return. `fixes` and
  * `handles` have room for argc + CLI_FILE_ITEMS_MAX texts. */
 int precompute_options_read(int argc, char **argv, precompute_request *request);
-void precompute_help(void);
 
 /* Reads the mesh, makes the model and writes it to request->output. `show`, which may be NULL, is
  * told the outcome once the file is there. *flagged: residuals are larger than they should be. */

@@ -22,7 +22,6 @@ static const cli_option table[] = {
      .wants = "a time step above 0 s"},
     CLI_OPTION_JSON(scene_request),
     CLI_OPTION_QUIET(scene_request),
-    CLI_OPTION_HELP(scene_request),
     {.name = NULL},
 };
 

@@ -15,7 +15,7 @@
 typedef struct scene_request {
   const char *path, *output;
   double time, dt; /* 0: as the file says */
-  bool json, quiet, help;
+  bool json, quiet;
 } scene_request;
 
 /* One body: what a run of it alone would be asked for, and the files of such a run. */

@@ -34,7 +34,6 @@ typedef struct simulate_request {
   bool monitor;      /* default: where there is a mesh */
   bool json;
   bool quiet;
-  bool help;
   cli_options_file file; /* of --options; the texts above may point into it */
 } simulate_request;
 
@@ -42,10 +41,8 @@ typedef struct simulate_request {
 extern const cli_option simulate_options_table[];
 
 /* Fills a zeroed request whose loads, shakes and starts have room for argc + CLI_FILE_ITEMS_MAX
- * each. CLI_DONE, or the exit code after its line has been printed. */
+ * each. CLI_DONE, or what the command is to return. */
 int simulate_options_read(int argc, char **argv, simulate_request *request);
-
-void simulate_help(void);
 
 /* Names in the order of their enums; NULL ends them. */
 extern const char *const simulate_integrators[];

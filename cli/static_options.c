@@ -7,7 +7,7 @@
 
 #define FACTOR_MAX 1e12
 
-void static_help(void) {
+static void print_help(void) {
   fputs(
       "usage: thrum static MODEL --load LOAD [OPTIONS]\n\n"
       "Finds where a body comes to rest under a load: the equilibrium of the reduced model. The\n"
@@ -111,7 +111,7 @@ const cli_option static_options_table[] = {
     {.name = "path", WRITTEN, FIELD(path)},
     CLI_OPTION_JSON(static_request),
     CLI_OPTION_QUIET(static_request),
-    CLI_OPTION_HELP(static_request),
+    CLI_OPTION_HELP(print_help),
     {.name = NULL},
 };
 
@@ -155,7 +155,7 @@ int static_options_read(int argc, char **argv, static_request *request) {
   request->def = thrum_default_equilibrium_def();
   request->mesh_def = cli_default_mesh_def();
   int code = cli_options_read("static", static_options_table, argc, argv, request);
-  if (code != CLI_DONE || request->help)
+  if (code != CLI_DONE)
     return code;
   code = cli_one_argument("static", "model", argc, argv, &request->model_path);
   if (code != CLI_DONE)

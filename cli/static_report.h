@@ -32,17 +32,16 @@ typedef struct static_request {
   thrum_full_solver solver;
   thrum_equilibrium_def def;
   int64_t rank; /* 0: all */
-  bool json, quiet, help;
+  bool json, quiet;
   cli_options_file file; /* of --options; the texts above may point into it */
 } static_request;
 
 /* What there is; ends with a nameless option. */
 extern const cli_option static_options_table[];
 
-/* Fills a zeroed request whose lists have room for argc + CLI_FILE_ITEMS_MAX. CLI_DONE, or the
- * code after a line was printed. */
+/* Fills a zeroed request whose lists have room for argc + CLI_FILE_ITEMS_MAX. CLI_DONE, or
+ * what the command is to return. */
 int static_options_read(int argc, char **argv, static_request *request);
-void static_help(void);
 
 typedef struct static_answer {
   const static_request *request;

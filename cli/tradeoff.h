@@ -28,11 +28,9 @@ typedef struct tradeoff_request {
   bool quick;
   bool json;
   bool quiet;
-  bool help;
 } tradeoff_request;
 
-/* Fills a zeroed request; CLI_DONE or CLI_USAGE. */
+/* Fills a zeroed request; CLI_DONE, or what the command is to return. */
 int tradeoff_options_read(int argc, char **argv, tradeoff_request *request);
-void tradeoff_help(void);
 
 #endif

@@ -11,7 +11,7 @@
 #define FPS_DEFAULT 60
 #define ERROR_DEFAULT 0.05
 
-void tradeoff_help(void) {
+static void print_help(void) {
   fputs(
       "usage: thrum tradeoff MODEL|MESH -o DIR --load LOAD [--error P%|--budget T] [OPTIONS]\n\n"
       "Steps a load with the full-order body of the model's mesh and with reduced models over "
@@ -224,7 +224,7 @@ static const cli_option table[] = {
     {.name = "threads", .kind = CLI_COUNT, FIELD(threads), .least = 1, .most = 256},
     CLI_OPTION_JSON(tradeoff_request),
     CLI_OPTION_QUIET(tradeoff_request),
-    CLI_OPTION_HELP(tradeoff_request),
+    CLI_OPTION_HELP(print_help),
     {.name = NULL},
 };
 
@@ -247,7 +247,7 @@ int tradeoff_options_read(int argc, char **argv, tradeoff_request *r) {
   for (int n = 0; n < STUDY_INTEGRATOR_COUNT; n++)
     r->integrators[n] = true;
   int code = cli_options_read("tradeoff", table, argc, argv, r);
-  if (code != CLI_DONE || r->help)
+  if (code != CLI_DONE)
     return code;
   code = cli_one_argument("tradeoff", "model", argc, argv, &r->model_path);
   if (code != CLI_DONE)
