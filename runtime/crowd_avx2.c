@@ -11,7 +11,8 @@
 #include <immintrin.h>
 
 #define LANES 4
-#define ROWS 1
+#define ROWS 4
+#define ROWS_OWN 3
 #define INLINE static inline __attribute__((always_inline, target("avx2")))
 #define PASS static __attribute__((target("avx2")))
 
@@ -23,6 +24,10 @@ INLINE vs vs_zero(void) {
 
 INLINE vs vs_set1(double s) {
   return _mm256_set1_pd(s);
+}
+
+INLINE vs vs_set1_single(const float *p) {
+  return _mm256_cvtps_pd(_mm_set1_ps(*p));
 }
 
 INLINE vs vs_load(const double *p) {
@@ -39,6 +44,15 @@ INLINE vs vs_mul(vs a, vs b) {
 
 INLINE vs vs_add(vs a, vs b) {
   return _mm256_add_pd(a, b);
+}
+
+/* A number that all lanes take is a register's anyway. */
+INLINE vs vs_keep(vs a) {
+  return a;
+}
+
+INLINE const double *vs_again(const double *p) {
+  return p;
 }
 
 #include "crowd_passes.h"

@@ -11,7 +11,8 @@
 #include <immintrin.h>
 
 #define LANES 8
-#define ROWS 3
+#define ROWS 8
+#define ROWS_OWN 4
 #define INLINE static inline __attribute__((always_inline, target("avx512f")))
 #define PASS static __attribute__((target("avx512f")))
 
@@ -23,6 +24,10 @@ INLINE vs vs_zero(void) {
 
 INLINE vs vs_set1(double s) {
   return _mm512_set1_pd(s);
+}
+
+INLINE vs vs_set1_single(const float *p) {
+  return _mm512_cvtps_pd(_mm256_set1_ps(*p));
 }
 
 INLINE vs vs_load(const double *p) {
@@ -39,6 +44,17 @@ INLINE vs vs_mul(vs a, vs b) {
 
 INLINE vs vs_add(vs a, vs b) {
   return _mm512_add_pd(a, b);
+}
+
+/* One number in memory serves as an operand for all lanes, where the other one is in a register. */
+INLINE vs vs_keep(vs a) {
+  __asm__("" : "+v"(a));
+  return a;
+}
+
+INLINE const double *vs_again(const double *p) {
+  __asm__("" : "+r"(p));
+  return p;
 }
 
 #include "crowd_passes.h"

@@ -1,9 +1,13 @@
 /* The passes of runtime/crowd.h, for a file that has defined
  *
  *   vs                  a number of each of LANES states
- *   LANES, ROWS         states; rows of a block taken at once, 1 to 3
+ *   LANES               states
+ *   ROWS, ROWS_OWN      rows of a block taken at once, 1 to 8, and with a state's own besides
  *   INLINE, PASS        as for runtime/kernel_lanes.h
  *   vs_zero, vs_set1(s), vs_load(p), vs_store(p, a), vs_mul(a, b), vs_add(a, b)
+ *   vs_set1_single(p)   one float
+ *   vs_keep(a)          a, in a register from now on
+ *   vs_again(p)         p; a number there may be loaded anew for each use
  *
  * A sum over columns has eight partial sums, column mod 8, as runtime/kernel.h says; here they are
  * eight registers, and no sum is taken across one. The passes over a whole model read it packed
@@ -14,9 +18,8 @@
 #include <string.h>
 
 #include "crowd.h"
+#include "crowd_rows.h"
 #include "pack.h"
-
-#define EACH_COLUMN(X) X(0) X(1) X(2) X(3) X(4) X(5) X(6) X(7)
 
 /* The eight partial sums of a row. */
 typedef struct sums8 {
@@ -79,149 +82,6 @@ INLINE vs dot(int64_t n, const double *a, const double *b) {
 INLINE void clear(double *a, int64_t count) {
   memset(a, 0, (size_t)(count * LANES) * sizeof *a);
 }
-
-/* Packed coefficients from `at` on, in one of two precisions. */
-typedef struct packed {
-  const double *d;
-  const float *f;
-} packed;
-
-INLINE packed packed_at(const packed *b, int64_t at) {
-  const packed here = {b->d ? b->d + at : NULL, b->f ? b->f + at : NULL};
-  return here;
-}
-
-INLINE vs packed_one(bool single, const packed *b, int64_t at) {
-  return vs_set1(single ? (double)b->f[at] : b->d[at]);
-}
-
-/* What is done to the rows of a block. */
-typedef enum work_on {
-  WORK_SUMS, /* y */
-  WORK_ADDS, /* w */
-  WORK_BOTH, /* both */
-  WORK_OWN   /* both, and the row before them is every state's own */
-} work_on;
-
-/* A block of rows and what they meet: `whole` vectors of columns, of which the first `vectors` are
- * wanted, and of `all` rows those from `first` to before `rows`. x = scale q, for row t at
- * q + t step LANES. y by row; w by column. The first `plain` vectors give y alone. */
-typedef struct crowd_block {
-  packed b;
-  int64_t whole, vectors, plain, all, first, rows;
-  vs scale;
-  const double *q;
-  int64_t step;
-  const double *m;
-  double *w, *y;
-  const double *own; /* row */
-  double *own_y;
-} crowd_block;
-
-/* One vector of columns of each row into the rows' sums. */
-INLINE void sum_rows(bool single, int rows, const packed *b, int64_t at, const double *m, sums8 *y){
-#define X(p)                                                                                       \
-  {                                                                                                \
-    const vs m_c = vs_load(m + p * LANES);                                                         \
-    for (int r = 0; r < rows; r++)                                                                 \
-      y[r].s[p] = vs_add(y[r].s[p], vs_mul(packed_one(single, b, at + 8 * r + p), m_c));           \
-  }
-    EACH_COLUMN(X)
-#undef X
-}
-
-/* `rows` rows of a group of `size`, over vectors of 8 columns. */
-INLINE void group_rows(bool single, work_on what, int rows, const packed *b, int64_t size,
-                       const crowd_block *k, const vs *x, sums8 *y) {
-  const bool sums = what != WORK_ADDS, adds = what != WORK_SUMS;
-  const double *m = k->m, *own = k->own;
-  double *w = k->w;
-  int64_t at = 0, v = 0;
-  if (what == WORK_BOTH) {
-    for (; v < k->plain; v++, at += 8 * size, m += 8 * LANES)
-      sum_rows(single, rows, b, at, m, y);
-    w += 8 * v * LANES;
-  }
-  for (; v < k->vectors; v++, at += 8 * size) {
-#define X(p)                                                                                       \
-  {                                                                                                \
-    const vs m_c = sums ? vs_load(m + p * LANES) : vs_zero();                                      \
-    vs w_c = adds ? vs_load(w + p * LANES) : m_c;                                                  \
-    if (what == WORK_OWN) {                                                                        \
-      const vs b_c = vs_load(own + p * LANES);                                                     \
-      y[rows].s[p] = vs_add(y[rows].s[p], vs_mul(b_c, m_c));                                       \
-      w_c = vs_add(w_c, vs_mul(k->scale, b_c));                                                    \
-    }                                                                                              \
-    for (int r = 0; r < rows; r++) {                                                               \
-      const vs b_c = packed_one(single, b, at + 8 * r + p);                                        \
-      if (sums)                                                                                    \
-        y[r].s[p] = vs_add(y[r].s[p], vs_mul(b_c, m_c));                                           \
-      if (adds)                                                                                    \
-        w_c = vs_add(w_c, vs_mul(x[r], b_c));                                                      \
-    }                                                                                              \
-    if (adds)                                                                                      \
-      vs_store(w + p * LANES, w_c);                                                                \
-  }
-    EACH_COLUMN(X)
-#undef X
-    m += sums ? 8 * LANES : 0;
-    w += adds ? 8 * LANES : 0;
-    own += what == WORK_OWN ? 8 * LANES : 0;
-  }
-}
-
-INLINE void group_work(bool single, work_on what, int rows, const packed *b, int64_t size,
-                       const crowd_block *k, int64_t row) {
-  sums8 sum[ROWS + 1];
-  vs x[ROWS];
-  for (int r = 0; r < rows; r++)
-    x[r] = vs_mul(k->scale, vs_load(k->q + (row + r) * k->step * LANES));
-  for (int r = 0; r < rows + (what == WORK_OWN ? 1 : 0); r++)
-    sum[r] = sums_zero();
-  group_rows(single, what, rows, b, size, k, x, sum);
-  for (int r = 0; r < rows && what != WORK_ADDS; r++)
-    vs_store(k->y + (row + r) * LANES, sums_total(&sum[r]));
-  if (what == WORK_OWN)
-    vs_store(k->own_y, sums_total(&sum[rows]));
-}
-
-INLINE void block_rows(bool single, work_on what, const crowd_block *k) {
-  // what has an own row as well takes one row less with it
-  const int64_t fewer = ROWS > 1 ? ROWS - 1 : 1;
-  int64_t row = k->first;
-  while (row < k->rows) {
-    const int64_t first = row / THRUM_PACK_ROWS * THRUM_PACK_ROWS;
-    const int64_t size = thrum_pack_size(k->all, first);
-    const int64_t end = first + size < k->rows ? first + size : k->rows, left = end - row;
-    const packed here = packed_at(&k->b, 8 * (first * k->whole + (row - first)));
-    if (what == WORK_OWN && row == 0) {
-      if (left >= fewer)
-        group_work(single, what, ROWS > 1 ? ROWS - 1 : 1, &here, size, k, row);
-      else
-        group_work(single, what, 1, &here, size, k, row);
-      row += left >= fewer ? fewer : 1;
-    } else if (left >= ROWS) {
-      group_work(single, what == WORK_OWN ? WORK_BOTH : what, ROWS, &here, size, k, row);
-      row += ROWS;
-    } else {
-      group_work(single, what == WORK_OWN ? WORK_BOTH : what, 1, &here, size, k, row);
-      row++;
-    }
-  }
-}
-
-#define BLOCK_PASS(name, what)                                                                     \
-  PASS void name(const crowd_block *k) {                                                           \
-    if (k->b.f)                                                                                    \
-      block_rows(true, what, k);                                                                   \
-    else                                                                                           \
-      block_rows(false, what, k);                                                                  \
-  }
-
-BLOCK_PASS(block_sums, WORK_SUMS)
-BLOCK_PASS(block_adds, WORK_ADDS)
-BLOCK_PASS(block_both, WORK_BOTH)
-BLOCK_PASS(block_own, WORK_OWN)
 
 /* Block 0 of an order, and on to block c; all of its rows and columns wanted. */
 INLINE crowd_block block_first(const thrum_model *model, bool mirrored) {
