@@ -76,10 +76,6 @@ static void count_passes(const thrum_model *model, bench_step *bench) {
   double forces = evaluations, tangents = bench->factorisations, restricted;
   switch (bench->def.integrator) {
   case THRUM_INTEGRATOR_ENERGY:
-    // the first at one point, with the tangent; the others at two points from one read
-    bench->operations = (8.0 * (forces - 1.0) + 4.0 * (1.0 - tangents) + 6.0 * tangents) * all;
-    bench->coefficients = forces * all;
-    return;
   case THRUM_INTEGRATOR_NEWMARK:
   case THRUM_INTEGRATOR_MIDPOINT:
     // a tangent brings the force of its point

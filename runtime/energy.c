@@ -1,18 +1,25 @@
-/* One energy-conserving step of all modes, the average vector field (design 7):
+/* One energy-conserving step of all modes by a discrete gradient (design 7):
  *
- *   p' = p - h [R-bar + D v - f],  q' = q + h/2 (p + p'),  v = (q' - q)/h,
- *   R-bar = integral over s in [0, 1] of R(q + s d),  d = q' - q.
+ *   p' = p - h [R-bar + D v - f],  q' = q + h/2 (p + p'),  v = (q' - q)/h,  d = q' - q,
  *
- * R is cubic, so Simpson's rule is exact, R-bar = [R(q) + 4 R(q + d/2) + R(q')]/6, and
- * 1/2 |p|^2 + V changes by the work of the load less the dissipation at any h; what the solver's
- * tolerance leaves is taken up by a scale of p'. The first term is the last one of the step before.
- * While the residual is large one force does for two: Radau's rule 1/4 R(q) + 3/4 R(q + 2/3 d)
- * misses only what is cubic in d, which is taken from the step before, and the tangent that a new
- * Jacobian needs is the one at the same point. R-bar is a gradient in d, so solve.c can search
- * along the step's potential, P(d) = h^2/2 [R(q) d + 8 V(q + d/2) + V(q + d)]/6. Tangent damping
- * takes T at the midpoint, and Simpson's rule throughout. Cost: one or two force evaluations an
- * iteration, a tangent and r^3 where the Jacobian is anew. Source: Quispel & McLaren 2008, A new
- * class of energy-preserving numerical integration methods, doi:10.1088/1751-8113/41/4/045206.
+ * with a mean force for which R-bar d = V(q') - V(q), so that 1/2 |p|^2 + V changes by the work of
+ * the load less the dissipation at any h; what the solver's tolerance leaves is taken up by a scale
+ * of p'. Two mean forces are such ones:
+ *
+ *   of the ends  R-bar = 1/2 [R(q) + R(q')] + sigma d,
+ *                sigma = (V(q') - V(q) - 1/2 [R(q) + R(q')] d)/|d|^2
+ *   of the path  R-bar = integral over s in [0, 1] of R(q + s d) = [R(q) + 4 R(q + d/2) + R(q')]/6
+ *
+ * R(q) is the R(q') of the step before and V(q') comes with R(q'), so the first takes one force an
+ * iteration, as Newmark does. The second takes two, but is a gradient in d: solve.c can search
+ * along the step's potential, P(d) = h^2/2 [R(q) d + 8 V(q + d/2) + V(q + d)]/6, and always finds a
+ * solution. So it is for steps that the first does not solve, for some steps after them, for the
+ * rungs of the ladder, and for tangent damping, which takes T at the midpoint.
+ * Cost: an iteration takes one force evaluation (the path two) and about 2 r^2, now and then a
+ * tangent and r^3. Sources: Gonzalez 1996, Time integration and discrete Hamiltonian systems,
+ * doi:10.1007/BF02440162, with the forces of the ends where it has the one of the middle; Quispel &
+ * McLaren 2008, A new class of energy-preserving numerical integration methods,
+ * doi:10.1088/1751-8113/41/4/045206.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #if defined(__clang__)
@@ -26,9 +33,9 @@
 #include "solve.h"
 
 #define SCALED_MOST 0.5 /* of the kinetic energy: more is a standstill */
-#define CENTROID (2.0 / 3.0)
-#define GROWTH_MOST 2.0 /* of |d| from one step to the next */
-#define CLOSE 1e-7      /* residual beside the step whose correction R(q') and V(q') can follow */
+#define STILL                                                                                      \
+  1e-5 /* residual by sigma beside the step, for an error of all of V, that is rounding */
+#define CLOSE 1e-7 /* residual beside the step whose correction R(q') and V(q') can follow */
 
 /* point = q + s d */
 static void place(const thrum_solver *s, double at, double *point) {
@@ -36,24 +43,11 @@ static void place(const thrum_solver *s, double at, double *point) {
     point[i] = s->view->q[i] + at * s->view->unknown[i];
 }
 
-/* --- R-bar by Simpson's rule ------------------------------------------------------------------ */
-
-/* R-bar into view->force, R(q') into view->force_2, V(q') into the report; returns P up to a
- * constant. */
-static double evaluate(const thrum_solver *s) {
-  thrum_state_view *view = s->view;
-  place(s, 0.5, view->point);
-  place(s, 1.0, view->point_2);
-  const double *const points[2] = {view->point, view->point_2};
-  double *const forces[2] = {view->force, view->force_2}, energies[2];
-  thrum_forces_by(view->kernel, s->model, points, forces, energies, view->work);
-  double along = 0.0;
-  for (int32_t i = 0; i < s->n; i++) {
-    view->force[i] = (view->force_start[i] + 4.0 * view->force[i] + view->force_2[i]) / 6.0;
-    along += view->force_start[i] * view->unknown[i];
-  }
-  s->report->potential = energies[1];
-  return s->weight * (along + 8.0 * energies[0] + energies[1]) / 6.0;
+static double dot(int32_t n, const double *a, const double *b) {
+  double sum = 0.0;
+  for (int32_t i = 0; i < n; i++)
+    sum += a[i] * b[i];
+  return sum;
 }
 
 /* matrix += weight factor T(q + s d) */
@@ -61,70 +55,141 @@ static void add_tangent(const thrum_solver *s, double at, double factor, double 
   thrum_state_view *view = s->view;
   place(s, at, view->point);
   thrum_tangent_by(view->kernel, s->model, view->point, view->tangent, view->work);
+  view->tangents_used = true;
   const size_t count = (size_t)s->n * (size_t)s->n;
   for (size_t a = 0; a < count; a++)
     matrix[a] += s->weight * factor * view->tangent[a];
 }
 
-/* weight (T(q-bar)/3 + T(q')/6), and weight rate beta T(q-bar) for the tangent form of damping.
- * Quasi-Newton makes do with weight/2 T(q + 2/3 d): 2/3 is the centroid of the weight s of the
- * integral of s T(q + s d), so that what is missing is of second order in d. */
-static void stiffness(const thrum_solver *s, double *matrix) {
+/* --- R-bar of the path ------------------------------------------------------------------------ */
+
+/* R-bar into view->force, R(q') into view->force_2, V(q') into the report; returns P up to a
+ * constant. */
+static double evaluate_path(const thrum_solver *s) {
+  thrum_state_view *view = s->view;
+  place(s, 0.5, view->point);
+  place(s, 1.0, view->point_2);
+  const double *const points[2] = {view->point, view->point_2};
+  double *const forces[2] = {view->force, view->force_2}, energies[2];
+  thrum_forces_by(view->kernel, s->model, points, forces, energies, view->work);
+  for (int32_t i = 0; i < s->n; i++)
+    view->force[i] = (view->force_start[i] + 4.0 * view->force[i] + view->force_2[i]) / 6.0;
+  s->report->potential = energies[1];
+  s->report->along_step = s->report->along_change = 0.0;
+  const double along = dot(s->n, view->force_start, view->unknown);
+  return s->weight * (along + 8.0 * energies[0] + energies[1]) / 6.0;
+}
+
+/* weight (T(q-bar)/3 + T(q')/6), and weight rate beta T(q-bar) for the tangent form of damping. */
+static void stiffness_of_path(const thrum_solver *s, double *matrix) {
   memset(matrix, 0, (size_t)s->n * (size_t)s->n * sizeof *matrix);
-  if (s->report->newton) {
-    add_tangent(s, 0.5, 1.0 / 3.0, matrix);
-    add_tangent(s, 1.0, 1.0 / 6.0, matrix);
-  } else {
-    add_tangent(s, CENTROID, 0.5, matrix);
-  }
+  add_tangent(s, 0.5, 1.0 / 3.0, matrix);
+  add_tangent(s, 1.0, 1.0 / 6.0, matrix);
   if (s->tangent)
     add_tangent(s, 0.5, s->rate * s->state->damping_beta, matrix);
 }
 
-/* --- R-bar from one force, by Radau's rule ---------------------------------------------------- */
+/* --- R-bar of the ends ------------------------------------------------------------------------ */
 
-static double length(const thrum_solver *s) {
-  double sum = 0.0;
-  for (int32_t i = 0; i < s->n; i++)
-    sum += s->view->unknown[i] * s->view->unknown[i];
-  return sqrt(sum);
-}
-
-/* How much larger what the rule misses is than in the step before, if d has the same direction. */
-static double growth(const thrum_solver *s) {
-  const double ratio = fmin(length(s) / s->state->missed_step, GROWTH_MOST);
-  return s->state->missed_step > 0.0 ? ratio * ratio * ratio : 0.0;
-}
-
-/* view->force = R-bar, from R(q + 2/3 d) there. */
-static void complete(const thrum_solver *s) {
+/* 1/|d|^2, but less where the difference of two energies that it is to weigh would be rounding:
+ * that makes a residual of weight rounding/|d|, to be compared with d in the measure of the solve.
+ */
+static double inverse_square(const thrum_solver *s) {
   const thrum_state_view *view = s->view;
-  const double grown = growth(s);
-  for (int32_t i = 0; i < s->n; i++)
-    view->force[i] = 0.25 * view->force_start[i] + 0.75 * view->force[i] + grown * view->missed[i];
+  double square = 0.0, step = 0.0, residual = 0.0;
+  for (int32_t i = 0; i < s->n; i++) {
+    const double d2 = view->unknown[i] * view->unknown[i];
+    square += d2;
+    step += d2 * view->scale[i];
+    residual += d2 * view->unscale[i];
+  }
+  const double energies = fabs(s->report->potential) + fabs(s->report->potential_start);
+  const double share = STILL * s->weight * energies * residual / step / square;
+  const double inverse = 1.0 / (square * (1.0 + share * share));
+  return isfinite(inverse) ? inverse : 0.0;
 }
 
-static void approximate(const thrum_solver *s) {
-  place(s, CENTROID, s->view->point);
-  thrum_force_by(s->view->kernel, s->model, s->view->point, s->view->force, s->view->work);
-  complete(s);
-}
-
-static void both(const thrum_solver *s, double *matrix) {
+/* view->force = R-bar and view->force_2 = R(q'), from R(q') in view->force and V(q'). */
+static void complete(const thrum_solver *s, double potential) {
   thrum_state_view *view = s->view;
-  place(s, CENTROID, view->point);
-  thrum_force_tangent_by(view->kernel, s->model, view->point, view->force, matrix, view->work);
-  complete(s);
+  s->report->potential = potential;
+  for (int32_t i = 0; i < s->n; i++) {
+    view->force_2[i] = view->force[i];
+    view->force[i] = 0.5 * (view->force_start[i] + view->force_2[i]);
+  }
+  const double owed =
+      potential - s->report->potential_start - dot(s->n, view->force, view->unknown);
+  s->report->inverse_square = inverse_square(s);
+  const double sigma = owed * s->report->inverse_square;
+  for (int32_t i = 0; i < s->n; i++)
+    view->force[i] += sigma * view->unknown[i];
+  s->report->along_step = sigma;
+}
+
+static double evaluate_ends(const thrum_solver *s) {
+  thrum_state_view *view = s->view;
+  place(s, 1.0, view->point);
+  complete(s, thrum_force_by(view->kernel, s->model, view->point, view->force, view->work));
+  return 0.0; // R-bar has no potential
+}
+
+/* weight (T(q')/2 + sigma) from T(q'); border() has the rest. */
+static void weigh_ends(const thrum_solver *s, double *matrix) {
   thrum_solve_weigh(s, matrix);
+  const size_t n = (size_t)s->n;
+  for (size_t i = 0; i < n; i++)
+    matrix[i * n + i] += s->weight * s->report->along_step;
 }
 
-/* The correction before was to leave no residual: what there is is what the rule missed, nearly. */
-static void missed(const thrum_solver *s) {
+static void stiffness_of_ends(const thrum_solver *s, double *matrix) {
   thrum_state_view *view = s->view;
-  const double grown = growth(s);
-  for (int32_t i = 0; i < s->n; i++)
-    view->missed_next[i] = grown * view->missed[i] + view->residual[i] / s->weight;
-  s->report->missed_step = thrum_all_finite(view->missed_next, s->n) ? length(s) : 0.0;
+  place(s, 1.0, view->point);
+  thrum_tangent_by(view->kernel, s->model, view->point, matrix, view->work);
+  weigh_ends(s, matrix);
+}
+
+static void both_of_ends(const thrum_solver *s, double *matrix) {
+  thrum_state_view *view = s->view;
+  place(s, 1.0, view->point);
+  complete(s, thrum_force_tangent_by(view->kernel, s->model, view->point, view->force, matrix,
+                                     view->work));
+  weigh_ends(s, matrix);
+}
+
+/* weight grad(sigma) x for x = J0^-1 y, where J0 = 1 + weight (T(q')/2 + sigma + rate D):
+ * |d|^2 grad(sigma) = 1/2 [R(q') - R(q)] - 1/2 T(q') d - 2 sigma d, and J0 is symmetric. */
+static double slope(const thrum_solver *s, const double *y, const double *x) {
+  const thrum_state_view *view = s->view;
+  double sum = 0.0;
+  for (int32_t i = 0; i < s->n; i++) {
+    const double damped = s->rate * thrum_rest_damping(s->model, s->state, i);
+    const double risen = 0.5 * (view->force_2[i] - view->force_start[i]);
+    const double own = view->unknown[i] * (1.0 + s->weight * (damped - s->report->along_step));
+    sum += (s->weight * risen + own) * x[i] - view->unknown[i] * y[i];
+  }
+  return s->report->inverse_square * sum;
+}
+
+/* The Jacobian is J0 + weight d grad(sigma)^T: one product with J0^-1 more by Sherman & Morrison.
+ * On entry image = J0^-1 residual; then image = J^-1 residual and residual = J0 image. */
+static void border(const thrum_solver *s, const thrum_secant *inverse, double *residual,
+                   double *image) {
+  thrum_state_view *view = s->view;
+  const double change = slope(s, residual, image);
+  s->report->along_change = -change / s->weight;
+  // that much of d is what the residual would be off by
+  if (!(fabs(change) > 0.1 * s->state->tolerance))
+    return;
+  thrum_secant_apply(inverse, view->unknown, view->bordered);
+  const double own = slope(s, view->unknown, view->bordered);
+  if (!(fabs(own) < 0.5))
+    return;
+  const double along = change / (1.0 + own);
+  for (int32_t i = 0; i < s->n; i++) {
+    image[i] -= along * view->bordered[i];
+    residual[i] -= along * view->unknown[i];
+  }
+  s->report->along_change = -along / s->weight;
 }
 
 /* --- the step --------------------------------------------------------------------------------- */
@@ -141,32 +206,34 @@ static double start(const thrum_solver *s) {
 /* R(q') and V(q'), from those of the last evaluation. */
 static void arrive(const thrum_solver *s) {
   const thrum_state_view *view = s->view;
-  s->report->potential_known = s->report->verified || s->report->reached <= CLOSE;
-  if (s->report->verified)
+  thrum_solve_report *report = s->report;
+  report->potential_known = report->verified || report->reached <= CLOSE;
+  if (report->verified)
     return;
-  if (!s->report->potential_known) {
-    s->report->potential = thrum_energy_by(view->kernel, s->model, view->q_next, view->work);
+  if (!report->potential_known) {
+    report->potential = thrum_energy_by(view->kernel, s->model, view->q_next, view->work);
     return;
   }
   // d was corrected by -direction, and (5) says what that did to R-bar: half of what it did to
-  // R(q')
+  // R(q'), but for what lies along d
   double gained = 0.0;
   for (int32_t i = 0; i < s->n; i++) {
     const double back = view->direction[i];
     const double damped = s->rate * thrum_rest_damping(s->model, s->state, i) * back;
-    const double change = (back - view->residual[i]) / s->weight + damped;
+    const double along = report->along_change * view->unknown[i] - report->along_step * back;
+    const double change = (back - view->residual[i]) / s->weight + damped - along;
     gained -= back * (view->force_2[i] + change);
     view->force_2[i] += 2.0 * change;
   }
-  s->report->potential += gained;
+  report->potential += gained;
 }
 
 /* Scales p' so that the balance holds; the factor differs from 1 by about the tolerance. With p' =
  * p - h total the kinetic energy changes by -total (d - g), g the residual left, and it should by
  * that of R-bar d less the change of V more. */
-static void balance(const thrum_solver *s, double before) {
+static void balance(const thrum_solver *s) {
   const thrum_state_view *view = s->view;
-  double owed = before - s->report->potential, square = 0.0;
+  double owed = s->report->potential_start - s->report->potential, square = 0.0;
   for (int32_t i = 0; i < s->n; i++) {
     const double left = s->report->verified ? view->residual[i] : 0.0;
     owed += view->force[i] * view->unknown[i] - view->total[i] * left;
@@ -182,20 +249,33 @@ static void balance(const thrum_solver *s, double before) {
     view->p_next[i] += more * view->p_next[i];
 }
 
+static bool solve(const thrum_solver *of_path) {
+  if (!of_path->tangent && of_path->state->steps >= of_path->state->path_end) {
+    thrum_solver of_ends = *of_path;
+    of_ends.evaluate = evaluate_ends;
+    of_ends.stiffness = stiffness_of_ends;
+    of_ends.both = both_of_ends;
+    of_ends.border = border;
+    if (thrum_solve_quasi(&of_ends))
+      return true;
+    of_path->report->path = true;
+  }
+  return thrum_solve_increment(of_path);
+}
+
 thrum_status thrum_step_energy(const thrum_model *model, const thrum_state *state,
                                thrum_state_view *view, thrum_solve_report *report) {
   thrum_solver s = thrum_solver_of(model, state, view, report, 0);
-  s.evaluate = evaluate;
-  s.stiffness = stiffness;
-  s.both = s.tangent ? NULL : both;
-  s.approximate = s.tangent ? NULL : approximate;
-  s.missed = missed;
+  s.evaluate = evaluate_path;
+  s.stiffness = stiffness_of_path;
+  s.both = NULL;
+  s.cheaper = 3;
   report->potential_known = false;
-  const double before = start(&s);
-  if (!thrum_solve_increment(&s))
+  report->potential_start = start(&s);
+  if (!solve(&s))
     return report->saw_nonfinite ? THRUM_NOT_FINITE : THRUM_NOT_CONVERGED;
   thrum_solve_advance(&s);
   arrive(&s);
-  balance(&s, before);
+  balance(&s);
   return THRUM_OK;
 }

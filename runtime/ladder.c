@@ -4,6 +4,7 @@
  *   imexv            2, 4, .. SUBSTEPS_MAX such steps of dt/2, dt/4, ..
  *   newmark, energy  as many shorter steps of their own
  *
+ * Those of `energy` take the mean force of the path, which always has a solution.
  * The load of a step is its mean, so the shorter ones all take it. verlet and midpoint have no
  * ladder: they are there to be compared with.
  * Cost: of the steps tried; nothing in a step that is solved at once.
@@ -96,6 +97,7 @@ thrum_status thrum_ladder_climb(const thrum_model *model, thrum_state *state,
   thrum_state other = *state;
   other.jacobian_kept = 0;
   other.past_count = 0;
+  other.path_end = INT64_MAX;
   if (state->scheme == THRUM_SCHEME_NEWMARK || state->scheme == THRUM_SCHEME_ENERGY) {
     const thrum_status status = climb(model, &other, view, false, report);
     state->past_count = 0;

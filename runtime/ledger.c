@@ -9,7 +9,7 @@
  *   s = sqrt(1 + e/K),  p' = s p,  K = 1/2 |p|^2,  e the energy that is owed
  *
  * The account is opened anew when so much has gone in and out that its own rounding would count.
- * Cost: 2 r operations a step and an evaluation of V each LOOK steps.
+ * Cost: 2 r operations a step, and an evaluation of V where the solve does not know it.
  * Source of the projection: Hairer, Lubich & Wanner 2006, Geometric Numerical Integration, IV.4,
  * doi:10.1007/3-540-30666-8.
  *
@@ -95,7 +95,10 @@ void thrum_ledger_after(const thrum_model *model, thrum_state *state, thrum_stat
       (state->steps + 1 - state->ledger_begin) % LOOK != 0)
     return;
   const double kinetic = kinetic_of(view->p_next, state->rank);
-  const double energy = kinetic + thrum_energy_by(view->kernel, model, view->q_next, view->work);
+  const double potential = report->potential_known
+                               ? report->potential
+                               : thrum_energy_by(view->kernel, model, view->q_next, view->work);
+  const double energy = kinetic + potential;
   const double owed = state->ledger_energy - energy + state->ledger_carry;
   if (!isfinite(energy) || !isfinite(owed)) {
     thrum_ledger_close(state);

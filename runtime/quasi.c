@@ -3,11 +3,11 @@
  * The first guess extrapolates q-bar and R of the steps before, as many as are smooth, and corrects
  * it as if R had been evaluated there: no evaluation is spent on it. Each iteration corrects by the
  * inverse Jacobian kept from the steps before, which learns from it (secant.c). The Jacobian is
- * made anew only where more than REMAINING iterations would be left. An iteration whose residual is
- * sure to be small enough, by the contraction of the one before and a margin, is not evaluated: (5)
- * then holds for d exactly, R is what it says. Cost: an evaluation of R and about n^2 an iteration;
- * a tangent and n^3 where the Jacobian is anew. Source of the stop without evaluation: Hairer &
- * Wanner, Solving Ordinary Differential Equations II, 1996, section IV.8,
+ * made anew only where more iterations would be left than are cheaper. An iteration whose residual
+ * is sure to be small enough, by the contraction of the one before and a margin, is not evaluated:
+ * (5) then holds for d exactly, R is what it says. Cost: an evaluation of R and about n^2 an
+ * iteration; a tangent and n^3 where the Jacobian is anew. Source of the stop without evaluation:
+ * Hairer & Wanner, Solving Ordinary Differential Equations II, 1996, section IV.8,
  * doi:10.1007/978-3-642-05221-7.
  *
  * SPDX-License-Identifier: Apache-2.0 */
@@ -21,12 +21,7 @@
 #include "dense.h"
 #include "solve.h"
 
-#define REMAINING                                                                                  \
-  4 /* iterations that are cheaper than a Jacobian made anew; one fewer of two forces */
-#define POOR 0.2      /* residual of a first guess: the next takes no more than two points, */
-#define GOOD 0.03     /* and what one force misses is not what it was in the step before */
-#define ROUGH 1e-6    /* residual beside the step that a force from fewer points can lead to */
-#define GUESSED 0.01  /* contraction of a first iteration */
+#define POOR 0.2      /* residual of a first guess: the next takes no more than two points */
 #define KNOWN 0.9     /* of the linear part of R, by an inverse that is not of this step */
 #define RATE_MOST 4.0 /* h/d v with which an increment may be left unevaluated */
 #define MARGIN                                                                                     \
@@ -140,16 +135,13 @@ void thrum_quasi_begin(const thrum_solver *s, thrum_quasi *quasi) {
   s->report->refreshed = false;
   s->report->slow = false;
   s->report->learnt = 0;
-  quasi->rough = s->approximate && s->state->past_count > 0 && s->state->guess_last > ROUGH &&
-                 s->state->guess_last < GOOD;
   guess(s, quasi);
   thrum_solve_place(s);
 }
 
 /* Would the inverse as it is need many more iterations? */
 static bool slow(const thrum_solver *s, double contraction, double norm, double wanted) {
-  const int most = s->approximate ? REMAINING - 1 : REMAINING;
-  for (int k = 0; k < most; k++)
+  for (int32_t k = 0; k < s->cheaper; k++)
     norm *= contraction;
   return !(MARGIN * norm <= wanted);
 }
@@ -185,10 +177,10 @@ static void correct(const thrum_solver *s, thrum_quasi *quasi, bool teaches) {
     if (view->pairs_used < quasi->inverse.count)
       view->pairs_used = quasi->inverse.count;
   }
-  for (int32_t i = 0; i < s->n; i++) {
-    step[i] = image[i];
-    change[i] = residual[i];
-  }
+  memcpy(change, residual, (size_t)s->n * sizeof *change);
+  if (s->border)
+    s->border(s, &quasi->inverse, change, image);
+  memcpy(step, image, (size_t)s->n * sizeof *step);
   for (int32_t i = s->first; i < s->state->rank; i++)
     view->unknown[i] -= view->direction[i];
   s->report->iterations++;
@@ -215,8 +207,6 @@ static void observe(const thrum_solver *s, const thrum_quasi *quasi, double norm
   s->report->reached = beside(s, norm, step);
   if (quasi->done == 0)
     s->report->guess = s->report->reached;
-  if (quasi->turned)
-    s->missed(s);
 }
 
 /* Is the residual of the increment just corrected sure to be small enough? */
@@ -232,31 +222,25 @@ thrum_quasi_next thrum_quasi_take(const thrum_solver *s, thrum_quasi *quasi) {
   if (!isfinite(norm))
     return THRUM_QUASI_STUCK;
   observe(s, quasi, norm, step);
-  const bool rough = quasi->rough, second = quasi->done > 0;
-  if (!rough && thrum_solve_accept(s, norm, step)) {
+  const bool second = quasi->done > 0;
+  if (thrum_solve_accept(s, norm, step)) {
     s->report->verified = true;
     return THRUM_QUASI_DONE;
   }
-  // only two residuals of one kind tell how fast it goes
-  const bool alike = second && !quasi->turned;
-  if (quasi->done == s->state->iterations_max || (alike && quasi->fresh && norm > quasi->before))
+  if (quasi->done == s->state->iterations_max || (second && quasi->fresh && norm > quasi->before))
     return THRUM_QUASI_STUCK;
   const double contraction = norm / quasi->before;
-  const bool late = alike && slow(s, contraction, norm, goal(s, step));
+  const bool late = second && slow(s, contraction, norm, goal(s, step));
   quasi->fresh = late || (quasi->ahead && !second);
   s->report->slow = s->report->slow || (late && !quasi->ahead);
   if (quasi->fresh && !refresh(s, quasi))
     return THRUM_QUASI_STUCK;
   quasi->assembled = false;
-  correct(s, quasi, alike && !quasi->fresh && quasi->before > TEACHING * step);
+  correct(s, quasi, second && !quasi->fresh && quasi->before > TEACHING * step);
   quasi->before = norm;
   quasi->done++;
   thrum_solve_place(s);
-  // towards a small residual the force must be the right one
-  const double expected = (alike ? contraction : GUESSED) * s->report->reached;
-  quasi->rough = rough && !quasi->fresh && expected > ROUGH;
-  quasi->turned = rough && !quasi->rough;
-  if (second && !rough && !quasi->fresh && sure(s, contraction, norm, step)) {
+  if (second && !quasi->fresh && sure(s, contraction, norm, step)) {
     s->report->residual = step > 0.0 ? MARGIN * contraction * norm / step : 0.0;
     conclude(s);
     s->report->verified = false;

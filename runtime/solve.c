@@ -71,6 +71,7 @@ thrum_solver thrum_solver_of(const thrum_model *model, const thrum_state *state,
                           .at = 0.5,
                           .weight = 0.5 * h * h,
                           .rate = 1.0 / h,
+                          .cheaper = 4,
                           .first = first,
                           .n = state->rank - first,
                           .tangent = thrum_tangent_damped(state)};
@@ -175,7 +176,7 @@ static bool accept(const thrum_solver *s, double norm) {
 static void assemble_change(const thrum_solver *s) {
   thrum_state_view *view = s->view;
   const double h = s->state->dt;
-  view->matrices_used = true;
+  view->tangents_used = true;
   for (int32_t i = 0; i < s->state->rank; i++) {
     view->q_next[i] = view->middle[i] + 0.5 * h * view->velocity[i];
     view->point[i] = view->middle[i] - 0.5 * h * view->velocity[i];
@@ -270,19 +271,15 @@ bool thrum_solve_newton(const thrum_solver *s) {
   return true;
 }
 
-static bool quasi_newton(const thrum_solver *s) {
+bool thrum_solve_quasi(const thrum_solver *s) {
   thrum_quasi quasi;
   thrum_quasi_begin(s, &quasi);
   thrum_quasi_next next;
   do {
-    // both are of `approximate` where there is one
-    const bool alike = quasi.rough == (s->approximate != NULL);
-    quasi.assembled = s->both && alike && quasi.ahead && quasi.done == 0;
+    quasi.assembled = s->both && quasi.ahead && quasi.done == 0;
     if (quasi.assembled) {
       s->view->matrices_used = true;
       s->both(s, s->view->jacobian_next);
-    } else if (quasi.rough) {
-      s->approximate(s);
     } else {
       s->evaluate(s);
     }
@@ -292,7 +289,7 @@ static bool quasi_newton(const thrum_solver *s) {
 }
 
 bool thrum_solve_increment(const thrum_solver *s) {
-  return quasi_newton(s) || thrum_solve_newton(s);
+  return thrum_solve_quasi(s) || thrum_solve_newton(s);
 }
 
 void thrum_solve_advance(const thrum_solver *s) {

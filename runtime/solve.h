@@ -9,6 +9,10 @@
 /* Steps that make their Jacobian at once, after one that found too late that it must. */
 #define THRUM_EAGER 16
 
+/* Steps of `energy` that take the mean force of the path, after one that that of the ends did not
+ * solve. */
+#define THRUM_PATH 64
+
 /* A solve for the increment d of the modes first..rank-1:
  *   0 = d - kick + weight (R + D v - f),  v = rate d + drift,  R at q + at d */
 typedef struct thrum_solver thrum_solver;
@@ -23,17 +27,17 @@ struct thrum_solver {
   /* weight (dR/dd + rate beta T), the latter for the tangent form, of the increment last evaluated:
    * n x n. */
   void (*stiffness)(const thrum_solver *s, double *matrix);
-  /* Both at once, with the force of `approximate` where there is one; NULL: they are to be called
-   * one after the other. */
+  /* Both at once; NULL: they are to be called one after the other. */
   void (*both)(const thrum_solver *s, double *matrix);
-  /* The same force from fewer points, for while the residual is large; NULL: there is none. */
-  void (*approximate)(const thrum_solver *s);
-  /* Sees the first residual of `evaluate` after some of `approximate`. */
-  void (*missed)(const thrum_solver *s);
+  /* What the Jacobian J has beyond the J0 that `stiffness` leads to: from image = J0^-1 residual to
+   * image = J^-1 residual and residual = J0 image, for quasi-Newton. NULL: there is nothing. */
+  void (*border)(const thrum_solver *s, const thrum_secant *inverse, double *residual,
+                 double *image);
   double at, weight, rate;
-  int32_t first; /* of the modes solved for */
-  int32_t n;     /* how many */
-  bool tangent;  /* damping in tangent form */
+  int32_t cheaper; /* how many iterations are cheaper than a Jacobian made anew */
+  int32_t first;   /* of the modes solved for */
+  int32_t n;       /* how many */
+  bool tangent;    /* damping in tangent form */
 };
 
 /* The solver of a midpoint step, at = 1/2, weight = h^2/2, rate = 1/h, of the modes from `first`
@@ -57,6 +61,9 @@ void thrum_solve_scale(const thrum_solver *s);
  * ends. */
 bool thrum_solve_increment(const thrum_solver *s);
 
+/* The same by quasi-Newton alone. */
+bool thrum_solve_quasi(const thrum_solver *s);
+
 /* quasi.c: quasi-Newton one evaluation at a time, so that those of several states can be made
  * together: begin, then while the answer is EVALUATE put R at view->middle into view->force and
  * take. Where `ahead` is set the stiffness will be needed too, and may be put into jacobian_next,
@@ -69,8 +76,6 @@ typedef struct thrum_quasi {
   bool fresh;     /* made at this evaluation */
   bool ahead;     /* to be made at the first evaluation */
   bool assembled; /* its stiffness is there */
-  bool rough;     /* the evaluation is by `approximate` */
-  bool turned;    /* the first one that is not */
 } thrum_quasi;
 
 typedef enum thrum_quasi_next {

@@ -134,10 +134,11 @@ void thrum_state_clear_scratch(thrum_state_view *view) {
   }
   if (view->restricted_used > 0 && view->restricted == view->restricted_own)
     memset(view->restricted, 0, (size_t)view->restricted_used * sizeof(double));
-  if (view->matrices_used)
-    memset(view->jacobian_next, 0, (size_t)(view->end - view->jacobian_next) * sizeof(double));
-  else
-    memset(view->jacobian_next, 0, (size_t)view->jacobian_used * sizeof(double));
+  const int64_t jacobian =
+      view->matrices_used ? view->tangent - view->jacobian_next : view->jacobian_used;
+  memset(view->jacobian_next, 0, (size_t)jacobian * sizeof(double));
+  if (view->tangents_used)
+    memset(view->tangent, 0, (size_t)(view->end - view->tangent) * sizeof(double));
 }
 
 /* May a state of this def take steps of design 7? */
@@ -301,7 +302,8 @@ static void forget(thrum_state *state, const thrum_state_view *view) {
   state->eager_end = 0;
   state->potential_step = -1;
   state->potential = 0.0;
-  state->guess_last = state->missed_step = 0.0;
+  state->path_end = 0;
+  state->guess_last = 0.0;
 }
 
 static void copy_or_zero(double *to, const double *from, int32_t n) {

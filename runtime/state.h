@@ -72,9 +72,9 @@ struct thrum_state {
   int64_t kept_step;         /* of q_kept and p_kept, -1: none */
   int64_t calm_end;          /* step of the next look at a return */
   int64_t eager_end;         /* step up to which solves make their Jacobian at once */
+  int64_t path_end;          /* energy: step up to which the mean force is that of the path */
   int64_t potential_step;    /* of `potential`, -1: none */
   double potential;          /* V(q) [J] */
-  double missed_step;        /* energy: |q' - q| of the step of `missed`, 0: there is none */
   double guess_last;         /* residual of the last first guess, relative to the step */
   double amplitude;          /* largest scaled norm of the motion so far, design 5 */
   int32_t rank;              /* r */
@@ -109,7 +109,6 @@ struct thrum_state {
   X(past_q, past)      /* where the last THRUM_PAST solves ended: q + at d, for the first guess */ \
   X(past_r, past)      /* and R there; those of step k at thrum_past_at(view, k) */                \
   X(force_now, vector) /* energy: R(q_k), where potential_step says that it is known */            \
-  X(missed, vector)    /* energy: what the mean force from fewer points missed in the last step */ \
   X(inverse, kept)     /* of the Jacobian of the steps before, |I| x |I|, symmetric */
 
 /* Scratch, in an order that lets a call clear no more than it used. */
@@ -144,7 +143,7 @@ struct thrum_state {
   X(point_2, vector)        /* and its second point */                                             \
   X(force_2, vector)        /* R there; energy: R(q') in the end */                                \
   X(force_start, vector)    /* energy: R(q_k) */                                                   \
-  X(missed_next, vector)    /* energy: missed in this step */                                      \
+  X(bordered, vector)       /* energy: J0^-1 (q' - q) */                                           \
   X(pivots_next, vector)    /* int32: of jacobian_next */                                          \
   X(work, work)             /* of the polynomial */                                                \
   X(restricted, restricted) /* V at fixed q_E, a quartic in q_I */                                 \
@@ -171,7 +170,8 @@ typedef struct thrum_state_view {
   int64_t stride;                    /* of vectors one after the other in an array */
   int32_t pairs_used;                /* by whoever writes pairs */
   bool guided;                       /* by whoever writes guide_next */
-  bool matrices_used;    /* by whoever writes tangent or tangent_2, or a whole tangent */
+  bool matrices_used;                /* by whoever writes a whole tangent, anywhere, */
+  bool tangents_used;                /* and by whoever writes it into tangent or tangent_2 */
   int64_t jacobian_used; /* doubles; by who writes jacobian_next from what is restricted */
 } thrum_state_view;
 
@@ -198,27 +198,31 @@ typedef enum thrum_verdict {
 typedef struct thrum_solve_report {
   int32_t iterations;
   int32_t factorisations;
-  bool newton;        /* full Newton was needed */
-  bool slow;          /* quasi-Newton found too late that it needs its Jacobian anew */
-  bool verified;      /* R was evaluated at the increment found */
-  bool solved;        /* the increment came from a solve: the next guess may go on from it */
-  bool refreshed;     /* jacobian_next replaces inverse */
-  int32_t learnt;     /* pairs to be folded into it */
-  double guess;       /* scaled residual of the first guess, relative to the scaled step */
-  double reached;     /* the same of the last evaluation */
-  double missed_step; /* |q' - q| of missed_next, 0: there is none */
+  bool newton;    /* full Newton was needed */
+  bool slow;      /* quasi-Newton found too late that it needs its Jacobian anew */
+  bool verified;  /* R was evaluated at the increment found */
+  bool solved;    /* the increment came from a solve: the next guess may go on from it */
+  bool refreshed; /* jacobian_next replaces inverse */
+  int32_t learnt; /* pairs to be folded into it */
+  double guess;   /* scaled residual of the first guess, relative to the scaled step */
+  double reached; /* the same of the last evaluation */
+  bool path;      /* energy: the mean force of the ends led nowhere */
   bool saw_nonfinite;
   bool potential_known;
   bool energy_known;
   bool energy_ahead; /* it is that of the end of the step, less what the step's work added */
   bool jolted;       /* a sudden load has spoilt the step */
   thrum_rung rung;
-  double residual;      /* scaled, relative to the scaled step */
-  double potential;     /* V(q'), where potential_known [J] */
-  double energy;        /* at the start of the step, for the watch [J] */
-  double energy_scale;  /* what a hand-over of one of these two compares with later [J] */
-  double shadow;        /* what Stoermer-Verlet's own energy is below it [J] */
-  double shadow_change; /* what the load of the step to come adds to that [J] */
+  double residual;        /* scaled, relative to the scaled step */
+  double potential;       /* V(q'), where potential_known [J] */
+  double potential_start; /* energy: V(q) [J] */
+  double inverse_square;  /* energy: 1/|d|^2 for it */
+  double along_step;      /* energy: sigma, what the mean force has along d [s^-2], */
+  double along_change;    /* and what the last correction added to it */
+  double energy;          /* at the start of the step, for the watch [J] */
+  double energy_scale;    /* what a hand-over of one of these two compares with later [J] */
+  double shadow;          /* what Stoermer-Verlet's own energy is below it [J] */
+  double shadow_change;   /* what the load of the step to come adds to that [J] */
 } thrum_solve_report;
 
 /* How many solves the first guess remembers. */
@@ -232,6 +236,7 @@ static inline int64_t thrum_past_at(const thrum_state_view *view, int64_t k) {
 /* What a copy of a view used, into the view: for clearing. */
 static inline void thrum_view_merge(thrum_state_view *view, const thrum_state_view *copy) {
   view->matrices_used = view->matrices_used || copy->matrices_used;
+  view->tangents_used = view->tangents_used || copy->tangents_used;
   if (view->jacobian_used < copy->jacobian_used)
     view->jacobian_used = copy->jacobian_used;
   if (view->work_restricted < copy->work_restricted)

@@ -32,10 +32,8 @@ static void remember(thrum_state *next, const thrum_state_view *kept, const thru
   next->potential = report->potential_known ? report->potential : 0.0;
   if (report->potential_known)
     memcpy(kept->force_now, view->force_2, vector);
-  if (report->solved && report->missed_step > 0.0) {
-    memcpy(kept->missed, view->missed_next, vector);
-    next->missed_step = report->missed_step;
-  }
+  if (report->path)
+    next->path_end = next->steps + 1 + THRUM_PATH;
   if (report->refreshed) {
     memcpy(kept->inverse, view->jacobian_next, (size_t)n * (size_t)n * sizeof(double));
     next->jacobian_kept = 1;

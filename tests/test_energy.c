@@ -1,5 +1,5 @@
-/* The average vector field (design 7): its equations, its energy at any step, with load and
- * damping. SPDX-License-Identifier: Apache-2.0 */
+/* The energy-conserving step (design 7): its equations with both mean forces, its energy at any
+ * step, with load and damping. SPDX-License-Identifier: Apache-2.0 */
 #include "state_support.h"
 
 enum { RANK = 6 };
@@ -172,33 +172,93 @@ static void energy_changes_by_work_less_dissipation(void **context) {
   random_model_free(&m);
 }
 
-/* R is cubic along the step, so Simpson's rule is exact too: an independent mean force. */
+/* How far p' is off from p - dt (mean - f), with the mean force of the ends, and with that of the
+ * path: R is cubic along the step, so Simpson's rule is exact; and q' from q + dt/2 (p + p'). */
+static void errors_of_step(const thrum_model *model, double dt, const double *f, double q[2][RANK],
+                           double p[2][RANK], double *work, double *ends, double *path, double *half) {
+  double middle[RANK], d[RANK], force[3][RANK], square = 0, along = 0;
+  for (int i = 0; i < RANK; i++) {
+    middle[i] = 0.5 * (q[0][i] + q[1][i]);
+    d[i] = q[1][i] - q[0][i];
+  }
+  const double start = thrum_force(model, q[0], force[0], work);
+  thrum_force(model, middle, force[1], work);
+  const double end = thrum_force(model, q[1], force[2], work);
+  for (int i = 0; i < RANK; i++) {
+    square += d[i] * d[i];
+    along += 0.5 * (force[0][i] + force[2][i]) * d[i];
+  }
+  *ends = *path = *half = 0;
+  for (int i = 0; i < RANK; i++) {
+    const double push_back = (p[1][i] - p[0][i]) / dt - f[i];
+    const double of_path = (force[0][i] + 4 * force[1][i] + force[2][i]) / 6;
+    const double of_ends =
+        0.5 * (force[0][i] + force[2][i]) + (end - start - along) / square * d[i];
+    *ends = fmax(*ends, dt * fabs(push_back + of_ends));
+    *path = fmax(*path, dt * fabs(push_back + of_path));
+    *half = fmax(*half, fabs(d[i] - 0.5 * dt * (p[0][i] + p[1][i])));
+  }
+}
+
+/* Steps that quasi-Newton solves at once are those of the ends; damping in tangent form, here as
+ * good as none, goes with the path. */
 static void a_step_satisfies_its_equations(void **context) {
   (void)context;
   random_model m;
   make_model(&m);
   double *work = random_alloc((int64_t)thrum_work_count(&m.model), sizeof(double));
-  thrum_state_def def = make_def(0.2);
+  for (int form = THRUM_DAMPING_REST; form <= THRUM_DAMPING_TANGENT; form++) {
+    thrum_state_def def = make_def(0.2);
+    def.tolerance = 1e-13;
+    def.damping_form = (thrum_damping_form)form;
+    def.damping_beta = 1e-200;
+    thrum_state *state = state_make(&m.model, &def);
+    state_put(&m.model, state, start_q, start_p);
+    state_push(&m.model, state, push);
+    for (int k = 0; k < 50; k++) {
+      double q[2][RANK], p[2][RANK], ends, path, half;
+      state_read(&m.model, state, q[0], p[0]);
+      state_steps(&m.model, state, 1);
+      state_read(&m.model, state, q[1], p[1]);
+      errors_of_step(&m.model, def.dt, push, q, p, work, &ends, &path, &half);
+      assert_true(half < 1e-11);
+      if (!((form == THRUM_DAMPING_TANGENT ? path : ends) < 1e-11))
+        fail_msg("step %d: off by %.3e for the ends, %.3e for the path", k, ends, path);
+    }
+    state_free(state);
+  }
+  free(work);
+  random_model_free(&m);
+}
+
+/* Where h omega is 24 and the ends do not always lead to a solution, every step is still one of the
+ * two. */
+static void a_hard_step_takes_the_mean_force_of_the_path(void **context) {
+  (void)context;
+  random_model m;
+  make_model(&m);
+  double *work = random_alloc((int64_t)thrum_work_count(&m.model), sizeof(double));
+  thrum_state_def def = make_def(2.0);
   def.tolerance = 1e-13;
   thrum_state *state = state_make(&m.model, &def);
   state_put(&m.model, state, start_q, start_p);
-  state_push(&m.model, state, push);
-  for (int k = 0; k < 50; k++) {
-    double q[2][RANK], p[2][RANK], middle[RANK], force[3][RANK];
+  int of_ends = 0, of_path = 0;
+  double worst = 0;
+  for (int k = 0; k < 2000; k++) {
+    static const double none[RANK] = {0};
+    double q[2][RANK], p[2][RANK], ends, path, half;
     state_read(&m.model, state, q[0], p[0]);
     state_steps(&m.model, state, 1);
     state_read(&m.model, state, q[1], p[1]);
-    for (int i = 0; i < RANK; i++)
-      middle[i] = 0.5 * (q[0][i] + q[1][i]);
-    thrum_force(&m.model, q[0], force[0], work);
-    thrum_force(&m.model, middle, force[1], work);
-    thrum_force(&m.model, q[1], force[2], work);
-    for (int i = 0; i < RANK; i++) {
-      const double mean = (force[0][i] + 4 * force[1][i] + force[2][i]) / 6;
-      assert_true(fabs(p[1][i] - p[0][i] + def.dt * (mean - push[i])) < 1e-11);
-      assert_true(fabs(q[1][i] - q[0][i] - 0.5 * def.dt * (p[0][i] + p[1][i])) < 1e-11);
-    }
+    errors_of_step(&m.model, def.dt, none, q, p, work, &ends, &path, &half);
+    if (!(fmin(ends, path) < 1e-9))
+      fail_msg("step %d: off by %.3e for the ends, %.3e for the path", k, ends, path);
+    worst = fmax(worst, half);
+    of_ends += ends < path;
+    of_path += path < ends;
   }
+  assert_true(worst < 1e-8);
+  assert_true(of_ends > 0 && of_path > 0);
   state_free(state);
   free(work);
   random_model_free(&m);
@@ -241,6 +301,7 @@ int main(void) {
       cmocka_unit_test(energy_changes_by_work_less_dissipation),
       cmocka_unit_test(energy_is_conserved_whatever_the_tolerance),
       cmocka_unit_test(a_step_satisfies_its_equations),
+      cmocka_unit_test(a_hard_step_takes_the_mean_force_of_the_path),
       cmocka_unit_test(on_a_linear_model_it_is_the_midpoint_rule),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

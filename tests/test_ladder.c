@@ -28,6 +28,9 @@ static void shorter_steps(const thrum_model *model, thrum_state_def def,
   def.dt /= count;
   def.iterations_max = 200;
   def.ladder = 0;
+  // so little damping is none; in tangent form it goes with the mean force of the path
+  def.damping_form = THRUM_DAMPING_TANGENT;
+  def.damping_beta = 1e-200;
   thrum_state *state = state_make(model, &def);
   state_put(model, state, q, p);
   state_push(model, state, f);

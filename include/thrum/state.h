@@ -10,7 +10,7 @@
  *   verlet    its end |I| = 0: Stoermer-Verlet
  *   midpoint  its end |I| = r: the implicit midpoint rule
  *   newmark   design 6, any beta and gamma; the baseline
- *   energy    design 7, average vector field: conserves 1/2 |p|^2 + V at any h
+ *   energy    design 7, a discrete gradient: conserves 1/2 |p|^2 + V at any h
  *
  * imexv also runs in the quadratic split (6), and watches itself (design 4): it moves modes between
  * E and I, and hands over to the step of `energy` where its energy balance grows. What a step needs
