@@ -99,17 +99,20 @@ thrum_status cli_run_places_read(const char *path, int64_t rows, double **places
   return THRUM_OK;
 }
 
-void cli_run_place_point(const cli_run_place *place, const double *row, const double in[3],
-                         double out[3]) {
-  if (!place->placed) {
-    memmove(out, in, 3 * sizeof *out);
+void cli_run_place_matrix(const cli_run_place *place, const double *row, double matrix[16]) {
+  static const double unit[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+  memcpy(matrix, unit, sizeof unit);
+  if (!place->placed)
     return;
-  }
-  const double *at = row != NULL ? row : place->position;
-  const double *turn = row != NULL ? row + 3 : place->rotation;
-  // from the body to the world is what the opposite turn does from the world to the body
-  const double back[4] = {turn[0], -turn[1], -turn[2], -turn[3]};
-  thrum_scene_to_body(back, in, out, NULL);
+  double axes[9];
+  thrum_scene_axes(row != NULL ? row + 3 : place->rotation, axes, NULL);
+  for (int n = 0; n < 9; n++)
+    matrix[4 * (n % 3) + n / 3] = place->scale * axes[n];
+  memcpy(matrix + 12, row != NULL ? row : place->position, 3 * sizeof *matrix);
+}
+
+void cli_run_place_point(const double matrix[16], const double in[3], double out[3]) {
+  const double x = in[0], y = in[1], z = in[2];
   for (int axis = 0; axis < 3; axis++)
-    out[axis] = at[axis] + place->scale * out[axis];
+    out[axis] = matrix[axis] * x + matrix[4 + axis] * y + matrix[8 + axis] * z + matrix[12 + axis];
 }

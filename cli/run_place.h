@@ -30,8 +30,11 @@ void cli_run_place_of(const double matrix[16], double row[CLI_RUN_PLACE]);
 thrum_status cli_run_places_read(const char *path, int64_t rows, double **places,
                                  thrum_error *error);
 
-/* A point X + U q in the world, the body where it is in a row; NULL: where it stands at first. */
-void cli_run_place_point(const cli_run_place *place, const double *row, const double in[3],
-                         double out[3]);
+/* From X + U q to the world in the same form, the body where it is in a row; NULL: where it stands
+ * at first. */
+void cli_run_place_matrix(const cli_run_place *place, const double *row, double matrix[16]);
+
+/* out = the matrix times a point, in place if the two are one. */
+void cli_run_place_point(const double matrix[16], const double in[3], double out[3]);
 
 #endif

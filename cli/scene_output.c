@@ -7,6 +7,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "cli/run_place.h"
 #include "cli/scene_run.h"
 #include "precompute/npz.h"
 
@@ -42,13 +43,6 @@ static bool scale_material(scene_body_run *body) {
   return true;
 }
 
-/* out = the matrix times a point. */
-static void apply(const double matrix[16], const double in[3], double out[3]) {
-  for (int row = 0; row < 3; row++)
-    out[row] =
-        matrix[row] * in[0] + matrix[4 + row] * in[1] + matrix[8 + row] * in[2] + matrix[12 + row];
-}
-
 /* Its vertices where the body stands, for frames. */
 static bool place_vertices(const scene_run *run, int32_t n) {
   scene_body_run *body = &run->bodies[n];
@@ -59,7 +53,7 @@ static bool place_vertices(const scene_run *run, int32_t n) {
     return false;
   thrum_scene_body_matrix(run->scene, n, matrix);
   for (size_t v = 0; v < count; v++)
-    apply(matrix, body->model->vertices + 3 * v, body->vertices + 3 * v);
+    cli_run_place_point(matrix, body->model->vertices + 3 * v, body->vertices + 3 * v);
   body->shown.vertices = body->vertices;
   return true;
 }
@@ -206,7 +200,7 @@ static thrum_status world_displacements(scene_run *run, int32_t n, thrum_error *
   for (int64_t v = 0; status >= 0 && v < count; v++) {
     const double *rest = body->model->vertices + 3 * v;
     const double in[3] = {rest[0] + u[3 * v], rest[1] + u[3 * v + 1], rest[2] + u[3 * v + 2]};
-    apply(matrix, in, u + 3 * v);
+    cli_run_place_point(matrix, in, u + 3 * v);
     for (int axis = 0; axis < 3; axis++)
       u[3 * v + axis] -= body->vertices[3 * v + axis];
   }

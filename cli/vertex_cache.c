@@ -33,6 +33,8 @@ static void put_float(FILE *file, double value, bool swapped) {
 static void put_row(FILE *file, const cli_run *run, const cli_shown *shown, int64_t row,
                     bool swapped) {
   const double *q = run->q + row * run->rank;
+  double matrix[16];
+  cli_run_place_matrix(&run->place, run->places ? run->places + CLI_RUN_PLACE * row : NULL, matrix);
   for (int64_t v = 0; v < shown->vertex_count; v++) {
     double x[3];
     for (int axis = 0; axis < 3; axis++) {
@@ -41,7 +43,7 @@ static void put_row(FILE *file, const cli_run *run, const cli_shown *shown, int6
       for (int64_t i = 0; i < run->rank; i++)
         x[axis] += (double)shown->basis[n * shown->rank + i] * q[i];
     }
-    cli_run_place_point(&run->place, run->places ? run->places + CLI_RUN_PLACE * row : NULL, x, x);
+    cli_run_place_point(matrix, x, x);
     for (int axis = 0; axis < 3; axis++)
       put_float(file, x[axis], swapped);
   }
@@ -100,10 +102,12 @@ thrum_status cli_obj_write(const char *path, const cli_run_place *place, const c
   if (status < 0)
     return status;
   FILE *file = writer.stream;
+  double matrix[16];
+  cli_run_place_matrix(place, NULL, matrix);
   fputs("# the surface at rest [m]\n", file);
   for (int64_t v = 0; v < shown->vertex_count; v++) {
     double x[3];
-    cli_run_place_point(place, NULL, shown->positions + 3 * v, x);
+    cli_run_place_point(matrix, shown->positions + 3 * v, x);
     fprintf(file, "v %.17g %.17g %.17g\n", x[0], x[1], x[2]);
   }
   for (int64_t n = 0; n < shown->triangle_count; n++) {

@@ -32,7 +32,7 @@ static void a_place_tells_its_matrix(void **state) {
                                     {0, 1, -1, 0}, {1e-9, 0, 1, 1}, {3, -1, 2, 5}};
   static const double shift[3] = {0.3, -2, 5}, in[3] = {0.7, -0.2, 0.4};
   for (size_t n = 0; n < sizeof turns / sizeof turns[0]; n++) {
-    double q[4], length = 0, matrix[16], row[CLI_RUN_PLACE], out[3];
+    double q[4], length = 0, matrix[16], again[16], row[CLI_RUN_PLACE], out[3];
     for (int i = 0; i < 4; i++)
       length = hypot(length, turns[n][i]);
     for (int i = 0; i < 4; i++)
@@ -40,7 +40,8 @@ static void a_place_tells_its_matrix(void **state) {
     fill(q, 2.5, shift, matrix);
     cli_run_place_of(matrix, row);
     const cli_run_place place = {.placed = true, .scale = 2.5};
-    cli_run_place_point(&place, row, in, out);
+    cli_run_place_matrix(&place, row, again);
+    cli_run_place_point(again, in, out);
     for (int axis = 0; axis < 3; axis++) {
       const double wanted = matrix[axis] * in[0] + matrix[4 + axis] * in[1] +
                             matrix[8 + axis] * in[2] + matrix[12 + axis];
@@ -49,7 +50,23 @@ static void a_place_tells_its_matrix(void **state) {
   }
 }
 
+static void a_body_stands_where_its_run_says(void **state) {
+  (void)state;
+  // a quarter turn about z, twice as large
+  const cli_run_place placed = {
+      .placed = true, .position = {1, 2, 3}, .rotation = {sqrt(0.5), 0, 0, sqrt(0.5)}, .scale = 2};
+  const cli_run_place alone = {.placed = false};
+  double matrix[16], x[3] = {0.5, -0.25, 4};
+  cli_run_place_matrix(&alone, NULL, matrix);
+  cli_run_place_point(matrix, x, x);
+  assert_true(x[0] == 0.5 && x[1] == -0.25 && x[2] == 4);
+  cli_run_place_matrix(&placed, NULL, matrix);
+  cli_run_place_point(matrix, x, x);
+  assert_true(fabs(x[0] - 1.5) < 1e-15 && fabs(x[1] - 3) < 1e-15 && fabs(x[2] - 11) < 1e-15);
+}
+
 int main(void) {
-  const struct CMUnitTest tests[] = {cmocka_unit_test(a_place_tells_its_matrix)};
+  const struct CMUnitTest tests[] = {cmocka_unit_test(a_place_tells_its_matrix),
+                                     cmocka_unit_test(a_body_stands_where_its_run_says)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
