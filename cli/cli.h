@@ -100,6 +100,8 @@ void cli_json_numbers(cJSON *object, const char *key, const double *values, int6
 /* Adds a text; bytes that are no UTF-8, as a file's name may hold, become '?'. */
 void cli_json_string(cJSON *object, const char *key, const char *text);
 void cli_json_strings(cJSON *object, const char *key, const char *const *texts, int64_t count);
+/* What the report of a command begins with: "program", "version", "command" and "status". */
+cJSON *cli_json_report(const char *command, const char *status);
 /* Prints the object on one line on standard output and deletes it. */
 void cli_json_print(cJSON *object);
 

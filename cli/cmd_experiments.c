@@ -61,11 +61,7 @@ bool experiments_progress(void *context, double fraction) {
 
 cJSON *experiments_json(const experiments_request *request, bool flagged) {
   static const char *const kinds[] = {"matrix", "long", "sweep", "extremes", "linear"};
-  cJSON *object = cJSON_CreateObject();
-  cJSON_AddStringToObject(object, "status", flagged ? "flagged" : "done");
-  cJSON_AddStringToObject(object, "program", "thrum");
-  cJSON_AddStringToObject(object, "version", thrum_version());
-  cJSON_AddStringToObject(object, "command", "experiments");
+  cJSON *object = cli_json_report("experiments", flagged ? "flagged" : "done");
   cJSON_AddStringToObject(object, "kind", kinds[request->kind]);
   const study_place place = experiments_place(request);
   cli_json_string(object, "machine", place.machine);

@@ -194,11 +194,7 @@ static cJSON *run_json(const trade *t, const tradeoff_run *run) {
 static void print_json(const trade *t) {
   const tradeoff_request *request = t->request;
   const study_place place = cli_results_place("thrum tradeoff");
-  cJSON *object = cJSON_CreateObject();
-  cJSON_AddStringToObject(object, "status", t->chosen < 0 ? "flagged" : "done");
-  cJSON_AddStringToObject(object, "program", "thrum");
-  cJSON_AddStringToObject(object, "version", thrum_version());
-  cJSON_AddStringToObject(object, "command", "tradeoff");
+  cJSON *object = cli_json_report("tradeoff", t->chosen < 0 ? "flagged" : "done");
   cli_json_string(object, "model", request->model_path);
   cli_json_string(object, "machine", place.machine);
   cJSON_AddStringToObject(object, "compiler", place.compiler);

@@ -81,6 +81,15 @@ char *cli_json_text(const cJSON *object) {
   return cJSON_PrintUnformatted(object);
 }
 
+cJSON *cli_json_report(const char *command, const char *status) {
+  cJSON *object = cJSON_CreateObject();
+  cJSON_AddStringToObject(object, "program", "thrum");
+  cJSON_AddStringToObject(object, "version", thrum_version());
+  cJSON_AddStringToObject(object, "command", command);
+  cJSON_AddStringToObject(object, "status", status);
+  return object;
+}
+
 void cli_json_print(cJSON *object) {
   char *text = cli_json_text(object);
   if (text != NULL) {

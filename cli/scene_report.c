@@ -94,13 +94,7 @@ static cJSON *probes_json(const scene_run *run) {
 
 cJSON *scene_run_json(const scene_run *run) {
   const scene_spec *spec = &run->spec;
-  cJSON *object = cJSON_CreateObject();
-  cJSON_AddStringToObject(object, "program", "thrum");
-  cJSON_AddStringToObject(object, "version", thrum_version());
-  cJSON_AddStringToObject(object, "command", "simulate");
-  cJSON_AddStringToObject(object, "status", scene_run_status(run));
-  if (run->stop.message[0] != 0)
-    cli_json_string(object, "message", run->stop.message);
+  cJSON *object = simulate_report_begin(scene_run_status(run), &run->stop);
   cli_json_string(object, "scene", run->request->path);
   if (spec->title != NULL)
     cli_json_string(object, "title", spec->title);

@@ -176,19 +176,20 @@ static void add_seconds(cJSON *object, const simulate_figures *figures) {
   cli_json_number(object, "peak_mb", cli_peak_mb());
 }
 
+cJSON *simulate_report_begin(const char *status, const thrum_error *stop) {
+  cJSON *object = cli_json_report("simulate", status);
+  if (stop->message[0] != 0)
+    cli_json_string(object, "message", stop->message);
+  return object;
+}
+
 cJSON *simulate_report_json(const simulate_figures *figures, const cli_run_output *output,
                             const simulate_measures *measures) {
   const thrum_state_report *report = &figures->report;
   const simulate_request *request = figures->request;
   char hash[24];
   snprintf(hash, sizeof hash, "%016" PRIx64, figures->model_hash);
-  cJSON *object = cJSON_CreateObject();
-  cJSON_AddStringToObject(object, "program", "thrum");
-  cJSON_AddStringToObject(object, "version", thrum_version());
-  cJSON_AddStringToObject(object, "command", "simulate");
-  cJSON_AddStringToObject(object, "status", simulate_status_name(figures));
-  if (figures->stop.message[0] != 0)
-    cli_json_string(object, "message", figures->stop.message);
+  cJSON *object = simulate_report_begin(simulate_status_name(figures), &figures->stop);
   cli_json_string(object, "model", request->model_path);
   cJSON_AddStringToObject(object, "model_hash", hash);
   cli_json_string(object, "run", request->run_path);

@@ -47,6 +47,10 @@ void simulate_figures_end(simulate_figures *figures);
 /* "done", or what flags the run: "fell_back", "not_converged", "interrupted", ... */
 const char *simulate_status_name(const simulate_figures *figures);
 
+/* What the object of a run or of a scene's run begins with: the report of `thrum simulate`, and why
+ * the run ended early where `stop` says so. */
+cJSON *simulate_report_begin(const char *status, const thrum_error *stop);
+
 /* The object of --json and run.json. */
 cJSON *simulate_report_json(const simulate_figures *figures, const cli_run_output *output,
                             const simulate_measures *measures);

@@ -44,11 +44,7 @@ static void add_files(cJSON *object, const static_request *request) {
 void static_report_json(const static_answer *answer) {
   const static_request *request = answer->request;
   const thrum_equilibrium_report *report = &answer->report;
-  cJSON *object = cJSON_CreateObject();
-  cJSON_AddStringToObject(object, "program", "thrum");
-  cJSON_AddStringToObject(object, "version", thrum_version());
-  cJSON_AddStringToObject(object, "command", "static");
-  cJSON_AddStringToObject(object, "status", static_status_name(report));
+  cJSON *object = cli_json_report("static", static_status_name(report));
   cli_json_string(object, "model", request->model_path);
   cli_json_number(object, "rank", (double)answer->model->rank);
   cJSON *loads = cJSON_AddArrayToObject(object, "load");
