@@ -7,6 +7,7 @@
 #include <stdio.h>
 
 #include "cli/cli.h"
+#include "precompute/quality.h"
 #include "thrum/embedding.h"
 
 /* What there is to measure. */
@@ -16,12 +17,8 @@ typedef struct measured {
 } measured;
 
 static measured measure(const thrum_embedding *e) {
-  measured m = {.box_min = {INFINITY, INFINITY, INFINITY},
-                .box_max = {-INFINITY, -INFINITY, -INFINITY}};
-  for (int64_t n = 0; n < 3 * e->vertex_count; n++) {
-    m.box_min[n % 3] = fmin(m.box_min[n % 3], e->positions[n]);
-    m.box_max[n % 3] = fmax(m.box_max[n % 3], e->positions[n]);
-  }
+  measured m = {.weight_max = 0};
+  thrum_bounding_box(e->positions, e->vertex_count, m.box_min, m.box_max);
   for (int64_t n = 0; n < 4 * e->vertex_count; n++)
     m.weight_max = fmax(m.weight_max, fabs(e->weights[n]));
   return m;

@@ -17,6 +17,7 @@
 #include "precompute/eigen.h"
 #include "precompute/orthonormal.h"
 #include "precompute/polynomial_reduce.h"
+#include "runtime/small.h"
 
 #define TOLERANCE                                                                                  \
   1e-8 /* what is left of a candidate below this of itself is noise of the solves                  \
@@ -58,19 +59,16 @@ static thrum_status pca_allocate(pca *p, thrum_error *error) {
 
 // a of the file comment: what makes a derivative comparable to a mode
 static double length_factor(const thrum_fem *fem, const double *first_mode) {
-  double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
   double largest = 0;
   for (int64_t v = 0; v < fem->vertex_count; v++) {
     double square = 0;
     for (int c = 0; c < 3; c++) {
-      low[c] = fmin(low[c], fem->vertices[3 * v + c]);
-      high[c] = fmax(high[c], fem->vertices[3 * v + c]);
       const int32_t dof = fem->dof[3 * v + c];
       square += dof < 0 ? 0 : first_mode[dof] * first_mode[dof];
     }
     largest = fmax(largest, sqrt(square));
   }
-  return 0.1 * hypot(hypot(high[0] - low[0], high[1] - low[1]), high[2] - low[2]) / largest;
+  return 0.1 * thrum_box3_diagonal(fem->vertices, fem->vertex_count) / largest;
 }
 
 static void set_weights(pca *p, const double *omega2, const double *candidates) {

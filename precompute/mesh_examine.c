@@ -12,6 +12,7 @@
 #include "precompute/mesh_build.h"
 #include "precompute/mesh_faces.h"
 #include "precompute/quality.h"
+#include "runtime/small.h"
 
 static thrum_status no_memory(thrum_error *error) {
   return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory to examine the mesh");
@@ -224,15 +225,9 @@ static void measure_tet(const thrum_mesh *mesh, int64_t t, thrum_mesh_examined *
 }
 
 static void measure_body(const thrum_mesh *mesh, thrum_mesh_examined *e) {
-  for (int c = 0; c < 3; c++) {
-    e->box_min[c] = e->box_max[c] = mesh->vertices[c];
-    for (int64_t v = 0; v < mesh->vertex_count; v++) {
-      const double x = mesh->vertices[3 * v + c];
-      e->box_min[c] = x < e->box_min[c] ? x : e->box_min[c];
-      e->box_max[c] = x > e->box_max[c] ? x : e->box_max[c];
-    }
+  thrum_box3(mesh->vertices, mesh->vertex_count, e->box_min, e->box_max);
+  for (int c = 0; c < 3; c++)
     e->extent = fmax(e->extent, e->box_max[c] - e->box_min[c]);
-  }
   for (int i = 0; i < THRUM_EXAMINE_WORST; i++)
     e->worst[i] = -1;
   for (int64_t t = 0; t < mesh->tet_count; t++)

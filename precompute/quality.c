@@ -4,6 +4,8 @@
 
 #include <math.h>
 
+#include "runtime/small.h"
+
 #define LACKS 1.05 /* a frequency that is further above its own stands for another mode */
 
 static const double pi = 3.14159265358979323846;
@@ -34,19 +36,8 @@ double thrum_tet_mean_ratio(const double *const corners[4], double *volume) {
   return 12 * root * root / squares;
 }
 
-static void measure_box(const thrum_model *model, thrum_quality *quality) {
-  for (int axis = 0; axis < 3; axis++) {
-    quality->box_min[axis] = INFINITY;
-    quality->box_max[axis] = -INFINITY;
-  }
-  for (int64_t v = 0; v < model->vertex_count; v++) {
-    for (int axis = 0; axis < 3; axis++) {
-      const double x = model->vertices[3 * v + axis];
-      quality->box_min[axis] = fmin(quality->box_min[axis], x);
-      quality->box_max[axis] = fmax(quality->box_max[axis], x);
-    }
-    quality->fixed_count += model->fixed[v] != 0;
-  }
+void thrum_bounding_box(const double *points, int64_t count, double box_min[3], double box_max[3]) {
+  thrum_box3(points, count, box_min, box_max);
 }
 
 thrum_status thrum_quality_measure(const thrum_model *model, thrum_quality *quality,
@@ -55,7 +46,9 @@ thrum_status thrum_quality_measure(const thrum_model *model, thrum_quality *qual
     return thrum_error_set(error, THRUM_MISSING, "the model holds no mesh");
   }
   thrum_quality measured = {.ratio_min = INFINITY};
-  measure_box(model, &measured);
+  thrum_bounding_box(model->vertices, model->vertex_count, measured.box_min, measured.box_max);
+  for (int64_t v = 0; v < model->vertex_count; v++)
+    measured.fixed_count += model->fixed[v] != 0;
   for (int64_t t = 0; t < model->tet_count; t++) {
     const double *corners[4];
     for (int a = 0; a < 4; a++)
