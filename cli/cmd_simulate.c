@@ -261,11 +261,12 @@ static int run_request(const simulate_request *request) {
   cli_model_file file;
   // while a model is made first
   thrum_interrupt_clean("\nthrum: stopped; nothing was written\n");
-  thrum_status status =
-      request->full
-          ? cli_mesh_model_load(request->model_path, &request->mesh_def, request->quiet,
-                                &run->loaded, &file, &error)
-          : cli_model_load(request->model_path, request->quiet, &run->loaded, &file, &error);
+  thrum_status status = cli_run_folder_check(request->run_path, CLI_RUN_JSON, &error);
+  if (status >= 0)
+    status = request->full
+                 ? cli_mesh_model_load(request->model_path, &request->mesh_def, request->quiet,
+                                       &run->loaded, &file, &error)
+                 : cli_model_load(request->model_path, request->quiet, &run->loaded, &file, &error);
   if (status >= 0)
     status = cli_model_lower(run->loaded, request->rank, &run->lower_memory, &run->model, &error);
   if (status >= 0)

@@ -197,3 +197,10 @@ void cli_run_folder_abandon(cli_run_folder *folder) {
   rmdir(folder->work);
   folder->work[0] = 0;
 }
+
+thrum_status cli_run_folder_check(const char *path, const char *mark, thrum_error *error) {
+  cli_run_folder folder = {0};
+  const thrum_status status = cli_run_folder_open(path, mark, &folder, error);
+  cli_run_folder_abandon(&folder);
+  return status;
+}

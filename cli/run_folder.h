@@ -33,6 +33,9 @@ bool cli_run_folder_sweep(const char *from, const char *to);
 thrum_status cli_run_folder_open(const char *path, const char *mark, cli_run_folder *folder,
                                  thrum_error *error);
 
+/* The same for nothing but its refusals, before work that would be lost: RUN stays as it is. */
+thrum_status cli_run_folder_check(const char *path, const char *mark, thrum_error *error);
+
 /* Puts the files in place: a new RUN by one rename, an earlier run file by file, run.json removed
  * first and put last, files of the user's own left alone. */
 thrum_status cli_run_folder_commit(cli_run_folder *folder, thrum_error *error);

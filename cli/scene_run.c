@@ -160,6 +160,8 @@ static thrum_status run_scene(scene_run *run, thrum_error *error) {
   thrum_interrupt_clean("\nthrum: stopped; nothing was written\n");
   thrum_status status = scene_run_read(run, error);
   if (status >= 0)
+    status = cli_run_folder_check(run->request->output, CLI_SCENE_JSON, error);
+  if (status >= 0)
     status = scene_run_build(run, error);
   // from here on there is something to clean up
   simulate_watch_signals();

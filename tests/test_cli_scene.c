@@ -313,6 +313,36 @@ static void an_earlier_run_is_replaced_and_other_files_stay(void **state) {
   cli_result_free(&run);
 }
 
+/* A run that cannot be written is refused before a mesh is made into a model for it. */
+static void a_folder_that_cannot_be_written_to_is_refused_first(void **state) {
+  (void)state;
+  static const char mesh[] = "beam:2x2x2@1x1x1";
+  char cache[200], path[200], *kept = getenv("XDG_CACHE_HOME");
+  char *before = kept != NULL ? strdup(kept) : NULL;
+  put("taken", "a file");
+  put("scene.json",
+      "{\"bodies\": [{\"name\": \"a\", \"model\": \"beam:2x2x2@1x1x1\", \"free\": true}]}");
+  assert_int_equal(setenv("XDG_CACHE_HOME", in_folder("cache", cache), 1), 0);
+  static const char *const outputs[][2] = {{"taken", "taken: is a file; -o names the folder"},
+                                           {"nowhere/run", "nowhere/run: cannot be created"}};
+  for (int n = 0; n < 4; n++) {
+    const char *output = outputs[n / 2][0];
+    cli_result run = n % 2 == 0 ? thrum_run(folder, "simulate", "scene.json", "-o", output, NULL)
+                                : thrum_run(folder, "simulate", mesh, "--full", "--fix", "x<0.1",
+                                            "-o", output, NULL);
+    if (run.exit_code != 1 || strstr(run.err, outputs[n / 2][1]) == NULL)
+      fail_msg("exit %d, '%s' and not '%s'", run.exit_code, run.err, outputs[n / 2][1]);
+    cli_result_free(&run);
+  }
+  if (before != NULL)
+    setenv("XDG_CACHE_HOME", before, 1);
+  else
+    unsetenv("XDG_CACHE_HOME");
+  free(before);
+  assert_false(cli_file_exists(cache));
+  assert_false(cli_file_exists(in_folder("nowhere", path)));
+}
+
 static void frames_stand_where_the_bodies_are(void **state) {
   (void)state;
   char path[200];
@@ -428,6 +458,7 @@ int main(void) {
       cmocka_unit_test(a_mistake_is_named_by_file_line_and_path),
       cmocka_unit_test(options_of_one_body_are_refused),
       cmocka_unit_test(an_earlier_run_is_replaced_and_other_files_stay),
+      cmocka_unit_test(a_folder_that_cannot_be_written_to_is_refused_first),
       cmocka_unit_test(frames_stand_where_the_bodies_are),
       cmocka_unit_test(a_whole_turn_brings_a_free_body_back),
       cmocka_unit_test(a_body_that_cannot_be_stepped_ends_the_run_and_flags_it),
