@@ -91,39 +91,31 @@ static void stiffness_of_path(const thrum_solver *s, double *matrix) {
 
 /* --- R-bar of the ends ------------------------------------------------------------------------ */
 
-/* 1/|d|^2, but less where the difference of two energies that it is to weigh would be rounding:
- * that makes a residual of weight rounding/|d|, to be compared with d in the measure of the solve.
- */
-static double inverse_square(const thrum_solver *s) {
-  const thrum_state_view *view = s->view;
-  double square = 0.0, step = 0.0, residual = 0.0;
-  for (int32_t i = 0; i < s->n; i++) {
-    const double d2 = view->unknown[i] * view->unknown[i];
-    square += d2;
-    step += d2 * view->scale[i];
-    residual += d2 * view->unscale[i];
-  }
-  const double energies = fabs(s->report->potential) + fabs(s->report->potential_start);
-  const double share = STILL * s->weight * energies * residual / step / square;
-  const double inverse = 1.0 / (square * (1.0 + share * share));
-  return isfinite(inverse) ? inverse : 0.0;
-}
-
 /* view->force = R-bar and view->force_2 = R(q'), from R(q') in view->force and V(q'). */
 static void complete(const thrum_solver *s, double potential) {
   thrum_state_view *view = s->view;
-  s->report->potential = potential;
+  const double *d = view->unknown;
+  double along = 0.0, square = 0.0, step = 0.0, residual = 0.0;
   for (int32_t i = 0; i < s->n; i++) {
     view->force_2[i] = view->force[i];
     view->force[i] = 0.5 * (view->force_start[i] + view->force_2[i]);
+    along += view->force[i] * d[i];
+    square += d[i] * d[i];
+    step += d[i] * d[i] * view->scale[i];
+    residual += d[i] * d[i] * view->unscale[i];
   }
-  const double owed =
-      potential - s->report->potential_start - dot(s->n, view->force, view->unknown);
-  s->report->inverse_square = inverse_square(s);
-  const double sigma = owed * s->report->inverse_square;
+  // less of sigma where the difference of the energies would be rounding: that makes a residual of
+  // weight rounding/|d|, to be compared with d in the measure of the solve
+  thrum_solve_report *report = s->report;
+  const double energies = fabs(potential) + fabs(report->potential_start);
+  const double share = STILL * s->weight * energies * residual / (step * square);
+  const double inverse = 1.0 / (square * (1.0 + share * share));
+  report->potential = potential;
+  report->inverse_square = isfinite(inverse) ? inverse : 0.0;
+  const double sigma = (potential - report->potential_start - along) * report->inverse_square;
   for (int32_t i = 0; i < s->n; i++)
-    view->force[i] += sigma * view->unknown[i];
-  s->report->along_step = sigma;
+    view->force[i] += sigma * d[i];
+  report->along_step = sigma;
 }
 
 static double evaluate_ends(const thrum_solver *s) {
@@ -156,38 +148,33 @@ static void both_of_ends(const thrum_solver *s, double *matrix) {
   weigh_ends(s, matrix);
 }
 
-/* weight grad(sigma) x for x = J0^-1 y, where J0 = 1 + weight (T(q')/2 + sigma + rate D):
- * |d|^2 grad(sigma) = 1/2 [R(q') - R(q)] - 1/2 T(q') d - 2 sigma d, and J0 is symmetric. */
-static double slope(const thrum_solver *s, const double *y, const double *x) {
-  const thrum_state_view *view = s->view;
-  double sum = 0.0;
-  for (int32_t i = 0; i < s->n; i++) {
-    const double damped = s->rate * thrum_rest_damping(s->model, s->state, i);
-    const double risen = 0.5 * (view->force_2[i] - view->force_start[i]);
-    const double own = view->unknown[i] * (1.0 + s->weight * (damped - s->report->along_step));
-    sum += (s->weight * risen + own) * x[i] - view->unknown[i] * y[i];
-  }
-  return s->report->inverse_square * sum;
-}
-
-/* The Jacobian is J0 + weight d grad(sigma)^T: one product with J0^-1 more by Sherman & Morrison.
- * On entry image = J0^-1 residual; then image = J^-1 residual and residual = J0 image. */
+/* The Jacobian is J0 + weight d grad(sigma)^T with J0 = 1 + weight (T(q')/2 + sigma + rate D): one
+ * product with J0^-1 more by Sherman & Morrison. |d|^2 grad(sigma) = 1/2 [R(q') - R(q)] -
+ * 1/2 T(q') d - 2 sigma d, and d T x follows from J0 x, as J0 is symmetric. On entry image =
+ * J0^-1 residual; then image = J^-1 residual and residual = J0 image. */
 static void border(const thrum_solver *s, const thrum_secant *inverse, double *residual,
                    double *image) {
   thrum_state_view *view = s->view;
-  const double change = slope(s, residual, image);
-  s->report->along_change = -change / s->weight;
-  // that much of d is what the residual would be off by
-  if (!(fabs(change) > 0.1 * s->state->tolerance))
-    return;
-  thrum_secant_apply(inverse, view->unknown, view->bordered);
-  const double own = slope(s, view->unknown, view->bordered);
-  if (!(fabs(own) < 0.5))
-    return;
-  const double along = change / (1.0 + own);
+  const double *d = view->unknown;
+  double *bordered = view->bordered;
+  thrum_secant_apply(inverse, d, bordered);
+  // weight grad(sigma) times image, and times J0^-1 d
+  double change = 0.0, own = 0.0;
   for (int32_t i = 0; i < s->n; i++) {
-    image[i] -= along * view->bordered[i];
-    residual[i] -= along * view->unknown[i];
+    const double damped = s->rate * thrum_rest_damping(s->model, s->state, i);
+    const double risen = 0.5 * s->weight * (view->force_2[i] - view->force_start[i]);
+    const double slope = risen + d[i] * (1.0 + s->weight * (damped - s->report->along_step));
+    change += slope * image[i] - d[i] * residual[i];
+    own += slope * bordered[i] - d[i] * d[i];
+  }
+  change *= s->report->inverse_square;
+  own *= s->report->inverse_square;
+  // too much of it is not to be trusted
+  const bool used = fabs(own) < 0.5;
+  const double along = used ? change / (1.0 + own) : change;
+  for (int32_t i = 0; used && i < s->n; i++) {
+    image[i] -= along * bordered[i];
+    residual[i] -= along * d[i];
   }
   s->report->along_change = -along / s->weight;
 }
