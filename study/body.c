@@ -148,7 +148,8 @@ thrum_status study_strike(const study_body *body, double impulse, double dt, thr
   const thrum_model *model = body->model;
   double force[THRUM_RANK_MAX];
   thrum_status status = THRUM_OK;
-  for (int64_t step = 0; (double)step * dt < STUDY_IMPULSE_SECONDS - 0.5 * dt && status >= 0;
+  // whole steps that begin before its end, up to rounding
+  for (int64_t step = 0; (double)step * dt < STUDY_IMPULSE_SECONDS * (1.0 - 1e-6) && status >= 0;
        step++) {
     const double strength = impulse / STUDY_IMPULSE_SECONDS * thrum_load_mean(&load, step, dt);
     for (int64_t i = 0; i < model->rank; i++)

@@ -115,6 +115,45 @@ static bool stop_at_half(void *context, double fraction) {
   return fraction < 0.5;
 }
 
+/* A slow body has the whole impulse as momentum afterwards, whether its 3 ms are many steps, some
+ * and a part, or less than one. */
+static void a_strike_gives_its_whole_impulse_at_any_step(void **state) {
+  (void)state;
+  static const double along[3] = {0, 2, 0}, steps[5] = {1e-4, 7e-4, 2e-3, 3e-3, 1e-2};
+  const thrum_model *model = NULL;
+  study_body body;
+  thrum_error error = {0};
+  char path[] = "/tmp/thrum-study-XXXXXX";
+  const int file = mkstemp(path);
+  assert_true(file >= 0);
+  close(file);
+  assert_true(save_particle(path, 4, 9));
+  assert_int_equal(thrum_model_load(path, &model, &error), THRUM_OK);
+  unlink(path);
+  assert_int_equal(study_body_init("particle", model, "a, b", along, &body, &error), THRUM_OK);
+  for (int n = 0; n < 5; n++) {
+    thrum_state_def def = thrum_default_state_def();
+    def.integrator = THRUM_INTEGRATOR_ENERGY;
+    def.dt = steps[n];
+    void *memory = NULL;
+    thrum_state *strung = NULL;
+    assert_int_equal(study_state_make(model, &def, &memory, &strung, &error), THRUM_OK);
+    assert_int_equal(study_strike(&body, 0.7, def.dt, strung, &error), THRUM_OK);
+    double p[PARTICLE_RANK];
+    assert_int_equal(thrum_state_get(model, strung, NULL, p, &error), THRUM_OK);
+    double size = 0, off = 0;
+    for (int i = 0; i < PARTICLE_RANK; i++) {
+      size = fmax(size, fabs(0.7 * body.push[i]));
+      off = fmax(off, fabs(p[i] - 0.7 * body.push[i]));
+    }
+    if (!(size > 0 && off < 1e-3 * size))
+      fail_msg("dt %g: off by %g of %g", def.dt, off, size);
+    free(memory);
+  }
+  study_body_free(&body);
+  thrum_model_free(model);
+}
+
 static void each_task_is_done_once(void **state) {
   (void)state;
   tally all = {.fail_at = -1};
@@ -177,6 +216,7 @@ int main(void) {
       cmocka_unit_test(a_zigzag_has_the_textbook_error),
       cmocka_unit_test(what_wanders_is_no_trend),
       cmocka_unit_test(amplitude_is_the_mean_displacement_of_the_group),
+      cmocka_unit_test(a_strike_gives_its_whole_impulse_at_any_step),
       cmocka_unit_test(each_task_is_done_once),
       cmocka_unit_test(a_failed_task_ends_the_others),
       cmocka_unit_test(a_text_grows_and_escapes),
