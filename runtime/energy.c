@@ -35,7 +35,8 @@
 #define SCALED_MOST 0.5 /* of the kinetic energy: more is a standstill */
 #define STILL                                                                                      \
   1e-5 /* residual by sigma beside the step, for an error of all of V, that is rounding */
-#define CLOSE 1e-7 /* residual beside the step whose correction R(q') and V(q') can follow */
+#define MOVING 100.0 /* times what the forces do in a step: V beyond it is not of the step */
+#define CLOSE 1e-7   /* residual beside the step whose correction R(q') and V(q') can follow */
 
 /* point = q + s d */
 static void place(const thrum_solver *s, double at, double *point) {
@@ -95,20 +96,22 @@ static void stiffness_of_path(const thrum_solver *s, double *matrix) {
 static void complete(const thrum_solver *s, double potential) {
   thrum_state_view *view = s->view;
   const double *d = view->unknown;
-  double along = 0.0, square = 0.0, step = 0.0, residual = 0.0;
+  double along = 0.0, moved = 0.0, square = 0.0, step = 0.0, residual = 0.0;
   for (int32_t i = 0; i < s->n; i++) {
     view->force_2[i] = view->force[i];
     view->force[i] = 0.5 * (view->force_start[i] + view->force_2[i]);
     along += view->force[i] * d[i];
+    moved += (fabs(view->force_start[i]) + fabs(view->force_2[i])) * fabs(d[i]);
     square += d[i] * d[i];
     step += d[i] * d[i] * view->scale[i];
     residual += d[i] * d[i] * view->unscale[i];
   }
-  // less of sigma where the difference of the energies would be rounding: that makes a residual of
-  // weight rounding/|d|, to be compared with d in the measure of the solve
+  // less of sigma where the difference of the energies would be rounding, as in little motion where
+  // V is large: that makes a residual of weight rounding/|d|, to be compared with d in the measure
+  // of the solve; not where the step is what V is large by
   thrum_solve_report *report = s->report;
-  const double energies = fabs(potential) + fabs(report->potential_start);
-  const double share = STILL * s->weight * energies * residual / (step * square);
+  const double still = fabs(potential) + fabs(report->potential_start) - MOVING * moved;
+  const double share = STILL * s->weight * fmax(0.0, still) * sqrt(residual / step) / square;
   const double inverse = 1.0 / (square * (1.0 + share * share));
   report->potential = potential;
   report->inverse_square = isfinite(inverse) ? inverse : 0.0;

@@ -172,10 +172,46 @@ static void energy_changes_by_work_less_dissipation(void **context) {
   random_model_free(&m);
 }
 
+/* Blows that throw a body of few modes far beyond where it is linear, and end it there at a
+ * standstill: there is no p' to take up what the mean force leaves of the balance. */
+static void a_blow_of_any_size_keeps_the_balance(void **context) {
+  (void)context;
+  for (int64_t rank = 1; rank <= 3; rank++) {
+    random_model m;
+    random_model_make(&m, 21, rank, 1.0, 12.0, 0.5);
+    for (double blow = 1e4; blow < 1e12; blow *= 10) {
+      const thrum_state_def def = make_def(blow < 1e8 ? 2.0 : 0.3);
+      thrum_state *state = state_make(&m.model, &def);
+      random_state random = {4};
+      for (int k = 0; k < 60; k++) {
+        double f[RANK], before[RANK], after[RANK];
+        random_vector(&random, rank, k % 10 < 5 ? 1.0 : blow, f);
+        state_push(&m.model, state, f);
+        state_read(&m.model, state, before, NULL);
+        const double first = state_energy(&m.model, state).total;
+        state_steps(&m.model, state, 1);
+        const double last = state_energy(&m.model, state).total;
+        state_read(&m.model, state, after, NULL);
+        double work = 0, size = first + last;
+        for (int64_t i = 0; i < rank; i++) {
+          work += f[i] * (after[i] - before[i]);
+          size += fabs(f[i] * (after[i] - before[i]));
+        }
+        if (!(fabs(last - first - work) < 1e-9 * size))
+          fail_msg("rank %d, blow %g, step %d: %.3e of the energy", (int)rank, blow, k,
+                   (last - first - work) / size);
+      }
+      state_free(state);
+    }
+    random_model_free(&m);
+  }
+}
+
 /* How far p' is off from p - dt (mean - f), with the mean force of the ends, and with that of the
  * path: R is cubic along the step, so Simpson's rule is exact; and q' from q + dt/2 (p + p'). */
 static void errors_of_step(const thrum_model *model, double dt, const double *f, double q[2][RANK],
-                           double p[2][RANK], double *work, double *ends, double *path, double *half) {
+                           double p[2][RANK], double *work, double *ends, double *path,
+                           double *half) {
   double middle[RANK], d[RANK], force[3][RANK], square = 0, along = 0;
   for (int i = 0; i < RANK; i++) {
     middle[i] = 0.5 * (q[0][i] + q[1][i]);
@@ -299,6 +335,7 @@ int main(void) {
       cmocka_unit_test(errors_of_the_energy_do_not_add_up),
       cmocka_unit_test(the_account_follows_work_and_dissipation),
       cmocka_unit_test(energy_changes_by_work_less_dissipation),
+      cmocka_unit_test(a_blow_of_any_size_keeps_the_balance),
       cmocka_unit_test(energy_is_conserved_whatever_the_tolerance),
       cmocka_unit_test(a_step_satisfies_its_equations),
       cmocka_unit_test(a_hard_step_takes_the_mean_force_of_the_path),
