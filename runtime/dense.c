@@ -129,7 +129,8 @@ static void over_minus_pivot(const double *column, int32_t n, int32_t k, double 
 /* Sweeps pivots k and l, l < 0: none, from their columns: see `sweep`. */
 static void finish_pair(const thrum_kernel *by, double *matrix, int32_t n, int32_t k, int32_t l,
                         const pair *p) {
-  by->rank_two(n, true, p->minus_1, p->first, p->minus_2, p->second, matrix);
+  const thrum_two both = {p->minus_1, p->first, p->minus_2, p->second, 1, 0};
+  by->rank_two(n, true, &both, matrix);
   // what the pivots' own columns become
   const double corner = -1.0 / p->first[k], across = p->second[k];
   for (int32_t i = 0; i < n; i++)

@@ -38,6 +38,12 @@ static inline int64_t thrum_padded(int64_t count) {
   return (count + 7) / 8 * 8 + 8;
 }
 
+/* Vectors of corrections a b^T + c d^T: `count` of each, `stride` doubles apart. */
+typedef struct thrum_two {
+  const double *a, *b, *c, *d;
+  int64_t count, stride;
+} thrum_two;
+
 /* Scratch `work` may have any content and overlaps no other argument. The first five read all
  * coefficients of a model once, packed (thrum_model_pack); the reference does without packing too.
  * None has anything of the quadratic terms of a model but restrict_to. */
@@ -79,10 +85,12 @@ typedef struct thrum_kernel {
   void (*restricted_hessian)(const thrum_model *model, int64_t split, const double *restricted,
                              const double *q, double *hessian, double *work);
 
-  /* matrix (n x n) += a b^T + c d^T: all of it, or the lower triangle, and then what is above the
-   * diagonal is useless. */
-  void (*rank_two)(int64_t n, bool lower, const double *a, const double *b, const double *c,
-                   const double *d, double *matrix);
+  /* y = matrix x for a symmetric matrix (n x n), no overlap: sums ascending, down a column. */
+  void (*product)(int64_t n, const double *matrix, const double *x, double *y);
+
+  /* matrix (n x n) += a b^T + c d^T for each of the pairs, in their order: all of it, or the lower
+   * triangle, and then what is above the diagonal is useless. */
+  void (*rank_two)(int64_t n, bool lower, const thrum_two *pairs, double *matrix);
 } thrum_kernel;
 
 /* Plain C, for every machine, and what the others are tested against. */

@@ -64,6 +64,11 @@ INLINE v8 v8_load_mask(const double *p, v8_mask mask) {
   return _mm512_maskz_loadu_pd(mask, p);
 }
 
+#define V8_STORE_FIRST
+INLINE void v8_store_first(double *p, v8 a, int64_t count) {
+  _mm512_mask_storeu_pd(p, v8_range(0, count), a);
+}
+
 INLINE double v8_sum(v8 a) {
   const __m256d four = _mm256_add_pd(_mm512_castpd512_pd256(a), _mm512_extractf64x4_pd(a, 1));
   const __m128d two = _mm_add_pd(_mm256_castpd256_pd128(four), _mm256_extractf128_pd(four, 1));

@@ -10,6 +10,7 @@
  * and, unless the defaults here will do,
  *   V8_MASKS    v8_mask, v8_range(lo, hi)  the lanes lo <= s < hi; lo and hi may be any number
  *               v8_load_mask(p, mask)      these lanes of p, zero in the others, which are not read
+ *   V8_STORE_FIRST  v8_store_first(p, a, count)  the first lanes, 1 or more
  *   V8_SUMS     v8_sums(a, ...,
  * h)         the v8_sum of each
  *
@@ -40,6 +41,20 @@ INLINE v8 v8_load_mask(const double *p, v8_mask mask) {
   for (int64_t s = mask.lo; s < mask.hi; s++)
     lanes[s] = p[s];
   return v8_load(lanes);
+}
+#endif
+
+#ifndef V8_STORE_FIRST
+/* The lanes s < count, 1 or more. */
+INLINE void v8_store_first(double *p, v8 a, int64_t count) {
+  if (count >= 8) {
+    v8_store(p, a);
+    return;
+  }
+  double lanes[8];
+  v8_store(lanes, a);
+  for (int64_t s = 0; s < count; s++)
+    p[s] = lanes[s];
 }
 #endif
 

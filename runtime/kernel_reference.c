@@ -494,11 +494,17 @@ static void reference_restricted_hessian(const thrum_model *model, int64_t split
   }
 }
 
-static void reference_rank_two(int64_t n, bool lower, const double *a, const double *b,
-                               const double *c, const double *d, double *matrix) {
+static void reference_product(int64_t n, const double *matrix, const double *x, double *y) {
+  memset(y, 0, (size_t)n * sizeof *y);
   for (int64_t i = 0; i < n; i++)
-    for (int64_t j = 0; j < (lower ? i + 1 : n); j++)
-      matrix[i * n + j] += a[i] * b[j] + c[i] * d[j];
+    axpy(n, x[i], matrix + i * n, y);
+}
+
+static void reference_rank_two(int64_t n, bool lower, const thrum_two *t, double *matrix) {
+  for (int64_t k = 0, at = 0; k < t->count; k++, at += t->stride)
+    for (int64_t i = 0; i < n; i++)
+      for (int64_t j = 0; j < (lower ? i + 1 : n); j++)
+        matrix[i * n + j] += t->a[at + i] * t->b[at + j] + t->c[at + i] * t->d[at + j];
 }
 
 const thrum_kernel thrum_kernel_reference = {THRUM_KERNEL_REFERENCE,
@@ -512,4 +518,5 @@ const thrum_kernel thrum_kernel_reference = {THRUM_KERNEL_REFERENCE,
                                              reference_restrict,
                                              reference_restricted_gradient,
                                              reference_restricted_hessian,
+                                             reference_product,
                                              reference_rank_two};

@@ -127,6 +127,7 @@ void thrum_quasi_begin(const thrum_solver *s, thrum_quasi *quasi) {
   memset(quasi, 0, sizeof *quasi);
   quasi->before = INFINITY;
   quasi->known = s->state->jacobian_kept != 0;
+  quasi->inverse.by = view->kernel;
   quasi->inverse.base = view->inverse;
   quasi->inverse.pairs = view->pairs;
   quasi->inverse.stride = view->stride;

@@ -20,8 +20,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "polynomial.h"
-
 static double dot(int32_t n, const double *a, const double *b) {
   double sum = 0.0;
   for (int32_t i = 0; i < n; i++)
@@ -37,8 +35,7 @@ static void add_pair(int32_t n, const double *s, const double *w, const double *
 }
 
 void thrum_secant_apply(const thrum_secant *h, const double *x, double *y) {
-  memset(y, 0, (size_t)h->n * sizeof *y);
-  thrum_kernel_transposed(h->n, h->n, h->base, x, y);
+  h->by->product(h->n, h->base, x, y);
   for (int32_t k = 0; k < h->count; k++) {
     const double *s = h->pairs + 2 * k * h->stride;
     add_pair(h->n, s, s + h->stride, x, y);
@@ -71,8 +68,8 @@ void thrum_secant_learn(thrum_secant *h, const double *step, const double *chang
 
 void thrum_secant_fold(const thrum_kernel *by, const double *pairs, int64_t stride, int32_t n,
                        int32_t count, double *base) {
-  for (int32_t k = 0; k < count; k++) {
-    const double *s = pairs + 2 * k * stride, *w = s + stride;
-    by->rank_two(n, false, s, w, w, s, base);
-  }
+  const double *s = pairs, *w = s + stride;
+  const thrum_two corrections = {s, w, w, s, count, 2 * stride};
+  if (count > 0)
+    by->rank_two(n, false, &corrections, base);
 }

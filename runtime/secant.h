@@ -13,6 +13,7 @@
 
 /* H = base + sum_k (s_k w_k^T + w_k s_k^T). */
 typedef struct thrum_secant {
+  const thrum_kernel *by;
   const double *base; /* n x n, symmetric */
   double *pairs;      /* s_0, w_0, s_1, w_1 ..: vectors of n, `stride` apart */
   int64_t stride;

@@ -94,7 +94,7 @@ static void what_is_learnt_maps_each_change_to_its_step_and_can_be_folded(void *
     base[N * i + i] = 0.8 / N;
     residual[i] = -b[i];
   }
-  thrum_secant h = {base, pairs, N, N, 0};
+  thrum_secant h = {by, base, pairs, N, N, 0};
   thrum_secant_apply(&h, residual, direction);
   for (int k = 0; k < THRUM_SECANT_PAIRS; k++)
     iterate(matrix, b, &h, x, residual, direction);
@@ -112,7 +112,7 @@ static void what_is_learnt_maps_each_change_to_its_step_and_can_be_folded(void *
 static void a_step_without_positive_curvature_teaches_nothing(void **context) {
   (void)context;
   double base[4] = {1, 0, 0, 1}, pairs[2 * THRUM_SECANT_PAIRS * 2] = {0};
-  thrum_secant h = {base, pairs, 2, 2, 0};
+  thrum_secant h = {&thrum_kernel_reference, base, pairs, 2, 2, 0};
   const double step[2] = {1, 0}, against[2] = {-1, 3}, none[2] = {0, 1}, bad[2] = {NAN, 0};
   const double *changes[3] = {against, none, bad};
   for (int k = 0; k < 3; k++) {
@@ -127,13 +127,14 @@ static void a_step_without_positive_curvature_teaches_nothing(void **context) {
 
 static void every_kernel_gives_the_same_inverse(void **context) {
   (void)context;
-  enum { MOST = 21 };
+  enum { MOST = 69, TWICE = 2 * MOST };
+  static double matrix[MOST * MOST], inverses[2][MOST * MOST];
   random_state random = {6};
   for (int n = 1; n <= MOST; n++) {
-    double matrix[MOST * MOST], inverses[2][MOST * MOST], work[6 * MOST], s[MOST], w[MOST];
+    double work[6 * MOST], s[TWICE], w[TWICE], products[2][MOST];
     random_vector(&random, n * n, 1, matrix);
-    random_vector(&random, n, 1, s);
-    random_vector(&random, n, 1, w);
+    random_vector(&random, TWICE, 1, s);
+    random_vector(&random, TWICE, 1, w);
     for (int i = 0; i < n; i++)
       for (int j = 0; j < i; j++)
         matrix[n * j + i] = matrix[n * i + j];
@@ -141,8 +142,11 @@ static void every_kernel_gives_the_same_inverse(void **context) {
     for (int k = 0; k < 2; k++) {
       memcpy(inverses[k], matrix, sizeof matrix);
       assert_true(thrum_dense_invert(kernels[k], inverses[k], n, work));
-      kernels[k]->rank_two(n, false, s, w, w, s, inverses[k]);
+      const thrum_two two = {s, w, w, s, 2, MOST};
+      kernels[k]->rank_two(n, false, &two, inverses[k]);
+      kernels[k]->product(n, inverses[k], s, products[k]);
     }
+    assert_memory_equal(products[0], products[1], (size_t)n * sizeof(double));
     assert_memory_equal(inverses[0], inverses[1], (size_t)(n * n) * sizeof(double));
   }
 }
