@@ -36,7 +36,7 @@ typedef struct group {
   member *members; /* THRUM_CROWD_LANES_MAX */
   int64_t count;
   int32_t split;
-  double *q, *force, *value, *restricted, *work;
+  double *q, *force, *value, *restricted, *hessian, *work;
   double *one_work, *one_restricted; /* scratch lent to one state after the other */
 } group;
 
@@ -49,6 +49,7 @@ static size_t lay_out(const thrum_model *model, unsigned char *memory, group *g)
                           rank * number,
                           number,
                           restricted * number,
+                          rank * rank * number,
                           (size_t)thrum_crowd_work(model->rank) * number,
                           thrum_work_count(model) * sizeof(double),
                           restricted * sizeof(double),
@@ -65,11 +66,12 @@ static size_t lay_out(const thrum_model *model, unsigned char *memory, group *g)
   g->force = (double *)(void *)parts[2];
   g->value = (double *)(void *)parts[3];
   g->restricted = (double *)(void *)parts[4];
-  g->work = (double *)(void *)parts[5];
-  g->one_work = (double *)(void *)parts[6];
-  g->one_restricted = (double *)(void *)parts[7];
+  g->hessian = (double *)(void *)parts[5];
+  g->work = (double *)(void *)parts[6];
+  g->one_work = (double *)(void *)parts[7];
+  g->one_restricted = (double *)(void *)parts[8];
   for (int m = 0; memory && m < THRUM_CROWD_LANES_MAX; m++)
-    g->members[m].vectors = (double *)(void *)parts[8] + m * thrum_lent_vectors(model->rank);
+    g->members[m].vectors = (double *)(void *)parts[9] + m * thrum_lent_vectors(model->rank);
   return size;
 }
 
@@ -144,6 +146,32 @@ static void go_on_alone(const group *g, int64_t lane, thrum_quasi_next next) {
   one->solving = false;
 }
 
+/* Will the evaluation that is next need the stiffness too? */
+static bool wants_stiffness(const member *one) {
+  return one->solving && one->quasi.ahead && one->quasi.done == 0;
+}
+
+/* The stiffness of all that want it, where it is worth a pass. */
+static void stiffen(group *g) {
+  const int64_t lanes = g->kernel->lanes, n = g->model->rank - g->split;
+  int64_t wanted = 0;
+  for (int64_t m = 0; m < g->count; m++)
+    wanted += wants_stiffness(&g->members[m]) ? 1 : 0;
+  if (4 * wanted <= lanes)
+    return;
+  g->kernel->restricted_hessian(g->model, g->split, g->restricted, g->q + g->split * lanes,
+                                g->hessian, g->work);
+  for (int64_t m = 0; m < g->count; m++) {
+    member *one = &g->members[m];
+    if (!wants_stiffness(one))
+      continue;
+    take(g, m, 0, n * n, g->hessian, one->run.view.jacobian_next);
+    thrum_solve_weigh(&one->solver, one->run.view.jacobian_next);
+    one->run.view.jacobian_used = n * n;
+    one->quasi.assembled = true;
+  }
+}
+
 /* One evaluation of quasi-Newton for all that still iterate; returns how many are left. */
 static int64_t iterate(group *g) {
   const int64_t lanes = g->kernel->lanes, rank = g->model->rank;
@@ -153,6 +181,7 @@ static int64_t iterate(group *g) {
       put(g, m, g->split, rank, g->members[m].run.view.middle, g->q);
   g->kernel->restricted_gradient(g->model, g->split, g->restricted, g->q + g->split * lanes,
                                  g->force + g->split * lanes, g->value, g->work);
+  stiffen(g);
   for (int64_t m = 0; m < g->count; m++) {
     member *one = &g->members[m];
     if (!one->solving)
@@ -169,8 +198,28 @@ static int64_t iterate(group *g) {
   return left;
 }
 
+static void ask_for_bytes(const double *from, size_t bytes) {
+#ifdef __GNUC__
+  for (size_t k = 0; k < bytes; k += THRUM_ALIGNMENT)
+    __builtin_prefetch((const char *)from + k, 0, 2);
+#else
+  (void)from, (void)bytes;
+#endif
+}
+
+/* What a solve begins with, which comes while the first pass runs. */
+static void ask_for(const group *g) {
+  const int64_t n = g->model->rank - g->split;
+  for (int64_t m = 0; m < g->count; m++) {
+    const thrum_state_view *view = &g->members[m].run.view;
+    ask_for_bytes(view->past_q, (size_t)(view->force_now - view->past_q) * sizeof(double));
+    ask_for_bytes(view->inverse, (size_t)(n * n) * sizeof(double));
+  }
+}
+
 /* Attempts of all members. */
 static void attempt(group *g) {
+  ask_for(g);
   kick(g);
   int64_t left = 0;
   for (int64_t m = 0; m < g->count; m++)

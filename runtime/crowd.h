@@ -21,7 +21,7 @@ static inline int64_t thrum_crowd_columns(int64_t rank) {
 
 /* Doubles of scratch of any pass, for each state. */
 static inline int64_t thrum_crowd_work(int64_t rank) {
-  return 3 * thrum_crowd_columns(rank) + 7 * (rank + 1);
+  return 4 * thrum_crowd_columns(rank) + 20 * (rank + 1) + rank * rank;
 }
 
 /* All arrays are aligned to 64, and the model is packed. `work` may have any content and overlaps
@@ -33,6 +33,10 @@ typedef struct thrum_crowd_kernel {
   void (*force_part)(const thrum_model *model, int64_t split, const double *q, double *force,
                      double *energy, double *work);
 
+  /* thrum_tangent_vector_part: into product (the first `split`). */
+  void (*tangent_vector_part)(const thrum_model *model, int64_t split, const double *q,
+                              const double *v, double *product, double *work);
+
   /* thrum_polynomial_restrict: into restricted (thrum_restricted_count). */
   void (*restrict_to)(const thrum_model *model, int64_t split, const double *q, double *restricted,
                       double *work);
@@ -40,6 +44,10 @@ typedef struct thrum_crowd_kernel {
   /* thrum_restricted_gradient: into gradient (n) and value (1). */
   void (*restricted_gradient)(const thrum_model *model, int64_t split, const double *restricted,
                               const double *q_high, double *gradient, double *value, double *work);
+
+  /* thrum_restricted_hessian: into hessian (n x n). */
+  void (*restricted_hessian)(const thrum_model *model, int64_t split, const double *restricted,
+                             const double *q_high, double *hessian, double *work);
 } thrum_crowd_kernel;
 
 /* The one that goes with a kernel of single states, NULL when it has none. */

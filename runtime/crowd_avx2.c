@@ -12,7 +12,7 @@
 
 #define LANES 4
 #define ROWS 4
-#define ROWS_OWN 3
+#define ROWS_FEW 3
 #define INLINE static inline __attribute__((always_inline, target("avx2")))
 #define PASS static __attribute__((target("avx2")))
 

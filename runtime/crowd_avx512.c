@@ -12,7 +12,7 @@
 
 #define LANES 8
 #define ROWS 8
-#define ROWS_OWN 4
+#define ROWS_FEW 4
 #define INLINE static inline __attribute__((always_inline, target("avx512f")))
 #define PASS static __attribute__((target("avx512f")))
 
