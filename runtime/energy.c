@@ -33,6 +33,7 @@
 #include "solve.h"
 
 #define SCALED_MOST 0.5 /* of the kinetic energy: more is a standstill */
+#define OWED_MOST 1e-3  /* of the energy, at a standstill */
 #define STILL                                                                                      \
   1e-5 /* residual by sigma beside the step, for an error of all of V, that is rounding */
 #define MOVING 100.0 /* times what the forces do in a step: V beyond it is not of the step */
@@ -220,8 +221,9 @@ static void arrive(const thrum_solver *s) {
 
 /* Scales p' so that the balance holds; the factor differs from 1 by about the tolerance. With p' =
  * p - h total the kinetic energy changes by -total (d - g), g the residual left, and it should by
- * that of R-bar d less the change of V more. */
-static void balance(const thrum_solver *s) {
+ * that of R-bar d less the change of V more. False where there is too little of p' for that, though
+ * more than rounding is owed: a loose tolerance at a large step. */
+static bool balance(const thrum_solver *s) {
   const thrum_state_view *view = s->view;
   double owed = s->report->potential_start - s->report->potential, square = 0.0;
   for (int32_t i = 0; i < s->n; i++) {
@@ -232,11 +234,12 @@ static void balance(const thrum_solver *s) {
   const double share = 2.0 * owed / square;
   // at a standstill no scale helps, and none is needed
   if (!(fabs(share) < SCALED_MOST))
-    return;
+    return !(fabs(owed) > OWED_MOST * (fabs(s->report->potential) + 0.5 * square));
   // the factor less 1, so that a long run is not rounded one way
   const double more = share / (1.0 + sqrt(1.0 + share));
   for (int32_t i = 0; i < s->n; i++)
     view->p_next[i] += more * view->p_next[i];
+  return true;
 }
 
 static bool solve(const thrum_solver *of_path) {
@@ -266,6 +269,5 @@ thrum_status thrum_step_energy(const thrum_model *model, const thrum_state *stat
     return report->saw_nonfinite ? THRUM_NOT_FINITE : THRUM_NOT_CONVERGED;
   thrum_solve_advance(&s);
   arrive(&s);
-  balance(&s);
-  return THRUM_OK;
+  return balance(&s) ? THRUM_OK : THRUM_NOT_CONVERGED;
 }

@@ -61,6 +61,26 @@ static void energy_is_conserved_whatever_the_tolerance(void **context) {
   random_model_free(&m);
 }
 
+/* Where what it leaves is more than p' can take up, the step is made again, in parts if need be. */
+static void a_large_step_keeps_its_energy_with_a_loose_solve(void **context) {
+  (void)context;
+  random_model m;
+  make_model(&m);
+  thrum_state_def def = make_def(100.0);
+  def.tolerance = 1e-3;
+  thrum_state *state = state_make(&m.model, &def);
+  state_put(&m.model, state, start_q, start_p);
+  const double first = state_energy(&m.model, state).total;
+  for (int k = 0; k < 1000; k++) {
+    assert_true(thrum_step(&m.model, state, NULL) >= 0);
+    const double now = state_energy(&m.model, state).total;
+    if (!(fabs(now - first) < 1e-2 * first))
+      fail_msg("step %d: %.3e of the energy", k, (now - first) / first);
+  }
+  state_free(state);
+  random_model_free(&m);
+}
+
 /* What a solve leaves and rounding do not add up: after many steps the energy is off by no more
  * than after few, also where every solve ends early. */
 static void errors_of_the_energy_do_not_add_up(void **context) {
@@ -337,6 +357,7 @@ int main(void) {
       cmocka_unit_test(energy_changes_by_work_less_dissipation),
       cmocka_unit_test(a_blow_of_any_size_keeps_the_balance),
       cmocka_unit_test(energy_is_conserved_whatever_the_tolerance),
+      cmocka_unit_test(a_large_step_keeps_its_energy_with_a_loose_solve),
       cmocka_unit_test(a_step_satisfies_its_equations),
       cmocka_unit_test(a_hard_step_takes_the_mean_force_of_the_path),
       cmocka_unit_test(on_a_linear_model_it_is_the_midpoint_rule),
