@@ -8,43 +8,20 @@
  * thrum_step with each coefficient loaded once for all states of a group.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "crowd.h"
-
 #include <string.h>
 
 #include "caller.h"
-#include "imexv.h"
+#include "crowd_group.h"
 #include "thrum/crowd.h"
 
-#define WINDOW 256 /* states that are put in order at a time */
-
-/* One state of a group. */
-typedef struct member {
-  thrum_step_run run;
-  thrum_solver solver;
-  thrum_quasi quasi;
-  thrum_status status;
-  double *vectors; /* scratch lent to it */
-  int64_t index;   /* in the caller's list */
-  bool solving;
-} member;
-
-/* A group and its arrays, each by coordinate and then by state. */
-typedef struct group {
-  const thrum_model *model;
-  const thrum_crowd_kernel *kernel;
-  member *members; /* THRUM_CROWD_LANES_MAX */
-  int64_t count;
-  int32_t split;
-  double *q, *force, *value, *restricted, *hessian, *work;
-  double *one_work, *one_restricted; /* scratch lent to one state after the other */
-} group;
+#define WINDOW 256      /* states that are put in order at a time */
+#define EARLY_VECTORS 9 /* of a state's block, before the past ones */
 
 /* Cuts the workspace; returns its bytes. `memory` may be NULL. */
-static size_t lay_out(const thrum_model *model, unsigned char *memory, group *g) {
+static size_t lay_out(const thrum_model *model, unsigned char *memory, thrum_crowd_group *g) {
   const size_t number = THRUM_CROWD_LANES_MAX * sizeof(double), rank = (size_t)model->rank;
   const size_t restricted = (size_t)thrum_restricted_count(model->rank);
-  const size_t sizes[] = {THRUM_CROWD_LANES_MAX * sizeof(member),
+  const size_t sizes[] = {THRUM_CROWD_LANES_MAX * sizeof(thrum_crowd_member),
                           rank * number,
                           rank * number,
                           number,
@@ -61,7 +38,7 @@ static size_t lay_out(const thrum_model *model, unsigned char *memory, group *g)
     parts[n] = memory ? memory + size : NULL;
     size += thrum_round_up(sizes[n]);
   }
-  g->members = (member *)(void *)parts[0];
+  g->members = (thrum_crowd_member *)(void *)parts[0];
   g->q = (double *)(void *)parts[1];
   g->force = (double *)(void *)parts[2];
   g->value = (double *)(void *)parts[3];
@@ -87,160 +64,11 @@ const thrum_crowd_kernel *thrum_crowd_kernel_of(thrum_kernel_id id) {
   return NULL;
 }
 
-/* Entries first..last-1 of a vector of one state. */
-static void put(const group *g, int64_t lane, int64_t first, int64_t last, const double *from,
-                double *to) {
-  for (int64_t i = first; i < last; i++)
-    to[i * g->kernel->lanes + lane] = from[i];
-}
-
-static void take(const group *g, int64_t lane, int64_t first, int64_t last, const double *from,
-                 double *to) {
-  for (int64_t i = first; i < last; i++)
-    to[i] = from[i * g->kernel->lanes + lane];
-}
-
 /* Can this state's step be made in a group? */
 static bool fits(const thrum_model *model, const thrum_step_run *run) {
   const thrum_state *next = &run->next;
   return thrum_is_packed(model) && next->scheme == THRUM_SCHEME_COMPONENT && next->split > 0 &&
          !thrum_tangent_damped(next) && thrum_crowd_kernel_of(run->view.kernel->id) != NULL;
-}
-
-/* Stage 1 and the drift of all. */
-static void kick(group *g) {
-  const int64_t lanes = g->kernel->lanes, rank = g->model->rank;
-  memset(g->q, 0, (size_t)(rank * lanes) * sizeof *g->q);
-  for (int64_t m = 0; m < g->count; m++)
-    put(g, m, 0, rank, g->members[m].run.view.q, g->q);
-  g->kernel->force_part(g->model, g->split, g->q, g->force, g->value, g->work);
-  memset(g->q, 0, (size_t)(rank * lanes) * sizeof *g->q);
-  for (int64_t m = 0; m < g->count; m++) {
-    member *one = &g->members[m];
-    thrum_step_run *run = &one->run;
-    take(g, m, 0, g->split, g->force, run->view.force);
-    one->solver = thrum_imexv_solver(g->model, &run->next, &run->view, &run->report);
-    one->status = thrum_imexv_drift(&one->solver, g->value[m]);
-    one->solving = one->status == THRUM_OK && one->solver.n > 0;
-    put(g, m, 0, g->split, run->view.middle, g->q);
-  }
-}
-
-/* The member's restricted polynomial is to be fetched again: another one's may be there. */
-static void unfetch(const group *g, int64_t lane) {
-  g->members[lane].run.view.restricted_from = g->restricted + lane;
-  g->members[lane].run.view.restricted_stride = g->kernel->lanes;
-}
-
-/* The rest of a solve that the group no longer helps with. */
-static void go_on_alone(const group *g, int64_t lane, thrum_quasi_next next) {
-  member *one = &g->members[lane];
-  const thrum_solver *s = &one->solver;
-  unfetch(g, lane);
-  while (next == THRUM_QUASI_EVALUATE) {
-    s->evaluate(s);
-    next = thrum_quasi_take(s, &one->quasi);
-  }
-  const bool solved = next == THRUM_QUASI_DONE || thrum_solve_newton(s);
-  one->status = thrum_imexv_finish(s, solved);
-  one->solving = false;
-}
-
-/* Will the evaluation that is next need the stiffness too? */
-static bool wants_stiffness(const member *one) {
-  return one->solving && one->quasi.ahead && one->quasi.done == 0;
-}
-
-/* The stiffness of all that want it, where it is worth a pass. */
-static void stiffen(group *g) {
-  const int64_t lanes = g->kernel->lanes, n = g->model->rank - g->split;
-  int64_t wanted = 0;
-  for (int64_t m = 0; m < g->count; m++)
-    wanted += wants_stiffness(&g->members[m]) ? 1 : 0;
-  if (4 * wanted <= lanes)
-    return;
-  g->kernel->restricted_hessian(g->model, g->split, g->restricted, g->q + g->split * lanes,
-                                g->hessian, g->work);
-  for (int64_t m = 0; m < g->count; m++) {
-    member *one = &g->members[m];
-    if (!wants_stiffness(one))
-      continue;
-    take(g, m, 0, n * n, g->hessian, one->run.view.jacobian_next);
-    thrum_solve_weigh(&one->solver, one->run.view.jacobian_next);
-    one->run.view.jacobian_used = n * n;
-    one->quasi.assembled = true;
-  }
-}
-
-/* One evaluation of quasi-Newton for all that still iterate; returns how many are left. */
-static int64_t iterate(group *g) {
-  const int64_t lanes = g->kernel->lanes, rank = g->model->rank;
-  int64_t left = 0;
-  for (int64_t m = 0; m < g->count; m++)
-    if (g->members[m].solving)
-      put(g, m, g->split, rank, g->members[m].run.view.middle, g->q);
-  g->kernel->restricted_gradient(g->model, g->split, g->restricted, g->q + g->split * lanes,
-                                 g->force + g->split * lanes, g->value, g->work);
-  stiffen(g);
-  for (int64_t m = 0; m < g->count; m++) {
-    member *one = &g->members[m];
-    if (!one->solving)
-      continue;
-    const thrum_solver *s = &one->solver;
-    take(g, m, g->split, rank, g->force, one->run.view.force);
-    unfetch(g, m);
-    const thrum_quasi_next next = thrum_quasi_take(s, &one->quasi);
-    if (next == THRUM_QUASI_EVALUATE)
-      left++;
-    else
-      go_on_alone(g, m, next);
-  }
-  return left;
-}
-
-static void ask_for_bytes(const double *from, size_t bytes) {
-#ifdef __GNUC__
-  for (size_t k = 0; k < bytes; k += THRUM_ALIGNMENT)
-    __builtin_prefetch((const char *)from + k, 0, 2);
-#else
-  (void)from, (void)bytes;
-#endif
-}
-
-/* What a solve begins with, which comes while the first pass runs. */
-static void ask_for(const group *g) {
-  const int64_t n = g->model->rank - g->split;
-  for (int64_t m = 0; m < g->count; m++) {
-    const thrum_state_view *view = &g->members[m].run.view;
-    ask_for_bytes(view->past_q, (size_t)(view->force_now - view->past_q) * sizeof(double));
-    ask_for_bytes(view->inverse, (size_t)(n * n) * sizeof(double));
-  }
-}
-
-/* Attempts of all members. */
-static void attempt(group *g) {
-  ask_for(g);
-  kick(g);
-  int64_t left = 0;
-  for (int64_t m = 0; m < g->count; m++)
-    left += g->members[m].solving ? 1 : 0;
-  if (left > 0)
-    g->kernel->restrict_to(g->model, g->split, g->q, g->restricted, g->work);
-  for (int64_t m = 0; m < g->count; m++) {
-    member *one = &g->members[m];
-    if (!one->solving)
-      continue;
-    unfetch(g, m);
-    thrum_quasi_begin(&one->solver, &one->quasi);
-  }
-  // a pass costs the same for one state as for all
-  while (4 * left > g->kernel->lanes)
-    left = iterate(g);
-  for (int64_t m = 0; m < g->count; m++) {
-    if (g->members[m].solving)
-      go_on_alone(g, m, THRUM_QUASI_EVALUATE);
-    g->members[m].run.view.restricted_from = NULL;
-  }
 }
 
 /* What a call knows of its states' ends. */
@@ -263,15 +91,35 @@ static void note(outcome *o, int64_t index, thrum_status status, const thrum_err
   }
 }
 
-static void end(const thrum_model *model, member *one, outcome *o) {
+static void end(const thrum_model *model, thrum_crowd_member *one, outcome *o) {
   thrum_error why = {THRUM_OK, ""};
   note(o, one->index, thrum_step_end(model, &one->run, one->status, &why), &why);
 }
 
+/* Steps those alone whose watch has chosen another kind of step, and takes them out. */
+static void part(thrum_crowd_group *g, outcome *o) {
+  for (int64_t m = g->count - 1; m >= 0; m--) {
+    thrum_crowd_member *one = &g->members[m], *last = &g->members[g->count - 1];
+    if (fits(g->model, &one->run) && one->run.next.split == g->split)
+      continue;
+    one->status = thrum_step_attempt(g->model, &one->run);
+    end(g->model, one, o);
+    // the last one takes its place, and its vectors are free
+    double *unused = one->vectors;
+    *one = *last;
+    last->vectors = unused;
+    g->count--;
+  }
+}
+
 /* Steps the members, together where that is worth it, and empties the group. */
-static void advance(group *g, outcome *o) {
+static void advance(thrum_crowd_group *g, outcome *o) {
+  if (g->count > 0) {
+    thrum_crowd_watch(g);
+    part(g, o);
+  }
   if (g->count > 0 && 2 * g->count >= g->kernel->lanes) {
-    attempt(g);
+    thrum_crowd_attempt(g);
   } else {
     for (int64_t m = 0; m < g->count; m++)
       g->members[m].status = thrum_step_attempt(g->model, &g->members[m].run);
@@ -282,9 +130,9 @@ static void advance(group *g, outcome *o) {
 }
 
 /* Begins the step of one state and puts it in the group, or steps it alone. */
-static void add(group *g, thrum_state *state, int64_t index, outcome *o) {
+static void add(thrum_crowd_group *g, thrum_state *state, int64_t index, outcome *o) {
   thrum_error why = {THRUM_OK, ""};
-  member *one = &g->members[g->count];
+  thrum_crowd_member *one = &g->members[g->count];
   one->index = index;
   const thrum_lent lent = {g->one_work, g->one_restricted, one->vectors};
   const thrum_status status = thrum_step_begin(g->model, state, &lent, &one->run, &why);
@@ -293,6 +141,7 @@ static void add(group *g, thrum_state *state, int64_t index, outcome *o) {
     return;
   }
   if (!fits(g->model, &one->run)) {
+    thrum_step_watch(g->model, &one->run, false);
     one->status = thrum_step_attempt(g->model, &one->run);
     end(g->model, one, o);
     return;
@@ -322,10 +171,16 @@ static int32_t kind_of(const thrum_model *model, const thrum_state *state) {
   return state->split;
 }
 
+/* What a step begins with, for one of the next group. */
+static void ask_for_state(const thrum_crowd_group *g, const thrum_state *state) {
+  const size_t vectors = EARLY_VECTORS * (size_t)g->model->rank * sizeof(double);
+  g->kernel->ask_for((const double *)(const void *)state, sizeof *state + vectors);
+}
+
 /* Steps up to WINDOW states, those of a kind one after the other, beginning with the kind that is
  * in the group already. */
-static void add_window(group *g, thrum_state *const *states, int64_t begin, int64_t count,
-                       outcome *o) {
+static void add_window(thrum_crowd_group *g, thrum_state *const *states, int64_t begin,
+                       int64_t count, outcome *o) {
   int32_t kinds[WINDOW];
   bool added[WINDOW] = {false};
   for (int64_t n = 0; n < count; n++)
@@ -335,6 +190,8 @@ static void add_window(group *g, thrum_state *const *states, int64_t begin, int6
     for (int64_t n = first; n < count; n++)
       if (!added[n] && kinds[n] == kind) {
         added[n] = true;
+        if (g->kernel && n + g->kernel->lanes < count)
+          ask_for_state(g, states[begin + n + g->kernel->lanes]);
         add(g, states[begin + n], begin + n, o);
       }
     while (first < count && added[first])
@@ -344,7 +201,7 @@ static void add_window(group *g, thrum_state *const *states, int64_t begin, int6
 }
 
 thrum_status thrum_crowd_size(const thrum_model *model, size_t *size, thrum_error *error) {
-  group g;
+  thrum_crowd_group g;
   if (!model || !size || model->rank < 1 || model->rank > THRUM_RANK_MAX)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "the model or size is NULL, or the model has no rank in 1..%d",
@@ -370,7 +227,7 @@ thrum_status thrum_step_many(const thrum_model *model, thrum_state *const *state
     return thrum_error_set(error, THRUM_BUFFER_TOO_SMALL,
                            "the workspace has %zu bytes, this model needs %zu", workspace_size,
                            size);
-  group g;
+  thrum_crowd_group g;
   memset(&g, 0, sizeof g);
   lay_out(model, workspace, &g);
   g.model = model;

@@ -187,8 +187,13 @@ INLINE vs evaluation_entry(const evaluation *e, int64_t k) {
 #include "crowd_part.h"
 #include "crowd_restricted.h"
 
+PASS void ask_for(const double *from, size_t bytes) {
+  for (size_t k = 0; k < bytes; k += 64)
+    _mm_prefetch((const char *)from + k, _MM_HINT_T1);
+}
+
 #define THRUM_CROWD_TABLE                                                                          \
   {                                                                                                \
     LANES, pass_force_part, pass_tangent_vector_part, pass_restrict, pass_restricted_gradient,     \
-        pass_restricted_hessian                                                                    \
+        pass_restricted_hessian, ask_for                                                           \
   }

@@ -337,18 +337,22 @@ thrum_status thrum_step_energy(const thrum_model *model, const thrum_state *stat
 thrum_status thrum_step_newmark(const thrum_model *model, const thrum_state *state,
                                 thrum_state_view *view, thrum_solve_report *report);
 
-/* A step in three parts, so that a crowd can make many attempts together. */
+/* A step in four parts, so that a crowd can make many samples and attempts together. */
 typedef struct thrum_step_run {
   thrum_state *state;
   thrum_state next; /* the header to be */
   thrum_state_view view;
   thrum_solve_report report;
+  bool samples; /* the watch wants a product: see thrum_watch_before */
 } thrum_step_run;
 
-/* step.c: checks the state and lets the watch choose the scheme, run->next.scheme. Not THRUM_OK:
- * there is nothing to end. */
+/* step.c: checks the state and lets the watch begin. Not THRUM_OK: there is nothing to end. */
 thrum_status thrum_step_begin(const thrum_model *model, thrum_state *state, const thrum_lent *lent,
                               thrum_step_run *run, thrum_error *error);
+
+/* step.c: lets the watch choose the scheme, run->next.scheme; with the product that it wants, or
+ * makes it. */
+void thrum_step_watch(const thrum_model *model, thrum_step_run *run, bool product_there);
 
 /* step.c: one step of that scheme: candidates, as thrum_step_imexv. */
 thrum_status thrum_step_attempt(const thrum_model *model, thrum_step_run *run);
@@ -361,8 +365,14 @@ thrum_status thrum_step_end(const thrum_model *model, thrum_step_run *run, thrum
 void thrum_watch_reset(thrum_state *state);
 
 /* watch.c: before a step; `state` is the header to be. May change its scheme and split, and then
- * points view->p at the momentum that goes with them. Not THRUM_OK: that could not be done. */
+ * points view->p at the momentum that goes with them. Not THRUM_OK: that could not be done. Where
+ * *samples is set, T_EE times view->direction is wanted in view->product, which multiply puts
+ * there; then sample goes on, and may change the same. */
 thrum_status thrum_watch_before(const thrum_model *model, thrum_state *state,
+                                thrum_state_view *view, bool *samples);
+void thrum_watch_multiply(const thrum_model *model, const thrum_state *state,
+                          thrum_state_view *view);
+thrum_status thrum_watch_sample(const thrum_model *model, thrum_state *state,
                                 thrum_state_view *view);
 
 /* watch.c: the energy at q_k for the report, with V(q_k) and the explicit force in view->force. */

@@ -109,6 +109,13 @@ static thrum_status attempt(const thrum_model *model, const thrum_state *state,
   return thrum_step_imexv(model, state, view, report);
 }
 
+/* As if the watch had not looked. */
+static void unwatch(thrum_step_run *run) {
+  run->next = *run->state;
+  run->view.p = thrum_state_view_of(run->state).p;
+  run->view.guided = run->samples = false;
+}
+
 thrum_status thrum_step_begin(const thrum_model *model, thrum_state *state, const thrum_lent *lent,
                               thrum_step_run *run, thrum_error *error) {
   const thrum_status status = thrum_state_check(model, state, error);
@@ -119,13 +126,18 @@ thrum_status thrum_step_begin(const thrum_model *model, thrum_state *state, cons
   run->view = thrum_state_view_of(state);
   thrum_state_lend(&run->view, lent);
   memset(&run->report, 0, sizeof run->report);
-  double *before = run->view.p;
-  if (thrum_watch_before(model, &run->next, &run->view) != THRUM_OK) {
-    run->next = *state;
-    run->view.p = before;
-    run->view.guided = false;
-  }
+  if (thrum_watch_before(model, &run->next, &run->view, &run->samples) != THRUM_OK)
+    unwatch(run);
   return THRUM_OK;
+}
+
+void thrum_step_watch(const thrum_model *model, thrum_step_run *run, bool product_there) {
+  if (!run->samples)
+    return;
+  if (!product_there)
+    thrum_watch_multiply(model, &run->next, &run->view);
+  if (thrum_watch_sample(model, &run->next, &run->view) != THRUM_OK)
+    unwatch(run);
 }
 
 thrum_status thrum_step_attempt(const thrum_model *model, thrum_step_run *run) {
@@ -183,5 +195,6 @@ thrum_status thrum_step(const thrum_model *model, thrum_state *state, thrum_erro
   const thrum_status status = thrum_step_begin(model, state, &lent, &run, error);
   if (status != THRUM_OK)
     return status;
+  thrum_step_watch(model, &run, false);
   return thrum_step_end(model, &run, thrum_step_attempt(model, &run), error);
 }

@@ -84,10 +84,8 @@ void thrum_watch_reset(thrum_state *state) {
   thrum_ledger_close(state);
 }
 
-/* One power iteration on the first n coordinates; returns |A v| for |v| = 1, a lower bound of the
- * spectral radius. v all zero: starts anew. */
-static double iterate(const thrum_model *model, const thrum_state *state, thrum_state_view *view,
-                      int32_t n, double *v) {
+/* view->direction = v/|v|. v all zero: starts anew. */
+static void direct(const thrum_state *state, thrum_state_view *view, int32_t n, double *v) {
   double norm = 0.0;
   for (int32_t i = 0; i < n; i++)
     norm += v[i] * v[i];
@@ -99,18 +97,34 @@ static double iterate(const thrum_model *model, const thrum_state *state, thrum_
     norm += v[i] * v[i];
   for (int32_t i = 0; i < state->rank; i++)
     view->direction[i] = i < n ? v[i] / sqrt(norm) : 0.0;
-  thrum_tangent_vector_part(view->kernel, model, n, view->q, view->direction, view->product,
-                            view->work);
+}
+
+/* The rest of a power iteration on the first n coordinates, from T times the direction; returns
+ * |A v| for |v| = 1, a lower bound of the spectral radius. */
+static double iterate_from(const thrum_model *model, const thrum_state *state,
+                           thrum_state_view *view, int32_t n, double *v) {
   if (state->scheme == THRUM_SCHEME_QUADRATIC)
     for (int32_t i = state->split; i < n; i++)
       view->product[i] -= model->omega2[i] * view->direction[i];
-  norm = 0.0;
+  double norm = 0.0;
   for (int32_t i = 0; i < n; i++)
     norm += view->product[i] * view->product[i];
   norm = sqrt(norm);
   for (int32_t i = 0; i < n; i++)
     v[i] = norm > 0.0 && isfinite(norm) ? view->product[i] / norm : 0.0;
   return norm;
+}
+
+static void multiply(const thrum_model *model, thrum_state_view *view, int32_t n) {
+  thrum_tangent_vector_part(view->kernel, model, n, view->q, view->direction, view->product,
+                            view->work);
+}
+
+static double iterate(const thrum_model *model, const thrum_state *state, thrum_state_view *view,
+                      int32_t n, double *v) {
+  direct(state, view, n, v);
+  multiply(model, view, n);
+  return iterate_from(model, state, view, n, v);
 }
 
 static double angle_of(const thrum_state *state, double radius) {
@@ -158,18 +172,29 @@ static thrum_status shrink(const thrum_model *model, thrum_state *state, thrum_s
   return change(model, state, view, THRUM_SCHEME_COMPONENT, split);
 }
 
-/* Samples the angle of the present set, and of the whole one while some of it is implicit. */
-static thrum_status watch_angle(const thrum_model *model, thrum_state *state,
-                                thrum_state_view *view) {
-  const int32_t whole = thrum_split_of(model, state);
-  const bool quadratic = state->scheme == THRUM_SCHEME_QUADRATIC;
+/* Begins a sample of the angle. */
+static void watch_angle(const thrum_state *state, thrum_state_view *view) {
   const size_t vector = (size_t)state->rank * sizeof(double);
   memcpy(view->guide_next, view->guide, vector);
   memcpy(view->guide_whole_next, view->guide_whole, vector);
   view->guided = true;
+  direct(state, view, thrum_staggered(state), view->guide_next);
+}
+
+void thrum_watch_multiply(const thrum_model *model, const thrum_state *state,
+                          thrum_state_view *view) {
   const int32_t n = thrum_staggered(state);
+  if (n > 0)
+    multiply(model, view, n);
+}
+
+thrum_status thrum_watch_sample(const thrum_model *model, thrum_state *state,
+                                thrum_state_view *view) {
+  const int32_t whole = thrum_split_of(model, state), n = thrum_staggered(state);
+  const bool quadratic = state->scheme == THRUM_SCHEME_QUADRATIC;
+  const size_t vector = (size_t)state->rank * sizeof(double);
   if (n > 0) {
-    state->angle_last = angle_of(state, iterate(model, state, view, n, view->guide_next));
+    state->angle_last = angle_of(state, iterate_from(model, state, view, n, view->guide_next));
     state->angle_peak = fmax(state->angle_peak, state->angle_last);
     if (!(state->angle_last <= ANGLE_HIGH))
       return shrink(model, state, view);
@@ -226,7 +251,8 @@ static thrum_status pay(const thrum_model *model, thrum_state *state, thrum_stat
 }
 
 thrum_status thrum_watch_before(const thrum_model *model, thrum_state *state,
-                                thrum_state_view *view) {
+                                thrum_state_view *view, bool *samples) {
+  *samples = false;
   if (!state->adaptive)
     return THRUM_OK;
   if (state->scheme == THRUM_SCHEME_ENERGY)
@@ -243,7 +269,10 @@ thrum_status thrum_watch_before(const thrum_model *model, thrum_state *state,
   // under a sudden load the angle passes the bound within a few steps; the balance shows it
   if (fabs(state->balance_last) > FAST_SHARE)
     often = 1;
-  return state->steps % often == 0 ? watch_angle(model, state, view) : THRUM_OK;
+  *samples = state->steps % often == 0;
+  if (*samples)
+    watch_angle(state, view);
+  return THRUM_OK;
 }
 
 void thrum_watch_energy(const thrum_model *model, const thrum_state *state, thrum_state_view *view,

@@ -139,6 +139,36 @@ static void a_crowd_has_the_bits_of_its_states_alone(void **context) {
     }
 }
 
+/* Some of them with an explicit mode beyond the bound. */
+static thrum_state_def bold(int n) {
+  thrum_state_def def = plain(n);
+  def.dt = n % 3 == 1 ? 6.6e-3 : 4e-3;
+  def.split_rule = THRUM_SPLIT_COUNT;
+  def.explicit_count = 8;
+  return def;
+}
+
+/* The watch makes modes implicit while their state is in a group. */
+static void states_that_leave_their_group_keep_their_bits(void **context) {
+  (void)context;
+  random_model m;
+  random_model_make(&m, 7, 9, 5, 300, 5.0);
+  random_model_pack(&m);
+  crowd c;
+  crowd_make(&c, &m.model, bold);
+  int64_t switches = 0, stayed = 0;
+  for (int k = 0; k < 2 * STEPS; k++)
+    crowd_step(&c, &m.model, STATES);
+  for (int n = 0; n < STATES; n++) {
+    const thrum_state_report report = thrum_state_report_get(c.together[n]);
+    switches += report.switches;
+    stayed += report.explicit_modes == 8 ? 1 : 0;
+  }
+  assert_true(switches > 0 && stayed > 0);
+  crowd_free(&c);
+  random_model_free(&m);
+}
+
 static void states_of_different_defs_keep_their_bits(void **context) {
   (void)context;
   random_model m;
@@ -294,6 +324,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(fast_kernels_have_passes_for_crowds),
       cmocka_unit_test(a_crowd_has_the_bits_of_its_states_alone),
+      cmocka_unit_test(states_that_leave_their_group_keep_their_bits),
       cmocka_unit_test(states_of_different_defs_keep_their_bits),
       cmocka_unit_test(a_long_list_of_many_kinds_keeps_its_bits),
       cmocka_unit_test(states_that_fall_back_or_fail_do_as_alone_and_spoil_no_other),
