@@ -120,26 +120,23 @@ PASS void pass_restricted_hessian(const thrum_model *model, int64_t split, const
   const int64_t spare = thrum_crowd_columns(n) * LANES;
   double *l = e.end, *list = l + spare, *lower = list + spare;
   const double *own = restricted + thrum_restricted_first(n) * LANES;
-  crowd_block blocks[THRUM_RANK_MAX];
+  packed blocks[THRUM_RANK_MAX];
   block_row rows[THRUM_RANK_MAX];
   crowd_block k = evaluation_blocks(model, &e);
   k.w = l;
   for (int64_t c = 0; c < n; c++) {
     // y_dc is the coefficient of z_d z_c; l is what z_c meets but for it
     const int64_t columns = 8 * thrum_pack_vectors(c) * LANES;
-    const vs z_c = vs_load(e.z + c * LANES);
-    memcpy(l, own, (size_t)columns * sizeof *l);
     k.rows = n - c;
     k.z = e.z + c * LANES;
-    block_both(&k);
-    for (int64_t i = 0; i < columns; i += LANES)
-      vs_store(e.w + i, vs_add(vs_load(e.w + i), vs_mul(z_c, vs_load(l + i))));
+    k.own = own;
+    block_over(&k);
     for (int64_t d = c; d < n; d++)
       vs_store(lower + (d * n + c) * LANES, vs_load(e.y + (d - c) * LANES));
-    blocks[c] = k;
+    blocks[c] = k.b;
     for (int64_t b = 0; b <= c; b++)
-      rows[b] = row_of(&blocks[b], c - b);
-    list_of(c + 1, rows, e.z, l, list);
+      rows[b] = row_of(&blocks[b], b, model->rank - b, c - b);
+    list_of(c + 1, rows, e.z, l, list, e.w);
     hessian_row(c, list, &e, lower + c * n * LANES);
     own += columns;
     block_next(model->rank, c + 1, &k);

@@ -38,6 +38,7 @@ typedef enum work_on {
   WORK_STARTS, /* w, in place of what is there */
   WORK_ADDS,   /* w */
   WORK_BOTH,   /* y and w */
+  WORK_OVER,   /* both, w in place of what is there, from the own row on */
   WORK_OWN     /* both, and the row before them is every state's own */
 } work_on;
 
@@ -70,7 +71,8 @@ INLINE void tile_column(bool single, work_on what, int rows, const tile *t, int6
   const bool starts = what == WORK_STARTS, sums = what != WORK_ADDS && !starts;
   const bool adds = what != WORK_SUMS;
   const vs m_c = sums ? vs_keep(vs_load(t->m + column)) : vs_zero();
-  vs w_c = adds && !starts ? vs_load(t->w + column) : vs_zero();
+  const double *before = what == WORK_OVER ? t->own : t->w;
+  vs w_c = adds && !starts ? vs_load(before + column) : vs_zero();
   if (what == WORK_OWN) {
     const vs b_c = vs_load(t->own + column);
     sum[rows] = vs_add(sum[rows], vs_mul(b_c, m_c));
@@ -165,24 +167,28 @@ INLINE void block_rows(bool single, work_on begins, int64_t most, work_on what,
 BLOCK_PASS(block_sums, WORK_SUMS, ROWS, WORK_SUMS)
 BLOCK_PASS(block_adds, WORK_STARTS, ROWS, WORK_ADDS)
 BLOCK_PASS(block_both, WORK_BOTH, ROWS, WORK_BOTH)
+BLOCK_PASS(block_over, WORK_OVER, ROWS, WORK_BOTH)
 BLOCK_PASS(block_own, WORK_OWN, ROWS_FEW, WORK_BOTH)
 
-/* Row d of a block: vector v at v `stride`. */
+/* A row of a block: vector v at v `stride`. */
 typedef struct block_row {
   packed b;
   int64_t stride;
 } block_row;
 
-INLINE block_row row_of(const crowd_block *k, int64_t t) {
+/* Of block c of `all` rows; t is the row's number in it. */
+INLINE block_row row_of(const packed *b, int64_t c, int64_t all, int64_t t) {
   const int64_t first = t / THRUM_PACK_ROWS * THRUM_PACK_ROWS;
-  const block_row row = {packed_at(&k->b, 8 * (first * k->whole + (t - first))),
-                         8 * thrum_pack_size(k->all, first)};
+  const block_row row = {packed_at(b, 8 * (first * thrum_pack_vectors(c) + (t - first))),
+                         8 * thrum_pack_size(all, first)};
   return row;
 }
 
-/* list = l + sum_c z_c (row c) over so many blocks, in the columns of the last one. */
+/* list = l + sum_c z_c (row c) over so many blocks, in the columns of the last one; w += z_c l for
+ * the last c. */
 INLINE void list_rows(bool single, int64_t count, const block_row *rows, const double *z,
-                      const double *l, double *list) {
+                      const double *l, double *list, double *w) {
+  const vs last = vs_load(z + (count - 1) * LANES);
   int64_t begin = 0;
   for (int64_t v = 0; v < thrum_pack_vectors(count - 1); v++) {
     while (thrum_pack_vectors(begin) <= v)
@@ -196,15 +202,19 @@ INLINE void list_rows(bool single, int64_t count, const block_row *rows, const d
         sum[k] =
             vs_add(sum[k], vs_mul(packed_one(single, &rows[c].b, v * rows[c].stride + k), z_c));
     }
-    for (int k = 0; k < 8; k++)
-      vs_store(list + (8 * v + k) * LANES, vs_add(sum[k], vs_load(l + (8 * v + k) * LANES)));
+    for (int k = 0; k < 8; k++) {
+      const int64_t column = (8 * v + k) * LANES;
+      const vs l_k = vs_load(l + column);
+      vs_store(list + column, vs_add(sum[k], l_k));
+      vs_store(w + column, vs_add(vs_load(w + column), vs_mul(last, l_k)));
+    }
   }
 }
 
 PASS void list_of(int64_t count, const block_row *rows, const double *z, const double *l,
-                  double *list) {
+                  double *list, double *w) {
   if (rows[0].b.f)
-    list_rows(true, count, rows, z, l, list);
+    list_rows(true, count, rows, z, l, list, w);
   else
-    list_rows(false, count, rows, z, l, list);
+    list_rows(false, count, rows, z, l, list, w);
 }
