@@ -1,11 +1,12 @@
 /* Steps of many states of one model together (thrum/crowd.h).
  *
  * States that imexv is about to step in its component split, with the same split, go through the
- * stages of that step side by side: force, kick, restriction, and the evaluations of quasi-Newton
- * one after the other until all have converged. What reads coefficients is a pass of
- * runtime/crowd.h over all of them; all else is each state's own, by the code of thrum_step. A
- * state that needs more, such as full Newton or a rung of the ladder, goes on alone. Cost: that of
- * thrum_step with each coefficient loaded once for all states of a group.
+ * stages of that step side by side: the watch's sample, force, kick, restriction, and the
+ * evaluations of quasi-Newton one after the other while enough of them still iterate. What reads
+ * coefficients is a pass of runtime/crowd.h over all of them; all else is each state's own, by the
+ * code of thrum_step. The last ones to converge, and a state that needs more, such as full Newton
+ * or a rung of the ladder, go on alone. Cost: that of thrum_step with each coefficient loaded once
+ * for all states of a group.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <string.h>
@@ -173,6 +174,8 @@ static int32_t kind_of(const thrum_model *model, const thrum_state *state) {
 
 /* What a step begins with, for one of the next group. */
 static void ask_for_state(const thrum_crowd_group *g, const thrum_state *state) {
+  if (!state)
+    return;
   const size_t vectors = EARLY_VECTORS * (size_t)g->model->rank * sizeof(double);
   g->kernel->ask_for((const double *)(const void *)state, sizeof *state + vectors);
 }

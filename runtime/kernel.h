@@ -5,10 +5,10 @@
  *   - over a whole model, each of whose terms of degree 3 and 4 is q_d q_c q_b q_a with
  *     d >= c >= b >= a >= -1 and q_{-1} = 1 (runtime/pack.h): x_dc = q_c q_d; m_ba = q_b q_a;
  *     y_dc, over the columns (b,a), runs in 8 lanes, number of the column mod 8, ascending; w_ba,
- * over the rows, has c ascending and within it d descending. With y held: g_d adds q_c y_dc, c
+ *     over the rows, has c ascending and within it d descending. With y held: g_d adds q_c y_dc, c
  *     ascending, and s_c sums y_dc q_d in lanes n-1-d mod 8. With w held: g_a adds q_b w_ba, b
- *     ascending, and s_b sums w_ba q_a in lanes a+1 mod 8. A gradient is (g + g) + (s + s), y's
- * first;
+ *     ascending, and s_b sums w_ba q_a in lanes a+1 mod 8. A gradient is (g + g) + (s + s), those
+ *     with y held first;
  *   - of the explicit modes alone, in mirrored coordinates (runtime/pack.h), the same with rows
  *     ascending, d in lanes d-c mod 8;
  *   - with the explicit modes held, over n mirrored coordinates, likewise; w_ba, within c, has the

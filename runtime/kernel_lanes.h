@@ -11,8 +11,7 @@
  *   V8_MASKS    v8_mask, v8_range(lo, hi)  the lanes lo <= s < hi; lo and hi may be any number
  *               v8_load_mask(p, mask)      these lanes of p, zero in the others, which are not read
  *   V8_STORE_FIRST  v8_store_first(p, a, count)  the first lanes, 1 or more
- *   V8_SUMS     v8_sums(a, ...,
- * h)         the v8_sum of each
+ *   V8_SUMS     v8_sums(a, ..., h)    the v8_sum of each
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <stdint.h>

@@ -312,6 +312,36 @@ static void what_is_no_crowd_is_refused(void **context) {
   random_model_free(&other);
 }
 
+/* So many that one of them is where the next group is asked for early. */
+static void a_missing_state_is_named_and_the_others_step(void **context) {
+  (void)context;
+  enum { COUNT = 24, MISSING = 13 };
+  random_model m;
+  random_model_make(&m, 5, 9, 5, 300, 1.0);
+  random_model_pack(&m);
+  size_t size = 0;
+  assert_int_equal(thrum_crowd_size(&m.model, &size, NULL), THRUM_OK);
+  void *workspace = aligned_alloc(64, size);
+  assert_non_null(workspace);
+  const thrum_state_def def = plain(0);
+  thrum_state *states[COUNT];
+  thrum_status statuses[COUNT];
+  thrum_error error;
+  for (int n = 0; n < COUNT; n++)
+    states[n] = n == MISSING ? NULL : state_make(&m.model, &def);
+  assert_int_equal(thrum_step_many(&m.model, states, COUNT, statuses, workspace, size, &error),
+                   THRUM_INVALID_ARGUMENT);
+  assert_non_null(strstr(error.message, "state 13"));
+  for (int n = 0; n < COUNT; n++) {
+    assert_int_equal(statuses[n], n == MISSING ? THRUM_INVALID_ARGUMENT : THRUM_OK);
+    if (n != MISSING)
+      assert_int_equal(thrum_state_report_get(states[n]).steps, 1);
+    state_free(states[n]);
+  }
+  free(workspace);
+  random_model_free(&m);
+}
+
 static void fast_kernels_have_passes_for_crowds(void **context) {
   (void)context;
   static const thrum_kernel_id fast[] = {THRUM_KERNEL_AVX2, THRUM_KERNEL_AVX512};
@@ -329,6 +359,7 @@ int main(void) {
       cmocka_unit_test(a_long_list_of_many_kinds_keeps_its_bits),
       cmocka_unit_test(states_that_fall_back_or_fail_do_as_alone_and_spoil_no_other),
       cmocka_unit_test(what_is_no_crowd_is_refused),
+      cmocka_unit_test(a_missing_state_is_named_and_the_others_step),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
