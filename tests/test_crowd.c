@@ -139,6 +139,30 @@ static void a_crowd_has_the_bits_of_its_states_alone(void **context) {
     }
 }
 
+/* Large models are packed in single precision where nothing is lost. */
+static void a_crowd_of_single_precision_coefficients_keeps_its_bits(void **context) {
+  (void)context;
+  random_model m;
+  random_model_make(&m, 7, 40, 5, 300, 5.0);
+  for (int64_t k = 0; k < m.model.c3_count; k++)
+    m.c3[k] = (double)(float)m.c3[k];
+  for (int64_t k = 0; k < m.model.c4_count; k++)
+    m.c4[k] = (double)(float)m.c4[k];
+  random_model_pack(&m);
+  assert_non_null(m.model.packed_single);
+  static thrum_state_def (*const defs[])(int) = {plain, avx2};
+  for (size_t d = 0; d < sizeof defs / sizeof defs[0]; d++) {
+    crowd c;
+    crowd_make(&c, &m.model, defs[d]);
+    for (int k = 0; k < 5; k++)
+      crowd_step(&c, &m.model, STATES);
+    const thrum_state_report report = thrum_state_report_get(c.together[0]);
+    assert_true(report.iterations > 0 && report.explicit_modes > 0);
+    crowd_free(&c);
+  }
+  random_model_free(&m);
+}
+
 /* Some of them with an explicit mode beyond the bound. */
 static thrum_state_def bold(int n) {
   thrum_state_def def = plain(n);
@@ -354,6 +378,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(fast_kernels_have_passes_for_crowds),
       cmocka_unit_test(a_crowd_has_the_bits_of_its_states_alone),
+      cmocka_unit_test(a_crowd_of_single_precision_coefficients_keeps_its_bits),
       cmocka_unit_test(states_that_leave_their_group_keep_their_bits),
       cmocka_unit_test(states_of_different_defs_keep_their_bits),
       cmocka_unit_test(a_long_list_of_many_kinds_keeps_its_bits),
