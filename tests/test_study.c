@@ -62,11 +62,10 @@ static void what_wanders_is_no_trend(void **state) {
   assert_true(told[1] > ROWS / 100 && told[1] < ROWS / 8);
 }
 
-static void amplitude_is_the_mean_displacement_of_the_group(void **state) {
-  (void)state;
-  static const double along[3] = {0, 2, 0}, q[PARTICLE_RANK] = {0.3, -0.7};
+static const double particle_push[3] = {0, 2, 0};
+
+static const thrum_model *load_particle(void) {
   const thrum_model *model = NULL;
-  study_body body;
   thrum_error error = {0};
   char path[] = "/tmp/thrum-study-XXXXXX";
   const int file = mkstemp(path);
@@ -75,9 +74,19 @@ static void amplitude_is_the_mean_displacement_of_the_group(void **state) {
   assert_true(save_particle(path, 4, 9));
   assert_int_equal(thrum_model_load(path, &model, &error), THRUM_OK);
   unlink(path);
-  assert_int_equal(study_body_init("particle", model, "nothing", along, &body, &error),
+  return model;
+}
+
+static void amplitude_is_the_mean_displacement_of_the_group(void **state) {
+  (void)state;
+  static const double q[PARTICLE_RANK] = {0.3, -0.7};
+  const thrum_model *model = load_particle();
+  study_body body;
+  thrum_error error = {0};
+  assert_int_equal(study_body_init("particle", model, "nothing", particle_push, &body, &error),
                    THRUM_MISSING);
-  assert_int_equal(study_body_init("particle", model, "a, b", along, &body, &error), THRUM_OK);
+  assert_int_equal(study_body_init("particle", model, "a, b", particle_push, &body, &error),
+                   THRUM_OK);
   // vertices 1, 2 and 4 share; the box is the unit cube
   double mean[3] = {0, 0, 0};
   double u[12];
@@ -119,18 +128,12 @@ static bool stop_at_half(void *context, double fraction) {
  * and a part, or less than one. */
 static void a_strike_gives_its_whole_impulse_at_any_step(void **state) {
   (void)state;
-  static const double along[3] = {0, 2, 0}, steps[5] = {1e-4, 7e-4, 2e-3, 3e-3, 1e-2};
-  const thrum_model *model = NULL;
+  static const double steps[5] = {1e-4, 7e-4, 2e-3, 3e-3, 1e-2};
+  const thrum_model *model = load_particle();
   study_body body;
   thrum_error error = {0};
-  char path[] = "/tmp/thrum-study-XXXXXX";
-  const int file = mkstemp(path);
-  assert_true(file >= 0);
-  close(file);
-  assert_true(save_particle(path, 4, 9));
-  assert_int_equal(thrum_model_load(path, &model, &error), THRUM_OK);
-  unlink(path);
-  assert_int_equal(study_body_init("particle", model, "a, b", along, &body, &error), THRUM_OK);
+  assert_int_equal(study_body_init("particle", model, "a, b", particle_push, &body, &error),
+                   THRUM_OK);
   for (int n = 0; n < 5; n++) {
     thrum_state_def def = thrum_default_state_def();
     def.integrator = THRUM_INTEGRATOR_ENERGY;
