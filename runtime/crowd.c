@@ -97,6 +97,13 @@ static void end(const thrum_model *model, thrum_crowd_member *one, outcome *o) {
   note(o, one->index, thrum_step_end(model, &one->run, one->status, &why), &why);
 }
 
+/* Moves a member; its place gets the vectors that are free then. */
+static void move(thrum_crowd_member *from, thrum_crowd_member *to) {
+  double *unused = to->vectors;
+  *to = *from;
+  from->vectors = unused;
+}
+
 /* Steps those alone whose watch has chosen another kind of step, and takes them out. */
 static void part(thrum_crowd_group *g, outcome *o) {
   for (int64_t m = g->count - 1; m >= 0; m--) {
@@ -105,10 +112,7 @@ static void part(thrum_crowd_group *g, outcome *o) {
       continue;
     one->status = thrum_step_attempt(g->model, &one->run);
     end(g->model, one, o);
-    // the last one takes its place, and its vectors are free
-    double *unused = one->vectors;
-    *one = *last;
-    last->vectors = unused;
+    move(last, one);
     g->count--;
   }
 }
@@ -151,11 +155,7 @@ static void add(thrum_crowd_group *g, thrum_state *state, int64_t index, outcome
   if (g->count > 0 && (g->split != one->run.next.split || g->kernel != kernel)) {
     // another kind of step: the group goes first, and this one starts the next
     advance(g, o);
-    if (one != g->members) {
-      double *unused = g->members[0].vectors;
-      g->members[0] = *one;
-      one->vectors = unused;
-    }
+    move(one, g->members);
   }
   g->split = g->members[0].run.next.split;
   g->kernel = kernel;

@@ -34,22 +34,14 @@
 
 #define SCALED_MOST 0.5 /* of the kinetic energy: more is a standstill */
 #define OWED_MOST 1e-3  /* of the energy, at a standstill */
-#define STILL                                                                                      \
-  1e-5 /* residual by sigma beside the step, for an error of all of V, that is rounding */
-#define MOVING 100.0 /* times what the forces do in a step: V beyond it is not of the step */
-#define CLOSE 1e-7   /* residual beside the step whose correction R(q') and V(q') can follow */
+#define STILL 1e-5      /* 1/what an error of all of V may add to the residual, beside the step */
+#define MOVING 100.0    /* times what the forces do in a step: V beyond it is not of the step */
+#define CLOSE 1e-7      /* residual beside the step whose correction R(q') and V(q') can follow */
 
 /* point = q + s d */
 static void place(const thrum_solver *s, double at, double *point) {
   for (int32_t i = 0; i < s->n; i++)
     point[i] = s->view->q[i] + at * s->view->unknown[i];
-}
-
-static double dot(int32_t n, const double *a, const double *b) {
-  double sum = 0.0;
-  for (int32_t i = 0; i < n; i++)
-    sum += a[i] * b[i];
-  return sum;
 }
 
 /* matrix += weight factor T(q + s d) */
@@ -74,11 +66,13 @@ static double evaluate_path(const thrum_solver *s) {
   const double *const points[2] = {view->point, view->point_2};
   double *const forces[2] = {view->force, view->force_2}, energies[2];
   thrum_forces_by(view->kernel, s->model, points, forces, energies, view->work);
-  for (int32_t i = 0; i < s->n; i++)
+  double along = 0.0;
+  for (int32_t i = 0; i < s->n; i++) {
     view->force[i] = (view->force_start[i] + 4.0 * view->force[i] + view->force_2[i]) / 6.0;
+    along += view->force_start[i] * view->unknown[i];
+  }
   s->report->potential = energies[1];
   s->report->along_step = s->report->along_change = 0.0;
-  const double along = dot(s->n, view->force_start, view->unknown);
   return s->weight * (along + 8.0 * energies[0] + energies[1]) / 6.0;
 }
 
