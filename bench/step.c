@@ -101,7 +101,7 @@ static void count_passes(const thrum_model *model, bench_step *bench) {
 /* Batches from the snapshot. */
 static thrum_status measure(const thrum_model *model, thrum_state *state, const void *snapshot,
                             double *samples, bench_step *bench, thrum_error *error) {
-  const size_t bytes = thrum_state_bytes(state);
+  const size_t bytes = thrum_state_kept_bytes(state);
   thrum_status status = THRUM_OK;
   int64_t steps = bench->steps;
   if (steps == 0) {
@@ -152,7 +152,7 @@ thrum_status bench_step_run(const thrum_model *model, bench_step *bench, thrum_e
   if (status >= 0)
     status = run_steps(model, state, WARM_STEPS, error);
   if (status >= 0) {
-    memcpy(snapshot, memory, thrum_state_bytes(state));
+    memcpy(snapshot, memory, thrum_state_kept_bytes(state));
     status = measure(model, state, snapshot, samples, bench, error);
   }
   free(memory);

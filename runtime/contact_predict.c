@@ -57,7 +57,6 @@ thrum_status thrum_contact_predict(thrum_contact_run *run, thrum_error *error) {
     }
     fill_free(run, view.force);
   }
-  thrum_state_clear_scratch(&view);
   if (synchronised != THRUM_OK)
     return thrum_error_set(error, THRUM_SINGULAR,
                            "the tangent damping cannot be solved for at this state");

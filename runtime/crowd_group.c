@@ -109,7 +109,6 @@ static void stiffen(thrum_crowd_group *g) {
       continue;
     take(g, m, 0, n * n, g->hessian, one->run.view.jacobian_next);
     thrum_solve_weigh(&one->solver, one->run.view.jacobian_next);
-    one->run.view.jacobian_used = n * n;
     one->quasi.assembled = true;
   }
 }

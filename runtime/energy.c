@@ -1,6 +1,6 @@
 /* One energy-conserving step of all modes by a discrete gradient (design 7):
  *
- *   p' = p - h [R-bar + D v - f],  q' = q + h/2 (p + p'),  v = (q' - q)/h,  d = q' - q,
+ *   p' = p - h F,  F = R-bar + D v - f,  q' = q + h/2 (p + p'),  v = (q' - q)/h,  d = q' - q,
  *
  * with a mean force for which R-bar d = V(q') - V(q), so that 1/2 |p|^2 + V changes by the work of
  * the load less the dissipation at any h; what the solver's tolerance leaves is taken up by a scale
@@ -12,9 +12,17 @@
  *
  * R(q) is the R(q') of the step before and V(q') comes with R(q'), so the first takes one force an
  * iteration, as Newmark does. The second takes two, but is a gradient in d: solve.c can search
- * along the step's potential, P(d) = h^2/2 [R(q) d + 8 V(q + d/2) + V(q + d)]/6, and always finds a
- * solution. So it is for steps that the first does not solve, for some steps after them, for the
- * rungs of the ladder, and for tangent damping, which takes T at the midpoint.
+ * along the step's potential and always finds a solution. So it is for steps that the first does
+ * not solve, for some steps after them, for the rungs of the ladder, and for tangent damping, which
+ * takes T at the midpoint.
+ *
+ * What is known of F when a step by the ends begins, R(q) - f, goes to the kick, and the solve has
+ * the other half, as that of Newmark's step has it (share = 1/2; by the path share = 1, E = R-bar):
+ *
+ *   0 = d - kick + share h^2/2 [E + D v/share - f],  kick = h p - (1 - share) h^2/2 [R(q) - f],
+ *   R-bar = (1 - share) R(q) + share E,  E = R(q') + 2 sigma d
+ *
+ * The first guess then extrapolates what is not known yet alone.
  * Cost: an iteration takes one force evaluation (the path two) and about 2 r^2, now and then a
  * tangent and r^3. Sources: Gonzalez 1996, Time integration and discrete Hamiltonian systems,
  * doi:10.1007/BF02440162, with the forces of the ends where it has the one of the middle; Quispel &
@@ -31,11 +39,13 @@
 
 #include "polynomial.h"
 #include "solve.h"
+#include "sums.h"
 
 #define SCALED_MOST 0.5 /* of the kinetic energy: more is a standstill */
 #define OWED_MOST 1e-3  /* of the energy, at a standstill */
 #define STILL 1e-5      /* 1/what an error of all of V may add to the residual, beside the step */
 #define MOVING 100.0    /* times what the forces do in a step: V beyond it is not of the step */
+#define UNFELT 0x1p-15  /* so little of it is not lost */
 #define CLOSE 1e-7      /* residual beside the step whose correction R(q') and V(q') can follow */
 
 /* point = q + s d */
@@ -44,12 +54,21 @@ static void place(const thrum_solver *s, double at, double *point) {
     point[i] = s->view->q[i] + at * s->view->unknown[i];
 }
 
+/* Of F, that the solve has. */
+static double share_of(const thrum_solver *s) {
+  return 0.5 / s->at;
+}
+
+/* h^2/2 */
+static double mean_weight(const thrum_solver *s) {
+  return s->weight / share_of(s);
+}
+
 /* matrix += weight factor T(q + s d) */
 static void add_tangent(const thrum_solver *s, double at, double factor, double *matrix) {
   thrum_state_view *view = s->view;
   place(s, at, view->point);
   thrum_tangent_by(view->kernel, s->model, view->point, view->tangent, view->work);
-  view->tangents_used = true;
   const size_t count = (size_t)s->n * (size_t)s->n;
   for (size_t a = 0; a < count; a++)
     matrix[a] += s->weight * factor * view->tangent[a];
@@ -66,13 +85,11 @@ static double evaluate_path(const thrum_solver *s) {
   const double *const points[2] = {view->point, view->point_2};
   double *const forces[2] = {view->force, view->force_2}, energies[2];
   thrum_forces_by(view->kernel, s->model, points, forces, energies, view->work);
-  double along = 0.0;
-  for (int32_t i = 0; i < s->n; i++) {
+  for (int32_t i = 0; i < s->n; i++)
     view->force[i] = (view->force_start[i] + 4.0 * view->force[i] + view->force_2[i]) / 6.0;
-    along += view->force_start[i] * view->unknown[i];
-  }
   s->report->potential = energies[1];
-  s->report->along_step = s->report->along_change = 0.0;
+  s->report->along_step = 0.0;
+  const double along = thrum_sum_of(s->n, view->force_start, view->unknown, NULL);
   return s->weight * (along + 8.0 * energies[0] + energies[1]) / 6.0;
 }
 
@@ -87,105 +104,129 @@ static void stiffness_of_path(const thrum_solver *s, double *matrix) {
 
 /* --- R-bar of the ends ------------------------------------------------------------------------ */
 
-/* view->force = R-bar and view->force_2 = R(q'), from R(q') in view->force and V(q'). */
-static void complete(const thrum_solver *s, double potential) {
-  thrum_state_view *view = s->view;
+/* How much of sigma is left where the difference of the energies would be rounding, as in little
+ * motion where V is large: rounding makes a residual of h^2/2 rounding/|d|, to be compared with d
+ * in the measure of the solve. All of it where the step is what V is large by. */
+static double kept_of_sigma(const thrum_solver *s, double all, double square) {
+  const thrum_state_view *view = s->view;
   const double *d = view->unknown;
-  double along = 0.0, moved = 0.0, square = 0.0, step = 0.0, residual = 0.0;
-  for (int32_t i = 0; i < s->n; i++) {
-    view->force_2[i] = view->force[i];
-    view->force[i] = 0.5 * (view->force_start[i] + view->force_2[i]);
-    along += view->force[i] * d[i];
-    moved += (fabs(view->force_start[i]) + fabs(view->force_2[i])) * fabs(d[i]);
-    square += d[i] * d[i];
-    step += d[i] * d[i] * view->scale[i];
-    residual += d[i] * d[i] * view->unscale[i];
-  }
-  // less of sigma where the difference of the energies would be rounding, as in little motion where
-  // V is large: that makes a residual of weight rounding/|d|, to be compared with d in the measure
-  // of the solve; not where the step is what V is large by
+  double moved[2] = {0.0, 0.0};
+  for (int32_t i = 0; i < s->n; i++)
+    moved[i & 1] += (fabs(view->force_start[i]) + fabs(view->force_2[i])) * fabs(d[i]);
+  const double still = all - MOVING * (moved[0] + moved[1]);
+  if (!(still > 0.0))
+    return 1.0;
+  const double step = thrum_sum_of(s->n, d, d, view->scale);
+  const double residual = thrum_sum_of(s->n, d, d, view->unscale);
+  const double lost =
+      fmax(0.0, STILL * mean_weight(s) * still * sqrt(residual / step) / square - UNFELT);
+  return 1.0 / (1.0 + lost * lost);
+}
+
+/* view->force = E from R(q') in view->force_2 and V(q'). */
+static void complete(const thrum_solver *s, double potential) {
+  const thrum_state_view *view = s->view;
   thrum_solve_report *report = s->report;
-  const double still = fabs(potential) + fabs(report->potential_start) - MOVING * moved;
-  const double share = STILL * s->weight * fmax(0.0, still) * sqrt(residual / step) / square;
-  const double inverse = 1.0 / (square * (1.0 + share * share));
+  const double *d = view->unknown, *force = view->force_2;
+  double *restrict end_force = view->force;
+  const double square = thrum_sum_of(s->n, d, d, NULL);
+  const double along =
+      0.5 * (thrum_sum_of(s->n, view->force_start, d, NULL) + thrum_sum_of(s->n, force, d, NULL));
+  double inverse = 1.0 / square;
+  // mostly it is clear that nothing of sigma is lost, without a look at the modes: the first bound
+  // is one on what they move; in the second residual <= step, as scale >= 1
+  const double all = fabs(potential) + fabs(report->potential_start);
+  if (!(all <= MOVING * fabs(along) || STILL * mean_weight(s) * all <= UNFELT * square))
+    inverse *= kept_of_sigma(s, all, square);
   report->potential = potential;
   report->inverse_square = isfinite(inverse) ? inverse : 0.0;
-  const double sigma = (potential - report->potential_start - along) * report->inverse_square;
+  report->along_step = (potential - report->potential_start - along) * report->inverse_square;
+  const double twice = 2.0 * report->along_step;
   for (int32_t i = 0; i < s->n; i++)
-    view->force[i] += sigma * d[i];
-  report->along_step = sigma;
+    end_force[i] = force[i] + twice * d[i];
 }
 
 static double evaluate_ends(const thrum_solver *s) {
   thrum_state_view *view = s->view;
-  place(s, 1.0, view->point);
-  complete(s, thrum_force_by(view->kernel, s->model, view->point, view->force, view->work));
+  complete(s, thrum_force_by(view->kernel, s->model, view->middle, view->force_2, view->work));
   return 0.0; // R-bar has no potential
 }
 
-/* weight (T(q')/2 + sigma) from T(q'); border() has the rest. */
+/* h^2/2 (T(q')/2 + sigma) from T(q'); border() has the rest. */
 static void weigh_ends(const thrum_solver *s, double *matrix) {
   thrum_solve_weigh(s, matrix);
   const size_t n = (size_t)s->n;
+  const double along = mean_weight(s) * s->report->along_step;
   for (size_t i = 0; i < n; i++)
-    matrix[i * n + i] += s->weight * s->report->along_step;
+    matrix[i * n + i] += along;
 }
 
 static void stiffness_of_ends(const thrum_solver *s, double *matrix) {
   thrum_state_view *view = s->view;
-  place(s, 1.0, view->point);
-  thrum_tangent_by(view->kernel, s->model, view->point, matrix, view->work);
+  thrum_tangent_by(view->kernel, s->model, view->middle, matrix, view->work);
   weigh_ends(s, matrix);
 }
 
 static void both_of_ends(const thrum_solver *s, double *matrix) {
   thrum_state_view *view = s->view;
-  place(s, 1.0, view->point);
-  complete(s, thrum_force_tangent_by(view->kernel, s->model, view->point, view->force, matrix,
+  complete(s, thrum_force_tangent_by(view->kernel, s->model, view->middle, view->force_2, matrix,
                                      view->work));
   weigh_ends(s, matrix);
 }
 
-/* The Jacobian is J0 + weight d grad(sigma)^T with J0 = 1 + weight (T(q')/2 + sigma + rate D): one
- * product with J0^-1 more by Sherman & Morrison. |d|^2 grad(sigma) = 1/2 [R(q') - R(q)] -
- * 1/2 T(q') d - 2 sigma d, and d T x follows from J0 x, as J0 is symmetric. On entry image =
- * J0^-1 residual; then image = J^-1 residual and residual = J0 image. */
-static void border(const thrum_solver *s, const thrum_secant *inverse, double *residual,
+/* |d|^2 grad(sigma) = 1/2 [R(q') - R(q)] - 1/2 T(q') d - 2 sigma d, and d T x follows from J0 x, as
+ * J0 is symmetric: with the residual g
+ *   h^2/2 |d|^2 grad(sigma) = slope - J0 d,
+ *   slope = g + h p - h^2/2 [R(q) - f] - h^2 sigma d */
+static void put_slope(const thrum_solver *s, const double *residual, double *slope) {
+  const thrum_state_view *view = s->view;
+  const double known = mean_weight(s) * (1.0 - share_of(s));
+  const double twice = 2.0 * mean_weight(s) * s->report->along_step;
+  for (int32_t i = 0; i < s->n; i++)
+    slope[i] = residual[i] + view->kick[i] - known * (view->force_start[i] - view->load[i]) -
+               twice * view->unknown[i];
+}
+
+/* h^2/2 grad(sigma) x from the slope, x and J0 x. */
+static double gradient_along(const thrum_solver *s, const double *slope, const double *x,
+                             const double *image) {
+  return (thrum_sum_of(s->n, slope, x, NULL) - thrum_sum_of(s->n, s->view->unknown, image, NULL)) *
+         s->report->inverse_square;
+}
+
+/* The Jacobian is J0 + h^2/2 d grad(sigma)^T with J0 = 1 + h^2/2 (T(q')/2 + sigma) + h/2 D: one
+ * product with J0^-1 more by Sherman & Morrison, in the first correction with this J0; later ones
+ * take the same. On entry image = J0^-1 residual; then image = J^-1 residual and residual = J0
+ * image. */
+static void border(const thrum_solver *s, const thrum_secant *inverse, bool first, double *residual,
                    double *image) {
   thrum_state_view *view = s->view;
+  thrum_solve_report *report = s->report;
   const double *d = view->unknown;
-  double *bordered = view->bordered;
-  thrum_secant_apply(inverse, d, bordered);
-  // weight grad(sigma) times image, and times J0^-1 d
-  double change = 0.0, own = 0.0;
-  for (int32_t i = 0; i < s->n; i++) {
-    const double damped = s->rate * thrum_rest_damping(s->model, s->state, i);
-    const double risen = 0.5 * s->weight * (view->force_2[i] - view->force_start[i]);
-    const double slope = risen + d[i] * (1.0 + s->weight * (damped - s->report->along_step));
-    change += slope * image[i] - d[i] * residual[i];
-    own += slope * bordered[i] - d[i] * d[i];
+  double *bordered = view->bordered, *slope = view->point;
+  put_slope(s, residual, slope);
+  if (first) {
+    thrum_secant_apply(inverse, d, bordered);
+    report->bordered = gradient_along(s, slope, bordered, d);
   }
-  change *= s->report->inverse_square;
-  own *= s->report->inverse_square;
   // too much of it is not to be trusted
-  const bool used = fabs(own) < 0.5;
-  const double along = used ? change / (1.0 + own) : change;
-  for (int32_t i = 0; used && i < s->n; i++) {
-    image[i] -= along * bordered[i];
-    residual[i] -= along * d[i];
+  if (!(fabs(report->bordered) < 0.5))
+    return;
+  const double by = gradient_along(s, slope, image, residual) / (1.0 + report->bordered);
+  for (int32_t i = 0; i < s->n; i++) {
+    image[i] -= by * bordered[i];
+    residual[i] -= by * d[i];
   }
-  s->report->along_change = -along / s->weight;
 }
 
 /* --- the step --------------------------------------------------------------------------------- */
 
 /* R(q) into view->force_start; returns V(q). */
-static double start(const thrum_solver *s) {
-  thrum_state_view *view = s->view;
-  if (s->state->potential_step != s->state->steps)
-    return thrum_force_by(view->kernel, s->model, view->q, view->force_start, view->work);
-  memcpy(view->force_start, view->force_now, (size_t)s->n * sizeof *view->force_start);
-  return s->state->potential;
+static double start(const thrum_model *model, const thrum_state *state, thrum_state_view *view) {
+  if (state->potential_step != state->steps)
+    return thrum_force_by(view->kernel, model, view->q, view->force_start, view->work);
+  memcpy(view->force_start, view->force_now, (size_t)state->rank * sizeof *view->force_start);
+  return state->potential;
 }
 
 /* R(q') and V(q'), from those of the last evaluation. */
@@ -199,69 +240,106 @@ static void arrive(const thrum_solver *s) {
     report->potential = thrum_energy_by(view->kernel, s->model, view->q_next, view->work);
     return;
   }
-  // d was corrected by -direction, and (5) says what that did to R-bar: half of what it did to
-  // R(q'), but for what lies along d
-  double gained = 0.0;
-  for (int32_t i = 0; i < s->n; i++) {
-    const double back = view->direction[i];
-    const double damped = s->rate * thrum_rest_damping(s->model, s->state, i) * back;
-    const double along = report->along_change * view->unknown[i] - report->along_step * back;
-    const double change = (back - view->residual[i]) / s->weight + damped - along;
-    gained -= back * (view->force_2[i] + change);
-    view->force_2[i] += 2.0 * change;
+  // d was corrected by -direction, trial is J0 direction (or less, of what the inverse has learnt
+  // of grad(sigma) itself), and (5) says what that did to E, share times that to R-bar: half of
+  // what it did to R(q'), but for what lies along d
+  const double share = share_of(s), inverse = 1.0 / s->weight;
+  const double *back = view->direction;
+  const double before = thrum_sum_of(s->n, back, view->force_2, NULL);
+  double along_change = 0.0;
+  if (report->along_step != 0.0) {
+    if (!report->refreshed)
+      put_slope(s, view->residual, view->point);
+    along_change = -gradient_along(s, view->point, back, view->trial) / mean_weight(s);
   }
-  report->potential += gained;
+  for (int32_t i = 0; i < s->n; i++) {
+    const double damped = s->rate * thrum_rest_damping(s->model, s->state, i) * back[i];
+    const double change = share * ((back[i] - view->residual[i]) * inverse + damped);
+    view->force_2[i] +=
+        2.0 * (change - along_change * view->unknown[i] + report->along_step * back[i]);
+  }
+  const double after = thrum_sum_of(s->n, back, view->force_2, NULL);
+  report->potential -= 0.5 * (before + after);
+}
+
+/* q' and p' from d: p - h F is 2 (d - g)/h - p with the residual g, and there the forces of stiff
+ * modes do not cancel. */
+static void advance(const thrum_solver *s) {
+  thrum_state_view *view = s->view;
+  const double twice = 2.0 / s->state->dt;
+  for (int32_t i = 0; i < s->n; i++) {
+    const double left = s->report->verified ? view->residual[i] : 0.0;
+    view->q_next[i] = view->q[i] + view->unknown[i];
+    view->p_next[i] = twice * (view->unknown[i] - left) - view->p[i];
+  }
+  s->report->solved = true;
 }
 
 /* Scales p' so that the balance holds; the factor differs from 1 by about the tolerance. With p' =
- * p - h total the kinetic energy changes by -total (d - g), g the residual left, and it should by
- * that of R-bar d less the change of V more. False where there is too little of p' for that, though
- * more than rounding is owed: a loose tolerance at a large step. */
+ * p - h F the kinetic energy changes by -F (d - g), g the residual left, and it should by that of
+ * R-bar d less the change of V more. False where there is too little of p' for that, though more
+ * than rounding is owed: a loose tolerance at a large step. */
 static bool balance(const thrum_solver *s) {
   const thrum_state_view *view = s->view;
-  double owed = s->report->potential_start - s->report->potential, square = 0.0;
-  for (int32_t i = 0; i < s->n; i++) {
-    const double left = s->report->verified ? view->residual[i] : 0.0;
-    owed += view->force[i] * view->unknown[i] - view->total[i] * left;
-    square += view->p_next[i] * view->p_next[i];
-  }
-  const double share = 2.0 * owed / square;
+  const double share = share_of(s), *d = view->unknown;
+  double owed = s->report->potential_start - s->report->potential +
+                (1.0 - share) * thrum_sum_of(s->n, view->force_start, d, NULL) +
+                share * thrum_sum_of(s->n, view->force, d, NULL);
+  for (int32_t i = 0; s->report->verified && i < s->n; i++)
+    owed -= (view->p[i] - view->p_next[i]) / s->state->dt * view->residual[i];
+  const double square = thrum_sum_of(s->n, view->p_next, view->p_next, NULL);
+  const double share_owed = 2.0 * owed / square;
   // at a standstill no scale helps, and none is needed
-  if (!(fabs(share) < SCALED_MOST))
+  if (!(fabs(share_owed) < SCALED_MOST))
     return !(fabs(owed) > OWED_MOST * (fabs(s->report->potential) + 0.5 * square));
-  // the factor less 1, so that a long run is not rounded one way
-  const double more = share / (1.0 + sqrt(1.0 + share));
+  // the factor less 1, so that a long run is not rounded one way; mostly two terms of it are exact
+  const double more = fabs(share_owed) < 1e-8 ? 0.5 * share_owed - 0.125 * share_owed * share_owed
+                                              : share_owed / (1.0 + sqrt(1.0 + share_owed));
   for (int32_t i = 0; i < s->n; i++)
     view->p_next[i] += more * view->p_next[i];
   return true;
 }
 
-static bool solve(const thrum_solver *of_path) {
-  if (!of_path->tangent && of_path->state->steps >= of_path->state->path_end) {
-    thrum_solver of_ends = *of_path;
-    of_ends.evaluate = evaluate_ends;
-    of_ends.stiffness = stiffness_of_ends;
-    of_ends.both = both_of_ends;
-    of_ends.border = border;
-    if (thrum_solve_quasi(&of_ends))
-      return true;
-    of_path->report->path = true;
-  }
-  return thrum_solve_increment(of_path);
+/* The solver that has a share of F. */
+static thrum_solver solver_of(const thrum_model *model, const thrum_state *state,
+                              thrum_state_view *view, thrum_solve_report *report, double share) {
+  const double h = state->dt, known = 0.5 * h * h * (1.0 - share);
+  thrum_solver s = thrum_solver_of(model, state, view, report, 0, 0.5 / share, 0.5 * share * h * h,
+                                   1.0 / (share * h));
+  for (int32_t i = 0; i < s.n; i++)
+    view->kick[i] = h * view->p[i] - known * (view->force_start[i] - view->load[i]);
+  report->ends = share < 1.0;
+  if (state->past_ends != report->ends)
+    s.past_count = 0;
+  return s;
+}
+
+static bool finish(const thrum_solver *s) {
+  advance(s);
+  arrive(s);
+  return balance(s);
 }
 
 thrum_status thrum_step_energy(const thrum_model *model, const thrum_state *state,
                                thrum_state_view *view, thrum_solve_report *report) {
-  thrum_solver s = thrum_solver_of(model, state, view, report, 0);
+  report->potential_known = false;
+  report->potential_start = start(model, state, view);
+  thrum_solver s;
+  if (!thrum_tangent_damped(state) && state->steps >= state->path_end) {
+    s = solver_of(model, state, view, report, 0.5);
+    s.evaluate = evaluate_ends;
+    s.stiffness = stiffness_of_ends;
+    s.both = both_of_ends;
+    s.border = border;
+    if (thrum_solve_quasi(&s))
+      return finish(&s) ? THRUM_OK : THRUM_NOT_CONVERGED;
+    report->path = true;
+  }
+  s = solver_of(model, state, view, report, 1.0);
   s.evaluate = evaluate_path;
   s.stiffness = stiffness_of_path;
   s.both = NULL;
-  s.cheaper = 3;
-  report->potential_known = false;
-  report->potential_start = start(&s);
-  if (!solve(&s))
+  if (!thrum_solve_increment(&s))
     return report->saw_nonfinite ? THRUM_NOT_FINITE : THRUM_NOT_CONVERGED;
-  thrum_solve_advance(&s);
-  arrive(&s);
-  return balance(&s) ? THRUM_OK : THRUM_NOT_CONVERGED;
+  return finish(&s) ? THRUM_OK : THRUM_NOT_CONVERGED;
 }

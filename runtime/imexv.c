@@ -32,8 +32,6 @@ static void fetch(const thrum_solver *s) {
   for (int64_t c = 0; c < count; c++)
     view->restricted[c] = view->restricted_from[c * view->restricted_stride];
   view->restricted_from = NULL;
-  if (view->restricted_used < count)
-    view->restricted_used = count;
 }
 
 /* R(q-bar)_I into view->force; returns h^2 V(q-bar) up to a constant. */
@@ -56,7 +54,11 @@ static void stiffness(const thrum_solver *s, double *matrix) {
 
 thrum_solver thrum_imexv_solver(const thrum_model *model, const thrum_state *state,
                                 thrum_state_view *view, thrum_solve_report *report) {
-  thrum_solver s = thrum_solver_of(model, state, view, report, state->split);
+  const double h = state->dt;
+  thrum_solver s =
+      thrum_solver_of(model, state, view, report, state->split, 0.5, 0.5 * h * h, 1.0 / h);
+  for (int32_t i = s.first; i < state->rank; i++)
+    view->kick[i] = h * view->p[i];
   if (s.first > 0) {
     s.evaluate = evaluate;
     s.stiffness = stiffness;
@@ -99,12 +101,8 @@ thrum_status thrum_step_imexv(const thrum_model *model, const thrum_state *state
   if (status != THRUM_OK || s.n == 0)
     return status;
   view->restricted_from = NULL;
-  if (s.first > 0) {
+  if (s.first > 0)
     thrum_polynomial_restrict(view->kernel, model, s.first, view->middle, view->restricted,
                               view->work);
-    const int64_t count = thrum_restricted_count(s.n);
-    if (view->restricted_used < count)
-      view->restricted_used = count;
-  }
   return thrum_imexv_finish(&s, thrum_solve_increment(&s));
 }

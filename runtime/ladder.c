@@ -63,7 +63,6 @@ static thrum_status substeps(const thrum_model *model, const thrum_state *state,
     at.load_before = view->load;
     shorter.amplitude = fmax(shorter.amplitude, thrum_state_amplitude(model, &shorter, at.q, at.p));
   }
-  thrum_view_merge(view, &at);
   return status;
 }
 

@@ -69,11 +69,13 @@ static void add(thrum_state *state, double amount) {
 }
 
 /* Work and dissipation of the step. */
-static void enter(const thrum_model *model, thrum_state *state, const thrum_state_view *view) {
+static void enter(const thrum_model *model, thrum_state *state, const thrum_state_view *view,
+                  bool damped) {
   double work = 0.0, dissipated = 0.0;
-  for (int32_t i = 0; i < state->rank; i++) {
+  for (int32_t i = 0; i < state->rank; i++)
+    work += view->load[i] * (view->q_next[i] - view->q[i]);
+  for (int32_t i = 0; damped && i < state->rank; i++) {
     const double d = view->q_next[i] - view->q[i];
-    work += view->load[i] * d;
     dissipated += d * d * thrum_rest_damping(model, state, i);
   }
   dissipated /= state->dt;
@@ -90,7 +92,7 @@ void thrum_ledger_after(const thrum_model *model, thrum_state *state, thrum_stat
   if (damped && report->rung == THRUM_RUNG_SUBSTEPS)
     thrum_ledger_close(state);
   if (state->ledger != THRUM_LEDGER_CLOSED)
-    enter(model, state, view);
+    enter(model, state, view, damped);
   if (state->ledger == THRUM_LEDGER_BALANCED &&
       (state->steps + 1 - state->ledger_begin) % LOOK != 0)
     return;

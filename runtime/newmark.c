@@ -71,7 +71,6 @@ static thrum_status step_explicit(const thrum_model *model, const thrum_state *s
     double *matrix = view->jacobian_next;
     int32_t *pivots = (int32_t *)(void *)view->pivots_next;
     thrum_tangent_by(view->kernel, model, view->q_next, matrix, view->work);
-    view->matrices_used = true;
     for (size_t a = 0; a < rank * rank; a++)
       matrix[a] *= gamma * h * state->damping_beta;
     for (size_t i = 0; i < rank; i++)
@@ -95,11 +94,8 @@ thrum_status thrum_step_newmark(const thrum_model *model, const thrum_state *sta
   const double h = state->dt, beta = state->newmark_beta, gamma = state->newmark_gamma;
   if (beta == 0.0)
     return step_explicit(model, state, view, report);
-  thrum_solver s = thrum_solver_of(model, state, view, report, 0);
-  s.at = 1.0;
-  s.weight = beta * h * h;
-  s.rate = gamma / (beta * h);
-  thrum_solve_scale(&s);
+  const thrum_solver s =
+      thrum_solver_of(model, state, view, report, 0, 1.0, beta * h * h, gamma / (beta * h));
   for (int32_t i = 0; i < state->rank; i++) {
     const double a = corrected(view, i);
     view->kick[i] = h * view->p[i] + h * h * (0.5 - beta) * a;

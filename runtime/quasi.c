@@ -3,7 +3,9 @@
  * The first guess extrapolates q-bar and R of the steps before, as many as are smooth, and corrects
  * it as if R had been evaluated there: no evaluation is spent on it. Each iteration corrects by the
  * inverse Jacobian kept from the steps before, which learns from it (secant.c). The Jacobian is
- * made anew only where more iterations would be left than are cheaper. An iteration whose residual
+ * made anew only where more iterations would be left than are cheaper; and while the motion is so
+ * fast that it would be in every step, in every other one: between them the inverse is extrapolated
+ * from the last two, which leaves its second difference. An iteration whose residual
  * is sure to be small enough, by the contraction of the one before and a margin, is not evaluated:
  * (5) then holds for d exactly, R is what it says. Cost: an evaluation of R and about n^2 an
  * iteration; a tangent and n^3 where the Jacobian is anew. Source of the stop without evaluation:
@@ -20,9 +22,13 @@
 
 #include "dense.h"
 #include "solve.h"
+#include "sums.h"
 
 #define POOR 0.2      /* residual of a first guess: the next takes no more than two points */
 #define KNOWN 0.9     /* of the linear part of R, by an inverse that is not of this step */
+#define CALM 0.02     /* residual of a first guess: beyond it the Jacobian may change at once */
+#define APART 2       /* steps between two inverses from which the next is extrapolated */
+#define FAR 100.0     /* times its residual, both scaled: the largest correction left unevaluated */
 #define RATE_MOST 4.0 /* h/d v with which an increment may be left unevaluated */
 #define MARGIN                                                                                     \
   10.0 /* of an expected residual: the contraction of one iteration is not the next's */
@@ -78,7 +84,7 @@ static void guess(const thrum_solver *s, const thrum_quasi *quasi) {
       {1.0}, {2.0, -1.0}, {3.0, -3.0, 1.0}, {4.0, -6.0, 4.0, -1.0}, {5.0, -10.0, 10.0, -5.0, 1.0}};
   thrum_state_view *view = s->view;
   const double *past_q[THRUM_PAST], *past_r[THRUM_PAST];
-  int32_t count = s->state->past_count;
+  int32_t count = s->past_count;
   for (int32_t j = 0; j < count; j++) {
     const int64_t at = thrum_past_at(view, s->state->steps - 1 - j);
     past_q[j] = view->past_q + at;
@@ -122,6 +128,21 @@ static void guess(const thrum_solver *s, const thrum_quasi *quasi) {
 
 /* --- iterations ------------------------------------------------------------------------------- */
 
+/* H by extrapolation of the last two that were made anew, into jacobian_next; false where they are
+ * not near enough. */
+static bool extrapolate(const thrum_solver *s) {
+  thrum_state_view *view = s->view;
+  const int64_t last = s->state->inverse_step, before = s->state->inverse_2_step;
+  if (last != s->state->steps - 1 || before < 0 || last - before > APART ||
+      !(s->state->guess_last <= CALM))
+    return false;
+  const int64_t count = (int64_t)s->n * s->n;
+  const double on = 1.0 / (double)(last - before);
+  for (int64_t a = 0; a < count; a++)
+    view->jacobian_next[a] = view->inverse[a] + on * (view->inverse[a] - view->inverse_2[a]);
+  return true;
+}
+
 void thrum_quasi_begin(const thrum_solver *s, thrum_quasi *quasi) {
   thrum_state_view *view = s->view;
   memset(quasi, 0, sizeof *quasi);
@@ -136,6 +157,11 @@ void thrum_quasi_begin(const thrum_solver *s, thrum_quasi *quasi) {
   s->report->refreshed = false;
   s->report->slow = false;
   s->report->learnt = 0;
+  s->report->extrapolated = quasi->known && quasi->ahead && extrapolate(s);
+  if (s->report->extrapolated) {
+    quasi->inverse.base = view->jacobian_next;
+    quasi->ahead = false;
+  }
   guess(s, quasi);
   thrum_solve_place(s);
 }
@@ -154,6 +180,7 @@ static bool refresh(const thrum_solver *s, thrum_quasi *quasi) {
   if (!thrum_dense_invert(s->view->kernel, s->view->jacobian_next, s->n, s->view->work))
     return false;
   s->report->refreshed = true;
+  s->report->extrapolated = false;
   s->report->learnt = 0;
   quasi->inverse.base = s->view->jacobian_next;
   quasi->inverse.count = 0;
@@ -175,12 +202,11 @@ static void correct(const thrum_solver *s, thrum_quasi *quasi, bool teaches) {
     }
     thrum_secant_learn(&quasi->inverse, step, change, residual, image);
     s->report->learnt = quasi->inverse.count;
-    if (view->pairs_used < quasi->inverse.count)
-      view->pairs_used = quasi->inverse.count;
   }
   memcpy(change, residual, (size_t)s->n * sizeof *change);
-  if (s->border)
-    s->border(s, &quasi->inverse, change, image);
+  // an inverse of steps before has learnt of the rest as well
+  if (s->border && (s->report->refreshed || !(s->report->guess <= CALM)))
+    s->border(s, &quasi->inverse, quasi->done == 0 || quasi->fresh, change, image);
   memcpy(step, image, (size_t)s->n * sizeof *step);
   for (int32_t i = s->first; i < s->state->rank; i++)
     view->unknown[i] -= view->direction[i];
@@ -214,8 +240,12 @@ static void observe(const thrum_solver *s, const thrum_quasi *quasi, double norm
 static bool sure(const thrum_solver *s, double contraction, double norm, double step) {
   // D of the tangent form is known where it was evaluated only; where v is much more than d/h, as
   // for a small beta_N, what (5) says of R + D v - f would be rounding
-  return !s->tangent && s->rate * s->state->dt <= RATE_MOST &&
-         MARGIN * contraction * norm <= goal(s, step);
+  if (s->tangent || !(s->rate * s->state->dt <= RATE_MOST) ||
+      !(MARGIN * contraction * norm <= goal(s, step)))
+    return false;
+  // a correction that is large beside the residual meets a soft direction, where H may err more
+  const double *direction = s->view->direction + s->first;
+  return sqrt(thrum_sum_of(s->n, direction, direction, s->view->scale + s->first)) <= FAR * norm;
 }
 
 thrum_quasi_next thrum_quasi_take(const thrum_solver *s, thrum_quasi *quasi) {

@@ -20,16 +20,11 @@
 #include <math.h>
 #include <string.h>
 
-static double dot(int32_t n, const double *a, const double *b) {
-  double sum = 0.0;
-  for (int32_t i = 0; i < n; i++)
-    sum += a[i] * b[i];
-  return sum;
-}
+#include "sums.h"
 
 /* y += (s w^T + w s^T) x */
 static void add_pair(int32_t n, const double *s, const double *w, const double *x, double *y) {
-  const double along_s = dot(n, w, x), along_w = dot(n, s, x);
+  const double along_s = thrum_sum_of(n, w, x, NULL), along_w = thrum_sum_of(n, s, x, NULL);
   for (int32_t i = 0; i < n; i++)
     y[i] += along_s * s[i] + along_w * w[i];
 }
@@ -51,7 +46,8 @@ void thrum_secant_learn(thrum_secant *h, const double *step, const double *chang
   // H y is H of the residual after, less that of the one before
   for (int32_t i = 0; i < n; i++)
     w[i] = image[i] + step[i];
-  const double curvature = dot(n, step, change), through = dot(n, change, w);
+  const double curvature = thrum_sum_of(n, step, change, NULL);
+  const double through = thrum_sum_of(n, change, w, NULL);
   const double along = 0.5 * (curvature + through) / (curvature * curvature);
   const double across = 1.0 / curvature;
   if (!(curvature > 0.0) || !isfinite(along) || !isfinite(across)) {

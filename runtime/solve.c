@@ -23,6 +23,7 @@
 
 #include "dense.h"
 #include "polynomial.h"
+#include "sums.h"
 
 double thrum_solve_force(const thrum_solver *s) {
   thrum_state_view *view = s->view;
@@ -49,18 +50,9 @@ void thrum_solve_both(const thrum_solver *s, double *matrix) {
   thrum_solve_weigh(s, matrix);
 }
 
-/* 1 + weight (at omega^2 + rate d): the Jacobian at rest, and the scale of a mode's residual. */
-void thrum_solve_scale(const thrum_solver *s) {
-  for (int32_t i = s->first; i < s->state->rank; i++) {
-    const double damping = thrum_rest_damping(s->model, s->state, i);
-    s->view->scale[i] = 1.0 + s->weight * (s->at * s->model->omega2[i] + s->rate * damping);
-    s->view->unscale[i] = 1.0 / s->view->scale[i];
-  }
-}
-
 thrum_solver thrum_solver_of(const thrum_model *model, const thrum_state *state,
-                             thrum_state_view *view, thrum_solve_report *report, int32_t first) {
-  const double h = state->dt;
+                             thrum_state_view *view, thrum_solve_report *report, int32_t first,
+                             double at, double weight, double rate) {
   const thrum_solver s = {.model = model,
                           .state = state,
                           .view = view,
@@ -68,16 +60,19 @@ thrum_solver thrum_solver_of(const thrum_model *model, const thrum_state *state,
                           .evaluate = thrum_solve_force,
                           .stiffness = thrum_solve_stiffness,
                           .both = thrum_solve_both,
-                          .at = 0.5,
-                          .weight = 0.5 * h * h,
-                          .rate = 1.0 / h,
+                          .at = at,
+                          .weight = weight,
+                          .rate = rate,
                           .cheaper = 4,
+                          .past_count = state->past_count,
                           .first = first,
                           .n = state->rank - first,
                           .tangent = thrum_tangent_damped(state)};
-  thrum_solve_scale(&s);
+  // the Jacobian at rest, 1 + weight (at omega^2 + rate d): the scale of a mode's residual
   for (int32_t i = first; i < state->rank; i++) {
-    view->kick[i] = h * view->p[i];
+    const double damping = thrum_rest_damping(model, state, i);
+    view->scale[i] = 1.0 + weight * (at * model->omega2[i] + rate * damping);
+    view->unscale[i] = 1.0 / view->scale[i];
     view->drift[i] = 0.0;
   }
   return s;
@@ -97,24 +92,21 @@ void thrum_solve_place(const thrum_solver *s) {
 double thrum_solve_assess(const thrum_solver *s) {
   thrum_state_view *view = s->view;
   const double alpha = s->state->damping_alpha, beta = s->state->damping_beta;
-  double sum = 0.0;
   for (int32_t i = s->first; i < s->state->rank; i++) {
     const double v = view->velocity[i];
     const double damped =
         alpha * v + beta * (s->tangent ? view->product[i] : s->model->omega2[i] * v);
     view->total[i] = view->force[i] + damped - view->load[i];
     view->residual[i] = view->unknown[i] - view->kick[i] + s->weight * view->total[i];
-    sum += view->residual[i] * view->residual[i] * view->unscale[i];
   }
-  return sqrt(sum);
+  const double *residual = view->residual + s->first;
+  return sqrt(thrum_sum_of(s->n, residual, residual, view->unscale + s->first));
 }
 
 /* Scaled norm of the increment, in the same measure as the residual's. */
 double thrum_solve_norm(const thrum_solver *s) {
-  double sum = 0.0;
-  for (int32_t i = s->first; i < s->state->rank; i++)
-    sum += s->view->unknown[i] * s->view->unknown[i] * s->view->scale[i];
-  return sqrt(sum);
+  const double *unknown = s->view->unknown + s->first;
+  return sqrt(thrum_sum_of(s->n, unknown, unknown, s->view->scale + s->first));
 }
 
 /* Stop: tolerance times the step, or rounding beside the motion seen so far. */
@@ -132,12 +124,6 @@ void thrum_solve_assemble(const thrum_solver *s, bool stiffness_there) {
   if (!stiffness_there)
     s->stiffness(s, matrix);
   const size_t n = (size_t)s->n;
-  if (s->first == 0) {
-    s->view->matrices_used = true;
-  } else {
-    s->view->jacobian_used = (int64_t)(n * n);
-    s->view->work_restricted = thrum_pack_work_restricted(s->state->rank, s->n);
-  }
   for (size_t i = 0; i < n; i++) {
     const double rest = s->tangent ? 0.0 : beta * s->model->omega2[(size_t)s->first + i];
     matrix[i * n + i] += 1.0 + s->weight * s->rate * (alpha + rest);
@@ -176,7 +162,6 @@ static bool accept(const thrum_solver *s, double norm) {
 static void assemble_change(const thrum_solver *s) {
   thrum_state_view *view = s->view;
   const double h = s->state->dt;
-  view->tangents_used = true;
   for (int32_t i = 0; i < s->state->rank; i++) {
     view->q_next[i] = view->middle[i] + 0.5 * h * view->velocity[i];
     view->point[i] = view->middle[i] - 0.5 * h * view->velocity[i];
@@ -256,7 +241,7 @@ static bool shorten(const thrum_solver *s, double slope, measure *here) {
 bool thrum_solve_newton(const thrum_solver *s) {
   memset(s->view->unknown, 0, (size_t)s->state->rank * sizeof *s->view->unknown);
   s->report->newton = s->report->verified = true;
-  s->report->refreshed = false;
+  s->report->refreshed = s->report->extrapolated = false;
   s->report->learnt = 0;
   measure here = evaluate(s);
   if (!isfinite(here.norm)) {
@@ -278,7 +263,6 @@ bool thrum_solve_quasi(const thrum_solver *s) {
   do {
     quasi.assembled = s->both && quasi.ahead && quasi.done == 0;
     if (quasi.assembled) {
-      s->view->matrices_used = true;
       s->both(s, s->view->jacobian_next);
     } else {
       s->evaluate(s);

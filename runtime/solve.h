@@ -30,20 +30,23 @@ struct thrum_solver {
   /* Both at once; NULL: they are to be called one after the other. */
   void (*both)(const thrum_solver *s, double *matrix);
   /* What the Jacobian J has beyond the J0 that `stiffness` leads to: from image = J0^-1 residual to
-   * image = J^-1 residual and residual = J0 image, for quasi-Newton. NULL: there is nothing. */
-  void (*border)(const thrum_solver *s, const thrum_secant *inverse, double *residual,
+   * image = J^-1 residual and residual = J0 image, for quasi-Newton; `first` with this J0 or not.
+   * NULL: there is nothing. */
+  void (*border)(const thrum_solver *s, const thrum_secant *inverse, bool first, double *residual,
                  double *image);
   double at, weight, rate;
-  int32_t cheaper; /* how many iterations are cheaper than a Jacobian made anew */
-  int32_t first;   /* of the modes solved for */
-  int32_t n;       /* how many */
-  bool tangent;    /* damping in tangent form */
+  int32_t cheaper;    /* how many iterations are cheaper than a Jacobian made anew */
+  int32_t past_count; /* steps before whose q + at d and R the first guess may go on from */
+  int32_t first;      /* of the modes solved for */
+  int32_t n;          /* how many */
+  bool tangent;       /* damping in tangent form */
 };
 
-/* The solver of a midpoint step, at = 1/2, weight = h^2/2, rate = 1/h, of the modes from `first`
- * on: kick and drift filled, evaluate and stiffness those of the whole model. */
+/* The solver of the modes from `first` on, with the model's R and stiffness; kick is to be filled,
+ * drift is zero. The midpoint rule has at = 1/2, weight = h^2/2, rate = 1/h and the kick h p. */
 thrum_solver thrum_solver_of(const thrum_model *model, const thrum_state *state,
-                             thrum_state_view *view, thrum_solve_report *report, int32_t first);
+                             thrum_state_view *view, thrum_solve_report *report, int32_t first,
+                             double at, double weight, double rate);
 
 /* R of the whole model at view->middle, and its stiffness. */
 double thrum_solve_force(const thrum_solver *s);
@@ -52,9 +55,6 @@ void thrum_solve_both(const thrum_solver *s, double *matrix);
 
 /* Multiplies T of a solve that evaluates the model once into its stiffness. */
 void thrum_solve_weigh(const thrum_solver *s, double *matrix);
-
-/* Fills scale and unscale, after weight, at or rate were changed. */
-void thrum_solve_scale(const thrum_solver *s);
 
 /* Finds the increment: then it is in view->unknown, R in view->force, R + D v - f in view->total,
  * q + at d in view->middle and v in view->velocity. False when neither quasi-Newton nor full Newton

@@ -76,7 +76,6 @@ thrum_status thrum_stagger_kick(const thrum_model *model, const thrum_state *sta
   const double alpha = 0.5 * h * state->damping_alpha;
   const double beta = h * state->damping_beta;
   thrum_tangent_by(view->kernel, model, view->q, view->tangent, view->work);
-  view->matrices_used = view->tangents_used = true;
   for (int32_t i = 0; i < n; i++) {
     const double load = 0.5 * (view->load_before[i] + view->load[i]);
     view->p_next[i] = (1.0 - alpha) * view->p[i] - h * (view->force[i] - load);
@@ -109,7 +108,6 @@ thrum_status thrum_stagger_synchronise(const thrum_model *model, const thrum_sta
     return THRUM_OK;
   }
   thrum_tangent_by(view->kernel, model, view->q, view->tangent, view->work);
-  view->matrices_used = view->tangents_used = true;
   subtract_tangent(state, view, half * state->damping_beta, n, state->rank, view->p_next);
   return solve_damped(state, view, view->p_next);
 }

@@ -1,8 +1,7 @@
 /* The state's block: planning, laying out, setting and reading it (thrum/state.h).
  *
  * Momenta pass through synchronisation (design 5): a state stores p^- for its explicit modes,
- * callers see p at the time of q. Scratch at the end of the block is cleared by every call that
- * used it, so the block's bytes depend only on what the state went through.
+ * callers see p at the time of q.
  * Cost of reading or setting p: one force evaluation when there are explicit modes.
  *
  * SPDX-License-Identifier: Apache-2.0 */
@@ -19,7 +18,7 @@
 #include "polynomial.h"
 #include "secant.h"
 
-#define STATE_MAGIC UINT64_C(0x7468726d73743031)
+#define STATE_MAGIC UINT64_C(0x7468726d73743032)
 #define STATE_ALIGNMENT 64
 
 /* Doubles of each kind of array, rounded up to whole alignments. */
@@ -52,6 +51,8 @@ static uint64_t header_doubles(void) {
 }
 
 size_t thrum_state_kept_bytes(const thrum_state *state) {
+  if (!state)
+    return 0;
   const sizes s = sizes_of(state);
   uint64_t doubles = header_doubles();
 #define X(name, size) doubles += s.size;
@@ -71,12 +72,8 @@ thrum_state_view thrum_state_view_of(thrum_state *state) {
   THRUM_STATE_ARRAYS(X)
   THRUM_STATE_SCRATCH(X)
 #undef X
-  view.end = at;
   view.stride = (int64_t)s.vector;
-  view.work_own = view.work;
-  view.restricted_own = view.restricted;
   view.kernel = thrum_kernel_get(state->kernel);
-  view.work_plain = thrum_pack_work(state->rank);
   return view;
 }
 
@@ -112,33 +109,6 @@ void thrum_state_lend(thrum_state_view *view, const thrum_lent *lent) {
   }
   THRUM_STATE_SCRATCH(X)
 #undef X
-  view->lent = true;
-  // pairs are written before they are read
-  memset(lent->vectors, 0, (size_t)(view->pairs - lent->vectors) * sizeof(double));
-}
-
-void thrum_state_clear_scratch(thrum_state_view *view) {
-  if (!view->lent) {
-    memset(view->q_next, 0, (size_t)(view->work_own - view->q_next) * sizeof(double));
-    memset(view->pairs, 0, (size_t)(2 * view->pairs_used * view->stride) * sizeof(double));
-  }
-  if (view->work == view->work_own) {
-    // a tangent of the whole model alone uses all of it
-    const int64_t whole = view->restricted_own - view->work_own;
-    int64_t used = view->work_plain;
-    if (used < view->work_restricted)
-      used = view->work_restricted;
-    if (view->matrices_used || used > whole)
-      used = whole;
-    memset(view->work, 0, (size_t)used * sizeof(double));
-  }
-  if (view->restricted_used > 0 && view->restricted == view->restricted_own)
-    memset(view->restricted, 0, (size_t)view->restricted_used * sizeof(double));
-  const int64_t jacobian =
-      view->matrices_used ? view->tangent - view->jacobian_next : view->jacobian_used;
-  memset(view->jacobian_next, 0, (size_t)jacobian * sizeof(double));
-  if (view->tangents_used)
-    memset(view->tangent, 0, (size_t)(view->end - view->tangent) * sizeof(double));
 }
 
 /* May a state of this def take steps of design 7? */
@@ -198,7 +168,7 @@ static void fill_header(thrum_state *state, const thrum_model *model, const thru
   state->ladder = def->ladder;
   state->split = thrum_split_of(model, state);
   thrum_watch_reset(state);
-  state->potential_step = -1;
+  state->potential_step = state->inverse_step = state->inverse_2_step = -1;
   // the high modes of the energy report: what imexv would treat implicitly at rest
   const thrum_split_rule rule = imexv ? def->split_rule : THRUM_SPLIT_CFL;
   state->high_first =
@@ -299,8 +269,9 @@ static void forget(thrum_state *state, const thrum_state_view *view) {
   memset(view->guide, 0, (size_t)(view->q_next - view->guide) * sizeof(double));
   state->jacobian_kept = 0;
   state->past_count = 0;
+  state->past_ends = 0;
   state->eager_end = 0;
-  state->potential_step = -1;
+  state->potential_step = state->inverse_step = state->inverse_2_step = -1;
   state->potential = 0.0;
   state->path_end = 0;
   state->guess_last = 0.0;
@@ -324,6 +295,7 @@ static thrum_status commit_synchronised(const thrum_model *model, thrum_state *s
                                         const double *load_before, thrum_error *error) {
   const int32_t r = state->rank;
   const double amplitude = thrum_state_amplitude(model, changed, view->q_next, view->p_next);
+  memset(view->acceleration_next, 0, (size_t)r * sizeof *view->acceleration_next);
   if (state->integrator == THRUM_INTEGRATOR_NEWMARK)
     thrum_newmark_acceleration(model, changed, view, view->q_next, view->p_next,
                                view->acceleration_next);
@@ -369,7 +341,6 @@ thrum_status thrum_state_set(const thrum_model *model, thrum_state *state, const
     memcpy(view.acceleration, view.acceleration_next, (size_t)r * sizeof(double));
     memset(view.load_before, 0, (size_t)r * sizeof(double));
   }
-  thrum_state_clear_scratch(&view);
   return status;
 }
 
@@ -416,7 +387,6 @@ thrum_status thrum_state_set_dt(const thrum_model *model, thrum_state *state, do
     watch_anew(model, &changed);
     status = commit_synchronised(model, state, &changed, &view, view.load_before, error);
   }
-  thrum_state_clear_scratch(&view);
   return status;
 }
 
@@ -430,7 +400,6 @@ thrum_status thrum_state_get(const thrum_model *model, thrum_state *state, doubl
     status = synchronise(model, state, &view, NULL, error);
     if (status == THRUM_OK)
       memcpy(p, view.p_next, (size_t)state->rank * sizeof *p);
-    thrum_state_clear_scratch(&view);
   }
   if (q && status == THRUM_OK)
     memcpy(q, view.q, (size_t)state->rank * sizeof *q);
@@ -453,7 +422,6 @@ thrum_status thrum_state_energies(const thrum_model *model, thrum_state *state,
     if (i >= state->high_first)
       found.high += 0.5 * (twice + model->omega2[i] * (view.q[i] * view.q[i]));
   }
-  thrum_state_clear_scratch(&view);
   if (status != THRUM_OK)
     return status;
   found.total = found.kinetic + found.potential;

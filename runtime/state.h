@@ -1,8 +1,8 @@
 /* The state's block, private to the runtime: one header, then arrays at offsets that follow from
  * the sizes in the header; no pointer is stored (see thrum/state.h).
  *
- * The block ends with scratch, which is all zero between calls, so that a failed step leaves every
- * byte as it was and equal histories give equal blocks.
+ * The block ends with scratch, of any content between calls. What lies before it persists: a failed
+ * step leaves it as it was, and equal histories give equal bytes there.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_RUNTIME_STATE_H
@@ -72,7 +72,10 @@ struct thrum_state {
   int64_t kept_step;         /* of q_kept and p_kept, -1: none */
   int64_t calm_end;          /* step of the next look at a return */
   int64_t eager_end;         /* step up to which solves make their Jacobian at once */
+  int64_t inverse_step;      /* whose Jacobian `inverse` is that of, -1: of several steps */
+  int64_t inverse_2_step;    /* the same of inverse_2, -1: there is none */
   int64_t path_end;          /* energy: step up to which the mean force is that of the path */
+  int64_t past_ends;         /* energy: 1 where past_q and past_r are those of the ends */
   int64_t potential_step;    /* of `potential`, -1: none */
   double potential;          /* V(q) [J] */
   double guess_last;         /* residual of the last first guess, relative to the step */
@@ -95,6 +98,9 @@ struct thrum_state {
   int32_t kernel;            /* thrum_kernel_id of the def */
 };
 
+_Static_assert(sizeof(thrum_state) == offsetof(thrum_state, kernel) + sizeof(int32_t),
+               "there is padding at the end");
+
 /* Arrays that persist. X(name, size): a vector is rank long; the others as *_count says. */
 #define THRUM_STATE_ARRAYS(X)                                                                      \
   X(q, vector)            /* q_k */                                                                \
@@ -109,14 +115,15 @@ struct thrum_state {
   X(past_q, past)      /* where the last THRUM_PAST solves ended: q + at d, for the first guess */ \
   X(past_r, past)      /* and R there; those of step k at thrum_past_at(view, k) */                \
   X(force_now, vector) /* energy: R(q_k), where potential_step says that it is known */            \
-  X(inverse, kept)     /* of the Jacobian of the steps before, |I| x |I|, symmetric */
+  X(inverse, kept)     /* of the Jacobian of the steps before, |I| x |I|, symmetric, */            \
+  X(inverse_2, kept)   /* and the one that was made anew before it */
 
-/* Scratch, in an order that lets a call clear no more than it used. */
+/* Scratch: any content when a call begins. */
 #define THRUM_STATE_SCRATCH(X)                                                                     \
   X(q_next, vector)            /* candidate of q' */                                               \
   X(p_next, vector)            /* candidate of p'; p^+ on E */                                     \
   X(acceleration_next, vector) /* Newmark: a' */                                                   \
-  X(force, vector)             /* R(q_k), later R(q-bar) */                                        \
+  X(force, vector)             /* R(q_k), later R(q-bar); energy: E */                             \
   X(middle, vector)            /* where an implicit step evaluates the model: q-bar, or q' */      \
   X(velocity, vector)          /* the velocity there */                                            \
   X(product, vector)           /* T times velocity */                                              \
@@ -158,21 +165,11 @@ typedef struct thrum_state_view {
   THRUM_STATE_ARRAYS(X)
   THRUM_STATE_SCRATCH(X)
 #undef X
-  double *end;
-  double *work_own, *restricted_own; /* in the block; a crowd lends its own instead, */
-  bool lent;                         /* and vectors and pairs too */
-  int64_t work_plain;                /* doubles of work that are used without a tangent */
-  int64_t work_restricted;           /* with one of what is restricted; by who makes it */
   const struct thrum_kernel *kernel; /* the one asked for, or the best one here */
-  int64_t restricted_used;           /* doubles; set by whoever writes restricted */
   const double *restricted_from;     /* not NULL: where a crowd has what restricted is to hold, */
   int64_t restricted_stride;         /* at every so many doubles */
   int64_t stride;                    /* of vectors one after the other in an array */
-  int32_t pairs_used;                /* by whoever writes pairs */
   bool guided;                       /* by whoever writes guide_next */
-  bool matrices_used;                /* by whoever writes a whole tangent, anywhere, */
-  bool tangents_used;                /* and by whoever writes it into tangent or tangent_2 */
-  int64_t jacobian_used; /* doubles; by who writes jacobian_next from what is restricted */
 } thrum_state_view;
 
 typedef enum thrum_rung {
@@ -198,15 +195,17 @@ typedef enum thrum_verdict {
 typedef struct thrum_solve_report {
   int32_t iterations;
   int32_t factorisations;
-  bool newton;    /* full Newton was needed */
-  bool slow;      /* quasi-Newton found too late that it needs its Jacobian anew */
-  bool verified;  /* R was evaluated at the increment found */
-  bool solved;    /* the increment came from a solve: the next guess may go on from it */
-  bool refreshed; /* jacobian_next replaces inverse */
-  int32_t learnt; /* pairs to be folded into it */
-  double guess;   /* scaled residual of the first guess, relative to the scaled step */
-  double reached; /* the same of the last evaluation */
-  bool path;      /* energy: the mean force of the ends led nowhere */
+  bool newton;       /* full Newton was needed */
+  bool slow;         /* quasi-Newton found too late that it needs its Jacobian anew */
+  bool verified;     /* R was evaluated at the increment found */
+  bool solved;       /* the increment came from a solve: the next guess may go on from it */
+  bool refreshed;    /* jacobian_next replaces inverse, */
+  bool extrapolated; /* or has stood in for it */
+  int32_t learnt;    /* pairs to be folded into it */
+  double guess;      /* scaled residual of the first guess, relative to the scaled step */
+  double reached;    /* the same of the last evaluation */
+  bool ends;         /* energy: the mean force was that of the ends */
+  bool path;         /* energy: the mean force of the ends led nowhere */
   bool saw_nonfinite;
   bool potential_known;
   bool energy_known;
@@ -217,8 +216,8 @@ typedef struct thrum_solve_report {
   double potential;       /* V(q'), where potential_known [J] */
   double potential_start; /* energy: V(q) [J] */
   double inverse_square;  /* energy: 1/|d|^2 for it */
-  double along_step;      /* energy: sigma, what the mean force has along d [s^-2], */
-  double along_change;    /* and what the last correction added to it */
+  double along_step;      /* energy: sigma, what the mean force has along d [s^-2] */
+  double bordered;        /* energy: J0^-1 d along h^2/2 grad(sigma) */
   double energy;          /* at the start of the step, for the watch [J] */
   double energy_scale;    /* what a hand-over of one of these two compares with later [J] */
   double shadow;          /* what Stoermer-Verlet's own energy is below it [J] */
@@ -231,18 +230,6 @@ typedef struct thrum_solve_report {
 /* Where those arrays have step k. */
 static inline int64_t thrum_past_at(const thrum_state_view *view, int64_t k) {
   return (k % THRUM_PAST + THRUM_PAST) % THRUM_PAST * view->stride;
-}
-
-/* What a copy of a view used, into the view: for clearing. */
-static inline void thrum_view_merge(thrum_state_view *view, const thrum_state_view *copy) {
-  view->matrices_used = view->matrices_used || copy->matrices_used;
-  view->tangents_used = view->tangents_used || copy->tangents_used;
-  if (view->jacobian_used < copy->jacobian_used)
-    view->jacobian_used = copy->jacobian_used;
-  if (view->work_restricted < copy->work_restricted)
-    view->work_restricted = copy->work_restricted;
-  if (view->pairs_used < copy->pairs_used)
-    view->pairs_used = copy->pairs_used;
 }
 
 /* How many modes have their momentum half a step late: the first so many. */
@@ -261,14 +248,11 @@ static inline double thrum_rest_damping(const thrum_model *model, const thrum_st
   return state->damping_alpha + state->damping_beta * model->omega2[i];
 }
 
-/* state.c: pointers to the arrays; no scratch is marked used. */
+/* state.c: pointers to the arrays. */
 thrum_state_view thrum_state_view_of(thrum_state *state);
 
-/* state.c: bytes from the start that persist between calls; behind them lies scratch. */
-size_t thrum_state_kept_bytes(const thrum_state *state);
-
-/* Scratch of somebody else in place of the state's own, each NULL for that. All of it may have any
- * content; `work` and `restricted` may be shared with other states: each use fills them anew. */
+/* Scratch of somebody else in place of the state's own, each NULL for that. `work` and `restricted`
+ * may be shared with other states: each use fills them anew. */
 typedef struct thrum_lent {
   double *work, *restricted;
   double *vectors; /* thrum_lent_vectors(rank) doubles, aligned to 64: the vectors, and pairs */
@@ -277,9 +261,6 @@ typedef struct thrum_lent {
 /* state.c */
 int64_t thrum_lent_vectors(int64_t rank);
 void thrum_state_lend(thrum_state_view *view, const thrum_lent *lent);
-
-/* state.c: clears the scratch that was used; every call that used some ends with this. */
-void thrum_state_clear_scratch(thrum_state_view *view);
 
 /* state.c: refuses NULL, memory that is no state, and a model of another rank. */
 thrum_status thrum_state_check(const thrum_model *model, const thrum_state *state,

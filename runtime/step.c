@@ -1,5 +1,5 @@
 /* One step: candidates are made in scratch, checked, and only then committed, so that a step that
- * fails leaves every byte of the state as it was (design 8) and no NaN or Inf ever enters it.
+ * fails leaves what persists of the state as it was (design 8) and no NaN or Inf ever enters it.
  * SPDX-License-Identifier: Apache-2.0 */
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF
@@ -12,8 +12,17 @@
 #include "solve.h"
 #include "state.h"
 
-/* Doubles of scratch that a step takes from the stack, enough for a rank of 15. */
-#define WORK_COUNT 3072
+/* An inverse made anew in this step; the one before stays where it is that of one step. */
+static void keep_inverse(thrum_state *next, const thrum_state_view *kept, const double *inverse) {
+  const size_t n = (size_t)(next->rank - next->split), bytes = n * n * sizeof(double);
+  const bool another = next->jacobian_kept && next->inverse_step >= 0;
+  if (another)
+    memcpy(kept->inverse_2, kept->inverse, bytes);
+  next->inverse_2_step = another ? next->inverse_step : -1;
+  memcpy(kept->inverse, inverse, bytes);
+  next->inverse_step = next->steps;
+  next->jacobian_kept = 1;
+}
 
 /* What the next solve can begin with. */
 static void remember(thrum_state *next, const thrum_state_view *kept, const thrum_state_view *view,
@@ -21,6 +30,9 @@ static void remember(thrum_state *next, const thrum_state_view *kept, const thru
   const size_t vector = (size_t)next->rank * sizeof(double);
   const int32_t n = next->rank - next->split;
   if (report->solved) {
+    if (next->past_ends != report->ends)
+      next->past_count = 0;
+    next->past_ends = report->ends;
     memcpy(kept->past_q + thrum_past_at(view, next->steps), view->middle, vector);
     memcpy(kept->past_r + thrum_past_at(view, next->steps), view->force, vector);
     next->past_count = next->past_count < THRUM_PAST ? next->past_count + 1 : THRUM_PAST;
@@ -34,14 +46,15 @@ static void remember(thrum_state *next, const thrum_state_view *kept, const thru
     memcpy(kept->force_now, view->force_2, vector);
   if (report->path)
     next->path_end = next->steps + 1 + THRUM_PATH;
-  if (report->refreshed) {
-    memcpy(kept->inverse, view->jacobian_next, (size_t)n * (size_t)n * sizeof(double));
-    next->jacobian_kept = 1;
-  } else if (report->newton) {
+  if (report->refreshed)
+    keep_inverse(next, kept, view->jacobian_next);
+  else if (report->newton)
     next->jacobian_kept = 0;
-  }
-  if (report->solved && next->jacobian_kept)
+  if (report->solved && next->jacobian_kept && report->learnt > 0 && !report->extrapolated) {
     thrum_secant_fold(view->kernel, view->pairs, view->stride, n, report->learnt, kept->inverse);
+    if (!report->refreshed)
+      next->inverse_step = -1;
+  }
 }
 
 /* Candidates and the header to be into the state. */
@@ -125,6 +138,8 @@ thrum_status thrum_step_begin(const thrum_model *model, thrum_state *state, cons
   run->next = *state;
   run->view = thrum_state_view_of(state);
   thrum_state_lend(&run->view, lent);
+  // not all schemes have one
+  memset(run->view.acceleration_next, 0, (size_t)state->rank * sizeof(double));
   memset(&run->report, 0, sizeof run->report);
   if (thrum_watch_before(model, &run->next, &run->view, &run->samples) != THRUM_OK)
     unwatch(run);
@@ -144,8 +159,10 @@ thrum_status thrum_step_attempt(const thrum_model *model, thrum_step_run *run) {
   return attempt(model, &run->next, &run->view, &run->report);
 }
 
-/* What becomes of an attempt: the watch may prefer the step of design 7; then the ladder. */
-static thrum_status settle(const thrum_model *model, thrum_step_run *run, thrum_status status) {
+/* What becomes of an attempt: the watch may prefer the step of design 7; then the ladder. With the
+ * scaled norm of the motion. */
+static thrum_status settle(const thrum_model *model, thrum_step_run *run, thrum_status status,
+                           double *amplitude) {
   thrum_state *next = &run->next;
   thrum_state_view *view = &run->view;
   if (status == THRUM_OK)
@@ -157,20 +174,26 @@ static thrum_status settle(const thrum_model *model, thrum_step_run *run, thrum_
     if (status == THRUM_OK)
       status = thrum_step_attempt(model, run);
   }
-  if (status == THRUM_OK &&
-      !isfinite(thrum_state_amplitude(model, next, view->q_next, view->p_next)))
+  if (status == THRUM_OK) {
+    *amplitude = thrum_state_amplitude(model, next, view->q_next, view->p_next);
+    if (isfinite(*amplitude))
+      return THRUM_OK;
     status = THRUM_NOT_FINITE;
-  return status == THRUM_OK ? status : thrum_ladder_climb(model, next, view, status, &run->report);
+  }
+  status = thrum_ladder_climb(model, next, view, status, &run->report);
+  if (status == THRUM_OK)
+    *amplitude = thrum_state_amplitude(model, next, view->q_next, view->p_next);
+  return status;
 }
 
 thrum_status thrum_step_end(const thrum_model *model, thrum_step_run *run, thrum_status attempted,
                             thrum_error *error) {
   thrum_state *state = run->state;
   thrum_state_view *view = &run->view;
-  thrum_status status = settle(model, run, attempted);
+  double amplitude = 0.0;
+  thrum_status status = settle(model, run, attempted, &amplitude);
   if (status == THRUM_OK) {
     // an amplitude that overflows would make every later residual look small
-    const double amplitude = thrum_state_amplitude(model, &run->next, view->q_next, view->p_next);
     if (isfinite(amplitude) && thrum_all_finite(view->acceleration_next, state->rank)) {
       thrum_watch_after(model, &run->next, view);
       thrum_ledger_after(model, &run->next, view, &run->report);
@@ -179,7 +202,6 @@ thrum_status thrum_step_end(const thrum_model *model, thrum_step_run *run, thrum
       status = THRUM_NOT_FINITE;
     }
   }
-  thrum_state_clear_scratch(view);
   if (status != THRUM_OK)
     return say_failure(state, status, error);
   const bool fell_back = run->report.newton || run->report.rung != THRUM_RUNG_NONE;
@@ -187,10 +209,7 @@ thrum_status thrum_step_end(const thrum_model *model, thrum_step_run *run, thrum
 }
 
 thrum_status thrum_step(const thrum_model *model, thrum_state *state, thrum_error *error) {
-  // small models: scratch that need not be cleared, as the state's own must be
-  _Alignas(64) double work[WORK_COUNT];
-  const bool fits = model && thrum_work_count(model) <= WORK_COUNT;
-  const thrum_lent lent = {.work = fits ? work : NULL};
+  const thrum_lent lent = {.work = NULL};
   thrum_step_run run;
   const thrum_status status = thrum_step_begin(model, state, &lent, &run, error);
   if (status != THRUM_OK)

@@ -481,7 +481,6 @@ static thrum_status redo(const thrum_model *model, thrum_state *state, thrum_sta
   before.p = view->p_kept;
   before.load = view->load_before;
   const thrum_status status = thrum_step_energy(model, state, &before, report);
-  thrum_view_merge(view, &before);
   if (status != THRUM_OK || !thrum_all_finite(view->q_next, state->rank) ||
       !thrum_all_finite(view->p_next, state->rank))
     return THRUM_NOT_CONVERGED;

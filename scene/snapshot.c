@@ -5,7 +5,7 @@
 
 #include "scene/internal.h"
 
-#define SNAPSHOT_MAGIC UINT64_C(0x7468736e61700001)
+#define SNAPSHOT_MAGIC UINT64_C(0x7468736e61700002)
 
 typedef struct scene_record {
   uint64_t magic, revision, size;
@@ -29,7 +29,7 @@ size_t thrum_scene_snapshot_size(const thrum_scene *scene) {
   for (int32_t n = 0; n < scene->body_count; n++) {
     const scene_body *body = scene->bodies[n];
     size += sizeof(body_record) + (size_t)body->derived->rank * sizeof(double) +
-            thrum_state_bytes(body->state) + contact_bytes(body);
+            thrum_state_kept_bytes(body->state) + contact_bytes(body);
   }
   return size + (size_t)scene->obstacle_count * sizeof *scene->obstacles;
 }
@@ -70,7 +70,7 @@ thrum_status thrum_scene_snapshot(const thrum_scene *scene, void *memory, size_t
                                 body->turning};
     put(&at, &record, sizeof record);
     put(&at, body->before, (size_t)body->derived->rank * sizeof *body->before);
-    put(&at, body->state, thrum_state_bytes(body->state));
+    put(&at, body->state, thrum_state_kept_bytes(body->state));
     if (body->touch != NULL)
       put(&at, body->touch->contact, contact_bytes(body));
   }
@@ -97,7 +97,7 @@ thrum_status thrum_scene_restore(thrum_scene *scene, const void *memory, size_t 
     body_record record;
     take(&at, &record, sizeof record);
     take(&at, body->before, (size_t)body->derived->rank * sizeof *body->before);
-    take(&at, body->state, thrum_state_bytes(body->state));
+    take(&at, body->state, thrum_state_kept_bytes(body->state));
     if (body->touch != NULL)
       take(&at, body->touch->contact, contact_bytes(body));
     body->way = record.way;

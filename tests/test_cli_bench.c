@@ -34,6 +34,25 @@ static void a_step_is_measured_with_exactly_the_implicit_modes_asked_for(void **
   }
 }
 
+/* A swing so wide that the Jacobian changes too much from step to step to be kept: every other one
+ * is extrapolated from those before, and serves nearly as well. */
+static void a_wide_swing_makes_its_jacobian_in_every_other_step_at_most(void **state) {
+  (void)state;
+  static const char *const integrators[] = {"imexv", "newmark", "midpoint", "energy"};
+  for (int n = 0; n < 4; n++) {
+    cli_result result = thrum_run(".", "bench", "step", "--rank", "15", "--integrator",
+                                  integrators[n], "--steps", "400", SHORT, NULL);
+    assert_int_equal(result.exit_code, 0);
+    cJSON *object = cli_json_line(result.out);
+    const double made = cli_json_get(object, "mean_factorisations");
+    const double iterations = cli_json_get(object, "mean_iterations");
+    if (!(made > 0.25 && made < 0.55 && iterations < 3.2))
+      fail_msg("%s: %g Jacobians and %g iterations a step", integrators[n], made, iterations);
+    cJSON_Delete(object);
+    cli_result_free(&result);
+  }
+}
+
 static void several_ranks_give_rows_a_table_and_a_file(void **state) {
   (void)state;
   char folder[64], path[128];
@@ -116,6 +135,7 @@ static void wrong_options_are_refused_with_one_line(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_step_is_measured_with_exactly_the_implicit_modes_asked_for),
+      cmocka_unit_test(a_wide_swing_makes_its_jacobian_in_every_other_step_at_most),
       cmocka_unit_test(several_ranks_give_rows_a_table_and_a_file),
       cmocka_unit_test(the_table_is_printed_once),
       cmocka_unit_test(the_same_steps_take_the_same_iterations_with_every_kernel),

@@ -186,7 +186,7 @@ static void expect_refused(rig *r, thrum_status expected, const char *part) {
   if (!strstr(error.message, part))
     fail_msg("'%s' does not say '%s'", error.message, part);
   assert_memory_equal(contact, r->contact, size);
-  assert_memory_equal(body, r->state, thrum_state_bytes(r->state));
+  assert_memory_equal(body, r->state, thrum_state_kept_bytes(r->state));
   free(contact);
   free(body);
 }

@@ -117,6 +117,36 @@ static void errors_of_the_energy_do_not_add_up(void **context) {
   random_model_free(&m);
 }
 
+/* Modes far stiffer than the step swing from one end to the other in each, and their forces are
+ * thousands of times their momenta: those do not take over the rounding of these. */
+static void stiff_modes_keep_their_energy(void **context) {
+  (void)context;
+  for (int nonlinear = 0; nonlinear < 2; nonlinear++) {
+    random_model m;
+    random_model_make(&m, 3, RANK, 1.0, 30.0, nonlinear ? 1.0 : INFINITY);
+    const double dts[2] = {100.0, 1000.0};
+    for (int n = 0; n < 2; n++) {
+      const thrum_state_def def = make_def(dts[n]);
+      thrum_state *state = state_make(&m.model, &def);
+      double q[RANK], p[RANK];
+      for (int i = 0; i < RANK; i++) {
+        q[i] = 0.1 * start_q[i];
+        p[i] = 0.1 * start_p[i];
+      }
+      state_put(&m.model, state, q, p);
+      const double first = state_energy(&m.model, state).total;
+      for (int k = 0; k < 2000; k++) {
+        state_steps(&m.model, state, 1);
+        const double now = state_energy(&m.model, state).total;
+        if (!(fabs(now - first) < 1e-13 * first))
+          fail_msg("dt %g, step %d: %.3e of the energy", def.dt, k, (now - first) / first);
+      }
+      state_free(state);
+    }
+    random_model_free(&m);
+  }
+}
+
 /* The same with a load that turns and with damping: the energy is the sum of work less dissipation
  * from the start on. */
 static void the_account_follows_work_and_dissipation(void **context) {
@@ -358,6 +388,7 @@ int main(void) {
       cmocka_unit_test(a_blow_of_any_size_keeps_the_balance),
       cmocka_unit_test(energy_is_conserved_whatever_the_tolerance),
       cmocka_unit_test(a_large_step_keeps_its_energy_with_a_loose_solve),
+      cmocka_unit_test(stiff_modes_keep_their_energy),
       cmocka_unit_test(a_step_satisfies_its_equations),
       cmocka_unit_test(a_hard_step_takes_the_mean_force_of_the_path),
       cmocka_unit_test(on_a_linear_model_it_is_the_midpoint_rule),

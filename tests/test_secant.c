@@ -4,6 +4,7 @@
 
 #include "runtime/dense.h"
 #include "runtime/secant.h"
+#include "runtime/sums.h"
 
 enum { N = 12 };
 
@@ -151,11 +152,35 @@ static void every_kernel_gives_the_same_inverse(void **context) {
   }
 }
 
+/* In an order that no compiler chooses. */
+static void sums_over_the_modes_run_in_eight_lanes(void **context) {
+  (void)context;
+  enum { MOST = 100 };
+  double a[MOST], b[MOST], w[MOST];
+  random_state random = {7};
+  random_vector(&random, MOST, 1, a);
+  random_vector(&random, MOST, 1, b);
+  random_vector(&random, MOST, 1, w);
+  for (int n = 0; n <= MOST; n++) {
+    volatile double lane[2][8] = {{0}};
+    for (int i = 0; i < n; i++) {
+      lane[0][i % 8] += a[i] * b[i];
+      lane[1][i % 8] += a[i] * b[i] * w[i];
+    }
+    for (int k = 0; k < 2; k++) {
+      const double even = (lane[k][0] + lane[k][4]) + (lane[k][2] + lane[k][6]);
+      const double odd = (lane[k][1] + lane[k][5]) + (lane[k][3] + lane[k][7]);
+      assert_true(thrum_sum_of(n, a, b, k ? w : NULL) == even + odd);
+    }
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(the_inverse_of_a_symmetric_matrix_is_symmetric_and_undoes_it),
       cmocka_unit_test(a_matrix_without_a_diagonal_pivot_or_a_number_is_refused),
       cmocka_unit_test(what_is_learnt_maps_each_change_to_its_step_and_can_be_folded),
+      cmocka_unit_test(sums_over_the_modes_run_in_eight_lanes),
       cmocka_unit_test(every_kernel_gives_the_same_inverse),
       cmocka_unit_test(a_step_without_positive_curvature_teaches_nothing),
   };

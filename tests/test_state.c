@@ -28,7 +28,7 @@ static thrum_state_def make_def(thrum_integrator integrator, thrum_damping_form 
 }
 
 static void expect_same_bytes(const thrum_state *state, const void *snapshot) {
-  assert_memory_equal(state, snapshot, thrum_state_bytes(state));
+  assert_memory_equal(state, snapshot, thrum_state_kept_bytes(state));
 }
 
 /* --- refusals ----------------------------------------------------------------------------------
@@ -178,6 +178,58 @@ static void memory_that_is_short_or_misaligned_is_refused(void **context) {
   random_model_free(&m);
 }
 
+/* NaN wherever no call may look. */
+static void spoil_scratch(thrum_state *state) {
+  const size_t kept = thrum_state_kept_bytes(state);
+  memset((unsigned char *)state + kept, 0xff, thrum_state_bytes(state) - kept);
+}
+
+static void what_lies_behind_the_kept_bytes_does_not_count(void **context) {
+  (void)context;
+  random_model m;
+  make_model(&m);
+  for (int i = 0; i < 5; i++)
+    for (int form = THRUM_DAMPING_REST; form <= THRUM_DAMPING_TANGENT; form++)
+      for (int hard = 0; hard < 2; hard++) {
+        thrum_state_def def = make_def(all[i], (thrum_damping_form)form);
+        // so that the ladder is climbed
+        if (hard) {
+          def.dt *= 20;
+          def.iterations_max = 3;
+        }
+        thrum_state *state = state_make(&m.model, &def), *spoilt = state_make(&m.model, &def);
+        assert_true(thrum_state_kept_bytes(state) < thrum_state_bytes(state));
+        spoil_scratch(spoilt);
+        state_put(&m.model, state, start_q, start_p);
+        state_put(&m.model, spoilt, start_q, start_p);
+        expect_same_bytes(spoilt, state);
+        for (int k = 0; k < 200; k++) {
+          spoil_scratch(spoilt);
+          const thrum_status expected = thrum_step(&m.model, state, NULL);
+          assert_int_equal(thrum_step(&m.model, spoilt, NULL), expected);
+          if (memcmp(spoilt, state, thrum_state_kept_bytes(state)) != 0)
+            fail_msg("%s, damping form %d, step %d", integrator_name(all[i]), form, k);
+        }
+        double p[2][RANK] = {{0}};
+        thrum_energies energies[2] = {{0}};
+        spoil_scratch(spoilt);
+        thrum_status expected = thrum_state_get(&m.model, state, NULL, p[0], NULL);
+        assert_int_equal(thrum_state_get(&m.model, spoilt, NULL, p[1], NULL), expected);
+        assert_memory_equal(p[0], p[1], sizeof p[0]);
+        spoil_scratch(spoilt);
+        expected = thrum_state_energies(&m.model, state, &energies[0], NULL);
+        assert_int_equal(thrum_state_energies(&m.model, spoilt, &energies[1], NULL), expected);
+        assert_memory_equal(&energies[0], &energies[1], sizeof energies[0]);
+        spoil_scratch(spoilt);
+        expected = thrum_state_set_dt(&m.model, state, 2 * def.dt, NULL);
+        assert_int_equal(thrum_state_set_dt(&m.model, spoilt, 2 * def.dt, NULL), expected);
+        expect_same_bytes(spoilt, state);
+        state_free(state);
+        state_free(spoilt);
+      }
+  random_model_free(&m);
+}
+
 static void calls_refuse_null_strangers_and_models_of_another_rank(void **context) {
   (void)context;
   random_model m, other;
@@ -210,6 +262,7 @@ static void calls_refuse_null_strangers_and_models_of_another_rank(void **contex
   }
   assert_int_equal(thrum_state_energies(&m.model, state, NULL, NULL), THRUM_INVALID_ARGUMENT);
   assert_int_equal(thrum_state_bytes(NULL), 0);
+  assert_int_equal(thrum_state_kept_bytes(NULL), 0);
   assert_int_equal(thrum_state_report_get(NULL).steps, 0);
   expect_same_bytes(state, kept);
   free(stranger);
@@ -673,6 +726,7 @@ int main(void) {
       cmocka_unit_test(every_field_of_a_def_is_checked_and_named),
       cmocka_unit_test(a_model_that_cannot_be_stepped_is_refused),
       cmocka_unit_test(memory_that_is_short_or_misaligned_is_refused),
+      cmocka_unit_test(what_lies_behind_the_kept_bytes_does_not_count),
       cmocka_unit_test(calls_refuse_null_strangers_and_models_of_another_rank),
       cmocka_unit_test(values_that_are_not_finite_are_refused),
       cmocka_unit_test(a_body_at_rest_without_load_stays_at_rest_exactly),

@@ -272,7 +272,7 @@ static void a_snapshot_brings_the_watch_along(void **context) {
   random_model m;
   make_model(&m);
   thrum_state *state = make_drifting(&m.model, 1);
-  const size_t bytes = thrum_state_bytes(state);
+  const size_t bytes = thrum_state_kept_bytes(state);
   int64_t handovers = 0;
   for (int part = 0; part < 300 && handovers == 0; part++) {
     void *kept = state_snapshot(state);

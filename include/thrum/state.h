@@ -1,8 +1,8 @@
 /* The state of one body and the steps that advance it.
  *
  * A state is planned (thrum_state_size), then laid into the caller's memory (thrum_state_init). It
- * holds no pointer, so a snapshot is memcpy of thrum_state_bytes(state) bytes and a restore is the
- * memcpy back: the solver's history (kept Jacobian, warm start, split) comes along bit for bit.
+ * holds no pointer, so a snapshot is memcpy of thrum_state_kept_bytes(state) bytes and a restore is
+ * the memcpy back: the solver's history (kept Jacobian, warm start, split) comes along bit for bit.
  * A state belongs to one thread at a time; the model is shared. No function here allocates, prints
  * or keeps a global. All quantities are SI in reduced coordinates u = U q, with unit mass.
  *
@@ -135,8 +135,13 @@ thrum_status thrum_state_size(const thrum_model *model, const thrum_state_def *d
 thrum_status thrum_state_init(void *memory, size_t memory_size, const thrum_model *model,
                               const thrum_state_def *def, thrum_state **state, thrum_error *error);
 
-/* Bytes to copy for a snapshot: those of thrum_state_size. */
+/* Bytes of a state, those of thrum_state_size: for a copy in other memory, which can step. */
 size_t thrum_state_bytes(const thrum_state *state);
+
+/* How many of them, from the first on, persist between calls: enough for a snapshot to restore in
+ * the same memory or over a copy, and what is the same in equal states. What lies behind is
+ * scratch, of any content. */
+size_t thrum_state_kept_bytes(const thrum_state *state);
 
 /* Sets synchronised q and p (rank each; NULL means zero). Counters, load and time stay; the
  * solver's history is forgotten. The mean load of the step before counts as zero.
@@ -158,7 +163,7 @@ thrum_status thrum_state_set_dt(const thrum_model *model, thrum_state *state, do
                                 thrum_error *error);
 
 /* Advances by one step. THRUM_OK; THRUM_FELL_BACK when a rung beyond quasi-Newton was needed;
- * THRUM_NOT_CONVERGED or THRUM_NOT_FINITE with every byte of the state as it was before. */
+ * THRUM_NOT_CONVERGED or THRUM_NOT_FINITE with every byte that persists as it was before. */
 thrum_status thrum_step(const thrum_model *model, thrum_state *state, thrum_error *error);
 
 /* Energies at the present step, from synchronised p. Uses the state's scratch. */
