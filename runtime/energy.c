@@ -178,8 +178,9 @@ static void both_of_ends(const thrum_solver *s, double *matrix) {
  * J0 is symmetric: with the residual g
  *   h^2/2 |d|^2 grad(sigma) = slope - J0 d,
  *   slope = g + h p - h^2/2 [R(q) - f] - h^2 sigma d */
-static void put_slope(const thrum_solver *s, const double *residual, double *slope) {
+static void put_slope(const thrum_solver *s, const double *residual) {
   const thrum_state_view *view = s->view;
+  double *slope = view->slope;
   const double known = mean_weight(s) * (1.0 - share_of(s));
   const double twice = 2.0 * mean_weight(s) * s->report->along_step;
   for (int32_t i = 0; i < s->n; i++)
@@ -187,10 +188,10 @@ static void put_slope(const thrum_solver *s, const double *residual, double *slo
                twice * view->unknown[i];
 }
 
-/* h^2/2 grad(sigma) x from the slope, x and J0 x. */
-static double gradient_along(const thrum_solver *s, const double *slope, const double *x,
-                             const double *image) {
-  return (thrum_sum_of(s->n, slope, x, NULL) - thrum_sum_of(s->n, s->view->unknown, image, NULL)) *
+/* h^2/2 grad(sigma) x from the slope, x and image = J0 x. */
+static double gradient_along(const thrum_solver *s, const double *x, const double *image) {
+  return (thrum_sum_of(s->n, s->view->slope, x, NULL) -
+          thrum_sum_of(s->n, s->view->unknown, image, NULL)) *
          s->report->inverse_square;
 }
 
@@ -203,16 +204,16 @@ static void border(const thrum_solver *s, const thrum_secant *inverse, bool firs
   thrum_state_view *view = s->view;
   thrum_solve_report *report = s->report;
   const double *d = view->unknown;
-  double *bordered = view->bordered, *slope = view->point;
-  put_slope(s, residual, slope);
+  double *bordered = view->bordered;
+  put_slope(s, residual);
   if (first) {
     thrum_secant_apply(inverse, d, bordered);
-    report->bordered = gradient_along(s, slope, bordered, d);
+    report->bordered = gradient_along(s, bordered, d);
   }
   // too much of it is not to be trusted
   if (!(fabs(report->bordered) < 0.5))
     return;
-  const double by = gradient_along(s, slope, image, residual) / (1.0 + report->bordered);
+  const double by = gradient_along(s, image, residual) / (1.0 + report->bordered);
   for (int32_t i = 0; i < s->n; i++) {
     image[i] -= by * bordered[i];
     residual[i] -= by * d[i];
@@ -249,8 +250,8 @@ static void arrive(const thrum_solver *s) {
   double along_change = 0.0;
   if (report->along_step != 0.0) {
     if (!report->refreshed)
-      put_slope(s, view->residual, view->point);
-    along_change = -gradient_along(s, view->point, back, view->trial) / mean_weight(s);
+      put_slope(s, view->residual);
+    along_change = -gradient_along(s, back, view->trial) / mean_weight(s);
   }
   for (int32_t i = 0; i < s->n; i++) {
     const double damped = s->rate * thrum_rest_damping(s->model, s->state, i) * back[i];

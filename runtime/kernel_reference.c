@@ -9,20 +9,17 @@
  * of X is the gradient of all columns that meet q_d.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include <string.h>
-
-#include "kernel.h"
-#include "pack.h"
-
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF
 #endif
 
-#define LANES 8
+#include <string.h>
 
-static double lanes_sum(const double lane[LANES]) {
-  return ((lane[0] + lane[4]) + (lane[2] + lane[6])) + ((lane[1] + lane[5]) + (lane[3] + lane[7]));
-}
+#include "kernel.h"
+#include "pack.h"
+#include "sums.h"
+
+#define LANES 8
 
 /* lanes += row . m and w += x row. */
 static void row_both(int64_t count, const double *restrict row, const double *restrict m, double x,
@@ -52,12 +49,6 @@ static void row_product(int64_t count, const double *restrict row, const double 
 static void axpy(int64_t count, double s, const double *restrict a, double *restrict b) {
   for (int64_t c = 0; c < count; c++)
     b[c] += s * a[c];
-}
-
-static double dot(int64_t n, const double *a, const double *b) {
-  double lane[LANES] = {0};
-  row_product(n, a, b, lane);
-  return lanes_sum(lane);
 }
 
 /* Rows of a packed order, one after the other: begin, then next until it is false. */
@@ -148,7 +139,7 @@ static void take_columns(int64_t last, const double *w, const double *q, const d
 
 static void sums_of(int64_t count, double *lanes, double *s) {
   for (int64_t b = 0; b < count; b++)
-    s[b] = lanes_sum(lanes + LANES * b);
+    s[b] = thrum_lanes_sum(lanes + LANES * b);
   memset(lanes, 0, (size_t)(LANES * count) * sizeof *lanes);
 }
 
@@ -158,7 +149,7 @@ static double evaluation_end(int64_t n, const evaluation *e, double *gradient) {
   sums_of(n, e->lanes, e->more);
   for (int64_t i = 0; i < n; i++)
     gradient[i] += (e->g[i] + e->h[i + 1]) + (e->s[i] + e->more[i]);
-  return dot(n, e->q, e->s);
+  return thrum_sum_of(n, e->q, e->s, NULL);
 }
 
 static double reference_energy(const thrum_model *model, const double *q, double *work) {
@@ -170,10 +161,10 @@ static double reference_energy(const thrum_model *model, const double *q, double
     walk_read(&k);
     double lane[LANES] = {0};
     row_product(thrum_pack_columns(k.c), k.row, e.m, lane);
-    take_row(n, k.c, k.d, lanes_sum(lane), e.q, e.g, e.lanes);
+    take_row(n, k.c, k.d, thrum_lanes_sum(lane), e.q, e.g, e.lanes);
   }
   sums_of(n, e.lanes, e.s);
-  return dot(n, e.q, e.s);
+  return thrum_sum_of(n, e.q, e.s, NULL);
 }
 
 static double reference_force(const thrum_model *model, const double *q, double *gradient,
@@ -186,7 +177,7 @@ static double reference_force(const thrum_model *model, const double *q, double 
     walk_read(&k);
     double lane[LANES] = {0};
     row_both(thrum_pack_columns(k.c), k.row, e.m, q[k.c] * q[k.d], e.w, lane);
-    take_row(n, k.c, k.d, lanes_sum(lane), e.q, e.g, e.lanes);
+    take_row(n, k.c, k.d, thrum_lanes_sum(lane), e.q, e.g, e.lanes);
   }
   return evaluation_end(n, &e, gradient);
 }
@@ -211,7 +202,7 @@ static void reference_tangent_vector(const thrum_model *model, const double *q, 
     double lane[LANES] = {0}, other[LANES] = {0};
     row_both(thrum_pack_columns(c), k.row, e.m, q[c] * q[d], e.w, lane);
     row_both(thrum_pack_columns(c), k.row, u.m, q[c] * v[d] + v[c] * q[d], u.w, other);
-    const double y = lanes_sum(lane), dy = lanes_sum(other);
+    const double y = thrum_lanes_sum(lane), dy = thrum_lanes_sum(other);
     double *lanes = e.lanes + LANES * c;
     e.g[d] = (e.g[d] + v[c] * y) + q[c] * dy;
     lanes[(n - 1 - d) % LANES] += y * v[d];
@@ -276,7 +267,7 @@ static double reference_tangent(const thrum_model *model, const double *q, doubl
     // y_dc is the coefficient of q_d q_c; list d gets q_c B_dc, list c gets sum_d q_d B_dc
     row_both(count, k.row, e.m, q[k.d], l, lane);
     axpy(count, q[c], k.row, list[k.d]);
-    const double y = lanes_sum(lane);
+    const double y = thrum_lanes_sum(lane);
     take_row(n, c, k.d, y, e.q, e.g, e.lanes);
     hessian[k.d * n + c] += y;
     if (k.d == c) {
@@ -320,7 +311,7 @@ static double reference_force_part(const thrum_model *model, int64_t split, cons
     double lane[LANES] = {0};
     row_product(sums, k.row, e.m, lane);
     row_both(count - sums, k.row + sums, e.m + sums, z[c] * z[d], e.w + sums, lane);
-    const double y = lanes_sum(lane);
+    const double y = thrum_lanes_sum(lane);
     e.g[d] += z[c] * y;
     e.lanes[LANES * c + (d - c) % LANES] += y * z[d];
   }
@@ -329,7 +320,7 @@ static double reference_force_part(const thrum_model *model, int64_t split, cons
   sums_of(n, e.lanes, e.more);
   for (int64_t i = implicit; i < n; i++)
     gradient[n - 1 - i] += (e.g[i] + e.h[i + 1]) + (e.s[i] + e.more[i]);
-  return dot(n, z, e.s);
+  return thrum_sum_of(n, z, e.s, NULL);
 }
 
 static void reference_tangent_vector_part(const thrum_model *model, int64_t split, const double *q,
@@ -351,7 +342,7 @@ static void reference_tangent_vector_part(const thrum_model *model, int64_t spli
     row_product(plain, k.row, e.m, lane);
     row_both(count, k.row + plain, e.m + plain, z[c] * z[d], e.w + plain, lane);
     row_both(count, k.row + plain, u.m + plain, z[c] * v[d] + v[c] * z[d], u.w + plain, other);
-    const double y = lanes_sum(lane), dy = lanes_sum(other);
+    const double y = thrum_lanes_sum(lane), dy = thrum_lanes_sum(other);
     e.g[d] = (e.g[d] + v[c] * y) + z[c] * dy;
     lanes[(d - c) % LANES] += y * v[d];
     // in the lanes all rows of a block under v go before those under q
@@ -388,7 +379,7 @@ static void restrict_low(const thrum_model *model, int64_t split, const double *
       continue;
     walk_read(&k);
     row_product(c < split ? thrum_pack_columns(c) : held, k.row, e.m, lane);
-    const double y = lanes_sum(lane);
+    const double y = thrum_lanes_sum(lane);
     // with c held too the term is linear
     if (c < split)
       e.g[d] += q[c] * y;
@@ -432,25 +423,25 @@ static double reference_restricted_gradient(const thrum_model *model, int64_t sp
     double lane[LANES] = {0}, own[LANES] = {0};
     if (k.d == c) {
       row_both(count, row, e.m, z[c], e.w, own);
-      e.s[c] = restricted[c] + lanes_sum(own);
+      e.s[c] = restricted[c] + thrum_lanes_sum(own);
       row += 8 * thrum_pack_vectors(c);
     }
     if (k.d >= n)
       continue;
     walk_read(&k);
     row_both(count, k.row, e.m, z[c] * z[k.d], e.w, lane);
-    const double y = lanes_sum(lane);
+    const double y = thrum_lanes_sum(lane);
     e.g[k.d] += z[c] * y;
     e.lanes[LANES * c + (k.d - c) % LANES] += y * z[k.d];
   }
   for (int64_t c = 0; c < n; c++)
-    e.s[c] += lanes_sum(e.lanes + LANES * c);
+    e.s[c] += thrum_lanes_sum(e.lanes + LANES * c);
   memset(e.lanes, 0, (size_t)(LANES * n) * sizeof *e.lanes);
   take_columns(n, e.w, z, e.lifted, e.h, e.lanes);
   sums_of(n, e.lanes, e.more);
   for (int64_t i = 0; i < n; i++)
     gradient[n - 1 - i] = (e.g[i] + e.h[i + 1]) + (e.s[i] + e.more[i]);
-  return dot(n, z, e.s);
+  return thrum_sum_of(n, z, e.s, NULL);
 }
 
 static void reference_restricted_hessian(const thrum_model *model, int64_t split,
@@ -476,7 +467,7 @@ static void reference_restricted_hessian(const thrum_model *model, int64_t split
       walk_read(&k);
       row_both(count, k.row, e.m, z[k.d], l, lane);
       axpy(count, z[c], k.row, list[k.d]);
-      hessian[k.d * n + c] += lanes_sum(lane);
+      hessian[k.d * n + c] += thrum_lanes_sum(lane);
     }
     if (k.d == model->rank - 1) {
       axpy(count, z[c], l, e.w);

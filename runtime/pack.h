@@ -104,12 +104,6 @@ static inline int64_t thrum_pack_work_tangent(int64_t n) {
   return thrum_pack_work(n) + lists;
 }
 
-/* The same of a restricted Hessian in n coordinates, which the reference reads rows of a whole
- * model for. */
-static inline int64_t thrum_pack_work_restricted(int64_t rank, int64_t n) {
-  return thrum_pack_work_tangent(n) + thrum_pack_first(rank);
-}
-
 /* The columns of row d of block c, thrum_pack_columns(c) of them, out of the packed coefficients
  * or, where there are none, of c3 and c4. `at` is where the block begins in its order. */
 void thrum_pack_row(const thrum_model *model, int64_t c, int64_t d, int64_t at, double *row);

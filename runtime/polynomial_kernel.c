@@ -5,29 +5,12 @@
  * Cost: every function reads its matrix once; 2 operations per entry.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "polynomial.h"
-
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF
 #endif
 
-#define LANES 8
-
-/* Adds the lanes as a fixed tree. */
-static double lanes_sum(const double lane[LANES]) {
-  return ((lane[0] + lane[4]) + (lane[2] + lane[6])) + ((lane[1] + lane[5]) + (lane[3] + lane[7]));
-}
-
-static double dot(int64_t count, const double *a, const double *b) {
-  double lane[LANES] = {0};
-  int64_t c = 0;
-  for (; c + LANES <= count; c += LANES)
-    for (int s = 0; s < LANES; s++)
-      lane[s] += a[c + s] * b[c + s];
-  for (int s = 0; c + s < count; s++)
-    lane[s] += a[c + s] * b[c + s];
-  return lanes_sum(lane);
-}
+#include "polynomial.h"
+#include "sums.h"
 
 static void axpy(int64_t count, double s, const double *restrict a, double *restrict b) {
   for (int64_t c = 0; c < count; c++)
@@ -37,7 +20,7 @@ static void axpy(int64_t count, double s, const double *restrict a, double *rest
 void thrum_kernel_product(int64_t rows, int64_t columns, const double *block, const double *m,
                           double *y) {
   for (int64_t i = 0; i < rows; i++)
-    y[i] += dot(columns, block + i * columns, m);
+    y[i] += thrum_sum_of(columns, block + i * columns, m, NULL);
 }
 
 void thrum_kernel_transposed(int64_t rows, int64_t columns, const double *restrict block,

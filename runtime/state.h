@@ -151,6 +151,7 @@ _Static_assert(sizeof(thrum_state) == offsetof(thrum_state, kernel) + sizeof(int
   X(force_2, vector)        /* R there; energy: R(q') in the end */                                \
   X(force_start, vector)    /* energy: R(q_k) */                                                   \
   X(bordered, vector)       /* energy: J0^-1 (q' - q) */                                           \
+  X(slope, vector)          /* energy: h^2/2 |d|^2 grad(sigma) + J0 d */                           \
   X(pivots_next, vector)    /* int32: of jacobian_next */                                          \
   X(work, work)             /* of the polynomial */                                                \
   X(restricted, restricted) /* V at fixed q_E, a quartic in q_I */                                 \
@@ -327,7 +328,8 @@ typedef struct thrum_step_run {
   bool samples; /* the watch wants a product: see thrum_watch_before */
 } thrum_step_run;
 
-/* step.c: checks the state and lets the watch begin. Not THRUM_OK: there is nothing to end. */
+/* step.c: checks the state and lets the watch begin; lent may be NULL. Not THRUM_OK: there is
+ * nothing to end. */
 thrum_status thrum_step_begin(const thrum_model *model, thrum_state *state, const thrum_lent *lent,
                               thrum_step_run *run, thrum_error *error);
 

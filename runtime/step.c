@@ -137,7 +137,8 @@ thrum_status thrum_step_begin(const thrum_model *model, thrum_state *state, cons
   run->state = state;
   run->next = *state;
   run->view = thrum_state_view_of(state);
-  thrum_state_lend(&run->view, lent);
+  if (lent)
+    thrum_state_lend(&run->view, lent);
   // not all schemes have one
   memset(run->view.acceleration_next, 0, (size_t)state->rank * sizeof(double));
   memset(&run->report, 0, sizeof run->report);
@@ -209,9 +210,8 @@ thrum_status thrum_step_end(const thrum_model *model, thrum_step_run *run, thrum
 }
 
 thrum_status thrum_step(const thrum_model *model, thrum_state *state, thrum_error *error) {
-  const thrum_lent lent = {.work = NULL};
   thrum_step_run run;
-  const thrum_status status = thrum_step_begin(model, state, &lent, &run, error);
+  const thrum_status status = thrum_step_begin(model, state, NULL, &run, error);
   if (status != THRUM_OK)
     return status;
   thrum_step_watch(model, &run, false);
