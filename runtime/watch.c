@@ -56,7 +56,8 @@
 #define SUDDEN 0.1   /* of the energy: the shadow to come, beyond it a step is looked at first */
 #define MEMORY 256.0 /* steps that what was moved is remembered for */
 #define FALLEN 0.25  /* of the energy at the hand-over: imexv returns */
-#define RANGE 1e300  /* [J], larger energies are not followed */
+#define RANGE 1e300  /* [J], larger energies are not followed, */
+#define LEAST 1e-300 /* nor smaller ones: at that end rounding is all there is */
 #define LOST 1e100   /* in place of ratios that are larger or no number */
 
 /* Largest energy lately. */
@@ -232,7 +233,7 @@ static thrum_status watch_handed(const thrum_model *model, thrum_state *state,
     return THRUM_OK;
   state->calm_end = state->steps + HANDED_STEPS;
   const double energy = energy_at(model, state, view, view->q, view->p);
-  if (!(energy < FALLEN * state->handed_energy))
+  if (!(energy < FALLEN * state->handed_energy || energy < LEAST))
     return THRUM_OK;
   state->handovers++;
   thrum_watch_reset(state);
@@ -389,8 +390,7 @@ static alarm take_in(thrum_state *state, const thrum_solve_report *report) {
   state->watch_recent -= state->watch_recent / MEMORY;
   // a load that changes changes what Stoermer-Verlet keeps, by a known step
   state->watch_steady -= report->shadow_change;
-  // at the other end of the range of numbers rounding is all there is
-  if (scale < 1.0 / RANGE)
+  if (scale < LEAST)
     return CALM;
   // E itself may ripple by the whole of its shadow
   if (!(fabs(error) <= URGENT_SHARE * scale + allowed &&
@@ -411,6 +411,8 @@ static bool compare(thrum_state *state, double mean, double scale) {
     }
     return false;
   }
+  if (scale < LEAST)
+    return false;
   const double off = mean - state->watch_reference;
   state->watch_off += off - FORGET * state->watch_off;
   if (fabs(off) <= DRIFT * scale && fabs(state->watch_off) <= DRIFT_ALL * scale)

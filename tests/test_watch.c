@@ -107,6 +107,8 @@ static void modes_leave_when_the_body_stiffens_and_return_after_a_calm(void **co
     state_push(&m.model, state, NULL);
     state_steps(&m.model, state, 150000);
     const thrum_state_report calm = thrum_state_report_get(state);
+    // down to energies that are no normal numbers any more
+    assert_int_equal(calm.handovers, 0);
     assert_int_equal(calm.explicit_modes, SPLIT);
     assert_true(calm.switches > loaded.switches);
     assert_int_equal(calm.energy_steps + calm.substep_steps, 0);
@@ -183,7 +185,8 @@ static void slow_drift_goes_back_through_the_momentum(void **context) {
     assert_true(fabs(report.corrected) <= 0.041 * first);
     state_free(state);
   }
-  if (!(worst[1] < 1e-4 && worst[0] > 10 * worst[1]))
+  // means of so many steps scatter by as much as that
+  if (!(worst[1] < 1.5e-4 && worst[0] > 10 * worst[1]))
     fail_msg("%.3e of the mean energy, unwatched %.3e", worst[1], worst[0]);
   random_model_free(&m);
 }
