@@ -45,7 +45,7 @@
 #define OWED_MOST 1e-3  /* of the energy, at a standstill */
 #define STILL 1e-5      /* 1/what an error of all of V may add to the residual, beside the step */
 #define MOVING 100.0    /* times what the forces do in a step: V beyond it is not of the step */
-#define UNFELT 0x1p-15  /* so little of it is not lost */
+#define UNFELT 0x1p-10  /* so little of it is not lost */
 #define CLOSE 1e-7      /* residual beside the step whose correction R(q') and V(q') can follow */
 
 /* point = q + s d */
@@ -123,27 +123,22 @@ static double kept_of_sigma(const thrum_solver *s, double all, double square) {
   return 1.0 / (1.0 + lost * lost);
 }
 
-/* view->force = E from R(q') in view->force_2 and V(q'). */
+/* sigma from R(q') in view->force_2 and V(q'). */
 static void complete(const thrum_solver *s, double potential) {
   const thrum_state_view *view = s->view;
   thrum_solve_report *report = s->report;
-  const double *d = view->unknown, *force = view->force_2;
-  double *restrict end_force = view->force;
+  const double *d = view->unknown;
   const double square = thrum_sum_of(s->n, d, d, NULL);
-  const double along =
-      0.5 * (thrum_sum_of(s->n, view->force_start, d, NULL) + thrum_sum_of(s->n, force, d, NULL));
+  const double along = 0.5 * thrum_sum_both(s->n, view->force_start, view->force_2, d);
   double inverse = 1.0 / square;
-  // mostly it is clear that nothing of sigma is lost, without a look at the modes: the first bound
-  // is one on what they move; in the second residual <= step, as scale >= 1
+  // mostly it is clear that nothing of sigma is lost, without a look at the modes: in the first
+  // bound residual <= step, as scale >= 1; the second is one on what they move
   const double all = fabs(potential) + fabs(report->potential_start);
-  if (!(all <= MOVING * fabs(along) || STILL * mean_weight(s) * all <= UNFELT * square))
+  if (!(STILL * mean_weight(s) * all <= UNFELT * square || all <= MOVING * fabs(along)))
     inverse *= kept_of_sigma(s, all, square);
   report->potential = potential;
   report->inverse_square = isfinite(inverse) ? inverse : 0.0;
   report->along_step = (potential - report->potential_start - along) * report->inverse_square;
-  const double twice = 2.0 * report->along_step;
-  for (int32_t i = 0; i < s->n; i++)
-    end_force[i] = force[i] + twice * d[i];
 }
 
 static double evaluate_ends(const thrum_solver *s) {
@@ -230,13 +225,17 @@ static double start(const thrum_model *model, const thrum_state *state, thrum_st
   return state->potential;
 }
 
-/* R(q') and V(q'), from those of the last evaluation. */
+/* R(q') and V(q') from those of the last evaluation, and E where that was of q'. */
 static void arrive(const thrum_solver *s) {
   const thrum_state_view *view = s->view;
   thrum_solve_report *report = s->report;
   report->potential_known = report->verified || report->reached <= CLOSE;
-  if (report->verified)
+  if (report->verified) {
+    const double twice = 2.0 * report->along_step;
+    for (int32_t i = 0; report->ends && i < s->n; i++)
+      view->force[i] = view->force_2[i] + twice * view->unknown[i];
     return;
+  }
   if (!report->potential_known) {
     report->potential = thrum_energy_by(view->kernel, s->model, view->q_next, view->work);
     return;
@@ -286,8 +285,8 @@ static bool balance(const thrum_solver *s) {
   double owed = s->report->potential_start - s->report->potential +
                 (1.0 - share) * thrum_sum_of(s->n, view->force_start, d, NULL) +
                 share * thrum_sum_of(s->n, view->force, d, NULL);
-  for (int32_t i = 0; s->report->verified && i < s->n; i++)
-    owed -= (view->p[i] - view->p_next[i]) / s->state->dt * view->residual[i];
+  if (s->report->verified)
+    owed -= thrum_sum_less(s->n, view->p, view->p_next, view->residual) / s->state->dt;
   const double square = thrum_sum_of(s->n, view->p_next, view->p_next, NULL);
   const double share_owed = 2.0 * owed / square;
   // at a standstill no scale helps, and none is needed
@@ -329,6 +328,7 @@ thrum_status thrum_step_energy(const thrum_model *model, const thrum_state *stat
   if (!thrum_tangent_damped(state) && state->steps >= state->path_end) {
     s = solver_of(model, state, view, report, 0.5);
     s.evaluate = evaluate_ends;
+    s.evaluated = view->force_2;
     s.stiffness = stiffness_of_ends;
     s.both = both_of_ends;
     s.border = border;

@@ -23,6 +23,7 @@
 
 #include "polynomial.h"
 #include "state.h"
+#include "sums.h"
 
 #define LOOK 8             /* steps between two looks, one step while energy is owed */
 #define ROUNDING 0x1p-50   /* of the energy: is as good as nothing */
@@ -40,10 +41,7 @@ static double stretch(double owed, double kinetic) {
 }
 
 static double kinetic_of(const double *p, int32_t n) {
-  double sum = 0.0;
-  for (int32_t i = 0; i < n; i++)
-    sum += 0.5 * (p[i] * p[i]);
-  return sum;
+  return 0.5 * thrum_sum_of(n, p, p, NULL);
 }
 
 void thrum_ledger_open(thrum_state *state, double energy) {
@@ -71,9 +69,8 @@ static void add(thrum_state *state, double amount) {
 /* Work and dissipation of the step. */
 static void enter(const thrum_model *model, thrum_state *state, const thrum_state_view *view,
                   bool damped) {
-  double work = 0.0, dissipated = 0.0;
-  for (int32_t i = 0; i < state->rank; i++)
-    work += view->load[i] * (view->q_next[i] - view->q[i]);
+  const double work = thrum_sum_less(state->rank, view->q_next, view->q, view->load);
+  double dissipated = 0.0;
   for (int32_t i = 0; damped && i < state->rank; i++) {
     const double d = view->q_next[i] - view->q[i];
     dissipated += d * d * thrum_rest_damping(model, state, i);

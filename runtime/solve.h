@@ -7,7 +7,7 @@
 #include "state.h"
 
 /* Steps that make their Jacobian at once, after one that found too late that it must. */
-#define THRUM_EAGER 16
+#define THRUM_EAGER 96
 
 /* Steps of `energy` that take the mean force of the path, after one that that of the ends did not
  * solve. */
@@ -34,6 +34,7 @@ struct thrum_solver {
    * NULL: there is nothing. */
   void (*border)(const thrum_solver *s, const thrum_secant *inverse, bool first, double *residual,
                  double *image);
+  const double *evaluated; /* where `evaluate` puts R, less 2 along_step d of the report */
   double at, weight, rate;
   int32_t cheaper;    /* how many iterations are cheaper than a Jacobian made anew */
   int32_t past_count; /* steps before whose q + at d and R the first guess may go on from */
