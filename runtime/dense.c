@@ -14,11 +14,10 @@
 
 #include "dense.h"
 
+#include <float.h>
 #include <math.h>
 #include <stddef.h>
 #include <string.h>
-
-#define SMALL_PIVOT 0.015625 /* beside the diagonal entry that it was */
 
 static int32_t largest_below(const double *matrix, int32_t n, int32_t column) {
   int32_t best = column;
@@ -178,34 +177,29 @@ static bool sweep(const thrum_kernel *by, double *matrix, int32_t n, int32_t k, 
   return true;
 }
 
-/* Sweeps pairs in their order while both pivots are positive and not small beside what they were;
- * returns how many pivots are done. Needs no search. */
-static int32_t sweep_in_order(const thrum_kernel *by, double *matrix, int32_t n, const pair *p) {
-  int32_t k = 0;
-  for (int32_t i = 0; i < n; i++)
-    p->diagonal[i] = SMALL_PIVOT * matrix[(size_t)i * (size_t)n + (size_t)i];
-  for (; k + 1 < n; k += 2) {
-    read_column(matrix, n, k, p->first);
-    if (!(p->diagonal[k] > 0.0 && p->first[k] > p->diagonal[k]))
-      break;
-    over_minus_pivot(p->first, n, k, p->minus_1);
-    read_second(matrix, n, k, k + 1, p);
-    if (!(p->diagonal[k + 1] > 0.0 && p->second[k + 1] > p->diagonal[k + 1]))
-      break;
-    over_minus_pivot(p->second, n, k + 1, p->minus_2);
-    finish_pair(by, matrix, n, k, k + 1, p);
+/* The matrix in rows of whole vectors, zero beyond it but for a one where that makes it even. */
+static void widen(const double *matrix, int32_t n, int32_t even, double *rows) {
+  const size_t stride = (size_t)thrum_sweep_stride(even), taken = (size_t)n;
+  for (int32_t i = 0; i < even; i++) {
+    double *row = rows + (size_t)i * stride;
+    if (i < n)
+      memcpy(row, matrix + (size_t)i * taken, taken * sizeof *row);
+    for (size_t j = i < n ? taken : 0; j < stride; j++)
+      row[j] = 0.0;
   }
-  return k;
+  if (even > n)
+    rows[taken * stride + taken] = 1.0;
 }
 
-bool thrum_dense_invert(const thrum_kernel *by, double *matrix, int32_t n, double *work) {
+/* Sweeps the others, the largest first. */
+static bool sweep_largest(const thrum_kernel *by, double *matrix, int32_t n, int32_t done,
+                          double *work) {
   const pair p = {work, work + n, work + 2 * n, work + 3 * n, work + 4 * n, work + 5 * n};
-  const int32_t in_order = sweep_in_order(by, matrix, n, &p);
   for (int32_t i = 0; i < n; i++) {
-    p.swept[i] = i < in_order ? 1.0 : 0.0;
+    p.swept[i] = i < done ? 1.0 : 0.0;
     p.diagonal[i] = matrix[(size_t)i * (size_t)n + (size_t)i];
   }
-  for (int32_t done = in_order; done < n; done += 2) {
+  for (; done < n; done += 2) {
     const int32_t k = largest_left(p.diagonal, n, p.swept);
     if (k < 0)
       return false;
@@ -218,14 +212,40 @@ bool thrum_dense_invert(const thrum_kernel *by, double *matrix, int32_t n, doubl
     if (!sweep(by, matrix, n, k, another, &p))
       return false;
   }
-  // all swept is minus the inverse; both triangles alike
-  for (int32_t i = 0; i < n; i++)
-    for (int32_t j = 0; j <= i; j++) {
-      const double entry = -matrix[(size_t)i * (size_t)n + (size_t)j];
-      if (!isfinite(entry))
-        return false;
-      matrix[(size_t)i * (size_t)n + (size_t)j] = entry;
-      matrix[(size_t)j * (size_t)n + (size_t)i] = entry;
-    }
   return true;
+}
+
+size_t thrum_dense_work(int32_t n) {
+  const size_t even = (size_t)n + (size_t)n % 2, stride = (size_t)thrum_sweep_stride((int64_t)even);
+  return (even + THRUM_SWEEP_VECTORS) * stride;
+}
+
+/* The inverse from what is swept, which is minus its lower triangle. False where it is not finite.
+ */
+static bool take(const double *swept, size_t stride, int32_t n, double *matrix) {
+  bool finite = true;
+  for (int32_t i = 0; i < n; i++) {
+    const double *from = swept + (size_t)i * stride;
+    double *row = matrix + (size_t)i * (size_t)n;
+    for (int32_t j = 0; j <= i; j++) {
+      row[j] = -from[j];
+      finite &= fabs(row[j]) <= DBL_MAX;
+    }
+    for (int32_t j = 0; j < i; j++)
+      matrix[(size_t)j * (size_t)n + (size_t)i] = row[j];
+  }
+  return finite;
+}
+
+bool thrum_dense_invert(const thrum_kernel *by, double *matrix, int32_t n, double *work) {
+  const int32_t even = n + n % 2;
+  const size_t stride = (size_t)thrum_sweep_stride(even);
+  double *rows = work + THRUM_SWEEP_VECTORS * stride;
+  widen(matrix, n, even, rows);
+  const int64_t done = by->sweep(even, rows, work);
+  if (done >= n)
+    return take(rows, stride, n, matrix);
+  for (int32_t i = 0; i < n; i++)
+    memcpy(matrix + (size_t)i * (size_t)n, rows + (size_t)i * stride, (size_t)n * sizeof *matrix);
+  return sweep_largest(by, matrix, n, (int32_t)done, work) && take(matrix, (size_t)n, n, matrix);
 }

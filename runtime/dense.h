@@ -4,6 +4,7 @@
 #define THRUM_RUNTIME_DENSE_H
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #include "kernel.h"
@@ -15,9 +16,12 @@ bool thrum_dense_factor(double *matrix, int32_t n, int32_t *pivots);
 /* Overwrites `x` (n), a right-hand side, with the solution, from a factorisation made above. */
 void thrum_dense_solve(const double *factors, int32_t n, const int32_t *pivots, double *x);
 
-/* Overwrites the symmetric `matrix` (n x n, the lower triangle is read) with its inverse, both
- * triangles. False where all diagonal pivots left are zero, as may be in an indefinite matrix that
- * is not singular, or the result is not finite: the content is then useless. work: 6 n. */
+/* Doubles that an inverse needs of scratch: no more than any pass of a model of that rank. */
+size_t thrum_dense_work(int32_t n);
+
+/* Overwrites the symmetric `matrix` (n x n, both triangles) with its inverse. False where all
+ * diagonal pivots left are zero, as may be in an indefinite matrix that is not singular, or the
+ * result is not finite: the content is then useless. */
 bool thrum_dense_invert(const thrum_kernel *by, double *matrix, int32_t n, double *work);
 
 #endif

@@ -38,6 +38,15 @@ static inline int64_t thrum_padded(int64_t count) {
   return (count + 7) / 8 * 8 + 8;
 }
 
+/* A row of the matrix of a sweep, and its scratch. */
+#define THRUM_SWEEP_VECTORS 9
+
+static inline int64_t thrum_sweep_stride(int64_t n) {
+  return (n + 7) / 8 * 8;
+}
+
+#define THRUM_SMALL_PIVOT 0.015625 /* beside the diagonal entry that it was */
+
 /* Vectors of corrections a b^T + c d^T: `count` of each, `stride` doubles apart. */
 typedef struct thrum_two {
   const double *a, *b, *c, *d;
@@ -91,6 +100,12 @@ typedef struct thrum_kernel {
   /* matrix (n x n) += a b^T + c d^T for each of the pairs, in their order: all of it, or the lower
    * triangle, and then what is above the diagonal is useless. */
   void (*rank_two)(int64_t n, bool lower, const thrum_two *pairs, double *matrix);
+
+  /* Sweeps the pivots of a symmetric matrix, n even, in their order, two by two, while each is
+   * positive and not small beside the diagonal entry that it was; returns how many. A row takes
+   * thrum_sweep_stride(n) doubles, zero beyond n. On entry it is there whole; in the end what is
+   * above the diagonal is useless. work: THRUM_SWEEP_VECTORS rows. */
+  int64_t (*sweep)(int64_t n, double *matrix, double *work);
 } thrum_kernel;
 
 /* Plain C, for every machine, and what the others are tested against. */

@@ -59,6 +59,10 @@ INLINE v8 v8_add(v8 v, v8 w) {
   return v8_of(_mm256_add_pd(v.a, w.a), _mm256_add_pd(v.b, w.b));
 }
 
+INLINE v8 v8_and(v8 v, v8 w) {
+  return v8_of(_mm256_and_pd(v.a, w.a), _mm256_and_pd(v.b, w.b));
+}
+
 #define V8_MASKS
 typedef struct v8_mask {
   __m256i a, b;

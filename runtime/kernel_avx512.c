@@ -51,6 +51,10 @@ INLINE v8 v8_add(v8 a, v8 b) {
   return _mm512_add_pd(a, b);
 }
 
+INLINE v8 v8_and(v8 a, v8 b) {
+  return _mm512_castsi512_pd(_mm512_and_si512(_mm512_castpd_si512(a), _mm512_castpd_si512(b)));
+}
+
 #define V8_MASKS
 typedef __mmask8 v8_mask;
 

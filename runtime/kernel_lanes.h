@@ -3,6 +3,7 @@
  *   v8          8 doubles, in as many registers as that takes
  *   INLINE      `static inline`, forced, for the instructions in use; PASS the same without inline
  *   v8_zero, v8_set1(s), v8_load(p), v8_store(p, a), v8_mul(a, b), v8_add(a, b)
+ *   v8_and(a, b)               the bits that both have
  *   v8_load_single(p)          8 floats as doubles
  *   v8_sum(a)                  ((0+4)+(2+6))+((1+5)+(3+7))
  *   ROWS_MANY, ROWS_FEW        rows taken at once, with one sum a row or with more to do: 1 to 8

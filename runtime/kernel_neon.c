@@ -60,6 +60,16 @@ INLINE v8 v8_add(v8 v, v8 w) {
   return sum;
 }
 
+INLINE float64x2_t both_bits(float64x2_t a, float64x2_t b) {
+  return vreinterpretq_f64_u64(vandq_u64(vreinterpretq_u64_f64(a), vreinterpretq_u64_f64(b)));
+}
+
+INLINE v8 v8_and(v8 v, v8 w) {
+  const v8 both = {both_bits(v.a, w.a), both_bits(v.b, w.b), both_bits(v.c, w.c),
+                   both_bits(v.d, w.d)};
+  return both;
+}
+
 INLINE double v8_sum(v8 v) {
   const float64x2_t two = vaddq_f64(vaddq_f64(v.a, v.c), vaddq_f64(v.b, v.d));
   return vgetq_lane_f64(two, 0) + vgetq_lane_f64(two, 1);

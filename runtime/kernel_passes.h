@@ -15,5 +15,5 @@
   {                                                                                                \
     id, pass_energy, pass_force, pass_forces, pass_tangent, pass_tangent_vector, pass_force_part,  \
         pass_tangent_vector_part, pass_restrict, pass_restricted_gradient,                         \
-        pass_restricted_hessian, pass_product, pass_rank_two                                       \
+        pass_restricted_hessian, pass_product, pass_rank_two, pass_sweep                           \
   }

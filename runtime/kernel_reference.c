@@ -498,6 +498,56 @@ static void reference_rank_two(int64_t n, bool lower, const thrum_two *t, double
         matrix[i * n + j] += t->a[at + i] * t->b[at + j] + t->c[at + i] * t->d[at + j];
 }
 
+/* a and b at k and k + 1 of a row, which takes the sign off its zeros. */
+static void put_pair(int64_t count, int64_t k, double a, double b, double *row) {
+  for (int64_t i = 0; i < count; i++) {
+    const double kept = i == k || i == k + 1 ? 0.0 : row[i];
+    row[i] = kept + (a * (i == k ? 1.0 : 0.0) + b * (i == k + 1 ? 1.0 : 0.0));
+  }
+}
+
+static int64_t reference_sweep(int64_t n, double *matrix, double *work) {
+  const int64_t stride = thrum_sweep_stride(n);
+  double *least = work, *f = least + stride, *s = f + stride, *m = s + stride;
+  double *m_l = m + stride, *row_k = m_l + stride, *row_l = row_k + stride;
+  for (int64_t i = 0; i < n; i++)
+    least[i] = THRUM_SMALL_PIVOT * matrix[i * stride + i];
+  for (int64_t k = 0; k < n; k += 2) {
+    const double *now_k = matrix + k * stride, *now_l = now_k + stride;
+    const double beside = now_k[k + 1], minus_k = -1.0 / now_k[k], factor = beside * minus_k;
+    const double pivot_l = now_l[k + 1] + factor * beside;
+    if (!(least[k] > 0.0 && now_k[k] > least[k] && least[k + 1] > 0.0 && pivot_l > least[k + 1]))
+      return k;
+    const double minus_l = -1.0 / pivot_l, corner = factor * minus_l;
+    const int64_t group = k / 8 * 8;
+    for (int64_t i = 0; i < stride; i++) {
+      // rows are whole in whole vectors up to the pivots' own, then columns are
+      const bool whole = i / 8 <= k / 8;
+      f[i] = whole ? now_k[i] : i < n ? matrix[i * stride + k] : 0.0;
+      s[i] = (whole ? now_l[i] : i < n ? matrix[i * stride + k + 1] : 0.0) + factor * f[i];
+      m[i] = f[i] * minus_k;
+      m_l[i] = s[i] * minus_l;
+      row_l[i] = m_l[i] * -1.0;
+      row_k[i] = factor * row_l[i] + m[i] * -1.0;
+    }
+    put_pair(8, k - group, -1.0, 0.0, f + group);
+    put_pair(8, k - group, -factor, -1.0, s + group);
+    put_pair(8, k - group, minus_k + factor * corner, corner, row_k + group);
+    put_pair(8, k - group, corner, minus_l, row_l + group);
+    for (int64_t i = 0; i < n; i++) {
+      double *row = matrix + i * stride;
+      row[k] = row[k + 1] = 0.0;
+      for (int64_t j = 0; j < (i / 8 + 1) * 8; j++)
+        row[j] += m[i] * f[j] + m_l[i] * s[j];
+    }
+    for (int64_t j = 0; j < (k / 8 + 1) * 8; j++) {
+      matrix[k * stride + j] = row_k[j];
+      matrix[(k + 1) * stride + j] = row_l[j];
+    }
+  }
+  return n;
+}
+
 const thrum_kernel thrum_kernel_reference = {THRUM_KERNEL_REFERENCE,
                                              reference_energy,
                                              reference_force,
@@ -510,4 +560,5 @@ const thrum_kernel thrum_kernel_reference = {THRUM_KERNEL_REFERENCE,
                                              reference_restricted_gradient,
                                              reference_restricted_hessian,
                                              reference_product,
-                                             reference_rank_two};
+                                             reference_rank_two,
+                                             reference_sweep};

@@ -98,3 +98,137 @@ PASS void pass_rank_two(int64_t n, bool lower, const thrum_two *t, double *matri
     }
   }
 }
+
+/* --- sweep ------------------------------------------------------------------------------------ */
+
+/* Pivots k and l = k + 1, one of each pair of lanes: all lanes but two, and one lane. */
+static const union {
+  uint64_t bits[16];
+  double lanes[16];
+} sweep_others = {{~0ULL, ~0ULL, ~0ULL, ~0ULL, ~0ULL, ~0ULL, ~0ULL, ~0ULL, 0, 0, ~0ULL, ~0ULL,
+                   ~0ULL, ~0ULL, ~0ULL, ~0ULL}};
+static const double sweep_unit[16] = {0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0};
+
+/* Scratch of a sweep, rows of the matrix. With f the column of pivot k and s that of l as k leaves
+ * it, both without these two entries, m and n the same over minus the pivots: what is added to row
+ * i is m_i f + n_i s, and rows and columns k and l become row_k and row_l. */
+typedef struct sweep_pair {
+  double *least, *f, *s, *m, *n, *row_k, *row_l, *raw_k, *raw_l;
+} sweep_pair;
+
+INLINE sweep_pair sweep_cut(int64_t stride, double *work) {
+  const sweep_pair p = {work,
+                        work + stride,
+                        work + 2 * stride,
+                        work + 3 * stride,
+                        work + 4 * stride,
+                        work + 5 * stride,
+                        work + 6 * stride,
+                        work + 7 * stride,
+                        work + 8 * stride};
+  return p;
+}
+
+/* a in lanes k and l of a vector without them. */
+INLINE v8 sweep_put(v8 a, int64_t k, double at_k, double at_l) {
+  const v8 e_k = v8_load(sweep_unit + 8 - k), e_l = v8_load(sweep_unit + 7 - k);
+  const v8 both = v8_add(v8_mul(v8_set1(at_k), e_k), v8_mul(v8_set1(at_l), e_l));
+  return v8_add(v8_and(a, v8_load(sweep_others.lanes + 8 - k)), both);
+}
+
+/* The columns of the next two pivots; false where one is not to be taken. Rows are whole up to
+ * `whole`; from there on the columns are. */
+INLINE bool sweep_columns(int64_t n, int64_t k, int64_t whole, const double *matrix,
+                          const sweep_pair *p) {
+  const int64_t stride = thrum_sweep_stride(n), lane = k % 8;
+  const double *row_k = matrix + k * stride, *row_l = row_k + stride;
+  const double pivot_k = row_k[k], beside = row_k[k + 1];
+  if (!(p->least[k] > 0.0 && pivot_k > p->least[k]))
+    return false;
+  const double minus_k = -1.0 / pivot_k, factor = beside * minus_k;
+  const double pivot_l = row_l[k + 1] + factor * beside;
+  if (!(p->least[k + 1] > 0.0 && pivot_l > p->least[k + 1]))
+    return false;
+  const double minus_l = -1.0 / pivot_l, corner = factor * minus_l;
+  for (int64_t i = whole; i < n; i++) {
+    p->raw_k[i] = matrix[i * stride + k];
+    p->raw_l[i] = matrix[i * stride + k + 1];
+  }
+  for (int64_t i = 0; i < stride; i += 8) {
+    v8 f = v8_load(i < whole ? row_k + i : p->raw_k + i);
+    v8 s = v8_load(i < whole ? row_l + i : p->raw_l + i);
+    const v8 m = v8_mul(f, v8_set1(minus_k));
+    s = v8_add(s, v8_mul(v8_set1(factor), f));
+    v8 n_i = v8_mul(s, v8_set1(minus_l));
+    v8 new_l = v8_mul(n_i, v8_set1(-1.0));
+    v8 new_k = v8_add(v8_mul(v8_set1(factor), new_l), v8_mul(m, v8_set1(-1.0)));
+    if (i == k - lane) {
+      f = sweep_put(f, lane, -1.0, 0.0);
+      s = sweep_put(s, lane, -factor, -1.0);
+      new_k = sweep_put(new_k, lane, minus_k + factor * corner, corner);
+      new_l = sweep_put(new_l, lane, corner, minus_l);
+    }
+    v8_store(p->f + i, f);
+    v8_store(p->s + i, s);
+    v8_store(p->m + i, m);
+    v8_store(p->n + i, n_i);
+    v8_store(p->row_k + i, new_k);
+    v8_store(p->row_l + i, new_l);
+  }
+  return true;
+}
+
+/* Rows begin..end-1, the columns from `first` on. */
+INLINE void sweep_rows(int vectors, int64_t stride, int64_t first, int64_t begin, int64_t end,
+                       int64_t k, const sweep_pair *p, double *matrix) {
+  v8 f[SQUARE_VECTORS], s[SQUARE_VECTORS], others[SQUARE_VECTORS];
+  for (int v = 0; v < vectors; v++) {
+    const int64_t lane = k - first - 8 * v;
+    f[v] = v8_load(p->f + first + 8 * v);
+    s[v] = v8_load(p->s + first + 8 * v);
+    others[v] = v8_load(sweep_others.lanes + (lane >= 0 && lane < 8 ? 8 - lane : 0));
+  }
+  for (int64_t i = begin; i < end; i++) {
+    double *row = matrix + i * stride + first;
+    const v8 m = v8_set1(p->m[i]), n_i = v8_set1(p->n[i]);
+    for (int v = 0; v < vectors; v++) {
+      const v8 added = v8_add(v8_mul(m, f[v]), v8_mul(n_i, s[v]));
+      v8_store(row + 8 * v, v8_add(v8_and(v8_load(row + 8 * v), others[v]), added));
+    }
+  }
+}
+
+PASS int64_t pass_sweep(int64_t n, double *matrix, double *work) {
+  const int64_t stride = thrum_sweep_stride(n);
+  const sweep_pair p = sweep_cut(stride, work);
+  for (int64_t i = 0; i < n; i++)
+    p.least[i] = THRUM_SMALL_PIVOT * matrix[i * stride + i];
+  for (int64_t i = n; i < stride; i++)
+    p.raw_k[i] = p.raw_l[i] = 0.0;
+  for (int64_t k = 0; k < n; k += 2) {
+    const int64_t whole = k / 8 * 8 + 8;
+    if (!sweep_columns(n, k, whole, matrix, &p))
+      return k;
+    for (int64_t first = 0; first < n; first += 8 * SQUARE_VECTORS) {
+      const int64_t most = square_vectors(stride - first);
+      int64_t vectors = 1, end;
+      for (int64_t begin = first; begin < n; begin = end, vectors++) {
+        end = vectors < most ? begin + 8 : n;
+        switch (vectors) {
+#define X(v)                                                                                       \
+  case v + 1:                                                                                      \
+    if (v < SQUARE_VECTORS)                                                                        \
+      sweep_rows(v + 1, stride, first, begin, end, k, &p, matrix);                                 \
+    break;
+          EACH_8(X)
+#undef X
+        }
+      }
+    }
+    for (int64_t i = 0; i < whole; i += 8) {
+      v8_store(matrix + k * stride + i, v8_load(p.row_k + i));
+      v8_store(matrix + (k + 1) * stride + i, v8_load(p.row_l + i));
+    }
+  }
+  return n;
+}

@@ -62,6 +62,12 @@ INLINE v8 v8_add(v8 v, v8 w) {
   return sum;
 }
 
+INLINE v8 v8_and(v8 v, v8 w) {
+  const v8 both = {wasm_v128_and(v.a, w.a), wasm_v128_and(v.b, w.b), wasm_v128_and(v.c, w.c),
+                   wasm_v128_and(v.d, w.d)};
+  return both;
+}
+
 INLINE double v8_sum(v8 v) {
   const v128_t two = wasm_f64x2_add(wasm_f64x2_add(v.a, v.c), wasm_f64x2_add(v.b, v.d));
   return wasm_f64x2_extract_lane(two, 0) + wasm_f64x2_extract_lane(two, 1);
