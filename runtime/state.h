@@ -324,6 +324,7 @@ typedef struct thrum_step_run {
   thrum_state *state;
   thrum_state next; /* the header to be */
   thrum_state_view view;
+  double *q, *p; /* the state's own; the view may come to have others */
   thrum_solve_report report;
   bool samples; /* the watch wants a product: see thrum_watch_before */
 } thrum_step_run;

@@ -13,19 +13,19 @@
 #include "state.h"
 
 /* An inverse made anew in this step; the one before stays where it is that of one step. */
-static void keep_inverse(thrum_state *next, const thrum_state_view *kept, const double *inverse) {
+static void keep_inverse(thrum_state *next, const thrum_state_view *view) {
   const size_t n = (size_t)(next->rank - next->split), bytes = n * n * sizeof(double);
   const bool another = next->jacobian_kept && next->inverse_step >= 0;
   if (another)
-    memcpy(kept->inverse_2, kept->inverse, bytes);
+    memcpy(view->inverse_2, view->inverse, bytes);
   next->inverse_2_step = another ? next->inverse_step : -1;
-  memcpy(kept->inverse, inverse, bytes);
+  memcpy(view->inverse, view->jacobian_next, bytes);
   next->inverse_step = next->steps;
   next->jacobian_kept = 1;
 }
 
 /* What the next solve can begin with. */
-static void remember(thrum_state *next, const thrum_state_view *kept, const thrum_state_view *view,
+static void remember(thrum_state *next, const thrum_state_view *view,
                      const thrum_solve_report *report) {
   const size_t vector = (size_t)next->rank * sizeof(double);
   const int32_t n = next->rank - next->split;
@@ -33,8 +33,8 @@ static void remember(thrum_state *next, const thrum_state_view *kept, const thru
     if (next->past_ends != report->ends)
       next->past_count = 0;
     next->past_ends = report->ends;
-    memcpy(kept->past_q + thrum_past_at(view, next->steps), view->middle, vector);
-    memcpy(kept->past_r + thrum_past_at(view, next->steps), view->force, vector);
+    memcpy(view->past_q + thrum_past_at(view, next->steps), view->middle, vector);
+    memcpy(view->past_r + thrum_past_at(view, next->steps), view->force, vector);
     next->past_count = next->past_count < THRUM_PAST ? next->past_count + 1 : THRUM_PAST;
     next->guess_last = report->guess;
   }
@@ -43,40 +43,41 @@ static void remember(thrum_state *next, const thrum_state_view *kept, const thru
   next->potential_step = report->potential_known ? next->steps + 1 : -1;
   next->potential = report->potential_known ? report->potential : 0.0;
   if (report->potential_known)
-    memcpy(kept->force_now, view->force_2, vector);
+    memcpy(view->force_now, view->force_2, vector);
   if (report->path)
     next->path_end = next->steps + 1 + THRUM_PATH;
   if (report->refreshed)
-    keep_inverse(next, kept, view->jacobian_next);
+    keep_inverse(next, view);
   else if (report->newton)
     next->jacobian_kept = 0;
   if (report->solved && next->jacobian_kept && report->learnt > 0 && !report->extrapolated) {
-    thrum_secant_fold(view->kernel, view->pairs, view->stride, n, report->learnt, kept->inverse);
+    thrum_secant_fold(view->kernel, view->pairs, view->stride, n, report->learnt, view->inverse);
     if (!report->refreshed)
       next->inverse_step = -1;
   }
 }
 
 /* Candidates and the header to be into the state. */
-static void commit(thrum_state *state, thrum_state *next, const thrum_state_view *view,
-                   const thrum_solve_report *report, double amplitude) {
-  const size_t vector = (size_t)state->rank * sizeof(double);
-  const thrum_state_view kept = thrum_state_view_of(state);
+static void commit(thrum_step_run *run, double amplitude) {
+  thrum_state *next = &run->next;
+  const thrum_state_view *view = &run->view;
+  const thrum_solve_report *report = &run->report;
+  const size_t vector = (size_t)next->rank * sizeof(double);
   // an energy that is finite has momenta that are
   if (report->energy_known && isfinite(report->energy)) {
-    memcpy(kept.q_kept, kept.q, vector);
-    memcpy(kept.p_kept, view->p_kept_next, vector);
+    memcpy(view->q_kept, run->q, vector);
+    memcpy(view->p_kept, view->p_kept_next, vector);
     next->kept_step = next->steps;
   }
-  memcpy(kept.q, view->q_next, vector);
-  memcpy(kept.p, view->p_next, vector);
-  memcpy(kept.load_before, view->load, vector);
+  memcpy(run->q, view->q_next, vector);
+  memcpy(run->p, view->p_next, vector);
+  memcpy(view->load_before, view->load, vector);
   if (next->scheme == THRUM_SCHEME_NEWMARK)
-    memcpy(kept.acceleration, view->acceleration_next, vector);
-  remember(next, &kept, view, report);
+    memcpy(view->acceleration, view->acceleration_next, vector);
+  remember(next, view, report);
   if (view->guided) {
-    memcpy(kept.guide, view->guide_next, vector);
-    memcpy(kept.guide_whole, view->guide_whole_next, vector);
+    memcpy(view->guide, view->guide_next, vector);
+    memcpy(view->guide_whole, view->guide_whole_next, vector);
   }
   const bool handed =
       next->scheme == THRUM_SCHEME_ENERGY && next->integrator == THRUM_INTEGRATOR_IMEXV;
@@ -91,7 +92,7 @@ static void commit(thrum_state *state, thrum_state *next, const thrum_state_view
   next->iterations_last = report->iterations;
   next->residual_last = report->residual;
   next->amplitude = fmax(next->amplitude, amplitude);
-  *state = *next;
+  *run->state = *next;
 }
 
 static thrum_status say_failure(const thrum_state *state, thrum_status status, thrum_error *error) {
@@ -125,7 +126,7 @@ static thrum_status attempt(const thrum_model *model, const thrum_state *state,
 /* As if the watch had not looked. */
 static void unwatch(thrum_step_run *run) {
   run->next = *run->state;
-  run->view.p = thrum_state_view_of(run->state).p;
+  run->view.p = run->p;
   run->view.guided = run->samples = false;
 }
 
@@ -137,6 +138,8 @@ thrum_status thrum_step_begin(const thrum_model *model, thrum_state *state, cons
   run->state = state;
   run->next = *state;
   run->view = thrum_state_view_of(state);
+  run->q = run->view.q;
+  run->p = run->view.p;
   if (lent)
     thrum_state_lend(&run->view, lent);
   // not all schemes have one
@@ -198,7 +201,7 @@ thrum_status thrum_step_end(const thrum_model *model, thrum_step_run *run, thrum
     if (isfinite(amplitude) && thrum_all_finite(view->acceleration_next, state->rank)) {
       thrum_watch_after(model, &run->next, view);
       thrum_ledger_after(model, &run->next, view, &run->report);
-      commit(state, &run->next, view, &run->report, amplitude);
+      commit(run, amplitude);
     } else {
       status = THRUM_NOT_FINITE;
     }
