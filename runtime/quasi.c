@@ -77,6 +77,41 @@ static int32_t smooth(const thrum_solver *s, const double *const past_q[THRUM_PA
   return (order > 0 ? order : 0) + 1;
 }
 
+static double weighted(const double weight[THRUM_PAST], const double *const past[THRUM_PAST],
+                       int64_t i) {
+  return weight[0] * past[0][i] + weight[1] * past[1][i] + weight[2] * past[2][i] +
+         weight[3] * past[3][i] + weight[4] * past[4][i];
+}
+
+/* d~ into unknown, g~ into residual, and over its scale into direction. */
+static void expect(const thrum_solver *s, const double weight[THRUM_PAST],
+                   const double *const past_q[THRUM_PAST],
+                   const double *const past_r[THRUM_PAST]) {
+  const thrum_state_view *view = s->view;
+  const double alpha = s->state->damping_alpha, beta = s->state->damping_beta;
+  const double by = 1.0 / s->at, rate = s->rate, of_force = s->weight, *omega2 = s->model->omega2;
+  const double *q = view->q, *drift = view->drift, *kick = view->kick, *load = view->load;
+  const double *unscale = view->unscale;
+  double *restrict unknown = view->unknown, *restrict residual = view->residual;
+  double *restrict direction = view->direction;
+  const int32_t rank = s->state->rank;
+  for (int32_t i = s->first; i < rank; i++) {
+    const double d = (weighted(weight, past_q, i) - q[i]) * by;
+    const double damped = (alpha + beta * omega2[i]) * (rate * d + drift[i]);
+    unknown[i] = d;
+    residual[i] = d - kick[i] + of_force * (weighted(weight, past_r, i) + damped - load[i]);
+    direction[i] = residual[i] * unscale[i];
+  }
+}
+
+static void correct_increment(const thrum_solver *s) {
+  const double *direction = s->view->direction;
+  double *restrict unknown = s->view->unknown;
+  const int32_t rank = s->state->rank;
+  for (int32_t i = s->first; i < rank; i++)
+    unknown[i] -= direction[i];
+}
+
 /* unknown = d~ - H g~, where d~ is the increment that leads to the middle expected, and g~ its
  * residual with the R expected there. */
 static void guess(const thrum_solver *s, const thrum_quasi *quasi) {
@@ -106,24 +141,14 @@ static void guess(const thrum_solver *s, const thrum_quasi *quasi) {
     memset(view->unknown, 0, (size_t)s->state->rank * sizeof *view->unknown);
     return;
   }
-  const double *weight = weights[count - 1];
-  for (int32_t i = s->first; i < s->state->rank; i++) {
-    double q = 0.0, force = 0.0;
-    for (int32_t j = 0; j < count; j++) {
-      q += weight[j] * past_q[j][i];
-      force += weight[j] * past_r[j][i];
-    }
-    const double d = (q - view->q[i]) / s->at;
-    const double damped =
-        thrum_rest_damping(s->model, s->state, i) * (s->rate * d + view->drift[i]);
-    view->unknown[i] = d;
-    view->residual[i] = d - view->kick[i] + s->weight * (force + damped - view->load[i]);
-    view->direction[i] = view->residual[i] * view->unscale[i];
+  for (int32_t j = count; j < THRUM_PAST; j++) {
+    past_q[j] = past_q[0];
+    past_r[j] = past_r[0];
   }
+  expect(s, weights[count - 1], past_q, past_r);
   if (quasi->known)
     thrum_secant_apply(&quasi->inverse, view->residual + s->first, view->direction + s->first);
-  for (int32_t i = s->first; i < s->state->rank; i++)
-    view->unknown[i] -= view->direction[i];
+  correct_increment(s);
 }
 
 /* --- iterations ------------------------------------------------------------------------------- */
@@ -192,7 +217,7 @@ static bool refresh(const thrum_solver *s, thrum_quasi *quasi) {
 static void correct(const thrum_solver *s, thrum_quasi *quasi, bool teaches) {
   thrum_state_view *view = s->view;
   const double *residual = view->residual + s->first;
-  double *step = view->direction + s->first, *change = view->trial + s->first;
+  double *restrict step = view->direction + s->first, *restrict change = view->trial + s->first;
   double *image = view->image + s->first;
   thrum_secant_apply(&quasi->inverse, residual, image);
   if (teaches) {
@@ -208,18 +233,21 @@ static void correct(const thrum_solver *s, thrum_quasi *quasi, bool teaches) {
   if (s->border && (s->report->refreshed || !(s->report->guess <= CALM)))
     s->border(s, &quasi->inverse, quasi->done == 0 || quasi->fresh, change, image);
   memcpy(step, image, (size_t)s->n * sizeof *step);
-  for (int32_t i = s->first; i < s->state->rank; i++)
-    view->unknown[i] -= view->direction[i];
+  correct_increment(s);
   s->report->iterations++;
 }
 
 /* R + D v - f and R as the equation has them for d. */
 static void conclude(const thrum_solver *s) {
-  thrum_state_view *view = s->view;
-  for (int32_t i = s->first; i < s->state->rank; i++) {
-    view->total[i] = (view->kick[i] - view->unknown[i]) / s->weight;
-    view->force[i] = view->total[i] + view->load[i] -
-                     thrum_rest_damping(s->model, s->state, i) * view->velocity[i];
+  const thrum_state_view *view = s->view;
+  const double alpha = s->state->damping_alpha, beta = s->state->damping_beta, weight = s->weight;
+  const double *kick = view->kick, *d = view->unknown, *load = view->load, *v = view->velocity;
+  const double *omega2 = s->model->omega2;
+  double *restrict total = view->total, *restrict force = view->force;
+  const int32_t rank = s->state->rank;
+  for (int32_t i = s->first; i < rank; i++) {
+    total[i] = (kick[i] - d[i]) / weight;
+    force[i] = total[i] + load[i] - (alpha + beta * omega2[i]) * v[i];
   }
 }
 

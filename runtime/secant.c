@@ -23,7 +23,8 @@
 #include "sums.h"
 
 /* y += (s w^T + w s^T) x */
-static void add_pair(int32_t n, const double *s, const double *w, const double *x, double *y) {
+static void add_pair(int32_t n, const double *s, const double *w, const double *x,
+                     double *restrict y) {
   const double along_s = thrum_sum_of(n, w, x, NULL), along_w = thrum_sum_of(n, s, x, NULL);
   for (int32_t i = 0; i < n; i++)
     y[i] += along_s * s[i] + along_w * w[i];
@@ -42,7 +43,7 @@ void thrum_secant_learn(thrum_secant *h, const double *step, const double *chang
   const int32_t n = h->n;
   if (h->count == THRUM_SECANT_PAIRS)
     return;
-  double *s = h->pairs + 2 * h->count * h->stride, *w = s + h->stride;
+  double *restrict s = h->pairs + 2 * h->count * h->stride, *restrict w = s + h->stride;
   // H y is H of the residual after, less that of the one before
   for (int32_t i = 0; i < n; i++)
     w[i] = image[i] + step[i];

@@ -75,20 +75,25 @@ thrum_solver thrum_solver_of(const thrum_model *model, const thrum_state *state,
                           .n = state->rank - first,
                           .tangent = thrum_tangent_damped(state)};
   // the Jacobian at rest, 1 + weight (at omega^2 + rate d): the scale of a mode's residual
+  const double alpha = state->damping_alpha, beta = state->damping_beta, *omega2 = model->omega2;
+  double *restrict scale = view->scale, *restrict unscale = view->unscale;
   for (int32_t i = first; i < state->rank; i++) {
-    const double damping = thrum_rest_damping(model, state, i);
-    view->scale[i] = 1.0 + weight * (at * model->omega2[i] + rate * damping);
-    view->unscale[i] = 1.0 / view->scale[i];
-    view->drift[i] = 0.0;
+    const double damping = alpha + beta * omega2[i];
+    scale[i] = 1.0 + weight * (at * omega2[i] + rate * damping);
+    unscale[i] = 1.0 / scale[i];
   }
+  memset(view->drift + first, 0, (size_t)s.n * sizeof *view->drift);
   return s;
 }
 
 void thrum_solve_place(const thrum_solver *s) {
   thrum_state_view *view = s->view;
-  for (int32_t i = s->first; i < s->state->rank; i++) {
-    view->middle[i] = view->q[i] + s->at * view->unknown[i];
-    view->velocity[i] = s->rate * view->unknown[i] + view->drift[i];
+  const double *q = view->q, *d = view->unknown, *drift = view->drift, at = s->at, rate = s->rate;
+  double *restrict middle = view->middle, *restrict velocity = view->velocity;
+  const int32_t rank = s->state->rank;
+  for (int32_t i = s->first; i < rank; i++) {
+    middle[i] = q[i] + at * d[i];
+    velocity[i] = rate * d[i] + drift[i];
   }
   if (s->tangent)
     thrum_tangent_vector_by(s->view->kernel, s->model, view->middle, view->velocity, view->product,
@@ -97,18 +102,21 @@ void thrum_solve_place(const thrum_solver *s) {
 
 double thrum_solve_assess(const thrum_solver *s) {
   thrum_state_view *view = s->view;
-  const double alpha = s->state->damping_alpha, beta = s->state->damping_beta;
-  const double *force = s->evaluated;
-  const double twice = 2.0 * s->report->along_step;
-  for (int32_t i = s->first; i < s->state->rank; i++) {
-    const double v = view->velocity[i];
-    const double damped =
-        alpha * v + beta * (s->tangent ? view->product[i] : s->model->omega2[i] * v);
-    view->total[i] = force[i] + twice * view->unknown[i] + damped - view->load[i];
-    view->residual[i] = view->unknown[i] - view->kick[i] + s->weight * view->total[i];
+  const double alpha = s->state->damping_alpha, beta = s->state->damping_beta, weight = s->weight;
+  const double twice = 2.0 * s->report->along_step, *omega2 = s->model->omega2;
+  const double *force = s->evaluated, *velocity = view->velocity, *product = view->product;
+  const double *d = view->unknown, *load = view->load, *kick = view->kick;
+  double *restrict total = view->total, *restrict residual = view->residual;
+  const int32_t rank = s->state->rank;
+  const bool tangent = s->tangent;
+  for (int32_t i = s->first; i < rank; i++) {
+    const double v = velocity[i];
+    const double damped = alpha * v + beta * (tangent ? product[i] : omega2[i] * v);
+    total[i] = force[i] + twice * d[i] + damped - load[i];
+    residual[i] = d[i] - kick[i] + weight * total[i];
   }
-  const double *residual = view->residual + s->first;
-  return sqrt(thrum_sum_of(s->n, residual, residual, view->unscale + s->first));
+  const double *left = residual + s->first;
+  return sqrt(thrum_sum_of(s->n, left, left, view->unscale + s->first));
 }
 
 /* Scaled norm of the increment, in the same measure as the residual's. */
