@@ -145,7 +145,7 @@ static void ask_for(const thrum_crowd_group *g) {
   for (int64_t m = 0; m < g->count; m++) {
     const thrum_state_view *view = &g->members[m].run.view;
     g->kernel->ask_for(view->past_q, (size_t)(view->force_now - view->past_q) * sizeof(double));
-    g->kernel->ask_for(view->inverse, (size_t)(n * n) * sizeof(double));
+    g->kernel->ask_for(view->inverse[0], (size_t)(n * n) * sizeof(double));
   }
 }
 

@@ -5,10 +5,10 @@
  * inverse Jacobian kept from the steps before, which learns from it (secant.c). The Jacobian is
  * made anew only where more iterations would be left than are cheaper; and while the motion is so
  * fast that it would be in every step, in every other one: between them the inverse is extrapolated
- * from the last two, which leaves its second difference. An iteration whose residual
- * is sure to be small enough, by the contraction of the one before and a margin, is not evaluated:
- * (5) then holds for d exactly, R is what it says. Cost: an evaluation of R and about n^2 an
- * iteration; a tangent and n^3 where the Jacobian is anew. Source of the stop without evaluation:
+ * from the last three, which leaves its third difference. An iteration whose residual is sure to be
+ * small enough, by the contraction of the one before and a margin, is not evaluated: (5) then holds
+ * for d exactly, R is what it says. Cost: an evaluation of R and about n^2 an iteration; a tangent
+ * and n^3 where the Jacobian is anew. Source of the stop without evaluation:
  * Hairer & Wanner, Solving Ordinary Differential Equations II, 1996, section IV.8,
  * doi:10.1007/978-3-642-05221-7.
  *
@@ -27,7 +27,7 @@
 #define POOR 0.2      /* residual of a first guess: the next takes no more than two points */
 #define KNOWN 0.9     /* of the linear part of R, by an inverse that is not of this step */
 #define CALM 0.02     /* residual of a first guess: beyond it the Jacobian may change at once */
-#define APART 2       /* steps between two inverses from which the next is extrapolated */
+#define APART 2       /* steps between two inverses from which the next is extrapolated, at most */
 #define FAR 100.0     /* times its residual, both scaled: the largest correction left unevaluated */
 #define RATE_MOST 4.0 /* h/d v with which an increment may be left unevaluated */
 #define MARGIN                                                                                     \
@@ -85,8 +85,7 @@ static double weighted(const double weight[THRUM_PAST], const double *const past
 
 /* d~ into unknown, g~ into residual, and over its scale into direction. */
 static void expect(const thrum_solver *s, const double weight[THRUM_PAST],
-                   const double *const past_q[THRUM_PAST],
-                   const double *const past_r[THRUM_PAST]) {
+                   const double *const past_q[THRUM_PAST], const double *const past_r[THRUM_PAST]) {
   const thrum_state_view *view = s->view;
   const double alpha = s->state->damping_alpha, beta = s->state->damping_beta;
   const double by = 1.0 / s->at, rate = s->rate, of_force = s->weight, *omega2 = s->model->omega2;
@@ -153,18 +152,30 @@ static void guess(const thrum_solver *s, const thrum_quasi *quasi) {
 
 /* --- iterations ------------------------------------------------------------------------------- */
 
-/* H by extrapolation of the last two that were made anew, into jacobian_next; false where they are
- * not near enough. */
+/* H by extrapolation of the last inverses that were made anew, three or two, into jacobian_next;
+ * false where they are not near enough. */
 static bool extrapolate(const thrum_solver *s) {
-  thrum_state_view *view = s->view;
-  const int64_t last = s->state->inverse_step, before = s->state->inverse_2_step;
-  if (last != s->state->steps - 1 || before < 0 || last - before > APART ||
+  const thrum_state_view *view = s->view;
+  const int64_t *made = s->state->inverse_step, now = s->state->steps;
+  if (made[0] != now - 1 || made[1] < 0 || made[0] - made[1] > APART ||
       !(s->state->guess_last <= CALM))
     return false;
   const int64_t count = (int64_t)s->n * s->n;
-  const double on = 1.0 / (double)(last - before);
-  for (int64_t a = 0; a < count; a++)
-    view->jacobian_next[a] = view->inverse[a] + on * (view->inverse[a] - view->inverse_2[a]);
+  const double *a = view->inverse[0], *b = view->inverse[1], *c = view->inverse[2];
+  double *restrict to = view->jacobian_next;
+  const double back = (double)(now - made[1]);
+  if (made[2] < 0 || made[1] - made[2] > APART) {
+    const double on = 1.0 / (back - 1.0);
+    for (int64_t i = 0; i < count; i++)
+      to[i] = a[i] + on * (a[i] - b[i]);
+    return true;
+  }
+  const double far = (double)(now - made[2]);
+  const double of_a = back * far / ((back - 1.0) * (far - 1.0));
+  const double of_b = -far / ((back - 1.0) * (far - back));
+  const double of_c = back / ((far - 1.0) * (far - back));
+  for (int64_t i = 0; i < count; i++)
+    to[i] = of_a * a[i] + of_b * b[i] + of_c * c[i];
   return true;
 }
 
@@ -174,7 +185,7 @@ void thrum_quasi_begin(const thrum_solver *s, thrum_quasi *quasi) {
   quasi->before = INFINITY;
   quasi->known = s->state->jacobian_kept != 0;
   quasi->inverse.by = view->kernel;
-  quasi->inverse.base = view->inverse;
+  quasi->inverse.base = view->inverse[0];
   quasi->inverse.pairs = view->pairs;
   quasi->inverse.stride = view->stride;
   quasi->inverse.n = s->n;
@@ -229,8 +240,8 @@ static void correct(const thrum_solver *s, thrum_quasi *quasi, bool teaches) {
     s->report->learnt = quasi->inverse.count;
   }
   memcpy(change, residual, (size_t)s->n * sizeof *change);
-  // an inverse of steps before has learnt of the rest as well
-  if (s->border && (s->report->refreshed || !(s->report->guess <= CALM)))
+  // an inverse of steps before has learnt of the rest as well, those made anew have not
+  if (s->border && (s->report->refreshed || s->report->extrapolated || !(s->report->guess <= CALM)))
     s->border(s, &quasi->inverse, quasi->done == 0 || quasi->fresh, change, image);
   memcpy(step, image, (size_t)s->n * sizeof *step);
   correct_increment(s);

@@ -18,12 +18,12 @@
 #include "polynomial.h"
 #include "secant.h"
 
-#define STATE_MAGIC UINT64_C(0x7468726d73743032)
+#define STATE_MAGIC UINT64_C(0x7468726d73743033)
 #define STATE_ALIGNMENT 64
 
 /* Doubles of each kind of array, rounded up to whole alignments. */
 typedef struct sizes {
-  uint64_t vector, past, pairs, work, restricted, kept, next, tangent;
+  uint64_t vector, past, pairs, work, restricted, inverse, inverses, next, tangent;
 } sizes;
 
 static uint64_t round_up(uint64_t doubles) {
@@ -33,13 +33,15 @@ static uint64_t round_up(uint64_t doubles) {
 
 static sizes sizes_of(const thrum_state *state) {
   const uint64_t vector = round_up((uint64_t)state->rank);
+  const uint64_t inverse = round_up((uint64_t)state->kept_count);
   const sizes s = {
       .vector = vector,
       .past = THRUM_PAST * vector,
       .pairs = 2 * THRUM_SECANT_PAIRS * vector,
       .work = round_up((uint64_t)state->work_count),
       .restricted = round_up((uint64_t)state->restricted_count),
-      .kept = round_up((uint64_t)state->kept_count),
+      .inverse = inverse,
+      .inverses = THRUM_INVERSES * inverse,
       .next = round_up((uint64_t)state->next_count),
       .tangent = round_up((uint64_t)state->tangent_count),
   };
@@ -72,6 +74,10 @@ thrum_state_view thrum_state_view_of(thrum_state *state) {
   THRUM_STATE_ARRAYS(X)
   THRUM_STATE_SCRATCH(X)
 #undef X
+  for (int j = 0; j < THRUM_INVERSES; j++) {
+    const int place = (state->inverse_place + THRUM_INVERSES - j) % THRUM_INVERSES;
+    view.inverse[j] = view.inverses + (size_t)place * s.inverse;
+  }
   view.stride = (int64_t)s.vector;
   view.kernel = thrum_kernel_get(state->kernel);
   return view;
@@ -144,6 +150,12 @@ static int32_t first_scheme(const thrum_state_def *def) {
   return THRUM_SCHEME_COMPONENT;
 }
 
+static void forget_inverses(thrum_state *state) {
+  state->inverse_place = 0;
+  for (int j = 0; j < THRUM_INVERSES; j++)
+    state->inverse_step[j] = -1;
+}
+
 /* Fills `state`, all zero, with what the def says and the sizes that follow from it. */
 static void fill_header(thrum_state *state, const thrum_model *model, const thrum_state_def *def) {
   state->magic = STATE_MAGIC;
@@ -168,7 +180,8 @@ static void fill_header(thrum_state *state, const thrum_model *model, const thru
   state->ladder = def->ladder;
   state->split = thrum_split_of(model, state);
   thrum_watch_reset(state);
-  state->potential_step = state->inverse_step = state->inverse_2_step = -1;
+  state->potential_step = -1;
+  forget_inverses(state);
   // the high modes of the energy report: what imexv would treat implicitly at rest
   const thrum_split_rule rule = imexv ? def->split_rule : THRUM_SPLIT_CFL;
   state->high_first =
@@ -271,7 +284,8 @@ static void forget(thrum_state *state, const thrum_state_view *view) {
   state->past_count = 0;
   state->past_ends = 0;
   state->eager_end = 0;
-  state->potential_step = state->inverse_step = state->inverse_2_step = -1;
+  state->potential_step = -1;
+  forget_inverses(state);
   state->potential = 0.0;
   state->path_end = 0;
   state->guess_last = 0.0;

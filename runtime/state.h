@@ -14,13 +14,16 @@
 
 #include "thrum/state.h"
 
+/* How many inverses of Jacobians are kept. */
+#define THRUM_INVERSES 3
+
 /* Widest fields first and none missing: no padding, so blocks can be compared byte by byte. */
 struct thrum_state {
   uint64_t magic;
   uint64_t bytes;            /* of the whole block */
   int64_t work_count;        /* doubles in `work` */
   int64_t restricted_count;  /* doubles in `restricted` */
-  int64_t kept_count;        /* doubles in `inverse` */
+  int64_t kept_count;        /* doubles in each of `inverses` */
   int64_t next_count;        /* doubles in `jacobian_next` */
   int64_t tangent_count;     /* doubles in `tangent` */
   int64_t steps;             /* report */
@@ -72,33 +75,36 @@ struct thrum_state {
   int64_t kept_step;         /* of q_kept and p_kept, -1: none */
   int64_t calm_end;          /* step of the next look at a return */
   int64_t eager_end;         /* step up to which solves make their Jacobian at once */
-  int64_t inverse_step;      /* whose Jacobian `inverse` is that of, -1: of several steps */
-  int64_t inverse_2_step;    /* the same of inverse_2, -1: there is none */
-  int64_t path_end;          /* energy: step up to which the mean force is that of the path */
-  int64_t past_ends;         /* energy: 1 where past_q and past_r are those of the ends */
-  int64_t potential_step;    /* of `potential`, -1: none */
-  double potential;          /* V(q) [J] */
-  double guess_last;         /* residual of the last first guess, relative to the step */
-  double amplitude;          /* largest scaled norm of the motion so far, design 5 */
-  int32_t rank;              /* r */
-  int32_t integrator;        /* thrum_integrator */
-  int32_t damping_form;      /* thrum_damping_form */
-  int32_t split_rule;        /* thrum_split_rule */
-  int32_t explicit_count;    /* of the def, for THRUM_SPLIT_COUNT */
-  int32_t iterations_max;    /* of one implicit solve */
-  int32_t split;             /* E = 0..split-1, I = split..rank-1, now */
-  int32_t high_first;        /* I0 = high_first..rank-1, fixed for the run */
-  int32_t jacobian_kept;     /* 1: `inverse` is one for the present split and dt */
-  int32_t past_count;        /* how many steps of past_q and past_r are known */
-  int32_t iterations_last;   /* report */
-  int32_t split_form;        /* of the def */
-  int32_t scheme;            /* thrum_scheme, now */
-  int32_t adaptive;          /* of the def */
-  int32_t ladder;            /* of the def */
-  int32_t kernel;            /* thrum_kernel_id of the def */
+  /* Whose Jacobian each of `inverses` is that of, the latest first, -1: of several steps, or that
+   * there is none. */
+  int64_t inverse_step[THRUM_INVERSES];
+  int64_t path_end;        /* energy: step up to which the mean force is that of the path */
+  int64_t past_ends;       /* energy: 1 where past_q and past_r are those of the ends */
+  int64_t potential_step;  /* of `potential`, -1: none */
+  double potential;        /* V(q) [J] */
+  double guess_last;       /* residual of the last first guess, relative to the step */
+  double amplitude;        /* largest scaled norm of the motion so far, design 5 */
+  int32_t rank;            /* r */
+  int32_t integrator;      /* thrum_integrator */
+  int32_t damping_form;    /* thrum_damping_form */
+  int32_t split_rule;      /* thrum_split_rule */
+  int32_t explicit_count;  /* of the def, for THRUM_SPLIT_COUNT */
+  int32_t iterations_max;  /* of one implicit solve */
+  int32_t split;           /* E = 0..split-1, I = split..rank-1, now */
+  int32_t high_first;      /* I0 = high_first..rank-1, fixed for the run */
+  int32_t jacobian_kept;   /* 1: `inverse` is one for the present split and dt */
+  int32_t past_count;      /* how many steps of past_q and past_r are known */
+  int32_t iterations_last; /* report */
+  int32_t split_form;      /* of the def */
+  int32_t scheme;          /* thrum_scheme, now */
+  int32_t adaptive;        /* of the def */
+  int32_t ladder;          /* of the def */
+  int32_t kernel;          /* thrum_kernel_id of the def */
+  int32_t inverse_place;   /* of the latest among `inverses` */
+  int32_t unused;          /* zero, so that there is no padding */
 };
 
-_Static_assert(sizeof(thrum_state) == offsetof(thrum_state, kernel) + sizeof(int32_t),
+_Static_assert(sizeof(thrum_state) == offsetof(thrum_state, unused) + sizeof(int32_t),
                "there is padding at the end");
 
 /* Arrays that persist. X(name, size): a vector is rank long; the others as *_count says. */
@@ -115,8 +121,8 @@ _Static_assert(sizeof(thrum_state) == offsetof(thrum_state, kernel) + sizeof(int
   X(past_q, past)      /* where the last THRUM_PAST solves ended: q + at d, for the first guess */ \
   X(past_r, past)      /* and R there; those of step k at thrum_past_at(view, k) */                \
   X(force_now, vector) /* energy: R(q_k), where potential_step says that it is known */            \
-  X(inverse, kept)     /* of the Jacobian of the steps before, |I| x |I|, symmetric, */            \
-  X(inverse_2, kept)   /* and the one that was made anew before it */
+  X(inverses, inverses) /* of the Jacobian of the steps before, |I| x |I|, symmetric, and those */ \
+                        /* made anew before it, where the view's `inverse` says */
 
 /* Scratch: any content when a call begins. */
 #define THRUM_STATE_SCRATCH(X)                                                                     \
@@ -166,6 +172,7 @@ typedef struct thrum_state_view {
   THRUM_STATE_ARRAYS(X)
   THRUM_STATE_SCRATCH(X)
 #undef X
+  double *inverse[THRUM_INVERSES];   /* the latest first */
   const struct thrum_kernel *kernel; /* the one asked for, or the best one here */
   const double *restricted_from;     /* not NULL: where a crowd has what restricted is to hold, */
   int64_t restricted_stride;         /* at every so many doubles */

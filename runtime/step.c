@@ -12,16 +12,20 @@
 #include "solve.h"
 #include "state.h"
 
-/* An inverse made anew in this step; the one before stays where it is that of one step. */
-static void keep_inverse(thrum_state *next, const thrum_state_view *view) {
-  const size_t n = (size_t)(next->rank - next->split), bytes = n * n * sizeof(double);
-  const bool another = next->jacobian_kept && next->inverse_step >= 0;
+/* An inverse made anew in this step, into the place of the oldest; those before stay where they
+ * are, each that of one step, or are none. Returns where it is. */
+static double *keep_inverse(thrum_state *next, const thrum_state_view *view) {
+  const size_t n = (size_t)(next->rank - next->split);
+  const bool another = next->jacobian_kept && next->inverse_step[0] >= 0;
+  double *place = view->inverse[another ? THRUM_INVERSES - 1 : 0];
   if (another)
-    memcpy(view->inverse_2, view->inverse, bytes);
-  next->inverse_2_step = another ? next->inverse_step : -1;
-  memcpy(view->inverse, view->jacobian_next, bytes);
-  next->inverse_step = next->steps;
+    next->inverse_place = (next->inverse_place + 1) % THRUM_INVERSES;
+  for (int j = THRUM_INVERSES - 1; j > 0; j--)
+    next->inverse_step[j] = another ? next->inverse_step[j - 1] : -1;
+  next->inverse_step[0] = next->steps;
   next->jacobian_kept = 1;
+  memcpy(place, view->jacobian_next, n * n * sizeof *place);
+  return place;
 }
 
 /* What the next solve can begin with. */
@@ -46,14 +50,15 @@ static void remember(thrum_state *next, const thrum_state_view *view,
     memcpy(view->force_now, view->force_2, vector);
   if (report->path)
     next->path_end = next->steps + 1 + THRUM_PATH;
+  double *inverse = view->inverse[0];
   if (report->refreshed)
-    keep_inverse(next, view);
+    inverse = keep_inverse(next, view);
   else if (report->newton)
     next->jacobian_kept = 0;
   if (report->solved && next->jacobian_kept && report->learnt > 0 && !report->extrapolated) {
-    thrum_secant_fold(view->kernel, view->pairs, view->stride, n, report->learnt, view->inverse);
+    thrum_secant_fold(view->kernel, view->pairs, view->stride, n, report->learnt, inverse);
     if (!report->refreshed)
-      next->inverse_step = -1;
+      next->inverse_step[0] = -1;
   }
 }
 

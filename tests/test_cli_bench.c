@@ -35,7 +35,7 @@ static void a_step_is_measured_with_exactly_the_implicit_modes_asked_for(void **
 }
 
 /* A swing so wide that the Jacobian changes too much from step to step to be kept: every other one
- * is extrapolated from those before, and serves nearly as well. */
+ * is extrapolated from the three before, and serves nearly as well. */
 static void a_wide_swing_makes_its_jacobian_in_every_other_step_at_most(void **state) {
   (void)state;
   static const char *const integrators[] = {"imexv", "newmark", "midpoint", "energy"};
@@ -46,7 +46,8 @@ static void a_wide_swing_makes_its_jacobian_in_every_other_step_at_most(void **s
     cJSON *object = cli_json_line(result.out);
     const double made = cli_json_get(object, "mean_factorisations");
     const double iterations = cli_json_get(object, "mean_iterations");
-    if (!(made > 0.25 && made < 0.55 && iterations < 3.2))
+    // from two of them Newmark's iterations would be 2.5
+    if (!(made > 0.25 && made < 0.55 && iterations < (n == 0 ? 2.9 : 2.45)))
       fail_msg("%s: %g Jacobians and %g iterations a step", integrators[n], made, iterations);
     cJSON_Delete(object);
     cli_result_free(&result);

@@ -52,12 +52,12 @@ static void expect_finite(thrum_state *state, const char *call) {
       fail_msg("after %s the header holds %g at byte %d", call, number, (int)at);
   }
   assert_true(isfinite(state->amplitude) && isfinite(report.time));
-  // the inverse comes last and counts where it is kept only
-  for (const double *at = view.q; at < view.inverse; at++)
+  // the inverses come last and count where one is kept only
+  for (const double *at = view.q; at < view.inverses; at++)
     if (!isfinite(*at))
       fail_msg("after %s number %d of the arrays is %g", call, (int)(at - view.q), *at);
   if (state->jacobian_kept)
-    for (const double *at = view.inverse; at < view.q_next; at++)
+    for (const double *at = view.inverses; at < view.q_next; at++)
       assert_true(isfinite(*at));
 }
 
