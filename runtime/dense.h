@@ -21,7 +21,7 @@ size_t thrum_dense_work(int32_t n);
 
 /* Overwrites the symmetric `matrix` (n x n, both triangles) with its inverse. False where all
  * diagonal pivots left are zero, as may be in an indefinite matrix that is not singular, or the
- * result is not finite: the content is then useless. */
+ * result is not finite: the content is then useless. work: thrum_dense_work(n). */
 bool thrum_dense_invert(const thrum_kernel *by, double *matrix, int32_t n, double *work);
 
 #endif

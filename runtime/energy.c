@@ -88,7 +88,6 @@ static double evaluate_path(const thrum_solver *s) {
   for (int32_t i = 0; i < s->n; i++)
     view->force[i] = (view->force_start[i] + 4.0 * view->force[i] + view->force_2[i]) / 6.0;
   s->report->potential = energies[1];
-  s->report->along_step = 0.0;
   const double along = thrum_sum_of(s->n, view->force_start, view->unknown, NULL);
   return s->weight * (along + 8.0 * energies[0] + energies[1]) / 6.0;
 }

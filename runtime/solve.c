@@ -74,6 +74,7 @@ thrum_solver thrum_solver_of(const thrum_model *model, const thrum_state *state,
                           .first = first,
                           .n = state->rank - first,
                           .tangent = thrum_tangent_damped(state)};
+  report->along_step = 0.0;
   // the Jacobian at rest, 1 + weight (at omega^2 + rate d): the scale of a mode's residual
   const double alpha = state->damping_alpha, beta = state->damping_beta, *omega2 = model->omega2;
   double *restrict scale = view->scale, *restrict unscale = view->unscale;

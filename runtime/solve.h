@@ -21,8 +21,8 @@ struct thrum_solver {
   const thrum_state *state;
   thrum_state_view *view;
   thrum_solve_report *report;
-  /* Mean force R of the increment in view->unknown into view->force; returns P, with
-   * grad P = weight R. q + at d in view->middle and v in view->velocity are up to date. */
+  /* Mean force R of the increment in view->unknown into `evaluated`, less 2 along_step d; returns
+   * P, with grad P = weight R. q + at d in view->middle and v in view->velocity are up to date. */
   double (*evaluate)(const thrum_solver *s);
   /* weight (dR/dd + rate beta T), the latter for the tangent form, of the increment last evaluated:
    * n x n. */
@@ -34,7 +34,9 @@ struct thrum_solver {
    * NULL: there is nothing. */
   void (*border)(const thrum_solver *s, const thrum_secant *inverse, bool first, double *residual,
                  double *image);
-  const double *evaluated; /* where `evaluate` puts R, less 2 along_step d of the report */
+  /* view->force, where R is in the end. Energy by the ends: view->force_2, which becomes R(q'), and
+   * only there is the report's along_step, sigma, not zero. */
+  const double *evaluated;
   double at, weight, rate;
   int32_t cheaper;    /* how many iterations are cheaper than a Jacobian made anew */
   int32_t past_count; /* steps before whose q + at d and R the first guess may go on from */
@@ -62,11 +64,11 @@ void thrum_solve_weigh(const thrum_solver *s, double *matrix);
  * ends. */
 bool thrum_solve_increment(const thrum_solver *s);
 
-/* The same by quasi-Newton alone. */
+/* The same by quasi-Newton alone; R where `evaluated` says if it was evaluated there. */
 bool thrum_solve_quasi(const thrum_solver *s);
 
 /* quasi.c: quasi-Newton one evaluation at a time, so that those of several states can be made
- * together: begin, then while the answer is EVALUATE put R at view->middle into view->force and
+ * together: begin, then while the answer is EVALUATE put R at view->middle into `evaluated` and
  * take. Where `ahead` is set the stiffness will be needed too, and may be put into jacobian_next,
  * which `assembled` then says. STUCK is for thrum_solve_newton. */
 typedef struct thrum_quasi {
@@ -92,7 +94,7 @@ thrum_quasi_next thrum_quasi_take(const thrum_solver *s, thrum_quasi *quasi);
 bool thrum_solve_newton(const thrum_solver *s);
 
 /* Of the increment in view->unknown, for quasi.c: where it is to be evaluated; the scaled norm of
- * its residual, from R in view->force; is that small enough; the matrix 1 + weight (at T + rate D)
+ * its residual, from R in `evaluated`; is that small enough; the matrix 1 + weight (at T + rate D)
  * into jacobian_next. */
 void thrum_solve_place(const thrum_solver *s);
 double thrum_solve_assess(const thrum_solver *s);

@@ -129,7 +129,7 @@ _Static_assert(sizeof(thrum_state) == offsetof(thrum_state, unused) + sizeof(int
   X(q_next, vector)            /* candidate of q' */                                               \
   X(p_next, vector)            /* candidate of p'; p^+ on E */                                     \
   X(acceleration_next, vector) /* Newmark: a' */                                                   \
-  X(force, vector)             /* R(q_k), later R(q-bar); energy: E */                             \
+  X(force, vector)             /* R(q_k), later R(q-bar); energy: E in the end */                  \
   X(middle, vector)            /* where an implicit step evaluates the model: q-bar, or q' */      \
   X(velocity, vector)          /* the velocity there */                                            \
   X(product, vector)           /* T times velocity */                                              \

@@ -1,13 +1,11 @@
-/* The inverse Jacobian of a solve: the sweep that makes it and what BFGS learns.
+/* What BFGS learns of an inverse Jacobian in a solve, and the sums over modes.
  * SPDX-License-Identifier: Apache-2.0 */
 #include "state_support.h"
 
-#include "runtime/dense.h"
-#include "runtime/pack.h"
 #include "runtime/secant.h"
 #include "runtime/sums.h"
 
-enum { N = 12 };
+enum { N = 12, MOST = 100 };
 
 /* Symmetric, with `definite` added to its diagonal. */
 static void make_matrix(random_state *random, double definite, double *matrix) {
@@ -25,38 +23,6 @@ static void multiply(const double *matrix, const double *x, double *y) {
     for (int j = 0; j < N; j++)
       y[i] += matrix[N * i + j] * x[j];
   }
-}
-
-static void the_inverse_of_a_symmetric_matrix_is_symmetric_and_undoes_it(void **context) {
-  (void)context;
-  const thrum_kernel *by = &thrum_kernel_reference;
-  random_state random = {3};
-  for (int turn = 0; turn < 40; turn++) {
-    double matrix[N * N], inverse[N * N], work[21 * 16], x[N], y[N], back[N];
-    // half of them indefinite
-    make_matrix(&random, turn % 2 == 0 ? N : 0, matrix);
-    random_vector(&random, N, 1, x);
-    memcpy(inverse, matrix, sizeof inverse);
-    assert_true(thrum_dense_invert(by, inverse, N, work));
-    for (int i = 0; i < N; i++)
-      for (int j = 0; j < i; j++)
-        assert_true(inverse[N * i + j] == inverse[N * j + i]);
-    multiply(matrix, x, y);
-    multiply(inverse, y, back);
-    assert_true(largest_difference(back, x, N) < (turn % 2 == 0 ? 1e-13 : 1e-9));
-  }
-}
-
-static void a_matrix_without_a_diagonal_pivot_or_a_number_is_refused(void **context) {
-  (void)context;
-  const thrum_kernel *by = &thrum_kernel_reference;
-  double work[88], zero[4] = {0, 0, 0, 0}, singular[4] = {1, 2, 2, 4}, turn[4] = {0, 1, 1, 0};
-  double nan[4] = {1, NAN, NAN, 1}, infinite[4] = {INFINITY, 0, 0, 1};
-  assert_false(thrum_dense_invert(by, zero, 2, work));
-  assert_false(thrum_dense_invert(by, singular, 2, work));
-  assert_false(thrum_dense_invert(by, turn, 2, work));
-  assert_false(thrum_dense_invert(by, nan, 2, work));
-  assert_false(thrum_dense_invert(by, infinite, 2, work));
 }
 
 /* One iteration of quasi-Newton on matrix x = b, from x with its residual and direction. */
@@ -127,75 +93,6 @@ static void a_step_without_positive_curvature_teaches_nothing(void **context) {
     assert_true(pairs[i] == 0);
 }
 
-enum { MOST = 100, KINDS = 3 };
-
-/* n x n: of any sign; definite; definite but for one pivot in the middle. */
-static void make_kind(random_state *random, int kind, int n, double *matrix) {
-  random_vector(random, n * n, 1, matrix);
-  for (int i = 0; i < n; i++) {
-    matrix[n * i + i] += kind > 0 ? n : 0;
-    for (int j = 0; j < i; j++)
-      matrix[n * j + i] = matrix[n * i + j];
-  }
-  if (kind == 2)
-    matrix[n / 2 * (n + 1)] = -n;
-}
-
-static void every_kernel_gives_the_same_inverse(void **context) {
-  (void)context;
-  static double matrix[MOST * MOST], inverses[2][MOST * MOST], work[(MOST + 10) * (MOST + 8)];
-  random_state random = {6};
-  for (int n = 1; n <= MOST; n++)
-    for (int kind = 0; kind < KINDS; kind++) {
-      double s[2 * MOST], w[2 * MOST], products[2][MOST];
-      random_vector(&random, 2 * MOST, 1, s);
-      random_vector(&random, 2 * MOST, 1, w);
-      make_kind(&random, kind, n, matrix);
-      assert_true(thrum_dense_work(n) * sizeof *work <= sizeof work);
-      assert_true((int64_t)thrum_dense_work(n) <= thrum_pack_work_tangent(n));
-      for (int id = THRUM_KERNEL_REFERENCE; id <= THRUM_KERNEL_WASM; id++) {
-        const int k = id != THRUM_KERNEL_REFERENCE;
-        const thrum_kernel *by = thrum_kernel_get(id);
-        memcpy(inverses[k], matrix, sizeof matrix);
-        // what lies in the scratch has no part in it
-        memset(work, 0xff, sizeof work);
-        assert_true(thrum_dense_invert(by, inverses[k], n, work));
-        const thrum_two two = {s, w, w, s, 2, MOST};
-        by->rank_two(n, false, &two, inverses[k]);
-        by->product(n, inverses[k], s, products[k]);
-        if (k) {
-          assert_memory_equal(products[0], products[1], (size_t)n * sizeof(double));
-          assert_memory_equal(inverses[0], inverses[1], (size_t)(n * n) * sizeof(double));
-        }
-      }
-    }
-}
-
-/* In a definite matrix, also one as ill-conditioned as stiff modes beside soft ones make it, no
- * pivot has to be searched for, and A A^-1 = 1 to rounding. */
-static void a_definite_matrix_is_swept_in_order(void **context) {
-  (void)context;
-  static double matrix[MOST * MOST], inverse[MOST * MOST], work[(MOST + 10) * (MOST + 8)];
-  random_state random = {8};
-  for (int n = 1; n <= MOST; n++) {
-    make_kind(&random, 1, n, matrix);
-    for (int i = 0; i < n; i++)
-      for (int j = 0; j < n; j++)
-        matrix[n * i + j] *= pow(10, 0.04 * (i + j));
-    memcpy(inverse, matrix, sizeof matrix);
-    assert_true(thrum_dense_invert(thrum_kernel_get(THRUM_KERNEL_BEST), inverse, n, work));
-    for (int i = 0; i < n; i++)
-      for (int j = 0; j < n; j++) {
-        double sum = 0, size = 0;
-        for (int k = 0; k < n; k++) {
-          sum += matrix[n * i + k] * inverse[n * k + j];
-          size += fabs(matrix[n * i + k] * inverse[n * k + j]);
-        }
-        assert_true(fabs(sum - (i == j)) <= 1e-14 * n * size);
-      }
-  }
-}
-
 /* In an order that no compiler chooses. */
 static void sums_over_the_modes_run_in_eight_lanes(void **context) {
   (void)context;
@@ -224,12 +121,8 @@ static void sums_over_the_modes_run_in_eight_lanes(void **context) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(the_inverse_of_a_symmetric_matrix_is_symmetric_and_undoes_it),
-      cmocka_unit_test(a_matrix_without_a_diagonal_pivot_or_a_number_is_refused),
       cmocka_unit_test(what_is_learnt_maps_each_change_to_its_step_and_can_be_folded),
       cmocka_unit_test(sums_over_the_modes_run_in_eight_lanes),
-      cmocka_unit_test(every_kernel_gives_the_same_inverse),
-      cmocka_unit_test(a_definite_matrix_is_swept_in_order),
       cmocka_unit_test(a_step_without_positive_curvature_teaches_nothing),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
