@@ -80,6 +80,13 @@ static double *dirty_work(const thrum_model *model) {
   return work;
 }
 
+/* An inverse reads both triangles. */
+static void assert_symmetric(const double *matrix, int64_t n) {
+  for (int64_t i = 0; i < n; i++)
+    for (int64_t j = 0; j < i; j++)
+      assert_true(matrix[i * n + j] == matrix[j * n + i]);
+}
+
 static void evaluate(const setup *s, const thrum_kernel *by, bool pack, int64_t rank, int32_t split,
                      outcome *o) {
   thrum_model model = model_of(s, rank);
@@ -108,6 +115,9 @@ static void evaluate(const setup *s, const thrum_kernel *by, bool pack, int64_t 
   thrum_polynomial_restrict(by, &model, split, s->q, o->restricted, work);
   thrum_restricted_gradient(by, &model, split, o->restricted, s->v, o->gradient, work);
   thrum_restricted_hessian(by, &model, split, o->restricted, s->v, o->hessian, work);
+  assert_symmetric(o->tangent, rank);
+  assert_symmetric(o->tangent_again, rank);
+  assert_symmetric(o->hessian, rank - split);
   assert_true(work[thrum_work_count(&model)] == -12345.0);
   free(work);
   free(memory);
