@@ -179,7 +179,7 @@ static bool sweep(const thrum_kernel *by, double *matrix, int32_t n, int32_t k, 
 
 /* The matrix in rows of whole vectors, zero beyond it but for a one where that makes it even. */
 static void widen(const double *matrix, int32_t n, int32_t even, double *rows) {
-  const size_t stride = (size_t)thrum_sweep_stride(even), taken = (size_t)n;
+  const size_t stride = (size_t)thrum_whole(even), taken = (size_t)n;
   for (int32_t i = 0; i < even; i++) {
     double *row = rows + (size_t)i * stride;
     if (i < n)
@@ -216,7 +216,7 @@ static bool sweep_largest(const thrum_kernel *by, double *matrix, int32_t n, int
 }
 
 size_t thrum_dense_work(int32_t n) {
-  const size_t even = (size_t)n + (size_t)n % 2, stride = (size_t)thrum_sweep_stride((int64_t)even);
+  const size_t even = (size_t)n + (size_t)n % 2, stride = (size_t)thrum_whole((int64_t)even);
   return (even + THRUM_SWEEP_VECTORS) * stride;
 }
 
@@ -239,7 +239,7 @@ static bool take(const double *swept, size_t stride, int32_t n, double *matrix) 
 
 bool thrum_dense_invert(const thrum_kernel *by, double *matrix, int32_t n, double *work) {
   const int32_t even = n + n % 2;
-  const size_t stride = (size_t)thrum_sweep_stride(even);
+  const size_t stride = (size_t)thrum_whole(even);
   double *rows = work + THRUM_SWEEP_VECTORS * stride;
   widen(matrix, n, even, rows);
   const int64_t done = by->sweep(even, rows, work);

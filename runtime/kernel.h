@@ -33,17 +33,18 @@ static inline int64_t thrum_pair_count(int64_t n) {
   return n * (n + 1) / 2;
 }
 
+/* As many numbers in whole vectors. */
+static inline int64_t thrum_whole(int64_t count) {
+  return (count + 7) / 8 * 8;
+}
+
 /* Lengths of the scratch arrays of a pass: whole lanes, and one vector to spare. */
 static inline int64_t thrum_padded(int64_t count) {
-  return (count + 7) / 8 * 8 + 8;
+  return thrum_whole(count) + 8;
 }
 
-/* A row of the matrix of a sweep, and its scratch. */
+/* Rows of scratch of a sweep. */
 #define THRUM_SWEEP_VECTORS 9
-
-static inline int64_t thrum_sweep_stride(int64_t n) {
-  return (n + 7) / 8 * 8;
-}
 
 #define THRUM_SMALL_PIVOT 0.015625 /* beside the diagonal entry that it was */
 
@@ -103,7 +104,7 @@ typedef struct thrum_kernel {
 
   /* Sweeps the pivots of a symmetric matrix, n even, in their order, two by two, while each is
    * positive and not small beside the diagonal entry that it was; returns how many. A row takes
-   * thrum_sweep_stride(n) doubles, zero beyond n. On entry it is there whole; in the end what is
+   * thrum_whole(n) doubles, zero beyond n. On entry it is there whole; in the end what is
    * above the diagonal is useless. work: THRUM_SWEEP_VECTORS rows. */
   int64_t (*sweep)(int64_t n, double *matrix, double *work);
 } thrum_kernel;

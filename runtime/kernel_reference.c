@@ -498,16 +498,16 @@ static void reference_rank_two(int64_t n, bool lower, const thrum_two *t, double
         matrix[i * n + j] += t->a[at + i] * t->b[at + j] + t->c[at + i] * t->d[at + j];
 }
 
-/* a and b at k and k + 1 of a row, which takes the sign off its zeros. */
-static void put_pair(int64_t count, int64_t k, double a, double b, double *row) {
-  for (int64_t i = 0; i < count; i++) {
-    const double kept = i == k || i == k + 1 ? 0.0 : row[i];
-    row[i] = kept + (a * (i == k ? 1.0 : 0.0) + b * (i == k + 1 ? 1.0 : 0.0));
+/* a and b in lanes k and k + 1 of a vector, which takes the sign off its zeros. */
+static void put_pair(int64_t k, double a, double b, double *vector) {
+  for (int64_t i = 0; i < LANES; i++) {
+    const double kept = i == k || i == k + 1 ? 0.0 : vector[i];
+    vector[i] = kept + (a * (i == k ? 1.0 : 0.0) + b * (i == k + 1 ? 1.0 : 0.0));
   }
 }
 
 static int64_t reference_sweep(int64_t n, double *matrix, double *work) {
-  const int64_t stride = thrum_sweep_stride(n);
+  const int64_t stride = thrum_whole(n);
   double *least = work, *f = least + stride, *s = f + stride, *m = s + stride;
   double *m_l = m + stride, *row_k = m_l + stride, *row_l = row_k + stride;
   for (int64_t i = 0; i < n; i++)
@@ -519,7 +519,7 @@ static int64_t reference_sweep(int64_t n, double *matrix, double *work) {
     if (!(least[k] > 0.0 && now_k[k] > least[k] && least[k + 1] > 0.0 && pivot_l > least[k + 1]))
       return k;
     const double minus_l = -1.0 / pivot_l, corner = factor * minus_l;
-    const int64_t group = k / 8 * 8;
+    const int64_t lane = k % LANES, own = k - lane;
     for (int64_t i = 0; i < stride; i++) {
       // rows are whole in whole vectors up to the pivots' own, then columns are
       const bool whole = i / 8 <= k / 8;
@@ -530,10 +530,10 @@ static int64_t reference_sweep(int64_t n, double *matrix, double *work) {
       row_l[i] = m_l[i] * -1.0;
       row_k[i] = factor * row_l[i] + m[i] * -1.0;
     }
-    put_pair(8, k - group, -1.0, 0.0, f + group);
-    put_pair(8, k - group, -factor, -1.0, s + group);
-    put_pair(8, k - group, minus_k + factor * corner, corner, row_k + group);
-    put_pair(8, k - group, corner, minus_l, row_l + group);
+    put_pair(lane, -1.0, 0.0, f + own);
+    put_pair(lane, -factor, -1.0, s + own);
+    put_pair(lane, minus_k + factor * corner, corner, row_k + own);
+    put_pair(lane, corner, minus_l, row_l + own);
     for (int64_t i = 0; i < n; i++) {
       double *row = matrix + i * stride;
       row[k] = row[k + 1] = 0.0;

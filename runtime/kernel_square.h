@@ -10,6 +10,34 @@
 
 #define SQUARE_VECTORS 4
 
+/* CALL(vectors), which is to know the number when it is compiled. */
+#define SQUARE_CASES(vectors, CALL)                                                                \
+  switch (vectors) {                                                                               \
+  case 1:                                                                                          \
+    CALL(1);                                                                                       \
+    break;                                                                                         \
+  case 2:                                                                                          \
+    CALL(2);                                                                                       \
+    break;                                                                                         \
+  case 3:                                                                                          \
+    CALL(3);                                                                                       \
+    break;                                                                                         \
+  default:                                                                                         \
+    CALL(SQUARE_VECTORS);                                                                          \
+  }
+
+/* The same for the rows begin..end-1 of n from column `first` on: all of them, or the lower
+ * triangle in whole vectors, which may go past the diagonal. */
+#define SQUARE_ROWS(n, lower, CALL)                                                                \
+  for (int64_t first = 0; first < n; first += 8 * SQUARE_VECTORS) {                                \
+    const int64_t most = square_vectors(n - first);                                                \
+    int64_t vectors = lower ? 1 : most, end;                                                       \
+    for (int64_t begin = lower ? first : 0; begin < n; begin = end, vectors++) {                   \
+      end = vectors < most ? begin + 8 : n;                                                        \
+      SQUARE_CASES(vectors, CALL)                                                                  \
+    }                                                                                              \
+  }
+
 /* Vectors that hold so many columns, but no more than are taken at once. */
 INLINE int64_t square_vectors(int64_t columns) {
   return columns < 8 * SQUARE_VECTORS ? (columns + 7) / 8 : SQUARE_VECTORS;
@@ -44,16 +72,10 @@ INLINE void product_columns(int vectors, int64_t n, int64_t first, const double 
 }
 
 PASS void pass_product(int64_t n, const double *matrix, const double *x, double *y) {
+#define CALL(vectors) product_columns(vectors, n, first, matrix, x, y)
   for (int64_t first = 0; first < n; first += 8 * SQUARE_VECTORS)
-    switch (square_vectors(n - first)) {
-#define X(k)                                                                                       \
-  case k + 1:                                                                                      \
-    if (k < SQUARE_VECTORS)                                                                        \
-      product_columns(k + 1, n, first, matrix, x, y);                                              \
-    break;
-      EACH_8(X)
-#undef X
-    }
+    SQUARE_CASES(square_vectors(n - first), CALL)
+#undef CALL
 }
 
 /* Rows begin..end-1, the columns from `first` on. */
@@ -78,25 +100,10 @@ INLINE void rank_two_rows(int vectors, int64_t n, int64_t first, int64_t begin, 
   }
 }
 
-/* Whole vectors may go past the diagonal. */
 PASS void pass_rank_two(int64_t n, bool lower, const thrum_two *t, double *matrix) {
-  for (int64_t first = 0; first < n; first += 8 * SQUARE_VECTORS) {
-    const int64_t most = square_vectors(n - first);
-    int64_t vectors = lower ? 1 : most, end;
-    for (int64_t begin = lower ? first : 0; begin < n; begin = end) {
-      end = vectors < most ? begin + 8 : n;
-      switch (vectors) {
-#define X(k)                                                                                       \
-  case k + 1:                                                                                      \
-    if (k < SQUARE_VECTORS)                                                                        \
-      rank_two_rows(k + 1, n, first, begin, end, t, matrix);                                       \
-    break;
-        EACH_8(X)
-#undef X
-      }
-      vectors++;
-    }
-  }
+#define CALL(vectors) rank_two_rows(vectors, n, first, begin, end, t, matrix)
+  SQUARE_ROWS(n, lower, CALL)
+#undef CALL
 }
 
 /* --- sweep ------------------------------------------------------------------------------------ */
@@ -140,7 +147,7 @@ INLINE v8 sweep_put(v8 a, int64_t k, double at_k, double at_l) {
  * `whole`; from there on the columns are. */
 INLINE bool sweep_columns(int64_t n, int64_t k, int64_t whole, const double *matrix,
                           const sweep_pair *p) {
-  const int64_t stride = thrum_sweep_stride(n), lane = k % 8;
+  const int64_t stride = thrum_whole(n), lane = k % 8;
   const double *row_k = matrix + k * stride, *row_l = row_k + stride;
   const double pivot_k = row_k[k], beside = row_k[k + 1];
   if (!(p->least[k] > 0.0 && pivot_k > p->least[k]))
@@ -199,7 +206,7 @@ INLINE void sweep_rows(int vectors, int64_t stride, int64_t first, int64_t begin
 }
 
 PASS int64_t pass_sweep(int64_t n, double *matrix, double *work) {
-  const int64_t stride = thrum_sweep_stride(n);
+  const int64_t stride = thrum_whole(n);
   const sweep_pair p = sweep_cut(stride, work);
   for (int64_t i = 0; i < n; i++)
     p.least[i] = THRUM_SMALL_PIVOT * matrix[i * stride + i];
@@ -209,22 +216,9 @@ PASS int64_t pass_sweep(int64_t n, double *matrix, double *work) {
     const int64_t whole = k / 8 * 8 + 8;
     if (!sweep_columns(n, k, whole, matrix, &p))
       return k;
-    for (int64_t first = 0; first < n; first += 8 * SQUARE_VECTORS) {
-      const int64_t most = square_vectors(stride - first);
-      int64_t vectors = 1, end;
-      for (int64_t begin = first; begin < n; begin = end, vectors++) {
-        end = vectors < most ? begin + 8 : n;
-        switch (vectors) {
-#define X(v)                                                                                       \
-  case v + 1:                                                                                      \
-    if (v < SQUARE_VECTORS)                                                                        \
-      sweep_rows(v + 1, stride, first, begin, end, k, &p, matrix);                                 \
-    break;
-          EACH_8(X)
-#undef X
-        }
-      }
-    }
+#define CALL(vectors) sweep_rows(vectors, stride, first, begin, end, k, &p, matrix)
+    SQUARE_ROWS(n, true, CALL)
+#undef CALL
     for (int64_t i = 0; i < whole; i += 8) {
       v8_store(matrix + k * stride + i, v8_load(p.row_k + i));
       v8_store(matrix + (k + 1) * stride + i, v8_load(p.row_l + i));

@@ -79,7 +79,7 @@ size_t thrum_model_pack_size(const thrum_model *model) {
 /* Puts a row, `columns` long, into its group. */
 static void place(const double *row, int64_t columns, int64_t size, int64_t at, double *to,
                   float *to_single) {
-  for (int64_t k = 0; k < (columns + 7) / 8 * 8; k++) {
+  for (int64_t k = 0; k < thrum_whole(columns); k++) {
     const int64_t here = at + 8 * size * (k / 8) + k % 8;
     const double value = k < columns ? row[k] : 0.0;
     if (to)

@@ -75,7 +75,7 @@ static inline int64_t thrum_pack_count(int64_t n) {
 /* Where a restricted polynomial has its rows r_c, in whole vectors, one after the other; l is at 0.
  */
 static inline int64_t thrum_restricted_first(int64_t n) {
-  return (n + 7) / 8 * 8;
+  return thrum_whole(n);
 }
 
 /* Numbers in one. */

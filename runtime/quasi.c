@@ -87,8 +87,7 @@ static double weighted(const double weight[THRUM_PAST], const double *const past
 static void expect(const thrum_solver *s, const double weight[THRUM_PAST],
                    const double *const past_q[THRUM_PAST], const double *const past_r[THRUM_PAST]) {
   const thrum_state_view *view = s->view;
-  const double alpha = s->state->damping_alpha, beta = s->state->damping_beta;
-  const double by = 1.0 / s->at, rate = s->rate, of_force = s->weight, *omega2 = s->model->omega2;
+  const double by = 1.0 / s->at, rate = s->rate, of_force = s->weight;
   const double *q = view->q, *drift = view->drift, *kick = view->kick, *load = view->load;
   const double *unscale = view->unscale;
   double *restrict unknown = view->unknown, *restrict residual = view->residual;
@@ -96,7 +95,7 @@ static void expect(const thrum_solver *s, const double weight[THRUM_PAST],
   const int32_t rank = s->state->rank;
   for (int32_t i = s->first; i < rank; i++) {
     const double d = (weighted(weight, past_q, i) - q[i]) * by;
-    const double damped = (alpha + beta * omega2[i]) * (rate * d + drift[i]);
+    const double damped = thrum_rest_damping(s->model, s->state, i) * (rate * d + drift[i]);
     unknown[i] = d;
     residual[i] = d - kick[i] + of_force * (weighted(weight, past_r, i) + damped - load[i]);
     direction[i] = residual[i] * unscale[i];
@@ -251,14 +250,13 @@ static void correct(const thrum_solver *s, thrum_quasi *quasi, bool teaches) {
 /* R + D v - f and R as the equation has them for d. */
 static void conclude(const thrum_solver *s) {
   const thrum_state_view *view = s->view;
-  const double alpha = s->state->damping_alpha, beta = s->state->damping_beta, weight = s->weight;
+  const double weight = s->weight;
   const double *kick = view->kick, *d = view->unknown, *load = view->load, *v = view->velocity;
-  const double *omega2 = s->model->omega2;
   double *restrict total = view->total, *restrict force = view->force;
   const int32_t rank = s->state->rank;
   for (int32_t i = s->first; i < rank; i++) {
     total[i] = (kick[i] - d[i]) / weight;
-    force[i] = total[i] + load[i] - (alpha + beta * omega2[i]) * v[i];
+    force[i] = total[i] + load[i] - thrum_rest_damping(s->model, s->state, i) * v[i];
   }
 }
 

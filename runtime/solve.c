@@ -76,10 +76,10 @@ thrum_solver thrum_solver_of(const thrum_model *model, const thrum_state *state,
                           .tangent = thrum_tangent_damped(state)};
   report->along_step = 0.0;
   // the Jacobian at rest, 1 + weight (at omega^2 + rate d): the scale of a mode's residual
-  const double alpha = state->damping_alpha, beta = state->damping_beta, *omega2 = model->omega2;
+  const double *omega2 = model->omega2;
   double *restrict scale = view->scale, *restrict unscale = view->unscale;
   for (int32_t i = first; i < state->rank; i++) {
-    const double damping = alpha + beta * omega2[i];
+    const double damping = thrum_rest_damping(model, state, i);
     scale[i] = 1.0 + weight * (at * omega2[i] + rate * damping);
     unscale[i] = 1.0 / scale[i];
   }

@@ -45,7 +45,7 @@ static void make_kind(random_state *random, matrix_kind which, int n, double *to
 
 /* How many pivots a sweep does in order, and how many it should do. */
 static void expect_swept(const thrum_kernel *by, matrix_kind which, int n) {
-  const int even = n + n % 2, stride = (int)thrum_sweep_stride(even);
+  const int even = n + n % 2, stride = (int)thrum_whole(even);
   double *rows = work + THRUM_SWEEP_VECTORS * stride;
   memset(rows, 0, (size_t)(even * stride) * sizeof *rows);
   for (int i = 0; i < n; i++)
