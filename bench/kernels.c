@@ -60,14 +60,40 @@ static void measure(const passes *p, int64_t batches, double *samples, bench_ker
     bench->time[pass] = bench_summary(samples + pass * batches, batches);
 }
 
+double bench_tangent_coefficients(int64_t rank) {
+  const double pairs = (double)thrum_pack_first(rank);
+  return thrum_pairs_count(rank) > 0 ? 0.5 * pairs * (pairs + 1.0)
+                                     : (double)(thrum_c3_count(rank) + thrum_c4_count(rank));
+}
+
+double bench_tangent_operations(int64_t rank) {
+  return (thrum_pairs_count(rank) > 0 ? 4.0 : 6.0) * bench_tangent_coefficients(rank);
+}
+
+/* What the passes do and read, with n implicit modes of r. */
+static void count(int64_t r, int64_t n, bench_kernels *bench) {
+  static const double each[BENCH_PASS_COUNT] = {
+#define X(name, operations, text) operations,
+      BENCH_PASSES(X)
+#undef X
+  };
+  for (int pass = 0; pass < BENCH_PASS_COUNT; pass++) {
+    const int64_t rank = pass == BENCH_PASS_restricted_tangent ? n : r;
+    const double numbers = (double)(thrum_c3_count(rank) + thrum_c4_count(rank));
+    const bool tangent = pass == BENCH_PASS_tangent;
+    bench->coefficients[pass] = tangent ? bench_tangent_coefficients(r) : numbers;
+    bench->operations[pass] = tangent ? bench_tangent_operations(r) : each[pass] * numbers;
+  }
+}
+
 thrum_status bench_kernels_run(const thrum_model *model, bench_kernels *bench, thrum_error *error) {
   const int64_t r = model->rank, n = bench->implicit < r ? bench->implicit : r;
-  const size_t count = (size_t)(3 * r + r * r + thrum_restricted_count(n)) +
-                       thrum_work_count(model) + BENCH_PASS_COUNT * (size_t)bench->batches;
-  double *memory = aligned_alloc(64, (count * sizeof *memory + 127) / 64 * 64);
+  const size_t doubles = (size_t)(3 * r + r * r + thrum_restricted_count(n)) +
+                         thrum_work_count(model) + BENCH_PASS_COUNT * (size_t)bench->batches;
+  double *memory = aligned_alloc(64, (doubles * sizeof *memory + 127) / 64 * 64);
   if (!memory)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a measurement");
-  memset(memory, 0, count * sizeof *memory);
+  memset(memory, 0, doubles * sizeof *memory);
   passes p = {.model = model, .by = thrum_kernel_get((int32_t)bench->kernel)};
   // the kernels' scratch first, where it is aligned
   p.work = memory;
@@ -84,10 +110,7 @@ thrum_status bench_kernels_run(const thrum_model *model, bench_kernels *bench, t
   bench->kernel = p.by->id;
   bench->implicit = n;
   measure(&p, bench->batches, p.restricted + thrum_restricted_count(n), bench);
-  for (int pass = 0; pass < BENCH_PASS_COUNT; pass++)
-    bench->coefficients[pass] = (double)(thrum_c3_count(r) + thrum_c4_count(r));
-  bench->coefficients[BENCH_PASS_restricted_tangent] =
-      (double)(thrum_c3_count(n) + thrum_c4_count(n));
+  count(r, n, bench);
   free(memory);
   return THRUM_OK;
 }

@@ -69,17 +69,17 @@ typedef struct bench_batch {
 
 thrum_status bench_batch_run(const thrum_model *model, bench_batch *bench, thrum_error *error);
 
-/* X(name, operations per coefficient, times the coefficients are read, text) */
+/* X(name, operations per coefficient, text); of the tangent by lists */
 #define BENCH_PASSES(X)                                                                            \
-  X(energy, 2, 1, "V")                                                                             \
-  X(force, 4, 1, "R and V")                                                                        \
-  X(tangent, 6, 1, "T")                                                                            \
-  X(tangent_vector, 8, 1, "T v")                                                                   \
-  X(restrict, 2, 1, "V at held q_E")                                                               \
-  X(restricted_tangent, 6, 1, "T_II")
+  X(energy, 2, "V")                                                                                \
+  X(force, 4, "R and V")                                                                           \
+  X(tangent, 6, "T")                                                                               \
+  X(tangent_vector, 8, "T v")                                                                      \
+  X(restrict, 2, "V at held q_E")                                                                  \
+  X(restricted_tangent, 6, "T_II")
 
 typedef enum bench_pass {
-#define X(name, operations, reads, text) BENCH_PASS_##name,
+#define X(name, operations, text) BENCH_PASS_##name,
   BENCH_PASSES(X)
 #undef X
       BENCH_PASS_COUNT
@@ -90,8 +90,13 @@ typedef struct bench_kernels {
   int64_t implicit;       /* |I| of the last two passes */
   int64_t batches;
   bench_time time[BENCH_PASS_COUNT];
-  double coefficients[BENCH_PASS_COUNT]; /* that a pass meets */
+  double operations[BENCH_PASS_COUNT];   /* of a pass */
+  double coefficients[BENCH_PASS_COUNT]; /* that it reads */
 } bench_kernels;
+
+/* What the tangent of a model reads and does, by pairs or by lists (runtime/pack.h). */
+double bench_tangent_coefficients(int64_t rank);
+double bench_tangent_operations(int64_t rank);
 
 thrum_status bench_kernels_run(const thrum_model *model, bench_kernels *bench, thrum_error *error);
 

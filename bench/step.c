@@ -64,8 +64,9 @@ static double terms(int64_t rank) {
 }
 
 /* What the passes of a step do and read: a force meets each coefficient with 4 operations, a
- * tangent with 6, a restriction with 2. A force on the explicit modes alone meets those of terms
- * with three or four of them with 4, the others with 2. */
+ * restriction with 2, a tangent as bench_tangent_operations says, of the implicit modes alone
+ * with 6. A force on the explicit modes alone meets those of terms with three or four of them with
+ * 4, the others with 2. */
 static void count_passes(const thrum_model *model, bench_step *bench) {
   const double all = terms(model->rank), evaluations = bench->iterations + 1.0;
   const int64_t implicit = bench->implicit_modes;
@@ -94,8 +95,8 @@ static void count_passes(const thrum_model *model, bench_step *bench) {
     }
     return;
   }
-  bench->operations = (4.0 * forces + 6.0 * tangents) * all;
-  bench->coefficients = (forces + tangents) * all;
+  bench->operations = 4.0 * forces * all + tangents * bench_tangent_operations(model->rank);
+  bench->coefficients = forces * all + tangents * bench_tangent_coefficients(model->rank);
 }
 
 /* Batches from the snapshot. */

@@ -9,9 +9,8 @@
 
 static const struct {
   const char *name, *text, *key;
-  double operations, reads;
 } passes[BENCH_PASS_COUNT] = {
-#define X(name, operations, reads, text) {#name, text, "us_" #name, operations, reads},
+#define X(name, operations, text) {#name, text, "us_" #name},
     BENCH_PASSES(X)
 #undef X
 };
@@ -19,10 +18,10 @@ static const struct {
 static void print_pass(const bench_request *request, const bench_kernels *bench, int pass,
                        int64_t rank) {
   const bench_time time = bench->time[pass];
-  const double count = bench->coefficients[pass], bytes = 8 * count * passes[pass].reads;
-  const double gflops = 1e-3 * count * passes[pass].operations / time.minimum;
+  const double bytes = 8 * bench->coefficients[pass];
+  const double gflops = 1e-3 * bench->operations[pass] / time.minimum;
   const char *level;
-  const double bandwidth = bench_machine_bandwidth(&request->rates, 8 * count, &level);
+  const double bandwidth = bench_machine_bandwidth(&request->rates, bytes, &level);
   printf("%5lld %-14s %9.3f %9.3f %9.2f", (long long)rank, passes[pass].text, time.minimum,
          time.median, gflops);
   if (request->machine)
@@ -55,9 +54,8 @@ static thrum_status run(const bench_request *request, const thrum_model *model, 
     cli_json_number(row, passes[pass].key, bench.time[pass].minimum);
     cli_json_number(row, median, bench.time[pass].median);
   }
-  const double count = bench.coefficients[BENCH_PASS_force];
-  bench_row_bandwidth(request, row, "force", bench.time[BENCH_PASS_force].minimum, 8 * count,
-                      passes[BENCH_PASS_force].operations * count);
+  bench_row_bandwidth(request, row, "force", bench.time[BENCH_PASS_force].minimum,
+                      8 * bench.coefficients[BENCH_PASS_force], bench.operations[BENCH_PASS_force]);
   cJSON_AddItemToArray(rows, row);
   return THRUM_OK;
 }

@@ -8,7 +8,7 @@
 #include "thrum/thrum.h"
 
 #define STEPS 1000
-#define MODEL_ROOM (2 * sizeof model_bytes + 65536) /* thrum_model_size says what it takes */
+#define MODEL_ROOM (6 * sizeof model_bytes + 65536) /* thrum_model_size says what it takes */
 #define STATE_ROOM 1048576                          /* thrum_state_size says what it takes */
 
 static _Alignas(64) unsigned char model_memory[MODEL_ROOM], state_memory[STATE_ROOM];

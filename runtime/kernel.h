@@ -9,6 +9,9 @@
  *     ascending, and s_c sums y_dc q_d in lanes n-1-d mod 8. With w held: g_a adds q_b w_ba, b
  *     ascending, and s_b sums w_ba q_a in lanes a+1 mod 8. A gradient is (g + g) + (s + s), those
  *     with y held first;
+ *   - a tangent by pairs (runtime/pack.h): y_P sums the columns from its group's on, in lanes, then
+ *     adds w_P, which has the rows before its group ascending. The gradient is a third of g + s, as
+ *     above with y for w, V a sixth of the sum of m y in lanes;
  *   - of the explicit modes alone, in mirrored coordinates (runtime/pack.h), the same with rows
  *     ascending, d in lanes d-c mod 8;
  *   - with the explicit modes held, over n mirrored coordinates, likewise; w_ba, within c, has the
@@ -55,8 +58,9 @@ typedef struct thrum_two {
 } thrum_two;
 
 /* Scratch `work` may have any content and overlaps no other argument. The first five read all
- * coefficients of a model once, packed (thrum_model_pack); the reference does without packing too.
- * None has anything of the quadratic terms of a model but restrict_to. */
+ * coefficients of a model once, packed (thrum_model_pack), the tangent of a small one more of them,
+ * by pairs; the reference does without packing too. None has anything of the quadratic terms of a
+ * model but restrict_to. */
 typedef struct thrum_kernel {
   thrum_kernel_id id;
 

@@ -4,7 +4,7 @@
  * V = sum_{c<=d} q_d q_c y_dc with y_dc = sum_{a<=b<=c} B_dc,ba m_ba; with y held its gradient goes
  * block by block, and w_ba = sum q_d q_c B_dc,ba gives the rest of it.
  * Cost: the bytes of the coefficients, once; 2 (energy), 4 (force), 6 (tangent) or 8 (two forces,
- * tangent times vector) operations each.
+ * tangent times vector) operations each. The tangent of a small model: see kernel_pairs.h.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "kernel.h"
@@ -127,6 +127,9 @@ PASS void pass_tangent_vector(const thrum_model *model, const double *q, const d
     product[i] += (e.g[n - 1 - i] + e.h[i + 1]) + (e.s[i] + e.more[i]);
 }
 
+// it needs evaluations
+#include "kernel_pairs.h"
+
 /* The list of every coordinate, one after the other, all zero; in the order of rows. */
 INLINE void tangent_lists(bool mirrored, int64_t n, double *at, double **list) {
   for (int64_t e = 0; e < n; e++) {
@@ -161,6 +164,8 @@ INLINE void tangent_close(int64_t n, const double *w, double *hessian) {
 PASS double pass_tangent(const thrum_model *model, const double *q, double *gradient,
                          double *hessian, double *work) {
   const int64_t n = model->rank;
+  if (thrum_pairs_count(n) > 0)
+    return tangent_by_pairs(model, q, gradient, hessian, work);
   const pack_scratch t = pack_cut(n, work);
   const evaluation e = evaluation_of(&t, 0);
   double *l = t.columns[1][0], *g = t.vectors[1][0], *s = t.vectors[1][1];

@@ -219,6 +219,46 @@ static void reference_tangent_vector(const thrum_model *model, const double *q, 
     product[i] += (e.g[i] + e.h[i + 1]) + (e.s[i] + e.more[i]);
 }
 
+/* y = B m, by pairs; row and w have any content. */
+static void pairs_product(const thrum_model *model, const double *m, double *row, double *w,
+                          double *y) {
+  const int64_t columns = thrum_pack_first(model->rank);
+  memset(w, 0, (size_t)columns * sizeof *w);
+  for (int64_t k = 0; k < columns; k++) {
+    const int64_t first = k / LANES * LANES, own = first + LANES;
+    double lane[LANES] = {0};
+    thrum_pairs_row(model, k, row);
+    row_product((own < columns ? own : columns) - first, row + first, m + first, lane);
+    if (own < columns)
+      row_both(columns - own, row + own, m + own, m[k], w + own, lane);
+    y[k] = thrum_lanes_sum(lane);
+  }
+  axpy(columns, 1.0, w, y);
+}
+
+static double tangent_by_pairs(const thrum_model *model, const double *q, double *gradient,
+                               double *hessian, double *work) {
+  const int64_t n = model->rank, rows = thrum_pairs_rows(n);
+  double *row = work, *y = work + rows;
+  work = y + rows;
+  const evaluation e = evaluation_make(n, 1.0, q, &work);
+  columns_of(n, &e, NULL, e.m);
+  pairs_product(model, e.m, row, e.w, y);
+  const double *run = y + 1;
+  for (int64_t d = 0; d < n; run += d + 2, d++) {
+    for (int64_t a = 0; a < d; a++)
+      hessian[d * n + a] = hessian[a * n + d] = hessian[d * n + a] + run[a];
+    hessian[d * n + d] += 2.0 * run[d];
+  }
+  if (!gradient)
+    return 0.0;
+  take_columns(n, y, e.q, e.lifted, e.h, e.lanes);
+  sums_of(n, e.lanes, e.more);
+  for (int64_t i = 0; i < n; i++)
+    gradient[i] += (e.h[i + 1] + e.more[i]) / 3.0;
+  return thrum_sum_of(thrum_pack_first(n), e.m, y, NULL) / 6.0;
+}
+
 /* hessian = half + half^T, with half of w on its lower triangle. */
 static void tangent_close(int64_t n, const double *w, double *hessian) {
   for (int64_t b = 0; b < n; b++) {
@@ -249,6 +289,8 @@ static void tangent_lists(int64_t n, double *const *list, const evaluation *e, d
 static double reference_tangent(const thrum_model *model, const double *q, double *gradient,
                                 double *hessian, double *work) {
   const int64_t n = model->rank, columns = thrum_pack_first(n);
+  if (thrum_pairs_count(n) > 0)
+    return tangent_by_pairs(model, q, gradient, hessian, work);
   walk k = walk_begin(model, false, n, &work);
   double *l = work, *lists = l + columns, *at = lists;
   double *list[THRUM_RANK_MAX];

@@ -48,7 +48,7 @@ static size_t block_size(const thrum_layout *layout) {
     size += bytes;
   }
   const size_t packed =
-      thrum_round_up(2 * (size_t)thrum_pack_count(layout->size[THRUM_SIZE_rank]) * sizeof(double));
+      thrum_round_up((size_t)thrum_pack_all(layout->size[THRUM_SIZE_rank]) * sizeof(double));
   return packed > PTRDIFF_MAX - size ? 0 : size + packed;
 }
 

@@ -1,5 +1,5 @@
 /* Lays the coefficients of a model out for the passes of a kernel (thrum/model.h, runtime/pack.h).
- * Cost: two passes over c3 and c4, once for a model.
+ * Cost: two passes over c3 and c4, once for a model; of a small one up to 3 numbers more for each.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <float.h>
@@ -60,6 +60,90 @@ void thrum_pack_row_mirrored(const thrum_model *model, int64_t c, int64_t d, int
     gather_mirrored(model, c, d, row);
 }
 
+/* Where c3 and c4 have their blocks, and how many columns those of c4 have. */
+typedef struct blocks {
+  int64_t c3[THRUM_PAIRS_RANK_MOST], c4[THRUM_PAIRS_RANK_MOST], columns[THRUM_PAIRS_RANK_MOST];
+} blocks;
+
+static blocks blocks_of(int64_t n) {
+  blocks at;
+  for (int64_t j = 0; j < n; j++) {
+    at.c3[j] = thrum_c3_index(n, 0, j, j);
+    at.c4[j] = thrum_c4_index(n, 0, j, j, j);
+    at.columns[j] = thrum_pair_count(n - j);
+  }
+  return at;
+}
+
+static int64_t smaller(int64_t a, int64_t b) {
+  return a < b ? a : b;
+}
+
+static int64_t larger(int64_t a, int64_t b) {
+  return a < b ? b : a;
+}
+
+/* B of the pairs (d, c) and (b, a), from the places of the blocks. */
+static double by_pairs(const thrum_model *model, const blocks *at, int64_t d, int64_t c, int64_t b,
+                       int64_t a) {
+  const int64_t i = smaller(a, c), l = larger(b, d);
+  const int64_t j = smaller(larger(a, c), smaller(b, d)), k = larger(larger(a, c), smaller(b, d));
+  if (j < 0)
+    return 0.0;
+  // how many orders of the same factors there are for each of them, and the halves
+  double times = i == j ? 2.0 : 1.0;
+  times *= j != k ? 1.0 : i == j ? 3.0 : 2.0;
+  times *= k != l ? 1.0 : j != k ? 2.0 : i == j ? 4.0 : 3.0;
+  times *= (d == c ? 0.5 : 1.0) * (b == a ? 0.5 : 1.0);
+  if (i < 0)
+    return times * model->c3[at->c3[k] + j * (model->rank - k) + (l - k)];
+  return times * model->c4[at->c4[j] + (i + 1) * at->columns[j] - at->columns[k] + (l - k)];
+}
+
+static void gather_pairs(const thrum_model *model, int64_t k, double *row) {
+  const int64_t n = model->rank, first = k / 8 * 8;
+  const blocks at = blocks_of(n);
+  int64_t d = 0, b = 0;
+  while (thrum_pack_first(d + 1) <= k)
+    d++;
+  while (thrum_pack_first(b + 1) <= first)
+    b++;
+  const int64_t c = k - thrum_pack_first(d) - 1;
+  for (int64_t a = first - thrum_pack_first(b) - 1; b < n; b++, a = -1)
+    for (; a <= b; a++)
+      row[thrum_pack_first(b) + 1 + a] = by_pairs(model, &at, d, c, b, a);
+}
+
+void thrum_pairs_row(const thrum_model *model, int64_t k, double *row) {
+  const int64_t n = model->rank, rows = thrum_pairs_rows(n), first = k / 8 * 8;
+  for (int64_t j = 0; j < rows; j++)
+    row[j] = 0.0;
+  if (!thrum_is_packed(model)) {
+    if (k < thrum_pack_first(n))
+      gather_pairs(model, k, row);
+    return;
+  }
+  const double *at = model->packed + thrum_pairs_at(n);
+  for (int64_t g = 0; g < first; g += 8)
+    at += 8 * (rows - g);
+  for (int64_t j = first; j < rows; j++)
+    row[j] = at[8 * ((j - first) / 8 * 8 + k % 8) + j % 8];
+}
+
+/* All rows of B, of a model that is not packed yet. */
+static void pack_pairs(const thrum_model *model, double *to) {
+  double row[(THRUM_PAIRS_RANK_MOST * (THRUM_PAIRS_RANK_MOST + 3) / 2 + 7) / 8 * 8];
+  const int64_t rows = thrum_pairs_rows(model->rank);
+  for (int64_t k = 0; k < rows; k++) {
+    const int64_t first = k / 8 * 8;
+    thrum_pairs_row(model, k, row);
+    for (int64_t j = first; j < rows; j++)
+      to[8 * ((j - first) / 8 * 8 + k % 8) + j % 8] = row[j];
+    if (k % 8 == 7)
+      to += 8 * (rows - first);
+  }
+}
+
 static bool all_single(const double *values, int64_t count) {
   for (int64_t k = 0; k < count; k++)
     if (!(fabs(values[k]) <= FLT_MAX) || (double)(float)values[k] != values[k])
@@ -73,7 +157,7 @@ static bool single_pays(const thrum_model *model) {
 }
 
 size_t thrum_model_pack_size(const thrum_model *model) {
-  return 2 * (size_t)thrum_pack_count(model->rank) * sizeof(double);
+  return (size_t)thrum_pack_all(model->rank) * sizeof(double);
 }
 
 /* Puts a row, `columns` long, into its group. */
@@ -135,10 +219,12 @@ thrum_status thrum_model_pack(thrum_model *model, void *memory, size_t memory_si
   double *to = single ? NULL : memory;
   float *to_single = single ? memory : NULL;
   model->packed_count = thrum_pack_count(n);
-  // a row is gathered where no packed one has been placed yet: at the end of the memory
+  // a row is gathered where no packed one has been placed yet: at the end of the second order
   double *row = (double *)memory + 2 * model->packed_count - 8 * thrum_pack_vectors(n - 1);
   int64_t at = pack_order(model, gather_downward, row, 0, to, to_single);
   pack_order(model, gather_upward, row, at, to, to_single);
+  if (thrum_pairs_count(n) > 0)
+    pack_pairs(model, to + thrum_pairs_at(n));
   model->packed = to;
   model->packed_single = to_single;
   model->packed_c3 = model->c3;

@@ -35,7 +35,7 @@ thrum_status thrum_model_truncate_size(const thrum_model *model, int64_t rank, s
   *size = thrum_round_up(sizeof(thrum_model)) + thrum_round_up(p.omega2 * sizeof(double)) +
           thrum_round_up(p.c3 * sizeof(double)) + thrum_round_up(p.c4 * sizeof(double)) +
           thrum_round_up(p.axis_mass * sizeof(double)) + thrum_round_up(p.basis * sizeof(double)) +
-          2 * (size_t)thrum_pack_count(rank) * sizeof(double);
+          (size_t)thrum_pack_all(rank) * sizeof(double);
   return THRUM_OK;
 }
 

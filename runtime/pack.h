@@ -17,6 +17,16 @@
  * so that what a step does with them, and all that is left of a term with s of its coordinates
  * explicit, is a run of blocks, rows and columns too.
  *
+ * Small models have their terms a third time, by pairs. With P = (d, c) and Q = (b, a) the pairs of
+ * columns, in their order,
+ *   V = 1/6 sum B_P,Q m_P m_Q,  B_P,Q = s_P s_Q V_dcba,
+ * V_dcba the fourth derivative, s_P = 1, or 1/2 where d = c. So the Hessian is T_dc = (B m)_dc /
+ * s_dc, and the gradient 1/3 of that of sum m_P y_P with y = B m held: V is of degree 4 in q_{-1} =
+ * 1 and the others (Euler). B is symmetric; of its rows, in groups of 8 as above, those columns are
+ * kept that begin with the group's own. From n = 5 on it has 2 to 2.7 times the numbers of one
+ * order; but a tangent is one product with it, where the others need a sum over columns for each
+ * coordinate.
+ *
  * V with the explicit modes held is, in n implicit ones,
  *   sum_c l_c z_c + sum_c z_c (sum_d z_d y_dc + sum_ba r_c,ba m_ba),
  * y from the mirrored coefficients: each block has one more row r_c, a state's own, with its
@@ -72,6 +82,31 @@ static inline int64_t thrum_pack_count(int64_t n) {
   return count;
 }
 
+/* Models up to this rank have their terms by pairs too: measured, steps are faster so. Beyond it B
+ * and one order, which is what they read, no longer fit well into 1 MiB. None so small is packed in
+ * single precision. */
+#define THRUM_PAIRS_RANK_MOST 26
+
+/* Rows of B, with those of zeros that fill up the last vector. */
+static inline int64_t thrum_pairs_rows(int64_t n) {
+  return thrum_whole(thrum_pack_first(n));
+}
+
+/* Numbers of it that are kept; none of a large model. */
+static inline int64_t thrum_pairs_count(int64_t n) {
+  const int64_t groups = thrum_pairs_rows(n) / 8;
+  return n <= THRUM_PAIRS_RANK_MOST ? 32 * groups * (groups + 1) : 0;
+}
+
+/* Where they begin, and numbers in all that is packed. */
+static inline int64_t thrum_pairs_at(int64_t n) {
+  return 2 * thrum_pack_count(n);
+}
+
+static inline int64_t thrum_pack_all(int64_t n) {
+  return thrum_pairs_at(n) + thrum_pairs_count(n);
+}
+
 /* Where a restricted polynomial has its rows r_c, in whole vectors, one after the other; l is at 0.
  */
 static inline int64_t thrum_restricted_first(int64_t n) {
@@ -111,5 +146,9 @@ void thrum_pack_row(const thrum_model *model, int64_t c, int64_t d, int64_t at, 
 /* The same of the mirrored ones. */
 void thrum_pack_row_mirrored(const thrum_model *model, int64_t c, int64_t d, int64_t at,
                              double *row);
+
+/* Row k of B, thrum_pairs_rows(rank) columns, of which those before its group are zero, out of the
+ * packed coefficients or of c3 and c4. */
+void thrum_pairs_row(const thrum_model *model, int64_t k, double *row);
 
 #endif

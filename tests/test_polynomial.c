@@ -16,8 +16,8 @@
 enum { RANK_MAX = 41 };
 
 /* Ranks that the tests visit: all small ones, and some past every unrolling. */
-static const int64_t ranks[] = {1,  2,  3,  4,  5,  6,  7,  8,  9,  10, 11,
-                                12, 13, 14, 15, 16, 17, 18, 19, 20, 29, RANK_MAX};
+static const int64_t ranks[] = {1,  2,  3,  4,  5,  6,  7,  8,  9,  10, 11,      12,
+                                13, 14, 15, 16, 17, 18, 19, 20, 25, 29, RANK_MAX};
 enum { RANKS = sizeof ranks / sizeof ranks[0] };
 
 /* One model with random coefficients, points to try it at, and scratch with a guard behind it. */
@@ -157,6 +157,10 @@ static void two_coordinates_give_numbers_worked_out_by_hand(void **state) {
   // + 144 + 540)
   assert_true(tangent[0] == 200.0 && tangent[1] == 230.0);
   assert_true(tangent[2] == 230.0 && tangent[3] == 800.0);
+  const thrum_kernel *best = thrum_kernel_get(THRUM_KERNEL_BEST);
+  assert_true(thrum_force_tangent_by(best, &m.model, q, force, tangent, work) == 1027.0);
+  assert_true(force[0] == 387.0 && force[1] == 1020.0);
+  assert_true(tangent[0] == 200.0 && tangent[1] == 230.0 && tangent[3] == 800.0);
   thrum_tangent_vector(&m.model, q, v, product, work);
   assert_true(product[0] == -30.0 && product[1] == -570.0);
   random_model_free(&m);
@@ -273,6 +277,22 @@ static void tangent_is_symmetric_and_times_v_gives_tangent_vector(void **state) 
       expected[i] = dot(r, s.tangent + i * r, s.v);
     }
     assert_vectors_near(r, s.product, expected, 1e-13);
+    setup_free(&s);
+  }
+}
+
+static void tangent_brings_the_force_and_the_energy_of_its_point(void **state) {
+  (void)state;
+  for (int c = 0; c < RANKS; c++) {
+    setup s;
+    setup_make(&s, ranks[c]);
+    const double energy = thrum_force(s.model, s.q, s.force, s.work);
+    double force[RANK_MAX], scale = 0;
+    energy_by_loops(s.model, s.q, &scale);
+    const double found = thrum_force_tangent_by(thrum_kernel_get(THRUM_KERNEL_BEST), s.model, s.q,
+                                                force, s.tangent, s.work);
+    assert_near(found, energy, scale, 1e-14);
+    assert_vectors_near(s.rank, force, s.force, 1e-13);
     setup_free(&s);
   }
 }
@@ -474,6 +494,7 @@ int main(void) {
       cmocka_unit_test(tangent_vector_is_the_exact_difference_of_forces),
       cmocka_unit_test(taylor_remainders_fall_with_their_order),
       cmocka_unit_test(tangent_is_symmetric_and_times_v_gives_tangent_vector),
+      cmocka_unit_test(tangent_brings_the_force_and_the_energy_of_its_point),
       cmocka_unit_test(rest_has_no_energy_no_force_and_the_linear_stiffness),
       cmocka_unit_test(one_degree_alone_is_homogeneous),
       cmocka_unit_test(restricted_polynomial_is_the_polynomial_at_every_split),

@@ -71,10 +71,10 @@ typedef struct thrum_model {
 #define X(type, name, rows, columns, presence, meaning) const thrum_##type *name;
   THRUM_MODEL_ARRAYS(X)
 #undef X
-  /* c3 and c4 twice more, in the orders of the passes over them: see thrum_model_pack; NULL: none */
+  /* c3 and c4 in the orders of the passes over them: see thrum_model_pack; NULL: none */
   const double *packed;
   const float *packed_single;
-  int64_t packed_count; /* numbers in each of the two orders, one after the other */
+  int64_t packed_count; /* numbers in each of the first two orders, one after the other */
   const double *packed_c3, *packed_c4; /* the arrays packed; a copy with others is not packed */
 } thrum_model;
 
@@ -118,11 +118,12 @@ thrum_status thrum_model_check(const thrum_model *model, thrum_error *error);
 size_t thrum_model_pack_size(const thrum_model *model);
 
 /* Lays c3 and c4 out twice more, in `memory` (aligned to 64, thrum_model_pack_size bytes, which must
- * outlive the model), in the orders in which steps read them: from either end of the modes. Models
- * of thrum_model_init, _load and _truncate are packed; one of thrum_model_view or made by hand gives
- * the same bits unpacked, but its steps take plain C and many times as long. Before any other thread
- * uses the model. Large models all of whose coefficients are single-precision numbers are packed as
- * such. Allocates nothing. */
+ * outlive the model), in the orders in which steps read them: from either end of the modes; up to
+ * rank 26 a third time, by pairs of modes, which takes about as much again. Models of
+ * thrum_model_init, _load and _truncate are packed; one of thrum_model_view or made by hand gives
+ * the same bits unpacked, but its steps take plain C and many times as long, tangents most of all.
+ * Before any other thread uses the model. Large models all of whose coefficients are
+ * single-precision numbers are packed as such. Allocates nothing. */
 thrum_status thrum_model_pack(thrum_model *model, void *memory, size_t memory_size,
                               thrum_error *error);
 
