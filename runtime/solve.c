@@ -25,10 +25,12 @@
 #include "polynomial.h"
 #include "sums.h"
 
-/* Iterations that cost less than a Jacobian, measured: of the whole model, and of a part of its
- * modes, where they cost less. */
-#define CHEAPER 3
-#define CHEAPER_PART 4
+/* Iterations that cost less than a Jacobian, measured; less than one whose tangent goes by pairs;
+ * and in steps that make their Jacobians at once: there an inverse that is extrapolated does well,
+ * and the next step would make another. */
+#define CHEAPER 2
+#define CHEAPER_PAIRS 1
+#define CHEAPER_EAGER 3
 
 double thrum_solve_force(const thrum_solver *s) {
   thrum_state_view *view = s->view;
@@ -55,6 +57,13 @@ void thrum_solve_both(const thrum_solver *s, double *matrix) {
   thrum_solve_weigh(s, matrix);
 }
 
+static int32_t cheaper_than_jacobian(const thrum_model *model, const thrum_state *state,
+                                     int32_t first) {
+  if (state->steps < state->eager_end)
+    return CHEAPER_EAGER;
+  return first == 0 && thrum_pairs_count(model->rank) > 0 ? CHEAPER_PAIRS : CHEAPER;
+}
+
 thrum_solver thrum_solver_of(const thrum_model *model, const thrum_state *state,
                              thrum_state_view *view, thrum_solve_report *report, int32_t first,
                              double at, double weight, double rate) {
@@ -69,7 +78,7 @@ thrum_solver thrum_solver_of(const thrum_model *model, const thrum_state *state,
                           .at = at,
                           .weight = weight,
                           .rate = rate,
-                          .cheaper = first > 0 ? CHEAPER_PART : CHEAPER,
+                          .cheaper = cheaper_than_jacobian(model, state, first),
                           .past_count = state->past_count,
                           .first = first,
                           .n = state->rank - first,

@@ -712,7 +712,8 @@ static void the_report_adds_up_and_factors_are_kept_over_steps(void **context) {
     case THRUM_INTEGRATOR_MIDPOINT:
     case THRUM_INTEGRATOR_ENERGY:
       assert_int_equal(report.explicit_modes, 0);
-      assert_true(report.factorisations > 0 && report.factorisations < 20);
+      // a solve that finds late that it needs its Jacobian has every other of 96 steps make one
+      assert_true(report.factorisations > 0 && report.factorisations < 70);
       break;
     }
     state_free(state);
