@@ -25,10 +25,11 @@
 #include "polynomial.h"
 #include "sums.h"
 
-/* Iterations that cost less than a Jacobian, measured; less than one whose tangent goes by pairs;
- * and in steps that make their Jacobians at once: there an inverse that is extrapolated does well,
- * and the next step would make another. */
-#define CHEAPER 2
+/* Iterations that cost less than a Jacobian, measured: of a part of the modes; of all, with a
+ * tangent by lists or by pairs; and in steps that make their Jacobians at once, where an inverse
+ * that is extrapolated does well and the next step makes another anyway. */
+#define CHEAPER_PART 3
+#define CHEAPER_LISTS 2
 #define CHEAPER_PAIRS 1
 #define CHEAPER_EAGER 3
 
@@ -61,7 +62,9 @@ static int32_t cheaper_than_jacobian(const thrum_model *model, const thrum_state
                                      int32_t first) {
   if (state->steps < state->eager_end)
     return CHEAPER_EAGER;
-  return first == 0 && thrum_pairs_count(model->rank) > 0 ? CHEAPER_PAIRS : CHEAPER;
+  if (first > 0)
+    return CHEAPER_PART;
+  return thrum_pairs_count(model->rank) > 0 ? CHEAPER_PAIRS : CHEAPER_LISTS;
 }
 
 thrum_solver thrum_solver_of(const thrum_model *model, const thrum_state *state,
