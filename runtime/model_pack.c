@@ -90,7 +90,7 @@ static double by_pairs(const thrum_model *model, const blocks *at, int64_t d, in
   const int64_t j = smaller(larger(a, c), smaller(b, d)), k = larger(larger(a, c), smaller(b, d));
   if (j < 0)
     return 0.0;
-  // how many orders of the same factors there are for each of them, and the halves
+  // the factorials that the derivative has of equal coordinates, and the halves
   double times = i == j ? 2.0 : 1.0;
   times *= j != k ? 1.0 : i == j ? 3.0 : 2.0;
   times *= k != l ? 1.0 : j != k ? 2.0 : i == j ? 4.0 : 3.0;
@@ -100,6 +100,7 @@ static double by_pairs(const thrum_model *model, const blocks *at, int64_t d, in
   return times * model->c4[at->c4[j] + (i + 1) * at->columns[j] - at->columns[k] + (l - k)];
 }
 
+/* Row k of B from its group's columns on, from the file's order. */
 static void gather_pairs(const thrum_model *model, int64_t k, double *row) {
   const int64_t n = model->rank, first = k / 8 * 8;
   const blocks at = blocks_of(n);
