@@ -12,13 +12,20 @@
 #define STEPS_LEAST 20
 #define STEPS_MOST 2000
 
+thrum_status bench_check_implicit(const thrum_model *model, int64_t wanted, thrum_error *error) {
+  return wanted <= model->rank
+             ? THRUM_OK
+             : thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                               "%lld implicit modes are asked for, the model has only %lld",
+                               (long long)wanted, (long long)model->rank);
+}
+
 /* A dt between the bounds of h omega = 2 c of two neighbouring modes. */
 thrum_status bench_step_choose_dt(const thrum_model *model, bench_step *bench, thrum_error *error) {
   const int64_t r = model->rank, wanted = bench->implicit_wanted;
-  if (wanted > r)
-    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                           "%lld implicit modes are asked for, the model has only %lld",
-                           (long long)wanted, (long long)r);
+  const thrum_status status = bench_check_implicit(model, wanted, error);
+  if (status < 0)
+    return status;
   // of the slowest implicit mode and of the fastest explicit one
   const double above = wanted > 0 ? model->omega2[r - wanted] : 4.0 * model->omega2[r - 1];
   const double below = wanted < r ? model->omega2[r - wanted - 1] : 0.25 * model->omega2[0];

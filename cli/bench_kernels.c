@@ -36,7 +36,9 @@ static thrum_status run(const bench_request *request, const thrum_model *model, 
   bench_kernels bench = {.kernel = request->kernel,
                          .implicit = wanted >= 0 ? wanted : IMPLICIT_DEFAULT,
                          .batches = request->batches};
-  const thrum_status status = bench_kernels_run(model, &bench, error);
+  thrum_status status = bench_check_implicit(model, wanted, error);
+  if (status >= 0)
+    status = bench_kernels_run(model, &bench, error);
   if (status < 0)
     return status;
   if (!request->json && cJSON_GetArraySize(rows) == 0)

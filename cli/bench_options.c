@@ -147,5 +147,8 @@ int bench_options_read(const char *command, int argc, char **argv, bench_request
     request->model_path = argv[optind];
   if (request->ranks_given && request->model_path)
     return cli_usage(command, "--rank is of the beam; a model file has its own rank");
+  if (request->step.implicit_wanted >= 0 && strcmp(command, "bench kernels") != 0 &&
+      request->step.def.dt != thrum_default_state_def().dt)
+    return cli_usage(command, "--implicit chooses the time step; give it without --dt");
   return CLI_DONE;
 }

@@ -101,14 +101,6 @@ static thrum_status write_files(const bench_request *request, const cJSON *rows,
 
 static thrum_status run_rank(const bench_request *request, int64_t n, bench_run *run, cJSON *rows,
                              thrum_error *error) {
-  if (request->model_path) {
-    const thrum_model *model = NULL;
-    thrum_status status = thrum_model_load(request->model_path, &model, error);
-    if (status >= 0)
-      status = run(request, model, rows, error);
-    thrum_model_free(model);
-    return status;
-  }
   thrum_model *model = NULL;
   thrum_status status = bench_model_beam(request->ranks[n], &model, error);
   if (status >= 0)
@@ -150,7 +142,12 @@ int bench_each_model(bench_request *request, bench_run *run, const char *const *
   thrum_status status = request->folder ? cli_results_folder(request->folder, &error) : THRUM_OK;
   if (status < 0)
     return cli_refuse(&error);
-  const int64_t count = request->model_path ? 1 : request->rank_count;
+  const thrum_model *given = NULL;
+  if (request->model_path)
+    status = thrum_model_load(request->model_path, &given, &error);
+  if (status < 0)
+    return cli_refuse(&error);
+  const int64_t count = given ? 1 : request->rank_count;
   cJSON *rows = cJSON_CreateArray();
   cli_progress progress = cli_progress_make(request->quiet);
   if (request->machine)
@@ -159,8 +156,9 @@ int bench_each_model(bench_request *request, bench_run *run, const char *const *
     print_machine(request);
   for (int64_t n = 0; n < count && status >= 0; n++) {
     cli_progress_update(&progress, "ranks", (double)n / (double)count);
-    status = run_rank(request, n, run, rows, &error);
+    status = given ? run(request, given, rows, &error) : run_rank(request, n, run, rows, &error);
   }
+  thrum_model_free(given);
   if (status >= 0)
     cli_progress_done(&progress);
   else

@@ -131,6 +131,24 @@ static void wrong_options_are_refused_with_one_line(void **state) {
   assert_int_equal(result.exit_code, 1);
   assert_non_null(strstr(result.err, "only 5"));
   cli_result_free(&result);
+  result = thrum_run(".", "bench", "kernels", "--rank", "5", "--implicit", "6", SHORT, NULL);
+  assert_int_equal(result.exit_code, 1);
+  assert_non_null(strstr(result.err, "only 5"));
+  cli_result_free(&result);
+  result = thrum_run(".", "bench", "step", "--implicit", "2", "--dt", "0.001", SHORT, NULL);
+  assert_int_equal(result.exit_code, 2);
+  assert_non_null(strstr(result.err, "without --dt"));
+  cli_result_free(&result);
+}
+
+/* Before the machine is measured, which takes a while. */
+static void a_missing_model_is_refused_and_nothing_printed(void **state) {
+  (void)state;
+  cli_result result = thrum_run(".", "bench", "step", "no/such.npz", NULL);
+  assert_int_equal(result.exit_code, 1);
+  assert_string_equal(result.out, "");
+  assert_true(cli_line_count_is(result.err, 1));
+  cli_result_free(&result);
 }
 
 int main(void) {
@@ -141,6 +159,7 @@ int main(void) {
       cmocka_unit_test(the_table_is_printed_once),
       cmocka_unit_test(the_same_steps_take_the_same_iterations_with_every_kernel),
       cmocka_unit_test(wrong_options_are_refused_with_one_line),
+      cmocka_unit_test(a_missing_model_is_refused_and_nothing_printed),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
