@@ -60,14 +60,13 @@ static void measure(const passes *p, int64_t batches, double *samples, bench_ker
     bench->time[pass] = bench_summary(samples + pass * batches, batches);
 }
 
-/* Terms of degree 3 and 4 of so many coordinates. */
-static double terms(int64_t rank) {
+double bench_terms(int64_t rank) {
   return (double)(thrum_c3_count(rank) + thrum_c4_count(rank));
 }
 
 double bench_tangent_coefficients(int64_t rank) {
   const double pairs = (double)thrum_pack_first(rank);
-  return thrum_pairs_count(rank) > 0 ? 0.5 * pairs * (pairs + 1.0) : terms(rank);
+  return thrum_pairs_count(rank) > 0 ? 0.5 * pairs * (pairs + 1.0) : bench_terms(rank);
 }
 
 double bench_tangent_operations(int64_t rank) {
@@ -82,11 +81,11 @@ static void count(int64_t r, int64_t n, bench_kernels *bench) {
 #undef X
   };
   for (int pass = 0; pass < BENCH_PASS_COUNT; pass++) {
-    double numbers = terms(r);
+    double numbers = bench_terms(r);
     if (pass == BENCH_PASS_restricted_tangent)
-      numbers = terms(n);
+      numbers = bench_terms(n);
     else if (pass == BENCH_PASS_restrict)
-      numbers -= terms(n) + terms(r - n);
+      numbers -= bench_terms(n) + bench_terms(r - n);
     const bool tangent = pass == BENCH_PASS_tangent;
     bench->coefficients[pass] = tangent ? bench_tangent_coefficients(r) : numbers;
     bench->operations[pass] = tangent ? bench_tangent_operations(r) : each[pass] * numbers;

@@ -97,6 +97,9 @@ typedef struct bench_kernels {
   double coefficients[BENCH_PASS_COUNT]; /* that it reads */
 } bench_kernels;
 
+/* Terms of degree 3 and 4 of so many coordinates. */
+double bench_terms(int64_t rank);
+
 /* What the tangent of a model reads and does, by pairs or by lists (runtime/pack.h). */
 double bench_tangent_coefficients(int64_t rank);
 double bench_tangent_operations(int64_t rank);

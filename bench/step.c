@@ -65,20 +65,15 @@ static thrum_status run_steps(const thrum_model *model, thrum_state *state, int6
   return status;
 }
 
-/* Terms of degree 3 and 4 of so many coordinates. */
-static double terms(int64_t rank) {
-  return (double)(thrum_c3_count(rank) + thrum_c4_count(rank));
-}
-
 /* What the passes of a step do and read: a force meets each coefficient with 4 operations, a
  * restriction with 2, a tangent as bench_tangent_operations says, of the implicit modes alone
  * with 6. A force on the explicit modes alone meets those of terms with three or four of them with
  * 4, the others with 2. */
 static void count_passes(const thrum_model *model, bench_step *bench) {
-  const double all = terms(model->rank), evaluations = bench->iterations + 1.0;
+  const double all = bench_terms(model->rank), evaluations = bench->iterations + 1.0;
   const int64_t implicit = bench->implicit_modes;
   const int64_t moved = model->rank - implicit;
-  const double inner = terms(implicit), held = terms(moved);
+  const double inner = bench_terms(implicit), held = bench_terms(moved);
   const double with_three =
       (double)(thrum_c3_count(moved) * (implicit + 1) + thrum_c4_count(moved));
   double forces = evaluations, tangents = bench->factorisations, restricted;

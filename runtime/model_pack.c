@@ -34,15 +34,19 @@ static void gather_mirrored(const thrum_model *model, int64_t c, int64_t d, doub
   }
 }
 
+/* So many numbers of a row at `at` out of its group of `size` rows. */
+static void take(const thrum_model *model, int64_t columns, int64_t size, int64_t at, double *row) {
+  for (int64_t k = 0; k < columns; k++) {
+    const int64_t here = at + 8 * size * (k / 8) + k % 8;
+    row[k] = model->packed ? model->packed[here] : (double)model->packed_single[here];
+  }
+}
+
 /* The columns of row t, counted from its block's first, of block c at `at`. */
 static void take_row(const thrum_model *model, int64_t c, int64_t t, int64_t at, double *row) {
   const int64_t first = t / THRUM_PACK_ROWS * THRUM_PACK_ROWS;
-  const int64_t size = thrum_pack_size(model->rank - c, first), columns = thrum_pack_columns(c);
   at += 8 * (first * thrum_pack_vectors(c) + (t - first));
-  for (int64_t k = 0; k < columns; k++) {
-    const int64_t place = at + 8 * size * (k / 8) + k % 8;
-    row[k] = model->packed ? model->packed[place] : (double)model->packed_single[place];
-  }
+  take(model, thrum_pack_columns(c), thrum_pack_size(model->rank - c, first), at, row);
 }
 
 void thrum_pack_row(const thrum_model *model, int64_t c, int64_t d, int64_t at, double *row) {
@@ -115,34 +119,20 @@ static void gather_pairs(const thrum_model *model, int64_t k, double *row) {
       row[thrum_pack_first(b) + 1 + a] = by_pairs(model, &at, d, c, b, a);
 }
 
+/* Where row k of B lies; a group begins with its own columns. */
+static int64_t pairs_row_at(int64_t n, int64_t k) {
+  const int64_t first = k / 8 * 8;
+  return thrum_pairs_at(n) + first * thrum_pairs_rows(n) - first * (first - 8) / 2 + 8 * (k % 8);
+}
+
 void thrum_pairs_row(const thrum_model *model, int64_t k, double *row) {
   const int64_t n = model->rank, rows = thrum_pairs_rows(n), first = k / 8 * 8;
   for (int64_t j = 0; j < rows; j++)
     row[j] = 0.0;
-  if (!thrum_is_packed(model)) {
-    if (k < thrum_pack_first(n))
-      gather_pairs(model, k, row);
-    return;
-  }
-  const double *at = model->packed + thrum_pairs_at(n);
-  for (int64_t g = 0; g < first; g += 8)
-    at += 8 * (rows - g);
-  for (int64_t j = first; j < rows; j++)
-    row[j] = at[8 * ((j - first) / 8 * 8 + k % 8) + j % 8];
-}
-
-/* All rows of B, of a model that is not packed yet. */
-static void pack_pairs(const thrum_model *model, double *to) {
-  double row[(THRUM_PAIRS_RANK_MOST * (THRUM_PAIRS_RANK_MOST + 3) / 2 + 7) / 8 * 8];
-  const int64_t rows = thrum_pairs_rows(model->rank);
-  for (int64_t k = 0; k < rows; k++) {
-    const int64_t first = k / 8 * 8;
-    thrum_pairs_row(model, k, row);
-    for (int64_t j = first; j < rows; j++)
-      to[8 * ((j - first) / 8 * 8 + k % 8) + j % 8] = row[j];
-    if (k % 8 == 7)
-      to += 8 * (rows - first);
-  }
+  if (thrum_is_packed(model))
+    take(model, rows - first, 8, pairs_row_at(n, k), row + first);
+  else if (k < thrum_pack_first(n))
+    gather_pairs(model, k, row);
 }
 
 static bool all_single(const double *values, int64_t count) {
@@ -171,6 +161,17 @@ static void place(const double *row, int64_t columns, int64_t size, int64_t at, 
       to[here] = value;
     else
       to_single[here] = (float)value;
+  }
+}
+
+/* All rows of B, of a model that is not packed yet. */
+static void pack_pairs(const thrum_model *model, double *to) {
+  double row[(THRUM_PAIRS_RANK_MOST * (THRUM_PAIRS_RANK_MOST + 3) / 2 + 7) / 8 * 8];
+  const int64_t n = model->rank, rows = thrum_pairs_rows(n);
+  for (int64_t k = 0; k < rows; k++) {
+    const int64_t first = k / 8 * 8;
+    thrum_pairs_row(model, k, row);
+    place(row + first, rows - first, 8, pairs_row_at(n, k), to, NULL);
   }
 }
 
@@ -225,7 +226,7 @@ thrum_status thrum_model_pack(thrum_model *model, void *memory, size_t memory_si
   int64_t at = pack_order(model, gather_downward, row, 0, to, to_single);
   pack_order(model, gather_upward, row, at, to, to_single);
   if (thrum_pairs_count(n) > 0)
-    pack_pairs(model, to + thrum_pairs_at(n));
+    pack_pairs(model, to);
   model->packed = to;
   model->packed_single = to_single;
   model->packed_c3 = model->c3;
