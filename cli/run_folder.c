@@ -13,6 +13,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "precompute/interrupt.h"
 #include "precompute/npz.h"
 
 #define WORK_MARK "partial-"
@@ -200,7 +201,10 @@ void cli_run_folder_abandon(cli_run_folder *folder) {
 
 thrum_status cli_run_folder_check(const char *path, const char *mark, thrum_error *error) {
   cli_run_folder folder = {0};
+  // a signal that ends the program in between would leave the folder
+  thrum_interrupt_hold();
   const thrum_status status = cli_run_folder_open(path, mark, &folder, error);
   cli_run_folder_abandon(&folder);
+  thrum_interrupt_let();
   return status;
 }

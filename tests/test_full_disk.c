@@ -322,6 +322,23 @@ static void ctrl_c_at_any_moment_leaves_whole_files_or_none(void **state) {
   }
 }
 
+/* What a run does before there is anything to clean up is short, so it is met closely: the folder
+ * is tried before a model is made or read. */
+static void ctrl_c_while_a_run_begins_leaves_nothing(void **state) {
+  (void)state;
+  for (int n = 0; n < WRITERS; n++) {
+    for (int k = 0; k < 60 && strcmp(writers[n].arguments[0], "simulate") == 0; k++) {
+      char out[128], command[512], *argv[ARGUMENTS + 2];
+      snprintf(out, sizeof out, "%s/begin-%d-%d", folder, n, k);
+      assert_int_equal(mkdir(out, 0777), 0);
+      fill_arguments(&writers[n], out, argv);
+      join_arguments(argv, command);
+      interrupt_after(argv, 1000 + 150 * k);
+      expect_no_remains(out, command);
+    }
+  }
+}
+
 static void standard_output_on_a_full_disk_is_a_failure(void **state) {
   (void)state;
   char command[300];
@@ -343,6 +360,7 @@ int main(void) {
       cmocka_unit_test(a_folder_that_cannot_be_written_to_is_named),
       cmocka_unit_test(a_folder_in_place_of_a_file_is_refused),
       cmocka_unit_test(ctrl_c_at_any_moment_leaves_whole_files_or_none),
+      cmocka_unit_test(ctrl_c_while_a_run_begins_leaves_nothing),
       cmocka_unit_test(standard_output_on_a_full_disk_is_a_failure),
   };
   return cmocka_run_group_tests(tests, make_inputs, remove_inputs);
