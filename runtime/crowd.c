@@ -134,9 +134,20 @@ static void advance(thrum_crowd_group *g, outcome *o) {
   g->count = 0;
 }
 
+/* Has this state begun its step already? */
+static bool is_member(const thrum_crowd_group *g, const thrum_state *state) {
+  for (int64_t m = 0; m < g->count; m++)
+    if (g->members[m].run.state == state)
+      return true;
+  return false;
+}
+
 /* Begins the step of one state and puts it in the group, or steps it alone. */
 static void add(thrum_crowd_group *g, thrum_state *state, int64_t index, outcome *o) {
   thrum_error why = {THRUM_OK, ""};
+  // listed twice, it steps twice
+  if (is_member(g, state))
+    advance(g, o);
   thrum_crowd_member *one = &g->members[g->count];
   one->index = index;
   const thrum_lent lent = {g->one_work, g->one_restricted, one->vectors};

@@ -263,6 +263,33 @@ static thrum_state_def brittle(int n) {
   return def;
 }
 
+/* As often as it is there it is stepped. */
+static void a_state_that_is_listed_again_steps_again(void **context) {
+  (void)context;
+  static const int listed[] = {0, 1, 2, 1, 3, 4, 5, 6, 7, 8, 9, 0, 0, 10, 11, 12, 13, 14, 15, 2};
+  enum { LISTED = sizeof listed / sizeof listed[0] };
+  random_model m;
+  random_model_make(&m, 19, 9, 5, 300, 5.0);
+  random_model_pack(&m);
+  crowd c;
+  crowd_make(&c, &m.model, plain);
+  thrum_state *list[LISTED];
+  for (int n = 0; n < LISTED; n++)
+    list[n] = c.together[listed[n]];
+  for (int k = 0; k < STEPS; k++) {
+    thrum_status statuses[LISTED];
+    assert_int_equal(thrum_step_many(&m.model, list, LISTED, statuses, c.workspace, c.size, NULL),
+                     THRUM_OK);
+    for (int n = 0; n < LISTED; n++)
+      assert_int_equal(thrum_step(&m.model, c.alone[listed[n]], NULL), THRUM_OK);
+  }
+  assert_int_equal(thrum_state_report_get(c.together[0]).steps, 3 * STEPS);
+  for (int n = 0; n < 16; n++)
+    assert_memory_equal(c.together[n], c.alone[n], thrum_state_kept_bytes(c.alone[n]));
+  crowd_free(&c);
+  random_model_free(&m);
+}
+
 static void states_that_fall_back_or_fail_do_as_alone_and_spoil_no_other(void **context) {
   (void)context;
   random_model m;
@@ -382,6 +409,7 @@ int main(void) {
       cmocka_unit_test(states_that_leave_their_group_keep_their_bits),
       cmocka_unit_test(states_of_different_defs_keep_their_bits),
       cmocka_unit_test(a_long_list_of_many_kinds_keeps_its_bits),
+      cmocka_unit_test(a_state_that_is_listed_again_steps_again),
       cmocka_unit_test(states_that_fall_back_or_fail_do_as_alone_and_spoil_no_other),
       cmocka_unit_test(what_is_no_crowd_is_refused),
       cmocka_unit_test(a_missing_state_is_named_and_the_others_step),

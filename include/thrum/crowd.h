@@ -22,11 +22,11 @@ extern "C" {
 /* Bytes of workspace of thrum_step_many for this model; any number of states. */
 thrum_status thrum_crowd_size(const thrum_model *model, size_t *size, thrum_error *error);
 
-/* Advances each of `count` different states by one step. `workspace`: thrum_crowd_size bytes,
- * aligned to 64; its content is undefined before and after. `statuses` (count, may be NULL): what
- * thrum_step would return for each. Returns the first failure among them, else THRUM_FELL_BACK if
- * one did, else THRUM_OK; a failure of one state, which `error` describes, leaves that state as it
- * was and does not keep the others from their step. */
+/* Advances each of `count` states by one step; one that is listed twice by two. `workspace`:
+ * thrum_crowd_size bytes, aligned to 64; its content is undefined before and after. `statuses`
+ * (count, may be NULL): what thrum_step would return for each. Returns the first failure among
+ * them, else THRUM_FELL_BACK if one did, else THRUM_OK; a failure of one state, which `error`
+ * describes, leaves that state as it was and does not keep the others from their step. */
 thrum_status thrum_step_many(const thrum_model *model, thrum_state *const *states, int64_t count,
                              thrum_status *statuses, void *workspace, size_t workspace_size,
                              thrum_error *error);
