@@ -8,6 +8,7 @@
 
 #define BATCH_US 1000.0
 #define CALLS_MOST 5000.0
+#define PAIRS_OPERATIONS 4.0 /* with a number of those by pairs */
 
 typedef struct passes {
   const thrum_model *model;
@@ -64,13 +65,17 @@ double bench_terms(int64_t rank) {
   return (double)(thrum_c3_count(rank) + thrum_c4_count(rank));
 }
 
-double bench_tangent_coefficients(int64_t rank) {
+static double pairs_numbers(int64_t rank) {
   const double pairs = (double)thrum_pack_first(rank);
-  return thrum_pairs_count(rank) > 0 ? 0.5 * pairs * (pairs + 1.0) : bench_terms(rank);
+  return 0.5 * pairs * (pairs + 1.0);
+}
+
+double bench_tangent_coefficients(int64_t rank) {
+  return thrum_pairs_count(rank) > 0 ? pairs_numbers(rank) : bench_terms(rank);
 }
 
 double bench_tangent_operations(int64_t rank) {
-  return (thrum_pairs_count(rank) > 0 ? 4.0 : 6.0) * bench_tangent_coefficients(rank);
+  return (thrum_pairs_count(rank) > 0 ? PAIRS_OPERATIONS : 6.0) * bench_tangent_coefficients(rank);
 }
 
 /* What the passes do and read, with n implicit modes of r. */
@@ -86,9 +91,16 @@ static void count(int64_t r, int64_t n, bench_kernels *bench) {
       numbers = bench_terms(n);
     else if (pass == BENCH_PASS_restrict)
       numbers -= bench_terms(n) + bench_terms(r - n);
-    const bool tangent = pass == BENCH_PASS_tangent;
-    bench->coefficients[pass] = tangent ? bench_tangent_coefficients(r) : numbers;
-    bench->operations[pass] = tangent ? bench_tangent_operations(r) : each[pass] * numbers;
+    double operations = each[pass] * numbers;
+    if (pass == BENCH_PASS_tangent) {
+      numbers = bench_tangent_coefficients(r);
+      operations = bench_tangent_operations(r);
+    } else if (pass == BENCH_PASS_tangent_vector && r <= THRUM_PAIRS_VECTOR_RANK_MOST) {
+      numbers = pairs_numbers(r);
+      operations = PAIRS_OPERATIONS * numbers;
+    }
+    bench->coefficients[pass] = numbers;
+    bench->operations[pass] = operations;
   }
 }
 

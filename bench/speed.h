@@ -72,7 +72,7 @@ typedef struct bench_batch {
 
 thrum_status bench_batch_run(const thrum_model *model, bench_batch *bench, thrum_error *error);
 
-/* X(name, operations per coefficient, text); of the tangent by lists */
+/* X(name, operations per coefficient, text); of the tangents by rows and columns, not by pairs */
 #define BENCH_PASSES(X)                                                                            \
   X(energy, 2, "V")                                                                                \
   X(force, 4, "R and V")                                                                           \

@@ -11,7 +11,8 @@
  *     with y held first;
  *   - a tangent by pairs (runtime/pack.h): y_P sums the columns from its group's on, in lanes, then
  *     adds w_P, which has the rows before its group ascending. The gradient is a third of g + s, as
- *     above with y for w, V a sixth of the sum of m y in lanes;
+ *     above with y for w, V a sixth of the sum of m y in lanes; a tangent times v that comes by
+ *     pairs is g + s with v for q;
  *   - of the explicit modes alone, in mirrored coordinates (runtime/pack.h), the same with rows
  *     ascending, d in lanes d-c mod 8;
  *   - with the explicit modes held, over n mirrored coordinates, likewise; w_ba, within c, has the

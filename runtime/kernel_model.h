@@ -4,7 +4,8 @@
  * V = sum_{c<=d} q_d q_c y_dc with y_dc = sum_{a<=b<=c} B_dc,ba m_ba; with y held its gradient goes
  * block by block, and w_ba = sum q_d q_c B_dc,ba gives the rest of it.
  * Cost: the bytes of the coefficients, once; 2 (energy), 4 (force), 6 (tangent) or 8 (two forces,
- * tangent times vector) operations each. The tangent of a small model: see kernel_pairs.h.
+ * tangent times vector) operations each. The tangent of a small model, and that times a vector:
+ * see kernel_pairs.h.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "kernel.h"
@@ -100,9 +101,16 @@ PASS void pass_forces(const thrum_model *model, const double *const q[2], double
     value[k] = evaluation_end(n, &e[k], t.lanes, gradient[k]);
 }
 
+// it needs evaluations
+#include "kernel_pairs.h"
+
 PASS void pass_tangent_vector(const thrum_model *model, const double *q, const double *v,
                               double *product, double *work) {
   const int64_t n = model->rank;
+  if (n <= THRUM_PAIRS_VECTOR_RANK_MOST) {
+    tangent_vector_by_pairs(model, q, v, product, work);
+    return;
+  }
   const pack_scratch t = pack_cut(n, work);
   // every line is the derivative along v of a line of pass_force
   const evaluation e = evaluation_of(&t, 0), d = evaluation_of(&t, 1);
@@ -126,9 +134,6 @@ PASS void pass_tangent_vector(const thrum_model *model, const double *q, const d
   for (int64_t i = 0; i < n; i++)
     product[i] += (e.g[n - 1 - i] + e.h[i + 1]) + (e.s[i] + e.more[i]);
 }
-
-// it needs evaluations
-#include "kernel_pairs.h"
 
 /* The list of every coordinate, one after the other, all zero; in the order of rows. */
 INLINE void tangent_lists(bool mirrored, int64_t n, double *at, double **list) {

@@ -188,9 +188,75 @@ static void reference_forces(const thrum_model *model, const double *const q[2],
     value[point] = reference_force(model, q[point], gradient[point], work);
 }
 
+/* y = B m, by pairs; row and w have any content. */
+static void pairs_product(const thrum_model *model, const double *m, double *row, double *w,
+                          double *y) {
+  const int64_t columns = thrum_pack_first(model->rank);
+  memset(w, 0, (size_t)columns * sizeof *w);
+  for (int64_t k = 0; k < columns; k++) {
+    const int64_t first = k / LANES * LANES, own = first + LANES;
+    double lane[LANES] = {0};
+    thrum_pairs_row(model, k, row);
+    row_product((own < columns ? own : columns) - first, row + first, m + first, lane);
+    if (own < columns)
+      row_both(columns - own, row + own, m + own, m[k], w + own, lane);
+    y[k] = thrum_lanes_sum(lane);
+  }
+  axpy(columns, 1.0, w, y);
+}
+
+/* What both begin with: y = B m at q, which comes back. */
+static double *pairs_at(const thrum_model *model, const double *q, double **work, evaluation *e) {
+  const int64_t n = model->rank, rows = thrum_pairs_rows(n);
+  double *row = *work, *y = row + rows;
+  *work = y + rows;
+  *e = evaluation_make(n, 1.0, q, work);
+  columns_of(n, e, NULL, e->m);
+  pairs_product(model, e->m, row, e->w, y);
+  return y;
+}
+
+static double tangent_by_pairs(const thrum_model *model, const double *q, double *gradient,
+                               double *hessian, double *work) {
+  const int64_t n = model->rank;
+  evaluation e;
+  const double *y = pairs_at(model, q, &work, &e);
+  const double *run = y + 1;
+  for (int64_t d = 0; d < n; run += d + 2, d++) {
+    for (int64_t a = 0; a < d; a++)
+      hessian[d * n + a] = hessian[a * n + d] = hessian[d * n + a] + run[a];
+    hessian[d * n + d] += 2.0 * run[d];
+  }
+  if (!gradient)
+    return 0.0;
+  take_columns(n, y, e.q, e.lifted, e.h, e.lanes);
+  sums_of(n, e.lanes, e.more);
+  for (int64_t i = 0; i < n; i++)
+    gradient[i] += (e.h[i + 1] + e.more[i]) / 3.0;
+  return thrum_sum_of(thrum_pack_first(n), e.m, y, NULL) / 6.0;
+}
+
+/* T v is the gradient of sum y_ba q_b q_a with y held, at v, where v_{-1} = 0. */
+static void tangent_vector_by_pairs(const thrum_model *model, const double *q, const double *v,
+                                    double *product, double *work) {
+  const int64_t n = model->rank;
+  evaluation e;
+  const double *y = pairs_at(model, q, &work, &e);
+  memcpy(e.lifted + 1, v, (size_t)n * sizeof *v);
+  e.lifted[0] = 0.0;
+  take_columns(n, y, v, e.lifted, e.h, e.lanes);
+  sums_of(n, e.lanes, e.more);
+  for (int64_t i = 0; i < n; i++)
+    product[i] += e.h[i + 1] + e.more[i];
+}
+
 static void reference_tangent_vector(const thrum_model *model, const double *q, const double *v,
                                      double *product, double *work) {
   const int64_t n = model->rank;
+  if (n <= THRUM_PAIRS_VECTOR_RANK_MOST) {
+    tangent_vector_by_pairs(model, q, v, product, work);
+    return;
+  }
   walk k = walk_begin(model, false, n, &work);
   const evaluation e = evaluation_make(n, 1.0, q, &work), u = evaluation_make(n, 0.0, v, &work);
   columns_of(n, &e, NULL, e.m);
@@ -217,46 +283,6 @@ static void reference_tangent_vector(const thrum_model *model, const double *q, 
   sums_of(n, e.lanes, e.more);
   for (int64_t i = 0; i < n; i++)
     product[i] += (e.g[i] + e.h[i + 1]) + (e.s[i] + e.more[i]);
-}
-
-/* y = B m, by pairs; row and w have any content. */
-static void pairs_product(const thrum_model *model, const double *m, double *row, double *w,
-                          double *y) {
-  const int64_t columns = thrum_pack_first(model->rank);
-  memset(w, 0, (size_t)columns * sizeof *w);
-  for (int64_t k = 0; k < columns; k++) {
-    const int64_t first = k / LANES * LANES, own = first + LANES;
-    double lane[LANES] = {0};
-    thrum_pairs_row(model, k, row);
-    row_product((own < columns ? own : columns) - first, row + first, m + first, lane);
-    if (own < columns)
-      row_both(columns - own, row + own, m + own, m[k], w + own, lane);
-    y[k] = thrum_lanes_sum(lane);
-  }
-  axpy(columns, 1.0, w, y);
-}
-
-static double tangent_by_pairs(const thrum_model *model, const double *q, double *gradient,
-                               double *hessian, double *work) {
-  const int64_t n = model->rank, rows = thrum_pairs_rows(n);
-  double *row = work, *y = work + rows;
-  work = y + rows;
-  const evaluation e = evaluation_make(n, 1.0, q, &work);
-  columns_of(n, &e, NULL, e.m);
-  pairs_product(model, e.m, row, e.w, y);
-  const double *run = y + 1;
-  for (int64_t d = 0; d < n; run += d + 2, d++) {
-    for (int64_t a = 0; a < d; a++)
-      hessian[d * n + a] = hessian[a * n + d] = hessian[d * n + a] + run[a];
-    hessian[d * n + d] += 2.0 * run[d];
-  }
-  if (!gradient)
-    return 0.0;
-  take_columns(n, y, e.q, e.lifted, e.h, e.lanes);
-  sums_of(n, e.lanes, e.more);
-  for (int64_t i = 0; i < n; i++)
-    gradient[i] += (e.h[i + 1] + e.more[i]) / 3.0;
-  return thrum_sum_of(thrum_pack_first(n), e.m, y, NULL) / 6.0;
 }
 
 /* hessian = half + half^T, with half of w on its lower triangle. */

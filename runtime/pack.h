@@ -22,10 +22,10 @@
  *   V = 1/6 sum B_P,Q m_P m_Q,  B_P,Q = s_P s_Q V_dcba,
  * V_dcba the fourth derivative, s_P = 1, or 1/2 where d = c. So the Hessian is T_dc = (B m)_dc /
  * s_dc, and the gradient 1/3 of that of sum m_P y_P with y = B m held: V is of degree 4 in q_{-1} =
- * 1 and the others (Euler). B is symmetric; of its rows, in groups of 8 as above, those columns are
- * kept that begin with the group's own. From n = 5 on it has 2 to 2.7 times the numbers of one
- * order; but a tangent is one product with it, where the others need a sum over columns for each
- * coordinate.
+ * 1 and the others (Euler). T v is the whole of that gradient at v, with v_{-1} = 0. B is
+ * symmetric; of its rows, in groups of 8 as above, those columns are kept that begin with the
+ * group's own. From n = 5 on it has 2 to 2.7 times the numbers of one order; but a tangent is one
+ * product with it, where the others need a sum over columns for each coordinate.
  *
  * V with the explicit modes held is, in n implicit ones,
  *   sum_c l_c z_c + sum_c z_c (sum_d z_d y_dc + sum_ba r_c,ba m_ba),
@@ -86,6 +86,10 @@ static inline int64_t thrum_pack_count(int64_t n) {
  * and one order, which is what they read, no longer fit well into 1 MiB. None so small is packed in
  * single precision. */
 #define THRUM_PAIRS_RANK_MOST 26
+
+/* Up to this rank T v comes by them as well; it reads one order once otherwise, so that less is to
+ * be gained than for T. Measured. */
+#define THRUM_PAIRS_VECTOR_RANK_MOST 22
 
 /* Rows of B, with those of zeros that fill up the last vector. */
 static inline int64_t thrum_pairs_rows(int64_t n) {
