@@ -51,7 +51,7 @@ typedef struct bench_step {
 thrum_status bench_step_run(const thrum_model *model, bench_step *bench, thrum_error *error);
 
 /* Refuses more implicit modes than there are. */
-thrum_status bench_check_implicit(const thrum_model *model, int64_t wanted, thrum_error *error);
+thrum_status bench_check_implicit(int64_t rank, int64_t wanted, thrum_error *error);
 
 /* def.dt for the implicit modes wanted; the state at its start. */
 thrum_status bench_step_choose_dt(const thrum_model *model, bench_step *bench, thrum_error *error);

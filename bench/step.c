@@ -12,18 +12,18 @@
 #define STEPS_LEAST 20
 #define STEPS_MOST 2000
 
-thrum_status bench_check_implicit(const thrum_model *model, int64_t wanted, thrum_error *error) {
-  return wanted <= model->rank
+thrum_status bench_check_implicit(int64_t rank, int64_t wanted, thrum_error *error) {
+  return wanted <= rank
              ? THRUM_OK
              : thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                                "%lld implicit modes are asked for, the model has only %lld",
-                               (long long)wanted, (long long)model->rank);
+                               (long long)wanted, (long long)rank);
 }
 
 /* A dt between the bounds of h omega = 2 c of two neighbouring modes. */
 thrum_status bench_step_choose_dt(const thrum_model *model, bench_step *bench, thrum_error *error) {
   const int64_t r = model->rank, wanted = bench->implicit_wanted;
-  const thrum_status status = bench_check_implicit(model, wanted, error);
+  const thrum_status status = bench_check_implicit(r, wanted, error);
   if (status < 0)
     return status;
   // of the slowest implicit mode and of the fastest explicit one

@@ -36,9 +36,7 @@ static thrum_status run(const bench_request *request, const thrum_model *model, 
   bench_kernels bench = {.kernel = request->kernel,
                          .implicit = wanted >= 0 ? wanted : IMPLICIT_DEFAULT,
                          .batches = request->batches};
-  thrum_status status = bench_check_implicit(model, wanted, error);
-  if (status >= 0)
-    status = bench_kernels_run(model, &bench, error);
+  const thrum_status status = bench_kernels_run(model, &bench, error);
   if (status < 0)
     return status;
   if (!request->json && cJSON_GetArraySize(rows) == 0)
@@ -55,9 +53,9 @@ static thrum_status run(const bench_request *request, const thrum_model *model, 
     snprintf(median, sizeof median, "%s_median", passes[pass].key);
     cli_json_number(row, passes[pass].key, bench.time[pass].minimum);
     cli_json_number(row, median, bench.time[pass].median);
+    bench_row_bandwidth(request, row, passes[pass].name, bench.time[pass].minimum,
+                        8 * bench.coefficients[pass], bench.operations[pass]);
   }
-  bench_row_bandwidth(request, row, "force", bench.time[BENCH_PASS_force].minimum,
-                      8 * bench.coefficients[BENCH_PASS_force], bench.operations[BENCH_PASS_force]);
   cJSON_AddItemToArray(rows, row);
   return THRUM_OK;
 }

@@ -21,7 +21,13 @@ static int print_help(const cli_given *given, void *request) {
             "and\ntogether, on one core, both ways in turns.\n\n"
       : step ? "Microseconds of a step of a body that swings, on one core. Every batch of steps "
                "begins at\nthe same snapshot.\n\n"
-             : "Microseconds of each pass over the coefficients, on one core.\n\n",
+             : "Microseconds of each pass over the coefficients, on one core:\n"
+               "  V                the energy at q\n"
+               "  R and V          the internal force and the energy\n"
+               "  T                the tangent stiffness, rank x rank\n"
+               "  T v              the tangent stiffness times a vector\n"
+               "  V at held q_E    V with all but |I| modes held, a quartic in those\n"
+               "  T_II             its tangent stiffness\n\n",
       stdout);
   fputs("MODEL is a model file; without one the body is beam:20x3x3@1x0.15x0.15, held at one end, "
         "at\neach rank.\n\n"
@@ -33,12 +39,14 @@ static int print_help(const cli_given *given, void *request) {
   if (step) {
     fputs("      --integrator NAME  imexv (default), newmark, verlet, midpoint or energy\n"
           "      --dt S             time step [s] (default 0.003)\n"
-          "      --implicit N       choose the time step so that exactly N modes are implicit\n"
+          "      --implicit N       choose the time step so that exactly N modes are implicit for "
+          "imexv\n"
+          "                         (the others take the same step)\n"
           "      --swing METRES     amplitude of the first mode (default 0.4)\n"
           "      --steps N          steps of a batch (default: about 5 ms of them)\n",
           stdout);
   } else {
-    fputs("      --implicit N       |I| of the passes over V at held q_E (default 3)\n", stdout);
+    fputs("      --implicit N       |I| of the last two passes (default 3)\n", stdout);
   }
   printf("      --batches N        batches (default 40)\n"
          "      --no-machine       do not measure the machine's own rates\n"

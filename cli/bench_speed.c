@@ -25,7 +25,8 @@ void bench_row_bandwidth(const bench_request *request, cJSON *row, const char *k
                   request->machine ? 1e-3 * operations / us / request->rates.peak_gflops : NAN);
   snprintf(name, sizeof name, "%s_share_of_bandwidth", key);
   cli_json_number(row, name, request->machine ? 1e-3 * bytes / us / bandwidth : NAN);
-  cli_json_string(row, "level", level);
+  snprintf(name, sizeof name, "%s_level", key);
+  cli_json_string(row, name, level);
 }
 
 /* One line of names, then the rows; only the numbers and texts of the first row's keys. */
@@ -145,9 +146,14 @@ int bench_each_model(bench_request *request, bench_run *run, const char *const *
   const thrum_model *given = NULL;
   if (request->model_path)
     status = thrum_model_load(request->model_path, &given, &error);
-  if (status < 0)
-    return cli_refuse(&error);
   const int64_t count = given ? 1 : request->rank_count;
+  for (int64_t n = 0; n < count && status >= 0; n++)
+    status = bench_check_implicit(given ? given->rank : request->ranks[n],
+                                  request->step.implicit_wanted, &error);
+  if (status < 0) {
+    thrum_model_free(given);
+    return cli_refuse(&error);
+  }
   cJSON *rows = cJSON_CreateArray();
   cli_progress progress = cli_progress_make(request->quiet);
   if (request->machine)

@@ -68,6 +68,13 @@ static void several_ranks_give_rows_a_table_and_a_file(void **state) {
   assert_true(cli_json_get(cJSON_GetArrayItem(rows, 1), "us_force") > 0);
   assert_string_equal(cJSON_GetStringValue(cJSON_GetObjectItem(rows->child, "kernel")),
                       "reference");
+  static const char *const passes[] = {"energy",         "force",    "tangent",
+                                       "tangent_vector", "restrict", "restricted_tangent"};
+  for (int n = 0; n < 6; n++) {
+    char rate[40];
+    snprintf(rate, sizeof rate, "%s_gflops", passes[n]);
+    assert_true(cli_json_get(rows->child, rate) > 0);
+  }
   cJSON_Delete(object);
   cli_result_free(&result);
   snprintf(path, sizeof path, "%s/bench/kernels.csv", folder);
@@ -142,13 +149,19 @@ static void wrong_options_are_refused_with_one_line(void **state) {
 }
 
 /* Before the machine is measured, which takes a while. */
-static void a_missing_model_is_refused_and_nothing_printed(void **state) {
+static void what_cannot_be_measured_is_refused_and_nothing_printed(void **state) {
   (void)state;
-  cli_result result = thrum_run(".", "bench", "step", "no/such.npz", NULL);
-  assert_int_equal(result.exit_code, 1);
-  assert_string_equal(result.out, "");
-  assert_true(cli_line_count_is(result.err, 1));
-  cli_result_free(&result);
+  static const char *const wrong[][4] = {{"step", "no/such.npz", NULL, NULL},
+                                         {"step", "--implicit", "99", NULL},
+                                         {"kernels", "--implicit", "99", NULL}};
+  for (size_t n = 0; n < sizeof wrong / sizeof wrong[0]; n++) {
+    cli_result result =
+        thrum_run(".", "bench", wrong[n][0], wrong[n][1], wrong[n][2], wrong[n][3], NULL);
+    assert_int_equal(result.exit_code, 1);
+    assert_string_equal(result.out, "");
+    assert_true(cli_line_count_is(result.err, 1));
+    cli_result_free(&result);
+  }
 }
 
 int main(void) {
@@ -159,7 +172,7 @@ int main(void) {
       cmocka_unit_test(the_table_is_printed_once),
       cmocka_unit_test(the_same_steps_take_the_same_iterations_with_every_kernel),
       cmocka_unit_test(wrong_options_are_refused_with_one_line),
-      cmocka_unit_test(a_missing_model_is_refused_and_nothing_printed),
+      cmocka_unit_test(what_cannot_be_measured_is_refused_and_nothing_printed),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
