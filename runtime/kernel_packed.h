@@ -61,15 +61,19 @@ INLINE v8x8 rows_set8(int rows, const double *x) {
   return s;
 }
 
-/* Packed coefficients come in order: what is needed so many numbers later is asked for now. */
+/* Packed coefficients come in order. Where `ahead` is set, what is needed so many numbers later is
+ * asked for now: measured, that pays where much is done with each number and costs where little is.
+ */
 #define AHEAD 128
 
-INLINE v8 coefficient(bool single, const coefficients *b, int64_t at) {
+INLINE v8 coefficient(bool single, bool ahead, const coefficients *b, int64_t at) {
   if (single) {
-    v8_prefetch(b->f + at + 2 * AHEAD);
+    if (ahead)
+      v8_prefetch(b->f + at + 2 * AHEAD);
     return v8_load_single(b->f + at);
   }
-  v8_prefetch(b->d + at + AHEAD);
+  if (ahead)
+    v8_prefetch(b->d + at + AHEAD);
   return v8_load(b->d + at);
 }
 
@@ -84,10 +88,11 @@ typedef enum work_on {
 } work_on;
 
 /* One vector of columns of each row into the rows' sums. */
-INLINE void sum_rows(bool single, int rows, const coefficients *b, int64_t at, v8 m, v8x8 *sum) {
+INLINE void sum_rows(bool single, bool ahead, int rows, const coefficients *b, int64_t at, v8 m,
+                     v8x8 *sum) {
 #define X(k)                                                                                       \
   if (k < rows)                                                                                    \
-    sum->r[k] = v8_add(sum->r[k], v8_mul(coefficient(single, b, at + 8 * k), m));
+    sum->r[k] = v8_add(sum->r[k], v8_mul(coefficient(single, ahead, b, at + 8 * k), m));
   EACH_8(X)
 #undef X
 }
@@ -106,7 +111,7 @@ INLINE void group_rows(bool single, work_on what, int rows, const packed_block *
   int64_t v = 0;
   if (what == WORK_BOTH)
     for (; v < 8 * k->plain; v += 8, at += 8 * size)
-      sum_rows(single, rows, b, at, v8_load(m + v), &sum);
+      sum_rows(single, false, rows, b, at, v8_load(m + v), &sum);
   for (; v < 8 * k->vectors; v += 8, at += 8 * size) {
     const v8 m_v = sums ? v8_load(m + v) : v8_zero();
     v8 w_v = adds ? v8_load(w + v) : v8_zero();
@@ -117,7 +122,7 @@ INLINE void group_rows(bool single, work_on what, int rows, const packed_block *
     }
 #define X(k)                                                                                       \
   if (k < rows) {                                                                                  \
-    const v8 part = coefficient(single, b, at + 8 * k);                                            \
+    const v8 part = coefficient(single, l != NULL, b, at + 8 * k);                                 \
     if (sums)                                                                                      \
       sum.r[k] = v8_add(sum.r[k], v8_mul(part, m_v));                                              \
     if (adds)                                                                                      \
@@ -144,13 +149,13 @@ INLINE void group_rows_twice(bool single, int rows, const packed_block *k, int64
   const coefficients *b = &k->b;
   int64_t v = 0;
   for (; v < 8 * k->plain; v += 8, at += 8 * size)
-    sum_rows(single, rows, b, at, v8_load(p[0].m + v), &sum);
+    sum_rows(single, true, rows, b, at, v8_load(p[0].m + v), &sum);
   for (; v < 8 * k->vectors; v += 8, at += 8 * size) {
     const v8 m = v8_load(p[0].m + v), m2 = v8_load(p[1].m + v);
     v8 w = v8_load(p[0].w + v), w2 = v8_load(p[1].w + v);
 #define X(k)                                                                                       \
   if (k < rows) {                                                                                  \
-    const v8 part = coefficient(single, b, at + 8 * k);                                            \
+    const v8 part = coefficient(single, true, b, at + 8 * k);                                      \
     sum.r[k] = v8_add(sum.r[k], v8_mul(part, m));                                                  \
     w = v8_add(w, v8_mul(factor.r[k], part));                                                      \
     sum2.r[k] = v8_add(sum2.r[k], v8_mul(part, m2));                                               \
