@@ -87,6 +87,24 @@ INLINE double v8_sum(v8 v) {
   return _mm_cvtsd_f64(two) + _mm_cvtsd_f64(_mm_unpackhi_pd(two, two));
 }
 
+INLINE v8 v8_two(double s, double t) {
+  return v8_of(_mm256_setr_pd(s, t, 0.0, 0.0), _mm256_setzero_pd());
+}
+
+/* (0+4)+(2+6) and (1+5)+(3+7) of each. */
+INLINE __m256d v8_halves(v8 v, v8 w) {
+  const __m256d a = _mm256_add_pd(v.a, v.b), b = _mm256_add_pd(w.a, w.b);
+  return _mm256_add_pd(_mm256_permute2f128_pd(a, b, 0x20), _mm256_permute2f128_pd(a, b, 0x31));
+}
+
+INLINE __m256d v8_sums4(v8 a, v8 b, v8 c, v8 d) {
+  return _mm256_hadd_pd(v8_halves(a, c), v8_halves(b, d));
+}
+
+INLINE v8 v8_sums(v8 a, v8 b, v8 c, v8 d, v8 e, v8 f, v8 g, v8 h) {
+  return v8_of(v8_sums4(a, b, c, d), v8_sums4(e, f, g, h));
+}
+
 #include "kernel_lanes.h"
 // these need the lanes
 #include "kernel_passes.h"

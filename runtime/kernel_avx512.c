@@ -79,7 +79,10 @@ INLINE double v8_sum(v8 a) {
   return _mm_cvtsd_f64(two) + _mm_cvtsd_f64(_mm_unpackhi_pd(two, two));
 }
 
-#define V8_SUMS
+INLINE v8 v8_two(double s, double t) {
+  return _mm512_setr_pd(s, t, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+}
+
 /* Each step adds two halves of all, and leaves them half as wide. */
 INLINE v8 v8_fold(v8 a, v8 b) {
   return _mm512_add_pd(_mm512_shuffle_f64x2(a, b, 0x44), _mm512_shuffle_f64x2(a, b, 0xee));

@@ -6,13 +6,14 @@
  *   v8_and(a, b)               the bits that both have
  *   v8_load_single(p)          8 floats as doubles
  *   v8_sum(a)                  ((0+4)+(2+6))+((1+5)+(3+7))
+ *   v8_sums(a, ..., h)         that of each
+ *   v8_two(s, t)               these and zeros
  *   ROWS_MANY, ROWS_FEW        rows taken at once, with one sum a row or with more to do: 1 to 8
  *
  * and, unless the defaults here will do,
  *   V8_MASKS    v8_mask, v8_range(lo, hi)  the lanes lo <= s < hi; lo and hi may be any number
  *               v8_load_mask(p, mask)      these lanes of p, zero in the others, which are not read
  *   V8_STORE_FIRST  v8_store_first(p, a, count)  the first lanes, 1 or more
- *   V8_SUMS     v8_sums(a, ..., h)    the v8_sum of each
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <stdint.h>
@@ -68,15 +69,11 @@ INLINE void v8_prefetch(const void *p) {
 }
 #endif
 
-/* The sums of the first `rows` vectors into to[0..7], zero for the others, which are zero. */
+/* The sums of the first `rows` vectors into to[0..7], zero for the others, which are zero. All with
+ * one store: a load of them would wait for several. */
 INLINE void v8_store_sums(int rows, double *to, const v8x8 *a) {
-#ifdef V8_SUMS
-  if (rows > 2) {
+  if (rows > 2)
     v8_store(to, v8_sums(a->r[0], a->r[1], a->r[2], a->r[3], a->r[4], a->r[5], a->r[6], a->r[7]));
-    return;
-  }
-#endif
-#define X(k) to[k] = k < rows ? v8_sum(a->r[k]) : 0.0;
-  EACH_8(X)
-#undef X
+  else
+    v8_store(to, v8_two(v8_sum(a->r[0]), rows > 1 ? v8_sum(a->r[1]) : 0.0));
 }

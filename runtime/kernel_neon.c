@@ -70,9 +70,29 @@ INLINE v8 v8_and(v8 v, v8 w) {
   return both;
 }
 
+/* (0+4)+(2+6) and (1+5)+(3+7) */
+INLINE float64x2_t v8_halves(v8 v) {
+  return vaddq_f64(vaddq_f64(v.a, v.c), vaddq_f64(v.b, v.d));
+}
+
 INLINE double v8_sum(v8 v) {
-  const float64x2_t two = vaddq_f64(vaddq_f64(v.a, v.c), vaddq_f64(v.b, v.d));
+  const float64x2_t two = v8_halves(v);
   return vgetq_lane_f64(two, 0) + vgetq_lane_f64(two, 1);
+}
+
+INLINE v8 v8_two(double s, double t) {
+  v8 v = v8_zero();
+  v.a = vsetq_lane_f64(t, vdupq_n_f64(s), 1);
+  return v;
+}
+
+INLINE float64x2_t v8_sums2(v8 a, v8 b) {
+  return vpaddq_f64(v8_halves(a), v8_halves(b));
+}
+
+INLINE v8 v8_sums(v8 a, v8 b, v8 c, v8 d, v8 e, v8 f, v8 g, v8 h) {
+  const v8 v = {v8_sums2(a, b), v8_sums2(c, d), v8_sums2(e, f), v8_sums2(g, h)};
+  return v;
 }
 
 #include "kernel_lanes.h"

@@ -68,9 +68,30 @@ INLINE v8 v8_and(v8 v, v8 w) {
   return both;
 }
 
+/* (0+4)+(2+6) and (1+5)+(3+7) */
+INLINE v128_t v8_halves(v8 v) {
+  return wasm_f64x2_add(wasm_f64x2_add(v.a, v.c), wasm_f64x2_add(v.b, v.d));
+}
+
 INLINE double v8_sum(v8 v) {
-  const v128_t two = wasm_f64x2_add(wasm_f64x2_add(v.a, v.c), wasm_f64x2_add(v.b, v.d));
+  const v128_t two = v8_halves(v);
   return wasm_f64x2_extract_lane(two, 0) + wasm_f64x2_extract_lane(two, 1);
+}
+
+INLINE v8 v8_two(double s, double t) {
+  v8 v = v8_zero();
+  v.a = wasm_f64x2_make(s, t);
+  return v;
+}
+
+INLINE v128_t v8_sums2(v8 a, v8 b) {
+  const v128_t x = v8_halves(a), y = v8_halves(b);
+  return wasm_f64x2_add(wasm_i64x2_shuffle(x, y, 0, 2), wasm_i64x2_shuffle(x, y, 1, 3));
+}
+
+INLINE v8 v8_sums(v8 a, v8 b, v8 c, v8 d, v8 e, v8 f, v8 g, v8 h) {
+  const v8 v = {v8_sums2(a, b), v8_sums2(c, d), v8_sums2(e, f), v8_sums2(g, h)};
+  return v;
 }
 
 #include "kernel_lanes.h"
