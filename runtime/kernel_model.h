@@ -17,16 +17,16 @@ PASS double pass_energy(const thrum_model *model, const double *q_given, double 
                 *s = a[4];
   double *unused = a[5];
   spread(n, n, q_given, 1.0, q, reversed, lifted);
-  zeros(s, n);
   zeros(unused, n);
   column_monomials(false, n, q, lifted, q, lifted, t.columns[0][0]);
   const point p = {t.columns[0][0], NULL, NULL, y};
   packed_block b = packed_first(model);
   for (int64_t c = 0; c < n; c++) {
     packed_sums(&b, &p, NULL, NULL);
-    s[c] = v8_sum(lower_block(n - c, y, 0.0, reversed, v8_zero(), unused));
+    v8_store(t.lanes + 8 * c, lower_block(n - c, y, 0.0, reversed, v8_zero(), unused));
     packed_next(n, c + 1, &b);
   }
+  lane_sums(0, n, t.lanes, s);
   return lanes_dot(n, q, s);
 }
 
@@ -35,11 +35,13 @@ typedef struct evaluation {
   double *q, *reversed, *lifted, *x, *y; /* the point */
   double *g, *s, *h, *more;              /* gradients: of y reversed, and of w lifted, and sums */
   double *m, *w;
+  double *blocks; /* lanes of s */
 } evaluation;
 
 INLINE evaluation evaluation_of(const pack_scratch *t, int which) {
   double *const *a = t->vectors[which], *const *c = t->columns[which];
-  const evaluation e = {a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7], a[8], c[0], c[1]};
+  const evaluation e = {a[0], a[1], a[2], a[3], a[4], a[5],
+                        a[6], a[7], a[8], c[0], c[1], t->blocks[which]};
   return e;
 }
 
@@ -47,17 +49,17 @@ INLINE void evaluation_begin(int64_t n, const double *q, const evaluation *e) {
   spread(n, n, q, 1.0, e->q, e->reversed, e->lifted);
   zeros(e->g, n);
   zeros(e->h, n + 1);
-  zeros(e->s, n);
   zeros(e->w, thrum_pack_first(n));
   column_monomials(false, n, e->q, e->lifted, e->q, e->lifted, e->m);
 }
 
 INLINE void evaluation_block(int64_t n, int64_t c, const evaluation *e) {
-  e->s[c] = v8_sum(lower_block(n - c, e->y, e->q[c], e->reversed, v8_zero(), e->g));
+  v8_store(e->blocks + 8 * c, lower_block(n - c, e->y, e->q[c], e->reversed, v8_zero(), e->g));
 }
 
 /* gradient += what the blocks and w give; returns the value. */
 INLINE double evaluation_end(int64_t n, const evaluation *e, double *lanes, double *gradient) {
+  lane_sums(0, n, e->blocks, e->s);
   upper(0, n, e->w, e->q, e->lifted, e->h, lanes, e->more);
   for (int64_t i = 0; i < n; i++)
     gradient[i] += (e->g[n - 1 - i] + e->h[i + 1]) + (e->s[i] + e->more[i]);
@@ -125,12 +127,13 @@ PASS void pass_tangent_vector(const thrum_model *model, const double *q, const d
     row_factors(true, n - c, e.q[c], d.reversed, d.q[c], e.reversed, d.x);
     packed_twice(&b, p, NULL, NULL);
     const v8 sum = lower_block(n - c, e.y, d.q[c], d.reversed, v8_zero(), e.g);
-    e.s[c] = v8_sum(lower_block(n - c, d.y, e.q[c], e.reversed, sum, e.g));
+    v8_store(e.blocks + 8 * c, lower_block(n - c, d.y, e.q[c], e.reversed, sum, e.g));
     packed_next(n, c + 1, &b);
   }
+  lane_sums(0, n, e.blocks, e.s);
   upper_runs(true, 0, n, e.w, d.q, d.lifted, e.h, t.lanes);
   upper_runs(false, 0, n, d.w, e.q, e.lifted, e.h, t.lanes);
-  upper_sums(0, n, t.lanes, e.more);
+  lane_sums(0, n, t.lanes, e.more);
   for (int64_t i = 0; i < n; i++)
     product[i] += (e.g[n - 1 - i] + e.h[i + 1]) + (e.s[i] + e.more[i]);
 }

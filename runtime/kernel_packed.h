@@ -269,6 +269,7 @@ INLINE void packed_next(int64_t n, int64_t c, packed_block *b) {
 typedef struct pack_scratch {
   double *vectors[2][THRUM_PACK_VECTORS]; /* n + 1 numbers, whole lanes and a vector to spare */
   double *columns[2][THRUM_PACK_COLUMNS]; /* by column */
+  double *blocks[2];                      /* lanes, 8 by block */
   double *lanes;                          /* 8 by run */
   double *more;                           /* of the tangent */
 } pack_scratch;
@@ -284,6 +285,8 @@ INLINE pack_scratch pack_cut(int64_t n, double *work) {
       s.vectors[which][k] = work;
     for (int64_t k = 0; k < THRUM_PACK_COLUMNS; k++, work += columns)
       s.columns[which][k] = work;
+    s.blocks[which] = work;
+    work += 8 * vector;
   }
   s.more = work;
   return s;
@@ -387,8 +390,8 @@ INLINE void upper_runs(bool starts, int64_t first, int64_t last, const double *w
   }
 }
 
-/* s_b of these runs; behind the last zero up to a multiple of 8. */
-INLINE void upper_sums(int64_t first, int64_t last, const double *lanes, double *s) {
+/* The sums of the lanes of these runs or blocks; behind the last zero up to a multiple of 8. */
+INLINE void lane_sums(int64_t first, int64_t last, const double *lanes, double *s) {
   for (int64_t b = first; b < last; b += 8) {
     v8x8 sum = rows_zero8();
 #define X(k)                                                                                       \
@@ -403,7 +406,7 @@ INLINE void upper_sums(int64_t first, int64_t last, const double *lanes, double 
 PASS void upper(int64_t first, int64_t last, const double *w, const double *q, const double *lifted,
                 double *g, double *lanes, double *s) {
   upper_runs(true, first, last, w, q, lifted, g, lanes);
-  upper_sums(first, last, lanes, s);
+  lane_sums(first, last, lanes, s);
 }
 
 INLINE double lanes_dot(int64_t n, const double *a, const double *b) {

@@ -23,7 +23,6 @@ PASS double pass_force_part(const thrum_model *model, int64_t split, const doubl
   const evaluation e = evaluation_of(&t, 0);
   spread_mirrored(n, 0, q, 1.0, e.q, e.lifted);
   part_begin(n, plain, &e);
-  zeros(e.s, n);
   column_monomials(false, n, e.q, e.lifted, e.q, e.lifted, e.m);
   const point p = {e.m, e.x, e.w, e.y};
   packed_block b = packed_mirrored(model);
@@ -35,9 +34,10 @@ PASS double pass_force_part(const thrum_model *model, int64_t split, const doubl
       b.plain = plain;
       packed_both(&b, &p, NULL, NULL);
     }
-    e.s[c] = v8_sum(lower_block(n - c, e.y, e.q[c], e.q + c, v8_zero(), e.g + c));
+    v8_store(e.blocks + 8 * c, lower_block(n - c, e.y, e.q[c], e.q + c, v8_zero(), e.g + c));
     packed_next(n, c + 1, &b);
   }
+  lane_sums(0, n, e.blocks, e.s);
   upper(k, n, e.w, e.q, e.lifted, e.h, t.lanes, e.more);
   for (int64_t i = k; i < n; i++)
     gradient[n - 1 - i] += (e.g[i] + e.h[i + 1]) + (e.s[i] + e.more[i]);
@@ -66,11 +66,12 @@ PASS void pass_tangent_vector_part(const thrum_model *model, int64_t split, cons
     b.plain = plain;
     packed_twice(&b, p, NULL, NULL);
     const v8 sum = lower_block(n - c, e.y, d.q[c], d.q + c, v8_zero(), e.g + c);
-    e.s[c] = v8_sum(lower_block(n - c, d.y, e.q[c], e.q + c, sum, e.g + c));
+    v8_store(e.blocks + 8 * c, lower_block(n - c, d.y, e.q[c], e.q + c, sum, e.g + c));
   }
+  lane_sums(k, n, e.blocks, e.s);
   upper_runs(true, k, n, e.w, d.q, d.lifted, e.h, t.lanes);
   upper_runs(false, k, n, d.w, e.q, e.lifted, e.h, t.lanes);
-  upper_sums(k, n, t.lanes, e.more);
+  lane_sums(k, n, t.lanes, e.more);
   for (int64_t i = k; i < n; i++)
     product[n - 1 - i] += (e.g[i] + e.h[i + 1]) + (e.s[i] + e.more[i]);
 }

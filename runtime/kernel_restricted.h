@@ -68,7 +68,6 @@ INLINE void restricted_begin(int64_t n, const double *q, const evaluation *e) {
   // rows of block c begin at entry c, so that the last vector of g lies behind n
   zeros(e->g, n + 8);
   zeros(e->h, n + 1);
-  zeros(e->s, n);
   zeros(e->w, thrum_pack_first(n));
   column_monomials(false, n, e->q, e->lifted, e->q, e->lifted, e->m);
 }
@@ -84,16 +83,17 @@ PASS double pass_restricted_gradient(const thrum_model *model, int64_t split,
   const double *row = restricted + thrum_restricted_first(n);
   packed_block b = packed_mirrored(model);
   for (int64_t c = 0; c < n; c++) {
-    double y = 0.0;
-    const own_row own = {row, e.q[c], &y};
+    const own_row own = {row, e.q[c], e.more + c};
     row_factors(false, n - c, e.q[c], e.q + c, 0.0, e.q + c, e.x);
     b.rows = n - c;
     packed_own(&b, &p, NULL, &own);
-    e.s[c] =
-        (restricted[c] + y) + v8_sum(lower_block(n - c, e.y, e.q[c], e.q + c, v8_zero(), e.g + c));
+    v8_store(e.blocks + 8 * c, lower_block(n - c, e.y, e.q[c], e.q + c, v8_zero(), e.g + c));
     row += 8 * thrum_pack_vectors(c);
     packed_next(model->rank, c + 1, &b);
   }
+  lane_sums(0, n, e.blocks, e.s);
+  for (int64_t c = 0; c < n; c++)
+    e.s[c] += restricted[c] + e.more[c];
   upper(0, n, e.w, e.q, e.lifted, e.h, t.lanes, e.more);
   for (int64_t k = 0; k < n; k++)
     gradient[n - 1 - k] = (e.g[k] + e.h[k + 1]) + (e.s[k] + e.more[k]);

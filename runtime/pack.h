@@ -133,7 +133,8 @@ static inline int64_t thrum_restricted_count(int64_t n) {
 static inline int64_t thrum_pack_work(int64_t n) {
   const int64_t vector = thrum_padded(n + 1), columns = thrum_padded(thrum_pack_first(n));
   // one more list of columns for the rows of the reference
-  return 8 * vector + 2 * (THRUM_PACK_VECTORS * vector + THRUM_PACK_COLUMNS * columns) + columns;
+  return 8 * vector + 2 * ((THRUM_PACK_VECTORS + 8) * vector + THRUM_PACK_COLUMNS * columns) +
+         columns;
 }
 
 static inline int64_t thrum_pack_work_tangent(int64_t n) {
