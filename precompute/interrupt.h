@@ -13,7 +13,7 @@ void thrum_interrupt_clean(const char *line);
 /* For the writer of files: a temporary file in the making, and that it is none any more; NULL is
  * ignored. The path must stay until then. THRUM_INTERRUPT_FILES at a time, further ones are not
  * removed; one thread at a time. Signals wait between hold and let, so that a file and its mark are
- * one. */
+ * one; a pair of them holds no other. */
 void thrum_interrupt_mark(const char *temporary);
 void thrum_interrupt_unmark(const char *temporary);
 void thrum_interrupt_hold(void);

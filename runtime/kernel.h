@@ -59,9 +59,9 @@ typedef struct thrum_two {
 } thrum_two;
 
 /* Scratch `work` may have any content and overlaps no other argument. The first five read all
- * coefficients of a model once, packed (thrum_model_pack), the tangent of a small one more of them,
- * by pairs; the reference does without packing too. None has anything of the quadratic terms of a
- * model but restrict_to. */
+ * coefficients of a model once, packed (thrum_model_pack), the last two of them those of a small
+ * model by pairs, which are more; the reference does without packing too. None has anything of the
+ * quadratic terms of a model but restrict_to. */
 typedef struct thrum_kernel {
   thrum_kernel_id id;
 

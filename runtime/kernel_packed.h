@@ -62,8 +62,8 @@ INLINE v8x8 rows_set8(int rows, const double *x) {
 }
 
 /* Packed coefficients come in order. Where `ahead` is set, what is needed so many numbers later is
- * asked for now: measured, that pays where much is done with each number and costs where little is.
- */
+ * asked for now: measured, that pays where much is done with each number and costs where little is,
+ * but for short runs, of few rows of large blocks, where it would give 5 to 10 %. */
 #define AHEAD 128
 
 INLINE v8 coefficient(bool single, bool ahead, const coefficients *b, int64_t at) {

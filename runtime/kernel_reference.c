@@ -92,7 +92,7 @@ typedef struct evaluation {
   double *m, *w, *q, *lifted, *g, *h, *s, *more, *lanes;
 } evaluation;
 
-/* Cuts its arrays, all zero, from *work. */
+/* Cuts its arrays, all zero, from *work; q may be NULL, to be filled in. */
 static evaluation evaluation_make(int64_t n, double one, const double *q, double **work) {
   const int64_t columns = thrum_pack_first(n);
   double *at = *work;
@@ -107,8 +107,8 @@ static evaluation evaluation_make(int64_t n, double one, const double *q, double
                         at + 2 * columns + 6 * n + 2};
   *work = e.lanes + LANES * n;
   memset(at, 0, (size_t)(*work - at) * sizeof *at);
-  memcpy(e.q, q, (size_t)n * sizeof *q);
-  memcpy(e.lifted + 1, q, (size_t)n * sizeof *q);
+  for (int64_t i = 0; q && i < n; i++)
+    e.q[i] = e.lifted[i + 1] = q[i];
   e.lifted[0] = one;
   return e;
 }
@@ -352,7 +352,7 @@ static double reference_tangent(const thrum_model *model, const double *q, doubl
 /* The same in mirrored coordinates, those before z_first zero. */
 static evaluation evaluation_mirrored(int64_t n, int64_t first, double one, const double *q,
                                       double **work) {
-  const evaluation e = evaluation_make(n, one, q, work);
+  const evaluation e = evaluation_make(n, one, NULL, work);
   for (int64_t k = 0; k < n; k++)
     e.q[k] = e.lifted[k + 1] = k < first ? 0.0 : q[n - 1 - k];
   return e;

@@ -71,10 +71,13 @@ typedef struct blocks {
 
 static blocks blocks_of(int64_t n) {
   blocks at;
-  for (int64_t j = 0; j < n; j++) {
-    at.c3[j] = thrum_c3_index(n, 0, j, j);
-    at.c4[j] = thrum_c4_index(n, 0, j, j, j);
+  // block j has j + 1 rows in both
+  for (int64_t j = 0, c3 = 0, c4 = 0; j < n; j++) {
+    at.c3[j] = c3;
+    at.c4[j] = c4;
     at.columns[j] = thrum_pair_count(n - j);
+    c3 += (j + 1) * (n - j);
+    c4 += (j + 1) * at.columns[j];
   }
   return at;
 }
@@ -104,6 +107,28 @@ static double by_pairs(const thrum_model *model, const blocks *at, int64_t d, in
   return times * model->c4[at->c4[j] + (i + 1) * at->columns[j] - at->columns[k] + (l - k)];
 }
 
+/* The columns (b, a), from <= a <= b, of row (d, c) of B, into row[a]. Where a is none of the
+ * others, their order and factor stay for a run of them. */
+static void gather_run(const thrum_model *model, const blocks *at, int64_t d, int64_t c, int64_t b,
+                       int64_t from, double *row) {
+  const int64_t e = smaller(b, d), l = larger(b, d), begin = c < 0 ? b : larger(from, 0);
+  const int64_t j = smaller(c, e), k = larger(c, e);
+  const int64_t special[] = {-1, c, e, b};
+  const double times = (c == e ? e == l ? 6.0 : 2.0 : e == l ? 2.0 : 1.0) * (d == c ? 0.5 : 1.0);
+  // before c; between c and the next; behind d
+  for (int64_t a = begin; a < c && a < b; a++)
+    row[a] = times * model->c4[at->c4[j] + (a + 1) * at->columns[j] - at->columns[k] + (l - k)];
+  for (int64_t a = larger(begin, c + 1); a < e; a++)
+    row[a] = times * model->c4[at->c4[a] + (c + 1) * at->columns[a] - at->columns[e] + (l - e)];
+  for (int64_t a = larger(begin, e + 1); a < b; a++)
+    row[a] = times * model->c4[at->c4[e] + (c + 1) * at->columns[e] - at->columns[a] + (l - a)];
+  for (int n = 0; n < 4; n++)
+    if (special[n] >= from && special[n] <= b)
+      row[special[n]] = by_pairs(model, at, d, c, b, special[n]);
+  for (int64_t a = from; c < 0 && a < b; a++)
+    row[a] = by_pairs(model, at, d, c, b, a);
+}
+
 /* Row k of B from its group's columns on, from the file's order. */
 static void gather_pairs(const thrum_model *model, int64_t k, double *row) {
   const int64_t n = model->rank, first = k / 8 * 8;
@@ -115,8 +140,7 @@ static void gather_pairs(const thrum_model *model, int64_t k, double *row) {
     b++;
   const int64_t c = k - thrum_pack_first(d) - 1;
   for (int64_t a = first - thrum_pack_first(b) - 1; b < n; b++, a = -1)
-    for (; a <= b; a++)
-      row[thrum_pack_first(b) + 1 + a] = by_pairs(model, &at, d, c, b, a);
+    gather_run(model, &at, d, c, b, a, row + thrum_pack_first(b) + 1);
 }
 
 /* Where row k of B lies; a group begins with its own columns. */

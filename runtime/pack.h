@@ -89,7 +89,8 @@ static inline int64_t thrum_pack_count(int64_t n) {
 
 /* Up to this rank T v comes by them as well; it reads one order once otherwise, so that less is to
  * be gained than for T. Measured. */
-#define THRUM_PAIRS_VECTOR_RANK_MOST 22
+#define THRUM_PAIRS_VECTOR_RANK_MOST 18
+_Static_assert(THRUM_PAIRS_VECTOR_RANK_MOST <= THRUM_PAIRS_RANK_MOST, "they must be there");
 
 /* Rows of B, with those of zeros that fill up the last vector. */
 static inline int64_t thrum_pairs_rows(int64_t n) {

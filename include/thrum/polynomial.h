@@ -5,7 +5,8 @@
  *
  * All take `work`, scratch of thrum_work_count(model) doubles that no other argument overlaps; its
  * content is undefined before and after. Nothing is allocated; the model is only read. Any thread,
- * as long as each has its own work. Each coefficient is read once per call.
+ * as long as each has its own work. Each coefficient is read once per call (those of
+ * small models by pairs for T and T v, which are more).
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_POLYNOMIAL_H
@@ -29,7 +30,7 @@ double thrum_force(const thrum_model *model, const double *q, double *force, dou
 /* Tangent stiffness T(q) = grad^2 V into `tangent` (rank x rank, both triangles) [1/s^2]. */
 void thrum_tangent(const thrum_model *model, const double *q, double *tangent, double *work);
 
-/* T(q) v into `product` (rank), without forming T. */
+/* T(q) v into `product` (rank). */
 void thrum_tangent_vector(const thrum_model *model, const double *q, const double *v,
                           double *product, double *work);
 
