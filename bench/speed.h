@@ -97,6 +97,11 @@ typedef struct bench_kernels {
   double coefficients[BENCH_PASS_COUNT]; /* that it reads */
 } bench_kernels;
 
+/* Bytes of a coefficient as the model has them packed. */
+static inline double bench_coefficient_bytes(const thrum_model *model) {
+  return model->packed_single ? (double)sizeof(float) : (double)sizeof(double);
+}
+
 /* Terms of degree 3 and 4 of so many coordinates. */
 double bench_terms(int64_t rank);
 

@@ -16,13 +16,13 @@ static const struct {
 };
 
 static void print_pass(const bench_request *request, const bench_kernels *bench, int pass,
-                       int64_t rank) {
+                       const thrum_model *model) {
   const bench_time time = bench->time[pass];
-  const double bytes = 8 * bench->coefficients[pass];
+  const double bytes = bench_coefficient_bytes(model) * bench->coefficients[pass];
   const double gflops = 1e-3 * bench->operations[pass] / time.minimum;
   const char *level;
   const double bandwidth = bench_machine_bandwidth(&request->rates, bytes, &level);
-  printf("%5lld %-14s %9.3f %9.3f %9.2f", (long long)rank, passes[pass].text, time.minimum,
+  printf("%5lld %-14s %9.3f %9.3f %9.2f", (long long)model->rank, passes[pass].text, time.minimum,
          time.median, gflops);
   if (request->machine)
     printf(" %7.0f %% %7.0f %% of %-4s %9.3f", 100 * gflops / request->rates.peak_gflops,
@@ -48,13 +48,14 @@ static thrum_status run(const bench_request *request, const thrum_model *model, 
   cli_json_number(row, "implicit_modes", (double)bench.implicit);
   for (int pass = 0; pass < BENCH_PASS_COUNT; pass++) {
     if (!request->json)
-      print_pass(request, &bench, pass, model->rank);
+      print_pass(request, &bench, pass, model);
     char median[80];
     snprintf(median, sizeof median, "%s_median", passes[pass].key);
     cli_json_number(row, passes[pass].key, bench.time[pass].minimum);
     cli_json_number(row, median, bench.time[pass].median);
     bench_row_bandwidth(request, row, passes[pass].name, bench.time[pass].minimum,
-                        8 * bench.coefficients[pass], bench.operations[pass]);
+                        bench_coefficient_bytes(model) * bench.coefficients[pass],
+                        bench.operations[pass]);
   }
   cJSON_AddItemToArray(rows, row);
   return THRUM_OK;

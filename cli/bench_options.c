@@ -29,11 +29,11 @@ static int print_help(const cli_given *given, void *request) {
                "  V at held q_E    V with all but |I| modes held, a quartic in those\n"
                "  T_II             its tangent stiffness\n\n",
       stdout);
-  fputs("MODEL is a model file; without one the body is beam:20x3x3@1x0.15x0.15, held at one end, "
-        "at\neach rank.\n\n"
-        "      --rank R,R,...     ranks of the beam (default 5,10,15,20,30,45,60)\n"
-        "      --kernel NAME      reference, avx2, avx512, neon, wasm or best (default)\n",
-        stdout);
+  printf("MODEL is a model file; without one the body is beam:20x3x3@1x0.15x0.15, held at one end, "
+         "at\neach rank.\n\n"
+         "      --rank R,R,...     ranks of the beam (default %s)\n"
+         "      --kernel NAME      reference, avx2, avx512, neon, wasm or best (default)\n",
+         batch ? "30" : "5,10,15,20,30,45,60");
   if (batch)
     fputs("      --bodies N         how many (default 300)\n", stdout);
   if (step) {
@@ -48,7 +48,7 @@ static int print_help(const cli_given *given, void *request) {
   } else {
     fputs("      --implicit N       |I| of the last two passes (default 3)\n", stdout);
   }
-  printf("      --batches N        batches (default 40)\n"
+  printf("      --batches N        batches (default %d)\n"
          "      --no-machine       do not measure the machine's own rates\n"
          "  -o, --output FOLDER    also write %s.csv and a plot into the folder\n"
          "      --json             print one JSON object instead of the table\n"
@@ -58,7 +58,8 @@ static int print_help(const cli_given *given, void *request) {
          "  thrum %s --rank 30%s\n"
          "  thrum %s --rank 15,30,60 --kernel avx2 --json\n\n"
          "exit codes: 0 done, 1 refused, 2 usage\n",
-         command + strlen("bench "), command, step ? " --implicit 3" : "", command);
+         batch ? 10 : 40, command + strlen("bench "), command, step ? " --implicit 3" : "",
+         command);
   return CLI_HELPED;
 }
 

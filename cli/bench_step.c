@@ -14,10 +14,10 @@ static thrum_status run(const bench_request *request, const thrum_model *model, 
   if (status < 0)
     return status;
   const char *level;
-  const double bytes = (double)sizeof(double) * (double)(model->c3_count + model->c4_count);
+  const double each = bench_coefficient_bytes(model), bytes = each * bench_terms(model->rank);
   const double bandwidth = bench_machine_bandwidth(&request->rates, bytes, &level);
   const double gflops = 1e-3 * step.operations / step.time.minimum;
-  const double bound = 8e-3 * step.coefficients / bandwidth;
+  const double bound = 1e-3 * each * step.coefficients / bandwidth;
   if (!request->json) {
     if (cJSON_GetArraySize(rows) == 0)
       printf("%5s %9s %9s %11s %9s %11s %9s %9s%s\n", "rank", "us/step", "median", "h [s]",
