@@ -90,6 +90,14 @@ static int64_t larger(int64_t a, int64_t b) {
   return a < b ? b : a;
 }
 
+/* The factorials that the derivative by q_i q_j q_k q_l, i <= j <= k <= l, has of equal ones. */
+static double factorials(int64_t i, int64_t j, int64_t k, int64_t l) {
+  double times = i == j ? 2.0 : 1.0;
+  times *= j != k ? 1.0 : i == j ? 3.0 : 2.0;
+  times *= k != l ? 1.0 : j != k ? 2.0 : i == j ? 4.0 : 3.0;
+  return times;
+}
+
 /* B of the pairs (d, c) and (b, a), from the places of the blocks. */
 static double by_pairs(const thrum_model *model, const blocks *at, int64_t d, int64_t c, int64_t b,
                        int64_t a) {
@@ -97,36 +105,35 @@ static double by_pairs(const thrum_model *model, const blocks *at, int64_t d, in
   const int64_t j = smaller(larger(a, c), smaller(b, d)), k = larger(larger(a, c), smaller(b, d));
   if (j < 0)
     return 0.0;
-  // the factorials that the derivative has of equal coordinates, and the halves
-  double times = i == j ? 2.0 : 1.0;
-  times *= j != k ? 1.0 : i == j ? 3.0 : 2.0;
-  times *= k != l ? 1.0 : j != k ? 2.0 : i == j ? 4.0 : 3.0;
-  times *= (d == c ? 0.5 : 1.0) * (b == a ? 0.5 : 1.0);
+  const double times = factorials(i, j, k, l) * (d == c ? 0.5 : 1.0) * (b == a ? 0.5 : 1.0);
   if (i < 0)
     return times * model->c3[at->c3[k] + j * (model->rank - k) + (l - k)];
   return times * model->c4[at->c4[j] + (i + 1) * at->columns[j] - at->columns[k] + (l - k)];
 }
 
-/* The columns (b, a), from <= a <= b, of row (d, c) of B, into row[a]. Where a is none of the
- * others, their order and factor stay for a run of them. */
+/* The columns (b, a), from <= a <= b, of row (d, c) of B, into row[a]. */
 static void gather_run(const thrum_model *model, const blocks *at, int64_t d, int64_t c, int64_t b,
                        int64_t from, double *row) {
-  const int64_t e = smaller(b, d), l = larger(b, d), begin = c < 0 ? b : larger(from, 0);
+  if (c < 0) {
+    for (int64_t a = from; a <= b; a++)
+      row[a] = by_pairs(model, at, d, c, b, a);
+    return;
+  }
+  // where a is none of the others, their order and factor stay for a run of them: before c, between
+  // c and the next, behind d
+  const int64_t e = smaller(b, d), l = larger(b, d), begin = larger(from, 0);
   const int64_t j = smaller(c, e), k = larger(c, e);
-  const int64_t special[] = {-1, c, e, b};
-  const double times = (c == e ? e == l ? 6.0 : 2.0 : e == l ? 2.0 : 1.0) * (d == c ? 0.5 : 1.0);
-  // before c; between c and the next; behind d
+  const double times = factorials(-1, j, k, l) * (d == c ? 0.5 : 1.0);
   for (int64_t a = begin; a < c && a < b; a++)
     row[a] = times * model->c4[at->c4[j] + (a + 1) * at->columns[j] - at->columns[k] + (l - k)];
   for (int64_t a = larger(begin, c + 1); a < e; a++)
     row[a] = times * model->c4[at->c4[a] + (c + 1) * at->columns[a] - at->columns[e] + (l - e)];
   for (int64_t a = larger(begin, e + 1); a < b; a++)
     row[a] = times * model->c4[at->c4[e] + (c + 1) * at->columns[e] - at->columns[a] + (l - a)];
+  const int64_t equal[] = {-1, c, e, b};
   for (int n = 0; n < 4; n++)
-    if (special[n] >= from && special[n] <= b)
-      row[special[n]] = by_pairs(model, at, d, c, b, special[n]);
-  for (int64_t a = from; c < 0 && a < b; a++)
-    row[a] = by_pairs(model, at, d, c, b, a);
+    if (equal[n] >= from && equal[n] <= b)
+      row[equal[n]] = by_pairs(model, at, d, c, b, equal[n]);
 }
 
 /* Row k of B from its group's columns on, from the file's order. */
