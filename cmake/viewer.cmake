@@ -5,7 +5,7 @@ option(THRUM_BUILD_VIEWER "Build the viewer with everything else, and test it" O
 # another build's page will do
 set(THRUM_VIEWER_PAGE ${CMAKE_BINARY_DIR}/viewer/viewer.html CACHE FILEPATH "The viewer's page")
 
-file(GLOB THRUM_VIEWER_SOURCES CONFIGURE_DEPENDS viewer/*.* viewer/src/* scene/*.[ch] runtime/*.[ch]
+file(GLOB THRUM_VIEWER_SOURCES CONFIGURE_DEPENDS viewer/*.* viewer/src/* scene/*.[ch] runtime/*/*
   include/thrum/*.h)
 add_custom_command(OUTPUT ${CMAKE_BINARY_DIR}/viewer/viewer.html
   COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/viewer/make.sh ${CMAKE_BINARY_DIR}/viewer
@@ -14,6 +14,6 @@ if(THRUM_BUILD_VIEWER)
   set(with_all ALL)
 endif()
 add_custom_target(viewer ${with_all} DEPENDS ${CMAKE_BINARY_DIR}/viewer/viewer.html)
-set_property(SOURCE cli/viewer_page.c APPEND PROPERTY COMPILE_DEFINITIONS
+set_property(SOURCE app/view/viewer_page.c APPEND PROPERTY COMPILE_DEFINITIONS
   THRUM_BUILT_VIEWER="${THRUM_VIEWER_PAGE}")
 install(FILES ${THRUM_VIEWER_PAGE} DESTINATION share/thrum OPTIONAL)

@@ -8,10 +8,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "precompute/npz.h"
-#include "precompute/tet_tree.h"
-#include "runtime/embedding.h"
-#include "runtime/small.h"
+#include "io/npz.h"
+#include "mesh/tet_tree.h"
+#include "runtime/model/embedding_private.h"
+#include "runtime/base/vec3.h"
 
 /* Nearer than this part of the mesh's extent is on its surface, but for rounding. */
 #define ON_SURFACE 1e-9

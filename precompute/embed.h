@@ -5,7 +5,7 @@
 #ifndef THRUM_PRECOMPUTE_EMBED_H
 #define THRUM_PRECOMPUTE_EMBED_H
 
-#include "precompute/surface_mesh.h"
+#include "mesh/surface_mesh.h"
 #include "thrum/embedding.h"
 
 /* How far outside a surface may lie, in lengths of the body, before its scale or place is in doubt.

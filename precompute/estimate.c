@@ -12,11 +12,11 @@
 #include <string.h>
 #include <time.h>
 
-#include "precompute/memory.h"
-#include "precompute/mode_check.h"
-#include "precompute/options.h"
+#include "platform/memory_limit.h"
+#include "precompute/basis/mode_check.h"
+#include "precompute/options_check.h"
 #include "precompute/stage.h"
-#include "precompute/threads.h"
+#include "platform/threads.h"
 
 #define MARGIN 1.05 /* heap and library buffers that are not counted one by one */
 #define COUNT_SHARE                                                                                \

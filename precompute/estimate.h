@@ -4,7 +4,7 @@
 
 #include <stdbool.h>
 
-#include "precompute/fem.h"
+#include "precompute/fem/fem.h"
 
 typedef struct thrum_estimate {
   int64_t free_dofs;

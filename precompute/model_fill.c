@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "platform/allocate.h"
 #include "precompute/stage.h"
 
 double *thrum_model_writable(const double *array) {

@@ -3,7 +3,7 @@
 #ifndef THRUM_PRECOMPUTE_MODEL_FILL_H
 #define THRUM_PRECOMPUTE_MODEL_FILL_H
 
-#include "precompute/fem.h"
+#include "precompute/fem/fem.h"
 
 /* Allocates every array but meta and copies in format, mesh, materials, fixed and groups; omega2,
  * c3, c4, basis and axis_mass are left to be written. `model` must be zeroed; on failure what was

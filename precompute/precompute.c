@@ -1,7 +1,6 @@
 /* The offline pipeline, design 1-3: mesh -> K, M -> factor -> modes -> modal derivatives -> U ->
  * polynomial -> model. Each stage frees what the next ones do not need; nothing as large as
  * tets x columns is ever held. SPDX-License-Identifier: Apache-2.0 */
-#include "precompute/precision.h"
 #include "precompute/precompute.h"
 
 #include <math.h>
@@ -10,18 +9,20 @@
 #include <sys/resource.h>
 #include <time.h>
 
-#include "precompute/basis.h"
-#include "precompute/derivatives.h"
-#include "precompute/eigen.h"
+#include "platform/allocate.h"
+#include "platform/threads.h"
+#include "precompute/basis/basis.h"
+#include "precompute/basis/eigen.h"
+#include "precompute/basis/handles.h"
+#include "precompute/basis/imported_basis.h"
+#include "precompute/basis/modal_derivatives.h"
+#include "precompute/basis/mode_check.h"
 #include "precompute/estimate.h"
-#include "precompute/given.h"
-#include "precompute/handles.h"
-#include "precompute/mode_check.h"
+#include "precompute/fem/rigid_modes.h"
 #include "precompute/model_fill.h"
-#include "precompute/options.h"
-#include "precompute/polynomial_reduce.h"
-#include "precompute/rigid.h"
-#include "precompute/threads.h"
+#include "precompute/options_check.h"
+#include "precompute/polynomial/polynomial_reduce.h"
+#include "precompute/polynomial/single_precision.h"
 
 typedef struct pipeline {
   const thrum_mesh *mesh;

@@ -1,9 +1,9 @@
 /* The offline pipeline: mesh -> K, M -> modes -> modal derivatives -> U -> polynomial -> model.
  * design 1-3. SPDX-License-Identifier: Apache-2.0 */
-#ifndef THRUM_PRECOMPUTE_H
-#define THRUM_PRECOMPUTE_H
+#ifndef THRUM_PRECOMPUTE_PRECOMPUTE_H
+#define THRUM_PRECOMPUTE_PRECOMPUTE_H
 
-#include "precompute/mesh.h"
+#include "mesh/mesh.h"
 #include "thrum/model.h"
 
 typedef enum thrum_mass { THRUM_MASS_CONSISTENT = 0, THRUM_MASS_LUMPED = 1 } thrum_mass;

@@ -15,7 +15,4 @@ typedef struct thrum_reporter {
 /* Tells the caller's progress function; THRUM_INTERRUPTED when it answers false. */
 thrum_status thrum_report(const thrum_reporter *reporter, double fraction, thrum_error *error);
 
-/* malloc of count x size bytes with the product checked; NULL sets the error. */
-void *thrum_allocate(int64_t count, size_t size, const char *what, thrum_error *error);
-
 #endif

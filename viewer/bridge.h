@@ -3,7 +3,7 @@
 #ifndef THRUM_VIEWER_BRIDGE_H
 #define THRUM_VIEWER_BRIDGE_H
 
-#include "scene/scene.h"
+#include "thrum/scene.h"
 
 #define EXPORT(name) __attribute__((export_name(#name))) name
 

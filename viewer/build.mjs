@@ -10,10 +10,12 @@ import { build } from 'esbuild';
 const here = dirname(fileURLToPath(import.meta.url));
 const root = dirname(here);
 
-/** @param {string} folder @returns {string[]} its C files */
+/** @param {string} folder @returns {string[]} the C files directly in it and in its folders */
 const sources = (folder) =>
-  readdirSync(folder).filter((name) => name.endsWith('.c')).sort()
-    .map((name) => join(folder, name));
+  readdirSync(folder, { withFileTypes: true }).sort((a, b) => (a.name < b.name ? -1 : 1))
+    .flatMap((entry) => entry.isDirectory()
+      ? (['node_modules', 'src', 'test'].includes(entry.name) ? [] : sources(join(folder, entry.name)))
+      : entry.name.endsWith('.c') ? [join(folder, entry.name)] : []);
 
 /** Writes beside, then renames, so that there is never half a file. */
 function writeWhole(path, content) {
@@ -24,7 +26,7 @@ function writeWhole(path, content) {
 /** libthrum, the scene and the bridge as WebAssembly. Clang 13 to 15 may move a load into both lanes
  * (v128.load64_splat) behind stores and calls that follow it: nothing in their selection orders it
  * against those. The SLP vectoriser makes such loads of numbers that change, as of touch.force in
- * solve_row of runtime/contact_solve.c, whose `before` then has the force after: it stays off.
+ * solve_row of runtime/contact/contact_solve.c, whose `before` then has the force after: it stays off.
  * Loops and the kernel have such loads too, of numbers that nothing in their block writes. Clang 16
  * and 19 are right with it on. @param {string} path */
 function compile(path) {

@@ -23,7 +23,7 @@
 #define THRUM_CONTACT_H
 
 #include "thrum/state.h"
-#include "thrum/turning.h"
+#include "thrum/rigid_frame.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -7,14 +7,14 @@ target=$1 source=$2 out=$3/tests/cross-$1
 mkdir -p "$out"
 cd "$source"
 set -- -std=c11 -O2 -ffp-contract=off -DRANK_LIMIT=40 -Itests/cross -Iinclude -I. \
-  runtime/kernel*.c runtime/polynomial.c runtime/model_pack.c runtime/status.c runtime/dense.c
+  runtime/polynomial/*.c runtime/base/*.c
 for name in test_kernel test_inverse; do
   if [ "$target" = neon ]; then
-    aarch64-linux-gnu-gcc -static "tests/$name.c" "$@" -lm -o "$out/$name"
+    aarch64-linux-gnu-gcc -static tests/*/*/"$name.c" "$@" -lm -o "$out/$name"
     qemu-aarch64 "$out/$name"
     continue
   fi
-  clang --target=wasm32-wasi -msimd128 "tests/$name.c" "$@" -lm -o "$out/$name.wasm"
+  clang --target=wasm32-wasi -msimd128 tests/*/*/"$name.c" "$@" -lm -o "$out/$name.wasm"
   node --no-warnings --experimental-wasi-unstable-preview1 -e '
     const { WASI } = require("wasi");
     const wasi = new WASI({ version: "preview1", args: ["test"] });

@@ -1,7 +1,7 @@
 /* For fuzz targets of readers that take a path: the input as a file. A message must be one line.
  * SPDX-License-Identifier: Apache-2.0 */
-#ifndef THRUM_TESTS_FUZZ_FILE_H
-#define THRUM_TESTS_FUZZ_FILE_H
+#ifndef THRUM_TESTS_FUZZ_FUZZ_FILE_H
+#define THRUM_TESTS_FUZZ_FUZZ_FILE_H
 
 #include <stdint.h>
 #include <stdio.h>

@@ -1,9 +1,9 @@
 /* Fuzz target of --fix: predicates and groups, and behind a first byte that is odd, files of vertex
  * numbers.
- * sources: precompute/mesh*.c precompute/text.c precompute/quality.c precompute/file.c
- * sources: precompute/interrupt.c runtime/status.c
+ * sources: mesh/mesh*.c mesh/formats/*.c io/text.c mesh/model_quality.c io/file.c
+ * sources: platform/interrupt.c runtime/base/status.c
  * SPDX-License-Identifier: Apache-2.0 */
-#include "precompute/mesh.h"
+#include "mesh/mesh.h"
 #include "tests/fuzz/fuzz_file.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {

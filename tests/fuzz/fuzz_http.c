@@ -1,12 +1,12 @@
 /* Fuzz target of what a client may send to `thrum view`: what is answered bears this machine's own
  * name.
- * sources: cli/http_request.c
+ * sources: app/view/http_request.c
  * SPDX-License-Identifier: Apache-2.0 */
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "cli/http_request.h"
+#include "app/view/http_request.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 

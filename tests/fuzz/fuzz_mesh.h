@@ -1,13 +1,13 @@
 /* What every fuzz target of a mesh reader does with what it read: clean it, examine it, free it.
  * A target is built with clang -fsanitize=fuzzer; tests/fuzz/test_fuzz.sh builds and runs them all.
  * SPDX-License-Identifier: Apache-2.0 */
-#ifndef THRUM_TESTS_FUZZ_MESH_H
-#define THRUM_TESTS_FUZZ_MESH_H
+#ifndef THRUM_TESTS_FUZZ_FUZZ_MESH_H
+#define THRUM_TESTS_FUZZ_FUZZ_MESH_H
 
 #include <stdlib.h>
 #include <string.h>
 
-#include "precompute/mesh_examine.h"
+#include "mesh/mesh_examine.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 

@@ -1,4 +1,4 @@
-/* Fuzz target of the reader precompute/mesh_msh.c. SPDX-License-Identifier: Apache-2.0 */
+/* Fuzz target of the reader mesh/formats/msh_read.c. SPDX-License-Identifier: Apache-2.0 */
 #include "tests/fuzz/fuzz_mesh.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {

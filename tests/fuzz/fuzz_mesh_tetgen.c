@@ -1,4 +1,4 @@
-/* Fuzz target of the reader precompute/mesh_tetgen.c: an input is the .node file, a 0, and the .ele
+/* Fuzz target of the reader mesh/formats/tetgen_read.c: an input is the .node file, a 0, and the .ele
  * file. SPDX-License-Identifier: Apache-2.0 */
 #include "tests/fuzz/fuzz_mesh.h"
 

@@ -1,6 +1,6 @@
-/* Fuzz target of the reader precompute/mesh_veg.c. Inputs that include other files are passed over,
+/* Fuzz target of the reader mesh/formats/veg_read.c. Inputs that include other files are passed over,
  * so that a run depends on its input alone. SPDX-License-Identifier: Apache-2.0 */
-#include "precompute/text.h"
+#include "io/text.h"
 #include "tests/fuzz/fuzz_mesh.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {

@@ -1,8 +1,8 @@
 /* Fuzz target of the JSON that options files are read by.
- * sources: cli/json_read.c precompute/text.c precompute/file.c precompute/interrupt.c
- * sources: runtime/status.c
+ * sources: io/json_read.c io/text.c io/file.c platform/interrupt.c
+ * sources: runtime/base/status.c
  * SPDX-License-Identifier: Apache-2.0 */
-#include "cli/json_read.h"
+#include "io/json_read.h"
 #include "tests/fuzz/fuzz_file.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {

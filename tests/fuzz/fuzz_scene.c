@@ -1,11 +1,11 @@
 /* Fuzz target of scene files: what the reader makes of one, up to the models.
- * sources: cli/scene_read.c cli/scene_keys.c cli/scene_values.c cli/record_read.c cli/json_read.c
- * sources: cli/load_spec.c cli/shake_spec.c cli/start_spec.c cli/simulate_options.c
- * sources: cli/options_file.c cli/args.c cli/model_name.c cli/parse.c cli/message.c
- * sources: precompute/mesh.c precompute/text.c precompute/file.c precompute/interrupt.c
- * sources: runtime/status.c runtime/state_def.c runtime/kernel.c
+ * sources: driver/scene_file_read.c driver/scene_keys.c driver/scene_values.c config/record_read.c io/json_read.c
+ * sources: driver/load_spec.c driver/base_motion_spec.c driver/start_spec.c driver/simulate_options.c
+ * sources: config/options_file.c config/options.c driver/named_model.c config/parse.c config/message.c
+ * sources: mesh/mesh.c io/text.c io/file.c platform/interrupt.c
+ * sources: runtime/base/status.c runtime/dynamics/state_def.c runtime/polynomial/kernel.c
  * SPDX-License-Identifier: Apache-2.0 */
-#include "cli/scene_spec.h"
+#include "driver/scene_spec.h"
 #include "tests/fuzz/fuzz_file.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {

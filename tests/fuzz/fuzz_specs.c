@@ -1,10 +1,10 @@
 /* Fuzz target of what --load, --start, --shake and --at take.
- * sources: cli/load_spec.c cli/start_spec.c cli/shake_spec.c cli/parse.c cli/message.c
- * sources: runtime/load.c runtime/status.c precompute/npz.c precompute/file.c
- * sources: precompute/interrupt.c precompute/npy_file.c precompute/text.c
+ * sources: driver/load_spec.c driver/start_spec.c driver/base_motion_spec.c config/parse.c config/message.c
+ * sources: runtime/loads/load.c runtime/base/status.c io/npz.c io/file.c
+ * sources: platform/interrupt.c io/npy_file.c io/text.c
  * SPDX-License-Identifier: Apache-2.0 */
-#include "cli/shake_spec.h"
-#include "cli/start_spec.h"
+#include "driver/base_motion_spec.h"
+#include "driver/start_spec.h"
 #include "tests/fuzz/fuzz_file.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {

@@ -1,13 +1,13 @@
 /* What every fuzz target of a surface reader does with what it read. SPDX-License-Identifier:
  * Apache-2.0 */
-#ifndef THRUM_TESTS_FUZZ_SURFACE_H
-#define THRUM_TESTS_FUZZ_SURFACE_H
+#ifndef THRUM_TESTS_FUZZ_FUZZ_SURFACE_H
+#define THRUM_TESTS_FUZZ_FUZZ_SURFACE_H
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "precompute/surface_mesh.h"
+#include "mesh/surface_mesh.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 

@@ -1,6 +1,6 @@
-/* Fuzz target of the reader precompute/surface_mesh_obj.c.
- * sources: precompute/surface_mesh*.c precompute/mesh*.c precompute/text.c precompute/quality.c
- * sources: precompute/places.c precompute/file.c precompute/interrupt.c runtime/status.c
+/* Fuzz target of the reader mesh/formats/obj_read.c.
+ * sources: mesh/surface_mesh*.c mesh/mesh*.c mesh/formats/*.c io/text.c mesh/model_quality.c
+ * sources: mesh/point_hash.c io/file.c platform/interrupt.c runtime/base/status.c
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/fuzz/fuzz_surface.h"
 

@@ -1,8 +1,8 @@
 /* Fuzz target of VegaFEM's bases (.U) and polynomials (.cub): the first byte says which.
- * sources: precompute/vega.c precompute/file.c precompute/interrupt.c precompute/stage.c
- * sources: runtime/polynomial.c runtime/status.c
+ * sources: precompute/vega_reduced.c platform/allocate.c io/file.c platform/interrupt.c precompute/stage.c
+ * sources: runtime/polynomial/polynomial.c runtime/base/status.c
  * SPDX-License-Identifier: Apache-2.0 */
-#include "precompute/vega.h"
+#include "precompute/vega_reduced.h"
 #include "tests/fuzz/fuzz_file.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {

@@ -1,12 +1,12 @@
 /* For fuzz targets of Thrum's own .npz files: mutations get right checksums, or none would come
  * past them. SPDX-License-Identifier: Apache-2.0 */
-#ifndef THRUM_TESTS_FUZZ_ZIP_H
-#define THRUM_TESTS_FUZZ_ZIP_H
+#ifndef THRUM_TESTS_FUZZ_FUZZ_ZIP_H
+#define THRUM_TESTS_FUZZ_FUZZ_ZIP_H
 
 #include <stdint.h>
 #include <string.h>
 
-#include "runtime/crc32.h"
+#include "runtime/model/crc32.h"
 
 #define LOCAL 30 /* bytes of a member's header before its name; CENTRAL: in the directory */
 #define CENTRAL 46

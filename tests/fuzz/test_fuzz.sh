@@ -16,8 +16,8 @@ wanted=${6:-"fuzz_*"}
 flags="-std=c11 -O1 -g -I$source -I$source/include"
 flags="$flags -D_POSIX_C_SOURCE=200809L -ffp-contract=off"
 flags="$flags -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer"
-mesh_sources="precompute/mesh*.c precompute/text.c precompute/quality.c precompute/file.c"
-mesh_sources="$mesh_sources precompute/interrupt.c runtime/status.c"
+mesh_sources="mesh/mesh*.c mesh/point_hash.c mesh/formats/*.c mesh/model_quality.c io/text.c io/file.c"
+mesh_sources="$mesh_sources platform/interrupt.c runtime/base/status.c"
 
 mkdir -p "$build"
 

@@ -1,13 +1,13 @@
 /* Meshes from the programs that write them: Gmsh in every format that we read, and TetGen. The
  * arguments are the programs' paths; one that is not there is "".
  * SPDX-License-Identifier: Apache-2.0 */
-#include "tests/cli_support.h"
-#include "tests/mesh_support.h"
+#include "tests/support/cli_support.h"
+#include "tests/support/mesh_support.h"
 
 #include <math.h>
 
-#include "precompute/mesh_build.h"
-#include "precompute/mesh_write.h"
+#include "mesh/mesh_build.h"
+#include "mesh/mesh_write.h"
 
 static const char *gmsh, *tetgen;
 static char folder[64];

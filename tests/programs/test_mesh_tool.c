@@ -9,7 +9,7 @@
 #include <cmocka.h>
 // clang-format on
 
-#include "tests/cli_support.h"
+#include "tests/support/cli_support.h"
 
 #include <dirent.h>
 #include <math.h>

@@ -1,0 +1,51 @@
+/* `thrum bench batch`. SPDX-License-Identifier: Apache-2.0 */
+#include <stdio.h>
+
+#include "app/bench_commands.h"
+#include "app/bench_speed.h"
+#include "config/message.h"
+#include "io/json.h"
+
+static thrum_status run(const bench_request *request, const thrum_model *model, cJSON *rows,
+                        thrum_error *error) {
+  bench_batch batch = {.step = request->step, .bodies = request->bodies};
+  batch.step.def.kernel = request->kernel;
+  batch.step.batches = request->batches;
+  const thrum_status status = bench_batch_run(model, &batch, error);
+  if (status < 0)
+    return status;
+  const double real_time = 1e6 * batch.step.dt / batch.together.minimum;
+  if (!request->json) {
+    if (cJSON_GetArraySize(rows) == 0)
+      printf("%5s %7s %9s %9s %9s %9s %9s %9s %11s %10s %5s\n", "rank", "bodies", "alone us",
+             "median", "many us", "median", "h [s]", "implicit", "iterations", "real time", "bits");
+    printf("%5lld %7lld %9.2f %9.2f %9.2f %9.2f %9.3g %9d %11.2f %10.0f %5s\n",
+           (long long)model->rank, (long long)batch.bodies, batch.alone.minimum, batch.alone.median,
+           batch.together.minimum, batch.together.median, batch.step.dt, (int)batch.implicit_modes,
+           batch.iterations, real_time, batch.same_bits ? "same" : "DIFFER");
+  }
+  cJSON *row = cJSON_CreateObject();
+  json_number(row, "rank", (double)model->rank);
+  json_number(row, "bodies", (double)batch.bodies);
+  json_number(row, "us_per_step", batch.together.minimum);
+  json_number(row, "us_per_step_median", batch.together.median);
+  json_number(row, "us_per_step_alone", batch.alone.minimum);
+  json_number(row, "us_per_step_alone_median", batch.alone.median);
+  json_number(row, "h", batch.step.dt);
+  json_number(row, "implicit_modes", batch.implicit_modes);
+  json_number(row, "mean_iterations", batch.iterations);
+  json_number(row, "bodies_in_real_time", real_time);
+  json_number(row, "state_bytes", batch.state_bytes);
+  json_number(row, "workspace_bytes", batch.workspace_bytes);
+  cJSON_AddBoolToObject(row, "same_bits", batch.same_bits);
+  json_string(row, "kernel", thrum_kernel_name(thrum_kernel_chosen(request->kernel)));
+  cJSON_AddItemToArray(rows, row);
+  return THRUM_OK;
+}
+
+int bench_batch_command(int argc, char **argv) {
+  static const char *const curves[] = {"us_per_step", "us_per_step_alone", NULL};
+  bench_request request;
+  const int code = bench_options_read("bench batch", argc, argv, &request);
+  return code != CLI_DONE ? code : bench_each_model(&request, run, curves);
+}

@@ -1,0 +1,104 @@
+/* `thrum bench displacement`: options and output; the measurement is bench/measure_displacement.c.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <getopt.h>
+#include <stdio.h>
+
+#include "app/bench_commands.h"
+#include "bench/bench.h"
+#include "config/message.h"
+#include "config/options.h"
+#include "io/json.h"
+#include "precompute/build_info.h"
+
+static void print_help(void) {
+  fputs("usage: thrum bench displacement [OPTIONS]\n\n"
+        "Times u = U q of a body of random numbers: the single-precision surface that the library\n"
+        "offers for display against OpenBLAS' double-precision product with the same U, both on\n"
+        "one thread and taking turns; and the normals.\n\n"
+        "      --vertices N      shown vertices (default 19796)\n"
+        "      --rank R          reduced coordinates (default 30)\n"
+        "      --repetitions N   samples (default 200)\n"
+        "      --json            print one JSON object instead of the table\n"
+        "  -h, --help            this text\n\n"
+        "examples:\n"
+        "  thrum bench displacement\n"
+        "  thrum bench displacement --vertices 5000 --rank 60 --json\n",
+        stdout);
+}
+
+typedef struct request {
+  bench_displacement bench;
+  bool json;
+} request;
+
+#define FIELD(member) .field = offsetof(request, member)
+
+static const cli_option table[] = {
+    {.name = "vertices", .kind = CLI_COUNT, FIELD(bench.vertices), .least = 3, .most = 1e7},
+    {.name = "rank", .kind = CLI_COUNT, FIELD(bench.rank), .least = 1, .most = THRUM_RANK_MAX},
+    {.name = "repetitions", .kind = CLI_COUNT, FIELD(bench.repetitions), .least = 1, .most = 1e6},
+    CLI_OPTION_JSON(request),
+    CLI_OPTION_HELP(print_help),
+    {.name = NULL},
+};
+
+static void print_json(const bench_displacement *bench) {
+  cJSON *object = cJSON_CreateObject();
+  json_string(object, "processor", bench_processor());
+  json_string(object, "compiler", thrum_build_compiler());
+  json_string(object, "blas_core", thrum_build_blas_core());
+  json_number(object, "vertices", (double)bench->vertices);
+  json_number(object, "rank", (double)bench->rank);
+  json_number(object, "repetitions", (double)bench->repetitions);
+  json_number(object, "dgemv_us", bench->dgemv.minimum);
+  json_number(object, "dgemv_us_median", bench->dgemv.median);
+  json_number(object, "dgemv_columns_us", bench->dgemv_columns.minimum);
+  json_number(object, "dgemv_columns_us_median", bench->dgemv_columns.median);
+  json_number(object, "double_us", bench->plain.minimum);
+  json_number(object, "double_us_median", bench->plain.median);
+  json_number(object, "surface_us", bench->surface.minimum);
+  json_number(object, "surface_us_median", bench->surface.median);
+  json_number(object, "normals_us", bench->normals.minimum);
+  json_number(object, "normals_us_median", bench->normals.median);
+  json_number(object, "ratio", bench->ratio);
+  json_number(object, "ratio_columns", bench->ratio_columns);
+  json_number(object, "ratio_median", bench->ratio_median);
+  json_number(object, "bytes_per_us", bench->bytes_surface / bench->surface.minimum);
+  json_number(object, "difference", bench->difference);
+  json_print(object);
+}
+
+static void print_table(const bench_displacement *bench) {
+  printf("u = U q of %lld vertices at rank %lld, %lld repetitions, one thread\n",
+         (long long)bench->vertices, (long long)bench->rank, (long long)bench->repetitions);
+  printf("%s, %s, OpenBLAS core %s\n\n", bench_processor(), thrum_build_compiler(),
+         thrum_build_blas_core());
+  printf("                               minimum    median [us]\n");
+  printf("  dgemv, double              %9.1f %9.1f\n", bench->dgemv.minimum, bench->dgemv.median);
+  printf("  the same, U by columns     %9.1f %9.1f\n", bench->dgemv_columns.minimum,
+         bench->dgemv_columns.median);
+  printf("  thrum_displacement, double %9.1f %9.1f\n", bench->plain.minimum, bench->plain.median);
+  printf("  surface, single            %9.1f %9.1f\n", bench->surface.minimum,
+         bench->surface.median);
+  printf("  its normals                %9.1f %9.1f\n\n", bench->normals.minimum,
+         bench->normals.median);
+  printf("  surface over dgemv         %9.3f %9.3f\n", bench->ratio, bench->ratio_median);
+  printf("  over the one by columns    %9.3f\n", bench->ratio_columns);
+  printf("  surface reads U at         %9.2f GB/s\n",
+         bench->bytes_surface / bench->surface.minimum * 1e-3);
+  printf("  largest difference         %9.1e of the largest displacement\n", bench->difference);
+}
+
+int bench_displacement_command(int argc, char **argv) {
+  request asked = {.bench = {.vertices = 19796, .rank = 30, .repetitions = 200}};
+  const int code = cli_options_read("bench displacement", table, argc, argv, &asked);
+  if (code != CLI_DONE)
+    return code;
+  if (optind < argc)
+    return cli_usage("bench displacement", "'%s' is not expected", argv[optind]);
+  thrum_error error = {THRUM_OK, ""};
+  if (bench_displacement_run(&asked.bench, &error) < 0)
+    return cli_refuse(&error);
+  (asked.json ? print_json : print_table)(&asked.bench);
+  return CLI_DONE;
+}

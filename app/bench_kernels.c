@@ -1,0 +1,73 @@
+/* `thrum bench kernels`. SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
+#include <stdio.h>
+
+#include "app/bench_commands.h"
+#include "app/bench_speed.h"
+#include "config/message.h"
+#include "io/json.h"
+
+#define IMPLICIT_DEFAULT 3
+
+static const struct {
+  const char *name, *text, *key;
+} passes[BENCH_PASS_COUNT] = {
+#define X(name, operations, text) {#name, text, "us_" #name},
+    BENCH_PASSES(X)
+#undef X
+};
+
+static void print_pass(const bench_request *request, const bench_kernels *bench, int pass,
+                       const thrum_model *model) {
+  const bench_time time = bench->time[pass];
+  const double bytes = bench_coefficient_bytes(model) * bench->coefficients[pass];
+  const double gflops = 1e-3 * bench->operations[pass] / time.minimum;
+  const char *level;
+  const double bandwidth = bench_machine_bandwidth(&request->rates, bytes, &level);
+  printf("%5lld %-14s %9.3f %9.3f %9.2f", (long long)model->rank, passes[pass].text, time.minimum,
+         time.median, gflops);
+  if (request->machine)
+    printf(" %7.0f %% %7.0f %% of %-4s %9.3f", 100 * gflops / request->rates.peak_gflops,
+           100 * 1e-3 * bytes / time.minimum / bandwidth, level, 1e-3 * bytes / bandwidth);
+  printf("\n");
+}
+
+static thrum_status run(const bench_request *request, const thrum_model *model, cJSON *rows,
+                        thrum_error *error) {
+  const int wanted = request->step.implicit_wanted;
+  bench_kernels bench = {.kernel = request->kernel,
+                         .implicit = wanted >= 0 ? wanted : IMPLICIT_DEFAULT,
+                         .batches = request->batches};
+  const thrum_status status = bench_kernels_run(model, &bench, error);
+  if (status < 0)
+    return status;
+  if (!request->json && cJSON_GetArraySize(rows) == 0)
+    printf("%5s %-14s %9s %9s %9s%s\n", "rank", "pass", "us", "median", "GFLOP/s",
+           request->machine ? "  FMA peak  bandwidth    bound us" : "");
+  cJSON *row = cJSON_CreateObject();
+  json_number(row, "rank", (double)model->rank);
+  json_string(row, "kernel", thrum_kernel_name(bench.kernel));
+  json_number(row, "implicit_modes", (double)bench.implicit);
+  for (int pass = 0; pass < BENCH_PASS_COUNT; pass++) {
+    if (!request->json)
+      print_pass(request, &bench, pass, model);
+    char median[80];
+    snprintf(median, sizeof median, "%s_median", passes[pass].key);
+    json_number(row, passes[pass].key, bench.time[pass].minimum);
+    json_number(row, median, bench.time[pass].median);
+    bench_row_bandwidth(request, row, passes[pass].name, bench.time[pass].minimum,
+                        bench_coefficient_bytes(model) * bench.coefficients[pass],
+                        bench.operations[pass]);
+  }
+  cJSON_AddItemToArray(rows, row);
+  return THRUM_OK;
+}
+
+int bench_kernels_command(int argc, char **argv) {
+  static const char *const curves[] = {
+      "us_energy",   "us_force",       "us_tangent", "us_tangent_vector",
+      "us_restrict", "force_bound_us", NULL};
+  bench_request request;
+  const int code = bench_options_read("bench kernels", argc, argv, &request);
+  return code != CLI_DONE ? code : bench_each_model(&request, run, curves);
+}

@@ -1,0 +1,184 @@
+/* Models, files and plots of `thrum bench step` and `thrum bench kernels`.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "app/bench_speed.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "config/message.h"
+#include "config/progress.h"
+#include "driver/energy_plot.h"
+#include "io/file.h"
+#include "io/folder.h"
+#include "io/json.h"
+#include "platform/interrupt.h"
+
+void bench_row_bandwidth(const bench_request *request, cJSON *row, const char *key, double us,
+                         double bytes, double operations) {
+  char name[80];
+  const char *level;
+  const double bandwidth = bench_machine_bandwidth(&request->rates, bytes, &level);
+  snprintf(name, sizeof name, "%s_gflops", key);
+  json_number(row, name, 1e-3 * operations / us);
+  snprintf(name, sizeof name, "%s_bound_us", key);
+  json_number(row, name, request->machine ? 1e-3 * bytes / bandwidth : NAN);
+  snprintf(name, sizeof name, "%s_share_of_fma_peak", key);
+  json_number(row, name,
+                  request->machine ? 1e-3 * operations / us / request->rates.peak_gflops : NAN);
+  snprintf(name, sizeof name, "%s_share_of_bandwidth", key);
+  json_number(row, name, request->machine ? 1e-3 * bytes / us / bandwidth : NAN);
+  snprintf(name, sizeof name, "%s_level", key);
+  json_string(row, name, level);
+}
+
+/* One line of names, then the rows; only the numbers and texts of the first row's keys. */
+static thrum_status write_csv(const bench_request *request, const char *path, const cJSON *rows,
+                              thrum_error *error) {
+  thrum_file_writer writer = {NULL, NULL, NULL};
+  const thrum_status status = thrum_file_writer_open(path, &writer, error);
+  if (status < 0)
+    return status;
+  FILE *file = writer.stream;
+  fprintf(file, "# %s; %s; thrum %s; kernel %s\n", bench_processor(), bench_build(),
+          thrum_version(), thrum_kernel_name(thrum_kernel_chosen(request->kernel)));
+  if (request->machine)
+    fprintf(file, "# measured: FMA peak %.1f GFLOP/s; L2 %.1f, L3 %.1f, DRAM %.1f GB/s\n",
+            request->rates.peak_gflops, request->rates.l2_gbs, request->rates.l3_gbs,
+            request->rates.dram_gbs);
+  const cJSON *row, *item, *first = cJSON_GetArrayItem(rows, 0);
+  cJSON_ArrayForEach(item, first)
+      fprintf(file, "%s%s", item->prev && item != first->child ? "," : "", item->string);
+  fputc('\n', file);
+  cJSON_ArrayForEach(row, rows) {
+    cJSON_ArrayForEach(item, row) {
+      char *text = cJSON_IsString(item) ? NULL : cJSON_PrintUnformatted(item);
+      fprintf(file, "%s%s", item != row->child ? "," : "", text ? text : item->valuestring);
+      cJSON_free(text);
+    }
+    fputc('\n', file);
+  }
+  return thrum_file_writer_commit(&writer, error);
+}
+
+static bool write_script(const bench_request *request, const char *path, const char *name,
+                         const char *const *curves) {
+  FILE *file = fopen(path, "w");
+  if (file == NULL)
+    return false;
+  fprintf(file,
+          "set terminal pngcairo size 1000,700 font 'sans,12'\nset output '%s.png'\n"
+          "set datafile separator ','\nset logscale xy\nset grid\nset key left top\n"
+          "set xlabel 'rank'\nset ylabel 'microseconds'\nset xtics (5,10,15,20,30,45,60,80,100)\n"
+          "set title '%s, %s' noenhanced\n",
+          name, request->command, bench_processor());
+  for (int n = 0; curves[n]; n++)
+    fprintf(file, "%s '%s.csv' using 'rank':'%s' with linespoints title '%s' noenhanced",
+            n == 0 ? "plot" : ",", name, curves[n], curves[n]);
+  fputc('\n', file);
+  return fclose(file) == 0;
+}
+
+/* The curves, microseconds against rank, both logarithmic. */
+static void plot(const bench_request *request, const char *name, const char *const *curves) {
+  char script[64], path[1200];
+  snprintf(script, sizeof script, "%s.gp", name);
+  snprintf(path, sizeof path, "%s/%s", request->folder, script);
+  const bool drawn =
+      write_script(request, path, name, curves) && cli_gnuplot_run(request->folder, script);
+  unlink(path);
+  if (!drawn)
+    cli_warn("no plot: gnuplot is missing or failed");
+}
+
+static thrum_status write_files(const bench_request *request, const cJSON *rows,
+                                const char *const *curves, thrum_error *error) {
+  const char *name = request->command + strlen("bench ");
+  char path[1200];
+  snprintf(path, sizeof path, "%.1000s/%s.csv", request->folder, name);
+  thrum_interrupt_clean("\nthrum: stopped; the file being written was removed\n");
+  const thrum_status status = write_csv(request, path, rows, error);
+  if (status >= 0)
+    plot(request, name, curves);
+  return status;
+}
+
+static thrum_status run_rank(const bench_request *request, int64_t n, bench_run *run, cJSON *rows,
+                             thrum_error *error) {
+  thrum_model *model = NULL;
+  thrum_status status = bench_model_beam(request->ranks[n], &model, error);
+  if (status >= 0)
+    status = run(request, model, rows, error);
+  bench_model_free(model);
+  return status;
+}
+
+static void print_machine(const bench_request *request) {
+  printf("%s; %s\n", bench_processor(), bench_build());
+  if (request->machine)
+    printf("one core: FMA peak %.1f GFLOP/s; read 256 kB %.1f, 8 MB %.1f, 512 MB %.1f GB/s\n",
+           request->rates.peak_gflops, request->rates.l2_gbs, request->rates.l3_gbs,
+           request->rates.dram_gbs);
+}
+
+/* The row itself when there is one, else an object of rows; the machine with either. */
+static void print_json(const bench_request *request, cJSON *rows) {
+  cJSON *object =
+      cJSON_GetArraySize(rows) == 1 ? cJSON_DetachItemFromArray(rows, 0) : cJSON_CreateObject();
+  if (cJSON_GetArraySize(rows) > 0)
+    cJSON_AddItemToObject(object, "rows", rows);
+  else
+    cJSON_Delete(rows);
+  json_string(object, "processor", bench_processor());
+  json_string(object, "build", bench_build());
+  if (request->machine) {
+    json_number(object, "peak_gflops", request->rates.peak_gflops);
+    json_number(object, "l2_gbs", request->rates.l2_gbs);
+    json_number(object, "l3_gbs", request->rates.l3_gbs);
+    json_number(object, "dram_gbs", request->rates.dram_gbs);
+  }
+  json_print(object);
+}
+
+int bench_each_model(bench_request *request, bench_run *run, const char *const *curves) {
+  thrum_error error = {THRUM_OK, ""};
+  // before the measurement, which may be long
+  thrum_status status = request->folder ? folder_make(request->folder, &error) : THRUM_OK;
+  if (status < 0)
+    return cli_refuse(&error);
+  const thrum_model *given = NULL;
+  if (request->model_path)
+    status = thrum_model_load(request->model_path, &given, &error);
+  const int64_t count = given ? 1 : request->rank_count;
+  for (int64_t n = 0; n < count && status >= 0; n++)
+    status = bench_check_implicit(given ? given->rank : request->ranks[n],
+                                  request->step.implicit_wanted, &error);
+  if (status < 0) {
+    thrum_model_free(given);
+    return cli_refuse(&error);
+  }
+  cJSON *rows = cJSON_CreateArray();
+  cli_progress progress = cli_progress_make(request->quiet);
+  if (request->machine)
+    bench_machine_measure(&request->rates);
+  if (!request->json)
+    print_machine(request);
+  for (int64_t n = 0; n < count && status >= 0; n++) {
+    cli_progress_update(&progress, "ranks", (double)n / (double)count);
+    status = given ? run(request, given, rows, &error) : run_rank(request, n, run, rows, &error);
+  }
+  thrum_model_free(given);
+  if (status >= 0)
+    cli_progress_done(&progress);
+  else
+    cli_progress_abandon(&progress);
+  if (status >= 0 && request->folder)
+    status = write_files(request, rows, curves, &error);
+  if (status >= 0 && request->json)
+    print_json(request, rows);
+  else
+    cJSON_Delete(rows);
+  return status >= 0 ? CLI_DONE : cli_refuse(&error);
+}

@@ -1,0 +1,61 @@
+/* `thrum bench step`. SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
+#include <stdio.h>
+
+#include "app/bench_commands.h"
+#include "app/bench_speed.h"
+#include "config/message.h"
+#include "io/json.h"
+
+static thrum_status run(const bench_request *request, const thrum_model *model, cJSON *rows,
+                        thrum_error *error) {
+  bench_step step = request->step;
+  step.def.kernel = request->kernel;
+  step.batches = request->batches;
+  const thrum_status status = bench_step_run(model, &step, error);
+  if (status < 0)
+    return status;
+  const char *level;
+  const double each = bench_coefficient_bytes(model), bytes = each * bench_terms(model->rank);
+  const double bandwidth = bench_machine_bandwidth(&request->rates, bytes, &level);
+  const double gflops = 1e-3 * step.operations / step.time.minimum;
+  const double bound = 1e-3 * each * step.coefficients / bandwidth;
+  if (!request->json) {
+    if (cJSON_GetArraySize(rows) == 0)
+      printf("%5s %9s %9s %11s %9s %11s %9s %9s%s\n", "rank", "us/step", "median", "h [s]",
+             "implicit", "iterations", "refactor", "GFLOP/s",
+             request->machine ? "  FMA peak  bandwidth    bound us" : "");
+    printf("%5lld %9.2f %9.2f %11.3g %9d %11.2f %9.2f %9.2f", (long long)model->rank,
+           step.time.minimum, step.time.median, step.dt, (int)step.implicit_modes, step.iterations,
+           step.factorisations, gflops);
+    if (request->machine)
+      printf(" %7.0f %% %7.0f %% of %-4s %9.3f", 100 * gflops / request->rates.peak_gflops,
+             100 * bound / step.time.minimum, level, bound);
+    printf("\n");
+  }
+  cJSON *row = cJSON_CreateObject();
+  json_number(row, "rank", (double)model->rank);
+  json_number(row, "us_per_step", step.time.minimum);
+  json_number(row, "us_per_step_median", step.time.median);
+  json_number(row, "h", step.dt);
+  json_number(row, "implicit_modes", step.implicit_modes);
+  json_number(row, "mean_iterations", step.iterations);
+  json_number(row, "mean_factorisations", step.factorisations);
+  json_number(row, "steps", (double)step.steps_measured);
+  json_number(row, "gflops", gflops);
+  json_number(row, "bound_us", request->machine ? bound : NAN);
+  json_number(row, "share_of_fma_peak",
+                  request->machine ? gflops / request->rates.peak_gflops : NAN);
+  json_number(row, "share_of_bandwidth", request->machine ? bound / step.time.minimum : NAN);
+  json_string(row, "level", level);
+  json_string(row, "kernel", thrum_kernel_name(thrum_kernel_chosen(request->kernel)));
+  cJSON_AddItemToArray(rows, row);
+  return THRUM_OK;
+}
+
+int bench_step_command(int argc, char **argv) {
+  static const char *const curves[] = {"us_per_step", "us_per_step_median", "bound_us", NULL};
+  bench_request request;
+  const int code = bench_options_read("bench step", argc, argv, &request);
+  return code != CLI_DONE ? code : bench_each_model(&request, run, curves);
+}

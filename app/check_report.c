@@ -1,0 +1,176 @@
+/* What `thrum check` says of a mesh, as a table and as JSON. SPDX-License-Identifier: Apache-2.0 */
+#include "app/check_report.h"
+
+#include <cjson/cJSON.h>
+#include <inttypes.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include "io/json.h"
+#include "thrum/thrum.h"
+
+static const unsigned ALL_FLAGS[] = {
+#define X(name, bit) bit,
+    THRUM_EXAMINE_FLAGS(X)
+#undef X
+};
+static const char *const FLAG_NAMES[] = {
+#define X(name, bit) #name,
+    THRUM_EXAMINE_FLAGS(X)
+#undef X
+};
+enum { FLAG_COUNT = sizeof ALL_FLAGS / sizeof *ALL_FLAGS };
+
+/* What the file calls a vertex. */
+static int64_t file_number(const thrum_mesh *mesh, int32_t v) {
+  int64_t place = v;
+  for (int64_t i = 0; mesh->file_vertex && i < mesh->file_vertex_count; i++)
+    if (mesh->file_vertex[i] == v)
+      place = i;
+  return mesh->file_number ? mesh->file_number[place] : place + 1;
+}
+
+static void print_worst(const thrum_mesh *mesh, const thrum_mesh_examined *e) {
+  for (int i = 0; i < THRUM_EXAMINE_WORST && e->worst[i] >= 0; i++) {
+    const int32_t *v = mesh->tets + 4 * e->worst[i];
+    printf("%-18stet %" PRId64 ", mean ratio %.3f, vertices %" PRId64 " %" PRId64 " %" PRId64
+           " %" PRId64 "\n",
+           i == 0 ? "worst" : "", e->worst[i] + 1, e->worst_ratio[i], file_number(mesh, v[0]),
+           file_number(mesh, v[1]), file_number(mesh, v[2]), file_number(mesh, v[3]));
+  }
+}
+
+static void print_surface(const thrum_mesh_examined *e) {
+  printf("%-18s%" PRId64 " triangles in %" PRId64 " closed surface%s", "surface",
+         e->surface_triangles, e->surfaces, e->surfaces == 1 ? "" : "s");
+  if (e->genus >= 0)
+    printf(", %" PRId64 " hole%s through the body", e->genus, e->genus == 1 ? "" : "s");
+  puts("");
+}
+
+static void print_groups(const thrum_mesh *mesh) {
+  for (int64_t g = 0; g < mesh->group_count; g++)
+    printf("%-18s%s, %" PRId64 " vertices\n", g == 0 ? "groups" : "", mesh->groups[g].name,
+           mesh->groups[g].count);
+  for (int64_t i = 0; i < mesh->region_count && mesh->has_material; i++)
+    printf("%-18sE = %g Pa, nu = %g, rho = %g kg/m^3\n", i == 0 ? "materials" : "",
+           mesh->materials[i].young, mesh->materials[i].poisson, mesh->materials[i].density);
+  if (!mesh->has_material)
+    printf("%-18s%" PRId64 ", no materials in the file\n", "regions", mesh->region_count);
+}
+
+void cli_check_print(const char *name, const thrum_mesh *mesh, const thrum_mesh_examined *e,
+                     unsigned flags) {
+  printf("%-18s%s\n", "mesh", name);
+  printf("%-18s%" PRId64 " vertices (%" PRId64 " inside), %" PRId64 " tetrahedra, %" PRId64
+         " piece%s\n",
+         "size", mesh->vertex_count, e->interior_vertices, mesh->tet_count, e->pieces,
+         e->pieces == 1 ? "" : "s");
+  printf("%-18s%.6g m^3", "body", e->volume);
+  if (mesh->has_material)
+    printf(", %.6g kg", e->mass);
+  printf("\n%-18s[%.4g, %.4g] x [%.4g, %.4g] x [%.4g, %.4g] m\n", "box", e->box_min[0],
+         e->box_max[0], e->box_min[1], e->box_max[1], e->box_min[2], e->box_max[2]);
+  printf("%-18s%.4g to %.4g m\n", "edges", e->edge_min, e->edge_max);
+  print_surface(e);
+  printf("%-18smean ratio %.3f on average, %.3f at least\n", "quality", e->ratio_mean,
+         e->ratio_min);
+  for (int b = 0; b < THRUM_EXAMINE_BINS; b++)
+    if (e->histogram[b] > 0)
+      printf("%-18s%.1f to %.1f: %" PRId64 "\n", "", b / 10.0, (b + 1) / 10.0, e->histogram[b]);
+  print_worst(mesh, e);
+  print_groups(mesh);
+  for (int i = 0; i < FLAG_COUNT; i++) {
+    char line[300];
+    if (flags & ALL_FLAGS[i])
+      printf("%-18s%s\n", "flagged",
+             thrum_mesh_flag_line(mesh, e, (thrum_examine_flag)ALL_FLAGS[i], line));
+  }
+}
+
+static void add_flags(cJSON *object, const thrum_mesh *mesh, const thrum_mesh_examined *e,
+                      unsigned flags) {
+  cJSON *list = cJSON_AddArrayToObject(object, "flags");
+  for (int i = 0; i < FLAG_COUNT; i++) {
+    char line[300], name[32];
+    if (!(flags & ALL_FLAGS[i]))
+      continue;
+    size_t n = 0;
+    for (; FLAG_NAMES[i][n] != 0 && n + 1 < sizeof name; n++)
+      name[n] = (char)(FLAG_NAMES[i][n] - 'A' + 'a');
+    name[n] = 0;
+    cJSON *flag = cJSON_CreateObject();
+    cJSON_AddStringToObject(flag, "name", name);
+    json_string(flag, "message",
+                    thrum_mesh_flag_line(mesh, e, (thrum_examine_flag)ALL_FLAGS[i], line));
+    cJSON_AddItemToArray(list, flag);
+  }
+}
+
+static void add_lists(cJSON *object, const thrum_mesh *mesh, const thrum_mesh_examined *e) {
+  cJSON *histogram = cJSON_AddArrayToObject(object, "quality_histogram");
+  for (int b = 0; b < THRUM_EXAMINE_BINS; b++)
+    cJSON_AddItemToArray(histogram, json_number_item((double)e->histogram[b]));
+  cJSON *worst = cJSON_AddArrayToObject(object, "worst_tets");
+  for (int i = 0; i < THRUM_EXAMINE_WORST && e->worst[i] >= 0; i++) {
+    cJSON *tet = cJSON_CreateObject();
+    json_number(tet, "tet", (double)(e->worst[i] + 1));
+    json_number(tet, "ratio", e->worst_ratio[i]);
+    cJSON_AddItemToArray(worst, tet);
+  }
+  cJSON *groups = cJSON_AddArrayToObject(object, "groups");
+  for (int64_t g = 0; g < mesh->group_count; g++) {
+    cJSON *group = cJSON_CreateObject();
+    json_string(group, "name", mesh->groups[g].name);
+    json_number(group, "vertices", (double)mesh->groups[g].count);
+    cJSON_AddItemToArray(groups, group);
+  }
+  cJSON *materials = cJSON_AddArrayToObject(object, "materials");
+  for (int64_t i = 0; i < mesh->region_count && mesh->has_material; i++) {
+    cJSON *material = cJSON_CreateObject();
+    json_number(material, "young_pa", mesh->materials[i].young);
+    json_number(material, "poisson", mesh->materials[i].poisson);
+    json_number(material, "density_kg_m3", mesh->materials[i].density);
+    cJSON_AddItemToArray(materials, material);
+  }
+}
+
+cJSON *cli_check_object(const char *name, const thrum_mesh *mesh, const thrum_mesh_examined *e,
+                        unsigned flags) {
+  cJSON *object = cJSON_CreateObject();
+  cJSON_AddStringToObject(object, "status", flags != 0 ? "flagged" : "done");
+  json_string(object, "mesh", name);
+  const struct {
+    const char *key;
+    double value;
+  } numbers[] = {{"vertices", (double)mesh->vertex_count},
+                 {"tets", (double)mesh->tet_count},
+                 {"regions", (double)mesh->region_count},
+                 {"pieces", (double)e->pieces},
+                 {"volume_m3", e->volume},
+                 {"extent_m", e->extent},
+                 {"edge_min_m", e->edge_min},
+                 {"edge_max_m", e->edge_max},
+                 {"ratio_min", e->ratio_min},
+                 {"ratio_mean", e->ratio_mean},
+                 {"surface_triangles", (double)e->surface_triangles},
+                 {"surfaces", (double)e->surfaces},
+                 {"interior_vertices", (double)e->interior_vertices},
+                 {"shallow_tets", (double)e->shallow_tets},
+                 {"hinge_edges", (double)e->hinges},
+                 {"coincident_vertices", (double)e->coincident_vertices},
+                 {"flipped_tets", (double)mesh->flipped_tets},
+                 {"dropped_vertices", (double)mesh->dropped_vertices},
+                 {"cornered_tets", (double)mesh->cornered_tets}};
+  for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
+    json_number(object, numbers[i].key, numbers[i].value);
+  if (mesh->has_material)
+    json_number(object, "mass_kg", e->mass);
+  if (e->genus >= 0)
+    json_number(object, "genus", (double)e->genus);
+  json_numbers(object, "box_min_m", e->box_min, 3);
+  json_numbers(object, "box_max_m", e->box_max, 3);
+  add_lists(object, mesh, e);
+  add_flags(object, mesh, e, flags);
+  return object;
+}

@@ -1,0 +1,18 @@
+/* What there is to say about an examined mesh, for the commands that say it.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_APP_CHECK_REPORT_H
+#define THRUM_APP_CHECK_REPORT_H
+
+#include <cjson/cJSON.h>
+
+#include "mesh/mesh_examine.h"
+
+/* The table on standard output; `flags` are those of thrum_mesh_flags. */
+void cli_check_print(const char *name, const thrum_mesh *mesh, const thrum_mesh_examined *e,
+                     unsigned flags);
+
+/* The same as a JSON object, with the status "done" or "flagged". */
+cJSON *cli_check_object(const char *name, const thrum_mesh *mesh, const thrum_mesh_examined *e,
+                        unsigned flags);
+
+#endif

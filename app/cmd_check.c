@@ -1,0 +1,76 @@
+/* `thrum check`: what a mesh is like and what may be wrong with it. The work is done in
+ * precompute/; here it is asked for and shown. SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
+#include <stdio.h>
+
+#include "app/check_report.h"
+#include "app/commands.h"
+#include "config/message.h"
+#include "config/options.h"
+#include "io/json.h"
+
+typedef struct check_request {
+  const char *mesh_name;
+  double scale;
+  bool json;
+} check_request;
+
+static void print_help(void) {
+  fputs("usage: thrum check MESH [OPTIONS]\n\n"
+        "Reads a tetrahedral mesh (.veg, .msh, .node, .ele, .mesh, .vtk, .vtu, .inp, or a\n"
+        "generator such as beam:20x3x3@1x0.15x0.15) and says what it is like: size, volume, mass,\n"
+        "pieces, surface, shape of its tetrahedra, groups, regions. What may be wrong is flagged,\n"
+        "with what to do: pieces that nothing joins, vertices on top of each other, hinges,\n"
+        "likely mistakes of units, coordinates far from the origin, locking, slivers.\n\n"
+        "  --scale S    multiply lengths by S (1)\n"
+        "  --json       one JSON object on standard output\n"
+        "  -h, --help   this text\n\n"
+        "examples:\n"
+        "  thrum check bracket.msh\n"
+        "  thrum check bracket.inp --scale 0.001 --json\n\n"
+        "exit codes: 0 nothing to flag, 1 refused, 2 usage, 3 something is flagged\n",
+        stdout);
+}
+
+static const cli_option table[] = {
+    {.name = "scale",
+     .kind = CLI_NUMBER,
+     .field = offsetof(check_request, scale),
+     .most = INFINITY,
+     .above = true},
+    CLI_OPTION_JSON(check_request),
+    CLI_OPTION_HELP(print_help),
+    {.name = NULL},
+};
+
+static int read_options(int argc, char **argv, check_request *request) {
+  const int code = cli_options_read("check", table, argc, argv, request);
+  if (code != CLI_DONE)
+    return code;
+  return cli_one_argument("check", "mesh", argc, argv, &request->mesh_name);
+}
+
+int cmd_check(int argc, char **argv) {
+  check_request request = {.scale = 1};
+  const int code = read_options(argc, argv, &request);
+  if (code != CLI_DONE)
+    return code;
+  thrum_error error = {0};
+  thrum_mesh mesh = {0};
+  thrum_mesh_examined examined;
+  thrum_status status = thrum_mesh_read(request.mesh_name, request.scale, &mesh, &error);
+  if (status >= 0)
+    status = thrum_mesh_examine(&mesh, &examined, &error);
+  unsigned flags = 0;
+  if (status >= 0) {
+    flags = thrum_mesh_flags(&mesh, &examined);
+    if (request.json)
+      json_print(cli_check_object(request.mesh_name, &mesh, &examined, flags));
+    else
+      cli_check_print(request.mesh_name, &mesh, &examined, flags);
+  }
+  thrum_mesh_free(&mesh);
+  if (status < 0)
+    return cli_refuse(&error);
+  return flags != 0 ? CLI_FLAGGED : CLI_DONE;
+}

@@ -1,0 +1,137 @@
+/* `thrum convert`: from one mesh format to another. The work is done in precompute/; here it is
+ * asked for, and what the format cannot hold is said. SPDX-License-Identifier: Apache-2.0 */
+#include <getopt.h>
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+
+#include "app/commands.h"
+#include "config/message.h"
+#include "config/options.h"
+#include "driver/mesh_warnings.h"
+#include "io/json.h"
+#include "io/paths.h"
+#include "mesh/mesh_write.h"
+#include "platform/interrupt.h"
+
+typedef struct convert_request {
+  const char *input, *output;
+  double scale;
+  thrum_mesh_write_options options;
+  bool json;
+} convert_request;
+
+static void print_help(void) {
+  fputs("usage: thrum convert IN OUT [OPTIONS]\n\n"
+        "Reads a tetrahedral mesh and writes it in the format that the suffix of OUT names:\n"
+        ".veg (Vega), .msh (Gmsh), .node or .ele (TetGen, both files), .mesh (Medit), .vtk and\n"
+        ".vtu (VTK), .inp (Abaqus). IN is one of these too, or a generator such as\n"
+        "beam:20x3x3@1x0.15x0.15. Vertices keep all their bits; groups, regions and materials are\n"
+        "carried as far as OUT can hold them, and what it cannot is counted in a warning.\n\n"
+        "  --scale S      multiply lengths by S, such as 0.001 for a mesh in millimetres (1)\n"
+        "  --binary       .msh, .vtk: numbers as bytes, not as text\n"
+        "  --ascii        .vtu: numbers as text, not as bytes\n"
+        "  --msh VERSION  .msh: 4.1 or 2.2 (4.1)\n"
+        "  --json         one JSON object on standard output\n"
+        "  -h, --help     this text\n\n"
+        "examples:\n"
+        "  thrum convert bracket.inp bracket.vtu\n"
+        "  thrum convert part.node part.msh --msh 2.2 --binary --scale 0.001\n\n"
+        "exit codes: 0 done, 1 refused, 2 usage\n",
+        stdout);
+}
+
+static void choose_msh(void *request, int index) {
+  ((convert_request *)request)->options.msh_version = index == 0 ? 22 : 41;
+}
+
+#define FIELD(member) .field = offsetof(convert_request, member)
+
+static const char *const msh_versions[] = {"2.2", "4.1", NULL};
+static const cli_option table[] = {
+    {.name = "scale", .kind = CLI_NUMBER, FIELD(scale), .most = INFINITY, .above = true},
+    {.name = "binary", .kind = CLI_FLAG, FIELD(options.binary)},
+    {.name = "ascii", .kind = CLI_FLAG, FIELD(options.ascii)},
+    {.name = "msh", .kind = CLI_CHOICE, .names = msh_versions, .choose = choose_msh},
+    CLI_OPTION_JSON(convert_request),
+    CLI_OPTION_HELP(print_help),
+    {.name = NULL},
+};
+
+static int read_options(int argc, char **argv, convert_request *request) {
+  const int code = cli_options_read("convert", table, argc, argv, request);
+  if (code != CLI_DONE)
+    return code;
+  if (argc - optind != 2)
+    return cli_usage("convert", "give the mesh to read and the mesh to write, IN OUT");
+  request->input = argv[optind];
+  request->output = argv[optind + 1];
+  if (request->options.binary && request->options.ascii)
+    return cli_usage("convert", "--binary and --ascii exclude each other");
+  return CLI_DONE;
+}
+
+static void warn_lost(const thrum_mesh_lost *lost, const char *name) {
+  if (lost->groups > 0)
+    cli_warn("%s: %" PRId64 " groups have no place in this format and were left out", name,
+             lost->groups);
+  if (lost->names > 0)
+    cli_warn("%s: %" PRId64 " groups are there under another name or a number", name, lost->names);
+  if (lost->materials > 0)
+    cli_warn("%s: %" PRId64 " materials have no place in this format and were left out", name,
+             lost->materials);
+  if (lost->regions > 0)
+    cli_warn("%s: %" PRId64 " regions without materials are there as groups only", name,
+             lost->regions);
+}
+
+static void print_json(const convert_request *request, const thrum_mesh *mesh,
+                       const thrum_mesh_lost *lost) {
+  cJSON *object = cJSON_CreateObject();
+  cJSON_AddStringToObject(object, "status", "done");
+  json_string(object, "mesh", request->output);
+  json_number(object, "vertices", (double)mesh->vertex_count);
+  json_number(object, "tets", (double)mesh->tet_count);
+  json_number(object, "regions", (double)mesh->region_count);
+  json_number(object, "groups", (double)mesh->group_count);
+  json_number(object, "flipped_tets", (double)mesh->flipped_tets);
+  json_number(object, "dropped_vertices", (double)mesh->dropped_vertices);
+  json_number(object, "cornered_tets", (double)mesh->cornered_tets);
+  json_number(object, "lost_groups", (double)lost->groups);
+  json_number(object, "lost_names", (double)lost->names);
+  json_number(object, "lost_materials", (double)lost->materials);
+  json_number(object, "lost_regions", (double)lost->regions);
+  json_print(object);
+}
+
+static int convert(const convert_request *request) {
+  thrum_error error = {0};
+  thrum_mesh mesh = {0};
+  thrum_mesh_lost lost = {0};
+  thrum_status status = thrum_mesh_read(request->input, request->scale, &mesh, &error);
+  if (status < 0)
+    return cli_refuse(&error);
+  cli_warn_mesh(&mesh, path_basename(request->input));
+  thrum_interrupt_clean("\nthrum: stopped; the file being written was removed\n");
+  status = thrum_mesh_write(request->output, &mesh, &request->options, &lost, &error);
+  if (status >= 0) {
+    warn_lost(&lost, path_basename(request->output));
+    if (request->json)
+      print_json(request, &mesh, &lost);
+    else
+      printf("%s: %" PRId64 " vertices, %" PRId64 " tetrahedra, %" PRId64 " groups, %" PRId64
+             " regions\n",
+             request->output, mesh.vertex_count, mesh.tet_count, mesh.group_count,
+             mesh.region_count);
+  }
+  thrum_mesh_free(&mesh);
+  return status < 0 ? cli_refuse(&error) : CLI_DONE;
+}
+
+int cmd_convert(int argc, char **argv) {
+  convert_request request = {.scale = 1};
+  const int code = read_options(argc, argv, &request);
+  if (code != CLI_DONE)
+    return code;
+  return convert(&request);
+}

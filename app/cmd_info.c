@@ -1,0 +1,455 @@
+/* `thrum info`: what a model file holds. Sizes, frequencies and the split come from the arrays and
+ * the runtime; linear frequencies and residuals from meta, which only precompute writes, so a model
+ * made by hand has none. SPDX-License-Identifier: Apache-2.0 */
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "app/commands.h"
+#include "app/info_surface.h"
+#include "config/message.h"
+#include "config/options.h"
+#include "driver/load_option.h"
+#include "driver/named_model.h"
+#include "driver/split_at.h"
+#include "io/json.h"
+#include "platform/clock.h"
+#include "precompute/basis/load_share.h"
+#include "mesh/model_quality.h"
+
+#define NAMES_SHOWN 8
+#define LOADS_MAX 16
+#define FREQUENCIES_A_LINE 6
+
+typedef struct info {
+  const char *path;
+  const thrum_model *model;
+  bool has_mesh;
+  thrum_quality quality;
+  cJSON *meta; /* NULL when the model has none or it is no JSON object */
+  double dt;
+  split_counts split;
+  double file_bytes;
+  double *hertz;         /* rank */
+  const cli_load *loads; /* load_count */
+  thrum_load_share *shares;
+  int64_t load_count;
+  double began; /* clock_seconds() */
+  double read;  /* the same, once the model was loaded */
+} info;
+
+typedef struct info_request {
+  const char *path;
+  double dt;
+  cli_load loads[LOADS_MAX];
+  int64_t load_count;
+  bool json;
+} info_request;
+
+static void print_help(void) {
+  fputs(
+      "usage: thrum info MODEL [OPTIONS]\n\n"
+      "MODEL is a model file, or a name (beam, basket, bridge, horse, tower, heart) of a model\n"
+      "that is precomputed once and cached.\n\n"
+      "Says what a model file holds: sizes, mass, volume, element quality, bounding box,\n"
+      "frequencies, the split into explicit and implicit modes, residuals, memory, groups. Of a\n"
+      "surface that `thrum embed` wrote it says what that holds.\n\n"
+      "      --dt S   time step of the split [s] (default 0.003)\n"
+      "      --load SPEC  what of a load, as `thrum simulate --load` takes it, the basis does not\n"
+      "               show: of the static answer (energy norm) and of the load itself (outside\n"
+      "               span(M U), mass norm); repeatable\n"
+      "      --json   print one JSON object instead of the table\n"
+      "  -h, --help   this text\n\n"
+      "examples:\n"
+      "  thrum info beam.npz\n"
+      "  thrum info horse\n"
+      "  thrum info beam.npz --load 'constant:0,0,-1@tip'\n"
+      "  thrum info beam.npz --dt 0.001 --json\n",
+      stdout);
+}
+
+static int take_load(const cli_given *given, void *request) {
+  info_request *r = request;
+  if (r->load_count == LOADS_MAX)
+    return cli_given_refuse(given, "at most %d loads at a time", LOADS_MAX);
+  return cli_load_take(given, r->loads, &r->load_count);
+}
+
+static const cli_option table[] = {
+    {.name = "dt",
+     .kind = CLI_NUMBER,
+     .field = offsetof(info_request, dt),
+     .most = INFINITY,
+     .above = true,
+     .wants = "a number of seconds above 0"},
+    {.name = "load", .kind = CLI_TEXT, .repeats = true, .take = take_load},
+    CLI_OPTION_JSON(info_request),
+    CLI_OPTION_HELP(print_help),
+    {.name = NULL},
+};
+
+static int read_options(int argc, char **argv, info_request *request) {
+  request->dt = thrum_default_state_def().dt;
+  const int code = cli_options_read("info", table, argc, argv, request);
+  if (code != CLI_DONE)
+    return code;
+  return cli_one_argument("info", "model", argc, argv, &request->path);
+}
+
+/* meta as an object; NULL when there is none, for whoever made the model may write anything. */
+static cJSON *parse_meta(const thrum_model *model) {
+  if (model->meta == NULL || model->meta_bytes < 2)
+    return NULL;
+  cJSON *meta = cJSON_ParseWithLength((const char *)model->meta, (size_t)model->meta_bytes);
+  if (meta != NULL && !cJSON_IsObject(meta)) {
+    cJSON_Delete(meta);
+    return NULL;
+  }
+  return meta;
+}
+
+/* A member of meta, or of one of its objects; NULL when it is missing. */
+static const cJSON *find_meta(const info *about, const char *object, const char *key) {
+  const cJSON *holder = about->meta;
+  if (object != NULL)
+    holder = cJSON_GetObjectItemCaseSensitive(holder, object);
+  return cJSON_GetObjectItemCaseSensitive(holder, key);
+}
+
+static double meta_number(const info *about, const char *object, const char *key) {
+  const cJSON *item = find_meta(about, object, key);
+  return cJSON_IsNumber(item) ? item->valuedouble : NAN;
+}
+
+static bool is_single(const info *about) {
+  const cJSON *item = find_meta(about, "options", "precision");
+  return cJSON_IsString(item) && strcmp(item->valuestring, "single") == 0;
+}
+
+/* Largest residual of the linear modes; NaN when meta has none. */
+static double meta_worst_residual(const info *about) {
+  const cJSON *item = NULL;
+  double worst = NAN;
+  cJSON_ArrayForEach(item, find_meta(about, "residuals", "modes")) {
+    if (cJSON_IsNumber(item))
+      worst = fmax(worst, item->valuedouble);
+  }
+  return worst;
+}
+
+static void add_frequencies(cJSON *object, const info *about) {
+  cJSON *array = cJSON_AddArrayToObject(object, "frequencies_hz");
+  const cJSON *item = NULL;
+  cJSON_ArrayForEach(item, find_meta(about, NULL, "frequencies_hz")) {
+    if (cJSON_IsNumber(item))
+      cJSON_AddItemToArray(array, json_number_item(item->valuedouble));
+  }
+  json_number(object, "modes", cJSON_GetArraySize(array));
+  json_numbers(object, "basis_frequencies_hz", about->hertz, about->model->rank);
+}
+
+static void add_mesh(cJSON *object, const info *about) {
+  const thrum_quality *quality = &about->quality;
+  const double missing = NAN;
+  json_number(object, "vertices", (double)about->model->vertex_count);
+  json_number(object, "tets", (double)about->model->tet_count);
+  json_number(object, "regions", (double)about->model->region_count);
+  json_number(object, "fixed", about->has_mesh ? (double)quality->fixed_count : missing);
+  json_number(object, "mass_kg", about->has_mesh ? quality->mass : missing);
+  json_number(object, "volume_m3", about->has_mesh ? quality->volume : missing);
+  json_number(object, "quality_min", about->has_mesh ? quality->ratio_min : missing);
+  json_number(object, "quality_mean", about->has_mesh ? quality->ratio_mean : missing);
+  // 1-based, as in the mesh file
+  json_number(object, "worst_tet", about->has_mesh ? (double)quality->worst_tet + 1 : missing);
+  json_numbers(object, "box_min_m", quality->box_min, about->has_mesh ? 3 : 0);
+  json_numbers(object, "box_max_m", quality->box_max, about->has_mesh ? 3 : 0);
+}
+
+static void add_groups(cJSON *object, const thrum_model *model) {
+  cJSON *groups = cJSON_AddArrayToObject(object, "groups");
+  for (int64_t g = 0; g < model->group_count; g++) {
+    cJSON *group = cJSON_CreateObject();
+    const int32_t begin = g > 0 ? model->group_ends[g - 1] : 0;
+    json_string(group, "name", thrum_model_group_name(model, g));
+    json_number(group, "vertices", model->group_ends[g] - begin);
+    cJSON_AddItemToArray(groups, group);
+  }
+}
+
+static void print_json(const info *about) {
+  cJSON *object = cJSON_CreateObject();
+  cJSON_AddStringToObject(object, "status", "done");
+  json_string(object, "model", about->path);
+  json_number(object, "format_major", about->model->format[0]);
+  json_number(object, "format_minor", about->model->format[1]);
+  json_number(object, "rank", (double)about->model->rank);
+  json_number(object, "cubic_coefficients", (double)about->model->c3_count);
+  json_number(object, "quartic_coefficients", (double)about->model->c4_count);
+  add_mesh(object, about);
+  add_frequencies(object, about);
+  json_number(object, "rigid_modes", about->model->rigid != NULL ? 6 : 0);
+  json_number(object, "dt", about->dt);
+  json_number(object, "explicit_modes", (double)about->split.explicit_modes);
+  json_number(object, "implicit_modes", (double)about->split.implicit_modes);
+  cJSON *residuals = cJSON_AddObjectToObject(object, "residuals");
+  json_number(residuals, "modes_max", meta_worst_residual(about));
+  json_number(residuals, "orthonormality", meta_number(about, "residuals", "orthonormality"));
+  json_number(residuals, "diagonality", meta_number(about, "residuals", "diagonality"));
+  json_string(object, "precision", is_single(about) ? "single" : "double");
+  json_number(residuals, "single_precision",
+                  meta_number(about, "residuals", "single_precision"));
+  const cJSON *check = find_meta(about, NULL, "mode_check");
+  if (check != NULL)
+    cJSON_AddItemToObject(object, "mode_check", cJSON_Duplicate(check, true));
+  const cJSON *import = find_meta(about, NULL, "import");
+  if (import != NULL)
+    cJSON_AddItemToObject(object, "import", cJSON_Duplicate(import, true));
+  const cJSON *handles = find_meta(about, "options", "handles");
+  if (cJSON_IsArray(handles))
+    cJSON_AddItemToObject(object, "handles", cJSON_Duplicate(handles, true));
+  cJSON *loads = about->load_count > 0 ? cJSON_AddArrayToObject(object, "loads") : NULL;
+  for (int n = 0; n < about->load_count; n++) {
+    cJSON *load = cJSON_CreateObject();
+    json_string(load, "load", about->loads[n].text);
+    json_number(load, "static_share_outside", about->shares[n].statics);
+    json_number(load, "load_share_outside", about->shares[n].load);
+    cJSON_AddItemToArray(loads, load);
+  }
+  json_number(object, "model_bytes", about->file_bytes);
+  json_number(object, "state_bytes", (double)about->split.state_bytes);
+  add_groups(object, about->model);
+  const cJSON *hash = find_meta(about, "mesh", "hash");
+  if (cJSON_IsString(hash))
+    json_string(object, "mesh_hash", hash->valuestring);
+  // stages that do not overlap
+  cJSON *seconds = cJSON_AddObjectToObject(object, "seconds");
+  const double now = clock_seconds();
+  json_number(seconds, "read", about->read - about->began);
+  json_number(seconds, "measure", now - about->read);
+  json_number(seconds, "total", now - about->began);
+  json_number(object, "peak_mb", clock_peak_mb());
+  json_print(object);
+}
+
+static void print_label(const char *label) {
+  printf("%-18s", label);
+}
+
+/* Frequencies in lines of a few, the label before the first. */
+static void print_frequencies(const char *label, const double *hertz, int64_t count) {
+  for (int64_t n = 0; n < count; n++) {
+    if (n % FREQUENCIES_A_LINE == 0)
+      print_label(n == 0 ? label : "");
+    printf("%-11.5g", hertz[n]);
+    if (n % FREQUENCIES_A_LINE == FREQUENCIES_A_LINE - 1 || n == count - 1)
+      puts("Hz");
+  }
+}
+
+static void print_linear_frequencies(const info *about) {
+  const cJSON *list = find_meta(about, NULL, "frequencies_hz");
+  const int count = cJSON_GetArraySize(list);
+  double *hertz = malloc(((size_t)count + 1) * sizeof *hertz);
+  if (hertz == NULL)
+    return;
+  int64_t kept = 0;
+  const cJSON *item = NULL;
+  cJSON_ArrayForEach(item, list) {
+    if (cJSON_IsNumber(item) && kept < count)
+      hertz[kept++] = item->valuedouble;
+  }
+  print_frequencies("linear modes", hertz, kept);
+  free(hertz);
+}
+
+static void print_mesh(const info *about) {
+  const thrum_quality *quality = &about->quality;
+  print_label("mesh");
+  if (!about->has_mesh) {
+    puts("none: a polynomial alone");
+    return;
+  }
+  printf("%" PRId64 " vertices (%" PRId64 " held), %" PRId64 " tetrahedra, %" PRId64
+         " material%s\n",
+         about->model->vertex_count, quality->fixed_count, about->model->tet_count,
+         about->model->region_count, about->model->region_count == 1 ? "" : "s");
+  for (int64_t m = 0; m < about->model->region_count && m < NAMES_SHOWN; m++) {
+    const double *material = about->model->material + 3 * m;
+    print_label("material");
+    printf("E = %g Pa, nu = %g, rho = %g kg/m^3\n", material[0], material[1], material[2]);
+  }
+  print_label("body");
+  printf("%.6g kg, %.6g m^3\n", quality->mass, quality->volume);
+  print_label("box");
+  printf("[%g, %g] x [%g, %g] x [%g, %g] m\n", quality->box_min[0], quality->box_max[0],
+         quality->box_min[1], quality->box_max[1], quality->box_min[2], quality->box_max[2]);
+  print_label("element quality");
+  printf("mean ratio %.3f at least (tetrahedron %" PRId64 "), %.3f on average; 1 is regular\n",
+         quality->ratio_min, quality->worst_tet + 1, quality->ratio_mean);
+}
+
+static void print_groups(const thrum_model *model) {
+  if (model->group_count == 0)
+    return;
+  print_label("groups");
+  for (int64_t g = 0; g < model->group_count && g < NAMES_SHOWN; g++) {
+    const int32_t begin = g > 0 ? model->group_ends[g - 1] : 0;
+    printf("%s%s (%d)", g > 0 ? ", " : "", thrum_model_group_name(model, g),
+           model->group_ends[g] - begin);
+  }
+  if (model->group_count > NAMES_SHOWN) {
+    printf(" and %" PRId64 " more", model->group_count - NAMES_SHOWN);
+  }
+  puts("");
+}
+
+/* How precompute made sure that no mode was missed. */
+static void print_check(const info *about) {
+  const cJSON *check = find_meta(about, NULL, "mode_check");
+  const cJSON *method = cJSON_GetObjectItemCaseSensitive(check, "method");
+  const cJSON *complete = cJSON_GetObjectItemCaseSensitive(check, "complete");
+  if (!cJSON_IsString(method) || !cJSON_IsBool(complete))
+    return;
+  print_label("none missed");
+  printf("%s by %s, next mode at %.5g Hz\n", cJSON_IsTrue(complete) ? "yes" : "NO",
+         strcmp(method->valuestring, "inertia") == 0 ? "inertia count" : "search",
+         meta_number(about, "mode_check", "next_hz"));
+}
+
+/* Where the basis comes from when not from modes alone: from a file, or with handles. */
+static void print_origin(const info *about) {
+  const cJSON *basis = find_meta(about, "import", "basis");
+  if (cJSON_IsString(basis)) {
+    print_label("imported");
+    printf("from %s, |U^T M U - 1| was %.1e, %s\n", basis->valuestring,
+           meta_number(about, "import", "orthonormality"),
+           cJSON_IsTrue(find_meta(about, "import", "turned")) ? "turned" : "taken as it is");
+  }
+  const cJSON *handles = find_meta(about, "options", "handles"), *handle = NULL;
+  if (cJSON_GetArraySize(handles) > 0)
+    print_label("handles");
+  cJSON_ArrayForEach(handle, handles) {
+    printf("%s%s", cJSON_IsString(handle) ? handle->valuestring : "?",
+           handle->next != NULL ? ", " : "\n");
+  }
+}
+
+static void print_residuals(const info *about) {
+  const double worst = meta_worst_residual(about);
+  const double orthonormality = meta_number(about, "residuals", "orthonormality");
+  if (isnan(orthonormality))
+    return;
+  print_label("residuals");
+  if (!isnan(worst))
+    printf("modes %.1e, ", worst);
+  printf("orthonormality %.1e, diagonality %.1e\n", orthonormality,
+         meta_number(about, "residuals", "diagonality"));
+}
+
+static void print_table(const info *about) {
+  const thrum_model *model = about->model;
+  print_label("model");
+  printf("%s, format %d.%d\n", about->path, model->format[0], model->format[1]);
+  print_mesh(about);
+  print_groups(model);
+  print_label("polynomial");
+  printf("rank %" PRId64 ", %" PRId64 " cubic and %" PRId64 " quartic coefficients\n", model->rank,
+         model->c3_count, model->c4_count);
+  if (is_single(about)) {
+    print_label("precision");
+    printf("single, force wrong by %.1e of itself at most, of 16 samples\n",
+           meta_number(about, "residuals", "single_precision"));
+  }
+  if (model->rigid != NULL) {
+    print_label("free body");
+    puts("elastic part alone; 6 rigid modes kept apart in the array 'rigid'");
+  }
+  print_origin(about);
+  print_linear_frequencies(about);
+  print_frequencies("basis", about->hertz, model->rank);
+  print_label("split");
+  printf("%" PRId64 " explicit, %" PRId64 " implicit at dt = %g s\n", about->split.explicit_modes,
+         about->split.implicit_modes, about->dt);
+  print_check(about);
+  print_residuals(about);
+  for (int n = 0; n < about->load_count; n++) {
+    print_label("load");
+    if (isnan(about->shares[n].statics))
+      printf("%s: acts on nothing that can deform\n", about->loads[n].text);
+    else
+      printf("%s: the basis lacks %.3g %% of its static answer, %.3g %% of itself\n",
+             about->loads[n].text, 100 * about->shares[n].statics, 100 * about->shares[n].load);
+  }
+  print_label("memory");
+  printf("model %.0f bytes, state %zu bytes\n", about->file_bytes, about->split.state_bytes);
+}
+
+/* What the basis lacks of each load. */
+static thrum_status measure_loads(info *about, thrum_error *error) {
+  const thrum_model *model = about->model;
+  const size_t size = 3 * (size_t)model->vertex_count;
+  double *forces = calloc(size * (size_t)about->load_count + 1, sizeof *forces);
+  thrum_status status = forces == NULL ? THRUM_OUT_OF_MEMORY : THRUM_OK;
+  if (status < 0)
+    thrum_error_set(error, status, "no memory for the loads");
+  for (int n = 0; n < about->load_count && status >= 0; n++)
+    status = cli_load_fill(model, &about->loads[n], forces + (size_t)n * size, error);
+  if (status >= 0)
+    status = thrum_load_share_measure(model, about->load_count, forces, about->shares, error);
+  free(forces);
+  return status;
+}
+
+/* Everything that is printed, or the reason why not. */
+static thrum_status gather(info *about, thrum_error *error) {
+  const thrum_model *model = about->model;
+  struct stat status;
+  about->file_bytes = stat(about->path, &status) == 0 ? (double)status.st_size : NAN;
+  about->has_mesh = model->vertices != NULL;
+  about->meta = parse_meta(model);
+  about->hertz = malloc((size_t)model->rank * sizeof *about->hertz);
+  if (about->hertz == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory");
+  thrum_frequencies(model->omega2, model->rank, about->hertz);
+  if (about->has_mesh) {
+    const thrum_status measured = thrum_quality_measure(model, &about->quality, error);
+    if (measured < 0)
+      return measured;
+  }
+  const thrum_status split = split_at(model, about->dt, &about->split, error);
+  return split < 0 || about->load_count == 0 ? split : measure_loads(about, error);
+}
+
+int cmd_info(int argc, char **argv) {
+  info_request request = {0};
+  const int code = read_options(argc, argv, &request);
+  if (code != CLI_DONE)
+    return code;
+  thrum_error error = {0};
+  thrum_load_share shares[LOADS_MAX];
+  info about = {.path = request.path,
+                .dt = request.dt,
+                .loads = request.loads,
+                .shares = shares,
+                .load_count = request.load_count,
+                .began = clock_seconds()};
+  cli_model_file file;
+  thrum_status status = cli_model_load(request.path, false, &about.model, &file, &error);
+  // a surface file is no model, but lacks only what makes one
+  if (status == THRUM_MISSING && cli_info_surface(request.path, request.json))
+    return CLI_DONE;
+  if (status < 0)
+    return cli_refuse(&error);
+  about.path = file.path;
+  about.read = clock_seconds();
+  status = gather(&about, &error);
+  if (status >= 0)
+    (request.json ? print_json : print_table)(&about);
+  cJSON_Delete(about.meta);
+  free(about.hertz);
+  thrum_model_free(about.model);
+  return status < 0 ? cli_refuse(&error) : CLI_DONE;
+}

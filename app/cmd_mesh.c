@@ -1,0 +1,232 @@
+/* `thrum mesh`: fills a closed surface with tetrahedra, by Gmsh or TetGen, and says what came out.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "app/check_report.h"
+#include "app/commands.h"
+#include "app/mesh_tool.h"
+#include "config/message.h"
+#include "config/options.h"
+#include "config/progress.h"
+#include "io/json.h"
+#include "io/paths.h"
+#include "mesh/mesh_write.h"
+#include "mesh/surface_check.h"
+#include "platform/interrupt.h"
+
+/* How far the volume of the mesh may be off that of the surface. */
+#define VOLUME_TOLERANCE 1e-6
+
+#define TETS_MAX 1e8 /* beyond what a machine meshes; a size is then taken for a mistake */
+
+typedef struct mesh_request {
+  const char *surface, *output;
+  int tool;
+  double size, scale;
+  bool json, quiet, verbose;
+} mesh_request;
+
+/* The surface, the mesh in it, and what there is to say of both. */
+typedef struct mesh_work {
+  thrum_surface_mesh surface;
+  thrum_surface_checked checked;
+  thrum_mesh mesh;
+  thrum_mesh_examined examined;
+  cli_mesh_tool tool;
+  unsigned flags;
+  bool other_volume;
+} mesh_work;
+
+static void print_help(void) {
+  fputs("usage: thrum mesh SURFACE -o MESH [OPTIONS]\n\n"
+        "Fills a closed triangle surface (.obj, .stl) with tetrahedra and writes the mesh in the\n"
+        "format that the suffix of MESH names (see thrum convert). The work is done by Gmsh or\n"
+        "TetGen, whichever is installed (apt-get install gmsh, apt-get install tetgen); of both,\n"
+        "by Gmsh, but by TetGen for several parts. The surface's triangles stay as they are.\n"
+        "The surface is checked first, the mesh afterwards, as thrum check does.\n\n"
+        "  -o, --output MESH  the mesh to write\n"
+        "      --size H       edges inside of about H [m] (as the surface has them)\n"
+        "      --scale S      multiply lengths by S, such as 0.001 for millimetres (1)\n"
+        "      --tool NAME    gmsh or tetgen\n"
+        "      --verbose      show all that the tool says\n"
+        "      --json         print one JSON object instead of the table\n"
+        "  -q, --quiet        no progress\n"
+        "  -h, --help         this text\n\n"
+        "examples:\n"
+        "  thrum mesh statue.obj -o statue.msh\n"
+        "  thrum mesh part.stl -o part.veg --scale 0.001 --size 0.01 --tool tetgen\n\n"
+        "exit codes: 0 done, 1 refused, 2 usage, 3 done, but something is flagged\n",
+        stdout);
+}
+
+static void choose_tool(void *request, int index) {
+  ((mesh_request *)request)->tool = index;
+}
+
+#define FIELD(member) .field = offsetof(mesh_request, member)
+
+static const cli_option table[] = {
+    {.name = "output", .letter = 'o', .kind = CLI_TEXT, FIELD(output)},
+    {.name = "size", .kind = CLI_NUMBER, FIELD(size), .most = INFINITY, .above = true},
+    {.name = "scale", .kind = CLI_NUMBER, FIELD(scale), .most = INFINITY, .above = true},
+    {.name = "tool", .kind = CLI_CHOICE, .names = cli_mesh_tools, .choose = choose_tool},
+    {.name = "verbose", .kind = CLI_FLAG, FIELD(verbose)},
+    CLI_OPTION_JSON(mesh_request),
+    CLI_OPTION_QUIET(mesh_request),
+    CLI_OPTION_HELP(print_help),
+    {.name = NULL},
+};
+
+static int read_options(int argc, char **argv, mesh_request *request) {
+  int code = cli_options_read("mesh", table, argc, argv, request);
+  if (code != CLI_DONE)
+    return code;
+  code = cli_one_argument("mesh", "surface", argc, argv, &request->surface);
+  if (code != CLI_DONE)
+    return code;
+  if (request->output == NULL)
+    return cli_usage("mesh", "say where to write the mesh: -o MESH");
+  if (!thrum_mesh_is_named(request->output) || strncmp(request->output, "beam:", 5) == 0)
+    return cli_usage("mesh",
+                     "'%s' names no format of meshes; end it in .msh, .veg, .vtu, .ele, "
+                     "...: see thrum convert --help",
+                     request->output);
+  return CLI_DONE;
+}
+
+/* A regular tetrahedron of edge H fills H^3 / (6 sqrt 2). */
+static thrum_status check_size(const mesh_request *request, const mesh_work *work,
+                               thrum_error *error) {
+  const double tets = fabs(work->checked.volume) / pow(request->size, 3) * 6 * sqrt(2);
+  if (!(request->size > 0) || tets <= TETS_MAX)
+    return THRUM_OK;
+  return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                         "edges of %g m would make %.0e tetrahedra of %.150s: raise --size",
+                         request->size, tets, path_basename(request->surface));
+}
+
+/* Reads and checks the surface; vertices that are there several times are joined if it is open. */
+static thrum_status read_surface(const mesh_request *request, mesh_work *work, thrum_error *error) {
+  int64_t joined = 0;
+  thrum_status status =
+      thrum_surface_mesh_read(request->surface, request->scale, &work->surface, error);
+  if (status >= 0)
+    status = thrum_surface_check(&work->surface, &work->checked, error);
+  if (status >= 0 && work->checked.open.count > 0) {
+    status = thrum_surface_join(&work->surface, &joined, error);
+    if (status >= 0)
+      status = thrum_surface_check(&work->surface, &work->checked, error);
+  }
+  if (status >= 0)
+    status = thrum_surface_meshable(&work->surface, &work->checked, request->surface, error);
+  if (status >= 0)
+    status = check_size(request, work, error);
+  if (status < 0)
+    return status;
+  const char *name = path_basename(request->surface);
+  if (joined > 0)
+    cli_warn("%s: %" PRId64 " vertices on top of others were joined with them", name, joined);
+  if (work->checked.turned.count > 0)
+    cli_warn("%s: the triangles go round opposite ways at %" PRId64 " edges", name,
+             work->checked.turned.count);
+  return status;
+}
+
+/* By the tool chosen, or, where nobody wants that one, by the other if it fails. */
+static thrum_status run_tool(const mesh_request *request, mesh_work *work, thrum_error *error) {
+  cli_progress progress = cli_progress_make(request->quiet);
+  thrum_status status =
+      cli_mesh_tool_choose((cli_mesh_tool)request->tool, work->checked.shells, &work->tool, error);
+  for (int n = 0; n < 2 && status >= 0; n++) {
+    const cli_mesh_job job = {.path = request->surface,
+                              .tool = work->tool,
+                              .size = request->size,
+                              .cavities =
+                                  work->checked.shells > 1 && work->checked.turned.count == 0,
+                              .verbose = request->verbose};
+    char label[64];
+    snprintf(label, sizeof label, "meshing with %s", cli_mesh_tools[work->tool]);
+    cli_progress_update(&progress, label, 0);
+    status = cli_mesh_tool_run(&job, &work->surface, &work->mesh, error);
+    if (status >= 0) {
+      cli_progress_done(&progress);
+      return status;
+    }
+    cli_progress_abandon(&progress);
+    const cli_mesh_tool other = work->tool == CLI_TOOL_GMSH ? CLI_TOOL_TETGEN : CLI_TOOL_GMSH;
+    if (status != THRUM_UNSUPPORTED || n > 0 || request->tool >= 0 ||
+        cli_mesh_tool_choose(other, work->checked.shells, &work->tool, NULL) < 0)
+      return status;
+    cli_warn("%s; trying %s", error->message, cli_mesh_tools[other]);
+    status = THRUM_OK;
+  }
+  return status;
+}
+
+static void warn_volume(const mesh_request *request, mesh_work *work) {
+  const double wanted = fabs(work->checked.volume), got = work->examined.volume;
+  work->other_volume =
+      work->checked.turned.count == 0 && !(fabs(got - wanted) <= VOLUME_TOLERANCE * wanted);
+  if (work->other_volume)
+    cli_warn(
+        "%s: the surface encloses %.6g m^3, the mesh fills %.6g m^3; do closed surfaces lie inside "
+        "others, or go round the wrong way?",
+        path_basename(request->surface), wanted, got);
+}
+
+static void print_results(const mesh_request *request, const mesh_work *work) {
+  const char *tool = cli_mesh_tools[work->tool];
+  const bool flagged = work->flags != 0 || work->other_volume;
+  if (!request->json) {
+    cli_check_print(request->output, &work->mesh, &work->examined, work->flags);
+    printf("%-18s%s, from %s\n", "made by", tool, request->surface);
+    return;
+  }
+  cJSON *object = cli_check_object(request->output, &work->mesh, &work->examined, work->flags);
+  cJSON_ReplaceItemInObjectCaseSensitive(object, "status",
+                                         cJSON_CreateString(flagged ? "flagged" : "done"));
+  json_string(object, "surface", request->surface);
+  cJSON_AddStringToObject(object, "tool", tool);
+  json_number(object, "surface_volume_m3", fabs(work->checked.volume));
+  json_number(object, "surface_shells", (double)work->checked.shells);
+  json_print(object);
+}
+
+static thrum_status make_mesh(const mesh_request *request, mesh_work *work, thrum_error *error) {
+  const thrum_mesh_write_options options = {0};
+  thrum_mesh_lost lost = {0};
+  thrum_status status = path_check_output(request->output, error);
+  if (status >= 0)
+    status = read_surface(request, work, error);
+  if (status >= 0)
+    status = run_tool(request, work, error);
+  if (status >= 0)
+    status = thrum_mesh_examine(&work->mesh, &work->examined, error);
+  if (status < 0)
+    return status;
+  work->flags = thrum_mesh_flags(&work->mesh, &work->examined);
+  warn_volume(request, work);
+  thrum_interrupt_clean("\nthrum: stopped; the file being written was removed\n");
+  return thrum_mesh_write(request->output, &work->mesh, &options, &lost, error);
+}
+
+int cmd_mesh(int argc, char **argv) {
+  mesh_request request = {.scale = 1, .tool = CLI_TOOL_NONE};
+  const int code = read_options(argc, argv, &request);
+  if (code != CLI_DONE)
+    return code;
+  thrum_error error = {0};
+  mesh_work work = {.tool = CLI_TOOL_NONE};
+  const thrum_status status = make_mesh(&request, &work, &error);
+  const bool flagged = work.flags != 0 || work.other_volume;
+  if (status >= 0)
+    print_results(&request, &work);
+  thrum_surface_mesh_free(&work.surface);
+  thrum_mesh_free(&work.mesh);
+  if (status < 0)
+    return cli_refuse(&error);
+  return flagged ? CLI_FLAGGED : CLI_DONE;
+}

@@ -1,0 +1,48 @@
+/* `thrum precompute`: from a tetrahedral mesh to a model file. The work is done in precompute/;
+ * here it is asked for and shown. SPDX-License-Identifier: Apache-2.0 */
+#include <stdlib.h>
+
+#include "app/commands.h"
+#include "config/message.h"
+#include "driver/named_model.h"
+#include "driver/precompute_request.h"
+#include "platform/interrupt.h"
+
+static int run_request(precompute_request *request) {
+  thrum_error error = {0};
+  cli_model_recipe recipe;
+  bool flagged = false;
+  // the name of one of our models stands for its mesh, with what its recipe says as the defaults
+  thrum_status status = cli_model_recipe_find(request->mesh_name, &recipe, &error);
+  if (status >= 0 && recipe.found)
+    cli_model_recipe_apply(&recipe, request);
+  thrum_interrupt_clean("\nthrum: stopped; nothing was written\n");
+  if (status >= 0) {
+    status = precompute_make(
+        request, request->json ? precompute_print_json : precompute_print_table, &flagged, &error);
+  }
+  if (status < 0)
+    return cli_refuse(&error);
+  return flagged ? CLI_FLAGGED : CLI_DONE;
+}
+
+int cmd_precompute(int argc, char **argv) {
+  precompute_request request = {0};
+  // no more --fix than arguments, or than a recipe holds
+  request.fixes =
+      calloc((size_t)argc + CLI_FILE_ITEMS_MAX + CLI_RECIPE_FIXES_MAX, sizeof *request.fixes);
+  request.handles = calloc((size_t)argc + CLI_FILE_ITEMS_MAX, sizeof *request.handles);
+  if (request.fixes == NULL || request.handles == NULL) {
+    free(request.fixes);
+    free(request.handles);
+    const thrum_error error = {THRUM_OUT_OF_MEMORY, ""};
+    return cli_refuse(&error);
+  }
+  int code = precompute_options_read(argc, argv, &request);
+  if (code == CLI_DONE)
+    code = run_request(&request);
+  free(request.fixes);
+  free(request.handles);
+  cli_options_file_free(&request.file);
+  return code;
+}

@@ -1,0 +1,248 @@
+/* `thrum static`: where a body comes to rest under a load. The search is the runtime's
+ * (thrum/equilibrium.h); here it is asked for, shown and written. SPDX-License-Identifier:
+ * Apache-2.0 */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "app/commands.h"
+#include "config/message.h"
+#include "driver/model_truncate_to.h"
+#include "driver/named_model.h"
+#include "driver/static_full.h"
+#include "driver/static_solve.h"
+#include "io/file.h"
+#include "io/npy_file.h"
+#include "io/vtu.h"
+#include "platform/clock.h"
+#include "platform/interrupt.h"
+
+/* --- the path, as it is found -------------------------------------------------------------------
+ */
+
+typedef struct path_file {
+  const static_request *request;
+  const thrum_model *model;
+  thrum_file_writer writer;
+  thrum_status status;
+  thrum_error error;
+} path_file;
+
+static void put_line(path_file *file, const char *line) {
+  if (file->status >= 0)
+    file->status = thrum_file_writer_put(&file->writer, line, strlen(line), &file->error);
+}
+
+static thrum_status displaced(const thrum_model *model, const cli_target *target, const double *q,
+                              double mean[3], thrum_error *error) {
+  const int32_t *vertices = NULL;
+  int64_t count = 0;
+  int32_t one = 0;
+  thrum_error detail = {0};
+  thrum_status status = cli_target_find(model, target, &vertices, &count, &one, &detail);
+  if (status >= 0)
+    status = thrum_displacement_mean(model, vertices, count, q, mean, &detail);
+  return status < 0 ? thrum_error_set(error, status, "--at: %s", detail.message) : status;
+}
+
+static void put_point(void *context, const thrum_equilibrium_point *point) {
+  path_file *file = context;
+  char text[160];
+  snprintf(text, sizeof text, "%.17g,%.17g,%.17g,%d", point->factor, point->energy, point->least,
+           (int)point->jumped);
+  put_line(file, text);
+  for (int64_t n = 0; n < file->request->target_count && file->status >= 0; n++) {
+    double mean[3];
+    file->status = displaced(file->model, &file->request->targets[n], point->q, mean, &file->error);
+    snprintf(text, sizeof text, ",%.17g,%.17g,%.17g", mean[0], mean[1], mean[2]);
+    put_line(file, text);
+  }
+  put_line(file, "\n");
+}
+
+static thrum_status open_path(path_file *file, thrum_error *error) {
+  char text[80];
+  const thrum_status status = thrum_file_writer_open(file->request->path, &file->writer, error);
+  if (status < 0)
+    return status;
+  put_line(file, "factor,energy_j,least_eigenvalue,jumped");
+  for (int64_t n = 1; n <= file->request->target_count; n++) {
+    snprintf(text, sizeof text, ",x%lld_m,y%lld_m,z%lld_m", (long long)n, (long long)n,
+             (long long)n);
+    put_line(file, text);
+  }
+  put_line(file, "\n");
+  return THRUM_OK;
+}
+
+static thrum_status close_path(path_file *file, thrum_error *error) {
+  thrum_status status = file->status;
+  if (status >= 0)
+    return thrum_file_writer_commit(&file->writer, error);
+  if (error != NULL)
+    *error = file->error;
+  return status;
+}
+
+/* --- the answer's files -------------------------------------------------------------------------
+ */
+
+static thrum_status write_q(const static_answer *answer, thrum_error *error) {
+  unsigned char header[192];
+  thrum_file_writer writer = {0};
+  const size_t size = thrum_npy_header_f8(header, answer->model->rank, 0);
+  thrum_status status = thrum_file_writer_open(answer->request->output, &writer, error);
+  if (status >= 0)
+    status = thrum_file_writer_put(&writer, header, size, error);
+  if (status >= 0)
+    status = thrum_file_writer_put(&writer, answer->q,
+                                   (size_t)answer->model->rank * sizeof *answer->q, error);
+  if (status >= 0)
+    status = thrum_file_writer_commit(&writer, error);
+  thrum_file_writer_abandon(&writer);
+  return status;
+}
+
+static thrum_status write_frame(const static_answer *answer, thrum_error *error) {
+  const thrum_model *model = answer->model;
+  double *field = malloc((size_t)model->vertex_count * 3 * sizeof *field + 1);
+  if (field == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the frame");
+  thrum_status status = thrum_displacement(model, answer->q, 0, model->vertex_count, field, error);
+  if (status >= 0)
+    status = cli_vtu_write_whole(answer->request->frame, model, field, error);
+  free(field);
+  return status;
+}
+
+static thrum_status measure(static_answer *answer, double *extents, thrum_error *error) {
+  const static_request *request = answer->request;
+  answer->peak_vertex = -1;
+  answer->peak = NAN;
+  for (int64_t n = 0; n < request->target_count; n++) {
+    const thrum_status status =
+        displaced(answer->model, &request->targets[n], answer->q, answer->displaced[n], error);
+    if (status < 0)
+      return status;
+  }
+  if (answer->model->basis == NULL)
+    return THRUM_OK;
+  answer->peak = 0;
+  const thrum_status status = thrum_basis_extents(answer->model, extents, error);
+  return status < 0 ? status
+                    : thrum_displacement_peak(answer->model, extents, answer->q, &answer->peak,
+                                              &answer->peak_vertex, error);
+}
+
+static thrum_status find(static_answer *answer, double *q, double *mode, thrum_error *error) {
+  const static_request *request = answer->request;
+  path_file file = {.request = request, .model = answer->model};
+  thrum_status status = request->path != NULL ? open_path(&file, error) : THRUM_OK;
+  const cli_static_watch watch = {request->path != NULL ? put_point : NULL, &file};
+  const double began = clock_seconds();
+  if (status >= 0)
+    status = cli_static_solve(answer->model, &request->def, request->model_path, request->loads,
+                              request->load_count, q, mode, &watch, &answer->report, error);
+  answer->seconds = clock_seconds() - began;
+  if (status >= 0 && request->path != NULL)
+    status = close_path(&file, error);
+  thrum_file_writer_abandon(&file.writer);
+  return status;
+}
+
+static thrum_status answer_all(static_answer *answer, double *memory, thrum_error *error) {
+  const static_request *request = answer->request;
+  double *q = memory, *mode = q + answer->model->rank, *extents = mode + answer->model->rank;
+  answer->q = q;
+  answer->mode = mode;
+  if (request->full) {
+    const thrum_status found = static_full_find(answer, q, error);
+    return found >= 0 && request->output != NULL ? write_q(answer, error) : found;
+  }
+  // what to show is looked up before the search, so that a slip costs nothing
+  thrum_status status = measure(answer, extents, error);
+  if (status >= 0)
+    status = find(answer, q, mode, error);
+  if (status >= 0)
+    status = measure(answer, extents, error);
+  if (status >= 0 && request->output != NULL)
+    status = write_q(answer, error);
+  if (status >= 0 && request->frame != NULL)
+    status = write_frame(answer, error);
+  return status;
+}
+
+static void warn_flags(const static_answer *answer) {
+  const thrum_equilibrium_report *report = &answer->report;
+  if (report->instability != THRUM_INSTABILITY_NONE)
+    cli_warn("the body %s at %.6g of the load%s",
+             report->instability == THRUM_INSTABILITY_LIMIT ? "snaps through" : "buckles",
+             report->critical,
+             report->jumps > 0 ? "; the answer is a stable shape that it falls to" : "");
+  if (report->least < 0)
+    cli_warn("the equilibrium is unstable");
+}
+
+static int run_request(const static_request *request) {
+  thrum_error error = {0};
+  const thrum_model *loaded = NULL;
+  void *lower = NULL;
+  static_answer answer = {.request = request};
+  double *memory = NULL;
+  thrum_status status = cli_mesh_model_load(request->model_path, &request->mesh_def, request->quiet,
+                                            &loaded, NULL, &error);
+  if (status >= 0)
+    status = model_truncate_to(loaded, request->rank, &lower, &answer.model, &error);
+  thrum_interrupt_clean("\nthrum: stopped; the file being written was removed\n");
+  if (status >= 0) {
+    memory = calloc(3 * (size_t)answer.model->rank, sizeof *memory);
+    answer.displaced = calloc((size_t)request->target_count + 1, sizeof *answer.displaced);
+    if (memory == NULL || answer.displaced == NULL)
+      status = thrum_error_set(&error, THRUM_OUT_OF_MEMORY, "no memory for the answer");
+  }
+  if (status >= 0)
+    status = answer_all(&answer, memory, &error);
+  int code = CLI_DONE;
+  if (status < 0) {
+    code = cli_refuse(&error);
+  } else {
+    if (request->json)
+      static_report_json(&answer);
+    else
+      static_report_table(&answer);
+    warn_flags(&answer);
+    code = strcmp(static_status_name(&answer.report), "done") == 0 ? CLI_DONE : CLI_FLAGGED;
+  }
+  free(memory);
+  free(answer.displaced);
+  free(lower);
+  thrum_model_free(loaded);
+  return code;
+}
+
+int cmd_static(int argc, char **argv) {
+  static_request request = {0};
+  // no more loads and targets than arguments, and items of an options file
+  const size_t room = (size_t)argc + CLI_FILE_ITEMS_MAX;
+  request.loads = calloc(room, sizeof *request.loads);
+  request.targets = calloc(room, sizeof *request.targets);
+  request.at = calloc(room, sizeof *request.at);
+  request.moves = calloc(room, sizeof *request.moves);
+  int code = CLI_DONE;
+  if (request.loads == NULL || request.targets == NULL || request.at == NULL ||
+      request.moves == NULL) {
+    const thrum_error error = {THRUM_OUT_OF_MEMORY, "out of memory"};
+    code = cli_refuse(&error);
+  } else {
+    code = static_options_read(argc, argv, &request);
+    if (code == CLI_DONE)
+      code = run_request(&request);
+  }
+  free(request.loads);
+  free(request.targets);
+  free(request.at);
+  free(request.moves);
+  cli_options_file_free(&request.file);
+  return code;
+}

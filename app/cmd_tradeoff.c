@@ -1,0 +1,316 @@
+/* `thrum tradeoff`: what speed costs in accuracy, and which setting to take. What is measured is
+ * tradeoff/'s; here it is asked for, shown and written. SPDX-License-Identifier: Apache-2.0 */
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "app/commands.h"
+#include "app/results.h"
+#include "app/tradeoff_request.h"
+#include "config/message.h"
+#include "config/progress.h"
+#include "driver/named_model.h"
+#include "io/folder.h"
+#include "io/json.h"
+
+/* All of one call. */
+typedef struct trade {
+  const tradeoff_request *request;
+  const thrum_model *model;
+  double *forces;
+  thrum_load *courses;
+  tradeoff_problem problem;
+  tradeoff_result result;
+  int64_t chosen;
+  char wanted[160];
+  cli_progress progress;
+  cli_load own; /* the default load of a model by name */
+  char own_text[128];
+} trade;
+
+static bool show(void *context, const char *stage, double fraction) {
+  cli_progress *progress = context;
+  cli_progress_update(progress, stage, fraction);
+  return true;
+}
+
+/* The recipe's load where none is given. */
+static thrum_status default_load(trade *t, const cli_load **loads, int64_t *count,
+                                 thrum_error *error) {
+  const tradeoff_request *request = t->request;
+  *loads = request->loads;
+  *count = request->load_count;
+  if (request->load_count > 0)
+    return THRUM_OK;
+  cli_model_recipe recipe;
+  const thrum_status status = cli_model_recipe_find(request->model_path, &recipe, error);
+  if (status < 0)
+    return status;
+  const double *d = recipe.load_direction, force = recipe.load_force;
+  if (!recipe.found || !(force > 0))
+    return thrum_error_set(error, THRUM_MISSING, "%.200s: name a load with --load",
+                           request->model_path);
+  snprintf(t->own_text, sizeof t->own_text, "square:%.6g,%.6g,%.6g@%.40s", force * d[0],
+           force * d[1], force * d[2], recipe.load_group);
+  *loads = &t->own;
+  *count = 1;
+  return cli_load_parse(t->own_text, &t->own, error);
+}
+
+static thrum_status fill_loads(trade *t, thrum_error *error) {
+  const cli_load *loads;
+  int64_t count;
+  thrum_status status = default_load(t, &loads, &count, error);
+  if (status < 0)
+    return status;
+  if (t->model->tets == NULL || t->model->basis == NULL)
+    return thrum_error_set(error, THRUM_MISSING,
+                           "%.200s: a model without a mesh and a basis has "
+                           "no full order to be measured against",
+                           t->request->model_path);
+  const size_t components = 3 * (size_t)t->model->vertex_count;
+  t->forces = calloc(components * (size_t)count, sizeof *t->forces);
+  t->courses = calloc((size_t)count, sizeof *t->courses);
+  if (t->forces == NULL || t->courses == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the loads");
+  for (int64_t n = 0; n < count && status >= 0; n++) {
+    double reduced[THRUM_RANK_MAX];
+    // which says with --load what is wrong with a target
+    status = cli_load_reduce(t->model, &loads[n], reduced, error);
+    if (status >= 0)
+      status = cli_load_fill(t->model, &loads[n], t->forces + (size_t)n * components, error);
+    t->courses[n] = loads[n].course;
+  }
+  t->problem.load_count = count;
+  return status;
+}
+
+static void fill_problem(trade *t) {
+  const tradeoff_request *request = t->request;
+  tradeoff_problem *p = &t->problem;
+  p->model = t->model;
+  p->courses = t->courses;
+  p->forces = t->forces;
+  p->damping_alpha = request->damping[0];
+  p->damping_beta = request->damping[1];
+  p->time = request->time;
+  p->full_dt = request->full_dt;
+  for (int64_t n = 0; n < 2 * request->rank_count; n++) {
+    const int64_t rank = (int64_t)request->ranks[n / 2], last = p->rank_count;
+    // the model's own basis is as it is, and there once
+    const bool tried = rank == 0 ? n % 2 == 0 : request->precisions[n % 2];
+    if (!tried)
+      continue;
+    p->ranks[last] = rank;
+    p->modes[last] = (rank + 1) / 2;
+    p->single[last] = n % 2 == 1;
+    p->rank_count++;
+  }
+  p->dt_count = request->dt_count;
+  memcpy(p->dts, request->dts, sizeof p->dts);
+  p->tolerance_count = request->tolerance_count;
+  memcpy(p->tolerances, request->tolerances, sizeof p->tolerances);
+  memcpy(p->integrators, request->integrators, sizeof p->integrators);
+  p->threads = (int)request->threads;
+  p->progress = show;
+  p->progress_context = &t->progress;
+}
+
+/* An object as an options file. */
+static thrum_status put_options(const trade *t, const char *name, cJSON *object,
+                                thrum_error *error) {
+  char *json = json_text(object);
+  study_text text = {0};
+  cJSON_Delete(object);
+  if (json == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %s", name);
+  study_text_add(&text, "%s\n", json);
+  free(json);
+  return cli_results_write(t->request->output, name, &text, error);
+}
+
+/* The chosen setting, as simulate and precompute take it. */
+static cJSON *simulate_options(const tradeoff_run *run) {
+  cJSON *object = cJSON_CreateObject();
+  cJSON_AddStringToObject(object, "integrator", study_integrator_names[run->integrator]);
+  json_number(object, "dt", run->dt);
+  json_number(object, "tolerance", run->tolerance);
+  return object;
+}
+
+static cJSON *precompute_options(const tradeoff_basis *basis) {
+  cJSON *object = cJSON_CreateObject();
+  json_number(object, "modes", (double)basis->modes);
+  json_number(object, "rank", (double)basis->rank);
+  cJSON_AddStringToObject(object, "precision", basis->single ? "single" : "double");
+  return object;
+}
+
+static thrum_status write_files(const trade *t, thrum_error *error) {
+  study_text text = {0};
+  const study_place place = cli_results_place("thrum tradeoff");
+  tradeoff_csv(&text, &t->result);
+  thrum_status status = cli_results_write(t->request->output, "tradeoff.csv", &text, error);
+  if (status >= 0) {
+    tradeoff_report(&text, &t->problem, &t->result, t->chosen, t->wanted, &place);
+    status = cli_results_write(t->request->output, "tradeoff.html", &text, error);
+  }
+  if (status < 0 || t->chosen < 0)
+    return status;
+  const tradeoff_run *run = &t->result.runs[t->chosen];
+  const tradeoff_basis *basis = &t->result.bases[run->basis];
+  status = put_options(t, "simulate.json", simulate_options(run), error);
+  if (status >= 0 && basis->modes > 0)
+    status = put_options(t, "precompute.json", precompute_options(basis), error);
+  return status;
+}
+
+static void add_errors(cJSON *object, const char *key, const tradeoff_errors *errors) {
+  cJSON *item = cJSON_AddObjectToObject(object, key);
+  json_number(item, "displacement", errors->displacement);
+  json_number(item, "velocity", errors->velocity);
+  json_number(item, "energy", errors->energy);
+}
+
+static cJSON *run_json(const trade *t, const tradeoff_run *run) {
+  const tradeoff_basis *basis = &t->result.bases[run->basis];
+  cJSON *item = cJSON_CreateObject();
+  json_number(item, "modes", basis->modes > 0 ? (double)basis->modes : NAN);
+  json_number(item, "rank", (double)basis->rank);
+  cJSON_AddStringToObject(item, "precision", basis->single ? "single" : "double");
+  cJSON_AddStringToObject(item, "integrator", study_integrator_names[run->integrator]);
+  json_number(item, "dt", run->dt);
+  json_number(item, "tolerance", run->tolerance);
+  cJSON_AddBoolToObject(item, "stable", run->stable);
+  json_number(item, "us_per_step", run->us_per_step);
+  json_number(item, "cost_s_per_s", run->cost);
+  json_number(item, "times_faster_than_full", t->result.full_cost / run->cost);
+  json_number(item, "error", run->error.displacement);
+  add_errors(item, "errors", &run->error);
+  add_errors(item, "basis_errors", &basis->error);
+  add_errors(item, "time_errors", &run->time_error);
+  json_number(item, "drift", run->drift);
+  cJSON_AddBoolToObject(item, "front", run->front);
+  return item;
+}
+
+static void print_json(const trade *t) {
+  const tradeoff_request *request = t->request;
+  const study_place place = cli_results_place("thrum tradeoff");
+  cJSON *object = json_report("tradeoff", t->chosen < 0 ? "flagged" : "done");
+  json_string(object, "model", request->model_path);
+  json_string(object, "machine", place.machine);
+  cJSON_AddStringToObject(object, "compiler", place.compiler);
+  json_string(object, "output", request->output);
+  json_number(object, "time_s", request->time);
+  cJSON *full = cJSON_AddObjectToObject(object, "full");
+  json_number(full, "components", (double)t->result.free_count);
+  json_number(full, "dt", request->full_dt);
+  json_number(full, "us_per_step", t->result.full_us_per_step);
+  json_number(full, "cost_s_per_s", t->result.full_cost);
+  json_number(full, "error", t->result.full_error);
+  cJSON *runs = cJSON_AddArrayToObject(object, "runs");
+  for (int64_t n = 0; n < t->result.run_count; n++)
+    cJSON_AddItemToArray(runs, run_json(t, &t->result.runs[n]));
+  cJSON_AddStringToObject(object, "wanted", t->wanted);
+  if (t->chosen >= 0)
+    cJSON_AddItemToObject(object, "recommended", run_json(t, &t->result.runs[t->chosen]));
+  else
+    cJSON_AddNullToObject(object, "recommended");
+  json_print(object);
+}
+
+static void print_run(const trade *t, const tradeoff_run *run) {
+  const tradeoff_basis *basis = &t->result.bases[run->basis];
+  printf("%-8s %5" PRId64 " %-6s %8.4g %9.0e %9.2f %10.2e %8.0f %8.3g %% %8.3g %% %8.3g %%\n",
+         study_integrator_names[run->integrator], basis->rank, basis->single ? "single" : "double",
+         run->dt, run->tolerance, run->us_per_step, run->cost, t->result.full_cost / run->cost,
+         100 * run->error.displacement, 100 * basis->error.displacement,
+         100 * run->time_error.displacement);
+}
+
+static void print_table(const trade *t) {
+  printf("full order   %" PRId64 " components, %.3g ms a step of %g s, %.3g s for a second; in "
+         "time off by %.2g %%\n",
+         t->result.free_count, 1e-3 * t->result.full_us_per_step, t->request->full_dt,
+         t->result.full_cost, 100 * t->result.full_error);
+  printf("%-8s %5s %-6s %8s %9s %9s %10s %8s %10s %10s %10s\n", "method", "rank", "coeff.", "h [s]",
+         "tol.", "us/step", "cost s/s", "faster", "error", "of basis", "in time");
+  for (int64_t n = 0; n < t->result.run_count; n++)
+    if (t->result.runs[n].front)
+      print_run(t, &t->result.runs[n]);
+  printf("\nrecommended for %s:\n", t->wanted);
+  if (t->chosen >= 0)
+    print_run(t, &t->result.runs[t->chosen]);
+  else
+    puts("no setting that was tried");
+}
+
+static void say_wanted(trade *t) {
+  const tradeoff_request *request = t->request;
+  char error[64] = "", budget[64] = "";
+  if (!isnan(request->error))
+    snprintf(error, sizeof error, "an error of %g %%", 100 * request->error);
+  if (!isnan(request->budget))
+    snprintf(budget, sizeof budget, "%g ms a frame of %g a second", 1e3 * request->budget,
+             request->fps);
+  snprintf(t->wanted, sizeof t->wanted, "%s%s%s", error, error[0] && budget[0] ? " and " : "",
+           budget);
+}
+
+static thrum_status run_trade(trade *t, thrum_error *error) {
+  const tradeoff_request *request = t->request;
+  thrum_status status = folder_make(request->output, error);
+  if (status >= 0)
+    status = cli_mesh_model_load(request->model_path, &request->mesh_def, request->quiet, &t->model,
+                                 NULL, error);
+  if (status >= 0)
+    status = fill_loads(t, error);
+  if (status < 0)
+    return status;
+  fill_problem(t);
+  say_wanted(t);
+  t->progress = cli_progress_make(request->quiet);
+  status = tradeoff_solve(&t->problem, &t->result, error);
+  if (status < 0) {
+    cli_progress_abandon(&t->progress);
+    return status;
+  }
+  cli_progress_done(&t->progress);
+  if (t->result.dropped > 0)
+    cli_warn("%d of the ranks could not be made: %s", (int)t->result.dropped,
+             t->result.dropped_reason.message);
+  t->chosen = tradeoff_choose(&t->result, request->error, request->budget * request->fps);
+  status = write_files(t, error);
+  if (status >= 0 && request->json)
+    print_json(t);
+  else if (status >= 0)
+    print_table(t);
+  return status;
+}
+
+int cmd_tradeoff(int argc, char **argv) {
+  tradeoff_request request = {0};
+  thrum_error error = {0};
+  request.loads = calloc((size_t)argc, sizeof *request.loads);
+  if (request.loads == NULL) {
+    error.status = THRUM_OUT_OF_MEMORY;
+    return cli_refuse(&error);
+  }
+  int code = tradeoff_options_read(argc, argv, &request);
+  if (code == CLI_DONE) {
+    trade t = {.request = &request, .chosen = -1};
+    if (run_trade(&t, &error) < 0)
+      code = cli_refuse(&error);
+    else if (t.chosen < 0)
+      code = CLI_FLAGGED;
+    tradeoff_free(&t.result);
+    free(t.forces);
+    free(t.courses);
+    thrum_model_free(t.model);
+  }
+  free(request.loads);
+  return code;
+}

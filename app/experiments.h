@@ -1,0 +1,86 @@
+/* What `thrum experiments` was asked for; shared by cmd_experiments.c (the command),
+ * experiments_options.c, and one file for each kind of experiment.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_APP_EXPERIMENTS_H
+#define THRUM_APP_EXPERIMENTS_H
+
+#include <cjson/cJSON.h>
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "driver/named_model.h"
+#include "thrum/thrum.h"
+#include "validation/experiments/report.h"
+
+#define EXPERIMENTS_MODELS_MAX 32
+#define EXPERIMENTS_AMPLITUDES_MAX 16
+#define EXPERIMENTS_SHORTEST 1e-4  /* time step of --sweep [s] */
+#define EXPERIMENTS_UNIT_STEPS 400 /* of --extremes, in other units */
+
+typedef enum experiments_kind {
+  EXPERIMENTS_MATRIX = 0,
+  EXPERIMENTS_LONG = 1,
+  EXPERIMENTS_SWEEP = 2,
+  EXPERIMENTS_EXTREMES = 3,
+  EXPERIMENTS_LINEAR = 4
+} experiments_kind;
+
+typedef struct experiments_request {
+  experiments_kind kind;
+  const char *output; /* folder */
+  char *list;         /* the text of --models, cut into names; freed by the command */
+  const char *models[EXPERIMENTS_MODELS_MAX];
+  int64_t model_count;
+  bool loads[STUDY_LOAD_COUNT];
+  bool integrators[STUDY_INTEGRATOR_COUNT];
+  bool subjects[STUDY_SUBJECT_COUNT]; /* of --extremes */
+  double amplitudes[EXPERIMENTS_AMPLITUDES_MAX];
+  int64_t amplitude_count;
+  double time; /* [s] */
+  double dt;   /* [s] */
+  int64_t steps;
+  int64_t threads;
+  bool resume;
+  bool json;
+  bool quiet;
+} experiments_request;
+
+/* Fills a zeroed request; CLI_DONE, or what the command is to return. */
+int experiments_options_read(int argc, char **argv, experiments_request *request);
+
+/* The models asked for, ready to be pushed. */
+typedef struct experiments_bodies {
+  int64_t count;
+  const thrum_model *models[EXPERIMENTS_MODELS_MAX];
+  study_body bodies[EXPERIMENTS_MODELS_MAX];
+} experiments_bodies;
+
+/* One kind of experiment each: runs it, writes its files, prints its result. *flagged: a run ended
+ * before its time. */
+thrum_status experiments_matrix(const experiments_request *request,
+                                const experiments_bodies *bodies, bool *flagged,
+                                thrum_error *error);
+thrum_status experiments_long(const experiments_request *request, const experiments_bodies *bodies,
+                              bool *flagged, thrum_error *error);
+thrum_status experiments_sweep(const experiments_request *request, const experiments_bodies *bodies,
+                               bool *flagged, thrum_error *error);
+thrum_status experiments_linear(const experiments_request *request,
+                                const experiments_bodies *bodies, thrum_error *error);
+thrum_status experiments_extremes(const experiments_request *request, bool *flagged,
+                                  thrum_error *error);
+
+/* Writes a text to `name` in the folder asked for, and frees it. */
+thrum_status experiments_write(const experiments_request *request, const char *name,
+                               study_text *text, thrum_error *error);
+
+/* Where the figures are made; the texts last until the next call. */
+study_place experiments_place(const experiments_request *request);
+
+/* A cli_progress for a pool; `context` is one, in a stage called "experiments". */
+bool experiments_progress(void *context, double fraction);
+
+/* An object {"status", "command", ...} to which a kind adds its figures, and its "runs". */
+cJSON *experiments_json(const experiments_request *request, bool flagged);
+void experiments_json_rungs(cJSON *object, const thrum_state_report *report);
+
+#endif

@@ -1,0 +1,104 @@
+/* `thrum experiments`: the matrix, its tables, its report and its figures.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "app/experiments.h"
+#include "config/progress.h"
+#include "io/json.h"
+
+static void print_json(const experiments_request *request, const study_run *runs, int64_t count,
+                       bool flagged) {
+  cJSON *object = experiments_json(request, flagged);
+  json_number(object, "dt", request->dt);
+  cJSON *list = cJSON_AddArrayToObject(object, "runs");
+  for (int64_t n = 0; n < count; n++) {
+    const study_run *run = &runs[n];
+    cJSON *item = cJSON_CreateObject();
+    json_string(item, "model", run->body->name);
+    cJSON_AddStringToObject(item, "load", study_load_names[run->load]);
+    json_number(item, "force_n", run->force);
+    json_number(item, "damping", run->alpha);
+    cJSON_AddStringToObject(item, "integrator", study_integrator_names[run->integrator]);
+    cJSON_AddStringToObject(item, "status", study_status_name(run->status));
+    json_number(item, "simulated_s", run->simulated);
+    json_number(item, "us_per_step", run->us_per_step);
+    json_number(item, "mean_iterations", run->mean_iterations);
+    json_number(item, "energy_peak_j", run->energy_peak);
+    json_number(item, "energy_end_j", run->energy_end);
+    json_number(item, "high_end_j", run->high_end);
+    json_number(item, "energy_change", run->energy_change);
+    json_number(item, "peak_amplitude", run->peak_amplitude);
+    json_number(item, "explicit_modes", run->report.explicit_modes);
+    json_number(item, "implicit_modes", run->report.implicit_modes);
+    experiments_json_rungs(item, &run->report);
+    cJSON_AddItemToArray(list, item);
+  }
+  json_print(object);
+}
+
+static void print_table(const study_run *runs, int64_t count) {
+  printf("%-8s %-8s %5s %-8s %8s %8s %6s %6s %10s  %s\n", "model", "load", "damp.", "method",
+         "time [s]", "us/step", "iter.", "bend", "end [J]", "status");
+  for (int64_t n = 0; n < count; n++) {
+    const study_run *run = &runs[n];
+    printf("%-8s %-8s %5g %-8s %8.3f %8.2f %6.2f %5.1f%% %10.3g  %s\n", run->body->name,
+           study_load_names[run->load], run->alpha, study_integrator_names[run->integrator],
+           run->simulated, run->us_per_step, run->mean_iterations, 100 * run->peak_amplitude,
+           run->energy_end, study_status_name(run->status));
+  }
+}
+
+static thrum_status write_files(const experiments_request *request, const study_run *runs,
+                                int64_t count, thrum_error *error) {
+  study_text text = {0};
+  study_matrix_csv(&text, runs, count);
+  thrum_status status = experiments_write(request, "runs.csv", &text, error);
+  if (status < 0)
+    return status;
+  study_curves_csv(&text, runs, count);
+  status = experiments_write(request, "curves.csv", &text, error);
+  if (status < 0)
+    return status;
+  const study_place place = experiments_place(request);
+  study_matrix_report(&text, runs, count, request->dt, &place);
+  return experiments_write(request, "report.html", &text, error);
+}
+
+thrum_status experiments_matrix(const experiments_request *request,
+                                const experiments_bodies *bodies, bool *flagged,
+                                thrum_error *error) {
+  cli_progress progress = cli_progress_make(request->quiet);
+  study_matrix matrix = {
+      .bodies = bodies->bodies,
+      .body_count = bodies->count,
+      .dt = request->dt,
+      .steps = request->steps,
+      .threads = (int)request->threads,
+      .progress = experiments_progress,
+      .progress_context = &progress,
+  };
+  memcpy(matrix.loads, request->loads, sizeof matrix.loads);
+  memcpy(matrix.integrators, request->integrators, sizeof matrix.integrators);
+  const int64_t count = study_matrix_count(&matrix);
+  study_run *runs = calloc((size_t)count + 1, sizeof *runs);
+  if (runs == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory");
+  thrum_status status = study_matrix_run(&matrix, runs, error);
+  if (status >= 0) {
+    cli_progress_done(&progress);
+    status = write_files(request, runs, count, error);
+  } else {
+    cli_progress_abandon(&progress);
+  }
+  for (int64_t n = 0; status >= 0 && n < count; n++)
+    *flagged = *flagged || runs[n].status < 0;
+  if (status >= 0 && request->json) {
+    print_json(request, runs, count, *flagged);
+  } else if (status >= 0) {
+    print_table(runs, count);
+  }
+  study_runs_free(runs, count);
+  return status;
+}

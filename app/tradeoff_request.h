@@ -1,0 +1,38 @@
+/* What `thrum tradeoff` was asked for. SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_APP_TRADEOFF_REQUEST_H
+#define THRUM_APP_TRADEOFF_REQUEST_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "driver/load_spec.h"
+#include "driver/mesh_model.h"
+#include "validation/tradeoff/tradeoff.h"
+
+typedef struct tradeoff_request {
+  const char *model_path;
+  cli_mesh_def mesh_def; /* where model_path is a mesh */
+  const char *output;    /* folder */
+  cli_load *loads;       /* room for argc, of the caller */
+  int64_t load_count;
+  double time;    /* [s] */
+  double full_dt; /* [s]; 0: by --quick */
+  double damping[2];
+  double error;  /* NaN: not asked */
+  double budget; /* processor time of a frame [s]; NaN: not asked */
+  double fps;
+  /* 0 of a list: the default */
+  int64_t rank_count, dt_count, tolerance_count;
+  double ranks[TRADEOFF_LIST_MAX], dts[TRADEOFF_LIST_MAX], tolerances[TRADEOFF_LIST_MAX];
+  bool integrators[STUDY_INTEGRATOR_COUNT];
+  bool precisions[2]; /* which precisions are tried: double, single */
+  int64_t threads;
+  bool quick;
+  bool json;
+  bool quiet;
+} tradeoff_request;
+
+/* Fills a zeroed request; CLI_DONE, or what the command is to return. */
+int tradeoff_options_read(int argc, char **argv, tradeoff_request *request);
+
+#endif

@@ -1,0 +1,176 @@
+/* Writes packs: 8 bytes of magic, the length of the JSON, the JSON, then arrays, each at a multiple
+ * of 8 bytes so that a browser may view them in place. Little-endian, as every machine that this
+ * program runs on. Only vertices of the surface go in: at rank r each costs 12 (r + 1) bytes.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "app/view/view_archive.h"
+
+#include <cjson/cJSON.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "driver/render_mesh.h"
+#include "io/json.h"
+#include "mesh/model_quality.h"
+#include "thrum/thrum.h"
+
+#define MAGIC "THRUMPK1"
+#define HEAD_BYTES 16
+#define PACK_FORMAT 1
+
+/* The data section in the making. */
+typedef struct data_section {
+  unsigned char *bytes;
+  size_t size, room;
+  bool failed;
+} data_section;
+
+static size_t aligned(size_t size) {
+  return (size + 7) / 8 * 8;
+}
+
+/* Room for an array of `count` elements, zeroed, noted in `arrays` as [offset, count, kind]; NULL:
+ * out of memory. It moves when the next one is added. */
+static void *add_array(data_section *data, cJSON *arrays, const char *name, int64_t count,
+                       const char *kind) {
+  const size_t width = (size_t)(kind[1] - '0');
+  const size_t size = data->size + aligned((size_t)count * width);
+  if (size > data->room) {
+    const size_t room = 2 * size;
+    unsigned char *grown = realloc(data->bytes, room);
+    data->failed = data->failed || grown == NULL;
+    if (grown == NULL)
+      return NULL;
+    data->bytes = grown;
+    data->room = room;
+  }
+  void *array = data->bytes + data->size;
+  memset(array, 0, size - data->size);
+  cJSON *place = cJSON_AddArrayToObject(arrays, name);
+  cJSON_AddItemToArray(place, json_number_item((double)data->size));
+  cJSON_AddItemToArray(place, json_number_item((double)count));
+  cJSON_AddItemToArray(place, cJSON_CreateString(kind));
+  data->size = size;
+  return array;
+}
+
+static void add_doubles(data_section *data, cJSON *arrays, const char *name, const double *values,
+                        int64_t count) {
+  double *array = add_array(data, arrays, name, count, "f8");
+  if (array != NULL)
+    memcpy(array, values, (size_t)count * sizeof *array);
+}
+
+static void add_surface(data_section *data, cJSON *arrays, const cli_shown *shown) {
+  const int64_t rows = 3 * shown->vertex_count;
+  float *positions = add_array(data, arrays, "positions", rows, "f4");
+  for (int64_t n = 0; n < rows && positions != NULL; n++)
+    positions[n] = (float)shown->positions[n];
+  float *basis = add_array(data, arrays, "basis", rows * shown->rank, "f4");
+  if (basis != NULL)
+    memcpy(basis, shown->basis, (size_t)(rows * shown->rank) * sizeof *basis);
+  int32_t *triangles = add_array(data, arrays, "triangles", 3 * shown->triangle_count, "i4");
+  if (triangles != NULL)
+    memcpy(triangles, shown->triangles, (size_t)shown->triangle_count * 3 * sizeof *triangles);
+  unsigned char *fixed = add_array(data, arrays, "fixed", shown->vertex_count, "u1");
+  if (fixed != NULL)
+    memcpy(fixed, shown->fixed, (size_t)shown->vertex_count);
+}
+
+/* What the inertia of a free body is taken from: the corners of its first tetrahedron, and the rigid
+ * modes there. */
+static void add_rigid(data_section *data, cJSON *arrays, const thrum_model *model) {
+  double corners[12], modes[72];
+  if (model->rigid == NULL || model->tet_count < 1)
+    return;
+  for (int n = 0; n < 4; n++) {
+    memcpy(corners + 3 * n, model->vertices + 3 * (int64_t)model->tets[n], 3 * sizeof *corners);
+    memcpy(modes + 18 * n, model->rigid + 18 * (int64_t)model->tets[n], 18 * sizeof *modes);
+  }
+  add_doubles(data, arrays, "tet", corners, 12);
+  add_doubles(data, arrays, "tet_rigid", modes, 72);
+}
+
+static thrum_status add_model(data_section *data, cJSON *list, const cli_pack_model *item,
+                              thrum_error *error) {
+  const thrum_model *model = item->model;
+  cli_shown shown = {0};
+  thrum_quality quality;
+  if (model->vertices == NULL || model->basis == NULL)
+    return thrum_error_set(error, THRUM_MISSING,
+                           "%.200s: the model has no mesh or no basis, so nothing can be shown",
+                           item->name);
+  if (model->axis_mass == NULL)
+    return thrum_error_set(error, THRUM_MISSING,
+                           "%.200s: the model has no axis_mass, so gravity cannot act on it",
+                           item->name);
+  thrum_status status = thrum_quality_measure(model, &quality, error);
+  if (status >= 0)
+    status = cli_shown_make(model, item->surface, &shown, error);
+  if (status < 0)
+    return status;
+  cJSON *object = cJSON_CreateObject();
+  json_string(object, "name", item->name);
+  json_string(object, "title", item->title);
+  json_number(object, "rank", (double)model->rank);
+  json_number(object, "vertex_count", (double)shown.vertex_count);
+  json_number(object, "triangle_count", (double)shown.triangle_count);
+  json_number(object, "mass", quality.mass);
+  json_number(object, "young", model->material[0]);
+  cJSON *arrays = cJSON_AddObjectToObject(object, "arrays");
+  add_doubles(data, arrays, "omega2", model->omega2, model->rank);
+  add_doubles(data, arrays, "c3", model->c3, model->c3_count);
+  add_doubles(data, arrays, "c4", model->c4, model->c4_count);
+  add_doubles(data, arrays, "axis_mass", model->axis_mass, 3 * model->rank);
+  add_rigid(data, arrays, model);
+  add_surface(data, arrays, &shown);
+  cJSON_AddItemToArray(list, object);
+  cli_shown_free(&shown);
+  return THRUM_OK;
+}
+
+/* Head, JSON padded with spaces, data. */
+static thrum_status join(const cJSON *root, const data_section *data, cli_pack *pack,
+                         thrum_error *error) {
+  char *text = json_text(root);
+  const size_t length = text != NULL ? strlen(text) : 0, padded = aligned(length);
+  const uint32_t numbers[2] = {(uint32_t)padded, 0};
+  unsigned char *bytes =
+      text != NULL && !data->failed ? malloc(HEAD_BYTES + padded + data->size) : NULL;
+  if (bytes == NULL) {
+    cJSON_free(text);
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the pack of models");
+  }
+  memcpy(bytes, MAGIC, 8);
+  memcpy(bytes + 8, numbers, sizeof numbers);
+  memset(bytes + HEAD_BYTES, ' ', padded);
+  memcpy(bytes + HEAD_BYTES, text, length);
+  if (data->size > 0)
+    memcpy(bytes + HEAD_BYTES + padded, data->bytes, data->size);
+  cJSON_free(text);
+  *pack = (cli_pack){bytes, HEAD_BYTES + padded + data->size};
+  return THRUM_OK;
+}
+
+thrum_status cli_pack_make(const cli_pack_model *models, int64_t count, cJSON *scene,
+                           cli_pack *pack, thrum_error *error) {
+  data_section data = {0};
+  cJSON *root = cJSON_CreateObject();
+  json_number(root, "format", PACK_FORMAT);
+  cJSON_AddItemToObject(root, "scene", scene);
+  cJSON *list = cJSON_AddArrayToObject(root, "models");
+  thrum_status status = THRUM_OK;
+  for (int64_t n = 0; n < count && status >= 0; n++)
+    status = add_model(&data, list, &models[n], error);
+  if (status >= 0)
+    status = join(root, &data, pack, error);
+  cJSON_Delete(root);
+  free(data.bytes);
+  return status;
+}
+
+void cli_pack_free(cli_pack *pack) {
+  free(pack->bytes);
+  *pack = (cli_pack){0};
+}

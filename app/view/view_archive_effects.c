@@ -1,0 +1,78 @@
+/* What acts on the bodies of a pack over time: starts, loads, shaking ground, wind. Loads and
+ * starts are read off the scene that `thrum simulate` would step, so that the page has the same
+ * numbers. SPDX-License-Identifier: Apache-2.0 */
+#include <cjson/cJSON.h>
+#include <math.h>
+#include <stdint.h>
+#include <stdlib.h>
+
+#include "app/view/view_archive.h"
+#include "io/json.h"
+#include "thrum/thrum.h"
+
+static void add_course(cJSON *object, const thrum_load *course) {
+  cJSON_AddStringToObject(object, "shape", course->shape == THRUM_LOAD_SINE ? "sine" : "constant");
+  json_number(object, "from", course->from);
+  // JSON has no infinity
+  if (isfinite(course->until))
+    json_number(object, "until", course->until);
+  json_number(object, "frequency", course->frequency);
+}
+
+/* q and p are of the body's rank at most, and small beside its model. */
+static void add_start(cJSON *body, const scene_run *run, int32_t n) {
+  const int64_t rank = run->bodies[n].model->rank;
+  double q[THRUM_RANK_MAX], p[THRUM_RANK_MAX];
+  if (run->bodies[n].spec->start.count == 0 || thrum_scene_body_get(run->scene, n, q, p, NULL) < 0)
+    return;
+  json_numbers(body, "q", q, rank);
+  json_numbers(body, "p", p, rank);
+}
+
+void cli_pack_add_loads(cJSON *body, const scene_run *run, int32_t n) {
+  const int64_t rank = run->bodies[n].model->rank;
+  add_start(body, run, n);
+  cJSON *loads = cJSON_AddArrayToObject(body, "loads");
+  for (int64_t l = 0; l < thrum_scene_load_count(run->scene, n); l++) {
+    thrum_scene_load load;
+    cJSON *object = cJSON_CreateObject();
+    cJSON_AddItemToArray(loads, object);
+    if (thrum_scene_body_load(run->scene, n, l, &load, NULL) < 0)
+      continue;
+    add_course(object, &load.course);
+    json_numbers(object, "reduced", load.reduced, rank);
+    if (load.parts == NULL)
+      continue;
+    json_numbers(object, "parts", load.parts, 9 * rank);
+    json_numbers(object, "moments", load.moments, 9);
+    json_numbers(object, "resultant", load.resultant, 3);
+  }
+}
+
+static cJSON *shake_of(const cli_shake *shake) {
+  const thrum_motion *motion = &shake->motion;
+  cJSON *object = cJSON_CreateObject();
+  if (shake->sine) {
+    json_numbers(object, "amplitude", shake->amplitude, 3);
+    add_course(object, &shake->course);
+    return object;
+  }
+  json_numbers(object, "times", motion->times, motion->count);
+  json_numbers(object, "accelerations", motion->accelerations, 3 * motion->count);
+  json_numbers(object, "velocities", motion->velocities, 3 * motion->count);
+  json_numbers(object, "positions", motion->positions, 3 * motion->count);
+  return object;
+}
+
+void cli_pack_add_air_and_ground(cJSON *scene, const scene_run *run) {
+  const scene_wind_spec *wind = &run->spec.wind;
+  cJSON *shakes = cJSON_AddArrayToObject(scene, "shake");
+  for (int64_t n = 0; n < run->shake_count; n++)
+    cJSON_AddItemToArray(shakes, shake_of(&run->shakes[n]));
+  if (wind->at.node == NULL)
+    return;
+  cJSON *object = cJSON_AddObjectToObject(scene, "wind");
+  json_numbers(object, "velocity", wind->velocity, 3);
+  json_number(object, "density", wind->density);
+  json_number(object, "drag", wind->drag);
+}

@@ -1,0 +1,147 @@
+/* Loads what `thrum view` is to show. SPDX-License-Identifier: Apache-2.0 */
+#include "app/view/view_archive_make.h"
+
+#include <ctype.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "app/view/view_archive.h"
+#include "config/message.h"
+#include "driver/named_model.h"
+#include "driver/scene_run.h"
+#include "io/paths.h"
+#include "thrum/thrum.h"
+
+#define TITLE_MAX 64
+
+/* A file's name without its ending, or one of our names with a capital. */
+static void make_title(const char *name, char title[TITLE_MAX]) {
+  const char *base = path_basename(name), *dot = strrchr(base, '.');
+  const size_t length = dot != NULL && dot > base ? (size_t)(dot - base) : strlen(base);
+  snprintf(title, TITLE_MAX, "%.*s", (int)(length < TITLE_MAX ? length : TITLE_MAX - 1), base);
+  for (int n = 0; n < CLI_MODEL_COUNT; n++) {
+    if (strcmp(name, cli_model_names[n]) == 0)
+      title[0] = (char)toupper(title[0]);
+  }
+}
+
+/* Models with their titles, for a pack. */
+typedef struct model_list {
+  cli_pack_model *items; /* owned */
+  char (*titles)[TITLE_MAX];
+  int64_t count;
+} model_list;
+
+static thrum_status make_list(int64_t room, model_list *list, thrum_error *error) {
+  list->items = calloc((size_t)room + 1, sizeof *list->items);
+  list->titles = calloc((size_t)room + 1, sizeof *list->titles);
+  return list->items != NULL && list->titles != NULL
+             ? THRUM_OK
+             : thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the models");
+}
+
+static void free_list(model_list *list) {
+  free(list->items);
+  free(list->titles);
+}
+
+static cli_pack_model *add(model_list *list, const char *name, const thrum_model *model) {
+  cli_pack_model *item = &list->items[list->count];
+  make_title(name, list->titles[list->count]);
+  *item = (cli_pack_model){
+      .name = path_basename(name), .title = list->titles[list->count++], .model = model};
+  return item;
+}
+
+static thrum_status pack_models(const char *const *names, int64_t count, const char *surface,
+                                bool quiet, cli_pack *pack, thrum_error *error) {
+  model_list list = {0};
+  thrum_status status = make_list(count, &list, error);
+  for (int64_t n = 0; n < count && status >= 0; n++) {
+    const thrum_model *model = NULL;
+    status = cli_model_load(names[n], quiet, &model, NULL, error);
+    if (status >= 0)
+      add(&list, names[n], model)->surface = surface;
+  }
+  if (status >= 0)
+    status = cli_pack_make(list.items, count, cli_pack_scene_of_models(list.items), pack, error);
+  for (int64_t n = 0; n < list.count; n++)
+    thrum_model_free(list.items[n].model);
+  free_list(&list);
+  return status;
+}
+
+static bool same_surface(const char *left, const char *right) {
+  return left == right || (left != NULL && right != NULL && strcmp(left, right) == 0);
+}
+
+/* Each file's model once for each surface that it is shown by, of its full rank; of_body: its place
+ * for each body. */
+static void list_models(const scene_models *models, const scene_spec *spec, model_list *list,
+                        int64_t *of_body) {
+  for (int64_t body = 0; body < spec->bodies.count; body++) {
+    const scene_loaded *item = scene_model_of(models, body)->owner;
+    const char *surface = scene_bodies(spec)[body].surface;
+    int64_t *place = &of_body[body];
+    while (*place < list->count && (list->items[*place].model != item->loaded ||
+                                    !same_surface(list->items[*place].surface, surface)))
+      ++*place;
+    if (*place == list->count)
+      add(list, item->first->model, item->loaded)->surface = surface;
+  }
+}
+
+/* Names what damps bodies that the viewer knows nothing of. */
+static void warn_of_rest(const scene_spec *spec) {
+  bool beta = false;
+  for (int64_t n = 0; n < spec->bodies.count; n++)
+    beta = beta || scene_bodies(spec)[n].settings.def.damping_beta > 0;
+  if (beta)
+    cli_warn("%.200s: the viewer leaves out damping that grows with stiffness", spec->file.name);
+}
+
+static thrum_status pack_run(const scene_run *run, cli_pack *pack, thrum_error *error) {
+  const int64_t count = run->spec.bodies.count;
+  model_list list = {0};
+  int64_t *of_body = calloc((size_t)count + 1, sizeof *of_body);
+  thrum_status status = of_body != NULL
+                            ? make_list(count, &list, error)
+                            : thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for bodies");
+  if (status >= 0) {
+    list_models(&run->models, &run->spec, &list, of_body);
+    status =
+        cli_pack_make(list.items, list.count, cli_pack_scene_of_run(run, of_body), pack, error);
+  }
+  free(of_body);
+  free_list(&list);
+  return status;
+}
+
+/* As `thrum simulate` builds it, so that what it refuses is refused here. */
+static thrum_status pack_scene(const char *path, bool quiet, cli_pack *pack, thrum_error *error) {
+  const scene_request request = {.path = path, .output = "", .quiet = quiet};
+  scene_run *run = calloc(1, sizeof *run);
+  if (run == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the scene");
+  run->request = &request;
+  thrum_status status = scene_run_read(run, error);
+  if (status >= 0)
+    status = scene_run_build(run, error);
+  if (status >= 0)
+    status = pack_run(run, pack, error);
+  if (status >= 0 && !quiet)
+    warn_of_rest(&run->spec);
+  scene_run_close(run);
+  free(run);
+  return status;
+}
+
+thrum_status cli_view_pack(const char *const *names, int64_t count, const char *surface, bool quiet,
+                           cli_pack *pack, thrum_error *error) {
+  return count == 1 && cli_scene_is_named(names[0])
+             ? pack_scene(names[0], quiet, pack, error)
+             : pack_models(names, count, surface, quiet, pack, error);
+}

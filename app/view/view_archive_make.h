@@ -1,0 +1,18 @@
+/* What `thrum view` shows, as a pack. SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_APP_VIEW_VIEW_ARCHIVE_MAKE_H
+#define THRUM_APP_VIEW_VIEW_ARCHIVE_MAKE_H
+
+#include <stdbool.h>
+
+#include "app/view/view_archive.h"
+
+#define CLI_VIEW_MODELS_MAX 64
+
+/* Loads models, by their files or names (precomputing those that are not cached), and packs them in
+ * a scene of the first; or reads the one scene file that is named, with the models it names. Warns
+ * of what the viewer leaves out of a scene. `surface`: of the one model that is named, see
+ * driver/render_mesh.h; NULL: none. */
+thrum_status cli_view_pack(const char *const *names, int64_t count, const char *surface, bool quiet,
+                           cli_pack *pack, thrum_error *error);
+
+#endif

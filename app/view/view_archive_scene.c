@@ -1,0 +1,122 @@
+/* The scene of a pack: of models alone, or of a scene file. SPDX-License-Identifier: Apache-2.0 */
+#include <cjson/cJSON.h>
+#include <math.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include "app/view/view_archive.h"
+#include "driver/simulate_report.h"
+#include "io/json.h"
+#include "thrum/thrum.h"
+
+#define COLOUR "#4a86c5"
+
+cJSON *cli_pack_scene_of_models(const cli_pack_model *models) {
+  static const double none[3] = {0}, unturned[4] = {0, 0, 0, 1};
+  const thrum_state_def def = thrum_default_state_def();
+  cJSON *scene = cJSON_CreateObject(), *body = cJSON_CreateObject();
+  json_number(scene, "dt", def.dt);
+  cJSON_AddStringToObject(scene, "integrator", simulate_integrator_name(def.integrator));
+  json_numbers(scene, "gravity", none, 3);
+  json_number(scene, "damping", 0);
+  cJSON_AddArrayToObject(scene, "obstacles");
+  json_string(body, "name", models[0].name);
+  json_number(body, "model", 0);
+  json_numbers(body, "position", none, 3);
+  json_numbers(body, "rotation", unturned, 4);
+  json_number(body, "scale", 1);
+  json_number(body, "stiffness", 1);
+  json_number(body, "density", 1);
+  json_number(body, "rank", (double)models[0].model->rank);
+  cJSON_AddStringToObject(body, "colour", COLOUR);
+  cJSON_AddBoolToObject(body, "free", false);
+  cJSON_AddItemToArray(cJSON_AddArrayToObject(scene, "bodies"), body);
+  return scene;
+}
+
+static void add_colour(cJSON *object, const float colour[3]) {
+  char text[8];
+  unsigned parts[3];
+  for (int n = 0; n < 3; n++)
+    parts[n] = (unsigned)lround(255 * fmin(fmax((double)colour[n], 0), 1));
+  snprintf(text, sizeof text, "#%02x%02x%02x", parts[0] & 255, parts[1] & 255, parts[2] & 255);
+  cJSON_AddStringToObject(object, "colour", text);
+}
+
+/* From w, x, y, z of any length to x, y, z, w of length 1. */
+static void add_rotation(cJSON *object, const double rotation[4]) {
+  double length = 0, turned[4];
+  for (int n = 0; n < 4; n++)
+    length = hypot(length, rotation[n]);
+  for (int n = 0; n < 4; n++)
+    turned[n] = rotation[(n + 1) % 4] / length;
+  json_numbers(object, "rotation", turned, 4);
+}
+
+static cJSON *body_of_run(const scene_run *run, int32_t n, int64_t place) {
+  const scene_body_spec *spec = run->bodies[n].spec;
+  const thrum_state_def *def = &spec->settings.def;
+  cJSON *body = cJSON_CreateObject();
+  json_string(body, "name", spec->name);
+  json_number(body, "model", (double)place);
+  json_numbers(body, "position", spec->position, 3);
+  add_rotation(body, spec->rotation);
+  json_number(body, "scale", spec->scale);
+  json_number(body, "stiffness", spec->stiffness);
+  json_number(body, "density", spec->density);
+  json_number(body, "rank", (double)run->bodies[n].model->rank);
+  add_colour(body, spec->colour);
+  cJSON_AddBoolToObject(body, "free", spec->free);
+  json_numbers(body, "velocity", spec->velocity, 3);
+  double spin[3];
+  for (int axis = 0; axis < 3; axis++)
+    spin[axis] = SCENE_DEGREE * spec->spin[axis];
+  json_numbers(body, "spin", spin, 3);
+  cJSON_AddStringToObject(body, "integrator", simulate_integrator_name(def->integrator));
+  json_number(body, "damping", def->damping_alpha);
+  cli_pack_add_loads(body, run, n);
+  return body;
+}
+
+static cJSON *obstacle_of_spec(const scene_obstacle_spec *spec) {
+  static const char *const kinds[] = {"plane", "sphere", "box"};
+  cJSON *obstacle = cJSON_CreateObject();
+  cJSON_AddStringToObject(obstacle, "kind", kinds[spec->shape]);
+  json_numbers(obstacle, "centre", spec->centre, 3);
+  if (spec->shape == SCENE_PLANE)
+    json_numbers(obstacle, "normal", spec->normal, 3);
+  if (spec->shape == SCENE_SPHERE)
+    json_number(obstacle, "radius", spec->radius);
+  if (spec->shape == SCENE_BOX) {
+    json_numbers(obstacle, "size", spec->size, 3);
+    add_rotation(obstacle, spec->rotation);
+  }
+  cJSON_AddBoolToObject(obstacle, "inside", spec->inside);
+  json_numbers(obstacle, "velocity", spec->velocity, 3);
+  json_number(obstacle, "friction", spec->friction);
+  json_number(obstacle, "restitution", spec->restitution);
+  json_number(obstacle, "stiffness", spec->stiffness);
+  json_number(obstacle, "damping", spec->damping);
+  add_colour(obstacle, spec->colour);
+  return obstacle;
+}
+
+cJSON *cli_pack_scene_of_run(const scene_run *run, const int64_t *of_body) {
+  const scene_spec *spec = &run->spec;
+  const thrum_state_def *def = &spec->settings.def;
+  cJSON *scene = cJSON_CreateObject();
+  if (spec->title != NULL)
+    json_string(scene, "title", spec->title);
+  json_number(scene, "dt", def->dt);
+  cJSON_AddStringToObject(scene, "integrator", simulate_integrator_name(def->integrator));
+  json_numbers(scene, "gravity", spec->gravity, 3);
+  json_number(scene, "damping", def->damping_alpha);
+  cJSON *obstacles = cJSON_AddArrayToObject(scene, "obstacles");
+  for (int64_t n = 0; n < spec->obstacles.count; n++)
+    cJSON_AddItemToArray(obstacles, obstacle_of_spec(&scene_obstacles(spec)[n]));
+  cJSON *bodies = cJSON_AddArrayToObject(scene, "bodies");
+  for (int32_t n = 0; n < spec->bodies.count; n++)
+    cJSON_AddItemToArray(bodies, body_of_run(run, n, of_body[n]));
+  cli_pack_add_air_and_ground(scene, run);
+  return scene;
+}

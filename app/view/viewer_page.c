@@ -1,0 +1,97 @@
+/* Finds the viewer's page and puts a pack into it. SPDX-License-Identifier: Apache-2.0 */
+#include "app/view/viewer_page.h"
+
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "io/file.h"
+#include "io/paths.h"
+#include "thrum/thrum.h"
+
+#define PATH_MAX_BYTES 1024
+#define PAGE "viewer.html"
+#define SLOT_BEGIN "<script type=\"application/octet-stream\" id=\"thrum-pack\""
+#define SLOT_END "</script>"
+
+static bool is_file(const char *path) {
+  struct stat status;
+  return stat(path, &status) == 0 && S_ISREG(status.st_mode);
+}
+
+/* The page's path; NULL where there is none. */
+static const char *find_page(char path[PATH_MAX_BYTES]) {
+  const char *given = getenv("THRUM_VIEWER");
+  if (given != NULL && given[0] != 0)
+    return given;
+  if (path_share(PAGE, path, PATH_MAX_BYTES) && is_file(path))
+    return path;
+#ifdef THRUM_BUILT_VIEWER
+  if (is_file(THRUM_BUILT_VIEWER))
+    return THRUM_BUILT_VIEWER;
+#endif
+  return NULL;
+}
+
+void cli_page_free(cli_page *page) {
+  free(page->html);
+  *page = (cli_page){0};
+}
+
+thrum_status cli_page_read(cli_page *page, thrum_error *error) {
+  char own[PATH_MAX_BYTES];
+  const char *path = find_page(own);
+  void *html = NULL;
+  cli_page read = {0};
+  if (path == NULL)
+    return thrum_error_set(
+        error, THRUM_MISSING,
+        "the viewer was not built: ./run viewer does it, or install clang lld wasi-libc "
+        "libclang-rt-14-dev-wasm32 nodejs npm and build the target viewer; THRUM_VIEWER may name a "
+        "viewer.html from elsewhere");
+  const thrum_status status = thrum_file_read(path, &html, &read.size, error);
+  if (status < 0)
+    return status;
+  read.html = html;
+  read.slot = strstr(read.html, SLOT_BEGIN);
+  read.slot_end = read.slot != NULL ? strstr(read.slot, SLOT_END) : NULL;
+  if (read.slot_end == NULL) {
+    cli_page_free(&read);
+    return thrum_error_set(error, THRUM_BAD_FORMAT,
+                           "%.300s: not the page of the viewer, for it has no place for a pack",
+                           path);
+  }
+  read.slot_end += sizeof SLOT_END - 1;
+  *page = read;
+  return THRUM_OK;
+}
+
+static void put_base64(FILE *stream, const unsigned char *bytes, size_t size) {
+  static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  for (size_t n = 0; n < size; n += 3) {
+    const size_t left = size - n;
+    const unsigned bits = (unsigned)bytes[n] << 16 | (left > 1 ? (unsigned)bytes[n + 1] << 8 : 0) |
+                          (left > 2 ? bytes[n + 2] : 0);
+    const char text[4] = {digits[bits >> 18], digits[bits >> 12 & 63],
+                          left > 1 ? digits[bits >> 6 & 63] : '=',
+                          left > 2 ? digits[bits & 63] : '='};
+    fwrite(text, 1, sizeof text, stream); // an error leaves its mark on the stream
+  }
+}
+
+thrum_status cli_page_write(const char *path, const cli_page *page, const cli_pack *pack,
+                            thrum_error *error) {
+  thrum_file_writer writer = {NULL, NULL, NULL};
+  const thrum_status status = thrum_file_writer_open(path, &writer, error);
+  if (status < 0)
+    return status;
+  FILE *stream = writer.stream;
+  fwrite(page->html, 1, (size_t)(page->slot - page->html), stream);
+  fputs(SLOT_BEGIN ">", stream);
+  put_base64(stream, pack->bytes, pack->size);
+  fputs(SLOT_END, stream);
+  fwrite(page->slot_end, 1, (size_t)(page->html + page->size - page->slot_end), stream);
+  return thrum_file_writer_commit(&writer, error);
+}

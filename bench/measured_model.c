@@ -1,0 +1,56 @@
+/* The body that benches use when no model file is given. SPDX-License-Identifier: Apache-2.0 */
+#include <stdlib.h>
+
+#include "bench/speed.h"
+#include "mesh/mesh.h"
+#include "precompute/precompute.h"
+
+thrum_status bench_model_beam(int64_t rank, thrum_model **model, thrum_error *error) {
+  thrum_mesh mesh = {0};
+  thrum_precomputed *result = calloc(1, sizeof *result);
+  uint8_t *fixed = NULL;
+  thrum_status status =
+      result ? THRUM_OK : thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a model");
+  if (status >= 0)
+    status = thrum_mesh_read("beam:20x3x3@1x0.15x0.15", 1.0, &mesh, error);
+  if (status >= 0) {
+    fixed = calloc((size_t)mesh.vertex_count, 1);
+    int64_t held = 0;
+    status = fixed ? thrum_mesh_fix(&mesh, "x<0.001", fixed, &held, error)
+                   : thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a model");
+  }
+  if (status >= 0) {
+    thrum_precompute_options options = thrum_default_precompute_options();
+    options.modes = (rank + 1) / 2;
+    options.rank = rank;
+    status = thrum_precompute(&mesh, fixed, &options, result, error);
+  }
+  thrum_mesh_free(&mesh);
+  free(fixed);
+  if (status >= 0) {
+    const size_t size = thrum_model_pack_size(&result->model);
+    void *packed = aligned_alloc(64, size);
+    status = packed ? thrum_model_pack(&result->model, packed, size, error)
+                    : thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a model");
+    if (status < 0) {
+      free(packed);
+      thrum_precomputed_free(result);
+    }
+  }
+  if (status < 0) {
+    free(result);
+    return status;
+  }
+  // the model is the first member
+  *model = &result->model;
+  return status;
+}
+
+void bench_model_free(thrum_model *model) {
+  if (!model)
+    return;
+  thrum_precomputed *result = (thrum_precomputed *)(void *)model;
+  free((void *)(uintptr_t)(model->packed ? (const void *)model->packed : model->packed_single));
+  thrum_precomputed_free(result);
+  free(result);
+}

@@ -1,0 +1,73 @@
+/* Progress of long stages on standard error.
+ *
+ * On a terminal a bar is redrawn in place, at most ten times a second; into a file or pipe go
+ * two plain lines a stage. SPDX-License-Identifier: Apache-2.0 */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "config/progress.h"
+
+#include "platform/clock.h"
+
+#define BAR_CELLS 30
+#define REDRAW_SECONDS 0.1
+
+cli_progress cli_progress_make(bool quiet) {
+  cli_progress progress = {.quiet = quiet};
+  const char *terminal = getenv("TERM");
+  progress.terminal = isatty(STDERR_FILENO) && terminal != NULL && strcmp(terminal, "dumb") != 0;
+  return progress;
+}
+
+static void draw_bar(const cli_progress *progress, double fraction) {
+  char cells[BAR_CELLS + 1];
+  const int filled = (int)(fraction * BAR_CELLS + 0.5);
+  memset(cells, '.', BAR_CELLS);
+  memset(cells, '#', (size_t)filled);
+  cells[BAR_CELLS] = 0;
+  fprintf(stderr, "\r%-24s [%s] %3d %% %8.1f s", progress->label, cells,
+          (int)(100.0 * fraction + 0.5), clock_seconds() - progress->began);
+  fflush(stderr);
+}
+
+void cli_progress_update(cli_progress *progress, const char *label, double fraction) {
+  if (progress->quiet)
+    return;
+  if (!(fraction >= 0))
+    fraction = 0;
+  if (fraction > 1)
+    fraction = 1;
+  const bool fresh = !progress->open || strncmp(progress->label, label, 63) != 0;
+  if (fresh) {
+    cli_progress_done(progress);
+    snprintf(progress->label, sizeof progress->label, "%s", label);
+    progress->open = true;
+    progress->began = clock_seconds();
+    if (!progress->terminal)
+      fprintf(stderr, "%s ...\n", label);
+  }
+  if (progress->terminal && (fresh || clock_seconds() - progress->drawn >= REDRAW_SECONDS)) {
+    progress->drawn = clock_seconds();
+    draw_bar(progress, fraction);
+  }
+}
+
+void cli_progress_done(cli_progress *progress) {
+  if (progress->quiet || !progress->open)
+    return;
+  if (progress->terminal) {
+    draw_bar(progress, 1);
+    fputc('\n', stderr);
+  } else {
+    fprintf(stderr, "%s: %.2f s\n", progress->label, clock_seconds() - progress->began);
+  }
+  progress->open = false;
+}
+
+void cli_progress_abandon(cli_progress *progress) {
+  if (!progress->quiet && progress->open && progress->terminal)
+    fputc('\n', stderr);
+  progress->open = false;
+}

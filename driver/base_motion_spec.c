@@ -1,0 +1,247 @@
+/* A base's motion: FILE.csv or sine:AX,AY,AZ,f=HZ[,from=S][,until=S].
+ *
+ * A file has four numbers a line: the time [s], then an acceleration [m/s^2] or, where a line of
+ * names at its head says so (t,x,y,z), a position [m]. SPDX-License-Identifier: Apache-2.0 */
+#include "driver/base_motion_spec.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "config/parse.h"
+#include "io/text.h"
+#include "thrum/thrum.h"
+
+#define COLUMNS 4
+#define SHAKE_TEXT_MAX 512
+
+static const char sine_prefix[] = "sine:";
+
+static thrum_status refuse(const char *text, thrum_error *error) {
+  return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                         "--shake '%.200s': it is a .csv file, or "
+                         "sine:AX,AY,AZ,f=HZ[,from=S][,until=S] with AX,AY,AZ in m/s^2",
+                         text);
+}
+
+/* Cuts the pair that `body` ends with off it. False where there is none, or none that is known. */
+static bool take_pair(char *body, thrum_load *course) {
+  static const char *const keys[] = {"f", "from", "until"};
+  double *const values[] = {&course->frequency, &course->from, &course->until};
+  char *comma = strrchr(body, ',');
+  char *equals = comma != NULL ? strchr(comma, '=') : NULL;
+  for (int n = 0; equals != NULL && n < 3; n++) {
+    const size_t length = strlen(keys[n]);
+    if (equals == comma + 1 + length && strncmp(comma + 1, keys[n], length) == 0) {
+      *comma = 0;
+      return cli_parse_number(equals + 1, values[n]);
+    }
+  }
+  return false;
+}
+
+static thrum_status parse_sine(const char *text, cli_shake *shake, thrum_error *error) {
+  char body[SHAKE_TEXT_MAX];
+  const char *rest = text + sizeof sine_prefix - 1;
+  if (strlen(rest) >= sizeof body)
+    return refuse(text, error);
+  snprintf(body, sizeof body, "%s", rest);
+  shake->sine = true;
+  shake->course = (thrum_load){.shape = THRUM_LOAD_SINE, .until = INFINITY};
+  while (strchr(body, '=') != NULL) {
+    if (!take_pair(body, &shake->course))
+      return refuse(text, error);
+  }
+  if (!cli_parse_vector3(body, shake->amplitude) || !(shake->course.frequency > 0) ||
+      !(shake->course.from >= 0) || !(shake->course.until > shake->course.from))
+    return refuse(text, error);
+  return THRUM_OK;
+}
+
+thrum_status cli_shake_parse(const char *text, cli_shake *shake, thrum_error *error) {
+  cli_shake parsed = {.text = text};
+  if (text[0] == 0)
+    return refuse(text, error);
+  if (strncmp(text, sine_prefix, sizeof sine_prefix - 1) == 0) {
+    const thrum_status status = parse_sine(text, &parsed, error);
+    if (status < 0)
+      return status;
+  }
+  *shake = parsed;
+  return THRUM_OK;
+}
+
+/* --- files --------------------------------------------------------------------------------------
+ */
+
+/* Whether the present line names columns, and whether those are of positions. */
+static thrum_status read_head(thrum_text *text, bool *names, bool *positions, thrum_error *error) {
+  static const char *const known[2][3] = {{"ax", "ay", "az"}, {"x", "y", "z"}};
+  const char *word = NULL;
+  size_t length = 0;
+  double number = 0;
+  *positions = false;
+  if (!thrum_text_word(text, &word, &length))
+    return THRUM_OK;
+  *names = thrum_text_scan_number(word, word + length, &number) != length;
+  if (!*names) {
+    thrum_text_rewind(text);
+    return THRUM_OK;
+  }
+  bool fits[2] = {thrum_text_equals(word, length, "t") || thrum_text_equals(word, length, "time"),
+                  false};
+  fits[1] = fits[0];
+  for (int n = 0; n < 3; n++) {
+    const bool more = thrum_text_word(text, &word, &length);
+    for (int kind = 0; kind < 2; kind++)
+      fits[kind] = fits[kind] && more && thrum_text_equals(word, length, known[kind][n]);
+  }
+  if ((!fits[0] && !fits[1]) || thrum_text_more(text))
+    return thrum_text_fail(text, THRUM_BAD_FORMAT, error,
+                           "the columns are named t,ax,ay,az (accelerations in m/s^2) or t,x,y,z "
+                           "(positions in m)");
+  *positions = fits[1];
+  return THRUM_OK;
+}
+
+static thrum_status read_row(thrum_text *text, const double *before, double row[COLUMNS],
+                             thrum_error *error) {
+  static const char *const what[COLUMNS] = {"the time", "the x column", "the y column",
+                                            "the z column"};
+  thrum_status status = THRUM_OK;
+  for (int n = 0; n < COLUMNS && status >= 0; n++)
+    status = thrum_text_number(text, what[n], &row[n], error);
+  if (status >= 0)
+    status = thrum_text_finish(text, "the z column", error);
+  if (status >= 0 && before == NULL && row[0] < 0)
+    return thrum_text_fail(text, THRUM_BAD_VALUE, error, "the time %g s is before the run's start",
+                           row[0]);
+  if (status >= 0 && before != NULL && !(row[0] > before[0]))
+    return thrum_text_fail(text, THRUM_BAD_VALUE, error,
+                           "the time %g s is not later than the %g s before it", row[0], before[0]);
+  return status;
+}
+
+typedef struct rows {
+  double *values; /* count x 4 */
+  int64_t count, room;
+  bool positions;
+} rows;
+
+static bool make_room(rows *all) {
+  if (all->count < all->room)
+    return true;
+  const int64_t room = all->room > 0 ? 2 * all->room : 1024;
+  double *grown = realloc(all->values, (size_t)(room * COLUMNS) * sizeof *grown);
+  if (grown == NULL)
+    return false;
+  all->values = grown;
+  all->room = room;
+  return true;
+}
+
+static thrum_status read_rows(thrum_text *text, rows *all, thrum_error *error) {
+  bool first = true, names = false;
+  while (thrum_text_next_line(text)) {
+    if (first) {
+      first = false;
+      const thrum_status status = read_head(text, &names, &all->positions, error);
+      if (status < 0)
+        return status;
+      if (names)
+        continue;
+    }
+    if (!make_room(all))
+      return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %.200s", text->name);
+    double *row = all->values + COLUMNS * all->count;
+    const thrum_status status = read_row(text, all->count > 0 ? row - COLUMNS : NULL, row, error);
+    if (status < 0)
+      return status;
+    all->count++;
+  }
+  if (all->count < 2)
+    return thrum_text_fail(text, THRUM_BAD_FORMAT, error,
+                           "a motion has two lines of four numbers or more: t,ax,ay,az");
+  return THRUM_OK;
+}
+
+/* The motion from its rows. */
+static thrum_status make_motion(const rows *all, cli_shake *shake, thrum_error *error) {
+  const int64_t n = all->count;
+  // times, accelerations, velocities, positions, and scratch
+  double *memory = malloc((size_t)(n * 11) * sizeof *memory);
+  if (memory == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %.200s", shake->text);
+  double *times = memory, *a = times + n, *v = a + 3 * n, *x = v + 3 * n, *work = x + 3 * n;
+  double *given = all->positions ? x : a;
+  for (int64_t k = 0; k < n; k++) {
+    times[k] = all->values[COLUMNS * k];
+    memcpy(given + 3 * k, all->values + COLUMNS * k + 1, 3 * sizeof *given);
+  }
+  if (all->positions)
+    thrum_motion_spline(n, times, x, a, v, work);
+  else
+    thrum_motion_integrate(n, times, a, v, x);
+  shake->memory = memory;
+  shake->motion = (thrum_motion){n, times, a, v, x};
+  thrum_error detail = {0};
+  const thrum_status status = thrum_motion_check(&shake->motion, &detail);
+  return status < 0 ? thrum_error_set(error, status, "%.200s: %s", shake->text, detail.message)
+                    : status;
+}
+
+thrum_status cli_shake_read(cli_shake *shake, thrum_error *error) {
+  thrum_text text;
+  rows all = {0};
+  if (shake->sine)
+    return THRUM_OK;
+  thrum_status status = thrum_text_open(shake->text, '#', ',', &text, error);
+  if (status < 0)
+    return status;
+  status = read_rows(&text, &all, error);
+  if (status >= 0)
+    status = make_motion(&all, shake, error);
+  thrum_text_close(&text);
+  free(all.values);
+  return status;
+}
+
+void cli_shake_close(cli_shake *shake) {
+  free(shake->memory);
+  shake->memory = NULL;
+}
+
+/* --- both kinds ---------------------------------------------------------------------------------
+ */
+
+void cli_shakes_mean(const cli_shake *shakes, int64_t count, int64_t step, double dt,
+                     double mean[3]) {
+  mean[0] = mean[1] = mean[2] = 0;
+  for (int64_t n = 0; n < count; n++) {
+    double one[3];
+    if (!shakes[n].sine)
+      thrum_motion_mean(&shakes[n].motion, step, dt, one);
+    const double share = shakes[n].sine ? thrum_load_mean(&shakes[n].course, step, dt) : 0;
+    for (int axis = 0; axis < 3; axis++)
+      mean[axis] += shakes[n].sine ? share * shakes[n].amplitude[axis] : one[axis];
+  }
+}
+
+void cli_shakes_position(const cli_shake *shakes, int64_t count, double time, double position[3]) {
+  position[0] = position[1] = position[2] = 0;
+  for (int64_t n = 0; n < count; n++) {
+    double one[3];
+    if (!shakes[n].sine)
+      thrum_motion_at(&shakes[n].motion, time, one, NULL);
+    const double share = shakes[n].sine ? thrum_motion_sine(&shakes[n].course, time) : 0;
+    for (int axis = 0; axis < 3; axis++)
+      position[axis] += shakes[n].sine ? share * shakes[n].amplitude[axis] : one[axis];
+  }
+}
+
+double cli_shake_end(const cli_shake *shake) {
+  return shake->sine ? shake->course.until : shake->motion.times[shake->motion.count - 1];
+}

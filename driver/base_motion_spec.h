@@ -1,0 +1,38 @@
+/* A base's motion as the command line names it: FILE.csv or sine:AX,AY,AZ,f=HZ[,from=S][,until=S].
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_DRIVER_BASE_MOTION_SPEC_H
+#define THRUM_DRIVER_BASE_MOTION_SPEC_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "thrum/thrum.h"
+
+/* One parsed shake. `text` is borrowed from where it was given and names the file of one. */
+typedef struct cli_shake {
+  const char *text;
+  bool sine;
+  double amplitude[3]; /* of the acceleration [m/s^2] */
+  thrum_load course;
+  thrum_motion motion; /* of a file, once it is read; its arrays lie in `memory` */
+  double *memory;
+} cli_shake;
+
+/* Parses a shake; a failure is a mistake of usage. *shake is untouched then. */
+thrum_status cli_shake_parse(const char *text, cli_shake *shake, thrum_error *error);
+
+/* Reads the file of one that has one; cli_shake_close frees. */
+thrum_status cli_shake_read(cli_shake *shake, thrum_error *error);
+void cli_shake_close(cli_shake *shake);
+
+/* Mean acceleration of the base over a step, of all shakes together [m/s^2]. */
+void cli_shakes_mean(const cli_shake *shakes, int64_t count, int64_t step, double dt,
+                     double mean[3]);
+
+/* Where the base is [m]. */
+void cli_shakes_position(const cli_shake *shakes, int64_t count, double time, double position[3]);
+
+/* When the base accelerates for the last time [s]; may be INFINITY. */
+double cli_shake_end(const cli_shake *shake);
+
+#endif

@@ -1,0 +1,68 @@
+/* The surface of a model's mesh. SPDX-License-Identifier: Apache-2.0 */
+#include "driver/display_surface.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "mesh/mesh_faces.h"
+
+void cli_skin_free(cli_skin *skin) {
+  free(skin->vertices);
+  free(skin->triangles);
+  *skin = (cli_skin){0};
+}
+
+/* Numbers the vertices that triangles use, and the triangles by these numbers. */
+static bool number_vertices(int64_t all, cli_skin *skin) {
+  int32_t *place = malloc((size_t)all * sizeof *place);
+  skin->vertices = malloc((size_t)all * sizeof *skin->vertices);
+  if (place == NULL || skin->vertices == NULL) {
+    free(place);
+    return false;
+  }
+  memset(place, 0, (size_t)all * sizeof *place);
+  for (int64_t n = 0; n < 3 * skin->triangle_count; n++)
+    place[skin->triangles[n]] = 1;
+  for (int64_t v = 0; v < all; v++) {
+    if (place[v] == 0)
+      continue;
+    place[v] = (int32_t)skin->vertex_count;
+    skin->vertices[skin->vertex_count++] = (int32_t)v;
+  }
+  for (int64_t n = 0; n < 3 * skin->triangle_count; n++)
+    skin->triangles[n] = place[skin->triangles[n]];
+  free(place);
+  return true;
+}
+
+thrum_status cli_skin_make(const thrum_model *model, cli_skin *skin, thrum_error *error) {
+  if (model->vertices == NULL || model->tets == NULL)
+    return thrum_error_set(error, THRUM_MISSING, "the model has no mesh, so it has no surface");
+  cli_skin made = {0};
+  // the finder of faces reads vertices and tets alone, and changes none
+  thrum_mesh mesh = {.vertex_count = model->vertex_count, .tet_count = model->tet_count};
+  memcpy(&mesh.vertices, &model->vertices, sizeof mesh.vertices);
+  memcpy(&mesh.tets, &model->tets, sizeof mesh.tets);
+  thrum_mesh_faces faces = {0};
+  int64_t shared[3];
+  const thrum_status status = thrum_mesh_find_faces(&mesh, &faces, shared, error);
+  if (status < 0)
+    return status;
+  made.triangles = malloc((size_t)faces.count * 3 * sizeof *made.triangles + 1);
+  for (int64_t n = 0; n < faces.count && made.triangles != NULL; n++) {
+    const thrum_mesh_face *face = &faces.faces[n];
+    if (face->other >= 0)
+      continue;
+    int32_t *corners = made.triangles + 3 * made.triangle_count++;
+    corners[0] = face->vertices[0];
+    corners[1] = face->vertices[face->even ? 1 : 2];
+    corners[2] = face->vertices[face->even ? 2 : 1];
+  }
+  free(faces.faces);
+  if (made.triangles == NULL || !number_vertices(model->vertex_count, &made)) {
+    cli_skin_free(&made);
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the surface");
+  }
+  *skin = made;
+  return THRUM_OK;
+}

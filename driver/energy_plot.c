@@ -1,0 +1,113 @@
+/* The energy plot of a run, drawn by gnuplot where it is installed. The energy of the high modes is
+ * left out: it is a linear measure that may be many times the total and would flatten the rest.
+ *
+ * gnuplot runs inside the folder on fixed names, so that no path of the user's is ever quoted in
+ * its script; only the title is, in single quotes, where a quote is written twice.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "driver/energy_plot.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <inttypes.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#define SCRIPT_NAME "energy.gp"
+#define POINTS_MAX 20000 /* of one curve; more only slow the drawing */
+#define TITLE_MAX 200
+
+/* Printable, quotes doubled. */
+static void quote_title(const char *title, char quoted[2 * TITLE_MAX + 1]) {
+  size_t used = 0;
+  for (size_t n = 0; title[n] != 0 && n < TITLE_MAX; n++) {
+    const unsigned char byte = (unsigned char)title[n];
+    if (byte < ' ' || byte == 127)
+      continue;
+    if (byte == '\'')
+      quoted[used++] = '\'';
+    quoted[used++] = (char)byte;
+  }
+  quoted[used] = 0;
+}
+
+static bool write_script(const char *path, const char *terminal, const char *output,
+                         const char *title, int64_t rows) {
+  char quoted[2 * TITLE_MAX + 1];
+  quote_title(title, quoted);
+  FILE *file = fopen(path, "w");
+  if (file == NULL)
+    return false;
+  fprintf(file,
+          "set encoding utf8\n"
+          "set terminal %s\n"
+          "set output '%s'\n"
+          "set datafile separator ','\n"
+          "set title '%s' noenhanced offset 0,1.4\n"
+          "set xlabel 'time [s]'\n"
+          "set ylabel 'energy [J]'\n"
+          "set format y '%%.3g'\n"
+          "set autoscale xfix\n"
+          "set grid lc rgb '#dddddd' lt 1\n"
+          "set border lc rgb '#555555'\n"
+          "set tmargin 5\n"
+          "set rmargin 4\n"
+          "set key at graph 0.5, graph 1.05 center horizontal samplen 3\n",
+          terminal, output, quoted);
+  const int64_t every = rows / POINTS_MAX + 1;
+  fprintf(file,
+          "plot 'energy.csv' using 2:3 every %" PRId64 "::1 with lines lc rgb '#6baed6' "
+          "title 'kinetic', \\\n"
+          "  '' using 2:4 every %" PRId64 "::1 with lines lc rgb '#f58518' title 'potential', \\\n"
+          "  '' using 2:5 every %" PRId64 "::1 with lines lw 2 lc rgb '#08306b' title 'total'\n",
+          every, every, every);
+  const bool failed = ferror(file) != 0;
+  return fclose(file) == 0 && !failed;
+}
+
+bool cli_gnuplot_run(const char *folder, const char *script) {
+  const pid_t child = fork();
+  if (child == 0) {
+    const int nothing = open("/dev/null", O_RDWR);
+    if (nothing < 0 || chdir(folder) != 0)
+      _exit(127);
+    dup2(nothing, STDIN_FILENO);
+    dup2(nothing, STDOUT_FILENO);
+    dup2(nothing, STDERR_FILENO);
+    execlp("gnuplot", "gnuplot", "-d", script, (char *)NULL);
+    _exit(127);
+  }
+  int status = 0;
+  // a signal to us alone must not lose track of the child
+  while (child > 0 && waitpid(child, &status, 0) < 0) {
+    if (errno != EINTR)
+      return false;
+  }
+  return child > 0 && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+static bool draw(const char *folder, const char *terminal, const char *output, const char *title,
+                 int64_t rows) {
+  char script[1200], image[1200];
+  snprintf(script, sizeof script, "%s/" SCRIPT_NAME, folder);
+  snprintf(image, sizeof image, "%s/%s", folder, output);
+  struct stat made;
+  const bool drawn = write_script(script, terminal, output, title, rows) &&
+                     cli_gnuplot_run(folder, SCRIPT_NAME) && stat(image, &made) == 0 &&
+                     made.st_size > 0;
+  unlink(script);
+  if (!drawn)
+    unlink(image);
+  return drawn;
+}
+
+const char *cli_plot_energy(const char *folder, const char *title, int64_t rows) {
+  if (draw(folder, "pngcairo size 1200,700 font 'sans,12'", "energy.png", title, rows))
+    return "energy.png";
+  if (draw(folder, "svg size 1200,700 font 'sans,14' background '#ffffff'", "energy.svg", title,
+           rows))
+    return "energy.svg";
+  return NULL;
+}

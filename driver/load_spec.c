@@ -1,0 +1,290 @@
+/* Loads as the command line names them: KIND:X,Y,Z[@TARGET][,key=value...].
+ *
+ * The pieces are taken from the right, because a group's name may hold commas and '@' itself: first
+ * the key=value pairs, then all that follows the first '@' is the target.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "driver/load_spec.h"
+
+#include <ctype.h>
+#include <math.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "config/parse.h"
+#include "precompute/basis/load_share.h"
+#include "precompute/fem/traction.h"
+#include "thrum/thrum.h"
+
+typedef struct load_kind {
+  const char *name;
+  thrum_load_shape shape;
+  double duration; /* of the window when until= is not given [s] */
+} load_kind;
+
+/* The windows of an impulse and of a square are those of the thesis' experiments. */
+static const load_kind kinds[] = {
+    {"impulse", THRUM_LOAD_CONSTANT, 0.003},    {"square", THRUM_LOAD_CONSTANT, 0.3},
+    {"sine", THRUM_LOAD_SINE, INFINITY},        {"constant", THRUM_LOAD_CONSTANT, INFINITY},
+    {"gravity", THRUM_LOAD_CONSTANT, INFINITY}, {"traction", THRUM_LOAD_CONSTANT, INFINITY},
+};
+enum { KIND_COUNT = sizeof kinds / sizeof kinds[0] };
+
+enum { KEY_FROM, KEY_UNTIL, KEY_FREQUENCY, KEY_COUNT };
+static const char *const keys[KEY_COUNT] = {"from", "until", "f"};
+
+typedef struct key_values {
+  bool given[KEY_COUNT];
+  double value[KEY_COUNT];
+} key_values;
+
+/* Cuts the pairs off the end of `body`. */
+static thrum_status take_keys(char *body, const char *text, key_values *values,
+                              thrum_error *error) {
+  for (char *comma = strrchr(body, ','); comma != NULL; comma = strrchr(body, ',')) {
+    char *equals = strchr(comma, '=');
+    if (equals == NULL)
+      return THRUM_OK;
+    const size_t length = (size_t)(equals - comma) - 1;
+    int key = 0;
+    while (key < KEY_COUNT &&
+           (strlen(keys[key]) != length || strncmp(keys[key], comma + 1, length) != 0))
+      key++;
+    if (key == KEY_COUNT) {
+      // a piece such as "-40@vertex=12" is the end of the vector and the target, no pair
+      if (memchr(comma, '@', length + 1) != NULL || length == 0)
+        return THRUM_OK;
+      return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                             "--load '%s': unknown key '%.*s' (from, until, f)", text, (int)length,
+                             comma + 1);
+    }
+    if (values->given[key]) {
+      return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "--load '%s': '%s' is given twice",
+                             text, keys[key]);
+    }
+    if (!cli_parse_number(equals + 1, &values->value[key])) {
+      return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "--load '%s': '%s' is not a number",
+                             text, equals + 1);
+    }
+    values->given[key] = true;
+    *comma = 0;
+  }
+  return THRUM_OK;
+}
+
+/* The course over time from the kind and the pairs. */
+static thrum_status make_course(const load_kind *kind, const key_values *values, const char *text,
+                                thrum_load *course, thrum_error *error) {
+  course->shape = kind->shape;
+  course->from = values->given[KEY_FROM] ? values->value[KEY_FROM] : 0;
+  course->until =
+      values->given[KEY_UNTIL] ? values->value[KEY_UNTIL] : course->from + kind->duration;
+  course->frequency = values->given[KEY_FREQUENCY] ? values->value[KEY_FREQUENCY] : 0;
+  const bool sine = kind->shape == THRUM_LOAD_SINE;
+  if (sine && !(course->frequency > 0)) {
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "--load '%s': a sine needs its frequency in Hz, such as f=1", text);
+  }
+  if (!sine && values->given[KEY_FREQUENCY]) {
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "--load '%s': only a sine has a frequency f", text);
+  }
+  if (!(course->from >= 0) || !(course->until > course->from)) {
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "--load '%s': the load must begin at 0 s or later and end after that "
+                           "(from %g s until %g s)",
+                           text, course->from, course->until);
+  }
+  return THRUM_OK;
+}
+
+thrum_status cli_target_parse(const char *text, const char *said, cli_target *target,
+                              thrum_error *error) {
+  static const char vertex_key[] = "vertex=";
+  cli_target parsed = {.all = strcmp(text, "all") == 0};
+  if (!parsed.all && strncmp(text, vertex_key, sizeof vertex_key - 1) == 0) {
+    if (!cli_parse_integer(text + sizeof vertex_key - 1, &parsed.vertex) || parsed.vertex < 1) {
+      return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                             "%.200s: vertex= takes the number of one vertex, from 1", said);
+    }
+  } else if (!parsed.all) {
+    if (text[0] == 0 || strlen(text) >= sizeof parsed.group)
+      return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                             "%.200s: say where: GROUP, vertex=N or all", said);
+    snprintf(parsed.group, sizeof parsed.group, "%s", text);
+  }
+  *target = parsed;
+  return THRUM_OK;
+}
+
+/* The vector and the target, from a body without its pairs. */
+static thrum_status parse_body(char *body, const load_kind *kind, cli_load *load,
+                               thrum_error *error) {
+  char *at = strchr(body, '@');
+  if (at != NULL)
+    *at = 0;
+  if (!cli_parse_vector3(body, load->vector)) {
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "--load '%s': '%s' is not x,y,z (%s)",
+                           load->text, body,
+                           load->gravity    ? "m/s^2"
+                           : load->traction ? "Pa"
+                                            : "N");
+  }
+  if (load->gravity && at != NULL) {
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "--load '%s': gravity acts on the whole body, leave out '@%s'",
+                           load->text, at + 1);
+  }
+  if (!load->gravity && (at == NULL || at[1] == 0)) {
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "--load '%s': say where it acts: %s:%s@GROUP, @vertex=N or @all",
+                           load->text, kind->name, body);
+  }
+  if (at == NULL)
+    return THRUM_OK;
+  char said[CLI_LOAD_TEXT_MAX + 16];
+  snprintf(said, sizeof said, "--load '%s'", load->text);
+  return cli_target_parse(at + 1, said, &load->target, error);
+}
+
+/* The kind that the text begins with, NULL: none. */
+static const load_kind *kind_of(const char *text, size_t *name_length) {
+  *name_length = strcspn(text, ":");
+  for (int n = 0; n < KIND_COUNT && text[*name_length] != 0; n++) {
+    if (strlen(kinds[n].name) == *name_length && strncmp(kinds[n].name, text, *name_length) == 0)
+      return &kinds[n];
+  }
+  return NULL;
+}
+
+bool cli_load_begins(const char *text) {
+  size_t name_length = 0;
+  return kind_of(text, &name_length) != NULL;
+}
+
+thrum_status cli_load_parse(const char *text, cli_load *load, thrum_error *error) {
+  char body[CLI_LOAD_TEXT_MAX];
+  size_t name_length = 0;
+  const load_kind *kind = kind_of(text, &name_length);
+  if (kind == NULL) {
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "--load '%.200s': it begins with impulse:, square:, sine:, constant:, "
+                           "gravity: or traction:",
+                           text);
+  }
+  if (strlen(text) >= sizeof body) {
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "--load '%.60s...': longer than %d bytes",
+                           text, CLI_LOAD_TEXT_MAX - 1);
+  }
+  snprintf(body, sizeof body, "%s", text + name_length + 1);
+  cli_load parsed = {.text = text,
+                     .gravity = strcmp(kind->name, "gravity") == 0,
+                     .traction = strcmp(kind->name, "traction") == 0};
+  key_values values = {0};
+  thrum_status status = take_keys(body, text, &values, error);
+  if (status == THRUM_OK)
+    status = parse_body(body, kind, &parsed, error);
+  if (status == THRUM_OK)
+    status = make_course(kind, &values, text, &parsed.course, error);
+  if (status == THRUM_OK)
+    *load = parsed;
+  return status;
+}
+
+/* "a, b, c" of the model's groups, cut short with "..." */
+static void list_groups(const thrum_model *model, char *list, size_t size) {
+  size_t used = 0;
+  list[0] = 0;
+  for (int64_t n = 0; n < model->group_count; n++) {
+    const char *name = thrum_model_group_name(model, n);
+    if (name == NULL || used + strlen(name) + 6 > size) {
+      snprintf(list + used, size - used, "%s...", n > 0 ? ", " : "");
+      return;
+    }
+    used += (size_t)snprintf(list + used, size - used, "%s%s", n > 0 ? ", " : "", name);
+  }
+}
+
+thrum_status cli_target_find(const thrum_model *model, const cli_target *target,
+                             const int32_t **vertices, int64_t *count, int32_t *one,
+                             thrum_error *error) {
+  if (target->all) {
+    *vertices = NULL;
+    *count = model->vertex_count;
+  } else if (target->vertex > 0) {
+    if (target->vertex > model->vertex_count)
+      return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the model has vertices 1 to %lld",
+                             (long long)model->vertex_count);
+    *one = (int32_t)(target->vertex - 1);
+    *vertices = one;
+    *count = 1;
+  } else if (thrum_model_group(model, target->group, vertices, count, NULL) < 0) {
+    char list[160];
+    list_groups(model, list, sizeof list);
+    return thrum_error_set(error, THRUM_MISSING, "no group '%.60s'; %s%s", target->group,
+                           list[0] != 0 ? "the model's groups: " : "the model has no groups", list);
+  }
+  return THRUM_OK;
+}
+
+static thrum_status reduce_traction(const thrum_model *model, const int32_t *vertices,
+                                    int64_t count, const double traction[3], double *reduced,
+                                    thrum_error *error) {
+  double *forces = calloc(3 * (size_t)model->vertex_count, sizeof *forces);
+  if (forces == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the surface");
+  thrum_status status = thrum_traction_fill(model, vertices, count, traction, forces, NULL, error);
+  if (status >= 0)
+    status = thrum_force_add_field(model, forces, reduced, error);
+  free(forces);
+  return status;
+}
+
+static thrum_status reduce_target(const thrum_model *model, const cli_load *load, double *reduced,
+                                  thrum_error *error) {
+  const int32_t *vertices = NULL;
+  int64_t count = 0;
+  int32_t one = 0;
+  if (model->basis == NULL) {
+    return thrum_error_set(error, THRUM_MISSING,
+                           "the model has no basis, so no force can act on its vertices");
+  }
+  const thrum_status status = cli_target_find(model, &load->target, &vertices, &count, &one, error);
+  if (status < 0)
+    return status;
+  if (load->traction)
+    return reduce_traction(model, vertices, count, load->vector, reduced, error);
+  return thrum_force_add_shared(model, vertices, count, load->vector, reduced, error);
+}
+
+thrum_status cli_load_reduce(const thrum_model *model, const cli_load *load, double *reduced,
+                             thrum_error *error) {
+  thrum_error detail = {0};
+  thrum_status status = THRUM_OK;
+  memset(reduced, 0, (size_t)model->rank * sizeof *reduced);
+  if (load->gravity) {
+    status = thrum_force_add_gravity(model, load->vector, reduced, &detail);
+  } else {
+    status = reduce_target(model, load, reduced, &detail);
+  }
+  if (status < 0)
+    return thrum_error_set(error, status, "--load '%.100s': %s", load->text, detail.message);
+  return THRUM_OK;
+}
+
+thrum_status cli_load_fill(const thrum_model *model, const cli_load *load, double *forces,
+                           thrum_error *error) {
+  const int32_t *vertices = NULL;
+  int64_t count = 0;
+  int32_t one = 0;
+  if (load->gravity)
+    return thrum_load_fill_gravity(model, load->vector, forces, error);
+  const thrum_status status = cli_target_find(model, &load->target, &vertices, &count, &one, error);
+  if (status < 0)
+    return status;
+  if (load->traction)
+    return thrum_traction_fill(model, vertices, count, load->vector, forces, NULL, error);
+  return thrum_load_fill(model, vertices, count, load->vector, forces, error);
+}

@@ -1,0 +1,96 @@
+/* A mesh where a model is expected. SPDX-License-Identifier: Apache-2.0 */
+#include "driver/mesh_model.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "config/message.h"
+
+cli_mesh_def cli_default_mesh_def(void) {
+  return (cli_mesh_def){.material = {NAN, NAN, NAN}};
+}
+
+int cli_mesh_take_fix(const cli_given *given, void *request) {
+  cli_mesh_def *def = (cli_mesh_def *)(void *)((char *)request + given->option->field);
+  if (def->fix_count == CLI_MESH_FIXES_MAX)
+    return cli_given_refuse(given, "given more than %d times", CLI_MESH_FIXES_MAX);
+  def->fixes[def->fix_count++] = given->text;
+  return CLI_DONE;
+}
+
+int cli_mesh_def_check(const char *command, const cli_mesh_def *def, bool mesh) {
+  const thrum_material *material = &def->material;
+  const bool given = def->fix_count > 0 || !isnan(material->young) || !isnan(material->poisson) ||
+                     !isnan(material->density);
+  if (!given || mesh)
+    return CLI_DONE;
+  return cli_usage(command, "--fix, --young, --poisson and --density are of a mesh; a model has "
+                            "its own");
+}
+
+int cli_mesh_full_check(const char *command, const char *path, const cli_mesh_def *def, bool full) {
+  const bool mesh = thrum_mesh_is_named(path);
+  if (mesh && !full)
+    return cli_usage(command,
+                     "%.200s is a mesh: make a model of it with thrum precompute, or take it whole "
+                     "with --full",
+                     path);
+  return cli_mesh_def_check(command, def, mesh);
+}
+
+/* One file for each mesh and what is asked of it, so that runs of others keep theirs. */
+static thrum_status kept_path(const char *text, const cli_mesh_def *def,
+                              char path[CLI_MODEL_PATH_MAX], thrum_error *error) {
+  char numbers[128], folder[CLI_MODEL_PATH_MAX];
+  const thrum_status status = cli_model_cache_folder(folder, error);
+  if (status < 0)
+    return status;
+  uint64_t hash = cli_model_hash(0, text, strlen(text) + 1);
+  char here[CLI_MODEL_PATH_MAX];
+  if (getcwd(here, sizeof here) != NULL)
+    hash = cli_model_hash(hash, here, strlen(here));
+  snprintf(numbers, sizeof numbers, "%.17g|%.17g|%.17g", def->material.young, def->material.poisson,
+           def->material.density);
+  hash = cli_model_hash(hash, numbers, strlen(numbers));
+  for (int64_t n = 0; n < def->fix_count; n++)
+    hash = cli_model_hash(hash, def->fixes[n], strlen(def->fixes[n]) + 1);
+  snprintf(path, CLI_MODEL_PATH_MAX, "%.*s/mesh-%016" PRIx64 ".npz", CLI_MODEL_PATH_MAX - 64,
+           folder, hash);
+  return THRUM_OK;
+}
+
+thrum_status cli_mesh_model_load(const char *text, const cli_mesh_def *def, bool quiet,
+                                 const thrum_model **model, cli_model_file *file,
+                                 thrum_error *error) {
+  cli_model_file own;
+  if (file == NULL)
+    file = &own;
+  if (!thrum_mesh_is_named(text))
+    return cli_model_load(text, quiet, model, file, error);
+  const char *fixes[CLI_MESH_FIXES_MAX];
+  memcpy(fixes, def->fixes, sizeof fixes);
+  bool flagged = false;
+  thrum_status status = kept_path(text, def, file->cached, error);
+  precompute_request request = {
+      .mesh_name = text,
+      .output = file->cached,
+      .scale = 1,
+      .material = def->material,
+      .options = thrum_default_precompute_options(),
+      .fixes = fixes,
+      .fix_count = def->fix_count,
+      .reproducible = true,
+      .free = def->free,
+      .quiet = quiet,
+  };
+  file->path = file->cached;
+  request.options.fit = true;
+  if (status >= 0 && !quiet)
+    fprintf(stderr, "thrum: precomputing %s; kept in %s\n", text, file->cached);
+  if (status >= 0)
+    status = precompute_make(&request, NULL, &flagged, error);
+  return status >= 0 ? thrum_model_load(file->cached, model, error) : status;
+}

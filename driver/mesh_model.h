@@ -1,0 +1,49 @@
+/* A mesh where a model is expected by what needs the full order: its model is made first, and kept.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_DRIVER_MESH_MODEL_H
+#define THRUM_DRIVER_MESH_MODEL_H
+
+#include "config/options.h"
+#include "driver/named_model.h"
+
+#define CLI_MESH_FIXES_MAX 32
+
+/* What a mesh needs besides, as of precompute. */
+typedef struct cli_mesh_def {
+  const char *fixes[CLI_MESH_FIXES_MAX];
+  int64_t fix_count;
+  bool free;               /* nothing is to be held: no warning of it */
+  thrum_material material; /* a field is NaN where the mesh's own stays */
+} cli_mesh_def;
+
+/* Nothing held, the mesh's own material. */
+cli_mesh_def cli_default_mesh_def(void);
+
+/* `take` of --fix; the field of the option is a cli_mesh_def. */
+int cli_mesh_take_fix(const cli_given *given, void *request);
+
+/* The options of a request with a cli_mesh_def `mesh_def`, for its table. */
+#define CLI_OPTIONS_MESH(request)                                                                  \
+  {.name = "fix",                                                                                  \
+   .kind = CLI_TEXT,                                                                               \
+   .path = CLI_PATH_IF_THERE,                                                                      \
+   .repeats = true,                                                                                \
+   .take = cli_mesh_take_fix,                                                                      \
+   .field = offsetof(request, mesh_def)},                                                          \
+      CLI_OPTIONS_MATERIAL(request, mesh_def.material)
+
+/* CLI_DONE, or CLI_USAGE after a line where options of a mesh come without one; `mesh`: the path
+ * is taken as a mesh. */
+int cli_mesh_def_check(const char *command, const cli_mesh_def *def, bool mesh);
+
+/* The same for a command that takes a mesh with --full only. */
+int cli_mesh_full_check(const char *command, const char *path, const cli_mesh_def *def, bool full);
+
+/* Loads the model of the mesh at `text`: made with precompute's defaults, in the cache of models
+ * and anew each time, since a mesh may be of several files that change. Where `text` is no mesh,
+ * as cli_model_load. */
+thrum_status cli_mesh_model_load(const char *text, const cli_mesh_def *def, bool quiet,
+                                 const thrum_model **model, cli_model_file *file,
+                                 thrum_error *error);
+
+#endif

@@ -1,0 +1,35 @@
+/* What reading a mesh changed, said to the user. SPDX-License-Identifier: Apache-2.0 */
+#include "driver/mesh_warnings.h"
+
+#include "config/message.h"
+#include "mesh/mesh_examine.h"
+#include "thrum/thrum.h"
+
+void cli_warn_mesh(const thrum_mesh *mesh, const char *name) {
+  if (mesh->cornered_tets > 0) {
+    cli_warn("%s: %lld tetrahedra of ten nodes were read by their corners", name,
+             (long long)mesh->cornered_tets);
+  }
+  if (mesh->flipped_tets > 0) {
+    cli_warn("%s: %s inside out; %lld flipped", name,
+             mesh->flipped_tets == mesh->tet_count ? "every tetrahedron was"
+                                                   : "some tetrahedra were",
+             (long long)mesh->flipped_tets);
+  }
+  if (mesh->dropped_vertices > 0) {
+    cli_warn("%s: %lld vertices that no tetrahedron uses were dropped", name,
+             (long long)mesh->dropped_vertices);
+  }
+  // of the rest only what makes a model fall apart; `thrum check` says everything
+  static const thrum_examine_flag grave[] = {THRUM_EXAMINE_PIECES, THRUM_EXAMINE_COINCIDENT,
+                                             THRUM_EXAMINE_HINGES, THRUM_EXAMINE_FAR};
+  thrum_mesh_examined examined;
+  if (thrum_mesh_examine(mesh, &examined, NULL) < 0)
+    return;
+  const unsigned flags = thrum_mesh_flags(mesh, &examined);
+  for (size_t i = 0; i < sizeof grave / sizeof *grave; i++) {
+    char line[300];
+    if (flags & grave[i])
+      cli_warn("%s: %s", name, thrum_mesh_flag_line(mesh, &examined, grave[i], line));
+  }
+}

@@ -1,0 +1,10 @@
+/* What reading a mesh changed, said to the user. SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_DRIVER_MESH_WARNINGS_H
+#define THRUM_DRIVER_MESH_WARNINGS_H
+
+#include "mesh/mesh.h"
+
+/* Warns of tets that were flipped or read by their corners, and of vertices dropped. */
+void cli_warn_mesh(const thrum_mesh *mesh, const char *name);
+
+#endif

@@ -1,0 +1,27 @@
+/* --rank: a model cut down when it is read. SPDX-License-Identifier: Apache-2.0 */
+#include "driver/model_truncate_to.h"
+
+#include <stdint.h>
+#include <stdlib.h>
+
+#include "thrum/thrum.h"
+
+#define ALIGNMENT 64
+
+thrum_status model_truncate_to(const thrum_model *loaded, int64_t rank, void **memory,
+                             const thrum_model **model, thrum_error *error) {
+  if (rank == 0 || rank == loaded->rank) {
+    *model = loaded;
+    return THRUM_OK;
+  }
+  thrum_error detail = {0};
+  size_t size = 0;
+  const thrum_status status = thrum_model_truncate_size(loaded, rank, &size, &detail);
+  if (status < 0)
+    return thrum_error_set(error, status, "--rank: %s", detail.message);
+  *memory = aligned_alloc(ALIGNMENT, size);
+  if (*memory == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the model at rank %lld",
+                           (long long)rank);
+  return thrum_model_truncate(*memory, size, loaded, rank, model, error);
+}

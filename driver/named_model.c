@@ -1,0 +1,329 @@
+/* The models that come with Thrum: where they lie, what their recipes say, and their cache.
+ *
+ * A cached file is named after a 64-bit FNV-1a hash of the mesh's bytes, the recipe and the build,
+ * so that it is never out of date; it is written beside its place and renamed.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "driver/named_model.h"
+
+#include <errno.h>
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "config/message.h"
+#include "io/file.h"
+#include "io/paths.h"
+#include "precompute/build_info.h"
+#include "thrum/version.h"
+
+#define HASH_START UINT64_C(0xcbf29ce484222325)
+#define HASH_PRIME UINT64_C(0x100000001b3)
+
+const char *const cli_model_names[CLI_MODEL_COUNT] = {
+#define X(name, text) #name,
+    CLI_MODEL_LIST(X)
+#undef X
+};
+
+static bool is_folder(const char *path) {
+  struct stat status;
+  return stat(path, &status) == 0 && S_ISDIR(status.st_mode);
+}
+
+static thrum_status find_folder(const char *name, char path[CLI_MODEL_PATH_MAX],
+                                thrum_error *error) {
+  const char *given = getenv("THRUM_MODELS");
+  if (given != NULL && given[0] != 0) {
+    if (strlen(given) < CLI_MODEL_PATH_MAX && is_folder(given)) {
+      snprintf(path, CLI_MODEL_PATH_MAX, "%s", given);
+      return THRUM_OK;
+    }
+    return thrum_error_set(error, THRUM_IO, "THRUM_MODELS: %.300s is not a folder", given);
+  }
+  if (path_share("models", path, CLI_MODEL_PATH_MAX) && is_folder(path))
+    return THRUM_OK;
+#ifdef THRUM_SOURCE_MODELS
+  if (strlen(THRUM_SOURCE_MODELS) < CLI_MODEL_PATH_MAX && is_folder(THRUM_SOURCE_MODELS)) {
+    snprintf(path, CLI_MODEL_PATH_MAX, "%s", THRUM_SOURCE_MODELS);
+    return THRUM_OK;
+  }
+#endif
+  return thrum_error_set(error, THRUM_IO,
+                         "%s: there is no such file, and the folder of the models that come with "
+                         "Thrum is not found; name it with --models-dir or THRUM_MODELS",
+                         name);
+}
+
+/* A number that the recipe must hold. */
+static bool take_number(const cJSON *object, const char *key, double *value) {
+  const cJSON *item = cJSON_GetObjectItemCaseSensitive(object, key);
+  if (!cJSON_IsNumber(item) || !isfinite(item->valuedouble))
+    return false;
+  *value = item->valuedouble;
+  return true;
+}
+
+static bool take_count(const cJSON *object, const char *key, int64_t *value) {
+  double number = 0;
+  if (!take_number(object, key, &number) || !(number >= 1) || !(number <= 1e6))
+    return false;
+  *value = (int64_t)number;
+  return true;
+}
+
+static bool take_text(const cJSON *item, char text[CLI_RECIPE_TEXT_MAX]) {
+  if (!cJSON_IsString(item) || strlen(item->valuestring) >= CLI_RECIPE_TEXT_MAX)
+    return false;
+  snprintf(text, CLI_RECIPE_TEXT_MAX, "%s", item->valuestring);
+  return true;
+}
+
+/* "fix": one SPEC or a list of them. */
+static bool take_fixes(const cJSON *object, cli_model_recipe *recipe) {
+  const cJSON *fix = cJSON_GetObjectItemCaseSensitive(object, "fix"), *item = NULL;
+  if (cJSON_IsString(fix)) {
+    recipe->fix_count = 1;
+    return take_text(fix, recipe->fixes[0]);
+  }
+  cJSON_ArrayForEach(item, fix) {
+    if (recipe->fix_count == CLI_RECIPE_FIXES_MAX ||
+        !take_text(item, recipe->fixes[recipe->fix_count]))
+      return false;
+    recipe->fix_count++;
+  }
+  return recipe->fix_count > 0;
+}
+
+/* "load": {"group", "direction", "force"}, all of it optional. */
+static bool take_load(const cJSON *object, cli_model_recipe *recipe) {
+  const cJSON *load = cJSON_GetObjectItemCaseSensitive(object, "load");
+  const cJSON *group = cJSON_GetObjectItemCaseSensitive(load, "group");
+  const cJSON *direction = cJSON_GetObjectItemCaseSensitive(load, "direction");
+  snprintf(recipe->load_group, sizeof recipe->load_group, "load");
+  if (group != NULL && !take_text(group, recipe->load_group))
+    return false;
+  if (cJSON_GetObjectItemCaseSensitive(load, "force") != NULL &&
+      !take_number(load, "force", &recipe->load_force))
+    return false;
+  for (int axis = 0; direction != NULL && axis < 3; axis++) {
+    const cJSON *item = cJSON_GetArrayItem(direction, axis);
+    if (!cJSON_IsNumber(item) || !isfinite(item->valuedouble))
+      return false;
+    recipe->load_direction[axis] = item->valuedouble;
+  }
+  return true;
+}
+
+/* "mesh": a file beside the recipe; NAME.msh when it is not said. */
+static bool take_mesh(const cJSON *object, const char *folder, cli_model_recipe *recipe) {
+  const cJSON *mesh = cJSON_GetObjectItemCaseSensitive(object, "mesh");
+  char file[CLI_RECIPE_TEXT_MAX];
+  snprintf(file, sizeof file, "%s.msh", recipe->name);
+  if (mesh != NULL && (!take_text(mesh, file) || strchr(file, '/') != NULL))
+    return false;
+  snprintf(recipe->mesh, sizeof recipe->mesh, "%.*s/%s", CLI_MODEL_PATH_MAX - 80, folder, file);
+  return true;
+}
+
+static const char *take_recipe(const cJSON *object, const char *folder, cli_model_recipe *recipe) {
+  const cJSON *material = cJSON_GetObjectItemCaseSensitive(object, "material");
+  if (!take_mesh(object, folder, recipe))
+    return "mesh wants the name of a file in the same folder";
+  if (!take_number(material, "young", &recipe->material.young) ||
+      !take_number(material, "poisson", &recipe->material.poisson) ||
+      !take_number(material, "density", &recipe->material.density))
+    return "material wants young, poisson and density";
+  if (!take_fixes(object, recipe))
+    return "fix wants one SPEC or a few, as --fix takes them";
+  if (!take_count(object, "modes", &recipe->modes) || !take_count(object, "rank", &recipe->rank))
+    return "modes and rank want whole numbers from 1";
+  if (!take_load(object, recipe))
+    return "load wants a group, a direction of three numbers and a force";
+  return NULL;
+}
+
+static thrum_status read_recipe(const char *folder, cli_model_recipe *recipe, thrum_error *error) {
+  char path[CLI_MODEL_PATH_MAX + CLI_RECIPE_TEXT_MAX];
+  snprintf(path, sizeof path, "%s/%s.json", folder, recipe->name);
+  void *text = NULL;
+  size_t size = 0;
+  const thrum_status status = thrum_file_read(path, &text, &size, error);
+  if (status < 0)
+    return status;
+  cJSON *object = cJSON_ParseWithLength(text, size);
+  const char *wrong = object == NULL ? "it is no JSON" : take_recipe(object, folder, recipe);
+  cJSON_Delete(object);
+  free(text);
+  if (wrong != NULL)
+    return thrum_error_set(error, THRUM_BAD_FORMAT, "%.250s: %s", path, wrong);
+  return THRUM_OK;
+}
+
+thrum_status cli_model_recipe_find(const char *text, cli_model_recipe *recipe, thrum_error *error) {
+  char folder[CLI_MODEL_PATH_MAX];
+  cli_model_recipe found = {0};
+  // a file of that name comes first; a folder is no model, and may well be of an earlier run
+  const bool file = access(text, F_OK) == 0 && !is_folder(text);
+  for (int n = 0; n < CLI_MODEL_COUNT; n++) {
+    if (strcmp(text, cli_model_names[n]) == 0 && !file)
+      found.name = cli_model_names[n];
+  }
+  found.found = found.name != NULL;
+  if (!found.found) {
+    *recipe = found;
+    return THRUM_OK;
+  }
+  thrum_status status = find_folder(text, folder, error);
+  if (status < 0)
+    return status;
+  status = read_recipe(folder, &found, error);
+  if (status >= 0)
+    *recipe = found;
+  return status;
+}
+
+void cli_model_recipe_apply(const cli_model_recipe *recipe, precompute_request *request) {
+  thrum_material *material = &request->material;
+  request->mesh_name = recipe->mesh;
+  if (isnan(material->young))
+    material->young = recipe->material.young;
+  if (isnan(material->poisson))
+    material->poisson = recipe->material.poisson;
+  if (isnan(material->density))
+    material->density = recipe->material.density;
+  // a fixed set of the user's own replaces the recipe's
+  if (request->fix_count == 0) {
+    for (int64_t n = 0; n < recipe->fix_count; n++)
+      request->fixes[request->fix_count++] = recipe->fixes[n];
+  }
+  if (!request->modes_given)
+    request->options.modes = recipe->modes;
+  // other modes want another rank
+  if (!request->rank_given && !request->modes_given)
+    request->options.rank = recipe->rank;
+}
+
+uint64_t cli_model_hash(uint64_t hash, const void *data, size_t size) {
+  hash = hash == 0 ? HASH_START : hash;
+  const unsigned char *bytes = data;
+  for (size_t n = 0; n < size; n++)
+    hash = (hash ^ bytes[n]) * HASH_PRIME;
+  return hash;
+}
+
+/* What the model file's bytes depend on. */
+static thrum_status hash_recipe(const cli_model_recipe *recipe, uint64_t *hash,
+                                thrum_error *error) {
+  char text[512];
+  void *mesh = NULL;
+  size_t size = 0;
+  const thrum_status status = thrum_file_read(recipe->mesh, &mesh, &size, error);
+  if (status < 0)
+    return status;
+  uint64_t value = cli_model_hash(0, mesh, size);
+  free(mesh);
+  const int length =
+      snprintf(text, sizeof text, "%s|%d.%d|%.120s|%.60s|%.17g|%.17g|%.17g|%" PRId64 "|%" PRId64,
+               thrum_version(), THRUM_MODEL_FORMAT_MAJOR, THRUM_MODEL_FORMAT_MINOR,
+               thrum_build_compiler(), thrum_build_blas_core(), recipe->material.young,
+               recipe->material.poisson, recipe->material.density, recipe->modes, recipe->rank);
+  value = cli_model_hash(value, text, (size_t)length);
+  for (int64_t n = 0; n < recipe->fix_count; n++)
+    value = cli_model_hash(value, recipe->fixes[n], strlen(recipe->fixes[n]) + 1);
+  *hash = value;
+  return THRUM_OK;
+}
+
+/* Makes a folder and those above it, like mkdir -p. */
+static bool make_folders(char *path) {
+  for (char *at = path + 1; *at != 0; at++) {
+    if (*at != '/')
+      continue;
+    *at = 0;
+    const bool made = mkdir(path, 0777) == 0 || errno == EEXIST;
+    *at = '/';
+    if (!made)
+      return false;
+  }
+  return mkdir(path, 0777) == 0 || errno == EEXIST;
+}
+
+thrum_status cli_model_cache_folder(char path[CLI_MODEL_PATH_MAX], thrum_error *error) {
+  const char *cache = getenv("XDG_CACHE_HOME"), *home = getenv("HOME");
+  int length = -1;
+  // the specification of XDG wants relative paths ignored
+  if (cache != NULL && cache[0] == '/') {
+    length = snprintf(path, CLI_MODEL_PATH_MAX, "%s/thrum", cache);
+  } else if (home != NULL && home[0] == '/') {
+    length = snprintf(path, CLI_MODEL_PATH_MAX, "%s/.cache/thrum", home);
+  }
+  if (length <= 0 || length >= CLI_MODEL_PATH_MAX - 64)
+    return thrum_error_set(error, THRUM_IO,
+                           "there is no folder for the cache: set XDG_CACHE_HOME to a full path");
+  if (!make_folders(path))
+    return thrum_error_set(error, THRUM_IO,
+                           "%.200s: cannot be made (%s); set XDG_CACHE_HOME to a folder that can "
+                           "be written",
+                           path, strerror(errno));
+  return THRUM_OK;
+}
+
+static thrum_status make_cached(const cli_model_recipe *recipe, const char *path, bool quiet,
+                                thrum_error *error) {
+  const char *fixes[CLI_RECIPE_FIXES_MAX];
+  bool flagged = false;
+  precompute_request request = {
+      .mesh_name = recipe->name,
+      .output = path,
+      .scale = 1,
+      .material = {NAN, NAN, NAN},
+      .options = thrum_default_precompute_options(),
+      .fixes = fixes,
+      .reproducible = true,
+      .quiet = quiet,
+  };
+  cli_model_recipe_apply(recipe, &request);
+  if (!quiet)
+    fprintf(stderr, "thrum: precomputing %s, once; kept in %s\n", recipe->name, path);
+  return precompute_make(&request, NULL, &flagged, error);
+}
+
+static thrum_status load_cached(const cli_model_recipe *recipe, bool quiet,
+                                const thrum_model **model, char path[CLI_MODEL_PATH_MAX],
+                                thrum_error *error) {
+  uint64_t hash = 0;
+  char folder[CLI_MODEL_PATH_MAX];
+  thrum_status status = hash_recipe(recipe, &hash, error);
+  if (status >= 0)
+    status = cli_model_cache_folder(folder, error);
+  if (status < 0)
+    return status;
+  snprintf(path, CLI_MODEL_PATH_MAX, "%.*s/%s-%016" PRIx64 ".npz", CLI_MODEL_PATH_MAX - 64, folder,
+           recipe->name, hash);
+  // the reader checks every byte, so a file that was cut short or damaged is made again
+  const bool there = access(path, F_OK) == 0;
+  if (there && thrum_model_load(path, model, NULL) >= 0)
+    return THRUM_OK;
+  if (there && !quiet)
+    cli_warn("%s is damaged and is made again", path);
+  status = make_cached(recipe, path, quiet, error);
+  return status >= 0 ? thrum_model_load(path, model, error) : status;
+}
+
+thrum_status cli_model_load(const char *text, bool quiet, const thrum_model **model,
+                            cli_model_file *file, thrum_error *error) {
+  cli_model_recipe recipe;
+  cli_model_file own;
+  if (file == NULL)
+    file = &own;
+  thrum_status status = cli_model_recipe_find(text, &recipe, error);
+  if (status < 0)
+    return status;
+  file->path = recipe.found ? file->cached : text;
+  return recipe.found ? load_cached(&recipe, quiet, model, file->cached, error)
+                      : thrum_model_load(text, model, error);
+}

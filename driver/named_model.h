@@ -1,0 +1,72 @@
+/* The models that come with Thrum, by name: a mesh where a mesh is expected, a reduced model,
+ * precomputed once and cached, where a model is expected.
+ *
+ * Their meshes and recipes (NAME.json) lie in the folder named by THRUM_MODELS, else in
+ * share/thrum/models beside the installed program, else in the source tree. A file that bears the
+ * name goes before the name. SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_DRIVER_NAMED_MODEL_H
+#define THRUM_DRIVER_NAMED_MODEL_H
+
+#include "driver/precompute_request.h"
+
+#define CLI_MODEL_PATH_MAX 1024
+#define CLI_RECIPE_FIXES_MAX 8
+#define CLI_RECIPE_TEXT_MAX 64
+
+/* X(name, what it is) */
+#define CLI_MODEL_LIST(X)                                                                          \
+  X(beam, "a cantilever")                                                                          \
+  X(basket, "a basket with a handle")                                                              \
+  X(bridge, "an arch bridge")                                                                      \
+  X(horse, "a standing horse")                                                                     \
+  X(tower, "a tower")                                                                              \
+  X(heart, "a heart")
+
+enum {
+#define X(name, text) CLI_MODEL_##name,
+  CLI_MODEL_LIST(X)
+#undef X
+      CLI_MODEL_COUNT
+};
+extern const char *const cli_model_names[CLI_MODEL_COUNT];
+
+/* What NAME.json says. */
+typedef struct cli_model_recipe {
+  bool found; /* false: the text asked for is not one of our names, or a file bears it */
+  const char *name;
+  char mesh[CLI_MODEL_PATH_MAX];
+  thrum_material material;
+  char fixes[CLI_RECIPE_FIXES_MAX][CLI_RECIPE_TEXT_MAX];
+  int64_t fix_count;
+  int64_t modes;
+  int64_t rank;
+  char load_group[CLI_RECIPE_TEXT_MAX]; /* where loads act; default "load" */
+  double load_direction[3];             /* zero: not said */
+  double load_force;                    /* [N]; zero: not said */
+} cli_model_recipe;
+
+/* Looks the text up; fails when it is one of our names and its recipe cannot be read. */
+thrum_status cli_model_recipe_find(const char *text, cli_model_recipe *recipe, thrum_error *error);
+
+/* The recipe's mesh in place of the name, and what the request leaves open filled in. The request's
+ * fixes have room for CLI_RECIPE_FIXES_MAX more and point into the recipe afterwards. */
+void cli_model_recipe_apply(const cli_model_recipe *recipe, precompute_request *request);
+
+/* A model's file. */
+typedef struct cli_model_file {
+  const char *path; /* the text asked for, or `cached` */
+  char cached[CLI_MODEL_PATH_MAX];
+} cli_model_file;
+
+/* The folder of cached models, made where it is not there. */
+thrum_status cli_model_cache_folder(char path[CLI_MODEL_PATH_MAX], thrum_error *error);
+/* FNV-1a of 64 bits, from `hash`; 0 starts. */
+uint64_t cli_model_hash(uint64_t hash, const void *data, size_t size);
+
+/* Loads the model file at `text`, or the one that `text` names: from the cache (XDG_CACHE_HOME or
+ * ~/.cache, folder thrum), where it is made first if it is not there or not whole. `file` may be
+ * NULL. */
+thrum_status cli_model_load(const char *text, bool quiet, const thrum_model **model,
+                            cli_model_file *file, thrum_error *error);
+
+#endif

@@ -1,0 +1,65 @@
+/* `thrum precompute --dry-run`: what the model would take, without making it.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+
+#include "driver/precompute_request.h"
+#include "driver/precompute_stages.h"
+#include "io/json.h"
+#include "precompute/build_info.h"
+#include "precompute/estimate.h"
+
+static double total_of(const thrum_estimate *estimate) {
+  double total = 0;
+  for (int stage = 0; stage < THRUM_STAGE_COUNT; stage++)
+    total += estimate->seconds[stage];
+  return total;
+}
+
+static void print_json(const thrum_mesh *mesh, int64_t held, const thrum_estimate *estimate) {
+  cJSON *object = cJSON_CreateObject();
+  cJSON_AddStringToObject(object, "status", estimate->fits ? "fits" : "does not fit");
+  json_number(object, "vertices", (double)mesh->vertex_count);
+  json_number(object, "tets", (double)mesh->tet_count);
+  json_number(object, "fixed", (double)held);
+  json_number(object, "free_dofs", (double)estimate->free_dofs);
+  json_number(object, "factor_nonzeros", (double)estimate->factor_nonzeros);
+  json_number(object, "factor_gflop", 1e-9 * estimate->factor_flops);
+  json_number(object, "memory_mb", estimate->memory / 1048576);
+  json_number(object, "available_mb", estimate->available / 1048576);
+  cJSON *seconds = cJSON_AddObjectToObject(object, "seconds");
+  for (int stage = 0; stage < THRUM_STAGE_COUNT; stage++)
+    json_number(seconds, precompute_stage_labels[stage].name, estimate->seconds[stage]);
+  json_number(seconds, "total", total_of(estimate));
+  cJSON_AddStringToObject(object, "blas_core", thrum_build_blas_core());
+  json_print(object);
+}
+
+static void print_table(const thrum_mesh *mesh, int64_t held, const thrum_estimate *estimate) {
+  printf("%-18s%" PRId64 " vertices (%" PRId64 " held), %" PRId64 " tetrahedra\n", "mesh",
+         mesh->vertex_count, held, mesh->tet_count);
+  printf("%-18s%" PRId64 " free components, %.4g nonzeros, %.4g Gflop\n", "factor",
+         estimate->free_dofs, (double)estimate->factor_nonzeros, 1e-9 * estimate->factor_flops);
+  printf("%-18sabout %.0f MB, %.0f MB more than now; %.0f MB %s are left: %s\n", "memory",
+         estimate->memory / 1048576, estimate->more / 1048576, estimate->available / 1048576,
+         estimate->whose, estimate->fits ? "it fits" : "it does NOT fit");
+  printf("%-18sabout %.2g s", "time", total_of(estimate));
+  for (int stage = 0; stage < THRUM_STAGE_COUNT; stage++)
+    printf("%s%s %.2g", stage == 0 ? ": " : ", ", precompute_stage_labels[stage].text,
+           estimate->seconds[stage]);
+  puts("\n                  (rough: within a factor of two or so on an idle machine)");
+}
+
+thrum_status precompute_dry_run(const precompute_outcome *outcome, const uint8_t *fixed,
+                                bool *flagged, thrum_error *error) {
+  thrum_estimate estimate;
+  const precompute_request *request = outcome->request;
+  const thrum_status status =
+      thrum_precompute_estimate(outcome->mesh, fixed, &request->options, &estimate, error);
+  if (status < 0)
+    return status;
+  (request->json ? print_json : print_table)(outcome->mesh, outcome->fixed_count, &estimate);
+  *flagged = !estimate.fits;
+  return THRUM_OK;
+}

@@ -1,0 +1,274 @@
+/* The pipeline behind `thrum precompute` and behind models that are asked for by name: from a
+ * mesh's name to the written model file. SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "config/message.h"
+#include "config/progress.h"
+#include "driver/mesh_warnings.h"
+#include "driver/precompute_request.h"
+#include "driver/split_at.h"
+#include "io/npz.h"
+#include "io/paths.h"
+#include "io/vtu.h"
+#include "platform/clock.h"
+#include "precompute/basis/handles.h"
+#include "mesh/model_quality.h"
+#include "precompute/vega_reduced.h"
+
+/* Beyond these the model is written, but flagged (exit 3). */
+#define RESIDUAL_FLAG 1e-8       /* |K psi - w^2 M psi| / (|K| |psi|) of any mode */
+#define ORTHONORMALITY_FLAG 1e-9 /* |U^T M U - 1| and the same of U^T K U */
+
+static const char *const stage_texts[] = {
+#define X(name, text) text,
+    THRUM_STAGE_LIST(X)
+#undef X
+};
+
+static bool show_progress(void *context, thrum_stage stage, double fraction) {
+  cli_progress_update(context, stage_texts[stage], fraction);
+  return true;
+}
+
+/* Of the model and of the modes; neither may take the place of the other, nor of the mesh. */
+static thrum_status check_outputs(const precompute_request *request, thrum_error *error) {
+  const char *const paths[] = {request->output, request->export_modes};
+  if (request->output[0] == 0)
+    return thrum_error_set(error, THRUM_IO, "-o: the model file needs a name, such as beam.npz");
+  for (int n = 0; n < 2 && paths[n]; n++) {
+    const thrum_status status = path_check_output(paths[n], error);
+    if (status < 0)
+      return status;
+    if (path_same_file(paths[n], request->mesh_name))
+      return thrum_error_set(error, THRUM_IO, "%s is the mesh: write to another file", paths[n]);
+  }
+  if (paths[1] && path_same_file(paths[0], paths[1]))
+    return thrum_error_set(error, THRUM_IO, "-o and --export-modes name one file, %s", paths[0]);
+  return THRUM_OK;
+}
+
+/* The options' material replaces the mesh's own in every region. */
+static thrum_status apply_material(const precompute_request *request, thrum_mesh *mesh,
+                                   thrum_error *error) {
+  const thrum_material *wanted = &request->material;
+  const bool whole = !isnan(wanted->young) && !isnan(wanted->poisson) && !isnan(wanted->density);
+  if (!mesh->has_material && !whole) {
+    return thrum_error_set(error, THRUM_MISSING,
+                           "%s does not say what it is made of: give --young, --poisson and "
+                           "--density",
+                           request->mesh_name);
+  }
+  for (int64_t m = 0; m < mesh->region_count; m++) {
+    if (!isnan(wanted->young))
+      mesh->materials[m].young = wanted->young;
+    if (!isnan(wanted->poisson))
+      mesh->materials[m].poisson = wanted->poisson;
+    if (!isnan(wanted->density))
+      mesh->materials[m].density = wanted->density;
+  }
+  mesh->has_material = true;
+  return THRUM_OK;
+}
+
+/* Puts the place in an options file before what an error says. */
+static thrum_status name_line(const precompute_request *request, const char *key,
+                              const int64_t *lines, int64_t n, thrum_status status,
+                              thrum_error *error) {
+  if (request->lines_file == NULL || n >= CLI_FILE_ITEMS_MAX || lines[n] == 0)
+    return status;
+  char told[sizeof error->message];
+  snprintf(told, sizeof told, "%s", error->message);
+  return thrum_error_set(error, status, "%.100s:%lld: \"%s\": %.250s", request->lines_file,
+                         (long long)lines[n], key, told);
+}
+
+/* Marks what the --fix options name in `fixed`, and counts the vertices held. */
+static thrum_status fix_vertices(const precompute_request *request, const thrum_mesh *mesh,
+                                 uint8_t *fixed, int64_t *held, thrum_error *error) {
+  if (request->fix_count == 0 && !request->free)
+    cli_warn("nothing is fixed, so this is a free body: the model is its elastic part, the six "
+             "rigid modes are kept apart (hold vertices with --fix, such as --fix 'x<0.001')");
+  for (int64_t n = 0; n < request->fix_count; n++) {
+    int64_t count = 0;
+    const thrum_status status = thrum_mesh_fix(mesh, request->fixes[n], fixed, &count, error);
+    if (status < 0)
+      return name_line(request, "fix", request->fix_lines, n, status, error);
+  }
+  *held = 0;
+  for (int64_t v = 0; v < mesh->vertex_count; v++)
+    *held += fixed[v] != 0;
+  return THRUM_OK;
+}
+
+static thrum_status save_model(const precompute_request *request, const thrum_mesh *mesh,
+                               const thrum_precomputed *result, thrum_error *error) {
+  char *meta = precompute_meta(request, mesh, result);
+  if (meta == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory for meta");
+  // a shallow copy, so that meta stays ours
+  thrum_model model = result->model;
+  model.meta = (const uint8_t *)meta;
+  model.meta_bytes = (int64_t)strlen(meta);
+  const thrum_status status = thrum_model_save(request->output, &model, error);
+  free(meta);
+  return status;
+}
+
+static bool is_flagged(const thrum_precomputed *result) {
+  bool flagged = !(result->basis_orthonormality <= ORTHONORMALITY_FLAG) ||
+                 !(result->basis_diagonality <= ORTHONORMALITY_FLAG);
+  for (int64_t n = 0; n < result->mode_count; n++) {
+    flagged = flagged || !(result->mode_residual[n] <= RESIDUAL_FLAG);
+  }
+  if (!result->modes_complete)
+    cli_warn(
+        "%lld modes lie below the %lld-th, more than were found: another --modes may find them",
+        (long long)(result->shift_count - result->rigid_count), (long long)result->mode_count);
+  const int64_t lacking = result->mode_count > 0
+                              ? thrum_basis_lacks(result->mode_omega2, result->mode_count,
+                                                  result->model.omega2, result->model.rank)
+                              : -1;
+  if (lacking >= 0 && lacking < result->model.rank) {
+    double hertz[2];
+    thrum_frequencies(result->mode_omega2 + lacking, 1, &hertz[0]);
+    thrum_frequencies(result->model.omega2 + lacking, 1, &hertz[1]);
+    cli_warn("the basis does not span the lowest %lld linear modes: in place of %.4g Hz it has "
+             "%.4g Hz; a larger --rank mends that",
+             (long long)lacking + 1, hertz[0], hertz[1]);
+  }
+  if (flagged)
+    cli_warn("residuals are larger than they should be; see `thrum info`");
+  return flagged || !result->modes_complete;
+}
+
+static thrum_status read_given(const precompute_request *request, thrum_given *given,
+                               thrum_error *error) {
+  thrum_status status = THRUM_OK;
+  if (request->import_basis)
+    status = thrum_vega_basis_read(request->import_basis, given, error);
+  if (status >= 0 && request->import_cubic)
+    status = thrum_vega_cubic_read(request->import_cubic, given, error);
+  return status;
+}
+
+static thrum_status save_modes(const precompute_request *request, const thrum_precomputed *result,
+                               thrum_error *error) {
+  if (!request->export_modes)
+    return THRUM_OK;
+  double *hertz = malloc((size_t)result->mode_count * sizeof *hertz);
+  if (hertz == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory");
+  thrum_frequencies(result->mode_omega2, result->mode_count, hertz);
+  const thrum_status status =
+      cli_vtu_write_modes(request->export_modes, &result->model, result->mode_count, hertz,
+                          result->mode_vectors, error);
+  free(hertz);
+  return status;
+}
+
+/* From the fixed mesh to the written file and the printed result. */
+static thrum_status make_model(const precompute_request *request, const thrum_mesh *mesh,
+                               const uint8_t *fixed, precompute_show *show,
+                               precompute_outcome *outcome, thrum_error *error) {
+  cli_progress progress = cli_progress_make(request->quiet);
+  thrum_precompute_options options = request->options;
+  options.progress = show_progress;
+  options.progress_context = &progress;
+  thrum_precomputed result = {0};
+  thrum_given given = {0};
+  thrum_status status = read_given(request, &given, error);
+  options.given = request->import_basis ? &given : NULL;
+  if (status >= 0)
+    status = thrum_precompute(mesh, fixed, &options, &result, error);
+  thrum_given_free(&given);
+  if (status < 0) {
+    cli_progress_abandon(&progress);
+    return status;
+  }
+  cli_progress_done(&progress);
+  outcome->result = &result;
+  outcome->dt = thrum_default_state_def().dt;
+  status = split_at(&result.model, outcome->dt, &outcome->split, error);
+  const double writing = clock_seconds();
+  if (status >= 0)
+    status = save_model(request, mesh, &result, error);
+  if (status >= 0)
+    status = save_modes(request, &result, error);
+  if (status >= 0) {
+    const double now = clock_seconds();
+    outcome->seconds_write = now - writing;
+    outcome->seconds_total = now - outcome->began;
+    outcome->flagged = is_flagged(&result);
+    if (show != NULL)
+      show(outcome);
+  }
+  thrum_precomputed_free(&result);
+  outcome->result = NULL;
+  return status;
+}
+
+/* Looks the --handles up in the mesh. */
+static thrum_status find_handles(const precompute_request *request, const thrum_mesh *mesh,
+                                 thrum_handle *handles, thrum_error *error) {
+  for (int64_t n = 0; n < request->handle_count; n++) {
+    const thrum_status status = thrum_handle_find(mesh, request->handles[n], &handles[n], error);
+    if (status < 0)
+      return name_line(request, "handles", request->handle_lines, n, status, error);
+  }
+  return THRUM_OK;
+}
+
+/* What the model would take. */
+static thrum_status estimate_model(precompute_request *request, const uint8_t *fixed,
+                                   precompute_outcome *outcome, thrum_error *error) {
+  thrum_given given = {0};
+  thrum_status status = read_given(request, &given, error);
+  request->options.given = request->import_basis ? &given : NULL;
+  if (status >= 0)
+    status = precompute_dry_run(outcome, fixed, &outcome->flagged, error);
+  thrum_given_free(&given);
+  return status;
+}
+
+thrum_status precompute_make(const precompute_request *request, precompute_show *show,
+                             bool *flagged, thrum_error *error) {
+  const double began = clock_seconds();
+  thrum_mesh mesh = {0};
+  // a dry run writes nothing, so it needs no name
+  thrum_status status = request->dry_run ? THRUM_OK : check_outputs(request, error);
+  if (status >= 0)
+    status = thrum_mesh_read(request->mesh_name, request->scale, &mesh, error);
+  if (status < 0)
+    return status;
+  cli_warn_mesh(&mesh, path_basename(request->mesh_name));
+  thrum_handle *handles = calloc((size_t)request->handle_count + 1, sizeof *handles);
+  precompute_request found = *request;
+  found.options.handles = handles;
+  found.options.handle_count = request->handle_count;
+  found.options.keep_modes = request->export_modes != NULL;
+  precompute_outcome outcome = {.request = &found, .mesh = &mesh, .began = began};
+  uint8_t *fixed = calloc((size_t)mesh.vertex_count, 1);
+  if (fixed == NULL || handles == NULL) {
+    status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %lld vertices",
+                             (long long)mesh.vertex_count);
+  }
+  if (status >= 0)
+    status = apply_material(request, &mesh, error);
+  if (status >= 0)
+    status = fix_vertices(request, &mesh, fixed, &outcome.fixed_count, error);
+  if (status >= 0)
+    status = find_handles(request, &mesh, handles, error);
+  outcome.seconds_mesh = clock_seconds() - began;
+  if (status >= 0 && request->dry_run)
+    status = estimate_model(&found, fixed, &outcome, error);
+  else if (status >= 0)
+    status = make_model(&found, &mesh, fixed, show, &outcome, error);
+  free(fixed);
+  free(handles);
+  thrum_mesh_free(&mesh);
+  *flagged = outcome.flagged;
+  return status;
+}

@@ -1,0 +1,283 @@
+/* What `thrum precompute` prints, and the JSON it stores in the model as meta.
+ *
+ * Meta holds no folders, and no times on request, so that the same mesh and options then give the
+ * same file, whoever runs it and wherever. SPDX-License-Identifier: Apache-2.0 */
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "driver/precompute_request.h"
+#include "driver/precompute_stages.h"
+#include "io/json.h"
+#include "io/paths.h"
+#include "platform/clock.h"
+#include "precompute/build_info.h"
+#include "mesh/model_quality.h"
+
+static const char *mass_name(thrum_mass mass) {
+  return mass == THRUM_MASS_LUMPED ? "lumped" : "consistent";
+}
+
+/* Adds frequencies [Hz] of squared angular frequencies. */
+static void add_frequencies(cJSON *object, const char *key, const double *omega2, int64_t count) {
+  double *hertz = malloc((size_t)count * sizeof *hertz);
+  if (hertz == NULL)
+    return;
+  thrum_frequencies(omega2, count, hertz);
+  json_numbers(object, key, hertz, count);
+  free(hertz);
+}
+
+static void add_hash(cJSON *object, const char *key, const thrum_mesh *mesh) {
+  char text[17];
+  snprintf(text, sizeof text, "%016" PRIx64, thrum_mesh_hash(mesh));
+  cJSON_AddStringToObject(object, key, text);
+}
+
+static void add_units(cJSON *meta) {
+  cJSON *units = cJSON_AddObjectToObject(meta, "units");
+  cJSON_AddStringToObject(units, "length", "m");
+  cJSON_AddStringToObject(units, "mass", "kg");
+  cJSON_AddStringToObject(units, "time", "s");
+}
+
+static void add_materials(cJSON *meta, const thrum_mesh *mesh) {
+  cJSON *materials = cJSON_AddArrayToObject(meta, "materials");
+  for (int64_t m = 0; m < mesh->region_count; m++) {
+    cJSON *material = cJSON_CreateObject();
+    json_number(material, "young_pa", mesh->materials[m].young);
+    json_number(material, "poisson", mesh->materials[m].poisson);
+    json_number(material, "density_kg_m3", mesh->materials[m].density);
+    cJSON_AddItemToArray(materials, material);
+  }
+}
+
+static void add_options(cJSON *meta, const precompute_request *request,
+                        const thrum_precomputed *result) {
+  cJSON *options = cJSON_AddObjectToObject(meta, "options");
+  json_number(options, "modes", (double)result->mode_count);
+  json_number(options, "rank", (double)result->model.rank);
+  cJSON_AddStringToObject(options, "mass", mass_name(request->options.mass));
+  cJSON_AddStringToObject(options, "precision", request->options.single ? "single" : "double");
+  json_number(options, "scale", request->scale);
+  json_number(options, "threads", request->options.threads);
+  // a predicate stays as it is, a file loses its folder
+  const char **fixes = malloc(((size_t)request->fix_count + 1) * sizeof *fixes);
+  if (fixes == NULL)
+    return;
+  for (int64_t n = 0; n < request->fix_count; n++) {
+    const char *spec = request->fixes[n];
+    fixes[n] = strpbrk(spec, "<>") != NULL ? spec : path_basename(spec);
+  }
+  json_strings(options, "fix", fixes, request->fix_count);
+  json_strings(options, "handles", request->handles, request->handle_count);
+  free(fixes);
+}
+
+static void add_residuals(cJSON *object, const thrum_precomputed *result) {
+  cJSON *residuals = cJSON_AddObjectToObject(object, "residuals");
+  json_numbers(residuals, "modes", result->mode_residual, result->mode_count);
+  json_number(residuals, "orthonormality", result->basis_orthonormality);
+  json_number(residuals, "diagonality", result->basis_diagonality);
+  if (result->rigid_count > 0)
+    json_number(residuals, "rigid", result->rigid_residual);
+  if (result->single_error > 0)
+    json_number(residuals, "single_precision", result->single_error);
+}
+
+/* Where the basis comes from, if not from modes of the body. */
+static void add_import(cJSON *object, const precompute_request *request,
+                       const thrum_precomputed *result) {
+  if (!request->import_basis)
+    return;
+  const thrum_given_figures *given = &result->given;
+  const double missing = NAN;
+  cJSON *import = cJSON_AddObjectToObject(object, "import");
+  json_string(import, "basis", path_basename(request->import_basis));
+  if (request->import_cubic)
+    json_string(import, "cubic", path_basename(request->import_cubic));
+  cJSON_AddBoolToObject(import, "turned", given->turned);
+  json_number(import, "orthonormality", given->orthonormality);
+  const bool cubic = request->import_cubic != NULL;
+  json_number(import, "gradient_defect", cubic ? given->defect : missing);
+  json_number(import, "linear_difference", cubic ? given->linear_difference : missing);
+  json_number(import, "energy_difference", cubic ? given->energy_difference : missing);
+}
+
+/* How it was made sure that no mode was missed, and what that showed. */
+static void add_check(cJSON *object, const thrum_precomputed *result) {
+  if (result->mode_count == 0)
+    return;
+  double next = 0, shift = 0;
+  thrum_frequencies(&result->next_omega2, 1, &next);
+  thrum_frequencies(&result->shift, 1, &shift);
+  cJSON *check = cJSON_AddObjectToObject(object, "mode_check");
+  cJSON_AddStringToObject(check, "method", result->mode_counted ? "inertia" : "search");
+  cJSON_AddBoolToObject(check, "complete", result->modes_complete);
+  json_number(check, "recovered", (double)result->modes_recovered);
+  json_number(check, "next_hz", next);
+  json_number(check, "shift_hz", result->mode_counted ? shift : NAN);
+  json_number(check, "below_shift", result->mode_counted ? (double)result->shift_count : NAN);
+}
+
+char *precompute_meta(const precompute_request *request, const thrum_mesh *mesh,
+                      const thrum_precomputed *result) {
+  cJSON *meta = cJSON_CreateObject();
+  cJSON_AddStringToObject(meta, "tool", "thrum");
+  cJSON_AddStringToObject(meta, "version", thrum_version());
+  cJSON_AddStringToObject(meta, "compiler", thrum_build_compiler());
+  cJSON_AddStringToObject(meta, "blas_core", thrum_build_blas_core());
+  add_units(meta);
+  cJSON *about = cJSON_AddObjectToObject(meta, "mesh");
+  json_string(about, "name", path_basename(request->mesh_name));
+  add_hash(about, "hash", mesh);
+  json_number(about, "vertices", (double)mesh->vertex_count);
+  json_number(about, "tets", (double)mesh->tet_count);
+  add_materials(meta, mesh);
+  add_options(meta, request, result);
+  json_number(meta, "mass_kg", result->mass);
+  json_number(meta, "volume_m3", result->volume);
+  add_frequencies(meta, "frequencies_hz", result->mode_omega2, result->mode_count);
+  add_frequencies(meta, "basis_frequencies_hz", result->model.omega2, result->model.rank);
+  json_number(meta, "rigid_modes", (double)result->rigid_count);
+  add_residuals(meta, result);
+  add_check(meta, result);
+  add_import(meta, request, result);
+  if (!request->reproducible)
+    precompute_add_stages(meta, result);
+  char *text = json_text(meta);
+  cJSON_Delete(meta);
+  return text;
+}
+
+static void add_seconds(cJSON *object, const precompute_outcome *outcome) {
+  static const char *const names[] = {
+#define X(name, text) #name,
+      THRUM_STAGE_LIST(X)
+#undef X
+  };
+  cJSON *seconds = cJSON_AddObjectToObject(object, "seconds");
+  json_number(seconds, "mesh", outcome->seconds_mesh);
+  for (int stage = 0; stage < THRUM_STAGE_COUNT; stage++) {
+    json_number(seconds, names[stage], outcome->result->seconds[stage]);
+  }
+  json_number(seconds, "write", outcome->seconds_write);
+  json_number(seconds, "total", outcome->seconds_total);
+}
+
+void precompute_print_json(const precompute_outcome *outcome) {
+  const thrum_precomputed *result = outcome->result;
+  const thrum_mesh *mesh = outcome->mesh;
+  cJSON *object = cJSON_CreateObject();
+  cJSON_AddStringToObject(object, "status", outcome->flagged ? "flagged" : "done");
+  json_string(object, "model", outcome->request->output);
+  cJSON_AddStringToObject(object, "version", thrum_version());
+  add_hash(object, "mesh_hash", mesh);
+  json_number(object, "vertices", (double)mesh->vertex_count);
+  json_number(object, "tets", (double)mesh->tet_count);
+  json_number(object, "fixed", (double)outcome->fixed_count);
+  json_number(object, "flipped_tets", (double)mesh->flipped_tets);
+  json_number(object, "dropped_vertices", (double)mesh->dropped_vertices);
+  json_number(object, "free_dofs", (double)result->free_dofs);
+  json_number(object, "factor_nonzeros", (double)result->factor_nonzeros);
+  json_number(object, "mass_kg", result->mass);
+  json_number(object, "volume_m3", result->volume);
+  json_number(object, "rank", (double)result->model.rank);
+  json_number(object, "modes", (double)result->mode_count);
+  add_frequencies(object, "frequencies_hz", result->mode_omega2, result->mode_count);
+  add_frequencies(object, "basis_frequencies_hz", result->model.omega2, result->model.rank);
+  json_number(object, "dt", outcome->dt);
+  json_number(object, "explicit_modes", (double)outcome->split.explicit_modes);
+  json_number(object, "implicit_modes", (double)outcome->split.implicit_modes);
+  json_number(object, "rigid_modes", (double)result->rigid_count);
+  add_residuals(object, result);
+  add_check(object, result);
+  add_import(object, outcome->request, result);
+  json_number(object, "threads", outcome->request->options.threads);
+  cJSON_AddStringToObject(object, "blas_core", thrum_build_blas_core());
+  add_seconds(object, outcome);
+  precompute_add_stages(object, result);
+  json_number(object, "peak_mb", clock_peak_mb());
+  json_print(object);
+}
+
+/* The first few frequencies of a list on one line. */
+static void print_frequencies(const char *label, const double *omega2, int64_t count) {
+  printf("%-18s", label);
+  for (int64_t n = 0; n < count && n < 6; n++) {
+    double hertz = 0;
+    thrum_frequencies(omega2 + n, 1, &hertz);
+    printf("%s%.5g", n > 0 ? ", " : "", hertz);
+  }
+  if (count > 6) {
+    double hertz = 0;
+    thrum_frequencies(omega2 + count - 1, 1, &hertz);
+    printf(", ... %.5g", hertz);
+  }
+  puts(" Hz");
+}
+
+static void print_import(const thrum_precomputed *result, bool cubic) {
+  const thrum_given_figures *given = &result->given;
+  printf("%-18s|U^T M U - 1| was %.1e, %s\n", "imported", given->orthonormality,
+         given->turned ? "turned" : "taken as it is");
+  if (cubic)
+    printf("%-18sgradient to %.1e, linear part to %.1e, energy to %.1e\n", "", given->defect,
+           given->linear_difference, given->energy_difference);
+}
+
+static void print_check(const thrum_precomputed *result) {
+  double hertz[2];
+  thrum_frequencies(&result->next_omega2, 1, hertz);
+  thrum_frequencies(&result->shift, 1, hertz + 1);
+  printf("%-18s", "none missed");
+  if (result->mode_counted)
+    printf("%s by inertia: %" PRId64 " modes below %.5g Hz, ",
+           result->modes_complete ? "yes" : "NO", result->shift_count, hertz[1]);
+  else
+    printf("yes by search, ");
+  printf("next %.5g Hz", hertz[0]);
+  if (result->modes_recovered > 0)
+    printf(" (%" PRId64 " missed at first)", result->modes_recovered);
+  puts("");
+}
+
+void precompute_print_table(const precompute_outcome *outcome) {
+  const thrum_precomputed *result = outcome->result;
+  double worst = 0;
+  for (int64_t n = 0; n < result->mode_count; n++) {
+    if (result->mode_residual[n] > worst)
+      worst = result->mode_residual[n];
+  }
+  printf("%-18s%s\n", "model", outcome->request->output);
+  printf("%-18s%" PRId64 " vertices (%" PRId64 " held), %" PRId64 " tetrahedra\n", "mesh",
+         outcome->mesh->vertex_count, outcome->fixed_count, outcome->mesh->tet_count);
+  printf("%-18s%.6g kg, %.6g m^3\n", "body", result->mass, result->volume);
+  printf("%-18srank %" PRId64, "basis", result->model.rank);
+  if (result->mode_count > 0)
+    printf(" from %" PRId64 " linear modes", result->mode_count);
+  if (outcome->request->handle_count > 0)
+    printf(" and %" PRId64 " handles", outcome->request->handle_count);
+  puts("");
+  if (result->rigid_count > 0)
+    printf("%-18s%" PRId64 " kept apart, |K z| / (|K| |z|) at most %.1e\n", "rigid modes",
+           result->rigid_count, result->rigid_residual);
+  if (result->mode_count > 0) {
+    print_frequencies("linear modes", result->mode_omega2, result->mode_count);
+    print_check(result);
+  } else {
+    print_import(result, outcome->request->import_cubic != NULL);
+  }
+  print_frequencies("basis", result->model.omega2, result->model.rank);
+  printf("%-18s%" PRId64 " explicit, %" PRId64 " implicit at dt = %g s\n", "split",
+         outcome->split.explicit_modes, outcome->split.implicit_modes, outcome->dt);
+  printf("%-18smodes %.1e, orthonormality %.1e, diagonality %.1e\n", "residuals", worst,
+         result->basis_orthonormality, result->basis_diagonality);
+  if (outcome->request->options.single)
+    printf("%-18ssingle, force wrong by %.1e of itself at most, of 16 samples\n", "precision",
+           result->single_error);
+  printf("%-18s%.2f s, peak %.0f MB\n", "took", outcome->seconds_total, clock_peak_mb());
+  precompute_print_stages(result);
+}

@@ -1,0 +1,112 @@
+/* The skin of a mesh or an embedded surface as one kind of arrays. SPDX-License-Identifier:
+ * Apache-2.0 */
+#include "driver/render_mesh.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "driver/embedded_surface.h"
+#include "driver/display_surface.h"
+
+void cli_shown_free(cli_shown *shown) {
+  free(shown->positions);
+  free(shown->basis);
+  free(shown->fixed);
+  free(shown->triangles);
+  *shown = (cli_shown){0};
+}
+
+/* Room for what is to be shown; an empty one when there is none. */
+static thrum_status allocate(int64_t vertices, int64_t triangles, int64_t rank, cli_shown *shown,
+                             thrum_error *error) {
+  const size_t count = (size_t)vertices, corners = 3 * (size_t)triangles;
+  cli_shown made = {.rank = rank, .vertex_count = vertices, .triangle_count = triangles};
+  made.positions = malloc(3 * count * sizeof *made.positions + 1);
+  made.basis = calloc(3 * count + 1, (size_t)rank * sizeof *made.basis);
+  made.fixed = calloc(count + 1, sizeof *made.fixed);
+  made.triangles = malloc(corners * sizeof *made.triangles + 1);
+  if (made.positions && made.basis && made.fixed && made.triangles) {
+    *shown = made;
+    return THRUM_OK;
+  }
+  cli_shown_free(&made);
+  return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the surface");
+}
+
+static thrum_status make_skin(const thrum_model *model, cli_shown *shown, thrum_error *error) {
+  cli_skin skin = {0};
+  const int64_t rank = model->rank;
+  thrum_status status = cli_skin_make(model, &skin, error);
+  if (status >= 0)
+    status = allocate(skin.vertex_count, skin.triangle_count, rank, shown, error);
+  for (int64_t v = 0; v < skin.vertex_count && status >= 0; v++) {
+    const int64_t from = skin.vertices[v];
+    memcpy(shown->positions + 3 * v, model->vertices + 3 * from, 3 * sizeof *shown->positions);
+    for (int64_t n = 0; n < 3 * rank; n++)
+      shown->basis[3 * v * rank + n] = (float)model->basis[3 * from * rank + n];
+    shown->fixed[v] = model->fixed != NULL ? model->fixed[from] : 0;
+  }
+  if (status >= 0)
+    memcpy(shown->triangles, skin.triangles,
+           3 * (size_t)skin.triangle_count * sizeof *skin.triangles);
+  cli_skin_free(&skin);
+  return status;
+}
+
+/* A vertex is held where all corners that it follows are. */
+static uint8_t held(const thrum_model *model, int32_t tet, const double *weights) {
+  uint8_t bits = 7;
+  for (int c = 0; c < 4; c++)
+    if (weights[c] != 0)
+      bits &= model->fixed[model->tets[4 * (int64_t)tet + c]];
+  return bits;
+}
+
+/* `path` is for messages. */
+static thrum_status take_embedding(const thrum_model *model, const thrum_embedding *e,
+                                   const char *path, cli_shown *shown, thrum_error *error) {
+  thrum_error reason = {0};
+  thrum_status status = thrum_embedding_fits(e, model, &reason);
+  for (int64_t v = 0; v < e->vertex_count && status >= 0; v++)
+    if (e->rank != model->rank || e->tet[v] >= model->tet_count)
+      status = thrum_error_set(&reason, THRUM_BAD_VALUE,
+                               "the surface is embedded in another model: embed it again");
+  if (status < 0)
+    return thrum_error_set(error, status, "%.150s: %s", path, reason.message);
+  status = allocate(e->vertex_count, e->triangle_count, e->rank, shown, error);
+  if (status < 0)
+    return status;
+  const size_t count = 3 * (size_t)e->vertex_count;
+  memcpy(shown->positions, e->positions, count * sizeof *e->positions);
+  memcpy(shown->basis, e->basis, count * (size_t)e->rank * sizeof *e->basis);
+  memcpy(shown->triangles, e->triangles, 3 * (size_t)e->triangle_count * sizeof *e->triangles);
+  for (int64_t v = 0; v < e->vertex_count && model->fixed != NULL; v++)
+    shown->fixed[v] = held(model, e->tet[v], e->weights + 4 * v);
+  return THRUM_OK;
+}
+
+thrum_status cli_shown_make(const thrum_model *model, const char *surface, cli_shown *shown,
+                            thrum_error *error) {
+  if (model->vertices == NULL || model->tets == NULL || model->basis == NULL)
+    return thrum_error_set(error, THRUM_MISSING,
+                           "the model has no mesh or no basis, so it has no surface");
+  if (surface == NULL)
+    return make_skin(model, shown, error);
+  thrum_status status;
+  if (thrum_surface_mesh_is_named(surface)) {
+    thrum_embed embed = {0};
+    status = cli_embed(model, "", surface, 1, true, &embed, error);
+    if (status >= 0)
+      cli_warn_embedded(&embed.report, surface);
+    if (status >= 0)
+      status = take_embedding(model, &embed.embedding, surface, shown, error);
+    thrum_embed_free(&embed);
+    return status;
+  }
+  const thrum_embedding *loaded = NULL;
+  status = thrum_embedding_load(surface, &loaded, error);
+  if (status >= 0)
+    status = take_embedding(model, loaded, surface, shown, error);
+  thrum_embedding_free(loaded);
+  return status;
+}

@@ -1,0 +1,28 @@
+/* What is shown of a model, whatever shows it (glTF, vertex caches, the browser): the skin of its
+ * mesh, or a surface embedded in the mesh, as the same arrays. SPDX-License-Identifier: Apache-2.0
+ */
+#ifndef THRUM_DRIVER_RENDER_MESH_H
+#define THRUM_DRIVER_RENDER_MESH_H
+
+#include "thrum/thrum.h"
+
+/* Positions are x = positions + basis q. Owned; cli_shown_free frees. */
+typedef struct cli_shown {
+  int64_t rank; /* the model's */
+  int64_t vertex_count;
+  double *positions; /* vertex_count x 3, at rest [m] */
+  float *basis;      /* 3 vertex_count x rank, rows 3 v + axis [kg^-1/2] */
+  uint8_t *fixed;    /* vertex_count: bits 0..2, x, y, z held, as of the model */
+  int64_t triangle_count;
+  int32_t *triangles; /* triangle_count x 3: 0-based vertices of these */
+} cli_shown;
+
+/* Of a model with a mesh and a basis (THRUM_MISSING). `surface` is NULL: the skin, the triangles
+ * between a tetrahedron and nothing, outwards counter-clockwise; or the path of a surface that
+ * `thrum embed` wrote, which must be of this model; or of an .obj or .stl in metres, which is
+ * embedded here, with a warning where it lies outside. */
+thrum_status cli_shown_make(const thrum_model *model, const char *surface, cli_shown *shown,
+                            thrum_error *error);
+void cli_shown_free(cli_shown *shown);
+
+#endif

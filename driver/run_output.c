@@ -1,0 +1,228 @@
+/* The files of a run, written as it goes: energy.csv, q.npy, end.npy, the plot, the frames and at
+ * last run.json. All go to the work folder, so a failure on the way costs nothing but the work.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "driver/run_output.h"
+
+#include <cjson/cJSON.h>
+#include <errno.h>
+#include <inttypes.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "driver/energy_plot.h"
+#include "driver/run_placement.h"
+#include "io/file.h"
+#include "io/json.h"
+#include "io/npy_file.h"
+#include "thrum/thrum.h"
+
+#define NPY_HEADER_MAX 192
+#define STREAM_BUFFER (1 << 18) /* of each series; a row then rarely costs a system call */
+
+typedef char path_text[CLI_PATH_MAX + 64];
+
+static thrum_status write_failed(const cli_run_output *output, const char *name,
+                                 thrum_error *error) {
+  const int reason = errno != 0 ? errno : EIO;
+  return thrum_error_set(error, THRUM_IO, "%.200s: %s could not be written (%s)%s",
+                         output->folder.path, name, strerror(reason), thrum_file_hint(reason));
+}
+
+static FILE *open_file(const cli_run_output *output, const char *name) {
+  path_text path;
+  snprintf(path, sizeof path, "%s/%s", output->folder.work, name);
+  FILE *file = fopen(path, "wb");
+  if (file != NULL)
+    setvbuf(file, NULL, _IOFBF, STREAM_BUFFER);
+  return file;
+}
+
+/* Flushes to the disk and closes; false when anything was lost on the way. */
+static bool close_file(FILE *file) {
+  const bool failed = fflush(file) != 0 || ferror(file) != 0 || fsync(fileno(file)) != 0;
+  return fclose(file) == 0 && !failed;
+}
+
+static bool put_npy_header(FILE *file, int64_t rows, int64_t columns, size_t *size) {
+  unsigned char header[NPY_HEADER_MAX];
+  *size = thrum_npy_header_f8(header, rows, columns);
+  return fwrite(header, 1, *size, file) == *size;
+}
+
+static thrum_status open_frames(cli_run_output *output, thrum_error *error) {
+  const thrum_model *model = output->model;
+  path_text path;
+  if (model->vertices == NULL || model->basis == NULL) {
+    return thrum_error_set(error, THRUM_MISSING, "--frames: the model has no %s to show",
+                           model->vertices == NULL ? "mesh" : "basis");
+  }
+  output->displacement = malloc((size_t)model->vertex_count * 3 * sizeof *output->displacement);
+  if (output->displacement == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the frames");
+  snprintf(path, sizeof path, "%s/" CLI_RUN_FRAMES, output->folder.work);
+  if (mkdir(path, 0777) != 0)
+    return write_failed(output, CLI_RUN_FRAMES, error);
+  snprintf(path, sizeof path, "%s/frames.pvd", output->folder.work);
+  return cli_pvd_open(path, &output->pvd, error);
+}
+
+thrum_status cli_run_output_open(const char *path, const thrum_model *model, bool frames,
+                                 cli_run_output *output, thrum_error *error) {
+  cli_run_output opened = {.model = model};
+  size_t size = 0;
+  thrum_status status = cli_run_folder_open(path, CLI_RUN_JSON, &opened.folder, error);
+  if (status < 0)
+    return status;
+  errno = 0;
+  opened.energy = open_file(&opened, "energy.csv");
+  opened.q = open_file(&opened, "q.npy");
+  // the header is written for no rows now, which keeps its place
+  if (opened.energy == NULL || opened.q == NULL ||
+      fputs("step,time_s,kinetic_j,potential_j,total_j,high_j\n", opened.energy) < 0 ||
+      !put_npy_header(opened.q, 0, model->rank, &size))
+    status = write_failed(&opened, "energy.csv or q.npy", error);
+  if (status >= 0 && frames)
+    status = open_frames(&opened, error);
+  if (status < 0) {
+    cli_run_output_close(&opened);
+    return status;
+  }
+  *output = opened;
+  return THRUM_OK;
+}
+
+thrum_status cli_run_output_record(cli_run_output *output, int64_t step, double time,
+                                   const double *q, const thrum_energies *energies,
+                                   thrum_error *error) {
+  const size_t rank = (size_t)output->model->rank;
+  errno = 0;
+  if (fprintf(output->energy, "%" PRId64 ",%.17g,%.17g,%.17g,%.17g,%.17g\n", step, time,
+              energies->kinetic, energies->potential, energies->total, energies->high) < 0)
+    return write_failed(output, "energy.csv", error);
+  if (fwrite(q, sizeof *q, rank, output->q) != rank)
+    return write_failed(output, "q.npy", error);
+  output->rows++;
+  return THRUM_OK;
+}
+
+thrum_status cli_run_output_open_places(cli_run_output *output, thrum_error *error) {
+  size_t size = 0;
+  errno = 0;
+  output->places = open_file(output, CLI_RUN_PLACES);
+  if (output->places == NULL || !put_npy_header(output->places, 0, CLI_RUN_PLACE, &size))
+    return write_failed(output, CLI_RUN_PLACES, error);
+  return THRUM_OK;
+}
+
+thrum_status cli_run_output_place(cli_run_output *output, const double matrix[16],
+                                  thrum_error *error) {
+  double place[CLI_RUN_PLACE];
+  cli_run_place_of(matrix, place);
+  errno = 0;
+  return fwrite(place, sizeof place, 1, output->places) == 1
+             ? THRUM_OK
+             : write_failed(output, CLI_RUN_PLACES, error);
+}
+
+thrum_status cli_run_output_frame(cli_run_output *output, double time, const double *q,
+                                  const double base[3], const double *von_mises,
+                                  thrum_error *error) {
+  const thrum_model *model = output->model;
+  const thrum_status status =
+      thrum_displacement(model, q, 0, model->vertex_count, output->displacement, error);
+  return status < 0 ? status : cli_run_output_frame_of(output, time, base, von_mises, error);
+}
+
+thrum_status cli_run_output_frame_of(cli_run_output *output, double time, const double base[3],
+                                     const double *von_mises, thrum_error *error) {
+  path_text path, name;
+  const thrum_model *model = output->model;
+  for (int64_t c = 0; c < 3 * model->vertex_count; c++)
+    output->displacement[c] += base[c % 3];
+  snprintf(name, sizeof name, CLI_RUN_FRAMES "/frame_%06" PRId64 ".vtu", output->frames);
+  snprintf(path, sizeof path, "%s/%.40s", output->folder.work, name);
+  thrum_status status = cli_vtu_write(path, model, output->displacement, von_mises, time, error);
+  if (status >= 0)
+    status = cli_pvd_add(&output->pvd, name, time, error);
+  output->frames += status >= 0;
+  return status;
+}
+
+/* Puts the counted rows into the header of a series and closes it. */
+static bool finish_series(FILE **series, int64_t rows, int64_t columns) {
+  size_t before = 0, after = 0;
+  unsigned char header[NPY_HEADER_MAX];
+  before = thrum_npy_header_f8(header, 0, columns);
+  bool done = fseek(*series, 0, SEEK_SET) == 0 && put_npy_header(*series, rows, columns, &after) &&
+              before == after;
+  done = close_file(*series) && done;
+  *series = NULL;
+  return done;
+}
+
+static bool write_end(const cli_run_output *output, const double *q, const double *p) {
+  size_t size = 0;
+  const size_t rank = (size_t)output->model->rank;
+  FILE *file = open_file(output, "end.npy");
+  if (file == NULL)
+    return false;
+  const bool done = put_npy_header(file, 2, output->model->rank, &size) &&
+                    fwrite(q, sizeof *q, rank, file) == rank &&
+                    fwrite(p, sizeof *p, rank, file) == rank;
+  return close_file(file) && done;
+}
+
+thrum_status cli_run_output_end(cli_run_output *output, const double *q, const double *p,
+                                thrum_error *error) {
+  errno = 0;
+  const bool closed = close_file(output->energy);
+  output->energy = NULL;
+  if (!closed)
+    return write_failed(output, "energy.csv", error);
+  if (!finish_series(&output->q, output->rows, output->model->rank))
+    return write_failed(output, "q.npy", error);
+  output->moved = output->places != NULL;
+  if (output->moved && !finish_series(&output->places, output->rows, CLI_RUN_PLACE))
+    return write_failed(output, CLI_RUN_PLACES, error);
+  if (q != NULL && !write_end(output, q, p))
+    return write_failed(output, "end.npy", error);
+  output->end = q != NULL;
+  return output->pvd.stream != NULL ? cli_pvd_close(&output->pvd, error) : THRUM_OK;
+}
+
+void cli_run_output_plot(cli_run_output *output, const char *title) {
+  output->plot = cli_plot_energy(output->folder.work, title, output->rows);
+}
+
+thrum_status cli_run_output_commit(cli_run_output *output, const cJSON *figures,
+                                   thrum_error *error) {
+  char *text = json_text(figures);
+  if (text == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for " CLI_RUN_JSON);
+  errno = 0;
+  FILE *file = open_file(output, CLI_RUN_JSON);
+  bool done = file != NULL && fprintf(file, "%s\n", text) > 0;
+  if (file != NULL)
+    done = close_file(file) && done;
+  free(text);
+  if (!done)
+    return write_failed(output, CLI_RUN_JSON, error);
+  return cli_run_folder_commit(&output->folder, error);
+}
+
+void cli_run_output_close(cli_run_output *output) {
+  if (output->energy != NULL)
+    fclose(output->energy);
+  if (output->q != NULL)
+    fclose(output->q);
+  if (output->places != NULL)
+    fclose(output->places);
+  cli_pvd_abandon(&output->pvd);
+  free(output->displacement);
+  cli_run_folder_abandon(&output->folder);
+  memset(output, 0, sizeof *output);
+}

@@ -1,0 +1,40 @@
+/* Where the body of a run stands in its scene. SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_DRIVER_RUN_PLACEMENT_H
+#define THRUM_DRIVER_RUN_PLACEMENT_H
+
+#include <cjson/cJSON.h>
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "thrum/status.h"
+
+#define CLI_RUN_PLACE 7 /* position [m] and rotation w, x, y, z of a row */
+
+/* x = position + R scale (X + U q), R of the rotation. */
+typedef struct cli_run_place {
+  bool placed; /* false: a run of one model, x = X + U q */
+  double position[3];
+  double rotation[4]; /* w, x, y, z, of length 1 */
+  double scale;
+} cli_run_place;
+
+/* What a run.json says (`name`: in messages); untouched where it says nothing. */
+thrum_status cli_run_place_read(const char *name, const cJSON *object, cli_run_place *place,
+                                thrum_error *error);
+
+/* The place of a row, from a turn, a scale and a shift as column-major 4 x 4. */
+void cli_run_place_of(const double matrix[16], double row[CLI_RUN_PLACE]);
+
+/* rows x CLI_RUN_PLACE, malloc, the caller frees; of rotations q and -q those that are nearer to
+ * the row before. */
+thrum_status cli_run_places_read(const char *path, int64_t rows, double **places,
+                                 thrum_error *error);
+
+/* From X + U q to the world in the same form, the body where it is in a row; NULL: where it stands
+ * at first. */
+void cli_run_place_matrix(const cli_run_place *place, const double *row, double matrix[16]);
+
+/* out = the matrix times a point, in place if the two are one. */
+void cli_run_place_point(const double matrix[16], const double in[3], double out[3]);
+
+#endif

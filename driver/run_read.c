@@ -1,0 +1,200 @@
+/* Reads the folder of a finished run back. SPDX-License-Identifier: Apache-2.0 */
+#include <cjson/cJSON.h>
+#include <inttypes.h>
+#include <math.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "driver/display_surface.h"
+#include "driver/named_model.h"
+#include "driver/run_folder.h"
+#include "io/file.h"
+#include "io/file_hash.h"
+#include "io/npy_file.h"
+#include "io/paths.h"
+#include "io/text.h"
+#include "thrum/thrum.h"
+
+typedef char path_text[CLI_PATH_MAX + 300];
+
+static void join(path_text path, const char *folder, const char *name) {
+  snprintf(path, sizeof(path_text), "%s%s%.250s", folder,
+           folder[strlen(folder) - 1] == '/' ? "" : "/", name);
+}
+
+bool cli_is_run(const char *path) {
+  path_text file;
+  struct stat status;
+  const size_t length = strlen(path);
+  if (length == 0 || length >= CLI_PATH_MAX)
+    return false;
+  join(file, path, CLI_RUN_JSON);
+  return stat(file, &status) == 0 && S_ISREG(status.st_mode);
+}
+
+void cli_run_free(cli_run *run) {
+  thrum_model_free(run->model);
+  free(run->times);
+  free(run->q);
+  free(run->places);
+  *run = (cli_run){0};
+}
+
+/* The second column of energy.csv, one for each row of q. */
+static thrum_status read_times(const char *folder, cli_run *run, thrum_error *error) {
+  path_text path;
+  thrum_text text = {0};
+  join(path, folder, "energy.csv");
+  thrum_status status = thrum_text_open(path, 0, ',', &text, error);
+  if (status < 0)
+    return status;
+  run->times = malloc((size_t)run->rows * sizeof *run->times + 1);
+  if (run->times == NULL)
+    status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %s", path);
+  int64_t rows = 0;
+  thrum_text_next_line(&text); // names
+  while (status >= 0 && thrum_text_next_line(&text)) {
+    double step = 0, time = 0;
+    status = thrum_text_number(&text, "the step", &step, error);
+    if (status >= 0)
+      status = thrum_text_number(&text, "the time", &time, error);
+    if (status >= 0 && (rows == run->rows || (rows > 0 && !(time > run->times[rows - 1]))))
+      status = thrum_text_fail(&text, THRUM_BAD_VALUE, error,
+                               "the times do not go with the %" PRId64 " rows of q.npy", run->rows);
+    if (status >= 0)
+      run->times[rows++] = time;
+  }
+  if (status >= 0 && rows != run->rows)
+    status = thrum_error_set(error, THRUM_BAD_VALUE,
+                             "%.200s: %" PRId64 " times, but q.npy has %" PRId64 " rows", path,
+                             rows, run->rows);
+  thrum_text_close(&text);
+  return status;
+}
+
+/* Whether a file is the one whose hash run.json holds. */
+static bool is_model(const char *path, const char *hash) {
+  uint64_t value = 0;
+  char text[20];
+  if (file_hash(path, &value, NULL) < 0)
+    return false;
+  snprintf(text, sizeof text, "%016" PRIx64, value);
+  return strcmp(text, hash) == 0;
+}
+
+/* The run's model: as named, from here; or beside the run's folder. */
+static thrum_status load_model(const char *folder, const char *name, const char *hash, bool given,
+                               const thrum_model **model, thrum_error *error) {
+  path_text beside;
+  cli_model_file file;
+  thrum_status status = THRUM_OK;
+  join(beside, folder, "..");
+  const size_t length = strlen(beside);
+  snprintf(beside + length, sizeof beside - length, "/%.250s", path_basename(name));
+  struct stat info;
+  const bool here = given || stat(name, &info) == 0 || stat(beside, &info) != 0;
+  status = cli_model_load(here ? name : beside, true, model, &file, error);
+  if (status < 0)
+    return status;
+  if (is_model(file.path, hash))
+    return THRUM_OK;
+  thrum_model_free(*model);
+  *model = NULL;
+  return thrum_error_set(error, THRUM_BAD_VALUE,
+                         "%.150s is not the model that %.150s was made with: name that with "
+                         "--model FILE",
+                         file.path, folder);
+}
+
+/* The texts of run.json that matter here; the object is the caller's to delete. */
+static thrum_status read_json(const char *folder, cJSON **object, const char **model,
+                              const char **hash, thrum_error *error) {
+  path_text path;
+  void *text = NULL;
+  size_t size = 0;
+  join(path, folder, CLI_RUN_JSON);
+  const thrum_status status = thrum_file_read(path, &text, &size, error);
+  if (status < 0)
+    return status;
+  *object = cJSON_ParseWithLength(text, size);
+  free(text);
+  *model = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(*object, "model"));
+  *hash = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(*object, "model_hash"));
+  if (*model == NULL || *hash == NULL)
+    return thrum_error_set(error, THRUM_BAD_FORMAT,
+                           "%.300s: not the run.json of a `thrum simulate`", path);
+  return THRUM_OK;
+}
+
+static thrum_status read_q(const char *folder, cli_run *run, thrum_error *error) {
+  path_text path;
+  join(path, folder, "q.npy");
+  thrum_status status = thrum_npy_read_f8(path, &run->q, &run->rows, &run->rank, error);
+  if (status < 0)
+    return status;
+  if (run->rows < 1 || run->rank < 1 || run->rank > run->model->rank)
+    return thrum_error_set(error, THRUM_BAD_SHAPE,
+                           "%.200s: %" PRId64 " x %" PRId64 " do not go with a model of rank %d",
+                           path, run->rows, run->rank, (int)run->model->rank);
+  for (int64_t n = 0; n < run->rows * run->rank; n++) {
+    if (!isfinite(run->q[n]))
+      return thrum_error_set(error, THRUM_BAD_VALUE, "%.200s: row %" PRId64 " is not finite", path,
+                             n / run->rank + 1);
+  }
+  return THRUM_OK;
+}
+
+thrum_status cli_run_read(const char *path, const char *model, cli_run *run, thrum_error *error) {
+  cli_run read = {0};
+  cJSON *object = NULL;
+  const char *named = NULL, *hash = NULL;
+  thrum_status status = read_json(path, &object, &named, &hash, error);
+  if (status >= 0)
+    status =
+        load_model(path, model != NULL ? model : named, hash, model != NULL, &read.model, error);
+  const cJSON *placement = cJSON_GetObjectItemCaseSensitive(object, "placement");
+  const bool moves = cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(placement, "free"));
+  if (status >= 0)
+    status = cli_run_place_read(path, object, &read.place, error);
+  cJSON_Delete(object);
+  if (status >= 0 && read.model->basis == NULL)
+    status = thrum_error_set(error, THRUM_MISSING,
+                             "the model has no basis, so nothing can be "
+                             "shown");
+  if (status >= 0)
+    status = read_q(path, &read, error);
+  if (status >= 0)
+    status = read_times(path, &read, error);
+  path_text places;
+  join(places, path, CLI_RUN_PLACES);
+  if (status >= 0 && moves)
+    status = cli_run_places_read(places, read.rows, &read.places, error);
+  if (status < 0)
+    cli_run_free(&read);
+  else
+    *run = read;
+  return status;
+}
+
+void cli_run_thin(cli_run *run, double rate) {
+  if (!(rate > 0))
+    return;
+  int64_t kept = 0;
+  for (int64_t n = 0; n < run->rows; n++) {
+    // the first row at or past the next moment
+    const bool due = run->times[n] >= run->times[0] + (double)kept / rate * (1 - 1e-9);
+    if (!due && n + 1 < run->rows)
+      continue;
+    run->times[kept] = run->times[n];
+    memmove(run->q + kept * run->rank, run->q + n * run->rank, (size_t)run->rank * sizeof *run->q);
+    if (run->places != NULL)
+      memmove(run->places + CLI_RUN_PLACE * kept, run->places + CLI_RUN_PLACE * n,
+              CLI_RUN_PLACE * sizeof *run->places);
+    kept++;
+  }
+  run->rows = kept;
+}

@@ -1,0 +1,285 @@
+/* A scene file as a scene: its models loaded, its texts understood, its bodies placed.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "driver/scene_run.h"
+
+#define ALIGNMENT 64
+
+thrum_status scene_run_no_memory(thrum_error *error) {
+  return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the scene");
+}
+
+thrum_status scene_run_refuse(const scene_run *run, const cli_record *at, const char *key,
+                              thrum_status status, const thrum_error *detail) {
+  return cli_record_refuse(&run->spec.file, at, key, status, "%s",
+                           detail->message[0] != 0 ? detail->message : thrum_status_text(status));
+}
+
+/* --- loads -------------------------------------------------------------------------------------
+ */
+
+/* A load on the engine: its vector is still in world axes. */
+static thrum_status add_load(scene_run *run, int32_t n, const cli_load *load, thrum_error *error) {
+  const scene_body_run *body = &run->bodies[n];
+  thrum_scene_load given = {.kind = load->gravity    ? THRUM_SCENE_ACCELERATION
+                                    : load->traction ? THRUM_SCENE_FIELD
+                                                     : THRUM_SCENE_FORCE,
+                            .course = load->course};
+  memcpy(given.vector, load->vector, sizeof given.vector);
+  int32_t one = 0;
+  double *field = NULL;
+  thrum_status status = THRUM_OK;
+  if (given.kind == THRUM_SCENE_FORCE) {
+    status =
+        cli_target_find(body->model, &load->target, &given.vertices, &given.count, &one, error);
+  } else if (given.kind == THRUM_SCENE_FIELD) {
+    field = calloc(3 * (size_t)body->model->vertex_count + 1, sizeof *field);
+    status =
+        field != NULL ? cli_load_fill(body->model, load, field, error) : scene_run_no_memory(error);
+    // a traction acts on the area of the scaled body
+    const double area = body->spec->scale * body->spec->scale;
+    for (int64_t c = 0; status >= 0 && c < 3 * body->model->vertex_count; c++)
+      field[c] *= area;
+    given.field = field;
+  }
+  if (status >= 0)
+    status = thrum_scene_add_load(run->scene, n, &given, error);
+  free(field);
+  return status;
+}
+
+/* The loads of a body: on the engine, and in the body's axes for what looks at them. */
+static thrum_status add_loads(scene_run *run, int32_t n) {
+  scene_body_run *body = &run->bodies[n];
+  const cli_texts *texts = &body->spec->loads;
+  simulate_request *request = &body->request;
+  for (int64_t l = 0; l < texts->count; l++) {
+    thrum_error detail = {0};
+    cli_load *load = &request->loads[request->load_count];
+    thrum_status status = cli_load_parse(texts->texts[l], load, &detail);
+    if (status >= 0)
+      status = add_load(run, n, load, &detail);
+    if (status < 0)
+      return cli_record_refuse_text(&run->spec.file, &body->spec->settings.at, "loads", texts, l,
+                                    "%s", detail.message);
+    thrum_scene_to_body(body->spec->rotation, load->vector, load->vector, NULL);
+    request->load_count++;
+  }
+  return THRUM_OK;
+}
+
+/* Gravity as a load, first of all, for the figures of a body's run. */
+static void note_gravity(const scene_run *run, scene_body_run *body) {
+  const double *g = run->spec.gravity;
+  if (g[0] == 0 && g[1] == 0 && g[2] == 0)
+    return;
+  snprintf(body->gravity, sizeof body->gravity, "gravity:%.17g,%.17g,%.17g", g[0], g[1], g[2]);
+  cli_load *load = &body->request.loads[body->request.load_count++];
+  *load = (cli_load){
+      .text = body->gravity, .gravity = true, .course = {THRUM_LOAD_CONSTANT, 0, INFINITY, 0}};
+  thrum_scene_to_body(body->spec->rotation, g, load->vector, NULL);
+}
+
+/* --- starts ------------------------------------------------------------------------------------
+ */
+
+/* The whole model as the body has it: scaled, with its mesh and basis; *memory is the caller's. */
+static thrum_status scale_whole(const scene_body_run *body, void **memory,
+                                const thrum_model **scaled, thrum_error *error) {
+  const thrum_model_scaling by = {body->spec->scale, body->spec->stiffness, body->spec->density};
+  *scaled = body->model;
+  if (by.length == 1 && by.stiffness == 1 && by.density == 1)
+    return THRUM_OK;
+  size_t size = 0;
+  const thrum_status status = thrum_model_scale_size(body->model, &size, error);
+  if (status < 0)
+    return status;
+  *memory = aligned_alloc(ALIGNMENT, (size + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT);
+  return *memory != NULL ? thrum_model_scale(*memory, size, body->model, &by, scaled, error)
+                         : scene_run_no_memory(error);
+}
+
+/* q and p of the start, both of the rank and zero before. */
+static thrum_status make_start(scene_run *run, scene_body_run *body, double *q, double *p) {
+  const cli_texts *texts = &body->spec->start;
+  simulate_request *request = &body->request;
+  if (texts->count == 0)
+    return THRUM_OK;
+  thrum_error detail = {0};
+  void *memory = NULL;
+  const thrum_model *scaled = NULL;
+  thrum_status status = scale_whole(body, &memory, &scaled, &detail);
+  for (int64_t n = 0; n < texts->count && status >= 0; n++) {
+    cli_start *start = &request->starts[request->start_count++];
+    status = cli_start_parse(texts->texts[n], start, &detail);
+    if (status >= 0 && start->kind == CLI_START_STATIC)
+      thrum_scene_to_body(body->spec->rotation, start->load.vector, start->load.vector, NULL);
+  }
+  if (status >= 0)
+    status = cli_starts_make(scaled, request->starts, request->start_count, q, p, &detail);
+  free(memory);
+  return status < 0 ? scene_run_refuse(run, &body->spec->settings.at, "start", status, &detail)
+                    : THRUM_OK;
+}
+
+/* --- bodies ------------------------------------------------------------------------------------
+ */
+
+static thrum_status make_request(scene_run *run, scene_body_run *body, thrum_error *error) {
+  const scene_spec *spec = &run->spec;
+  simulate_request *request = &body->request;
+  // what is made of a mesh is named by its file, which others can open
+  const scene_loaded *loaded = scene_model_of(&run->models, body - run->bodies);
+  const char *path =
+      thrum_mesh_is_named(body->spec->model) ? loaded->owner->file.path : body->spec->model;
+  *request = (simulate_request){
+      .model_path = path,
+      .run_path = body->folder,
+      .def = body->spec->settings.def,
+      .time = spec->time,
+      .steps = run->steps,
+      .rank = body->spec->rank,
+      .record_every = spec->outputs.record_every,
+      .frames_rate = spec->outputs.frames_rate,
+      .frames_every = spec->outputs.frames_every,
+      .shakes = run->shakes,
+      .shake_count = run->shake_count,
+      .stress = spec->outputs.stress,
+      .monitor = spec->outputs.monitor,
+      .loads = calloc((size_t)body->spec->loads.count + 1, sizeof *request->loads),
+      .starts = calloc((size_t)body->spec->start.count + 1, sizeof *request->starts),
+      .quiet = true,
+  };
+  request->def.dt = run->dt;
+  return request->loads != NULL && request->starts != NULL ? THRUM_OK : scene_run_no_memory(error);
+}
+
+/* The group that a body names in "touch": also where nothing is there to be touched. */
+static thrum_status find_touch(const scene_run *run, const scene_body_run *body,
+                               thrum_scene_body_def *def, int32_t *one) {
+  cli_target target;
+  thrum_error detail = {0};
+  thrum_status status = cli_target_parse(body->spec->touch, "touch", &target, &detail);
+  if (status >= 0)
+    status = cli_target_find(body->model, &target, &def->touch, &def->touch_count, one, &detail);
+  return status < 0 ? scene_run_refuse(run, &body->spec->settings.at, "touch", status, &detail)
+                    : THRUM_OK;
+}
+
+/* The surface where there is wind, and what may touch where there are obstacles. */
+static thrum_status name_surface(scene_run *run, int32_t n, thrum_scene_body_def *def,
+                                 int32_t *one) {
+  const scene_body_run *body = &run->bodies[n];
+  const char *touch = body->spec->touch;
+  const bool none = strcmp(touch, "none") == 0, surface = strcmp(touch, "surface") == 0;
+  const bool touches = run->spec.obstacles.count > 0 && !none;
+  const scene_loaded *skinned = NULL;
+  thrum_error detail = {0};
+  if (!none && !surface) {
+    const thrum_status found = find_touch(run, body, def, one);
+    if (found < 0)
+      return found;
+  }
+  if (!touches)
+    def->touch_count = 0;
+  if (!touches && run->spec.wind.at.node == NULL)
+    return THRUM_OK;
+  const thrum_status status = cli_scene_models_skin(&run->models, n, &skinned, &detail);
+  if (status < 0)
+    return scene_run_refuse(run, &body->spec->settings.at, "model", status, &detail);
+  def->triangles = skinned->corners;
+  def->triangle_count = skinned->skin.triangle_count;
+  def->touch_stiffness = body->spec->touch_stiffness;
+  if (touches && surface) {
+    def->touch = skinned->skin.vertices;
+    def->touch_count = skinned->skin.vertex_count;
+  }
+  return THRUM_OK;
+}
+
+static thrum_status add_body(scene_run *run, int32_t n, thrum_error *error) {
+  scene_body_run *body = &run->bodies[n];
+  const scene_body_spec *spec = body->spec;
+  const size_t rank = (size_t)body->model->rank;
+  thrum_error detail = {0};
+  int32_t one = 0;
+  double *start = calloc(2 * rank, sizeof *start);
+  if (start == NULL)
+    return scene_run_no_memory(error);
+  thrum_scene_body_def def = thrum_default_scene_body_def();
+  def.name = spec->name;
+  def.model = body->model;
+  def.scale = spec->scale;
+  def.stiffness = spec->stiffness;
+  def.density = spec->density;
+  def.state = body->request.def;
+  def.q = start;
+  def.p = start + rank;
+  def.free = spec->free;
+  memcpy(def.velocity, spec->velocity, sizeof def.velocity);
+  for (int axis = 0; axis < 3; axis++)
+    def.spin[axis] = SCENE_DEGREE * spec->spin[axis];
+  memcpy(def.position, spec->position, sizeof def.position);
+  memcpy(def.rotation, spec->rotation, sizeof def.rotation);
+  memcpy(def.colour, spec->colour, sizeof def.colour);
+  thrum_status status = make_start(run, body, start, start + rank);
+  if (status >= 0)
+    status = name_surface(run, n, &def, &one);
+  if (status >= 0) {
+    status = thrum_scene_add_body(run->scene, &def, NULL, &detail);
+    if (status < 0)
+      scene_run_refuse(run, &spec->settings.at, NULL, status, &detail);
+  }
+  free(start);
+  return status;
+}
+
+static thrum_status make_bodies(scene_run *run, thrum_error *error) {
+  const scene_spec *spec = &run->spec;
+  thrum_status status = THRUM_OK;
+  for (int32_t n = 0; n < spec->bodies.count && status >= 0; n++) {
+    scene_body_run *body = &run->bodies[n];
+    const scene_loaded *loaded = scene_model_of(&run->models, n);
+    body->spec = &scene_bodies(spec)[n];
+    body->model = loaded->model;
+    body->figures.model_hash = loaded->hash;
+    body->figures.model = body->model;
+    body->figures.request = &body->request;
+    snprintf(body->folder, sizeof body->folder, "%.*s/%s", CLI_PATH_MAX, run->request->output,
+             body->spec->name);
+    status = make_request(run, body, error);
+    if (status >= 0)
+      note_gravity(run, body);
+    if (status >= 0)
+      status = add_body(run, n, error);
+    if (status >= 0)
+      status = add_loads(run, n);
+  }
+  return status;
+}
+
+thrum_status scene_run_build(scene_run *run, thrum_error *error) {
+  const scene_spec *spec = &run->spec;
+  thrum_error detail = {0};
+  run->bodies = calloc((size_t)spec->bodies.count, sizeof *run->bodies);
+  if (run->bodies == NULL)
+    return scene_run_no_memory(error);
+  thrum_status status = cli_scene_models_load(spec, run->request->quiet, &run->models, error);
+  if (status >= 0)
+    status = thrum_scene_make(run->dt, &run->scene, error);
+  if (status >= 0)
+    status = scene_run_shakes(run, error);
+  if (status >= 0 && thrum_scene_set_gravity(run->scene, spec->gravity, &detail) < 0)
+    return scene_run_refuse(run, &spec->settings.at, "gravity", detail.status, &detail);
+  if (status >= 0)
+    status = make_bodies(run, error);
+  if (status >= 0)
+    status = scene_run_wind(run);
+  if (status >= 0)
+    status = scene_run_obstacles(run);
+  return status >= 0 ? scene_run_probes(run) : status;
+}

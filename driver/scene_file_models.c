@@ -1,0 +1,133 @@
+/* Loads the models of a scene file. SPDX-License-Identifier: Apache-2.0 */
+#include "driver/scene_file_models.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "driver/model_truncate_to.h"
+#include "io/file_hash.h"
+#include "thrum/thrum.h"
+
+static bool same_texts(const cli_texts *left, const cli_texts *right) {
+  bool same = left->count == right->count;
+  for (int64_t n = 0; n < left->count && same; n++)
+    same = strcmp(left->texts[n], right->texts[n]) == 0;
+  return same;
+}
+
+/* Do two bodies name one model file? Materials that are not given are NaN, so bytes are compared.
+ */
+static bool same_file(const scene_body_spec *left, const scene_body_spec *right) {
+  return strcmp(left->model, right->model) == 0 && same_texts(&left->fix, &right->fix) &&
+         memcmp(&left->material.material, &right->material.material,
+                sizeof left->material.material) == 0;
+}
+
+static thrum_status load_file(const scene_spec *spec, bool quiet, scene_loaded *item) {
+  const scene_body_spec *body = item->first;
+  cli_mesh_def def = {
+      .fix_count = body->fix.count, .free = body->free, .material = body->material.material};
+  for (int64_t n = 0; n < body->fix.count; n++)
+    def.fixes[n] = body->fix.texts[n];
+  thrum_error detail = {0};
+  thrum_status status =
+      cli_mesh_model_load(body->model, &def, quiet, &item->loaded, &item->file, &detail);
+  if (status >= 0)
+    status = file_hash(item->file.path, &item->hash, &detail);
+  if (status < 0)
+    return cli_record_refuse(&spec->file, &body->settings.at, "model", status, "%s",
+                             detail.message[0] != 0 ? detail.message : thrum_status_text(status));
+  item->owner = item;
+  return THRUM_OK;
+}
+
+/* The model at the body's rank. */
+static thrum_status lower(const scene_spec *spec, scene_loaded *item) {
+  const scene_body_spec *body = item->first;
+  if (body->rank > item->loaded->rank)
+    return cli_record_refuse(&spec->file, &body->settings.at, "rank", THRUM_BAD_VALUE,
+                             "%lld is more than the model's %lld", (long long)body->rank,
+                             (long long)item->loaded->rank);
+  return model_truncate_to(item->loaded, body->rank, &item->lower_memory, &item->model,
+                         spec->file.error);
+}
+
+static int64_t rank_of(const scene_body_spec *body, const thrum_model *loaded) {
+  return body->rank > 0 ? body->rank : loaded->rank;
+}
+
+/* The place of a body's model among those loaded, or a new one. */
+static thrum_status load(const scene_spec *spec, bool quiet, const scene_body_spec *body,
+                         scene_models *models, int64_t *place) {
+  scene_loaded *owner = NULL;
+  for (int64_t n = 0; n < models->count; n++) {
+    const scene_loaded *item = &models->items[n];
+    if (!same_file(item->first, body))
+      continue;
+    owner = item->owner;
+    *place = n;
+    if (item->model->rank == rank_of(body, item->loaded))
+      return THRUM_OK;
+  }
+  *place = models->count;
+  scene_loaded *item = &models->items[models->count++];
+  item->first = body;
+  thrum_status status = THRUM_OK;
+  if (owner != NULL) {
+    item->owner = owner;
+    item->loaded = owner->loaded;
+    item->hash = owner->hash;
+    item->file = owner->file;
+  } else {
+    status = load_file(spec, quiet, item);
+  }
+  return status >= 0 ? lower(spec, item) : status;
+}
+
+thrum_status cli_scene_models_load(const scene_spec *spec, bool quiet, scene_models *models,
+                                   thrum_error *error) {
+  const size_t count = (size_t)spec->bodies.count;
+  *models = (scene_models){.items = calloc(count + 1, sizeof *models->items),
+                           .of_body = calloc(count + 1, sizeof *models->of_body)};
+  if (models->items == NULL || models->of_body == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the models of a scene");
+  thrum_status status = THRUM_OK;
+  for (size_t n = 0; n < count && status >= 0; n++)
+    status = load(spec, quiet, &scene_bodies(spec)[n], models, &models->of_body[n]);
+  return status;
+}
+
+thrum_status cli_scene_models_skin(scene_models *models, int64_t body, const scene_loaded **skinned,
+                                   thrum_error *error) {
+  scene_loaded *owner = models->items[models->of_body[body]].owner;
+  cli_skin *skin = &owner->skin;
+  *skinned = owner;
+  if (owner->corners != NULL)
+    return THRUM_OK;
+  const thrum_status status = cli_skin_make(owner->loaded, skin, error);
+  if (status < 0)
+    return status;
+  owner->corners = malloc(3 * (size_t)skin->triangle_count * sizeof *owner->corners + 1);
+  if (owner->corners == NULL) {
+    cli_skin_free(skin);
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the surface");
+  }
+  for (int64_t n = 0; n < 3 * skin->triangle_count; n++)
+    owner->corners[n] = skin->vertices[skin->triangles[n]];
+  return THRUM_OK;
+}
+
+void cli_scene_models_free(scene_models *models) {
+  for (int64_t n = 0; n < models->count; n++) {
+    free(models->items[n].lower_memory);
+    cli_skin_free(&models->items[n].skin);
+    free(models->items[n].corners);
+    if (models->items[n].owner == &models->items[n])
+      thrum_model_free(models->items[n].loaded);
+  }
+  free(models->items);
+  free(models->of_body);
+  *models = (scene_models){0};
+}

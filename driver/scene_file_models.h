@@ -1,0 +1,42 @@
+/* The models of a scene file, each loaded once however many bodies have it.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_DRIVER_SCENE_FILE_MODELS_H
+#define THRUM_DRIVER_SCENE_FILE_MODELS_H
+
+#include "driver/scene_spec.h"
+#include "driver/display_surface.h"
+
+/* A model at a rank, as one or several bodies name it. */
+typedef struct scene_loaded {
+  const scene_body_spec *first; /* the body that named it first */
+  const thrum_model *loaded;
+  void *lower_memory;
+  const thrum_model *model;   /* loaded, or its lowest coordinates */
+  struct scene_loaded *owner; /* of `loaded`: this one, or one of another rank */
+  cli_model_file file;
+  uint64_t hash;    /* of the file's bytes */
+  cli_skin skin;    /* of the owner, once it is asked for, */
+  int32_t *corners; /* and its triangles by vertices of the model; owned */
+} scene_loaded;
+
+typedef struct scene_models {
+  scene_loaded *items; /* owned */
+  int64_t count;
+  int64_t *of_body; /* the place of each body's model; owned */
+} scene_models;
+
+/* Loads, or makes and loads, what the bodies name; ranks beyond a model's are refused by their
+ * line. cli_scene_models_free frees, whatever came back. */
+thrum_status cli_scene_models_load(const scene_spec *spec, bool quiet, scene_models *models,
+                                   thrum_error *error);
+void cli_scene_models_free(scene_models *models);
+
+/* The surface of a body's mesh, made once for each model. */
+thrum_status cli_scene_models_skin(scene_models *models, int64_t body, const scene_loaded **skinned,
+                                   thrum_error *error);
+
+static inline const scene_loaded *scene_model_of(const scene_models *models, int64_t body) {
+  return &models->items[models->of_body[body]];
+}
+
+#endif

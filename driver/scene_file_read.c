@@ -1,0 +1,328 @@
+/* Reads scene files, and checks what can be said without any model.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <errno.h>
+#include <math.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "driver/base_motion_spec.h"
+#include "driver/load_spec.h"
+#include "driver/scene_folder.h"
+#include "driver/scene_spec.h"
+#include "driver/start_spec.h"
+#include "io/paths.h"
+#include "io/text.h"
+#include "thrum/thrum.h"
+
+#define NAME_MAX_BYTES 63 /* as THRUM_SCENE_NAME_MAX has room for */
+
+bool cli_scene_is_named(const char *path) {
+  struct stat status;
+  const size_t length = strlen(path);
+  if (length < 6 || strcmp(path + length - 5, ".json") != 0)
+    return false;
+  return stat(path, &status) != 0 || !S_ISDIR(status.st_mode);
+}
+
+/* --- names -------------------------------------------------------------------------------------
+ */
+
+/* A name that can be a folder or a column. */
+static bool is_name(const char *text) {
+  static const char others[] = "-_.";
+  if (text[0] == '.' || text[0] == '-' || strlen(text) > NAME_MAX_BYTES)
+    return false;
+  for (; *text != 0; text++) {
+    const bool letter = (*text >= 'a' && *text <= 'z') || (*text >= 'A' && *text <= 'Z');
+    if (!letter && !(*text >= '0' && *text <= '9') && strchr(others, *text) == NULL)
+      return false;
+  }
+  return true;
+}
+
+static thrum_status check_name(const cli_record_file *file, const cli_record *record,
+                               const char *name, const char *other) {
+  if (!is_name(name))
+    return cli_record_refuse(file, record, "name", THRUM_BAD_VALUE,
+                             "wants letters, digits, '-', '_' and '.', at most %d, not \"%.80s\"",
+                             NAME_MAX_BYTES, name);
+  if (other != NULL && strcmp(name, other) == 0)
+    return cli_record_refuse(file, record, "name", THRUM_BAD_VALUE, "\"%s\" is there twice", name);
+  return THRUM_OK;
+}
+
+/* "body3" in the memory of the spec. */
+static thrum_status give_name(const scene_spec *spec, const char *kind, int64_t index, char **kept,
+                              const char **name) {
+  char text[40];
+  if (*name != NULL)
+    return THRUM_OK;
+  snprintf(text, sizeof text, "%s%lld", kind, (long long)index + 1);
+  *kept = malloc(strlen(text) + 1);
+  if (*kept == NULL)
+    return thrum_error_set(spec->file.error, THRUM_OUT_OF_MEMORY, "%.150s: out of memory",
+                           spec->file.name);
+  memcpy(*kept, text, strlen(text) + 1);
+  *name = *kept;
+  return THRUM_OK;
+}
+
+static thrum_status check_names(scene_spec *spec) {
+  scene_body_spec *bodies = scene_bodies(spec);
+  thrum_status status = THRUM_OK;
+  for (int64_t n = 0; n < spec->bodies.count && status >= 0; n++) {
+    status = give_name(spec, "body", n, &bodies[n].kept_name, &bodies[n].name);
+    if (status >= 0)
+      status = check_name(&spec->file, &bodies[n].settings.at, bodies[n].name, NULL);
+    if (status >= 0 && (strcmp(bodies[n].name, CLI_SCENE_JSON) == 0 ||
+                        strcmp(bodies[n].name, CLI_SCENE_PROBES) == 0))
+      status = cli_record_refuse(&spec->file, &bodies[n].settings.at, "name", THRUM_BAD_VALUE,
+                                 "\"%s\" is a file of the run; choose another", bodies[n].name);
+    for (int64_t k = 0; k < n && status >= 0; k++)
+      status = check_name(&spec->file, &bodies[n].settings.at, bodies[n].name, bodies[k].name);
+  }
+  scene_probe_spec *probes = scene_probes(spec);
+  for (int64_t n = 0; n < spec->probes.count && status >= 0; n++) {
+    status = give_name(spec, "probe", n, &probes[n].kept_name, &probes[n].name);
+    if (status >= 0)
+      status = check_name(&spec->file, &probes[n].at, probes[n].name, NULL);
+    for (int64_t k = 0; k < n && status >= 0; k++)
+      status = check_name(&spec->file, &probes[n].at, probes[n].name, probes[k].name);
+  }
+  return status;
+}
+
+/* --- texts -------------------------------------------------------------------------------------
+ */
+
+/* A text that names a file beside the scene file gets its folder in front, in the spec's memory. */
+static thrum_status place_text(scene_spec *spec, cli_path path, const char **text) {
+  if (!cli_is_beside(path, spec->folder, *text))
+    return THRUM_OK;
+  const size_t size = strlen(spec->folder) + strlen(*text) + 1;
+  char **kept = realloc(spec->kept, (size_t)(spec->kept_count + 1) * sizeof *kept);
+  char *joined = malloc(size);
+  if (kept != NULL)
+    spec->kept = kept;
+  if (kept == NULL || joined == NULL) {
+    free(joined);
+    return thrum_error_set(spec->file.error, THRUM_OUT_OF_MEMORY, "%.150s: out of memory",
+                           spec->file.name);
+  }
+  snprintf(joined, size, "%s%s", spec->folder, *text);
+  spec->kept[spec->kept_count++] = joined;
+  *text = joined;
+  return THRUM_OK;
+}
+
+static thrum_status place_texts(scene_spec *spec, cli_path path, cli_texts *texts) {
+  thrum_status status = THRUM_OK;
+  for (int64_t n = 0; n < texts->count && status >= 0; n++)
+    status = place_text(spec, path, &texts->texts[n]);
+  return status;
+}
+
+static thrum_status place_files(scene_spec *spec) {
+  thrum_status status = place_texts(spec, CLI_PATH_NAMED, &spec->shake);
+  scene_body_spec *bodies = scene_bodies(spec);
+  for (int64_t n = 0; n < spec->bodies.count && status >= 0; n++) {
+    status = place_text(spec, CLI_PATH_NAMED, &bodies[n].model);
+    if (status >= 0 && bodies[n].surface != NULL)
+      status = place_text(spec, CLI_PATH_ALWAYS, &bodies[n].surface);
+    if (status >= 0)
+      status = place_texts(spec, CLI_PATH_IF_THERE, &bodies[n].fix);
+    if (status >= 0)
+      status = place_texts(spec, CLI_PATH_NAMED, &bodies[n].start);
+  }
+  return status;
+}
+
+/* Can every text be understood? They are parsed again by who needs what they say. */
+static thrum_status check_texts(const scene_spec *spec, const cli_record *record, const char *key,
+                                const cli_texts *texts,
+                                thrum_status (*parse)(const char *text, thrum_error *error)) {
+  for (int64_t n = 0; n < texts->count; n++) {
+    thrum_error detail = {0};
+    if (parse(texts->texts[n], &detail) < 0)
+      return cli_record_refuse_text(&spec->file, record, key, texts, n, "%s", detail.message);
+  }
+  return THRUM_OK;
+}
+
+static thrum_status parse_load(const char *text, thrum_error *error) {
+  cli_load load;
+  return cli_load_parse(text, &load, error);
+}
+
+static thrum_status parse_start(const char *text, thrum_error *error) {
+  cli_start start;
+  return cli_start_parse(text, &start, error);
+}
+
+static thrum_status parse_shake(const char *text, thrum_error *error) {
+  cli_shake shake;
+  return cli_shake_parse(text, &shake, error);
+}
+
+/* --- records -----------------------------------------------------------------------------------
+ */
+
+static thrum_status check_body(const scene_spec *spec, const scene_body_spec *body) {
+  const cli_record *at = &body->settings.at;
+  const bool mesh = thrum_mesh_is_named(body->model);
+  thrum_status status = check_texts(spec, at, "loads", &body->loads, parse_load);
+  if (status >= 0)
+    status = check_texts(spec, at, "start", &body->start, parse_start);
+  if (status >= 0 && body->fix.count > CLI_MESH_FIXES_MAX)
+    status = cli_record_refuse(&spec->file, at, "fix", THRUM_BAD_VALUE, "more than %d texts",
+                               CLI_MESH_FIXES_MAX);
+  if (status >= 0 && !mesh && body->fix.count > 0)
+    status = cli_record_refuse(&spec->file, at, "fix", THRUM_BAD_VALUE,
+                               "is of a mesh; a model has its own");
+  if (status >= 0 && !mesh && body->material.at.node != NULL)
+    status = cli_record_refuse(&spec->file, at, "material", THRUM_BAD_VALUE,
+                               "is of a mesh; use \"stiffness\" and \"density\" of a model");
+  static const char *const of_free[] = {"velocity", "spin"};
+  for (int n = 0; n < 2 && status >= 0 && !body->free; n++)
+    if (cli_record_member(&spec->file, at, of_free[n]) != NULL)
+      status = cli_record_refuse(&spec->file, at, of_free[n], THRUM_BAD_VALUE,
+                                 "is of a body that is free");
+  return status;
+}
+
+/* A key of one shape alone. */
+static thrum_status check_key(const scene_spec *spec, const cli_record *at, const char *key,
+                              bool of_shape, bool needed, const char *shape) {
+  const bool there = cli_record_member(&spec->file, at, key) != NULL;
+  if (there && !of_shape)
+    return cli_record_refuse(&spec->file, at, key, THRUM_BAD_VALUE, "is of a %s", shape);
+  if (!there && of_shape && needed)
+    return cli_record_refuse(&spec->file, at, NULL, THRUM_MISSING, "a %s needs \"%s\"", shape, key);
+  return THRUM_OK;
+}
+
+static thrum_status check_obstacle(const scene_spec *spec, const scene_obstacle_spec *obstacle) {
+  const cli_record *at = &obstacle->at;
+  const scene_shape shape = obstacle->shape;
+  const double *n = obstacle->normal;
+  thrum_status status = check_key(spec, at, "normal", shape == SCENE_PLANE, false, "plane");
+  if (status >= 0)
+    status = check_key(spec, at, "radius", shape == SCENE_SPHERE, true, "sphere");
+  if (status >= 0)
+    status = check_key(spec, at, "size", shape == SCENE_BOX, true, "box");
+  if (status >= 0)
+    status = check_key(spec, at, "rotation", shape == SCENE_BOX, false, "box");
+  if (status >= 0)
+    status = check_key(spec, at, "inside", shape != SCENE_PLANE, false, "sphere or box");
+  if (status >= 0 && !isnormal(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]))
+    status = cli_record_refuse(&spec->file, at, "normal", THRUM_BAD_VALUE, "has no length");
+  return status;
+}
+
+static thrum_status check_probe(const scene_spec *spec, const scene_probe_spec *probe) {
+  const scene_body_spec *bodies = scene_bodies(spec);
+  bool found = false;
+  for (int64_t n = 0; n < spec->bodies.count && !found; n++)
+    found = strcmp(bodies[n].name, probe->body) == 0;
+  if (!found)
+    return cli_record_refuse(&spec->file, &probe->at, "body", THRUM_BAD_VALUE,
+                             "there is no body \"%.60s\"", probe->body);
+  cli_target target;
+  thrum_error detail = {0};
+  if (cli_target_parse(probe->target, "at", &target, &detail) < 0)
+    return cli_record_refuse(&spec->file, &probe->at, "at", THRUM_BAD_VALUE, "%s", detail.message);
+  return THRUM_OK;
+}
+
+static thrum_status check(scene_spec *spec) {
+  if (spec->bodies.count == 0)
+    return cli_record_refuse(&spec->file, &spec->settings.at, "bodies", THRUM_MISSING,
+                             "a scene needs a body");
+  thrum_status status = check_names(spec);
+  if (status >= 0)
+    status = check_texts(spec, &spec->settings.at, "shake", &spec->shake, parse_shake);
+  for (int64_t n = 0; n < spec->bodies.count && status >= 0; n++)
+    status = check_body(spec, &scene_bodies(spec)[n]);
+  for (int64_t n = 0; n < spec->obstacles.count && status >= 0; n++)
+    status = check_obstacle(spec, &scene_obstacles(spec)[n]);
+  for (int64_t n = 0; n < spec->probes.count && status >= 0; n++)
+    status = check_probe(spec, &scene_probes(spec)[n]);
+  if (cli_record_member(&spec->file, &spec->outputs.at, "plots") == NULL)
+    spec->outputs.plots = spec->bodies.count <= SCENE_PLOTS_MAX;
+  return status >= 0 ? place_files(spec) : status;
+}
+
+/* --- files -------------------------------------------------------------------------------------
+ */
+
+thrum_status cli_scene_read_text(const char *name, const char *bytes, size_t length,
+                                 scene_spec *spec, thrum_error *error) {
+  *spec = (scene_spec){
+      .settings = {.def = thrum_default_state_def()},
+      .time = 10,
+      .wind = {.density = 1.2, .drag = 1},
+      .outputs = {.record_every = 1, .monitor = true, .plots = true},
+      .file = {.name = name, .error = error},
+  };
+  const size_t folder = (size_t)(path_basename(name) - name);
+  spec->folder = malloc(folder + 1);
+  if (spec->folder == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "%.150s: out of memory", name);
+  memcpy(spec->folder, name, folder);
+  spec->folder[folder] = 0;
+  thrum_status status = cli_json_read(name, bytes, length, &spec->file.document, error);
+  if (status < 0)
+    return status;
+  const cli_json_node *root = &spec->file.document.nodes[0];
+  if (root->type != CLI_JSON_OBJECT)
+    return thrum_error_set(error, THRUM_BAD_FORMAT,
+                           "%.150s:%lld: a scene stands in { }, with its \"bodies\" in [ ]", name,
+                           (long long)root->line);
+  status = cli_record_read(&spec->file, scene_keys, root, spec);
+  return status >= 0 ? check(spec) : status;
+}
+
+/* What is shown in place of a body's own surface is of use to viewers alone, but must be there. */
+static thrum_status check_surface(const scene_spec *spec, const scene_body_spec *body) {
+  if (body->surface == NULL || access(body->surface, R_OK) == 0)
+    return THRUM_OK;
+  return cli_record_refuse(&spec->file, &body->settings.at, "surface", THRUM_IO, "%.200s: %s",
+                           body->surface, strerror(errno));
+}
+
+thrum_status cli_scene_read(const char *path, scene_spec *spec, thrum_error *error) {
+  thrum_text text = {0};
+  struct stat info;
+  *spec = (scene_spec){0};
+  if (stat(path, &info) == 0 && S_ISREG(info.st_mode) && info.st_size > CLI_JSON_BYTES_MAX)
+    return thrum_error_set(error, THRUM_BAD_FORMAT,
+                           "%.200s: %lld bytes are no scene file: %d at most", path,
+                           (long long)info.st_size, CLI_JSON_BYTES_MAX);
+  thrum_status status = thrum_text_open(path, 0, 0, &text, error);
+  if (status < 0)
+    return status;
+  status = cli_scene_read_text(path, text.next, (size_t)(text.stop - text.next), spec, error);
+  thrum_text_close(&text);
+  for (int64_t n = 0; n < spec->bodies.count && status >= 0; n++)
+    status = check_surface(spec, &scene_bodies(spec)[n]);
+  return status;
+}
+
+void cli_scene_free(scene_spec *spec) {
+  for (int64_t n = 0; n < spec->bodies.count; n++)
+    free(scene_bodies(spec)[n].kept_name);
+  for (int64_t n = 0; n < spec->probes.count; n++)
+    free(scene_probes(spec)[n].kept_name);
+  for (int64_t n = 0; n < spec->kept_count; n++)
+    free(spec->kept[n]);
+  free(spec->kept);
+  free(spec->folder);
+  cli_record_free(scene_keys, spec);
+  cli_json_free(&spec->file.document);
+  *spec = (scene_spec){0};
+}

@@ -1,0 +1,148 @@
+/* What a run of a scene prints: a table for people, one JSON object for programs and scene.json.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <inttypes.h>
+#include <math.h>
+
+#include "driver/scene_run.h"
+#include "io/json.h"
+#include "platform/clock.h"
+
+const char *scene_run_status(const scene_run *run) {
+  simulate_figures figures = {.status = run->status};
+  for (int64_t n = 0; n < run->spec.bodies.count && run->status >= 0; n++)
+    figures.energy_grew = figures.energy_grew || run->bodies[n].figures.energy_grew;
+  return simulate_status_name(&figures);
+}
+
+static double per_step(const scene_run *run, double value) {
+  const int64_t steps = scene_run_steps(run);
+  return steps > 0 ? value / (double)steps : NAN;
+}
+
+/* A body's line in the scene's report; its own run.json says more. */
+static cJSON *body_json(const scene_run *run, int32_t n) {
+  const scene_body_run *body = &run->bodies[n];
+  const simulate_figures *figures = &body->figures;
+  cJSON *object = cJSON_CreateObject();
+  cJSON_AddStringToObject(object, "name", body->spec->name);
+  cJSON_AddStringToObject(object, "status", simulate_status_name(figures));
+  json_string(object, "model", body->spec->model);
+  cJSON_AddStringToObject(object, "integrator",
+                          simulate_integrator_name(body->request.def.integrator));
+  json_number(object, "rank", (double)body->model->rank);
+  json_numbers(object, "position_m", body->spec->position, 3);
+  json_numbers(object, "rotation_wxyz", body->spec->rotation, 4);
+  json_number(object, "scale", body->spec->scale);
+  json_number(object, "stiffness", body->spec->stiffness);
+  json_number(object, "density", body->spec->density);
+  json_number(object, "energy_first_j", figures->first.total);
+  json_number(object, "energy_last_j", figures->last.total);
+  json_number(object, "energy_max_j", figures->energy_max);
+  json_number(object, "drift", figures->drift);
+  json_number(object, "peak_displacement_m", figures->peak);
+  json_number(object, "fallback_steps", (double)figures->fallback_steps);
+  return object;
+}
+
+static cJSON *wind_json(const scene_wind_spec *wind) {
+  if (wind->at.node == NULL)
+    return cJSON_CreateNull();
+  cJSON *object = cJSON_CreateObject();
+  json_numbers(object, "velocity_m_s", wind->velocity, 3);
+  json_number(object, "density_kg_m3", wind->density);
+  json_number(object, "drag", wind->drag);
+  return object;
+}
+
+static cJSON *obstacles_json(const scene_run *run) {
+  static const char *const shapes[] = {"plane", "sphere", "box"};
+  cJSON *list = cJSON_CreateArray();
+  for (int64_t n = 0; n < run->spec.obstacles.count; n++) {
+    const scene_obstacle_spec *spec = &scene_obstacles(&run->spec)[n];
+    cJSON *object = cJSON_CreateObject();
+    if (spec->name != NULL)
+      json_string(object, "name", spec->name);
+    cJSON_AddStringToObject(object, "shape", shapes[spec->shape]);
+    json_numbers(object, "centre_m", spec->centre, 3);
+    if (spec->shape == SCENE_PLANE)
+      json_numbers(object, "normal", spec->normal, 3);
+    if (spec->shape == SCENE_SPHERE)
+      json_number(object, "radius_m", spec->radius);
+    if (spec->shape == SCENE_BOX) {
+      json_numbers(object, "size_m", spec->size, 3);
+      json_numbers(object, "rotation_wxyz", spec->rotation, 4);
+    }
+    cJSON_AddBoolToObject(object, "inside", spec->inside);
+    json_numbers(object, "velocity_m_s", spec->velocity, 3);
+    json_number(object, "friction", spec->friction);
+    json_number(object, "restitution", spec->restitution);
+    cJSON_AddItemToArray(list, object);
+  }
+  return list;
+}
+
+static cJSON *probes_json(const scene_run *run) {
+  cJSON *list = cJSON_CreateArray();
+  for (int64_t n = 0; n < run->spec.probes.count; n++) {
+    const scene_probe_spec *probe = &scene_probes(&run->spec)[n];
+    cJSON *object = cJSON_CreateObject();
+    cJSON_AddStringToObject(object, "name", probe->name);
+    cJSON_AddStringToObject(object, "body", probe->body);
+    json_string(object, "at", probe->target);
+    cJSON_AddItemToArray(list, object);
+  }
+  return list;
+}
+
+cJSON *scene_run_json(const scene_run *run) {
+  const scene_spec *spec = &run->spec;
+  cJSON *object = simulate_report_begin(scene_run_status(run), &run->stop);
+  json_string(object, "scene", run->request->path);
+  if (spec->title != NULL)
+    json_string(object, "title", spec->title);
+  json_string(object, "run", run->request->output);
+  json_number(object, "dt_s", run->dt);
+  json_numbers(object, "gravity_m_s2", spec->gravity, 3);
+  cJSON_AddItemToObject(object, "wind", wind_json(&spec->wind));
+  json_strings(object, "shake", spec->shake.texts, spec->shake.count);
+  json_number(object, "steps", (double)scene_run_steps(run));
+  json_number(object, "simulated_s", (double)scene_run_steps(run) * run->dt);
+  json_number(object, "us_per_step", per_step(run, 1e6 * run->seconds_step));
+  json_number(object, "rows", (double)run->rows);
+  json_number(object, "frames", (double)run->frames);
+  cJSON *bodies = cJSON_AddArrayToObject(object, "bodies");
+  for (int32_t n = 0; n < spec->bodies.count; n++)
+    cJSON_AddItemToArray(bodies, body_json(run, n));
+  cJSON_AddItemToObject(object, "obstacles", obstacles_json(run));
+  cJSON_AddItemToObject(object, "probes", probes_json(run));
+  cJSON *seconds = cJSON_AddObjectToObject(object, "seconds");
+  json_number(seconds, "read", run->seconds_read);
+  json_number(seconds, "step", run->seconds_step);
+  json_number(seconds, "output", run->seconds_output);
+  json_number(seconds, "total", run->seconds_total);
+  json_number(object, "peak_mb", clock_peak_mb());
+  return object;
+}
+
+void scene_run_table(const scene_run *run) {
+  const int64_t steps = scene_run_steps(run);
+  if (run->spec.title != NULL)
+    printf("scene        %s\n", run->spec.title);
+  printf("steps        %" PRId64 " (%g s)", steps, (double)scene_run_steps(run) * run->dt);
+  if (steps > 0)
+    printf(", %.2f us a step of all bodies", per_step(run, 1e6 * run->seconds_step));
+  puts("");
+  printf("%-12s %-8s %5s %12s %12s %12s %s\n", "body", "steps by", "rank", "first J", "last J",
+         "peak m", "status");
+  for (int64_t n = 0; n < run->spec.bodies.count; n++) {
+    const scene_body_run *body = &run->bodies[n];
+    const simulate_figures *figures = &body->figures;
+    printf("%-12s %-8s %5d %12.6g %12.6g %12.6g %s\n", body->spec->name,
+           simulate_integrator_name(body->request.def.integrator), (int)body->model->rank,
+           figures->first.total, figures->last.total, figures->peak, simulate_status_name(figures));
+  }
+  printf("status       %s\n", scene_run_status(run));
+  printf("files        %s/" CLI_SCENE_JSON "%s, and a run in each of its folders\n",
+         run->request->output,
+         thrum_scene_probe_count(run->scene) > 0 ? ", " CLI_SCENE_PROBES : "");
+}

@@ -1,0 +1,101 @@
+/* A run of a scene file: what it says as a scene, its files, and the loop over the steps.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_DRIVER_SCENE_RUN_H
+#define THRUM_DRIVER_SCENE_RUN_H
+
+#include <cjson/cJSON.h>
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "config/progress.h"
+#include "driver/display_surface.h"
+#include "driver/scene_file_models.h"
+#include "driver/scene_folder.h"
+#include "driver/simulate_measures.h"
+#include "driver/simulate_report.h"
+#include "thrum/scene.h"
+#include "thrum/thrum.h"
+
+/* What `thrum simulate SCENE.json` is asked for besides. */
+typedef struct scene_request {
+  const char *path, *output;
+  double time, dt; /* 0: as the file says */
+  bool json, quiet;
+} scene_request;
+
+/* One body: what a run of it alone would be asked for, and the files of such a run. */
+typedef struct scene_body_run {
+  const scene_body_spec *spec;
+  const thrum_model *model; /* at its rank, as it is in its file */
+  simulate_request request; /* loads in the body's axes, gravity first where there is any */
+  simulate_figures figures;
+  simulate_measures measures;
+  cli_run_output output;
+  thrum_model shown; /* the model scaled in stiffness and put in place: for measures and frames */
+  double *material, *vertices; /* of that */
+  double *q, *extents;         /* rank each */
+  char folder[CLI_PATH_MAX + 80];
+  char gravity[100]; /* as a load's text */
+} scene_body_run;
+
+typedef struct scene_run {
+  const scene_request *request;
+  scene_spec spec;
+  scene_models models;
+  thrum_scene *scene;
+  cli_shake *shakes; /* of the spec, read */
+  int64_t shake_count;
+  scene_body_run *bodies; /* of the spec's count */
+  int64_t steps, rows, frames;
+  double dt;
+  thrum_status status; /* how the run ended */
+  bool failed;         /* the last step was made by some bodies only */
+  thrum_error stop;    /* why it ended early */
+  cli_run_folder folder;
+  FILE *probes;
+  cli_progress progress;
+  double began;
+  double seconds_read, seconds_step, seconds_output, seconds_total;
+} scene_run;
+
+/* scene_build.c: loads the models and makes the scene. */
+thrum_status scene_run_build(scene_run *run, thrum_error *error);
+
+/* scene_run.c: reads the file of the request, and frees what a run holds, whatever came of it. */
+thrum_status scene_run_read(scene_run *run, thrum_error *error);
+void scene_run_close(scene_run *run);
+
+/* A message of the engine about one key of a record, or about the record (key NULL). */
+thrum_status scene_run_refuse(const scene_run *run, const cli_record *at, const char *key,
+                              thrum_status status, const thrum_error *detail);
+thrum_status scene_run_no_memory(thrum_error *error);
+
+/* scene_world.c: what acts on all bodies, before they are added (shakes) and after. */
+thrum_status scene_run_shakes(scene_run *run, thrum_error *error);
+thrum_status scene_run_wind(scene_run *run);
+thrum_status scene_run_obstacles(scene_run *run);
+thrum_status scene_run_probes(scene_run *run);
+
+/* scene_output.c: the files. */
+thrum_status scene_run_open(scene_run *run, thrum_error *error);
+thrum_status scene_run_record(scene_run *run, int64_t step, bool row, thrum_error *error);
+thrum_status scene_run_frame(scene_run *run, int64_t step, thrum_error *error);
+thrum_status scene_run_end(scene_run *run, thrum_error *error);
+
+/* Steps that all bodies made. */
+static inline int64_t scene_run_steps(const scene_run *run) {
+  return thrum_scene_steps(run->scene) - run->failed;
+}
+
+/* scene_report.c */
+const char *scene_run_status(const scene_run *run);
+cJSON *scene_run_json(const scene_run *run);
+void scene_run_table(const scene_run *run);
+
+/* scene_run.c: a scene from its file to its folder; an exit code. */
+int scene_run_request(const scene_request *request);
+
+/* scene_options.c: the same from the command line of `thrum simulate SCENE.json`. */
+int scene_run_command(int argc, char **argv);
+
+#endif

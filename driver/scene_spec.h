@@ -1,0 +1,124 @@
+/* What a scene file says (docs/scenes.md), before any model is loaded.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_DRIVER_SCENE_SPEC_H
+#define THRUM_DRIVER_SCENE_SPEC_H
+
+#include "driver/mesh_model.h"
+#include "config/record.h"
+#include "thrum/thrum.h"
+
+#define SCENE_DEGREE 0.017453292519943295 /* [rad] */
+
+/* What a scene and each of its bodies have; a body begins with what the scene says. */
+typedef struct scene_settings {
+  cli_record at;
+  thrum_state_def def; /* its dt is the scene's */
+} scene_settings;
+
+typedef struct scene_material_spec {
+  cli_record at;
+  thrum_material material; /* NaN where the mesh's own stays */
+} scene_material_spec;
+
+typedef struct scene_body_spec {
+  scene_settings settings;
+  const char *name;    /* "body" and its number where none is given, in */
+  char *kept_name;     /* owned */
+  const char *model;   /* a file, a mesh or a name */
+  cli_texts fix;       /* of a mesh */
+  const char *surface; /* shown in place of the mesh's own (driver/render_mesh.h); NULL: that */
+  scene_material_spec material;
+  double position[3], rotation[4];
+  double scale, stiffness, density;
+  int64_t rank; /* 0: all */
+  float colour[3];
+  bool free;
+  double velocity[3]; /* of a free body at the start [m/s] */
+  double spin[3];     /* its angular velocity [degrees/s] */
+  cli_texts start, loads;
+  const char *touch;      /* "surface", "none", or a group */
+  double touch_stiffness; /* [N/m^3]; 0: chosen */
+} scene_body_spec;
+
+typedef struct scene_wind_spec {
+  cli_record at;
+  double velocity[3]; /* [m/s] */
+  double density;     /* of the air [kg/m^3] */
+  double drag;        /* coefficient */
+} scene_wind_spec;
+
+typedef enum scene_shape { SCENE_PLANE = 0, SCENE_SPHERE = 1, SCENE_BOX = 2 } scene_shape;
+
+typedef struct scene_obstacle_spec {
+  cli_record at;
+  const char *name;
+  scene_shape shape;
+  double centre[3], normal[3], size[3], rotation[4], velocity[3];
+  double radius;
+  bool inside;
+  double friction, restitution, stiffness, damping;
+  float colour[3];
+} scene_obstacle_spec;
+
+typedef struct scene_probe_spec {
+  cli_record at;
+  const char *name; /* as of a body */
+  char *kept_name;
+  const char *body;
+  const char *target;
+} scene_probe_spec;
+
+#define SCENE_PLOTS_MAX 8
+
+typedef struct scene_outputs_spec {
+  cli_record at;
+  int64_t record_every;
+  double frames_rate;   /* a second of simulated time; 0: see frames_every */
+  int64_t frames_every; /* steps; 0 with rate 0: no frames */
+  bool stress, monitor;
+  bool plots; /* unless it is not said, and there are more than SCENE_PLOTS_MAX bodies */
+} scene_outputs_spec;
+
+typedef struct scene_spec {
+  scene_settings settings;
+  const char *title; /* NULL: none */
+  double time;       /* [s] */
+  double gravity[3]; /* [m/s^2] */
+  cli_texts shake;
+  scene_wind_spec wind; /* at.node NULL: none */
+  cli_list bodies;      /* scene_body_spec */
+  cli_list obstacles;   /* scene_obstacle_spec */
+  cli_list probes;      /* scene_probe_spec */
+  scene_outputs_spec outputs;
+  cli_record_file file;
+  char *folder; /* of the file, with its slash; "" for the working folder */
+  char **kept;  /* kept_count texts that name files there */
+  int64_t kept_count;
+} scene_spec;
+
+/* The keys of a scene file; ends with a nameless one. */
+extern const cli_key scene_keys[];
+
+/* Is this the name of a scene file? One that ends with .json and is no folder. */
+bool cli_scene_is_named(const char *path);
+
+/* Reads the file at `path` (scene_read_text: these bytes, `name` in messages) and checks what can
+ * be checked without models. `path` and `error` must stay as long as the spec. cli_scene_free
+ * frees, whatever came back. */
+thrum_status cli_scene_read(const char *path, scene_spec *spec, thrum_error *error);
+thrum_status cli_scene_read_text(const char *name, const char *bytes, size_t length,
+                                 scene_spec *spec, thrum_error *error);
+void cli_scene_free(scene_spec *spec);
+
+/* Items of the lists. */
+static inline scene_body_spec *scene_bodies(const scene_spec *spec) {
+  return spec->bodies.items;
+}
+static inline scene_obstacle_spec *scene_obstacles(const scene_spec *spec) {
+  return spec->obstacles.items;
+}
+static inline scene_probe_spec *scene_probes(const scene_spec *spec) {
+  return spec->probes.items;
+}
+
+#endif

@@ -1,0 +1,19 @@
+/* Values of scene files that are more than a number, a text or a list.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_DRIVER_SCENE_VALUES_H
+#define THRUM_DRIVER_SCENE_VALUES_H
+
+#include "config/record.h"
+
+/* X(name): `take` of a key of the table, see config/record.h. Those of settings take a scene_settings,
+ * frames a scene_outputs_spec; rotation and colour go to the key's field. */
+#define SCENE_TAKES(X)                                                                             \
+  X(damping) X(newmark) X(split) X(adaptive) X(ladder) X(iterations) X(rotation) X(colour) X(frames)
+
+#define X(name)                                                                                    \
+  thrum_status scene_take_##name(const cli_record_file *file, const cli_record *record,            \
+                                 const cli_key *key, const cli_json_node *value, void *to);
+SCENE_TAKES(X)
+#undef X
+
+#endif

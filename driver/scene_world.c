@@ -1,0 +1,90 @@
+/* What of a scene file acts on all bodies, and what is followed: shaking ground, wind, obstacles,
+ * probes. SPDX-License-Identifier: Apache-2.0 */
+#include <stdlib.h>
+#include <string.h>
+
+#include "driver/scene_run.h"
+
+thrum_status scene_run_shakes(scene_run *run, thrum_error *error) {
+  const cli_texts *texts = &run->spec.shake;
+  run->shakes = calloc((size_t)texts->count + 1, sizeof *run->shakes);
+  if (run->shakes == NULL)
+    return scene_run_no_memory(error);
+  for (int64_t n = 0; n < texts->count; n++) {
+    cli_shake *shake = &run->shakes[n];
+    thrum_error detail = {0};
+    thrum_status status = cli_shake_parse(texts->texts[n], shake, &detail);
+    if (status >= 0)
+      status = cli_shake_read(shake, &detail);
+    run->shake_count += status >= 0;
+    if (status >= 0)
+      status = shake->sine
+                   ? thrum_scene_add_shake(run->scene, shake->amplitude, &shake->course, &detail)
+                   : thrum_scene_add_shake_motion(run->scene, &shake->motion, &detail);
+    if (status < 0)
+      return cli_record_refuse_text(&run->spec.file, &run->spec.settings.at, "shake", texts, n,
+                                    "%s", detail.message);
+  }
+  return THRUM_OK;
+}
+
+static void place_obstacle(const scene_obstacle_spec *spec, thrum_obstacle *obstacle) {
+  *obstacle = thrum_default_obstacle();
+  obstacle->shape = (thrum_obstacle_shape)spec->shape;
+  obstacle->inside = spec->inside;
+  obstacle->radius = spec->radius;
+  obstacle->stiffness = spec->stiffness;
+  obstacle->damping = spec->damping;
+  obstacle->restitution = spec->restitution;
+  obstacle->friction = spec->friction;
+  for (int row = 0; row < 3; row++) {
+    obstacle->centre[row] = spec->centre[row];
+    obstacle->normal[row] = spec->normal[row];
+    obstacle->velocity[row] = spec->velocity[row];
+    obstacle->half[row] = 0.5 * spec->size[row];
+  }
+  thrum_scene_axes(spec->rotation, obstacle->rotation, NULL);
+}
+
+thrum_status scene_run_obstacles(scene_run *run) {
+  for (int64_t n = 0; n < run->spec.obstacles.count; n++) {
+    const scene_obstacle_spec *spec = &scene_obstacles(&run->spec)[n];
+    thrum_obstacle obstacle;
+    thrum_error detail = {0};
+    place_obstacle(spec, &obstacle);
+    const thrum_status status = thrum_scene_add_obstacle(run->scene, &obstacle, NULL, &detail);
+    if (status < 0)
+      return scene_run_refuse(run, &spec->at, NULL, status, &detail);
+  }
+  return THRUM_OK;
+}
+
+thrum_status scene_run_wind(scene_run *run) {
+  const scene_wind_spec *wind = &run->spec.wind;
+  thrum_error detail = {0};
+  if (wind->at.node == NULL)
+    return THRUM_OK;
+  const thrum_status status =
+      thrum_scene_set_wind(run->scene, wind->velocity, wind->density, wind->drag, &detail);
+  return status < 0 ? scene_run_refuse(run, &wind->at, NULL, status, &detail) : THRUM_OK;
+}
+
+thrum_status scene_run_probes(scene_run *run) {
+  for (int64_t n = 0; n < run->spec.probes.count; n++) {
+    const scene_probe_spec *probe = &scene_probes(&run->spec)[n];
+    const int32_t body = thrum_scene_find_body(run->scene, probe->body);
+    const int32_t *vertices = NULL;
+    int64_t count = 0;
+    int32_t one = 0;
+    cli_target target;
+    thrum_error detail = {0};
+    thrum_status status = cli_target_parse(probe->target, "at", &target, &detail);
+    if (status >= 0)
+      status = cli_target_find(run->bodies[body].model, &target, &vertices, &count, &one, &detail);
+    if (status >= 0)
+      status = thrum_scene_add_probe(run->scene, probe->name, body, vertices, count, &detail);
+    if (status < 0)
+      return scene_run_refuse(run, &probe->at, "at", status, &detail);
+  }
+  return THRUM_OK;
+}

@@ -1,0 +1,230 @@
+/* Stress and monitors of a run, asked for, kept and shown. SPDX-License-Identifier: Apache-2.0 */
+#include "driver/simulate_measures.h"
+
+#include <cjson/cJSON.h>
+#include <inttypes.h>
+#include <math.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "config/message.h"
+#include "io/json.h"
+#include "thrum/thrum.h"
+
+#define ALIGNMENT 64
+#define LOAD_SHARE_MOST 0.9995 /* of a point force a good basis may leave 0.99 unfelt */
+
+static void *allocate(size_t size, thrum_error *error) {
+  // aligned_alloc wants a multiple of the alignment
+  void *memory = aligned_alloc(ALIGNMENT, (size + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT);
+  if (memory == NULL)
+    thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory to measure stress or strain");
+  return memory;
+}
+
+static thrum_status open_gauge(const thrum_model *model, simulate_measures *m, thrum_error *error) {
+  const thrum_gauge_def def = {NULL, 0};
+  size_t size = 0;
+  thrum_error detail = {0};
+  thrum_status status = thrum_gauge_size(model, &def, &size, &detail);
+  if (status < 0)
+    return thrum_error_set(error, status, "--stress: %s", detail.message);
+  m->gauge_memory = allocate(size, error);
+  if (m->gauge_memory == NULL)
+    return THRUM_OUT_OF_MEMORY;
+  status = thrum_gauge_init(m->gauge_memory, size, model, &def, &m->gauge, error);
+  if (status < 0)
+    return status;
+  const int64_t work = thrum_gauge_work_count(m->gauge);
+  m->work = calloc((size_t)(work + model->tet_count), sizeof *m->work);
+  if (m->work == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for stresses");
+  m->von_mises = m->work + work;
+  return THRUM_OK;
+}
+
+static thrum_status open_monitor(const thrum_model *model, simulate_measures *m,
+                                 thrum_error *error) {
+  thrum_monitor_def def = thrum_default_monitor_def();
+  def.load_share_most = LOAD_SHARE_MOST;
+  size_t size = 0;
+  thrum_status status = thrum_monitor_size(model, &def, &size, error);
+  if (status < 0)
+    return status;
+  m->monitor_memory = allocate(size, error);
+  if (m->monitor_memory == NULL)
+    return THRUM_OUT_OF_MEMORY;
+  return thrum_monitor_init(m->monitor_memory, size, model, &def, &m->monitor, error);
+}
+
+/* The largest share of the loads outside the basis. Gravity is left out: it takes the assembled
+ * mass, which `thrum info --load` makes. */
+static thrum_status look_at_loads(const simulate_request *request, const thrum_model *model,
+                                  simulate_measures *m, thrum_error *error) {
+  const size_t components = 3 * (size_t)model->vertex_count;
+  double *forces = malloc(components * sizeof *forces);
+  thrum_status status = THRUM_OK;
+  if (forces == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the loads");
+  for (int64_t n = 0; n < request->load_count && status >= 0; n++) {
+    const cli_load *load = &request->loads[n];
+    if (load->gravity)
+      continue;
+    for (size_t c = 0; c < components; c++)
+      forces[c] = 0;
+    status = cli_load_fill(model, load, forces, error);
+    if (status >= 0)
+      status = thrum_monitor_look_at_load(m->monitor, model, forces, &m->record, error);
+    if (status >= 0)
+      m->load_share = fmax(m->load_share, m->record.load_share); // of NaN: the other
+  }
+  free(forces);
+  return status;
+}
+
+thrum_status simulate_measures_open(const simulate_request *request, const thrum_model *model,
+                                    simulate_measures *measures, thrum_error *error) {
+  simulate_measures m = {.peak_stress = NAN, .peak_tet = -1, .load_share = NAN};
+  thrum_monitor_clear(&m.record);
+  thrum_status status = THRUM_OK;
+  if (request->stress)
+    status = open_gauge(model, &m, error);
+  if (status >= 0 && request->monitor && model->tets != NULL && model->basis != NULL) {
+    status = open_monitor(model, &m, error);
+    if (status >= 0)
+      status = look_at_loads(request, model, &m, error);
+  }
+  if (status < 0)
+    simulate_measures_close(&m);
+  else
+    *measures = m;
+  return status;
+}
+
+/* Notes when warnings were first raised and when the least stretch was. */
+static thrum_status look_monitor(simulate_measures *m, const double *q, double time,
+                                 thrum_error *error) {
+  const thrum_monitor_record before = m->record;
+  const thrum_status status = thrum_monitor_look(m->monitor, q, &m->record, error);
+  if (status < 0)
+    return status;
+  if (m->record.stretch_least < before.stretch_least)
+    m->stretch_time = time;
+  for (int bit = 0; bit < 32; bit++)
+    if ((m->record.warnings & ~before.warnings) >> bit & 1)
+      m->warned_at[bit] = time;
+  return THRUM_OK;
+}
+
+thrum_status simulate_measures_look(simulate_measures *m, const double *q, double time,
+                                    thrum_error *error) {
+  thrum_status status = THRUM_OK;
+  if (m->monitor != NULL)
+    status = look_monitor(m, q, time, error);
+  if (status < 0 || m->gauge == NULL)
+    return status;
+  const thrum_gauge_output output = {.von_mises = m->von_mises};
+  status = thrum_gauge_read(m->gauge, q, m->work, &output, error);
+  for (int64_t n = 0; status >= 0 && n < thrum_gauge_count(m->gauge); n++) {
+    // a comparison that is true of the first stress, and never of one that is no number
+    if (m->von_mises[n] > m->peak_stress || (m->peak_tet < 0 && m->von_mises[n] >= 0)) {
+      m->peak_stress = m->von_mises[n];
+      m->peak_tet = n;
+      m->peak_time = time;
+    }
+  }
+  return status;
+}
+
+#define X(name, bit, text) bit,
+static const uint32_t warnings[] = {THRUM_WARNING_LIST(X)};
+#undef X
+enum { WARNING_COUNT = sizeof warnings / sizeof warnings[0] };
+
+/* The place of a bit in warned_at. */
+static int place_of(uint32_t bit) {
+  int place = 0;
+  while (bit >> (place + 1))
+    place++;
+  return place;
+}
+
+static const char *name_of(uint32_t bit) {
+  switch (bit) {
+  case THRUM_WARNING_COMPRESSED:
+    return "compressed";
+  case THRUM_WARNING_INVERTED:
+    return "inverted";
+  case THRUM_WARNING_REACH:
+    return "reach";
+  default:
+    return "load";
+  }
+}
+
+void simulate_measures_json(const simulate_measures *m, cJSON *object) {
+  if (m->gauge == NULL) {
+    cJSON_AddNullToObject(object, "stress");
+  } else {
+    cJSON *stress = cJSON_AddObjectToObject(object, "stress");
+    json_number(stress, "peak_von_mises_pa", m->peak_stress);
+    json_number(stress, "peak_tet", m->peak_tet >= 0 ? (double)m->peak_tet + 1 : NAN);
+    json_number(stress, "peak_time_s", m->peak_tet >= 0 ? m->peak_time : NAN);
+  }
+  if (m->monitor == NULL) {
+    cJSON_AddNullToObject(object, "monitor");
+    return;
+  }
+  cJSON *monitor = cJSON_AddObjectToObject(object, "monitor");
+  cJSON *raised = cJSON_AddArrayToObject(monitor, "warnings");
+  for (int n = 0; n < WARNING_COUNT; n++)
+    if (m->record.warnings & warnings[n])
+      cJSON_AddItemToArray(raised, cJSON_CreateString(name_of(warnings[n])));
+  const bool looked = m->record.looks > 0;
+  json_number(monitor, "sentinels", (double)thrum_monitor_sentinels(m->monitor, NULL));
+  json_number(monitor, "least_stretch", looked ? m->record.stretch_least : NAN);
+  json_number(monitor, "tet", looked ? (double)m->record.stretch_tet + 1 : NAN);
+  json_number(monitor, "time_s", looked ? m->stretch_time : NAN);
+  json_number(monitor, "reach", looked ? m->record.reach_most : NAN);
+  json_number(monitor, "load_share_outside", m->load_share);
+}
+
+void simulate_measures_table(const simulate_measures *m) {
+  if (m->gauge != NULL && m->peak_tet >= 0)
+    printf("stress       von Mises up to %.6g Pa, in tetrahedron %" PRId64 " at %g s\n",
+           m->peak_stress, m->peak_tet + 1, m->peak_time);
+  if (m->monitor != NULL && m->record.looks > 0)
+    printf("monitor      least stretch %.3f at %g s, reach %.2g\n", m->record.stretch_least,
+           m->stretch_time, m->record.reach_most);
+}
+
+void simulate_measures_warn(const simulate_measures *m) {
+  const thrum_monitor_record *record = &m->record;
+  if (record->warnings & THRUM_WARNING_INVERTED) {
+    cli_warn("tetrahedron %d was turned inside out; the first time by %g s. The material allows it "
+             "and no real one does: lower the load",
+             (int)record->stretch_tet + 1, m->warned_at[place_of(THRUM_WARNING_INVERTED)]);
+  } else if (record->warnings & THRUM_WARNING_COMPRESSED) {
+    cli_warn("tetrahedron %d was compressed to %.3f of its length; below 0.577, first passed by "
+             "%g s, StVK gives way: do not trust what follows",
+             (int)record->stretch_tet + 1, record->stretch_least,
+             m->warned_at[place_of(THRUM_WARNING_COMPRESSED)]);
+  }
+  if (record->warnings & THRUM_WARNING_REACH)
+    cli_warn("the body moved %.2g times as far as the tenth of its diagonal that the basis is made "
+             "for, first beyond 3 by %g s: it may be too stiff there",
+             record->reach_most, m->warned_at[place_of(THRUM_WARNING_REACH)]);
+  if (record->warnings & THRUM_WARNING_LOAD)
+    cli_warn("%.4g %% of a load is not felt by the basis: see `thrum info --load`, and "
+             "`thrum precompute --handles`",
+             100 * m->load_share);
+}
+
+void simulate_measures_close(simulate_measures *m) {
+  free(m->gauge_memory);
+  free(m->monitor_memory);
+  free(m->work);
+  *m = (simulate_measures){0};
+}

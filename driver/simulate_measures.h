@@ -1,0 +1,44 @@
+/* What of a run is measured on the body: stress in all tetrahedra, and monitors of where the model
+ * can be believed. SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_DRIVER_SIMULATE_MEASURES_H
+#define THRUM_DRIVER_SIMULATE_MEASURES_H
+
+#include <cjson/cJSON.h>
+#include <stdbool.h>
+
+#include "driver/simulate_options.h"
+#include "thrum/thrum.h"
+
+/* A zeroed one measures nothing. */
+typedef struct simulate_measures {
+  void *gauge_memory, *monitor_memory;
+  const thrum_gauge *gauge; /* NULL: no --stress */
+  double *work, *von_mises; /* tet_count of the latter [Pa] */
+  double peak_stress;       /* largest von Mises of all rows and frames [Pa]; NaN: none yet */
+  int64_t peak_tet;         /* 0-based */
+  double peak_time;
+  const thrum_monitor *monitor; /* NULL: --monitor off, or no mesh */
+  thrum_monitor_record record;
+  double stretch_time;  /* of the least stretch [s] */
+  double warned_at[32]; /* when each bit was first raised [s] */
+  double load_share;    /* largest of the loads but gravity; NaN: none */
+} simulate_measures;
+
+/* Plans what the request asks for and looks at its loads. On failure nothing is left to free. */
+thrum_status simulate_measures_open(const simulate_request *request, const thrum_model *model,
+                                    simulate_measures *measures, thrum_error *error);
+
+/* Looks at q at `time`; von_mises holds the stresses then. */
+thrum_status simulate_measures_look(simulate_measures *measures, const double *q, double time,
+                                    thrum_error *error);
+
+/* Adds "stress" and "monitor" to the object, null where there is none. */
+void simulate_measures_json(const simulate_measures *measures, cJSON *object);
+
+/* Lines of the table, and a line on standard error for each warning. */
+void simulate_measures_table(const simulate_measures *measures);
+void simulate_measures_warn(const simulate_measures *measures);
+
+void simulate_measures_close(simulate_measures *measures);
+
+#endif

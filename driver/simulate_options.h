@@ -1,0 +1,65 @@
+/* Options of `thrum simulate`, parsed. SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_DRIVER_SIMULATE_OPTIONS_H
+#define THRUM_DRIVER_SIMULATE_OPTIONS_H
+
+#include "config/options.h"
+#include "driver/load_spec.h"
+#include "driver/mesh_model.h"
+#include "driver/base_motion_spec.h"
+#include "driver/start_spec.h"
+#include "precompute/full/full.h"
+
+typedef struct simulate_request {
+  const char *model_path;
+  cli_mesh_def mesh_def; /* where model_path is a mesh, of the full order */
+  const char *run_path;
+  thrum_state_def def;
+  double time;          /* to simulate [s] */
+  int64_t steps;        /* the same in steps */
+  int64_t rank;         /* coordinates to step, the lowest; 0: all */
+  int64_t record_every; /* steps between rows of energy.csv and q.npy */
+  double frames_rate;   /* frames a second of simulated time; 0: see frames_every */
+  int64_t frames_every; /* steps between frames; 0 with rate 0: no frames */
+  int64_t load_count;
+  cli_load *loads; /* owned by the caller of simulate_options_read */
+  int64_t shake_count;
+  cli_shake *shakes; /* the same; read and closed by the run */
+  bool full;         /* the full order in place of the model */
+  thrum_full_solver solver;
+  bool integrator_named;
+  bool ground; /* frames as seen from the ground, not from the base */
+  int64_t start_count;
+  cli_start *starts; /* the same */
+  bool stress;       /* von Mises in all tets */
+  bool monitor;      /* default: where there is a mesh */
+  bool json;
+  bool quiet;
+  cli_options_file file; /* of --options; the texts above may point into it */
+} simulate_request;
+
+/* What there is; ends with a nameless option. */
+extern const cli_option simulate_options_table[];
+
+/* Fills a zeroed request whose loads, shakes and starts have room for argc + CLI_FILE_ITEMS_MAX
+ * each. CLI_DONE, or what the command is to return. */
+int simulate_options_read(int argc, char **argv, simulate_request *request);
+
+/* Names in the order of their enums; NULL ends them. */
+extern const char *const simulate_integrators[];
+extern const char *const simulate_damping_forms[];
+extern const char *const simulate_split_forms[];
+const char *simulate_integrator_name(thrum_integrator integrator);
+const char *simulate_damping_form_name(thrum_damping_form form);
+const char *simulate_split_form_name(thrum_split_form form);
+const char *simulate_scheme_name(thrum_scheme scheme);
+
+#define SIMULATE_STEPS_MAX 1e12 /* years of computing; beyond that an option is a slip */
+
+/* Steps of a time, 1 or more; 0: more than that. */
+int64_t simulate_step_count(double time, double dt);
+
+/* The step of frame `index` (0-based), ascending; INT64_MAX past the end of the run. Only where
+ * frames are asked for. */
+int64_t simulate_frame_step(const simulate_request *request, int64_t index);
+
+#endif

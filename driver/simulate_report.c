@@ -1,0 +1,267 @@
+/* What a run prints: a table for people, one JSON object for programs and for run.json.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "driver/simulate_report.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <stdlib.h>
+
+#include "driver/simulate_full.h"
+#include "io/json.h"
+#include "platform/clock.h"
+
+const char *simulate_status_name(const simulate_figures *figures) {
+  if (figures->status == THRUM_OK && figures->energy_grew)
+    return "energy_grew";
+  switch (figures->status) {
+  case THRUM_OK:
+    return "done";
+  case THRUM_FELL_BACK:
+    return "fell_back";
+  case THRUM_NOT_CONVERGED:
+    return "not_converged";
+  case THRUM_NOT_FINITE:
+    return "not_finite";
+  case THRUM_INTERRUPTED:
+    return "interrupted";
+  default:
+    return "failed";
+  }
+}
+
+static void add_split(cJSON *object, const thrum_state_def *def) {
+  switch (def->split_rule) {
+  case THRUM_SPLIT_CFL:
+    cJSON_AddStringToObject(object, "split", "cfl");
+    break;
+  case THRUM_SPLIT_SAMPLING:
+    cJSON_AddStringToObject(object, "split", "sampling");
+    break;
+  case THRUM_SPLIT_COUNT:
+    json_number(object, "split", def->explicit_count);
+    break;
+  }
+  json_number(object, "safety", def->split_safety);
+  cJSON_AddStringToObject(object, "split_form", simulate_split_form_name(def->split_form));
+  cJSON_AddBoolToObject(object, "adaptive", def->adaptive);
+  cJSON_AddBoolToObject(object, "ladder", def->ladder);
+}
+
+/* The texts of the loads and starts; an allocation that fails leaves them out. */
+static void add_specs(cJSON *object, const simulate_request *request) {
+  const int64_t most = request->load_count + request->start_count + request->shake_count + 1;
+  const char **texts = malloc((size_t)most * sizeof *texts);
+  if (texts == NULL)
+    return;
+  for (int64_t n = 0; n < request->load_count; n++)
+    texts[n] = request->loads[n].text;
+  json_strings(object, "load", texts, request->load_count);
+  for (int64_t n = 0; n < request->start_count; n++)
+    texts[n] = request->starts[n].text;
+  json_strings(object, "start", texts, request->start_count);
+  for (int64_t n = 0; n < request->shake_count; n++)
+    texts[n] = request->shakes[n].text;
+  json_strings(object, "shake", texts, request->shake_count);
+  free(texts);
+}
+
+/* The options as they were understood, defaults included. */
+static cJSON *options_json(const simulate_request *request) {
+  const thrum_state_def *def = &request->def;
+  cJSON *object = cJSON_CreateObject();
+  cJSON_AddStringToObject(object, "integrator", simulate_integrator_name(def->integrator));
+  json_number(object, "dt", def->dt);
+  json_number(object, "time", request->time);
+  json_numbers(object, "damping", (const double[]){def->damping_alpha, def->damping_beta}, 2);
+  cJSON_AddStringToObject(object, "damping_form", simulate_damping_form_name(def->damping_form));
+  add_split(object, def);
+  json_numbers(object, "newmark", (const double[]){def->newmark_beta, def->newmark_gamma}, 2);
+  json_number(object, "tolerance", def->tolerance);
+  json_number(object, "iterations", def->iterations_max);
+  add_specs(object, request);
+  json_number(object, "record_every", (double)request->record_every);
+  cJSON_AddBoolToObject(object, "full", request->full);
+  cJSON_AddStringToObject(object, "solver", request->solver == THRUM_FULL_CG ? "cg" : "cholesky");
+  cJSON_AddStringToObject(object, "frames_in", request->ground ? "ground" : "base");
+  if (request->frames_every > 0) {
+    char text[32];
+    snprintf(text, sizeof text, "every-%" PRId64, request->frames_every);
+    cJSON_AddStringToObject(object, "frames", text);
+  } else if (request->frames_rate > 0) {
+    json_number(object, "frames", request->frames_rate);
+  } else {
+    cJSON_AddNullToObject(object, "frames");
+  }
+  cJSON_AddBoolToObject(object, "stress", request->stress);
+  cJSON_AddBoolToObject(object, "monitor", request->monitor);
+  return object;
+}
+
+/* Names of the files, relative to the run's folder. */
+static cJSON *files_json(const cli_run_output *output) {
+  cJSON *files = cJSON_CreateArray();
+  cJSON_AddItemToArray(files, cJSON_CreateString(CLI_RUN_JSON));
+  cJSON_AddItemToArray(files, cJSON_CreateString("energy.csv"));
+  cJSON_AddItemToArray(files, cJSON_CreateString("q.npy"));
+  if (output->moved)
+    cJSON_AddItemToArray(files, cJSON_CreateString(CLI_RUN_PLACES));
+  if (output->end)
+    cJSON_AddItemToArray(files, cJSON_CreateString("end.npy"));
+  if (output->plot != NULL)
+    cJSON_AddItemToArray(files, cJSON_CreateString(output->plot));
+  if (output->frames > 0)
+    cJSON_AddItemToArray(files, cJSON_CreateString("frames.pvd"));
+  return files;
+}
+
+/* Rungs of the ladder (design 8), and what the watch of imexv saw and did (design 4). */
+static void add_robustness(cJSON *object, const simulate_figures *figures) {
+  const thrum_state_report *report = &figures->report;
+  cJSON *rungs = cJSON_AddObjectToObject(object, "rungs");
+  json_number(rungs, "full_newton", (double)report->newton_steps);
+  json_number(rungs, "energy_steps", (double)report->energy_steps);
+  json_number(rungs, "substeps", (double)report->substep_steps);
+  json_number(rungs, "failures",
+                  figures->status == THRUM_NOT_CONVERGED || figures->status == THRUM_NOT_FINITE);
+  const thrum_state_def *def = &figures->request->def;
+  if (def->integrator != THRUM_INTEGRATOR_IMEXV || !def->adaptive) {
+    cJSON_AddNullToObject(object, "watch");
+    return;
+  }
+  cJSON *watch = cJSON_AddObjectToObject(object, "watch");
+  cJSON_AddStringToObject(watch, "scheme", simulate_scheme_name(report->scheme));
+  json_number(watch, "h_sqrt_rho_last", report->angle_last);
+  json_number(watch, "h_sqrt_rho_peak", report->angle_peak);
+  json_number(watch, "switches", (double)report->switches);
+  json_number(watch, "handovers", (double)report->handovers);
+  json_number(watch, "handed_steps", (double)report->handed_steps);
+  json_number(watch, "corrections", (double)report->corrections);
+  json_number(watch, "corrected_j", report->corrected);
+  json_number(watch, "balance_last", report->balance_last);
+  json_number(watch, "balance_peak", report->balance_peak);
+}
+
+static double per_step(const simulate_figures *figures, double value) {
+  return figures->report.steps > 0 ? value / (double)figures->report.steps : NAN;
+}
+
+/* What came into the body and left it, and what of its energy that does not explain. */
+static void add_work(cJSON *object, const simulate_figures *figures) {
+  const double gained = figures->last.total - figures->first.total;
+  cJSON *work = cJSON_AddObjectToObject(object, "work");
+  json_number(work, "load_j", figures->work_load);
+  json_number(work, "base_j", figures->work_base);
+  json_number(work, "dissipated_j", figures->dissipated);
+  json_number(work, "balance_j",
+                  gained - figures->work_load - figures->work_base + figures->dissipated);
+}
+
+static void add_energies(cJSON *object, const simulate_figures *figures) {
+  json_number(object, "energy_first_j", figures->first.total);
+  json_number(object, "energy_last_j", figures->last.total);
+  json_number(object, "energy_min_j", figures->energy_min);
+  json_number(object, "energy_max_j", figures->energy_max);
+  json_number(object, "energy_high_last_j", figures->last.high);
+  json_number(object, "drift", figures->drift);
+  json_number(object, "peak_displacement_m", figures->peak);
+  json_number(object, "peak_vertex",
+                  figures->peak_vertex >= 0 ? (double)figures->peak_vertex + 1 : NAN);
+}
+
+static void add_seconds(cJSON *object, const simulate_figures *figures) {
+  cJSON *seconds = cJSON_AddObjectToObject(object, "seconds");
+  json_number(seconds, "read", figures->seconds_read);
+  json_number(seconds, "step", figures->seconds_step);
+  json_number(seconds, "output", figures->seconds_output);
+  json_number(seconds, "plot", figures->seconds_plot);
+  json_number(seconds, "total", figures->seconds_total);
+  json_number(object, "peak_mb", clock_peak_mb());
+}
+
+cJSON *simulate_report_begin(const char *status, const thrum_error *stop) {
+  cJSON *object = json_report("simulate", status);
+  if (stop->message[0] != 0)
+    json_string(object, "message", stop->message);
+  return object;
+}
+
+cJSON *simulate_report_json(const simulate_figures *figures, const cli_run_output *output,
+                            const simulate_measures *measures) {
+  const thrum_state_report *report = &figures->report;
+  const simulate_request *request = figures->request;
+  char hash[24];
+  snprintf(hash, sizeof hash, "%016" PRIx64, figures->model_hash);
+  cJSON *object = simulate_report_begin(simulate_status_name(figures), &figures->stop);
+  json_string(object, "model", request->model_path);
+  cJSON_AddStringToObject(object, "model_hash", hash);
+  json_string(object, "run", request->run_path);
+  cJSON_AddItemToObject(object, "files", files_json(output));
+  cJSON_AddStringToObject(object, "integrator", simulate_integrator_name(request->def.integrator));
+  json_number(object, "dt", request->def.dt);
+  json_number(object, "rank", (double)figures->model->rank);
+  json_number(object, "explicit_modes", report->explicit_modes);
+  json_number(object, "implicit_modes", report->implicit_modes);
+  json_number(object, "steps", (double)report->steps);
+  json_number(object, "simulated_s", report->time);
+  json_number(object, "us_per_step", per_step(figures, 1e6 * figures->seconds_step));
+  json_number(object, "mean_iterations", per_step(figures, (double)report->iterations));
+  json_number(object, "factorisations", (double)report->factorisations);
+  json_number(object, "fallback_steps", (double)figures->fallback_steps);
+  add_robustness(object, figures);
+  json_number(object, "rows", (double)output->rows);
+  json_number(object, "frames", (double)output->frames);
+  simulate_full_json(figures, object);
+  add_energies(object, figures);
+  add_work(object, figures);
+  simulate_measures_json(measures, object);
+  cJSON_AddItemToObject(object, "options", options_json(request));
+  add_seconds(object, figures);
+  return object;
+}
+
+/* Why a run has no drift. */
+static const char *no_drift(const simulate_figures *figures) {
+  if (figures->report.steps < figures->request->steps)
+    return "- (the run ended early)";
+  if (figures->windows.last_end == 0)
+    return "- (needs 100 rows without load and damping)";
+  return "- (no energy to compare with)";
+}
+
+static void print_drift(const simulate_figures *figures) {
+  if (isfinite(figures->drift)) {
+    printf("drift        %.2e of the mean energy, first to last tenth of the free motion\n",
+           figures->drift);
+  } else {
+    printf("drift        %s\n", no_drift(figures));
+  }
+}
+
+void simulate_report_table(const simulate_figures *figures, const cli_run_output *output,
+                           const simulate_measures *measures) {
+  const thrum_state_report *report = &figures->report;
+  const simulate_request *request = figures->request;
+  printf(request->full ? "full order   %s, dt %g s, %d explicit and %d implicit components\n"
+                       : "integrator   %s, dt %g s, %d explicit and %d implicit modes\n",
+         simulate_integrator_name(request->def.integrator), request->def.dt,
+         (int)report->explicit_modes, (int)report->implicit_modes);
+  printf("steps        %" PRId64 " (%g s)", report->steps, report->time);
+  if (report->steps > 0) {
+    printf(", %.2f us and %.2f iterations a step", per_step(figures, 1e6 * figures->seconds_step),
+           per_step(figures, (double)report->iterations));
+  }
+  puts("");
+  printf("energy       first %.6g, last %.6g, least %.6g, most %.6g J\n", figures->first.total,
+         figures->last.total, figures->energy_min, figures->energy_max);
+  if (request->load_count > 0 || request->shake_count > 0)
+    printf("work         %.6g of the loads, %.6g of the base, %.6g J dissipated\n",
+           figures->work_load, figures->work_base, figures->dissipated);
+  print_drift(figures);
+  if (figures->peak_vertex >= 0)
+    printf("peak         %.6g m at vertex %" PRId64 "\n", figures->peak, figures->peak_vertex + 1);
+  simulate_measures_table(measures);
+  printf("status       %s\n", simulate_status_name(figures));
+  printf("files        %s/" CLI_RUN_JSON ", energy.csv, q.npy%s%s%s%s\n", request->run_path,
+         output->end ? ", end.npy" : "", output->plot != NULL ? ", " : "",
+         output->plot != NULL ? output->plot : "", output->frames > 0 ? ", frames.pvd" : "");
+}

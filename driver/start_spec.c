@@ -1,0 +1,159 @@
+/* How a run starts: mode:K,AMPLITUDE (a basis vector, released at rest), static:LOAD (the
+ * equilibrium under a load) or FILE.npy (q, or the two rows q and p, such as the end.npy of another
+ * run). SPDX-License-Identifier: Apache-2.0 */
+#include "driver/start_spec.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "config/message.h"
+#include "config/parse.h"
+#include "driver/static_solve.h"
+#include "io/npy_file.h"
+#include "thrum/thrum.h"
+
+static const char mode_prefix[] = "mode:";
+static const char static_prefix[] = "static:";
+
+/* static:LOAD, or static:FILE for the file that `thrum static` wrote */
+static thrum_status parse_static(const char *text, cli_start *start, thrum_error *error) {
+  const char *rest = text + sizeof static_prefix - 1;
+  const size_t length = strlen(rest);
+  if (length > 4 && strcmp(rest + length - 4, ".npy") == 0 && !cli_load_begins(rest)) {
+    start->path = rest;
+    return THRUM_OK;
+  }
+  thrum_error detail = {0};
+  start->kind = CLI_START_STATIC;
+  const thrum_status status = cli_load_parse(rest, &start->load, &detail);
+  if (status < 0)
+    return thrum_error_set(error, status, "--start static: takes a load or an .npy file; %s",
+                           detail.message);
+  return THRUM_OK;
+}
+
+thrum_status cli_start_parse(const char *text, cli_start *start, thrum_error *error) {
+  cli_start parsed = {.text = text, .path = text};
+  if (strncmp(text, static_prefix, sizeof static_prefix - 1) == 0) {
+    const thrum_status status = parse_static(text, &parsed, error);
+    if (status < 0)
+      return status;
+  } else if (strncmp(text, mode_prefix, sizeof mode_prefix - 1) == 0) {
+    parsed.kind = CLI_START_MODE;
+    const char *number = text + sizeof mode_prefix - 1;
+    const char *comma = strchr(number, ',');
+    char digits[24];
+    const size_t length = comma != NULL ? (size_t)(comma - number) : sizeof digits;
+    if (length >= sizeof digits) {
+      return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                             "--start '%.200s': it is mode:NUMBER,METRES, such as mode:1,0.02",
+                             text);
+    }
+    memcpy(digits, number, length);
+    digits[length] = 0;
+    if (!cli_parse_integer(digits, &parsed.mode) || parsed.mode < 1 ||
+        !cli_parse_number(comma + 1, &parsed.amplitude)) {
+      return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                             "--start '%.200s': it is mode:NUMBER,METRES, such as mode:1,0.02",
+                             text);
+    }
+  } else if (text[0] == 0) {
+    return thrum_error_set(
+        error, THRUM_INVALID_ARGUMENT,
+        "--start needs mode:NUMBER,METRES, static:LOAD or the name of an .npy file");
+  }
+  *start = parsed;
+  return THRUM_OK;
+}
+
+static bool all_finite(const double *values, int64_t count) {
+  for (int64_t i = 0; i < count; i++) {
+    if (!isfinite(values[i]))
+      return false;
+  }
+  return true;
+}
+
+static thrum_status add_file(const thrum_model *model, const char *path, double *q, double *p,
+                             thrum_error *error) {
+  double *values = NULL;
+  int64_t rows = 0, columns = 0;
+  const int64_t rank = model->rank;
+  thrum_status status = thrum_npy_read_f8(path, &values, &rows, &columns, error);
+  if (status < 0)
+    return status;
+  // a plain vector has no columns: read it as one row
+  if (columns == 0) {
+    columns = rows;
+    rows = 1;
+  }
+  if (columns != rank || rows < 1 || rows > 2) {
+    status = thrum_error_set(
+        error, THRUM_BAD_SHAPE,
+        "%.200s: %lld x %lld numbers; a start of this model is %lld numbers q, "
+        "or 2 x %lld: q, then p",
+        path, (long long)rows, (long long)columns, (long long)rank, (long long)rank);
+  } else if (!all_finite(values, rows * rank)) {
+    status = thrum_error_set(error, THRUM_BAD_VALUE, "%.200s: a number in it is not finite", path);
+  } else {
+    for (int64_t i = 0; i < rank; i++) {
+      q[i] += values[i];
+      p[i] += rows == 2 ? values[rank + i] : 0;
+    }
+  }
+  free(values);
+  return status;
+}
+
+static thrum_status add_one(const thrum_model *model, const cli_start *start, double *q, double *p,
+                            thrum_error *error) {
+  if (start->kind == CLI_START_FILE)
+    return add_file(model, start->path, q, p, error);
+  thrum_error detail = {0};
+  const thrum_status status = thrum_mode_add(model, start->mode - 1, start->amplitude, q, &detail);
+  if (status < 0)
+    return thrum_error_set(error, status, "--start '%.100s': %s", start->text, detail.message);
+  return THRUM_OK;
+}
+
+/* q = the equilibrium under the loads of all static: starts. */
+static thrum_status add_static(const thrum_model *model, const cli_start *starts, int64_t count,
+                               double *q, thrum_error *error) {
+  cli_load *loads = calloc((size_t)count + 1, sizeof *loads);
+  if (loads == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the starts");
+  int64_t used = 0;
+  for (int64_t n = 0; n < count; n++) {
+    if (starts[n].kind == CLI_START_STATIC)
+      loads[used++] = starts[n].load;
+  }
+  thrum_status status = THRUM_OK;
+  if (used > 0) {
+    const thrum_equilibrium_def def = thrum_default_equilibrium_def();
+    const cli_static_watch nobody = {NULL, NULL};
+    thrum_equilibrium_report report;
+    status = cli_static_solve(model, &def, "--start static", loads, used, q, NULL, &nobody, &report,
+                              error);
+    if (status >= 0 && report.instability != THRUM_INSTABILITY_NONE)
+      cli_warn("--start static: the body %s at %.6g of the load; the run starts from a stable "
+               "shape that it falls to",
+               report.instability == THRUM_INSTABILITY_LIMIT ? "snaps through" : "buckles",
+               report.critical);
+  }
+  free(loads);
+  return status;
+}
+
+thrum_status cli_starts_make(const thrum_model *model, const cli_start *starts, int64_t count,
+                             double *q, double *p, thrum_error *error) {
+  thrum_status status = add_static(model, starts, count, q, error);
+  for (int64_t n = 0; n < count && status >= 0; n++) {
+    if (starts[n].kind != CLI_START_STATIC)
+      status = add_one(model, &starts[n], q, p, error);
+  }
+  return status;
+}

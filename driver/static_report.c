@@ -1,0 +1,144 @@
+/* The answer of `thrum static`: a table for people, one JSON object for programs.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "driver/static_report.h"
+
+#include <cjson/cJSON.h>
+#include <inttypes.h>
+#include <math.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include "driver/static_solve.h"
+#include "io/json.h"
+#include "thrum/thrum.h"
+
+static const char *const instabilities[] = {"none", "bifurcation", "limit point"};
+
+const char *static_status_name(const thrum_equilibrium_report *report) {
+  if (report->least < 0)
+    return "unstable";
+  if (report->instability == THRUM_INSTABILITY_LIMIT)
+    return "snapped";
+  return report->instability == THRUM_INSTABILITY_BIFURCATION ? "buckled" : "done";
+}
+
+static void add_displacements(cJSON *object, const static_answer *answer) {
+  cJSON *list = cJSON_AddArrayToObject(object, "displacements");
+  for (int64_t n = 0; n < answer->request->target_count; n++) {
+    cJSON *item = cJSON_CreateObject();
+    json_string(item, "at", answer->request->at[n]);
+    json_numbers(item, "mean_m", answer->displaced[n], 3);
+    cJSON_AddItemToArray(list, item);
+  }
+  json_number(object, "peak_displacement_m", answer->peak);
+  json_number(object, "peak_vertex",
+                  answer->peak_vertex >= 0 ? (double)answer->peak_vertex + 1 : NAN);
+}
+
+static void add_files(cJSON *object, const static_request *request) {
+  const char *const files[] = {request->output, request->frame, request->path};
+  cJSON *list = cJSON_AddArrayToObject(object, "files");
+  for (int n = 0; n < 3; n++) {
+    if (files[n] != NULL)
+      cJSON_AddItemToArray(list, cJSON_CreateString(files[n]));
+  }
+}
+
+void static_report_json(const static_answer *answer) {
+  const static_request *request = answer->request;
+  const thrum_equilibrium_report *report = &answer->report;
+  cJSON *object = json_report("static", static_status_name(report));
+  json_string(object, "model", request->model_path);
+  json_number(object, "rank", (double)answer->model->rank);
+  cJSON *loads = cJSON_AddArrayToObject(object, "load");
+  for (int64_t n = 0; n < request->load_count; n++)
+    cJSON_AddItemToArray(loads, cJSON_CreateString(request->loads[n].text));
+  json_number(object, "factor", report->factor);
+  json_numbers(object, "q", answer->q, answer->model->rank);
+  add_displacements(object, answer);
+  json_number(object, "energy_j", report->energy);
+  json_number(object, "load_energy_j", report->load_energy);
+  json_number(object, "residual", report->residual);
+  cJSON_AddBoolToObject(object, "stable", !(report->least < 0));
+  json_number(object, "least_eigenvalue", report->least);
+  json_number(object, "frequency_hz",
+                  report->least >= 0 ? cli_static_hertz(report->least) : NAN);
+  json_number(object, "frequency_rest_hz", cli_static_hertz(answer->model->omega2[0]));
+  json_number(object, "softest_eigenvalue", report->softest);
+  json_number(object, "softest_factor", report->softest_factor);
+  // the full order does not look for one on its way
+  if (request->full)
+    cJSON_AddNullToObject(object, "instability");
+  else
+    cJSON_AddStringToObject(object, "instability", instabilities[report->instability]);
+  json_number(object, "critical_factor", report->critical);
+  json_number(object, "critical_factor_linear", report->critical_linear);
+  if (request->full)
+    cJSON_AddNullToObject(object, "mode");
+  else
+    json_numbers(object, "mode", answer->mode, answer->model->rank);
+  json_number(object, "jumps", report->jumps);
+  json_number(object, "load_steps", report->load_steps);
+  json_number(object, "cut_steps", report->cut_steps);
+  json_number(object, "iterations", report->iterations);
+  json_number(object, "factorisations", report->factorisations);
+  if (request->full)
+    json_number(object, "components", (double)answer->components);
+  add_files(object, request);
+  json_number(object, "seconds", answer->seconds);
+  json_print(object);
+}
+
+static void print_stability(const static_answer *answer) {
+  const thrum_equilibrium_report *report = &answer->report;
+  if (answer->request->full) {
+    printf("stability    %s\n", report->least < 0 ? "unstable" : "stable");
+    return;
+  }
+  if (report->least >= 0) {
+    printf("stability    stable; softest vibration %.6g Hz, at rest %.6g Hz\n",
+           cli_static_hertz(report->least), cli_static_hertz(answer->model->omega2[0]));
+  } else {
+    printf("stability    unstable: the least eigenvalue of the tangent is %.6g /s^2\n",
+           report->least);
+  }
+  if (report->instability == THRUM_INSTABILITY_NONE) {
+    printf("critical     none up to %g of the load; softest at %.6g of it (%.6g Hz)\n",
+           report->factor, report->softest_factor, cli_static_hertz(report->softest));
+  } else {
+    printf("critical     %.9g of the load: a %s%s\n", report->critical,
+           instabilities[report->instability],
+           report->jumps > 0 ? "; the body then fell to another equilibrium" : "");
+  }
+  if (isfinite(report->critical_linear))
+    printf("estimate     %.6g of the load would be critical, linearly from rest\n",
+           report->critical_linear);
+}
+
+void static_report_table(const static_answer *answer) {
+  const static_request *request = answer->request;
+  const thrum_equilibrium_report *report = &answer->report;
+  printf("load         %g of what is given, %d steps (%d cut), %d iterations, residual %.1e\n",
+         report->factor, (int)report->load_steps, (int)report->cut_steps, (int)report->iterations,
+         report->residual);
+  if (request->full)
+    printf("full order   %" PRId64 " components, %.3g s\n", answer->components, answer->seconds);
+  printf("energy       %.6g J in the body, %.6g J of the load\n", report->energy,
+         report->load_energy);
+  for (int64_t n = 0; n < request->target_count; n++) {
+    const double *mean = answer->displaced[n];
+    printf("displaced    %s: %.6g, %.6g, %.6g m\n", request->at[n], mean[0], mean[1], mean[2]);
+  }
+  if (answer->peak_vertex >= 0)
+    printf("peak         %.6g m at vertex %" PRId64 "\n", answer->peak, answer->peak_vertex + 1);
+  print_stability(answer);
+  printf("q           ");
+  for (int64_t i = 0; i < answer->model->rank; i++)
+    printf(" %.6g", answer->q[i]);
+  puts("");
+  printf("status       %s\n", static_status_name(report));
+  if (request->output != NULL || request->frame != NULL || request->path != NULL)
+    printf("files        %s %s %s\n", request->output != NULL ? request->output : "",
+           request->frame != NULL ? request->frame : "",
+           request->path != NULL ? request->path : "");
+}

@@ -1,0 +1,65 @@
+/* What `thrum static` is asked for, what it found, and how it is shown.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_DRIVER_STATIC_REPORT_H
+#define THRUM_DRIVER_STATIC_REPORT_H
+
+#include "config/options.h"
+#include "driver/load_spec.h"
+#include "driver/mesh_model.h"
+#include "precompute/full/full.h"
+
+/* A displacement that the full order brings a target to. */
+typedef struct static_move {
+  const char *text;
+  double by[3]; /* [m] */
+  cli_target target;
+} static_move;
+
+typedef struct static_request {
+  const char *model_path;
+  cli_mesh_def mesh_def; /* where model_path is a mesh, of --full */
+  const char *output;    /* q as .npy; NULL: none */
+  const char *frame;     /* .vtu; NULL: none */
+  const char *path;      /* .csv of the path; NULL: none */
+  const char **at;       /* targets whose displacement is shown, as given */
+  cli_target *targets;   /* the same, parsed */
+  int64_t target_count;
+  cli_load *loads;
+  int64_t load_count;
+  bool full;          /* the whole mesh in place of the model */
+  static_move *moves; /* of --full */
+  int64_t move_count;
+  thrum_full_solver solver;
+  thrum_equilibrium_def def;
+  int64_t rank; /* 0: all */
+  bool json, quiet;
+  cli_options_file file; /* of --options; the texts above may point into it */
+} static_request;
+
+/* What there is; ends with a nameless option. */
+extern const cli_option static_options_table[];
+
+/* Fills a zeroed request whose lists have room for argc + CLI_FILE_ITEMS_MAX. CLI_DONE, or
+ * what the command is to return. */
+int static_options_read(int argc, char **argv, static_request *request);
+
+typedef struct static_answer {
+  const static_request *request;
+  const thrum_model *model;
+  thrum_equilibrium_report report;
+  const double *q;        /* rank */
+  const double *mode;     /* rank */
+  double (*displaced)[3]; /* target_count: mean displacement [m] */
+  double peak;            /* largest displacement [m]; NaN without a basis */
+  int64_t peak_vertex;    /* 0-based, -1: none */
+  double seconds;         /* of the search */
+  int64_t components;     /* of the full order */
+} static_answer;
+
+/* "done", or what flags it: "unstable", "buckled", "snapped". */
+const char *static_status_name(const thrum_equilibrium_report *report);
+
+void static_report_json(const static_answer *answer);
+void static_report_table(const static_answer *answer);
+
+#endif

@@ -1,0 +1,71 @@
+/* Loads, memory and the runtime's search for an equilibrium. SPDX-License-Identifier: Apache-2.0 */
+#include "driver/static_solve.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdlib.h>
+
+#include "config/message.h"
+#include "thrum/thrum.h"
+
+#define ALIGNMENT 64
+
+static const double tau = 6.28318530717958647693;
+
+static thrum_status add_loads(const thrum_model *model, const cli_load *loads, int64_t count,
+                              double *one, double *sum, thrum_error *error) {
+  for (int64_t n = 0; n < count; n++) {
+    const thrum_status status = cli_load_reduce(model, &loads[n], one, error);
+    if (status < 0)
+      return status;
+    for (int64_t i = 0; i < model->rank; i++)
+      sum[i] += one[i];
+  }
+  return THRUM_OK;
+}
+
+/* What is allowed and yet hardly meant. */
+static void warn_idle(const thrum_model *model, const char *said, const double *load) {
+  bool idle = true;
+  for (int64_t i = 0; i < model->rank; i++)
+    idle = idle && load[i] == 0;
+  if (idle)
+    cli_warn("%s: the load moves nothing: it is zero, or all that it acts on is held", said);
+  else if (model->rigid != NULL)
+    cli_warn("%s: nothing holds the body: what of the load would move it as a whole has no effect",
+             said);
+}
+
+thrum_status cli_static_solve(const thrum_model *model, const thrum_equilibrium_def *def,
+                              const char *said, const cli_load *loads, int64_t count, double *q,
+                              double *mode, const cli_static_watch *watch,
+                              thrum_equilibrium_report *report, thrum_error *error) {
+  size_t size = 0;
+  thrum_status status = thrum_equilibrium_size(model, &size, error);
+  if (status < 0)
+    return status;
+  thrum_error detail = {0};
+  double *forces = calloc(2 * (size_t)model->rank, sizeof *forces);
+  void *workspace = aligned_alloc(ALIGNMENT, size);
+  if (forces == NULL || workspace == NULL) {
+    status = thrum_error_set(error, THRUM_OUT_OF_MEMORY,
+                             "no memory for an equilibrium of rank %lld", (long long)model->rank);
+  } else {
+    status = add_loads(model, loads, count, forces, forces + model->rank, error);
+    if (status >= 0) {
+      warn_idle(model, said, forces + model->rank);
+      status = thrum_equilibrium(model, def, forces + model->rank, q, mode, workspace, size,
+                                 watch->see, watch->context, report, &detail);
+      if (status < 0)
+        thrum_error_set(error, status, "%.200s: %s", said, detail.message);
+    }
+  }
+  free(forces);
+  free(workspace);
+  return status;
+}
+
+double cli_static_hertz(double omega2) {
+  return omega2 < 0 ? -sqrt(-omega2) / tau : sqrt(omega2) / tau;
+}

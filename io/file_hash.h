@@ -1,0 +1,11 @@
+/* Hashes of files. SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_IO_FILE_HASH_H
+#define THRUM_IO_FILE_HASH_H
+
+#include <stdint.h>
+#include "thrum/status.h"
+
+/* 64-bit FNV-1a of a file's bytes. */
+thrum_status file_hash(const char *path, uint64_t *hash, thrum_error *error);
+
+#endif

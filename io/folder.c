@@ -1,0 +1,27 @@
+/* A folder for results. SPDX-License-Identifier: Apache-2.0 */
+#include "io/folder.h"
+
+#include <errno.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "io/file.h"
+#include "thrum/thrum.h"
+
+thrum_status folder_make(const char *path, thrum_error *error) {
+  struct stat status;
+  if (mkdir(path, 0777) != 0 && errno != EEXIST) {
+    const int reason = errno;
+    return thrum_error_set(error, THRUM_IO, "%.200s: the folder cannot be made (%s)%s", path,
+                           strerror(reason), thrum_file_hint(reason));
+  }
+  if (stat(path, &status) == 0 && !S_ISDIR(status.st_mode))
+    return thrum_error_set(error, THRUM_IO, "%.200s: is a file; -o names a folder", path);
+  if (access(path, W_OK) != 0) {
+    const int reason = errno;
+    return thrum_error_set(error, THRUM_IO, "%.200s: cannot be written to (%s)%s", path,
+                           strerror(reason), thrum_file_hint(reason));
+  }
+  return THRUM_OK;
+}

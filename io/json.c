@@ -1,0 +1,106 @@
+/* Results for machines: one JSON object on one line of standard output.
+ *
+ * cJSON's own numbers may lose the last digits, so numbers go in as text: the shortest of 15 to 17
+ * digits that reads back as the same double. SPDX-License-Identifier: Apache-2.0 */
+#include "io/json.h"
+
+#include <cjson/cJSON.h>
+#include <math.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "thrum/thrum.h"
+
+cJSON *json_number_item(double value) {
+  char text[40];
+  if (!isfinite(value))
+    return cJSON_CreateNull();
+  for (int digits = 15; digits <= 17; digits++) {
+    snprintf(text, sizeof text, "%.*g", digits, value);
+    if (strtod(text, NULL) == value)
+      break;
+  }
+  return cJSON_CreateRaw(text);
+}
+
+void json_number(cJSON *object, const char *key, double value) {
+  cJSON_AddItemToObject(object, key, json_number_item(value));
+}
+
+void json_numbers(cJSON *object, const char *key, const double *values, int64_t count) {
+  cJSON *array = cJSON_AddArrayToObject(object, key);
+  for (int64_t n = 0; n < count; n++)
+    cJSON_AddItemToArray(array, json_number_item(values[n]));
+}
+
+/* Length of the UTF-8 sequence at `at`, 0 when it is none (RFC 3629). */
+static int utf8_length(const unsigned char *at) {
+  if (at[0] < 0x80)
+    return 1;
+  const int length = at[0] >= 0xf0 ? 4 : at[0] >= 0xe0 ? 3 : 2;
+  if (at[0] < 0xc2 || at[0] > 0xf4)
+    return 0;
+  for (int n = 1; n < length; n++) {
+    if ((at[n] & 0xc0) != 0x80)
+      return 0;
+  }
+  // overlong forms, surrogates, and what lies beyond the last code point
+  if ((at[0] == 0xe0 && at[1] < 0xa0) || (at[0] == 0xed && at[1] > 0x9f))
+    return 0;
+  if ((at[0] == 0xf0 && at[1] < 0x90) || (at[0] == 0xf4 && at[1] > 0x8f))
+    return 0;
+  return length;
+}
+
+static cJSON *string_item(const char *text) {
+  const size_t size = strlen(text) + 1;
+  char *clean = malloc(size);
+  if (clean == NULL)
+    return NULL;
+  memcpy(clean, text, size);
+  for (char *at = clean; *at != 0;) {
+    const int length = utf8_length((const unsigned char *)at);
+    if (length == 0)
+      *at = '?';
+    at += length == 0 ? 1 : length;
+  }
+  cJSON *item = cJSON_CreateString(clean);
+  free(clean);
+  return item;
+}
+
+void json_string(cJSON *object, const char *key, const char *text) {
+  cJSON_AddItemToObject(object, key, string_item(text));
+}
+
+void json_strings(cJSON *object, const char *key, const char *const *texts, int64_t count) {
+  cJSON *array = cJSON_AddArrayToObject(object, key);
+  for (int64_t n = 0; n < count; n++)
+    cJSON_AddItemToArray(array, string_item(texts[n]));
+}
+
+char *json_text(const cJSON *object) {
+  return cJSON_PrintUnformatted(object);
+}
+
+cJSON *json_report(const char *command, const char *status) {
+  cJSON *object = cJSON_CreateObject();
+  cJSON_AddStringToObject(object, "program", "thrum");
+  cJSON_AddStringToObject(object, "version", thrum_version());
+  cJSON_AddStringToObject(object, "command", command);
+  cJSON_AddStringToObject(object, "status", status);
+  return object;
+}
+
+void json_print(cJSON *object) {
+  char *text = json_text(object);
+  if (text != NULL) {
+    puts(text);
+    free(text);
+  } else {
+    fputs("thrum: out of memory while printing the result\n", stderr);
+  }
+  cJSON_Delete(object);
+}

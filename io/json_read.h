@@ -1,0 +1,49 @@
+/* JSON with the line of every value, for files that people write: a mistake is named by its line.
+ *
+ * RFC 8259 and no more: no comments, no trailing commas, nothing twice in an object. Cost: linear
+ * in the text, but quadratic in the number of keys of one object.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_IO_JSON_READ_H
+#define THRUM_IO_JSON_READ_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "thrum/status.h"
+
+#define CLI_JSON_BYTES_MAX 1048576 /* of a text */
+#define CLI_JSON_DEPTH_MAX 32
+#define CLI_JSON_KEYS_MAX 1024 /* of one object */
+
+typedef enum cli_json_type {
+  CLI_JSON_NULL,
+  CLI_JSON_FALSE,
+  CLI_JSON_TRUE,
+  CLI_JSON_NUMBER,
+  CLI_JSON_STRING,
+  CLI_JSON_ARRAY,
+  CLI_JSON_OBJECT
+} cli_json_type;
+
+/* One value. Children follow each other by `next`; -1 ends them. */
+typedef struct cli_json_node {
+  cli_json_type type;
+  int64_t line;     /* 1-based, where it begins; of a member of an object: where its key does */
+  const char *key;  /* of a member of an object; NULL otherwise */
+  const char *text; /* a string without its escapes, a number as it was written */
+  int64_t first, next;
+} cli_json_node;
+
+typedef struct cli_json_document {
+  cli_json_node *nodes; /* nodes[0] is the whole; owned */
+  int64_t count;
+  char *texts; /* owned */
+} cli_json_document;
+
+/* Reads `length` bytes; `name` stands before ":LINE:" in messages. *document is untouched on
+ * failure; free it with cli_json_free. */
+thrum_status cli_json_read(const char *name, const char *bytes, size_t length,
+                           cli_json_document *document, thrum_error *error);
+void cli_json_free(cli_json_document *document);
+
+#endif

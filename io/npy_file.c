@@ -1,0 +1,78 @@
+/* Writing .npy headers and reading .npy files (NumPy enhancement proposal 1, format 1.0).
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "io/npy_file.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "io/file.h"
+#include "runtime/model/npy.h"
+
+size_t thrum_npy_header(unsigned char header[THRUM_NPY_HEADER_MAX], const char *descr, int64_t rows,
+                        int64_t columns) {
+  char shape[48];
+  if (columns == 0)
+    snprintf(shape, sizeof shape, "(%" PRId64 ",)", rows);
+  else
+    snprintf(shape, sizeof shape, "(%" PRId64 ", %" PRId64 ")", rows, columns);
+  memcpy(header, "\x93NUMPY\1\0", 8);
+  int text = snprintf((char *)header + 10, THRUM_NPY_HEADER_MAX - 10,
+                      "{'descr': '%s', 'fortran_order': False, 'shape': %s, }", descr, shape);
+  // blanks and a newline bring the data behind it to a multiple of 64
+  size_t used = 10 + (size_t)text;
+  size_t size = (used + 1 + 63) / 64 * 64;
+  memset(header + used, ' ', size - used - 1);
+  header[size - 1] = '\n';
+  header[8] = (unsigned char)((size - 10) & 0xFFu);
+  header[9] = (unsigned char)((size - 10) >> 8);
+  return size;
+}
+
+size_t thrum_npy_header_f8(unsigned char header[192], int64_t rows, int64_t columns) {
+  return thrum_npy_header(header, "<f8", rows, columns);
+}
+
+static thrum_status parse_f8(const void *bytes, size_t size, const char *where, thrum_npy *npy,
+                             thrum_error *error) {
+  thrum_status status = thrum_npy_parse(bytes, size, where, npy, error);
+  if (status == THRUM_OK)
+    status = thrum_npy_expect(npy, "<f8", 8, where, error);
+  if (status != THRUM_OK)
+    return status;
+  if (npy->dims == 1 || npy->dims == 2)
+    return THRUM_OK;
+  char shape[96];
+  thrum_npy_shape_text(npy, shape);
+  return thrum_error_set(error, THRUM_BAD_SHAPE, "%s has shape %s, a vector or a matrix is needed",
+                         where, shape);
+}
+
+thrum_status thrum_npy_read_f8(const char *path, double **values, int64_t *rows, int64_t *columns,
+                               thrum_error *error) {
+  void *bytes = NULL;
+  size_t size = 0;
+  thrum_status status = thrum_file_read(path, &bytes, &size, error);
+  if (status != THRUM_OK)
+    return status;
+  // the end of a long path, so that the reason still fits behind it in a message
+  const char *where = strlen(path) > 200 ? path + strlen(path) - 200 : path;
+  thrum_npy npy;
+  status = parse_f8(bytes, size, where, &npy, error);
+  double *copy = NULL;
+  if (status == THRUM_OK) {
+    copy = malloc(npy.size > 0 ? npy.size : 1);
+    if (copy == NULL)
+      status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "%s: no memory for its values", where);
+  }
+  if (status == THRUM_OK) {
+    memcpy(copy, npy.data, npy.size);
+    *values = copy;
+    *rows = npy.shape[0];
+    *columns = npy.dims == 1 ? 0 : npy.shape[1];
+  }
+  free(bytes);
+  return status;
+}

@@ -1,0 +1,22 @@
+/* A growing text, for reports and tables. SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_IO_STRING_BUILDER_H
+#define THRUM_IO_STRING_BUILDER_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+/* A zeroed one is empty; free(bytes) when done. Once memory has failed, nothing more is added. */
+typedef struct study_text {
+  char *bytes; /* ended by 0; NULL while empty */
+  size_t size;
+  size_t room;
+  bool failed;
+} study_text;
+
+__attribute__((format(printf, 2, 3))) void study_text_add(study_text *text, const char *format,
+                                                          ...);
+
+/* The same with &, < and > as HTML wants them. */
+void study_text_escape(study_text *text, const char *plain);
+
+#endif

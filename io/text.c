@@ -1,0 +1,374 @@
+/* Lines, words and numbers of text files; see io/text.h.
+ *
+ * Numbers with at most 19 digits whose value and power of ten are both exact doubles take one
+ * multiplication or division, correctly rounded by IEEE 754 (Clinger 1990, How to read floating
+ * point numbers accurately, doi:10.1145/93548.93557). All others go to strtod as digits and an
+ * exponent without a decimal mark, which no locale changes.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "io/text.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "io/file.h"
+
+/* a double needs at most 767 digits to be rounded; one more stands for all that follow */
+enum { DIGITS_MAX = 800, PATH_SHOWN = 150 };
+
+static bool is_blank(char c) {
+  return c == ' ' || c == '\t' || c == '\v' || c == '\f';
+}
+
+static bool is_digit(char c) {
+  return c >= '0' && c <= '9';
+}
+
+static char lower(char c) {
+  return c >= 'A' && c <= 'Z' ? (char)(c - 'A' + 'a') : c;
+}
+
+thrum_status thrum_text_view(const char *name, const void *data, size_t size, char comment,
+                             char separator, thrum_text *text, thrum_error *error) {
+  const unsigned char *bytes = data;
+  // a wide encoding would read as garbage: name it
+  if (size >= 2 &&
+      ((bytes[0] == 0xff && bytes[1] == 0xfe) || (bytes[0] == 0xfe && bytes[1] == 0xff)))
+    return thrum_error_set(error, THRUM_BAD_FORMAT, "%.200s: is UTF-16 text; save it as UTF-8",
+                           name);
+  size_t mark = size >= 3 && bytes[0] == 0xef && bytes[1] == 0xbb && bytes[2] == 0xbf ? 3 : 0;
+  const char *first = size > 0 ? (const char *)data + mark : "";
+  *text = (thrum_text){.name = name,
+                       .next = first,
+                       .stop = first + (size - mark),
+                       .start = first,
+                       .end = first,
+                       .at = first,
+                       .comment = comment,
+                       .separator = separator};
+  return THRUM_OK;
+}
+
+thrum_status thrum_text_open(const char *path, char comment, char separator, thrum_text *text,
+                             thrum_error *error) {
+  void *data = NULL;
+  size_t size = 0;
+  thrum_status status = thrum_file_read(path, &data, &size, error);
+  if (status < 0)
+    return status;
+  status = thrum_text_view(path, data, size, comment, separator, text, error);
+  if (status < 0)
+    free(data);
+  else
+    text->data = data;
+  return status;
+}
+
+void thrum_text_borrow(const char *name, const char *string, thrum_text *text) {
+  const char *stop = string + strlen(string);
+  *text = (thrum_text){
+      .name = name, .next = stop, .stop = stop, .start = string, .end = stop, .at = string};
+}
+
+void thrum_text_close(thrum_text *text) {
+  free(text->data);
+  *text = (thrum_text){0};
+}
+
+bool thrum_text_next_line(thrum_text *text) {
+  while (text->next < text->stop) {
+    const char *start = text->next, *end = start;
+    while (end < text->stop && *end != '\n' && *end != '\r')
+      end++;
+    // a line ends in LF, CR LF or CR
+    const char *next = end < text->stop ? end + 1 : end;
+    if (next < text->stop && *end == '\r' && *next == '\n')
+      next++;
+    text->next = next;
+    text->line++;
+    const char *comment =
+        text->comment ? memchr(start, text->comment, (size_t)(end - start)) : NULL;
+    if (comment)
+      end = comment;
+    while (start < end && is_blank(*start))
+      start++;
+    while (end > start && is_blank(end[-1]))
+      end--;
+    if (start == end)
+      continue;
+    text->start = text->at = start;
+    text->end = end;
+    return true;
+  }
+  text->start = text->end = text->at = text->stop;
+  return false;
+}
+
+void thrum_text_rewind(thrum_text *text) {
+  text->at = text->start;
+}
+
+static bool separates(const thrum_text *text, char c) {
+  return is_blank(c) || (text->separator && c == text->separator);
+}
+
+bool thrum_text_more(thrum_text *text) {
+  while (text->at < text->end && separates(text, *text->at))
+    text->at++;
+  return text->at < text->end;
+}
+
+bool thrum_text_word(thrum_text *text, const char **word, size_t *length) {
+  if (!thrum_text_more(text))
+    return false;
+  const char *start = text->at;
+  while (text->at < text->end && !separates(text, *text->at))
+    text->at++;
+  *word = start;
+  *length = (size_t)(text->at - start);
+  return true;
+}
+
+bool thrum_text_take(thrum_text *text, char character) {
+  while (text->at < text->end && is_blank(*text->at))
+    text->at++;
+  if (text->at == text->end || *text->at != character)
+    return false;
+  text->at++;
+  return true;
+}
+
+static thrum_status expected(const thrum_text *text, const char *what, const char *word,
+                             size_t length, thrum_error *error) {
+  const char *hint = memchr(word, ',', length) ? " (the decimal mark is a point)" : "";
+  return thrum_text_fail(text, THRUM_BAD_FORMAT, error, "expected %s, found '%s'%s", what,
+                         thrum_text_excerpt(word, length).text, hint);
+}
+
+/* Digits alone, perhaps more than 64 bits hold. */
+static bool is_whole(const char *word, size_t length) {
+  size_t digits = length > 1 && (word[0] == '-' || word[0] == '+') ? 1 : 0;
+  while (digits < length && word[digits] >= '0' && word[digits] <= '9')
+    digits++;
+  return length > 0 && digits == length;
+}
+
+thrum_status thrum_text_integer(thrum_text *text, const char *what, int64_t low, int64_t high,
+                                int64_t *value, thrum_error *error) {
+  const char *word;
+  size_t length;
+  if (!thrum_text_word(text, &word, &length))
+    return thrum_text_fail(text, THRUM_BAD_FORMAT, error, "the line ends before %s", what);
+  int64_t number = 0;
+  size_t used = thrum_text_scan_integer(word, word + length, &number);
+  if (used != length && is_whole(word, length))
+    return thrum_text_fail(text, THRUM_BAD_VALUE, error,
+                           "%s is %s, which is out of range; it may be %lld to %lld", what,
+                           thrum_text_excerpt(word, length).text, (long long)low, (long long)high);
+  if (used != length)
+    return expected(text, what, word, length, error);
+  if (number < low || number > high)
+    return thrum_text_fail(text, THRUM_BAD_VALUE, error,
+                           "%s is %lld, which is out of range; it may be %lld to %lld", what,
+                           (long long)number, (long long)low, (long long)high);
+  *value = number;
+  return THRUM_OK;
+}
+
+thrum_status thrum_text_number(thrum_text *text, const char *what, double *value,
+                               thrum_error *error) {
+  const char *word;
+  size_t length;
+  if (!thrum_text_word(text, &word, &length))
+    return thrum_text_fail(text, THRUM_BAD_FORMAT, error, "the line ends before %s", what);
+  double number = 0;
+  size_t used = thrum_text_scan_number(word, word + length, &number);
+  if (used != length)
+    return expected(text, what, word, length, error);
+  if (!isfinite(number))
+    return thrum_text_fail(text, THRUM_BAD_VALUE, error, "%s is '%s', which is not a finite number",
+                           what, thrum_text_excerpt(word, length).text);
+  *value = number;
+  return THRUM_OK;
+}
+
+thrum_status thrum_text_finish(thrum_text *text, const char *what, thrum_error *error) {
+  const char *word;
+  size_t length;
+  if (!thrum_text_word(text, &word, &length))
+    return THRUM_OK;
+  return thrum_text_fail(text, THRUM_BAD_FORMAT, error,
+                         "unexpected '%s' after %s (is a decimal mark a comma?)",
+                         thrum_text_excerpt(word, length).text, what);
+}
+
+thrum_status thrum_text_fail(const thrum_text *text, thrum_status status, thrum_error *error,
+                             const char *format, ...) {
+  if (!error)
+    return status;
+  char message[sizeof error->message];
+  va_list arguments;
+  va_start(arguments, format);
+  vsnprintf(message, sizeof message, format, arguments);
+  va_end(arguments);
+  // of a very long path the end says most
+  size_t length = strlen(text->name);
+  const char *cut = length > PATH_SHOWN ? "..." : "";
+  const char *name = length > PATH_SHOWN ? text->name + length - PATH_SHOWN : text->name;
+  if (text->line > 0)
+    return thrum_error_set(error, status, "%s%s:%lld: %s", cut, name, (long long)text->line,
+                           message);
+  return thrum_error_set(error, status, "%s%s: %s", cut, name, message);
+}
+
+bool thrum_text_equals(const char *word, size_t length, const char *name) {
+  for (size_t i = 0; i < length; i++)
+    if (!name[i] || lower(word[i]) != lower(name[i]))
+      return false;
+  return !name[length];
+}
+
+thrum_excerpt thrum_text_excerpt(const char *word, size_t length) {
+  enum { SHOWN = 40 };
+  thrum_excerpt excerpt = {{0}};
+  for (size_t i = 0; i < length && i < SHOWN; i++)
+    excerpt.text[i] = word[i] >= ' ' && word[i] <= '~' ? word[i] : '?';
+  if (length > SHOWN)
+    memcpy(excerpt.text + SHOWN, "...", 4);
+  return excerpt;
+}
+
+size_t thrum_text_scan_integer(const char *at, const char *end, int64_t *value) {
+  const char *p = at;
+  bool negative = p < end && *p == '-';
+  if (p < end && (*p == '-' || *p == '+'))
+    p++;
+  if (p == end || !is_digit(*p))
+    return 0;
+  uint64_t number = 0;
+  for (; p < end && is_digit(*p); p++) {
+    unsigned digit = (unsigned)(*p - '0');
+    if (number > ((uint64_t)INT64_MAX - digit) / 10)
+      return 0;
+    number = 10 * number + digit;
+  }
+  *value = negative ? -(int64_t)number : (int64_t)number;
+  return (size_t)(p - at);
+}
+
+/* The digits of a number, without sign, leading zeros and decimal mark, times 10^exponent. */
+typedef struct decimal {
+  char digits[DIGITS_MAX + 1];
+  int count;
+  bool more; /* something other than 0 followed the last digit kept */
+  int64_t exponent;
+} decimal;
+
+/* digits, a point, digits: at least one digit; returns the end, NULL when there is none */
+static const char *scan_digits(const char *p, const char *end, decimal *d) {
+  bool point = false, any = false;
+  for (; p < end && (is_digit(*p) || (*p == '.' && !point)); p++) {
+    if (*p == '.') {
+      point = true;
+      continue;
+    }
+    any = true;
+    d->exponent -= point;
+    if (d->count == 0 && *p == '0')
+      continue;
+    if (d->count < DIGITS_MAX)
+      d->digits[d->count++] = *p;
+    else {
+      d->more = d->more || *p != '0';
+      d->exponent++;
+    }
+  }
+  return any ? p : NULL;
+}
+
+/* e or E, a sign, digits; an e without digits does not belong to the number */
+static const char *scan_exponent(const char *p, const char *end, decimal *d) {
+  const char *q = p;
+  if (q == end || lower(*q) != 'e')
+    return p;
+  q++;
+  bool negative = q < end && *q == '-';
+  if (q < end && (*q == '-' || *q == '+'))
+    q++;
+  if (q == end || !is_digit(*q))
+    return p;
+  // far beyond any double is as good as infinitely far
+  int64_t exponent = 0;
+  for (; q < end && is_digit(*q); q++)
+    if (exponent < 1000000000)
+      exponent = 10 * exponent + (*q - '0');
+  d->exponent += negative ? -exponent : exponent;
+  return q;
+}
+
+static double decimal_value(decimal *d) {
+  static const double powers[] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
+                                  1e8,  1e9,  1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
+                                  1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
+  if (d->count == 0)
+    return 0;
+#if FLT_EVAL_METHOD == 0
+  // both operands exact: one rounding
+  if (d->count <= 19 && d->exponent >= -22 && d->exponent <= 22) {
+    uint64_t whole = 0;
+    for (int i = 0; i < d->count; i++)
+      whole = 10 * whole + (unsigned)(d->digits[i] - '0');
+    if (whole <= UINT64_C(1) << 53)
+      return d->exponent < 0 ? (double)whole / powers[-d->exponent]
+                             : (double)whole * powers[d->exponent];
+  }
+#endif
+  // a last digit of 1 keeps a truncated number on its side of a tie
+  if (d->more)
+    d->digits[d->count - 1] = d->digits[d->count - 1] == '0' ? '1' : d->digits[d->count - 1];
+  int64_t exponent = d->exponent < -100000 ? -100000 : d->exponent > 100000 ? 100000 : d->exponent;
+  char text[DIGITS_MAX + 32];
+  snprintf(text, sizeof text, "%.*se%d", d->count, d->digits, (int)exponent);
+  return strtod(text, NULL);
+}
+
+/* nan, inf and infinity, so that they can be refused by name */
+static size_t scan_word(const char *p, const char *end, double *value) {
+  static const char *const words[] = {"infinity", "inf", "nan"};
+  for (size_t i = 0; i < sizeof words / sizeof *words; i++) {
+    size_t length = strlen(words[i]);
+    if ((size_t)(end - p) >= length && thrum_text_equals(p, length, words[i])) {
+      *value = i == 2 ? (double)NAN : (double)INFINITY;
+      return length;
+    }
+  }
+  return 0;
+}
+
+size_t thrum_text_scan_number(const char *at, const char *end, double *value) {
+  const char *p = at;
+  bool negative = p < end && *p == '-';
+  if (p < end && (*p == '-' || *p == '+'))
+    p++;
+  decimal d;
+  d.count = 0;
+  d.more = false;
+  d.exponent = 0;
+  double magnitude;
+  const char *q = scan_digits(p, end, &d);
+  if (q) {
+    q = scan_exponent(q, end, &d);
+    magnitude = decimal_value(&d);
+  } else {
+    size_t used = scan_word(p, end, &magnitude);
+    if (!used)
+      return 0;
+    q = p + used;
+  }
+  *value = negative ? -magnitude : magnitude;
+  return (size_t)(q - at);
+}

@@ -1,0 +1,85 @@
+/* A line and number scanner shared by the mesh readers and the fix lists.
+ *
+ * A file is read whole into memory and walked line by line, a line word by word. Numbers are
+ * rounded correctly and read the same in every locale: the decimal mark is a point. Every failure
+ * becomes one message "file:line: what is wrong". Cost: linear in the size of the file.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_IO_TEXT_H
+#define THRUM_IO_TEXT_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "thrum/status.h"
+
+typedef struct thrum_text {
+  const char *name;  /* of the file, for messages; borrowed */
+  char *data;        /* the whole file, owned; NULL when the text is borrowed */
+  const char *next;  /* first byte past the present line */
+  const char *stop;  /* first byte past the text */
+  const char *start; /* present line, without blanks around it and without a comment */
+  const char *end;
+  const char *at; /* first unread byte of the present line */
+  int64_t line;   /* 1-based number of the present line; 0 for a text without lines */
+  char comment;   /* opens a comment that runs to the end of the line; 0: there are none */
+  char separator; /* stands for a blank between words, such as ','; 0: there is none */
+} thrum_text;
+
+/* Reads the file; a byte-order mark is skipped. `path` must outlive *text. On failure *text is
+ * untouched. Close it with thrum_text_close. */
+thrum_status thrum_text_open(const char *path, char comment, char separator, thrum_text *text,
+                             thrum_error *error);
+/* The same over `size` bytes that stay the caller's; name and bytes must outlive *text. */
+thrum_status thrum_text_view(const char *name, const void *data, size_t size, char comment,
+                             char separator, thrum_text *text, thrum_error *error);
+/* The same over a string, as its one present line; both must outlive *text; nothing to close. */
+void thrum_text_borrow(const char *name, const char *string, thrum_text *text);
+void thrum_text_close(thrum_text *text);
+
+/* Moves to the next line that is not blank; false at the end (the line number stays). */
+bool thrum_text_next_line(thrum_text *text);
+/* Reads the present line again from its start. */
+void thrum_text_rewind(thrum_text *text);
+
+/* Is there another word on the line? Skips what separates words. */
+bool thrum_text_more(thrum_text *text);
+/* The next word of the line; false when there is none. */
+bool thrum_text_word(thrum_text *text, const char **word, size_t *length);
+/* Takes `character` if it comes next, after blanks. */
+bool thrum_text_take(thrum_text *text, char character);
+
+/* Next word as a whole number within [low, high], or as a finite number; `what` names it in the
+ * message, such as "the x coordinate". On failure *value is untouched. */
+thrum_status thrum_text_integer(thrum_text *text, const char *what, int64_t low, int64_t high,
+                                int64_t *value, thrum_error *error);
+thrum_status thrum_text_number(thrum_text *text, const char *what, double *value,
+                               thrum_error *error);
+/* Refuses anything left on the line after `what`. */
+thrum_status thrum_text_finish(thrum_text *text, const char *what, thrum_error *error);
+
+/* Fills `error` with "file:line: message" and returns `status`. */
+#if defined(__GNUC__)
+__attribute__((format(printf, 4, 5)))
+#endif
+thrum_status
+thrum_text_fail(const thrum_text *text, thrum_status status, thrum_error *error, const char *format,
+                ...);
+
+/* Is the word equal to `name`, capitals or not? */
+bool thrum_text_equals(const char *word, size_t length, const char *name);
+
+/* A printable excerpt of at most 40 bytes of foreign text, for messages. */
+typedef struct thrum_excerpt {
+  char text[48];
+} thrum_excerpt;
+thrum_excerpt thrum_text_excerpt(const char *word, size_t length);
+
+/* Scans a decimal number at [at, end): bytes used, 0 when there is none. Correctly rounded; too
+ * large gives infinity. `nan` and `inf` are scanned too, so that they can be named. */
+size_t thrum_text_scan_number(const char *at, const char *end, double *value);
+/* The same for a whole number; 0 also when it does not fit. */
+size_t thrum_text_scan_integer(const char *at, const char *end, int64_t *value);
+
+#endif

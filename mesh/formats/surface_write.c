@@ -1,0 +1,56 @@
+/* Surfaces for the programs that mesh: Gmsh's .msh 2.2 (one surface, entity 1) and TetGen's .smesh
+ * (a facet a triangle). SPDX-License-Identifier: Apache-2.0 */
+#include <inttypes.h>
+#include <stdio.h>
+
+#include "io/file.h"
+#include "mesh/surface_check.h"
+
+static void put_vertices(FILE *file, const thrum_surface_mesh *surface) {
+  for (int64_t v = 0; v < surface->vertex_count; v++) {
+    const double *x = surface->vertices + 3 * v;
+    fprintf(file, "%" PRId64 " %.17g %.17g %.17g\n", v + 1, x[0], x[1], x[2]);
+  }
+}
+
+thrum_status thrum_surface_write_msh(const char *path, const thrum_surface_mesh *surface,
+                                     thrum_error *error) {
+  thrum_file_writer writer = {NULL, NULL, NULL};
+  const thrum_status status = thrum_file_writer_open(path, &writer, error);
+  if (status < 0)
+    return status;
+  FILE *file = writer.stream; // an error leaves its mark on the stream
+  fprintf(file, "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n%" PRId64 "\n",
+          surface->vertex_count);
+  put_vertices(file, surface);
+  fprintf(file, "$EndNodes\n$Elements\n%" PRId64 "\n", surface->triangle_count);
+  for (int64_t t = 0; t < surface->triangle_count; t++) {
+    const int32_t *v = surface->triangles + 3 * t;
+    fprintf(file, "%" PRId64 " 2 2 0 1 %d %d %d\n", t + 1, v[0] + 1, v[1] + 1, v[2] + 1);
+  }
+  fputs("$EndElements\n", file);
+  return thrum_file_writer_commit(&writer, error);
+}
+
+thrum_status thrum_surface_write_smesh(const char *path, const thrum_surface_mesh *surface,
+                                       const double *holes, int64_t hole_count,
+                                       thrum_error *error) {
+  thrum_file_writer writer = {NULL, NULL, NULL};
+  const thrum_status status = thrum_file_writer_open(path, &writer, error);
+  if (status < 0)
+    return status;
+  FILE *file = writer.stream;
+  fprintf(file, "%" PRId64 " 3 0 0\n", surface->vertex_count);
+  put_vertices(file, surface);
+  fprintf(file, "%" PRId64 " 0\n", surface->triangle_count);
+  for (int64_t t = 0; t < surface->triangle_count; t++) {
+    const int32_t *v = surface->triangles + 3 * t;
+    fprintf(file, "3 %d %d %d\n", v[0] + 1, v[1] + 1, v[2] + 1);
+  }
+  fprintf(file, "%" PRId64 "\n", hole_count);
+  for (int64_t n = 0; n < hole_count; n++)
+    fprintf(file, "%" PRId64 " %.17g %.17g %.17g\n", n + 1, holes[3 * n], holes[3 * n + 1],
+            holes[3 * n + 2]);
+  fputs("0\n", file); // regions
+  return thrum_file_writer_commit(&writer, error);
+}

@@ -1,0 +1,179 @@
+/* The generator beam:NXxNYxNZ@LXxLYxLZ: a box of NX x NY x NZ cells, each cut into the six Kuhn
+ * tets around its diagonal (Kuhn 1960, Some combinatorial lemmas in topology,
+ * doi:10.1147/rd.45.0518), so that neighbours fit. Default rubber-like material.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <stdlib.h>
+#include <string.h>
+
+#include "mesh/mesh.h"
+#include "mesh/mesh_build.h"
+#include "io/text.h"
+
+/* 200 million tets take 5 GB here and far more later on */
+enum { TETS_MAX = 200000000 };
+
+typedef struct beam {
+  int64_t cells[3];
+  double lengths[3];
+} beam;
+
+static thrum_status bad_spec(const char *spec, thrum_error *error) {
+  return thrum_error_set(error, THRUM_BAD_FORMAT,
+                         "'%.100s' is no beam; write beam:NXxNYxNZ@LXxLYxLZ, cells and metres, "
+                         "such as beam:20x3x3@1x0.15x0.15",
+                         spec);
+}
+
+static thrum_status parse_spec(const char *spec, beam *b, thrum_error *error) {
+  const char *at = spec + strlen("beam:"), *end = spec + strlen(spec);
+  for (int a = 0; a < 6; a++) {
+    size_t used = a < 3 ? thrum_text_scan_integer(at, end, &b->cells[a])
+                        : thrum_text_scan_number(at, end, &b->lengths[a - 3]);
+    at += used;
+    char expected = a == 5 ? '\0' : a == 2 ? '@' : 'x';
+    if (used == 0 || *at != expected)
+      return bad_spec(spec, error);
+    at += a < 5;
+  }
+  double tets = 6;
+  for (int a = 0; a < 3; a++) {
+    if (b->cells[a] < 1 || !(b->lengths[a] > 1e-30 && b->lengths[a] < 1e30))
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "'%.100s': a beam has at least one cell and a length above 0 along "
+                             "each axis",
+                             spec);
+    tets *= (double)b->cells[a];
+  }
+  if (tets > TETS_MAX)
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "'%.100s' would have %.3g tets; at most %d are made", spec, tets,
+                           TETS_MAX);
+  return THRUM_OK;
+}
+
+static int32_t vertex_at(const beam *b, int64_t i, int64_t j, int64_t k) {
+  return (int32_t)((i * (b->cells[1] + 1) + j) * (b->cells[2] + 1) + k);
+}
+
+/* length * part / whole in lowest terms, so that halves, thirds and the like round once. */
+static double share(double length, int64_t part, int64_t whole) {
+  int64_t a = part < 0 ? -part : part, b = whole;
+  while (b != 0) {
+    int64_t rest = a % b;
+    a = b;
+    b = rest;
+  }
+  return length * (double)(part / a) / (double)(whole / a);
+}
+
+static void fill_vertices(const beam *b, double *vertices) {
+  const double *l = b->lengths;
+  const int64_t *n = b->cells;
+  // symmetric about the axis to the last bit
+  for (int64_t i = 0; i <= n[0]; i++)
+    for (int64_t j = 0; j <= n[1]; j++)
+      for (int64_t k = 0; k <= n[2]; k++) {
+        *vertices++ = share(l[0], i, n[0]);
+        *vertices++ = share(l[1], 2 * j - n[1], 2 * n[1]);
+        *vertices++ = share(l[2], 2 * k - n[2], 2 * n[2]);
+      }
+}
+
+/* The tet of one order of the axes: from corner to corner of the cell, one axis at a time. */
+static void fill_tet(const beam *b, const int64_t cell[3], const int order[3], bool odd,
+                     int32_t *tet) {
+  int64_t corner[3] = {cell[0], cell[1], cell[2]};
+  tet[0] = vertex_at(b, corner[0], corner[1], corner[2]);
+  for (int a = 0; a < 3; a++) {
+    corner[order[a]]++;
+    tet[a + 1] = vertex_at(b, corner[0], corner[1], corner[2]);
+  }
+  // an odd order is wound the other way
+  if (odd) {
+    int32_t swap = tet[2];
+    tet[2] = tet[3];
+    tet[3] = swap;
+  }
+}
+
+static void fill_tets(const beam *b, int32_t *tets) {
+  static const int orders[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2},
+                                   {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
+  static const bool odd[6] = {false, true, true, false, false, true};
+  for (int64_t i = 0; i < b->cells[0]; i++)
+    for (int64_t j = 0; j < b->cells[1]; j++)
+      for (int64_t k = 0; k < b->cells[2]; k++)
+        for (int o = 0; o < 6; o++) {
+          fill_tet(b, (const int64_t[3]){i, j, k}, orders[o], odd[o], tets);
+          tets += 4;
+        }
+}
+
+/* Vertices whose grid position lies within [low, high] on each axis, as a group. */
+static thrum_status add_box(thrum_mesh *mesh, const beam *b, const char *name, const int64_t low[3],
+                            const int64_t high[3], int32_t *list, thrum_error *error) {
+  int64_t count = 0;
+  for (int64_t i = low[0]; i <= high[0]; i++)
+    for (int64_t j = low[1]; j <= high[1]; j++)
+      for (int64_t k = low[2]; k <= high[2]; k++)
+        list[count++] = vertex_at(b, i, j, k);
+  return thrum_mesh_add_group(mesh, name, list, count, error);
+}
+
+static thrum_status add_groups(thrum_mesh *mesh, const beam *b, thrum_error *error) {
+  static const char *const names[6] = {"left", "right", "front", "back", "bottom", "top"};
+  int32_t *list = malloc((size_t)mesh->vertex_count * sizeof *list);
+  if (!list)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory for the beam");
+  const int64_t *n = b->cells;
+  thrum_status status = THRUM_OK;
+  for (int face = 0; face < 6 && status >= 0; face++) {
+    int64_t low[3] = {0, 0, 0}, high[3] = {n[0], n[1], n[2]};
+    if (face % 2 == 0)
+      high[face / 2] = 0;
+    else
+      low[face / 2] = n[face / 2];
+    status = add_box(mesh, b, names[face], low, high, list, error);
+  }
+  if (status >= 0) {
+    int64_t low[3] = {n[0], n[1] / 2, n[2] / 2};
+    int64_t high[3] = {n[0], (n[1] + 1) / 2, (n[2] + 1) / 2};
+    status = add_box(mesh, b, "tip", low, high, list, error);
+  }
+  free(list);
+  return status;
+}
+
+thrum_status thrum_mesh_beam(const char *spec, thrum_mesh *mesh, thrum_error *error) {
+  if (strncmp(spec, "beam:", 5) != 0)
+    return bad_spec(spec, error);
+  beam b;
+  thrum_status status = parse_spec(spec, &b, error);
+  if (status < 0)
+    return status;
+  thrum_mesh m = {0};
+  m.vertex_count = (b.cells[0] + 1) * (b.cells[1] + 1) * (b.cells[2] + 1);
+  m.file_vertex_count = m.vertex_count;
+  m.tet_count = 6 * b.cells[0] * b.cells[1] * b.cells[2];
+  m.region_count = 1;
+  m.has_material = true;
+  m.vertices = malloc((size_t)m.vertex_count * 3 * sizeof *m.vertices);
+  m.tets = malloc((size_t)m.tet_count * 4 * sizeof *m.tets);
+  m.tet_region = calloc((size_t)m.tet_count, sizeof *m.tet_region);
+  m.materials = malloc(sizeof *m.materials);
+  if (!m.vertices || !m.tets || !m.tet_region || !m.materials) {
+    thrum_mesh_free(&m);
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory for '%.100s'", spec);
+  }
+  m.materials[0] = (thrum_material){.young = 5e6, .poisson = 0.4, .density = 1000};
+  fill_vertices(&b, m.vertices);
+  fill_tets(&b, m.tets);
+  status = add_groups(&m, &b, error);
+  if (status < 0) {
+    thrum_mesh_free(&m);
+    return status;
+  }
+  *mesh = m;
+  return THRUM_OK;
+}

@@ -1,0 +1,52 @@
+/* Building a mesh from numbered vertices, tets that name them, and named lists of them: what the
+ * readers of TetGen, Medit, VTK and Abaqus files share.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_MESH_MESH_BUILDER_H
+#define THRUM_MESH_MESH_BUILDER_H
+
+#include "mesh/mesh.h"
+
+typedef struct thrum_named_list {
+  char *name; /* owned */
+  int64_t count, capacity;
+  int64_t *numbers; /* of vertices, any order, repeats allowed */
+} thrum_named_list;
+
+/* Zeroed to begin with; released by thrum_builder_free. Vertices and keys are the file's numbers
+ * until thrum_builder_finish. */
+typedef struct thrum_mesh_builder {
+  int64_t vertex_count, position_capacity, number_capacity;
+  double *positions; /* vertex_count x 3 */
+  int64_t *numbers;  /* vertex_count */
+  int64_t tet_count, tet_capacity, key_capacity, line_capacity;
+  int64_t *tets;  /* tet_count x 4 */
+  int64_t *keys;  /* tet_count: what tells its region */
+  int64_t *lines; /* tet_count: in the file, 0 unknown */
+  int64_t list_count, list_capacity;
+  thrum_named_list *lists;
+  int64_t last_list;    /* found last */
+  int64_t *region_keys; /* of each region, ascending; made by finish */
+  int64_t cornered_tets;
+  thrum_error *error;
+} thrum_mesh_builder;
+
+thrum_status thrum_builder_vertex(thrum_mesh_builder *b, int64_t number, const double position[3]);
+thrum_status thrum_builder_tet(thrum_mesh_builder *b, const int64_t vertices[4], int64_t key,
+                               int64_t line);
+/* Index of the list of that name, added when it is new; the name must be a good one. */
+thrum_status thrum_builder_list(thrum_mesh_builder *b, const char *name, size_t length,
+                                int64_t *index);
+thrum_status thrum_builder_add(thrum_mesh_builder *b, int64_t list, int64_t vertex);
+
+/* Orders the vertices by number, looks up what tets and lists name, makes a region of each key
+ * (ascending, without materials) and a group of each list. `name` is the file's. Into an empty
+ * mesh, which the caller frees on failure. */
+thrum_status thrum_builder_finish(thrum_mesh_builder *b, const char *name, thrum_mesh *mesh);
+
+/* After finish: a list's vertices that are not in the file are refused; its index or -1. */
+int64_t thrum_builder_find(const thrum_mesh_builder *b, int64_t number);
+
+void thrum_builder_free(thrum_mesh_builder *b);
+
+#endif

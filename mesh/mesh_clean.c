@@ -1,0 +1,250 @@
+/* Checking and cleaning a mesh that was read: scale, bad tets, winding, unreferenced vertices.
+ *
+ * A tet counts as flat below 1e-12 of its extent cubed: coordinates that are coplanar on
+ * paper miss zero by their rounding alone, about 1e-16 of (distance from the origin)/(extent), so
+ * bodies up to 10^3 extents from the origin are caught; slivers as meshers leave them stay far
+ * above. Cost: linear in the mesh.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "mesh/mesh.h"
+#include "mesh/mesh_build.h"
+#include "mesh/mesh_faces.h"
+
+static const double FLAT = 1e-12;
+
+static thrum_status no_memory(thrum_error *error) {
+  return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory for the mesh");
+}
+
+/* Where a message points: "file:line" of tet t as far as it is known. */
+typedef struct place {
+  char text[200];
+} place;
+
+static place tet_place(const thrum_mesh *mesh, const char *name, int64_t t) {
+  place where;
+  size_t length = strlen(name);
+  const char *shown = length > 150 ? name + length - 150 : name;
+  if (mesh->tet_line && mesh->tet_line[t] > 0)
+    snprintf(where.text, sizeof where.text, "%s%s:%lld", length > 150 ? "..." : "", shown,
+             (long long)mesh->tet_line[t]);
+  else
+    snprintf(where.text, sizeof where.text, "%s%s", length > 150 ? "..." : "", shown);
+  return where;
+}
+
+/* What the file calls vertex v, before any was dropped. */
+static int64_t number_of(const thrum_mesh *mesh, int32_t v) {
+  return mesh->file_number ? mesh->file_number[v] : (int64_t)v + 1;
+}
+
+static thrum_status scale_vertices(thrum_mesh *mesh, const char *name, double scale,
+                                   thrum_error *error) {
+  if (!isfinite(scale) || scale <= 0)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "the scale is %g; it turns lengths into metres and must be above 0",
+                           scale);
+  for (int64_t i = 0; i < 3 * mesh->vertex_count; i++) {
+    if (!isfinite(mesh->vertices[i]) || !isfinite(scale * mesh->vertices[i]))
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "%.200s: vertex %lld is not at a finite place (scale %g)", name,
+                             (long long)number_of(mesh, (int32_t)(i / 3)), scale);
+    // adding 0 takes the sign off -0, so that equal meshes have equal bytes
+    mesh->vertices[i] = scale * mesh->vertices[i] + 0.0;
+  }
+  return THRUM_OK;
+}
+
+static thrum_status check_tet_vertices(const thrum_mesh *mesh, const char *name,
+                                       thrum_error *error) {
+  for (int64_t t = 0; t < mesh->tet_count; t++) {
+    const int32_t *v = mesh->tets + 4 * t;
+    for (int a = 0; a < 4; a++)
+      if (v[a] < 0 || v[a] >= mesh->vertex_count)
+        return thrum_error_set(error, THRUM_BAD_VALUE,
+                               "%s: tet %lld names vertex %lld, but there are %lld vertices",
+                               tet_place(mesh, name, t).text, (long long)t + 1, (long long)v[a] + 1,
+                               (long long)mesh->vertex_count);
+    for (int a = 0; a < 4; a++)
+      for (int b = a + 1; b < 4; b++)
+        if (v[a] == v[b])
+          return thrum_error_set(
+              error, THRUM_BAD_VALUE, "%s: tet %lld has vertex %lld twice; remove or mend it",
+              tet_place(mesh, name, t).text, (long long)t + 1, (long long)number_of(mesh, v[a]));
+    if (mesh->tet_region[t] < 0 || mesh->tet_region[t] >= mesh->region_count)
+      return thrum_error_set(error, THRUM_BAD_VALUE, "%s: tet %lld is in no region",
+                             tet_place(mesh, name, t).text, (long long)t + 1);
+  }
+  return THRUM_OK;
+}
+
+/* Volume of tet t in units of its extent cubed, so that no length is too small or too large; the
+ * extent is the largest difference in a coordinate between two of its vertices. */
+static double tet_shape(const thrum_mesh *mesh, int64_t t, double *extent) {
+  const int32_t *v = mesh->tets + 4 * t;
+  double edges[3][3];
+  *extent = 0;
+  for (int c = 0; c < 3; c++) {
+    double first = mesh->vertices[3 * (int64_t)v[0] + c], low = 0, high = 0;
+    for (int b = 1; b < 4; b++) {
+      double d = mesh->vertices[3 * (int64_t)v[b] + c] - first;
+      edges[b - 1][c] = d;
+      low = d < low ? d : low;
+      high = d > high ? d : high;
+    }
+    *extent = high - low > *extent ? high - low : *extent;
+  }
+  for (int i = 0; i < 9; i++)
+    edges[i / 3][i % 3] /= *extent > 0 ? *extent : 1;
+  return thrum_mesh_triple(edges) / 6;
+}
+
+static thrum_status check_repeats(const thrum_mesh *mesh, const char *name, thrum_error *error) {
+  int64_t *earlier = thrum_mesh_tet_repeats(mesh);
+  if (!earlier)
+    return no_memory(error);
+  int64_t t = 0;
+  while (t < mesh->tet_count && earlier[t] < 0)
+    t++;
+  thrum_status status = THRUM_OK;
+  if (t < mesh->tet_count)
+    status = thrum_error_set(
+        error, THRUM_BAD_VALUE, "%s: tet %lld has the same vertices as tet %lld; remove one",
+        tet_place(mesh, name, t).text, (long long)t + 1, (long long)earlier[t] + 1);
+  free(earlier);
+  return status;
+}
+
+/* Turns inverted tets round: of four points only one winding is right. */
+static thrum_status fix_winding(thrum_mesh *mesh, const char *name, thrum_error *error) {
+  int64_t inverted = 0;
+  for (int64_t t = 0; t < mesh->tet_count; t++) {
+    double extent, shape = tet_shape(mesh, t, &extent);
+    const int32_t *v = mesh->tets + 4 * t;
+    if (!(fabs(shape) > FLAT))
+      return thrum_error_set(
+          error, THRUM_BAD_VALUE,
+          "%s: tet %lld (vertices %lld %lld %lld %lld) has no volume; remove or mend it",
+          tet_place(mesh, name, t).text, (long long)t + 1, (long long)number_of(mesh, v[0]),
+          (long long)number_of(mesh, v[1]), (long long)number_of(mesh, v[2]),
+          (long long)number_of(mesh, v[3]));
+    // far outside, products of lengths leave the range of doubles
+    if (!(extent > 1e-30 && extent < 1e30))
+      return thrum_error_set(error, THRUM_BAD_VALUE, "%s: tet %lld is %g m large; check the scale",
+                             tet_place(mesh, name, t).text, (long long)t + 1, extent);
+    inverted += shape < 0;
+  }
+  if (inverted == 0)
+    return THRUM_OK;
+  for (int64_t t = 0; t < mesh->tet_count; t++) {
+    int32_t *v = mesh->tets + 4 * t, swap = v[2];
+    double extent;
+    if (tet_shape(mesh, t, &extent) > 0)
+      continue;
+    v[2] = v[3];
+    v[3] = swap;
+  }
+  mesh->flipped_tets = inverted;
+  return THRUM_OK;
+}
+
+/* Refuses faces of three tets, and neighbours on the same side of their face: those are tangled,
+ * where inverted tets were only wound the other way. */
+static thrum_status check_faces(const thrum_mesh *mesh, const char *name, thrum_error *error) {
+  thrum_mesh_faces faces = {0};
+  int64_t tets[3] = {-1, -1, -1};
+  thrum_status status = thrum_mesh_find_faces(mesh, &faces, tets, error);
+  free(faces.faces);
+  if (status != THRUM_BAD_VALUE)
+    return status;
+  const int64_t last = tets[2] >= 0 ? tets[2] : tets[1];
+  if (tets[2] >= 0)
+    return thrum_error_set(error, status,
+                           "%s: tets %lld, %lld and %lld share one face, where only two can be; "
+                           "remove what overlaps",
+                           tet_place(mesh, name, last).text, (long long)tets[0] + 1,
+                           (long long)tets[1] + 1, (long long)tets[2] + 1);
+  return thrum_error_set(error, status,
+                         "%s: tets %lld and %lld lie on the same side of the face that they share, "
+                         "so they overlap; mesh the body again",
+                         tet_place(mesh, name, last).text, (long long)tets[0] + 1,
+                         (long long)tets[1] + 1);
+}
+
+/* Renumbers a group in place; an emptied one is removed by the caller. */
+static void renumber_group(thrum_group *group, const int32_t *map) {
+  int64_t kept = 0;
+  for (int64_t i = 0; i < group->count; i++)
+    if (map[group->vertices[i]] >= 0)
+      group->vertices[kept++] = map[group->vertices[i]];
+  group->count = kept;
+}
+
+static void renumber(thrum_mesh *mesh, const int32_t *map, int32_t kept) {
+  for (int64_t v = 0; v < mesh->vertex_count; v++)
+    if (map[v] >= 0)
+      memmove(mesh->vertices + 3 * (int64_t)map[v], mesh->vertices + 3 * v, 3 * sizeof(double));
+  mesh->vertex_count = kept;
+  for (int64_t i = 0; i < 4 * mesh->tet_count; i++)
+    mesh->tets[i] = map[mesh->tets[i]];
+  int64_t groups = 0;
+  for (int64_t g = 0; g < mesh->group_count; g++) {
+    thrum_group group = mesh->groups[g];
+    renumber_group(&group, map);
+    if (group.count > 0) {
+      mesh->groups[groups++] = group;
+    } else {
+      free(group.name);
+      free(group.vertices);
+    }
+  }
+  mesh->group_count = groups;
+}
+
+static thrum_status drop_vertices(thrum_mesh *mesh, thrum_error *error) {
+  int32_t *map = malloc((size_t)mesh->vertex_count * sizeof *map);
+  if (!map)
+    return no_memory(error);
+  for (int64_t v = 0; v < mesh->vertex_count; v++)
+    map[v] = -1;
+  for (int64_t i = 0; i < 4 * mesh->tet_count; i++)
+    map[mesh->tets[i]] = 0;
+  int32_t kept = 0;
+  for (int64_t v = 0; v < mesh->vertex_count; v++)
+    if (map[v] == 0)
+      map[v] = kept++;
+  mesh->file_vertex_count = mesh->vertex_count;
+  mesh->dropped_vertices = mesh->vertex_count - kept;
+  if (mesh->dropped_vertices == 0) {
+    free(map);
+    return THRUM_OK;
+  }
+  renumber(mesh, map, kept);
+  mesh->file_vertex = map;
+  return THRUM_OK;
+}
+
+thrum_status thrum_mesh_clean(thrum_mesh *mesh, const char *name, double scale,
+                              thrum_error *error) {
+  if (mesh->tet_count == 0)
+    return thrum_error_set(error, THRUM_MISSING, "%.200s: the mesh holds no tetrahedra", name);
+  if (mesh->vertex_count > INT32_MAX)
+    return thrum_error_set(error, THRUM_UNSUPPORTED, "%.200s: more than 2^31 - 1 vertices", name);
+  thrum_status status = scale_vertices(mesh, name, scale, error);
+  if (status >= 0)
+    status = check_tet_vertices(mesh, name, error);
+  if (status >= 0)
+    status = check_repeats(mesh, name, error);
+  if (status >= 0)
+    status = fix_winding(mesh, name, error);
+  if (status >= 0)
+    status = check_faces(mesh, name, error);
+  if (status >= 0)
+    status = drop_vertices(mesh, error);
+  return status;
+}

@@ -1,0 +1,252 @@
+/* What a mesh is like. Pieces come from a union-find over vertices; the surface from the faces of
+ * one tet; its parts from a union-find over its triangles along shared edges; its genus from the
+ * Euler characteristic V - E + F = 2 (surfaces - genus). Cost: see the header.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "mesh/mesh_examine.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "mesh/mesh_build.h"
+#include "mesh/mesh_faces.h"
+#include "mesh/model_quality.h"
+#include "runtime/base/vec3.h"
+
+static thrum_status no_memory(thrum_error *error) {
+  return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory to examine the mesh");
+}
+
+static int32_t find_root(int32_t *parent, int32_t i) {
+  while (parent[i] != i) {
+    // every second link is shortened on the way
+    parent[i] = parent[parent[i]];
+    i = parent[i];
+  }
+  return i;
+}
+
+static void join(int32_t *parent, int32_t a, int32_t b) {
+  const int32_t x = find_root(parent, a), y = find_root(parent, b);
+  if (x < y)
+    parent[y] = x;
+  else
+    parent[x] = y;
+}
+
+static int32_t *make_forest(int64_t count) {
+  int32_t *parent = malloc(((size_t)count + 1) * sizeof *parent);
+  for (int64_t i = 0; parent && i < count; i++)
+    parent[i] = (int32_t)i;
+  return parent;
+}
+
+static thrum_status count_pieces(const thrum_mesh *mesh, thrum_mesh_examined *e,
+                                 thrum_error *error) {
+  int32_t *parent = make_forest(mesh->vertex_count);
+  int64_t *size = calloc((size_t)mesh->vertex_count + 1, sizeof *size);
+  if (!parent || !size) {
+    free(parent);
+    free(size);
+    return no_memory(error);
+  }
+  for (int64_t i = 0; i < 4 * mesh->tet_count; i++)
+    join(parent, mesh->tets[i], mesh->tets[i / 4 * 4]);
+  for (int64_t t = 0; t < mesh->tet_count; t++)
+    size[find_root(parent, mesh->tets[4 * t])]++;
+  for (int64_t v = 0; v < mesh->vertex_count; v++) {
+    e->pieces += size[v] > 0;
+    e->largest_piece = size[v] > e->largest_piece ? size[v] : e->largest_piece;
+  }
+  free(parent);
+  free(size);
+  return THRUM_OK;
+}
+
+static uint64_t place_hash(const double *position) {
+  uint64_t hash = 0;
+  for (int c = 0; c < 3; c++) {
+    uint64_t bits;
+    memcpy(&bits, &position[c], sizeof bits);
+    hash = (hash ^ bits) * UINT64_C(0x9e3779b97f4a7c15);
+    hash ^= hash >> 29;
+  }
+  return hash;
+}
+
+static thrum_status count_coincident(const thrum_mesh *mesh, thrum_mesh_examined *e,
+                                     thrum_error *error) {
+  uint64_t slots = 64;
+  while (slots < 2 * (uint64_t)mesh->vertex_count)
+    slots *= 2;
+  int32_t *table = malloc(slots * sizeof *table);
+  if (!table)
+    return no_memory(error);
+  for (uint64_t i = 0; i < slots; i++)
+    table[i] = -1;
+  for (int64_t v = 0; v < mesh->vertex_count; v++) {
+    const double *position = mesh->vertices + 3 * v;
+    uint64_t slot = place_hash(position) >> 20 & (slots - 1);
+    while (table[slot] >= 0 &&
+           memcmp(mesh->vertices + 3 * (int64_t)table[slot], position, 3 * sizeof *position) != 0)
+      slot = (slot + 1) & (slots - 1);
+    e->coincident_vertices += table[slot] >= 0;
+    if (table[slot] < 0)
+      table[slot] = (int32_t)v;
+  }
+  free(table);
+  return THRUM_OK;
+}
+
+/* An edge of the surface and the triangle that has it. */
+typedef struct surface_edge {
+  int32_t low, high, triangle;
+} surface_edge;
+
+static int compare_edges(const void *a, const void *b) {
+  const surface_edge *x = a, *y = b;
+  if (x->low != y->low)
+    return x->low < y->low ? -1 : 1;
+  if (x->high != y->high)
+    return x->high < y->high ? -1 : 1;
+  return (x->triangle > y->triangle) - (x->triangle < y->triangle);
+}
+
+/* Sorted edges: how many there are, which join triangles, and which are hinges. */
+static void walk_edges(const surface_edge *edges, int64_t count, int32_t *parent,
+                       thrum_mesh_examined *e) {
+  for (int64_t i = 0, next; i < count; i = next) {
+    for (next = i + 1;
+         next < count && edges[next].low == edges[i].low && edges[next].high == edges[i].high;
+         next++)
+      join(parent, edges[next].triangle, edges[i].triangle);
+    e->surface_edges++;
+    e->hinges += next - i > 2;
+  }
+}
+
+static thrum_status measure_surface(const thrum_mesh *mesh, const thrum_mesh_faces *faces,
+                                    uint8_t *on_surface, thrum_mesh_examined *e,
+                                    thrum_error *error) {
+  int64_t triangles = 0;
+  for (int64_t i = 0; i < faces->count; i++)
+    triangles += faces->faces[i].other < 0;
+  surface_edge *edges = malloc(((size_t)triangles + 1) * 3 * sizeof *edges);
+  int32_t *parent = make_forest(triangles);
+  if (!edges || !parent) {
+    free(edges);
+    free(parent);
+    return no_memory(error);
+  }
+  for (int64_t i = 0, n = 0; i < faces->count; i++) {
+    const int32_t *v = faces->faces[i].vertices;
+    if (faces->faces[i].other >= 0)
+      continue;
+    // the vertices ascend, so the lower end of an edge comes first
+    edges[3 * n] = (surface_edge){v[0], v[1], (int32_t)n};
+    edges[3 * n + 1] = (surface_edge){v[0], v[2], (int32_t)n};
+    edges[3 * n + 2] = (surface_edge){v[1], v[2], (int32_t)n};
+    n++;
+    for (int a = 0; a < 3; a++)
+      on_surface[v[a]] = 1;
+  }
+  qsort(edges, 3 * (size_t)triangles, sizeof *edges, compare_edges);
+  walk_edges(edges, 3 * triangles, parent, e);
+  e->surface_triangles = triangles;
+  for (int64_t i = 0; i < triangles; i++)
+    e->surfaces += find_root(parent, (int32_t)i) == i;
+  for (int64_t v = 0; v < mesh->vertex_count; v++)
+    e->surface_vertices += on_surface[v];
+  e->interior_vertices = mesh->vertex_count - e->surface_vertices;
+  // V - E + F of closed surfaces is 2 for each, less 2 for every hole through the body
+  const int64_t euler = e->surface_vertices - e->surface_edges + triangles;
+  const bool closed = e->hinges == 0 && euler % 2 == 0 && euler <= 2 * e->surfaces;
+  e->genus = closed ? e->surfaces - euler / 2 : -1;
+  free(edges);
+  free(parent);
+  return THRUM_OK;
+}
+
+static thrum_status examine_surface(const thrum_mesh *mesh, thrum_mesh_examined *e,
+                                    thrum_error *error) {
+  thrum_mesh_faces faces = {0};
+  int64_t tets[3];
+  uint8_t *on_surface = calloc((size_t)mesh->vertex_count + 1, 1);
+  if (!on_surface)
+    return no_memory(error);
+  thrum_status status = thrum_mesh_find_faces(mesh, &faces, tets, error);
+  if (status >= 0)
+    status = measure_surface(mesh, &faces, on_surface, e, error);
+  for (int64_t t = 0; t < mesh->tet_count && status >= 0; t++) {
+    const int32_t *v = mesh->tets + 4 * t;
+    e->shallow_tets += on_surface[v[0]] && on_surface[v[1]] && on_surface[v[2]] && on_surface[v[3]];
+  }
+  free(faces.faces);
+  free(on_surface);
+  return status;
+}
+
+/* Keeps the worst few in order. */
+static void note_worst(thrum_mesh_examined *e, int64_t tet, double ratio) {
+  int place = THRUM_EXAMINE_WORST;
+  while (place > 0 && (e->worst[place - 1] < 0 || ratio < e->worst_ratio[place - 1]))
+    place--;
+  if (place == THRUM_EXAMINE_WORST)
+    return;
+  for (int i = THRUM_EXAMINE_WORST - 1; i > place; i--) {
+    e->worst[i] = e->worst[i - 1];
+    e->worst_ratio[i] = e->worst_ratio[i - 1];
+  }
+  e->worst[place] = tet;
+  e->worst_ratio[place] = ratio;
+}
+
+static void measure_tet(const thrum_mesh *mesh, int64_t t, thrum_mesh_examined *e) {
+  const double *corners[4];
+  double volume;
+  for (int a = 0; a < 4; a++)
+    corners[a] = mesh->vertices + 3 * (int64_t)mesh->tets[4 * t + a];
+  const double ratio = thrum_tet_mean_ratio(corners, &volume);
+  for (int a = 0; a < 4; a++)
+    for (int b = a + 1; b < 4; b++) {
+      const double edge = hypot(hypot(corners[a][0] - corners[b][0], corners[a][1] - corners[b][1]),
+                                corners[a][2] - corners[b][2]);
+      e->edge_min = e->edge_min > 0 && e->edge_min < edge ? e->edge_min : edge;
+      e->edge_max = e->edge_max > edge ? e->edge_max : edge;
+    }
+  const int bin = (int)(ratio * THRUM_EXAMINE_BINS);
+  e->histogram[bin < 0 ? 0 : bin < THRUM_EXAMINE_BINS ? bin : THRUM_EXAMINE_BINS - 1]++;
+  e->ratio_min = t == 0 || ratio < e->ratio_min ? ratio : e->ratio_min;
+  e->ratio_mean += ratio / (double)mesh->tet_count;
+  e->volume += volume;
+  e->mass += mesh->has_material ? volume * mesh->materials[mesh->tet_region[t]].density : 0;
+  note_worst(e, t, ratio);
+}
+
+static void measure_body(const thrum_mesh *mesh, thrum_mesh_examined *e) {
+  thrum_box3(mesh->vertices, mesh->vertex_count, e->box_min, e->box_max);
+  for (int c = 0; c < 3; c++)
+    e->extent = fmax(e->extent, e->box_max[c] - e->box_min[c]);
+  for (int i = 0; i < THRUM_EXAMINE_WORST; i++)
+    e->worst[i] = -1;
+  for (int64_t t = 0; t < mesh->tet_count; t++)
+    measure_tet(mesh, t, e);
+  for (int64_t i = 0; i < mesh->region_count && mesh->has_material; i++)
+    e->poisson_max = fmax(e->poisson_max, mesh->materials[i].poisson);
+}
+
+thrum_status thrum_mesh_examine(const thrum_mesh *mesh, thrum_mesh_examined *examined,
+                                thrum_error *error) {
+  thrum_mesh_examined e = {0};
+  thrum_status status = count_pieces(mesh, &e, error);
+  if (status >= 0)
+    status = count_coincident(mesh, &e, error);
+  if (status >= 0)
+    status = examine_surface(mesh, &e, error);
+  if (status < 0)
+    return status;
+  measure_body(mesh, &e);
+  *examined = e;
+  return THRUM_OK;
+}

@@ -1,0 +1,64 @@
+/* What a mesh is like: pieces, surface, shape of its tets, and what is probably a mistake.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_MESH_MESH_EXAMINE_H
+#define THRUM_MESH_MESH_EXAMINE_H
+
+#include "mesh/mesh.h"
+
+enum { THRUM_EXAMINE_BINS = 10, THRUM_EXAMINE_WORST = 5 };
+
+typedef struct thrum_mesh_examined {
+  double volume;                 /* [m^3] */
+  double mass;                   /* [kg]; 0 without materials */
+  double box_min[3], box_max[3]; /* [m] */
+  double extent;                 /* longest side of the box [m] */
+  double edge_min, edge_max;     /* shortest and longest edge of a tet [m] */
+  double poisson_max;            /* largest nu; 0 without materials */
+
+  double ratio_min, ratio_mean;          /* of the mean ratio, see quality.h */
+  int64_t histogram[THRUM_EXAMINE_BINS]; /* tets with a mean ratio in [b, b + 1) / 10 */
+  int64_t worst[THRUM_EXAMINE_WORST];    /* tets, the worst first; -1: there are fewer */
+  double worst_ratio[THRUM_EXAMINE_WORST];
+
+  int64_t pieces;              /* parts that no shared vertex joins */
+  int64_t largest_piece;       /* tets of the largest */
+  int64_t coincident_vertices; /* at just the place of another one */
+
+  int64_t surface_triangles, surface_edges, surface_vertices;
+  int64_t surfaces; /* parts of the surface that no shared edge joins */
+  int64_t hinges;   /* edges of the surface with more than two triangles */
+  int64_t genus;    /* holes through the body, of all surfaces; -1 where hinges are */
+  int64_t interior_vertices;
+  int64_t shallow_tets; /* with all four vertices on the surface */
+} thrum_mesh_examined;
+
+/* What may be wrong, as flags that people can act on. X(name, bit) */
+#define THRUM_EXAMINE_FLAGS(X)                                                                     \
+  X(PIECES, 1)                                                                                     \
+  X(COINCIDENT, 2)                                                                                 \
+  X(HINGES, 4)                                                                                     \
+  X(UNITS, 8)                                                                                      \
+  X(DENSITY, 16)                                                                                   \
+  X(FAR, 32)                                                                                       \
+  X(LOCKING, 64)                                                                                   \
+  X(THIN, 128)                                                                                     \
+  X(SLIVERS, 256)                                                                                  \
+  X(REPAIRED, 512)
+typedef enum thrum_examine_flag {
+#define X(name, bit) THRUM_EXAMINE_##name = bit,
+  THRUM_EXAMINE_FLAGS(X)
+#undef X
+} thrum_examine_flag;
+
+/* Examines a clean mesh. Cost: linear in it, and n log n in its surface. */
+thrum_status thrum_mesh_examine(const thrum_mesh *mesh, thrum_mesh_examined *examined,
+                                thrum_error *error);
+
+/* What is to be flagged: thrum_examine_flag, or'ed. */
+unsigned thrum_mesh_flags(const thrum_mesh *mesh, const thrum_mesh_examined *examined);
+/* One line for a person on a flag: what, how much, and what to do. Returns `line`. */
+const char *thrum_mesh_flag_line(const thrum_mesh *mesh, const thrum_mesh_examined *examined,
+                                 thrum_examine_flag flag, char line[300]);
+
+#endif

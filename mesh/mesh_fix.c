@@ -1,0 +1,305 @@
+/* What --fix names: predicates over rest positions, files of vertex numbers, groups.
+ *
+ * Nothing is written to the caller's bytes until the whole spec is understood. Cost: linear in the
+ * mesh and in the list.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "mesh/mesh.h"
+#include "io/text.h"
+
+enum { ALL_AXES = 7, TERMS_MAX = 32 };
+
+/* One comparison such as x<=0.01. */
+typedef struct fix_term {
+  int axis;
+  bool less, equal;
+  double bound;
+} fix_term;
+
+static bool is_blank(char c) {
+  return c == ' ' || c == '\t' || c == '\n' || c == '\r';
+}
+
+/* Splits `:xyz` off the end of [spec, *end); bits of the components, all of them without it. */
+static uint8_t split_components(const char *spec, const char **end) {
+  const char *p = *end;
+  uint8_t axes = 0;
+  while (p > spec && p[-1] >= 'x' && p[-1] <= 'z') {
+    p--;
+    axes |= (uint8_t)(1 << (*p - 'x'));
+  }
+  while (p > spec && is_blank(p[-1]))
+    p--;
+  if (axes == 0 || p == spec || p[-1] != ':')
+    return ALL_AXES;
+  *end = p - 1;
+  while (*end > spec && is_blank((*end)[-1]))
+    (*end)--;
+  return axes;
+}
+
+static thrum_status bad_predicate(const char *spec, thrum_error *error) {
+  return thrum_error_set(error, THRUM_BAD_FORMAT,
+                         "'%.100s' is no predicate; write comparisons in metres joined by &, such "
+                         "as 'x<0.01&z>=0' or 'x<0.01:yz'",
+                         spec);
+}
+
+static const char *skip_blanks(const char *at, const char *end) {
+  while (at < end && is_blank(*at))
+    at++;
+  return at;
+}
+
+/* Reads one comparison at *at and moves past it; false when there is none. */
+static bool read_term(const char **at, const char *end, fix_term *term) {
+  const char *p = skip_blanks(*at, end);
+  if (p == end || *p < 'x' || *p > 'z')
+    return false;
+  term->axis = *p - 'x';
+  p = skip_blanks(p + 1, end);
+  if (p == end || (*p != '<' && *p != '>'))
+    return false;
+  term->less = *p++ == '<';
+  term->equal = p < end && *p == '=';
+  p = skip_blanks(p + term->equal, end);
+  size_t used = thrum_text_scan_number(p, end, &term->bound);
+  // neither NaN nor infinite bounds make sense
+  if (used == 0 || !(term->bound > -1e300 && term->bound < 1e300))
+    return false;
+  *at = skip_blanks(p + used, end);
+  return true;
+}
+
+static bool holds(const fix_term *term, const double *position) {
+  double x = position[term->axis];
+  if (term->equal && x == term->bound)
+    return true;
+  return term->less ? x < term->bound : x > term->bound;
+}
+
+static thrum_status mark_predicate(const thrum_mesh *mesh, const char *spec, const char *end,
+                                   uint8_t *marks, thrum_error *error) {
+  fix_term terms[TERMS_MAX];
+  int count = 0;
+  const char *at = spec;
+  for (;;) {
+    if (count == TERMS_MAX || !read_term(&at, end, &terms[count]))
+      return bad_predicate(spec, error);
+    count++;
+    if (at == end)
+      break;
+    if (*at++ != '&')
+      return bad_predicate(spec, error);
+  }
+  for (int64_t v = 0; v < mesh->vertex_count; v++) {
+    marks[v] = 1;
+    for (int t = 0; t < count; t++)
+      marks[v] = marks[v] && holds(&terms[t], mesh->vertices + 3 * v);
+  }
+  return THRUM_OK;
+}
+
+static int64_t file_vertices(const thrum_mesh *mesh) {
+  return mesh->file_vertex_count > 0 ? mesh->file_vertex_count : mesh->vertex_count;
+}
+
+static int64_t number_at(const thrum_mesh *mesh, int64_t position) {
+  return mesh->file_number ? mesh->file_number[position] : position + 1;
+}
+
+/* First position whose number is not below `number`. */
+static int64_t position_from(const thrum_mesh *mesh, int64_t number) {
+  int64_t low = 0, high = file_vertices(mesh);
+  while (low < high) {
+    int64_t middle = low + (high - low) / 2;
+    if (number_at(mesh, middle) < number)
+      low = middle + 1;
+    else
+      high = middle;
+  }
+  return low;
+}
+
+/* Marks the vertices that the file numbers first..last. Ones that cleaning dropped are passed over:
+ * they are not part of the body. */
+static thrum_status mark_range(const thrum_mesh *mesh, const thrum_text *text, int64_t first,
+                               int64_t last, uint8_t *marks, thrum_error *error) {
+  int64_t count = file_vertices(mesh);
+  for (int end = 0; end < 2; end++) {
+    int64_t number = end ? last : first, at = position_from(mesh, number);
+    if (at == count || number_at(mesh, at) != number)
+      return thrum_text_fail(text, THRUM_BAD_VALUE, error,
+                             "vertex %lld is not in the mesh, which has %lld, from %lld to %lld",
+                             (long long)number, (long long)count, (long long)number_at(mesh, 0),
+                             (long long)number_at(mesh, count - 1));
+  }
+  if (first > last)
+    return thrum_text_fail(text, THRUM_BAD_VALUE, error, "the range %lld:%lld runs backwards",
+                           (long long)first, (long long)last);
+  for (int64_t at = position_from(mesh, first); at < count && number_at(mesh, at) <= last; at++) {
+    int64_t v = mesh->file_vertex ? mesh->file_vertex[at] : at;
+    if (v >= 0)
+      marks[v] = 1;
+  }
+  return THRUM_OK;
+}
+
+/* A number or a range a:b, blanks around the colon allowed. */
+static thrum_status mark_entry(const thrum_mesh *mesh, thrum_text *text, uint8_t *marks,
+                               thrum_error *error) {
+  int64_t bounds[2] = {0, 0};
+  const char *word = text->at;
+  for (int i = 0; i < 2; i++) {
+    while (text->at < text->end && is_blank(*text->at))
+      text->at++;
+    size_t used = thrum_text_scan_integer(text->at, text->end, &bounds[i]);
+    text->at += used;
+    bool stops =
+        text->at == text->end || is_blank(*text->at) || *text->at == ',' || *text->at == ':';
+    if (used == 0 || !stops)
+      return thrum_text_fail(text, THRUM_BAD_FORMAT, error,
+                             "expected a vertex number or a range a:b, found '%s'",
+                             thrum_text_excerpt(word, (size_t)(text->end - word)).text);
+    if (i == 0 && !thrum_text_take(text, ':')) {
+      bounds[1] = bounds[0];
+      break;
+    }
+  }
+  return mark_range(mesh, text, bounds[0], bounds[1], marks, error);
+}
+
+static thrum_status mark_file(const thrum_mesh *mesh, const char *path, uint8_t *marks,
+                              thrum_error *error) {
+  thrum_text text;
+  thrum_status status = thrum_text_open(path, '#', ',', &text, error);
+  if (status < 0)
+    return status;
+  while (status >= 0 && thrum_text_next_line(&text))
+    while (status >= 0 && thrum_text_more(&text))
+      status = mark_entry(mesh, &text, marks, error);
+  thrum_text_close(&text);
+  return status;
+}
+
+static const thrum_group *find_group(const thrum_mesh *mesh, const char *name) {
+  for (int64_t g = 0; g < mesh->group_count; g++)
+    if (strcmp(mesh->groups[g].name, name) == 0)
+      return &mesh->groups[g];
+  return NULL;
+}
+
+/* "no such thing; the groups are a, b, ..." as far as the line has room. */
+static thrum_status unknown_name(const thrum_mesh *mesh, const char *name, thrum_error *error) {
+  if (mesh->group_count == 0)
+    return thrum_error_set(error, THRUM_MISSING,
+                           "'%.100s' is neither a file nor a group, and the mesh has no groups; "
+                           "use a predicate such as 'x<0.01'",
+                           name);
+  char list[200] = "";
+  size_t length = 0;
+  for (int64_t g = 0; g < mesh->group_count; g++) {
+    const char *group = mesh->groups[g].name;
+    size_t more = strlen(group) + 2;
+    if (length + more + 5 > sizeof list) {
+      memcpy(list + length, ", ...", 6);
+      break;
+    }
+    length += (size_t)snprintf(list + length, sizeof list - length, "%s%s", g ? ", " : "", group);
+  }
+  return thrum_error_set(error, THRUM_MISSING,
+                         "'%.100s' is neither a file nor a group; the groups are %s", name, list);
+}
+
+static bool is_file(const char *path) {
+  struct stat about;
+  return stat(path, &about) == 0 && !S_ISDIR(about.st_mode);
+}
+
+static thrum_status mark_name(const thrum_mesh *mesh, const char *name, uint8_t *marks,
+                              thrum_error *error) {
+  if (is_file(name))
+    return mark_file(mesh, name, marks, error);
+  const thrum_group *group = find_group(mesh, name);
+  if (!group)
+    return unknown_name(mesh, name, error);
+  for (int64_t i = 0; i < group->count; i++)
+    marks[group->vertices[i]] = 1;
+  return THRUM_OK;
+}
+
+/* `text` is the spec without blanks around it. */
+static thrum_status mark(const thrum_mesh *mesh, char *text, uint8_t *marks, uint8_t *axes,
+                         thrum_error *error) {
+  bool predicate = strpbrk(text, "<>") != NULL;
+  // a name that happens to end like components is still that name
+  if (!predicate && (is_file(text) || find_group(mesh, text))) {
+    *axes = ALL_AXES;
+    return mark_name(mesh, text, marks, error);
+  }
+  const char *end = text + strlen(text);
+  *axes = split_components(text, &end);
+  if (predicate)
+    return mark_predicate(mesh, text, end, marks, error);
+  text[end - text] = '\0';
+  return mark_name(mesh, text, marks, error);
+}
+
+/* A copy without blanks around it; other blanks and control characters become spaces, which keeps
+ * messages on one line and terminals as they are. NULL when out of memory. */
+static char *copy_spec(const char *spec) {
+  const char *stop = spec + strlen(spec);
+  spec = skip_blanks(spec, stop);
+  while (stop > spec && is_blank(stop[-1]))
+    stop--;
+  char *text = calloc(1, (size_t)(stop - spec) + 1);
+  for (size_t i = 0; text && i < (size_t)(stop - spec); i++)
+    text[i] = (unsigned char)spec[i] < ' ' || spec[i] == 0x7f ? ' ' : spec[i];
+  return text;
+}
+
+static thrum_status mark_all(const thrum_mesh *mesh, char *text, uint8_t *marks, uint8_t *axes,
+                             int64_t *named, thrum_error *error) {
+  if (!*text)
+    return thrum_error_set(error, THRUM_BAD_FORMAT,
+                           "what to fix is empty; name a group, a file or "
+                           "a predicate such as 'x<0.01'");
+  // mark may cut the components off
+  char shown[101];
+  snprintf(shown, sizeof shown, "%s", text);
+  thrum_status status = mark(mesh, text, marks, axes, error);
+  if (status < 0)
+    return status;
+  *named = 0;
+  for (int64_t v = 0; v < mesh->vertex_count; v++)
+    *named += marks[v];
+  if (*named == 0)
+    return thrum_error_set(error, THRUM_BAD_VALUE, "'%s' names no vertex of the mesh", shown);
+  return THRUM_OK;
+}
+
+thrum_status thrum_mesh_fix(const thrum_mesh *mesh, const char *spec, uint8_t *fixed,
+                            int64_t *count, thrum_error *error) {
+  char *text = copy_spec(spec);
+  uint8_t *marks = calloc((size_t)mesh->vertex_count + 1, 1);
+  uint8_t axes = ALL_AXES;
+  thrum_status status = THRUM_OUT_OF_MEMORY;
+  int64_t named = 0;
+  if (text && marks)
+    status = mark_all(mesh, text, marks, &axes, &named, error);
+  else
+    thrum_error_set(error, status, "not enough memory for what is fixed");
+  if (status >= 0) {
+    for (int64_t v = 0; v < mesh->vertex_count; v++)
+      fixed[v] |= marks[v] ? axes : 0;
+    *count = named;
+  }
+  free(marks);
+  free(text);
+  return status;
+}

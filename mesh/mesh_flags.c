@@ -1,0 +1,119 @@
+/* What of an examined mesh is probably a mistake, and what to do about it. Every threshold is a
+ * judgement, written down here and in docs/meshes.md.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
+#include <stdio.h>
+
+#include "mesh/mesh_examine.h"
+
+/* Bodies outside are likely in other units than metres: a part of 1 m drawn in millimetres comes as
+ * 1 km, one drawn in kilometres as 1 mm. */
+static const double EXTENT_LARGE = 500, EXTENT_SMALL = 0.005;
+/* No solid is lighter or heavier [kg/m^3]; steel in tonnes and millimetres is 7.85e-9. */
+static const double DENSITY_LIGHT = 0.5, DENSITY_HEAVY = 30000;
+/* Distance from the origin in extents: beyond, positions have lost five of sixteen digits. */
+static const double DISTANCE_FAR = 1e5;
+/* Linear tets lock towards incompressibility; nearly all of them touching the surface with all
+ * their corners leaves none to bend. */
+static const double POISSON_LOCKS = 0.45, SHALLOW_SHARE = 0.9;
+/* A tet as flat as this spoils the stiffness and the critical time step. */
+static const double RATIO_SLIVER = 0.05;
+
+static double distance(const thrum_mesh_examined *e) {
+  double far = 0;
+  for (int c = 0; c < 3; c++)
+    far = fmax(far, fmax(fabs(e->box_min[c]), fabs(e->box_max[c])));
+  return far;
+}
+
+static bool odd_density(const thrum_mesh *mesh) {
+  for (int64_t i = 0; i < mesh->region_count && mesh->has_material; i++)
+    if (!(mesh->materials[i].density >= DENSITY_LIGHT &&
+          mesh->materials[i].density <= DENSITY_HEAVY))
+      return true;
+  return false;
+}
+
+unsigned thrum_mesh_flags(const thrum_mesh *mesh, const thrum_mesh_examined *e) {
+  unsigned flags = 0;
+  flags |= e->pieces > 1 ? THRUM_EXAMINE_PIECES : 0U;
+  flags |= e->coincident_vertices > 0 ? THRUM_EXAMINE_COINCIDENT : 0U;
+  flags |= e->hinges > 0 ? THRUM_EXAMINE_HINGES : 0U;
+  flags |= e->extent >= EXTENT_LARGE || e->extent <= EXTENT_SMALL ? THRUM_EXAMINE_UNITS : 0U;
+  flags |= odd_density(mesh) ? THRUM_EXAMINE_DENSITY : 0U;
+  flags |= distance(e) > DISTANCE_FAR * e->extent ? THRUM_EXAMINE_FAR : 0U;
+  flags |= e->poisson_max > POISSON_LOCKS ? THRUM_EXAMINE_LOCKING : 0U;
+  flags |=
+      (double)e->shallow_tets > SHALLOW_SHARE * (double)mesh->tet_count ? THRUM_EXAMINE_THIN : 0U;
+  flags |= e->ratio_min < RATIO_SLIVER ? THRUM_EXAMINE_SLIVERS : 0U;
+  // middle nodes of quadratic tets are dropped as a matter of course
+  const bool dropped = mesh->dropped_vertices > 0 && mesh->cornered_tets == 0;
+  flags |= mesh->flipped_tets > 0 || dropped ? THRUM_EXAMINE_REPAIRED : 0U;
+  return flags;
+}
+
+const char *thrum_mesh_flag_line(const thrum_mesh *mesh, const thrum_mesh_examined *e,
+                                 thrum_examine_flag flag, char line[300]) {
+  enum { SIZE = 300 };
+  switch (flag) {
+  case THRUM_EXAMINE_PIECES:
+    snprintf(line, SIZE,
+             "%lld pieces that share no vertex (the largest has %lld of %lld tets); each must be "
+             "held, or the parts joined in the mesher",
+             (long long)e->pieces, (long long)e->largest_piece, (long long)mesh->tet_count);
+    break;
+  case THRUM_EXAMINE_COINCIDENT:
+    snprintf(line, SIZE,
+             "%lld vertices lie exactly on another one; where parts should hold together, merge "
+             "them (Gmsh: Mesh > Remove duplicate nodes)",
+             (long long)e->coincident_vertices);
+    break;
+  case THRUM_EXAMINE_HINGES:
+    snprintf(line, SIZE,
+             "%lld edges of the surface have more than two triangles: parts of the body hang "
+             "together by an edge only, as on a hinge",
+             (long long)e->hinges);
+    break;
+  case THRUM_EXAMINE_UNITS:
+    snprintf(line, SIZE, "the body is %.3g m long; if the file is in %s, give --scale %s",
+             e->extent, e->extent > 1 ? "millimetres" : "metres times 1000",
+             e->extent > 1 ? "0.001" : "1000");
+    break;
+  case THRUM_EXAMINE_DENSITY:
+    snprintf(line, SIZE,
+             "a density is outside %g to %g kg/m^3; materials are in SI units (Pa, kg/m^3)",
+             DENSITY_LIGHT, DENSITY_HEAVY);
+    break;
+  case THRUM_EXAMINE_FAR:
+    snprintf(line, SIZE,
+             "the body lies %.3g m from the origin but is %.3g m long: positions lose digits; move "
+             "it near the origin in the mesher",
+             distance(e), e->extent);
+    break;
+  case THRUM_EXAMINE_LOCKING:
+    snprintf(line, SIZE,
+             "Poisson's ratio %g is above %g: linear tetrahedra lock, and the body will be too "
+             "stiff",
+             e->poisson_max, POISSON_LOCKS);
+    break;
+  case THRUM_EXAMINE_THIN:
+    snprintf(line, SIZE,
+             "%lld of %lld tets reach the surface with all corners, so there is one element "
+             "through the thickness: bending will be too stiff; refine",
+             (long long)e->shallow_tets, (long long)mesh->tet_count);
+    break;
+  case THRUM_EXAMINE_SLIVERS:
+    snprintf(line, SIZE,
+             "the worst tet has a mean ratio of %.2g (1 is regular, below %g is a sliver); "
+             "optimise the mesh in the mesher",
+             e->ratio_min, RATIO_SLIVER);
+    break;
+  case THRUM_EXAMINE_REPAIRED:
+    snprintf(line, SIZE,
+             "%lld inverted tets were flipped and %lld vertices of no tet dropped while reading",
+             (long long)mesh->flipped_tets, (long long)mesh->dropped_vertices);
+    break;
+  }
+  return line;
+}

@@ -1,0 +1,84 @@
+/* Mesh measures, see quality.h. One pass over the tetrahedra. SPDX-License-Identifier: Apache-2.0
+ */
+#include "mesh/model_quality.h"
+
+#include <math.h>
+
+#include "runtime/base/vec3.h"
+
+#define LACKS 1.05 /* a frequency that is further above its own stands for another mode */
+
+static const double pi = 3.14159265358979323846;
+
+double thrum_tet_mean_ratio(const double *const corners[4], double *volume) {
+  double edge[3][3];
+  double squares = 0;
+  for (int a = 0; a < 3; a++) {
+    for (int axis = 0; axis < 3; axis++) {
+      edge[a][axis] = corners[a + 1][axis] - corners[0][axis];
+      squares += edge[a][axis] * edge[a][axis];
+    }
+  }
+  // the other three edges are differences of the first three
+  for (int a = 0; a < 3; a++) {
+    for (int axis = 0; axis < 3; axis++) {
+      const double side = edge[a][axis] - edge[(a + 1) % 3][axis];
+      squares += side * side;
+    }
+  }
+  const double determinant = edge[0][0] * (edge[1][1] * edge[2][2] - edge[1][2] * edge[2][1]) -
+                             edge[0][1] * (edge[1][0] * edge[2][2] - edge[1][2] * edge[2][0]) +
+                             edge[0][2] * (edge[1][0] * edge[2][1] - edge[1][1] * edge[2][0]);
+  *volume = determinant / 6;
+  if (!(squares > 0))
+    return 0;
+  const double root = cbrt(3 * fabs(*volume));
+  return 12 * root * root / squares;
+}
+
+void thrum_bounding_box(const double *points, int64_t count, double box_min[3], double box_max[3]) {
+  thrum_box3(points, count, box_min, box_max);
+}
+
+thrum_status thrum_quality_measure(const thrum_model *model, thrum_quality *quality,
+                                   thrum_error *error) {
+  if (model->vertices == NULL || model->tets == NULL || model->tet_count < 1) {
+    return thrum_error_set(error, THRUM_MISSING, "the model holds no mesh");
+  }
+  thrum_quality measured = {.ratio_min = INFINITY};
+  thrum_bounding_box(model->vertices, model->vertex_count, measured.box_min, measured.box_max);
+  for (int64_t v = 0; v < model->vertex_count; v++)
+    measured.fixed_count += model->fixed[v] != 0;
+  for (int64_t t = 0; t < model->tet_count; t++) {
+    const double *corners[4];
+    for (int a = 0; a < 4; a++)
+      corners[a] = model->vertices + 3 * (int64_t)model->tets[4 * t + a];
+    double volume = 0;
+    const double ratio = thrum_tet_mean_ratio(corners, &volume);
+    measured.volume += volume;
+    measured.mass += volume * model->material[3 * (int64_t)model->tet_region[t] + 2];
+    measured.ratio_mean += ratio;
+    // among equals the first is named, whatever rounding says
+    if (ratio < measured.ratio_min * (1 - 1e-12)) {
+      measured.ratio_min = ratio;
+      measured.worst_tet = t;
+    }
+  }
+  measured.ratio_mean /= (double)model->tet_count;
+  *quality = measured;
+  return THRUM_OK;
+}
+
+void thrum_frequencies(const double *omega2, int64_t count, double *hertz) {
+  for (int64_t n = 0; n < count; n++)
+    hertz[n] = sqrt(omega2[n]) / (2 * pi);
+}
+
+int64_t thrum_basis_lacks(const double *mode_omega2, int64_t modes, const double *omega2,
+                          int64_t rank) {
+  for (int64_t n = 0; n < (modes + 1) / 2; n++) {
+    if (n >= rank || omega2[n] > LACKS * LACKS * mode_omega2[n])
+      return n;
+  }
+  return -1;
+}

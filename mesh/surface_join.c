@@ -1,0 +1,54 @@
+/* Joining the vertices of a surface that are at just the same place; see surface_check.h. Cost:
+ * linear. SPDX-License-Identifier: Apache-2.0 */
+#include <stdlib.h>
+#include <string.h>
+
+#include "mesh/point_hash.h"
+#include "mesh/surface_check.h"
+
+/* Numbers the vertices anew in the order of their first use; new_number: -1 at first. */
+static thrum_status renumber(thrum_surface_mesh *surface, thrum_places *places, int32_t *new_number,
+                             double *kept, int64_t *count, int64_t *joined, thrum_error *error) {
+  for (int64_t n = 0; n < 3 * surface->triangle_count; n++) {
+    const int32_t old = surface->triangles[n];
+    if (new_number[old] < 0) {
+      const double *x = surface->vertices + 3 * (int64_t)old;
+      const thrum_status status =
+          thrum_places_find(places, kept, *count, x, &new_number[old], error);
+      if (status < 0)
+        return status;
+      if (new_number[old] == *count)
+        memcpy(kept + 3 * (*count)++, x, 3 * sizeof *kept);
+      else
+        ++*joined;
+    }
+    surface->triangles[n] = new_number[old];
+  }
+  return THRUM_OK;
+}
+
+thrum_status thrum_surface_join(thrum_surface_mesh *surface, int64_t *joined, thrum_error *error) {
+  const size_t all = (size_t)surface->vertex_count;
+  thrum_places places = {0};
+  int32_t *new_number = malloc((all + 1) * sizeof *new_number);
+  double *kept = malloc((3 * all + 1) * sizeof *kept);
+  int64_t count = 0;
+  thrum_status status = THRUM_OK;
+  *joined = 0;
+  if (new_number == NULL || kept == NULL) {
+    status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the surface");
+  } else {
+    memset(new_number, 0xff, all * sizeof *new_number);
+    status = renumber(surface, &places, new_number, kept, &count, joined, error);
+  }
+  free(new_number);
+  thrum_places_free(&places);
+  if (status < 0) {
+    free(kept);
+    return status;
+  }
+  free(surface->vertices);
+  surface->vertices = kept;
+  surface->vertex_count = count;
+  return THRUM_OK;
+}

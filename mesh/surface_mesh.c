@@ -1,0 +1,111 @@
+/* Triangle surfaces: choice of the reader, growth, scale. Cost: linear in the file.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "mesh/surface_mesh.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "io/file.h"
+#include "io/text.h"
+#include "mesh/mesh_build.h"
+
+void thrum_surface_mesh_free(thrum_surface_mesh *surface) {
+  free(surface->vertices);
+  free(surface->triangles);
+  free(surface->triangle_line);
+  *surface = (thrum_surface_mesh){0};
+}
+
+static thrum_status no_memory(thrum_error *error) {
+  return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory for the surface");
+}
+
+static thrum_status too_many(thrum_error *error, const char *what) {
+  return thrum_error_set(error, THRUM_UNSUPPORTED, "the surface has more than 2^31 - 2 %s", what);
+}
+
+thrum_status thrum_surface_add_vertex(thrum_surface_builder *b, const double position[3]) {
+  thrum_surface_mesh *made = &b->made;
+  if (made->vertex_count >= INT32_MAX - 1)
+    return too_many(b->error, "vertices");
+  double *vertices = thrum_mesh_grow(made->vertices, &b->vertex_capacity, made->vertex_count + 1,
+                                     3 * sizeof *vertices);
+  if (vertices == NULL)
+    return no_memory(b->error);
+  made->vertices = vertices;
+  memcpy(vertices + 3 * made->vertex_count++, position, 3 * sizeof *vertices);
+  return THRUM_OK;
+}
+
+thrum_status thrum_surface_add_triangle(thrum_surface_builder *b, const int32_t corners[3],
+                                        int64_t line) {
+  thrum_surface_mesh *made = &b->made;
+  const int64_t count = made->triangle_count;
+  if (count >= INT32_MAX - 1)
+    return too_many(b->error, "triangles");
+  int32_t *triangles =
+      thrum_mesh_grow(made->triangles, &b->triangle_capacity, count + 1, 3 * sizeof *triangles);
+  if (triangles == NULL)
+    return no_memory(b->error);
+  made->triangles = triangles;
+  int64_t *lines =
+      thrum_mesh_grow(made->triangle_line, &b->line_capacity, count + 1, sizeof *lines);
+  if (lines == NULL)
+    return no_memory(b->error);
+  made->triangle_line = lines;
+  memcpy(triangles + 3 * count, corners, 3 * sizeof *triangles);
+  lines[count] = line;
+  made->triangle_count++;
+  return THRUM_OK;
+}
+
+static thrum_surface_parser *find_parser(const char *name) {
+  const size_t length = strlen(name);
+  if (length <= 4)
+    return NULL;
+  const char *suffix = name + length - 4;
+  if (thrum_text_equals(suffix, 4, ".obj"))
+    return thrum_surface_parse_obj;
+  return thrum_text_equals(suffix, 4, ".stl") ? thrum_surface_parse_stl : NULL;
+}
+
+bool thrum_surface_mesh_is_named(const char *name) {
+  return find_parser(name) != NULL;
+}
+
+static thrum_status scale_vertices(const char *path, double scale, thrum_surface_mesh *surface,
+                                   thrum_error *error) {
+  for (int64_t n = 0; n < 3 * surface->vertex_count; n++) {
+    surface->vertices[n] *= scale;
+    if (!isfinite(surface->vertices[n]))
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "%.200s: vertex %lld times the scale %g is not a finite number", path,
+                             (long long)(n / 3 + 1), scale);
+  }
+  return THRUM_OK;
+}
+
+thrum_status thrum_surface_mesh_read(const char *path, double scale, thrum_surface_mesh *surface,
+                                     thrum_error *error) {
+  thrum_surface_parser *parse = find_parser(path);
+  if (parse == NULL)
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "%.200s: unknown kind of surface; give an .obj or .stl file", path);
+  void *data = NULL;
+  size_t size = 0;
+  thrum_status status = thrum_file_read(path, &data, &size, error);
+  if (status < 0)
+    return status;
+  thrum_surface_mesh read = {0};
+  status = parse(path, data, size, &read, error);
+  free(data);
+  if (status >= 0)
+    status = scale_vertices(path, scale, &read, error);
+  if (status < 0)
+    thrum_surface_mesh_free(&read);
+  else
+    *surface = read;
+  return status;
+}

@@ -1,0 +1,80 @@
+/* Barycentric coordinates in a tetrahedron, and the distance to a triangle; see tet_tree.h.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <string.h>
+
+#include "mesh/mesh_build.h"
+#include "mesh/tet_tree.h"
+
+static void subtract(const double *a, const double *b, double difference[3]) {
+  for (int axis = 0; axis < 3; axis++)
+    difference[axis] = a[axis] - b[axis];
+}
+
+/* Adds to w_1..w_3 what the vector x takes of the edges from corner a, and takes it off w_0. */
+static void add_weights(double edges[3][3], double volume, const double x[3], double weights[4]) {
+  for (int c = 0; c < 3; c++) {
+    double with[3][3];
+    memcpy(with, edges, sizeof with);
+    memcpy(with[c], x, sizeof with[c]);
+    const double share = thrum_mesh_triple(with) / volume;
+    weights[c + 1] += share;
+    weights[0] -= share;
+  }
+}
+
+void thrum_tet_weights(const double *const corners[4], const double point[3], double weights[4]) {
+  double edges[3][3], x[3];
+  for (int c = 0; c < 3; c++)
+    subtract(corners[c + 1], corners[0], edges[c]);
+  const double volume = thrum_mesh_triple(edges);
+  memcpy(weights, (double[4]){1, 0, 0, 0}, 4 * sizeof *weights);
+  subtract(point, corners[0], x);
+  add_weights(edges, volume, x, weights);
+  // what is left of x
+  for (int axis = 0; axis < 3; axis++)
+    x[axis] -=
+        weights[1] * edges[0][axis] + weights[2] * edges[1][axis] + weights[3] * edges[2][axis];
+  add_weights(edges, volume, x, weights);
+}
+
+static double dot(const double a[3], const double b[3]) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/* Squared distance to a + s (b - a) + t (c - a). */
+static double distance2_at(const double ap[3], const double ab[3], const double ac[3], double s,
+                           double t) {
+  double rest[3];
+  for (int axis = 0; axis < 3; axis++)
+    rest[axis] = ap[axis] - s * ab[axis] - t * ac[axis];
+  return dot(rest, rest);
+}
+
+double thrum_triangle_distance2(const double *a, const double *b, const double *c,
+                                const double point[3]) {
+  double ab[3], ac[3], ap[3], bp[3], cp[3];
+  subtract(b, a, ab);
+  subtract(c, a, ac);
+  subtract(point, a, ap);
+  subtract(point, b, bp);
+  subtract(point, c, cp);
+  const double d1 = dot(ab, ap), d2 = dot(ac, ap), d3 = dot(ab, bp), d4 = dot(ac, bp);
+  const double d5 = dot(ab, cp), d6 = dot(ac, cp);
+  if (d1 <= 0 && d2 <= 0)
+    return dot(ap, ap);
+  if (d3 >= 0 && d4 <= d3)
+    return dot(bp, bp);
+  if (d6 >= 0 && d5 <= d6)
+    return dot(cp, cp);
+  const double in_c = d1 * d4 - d3 * d2, in_b = d5 * d2 - d1 * d6, in_a = d3 * d6 - d5 * d4;
+  if (in_c <= 0 && d1 >= 0 && d3 <= 0)
+    return distance2_at(ap, ab, ac, d1 / (d1 - d3), 0);
+  if (in_b <= 0 && d2 >= 0 && d6 <= 0)
+    return distance2_at(ap, ab, ac, 0, d2 / (d2 - d6));
+  if (in_a <= 0 && d4 >= d3 && d5 >= d6) {
+    const double t = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+    return distance2_at(ap, ab, ac, 1 - t, t);
+  }
+  const double whole = in_a + in_b + in_c;
+  return distance2_at(ap, ab, ac, in_b / whole, in_c / whole);
+}

@@ -1,0 +1,45 @@
+/* A temporary folder in which other programs work for a command, removed whatever happens: while it
+ * is open, SIGINT, SIGTERM and SIGHUP wait, and one that comes ends the program that runs, removes
+ * the folder and then ends this one. SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_PLATFORM_TEMP_FOLDER_H
+#define THRUM_PLATFORM_TEMP_FOLDER_H
+
+#include <signal.h>
+#include <stdbool.h>
+
+#include "thrum/status.h"
+
+#define CLI_WORKSHOP_PATH_MAX 1024
+
+typedef struct cli_workshop {
+  char folder[CLI_WORKSHOP_PATH_MAX];
+  sigset_t before, held;
+  int stopped; /* the signal that came; 0: none */
+} cli_workshop;
+
+/* Makes the folder, in TMPDIR or /tmp. */
+thrum_status cli_workshop_open(cli_workshop *workshop, thrum_error *error);
+
+/* The path of a file in it. */
+void cli_workshop_path(const cli_workshop *workshop, const char *name,
+                       char path[CLI_WORKSHOP_PATH_MAX]);
+
+/* How a program ended. */
+typedef struct cli_workshop_end {
+  int code;   /* exit code; -1: a signal ended it */
+  int signal; /* which; 0: none */
+} cli_workshop_end;
+
+/* Runs argv[0], found in PATH, without a shell and without input, and waits; what it prints goes to
+ * the file `log` of the folder. Fails when it cannot be started, or when somebody stops this
+ * program. */
+thrum_status cli_workshop_run(cli_workshop *workshop, char *const *argv, const char *log,
+                              cli_workshop_end *end, thrum_error *error);
+
+/* Removes the folder and all files in it. Does not come back when a signal came meanwhile. */
+void cli_workshop_close(cli_workshop *workshop);
+
+/* Is there a program of that name in PATH? */
+bool cli_program_exists(const char *name);
+
+#endif

@@ -1,0 +1,256 @@
+/* The basis U, design 2: mass-PCA of the modes psi_i (w_1^2/w_i^2) and the modal derivatives
+ * Phi_ij a (w_1^4/(w_i^2 w_j^2)), a = 0.1 (bounding-box diagonal)/max_x |psi_1(x)|, after Barbic,
+ * James 2005, doi:10.1145/1073204.1073300; a makes the basis independent of the unit of length.
+ * The singular value decomposition in the mass inner product goes through an accurate mass-QR, so
+ * small singular values are right as well. Then U is turned so that U^T K U is diagonal.
+ * O(n candidates^2), and a copy of the candidates.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "precompute/basis/basis.h"
+
+#include <cblas.h>
+#include <lapacke.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "platform/allocate.h"
+#include "precompute/basis/eigen.h"
+#include "precompute/basis/orthonormal.h"
+#include "precompute/polynomial/polynomial_reduce.h"
+#include "runtime/base/vec3.h"
+
+#define TOLERANCE                                                                                  \
+  1e-8 /* what is left of a candidate below this of itself is noise of the solves                  \
+        */
+#define ROW_BLOCK 256
+
+typedef struct pca {
+  const thrum_fem *fem;
+  const thrum_sparse *mass;
+  int64_t n, modes, count, rank; /* count: candidates */
+  int64_t kept;                  /* of the modes, the last ones */
+  double *weight;                /* count */
+  double *q;                     /* n x count */
+  double *work;                  /* n x THRUM_SOLVE_BLOCK */
+  double *small;                 /* count x count */
+  double *left;                  /* count x count */
+  double *values;                /* 2 count */
+} pca;
+
+static void pca_free(pca *p) {
+  free(p->weight);
+  free(p->q);
+  free(p->work);
+  free(p->small);
+  free(p->left);
+  free(p->values);
+}
+
+static thrum_status pca_allocate(pca *p, thrum_error *error) {
+  if (!(p->weight = thrum_allocate(p->count, sizeof(double), "the basis", error)) ||
+      !(p->q = thrum_allocate(p->n * p->count, sizeof(double), "the basis", error)) ||
+      !(p->work = thrum_allocate(p->n * THRUM_SOLVE_BLOCK, sizeof(double), "the basis", error)) ||
+      !(p->small = thrum_allocate(p->count * p->count, sizeof(double), "the basis", error)) ||
+      !(p->left = thrum_allocate(p->count * p->count, sizeof(double), "the basis", error)) ||
+      !(p->values = thrum_allocate(2 * p->count, sizeof(double), "the basis", error)))
+    return THRUM_OUT_OF_MEMORY;
+  return THRUM_OK;
+}
+
+// a of the file comment: what makes a derivative comparable to a mode
+static double length_factor(const thrum_fem *fem, const double *first_mode) {
+  double largest = 0;
+  for (int64_t v = 0; v < fem->vertex_count; v++) {
+    double square = 0;
+    for (int c = 0; c < 3; c++) {
+      const int32_t dof = fem->dof[3 * v + c];
+      square += dof < 0 ? 0 : first_mode[dof] * first_mode[dof];
+    }
+    largest = fmax(largest, sqrt(square));
+  }
+  return 0.1 * thrum_box3_diagonal(fem->vertices, fem->vertex_count) / largest;
+}
+
+static void set_weights(pca *p, const double *omega2, const double *candidates) {
+  const double a = length_factor(p->fem, candidates);
+  int64_t next = p->modes;
+  for (int64_t i = 0; i < p->modes; i++) {
+    p->weight[i] = omega2[0] / omega2[i];
+    for (int64_t j = i; j < p->modes; j++)
+      p->weight[next++] = a * (omega2[0] / omega2[i]) * (omega2[0] / omega2[j]);
+  }
+}
+
+// q = candidates of unit mass norm; derivatives that vanish against the others become zero
+static void normalise(pca *p, const double *candidates) {
+  const int64_t n = p->n;
+  double largest = 0;
+  for (int64_t c = 0; c < p->count; c++) {
+    double square;
+    thrum_mass_gram(p->mass, candidates + c * n, 1, candidates + c * n, 1, &square, p->work);
+    p->values[c] = sqrt(square);
+    if (c >= p->modes)
+      largest = fmax(largest, p->values[c]);
+  }
+  for (int64_t c = 0; c < p->count; c++) {
+    const bool vanishes =
+        !(p->values[c] > 0) || (c >= p->modes && !(p->values[c] > 1e-12 * largest));
+    const double factor = vanishes ? 0 : 1 / p->values[c];
+    for (int64_t i = 0; i < n; i++)
+      p->q[c * n + i] = factor * candidates[c * n + i];
+  }
+}
+
+// the first left singular vectors of a matrix (rows x count, destroyed): rows x min, or all
+static thrum_status left_vectors(pca *p, char how, int64_t rows, int64_t count, double *matrix,
+                                 double *left, thrum_error *error) {
+  double unused;
+  if (LAPACKE_dgesvd(LAPACK_COL_MAJOR, how, 'N', (int)rows, (int)count, matrix, (int)rows,
+                     p->values, left, (int)rows, &unused, 1, p->values + p->count) != 0)
+    return thrum_error_set(error, THRUM_NOT_CONVERGED,
+                           "the singular values of the basis did not converge");
+  return THRUM_OK;
+}
+
+// as decompose, but what must be kept comes first, and the rest from its complement
+static thrum_status decompose_around(pca *p, int64_t span, double *frame, double *rest,
+                                     thrum_error *error) {
+  const int m = (int)span, count = (int)p->count;
+  // frame: what is kept, then its complement
+  memcpy(rest, p->small + (p->modes - p->kept) * span, sizeof *rest * (size_t)(p->kept * span));
+  thrum_status status = left_vectors(p, 'A', span, p->kept, rest, frame, error);
+  int held = 0;
+  while (held < p->kept && held < m && p->values[held] > TOLERANCE)
+    held++;
+  if (status == THRUM_OK && p->rank < held)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "rank %lld is less than the %d responses of the handles; raise --rank",
+                           (long long)p->rank, held);
+  for (int64_t c = 0; c < p->count; c++)
+    cblas_dscal(m, p->weight[c], p->small + c * span, 1);
+  const int left = m - held, more = (int)p->rank - held;
+  memcpy(p->left, frame, sizeof *frame * (size_t)(held * span));
+  if (status != THRUM_OK || more == 0)
+    return status;
+  cblas_dgemm(CblasColMajor, CblasTrans, CblasNoTrans, left, count, m, 1, frame + held * span, m,
+              p->small, m, 0, rest, left);
+  status = left_vectors(p, 'S', left, count, rest, p->small, error);
+  if (status == THRUM_OK)
+    cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, m, more, left, 1, frame + held * span, m,
+                p->small, left, 0, p->left + held * span, m);
+  return status;
+}
+
+// left singular vectors of the weighted candidates, in the coordinates of q
+static thrum_status decompose(pca *p, const double *candidates, int64_t span, thrum_error *error) {
+  thrum_mass_gram(p->mass, p->q, span, candidates, p->count, p->small, p->work);
+  if (p->kept > 0) {
+    double *frame = thrum_allocate(span * span, sizeof *frame, "the basis", error);
+    double *rest = frame ? thrum_allocate(span * p->count, sizeof *rest, "the basis", error) : NULL;
+    const thrum_status status =
+        rest ? decompose_around(p, span, frame, rest, error) : THRUM_OUT_OF_MEMORY;
+    free(frame);
+    free(rest);
+    return status;
+  }
+  for (int64_t c = 0; c < p->count; c++)
+    cblas_dscal((int)span, p->weight[c], p->small + c * span, 1);
+  return left_vectors(p, 'S', span, p->count, p->small, p->left, error);
+}
+
+// rows of all components from columns over the free ones
+static void scatter_rows(const thrum_fem *fem, const double *columns, int64_t rank, double *basis) {
+  for (int64_t c = 0; c < 3 * fem->vertex_count; c++)
+    for (int64_t i = 0; i < rank; i++)
+      basis[c * rank + i] = fem->dof[c] < 0 ? 0 : columns[i * fem->free_count + fem->dof[c]];
+}
+
+// max |U^T M U - 1|
+static double orthonormality_of(const pca *p, const double *basis) {
+  const int64_t n = p->n, rank = p->rank;
+  for (int64_t i = 0; i < rank; i++)
+    for (int64_t f = 0; f < n; f++)
+      p->q[i * n + f] = basis[p->fem->component[f] * rank + i];
+  thrum_mass_gram(p->mass, p->q, rank, p->q, rank, p->small, p->work);
+  double worst = 0;
+  for (int64_t i = 0; i < rank; i++)
+    for (int64_t j = 0; j < rank; j++)
+      worst = fmax(worst, fabs(p->small[i + j * rank] - (i == j ? 1 : 0)));
+  return worst;
+}
+
+// turns the rows of U so that U^T K U is diagonal
+static thrum_status diagonalise(pca *p, double *basis, thrum_error *error) {
+  const int64_t rank = p->rank;
+  const int r = (int)rank;
+  double *block = thrum_allocate(ROW_BLOCK * rank, sizeof *block, "the basis", error);
+  if (!block)
+    return THRUM_OUT_OF_MEMORY;
+  thrum_status status = thrum_reduced_stiffness(p->fem, rank, basis, p->small, error);
+  if (status == THRUM_OK &&
+      LAPACKE_dsyev(LAPACK_ROW_MAJOR, 'V', 'U', r, p->small, r, p->values) != 0)
+    status = thrum_error_set(error, THRUM_NOT_CONVERGED,
+                             "the frequencies of the basis did not converge");
+  const int64_t rows = 3 * p->fem->vertex_count;
+  for (int64_t first = 0; first < rows && status == THRUM_OK; first += ROW_BLOCK) {
+    const int64_t height = rows - first < ROW_BLOCK ? rows - first : ROW_BLOCK;
+    memcpy(block, basis + first * rank, sizeof *block * (size_t)(height * rank));
+    cblas_dgemm(CblasRowMajor, CblasNoTrans, CblasNoTrans, (int)height, r, r, 1, block, r, p->small,
+                r, 0, basis + first * rank, r);
+  }
+  free(block);
+  // clusters closer than what the diagonalisation resolves are one
+  if (status == THRUM_OK)
+    thrum_eigen_canonicalise(rows, rank, p->values, 1e-14 * p->values[rank - 1], basis, rank, 1);
+  return status;
+}
+
+static thrum_status build(pca *p, const double *omega2, const double *candidates, double *basis,
+                          const thrum_reporter *reporter, thrum_error *error) {
+  int64_t span = 0;
+  set_weights(p, omega2, candidates);
+  normalise(p, candidates);
+  thrum_status status =
+      thrum_mass_orthonormalise(p->mass, p->count, p->q, TOLERANCE, &span, p->work, error);
+  if (status == THRUM_OK)
+    status = thrum_report(reporter, 0.5, error);
+  if (status == THRUM_OK && p->rank > span)
+    status = thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                             "rank %lld is more than the candidates span: they have rank %lld; "
+                             "lower --rank or raise --modes",
+                             (long long)p->rank, (long long)span);
+  if (status == THRUM_OK)
+    status = decompose(p, candidates, span, error);
+  if (status != THRUM_OK)
+    return status;
+  double *columns = thrum_allocate(p->n * p->rank, sizeof *columns, "the basis", error);
+  if (!columns)
+    return THRUM_OUT_OF_MEMORY;
+  cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, (int)p->n, (int)p->rank, (int)span, 1,
+              p->q, (int)p->n, p->left, (int)span, 0, columns, (int)p->n);
+  scatter_rows(p->fem, columns, p->rank, basis);
+  free(columns);
+  status = thrum_report(reporter, 0.8, error);
+  return status == THRUM_OK ? diagonalise(p, basis, error) : status;
+}
+
+thrum_status thrum_basis(const thrum_fem *fem, const thrum_sparse *mass, int64_t k, int64_t kept,
+                         const double *omega2, const double *candidates, int64_t rank,
+                         double *basis, double *orthonormality, const thrum_reporter *reporter,
+                         thrum_error *error) {
+  pca p = {.fem = fem,
+           .mass = mass,
+           .n = fem->free_count,
+           .modes = k,
+           .kept = kept,
+           .count = k + k * (k + 1) / 2,
+           .rank = rank};
+  thrum_status status = pca_allocate(&p, error);
+  if (status == THRUM_OK)
+    status = build(&p, omega2, candidates, basis, reporter, error);
+  if (status == THRUM_OK)
+    *orthonormality = orthonormality_of(&p, basis);
+  pca_free(&p);
+  return status;
+}

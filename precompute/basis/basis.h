@@ -1,0 +1,20 @@
+/* The basis U from linear modes and modal derivatives, design 2. SPDX-License-Identifier:
+ * Apache-2.0 */
+#ifndef THRUM_PRECOMPUTE_BASIS_BASIS_H
+#define THRUM_PRECOMPUTE_BASIS_BASIS_H
+
+#include "precompute/fem/fem.h"
+#include "precompute/stage.h"
+
+/* candidates: n x (k + k (k + 1) / 2), column-major: k modes, then the derivatives in the order of
+ * thrum_derivatives; only read. omega2: k. The last `kept` of the k modes, of unit mass norm or
+ * zero (omega2 INFINITY), are in the span of U whatever the rank. basis: U, 3 vertex_count x rank,
+ * row-major, zero rows where held; *orthonormality: max |U^T M U - 1|. U^T M U = 1, U^T K U
+ * diagonal and ascending, signs and clusters canonical. THRUM_INVALID_ARGUMENT, with the rank that
+ * can be had, when the candidates span fewer. */
+thrum_status thrum_basis(const thrum_fem *fem, const thrum_sparse *mass, int64_t k, int64_t kept,
+                         const double *omega2, const double *candidates, int64_t rank,
+                         double *basis, double *orthonormality, const thrum_reporter *reporter,
+                         thrum_error *error);
+
+#endif

@@ -1,0 +1,215 @@
+/* The lowest eigenpairs of K psi = omega^2 M psi by ARPACK, design 2: implicitly restarted Lanczos
+ * on K^-1 M in the M inner product (shift-invert at 0), after Lehoucq, Sorensen, Yang 1998,
+ * doi:10.1137/1.9780898719628. It stops at 1e-10, which takes about 2 to 3 times `count` solves
+ * where rounding level takes three times that; two steps of subspace iteration, whose solves are
+ * blocked and so nearly free, reach rounding level afterwards.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "precompute/basis/eigen.h"
+
+#include <arpack.h>
+#include <cblas.h>
+#include <lapacke.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "platform/allocate.h"
+
+#define LANCZOS_TOLERANCE 1e-10
+#define REFINEMENTS 2
+
+typedef struct lanczos {
+  int n, count, vectors; /* vectors: Lanczos vectors kept (ncv) */
+  int ido, info;
+  int iparam[11], ipntr[14];
+  double *resid, *basis, *workd, *workl, *values;
+  int *select;
+} lanczos;
+
+static thrum_status lanczos_allocate(lanczos *l, thrum_error *error) {
+  const int64_t n = l->n, v = l->vectors;
+  if (!(l->resid = thrum_allocate(n, sizeof(double), "the modes", error)) ||
+      !(l->basis = thrum_allocate(n * v, sizeof(double), "the modes", error)) ||
+      !(l->workd = thrum_allocate(3 * n, sizeof(double), "the modes", error)) ||
+      !(l->workl = thrum_allocate(v * (v + 8), sizeof(double), "the modes", error)) ||
+      !(l->values = thrum_allocate(v, sizeof(double), "the modes", error)) ||
+      !(l->select = thrum_allocate(v, sizeof(int), "the modes", error)))
+    return THRUM_OUT_OF_MEMORY;
+  memset(l->workd, 0, sizeof(double) * (size_t)(3 * n));
+  memset(l->workl, 0, sizeof(double) * (size_t)(v * (v + 8)));
+  memset(l->select, 0, sizeof(int) * (size_t)v);
+  return THRUM_OK;
+}
+
+static void lanczos_free(lanczos *l) {
+  free(l->resid);
+  free(l->basis);
+  free(l->workd);
+  free(l->workl);
+  free(l->values);
+  free(l->select);
+}
+
+// a fixed start vector without structure: equal input, equal modes
+static void start_vector(int n, double *resid) {
+  uint64_t state = 0x9e3779b97f4a7c15u;
+  for (int i = 0; i < n; i++) {
+    state = state * 6364136223846793005u + 1442695040888963407u;
+    resid[i] = (double)(state >> 11) / 9007199254740992.0 - 0.5;
+  }
+}
+
+// also where the numbers of the matrices are too large or too small to be multiplied
+static thrum_status not_converged(const lanczos *l, thrum_error *error) {
+  return thrum_error_set(error, THRUM_NOT_CONVERGED,
+                         "the %d modes did not converge (ARPACK code %d): check the material, the "
+                         "scale and the quality of the mesh, or lower --modes",
+                         l->count, l->info);
+}
+
+static thrum_status lanczos_iterate(lanczos *l, const thrum_sparse *mass, thrum_factor *factor,
+                                    const thrum_reporter *reporter, thrum_error *error) {
+  int64_t solves = 0;
+  thrum_status status = THRUM_OK;
+  while (status == THRUM_OK) {
+    dsaupd_c(&l->ido, "G", l->n, "LM", l->count, LANCZOS_TOLERANCE, l->resid, l->vectors, l->basis,
+             l->n, l->iparam, l->ipntr, l->workd, l->workl, l->vectors * (l->vectors + 8),
+             &l->info);
+    double *in = l->workd + l->ipntr[0] - 1, *out = l->workd + l->ipntr[1] - 1;
+    if (l->ido == -1) {
+      // out = K^-1 M in
+      thrum_sparse_product(mass, in, 1, out);
+      status = thrum_factor_solve(factor, out, 1, out, error);
+    } else if (l->ido == 1) {
+      // M in is there already
+      status = thrum_factor_solve(factor, l->workd + l->ipntr[2] - 1, 1, out, error);
+    } else if (l->ido == 2) {
+      thrum_sparse_product(mass, in, 1, out);
+      continue;
+    } else {
+      break;
+    }
+    // the count of solves is not known beforehand: creep towards 1
+    solves++;
+    if (status == THRUM_OK)
+      status = thrum_report(reporter, 1 - exp(-(double)solves / (1.5 * l->vectors)), error);
+  }
+  if (status == THRUM_OK && l->info != 0)
+    status = not_converged(l, error);
+  return status;
+}
+
+static thrum_status lanczos_extract(lanczos *l, double *values, double *vectors,
+                                    thrum_error *error) {
+  dseupd_c(1, "A", l->select, l->values, l->basis, l->n, 0.0, "G", l->n, "LM", l->count,
+           LANCZOS_TOLERANCE, l->resid, l->vectors, l->basis, l->n, l->iparam, l->ipntr, l->workd,
+           l->workl, l->vectors * (l->vectors + 8), &l->info);
+  if (l->info != 0 || l->iparam[4] < l->count)
+    return not_converged(l, error);
+  // ascending, by selection; the vectors follow
+  for (int i = 0; i < l->count; i++) {
+    int lowest = 0;
+    for (int j = 1; j < l->count; j++)
+      if (l->values[j] < l->values[lowest])
+        lowest = j;
+    values[i] = l->values[lowest];
+    memcpy(vectors + (int64_t)i * l->n, l->basis + (int64_t)lowest * l->n,
+           sizeof(double) * (size_t)l->n);
+    l->values[lowest] = INFINITY;
+  }
+  return THRUM_OK;
+}
+
+// one step of subspace iteration: Y = K^-1 M Psi, then Rayleigh-Ritz on Y with Y^T K Y = Y^T M Psi
+static thrum_status refine(const thrum_sparse *mass, thrum_factor *factor, int64_t count,
+                           double *values, double *vectors, double *y, double *small,
+                           thrum_error *error) {
+  const int64_t n = mass->size;
+  const int rows = (int)n, k = (int)count;
+  double *stiff = small, *weigh = small + count * count;
+  thrum_sparse_product(mass, vectors, count, y);
+  // columns scaled by omega^2 stay of unit size, which keeps the small problem well scaled
+  for (int64_t i = 0; i < count; i++)
+    cblas_dscal(rows, values[i], y + i * n, 1);
+  memcpy(vectors, y, sizeof *y * (size_t)(n * count));
+  for (int64_t first = 0; first < count; first += THRUM_SOLVE_BLOCK) {
+    const int64_t width = count - first < THRUM_SOLVE_BLOCK ? count - first : THRUM_SOLVE_BLOCK;
+    const thrum_status status =
+        thrum_factor_solve(factor, y + first * n, width, y + first * n, error);
+    if (status != THRUM_OK)
+      return status;
+  }
+  cblas_dgemm(CblasColMajor, CblasTrans, CblasNoTrans, k, k, rows, 1, y, rows, vectors, rows, 0,
+              stiff, k);
+  thrum_sparse_product(mass, y, count, vectors);
+  cblas_dgemm(CblasColMajor, CblasTrans, CblasNoTrans, k, k, rows, 1, y, rows, vectors, rows, 0,
+              weigh, k);
+  if (LAPACKE_dsygvd(LAPACK_COL_MAJOR, 1, 'V', 'U', k, stiff, k, weigh, k, values) != 0)
+    return thrum_error_set(error, THRUM_NOT_CONVERGED, "the modes could not be refined");
+  cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, rows, k, k, 1, y, rows, stiff, k, 0,
+              vectors, rows);
+  return THRUM_OK;
+}
+
+thrum_status thrum_eigen_refine(const thrum_sparse *mass, thrum_factor *factor, int64_t count,
+                                int passes, double *values, double *vectors, thrum_error *error) {
+  double *y = thrum_allocate(mass->size * count, sizeof *y, "the modes", error);
+  double *small = thrum_allocate(2 * count * count, sizeof *small, "the modes", error);
+  thrum_status status = y && small ? THRUM_OK : THRUM_OUT_OF_MEMORY;
+  for (int pass = 0; pass < passes && status == THRUM_OK; pass++)
+    status = refine(mass, factor, count, values, vectors, y, small, error);
+  free(y);
+  free(small);
+  return status;
+}
+
+thrum_status thrum_eigen_lowest(const thrum_sparse *stiffness, const thrum_sparse *mass,
+                                thrum_factor *factor, int64_t count, double *values,
+                                double *vectors, const thrum_reporter *reporter,
+                                thrum_error *error) {
+  const int64_t n = stiffness->size, own = n - thrum_factor_deflated(factor);
+  if (count < 1 || count >= own || n > INT32_MAX / 3)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "%lld modes of %lld free components: there must be fewer modes",
+                           (long long)count, (long long)own);
+  const int64_t wanted = 2 * count + 10;
+  lanczos l = {.n = (int)n, .count = (int)count, .vectors = (int)(wanted < own ? wanted : own)};
+  l.info = 1;
+  l.iparam[0] = 1;
+  l.iparam[2] = 3000;
+  l.iparam[3] = 1;
+  l.iparam[6] = 3;
+  thrum_status status = lanczos_allocate(&l, error);
+  if (status == THRUM_OK) {
+    start_vector(l.n, l.resid);
+    status = lanczos_iterate(&l, mass, factor, reporter, error);
+  }
+  if (status == THRUM_OK)
+    status = lanczos_extract(&l, values, vectors, error);
+  lanczos_free(&l);
+  if (status == THRUM_OK)
+    status = thrum_eigen_refine(mass, factor, count, REFINEMENTS, values, vectors, error);
+  if (status == THRUM_OK)
+    thrum_eigen_canonicalise(n, count, values, 1e-10 * values[count - 1], vectors, 1, n);
+  return status;
+}
+
+thrum_status thrum_eigen_residuals(const thrum_sparse *stiffness, const thrum_sparse *mass,
+                                   int64_t count, const double *values, const double *vectors,
+                                   double *residuals, thrum_error *error) {
+  const int64_t n = stiffness->size;
+  double *work = thrum_allocate(2 * n, sizeof *work, "the residuals", error);
+  if (!work)
+    return THRUM_OUT_OF_MEMORY;
+  const double norm = thrum_sparse_norm(stiffness, work);
+  for (int64_t i = 0; i < count; i++) {
+    const double *vector = vectors + i * n;
+    thrum_sparse_product(stiffness, vector, 1, work);
+    thrum_sparse_product(mass, vector, 1, work + n);
+    cblas_daxpy((int)n, -values[i], work + n, 1, work, 1);
+    residuals[i] = cblas_dnrm2((int)n, work, 1) / (norm * cblas_dnrm2((int)n, vector, 1));
+  }
+  free(work);
+  return THRUM_OK;
+}

@@ -1,0 +1,316 @@
+/* A basis and a polynomial made elsewhere, turned into Thrum's form, design 2. S solves
+ *   (U^T K U) S = (U^T M U) S diag(w^2),  S^T (U^T M U) S = 1,
+ * so U S is mass-orthonormal and diagonalises K, and V(S q') is its polynomial. Signs and clusters
+ * are then made canonical, as those of a fresh basis.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "precompute/basis/imported_basis.h"
+
+#include <cblas.h>
+#include <lapacke.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "platform/allocate.h"
+#include "precompute/basis/eigen.h"
+#include "precompute/basis/orthonormal.h"
+#include "precompute/polynomial/change_of_basis.h"
+#include "precompute/polynomial/polynomial_reduce.h"
+#include "precompute/stage.h"
+#include "thrum/polynomial.h"
+
+#define AS_IT_IS 1e-11 /* a basis this near to Thrum's form is not turned */
+#define TOLERANCE 1e-6 /* a given polynomial may differ by this much from the body's */
+#define TURNS_MAX 3    /* a badly scaled basis takes more than one */
+#define REACH 0.2      /* displacement of the check, in diagonals of the box */
+
+typedef struct work {
+  const thrum_fem *fem;
+  const thrum_sparse *mass;
+  int64_t rank, rows;
+  double *columns, *other, *block;           /* n x rank, n x rank, n x THRUM_SOLVE_BLOCK */
+  double *mass_form, *stiffness_form, *step; /* rank x rank */
+  double *copy;                              /* rows x rank */
+  double *values;                            /* rank */
+} work;
+
+static void work_free(work *w) {
+  free(w->columns);
+  free(w->other);
+  free(w->block);
+  free(w->mass_form);
+  free(w->stiffness_form);
+  free(w->step);
+  free(w->copy);
+  free(w->values);
+}
+
+static thrum_status work_allocate(work *w, thrum_error *error) {
+  const int64_t n = w->fem->free_count, r = w->rank;
+  static const char what[] = "the given basis";
+  if (!(w->columns = thrum_allocate(n * r, sizeof(double), what, error)) ||
+      !(w->other = thrum_allocate(n * r, sizeof(double), what, error)) ||
+      !(w->block = thrum_allocate(n * THRUM_SOLVE_BLOCK, sizeof(double), what, error)) ||
+      !(w->mass_form = thrum_allocate(r * r, sizeof(double), what, error)) ||
+      !(w->stiffness_form = thrum_allocate(r * r, sizeof(double), what, error)) ||
+      !(w->step = thrum_allocate(r * r, sizeof(double), what, error)) ||
+      !(w->copy = thrum_allocate(w->rows * r, sizeof(double), what, error)) ||
+      !(w->values = thrum_allocate(r, sizeof(double), what, error)))
+    return THRUM_OUT_OF_MEMORY;
+  return THRUM_OK;
+}
+
+// rows of the file into rows of the mesh, whose unused vertices are dropped
+static thrum_status take_rows(const thrum_fem *fem, const thrum_mesh *mesh,
+                              const thrum_given *given, double *basis, thrum_error *error) {
+  const int64_t rows = 3 * mesh->vertex_count, r = given->rank;
+  const bool mapped = mesh->file_vertex != NULL && given->rows == 3 * mesh->file_vertex_count;
+  if (given->rows != rows && !mapped)
+    return thrum_error_set(error, THRUM_BAD_SHAPE,
+                           "the basis has %lld rows, but the mesh has 3 x %lld vertices: they do "
+                           "not belong together",
+                           (long long)given->rows, (long long)mesh->vertex_count);
+  for (int64_t c = 0; c < given->rows; c++) {
+    const int64_t vertex = mapped ? mesh->file_vertex[c / 3] : c / 3;
+    if (vertex >= 0)
+      memcpy(basis + (3 * vertex + c % 3) * r, given->basis + c * r, sizeof *basis * (size_t)r);
+  }
+  double largest = 0;
+  for (int64_t n = 0; n < rows * r; n++)
+    largest = fmax(largest, fabs(basis[n]));
+  for (int64_t c = 0; c < rows; c++)
+    for (int64_t i = 0; i < r && fem->dof[c] < 0; i++) {
+      if (fabs(basis[c * r + i]) > 1e-12 * largest)
+        return thrum_error_set(error, THRUM_BAD_VALUE,
+                               "column %lld of the basis moves vertex %lld along %c, which is "
+                               "held: give the --fix that the basis was made with",
+                               (long long)i + 1, (long long)c / 3 + 1, "xyz"[c % 3]);
+      // a zero keeps its sign, for the file's bits
+      if (basis[c * r + i] != 0)
+        basis[c * r + i] = 0;
+    }
+  return THRUM_OK;
+}
+
+static void gather(const work *w, const double *basis, double *columns) {
+  for (int64_t i = 0; i < w->rank; i++)
+    for (int64_t f = 0; f < w->fem->free_count; f++)
+      columns[i * w->fem->free_count + f] = basis[w->fem->component[f] * w->rank + i];
+}
+
+// U^T M U and U^T K U, and how far they are from Thrum's form
+static thrum_status measure(work *w, const double *basis, double *orthonormality,
+                            double *diagonality, bool *ascending, thrum_error *error) {
+  const int64_t r = w->rank;
+  gather(w, basis, w->columns);
+  thrum_mass_gram(w->mass, w->columns, r, w->columns, r, w->mass_form, w->block);
+  const thrum_status status = thrum_reduced_stiffness(w->fem, r, basis, w->stiffness_form, error);
+  if (status != THRUM_OK)
+    return status;
+  double off_one = 0, off_diagonal = 0, largest = 0;
+  *ascending = true;
+  for (int64_t i = 0; i < r; i++) {
+    const double *row = w->stiffness_form + i * r;
+    largest = fmax(largest, row[i]);
+    *ascending = *ascending && (i == 0 || row[i] >= row[i - 1 - r] * (1 - AS_IT_IS));
+    for (int64_t j = 0; j < r; j++) {
+      off_one = fmax(off_one, fabs(w->mass_form[i * r + j] - (i == j ? 1 : 0)));
+      off_diagonal = i == j ? off_diagonal : fmax(off_diagonal, fabs(row[j]));
+    }
+  }
+  *orthonormality = off_one;
+  *diagonality = off_diagonal / largest;
+  return THRUM_OK;
+}
+
+// a elastic basis must not hold rigid motions: they and elastic ones would mix in the polynomial
+static thrum_status check_rigid(const work *w, const double *dual, thrum_error *error) {
+  const int64_t n = w->fem->free_count;
+  for (int64_t i = 0; i < w->rank && dual; i++)
+    for (int z = 0; z < 6; z++) {
+      const double share = fabs(cblas_ddot((int)n, w->columns + i * n, 1, dual + z * n, 1)) /
+                           sqrt(w->mass_form[i * w->rank + i]);
+      if (!(share < 1e-8))
+        return thrum_error_set(error, THRUM_UNSUPPORTED,
+                               "nothing is fixed, and column %lld of the basis holds a rigid "
+                               "motion (share %.2g): hold what was held with --fix, or take the "
+                               "rigid part out of the basis",
+                               (long long)i + 1, share);
+    }
+  return THRUM_OK;
+}
+
+// rows of matrix (height x rank) times S, in place; copy: as large
+static void turn_rows(int64_t height, int64_t rank, const double *turn, double *matrix,
+                      double *copy) {
+  memcpy(copy, matrix, sizeof *copy * (size_t)(height * rank));
+  cblas_dgemm(CblasRowMajor, CblasNoTrans, CblasNoTrans, (int)height, (int)rank, (int)rank, 1, copy,
+              (int)rank, turn, (int)rank, 0, matrix, (int)rank);
+}
+
+static thrum_status turn_once(work *w, double *basis, double *turn, thrum_error *error) {
+  const int r = (int)w->rank;
+  const int info = LAPACKE_dsygv(LAPACK_ROW_MAJOR, 1, 'V', 'U', r, w->stiffness_form, r,
+                                 w->mass_form, r, w->values);
+  if (info > r)
+    return thrum_error_set(error, THRUM_SINGULAR,
+                           "column %d of the basis depends on the ones before it", info - r);
+  if (info != 0)
+    return thrum_error_set(error, THRUM_NOT_CONVERGED,
+                           "the frequencies of the given basis did not converge");
+  turn_rows(w->rows, w->rank, w->stiffness_form, basis, w->copy);
+  turn_rows(w->rank, w->rank, w->stiffness_form, turn, w->step);
+  return THRUM_OK;
+}
+
+// the rule of fresh bases for signs and clusters; what it turns follows from before and after
+static void canonicalise(work *w, double *basis, double *turn) {
+  const int64_t r = w->rank;
+  gather(w, basis, w->other);
+  thrum_eigen_canonicalise(w->rows, r, w->values, 1e-14 * w->values[r - 1], basis, r, 1);
+  gather(w, basis, w->columns);
+  // column-major new^T M old is row-major old^T M new
+  thrum_mass_gram(w->mass, w->columns, r, w->other, r, w->mass_form, w->block);
+  turn_rows(r, r, w->mass_form, turn, w->step);
+}
+
+static thrum_status turn_basis(work *w, const double *rigid_dual, double *basis, double *turn,
+                               thrum_precomputed *result, thrum_error *error) {
+  double off_one = 0, off_diagonal = 0;
+  bool ascending = false;
+  thrum_status status = measure(w, basis, &off_one, &off_diagonal, &ascending, error);
+  result->given.orthonormality = off_one;
+  if (status == THRUM_OK)
+    status = check_rigid(w, rigid_dual, error);
+  for (int n = 0; n < TURNS_MAX && status == THRUM_OK; n++) {
+    if (off_one < AS_IT_IS && off_diagonal < AS_IT_IS && ascending)
+      break;
+    result->given.turned = true;
+    status = turn_once(w, basis, turn, error);
+    if (status == THRUM_OK)
+      status = measure(w, basis, &off_one, &off_diagonal, &ascending, error);
+  }
+  if (status == THRUM_OK && result->given.turned)
+    canonicalise(w, basis, turn);
+  result->basis_orthonormality = off_one;
+  return status;
+}
+
+thrum_status thrum_given_basis(const thrum_fem *fem, const thrum_mesh *mesh,
+                               const thrum_sparse *mass, const double *rigid_dual,
+                               const thrum_given *given, double *basis, double *turn,
+                               thrum_precomputed *result, thrum_error *error) {
+  const int64_t r = given->rank;
+  work w = {.fem = fem, .mass = mass, .rank = r, .rows = 3 * fem->vertex_count};
+  for (int64_t i = 0; i < r; i++)
+    for (int64_t j = 0; j < r; j++)
+      turn[i * r + j] = i == j;
+  thrum_status status = take_rows(fem, mesh, given, basis, error);
+  if (status == THRUM_OK)
+    status = work_allocate(&w, error);
+  if (status == THRUM_OK)
+    status = turn_basis(&w, rigid_dual, basis, turn, result, error);
+  work_free(&w);
+  return status;
+}
+
+// S^T L S against U^T K U of the turned basis
+static thrum_status compare_linear(const thrum_fem *fem, const thrum_model *model,
+                                   const double *linear, thrum_precomputed *result,
+                                   thrum_error *error) {
+  const int64_t r = model->rank;
+  double *own = thrum_allocate(r * r, sizeof *own, "the given polynomial", error);
+  if (!own)
+    return THRUM_OUT_OF_MEMORY;
+  thrum_status status = thrum_reduced_stiffness(fem, r, model->basis, own, error);
+  double off = 0, size = 0;
+  for (int64_t n = 0; n < r * r && status == THRUM_OK; n++) {
+    off += (linear[n] - own[n]) * (linear[n] - own[n]);
+    size += own[n] * own[n];
+  }
+  free(own);
+  result->given.linear_difference = sqrt(off / size);
+  if (status == THRUM_OK && !(result->given.linear_difference <= TOLERANCE))
+    return thrum_error_set(error, THRUM_BAD_VALUE,
+                           "the linear part of the given polynomial differs from U^T K U by %.2g "
+                           "of it: mesh, material or --fix are not those it was made with",
+                           result->given.linear_difference);
+  return status;
+}
+
+// V at large displacements both ways against the body's
+static thrum_status compare_energy(const thrum_fem *fem, const thrum_model *model,
+                                   thrum_precomputed *result, thrum_error *error) {
+  const int64_t r = model->rank, rows = 3 * fem->vertex_count;
+  double *q = thrum_allocate(r, sizeof *q, "the given polynomial", error);
+  double *u = q ? thrum_allocate(rows, sizeof *u, "the given polynomial", error) : NULL;
+  double *scratch = u ? thrum_allocate((int64_t)thrum_work_count(model), sizeof *scratch,
+                                       "the given polynomial", error)
+                      : NULL;
+  double low = INFINITY, high = -INFINITY, largest = 0;
+  for (int64_t c = 0; scratch && c < rows; c++) {
+    u[c] = 0;
+    // every mode at the same energy, signs alternating
+    for (int64_t i = 0; i < r; i++) {
+      q[i] = (i % 2 == 0 ? 1 : -1) / sqrt(fmax(model->omega2[i], 1e-12 * model->omega2[r - 1]));
+      u[c] += model->basis[c * r + i] * q[i];
+    }
+    largest = fmax(largest, fabs(u[c]));
+    low = fmin(low, fem->vertices[c]);
+    high = fmax(high, fem->vertices[c]);
+  }
+  for (int side = 0; side < 2 && scratch; side++) {
+    const double scale = (side == 0 ? 1 : -2) * (side == 0 ? REACH * (high - low) / largest : 1);
+    for (int64_t c = 0; c < rows; c++)
+      u[c] *= scale;
+    for (int64_t i = 0; i < r; i++)
+      q[i] *= scale;
+    const double own = thrum_fem_energy(fem, u, NULL);
+    result->given.energy_difference =
+        fmax(result->given.energy_difference, fabs(thrum_energy(model, q, scratch) - own) / own);
+  }
+  const bool allocated = scratch != NULL;
+  free(q);
+  free(u);
+  free(scratch);
+  if (!allocated)
+    return THRUM_OUT_OF_MEMORY;
+  if (!(result->given.energy_difference <= TOLERANCE))
+    return thrum_error_set(error, THRUM_BAD_VALUE,
+                           "the energy of the given polynomial differs from the body's by %.2g of "
+                           "it: it is not that of Saint Venant-Kirchhoff tetrahedra on this mesh",
+                           result->given.energy_difference);
+  return THRUM_OK;
+}
+
+thrum_status thrum_given_polynomial(const thrum_fem *fem, const thrum_given *given,
+                                    const double *turn, const thrum_model *model, double *linear,
+                                    double *c3, double *c4, thrum_precomputed *result,
+                                    thrum_error *error) {
+  const int64_t r = given->rank;
+  const int n = (int)r;
+  thrum_status status = THRUM_OK;
+  if (result->given.turned) {
+    double *half = thrum_allocate(r * r, sizeof *half, "the given polynomial", error);
+    if (!half)
+      return THRUM_OUT_OF_MEMORY;
+    cblas_dgemm(CblasRowMajor, CblasNoTrans, CblasNoTrans, n, n, n, 1, given->linear, n, turn, n, 0,
+                half, n);
+    cblas_dgemm(CblasRowMajor, CblasTrans, CblasNoTrans, n, n, n, 1, turn, n, half, n, 0, linear,
+                n);
+    free(half);
+    status = thrum_polynomial_turn(r, turn, given->c3, given->c4, c3, c4, error);
+  } else {
+    memcpy(linear, given->linear, sizeof *linear * (size_t)(r * r));
+    memcpy(c3, given->c3, sizeof *c3 * (size_t)model->c3_count);
+    memcpy(c4, given->c4, sizeof *c4 * (size_t)model->c4_count);
+  }
+  result->given.defect = given->defect;
+  return status == THRUM_OK ? compare_linear(fem, model, linear, result, error) : status;
+}
+
+thrum_status thrum_given_check(const thrum_fem *fem, const thrum_model *model,
+                               thrum_precomputed *result, thrum_error *error) {
+  return compare_energy(fem, model, result, error);
+}

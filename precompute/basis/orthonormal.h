@@ -1,0 +1,18 @@
+/* Orthonormal columns in the mass inner product. SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_PRECOMPUTE_BASIS_ORTHONORMAL_H
+#define THRUM_PRECOMPUTE_BASIS_ORTHONORMAL_H
+
+#include "precompute/fem/sparse.h"
+
+/* gram = A^T M B: A n x a, B n x b, gram a x b, all column-major; work: n x THRUM_SOLVE_BLOCK. */
+void thrum_mass_gram(const thrum_sparse *mass, const double *left, int64_t a, const double *right,
+                     int64_t b, double *gram, double *work);
+
+/* Turns the columns of x (n x count, column-major, each of unit mass norm or zero) in place into
+ * *rank mass-orthonormal ones that span them; what is left of a column below `tolerance` counts as
+ * nothing. work: n x THRUM_SOLVE_BLOCK. */
+thrum_status thrum_mass_orthonormalise(const thrum_sparse *mass, int64_t count, double *x,
+                                       double tolerance, int64_t *rank, double *work,
+                                       thrum_error *error);
+
+#endif

@@ -1,0 +1,217 @@
+/* Linear tetrahedra of Saint Venant-Kirchhoff material, design 1: with F = 1 + G constant in a tet,
+ *   E = (F^T F - 1)/2,  S = lambda tr(E) 1 + 2 mu E,  V = vol (lambda/2 tr(E)^2 + mu E:E),
+ *   force on corner a: vol F S g_a, g_a the gradient of its shape function.
+ * Energy and force cost O(tets).
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "precompute/fem/fem.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "platform/allocate.h"
+#include "precompute/fem/fem_tet.h"
+#include "precompute/stage.h"
+
+/* Far outside, products of numbers leave the range of doubles, where LAPACK prints its complaints.
+ */
+static bool is_moderate(double value) {
+  return value >= 1e-30 && value <= 1e30;
+}
+
+static thrum_status check_materials(const thrum_mesh *mesh, thrum_error *error) {
+  if (mesh->region_count < 1 || !mesh->materials)
+    return thrum_error_set(error, THRUM_MISSING,
+                           "no material: give --young, --poisson and --density");
+  for (int64_t i = 0; i < mesh->region_count; i++) {
+    const thrum_material *material = &mesh->materials[i];
+    const long long region = i + 1;
+    if (!is_moderate(material->young))
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "Young's modulus of region %lld is %g Pa; it must be positive, and "
+                             "between 1e-30 and 1e30",
+                             region, material->young);
+    if (!(material->poisson > -1 && material->poisson < 0.5))
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "Poisson's ratio of region %lld is %g; it must lie between -1 and 1/2",
+                             region, material->poisson);
+    if (!is_moderate(material->density))
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "density of region %lld is %g kg/m^3; it must be positive, and "
+                             "between 1e-30 and 1e30",
+                             region, material->density);
+  }
+  return THRUM_OK;
+}
+
+static thrum_status allocate(const thrum_mesh *mesh, thrum_fem *fem, thrum_error *error) {
+  const int64_t vertices = mesh->vertex_count, tets = mesh->tet_count;
+  const char *what = "the finite elements";
+  // a component must fit an int32, as it does in the model file
+  if (vertices < 4 || tets < 1 || vertices > INT32_MAX / 3 || tets > INT32_MAX / 4)
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "a mesh of %lld vertices and %lld tets is out of range",
+                           (long long)vertices, (long long)tets);
+  if (!(fem->dof = thrum_allocate(3 * vertices, sizeof *fem->dof, what, error)) ||
+      !(fem->component = thrum_allocate(3 * vertices, sizeof *fem->component, what, error)) ||
+      !(fem->gradient = thrum_allocate(9 * tets, sizeof *fem->gradient, what, error)) ||
+      !(fem->volume = thrum_allocate(tets, sizeof *fem->volume, what, error)) ||
+      !(fem->lambda = thrum_allocate(mesh->region_count, sizeof(double), what, error)) ||
+      !(fem->mu = thrum_allocate(mesh->region_count, sizeof(double), what, error)) ||
+      !(fem->density = thrum_allocate(mesh->region_count, sizeof(double), what, error)) ||
+      !(fem->incident_begin = thrum_allocate(vertices + 2, sizeof(int64_t), what, error)) ||
+      !(fem->incident = thrum_allocate(4 * tets, sizeof(int64_t), what, error)))
+    return THRUM_OUT_OF_MEMORY;
+  return THRUM_OK;
+}
+
+// shape gradients of corners 1..3 are the rows of the inverse of the matrix of edge columns
+static thrum_status measure_tet(thrum_fem *fem, int64_t t, thrum_error *error) {
+  const int32_t *corner = fem->tets + 4 * t;
+  const int32_t region = fem->tet_region[t];
+  bool inside = region >= 0 && region < fem->region_count;
+  for (int a = 0; a < 4; a++)
+    inside = inside && corner[a] >= 0 && corner[a] < fem->vertex_count;
+  if (!inside)
+    return thrum_error_set(error, THRUM_BAD_VALUE,
+                           "tet %lld refers to a vertex or region that does not exist",
+                           (long long)t + 1);
+  double edge[3][3];
+  for (int a = 0; a < 3; a++)
+    for (int c = 0; c < 3; c++)
+      edge[a][c] =
+          fem->vertices[3 * (int64_t)corner[a + 1] + c] - fem->vertices[3 * (int64_t)corner[0] + c];
+  double *gradient = fem->gradient + 9 * t;
+  for (int a = 0; a < 3; a++) {
+    const double *p = edge[(a + 1) % 3], *q = edge[(a + 2) % 3];
+    gradient[3 * a] = p[1] * q[2] - p[2] * q[1];
+    gradient[3 * a + 1] = p[2] * q[0] - p[0] * q[2];
+    gradient[3 * a + 2] = p[0] * q[1] - p[1] * q[0];
+  }
+  const double det = edge[0][0] * gradient[0] + edge[0][1] * gradient[1] + edge[0][2] * gradient[2];
+  if (!(det > 0) || !isfinite(1 / det))
+    return thrum_error_set(error, THRUM_BAD_VALUE,
+                           "tet %lld has volume %g m^3; it must be positive", (long long)t + 1,
+                           det / 6);
+  for (int c = 0; c < 9; c++)
+    gradient[c] /= det;
+  fem->volume[t] = det / 6;
+  return THRUM_OK;
+}
+
+static void number_components(const uint8_t *fixed, thrum_fem *fem) {
+  for (int64_t c = 0; c < 3 * fem->vertex_count; c++) {
+    const bool held = fixed && (fixed[c / 3] >> (c % 3) & 1);
+    fem->dof[c] = held ? -1 : (int32_t)fem->free_count;
+    if (!held)
+      fem->component[fem->free_count++] = (int32_t)c;
+  }
+}
+
+// the tets around each vertex, by counting sort, so in ascending order
+static void list_incident(thrum_fem *fem) {
+  int64_t *begin = fem->incident_begin;
+  memset(begin, 0, sizeof *begin * ((size_t)fem->vertex_count + 2));
+  for (int64_t e = 0; e < 4 * fem->tet_count; e++)
+    begin[fem->tets[e] + 2]++;
+  for (int64_t v = 0; v < fem->vertex_count; v++)
+    begin[v + 2] += begin[v + 1];
+  for (int64_t e = 0; e < 4 * fem->tet_count; e++)
+    fem->incident[begin[fem->tets[e] + 1]++] = e;
+}
+
+static thrum_status fill(const thrum_mesh *mesh, const uint8_t *fixed, thrum_fem *fem,
+                         thrum_error *error) {
+  thrum_status status = allocate(mesh, fem, error);
+  for (int64_t i = 0; i < mesh->region_count && status == THRUM_OK; i++) {
+    const thrum_material *material = &mesh->materials[i];
+    const double nu = material->poisson;
+    fem->lambda[i] = material->young * nu / ((1 + nu) * (1 - 2 * nu));
+    fem->mu[i] = material->young / (2 * (1 + nu));
+    fem->density[i] = material->density;
+  }
+  for (int64_t t = 0; t < mesh->tet_count && status == THRUM_OK; t++)
+    status = measure_tet(fem, t, error);
+  if (status != THRUM_OK)
+    return status;
+  number_components(fixed, fem);
+  list_incident(fem);
+  if (fem->free_count == 0)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "every vertex is fixed: leave something free to move");
+  return THRUM_OK;
+}
+
+thrum_status thrum_fem_create(const thrum_mesh *mesh, const uint8_t *fixed, thrum_fem *fem,
+                              thrum_error *error) {
+  thrum_status status = check_materials(mesh, error);
+  if (status != THRUM_OK)
+    return status;
+  thrum_fem made = {.vertex_count = mesh->vertex_count,
+                    .tet_count = mesh->tet_count,
+                    .region_count = mesh->region_count,
+                    .vertices = mesh->vertices,
+                    .tets = mesh->tets,
+                    .tet_region = mesh->tet_region};
+  status = fill(mesh, fixed, &made, error);
+  if (status != THRUM_OK)
+    thrum_fem_free(&made);
+  else
+    *fem = made;
+  return status;
+}
+
+void thrum_fem_free(thrum_fem *fem) {
+  free(fem->dof);
+  free(fem->component);
+  free(fem->gradient);
+  free(fem->volume);
+  free(fem->lambda);
+  free(fem->mu);
+  free(fem->density);
+  free(fem->incident_begin);
+  free(fem->incident);
+  *fem = (thrum_fem){0};
+}
+
+void thrum_fem_shape_gradients(const thrum_fem *fem, int64_t t, double gradients[4][3]) {
+  const double *stored = fem->gradient + 9 * t;
+  for (int c = 0; c < 3; c++) {
+    gradients[1][c] = stored[c];
+    gradients[2][c] = stored[3 + c];
+    gradients[3][c] = stored[6 + c];
+    gradients[0][c] = -(stored[c] + stored[3 + c] + stored[6 + c]);
+  }
+}
+
+double thrum_fem_energy(const thrum_fem *fem, const double *u, double *force) {
+  double energy = 0;
+  if (force)
+    memset(force, 0, sizeof *force * (size_t)(3 * fem->vertex_count));
+  for (int64_t t = 0; t < fem->tet_count; t++) {
+    thrum_tet tet;
+    thrum_tet_deform(fem, t, u, &tet);
+    energy += tet.energy;
+    for (int a = 0; force && a < 4; a++) {
+      double *at = force + 3 * (int64_t)fem->tets[4 * t + a];
+      double traction[3];
+      thrum_product_vector(tet.stress, tet.gradient[a], traction);
+      for (int c = 0; c < 3; c++)
+        at[c] += tet.volume *
+                 (tet.deformation[c][0] * traction[0] + tet.deformation[c][1] * traction[1] +
+                  tet.deformation[c][2] * traction[2]);
+    }
+  }
+  return energy;
+}
+
+void thrum_fem_gather(const thrum_fem *fem, const double *all, double *free_ones) {
+  for (int64_t i = 0; i < fem->free_count; i++)
+    free_ones[i] = all[fem->component[i]];
+}
+
+void thrum_fem_scatter(const thrum_fem *fem, const double *free_ones, double *all) {
+  for (int64_t c = 0; c < 3 * fem->vertex_count; c++)
+    all[c] = fem->dof[c] < 0 ? 0 : free_ones[fem->dof[c]];
+}

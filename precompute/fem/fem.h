@@ -1,0 +1,60 @@
+/* The full-order body: linear tetrahedra of Saint Venant-Kirchhoff material, design 1. Sparse
+ * matrices act on the free components of displacement alone; the functions of a displacement take
+ * and give all components, 3 v + axis, held ones included.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_PRECOMPUTE_FEM_FEM_H
+#define THRUM_PRECOMPUTE_FEM_FEM_H
+
+#include "precompute/precompute.h"
+#include "precompute/fem/sparse.h"
+
+typedef struct thrum_fem {
+  int64_t vertex_count;
+  int64_t tet_count;
+  int64_t free_count; /* n, components that may move */
+  int64_t region_count;
+  const double *vertices;    /* the mesh's, vertex_count x 3 [m] */
+  const int32_t *tets;       /* the mesh's, tet_count x 4 */
+  const int32_t *tet_region; /* the mesh's, tet_count */
+  int32_t *dof;              /* vertex_count x 3: index among the free components, -1 held */
+  int32_t *component;        /* free_count: 3 v + axis of each free component */
+  double *gradient;          /* tet_count x 9: shape gradients of corners 1, 2, 3 [1/m] */
+  double *volume;            /* tet_count [m^3] */
+  double *lambda, *mu;       /* region_count, Lame's constants [Pa] */
+  double *density;           /* region_count [kg/m^3] */
+  int64_t *incident_begin;   /* vertex_count + 1 */
+  int64_t *incident;         /* 4 tet_count: 4 t + corner of the tets around each vertex */
+} thrum_fem;
+
+/* The mesh must stay while the fem is used; `fixed` may go. Refuses bad materials, tets of no or
+ * negative volume, and a body with no component free. */
+thrum_status thrum_fem_create(const thrum_mesh *mesh, const uint8_t *fixed, thrum_fem *fem,
+                              thrum_error *error);
+void thrum_fem_free(thrum_fem *fem); /* leaves it empty; an empty (zeroed) one is fine */
+
+/* Gradients of the four shape functions of tet `t`, corner 0 first. */
+void thrum_fem_shape_gradients(const thrum_fem *fem, int64_t t, double gradients[4][3]);
+
+/* Makes the n x n pattern of the stiffness; values are zero. */
+thrum_status thrum_fem_pattern(const thrum_fem *fem, thrum_sparse *stiffness, thrum_error *error);
+
+/* Fills the pattern with K_full(u), the tangent stiffness at u (3 vertex_count; NULL: at rest). */
+thrum_status thrum_fem_stiffness(const thrum_fem *fem, const double *u, thrum_sparse *stiffness,
+                                 thrum_error *error);
+
+/* The mass matrix; it borrows nothing from the pattern it is built from. */
+thrum_status thrum_fem_mass(const thrum_fem *fem, thrum_mass kind, const thrum_sparse *pattern,
+                            thrum_sparse *mass, thrum_error *error);
+
+/* Row sums of the mass matrix of all vertices, so M 1 of either kind: vertex_count [kg]. */
+void thrum_fem_vertex_mass(const thrum_fem *fem, double *mass);
+
+/* V_full(u) [J] and R_full(u) = grad V_full [N]; u and force: 3 vertex_count, force may be NULL. */
+double thrum_fem_energy(const thrum_fem *fem, const double *u, double *force);
+
+/* Between all components (3 vertex_count) and the free ones (free_count). */
+void thrum_fem_gather(const thrum_fem *fem, const double *all, double *free_ones);
+void thrum_fem_scatter(const thrum_fem *fem, const double *free_ones, double *all);
+
+#endif

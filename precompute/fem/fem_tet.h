@@ -1,0 +1,25 @@
+/* One deformed tetrahedron, for the files that loop over tets. SPDX-License-Identifier: Apache-2.0
+ */
+#ifndef THRUM_PRECOMPUTE_FEM_FEM_TET_H
+#define THRUM_PRECOMPUTE_FEM_FEM_TET_H
+
+#include "precompute/fem/fem.h"
+
+typedef struct thrum_tet {
+  double volume, lambda, mu;
+  double gradient[4][3];    /* of the shape functions */
+  double deformation[3][3]; /* F = 1 + G */
+  double stress[3][3];      /* second Piola-Kirchhoff S */
+  double energy;            /* [J] */
+} thrum_tet;
+
+/* Tet `t` under the displacement u of all components; NULL: at rest. */
+void thrum_tet_deform(const thrum_fem *fem, int64_t t, const double *u, thrum_tet *tet);
+
+/* stress = lambda tr(strain) 1 + 2 mu strain. */
+void thrum_stress(double lambda, double mu, double strain[3][3], double stress[3][3]);
+
+/* result = matrix vector */
+void thrum_product_vector(double matrix[3][3], const double vector[3], double result[3]);
+
+#endif

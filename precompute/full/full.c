@@ -1,0 +1,437 @@
+/* The full-order body: making it, setting and reading it, and what its steps are made of.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "platform/allocate.h"
+#include "precompute/full/full_private.h"
+#include "precompute/stage.h"
+
+#define DEF_COOKIE UINT32_C(0x66756c6c)
+#define PARTS_MAX 64 /* of a step that cannot be solved at once */
+
+thrum_full_def thrum_default_full_def(void) {
+  return (thrum_full_def){.cookie = DEF_COOKIE,
+                          .scheme = THRUM_FULL_ENERGY,
+                          .dt = 0.003,
+                          .newmark_beta = 0.25,
+                          .newmark_gamma = 0.5,
+                          .tolerance = 1e-10,
+                          .iterations_max = 50,
+                          .solver = THRUM_FULL_CHOLESKY,
+                          .solver_tolerance = 1e-10};
+}
+
+static bool is_positive(double value) {
+  return isfinite(value) && value > 0;
+}
+
+static bool is_not_negative(double value) {
+  return isfinite(value) && value >= 0;
+}
+
+static thrum_status check_def(const thrum_full_def *def, thrum_error *error) {
+  const char *wrong = NULL;
+  if (!def || def->cookie != DEF_COOKIE)
+    return thrum_error_set(error, THRUM_UNINITIALISED_DEF,
+                           "the def was not made by thrum_default_full_def");
+  if (!is_positive(def->dt))
+    wrong = "dt must be above 0 s";
+  else if (!is_not_negative(def->damping_alpha) || !is_not_negative(def->damping_beta))
+    wrong = "damping must not be negative";
+  else if (def->scheme == THRUM_FULL_NEWMARK && !is_positive(def->newmark_beta))
+    wrong = "Newmark's beta must be above 0; central differences are its explicit form";
+  else if (!(def->newmark_gamma >= 0 && def->newmark_gamma <= 1))
+    wrong = "Newmark's gamma must be in [0, 1]";
+  else if (!is_positive(def->tolerance) || !is_positive(def->solver_tolerance) ||
+           def->tolerance > 0.01 || def->solver_tolerance > 0.01)
+    wrong = "tolerances must be in (0, 0.01]";
+  else if (def->iterations_max < 1)
+    wrong = "iterations_max must be 1 or more";
+  else if (def->scheme == THRUM_FULL_CENTRAL && def->damping_beta > 0)
+    wrong = "central differences take no damping of the stiffness";
+  return wrong ? thrum_error_set(error, THRUM_INVALID_ARGUMENT, "full order: %s", wrong) : THRUM_OK;
+}
+
+static thrum_status allocate(thrum_full *full, thrum_error *error) {
+  const int64_t n = full->body.fem.free_count, all = 3 * full->body.fem.vertex_count;
+  int64_t vectors = 0, fields = 0;
+#define X(name) vectors++;
+  FULL_VECTORS(X)
+#undef X
+#define X(name) fields++;
+  FULL_FIELDS(X)
+#undef X
+  const int64_t count = vectors * n + fields * all;
+  full->memory = thrum_allocate(count, sizeof *full->memory, "the full-order body", error);
+  if (!full->memory)
+    return THRUM_OUT_OF_MEMORY;
+  memset(full->memory, 0, (size_t)count * sizeof *full->memory);
+  double *at = full->memory;
+#define X(name)                                                                                    \
+  full->name = at;                                                                                 \
+  at += n;
+  FULL_VECTORS(X)
+#undef X
+#define X(name)                                                                                    \
+  full->name = at;                                                                                 \
+  at += all;
+  FULL_FIELDS(X)
+#undef X
+  return THRUM_OK;
+}
+
+/* Values of their own on the pattern of the stiffness; where the mass lies in it. */
+static thrum_status share_pattern(thrum_full *full, thrum_error *error) {
+  const thrum_sparse *stiffness = &full->body.stiffness, *mass = &full->body.mass;
+  const int64_t entries = stiffness->begin[stiffness->size];
+  full->tangent = full->system = *stiffness;
+  full->tangent.value = thrum_allocate(entries, sizeof(double), "the full-order body", error);
+  full->system.value = thrum_allocate(entries, sizeof(double), "the full-order body", error);
+  full->mass_slot =
+      thrum_allocate(mass->begin[mass->size], sizeof *full->mass_slot, "the mass", error);
+  if (!full->tangent.value || !full->system.value || !full->mass_slot)
+    return THRUM_OUT_OF_MEMORY;
+  memcpy(full->tangent.value, stiffness->value, (size_t)entries * sizeof(double));
+  memcpy(full->system.value, stiffness->value, (size_t)entries * sizeof(double));
+  for (int64_t j = 0; j < mass->size; j++) {
+    int64_t at = stiffness->begin[j];
+    for (int64_t e = mass->begin[j]; e < mass->begin[j + 1]; e++) {
+      while (stiffness->row[at] != mass->row[e])
+        at++;
+      full->mass_slot[e] = at;
+    }
+  }
+  return THRUM_OK;
+}
+
+/* The model's body with more of it held. */
+static thrum_status hold(thrum_full *full, const uint8_t *held, thrum_error *error) {
+  const int64_t vertices = full->model->vertex_count;
+  full->fixed = thrum_allocate(vertices, 1, "the full-order body", error);
+  if (!full->fixed)
+    return THRUM_OUT_OF_MEMORY;
+  for (int64_t v = 0; v < vertices; v++)
+    full->fixed[v] = (uint8_t)(full->model->fixed[v] | (held ? held[v] : 0));
+  thrum_model seen = *full->model;
+  seen.fixed = full->fixed;
+  return thrum_full_body_create(&seen, &full->body, error);
+}
+
+static thrum_status fill(thrum_full *full, const uint8_t *held, thrum_error *error) {
+  const thrum_full_def *def = &full->def;
+  thrum_status status = hold(full, held, error);
+  if (status == THRUM_OK)
+    status = allocate(full, error);
+  if (status == THRUM_OK)
+    status = share_pattern(full, error);
+  if (status == THRUM_OK)
+    status =
+        full_linear_make(def->solver, def->solver_tolerance, &full->system, &full->linear, error);
+  if (status == THRUM_OK && def->scheme == THRUM_FULL_NEWMARK) {
+    status =
+        full_linear_make(def->solver, def->solver_tolerance, &full->body.mass, &full->mass, error);
+    if (status == THRUM_OK)
+      status = full_linear_prepare(&full->mass, error);
+  }
+  if (status == THRUM_OK && def->scheme == THRUM_FULL_CENTRAL)
+    status = full_central_begin(full, error);
+  return status;
+}
+
+thrum_status thrum_full_create(const thrum_model *model, const uint8_t *held,
+                               const thrum_full_def *def, thrum_full **full, thrum_error *error) {
+  thrum_status status = check_def(def, error);
+  if (status != THRUM_OK)
+    return status;
+  if (!model->vertices)
+    return thrum_error_set(error, THRUM_MISSING, "full order: the model has no mesh to go back to");
+  thrum_full *made = calloc(1, sizeof *made);
+  if (!made)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the full-order body");
+  made->def = *def;
+  made->model = model;
+  made->fresh = true;
+  made->dt_stable = NAN;
+  status = fill(made, held, error);
+  if (status == THRUM_OK)
+    *full = made;
+  else
+    thrum_full_free(made);
+  return status;
+}
+
+void thrum_full_free(thrum_full *full) {
+  if (!full)
+    return;
+  full_linear_free(&full->linear);
+  full_linear_free(&full->mass);
+  thrum_full_body_free(&full->body);
+  free(full->fixed);
+  free(full->tangent.value);
+  free(full->system.value);
+  free(full->mass_slot);
+  free(full->memory);
+  free(full);
+}
+
+/* --- what steps are made of ---------------------------------------------------------------------
+ */
+
+double full_dot(const thrum_full *full, const double *x, const double *y) {
+  double sum = 0;
+  for (int64_t i = 0; i < full->body.fem.free_count; i++)
+    sum += x[i] * y[i];
+  return sum;
+}
+
+void full_place(const thrum_full *full, const double *u, double share, const double *d,
+                double *place) {
+  const thrum_fem *fem = &full->body.fem;
+  for (int64_t c = 0; c < 3 * fem->vertex_count; c++) {
+    const int32_t i = fem->dof[c];
+    place[c] = i < 0 ? full->held[c] : u[i] + (d ? share * d[i] : 0);
+  }
+}
+
+double full_take_forces(thrum_full *full, const double *place, double *r) {
+  const thrum_fem *fem = &full->body.fem;
+  const double energy = thrum_fem_energy(fem, place, full->forces);
+  for (int64_t i = 0; i < fem->free_count; i++)
+    r[i] -= full->forces[fem->component[i]];
+  return energy;
+}
+
+void full_take_mass(thrum_full *full, double scale, const double *x, double *r) {
+  thrum_sparse_product(&full->body.mass, x, 1, full->product);
+  for (int64_t i = 0; i < full->body.fem.free_count; i++)
+    r[i] -= scale * full->product[i];
+}
+
+void full_take_damping(thrum_full *full, double scale, const double *x, double *r) {
+  if (full->def.damping_alpha > 0)
+    full_take_mass(full, scale * full->def.damping_alpha, x, r);
+  if (!(full->def.damping_beta > 0))
+    return;
+  thrum_sparse_product(&full->body.stiffness, x, 1, full->product);
+  for (int64_t i = 0; i < full->body.fem.free_count; i++)
+    r[i] -= scale * full->def.damping_beta * full->product[i];
+}
+
+thrum_status full_assemble(thrum_full *full, const double *place, double of_tangent, double of_mass,
+                           double of_damping, thrum_error *error) {
+  const thrum_sparse *rest = &full->body.stiffness, *mass = &full->body.mass;
+  const thrum_status status = thrum_fem_stiffness(&full->body.fem, place, &full->tangent, error);
+  if (status != THRUM_OK)
+    return status;
+  const double of_rest = of_damping * full->def.damping_beta;
+  for (int64_t e = 0; e < rest->begin[rest->size]; e++)
+    full->system.value[e] = of_tangent * full->tangent.value[e] + of_rest * rest->value[e];
+  const double weight = of_mass + of_damping * full->def.damping_alpha;
+  for (int64_t e = 0; e < mass->begin[mass->size]; e++)
+    full->system.value[full->mass_slot[e]] += weight * mass->value[e];
+  return THRUM_OK;
+}
+
+/* --- state --------------------------------------------------------------------------------------
+ */
+
+static bool all_finite(const double *field, int64_t count) {
+  for (int64_t c = 0; field && c < count; c++)
+    if (!isfinite(field[c]))
+      return false;
+  return true;
+}
+
+thrum_status thrum_full_set(thrum_full *full, const double *u, const double *v,
+                            thrum_error *error) {
+  const thrum_fem *fem = &full->body.fem;
+  const int64_t all = 3 * fem->vertex_count;
+  if (!all_finite(u, all) || !all_finite(v, all))
+    return thrum_error_set(error, THRUM_BAD_VALUE, "u or v holds a number that is not finite");
+  for (int64_t i = 0; i < fem->free_count; i++) {
+    full->u[i] = u ? u[fem->component[i]] : 0;
+    full->v[i] = v ? v[fem->component[i]] : 0;
+  }
+  memset(full->held, 0, (size_t)all * sizeof *full->held);
+  full->linear.ready = false;
+  full->fresh = true;
+  return THRUM_OK;
+}
+
+void thrum_full_get(const thrum_full *full, double *u, double *v) {
+  if (u)
+    full_place(full, full->u, 0, NULL, u);
+  if (v)
+    thrum_fem_scatter(&full->body.fem, full->v, v);
+}
+
+thrum_status thrum_full_set_force(thrum_full *full, const double *forces, thrum_error *error) {
+  const thrum_fem *fem = &full->body.fem;
+  if (!all_finite(forces, 3 * fem->vertex_count))
+    return thrum_error_set(error, THRUM_BAD_VALUE, "forces hold a number that is not finite");
+  for (int64_t i = 0; i < fem->free_count; i++) {
+    const double force = forces ? forces[fem->component[i]] : 0;
+    full->fresh = full->fresh || force != full->f[i];
+    full->f[i] = force;
+  }
+  return THRUM_OK;
+}
+
+/* One step of the present dt; the body is untouched unless it is done. */
+static thrum_status step_once(thrum_full *full, thrum_error *error) {
+  const int64_t n = full->body.fem.free_count;
+  const thrum_status status = full->def.scheme == THRUM_FULL_CENTRAL
+                                  ? full_step_central(full, error)
+                                  : full_step_implicit(full, error);
+  if (status != THRUM_OK)
+    return status;
+  double sum = 0;
+  for (int64_t i = 0; i < n; i++)
+    sum += fabs(full->u[i] + full->d[i]) + fabs(full->v_next[i]) + fabs(full->a_next[i]);
+  if (!isfinite(sum))
+    return thrum_error_set(error, THRUM_NOT_FINITE,
+                           "step %lld leaves the range of finite numbers: lower dt or the load",
+                           (long long)full->steps);
+  for (int64_t i = 0; i < n; i++)
+    full->u[i] += full->d[i];
+  memcpy(full->v, full->v_next, (size_t)n * sizeof *full->v);
+  memcpy(full->a, full->a_next, (size_t)n * sizeof *full->a);
+  full->fresh = false;
+  return THRUM_OK;
+}
+
+/* The step again as `parts` shorter ones, which keep what the scheme keeps. */
+static thrum_status step_in_parts(thrum_full *full, int parts, const double *start,
+                                  thrum_error *error) {
+  const size_t vector = (size_t)full->body.fem.free_count * sizeof(double);
+  const double dt = full->def.dt;
+  const bool fresh = full->fresh;
+  thrum_status status = THRUM_OK;
+  full->def.dt = dt / parts;
+  full->linear.ready = false;
+  for (int k = 0; k < parts && status == THRUM_OK; k++)
+    status = step_once(full, error);
+  full->def.dt = dt;
+  full->linear.ready = false;
+  if (status != THRUM_OK) {
+    memcpy(full->u, start, vector);
+    memcpy(full->v, start + full->body.fem.free_count, vector);
+    memcpy(full->a, start + 2 * full->body.fem.free_count, vector);
+    full->fresh = fresh;
+  }
+  return status;
+}
+
+thrum_status thrum_full_step(thrum_full *full, thrum_error *error) {
+  const int64_t n = full->body.fem.free_count;
+  thrum_status status = step_once(full, error);
+  if (status == THRUM_NOT_CONVERGED) {
+    double *start = thrum_allocate(3 * n, sizeof *start, "shorter steps", error);
+    if (!start)
+      return THRUM_OUT_OF_MEMORY;
+    memcpy(start, full->u, (size_t)n * sizeof *start);
+    memcpy(start + n, full->v, (size_t)n * sizeof *start);
+    memcpy(start + 2 * n, full->a, (size_t)n * sizeof *start);
+    for (int parts = 2; parts <= PARTS_MAX && status == THRUM_NOT_CONVERGED; parts *= 2)
+      status = step_in_parts(full, parts, start, error);
+    free(start);
+    full->substep_steps += status == THRUM_OK;
+  }
+  full->steps += status == THRUM_OK;
+  return status;
+}
+
+thrum_full_energies thrum_full_energy(const thrum_full *full) {
+  thrum_full_energies found = {0, 0, 0};
+  full_place(full, full->u, 0, NULL, full->place);
+  found.potential = thrum_fem_energy(&full->body.fem, full->place, NULL);
+  if (full->def.scheme == THRUM_FULL_CENTRAL) {
+    for (int64_t i = 0; i < full->body.fem.free_count; i++)
+      found.kinetic += 0.5 * full->lumped[i] * full->v[i] * full->v[i];
+  } else {
+    thrum_sparse_product(&full->body.mass, full->v, 1, full->product);
+    found.kinetic = 0.5 * full_dot(full, full->v, full->product);
+  }
+  found.total = found.kinetic + found.potential;
+  return found;
+}
+
+thrum_full_report thrum_full_report_get(const thrum_full *full) {
+  return (thrum_full_report){.free_count = full->body.fem.free_count,
+                             .steps = full->steps,
+                             .substep_steps = full->substep_steps,
+                             .iterations = full->iterations,
+                             .factorisations =
+                                 full->linear.factorisations + full->mass.factorisations,
+                             .solver_iterations = full->linear.iterations + full->mass.iterations,
+                             .dt_stable = full->dt_stable};
+}
+
+void thrum_full_peak(const thrum_full *full, double *length, int64_t *vertex) {
+  full_place(full, full->u, 0, NULL, full->place);
+  for (int64_t v = 0; v < full->body.fem.vertex_count; v++) {
+    const double *u = full->place + 3 * v;
+    const double moved = sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
+    if (moved > *length) {
+      *length = moved;
+      *vertex = v;
+    }
+  }
+}
+
+void thrum_full_mean(const thrum_full *full, const int32_t *vertices, int64_t count,
+                     double mean[3]) {
+  full_place(full, full->u, 0, NULL, full->place);
+  mean[0] = mean[1] = mean[2] = 0;
+  if (!vertices)
+    count = full->body.fem.vertex_count;
+  for (int64_t k = 0; k < count; k++)
+    for (int axis = 0; axis < 3; axis++)
+      mean[axis] += full->place[3 * (vertices ? vertices[k] : k) + axis] / (double)count;
+}
+
+void thrum_full_momentum(const thrum_full *full, double linear[3], double angular[3]) {
+  const thrum_fem *fem = &full->body.fem;
+  if (full->def.scheme == THRUM_FULL_CENTRAL) {
+    for (int64_t i = 0; i < fem->free_count; i++)
+      full->product[i] = full->lumped[i] * full->v[i];
+  } else {
+    thrum_sparse_product(&full->body.mass, full->v, 1, full->product);
+  }
+  thrum_fem_scatter(fem, full->product, full->forces);
+  full_place(full, full->u, 0, NULL, full->place);
+  for (int axis = 0; axis < 3; axis++)
+    linear[axis] = angular[axis] = 0;
+  for (int64_t v = 0; v < fem->vertex_count; v++) {
+    const double *p = full->forces + 3 * v;
+    double x[3];
+    for (int axis = 0; axis < 3; axis++) {
+      x[axis] = fem->vertices[3 * v + axis] + full->place[3 * v + axis];
+      linear[axis] += p[axis];
+    }
+    for (int axis = 0; axis < 3; axis++)
+      angular[axis] +=
+          x[(axis + 1) % 3] * p[(axis + 2) % 3] - x[(axis + 2) % 3] * p[(axis + 1) % 3];
+  }
+}
+
+void thrum_full_add_gravity(const thrum_full *full, const double acceleration[3], double *forces) {
+  const thrum_fem *fem = &full->body.fem;
+  // row sums of the mass, by the place that forces are taken in
+  thrum_fem_vertex_mass(fem, full->place);
+  for (int64_t c = 0; c < 3 * fem->vertex_count; c++)
+    forces[c] += full->place[c / 3] * acceleration[c % 3];
+}
+
+void thrum_full_project(const thrum_full *full, const double *field, double *reduced) {
+  const thrum_fem *fem = &full->body.fem;
+  const int64_t rank = full->model->rank;
+  memset(reduced, 0, (size_t)rank * sizeof *reduced);
+  thrum_fem_gather(fem, field, full->trial);
+  thrum_sparse_product(&full->body.mass, full->trial, 1, full->product);
+  for (int64_t i = 0; i < fem->free_count; i++)
+    for (int64_t k = 0; k < rank; k++)
+      reduced[k] += full->model->basis[fem->component[i] * rank + k] * full->product[i];
+}

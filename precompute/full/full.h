@@ -1,0 +1,115 @@
+/* The full-order body: the tetrahedral mesh of a model, unreduced (design 13). What a reduced model
+ * is measured against, and the honest denominator of every speed-up.
+ *
+ * Same mesh, materials, held components and mass as the model; linear tetrahedra of Saint
+ * Venant-Kirchhoff material by the assembly of precompute. Fields are 3 vertex_count numbers, x, y,
+ * z of each vertex, held ones included, unless said otherwise; SI units throughout. A body belongs
+ * to one thread at a time. Calls may allocate.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_PRECOMPUTE_FULL_FULL_H
+#define THRUM_PRECOMPUTE_FULL_FULL_H
+
+#include <stdbool.h>
+
+#include "thrum/model.h"
+
+typedef enum thrum_full_scheme {
+  THRUM_FULL_NEWMARK = 0,  /* implicit, full Newton with kept factors */
+  THRUM_FULL_ENERGY = 1,   /* conserves energy, momentum and angular momentum: Simo and Tarnow */
+  THRUM_FULL_MIDPOINT = 2, /* implicit midpoint */
+  THRUM_FULL_CENTRAL = 3   /* explicit central differences, lumped mass */
+} thrum_full_scheme;
+
+typedef enum thrum_full_solver {
+  THRUM_FULL_CHOLESKY = 0, /* sparse Cholesky */
+  THRUM_FULL_CG = 1        /* conjugate gradients, symmetric Gauss-Seidel as preconditioner */
+} thrum_full_solver;
+
+typedef struct thrum_full_def {
+  uint32_t cookie;          /* set by thrum_default_full_def */
+  thrum_full_scheme scheme; /* default energy */
+  double dt;                /* [s], > 0; default 0.003 */
+  double damping_alpha;     /* [1/s], >= 0: C = alpha M + beta K at rest; default 0 */
+  double damping_beta;      /* [s], >= 0; default 0; central takes none */
+  double newmark_beta;      /* > 0; default 1/4 */
+  double newmark_gamma;     /* in [0, 1]; default 1/2 */
+  double tolerance;         /* of a step or an equilibrium, relative; default 1e-10 */
+  int32_t iterations_max;   /* of a step, >= 1; default 50 */
+  thrum_full_solver solver; /* default Cholesky */
+  double solver_tolerance;  /* of conjugate gradients, relative; default 1e-10 */
+} thrum_full_def;
+
+thrum_full_def thrum_default_full_def(void);
+
+typedef struct thrum_full thrum_full;
+
+/* What a body has done since it was made. */
+typedef struct thrum_full_report {
+  int64_t free_count;        /* components that move */
+  int64_t steps;             /* completed */
+  int64_t substep_steps;     /* solved by shorter ones */
+  int64_t iterations;        /* Newton's */
+  int64_t factorisations;    /* of Cholesky */
+  int64_t solver_iterations; /* of conjugate gradients */
+  double dt_stable;          /* central: largest stable step at rest [s]; else NaN */
+} thrum_full_report;
+
+typedef struct thrum_full_energies {
+  double kinetic, potential, total; /* [J] */
+} thrum_full_energies;
+
+typedef struct thrum_full_equilibrium {
+  int32_t load_steps, cut_steps, iterations;
+  double energy;      /* V(u) [J] */
+  double load_energy; /* -f u [J] */
+  double residual;    /* of the forces, relative to the largest on the way, in the energy norm */
+  int32_t stable;     /* 1: the tangent stiffness is positive definite */
+} thrum_full_equilibrium;
+
+/* Makes the body of a model, at rest. `held` (vertex_count, may be NULL): bits 0, 1, 2 of x, y, z
+ * held beside those of the model. The model must stay. THRUM_MISSING without a mesh;
+ * THRUM_INVALID_ARGUMENT when central's dt is not stable: the line names one that is. */
+thrum_status thrum_full_create(const thrum_model *model, const uint8_t *held,
+                               const thrum_full_def *def, thrum_full **full, thrum_error *error);
+void thrum_full_free(thrum_full *full); /* NULL is fine */
+
+/* Displacements [m] and velocities [m/s]; NULL means zero, and not wanted. Held components of set
+ * are taken as zero. */
+thrum_status thrum_full_set(thrum_full *full, const double *u, const double *v, thrum_error *error);
+void thrum_full_get(const thrum_full *full, double *u, double *v);
+
+/* Forces [N] of the steps to come: their mean over a step, as of thrum_state_set_force. */
+thrum_status thrum_full_set_force(thrum_full *full, const double *forces, thrum_error *error);
+
+/* One step. THRUM_NOT_CONVERGED and THRUM_NOT_FINITE leave the body as it was. */
+thrum_status thrum_full_step(thrum_full *full, thrum_error *error);
+
+/* The equilibrium under `forces`, from where the body is: Newton on the total energy with a line
+ * search, the load growing in steps. moves (may be NULL): displacements [m] that held components
+ * are brought to along the way. The body is then there, at rest. On failure it is as it was. */
+thrum_status thrum_full_rest(thrum_full *full, const double *forces, const double *moves,
+                             thrum_full_equilibrium *found, thrum_error *error);
+
+thrum_full_energies thrum_full_energy(const thrum_full *full);
+thrum_full_report thrum_full_report_get(const thrum_full *full);
+
+/* Keeps a running peak: where a vertex is displaced further than *length [m], *length becomes the
+ * largest displacement and *vertex (0-based) the vertex. */
+void thrum_full_peak(const thrum_full *full, double *length, int64_t *vertex);
+
+/* Mean displacement [m] of `count` > 0 vertices (NULL: all of them), all within the mesh. */
+void thrum_full_mean(const thrum_full *full, const int32_t *vertices, int64_t count,
+                     double mean[3]);
+
+/* Linear and angular momentum (about the origin) [kg m/s, kg m^2/s]. */
+void thrum_full_momentum(const thrum_full *full, double linear[3], double angular[3]);
+
+/* forces += M a of an acceleration [m/s^2] that all of the body feels. */
+void thrum_full_add_gravity(const thrum_full *full, const double acceleration[3], double *forces);
+
+/* reduced = U^T M field: the coordinates that come nearest to a field in the norm of M (rank). The
+ * model must have a basis. */
+void thrum_full_project(const thrum_full *full, const double *field, double *reduced);
+
+#endif

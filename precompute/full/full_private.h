@@ -1,0 +1,76 @@
+/* The full-order body's inside, shared by the files of full/. SPDX-License-Identifier: Apache-2.0
+ */
+#ifndef THRUM_PRECOMPUTE_FULL_FULL_PRIVATE_H
+#define THRUM_PRECOMPUTE_FULL_FULL_PRIVATE_H
+
+#include "precompute/full/full.h"
+#include "precompute/full/full_linear_solve.h"
+#include "precompute/full/full_body.h"
+
+/* Vectors of the free components. X(name, meaning) */
+#define FULL_VECTORS(X)                                                                            \
+  X(u) /* displacement */                                                                          \
+  X(v) /* velocity */                                                                              \
+  X(a) /* Newmark's acceleration; central's, without damping */                                    \
+  X(f) /* load of the steps to come */                                                             \
+  X(d) /* of a step: u' - u */                                                                     \
+  X(v_next)                                                                                        \
+  X(a_next)                                                                                        \
+  X(r)       /* residual */                                                                        \
+  X(delta)   /* correction */                                                                      \
+  X(product) /* of a matrix */                                                                     \
+  X(trial)                                                                                         \
+  X(lumped) /* mass, central */
+
+/* Fields of all components. */
+#define FULL_FIELDS(X)                                                                             \
+  X(held)     /* what held components are displaced by */                                          \
+  X(place)    /* where forces are taken */                                                         \
+  X(place_to) /* and the other end of a step */                                                    \
+  X(forces)
+
+struct thrum_full {
+  thrum_full_def def;
+  const thrum_model *model;
+  thrum_full_body body; /* stiffness: at rest; mass: the model's */
+  uint8_t *fixed;       /* vertex_count: held, the model's and others */
+  thrum_sparse tangent; /* values of its own on the pattern of the stiffness */
+  thrum_sparse system;  /* the same */
+  int64_t *mass_slot;   /* place of each entry of the mass in that pattern */
+  full_linear linear;   /* of the system */
+  full_linear mass;     /* of the mass, Newmark */
+  bool fresh;           /* the load or the state was set: accelerations are to be taken anew */
+  int64_t steps, iterations, substep_steps;
+  double dt_stable;
+  double *memory;
+#define X(name) double *name;
+  FULL_VECTORS(X)
+  FULL_FIELDS(X)
+#undef X
+};
+
+/* place = the field of u + share d (d NULL: of u), held components displaced. */
+void full_place(const thrum_full *full, const double *u, double share, const double *d,
+                double *place);
+
+/* V, and r -= R of the place. */
+double full_take_forces(thrum_full *full, const double *place, double *r);
+
+/* system = of_tangent K(place) + of_mass M + of_damping C, C = alpha M + beta K at rest. */
+thrum_status full_assemble(thrum_full *full, const double *place, double of_tangent, double of_mass,
+                           double of_damping, thrum_error *error);
+
+/* r -= scale M x, or scale C x. */
+void full_take_mass(thrum_full *full, double scale, const double *x, double *r);
+void full_take_damping(thrum_full *full, double scale, const double *x, double *r);
+
+double full_dot(const thrum_full *full, const double *x, const double *y);
+
+/* One step each, candidates into d (u' - u), v_next and a_next. */
+thrum_status full_step_implicit(thrum_full *full, thrum_error *error);
+thrum_status full_step_central(thrum_full *full, thrum_error *error);
+
+/* central: lumped mass and the largest stable step at rest; refuses a dt beyond it. */
+thrum_status full_central_begin(thrum_full *full, thrum_error *error);
+
+#endif

@@ -1,0 +1,177 @@
+/* The equilibrium of the full-order body under a load (design 13): R(u) = factor f, and held
+ * components at factor times where they are to go. The load grows in steps; each is Newton on the
+ * total energy V - factor f u with a line search, its matrix shifted by a multiple of the stiffness
+ * at rest where it is not positive definite, so that every direction leads downhill and what is
+ * found is stable, but for saddles that nothing pushes the body off.
+ *
+ * Cost: an assembly and a factorisation an iteration.
+ * Source: Nocedal & Wright 2006, Numerical Optimization, doi:10.1007/978-0-387-40065-5, chapter 3.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "platform/allocate.h"
+#include "precompute/full/full_private.h"
+#include "precompute/stage.h"
+
+#define STEPS_MAX 400
+#define NEWTON_MAX 300
+#define FIRST_STEP 0.25
+#define SHORTEST 1e-5
+
+typedef struct rest {
+  thrum_full *full;
+  const double *moves;
+  double factor;  /* where u is */
+  double largest; /* correction so far, in the norm of the matrix */
+  double energy;  /* V at the trial */
+  double merit;   /* V - factor f u there */
+  double *before; /* u a step ago */
+  double *kept;   /* u at the start of the step */
+  thrum_full_equilibrium *found;
+} rest;
+
+/* Residual at u under factor times the load; held components as the factor has them. */
+static void evaluate(rest *s, double factor) {
+  thrum_full *full = s->full;
+  const thrum_fem *fem = &full->body.fem;
+  for (int64_t c = 0; s->moves && c < 3 * fem->vertex_count; c++)
+    full->held[c] = fem->dof[c] < 0 ? factor * s->moves[c] : 0;
+  for (int64_t i = 0; i < fem->free_count; i++)
+    full->r[i] = factor * full->f[i];
+  full_place(full, full->u, 0, NULL, full->place);
+  s->energy = full_take_forces(full, full->place, full->r);
+  s->merit = s->energy - factor * full_dot(full, full->f, full->u);
+}
+
+/* Newton's correction into delta; the slope at which the energy falls along it, 0 on failure. */
+static double descend(rest *s, thrum_error *error) {
+  thrum_full *full = s->full;
+  thrum_status status = THRUM_SINGULAR;
+  double shift = 0;
+  for (int k = 0; status == THRUM_SINGULAR && k < 8; k++) {
+    status = full_assemble(full, full->place, 1, 0, 0, error);
+    const thrum_sparse *stiffness = &full->body.stiffness;
+    for (int64_t e = 0; shift > 0 && e < stiffness->begin[stiffness->size]; e++)
+      full->system.value[e] += shift * stiffness->value[e];
+    if (status == THRUM_OK)
+      status = full_linear_prepare(&full->linear, error);
+    if (status == THRUM_OK)
+      status = full_linear_solve(&full->linear, full->r, full->delta, error);
+    s->found->stable = shift == 0 && status == THRUM_OK;
+    shift = shift > 0 ? 4 * shift : 0.05;
+  }
+  s->found->iterations++;
+  return status == THRUM_OK ? full_dot(full, full->delta, full->r) : 0;
+}
+
+/* Along delta by 1 and then shorter, until the energy falls enough, or the residual where rounding
+ * hides that. */
+static bool shorten(rest *s, double factor, double slope) {
+  thrum_full *full = s->full;
+  const int64_t n = full->body.fem.free_count;
+  const double merit = s->merit, residual = full_dot(full, full->r, full->r);
+  memcpy(full->trial, full->u, (size_t)n * sizeof *full->u);
+  double length = 1;
+  for (int k = 0; k < 40; k++, length *= 0.5) {
+    for (int64_t i = 0; i < n; i++)
+      full->u[i] = full->trial[i] + length * full->delta[i];
+    evaluate(s, factor);
+    const bool fell = s->merit < merit - 1e-4 * length * slope ||
+                      (fabs(s->merit - merit) <= 1e-12 * fabs(merit) &&
+                       full_dot(full, full->r, full->r) < 0.25 * residual);
+    if (isfinite(s->merit) && fell)
+      return true;
+  }
+  memcpy(full->u, full->trial, (size_t)n * sizeof *full->u);
+  evaluate(s, factor);
+  return false;
+}
+
+static bool newton(rest *s, double factor, thrum_error *error) {
+  thrum_full *full = s->full;
+  evaluate(s, factor);
+  for (int k = 0; k < NEWTON_MAX; k++) {
+    const double slope = descend(s, error);
+    if (!(slope >= 0) || !isfinite(slope) || !isfinite(s->merit))
+      return false;
+    const double size = sqrt(slope);
+    s->largest = fmax(s->largest, size);
+    s->found->residual = s->largest > 0 ? size / s->largest : 0;
+    if (size <= fmax(full->def.tolerance, 64 * DBL_EPSILON) * s->largest)
+      return true;
+    // rounding may stop it first
+    if (!shorten(s, factor, slope))
+      return size <= 1e-7 * s->largest;
+  }
+  return false;
+}
+
+static bool follow(rest *s, thrum_error *error) {
+  thrum_full *full = s->full;
+  const int64_t n = full->body.fem.free_count;
+  const size_t vector = (size_t)n * sizeof(double);
+  double step = FIRST_STEP, last = 0;
+  for (int k = 0; s->factor < 1; k++) {
+    if (k == STEPS_MAX || step < SHORTEST)
+      return false;
+    const double factor = s->factor + step < 1 ? s->factor + step : 1;
+    memcpy(s->kept, full->u, vector);
+    // straight on from the step before
+    for (int64_t i = 0; last > 0 && i < n; i++)
+      full->u[i] += (factor - s->factor) / last * (s->kept[i] - s->before[i]);
+    const int32_t iterations = s->found->iterations;
+    if (!newton(s, factor, error)) {
+      memcpy(full->u, s->kept, vector);
+      s->found->cut_steps++;
+      step *= 0.25;
+      continue;
+    }
+    memcpy(s->before, s->kept, vector);
+    last = factor - s->factor;
+    s->factor = factor;
+    s->found->load_steps++;
+    step *= s->found->iterations - iterations <= 8 ? 2 : 1;
+  }
+  return true;
+}
+
+thrum_status thrum_full_rest(thrum_full *full, const double *forces, const double *moves,
+                             thrum_full_equilibrium *found, thrum_error *error) {
+  const int64_t n = full->body.fem.free_count, all = 3 * full->body.fem.vertex_count;
+  if (full->model->rigid != NULL && moves == NULL)
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "full order: nothing holds the body, so it has no equilibrium");
+  double *memory = thrum_allocate(3 * n + all, sizeof *memory, "the equilibrium", error);
+  if (!memory)
+    return THRUM_OUT_OF_MEMORY;
+  thrum_full_equilibrium made = {0};
+  rest s = {.full = full, .moves = moves, .found = &made};
+  double *start = memory, *held = memory + 3 * n;
+  s.before = start + n;
+  s.kept = s.before + n;
+  memcpy(start, full->u, (size_t)n * sizeof *start);
+  memcpy(held, full->held, (size_t)all * sizeof *held);
+  thrum_status status = thrum_full_set_force(full, forces, error);
+  if (status == THRUM_OK && !follow(&s, error))
+    status = thrum_error_set(error, THRUM_NOT_CONVERGED,
+                             "full order: no equilibrium was found beyond %.6g of the load (%d "
+                             "steps, %d iterations)",
+                             s.factor, (int)made.load_steps, (int)made.iterations);
+  full->linear.ready = false;
+  full->fresh = true;
+  if (status == THRUM_OK) {
+    memset(full->v, 0, (size_t)n * sizeof *full->v);
+    made.energy = s.energy;
+    made.load_energy = s.merit - s.energy;
+    *found = made;
+  } else {
+    memcpy(full->u, start, (size_t)n * sizeof *start);
+    memcpy(full->held, held, (size_t)all * sizeof *held);
+  }
+  free(memory);
+  return status;
+}

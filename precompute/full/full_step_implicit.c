@@ -1,0 +1,182 @@
+/* One implicit step of the full-order body, for the increment d = u' - u (design 13):
+ *
+ *   Newmark   0 = f - R(u') - M a' - C v',       a' = (d - h v)/(beta h^2) - (1/(2 beta) - 1) a,
+ *                                                v' = v + h [(1 - gamma) a + gamma a']
+ *   energy    0 = f - R-bar - C d/h - M (2 d/h^2 - 2 v/h),   v' = 2 d/h - v,
+ *             R-bar_a = sum_e vol F-bar S-bar grad N_a, F-bar and S-bar the means of both ends
+ *   midpoint  the same with R(u + d/2)
+ *
+ * As E' - E = sym(F-bar^T (G' - G)), R-bar d is the change of V exactly; S-bar is symmetric, so the
+ * angular momentum stays too. Its Jacobian is not symmetric; that at the middle, 1/2 K(u + d/2),
+ * stands in for it, so it is quasi-Newton that solves, with factors kept while they serve.
+ * Corrections are measured in the norm of the matrix, |delta|^2 = delta r.
+ * Cost: an assembly of forces an iteration; a factorisation every few steps.
+ * Sources: Simo & Tarnow 1992, doi:10.1007/BF00913408; Gonzalez 2000, Exact energy and momentum
+ * conserving algorithms for general models in nonlinear elasticity,
+ * doi:10.1016/S0045-7825(00)00189-4.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "precompute/full/full_private.h"
+#include "precompute/fem/fem_tet.h"
+
+#define SLOW 0.05               /* contraction above which factors are made anew */
+#define FLOOR (4 * DBL_EPSILON) /* of the increment and the displacement */
+#define STALLED 1e-12 /* of the increment: rounding may keep a step from being solved better */
+
+/* r -= R-bar between full->place and full->place_to. */
+static void take_mean_forces(thrum_full *full, double *r) {
+  const thrum_fem *fem = &full->body.fem;
+  memset(full->forces, 0, (size_t)(3 * fem->vertex_count) * sizeof *full->forces);
+  for (int64_t t = 0; t < fem->tet_count; t++) {
+    thrum_tet from, to;
+    thrum_tet_deform(fem, t, full->place, &from);
+    thrum_tet_deform(fem, t, full->place_to, &to);
+    for (int c = 0; c < 3; c++)
+      for (int d = 0; d < 3; d++) {
+        to.stress[c][d] = 0.5 * (from.stress[c][d] + to.stress[c][d]);
+        to.deformation[c][d] = 0.5 * (from.deformation[c][d] + to.deformation[c][d]);
+      }
+    for (int a = 0; a < 4; a++) {
+      double traction[3], force[3];
+      thrum_product_vector(to.stress, to.gradient[a], traction);
+      thrum_product_vector(to.deformation, traction, force);
+      for (int c = 0; c < 3; c++)
+        full->forces[3 * (int64_t)fem->tets[4 * t + a] + c] += to.volume * force[c];
+    }
+  }
+  for (int64_t i = 0; i < fem->free_count; i++)
+    r[i] -= full->forces[fem->component[i]];
+}
+
+/* v' and a' of the increment. */
+static void advance(thrum_full *full) {
+  const double h = full->def.dt, beta = full->def.newmark_beta, gamma = full->def.newmark_gamma;
+  for (int64_t i = 0; i < full->body.fem.free_count; i++) {
+    const double d = full->d[i], v = full->v[i], a = full->a[i];
+    if (full->def.scheme == THRUM_FULL_NEWMARK) {
+      full->a_next[i] = (d - h * v) / (beta * h * h) - (0.5 / beta - 1) * a;
+      full->v_next[i] = v + h * ((1 - gamma) * a + gamma * full->a_next[i]);
+    } else {
+      full->v_next[i] = 2 * d / h - v;
+      full->a_next[i] = 0;
+    }
+  }
+}
+
+/* Residual r of the increment. */
+static void evaluate(thrum_full *full) {
+  const int64_t n = full->body.fem.free_count;
+  const double h = full->def.dt;
+  advance(full);
+  memcpy(full->r, full->f, (size_t)n * sizeof *full->r);
+  if (full->def.scheme == THRUM_FULL_NEWMARK) {
+    full_place(full, full->u, 1, full->d, full->place_to);
+    full_take_forces(full, full->place_to, full->r);
+    full_take_mass(full, 1, full->a_next, full->r);
+    full_take_damping(full, 1, full->v_next, full->r);
+    return;
+  }
+  if (full->def.scheme == THRUM_FULL_ENERGY) {
+    full_place(full, full->u, 0, NULL, full->place);
+    full_place(full, full->u, 1, full->d, full->place_to);
+    take_mean_forces(full, full->r);
+  } else {
+    full_place(full, full->u, 0.5, full->d, full->place);
+    full_take_forces(full, full->place, full->r);
+  }
+  full_take_damping(full, 1 / h, full->d, full->r);
+  for (int64_t i = 0; i < n; i++)
+    full->trial[i] = full->v_next[i] - full->v[i];
+  full_take_mass(full, 1 / h, full->trial, full->r);
+}
+
+/* Factors of the matrix at the present increment. Where it is not positive definite, that of the
+ * shape at rest takes its place: the step is then short enough for the mass to rule. */
+static thrum_status refresh(thrum_full *full, thrum_error *error) {
+  const bool newmark = full->def.scheme == THRUM_FULL_NEWMARK;
+  const double h = full->def.dt, beta = full->def.newmark_beta;
+  const double of_mass = newmark ? 1 / (beta * h * h) : 2 / (h * h);
+  const double of_damping = newmark ? full->def.newmark_gamma / (beta * h) : 1 / h;
+  const double of_tangent = newmark ? 1 : 0.5;
+  full_place(full, full->u, newmark ? 1 : 0.5, full->d, full->place_to);
+  thrum_status status = full_assemble(full, full->place_to, of_tangent, of_mass, of_damping, error);
+  if (status == THRUM_OK)
+    status = full_linear_prepare(&full->linear, error);
+  if (status != THRUM_SINGULAR)
+    return status;
+  status = full_assemble(full, NULL, of_tangent, of_mass, of_damping, error);
+  return status == THRUM_OK ? full_linear_prepare(&full->linear, error) : status;
+}
+
+/* Newmark: a = M^-1 (f - R - C v) where the load or the state is new, so that an impulse counts
+ * once. */
+static thrum_status take_acceleration(thrum_full *full, thrum_error *error) {
+  memcpy(full->r, full->f, (size_t)full->body.fem.free_count * sizeof *full->r);
+  full_place(full, full->u, 0, NULL, full->place);
+  full_take_forces(full, full->place, full->r);
+  full_take_damping(full, 1, full->v, full->r);
+  return full_linear_solve(&full->mass, full->r, full->a, error);
+}
+
+/* Length in the norm of the matrix. */
+static double norm_of(thrum_full *full, const double *x) {
+  thrum_sparse_product(&full->system, x, 1, full->product);
+  return sqrt(fmax(full_dot(full, x, full->product), 0));
+}
+
+/* Good enough: within the tolerance, or where rounding beside the increment and the displacement
+ * stops the corrections from falling. */
+static bool is_solved(thrum_full *full, double size, double before) {
+  const double whole = norm_of(full, full->d);
+  const double floor = FLOOR * fmax(whole, norm_of(full, full->u));
+  return size <= full->def.tolerance * whole + floor ||
+         (size <= STALLED * whole + 16 * floor && size > 0.5 * before);
+}
+
+static thrum_status say_stuck(thrum_full *full, thrum_error *error) {
+  full->linear.ready = false;
+  return thrum_error_set(error, THRUM_NOT_CONVERGED,
+                         "step %lld of the full order did not converge; the body is as it was "
+                         "before it: lower dt or the load",
+                         (long long)full->steps);
+}
+
+thrum_status full_step_implicit(thrum_full *full, thrum_error *error) {
+  const int64_t n = full->body.fem.free_count;
+  thrum_status status = THRUM_OK;
+  if (full->def.scheme == THRUM_FULL_NEWMARK && full->fresh)
+    status = take_acceleration(full, error);
+  for (int64_t i = 0; i < n; i++)
+    full->d[i] = full->def.dt * full->v[i];
+  double before = INFINITY, first = 0;
+  bool renew = !full->linear.ready;
+  for (int32_t k = 0; status == THRUM_OK; k++) {
+    if (k == full->def.iterations_max)
+      return say_stuck(full, error);
+    evaluate(full);
+    if (renew)
+      status = refresh(full, error);
+    if (status == THRUM_OK)
+      status = full_linear_solve(&full->linear, full->r, full->delta, error);
+    if (status != THRUM_OK)
+      break;
+    const double size = sqrt(fabs(full_dot(full, full->delta, full->r)));
+    first = k == 0 ? size : first;
+    if (!isfinite(size) || (k > 8 && size > first))
+      return say_stuck(full, error);
+    for (int64_t i = 0; i < n; i++)
+      full->d[i] += full->delta[i];
+    full->iterations++;
+    if (is_solved(full, size, before))
+      break;
+    renew = size > SLOW * before;
+    before = size;
+  }
+  if (status == THRUM_OK)
+    advance(full);
+  return status;
+}

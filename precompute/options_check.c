@@ -1,0 +1,93 @@
+/* What is asked of a precompute, judged before it starts, see options.h.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "precompute/options_check.h"
+
+#include "precompute/fem/constraints.h"
+#include "precompute/basis/mode_check.h"
+#include "precompute/fem/rigid_modes.h"
+
+#define COUNT_MAX 30000 /* free components up to which modes are counted unasked */
+
+int64_t thrum_options_shapes(const thrum_precompute_options *options) {
+  return options->modes + 3 * options->handle_count;
+}
+
+thrum_precompute_options thrum_options_complete(const thrum_precompute_options *options) {
+  thrum_precompute_options complete = *options;
+  if (options->given) {
+    complete.modes = complete.handle_count = 0;
+    complete.rank = options->given->rank;
+  }
+  // no rank given: two coordinates a mode, which k (k + 3) / 2 never falls short of
+  if (complete.rank == 0)
+    complete.rank = 2 * thrum_options_shapes(&complete);
+  return complete;
+}
+
+static thrum_status check_counts(const thrum_precompute_options *options, thrum_error *error) {
+  const int64_t k = options->modes, r = options->rank;
+  if (k < 1 || k > 10000)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "modes is %lld; it must lie between 1 and 10000", (long long)k);
+  if (r < 1 || r > THRUM_RANK_MAX)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "rank is %lld; it must lie between 1 and %d", (long long)r,
+                           THRUM_RANK_MAX);
+  const int64_t shapes = thrum_options_shapes(options);
+  if (r > shapes * (shapes + 3) / 2)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "rank %lld is more than %lld modes and their derivatives give (%lld); "
+                           "lower --rank or raise --modes",
+                           (long long)r, (long long)shapes, (long long)(shapes * (shapes + 3) / 2));
+  return THRUM_OK;
+}
+
+thrum_status thrum_options_check(const thrum_precompute_options *options, thrum_error *error) {
+  const thrum_status status = options->given ? THRUM_OK : check_counts(options, error);
+  if (status != THRUM_OK)
+    return status;
+  if (options->threads < 1)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "threads is %d; it must be at least 1",
+                           options->threads);
+  if (options->check == THRUM_CHECK_INERTIA && !thrum_inertia_available())
+    return thrum_inertia_count(NULL, NULL, 0, NULL, error);
+  if (options->mass != THRUM_MASS_CONSISTENT && options->mass != THRUM_MASS_LUMPED)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "the mass is neither consistent nor lumped");
+  return THRUM_OK;
+}
+
+/* At most a quarter of the room for modes, and two coordinates for each of those. */
+static void lower_counts(thrum_precompute_options *options, int64_t room) {
+  if (options->modes <= room / 4)
+    return;
+  options->modes = room / 4 > 1 ? room / 4 : 1;
+  const int64_t most = 2 * thrum_options_shapes(options);
+  options->rank = options->rank < most ? options->rank : most;
+}
+
+thrum_status thrum_options_check_body(thrum_precompute_options *options, const thrum_fem *fem,
+                                      bool *free_body, thrum_error *error) {
+  const thrum_status status = thrum_constraints_check(fem, free_body, error);
+  if (status != THRUM_OK)
+    return status;
+  const int64_t n = fem->free_count - (*free_body ? THRUM_RIGID_COUNT : 0);
+  if (options->fit)
+    lower_counts(options, n);
+  const int64_t k = options->modes, r = options->rank;
+  if (k >= n || r > n)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "%lld modes at rank %lld are too many for a mesh of %lld free "
+                           "components: lower --modes and "
+                           "--rank",
+                           (long long)k, (long long)r, (long long)n);
+  return THRUM_OK;
+}
+
+bool thrum_options_counted(const thrum_precompute_options *options, int64_t free_count) {
+  if (options->given)
+    return false;
+  return options->check == THRUM_CHECK_INERTIA ||
+         (options->check == THRUM_CHECK_AUTO && thrum_inertia_available() &&
+          free_count <= COUNT_MAX);
+}

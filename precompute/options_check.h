@@ -1,0 +1,28 @@
+/* What is asked of a precompute, judged before it starts: shared by the run and by its estimate, so
+ * that both refuse the same. SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_PRECOMPUTE_OPTIONS_CHECK_H
+#define THRUM_PRECOMPUTE_OPTIONS_CHECK_H
+
+#include <stdbool.h>
+
+#include "precompute/fem/fem.h"
+#include "precompute/precompute.h"
+
+/* k modes and the three responses of each handle: what derivatives are taken of. */
+int64_t thrum_options_shapes(const thrum_precompute_options *options);
+
+/* The options with the rank that 0 stands for, and without modes where a basis is given. */
+thrum_precompute_options thrum_options_complete(const thrum_precompute_options *options);
+
+/* Of complete options: counts out of range, threads, the mass, a check that is not built in. */
+thrum_status thrum_options_check(const thrum_precompute_options *options, thrum_error *error);
+
+/* The same with the body: that it is held or free (thrum_constraints_check, whose *free_body this
+ * is), and has room for the modes and the rank, which `fit` lowers to that room first. */
+thrum_status thrum_options_check_body(thrum_precompute_options *options, const thrum_fem *fem,
+                                      bool *free_body, thrum_error *error);
+
+/* Are the modes counted by inertia as well? */
+bool thrum_options_counted(const thrum_precompute_options *options, int64_t free_count);
+
+#endif

@@ -1,0 +1,228 @@
+/* The exact reduced polynomial by one Gram product, design 3. The strain of a tet is
+ *   eps(q) = sum_i q_i a_i + sum_{i<=j} q_i q_j b_ij,
+ * a_i = sym G_i, b_ii = G_i^T G_i / 2, b_ij = sym(G_i^T G_j), so V = 1/2 z^T (A^T A) z with
+ * z = (q_i, q_i q_j) and A the stack of W_e [a b], W_e^T W_e = vol C. Blocks of tets make six rows
+ * each, component by component and tet by tet within, and one DSYRK a block adds them up.
+ * Cost: m^2 rows of BLAS-3, m = r + r (r + 1) / 2, rows = 6 tets; memory: m^2 numbers and a block.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "precompute/polynomial/polynomial_reduce.h"
+
+#include <cblas.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "platform/allocate.h"
+
+// tets in a block: 768 rows, deep enough for DSYRK at its best, and a panel that fits a cache
+#define BLOCK 128
+
+typedef struct panel {
+  const thrum_fem *fem;
+  const double *basis;
+  int64_t rank, columns; /* m, or rank for the linear part alone */
+  double *gradient;      /* rank x 9 x BLOCK */
+  double *row;           /* columns x 6 BLOCK: the transposed panel */
+  double weight[3][BLOCK];
+} panel;
+
+static void panel_free(panel *p) {
+  free(p->gradient);
+  free(p->row);
+}
+
+static thrum_status panel_create(const thrum_fem *fem, int64_t rank, const double *basis,
+                                 int64_t columns, panel *p, thrum_error *error) {
+  *p = (panel){.fem = fem, .basis = basis, .rank = rank, .columns = columns};
+  p->gradient = thrum_allocate(rank * 9 * BLOCK, sizeof(double), "the polynomial", error);
+  p->row = thrum_allocate(columns * 6 * BLOCK, sizeof(double), "the polynomial", error);
+  if (p->gradient && p->row)
+    return THRUM_OK;
+  panel_free(p);
+  return THRUM_OUT_OF_MEMORY;
+}
+
+// G of every basis vector in every tet of the block; tets missing from the last block stay zero
+static void fill_gradients(panel *p, int64_t first, int64_t count) {
+  const thrum_fem *fem = p->fem;
+  const int64_t rank = p->rank;
+  if (count < BLOCK) {
+    memset(p->gradient, 0, sizeof(double) * (size_t)(rank * 9 * BLOCK));
+    memset(p->weight, 0, sizeof p->weight);
+  }
+  for (int64_t s = 0; s < count; s++) {
+    const int64_t t = first + s;
+    const int32_t *corner = fem->tets + 4 * t;
+    const double *shape = fem->gradient + 9 * t;
+    for (int c = 0; c < 3; c++) {
+      const double *u[4];
+      for (int a = 0; a < 4; a++)
+        u[a] = p->basis + (3 * (int64_t)corner[a] + c) * rank;
+      for (int64_t i = 0; i < rank; i++) {
+        const double x = u[1][i] - u[0][i], y = u[2][i] - u[0][i], z = u[3][i] - u[0][i];
+        double *out = p->gradient + (9 * i + 3 * c) * BLOCK + s;
+        out[0] = x * shape[0] + y * shape[3] + z * shape[6];
+        out[BLOCK] = x * shape[1] + y * shape[4] + z * shape[7];
+        out[2 * BLOCK] = x * shape[2] + y * shape[5] + z * shape[8];
+      }
+    }
+    // W = sqrt(vol) (sqrt(2 mu) 1 + trace part) on the normal strains, sqrt(4 mu) on the shears
+    const int32_t region = fem->tet_region[t];
+    const double mu = fem->mu[region], bulk = 3 * fem->lambda[region] + 2 * mu;
+    p->weight[0][s] = sqrt(2 * mu * fem->volume[t]);
+    p->weight[1][s] = (sqrt(bulk * fem->volume[t]) - p->weight[0][s]) / 3;
+    p->weight[2][s] = sqrt(mu * fem->volume[t]);
+  }
+}
+
+// W sym G of one basis vector
+static void fill_linear(const panel *p, int64_t i, double *restrict row) {
+  const double *restrict g = p->gradient + 9 * i * BLOCK;
+  const double *restrict normal = p->weight[0], *restrict trace = p->weight[1],
+                         *restrict shear = p->weight[2];
+  for (int s = 0; s < BLOCK; s++) {
+    const double x = g[s], y = g[4 * BLOCK + s], z = g[8 * BLOCK + s];
+    const double pressure = trace[s] * (x + y + z);
+    row[s] = normal[s] * x + pressure;
+    row[BLOCK + s] = normal[s] * y + pressure;
+    row[2 * BLOCK + s] = normal[s] * z + pressure;
+    row[3 * BLOCK + s] = shear[s] * (g[5 * BLOCK + s] + g[7 * BLOCK + s]);
+    row[4 * BLOCK + s] = shear[s] * (g[2 * BLOCK + s] + g[6 * BLOCK + s]);
+    row[5 * BLOCK + s] = shear[s] * (g[BLOCK + s] + g[3 * BLOCK + s]);
+  }
+}
+
+// scale W sym(G_i^T G_j); scale is 1/2 when i = j, else 1
+static void fill_product(const panel *p, int64_t i, int64_t j, double scale, double *restrict row) {
+  const double *restrict g = p->gradient + 9 * i * BLOCK;
+  const double *restrict h = p->gradient + 9 * j * BLOCK;
+  const double *restrict normal = p->weight[0], *restrict trace = p->weight[1],
+                         *restrict shear = p->weight[2];
+  for (int s = 0; s < BLOCK; s++) {
+    const double g0 = g[s], g1 = g[BLOCK + s], g2 = g[2 * BLOCK + s];
+    const double g3 = g[3 * BLOCK + s], g4 = g[4 * BLOCK + s], g5 = g[5 * BLOCK + s];
+    const double g6 = g[6 * BLOCK + s], g7 = g[7 * BLOCK + s], g8 = g[8 * BLOCK + s];
+    const double h0 = h[s], h1 = h[BLOCK + s], h2 = h[2 * BLOCK + s];
+    const double h3 = h[3 * BLOCK + s], h4 = h[4 * BLOCK + s], h5 = h[5 * BLOCK + s];
+    const double h6 = h[6 * BLOCK + s], h7 = h[7 * BLOCK + s], h8 = h[8 * BLOCK + s];
+    const double x = g0 * h0 + g3 * h3 + g6 * h6, y = g1 * h1 + g4 * h4 + g7 * h7,
+                 z = g2 * h2 + g5 * h5 + g8 * h8;
+    const double w = scale * normal[s], v = scale * shear[s];
+    const double pressure = scale * trace[s] * (x + y + z);
+    row[s] = w * x + pressure;
+    row[BLOCK + s] = w * y + pressure;
+    row[2 * BLOCK + s] = w * z + pressure;
+    row[3 * BLOCK + s] = v * (g1 * h2 + g2 * h1 + g4 * h5 + g5 * h4 + g7 * h8 + g8 * h7);
+    row[4 * BLOCK + s] = v * (g0 * h2 + g2 * h0 + g3 * h5 + g5 * h3 + g6 * h8 + g8 * h6);
+    row[5 * BLOCK + s] = v * (g0 * h1 + g1 * h0 + g3 * h4 + g4 * h3 + g6 * h7 + g7 * h6);
+  }
+}
+
+// gram (columns x columns, column-major, upper triangle) = A^T A
+static thrum_status accumulate(panel *p, double *gram, const thrum_reporter *reporter,
+                               thrum_error *error) {
+  const int64_t tets = p->fem->tet_count, depth = 6 * BLOCK, m = p->columns;
+  memset(gram, 0, sizeof *gram * (size_t)(m * m));
+  for (int64_t first = 0; first < tets; first += BLOCK) {
+    fill_gradients(p, first, tets - first < BLOCK ? tets - first : BLOCK);
+    double *row = p->row;
+    for (int64_t i = 0; i < p->rank; i++, row += depth)
+      fill_linear(p, i, row);
+    for (int64_t i = 0; i < p->rank && m > p->rank; i++)
+      for (int64_t j = i; j < p->rank; j++, row += depth)
+        fill_product(p, i, j, i == j ? 0.5 : 1, row);
+    cblas_dsyrk(CblasColMajor, CblasUpper, CblasTrans, (int)m, (int)depth, 1, p->row, (int)depth, 1,
+                gram, (int)m);
+    const thrum_status status = thrum_report(reporter, (double)first / (double)tets, error);
+    if (status != THRUM_OK)
+      return status;
+  }
+  return THRUM_OK;
+}
+
+static void copy_linear(const double *gram, int64_t m, int64_t rank, double *linear) {
+  for (int64_t i = 0; i < rank; i++)
+    for (int64_t j = i; j < rank; j++)
+      linear[i * rank + j] = linear[j * rank + i] = gram[i + j * m];
+}
+
+void thrum_indices_sort(int64_t *index, int count) {
+  for (int a = 1; a < count; a++)
+    for (int b = a; b > 0 && index[b] < index[b - 1]; b--) {
+      const int64_t swap = index[b];
+      index[b] = index[b - 1];
+      index[b - 1] = swap;
+    }
+}
+
+// adds every product of strains to the monomial it multiplies
+static void symmetrise(const double *gram, int64_t m, int64_t rank, double *c3, double *c4) {
+  memset(c3, 0, sizeof *c3 * (size_t)thrum_c3_count(rank));
+  memset(c4, 0, sizeof *c4 * (size_t)thrum_c4_count(rank));
+  int64_t column = rank;
+  for (int64_t k = 0; k < rank; k++)
+    for (int64_t l = k; l < rank; l++, column++) {
+      const double *entries = gram + column * m;
+      for (int64_t i = 0; i < rank; i++) {
+        int64_t index[3] = {i, k, l};
+        thrum_indices_sort(index, 3);
+        c3[thrum_c3_index(rank, index[0], index[1], index[2])] += entries[i];
+      }
+      // pairs (i, j) up to (k, l): the mirror image counts too, except on the diagonal
+      int64_t row = rank;
+      for (int64_t i = 0; i <= k; i++)
+        for (int64_t j = i; j < rank && row <= column; j++, row++) {
+          int64_t index[4] = {i, j, k, l};
+          thrum_indices_sort(index, 4);
+          c4[thrum_c4_index(rank, index[0], index[1], index[2], index[3])] +=
+              row == column ? entries[row] / 2 : entries[row];
+        }
+    }
+}
+
+// A^T A of the first `columns` columns; the caller frees it
+static double *make_gram(const thrum_fem *fem, int64_t rank, const double *basis, int64_t columns,
+                         const thrum_reporter *reporter, thrum_status *status, thrum_error *error) {
+  panel p;
+  double *gram = NULL;
+  *status = THRUM_OUT_OF_MEMORY;
+  if (columns <= INT32_MAX / 2)
+    gram = thrum_allocate(columns * columns, sizeof *gram, "the Gram matrix of strains", error);
+  if (!gram)
+    return NULL;
+  *status = panel_create(fem, rank, basis, columns, &p, error);
+  if (*status == THRUM_OK) {
+    *status = accumulate(&p, gram, reporter, error);
+    panel_free(&p);
+  }
+  if (*status == THRUM_OK)
+    return gram;
+  free(gram);
+  return NULL;
+}
+
+thrum_status thrum_polynomial_reduce(const thrum_fem *fem, int64_t rank, const double *basis,
+                                     double *linear, double *c3, double *c4,
+                                     const thrum_reporter *reporter, thrum_error *error) {
+  const int64_t m = rank + rank * (rank + 1) / 2;
+  thrum_status status;
+  double *gram = make_gram(fem, rank, basis, m, reporter, &status, error);
+  if (!gram)
+    return status;
+  copy_linear(gram, m, rank, linear);
+  symmetrise(gram, m, rank, c3, c4);
+  free(gram);
+  return THRUM_OK;
+}
+
+thrum_status thrum_reduced_stiffness(const thrum_fem *fem, int64_t rank, const double *basis,
+                                     double *linear, thrum_error *error) {
+  thrum_status status;
+  double *gram = make_gram(fem, rank, basis, rank, NULL, &status, error);
+  if (!gram)
+    return status;
+  copy_linear(gram, rank, rank, linear);
+  free(gram);
+  return THRUM_OK;
+}

@@ -1,0 +1,342 @@
+/* VegaFEM's binary files, little-endian:
+ *   .U    int32 rows, int32 r, then U column by column in float64 (.URendering.float: float32)
+ *   .cub  int32 r, r, Q, C, then float64: linear r x r, quadratic r x Q, cubic r x C; component a
+ * of the force outermost, then the monomials i <= j, i <= j <= k in lexicographic order The force
+ * is R_a = dV/dq_a, design (1): the coefficient of a monomial of V, times how often q_a occurs in
+ * it, stands in component a under the monomial that is left. So each distinct index of a monomial
+ * tells its coefficient once more; they must agree. Cost: linear in the file.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "precompute/vega_reduced.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "io/file.h"
+#include "platform/allocate.h"
+#include "precompute/stage.h"
+
+#define TOLERANCE 1e-6 /* of the largest coefficient of the degree: no gradient beyond this */
+
+void thrum_given_free(thrum_given *given) {
+  free(given->basis);
+  free(given->linear);
+  free(given->c3);
+  free(given->c4);
+  *given = (thrum_given){0};
+}
+
+static bool all_finite(const double *values, int64_t count) {
+  for (int64_t n = 0; n < count; n++)
+    if (!isfinite(values[n]))
+      return false;
+  return true;
+}
+
+// rows and rank of the header; *width: bytes of a number
+static thrum_status basis_shape(const char *path, const char *file, size_t size, int64_t *rows,
+                                int64_t *rank, size_t *width, thrum_error *error) {
+  int32_t shape[2] = {0, 0};
+  if (size >= sizeof shape)
+    memcpy(shape, file, sizeof shape);
+  if (shape[0] < 3 || shape[0] % 3 != 0 || shape[1] < 1 || shape[1] > THRUM_RANK_MAX)
+    return thrum_error_set(error, THRUM_BAD_FORMAT,
+                           "%s: not a basis: it must begin with 3 times the vertices and 1 to %d "
+                           "columns, as two int32",
+                           path, THRUM_RANK_MAX);
+  const size_t count = (size_t)shape[0] * (size_t)shape[1];
+  *width = (size - sizeof shape) / count;
+  if (size != sizeof shape + count * *width || (*width != 8 && *width != 4))
+    return thrum_error_set(error, THRUM_BAD_FORMAT,
+                           "%s: %d rows and %d columns take %zu bytes in float64, %zu in float32, "
+                           "but the file has %zu",
+                           path, shape[0], shape[1], 8 + 8 * count, 8 + 4 * count, size);
+  *rows = shape[0];
+  *rank = shape[1];
+  return THRUM_OK;
+}
+
+thrum_status thrum_vega_basis_read(const char *path, thrum_given *given, thrum_error *error) {
+  void *data = NULL;
+  size_t size = 0, width = 0;
+  int64_t rows = 0, rank = 0;
+  thrum_status status = thrum_file_read(path, &data, &size, error);
+  if (status == THRUM_OK)
+    status = basis_shape(path, data, size, &rows, &rank, &width, error);
+  double *basis =
+      status == THRUM_OK ? thrum_allocate(rows * rank, sizeof *basis, "the basis", error) : NULL;
+  if (status == THRUM_OK && basis == NULL)
+    status = THRUM_OUT_OF_MEMORY;
+  const char *next = (const char *)data + 8;
+  for (int64_t i = 0; i < rank && status == THRUM_OK; i++)
+    for (int64_t c = 0; c < rows; c++, next += width) {
+      float single;
+      memcpy(width == 8 ? (void *)(basis + c * rank + i) : (void *)&single, next, width);
+      if (width == 4)
+        basis[c * rank + i] = (double)single;
+    }
+  if (status == THRUM_OK && !all_finite(basis, rows * rank))
+    status = thrum_error_set(error, THRUM_BAD_VALUE, "%s: a number is not finite", path);
+  free(data);
+  if (status != THRUM_OK) {
+    free(basis);
+    return status;
+  }
+  thrum_given_free(given);
+  given->rows = rows;
+  given->rank = rank;
+  given->basis = basis;
+  return THRUM_OK;
+}
+
+// where q_a times the monomial `others` stands, and how often q_a occurs in it
+static int64_t raise(int64_t rank, int64_t a, const int64_t *others, int count, int *times,
+                     int *distinct) {
+  int64_t index[4] = {a, 0, 0, 0};
+  *times = *distinct = 1;
+  for (int n = 0; n < count; n++) {
+    *times += others[n] == a;
+    *distinct += others[n] != a && (n == 0 || others[n] != others[n - 1]);
+    int at = n + 1;
+    for (; at > 0 && index[at - 1] > others[n]; at--)
+      index[at] = index[at - 1];
+    index[at] = others[n];
+  }
+  return count == 2 ? thrum_c3_index(rank, index[0], index[1], index[2])
+                    : thrum_c4_index(rank, index[0], index[1], index[2], index[3]);
+}
+
+// the next monomial i <= j (<= k) in lexicographic order; false after the last
+static bool next_monomial(int64_t rank, int64_t *index, int count) {
+  int at = count - 1;
+  while (at >= 0 && index[at] == rank - 1)
+    at--;
+  if (at < 0)
+    return false;
+  const int64_t value = index[at] + 1;
+  for (; at < count; at++)
+    index[at] = value;
+  return true;
+}
+
+// the potential's coefficients of degree count + 1: the mean of what the components say. Where they
+// all say the same it must be that to the last bit, so one that is not divided by 3 is the base and
+// the others add their differences from it. `off`: as many numbers, zero
+static void integrate(int64_t rank, int count, const double *force, double *coefficients,
+                      int64_t total, double *off) {
+  const double *component = force;
+  for (int64_t a = 0; a < rank; a++) {
+    int64_t index[3] = {0, 0, 0};
+    do {
+      int times, distinct;
+      const int64_t at = raise(rank, a, index, count, &times, &distinct);
+      const double says = *component++ / times;
+      if (times != 3 || distinct == 1)
+        coefficients[at] = says;
+    } while (next_monomial(rank, index, count));
+  }
+  for (int64_t a = 0; a < rank; a++) {
+    int64_t index[3] = {0, 0, 0};
+    do {
+      int times, distinct;
+      const int64_t at = raise(rank, a, index, count, &times, &distinct);
+      const double says = *force++;
+      if (says != times * coefficients[at])
+        off[at] += (says / times - coefficients[at]) / distinct;
+    } while (next_monomial(rank, index, count));
+  }
+  for (int64_t at = 0; at < total; at++)
+    coefficients[at] += off[at];
+}
+
+static thrum_status integrate_both(const double *quadratic, const double *cubic, thrum_given *given,
+                                   thrum_error *error) {
+  const int64_t r = given->rank, count3 = thrum_c3_count(r), count4 = thrum_c4_count(r);
+  double *off = thrum_allocate(count3 + count4, sizeof *off, "the polynomial", error);
+  if (!off)
+    return THRUM_OUT_OF_MEMORY;
+  memset(off, 0, sizeof *off * (size_t)(count3 + count4));
+  integrate(r, 2, quadratic, given->c3, count3, off);
+  integrate(r, 3, cubic, given->c4, count4, off + count3);
+  free(off);
+  return THRUM_OK;
+}
+
+// refuses components that disagree
+static thrum_status check_gradient(const char *path, int64_t rank, int count, const double *force,
+                                   const double *coefficients, int64_t total, double *defect,
+                                   thrum_error *error) {
+  double largest = 0;
+  for (int64_t n = 0; n < total; n++)
+    largest = fmax(largest, fabs(coefficients[n]));
+  for (int64_t a = 0; a < rank; a++) {
+    int64_t index[3] = {0, 0, 0};
+    do {
+      int times, distinct;
+      const int64_t at = raise(rank, a, index, count, &times, &distinct);
+      const double off = fabs(*force++ / times - coefficients[at]);
+      if (off > TOLERANCE * largest)
+        return thrum_error_set(
+            error, THRUM_BAD_VALUE,
+            "%s: the force is not the gradient of an energy: component %lld, %s coefficient "
+            "(%lld, %lld%s) differs from the other components by %.2g of the largest",
+            path, (long long)a + 1, count == 2 ? "quadratic" : "cubic", (long long)index[0] + 1,
+            (long long)index[1] + 1, count == 2 ? "" : ", ...", off / largest);
+      if (off > 0)
+        *defect = fmax(*defect, off / largest);
+    } while (next_monomial(rank, index, count));
+  }
+  return THRUM_OK;
+}
+
+// the linear part must be symmetric; it is made exactly so
+static thrum_status take_linear(const char *path, const double *force, thrum_given *given,
+                                thrum_error *error) {
+  const int64_t r = given->rank;
+  double largest = 0;
+  for (int64_t n = 0; n < r * r; n++)
+    largest = fmax(largest, fabs(force[n]));
+  for (int64_t i = 0; i < r; i++)
+    for (int64_t j = 0; j < r; j++) {
+      const double off = fabs(force[i * r + j] - force[j * r + i]) / 2;
+      if (off > TOLERANCE * largest)
+        return thrum_error_set(error, THRUM_BAD_VALUE,
+                               "%s: the force is not the gradient of an energy: its linear part is "
+                               "not symmetric at (%lld, %lld)",
+                               path, (long long)i + 1, (long long)j + 1);
+      if (off > 0)
+        given->defect = fmax(given->defect, off / largest);
+      given->linear[i * r + j] = (force[i * r + j] + force[j * r + i]) / 2;
+    }
+  return THRUM_OK;
+}
+
+static thrum_status check_sizes(const char *path, const char *file, size_t size, int64_t rank,
+                                thrum_error *error) {
+  int32_t sizes[4] = {0};
+  if (size >= sizeof sizes)
+    memcpy(sizes, file, sizeof sizes);
+  const int64_t quadratic = rank * (rank + 1) / 2, cubic = thrum_c3_count(rank);
+  if (sizes[0] != rank || sizes[1] != rank || sizes[2] != quadratic || sizes[3] != cubic)
+    return thrum_error_set(error, THRUM_BAD_FORMAT,
+                           "%s: not the polynomial of this basis of %lld columns: it must begin "
+                           "with %lld, %lld, %lld, %lld as int32",
+                           path, (long long)rank, (long long)rank, (long long)rank,
+                           (long long)quadratic, (long long)cubic);
+  const size_t wanted = sizeof sizes + 8 * (size_t)(rank * (rank + quadratic + cubic));
+  if (size != wanted)
+    return thrum_error_set(error, THRUM_BAD_FORMAT, "%s: has %zu bytes in place of %zu", path, size,
+                           wanted);
+  return THRUM_OK;
+}
+
+static thrum_status take_force(const char *path, const double *force, thrum_given *given,
+                               thrum_error *error) {
+  const int64_t r = given->rank, count3 = thrum_c3_count(r), count4 = thrum_c4_count(r);
+  const double *quadratic = force + r * r, *cubic = quadratic + r * (r * (r + 1) / 2);
+  if (!all_finite(force, r * (r + r * (r + 1) / 2 + count3)))
+    return thrum_error_set(error, THRUM_BAD_VALUE, "%s: a number is not finite", path);
+  thrum_status status = take_linear(path, force, given, error);
+  if (status == THRUM_OK)
+    status = integrate_both(quadratic, cubic, given, error);
+  if (status == THRUM_OK)
+    status = check_gradient(path, r, 2, quadratic, given->c3, count3, &given->defect, error);
+  if (status == THRUM_OK)
+    status = check_gradient(path, r, 3, cubic, given->c4, count4, &given->defect, error);
+  return status;
+}
+
+thrum_status thrum_vega_cubic_read(const char *path, thrum_given *given, thrum_error *error) {
+  void *data = NULL;
+  size_t size = 0;
+  const int64_t r = given->rank;
+  thrum_given made = {.rank = r};
+  thrum_status status = thrum_file_read(path, &data, &size, error);
+  if (status == THRUM_OK)
+    status = check_sizes(path, data, size, r, error);
+  if (status == THRUM_OK &&
+      (!(made.linear = thrum_allocate(r * r, sizeof(double), "the polynomial", error)) ||
+       !(made.c3 = thrum_allocate(thrum_c3_count(r), sizeof(double), "the polynomial", error)) ||
+       !(made.c4 = thrum_allocate(thrum_c4_count(r), sizeof(double), "the polynomial", error))))
+    status = THRUM_OUT_OF_MEMORY;
+  // the numbers start 16 bytes into a block of malloc, so they are aligned
+  if (status == THRUM_OK)
+    status = take_force(path, (const double *)((const char *)data + 16), &made, error);
+  free(data);
+  if (status != THRUM_OK) {
+    thrum_given_free(&made);
+    return status;
+  }
+  free(given->linear);
+  free(given->c3);
+  free(given->c4);
+  given->linear = made.linear;
+  given->c3 = made.c3;
+  given->c4 = made.c4;
+  given->defect = made.defect;
+  return THRUM_OK;
+}
+
+thrum_status thrum_vega_basis_write(const char *path, const thrum_model *model, bool single,
+                                    thrum_error *error) {
+  const int64_t rows = 3 * model->vertex_count, rank = model->rank;
+  if (model->basis == NULL)
+    return thrum_error_set(error, THRUM_MISSING, "the model has no basis to export");
+  if (rows > INT32_MAX)
+    return thrum_error_set(error, THRUM_UNSUPPORTED, "%s: more rows than the format can count",
+                           path);
+  thrum_file_writer writer = {0};
+  double *column = thrum_allocate(rows, sizeof *column, "the basis", error);
+  if (column == NULL)
+    return THRUM_OUT_OF_MEMORY;
+  float *narrow = (float *)column;
+  thrum_status status = thrum_file_writer_open(path, &writer, error);
+  if (status == THRUM_OK)
+    status = thrum_file_writer_put(&writer, (int32_t[]){(int32_t)rows, (int32_t)rank}, 8, error);
+  for (int64_t i = 0; i < rank && status == THRUM_OK; i++) {
+    for (int64_t c = 0; c < rows; c++)
+      if (single)
+        narrow[c] = (float)model->basis[c * rank + i];
+      else
+        column[c] = model->basis[c * rank + i];
+    status = thrum_file_writer_put(&writer, column, (size_t)rows * (single ? 4 : 8), error);
+  }
+  free(column);
+  if (status == THRUM_OK)
+    return thrum_file_writer_commit(&writer, error);
+  thrum_file_writer_abandon(&writer);
+  return status;
+}
+
+// the force's components of degree `count`; returns the end
+static double *differentiate(int64_t rank, int count, const double *coefficients, double *force) {
+  for (int64_t a = 0; a < rank; a++) {
+    int64_t index[3] = {0, 0, 0};
+    do {
+      int times, distinct;
+      const int64_t at = raise(rank, a, index, count, &times, &distinct);
+      *force++ = times * coefficients[at];
+    } while (next_monomial(rank, index, count));
+  }
+  return force;
+}
+
+thrum_status thrum_vega_cubic_write(const char *path, const thrum_model *model,
+                                    thrum_error *error) {
+  const int64_t r = model->rank, pairs = r * (r + 1) / 2, triples = thrum_c3_count(r);
+  const int64_t total = r * (r + pairs + triples);
+  double *file = thrum_allocate(total + 2, sizeof *file, "the polynomial", error);
+  if (file == NULL)
+    return THRUM_OUT_OF_MEMORY;
+  const int32_t sizes[4] = {(int32_t)r, (int32_t)r, (int32_t)pairs, (int32_t)triples};
+  memcpy(file, sizes, sizeof sizes);
+  double *linear = file + 2;
+  memset(linear, 0, sizeof *linear * (size_t)(r * r));
+  for (int64_t i = 0; i < r; i++)
+    linear[i * r + i] = model->omega2[i];
+  differentiate(r, 3, model->c4, differentiate(r, 2, model->c3, linear + r * r));
+  const thrum_status status = thrum_file_write_atomic(path, file, 8 * (size_t)(total + 2), error);
+  free(file);
+  return status;
+}

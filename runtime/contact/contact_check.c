@@ -1,0 +1,71 @@
+/* Says what is wrong with what is around a body (thrum/contact.h).
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
+
+#include "runtime/contact/contact_private.h"
+#include "runtime/dynamics/state_private.h"
+
+static thrum_status check_pull(const thrum_model *model, const thrum_pull *pull, int64_t index,
+                               thrum_error *error) {
+  for (int corner = 0; corner < 3; corner++)
+    if (pull->vertices[corner] < 0 || pull->vertices[corner] >= model->vertex_count)
+      return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                             "pull %lld: vertex %lld is outside 0..%lld", (long long)index,
+                             (long long)pull->vertices[corner], (long long)model->vertex_count - 1);
+  if (!thrum_all_finite(pull->weights, 3) || !thrum_all_finite(pull->target, 3) ||
+      !thrum_all_finite(pull->velocity, 3))
+    return thrum_error_set(error, THRUM_BAD_VALUE,
+                           "pull %lld: a weight, its target or velocity is not finite",
+                           (long long)index);
+  if (!(pull->stiffness >= 0.0 && pull->stiffness <= THRUM_CONTACT_STIFFNESS_MAX) ||
+      !(pull->damping <= THRUM_CONTACT_STIFFNESS_MAX) ||
+      !(pull->force_max >= 0.0 && pull->force_max <= THRUM_CONTACT_STIFFNESS_MAX))
+    return thrum_error_set(
+        error, THRUM_BAD_VALUE,
+        "pull %lld: stiffness and force_max must be 0 to 1e30, the damping at most "
+        "that",
+        (long long)index);
+  return THRUM_OK;
+}
+
+static thrum_status check_motion(const thrum_around *around, thrum_error *error) {
+  const thrum_placement *placement = around->placement;
+  const thrum_translation *translation = around->translation;
+  if (placement &&
+      (!thrum_all_finite(placement->axes, 9) || !thrum_all_finite(placement->origin, 3)))
+    return thrum_error_set(error, THRUM_BAD_VALUE, "the placement is not finite");
+  if (translation &&
+      (!(translation->mass > 0.0) || !isfinite(translation->mass) ||
+       !thrum_all_finite(translation->position, 3) || !thrum_all_finite(translation->velocity, 3)))
+    return thrum_error_set(error, THRUM_BAD_VALUE,
+                           "the translation is not finite, or its mass is not above 0 [kg]");
+  if (!thrum_all_finite(around->force, 3) || !thrum_all_finite(around->torque, 3))
+    return thrum_error_set(error, THRUM_BAD_VALUE, "the force or the torque is not finite");
+  const thrum_turning *turning = around->turning;
+  if (turning &&
+      (!thrum_all_finite(turning->centre, 3) || !thrum_all_finite(turning->inverse, 9) ||
+       !thrum_all_finite(turning->attitude, 9) || !thrum_all_finite(turning->momentum, 3)))
+    return thrum_error_set(error, THRUM_BAD_VALUE, "the turning is not finite");
+  return THRUM_OK;
+}
+
+thrum_status thrum_around_check(const thrum_model *model, const thrum_contact *contact,
+                                const thrum_around *around, thrum_error *error) {
+  if (!around || around->obstacle_count < 0 || around->pull_count < 0 ||
+      (around->obstacle_count > 0 && !around->obstacles) ||
+      (around->pull_count > 0 && !around->pulls))
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "around is NULL, or its obstacles or pulls do not fit their counts");
+  if (around->pull_count > contact->pull_max)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "%lld pulls, where the contact was made for %lld",
+                           (long long)around->pull_count, (long long)contact->pull_max);
+  if (around->load && !thrum_all_finite(around->load, contact->rank))
+    return thrum_error_set(error, THRUM_BAD_VALUE, "the load holds a number that is not finite");
+  thrum_status status = check_motion(around, error);
+  for (int64_t n = 0; n < around->obstacle_count && status == THRUM_OK; n++)
+    status = thrum_obstacle_check(around->obstacles + n, n, error);
+  for (int64_t n = 0; n < around->pull_count && status == THRUM_OK; n++)
+    status = check_pull(model, around->pulls + n, n, error);
+  return status;
+}

@@ -1,0 +1,140 @@
+/* What contact did in a step that was made: the account that bounds its energy (docs/contact.md).
+ *
+ * With F the forces of the step and dx what its points really did, relative to their obstacles,
+ * work = sum F dx is exact whatever was predicted. The springs' stores fall by the work along their
+ * normals, are no more than phi at the end, and not negative; what else the body lost is lost. A
+ * debt of the losses is paid out of the springs: so stored + lost = granted - work, and both are at
+ * least 0 as long as that is.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+#include <math.h>
+#include <string.h>
+
+#include "runtime/contact/contact_private.h"
+
+/* Fills work, rubbed, driven and the gap of a row. */
+static void measure_row(const thrum_contact_run *run, thrum_contact_row *row) {
+  const double *rows = thrum_point_rows(run, row->touch.point);
+  double moved[3], force[3];
+  thrum_point_moved(run, rows, row->lever, run->view.made, moved);
+  for (int axis = 0; axis < 3; axis++) {
+    force[axis] = row->touch.force * row->touch.normal[axis] + row->touch.friction[axis];
+    moved[axis] -= row->drift[axis];
+  }
+  const double along = thrum_dot3(row->touch.normal, moved);
+  row->work = row->touch.force * along;
+  row->rubbed = thrum_dot3(row->touch.friction, moved);
+  row->driven = thrum_dot3(force, row->drift);
+  row->touch.gap = row->gap + along;
+}
+
+double thrum_contact_measure(thrum_contact_run *run, const double *q) {
+  double work = 0.0;
+  for (int32_t i = 0; i < run->contact->rank; i++)
+    run->view.made[i] = q[i] - run->view.q[i];
+  for (int64_t n = 0; n < run->contact->row_count; n++) {
+    measure_row(run, run->view.rows + n);
+    work += run->view.rows[n].work + run->view.rows[n].rubbed;
+  }
+  return work;
+}
+
+double thrum_contact_flow(const thrum_contact_run *run) {
+  double sum = 0.0;
+  for (int64_t n = 0; n < run->contact->row_count; n++) {
+    const thrum_contact_row *row = run->view.rows + n;
+    const double *f = row->touch.friction;
+    sum += (row->touch.force + sqrt(thrum_dot3(f, f))) * row->free;
+  }
+  return sum;
+}
+
+/* Energy of springs that were there before the first step. */
+static double granted_now(const thrum_contact_run *run) {
+  double sum = 0.0;
+  for (int64_t n = 0; n < run->contact->row_count && run->contact->fresh; n++)
+    sum += run->view.rows[n].touch.stored;
+  return sum;
+}
+
+/* Rows that touched become the touches. */
+static void keep_touches(thrum_contact_run *run) {
+  thrum_contact *contact = run->contact;
+  contact->touch_count = 0;
+  contact->depth = contact->normal = 0.0;
+  for (int64_t n = 0; n < contact->row_count; n++) {
+    thrum_touching touch = run->view.rows[n].touch;
+    if (touch.force == 0.0 && touch.gap >= 0.0)
+      continue;
+    run->view.touches[contact->touch_count++] = touch;
+    contact->depth = fmax(contact->depth, -touch.gap);
+    contact->normal += touch.force;
+  }
+}
+
+/* Debts of the losses are paid out of the springs. */
+static void pay(thrum_contact_run *run) {
+  thrum_contact *contact = run->contact;
+  if (!(contact->lost < 0.0) || !(contact->stored > 0.0))
+    return;
+  const double left = fmax(contact->stored + contact->lost, 0.0), share = left / contact->stored;
+  for (int64_t n = 0; n < contact->touch_count; n++)
+    run->view.touches[n].stored *= share;
+  contact->lost += contact->stored - left;
+  contact->stored = left;
+}
+
+/* Work of the pulls on the body. */
+static double work_of_pulls(const thrum_contact_run *run) {
+  double sum = 0.0, moved[3];
+  for (int64_t n = 0; n < run->contact->pull_count; n++) {
+    const thrum_pull_row *row = run->view.pull_rows + n;
+    thrum_point_moved(run, thrum_pull_rows(run, n), row->lever, run->view.made, moved);
+    sum += thrum_dot3(row->force, moved);
+  }
+  return sum;
+}
+
+/* What is left in the springs after the step, all together no more than they took and each no more
+ * than phi. Points that move as one share a force in many ways and the solver finds one of them, so
+ * what one spring took another may hold. Returns the sum. */
+static double keep_stored(const thrum_contact_run *run) {
+  double taken = 0.0, room = 0.0;
+  for (int64_t n = 0; n < run->contact->row_count; n++) {
+    thrum_contact_row *row = run->view.rows + n;
+    taken += row->touch.stored - row->work;
+    // a touch that ends keeps nothing
+    row->touch.stored = thrum_contact_energy(row->stiffness, row->touch.gap);
+    room += row->touch.stored;
+  }
+  const double kept = fmin(fmax(taken, 0.0), room), share = room > 0.0 ? kept / room : 0.0;
+  double stored = 0.0;
+  for (int64_t n = 0; n < run->contact->row_count; n++) {
+    run->view.rows[n].touch.stored *= share;
+    stored += run->view.rows[n].touch.stored;
+  }
+  return stored;
+}
+
+void thrum_contact_settle(thrum_contact_run *run, const double *q) {
+  thrum_contact *contact = run->contact;
+  const double granted = granted_now(run), work = thrum_contact_measure(run, q);
+  const double stored = keep_stored(run);
+  for (int64_t n = 0; n < contact->row_count; n++)
+    contact->driven += run->view.rows[n].driven;
+  contact->flow += thrum_contact_flow(run);
+  contact->granted += granted;
+  contact->lost += contact->stored + granted - work - stored;
+  contact->stored = stored;
+  contact->pulled += work_of_pulls(run);
+  keep_touches(run);
+  pay(run);
+  for (int64_t n = 0; n < contact->pull_count; n++)
+    memcpy(run->view.pull_forces + 3 * n, run->view.pull_rows[n].force, 3 * sizeof(double));
+  contact->fresh = 0;
+  contact->steps++;
+}

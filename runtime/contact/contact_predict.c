@@ -1,0 +1,67 @@
+/* Where a step will end without contact (docs/contact.md): the integrators of design 5 to 7, linear
+ * about the present state with the stiffness at rest,
+ *
+ *   dq_i = s_i [h p_i + h^2/2 (f_i - R_i(q))],   s_i = 1 / (1 + h/2 d_i + h^2/4 w_i^2),
+ *
+ * without the last term for explicit modes and with beta_N for 1/4 with Newmark. A further mean
+ * load f adds h^2/2 s_i f_i. Exact for a linear body at rest damping with all but Stoermer-Verlet's
+ * damping; what a step leaves of it, its end is measured for.
+ * Cost: one force evaluation.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+#include "runtime/contact/contact_private.h"
+#include "runtime/polynomial/polynomial_private.h"
+#include "runtime/dynamics/state_private.h"
+
+/* Share of h^2 omega^2 in the inverse of s_i. */
+static double implicit_share(const thrum_state *state, int32_t i) {
+  if (state->scheme == THRUM_SCHEME_NEWMARK)
+    return state->newmark_beta;
+  if (state->scheme == THRUM_SCHEME_ENERGY)
+    return 0.25;
+  return i < state->split ? 0.0 : 0.25;
+}
+
+static void fill_free(const thrum_contact_run *run, const double *force) {
+  const thrum_state *state = run->state;
+  const thrum_contact_view *view = &run->view;
+  const double h = run->dt, half = 0.5 * h * h;
+  for (int32_t i = 0; i < state->rank; i++) {
+    const double omega2 = run->model->omega2[i];
+    const double scale = 1.0 / (1.0 + 0.5 * h * thrum_rest_damping(run->model, state, i) +
+                                implicit_share(state, i) * h * h * omega2);
+    const double load = run->around->load ? run->around->load[i] : 0.0;
+    view->weights[i] = half * scale;
+    view->free[i] = scale * (h * view->p[i] + half * (load - force[i]));
+  }
+}
+
+thrum_status thrum_contact_predict(thrum_contact_run *run, thrum_error *error) {
+  thrum_state *state = run->state;
+  const int32_t r = state->rank;
+  thrum_state_view view = thrum_state_view_of(state);
+  const thrum_status synchronised = thrum_stagger_synchronise(run->model, state, &view, NULL);
+  if (synchronised == THRUM_OK) {
+    // synchronising has evaluated R of the explicit modes alone, less kappa q in the quadratic
+    // split
+    const bool plain = state->scheme == THRUM_SCHEME_QUADRATIC && state->split < r;
+    if (plain || thrum_staggered(state) < r)
+      thrum_force_by(view.kernel, run->model, view.q, view.force, view.work);
+    for (int32_t i = 0; i < r; i++) {
+      run->view.q[i] = view.q[i];
+      run->view.p[i] = view.p_next[i];
+    }
+    fill_free(run, view.force);
+  }
+  if (synchronised != THRUM_OK)
+    return thrum_error_set(error, THRUM_SINGULAR,
+                           "the tangent damping cannot be solved for at this state");
+  if (!thrum_all_finite(run->view.p, r) || !thrum_all_finite(run->view.free, r))
+    return thrum_error_set(error, THRUM_NOT_FINITE,
+                           "the forces at this state are beyond the range of finite numbers");
+  return THRUM_OK;
+}

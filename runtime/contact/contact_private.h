@@ -1,0 +1,224 @@
+/* A contact's block, private to the runtime: one header, then arrays at offsets that follow from
+ * the sizes in the header; no pointer is stored (thrum/contact.h, docs/contact.md).
+ *
+ * What persists from step to step are the touches and the forces of the pulls; rows and vectors are
+ * made anew by thrum_contact_begin and read by thrum_contact_end.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_RUNTIME_CONTACT_CONTACT_PRIVATE_H
+#define THRUM_RUNTIME_CONTACT_CONTACT_PRIVATE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "runtime/base/vec3.h"
+#include "thrum/contact.h"
+
+struct thrum_contact {
+  uint64_t magic;
+  uint64_t bytes;       /* of the whole block */
+  uint64_t state_bytes; /* what a snapshot of the state holds */
+  int64_t point_count;
+  int64_t touch_max;
+  int64_t pull_max;
+  int64_t touch_count; /* of the last step */
+  int64_t row_count;   /* of the step that has begun */
+  int64_t pull_count;  /* of the step that has begun */
+  double tolerance;    /* of the def */
+  double stiffness;    /* of obstacles without their own [N/m^3] */
+  double middle[3];    /* of the points' box, in the mesh [m] */
+  double radius;       /* of the points about it [m] */
+  double diagonal;     /* of the box of all vertices [m] */
+  double flow;         /* forces times the free displacements of their points, summed [J] */
+  double stored, lost, driven, granted, pulled;     /* report [J] */
+  double depth, normal;                             /* report */
+  int64_t steps, redone, declined, dropped, sweeps; /* report */
+  double moved[3], force[3];   /* of the translation in the step that has begun [m], [N] */
+  double turned[3], torque[3]; /* of the turning [rad], [N m] */
+  int32_t rank;
+  int32_t sweeps_max;
+  int32_t fresh; /* 1: no step yet, so what overlaps began so */
+  int32_t begun; /* 1: between begin and end */
+};
+
+/* What is remembered of a point and an obstacle (or one wall of a room) that touch. */
+typedef struct thrum_touching {
+  int32_t point, obstacle, face;
+  int32_t towards; /* 1: the point was last seen moving towards the obstacle */
+  double normal[3];
+  double force;       /* along the normal [N] */
+  double friction[3]; /* [N] */
+  double approach;    /* speed towards the obstacle of the last approach [m/s] */
+  double stored;      /* what the spring took and has not given back [J] */
+  double gap;         /* after the step [m] */
+} thrum_touching;
+
+/* A touch in a step. Gaps are linear in the point's displacement dx over the step:
+ * gap' = gap + normal (dx - drift). */
+typedef struct thrum_contact_row {
+  thrum_touching touch;
+  double lever[3];    /* of the point about the centre of mass, about halfway [m] */
+  double gap;         /* at the start [m] */
+  double drift[3];    /* of the obstacle over the step [m] */
+  double response[9]; /* G: displacement at the end of the step under a mean force [m/N] */
+  double along;       /* n G n */
+  double across;      /* bound of G on the tangent plane */
+  double stiffness;   /* k [N/m] */
+  double damping;     /* c/h [N/m] */
+  double restitution, friction;
+  double speed;    /* along the normal at the start, relative to the obstacle [m/s] */
+  double gained;   /* what the step adds to it towards the obstacle without contact [m/s] */
+  double free;     /* length of the displacement without contact and pulls [m] */
+  double ceiling;  /* the spring pushes only while gap' is below [m] */
+  double slide[3]; /* where friction would have the tangential displacement: 0 to this [m] */
+  double seen[3];  /* displacement of the point when its row was last solved [m] */
+  double work, rubbed, driven; /* of the step made: on the body, and of the moving obstacle [J] */
+} thrum_contact_row;
+
+/* A pull in a step. */
+typedef struct thrum_pull_row {
+  double force[3];    /* [N] */
+  double lever[3];    /* as in a row [m] */
+  double offset[3];   /* point less target at the start [m] */
+  double velocity[3]; /* of the point less that of the target [m/s] */
+  double drift[3];    /* of the target [m] */
+  double response[9]; /* G */
+  double rate;        /* K: force per displacement [N/m] */
+  double bias[3];     /* force without displacement [N] */
+  double most;        /* force is no larger [N] */
+  double seen[3];     /* as in a row [m] */
+} thrum_pull_row;
+
+/* X(type, name, count) */
+#define THRUM_CONTACT_ARRAYS(X)                                                                    \
+  X(int32_t, vertices, point_count)     /* of the model */                                         \
+  X(double, areas, point_count)         /* [m^2] */                                                \
+  X(double, extents, rank)              /* largest displacement of a point under a unit of q */    \
+  X(thrum_touching, touches, touch_max) /* of the last step, by point, obstacle and face */        \
+  X(thrum_contact_row, rows, touch_max) /* in the same order */                                    \
+  X(double, pull_forces, pull_max * 3)  /* of the last step */                                     \
+  X(thrum_pull_row, pull_rows, pull_max)                                                           \
+  X(double, q, rank) /* at the start of the step */                                                \
+  X(double, p, rank)                                                                               \
+  X(double, weights, rank) /* displacement over the step under a unit mean load [s^2] */           \
+  X(double, free, rank)    /* displacement over the step without contact and pulls */              \
+  X(double, moved, rank)   /* displacement over the step as predicted with them */                 \
+  X(double, load, rank)    /* mean load of the step with them */                                   \
+  X(double, pulled, pull_max * 3 * rank) /* rows of U of the points of the pulls */                \
+  X(double, made, rank)                  /* displacement over the step as it was made */           \
+  X(unsigned char, snapshot, state_bytes)
+
+typedef struct thrum_contact_view {
+#define X(type, name, count) type *name;
+  THRUM_CONTACT_ARRAYS(X)
+#undef X
+} thrum_contact_view;
+
+/* A step in the making. */
+typedef struct thrum_contact_run {
+  const thrum_model *model;
+  thrum_state *state;
+  thrum_contact *contact;
+  const thrum_around *around;
+  thrum_contact_view view;
+  double dt;
+  double axes[9], origin[3]; /* of the placement, the translation included in the origin */
+  double mass_weight;        /* h^2/2 over the mass, 0 for a body that is held [m/N] */
+  double free[3];            /* displacement of the translation without contact and pulls [m] */
+  double moved[3];           /* with them */
+  double force[3];           /* on the translation, with them [N] */
+  double centre[3];          /* of mass, in the world; lever arms are from here [m] */
+  double turn_weight[9]; /* h^2/2 times the inverse of the inertia, 0 for one that does not turn */
+  double spin[3];        /* angular velocity at the start [rad/s] */
+  double free_turn[3], turned[3]; /* angle over the step, as free and moved [rad] */
+  double foreseen[3]; /* turned as the solve had it, where turned is what the torque makes */
+  double torque[3];   /* as force [N m] */
+} thrum_contact_run;
+
+/* contact_check.c: says what is wrong with what is around. */
+thrum_status thrum_around_check(const thrum_model *model, const thrum_contact *contact,
+                                const thrum_around *around, thrum_error *error);
+
+/* contact.c: refuses NULL, memory that is no contact, and a model or state of another rank. */
+thrum_status thrum_contact_check(const thrum_model *model, const thrum_state *state,
+                                 const thrum_contact *contact, thrum_error *error);
+
+/* contact.c: pointers into the block. */
+thrum_contact_view thrum_contact_view_of(thrum_contact *contact);
+
+/* contact_predict.c: q, p, weights and free of the step under around->load. */
+thrum_status thrum_contact_predict(thrum_contact_run *run, thrum_error *error);
+
+/* contact_rows.c: rows of the step, with what moved says without them. */
+void thrum_contact_rows(thrum_contact_run *run);
+
+/* contact_pull.c: pull rows of the step; the rows of U of a pull's point; one solve of a pull,
+ * which returns by how much its point had moved since the last. */
+void thrum_contact_pulls(thrum_contact_run *run);
+double *thrum_pull_rows(const thrum_contact_run *run, int64_t index);
+double thrum_pull_solve(thrum_contact_run *run, int64_t index);
+
+/* contact_rows.c: no row gives anything back, and what comes in is stopped. */
+void thrum_contact_release(thrum_contact_run *run);
+
+/* contact_guess.c: forces of rows that begin, into moved too. */
+void thrum_contact_guess(thrum_contact_run *run);
+
+/* contact_solve.c: forces of rows and pull rows; moved, and load for the state. */
+void thrum_contact_solve(thrum_contact_run *run);
+
+/* contact_account.c: what the rows did in the step from view.q to q (rank); returns their work on
+ * the body, relative to the obstacles [J]. */
+double thrum_contact_measure(thrum_contact_run *run, const double *q);
+
+/* What goes through the rows in the step: forces times free displacements [J]. */
+double thrum_contact_flow(const thrum_contact_run *run);
+
+/* The same into the account, with the touches of the next step. */
+void thrum_contact_settle(thrum_contact_run *run, const double *q);
+
+/* contact_point.c, for the three rows of U of a point: those of point `point`; its place at rest,
+ * and at the start of the step; its lever arm there; its velocity; its displacement where the
+ * coordinates move by d and the body as a whole as free or as moved says; G; and the answer of
+ * moved, and of load, to a force on it. */
+const double *thrum_point_rows(const thrum_contact_run *run, int64_t point);
+void thrum_point_rest(const thrum_contact_run *run, const double rest[3], double x[3]);
+void thrum_point_start(const thrum_contact_run *run, const double *rows, const double rest[3],
+                       double x[3]);
+void thrum_point_lever(const thrum_contact_run *run, const double x[3], double arm[3],
+                       double lever[3]);
+void thrum_point_velocity(const thrum_contact_run *run, const double *rows, const double arm[3],
+                          double velocity[3]);
+void thrum_point_free(const thrum_contact_run *run, const double *rows, const double lever[3],
+                      double out[3]);
+void thrum_point_moved(const thrum_contact_run *run, const double *rows, const double lever[3],
+                       const double *d, double out[3]);
+void thrum_point_response(const thrum_contact_run *run, const double *rows, const double lever[3],
+                          double response[9]);
+void thrum_point_push(thrum_contact_run *run, const double *rows, const double lever[3],
+                      const double force[3]);
+void thrum_point_load(thrum_contact_run *run, const double *rows, const double lever[3],
+                      const double force[3]);
+
+/* contact_point.c: how far a point is from where it was seen last, which becomes here. */
+double thrum_point_since(const double at[3], double seen[3]);
+
+/* contact_law.c: normal force [N] of a row whose gap at the end would be `gap_free` without it. */
+double thrum_contact_normal(const thrum_contact_row *row, double gap_free, double stored);
+
+/* contact_law.c: friction of a row whose tangential displacement would be `free` without it. */
+void thrum_contact_friction(const thrum_contact_row *row, double normal, const double free[3],
+                            double friction[3]);
+
+/* contact_law.c: energy of a spring of stiffness k at this gap [J]. */
+static inline double thrum_contact_energy(double stiffness, double gap) {
+  return gap < 0.0 ? 0.5 * stiffness * gap * gap : 0.0;
+}
+
+/* obstacle.c: faces of an obstacle that a point can touch each for itself. */
+int32_t thrum_obstacle_faces(const thrum_obstacle *obstacle);
+double thrum_obstacle_face_gap(const thrum_obstacle *obstacle, int32_t face, const double x[3],
+                               double normal[3]);
+
+#endif

@@ -1,0 +1,116 @@
+/* The forces of a step's touches and pulls (docs/contact.md), by Gauss-Seidel over points.
+ *
+ * The unknown is one displacement over the step, r reduced numbers and three of the translation:
+ * d = d_free + W J^T F, W diagonal. Each row in turn reads its point's displacement out of d,
+ * solves its own law with the others' forces as they are, and adds the change of its force to d.
+ * The laws are gradients of convex functions, so this is descent in each block of one convex
+ * function in turn; forces of the step before are the first guess. Cost: 12 r a row and sweep.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+#include <math.h>
+#include <string.h>
+
+#include "runtime/contact/contact_private.h"
+
+static void force_of(const thrum_contact_row *row, double force[3]) {
+  for (int axis = 0; axis < 3; axis++)
+    force[axis] = row->touch.force * row->touch.normal[axis] + row->touch.friction[axis];
+}
+
+/* Solves one row; returns by how much the point had moved since the last sweep. */
+static double solve_row(thrum_contact_run *run, thrum_contact_row *row) {
+  const double *rows = thrum_point_rows(run, row->touch.point), *normal = row->touch.normal;
+  double at[3], before[3], change[3], moved[3];
+  thrum_point_moved(run, rows, row->lever, run->view.moved, at);
+  const double off = thrum_point_since(at, row->seen);
+  for (int axis = 0; axis < 3; axis++)
+    at[axis] -= row->drift[axis];
+  force_of(row, before);
+  const double gap = row->gap + thrum_dot3(normal, at);
+  const double force =
+      thrum_contact_normal(row, gap - row->along * row->touch.force, row->touch.stored);
+  for (int axis = 0; axis < 3; axis++)
+    change[axis] = (force - row->touch.force) * normal[axis];
+  row->touch.force = force;
+  thrum_apply3(row->response, change, moved);
+  // what is across the normal, less what friction does now
+  for (int axis = 0; axis < 3; axis++)
+    at[axis] += moved[axis];
+  const double along = thrum_dot3(normal, at);
+  for (int axis = 0; axis < 3; axis++)
+    at[axis] -= along * normal[axis] + row->across * row->touch.friction[axis];
+  thrum_contact_friction(row, force, at, row->touch.friction);
+  force_of(row, change);
+  for (int axis = 0; axis < 3; axis++)
+    change[axis] -= before[axis];
+  thrum_point_push(run, rows, row->lever, change);
+  thrum_apply3(row->response, change, moved);
+  for (int axis = 0; axis < 3; axis++)
+    row->seen[axis] += moved[axis];
+  return off;
+}
+
+static double sweep(thrum_contact_run *run) {
+  double change = 0.0;
+  for (int64_t n = 0; n < run->contact->pull_count; n++)
+    change = fmax(change, thrum_pull_solve(run, n));
+  for (int64_t n = 0; n < run->contact->row_count; n++)
+    change = fmax(change, solve_row(run, run->view.rows + n));
+  return change;
+}
+
+/* moved from free and the forces that rows and pulls have; returns the largest displacement. */
+static double begin_sweeps(thrum_contact_run *run) {
+  double largest = 0.0, force[3];
+  memcpy(run->view.moved, run->view.free, (size_t)run->contact->rank * sizeof(double));
+  memcpy(run->moved, run->free, sizeof run->free);
+  memcpy(run->turned, run->free_turn, sizeof run->turned);
+  for (int64_t n = 0; n < run->contact->row_count; n++) {
+    const thrum_contact_row *row = run->view.rows + n;
+    largest = fmax(largest, row->free + fabs(row->gap));
+    force_of(row, force);
+    thrum_point_push(run, thrum_point_rows(run, row->touch.point), row->lever, force);
+  }
+  for (int64_t n = 0; n < run->contact->pull_count; n++) {
+    const thrum_pull_row *row = run->view.pull_rows + n;
+    largest = fmax(largest, sqrt(thrum_dot3(row->offset, row->offset)));
+    thrum_point_push(run, thrum_pull_rows(run, n), row->lever, row->force);
+  }
+  return largest;
+}
+
+/* load and force with those of rows and pulls. */
+static void gather_load(thrum_contact_run *run) {
+  const int64_t rank = run->contact->rank;
+  const thrum_around *around = run->around;
+  double force[3];
+  for (int64_t i = 0; i < rank; i++)
+    run->view.load[i] = around->load ? around->load[i] : 0.0;
+  memcpy(run->force, around->force, sizeof run->force);
+  memcpy(run->torque, around->torque, sizeof run->torque);
+  for (int64_t n = 0; n < run->contact->row_count; n++) {
+    const thrum_contact_row *row = run->view.rows + n;
+    force_of(row, force);
+    thrum_point_load(run, thrum_point_rows(run, row->touch.point), row->lever, force);
+  }
+  for (int64_t n = 0; n < run->contact->pull_count; n++)
+    thrum_point_load(run, thrum_pull_rows(run, n), run->view.pull_rows[n].lever,
+                     run->view.pull_rows[n].force);
+}
+
+void thrum_contact_solve(thrum_contact_run *run) {
+  thrum_contact *contact = run->contact;
+  const double largest = begin_sweeps(run);
+  thrum_contact_guess(run);
+  for (int32_t n = 0; contact->row_count + contact->pull_count > 0 && n < contact->sweeps_max;
+       n++) {
+    contact->sweeps++;
+    if (!(sweep(run) > contact->tolerance * largest))
+      break;
+  }
+  gather_load(run);
+}

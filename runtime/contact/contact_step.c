@@ -1,0 +1,207 @@
+/* Steps with contact: predict, solve, step, look at what it really did (docs/contact.md).
+ *
+ * The account knows the work of contact exactly after the step. Where it would have given back more
+ * than it took, the step is made again: with the prediction shifted by what the attempt showed,
+ * then without restitution and release, at last without contact, whose work is nothing.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+#include <math.h>
+#include <string.h>
+
+#include "runtime/contact/contact_private.h"
+#include "runtime/dynamics/state_private.h"
+
+#define ROUNDING 1e-10 /* of what went through contact, that it may give back too much */
+
+/* The first attempt, shifted ones, one without release, one without contact. */
+enum { ATTEMPT_FIRST = 0, ATTEMPT_RELEASED = 4, ATTEMPT_WITHOUT = 5 };
+
+void thrum_translation_step(thrum_translation *translation, const double force[3], double dt) {
+  for (int axis = 0; axis < 3; axis++) {
+    const double kick = dt * force[axis] / translation->mass;
+    translation->position[axis] += dt * (translation->velocity[axis] + 0.5 * kick);
+    translation->velocity[axis] += kick;
+  }
+}
+
+/* The turning's share of a run: where the body would turn to without contact, and its response. */
+static void fill_turning(thrum_contact_run *run) {
+  const thrum_turning *turning = run->around->turning;
+  const thrum_placement *placement = run->around->placement;
+  thrum_turning alone = *turning;
+  thrum_turning_velocity(turning, placement, run->spin);
+  thrum_turning_step(&alone, placement, run->around->torque, run->dt, run->free_turn);
+  double half[9];
+  thrum_multiply3(run->axes, turning->inverse, half);
+  for (int i = 0; i < 3; i++)
+    for (int j = 0; j < 3; j++)
+      run->turn_weight[3 * i + j] =
+          0.5 * run->dt * run->dt * thrum_dot3(half + 3 * i, run->axes + 3 * j);
+  thrum_apply3(run->axes, turning->centre, run->centre);
+  for (int axis = 0; axis < 3; axis++)
+    run->centre[axis] += run->origin[axis];
+}
+
+static void fill_motion(thrum_contact_run *run) {
+  const thrum_around *around = run->around;
+  const thrum_translation *t = around->translation;
+  const thrum_placement now =
+      thrum_placement_now(around->placement, around->turning, t ? t->position : NULL);
+  memcpy(run->axes, now.axes, sizeof run->axes);
+  memcpy(run->origin, now.origin, sizeof run->origin);
+  if (t)
+    run->mass_weight = 0.5 * run->dt * run->dt / t->mass;
+  for (int axis = 0; axis < 3 && t; axis++)
+    run->free[axis] = run->dt * t->velocity[axis] + run->mass_weight * around->force[axis];
+  if (around->turning)
+    fill_turning(run);
+}
+
+static thrum_status open_run(const thrum_model *model, thrum_state *state, thrum_contact *contact,
+                             const thrum_around *around, thrum_contact_run *run,
+                             thrum_error *error) {
+  thrum_status status = thrum_contact_check(model, state, contact, error);
+  if (status == THRUM_OK)
+    status = thrum_around_check(model, contact, around, error);
+  if (status != THRUM_OK)
+    return status;
+  memset(run, 0, sizeof *run);
+  run->model = model;
+  run->state = state;
+  run->contact = contact;
+  run->around = around;
+  run->view = thrum_contact_view_of(contact);
+  run->dt = state->dt;
+  fill_motion(run);
+  return THRUM_OK;
+}
+
+/* Solves, and hands the forces to the state. */
+static thrum_status apply(thrum_contact_run *run, thrum_error *error) {
+  thrum_contact_solve(run);
+  memcpy(run->foreseen, run->turned, sizeof run->foreseen);
+  if (run->around->turning) {
+    thrum_turning trial = *run->around->turning;
+    thrum_turning_step(&trial, run->around->placement, run->torque, run->dt, run->turned);
+  }
+  memcpy(run->contact->moved, run->moved, sizeof run->moved);
+  memcpy(run->contact->force, run->force, sizeof run->force);
+  memcpy(run->contact->turned, run->turned, sizeof run->turned);
+  memcpy(run->contact->torque, run->torque, sizeof run->torque);
+  return thrum_state_set_force(run->model, run->state, run->view.load, error);
+}
+
+static thrum_status begin(thrum_contact_run *run, thrum_error *error) {
+  const thrum_contact before = *run->contact;
+  thrum_status status = thrum_contact_predict(run, error);
+  if (status == THRUM_OK) {
+    // pulls alone first: what they pull into an obstacle is seen before it is there
+    thrum_contact_pulls(run);
+    run->contact->row_count = 0;
+    thrum_contact_solve(run);
+    thrum_contact_rows(run);
+    status = apply(run, error);
+  }
+  if (status != THRUM_OK)
+    *run->contact = before;
+  return status;
+}
+
+thrum_status thrum_contact_begin(const thrum_model *model, thrum_state *state,
+                                 thrum_contact *contact, const thrum_around *around,
+                                 thrum_error *error) {
+  thrum_contact_run run;
+  thrum_status status = open_run(model, state, contact, around, &run, error);
+  if (status == THRUM_OK)
+    status = begin(&run, error);
+  if (status == THRUM_OK)
+    contact->begun = 1;
+  return status;
+}
+
+/* The account, and the body as a whole. */
+static void end(thrum_contact_run *run) {
+  const thrum_around *around = run->around;
+  memcpy(run->moved, run->contact->moved, sizeof run->moved);
+  memcpy(run->turned, run->contact->turned, sizeof run->turned);
+  thrum_contact_settle(run, thrum_state_view_of(run->state).q);
+  if (around->translation)
+    thrum_translation_step(around->translation, run->contact->force, run->dt);
+  if (around->turning)
+    thrum_turning_step(around->turning, around->placement, run->contact->torque, run->dt, NULL);
+  run->contact->begun = 0;
+}
+
+thrum_status thrum_contact_end(const thrum_model *model, thrum_state *state, thrum_contact *contact,
+                               const thrum_around *around, thrum_error *error) {
+  thrum_contact_run run;
+  const thrum_status status = open_run(model, state, contact, around, &run, error);
+  if (status != THRUM_OK)
+    return status;
+  if (!contact->begun || contact->pull_count != around->pull_count)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "no step has begun with what is around now");
+  end(&run);
+  return THRUM_OK;
+}
+
+/* Does the account allow what the step did? */
+static bool allowed(thrum_contact_run *run) {
+  const thrum_contact *contact = run->contact;
+  const double work = thrum_contact_measure(run, thrum_state_view_of(run->state).q);
+  double granted = 0.0;
+  for (int64_t n = 0; n < contact->row_count && contact->fresh; n++)
+    granted += run->view.rows[n].touch.stored;
+  const double left = contact->stored + contact->lost + granted - work;
+  return left >= -ROUNDING * (contact->flow + thrum_contact_flow(run));
+}
+
+/* What the next attempt begins with, from how the last one ended. */
+static thrum_status again(thrum_contact_run *run, int attempt, thrum_error *error) {
+  const double *q = thrum_state_view_of(run->state).q;
+  // the part of the step that the prediction did not see
+  for (int32_t i = 0; i < run->contact->rank; i++)
+    run->view.free[i] += q[i] - run->view.q[i] - run->view.moved[i];
+  for (int axis = 0; axis < 3; axis++)
+    run->free_turn[axis] += run->turned[axis] - run->foreseen[axis];
+  memcpy(run->state, run->view.snapshot, (size_t)run->contact->state_bytes);
+  run->contact->redone++;
+  if (attempt == ATTEMPT_WITHOUT) {
+    run->contact->declined++;
+    run->contact->row_count = 0;
+  }
+  if (attempt == ATTEMPT_RELEASED)
+    thrum_contact_release(run);
+  return apply(run, error);
+}
+
+thrum_status thrum_contact_step(const thrum_model *model, thrum_state *state,
+                                thrum_contact *contact, const thrum_around *around,
+                                thrum_error *error) {
+  thrum_contact_run run;
+  thrum_status status = open_run(model, state, contact, around, &run, error);
+  if (status != THRUM_OK)
+    return status;
+  const thrum_contact before = *contact;
+  memcpy(run.view.snapshot, state, (size_t)contact->state_bytes);
+  status = begin(&run, error);
+  for (int attempt = ATTEMPT_FIRST; status >= 0; attempt++) {
+    if (attempt != ATTEMPT_FIRST)
+      status = again(&run, attempt, error);
+    if (status >= 0)
+      status = thrum_step(model, state, error);
+    if (status < 0 || attempt == ATTEMPT_WITHOUT || allowed(&run))
+      break;
+  }
+  if (status < 0) {
+    memcpy(state, run.view.snapshot, (size_t)contact->state_bytes);
+    *contact = before;
+    return status;
+  }
+  end(&run);
+  return status;
+}

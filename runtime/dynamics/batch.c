@@ -1,0 +1,253 @@
+/* Steps of many states of one model together (thrum/batch.h).
+ *
+ * States that imexv is about to step in its component split, with the same split, go through the
+ * stages of that step side by side: the watch's sample, force, kick, restriction, and the
+ * evaluations of quasi-Newton one after the other while enough of them still iterate. What reads
+ * coefficients is a pass of runtime/polynomial/batch_kernel.h over all of them; all else is each state's own, by the
+ * code of thrum_step. The last ones to converge, and a state that needs more, such as full Newton
+ * or a rung of the ladder, go on alone. Cost: that of thrum_step with each coefficient loaded once
+ * for all states of a group.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <string.h>
+
+#include "runtime/base/alignment_check.h"
+#include "runtime/dynamics/batch_group.h"
+#include "thrum/batch.h"
+
+#define WINDOW 256      /* states that are put in order at a time */
+#define EARLY_VECTORS 9 /* of a state's block, before the past ones */
+
+/* Cuts the workspace; returns its bytes. `memory` may be NULL. */
+static size_t lay_out(const thrum_model *model, unsigned char *memory, thrum_crowd_group *g) {
+  const size_t number = THRUM_CROWD_LANES_MAX * sizeof(double), rank = (size_t)model->rank;
+  const size_t restricted = (size_t)thrum_restricted_count(model->rank);
+  const size_t sizes[] = {THRUM_CROWD_LANES_MAX * sizeof(thrum_crowd_member),
+                          rank * number,
+                          rank * number,
+                          number,
+                          restricted * number,
+                          rank * rank * number,
+                          (size_t)thrum_crowd_work(model->rank) * number,
+                          thrum_work_count(model) * sizeof(double),
+                          restricted * sizeof(double),
+                          (size_t)thrum_lent_vectors(model->rank) * number};
+  enum { PARTS = sizeof sizes / sizeof sizes[0] };
+  unsigned char *parts[PARTS];
+  size_t size = 0;
+  for (int n = 0; n < PARTS; n++) {
+    parts[n] = memory ? memory + size : NULL;
+    size += thrum_round_up(sizes[n]);
+  }
+  g->members = (thrum_crowd_member *)(void *)parts[0];
+  g->q = (double *)(void *)parts[1];
+  g->force = (double *)(void *)parts[2];
+  g->value = (double *)(void *)parts[3];
+  g->restricted = (double *)(void *)parts[4];
+  g->hessian = (double *)(void *)parts[5];
+  g->work = (double *)(void *)parts[6];
+  g->one_work = (double *)(void *)parts[7];
+  g->one_restricted = (double *)(void *)parts[8];
+  for (int m = 0; memory && m < THRUM_CROWD_LANES_MAX; m++)
+    g->members[m].vectors = (double *)(void *)parts[9] + m * thrum_lent_vectors(model->rank);
+  return size;
+}
+
+const thrum_crowd_kernel *thrum_crowd_kernel_of(thrum_kernel_id id) {
+#ifdef THRUM_KERNEL_HAS_X86
+  if (id == THRUM_KERNEL_AVX512)
+    return &thrum_crowd_kernel_avx512;
+  if (id == THRUM_KERNEL_AVX2)
+    return &thrum_crowd_kernel_avx2;
+#else
+  (void)id;
+#endif
+  return NULL;
+}
+
+/* Can this state's step be made in a group? */
+static bool fits(const thrum_model *model, const thrum_step_run *run) {
+  const thrum_state *next = &run->next;
+  return thrum_is_packed(model) && next->scheme == THRUM_SCHEME_COMPONENT && next->split > 0 &&
+         !thrum_tangent_damped(next) && thrum_crowd_kernel_of(run->view.kernel->id) != NULL;
+}
+
+/* What a call knows of its states' ends. */
+typedef struct outcome {
+  thrum_status *statuses; /* may be NULL */
+  thrum_error *error;
+  thrum_status worst;
+  int64_t first_failed;
+} outcome;
+
+static void note(outcome *o, int64_t index, thrum_status status, const thrum_error *why) {
+  if (o->statuses)
+    o->statuses[index] = status;
+  if (status < 0 && (o->worst >= 0 || index < o->first_failed)) {
+    o->worst = status;
+    o->first_failed = index;
+    thrum_error_set(o->error, status, "state %lld: %s", (long long)index, why->message);
+  } else if (status > 0 && o->worst == THRUM_OK) {
+    o->worst = status;
+  }
+}
+
+static void end(const thrum_model *model, thrum_crowd_member *one, outcome *o) {
+  thrum_error why = {THRUM_OK, ""};
+  note(o, one->index, thrum_step_end(model, &one->run, one->status, &why), &why);
+}
+
+/* Moves a member; its place gets the vectors that are free then. */
+static void move(thrum_crowd_member *from, thrum_crowd_member *to) {
+  double *unused = to->vectors;
+  *to = *from;
+  from->vectors = unused;
+}
+
+/* Steps those alone whose watch has chosen another kind of step, and takes them out. */
+static void part(thrum_crowd_group *g, outcome *o) {
+  for (int64_t m = g->count - 1; m >= 0; m--) {
+    thrum_crowd_member *one = &g->members[m], *last = &g->members[g->count - 1];
+    if (fits(g->model, &one->run) && one->run.next.split == g->split)
+      continue;
+    one->status = thrum_step_attempt(g->model, &one->run);
+    end(g->model, one, o);
+    move(last, one);
+    g->count--;
+  }
+}
+
+/* Steps the members, together where that is worth it, and empties the group. */
+static void advance(thrum_crowd_group *g, outcome *o) {
+  if (g->count > 0) {
+    thrum_crowd_watch(g);
+    part(g, o);
+  }
+  if (g->count > 0 && 2 * g->count >= g->kernel->lanes) {
+    thrum_crowd_attempt(g);
+  } else {
+    for (int64_t m = 0; m < g->count; m++)
+      g->members[m].status = thrum_step_attempt(g->model, &g->members[m].run);
+  }
+  for (int64_t m = 0; m < g->count; m++)
+    end(g->model, &g->members[m], o);
+  g->count = 0;
+}
+
+/* Has this state begun its step already? */
+static bool is_member(const thrum_crowd_group *g, const thrum_state *state) {
+  for (int64_t m = 0; m < g->count; m++)
+    if (g->members[m].run.state == state)
+      return true;
+  return false;
+}
+
+/* Begins the step of one state and puts it in the group, or steps it alone. */
+static void add(thrum_crowd_group *g, thrum_state *state, int64_t index, outcome *o) {
+  thrum_error why = {THRUM_OK, ""};
+  // listed twice, it steps twice
+  if (is_member(g, state))
+    advance(g, o);
+  thrum_crowd_member *one = &g->members[g->count];
+  one->index = index;
+  const thrum_lent lent = {g->one_work, g->one_restricted, one->vectors};
+  const thrum_status status = thrum_step_begin(g->model, state, &lent, &one->run, &why);
+  if (status != THRUM_OK) {
+    note(o, index, status, &why);
+    return;
+  }
+  if (!fits(g->model, &one->run)) {
+    thrum_step_watch(g->model, &one->run, false);
+    one->status = thrum_step_attempt(g->model, &one->run);
+    end(g->model, one, o);
+    return;
+  }
+  const thrum_crowd_kernel *kernel = thrum_crowd_kernel_of(one->run.view.kernel->id);
+  if (g->count > 0 && (g->split != one->run.next.split || g->kernel != kernel)) {
+    // another kind of step: the group goes first, and this one starts the next
+    advance(g, o);
+    move(one, g->members);
+  }
+  g->split = g->members[0].run.next.split;
+  g->kernel = kernel;
+  g->count++;
+  if (g->count == kernel->lanes)
+    advance(g, o);
+}
+
+/* How the next step of a state will probably be made: by its number of explicit modes; -1: not in a
+ * group. The watch may still change that. */
+static int32_t kind_of(const thrum_model *model, const thrum_state *state) {
+  if (thrum_state_check(model, state, NULL) != THRUM_OK || state->scheme != THRUM_SCHEME_COMPONENT)
+    return -1;
+  return state->split;
+}
+
+/* What a step begins with, for one of the next group. */
+static void ask_for_state(const thrum_crowd_group *g, const thrum_state *state) {
+  if (!state)
+    return;
+  const size_t vectors = EARLY_VECTORS * (size_t)g->model->rank * sizeof(double);
+  g->kernel->ask_for((const double *)(const void *)state, sizeof *state + vectors);
+}
+
+/* Steps up to WINDOW states, those of a kind one after the other, beginning with the kind that is
+ * in the group already. */
+static void add_window(thrum_crowd_group *g, thrum_state *const *states, int64_t begin,
+                       int64_t count, outcome *o) {
+  int32_t kinds[WINDOW];
+  bool added[WINDOW] = {false};
+  for (int64_t n = 0; n < count; n++)
+    kinds[n] = kind_of(g->model, states[begin + n]);
+  int32_t kind = g->split;
+  for (int64_t first = 0; first < count;) {
+    for (int64_t n = first; n < count; n++)
+      if (!added[n] && kinds[n] == kind) {
+        added[n] = true;
+        if (g->kernel && n + g->kernel->lanes < count)
+          ask_for_state(g, states[begin + n + g->kernel->lanes]);
+        add(g, states[begin + n], begin + n, o);
+      }
+    while (first < count && added[first])
+      first++;
+    kind = first < count ? kinds[first] : kind;
+  }
+}
+
+thrum_status thrum_crowd_size(const thrum_model *model, size_t *size, thrum_error *error) {
+  thrum_crowd_group g;
+  if (!model || !size || model->rank < 1 || model->rank > THRUM_RANK_MAX)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "the model or size is NULL, or the model has no rank in 1..%d",
+                           THRUM_RANK_MAX);
+  *size = lay_out(model, NULL, &g);
+  return THRUM_OK;
+}
+
+thrum_status thrum_step_many(const thrum_model *model, thrum_state *const *states, int64_t count,
+                             thrum_status *statuses, void *workspace, size_t workspace_size,
+                             thrum_error *error) {
+  size_t size;
+  const thrum_status status = thrum_crowd_size(model, &size, error);
+  if (status != THRUM_OK)
+    return status;
+  if (count < 0 || (count > 0 && !states) || !workspace)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "states or workspace is NULL, or count is negative");
+  if ((uintptr_t)workspace % THRUM_ALIGNMENT != 0)
+    return thrum_error_set(error, THRUM_MISALIGNED, "the workspace is not aligned to %u bytes",
+                           THRUM_ALIGNMENT);
+  if (workspace_size < size)
+    return thrum_error_set(error, THRUM_BUFFER_TOO_SMALL,
+                           "the workspace has %zu bytes, this model needs %zu", workspace_size,
+                           size);
+  thrum_crowd_group g;
+  memset(&g, 0, sizeof g);
+  lay_out(model, workspace, &g);
+  g.model = model;
+  outcome o = {statuses, error, THRUM_OK, 0};
+  for (int64_t n = 0; n < count; n += WINDOW)
+    add_window(&g, states, n, count - n < WINDOW ? count - n : WINDOW, &o);
+  advance(&g, &o);
+  return o.worst;
+}

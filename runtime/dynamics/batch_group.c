@@ -1,0 +1,176 @@
+/* The stages of a step of imexv for a group of states; see crowd.c. Each array of a group has an
+ * entry of every state, then the next entry.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "runtime/dynamics/batch_group.h"
+
+#include <string.h>
+
+/* Entries first..last-1 of a vector of one state. */
+static void put(const thrum_crowd_group *g, int64_t lane, int64_t first, int64_t last,
+                const double *from, double *to) {
+  for (int64_t i = first; i < last; i++)
+    to[i * g->kernel->lanes + lane] = from[i];
+}
+
+static void take(const thrum_crowd_group *g, int64_t lane, int64_t first, int64_t last,
+                 const double *from, double *to) {
+  for (int64_t i = first; i < last; i++)
+    to[i] = from[i * g->kernel->lanes + lane];
+}
+
+/* Lets the watch of all members sample, with the products that it wants made together where that is
+ * worth a pass. */
+void thrum_crowd_watch(thrum_crowd_group *g) {
+  const int64_t lanes = g->kernel->lanes, rank = g->model->rank;
+  int64_t wanted = 0;
+  for (int64_t m = 0; m < g->count; m++)
+    wanted += g->members[m].run.samples ? 1 : 0;
+  const bool together = 4 * wanted > lanes;
+  // the directions and products are where forces and restricted polynomials will be
+  double *directions = g->force, *products = g->restricted;
+  if (together) {
+    memset(g->q, 0, (size_t)(rank * lanes) * sizeof *g->q);
+    memset(directions, 0, (size_t)(rank * lanes) * sizeof *directions);
+    for (int64_t m = 0; m < g->count; m++) {
+      const thrum_step_run *run = &g->members[m].run;
+      if (!run->samples)
+        continue;
+      put(g, m, 0, rank, run->view.q, g->q);
+      put(g, m, 0, g->split, run->view.direction, directions);
+    }
+    g->kernel->tangent_vector_part(g->model, g->split, g->q, directions, products, g->work);
+  }
+  for (int64_t m = 0; m < g->count; m++) {
+    thrum_step_run *run = &g->members[m].run;
+    if (together && run->samples)
+      take(g, m, 0, g->split, products, run->view.product);
+    thrum_step_watch(g->model, run, together);
+  }
+}
+
+/* Stage 1 and the drift of all. */
+static void kick(thrum_crowd_group *g) {
+  const int64_t lanes = g->kernel->lanes, rank = g->model->rank;
+  memset(g->q, 0, (size_t)(rank * lanes) * sizeof *g->q);
+  for (int64_t m = 0; m < g->count; m++)
+    put(g, m, 0, rank, g->members[m].run.view.q, g->q);
+  g->kernel->force_part(g->model, g->split, g->q, g->force, g->value, g->work);
+  memset(g->q, 0, (size_t)(rank * lanes) * sizeof *g->q);
+  for (int64_t m = 0; m < g->count; m++) {
+    thrum_crowd_member *one = &g->members[m];
+    thrum_step_run *run = &one->run;
+    take(g, m, 0, g->split, g->force, run->view.force);
+    one->solver = thrum_imexv_solver(g->model, &run->next, &run->view, &run->report);
+    one->status = thrum_imexv_drift(&one->solver, g->value[m]);
+    one->solving = one->status == THRUM_OK && one->solver.n > 0;
+    put(g, m, 0, g->split, run->view.middle, g->q);
+  }
+}
+
+/* The member's restricted polynomial is to be fetched again: another one's may be there. */
+static void unfetch(const thrum_crowd_group *g, int64_t lane) {
+  g->members[lane].run.view.restricted_from = g->restricted + lane;
+  g->members[lane].run.view.restricted_stride = g->kernel->lanes;
+}
+
+/* The rest of a solve that the group no longer helps with. */
+static void go_on_alone(const thrum_crowd_group *g, int64_t lane, thrum_quasi_next next) {
+  thrum_crowd_member *one = &g->members[lane];
+  const thrum_solver *s = &one->solver;
+  unfetch(g, lane);
+  while (next == THRUM_QUASI_EVALUATE) {
+    s->evaluate(s);
+    next = thrum_quasi_take(s, &one->quasi);
+  }
+  const bool solved = next == THRUM_QUASI_DONE || thrum_solve_newton(s);
+  one->status = thrum_imexv_finish(s, solved);
+  one->solving = false;
+}
+
+/* Will the evaluation that is next need the stiffness too? */
+static bool wants_stiffness(const thrum_crowd_member *one) {
+  return one->solving && one->quasi.ahead && one->quasi.done == 0;
+}
+
+/* The stiffness of all that want it, where it is worth a pass. */
+static void stiffen(thrum_crowd_group *g) {
+  const int64_t lanes = g->kernel->lanes, n = g->model->rank - g->split;
+  int64_t wanted = 0;
+  for (int64_t m = 0; m < g->count; m++)
+    wanted += wants_stiffness(&g->members[m]) ? 1 : 0;
+  if (4 * wanted <= lanes)
+    return;
+  g->kernel->restricted_hessian(g->model, g->split, g->restricted, g->q + g->split * lanes,
+                                g->hessian, g->work);
+  for (int64_t m = 0; m < g->count; m++) {
+    thrum_crowd_member *one = &g->members[m];
+    if (!wants_stiffness(one))
+      continue;
+    take(g, m, 0, n * n, g->hessian, one->run.view.jacobian_next);
+    thrum_solve_weigh(&one->solver, one->run.view.jacobian_next);
+    one->quasi.assembled = true;
+  }
+}
+
+/* One evaluation of quasi-Newton for all that still iterate; returns how many are left. */
+static int64_t iterate(thrum_crowd_group *g) {
+  const int64_t lanes = g->kernel->lanes, rank = g->model->rank;
+  int64_t left = 0;
+  for (int64_t m = 0; m < g->count; m++)
+    if (g->members[m].solving)
+      put(g, m, g->split, rank, g->members[m].run.view.middle, g->q);
+  g->kernel->restricted_gradient(g->model, g->split, g->restricted, g->q + g->split * lanes,
+                                 g->force + g->split * lanes, g->value, g->work);
+  stiffen(g);
+  for (int64_t m = 0; m < g->count; m++) {
+    thrum_crowd_member *one = &g->members[m];
+    if (!one->solving)
+      continue;
+    const thrum_solver *s = &one->solver;
+    take(g, m, g->split, rank, g->force, one->run.view.force);
+    unfetch(g, m);
+    const thrum_quasi_next next = thrum_quasi_take(s, &one->quasi);
+    if (next == THRUM_QUASI_EVALUATE)
+      left++;
+    else
+      go_on_alone(g, m, next);
+  }
+  return left;
+}
+
+/* What a solve begins with, which comes while the first pass runs. */
+static void ask_for(const thrum_crowd_group *g) {
+  const int64_t n = g->model->rank - g->split;
+  for (int64_t m = 0; m < g->count; m++) {
+    const thrum_state_view *view = &g->members[m].run.view;
+    g->kernel->ask_for(view->past_q, (size_t)(view->force_now - view->past_q) * sizeof(double));
+    g->kernel->ask_for(view->inverse[0], (size_t)(n * n) * sizeof(double));
+  }
+}
+
+/* Attempts of all members. */
+void thrum_crowd_attempt(thrum_crowd_group *g) {
+  ask_for(g);
+  kick(g);
+  int64_t left = 0;
+  for (int64_t m = 0; m < g->count; m++)
+    left += g->members[m].solving ? 1 : 0;
+  if (left > 0)
+    g->kernel->restrict_to(g->model, g->split, g->q, g->restricted, g->work);
+  for (int64_t m = 0; m < g->count; m++) {
+    thrum_crowd_member *one = &g->members[m];
+    if (!one->solving)
+      continue;
+    unfetch(g, m);
+    thrum_quasi_begin(&one->solver, &one->quasi);
+  }
+  // a pass costs the same for one state as for all
+  while (4 * left > g->kernel->lanes)
+    left = iterate(g);
+  for (int64_t m = 0; m < g->count; m++) {
+    if (g->members[m].solving)
+      go_on_alone(g, m, THRUM_QUASI_EVALUATE);
+    g->members[m].run.view.restricted_from = NULL;
+  }
+}

@@ -1,0 +1,108 @@
+/* One IMEXv step in its component split: Stoermer-Verlet on the explicit modes E, the implicit
+ * midpoint rule on the implicit modes I, coupled through one V (design (2)-(5)).
+ *
+ *   kick   p^+_E by (2), drift q'_E = q_E + h p^+_E                                      (2), (3)
+ *   solve  0 = d - h p_I + h^2/2 [R(q-bar) + D v - f]_I,  d = q'_I - q_I,
+ *          q-bar = q + d/2, v = d/h on I and p^+ on E                                         (4)
+ *   then   p'_I = p_I - h [R(q-bar) + D v - f]_I at the accepted iterate                      (5)
+ *
+ * |I| = 0 is Stoermer-Verlet and |I| = r the implicit midpoint rule. The unknown is the increment,
+ * so that nothing cancels; solve.c finds it. The solve's potential has P(d) = h^2 V(q-bar).
+ * With q_E held, V is a quartic in q_I alone: one contraction a step.
+ * Cost: one force evaluation and one contraction over all coefficients, then C(|I|+4, 4) an
+ * iteration; with tangent damping one more pass over the coefficients an iteration.
+ * Source: Stern & Grinspun 2009, doi:10.1137/080732936.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+#include <math.h>
+
+#include "runtime/dynamics/imexv.h"
+#include "runtime/polynomial/polynomial_private.h"
+
+/* Has the restricted polynomial in view->restricted, where a crowd made it elsewhere. */
+static void fetch(const thrum_solver *s) {
+  thrum_state_view *view = s->view;
+  if (!view->restricted_from)
+    return;
+  const int64_t count = thrum_restricted_count(s->n);
+  for (int64_t c = 0; c < count; c++)
+    view->restricted[c] = view->restricted_from[c * view->restricted_stride];
+  view->restricted_from = NULL;
+}
+
+/* R(q-bar)_I into view->force; returns h^2 V(q-bar) up to a constant. */
+static double evaluate(const thrum_solver *s) {
+  thrum_state_view *view = s->view;
+  fetch(s);
+  return s->weight / s->at *
+         thrum_restricted_gradient(view->kernel, s->model, s->first, view->restricted,
+                                   view->middle + s->first, view->force + s->first, view->work);
+}
+
+/* (h^2/4 + h/2 beta) T_II(q-bar), beta for the tangent form of damping only. */
+static void stiffness(const thrum_solver *s, double *matrix) {
+  thrum_state_view *view = s->view;
+  fetch(s);
+  thrum_restricted_hessian(view->kernel, s->model, s->first, view->restricted,
+                           view->middle + s->first, matrix, view->work);
+  thrum_solve_weigh(s, matrix);
+}
+
+thrum_solver thrum_imexv_solver(const thrum_model *model, const thrum_state *state,
+                                thrum_state_view *view, thrum_solve_report *report) {
+  const double h = state->dt;
+  thrum_solver s =
+      thrum_solver_of(model, state, view, report, state->split, 0.5, 0.5 * h * h, 1.0 / h);
+  for (int32_t i = s.first; i < state->rank; i++)
+    view->kick[i] = h * view->p[i];
+  if (s.first > 0) {
+    s.evaluate = evaluate;
+    s.stiffness = stiffness;
+    s.both = NULL;
+  }
+  return s;
+}
+
+thrum_status thrum_imexv_drift(const thrum_solver *s, double potential) {
+  thrum_state_view *view = s->view;
+  if (s->first > 0) {
+    thrum_watch_energy(s->model, s->state, view, potential, s->report);
+    if (thrum_stagger_kick(s->model, s->state, view) != THRUM_OK)
+      return THRUM_NOT_CONVERGED;
+  }
+  const double h = s->state->dt;
+  for (int32_t i = 0; i < s->first; i++) {
+    view->q_next[i] = view->q[i] + h * view->p_next[i];
+    view->middle[i] = view->q[i] + 0.5 * h * view->p_next[i];
+    view->velocity[i] = view->p_next[i];
+    // a sum of differences is zero unless one of its terms is not finite
+    if (!isfinite(view->q_next[i]) || !isfinite(view->p_next[i]))
+      return THRUM_NOT_FINITE;
+  }
+  return THRUM_OK;
+}
+
+thrum_status thrum_imexv_finish(const thrum_solver *s, bool solved) {
+  if (!solved)
+    return s->report->saw_nonfinite ? THRUM_NOT_FINITE : THRUM_NOT_CONVERGED;
+  thrum_solve_advance(s);
+  return THRUM_OK;
+}
+
+thrum_status thrum_step_imexv(const thrum_model *model, const thrum_state *state,
+                              thrum_state_view *view, thrum_solve_report *report) {
+  const thrum_solver s = thrum_imexv_solver(model, state, view, report);
+  const double potential = s.first > 0 ? thrum_stagger_force(model, state, view, view->q) : 0.0;
+  const thrum_status status = thrum_imexv_drift(&s, potential);
+  if (status != THRUM_OK || s.n == 0)
+    return status;
+  view->restricted_from = NULL;
+  if (s.first > 0)
+    thrum_polynomial_restrict(view->kernel, model, s.first, view->middle, view->restricted,
+                              view->work);
+  return thrum_imexv_finish(&s, thrum_solve_increment(&s));
+}

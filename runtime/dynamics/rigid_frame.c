@@ -1,0 +1,227 @@
+/* A rigid frame that turns (thrum/rigid_frame.h), in the mesh's axes: with L the momentum in the world,
+ * Q the attitude times the placement, P = Q^T L, t = Q^T torque, w the mean angular velocity,
+ *
+ *   w = J^-1 (P + P')/2,   Q' = Q C,   C = (1 - h/2 [w])^-1 (1 + h/2 [w]),   L' = L + h torque.
+ *
+ * P' = C^T (P + h t), so P' - P = -h/2 w x (P' + P + h t) + h t, and the energy 1/2 P J^-1 P
+ * changes by w (P' - P) = h t w: the torque times the angle h w, whatever h is. With y = (P +
+ * P')/2,
+ *
+ *   y + h/2 w x (y + h/2 t) = P + h/2 t,   w = J^-1 y,
+ *
+ * which Newton solves from the right-hand side on; it has a solution, as w y = w (P + h/2 t) bounds
+ * y. Source: Austin, Krishnaprasad & Wang 1993, Almost Poisson integration of rigid body systems,
+ * doi:10.1006/jcph.1993.1128.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+#include "thrum/rigid_frame.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "runtime/base/vec3.h"
+
+#define NEWTON_MAX 40
+#define TOLERANCE 1e-15
+
+static const double identity[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
+
+static void whole_axes(const thrum_turning *turning, const thrum_placement *placement,
+                       double axes[9]) {
+  thrum_multiply3(turning->attitude, placement ? placement->axes : identity, axes);
+}
+
+/* y + h/2 J^-1 y x (y + s) - b, s = h/2 t; returns its square. */
+static double residual(const double inverse[9], double half, const double s[3], const double b[3],
+                       const double y[3], double out[3]) {
+  double w[3];
+  const double sum[3] = {y[0] + s[0], y[1] + s[1], y[2] + s[2]};
+  thrum_apply3(inverse, y, w);
+  thrum_cross3(w, sum, out);
+  for (int axis = 0; axis < 3; axis++)
+    out[axis] = y[axis] + half * out[axis] - b[axis];
+  return thrum_dot3(out, out);
+}
+
+/* Jacobian of the residual: column j is e_j + h/2 (J^-1 e_j x (y + s) + w x e_j). */
+static void jacobian(const double inverse[9], double half, const double s[3], const double y[3],
+                     double out[9]) {
+  double w[3];
+  const double sum[3] = {y[0] + s[0], y[1] + s[1], y[2] + s[2]};
+  thrum_apply3(inverse, y, w);
+  for (int j = 0; j < 3; j++) {
+    const double unit[3] = {j == 0, j == 1, j == 2};
+    const double column[3] = {inverse[j], inverse[3 + j], inverse[6 + j]};
+    double first[3], second[3];
+    thrum_cross3(column, sum, first);
+    thrum_cross3(w, unit, second);
+    for (int i = 0; i < 3; i++)
+      out[3 * i + j] = unit[i] + half * (first[i] + second[i]);
+  }
+}
+
+/* y by Newton with halvings. */
+static void solve_mean(const double inverse[9], double half, const double s[3], const double b[3],
+                       double y[3]) {
+  double r[3], matrix[9], step[3], trial[3], tried[3];
+  memcpy(y, b, 3 * sizeof *y);
+  double square = residual(inverse, half, s, b, y, r);
+  const double enough = TOLERANCE * TOLERANCE * thrum_dot3(b, b);
+  for (int n = 0; n < NEWTON_MAX && square > enough; n++) {
+    jacobian(inverse, half, s, y, matrix);
+    if (!thrum_solve3(matrix, r, step))
+      return;
+    double length = 1.0, next = INFINITY;
+    for (int halving = 0; halving < 30; halving++, length *= 0.5) {
+      for (int axis = 0; axis < 3; axis++)
+        trial[axis] = y[axis] - length * step[axis];
+      next = residual(inverse, half, s, b, trial, tried);
+      if (next < square)
+        break;
+    }
+    if (!(next < square))
+      return;
+    memcpy(y, trial, sizeof trial);
+    memcpy(r, tried, sizeof tried);
+    square = next;
+  }
+}
+
+/* attitude = A C A^T turned, C = Cayley of v = h/2 w in the mesh; then made orthonormal again. */
+static void turn(thrum_turning *turning, const double axes[9], const double placed[9],
+                 const double v[3]) {
+  // C = 1 + 2/(1 + v^2) ([v] + [v]^2)
+  const double scale = 2.0 / (1.0 + thrum_dot3(v, v));
+  const double hat[9] = {0.0, -v[2], v[1], v[2], 0.0, -v[0], -v[1], v[0], 0.0};
+  double square[9], c[9], whole[9], now[9], gram[9];
+  thrum_multiply3(hat, hat, square);
+  for (int n = 0; n < 9; n++)
+    c[n] = identity[n] + scale * (hat[n] + square[n]);
+  thrum_multiply3(axes, c, whole);
+  for (int i = 0; i < 3; i++) // now = whole placed^T
+    thrum_apply3(placed, whole + 3 * i, now + 3 * i);
+  for (int i = 0; i < 3; i++)
+    for (int j = 0; j < 3; j++)
+      gram[3 * i + j] = 1.5 * identity[3 * i + j] - 0.5 * thrum_dot3(now + 3 * i, now + 3 * j);
+  thrum_multiply3(gram, now, turning->attitude);
+}
+
+void thrum_turning_step(thrum_turning *turning, const thrum_placement *placement,
+                        const double torque[3], double dt, double angle[3]) {
+  double axes[9], p[3], s[3], b[3], y[3], w[3], v[3];
+  const double half = 0.5 * dt;
+  whole_axes(turning, placement, axes);
+  thrum_apply3_transposed(axes, turning->momentum, p);
+  thrum_apply3_transposed(axes, torque, s);
+  for (int axis = 0; axis < 3; axis++) {
+    s[axis] *= half;
+    b[axis] = p[axis] + s[axis];
+  }
+  solve_mean(turning->inverse, half, s, b, y);
+  thrum_apply3(turning->inverse, y, w);
+  for (int axis = 0; axis < 3; axis++) {
+    v[axis] = half * w[axis];
+    turning->momentum[axis] += dt * torque[axis];
+  }
+  if (angle) {
+    thrum_apply3(axes, v, angle);
+    for (int axis = 0; axis < 3; axis++)
+      angle[axis] *= 2.0;
+  }
+  turn(turning, axes, placement ? placement->axes : identity, v);
+}
+
+void thrum_turning_velocity(const thrum_turning *turning, const thrum_placement *placement,
+                            double velocity[3]) {
+  double axes[9], p[3], w[3];
+  whole_axes(turning, placement, axes);
+  thrum_apply3_transposed(axes, turning->momentum, p);
+  thrum_apply3(turning->inverse, p, w);
+  thrum_apply3(axes, w, velocity);
+}
+
+double thrum_turning_energy(const thrum_turning *turning, const thrum_placement *placement) {
+  double velocity[3];
+  thrum_turning_velocity(turning, placement, velocity);
+  return 0.5 * thrum_dot3(velocity, turning->momentum);
+}
+
+thrum_placement thrum_placement_now(const thrum_placement *placement, const thrum_turning *turning,
+                                    const double position[3]) {
+  thrum_placement now;
+  const double *axes = placement ? placement->axes : identity;
+  memcpy(now.axes, axes, sizeof now.axes);
+  for (int axis = 0; axis < 3; axis++)
+    now.origin[axis] =
+        (placement ? placement->origin[axis] : 0.0) + (position ? position[axis] : 0.0);
+  if (!turning)
+    return now;
+  // the centre stays: origin + A c = origin' + R A c
+  double before[3], after[3];
+  thrum_apply3(axes, turning->centre, before);
+  thrum_apply3(turning->attitude, before, after);
+  thrum_multiply3(turning->attitude, axes, now.axes);
+  for (int axis = 0; axis < 3; axis++)
+    now.origin[axis] += before[axis] - after[axis];
+  return now;
+}
+
+/* A rigid mode is a x (X - c) / its mass norm, a turn about an axis through the centre: its axis a,
+ * out of how it differs between the corners of a tetrahedron. */
+static int axis_of(const thrum_model *model, int mode, double a[3]) {
+  const int32_t *tet = model->tets;
+  double edges[9], slopes[9];
+  const double *first = model->vertices + 3 * (int64_t)tet[0];
+  for (int e = 0; e < 3; e++)
+    for (int axis = 0; axis < 3; axis++)
+      edges[3 * e + axis] = model->vertices[3 * (int64_t)tet[e + 1] + axis] - first[axis];
+  for (int axis = 0; axis < 3; axis++) {
+    double rise[3];
+    for (int e = 0; e < 3; e++)
+      rise[e] = model->rigid[(3 * (int64_t)tet[e + 1] + axis) * 6 + mode] -
+                model->rigid[(3 * (int64_t)tet[0] + axis) * 6 + mode];
+    if (!thrum_solve3(edges, rise, slopes + 3 * axis))
+      return 0;
+  }
+  a[0] = 0.5 * (slopes[7] - slopes[5]);
+  a[1] = 0.5 * (slopes[2] - slopes[6]);
+  a[2] = 0.5 * (slopes[3] - slopes[1]);
+  return 1;
+}
+
+thrum_status thrum_turning_of(const thrum_model *model, thrum_turning *turning,
+                              thrum_error *error) {
+  if (!model || !turning)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the model or the turning is NULL");
+  if (!model->rigid || !model->tets || model->tet_count < 1)
+    return thrum_error_set(error, THRUM_MISSING,
+                           "the model has no rigid modes: only a body that nothing holds turns");
+  // J^-1 = sum of a a^T; a x (X - c) = w at a corner X gives c, by least squares over the modes
+  thrum_turning made = {.attitude = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0}};
+  double normal[9] = {0.0}, right[3] = {0.0}, a[3], from[3], product[3];
+  const int64_t corner = model->tets[0];
+  for (int mode = 3; mode < 6; mode++) {
+    if (!axis_of(model, mode, a))
+      return thrum_error_set(error, THRUM_SINGULAR, "the first tetrahedron has no volume");
+    // with |a|^2 1 - a a^T = [a]^T [a]: c minimises |a x (X - c) - w|^2
+    thrum_cross3(a, model->vertices + 3 * corner, from);
+    for (int axis = 0; axis < 3; axis++)
+      from[axis] -= model->rigid[(3 * corner + axis) * 6 + mode];
+    thrum_cross3(from, a, product);
+    for (int i = 0; i < 3; i++) {
+      right[i] += product[i];
+      for (int j = 0; j < 3; j++) {
+        made.inverse[3 * i + j] += a[i] * a[j];
+        normal[3 * i + j] += (i == j ? thrum_dot3(a, a) : 0.0) - a[i] * a[j];
+      }
+    }
+  }
+  if (!thrum_solve3(normal, right, made.centre))
+    return thrum_error_set(error, THRUM_SINGULAR, "the rigid modes have no centre");
+  *turning = made;
+  return THRUM_OK;
+}

@@ -1,0 +1,109 @@
+/* The definition of a state: defaults, and what is wrong with one (thrum/state.h).
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
+
+#include "runtime/dynamics/state_private.h"
+
+#define DEF_COOKIE UINT32_C(0x7468726d)
+
+thrum_state_def thrum_default_state_def(void) {
+  const thrum_state_def def = {
+      .cookie = DEF_COOKIE,
+      .integrator = THRUM_INTEGRATOR_IMEXV,
+      .dt = 0.003,
+      .damping_alpha = 0.0,
+      .damping_beta = 0.0,
+      .damping_form = THRUM_DAMPING_REST,
+      .split_rule = THRUM_SPLIT_CFL,
+      .split_safety = 0.5,
+      .explicit_count = 0,
+      .newmark_beta = 0.25,
+      .newmark_gamma = 0.5,
+      .tolerance = 1e-10,
+      .iterations_max = 50,
+      .kernel = THRUM_KERNEL_BEST,
+      .split_form = THRUM_FORM_COMPONENT,
+      .adaptive = 1,
+      .ladder = 1,
+  };
+  return def;
+}
+
+thrum_status thrum_state_check_model(const thrum_model *model, thrum_error *error) {
+  if (!model)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the model is NULL");
+  if (model->rank < 1 || model->rank > THRUM_RANK_MAX)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the model's rank is %lld, not 1 to %d",
+                           (long long)model->rank, THRUM_RANK_MAX);
+  if (!model->omega2 || !model->c3 || !model->c4)
+    return thrum_error_set(error, THRUM_MISSING, "the model has no omega2, c3 or c4");
+  for (int64_t i = 0; i < model->rank; i++) {
+    const double low = i > 0 ? model->omega2[i - 1] : 0.0;
+    if (!isfinite(model->omega2[i]) || model->omega2[i] < low)
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "omega2 of the model: entry %lld is not finite, negative or smaller "
+                             "than the one before",
+                             (long long)i);
+  }
+  return THRUM_OK;
+}
+
+static thrum_status refuse(thrum_error *error, const char *name, double value, const char *range) {
+  return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                         "%s of the state's def is %g; it must be %s", name, value, range);
+}
+
+static bool non_negative(double value) {
+  return isfinite(value) && value >= 0.0;
+}
+
+static thrum_status check_choices(const thrum_model *model, const thrum_state_def *def,
+                                  thrum_error *error) {
+  const int integrator = (int)def->integrator, form = (int)def->damping_form;
+  const int rule = (int)def->split_rule;
+  if (integrator < THRUM_INTEGRATOR_IMEXV || integrator > THRUM_INTEGRATOR_ENERGY)
+    return refuse(error, "integrator", integrator, "one of thrum_integrator");
+  if (form < THRUM_DAMPING_REST || form > THRUM_DAMPING_TANGENT)
+    return refuse(error, "damping_form", form, "one of thrum_damping_form");
+  if (rule < THRUM_SPLIT_CFL || rule > THRUM_SPLIT_COUNT)
+    return refuse(error, "split_rule", rule, "one of thrum_split_rule");
+  const int split_form = (int)def->split_form;
+  if (split_form < THRUM_FORM_COMPONENT || split_form > THRUM_FORM_QUADRATIC)
+    return refuse(error, "split_form", split_form, "one of thrum_split_form");
+  if (def->adaptive != 0 && def->adaptive != 1)
+    return refuse(error, "adaptive", def->adaptive, "0 or 1");
+  if (def->ladder != 0 && def->ladder != 1)
+    return refuse(error, "ladder", def->ladder, "0 or 1");
+  if (def->explicit_count < 0 || def->explicit_count > model->rank)
+    return refuse(error, "explicit_count", def->explicit_count, "0 to the model's rank");
+  if (!thrum_kernel_name(def->kernel))
+    return refuse(error, "kernel", (double)def->kernel, "one of thrum_kernel_id");
+  if (def->iterations_max < 1)
+    return refuse(error, "iterations_max", def->iterations_max, "at least 1");
+  return THRUM_OK;
+}
+
+thrum_status thrum_state_def_check(const thrum_model *model, const thrum_state_def *def,
+                                   thrum_error *error) {
+  thrum_status status = thrum_state_check_model(model, error);
+  if (status != THRUM_OK)
+    return status;
+  if (!def || def->cookie != DEF_COOKIE)
+    return thrum_error_set(error, THRUM_UNINITIALISED_DEF,
+                           "the state's def was not made by thrum_default_state_def");
+  if (!isfinite(def->dt) || !(def->dt > 0.0))
+    return refuse(error, "dt", def->dt, "finite and > 0 [s]");
+  if (!non_negative(def->damping_alpha))
+    return refuse(error, "damping_alpha", def->damping_alpha, "finite and >= 0 [1/s]");
+  if (!non_negative(def->damping_beta))
+    return refuse(error, "damping_beta", def->damping_beta, "finite and >= 0 [s]");
+  if (!(def->split_safety > 0.0) || !(def->split_safety <= 1.0))
+    return refuse(error, "split_safety", def->split_safety, "in (0, 1]");
+  if (!non_negative(def->newmark_beta))
+    return refuse(error, "newmark_beta", def->newmark_beta, "finite and >= 0");
+  if (!(def->newmark_gamma >= 0.0) || !(def->newmark_gamma <= 1.0))
+    return refuse(error, "newmark_gamma", def->newmark_gamma, "in [0, 1]");
+  if (!(def->tolerance > 0.0) || !(def->tolerance <= 1e-2))
+    return refuse(error, "tolerance", def->tolerance, "in (0, 1e-2]");
+  return check_choices(model, def, error);
+}

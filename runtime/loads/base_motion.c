@@ -1,0 +1,149 @@
+/* A base's motion sampled in time (thrum/base_motion.h, design 12): acceleration linear between samples,
+ * so its mean over a step, its velocity and its position are polynomials, and all exact.
+ *
+ * A record of positions becomes one of accelerations by the cubic spline through them, whose second
+ * derivative is linear between samples: one tridiagonal system (de Boor 1978, A practical guide to
+ * splines, doi:10.1007/978-1-4612-6333-3, chapter IV).
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+#include "thrum/base_motion.h"
+
+#include <inttypes.h>
+#include <math.h>
+static const double TAU = 6.28318530717958647693;
+
+thrum_status thrum_motion_check(const thrum_motion *motion, thrum_error *error) {
+  if (!motion || !motion->times || !motion->accelerations)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "the motion, its times or its accelerations are NULL");
+  if (motion->count < 2)
+    return thrum_error_set(error, THRUM_BAD_VALUE, "a motion has two samples or more, not %" PRId64,
+                           motion->count);
+  for (int64_t k = 0; k < motion->count; k++) {
+    const double *a = motion->accelerations + 3 * k;
+    if (!isfinite(motion->times[k]) || !isfinite(a[0]) || !isfinite(a[1]) || !isfinite(a[2]))
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "sample %" PRId64 " of the motion is not finite", k + 1);
+    if (k > 0 && !(motion->times[k] > motion->times[k - 1]))
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "sample %" PRId64 " of the motion is not later than the one before",
+                             k + 1);
+  }
+  return THRUM_OK;
+}
+
+/* The last interval that begins at `time` or before; 0 when none does. */
+static int64_t interval(const thrum_motion *motion, double time) {
+  int64_t low = 0, high = motion->count - 1;
+  while (high - low > 1) {
+    const int64_t middle = low + (high - low) / 2;
+    if (motion->times[middle] <= time)
+      low = middle;
+    else
+      high = middle;
+  }
+  return low;
+}
+
+void thrum_motion_mean(const thrum_motion *motion, int64_t step, double dt, double mean[3]) {
+  const double from = fmax((double)step * dt, motion->times[0]);
+  const double until = fmin((double)(step + 1) * dt, motion->times[motion->count - 1]);
+  mean[0] = mean[1] = mean[2] = 0.0;
+  if (!(until > from) || !(dt > 0.0))
+    return;
+  for (int64_t k = interval(motion, from); k + 1 < motion->count && motion->times[k] < until; k++) {
+    // the mean of a line over a part of it is its value in the middle of the part
+    const double first = fmax(from, motion->times[k]), last = fmin(until, motion->times[k + 1]);
+    const double length = motion->times[k + 1] - motion->times[k];
+    const double at = (0.5 * (first + last) - motion->times[k]) / length;
+    const double *a = motion->accelerations + 3 * k;
+    for (int axis = 0; axis < 3; axis++)
+      mean[axis] += (last - first) / dt * (a[axis] + at * (a[3 + axis] - a[axis]));
+  }
+}
+
+thrum_status thrum_motion_load(const thrum_model *model, const double acceleration[3],
+                               double *reduced, thrum_error *error) {
+  const double inertial[3] = {-acceleration[0], -acceleration[1], -acceleration[2]};
+  return thrum_force_add_gravity(model, inertial, reduced, error);
+}
+
+void thrum_motion_integrate(int64_t count, const double *times, const double *accelerations,
+                            double *velocities, double *positions) {
+  for (int axis = 0; axis < 3; axis++)
+    velocities[axis] = positions[axis] = 0.0;
+  for (int64_t k = 0; k + 1 < count; k++) {
+    const double h = times[k + 1] - times[k];
+    const double *a = accelerations + 3 * k;
+    const double *v = velocities + 3 * k, *x = positions + 3 * k;
+    for (int axis = 0; axis < 3; axis++) {
+      velocities[3 * k + 3 + axis] = v[axis] + 0.5 * h * (a[axis] + a[3 + axis]);
+      positions[3 * k + 3 + axis] =
+          x[axis] + h * v[axis] + h * h * (a[axis] / 3.0 + a[3 + axis] / 6.0);
+    }
+  }
+}
+
+/* Second derivatives of the spline of one axis, by elimination from the first row on. */
+static void solve_spline(int64_t count, const double *times, const double *x, double *a,
+                         double *work) {
+  // clamped: 2 h a_0 + h a_1 = 6 (x_1 - x_0) / h; work holds what stays above the diagonal
+  const double h0 = times[1] - times[0];
+  work[0] = 0.5;
+  a[0] = 3.0 * (x[3] - x[0]) / (h0 * h0);
+  for (int64_t k = 1; k + 1 < count; k++) {
+    const double before = times[k] - times[k - 1], after = times[k + 1] - times[k];
+    const double slope = (x[3 * k + 3] - x[3 * k]) / after - (x[3 * k] - x[3 * k - 3]) / before;
+    const double pivot = 2.0 * (before + after) - before * work[k - 1];
+    work[k] = after / pivot;
+    a[3 * k] = (6.0 * slope - before * a[3 * k - 3]) / pivot;
+  }
+  a[3 * (count - 1)] = 0.0;
+  for (int64_t k = count - 2; k >= 0; k--)
+    a[3 * k] -= work[k] * a[3 * k + 3];
+}
+
+void thrum_motion_spline(int64_t count, const double *times, const double *positions,
+                         double *accelerations, double *velocities, double *work) {
+  for (int axis = 0; axis < 3; axis++) {
+    solve_spline(count, times, positions + axis, accelerations + axis, work);
+    velocities[axis] = 0.0;
+    for (int64_t k = 0; k + 1 < count; k++) {
+      const double h = times[k + 1] - times[k];
+      velocities[3 * k + 3 + axis] =
+          velocities[3 * k + axis] +
+          0.5 * h * (accelerations[3 * k + axis] + accelerations[3 * k + 3 + axis]);
+    }
+  }
+}
+
+void thrum_motion_at(const thrum_motion *motion, double time, double position[3],
+                     double velocity[3]) {
+  const int64_t last = motion->count - 1;
+  const double end = motion->times[last];
+  const int64_t k = time >= end ? last : interval(motion, time);
+  const double t = time < motion->times[0] ? 0.0 : time - motion->times[k];
+  const double *v = motion->velocities + 3 * k, *x = motion->positions + 3 * k;
+  for (int axis = 0; axis < 3; axis++) {
+    double a = 0.0, jerk = 0.0;
+    if (k < last) {
+      a = motion->accelerations[3 * k + axis];
+      jerk =
+          (motion->accelerations[3 * k + 3 + axis] - a) / (motion->times[k + 1] - motion->times[k]);
+    }
+    if (position)
+      position[axis] = x[axis] + t * (v[axis] + t * (a / 2.0 + t * jerk / 6.0));
+    if (velocity)
+      velocity[axis] = v[axis] + t * (a + t * jerk / 2.0);
+  }
+}
+
+double thrum_motion_sine(const thrum_load *course, double time) {
+  const double t = fmax(fmin(time, course->until), course->from) - course->from;
+  const double omega = TAU * course->frequency;
+  return omega > 0.0 ? -sin(TAU * fmod(course->frequency * t, 1.0)) / (omega * omega) : 0.0;
+}

@@ -1,0 +1,291 @@
+/* What makes a model valid: which arrays come together, how sizes agree, what values may be.
+ * Shared by files of any alignment and by models made by hand, hence arrays as bytes.
+ * Cost: one pass over every array.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <inttypes.h>
+#include <string.h>
+
+#include "runtime/model/model_layout.h"
+
+#define HAS(layout, name) ((layout)->data[THRUM_ARRAY_##name] != NULL)
+#define SIZE(layout, name) ((layout)->size[THRUM_SIZE_##name])
+
+static double get_f8(const unsigned char *data, int64_t i) {
+  double value;
+  memcpy(&value, data + 8 * i, 8);
+  return value;
+}
+
+static int32_t get_i4(const unsigned char *data, int64_t i) {
+  int32_t value;
+  memcpy(&value, data + 4 * i, 4);
+  return value;
+}
+
+// refuses arrays of a set that is neither whole nor absent
+static thrum_status check_together(const thrum_layout *layout, const int *arrays, int count,
+                                   const char *rule, thrum_error *error) {
+  int present = 0, absent = -1;
+  for (int i = 0; i < count; i++) {
+    if (layout->data[arrays[i]] != NULL)
+      present++;
+    else
+      absent = arrays[i];
+  }
+  if (present == 0 || present == count)
+    return THRUM_OK;
+  return thrum_error_set(error, THRUM_MISSING, "array '%s' is missing: %s",
+                         thrum_array_table[absent].name, rule);
+}
+
+static thrum_status check_version(const thrum_layout *layout, thrum_error *error) {
+  int32_t major = get_i4(layout->data[THRUM_ARRAY_format], 0);
+  int32_t minor = get_i4(layout->data[THRUM_ARRAY_format], 1);
+  if (major != THRUM_MODEL_FORMAT_MAJOR)
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "array 'format' says version %" PRId32 ".%" PRId32
+                           ", this program reads version %d",
+                           major, minor, THRUM_MODEL_FORMAT_MAJOR);
+  if (minor < 0)
+    return thrum_error_set(error, THRUM_BAD_VALUE, "array 'format' holds a negative version");
+  return THRUM_OK;
+}
+
+thrum_status thrum_layout_check_presence(const thrum_layout *layout, thrum_error *error) {
+  static const int mesh[] = {THRUM_ARRAY_vertices, THRUM_ARRAY_tets, THRUM_ARRAY_tet_region,
+                             THRUM_ARRAY_material, THRUM_ARRAY_fixed};
+  static const int groups[] = {THRUM_ARRAY_group_names, THRUM_ARRAY_group_ends,
+                               THRUM_ARRAY_group_vertices};
+  // another version may well lack what this one requires, so the version speaks first
+  if (HAS(layout, format)) {
+    thrum_status status = check_version(layout, error);
+    if (status != THRUM_OK)
+      return status;
+  }
+  for (int a = 0; a < THRUM_ARRAY_COUNT; a++)
+    if (thrum_array_table[a].required && layout->data[a] == NULL)
+      return thrum_error_set(error, THRUM_MISSING, "array '%s' is missing",
+                             thrum_array_table[a].name);
+  thrum_status status = check_together(
+      layout, mesh, 5, "vertices, tets, tet_region, material and fixed come together", error);
+  if (status == THRUM_OK)
+    status = check_together(layout, groups, 3,
+                            "group_names, group_ends and group_vertices come together", error);
+  if (status != THRUM_OK)
+    return status;
+  static const int on_mesh[] = {THRUM_ARRAY_basis, THRUM_ARRAY_group_ends, THRUM_ARRAY_rigid};
+  for (int i = 0; i < 3; i++)
+    if (layout->data[on_mesh[i]] != NULL && !HAS(layout, vertices))
+      return thrum_error_set(error, THRUM_MISSING, "array 'vertices' is missing: '%s' needs a mesh",
+                             thrum_array_table[on_mesh[i]].name);
+  return THRUM_OK;
+}
+
+// the product rows * columns * item must be a size of memory
+static int fits_memory(const thrum_layout *layout, int array) {
+  const thrum_array_info *info = &thrum_array_table[array];
+  uint64_t most = PTRDIFF_MAX / info->item;
+  uint64_t rows = (uint64_t)thrum_layout_extent(layout, info->rows);
+  uint64_t columns = (uint64_t)thrum_layout_extent(layout, info->columns);
+  return columns == 0 || rows <= most / columns;
+}
+
+// coefficients: one for every monomial of the rank
+static thrum_status check_rank(const thrum_layout *layout, thrum_error *error) {
+  int64_t rank = SIZE(layout, rank);
+  if (rank < 1 || rank > THRUM_RANK_MAX)
+    return thrum_error_set(error, THRUM_BAD_SHAPE,
+                           "array 'omega2' has %" PRId64 " entries; a rank is 1 to %d", rank,
+                           THRUM_RANK_MAX);
+  if (SIZE(layout, c3_count) != thrum_c3_count(rank))
+    return thrum_error_set(error, THRUM_BAD_SHAPE,
+                           "array 'c3' has %" PRId64 " entries; rank %" PRId64 " has %" PRId64,
+                           SIZE(layout, c3_count), rank, thrum_c3_count(rank));
+  if (SIZE(layout, c4_count) != thrum_c4_count(rank))
+    return thrum_error_set(error, THRUM_BAD_SHAPE,
+                           "array 'c4' has %" PRId64 " entries; rank %" PRId64 " has %" PRId64,
+                           SIZE(layout, c4_count), rank, thrum_c4_count(rank));
+  return THRUM_OK;
+}
+
+// what is absent has size 0, what is there has entries; indices are int32
+static thrum_status check_mesh_sizes(const thrum_layout *layout, thrum_error *error) {
+  static const int sizes[] = {THRUM_SIZE_vertex_count, THRUM_SIZE_tet_count,
+                              THRUM_SIZE_region_count};
+  static const char *const arrays[] = {"vertices", "tets", "material"};
+  for (int i = 0; i < 3; i++) {
+    int64_t size = layout->size[sizes[i]];
+    if (!HAS(layout, vertices) ? size != 0 : size < 1 || size > INT32_MAX / 3)
+      return thrum_error_set(
+          error, THRUM_BAD_SHAPE, "array '%s' %s %" PRId64 " rows; a mesh has 1 to %d, no mesh 0",
+          arrays[i], HAS(layout, vertices) ? "has" : "is absent, yet has", size, INT32_MAX / 3);
+  }
+  int64_t groups = SIZE(layout, group_count), members = SIZE(layout, group_vertex_count);
+  int64_t text = SIZE(layout, group_name_bytes);
+  if (!HAS(layout, group_ends) && (groups != 0 || members != 0 || text != 0))
+    return thrum_error_set(error, THRUM_BAD_SHAPE,
+                           "array 'group_ends' is absent, yet the group sizes are not 0");
+  if (groups > INT32_MAX || members > INT32_MAX)
+    return thrum_error_set(error, THRUM_BAD_SHAPE, "array 'group_vertices' is too long");
+  if (!HAS(layout, meta) && SIZE(layout, meta_bytes) != 0)
+    return thrum_error_set(error, THRUM_BAD_SHAPE,
+                           "array 'meta' is absent, yet meta_bytes is not 0");
+  return THRUM_OK;
+}
+
+thrum_status thrum_layout_check_sizes(const thrum_layout *layout, thrum_error *error) {
+  for (int s = 0; s < THRUM_SIZE_COUNT; s++)
+    if (layout->size[s] < 0)
+      return thrum_error_set(error, THRUM_BAD_SHAPE, "%s is negative", thrum_size_names[s]);
+  thrum_status status = check_rank(layout, error);
+  if (status == THRUM_OK)
+    status = check_mesh_sizes(layout, error);
+  if (status != THRUM_OK)
+    return status;
+  for (int a = 0; a < THRUM_ARRAY_COUNT; a++)
+    if (layout->data[a] != NULL && !fits_memory(layout, a))
+      return thrum_error_set(error, THRUM_BAD_SHAPE, "array '%s' is larger than any memory",
+                             thrum_array_table[a].name);
+  return THRUM_OK;
+}
+
+static thrum_status check_finite(const thrum_layout *layout, int array, thrum_error *error) {
+  const uint64_t exponent = UINT64_C(0x7FF0000000000000);
+  const unsigned char *data = layout->data[array];
+  int64_t count = (int64_t)(thrum_layout_bytes(layout, array) / 8);
+  for (int64_t i = 0; i < count; i++) {
+    uint64_t bits;
+    memcpy(&bits, data + 8 * i, 8);
+    if ((bits & exponent) == exponent)
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "array '%s' holds a value that is not finite (entry %" PRId64 ")",
+                             thrum_array_table[array].name, i);
+  }
+  return THRUM_OK;
+}
+
+static thrum_status check_omega2(const thrum_layout *layout, thrum_error *error) {
+  const unsigned char *omega2 = layout->data[THRUM_ARRAY_omega2];
+  if (get_f8(omega2, 0) < 0.0)
+    return thrum_error_set(error, THRUM_BAD_VALUE, "array 'omega2' holds a negative value");
+  for (int64_t i = 1; i < SIZE(layout, rank); i++)
+    if (get_f8(omega2, i) < get_f8(omega2, i - 1))
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "array 'omega2' is not in ascending order (entry %" PRId64 ")", i);
+  return THRUM_OK;
+}
+
+// every entry of an int32 array from 0 to limit - 1
+static thrum_status check_indices(const thrum_layout *layout, int array, int64_t limit,
+                                  thrum_error *error) {
+  int64_t count = (int64_t)(thrum_layout_bytes(layout, array) / 4);
+  for (int64_t i = 0; i < count; i++) {
+    int32_t value = get_i4(layout->data[array], i);
+    if (value < 0 || value >= limit)
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "array '%s' holds the index %" PRId32 " (entry %" PRId64
+                             "); 0 to %" PRId64 " are allowed",
+                             thrum_array_table[array].name, value, i, limit - 1);
+  }
+  return THRUM_OK;
+}
+
+static thrum_status check_material(const thrum_layout *layout, thrum_error *error) {
+  const unsigned char *material = layout->data[THRUM_ARRAY_material];
+  for (int64_t i = 0; i < SIZE(layout, region_count); i++) {
+    double young = get_f8(material, 3 * i), poisson = get_f8(material, 3 * i + 1);
+    double density = get_f8(material, 3 * i + 2);
+    if (!(young > 0.0 && poisson > -1.0 && poisson < 0.5 && density > 0.0))
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "array 'material' row %" PRId64 " (E %g, nu %g, density %g): E > 0, "
+                             "-1 < nu < 0.5 and density > 0 are needed",
+                             i, young, poisson, density);
+  }
+  return THRUM_OK;
+}
+
+static thrum_status check_mesh(const thrum_layout *layout, thrum_error *error) {
+  thrum_status status = check_indices(layout, THRUM_ARRAY_tets, SIZE(layout, vertex_count), error);
+  if (status == THRUM_OK)
+    status = check_indices(layout, THRUM_ARRAY_tet_region, SIZE(layout, region_count), error);
+  if (status == THRUM_OK)
+    status = check_material(layout, error);
+  if (status != THRUM_OK)
+    return status;
+  const unsigned char *fixed = layout->data[THRUM_ARRAY_fixed];
+  for (int64_t i = 0; i < SIZE(layout, vertex_count); i++)
+    if (fixed[i] > 7)
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "array 'fixed' holds %u (entry %" PRId64 "); 0 to 7 are allowed",
+                             (unsigned)fixed[i], i);
+  return THRUM_OK;
+}
+
+// exactly group_count names, none empty, each ended by one 0, no control characters
+static thrum_status check_group_names(const thrum_layout *layout, thrum_error *error) {
+  const unsigned char *text = layout->data[THRUM_ARRAY_group_names];
+  int64_t bytes = SIZE(layout, group_name_bytes), names = 0, start = 0;
+  for (int64_t i = 0; i < bytes; i++) {
+    if (text[i] == 0 && i == start)
+      return thrum_error_set(error, THRUM_BAD_VALUE, "array 'group_names' holds an empty name");
+    if (text[i] == 0) {
+      names++;
+      start = i + 1;
+    } else if (text[i] < 0x20 || text[i] == 0x7F) {
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "array 'group_names' holds a control character");
+    }
+  }
+  if (start != bytes || names != SIZE(layout, group_count))
+    return thrum_error_set(error, THRUM_BAD_VALUE,
+                           "array 'group_names' holds %" PRId64 " names ended by 0, 'group_ends' "
+                           "asks for %" PRId64,
+                           names, SIZE(layout, group_count));
+  return THRUM_OK;
+}
+
+// runs that are not empty and fill group_vertices, vertices ascending in each
+static thrum_status check_groups(const thrum_layout *layout, thrum_error *error) {
+  const unsigned char *ends = layout->data[THRUM_ARRAY_group_ends];
+  const unsigned char *vertices = layout->data[THRUM_ARRAY_group_vertices];
+  int64_t begin = 0, total = SIZE(layout, group_vertex_count);
+  for (int64_t g = 0; g < SIZE(layout, group_count); g++) {
+    int64_t end = get_i4(ends, g);
+    if (end <= begin || end > total)
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "array 'group_ends' entry %" PRId64 " is %" PRId64 "; above %" PRId64
+                             " and at most %" PRId64 " is needed",
+                             g, end, begin, total);
+    for (int64_t i = begin + 1; i < end; i++)
+      if (get_i4(vertices, i) <= get_i4(vertices, i - 1))
+        return thrum_error_set(error, THRUM_BAD_VALUE,
+                               "array 'group_vertices' is not ascending within a group "
+                               "(entry %" PRId64 ")",
+                               i);
+    begin = end;
+  }
+  if (begin != total)
+    return thrum_error_set(error, THRUM_BAD_VALUE,
+                           "array 'group_ends' ends at %" PRId64 ", 'group_vertices' has %" PRId64,
+                           begin, total);
+  thrum_status status =
+      check_indices(layout, THRUM_ARRAY_group_vertices, SIZE(layout, vertex_count), error);
+  return status == THRUM_OK ? check_group_names(layout, error) : status;
+}
+
+thrum_status thrum_layout_check_values(const thrum_layout *layout, thrum_error *error) {
+  for (int a = 0; a < THRUM_ARRAY_COUNT; a++) {
+    if (layout->data[a] == NULL || thrum_array_table[a].descr[1] != 'f')
+      continue;
+    thrum_status status = check_finite(layout, a, error);
+    if (status != THRUM_OK)
+      return status;
+  }
+  thrum_status status = check_omega2(layout, error);
+  if (status == THRUM_OK && HAS(layout, vertices))
+    status = check_mesh(layout, error);
+  if (status == THRUM_OK && HAS(layout, group_ends))
+    status = check_groups(layout, error);
+  return status;
+}

@@ -1,0 +1,121 @@
+/* A model at a lower rank (thrum/model.h): V with the highest coordinates held at zero.
+ *
+ * In block order what stays of each row is a run of every k, so the coefficients are copied run by
+ * run, none is computed. Cost: one pass over what stays.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <string.h>
+
+#include "runtime/model/model_layout.h"
+#include "runtime/polynomial/packed.h"
+#include "runtime/polynomial/polynomial_private.h"
+
+/* The arrays that a lower rank has anew, in doubles. */
+typedef struct parts {
+  size_t omega2, c3, c4, axis_mass, basis;
+} parts;
+
+static parts parts_of(const thrum_model *model, int64_t rank) {
+  const parts p = {(size_t)rank, (size_t)thrum_c3_count(rank), (size_t)thrum_c4_count(rank),
+                   model->axis_mass ? 3 * (size_t)rank : 0,
+                   model->basis ? 3 * (size_t)model->vertex_count * (size_t)rank : 0};
+  return p;
+}
+
+thrum_status thrum_model_truncate_size(const thrum_model *model, int64_t rank, size_t *size,
+                                       thrum_error *error) {
+  if (!model || !size || !model->omega2 || !model->c3 || !model->c4)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "the model or size is NULL, or the model has no omega2, c3 or c4");
+  if (rank < 1 || rank > model->rank)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "rank %lld is asked for; the model has 1 to %lld", (long long)rank,
+                           (long long)model->rank);
+  const parts p = parts_of(model, rank);
+  *size = thrum_round_up(sizeof(thrum_model)) + thrum_round_up(p.omega2 * sizeof(double)) +
+          thrum_round_up(p.c3 * sizeof(double)) + thrum_round_up(p.c4 * sizeof(double)) +
+          thrum_round_up(p.axis_mass * sizeof(double)) + thrum_round_up(p.basis * sizeof(double)) +
+          (size_t)thrum_pack_all(rank) * sizeof(double);
+  return THRUM_OK;
+}
+
+/* The coefficients whose indices all lie below `rank`. */
+static void copy_c3(const thrum_model *model, int64_t rank, double *to) {
+  const double *from = model->c3;
+  for (int64_t j = 0; j < rank; j++)
+    for (int64_t i = 0; i <= j; i++) {
+      memcpy(to, from, (size_t)(rank - j) * sizeof *to);
+      to += rank - j;
+      from += model->rank - j;
+    }
+}
+
+static void copy_c4(const thrum_model *model, int64_t rank, double *to) {
+  const double *from = model->c4;
+  for (int64_t j = 0; j < rank; j++)
+    for (int64_t i = 0; i <= j; i++) {
+      const double *run = from;
+      for (int64_t k = j; k < rank; k++) {
+        memcpy(to, run, (size_t)(rank - k) * sizeof *to);
+        to += rank - k;
+        run += model->rank - k;
+      }
+      from += thrum_pair_count(model->rank - j);
+    }
+}
+
+/* The first `rank` columns of a matrix. */
+static void copy_columns(int64_t rows, int64_t columns, int64_t rank, const double *from,
+                         double *to) {
+  for (int64_t n = 0; n < rows; n++)
+    memcpy(to + n * rank, from + n * columns, (size_t)rank * sizeof *to);
+}
+
+static double *cut(unsigned char **memory, size_t doubles) {
+  double *part = (double *)(void *)*memory;
+  *memory += thrum_round_up(doubles * sizeof(double));
+  return part;
+}
+
+thrum_status thrum_model_truncate(void *memory, size_t memory_size, const thrum_model *model,
+                                  int64_t rank, const thrum_model **truncated, thrum_error *error) {
+  size_t size = 0;
+  const thrum_status status = thrum_model_truncate_size(model, rank, &size, error);
+  if (status != THRUM_OK)
+    return status;
+  if (!memory || !truncated)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "memory or truncated is NULL");
+  if ((uintptr_t)memory % THRUM_ALIGNMENT != 0)
+    return thrum_error_set(error, THRUM_MISALIGNED,
+                           "the memory of a model must be aligned to 64 bytes");
+  if (memory_size < size)
+    return thrum_error_set(error, THRUM_BUFFER_TOO_SMALL,
+                           "the memory has %zu bytes, this model needs %zu", memory_size, size);
+  const parts p = parts_of(model, rank);
+  thrum_model lower = *model;
+  unsigned char *at = (unsigned char *)memory + thrum_round_up(sizeof lower);
+  double *omega2 = cut(&at, p.omega2), *c3 = cut(&at, p.c3), *c4 = cut(&at, p.c4);
+  double *axis_mass = cut(&at, p.axis_mass), *basis = cut(&at, p.basis);
+  memcpy(omega2, model->omega2, p.omega2 * sizeof *omega2);
+  copy_c3(model, rank, c3);
+  copy_c4(model, rank, c4);
+  if (model->axis_mass)
+    copy_columns(3, model->rank, rank, model->axis_mass, axis_mass);
+  if (model->basis)
+    copy_columns(3 * model->vertex_count, model->rank, rank, model->basis, basis);
+  lower.rank = rank;
+  lower.c3_count = (int64_t)p.c3;
+  lower.c4_count = (int64_t)p.c4;
+  lower.omega2 = omega2;
+  lower.c3 = c3;
+  lower.c4 = c4;
+  lower.axis_mass = model->axis_mass ? axis_mass : NULL;
+  lower.basis = model->basis ? basis : NULL;
+  const thrum_status packed =
+      thrum_model_pack(&lower, at, size - (size_t)(at - (unsigned char *)memory), error);
+  if (packed != THRUM_OK)
+    return packed;
+  memcpy(memory, &lower, sizeof lower);
+  *truncated = memory;
+  return THRUM_OK;
+}

@@ -1,0 +1,65 @@
+/* Passes over the coefficients for several states of one model at once: each coefficient is loaded
+ * once and meets all of them. Private to runtime/.
+ *
+ * A vector holds one number of each state: entry i of an array of a crowd is the `lanes` doubles at
+ * [i * lanes]. Each state gets the operations of runtime/polynomial/kernel_private.h in the same order, so the same
+ * bits as alone.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_RUNTIME_POLYNOMIAL_BATCH_KERNEL_H
+#define THRUM_RUNTIME_POLYNOMIAL_BATCH_KERNEL_H
+
+#include "runtime/polynomial/packed.h"
+#include "runtime/polynomial/polynomial_private.h"
+
+#define THRUM_CROWD_LANES_MAX 8
+
+/* Columns of the packed coefficients, whole vectors and one to spare. */
+static inline int64_t thrum_crowd_columns(int64_t rank) {
+  return thrum_padded(thrum_pack_first(rank));
+}
+
+/* Doubles of scratch of any pass, for each state. */
+static inline int64_t thrum_crowd_work(int64_t rank) {
+  return 4 * thrum_crowd_columns(rank) + 20 * (rank + 1) + rank * rank;
+}
+
+/* All arrays are aligned to 64, and the model is packed. `work` may have any content and overlaps
+ * no other argument. */
+typedef struct thrum_crowd_kernel {
+  int64_t lanes; /* states */
+
+  /* thrum_force_part: R(q) into force (the first `split`), V(q) into energy (1). */
+  void (*force_part)(const thrum_model *model, int64_t split, const double *q, double *force,
+                     double *energy, double *work);
+
+  /* thrum_tangent_vector_part: into product (the first `split`). */
+  void (*tangent_vector_part)(const thrum_model *model, int64_t split, const double *q,
+                              const double *v, double *product, double *work);
+
+  /* thrum_polynomial_restrict: into restricted (thrum_restricted_count). */
+  void (*restrict_to)(const thrum_model *model, int64_t split, const double *q, double *restricted,
+                      double *work);
+
+  /* thrum_restricted_gradient: into gradient (n) and value (1). */
+  void (*restricted_gradient)(const thrum_model *model, int64_t split, const double *restricted,
+                              const double *q_high, double *gradient, double *value, double *work);
+
+  /* thrum_restricted_hessian: into hessian (n x n). */
+  void (*restricted_hessian)(const thrum_model *model, int64_t split, const double *restricted,
+                             const double *q_high, double *hessian, double *work);
+
+  /* Has so many bytes come nearer to the processor. Here, because a compiler leaves out calls that
+   * it sees do no more. */
+  void (*ask_for)(const double *from, size_t bytes);
+} thrum_crowd_kernel;
+
+/* The one that goes with a kernel of single states, NULL when it has none. */
+const thrum_crowd_kernel *thrum_crowd_kernel_of(thrum_kernel_id id);
+
+#ifdef THRUM_KERNEL_HAS_X86
+extern const thrum_crowd_kernel thrum_crowd_kernel_avx2;
+extern const thrum_crowd_kernel thrum_crowd_kernel_avx512;
+#endif
+
+#endif

@@ -1,0 +1,220 @@
+/* Blocks of packed coefficients (runtime/polynomial/packed.h) with what they meet of several states, for a file
+ * that has defined what runtime/polynomial/batch_passes.inl asks for.
+ *
+ * Rows are taken ROWS at a time, so that what a column has of the states is loaded once for them;
+ * columns two residues mod 8 at a time, those whose partial sums are added first, so that the sums
+ * of all the rows stay in registers.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "runtime/polynomial/batch_kernel.h"
+#include "runtime/polynomial/packed.h"
+
+#define EACH_COLUMN(X) X(0) X(1) X(2) X(3) X(4) X(5) X(6) X(7)
+
+/* Packed coefficients from `at` on, in one of two precisions. */
+typedef struct packed {
+  const double *d;
+  const float *f;
+} packed;
+
+INLINE packed packed_at(const packed *b, int64_t at) {
+  const packed here = {b->d ? b->d + at : NULL, b->f ? b->f + at : NULL};
+  return here;
+}
+
+/* The same, of which nothing is known: what was loaded from one is loaded again from the other. */
+INLINE packed packed_again(const packed *b) {
+  const packed here = {vs_again(b->d), b->f};
+  return here;
+}
+
+INLINE vs packed_one(bool single, const packed *b, int64_t at) {
+  return single ? vs_set1_single(b->f + at) : vs_set1(b->d[at]);
+}
+
+/* What is done to the rows of a block. */
+typedef enum work_on {
+  WORK_SUMS,   /* y */
+  WORK_STARTS, /* w, in place of what is there */
+  WORK_ADDS,   /* w */
+  WORK_BOTH,   /* y and w */
+  WORK_OVER,   /* both, w in place of what is there, from the own row on */
+  WORK_OWN     /* both, and the row before them is every state's own */
+} work_on;
+
+/* A block of rows and what they meet: `whole` vectors of columns, of which those from `begin` to
+ * before `vectors` are wanted, and of `all` rows those from `first` to before `rows`. x = scale z;
+ * z and y by row, m and w by column. The vectors before the `plain`-th give y alone. */
+typedef struct crowd_block {
+  packed b;
+  int64_t whole, begin, vectors, plain, all, first, rows;
+  vs scale; /* x of the own row */
+  const double *m, *z;
+  double *w, *y;
+  const double *own; /* row */
+  double *own_y;
+} crowd_block;
+
+/* Rows that are taken at once, and what they meet: in here, since stores could change a block. */
+typedef struct tile {
+  packed b, again; /* the same coefficients, seen so that each use may load its own */
+  int64_t stride;  /* from one vector of columns to the next */
+  int64_t begin, plain, vectors;
+  const double *m, *own;
+  double *w;
+  vs x[ROWS], own_x;
+} tile;
+
+/* One column of all rows, the one at `column` of m and w; sums of the own row behind the others. */
+INLINE void tile_column(bool single, work_on what, int rows, const tile *t, int64_t at,
+                        int64_t column, vs *sum) {
+  const bool starts = what == WORK_STARTS, sums = what != WORK_ADDS && !starts;
+  const bool adds = what != WORK_SUMS;
+  const vs m_c = sums ? vs_keep(vs_load(t->m + column)) : vs_zero();
+  const double *before = what == WORK_OVER ? t->own : t->w;
+  vs w_c = adds && !starts ? vs_load(before + column) : vs_zero();
+  if (what == WORK_OWN) {
+    const vs b_c = vs_load(t->own + column);
+    sum[rows] = vs_add(sum[rows], vs_mul(b_c, m_c));
+    w_c = vs_add(w_c, vs_mul(t->own_x, b_c));
+  }
+  for (int r = 0; r < rows; r++) {
+    if (sums)
+      sum[r] = vs_add(sum[r], vs_mul(packed_one(single, &t->b, at + 8 * r), m_c));
+    if (adds)
+      w_c = vs_add(w_c, vs_mul(t->x[r], packed_one(single, &t->again, at + 8 * r)));
+  }
+  if (adds)
+    vs_store(t->w + column, w_c);
+}
+
+/* Columns p and p + 4 of every vector; the sum of the rows' two partial sums. */
+INLINE void tile_pair(bool single, work_on what, int rows, const tile *t, int64_t p, vs *sum) {
+  vs low[ROWS + 1], high[ROWS + 1];
+  for (int r = 0; r < ROWS + 1; r++)
+    low[r] = high[r] = vs_zero();
+  int64_t v = t->begin, at = p + v * t->stride, column = (p + 8 * v) * LANES;
+  if (what == WORK_BOTH)
+    for (; v < t->plain; v++, at += t->stride, column += 8 * LANES) {
+      tile_column(single, WORK_SUMS, rows, t, at, column, low);
+      tile_column(single, WORK_SUMS, rows, t, at + 4, column + 4 * LANES, high);
+    }
+  for (; v < t->vectors; v++, at += t->stride, column += 8 * LANES) {
+    tile_column(single, what, rows, t, at, column, low);
+    tile_column(single, what, rows, t, at + 4, column + 4 * LANES, high);
+  }
+  for (int r = 0; r < ROWS + 1; r++)
+    sum[r] = vs_add(low[r], high[r]);
+}
+
+INLINE void tile_work(bool single, work_on what, int rows, const packed *b, int64_t size,
+                      const crowd_block *k, int64_t row) {
+  const bool sums = what != WORK_ADDS && what != WORK_STARTS;
+  tile t = {.b = *b, .again = packed_again(b), .stride = 8 * size, .own_x = k->scale};
+  t.begin = k->begin;
+  t.plain = k->plain;
+  t.vectors = k->vectors;
+  t.m = k->m;
+  t.w = k->w;
+  t.own = k->own;
+  for (int r = 0; r < rows && what != WORK_SUMS; r++)
+    t.x[r] = vs_mul(k->scale, vs_load(k->z + (row + r) * LANES));
+  vs part[4][ROWS + 1];
+  for (int64_t p = 0; p < 4; p++)
+    tile_pair(single, what, rows, &t, p, part[p]);
+#define TOTAL(r) vs_add(vs_add(part[0][r], part[2][r]), vs_add(part[1][r], part[3][r]))
+  for (int r = 0; r < rows && sums; r++)
+    vs_store(k->y + (row + r) * LANES, TOTAL(r));
+  if (what == WORK_OWN)
+    vs_store(k->own_y, TOTAL(rows));
+#undef TOTAL
+}
+
+/* What is done to the first rows of a block may not be what is done to the others. */
+INLINE void block_rows(bool single, work_on begins, int64_t most, work_on what,
+                       const crowd_block *k) {
+  int64_t row = k->first, count;
+  for (; row < k->rows; row += count) {
+    const int64_t first = row / THRUM_PACK_ROWS * THRUM_PACK_ROWS;
+    const int64_t size = thrum_pack_size(k->all, first);
+    const int64_t end = first + size < k->rows ? first + size : k->rows;
+    const packed here = packed_at(&k->b, 8 * (first * k->whole + (row - first)));
+    const bool begin = begins != what && row == k->first;
+    const int64_t limit = begin ? most : ROWS;
+    count = end - row < limit ? end - row : limit;
+    switch (count) {
+#define X(r)                                                                                       \
+  case r + 1:                                                                                      \
+    if (r < most && begin)                                                                         \
+      tile_work(single, begins, r + 1, &here, size, k, row);                                       \
+    else if (r < ROWS)                                                                             \
+      tile_work(single, what, r + 1, &here, size, k, row);                                         \
+    break;
+      EACH_COLUMN(X)
+#undef X
+    }
+  }
+}
+
+#define BLOCK_PASS(name, begins, most, what)                                                       \
+  PASS void name(const crowd_block *k) {                                                           \
+    if (k->b.f)                                                                                    \
+      block_rows(true, begins, most, what, k);                                                     \
+    else                                                                                           \
+      block_rows(false, begins, most, what, k);                                                    \
+  }
+
+BLOCK_PASS(block_sums, WORK_SUMS, ROWS, WORK_SUMS)
+BLOCK_PASS(block_adds, WORK_STARTS, ROWS, WORK_ADDS)
+BLOCK_PASS(block_both, WORK_BOTH, ROWS, WORK_BOTH)
+BLOCK_PASS(block_over, WORK_OVER, ROWS, WORK_BOTH)
+BLOCK_PASS(block_own, WORK_OWN, ROWS_FEW, WORK_BOTH)
+
+/* A row of a block: vector v at v `stride`. */
+typedef struct block_row {
+  packed b;
+  int64_t stride;
+} block_row;
+
+/* Of block c of `all` rows; t is the row's number in it. */
+INLINE block_row row_of(const packed *b, int64_t c, int64_t all, int64_t t) {
+  const int64_t first = t / THRUM_PACK_ROWS * THRUM_PACK_ROWS;
+  const block_row row = {packed_at(b, 8 * (first * thrum_pack_vectors(c) + (t - first))),
+                         8 * thrum_pack_size(all, first)};
+  return row;
+}
+
+/* list = l + sum_c z_c (row c) over so many blocks, in the columns of the last one; w += z_c l for
+ * the last c. */
+INLINE void list_rows(bool single, int64_t count, const block_row *rows, const double *z,
+                      const double *l, double *list, double *w) {
+  const vs last = vs_load(z + (count - 1) * LANES);
+  int64_t begin = 0;
+  for (int64_t v = 0; v < thrum_pack_vectors(count - 1); v++) {
+    while (thrum_pack_vectors(begin) <= v)
+      begin++;
+    vs sum[8];
+    for (int k = 0; k < 8; k++)
+      sum[k] = vs_zero();
+    for (int64_t c = begin; c < count; c++) {
+      const vs z_c = vs_keep(vs_load(z + c * LANES));
+      for (int k = 0; k < 8; k++)
+        sum[k] =
+            vs_add(sum[k], vs_mul(packed_one(single, &rows[c].b, v * rows[c].stride + k), z_c));
+    }
+    for (int k = 0; k < 8; k++) {
+      const int64_t column = (8 * v + k) * LANES;
+      const vs l_k = vs_load(l + column);
+      vs_store(list + column, vs_add(sum[k], l_k));
+      vs_store(w + column, vs_add(vs_load(w + column), vs_mul(last, l_k)));
+    }
+  }
+}
+
+PASS void list_of(int64_t count, const block_row *rows, const double *z, const double *l,
+                  double *list, double *w) {
+  if (rows[0].b.f)
+    list_rows(true, count, rows, z, l, list, w);
+  else
+    list_rows(false, count, rows, z, l, list, w);
+}

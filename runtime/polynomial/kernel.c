@@ -1,0 +1,58 @@
+/* The choice among the kernels that this build and this machine have (runtime/polynomial/kernel_private.h). Nothing
+ * is kept: asking the processor costs a load and a test.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "runtime/polynomial/kernel_private.h"
+
+static const thrum_kernel *usable(int32_t id) {
+  switch (id) {
+  case THRUM_KERNEL_REFERENCE:
+    return &thrum_kernel_reference;
+#ifdef THRUM_KERNEL_HAS_X86
+  // both ask for the operating system's support as well
+  case THRUM_KERNEL_AVX2:
+    return __builtin_cpu_supports("avx2") ? &thrum_kernel_avx2 : NULL;
+  case THRUM_KERNEL_AVX512:
+    return __builtin_cpu_supports("avx512f") ? &thrum_kernel_avx512 : NULL;
+#endif
+#ifdef THRUM_KERNEL_HAS_ARM
+  case THRUM_KERNEL_NEON:
+    return &thrum_kernel_neon;
+#endif
+#ifdef THRUM_KERNEL_HAS_WASM
+  case THRUM_KERNEL_WASM:
+    return &thrum_kernel_wasm;
+#endif
+  default:
+    return NULL;
+  }
+}
+
+const thrum_kernel *thrum_kernel_get(int32_t id) {
+  static const int32_t fastest_first[] = {THRUM_KERNEL_AVX512, THRUM_KERNEL_AVX2, THRUM_KERNEL_NEON,
+                                          THRUM_KERNEL_WASM};
+  const thrum_kernel *found = usable(id);
+  for (size_t n = 0; !found && n < sizeof fastest_first / sizeof fastest_first[0]; n++)
+    found = usable(fastest_first[n]);
+  return found ? found : &thrum_kernel_reference;
+}
+
+bool thrum_kernel_usable(thrum_kernel_id id) {
+  return id == THRUM_KERNEL_BEST || usable((int32_t)id) != NULL;
+}
+
+thrum_kernel_id thrum_kernel_chosen(thrum_kernel_id id) {
+  return thrum_kernel_get((int32_t)id)->id;
+}
+
+const char *thrum_kernel_name(thrum_kernel_id id) {
+  switch ((int)id) {
+#define X(name, value, text)                                                                       \
+  case value:                                                                                      \
+    return text;
+    THRUM_KERNEL_LIST(X)
+#undef X
+  default:
+    return NULL;
+  }
+}

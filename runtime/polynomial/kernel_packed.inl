@@ -1,0 +1,422 @@
+/* Blocks of packed coefficients (runtime/polynomial/packed.h) with what they meet, over vectors of 8 lanes, for
+ * a file that has included runtime/polynomial/kernel_lanes.h.
+ *
+ * Rows are kept from d = n-1 down ("reversed" vectors), or, of the mirrored order, from c up;
+ * columns from -1 up ("lifted" vectors, entry 0 is 1). Coefficients are read in the order in which
+ * they lie.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "runtime/polynomial/kernel_private.h"
+#include "runtime/polynomial/packed.h"
+
+/* Packed coefficients, in one of two precisions. */
+typedef struct coefficients {
+  const double *d;
+  const float *f;
+} coefficients;
+
+/* One point that a block is evaluated at: monomials m of columns with results w, numbers x of rows
+ * with results y. */
+typedef struct point {
+  const double *m, *x;
+  double *w, *y;
+} point;
+
+/* A block of packed rows: `whole` vectors of columns, of which the first `vectors` are wanted, and
+ * of `all` rows those from `first` to before `rows`. The first `plain` vectors give sums alone, at
+ * the first point. */
+typedef struct packed_block {
+  coefficients b;
+  int64_t at, whole, vectors, plain, all, first, rows;
+} packed_block;
+
+/* One more row of a block, with its x and y. */
+typedef struct own_row {
+  const double *b;
+  double x;
+  double *y;
+} own_row;
+
+/* Lists that rows are added to, times q: by row. */
+typedef struct row_lists {
+  double q;
+  double *const *list;
+} row_lists;
+
+INLINE v8x8 rows_zero8(void) {
+  v8x8 s;
+#define X(k) s.r[k] = v8_zero();
+  EACH_8(X)
+#undef X
+  return s;
+}
+
+INLINE v8x8 rows_set8(int rows, const double *x) {
+  v8x8 s = rows_zero8();
+#define X(k)                                                                                       \
+  if (k < rows)                                                                                    \
+    s.r[k] = v8_set1(x[k]);
+  EACH_8(X)
+#undef X
+  return s;
+}
+
+/* Packed coefficients come in order. Where `ahead` is set, what is needed so many numbers later is
+ * asked for now: measured, that pays where much is done with each number and costs where little is,
+ * but for short runs, of few rows of large blocks, where it would give 5 to 10 %. */
+#define AHEAD 128
+
+INLINE v8 coefficient(bool single, bool ahead, const coefficients *b, int64_t at) {
+  if (single) {
+    if (ahead)
+      v8_prefetch(b->f + at + 2 * AHEAD);
+    return v8_load_single(b->f + at);
+  }
+  if (ahead)
+    v8_prefetch(b->d + at + AHEAD);
+  return v8_load(b->d + at);
+}
+
+/* What is done to the rows of a block. */
+typedef enum work_on {
+  WORK_SUMS,  /* y of one point */
+  WORK_ADDS,  /* w of one point */
+  WORK_BOTH,  /* both */
+  WORK_OWN,   /* the same, with a row of one's own before the first */
+  WORK_LISTS, /* y and w, and lists */
+  WORK_TWICE  /* y and w of two points */
+} work_on;
+
+/* One vector of columns of each row into the rows' sums. */
+INLINE void sum_rows(bool single, bool ahead, int rows, const coefficients *b, int64_t at, v8 m,
+                     v8x8 *sum) {
+#define X(k)                                                                                       \
+  if (k < rows)                                                                                    \
+    sum->r[k] = v8_add(sum->r[k], v8_mul(coefficient(single, ahead, b, at + 8 * k), m));
+  EACH_8(X)
+#undef X
+}
+
+/* `rows` rows of a group of `size`, the first at `at`, at one point: sums into y[0..rows-1],
+ * w += B^T x, lists += q times the row. */
+INLINE void group_rows(bool single, work_on what, int rows, const packed_block *k, int64_t at,
+                       int64_t size, const double *m, const double *x, double *w, double *y,
+                       const row_lists *l, const own_row *own) {
+  const bool sums = what != WORK_ADDS, adds = what != WORK_SUMS;
+  v8x8 sum = rows_zero8();
+  v8 own_sum = v8_zero();
+  const v8x8 factor = adds ? rows_set8(rows, x) : sum;
+  const v8 q = l ? v8_set1(l->q) : v8_zero(), own_x = own ? v8_set1(own->x) : v8_zero();
+  const coefficients *b = &k->b;
+  int64_t v = 0;
+  if (what == WORK_BOTH)
+    for (; v < 8 * k->plain; v += 8, at += 8 * size)
+      sum_rows(single, false, rows, b, at, v8_load(m + v), &sum);
+  for (; v < 8 * k->vectors; v += 8, at += 8 * size) {
+    const v8 m_v = sums ? v8_load(m + v) : v8_zero();
+    v8 w_v = adds ? v8_load(w + v) : v8_zero();
+    if (own) {
+      const v8 part = v8_load(own->b + v);
+      own_sum = v8_add(own_sum, v8_mul(part, m_v));
+      w_v = v8_add(w_v, v8_mul(own_x, part));
+    }
+#define X(k)                                                                                       \
+  if (k < rows) {                                                                                  \
+    const v8 part = coefficient(single, l != NULL, b, at + 8 * k);                                 \
+    if (sums)                                                                                      \
+      sum.r[k] = v8_add(sum.r[k], v8_mul(part, m_v));                                              \
+    if (adds)                                                                                      \
+      w_v = v8_add(w_v, v8_mul(factor.r[k], part));                                                \
+    if (l)                                                                                         \
+      v8_store(l->list[k] + v, v8_add(v8_load(l->list[k] + v), v8_mul(q, part)));                  \
+  }
+    EACH_8(X)
+#undef X
+    if (adds)
+      v8_store(w + v, w_v);
+  }
+  if (own)
+    *own->y = v8_sum(own_sum);
+  if (sums)
+    v8_store_sums(rows, y, &sum);
+}
+
+/* The same at two points. */
+INLINE void group_rows_twice(bool single, int rows, const packed_block *k, int64_t at, int64_t size,
+                             int64_t row, const point p[2]) {
+  v8x8 sum = rows_zero8(), sum2 = rows_zero8();
+  const v8x8 factor = rows_set8(rows, p[0].x + row), factor2 = rows_set8(rows, p[1].x + row);
+  const coefficients *b = &k->b;
+  int64_t v = 0;
+  for (; v < 8 * k->plain; v += 8, at += 8 * size)
+    sum_rows(single, true, rows, b, at, v8_load(p[0].m + v), &sum);
+  for (; v < 8 * k->vectors; v += 8, at += 8 * size) {
+    const v8 m = v8_load(p[0].m + v), m2 = v8_load(p[1].m + v);
+    v8 w = v8_load(p[0].w + v), w2 = v8_load(p[1].w + v);
+#define X(k)                                                                                       \
+  if (k < rows) {                                                                                  \
+    const v8 part = coefficient(single, true, b, at + 8 * k);                                      \
+    sum.r[k] = v8_add(sum.r[k], v8_mul(part, m));                                                  \
+    w = v8_add(w, v8_mul(factor.r[k], part));                                                      \
+    sum2.r[k] = v8_add(sum2.r[k], v8_mul(part, m2));                                               \
+    w2 = v8_add(w2, v8_mul(factor2.r[k], part));                                                   \
+  }
+    EACH_8(X)
+#undef X
+    v8_store(p[0].w + v, w);
+    v8_store(p[1].w + v, w2);
+  }
+  v8_store_sums(rows, p[0].y + row, &sum);
+  v8_store_sums(rows, p[1].y + row, &sum2);
+}
+
+INLINE void group_work(bool single, work_on what, int rows, const packed_block *b, int64_t at,
+                       int64_t size, int64_t row, const point *p, const row_lists *l,
+                       const own_row *own) {
+  if (what == WORK_TWICE) {
+    group_rows_twice(single, rows, b, at, size, row, p);
+    return;
+  }
+  row_lists here = {0, NULL};
+  if (what == WORK_LISTS)
+    here = (row_lists){l->q, l->list + row};
+  const double *x = what == WORK_SUMS ? NULL : p->x + row;
+  double *y = what == WORK_ADDS ? NULL : p->y + row;
+  if (what == WORK_OWN && row == 0)
+    group_rows(single, what, rows, b, at, size, p->m, x, p->w, y, NULL, own);
+  else
+    group_rows(single, what, rows, b, at, size, p->m, x, p->w, y, what == WORK_LISTS ? &here : NULL,
+               NULL);
+}
+
+/* All wanted rows of a block, in whole registers' worth; behind the last, y is zero up to a
+ * multiple of 8 (a group's rows come in order, so what the sums of one spill the next overwrites).
+ */
+INLINE void block_work(bool single, work_on what, const packed_block *b, const point *p,
+                       const row_lists *l, const own_row *own) {
+  const int64_t most = what == WORK_TWICE || what == WORK_LISTS ? ROWS_FEW : ROWS_MANY;
+  for (int64_t first = b->first / THRUM_PACK_ROWS * THRUM_PACK_ROWS; first < b->rows;
+       first += THRUM_PACK_ROWS) {
+    const int64_t size = thrum_pack_size(b->all, first);
+    const int64_t wanted = size < b->rows - first ? size : b->rows - first;
+    const int64_t begin = b->at + 8 * first * b->whole;
+    for (int64_t r = b->first > first ? b->first - first : 0; r < wanted; r += most) {
+      const int64_t at = begin + 8 * r, row = first + r;
+      switch (wanted - r < most ? wanted - r : most) {
+#define X(k)                                                                                       \
+  case k + 1:                                                                                      \
+    if (k < most)                                                                                  \
+      group_work(single, what, k + 1, b, at, size, row, p, l, own);                                \
+    break;
+        EACH_8(X)
+#undef X
+      default:
+        break;
+      }
+    }
+  }
+}
+
+#define BLOCK_PASS(name, what)                                                                     \
+  PASS void name##_double(const packed_block *b, const point *p, const row_lists *l,               \
+                          const own_row *own) {                                                    \
+    block_work(false, what, b, p, l, own);                                                         \
+  }                                                                                                \
+  PASS void name##_single(const packed_block *b, const point *p, const row_lists *l,               \
+                          const own_row *own) {                                                    \
+    block_work(true, what, b, p, l, own);                                                          \
+  }                                                                                                \
+  INLINE void name(const packed_block *b, const point *p, const row_lists *l,                      \
+                   const own_row *own) {                                                           \
+    if (b->b.f)                                                                                    \
+      name##_single(b, p, l, own);                                                                 \
+    else                                                                                           \
+      name##_double(b, p, l, own);                                                                 \
+  }
+
+BLOCK_PASS(packed_sums, WORK_SUMS)
+BLOCK_PASS(packed_adds, WORK_ADDS)
+BLOCK_PASS(packed_both, WORK_BOTH)
+BLOCK_PASS(packed_own, WORK_OWN)
+BLOCK_PASS(packed_lists, WORK_LISTS)
+BLOCK_PASS(packed_twice, WORK_TWICE)
+
+INLINE packed_block packed_first(const thrum_model *model) {
+  const int64_t vectors = thrum_pack_vectors(0);
+  const packed_block b = {.b = {model->packed, model->packed_single},
+                          .whole = vectors,
+                          .vectors = vectors,
+                          .all = model->rank,
+                          .rows = model->rank};
+  return b;
+}
+
+INLINE packed_block packed_mirrored(const thrum_model *model) {
+  packed_block b = packed_first(model);
+  b.at = model->packed_count;
+  return b;
+}
+
+/* On to block c, all of whose rows are wanted. */
+INLINE void packed_next(int64_t n, int64_t c, packed_block *b) {
+  b->at += 8 * b->all * b->whole;
+  b->first = 0;
+  b->whole = b->vectors = thrum_pack_vectors(c);
+  b->all = b->rows = n - c;
+}
+
+/* Arrays of a pass, cut from its scratch. */
+typedef struct pack_scratch {
+  double *vectors[2][THRUM_PACK_VECTORS]; /* n + 1 numbers, whole lanes and a vector to spare */
+  double *columns[2][THRUM_PACK_COLUMNS]; /* by column */
+  double *blocks[2];                      /* lanes, 8 by block */
+  double *lanes;                          /* 8 by run */
+  double *more;                           /* of the tangent */
+} pack_scratch;
+
+INLINE pack_scratch pack_cut(int64_t n, double *work) {
+  const int64_t vector = thrum_padded(n + 1), columns = thrum_padded(thrum_pack_first(n));
+  pack_scratch s;
+  s.lanes = work;
+  work += 8 * vector;
+  // what a pass at one point needs comes first
+  for (int which = 0; which < 2; which++) {
+    for (int64_t k = 0; k < THRUM_PACK_VECTORS; k++, work += vector)
+      s.vectors[which][k] = work;
+    for (int64_t k = 0; k < THRUM_PACK_COLUMNS; k++, work += columns)
+      s.columns[which][k] = work;
+    s.blocks[which] = work;
+    work += 8 * vector;
+  }
+  s.more = work;
+  return s;
+}
+
+/* q three ways, each zero behind its end: as it is, reversed, lifted. */
+INLINE void spread(int64_t n, int64_t given, const double *q, double one, double *plain,
+                   double *reversed, double *lifted) {
+  const int64_t size = thrum_padded(n + 1);
+  for (int64_t i = 0; i < size; i += 8) {
+    v8_store(plain + i, v8_zero());
+    v8_store(reversed + i, v8_zero());
+    v8_store(lifted + i, v8_zero());
+  }
+  lifted[0] = one;
+  for (int64_t i = 0; i < given; i++)
+    plain[i] = reversed[n - 1 - i] = lifted[i + 1] = q[i];
+}
+
+/* The mirrored coordinates of q from z_first on, the others zero; as they are and lifted. */
+INLINE void spread_mirrored(int64_t n, int64_t first, const double *q, double one, double *plain,
+                            double *lifted) {
+  const int64_t size = thrum_padded(n + 1);
+  for (int64_t i = 0; i < size; i += 8) {
+    v8_store(plain + i, v8_zero());
+    v8_store(lifted + i, v8_zero());
+  }
+  lifted[0] = one;
+  for (int64_t k = first; k < n; k++)
+    plain[k] = lifted[k + 1] = q[n - 1 - k];
+}
+
+/* m_ba = a_b b^_a (+ b_b a^_a if `mixed`, where a^_{-1} is 0 and b_b for it) over the runs below
+ * `last`, zeros up to the end of the last vector. */
+INLINE void column_monomials(bool mixed, int64_t last, const double *a, const double *lifted_a,
+                             const double *b, const double *lifted_b, double *m) {
+  for (int64_t k = 0; k < last; k++) {
+    const v8 a_k = v8_set1(a[k]), b_k = v8_set1(b[k]);
+    // a run's last vector spills into the next run, which is written later
+    for (int64_t c = 0; c < k + 2; c += 8) {
+      v8 product = v8_mul(a_k, v8_load(lifted_b + c));
+      if (mixed)
+        product = v8_add(product, v8_mul(b_k, v8_load(lifted_a + c)));
+      v8_store(m + c, product);
+    }
+    m += k + 2;
+  }
+  v8_store(m, v8_zero());
+}
+
+/* x = s a (+ s2 a2 if `mixed`) over `rows` reversed entries. */
+INLINE void row_factors(bool mixed, int64_t rows, double s, const double *a, double s2,
+                        const double *a2, double *x) {
+  const v8 factor = v8_set1(s), factor2 = v8_set1(s2);
+  for (int64_t t = 0; t < rows; t += 8) {
+    v8 product = v8_mul(factor, v8_load(a + t));
+    if (mixed)
+      product = v8_add(product, v8_mul(factor2, v8_load(a2 + t)));
+    v8_store(x + t, product);
+  }
+}
+
+/* y of a block: g += q_c y; returns the lanes of sum_d y_d q_d that go on with `sum`. */
+INLINE v8 lower_block(int64_t rows, const double *y, double q_c, const double *reversed, v8 sum,
+                      double *g) {
+  const v8 factor = v8_set1(q_c);
+  for (int64_t t = 0; t < rows; t += 8) {
+    const v8 y_t = v8_load(y + t);
+    v8_store(g + t, v8_add(v8_load(g + t), v8_mul(factor, y_t)));
+    sum = v8_add(sum, v8_mul(y_t, v8_load(reversed + t)));
+  }
+  return sum;
+}
+
+/* One vector of run b: returns g + q_b w; its products with `lifted` are added to the run's lanes.
+ */
+INLINE v8 upper_part(bool starts, v8 part, double q_b, v8 lifted, double *lanes, v8 g) {
+  const v8 before = starts ? v8_zero() : v8_load(lanes);
+  v8_store(lanes, v8_add(before, v8_mul(part, lifted)));
+  return v8_add(g, v8_mul(v8_set1(q_b), part));
+}
+
+/* The gradient of sum w_ba q_b q^_a over the runs first..last-1: g_a += q_b w_ba, lifted; lanes of
+ * s_b = sum_a w_ba q^_a, from zero if `starts`. */
+INLINE void upper_runs(bool starts, int64_t first, int64_t last, const double *w, const double *q,
+                       const double *lifted, double *g, double *lanes) {
+  for (int64_t c = 0; c <= last; c += 8) {
+    const v8 lifted_c = v8_load(lifted + c);
+    v8 g_c = v8_load(g + c);
+    int64_t b = c - 1 > first ? c - 1 : first;
+    // runs that end in this vector of columns, then those that go on
+    for (; b < last && b < c + 6; b++) {
+      const v8 part = v8_load_range(w + thrum_pack_first(b) + c, 0, b + 2 - c);
+      g_c = upper_part(starts && c == 0, part, q[b], lifted_c, lanes + 8 * b, g_c);
+    }
+    for (; b < last; b++) {
+      const v8 part = v8_load(w + thrum_pack_first(b) + c);
+      g_c = upper_part(starts && c == 0, part, q[b], lifted_c, lanes + 8 * b, g_c);
+    }
+    v8_store(g + c, g_c);
+  }
+}
+
+/* The sums of the lanes of these runs or blocks; behind the last zero up to a multiple of 8. */
+INLINE void lane_sums(int64_t first, int64_t last, const double *lanes, double *s) {
+  for (int64_t b = first; b < last; b += 8) {
+    v8x8 sum = rows_zero8();
+#define X(k)                                                                                       \
+  if (b + k < last)                                                                                \
+    sum.r[k] = v8_load(lanes + 8 * (b + k));
+    EACH_8(X)
+#undef X
+    v8_store_sums(8, s + b, &sum);
+  }
+}
+
+PASS void upper(int64_t first, int64_t last, const double *w, const double *q, const double *lifted,
+                double *g, double *lanes, double *s) {
+  upper_runs(true, first, last, w, q, lifted, g, lanes);
+  lane_sums(first, last, lanes, s);
+}
+
+INLINE double lanes_dot(int64_t n, const double *a, const double *b) {
+  v8 sum = v8_zero();
+  for (int64_t c = 0; c < n; c += 8)
+    sum = v8_add(sum, v8_mul(v8_load(a + c), v8_load(b + c)));
+  return v8_sum(sum);
+}
+
+INLINE void zeros(double *a, int64_t count) {
+  for (int64_t c = 0; c < count; c += 8)
+    v8_store(a + c, v8_zero());
+}

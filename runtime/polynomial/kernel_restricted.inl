@@ -1,0 +1,145 @@
+/* The passes of runtime/polynomial/kernel_private.h with the explicit modes held, in mirrored coordinates
+ * (runtime/polynomial/packed.h), for a file that has included runtime/polynomial/kernel_model.inl.
+ *
+ * With n implicit modes z_0..z_{n-1} the blocks c < n have all that is left of V: their rows d < n
+ * the quartic and cubic terms in them, their other rows, added up, the terms with one explicit
+ * mode. Those with two and three are the rows of the highest modes in the other order.
+ * Cost: the restriction 2 operations for each coefficient of a term with an implicit and an
+ * explicit mode; the gradient 4, the Hessian 6 for each of a term in the implicit modes alone.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <string.h>
+
+#include "runtime/polynomial/kernel_private.h"
+
+/* Linear and quadratic terms; the latter's places are those of the columns (b,-1) of rows c. */
+INLINE void restrict_low(const thrum_model *model, int64_t split, const double *q_given,
+                         double *restricted, double *work) {
+  const int64_t rank = model->rank, n = rank - split;
+  const pack_scratch t = pack_cut(rank, work);
+  double *const *a = t.vectors[0], *q = a[0], *reversed = a[1], *lifted = a[2], *y = a[3],
+                *g = a[4];
+  spread(rank, split, q_given, 1.0, q, reversed, lifted);
+  zeros(g, n);
+  column_monomials(false, split, q, lifted, q, lifted, t.columns[0][0]);
+  const point p = {t.columns[0][0], NULL, NULL, y};
+  packed_block b = packed_first(model);
+  for (int64_t c = 0; c < split; c++) {
+    b.rows = n;
+    packed_sums(&b, &p, NULL, NULL);
+    lower_block(n, y, q[c], reversed, v8_zero(), g);
+    packed_next(rank, c + 1, &b);
+  }
+  for (int64_t k = 0; k < thrum_restricted_first(n); k++)
+    restricted[k] = k < n ? g[k] : 0.0;
+  // of the others, those columns whose coordinates are all held
+  const int64_t vectors = (thrum_pack_first(split) + 7) / 8;
+  double *row = restricted + thrum_restricted_count(n);
+  for (int64_t c = n - 1; c >= 0; c--) {
+    row -= 8 * thrum_pack_vectors(c);
+    b.vectors = vectors;
+    packed_sums(&b, &p, NULL, NULL);
+    for (int64_t d = 0; d <= c; d++)
+      row[thrum_pack_first(d)] = y[d] + (d == c ? 0.5 * model->omega2[rank - 1 - c] : 0.0);
+    packed_next(rank, rank - c, &b);
+  }
+}
+
+PASS void pass_restrict(const thrum_model *model, int64_t split, const double *q,
+                        double *restricted, double *work) {
+  const int64_t n = model->rank - split;
+  const pack_scratch t = pack_cut(model->rank, work);
+  double *z = t.vectors[0][0], *row = restricted + thrum_restricted_first(n);
+  spread_mirrored(model->rank, n, q, 1.0, z, t.vectors[0][1]);
+  packed_block b = packed_mirrored(model);
+  for (int64_t c = 0; c < n; c++) {
+    const point p = {NULL, z + c, row, NULL};
+    zeros(row, thrum_pack_columns(c));
+    b.first = n - c;
+    packed_adds(&b, &p, NULL, NULL);
+    row += 8 * thrum_pack_vectors(c);
+    packed_next(model->rank, c + 1, &b);
+  }
+  restrict_low(model, split, q, restricted, work);
+}
+
+INLINE void restricted_begin(int64_t n, const double *q, const evaluation *e) {
+  spread_mirrored(n, 0, q, 1.0, e->q, e->lifted);
+  // rows of block c begin at entry c, so that the last vector of g lies behind n
+  zeros(e->g, n + 8);
+  zeros(e->h, n + 1);
+  zeros(e->w, thrum_pack_first(n));
+  column_monomials(false, n, e->q, e->lifted, e->q, e->lifted, e->m);
+}
+
+PASS double pass_restricted_gradient(const thrum_model *model, int64_t split,
+                                     const double *restricted, const double *q, double *gradient,
+                                     double *work) {
+  const int64_t n = model->rank - split;
+  const pack_scratch t = pack_cut(n, work);
+  const evaluation e = evaluation_of(&t, 0);
+  restricted_begin(n, q, &e);
+  const point p = {e.m, e.x, e.w, e.y};
+  const double *row = restricted + thrum_restricted_first(n);
+  packed_block b = packed_mirrored(model);
+  for (int64_t c = 0; c < n; c++) {
+    const own_row own = {row, e.q[c], e.more + c};
+    row_factors(false, n - c, e.q[c], e.q + c, 0.0, e.q + c, e.x);
+    b.rows = n - c;
+    packed_own(&b, &p, NULL, &own);
+    v8_store(e.blocks + 8 * c, lower_block(n - c, e.y, e.q[c], e.q + c, v8_zero(), e.g + c));
+    row += 8 * thrum_pack_vectors(c);
+    packed_next(model->rank, c + 1, &b);
+  }
+  lane_sums(0, n, e.blocks, e.s);
+  for (int64_t c = 0; c < n; c++)
+    e.s[c] += restricted[c] + e.more[c];
+  upper(0, n, e.w, e.q, e.lifted, e.h, t.lanes, e.more);
+  for (int64_t k = 0; k < n; k++)
+    gradient[n - 1 - k] = (e.g[k] + e.h[k + 1]) + (e.s[k] + e.more[k]);
+  return lanes_dot(n, e.q, e.s);
+}
+
+/* From mirrored coordinates, and back. */
+INLINE void reverse(int64_t count, double *a) {
+  for (int64_t k = 0; k < count / 2; k++) {
+    const double kept = a[k];
+    a[k] = a[count - 1 - k];
+    a[count - 1 - k] = kept;
+  }
+}
+
+PASS void pass_restricted_hessian(const thrum_model *model, int64_t split, const double *restricted,
+                                  const double *q, double *hessian, double *work) {
+  const int64_t n = model->rank - split;
+  const pack_scratch t = pack_cut(n, work);
+  const evaluation e = evaluation_of(&t, 0);
+  double *l = t.columns[1][0], *g = t.vectors[1][0], *s = t.vectors[1][1];
+  double *list[THRUM_RANK_MAX];
+  restricted_begin(n, q, &e);
+  tangent_lists(true, n, t.more, list);
+  memset(hessian, 0, (size_t)(n * n) * sizeof *hessian);
+  const double *row = restricted + thrum_restricted_first(n);
+  packed_block b = packed_mirrored(model);
+  for (int64_t c = 0; c < n; c++) {
+    // as pass_tangent; list c gets the state's own row too
+    const row_lists rows = {e.q[c], list + c};
+    const point p = {e.m, e.q + c, l, e.y};
+    memcpy(l, row, (size_t)(8 * thrum_pack_vectors(c)) * sizeof *l);
+    b.rows = n - c;
+    packed_lists(&b, &p, &rows, NULL);
+    block_list_done(thrum_pack_columns(c), e.q[c], l, list[c], e.w);
+    for (int64_t d = c; d < n; d++)
+      hessian[d * n + c] += e.y[d - c];
+    row += 8 * thrum_pack_vectors(c);
+    packed_next(model->rank, c + 1, &b);
+  }
+  for (int64_t d = 0; d < n; d++) {
+    zeros(g, d + 2);
+    upper(0, d + 1, list[d], e.q, e.lifted, g, t.lanes, s);
+    for (int64_t k = 0; k <= d; k++)
+      hessian[d * n + k] += g[k + 1] + s[k];
+  }
+  tangent_close(n, e.w, hessian);
+  reverse(n * n, hessian);
+}

@@ -1,0 +1,150 @@
+/* The reduced strain energy V(q), its gradient R, its Hessian T and T v, design (1), and V with the
+ * explicit coordinates held, design 5: quadratic and linear terms, and the passes of a kernel over
+ * the cubic and quartic ones (runtime/polynomial/kernel_private.h).
+ *
+ * With E = {0..split-1} at q_E, V(q_E, .) is contracted once a step; an iteration of the implicit
+ * solve then sees rank - split coordinates only (runtime/polynomial/packed.h).
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "runtime/polynomial/polynomial_private.h"
+#include "runtime/polynomial/packed.h"
+
+#include <string.h>
+
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+int64_t thrum_c3_index(int64_t rank, int64_t i, int64_t j, int64_t k) {
+  // before block j come all terms but those of the blocks from j on: with i >= j, and with i < j
+  const int64_t n = rank - j;
+  const int64_t block = thrum_c3_count(rank) - thrum_c3_count(n) - j * thrum_pair_count(n);
+  return block + i * n + (k - j);
+}
+
+int64_t thrum_c4_index(int64_t rank, int64_t i, int64_t j, int64_t k, int64_t l) {
+  const int64_t n = rank - j, columns = thrum_pair_count(n);
+  const int64_t block = thrum_c4_count(rank) - thrum_c4_count(n) - j * thrum_c3_count(n);
+  return block + i * columns + (columns - thrum_pair_count(rank - k)) + (l - k);
+}
+
+size_t thrum_work_count(const thrum_model *model) {
+  return (size_t)thrum_pack_work_tangent(model->rank);
+}
+
+/* The kernel asked for, where the coefficients are packed for it. */
+static const thrum_kernel *fit(const thrum_kernel *by, const thrum_model *model) {
+  return thrum_is_packed(model) ? by : &thrum_kernel_reference;
+}
+
+double thrum_energy_by(const thrum_kernel *by, const thrum_model *model, const double *q,
+                       double *work) {
+  double quadratic = 0;
+  for (int64_t i = 0; i < model->rank; i++)
+    quadratic += 0.5 * model->omega2[i] * q[i] * q[i];
+  return quadratic + fit(by, model)->energy(model, q, work);
+}
+
+/* The quadratic terms, and their gradient into `force`. */
+static double linear_force(const thrum_model *model, const double *q, double *force) {
+  double quadratic = 0;
+  for (int64_t i = 0; i < model->rank; i++) {
+    quadratic += 0.5 * model->omega2[i] * q[i] * q[i];
+    force[i] = model->omega2[i] * q[i];
+  }
+  return quadratic;
+}
+
+static void linear_tangent(const thrum_model *model, double *tangent) {
+  const int64_t n = model->rank;
+  memset(tangent, 0, (size_t)(n * n) * sizeof *tangent);
+  for (int64_t i = 0; i < n; i++)
+    tangent[i * n + i] = model->omega2[i];
+}
+
+double thrum_force_by(const thrum_kernel *by, const thrum_model *model, const double *q,
+                      double *force, double *work) {
+  const double quadratic = linear_force(model, q, force);
+  return quadratic + fit(by, model)->force(model, q, force, work);
+}
+
+void thrum_forces_by(const thrum_kernel *by, const thrum_model *model, const double *const q[2],
+                     double *const force[2], double energy[2], double *work) {
+  double value[2];
+  for (int k = 0; k < 2; k++)
+    energy[k] = linear_force(model, q[k], force[k]);
+  fit(by, model)->forces(model, q, force, value, work);
+  for (int k = 0; k < 2; k++)
+    energy[k] += value[k];
+}
+
+void thrum_tangent_by(const thrum_kernel *by, const thrum_model *model, const double *q,
+                      double *tangent, double *work) {
+  linear_tangent(model, tangent);
+  fit(by, model)->tangent(model, q, NULL, tangent, work);
+}
+
+double thrum_force_tangent_by(const thrum_kernel *by, const thrum_model *model, const double *q,
+                              double *force, double *tangent, double *work) {
+  const double quadratic = linear_force(model, q, force);
+  linear_tangent(model, tangent);
+  return quadratic + fit(by, model)->tangent(model, q, force, tangent, work);
+}
+
+void thrum_tangent_vector_by(const thrum_kernel *by, const thrum_model *model, const double *q,
+                             const double *v, double *product, double *work) {
+  for (int64_t i = 0; i < model->rank; i++)
+    product[i] = model->omega2[i] * v[i];
+  fit(by, model)->tangent_vector(model, q, v, product, work);
+}
+
+double thrum_force_part(const thrum_kernel *by, const thrum_model *model, int32_t split,
+                        const double *q, double *force, double *work) {
+  double quadratic = 0;
+  for (int64_t i = 0; i < model->rank; i++)
+    quadratic += 0.5 * model->omega2[i] * q[i] * q[i];
+  for (int64_t i = 0; i < split; i++)
+    force[i] = model->omega2[i] * q[i];
+  return quadratic + fit(by, model)->force_part(model, split, q, force, work);
+}
+
+void thrum_tangent_vector_part(const thrum_kernel *by, const thrum_model *model, int32_t split,
+                               const double *q, const double *v, double *product, double *work) {
+  for (int64_t i = 0; i < split; i++)
+    product[i] = model->omega2[i] * v[i];
+  fit(by, model)->tangent_vector_part(model, split, q, v, product, work);
+}
+
+double thrum_energy(const thrum_model *model, const double *q, double *work) {
+  return thrum_energy_by(thrum_kernel_get(THRUM_KERNEL_BEST), model, q, work);
+}
+
+double thrum_force(const thrum_model *model, const double *q, double *force, double *work) {
+  return thrum_force_by(thrum_kernel_get(THRUM_KERNEL_BEST), model, q, force, work);
+}
+
+void thrum_tangent(const thrum_model *model, const double *q, double *tangent, double *work) {
+  thrum_tangent_by(thrum_kernel_get(THRUM_KERNEL_BEST), model, q, tangent, work);
+}
+
+void thrum_tangent_vector(const thrum_model *model, const double *q, const double *v,
+                          double *product, double *work) {
+  thrum_tangent_vector_by(thrum_kernel_get(THRUM_KERNEL_BEST), model, q, v, product, work);
+}
+
+void thrum_polynomial_restrict(const thrum_kernel *by, const thrum_model *model, int32_t split,
+                               const double *q, double *restricted, double *work) {
+  fit(by, model)->restrict_to(model, split, q, restricted, work);
+}
+
+double thrum_restricted_gradient(const thrum_kernel *by, const thrum_model *model, int32_t split,
+                                 const double *restricted, const double *q_high, double *gradient,
+                                 double *work) {
+  return fit(by, model)->restricted_gradient(model, split, restricted, q_high, gradient, work);
+}
+
+void thrum_restricted_hessian(const thrum_kernel *by, const thrum_model *model, int32_t split,
+                              const double *restricted, const double *q_high, double *hessian,
+                              double *work) {
+  fit(by, model)->restricted_hessian(model, split, restricted, q_high, hessian, work);
+}

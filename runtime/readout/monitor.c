@@ -1,0 +1,334 @@
+/* Monitors: planning, laying out, looking (thrum/monitor.h, design 10).
+ *
+ * Reach is max_v |U_v q| / (0.1 diagonal) over one vertex a basis vector, the one that it moves
+ * furthest. The load's share outside span(MU) in the norm of M^-1 is, as U^T M U = 1 and Z
+ * likewise, sqrt(1 - |U^T f|^2 / (f^T M^-1 f - |Z^T f|^2)).
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+#include "thrum/monitor.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "runtime/base/alignment_check.h"
+#include "runtime/readout/stress_private.h"
+#include "runtime/base/vec3.h"
+#include "runtime/readout/tet_strain.h"
+
+#define MONITOR_COOKIE UINT32_C(0x6d6f6e31)
+#define MONITOR_MAGIC UINT64_C(0x7468726d6d6f3031)
+#define SAMPLED 0.1   /* displacement that precompute's derivatives are scaled for, design 2 */
+#define NOTHING 1e-24 /* a load of which less than this part is left moves a body as a whole */
+#define SENTINELS 64  /* by default */
+#define RIGID 6
+
+/* The header; behind it, each at a multiple of 64: sentinels (count i4), tips (rank x 3 x rank),
+ * mass (vertex_count), gauges. */
+struct thrum_monitor {
+  uint64_t magic;
+  thrum_monitor_def def;
+  int64_t rank;
+  int64_t vertex_count;
+  int64_t sentinel_count;
+  double unit;               /* of reach [m] */
+  size_t tips, mass, gauges; /* offsets */
+};
+
+const char *thrum_warning_text(thrum_warning warning) {
+  switch (warning) {
+#define X(name, bit, text)                                                                         \
+  case THRUM_WARNING_##name:                                                                       \
+    return text;
+    THRUM_WARNING_LIST(X)
+#undef X
+  }
+  return NULL;
+}
+
+thrum_monitor_def thrum_default_monitor_def(void) {
+  return (thrum_monitor_def){.cookie = MONITOR_COOKIE,
+                             .sentinel_count = SENTINELS,
+                             .stretch_least = 1 / sqrt(3.0),
+                             .reach_most = 3,
+                             .load_share_most = 1};
+}
+
+void thrum_monitor_clear(thrum_monitor_record *record) {
+  *record = (thrum_monitor_record){.stretch = 1, .stretch_least = INFINITY, .stretch_tet = -1};
+}
+
+static thrum_status check_def(const thrum_model *model, const thrum_monitor_def *def,
+                              thrum_error *error) {
+  if (!model || !def)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the model or the def is NULL");
+  if (def->cookie != MONITOR_COOKIE)
+    return thrum_error_set(error, THRUM_UNINITIALISED_DEF,
+                           "the def was not made by thrum_default_monitor_def");
+  if (!model->basis || !model->tets)
+    return thrum_error_set(error, THRUM_MISSING,
+                           "the model has no mesh or no basis, so there is nothing to monitor");
+  if (def->sentinel_count < 1 || (!def->sentinels && def->sentinel_count > THRUM_SENTINELS_MAX))
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "a monitor is asked for %lld sentinels; it chooses 1 to %d",
+                           (long long)def->sentinel_count, THRUM_SENTINELS_MAX);
+  if (!(def->stretch_least >= 0) || !(def->reach_most >= 0) || !(def->load_share_most >= 0) ||
+      !(def->load_share_most <= 1))
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "a threshold is negative or no number, or the load's is above 1");
+  return THRUM_OK;
+}
+
+/* How many sentinels there will be. */
+static int64_t sentinels_of(const thrum_model *model, const thrum_monitor_def *def) {
+  return def->sentinels || def->sentinel_count < model->tet_count ? def->sentinel_count
+                                                                  : model->tet_count;
+}
+
+/* Offsets of the parts; the gauges' is the bytes before them. */
+static thrum_monitor plan(const thrum_model *model, const thrum_monitor_def *def) {
+  thrum_monitor m = {.magic = MONITOR_MAGIC,
+                     .def = *def,
+                     .rank = model->rank,
+                     .vertex_count = model->vertex_count,
+                     .sentinel_count = sentinels_of(model, def)};
+  m.tips = thrum_round_up(sizeof m) + thrum_round_up((size_t)m.sentinel_count * sizeof(int32_t));
+  m.mass = m.tips + thrum_round_up((size_t)(3 * m.rank * m.rank) * sizeof(double));
+  m.gauges = m.mass + thrum_round_up((size_t)m.vertex_count * sizeof(double));
+  m.def.sentinels = NULL;
+  return m;
+}
+
+thrum_status thrum_monitor_size(const thrum_model *model, const thrum_monitor_def *def,
+                                size_t *size, thrum_error *error) {
+  thrum_status status = check_def(model, def, error);
+  if (status != THRUM_OK)
+    return status;
+  if (!size)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "size is NULL");
+  // gauges on chosen tets take bytes by their number alone, so those given or, before the choice
+  // is made, tet 0 as often
+  static const int32_t first = 0;
+  const thrum_monitor m = plan(model, def);
+  const thrum_gauge_def gauges = {def->sentinels ? def->sentinels : &first,
+                                  def->sentinels ? m.sentinel_count : 1};
+  size_t bytes = 0;
+  status = thrum_gauge_size(model, &gauges, &bytes, error);
+  if (status == THRUM_OK)
+    *size = m.gauges + bytes * (size_t)(def->sentinels ? 1 : m.sentinel_count);
+  return status;
+}
+
+static const void *at(const thrum_monitor *monitor, size_t offset) {
+  return (const unsigned char *)monitor + offset;
+}
+
+int64_t thrum_monitor_sentinels(const thrum_monitor *monitor, const int32_t **tets) {
+  if (tets)
+    *tets = monitor ? at(monitor, thrum_round_up(sizeof *monitor)) : NULL;
+  return monitor ? monitor->sentinel_count : 0;
+}
+
+/* The three rows of U of the vertex that a basis vector moves furthest, for each. */
+static void fill_tips(const thrum_model *model, double *tips) {
+  const int64_t rank = model->rank;
+  for (int64_t mode = 0; mode < rank; mode++) {
+    double largest = -1;
+    int64_t vertex = 0;
+    for (int64_t v = 0; v < model->vertex_count; v++) {
+      double square = 0;
+      for (int axis = 0; axis < 3; axis++) {
+        const double value = model->basis[(3 * v + axis) * rank + mode];
+        square += value * value;
+      }
+      if (square > largest) {
+        largest = square;
+        vertex = v;
+      }
+    }
+    memcpy(tips + 3 * mode * rank, model->basis + 3 * vertex * rank,
+           (size_t)(3 * rank) * sizeof *tips);
+  }
+}
+
+/* rho vol / 4 of each tet to its corners. */
+static void fill_mass(const thrum_model *model, double *mass) {
+  for (int64_t t = 0; t < model->tet_count; t++) {
+    const int32_t *corner = model->tets + 4 * t;
+    double e[3][3];
+    for (int a = 0; a < 3; a++)
+      for (int i = 0; i < 3; i++)
+        e[a][i] = model->vertices[3 * (int64_t)corner[a + 1] + i] -
+                  model->vertices[3 * (int64_t)corner[0] + i];
+    const double six = e[0][0] * (e[1][1] * e[2][2] - e[1][2] * e[2][1]) -
+                       e[0][1] * (e[1][0] * e[2][2] - e[1][2] * e[2][0]) +
+                       e[0][2] * (e[1][0] * e[2][1] - e[1][1] * e[2][0]);
+    const double density = model->material[3 * (int64_t)model->tet_region[t] + 2];
+    for (int a = 0; a < 4; a++)
+      mass[corner[a]] += density * six / 24;
+  }
+}
+
+/* Takes the given sentinels, or chooses them. */
+static thrum_status fill_sentinels(const thrum_model *model, const thrum_monitor_def *def,
+                                   int64_t *count, int32_t *tets, thrum_error *error) {
+  if (!def->sentinels)
+    return thrum_sentinels_choose(model, *count, tets, count, error);
+  memcpy(tets, def->sentinels, (size_t)*count * sizeof *tets);
+  return THRUM_OK;
+}
+
+thrum_status thrum_monitor_init(void *memory, size_t memory_size, const thrum_model *model,
+                                const thrum_monitor_def *def, const thrum_monitor **monitor,
+                                thrum_error *error) {
+  size_t size;
+  thrum_status status = thrum_monitor_size(model, def, &size, error);
+  if (status != THRUM_OK)
+    return status;
+  if (!memory || !monitor)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "memory or monitor is NULL");
+  status = thrum_caller_check("monitor", memory, memory_size, size, error);
+  if (status != THRUM_OK)
+    return status;
+  memset(memory, 0, size);
+  thrum_monitor made = plan(model, def);
+  unsigned char *bytes = memory;
+  int32_t *tets = (void *)(bytes + thrum_round_up(sizeof made));
+  status = fill_sentinels(model, def, &made.sentinel_count, tets, error);
+  const thrum_gauge_def gauges = {tets, made.sentinel_count};
+  const thrum_gauge *gauge;
+  if (status == THRUM_OK)
+    status =
+        thrum_gauge_init(bytes + made.gauges, size - made.gauges, model, &gauges, &gauge, error);
+  if (status != THRUM_OK)
+    return status;
+  fill_tips(model, (void *)(bytes + made.tips));
+  fill_mass(model, (void *)(bytes + made.mass));
+  made.unit = SAMPLED * thrum_box3_diagonal(model->vertices, model->vertex_count);
+  memcpy(memory, &made, sizeof made);
+  *monitor = memory;
+  return THRUM_OK;
+}
+
+static thrum_status check(const thrum_monitor *monitor, const thrum_monitor_record *record,
+                          thrum_error *error) {
+  if (!monitor || monitor->magic != MONITOR_MAGIC || !record)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "the monitor was not made by thrum_monitor_init, or record is NULL");
+  return THRUM_OK;
+}
+
+/* The least principal stretch of the sentinels, and the place of the one that has it. */
+static double least_stretch(const thrum_monitor *monitor, const double *q, int64_t *place) {
+  const thrum_gauge *gauge = at(monitor, monitor->gauges);
+  double least = INFINITY;
+  for (int64_t n = 0; n < monitor->sentinel_count; n++) {
+    double g[3][3], strain[6];
+    thrum_gauge_strain(gauge, n, q, g, strain);
+    const double ratio = thrum_tet_volume_ratio(g);
+    // most tets are so little strained that they cannot be the least
+    if (ratio > 0 && thrum_tet_stretch_bound(strain) > least)
+      continue;
+    const double stretch = thrum_tet_least_stretch(strain, ratio);
+    // an overflow, which is no number, counts as the worst
+    if (!(stretch >= least)) {
+      least = isnan(stretch) ? -INFINITY : stretch;
+      *place = n;
+    }
+  }
+  return least;
+}
+
+static double reach_of(const thrum_monitor *monitor, const double *q) {
+  const double *row = at(monitor, monitor->tips);
+  double most = 0;
+  for (int64_t tip = 0; tip < monitor->rank; tip++) {
+    double square = 0;
+    for (int axis = 0; axis < 3; axis++, row += monitor->rank) {
+      double u = 0;
+      for (int64_t i = 0; i < monitor->rank; i++)
+        u += row[i] * q[i];
+      square += u * u;
+    }
+    most = square > most ? square : most;
+  }
+  return sqrt(most) / monitor->unit;
+}
+
+thrum_status thrum_monitor_look(const thrum_monitor *monitor, const double *q,
+                                thrum_monitor_record *record, thrum_error *error) {
+  const thrum_status status = check(monitor, record, error);
+  if (status != THRUM_OK)
+    return status;
+  if (!q)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "q is NULL");
+  for (int64_t i = 0; i < monitor->rank; i++)
+    if (!isfinite(q[i]))
+      return thrum_error_set(error, THRUM_BAD_VALUE, "entry %lld of q is not finite", (long long)i);
+  int64_t place = 0;
+  record->stretch = least_stretch(monitor, q, &place);
+  record->reach = reach_of(monitor, q);
+  record->looks++;
+  if (record->stretch < record->stretch_least) {
+    const int32_t *tets;
+    thrum_monitor_sentinels(monitor, &tets);
+    record->stretch_least = record->stretch;
+    record->stretch_tet = tets[place];
+  }
+  record->reach_most = fmax(record->reach_most, record->reach);
+  const thrum_monitor_def *def = &monitor->def;
+  record->warnings_now = (record->warnings_now & THRUM_WARNING_LOAD) |
+                         (record->stretch < def->stretch_least ? THRUM_WARNING_COMPRESSED : 0) |
+                         (record->stretch < 0 ? THRUM_WARNING_INVERTED : 0) |
+                         (record->reach > def->reach_most ? THRUM_WARNING_REACH : 0);
+  record->warnings |= record->warnings_now;
+  return THRUM_OK;
+}
+
+/* |A^T f|^2 over the components that may move; A: 3 vertex_count x columns. */
+static double product_square(const thrum_model *model, const double *matrix, int64_t columns,
+                             const double *forces) {
+  double sum[THRUM_RANK_MAX] = {0}, square = 0;
+  for (int64_t c = 0; c < 3 * model->vertex_count; c++) {
+    if (forces[c] == 0 || (model->fixed[c / 3] >> (c % 3) & 1))
+      continue;
+    for (int64_t i = 0; i < columns; i++)
+      sum[i] += matrix[c * columns + i] * forces[c];
+  }
+  for (int64_t i = 0; i < columns; i++)
+    square += sum[i] * sum[i];
+  return square;
+}
+
+thrum_status thrum_monitor_look_at_load(const thrum_monitor *monitor, const thrum_model *model,
+                                        const double *forces, thrum_monitor_record *record,
+                                        thrum_error *error) {
+  const thrum_status status = check(monitor, record, error);
+  if (status != THRUM_OK)
+    return status;
+  if (!model || !forces || model->rank != monitor->rank ||
+      model->vertex_count != monitor->vertex_count || !model->basis)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "forces is NULL, or the monitor belongs to another model");
+  const double *mass = at(monitor, monitor->mass);
+  double whole = 0;
+  for (int64_t c = 0; c < 3 * model->vertex_count; c++) {
+    if (!isfinite(forces[c]))
+      return thrum_error_set(error, THRUM_BAD_VALUE, "entry %lld of the forces is not finite",
+                             (long long)c);
+    // a vertex of no tet has no mass and no rows of U either
+    if (mass[c / 3] > 0 && !(model->fixed[c / 3] >> (c % 3) & 1))
+      whole += forces[c] * forces[c] / mass[c / 3];
+  }
+  const double rigid = model->rigid ? product_square(model, model->rigid, RIGID, forces) : 0;
+  const double rest = whole - rigid;
+  const double felt = product_square(model, model->basis, model->rank, forces);
+  record->load_share = rest > NOTHING * whole ? sqrt(fmax(0, 1 - felt / rest)) : 0;
+  const uint32_t bit = record->load_share > monitor->def.load_share_most ? THRUM_WARNING_LOAD : 0;
+  record->warnings_now = (record->warnings_now & ~(uint32_t)THRUM_WARNING_LOAD) | bit;
+  record->warnings |= bit;
+  return THRUM_OK;
+}

@@ -1,0 +1,246 @@
+/* Gauges: planning, laying out, reading (thrum/stress.h, design 1).
+ * Cost of a reading: u = U q of the places, 6 r operations each, then about 200 a tet.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+#include "runtime/readout/stress_private.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "runtime/base/alignment_check.h"
+#include "runtime/readout/tet_strain.h"
+
+#define GAUGE_MAGIC UINT64_C(0x7468726d67613031)
+
+static size_t tets_offset(void) {
+  return thrum_round_up(sizeof(thrum_gauge));
+}
+
+static size_t rows_offset(int64_t count) {
+  return tets_offset() + thrum_round_up((size_t)count * sizeof(thrum_gauge_tet_data));
+}
+
+const thrum_gauge_tet_data *thrum_gauge_data(const thrum_gauge *gauge) {
+  return (const void *)((const unsigned char *)gauge + tets_offset());
+}
+
+static const double *rows_of(const thrum_gauge *gauge) {
+  return (const void *)((const unsigned char *)gauge + rows_offset(gauge->count));
+}
+
+static int64_t count_of(const thrum_model *model, const thrum_gauge_def *def) {
+  return def->tets ? def->tet_count : model->tet_count;
+}
+
+static int64_t places_of(const thrum_model *model, const thrum_gauge_def *def) {
+  return def->tets ? 4 * def->tet_count : model->vertex_count;
+}
+
+static thrum_status check_def(const thrum_model *model, const thrum_gauge_def *def,
+                              thrum_error *error) {
+  if (!model || !def)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the model or the def is NULL");
+  if (!model->basis || !model->tets)
+    return thrum_error_set(error, THRUM_MISSING,
+                           "the model has no mesh or no basis, so it has no stress: precompute it "
+                           "from a mesh");
+  if (def->tets && (def->tet_count < 1 || def->tet_count > INT32_MAX / 4))
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "%lld tetrahedra are chosen; gauges need 1 to 2^29 - 1",
+                           (long long)def->tet_count);
+  for (int64_t n = 0; def->tets && n < def->tet_count; n++)
+    if (def->tets[n] < 0 || def->tets[n] >= model->tet_count)
+      return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                             "entry %lld of the chosen tetrahedra is %lld, which is outside "
+                             "0..%lld",
+                             (long long)n, (long long)def->tets[n],
+                             (long long)model->tet_count - 1);
+  return THRUM_OK;
+}
+
+thrum_status thrum_gauge_size(const thrum_model *model, const thrum_gauge_def *def, size_t *size,
+                              thrum_error *error) {
+  const thrum_status status = check_def(model, def, error);
+  if (status != THRUM_OK)
+    return status;
+  if (!size)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "size is NULL");
+  *size = rows_offset(count_of(model, def)) +
+          thrum_round_up((size_t)(3 * places_of(model, def) * model->rank) * sizeof(double));
+  return THRUM_OK;
+}
+
+bool thrum_gauge_shape(const thrum_model *model, int64_t tet, double shape[9]) {
+  const int32_t *corner = model->tets + 4 * tet;
+  double e[3][3];
+  for (int a = 0; a < 3; a++)
+    for (int i = 0; i < 3; i++)
+      e[a][i] = model->vertices[3 * (int64_t)corner[a + 1] + i] -
+                model->vertices[3 * (int64_t)corner[0] + i];
+  // the rows of the inverse of the edges' matrix are cross products over six volumes
+  for (int a = 0; a < 3; a++) {
+    const double *b = e[(a + 1) % 3], *c = e[(a + 2) % 3];
+    for (int i = 0; i < 3; i++)
+      shape[3 * a + i] = b[(i + 1) % 3] * c[(i + 2) % 3] - b[(i + 2) % 3] * c[(i + 1) % 3];
+  }
+  const double six = e[0][0] * shape[0] + e[0][1] * shape[1] + e[0][2] * shape[2];
+  for (int n = 0; n < 9; n++) {
+    shape[n] /= six;
+    if (!isfinite(shape[n]))
+      return false;
+  }
+  return six > 0;
+}
+
+static thrum_status fill_tet(const thrum_model *model, const thrum_gauge_def *def, int64_t n,
+                             thrum_gauge_tet_data *data, thrum_error *error) {
+  const int64_t tet = def->tets ? def->tets[n] : n;
+  const double *material = model->material + 3 * (int64_t)model->tet_region[tet];
+  const double young = material[0], poisson = material[1];
+  if (!thrum_gauge_shape(model, tet, data->shape))
+    return thrum_error_set(error, THRUM_BAD_VALUE,
+                           "tetrahedron %lld of the model has no positive volume",
+                           (long long)tet + 1);
+  data->lambda = young * poisson / ((1 + poisson) * (1 - 2 * poisson));
+  data->mu = young / (2 * (1 + poisson));
+  data->tet = (int32_t)tet;
+  for (int a = 0; a < 4; a++)
+    data->corner[a] = def->tets ? (int32_t)(4 * n + a) : model->tets[4 * tet + a];
+  return THRUM_OK;
+}
+
+static void fill_rows(const thrum_model *model, const thrum_gauge_def *def, double *rows) {
+  const size_t row = (size_t)(3 * model->rank);
+  if (!def->tets) {
+    memcpy(rows, model->basis, (size_t)model->vertex_count * row * sizeof *rows);
+    return;
+  }
+  for (int64_t n = 0; n < 4 * def->tet_count; n++) {
+    const int64_t vertex = model->tets[4 * (int64_t)def->tets[n / 4] + n % 4];
+    memcpy(rows + (size_t)n * row, model->basis + (size_t)vertex * row, row * sizeof *rows);
+  }
+}
+
+thrum_status thrum_gauge_init(void *memory, size_t memory_size, const thrum_model *model,
+                              const thrum_gauge_def *def, const thrum_gauge **gauge,
+                              thrum_error *error) {
+  size_t size;
+  thrum_status status = thrum_gauge_size(model, def, &size, error);
+  if (status != THRUM_OK)
+    return status;
+  if (!memory || !gauge)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "memory or gauge is NULL");
+  status = thrum_caller_check("gauge", memory, memory_size, size, error);
+  if (status != THRUM_OK)
+    return status;
+  memset(memory, 0, size);
+  const int64_t count = count_of(model, def);
+  const thrum_gauge header = {GAUGE_MAGIC, model->rank, count, places_of(model, def)};
+  thrum_gauge_tet_data *tets = (void *)((unsigned char *)memory + tets_offset());
+  for (int64_t n = 0; n < count; n++) {
+    status = fill_tet(model, def, n, tets + n, error);
+    if (status != THRUM_OK)
+      return status;
+  }
+  fill_rows(model, def, (void *)((unsigned char *)memory + rows_offset(count)));
+  memcpy(memory, &header, sizeof header);
+  *gauge = memory;
+  return THRUM_OK;
+}
+
+int64_t thrum_gauge_count(const thrum_gauge *gauge) {
+  return gauge ? gauge->count : 0;
+}
+
+int32_t thrum_gauge_tet(const thrum_gauge *gauge, int64_t n) {
+  return thrum_gauge_data(gauge)[n].tet;
+}
+
+int64_t thrum_gauge_work_count(const thrum_gauge *gauge) {
+  return gauge ? 3 * gauge->places : 0;
+}
+
+/* u of one place. */
+static void displace(const double *rows, int64_t rank, const double *q, double u[3]) {
+  for (int axis = 0; axis < 3; axis++) {
+    const double *row = rows + axis * rank;
+    double sum = 0;
+    for (int64_t i = 0; i < rank; i++)
+      sum += row[i] * q[i];
+    u[axis] = sum;
+  }
+}
+
+/* The twelve displacements of a tet: those of `work`, or made here. */
+static void gather(const thrum_gauge *gauge, const thrum_gauge_tet_data *data, const double *q,
+                   const double *work, double u[12]) {
+  for (int a = 0; a < 4; a++) {
+    if (work)
+      memcpy(u + 3 * a, work + 3 * (int64_t)data->corner[a], 3 * sizeof *u);
+    else
+      displace(rows_of(gauge) + 3 * (int64_t)data->corner[a] * gauge->rank, gauge->rank, q,
+               u + 3 * a);
+  }
+}
+
+void thrum_gauge_strain(const thrum_gauge *gauge, int64_t n, const double *q, double gradient[3][3],
+                        double strain[6]) {
+  const thrum_gauge_tet_data *data = thrum_gauge_data(gauge) + n;
+  double u[12];
+  gather(gauge, data, q, NULL, u);
+  thrum_tet_gradient(u, data->shape, gradient);
+  thrum_tet_green(gradient, strain);
+}
+
+static void copy(const double from[6], double *to, int64_t n) {
+  if (to)
+    memcpy(to + 6 * n, from, 6 * sizeof *from);
+}
+
+/* What is wanted of tet n with the displacements u of its corners. */
+static void read_tet(const thrum_gauge_tet_data *data, const double u[12], int64_t n,
+                     const thrum_gauge_output *output) {
+  double g[3][3], strain[6], stress[6];
+  double cauchy[6] = {NAN, NAN, NAN, NAN, NAN, NAN};
+  thrum_tet_gradient(u, data->shape, g);
+  thrum_tet_green(g, strain);
+  copy(strain, output->strain, n);
+  const double ratio = thrum_tet_volume_ratio(g);
+  if (output->stretch)
+    output->stretch[n] = thrum_tet_least_stretch(strain, ratio);
+  if (!output->second_piola && !output->cauchy && !output->von_mises)
+    return;
+  thrum_tet_second_piola(data->lambda, data->mu, strain, stress);
+  copy(stress, output->second_piola, n);
+  if (ratio > 0)
+    thrum_tet_cauchy(g, ratio, stress, cauchy);
+  copy(cauchy, output->cauchy, n);
+  if (output->von_mises)
+    output->von_mises[n] = thrum_von_mises(cauchy);
+}
+
+thrum_status thrum_gauge_read(const thrum_gauge *gauge, const double *q, double *work,
+                              const thrum_gauge_output *output, thrum_error *error) {
+  if (!gauge || gauge->magic != GAUGE_MAGIC)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "the gauges were not made by thrum_gauge_init");
+  if (!q || !output)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "q or output is NULL");
+  for (int64_t i = 0; i < gauge->rank; i++)
+    if (!isfinite(q[i]))
+      return thrum_error_set(error, THRUM_BAD_VALUE, "entry %lld of q is not finite", (long long)i);
+  const double *rows = rows_of(gauge);
+  for (int64_t v = 0; work && v < gauge->places; v++)
+    displace(rows + 3 * v * gauge->rank, gauge->rank, q, work + 3 * v);
+  const thrum_gauge_tet_data *tets = thrum_gauge_data(gauge);
+  for (int64_t n = 0; n < gauge->count; n++) {
+    double u[12];
+    gather(gauge, tets + n, q, work, u);
+    read_tet(tets + n, u, n, output);
+  }
+  return THRUM_OK;
+}

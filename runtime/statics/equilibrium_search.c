@@ -1,0 +1,186 @@
+/* One equilibrium: R(q) = factor f by Newton, two ways (design 12).
+ *
+ * Near: J d = g with J = T, steps shortened until |g| falls; it finds what is near, be it stable or
+ * not, which is how a path is followed past the point where it becomes unstable.
+ * Down: g is the gradient of the total energy Pi = V - factor f q, whose minima are the stable
+ * equilibria; T is shifted by 3/2 of its least eigenvalue where that is negative, so that every
+ * direction leads downhill, and a search along it ends in a minimum (Nocedal & Wright 2006,
+ * Numerical Optimization, doi:10.1007/978-0-387-40065-5, chapter 3).
+ * Norms are of energy: |g| = sqrt(sum g_i^2 / omega_i^2), |q| = sqrt(sum omega_i^2 q_i^2), so that
+ * no mode is judged in another's units. Cost: a tangent and r^3 to 3 r^3 operations an iteration.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "runtime/base/dense.h"
+#include "runtime/statics/equilibrium_private.h"
+#include "runtime/base/symmetric.h"
+
+#define ROUNDING (256.0 * DBL_EPSILON) /* of the largest |q|: no residual falls below it */
+#define STALLED 1e-7       /* of the load: good enough where rounding stops the descent */
+#define NEAR_ITERATIONS 20 /* a step that needs more is too long */
+
+thrum_search_measure thrum_search_assess(thrum_search *s, double factor) {
+  thrum_search_measure found;
+  found.energy = thrum_force_by(s->kernel, s->model, s->trial, s->force, s->work);
+  double sum = 0.0, worked = 0.0;
+  for (int32_t i = 0; i < s->n; i++) {
+    s->residual[i] = s->force[i] - factor * s->load[i];
+    sum += s->residual[i] * s->residual[i] / s->scale[i];
+    worked += factor * s->load[i] * s->trial[i];
+  }
+  found.norm = sqrt(sum);
+  found.merit = found.energy - worked;
+  return found;
+}
+
+double thrum_search_length(const thrum_search *s, const double *x, const double *y) {
+  double sum = 0.0;
+  for (int32_t i = 0; i < s->n; i++) {
+    const double d = y ? x[i] - y[i] : x[i];
+    sum += s->scale[i] * d * d;
+  }
+  return sqrt(sum);
+}
+
+/* Residual that counts as none. */
+static double target(const thrum_search *s, double factor) {
+  return s->def->tolerance * factor * s->load_norm + ROUNDING * s->amplitude;
+}
+
+static bool factorise(thrum_search *s, double shift) {
+  const size_t n = (size_t)s->n;
+  memcpy(s->factors, s->tangent, n * n * sizeof *s->factors);
+  for (size_t i = 0; i < n; i++)
+    s->factors[i * n + i] += shift;
+  s->report->factorisations++;
+  return thrum_dense_factor(s->factors, s->n, (int32_t *)(void *)s->pivots);
+}
+
+static void solve(const thrum_search *s, double *x) {
+  thrum_dense_solve(s->factors, s->n, (const int32_t *)(const void *)s->pivots, x);
+}
+
+bool thrum_search_rate(thrum_search *s, const double *q, double *rate) {
+  thrum_tangent_by(s->kernel, s->model, q, s->tangent, s->work);
+  if (!factorise(s, 0.0))
+    return false;
+  memcpy(rate, s->load, (size_t)s->n * sizeof *rate);
+  solve(s, rate);
+  double sum = 0.0;
+  for (int32_t i = 0; i < s->n; i++)
+    sum += rate[i] * rate[i];
+  return isfinite(sum);
+}
+
+double thrum_search_least(thrum_search *s, const double *q, bool vector) {
+  const size_t n = (size_t)s->n;
+  thrum_tangent_by(s->kernel, s->model, q, s->tangent, s->work);
+  memcpy(s->factors, s->tangent, n * n * sizeof *s->factors);
+  const double least = thrum_symmetric_least(s->factors, s->n, s->spare);
+  if (vector)
+    thrum_symmetric_vector(s->tangent, s->n, least, s->factors, (int32_t *)(void *)s->pivots,
+                           s->soft);
+  return least;
+}
+
+/* s->trial = s->origin - length * s->direction */
+static void place(thrum_search *s, double length) {
+  for (int32_t i = 0; i < s->n; i++)
+    s->trial[i] = s->origin[i] - length * s->direction[i];
+}
+
+/* Goes along the direction by 1 and then shorter. With slope > 0 the merit must fall, else the
+ * residual. False, and back where it was, when neither does. */
+static bool shorten(thrum_search *s, double factor, double slope, thrum_search_measure *here) {
+  memcpy(s->origin, s->trial, (size_t)s->n * sizeof *s->origin);
+  double length = 1.0;
+  for (int k = 0; k < 60; k++) {
+    place(s, length);
+    const thrum_search_measure there = thrum_search_assess(s, factor);
+    const bool fell = slope > 0.0 ? there.merit < here->merit - 1e-4 * length * slope ||
+                                        (there.norm < 0.5 * here->norm &&
+                                         there.merit <= here->merit + 1e-12 * fabs(here->merit))
+                                  : there.norm < (1.0 - 0.1 * length) * here->norm;
+    if (isfinite(there.norm) && isfinite(there.merit) &&
+        (fell || there.norm <= target(s, factor))) {
+      *here = there;
+      return true;
+    }
+    // far outside, where the quartic rules, halves would take too long
+    length *= there.norm < 8.0 * here->norm ? 0.5 : 0.0625;
+  }
+  place(s, 0.0);
+  *here = thrum_search_assess(s, factor);
+  return false;
+}
+
+bool thrum_search_near(thrum_search *s, double factor, thrum_search_measure *found) {
+  *found = thrum_search_assess(s, factor);
+  for (int32_t j = 0; found->norm > target(s, factor); j++) {
+    if (j == NEAR_ITERATIONS || !isfinite(found->norm))
+      return false;
+    thrum_tangent_by(s->kernel, s->model, s->trial, s->tangent, s->work);
+    if (!factorise(s, 0.0))
+      return false;
+    memcpy(s->direction, s->residual, (size_t)s->n * sizeof *s->direction);
+    solve(s, s->direction);
+    s->report->iterations++;
+    if (!shorten(s, factor, 0.0, found))
+      return found->norm <= STALLED * factor * s->load_norm;
+  }
+  return isfinite(found->norm);
+}
+
+/* T at the trial, its least eigenvalue, and a direction downhill; its slope is > 0. */
+static double descend(thrum_search *s, double *least) {
+  *least = thrum_search_least(s, s->trial, false);
+  const double shift = *least < 0.0 ? -1.5 * *least : 0.0;
+  if (!isfinite(*least) || !factorise(s, shift))
+    return 0.0;
+  memcpy(s->direction, s->residual, (size_t)s->n * sizeof *s->direction);
+  solve(s, s->direction);
+  double slope = 0.0;
+  for (int32_t i = 0; i < s->n; i++)
+    slope += s->direction[i] * s->residual[i];
+  return slope;
+}
+
+/* Off a saddle: along the soft direction to the side where the total energy is lower. */
+static void push_off(thrum_search *s, double factor) {
+  thrum_search_least(s, s->trial, true);
+  const double size = thrum_search_length(s, s->soft, NULL);
+  const double push = size > 0.0 ? 1e-3 * s->amplitude / size : 0.0;
+  memcpy(s->origin, s->trial, (size_t)s->n * sizeof *s->origin);
+  memcpy(s->direction, s->soft, (size_t)s->n * sizeof *s->direction);
+  place(s, push);
+  const double back = thrum_search_assess(s, factor).merit;
+  place(s, -push);
+  if (back < thrum_search_assess(s, factor).merit)
+    place(s, push);
+}
+
+bool thrum_search_down(thrum_search *s, double factor, thrum_search_measure *found) {
+  *found = thrum_search_assess(s, factor);
+  for (int32_t j = 0; j <= s->def->iterations_max && isfinite(found->norm); j++) {
+    if (found->norm <= target(s, factor)) {
+      if (thrum_search_least(s, s->trial, false) >= -1e-12 * s->scale[s->n - 1])
+        return true;
+      push_off(s, factor);
+      *found = thrum_search_assess(s, factor);
+      continue;
+    }
+    double least = 0.0;
+    const double slope = descend(s, &least);
+    s->report->iterations++;
+    if (!isfinite(slope) || !(slope > 0.0) || !shorten(s, factor, slope, found))
+      return least >= 0.0 && found->norm <= STALLED * factor * s->load_norm;
+  }
+  return false;
+}

@@ -1,0 +1,235 @@
+/* Bodies: what a def says becomes a state at its start.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "scene/scene_private.h"
+
+#define BODY_COOKIE UINT32_C(0x7468626f)
+#define BODY_VECTORS 7
+
+thrum_scene_body_def thrum_default_scene_body_def(void) {
+  return (thrum_scene_body_def){
+      .cookie = BODY_COOKIE,
+      .rotation = {1, 0, 0, 0},
+      .scale = 1,
+      .stiffness = 1,
+      .density = 1,
+      .colour = {0.75f, 0.75f, 0.75f},
+      .state = thrum_default_state_def(),
+  };
+}
+
+scene_body *scene_body_at(const thrum_scene *scene, int32_t body, thrum_error *error) {
+  if (scene != NULL && body >= 0 && body < scene->body_count)
+    return scene->bodies[body];
+  thrum_error_set(error, THRUM_INVALID_ARGUMENT, "there is no body %d: the scene has %d", (int)body,
+                  scene != NULL ? (int)scene->body_count : 0);
+  return NULL;
+}
+
+int32_t thrum_scene_body_count(const thrum_scene *scene) {
+  return scene->body_count;
+}
+
+int32_t thrum_scene_find_body(const thrum_scene *scene, const char *name) {
+  for (int32_t n = 0; n < scene->body_count; n++)
+    if (strcmp(scene->bodies[n]->name, name) == 0)
+      return n;
+  return -1;
+}
+
+thrum_status scene_state_make(const thrum_model *model, const thrum_state_def *def, const double *q,
+                              const double *p, thrum_state **state, thrum_error *error) {
+  size_t size = 0;
+  thrum_status status = thrum_state_size(model, def, &size, error);
+  if (status < 0)
+    return status;
+  void *memory = scene_aligned(size);
+  if (memory == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a state of %zu bytes", size);
+  status = thrum_state_init(memory, size, model, def, state, error);
+  if (status >= 0)
+    status = thrum_state_set(model, *state, q, p, error);
+  if (status < 0) {
+    free(memory);
+    *state = NULL;
+  }
+  return status;
+}
+
+static void free_body(thrum_scene *scene, scene_body *body) {
+  if (body == NULL)
+    return;
+  scene_model_drop(scene, body->derived);
+  free(body->state);
+  free(body->vectors);
+  free(body->courses);
+  free(body->now);
+  free(body->directions);
+  free(body->parts);
+  free(body->moments);
+  free(body->resultants);
+  free(body->surface);
+  free(body->areas);
+  free(body->stretch);
+  free(body->touching);
+  free(body->touch_areas);
+  scene_touch_free(body->touch);
+  free(body);
+}
+
+/* One block for all vectors of a body, and room for the load that gravity is. */
+static thrum_status make_vectors(scene_body *body, thrum_error *error) {
+  const size_t r = (size_t)body->model->rank;
+  body->vectors = calloc(BODY_VECTORS * r, sizeof *body->vectors);
+  body->courses = calloc(1, sizeof *body->courses);
+  body->now = calloc(1, sizeof *body->now);
+  body->directions = calloc(r, sizeof *body->directions);
+  if (!body->vectors || !body->courses || !body->now || !body->directions)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a body of rank %zu", r);
+  double **const each[BODY_VECTORS] = {&body->start_q, &body->start_p, &body->force, &body->inertia,
+                                       &body->before,  &body->q,       &body->p};
+  for (size_t n = 0; n < BODY_VECTORS; n++)
+    *each[n] = body->vectors + n * r;
+  body->courses[0] = body->now[0] = (thrum_load){THRUM_LOAD_CONSTANT, 0, INFINITY, 0};
+  body->load_count = 1;
+  return THRUM_OK;
+}
+
+/* q and p of the start; a mode's amplitude is that of the scaled body. */
+static thrum_status make_start(const thrum_scene_body_def *def, scene_body *body,
+                               thrum_error *error) {
+  const int64_t r = body->model->rank;
+  if (def->q != NULL)
+    memcpy(body->start_q, def->q, (size_t)r * sizeof *def->q);
+  if (def->p != NULL)
+    memcpy(body->start_p, def->p, (size_t)r * sizeof *def->p);
+  if (def->start_mode == 0)
+    return THRUM_OK;
+  if (def->start_mode > body->derived->rank)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "there is no mode %lld to start from: the body has modes 1 to %lld",
+                           (long long)def->start_mode, (long long)body->derived->rank);
+  return thrum_mode_add(body->model, def->start_mode - 1, def->start_amplitude / body->k,
+                        body->start_q, error);
+}
+
+static thrum_status check_def(const thrum_scene_body_def *def, thrum_error *error) {
+  if (def == NULL || def->cookie != BODY_COOKIE)
+    return thrum_error_set(error, THRUM_UNINITIALISED_DEF,
+                           "the body's def was not made by thrum_default_scene_body_def");
+  if (def->model == NULL || def->model->rank < 1)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the body's def has no model");
+  if (def->rank < 0 || def->rank > def->model->rank)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "rank %lld is asked for; the model has 1 to %lld", (long long)def->rank,
+                           (long long)def->model->rank);
+  return THRUM_OK;
+}
+
+static void set_name(const thrum_scene *scene, const char *name, scene_body *body) {
+  if (name != NULL)
+    snprintf(body->name, sizeof body->name, "%.*s", THRUM_SCENE_NAME_MAX - 1, name);
+  else
+    snprintf(body->name, sizeof body->name, "body%d", (int)scene->body_count + 1);
+}
+
+/* Fills a zeroed body; what it owns is freed by free_body, whatever came of it. */
+static thrum_status make_body(thrum_scene *scene, const thrum_scene_body_def *def, scene_body *body,
+                              thrum_error *error) {
+  const thrum_model_scaling by = {def->scale, def->stiffness, def->density};
+  const int64_t rank = def->rank > 0 ? def->rank : def->model->rank;
+  body->model = def->model;
+  body->def = def->state;
+  body->def.dt = scene->dt;
+  memcpy(body->colour, def->colour, sizeof body->colour);
+  set_name(scene, def->name, body);
+  thrum_status status = scene_placement_make(def->position, def->rotation, &body->placement, error);
+  body->here = body->placement;
+  if (status >= 0)
+    status = make_vectors(body, error);
+  if (status >= 0)
+    status = scene_model_take(scene, def->model, rank, &by, &body->derived, error);
+  if (status < 0)
+    return status;
+  // thrum_model_scale: k = (d s^3)^-1/2, g = k / s
+  const double volume = by.length * by.length * by.length;
+  body->k = 1 / sqrt(by.density * volume);
+  body->g = body->k / by.length;
+  body->mass = by.density * volume * body->k;
+  status = make_start(def, body, error);
+  if (status >= 0)
+    status = scene_free_make(def, body, error);
+  if (status >= 0)
+    status = scene_surface_make(def, body, error);
+  if (status >= 0 && scene->shake_count > 0)
+    status = scene_shake_check(body, error);
+  if (status >= 0)
+    status = scene_gravity_reduce(body, scene->gravity, error);
+  if (status >= 0)
+    status = scene_state_make(body->derived->model, &body->def, body->start_q, body->start_p,
+                              &body->state, error);
+  if (status >= 0)
+    status = scene_touch_make(scene, body, body->derived, body->state, &body->touch, error);
+  memcpy(body->before, body->start_q, (size_t)body->model->rank * sizeof *body->before);
+  return status;
+}
+
+thrum_status thrum_scene_add_body(thrum_scene *scene, const thrum_scene_body_def *def,
+                                  int32_t *number, thrum_error *error) {
+  thrum_status status = check_def(def, error);
+  if (status < 0)
+    return status;
+  scene_body *body = calloc(1, sizeof *body);
+  if (body == NULL || !scene_grow(&scene->bodies, scene->body_count + 1, sizeof *scene->bodies)) {
+    free(body);
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a body");
+  }
+  status = make_body(scene, def, body, error);
+  if (status >= 0)
+    status = scene_make_room(scene, scene->body_count + 1, error);
+  if (status < 0) {
+    free_body(scene, body);
+    return status;
+  }
+  if (number != NULL)
+    *number = scene->body_count;
+  scene->bodies[scene->body_count++] = body;
+  scene->revision++;
+  scene_loads_retime(scene);
+  return THRUM_OK;
+}
+
+thrum_status thrum_scene_make(double dt, thrum_scene **scene, thrum_error *error) {
+  if (scene == NULL || !isfinite(dt) || !(dt > 0))
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "a scene wants a time step that is finite and > 0 [s]");
+  thrum_scene *made = calloc(1, sizeof *made);
+  if (made == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a scene");
+  made->dt = dt;
+  *scene = made;
+  return THRUM_OK;
+}
+
+void thrum_scene_free(thrum_scene *scene) {
+  if (scene == NULL)
+    return;
+  for (int32_t n = 0; n < scene->body_count; n++)
+    free_body(scene, scene->bodies[n]);
+  for (int32_t n = 0; n < scene->probe_count; n++)
+    free(scene->probes[n].rows);
+  free(scene->bodies);
+  free(scene->probes);
+  free(scene->shakes);
+  free(scene->obstacles);
+  free(scene->obstacle_starts);
+  free(scene->side);
+  free(scene->side_status);
+  free(scene->side_body);
+  free(scene->workspace);
+  free(scene);
+}

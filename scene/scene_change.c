@@ -1,0 +1,165 @@
+/* Changes between two steps: the state is made anew where it must be, and q and p are carried over.
+ * SPDX-License-Identifier: Apache-2.0 */
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "scene/scene_private.h"
+
+/* Makes the body's state and model anew, as the def, rank and stiffness say. */
+static thrum_status rebuild(thrum_scene *scene, scene_body *body, const thrum_state_def *def,
+                            int64_t rank, double stiffness, thrum_error *error) {
+  scene_model *derived = NULL;
+  thrum_state *state = NULL;
+  scene_touch *touch = NULL;
+  thrum_model_scaling by = body->derived->by;
+  by.stiffness = stiffness;
+  thrum_status status = scene_body_read(body, true, error);
+  if (status >= 0)
+    status = scene_model_take(scene, body->model, rank, &by, &derived, error);
+  if (status < 0)
+    return status;
+  // coordinates that come are at rest
+  for (int64_t i = body->derived->rank; i < rank; i++)
+    body->q[i] = body->p[i] = 0;
+  status = scene_state_make(derived->model, def, body->q, body->p, &state, error);
+  if (status >= 0)
+    status = scene_make_room(scene, scene->body_count, error);
+  if (status >= 0)
+    status = scene_touch_make(scene, body, derived, state, &touch, error);
+  if (status < 0) {
+    free(state);
+    scene_model_drop(scene, derived);
+    return status;
+  }
+  scene_model_drop(scene, body->derived);
+  free(body->state);
+  scene_touch_free(body->touch);
+  body->touch = touch;
+  body->derived = derived;
+  body->state = state;
+  body->def = *def;
+  memcpy(body->before, body->q, (size_t)rank * sizeof *body->q);
+  scene->revision++;
+  return THRUM_OK;
+}
+
+thrum_status thrum_scene_set_damping(thrum_scene *scene, int32_t number, double alpha, double beta,
+                                     thrum_error *error) {
+  scene_body *body = scene_body_at(scene, number, error);
+  if (body == NULL)
+    return THRUM_INVALID_ARGUMENT;
+  thrum_state_def def = body->def;
+  def.damping_alpha = alpha;
+  def.damping_beta = beta;
+  return rebuild(scene, body, &def, body->derived->rank, body->derived->by.stiffness, error);
+}
+
+thrum_status thrum_scene_set_stiffness(thrum_scene *scene, int32_t number, double stiffness,
+                                       thrum_error *error) {
+  scene_body *body = scene_body_at(scene, number, error);
+  if (body == NULL)
+    return THRUM_INVALID_ARGUMENT;
+  return rebuild(scene, body, &body->def, body->derived->rank, stiffness, error);
+}
+
+thrum_status thrum_scene_set_integrator(thrum_scene *scene, int32_t number,
+                                        thrum_integrator integrator, thrum_error *error) {
+  scene_body *body = scene_body_at(scene, number, error);
+  if (body == NULL)
+    return THRUM_INVALID_ARGUMENT;
+  thrum_state_def def = body->def;
+  def.integrator = integrator;
+  return rebuild(scene, body, &def, body->derived->rank, body->derived->by.stiffness, error);
+}
+
+thrum_status thrum_scene_set_rank(thrum_scene *scene, int32_t number, int64_t rank,
+                                  thrum_error *error) {
+  scene_body *body = scene_body_at(scene, number, error);
+  if (body == NULL)
+    return THRUM_INVALID_ARGUMENT;
+  if (rank < 1 || rank > body->model->rank)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "rank %lld is asked for; the model has 1 to %lld", (long long)rank,
+                           (long long)body->model->rank);
+  return rebuild(scene, body, &body->def, rank, body->derived->by.stiffness, error);
+}
+
+/* A snapshot that a change which fails half-way goes back to; NULL without memory. */
+static void *keep(const thrum_scene *scene, size_t *size, thrum_error *error) {
+  *size = thrum_scene_snapshot_size(scene);
+  void *memory = malloc(*size);
+  if (memory == NULL)
+    thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory to keep the scene as it is");
+  else
+    thrum_scene_snapshot(scene, memory, *size, NULL);
+  return memory;
+}
+
+thrum_status thrum_scene_set_dt(thrum_scene *scene, double dt, thrum_error *error) {
+  if (!isfinite(dt) || !(dt > 0))
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "dt is %g; it must be finite and > 0 [s]",
+                           dt);
+  size_t size = 0;
+  void *kept = keep(scene, &size, error);
+  thrum_status status = kept != NULL ? THRUM_OK : THRUM_OUT_OF_MEMORY;
+  for (int32_t n = 0; status >= 0 && n < scene->body_count; n++) {
+    scene_body *body = scene->bodies[n];
+    status = thrum_state_set_dt(body->derived->model, body->state, dt, error);
+    body->q_known = body->p_known = false;
+  }
+  if (status < 0 && kept != NULL)
+    thrum_scene_restore(scene, kept, size, NULL);
+  free(kept);
+  if (status < 0)
+    return status;
+  scene->origin = thrum_scene_time(scene);
+  scene->origin_step = scene->steps;
+  scene->dt = dt;
+  for (int32_t n = 0; n < scene->body_count; n++)
+    scene->bodies[n]->def.dt = dt;
+  scene->revision++;
+  scene_loads_retime(scene);
+  return THRUM_OK;
+}
+
+/* A body at its start, with the counters of a new one. */
+static thrum_status restart(scene_body *body, thrum_error *error) {
+  const thrum_model *model = body->derived->model;
+  const thrum_status status = thrum_state_init(body->state, thrum_state_bytes(body->state), model,
+                                               &body->def, &body->state, error);
+  body->status = THRUM_OK;
+  body->fallback_steps = 0;
+  if (body->free)
+    scene_free_reset(body);
+  if (body->touch != NULL)
+    thrum_contact_reset(body->touch->contact);
+  body->work_load = body->work_base = body->dissipated = 0;
+  body->q_known = body->p_known = false;
+  memcpy(body->before, body->start_q, (size_t)model->rank * sizeof *body->before);
+  if (status < 0)
+    return status;
+  return thrum_state_set(model, body->state, body->start_q, body->start_p, error);
+}
+
+thrum_status thrum_scene_reset(thrum_scene *scene, thrum_error *error) {
+  size_t size = 0;
+  void *kept = keep(scene, &size, error);
+  thrum_status status = kept != NULL ? THRUM_OK : THRUM_OUT_OF_MEMORY;
+  for (int32_t n = 0; status >= 0 && n < scene->body_count; n++)
+    status = restart(scene->bodies[n], error);
+  if (status < 0 && kept != NULL)
+    thrum_scene_restore(scene, kept, size, NULL);
+  free(kept);
+  if (status < 0)
+    return status;
+  scene->steps = scene->origin_step = 0;
+  scene->origin = 0;
+  scene_obstacles_reset(scene);
+  scene_loads_retime(scene);
+  return THRUM_OK;
+}

@@ -1,0 +1,271 @@
+/* Contact and pulls of one body: a contact (thrum/contact.h) over the points that touch or are
+ * pulled, whose rows of U' = k U are all that is copied of the basis.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "scene/scene_private.h"
+
+static bool pulled(const scene_body *body) {
+  bool any = false;
+  for (int n = 0; n < THRUM_SCENE_PULLS; n++)
+    any = any || body->pulls[n].used;
+  return any;
+}
+
+void scene_touch_free(scene_touch *touch) {
+  if (touch == NULL)
+    return;
+  free(touch->rest);
+  free(touch->rows);
+  free(touch->places);
+  free(touch->contact);
+  free(touch);
+}
+
+/* Point `place` becomes the model's vertex `vertex`. */
+static void fill_point(const scene_body *body, scene_touch *touch, int64_t place, int64_t vertex) {
+  const thrum_model *from = body->model;
+  const int64_t rank = touch->model.rank;
+  for (int axis = 0; axis < 3; axis++) {
+    const double *row = from->basis + (3 * vertex + axis) * from->rank;
+    touch->rest[3 * place + axis] = body->derived->by.length * from->vertices[3 * vertex + axis];
+    for (int64_t i = 0; i < rank; i++)
+      touch->rows[(3 * place + axis) * rank + i] = body->k * row[i];
+  }
+}
+
+/* The stepped model with the points as its mesh, and the material that its stiffness follows. */
+static void make_model(const scene_body *body, const scene_model *derived, scene_touch *touch) {
+  const thrum_model *from = body->model;
+  touch->model = *derived->model;
+  touch->model.vertex_count = touch->count;
+  touch->model.vertices = touch->rest;
+  touch->model.basis = touch->rows;
+  for (int64_t n = 0; from->material && n < from->region_count; n++)
+    if (derived->by.stiffness * from->material[3 * n] > touch->material[0])
+      touch->material[0] = derived->by.stiffness * from->material[3 * n];
+  touch->model.material = touch->material;
+  touch->model.region_count = 1;
+}
+
+static thrum_status make_contact(const scene_body *body, int64_t points, const thrum_state *state,
+                                 scene_touch *touch, thrum_error *error) {
+  thrum_contact_def def = thrum_default_contact_def();
+  size_t size = 0;
+  def.vertices = touch->places;
+  def.vertex_count = points > 0 ? points : 1;
+  def.areas = points > 0 && body->areas_known ? body->touch_areas : NULL;
+  def.stiffness = body->touch_stiffness;
+  def.pull_max = THRUM_SCENE_PULLS;
+  const thrum_status status = thrum_contact_size(&touch->model, state, &def, &size, error);
+  if (status < 0)
+    return status;
+  void *memory = scene_aligned(size);
+  if (memory == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a contact of %zu bytes",
+                           size);
+  touch->contact = memory;
+  touch->bytes = size + (size_t)(3 * touch->count * (touch->model.rank + 1)) * sizeof(double);
+  return thrum_contact_init(memory, size, &touch->model, state, &def, &touch->contact, error);
+}
+
+thrum_status scene_touch_make(const thrum_scene *scene, const scene_body *body,
+                              const scene_model *derived, const thrum_state *state,
+                              scene_touch **made, thrum_error *error) {
+  const int64_t points = scene->obstacle_count > 0 ? body->touch_count : 0;
+  *made = NULL;
+  if (points == 0 && !pulled(body))
+    return THRUM_OK;
+  scene_touch *touch = calloc(1, sizeof *touch);
+  thrum_status status = THRUM_OUT_OF_MEMORY;
+  if (touch != NULL) {
+    const size_t count = (size_t)(points + THRUM_SCENE_PULLS);
+    touch->count = (int64_t)count;
+    touch->idle = points == 0;
+    touch->rest = calloc(3 * count, sizeof *touch->rest);
+    touch->rows = calloc(3 * count * (size_t)derived->rank, sizeof *touch->rows);
+    touch->places = calloc(count, sizeof *touch->places);
+  }
+  if (touch == NULL || !touch->rest || !touch->rows || !touch->places) {
+    scene_touch_free(touch);
+    return thrum_error_set(error, status, "no memory for a contact");
+  }
+  make_model(body, derived, touch);
+  for (int64_t n = 0; n < points; n++) {
+    touch->places[n] = (int32_t)n;
+    fill_point(body, touch, n, body->touching[n]);
+  }
+  for (int n = 0; n < THRUM_SCENE_PULLS; n++)
+    if (body->pulls[n].used)
+      fill_point(body, touch, points + n, body->pulls[n].vertex);
+  status = make_contact(body, points, state, touch, error);
+  if (status < 0)
+    scene_touch_free(touch);
+  else
+    *made = touch;
+  return status;
+}
+
+/* The pulls in use, and their number. */
+static int64_t list_pulls(const scene_body *body, thrum_pull pulls[THRUM_SCENE_PULLS]) {
+  const int64_t first = body->touch->count - THRUM_SCENE_PULLS;
+  int64_t count = 0;
+  for (int n = 0; n < THRUM_SCENE_PULLS; n++) {
+    const scene_pull *pull = &body->pulls[n];
+    const int32_t place = (int32_t)(first + n);
+    if (!pull->used)
+      continue;
+    thrum_pull *listed = &pulls[count++];
+    *listed = (thrum_pull){.vertices = {place, place, place},
+                           .weights = {1, 0, 0},
+                           .stiffness = pull->stiffness,
+                           .damping = pull->damping};
+    memcpy(listed->target, pull->target, sizeof listed->target);
+  }
+  return count;
+}
+
+thrum_status scene_touch_step(const thrum_scene *scene, scene_body *body,
+                              const scene_wrench *wrench, thrum_error *error) {
+  thrum_pull pulls[THRUM_SCENE_PULLS];
+  thrum_around around = {.placement = &body->placement,
+                         .translation = body->free ? &body->way : NULL,
+                         .turning = body->free ? &body->turning : NULL,
+                         .obstacles = scene->obstacles,
+                         .obstacle_count = body->touch->idle ? 0 : scene->obstacle_count,
+                         .pulls = pulls,
+                         .pull_count = list_pulls(body, pulls),
+                         .load = body->force};
+  memcpy(around.force, wrench->force, sizeof around.force);
+  memcpy(around.torque, wrench->torque, sizeof around.torque);
+  const thrum_status status =
+      thrum_contact_step(&body->touch->model, body->state, body->touch->contact, &around, error);
+  if (status >= 0 && body->free)
+    scene_free_place(body);
+  return status;
+}
+
+/* --- pulls -------------------------------------------------------------------------------------
+ */
+
+/* The body and slot of a pull in use. */
+static scene_pull *find_pull(const thrum_scene *scene, int32_t number, scene_body **body,
+                             thrum_error *error) {
+  const int32_t n = number / THRUM_SCENE_PULLS;
+  if (number >= 0 && n < scene->body_count) {
+    *body = scene->bodies[n];
+    scene_pull *pull = &(*body)->pulls[number % THRUM_SCENE_PULLS];
+    if (pull->used)
+      return pull;
+  }
+  thrum_error_set(error, THRUM_INVALID_ARGUMENT, "there is no pull %d now", (int)number);
+  return NULL;
+}
+
+static thrum_status check_pull(const scene_body *body, int64_t vertex, const double target[3],
+                               double stiffness, double damping, thrum_error *error) {
+  const thrum_model *model = body->model;
+  if (!model->basis || !model->vertices)
+    return thrum_error_set(error, THRUM_MISSING,
+                           "the model of body '%s' has no basis, so nothing can pull it",
+                           body->name);
+  if (vertex < 0 || vertex >= model->vertex_count)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "vertex %lld of body '%s': there are %lld", (long long)vertex,
+                           body->name, (long long)model->vertex_count);
+  for (int axis = 0; axis < 3; axis++)
+    if (!(target[axis] - target[axis] == 0))
+      return thrum_error_set(error, THRUM_BAD_VALUE, "the target of a pull is not finite");
+  if (!(stiffness >= 0 && stiffness <= THRUM_CONTACT_STIFFNESS_MAX) ||
+      !(damping <= THRUM_CONTACT_STIFFNESS_MAX))
+    return thrum_error_set(error, THRUM_BAD_VALUE,
+                           "the stiffness of a pull must be 0 to 1e30, its damping at most that");
+  return THRUM_OK;
+}
+
+thrum_status thrum_scene_pull_start(thrum_scene *scene, int32_t number, int64_t vertex,
+                                    const double target[3], double stiffness, double damping,
+                                    int32_t *pull, thrum_error *error) {
+  scene_body *body = scene_body_at(scene, number, error);
+  int slot = 0;
+  if (body == NULL)
+    return THRUM_INVALID_ARGUMENT;
+  thrum_status status = check_pull(body, vertex, target, stiffness, damping, error);
+  if (status < 0)
+    return status;
+  while (slot < THRUM_SCENE_PULLS && body->pulls[slot].used)
+    slot++;
+  if (slot == THRUM_SCENE_PULLS)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "body '%s' has %d pulls already",
+                           body->name, THRUM_SCENE_PULLS);
+  scene_pull *made = &body->pulls[slot];
+  *made = (scene_pull){.used = true, .vertex = vertex, .stiffness = stiffness, .damping = damping};
+  memcpy(made->target, target, sizeof made->target);
+  if (body->touch == NULL)
+    status = scene_touch_make(scene, body, body->derived, body->state, &body->touch, error);
+  else
+    fill_point(body, body->touch, body->touch->count - THRUM_SCENE_PULLS + slot, vertex);
+  if (status < 0) {
+    made->used = false;
+    return status;
+  }
+  scene->revision++;
+  if (pull != NULL)
+    *pull = number * THRUM_SCENE_PULLS + slot;
+  return THRUM_OK;
+}
+
+thrum_status thrum_scene_pull_move(thrum_scene *scene, int32_t number, const double target[3],
+                                   thrum_error *error) {
+  scene_body *body = NULL;
+  scene_pull *pull = find_pull(scene, number, &body, error);
+  if (pull == NULL)
+    return THRUM_INVALID_ARGUMENT;
+  const thrum_status status =
+      check_pull(body, pull->vertex, target, pull->stiffness, pull->damping, error);
+  if (status >= 0)
+    memcpy(pull->target, target, sizeof pull->target);
+  return status;
+}
+
+thrum_status thrum_scene_pull_end(thrum_scene *scene, int32_t number, thrum_error *error) {
+  scene_body *body = NULL;
+  scene_pull *pull = find_pull(scene, number, &body, error);
+  if (pull == NULL)
+    return THRUM_INVALID_ARGUMENT;
+  pull->used = false;
+  // bodies that nothing touches are stepped side by side again
+  if (body->touch->idle && !pulled(body)) {
+    scene_touch_free(body->touch);
+    body->touch = NULL;
+  }
+  scene->revision++;
+  return THRUM_OK;
+}
+
+thrum_status thrum_scene_pull_get(thrum_scene *scene, int32_t number, double point[3],
+                                  double force[3], thrum_error *error) {
+  scene_body *body = NULL;
+  const scene_pull *pull = find_pull(scene, number, &body, error);
+  if (pull == NULL)
+    return THRUM_INVALID_ARGUMENT;
+  int64_t place = 0;
+  for (const scene_pull *before = body->pulls; before < pull; before++)
+    place += before->used;
+  thrum_status status = THRUM_OK;
+  // a pull that has not acted yet has no force
+  if (force != NULL) {
+    memset(force, 0, 3 * sizeof *force);
+    thrum_contact_pull_force(body->touch->contact, place, force, NULL);
+  }
+  if (point != NULL)
+    status = thrum_scene_body_vertex(scene, number / THRUM_SCENE_PULLS, pull->vertex, point, NULL,
+                                     error);
+  return status;
+}

@@ -1,0 +1,115 @@
+/* Free bodies: their mass and inertia, and how they move and turn as a whole (thrum/rigid_frame.h).
+ * SPDX-License-Identifier: Apache-2.0 */
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "scene/scene_private.h"
+
+static void cross(const double a[3], const double b[3], double out[3]) {
+  for (int axis = 0; axis < 3; axis++) {
+    const int next = (axis + 1) % 3, last = (axis + 2) % 3;
+    out[axis] = a[next] * b[last] - a[last] * b[next];
+  }
+}
+
+/* L of an angular velocity: J w, where the inverse of J is known; rows of J are cross products of
+ * columns of the inverse over its determinant. */
+static void find_momentum(const double inverse[9], const double spin[3], double momentum[3]) {
+  double products[3][3];
+  for (int row = 0; row < 3; row++)
+    cross(inverse + 3 * ((row + 1) % 3), inverse + 3 * ((row + 2) % 3), products[row]);
+  const double determinant =
+      inverse[0] * products[0][0] + inverse[1] * products[0][1] + inverse[2] * products[0][2];
+  for (int row = 0; row < 3; row++)
+    momentum[row] =
+        (products[row][0] * spin[0] + products[row][1] * spin[1] + products[row][2] * spin[2]) /
+        determinant;
+}
+
+/* The turning of the scaled body: lengths by s, the inertia by d s^5. */
+static thrum_status make_turning(const thrum_scene_body_def *def, scene_body *body,
+                                 thrum_error *error) {
+  const thrum_status status = thrum_turning_of(def->model, &body->turning, error);
+  if (status < 0)
+    return status;
+  const double s = def->scale, inertia = def->density * (s * s * s * s * s);
+  for (int axis = 0; axis < 3; axis++)
+    body->turning.centre[axis] *= s;
+  for (int n = 0; n < 9; n++)
+    body->turning.inverse[n] /= inertia;
+  double spin[3], momentum[3];
+  scene_to_body(&body->placement, def->spin, spin);
+  find_momentum(body->turning.inverse, spin, momentum);
+  scene_to_world(&body->placement, momentum, body->start_momentum);
+  for (int axis = 0; axis < 3; axis++)
+    if (!isfinite(body->start_momentum[axis]))
+      return thrum_error_set(error, THRUM_BAD_VALUE, "the spin at the start is not finite");
+  return THRUM_OK;
+}
+
+thrum_status scene_free_make(const thrum_scene_body_def *def, scene_body *body,
+                             thrum_error *error) {
+  if (!def->free)
+    return THRUM_OK;
+  if (def->model->rigid == NULL || !isnormal(def->model->rigid[0]))
+    return thrum_error_set(error, THRUM_MISSING,
+                           "a free body needs a model that nothing holds: precompute it without "
+                           "--fix");
+  for (int axis = 0; axis < 3; axis++)
+    if (!isfinite(def->velocity[axis]))
+      return thrum_error_set(error, THRUM_BAD_VALUE, "the velocity at the start is not finite");
+  const thrum_status status = make_turning(def, body, error);
+  if (status < 0)
+    return status;
+  const size_t r = (size_t)body->model->rank;
+  body->parts = calloc(9 * r, sizeof *body->parts);
+  body->moments = calloc(9, sizeof *body->moments);
+  body->resultants = calloc(3, sizeof *body->resultants);
+  if (!body->parts || !body->moments || !body->resultants)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a free body");
+  // rigid modes begin with a shift along x, 1/sqrt(m) in each of its rows
+  const double shift = def->model->rigid[0] * body->k;
+  body->free = true;
+  body->way.mass = 1 / (shift * shift);
+  memcpy(body->start_velocity, def->velocity, sizeof body->start_velocity);
+  scene_free_reset(body);
+  return THRUM_OK;
+}
+
+void scene_free_place(scene_body *body) {
+  body->here = thrum_placement_now(&body->placement, &body->turning, body->way.position);
+}
+
+void scene_free_reset(scene_body *body) {
+  static const double identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  memset(body->way.position, 0, sizeof body->way.position);
+  memcpy(body->way.velocity, body->start_velocity, sizeof body->way.velocity);
+  memcpy(body->turning.attitude, identity, sizeof identity);
+  memcpy(body->turning.momentum, body->start_momentum, sizeof body->start_momentum);
+  scene_free_place(body);
+}
+
+void scene_free_step(scene_body *body, const scene_wrench *wrench, double dt) {
+  thrum_translation_step(&body->way, wrench->force, dt);
+  thrum_turning_step(&body->turning, &body->placement, wrench->torque, dt, NULL);
+  scene_free_place(body);
+}
+
+void scene_free_centre(const scene_body *body, double centre[3]) {
+  scene_to_world(&body->here, body->turning.centre, centre);
+  for (int axis = 0; axis < 3; axis++)
+    centre[axis] += body->here.origin[axis];
+}
+
+void scene_free_velocity(const scene_body *body, const double arm[3], double velocity[3]) {
+  double spin[3];
+  thrum_turning_velocity(&body->turning, &body->placement, spin);
+  cross(spin, arm, velocity);
+  for (int axis = 0; axis < 3; axis++)
+    velocity[axis] += body->way.velocity[axis];
+}

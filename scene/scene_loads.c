@@ -1,0 +1,195 @@
+/* What acts on the bodies over time: gravity, loads, the ground (design 5, 12).
+ *
+ * A load is fixed in the world, so it is turned into the body's axes and reduced once; a step sums
+ * directions times their mean over it. Time is counted from the scene's origin, which moves when dt
+ * changes, so that whole steps stay whole.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "scene/scene_private.h"
+
+static bool finite3(const double *vector) {
+  return isfinite(vector[0]) && isfinite(vector[1]) && isfinite(vector[2]);
+}
+
+/* reduced (zero before) += U'^T M' a of a uniform acceleration in world axes. */
+static thrum_status reduce_acceleration(const scene_body *body, const double acceleration[3],
+                                        double *reduced, thrum_error *error) {
+  double local[3];
+  scene_to_body(&body->placement, acceleration, local);
+  const thrum_status status = thrum_force_add_gravity(body->model, local, reduced, error);
+  for (int64_t i = 0; status >= 0 && i < body->model->rank; i++)
+    reduced[i] *= body->mass;
+  return status;
+}
+
+/* Nothing needs the mass of bodies that nothing accelerates. */
+static thrum_status gravity_direction(const scene_body *body, const double gravity[3],
+                                      double *direction, thrum_error *error) {
+  const int64_t r = body->model->rank;
+  memset(direction, 0, (size_t)r * sizeof *direction);
+  if (gravity[0] == 0 && gravity[1] == 0 && gravity[2] == 0)
+    return THRUM_OK;
+  return reduce_acceleration(body, gravity, direction, error);
+}
+
+thrum_status scene_gravity_reduce(scene_body *body, const double gravity[3], thrum_error *error) {
+  // body->force is made anew in every step
+  const thrum_status status = gravity_direction(body, gravity, body->force, error);
+  if (status < 0)
+    return status;
+  memcpy(body->directions, body->force, (size_t)body->model->rank * sizeof *body->force);
+  if (!body->free)
+    return THRUM_OK;
+  const thrum_scene_load load = {.kind = THRUM_SCENE_ACCELERATION,
+                                 .vector = {gravity[0], gravity[1], gravity[2]}};
+  return scene_parts_make(body, &load, 0, error);
+}
+
+thrum_status thrum_scene_set_gravity(thrum_scene *scene, const double gravity[3],
+                                     thrum_error *error) {
+  if (!finite3(gravity))
+    return thrum_error_set(error, THRUM_BAD_VALUE, "gravity is not finite");
+  for (int32_t n = 0; n < scene->body_count; n++) {
+    // all are tried before one is changed
+    const thrum_status status =
+        gravity_direction(scene->bodies[n], gravity, scene->bodies[n]->force, error);
+    if (status < 0)
+      return status;
+  }
+  memcpy(scene->gravity, gravity, sizeof scene->gravity);
+  for (int32_t n = 0; n < scene->body_count; n++)
+    scene_gravity_reduce(scene->bodies[n], gravity, NULL);
+  return THRUM_OK;
+}
+
+void thrum_scene_gravity(const thrum_scene *scene, double gravity[3]) {
+  memcpy(gravity, scene->gravity, sizeof scene->gravity);
+}
+
+/* reduced (zero before) += U'^T f of a field in world axes. */
+static thrum_status reduce_field(const scene_body *body, const double *field, double *reduced,
+                                 thrum_error *error) {
+  const size_t count = (size_t)body->model->vertex_count;
+  double *local = malloc(3 * count * sizeof *local + 1);
+  if (local == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a field of forces");
+  for (size_t v = 0; v < count; v++)
+    scene_to_body(&body->placement, field + 3 * v, local + 3 * v);
+  const thrum_status status = thrum_force_add_field(body->model, local, reduced, error);
+  free(local);
+  return status;
+}
+
+static thrum_status reduce_load(const scene_body *body, const thrum_scene_load *load,
+                                double *reduced, thrum_error *error) {
+  double local[3];
+  thrum_status status = THRUM_OK;
+  switch (load->kind) {
+  case THRUM_SCENE_ACCELERATION:
+    return reduce_acceleration(body, load->vector, reduced, error);
+  case THRUM_SCENE_REDUCED:
+    status = scene_reduced_check(body, load, error);
+    if (status >= 0)
+      memcpy(reduced, load->reduced, (size_t)body->model->rank * sizeof *reduced);
+    return status;
+  case THRUM_SCENE_FIELD:
+    status = load->field == NULL
+                 ? thrum_error_set(error, THRUM_INVALID_ARGUMENT, "a field of forces is NULL")
+                 : reduce_field(body, load->field, reduced, error);
+    break;
+  case THRUM_SCENE_FORCE:
+    scene_to_body(&body->placement, load->vector, local);
+    status =
+        thrum_force_add_shared(body->model, load->vertices, load->count, local, reduced, error);
+    break;
+  default:
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "a load is of no known kind");
+  }
+  for (int64_t i = 0; status >= 0 && i < body->model->rank; i++)
+    reduced[i] *= body->k;
+  return status;
+}
+
+static thrum_status check_load(const thrum_scene_load *load, thrum_error *error) {
+  const thrum_load *course = &load->course;
+  if (load->kind != THRUM_SCENE_FIELD && load->kind != THRUM_SCENE_REDUCED &&
+      !finite3(load->vector))
+    return thrum_error_set(error, THRUM_BAD_VALUE, "a load is not finite");
+  if (isnan(course->from) || isnan(course->until) || !isfinite(course->frequency))
+    return thrum_error_set(error, THRUM_BAD_VALUE, "the course of a load is not a number");
+  return THRUM_OK;
+}
+
+thrum_status thrum_scene_add_load(thrum_scene *scene, int32_t number, const thrum_scene_load *load,
+                                  thrum_error *error) {
+  scene_body *body = scene_body_at(scene, number, error);
+  if (body == NULL)
+    return THRUM_INVALID_ARGUMENT;
+  thrum_status status = check_load(load, error);
+  if (status < 0)
+    return status;
+  const int64_t r = body->model->rank, count = body->load_count + 1;
+  if (!scene_grow(&body->courses, count, sizeof *body->courses) ||
+      !scene_grow(&body->now, count, sizeof *body->now) ||
+      !scene_grow(&body->directions, count * r, sizeof *body->directions))
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a load");
+  double *direction = body->directions + body->load_count * r;
+  memset(direction, 0, (size_t)r * sizeof *direction);
+  status = reduce_load(body, load, direction, error);
+  if (status >= 0 && body->free)
+    status = scene_parts_make(body, load, body->load_count, error);
+  if (status < 0)
+    return status;
+  body->courses[body->load_count++] = load->course;
+  scene->revision++;
+  scene_loads_retime(scene);
+  return THRUM_OK;
+}
+
+static thrum_load counted_from(const thrum_load *course, double origin) {
+  thrum_load now = *course;
+  now.from -= origin;
+  now.until -= origin;
+  return now;
+}
+
+void scene_loads_retime(thrum_scene *scene) {
+  for (int32_t n = 0; n < scene->body_count; n++) {
+    scene_body *body = scene->bodies[n];
+    // gravity stands outside of time
+    body->now[0] = body->courses[0];
+    for (int64_t l = 1; l < body->load_count; l++)
+      body->now[l] = counted_from(&body->courses[l], scene->origin);
+  }
+  for (int32_t n = 0; n < scene->shake_count; n++)
+    scene->shakes[n].now = counted_from(&scene->shakes[n].course, scene->origin);
+}
+
+void scene_loads_sum(const thrum_scene *scene, scene_body *body, scene_wrench *wrench) {
+  const int64_t r = body->model->rank, step = scene->steps - scene->origin_step;
+  if (body->free)
+    scene_parts_sum(scene, body, step, wrench);
+  thrum_load_sum(body->now, body->directions, body->load_count, r, step, scene->dt, body->force);
+  if (scene->shake_count == 0)
+    return;
+  double mean[3], local[3];
+  scene_shake_mean(scene, mean);
+  for (int axis = 0; axis < 3 && body->free; axis++)
+    wrench->force[axis] -= body->way.mass * mean[axis];
+  scene_to_body(&body->here, mean, local);
+  memset(body->inertia, 0, (size_t)r * sizeof *body->inertia);
+  // cannot fail: looked at when the shake was added
+  thrum_motion_load(body->model, local, body->inertia, NULL);
+  for (int64_t i = 0; i < r; i++) {
+    body->inertia[i] *= body->mass;
+    body->force[i] += body->inertia[i];
+  }
+}

@@ -1,0 +1,23 @@
+/* Memory of a scene. SPDX-License-Identifier: Apache-2.0 */
+#include <stdlib.h>
+#include <string.h>
+
+#include "scene/scene_private.h"
+
+void *scene_aligned(size_t size) {
+  // aligned_alloc wants a multiple of the alignment
+  if (size > SIZE_MAX - SCENE_ALIGNMENT)
+    return NULL;
+  return aligned_alloc(SCENE_ALIGNMENT,
+                       (size + SCENE_ALIGNMENT - 1) / SCENE_ALIGNMENT * SCENE_ALIGNMENT);
+}
+
+bool scene_grow(void *array, int64_t count, size_t size) {
+  void *old = NULL;
+  memcpy(&old, array, sizeof old);
+  void *grown = realloc(old, (size_t)count * size);
+  if (grown == NULL)
+    return false;
+  memcpy(array, &grown, sizeof grown);
+  return true;
+}

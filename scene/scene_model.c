@@ -1,0 +1,127 @@
+/* The models that bodies step, made of those that they were given, each once.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <stdlib.h>
+
+#include "scene/scene_private.h"
+
+/* The model without what a step never reads. */
+static thrum_model lean(const thrum_model *model) {
+  thrum_model copy = *model;
+  copy.vertex_count = copy.tet_count = copy.region_count = 0;
+  copy.group_count = copy.group_name_bytes = copy.group_vertex_count = copy.meta_bytes = 0;
+  copy.meta = copy.fixed = copy.group_names = NULL;
+  copy.vertices = copy.material = copy.basis = copy.rigid = NULL;
+  copy.tets = copy.tet_region = copy.group_ends = copy.group_vertices = NULL;
+  return copy;
+}
+
+static thrum_status no_memory(const thrum_model *from, thrum_error *error) {
+  return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a model of rank %lld",
+                         (long long)from->rank);
+}
+
+/* model->model of the given rank in memory of its own. */
+static thrum_status cut_down(const thrum_model *from, scene_model *model, thrum_error *error) {
+  size_t size = 0;
+  const thrum_model copy = lean(from);
+  const thrum_status status = thrum_model_truncate_size(&copy, model->rank, &size, error);
+  if (status < 0)
+    return status;
+  model->memory = scene_aligned(size);
+  if (model->memory == NULL)
+    return no_memory(from, error);
+  return thrum_model_truncate(model->memory, size, &copy, model->rank, &model->model, error);
+}
+
+/* The same, scaled; what was in model->memory goes. */
+static thrum_status scale(scene_model *model, thrum_error *error) {
+  size_t size = 0;
+  const thrum_model copy = lean(model->model);
+  thrum_status status = thrum_model_scale_size(&copy, &size, error);
+  if (status < 0)
+    return status;
+  void *memory = scene_aligned(size);
+  if (memory == NULL)
+    return no_memory(model->from, error);
+  status = thrum_model_scale(memory, size, &copy, &model->by, &model->model, error);
+  free(status < 0 ? memory : model->memory);
+  if (status >= 0)
+    model->memory = memory;
+  return status;
+}
+
+static bool same(const scene_model *model, const thrum_model *from, int64_t rank,
+                 const thrum_model_scaling *by) {
+  return model->from == from && model->rank == rank && model->by.length == by->length &&
+         model->by.stiffness == by->stiffness && model->by.density == by->density;
+}
+
+thrum_status scene_model_take(thrum_scene *scene, const thrum_model *from, int64_t rank,
+                              const thrum_model_scaling *by, scene_model **taken,
+                              thrum_error *error) {
+  for (scene_model *model = scene->models; model != NULL; model = model->next) {
+    if (same(model, from, rank, by)) {
+      model->users++;
+      *taken = model;
+      return THRUM_OK;
+    }
+  }
+  scene_model *model = calloc(1, sizeof *model);
+  if (model == NULL)
+    return no_memory(from, error);
+  *model = (scene_model){.from = from, .model = from, .rank = rank, .by = *by, .users = 1};
+  thrum_status status = THRUM_OK;
+  if (rank != from->rank)
+    status = cut_down(from, model, error);
+  if (status >= 0 && (by->length != 1 || by->stiffness != 1 || by->density != 1))
+    status = scale(model, error);
+  if (status < 0) {
+    free(model->memory);
+    free(model);
+    return status;
+  }
+  model->next = scene->models;
+  scene->models = model;
+  *taken = model;
+  return THRUM_OK;
+}
+
+void scene_model_drop(thrum_scene *scene, scene_model *model) {
+  if (model == NULL || --model->users > 0)
+    return;
+  for (scene_model **at = &scene->models; *at != NULL; at = &(*at)->next) {
+    if (*at == model) {
+      *at = model->next;
+      break;
+    }
+  }
+  free(model->memory);
+  free(model);
+}
+
+thrum_status scene_make_room(thrum_scene *scene, int32_t bodies, thrum_error *error) {
+  size_t needed = 0;
+  for (const scene_model *model = scene->models; model != NULL; model = model->next) {
+    size_t size = 0;
+    if (model->users < 2)
+      continue;
+    const thrum_status status = thrum_crowd_size(model->model, &size, error);
+    if (status < 0)
+      return status;
+    needed = size > needed ? size : needed;
+  }
+  void *workspace = NULL;
+  if (needed > scene->workspace_size) {
+    workspace = scene_aligned(needed);
+    if (workspace == NULL)
+      return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %d bodies", (int)bodies);
+    free(scene->workspace);
+    scene->workspace = workspace;
+    scene->workspace_size = needed;
+  }
+  if (!scene_grow(&scene->side, bodies + 1, sizeof *scene->side) ||
+      !scene_grow(&scene->side_status, bodies + 1, sizeof *scene->side_status) ||
+      !scene_grow(&scene->side_body, bodies + 1, sizeof *scene->side_body))
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %d bodies", (int)bodies);
+  return THRUM_OK;
+}

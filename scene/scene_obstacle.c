@@ -1,0 +1,99 @@
+/* Obstacles of a scene: what bodies touch (thrum/contact.h).
+ * SPDX-License-Identifier: Apache-2.0 */
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "scene/scene_private.h"
+
+/* Makes the contacts that bodies have not got yet; all of them or none. */
+static thrum_status make_contacts(thrum_scene *scene, thrum_error *error) {
+  thrum_status status = THRUM_OK;
+  int32_t made = 0;
+  for (; made < scene->body_count && status >= 0; made++) {
+    scene_body *body = scene->bodies[made];
+    body->touch_next = NULL;
+    if (body->touch_count > 0 && (body->touch == NULL || body->touch->idle))
+      status = scene_touch_make(scene, body, body->derived, body->state, &body->touch_next, error);
+  }
+  for (int32_t n = 0; n < made; n++) {
+    scene_body *body = scene->bodies[n];
+    if (status < 0) {
+      scene_touch_free(body->touch_next);
+    } else if (body->touch_next != NULL) {
+      scene_touch_free(body->touch);
+      body->touch = body->touch_next;
+    }
+    body->touch_next = NULL;
+  }
+  return status;
+}
+
+thrum_status thrum_scene_add_obstacle(thrum_scene *scene, const thrum_obstacle *obstacle,
+                                      int32_t *number, thrum_error *error) {
+  thrum_status status = thrum_obstacle_check(obstacle, scene->obstacle_count, error);
+  if (status < 0)
+    return status;
+  const int64_t count = scene->obstacle_count + 1;
+  if (!scene_grow(&scene->obstacles, count, sizeof *scene->obstacles) ||
+      !scene_grow(&scene->obstacle_starts, count, sizeof *scene->obstacle_starts))
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for an obstacle");
+  scene->obstacles[scene->obstacle_count] = *obstacle;
+  scene->obstacle_starts[scene->obstacle_count] = *obstacle;
+  scene->obstacle_count++;
+  status = make_contacts(scene, error);
+  if (status < 0) {
+    scene->obstacle_count--;
+    return status;
+  }
+  scene->revision++;
+  if (number != NULL)
+    *number = scene->obstacle_count - 1;
+  return THRUM_OK;
+}
+
+int32_t thrum_scene_obstacle_count(const thrum_scene *scene) {
+  return scene->obstacle_count;
+}
+
+static thrum_status check_number(const thrum_scene *scene, int32_t number, thrum_error *error) {
+  if (number >= 0 && number < scene->obstacle_count)
+    return THRUM_OK;
+  return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "there is no obstacle %d: the scene has %d",
+                         (int)number, (int)scene->obstacle_count);
+}
+
+thrum_status thrum_scene_obstacle(const thrum_scene *scene, int32_t number,
+                                  thrum_obstacle *obstacle, thrum_error *error) {
+  const thrum_status status = check_number(scene, number, error);
+  if (status >= 0)
+    *obstacle = scene->obstacles[number];
+  return status;
+}
+
+thrum_status thrum_scene_set_obstacle(thrum_scene *scene, int32_t number,
+                                      const thrum_obstacle *obstacle, thrum_error *error) {
+  thrum_status status = check_number(scene, number, error);
+  if (status >= 0)
+    status = thrum_obstacle_check(obstacle, number, error);
+  if (status < 0)
+    return status;
+  scene->obstacles[number] = *obstacle;
+  scene->obstacle_starts[number] = *obstacle;
+  return THRUM_OK;
+}
+
+void scene_obstacles_move(thrum_scene *scene) {
+  for (int32_t n = 0; n < scene->obstacle_count; n++)
+    for (int axis = 0; axis < 3; axis++)
+      scene->obstacles[n].centre[axis] += scene->dt * scene->obstacles[n].velocity[axis];
+}
+
+void scene_obstacles_reset(thrum_scene *scene) {
+  if (scene->obstacle_count > 0)
+    memcpy(scene->obstacles, scene->obstacle_starts,
+           (size_t)scene->obstacle_count * sizeof *scene->obstacles);
+}

@@ -1,0 +1,101 @@
+/* Where a body is in the world, and the point of a body there.
+ * SPDX-License-Identifier: Apache-2.0 */
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+#include <math.h>
+#include <string.h>
+
+#include "scene/scene_private.h"
+
+thrum_status thrum_scene_axes(const double rotation[4], double axes[9], thrum_error *error) {
+  double square = 0;
+  for (int n = 0; n < 4; n++)
+    square += rotation[n] * rotation[n];
+  if (!isnormal(square))
+    return thrum_error_set(error, THRUM_BAD_VALUE,
+                           "a rotation wants four finite numbers, w, x, y, z, not all zero");
+  const double length = sqrt(square);
+  const double w = rotation[0] / length, x = rotation[1] / length, y = rotation[2] / length,
+               z = rotation[3] / length;
+  const double turn[9] = {
+      1 - 2 * (y * y + z * z), 2 * (x * y - w * z),     2 * (x * z + w * y),
+      2 * (x * y + w * z),     1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
+      2 * (x * z - w * y),     2 * (y * z + w * x),     1 - 2 * (x * x + y * y)};
+  memcpy(axes, turn, sizeof turn);
+  return THRUM_OK;
+}
+
+thrum_status scene_placement_make(const double position[3], const double rotation[4],
+                                  thrum_placement *placement, thrum_error *error) {
+  for (int n = 0; n < 3; n++)
+    if (!isfinite(position[n]))
+      return thrum_error_set(error, THRUM_BAD_VALUE, "a position is not finite");
+  const thrum_status status = thrum_scene_axes(rotation, placement->axes, error);
+  if (status == THRUM_OK)
+    memcpy(placement->origin, position, sizeof placement->origin);
+  return status;
+}
+
+void scene_to_world(const thrum_placement *placement, const double in_body[3], double out[3]) {
+  const double *r = placement->axes;
+  for (int n = 0; n < 3; n++)
+    out[n] = r[3 * n] * in_body[0] + r[3 * n + 1] * in_body[1] + r[3 * n + 2] * in_body[2];
+}
+
+void scene_to_body(const thrum_placement *placement, const double in_world[3], double out[3]) {
+  const double *r = placement->axes;
+  for (int n = 0; n < 3; n++)
+    out[n] = r[n] * in_world[0] + r[3 + n] * in_world[1] + r[6 + n] * in_world[2];
+}
+
+thrum_status thrum_scene_to_body(const double rotation[4], const double in_world[3],
+                                 double in_body[3], thrum_error *error) {
+  const double vector[3] = {in_world[0], in_world[1], in_world[2]};
+  thrum_placement placement;
+  const thrum_status status = thrum_scene_axes(rotation, placement.axes, error);
+  if (status >= 0)
+    scene_to_body(&placement, vector, in_body);
+  return status;
+}
+
+void scene_point(const scene_body *body, const double rest[3], const double *rows,
+                 double position[3], double velocity[3]) {
+  const int64_t r = body->model->rank, rank = body->derived->rank;
+  double x[3], v[3];
+  for (int axis = 0; axis < 3; axis++) {
+    double u = 0, speed = 0;
+    for (int64_t i = 0; i < rank; i++) {
+      u += rows[axis * r + i] * body->q[i];
+      speed += velocity ? rows[axis * r + i] * body->p[i] : 0.0;
+    }
+    x[axis] = body->derived->by.length * rest[axis] + body->k * u;
+    v[axis] = body->k * speed;
+  }
+  scene_to_world(&body->here, x, position);
+  for (int axis = 0; axis < 3; axis++)
+    position[axis] += body->here.origin[axis];
+  if (velocity == NULL)
+    return;
+  scene_to_world(&body->here, v, velocity);
+  if (!body->free)
+    return;
+  double centre[3], whole[3];
+  scene_free_centre(body, centre);
+  const double arm[3] = {position[0] - centre[0], position[1] - centre[1], position[2] - centre[2]};
+  scene_free_velocity(body, arm, whole);
+  for (int axis = 0; axis < 3; axis++)
+    velocity[axis] += whole[axis];
+}
+
+void thrum_scene_body_matrix(const thrum_scene *scene, int32_t number, double matrix[16]) {
+  const scene_body *body = scene_body_at(scene, number, NULL);
+  memset(matrix, 0, 16 * sizeof *matrix);
+  matrix[15] = 1;
+  for (int column = 0; column < 3 && body != NULL; column++) {
+    for (int row = 0; row < 3; row++)
+      matrix[4 * column + row] = body->derived->by.length * body->here.axes[3 * row + column];
+    matrix[12 + column] = body->here.origin[column];
+  }
+}

@@ -1,0 +1,167 @@
+/* What a scene shows of its bodies. SPDX-License-Identifier: Apache-2.0 */
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+#include <math.h>
+#include <string.h>
+
+#include "scene/scene_private.h"
+
+thrum_status scene_body_read(scene_body *body, bool p, thrum_error *error) {
+  thrum_status status = THRUM_OK;
+  if (!body->q_known || (p && !body->p_known))
+    status = thrum_state_get(body->derived->model, body->state, body->q, p ? body->p : NULL, error);
+  if (status >= 0) {
+    body->q_known = true;
+    body->p_known = body->p_known || p;
+  }
+  return status;
+}
+
+/* A body and its q, and p if asked for; NULL when that fails, the reason in *status. */
+static scene_body *read_body(const thrum_scene *scene, int32_t number, bool p, thrum_status *status,
+                             thrum_error *error) {
+  scene_body *body = scene_body_at(scene, number, error);
+  *status = body != NULL ? scene_body_read(body, p, error) : THRUM_INVALID_ARGUMENT;
+  return *status >= 0 ? body : NULL;
+}
+
+/* Heap memory of a body, models apart. */
+static size_t bytes_of(const scene_body *body) {
+  const size_t r = (size_t)body->model->rank, loads = (size_t)body->load_count;
+  const size_t whole = body->free ? loads * (9 * r + 12) : 0;
+  return sizeof *body + thrum_state_bytes(body->state) +
+         ((7 + loads) * r + whole) * sizeof(double) + 2 * loads * sizeof(thrum_load) +
+         (size_t)body->surface_count * (4 * sizeof(double) + sizeof(int32_t)) +
+         (size_t)body->touch_count * (sizeof(double) + sizeof(int32_t)) +
+         (body->touch != NULL ? body->touch->bytes : 0);
+}
+
+thrum_status thrum_scene_body(const thrum_scene *scene, int32_t number, thrum_scene_body_info *info,
+                              thrum_error *error) {
+  const scene_body *body = scene_body_at(scene, number, error);
+  if (body == NULL)
+    return THRUM_INVALID_ARGUMENT;
+  *info = (thrum_scene_body_info){
+      .name = body->name,
+      .model = body->model,
+      .stepped = body->derived->model,
+      .rank = body->derived->rank,
+      .scale = body->derived->by.length,
+      .stiffness = body->derived->by.stiffness,
+      .density = body->derived->by.density,
+      .integrator = body->def.integrator,
+      .damping_alpha = body->def.damping_alpha,
+      .damping_beta = body->def.damping_beta,
+      .status = body->status,
+      .fallback_steps = body->fallback_steps,
+      .work_load = body->work_load,
+      .work_base = body->work_base,
+      .dissipated = body->dissipated,
+      .free = body->free,
+      .mass = body->way.mass,
+      .report = thrum_state_report_get(body->state),
+      .bytes = bytes_of(body),
+  };
+  if (body->touch != NULL)
+    info->contact = thrum_contact_report_get(body->touch->contact);
+  memcpy(info->colour, body->colour, sizeof info->colour);
+  return THRUM_OK;
+}
+
+thrum_status thrum_scene_body_energies(thrum_scene *scene, int32_t number,
+                                       thrum_scene_energies *energies, thrum_error *error) {
+  thrum_status status = THRUM_OK;
+  scene_body *body = read_body(scene, number, false, &status, error);
+  thrum_energies of_state;
+  if (body == NULL)
+    return status;
+  status = thrum_state_energies(body->derived->model, body->state, &of_state, error);
+  if (status < 0)
+    return status;
+  double work = 0;
+  for (int64_t i = 0; i < body->derived->rank; i++)
+    work += body->directions[i] * body->q[i];
+  const thrum_translation *way = &body->way;
+  double kinetic = of_state.kinetic, stored = 0;
+  for (int axis = 0; axis < 3 && body->free; axis++) {
+    kinetic += 0.5 * way->mass * way->velocity[axis] * way->velocity[axis];
+    work += way->mass * scene->gravity[axis] * way->position[axis];
+  }
+  if (body->free)
+    kinetic += thrum_turning_energy(&body->turning, &body->placement);
+  if (body->touch != NULL)
+    stored = thrum_contact_report_get(body->touch->contact).stored;
+  if (!isfinite(kinetic) || !isfinite(work) || !isfinite(kinetic + of_state.potential - work))
+    return thrum_error_set(error, THRUM_NOT_FINITE,
+                           "body '%s': its energy is beyond the range of finite numbers",
+                           body->name);
+  *energies = (thrum_scene_energies){.kinetic = kinetic,
+                                     .potential = of_state.potential,
+                                     .gravity = -work,
+                                     .contact = stored,
+                                     .total = kinetic + of_state.potential + stored - work,
+                                     .high = of_state.high};
+  return THRUM_OK;
+}
+
+thrum_status thrum_scene_body_get(thrum_scene *scene, int32_t number, double *q, double *p,
+                                  thrum_error *error) {
+  thrum_status status = THRUM_OK;
+  const scene_body *body = read_body(scene, number, p != NULL, &status, error);
+  if (body == NULL)
+    return status;
+  const size_t bytes = (size_t)body->derived->rank * sizeof(double);
+  if (q != NULL)
+    memcpy(q, body->q, bytes);
+  if (p != NULL)
+    memcpy(p, body->p, bytes);
+  return THRUM_OK;
+}
+
+/* q of the model as it was given: g q' on the coordinates in use, zero on the others. */
+static void shape(const scene_body *body, double *q) {
+  for (int64_t i = 0; i < body->model->rank; i++)
+    q[i] = i < body->derived->rank ? body->g * body->q[i] : 0.0;
+}
+
+thrum_status thrum_scene_body_shape(thrum_scene *scene, int32_t number, double *q,
+                                    thrum_error *error) {
+  thrum_status status = THRUM_OK;
+  const scene_body *body = read_body(scene, number, false, &status, error);
+  if (body != NULL)
+    shape(body, q);
+  return status;
+}
+
+thrum_status thrum_scene_body_positions(thrum_scene *scene, int32_t number,
+                                        const thrum_surface *surface, float *out, int64_t stride,
+                                        thrum_error *error) {
+  thrum_status status = THRUM_OK;
+  const scene_body *body = read_body(scene, number, false, &status, error);
+  if (body == NULL)
+    return status;
+  // body->force is made anew in every step
+  shape(body, body->force);
+  return thrum_surface_positions(surface, THRUM_SURFACE_POSITIONS, body->force, 0,
+                                 thrum_surface_vertex_count(surface), out, stride, error);
+}
+
+thrum_status thrum_scene_body_vertex(thrum_scene *scene, int32_t number, int64_t vertex,
+                                     double position[3], double velocity[3], thrum_error *error) {
+  thrum_status status = THRUM_OK;
+  const scene_body *body = read_body(scene, number, velocity != NULL, &status, error);
+  if (body == NULL)
+    return status;
+  const thrum_model *model = body->model;
+  if (!model->basis || !model->vertices)
+    return thrum_error_set(error, THRUM_MISSING, "the model of body '%s' has no basis", body->name);
+  if (vertex < 0 || vertex >= model->vertex_count)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "vertex %lld of body '%s': there are %lld", (long long)vertex,
+                           body->name, (long long)model->vertex_count);
+  scene_point(body, model->vertices + 3 * vertex, model->basis + 3 * vertex * model->rank, position,
+              velocity);
+  return THRUM_OK;
+}

@@ -1,0 +1,121 @@
+/* One step of a scene: loads, then bodies of one model side by side (thrum/batch.h).
+ * SPDX-License-Identifier: Apache-2.0 */
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+#include <string.h>
+
+#include "scene/scene_private.h"
+
+double thrum_scene_time(const thrum_scene *scene) {
+  return scene->origin + (double)(scene->steps - scene->origin_step) * scene->dt;
+}
+
+int64_t thrum_scene_steps(const thrum_scene *scene) {
+  return scene->steps;
+}
+
+double thrum_scene_dt(const thrum_scene *scene) {
+  return scene->dt;
+}
+
+/* The load of the step to come; a body that touches or is pulled makes its step here, since contact
+ * may take several attempts. */
+static thrum_status push(const thrum_scene *scene, scene_body *body, thrum_error *error) {
+  scene_wrench *wrench = &body->wrench;
+  *wrench = (scene_wrench){{0}, {0}};
+  scene_loads_sum(scene, body, wrench);
+  thrum_status status = THRUM_OK;
+  if (scene->air > 0 && body->surface_count > 0)
+    status = scene_wind_add(scene, body, wrench, error);
+  if (status >= 0 && body->touch != NULL)
+    return scene_touch_step(scene, body, wrench, error);
+  if (status >= 0)
+    status = thrum_state_set_force(body->derived->model, body->state, body->force, error);
+  return status;
+}
+
+/* What a step did for the energy of a body. */
+static void count_work(const thrum_scene *scene, scene_body *body) {
+  const thrum_model *model = body->derived->model;
+  body->q_known = body->p_known = false;
+  if (scene_body_read(body, false, NULL) < 0)
+    return;
+  const double all = thrum_load_work(body->force, body->before, body->q, model->rank);
+  const double base = scene->shake_count > 0
+                          ? thrum_load_work(body->inertia, body->before, body->q, model->rank)
+                          : 0;
+  body->work_load += all - base;
+  body->work_base += base;
+  body->dissipated += thrum_damping_loss(model, body->def.damping_alpha, body->def.damping_beta,
+                                         body->before, body->q, scene->dt);
+  memcpy(body->before, body->q, (size_t)model->rank * sizeof *body->q);
+}
+
+/* The bodies of a model that go on, into scene->side; their number. */
+static int32_t gather(thrum_scene *scene, const scene_model *model) {
+  int32_t count = 0;
+  for (int32_t n = 0; n < scene->body_count; n++) {
+    scene_body *body = scene->bodies[n];
+    if (body->derived != model || body->status < 0 || body->touch != NULL)
+      continue;
+    scene->side[count] = body->state;
+    scene->side_body[count++] = n;
+  }
+  return count;
+}
+
+/* Keeps what came of one body's step; the first failure is the scene's. */
+static void note(scene_body *body, thrum_status status, const thrum_error *detail,
+                 thrum_status *scene_status, thrum_error *error) {
+  body->fallback_steps += status == THRUM_FELL_BACK;
+  if (status < 0) {
+    body->status = status;
+    if (*scene_status >= 0)
+      *scene_status =
+          thrum_error_set(error, status, "body '%s': %s", body->name,
+                          detail->message[0] != 0 ? detail->message : thrum_status_text(status));
+  } else if (status > 0 && *scene_status == THRUM_OK) {
+    *scene_status = status;
+  }
+}
+
+static void step_model(thrum_scene *scene, const scene_model *model, thrum_status *status,
+                       thrum_error *error) {
+  thrum_error detail = {0};
+  const int32_t count = gather(scene, model);
+  if (count == 1)
+    scene->side_status[0] = thrum_step(model->model, scene->side[0], &detail);
+  else if (count > 1)
+    thrum_step_many(model->model, scene->side, count, scene->side_status, scene->workspace,
+                    scene->workspace_size, &detail);
+  for (int32_t n = 0; n < count; n++) {
+    scene_body *body = scene->bodies[scene->side_body[n]];
+    if (scene->side_status[n] >= 0 && body->free)
+      scene_free_step(body, &body->wrench, scene->dt);
+    if (scene->side_status[n] >= 0)
+      count_work(scene, body);
+    note(body, scene->side_status[n], &detail, status, error);
+  }
+}
+
+thrum_status thrum_scene_step(thrum_scene *scene, thrum_error *error) {
+  thrum_status status = THRUM_OK;
+  for (int32_t n = 0; n < scene->body_count; n++) {
+    scene_body *body = scene->bodies[n];
+    thrum_error detail = {0};
+    if (body->status < 0)
+      continue;
+    const thrum_status pushed = push(scene, body, &detail);
+    if (pushed >= 0 && body->touch != NULL)
+      count_work(scene, body);
+    if (pushed < 0 || body->touch != NULL)
+      note(body, pushed, &detail, &status, error);
+  }
+  for (const scene_model *model = scene->models; model != NULL; model = model->next)
+    step_model(scene, model, &status, error);
+  scene->steps++;
+  scene_obstacles_move(scene);
+  return status;
+}

@@ -1,0 +1,178 @@
+/* `thrum bench step` and `thrum bench kernels`: what is measured is what was asked for. Times are
+ * not tested: they are as noisy as the machine.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+#include <math.h>
+
+#include "tests/support/cli_support.h"
+#include "thrum/kernel.h"
+
+#define SHORT "--no-machine", "--batches", "2", "--json", "-q"
+
+static void a_step_is_measured_with_exactly_the_implicit_modes_asked_for(void **state) {
+  (void)state;
+  static const char *const counts[] = {"0", "1", "3", "6"};
+  for (int n = 0; n < 4; n++) {
+    cli_result result = thrum_run(".", "bench", "step", "--rank", "6", "--implicit", counts[n],
+                                  "--steps", "5", "--swing", "0.01", SHORT, NULL);
+    assert_int_equal(result.exit_code, 0);
+    cJSON *object = cli_json_line(result.out);
+    assert_true(cli_json_get(object, "implicit_modes") == strtod(counts[n], NULL));
+    assert_true(cli_json_get(object, "rank") == 6);
+    assert_true(cli_json_get(object, "steps") == 5);
+    const double least = cli_json_get(object, "us_per_step");
+    assert_true(least > 0 && cli_json_get(object, "us_per_step_median") >= least);
+    assert_true(cli_json_get(object, "h") > 0);
+    assert_true((cli_json_get(object, "mean_iterations") > 0) == (n > 0));
+    cJSON_Delete(object);
+    cli_result_free(&result);
+  }
+}
+
+/* A swing so wide that the Jacobian changes too much from step to step to be kept: every other one
+ * is extrapolated from the three before, and serves nearly as well. */
+static void a_wide_swing_makes_its_jacobian_in_every_other_step_at_most(void **state) {
+  (void)state;
+  static const char *const integrators[] = {"imexv", "newmark", "midpoint", "energy"};
+  for (int n = 0; n < 4; n++) {
+    cli_result result = thrum_run(".", "bench", "step", "--rank", "15", "--integrator",
+                                  integrators[n], "--steps", "400", SHORT, NULL);
+    assert_int_equal(result.exit_code, 0);
+    cJSON *object = cli_json_line(result.out);
+    const double made = cli_json_get(object, "mean_factorisations");
+    const double iterations = cli_json_get(object, "mean_iterations");
+    // from two of them Newmark's iterations would be 2.5
+    if (!(made > 0.25 && made < 0.55 && iterations < (n == 0 ? 2.9 : 2.45)))
+      fail_msg("%s: %g Jacobians and %g iterations a step", integrators[n], made, iterations);
+    cJSON_Delete(object);
+    cli_result_free(&result);
+  }
+}
+
+static void several_ranks_give_rows_a_table_and_a_file(void **state) {
+  (void)state;
+  char folder[64], path[128];
+  cli_make_folder(folder);
+  cli_result result = thrum_run(folder, "bench", "kernels", "--rank", "4,7", "--kernel",
+                                "reference", "-o", "bench", SHORT, NULL);
+  assert_int_equal(result.exit_code, 0);
+  cJSON *object = cli_json_line(result.out);
+  const cJSON *rows = cJSON_GetObjectItem(object, "rows");
+  assert_int_equal(cJSON_GetArraySize(rows), 2);
+  assert_true(cli_json_get(cJSON_GetArrayItem(rows, 1), "rank") == 7);
+  assert_true(cli_json_get(cJSON_GetArrayItem(rows, 1), "us_force") > 0);
+  assert_string_equal(cJSON_GetStringValue(cJSON_GetObjectItem(rows->child, "kernel")),
+                      "reference");
+  static const char *const passes[] = {"energy",         "force",    "tangent",
+                                       "tangent_vector", "restrict", "restricted_tangent"};
+  for (int n = 0; n < 6; n++) {
+    char rate[40];
+    snprintf(rate, sizeof rate, "%s_gflops", passes[n]);
+    assert_true(cli_json_get(rows->child, rate) > 0);
+  }
+  cJSON_Delete(object);
+  cli_result_free(&result);
+  snprintf(path, sizeof path, "%s/bench/kernels.csv", folder);
+  char *text = cli_read_text(path);
+  assert_non_null(text);
+  // a line about the machine, one of names, and one a rank
+  assert_true(cli_line_count_is(text, 4));
+  assert_non_null(strstr(text, "\nrank,kernel,"));
+  free(text);
+  cli_remove_folder(folder);
+}
+
+/* The plot is drawn by a child, which must not print again what was not yet printed. */
+static void the_table_is_printed_once(void **state) {
+  (void)state;
+  char folder[64];
+  cli_make_folder(folder);
+  cli_result result = thrum_run(folder, "bench", "step", "--rank", "4", "--no-machine", "--batches",
+                                "2", "--steps", "5", "-q", "-o", "bench", NULL);
+  assert_int_equal(result.exit_code, 0);
+  const char *first = strstr(result.out, "us/step");
+  assert_non_null(first);
+  assert_null(strstr(first + 1, "us/step"));
+  cli_result_free(&result);
+  cli_remove_folder(folder);
+}
+
+static void the_same_steps_take_the_same_iterations_with_every_kernel(void **state) {
+  (void)state;
+  double expected = NAN;
+  for (int id = 0; thrum_kernel_name((thrum_kernel_id)id); id++) {
+    if (!thrum_kernel_usable((thrum_kernel_id)id))
+      continue;
+    cli_result result =
+        thrum_run(".", "bench", "step", "--rank", "8", "--steps", "40", "--kernel",
+                  thrum_kernel_name((thrum_kernel_id)id), "--integrator", "midpoint", SHORT, NULL);
+    assert_int_equal(result.exit_code, 0);
+    cJSON *object = cli_json_line(result.out);
+    const double iterations = cli_json_get(object, "mean_iterations");
+    assert_true(isnan(expected) || iterations == expected);
+    expected = iterations;
+    cJSON_Delete(object);
+    cli_result_free(&result);
+  }
+}
+
+static void wrong_options_are_refused_with_one_line(void **state) {
+  (void)state;
+  static const char *const wrong[][2] = {{"--rank", "0"},       {"--rank", "5,,x"},
+                                         {"--kernel", "sse9"},  {"--integrator", "euler"},
+                                         {"--batches", "none"}, {"--dt", "-1"}};
+  for (size_t n = 0; n < sizeof wrong / sizeof wrong[0]; n++) {
+    cli_result result = thrum_run(".", "bench", "step", wrong[n][0], wrong[n][1], NULL);
+    assert_int_equal(result.exit_code, 2);
+    assert_true(cli_line_count_is(result.err, 1));
+    assert_non_null(strstr(result.err, wrong[n][0]));
+    cli_result_free(&result);
+  }
+  cli_result result =
+      thrum_run(".", "bench", "step", "--rank", "5", "--implicit", "6", SHORT, NULL);
+  assert_int_equal(result.exit_code, 1);
+  assert_non_null(strstr(result.err, "only 5"));
+  cli_result_free(&result);
+  result = thrum_run(".", "bench", "kernels", "--rank", "5", "--implicit", "6", SHORT, NULL);
+  assert_int_equal(result.exit_code, 1);
+  assert_non_null(strstr(result.err, "only 5"));
+  cli_result_free(&result);
+  result = thrum_run(".", "bench", "step", "--implicit", "2", "--dt", "0.001", SHORT, NULL);
+  assert_int_equal(result.exit_code, 2);
+  assert_non_null(strstr(result.err, "without --dt"));
+  cli_result_free(&result);
+}
+
+/* Before the machine is measured, which takes a while. */
+static void what_cannot_be_measured_is_refused_and_nothing_printed(void **state) {
+  (void)state;
+  static const char *const wrong[][4] = {{"step", "no/such.npz", NULL, NULL},
+                                         {"step", "--implicit", "99", NULL},
+                                         {"kernels", "--implicit", "99", NULL}};
+  for (size_t n = 0; n < sizeof wrong / sizeof wrong[0]; n++) {
+    cli_result result =
+        thrum_run(".", "bench", wrong[n][0], wrong[n][1], wrong[n][2], wrong[n][3], NULL);
+    assert_int_equal(result.exit_code, 1);
+    assert_string_equal(result.out, "");
+    assert_true(cli_line_count_is(result.err, 1));
+    cli_result_free(&result);
+  }
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_step_is_measured_with_exactly_the_implicit_modes_asked_for),
+      cmocka_unit_test(a_wide_swing_makes_its_jacobian_in_every_other_step_at_most),
+      cmocka_unit_test(several_ranks_give_rows_a_table_and_a_file),
+      cmocka_unit_test(the_table_is_printed_once),
+      cmocka_unit_test(the_same_steps_take_the_same_iterations_with_every_kernel),
+      cmocka_unit_test(wrong_options_are_refused_with_one_line),
+      cmocka_unit_test(what_cannot_be_measured_is_refused_and_nothing_printed),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}

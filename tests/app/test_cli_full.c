@@ -1,0 +1,176 @@
+/* `thrum simulate --full` from outside: beside the reduced model, and what it refuses.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+#include <math.h>
+
+#include "io/npy_file.h"
+#include "tests/support/simulate_support.h"
+
+static char folder[64];
+
+static const char *in_folder(const char *name, char path[200]) {
+  snprintf(path, 200, "%s/%s", folder, name);
+  return path;
+}
+
+static int make_models(void **state) {
+  (void)state;
+  char path[200];
+  if (cli_make_folder(folder) == NULL || !save_oscillator(in_folder("duffing.npz", path), 400, 1e4))
+    return 1;
+  cli_result run = thrum_run(folder, "precompute", "beam:6x1x1@1x0.2x0.2", "-o", "beam.npz",
+                             "--fix", "x<0.001", "--modes", "5", "--rank", "15", "-q", NULL);
+  const int code = run.exit_code;
+  cli_result_free(&run);
+  return code;
+}
+
+static int remove_folder(void **state) {
+  (void)state;
+  cli_remove_folder(folder);
+  return 0;
+}
+
+/* Runs into `run` with up to ten more arguments; the JSON is the caller's. */
+static cJSON *simulate(const char *run_name, const char *const *more) {
+  const char *a[10] = {NULL};
+  for (int n = 0; n < 10 && more[n] != NULL; n++)
+    a[n] = more[n];
+  cli_result run = thrum_run(folder, "simulate", "beam.npz", "-o", run_name, "--json", "-q", a[0],
+                             a[1], a[2], a[3], a[4], a[5], a[6], a[7], a[8], a[9], NULL);
+  if (run.exit_code != 0)
+    fail_msg("exit code %d: %s", run.exit_code, run.err);
+  cJSON *object = cli_json_line(run.out);
+  assert_non_null(object);
+  cli_result_free(&run);
+  return object;
+}
+
+#define SIMULATE(run_name, ...) simulate(run_name, (const char *const[11]){__VA_ARGS__})
+
+static double *read_q(const char *name, int64_t *rows) {
+  char path[200];
+  double *values = NULL;
+  int64_t columns = 0;
+  assert_int_equal(thrum_npy_read_f8(in_folder(name, path), &values, rows, &columns, NULL), 0);
+  assert_int_equal(columns, 15);
+  return values;
+}
+
+/* A swing that is small is the same in both. */
+static void a_small_swing_is_that_of_the_reduced_model(void **state) {
+  (void)state;
+  int64_t rows = 0, other = 0;
+  cJSON *reduced =
+      SIMULATE("reduced", "--time", "0.3", "--start", "mode:1,1e-6", "--integrator", "energy");
+  cJSON *full = SIMULATE("full", "--time", "0.3", "--start", "mode:1,1e-6", "--full");
+  double *q = read_q("reduced/q.npy", &rows), *whole = read_q("full/q.npy", &other);
+  assert_int_equal(rows, other);
+  double size = 0;
+  for (int64_t k = 0; k < 15 * rows; k++)
+    size = fmax(size, fabs(q[k]));
+  for (int64_t k = 0; k < 15 * rows; k++)
+    assert_true(fabs(q[k] - whole[k]) <= 1e-4 * size);
+  const double energy = cli_json_get(full, "energy_first_j");
+  assert_true(fabs(energy - cli_json_get(reduced, "energy_first_j")) <= 1e-6 * energy);
+  assert_true(fabs(cli_json_get(full, "energy_last_j") - energy) <= 1e-9 * energy);
+  const cJSON *about = cJSON_GetObjectItemCaseSensitive(full, "full");
+  assert_true(cli_json_get(about, "components") == 72);
+  assert_true(cJSON_IsNull(cJSON_GetObjectItemCaseSensitive(reduced, "full")));
+  free(q);
+  free(whole);
+  cJSON_Delete(reduced);
+  cJSON_Delete(full);
+}
+
+/* Loads, the base's motion and a start act on both alike while the motion is small. */
+static void loads_and_shaking_act_as_on_the_reduced_model(void **state) {
+  (void)state;
+  static const char *const what[][4] = {
+      {"--load", "gravity:0,0,-0.001", NULL, NULL},
+      {"--load", "sine:0,0,-0.001@tip,f=3", "--damping", "0.5,0.001"},
+      {"--shake", "sine:0,0,0.001,f=2", NULL, NULL},
+  };
+  for (int n = 0; n < 3; n++) {
+    int64_t rows = 0, other = 0;
+    cJSON *reduced = SIMULATE("reduced", "--time", "0.4", "--integrator", "energy", what[n][0],
+                              what[n][1], what[n][2], what[n][3]);
+    cJSON *full =
+        SIMULATE("full", "--time", "0.4", "--full", what[n][0], what[n][1], what[n][2], what[n][3]);
+    double *q = read_q("reduced/q.npy", &rows), *whole = read_q("full/q.npy", &other);
+    double size = 0;
+    for (int64_t k = 0; k < 15 * rows; k++)
+      size = fmax(size, fabs(q[k]));
+    assert_true(size > 0 && rows == other);
+    // the lowest two: the derivatives are no modes, so what lies outside the basis moves them too
+    for (int64_t k = 0; k < 15 * rows; k++)
+      assert_true(k % 15 >= 2 || fabs(q[k] - whole[k]) <= 0.01 * size);
+    if (n != 1) {
+      const cJSON *work = cJSON_GetObjectItemCaseSensitive(full, "work");
+      assert_true(fabs(cli_json_get(work, "balance_j")) <=
+                  1e-9 * cli_json_get(full, "energy_max_j"));
+    }
+    free(q);
+    free(whole);
+    cJSON_Delete(reduced);
+    cJSON_Delete(full);
+  }
+}
+
+static void a_body_in_equilibrium_stays_and_frames_show_it(void **state) {
+  (void)state;
+  char path[200];
+  cJSON *object = SIMULATE("rest", "--full", "--time", "0.1", "--start", "static:gravity:0,0,-9.81",
+                           "--load", "gravity:0,0,-9.81");
+  const double energy = cli_json_get(object, "energy_first_j");
+  assert_true(energy > 0.1);
+  assert_true(fabs(cli_json_get(object, "energy_max_j") - energy) <= 1e-9 * energy);
+  cJSON_Delete(object);
+  object = SIMULATE("shown", "--full", "--time", "0.05", "--dt", "0.0002", "--integrator", "verlet",
+                    "--frames", "every-100");
+  assert_true(cli_file_exists(in_folder("shown/frames/frame_000002.vtu", path)));
+  const cJSON *about = cJSON_GetObjectItemCaseSensitive(object, "full");
+  assert_true(cli_json_get(about, "dt_stable") > 0.0002);
+  cJSON_Delete(object);
+}
+
+static void what_the_full_order_cannot_do_is_refused(void **state) {
+  (void)state;
+  static const struct {
+    int code;
+    const char *says, *model, *arguments[3];
+  } cases[] = {
+      {2, "imexv", "beam.npz", {"--integrator", "imexv"}},
+      {2, "rest only", "beam.npz", {"--damping-form", "tangent"}},
+      {2, "--stress", "beam.npz", {"--stress"}},
+      {2, "cholesky or cg", "beam.npz", {"--solver", "lu"}},
+      {1, "not stable at dt = 0.1", "beam.npz", {"--integrator=verlet", "--dt", "0.1"}},
+      {1, "no basis", "duffing.npz", {NULL}},
+  };
+  char path[200];
+  for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+    const char *const *a = cases[n].arguments;
+    cli_result run = thrum_run(folder, "simulate", cases[n].model, "-o", "none", "--full", a[0],
+                               a[1], a[2], NULL);
+    if (run.exit_code != cases[n].code || strstr(run.err, cases[n].says) == NULL)
+      fail_msg("case %d: exit %d: %s", (int)n, run.exit_code, run.err);
+    assert_true(cli_line_count_is(run.err, 1));
+    assert_false(cli_file_exists(in_folder("none", path)));
+    cli_result_free(&run);
+  }
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_small_swing_is_that_of_the_reduced_model),
+      cmocka_unit_test(loads_and_shaking_act_as_on_the_reduced_model),
+      cmocka_unit_test(a_body_in_equilibrium_stays_and_frames_show_it),
+      cmocka_unit_test(what_the_full_order_cannot_do_is_refused),
+  };
+  return cmocka_run_group_tests(tests, make_models, remove_folder);
+}

@@ -1,0 +1,339 @@
+/* `thrum info` from outside, and the mesh measures behind it.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "io/npz.h"
+#include "mesh/model_quality.h"
+#include "tests/support/cli_support.h"
+#include "thrum/thrum.h"
+
+static char folder[64];
+static cJSON *made; /* what precompute said about beam.npz */
+
+static int make_beam(void **state) {
+  (void)state;
+  if (cli_make_folder(folder) == NULL)
+    return -1;
+  cli_result run = thrum_run(folder, "precompute", "beam:8x2x2@0.8x0.2x0.2", "--fix", "x<0.001",
+                             "--modes", "4", "--rank", "8", "-o", "beam.npz", "--json", NULL);
+  made = cli_json_line(run.out);
+  if (made == NULL)
+    print_error("%s", run.err);
+  cli_result_free(&run);
+  return made == NULL;
+}
+
+static int remove_beam(void **state) {
+  (void)state;
+  cJSON_Delete(made);
+  cli_remove_folder(folder);
+  return 0;
+}
+
+static cJSON *info(const char *model, const char *option, const char *value) {
+  cli_result run = thrum_run(folder, "info", model, "--json", option, value, NULL);
+  if (run.exit_code != 0)
+    print_error("%s", run.err);
+  assert_int_equal(run.exit_code, 0);
+  assert_string_equal(run.err, "");
+  cJSON *object = cli_json_line(run.out);
+  assert_non_null(object);
+  cli_result_free(&run);
+  return object;
+}
+
+static bool near(double a, double b, double tolerance) {
+  return fabs(a - b) <= tolerance * fabs(b);
+}
+
+static const cJSON *item_of(const cJSON *object, const char *key, int k) {
+  return cJSON_GetArrayItem(cJSON_GetObjectItemCaseSensitive(object, key), k);
+}
+
+static void beam_is_measured_exactly(void **state) {
+  (void)state;
+  cJSON *object = info("beam.npz", NULL, NULL);
+  assert_true(near(cli_json_get(object, "volume_m3"), 0.8 * 0.2 * 0.2, 1e-13));
+  assert_true(near(cli_json_get(object, "mass_kg"), 1000 * 0.8 * 0.2 * 0.2, 1e-13));
+  assert_true(cli_json_get(object, "fixed") == 9);
+  assert_true(item_of(object, "box_min_m", 0)->valuedouble == 0);
+  assert_true(near(item_of(object, "box_max_m", 0)->valuedouble, 0.8, 1e-15));
+  assert_true(near(item_of(object, "box_min_m", 2)->valuedouble, -0.1, 1e-15));
+  // a Kuhn tet of a cube has volume 1/6 and squared edges 1, 1, 1, 2, 2, 3
+  const double kuhn = 12 * cbrt(0.25) / 10;
+  assert_true(near(cli_json_get(object, "quality_min"), kuhn, 1e-12));
+  assert_true(near(cli_json_get(object, "quality_mean"), kuhn, 1e-12));
+  cJSON_Delete(object);
+}
+
+static void info_agrees_with_precompute(void **state) {
+  (void)state;
+  cJSON *object = info("beam.npz", NULL, NULL);
+  static const char *const numbers[] = {"vertices", "tets", "fixed",          "rank",
+                                        "modes",    "dt",   "explicit_modes", "implicit_modes"};
+  for (size_t n = 0; n < sizeof numbers / sizeof numbers[0]; n++) {
+    assert_true(cli_json_get(object, numbers[n]) == cli_json_get(made, numbers[n]));
+  }
+  static const char *const lists[] = {"frequencies_hz", "basis_frequencies_hz"};
+  for (int n = 0; n < 2; n++) {
+    const cJSON *here = cJSON_GetObjectItem(object, lists[n]);
+    const cJSON *there = cJSON_GetObjectItem(made, lists[n]);
+    assert_true(cJSON_GetArraySize(here) >= 4);
+    assert_int_equal(cJSON_GetArraySize(here), cJSON_GetArraySize(there));
+    for (int k = 0; k < cJSON_GetArraySize(here); k++) {
+      assert_true(cJSON_GetArrayItem(here, k)->valuedouble ==
+                  cJSON_GetArrayItem(there, k)->valuedouble);
+    }
+  }
+  const cJSON *residuals = cJSON_GetObjectItem(object, "residuals");
+  assert_true(cli_json_get(residuals, "modes_max") < 1e-8);
+  assert_true(cli_json_get(residuals, "orthonormality") < 1e-9);
+  // stages do not overlap
+  const cJSON *seconds = cJSON_GetObjectItem(object, "seconds"), *stage = NULL;
+  double sum = 0;
+  cJSON_ArrayForEach(stage, seconds) sum += stage->valuedouble;
+  assert_true(sum <= 2 * cli_json_get(seconds, "total") + 1e-9);
+  assert_true(cli_json_get(object, "peak_mb") > 0.5);
+  cJSON_Delete(object);
+}
+
+/* explicit iff h omega <= 1, that is f <= 1 / (2 pi h) */
+static void split_follows_the_time_step(void **state) {
+  (void)state;
+  const double steps[] = {1e-5, 0.001, 0.003, 0.01, 0.1};
+  const char *texts[] = {"1e-5", "0.001", "0.003", "0.01", "0.1"};
+  for (int n = 0; n < 5; n++) {
+    cJSON *object = info("beam.npz", "--dt", texts[n]);
+    int expected = 0;
+    const cJSON *item = NULL;
+    cJSON_ArrayForEach(item, cJSON_GetObjectItem(object, "basis_frequencies_hz")) {
+      expected += item->valuedouble <= 1 / (2 * 3.14159265358979323846 * steps[n]);
+    }
+    assert_true(cli_json_get(object, "dt") == steps[n]);
+    assert_true(cli_json_get(object, "explicit_modes") == expected);
+    assert_true(cli_json_get(object, "implicit_modes") == 8 - expected);
+    cJSON_Delete(object);
+  }
+}
+
+static void groups_and_memory_are_listed(void **state) {
+  (void)state;
+  cJSON *object = info("beam.npz", NULL, NULL);
+  bool found = false;
+  const cJSON *group = NULL;
+  cJSON_ArrayForEach(group, cJSON_GetObjectItem(object, "groups")) {
+    if (strcmp(cJSON_GetObjectItem(group, "name")->valuestring, "left") != 0)
+      continue;
+    found = cJSON_GetObjectItem(group, "vertices")->valuedouble == 9;
+  }
+  assert_true(found);
+  char path[160];
+  struct stat status;
+  snprintf(path, sizeof path, "%s/beam.npz", folder);
+  assert_int_equal(stat(path, &status), 0);
+  assert_true(cli_json_get(object, "model_bytes") == (double)status.st_size);
+  // at least q, p and what the step keeps
+  assert_true(cli_json_get(object, "state_bytes") >= 2 * 8 * 8);
+  cJSON_Delete(object);
+}
+
+static void table_names_what_people_ask_for(void **state) {
+  (void)state;
+  cli_result run = thrum_run(folder, "info", "beam.npz", NULL);
+  assert_int_equal(run.exit_code, 0);
+  static const char *const wanted[] = {"32 kg",      "0.032 m^3",    "81 vertices (9 held)",
+                                       "192 tetra",  "left (9)",     "rank 8",
+                                       "mean ratio", "tetrahedron ", "explicit",
+                                       "residuals",  "state "};
+  for (size_t n = 0; n < sizeof wanted / sizeof wanted[0]; n++) {
+    if (strstr(run.out, wanted[n]) == NULL)
+      print_error("no %s in\n%s", wanted[n], run.out);
+    assert_non_null(strstr(run.out, wanted[n]));
+  }
+  cli_result_free(&run);
+}
+
+static void a_polynomial_alone_is_a_model_too(void **state) {
+  (void)state;
+  const int32_t format[2] = {THRUM_MODEL_FORMAT_MAJOR, THRUM_MODEL_FORMAT_MINOR};
+  const double omega2[2] = {1, 1e6}, c3[4] = {0}, c4[5] = {1, 0, 0, 0, 1};
+  const thrum_model model = {.rank = 2,
+                             .c3_count = 4,
+                             .c4_count = 5,
+                             .format = format,
+                             .omega2 = omega2,
+                             .c3 = c3,
+                             .c4 = c4};
+  char path[160];
+  snprintf(path, sizeof path, "%s/hand.npz", folder);
+  assert_int_equal(thrum_model_save(path, &model, NULL), THRUM_OK);
+  cJSON *object = info("hand.npz", NULL, NULL);
+  assert_true(cli_json_get(object, "rank") == 2);
+  assert_true(cli_json_get(object, "explicit_modes") == 1);
+  assert_true(cli_json_get(object, "vertices") == 0);
+  // what such a model cannot say is null, not zero
+  static const char *const nulls[] = {"mass_kg", "volume_m3", "quality_min", "worst_tet", "fixed"};
+  for (int n = 0; n < 5; n++) {
+    assert_true(cJSON_IsNull(cJSON_GetObjectItem(object, nulls[n])));
+  }
+  cJSON_Delete(object);
+  cli_result run = thrum_run(folder, "info", "hand.npz", NULL);
+  assert_int_equal(run.exit_code, 0);
+  assert_non_null(strstr(run.out, "a polynomial alone"));
+  cli_result_free(&run);
+}
+
+static void meta_of_any_kind_is_survived(void **state) {
+  (void)state;
+  const int32_t format[2] = {THRUM_MODEL_FORMAT_MAJOR, THRUM_MODEL_FORMAT_MINOR};
+  const double omega2 = 1, zero = 0;
+  char nested[2001], path[160];
+  memset(nested, '[', 2000);
+  nested[2000] = 0;
+  const char *const texts[] = {
+      "",
+      "{",
+      "[1,2]",
+      "null",
+      "no json",
+      nested,
+      "{\"residuals\":3,\"frequencies_hz\":\"x\"}",
+      "{\"residuals\":{\"modes\":{\"a\":[]}},\"frequencies_hz\":{\"a\":null},\"mesh\":[]}",
+      "{\"frequencies_hz\":[null,\"1\",[2],1e999]}"};
+  snprintf(path, sizeof path, "%s/meta.npz", folder);
+  for (size_t n = 0; n < sizeof texts / sizeof texts[0]; n++) {
+    const thrum_model model = {.rank = 1,
+                               .c3_count = 1,
+                               .c4_count = 1,
+                               .format = format,
+                               .omega2 = &omega2,
+                               .c3 = &zero,
+                               .c4 = &zero,
+                               .meta = (const uint8_t *)texts[n],
+                               .meta_bytes = (int64_t)strlen(texts[n])};
+    assert_int_equal(thrum_model_save(path, &model, NULL), THRUM_OK);
+    cJSON *object = info("meta.npz", NULL, NULL);
+    assert_true(cli_json_get(object, "rank") == 1);
+    cJSON_Delete(object);
+    cli_result run = thrum_run(folder, "info", "meta.npz", NULL);
+    assert_int_equal(run.exit_code, 0);
+    cli_result_free(&run);
+  }
+}
+
+static void assert_exit(int code, const char *wanted, const char *a, const char *b, const char *c) {
+  cli_result run = thrum_run(folder, "info", a, b, c, NULL);
+  if (run.exit_code != code || strstr(run.err, wanted) == NULL)
+    print_error("%s", run.err);
+  assert_int_equal(run.exit_code, code);
+  assert_non_null(strstr(run.err, wanted));
+  assert_string_equal(run.out, "");
+  assert_true(cli_line_count_is(run.err, 1));
+  cli_result_free(&run);
+}
+
+static void what_is_no_model_is_refused_in_one_line(void **state) {
+  (void)state;
+  char path[160], copy[160];
+  snprintf(path, sizeof path, "%s/words.npz", folder);
+  assert_true(cli_write_text(path, "these are words, and long enough to hold an end record\n"));
+  assert_exit(1, "words.npz", "words.npz", NULL, NULL);
+  assert_exit(1, "missing.npz", "missing.npz", NULL, NULL);
+  assert_exit(1, "", ".", "--json", NULL);
+  // half of a good file
+  snprintf(path, sizeof path, "%s/beam.npz", folder);
+  snprintf(copy, sizeof copy, "%s/half.npz", folder);
+  FILE *from = fopen(path, "rb"), *to = fopen(copy, "wb");
+  assert_true(from != NULL && to != NULL);
+  for (int n = 0; n < 5000; n++)
+    putc(getc(from), to);
+  fclose(from);
+  assert_int_equal(fclose(to), 0);
+  assert_exit(1, "half.npz", "half.npz", NULL, NULL);
+}
+
+static void wrong_usage_exits_with_2(void **state) {
+  (void)state;
+  assert_exit(2, "no model", NULL, NULL, NULL);
+  assert_exit(2, "one model", "beam.npz", "beam.npz", NULL);
+  assert_exit(2, "--dt", "beam.npz", "--dt", "0");
+  assert_exit(2, "--dt", "beam.npz", "--dt", "fast");
+  assert_exit(2, "unknown option", "beam.npz", "--melt", NULL);
+}
+
+static void a_full_disk_is_not_success(void **state) {
+  (void)state;
+  // /dev/full takes what is written and fails when it is flushed
+  if (!cli_file_exists("/dev/full"))
+    fail_msg("%s", "/dev/full is missing");
+  char shell[] = "/bin/sh", option[] = "-c", script[300];
+  snprintf(script, sizeof script, "%s info %s/beam.npz >/dev/full", THRUM_PROGRAM, folder);
+  char *argv[] = {shell, option, script, NULL};
+  cli_result run = cli_execute(NULL, argv);
+  assert_int_equal(run.exit_code, 1);
+  assert_non_null(strstr(run.err, "could not be written"));
+  cli_result_free(&run);
+}
+
+static void mean_ratio_is_one_for_regular_tets_at_any_size(void **state) {
+  (void)state;
+  for (double size = 1e-6; size < 1e7; size *= 100) {
+    const double a[3] = {size, size, size}, b[3] = {size, -size, -size},
+                 c[3] = {-size, size, -size}, d[3] = {-size, -size, size};
+    const double *const one[4] = {a, b, c, d}, *const other[4] = {a, c, b, d};
+    double volume = 0, mirrored = 0;
+    assert_true(near(thrum_tet_mean_ratio(one, &volume), 1, 1e-14));
+    assert_true(near(thrum_tet_mean_ratio(other, &mirrored), 1, 1e-14));
+    assert_true(near(fabs(volume), 8.0 / 3 * size * size * size, 1e-13));
+    assert_true(volume == -mirrored);
+    // pressed flat it goes to zero
+    const double e[3] = {-size, -size, -size * (1 - 1e-9)};
+    const double *const flat[4] = {b, c, e, (const double[3]){0, 0, -size}};
+    assert_true(thrum_tet_mean_ratio(flat, &volume) < 1e-5);
+  }
+}
+
+static void the_worst_tet_is_named(void **state) {
+  (void)state;
+  char path[160];
+  snprintf(path, sizeof path, "%s/two.veg", folder);
+  // the second tet, a needle, stands on the first one's slanted face
+  assert_true(cli_write_text(path, "*VERTICES\n5 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n"
+                                   "5 0.4 0.4 0.4\n*ELEMENTS\nTET\n2 4 0\n1 1 2 3 4\n2 2 3 4 5\n"
+                                   "*MATERIAL rubber\nENU, 1000, 1e6, 0.3\n"
+                                   "*REGION\nallElements, rubber\n"));
+  cli_result run = thrum_run(folder, "precompute", "two.veg", "--fix", "z<0.1", "--modes", "2",
+                             "--rank", "2", "-o", "two.npz", NULL);
+  if (run.exit_code != 0)
+    print_error("%s", run.err);
+  assert_int_equal(run.exit_code, 0);
+  cli_result_free(&run);
+  cJSON *object = info("two.npz", NULL, NULL);
+  assert_true(cli_json_get(object, "worst_tet") == 2);
+  assert_true(cli_json_get(object, "quality_min") < cli_json_get(object, "quality_mean"));
+  cJSON_Delete(object);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(beam_is_measured_exactly),
+      cmocka_unit_test(info_agrees_with_precompute),
+      cmocka_unit_test(split_follows_the_time_step),
+      cmocka_unit_test(groups_and_memory_are_listed),
+      cmocka_unit_test(table_names_what_people_ask_for),
+      cmocka_unit_test(a_polynomial_alone_is_a_model_too),
+      cmocka_unit_test(meta_of_any_kind_is_survived),
+      cmocka_unit_test(what_is_no_model_is_refused_in_one_line),
+      cmocka_unit_test(wrong_usage_exits_with_2),
+      cmocka_unit_test(a_full_disk_is_not_success),
+      cmocka_unit_test(mean_ratio_is_one_for_regular_tets_at_any_size),
+      cmocka_unit_test(the_worst_tet_is_named),
+  };
+  return cmocka_run_group_tests(tests, make_beam, remove_beam);
+}

@@ -1,0 +1,116 @@
+/* `thrum convert` and `thrum check` as they are typed: exit codes, JSON, warnings, files.
+ * SPDX-License-Identifier: Apache-2.0 */
+// clang-format off
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <cmocka.h>
+// clang-format on
+
+#include "tests/support/cli_support.h"
+
+#include <math.h>
+
+static char folder[64];
+
+static cJSON *run_json(int exit_code, cli_result run) {
+  assert_int_equal(run.exit_code, exit_code);
+  cJSON *object = cli_json_line(run.out);
+  assert_non_null(object);
+  cli_result_free(&run);
+  return object;
+}
+
+static bool has_flag(const cJSON *object, const char *name) {
+  const cJSON *flag;
+  cJSON_ArrayForEach(flag, cJSON_GetObjectItem(object, "flags")) {
+    if (strcmp(cJSON_GetObjectItem(flag, "name")->valuestring, name) == 0)
+      return true;
+  }
+  return false;
+}
+
+static void converting_there_and_back_gives_the_same_check(void **state) {
+  (void)state;
+  static const char *const names[] = {"a.veg", "a.msh", "a.node", "a.mesh",
+                                      "a.vtk", "a.vtu", "a.inp"};
+  cJSON *first = run_json(0, thrum_run(folder, "check", "beam:6x3x3@1x0.3x0.3", "--json", NULL));
+  for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+    cJSON *converted =
+        run_json(0, thrum_run(folder, "convert", "beam:6x3x3@1x0.3x0.3", names[i], "--json", NULL));
+    assert_true(cli_json_get(converted, "vertices") == cli_json_get(first, "vertices"));
+    cJSON *check = run_json(0, thrum_run(folder, "check", names[i], "--json", NULL));
+    static const char *const keys[] = {"vertices", "tets", "volume_m3", "ratio_min", "genus"};
+    for (size_t k = 0; k < sizeof keys / sizeof *keys; k++)
+      assert_true(cli_json_get(check, keys[k]) == cli_json_get(first, keys[k]));
+    cJSON_Delete(check);
+    cJSON_Delete(converted);
+  }
+  cJSON_Delete(first);
+}
+
+static void what_is_lost_is_warned_of(void **state) {
+  (void)state;
+  cli_result run = thrum_run(folder, "convert", "beam:2x2x2@1x1x1", "b.msh", NULL);
+  assert_int_equal(run.exit_code, 0);
+  assert_non_null(strstr(run.err, "warning: b.msh: 1 materials have no place in this format"));
+  cli_result_free(&run);
+  run = thrum_run(folder, "convert", "beam:2x2x2@1x1x1", "b.veg", NULL);
+  assert_non_null(strstr(run.err, "warning: b.veg: 7 groups have no place in this format"));
+  cli_result_free(&run);
+}
+
+static void a_likely_mistake_is_flagged_with_exit_code_3(void **state) {
+  (void)state;
+  cJSON *large = run_json(
+      3, thrum_run(folder, "check", "beam:6x3x3@1x0.3x0.3", "--scale", "1000", "--json", NULL));
+  assert_true(has_flag(large, "units"));
+  assert_string_equal(cJSON_GetObjectItem(large, "status")->valuestring, "flagged");
+  cJSON_Delete(large);
+  cli_result run = thrum_run(folder, "check", "beam:6x3x3@1x0.3x0.3", "--scale", "1000", NULL);
+  assert_int_equal(run.exit_code, 3);
+  assert_non_null(strstr(run.out, "if the file is in millimetres, give --scale 0.001"));
+  cli_result_free(&run);
+}
+
+static void what_cannot_be_understood_is_refused(void **state) {
+  (void)state;
+  static const struct {
+    int exit_code;
+    const char *arguments[5];
+    const char *words;
+  } cases[] = {{1, {"check", "no.msh"}, "no.msh"},
+               {1, {"check", "no.stl"}, "unknown kind of mesh"},
+               {2, {"check"}, "no mesh given"},
+               {2, {"check", "--scale", "-1", "x"}, "--scale wants a number above 0"},
+               {2, {"check", "--jsno", "x"}, "did you mean '--json'"},
+               {2, {"convert", "a.msh"}, "IN OUT"},
+               {2, {"convert", "--msh", "3", "a.msh", "b.msh"}, "--msh wants 2.2 or 4.1"},
+               {1, {"convert", "beam:2x2x2@1x1x1", "x.stl"}, "x.stl: unknown kind of mesh"},
+               {1, {"convert", "beam:2x2x2@1x1x1", "no/x.vtu"}, "no/x.vtu"}};
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    const char *const *a = cases[i].arguments;
+    cli_result run = thrum_run(folder, a[0], a[1], a[2], a[3], a[4], NULL);
+    assert_int_equal(run.exit_code, cases[i].exit_code);
+    if (!strstr(run.err, cases[i].words))
+      fail_msg("expected '%s' in: %s", cases[i].words, run.err);
+    assert_true(cli_line_count_is(run.err, 1));
+    assert_string_equal(run.out, "");
+    cli_result_free(&run);
+  }
+}
+
+int main(void) {
+  if (cli_make_folder(folder) == NULL)
+    return 1;
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(converting_there_and_back_gives_the_same_check),
+      cmocka_unit_test(what_is_lost_is_warned_of),
+      cmocka_unit_test(a_likely_mistake_is_flagged_with_exit_code_3),
+      cmocka_unit_test(what_cannot_be_understood_is_refused),
+  };
+  const int failed = cmocka_run_group_tests(tests, NULL, NULL);
+  cli_remove_folder(folder);
+  return failed;
+}

@@ -1,0 +1,305 @@
+/* A run as glTF, vertex caches and .obj: each holds X + U q of the run's own q, in single
+ * precision; the surface is closed and has the body's volume. SPDX-License-Identifier: Apache-2.0
+ */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+#include <math.h>
+
+#include "io/file.h"
+#include "io/npy_file.h"
+#include "thrum/thrum.h"
+#include "tests/support/cli_support.h"
+
+static char folder[64];
+static const thrum_model *model;
+static double *q;
+static int64_t rows, rank;
+
+static const char *in_folder(const char *name) {
+  static char path[160];
+  snprintf(path, sizeof path, "%s/%s", folder, name);
+  return path;
+}
+
+static int make_run(void **state) {
+  (void)state;
+  if (cli_make_folder(folder) == NULL)
+    return -1;
+  cli_result run = thrum_run(folder, "precompute", "beam:6x2x2@1x0.2x0.3", "--fix", "x<0.001",
+                             "--modes", "4", "--rank", "7", "-q", "-o", "beam.npz", NULL);
+  int code = run.exit_code;
+  cli_result_free(&run);
+  // fewer coordinates than the model has
+  run = thrum_run(folder, "simulate", "beam.npz", "-o", "run", "--time", "0.2", "-q", "--start",
+                  "mode:1,0.1", "--rank", "5", NULL);
+  code += run.exit_code;
+  cli_result_free(&run);
+  run = thrum_run(folder, "export", "run", "--glb", "run.glb", "--pc2", "run.pc2", "--mdd",
+                  "run.mdd", "--obj", "run.obj", "--fps", "0", NULL);
+  if (run.exit_code != 0)
+    print_error("%s", run.err);
+  code += run.exit_code;
+  cli_result_free(&run);
+  if (code == 0 && thrum_model_load(in_folder("beam.npz"), &model, NULL) < 0)
+    return -1;
+  if (code == 0 && thrum_npy_read_f8(in_folder("run/q.npy"), &q, &rows, &rank, NULL) < 0)
+    return -1;
+  return code;
+}
+
+static int remove_run(void **state) {
+  (void)state;
+  thrum_model_free(model);
+  free(q);
+  cli_remove_folder(folder);
+  return 0;
+}
+
+static unsigned char *read_bytes(const char *name, size_t *size) {
+  void *data = NULL;
+  assert_true(thrum_file_read(in_folder(name), &data, size, NULL) >= 0);
+  return data;
+}
+
+/* The vertex of the model that lies at x. */
+static int64_t find_vertex(const double x[3]) {
+  for (int64_t v = 0; v < model->vertex_count; v++) {
+    const double *at = model->vertices + 3 * v;
+    if (fabs(at[0] - x[0]) + fabs(at[1] - x[1]) + fabs(at[2] - x[2]) < 1e-6)
+      return v;
+  }
+  fail_msg("no vertex at %g %g %g", x[0], x[1], x[2]);
+  return -1;
+}
+
+/* A component of X + U q. */
+static double position(int64_t vertex, int axis, int64_t row) {
+  double sum = model->vertices[3 * vertex + axis];
+  for (int64_t n = 0; n < rank; n++)
+    sum += model->basis[(3 * vertex + axis) * model->rank + n] * q[row * rank + n];
+  return sum;
+}
+
+typedef struct glb_file {
+  unsigned char *bytes;
+  cJSON *json;
+  const unsigned char *buffer;
+} glb_file;
+
+static glb_file open_glb(const char *name) {
+  size_t size = 0;
+  glb_file file = {.bytes = read_bytes(name, &size)};
+  uint32_t head[5], chunk[2];
+  memcpy(head, file.bytes, sizeof head);
+  assert_memory_equal(file.bytes, "glTF", 4);
+  assert_int_equal(head[1], 2);
+  assert_int_equal(head[2], size);
+  assert_memory_equal(file.bytes + 16, "JSON", 4);
+  file.json = cJSON_ParseWithLength((const char *)file.bytes + 20, head[3]);
+  assert_non_null(file.json);
+  memcpy(chunk, file.bytes + 20 + head[3], sizeof chunk);
+  assert_memory_equal(file.bytes + 24 + head[3], "BIN", 4);
+  assert_int_equal(28 + head[3] + chunk[0], size);
+  file.buffer = file.bytes + 28 + head[3];
+  return file;
+}
+
+static void close_glb(glb_file *file) {
+  cJSON_Delete(file->json);
+  free(file->bytes);
+}
+
+static double number_in(const cJSON *object, const char *key) {
+  const cJSON *item = cJSON_GetObjectItem(object, key);
+  assert_true(cJSON_IsNumber(item));
+  return item->valuedouble;
+}
+
+/* Where an accessor's numbers are; how many elements it has. */
+static const void *accessor(const glb_file *file, int index, int64_t *count) {
+  const cJSON *item = cJSON_GetArrayItem(cJSON_GetObjectItem(file->json, "accessors"), index);
+  const cJSON *view = cJSON_GetArrayItem(cJSON_GetObjectItem(file->json, "bufferViews"),
+                                         (int)number_in(item, "bufferView"));
+  *count = (int64_t)number_in(item, "count");
+  return file->buffer + (size_t)number_in(view, "byteOffset");
+}
+
+static void a_glb_holds_the_motion_of_the_run(void **state) {
+  (void)state;
+  glb_file file = open_glb("run.glb");
+  int64_t vertices = 0, times = 0, weights = 0, count = 0;
+  const float *rest = accessor(&file, 0, &vertices);
+  const float *time = accessor(&file, (int)rank + 2, &times);
+  const float *weight = accessor(&file, (int)rank + 3, &weights);
+  assert_int_equal(times, rows);
+  assert_int_equal(weights, rows * rank);
+  double worst = 0, moved = 0;
+  for (int64_t v = 0; v < vertices; v++) {
+    const double x[3] = {(double)rest[3 * v], (double)rest[3 * v + 1], (double)rest[3 * v + 2]};
+    const int64_t vertex = find_vertex(x);
+    for (int64_t row = 0; row < rows; row += 7) {
+      for (int axis = 0; axis < 3; axis++) {
+        double sum = x[axis];
+        for (int64_t n = 0; n < rank; n++) {
+          const float *target = accessor(&file, (int)n + 1, &count);
+          assert_true(fabsf(weight[row * rank + n]) <= 1);
+          sum += (double)weight[row * rank + n] * (double)target[3 * v + axis];
+        }
+        worst = fmax(worst, fabs(sum - position(vertex, axis, row)));
+        moved = fmax(moved, fabs(sum - x[axis]));
+      }
+    }
+  }
+  assert_true(moved > 0.05);
+  // a few units of single precision at 1 m
+  assert_true(worst < 3e-7);
+  assert_true(time[0] == 0 && fabs((double)time[rows - 1] - 0.201) < 1e-6);
+  close_glb(&file);
+}
+
+/* The flux of x / 3 through the triangles is the volume, if they close and look outwards. */
+static void the_surface_is_closed_and_looks_outwards(void **state) {
+  (void)state;
+  glb_file file = open_glb("run.glb");
+  int64_t vertices = 0, corners = 0;
+  const float *x = accessor(&file, 0, &vertices);
+  const uint32_t *corner = accessor(&file, (int)rank + 1, &corners);
+  double volume = 0;
+  for (int64_t t = 0; t < corners; t += 3) {
+    const float *a = x + 3 * corner[t], *b = x + 3 * corner[t + 1], *c = x + 3 * corner[t + 2];
+    volume += (double)(a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) +
+                       a[2] * (b[0] * c[1] - b[1] * c[0])) /
+              6;
+  }
+  assert_true(fabs(volume - 0.06) < 1e-6);
+  // 2 triangles on each of the 2 (6 2 + 6 2 + 2 2) outer faces of cells
+  assert_int_equal(corners / 3, 2 * 2 * (12 + 12 + 4));
+  // Euler's formula: one closed surface without holes
+  assert_int_equal(vertices, 2 + corners / 6);
+  close_glb(&file);
+}
+
+static float float_at(const unsigned char *bytes, bool swapped) {
+  unsigned char order[4];
+  for (int n = 0; n < 4; n++)
+    order[n] = bytes[swapped ? 3 - n : n];
+  float value;
+  memcpy(&value, order, 4);
+  return value;
+}
+
+/* The vertices of run.obj, by their places in the model. */
+static int64_t read_obj(int64_t *places) {
+  char *text = cli_read_text(in_folder("run.obj"));
+  assert_non_null(text);
+  int64_t count = 0;
+  for (char *line = strtok(text, "\n"); line != NULL; line = strtok(NULL, "\n")) {
+    double x[3];
+    if (sscanf(line, "v %lf %lf %lf", &x[0], &x[1], &x[2]) == 3)
+      places[count++] = find_vertex(x);
+  }
+  free(text);
+  return count;
+}
+
+static void caches_move_the_vertices_of_the_obj(void **state) {
+  (void)state;
+  int64_t places[200];
+  const int64_t count = read_obj(places);
+  for (int kind = 0; kind < 2; kind++) {
+    size_t size = 0;
+    const bool mdd = kind == 1;
+    unsigned char *bytes = read_bytes(mdd ? "run.mdd" : "run.pc2", &size);
+    const size_t head = mdd ? 8 + 4 * (size_t)rows : 32;
+    assert_int_equal(size, head + 12 * (size_t)(rows * count));
+    for (int64_t row = 0; row < rows; row += 11)
+      for (int64_t v = 0; v < count; v++)
+        for (int axis = 0; axis < 3; axis++) {
+          const size_t at = head + 4 * (size_t)(3 * (row * count + v) + axis);
+          const double exact = position(places[v], axis, row);
+          assert_true(fabs((double)float_at(bytes + at, mdd) - exact) <= 1e-7 * fabs(exact) + 1e-9);
+        }
+    if (mdd)
+      assert_true(fabs((double)float_at(bytes + 8 + 4 * (size_t)(rows - 1), true) - 0.201) < 1e-6);
+    else
+      assert_memory_equal(bytes, "POINTCACHE2\0\1\0\0\0", 16);
+    free(bytes);
+  }
+}
+
+static void rows_are_thinned_to_the_rate_asked_for(void **state) {
+  (void)state;
+  cli_result run = thrum_run(folder, "export", "run/", "--glb", "thin.glb", "--fps", "50", NULL);
+  assert_int_equal(run.exit_code, 0);
+  cli_result_free(&run);
+  glb_file file = open_glb("thin.glb");
+  int64_t times = 0;
+  const float *time = accessor(&file, (int)rank + 2, &times);
+  // 0.201 s at 50 a second, and the last
+  assert_true(times >= 11 && times <= 12);
+  for (int64_t n = 1; n < times; n++)
+    assert_true(time[n] > time[n - 1]);
+  assert_true(fabs((double)time[times - 1] - 0.201) < 1e-6);
+  close_glb(&file);
+}
+
+static void what_does_not_go_together_is_refused(void **state) {
+  (void)state;
+  cli_result run =
+      thrum_run(folder, "precompute", "beam:6x2x2@1x0.2x0.3", "--fix", "x<0.001", "--young", "1e5",
+                "--modes", "4", "--rank", "7", "-q", "-o", "other.npz", NULL);
+  assert_int_equal(run.exit_code, 0);
+  cli_result_free(&run);
+  static const struct {
+    int code;
+    const char *arguments[6], *words;
+  } cases[] = {
+      {2, {"beam.npz", "--glb", "x.glb"}, "name its folder"},
+      {2, {"run", "--matrices", "x"}, "are of a model"},
+      {2, {"run"}, "say what to write"},
+      {1, {"run", "--glb", "x.glb", "--model", "other.npz"}, "is not the model"},
+      {1, {"run", "--glb", "x.glb", "--model", "none.npz"}, "none.npz"},
+      {1, {"run", "--glb", "no/x.glb"}, "no/x.glb: cannot be created"},
+      {2, {"run", "--glb", "x.glb", "--fps", "-1"}, "--fps wants"},
+      {2, {"run", "--glb", "x.glb", "--obj", "./x.glb"}, "name one file"},
+  };
+  for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+    const char *const *a = cases[n].arguments;
+    run = thrum_run(folder, "export", a[0], a[1], a[2], a[3], a[4], NULL);
+    if (run.exit_code != cases[n].code || !strstr(run.err, cases[n].words) ||
+        !cli_line_count_is(run.err, 1))
+      fail_msg("case %d: exit %d, %s", (int)n, run.exit_code, run.err);
+    cli_result_free(&run);
+  }
+  assert_false(cli_file_exists(in_folder("x.glb")));
+}
+
+/* The run's folder and its model may be moved together. */
+static void a_run_finds_its_model_beside_it(void **state) {
+  (void)state;
+  cli_result run = thrum_run("/", "export", in_folder("run"), "--obj", "/dev/null/x.obj", NULL);
+  assert_int_equal(run.exit_code, 1);
+  assert_non_null(strstr(run.err, "/dev/null/x.obj"));
+  cli_result_free(&run);
+  char path[200];
+  snprintf(path, sizeof path, "%s/moved.obj", folder);
+  run = thrum_run("/", "export", in_folder("run"), "--obj", path, NULL);
+  assert_int_equal(run.exit_code, 0);
+  cli_result_free(&run);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_glb_holds_the_motion_of_the_run),
+      cmocka_unit_test(the_surface_is_closed_and_looks_outwards),
+      cmocka_unit_test(caches_move_the_vertices_of_the_obj),
+      cmocka_unit_test(rows_are_thinned_to_the_rate_asked_for),
+      cmocka_unit_test(what_does_not_go_together_is_refused),
+      cmocka_unit_test(a_run_finds_its_model_beside_it),
+  };
+  return cmocka_run_group_tests(tests, make_run, remove_run);
+}

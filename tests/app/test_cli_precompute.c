@@ -1,0 +1,634 @@
+/* `thrum precompute` from outside: its results, its options, and what it refuses.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "tests/support/cli_support.h"
+#include "thrum/thrum.h"
+
+#define BEAM "beam:8x2x2@1x0.1x0.1"
+#define ROOT "x<0.001"
+
+static char folder[64];
+
+static int make_folder(void **state) {
+  (void)state;
+  return cli_make_folder(folder) == NULL;
+}
+
+static int remove_folder(void **state) {
+  (void)state;
+  cli_remove_folder(folder);
+  return 0;
+}
+
+static const char *in_folder(const char *name, char path[160]) {
+  snprintf(path, 160, "%s/%s", folder, name);
+  return path;
+}
+
+/* The k-th number of an array in an object; NaN when there is none. */
+static double number_at(const cJSON *object, const char *key, int k) {
+  const cJSON *item = cJSON_GetArrayItem(cJSON_GetObjectItemCaseSensitive(object, key), k);
+  return cJSON_IsNumber(item) ? item->valuedouble : NAN;
+}
+
+static int count_of(const cJSON *object, const char *key) {
+  return cJSON_GetArraySize(cJSON_GetObjectItemCaseSensitive(object, key));
+}
+
+/* Runs a precompute that must succeed, with up to two more options; returns its JSON. */
+static cJSON *precompute(const char *mesh, const char *fix, const char *option, const char *value,
+                         const char *option2, const char *value2) {
+  cli_result run = thrum_run(folder, "precompute", mesh, "-o", "made.npz", "--fix", fix, "--modes",
+                             "4", "--rank", "8", "--json", option, value, option2, value2, NULL);
+  if (run.exit_code != 0)
+    print_error("%s", run.err);
+  assert_int_equal(run.exit_code, 0);
+  cJSON *object = cli_json_line(run.out);
+  assert_non_null(object);
+  cli_result_free(&run);
+  return object;
+}
+
+/* Each frequency of `b` is `factor` times that of `a`. */
+static void assert_frequencies_scale(const cJSON *a, const cJSON *b, double factor) {
+  static const char *const keys[] = {"frequencies_hz", "basis_frequencies_hz"};
+  for (int key = 0; key < 2; key++) {
+    const int count = count_of(a, keys[key]);
+    assert_true(count > 0);
+    assert_int_equal(count, count_of(b, keys[key]));
+    for (int k = 0; k < count; k++) {
+      const double expected = factor * number_at(a, keys[key], k);
+      assert_true(fabs(number_at(b, keys[key], k) - expected) <= 1e-7 * expected);
+    }
+  }
+}
+
+static void beam_gives_the_documented_keys(void **state) {
+  (void)state;
+  cJSON *object = precompute(BEAM, ROOT, NULL, NULL, NULL, NULL);
+  assert_true(cli_json_get(object, "vertices") == 9 * 3 * 3);
+  assert_true(cli_json_get(object, "tets") == 8 * 2 * 2 * 6);
+  assert_true(cli_json_get(object, "fixed") == 3 * 3);
+  assert_true(cli_json_get(object, "rank") == 8);
+  assert_true(cli_json_get(object, "modes") == 4);
+  assert_int_equal(count_of(object, "frequencies_hz"), 4);
+  assert_int_equal(count_of(object, "basis_frequencies_hz"), 8);
+  assert_true(cli_json_get(object, "explicit_modes") + cli_json_get(object, "implicit_modes") == 8);
+  assert_true(fabs(cli_json_get(object, "volume_m3") - 0.01) < 1e-14);
+  assert_true(fabs(cli_json_get(object, "mass_kg") - 10) < 1e-11);
+  assert_true(cli_json_get(object, "peak_mb") > 1);
+  for (int k = 1; k < 8; k++) {
+    assert_true(number_at(object, "basis_frequencies_hz", k) >=
+                number_at(object, "basis_frequencies_hz", k - 1));
+  }
+  cJSON_Delete(object);
+}
+
+static void rank_is_twice_the_modes_when_not_given(void **state) {
+  (void)state;
+  static const char *const modes[] = {"1", "3", "12"};
+  for (int n = 0; n < 3; n++) {
+    cli_result run = thrum_run(folder, "precompute", BEAM, "-o", "made.npz", "--fix", ROOT,
+                               "--modes", modes[n], "--json", NULL);
+    assert_int_equal(run.exit_code, 0);
+    cJSON *object = cli_json_line(run.out);
+    assert_non_null(object);
+    assert_true(cli_json_get(object, "rank") == 2 * atof(modes[n]));
+    cJSON_Delete(object);
+    cli_result_free(&run);
+  }
+}
+
+static void stages_do_not_overlap(void **state) {
+  (void)state;
+  cJSON *object = precompute(BEAM, ROOT, NULL, NULL, NULL, NULL);
+  const cJSON *seconds = cJSON_GetObjectItemCaseSensitive(object, "seconds");
+  const double total = cli_json_get(seconds, "total");
+  double sum = 0;
+  int stages = 0;
+  const cJSON *item = NULL;
+  cJSON_ArrayForEach(item, seconds) {
+    assert_true(item->valuedouble >= 0);
+    if (strcmp(item->string, "total") == 0)
+      continue;
+    sum += item->valuedouble;
+    stages++;
+  }
+  assert_true(stages >= 6);
+  assert_true(total > 0 && sum <= total * (1 + 1e-9));
+  cJSON_Delete(object);
+}
+
+static void json_is_alone_on_standard_output(void **state) {
+  (void)state;
+  cli_result run = thrum_run(folder, "precompute", BEAM, "-o", "made.npz", "--fix", ROOT, "--modes",
+                             "3", "--rank", "3", "--json", NULL);
+  assert_int_equal(run.exit_code, 0);
+  cJSON *object = cli_json_line(run.out);
+  assert_non_null(object);
+  cJSON_Delete(object);
+  // progress goes to standard error, as plain lines when that is no terminal
+  assert_non_null(strstr(run.err, "linear modes"));
+  assert_null(strchr(run.err, '\r'));
+  cli_result_free(&run);
+  run = thrum_run(folder, "precompute", BEAM, "-o", "made.npz", "--fix", ROOT, "--modes", "3",
+                  "--rank", "3", "--quiet", NULL);
+  assert_int_equal(run.exit_code, 0);
+  assert_string_equal(run.err, "");
+  assert_non_null(strstr(run.out, "81 vertices"));
+  cli_result_free(&run);
+}
+
+static void two_reproducible_runs_write_the_same_bytes(void **state) {
+  (void)state;
+  const char *names[] = {"first.npz", "second.npz"};
+  char path[2][160];
+  for (int n = 0; n < 2; n++) {
+    cli_result run = thrum_run(folder, "precompute", BEAM, "-o", names[n], "--fix", ROOT, "--modes",
+                               "4", "--rank", "8", "--reproducible", NULL);
+    assert_int_equal(run.exit_code, 0);
+    cli_result_free(&run);
+    in_folder(names[n], path[n]);
+  }
+  char compare[] = "/usr/bin/cmp";
+  char *argv[] = {compare, path[0], path[1], NULL};
+  cli_result same = cli_execute(NULL, argv);
+  assert_int_equal(same.exit_code, 0);
+  cli_result_free(&same);
+}
+
+static void generator_equals_the_reference_file(void **state) {
+  (void)state;
+  cJSON *generated = precompute("beam:20x3x3@1x0.15x0.15", ROOT, NULL, NULL, NULL, NULL);
+  cJSON *read = precompute(THRUM_TEST_DATA "/beam1k.veg", THRUM_TEST_DATA "/beam1k.bou", NULL, NULL,
+                           NULL, NULL);
+  static const char *const same[] = {"vertices", "tets", "fixed", "free_dofs"};
+  for (int n = 0; n < 4; n++) {
+    assert_true(cli_json_get(generated, same[n]) == cli_json_get(read, same[n]));
+  }
+  assert_frequencies_scale(generated, read, 1);
+  cJSON_Delete(generated);
+  cJSON_Delete(read);
+}
+
+/* omega^2 = k/m: stiffness enters once, mass once, and lengths as 1/L. */
+static void material_and_scale_act_as_physics_says(void **state) {
+  (void)state;
+  const char *mesh = THRUM_TEST_DATA "/beam1k.veg", *fix = THRUM_TEST_DATA "/beam1k.bou";
+  cJSON *plain = precompute(mesh, fix, NULL, NULL, NULL, NULL);
+  cJSON *stiff = precompute(mesh, fix, "--young", "2e7", NULL, NULL);
+  cJSON *heavy = precompute(mesh, fix, "--density", "4000", NULL, NULL);
+  cJSON *large = precompute(mesh, fix, "--scale", "2", NULL, NULL);
+  cJSON *named = precompute(mesh, fix, "--young", "5e6", "--poisson", "0.4");
+  assert_frequencies_scale(plain, stiff, 2);
+  assert_frequencies_scale(plain, heavy, 0.5);
+  assert_frequencies_scale(plain, large, 0.5);
+  assert_frequencies_scale(plain, named, 1);
+  assert_true(fabs(cli_json_get(large, "mass_kg") / cli_json_get(plain, "mass_kg") - 8) < 1e-12);
+  cJSON_Delete(plain);
+  cJSON_Delete(stiff);
+  cJSON_Delete(heavy);
+  cJSON_Delete(large);
+  cJSON_Delete(named);
+}
+
+/* The lumped mass minus the consistent one is positive semidefinite tet by tet, so no eigenvalue
+ * may be larger with it. */
+static void lumped_mass_never_raises_a_frequency(void **state) {
+  (void)state;
+  cJSON *consistent = precompute(BEAM, ROOT, "--mass", "consistent", NULL, NULL);
+  cJSON *lumped = precompute(BEAM, ROOT, "--mass", "lumped", NULL, NULL);
+  for (int k = 0; k < 4; k++) {
+    const double above = number_at(consistent, "frequencies_hz", k);
+    assert_true(number_at(lumped, "frequencies_hz", k) < above);
+    assert_true(number_at(lumped, "frequencies_hz", k) > 0.5 * above);
+  }
+  cJSON_Delete(consistent);
+  cJSON_Delete(lumped);
+}
+
+static void fix_takes_predicates_files_groups_and_axes(void **state) {
+  (void)state;
+  char path[160];
+  assert_true(cli_write_text(in_folder("held.bou", path), "1, 2 3\n4:9 # the root\n"));
+  cJSON *predicate = precompute(BEAM, ROOT, NULL, NULL, NULL, NULL);
+  cJSON *file = precompute(BEAM, "held.bou", NULL, NULL, NULL, NULL);
+  cJSON *group = precompute(BEAM, "left", NULL, NULL, NULL, NULL);
+  cJSON *axes = precompute(BEAM, "left:xyz", NULL, NULL, NULL, NULL);
+  cJSON *both = precompute(BEAM, "left:xy", "--fix", "left:z", NULL, NULL);
+  cJSON *more = precompute(BEAM, ROOT, "--fix", "x>0.999:y", NULL, NULL);
+  const cJSON *same[] = {file, group, axes, both};
+  for (int n = 0; n < 4; n++) {
+    assert_true(cli_json_get(same[n], "fixed") == 9);
+    assert_frequencies_scale(predicate, same[n], 1);
+  }
+  assert_true(cli_json_get(more, "fixed") == 18);
+  assert_true(cli_json_get(more, "free_dofs") == 3 * (81 - 9) - 9);
+  // a constraint more raises every frequency, or leaves it
+  assert_true(number_at(more, "frequencies_hz", 0) >= number_at(predicate, "frequencies_hz", 0));
+  cJSON_Delete(predicate);
+  cJSON_Delete(file);
+  cJSON_Delete(group);
+  cJSON_Delete(axes);
+  cJSON_Delete(both);
+  cJSON_Delete(more);
+}
+
+static void meta_says_what_was_done_but_not_where(void **state) {
+  (void)state;
+  char path[160];
+  assert_true(cli_write_text(in_folder("held.bou", path), "1:9\n"));
+  cJSON *line = precompute(BEAM, path, "--fix", "y<0&x<0.001", NULL, NULL);
+  const thrum_model *model = NULL;
+  assert_int_equal(thrum_model_load(in_folder("made.npz", path), &model, NULL), THRUM_OK);
+  cJSON *meta = cJSON_ParseWithLength((const char *)model->meta, (size_t)model->meta_bytes);
+  assert_non_null(meta);
+  assert_string_equal(cJSON_GetObjectItem(meta, "version")->valuestring, thrum_version());
+  const cJSON *mesh = cJSON_GetObjectItem(meta, "mesh");
+  assert_string_equal(cJSON_GetObjectItem(mesh, "hash")->valuestring,
+                      cJSON_GetObjectItem(line, "mesh_hash")->valuestring);
+  const cJSON *fix = cJSON_GetObjectItem(cJSON_GetObjectItem(meta, "options"), "fix");
+  assert_int_equal(cJSON_GetArraySize(fix), 2);
+  assert_string_equal(cJSON_GetArrayItem(fix, 0)->valuestring, "held.bou");
+  assert_string_equal(cJSON_GetArrayItem(fix, 1)->valuestring, "y<0&x<0.001");
+  assert_int_equal(count_of(meta, "materials"), 1);
+  // numbers in the JSON line and in meta are the same doubles
+  for (int k = 0; k < 8; k++) {
+    assert_true(number_at(meta, "basis_frequencies_hz", k) ==
+                number_at(line, "basis_frequencies_hz", k));
+  }
+  char *text = cJSON_PrintUnformatted(meta);
+  assert_null(strstr(text, folder));
+  free(text);
+  cJSON_Delete(meta);
+  cJSON_Delete(line);
+  thrum_model_free(model);
+}
+
+/* A cube of six tets, its vertices 1 to 8; `tail` follows the vertices, `tets` the header. */
+static void write_cube(const char *name, const char *vertex9, const char *tets) {
+  char text[2000], path[160];
+  snprintf(text, sizeof text,
+           "*VERTICES\n%d 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 1 1 0\n5 0 0 1\n6 1 0 1\n7 0 1 1\n"
+           "8 1 1 1\n%s*ELEMENTS\nTET\n6 4 0\n%s"
+           "*MATERIAL rubber\nENU, 1000, 1e6, 0.3\n*REGION\nallElements, rubber\n",
+           vertex9[0] != 0 ? 9 : 8, vertex9, tets);
+  assert_true(cli_write_text(in_folder(name, path), text));
+}
+
+#define CUBE_TETS "1 1 2 4 8\n2 1 4 3 8\n3 1 3 7 8\n4 1 7 5 8\n5 1 5 6 8\n6 1 6 2 8\n"
+#define CUBE_TETS_INVERTED "1 2 1 4 8\n2 4 1 3 8\n3 3 1 7 8\n4 7 1 5 8\n5 5 1 6 8\n6 6 1 2 8\n"
+
+static void inverted_files_are_flipped_and_spare_vertices_dropped(void **state) {
+  (void)state;
+  write_cube("cube.veg", "", CUBE_TETS);
+  write_cube("odd.veg", "9 5 5 5\n", CUBE_TETS_INVERTED);
+  cJSON *plain = precompute("cube.veg", ROOT, "--rank", "4", NULL, NULL);
+  cJSON *cleaned = precompute("odd.veg", ROOT, "--rank", "4", NULL, NULL);
+  assert_frequencies_scale(plain, cleaned, 1);
+  // whichever of the two orientations is positive, exactly one file was flipped
+  assert_true(cli_json_get(plain, "flipped_tets") + cli_json_get(cleaned, "flipped_tets") == 6);
+  assert_true(cli_json_get(cleaned, "dropped_vertices") == 1);
+  assert_true(cli_json_get(cleaned, "vertices") == 8);
+  cJSON_Delete(plain);
+  cJSON_Delete(cleaned);
+  cli_result run = thrum_run(folder, "precompute", "odd.veg", "-o", "made.npz", "--fix", ROOT,
+                             "--modes", "3", "--rank", "3", NULL);
+  assert_int_equal(run.exit_code, 0);
+  assert_non_null(strstr(run.err, "thrum: warning: odd.veg: 1 vert"));
+  cli_result_free(&run);
+}
+
+/* The precompute is refused with exit 1, the last line of standard error names `wanted`, standard
+ * output is empty, and nothing was written. */
+static void assert_refused_with(const char *wanted, const char *mesh, const char *option,
+                                const char *value, const char *option2, const char *value2) {
+  char path[160];
+  remove(in_folder("never.npz", path));
+  cli_result run = thrum_run(folder, "precompute", mesh, "-o", "never.npz", "--json", "--quiet",
+                             option, value, option2, value2, NULL);
+  const char *line = strncmp(run.err, "thrum: ", 7) == 0 ? run.err : NULL;
+  if (run.exit_code != 1 || line == NULL || strstr(line, wanted) == NULL) {
+    print_error("%s %s: exit %d: %s\n", mesh, value != NULL ? value : "", run.exit_code, run.err);
+  }
+  assert_int_equal(run.exit_code, 1);
+  assert_non_null(line);
+  assert_true(cli_line_count_is(run.err, 1));
+  assert_non_null(strstr(line, wanted));
+  assert_string_equal(run.out, "");
+  assert_false(cli_file_exists(path));
+  cli_result_free(&run);
+}
+
+/* One body as two kinds of file and two units: the cube in metres, and in millimetres by Gmsh,
+ * whose files say no material. */
+static void gmsh_files_give_the_model_of_the_same_mesh(void **state) {
+  (void)state;
+  char path[160];
+  assert_true(cli_write_text(in_folder("cube.msh", path),
+                             "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n"
+                             "2 1 \"the clamp\"\n3 2 \"body\"\n$EndPhysicalNames\n$Nodes\n8\n"
+                             "1 0 0 0\n2 1000 0 0\n3 0 1000 0\n4 1000 1000 0\n5 0 0 1000\n"
+                             "6 1000 0 1000\n7 0 1000 1000\n8 1000 1000 1000\n$EndNodes\n"
+                             "$Elements\n8\n1 2 2 1 1 1 3 7\n2 2 2 1 1 1 7 5\n3 4 2 2 1 1 2 4 8\n"
+                             "4 4 2 2 1 1 4 3 8\n5 4 2 2 1 1 3 7 8\n6 4 2 2 1 1 7 5 8\n"
+                             "7 4 2 2 1 1 5 6 8\n8 4 2 2 1 1 6 2 8\n$EndElements\n"));
+  write_cube("cube.veg", "", CUBE_TETS);
+  cJSON *numbers[3];
+  static const char *const fixes[] = {"the clamp", "the clamp:xyz", ROOT};
+  for (int n = 0; n < 3; n++) {
+    cli_result run = thrum_run(folder, "precompute", n < 2 ? "cube.msh" : "cube.veg", "-o",
+                               "made.npz", "--fix", fixes[n], "--modes", "4", "--rank", "4",
+                               "--json", "--scale", n < 2 ? "1e-3" : "1", "--young", "1e6",
+                               "--poisson", "0.3", "--density", "1000", NULL);
+    if (run.exit_code != 0)
+      print_error("%s", run.err);
+    assert_int_equal(run.exit_code, 0);
+    numbers[n] = cli_json_line(run.out);
+    assert_true(cli_json_get(numbers[n], "fixed") == 4);
+    cli_result_free(&run);
+  }
+  assert_frequencies_scale(numbers[2], numbers[0], 1);
+  assert_frequencies_scale(numbers[2], numbers[1], 1);
+  for (int n = 0; n < 3; n++)
+    cJSON_Delete(numbers[n]);
+  assert_refused_with("give --young, --poisson and --density", "cube.msh", "--fix", "the clamp",
+                      "--young", "1e6");
+}
+
+static void bad_files_are_refused_by_name(void **state) {
+  (void)state;
+  char path[160];
+  write_cube("cube.veg", "", CUBE_TETS);
+  write_cube("index.veg", "",
+             "1 1 2 4 8\n2 1 4 3 8\n3 1 3 7 8\n4 1 7 5 8\n5 1 5 6 8\n6 1 6 2 11\n");
+  write_cube("flat.veg", "", "1 1 2 4 8\n2 1 4 3 8\n3 1 2 3 4\n4 1 7 5 8\n5 1 5 6 8\n6 1 6 2 8\n");
+  write_cube("nan.veg", "9 0 nan 0\n", CUBE_TETS);
+  assert_true(cli_write_text(in_folder("words.veg", path), "not a mesh at all\n"));
+  assert_true(cli_write_text(in_folder("words.msh", path), "not a mesh at all\n"));
+  assert_true(cli_write_text(in_folder("empty.veg", path), ""));
+  assert_true(cli_write_text(in_folder("mesh.txt", path), "1 2 3\n"));
+  assert_refused_with("missing.veg", "missing.veg", "--fix", ROOT, NULL, NULL);
+  assert_refused_with("index.veg", "index.veg", "--fix", ROOT, NULL, NULL);
+  assert_refused_with("11", "index.veg", "--fix", ROOT, NULL, NULL);
+  assert_refused_with("3", "flat.veg", "--fix", ROOT, NULL, NULL);
+  assert_refused_with("nan.veg", "nan.veg", "--fix", ROOT, NULL, NULL);
+  assert_refused_with("words.veg", "words.veg", "--fix", ROOT, NULL, NULL);
+  assert_refused_with("words.msh", "words.msh", "--fix", ROOT, NULL, NULL);
+  assert_refused_with("empty.veg", "empty.veg", "--fix", ROOT, NULL, NULL);
+  assert_refused_with("mesh.txt", "mesh.txt", "--fix", ROOT, NULL, NULL);
+  assert_refused_with("beam", "beam:0x1x1@1x1x1", "--fix", ROOT, NULL, NULL);
+  assert_refused_with("", "/", "--fix", ROOT, NULL, NULL);
+  assert_refused_with("name of the mesh is empty", "", "--fix", ROOT, NULL, NULL);
+}
+
+static void every_truncation_of_a_mesh_is_refused_or_complete(void **state) {
+  (void)state;
+  char path[160];
+  write_cube("cube.veg", "", CUBE_TETS);
+  char *text = cli_read_text(in_folder("cube.veg", path));
+  assert_non_null(text);
+  // up to the last tet a cut loses something that is needed
+  const size_t length = (size_t)(strstr(text, "6 1 6 2 8") - text);
+  for (size_t cut = 0; cut < length; cut += 7) {
+    const char kept = text[cut];
+    text[cut] = 0;
+    assert_true(cli_write_text(in_folder("cut.veg", path), text));
+    text[cut] = kept;
+    assert_refused_with("cut.veg", "cut.veg", "--fix", ROOT, NULL, NULL);
+  }
+  free(text);
+}
+
+static void bad_materials_are_refused(void **state) {
+  (void)state;
+  static const char *const bad[][3] = {{"--poisson", "0.5", "above -1 and below 1/2, not '0.5'"},
+                                       {"--poisson", "0.7", "above -1 and below 1/2, not '0.7'"},
+                                       {"--poisson", "-1", "above -1 and below 1/2, not '-1'"},
+                                       {"--young", "0", "number of Pa from 1e-30 to 1e30, not '0'"},
+                                       {"--young", "-5", "from 1e-30 to 1e30, not '-5'"},
+                                       {"--density", "0", "number of kg/m^3 from 1e-30 to 1e30"},
+                                       {"--density", "-1", "from 1e-30 to 1e30, not '-1'"},
+                                       {"--scale", "0", "number above 0, not '0'"},
+                                       {"--scale", "-1", "number above 0, not '-1'"},
+                                       // possible, but beyond the range of the solvers
+                                       {"--young", "1e300", "from 1e-30 to 1e30"},
+                                       {"--young", "1e-310", "from 1e-30 to 1e30"},
+                                       {"--density", "1e300", "from 1e-30 to 1e30"},
+                                       {"--density", "1e-308", "from 1e-30 to 1e30"}};
+  for (size_t n = 0; n < sizeof bad / sizeof bad[0]; n++) {
+    cli_result run = thrum_run(folder, "precompute", BEAM, "-o", "never.npz", "--fix", ROOT,
+                               bad[n][0], bad[n][1], NULL);
+    if (run.exit_code != 2 || strstr(run.err, bad[n][2]) == NULL)
+      fail_msg("%s %s: exit %d, %s", bad[n][0], bad[n][1], run.exit_code, run.err);
+    assert_true(cli_line_count_is(run.err, 1));
+    cli_result_free(&run);
+  }
+  // the mesh's own
+  char path[160];
+  assert_true(
+      cli_write_text(in_folder("rubber.veg", path),
+                     "*VERTICES\n4 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n"
+                     "*ELEMENTS\nTETS\n1 4 0\n1 1 2 3 4\n"
+                     "*MATERIAL rubber\nENU, 1000, 1e6, 0.5\n*REGION\nallElements, rubber\n"));
+  assert_refused_with("Poisson's ratio of region 1 is 0.5;", "rubber.veg", "--fix", "x>0.5", NULL,
+                      NULL);
+}
+
+static void bodies_too_free_and_ranks_too_large_are_refused(void **state) {
+  (void)state;
+  assert_refused_with("names no vertex", BEAM, "--fix", "x<-1", NULL, NULL);
+  assert_refused_with("nosuchgroup", BEAM, "--fix", "nosuchgroup", NULL, NULL);
+  assert_refused_with("rank", BEAM, "--fix", ROOT, "--rank", "66");
+  assert_refused_with("too many for a mesh", BEAM, "--fix", ROOT, "--modes", "250");
+  assert_refused_with("every vertex is fixed", BEAM, "--fix", "x<2", NULL, NULL);
+  // held along one axis only, a body still moves freely along the others
+  assert_refused_with("rigid motions", BEAM, "--fix", "left:x", NULL, NULL);
+}
+
+static void a_body_that_nothing_holds_is_a_free_one(void **state) {
+  (void)state;
+  cli_result run = thrum_run(folder, "precompute", BEAM, "-o", "free.npz", "--modes", "4", "--rank",
+                             "8", "--json", NULL);
+  assert_int_equal(run.exit_code, 0);
+  assert_non_null(strstr(run.err, "this is a free body"));
+  cJSON *object = cli_json_line(run.out);
+  assert_true(cli_json_get(object, "rigid_modes") == 6);
+  assert_true(cli_json_get(object, "fixed") == 0);
+  assert_true(cli_json_get(cJSON_GetObjectItem(object, "residuals"), "rigid") < 1e-14);
+  cJSON_Delete(object);
+  cli_result_free(&run);
+  // the model says so, and its elastic part can be stepped
+  run = thrum_run(folder, "info", "free.npz", NULL);
+  assert_non_null(strstr(run.out, "6 rigid modes kept apart"));
+  cli_result_free(&run);
+  run = thrum_run(folder, "simulate", "free.npz", "-o", "ringing", "--time", "0.3", "--start",
+                  "mode:1,0.01", "--json", NULL);
+  assert_int_equal(run.exit_code, 0);
+  cli_result_free(&run);
+}
+
+static void stages_say_time_memory_and_rate(void **state) {
+  (void)state;
+  cJSON *object = precompute(BEAM, ROOT, NULL, NULL, NULL, NULL);
+  static const char *const names[] = {"assemble",    "factor", "modes",
+                                      "derivatives", "basis",  "polynomial"};
+  const cJSON *stages = cJSON_GetObjectItemCaseSensitive(object, "stages");
+  double peak = 0;
+  for (int n = 0; n < 6; n++) {
+    const cJSON *row = cJSON_GetObjectItemCaseSensitive(stages, names[n]);
+    assert_true(cli_json_get(row, "seconds") >= 0);
+    assert_true(cli_json_get(row, "peak_mb") >= peak && cli_json_get(row, "peak_mb") > 0);
+    peak = cli_json_get(row, "peak_mb");
+    // what is not counted has no rate
+    const bool counted = n != 0 && n != 4;
+    assert_true(counted == cJSON_IsNumber(cJSON_GetObjectItemCaseSensitive(row, "gflops")));
+    assert_true(!counted || cli_json_get(row, "gflops") > 0);
+  }
+  assert_true(peak <= cli_json_get(object, "peak_mb"));
+  cJSON_Delete(object);
+}
+
+static void how_modes_were_checked_is_said(void **state) {
+  (void)state;
+  static const char *const how[] = {"search", "inertia", "auto"};
+  for (int n = 0; n < 3; n++) {
+    cli_result run = thrum_run(folder, "precompute", BEAM, "-o", "made.npz", "--fix", ROOT,
+                               "--modes", "4", "--check", how[n], "--json", NULL);
+    // counting is optional in a build
+    if (n == 1 && run.exit_code == 1) {
+      assert_non_null(strstr(run.err, "built without MUMPS"));
+      cli_result_free(&run);
+      continue;
+    }
+    assert_int_equal(run.exit_code, 0);
+    cJSON *object = cli_json_line(run.out);
+    const cJSON *check = cJSON_GetObjectItem(object, "mode_check");
+    assert_true(cJSON_IsTrue(cJSON_GetObjectItem(check, "complete")));
+    const char *method = cJSON_GetObjectItem(check, "method")->valuestring;
+    if (n < 2)
+      assert_string_equal(method, how[n]);
+    assert_true(cli_json_get(check, "next_hz") > number_at(object, "frequencies_hz", 3));
+    cli_result info = thrum_run(folder, "info", "made.npz", NULL);
+    assert_non_null(strstr(info.out, "none missed"));
+    assert_non_null(strstr(info.out, method));
+    cli_result_free(&info);
+    cJSON_Delete(object);
+    cli_result_free(&run);
+  }
+}
+
+static void an_output_that_cannot_be_written_is_refused_at_once(void **state) {
+  (void)state;
+  static const char *const outputs[] = {"nowhere/made.npz", ".", "made/", ""};
+  for (int n = 0; n < 4; n++) {
+    cli_result run = thrum_run(folder, "precompute", BEAM, "-o", outputs[n], "--fix", ROOT, NULL);
+    assert_int_equal(run.exit_code, 1);
+    assert_true(cli_line_count_is(run.err, 1));
+    assert_non_null(strstr(run.err, outputs[n]));
+    cli_result_free(&run);
+  }
+}
+
+static void a_refusal_leaves_an_earlier_model_alone(void **state) {
+  (void)state;
+  char path[160];
+  assert_true(cli_write_text(in_folder("kept.npz", path), "earlier"));
+  cli_result run = thrum_run(folder, "precompute", BEAM, "-o", "kept.npz", "--fix", "x<2", NULL);
+  assert_int_equal(run.exit_code, 1);
+  cli_result_free(&run);
+  char *text = cli_read_text(path);
+  assert_string_equal(text, "earlier");
+  free(text);
+}
+
+/* The program says how it is used, exit 2, and `wanted` is in it. */
+static void assert_usage(const char *wanted, const char *a, const char *b, const char *c,
+                         const char *d, const char *e, const char *f) {
+  cli_result run = thrum_run(folder, a, b, c, d, e, f, NULL);
+  if (run.exit_code != 2 || strstr(run.err, wanted) == NULL)
+    print_error("%s", run.err);
+  assert_int_equal(run.exit_code, 2);
+  assert_non_null(strstr(run.err, wanted));
+  assert_string_equal(run.out, "");
+  cli_result_free(&run);
+}
+
+static void wrong_usage_is_told_apart_from_refusal(void **state) {
+  (void)state;
+  assert_usage("usage", NULL, NULL, NULL, NULL, NULL, NULL);
+  assert_usage("did you mean 'precompute'", "precomptue", NULL, NULL, NULL, NULL, NULL);
+  assert_usage("unknown command", "melt", NULL, NULL, NULL, NULL, NULL);
+  assert_usage("unknown option", "--melt", NULL, NULL, NULL, NULL, NULL);
+  assert_usage("no mesh", "precompute", NULL, NULL, NULL, NULL, NULL);
+  assert_usage("-o", "precompute", BEAM, NULL, NULL, NULL, NULL);
+  assert_usage("did you mean '--young'", "precompute", BEAM, "--yuong", "1", NULL, NULL);
+  assert_usage("needs a value", "precompute", BEAM, "--young", NULL, NULL, NULL);
+  assert_usage("needs a value", "precompute", BEAM, "-o", NULL, NULL, NULL);
+  assert_usage("takes no value", "precompute", BEAM, "--json=1", NULL, NULL, NULL);
+  assert_usage("number", "precompute", BEAM, "--young", "soft", NULL, NULL);
+  assert_usage("number", "precompute", BEAM, "--young", "nan", NULL, NULL);
+  assert_usage("number", "precompute", BEAM, "--density", "1e400", NULL, NULL);
+  assert_usage("number", "precompute", BEAM, "--density", "0x10", NULL, NULL);
+  assert_usage("whole number", "precompute", BEAM, "--modes", "0", NULL, NULL);
+  assert_usage("whole number", "precompute", BEAM, "--rank", "1.5", NULL, NULL);
+  assert_usage("whole number", "precompute", BEAM, "--threads", "-1", NULL, NULL);
+  assert_usage("consistent or lumped", "precompute", BEAM, "--mass", "heavy", NULL, NULL);
+  assert_usage("auto, search or inertia", "precompute", BEAM, "--check", "twice", NULL, NULL);
+  assert_usage("one mesh", "precompute", BEAM, BEAM, "-o", "made.npz", NULL);
+}
+
+static void help_and_version_are_results(void **state) {
+  (void)state;
+  static const char *const commands[] = {"precompute", "simulate", "info", "bench"};
+  for (int n = 0; n < 4; n++) {
+    cli_result by_option = thrum_run(folder, commands[n], "--help", NULL);
+    cli_result by_command = thrum_run(folder, "help", commands[n], NULL);
+    assert_int_equal(by_option.exit_code, 0);
+    assert_string_equal(by_option.err, "");
+    assert_non_null(strstr(by_option.out, "examples:"));
+    assert_string_equal(by_option.out, by_command.out);
+    cli_result_free(&by_option);
+    cli_result_free(&by_command);
+  }
+  cli_result version = thrum_run(folder, "--version", NULL);
+  assert_int_equal(version.exit_code, 0);
+  assert_string_equal(version.out, "thrum " THRUM_VERSION_STRING "\n");
+  cli_result_free(&version);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(beam_gives_the_documented_keys),
+      cmocka_unit_test(rank_is_twice_the_modes_when_not_given),
+      cmocka_unit_test(stages_do_not_overlap),
+      cmocka_unit_test(json_is_alone_on_standard_output),
+      cmocka_unit_test(two_reproducible_runs_write_the_same_bytes),
+      cmocka_unit_test(generator_equals_the_reference_file),
+      cmocka_unit_test(material_and_scale_act_as_physics_says),
+      cmocka_unit_test(gmsh_files_give_the_model_of_the_same_mesh),
+      cmocka_unit_test(lumped_mass_never_raises_a_frequency),
+      cmocka_unit_test(fix_takes_predicates_files_groups_and_axes),
+      cmocka_unit_test(meta_says_what_was_done_but_not_where),
+      cmocka_unit_test(inverted_files_are_flipped_and_spare_vertices_dropped),
+      cmocka_unit_test(bad_files_are_refused_by_name),
+      cmocka_unit_test(every_truncation_of_a_mesh_is_refused_or_complete),
+      cmocka_unit_test(bad_materials_are_refused),
+      cmocka_unit_test(bodies_too_free_and_ranks_too_large_are_refused),
+      cmocka_unit_test(a_body_that_nothing_holds_is_a_free_one),
+      cmocka_unit_test(stages_say_time_memory_and_rate),
+      cmocka_unit_test(how_modes_were_checked_is_said),
+      cmocka_unit_test(an_output_that_cannot_be_written_is_refused_at_once),
+      cmocka_unit_test(a_refusal_leaves_an_earlier_model_alone),
+      cmocka_unit_test(wrong_usage_is_told_apart_from_refusal),
+      cmocka_unit_test(help_and_version_are_results),
+  };
+  return cmocka_run_group_tests(tests, make_folder, remove_folder);
+}

@@ -1,0 +1,143 @@
+/* Runs of `thrum simulate` that a fixed split loses: they complete, flagged or not, with energies
+ * that make sense and with figures of what was done. SPDX-License-Identifier: Apache-2.0 */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "tests/support/simulate_support.h"
+
+static char folder[64];
+
+static int make_beam(void **context) {
+  (void)context;
+  if (cli_make_folder(folder) == NULL)
+    return 1;
+  cli_result result = thrum_run(folder, "precompute", "beam:20x3x3@1x0.15x0.15", "--fix", "x<0.001",
+                                "--modes", "10", "--rank", "15", "-o", "beam.npz", "--quiet", NULL);
+  const int code = result.exit_code;
+  cli_result_free(&result);
+  return code;
+}
+
+static int remove_folder(void **context) {
+  (void)context;
+  cli_remove_folder(folder);
+  return 0;
+}
+
+/* One run of the beam; the caller deletes the object. */
+static cJSON *run(const char *load, const char *start, const char *split, const char *integrator,
+                  const char *time, const char *adaptive, int *exit_code) {
+  cli_result result =
+      thrum_run(folder, "simulate", "beam.npz", "-o", "run", "--quiet", "--json", "--split", split,
+                "--time", time, "--integrator", integrator, "--adaptive", adaptive, "--ladder",
+                adaptive, load[0] ? "--load" : "--start", load[0] ? load : start, NULL);
+  cJSON *object = cli_json_line(result.out);
+  if (object == NULL)
+    fail_msg("%s", result.err);
+  *exit_code = result.exit_code;
+  cli_result_free(&result);
+  return object;
+}
+
+static const char *text(const cJSON *object, const char *key) {
+  const cJSON *item = cJSON_GetObjectItemCaseSensitive(object, key);
+  return cJSON_IsString(item) ? item->valuestring : "";
+}
+
+/* A 1 Hz load at the tip. What a fixed split does with it is in the other runs of this file. */
+static void the_adaptive_split_runs_loads_of_forty_to_a_thousand_newtons(void **context) {
+  (void)context;
+  static const struct {
+    const char *load;
+    double most; /* energy [J] */
+  } cases[4] = {{"sine:0,0,-40@tip,f=1", 3},
+                {"sine:0,0,-160@tip,f=1", 50},
+                {"sine:0,0,-320@tip,f=1", 160},
+                {"sine:0,0,-1000@tip,f=1", 1000}};
+  for (int n = 0; n < 4; n++) {
+    int code = 0;
+    cJSON *object = run(cases[n].load, "", "9", "imexv", "6", "on", &code);
+    const cJSON *watch = cJSON_GetObjectItemCaseSensitive(object, "watch");
+    const cJSON *rungs = cJSON_GetObjectItemCaseSensitive(object, "rungs");
+    assert_int_equal(cli_json_get(object, "steps"), 2000);
+    assert_int_equal(cli_json_get(rungs, "failures"), 0);
+    assert_true(cli_json_get(object, "energy_max_j") < cases[n].most);
+    assert_true(cli_json_get(object, "energy_max_j") > 0.1 * cases[n].most);
+    assert_true(cli_json_get(watch, "h_sqrt_rho_peak") > 0.6);
+    if (n > 1)
+      assert_true(cli_json_get(watch, "switches") + cli_json_get(watch, "handovers") > 0);
+    cJSON_Delete(object);
+  }
+}
+
+static void a_fixed_split_loses_what_the_watch_saves(void **context) {
+  (void)context;
+  int code = 0;
+  cJSON *object = run("sine:0,0,-320@tip,f=1", "", "9", "imexv", "6", "off", &code);
+  assert_int_equal(code, 3);
+  assert_string_equal(text(object, "status"), "not_converged");
+  assert_true(cJSON_IsNull(cJSON_GetObjectItemCaseSensitive(object, "watch")));
+  const cJSON *rungs = cJSON_GetObjectItemCaseSensitive(object, "rungs");
+  assert_int_equal(cli_json_get(rungs, "failures"), 1);
+  cJSON_Delete(object);
+}
+
+/* A straight mode of large amplitude holds far more energy than its frequency tells. */
+static void a_violent_start_completes_with_its_energy(void **context) {
+  (void)context;
+  static const char *const integrators[2] = {"imexv", "energy"};
+  for (int n = 0; n < 2; n++) {
+    int code = 0;
+    cJSON *object = run("", "mode:1,0.1", "cfl", integrators[n], "30", "on", &code);
+    assert_int_equal(code, 0);
+    assert_string_equal(text(object, "status"), "done");
+    const double first = cli_json_get(object, "energy_first_j");
+    assert_true(fabs(cli_json_get(object, "energy_last_j") / first - 1) < (n == 0 ? 1e-9 : 1e-11));
+    cJSON_Delete(object);
+  }
+}
+
+static void the_quadratic_split_needs_no_iterations_and_says_so(void **context) {
+  (void)context;
+  cli_result result =
+      thrum_run(folder, "simulate", "beam.npz", "-o", "run", "--quiet", "--json", "--split-form",
+                "quadratic", "--time", "3", "--load", "impulse:0,0,-40@tip", "--dt", "0.001", NULL);
+  cJSON *object = cli_json_line(result.out);
+  assert_non_null(object);
+  assert_int_equal(result.exit_code, 0);
+  assert_int_equal(cli_json_get(object, "mean_iterations"), 0);
+  const cJSON *watch = cJSON_GetObjectItemCaseSensitive(object, "watch");
+  assert_string_equal(text(watch, "scheme"), "quadratic");
+  const cJSON *options = cJSON_GetObjectItemCaseSensitive(object, "options");
+  assert_string_equal(text(options, "split_form"), "quadratic");
+  cJSON_Delete(object);
+  cli_result_free(&result);
+}
+
+static void a_switch_that_is_neither_on_nor_off_is_a_usage_error(void **context) {
+  (void)context;
+  static const char *const options[3][2] = {
+      {"--adaptive", "yes"}, {"--ladder", "1"}, {"--split-form", "cubic"}};
+  for (int n = 0; n < 3; n++) {
+    cli_result result = thrum_run(folder, "simulate", "beam.npz", "-o", "other", options[n][0],
+                                  options[n][1], NULL);
+    assert_int_equal(result.exit_code, 2);
+    assert_non_null(strstr(result.err, options[n][0]));
+    cli_result_free(&result);
+  }
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(the_adaptive_split_runs_loads_of_forty_to_a_thousand_newtons),
+      cmocka_unit_test(a_fixed_split_loses_what_the_watch_saves),
+      cmocka_unit_test(a_violent_start_completes_with_its_energy),
+      cmocka_unit_test(the_quadratic_split_needs_no_iterations_and_says_so),
+      cmocka_unit_test(a_switch_that_is_neither_on_nor_off_is_a_usage_error),
+  };
+  return cmocka_run_group_tests(tests, make_beam, remove_folder);
+}

@@ -1,0 +1,469 @@
+/* Scene files from outside: a body of a scene has the run of it alone, a mistake is named by file,
+ * line and path, and the folder is whole or not there.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <dirent.h>
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "tests/support/simulate_support.h"
+
+#define SCENES THRUM_TEST_DATA "/../../examples/scenes"
+
+static char folder[64];
+
+static const char *in_folder(const char *name, char path[200]) {
+  snprintf(path, 200, "%s/%s", folder, name);
+  return path;
+}
+
+static void put(const char *name, const char *text) {
+  char path[200];
+  assert_true(cli_write_text(in_folder(name, path), text));
+}
+
+static int make_models(void **state) {
+  (void)state;
+  if (cli_make_folder(folder) == NULL)
+    return -1;
+  cli_result run = thrum_run(folder, "precompute", "beam:8x2x2@1x0.1x0.1", "-o", "beam.npz",
+                             "--fix", "x<0.001", "--modes", "5", "--rank", "10", "-q", NULL);
+  const int code = run.exit_code;
+  cli_result_free(&run);
+  run = thrum_run(folder, "precompute", "beam:3x2x2@0.3x0.2x0.2", "-o", "free.npz", "--modes", "4",
+                  "--rank", "8", "-q", NULL);
+  put("quake.csv", "0,0,0,0\n0.1,1,0,0.5\n0.2,0,0,0\n");
+  const int second = run.exit_code;
+  cli_result_free(&run);
+  return code + second;
+}
+
+static int remove_folder(void **state) {
+  (void)state;
+  cli_remove_folder(folder);
+  return 0;
+}
+
+/* Runs the scene in `text` into `out`; the exit code must be `code`. */
+static cJSON *simulate(const char *text, const char *out, int code) {
+  put("scene.json", text);
+  cli_result run = thrum_run(folder, "simulate", "scene.json", "-o", out, "--json", "-q", NULL);
+  if (run.exit_code != code)
+    fail_msg("exit code %d: %s", run.exit_code, run.err);
+  cJSON *object = cli_json_line(run.out);
+  cli_result_free(&run);
+  return object;
+}
+
+static void assert_same_file(const char *left, const char *right) {
+  char command[500], path[200], other[200];
+  snprintf(command, sizeof command, "cmp -s %s %s", in_folder(left, path), in_folder(right, other));
+  if (system(command) != 0)
+    fail_msg("%s and %s differ", left, right);
+}
+
+static void a_body_of_a_scene_has_the_run_of_it_alone(void **state) {
+  (void)state;
+  cJSON *object = simulate(
+      "{\"time\": 0.6, \"gravity\": [0, 0.5, -9.81], \"damping\": [0.4, 0.0005],\n"
+      " \"shake\": \"quake.csv\",\n"
+      " \"bodies\": [\n"
+      "  {\"name\": \"one\", \"model\": \"beam.npz\", \"loads\": [\"sine:0,0,-4@tip,f=3\",\n"
+      "   \"traction:0,0,-50@top,until=0.2\"], \"start\": \"mode:2,0.01\"},\n"
+      "  {\"name\": \"two\", \"model\": \"beam.npz\", \"rank\": 6,\n"
+      "   \"integrator\": \"newmark\", \"damping\": 0, \"position\": [0, 2, 0]},\n"
+      "  {\"name\": \"three\", \"model\": \"beam.npz\", \"position\": [0, 4, 0]}]}",
+      "together", 0);
+  assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(object, "bodies")), 3);
+  assert_true(cli_json_get(object, "steps") == 200);
+  cJSON_Delete(object);
+  cli_result run = thrum_run(folder, "simulate", "beam.npz", "-o", "alone", "--time", "0.6",
+                             "--damping", "0.4,0.0005", "--load", "gravity:0,0.5,-9.81", "--load",
+                             "sine:0,0,-4@tip,f=3", "--load", "traction:0,0,-50@top,until=0.2",
+                             "--shake", "quake.csv", "--start", "mode:2,0.01", "-q", NULL);
+  assert_int_equal(run.exit_code, 0);
+  cli_result_free(&run);
+  assert_same_file("together/one/q.npy", "alone/q.npy");
+  assert_same_file("together/one/energy.csv", "alone/energy.csv");
+  assert_same_file("together/one/end.npy", "alone/end.npy");
+  run = thrum_run(folder, "simulate", "beam.npz", "-o", "lower", "--time", "0.6", "--rank", "6",
+                  "--integrator", "newmark", "--load", "gravity:0,0.5,-9.81", "--shake",
+                  "quake.csv", "-q", NULL);
+  assert_int_equal(run.exit_code, 0);
+  cli_result_free(&run);
+  assert_same_file("together/two/q.npy", "lower/q.npy");
+  assert_same_file("together/two/energy.csv", "lower/energy.csv");
+  // and its folder is a run for other commands
+  run = thrum_run(folder, "export", "together/two", "--glb", "two.glb", NULL);
+  assert_int_equal(run.exit_code, 0);
+  cli_result_free(&run);
+  // the run of the whole scene is none of a body
+  run = thrum_run(folder, "export", "together", "--glb", "all.glb", NULL);
+  assert_int_equal(run.exit_code, 2);
+  assert_non_null(strstr(run.err, "together/NAME"));
+  cli_result_free(&run);
+}
+
+/* The last row of probes.csv, without step and time. */
+static void last_probes(const char *name, int count, double *values) {
+  char path[200];
+  char *text = cli_read_text(in_folder(name, path));
+  assert_non_null(text);
+  char *line = text + strlen(text) - 1;
+  while (line > text && line[-1] != '\n')
+    line--;
+  strtod(line, &line);
+  strtod(line + 1, &line);
+  for (int n = 0; n < count; n++)
+    values[n] = strtod(line + 1, &line);
+  free(text);
+}
+
+static void a_turned_and_scaled_body_follows_its_world(void **state) {
+  (void)state;
+  // a quarter turn about z takes x to y, y to -x; twice as long, four times as stiff: the same time
+  cJSON *object = simulate(
+      "{\"time\": 0.3, \"bodies\": [\n"
+      " {\"name\": \"a\", \"model\": \"beam.npz\", \"loads\": \"constant:0,3,-2@tip\"},\n"
+      " {\"name\": \"b\", \"model\": \"beam.npz\", \"position\": [1, 2, 3], \"scale\": 2,\n"
+      "  \"stiffness\": 4, \"rotation\": {\"axis\": [0, 0, 2], \"angle\": 90},\n"
+      "  \"loads\": \"constant:-48,0,-32@tip\"}],\n"
+      " \"probes\": [{\"name\": \"a\", \"body\": \"a\", \"at\": \"tip\"},\n"
+      "  {\"name\": \"b\", \"body\": \"b\", \"at\": \"tip\"}]}",
+      "turned", 0);
+  cJSON_Delete(object);
+  double x[12];
+  last_probes("turned/probes.csv", 12, x);
+  // forces go as stiffness times length squared
+  assert_true(fabs(x[6] - (1 - 2 * x[1])) < 1e-7);
+  assert_true(fabs(x[7] - (2 + 2 * x[0])) < 1e-7);
+  assert_true(fabs(x[8] - (3 + 2 * x[2])) < 1e-7);
+  assert_true(fabs(x[9] + 2 * x[4]) < 1e-5);
+  assert_true(fabs(x[11] - 2 * x[5]) < 1e-5);
+}
+
+static void a_free_body_drops_on_the_floor_of_the_scene(void **state) {
+  (void)state;
+  cJSON *object =
+      simulate("{\"dt\": 0.002, \"time\": 3, \"gravity\": [0, 0, -9.81], \"damping\": 5,\n"
+               " \"bodies\": [{\"name\": \"block\", \"model\": \"free.npz\", \"free\": true,\n"
+               "  \"position\": [0, 0, 0.2], \"velocity\": [0.5, 0, 0]}],\n"
+               " \"obstacles\": [{\"shape\": \"plane\", \"friction\": 0.8}],\n"
+               " \"probes\": [{\"name\": \"all\", \"body\": \"block\", \"at\": \"all\"}]}",
+               "drop", 0);
+  cJSON_Delete(object);
+  double x[6];
+  char path[200];
+  last_probes("drop/probes.csv", 6, x);
+  assert_true(fabs(x[2] - 0.1) < 3e-3);
+  assert_true(x[0] > 0.15 && fabs(x[3]) < 1e-3);
+  char *text = cli_read_text(in_folder("drop/block/run.json", path));
+  cJSON *run = cJSON_Parse(text);
+  assert_true(cli_json_get(cJSON_GetObjectItem(run, "contact"), "touching") > 0);
+  assert_true(cli_json_get(cJSON_GetObjectItem(run, "contact"), "lost_j") > 0);
+  cJSON_Delete(run);
+  free(text);
+}
+
+static void a_mistake_is_named_by_file_line_and_path(void **state) {
+  (void)state;
+#define BODY "{\"name\": \"a\", \"model\": \"beam.npz\""
+  static const struct {
+    const char *text, *message;
+  } mistakes[] = {
+      {"[]", "scene.json:1: a scene stands in { }"},
+      {"{\"dt\": 0.01}", "scene.json:1: the key \"bodies\" is missing"},
+      {"{\n\"bodies\": []}", "scene.json:2: bodies: a scene needs a body"},
+      {"{\"bodies\": {}}", "scene.json:1: bodies: wants a list of objects in [ ], not an object"},
+      {"{\"bodies\": [3]}", "scene.json:1: bodies[0]: wants an object"},
+      {"{\"bodies\": [{}]}", "scene.json:1: bodies[0]: the key \"model\" is missing"},
+      {"{\n\"bodys\": []}",
+       "scene.json:2: the file has no key \"bodys\"; did you mean \"bodies\"?"},
+      {"{\"bodies\": [" BODY ",\n\"rnak\": 3}]}",
+       "scene.json:2: bodies[0] has no key \"rnak\"; did you mean \"rank\"?"},
+      {"{\"bodies\": [" BODY ",\n\n\"rank\": 40}]}",
+       "scene.json:3: bodies[0].rank: 40 is more than the model's 10"},
+      {"{\"bodies\": [" BODY ",\n\"surface\": \"nothere.obj\"}]}",
+       "scene.json:2: bodies[0].surface: "},
+      {"{\"bodies\": [" BODY ",\n\"rank\": 2.5}]}",
+       "scene.json:2: bodies[0].rank: wants a whole number from 1 to 512, not 2.5"},
+      {"{\"bodies\": [" BODY ",\n\"scale\": 0}]}",
+       "scene.json:2: bodies[0].scale: wants a number above 0, not 0"},
+      {"{\"bodies\": [" BODY ",\n\"position\": [1, 2]}]}",
+       "scene.json:2: bodies[0].position: wants a list of three numbers m, not a list"},
+      {"{\"bodies\": [" BODY ",\n\"rotation\": {\"axis\": [0,0,0], \"angle\": 3}}]}",
+       "scene.json:2: bodies[0].rotation: wants"},
+      {"{\"bodies\": [{\"model\": \"beam.npz\",\n\"name\": \"probes.csv\"}]}",
+       "scene.json:2: bodies[0].name: \"probes.csv\" is a file of the run"},
+      {"{\"bodies\": [" BODY ",\n\"touch\": \"sole\"}]}",
+       "scene.json:2: bodies[0].touch: no group 'sole'"},
+      {"{\"bodies\": [" BODY ",\n\"colour\": \"red\"}]}",
+       "scene.json:2: bodies[0].colour: wants \"#rrggbb\""},
+      {"{\"bodies\": [" BODY ",\n\"integrator\": \"imexw\"}]}",
+       "scene.json:2: bodies[0].integrator: wants \"imexv\", \"newmark\""},
+      {"{\"bodies\": [" BODY ",\n\"loads\": [\"constant:0,0,1@tip\",\n\"sine:0,0,1@tip\"]}]}",
+       "scene.json:3: bodies[0].loads[1]: 'sine:0,0,1@tip': "},
+      {"{\"bodies\": [" BODY ",\n\"loads\": \"constant:0,0,1@tap\"}]}",
+       "scene.json:2: bodies[0].loads: no group 'tap'"},
+      {"{\"bodies\": [" BODY ",\n\"start\": \"mode:99,1\"}]}", "scene.json:2: bodies[0].start: "},
+      {"{\"bodies\": [" BODY ",\n\"fix\": \"left\"}]}",
+       "scene.json:2: bodies[0].fix: is of a mesh"},
+      {"{\"bodies\": [" BODY ",\n\"free\": true}]}",
+       "scene.json:1: bodies[0]: a free body needs a model that nothing holds"},
+      {"{\"bodies\": [" BODY ",\n\"velocity\": [0,0,0]}]}",
+       "scene.json:2: bodies[0].velocity: is of a body that is free"},
+      {"{\"bodies\": [" BODY "},\n{\"name\": \"a\", \"model\": \"beam.npz\"}]}",
+       "scene.json:2: bodies[1].name: \"a\" is there twice"},
+      {"{\"bodies\": [{\"model\": \"beam.npz\",\n\"name\": \"../x\"}]}",
+       "scene.json:2: bodies[0].name: wants letters"},
+      {"{\"bodies\": [{\"name\": \"a\",\n\"model\": \"none.npz\"}]}",
+       "scene.json:2: bodies[0].model: "},
+      {"{\"bodies\": [" BODY "}],\n\"dt\": \"0.01\"}",
+       "scene.json:2: dt: wants a number above 0 s"},
+      {"{\"bodies\": [" BODY "}],\n\"time\": 1e30}", "scene.json:2: time: 1e+30 s at a dt of"},
+      {"{\"bodies\": [" BODY "}],\n\"shake\": [\"sine:1,0,0\"]}", "scene.json:2: shake[0]: "},
+      {"{\"bodies\": [" BODY "}],\n\"wind\": {\"drag\": 1}}",
+       "scene.json:2: wind: the key \"velocity\" is missing"},
+      {"{\"bodies\": [" BODY "}],\n\"obstacles\": [{\"shape\": \"ball\"}]}",
+       "scene.json:2: obstacles[0].shape: wants \"plane\", \"sphere\" or \"box\", not \"ball\""},
+      {"{\"bodies\": [" BODY "}],\n\"obstacles\": [{\"shape\": \"sphere\"}]}",
+       "scene.json:2: obstacles[0]: a sphere needs \"radius\""},
+      {"{\"bodies\": [" BODY "}],\n\"obstacles\": [{\"shape\": \"plane\",\n\"size\": [1,1,1]}]}",
+       "scene.json:3: obstacles[0].size: is of a box"},
+      {"{\"bodies\": [" BODY "}],\n\"probes\": [{\"body\": \"b\", \"at\": \"tip\"}]}",
+       "scene.json:2: probes[0].body: there is no body \"b\""},
+      {"{\"bodies\": [" BODY "}],\n\"probes\": [{\"body\": \"a\", \"at\": \"vertex=999\"}]}",
+       "scene.json:2: probes[0].at: the model has vertices 1 to"},
+      {"{\"bodies\": [" BODY "}],\n\"outputs\": {\"frames\": -1}}",
+       "scene.json:2: outputs.frames: wants frames a second"},
+      {"{\"bodies\": [" BODY ",]}", "scene.json:1: "},
+  };
+  for (size_t n = 0; n < sizeof mistakes / sizeof mistakes[0]; n++) {
+    put("scene.json", mistakes[n].text);
+    cli_result run = thrum_run(folder, "simulate", "scene.json", "-o", "never", "-q", NULL);
+    if (run.exit_code != 1 || strstr(run.err, mistakes[n].message) == NULL ||
+        !cli_line_count_is(run.err, 1) || run.out[0] != 0)
+      fail_msg("%s: exit %d, '%s' and not '%s'", mistakes[n].text, run.exit_code, run.err,
+               mistakes[n].message);
+    cli_result_free(&run);
+  }
+  char path[200];
+  assert_false(cli_file_exists(in_folder("never", path)));
+}
+
+static void options_of_one_body_are_refused(void **state) {
+  (void)state;
+  put("scene.json", "{\"time\": 1, \"bodies\": [" BODY "}]}");
+  cli_result run =
+      thrum_run(folder, "simulate", "scene.json", "-o", "never", "--load", "gravity:0,0,-1", NULL);
+  assert_int_equal(run.exit_code, 2);
+  assert_non_null(strstr(run.err, "'--load' is of a run of one model"));
+  cli_result_free(&run);
+  run = thrum_run(folder, "simulate", "scene.json", "-o", "short", "--time", "0.03", "--dt",
+                  "0.001", "--json", "-q", NULL);
+  assert_int_equal(run.exit_code, 0);
+  cJSON *object = cli_json_line(run.out);
+  assert_true(cli_json_get(object, "steps") == 30);
+  cJSON_Delete(object);
+  cli_result_free(&run);
+}
+
+static int count_entries(const char *name) {
+  char path[200];
+  DIR *entries = opendir(in_folder(name, path));
+  assert_non_null(entries);
+  int count = 0;
+  for (const struct dirent *entry = readdir(entries); entry != NULL; entry = readdir(entries))
+    count += strcmp(entry->d_name, ".") != 0 && strcmp(entry->d_name, "..") != 0;
+  closedir(entries);
+  return count;
+}
+
+static void an_earlier_run_is_replaced_and_other_files_stay(void **state) {
+  (void)state;
+  char path[200];
+  cJSON_Delete(simulate("{\"time\": 0.03, \"bodies\": [" BODY "},\n"
+                        "{\"name\": \"b\", \"model\": \"beam.npz\"}],\n"
+                        "\"probes\": [{\"body\": \"a\", \"at\": \"tip\"}]}",
+                        "again", 0));
+  assert_int_equal(count_entries("again"), 4);
+  put("again/notes.txt", "mine");
+  put("again/b/notes.txt", "mine");
+  cli_result run = thrum_run(folder, "simulate", "beam.npz", "-o", "again/own", "--time", "0.03",
+                             "--start", "mode:1,0.01", "-q", NULL);
+  assert_int_equal(run.exit_code, 0);
+  cli_result_free(&run);
+  cJSON_Delete(simulate("{\"time\": 0.06, \"bodies\": [" BODY "}]}", "again", 0));
+  // the body that is gone leaves what is not of its run, the probes go, a run of its own stays
+  assert_true(cli_file_exists(in_folder("again/a/run.json", path)));
+  assert_true(cli_file_exists(in_folder("again/notes.txt", path)));
+  assert_true(cli_file_exists(in_folder("again/b/notes.txt", path)));
+  assert_false(cli_file_exists(in_folder("again/b/run.json", path)));
+  assert_false(cli_file_exists(in_folder("again/probes.csv", path)));
+  assert_true(cli_file_exists(in_folder("again/own/run.json", path)));
+  assert_int_equal(count_entries("again"), 5);
+  // a folder that is no scene's run is refused
+  put("scene.json", "{\"time\": 0.03, \"bodies\": [" BODY "}]}");
+  run = thrum_run(folder, "simulate", "scene.json", "-o", "again/own", "-q", NULL);
+  assert_int_equal(run.exit_code, 1);
+  cli_result_free(&run);
+}
+
+/* A run that cannot be written is refused before a mesh is made into a model for it. */
+static void a_folder_that_cannot_be_written_to_is_refused_first(void **state) {
+  (void)state;
+  static const char mesh[] = "beam:2x2x2@1x1x1";
+  char cache[200], path[200], *kept = getenv("XDG_CACHE_HOME");
+  char *before = kept != NULL ? strdup(kept) : NULL;
+  put("taken", "a file");
+  put("scene.json",
+      "{\"bodies\": [{\"name\": \"a\", \"model\": \"beam:2x2x2@1x1x1\", \"free\": true}]}");
+  assert_int_equal(setenv("XDG_CACHE_HOME", in_folder("cache", cache), 1), 0);
+  static const char *const outputs[][2] = {{"taken", "taken: is a file; -o names the folder"},
+                                           {"nowhere/run", "nowhere/run: cannot be created"}};
+  for (int n = 0; n < 4; n++) {
+    const char *output = outputs[n / 2][0];
+    cli_result run = n % 2 == 0 ? thrum_run(folder, "simulate", "scene.json", "-o", output, NULL)
+                                : thrum_run(folder, "simulate", mesh, "--full", "--fix", "x<0.1",
+                                            "-o", output, NULL);
+    if (run.exit_code != 1 || strstr(run.err, outputs[n / 2][1]) == NULL)
+      fail_msg("exit %d, '%s' and not '%s'", run.exit_code, run.err, outputs[n / 2][1]);
+    cli_result_free(&run);
+  }
+  if (before != NULL)
+    setenv("XDG_CACHE_HOME", before, 1);
+  else
+    unsetenv("XDG_CACHE_HOME");
+  free(before);
+  assert_false(cli_file_exists(cache));
+  assert_false(cli_file_exists(in_folder("nowhere", path)));
+}
+
+static void frames_stand_where_the_bodies_are(void **state) {
+  (void)state;
+  char path[200];
+  cJSON_Delete(simulate("{\"time\": 0.06, \"bodies\": [" BODY ", \"position\": [0, 0, 7],\n"
+                        "\"start\": \"mode:1,0.01\"}],\n"
+                        "\"outputs\": {\"frames\": \"every-10\", \"stress\": true, "
+                        "\"record_every\": 5}}",
+                        "frames", 0));
+  assert_true(cli_file_exists(in_folder("frames/a/frames.pvd", path)));
+  assert_true(cli_file_exists(in_folder("frames/a/frames/frame_000002.vtu", path)));
+  int64_t rows = 0;
+  energy_row *energies = read_energies(in_folder("frames/a/energy.csv", path), &rows);
+  assert_non_null(energies);
+  assert_int_equal(rows, 5);
+  free(energies);
+}
+
+static void a_body_that_cannot_be_stepped_ends_the_run_and_flags_it(void **state) {
+  (void)state;
+  char path[200];
+  cJSON *object = simulate("{\"time\": 3, \"bodies\": [" BODY ", \"integrator\": \"newmark\",\n"
+                           "\"ladder\": false, \"iterations\": 1, \"tolerance\": 1e-12,\n"
+                           "\"loads\": \"constant:0,0,-1e5@tip,from=0.03\"},\n"
+                           "{\"name\": \"calm\", \"model\": \"beam.npz\"}]}",
+                           "failed", 3);
+  assert_string_equal(cJSON_GetStringValue(cJSON_GetObjectItem(object, "status")), "not_converged");
+  const double steps = cli_json_get(object, "steps");
+  assert_true(steps >= 10 && steps < 1000);
+  cJSON_Delete(object);
+  int64_t rows = 0, others = 0;
+  energy_row *first = read_energies(in_folder("failed/a/energy.csv", path), &rows);
+  energy_row *second = read_energies(in_folder("failed/calm/energy.csv", path), &others);
+  assert_true(first != NULL && second != NULL);
+  assert_true(rows == (int64_t)steps + 1 && others == rows);
+  free(first);
+  free(second);
+}
+
+static void a_whole_turn_brings_a_free_body_back(void **state) {
+  (void)state;
+  cJSON_Delete(simulate("{\"dt\": 0.002, \"time\": 2, \"bodies\": [{\"name\": \"top\",\n"
+                        "\"model\": \"free.npz\", \"free\": true, \"spin\": [0, 0, 180],\n"
+                        "\"position\": [1, 2, 3], \"velocity\": [0, 0, 0.5]}],\n"
+                        "\"probes\": [{\"body\": \"top\", \"at\": \"vertex=1\"}],\n"
+                        "\"outputs\": {\"frames\": \"every-500\"}}",
+                        "spun", 0));
+  double x[6];
+  last_probes("spun/probes.csv", 6, x);
+  // vertex 1 is the corner at the mesh's origin, or one of that height
+  assert_true(fabs(x[2] - 4) < 0.2 && fabs(x[5] - 0.5) < 1e-6);
+  char command[400];
+  snprintf(command, sizeof command,
+           "awk -F, 'NR==2 {x=$3; y=$4; z=$5} END {d=($3-x)^2+($4-y)^2+($5-z-1)^2; "
+           "exit !(d < 1e-6)}' %s/spun/probes.csv",
+           folder);
+  assert_int_equal(system(command), 0);
+}
+
+/* Is each key of an object of the schema in the document? */
+static void check_documented(const cJSON *schema, const char *document) {
+  const cJSON *properties = cJSON_GetObjectItem(schema, "properties"), *key;
+  cJSON_ArrayForEach(key, properties) {
+    char written[80];
+    snprintf(written, sizeof written, "| `%s` |", key->string);
+    if (key->string[0] != '$' && strstr(document, written) == NULL)
+      fail_msg("docs/scenes.md does not say '%s'", written);
+    check_documented(key, document);
+    const cJSON *items = cJSON_GetObjectItem(key, "items");
+    if (items != NULL)
+      check_documented(items, document);
+  }
+}
+
+static void the_schema_is_committed_and_every_key_is_documented(void **state) {
+  (void)state;
+  char *committed = cli_read_text(THRUM_TEST_DATA "/../../docs/schema/scene.schema.json");
+  char *document = cli_read_text(THRUM_TEST_DATA "/../../docs/scenes.md");
+  cli_result made = thrum_run(folder, "schema", "scene", NULL);
+  assert_int_equal(made.exit_code, 0);
+  assert_non_null(committed);
+  assert_non_null(document);
+  // when this fails: thrum schema scene > docs/schema/scene.schema.json
+  assert_string_equal(committed, made.out);
+  cJSON *schema = cJSON_Parse(made.out);
+  assert_non_null(schema);
+  check_documented(schema, document);
+  cJSON_Delete(schema);
+  free(committed);
+  free(document);
+  cli_result_free(&made);
+}
+
+static void the_scenes_that_come_with_thrum_run(void **state) {
+  (void)state;
+  // quake.json has a model that takes a minute to make: the test of the README runs it
+  static const char *const scenes[] = {"drop", "integrators", "wind"};
+  for (size_t n = 0; n < sizeof scenes / sizeof scenes[0]; n++) {
+    char path[300];
+    snprintf(path, sizeof path, SCENES "/%s.json", scenes[n]);
+    cli_result run =
+        thrum_run(folder, "simulate", path, "-o", scenes[n], "--time", "0.1", "-q", NULL);
+    if (run.exit_code != 0)
+      fail_msg("%s: %s", scenes[n], run.err);
+    cli_result_free(&run);
+  }
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_body_of_a_scene_has_the_run_of_it_alone),
+      cmocka_unit_test(a_turned_and_scaled_body_follows_its_world),
+      cmocka_unit_test(a_free_body_drops_on_the_floor_of_the_scene),
+      cmocka_unit_test(a_mistake_is_named_by_file_line_and_path),
+      cmocka_unit_test(options_of_one_body_are_refused),
+      cmocka_unit_test(an_earlier_run_is_replaced_and_other_files_stay),
+      cmocka_unit_test(a_folder_that_cannot_be_written_to_is_refused_first),
+      cmocka_unit_test(frames_stand_where_the_bodies_are),
+      cmocka_unit_test(a_whole_turn_brings_a_free_body_back),
+      cmocka_unit_test(a_body_that_cannot_be_stepped_ends_the_run_and_flags_it),
+      cmocka_unit_test(the_schema_is_committed_and_every_key_is_documented),
+      cmocka_unit_test(the_scenes_that_come_with_thrum_run),
+  };
+  return cmocka_run_group_tests(tests, make_models, remove_folder);
+}

@@ -1,0 +1,297 @@
+/* `thrum static` from outside: what it prints and writes, what a run that starts from it does, and
+ * what it refuses. SPDX-License-Identifier: Apache-2.0 */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+#include <math.h>
+
+#include "io/npy_file.h"
+#include "io/npz.h"
+#include "tests/support/simulate_support.h"
+
+static char folder[64];
+
+static const char *in_folder(const char *name, char path[200]) {
+  snprintf(path, 200, "%s/%s", folder, name);
+  return path;
+}
+
+/* A column that buckles at half of what is asked for, see test_equilibrium.c. */
+static bool save_column(const char *path) {
+  static const int32_t format[2] = {1, 0};
+  static const double omega2[2] = {1, 100}, axis_mass[6] = {0, 1};
+  double c3[4] = {0}, c4[5] = {0};
+  c3[thrum_c3_index(2, 0, 0, 1)] = -5;
+  c4[thrum_c4_index(2, 0, 0, 0, 0)] = 1;
+  const thrum_model model = {.rank = 2,
+                             .c3_count = 4,
+                             .c4_count = 5,
+                             .format = format,
+                             .omega2 = omega2,
+                             .c3 = c3,
+                             .c4 = c4,
+                             .axis_mass = axis_mass};
+  return thrum_model_save(path, &model, NULL) == THRUM_OK;
+}
+
+static int make_models(void **state) {
+  (void)state;
+  char path[200];
+  if (cli_make_folder(folder) == NULL || !save_column(in_folder("column.npz", path)))
+    return 1;
+  cli_result run = thrum_run(folder, "precompute", "beam:8x2x2@1x0.1x0.1", "-o", "beam.npz",
+                             "--fix", "x<0.001", "--modes", "5", "--rank", "10", "-q", NULL);
+  const int code = run.exit_code;
+  cli_result_free(&run);
+  return code;
+}
+
+static int remove_folder(void **state) {
+  (void)state;
+  cli_remove_folder(folder);
+  return 0;
+}
+
+/* Runs and asserts the exit code; the JSON is the caller's. */
+static cJSON *object_of(cli_result run, int code) {
+  if (run.exit_code != code)
+    print_error("exit code %d: %s", run.exit_code, run.err);
+  assert_int_equal(run.exit_code, code);
+  cJSON *object = cli_json_line(run.out);
+  assert_non_null(object);
+  cli_result_free(&run);
+  return object;
+}
+
+static const char *text_of(const cJSON *object, const char *key) {
+  const cJSON *item = cJSON_GetObjectItemCaseSensitive(object, key);
+  assert_true(cJSON_IsString(item));
+  return item->valuestring;
+}
+
+static void the_files_hold_the_equilibrium(void **state) {
+  (void)state;
+  char path[200];
+  cJSON *object =
+      object_of(thrum_run(folder, "static", "beam.npz", "--load", "constant:0,0,-20@tip", "-o",
+                          "sag.npy", "--vtu", "sag.vtu", "--path", "sag.csv", "--json", NULL),
+                0);
+  assert_string_equal(text_of(object, "status"), "done");
+  assert_true(cli_json_get(object, "residual") < 1e-10);
+  const cJSON *q = cJSON_GetObjectItemCaseSensitive(object, "q");
+  double *values = NULL;
+  int64_t rows = 0, columns = 0;
+  assert_int_equal(thrum_npy_read_f8(in_folder("sag.npy", path), &values, &rows, &columns, NULL),
+                   0);
+  assert_int_equal(rows, 10);
+  assert_int_equal(columns, 0);
+  for (int i = 0; i < 10; i++)
+    assert_true(cJSON_GetArrayItem(q, i)->valuedouble == values[i]);
+  // the mean of the loaded group, by the library and here
+  const thrum_model *model = NULL;
+  const int32_t *tip = NULL;
+  int64_t count = 0;
+  assert_int_equal(thrum_model_load(in_folder("beam.npz", path), &model, NULL), 0);
+  assert_int_equal(thrum_model_group(model, "tip", &tip, &count, NULL), 0);
+  double mean = 0;
+  for (int64_t n = 0; n < count; n++) {
+    double u[3];
+    assert_int_equal(thrum_displacement(model, values, tip[n], 1, u, NULL), 0);
+    mean += u[2] / (double)count;
+  }
+  const cJSON *shown =
+      cJSON_GetArrayItem(cJSON_GetObjectItemCaseSensitive(object, "displacements"), 0);
+  assert_string_equal(text_of(shown, "at"), "tip");
+  const double told =
+      cJSON_GetArrayItem(cJSON_GetObjectItemCaseSensitive(shown, "mean_m"), 2)->valuedouble;
+  assert_true(mean < 0 && fabs(told - mean) <= 1e-12 * fabs(mean));
+  // the work of the load is twice the energy as long as the answer is nearly linear
+  const double energy = cli_json_get(object, "energy_j");
+  assert_true(fabs(cli_json_get(object, "load_energy_j") - 20 * mean) <= 1e-9 * energy);
+  char *csv = cli_read_text(in_folder("sag.csv", path));
+  assert_non_null(csv);
+  assert_true(strstr(csv, "factor,energy_j,least_eigenvalue,jumped,x1_m,y1_m,z1_m\n0,0,") == csv);
+  assert_non_null(strstr(csv, "\n1,"));
+  assert_true(cli_file_exists(in_folder("sag.vtu", path)));
+  free(csv);
+  free(values);
+  thrum_model_free(model);
+  cJSON_Delete(object);
+}
+
+/* Held where it rests, a body under the same load does not move; let go, it swings. */
+static void a_run_starts_from_the_equilibrium(void **state) {
+  (void)state;
+  cJSON *object = object_of(thrum_run(folder, "simulate", "beam.npz", "-o", "rest", "--time", "0.3",
+                                      "--load", "constant:0,0,-20@tip", "--start",
+                                      "static:constant:0,0,-20@tip", "--json", NULL),
+                            0);
+  const double first = cli_json_get(object, "energy_first_j");
+  assert_true(first > 0);
+  assert_true(fabs(cli_json_get(object, "energy_max_j") - first) <= 1e-8 * first);
+  assert_true(fabs(cli_json_get(object, "energy_min_j") - first) <= 1e-8 * first);
+  cJSON_Delete(object);
+  // two loads act together on one equilibrium, and a file is the same start
+  object = object_of(thrum_run(folder, "static", "beam.npz", "--load", "constant:0,0,-20@tip",
+                               "--load", "gravity:0,0,-9.81", "-o", "both.npy", "--json", NULL),
+                     0);
+  const double both = cli_json_get(object, "energy_j");
+  cJSON_Delete(object);
+  object = object_of(thrum_run(folder, "simulate", "beam.npz", "-o", "two", "--time", "0.3",
+                               "--start", "static:constant:0,0,-20@tip", "--start",
+                               "static:gravity:0,0,-9.81", "--json", NULL),
+                     0);
+  assert_true(fabs(cli_json_get(object, "energy_first_j") - both) <= 1e-12 * both);
+  assert_true(cli_json_get(object, "energy_max_j") <= 1.01 * both);
+  cJSON_Delete(object);
+  object = object_of(thrum_run(folder, "simulate", "beam.npz", "-o", "two", "--time", "0.3",
+                               "--start", "static:both.npy", "--json", NULL),
+                     0);
+  assert_true(fabs(cli_json_get(object, "energy_first_j") - both) <= 1e-12 * both);
+  cJSON_Delete(object);
+}
+
+static void a_mesh_is_taken_whole(void **state) {
+  (void)state;
+  static const char mesh[] = "beam:8x2x2@1x0.2x0.2";
+  cJSON *whole = object_of(thrum_run(folder, "static", mesh, "--fix", "x<0.001", "--young", "1e7",
+                                     "--load", "gravity:0,0,-9.81", "--full", "--json", NULL),
+                           0);
+  assert_true(cli_json_get(whole, "peak_displacement_m") > 0);
+  assert_true(cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(whole, "stable")));
+  cJSON_Delete(whole);
+  // too small for ten modes
+  whole = object_of(thrum_run(folder, "static", "beam:1x1x1@1x1x1", "--fix", "x<0.001", "--load",
+                              "gravity:0,0,-9.81", "--full", "--json", NULL),
+                    0);
+  assert_true(cli_json_get(whole, "components") == 12);
+  cJSON_Delete(whole);
+  cli_result run = thrum_run(folder, "static", mesh, "--load", "gravity:0,0,-9.81", NULL);
+  assert_int_equal(run.exit_code, 2);
+  assert_non_null(strstr(run.err, "is a mesh"));
+  assert_non_null(strstr(run.err, "--full"));
+  cli_result_free(&run);
+}
+
+/* The whole mesh gives way a little more than the reduced model, and no less. */
+static void the_full_order_rests_near_the_reduced_model(void **state) {
+  (void)state;
+  char path[200];
+  cJSON *reduced = object_of(
+      thrum_run(folder, "static", "beam.npz", "--load", "gravity:0,0,-9.81", "--json", NULL), 0);
+  cJSON *full = object_of(thrum_run(folder, "static", "beam.npz", "--load", "gravity:0,0,-9.81",
+                                    "--full", "--vtu", "whole.vtu", "--json", NULL),
+                          0);
+  const double least = cli_json_get(full, "energy_j") + cli_json_get(full, "load_energy_j");
+  const double energy = cli_json_get(reduced, "energy_j") + cli_json_get(reduced, "load_energy_j");
+  assert_true(least <= energy && energy < 0 && energy - least <= 0.02 * fabs(least));
+  const double peak = cli_json_get(full, "peak_displacement_m");
+  assert_true(fabs(cli_json_get(reduced, "peak_displacement_m") - peak) <= 0.02 * peak);
+  assert_true(cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(full, "stable")));
+  // nothing is claimed of the way there
+  assert_true(cJSON_IsNull(cJSON_GetObjectItemCaseSensitive(full, "instability")));
+  assert_true(cJSON_IsNull(cJSON_GetObjectItemCaseSensitive(full, "mode")));
+  assert_true(cli_json_get(full, "components") == 3 * 9 * 8);
+  assert_true(cli_file_exists(in_folder("whole.vtu", path)));
+  cJSON_Delete(reduced);
+  cJSON_Delete(full);
+}
+
+/* A group that is moved is where it was to go, by either solver, and nothing else loads the body.
+ */
+static void a_group_is_brought_to_where_it_is_to_go(void **state) {
+  (void)state;
+  static const char *const solvers[] = {"cholesky", "cg"};
+  double energy[2];
+  for (int n = 0; n < 2; n++) {
+    cJSON *object =
+        object_of(thrum_run(folder, "static", "beam.npz", "--full", "--move", "0.01,0,-0.2@tip",
+                            "--at", "tip", "--solver", solvers[n], "--json", NULL),
+                  0);
+    const cJSON *shown =
+        cJSON_GetArrayItem(cJSON_GetObjectItemCaseSensitive(object, "displacements"), 0);
+    const cJSON *mean = cJSON_GetObjectItemCaseSensitive(shown, "mean_m");
+    assert_true(fabs(cJSON_GetArrayItem(mean, 0)->valuedouble - 0.01) <= 1e-12);
+    assert_true(fabs(cJSON_GetArrayItem(mean, 2)->valuedouble + 0.2) <= 1e-12);
+    assert_true(cli_json_get(object, "load_energy_j") == 0);
+    energy[n] = cli_json_get(object, "energy_j");
+    cJSON_Delete(object);
+  }
+  assert_true(energy[0] > 0 && fabs(energy[1] - energy[0]) <= 1e-8 * energy[0]);
+}
+
+static void buckling_is_flagged_with_its_load(void **state) {
+  (void)state;
+  cli_result run =
+      thrum_run(folder, "static", "column.npz", "--load", "gravity:20,0,0", "--json", NULL);
+  assert_int_equal(run.exit_code, 3);
+  assert_non_null(strstr(run.err, "buckles at 0.5 of the load"));
+  cJSON *object = cli_json_line(run.out);
+  assert_string_equal(text_of(object, "status"), "buckled");
+  assert_string_equal(text_of(object, "instability"), "bifurcation");
+  assert_true(fabs(cli_json_get(object, "critical_factor") - 0.5) <= 1e-8);
+  assert_true(cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(object, "stable")));
+  cJSON_Delete(object);
+  cli_result_free(&run);
+  object = object_of(thrum_run(folder, "static", "column.npz", "--load", "gravity:20,0,0", "--stay",
+                               "--json", NULL),
+                     3);
+  assert_string_equal(text_of(object, "status"), "unstable");
+  assert_true(cJSON_IsNull(cJSON_GetObjectItemCaseSensitive(object, "frequency_hz")));
+  cJSON_Delete(object);
+}
+
+typedef struct refusal {
+  int code;
+  const char *says;
+  const char *arguments[6];
+} refusal;
+
+static void slips_are_refused_in_one_line(void **state) {
+  (void)state;
+  static const refusal cases[] = {
+      {2, "under which load?", {"beam.npz"}},
+      {2, "no model given", {"--load", "gravity:0,0,-9.81"}},
+      {2, "begins with impulse", {"beam.npz", "--load", "weight:1,2,3"}},
+      {2, "a number above 0", {"beam.npz", "--load", "gravity:0,0,-1", "--factor", "-2"}},
+      {2, ".npy", {"beam.npz", "--load", "gravity:0,0,-1", "-o", "sag.npz"}},
+      {2, "vertex= takes", {"beam.npz", "--load", "gravity:0,0,-1", "--at", "vertex=0"}},
+      {2, "--move goes with --full", {"beam.npz", "--move", "0,0,1@tip"}},
+      {2, "X,Y,Z@TARGET", {"beam.npz", "--full", "--move", "0,1@tip"}},
+      {2, "--stay is of a reduced", {"beam.npz", "--full", "--load", "gravity:0,0,-1", "--stay"}},
+      {1, "no group 'nose'", {"beam.npz", "--full", "--move", "0,0,1@nose"}},
+      {1, "no mesh", {"column.npz", "--full", "--load", "gravity:0,0,-1"}},
+      {1, "no group 'nose'", {"beam.npz", "--load", "gravity:0,0,-1", "--at", "nose"}},
+      {1, "no group 'nose'", {"beam.npz", "--load", "constant:0,0,-1@nose"}},
+      {1, "vertices 1 to", {"beam.npz", "--load", "constant:0,0,-1@vertex=9999"}},
+      {1, "no basis", {"column.npz", "--load", "constant:0,0,-1@all"}},
+      {1, "missing.npz", {"missing.npz", "--load", "gravity:0,0,-1"}},
+      {1, "cannot", {"beam.npz", "--load", "gravity:0,0,-1", "-o", "nowhere/q.npy"}},
+      {1, "nowhere", {"beam.npz", "--load", "gravity:0,0,-1", "--vtu", "nowhere/q.vtu"}},
+  };
+  for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+    const char *const *a = cases[n].arguments;
+    cli_result run = thrum_run(folder, "static", a[0], a[1], a[2], a[3], a[4], a[5], NULL);
+    if (run.exit_code != cases[n].code || strstr(run.err, cases[n].says) == NULL)
+      fail_msg("case %d: exit %d: %s", (int)n, run.exit_code, run.err);
+    assert_true(cli_line_count_is(run.err, 1));
+    assert_string_equal(run.out, "");
+    cli_result_free(&run);
+  }
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(the_files_hold_the_equilibrium),
+      cmocka_unit_test(a_run_starts_from_the_equilibrium),
+      cmocka_unit_test(the_full_order_rests_near_the_reduced_model),
+      cmocka_unit_test(a_mesh_is_taken_whole),
+      cmocka_unit_test(a_group_is_brought_to_where_it_is_to_go),
+      cmocka_unit_test(buckling_is_flagged_with_its_load),
+      cmocka_unit_test(slips_are_refused_in_one_line),
+  };
+  return cmocka_run_group_tests(tests, make_models, remove_folder);
+}

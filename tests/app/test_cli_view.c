@@ -1,0 +1,369 @@
+/* `thrum view -o`: one page that holds the models as they are. SPDX-License-Identifier: Apache-2.0
+ */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include <math.h>
+
+#include "tests/support/cli_support.h"
+#include "thrum/thrum.h"
+
+#define BEGIN "<p>before <script type=\"application/octet-stream\" id=\"thrum-pack\""
+#define PAGE BEGIN "></script> after</p>"
+
+static char folder[64];
+static const thrum_model *model;
+
+static const char *in_folder(const char *name) {
+  static char path[160];
+  snprintf(path, sizeof path, "%s/%s", folder, name);
+  return path;
+}
+
+static int make_folder(void **state) {
+  (void)state;
+  if (cli_make_folder(folder) == NULL || !cli_write_text(in_folder("page.html"), PAGE) ||
+      setenv("THRUM_VIEWER", in_folder("page.html"), 1) != 0)
+    return -1;
+  cli_result made = thrum_run(folder, "precompute", "beam:6x2x2@1x0.2x0.3", "--fix", "x<0.001",
+                              "--modes", "4", "--rank", "7", "-q", "-o", "beam.npz", NULL);
+  const int code = made.exit_code;
+  cli_result_free(&made);
+  return code == 0 && thrum_model_load(in_folder("beam.npz"), &model, NULL) >= 0 ? 0 : -1;
+}
+
+static int remove_folder(void **state) {
+  (void)state;
+  thrum_model_free(model);
+  cli_remove_folder(folder);
+  return 0;
+}
+
+static int digit(char c) {
+  static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  const char *at = c != 0 ? strchr(digits, c) : NULL;
+  return at != NULL ? (int)(at - digits) : -1;
+}
+
+/* Decodes base64 up to `end`. */
+static unsigned char *decode(const char *text, const char *end, size_t *size) {
+  unsigned char *bytes = malloc((size_t)(end - text) + 1);
+  assert_non_null(bytes);
+  assert_int_equal((end - text) % 4, 0);
+  *size = 0;
+  unsigned bits = 0, have = 0;
+  for (; text < end && *text != '='; text++) {
+    assert_true(digit(*text) >= 0);
+    bits = bits << 6 | (unsigned)digit(*text);
+    have += 6;
+    if (have < 8)
+      continue;
+    have -= 8;
+    bytes[(*size)++] = (unsigned char)(bits >> have & 255);
+  }
+  return bytes;
+}
+
+typedef struct pack {
+  unsigned char *bytes;
+  size_t size;
+  cJSON *json;
+  const unsigned char *data;
+} pack;
+
+/* The pack inside a page. */
+static pack open_pack(const char *name) {
+  static const char begin[] = BEGIN ">", end[] = "</script> after</p>";
+  pack p = {0};
+  char *text = cli_read_text(in_folder(name));
+  assert_non_null(text);
+  assert_memory_equal(text, begin, sizeof begin - 1);
+  const char *stop = strstr(text, end);
+  assert_non_null(stop);
+  assert_string_equal(stop, end);
+  p.bytes = decode(text + sizeof begin - 1, stop, &p.size);
+  free(text);
+  uint32_t numbers[2];
+  assert_true(p.size > 16);
+  assert_memory_equal(p.bytes, "THRUMPK1", 8);
+  memcpy(numbers, p.bytes + 8, sizeof numbers);
+  assert_int_equal(numbers[0] % 8, 0);
+  assert_int_equal(numbers[1], 0);
+  p.json = cJSON_ParseWithLength((const char *)p.bytes + 16, numbers[0]);
+  assert_non_null(p.json);
+  p.data = p.bytes + 16 + numbers[0];
+  return p;
+}
+
+static void close_pack(pack *p) {
+  cJSON_Delete(p->json);
+  free(p->bytes);
+}
+
+static const cJSON *model_of(const pack *p, int place) {
+  const cJSON *item = cJSON_GetArrayItem(cJSON_GetObjectItem(p->json, "models"), place);
+  assert_non_null(item);
+  return item;
+}
+
+/* An array of a model, which must have this many elements of this kind, inside the pack. */
+static const void *array(const pack *p, int place, const char *name, int64_t count,
+                         const char *kind) {
+  const cJSON *arrays = cJSON_GetObjectItem(model_of(p, place), "arrays");
+  const cJSON *item = cJSON_GetObjectItem(arrays, name);
+  assert_int_equal(cJSON_GetArraySize(item), 3);
+  const double offset = cJSON_GetArrayItem(item, 0)->valuedouble;
+  assert_true(cJSON_GetArrayItem(item, 1)->valuedouble == (double)count);
+  assert_string_equal(cJSON_GetArrayItem(item, 2)->valuestring, kind);
+  assert_true(fmod(offset, 8) == 0);
+  const unsigned char *at = p->data + (size_t)offset;
+  assert_true(at + count * (kind[1] - '0') <= p->bytes + p->size);
+  return at;
+}
+
+static void view_to(const char *name, const char *first, const char *second) {
+  cli_result run = thrum_run(folder, "view", first, "-o", name, "-q", second, NULL);
+  if (run.exit_code != 0)
+    fail_msg("%s", run.err);
+  cli_result_free(&run);
+}
+
+static void a_pack_holds_the_model_bit_for_bit(void **state) {
+  (void)state;
+  view_to("one.html", "beam.npz", NULL);
+  pack p = open_pack("one.html");
+  assert_true(cli_json_get(p.json, "format") == 1);
+  assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(p.json, "models")), 1);
+  const int64_t rank = model->rank;
+  const cJSON *item = model_of(&p, 0);
+  assert_string_equal(cJSON_GetObjectItem(item, "name")->valuestring, "beam.npz");
+  assert_string_equal(cJSON_GetObjectItem(item, "title")->valuestring, "beam");
+  assert_true(cli_json_get(item, "rank") == (double)rank);
+  assert_true(cli_json_get(item, "young") == model->material[0]);
+  // 0.06 m^3 of the default 1000 kg/m^3
+  assert_true(fabs(cli_json_get(item, "mass") - 60) < 1e-9);
+  const struct {
+    const char *name;
+    const double *values;
+    int64_t count;
+  } doubles[] = {{"omega2", model->omega2, rank},
+                 {"c3", model->c3, model->c3_count},
+                 {"c4", model->c4, model->c4_count},
+                 {"axis_mass", model->axis_mass, 3 * rank}};
+  for (int n = 0; n < 4; n++)
+    assert_memory_equal(array(&p, 0, doubles[n].name, doubles[n].count, "f8"), doubles[n].values,
+                        (size_t)doubles[n].count * sizeof(double));
+  close_pack(&p);
+}
+
+static void a_pack_shows_the_surface_of_the_mesh(void **state) {
+  (void)state;
+  view_to("one.html", "beam.npz", NULL);
+  pack p = open_pack("one.html");
+  const int64_t vertices = (int64_t)cli_json_get(model_of(&p, 0), "vertex_count");
+  const int64_t triangles = (int64_t)cli_json_get(model_of(&p, 0), "triangle_count");
+  const int64_t rank = model->rank;
+  const float *x = array(&p, 0, "positions", 3 * vertices, "f4");
+  const float *basis = array(&p, 0, "basis", 3 * vertices * rank, "f4");
+  const int32_t *corner = array(&p, 0, "triangles", 3 * triangles, "i4");
+  const unsigned char *fixed = array(&p, 0, "fixed", vertices, "u1");
+  // the five vertices on the axis inside are not shown
+  assert_int_equal(vertices, model->vertex_count - 5);
+  // shown vertices stand in the order of the mesh
+  int64_t from = 0;
+  for (int64_t v = 0; v < vertices; v++, from++) {
+    while (x[3 * v] != (float)model->vertices[3 * from] ||
+           x[3 * v + 1] != (float)model->vertices[3 * from + 1] ||
+           x[3 * v + 2] != (float)model->vertices[3 * from + 2])
+      assert_true(++from < model->vertex_count);
+    assert_int_equal(fixed[v], model->fixed[from]);
+    for (int64_t n = 0; n < 3 * rank; n++)
+      assert_true(basis[3 * v * rank + n] == (float)model->basis[3 * from * rank + n]);
+  }
+  // the flux of x / 3 through triangles that close and look outwards is the volume
+  double volume = 0;
+  for (int64_t t = 0; t < 3 * triangles; t += 3) {
+    const float *a = x + 3 * corner[t], *b = x + 3 * corner[t + 1], *c = x + 3 * corner[t + 2];
+    volume += (double)(a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) +
+                       a[2] * (b[0] * c[1] - b[1] * c[0])) /
+              6;
+  }
+  assert_true(fabs(volume - 0.06) < 1e-6);
+  close_pack(&p);
+}
+
+static void several_models_share_a_pack(void **state) {
+  (void)state;
+  cli_result made = thrum_run(folder, "precompute", "beam:3x1x1@1x0.2x0.3", "--modes", "2",
+                              "--rank", "3", "-q", "-o", "free.npz", NULL);
+  assert_int_equal(made.exit_code, 0);
+  cli_result_free(&made);
+  view_to("two.html", "free.npz", "beam.npz");
+  pack p = open_pack("two.html");
+  assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(p.json, "models")), 2);
+  assert_memory_equal(array(&p, 1, "omega2", model->rank, "f8"), model->omega2,
+                      (size_t)model->rank * sizeof(double));
+  // the scene shows the first
+  const cJSON *scene = cJSON_GetObjectItem(p.json, "scene");
+  assert_true(cli_json_get(scene, "dt") == 0.003);
+  const cJSON *bodies = cJSON_GetObjectItem(scene, "bodies");
+  assert_int_equal(cJSON_GetArraySize(bodies), 1);
+  assert_true(cli_json_get(cJSON_GetArrayItem(bodies, 0), "model") == 0);
+  assert_true(cli_json_get(cJSON_GetArrayItem(bodies, 0), "rank") == 3);
+  close_pack(&p);
+}
+
+static const cJSON *item_of(const cJSON *list, int place, const char *key) {
+  const cJSON *item = cJSON_GetObjectItem(cJSON_GetArrayItem(list, place), key);
+  assert_non_null(item);
+  return item;
+}
+
+static void expect_numbers(const cJSON *array, const double *values, int count) {
+  assert_int_equal(cJSON_GetArraySize(array), count);
+  for (int n = 0; n < count; n++)
+    assert_true(fabs(cJSON_GetArrayItem(array, n)->valuedouble - values[n]) < 1e-15);
+}
+
+#define SCENE                                                                                      \
+  "{\"dt\": 0.002, \"gravity\": [0, 0, -9.81], \"damping\": 0.5, \"bodies\": [\n"                  \
+  "{\"name\": \"left\", \"model\": \"beam.npz\", \"rank\": 5, \"position\": [1, 2, 3],\n"          \
+  " \"rotation\": {\"axis\": [0, 0, 2], \"angle\": 90}, \"stiffness\": 3, \"colour\": "            \
+  "\"#01a0ff\"},\n"                                                                                \
+  "{\"name\": \"right\", \"model\": \"beam.npz\", \"integrator\": \"newmark\",\n"                  \
+  " \"damping\": [0.5, 0.001], \"start\": \"mode:1,0.01\",\n"                                      \
+  " \"loads\": [\"sine:0,0,2@vertex=3,f=2,until=1\", \"gravity:1,0,0\"]}],\n"                      \
+  "\"wind\": {\"velocity\": [1, 0, 0]}, \"shake\": \"sine:0.5,0,0,f=2\",\n"                        \
+  "\"obstacles\": [{\"shape\": \"sphere\", \"centre\": [0, 1, 0], \"radius\": 0.25}]}\n"
+
+static void expect_effects(const cJSON *scene) {
+  static const double wind[3] = {1, 0, 0}, ground[3] = {0.5, 0, 0};
+  const cJSON *bodies = cJSON_GetObjectItem(scene, "bodies");
+  const cJSON *shakes = cJSON_GetObjectItem(scene, "shake");
+  const cJSON *loads = item_of(bodies, 1, "loads");
+  expect_numbers(cJSON_GetObjectItem(cJSON_GetObjectItem(scene, "wind"), "velocity"), wind, 3);
+  assert_int_equal(cJSON_GetArraySize(shakes), 1);
+  expect_numbers(item_of(shakes, 0, "amplitude"), ground, 3);
+  assert_true(item_of(shakes, 0, "frequency")->valuedouble == 2);
+  assert_false(cJSON_HasObjectItem(cJSON_GetArrayItem(shakes, 0), "until"));
+  assert_false(cJSON_HasObjectItem(cJSON_GetArrayItem(bodies, 0), "q"));
+  assert_int_equal(cJSON_GetArraySize(item_of(bodies, 1, "q")), model->rank);
+  assert_int_equal(cJSON_GetArraySize(loads), 2);
+  assert_true(item_of(loads, 0, "until")->valuedouble == 1);
+  assert_int_equal(cJSON_GetArraySize(item_of(loads, 1, "reduced")), model->rank);
+  assert_false(cJSON_HasObjectItem(cJSON_GetArrayItem(loads, 1), "parts"));
+}
+
+static void a_scene_file_is_packed_with_its_models(void **state) {
+  (void)state;
+  static const double place[3] = {1, 2, 3},
+                      turn[4] = {0, 0, 0.70710678118654752, 0.70710678118654752};
+  assert_true(cli_write_text(in_folder("scene.json"), SCENE));
+  cli_result run = thrum_run(folder, "view", "scene.json", "-o", "scene.html", NULL);
+  assert_int_equal(run.exit_code, 0);
+  // what is not shown is named
+  assert_non_null(
+      strstr(run.err, "scene.json: the viewer leaves out damping that grows with stiffness\n"));
+  cli_result_free(&run);
+  pack p = open_pack("scene.html");
+  // two bodies of one model
+  assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(p.json, "models")), 1);
+  const cJSON *scene = cJSON_GetObjectItem(p.json, "scene");
+  assert_true(cli_json_get(scene, "dt") == 0.002 && cli_json_get(scene, "damping") == 0.5);
+  const cJSON *bodies = cJSON_GetObjectItem(scene, "bodies");
+  assert_int_equal(cJSON_GetArraySize(bodies), 2);
+  expect_numbers(item_of(bodies, 0, "position"), place, 3);
+  expect_numbers(item_of(bodies, 0, "rotation"), turn, 4);
+  assert_string_equal(item_of(bodies, 0, "colour")->valuestring, "#01a0ff");
+  assert_true(item_of(bodies, 0, "rank")->valuedouble == 5);
+  assert_true(item_of(bodies, 0, "stiffness")->valuedouble == 3);
+  assert_true(item_of(bodies, 1, "rank")->valuedouble == (double)model->rank);
+  assert_true(item_of(bodies, 1, "model")->valuedouble == 0);
+  assert_string_equal(item_of(bodies, 1, "integrator")->valuestring, "newmark");
+  expect_effects(scene);
+  const cJSON *obstacles = cJSON_GetObjectItem(scene, "obstacles");
+  assert_string_equal(item_of(obstacles, 0, "kind")->valuestring, "sphere");
+  assert_true(item_of(obstacles, 0, "radius")->valuedouble == 0.25);
+  close_pack(&p);
+}
+
+/* A model shown by two surfaces is two models of the pack; files lie beside the scene file. */
+static void a_body_is_shown_by_its_own_surface(void **state) {
+  (void)state;
+  assert_int_equal(mkdir(in_folder("beside"), 0700), 0);
+  assert_true(cli_write_text(in_folder("beside/sheet.obj"),
+                             "v 0.2 0 0\nv 0.6 0 0\nv 0.4 0.05 0.02\nf 1 2 3\n"));
+  assert_true(
+      cli_write_text(in_folder("beside/scene.json"),
+                     "{\"bodies\": [{\"model\": \"../beam.npz\"},\n"
+                     "{\"model\": \"../beam.npz\", \"surface\": \"sheet.obj\"},\n"
+                     "{\"model\": \"../beam.npz\", \"surface\": \"sheet.obj\", \"rank\": 3}]}\n"));
+  cli_result run = thrum_run(folder, "view", "beside/scene.json", "-o", "own.html", NULL);
+  if (run.exit_code != 0)
+    fail_msg("%s", run.err);
+  cli_result_free(&run);
+  pack p = open_pack("own.html");
+  assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(p.json, "models")), 2);
+  assert_true(cli_json_get(model_of(&p, 1), "vertex_count") == 3);
+  assert_true(cli_json_get(model_of(&p, 0), "vertex_count") > 8);
+  const cJSON *bodies = cJSON_GetObjectItem(cJSON_GetObjectItem(p.json, "scene"), "bodies");
+  for (int n = 0; n < 3; n++)
+    assert_true(item_of(bodies, n, "model")->valuedouble == (n > 0));
+  close_pack(&p);
+}
+
+static void expect_refusal(cli_result run, int code, const char *words) {
+  if (run.exit_code != code || strstr(run.err, words) == NULL || !cli_line_count_is(run.err, 1))
+    fail_msg("exit %d, %s", run.exit_code, run.err);
+  assert_string_equal(run.out, "");
+  cli_result_free(&run);
+}
+
+static void what_cannot_be_shown_is_refused(void **state) {
+  (void)state;
+  expect_refusal(thrum_run(folder, "view", "none.npz", "-o", "x.html", NULL), 1, "none.npz");
+  expect_refusal(thrum_run(folder, "view", "page.html", "-o", "x.html", NULL), 1, "page.html");
+  expect_refusal(thrum_run(folder, "view", "beam.npz", "-o", "beam.npz", NULL), 2, "is what");
+  expect_refusal(thrum_run(folder, "view", "beam:4x1x1@1x1x1", NULL), 2, "thrum precompute");
+  expect_refusal(thrum_run(folder, "view", "skin.obj", NULL), 2, "--surface");
+  expect_refusal(thrum_run(folder, "view", "beam.npz", "-o", "no/x.html", NULL), 1, "no/x.html");
+  expect_refusal(thrum_run(folder, "view", "beam.npz", "-o", "x.html", "--port", "80", NULL), 2,
+                 "--port");
+  expect_refusal(thrum_run(folder, "view", "beam.npz", "--port", "65536", NULL), 2, "--port");
+  expect_refusal(thrum_run(folder, "view", "scene.json", "beam.npz", "-o", "x.html", NULL), 2,
+                 "one scene");
+  expect_refusal(thrum_run(folder, "view", "none.json", "-o", "x.html", NULL), 1, "none.json");
+  expect_refusal(thrum_run(folder, "view", "beam.npz", "free.npz", "--surface", "a.obj", NULL), 2,
+                 "one model");
+  assert_false(cli_file_exists(in_folder("x.html")));
+}
+
+static void a_page_without_a_place_for_a_pack_is_refused(void **state) {
+  (void)state;
+  char page[160];
+  snprintf(page, sizeof page, "%s/other.html", folder);
+  assert_true(cli_write_text(page, "<p>not the viewer</p>"));
+  setenv("THRUM_VIEWER", page, 1);
+  expect_refusal(thrum_run(folder, "view", "beam.npz", "-o", "x.html", NULL), 1, "other.html");
+  setenv("THRUM_VIEWER", "/nowhere/viewer.html", 1);
+  expect_refusal(thrum_run(folder, "view", "beam.npz", "-o", "x.html", NULL), 1, "/nowhere");
+  assert_false(cli_file_exists(in_folder("x.html")));
+  setenv("THRUM_VIEWER", in_folder("page.html"), 1);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_pack_holds_the_model_bit_for_bit),
+      cmocka_unit_test(a_pack_shows_the_surface_of_the_mesh),
+      cmocka_unit_test(several_models_share_a_pack),
+      cmocka_unit_test(a_scene_file_is_packed_with_its_models),
+      cmocka_unit_test(a_body_is_shown_by_its_own_surface),
+      cmocka_unit_test(what_cannot_be_shown_is_refused),
+      cmocka_unit_test(a_page_without_a_place_for_a_pack_is_refused),
+  };
+  return cmocka_run_group_tests(tests, make_folder, remove_folder);
+}

@@ -1,0 +1,331 @@
+/* `thrum experiments` from outside: a reduced matrix, the long run, the sweep over time steps, and
+ * what is refused. SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "tests/support/model_folder.h"
+
+/* Of the mean energy of imexv at a swing of 5 %: between the first and the last window, and between
+ * any two; docs/experiments.md. */
+#define IMEXV_CHANGE 1e-4
+#define IMEXV_WORST 2e-4
+
+static char folder[64];
+
+static int make_models(void **state) {
+  char path[192];
+  (void)state;
+  if (cli_make_folder(folder) == NULL)
+    return -1;
+  snprintf(path, sizeof path, "%s/models", folder);
+  if (mkdir(path, 0777) != 0)
+    return -1;
+  snprintf(path, sizeof path, "%s/models/beam.msh", folder);
+  if (!write_bar(path))
+    return -1;
+  snprintf(path, sizeof path, "%s/models/beam.json", folder);
+  if (!write_bar_recipe(path, "1e6"))
+    return -1;
+  snprintf(path, sizeof path, "%s/cache", folder);
+  return setenv("XDG_CACHE_HOME", path, 1);
+}
+
+static int remove_models(void **state) {
+  (void)state;
+  cli_remove_folder(folder);
+  return 0;
+}
+
+static cJSON *json_of(cli_result run, int exit_code) {
+  if (run.exit_code != exit_code)
+    print_error("%s", run.err);
+  assert_int_equal(run.exit_code, exit_code);
+  cJSON *object = cli_json_line(run.out);
+  assert_non_null(object);
+  cli_result_free(&run);
+  return object;
+}
+
+static const char *text_of(const cJSON *object, const char *key) {
+  const cJSON *item = cJSON_GetObjectItemCaseSensitive(object, key);
+  return cJSON_IsString(item) ? item->valuestring : "";
+}
+
+static bool file_is_there(const char *name) {
+  char path[192];
+  snprintf(path, sizeof path, "%s/%s", folder, name);
+  return cli_file_exists(path);
+}
+
+/* Whether a report has so many pictures, each ended, no number that is none, and its end. */
+static bool report_is_whole(const char *name, int pictures) {
+  char path[192];
+  snprintf(path, sizeof path, "%s/%s", folder, name);
+  char *text = cli_read_text(path);
+  if (text == NULL)
+    return false;
+  int begun = 0, ended = 0;
+  for (const char *at = strstr(text, "<svg"); at != NULL; at = strstr(at + 1, "<svg"))
+    begun++;
+  for (const char *at = strstr(text, "</svg>"); at != NULL; at = strstr(at + 1, "</svg>"))
+    ended++;
+  const bool whole = begun == pictures && ended == pictures && strstr(text, "nan") == NULL &&
+                     strstr(text, "inf") == NULL && strstr(text, "</body></html>") != NULL;
+  free(text);
+  return whole;
+}
+
+static void a_reduced_matrix_runs_whole(void **state) {
+  (void)state;
+  cJSON *object =
+      json_of(thrum_run(folder, "--models-dir", "models", "experiments", "-o", "matrix", "--models",
+                        "beam", "--time", "1.5", "--threads", "2", "--json", NULL),
+              0);
+  const cJSON *runs = cJSON_GetObjectItem(object, "runs"), *run = NULL;
+  int undamped = 0;
+  assert_int_equal(cJSON_GetArraySize(runs), 3 * 2 * 3);
+  cJSON_ArrayForEach(run, runs) {
+    assert_string_equal(text_of(run, "status"), "done");
+    assert_string_equal(text_of(run, "model"), "beam");
+    assert_true(fabs(cli_json_get(run, "simulated_s") - 1.5) < 1e-9);
+    assert_true(cli_json_get(run, "us_per_step") > 0);
+    assert_true(cli_json_get(run, "energy_peak_j") > 0);
+    assert_true(cli_json_get(run, "energy_end_j") >= 0);
+    assert_true(cJSON_IsObject(cJSON_GetObjectItem(run, "rungs")));
+    // the force is called for without damping
+    if (cli_json_get(run, "damping") > 0)
+      continue;
+    const bool sine = strcmp(text_of(run, "load"), "sine") == 0;
+    const double amplitude = cli_json_get(run, "peak_amplitude");
+    assert_true(amplitude >= (sine ? 0.1 : 0.05) && amplitude < (sine ? 0.2 : 0.1));
+    undamped++;
+    // what no load acts on and no damper brakes keeps its energy
+    if (!sine && strcmp(text_of(run, "integrator"), "energy") == 0)
+      assert_true(fabs(cli_json_get(run, "energy_change")) < 1e-10);
+  }
+  assert_int_equal(undamped, 9);
+  cJSON_Delete(object);
+  assert_true(file_is_there("matrix/runs.csv"));
+  assert_true(file_is_there("matrix/curves.csv"));
+  assert_true(report_is_whole("matrix/report.html", 2 * 6));
+}
+
+static void damping_takes_energy_out(void **state) {
+  (void)state;
+  cJSON *object = json_of(thrum_run(folder, "--models-dir", "models", "experiments", "-o", "damped",
+                                    "--models", "beam", "--loads", "impulse", "--time", "3",
+                                    "--integrators", "imexv,energy", "--json", "-q", NULL),
+                          0);
+  const cJSON *runs = cJSON_GetObjectItem(object, "runs");
+  assert_int_equal(cJSON_GetArraySize(runs), 4);
+  for (int n = 0; n < 2; n++) {
+    const cJSON *free_run = cJSON_GetArrayItem(runs, n), *damped = cJSON_GetArrayItem(runs, 2 + n);
+    assert_true(cli_json_get(damped, "damping") == 0.3);
+    assert_string_equal(text_of(free_run, "integrator"), text_of(damped, "integrator"));
+    // D = alpha 1: the energy falls as exp(-alpha t) over whole swings
+    const double ratio =
+        cli_json_get(damped, "energy_end_j") / cli_json_get(free_run, "energy_end_j");
+    assert_true(fabs(ratio / exp(-0.3 * 3) - 1) < 0.15);
+  }
+  cJSON_Delete(object);
+}
+
+static void the_sweep_tells_integrators_apart(void **state) {
+  (void)state;
+  cJSON *object = json_of(thrum_run(folder, "--models-dir", "models", "experiments", "--sweep",
+                                    "-o", "sweep", "--models", "beam", "--time", "1",
+                                    "--integrators", "newmark,energy", "--json", NULL),
+                          0);
+  const cJSON *runs = cJSON_GetObjectItem(object, "runs"), *run = NULL;
+  double newmark_fine = 0, newmark_coarse = 0;
+  assert_int_equal(cJSON_GetArraySize(runs), 8 * 2);
+  cJSON_ArrayForEach(run, runs) {
+    const double error = cli_json_get(run, "energy_error");
+    assert_true(fabs(cli_json_get(run, "simulated_s") - 1) < 0.03);
+    if (strcmp(text_of(run, "integrator"), "energy") == 0) {
+      assert_true(error < 1e-8);
+    } else if (cli_json_get(run, "dt") == 1e-4) {
+      newmark_fine = error;
+    } else if (cli_json_get(run, "dt") == 1e-3) {
+      newmark_coarse = error;
+    }
+  }
+  // of order 2
+  assert_true(newmark_coarse > 30 * newmark_fine && newmark_coarse < 300 * newmark_fine);
+  cJSON_Delete(object);
+  assert_true(file_is_there("sweep/sweep.csv"));
+  assert_true(report_is_whole("sweep/sweep.html", 2));
+}
+
+static void energy_survives_the_long_run(void **state) {
+  (void)state;
+  cJSON *object =
+      json_of(thrum_run(folder, "experiments", "--long", "-o", "long", "--models", "beam",
+                        "--steps", "100000", "--amplitudes", "0.05", "--integrators",
+                        "imexv,energy", "--threads", "2", "--json", "-q", NULL),
+              0);
+  const cJSON *runs = cJSON_GetObjectItem(object, "runs"), *run = NULL;
+  assert_int_equal(cJSON_GetArraySize(runs), 2);
+  cJSON_ArrayForEach(run, runs) {
+    const bool conserving = strcmp(text_of(run, "integrator"), "energy") == 0;
+    assert_string_equal(text_of(run, "status"), "done");
+    assert_true(cli_json_get(run, "steps") == 100000);
+    assert_true(cli_json_get(run, "windows") == 8);
+    assert_true(fabs(cli_json_get(run, "reached") - 0.05) < 1e-3);
+    assert_true(fabs(cli_json_get(run, "total_change")) <= (conserving ? 1e-12 : IMEXV_CHANGE));
+    assert_true(fabs(cli_json_get(run, "total_worst")) <= (conserving ? 1e-12 : IMEXV_WORST));
+  }
+  cJSON_Delete(object);
+  assert_true(file_is_there("long/long.csv"));
+  assert_true(file_is_there("long/long_windows.csv"));
+  assert_true(report_is_whole("long/long.html", 2));
+}
+
+static char *text_in_folder(const char *name) {
+  char path[192];
+  snprintf(path, sizeof path, "%s/%s", folder, name);
+  char *text = cli_read_text(path);
+  assert_non_null(text);
+  return text;
+}
+
+/* The time a step took would differ in the last digits if a run were done again. */
+static void a_long_run_resumes(void **state) {
+  (void)state;
+  cJSON_Delete(json_of(thrum_run(folder, "--models-dir", "models", "experiments", "--long", "-o",
+                                 "resumed", "--models", "beam", "--steps", "50000", "--amplitudes",
+                                 "0.05", "--integrators", "newmark", "--json", "-q", NULL),
+                       0));
+  char *before = text_in_folder("resumed/long.csv");
+  cJSON *object =
+      json_of(thrum_run(folder, "--models-dir", "models", "experiments", "--long", "-o", "resumed",
+                        "--models", "beam", "--steps", "50000", "--amplitudes", "0.02,0.05",
+                        "--integrators", "newmark", "--json", "-q", "--resume", NULL),
+              0);
+  assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(object, "runs")), 2);
+  cJSON_Delete(object);
+  char *after = text_in_folder("resumed/long.csv");
+  const char *row = strstr(before, "\nbeam,newmark,0.05,");
+  assert_non_null(row);
+  assert_non_null(strstr(after, row));
+  assert_non_null(strstr(after, "\nbeam,newmark,0.02,"));
+  free(before);
+  free(after);
+}
+
+static void mistakes_are_named(void **state) {
+  (void)state;
+  static const char *const wrong[][3] = {
+      {"--loads", "wind", "there is no 'wind'"},
+      {"--integrators", "imexv,", "names with commas"},
+      {"--amplitudes", "0.1,2", "shares of the length"},
+      {"--threads", "0", "whole number from 1"},
+      {"--dt", "-1", "seconds above 0"},
+      {"--models", "", "names with commas"},
+  };
+  for (size_t n = 0; n < sizeof wrong / sizeof wrong[0]; n++) {
+    cli_result run =
+        thrum_run(folder, "experiments", "-o", "wrong", wrong[n][0], wrong[n][1], NULL);
+    assert_int_equal(run.exit_code, 2);
+    assert_non_null(strstr(run.err, wrong[n][2]));
+    cli_result_free(&run);
+  }
+  // the steps of a sweep are its own, whatever --dt says
+  cli_result endless = thrum_run(folder, "experiments", "-o", "wrong", "--sweep", "--time", "1e300",
+                                 "--dt", "1e300", NULL);
+  assert_int_equal(endless.exit_code, 2);
+  assert_non_null(strstr(endless.err, "too many steps"));
+  cli_result_free(&endless);
+  cli_result nowhere = thrum_run(folder, "experiments", NULL);
+  assert_int_equal(nowhere.exit_code, 2);
+  cli_result_free(&nowhere);
+  cli_result missing =
+      thrum_run(folder, "experiments", "-o", "wrong", "--models", "none.npz", NULL);
+  assert_int_equal(missing.exit_code, 1);
+  assert_non_null(strstr(missing.err, "none.npz"));
+  cli_result_free(&missing);
+}
+
+static void newmark_loses_wide_swings_at_long_steps_and_the_sweep_says_so(void **state) {
+  (void)state;
+  cJSON *object =
+      json_of(thrum_run(folder, "--models-dir", "models", "experiments", "--sweep", "-o", "wide",
+                        "--models", "beam", "--time", "4", "--amplitudes", "1", "--json", NULL),
+              0);
+  const cJSON *runs = cJSON_GetObjectItem(object, "runs"), *run = NULL;
+  int lost = 0;
+  cJSON_ArrayForEach(run, runs) {
+    const bool is_lost = strcmp(text_of(run, "status"), "lost") == 0;
+    assert_true(is_lost == (cli_json_get(run, "energy_change") > 1));
+    if (strcmp(text_of(run, "integrator"), "newmark") != 0)
+      assert_string_equal(text_of(run, "status"), "done");
+    lost += is_lost;
+  }
+  assert_true(lost > 0);
+  cJSON_Delete(object);
+}
+
+static void extremes_run_or_are_refused_with_a_reason(void **state) {
+  (void)state;
+  cJSON *object = json_of(thrum_run(folder, "experiments", "--extremes", "-o", "extremes",
+                                    "--subjects", "tet,snap", "--steps", "20", "--json", NULL),
+                          0);
+  const cJSON *runs = cJSON_GetObjectItem(object, "runs"), *run = NULL;
+  int refused = 0;
+  assert_int_equal(cJSON_GetArraySize(runs), 5 * 3);
+  assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(object, "units")), 6 * 3);
+  cJSON_ArrayForEach(run, runs) {
+    const bool no = strcmp(text_of(run, "outcome"), "refused") == 0;
+    refused += no;
+    assert_true(no == (text_of(run, "reason")[0] != 0));
+  }
+  assert_int_equal(refused, 3);
+  cJSON_Delete(object);
+  assert_true(file_is_there("extremes/extremes.csv") && file_is_there("extremes/units.csv"));
+  assert_true(report_is_whole("extremes/extremes.html", 0));
+  cli_result wrong =
+      thrum_run(folder, "experiments", "--extremes", "-o", "extremes", "--models", "beam", NULL);
+  assert_int_equal(wrong.exit_code, 2);
+  cli_result_free(&wrong);
+}
+
+static void linear_analysis_fails_at_some_deflection(void **state) {
+  (void)state;
+  cJSON *object = json_of(thrum_run(folder, "--models-dir", "models", "experiments", "--linear",
+                                    "-o", "linear", "--models", "beam", "--json", "-q", NULL),
+                          0);
+  const cJSON *runs = cJSON_GetObjectItem(object, "runs"), *run = cJSON_GetArrayItem(runs, 0);
+  assert_int_equal(cJSON_GetArraySize(runs), 1);
+  const cJSON *rest = cJSON_GetObjectItem(run, "static"),
+              *motion = cJSON_GetObjectItem(run, "dynamic");
+  const double first = cli_json_get(rest, "deflection_at_5_percent");
+  const double second = cli_json_get(rest, "deflection_at_20_percent");
+  assert_true(first > 0.005 && second > first && second < 1);
+  assert_true(cli_json_get(motion, "deflection_at_5_percent") > 0);
+  assert_true(cli_json_get(motion, "deflection_at_20_percent") >
+              cli_json_get(motion, "deflection_at_5_percent"));
+  assert_true(cli_json_get(run, "nonlinear_us") > 0);
+  cJSON_Delete(object);
+  assert_true(file_is_there("linear/linear.csv") && file_is_there("linear/linear_curves.csv"));
+  assert_true(report_is_whole("linear/linear.html", 1));
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(linear_analysis_fails_at_some_deflection),
+      cmocka_unit_test(a_reduced_matrix_runs_whole),
+      cmocka_unit_test(damping_takes_energy_out),
+      cmocka_unit_test(the_sweep_tells_integrators_apart),
+      cmocka_unit_test(energy_survives_the_long_run),
+      cmocka_unit_test(a_long_run_resumes),
+      cmocka_unit_test(mistakes_are_named),
+      cmocka_unit_test(newmark_loses_wide_swings_at_long_steps_and_the_sweep_says_so),
+      cmocka_unit_test(extremes_run_or_are_refused_with_a_reason),
+  };
+  return cmocka_run_group_tests(tests, make_models, remove_models);
+}

@@ -1,0 +1,273 @@
+/* Models by name: found, made once, kept, made again when damaged.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+#include <dirent.h>
+
+#include "driver/named_model.h"
+#include "io/file.h"
+#include "tests/support/model_folder.h"
+
+static const char *const names[CLI_MODEL_COUNT] = {
+#define X(name, text) #name,
+    CLI_MODEL_LIST(X)
+#undef X
+};
+
+static char folder[64];
+static char models[128], cache[128];
+
+static int make_models(void **state) {
+  char path[192];
+  (void)state;
+  if (cli_make_folder(folder) == NULL)
+    return -1;
+  snprintf(models, sizeof models, "%s/models", folder);
+  snprintf(cache, sizeof cache, "%s/cache", folder);
+  if (mkdir(models, 0777) != 0 || setenv("THRUM_MODELS", models, 1) != 0 ||
+      setenv("XDG_CACHE_HOME", cache, 1) != 0)
+    return -1;
+  snprintf(path, sizeof path, "%s/beam.msh", models);
+  if (!write_bar(path))
+    return -1;
+  snprintf(path, sizeof path, "%s/beam.json", models);
+  return write_bar_recipe(path, "1e6") ? 0 : -1;
+}
+
+static int remove_models(void **state) {
+  (void)state;
+  cli_remove_folder(folder);
+  return 0;
+}
+
+/* The one line of JSON of a run that must succeed; whether it said that it precomputes. */
+static cJSON *json_of(cli_result run, bool *precomputed) {
+  if (run.exit_code != 0)
+    print_error("%s", run.err);
+  assert_int_equal(run.exit_code, 0);
+  if (precomputed != NULL)
+    *precomputed = strstr(run.err, "precomputing beam") != NULL;
+  cJSON *object = cli_json_line(run.out);
+  assert_non_null(object);
+  cli_result_free(&run);
+  return object;
+}
+
+/* The only file in the cache; how many there are. */
+static int cached_file(char path[512]) {
+  char place[192];
+  int count = 0;
+  snprintf(place, sizeof place, "%s/thrum", cache);
+  DIR *entries = opendir(place);
+  if (entries == NULL)
+    return 0;
+  for (const struct dirent *entry = readdir(entries); entry != NULL; entry = readdir(entries)) {
+    if (entry->d_name[0] == '.')
+      continue;
+    snprintf(path, 512, "%s/%.255s", place, entry->d_name);
+    count++;
+  }
+  closedir(entries);
+  return count;
+}
+
+static void a_name_is_precomputed_once(void **state) {
+  (void)state;
+  char path[512];
+  bool precomputed = false;
+  cJSON *first = json_of(thrum_run(folder, "info", "beam", "--json", NULL), &precomputed);
+  assert_true(precomputed);
+  assert_int_equal(cached_file(path), 1);
+  cJSON *second = json_of(thrum_run(folder, "info", "beam", "--json", NULL), &precomputed);
+  assert_false(precomputed);
+  assert_true(cli_json_get(first, "rank") == 5);
+  assert_string_equal(cJSON_GetObjectItem(first, "model")->valuestring, path);
+  assert_string_equal(cJSON_GetObjectItem(second, "model")->valuestring, path);
+  cJSON_Delete(first);
+  cJSON_Delete(second);
+}
+
+static void a_damaged_cache_is_made_again(void **state) {
+  (void)state;
+  char path[512];
+  bool precomputed = false;
+  cJSON_Delete(json_of(thrum_run(folder, "info", "beam", "--json", NULL), NULL));
+  assert_int_equal(cached_file(path), 1);
+  FILE *file = fopen(path, "r+b");
+  assert_non_null(file);
+  assert_int_equal(fseek(file, 900, SEEK_SET), 0);
+  fputs("damage", file);
+  assert_int_equal(fclose(file), 0);
+  cJSON_Delete(json_of(thrum_run(folder, "info", "beam", "--json", NULL), &precomputed));
+  assert_true(precomputed);
+  assert_int_equal(truncate(path, 100), 0);
+  cJSON_Delete(json_of(thrum_run(folder, "info", "beam", "--json", NULL), &precomputed));
+  assert_true(precomputed);
+  cJSON_Delete(json_of(thrum_run(folder, "info", "beam", "--json", NULL), &precomputed));
+  assert_false(precomputed);
+}
+
+static void another_recipe_is_another_model(void **state) {
+  (void)state;
+  char path[192];
+  bool precomputed = false;
+  cJSON *before = json_of(thrum_run(folder, "info", "beam", "--json", NULL), NULL);
+  snprintf(path, sizeof path, "%s/beam.json", models);
+  assert_true(write_bar_recipe(path, "4e6"));
+  cJSON *after = json_of(thrum_run(folder, "info", "beam", "--json", NULL), &precomputed);
+  assert_true(precomputed);
+  // four times the stiffness is twice the frequency
+  const cJSON *soft = cJSON_GetObjectItem(before, "frequencies_hz");
+  const cJSON *stiff = cJSON_GetObjectItem(after, "frequencies_hz");
+  const double ratio =
+      cJSON_GetArrayItem(stiff, 0)->valuedouble / cJSON_GetArrayItem(soft, 0)->valuedouble;
+  assert_true(ratio > 2 - 1e-9 && ratio < 2 + 1e-9);
+  cJSON_Delete(before);
+  cJSON_Delete(after);
+  assert_true(write_bar_recipe(path, "1e6"));
+}
+
+static void options_of_the_user_go_before_the_recipe(void **state) {
+  (void)state;
+  cJSON *own =
+      json_of(thrum_run(folder, "precompute", "beam", "-o", "own.npz", "--json", NULL), NULL);
+  cJSON *changed = json_of(thrum_run(folder, "precompute", "beam", "-o", "changed.npz", "--rank",
+                                     "4", "--young", "4e6", "--fix", "x>0.999", "--json", NULL),
+                           NULL);
+  assert_true(cli_json_get(own, "rank") == 5 && cli_json_get(own, "modes") == 3);
+  assert_true(cli_json_get(changed, "rank") == 4 && cli_json_get(changed, "modes") == 3);
+  // held at the other end alone
+  assert_true(cli_json_get(changed, "fixed") == 4);
+  // other modes bring the rank that goes with them
+  cJSON *modes = json_of(
+      thrum_run(folder, "precompute", "beam", "-o", "m.npz", "--modes", "2", "--json", NULL), NULL);
+  assert_true(cli_json_get(modes, "rank") == 4 && cli_json_get(modes, "modes") == 2);
+  cJSON_Delete(modes);
+  cJSON_Delete(own);
+  cJSON_Delete(changed);
+}
+
+static void a_name_is_simulated(void **state) {
+  (void)state;
+  cJSON *run = json_of(thrum_run(folder, "simulate", "beam", "-o", "run", "--time", "0.3", "--load",
+                                 "impulse:0,0,-1@load", "--json", NULL),
+                       NULL);
+  assert_true(cli_json_get(run, "simulated_s") > 0.29);
+  cJSON_Delete(run);
+}
+
+static void a_file_goes_before_the_name(void **state) {
+  (void)state;
+  cJSON_Delete(json_of(thrum_run(folder, "precompute", "beam:4x1x1@1x0.2x0.2", "--fix", "x<0.001",
+                                 "--modes", "2", "--rank", "3", "-o", "beam", "--json", NULL),
+                       NULL));
+  cJSON *about = json_of(thrum_run(folder, "info", "beam", "--json", NULL), NULL);
+  assert_true(cli_json_get(about, "rank") == 3);
+  assert_string_equal(cJSON_GetObjectItem(about, "model")->valuestring, "beam");
+  cJSON_Delete(about);
+  char path[192];
+  snprintf(path, sizeof path, "%s/beam", folder);
+  assert_int_equal(unlink(path), 0);
+}
+
+/* Such as that of an earlier run: simulate beam -o beam. */
+static void a_folder_of_that_name_is_no_model(void **state) {
+  (void)state;
+  char path[192];
+  snprintf(path, sizeof path, "%s/beam", folder);
+  assert_int_equal(mkdir(path, 0755), 0);
+  cJSON *about = json_of(thrum_run(folder, "info", "beam", "--json", NULL), NULL);
+  assert_true(cli_json_get(about, "rank") == 5);
+  cJSON_Delete(about);
+  assert_int_equal(rmdir(path), 0);
+}
+
+static void the_folder_of_models_may_be_named(void **state) {
+  (void)state;
+  cli_result none = thrum_run(folder, "--models-dir", "nowhere", "info", "beam", NULL);
+  assert_int_equal(none.exit_code, 1);
+  assert_non_null(strstr(none.err, "nowhere is not a folder"));
+  assert_true(cli_line_count_is(none.err, 1));
+  cli_result_free(&none);
+  cli_result other = thrum_run(folder, "--models-dir=models", "info", "beam", "--json", NULL);
+  assert_int_equal(other.exit_code, 0);
+  cli_result_free(&other);
+  cli_result missing = thrum_run(folder, "info", "horse", NULL);
+  assert_int_equal(missing.exit_code, 1);
+  assert_non_null(strstr(missing.err, "horse.json"));
+  cli_result_free(&missing);
+}
+
+static void a_recipe_that_is_none_is_refused(void **state) {
+  (void)state;
+  static const char *const wrong[] = {
+      "", "[1]", "{\"material\": {\"young\": 1}}",
+      "{\"material\": {\"young\": 1e6, \"poisson\": 0.3, \"density\": 1000}, "
+      "\"fix\": [], \"modes\": 3, \"rank\": 5}",
+      "{\"material\": {\"young\": 1e6, \"poisson\": 0.3, \"density\": 1000}, "
+      "\"fix\": \"x<0.1\", \"modes\": 0, \"rank\": 5}"};
+  char path[192];
+  snprintf(path, sizeof path, "%s/heart.json", models);
+  for (size_t n = 0; n < sizeof wrong / sizeof wrong[0]; n++) {
+    assert_true(cli_write_text(path, wrong[n]));
+    cli_result run = thrum_run(folder, "precompute", "heart", "-o", "heart.npz", NULL);
+    assert_int_equal(run.exit_code, 1);
+    assert_non_null(strstr(run.err, "heart.json"));
+    assert_true(cli_line_count_is(run.err, 1));
+    cli_result_free(&run);
+  }
+}
+
+/* What NAME.json of the source tree says. */
+static cJSON *source_recipe(const char *name) {
+  char path[512];
+  void *text = NULL;
+  size_t size = 0;
+  snprintf(path, sizeof path, "%s/../../models/%s.json", THRUM_TEST_DATA, name);
+  assert_int_equal(thrum_file_read(path, &text, &size, NULL), THRUM_OK);
+  cJSON *recipe = cJSON_ParseWithLength(text, size);
+  assert_non_null(recipe);
+  free(text);
+  return recipe;
+}
+
+static void every_model_of_ours_is_what_its_recipe_says(void **state) {
+  (void)state;
+  assert_int_equal(unsetenv("THRUM_MODELS"), 0);
+  for (int n = 0; n < CLI_MODEL_COUNT; n++) {
+    const char *name = names[n];
+    cJSON *recipe = source_recipe(name);
+    const cJSON *split = cJSON_GetObjectItem(recipe, "split");
+    cJSON *made = json_of(
+        thrum_run(folder, "precompute", name, "-o", "ours.npz", "--quiet", "--json", NULL), NULL);
+    assert_string_equal(cJSON_GetObjectItem(recipe, "name")->valuestring, name);
+    assert_true(cli_json_get(made, "modes") == cli_json_get(recipe, "modes"));
+    assert_true(cli_json_get(made, "rank") == cli_json_get(recipe, "rank"));
+    assert_true(cli_json_get(made, "dt") == cli_json_get(recipe, "dt"));
+    assert_true(cli_json_get(made, "explicit_modes") == cli_json_get(split, "explicit"));
+    assert_true(cli_json_get(made, "implicit_modes") == cli_json_get(split, "implicit"));
+    cJSON_Delete(recipe);
+    cJSON_Delete(made);
+  }
+  assert_int_equal(setenv("THRUM_MODELS", models, 1), 0);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_name_is_precomputed_once),
+      cmocka_unit_test(a_damaged_cache_is_made_again),
+      cmocka_unit_test(another_recipe_is_another_model),
+      cmocka_unit_test(options_of_the_user_go_before_the_recipe),
+      cmocka_unit_test(a_name_is_simulated),
+      cmocka_unit_test(a_file_goes_before_the_name),
+      cmocka_unit_test(a_folder_of_that_name_is_no_model),
+      cmocka_unit_test(the_folder_of_models_may_be_named),
+      cmocka_unit_test(a_recipe_that_is_none_is_refused),
+      cmocka_unit_test(every_model_of_ours_is_what_its_recipe_says),
+  };
+  return cmocka_run_group_tests(tests, make_models, remove_models);
+}

@@ -1,0 +1,274 @@
+/* Frames for ParaView: a reader of the VTK XML format written here, from its description alone,
+ * finds the mesh and the displacements again. SPDX-License-Identifier: Apache-2.0 */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+#include <math.h>
+
+#include "io/file.h"
+#include "io/npy_file.h"
+#include "tests/support/simulate_support.h"
+
+// the writer belongs to the program, which is no library
+#include "io/vtu.c"
+
+#define MANY_TETS 9001 /* more than two pieces of generated values, and no multiple */
+
+static char folder[64];
+
+static const char *in_folder(const char *name, char path[200]) {
+  snprintf(path, 200, "%s/%s", folder, name);
+  return path;
+}
+
+static int make_folder(void **state) {
+  (void)state;
+  return cli_make_folder(folder) == NULL;
+}
+
+static int remove_folder(void **state) {
+  (void)state;
+  cli_remove_folder(folder);
+  return 0;
+}
+
+/* A .vtu file in memory. */
+typedef struct vtu {
+  char *bytes;
+  size_t size;
+  const char *raw;     /* after the '_' */
+  const char *raw_end; /* at the closing tag */
+} vtu;
+
+static vtu read_vtu(const char *path) {
+  static const char closing[] = "\n  </AppendedData>\n</VTKFile>\n";
+  vtu file = {0};
+  void *bytes = NULL;
+  assert_int_equal(thrum_file_read(path, &bytes, &file.size, NULL), 0);
+  file.bytes = bytes;
+  const char *mark = "<AppendedData encoding=\"raw\">\n_";
+  for (size_t n = 0; n + strlen(mark) < file.size && file.raw == NULL; n++) {
+    if (memcmp(file.bytes + n, mark, strlen(mark)) == 0)
+      file.raw = file.bytes + n + strlen(mark);
+  }
+  assert_non_null(file.raw);
+  file.raw_end = file.bytes + file.size - (sizeof closing - 1);
+  assert_memory_equal(file.raw_end, closing, sizeof closing - 1);
+  return file;
+}
+
+/* The value of an attribute of the tag at `tag`, as text. */
+static void attribute(const char *tag, const char *name, char value[64]) {
+  char key[64];
+  snprintf(key, sizeof key, " %s=\"", name);
+  const char *end = strchr(tag, '>'), *at = strstr(tag, key);
+  assert_true(at != NULL && end != NULL && at < end);
+  at += strlen(key);
+  const size_t length = strcspn(at, "\"");
+  assert_true(length < 64);
+  memcpy(value, at, length);
+  value[length] = 0;
+}
+
+/* The raw data of the array called `name`, which must have this type, components and bytes. */
+static const char *array_data(const vtu *file, const char *name, const char *type, int components,
+                              uint64_t bytes) {
+  char key[80], value[64];
+  snprintf(key, sizeof key, "Name=\"%s\"", name);
+  const char *at = strstr(file->bytes, key);
+  assert_true(at != NULL && at < file->raw);
+  while (*at != '<')
+    at--;
+  attribute(at, "type", value);
+  assert_string_equal(value, type);
+  attribute(at, "NumberOfComponents", value);
+  assert_int_equal(atoi(value), components);
+  attribute(at, "format", value);
+  assert_string_equal(value, "appended");
+  attribute(at, "offset", value);
+  const char *data = file->raw + strtoull(value, NULL, 10);
+  uint64_t size = 0;
+  assert_true(data + sizeof size <= file->raw_end);
+  memcpy(&size, data, sizeof size);
+  assert_true(size == bytes);
+  assert_true(data + sizeof size + size <= file->raw_end);
+  return data + sizeof size;
+}
+
+/* A chain of tetrahedra, big enough for every loop of the writer to turn. */
+static thrum_model make_chain(double *vertices, int32_t *tets, int32_t *region, uint8_t *fixed,
+                              int64_t tet_count) {
+  for (int64_t n = 0; n < 3 * (tet_count + 3); n++)
+    vertices[n] = 0.25 * (double)n + 1e-9;
+  for (int64_t t = 0; t < tet_count; t++) {
+    region[t] = (int32_t)(t % 3);
+    for (int n = 0; n < 4; n++)
+      tets[4 * t + n] = (int32_t)(t + n);
+  }
+  for (int64_t v = 0; v < tet_count + 3; v++)
+    fixed[v] = (uint8_t)(v % 8);
+  return (thrum_model){.vertex_count = tet_count + 3,
+                       .tet_count = tet_count,
+                       .vertices = vertices,
+                       .tets = tets,
+                       .tet_region = region,
+                       .fixed = fixed};
+}
+
+static void check_frame(int64_t tet_count) {
+  static double vertices[3 * (MANY_TETS + 3)], displacement[3 * (MANY_TETS + 3)];
+  static int32_t tets[4 * MANY_TETS], region[MANY_TETS];
+  static uint8_t fixed[MANY_TETS + 3];
+  char path[200], value[64];
+  const thrum_model model = make_chain(vertices, tets, region, fixed, tet_count);
+  const uint64_t points = (uint64_t)model.vertex_count, cells = (uint64_t)tet_count;
+  for (uint64_t n = 0; n < 3 * points; n++)
+    displacement[n] = sin((double)n);
+  assert_int_equal(
+      cli_vtu_write(in_folder("frame.vtu", path), &model, displacement, NULL, 0.1, NULL), 0);
+  vtu file = read_vtu(path);
+  const char *piece = strstr(file.bytes, "<Piece");
+  attribute(piece, "NumberOfPoints", value);
+  assert_true(strtoull(value, NULL, 10) == points);
+  attribute(piece, "NumberOfCells", value);
+  assert_true(strtoull(value, NULL, 10) == cells);
+  attribute(strstr(file.bytes, "<VTKFile"), "header_type", value);
+  assert_string_equal(value, "UInt64");
+  assert_memory_equal(array_data(&file, "Points", "Float64", 3, 24 * points), vertices,
+                      24 * points);
+  assert_memory_equal(array_data(&file, "displacement", "Float64", 3, 24 * points), displacement,
+                      24 * points);
+  assert_memory_equal(array_data(&file, "connectivity", "Int32", 1, 16 * cells), tets, 16 * cells);
+  assert_memory_equal(array_data(&file, "fixed", "UInt8", 1, points), fixed, points);
+  assert_memory_equal(array_data(&file, "region", "Int32", 1, 4 * cells), region, 4 * cells);
+  const char *ends = array_data(&file, "offsets", "Int64", 1, 8 * cells);
+  const char *types = array_data(&file, "types", "UInt8", 1, cells);
+  for (uint64_t t = 0; t < cells; t++) {
+    int64_t end = 0;
+    memcpy(&end, ends + 8 * t, sizeof end);
+    assert_true(end == 4 * (int64_t)(t + 1));
+    assert_int_equal(types[t], 10); // VTK_TETRA
+  }
+  // seven arrays fill the raw data to the last byte
+  assert_true((uint64_t)(file.raw_end - file.raw) == 7 * 8 + 49 * points + 29 * cells);
+  assert_true(strtod(strchr(strstr(file.bytes, "TimeValue"), '>') + 1, NULL) == 0.1);
+  free(file.bytes);
+}
+
+static void a_frame_holds_the_mesh_and_the_displacement(void **state) {
+  (void)state;
+  check_frame(1);
+  check_frame(4096);
+  check_frame(MANY_TETS);
+}
+
+static void a_frame_holds_the_stress_when_there_is_one(void **state) {
+  (void)state;
+  enum { TETS = 37 };
+  static double vertices[3 * (TETS + 3)], displacement[3 * (TETS + 3)], stress[TETS];
+  static int32_t tets[4 * TETS], region[TETS];
+  static uint8_t fixed[TETS + 3];
+  char path[200];
+  const thrum_model model = make_chain(vertices, tets, region, fixed, TETS);
+  for (int n = 0; n < TETS; n++)
+    stress[n] = n * 1e5;
+  assert_int_equal(
+      cli_vtu_write(in_folder("stress.vtu", path), &model, displacement, stress, 0.1, NULL), 0);
+  vtu file = read_vtu(path);
+  assert_memory_equal(array_data(&file, "von_mises", "Float64", 1, 8 * TETS), stress, 8 * TETS);
+  // it stands among the cells' arrays, and fills the raw data to the last byte
+  assert_true(strstr(file.bytes, "<CellData>") < strstr(file.bytes, "von_mises"));
+  assert_true((uint64_t)(file.raw_end - file.raw) == 8 * 8 + 49 * (TETS + 3) + 37 * TETS);
+  free(file.bytes);
+}
+
+static void a_frame_without_a_mesh_is_refused(void **state) {
+  (void)state;
+  char path[200];
+  thrum_error error = {0};
+  const thrum_model model = {.rank = 1};
+  assert_int_equal(cli_vtu_write(in_folder("none.vtu", path), &model, NULL, NULL, 0, &error),
+                   THRUM_MISSING);
+  assert_true(error.message[0] != 0);
+  assert_false(cli_file_exists(path));
+}
+
+static void a_frame_that_cannot_be_written_is_an_error(void **state) {
+  (void)state;
+  static double vertices[12], displacement[12];
+  static int32_t tets[4], region[1];
+  static uint8_t fixed[4];
+  const thrum_model model = make_chain(vertices, tets, region, fixed, 1);
+  assert_int_equal(cli_vtu_write("/nonexistent/frame.vtu", &model, displacement, NULL, 0, NULL),
+                   THRUM_IO);
+  assert_int_equal(cli_vtu_write("/dev/full", &model, displacement, NULL, 0, NULL), THRUM_IO);
+}
+
+/* Runs the particle with frames and returns how many the .pvd lists, each one checked. */
+static int64_t run_frames(const char *frames, double stride) {
+  char path[200], name[100], value[64];
+  cli_result run =
+      thrum_run(folder, "simulate", "particle.npz", "-o", "run", "--time", "0.3", "--dt", "0.003",
+                "--load", "constant:0,0,1@tip", "--frames", frames, "--json", NULL);
+  assert_int_equal(run.exit_code, 0);
+  cJSON *object = cli_json_line(run.out);
+  double *q = NULL;
+  int64_t rows = 0, columns = 0, count = 0;
+  assert_int_equal(thrum_npy_read_f8(in_folder("run/q.npy", path), &q, &rows, &columns, NULL), 0);
+  char *pvd = cli_read_text(in_folder("run/frames.pvd", path));
+  assert_non_null(pvd);
+  for (const char *at = strstr(pvd, "<DataSet"); at != NULL; at = strstr(at + 1, "<DataSet")) {
+    attribute(at, "timestep", value);
+    const double time = strtod(value, NULL);
+    const int64_t step = (int64_t)floor((double)count * stride + 0.5);
+    assert_true(fabs(time - 0.003 * (double)step) < 1e-12 && step < rows);
+    attribute(at, "file", value);
+    snprintf(name, sizeof name, "run/%s", value);
+    vtu file = read_vtu(in_folder(name, path));
+    const char *data = array_data(&file, "displacement", "Float64", 3, 96);
+    for (int n = 0; n < 12; n++) {
+      double u = 0;
+      memcpy(&u, data + 8 * n, sizeof u);
+      const double expected =
+          particle_basis[2 * n] * q[2 * step] + particle_basis[2 * n + 1] * q[2 * step + 1];
+      assert_true(fabs(u - expected) <= 1e-15);
+    }
+    free(file.bytes);
+    count++;
+  }
+  assert_true(cli_json_get(object, "frames") == (double)count);
+  cJSON_Delete(object);
+  cli_result_free(&run);
+  free(pvd);
+  free(q);
+  return count;
+}
+
+static void a_run_lists_its_frames_with_their_times(void **state) {
+  (void)state;
+  char path[200];
+  assert_true(save_particle(in_folder("particle.npz", path), 0, 0));
+  // 100 steps: 0, 10, ..., 100; then 1000 a second is more than one a step
+  assert_int_equal(run_frames("every-10", 10), 11);
+  assert_int_equal(run_frames("1000", 1), 101);
+  assert_true(cli_file_exists(in_folder("run/frames/frame_000100.vtu", path)));
+  assert_int_equal(run_frames("30", 1 / (30 * 0.003)), 10);
+  // frames of the earlier run that this one has not
+  assert_false(cli_file_exists(in_folder("run/frames/frame_000100.vtu", path)));
+  assert_false(cli_file_exists(in_folder("run/frames/frame_000010.vtu", path)));
+  assert_true(cli_file_exists(in_folder("run/frames/frame_000009.vtu", path)));
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_frame_holds_the_mesh_and_the_displacement),
+      cmocka_unit_test(a_frame_holds_the_stress_when_there_is_one),
+      cmocka_unit_test(a_frame_without_a_mesh_is_refused),
+      cmocka_unit_test(a_frame_that_cannot_be_written_is_an_error),
+      cmocka_unit_test(a_run_lists_its_frames_with_their_times),
+  };
+  return cmocka_run_group_tests(tests, make_folder, remove_folder);
+}

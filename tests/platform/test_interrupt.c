@@ -1,0 +1,127 @@
+/* Whoever stops a program that is making a file finds neither half a file nor a temporary one.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+#include <dirent.h>
+#include <fcntl.h>
+#include <signal.h>
+#include <time.h>
+
+#include "io/file.h"
+#include "platform/interrupt.h"
+#include "tests/support/cli_support.h"
+
+static char folder[64];
+
+static int make_folder(void **state) {
+  (void)state;
+  return cli_make_folder(folder) != NULL ? 0 : -1;
+}
+
+static int remove_folder(void **state) {
+  (void)state;
+  cli_remove_folder(folder);
+  return 0;
+}
+
+static int count_files(void) {
+  DIR *entries = opendir(folder);
+  assert_non_null(entries);
+  int count = 0;
+  for (const struct dirent *entry = readdir(entries); entry != NULL; entry = readdir(entries))
+    count += entry->d_name[0] != '.';
+  closedir(entries);
+  return count;
+}
+
+/* In a child: stops itself by `number` while a file is being written. */
+static void stop_while_writing(const char *path, int number) {
+  const int silent = open("/dev/null", O_WRONLY);
+  dup2(silent, STDERR_FILENO);
+  thrum_interrupt_clean("stopped\n");
+  thrum_file_writer writer = {NULL, NULL, NULL};
+  if (thrum_file_writer_open(path, &writer, NULL) != THRUM_OK ||
+      thrum_file_writer_put(&writer, "half", 4, NULL) != THRUM_OK || count_files() != 2)
+    _exit(1);
+  raise(number);
+  _exit(2);
+}
+
+static void a_signal_while_a_file_is_written_leaves_the_old_one_alone(void **state) {
+  (void)state;
+  static const int numbers[] = {SIGINT, SIGTERM, SIGHUP};
+  char path[160];
+  snprintf(path, sizeof path, "%s/kept.npz", folder);
+  assert_true(cli_write_text(path, "earlier"));
+  for (int n = 0; n < 3; n++) {
+    fflush(NULL);
+    const pid_t child = fork();
+    if (child == 0)
+      stop_while_writing(path, numbers[n]);
+    int status = 0;
+    assert_true(waitpid(child, &status, 0) == child);
+    assert_true(WIFSIGNALED(status));
+    assert_int_equal(WTERMSIG(status), numbers[n]);
+    assert_int_equal(count_files(), 1);
+  }
+  char *text = cli_read_text(path);
+  assert_string_equal(text, "earlier");
+  free(text);
+  unlink(path);
+}
+
+/* Starts a precompute of some seconds, and stops it by SIGINT once it says `stage`. */
+static void stop_in_stage(const char *stage) {
+  char model[160], said[160];
+  snprintf(model, sizeof model, "%s/made.npz", folder);
+  snprintf(said, sizeof said, "/tmp/thrum-said-%ld", (long)getpid());
+  fflush(NULL);
+  const pid_t child = fork();
+  if (child == 0) {
+    const int file = open(said, O_WRONLY | O_CREAT | O_TRUNC, 0600);
+    if (file < 0 || dup2(file, STDERR_FILENO) < 0 || dup2(file, STDOUT_FILENO) < 0)
+      _exit(126);
+    execl(THRUM_PROGRAM, THRUM_PROGRAM, "precompute", "beam:60x16x16@1x0.2x0.2", "--fix", "left",
+          "-o", model, (char *)NULL);
+    _exit(127);
+  }
+  const struct timespec pause = {0, 5000000};
+  bool there = false;
+  for (int n = 0; n < 12000 && !there; n++) {
+    char *text = cli_read_text(said);
+    there = text != NULL && strstr(text, stage) != NULL;
+    free(text);
+    nanosleep(&pause, NULL);
+  }
+  assert_true(there);
+  kill(child, SIGINT);
+  int status = 0;
+  assert_true(waitpid(child, &status, 0) == child);
+  assert_true(WIFSIGNALED(status));
+  assert_int_equal(WTERMSIG(status), SIGINT);
+  assert_int_equal(count_files(), 0);
+  char *text = cli_read_text(said);
+  assert_non_null(text);
+  assert_non_null(strstr(text, "stopped; nothing was written"));
+  free(text);
+  unlink(said);
+}
+
+static void a_signal_in_a_stage_leaves_no_file(void **state) {
+  (void)state;
+  stop_in_stage("stiffness and mass");
+  // one long call of a library
+  stop_in_stage("sparse Cholesky");
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_signal_while_a_file_is_written_leaves_the_old_one_alone),
+      cmocka_unit_test(a_signal_in_a_stage_leaves_no_file),
+  };
+  return cmocka_run_group_tests(tests, make_folder, remove_folder);
+}

@@ -1,0 +1,121 @@
+/* The basis against its definition, design 2: the dominant directions of the weighted candidates,
+ * found here by the method of snapshots with weights written out. SPDX-License-Identifier:
+ * Apache-2.0
+ */
+#include "tests/support/precompute_support.h"
+
+#include <lapacke.h>
+
+#include "precompute/basis/modal_derivatives.h"
+#include "precompute/basis/eigen.h"
+#include "mesh/model_quality.h"
+
+enum { MODES = 4, CANDIDATES = MODES + MODES * (MODES + 1) / 2, RANK = 7 };
+
+/* psi_i w_1^2/w_i^2, then Phi_ij a w_1^4/(w_i^2 w_j^2), i <= j; n x CANDIDATES. */
+static double *weighted_candidates(const thrum_fem *fem, const thrum_sparse *mass,
+                                   const thrum_sparse *stiffness, double diagonal) {
+  const int64_t n = fem->free_count;
+  double *c = need((size_t)(n * CANDIDATES), sizeof *c), w2[MODES], furthest = 0;
+  double *u = need((size_t)(3 * fem->vertex_count), sizeof *u);
+  thrum_factor *factor = NULL;
+  assert_int_equal(thrum_factor_create(stiffness, &factor, NULL), THRUM_OK);
+  assert_int_equal(thrum_eigen_lowest(stiffness, mass, factor, MODES, w2, c, NULL, NULL), THRUM_OK);
+  assert_int_equal(thrum_derivatives(fem, factor, MODES, c, c + MODES * n, NULL, NULL), THRUM_OK);
+  thrum_factor_free(factor);
+  thrum_fem_scatter(fem, c, u);
+  for (int64_t v = 0; v < fem->vertex_count; v++)
+    furthest = fmax(furthest, norm_of(u + 3 * v, 3));
+  free(u);
+  const double a = 0.1 * diagonal / furthest;
+  double weight[CANDIDATES];
+  for (int i = 0, pair = MODES; i < MODES; i++) {
+    weight[i] = w2[0] / w2[i];
+    for (int j = i; j < MODES; j++)
+      weight[pair++] = a * w2[0] * w2[0] / (w2[i] * w2[j]);
+  }
+  for (int64_t e = 0; e < n * CANDIDATES; e++)
+    c[e] *= weight[e / n];
+  return c;
+}
+
+/* The `rank` dominant M-orthonormal directions of c into its first columns. */
+static void dominant(const thrum_sparse *mass, double *c, double *values) {
+  const int64_t n = mass->size;
+  double *product = need((size_t)(n * CANDIDATES), sizeof *product);
+  double *top = need((size_t)(n * RANK), sizeof *top), gram[CANDIDATES * CANDIDATES];
+  thrum_sparse_product(mass, c, CANDIDATES, product);
+  for (int i = 0; i < CANDIDATES; i++)
+    for (int j = 0; j < CANDIDATES; j++)
+      gram[i + j * CANDIDATES] = dot_of(c + i * n, product + j * n, n);
+  assert_int_equal(LAPACKE_dsyev(LAPACK_COL_MAJOR, 'V', 'U', CANDIDATES, gram, CANDIDATES, values),
+                   0);
+  for (int r = 0; r < RANK; r++) {
+    // the values ascend
+    const int from = CANDIDATES - 1 - r;
+    for (int j = 0; j < CANDIDATES; j++)
+      for (int64_t i = 0; i < n; i++)
+        top[r * n + i] += c[j * n + i] * gram[j + from * CANDIDATES] / sqrt(values[from]);
+  }
+  memcpy(c, top, sizeof *top * (size_t)(n * RANK));
+  free(product);
+  free(top);
+}
+
+static void basis_spans_the_dominant_weighted_candidates(void **state) {
+  (void)state;
+  body b = body_make("beam:6x2x2@1x0.2x0.15", "x<0.001");
+  thrum_fem fem = body_fem(&b);
+  thrum_sparse k, m;
+  assert_int_equal(thrum_fem_pattern(&fem, &k, NULL), THRUM_OK);
+  assert_int_equal(thrum_fem_stiffness(&fem, NULL, &k, NULL), THRUM_OK);
+  assert_int_equal(thrum_fem_mass(&fem, THRUM_MASS_CONSISTENT, &k, &m, NULL), THRUM_OK);
+  const int64_t n = fem.free_count;
+  double values[CANDIDATES];
+  double *expected = weighted_candidates(&fem, &m, &k, sqrt(1 + 0.04 + 0.0225));
+  dominant(&m, expected, values);
+  // apart from what is left out, or the span would not be well defined
+  assert_true(values[CANDIDATES - RANK] > 1.5 * values[CANDIDATES - RANK - 1]);
+  thrum_precomputed result = body_precompute(&b, MODES, RANK);
+  double *column = need((size_t)n, sizeof *column), *product = need((size_t)n, sizeof *product);
+  for (int r = 0; r < RANK; r++) {
+    for (int64_t i = 0; i < n; i++)
+      column[i] = result.model.basis[fem.component[i] * RANK + r];
+    thrum_sparse_product(&m, column, 1, product);
+    // a unit vector whose shadow on the expected span has unit length lies in it
+    double square = 0;
+    for (int j = 0; j < RANK; j++)
+      square += pow(dot_of(expected + j * n, product, n), 2);
+    if (!(fabs(square - 1) < 1e-9))
+      fail_msg("basis vector %d: %.3g of it is outside", r + 1, sqrt(fabs(1 - square)));
+  }
+  free(column);
+  free(product);
+  free(expected);
+  thrum_precomputed_free(&result);
+  thrum_sparse_free(&k);
+  thrum_sparse_free(&m);
+  thrum_fem_free(&fem);
+  body_free(&b);
+}
+
+static void a_mode_that_the_basis_lacks_is_named(void **state) {
+  (void)state;
+  static const double modes[6] = {1, 4, 9, 16, 25, 36};
+  // the second is missing, so the third stands in its place, and an alien in that of the third
+  static const double missing[6] = {1, 9, 14, 17, 26, 400};
+  static const double near[6] = {1.001, 4.1, 9, 400, 500, 600};
+  assert_int_equal(thrum_basis_lacks(modes, 6, modes, 6), -1);
+  assert_int_equal(thrum_basis_lacks(modes, 6, missing, 6), 1);
+  // the upper half is what truncation is for
+  assert_int_equal(thrum_basis_lacks(modes, 6, near, 6), -1);
+  assert_int_equal(thrum_basis_lacks(modes, 6, modes, 2), 2);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(basis_spans_the_dominant_weighted_candidates),
+      cmocka_unit_test(a_mode_that_the_basis_lacks_is_named),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}

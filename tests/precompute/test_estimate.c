@@ -1,0 +1,249 @@
+/* What a precompute takes is said before it is taken, and refused when it is not there.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include <sys/resource.h>
+
+#include "platform/memory_limit.h"
+#include "precompute/basis/mode_check.h"
+#include "tests/support/cli_support.h"
+
+#define BEAM "beam:30x8x8@1x0.2x0.2"
+
+static char folder[64];
+
+static int make_folder(void **state) {
+  (void)state;
+  return cli_make_folder(folder) != NULL ? 0 : -1;
+}
+
+static int remove_folder(void **state) {
+  (void)state;
+  cli_remove_folder(folder);
+  return 0;
+}
+
+static void the_estimate_is_near_what_the_run_takes(void **state) {
+  (void)state;
+  cli_result dry = thrum_run(folder, "precompute", BEAM, "--fix", "left", "--rank", "30",
+                             "--dry-run", "--json", NULL);
+  assert_int_equal(dry.exit_code, 0);
+  cli_result wet = thrum_run(folder, "precompute", BEAM, "--fix", "left", "--rank", "30", "-o",
+                             "made.npz", "--json", NULL);
+  assert_int_equal(wet.exit_code, 0);
+  cJSON *said = cli_json_line(dry.out), *took = cli_json_line(wet.out);
+  // exactly known from the symbolic analysis
+  static const char *const exact[] = {"free_dofs", "factor_nonzeros", "tets", "vertices"};
+  for (int n = 0; n < 4; n++)
+    assert_true(cli_json_get(said, exact[n]) == cli_json_get(took, exact[n]));
+  const double ratio = cli_json_get(said, "memory_mb") / cli_json_get(took, "peak_mb");
+  print_message("memory said over memory taken: %.2f\n", ratio);
+  // loose, because sanitizers take memory of their own
+  assert_true(ratio > 0.2 && ratio < 1.6);
+  assert_true(cli_json_get(cJSON_GetObjectItem(said, "seconds"), "total") > 0);
+  cJSON_Delete(said);
+  cJSON_Delete(took);
+  cli_result_free(&dry);
+  cli_result_free(&wet);
+}
+
+static void a_given_basis_is_estimated_too(void **state) {
+  (void)state;
+  cli_result run = thrum_run(folder, "precompute", BEAM, "--fix", "left", "--rank", "30", "-o",
+                             "own.npz", "-q", NULL);
+  assert_int_equal(run.exit_code, 0);
+  cli_result_free(&run);
+  run = thrum_run(folder, "export", "own.npz", "--vega-basis", "own.U", NULL);
+  assert_int_equal(run.exit_code, 0);
+  cli_result_free(&run);
+  cli_result dry = thrum_run(folder, "precompute", BEAM, "--fix", "left", "--import-basis", "own.U",
+                             "--dry-run", "--json", NULL);
+  assert_int_equal(dry.exit_code, 0);
+  cli_result wet = thrum_run(folder, "precompute", BEAM, "--fix", "left", "--import-basis", "own.U",
+                             "-o", "again.npz", "--json", "-q", NULL);
+  assert_int_equal(wet.exit_code, 0);
+  cJSON *said = cli_json_line(dry.out), *took = cli_json_line(wet.out);
+  const double ratio = cli_json_get(said, "memory_mb") / cli_json_get(took, "peak_mb");
+  print_message("memory said over memory taken: %.2f\n", ratio);
+  assert_true(ratio > 0.2 && ratio < 1.6);
+  cJSON_Delete(said);
+  cJSON_Delete(took);
+  cli_result_free(&dry);
+  cli_result_free(&wet);
+  // refused before the arrays are taken, and nothing written
+  run = thrum_run(folder, "precompute", BEAM, "--fix", "left", "--import-basis", "own.U", "-o",
+                  "small.npz", "--memory", "2", "-q", NULL);
+  assert_int_equal(run.exit_code, 1);
+  assert_non_null(strstr(run.err, "this takes about"));
+  cli_result_free(&run);
+  char path[128];
+  snprintf(path, sizeof path, "%s/small.npz", folder);
+  assert_false(cli_file_exists(path));
+}
+
+static void a_dry_run_writes_nothing_and_says_when_it_would_not_fit(void **state) {
+  (void)state;
+  cli_result run =
+      thrum_run(folder, "precompute", BEAM, "--fix", "left", "-o", "dry.npz", "--dry-run", NULL);
+  assert_int_equal(run.exit_code, 0);
+  assert_non_null(strstr(run.out, "it fits"));
+  cli_result_free(&run);
+  char path[160];
+  snprintf(path, sizeof path, "%s/dry.npz", folder);
+  assert_false(cli_file_exists(path));
+  run = thrum_run(folder, "precompute", BEAM, "--fix", "left", "--memory", "2", "--dry-run", NULL);
+  assert_int_equal(run.exit_code, 3);
+  assert_non_null(strstr(run.out, "does NOT fit"));
+  cli_result_free(&run);
+}
+
+static void a_dry_run_refuses_what_the_run_would_refuse(void **state) {
+  (void)state;
+  static const char *const cases[][5] = {
+      {"--fix", "left", "--rank", "66", "their derivatives give (65)"},
+      {"--fix", "left:x", "--rank", "20", "too little is fixed"},
+      {"--fix", "left", "--rank", "600", "must lie between 1 and 512"},
+      {"--fix", "left", "--modes", "9000", "must lie between 1 and 512"},
+  };
+  for (int n = 0; n < 4; n++)
+    for (int dry = 0; dry < 2; dry++) {
+      cli_result run =
+          thrum_run(folder, "precompute", BEAM, cases[n][0], cases[n][1], cases[n][2], cases[n][3],
+                    "-q", "-o", "refused.npz", dry ? "--dry-run" : NULL, NULL);
+      assert_int_equal(run.exit_code, 1);
+      assert_true(cli_line_count_is(run.err, 1));
+      assert_non_null(strstr(run.err, cases[n][4]));
+      assert_string_equal(run.out, "");
+      cli_result_free(&run);
+    }
+}
+
+static double said_mb(const char *check) {
+  cli_result dry = thrum_run(folder, "precompute", BEAM, "--fix", "left", "--check", check,
+                             "--dry-run", "--json", NULL);
+  assert_int_equal(dry.exit_code, 0);
+  cJSON *said = cli_json_line(dry.out);
+  const double mb = cli_json_get(said, "memory_mb");
+  cJSON_Delete(said);
+  cli_result_free(&dry);
+  return mb;
+}
+
+static void the_inertia_count_is_counted_where_it_is_made(void **state) {
+  (void)state;
+  if (thrum_inertia_available())
+    assert_true(said_mb("inertia") > said_mb("search") + 1);
+  assert_true(fabs(said_mb("auto") - said_mb(thrum_inertia_available() ? "inertia" : "search")) <
+              1);
+}
+
+static void what_does_not_fit_is_refused_in_one_line(void **state) {
+  (void)state;
+  cli_result run = thrum_run(folder, "precompute", BEAM, "--fix", "left", "-o", "large.npz",
+                             "--memory", "2", "-q", NULL);
+  assert_int_equal(run.exit_code, 1);
+  assert_true(cli_line_count_is(run.err, 1));
+  assert_non_null(strstr(run.err, "of the limit given are left"));
+  assert_non_null(strstr(run.err, "use a coarser mesh"));
+  cli_result_free(&run);
+  char path[160];
+  snprintf(path, sizeof path, "%s/large.npz", folder);
+  assert_false(cli_file_exists(path));
+}
+
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+#define SANITIZED
+#endif
+#elif defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define SANITIZED
+#endif
+#if defined(SANITIZED) /* they need terabytes of address space */
+#define LIMIT ""
+enum { LIMITED = 0 };
+#else
+#define LIMIT "ulimit -s 1024; ulimit -v 150000; " /* small stacks, for machines of many cores */
+enum { LIMITED = 1 };
+#endif
+
+static cli_result run_limited(const char *arguments) {
+  char command[400], program[] = "/bin/sh", option[] = "-c";
+  snprintf(command, sizeof command, LIMIT "exec timeout -s KILL 60 %s %s", THRUM_PROGRAM,
+           arguments);
+  char *argv[] = {program, option, command, NULL};
+  return cli_execute(folder, argv);
+}
+
+/* OpenBLAS has threads that try for ever to get memory, and holds the program's end up. */
+static void a_program_without_room_for_its_libraries_ends_and_says_so(void **state) {
+  (void)state;
+  cli_result run = run_limited("--version");
+  assert_int_equal(run.exit_code, 0);
+  cli_result_free(&run);
+  static const char *const commands[] = {
+      "precompute beam:4x2x2@1x0.2x0.2 --fix left -q -o limited.npz",
+      "precompute beam:4x2x2@1x0.2x0.2 --fix left -q -o limited.npz --threads 2",
+      "precompute beam:4x2x2@1x0.2x0.2 --fix left -q --dry-run"};
+  for (int n = 0; n < 3; n++) {
+    run = run_limited(commands[n]);
+    assert_int_equal(run.exit_code, LIMITED);
+    if (LIMITED) {
+      assert_true(cli_line_count_is(run.err, 1));
+      assert_non_null(strstr(run.err, "no memory for the numerical libraries"));
+    }
+    cli_result_free(&run);
+  }
+}
+
+/* In a child: leaves itself 64 MiB of address space. */
+static void judge_limited(void) {
+  const double before = thrum_memory_available(NULL);
+  struct rlimit limit;
+  FILE *file = fopen("/proc/self/statm", "r");
+  double pages = 0;
+  if (file == NULL || fscanf(file, "%lf", &pages) != 1 || getrlimit(RLIMIT_AS, &limit) != 0)
+    _exit(1);
+  fclose(file);
+  limit.rlim_cur = (rlim_t)(pages * (double)sysconf(_SC_PAGESIZE) + 67108864.0);
+  if (setrlimit(RLIMIT_AS, &limit) != 0)
+    _exit(2);
+  const char *what = NULL;
+  const double left = thrum_memory_available(&what);
+  if (before < 67108864.0)
+    _exit(0);
+  _exit(left > 0 && left <= 67108864.0 && strcmp(what, "of the process's limit") == 0 ? 0 : 3);
+}
+
+static void the_least_of_all_limits_is_what_is_left(void **state) {
+  (void)state;
+  assert_true(thrum_memory_available(NULL) > 0);
+  assert_true(thrum_memory_resident() > 1e5);
+  fflush(NULL);
+  const pid_t child = fork();
+  if (child == 0)
+    judge_limited();
+  int status = 0;
+  assert_true(waitpid(child, &status, 0) == child);
+  assert_true(WIFEXITED(status));
+  assert_int_equal(WEXITSTATUS(status), 0);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(the_estimate_is_near_what_the_run_takes),
+      cmocka_unit_test(a_given_basis_is_estimated_too),
+      cmocka_unit_test(a_dry_run_writes_nothing_and_says_when_it_would_not_fit),
+      cmocka_unit_test(a_dry_run_refuses_what_the_run_would_refuse),
+      cmocka_unit_test(the_inertia_count_is_counted_where_it_is_made),
+      cmocka_unit_test(what_does_not_fit_is_refused_in_one_line),
+      cmocka_unit_test(a_program_without_room_for_its_libraries_ends_and_says_so),
+      cmocka_unit_test(the_least_of_all_limits_is_what_is_left),
+  };
+  return cmocka_run_group_tests(tests, make_folder, remove_folder);
+}

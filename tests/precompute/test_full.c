@@ -1,0 +1,456 @@
+/* The full-order body: patch test, conservation, agreement of its schemes and solvers, frequencies,
+ * and equilibria. SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "precompute/full/full.h"
+#include "mesh/mesh.h"
+#include "precompute/precompute.h"
+#include "thrum/thrum.h"
+
+static const double tau = 6.28318530717958647693;
+
+/* A mesh as a model that has nothing else. */
+typedef struct body {
+  thrum_mesh mesh;
+  uint8_t *fixed;
+  double material[3];
+  thrum_model model;
+} body;
+
+static void body_make(body *b, const char *spec, bool clamped) {
+  thrum_error error;
+  memset(b, 0, sizeof *b);
+  if (thrum_mesh_read(spec, 1, &b->mesh, &error) < 0)
+    fail_msg("%s", error.message);
+  b->fixed = calloc((size_t)b->mesh.vertex_count, 1);
+  assert_non_null(b->fixed);
+  for (int64_t v = 0; v < b->mesh.vertex_count; v++)
+    b->fixed[v] = clamped && b->mesh.vertices[3 * v] < 1e-9 ? 7 : 0;
+  b->material[0] = 1e6;
+  b->material[1] = 0.3;
+  b->material[2] = 1000;
+  b->model = (thrum_model){.vertex_count = b->mesh.vertex_count,
+                           .tet_count = b->mesh.tet_count,
+                           .region_count = 1,
+                           .vertices = b->mesh.vertices,
+                           .tets = b->mesh.tets,
+                           .tet_region = b->mesh.tet_region,
+                           .material = b->material,
+                           .fixed = b->fixed};
+}
+
+static void body_free(body *b) {
+  thrum_mesh_free(&b->mesh);
+  free(b->fixed);
+}
+
+static thrum_full *full_make(const thrum_model *model, const uint8_t *held,
+                             const thrum_full_def *def) {
+  thrum_full *full = NULL;
+  thrum_error error;
+  if (thrum_full_create(model, held, def, &full, &error) != THRUM_OK)
+    fail_msg("%s", error.message);
+  return full;
+}
+
+static void full_steps(thrum_full *full, int count) {
+  thrum_error error;
+  for (int k = 0; k < count; k++)
+    if (thrum_full_step(full, &error) != THRUM_OK)
+      fail_msg("%s", error.message);
+}
+
+static double *field_make(const body *b) {
+  double *field = calloc(3 * (size_t)b->mesh.vertex_count, sizeof *field);
+  assert_non_null(field);
+  return field;
+}
+
+static double largest(const double *field, const double *less, int64_t count) {
+  double found = 0;
+  for (int64_t c = 0; c < count; c++)
+    found = fmax(found, fabs(field[c] - (less ? less[c] : 0)));
+  return found;
+}
+
+/* A uniform deformation of the surface goes through the whole body, whatever the tets. */
+static void a_uniform_deformation_is_met_exactly(void **state) {
+  (void)state;
+  static const double gradient[3][3] = {{0.2, 0.1, -0.05}, {0.3, -0.1, 0}, {0, 0.15, 0.1}};
+  body b;
+  body_make(&b, "beam:4x3x3@1x0.6x0.5", false);
+  uint8_t *held = calloc((size_t)b.mesh.vertex_count, 1);
+  double *moves = field_make(&b), *u = field_make(&b), *none = field_make(&b);
+  int64_t inside = 0;
+  for (int64_t v = 0; v < b.mesh.vertex_count; v++) {
+    const double *x = b.mesh.vertices + 3 * v;
+    const bool surface =
+        x[0] < 1e-9 || x[0] > 1 - 1e-9 || fabs(x[1]) > 0.3 - 1e-9 || fabs(x[2]) > 0.25 - 1e-9;
+    held[v] = surface ? 7 : 0;
+    inside += !surface;
+    for (int i = 0; i < 3; i++)
+      for (int j = 0; j < 3; j++)
+        moves[3 * v + i] += gradient[i][j] * x[j];
+  }
+  assert_int_equal(inside, 12);
+  for (int solver = 0; solver < 2; solver++) {
+    thrum_full_def def = thrum_default_full_def();
+    def.solver = (thrum_full_solver)solver;
+    thrum_full *full = full_make(&b.model, held, &def);
+    thrum_full_equilibrium found;
+    assert_int_equal(thrum_full_rest(full, none, moves, &found, NULL), THRUM_OK);
+    thrum_full_get(full, u, NULL);
+    assert_true(largest(u, moves, 3 * b.mesh.vertex_count) <= 1e-10);
+    assert_int_equal(found.stable, 1);
+    // V of a uniform strain is volume times its density
+    double strain[3][3], trace = 0, square = 0;
+    for (int i = 0; i < 3; i++)
+      for (int j = 0; j < 3; j++) {
+        strain[i][j] = 0.5 * (gradient[i][j] + gradient[j][i]);
+        for (int k = 0; k < 3; k++)
+          strain[i][j] += 0.5 * gradient[k][i] * gradient[k][j];
+        square += strain[i][j] * strain[i][j];
+        trace += i == j ? strain[i][j] : 0;
+      }
+    const double lambda = 1e6 * 0.3 / (1.3 * 0.4), mu = 1e6 / 2.6;
+    const double energy = 0.3 * (0.5 * lambda * trace * trace + mu * square);
+    assert_true(fabs(found.energy - energy) <= 1e-9 * energy);
+    thrum_full_free(full);
+  }
+  free(held);
+  free(moves);
+  free(u);
+  free(none);
+  body_free(&b);
+}
+
+/* A body thrown, turning and wobbling. */
+static void throw_body(const body *b, thrum_full *full) {
+  double *u = field_make(b), *v = field_make(b);
+  for (int64_t n = 0; n < b->mesh.vertex_count; n++) {
+    const double *x = b->mesh.vertices + 3 * n;
+    u[3 * n] = 0.1 * x[0];
+    u[3 * n + 1] = 0.15 * x[0] * x[0];
+    v[3 * n] = 0.3 - 2 * x[1] + 1 * x[2];
+    v[3 * n + 1] = -0.2 + 2 * x[0] - 3 * x[2];
+    v[3 * n + 2] = 0.5 - 1 * x[0] + 3 * x[1] + 0.5 * x[0] * x[0];
+  }
+  assert_int_equal(thrum_full_set(full, u, v, NULL), THRUM_OK);
+  free(u);
+  free(v);
+}
+
+static void a_tumbling_body_keeps_energy_and_both_momenta(void **state) {
+  (void)state;
+  body b;
+  body_make(&b, "beam:5x1x1@1x0.2x0.2", false);
+  thrum_full_def def = thrum_default_full_def();
+  def.dt = 0.01;
+  def.tolerance = 1e-13;
+  thrum_full *full = full_make(&b.model, NULL, &def);
+  throw_body(&b, full);
+  const double energy = thrum_full_energy(full).total;
+  double linear[3], angular[3], p[3], l[3];
+  thrum_full_momentum(full, linear, angular);
+  double exchanged = 0, potential = thrum_full_energy(full).potential;
+  for (int k = 0; k < 300; k++) {
+    full_steps(full, 1);
+    const thrum_full_energies now = thrum_full_energy(full);
+    thrum_full_momentum(full, p, l);
+    assert_true(fabs(now.total - energy) <= 1e-10 * energy);
+    exchanged = fmax(exchanged, fabs(now.potential - potential));
+    for (int axis = 0; axis < 3; axis++) {
+      assert_true(fabs(p[axis] - linear[axis]) <= 1e-10 * fabs(linear[0]));
+      assert_true(fabs(l[axis] - angular[axis]) <= 1e-10 * 100);
+    }
+  }
+  // there was something to keep
+  assert_true(exchanged > 0.1 * energy);
+  assert_true(sqrt(angular[0] * angular[0] + angular[2] * angular[2]) > 1);
+  thrum_full_free(full);
+  body_free(&b);
+}
+
+static void an_impulse_counts_once_in_every_scheme(void **state) {
+  (void)state;
+  body b;
+  body_make(&b, "beam:4x1x1@1x0.25x0.25", false);
+  double *forces = field_make(&b);
+  const double g[3] = {0, 0, 4};
+  for (int scheme = 0; scheme < 4; scheme++) {
+    thrum_full_def def = thrum_default_full_def();
+    def.scheme = (thrum_full_scheme)scheme;
+    def.dt = 0.0005;
+    thrum_full *full = full_make(&b.model, NULL, &def);
+    memset(forces, 0, 3 * (size_t)b.mesh.vertex_count * sizeof *forces);
+    thrum_full_add_gravity(full, g, forces);
+    forces[2] += 10;
+    full_steps(full, 3);
+    assert_int_equal(thrum_full_set_force(full, forces, NULL), THRUM_OK);
+    full_steps(full, 2);
+    assert_int_equal(thrum_full_set_force(full, NULL, NULL), THRUM_OK);
+    full_steps(full, 20);
+    double p[3], l[3];
+    thrum_full_momentum(full, p, l);
+    const double mass = 1000 * 0.0625, whole = (mass * 4 + 10) * 2 * def.dt;
+    assert_true(fabs(p[2] - whole) <= 1e-8 * whole);
+    assert_true(fabs(p[0]) + fabs(p[1]) <= 1e-8 * whole);
+    thrum_full_free(full);
+  }
+  free(forces);
+  body_free(&b);
+}
+
+/* u of a clamped beam 0.05 s after it was struck hard. */
+static void strike(const body *b, thrum_full_scheme scheme, thrum_full_solver solver, double dt,
+                   double *u) {
+  thrum_full_def def = thrum_default_full_def();
+  def.scheme = scheme;
+  def.solver = solver;
+  def.dt = dt;
+  def.solver_tolerance = 1e-12;
+  thrum_full *full = full_make(&b->model, NULL, &def);
+  double *v = field_make(b);
+  for (int64_t n = 0; n < b->mesh.vertex_count; n++)
+    v[3 * n + 2] = 6 * b->mesh.vertices[3 * n] * b->mesh.vertices[3 * n];
+  assert_int_equal(thrum_full_set(full, NULL, v, NULL), THRUM_OK);
+  full_steps(full, (int)(0.05 / dt + 0.5));
+  thrum_full_get(full, u, NULL);
+  thrum_full_free(full);
+  free(v);
+}
+
+static void schemes_converge_to_one_motion_with_order_two(void **state) {
+  (void)state;
+  body b;
+  body_make(&b, "beam:6x1x1@1x0.2x0.2", true);
+  const int64_t all = 3 * b.mesh.vertex_count;
+  double *exact = field_make(&b), *coarse = field_make(&b), *fine = field_make(&b);
+  strike(&b, THRUM_FULL_CENTRAL, THRUM_FULL_CHOLESKY, 2e-5, exact);
+  assert_true(largest(exact, NULL, all) > 0.1);
+  for (int scheme = 0; scheme < 3; scheme++) {
+    // the lumped mass is another body: implicit ones are compared with each other
+    strike(&b, THRUM_FULL_MIDPOINT, THRUM_FULL_CHOLESKY, 1.25e-4, exact);
+    strike(&b, (thrum_full_scheme)scheme, THRUM_FULL_CHOLESKY, 2e-3, coarse);
+    strike(&b, (thrum_full_scheme)scheme, THRUM_FULL_CHOLESKY, 1e-3, fine);
+    const double order = log2(largest(coarse, exact, all) / largest(fine, exact, all));
+    assert_true(order > 1.6);
+    assert_true(largest(fine, exact, all) <= 0.01 * largest(exact, NULL, all));
+  }
+  // and explicit ones too
+  strike(&b, THRUM_FULL_CENTRAL, THRUM_FULL_CHOLESKY, 2e-5, exact);
+  strike(&b, THRUM_FULL_CENTRAL, THRUM_FULL_CHOLESKY, 2e-4, coarse);
+  strike(&b, THRUM_FULL_CENTRAL, THRUM_FULL_CHOLESKY, 1e-4, fine);
+  assert_true(log2(largest(coarse, exact, all) / largest(fine, exact, all)) > 1.6);
+  free(exact);
+  free(coarse);
+  free(fine);
+  body_free(&b);
+}
+
+static void conjugate_gradients_give_what_cholesky_gives(void **state) {
+  (void)state;
+  body b;
+  body_make(&b, "beam:6x1x1@1x0.2x0.2", true);
+  const int64_t all = 3 * b.mesh.vertex_count;
+  double *one = field_make(&b), *other = field_make(&b);
+  for (int scheme = 0; scheme < 2; scheme++) {
+    strike(&b, (thrum_full_scheme)scheme, THRUM_FULL_CHOLESKY, 2e-3, one);
+    strike(&b, (thrum_full_scheme)scheme, THRUM_FULL_CG, 2e-3, other);
+    assert_true(largest(one, other, all) <= 1e-7 * largest(one, NULL, all));
+  }
+  free(one);
+  free(other);
+  body_free(&b);
+}
+
+static void central_differences_refuse_an_unstable_step(void **state) {
+  (void)state;
+  body b;
+  body_make(&b, "beam:6x1x1@1x0.2x0.2", true);
+  thrum_full_def def = thrum_default_full_def();
+  def.scheme = THRUM_FULL_CENTRAL;
+  def.dt = 1;
+  thrum_full *full = NULL;
+  thrum_error error;
+  assert_int_equal(thrum_full_create(&b.model, NULL, &def, &full, &error), THRUM_INVALID_ARGUMENT);
+  assert_non_null(strstr(error.message, "not stable"));
+  def.dt = 1e-5;
+  full = full_make(&b.model, NULL, &def);
+  const double stable = thrum_full_report_get(full).dt_stable;
+  thrum_full_free(full);
+  // just below it a small swing stays small for long
+  def.dt = 0.9999 * stable;
+  full = full_make(&b.model, NULL, &def);
+  double *v = field_make(&b);
+  for (int64_t n = 0; n < b.mesh.vertex_count; n++)
+    v[3 * n + 1] = 1e-7 * (double)((n % 3) - 1);
+  assert_int_equal(thrum_full_set(full, NULL, v, NULL), THRUM_OK);
+  const double energy = thrum_full_energy(full).total;
+  full_steps(full, 3000);
+  // near its bound the scheme's own energy is far from the body's, but it is bounded
+  assert_true(thrum_full_energy(full).total < 1e4 * energy);
+  // and no larger step is: the estimate is no more than a hundredth too careful
+  def.dt = 1.01 * stable;
+  thrum_full *none = NULL;
+  assert_int_equal(thrum_full_create(&b.model, NULL, &def, &none, NULL), THRUM_INVALID_ARGUMENT);
+  thrum_full_free(full);
+  free(v);
+  body_free(&b);
+}
+
+/* Reduced and full, from a precomputed beam. */
+typedef struct reduced {
+  body b;
+  thrum_precomputed made;
+} reduced;
+
+static void reduced_make(reduced *r, const char *spec) {
+  thrum_error error;
+  body_make(&r->b, spec, true);
+  r->b.mesh.materials[0] = (thrum_material){1e6, 0.3, 1000};
+  r->b.mesh.has_material = true;
+  thrum_precompute_options options = thrum_default_precompute_options();
+  options.modes = 6;
+  options.rank = 20;
+  if (thrum_precompute(&r->b.mesh, r->b.fixed, &options, &r->made, &error) < 0)
+    fail_msg("%s", error.message);
+}
+
+static void reduced_free(reduced *r) {
+  thrum_precomputed_free(&r->made);
+  body_free(&r->b);
+}
+
+/* Released from a linear mode of small amplitude a body swings as a cosine of its frequency, and
+ * its coordinates are those of the reduced model. */
+static void small_swings_have_the_linear_frequencies(void **state) {
+  (void)state;
+  reduced r;
+  reduced_make(&r, "beam:6x2x2@1x0.2x0.15");
+  const thrum_model *model = &r.made.model;
+  const int64_t all = 3 * model->vertex_count;
+  double *u = field_make(&r.b);
+  double q[20] = {0}, now[20];
+  for (int mode = 0; mode < 3; mode++) {
+    const double omega = sqrt(model->omega2[mode]), amplitude = 1e-7;
+    thrum_full_def def = thrum_default_full_def();
+    def.dt = tau / omega / 400;
+    thrum_full *full = full_make(model, NULL, &def);
+    memset(q, 0, sizeof q);
+    q[mode] = amplitude;
+    assert_int_equal(thrum_displacement(model, q, 0, model->vertex_count, u, NULL), THRUM_OK);
+    thrum_full_project(full, u, now);
+    for (int i = 0; i < 20; i++)
+      assert_true(fabs(now[i] - q[i]) <= 1e-12 * amplitude);
+    assert_int_equal(thrum_full_set(full, u, NULL, NULL), THRUM_OK);
+    for (int k = 1; k <= 500; k++) {
+      full_steps(full, 1);
+      thrum_full_get(full, u, NULL);
+      thrum_full_project(full, u, now);
+      // midpoint's phase is late by (omega h)^2/12 of itself
+      const double slow = 2 / (def.dt * omega) * atan(def.dt * omega / 2);
+      assert_true(fabs(now[mode] - amplitude * cos(slow * omega * def.dt * k)) <= 1e-4 * amplitude);
+    }
+    thrum_full_free(full);
+  }
+  assert_true(largest(u, NULL, all) > 0);
+  free(u);
+  reduced_free(&r);
+}
+
+/* What the full order finds is no stiffer than what the reduced one does, and near to it. */
+static void reduced_and_full_equilibria_agree(void **state) {
+  (void)state;
+  reduced r;
+  reduced_make(&r, "beam:8x2x2@1x0.2x0.2");
+  const thrum_model *model = &r.made.model;
+  const double g[3] = {0, 0, -9.81};
+  double *forces = field_make(&r.b), *u = field_make(&r.b);
+  thrum_full_def def = thrum_default_full_def();
+  thrum_full *full = full_make(model, NULL, &def);
+  thrum_full_add_gravity(full, g, forces);
+  thrum_full_equilibrium found;
+  thrum_error error;
+  if (thrum_full_rest(full, forces, NULL, &found, &error) != THRUM_OK)
+    fail_msg("%s", error.message);
+  assert_true(found.residual <= 1e-10);
+  double load[20] = {0}, q[20] = {0}, seen[20];
+  assert_int_equal(thrum_force_add_gravity(model, g, load, NULL), THRUM_OK);
+  size_t size = 0;
+  thrum_equilibrium_size(model, &size, NULL);
+  void *workspace = aligned_alloc(64, size);
+  const thrum_equilibrium_def search = thrum_default_equilibrium_def();
+  thrum_equilibrium_report report;
+  assert_int_equal(
+      thrum_equilibrium(model, &search, load, q, NULL, workspace, size, NULL, NULL, &report, NULL),
+      THRUM_OK);
+  const double full_energy = found.energy + found.load_energy;
+  const double reduced_energy = report.energy + report.load_energy;
+  assert_true(full_energy <= reduced_energy);
+  assert_true(reduced_energy - full_energy <= 0.02 * fabs(full_energy));
+  thrum_full_get(full, u, NULL);
+  assert_true(largest(u, NULL, 3 * model->vertex_count) > 0.05);
+  thrum_full_project(full, u, seen);
+  assert_true(fabs(seen[0] - q[0]) <= 0.02 * fabs(q[0]) ||
+              fabs(seen[1] - q[1]) <= 0.02 * fabs(q[1]));
+  // held there by its load, the body rests
+  for (int k = 0; k < 20; k++)
+    assert_int_equal(thrum_full_step(full, NULL), THRUM_OK);
+  assert_true(thrum_full_energy(full).kinetic <= 1e-15 * found.energy);
+  free(workspace);
+  free(forces);
+  free(u);
+  thrum_full_free(full);
+  reduced_free(&r);
+}
+
+static void what_has_no_answer_is_refused(void **state) {
+  (void)state;
+  body b;
+  body_make(&b, "beam:4x1x1@1x0.2x0.2", true);
+  thrum_full_def def = {0};
+  thrum_full *full = NULL;
+  assert_int_equal(thrum_full_create(&b.model, NULL, &def, &full, NULL), THRUM_UNINITIALISED_DEF);
+  def = thrum_default_full_def();
+  def.dt = -1;
+  assert_int_equal(thrum_full_create(&b.model, NULL, &def, &full, NULL), THRUM_INVALID_ARGUMENT);
+  def = thrum_default_full_def();
+  def.scheme = THRUM_FULL_NEWMARK;
+  def.newmark_beta = 0;
+  assert_int_equal(thrum_full_create(&b.model, NULL, &def, &full, NULL), THRUM_INVALID_ARGUMENT);
+  const thrum_model empty = {.rank = 1};
+  def = thrum_default_full_def();
+  assert_int_equal(thrum_full_create(&empty, NULL, &def, &full, NULL), THRUM_MISSING);
+  full = full_make(&b.model, NULL, &def);
+  double *bad = field_make(&b);
+  bad[5] = NAN;
+  assert_int_equal(thrum_full_set(full, bad, NULL, NULL), THRUM_BAD_VALUE);
+  assert_int_equal(thrum_full_set_force(full, bad, NULL), THRUM_BAD_VALUE);
+  free(bad);
+  thrum_full_free(full);
+  body_free(&b);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_uniform_deformation_is_met_exactly),
+      cmocka_unit_test(a_tumbling_body_keeps_energy_and_both_momenta),
+      cmocka_unit_test(an_impulse_counts_once_in_every_scheme),
+      cmocka_unit_test(schemes_converge_to_one_motion_with_order_two),
+      cmocka_unit_test(conjugate_gradients_give_what_cholesky_gives),
+      cmocka_unit_test(central_differences_refuse_an_unstable_step),
+      cmocka_unit_test(small_swings_have_the_linear_frequencies),
+      cmocka_unit_test(reduced_and_full_equilibria_agree),
+      cmocka_unit_test(what_has_no_answer_is_refused),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,211 @@
+/* Bases that know where they will be pulled, design 2, and the share of a load that a basis lacks,
+ * design 10. SPDX-License-Identifier: Apache-2.0 */
+#include "tests/support/precompute_support.h"
+
+#include "precompute/basis/handles.h"
+#include "precompute/basis/load_share.h"
+
+static thrum_precomputed precompute_with(const body *b, int64_t modes, int64_t rank, int64_t count,
+                                         const thrum_handle *handles) {
+  thrum_precompute_options options = thrum_default_precompute_options();
+  options.modes = modes;
+  options.rank = rank;
+  options.handles = handles;
+  options.handle_count = count;
+  thrum_precomputed result = {0};
+  thrum_error error = {0};
+  if (thrum_precompute(&b->mesh, b->fixed, &options, &result, &error) != THRUM_OK)
+    fail_msg("%s", error.message);
+  return result;
+}
+
+static thrum_handle find_handle(const body *b, const char *spec) {
+  thrum_handle handle = {0};
+  thrum_error error = {0};
+  if (thrum_handle_find(&b->mesh, spec, &handle, &error) != THRUM_OK)
+    fail_msg("%s", error.message);
+  return handle;
+}
+
+// relative error of the reduced linear static answer to forces on all components
+static double static_error(const body *b, const thrum_model *model, const double *forces) {
+  thrum_fem fem = body_fem(b);
+  thrum_sparse k;
+  thrum_factor *factor = NULL;
+  assert_int_equal(thrum_fem_pattern(&fem, &k, NULL), THRUM_OK);
+  assert_int_equal(thrum_fem_stiffness(&fem, NULL, &k, NULL), THRUM_OK);
+  assert_int_equal(thrum_factor_create(&k, &factor, NULL), THRUM_OK);
+  const int64_t n = fem.free_count, r = model->rank;
+  double *x = need((size_t)n, sizeof *x), *q = need((size_t)r, sizeof *q);
+  thrum_fem_gather(&fem, forces, x);
+  assert_int_equal(thrum_factor_solve(factor, x, 1, x, NULL), THRUM_OK);
+  for (int64_t i = 0; i < r; i++)
+    for (int64_t c = 0; c < 3 * fem.vertex_count; c++)
+      q[i] += model->basis[c * r + i] * forces[c] / model->omega2[i];
+  double off = 0;
+  for (int64_t i = 0; i < n; i++) {
+    const double difference = x[i] - dot_of(model->basis + fem.component[i] * r, q, r);
+    off += difference * difference;
+  }
+  off = sqrt(off) / norm_of(x, n);
+  free(x);
+  free(q);
+  thrum_factor_free(factor);
+  thrum_sparse_free(&k);
+  thrum_fem_free(&fem);
+  return off;
+}
+
+static thrum_load_share share_of(const thrum_model *model, const double *forces) {
+  thrum_load_share share = {0};
+  thrum_error error = {0};
+  if (thrum_load_share_measure(model, 1, forces, &share, &error) != THRUM_OK)
+    fail_msg("%s", error.message);
+  return share;
+}
+
+static void a_pull_at_a_handle_gives_the_full_order_static_answer(void **state) {
+  (void)state;
+  body b = body_make("beam:10x2x2@1x0.2x0.15", "x<0.001");
+  const char *const specs[] = {"right", "vertex=50"};
+  const thrum_handle handles[] = {find_handle(&b, specs[0]), find_handle(&b, specs[1])};
+  thrum_precomputed with = precompute_with(&b, 5, 14, 2, handles);
+  thrum_precomputed without = precompute_with(&b, 5, 14, 0, NULL);
+  assert_true(with.basis_orthonormality < 1e-12 && with.basis_diagonality < 1e-12);
+  for (int h = 0; h < 2; h++) {
+    double *forces = need((size_t)(3 * b.mesh.vertex_count), sizeof *forces);
+    const double pull[3] = {3, -2, 5};
+    assert_int_equal(thrum_load_fill(&with.model, h == 0 ? handles[0].vertices : &handles[1].vertex,
+                                     handles[h].count, pull, forces, NULL),
+                     THRUM_OK);
+    assert_true(static_error(&b, &with.model, forces) < 1e-8);
+    assert_true(static_error(&b, &without.model, forces) > 1e-3);
+    assert_true(share_of(&with.model, forces).statics < 1e-8);
+    assert_true(share_of(&without.model, forces).statics > 1e-2);
+    free(forces);
+  }
+  thrum_precomputed_free(&with);
+  thrum_precomputed_free(&without);
+  body_free(&b);
+}
+
+static void the_rank_may_be_just_the_responses_and_the_same_handle_counts_once(void **state) {
+  (void)state;
+  body b = body_make("beam:8x2x2@1x0.2x0.15", "x<0.001");
+  const thrum_handle one = find_handle(&b, "tip"), twice[] = {one, one};
+  thrum_precomputed least = precompute_with(&b, 3, 3, 1, &one);
+  assert_int_equal(least.model.rank, 3);
+  thrum_precomputed same = precompute_with(&b, 3, 3, 2, twice);
+  assert_near(same.model.omega2, least.model.omega2, 3, 1e-9);
+  thrum_precompute_options options = thrum_default_precompute_options();
+  options.modes = 3;
+  options.rank = 2;
+  options.handles = &one;
+  options.handle_count = 1;
+  thrum_precomputed refused = {0};
+  thrum_error error = {0};
+  assert_int_equal(thrum_precompute(&b.mesh, b.fixed, &options, &refused, &error),
+                   THRUM_INVALID_ARGUMENT);
+  assert_non_null(strstr(error.message, "handles"));
+  thrum_precomputed_free(&least);
+  thrum_precomputed_free(&same);
+  body_free(&b);
+}
+
+static void handles_that_are_held_or_missing_are_refused(void **state) {
+  (void)state;
+  body b = body_make("beam:6x2x2@1x0.2x0.15", "x<0.001");
+  thrum_handle handle = {0};
+  thrum_error error = {0};
+  assert_int_equal(thrum_handle_find(&b.mesh, "nowhere", &handle, &error), THRUM_MISSING);
+  assert_int_equal(thrum_handle_find(&b.mesh, "vertex=0", &handle, &error), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_handle_find(&b.mesh, "vertex=64", &handle, &error),
+                   THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_handle_find(&b.mesh, "vertex=1x", &handle, &error),
+                   THRUM_INVALID_ARGUMENT);
+  assert_null(handle.name);
+  handle = find_handle(&b, "left");
+  thrum_precompute_options options = thrum_default_precompute_options();
+  options.modes = 3;
+  options.handles = &handle;
+  options.handle_count = 1;
+  thrum_precomputed result = {0};
+  assert_int_equal(thrum_precompute(&b.mesh, b.fixed, &options, &result, &error),
+                   THRUM_INVALID_ARGUMENT);
+  assert_non_null(strstr(error.message, "left"));
+  body_free(&b);
+}
+
+static void a_handle_held_along_two_axes_gives_one_response(void **state) {
+  (void)state;
+  body b = body_make("beam:8x2x2@1x0.2x0.15", "x<0.001");
+  const thrum_handle tip = find_handle(&b, "tip");
+  for (int64_t n = 0; n < tip.count; n++)
+    b.fixed[tip.vertices ? tip.vertices[n] : tip.vertex] = 6;
+  thrum_precomputed result = precompute_with(&b, 3, 8, 1, &tip);
+  assert_true(result.basis_orthonormality < 1e-12);
+  assert_true(isfinite(result.mode_omega2[3]));
+  assert_true(isinf(result.mode_omega2[4]) && isinf(result.mode_omega2[5]));
+  thrum_precomputed_free(&result);
+  body_free(&b);
+}
+
+static void a_load_along_a_column_of_mu_is_inside_and_a_point_force_is_not(void **state) {
+  (void)state;
+  // of the load M u_0 the share outside is nothing, for U U^T M u_0 = u_0
+  body b = body_make("beam:8x2x2@1x0.2x0.15", "x<0.001");
+  thrum_precomputed held = body_precompute(&b, 4, 8);
+  thrum_fem fem = body_fem(&b);
+  thrum_sparse k, m;
+  assert_int_equal(thrum_fem_pattern(&fem, &k, NULL), THRUM_OK);
+  assert_int_equal(thrum_fem_mass(&fem, THRUM_MASS_CONSISTENT, &k, &m, NULL), THRUM_OK);
+  double *column = need((size_t)fem.free_count, sizeof *column);
+  double *product = need((size_t)fem.free_count, sizeof *product);
+  double *forces = need((size_t)(3 * fem.vertex_count), sizeof *forces);
+  for (int64_t i = 0; i < fem.free_count; i++)
+    column[i] = held.model.basis[fem.component[i] * held.model.rank + 3];
+  thrum_sparse_product(&m, column, 1, product);
+  thrum_fem_scatter(&fem, product, forces);
+  assert_true(share_of(&held.model, forces).load < 1e-12);
+  // a point force is not: of it a smooth basis shows little, of its static answer much
+  memset(forces, 0, sizeof *forces * (size_t)(3 * fem.vertex_count));
+  forces[3 * fem.vertex_count - 1] = 1;
+  const thrum_load_share point = share_of(&held.model, forces);
+  assert_true(point.load > 0.3 && point.load < 1 && point.statics < point.load);
+  thrum_sparse_free(&k);
+  thrum_sparse_free(&m);
+  thrum_fem_free(&fem);
+  thrum_precomputed_free(&held);
+  body_free(&b);
+  free(column);
+  free(product);
+  free(forces);
+  // a free body: a handle's response is exact there too
+  b = body_make("beam:8x2x2@1x0.2x0.15", NULL);
+  const thrum_handle tip = find_handle(&b, "tip");
+  thrum_precomputed loose = precompute_with(&b, 4, 10, 1, &tip);
+  forces = need((size_t)(3 * b.mesh.vertex_count), sizeof *forces);
+  assert_int_equal(thrum_load_fill(&loose.model, tip.vertices ? tip.vertices : &tip.vertex,
+                                   tip.count, (double[]){0, 1, 2}, forces, NULL),
+                   THRUM_OK);
+  assert_true(share_of(&loose.model, forces).statics < 1e-8);
+  // free fall deforms nothing
+  memset(forces, 0, sizeof *forces * (size_t)(3 * b.mesh.vertex_count));
+  assert_int_equal(thrum_load_fill_gravity(&loose.model, (double[]){0, 0, -9.81}, forces, NULL),
+                   THRUM_OK);
+  assert_true(isnan(share_of(&loose.model, forces).statics));
+  free(forces);
+  thrum_precomputed_free(&loose);
+  body_free(&b);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_pull_at_a_handle_gives_the_full_order_static_answer),
+      cmocka_unit_test(the_rank_may_be_just_the_responses_and_the_same_handle_counts_once),
+      cmocka_unit_test(handles_that_are_held_or_missing_are_refused),
+      cmocka_unit_test(a_handle_held_along_two_axes_gives_one_response),
+      cmocka_unit_test(a_load_along_a_column_of_mu_is_inside_and_a_point_force_is_not),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,261 @@
+/* Contact and pulls against closed forms: bounces, slopes, stopping, depths, springs.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "tests/support/contact_support.h"
+
+static double height_reached(int points, double dt, double stiffness, double restitution) {
+  rig_def def = rig_default();
+  def.points = points;
+  def.dt = dt;
+  def.stiffness = stiffness;
+  rig r;
+  rig_make(&r, &def);
+  r.floor.restitution = restitution;
+  r.translation.position[2] = 1;
+  double top = 0;
+  bool bounced = false;
+  for (int64_t n = 0; n < (int64_t)(1.2 / dt); n++) {
+    rig_steps(&r, 1);
+    bounced = bounced || r.translation.velocity[2] > 0;
+    if (bounced)
+      top = fmax(top, r.translation.position[2]);
+  }
+  rig_free(&r);
+  return top;
+}
+
+static void a_body_bounces_as_high_as_its_restitution_says(void **state) {
+  (void)state;
+  const double stiffness[] = {1e4, 1e6, 1e9, 1e15};
+  for (int n = 0; n < 4; n++) {
+    // the apex lies between two steps, g h^2 / 8 below at most
+    assert_true(fabs(height_reached(1, 0.001, stiffness[n], 1) - 1) <= 2e-6);
+    const double coarse = fabs(height_reached(1, 0.002, stiffness[n], 0.5) - 0.25);
+    const double fine = fabs(height_reached(1, 0.0001, stiffness[n], 0.5) - 0.25);
+    print_message("k = %g: rebound off by %.2g m at 2 ms, %.2g m at 0.1 ms\n", stiffness[n], coarse,
+                  fine);
+    assert_true(coarse <= 0.02 && fine <= 0.001);
+    assert_true(height_reached(1, 0.001, stiffness[n], 0) <= 1e-3);
+  }
+}
+
+/* Points that move as one share the force of an impact in many ways; whichever the solver finds,
+ * what they took comes back. */
+static void a_body_that_lands_flat_bounces_as_one_point_does(void **state) {
+  (void)state;
+  for (double stiffness = 1e4; stiffness < 1e16; stiffness *= 100)
+    for (int n = 0; n < 3; n++) {
+      const double dt[] = {0.01, 0.002, 0.0005};
+      const double flat = height_reached(7, dt[n], stiffness, 1);
+      const double half = height_reached(7, dt[n], stiffness, 0.5);
+      print_message("k = %g, dt = %g: rebound %.9f and %.6f m\n", stiffness, dt[n], flat, half);
+      assert_true(fabs(flat - 1) <= 1e-3);
+      assert_true(fabs(half - 0.25) <= 15 * dt[n]);
+    }
+}
+
+typedef struct impact {
+  double depth, duration, speed; /* the deepest [m], while it touches [s], away [m/s] */
+} impact;
+
+/* A rigid body without weight meets a floor at 1 m/s. */
+static impact meet(double dt, double stiffness, double damping) {
+  rig_def def = rig_default();
+  def.dt = dt;
+  def.stiffness = stiffness;
+  rig r;
+  rig_make(&r, &def);
+  r.floor.restitution = 1;
+  r.floor.damping = damping;
+  r.around.force[2] = 0;
+  r.translation.velocity[2] = -1;
+  r.translation.position[2] = 2.3 * dt;
+  impact found = {0};
+  double touched = -1, left = -1, before = r.translation.position[2];
+  for (int n = 0; left < 0; n++) {
+    assert_true(n < 1000000);
+    rig_steps(&r, 1);
+    const double now = r.translation.position[2];
+    found.depth = fmax(found.depth, -now);
+    // where the way crosses the floor
+    if (touched < 0 && now < 0)
+      touched = (n + before / (before - now)) * dt;
+    if (touched >= 0 && now >= 0)
+      left = (n + before / (before - now)) * dt;
+    before = now;
+  }
+  rig_steps(&r, 2);
+  found.duration = left - touched;
+  found.speed = r.translation.velocity[2];
+  rig_free(&r);
+  return found;
+}
+
+static void an_impact_is_half_a_swing_on_the_spring(void **state) {
+  (void)state;
+  const double k = 2e4, omega = sqrt(k / RIG_MASS);
+  double depth[2], duration[2];
+  for (int n = 0; n < 2; n++) {
+    const impact found = meet(n == 0 ? 0.002 : 0.0005, k, 0);
+    assert_true(fabs(found.speed - 1) <= 1e-12);
+    depth[n] = fabs(found.depth * omega - 1);
+    duration[n] = fabs(found.duration * omega / pi - 1);
+    print_message("h w = %.2f: depth off by %.2g, duration by %.2g\n",
+                  omega * (n == 0 ? 0.002 : 0.0005), depth[n], duration[n]);
+  }
+  assert_true(depth[1] <= 2e-3 && duration[1] <= 5e-3);
+  assert_true(duration[1] <= 0.3 * duration[0]);
+  // and whatever the stiffness, nothing is lost
+  double worst = 0;
+  for (double stiff = 1; stiff < 1e16; stiff *= 37)
+    worst = fmax(worst, fabs(meet(0.001, stiff, 0).speed - 1));
+  print_message("largest loss of speed over stiffnesses: %.1g\n", worst);
+  assert_true(worst <= 1e-8);
+}
+
+/* Schwager & Poeschel 2007, arXiv:cond-mat/0701278: a spring and a damper that never pull.
+ */
+static void a_damped_impact_has_the_restitution_of_its_damping(void **state) {
+  (void)state;
+  const double k = 2e4, ratio[] = {0.1, 0.3, 0.6};
+  for (int n = 0; n < 3; n++) {
+    const double beta = ratio[n] * sqrt(k / RIG_MASS), omega = sqrt(k / RIG_MASS - beta * beta);
+    const double angle = atan2(2 * beta * omega, omega * omega - beta * beta);
+    const double expected = exp(-beta / omega * (pi - angle));
+    double off[2];
+    for (int m = 0; m < 2; m++)
+      off[m] = fabs(meet(m == 0 ? 1e-3 : 1e-4, k, 2 * beta * RIG_MASS).speed - expected);
+    print_message("damping ratio %.1f: restitution %.4f, off by %.2g at 1 ms, %.2g at 0.1 ms\n",
+                  ratio[n], expected, off[0], off[1]);
+    assert_true(off[0] <= 0.03 && off[1] <= 3e-3);
+  }
+}
+
+static void a_body_slides_down_a_slope_as_coulomb_says(void **state) {
+  (void)state;
+  const double angle = 0.5, friction[] = {0, 0.2, 0.5};
+  for (int n = 0; n < 3; n++) {
+    rig_def def = rig_default();
+    def.points = 3;
+    rig r;
+    rig_make(&r, &def);
+    r.floor.friction = friction[n];
+    r.around.force[0] = RIG_MASS * RIG_GRAVITY * sin(angle);
+    r.around.force[2] = -RIG_MASS * RIG_GRAVITY * cos(angle);
+    // at its depth from the start
+    r.translation.position[2] = r.around.force[2] / (3 * def.stiffness);
+    rig_steps(&r, 1000);
+    const double a = RIG_GRAVITY * (sin(angle) - friction[n] * cos(angle));
+    print_message("mu = %g: slid %.9f m in 1 s, off by %.1g\n", friction[n],
+                  r.translation.position[0], r.translation.position[0] - 0.5 * a);
+    assert_true(fabs(r.translation.position[0] - 0.5 * a) <= 1e-9);
+    assert_true(fabs(r.translation.velocity[0] - a) <= 1e-9);
+    rig_free(&r);
+  }
+}
+
+static void a_body_below_the_angle_of_friction_stays(void **state) {
+  (void)state;
+  for (int n = 0; n < 5; n++) {
+    rig_def def = rig_default();
+    def.integrator = all_integrators[n];
+    def.points = 3;
+    def.shape = 0.1;
+    rig r;
+    rig_make(&r, &def);
+    r.floor.friction = 0.6;
+    r.floor.restitution = 0;
+    r.around.force[0] = RIG_MASS * RIG_GRAVITY * sin(0.5);
+    r.around.force[2] = -RIG_MASS * RIG_GRAVITY * cos(0.5);
+    rig_steps(&r, 20000);
+    const double x = r.translation.position[0];
+    rig_steps(&r, 20000);
+    const double creep = r.translation.position[0] - x;
+    print_message("%d: creep in 20 s: %.3g m\n", n, creep);
+    assert_true(fabs(creep) <= 1e-12);
+    rig_free(&r);
+  }
+}
+
+static void friction_stops_a_body_after_its_distance(void **state) {
+  (void)state;
+  const double speed = 2, friction = 0.4, expected = speed * speed / (2 * friction * RIG_GRAVITY);
+  rig_def def = rig_default();
+  def.points = 3;
+  rig r;
+  rig_make(&r, &def);
+  r.floor.friction = friction;
+  r.translation.velocity[1] = speed;
+  r.translation.position[2] = r.around.force[2] / (3 * def.stiffness);
+  rig_steps(&r, 3000);
+  print_message("stopped after %.9f m, off by %.1g\n", r.translation.position[1],
+                r.translation.position[1] - expected);
+  assert_true(fabs(r.translation.position[1] - expected) <= 1e-6);
+  assert_true(fabs(r.translation.velocity[1]) <= 1e-12);
+  rig_free(&r);
+}
+
+static void a_body_rests_at_the_depth_of_its_weight(void **state) {
+  (void)state;
+  const double restitution[] = {0, 0.5, 0.9};
+  for (int n = 0; n < 3; n++) {
+    rig_def def = rig_default();
+    def.points = 4;
+    rig r;
+    rig_make(&r, &def);
+    r.floor.restitution = restitution[n];
+    r.translation.position[2] = 0.05;
+    rig_steps(&r, 5000);
+    const double depth = RIG_MASS * RIG_GRAVITY / (4 * def.stiffness);
+    assert_true(fabs(r.translation.position[2] + depth) <= 1e-9 * depth);
+    print_message("e = %g: depth off by %.2g\n", restitution[n],
+                  r.translation.position[2] / depth + 1);
+    const thrum_contact_report report = thrum_contact_report_get(r.contact);
+    assert_int_equal(report.touching, 4);
+    assert_true(fabs(report.normal - RIG_MASS * RIG_GRAVITY) <= 1e-9);
+    rig_free(&r);
+  }
+}
+
+static void a_pulled_body_hangs_and_swings_on_its_spring(void **state) {
+  (void)state;
+  rig_def def = rig_default();
+  rig r;
+  rig_make(&r, &def);
+  r.around.obstacle_count = 0;
+  const double *x = r.m.vertices + 3;
+  const double k = 800;
+  thrum_pull pull = {.vertices = {1, 1, 1}, .weights = {0.5, 0.25, 0.25}, .stiffness = k};
+  memcpy(pull.target, x, sizeof pull.target);
+  r.around.pulls = &pull;
+  r.around.pull_count = 1;
+  // undamped from rest: z = -m g/k (1 - cos w t)
+  const double omega = sqrt(k / RIG_MASS), depth = RIG_MASS * RIG_GRAVITY / k;
+  for (int n = 1; n <= 1000; n++) {
+    rig_steps(&r, 1);
+    const double expected = -depth * (1 - cos(omega * n * def.dt));
+    assert_true(fabs(r.translation.position[2] - expected) <= 1e-3 * depth);
+  }
+  // critically damped: at rest where the spring carries the weight
+  pull.damping = -1;
+  rig_steps(&r, 3000);
+  assert_true(fabs(r.translation.position[2] + depth) <= 1e-9 * depth);
+  double force[3];
+  assert_int_equal(thrum_contact_pull_force(r.contact, 0, force, NULL), THRUM_OK);
+  assert_true(fabs(force[2] - RIG_MASS * RIG_GRAVITY) <= 1e-9);
+  rig_free(&r);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_body_bounces_as_high_as_its_restitution_says),
+      cmocka_unit_test(a_body_that_lands_flat_bounces_as_one_point_does),
+      cmocka_unit_test(an_impact_is_half_a_swing_on_the_spring),
+      cmocka_unit_test(a_damped_impact_has_the_restitution_of_its_damping),
+      cmocka_unit_test(a_body_slides_down_a_slope_as_coulomb_says),
+      cmocka_unit_test(a_body_below_the_angle_of_friction_stays),
+      cmocka_unit_test(friction_stops_a_body_after_its_distance),
+      cmocka_unit_test(a_body_rests_at_the_depth_of_its_weight),
+      cmocka_unit_test(a_pulled_body_hangs_and_swings_on_its_spring),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}

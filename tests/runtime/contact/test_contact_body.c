@@ -1,0 +1,155 @@
+/* A beam that nothing holds falls on its edge: it tips over and comes to rest on its side; without
+ * friction and with restitution 1 it goes on, and what it loses falls with the step.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "tests/support/precompute_support.h"
+
+#include "thrum/thrum.h"
+
+#define GRAVITY 9.81
+
+/* The body tilted about y, its lowest point 0.3 m above the floor z = 0. */
+typedef struct fall {
+  body mesh;
+  thrum_precomputed made;
+  thrum_model model;
+  void *packed;
+  thrum_state *state;
+  thrum_contact *contact;
+  thrum_placement placement;
+  thrum_translation translation;
+  thrum_turning turning;
+  thrum_obstacle floor;
+  thrum_around around;
+} fall;
+
+static void *lay(size_t size) {
+  void *memory = aligned_alloc(64, (size + 63) / 64 * 64);
+  assert_non_null(memory);
+  return memory;
+}
+
+static void place(fall *f, double tilt) {
+  const double c = cos(tilt), s = sin(tilt);
+  double lowest = INFINITY;
+  for (int64_t v = 0; v < f->model.vertex_count; v++)
+    lowest = fmin(lowest, c * f->model.vertices[3 * v + 2] - s * f->model.vertices[3 * v]);
+  f->placement = (thrum_placement){{c, 0, s, 0, 1, 0, -s, 0, c}, {0, 0, 0.3 - lowest}};
+  assert_int_equal(thrum_turning_of(&f->model, &f->turning, NULL), THRUM_OK);
+  f->translation = (thrum_translation){.mass = f->made.mass};
+  f->around = (thrum_around){.placement = &f->placement,
+                             .translation = &f->translation,
+                             .turning = &f->turning,
+                             .obstacles = &f->floor,
+                             .obstacle_count = 1,
+                             .force = {0, 0, -GRAVITY * f->made.mass}};
+}
+
+static void fall_make(fall *f, const thrum_state_def *def) {
+  memset(f, 0, sizeof *f);
+  f->mesh = body_make("beam:8x3x3@1x0.3x0.3", NULL);
+  f->made = body_precompute(&f->mesh, 8, 20);
+  f->model = f->made.model;
+  f->packed = lay(thrum_model_pack_size(&f->model));
+  assert_int_equal(thrum_model_pack(&f->model, f->packed, thrum_model_pack_size(&f->model), NULL),
+                   THRUM_OK);
+  size_t size = 0;
+  assert_int_equal(thrum_state_size(&f->model, def, &size, NULL), THRUM_OK);
+  assert_int_equal(thrum_state_init(lay(size), size, &f->model, def, &f->state, NULL), THRUM_OK);
+  const thrum_contact_def touching = thrum_default_contact_def();
+  assert_int_equal(thrum_contact_size(&f->model, f->state, &touching, &size, NULL), THRUM_OK);
+  assert_int_equal(
+      thrum_contact_init(lay(size), size, &f->model, f->state, &touching, &f->contact, NULL),
+      THRUM_OK);
+  f->floor = thrum_default_obstacle();
+  place(f, 0.3);
+}
+
+static void fall_free(fall *f) {
+  free(f->state);
+  free(f->contact);
+  free(f->packed);
+  thrum_precomputed_free(&f->made);
+  body_free(&f->mesh);
+}
+
+static double energy_of(fall *f) {
+  thrum_energies energies;
+  assert_int_equal(thrum_state_energies(&f->model, f->state, &energies, NULL), THRUM_OK);
+  const double *v = f->translation.velocity;
+  return energies.total + thrum_turning_energy(&f->turning, &f->placement) +
+         f->made.mass * (0.5 * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) +
+                         GRAVITY * (f->translation.position[2] + 1));
+}
+
+/* Steps, and what the energy, with what contact has and took, is off by at most, relative. */
+static double run(fall *f, int64_t steps, double *gain) {
+  const double first = energy_of(f);
+  double off = 0;
+  thrum_error error = {0};
+  for (int64_t n = 0; n < steps; n++) {
+    if (thrum_contact_step(&f->model, f->state, f->contact, &f->around, &error) < 0)
+      fail_msg("%s", error.message);
+    const thrum_contact_report report = thrum_contact_report_get(f->contact);
+    const double energy = energy_of(f);
+    *gain = fmax(*gain, energy / first - 1);
+    off = fmax(off, fabs((energy + report.stored + report.lost) / first - 1));
+  }
+  return off;
+}
+
+static void a_beam_tips_over_and_rests_on_its_side(void **state) {
+  (void)state;
+  static const double steps[] = {0.001, 0.003, 0.01};
+  for (int n = 0; n < 3; n++) {
+    thrum_state_def def = thrum_default_state_def();
+    def.dt = steps[n];
+    def.damping_alpha = 2;
+    fall f;
+    fall_make(&f, &def);
+    double gain = 0;
+    run(&f, (int64_t)(6 / def.dt), &gain);
+    const thrum_contact_report report = thrum_contact_report_get(f.contact);
+    const thrum_placement now =
+        thrum_placement_now(&f.placement, &f.turning, f.translation.position);
+    const double weight = GRAVITY * f.made.mass;
+    print_message(
+        "h = %g: %d points bear %.6f of the weight, %.1e m deep, the axis %.1e off level, "
+        "gain %.1e\n",
+        def.dt, (int)report.touching, report.normal / weight, report.depth, now.axes[6], gain);
+    assert_true(gain <= 1e-9);
+    assert_int_equal(report.touching, 36); // a long side has 9 x 4 vertices
+    assert_true(fabs(report.normal / weight - 1) <= 1e-3);
+    assert_true(fabs(now.axes[6]) <= 1e-4);
+    fall_free(&f);
+  }
+}
+
+static void a_smooth_elastic_fall_keeps_its_energy(void **state) {
+  (void)state;
+  double lost[2];
+  for (int n = 0; n < 2; n++) {
+    thrum_state_def def = thrum_default_state_def();
+    def.integrator = THRUM_INTEGRATOR_ENERGY;
+    def.dt = n == 0 ? 0.001 : 0.00025;
+    fall f;
+    fall_make(&f, &def);
+    f.floor.friction = 0;
+    f.floor.restitution = 1;
+    double gain = 0;
+    const double first = energy_of(&f);
+    assert_true(run(&f, (int64_t)(3 / def.dt), &gain) <= 1e-9);
+    assert_true(gain <= 1e-9);
+    lost[n] = thrum_contact_report_get(f.contact).lost / first;
+    print_message("h = %g: %.2g of the energy lost in 3 s\n", def.dt, lost[n]);
+    fall_free(&f);
+  }
+  assert_true(lost[0] <= 0.05 && lost[1] <= 0.5 * lost[0]);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_beam_tips_over_and_rests_on_its_side),
+      cmocka_unit_test(a_smooth_elastic_fall_keeps_its_energy),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,290 @@
+/* Obstacles as signed distances, bodies on them, and what is refused.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "tests/support/contact_support.h"
+
+static thrum_obstacle some_obstacle(random_state *random, int kind) {
+  thrum_obstacle o = thrum_default_obstacle();
+  const double c = cos(0.7), s = sin(0.7);
+  const double turn[9] = {c, -s, 0, s * c, c * c, -s, s * s, c * s, c};
+  o.shape = (thrum_obstacle_shape)(kind % 3);
+  o.inside = kind >= 3 && o.shape != THRUM_OBSTACLE_PLANE;
+  memcpy(o.rotation, turn, sizeof turn);
+  random_vector(random, 3, 1, o.centre);
+  random_vector(random, 3, 1, o.normal);
+  o.radius = 0.7;
+  o.half[0] = 0.3;
+  o.half[1] = 0.8;
+  o.half[2] = 0.5;
+  return o;
+}
+
+static void gaps_are_signed_distances(void **state) {
+  (void)state;
+  random_state random = {5};
+  for (int n = 0; n < 6000; n++) {
+    const thrum_obstacle o = some_obstacle(&random, n % 6);
+    double x[3], y[3], normal[3], other[3], length = 0, apart = 0;
+    random_vector(&random, 3, 2, x);
+    random_vector(&random, 3, 2, y);
+    const double gap = thrum_obstacle_gap(&o, x, normal);
+    for (int axis = 0; axis < 3; axis++) {
+      length += normal[axis] * normal[axis];
+      apart += (x[axis] - y[axis]) * (x[axis] - y[axis]);
+    }
+    assert_true(fabs(length - 1) <= 1e-14);
+    assert_true(fabs(gap - thrum_obstacle_gap(&o, y, other)) <= sqrt(apart) * (1 + 1e-14));
+    // along the normal the gap grows as the way does, where the point is outside
+    for (int axis = 0; axis < 3; axis++)
+      y[axis] = x[axis] + 0.1 * normal[axis];
+    const double moved = thrum_obstacle_gap(&o, y, other);
+    assert_true(gap <= 0 || o.inside || fabs(moved - gap - 0.1) <= 1e-13);
+    // the way out leads out
+    for (int axis = 0; axis < 3; axis++)
+      y[axis] = x[axis] - gap * normal[axis];
+    assert_true(fabs(thrum_obstacle_gap(&o, y, other)) <= 1e-13 || o.inside);
+  }
+}
+
+static void gaps_are_those_of_closed_forms(void **state) {
+  (void)state;
+  thrum_obstacle o = thrum_default_obstacle();
+  double normal[3];
+  o.shape = THRUM_OBSTACLE_BOX;
+  o.half[0] = 1;
+  o.half[1] = 2;
+  o.half[2] = 3;
+  assert_true(thrum_obstacle_gap(&o, (double[3]){4, 6, 0}, normal) == 5);
+  assert_true(fabs(normal[0] - 0.6) <= 1e-15 && fabs(normal[1] - 0.8) <= 1e-15);
+  assert_true(thrum_obstacle_gap(&o, (double[3]){-0.75, 0, 0}, normal) == -0.25);
+  assert_true(normal[0] == -1 && normal[1] == 0);
+  o.inside = 1;
+  assert_true(thrum_obstacle_gap(&o, (double[3]){-0.75, 0, 0}, normal) == 0.25);
+  assert_true(normal[0] == 1);
+  o.shape = THRUM_OBSTACLE_SPHERE;
+  o.radius = 6;
+  assert_true(thrum_obstacle_gap(&o, (double[3]){0, 3, -4}, normal) == 1);
+  assert_true(fabs(normal[1] + 0.6) <= 1e-15 && fabs(normal[2] - 0.8) <= 1e-15);
+}
+
+/* One point dropped into something; where it ends, from the obstacle. */
+static double drop_into(const thrum_obstacle *obstacle, double x, double *speed) {
+  rig_def def = rig_default();
+  rig r;
+  rig_make(&r, &def);
+  r.floor = *obstacle;
+  const double *point = r.m.vertices + 3;
+  for (int axis = 0; axis < 3; axis++)
+    r.translation.position[axis] = (axis == 0 ? x : 0) - point[axis];
+  r.translation.position[2] += 0.1;
+  rig_steps(&r, 20000);
+  double at[3], normal[3];
+  for (int axis = 0; axis < 3; axis++)
+    at[axis] = point[axis] + r.translation.position[axis];
+  *speed = sqrt(2 * rig_kinetic(&r) / RIG_MASS);
+  const double gap = thrum_obstacle_gap(obstacle, at, normal);
+  rig_free(&r);
+  return gap;
+}
+
+static void a_body_comes_to_rest_in_bowls_and_rooms(void **state) {
+  (void)state;
+  thrum_obstacle o = thrum_default_obstacle();
+  const double depth = RIG_MASS * RIG_GRAVITY / 1e6;
+  double speed;
+  o.inside = 1;
+  o.centre[2] = 1;
+  o.shape = THRUM_OBSTACLE_SPHERE;
+  // off the middle of a bowl: friction holds it there, and the spring bears less than the weight
+  double gap = drop_into(&o, 0.2, &speed);
+  assert_true(speed <= 1e-9 && gap < 0 && gap > -depth);
+  o.shape = THRUM_OBSTACLE_BOX;
+  o.half[0] = 0.2001;
+  gap = drop_into(&o, 0.2, &speed);
+  assert_true(speed <= 1e-9 && fabs(gap + depth) <= 1e-9);
+}
+
+/* A heavy point without friction in a bowl swings like a pendulum as long as the bowl's radius. */
+static void a_body_swings_in_a_smooth_bowl(void **state) {
+  (void)state;
+  rig_def def = rig_default();
+  rig r;
+  rig_make(&r, &def);
+  r.floor.shape = THRUM_OBSTACLE_SPHERE;
+  r.floor.inside = 1;
+  r.floor.friction = 0;
+  r.floor.restitution = 0;
+  const double *point = r.m.vertices + 3, angle = 0.02;
+  r.translation.position[0] = sin(angle) - point[0];
+  r.translation.position[1] = -point[1];
+  r.translation.position[2] = -cos(angle) - RIG_MASS * RIG_GRAVITY / def.stiffness - point[2];
+  const double period = 2 * pi / sqrt(RIG_GRAVITY);
+  int crossings = 0;
+  double last = 0, time = 0;
+  for (int n = 1; crossings < 8; n++) {
+    const double before = r.translation.position[0] + point[0];
+    rig_steps(&r, 1);
+    const double now = r.translation.position[0] + point[0];
+    assert_true(n < 20000);
+    if ((before < 0) == (now < 0))
+      continue;
+    time = (n - 1 + before / (before - now)) * def.dt;
+    if (crossings++ == 0)
+      last = time;
+  }
+  print_message("period off by %.2e\n", (time - last) / 3.5 / period - 1);
+  assert_true(fabs((time - last) / 3.5 / period - 1) <= 1e-3);
+  rig_free(&r);
+}
+
+/* A body on a box, placed in a turned frame: the same motion, turned. */
+static void a_placement_turns_everything(void **state) {
+  (void)state;
+  const double c = cos(0.9), s = sin(0.9);
+  thrum_placement placement = {{c, 0, s, 0, 1, 0, -s, 0, c}, {3, -2, 5}};
+  double q[2][RIG_RANK], height[2];
+  for (int turned = 0; turned < 2; turned++) {
+    rig_def def = rig_default();
+    def.shape = 0.2;
+    def.points = 4;
+    rig r;
+    rig_make(&r, &def);
+    r.translation.position[2] = 0.05;
+    r.translation.velocity[0] = 0.5;
+    if (turned) {
+      const double weight = r.around.force[2];
+      r.around.placement = &placement;
+      r.around.force[0] = s * weight;
+      r.around.force[2] = c * weight;
+      memcpy(r.floor.centre, placement.origin, sizeof placement.origin);
+      for (int axis = 0; axis < 3; axis++) {
+        r.floor.normal[axis] = placement.axes[3 * axis + 2];
+        r.translation.position[axis] = 0.05 * placement.axes[3 * axis + 2];
+        r.translation.velocity[axis] = 0.5 * placement.axes[3 * axis];
+      }
+    }
+    rig_steps(&r, 300);
+    state_read(&r.m.model, r.state, q[turned], NULL);
+    height[turned] = 0;
+    for (int axis = 0; axis < 3; axis++)
+      height[turned] += r.translation.position[axis] *
+                        (turned ? placement.axes[3 * axis + 2] : (axis == 2 ? 1.0 : 0.0));
+    rig_free(&r);
+  }
+  for (int i = 0; i < RIG_RANK; i++)
+    assert_true(fabs(q[0][i] - q[1][i]) <= 1e-7);
+  assert_true(fabs(height[0] - height[1]) <= 1e-7);
+}
+
+static void expect_refused(rig *r, thrum_status expected, const char *part) {
+  thrum_error error = {0};
+  const size_t size = thrum_contact_bytes(r->contact);
+  void *contact = malloc(size), *body = state_snapshot(r->state);
+  assert_non_null(contact);
+  memcpy(contact, r->contact, size);
+  assert_int_equal(thrum_contact_step(&r->m.model, r->state, r->contact, &r->around, &error),
+                   expected);
+  if (!strstr(error.message, part))
+    fail_msg("'%s' does not say '%s'", error.message, part);
+  assert_memory_equal(contact, r->contact, size);
+  assert_memory_equal(body, r->state, thrum_state_kept_bytes(r->state));
+  free(contact);
+  free(body);
+}
+
+static void what_cannot_be_is_refused(void **state) {
+  (void)state;
+  rig_def def = rig_default();
+  rig r;
+  rig_make(&r, &def);
+  const thrum_obstacle good = r.floor;
+  r.floor.cookie = 0;
+  expect_refused(&r, THRUM_UNINITIALISED_DEF, "obstacle 0");
+  r.floor = good;
+  r.floor.normal[2] = 0;
+  expect_refused(&r, THRUM_BAD_VALUE, "normal");
+  r.floor = good;
+  r.floor.restitution = 1.1;
+  expect_refused(&r, THRUM_BAD_VALUE, "restitution");
+  r.floor = good;
+  r.floor.friction = NAN;
+  expect_refused(&r, THRUM_BAD_VALUE, "friction");
+  r.floor = good;
+  r.floor.stiffness = 1e31;
+  expect_refused(&r, THRUM_BAD_VALUE, "stiffness");
+  r.floor = good;
+  r.floor.shape = THRUM_OBSTACLE_BOX;
+  r.floor.rotation[0] = 2;
+  expect_refused(&r, THRUM_BAD_VALUE, "rotation");
+  r.floor = good;
+  r.translation.mass = 0;
+  expect_refused(&r, THRUM_BAD_VALUE, "mass");
+  r.translation.mass = RIG_MASS;
+  thrum_pull pull = {.vertices = {1, 1, RIG_POINTS}, .weights = {1, 0, 0}, .stiffness = 1};
+  r.around.pulls = &pull;
+  r.around.pull_count = 1;
+  expect_refused(&r, THRUM_INVALID_ARGUMENT, "vertex 8");
+  r.around.pull_count = 2;
+  expect_refused(&r, THRUM_INVALID_ARGUMENT, "made for 1");
+  r.around.pull_count = 0;
+  double load[RIG_RANK] = {0, INFINITY};
+  r.around.load = load;
+  expect_refused(&r, THRUM_BAD_VALUE, "load");
+  r.around.load = NULL;
+  rig_steps(&r, 1);
+  assert_int_equal(thrum_contact_end(&r.m.model, r.state, r.contact, &r.around, NULL),
+                   THRUM_INVALID_ARGUMENT);
+  rig_free(&r);
+}
+
+static void defs_that_cannot_be_are_refused(void **state) {
+  (void)state;
+  rig_def made = rig_default();
+  rig r;
+  rig_make(&r, &made);
+  size_t size = 77;
+  thrum_error error = {0};
+  const int32_t beyond = RIG_POINTS;
+  const double area = -1;
+  thrum_contact_def def = {0};
+  assert_int_equal(thrum_contact_size(&r.m.model, r.state, &def, &size, &error),
+                   THRUM_UNINITIALISED_DEF);
+  def = thrum_default_contact_def();
+  def.vertices = &beyond;
+  def.vertex_count = 1;
+  assert_int_equal(thrum_contact_size(&r.m.model, r.state, &def, &size, &error),
+                   THRUM_INVALID_ARGUMENT);
+  assert_non_null(strstr(error.message, "outside 0..7"));
+  def.vertices = (const int32_t[1]){0};
+  def.areas = &area;
+  assert_int_equal(thrum_contact_size(&r.m.model, r.state, &def, &size, &error), THRUM_BAD_VALUE);
+  def.areas = NULL;
+  thrum_model bare = r.m.model;
+  bare.basis = NULL;
+  assert_int_equal(thrum_contact_size(&bare, r.state, &def, &size, &error), THRUM_MISSING);
+  assert_int_equal(size, 77);
+  assert_int_equal(thrum_contact_size(&r.m.model, r.state, &def, &size, &error), THRUM_OK);
+  void *memory = aligned_alloc(64, size);
+  thrum_contact *contact = NULL;
+  assert_int_equal(
+      thrum_contact_init(memory, size - 1, &r.m.model, r.state, &def, &contact, &error),
+      THRUM_BUFFER_TOO_SMALL);
+  assert_int_equal(
+      thrum_contact_init((char *)memory + 8, size, &r.m.model, r.state, &def, &contact, &error),
+      THRUM_MISALIGNED);
+  assert_null(contact);
+  free(memory);
+  rig_free(&r);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(gaps_are_signed_distances),
+      cmocka_unit_test(gaps_are_those_of_closed_forms),
+      cmocka_unit_test(a_body_comes_to_rest_in_bowls_and_rooms),
+      cmocka_unit_test(a_body_swings_in_a_smooth_bowl),
+      cmocka_unit_test(a_placement_turns_everything),
+      cmocka_unit_test(what_cannot_be_is_refused),
+      cmocka_unit_test(defs_that_cannot_be_are_refused),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,246 @@
+/* Bodies that turn as a whole: free tops, pendulums, impacts off the centre, boxes that topple.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "tests/support/contact_support.h"
+
+static thrum_turning make_turning(double jx, double jy, double jz) {
+  const thrum_turning made = {.inverse = {1 / jx, 0, 0, 0, 1 / jy, 0, 0, 0, 1 / jz},
+                              .attitude = {1, 0, 0, 0, 1, 0, 0, 0, 1}};
+  return made;
+}
+
+static void a_free_top_keeps_energy_momentum_and_shape(void **state) {
+  (void)state;
+  static const double steps[] = {1e-3, 0.1, 2};
+  for (int n = 0; n < 3; n++) {
+    thrum_turning top = make_turning(1, 2, 3.5);
+    const double c = cos(0.4), s = sin(0.4), none[3] = {0};
+    const thrum_placement placement = {{c, -s, 0, s, c, 0, 0, 0, 1}, {0, 0, 0}};
+    top.momentum[0] = 0.1;
+    top.momentum[1] = 4;
+    top.momentum[2] = 0.3;
+    const double first = thrum_turning_energy(&top, &placement);
+    for (int step = 0; step < 20000; step++)
+      thrum_turning_step(&top, &placement, none, steps[n], NULL);
+    assert_true(top.momentum[0] == 0.1 && top.momentum[1] == 4 && top.momentum[2] == 0.3);
+    assert_true(fabs(thrum_turning_energy(&top, &placement) / first - 1) <= 1e-11);
+    for (int i = 0; i < 3; i++)
+      for (int j = 0; j < 3; j++) {
+        double sum = i == j ? -1 : 0;
+        for (int k = 0; k < 3; k++)
+          sum += top.attitude[3 * i + k] * top.attitude[3 * j + k];
+        assert_true(fabs(sum) <= 1e-14);
+      }
+  }
+}
+
+/* The axis of a symmetric top turns about its momentum L at L/J_1. */
+static double precession_error(double dt) {
+  thrum_turning top = make_turning(2, 2, 1);
+  const double tilt = 0.5, none[3] = {0}, length = 6, end = 2;
+  top.momentum[0] = length * sin(tilt);
+  top.momentum[2] = length * cos(tilt);
+  for (int step = 0; step < (int)(end / dt + 0.5); step++)
+    thrum_turning_step(&top, NULL, none, dt, NULL);
+  // the axis z turned about L by Rodrigues' formula
+  const double angle = length / 2 * end, k[3] = {sin(tilt), 0, cos(tilt)}, z[3] = {0, 0, 1};
+  const double cross[3] = {0, -k[0], 0}, along = k[2];
+  double error = 0;
+  for (int axis = 0; axis < 3; axis++) {
+    const double expected =
+        z[axis] * cos(angle) + cross[axis] * sin(angle) + k[axis] * along * (1 - cos(angle));
+    error = fmax(error, fabs(top.attitude[3 * axis + 2] - expected));
+  }
+  return error;
+}
+
+static void a_symmetric_top_precesses_as_euler_says(void **state) {
+  (void)state;
+  const double coarse = precession_error(0.01), fine = precession_error(0.005);
+  print_message("axis off by %.2g at h = 0.01 s, order %.2f\n", coarse, log2(coarse / fine));
+  assert_true(fine <= 1e-3 && log2(coarse / fine) > 1.9);
+}
+
+static void energy_changes_by_torque_times_angle(void **state) {
+  (void)state;
+  random_state random = {8};
+  for (int n = 0; n < 300; n++) {
+    thrum_turning top = make_turning(1, 2, 2.5);
+    double torque[3], angle[3], work = 0;
+    random_vector(&random, 3, n % 3 == 0 ? 100 : 3, top.momentum);
+    random_vector(&random, 3, n % 2 == 0 ? 100 : 3, torque);
+    for (int step = 0; step < 20; step++) {
+      const double before = thrum_turning_energy(&top, NULL);
+      thrum_turning_step(&top, NULL, torque, 0.05, angle);
+      work = torque[0] * angle[0] + torque[1] * angle[1] + torque[2] * angle[2];
+      const double after = thrum_turning_energy(&top, NULL);
+      assert_true(fabs(after - before - work) <= 1e-11 * (before + after));
+    }
+  }
+}
+
+/* A rigid body on a stiff spring swings as 2 pi sqrt((J + m l^2) / (m g l)). */
+static void a_body_hung_by_a_pull_is_a_pendulum(void **state) {
+  (void)state;
+  rig_def def = rig_default();
+  def.points = 7;
+  rig r;
+  rig_make(&r, &def);
+  thrum_turning turning = make_turning(0.5, 0.3, 0.4);
+  const double *point = r.m.vertices + 3, arm = 0.8, angle = 0.05;
+  // the centre hangs below the point, swung out about y
+  turning.centre[0] = point[0];
+  turning.centre[1] = point[1];
+  turning.centre[2] = point[2] - arm;
+  const double c = cos(angle), s = sin(angle);
+  const double out[9] = {c, 0, s, 0, 1, 0, -s, 0, c};
+  memcpy(turning.attitude, out, sizeof out);
+  r.translation.position[0] = -arm * s;
+  r.translation.position[2] = arm * (1 - c);
+  thrum_pull pull = {.vertices = {1, 1, 1}, .weights = {1, 0, 0}, .stiffness = 1e9, .damping = -1};
+  memcpy(pull.target, point, sizeof pull.target);
+  r.around.turning = &turning;
+  r.around.obstacle_count = 0;
+  r.around.pulls = &pull;
+  r.around.pull_count = 1;
+  const double expected =
+      2 * pi * sqrt((0.3 + RIG_MASS * arm * arm) / (RIG_MASS * RIG_GRAVITY * arm));
+  double first = 0, last = 0;
+  int crossings = 0;
+  for (int n = 1; crossings < 9; n++) {
+    const double before = r.translation.position[0];
+    rig_steps(&r, 1);
+    const double now = r.translation.position[0];
+    assert_true(n < 20000);
+    if ((before < 0) == (now < 0))
+      continue;
+    last = (n - 1 + before / (before - now)) * def.dt;
+    if (crossings++ == 0)
+      first = last;
+  }
+  const double period = (last - first) / 4;
+  print_message("period off by %.2e\n", period / expected - 1);
+  // a quarter of the square of half the swing is what a larger one adds
+  assert_true(fabs(period / expected - 1) <= 1e-3);
+  rig_free(&r);
+}
+
+/* One point off the centre meets a smooth floor: the impulse j of 2 v = j (1/m + (r x n) J^-1 (r x
+ * n)). */
+static void an_impact_off_the_centre_turns_the_body(void **state) {
+  (void)state;
+  // a spring that stiff feels the arc that its point goes along in a step
+  static const double stiffness[] = {1e7, 1e9, 1e14}, allowed[] = {5e-4, 5e-4, 2e-2};
+  for (int n = 0; n < 3; n++) {
+    rig_def def = rig_default();
+    def.stiffness = stiffness[n];
+    def.dt = 1e-4;
+    rig r;
+    rig_make(&r, &def);
+    r.floor.restitution = 1;
+    r.floor.friction = 0;
+    thrum_turning turning = make_turning(0.5, 0.3, 0.4);
+    const double *point = r.m.vertices + 3, arm[3] = {0.4, -0.3, -0.5};
+    for (int axis = 0; axis < 3; axis++)
+      turning.centre[axis] = point[axis] - arm[axis];
+    r.around.turning = &turning;
+    r.around.force[2] = 0;
+    r.translation.velocity[2] = -1;
+    r.translation.position[2] = 2.4e-4;
+    rig_steps(&r, 400);
+    // r x n = (r_y, -r_x, 0)
+    const double j = 2 / (1 / RIG_MASS + arm[1] * arm[1] / 0.5 + arm[0] * arm[0] / 0.3);
+    const double off = r.translation.velocity[2] - (-1 + j / RIG_MASS);
+    const double lost = 1 - rig_energy(&r) / (0.5 * RIG_MASS);
+    print_message("k = %g: speed off by %.1e, %.1e of the energy lost\n", stiffness[n], off, lost);
+    assert_true(lost >= -1e-9 && lost <= allowed[n]);
+    assert_true(fabs(off) <= allowed[n]);
+    assert_true(fabs(turning.momentum[0] - j * arm[1]) <= allowed[n]);
+    assert_true(fabs(turning.momentum[1] + j * arm[0]) <= allowed[n]);
+    assert_true(fabs(turning.momentum[2]) <= 1e-12);
+    rig_free(&r);
+  }
+}
+
+static void the_account_counts_the_turning(void **state) {
+  (void)state;
+  static const double steps[] = {1e-3, 1e-2, 1e-1}, restitution[] = {0, 0.5, 1};
+  for (int n = 0; n < 18; n++) {
+    rig_def def = rig_default();
+    def.integrator = THRUM_INTEGRATOR_ENERGY;
+    def.dt = steps[n % 3];
+    def.shape = n < 9 ? 0 : 0.1;
+    def.stiffness = n % 2 == 0 ? 1e5 : 1e10;
+    def.points = 7;
+    rig r;
+    rig_make(&r, &def);
+    for (int v = 0; v < RIG_POINTS; v++) // a body with some height
+      r.m.vertices[3 * v + 2] = 0.3 * (v % 3);
+    r.floor.restitution = restitution[n / 3 % 3];
+    thrum_turning turning = make_turning(0.5, 0.3, 0.4);
+    turning.centre[2] = 0.3;
+    turning.momentum[0] = 0.6;
+    turning.momentum[1] = -0.4;
+    r.around.turning = &turning;
+    r.translation.position[2] = 0.8;
+    const double first = rig_energy(&r);
+    for (int step = 0; step < 2000; step++) {
+      rig_steps(&r, 1);
+      const thrum_contact_report report = thrum_contact_report_get(r.contact);
+      assert_true(report.stored >= 0 && report.lost >= -1e-8 * first);
+      const double sum = rig_energy(&r) + report.stored + report.lost;
+      if (!(fabs(sum - first) <= 1e-9 * first))
+        fail_msg("case %d, step %d: off by %.3g", n, step, sum / first - 1);
+    }
+    rig_free(&r);
+  }
+}
+
+/* A block of these half sides on a rough slope topples where tan(angle) > width / height. */
+static bool topples(double angle) {
+  const double width = 0.1, height = 0.3;
+  rig_def def = rig_default();
+  def.points = 7;
+  def.stiffness = 1e6;
+  rig r;
+  rig_make(&r, &def);
+  for (int v = 1; v < RIG_POINTS; v++) { // vertices 1..7: corners but for one on the top
+    r.m.vertices[3 * v] = (v - 1) % 2 ? width : -width;
+    r.m.vertices[3 * v + 1] = (v - 1) / 2 % 2 ? width : -width;
+    r.m.vertices[3 * v + 2] = (v - 1) / 4 ? 2 * height : 0;
+  }
+  const double j = RIG_MASS / 3 * (width * width + height * height);
+  thrum_turning turning = make_turning(j, j, RIG_MASS / 1.5 * width * width);
+  turning.centre[2] = height;
+  r.around.turning = &turning;
+  r.floor.friction = 2;
+  r.floor.restitution = 0;
+  r.around.force[0] = RIG_MASS * RIG_GRAVITY * sin(angle);
+  r.around.force[2] = -RIG_MASS * RIG_GRAVITY * cos(angle);
+  rig_steps(&r, 3000);
+  const bool fallen = turning.attitude[8] < 0.5;
+  if (!fallen) // and what stays does not creep
+    assert_true(fabs(r.translation.position[0]) <= 1e-3);
+  rig_free(&r);
+  return fallen;
+}
+
+static void a_block_topples_where_its_weight_passes_its_edge(void **state) {
+  (void)state;
+  const double edge = atan(0.1 / 0.3);
+  assert_false(topples(0));
+  assert_false(topples(0.9 * edge));
+  assert_true(topples(1.1 * edge));
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_free_top_keeps_energy_momentum_and_shape),
+      cmocka_unit_test(a_symmetric_top_precesses_as_euler_says),
+      cmocka_unit_test(energy_changes_by_torque_times_angle),
+      cmocka_unit_test(a_body_hung_by_a_pull_is_a_pendulum),
+      cmocka_unit_test(an_impact_off_the_centre_turns_the_body),
+      cmocka_unit_test(the_account_counts_the_turning),
+      cmocka_unit_test(a_block_topples_where_its_weight_passes_its_edge),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,277 @@
+/* Monitors: each warning is raised exactly at its threshold, records are apart, sentinels see what
+ * the whole body suffers, and the load's share is that of the closed form.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "tests/support/linear_fields.h"
+
+static const thrum_monitor *monitor_make(const thrum_model *model, const thrum_monitor_def *def) {
+  size_t size = 0;
+  thrum_error error = {0};
+  if (thrum_monitor_size(model, def, &size, &error) != THRUM_OK)
+    fail_msg("%s", error.message);
+  void *memory = aligned_alloc(64, size);
+  assert_non_null(memory);
+  memset(memory, 0xa5, size);
+  const thrum_monitor *monitor = NULL;
+  if (thrum_monitor_init(memory, size, model, def, &monitor, &error) != THRUM_OK)
+    fail_msg("%s", error.message);
+  return monitor;
+}
+
+static void monitor_free(const thrum_monitor *monitor) {
+  free((void *)(uintptr_t)monitor);
+}
+
+static thrum_monitor_record look(const thrum_monitor *monitor, const double *q) {
+  thrum_monitor_record record;
+  thrum_monitor_clear(&record);
+  assert_int_equal(thrum_monitor_look(monitor, q, &record, NULL), THRUM_OK);
+  return record;
+}
+
+static void compression_warns_exactly_below_its_threshold(void **state) {
+  (void)state;
+  linear_fields fields;
+  // powers of two: the stretch is exact
+  linear_fields_make(&fields, "beam:2x1x1@1x0.5x0.5", 1e6, 0.3);
+  thrum_monitor_def def = thrum_default_monitor_def();
+  assert_within(def.stretch_least, 0.5773502691896258, 1e-15);
+  def.stretch_least = 0.5;
+  def.reach_most = INFINITY;
+  const thrum_monitor *monitor = monitor_make(&fields.model, &def);
+  const double at[FIELDS] = {-0.5}, below[FIELDS] = {-0.5 - 0x1p-50}, inverted[FIELDS] = {-1.5};
+  assert_true(look(monitor, at).stretch == 0.5);
+  assert_int_equal(look(monitor, at).warnings, 0);
+  assert_int_equal(look(monitor, below).warnings, THRUM_WARNING_COMPRESSED);
+  assert_int_equal(look(monitor, inverted).warnings,
+                   THRUM_WARNING_COMPRESSED | THRUM_WARNING_INVERTED);
+  assert_true(look(monitor, inverted).stretch_least == -0.5);
+  monitor_free(monitor);
+  linear_fields_free(&fields);
+}
+
+static void reach_warns_exactly_above_its_threshold(void **state) {
+  (void)state;
+  linear_fields fields;
+  linear_fields_make(&fields, "beam:1x1x1@3x4x12", 1e6, 0.3);
+  thrum_monitor_def def = thrum_default_monitor_def();
+  def.reach_most = 2;
+  const thrum_monitor *monitor = monitor_make(&fields.model, &def);
+  // u_x = q z, z to 6 m; the diagonal is 13 m, so reach 2 is 2.6 m
+  double q[FIELDS] = {0, 0, 2.6 / 6};
+  const double reach = look(monitor, q).reach;
+  assert_within(reach, 2, 1e-15 * 4);
+  q[2] = 2.6 / 6 * (1 - 1e-14);
+  assert_int_equal(look(monitor, q).warnings, 0);
+  q[2] = 2.6 / 6 * (1 + 1e-14);
+  assert_int_equal(look(monitor, q).warnings, THRUM_WARNING_REACH);
+  monitor_free(monitor);
+  linear_fields_free(&fields);
+}
+
+static void a_record_keeps_what_was_and_says_what_is(void **state) {
+  (void)state;
+  linear_fields fields;
+  linear_fields_make(&fields, "beam:2x2x2@1x1x1", 1e6, 0.3);
+  const thrum_monitor_def def = thrum_default_monitor_def();
+  const thrum_monitor *monitor = monitor_make(&fields.model, &def);
+  const double squeezed[FIELDS] = {-0.6}, rest[FIELDS] = {0};
+  thrum_monitor_record first, second;
+  thrum_monitor_clear(&first);
+  assert_int_equal(first.stretch_tet, -1);
+  assert_int_equal(thrum_monitor_look(monitor, squeezed, &first, NULL), THRUM_OK);
+  second = first; // a record is its own snapshot
+  assert_int_equal(thrum_monitor_look(monitor, rest, &first, NULL), THRUM_OK);
+  assert_int_equal(first.warnings, THRUM_WARNING_COMPRESSED | THRUM_WARNING_REACH);
+  assert_int_equal(first.warnings_now, 0);
+  assert_int_equal(first.looks, 2);
+  assert_true(first.stretch == 1 && first.reach == 0);
+  assert_within(first.stretch_least, 0.4, 1e-15);
+  assert_true(first.stretch_tet >= 0);
+  assert_int_equal(second.looks, 1);
+  assert_int_equal(second.warnings_now, second.warnings);
+  assert_string_equal(thrum_warning_text(THRUM_WARNING_INVERTED),
+                      "a tetrahedron is turned inside out");
+  assert_null(thrum_warning_text((thrum_warning)3));
+  monitor_free(monitor);
+  linear_fields_free(&fields);
+}
+
+static void given_sentinels_are_the_ones_watched(void **state) {
+  (void)state;
+  static const int32_t given[3] = {40, 2, 7};
+  linear_fields fields;
+  linear_fields_make(&fields, "beam:2x2x2@1x1x1", 1e6, 0.3);
+  for (int64_t n = 0; n < 3 * fields.model.vertex_count * FIELDS; n++)
+    fields.basis[n] = random_number();
+  thrum_monitor_def def = thrum_default_monitor_def();
+  def.sentinels = given;
+  def.sentinel_count = 3;
+  const thrum_monitor *monitor = monitor_make(&fields.model, &def);
+  const int32_t *tets = NULL;
+  assert_int_equal(thrum_monitor_sentinels(monitor, &tets), 3);
+  assert_memory_equal(tets, given, sizeof given);
+  const thrum_gauge *gauge = gauge_make(&fields.model, given, 3);
+  double q[FIELDS], stretch[3];
+  const thrum_gauge_output output = {.stretch = stretch};
+  for (int trial = 0; trial < 50; trial++) {
+    for (int i = 0; i < FIELDS; i++)
+      q[i] = 0.1 * random_number();
+    assert_int_equal(thrum_gauge_read(gauge, q, NULL, &output, NULL), THRUM_OK);
+    // also through the bound that spares eigenvalues
+    const thrum_monitor_record record = look(monitor, q);
+    const double least = fmin(stretch[0], fmin(stretch[1], stretch[2]));
+    assert_true(record.stretch == least);
+    const int place = stretch[0] == least ? 0 : stretch[1] == least ? 1 : 2;
+    assert_int_equal(record.stretch_tet, given[place]);
+  }
+  gauge_free(gauge);
+  monitor_free(monitor);
+  linear_fields_free(&fields);
+}
+
+static void chosen_sentinels_see_the_worst_of_a_bent_beam(void **state) {
+  (void)state;
+  body b = body_beam1k();
+  thrum_precomputed made = body_precompute(&b, 5, 10);
+  const thrum_model *model = &made.model;
+  const thrum_monitor_def def = thrum_default_monitor_def();
+  const thrum_monitor *monitor = monitor_make(model, &def);
+  const thrum_gauge *gauge = gauge_make(model, NULL, 0);
+  const int64_t count = thrum_gauge_count(gauge);
+  const int32_t *sentinels = NULL;
+  const int64_t watched = thrum_monitor_sentinels(monitor, &sentinels);
+  assert_true(watched > 50 && watched <= 64);
+  for (int64_t n = 0; n < watched; n++)
+    for (int64_t m = 0; m < n; m++)
+      assert_int_not_equal(sentinels[n], sentinels[m]);
+  double *stretch = need((size_t)count, sizeof *stretch);
+  double *work = need((size_t)thrum_gauge_work_count(gauge), sizeof *work);
+  const thrum_gauge_output output = {.stretch = stretch};
+  for (int mode = 0; mode < 3; mode++) {
+    double q[10] = {0}, least = 1;
+    assert_int_equal(thrum_mode_add(model, mode, 0.05, q, NULL), THRUM_OK);
+    assert_int_equal(thrum_gauge_read(gauge, q, work, &output, NULL), THRUM_OK);
+    for (int64_t n = 0; n < count; n++)
+      least = fmin(least, stretch[n]);
+    const double seen = look(monitor, q).stretch;
+    assert_true(seen >= least);
+    assert_true(1 - seen > 0.9 * (1 - least));
+  }
+  free(work);
+  free(stretch);
+  gauge_free(gauge);
+  monitor_free(monitor);
+  thrum_precomputed_free(&made);
+  body_free(&b);
+}
+
+static void the_share_of_a_load_outside_the_basis_is_that_of_the_closed_form(void **state) {
+  (void)state;
+  linear_fields fields;
+  linear_fields_make(&fields, "beam:2x2x2@1x1x1", 1e6, 0.3);
+  thrum_model *model = &fields.model;
+  const int64_t vertices = model->vertex_count;
+  double *mass = need((size_t)vertices, sizeof *mass), total = 0;
+  for (int64_t t = 0; t < model->tet_count; t++)
+    for (int a = 0; a < 4; a++) // 48 equal tets
+      mass[model->tets[4 * t + a]] += fields.material[2] / 48 / 4;
+  for (int64_t v = 0; v < vertices; v++)
+    total += mass[v];
+  // one coordinate: a shift along x, of unit mass
+  model->rank = 1;
+  for (int64_t c = 0; c < 3 * vertices; c++)
+    fields.basis[c] = c % 3 == 0 ? 1 / sqrt(total) : 0;
+  thrum_monitor_def def = thrum_default_monitor_def();
+  def.load_share_most = 0.79;
+  const thrum_monitor *monitor = monitor_make(model, &def);
+  double *forces = need((size_t)(3 * vertices), sizeof *forces);
+  thrum_monitor_record record;
+  thrum_monitor_clear(&record);
+  const struct {
+    double x, y, share;
+    uint32_t warning;
+  } cases[] = {{1, 0, 0, 0},
+               {0, 2, 1, THRUM_WARNING_LOAD},
+               {4, 3, 0.6, 0},
+               {3, 4, 0.8, THRUM_WARNING_LOAD},
+               {0, 0, 0, 0}};
+  for (size_t n = 0; n < sizeof cases / sizeof *cases; n++) {
+    for (int64_t v = 0; v < vertices; v++) {
+      forces[3 * v] = cases[n].x * mass[v];
+      forces[3 * v + 1] = cases[n].y * mass[v];
+    }
+    assert_int_equal(thrum_monitor_look_at_load(monitor, model, forces, &record, NULL), THRUM_OK);
+    assert_within(record.load_share, cases[n].share, 1e-7);
+    assert_int_equal(record.warnings_now, cases[n].warning);
+  }
+  // what falls on held components counts for nothing
+  for (int64_t v = 0; v < vertices; v++) {
+    fields.body.fixed[v] = 2;
+    forces[3 * v] = mass[v];
+    forces[3 * v + 1] = 1e3;
+  }
+  assert_int_equal(thrum_monitor_look_at_load(monitor, model, forces, &record, NULL), THRUM_OK);
+  assert_within(record.load_share, 0, 1e-7);
+  assert_int_equal(record.warnings, THRUM_WARNING_LOAD);
+  free(forces);
+  monitor_free(monitor);
+  free(mass);
+  linear_fields_free(&fields);
+}
+
+static void what_cannot_be_is_refused(void **state) {
+  (void)state;
+  linear_fields fields;
+  linear_fields_make(&fields, "beam:1x1x1@1x1x1", 1e6, 0.3);
+  const thrum_monitor_def good = thrum_default_monitor_def();
+  const thrum_monitor *monitor = monitor_make(&fields.model, &good), *untouched = monitor;
+  thrum_monitor_record record;
+  thrum_monitor_clear(&record);
+  size_t size = 0;
+  thrum_error error;
+  const thrum_monitor_def empty = {0};
+  assert_int_equal(thrum_monitor_size(&fields.model, &empty, &size, &error),
+                   THRUM_UNINITIALISED_DEF);
+  thrum_monitor_def def = good;
+  def.sentinel_count = 257;
+  assert_int_equal(thrum_monitor_size(&fields.model, &def, &size, &error), THRUM_INVALID_ARGUMENT);
+  def = good;
+  def.stretch_least = NAN;
+  assert_int_equal(thrum_monitor_size(&fields.model, &def, &size, &error), THRUM_INVALID_ARGUMENT);
+  def = good;
+  def.load_share_most = 1.5;
+  assert_int_equal(thrum_monitor_size(&fields.model, &def, &size, &error), THRUM_INVALID_ARGUMENT);
+  thrum_model bare = fields.model;
+  bare.tets = NULL;
+  assert_int_equal(thrum_monitor_size(&bare, &good, &size, &error), THRUM_MISSING);
+  assert_int_equal(thrum_monitor_size(&fields.model, &good, &size, &error), THRUM_OK);
+  void *memory = aligned_alloc(64, size);
+  assert_int_equal(thrum_monitor_init(memory, size - 1, &fields.model, &good, &untouched, &error),
+                   THRUM_BUFFER_TOO_SMALL);
+  assert_ptr_equal(untouched, monitor);
+  free(memory);
+  // a look that fails leaves the record as it was
+  const double bad[FIELDS] = {INFINITY};
+  const thrum_monitor_record before = record;
+  assert_int_equal(thrum_monitor_look(monitor, bad, &record, &error), THRUM_BAD_VALUE);
+  assert_memory_equal(&record, &before, sizeof before);
+  // displacements whose strain overflows are the worst there is, not the best
+  const double huge[FIELDS] = {1e200};
+  assert_int_equal(thrum_monitor_look(monitor, huge, &record, &error), THRUM_OK);
+  assert_true(record.warnings & THRUM_WARNING_COMPRESSED);
+  monitor_free(monitor);
+  linear_fields_free(&fields);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(compression_warns_exactly_below_its_threshold),
+      cmocka_unit_test(reach_warns_exactly_above_its_threshold),
+      cmocka_unit_test(a_record_keeps_what_was_and_says_what_is),
+      cmocka_unit_test(given_sentinels_are_the_ones_watched),
+      cmocka_unit_test(chosen_sentinels_see_the_worst_of_a_bent_beam),
+      cmocka_unit_test(the_share_of_a_load_outside_the_basis_is_that_of_the_closed_form),
+      cmocka_unit_test(what_cannot_be_is_refused),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,493 @@
+/* The scene engine: bodies step with the bits that they have alone, turning the world with a body
+ * changes nothing, and what nobody names is not built.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "tests/support/state_support.h"
+
+#include "thrum/scene.h"
+
+enum { RANK = 8, VERTICES = 9, STEPS = 200 };
+
+typedef struct fixture {
+  random_model m;
+  thrum_scene *scene;
+} fixture;
+
+static thrum_error error;
+
+#define MUST(call)                                                                                 \
+  do {                                                                                             \
+    if ((call) < 0)                                                                                \
+      fail_msg("%s", error.message);                                                               \
+  } while (0)
+
+static void make_model(random_model *m) {
+  random_model_make(m, 11, RANK, 3, 400, 1);
+  random_model_add_mesh(m, 12, VERTICES);
+  random_model_pack(m);
+}
+
+static int setup(void **context) {
+  fixture *f = calloc(1, sizeof *f);
+  if (f == NULL)
+    return -1;
+  make_model(&f->m);
+  *context = f;
+  return thrum_scene_make(0.003, &f->scene, &error) < 0;
+}
+
+static int teardown(void **context) {
+  fixture *f = *context;
+  thrum_scene_free(f->scene);
+  random_model_free(&f->m);
+  free(f);
+  return 0;
+}
+
+static int32_t add(fixture *f, const thrum_scene_body_def *def) {
+  int32_t body = -1;
+  MUST(thrum_scene_add_body(f->scene, def, &body, &error));
+  return body;
+}
+
+static thrum_scene_body_def def_of(const fixture *f, thrum_integrator integrator) {
+  thrum_scene_body_def def = thrum_default_scene_body_def();
+  def.model = &f->m.model;
+  def.state.integrator = integrator;
+  return def;
+}
+
+static void steps(thrum_scene *scene, int count) {
+  for (int k = 0; k < count; k++)
+    MUST(thrum_scene_step(scene, &error));
+}
+
+/* The same by the library's own calls: gravity, one load over time, a ground that shakes. */
+static void step_alone(const fixture *f, const thrum_state_def *def, const thrum_load *course,
+                       const double gravity[3], const double force[3], const int32_t *vertex,
+                       double *q, double *p) {
+  const thrum_model *model = &f->m.model;
+  const thrum_load loads[2] = {{THRUM_LOAD_CONSTANT, 0, INFINITY, 0}, *course};
+  double directions[2 * RANK] = {0}, sum[RANK];
+  assert_int_equal(thrum_force_add_gravity(model, gravity, directions, NULL), THRUM_OK);
+  assert_int_equal(thrum_force_add_shared(model, vertex, 1, force, directions + RANK, NULL),
+                   THRUM_OK);
+  thrum_state *state = state_make(model, def);
+  for (int k = 0; k < STEPS; k++) {
+    thrum_load_sum(loads, directions, 2, RANK, k, def->dt, sum);
+    state_push(model, state, sum);
+    state_steps(model, state, 1);
+  }
+  state_read(model, state, q, p);
+  state_free(state);
+}
+
+static void bodies_side_by_side_have_the_bits_of_each_alone(void **context) {
+  fixture *f = *context;
+  static const thrum_integrator integrators[] = {THRUM_INTEGRATOR_IMEXV, THRUM_INTEGRATOR_NEWMARK,
+                                                 THRUM_INTEGRATOR_ENERGY, THRUM_INTEGRATOR_IMEXV};
+  const double gravity[3] = {0.3, 0, -9.81}, force[3] = {1, -2, 0.5};
+  const thrum_load course = {THRUM_LOAD_SINE, 0.01, INFINITY, 3};
+  const int32_t vertex = 5;
+  MUST(thrum_scene_set_gravity(f->scene, gravity, &error));
+  for (int32_t n = 0; n < 4; n++) {
+    const thrum_scene_body_def def = def_of(f, integrators[n]);
+    assert_int_equal(add(f, &def), n);
+    const thrum_scene_load load = {.kind = THRUM_SCENE_FORCE,
+                                   .vector = {force[0], force[1], force[2]},
+                                   .vertices = &vertex,
+                                   .count = 1,
+                                   .course = course};
+    MUST(thrum_scene_add_load(f->scene, n, &load, &error));
+  }
+  steps(f->scene, STEPS);
+  for (int32_t n = 0; n < 4; n++) {
+    double q[RANK], p[RANK], q_alone[RANK], p_alone[RANK];
+    thrum_state_def def = thrum_default_state_def();
+    def.integrator = integrators[n];
+    step_alone(f, &def, &course, gravity, force, &vertex, q_alone, p_alone);
+    MUST(thrum_scene_body_get(f->scene, n, q, p, &error));
+    assert_memory_equal(q, q_alone, sizeof q);
+    assert_memory_equal(p, p_alone, sizeof p);
+  }
+  assert_true(fabs(thrum_scene_time(f->scene) - STEPS * 0.003) < 1e-12);
+}
+
+/* A quaternion's turn of a vector, by v + 2 w (u x v) + 2 u x (u x v). */
+static void turn(const double rotation[4], const double v[3], double out[3]) {
+  const double *u = rotation + 1, w = rotation[0];
+  const double c[3] = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2],
+                       u[0] * v[1] - u[1] * v[0]};
+  const double d[3] = {u[1] * c[2] - u[2] * c[1], u[2] * c[0] - u[0] * c[2],
+                       u[0] * c[1] - u[1] * c[0]};
+  for (int axis = 0; axis < 3; axis++)
+    out[axis] = v[axis] + 2 * w * c[axis] + 2 * d[axis];
+}
+
+/* A load read off one body and added to another in its place gives the same bits. */
+static void a_reduced_load_is_the_load(void **context) {
+  fixture *f = *context;
+  const thrum_scene_body_def def = def_of(f, THRUM_INTEGRATOR_IMEXV);
+  const int32_t first = add(f, &def), second = add(f, &def), vertex = 5;
+  thrum_scene_load load = {.kind = THRUM_SCENE_FORCE,
+                           .vector = {1, -2, 0.5},
+                           .vertices = &vertex,
+                           .count = 1,
+                           .course = {THRUM_LOAD_SINE, 0.01, INFINITY, 3}};
+  MUST(thrum_scene_add_load(f->scene, first, &load, &error));
+  assert_int_equal(thrum_scene_load_count(f->scene, first), 1);
+  assert_true(thrum_scene_body_load(f->scene, first, 1, &load, &error) < 0);
+  assert_true(thrum_scene_body_load(f->scene, first, -1, &load, &error) < 0);
+  MUST(thrum_scene_body_load(f->scene, first, 0, &load, &error));
+  const double nothing[RANK] = {NAN};
+  thrum_scene_load wrong = load;
+  wrong.reduced = NULL;
+  assert_true(thrum_scene_add_load(f->scene, second, &wrong, &error) < 0);
+  wrong.reduced = nothing;
+  assert_true(thrum_scene_add_load(f->scene, second, &wrong, &error) < 0);
+  assert_int_equal(thrum_scene_load_count(f->scene, second), 0);
+  MUST(thrum_scene_add_load(f->scene, second, &load, &error));
+  steps(f->scene, STEPS);
+  double q[2][RANK];
+  MUST(thrum_scene_body_get(f->scene, first, q[0], NULL, &error));
+  MUST(thrum_scene_body_get(f->scene, second, q[1], NULL, &error));
+  assert_true(q[0][0] != 0);
+  assert_memory_equal(q[0], q[1], sizeof q[0]);
+}
+
+static void turning_a_body_and_its_world_changes_nothing(void **context) {
+  fixture *f = *context;
+  const double gravity[3] = {1, 2, -9}, force[3] = {3, 0, 1}, place[3] = {5, -7, 2};
+  const double rotation[4] = {0.5, 0.5, -0.1, sqrt(1 - 0.51)};
+  const thrum_load always = {THRUM_LOAD_CONSTANT, 0, 0.2, 0};
+  const thrum_load sway = {THRUM_LOAD_SINE, 0, INFINITY, 2};
+  thrum_scene *turned = NULL;
+  MUST(thrum_scene_make(0.003, &turned, &error));
+  for (int k = 0; k < 2; k++) {
+    thrum_scene *scene = k == 0 ? f->scene : turned;
+    thrum_scene_body_def def = def_of(f, THRUM_INTEGRATOR_IMEXV);
+    def.start_mode = 2;
+    def.start_amplitude = 0.05;
+    double g[3], push[3];
+    memcpy(g, gravity, sizeof g);
+    memcpy(push, force, sizeof push);
+    if (k == 1) {
+      memcpy(def.rotation, rotation, sizeof rotation);
+      memcpy(def.position, place, sizeof place);
+      turn(rotation, gravity, g);
+      turn(rotation, force, push);
+    }
+    MUST(thrum_scene_set_gravity(scene, g, &error));
+    MUST(thrum_scene_add_body(scene, &def, NULL, &error));
+    MUST(thrum_scene_add_shake(scene, push, &sway, &error));
+    const thrum_scene_load load = {
+        .kind = THRUM_SCENE_FORCE, .vector = {push[0], push[1], push[2]}, .course = always};
+    MUST(thrum_scene_add_load(scene, 0, &load, &error));
+    MUST(thrum_scene_add_probe(scene, "all", 0, NULL, 0, &error));
+    steps(scene, STEPS);
+  }
+  double x[3], v[3], xt[3], vt[3], x_turned[3], v_turned[3];
+  MUST(thrum_scene_probe(f->scene, 0, x, v, &error));
+  MUST(thrum_scene_probe(turned, 0, xt, vt, &error));
+  turn(rotation, x, x_turned);
+  turn(rotation, v, v_turned);
+  for (int axis = 0; axis < 3; axis++)
+    x_turned[axis] += place[axis];
+  assert_true(largest_difference(xt, x_turned, 3) < 1e-7);
+  assert_true(largest_difference(vt, v_turned, 3) < 1e-6);
+  assert_true(fabs(v[0]) + fabs(v[1]) + fabs(v[2]) > 1e-3);
+  thrum_scene_free(turned);
+}
+
+/* Under s, e, d time runs by sqrt(d s^2 / e) slower, and shapes are the same. */
+static void a_scaled_body_moves_as_the_small_one_in_its_own_time(void **context) {
+  fixture *f = *context;
+  const double s = 2, e = 8, d = 0.5, slower = sqrt(d * s * s / e);
+  thrum_scene *large = NULL;
+  MUST(thrum_scene_make(0.003 * slower, &large, &error));
+  const double gravity[3] = {0, 4, -3};
+  // accelerations go as length over time squared
+  const double large_gravity[3] = {0, 4 * s / (slower * slower), -3 * s / (slower * slower)};
+  MUST(thrum_scene_set_gravity(f->scene, gravity, &error));
+  MUST(thrum_scene_set_gravity(large, large_gravity, &error));
+  thrum_scene_body_def def = def_of(f, THRUM_INTEGRATOR_ENERGY);
+  def.start_mode = 1;
+  def.start_amplitude = 0.1;
+  MUST(thrum_scene_add_body(f->scene, &def, NULL, &error));
+  def.start_amplitude *= s;
+  def.scale = s;
+  def.stiffness = e;
+  def.density = d;
+  MUST(thrum_scene_add_body(large, &def, NULL, &error));
+  steps(f->scene, STEPS);
+  steps(large, STEPS);
+  double q[RANK], q_large[RANK], x[3], v[3], x_large[3], v_large[3];
+  MUST(thrum_scene_body_shape(f->scene, 0, q, &error));
+  MUST(thrum_scene_body_shape(large, 0, q_large, &error));
+  assert_true(largest_difference(q, q_large, RANK) < 1e-6 * (fabs(q[0]) + fabs(q[1])));
+  MUST(thrum_scene_body_vertex(f->scene, 0, 4, x, v, &error));
+  MUST(thrum_scene_body_vertex(large, 0, 4, x_large, v_large, &error));
+  for (int axis = 0; axis < 3; axis++) {
+    assert_true(fabs(x_large[axis] - s * x[axis]) < 1e-6);
+    assert_true(fabs(v_large[axis] - s / slower * v[axis]) < 1e-5);
+  }
+  thrum_scene_energies small_e, large_e;
+  MUST(thrum_scene_body_energies(f->scene, 0, &small_e, &error));
+  MUST(thrum_scene_body_energies(large, 0, &large_e, &error));
+  assert_true(fabs(large_e.total - e * s * s * s * small_e.total) <
+              1e-6 * e * s * s * s * (fabs(small_e.kinetic) + fabs(small_e.gravity)));
+  thrum_scene_free(large);
+}
+
+static void only_what_is_named_is_built(void **context) {
+  fixture *f = *context;
+  thrum_scene_body_info first, second, lower;
+  const thrum_scene_body_def def = def_of(f, THRUM_INTEGRATOR_IMEXV);
+  thrum_scene_body_def half = def;
+  half.rank = RANK / 2;
+  add(f, &def);
+  add(f, &def);
+  add(f, &half);
+  MUST(thrum_scene_body(f->scene, 0, &first, &error));
+  MUST(thrum_scene_body(f->scene, 1, &second, &error));
+  MUST(thrum_scene_body(f->scene, 2, &lower, &error));
+  // bodies as they were given step the model itself; others step a copy without a mesh
+  assert_ptr_equal(first.stepped, &f->m.model);
+  assert_ptr_equal(second.stepped, first.stepped);
+  assert_int_equal(lower.stepped->rank, RANK / 2);
+  assert_null(lower.stepped->basis);
+  assert_null(lower.stepped->vertices);
+  // a body's own memory is its state and vectors of the rank, whatever the mesh
+  size_t state = 0;
+  MUST(thrum_state_size(&f->m.model, &def.state, &state, &error));
+  assert_true(first.bytes < state + (size_t)(9 * RANK) * sizeof(double) + 2000);
+  assert_int_equal(first.bytes, second.bytes);
+  assert_int_equal(thrum_scene_probe_count(f->scene), 0);
+}
+
+static void a_snapshot_brings_back_every_bit(void **context) {
+  fixture *f = *context;
+  thrum_scene_body_def def = def_of(f, THRUM_INTEGRATOR_IMEXV);
+  def.start_mode = 1;
+  def.start_amplitude = 0.4;
+  add(f, &def);
+  def.state.integrator = THRUM_INTEGRATOR_NEWMARK;
+  add(f, &def);
+  steps(f->scene, 50);
+  const size_t size = thrum_scene_snapshot_size(f->scene);
+  void *kept = malloc(size), *again = malloc(size), *end = malloc(size);
+  assert_true(kept && again && end);
+  MUST(thrum_scene_snapshot(f->scene, kept, size, &error));
+  steps(f->scene, 50);
+  MUST(thrum_scene_snapshot(f->scene, end, size, &error));
+  MUST(thrum_scene_restore(f->scene, kept, size, &error));
+  assert_true(fabs(thrum_scene_time(f->scene) - 0.15) < 1e-12);
+  steps(f->scene, 50);
+  MUST(thrum_scene_snapshot(f->scene, again, size, &error));
+  assert_memory_equal(again, end, size);
+  assert_int_equal(thrum_scene_restore(f->scene, kept, size - 1, &error), THRUM_BUFFER_TOO_SMALL);
+  MUST(thrum_scene_set_rank(f->scene, 1, 3, &error));
+  assert_int_equal(thrum_scene_restore(f->scene, kept, size, &error), THRUM_MODEL_MISMATCH);
+  free(kept);
+  free(again);
+  free(end);
+}
+
+static void a_reset_starts_over_with_the_same_bits(void **context) {
+  fixture *f = *context;
+  double q[RANK], again[RANK];
+  thrum_scene_body_def def = def_of(f, THRUM_INTEGRATOR_IMEXV);
+  def.start_mode = 3;
+  def.start_amplitude = 0.2;
+  add(f, &def);
+  const thrum_scene_load load = {.kind = THRUM_SCENE_ACCELERATION,
+                                 .vector = {1, 2, 3},
+                                 .course = {THRUM_LOAD_SINE, 0.02, 0.1, 5}};
+  MUST(thrum_scene_add_load(f->scene, 0, &load, &error));
+  steps(f->scene, 60);
+  MUST(thrum_scene_body_get(f->scene, 0, q, NULL, &error));
+  MUST(thrum_scene_reset(f->scene, &error));
+  assert_true(thrum_scene_time(f->scene) == 0);
+  steps(f->scene, 60);
+  MUST(thrum_scene_body_get(f->scene, 0, again, NULL, &error));
+  assert_memory_equal(q, again, sizeof q);
+}
+
+static void changes_keep_the_motion(void **context) {
+  fixture *f = *context;
+  double q[RANK], p[RANK], q_now[RANK], p_now[RANK];
+  thrum_scene_body_def def = def_of(f, THRUM_INTEGRATOR_IMEXV);
+  def.start_mode = 1;
+  def.start_amplitude = 0.2;
+  add(f, &def);
+  steps(f->scene, 40);
+  MUST(thrum_scene_body_get(f->scene, 0, q, p, &error));
+  MUST(thrum_scene_set_dt(f->scene, 0.001, &error));
+  MUST(thrum_scene_set_damping(f->scene, 0, 0.5, 0.001, &error));
+  MUST(thrum_scene_set_integrator(f->scene, 0, THRUM_INTEGRATOR_ENERGY, &error));
+  MUST(thrum_scene_set_stiffness(f->scene, 0, 2, &error));
+  MUST(thrum_scene_body_get(f->scene, 0, q_now, p_now, &error));
+  assert_true(largest_difference(q, q_now, RANK) < 1e-12);
+  assert_true(largest_difference(p, p_now, RANK) < 1e-10);
+  thrum_scene_body_info info;
+  MUST(thrum_scene_body(f->scene, 0, &info, &error));
+  assert_true(info.stepped->omega2[2] == 2 * f->m.model.omega2[2]);
+  assert_int_equal(info.integrator, THRUM_INTEGRATOR_ENERGY);
+  MUST(thrum_scene_set_rank(f->scene, 0, 3, &error));
+  MUST(thrum_scene_set_rank(f->scene, 0, RANK, &error));
+  MUST(thrum_scene_body_get(f->scene, 0, q_now, NULL, &error));
+  for (int i = 0; i < RANK; i++)
+    assert_true(i < 3 ? fabs(q_now[i] - q[i]) < 1e-12 : q_now[i] == 0);
+  steps(f->scene, 40);
+  assert_true(fabs(thrum_scene_time(f->scene) - 0.16) < 1e-12);
+  // refused changes leave the scene as it was
+  assert_true(thrum_scene_set_rank(f->scene, 0, RANK + 1, &error) < 0);
+  assert_true(thrum_scene_set_dt(f->scene, -1, &error) < 0);
+  assert_true(thrum_scene_set_stiffness(f->scene, 0, 0, &error) < 0);
+  assert_true(thrum_scene_set_damping(f->scene, 0, NAN, 0, &error) < 0);
+  assert_true(thrum_scene_set_rank(f->scene, 1, 2, &error) < 0);
+  steps(f->scene, 1);
+}
+
+/* A load's time is the scene's, also after dt has changed between its ends. */
+static void loads_keep_their_time_when_dt_changes(void **context) {
+  fixture *f = *context;
+  for (int i = 0; i < RANK; i++)
+    f->m.omega2[i] = 0;
+  memset(f->m.c3, 0, (size_t)f->m.model.c3_count * sizeof(double));
+  memset(f->m.c4, 0, (size_t)f->m.model.c4_count * sizeof(double));
+  random_model_pack(&f->m);
+  const thrum_scene_body_def def = def_of(f, THRUM_INTEGRATOR_MIDPOINT);
+  add(f, &def);
+  const double field[3 * VERTICES] = {[3] = 1, [10] = -2, [20] = 3};
+  const thrum_scene_load load = {
+      .kind = THRUM_SCENE_FIELD, .field = field, .course = {THRUM_LOAD_SINE, 0.01, 0.2, 4}};
+  MUST(thrum_scene_add_load(f->scene, 0, &load, &error));
+  double p[RANK], expected[RANK] = {0};
+  steps(f->scene, 10);
+  MUST(thrum_scene_set_dt(f->scene, 0.002, &error));
+  steps(f->scene, 200);
+  MUST(thrum_scene_body_get(f->scene, 0, NULL, p, &error));
+  // without a force of its own the momentum is the integral of the load
+  assert_int_equal(thrum_force_add_field(&f->m.model, field, expected, NULL), THRUM_OK);
+  const double integral = (1 - cos(2 * pi * 4 * 0.19)) / (2 * pi * 4);
+  for (int i = 0; i < RANK; i++)
+    assert_true(fabs(p[i] - integral * expected[i]) < 1e-12);
+}
+
+static void a_body_that_fails_stops_and_the_others_go_on(void **context) {
+  fixture *f = *context;
+  thrum_scene_body_def def = def_of(f, THRUM_INTEGRATOR_NEWMARK);
+  def.state.ladder = 0;
+  def.state.iterations_max = 1;
+  def.state.tolerance = 1e-14;
+  def.start_mode = 1;
+  def.start_amplitude = 50;
+  def.name = "wild";
+  add(f, &def);
+  const thrum_scene_body_def calm = def_of(f, THRUM_INTEGRATOR_IMEXV);
+  add(f, &calm);
+  thrum_status failed = THRUM_OK;
+  for (int k = 0; k < 20; k++) {
+    const thrum_status status = thrum_scene_step(f->scene, &error);
+    failed = failed < 0 ? failed : status;
+  }
+  assert_true(failed < 0);
+  assert_non_null(strstr(error.message, "wild"));
+  thrum_scene_body_info info;
+  MUST(thrum_scene_body(f->scene, 0, &info, &error));
+  assert_int_equal(info.status, failed);
+  MUST(thrum_scene_body(f->scene, 1, &info, &error));
+  assert_int_equal(info.status, THRUM_OK);
+  assert_int_equal(info.report.steps, 20);
+  MUST(thrum_scene_reset(f->scene, &error));
+  MUST(thrum_scene_body(f->scene, 0, &info, &error));
+  assert_int_equal(info.status, THRUM_OK);
+}
+
+static void the_matrix_puts_a_surface_where_its_vertices_are(void **context) {
+  fixture *f = *context;
+  thrum_scene_body_def def = def_of(f, THRUM_INTEGRATOR_IMEXV);
+  def.rotation[0] = 0.8;
+  def.rotation[2] = 0.6;
+  def.position[1] = 3;
+  def.scale = 1.5;
+  def.rank = 5;
+  def.start_mode = 2;
+  def.start_amplitude = 0.3;
+  add(f, &def);
+  size_t size = 0;
+  const thrum_surface_def all = {0};
+  const thrum_surface *surface = NULL;
+  MUST(thrum_surface_size(&f->m.model, &all, &size, &error));
+  void *memory = aligned_alloc(64, (size + 63) / 64 * 64);
+  MUST(thrum_surface_init(memory, size, &f->m.model, &all, &surface, &error));
+  float out[3 * VERTICES];
+  double matrix[16], x[3];
+  steps(f->scene, 5);
+  MUST(thrum_scene_body_positions(f->scene, 0, surface, out, 3, &error));
+  thrum_scene_body_matrix(f->scene, 0, matrix);
+  for (int v = 0; v < VERTICES; v++) {
+    MUST(thrum_scene_body_vertex(f->scene, 0, v, x, NULL, &error));
+    for (int row = 0; row < 3; row++) {
+      double sum = matrix[12 + row];
+      for (int column = 0; column < 3; column++)
+        sum += matrix[4 * column + row] * (double)out[3 * v + column];
+      assert_true(fabs(sum - x[row]) < 1e-5);
+    }
+  }
+  free(memory);
+}
+
+static void bad_defs_are_refused(void **context) {
+  fixture *f = *context;
+  thrum_scene_body_def def = {0};
+  assert_int_equal(thrum_scene_add_body(f->scene, &def, NULL, &error), THRUM_UNINITIALISED_DEF);
+  const thrum_scene_body_def good = def_of(f, THRUM_INTEGRATOR_IMEXV);
+#define REFUSED(change)                                                                            \
+  do {                                                                                             \
+    def = good;                                                                                    \
+    change;                                                                                        \
+    assert_true(thrum_scene_add_body(f->scene, &def, NULL, &error) < 0);                           \
+    assert_int_equal(thrum_scene_body_count(f->scene), 0);                                         \
+  } while (0)
+  REFUSED(def.model = NULL);
+  REFUSED(def.rank = RANK + 1);
+  REFUSED(def.rank = -1);
+  REFUSED(def.scale = 0);
+  REFUSED(def.stiffness = NAN);
+  REFUSED(def.density = -1);
+  REFUSED(def.position[1] = INFINITY);
+  REFUSED(def.rotation[0] = 0);
+  REFUSED(def.state.tolerance = 0);
+  REFUSED(def.start_mode = RANK + 1; def.start_amplitude = 1);
+#undef REFUSED
+  assert_true(thrum_scene_make(0, &f->scene, &error) < 0);
+  assert_true(thrum_scene_add_probe(f->scene, NULL, 0, NULL, 0, &error) < 0);
+  add(f, &good);
+  const int32_t beyond = VERTICES;
+  assert_true(thrum_scene_add_probe(f->scene, NULL, 0, &beyond, 1, &error) < 0);
+  const thrum_scene_load load = {.kind = THRUM_SCENE_FORCE, .vertices = &beyond, .count = 1};
+  assert_true(thrum_scene_add_load(f->scene, 0, &load, &error) < 0);
+  const double nowhere[3] = {0, NAN, 0};
+  assert_true(thrum_scene_set_gravity(f->scene, nowhere, &error) < 0);
+}
+
+#define TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      TEST(bodies_side_by_side_have_the_bits_of_each_alone),
+      TEST(a_reduced_load_is_the_load),
+      TEST(turning_a_body_and_its_world_changes_nothing),
+      TEST(a_scaled_body_moves_as_the_small_one_in_its_own_time),
+      TEST(only_what_is_named_is_built),
+      TEST(a_snapshot_brings_back_every_bit),
+      TEST(a_reset_starts_over_with_the_same_bits),
+      TEST(changes_keep_the_motion),
+      TEST(loads_keep_their_time_when_dt_changes),
+      TEST(a_body_that_fails_stops_and_the_others_go_on),
+      TEST(the_matrix_puts_a_surface_where_its_vertices_are),
+      TEST(bad_defs_are_refused),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}

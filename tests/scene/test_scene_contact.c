@@ -1,0 +1,449 @@
+/* Scenes with a floor, with pulls, with wind, with bodies that fall: contact steps as the library's
+ * own, free flight is exact, drag has its closed form, and snapshots hold all of it.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "tests/support/precompute_support.h"
+
+#include "mesh/mesh_faces.h"
+#include "thrum/scene.h"
+
+#define MUST(call)                                                                                 \
+  do {                                                                                             \
+    if ((call) < 0)                                                                                \
+      fail_msg("%s", error.message);                                                               \
+  } while (0)
+
+static thrum_error error;
+static const double down[3] = {0, 0, -9.81};
+
+/* A block, free or held at its left side, and its surface. */
+typedef struct fixture {
+  body block;
+  thrum_precomputed made;
+  thrum_scene *scene;
+  int32_t *triangles, *touch;
+  int64_t triangle_count;
+} fixture;
+
+/* The faces of one tetrahedron alone, outwards. */
+static void make_triangles(fixture *f) {
+  thrum_mesh_faces faces = {0};
+  int64_t shared[3];
+  MUST(thrum_mesh_find_faces(&f->block.mesh, &faces, shared, &error));
+  f->triangles = need(3 * (size_t)faces.count, sizeof *f->triangles);
+  for (int64_t n = 0; n < faces.count; n++) {
+    const thrum_mesh_face *face = &faces.faces[n];
+    if (face->other >= 0)
+      continue;
+    int32_t *corners = f->triangles + 3 * f->triangle_count++;
+    corners[0] = face->vertices[0];
+    corners[1] = face->vertices[face->even ? 1 : 2];
+    corners[2] = face->vertices[face->even ? 2 : 1];
+  }
+  free(faces.faces);
+}
+
+static int make(void **context, const char *fix) {
+  fixture *f = calloc(1, sizeof *f);
+  if (f == NULL)
+    return -1;
+  f->block = body_make("beam:4x3x2@0.4x0.3x0.2", fix);
+  f->made = body_precompute(&f->block, 4, 8);
+  const thrum_model *m = &f->made.model;
+  make_triangles(f);
+  f->touch = need((size_t)m->vertex_count, sizeof *f->touch);
+  for (int64_t v = 0; v < m->vertex_count; v++)
+    f->touch[v] = (int32_t)v;
+  *context = f;
+  return thrum_scene_make(0.002, &f->scene, &error) < 0;
+}
+
+static int make_free(void **context) {
+  return make(context, NULL);
+}
+static int make_held(void **context) {
+  return make(context, "x<0.001");
+}
+
+static int teardown(void **context) {
+  fixture *f = *context;
+  thrum_scene_free(f->scene);
+  thrum_precomputed_free(&f->made);
+  body_free(&f->block);
+  free(f->triangles);
+  free(f->touch);
+  free(f);
+  return 0;
+}
+
+static thrum_scene_body_def def_of(const fixture *f) {
+  thrum_scene_body_def def = thrum_default_scene_body_def();
+  def.model = &f->made.model;
+  def.triangles = f->triangles;
+  def.triangle_count = f->triangle_count;
+  def.touch = f->touch;
+  def.touch_count = f->made.model.vertex_count;
+  return def;
+}
+
+static void steps(thrum_scene *scene, int count) {
+  for (int k = 0; k < count; k++)
+    MUST(thrum_scene_step(scene, &error));
+}
+
+static void a_free_body_falls_as_a_stone(void **context) {
+  fixture *f = *context;
+  thrum_scene_body_def def = def_of(f);
+  def.free = 1;
+  def.scale = 2;
+  def.density = 3;
+  def.velocity[0] = 2;
+  def.position[2] = 5;
+  MUST(thrum_scene_set_gravity(f->scene, down, &error));
+  MUST(thrum_scene_add_body(f->scene, &def, NULL, &error));
+  thrum_scene_body_info info;
+  MUST(thrum_scene_body(f->scene, 0, &info, &error));
+  const double density = f->made.model.material[2];
+  assert_close(info.mass, 3 * density * 8 * 0.4 * 0.3 * 0.2, 1e-10);
+  double before[3], x[3], v[3];
+  MUST(thrum_scene_body_vertex(f->scene, 0, 7, before, NULL, &error));
+  thrum_scene_energies first, last;
+  MUST(thrum_scene_body_energies(f->scene, 0, &first, &error));
+  steps(f->scene, 250);
+  MUST(thrum_scene_body_vertex(f->scene, 0, 7, x, v, &error));
+  MUST(thrum_scene_body_energies(f->scene, 0, &last, &error));
+  const double t = 0.5;
+  assert_close(x[0] - before[0], 2 * t, 1e-9);
+  assert_close(x[2] - before[2], -0.5 * 9.81 * t * t, 1e-9);
+  assert_close(v[2], -9.81 * t, 1e-9);
+  assert_true(fabs(last.total - first.total) < 1e-9 * last.kinetic);
+}
+
+/* Two shoves at one end of a free bar, in world axes however it lies: momentum and angular momentum
+ * are the integrals of force and torque, the latter about the centre at rest. */
+static void a_shove_moves_and_turns_a_free_body(void **context) {
+  fixture *f = *context;
+  const double force[3] = {0, 0, 0.02};
+  const int32_t corner = (int32_t)(f->made.model.vertex_count - 1);
+  thrum_scene_body_def def = def_of(f);
+  def.free = 1;
+  def.scale = 2;
+  def.stiffness = 1e4;
+  def.position[0] = 3;
+  def.rotation[0] = 0.8;
+  def.rotation[3] = 0.6;
+  MUST(thrum_scene_add_body(f->scene, &def, NULL, &error));
+  const thrum_scene_load load = {.kind = THRUM_SCENE_FORCE,
+                                 .vector = {force[0], force[1], force[2]},
+                                 .vertices = &corner,
+                                 .count = 1,
+                                 .course = {THRUM_LOAD_CONSTANT, 0, 0.1, 0}};
+  MUST(thrum_scene_add_load(f->scene, 0, &load, &error));
+  double before[3], after[3], v[3], centre[3], middle[3];
+  MUST(thrum_scene_body_vertex(f->scene, 0, corner, before, NULL, &error));
+  MUST(thrum_scene_add_probe(f->scene, "all", 0, NULL, 0, &error));
+  MUST(thrum_scene_probe(f->scene, 0, centre, NULL, &error));
+  steps(f->scene, 50);
+  thrum_scene_body_info info;
+  MUST(thrum_scene_body(f->scene, 0, &info, &error));
+  MUST(thrum_scene_body_vertex(f->scene, 0, corner, after, v, &error));
+  MUST(thrum_scene_probe(f->scene, 0, middle, v, &error));
+  // mesh and bar are symmetric: the mean of the vertices is the centre of mass
+  assert_close(v[2], 0.02 * 0.1 / info.mass, 1e-3);
+  thrum_scene_energies e;
+  MUST(thrum_scene_body_energies(f->scene, 0, &e, &error));
+  const double arm[3] = {before[0] - centre[0], before[1] - centre[1], 0};
+  // a bar of sides 0.8, 0.6, 0.4 lies turned about z; the torque about its own x and y axes
+  const double turn = 2 * acos(0.8), c = cos(turn), n = sin(turn);
+  const double x = c * arm[0] + n * arm[1], y = -n * arm[0] + c * arm[1];
+  const double lx = y * 0.002, ly = -x * 0.002;
+  const double jx = info.mass * (0.36 + 0.16) / 12, jy = info.mass * (0.64 + 0.16) / 12;
+  const double whole = 0.5 * info.mass * v[2] * v[2] + 0.5 * lx * lx / jx + 0.5 * ly * ly / jy;
+  assert_close(e.kinetic + e.potential, whole, 2e-2);
+  // what turns goes on turning
+  const double kept = e.total;
+  steps(f->scene, 2000);
+  MUST(thrum_scene_body_energies(f->scene, 0, &e, &error));
+  assert_close(e.total, kept, 1e-6);
+}
+
+static void a_spin_is_that_of_the_def_and_stays(void **context) {
+  fixture *f = *context;
+  thrum_scene_body_def def = def_of(f);
+  def.free = 1;
+  def.scale = 0.5;
+  def.density = 2;
+  def.rotation[0] = 0.6;
+  def.rotation[1] = 0.8;
+  def.spin[0] = 1.5;
+  def.spin[1] = 0.2;
+  def.spin[2] = -0.7;
+  MUST(thrum_scene_add_body(f->scene, &def, NULL, &error));
+  MUST(thrum_scene_add_probe(f->scene, "all", 0, NULL, 0, &error));
+  double x[3], v[3], centre[3];
+  MUST(thrum_scene_probe(f->scene, 0, centre, NULL, &error));
+  MUST(thrum_scene_body_vertex(f->scene, 0, 3, x, v, &error));
+  const double arm[3] = {x[0] - centre[0], x[1] - centre[1], x[2] - centre[2]};
+  for (int axis = 0; axis < 3; axis++) {
+    const int next = (axis + 1) % 3, last = (axis + 2) % 3;
+    assert_true(fabs(v[axis] - (def.spin[next] * arm[last] - def.spin[last] * arm[next])) < 1e-10);
+  }
+  thrum_scene_energies first, last;
+  MUST(thrum_scene_body_energies(f->scene, 0, &first, &error));
+  steps(f->scene, 3000);
+  MUST(thrum_scene_body_energies(f->scene, 0, &last, &error));
+  assert_close(last.total, first.total, 1e-9);
+  MUST(thrum_scene_reset(f->scene, &error));
+  double again[3];
+  MUST(thrum_scene_body_vertex(f->scene, 0, 3, again, NULL, &error));
+  assert_memory_equal(x, again, sizeof x);
+}
+
+static void a_drop_ends_on_the_floor(void **context) {
+  fixture *f = *context;
+  thrum_scene_body_def def = def_of(f);
+  def.free = 1;
+  def.position[2] = 0.3;
+  def.state.damping_alpha = 5;
+  MUST(thrum_scene_set_gravity(f->scene, down, &error));
+  MUST(thrum_scene_add_body(f->scene, &def, NULL, &error));
+  const thrum_obstacle floor = thrum_default_obstacle();
+  MUST(thrum_scene_add_obstacle(f->scene, &floor, NULL, &error));
+  MUST(thrum_scene_add_probe(f->scene, "all", 0, NULL, 0, &error));
+  steps(f->scene, 2000);
+  thrum_scene_body_info info;
+  double x[3], v[3];
+  MUST(thrum_scene_body(f->scene, 0, &info, &error));
+  MUST(thrum_scene_probe(f->scene, 0, x, v, &error));
+  // the lowest vertices of the mesh lie at its z = 0
+  const double *first = f->made.model.vertices;
+  double height = 0, least = 1;
+  for (int64_t n = 0; n < f->made.model.vertex_count; n++) {
+    height += first[3 * n + 2] / (double)f->made.model.vertex_count;
+    least = fmin(least, first[3 * n + 2]);
+  }
+  assert_true(fabs(x[2] - (height - least)) < 5e-3);
+  assert_true(fabs(v[2]) < 1e-3);
+  assert_true(info.contact.touching > 0);
+  // what the floor carries is its weight
+  assert_close(info.contact.normal, info.mass * 9.81, 0.02);
+}
+
+/* The same steps by thrum_contact_step over the whole model. */
+static void contact_has_the_bits_of_the_library_alone(void **context) {
+  fixture *f = *context;
+  const thrum_model *m = &f->made.model;
+  thrum_scene_body_def def = def_of(f);
+  def.triangles = NULL;
+  def.triangle_count = 0;
+  // the library is given the vertices that can move
+  int32_t *moving = need((size_t)m->vertex_count, sizeof *moving);
+  int64_t moving_count = 0;
+  for (int32_t v = 0; v < m->vertex_count; v++)
+    if (m->fixed[v] != 7)
+      moving[moving_count++] = v;
+  def.start_mode = 1;
+  def.start_amplitude = 0.05;
+  thrum_obstacle floor = thrum_default_obstacle();
+  floor.centre[2] = m->vertices[2] - 0.11;
+  MUST(thrum_scene_set_gravity(f->scene, down, &error));
+  MUST(thrum_scene_add_obstacle(f->scene, &floor, NULL, &error));
+  MUST(thrum_scene_add_body(f->scene, &def, NULL, &error));
+  steps(f->scene, 150);
+  thrum_state_def alone = thrum_default_state_def();
+  alone.dt = 0.002;
+  size_t size = 0;
+  MUST(thrum_state_size(m, &alone, &size, &error));
+  thrum_state *state = NULL;
+  void *memory = aligned_alloc(64, (size + 63) / 64 * 64);
+  MUST(thrum_state_init(memory, size, m, &alone, &state, &error));
+  double *q = need((size_t)m->rank, sizeof *q), *load = need((size_t)m->rank, sizeof *load);
+  MUST(thrum_mode_add(m, 0, 0.05, q, &error));
+  MUST(thrum_state_set(m, state, q, NULL, &error));
+  MUST(thrum_force_add_gravity(m, down, load, &error));
+  thrum_contact_def contact_def = thrum_default_contact_def();
+  contact_def.vertices = moving;
+  contact_def.vertex_count = moving_count;
+  thrum_contact *contact = NULL;
+  MUST(thrum_contact_size(m, state, &contact_def, &size, &error));
+  void *block = aligned_alloc(64, (size + 63) / 64 * 64);
+  MUST(thrum_contact_init(block, size, m, state, &contact_def, &contact, &error));
+  const thrum_around around = {.obstacles = &floor, .obstacle_count = 1, .load = load};
+  for (int k = 0; k < 150; k++)
+    MUST(thrum_contact_step(m, state, contact, &around, &error));
+  MUST(thrum_state_get(m, state, q, NULL, &error));
+  MUST(thrum_scene_body_get(f->scene, 0, load, NULL, &error));
+  assert_memory_equal(q, load, (size_t)m->rank * sizeof *q);
+  free(moving);
+  free(q);
+  free(load);
+  free(memory);
+  free(block);
+}
+
+static void a_pull_holds_its_point_and_lets_go(void **context) {
+  fixture *f = *context;
+  thrum_scene_body_def def = def_of(f);
+  def.state.damping_alpha = 20;
+  MUST(thrum_scene_add_body(f->scene, &def, NULL, &error));
+  const int64_t tip = f->made.model.vertex_count - 1;
+  double rest[3], target[3], point[3], force[3];
+  MUST(thrum_scene_body_vertex(f->scene, 0, tip, rest, NULL, &error));
+  memcpy(target, rest, sizeof target);
+  target[2] += 0.01;
+  int32_t pull = -1;
+  MUST(thrum_scene_pull_start(f->scene, 0, tip, rest, 1e9, -1, &pull, &error));
+  MUST(thrum_scene_pull_move(f->scene, pull, target, &error));
+  steps(f->scene, 2000);
+  MUST(thrum_scene_pull_get(f->scene, pull, point, force, &error));
+  // a spring far stiffer than the body brings the point to its target
+  assert_true(fabs(point[2] - target[2]) < 1e-4);
+  assert_true(force[2] > 0);
+  MUST(thrum_scene_pull_end(f->scene, pull, &error));
+  assert_true(thrum_scene_pull_end(f->scene, pull, &error) < 0);
+  steps(f->scene, 4000);
+  MUST(thrum_scene_body_vertex(f->scene, 0, tip, point, NULL, &error));
+  assert_true(fabs(point[2] - rest[2]) < 1e-6);
+  for (int n = 0; n < THRUM_SCENE_PULLS; n++)
+    MUST(thrum_scene_pull_start(f->scene, 0, n, rest, 1, 0, NULL, &error));
+  assert_true(thrum_scene_pull_start(f->scene, 0, 1, rest, 1, 0, NULL, &error) < 0);
+  MUST(thrum_scene_set_rank(f->scene, 0, 4, &error));
+  steps(f->scene, 5);
+}
+
+/* A box in a wind along x: 1/2 rho C_d |w|^2 times its side, whatever its mesh. */
+static void wind_on_a_box_is_its_frontal_drag(void **context) {
+  fixture *f = *context;
+  const double wind[3] = {12, 0, 0};
+  thrum_scene_body_def def = def_of(f);
+  def.free = 1;
+  def.scale = 2;
+  MUST(thrum_scene_set_wind(f->scene, wind, 1.2, 1.1, &error));
+  MUST(thrum_scene_add_body(f->scene, &def, NULL, &error));
+  thrum_scene_body_info info;
+  double x[3], v[3];
+  MUST(thrum_scene_body(f->scene, 0, &info, &error));
+  MUST(thrum_scene_add_probe(f->scene, NULL, 0, NULL, 0, &error));
+  steps(f->scene, 1);
+  MUST(thrum_scene_probe(f->scene, 0, x, v, &error));
+  const double force = 0.5 * 1.2 * 1.1 * 144 * 4 * 0.3 * 0.2;
+  // the mean over the vertices moves as the whole but for the first bit of strain
+  assert_close(v[0], force * 0.002 / info.mass, 0.2);
+  steps(f->scene, 20000);
+  MUST(thrum_scene_probe(f->scene, 0, x, v, &error));
+  // v' = c (w - v)^2 has w - v = w / (1 + c w t)
+  const double c = 0.5 * 1.2 * 1.1 * 4 * 0.3 * 0.2 / info.mass, t = 20001 * 0.002;
+  assert_close(v[0], 12 - 12 / (1 + c * 12 * t), 1e-3);
+  // and with steps in which the drag would stop it many times over
+  MUST(thrum_scene_set_dt(f->scene, 0.05, &error));
+  MUST(thrum_scene_set_wind(f->scene, wind, 1e6, 1.1, &error));
+  steps(f->scene, 200);
+  MUST(thrum_scene_probe(f->scene, 0, x, v, &error));
+  assert_close(v[0], 12, 0.01);
+}
+
+static void an_energy_beyond_numbers_is_refused(void **context) {
+  fixture *f = *context;
+  thrum_scene_body_def def = def_of(f);
+  def.free = 1;
+  def.velocity[0] = 1e300;
+  MUST(thrum_scene_add_body(f->scene, &def, NULL, &error));
+  thrum_scene_energies e = {.total = 3};
+  assert_int_equal(thrum_scene_body_energies(f->scene, 0, &e, &error), THRUM_NOT_FINITE);
+  assert_true(e.total == 3);
+}
+
+static void no_wind_is_too_strong_for_dt(void **context) {
+  fixture *f = *context;
+  const double wind[3] = {0, 300, 100};
+  thrum_scene_body_def def = def_of(f);
+  def.stiffness = 1e3;
+  MUST(thrum_scene_set_wind(f->scene, wind, 1000, 2, &error));
+  MUST(thrum_scene_add_body(f->scene, &def, NULL, &error));
+  for (int k = 0; k < 2000; k++)
+    if (thrum_scene_step(f->scene, &error) < 0)
+      fail_msg("%s", error.message);
+  thrum_scene_energies e;
+  MUST(thrum_scene_body_energies(f->scene, 0, &e, &error));
+  thrum_scene_energies later;
+  steps(f->scene, 2000);
+  MUST(thrum_scene_body_energies(f->scene, 0, &later, &error));
+  assert_true(isfinite(later.total) && later.kinetic < 10 * (e.kinetic + e.potential));
+}
+
+static void a_snapshot_holds_contact_and_ways(void **context) {
+  fixture *f = *context;
+  thrum_scene_body_def def = def_of(f);
+  def.free = 1;
+  def.position[2] = 0.05;
+  MUST(thrum_scene_set_gravity(f->scene, down, &error));
+  MUST(thrum_scene_add_body(f->scene, &def, NULL, &error));
+  thrum_obstacle floor = thrum_default_obstacle();
+  floor.velocity[2] = 0.1;
+  MUST(thrum_scene_add_obstacle(f->scene, &floor, NULL, &error));
+  steps(f->scene, 80);
+  const size_t size = thrum_scene_snapshot_size(f->scene);
+  void *kept = malloc(size), *end = malloc(size), *again = malloc(size);
+  assert_true(kept && end && again);
+  MUST(thrum_scene_snapshot(f->scene, kept, size, &error));
+  steps(f->scene, 80);
+  MUST(thrum_scene_snapshot(f->scene, end, size, &error));
+  MUST(thrum_scene_restore(f->scene, kept, size, &error));
+  steps(f->scene, 80);
+  MUST(thrum_scene_snapshot(f->scene, again, size, &error));
+  assert_memory_equal(end, again, size);
+  MUST(thrum_scene_obstacle(f->scene, 0, &floor, &error));
+  assert_true(fabs(floor.centre[2] - 160 * 0.002 * 0.1) < 1e-12);
+  MUST(thrum_scene_reset(f->scene, &error));
+  MUST(thrum_scene_obstacle(f->scene, 0, &floor, &error));
+  assert_true(floor.centre[2] == 0);
+  steps(f->scene, 160);
+  MUST(thrum_scene_snapshot(f->scene, again, size, &error));
+  thrum_scene_body_info info;
+  MUST(thrum_scene_body(f->scene, 0, &info, &error));
+  assert_true(info.contact.steps == 160);
+  free(kept);
+  free(end);
+  free(again);
+}
+
+static void what_does_not_touch_has_no_rows(void **context) {
+  fixture *f = *context;
+  thrum_scene_body_def def = def_of(f);
+  MUST(thrum_scene_add_body(f->scene, &def, NULL, &error));
+  thrum_scene_body_info info;
+  MUST(thrum_scene_body(f->scene, 0, &info, &error));
+  const size_t bare = info.bytes;
+  const thrum_obstacle floor = thrum_default_obstacle();
+  MUST(thrum_scene_add_obstacle(f->scene, &floor, NULL, &error));
+  MUST(thrum_scene_body(f->scene, 0, &info, &error));
+  // one layer of vertices in five is held, and some lie inside
+  const size_t rows = (size_t)(3 * f->made.model.vertex_count * f->made.model.rank);
+  assert_true(info.bytes > bare + rows * sizeof(double) / 4);
+  def.touch_count = 0;
+  def.free = 1;
+  assert_true(thrum_scene_add_body(f->scene, &def, NULL, &error) < 0);
+  def.free = 0;
+  MUST(thrum_scene_add_body(f->scene, &def, NULL, &error));
+  MUST(thrum_scene_body(f->scene, 1, &info, &error));
+  assert_true(info.bytes <= bare);
+}
+
+#define FREE(name) cmocka_unit_test_setup_teardown(name, make_free, teardown)
+#define HELD(name) cmocka_unit_test_setup_teardown(name, make_held, teardown)
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      FREE(a_shove_moves_and_turns_a_free_body),
+      FREE(a_spin_is_that_of_the_def_and_stays),
+      FREE(a_free_body_falls_as_a_stone),
+      FREE(a_drop_ends_on_the_floor),
+      HELD(contact_has_the_bits_of_the_library_alone),
+      HELD(a_pull_holds_its_point_and_lets_go),
+      FREE(wind_on_a_box_is_its_frontal_drag),
+      FREE(an_energy_beyond_numbers_is_refused),
+      HELD(no_wind_is_too_strong_for_dt),
+      FREE(a_snapshot_holds_contact_and_ways),
+      HELD(what_does_not_touch_has_no_rows),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}

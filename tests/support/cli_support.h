@@ -1,0 +1,157 @@
+/* For tests of the program: run it, keep what it printed and its exit code, read its JSON.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_TESTS_SUPPORT_CLI_SUPPORT_H
+#define THRUM_TESTS_SUPPORT_CLI_SUPPORT_H
+
+#include <cjson/cJSON.h>
+#include <stdarg.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#define CLI_ARGUMENTS_MAX 64
+
+/* What one run of the program left behind. exit_code is -1 when a signal ended it. */
+typedef struct cli_result {
+  int exit_code;
+  char *out; /* standard output, ended by 0 */
+  char *err; /* standard error, ended by 0 */
+} cli_result;
+
+static inline void cli_result_free(cli_result *result) {
+  free(result->out);
+  free(result->err);
+  memset(result, 0, sizeof *result);
+}
+
+/* A whole file as text (malloc, ended by 0); NULL when it cannot be read. */
+static inline char *cli_read_text(const char *path) {
+  FILE *file = fopen(path, "rb");
+  if (file == NULL)
+    return NULL;
+  size_t used = 0, size = 4096;
+  char *text = malloc(size);
+  while (text != NULL) {
+    used += fread(text + used, 1, size - used - 1, file);
+    if (used + 1 < size)
+      break;
+    size *= 2;
+    char *grown = realloc(text, size);
+    if (grown == NULL)
+      free(text);
+    text = grown;
+  }
+  if (text != NULL)
+    text[used] = 0;
+  fclose(file);
+  return text;
+}
+
+static inline bool cli_write_text(const char *path, const char *text) {
+  FILE *file = fopen(path, "wb");
+  if (file == NULL)
+    return false;
+  const bool written = fputs(text, file) >= 0;
+  return fclose(file) == 0 && written;
+}
+
+static inline bool cli_file_exists(const char *path) {
+  struct stat status;
+  return stat(path, &status) == 0;
+}
+
+/* A fresh folder for one test program; remove it with cli_remove_folder. */
+static inline const char *cli_make_folder(char path[64]) {
+  snprintf(path, 64, "/tmp/thrum-test-XXXXXX");
+  return mkdtemp(path);
+}
+
+/* Runs argv[0] with these arguments (ended by NULL), in `folder` when it is not NULL. */
+static inline cli_result cli_execute(const char *folder, char *const *argv) {
+  cli_result result = {.exit_code = -1};
+  char out_path[] = "/tmp/thrum-out-XXXXXX", err_path[] = "/tmp/thrum-err-XXXXXX";
+  const int out = mkstemp(out_path), err = mkstemp(err_path);
+  fflush(NULL);
+  const pid_t child = out >= 0 && err >= 0 ? fork() : -1;
+  if (child == 0) {
+    if (folder != NULL && chdir(folder) != 0)
+      _exit(126);
+    if (dup2(out, STDOUT_FILENO) < 0 || dup2(err, STDERR_FILENO) < 0)
+      _exit(126);
+    execv(argv[0], argv);
+    _exit(127);
+  }
+  int status = 0;
+  if (child > 0 && waitpid(child, &status, 0) == child && WIFEXITED(status)) {
+    result.exit_code = WEXITSTATUS(status);
+  }
+  result.out = cli_read_text(out_path);
+  result.err = cli_read_text(err_path);
+  if (out >= 0)
+    close(out);
+  if (err >= 0)
+    close(err);
+  unlink(out_path);
+  unlink(err_path);
+  return result;
+}
+
+/* Runs `thrum` with the arguments given, ended by NULL, such as
+ * thrum_run(folder, "info", "beam.npz", "--json", NULL). */
+static inline cli_result thrum_run(const char *folder, ...) {
+  const char *arguments[CLI_ARGUMENTS_MAX + 1] = {THRUM_PROGRAM};
+  va_list list;
+  va_start(list, folder);
+  int count = 1;
+  const char *argument = va_arg(list, const char *);
+  while (argument != NULL && count < CLI_ARGUMENTS_MAX) {
+    arguments[count++] = argument;
+    argument = va_arg(list, const char *);
+  }
+  va_end(list);
+  // execv takes char *const *, yet changes nothing
+  char *argv[CLI_ARGUMENTS_MAX + 1];
+  memcpy(argv, arguments, sizeof argv);
+  return cli_execute(folder, argv);
+}
+
+static inline void cli_remove_folder(const char *path) {
+  char remove[] = "/bin/rm", options[] = "-rf", target[128];
+  snprintf(target, sizeof target, "%s", path);
+  char *argv[] = {remove, options, target, NULL};
+  cli_result result = cli_execute(NULL, argv);
+  cli_result_free(&result);
+}
+
+/* The one JSON object that --json prints: NULL unless `out` is exactly one line holding it. */
+static inline cJSON *cli_json_line(const char *out) {
+  const char *newline = out != NULL ? strchr(out, '\n') : NULL;
+  if (newline == NULL || newline[1] != 0)
+    return NULL;
+  cJSON *object = cJSON_Parse(out);
+  if (object != NULL && !cJSON_IsObject(object)) {
+    cJSON_Delete(object);
+    return NULL;
+  }
+  return object;
+}
+
+/* A number of an object; NaN when it is missing or not a number. */
+static inline double cli_json_get(const cJSON *object, const char *key) {
+  const cJSON *item = cJSON_GetObjectItemCaseSensitive(object, key);
+  return cJSON_IsNumber(item) ? item->valuedouble : strtod("nan", NULL);
+}
+
+/* Whether standard error is `lines` lines, none of them empty. */
+static inline bool cli_line_count_is(const char *text, int lines) {
+  int count = 0;
+  for (const char *at = text; *at != 0; at++)
+    count += *at == '\n';
+  return count == lines;
+}
+
+#endif

@@ -1,0 +1,229 @@
+/* The measures of the experiments: slopes, bodies, tasks over threads, texts.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "tests/support/random_model.h"
+#include "validation/experiments/long_run.h"
+#include "validation/experiments/svg_plot.h"
+#include "io/string_builder.h"
+#include "tests/support/simulate_support.h"
+
+static void a_line_has_its_slope_and_no_error(void **state) {
+  (void)state;
+  double values[50];
+  for (int n = 0; n < 50; n++)
+    values[n] = 7 - 0.25 * n;
+  const study_trend line = study_slope(values, 50, 2), none = study_slope(values, 2, 2);
+  assert_true(fabs(line.slope + 0.125) < 1e-14 && line.error < 1e-14);
+  assert_true(isnan(none.slope) && isnan(none.error) && isnan(none.error_correlated));
+}
+
+/* y = 0, 1, 0, 1 at x = 0..3: slope 1/5, residuals -.2 .6 -.6 .2, error sqrt(0.8 / 2 / 5) */
+static void a_zigzag_has_the_textbook_error(void **state) {
+  (void)state;
+  static const double values[4] = {0, 1, 0, 1};
+  const study_trend zigzag = study_slope(values, 4, 1);
+  assert_true(fabs(zigzag.slope - 0.2) < 1e-15);
+  assert_true(fabs(zigzag.error - sqrt(0.08)) < 1e-15);
+  // each value turns from the one before, which is taken as no correlation
+  assert_true(zigzag.error_correlated == zigzag.error);
+}
+
+/* Noise without a trend, each value keeping a share of the one before: of many such rows about one
+ * in twenty should lie beyond two standard errors. Errors from independent residuals tell a trend
+ * in half of them. */
+static void what_wanders_is_no_trend(void **state) {
+  (void)state;
+  enum { ROWS = 400, COUNT = 200 };
+  random_state random = {11};
+  int told[2] = {0, 0};
+  for (int row = 0; row < ROWS; row++) {
+    double values[COUNT], at = 0;
+    for (int k = -50; k < COUNT; k++) {
+      double noise;
+      random_vector(&random, 1, 1.0, &noise);
+      at = 0.8 * at + noise;
+      if (k >= 0)
+        values[k] = 3 + at;
+    }
+    const study_trend trend = study_slope(values, COUNT, 1);
+    told[0] += fabs(trend.slope) > 2 * trend.error;
+    told[1] += fabs(trend.slope) > 2 * trend.error_correlated;
+  }
+  assert_true(told[0] > ROWS / 3);
+  assert_true(told[1] > ROWS / 100 && told[1] < ROWS / 8);
+}
+
+static const double particle_push[3] = {0, 2, 0};
+
+static const thrum_model *load_particle(void) {
+  const thrum_model *model = NULL;
+  thrum_error error = {0};
+  char path[] = "/tmp/thrum-study-XXXXXX";
+  const int file = mkstemp(path);
+  assert_true(file >= 0);
+  close(file);
+  assert_true(save_particle(path, 4, 9));
+  assert_int_equal(thrum_model_load(path, &model, &error), THRUM_OK);
+  unlink(path);
+  return model;
+}
+
+static void amplitude_is_the_mean_displacement_of_the_group(void **state) {
+  (void)state;
+  static const double q[PARTICLE_RANK] = {0.3, -0.7};
+  const thrum_model *model = load_particle();
+  study_body body;
+  thrum_error error = {0};
+  assert_int_equal(study_body_init("particle", model, "nothing", particle_push, &body, &error),
+                   THRUM_MISSING);
+  assert_int_equal(study_body_init("particle", model, "a, b", particle_push, &body, &error),
+                   THRUM_OK);
+  // vertices 1, 2 and 4 share; the box is the unit cube
+  double mean[3] = {0, 0, 0};
+  double u[12];
+  assert_int_equal(thrum_displacement(model, q, 0, 4, u, &error), THRUM_OK);
+  for (int axis = 0; axis < 3; axis++)
+    mean[axis] = (u[axis] + u[3 + axis] + u[9 + axis]) / 3;
+  const double expected = sqrt(mean[0] * mean[0] + mean[1] * mean[1] + mean[2] * mean[2]);
+  assert_true(fabs(study_body_amplitude(&body, q) - expected) < 1e-15);
+  assert_true(body.length == 1 && body.direction[1] == 1);
+  // the displacement along the push under 1 N is the compliance
+  const double still[PARTICLE_RANK] = {body.push[0] / 4, body.push[1] / 9};
+  double moved = 0;
+  for (int i = 0; i < PARTICLE_RANK; i++)
+    moved += body.tip[PARTICLE_RANK + i] * still[i];
+  assert_true(fabs(moved - body.compliance) < 1e-15);
+  study_body_free(&body);
+  thrum_model_free(model);
+}
+
+typedef struct tally {
+  int counts[1000];
+  int64_t fail_at;
+} tally;
+
+static thrum_status count_task(void *context, int64_t index, thrum_error *error) {
+  tally *all = context;
+  all->counts[index]++;
+  if (index == all->fail_at)
+    return thrum_error_set(error, THRUM_IO, "task %d", (int)index);
+  return THRUM_OK;
+}
+
+static bool stop_at_half(void *context, double fraction) {
+  *(double *)context = fraction;
+  return fraction < 0.5;
+}
+
+/* A slow body has the whole impulse as momentum afterwards, whether its 3 ms are many steps, some
+ * and a part, or less than one. */
+static void a_strike_gives_its_whole_impulse_at_any_step(void **state) {
+  (void)state;
+  static const double steps[5] = {1e-4, 7e-4, 2e-3, 3e-3, 1e-2};
+  const thrum_model *model = load_particle();
+  study_body body;
+  thrum_error error = {0};
+  assert_int_equal(study_body_init("particle", model, "a, b", particle_push, &body, &error),
+                   THRUM_OK);
+  for (int n = 0; n < 5; n++) {
+    thrum_state_def def = thrum_default_state_def();
+    def.integrator = THRUM_INTEGRATOR_ENERGY;
+    def.dt = steps[n];
+    void *memory = NULL;
+    thrum_state *strung = NULL;
+    assert_int_equal(study_state_make(model, &def, &memory, &strung, &error), THRUM_OK);
+    assert_int_equal(study_strike(&body, 0.7, def.dt, strung, &error), THRUM_OK);
+    double p[PARTICLE_RANK];
+    assert_int_equal(thrum_state_get(model, strung, NULL, p, &error), THRUM_OK);
+    double size = 0, off = 0;
+    for (int i = 0; i < PARTICLE_RANK; i++) {
+      size = fmax(size, fabs(0.7 * body.push[i]));
+      off = fmax(off, fabs(p[i] - 0.7 * body.push[i]));
+    }
+    if (!(size > 0 && off < 1e-3 * size))
+      fail_msg("dt %g: off by %g of %g", def.dt, off, size);
+    free(memory);
+  }
+  study_body_free(&body);
+  thrum_model_free(model);
+}
+
+static void each_task_is_done_once(void **state) {
+  (void)state;
+  tally all = {.fail_at = -1};
+  study_pool pool = {.threads = 4, .count = 1000, .task = count_task, .context = &all};
+  thrum_error error = {0};
+  assert_int_equal(study_pool_run(&pool, &error), THRUM_OK);
+  for (int n = 0; n < 1000; n++)
+    assert_int_equal(all.counts[n], 1);
+}
+
+static void a_failed_task_ends_the_others(void **state) {
+  (void)state;
+  tally all = {.fail_at = 3};
+  study_pool pool = {.threads = 1, .count = 1000, .task = count_task, .context = &all};
+  thrum_error error = {0};
+  assert_int_equal(study_pool_run(&pool, &error), THRUM_IO);
+  assert_string_equal(error.message, "task 3");
+  assert_int_equal(all.counts[4], 0);
+  double fraction = 0;
+  all.fail_at = -1;
+  pool.progress = stop_at_half;
+  pool.progress_context = &fraction;
+  assert_int_equal(study_pool_run(&pool, &error), THRUM_INTERRUPTED);
+  assert_true(fraction == 0.5);
+}
+
+static void a_text_grows_and_escapes(void **state) {
+  (void)state;
+  study_text text = {0};
+  for (int n = 0; n < 5000; n++)
+    study_text_add(&text, "%d,", n % 10);
+  assert_int_equal(text.size, 10000);
+  assert_int_equal(strlen(text.bytes), 10000);
+  study_text_escape(&text, "a<b>&c");
+  assert_string_equal(text.bytes + 10000, "a&lt;b&gt;&amp;c");
+  free(text.bytes);
+}
+
+/* Ticks closer than the rounding of their values would never end. */
+static void a_curve_that_is_flat_up_to_rounding_is_drawn_flat(void **state) {
+  (void)state;
+  static const double x[3] = {0, 1, 2};
+  static const double flat[][3] = {{899.5, 899.5, 899.5 * (1 + 2e-16)}, {0, 0, 0}, {-3, -3, -3}};
+  for (size_t n = 0; n < sizeof flat / sizeof *flat; n++) {
+    study_plot plot = {.title = "t", .x_label = "x", .y_label = "y", .width = 600, .height = 400};
+    plot.series_count = 1;
+    plot.series[0] = (study_series){.color = "#000", .x = x, .y = flat[n], .count = 3};
+    study_text text = {0};
+    study_plot_add(&text, &plot);
+    assert_true(text.size > 500 && text.size < 10000);
+    assert_non_null(strstr(text.bytes, "d='M"));
+    assert_null(strstr(text.bytes, "nan"));
+    free(text.bytes);
+  }
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_line_has_its_slope_and_no_error),
+      cmocka_unit_test(a_zigzag_has_the_textbook_error),
+      cmocka_unit_test(what_wanders_is_no_trend),
+      cmocka_unit_test(amplitude_is_the_mean_displacement_of_the_group),
+      cmocka_unit_test(a_strike_gives_its_whole_impulse_at_any_step),
+      cmocka_unit_test(each_task_is_done_once),
+      cmocka_unit_test(a_failed_task_ends_the_others),
+      cmocka_unit_test(a_text_grows_and_escapes),
+      cmocka_unit_test(a_curve_that_is_flat_up_to_rounding_is_drawn_flat),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,387 @@
+/* The trade of speed and accuracy: samples between steps, errors that fall as theory says and add
+ * up as a triangle must, the choice of a setting, and the command. SPDX-License-Identifier:
+ * Apache-2.0 */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "tests/support/cli_support.h"
+#include "tests/support/precompute_support.h"
+#include "validation/tradeoff/tradeoff.h"
+
+static char folder[64];
+
+static int make_model(void **state) {
+  (void)state;
+  if (cli_make_folder(folder) == NULL)
+    return 1;
+  cli_result run = thrum_run(folder, "precompute", "beam:6x2x2@1x0.15x0.15", "-o", "beam.npz",
+                             "--fix", "x<0.001", "--modes", "5", "--rank", "10", "-q", NULL);
+  const int code = run.exit_code;
+  cli_result_free(&run);
+  return code;
+}
+
+static int remove_folder(void **state) {
+  (void)state;
+  cli_remove_folder(folder);
+  return 0;
+}
+
+/* --- samples -----------------------------------------------------------------------------------
+ */
+
+static double cubic(double t, double *slope) {
+  *slope = 2 - 6 * t + 1.5 * t * t;
+  return 1 + 2 * t - 3 * t * t + 0.5 * t * t * t;
+}
+
+static void check_cubic(void *context, int64_t index, double share, const double *value) {
+  double slope, *last = context;
+  const double time = 3.0 * (double)(index + 1) / TRADEOFF_SAMPLES, exact = cubic(time, &slope);
+  assert_true(share > 0 && share <= 1 + 1e-9);
+  assert_true(fabs(value[0] - exact) < 1e-13 * 10);
+  assert_true(fabs(value[1] - slope) < 1e-12 * 10);
+  // each sample once, in order
+  assert_true((double)index == *last + 1);
+  *last = (double)index;
+}
+
+static void samples_between_steps_are_exact_for_cubics(void **state) {
+  (void)state;
+  static const double steps[] = {3.0 / 64, 0.017, 0.4, 3};
+  for (int n = 0; n < 4; n++) {
+    double last = -1, work[2];
+    for (double t = 0; t < 3 - 1e-9; t += steps[n]) {
+      double from[2], to[2];
+      from[0] = cubic(t, &from[1]);
+      to[0] = cubic(t + steps[n], &to[1]);
+      tradeoff_sample(3, t, steps[n], 1, from, to, check_cubic, &last, work);
+    }
+    assert_true(last == TRADEOFF_SAMPLES - 1);
+  }
+}
+
+/* --- the trade of a small beam ------------------------------------------------------------------
+ */
+
+typedef struct trade {
+  body body;
+  thrum_precomputed made;
+  double *forces;
+  thrum_load course;
+  tradeoff_problem problem;
+  tradeoff_result result;
+} trade;
+
+/* Pushes the end of a beam for 0.05 s, hard enough to be nonlinear. */
+static void trade_make(trade *t, const char *mesh, int64_t modes, int64_t rank, double newtons) {
+  memset(t, 0, sizeof *t);
+  t->body = body_make(mesh, "x<0.001");
+  t->made = body_precompute(&t->body, modes, rank);
+  const thrum_model *model = &t->made.model;
+  const int32_t *vertices;
+  int64_t count;
+  assert_int_equal(thrum_model_group(model, "right", &vertices, &count, NULL), THRUM_OK);
+  t->forces = need((size_t)(3 * model->vertex_count), sizeof *t->forces);
+  for (int64_t n = 0; n < count; n++)
+    t->forces[3 * vertices[n] + 2] = newtons / (double)count;
+  t->course = (thrum_load){THRUM_LOAD_CONSTANT, 0, 0.05, 0};
+  t->problem = (tradeoff_problem){.model = model,
+                                  .load_count = 1,
+                                  .courses = &t->course,
+                                  .forces = t->forces,
+                                  .time = 0.2,
+                                  .full_dt = 0.001,
+                                  .rank_count = 1,
+                                  .dt_count = 3,
+                                  .tolerance_count = 1,
+                                  .dts = {0.0025, 0.005, 0.01},
+                                  .tolerances = {1e-10},
+                                  .integrators = {true, true, true},
+                                  .threads = 2};
+}
+
+static void trade_solve(trade *t) {
+  thrum_error error = {0};
+  if (tradeoff_solve(&t->problem, &t->result, &error) != THRUM_OK)
+    fail_msg("%s", error.message);
+}
+
+static void trade_free(trade *t) {
+  tradeoff_free(&t->result);
+  thrum_precomputed_free(&t->made);
+  free(t->forces);
+  body_free(&t->body);
+}
+
+static void errors_fall_with_the_basis_and_with_the_time_step(void **state) {
+  (void)state;
+  static trade t;
+  trade_make(&t, "beam:6x2x2@1x0.15x0.15", 5, 10, 60);
+  t.problem.rank_count = 4;
+  t.problem.full_dt = 0.00025;
+  const int64_t ranks[4] = {0, 4, 12, 30};
+  for (int n = 0; n < 4; n++) {
+    t.problem.ranks[n] = ranks[n];
+    t.problem.modes[n] = ranks[n] / 2;
+  }
+  trade_solve(&t);
+  const tradeoff_basis *bases = t.result.bases;
+  assert_int_equal(bases[0].rank, 10);
+  assert_true(bases[1].error.displacement > 1.5 * bases[0].error.displacement);
+  assert_true(bases[2].error.displacement < bases[0].error.displacement * 1.05);
+  assert_true(bases[3].error.displacement < 0.6 * bases[2].error.displacement);
+  assert_int_equal(t.result.run_count, 4 * 3 * 3);
+  int fronts = 0;
+  for (int64_t n = 0; n < t.result.run_count; n++) {
+    const tradeoff_run *run = &t.result.runs[n];
+    const double basis = bases[run->basis].error.displacement;
+    assert_true(run->stable && run->us_per_step > 0);
+    assert_true(fabs(run->cost - 1e-6 * run->us_per_step / run->dt) < 1e-12);
+    // what is measured against the full order is no more than both parts, and no less than their
+    // difference; the norms differ by the size of the basis' error
+    assert_true(run->error.displacement < 1.1 * (basis + run->time_error.displacement));
+    assert_true(run->error.displacement > 0.9 * fabs(basis - run->time_error.displacement) - 1e-3);
+    fronts += run->front;
+    // the runs of one integrator follow each other by time step
+    if (n % 3 > 0) {
+      const double ratio = run->time_error.displacement / run[-1].time_error.displacement;
+      assert_true(ratio > 2.2 && ratio < 6);
+    }
+  }
+  assert_true(fronts > 0 && fronts < t.result.run_count);
+  assert_true(t.result.free_count == 6 * 9 * 3 && t.result.full_us_per_step > 0);
+  trade_free(&t);
+}
+
+static void a_basis_of_everything_leaves_the_error_in_time_alone(void **state) {
+  (void)state;
+  static trade t;
+  // 4 vertices move: 12 components, all of them in the basis
+  trade_make(&t, "beam:1x1x1@1x1x1", 8, 12, 20000);
+  t.problem.dts[0] = 0.001;
+  t.problem.dt_count = 1;
+  t.problem.full_dt = 0.0005;
+  trade_solve(&t);
+  // the full order's own error in time, which is estimated without the full order
+  assert_true(fabs(t.result.bases[0].error.displacement / t.result.full_error - 1) < 0.02);
+  assert_true(t.result.full_error < 0.01);
+  trade_free(&t);
+}
+
+static void bases_that_the_mesh_does_not_have_are_dropped(void **state) {
+  (void)state;
+  static trade t;
+  thrum_error error = {0};
+  trade_make(&t, "beam:1x1x1@1x1x1", 3, 5, 1000);
+  t.problem.dt_count = 1;
+  t.problem.rank_count = 2;
+  t.problem.modes[0] = 10;
+  t.problem.ranks[0] = 20; // of 12 components
+  t.problem.modes[1] = t.problem.ranks[1] = 0;
+  trade_solve(&t);
+  assert_int_equal(t.result.dropped, 1);
+  assert_non_null(strstr(t.result.dropped_reason.message, "12 free components"));
+  assert_int_equal(t.result.basis_count, 1);
+  assert_int_equal(t.result.bases[0].rank, 5);
+  assert_int_equal(t.result.run_count, 3);
+  // none left: refused, and the result as it was
+  t.problem.rank_count = 1;
+  tradeoff_result untouched = {.run_count = 77};
+  assert_true(tradeoff_solve(&t.problem, &untouched, &error) < 0);
+  assert_int_equal(untouched.run_count, 77);
+  // a load that comes too late
+  t.problem.modes[0] = t.problem.ranks[0] = 0;
+  t.course.from = 5;
+  t.course.until = 6;
+  assert_int_equal(tradeoff_solve(&t.problem, &untouched, &error), THRUM_BAD_VALUE);
+  assert_non_null(strstr(error.message, "moves nothing"));
+  trade_free(&t);
+}
+
+static void the_choice_is_the_cheapest_or_the_most_accurate(void **state) {
+  (void)state;
+  tradeoff_run runs[4] = {
+      {.stable = true, .cost = 1, .error = {0.10, 0, 0}},
+      {.stable = true, .cost = 2, .error = {0.02, 0, 0}},
+      {.stable = true, .cost = 4, .error = {0.01, 0, 0}},
+      {.stable = false, .cost = 0.1, .error = {NAN, NAN, NAN}},
+  };
+  const tradeoff_result result = {.run_count = 4, .runs = runs};
+  assert_int_equal(tradeoff_choose(&result, 0.05, NAN), 1);
+  assert_int_equal(tradeoff_choose(&result, 0.1, NAN), 0);
+  assert_int_equal(tradeoff_choose(&result, NAN, 3), 1);
+  assert_int_equal(tradeoff_choose(&result, NAN, 100), 2);
+  assert_int_equal(tradeoff_choose(&result, 0.05, 3), 1);
+  assert_int_equal(tradeoff_choose(&result, 0.015, 3), -1);
+  assert_int_equal(tradeoff_choose(&result, 0.001, NAN), -1);
+  assert_int_equal(tradeoff_choose(&result, NAN, 0.5), -1);
+}
+
+/* --- the command --------------------------------------------------------------------------------
+ */
+
+static void the_command_recommends_what_simulate_takes(void **state) {
+  (void)state;
+  cli_result run = thrum_run(folder, "tradeoff", "beam.npz", "-o", "trade", "--load",
+                             "square:0,0,-20@tip,until=0.05", "--quick", "--time", "0.2", "--error",
+                             "50%", "--json", "-q", NULL);
+  assert_int_equal(run.exit_code, 0);
+  cJSON *object = cli_json_line(run.out);
+  assert_non_null(object);
+  const cJSON *runs = cJSON_GetObjectItem(object, "runs");
+  const cJSON *recommended = cJSON_GetObjectItem(object, "recommended");
+  assert_int_equal(cJSON_GetArraySize(runs), 2 * 3 * 3);
+  const double cost = cli_json_get(recommended, "cost_s_per_s");
+  assert_true(cli_json_get(recommended, "error") <= 0.5);
+  const cJSON *other;
+  cJSON_ArrayForEach(other, runs) {
+    if (cli_json_get(other, "error") <= 0.5)
+      assert_true(cli_json_get(other, "cost_s_per_s") >= cost);
+  }
+  const double dt = cli_json_get(recommended, "dt");
+  cli_result_free(&run);
+  run = thrum_run(folder, "simulate", "beam.npz", "-o", "run", "--options", "trade/simulate.json",
+                  "--time", "0.1", "--load", "square:0,0,-20@tip", "--json", "-q", NULL);
+  cJSON *simulated = cli_json_line(run.out);
+  assert_non_null(simulated);
+  assert_true(cli_json_get(simulated, "dt") == dt);
+  cJSON_Delete(simulated);
+  cJSON_Delete(object);
+  cli_result_free(&run);
+  char path[128];
+  snprintf(path, sizeof path, "%s/trade/tradeoff.html", folder);
+  char *page = cli_read_text(path);
+  assert_non_null(page);
+  assert_true(strstr(page, "Recommended for an error of 50 %") && strstr(page, "</svg>") &&
+              strstr(page, "</body></html>") && !strstr(page, "nan"));
+  free(page);
+  snprintf(path, sizeof path, "%s/trade/tradeoff.csv", folder);
+  assert_true(cli_file_exists(path));
+}
+
+static void single_precision_is_tried_beside_double(void **state) {
+  (void)state;
+  cli_result run = thrum_run(folder, "tradeoff", "beam.npz", "-o", "precise", "--load",
+                             "square:0,0,-20@tip", "--quick", "--time", "0.1", "--ranks", "0,10",
+                             "--precisions", "double,single", "--json", "-q", NULL);
+  assert_int_equal(run.exit_code, 0);
+  cJSON *object = cli_json_line(run.out);
+  const cJSON *runs = cJSON_GetObjectItem(object, "runs");
+  // the model's own basis once, the other twice
+  assert_int_equal(cJSON_GetArraySize(runs), 3 * 3 * 3);
+  for (int n = 9; n < 18; n++) {
+    const cJSON *fine = cJSON_GetArrayItem(runs, n), *coarse = cJSON_GetArrayItem(runs, n + 9);
+    assert_string_equal(cJSON_GetObjectItem(fine, "precision")->valuestring, "double");
+    assert_string_equal(cJSON_GetObjectItem(coarse, "precision")->valuestring, "single");
+    const double error = cli_json_get(fine, "error"), other = cli_json_get(coarse, "error");
+    // rounded coefficients are other coefficients, and near
+    assert_true(error != other && fabs(error - other) < 1e-4 * error);
+  }
+  cJSON_Delete(object);
+  cli_result_free(&run);
+}
+
+static void a_mesh_is_traded_as_its_model_is(void **state) {
+  (void)state;
+  // the cache within the folder of the test
+  char cache[96], *kept = getenv("XDG_CACHE_HOME");
+  char before[256];
+  snprintf(before, sizeof before, "%.255s", kept ? kept : "");
+  assert_true(folder[0] == '/');
+  snprintf(cache, sizeof cache, "%s/cache", folder);
+  assert_int_equal(setenv("XDG_CACHE_HOME", cache, 1), 0);
+  double errors[2];
+  for (int mesh = 0; mesh < 2; mesh++) {
+    cli_result run =
+        mesh ? thrum_run(folder, "tradeoff", "beam:6x2x2@1x0.15x0.15", "--fix", "x<0.001",
+                         "--young", "3e6", "-o", "m", "--load", "square:0,0,-20@tip", "--quick",
+                         "--time", "0.1", "--ranks", "10", "--error", "90%", "--json", "-q", NULL)
+             : thrum_run(folder, "precompute", "beam:6x2x2@1x0.15x0.15", "-o", "stiff.npz", "--fix",
+                         "x<0.001", "--young", "3e6", "-q", NULL);
+    assert_int_equal(run.exit_code, 0);
+    if (!mesh) {
+      cli_result_free(&run);
+      run = thrum_run(folder, "tradeoff", "stiff.npz", "-o", "m", "--load", "square:0,0,-20@tip",
+                      "--quick", "--time", "0.1", "--ranks", "10", "--error", "90%", "--json", "-q",
+                      NULL);
+      assert_int_equal(run.exit_code, 0);
+    }
+    cJSON *object = cli_json_line(run.out);
+    assert_non_null(object);
+    errors[mesh] =
+        cli_json_get(cJSON_GetArrayItem(cJSON_GetObjectItem(object, "runs"), 0), "error");
+    cJSON_Delete(object);
+    cli_result_free(&run);
+  }
+  assert_true(errors[0] > 0 && errors[0] == errors[1]);
+  cli_result run =
+      thrum_run(folder, "simulate", "beam:6x2x2@1x0.15x0.15", "--fix", "x<0.001", "--full", "-o",
+                "whole", "--time", "0.01", "--load", "impulse:0,0,-2@tip", "--json", "-q", NULL);
+  assert_int_equal(run.exit_code, 0);
+  cli_result_free(&run);
+  run = thrum_run(folder, "simulate", "beam:6x2x2@1x0.15x0.15", "-o", "m2", NULL);
+  assert_int_equal(run.exit_code, 2);
+  assert_non_null(strstr(run.err, "--full"));
+  cli_result_free(&run);
+  run =
+      thrum_run(folder, "tradeoff", "beam:6x2x2@1x0.15x0.15", "-o", "m", "--poisson", "0.5", NULL);
+  assert_int_equal(run.exit_code, 2);
+  cli_result_free(&run);
+  // a model has what it has
+  run = thrum_run(folder, "tradeoff", "stiff.npz", "-o", "m", "--fix", "x<0.001", NULL);
+  assert_int_equal(run.exit_code, 2);
+  assert_non_null(strstr(run.err, "of a mesh"));
+  cli_result_free(&run);
+  run = thrum_run(folder, "simulate", "stiff.npz", "-o", "m2", "--young", "1e6", NULL);
+  assert_int_equal(run.exit_code, 2);
+  cli_result_free(&run);
+  if (before[0] != 0)
+    setenv("XDG_CACHE_HOME", before, 1);
+  else
+    unsetenv("XDG_CACHE_HOME");
+}
+
+static void what_cannot_be_done_is_said(void **state) {
+  (void)state;
+  cli_result run =
+      thrum_run(folder, "tradeoff", "beam.npz", "-o", "none", "--load", "square:0,0,-20@tip",
+                "--quick", "--time", "0.1", "--ranks", "0", "--error", "0.000001%", "-q", NULL);
+  assert_int_equal(run.exit_code, 3);
+  assert_non_null(strstr(run.out, "no setting that was tried"));
+  cli_result_free(&run);
+  run = thrum_run(folder, "tradeoff", "beam.npz", "-o", "none", NULL);
+  assert_int_equal(run.exit_code, 1);
+  assert_non_null(strstr(run.err, "--load"));
+  cli_result_free(&run);
+  static const char *const wrong[][2] = {{"--error", "a lot"}, {"--error", "200%"},
+                                         {"--budget", "-3ms"}, {"--ranks", "2.5"},
+                                         {"--dts", "0.003,,"}, {"--integrators", "rk4"}};
+  for (size_t n = 0; n < sizeof wrong / sizeof wrong[0]; n++) {
+    run = thrum_run(folder, "tradeoff", "beam.npz", "-o", "none", wrong[n][0], wrong[n][1], NULL);
+    assert_int_equal(run.exit_code, 2);
+    assert_non_null(strstr(run.err, wrong[n][0]));
+    assert_true(cli_line_count_is(run.err, 1));
+    cli_result_free(&run);
+  }
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(samples_between_steps_are_exact_for_cubics),
+      cmocka_unit_test(errors_fall_with_the_basis_and_with_the_time_step),
+      cmocka_unit_test(a_basis_of_everything_leaves_the_error_in_time_alone),
+      cmocka_unit_test(bases_that_the_mesh_does_not_have_are_dropped),
+      cmocka_unit_test(the_choice_is_the_cheapest_or_the_most_accurate),
+      cmocka_unit_test(the_command_recommends_what_simulate_takes),
+      cmocka_unit_test(single_precision_is_tried_beside_double),
+      cmocka_unit_test(a_mesh_is_traded_as_its_model_is),
+      cmocka_unit_test(what_cannot_be_done_is_said),
+  };
+  return cmocka_run_group_tests(tests, make_model, remove_folder);
+}

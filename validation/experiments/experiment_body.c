@@ -1,0 +1,217 @@
+/* Bodies of the experiments, and the impulse that bends one by so much.
+ *
+ * The mean displacement of the loaded group is the transpose of a force that the group shares: U^T
+ * of 1 N along an axis, times q. SPDX-License-Identifier: Apache-2.0 */
+#include "validation/experiments/experiment_body.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "runtime/base/vec3.h"
+
+#define STATE_ALIGNMENT 64
+#define SWING_SECONDS 3.0 /* within which a swing reaches its amplitude */
+#define SWING_TRIES 12
+#define SWING_NEAR 1e-3 /* relative */
+
+const char *const study_integrator_names[STUDY_INTEGRATOR_COUNT] = {
+#define X(name, value) #name,
+    STUDY_INTEGRATOR_LIST(X)
+#undef X
+};
+
+const thrum_integrator study_integrators[STUDY_INTEGRATOR_COUNT] = {
+#define X(name, value) value,
+    STUDY_INTEGRATOR_LIST(X)
+#undef X
+};
+
+double study_seconds(void) {
+  struct timespec now;
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+thrum_status study_state_make(const thrum_model *model, const thrum_state_def *def, void **memory,
+                              thrum_state **state, thrum_error *error) {
+  size_t size = 0;
+  thrum_status status = thrum_state_size(model, def, &size, error);
+  if (status < 0)
+    return status;
+  // aligned_alloc wants a multiple of the alignment
+  size = (size + STATE_ALIGNMENT - 1) / STATE_ALIGNMENT * STATE_ALIGNMENT;
+  void *block = aligned_alloc(STATE_ALIGNMENT, size);
+  if (block == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a state of %zu bytes", size);
+  status = thrum_state_init(block, size, model, def, state, error);
+  if (status < 0) {
+    free(block);
+  } else {
+    *memory = block;
+  }
+  return status;
+}
+
+/* f^T K^-1 f of a reduced force. */
+static double compliance(const thrum_model *model, const double *force) {
+  double sum = 0;
+  for (int64_t i = 0; i < model->rank; i++)
+    sum += force[i] * force[i] / model->omega2[i];
+  return sum;
+}
+
+/* A unit vector: as given, or the softest axis. */
+static void choose_direction(const double given[3], study_body *body) {
+  double softest = -1;
+  const double length = sqrt(given[0] * given[0] + given[1] * given[1] + given[2] * given[2]);
+  for (int axis = 0; axis < 3; axis++) {
+    body->direction[axis] = length > 0 ? given[axis] / length : 0;
+  }
+  for (int axis = 0; axis < 3 && !(length > 0); axis++) {
+    const double soft = compliance(body->model, body->tip + axis * body->model->rank);
+    // a tie is not for rounding to settle
+    if (soft > softest * (1 + 1e-6)) {
+      softest = soft;
+      memset(body->direction, 0, sizeof body->direction);
+      // downwards, so that a push along z bends as a weight does
+      body->direction[axis] = axis == 2 ? -1 : 1;
+    }
+  }
+}
+
+thrum_status study_body_init(const char *name, const thrum_model *model, const char *group,
+                             const double direction[3], study_body *body, thrum_error *error) {
+  const int32_t *vertices = NULL;
+  int64_t count = 0;
+  thrum_status status = thrum_model_group(model, group, &vertices, &count, NULL);
+  if (status < 0)
+    return thrum_error_set(error, status, "%.100s: the model has no group '%.100s' to push", name,
+                           group);
+  study_body made = {.name = name, .model = model};
+  const int64_t rank = model->rank;
+  made.push = calloc((size_t)(4 * rank), sizeof *made.push);
+  if (made.push == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %.100s", name);
+  made.tip = made.push + rank;
+  for (int axis = 0; axis < 3 && status >= 0; axis++) {
+    const double unit[3] = {axis == 0, axis == 1, axis == 2};
+    status = thrum_force_add_shared(model, vertices, count, unit, made.tip + axis * rank, error);
+  }
+  if (status < 0) {
+    free(made.push);
+    return status;
+  }
+  choose_direction(direction, &made);
+  for (int axis = 0; axis < 3; axis++) {
+    for (int64_t i = 0; i < rank; i++)
+      made.push[i] += made.direction[axis] * made.tip[axis * rank + i];
+  }
+  made.compliance = compliance(model, made.push);
+  made.length = thrum_box3_longest(model->vertices, model->vertex_count);
+  *body = made;
+  return THRUM_OK;
+}
+
+void study_body_free(study_body *body) {
+  free(body->push);
+  memset(body, 0, sizeof *body);
+}
+
+double study_body_amplitude(const study_body *body, const double *q) {
+  double square = 0;
+  for (int axis = 0; axis < 3; axis++) {
+    double sum = 0;
+    for (int64_t i = 0; i < body->model->rank; i++)
+      sum += body->tip[axis * body->model->rank + i] * q[i];
+    square += sum * sum;
+  }
+  return sqrt(square) / body->length;
+}
+
+thrum_status study_kick(const study_body *body, double impulse, thrum_state *state, double *energy,
+                        thrum_error *error) {
+  const int64_t rank = body->model->rank;
+  double p[THRUM_RANK_MAX];
+  *energy = 0;
+  for (int64_t i = 0; i < rank; i++) {
+    p[i] = impulse * body->push[i];
+    *energy += 0.5 * p[i] * p[i];
+  }
+  return thrum_state_set(body->model, state, NULL, p, error);
+}
+
+thrum_status study_strike(const study_body *body, double impulse, double dt, thrum_state *state,
+                          thrum_error *error) {
+  const thrum_load load = {THRUM_LOAD_CONSTANT, 0, STUDY_IMPULSE_SECONDS, 0};
+  const thrum_model *model = body->model;
+  double force[THRUM_RANK_MAX];
+  thrum_status status = THRUM_OK;
+  // whole steps that begin before its end, up to rounding
+  for (int64_t step = 0; (double)step * dt < STUDY_IMPULSE_SECONDS * (1.0 - 1e-6) && status >= 0;
+       step++) {
+    const double strength = impulse / STUDY_IMPULSE_SECONDS * thrum_load_mean(&load, step, dt);
+    for (int64_t i = 0; i < model->rank; i++)
+      force[i] = strength * body->push[i];
+    status = thrum_state_set_force(model, state, force, error);
+    if (status >= 0)
+      status = thrum_step(model, state, error);
+  }
+  return status >= 0 ? thrum_state_set_force(model, state, NULL, error) : status;
+}
+
+/* The largest amplitude in the first seconds after an impulse. */
+static thrum_status swing(const study_body *body, double impulse, double dt, double *peak,
+                          thrum_error *error) {
+  thrum_state_def def = thrum_default_state_def();
+  double q[THRUM_RANK_MAX];
+  void *memory = NULL;
+  thrum_state *state = NULL;
+  def.integrator = THRUM_INTEGRATOR_ENERGY;
+  def.dt = dt;
+  thrum_status status = study_state_make(body->model, &def, &memory, &state, error);
+  if (status < 0)
+    return status;
+  status = study_strike(body, impulse, dt, state, error);
+  *peak = 0;
+  for (double time = 0; status >= 0 && time < SWING_SECONDS; time += dt) {
+    status = thrum_step(body->model, state, error);
+    if (status >= 0)
+      status = thrum_state_get(body->model, state, q, NULL, error);
+    if (status >= 0)
+      *peak = fmax(*peak, study_body_amplitude(body, q));
+  }
+  free(memory);
+  return status;
+}
+
+thrum_status study_impulse(const study_body *body, double amplitude, double dt, double *impulse,
+                           double *reached, thrum_error *error) {
+  // as if the body swung in its softest mode alone
+  double trial = amplitude * body->length / (body->compliance * sqrt(body->model->omega2[0]));
+  double low = 0, high = 0;
+  for (int n = 0; n < SWING_TRIES; n++) {
+    double peak = 0;
+    const thrum_status status = swing(body, trial, dt, &peak, error);
+    if (status < 0)
+      return status;
+    // a swing may jump with the impulse, past what is asked
+    if (n == 0 || fabs(peak - amplitude) < fabs(*reached - amplitude)) {
+      *impulse = trial;
+      *reached = peak;
+    }
+    if (fabs(peak - amplitude) <= SWING_NEAR * amplitude || !(peak > 0))
+      break;
+    // the amplitude grows with the impulse, a little less than in proportion
+    if (peak < amplitude) {
+      low = trial;
+    } else {
+      high = trial;
+    }
+    trial *= amplitude / peak;
+    if (high > 0 && low > 0 && !(trial > low && trial < high))
+      trial = 0.5 * (low + high);
+  }
+  return THRUM_OK;
+}

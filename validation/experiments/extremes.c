@@ -1,0 +1,135 @@
+/* Runs the extremes: how each of them comes out, and how well the energy balances.
+ *
+ * From rest under a constant load f the energy is the work f q; after the load it stays. So the
+ * largest |E - f q| needs no reference run. SPDX-License-Identifier: Apache-2.0 */
+#include "validation/experiments/extremes.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "validation/experiments/tables.h"
+
+#define LOST 1.0 /* of the work: whatever is left then is no energy balance */
+
+/* What a run has seen. */
+typedef struct watched {
+  double force[THRUM_RANK_MAX];
+  double q[THRUM_RANK_MAX], p[THRUM_RANK_MAX];
+  double work;    /* of the load so far [J] */
+  double largest; /* |work| [J] */
+  double worst;   /* |E - work| [J] */
+  double last;    /* the same now [J] */
+} watched;
+
+static bool finite(const double *values, int64_t count) {
+  for (int64_t i = 0; i < count; i++) {
+    if (!isfinite(values[i]))
+      return false;
+  }
+  return true;
+}
+
+static thrum_status look(const study_body *body, thrum_state *state, bool loaded, watched *seen,
+                         study_extreme_result *result, thrum_error *error) {
+  const thrum_model *model = body->model;
+  thrum_energies energies;
+  thrum_status status = thrum_state_get(model, state, seen->q, seen->p, error);
+  if (status >= 0)
+    status = thrum_state_energies(model, state, &energies, error);
+  if (status < 0)
+    return status;
+  result->not_finite = result->not_finite || !finite(seen->q, model->rank) ||
+                       !finite(seen->p, model->rank) || !isfinite(energies.total);
+  if (loaded) {
+    seen->work = 0;
+    for (int64_t i = 0; i < model->rank; i++)
+      seen->work += seen->force[i] * seen->q[i];
+  }
+  seen->largest = fmax(seen->largest, fabs(seen->work));
+  seen->last = fabs(energies.total - seen->work);
+  seen->worst = fmax(seen->worst, seen->last);
+  result->peak_amplitude = fmax(result->peak_amplitude, study_body_amplitude(body, seen->q));
+  return THRUM_OK;
+}
+
+/* One half of the run: with the load, or without. */
+static thrum_status run_half(const study_extreme_case *run, thrum_state *state, bool loaded,
+                             int64_t steps, watched *seen, study_extreme_result *result,
+                             double *seconds) {
+  const study_body *body = &run->body->body;
+  thrum_status status =
+      thrum_state_set_force(body->model, state, loaded ? seen->force : NULL, &result->stop);
+  for (int64_t n = 0; n < steps && status >= 0; n++) {
+    const double began = study_seconds();
+    status = thrum_step(body->model, state, &result->stop);
+    *seconds += study_seconds() - began;
+    if (status >= 0)
+      status = look(body, state, loaded, seen, result, &result->stop);
+  }
+  return status;
+}
+
+thrum_status study_extreme_run(const study_extreme_case *run, study_extreme_result *result,
+                               thrum_error *error) {
+  const study_extreme_body *of = run->body;
+  study_extreme_result made = {
+      .status = of->status, .stop = of->refusal, .energy_error = NAN, .energy_end = NAN};
+  if (of->status < 0) {
+    *result = made;
+    return THRUM_OK;
+  }
+  thrum_state_def def = thrum_default_state_def();
+  void *memory = NULL;
+  thrum_state *state = NULL;
+  watched *seen = calloc(1, sizeof *seen);
+  def.integrator = study_integrators[run->integrator];
+  def.dt = of->dt;
+  if (of->extreme->split_safety > 0)
+    def.split_safety = of->extreme->split_safety;
+  thrum_status status = seen == NULL
+                            ? thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a run")
+                            : study_state_make(of->body.model, &def, &memory, &state, error);
+  if (status < 0) {
+    free(seen);
+    return status;
+  }
+  for (int64_t i = 0; i < of->body.model->rank; i++)
+    seen->force[i] = of->force * of->body.push[i];
+  double seconds = 0;
+  const int64_t half = (run->steps + 1) / 2;
+  status = run_half(run, state, true, half, seen, &made, &seconds);
+  if (status >= 0)
+    status = run_half(run, state, false, run->steps - half, seen, &made, &seconds);
+  made.status = status < 0 ? status : THRUM_OK;
+  made.report = thrum_state_report_get(state);
+  made.us_per_step = 1e6 * seconds / (double)made.report.steps;
+  made.work = seen->largest;
+  if (seen->largest > 0 || seen->worst > 0) {
+    made.energy_error = seen->worst / seen->largest;
+    made.energy_end = seen->last / seen->largest;
+  }
+  free(memory);
+  free(seen);
+  *result = made;
+  return THRUM_OK;
+}
+
+const char *study_extreme_outcome(const study_extreme_case *run,
+                                  const study_extreme_result *result) {
+  // from the last resort to the first
+  static const int rungs[] = {STUDY_RUNG_substep, STUDY_RUNG_energy, STUDY_RUNG_handed,
+                              STUDY_RUNG_newton};
+  if (run->body->status < 0)
+    return "refused";
+  if (result->not_finite)
+    return "not_finite";
+  if (result->status < 0)
+    return "stopped";
+  if (result->energy_end > LOST)
+    return "lost";
+  for (size_t n = 0; n < sizeof rungs / sizeof rungs[0]; n++) {
+    if (study_rung(&result->report, rungs[n]) > 0)
+      return study_rung_names[rungs[n]];
+  }
+  return "runs";
+}

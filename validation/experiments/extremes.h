@@ -1,0 +1,142 @@
+/* Bodies, loads and time steps far outside the usual, and one body in many systems of units.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_VALIDATION_EXPERIMENTS_EXTREMES_H
+#define THRUM_VALIDATION_EXPERIMENTS_EXTREMES_H
+
+#include "precompute/precompute.h"
+#include "validation/experiments/experiment_body.h"
+
+/* What the extremes are about. X(name, text for people) */
+#define STUDY_SUBJECT_LIST(X)                                                                      \
+  X(stiffness, "Young's modulus")                                                                  \
+  X(poisson, "Poisson's ratio")                                                                    \
+  X(size, "length of the body")                                                                    \
+  X(density, "density")                                                                            \
+  X(load, "load")                                                                                  \
+  X(snap, "snap-through of a shallow arch")                                                        \
+  X(tet, "one tetrahedron")                                                                        \
+  X(square, "repeated frequencies")                                                                \
+  X(rank, "rank")                                                                                  \
+  X(resonance, "h times a frequency")                                                              \
+  X(rate, "rates of haptics and of sound")
+
+typedef enum study_subject {
+#define X(name, text) STUDY_SUBJECT_##name,
+  STUDY_SUBJECT_LIST(X)
+#undef X
+      STUDY_SUBJECT_COUNT
+} study_subject;
+
+extern const char *const study_subject_names[STUDY_SUBJECT_COUNT];
+extern const char *const study_subject_texts[STUDY_SUBJECT_COUNT];
+
+typedef enum study_shape {
+  STUDY_SHAPE_BEAM = 0, /* what `cells` and `size` say, held at x = 0, pulled at the tip */
+  STUDY_SHAPE_SQUARE,   /* the same, mirrored so that a quarter turn maps the mesh to itself */
+  STUDY_SHAPE_ARCH,     /* the same, bent up by ARCH_RISE, held at both ends, pushed at the crown */
+  STUDY_SHAPE_TET       /* one, of edges `size`[0] along the axes, pulled at its last vertex */
+} study_shape;
+
+/* One body, its time step and its load. The load is constant, from rest, for the first half of the
+ * steps, then none: so the work done is known without a reference. */
+typedef struct study_extreme {
+  study_subject subject;
+  const char *name;
+  study_shape shape;
+  int cells[3];
+  double size[3]; /* [m] */
+  bool free;      /* nothing is held */
+  thrum_material material;
+  int64_t modes, rank;
+  double dt;           /* [s]; 0: the one at which h omega of `mode` is `angle` */
+  double angle;        /* h omega */
+  int64_t mode;        /* 1 is the lowest */
+  double split_safety; /* 0: the default */
+  double load;         /* beside the one that, were the body linear, bent it by its length */
+  int64_t steps_share; /* makes the steps so many times fewer; 0: once */
+} study_extreme;
+
+/* The list that the table is made from. */
+extern const study_extreme study_extremes[];
+int64_t study_extreme_count(void);
+
+/* An extreme that has been made: a body, its time step and force, or why it was refused. */
+typedef struct study_extreme_body {
+  const study_extreme *extreme;
+  thrum_status status;
+  thrum_error refusal;
+  thrum_precomputed made;
+  study_body body;
+  double dt;       /* [s] */
+  double force;    /* [N] */
+  double omega[2]; /* lowest and highest of the basis [1/s] */
+} study_extreme_body;
+
+/* Makes the body with the precompute pipeline; one at a time in a process. What is refused is no
+ * failure: it says so in `made`. Only memory can fail. */
+thrum_status study_extreme_make(const study_extreme *extreme, study_extreme_body *made,
+                                thrum_error *error);
+void study_extreme_free(study_extreme_body *made);
+
+typedef struct study_extreme_case {
+  const study_extreme_body *body;
+  study_integrator integrator;
+  int64_t steps;
+} study_extreme_case;
+
+typedef struct study_extreme_result {
+  thrum_status status; /* THRUM_OK, or why it was refused or ended before its time */
+  thrum_error stop;
+  thrum_state_report report;
+  bool not_finite;       /* a number of the state was none: never */
+  double us_per_step;    /* processor time */
+  double work;           /* most that the load had done [J] */
+  double energy_error;   /* largest |E - work| / the most work; NAN when no work was done */
+  double energy_end;     /* the same at the end */
+  double peak_amplitude; /* as a share of the body's length */
+} study_extreme_result;
+
+/* Runs one case. */
+thrum_status study_extreme_run(const study_extreme_case *run, study_extreme_result *result,
+                               thrum_error *error);
+
+/* refused, stopped, lost (at the end the balance errs by more than all work), or the last rung of
+ * the ladder that it needed: quasi-Newton, newton, handed, energy, substep. Static storage. */
+const char *study_extreme_outcome(const study_extreme_case *run,
+                                  const study_extreme_result *result);
+
+/* A system of units, each unit in SI. */
+typedef struct study_units {
+  const char *name;
+  double length; /* [m] */
+  double mass;   /* [kg] */
+  double time;   /* [s] */
+} study_units;
+
+extern const study_units study_unit_systems[]; /* the first is SI */
+int64_t study_unit_count(void);
+
+/* The bodies that are put into other units: one swings widely, one snaps through. */
+extern const study_extreme study_unit_extremes[];
+enum { STUDY_UNIT_EXTREMES = 2 };
+
+typedef struct study_unit_case {
+  const study_extreme *extreme;
+  const study_units *units;
+  study_integrator integrator;
+  int64_t steps;
+} study_unit_case;
+
+/* The same body in other units beside itself in SI. */
+typedef struct study_unit_result {
+  double difference;  /* largest of the pulled part's displacements, beside the largest of them */
+  int64_t iterations; /* in these units; and */
+  int64_t iterations_si;
+  bool same_rungs; /* as in SI */
+} study_unit_result;
+
+/* Runs one case and the same in SI. It makes the bodies: one at a time in a process. */
+thrum_status study_units_run(const study_unit_case *run, study_unit_result *result,
+                             thrum_error *error);
+
+#endif

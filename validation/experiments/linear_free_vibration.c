@@ -1,0 +1,282 @@
+/* See validation/experiments/linear_free_vibration.h. At rest: thrum_equilibrium against f_i / omega_i^2. In motion: one period of
+ * the lowest mode after an impulse, both with the integrator that conserves energy and its step, so
+ * that its own error in time is common to both. SPDX-License-Identifier: Apache-2.0 */
+#include "validation/experiments/linear_free_vibration.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "thrum/equilibrium.h"
+
+#define FIRST 1e-3 /* amplitude that the first load would give a linear body */
+#define LAST 3.0   /* and the last; what bends it less than this is not looked for */
+#define BISECTIONS 12
+#define STEPS 400 /* of a period of the lowest mode */
+#define AMPLITUDE 0.05
+#define BATCHES 7
+#define BATCH_SECONDS 0.02
+#define TWO_PI 6.283185307179586
+
+const double study_linear_levels[STUDY_LINEAR_LEVELS] = {0.05, 0.2};
+
+/* What a search needs. `linear` is the body without its cubic and quartic terms. */
+typedef struct search {
+  const study_body *body;
+  thrum_model linear;
+  double *zeros;
+  void *workspace; /* of thrum_equilibrium */
+  size_t workspace_size;
+} search;
+
+static void search_free(search *s) {
+  free(s->zeros);
+  free(s->workspace);
+}
+
+static thrum_status search_make(const study_body *body, search *s, thrum_error *error) {
+  const thrum_model *model = body->model;
+  search made = {.body = body, .linear = *model};
+  thrum_status status = thrum_equilibrium_size(model, &made.workspace_size, error);
+  if (status < 0)
+    return status;
+  made.zeros = calloc((size_t)model->c4_count + (size_t)model->c3_count, sizeof *made.zeros);
+  made.workspace = aligned_alloc(64, (made.workspace_size + 63) / 64 * 64);
+  if (made.zeros == NULL || made.workspace == NULL) {
+    search_free(&made);
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %.100s", body->name);
+  }
+  made.linear.c3 = made.zeros;
+  made.linear.c4 = made.zeros;
+  // what is packed is still the nonlinear one
+  made.linear.packed = NULL;
+  made.linear.packed_single = NULL;
+  *s = made;
+  return THRUM_OK;
+}
+
+static double difference(int64_t rank, const double *a, const double *b) {
+  double sum = 0;
+  for (int64_t i = 0; i < rank; i++)
+    sum += (a[i] - b[i]) * (a[i] - b[i]);
+  return sum;
+}
+
+static double square(int64_t rank, const double *a) {
+  double sum = 0;
+  for (int64_t i = 0; i < rank; i++)
+    sum += a[i] * a[i];
+  return sum;
+}
+
+/* At rest under `load` N. A load that cannot be followed has no point. */
+static bool rest(const search *s, double load, study_linear_point *point) {
+  const thrum_model *model = s->body->model;
+  const thrum_equilibrium_def def = thrum_default_equilibrium_def();
+  thrum_equilibrium_report report;
+  double force[THRUM_RANK_MAX], q[THRUM_RANK_MAX] = {0}, straight[THRUM_RANK_MAX];
+  for (int64_t i = 0; i < model->rank; i++) {
+    force[i] = load * s->body->push[i];
+    straight[i] = force[i] / model->omega2[i];
+  }
+  if (thrum_equilibrium(model, &def, force, q, NULL, s->workspace, s->workspace_size, NULL, NULL,
+                        &report, NULL) < 0 ||
+      report.jumps > 0)
+    return false;
+  point->load = load;
+  point->amplitude = study_body_amplitude(s->body, q);
+  point->error = sqrt(difference(model->rank, straight, q) / square(model->rank, q));
+  return true;
+}
+
+/* One of two states side by side. */
+static thrum_status start(const search *s, const thrum_model *model, double impulse, void **memory,
+                          thrum_state **state, thrum_error *error) {
+  thrum_state_def def = thrum_default_state_def();
+  double p[THRUM_RANK_MAX];
+  def.integrator = THRUM_INTEGRATOR_ENERGY;
+  def.dt = TWO_PI / sqrt(model->omega2[0]) / STEPS;
+  for (int64_t i = 0; i < model->rank; i++)
+    p[i] = impulse * s->body->push[i];
+  thrum_status status = study_state_make(model, &def, memory, state, error);
+  return status < 0 ? status : thrum_state_set(model, *state, NULL, p, error);
+}
+
+/* A period after an impulse of `load` N s. */
+static bool swing(const search *s, double load, study_linear_point *point) {
+  const thrum_model *models[2] = {s->body->model, &s->linear};
+  const int64_t rank = models[0]->rank;
+  double q[2][THRUM_RANK_MAX], wrong = 0, whole = 0, peak = 0;
+  void *memory[2] = {NULL, NULL};
+  thrum_state *state[2];
+  bool done = start(s, models[0], load, &memory[0], &state[0], NULL) >= 0 &&
+              start(s, models[1], load, &memory[1], &state[1], NULL) >= 0;
+  for (int k = 0; k < STEPS && done; k++) {
+    for (int n = 0; n < 2 && done; n++)
+      done = thrum_step(models[n], state[n], NULL) >= 0 &&
+             thrum_state_get(models[n], state[n], q[n], NULL, NULL) >= 0;
+    if (!done)
+      break;
+    wrong += difference(rank, q[1], q[0]);
+    whole += square(rank, q[0]);
+    peak = fmax(peak, study_body_amplitude(s->body, q[0]));
+  }
+  free(memory[0]);
+  free(memory[1]);
+  *point = (study_linear_point){load, peak, sqrt(wrong / whole)};
+  return done;
+}
+
+typedef bool probe(const search *s, double load, study_linear_point *point);
+
+/* The point where the error passes `level`, between a load below it and one above. */
+static study_linear_point bisect(const search *s, probe *look, double low, double high,
+                                 double level) {
+  study_linear_point point = {NAN, NAN, NAN};
+  for (int k = 0; k < BISECTIONS; k++) {
+    study_linear_point trial;
+    const double load = sqrt(low * high);
+    if (!look(s, load, &trial))
+      break;
+    point = trial;
+    if (trial.error < level)
+      low = load;
+    else
+      high = load;
+  }
+  return point;
+}
+
+/* Loads in a geometric row; `unit` gives a linear body the amplitude 1. Ends at the last load that
+ * can be followed, or once the last level is passed by far. */
+static void trace(const search *s, probe *look, double unit, study_linear_curve *curve) {
+  const double ratio = pow(LAST / FIRST, 1.0 / (STUDY_LINEAR_POINTS - 1));
+  curve->count = 0;
+  for (int level = 0; level < STUDY_LINEAR_LEVELS; level++)
+    curve->at[level] = (study_linear_point){NAN, NAN, NAN};
+  for (int n = 0; n < STUDY_LINEAR_POINTS; n++) {
+    study_linear_point *point = &curve->points[n];
+    if (!look(s, unit * FIRST * pow(ratio, n), point))
+      break;
+    curve->count++;
+    for (int level = 0; level < STUDY_LINEAR_LEVELS && n > 0; level++)
+      if (isnan(curve->at[level].error) && point[-1].error < study_linear_levels[level] &&
+          point->error >= study_linear_levels[level])
+        curve->at[level] = bisect(s, look, point[-1].load, point->load, study_linear_levels[level]);
+    if (point->error > 1)
+      break;
+  }
+}
+
+/* A step of undamped linear modes under a constant load, exact: what a linear program would do. */
+static void linear_step(int64_t rank, const double *table, const double *shift, double *q,
+                        double *p) {
+  for (int64_t i = 0; i < rank; i++) {
+    const double x = q[i] - shift[i], v = p[i];
+    q[i] = shift[i] + table[3 * i] * x + table[3 * i + 1] * v;
+    p[i] = table[3 * i] * v - table[3 * i + 2] * x;
+  }
+}
+
+/* What is timed. */
+typedef struct timed {
+  const thrum_model *model;
+  thrum_state *state;
+  double *q, *p, *work;
+  double table[3 * THRUM_RANK_MAX], shift[THRUM_RANK_MAX];
+  double sink;
+} timed;
+
+static void time_force(timed *t) {
+  double force[THRUM_RANK_MAX];
+  t->sink += thrum_force(t->model, t->q, force, t->work) + force[0];
+}
+
+static void time_step(timed *t) {
+  t->sink += (double)thrum_step(t->model, t->state, NULL);
+}
+
+static void time_linear(timed *t) {
+  linear_step(t->model->rank, t->table, t->shift, t->q, t->p);
+}
+
+/* Least processor time of a call over batches [us]. */
+static double least_us(void (*call)(timed *t), timed *t) {
+  double least = INFINITY;
+  int64_t calls = 16;
+  for (int batch = 0; batch < BATCHES;) {
+    const double began = study_seconds();
+    for (int64_t n = 0; n < calls; n++)
+      call(t);
+    const double seconds = study_seconds() - began;
+    if (seconds < BATCH_SECONDS) {
+      calls *= 2;
+      continue;
+    }
+    least = fmin(least, 1e6 * seconds / (double)calls);
+    batch++;
+  }
+  return least;
+}
+
+/* All three at a swing of AMPLITUDE. */
+static thrum_status time_all(const study_body *body, study_linear_result *result,
+                             thrum_error *error) {
+  const thrum_model *model = body->model;
+  const thrum_state_def def = thrum_default_state_def();
+  const int64_t rank = model->rank;
+  timed *t = calloc(1, sizeof *t);
+  double *numbers = calloc(2 * (size_t)rank + thrum_work_count(model), sizeof *numbers);
+  double energy, impulse = 0, reached = 0;
+  void *memory = NULL;
+  thrum_status status = t == NULL || numbers == NULL
+                            ? thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory")
+                            : study_impulse(body, AMPLITUDE, def.dt, &impulse, &reached, error);
+  if (status >= 0)
+    status = study_state_make(model, &def, &memory, &t->state, error);
+  if (status >= 0)
+    status = study_kick(body, impulse, t->state, &energy, error);
+  if (status >= 0) {
+    t->model = model;
+    t->q = numbers;
+    t->p = numbers + rank;
+    t->work = numbers + 2 * rank;
+    for (int64_t i = 0; i < rank; i++) {
+      const double omega = sqrt(model->omega2[i]);
+      t->table[3 * i] = cos(omega * def.dt);
+      t->table[3 * i + 1] = sin(omega * def.dt) / omega;
+      t->table[3 * i + 2] = sin(omega * def.dt) * omega;
+      t->p[i] = impulse * body->push[i];
+    }
+    result->step_us = least_us(time_step, t);
+    result->linear_us = least_us(time_linear, t);
+    result->force_us = least_us(time_force, t);
+  }
+  free(memory);
+  free(numbers);
+  free(t);
+  return status < 0 ? status : THRUM_OK;
+}
+
+thrum_status study_linear_run(const study_body *body, study_linear_result *result,
+                              thrum_error *error) {
+  search s;
+  thrum_status status = search_make(body, &s, error);
+  if (status < 0)
+    return status;
+  if (!(body->model->omega2[0] > 0)) {
+    search_free(&s);
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "%.100s: a mode has no stiffness, so there is no linear answer at rest",
+                           body->name);
+  }
+  study_linear_result made = {0};
+  trace(&s, rest, body->length / body->compliance, &made.statics);
+  trace(&s, swing, body->length / (body->compliance * sqrt(body->model->omega2[0])),
+        &made.dynamics);
+  search_free(&s);
+  status = time_all(body, &made, error);
+  if (status >= 0)
+    *result = made;
+  return status;
+}

@@ -1,0 +1,148 @@
+/* The long run: mean energies over windows of 35 s, their change and their trend.
+ *
+ * Energies are taken each few steps, from the synchronised momentum; the stride has no divisor in
+ * common with the window, so the windows see the same phases of the step count.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "validation/experiments/long_run.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define SAMPLE_STRIDE 7
+
+study_trend study_slope(const double *values, int64_t count, double spacing) {
+  study_trend found = {NAN, NAN, NAN};
+  if (count < 3)
+    return found;
+  const double n = (double)count, middle = 0.5 * (n - 1);
+  double mean = 0, xy = 0, xx = 0, squares = 0, products = 0, before = 0;
+  for (int64_t k = 0; k < count; k++)
+    mean += values[k] / n;
+  for (int64_t k = 0; k < count; k++) {
+    const double x = ((double)k - middle) * spacing;
+    xx += x * x;
+    xy += x * (values[k] - mean);
+  }
+  found.slope = xy / xx;
+  for (int64_t k = 0; k < count; k++) {
+    const double x = ((double)k - middle) * spacing;
+    const double residual = values[k] - mean - found.slope * x;
+    squares += residual * residual;
+    products += residual * before;
+    before = residual;
+  }
+  found.error = sqrt(squares / (n - 2) / xx);
+  // neighbours that differ more than chance lets them are no reason to be surer
+  const double rho = squares > 0 ? fmax(products / squares, 0) : 0;
+  const double effective = n * (1 - rho) / (1 + rho);
+  found.error_correlated = effective > 2 ? sqrt(squares / (effective - 2) / xx) : INFINITY;
+  return found;
+}
+
+bool study_long_steady(const study_long_result *result) {
+  return isfinite(result->high_slope_error_correlated) &&
+         fabs(result->high_slope) <= 2 * result->high_slope_error_correlated;
+}
+
+/* The figures that the windows give. */
+static void conclude(double window_seconds, study_long_result *result) {
+  const int64_t count = result->window_count;
+  double mean = 0;
+  result->total_change = result->high_change = result->total_worst = NAN;
+  if (count >= 2) {
+    const double total = result->total[0], high = result->high[0];
+    result->total_change = (result->total[count - 1] - total) / total;
+    result->high_change = (result->high[count - 1] - high) / high;
+    result->total_worst = 0;
+    for (int64_t k = 0; k < count; k++)
+      result->total_worst = fmax(result->total_worst, fabs(result->total[k] - total) / total);
+  }
+  const study_trend trend = study_slope(result->high, count, window_seconds);
+  for (int64_t k = 0; k < count; k++)
+    mean += result->high[k] / (double)count;
+  result->high_slope = trend.slope / mean;
+  result->high_slope_error = trend.error / mean;
+  result->high_slope_error_correlated = trend.error_correlated / mean;
+}
+
+/* Steps of one window; the mean energies of its samples. */
+static thrum_status run_window(const study_long_case *run, thrum_state *state, int64_t steps,
+                               double *seconds, double *total, double *high, thrum_error *error) {
+  const thrum_model *model = run->body->model;
+  double sums[2] = {0, 0}, first = 0;
+  int64_t samples = 0;
+  thrum_status status = THRUM_OK;
+  for (int64_t step = 0; step < steps && status >= 0;) {
+    const int64_t until = step + SAMPLE_STRIDE < steps ? step + SAMPLE_STRIDE : steps;
+    thrum_energies energies;
+    const double began = study_seconds();
+    for (; step < until && status >= 0; step++)
+      status = thrum_step(model, state, error);
+    *seconds += study_seconds() - began;
+    if (status >= 0)
+      status = thrum_state_energies(model, state, &energies, error);
+    if (status < 0)
+      break;
+    // from the first on: the sum of thousands of equal numbers is rounded by more than they differ
+    first = samples == 0 ? energies.total : first;
+    sums[0] += energies.total - first;
+    sums[1] += energies.high;
+    samples++;
+  }
+  *total = first + sums[0] / (double)samples;
+  *high = sums[1] / (double)samples;
+  return status;
+}
+
+thrum_status study_long_run(const study_long_case *run, study_long_result *result,
+                            thrum_error *error) {
+  const int64_t window = (int64_t)(STUDY_WINDOW_SECONDS / run->dt + 0.5);
+  int64_t steps = run->steps;
+  const int64_t count = steps / window;
+  study_long_result made = {0};
+  void *memory = NULL;
+  thrum_state *state = NULL;
+  thrum_state_def def = thrum_default_state_def();
+  def.integrator = study_integrators[run->integrator];
+  def.dt = run->dt;
+  thrum_status status = study_state_make(run->body->model, &def, &memory, &state, error);
+  if (status < 0)
+    return status;
+  made.total = calloc((size_t)(2 * count + 1), sizeof *made.total);
+  if (made.total == NULL) {
+    free(memory);
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %lld windows",
+                           (long long)count);
+  }
+  made.high = made.total + count;
+  double seconds = 0, rest[2];
+  status = study_strike(run->body, run->impulse, run->dt, state, &made.stop);
+  if (status >= 0) {
+    thrum_energies energies;
+    status = thrum_state_energies(run->body->model, state, &energies, &made.stop);
+    made.energy = energies.total;
+    steps -= thrum_state_report_get(state).steps;
+  }
+  while (status >= 0 && steps >= window && !made.lost) {
+    const int64_t k = made.window_count;
+    status = run_window(run, state, window, &seconds, &made.total[k], &made.high[k], &made.stop);
+    made.window_count += status >= 0;
+    made.lost = status >= 0 && !(made.total[k] <= STUDY_LOST * made.total[0]);
+    steps -= window;
+  }
+  if (status >= 0 && steps > 0 && !made.lost)
+    status = run_window(run, state, steps, &seconds, &rest[0], &rest[1], &made.stop);
+  made.status = status < 0 ? status : THRUM_OK;
+  made.report = thrum_state_report_get(state);
+  made.us_per_step = 1e6 * seconds / (double)made.report.steps;
+  conclude((double)window * run->dt, &made);
+  free(memory);
+  *result = made;
+  return THRUM_OK;
+}
+
+void study_long_result_free(study_long_result *result) {
+  free(result->total);
+  memset(result, 0, sizeof *result);
+}

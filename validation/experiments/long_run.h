@@ -1,0 +1,67 @@
+/* The long run: millions of undamped steps after an impulse, and what becomes of the energy.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_VALIDATION_EXPERIMENTS_LONG_RUN_H
+#define THRUM_VALIDATION_EXPERIMENTS_LONG_RUN_H
+
+#include "validation/experiments/experiment_body.h"
+#include "platform/thread_pool.h"
+
+#define STUDY_WINDOW_SECONDS 35.0
+
+#define STUDY_LOST 10.0 /* a mean energy this many times that of the first window */
+
+typedef struct study_long_case {
+  const study_body *body;
+  study_integrator integrator;
+  double amplitude; /* of the swing, as a share of the body's length */
+  double impulse;   /* [N s], of study_impulse */
+  double reached;
+  double dt;
+  int64_t steps;
+} study_long_case;
+
+typedef struct study_long_result {
+  thrum_status status; /* THRUM_OK, or why it ended before its time */
+  bool lost;           /* ended because the energy had grown by STUDY_LOST; status is THRUM_OK */
+  thrum_error stop;
+  thrum_state_report report;
+  double energy;        /* that the impulse gave [J] */
+  double us_per_step;   /* processor time, energies left out */
+  int64_t window_count; /* whole windows of 35 s */
+  double *total;        /* window_count: mean energies [J] */
+  double *high;
+  double total_change; /* last window against the first, relative; NaN with fewer than two */
+  double high_change;
+  double total_worst;      /* the window furthest from the first */
+  double high_slope;       /* least squares over the windows, relative to their mean [1/s] */
+  double high_slope_error; /* its standard error, if the windows were independent */
+  double high_slope_error_correlated; /* and as they follow each other */
+} study_long_result;
+
+/* Runs one case; a step that cannot be solved is in result->status, a failure here one of memory.
+ * `total` and `high` are freed by study_long_result_free. */
+thrum_status study_long_run(const study_long_case *run, study_long_result *result,
+                            thrum_error *error);
+void study_long_result_free(study_long_result *result);
+
+/* "done", "lost", or the name of the status; static storage. */
+const char *study_long_status(const study_long_result *result);
+
+/* Whether the trend of the high modes is within two standard errors of none, correlated ones: the
+ * modes trade energy for thousands of seconds, so neighbouring windows are far from independent. */
+bool study_long_steady(const study_long_result *result);
+
+/* A least-squares slope and its standard error. */
+typedef struct study_trend {
+  double slope;
+  double error;            /* from residuals that are taken as independent */
+  double error_correlated; /* from residuals of which each follows the one before with the measured
+                              correlation rho: n (1 - rho)/(1 + rho) count instead of n; infinite
+                              where that leaves two or fewer (Santer et al. 2000,
+                              doi:10.1029/1999JD901105) */
+} study_trend;
+
+/* Of `count` values at 0, spacing, 2 spacing ..; NaN below three values. */
+study_trend study_slope(const double *values, int64_t count, double spacing);
+
+#endif

@@ -1,0 +1,119 @@
+/* Reads the tables of earlier long runs back, so that what is done need not be done again.
+ *
+ * The tables say all that a report needs; a row that is cut short, as by a full disk, is left out.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "validation/experiments/tables.h"
+
+#define FIELDS_MAX 40
+#define LINE_MAX 1024
+#define RUNGS_FROM 17 /* the first column of the rungs */
+
+/* Cuts a line at its commas, in place; how many fields. */
+static int cut(char *line, char *fields[FIELDS_MAX]) {
+  int count = 0;
+  for (char *at = line; at != NULL && count < FIELDS_MAX; count++) {
+    char *comma = strchr(at, ',');
+    if (comma != NULL)
+      *comma = 0;
+    fields[count] = at;
+    at = comma != NULL ? comma + 1 : NULL;
+  }
+  return count;
+}
+
+/* Copies the next line of a text into `line`, without its end; NULL after the last whole one. */
+static const char *next_line(const char *text, char line[LINE_MAX]) {
+  const char *end = strchr(text, '\n');
+  if (end == NULL)
+    return NULL;
+  const size_t length = (size_t)(end - text) < LINE_MAX - 1 ? (size_t)(end - text) : LINE_MAX - 1;
+  memcpy(line, text, length);
+  line[length] = 0;
+  return end + 1;
+}
+
+static double number(const char *field) {
+  return field[0] != 0 ? strtod(field, NULL) : NAN;
+}
+
+/* Whether fields 0 to 2 of a row name this case. */
+static bool names_case(char *const *fields, const study_long_case *run) {
+  return strcmp(fields[0], run->body->name) == 0 &&
+         strcmp(fields[1], study_integrator_names[run->integrator]) == 0 &&
+         fabs(number(fields[2]) - run->amplitude) < 1e-9;
+}
+
+/* The columns of study_long_csv. */
+static bool take_row(char *const *fields, study_long_case *run, study_long_result *result) {
+  if (!names_case(fields, run) || fabs(number(fields[5]) - run->dt) > 1e-12 ||
+      !(number(fields[7]) >= 1 && number(fields[7]) <= (double)run->steps))
+    return false;
+  // a run that was not lost is whole
+  result->lost = strcmp(fields[6], "lost") == 0;
+  if (!result->lost && (strcmp(fields[6], "done") != 0 || number(fields[7]) != (double)run->steps))
+    return false;
+  run->reached = number(fields[3]);
+  run->impulse = number(fields[4]);
+  result->report.steps = (int64_t)number(fields[7]);
+  result->us_per_step = number(fields[8]);
+  result->energy = number(fields[9]);
+  result->window_count = (int64_t)number(fields[10]);
+  result->total_change = number(fields[11]);
+  result->total_worst = number(fields[12]);
+  result->high_change = number(fields[13]);
+  result->high_slope = number(fields[14]);
+  result->high_slope_error = number(fields[15]);
+  result->high_slope_error_correlated = number(fields[16]);
+  int64_t *const rungs[STUDY_RUNG_COUNT] = {
+#define X(name, field, heading) &result->report.field,
+      STUDY_RUNG_LIST(X)
+#undef X
+  };
+  for (int n = 0; n < STUDY_RUNG_COUNT; n++)
+    *rungs[n] = (int64_t)number(fields[RUNGS_FROM + n]);
+  return true;
+}
+
+/* The means of the windows of one case; false unless all are there. */
+static bool take_windows(const char *windows, const study_long_case *run,
+                         study_long_result *result) {
+  char line[LINE_MAX], *fields[FIELDS_MAX];
+  int64_t found = 0;
+  for (const char *at = next_line(windows, line); at != NULL; at = next_line(at, line)) {
+    if (cut(line, fields) != 7 || !names_case(fields, run))
+      continue;
+    if (found == result->window_count || number(fields[3]) != (double)found)
+      return false;
+    result->total[found] = number(fields[5]);
+    result->high[found++] = number(fields[6]);
+  }
+  return found == result->window_count;
+}
+
+bool study_long_read(const char *table, const char *windows, study_long_case *run,
+                     study_long_result *result) {
+  char line[LINE_MAX], *fields[FIELDS_MAX];
+  study_long_case known = *run;
+  study_long_result made = {0};
+  bool found = false;
+  for (const char *at = next_line(table, line); at != NULL && !found; at = next_line(at, line))
+    found = cut(line, fields) == RUNGS_FROM + STUDY_RUNG_COUNT && take_row(fields, &known, &made);
+  if (!found || made.window_count < 0 || made.window_count > run->steps)
+    return false;
+  made.total = calloc((size_t)(2 * made.window_count + 1), sizeof *made.total);
+  if (made.total == NULL)
+    return false;
+  made.high = made.total + made.window_count;
+  if (!take_windows(windows, run, &made)) {
+    study_long_result_free(&made);
+    return false;
+  }
+  *run = known;
+  *result = made;
+  return true;
+}

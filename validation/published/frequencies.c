@@ -1,0 +1,160 @@
+/* Natural frequencies: closed forms of bars, beams and the cube, published ones of the sphere
+ * (Code_Aster SDLV401, after Lamb 1882, On the vibrations of an elastic sphere,
+ * doi:10.1112/plms/s1-13.1.189) and of the tapered membrane (NAFEMS FV32).
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
+#include <stdio.h>
+
+#include "validation/published/published.h"
+
+#define PI 3.141592653589793
+
+/* A bar of unit length in the plane y = 0 with E = rho = 1, nu = 0: beam theory without Poisson's
+ * effect. One cell wide, everything held in y. */
+static verify_body planar_beam(int cells, double thickness) {
+  verify_body body = {.fix = {"x<1e-9", "y>-1e9:y"}, .material = {1, 0, 1}};
+  const int along = (int)lround(cells / thickness);
+  snprintf(body.mesh, sizeof body.mesh, "beam:%dx1x%d@1x%.9gx%.9g", along, cells, thickness / cells,
+           thickness);
+  return body;
+}
+
+static void axial_field(const double x[3], double u[3]) {
+  u[0] = sin(0.5 * PI * x[0]);
+  u[1] = u[2] = 0;
+}
+
+thrum_status verify_beam(const verify_sink *sink, thrum_error *error) {
+  static const double thickness = 0.1;
+  const double first = verify_timoshenko(thickness, 1) / (2 * PI);
+  const double second = verify_timoshenko(thickness, 2) / (2 * PI);
+  for (int level = 0; level <= sink->level + 1; level++) {
+    const int cells = 2 << level;
+    const verify_body body = planar_beam(cells, thickness);
+    thrum_precomputed made = {0};
+    const thrum_status status = verify_precompute(&body, 4, 4, true, &made, error);
+    if (status < 0)
+      return status;
+    const double *square = made.mode_omega2;
+    verify_add(sink, "beam", "bending 1, Hz", body.mesh, cells, first, sqrt(square[0]) / (2 * PI));
+    verify_add(sink, "beam", "bending 2, Hz", body.mesh, cells, second, sqrt(square[1]) / (2 * PI));
+    verify_add(sink, "beam", "axial 1, Hz", body.mesh, cells, 0.25,
+               verify_frequency_of(&made, axial_field));
+    thrum_precomputed_free(&made);
+  }
+  return THRUM_OK;
+}
+
+static void torsion_field(const double x[3], double u[3]) {
+  const double angle = sin(0.5 * PI * x[0]);
+  u[0] = 0;
+  u[1] = -angle * x[2];
+  u[2] = angle * x[1];
+}
+
+thrum_status verify_torsion(const verify_sink *sink, thrum_error *error) {
+  // Saint-Venant: G J / (rho I_p) with J = 0.140577 a^4 and I_p = a^4 / 6; G = 1/2
+  const double exact = 0.25 * sqrt(0.5 * 0.140577 * 6);
+  for (int level = 0; level <= sink->level; level++) {
+    const int cells = 2 << level;
+    verify_body body = {.fix = {"x<1e-9"}, .material = {1, 0, 1}};
+    thrum_precomputed made = {0};
+    snprintf(body.mesh, sizeof body.mesh, "beam:%dx%dx%d@1x0.1x0.1", 10 * cells, cells, cells);
+    const thrum_status status = verify_precompute(&body, 8, 8, true, &made, error);
+    if (status < 0)
+      return status;
+    verify_add(sink, "torsion", "torsion 1, Hz", body.mesh, cells, exact,
+               verify_frequency_of(&made, torsion_field));
+    thrum_precomputed_free(&made);
+  }
+  return THRUM_OK;
+}
+
+/* Lame's mode of a cube of unit side, x from 0, y and z about 0. */
+static void lame_field(const double x[3], double u[3]) {
+  const double a = PI * x[0], b = PI * (x[1] + 0.5);
+  u[0] = cos(a) * sin(b);
+  u[1] = -sin(a) * cos(b);
+  u[2] = 0;
+}
+
+thrum_status verify_cube(const verify_sink *sink, thrum_error *error) {
+  // omega = sqrt(2) pi c_T / a whatever nu is; c_T^2 = mu / rho
+  const double exact = sqrt(1 / (2 * 1.3)) / sqrt(2);
+  for (int level = 0; level <= sink->level + 1; level++) {
+    const int cells = 3 << level;
+    verify_body body = {.material = {1, 0.3, 1}};
+    thrum_precomputed made = {0};
+    snprintf(body.mesh, sizeof body.mesh, "beam:%dx%dx%d@1x1x1", cells, cells, cells);
+    const thrum_status status = verify_precompute(&body, 18, 18, true, &made, error);
+    if (status < 0)
+      return status;
+    verify_add(sink, "cube", "Lame's mode, Hz", body.mesh, cells, exact,
+               verify_frequency_of(&made, lame_field));
+    thrum_precomputed_free(&made);
+  }
+  return THRUM_OK;
+}
+
+/* A cube [0,2] x [-1,1]^2 whose shells are blown up to spheres of radius 0.01 m. */
+static void to_ball(double p[3]) {
+  const double x = p[0] - 1, y = p[1], z = p[2];
+  p[0] = 0.01 * x * sqrt(1 - y * y / 2 - z * z / 2 + y * y * z * z / 3);
+  p[1] = 0.01 * y * sqrt(1 - z * z / 2 - x * x / 2 + z * z * x * x / 3);
+  p[2] = 0.01 * z * sqrt(1 - x * x / 2 - y * y / 2 + x * x * y * y / 3);
+}
+
+thrum_status verify_sphere(const verify_sink *sink, thrum_error *error) {
+  static const struct {
+    const char *name;
+    int times;
+    double hertz;
+  } clusters[] = {{"5 modes, Hz", 5, 2468.71},
+                  {"next 5, Hz", 5, 2611.91},
+                  {"next 3, Hz", 3, 3484.23},
+                  {"next 7, Hz", 7, 3814.60}};
+  for (int level = 0; level <= sink->level; level++) {
+    const int cells = 6 << level;
+    verify_body body = {.material = {1e8, 0.3, 1e4}, .map = to_ball};
+    thrum_precomputed made = {0};
+    snprintf(body.mesh, sizeof body.mesh, "beam:%dx%dx%d@2x2x2", cells, cells, cells);
+    const thrum_status status = verify_precompute(&body, 20, 20, false, &made, error);
+    if (status < 0)
+      return status;
+    snprintf(body.mesh, sizeof body.mesh, "ball of %d cells across", cells);
+    for (int c = 0, mode = 0; c < 4; c++) {
+      double mean = 0;
+      for (int i = 0; i < clusters[c].times; i++, mode++)
+        mean += sqrt(made.mode_omega2[mode]) / (2 * PI) / clusters[c].times;
+      verify_add(sink, "sphere", clusters[c].name, body.mesh, cells, clusters[c].hertz, mean);
+    }
+    thrum_precomputed_free(&made);
+  }
+  return THRUM_OK;
+}
+
+/* 5 m wide at x = 0, 1 m at x = 10 m. */
+static void taper(double p[3]) {
+  p[1] *= 5 - 0.4 * p[0];
+}
+
+thrum_status verify_membrane(const verify_sink *sink, thrum_error *error) {
+  static const double hertz[] = {44.623, 130.03, 162.70, 246.05, 379.90, 391.44};
+  static const char *const names[] = {"1, Hz", "2, Hz", "3, Hz", "4, Hz", "5, Hz", "6, Hz"};
+  for (int level = 0; level <= sink->level + 1; level++) {
+    const int cells = 8 << level;
+    verify_body body = {
+        .fix = {"x<1e-9", "z<-0.0249:z"}, .material = {200e9, 0.3, 8000}, .map = taper};
+    thrum_precomputed made = {0};
+    snprintf(body.mesh, sizeof body.mesh, "beam:%dx%dx1@10x1x0.05", 2 * cells, cells);
+    const thrum_status status = verify_precompute(&body, 6, 6, false, &made, error);
+    if (status < 0)
+      return status;
+    for (int i = 0; i < 6; i++)
+      verify_add(sink, "membrane", names[i], body.mesh, cells, hertz[i],
+                 sqrt(made.mode_omega2[i]) / (2 * PI));
+    thrum_precomputed_free(&made);
+  }
+  return THRUM_OK;
+}

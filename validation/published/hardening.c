@@ -1,0 +1,91 @@
+/* A slender beam clamped at both ends stretches as it bends, so its frequency rises with the
+ * amplitude a: q'' + w^2 (q + e q^3/a^2) = 0 with e = 0.7193 (a/h)^2 for a rectangular section of
+ * thickness h and the linear mode (Woinowsky-Krieger 1950, The effect of an axial force on the
+ * vibration of hinged bars, doi:10.1115/1.4010053, and the one-mode solutions after it).
+ *
+ * The model is the linear mode and its derivative, r = 2; the derivative condensed statically
+ * leaves V = 1/2 w^2 q^2 + 1/4 k q^4. The period is measured on steps of imexv.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "validation/published/published.h"
+
+#define THICKNESS 0.02
+#define STIFFNESS 198.463 /* E I / L^3, of the mode of unit amplitude in the middle */
+#define HARDENING 0.7193
+
+/* k of the condensed Duffing oscillator. */
+static double condensed(const thrum_model *model) {
+  const double slave = model->c3[thrum_c3_index(2, 0, 0, 1)];
+  return 4 * (model->c4[thrum_c4_index(2, 0, 0, 0, 0)] - slave * slave / (2 * model->omega2[1]));
+}
+
+/* Largest displacement in z of a unit of the mode. */
+static double middle_of(const thrum_model *model) {
+  double most = 0;
+  for (int64_t v = 0; v < model->vertex_count; v++)
+    most = fmax(most, fabs(model->basis[(3 * v + 2) * 2]));
+  return most;
+}
+
+/* Angular frequency of free motion from q_0 = amplitude at rest, by the first return to a turning
+ * point: a quarter period is where q_0 passes zero. */
+static thrum_status measure(const thrum_model *model, double amplitude, double *omega,
+                            thrum_error *error) {
+  thrum_state_def def = thrum_default_state_def();
+  const double slave = model->c3[thrum_c3_index(2, 0, 0, 1)];
+  double q[2] = {amplitude, -slave * amplitude * amplitude / model->omega2[1]}, before = amplitude;
+  // the fast coordinate follows; the slow one is resolved
+  def.dt = 2 * 3.141592653589793 / sqrt(model->omega2[0]) / 2000;
+  void *memory = NULL;
+  thrum_state *state = NULL;
+  thrum_status status = verify_state(model, &def, q, NULL, &memory, &state, error);
+  int64_t step = 0;
+  for (; status >= 0 && q[0] > 0 && step < 10000; step++) {
+    before = q[0];
+    status = thrum_step(model, state, error);
+    if (status >= 0)
+      status = thrum_state_get(model, state, q, NULL, error);
+  }
+  free(memory);
+  const double quarter = def.dt * ((double)step - 1 + before / (before - q[0]));
+  *omega = 0.5 * 3.141592653589793 / quarter;
+  return status < 0 ? status : THRUM_OK;
+}
+
+thrum_status verify_hardening(const verify_sink *sink, thrum_error *error) {
+  const double linear = STIFFNESS * pow(THICKNESS, 3) / 12; // per unit of width, E = 1
+  for (int level = 0; level <= sink->level + (sink->level > 0 ? 2 : 1); level++) {
+    const int cells = 1 << level;
+    verify_body body = {.fix = {"x<1e-9", "x>0.999999", "y>-1e9:y"}, .material = {1, 0, 1}};
+    snprintf(body.mesh, sizeof body.mesh, "beam:%dx1x%d@1x%.9gx%.9g", 50 * cells, cells,
+             THICKNESS / cells, THICKNESS);
+    thrum_precomputed made = {0};
+    thrum_status status = verify_precompute(&body, 1, 2, false, &made, error);
+    if (status < 0)
+      return status;
+    const thrum_model *model = &made.model;
+    const double middle = middle_of(model), width = THICKNESS / cells;
+    // in units of the displacement in the middle and of the width
+    const double k1 = model->omega2[0] / (middle * middle) / width;
+    const double k3 = condensed(model) / pow(middle, 4) / width;
+    verify_add(sink, "hardening", "linear stiffness, N/m", body.mesh, cells, linear, k1);
+    verify_add(sink, "hardening", "cubic stiffness, N/m^3", body.mesh, cells,
+               HARDENING * linear / (THICKNESS * THICKNESS), k3);
+    for (int half = 1; half <= 2 && status >= 0; half++) {
+      const double ratio = 0.5 * half; // a/h
+      double omega = 0;
+      status = measure(model, ratio * THICKNESS / middle, &omega, error);
+      verify_add(sink, "hardening",
+                 half == 1 ? "frequency ratio at a = h/2" : "frequency ratio at a = h", body.mesh,
+                 cells, verify_duffing(HARDENING * ratio * ratio), omega / sqrt(model->omega2[0]));
+    }
+    thrum_precomputed_free(&made);
+    if (status < 0)
+      return status;
+  }
+  return THRUM_OK;
+}

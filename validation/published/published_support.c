@@ -1,0 +1,137 @@
+/* Bodies, modes by their shape, and polynomials by hand. SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "validation/published/published.h"
+
+#define TWO_PI 6.283185307179586
+#define SHARE_LEAST 0.01
+
+thrum_status verify_precompute(const verify_body *body, int64_t modes, int64_t rank,
+                               bool keep_modes, thrum_precomputed *result, thrum_error *error) {
+  thrum_mesh mesh = {0};
+  thrum_status status = thrum_mesh_read(body->mesh, 1, &mesh, error);
+  if (status < 0)
+    return status;
+  uint8_t *fixed = calloc((size_t)mesh.vertex_count, 1);
+  if (fixed == NULL)
+    status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %s", body->mesh);
+  // what is held is named in the mesh as it is generated
+  for (int n = 0; n < 4 && body->fix[n] != NULL && status >= 0; n++) {
+    int64_t count;
+    status = thrum_mesh_fix(&mesh, body->fix[n], fixed, &count, error);
+  }
+  for (int64_t v = 0; body->map != NULL && v < mesh.vertex_count; v++)
+    body->map(mesh.vertices + 3 * v);
+  if (status >= 0) {
+    mesh.materials[0] = body->material;
+    thrum_precompute_options options = thrum_default_precompute_options();
+    options.modes = modes;
+    options.rank = rank;
+    options.keep_modes = keep_modes;
+    status = thrum_precompute(&mesh, fixed, &options, result, error);
+  }
+  free(fixed);
+  thrum_mesh_free(&mesh);
+  return status;
+}
+
+double verify_frequency_of(const thrum_precomputed *result,
+                           void (*field)(const double x[3], double u[3])) {
+  const thrum_model *model = &result->model;
+  double *weight = calloc((size_t)model->vertex_count, sizeof *weight);
+  if (weight == NULL)
+    return NAN;
+  // the volume about each vertex stands for the mass
+  for (int64_t t = 0; t < model->tet_count; t++) {
+    const int32_t *v = model->tets + 4 * t;
+    double e[3][3];
+    for (int a = 0; a < 3; a++)
+      for (int i = 0; i < 3; i++)
+        e[a][i] = model->vertices[3 * v[a + 1] + i] - model->vertices[3 * v[0] + i];
+    for (int a = 0; a < 4; a++)
+      weight[v[a]] += e[0][0] * (e[1][1] * e[2][2] - e[1][2] * e[2][1]) -
+                      e[0][1] * (e[1][0] * e[2][2] - e[1][2] * e[2][0]) +
+                      e[0][2] * (e[1][0] * e[2][1] - e[1][1] * e[2][0]);
+  }
+  double sum = 0, total = 0, whole = 0;
+  for (int64_t v = 0; v < model->vertex_count; v++) {
+    double u[3];
+    field(model->vertices + 3 * v, u);
+    whole += weight[v] * (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
+  }
+  for (int64_t mode = 0; mode < result->mode_count; mode++) {
+    const double *shape = result->mode_vectors + mode * 3 * model->vertex_count;
+    double product = 0, square = 0;
+    for (int64_t v = 0; v < model->vertex_count; v++) {
+      double u[3];
+      field(model->vertices + 3 * v, u);
+      for (int axis = 0; axis < 3; axis++) {
+        product += weight[v] * u[axis] * shape[3 * v + axis];
+        square += weight[v] * shape[3 * v + axis] * shape[3 * v + axis];
+      }
+    }
+    const double share = product * product / (square * whole);
+    if (share > SHARE_LEAST) {
+      sum += share * sqrt(result->mode_omega2[mode]) / TWO_PI;
+      total += share;
+    }
+  }
+  free(weight);
+  return sum / total;
+}
+
+void verify_add(const verify_sink *sink, const char *problem, const char *quantity,
+                const char *mesh, double size, double published, double computed) {
+  verify_row row = {problem, quantity, "", size, published, computed};
+  snprintf(row.mesh, sizeof row.mesh, "%s", mesh);
+  sink->row(sink->context, &row);
+}
+
+void verify_polynomial_make(verify_polynomial *p, int64_t rank, const double *omega2) {
+  memset(p, 0, sizeof *p);
+  memcpy(p->omega2, omega2, (size_t)rank * sizeof *omega2);
+  p->model = (thrum_model){.rank = rank,
+                           .c3_count = thrum_c3_count(rank),
+                           .c4_count = thrum_c4_count(rank),
+                           .omega2 = p->omega2,
+                           .c3 = p->c3,
+                           .c4 = p->c4};
+}
+
+void verify_polynomial_add(verify_polynomial *p, double weight, const double *a) {
+  const int64_t r = p->model.rank;
+  // every ordered product goes to the one place of its monomial
+  for (int64_t n = 0; n < r * r * r * r; n++) {
+    int64_t index[4] = {n % r, n / r % r, n / (r * r) % r, n / (r * r * r)};
+    const double product = a[index[0]] * a[index[1]] * a[index[2]] * a[index[3]];
+    for (int s = 1; s < 4; s++)
+      for (int t = s; t > 0 && index[t - 1] > index[t]; t--) {
+        const int64_t swap = index[t];
+        index[t] = index[t - 1];
+        index[t - 1] = swap;
+      }
+    p->c4[thrum_c4_index(r, index[0], index[1], index[2], index[3])] += weight * product;
+  }
+}
+
+thrum_status verify_state(const thrum_model *model, const thrum_state_def *def, const double *q,
+                          const double *p, void **memory, thrum_state **state, thrum_error *error) {
+  size_t size = 0;
+  thrum_status status = thrum_state_size(model, def, &size, error);
+  if (status < 0)
+    return status;
+  void *block = aligned_alloc(64, (size + 63) / 64 * 64);
+  if (block == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a state");
+  status = thrum_state_init(block, size, model, def, state, error);
+  if (status >= 0)
+    status = thrum_state_set(model, *state, q, p, error);
+  if (status < 0)
+    free(block);
+  else
+    *memory = block;
+  return status;
+}

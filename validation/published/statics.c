@@ -1,0 +1,193 @@
+/* Large deflections at rest: the elastica, and the beam of Turek and Hron under gravity
+ * (doi:10.1007/3-540-34596-5_15, CSM1 and CSM2), solved in the reduced coordinates. A second row
+ * takes out what linear tets lock: the load is scaled so that the small deflection is right.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "precompute/full/full.h"
+#include "thrum/equilibrium.h"
+#include "validation/published/published.h"
+
+#define SLENDER 0.02 /* thickness over length of the elastica */
+
+/* q at rest under `load`. */
+static thrum_status rest(const thrum_model *model, const double *load, double *q,
+                         thrum_error *error) {
+  size_t size = 0;
+  const thrum_equilibrium_def def = thrum_default_equilibrium_def();
+  thrum_equilibrium_report report;
+  thrum_status status = thrum_equilibrium_size(model, &size, error);
+  if (status < 0)
+    return status;
+  void *workspace = aligned_alloc(64, (size + 63) / 64 * 64);
+  if (workspace == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for an equilibrium");
+  memset(q, 0, (size_t)model->rank * sizeof *q);
+  status =
+      thrum_equilibrium(model, &def, load, q, NULL, workspace, size, NULL, NULL, &report, error);
+  free(workspace);
+  return status;
+}
+
+/* Mean displacement of the right face along an axis is the transpose of a force on it. */
+static thrum_status face_force(const thrum_model *model, int axis, double *reduced,
+                               thrum_error *error) {
+  const int32_t *vertices;
+  int64_t count;
+  const double unit[3] = {axis == 0, axis == 1, axis == 2};
+  memset(reduced, 0, (size_t)model->rank * sizeof *reduced);
+  const thrum_status status = thrum_model_group(model, "right", &vertices, &count, error);
+  return status < 0 ? status : thrum_force_add_shared(model, vertices, count, unit, reduced, error);
+}
+
+/* Mean displacement of the right face along z at rest under `forces` in the full order. */
+static thrum_status full_tip(const thrum_model *model, bool gravity, double load, double *tip,
+                             thrum_error *error) {
+  const thrum_full_def def = thrum_default_full_def();
+  const size_t components = 3 * (size_t)model->vertex_count;
+  const int32_t *vertices;
+  int64_t count;
+  thrum_full *full = NULL;
+  thrum_full_equilibrium found;
+  double *forces = calloc(2 * components, sizeof *forces), *u = forces;
+  if (forces == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the full order");
+  thrum_status status = thrum_model_group(model, "right", &vertices, &count, error);
+  if (status >= 0)
+    status = thrum_full_create(model, NULL, &def, &full, error);
+  if (status >= 0 && gravity)
+    thrum_full_add_gravity(full, (const double[3]){0, 0, load}, forces);
+  for (int64_t n = 0; status >= 0 && !gravity && n < count; n++)
+    forces[3 * vertices[n] + 2] = load / (double)count;
+  if (status >= 0)
+    status = thrum_full_rest(full, forces, NULL, &found, error);
+  if (status >= 0) {
+    u += components;
+    thrum_full_get(full, u, NULL);
+    *tip = 0;
+    for (int64_t n = 0; n < count; n++)
+      *tip += u[3 * vertices[n] + 2] / (double)count;
+  }
+  thrum_full_free(full);
+  free(forces);
+  return status < 0 ? status : THRUM_OK;
+}
+
+static double product(const thrum_model *model, const double *a, const double *b) {
+  double sum = 0;
+  for (int64_t i = 0; i < model->rank; i++)
+    sum += a[i] * b[i];
+  return sum;
+}
+
+/* Deflection and shortening of the tip under P L^2/(E I) = load; `scaled`: of what the mesh has for
+ * E I. */
+static thrum_status tip_of(const thrum_model *model, double load, double width, bool scaled,
+                           double *deflection, double *shortening, thrum_error *error) {
+  double up[THRUM_RANK_MAX], along[THRUM_RANK_MAX], force[THRUM_RANK_MAX], q[THRUM_RANK_MAX];
+  double compliance = 0;
+  thrum_status status = face_force(model, 2, up, error);
+  if (status >= 0)
+    status = face_force(model, 0, along, error);
+  if (status < 0)
+    return status;
+  for (int64_t i = 0; i < model->rank; i++)
+    compliance += up[i] * up[i] / model->omega2[i];
+  // w = P L^3 / (3 E I) at small loads
+  const double stiffness = scaled ? 1 / (3 * compliance) : width * pow(SLENDER, 3) / 12;
+  for (int64_t i = 0; i < model->rank; i++)
+    force[i] = load * stiffness * up[i];
+  status = rest(model, force, q, error);
+  *deflection = product(model, up, q);
+  *shortening = -product(model, along, q);
+  return status;
+}
+
+thrum_status verify_elastica(const verify_sink *sink, thrum_error *error) {
+  static const double loads[] = {1, 2, 5};
+  static const char *const names[2][2][3] = {
+      {{"deflection at P = 1", "deflection at P = 2", "deflection at P = 5"},
+       {"shortening at P = 1", "shortening at P = 2", "shortening at P = 5"}},
+      {{"deflection at P = 1, mesh's own EI", "deflection at P = 2, mesh's own EI",
+        "deflection at P = 5, mesh's own EI"},
+       {"shortening at P = 1, mesh's own EI", "shortening at P = 2, mesh's own EI",
+        "shortening at P = 5, mesh's own EI"}}};
+  for (int level = 0; level <= sink->level + (sink->level > 0 ? 2 : 1); level++) {
+    const int cells = 1 << level;
+    verify_body body = {.fix = {"x<1e-9", "y>-1e9:y"}, .material = {1, 0, 1}};
+    snprintf(body.mesh, sizeof body.mesh, "beam:%dx1x%d@1x%.9gx%.9g", 50 * cells, cells,
+             SLENDER / cells, SLENDER);
+    thrum_precomputed made = {0};
+    thrum_status status = verify_precompute(&body, 6, 20, false, &made, error);
+    if (status < 0)
+      return status;
+    for (int scaled = 0; scaled < 2 && status >= 0; scaled++)
+      for (int n = 0; n < 3 && status >= 0; n++) {
+        double known[2], found[2];
+        verify_elastica_tip(loads[n], &known[0], &known[1]);
+        status = tip_of(&made.model, loads[n], SLENDER / cells, scaled == 1, &found[0], &found[1],
+                        error);
+        for (int what = 0; what < 2; what++)
+          verify_add(sink, "elastica", names[scaled][what][n], body.mesh, cells, known[what],
+                     found[what]);
+      }
+    // the same mesh unreduced, where that is soon done
+    double deflection, shortening, tip;
+    if (status >= 0 && cells <= 8) {
+      verify_elastica_tip(loads[2], &deflection, &shortening);
+      status = full_tip(&made.model, false, loads[2] * SLENDER / cells * pow(SLENDER, 3) / 12, &tip,
+                        error);
+      if (status >= 0)
+        verify_add(sink, "elastica", "deflection at P = 5, full order", body.mesh, cells,
+                   deflection, tip);
+    }
+    thrum_precomputed_free(&made);
+    if (status < 0)
+      return status;
+  }
+  return THRUM_OK;
+}
+
+thrum_status verify_gravity_beam(const verify_sink *sink, thrum_error *error) {
+  static const struct {
+    const char *name;
+    double mu, tip;
+    const char *full;
+  } cases[2] = {{"CSM1 tip, mm", 0.5e6, -66.10, "CSM1 tip, full order, mm"},
+                {"CSM2 tip, mm", 2e6, -16.97, "CSM2 tip, full order, mm"}};
+  for (int level = 0; level <= sink->level + 1; level++) {
+    const int cells = 2 << level;
+    for (int n = 0; n < 2; n++) {
+      verify_body body = {.fix = {"x<1e-9", "y>-1e9:y"},
+                          .material = {2.8 * cases[n].mu, 0.4, 1000}};
+      snprintf(body.mesh, sizeof body.mesh, "beam:%dx1x%d@0.35x%.9gx0.02", 35 * cells / 2, cells,
+               0.02 / cells);
+      thrum_precomputed made = {0};
+      thrum_status status = verify_precompute(&body, 6, 20, false, &made, error);
+      if (status < 0)
+        return status;
+      double load[THRUM_RANK_MAX] = {0}, up[THRUM_RANK_MAX], q[THRUM_RANK_MAX];
+      status = thrum_force_add_gravity(&made.model, (const double[3]){0, 0, -2}, load, error);
+      if (status >= 0)
+        status = face_force(&made.model, 2, up, error);
+      if (status >= 0)
+        status = rest(&made.model, load, q, error);
+      if (status >= 0)
+        verify_add(sink, "gravity_beam", cases[n].name, body.mesh, cells, cases[n].tip,
+                   1e3 * product(&made.model, up, q));
+      double tip = 0;
+      if (status >= 0)
+        status = full_tip(&made.model, true, -2, &tip, error);
+      if (status >= 0)
+        verify_add(sink, "gravity_beam", cases[n].full, body.mesh, cells, cases[n].tip, 1e3 * tip);
+      thrum_precomputed_free(&made);
+      if (status < 0)
+        return status;
+    }
+  }
+  return THRUM_OK;
+}
