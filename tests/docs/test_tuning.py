@@ -1,0 +1,67 @@
+#!/usr/bin/env python3
+"""docs/tuning.md lists every numeric #define of runtime/, with its file and its value.
+
+usage: tests/docs/test_tuning.py [ROOT]    exit 1 with the differences
+
+A row of a table there begins with | `NAME` | `VALUE` | `FILE` |, FILE relative to runtime/. The test fails for a
+constant without a row, for a row without a constant, and for a row with another value than the code.
+SPDX-License-Identifier: Apache-2.0
+"""
+import pathlib
+import re
+import sys
+
+ROOT = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).parents[2])
+DEFINE = re.compile(r"^[ \t]*#[ \t]*define[ \t]+(\w+)[ \t]+(.+)$", re.MULTILINE)
+COMMENT = re.compile(r"/\*.*?(\*/|$)|//.*$")
+# numbers, names and operators alone, with a digit that is not part of a name
+NUMBER = re.compile(r"(?<![A-Za-z_])\d")
+EXPRESSION = re.compile(r"[\w\s+\-*/%()<>.]+")
+ROW = re.compile(r"^\| `(\w+)` \| `([^`]+)` \| `([^`]+)` \|", re.MULTILINE)
+
+
+def constants():
+    """(file, name) -> value of every numeric #define."""
+    found = {}
+    for path in sorted((ROOT / "runtime").rglob("*")):
+        if path.suffix not in (".c", ".h", ".inl"):
+            continue
+        text = path.read_text(encoding="utf-8").replace("\\\n", " ")
+        for name, value in DEFINE.findall(text):
+            value = " ".join(COMMENT.sub("", value).split())
+            if NUMBER.search(value) and EXPRESSION.fullmatch(value):
+                found[path.relative_to(ROOT / "runtime").as_posix(), name] = value
+    return found
+
+
+def rows():
+    """(file, name) -> value of every row, and the rows that stand there twice."""
+    found, twice = {}, []
+    for name, value, file in ROW.findall((ROOT / "docs" / "tuning.md").read_text(encoding="utf-8")):
+        if (file, name) in found:
+            twice.append((file, name))
+        found[file, name] = value
+    return found, twice
+
+
+def differences(code, page, twice):
+    for key in sorted(code.keys() - page.keys()):
+        yield f"runtime/{key[0]}: {key[1]} has no row in docs/tuning.md"
+    for key in sorted(page.keys() - code.keys()):
+        yield f"docs/tuning.md: {key[1]} is not a numeric #define of runtime/{key[0]}"
+    for key in sorted(code.keys() & page.keys()):
+        if code[key] != page[key]:
+            yield f"docs/tuning.md: {key[1]} of runtime/{key[0]} is {code[key]}, not {page[key]}"
+    for key in twice:
+        yield f"docs/tuning.md: {key[1]} of runtime/{key[0]} has two rows"
+
+
+def main():
+    code = constants()
+    page, twice = rows()
+    wrong = list(differences(code, page, twice))
+    print("\n".join(wrong) if wrong else f"{len(code)} constants, all in docs/tuning.md")
+    return 1 if wrong or not code else 0
+
+
+sys.exit(main())
