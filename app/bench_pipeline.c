@@ -165,8 +165,7 @@ static cJSON *run_json(const bench_pipeline *run) {
     json_number(cpu, stage_names[stage], run->cpu_seconds[stage]);
     json_number(wall, stage_names[stage], run->seconds[stage]);
     if (run->flops[stage] > 0)
-      json_number(rates, stage_names[stage],
-                      1e-9 * run->flops[stage] / run->cpu_seconds[stage]);
+      json_number(rates, stage_names[stage], 1e-9 * run->flops[stage] / run->cpu_seconds[stage]);
   }
   json_number(cpu, "total", run->cpu_total);
   json_number(wall, "total", run->total);
@@ -188,10 +187,10 @@ static void print_json(const sweep *asked) {
   cJSON *exponents = cJSON_AddObjectToObject(object, "exponents");
   for (int column = 0; column < THRUM_STAGE_COUNT + 2; column++)
     json_number(exponents,
-                    column < THRUM_STAGE_COUNT    ? stage_names[column]
-                    : column == THRUM_STAGE_COUNT ? "total"
-                                                  : "peak_mb",
-                    exponent_of(asked, column, upper_half(asked)));
+                column < THRUM_STAGE_COUNT    ? stage_names[column]
+                : column == THRUM_STAGE_COUNT ? "total"
+                                              : "peak_mb",
+                exponent_of(asked, column, upper_half(asked)));
   json_print(object);
 }
 

@@ -27,7 +27,7 @@ void bench_row_bandwidth(const bench_request *request, cJSON *row, const char *k
   json_number(row, name, request->machine ? 1e-3 * bytes / bandwidth : NAN);
   snprintf(name, sizeof name, "%s_share_of_fma_peak", key);
   json_number(row, name,
-                  request->machine ? 1e-3 * operations / us / request->rates.peak_gflops : NAN);
+              request->machine ? 1e-3 * operations / us / request->rates.peak_gflops : NAN);
   snprintf(name, sizeof name, "%s_share_of_bandwidth", key);
   json_number(row, name, request->machine ? 1e-3 * bytes / us / bandwidth : NAN);
   snprintf(name, sizeof name, "%s_level", key);

@@ -45,7 +45,7 @@ static thrum_status run(const bench_request *request, const thrum_model *model, 
   json_number(row, "gflops", gflops);
   json_number(row, "bound_us", request->machine ? bound : NAN);
   json_number(row, "share_of_fma_peak",
-                  request->machine ? gflops / request->rates.peak_gflops : NAN);
+              request->machine ? gflops / request->rates.peak_gflops : NAN);
   json_number(row, "share_of_bandwidth", request->machine ? bound / step.time.minimum : NAN);
   json_string(row, "level", level);
   json_string(row, "kernel", thrum_kernel_name(thrum_kernel_chosen(request->kernel)));

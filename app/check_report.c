@@ -102,7 +102,7 @@ static void add_flags(cJSON *object, const thrum_mesh *mesh, const thrum_mesh_ex
     cJSON *flag = cJSON_CreateObject();
     cJSON_AddStringToObject(flag, "name", name);
     json_string(flag, "message",
-                    thrum_mesh_flag_line(mesh, e, (thrum_examine_flag)ALL_FLAGS[i], line));
+                thrum_mesh_flag_line(mesh, e, (thrum_examine_flag)ALL_FLAGS[i], line));
     cJSON_AddItemToArray(list, flag);
   }
 }

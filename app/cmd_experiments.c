@@ -1,4 +1,4 @@
-/* `thrum experiments`: loads the models, makes the folder, and hands over to the kind of experiment
+/* `thrum experiments`: loads the models, makes the folder, and switches to the kind of experiment
  * that was asked for. The experiments themselves are in study/. SPDX-License-Identifier: Apache-2.0
  */
 #include <stdio.h>
@@ -15,19 +15,20 @@
 #include "platform/interrupt.h"
 
 /* Where a model is pushed: what its recipe says, or for a file the group load, else tip. */
-static thrum_status make_body(const char *name, const thrum_model *model, study_body *body,
+static thrum_status make_body(const char *name, const thrum_model *model, experiment_body *body,
                               thrum_error *error) {
   cli_model_recipe recipe;
   const thrum_status status = cli_model_recipe_find(name, &recipe, error);
   if (status < 0)
     return status;
   if (recipe.found)
-    return study_body_init(name, model, recipe.load_group, recipe.load_direction, body, error);
+    return experiment_body_init(name, model, recipe.load_group, recipe.load_direction, body, error);
   static const double softest[3] = {0, 0, 0};
   const int32_t *vertices = NULL;
   int64_t count = 0;
   const bool tip = thrum_model_group(model, "load", &vertices, &count, NULL) < 0;
-  return study_body_init(path_basename(name), model, tip ? "tip" : "load", softest, body, error);
+  return experiment_body_init(path_basename(name), model, tip ? "tip" : "load", softest, body,
+                              error);
 }
 
 static thrum_status load_bodies(const experiments_request *request, experiments_bodies *bodies,
@@ -49,11 +50,11 @@ static thrum_status load_bodies(const experiments_request *request, experiments_
 }
 
 thrum_status experiments_write(const experiments_request *request, const char *name,
-                               study_text *text, thrum_error *error) {
+                               experiment_text *text, thrum_error *error) {
   return cli_results_write(request->output, name, text, error);
 }
 
-study_place experiments_place(const experiments_request *request) {
+experiment_place experiments_place(const experiments_request *request) {
   static const char *const commands[] = {
       "thrum experiments", "thrum experiments --long", "thrum experiments --sweep",
       "thrum experiments --extremes", "thrum experiments --linear"};
@@ -69,7 +70,7 @@ cJSON *experiments_json(const experiments_request *request, bool flagged) {
   static const char *const kinds[] = {"matrix", "long", "sweep", "extremes", "linear"};
   cJSON *object = json_report("experiments", flagged ? "flagged" : "done");
   cJSON_AddStringToObject(object, "kind", kinds[request->kind]);
-  const study_place place = experiments_place(request);
+  const experiment_place place = experiments_place(request);
   json_string(object, "machine", place.machine);
   cJSON_AddStringToObject(object, "compiler", place.compiler);
   cJSON_AddStringToObject(object, "blas_core", place.blas_core);
@@ -78,10 +79,10 @@ cJSON *experiments_json(const experiments_request *request, bool flagged) {
   return object;
 }
 
-void experiments_json_rungs(cJSON *object, const thrum_state_report *report) {
-  cJSON *rungs = cJSON_AddObjectToObject(object, "rungs");
-  for (int n = 0; n < STUDY_RUNG_COUNT; n++)
-    json_number(rungs, study_rung_names[n], (double)study_rung(report, n));
+void experiments_json_levels(cJSON *object, const thrum_state_report *report) {
+  cJSON *fallback_levels = cJSON_AddObjectToObject(object, "fallback_levels");
+  for (int n = 0; n < EXPERIMENT_LEVEL_COUNT; n++)
+    json_number(fallback_levels, experiment_level_names[n], (double)experiment_level(report, n));
 }
 
 static int run_request(const experiments_request *request) {
@@ -106,7 +107,7 @@ static int run_request(const experiments_request *request) {
   if (status >= 0 && request->kind == EXPERIMENTS_LINEAR)
     status = experiments_linear(request, bodies, &error);
   for (int64_t n = 0; bodies != NULL && n < bodies->count; n++) {
-    study_body_free(&bodies->bodies[n]);
+    experiment_body_free(&bodies->bodies[n]);
     thrum_model_free(bodies->models[n]);
   }
   free(bodies);

@@ -16,9 +16,9 @@
 #include "driver/named_model.h"
 #include "driver/split_at.h"
 #include "io/json.h"
+#include "mesh/model_quality.h"
 #include "platform/clock.h"
 #include "precompute/basis/load_share.h"
-#include "mesh/model_quality.h"
 
 #define NAMES_SHOWN 8
 #define LOADS_MAX 16
@@ -199,8 +199,7 @@ static void print_json(const info *about) {
   json_number(residuals, "orthonormality", meta_number(about, "residuals", "orthonormality"));
   json_number(residuals, "diagonality", meta_number(about, "residuals", "diagonality"));
   json_string(object, "precision", is_single(about) ? "single" : "double");
-  json_number(residuals, "single_precision",
-                  meta_number(about, "residuals", "single_precision"));
+  json_number(residuals, "single_precision", meta_number(about, "residuals", "single_precision"));
   const cJSON *check = find_meta(about, NULL, "mode_check");
   if (check != NULL)
     cJSON_AddItemToObject(object, "mode_check", cJSON_Duplicate(check, true));

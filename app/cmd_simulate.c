@@ -81,13 +81,14 @@ static void warn_free(const simulation *run) {
 static void warn_before(const simulation *run) {
   const simulate_request *request = run->request;
   const int64_t rank = run->model->rank;
-  if (request->load_count == 0 && request->start_count == 0 && request->shake_count == 0)
-    cli_warn("no --load, no --shake and no --start: the body stays at rest");
+  if (request->load_count == 0 && request->start_count == 0 && request->base_motion_count == 0)
+    cli_warn("no --load, no --base-motion and no --start: the body stays at rest");
   // what follows is said of the basis
   if (run->full != NULL)
     return;
-  if (request->shake_count > 0 && run->model->rigid != NULL)
-    cli_warn("--shake moves nothing: nothing holds the body, so a base cannot shake it");
+  if (request->base_motion_count > 0 && run->model->rigid != NULL)
+    cli_warn(
+        "--base-motion moves nothing: nothing holds the body, so its supports cannot move it");
   if (run->model->rigid != NULL)
     warn_free(run);
   for (int64_t n = 0; n < request->load_count; n++) {
@@ -108,18 +109,18 @@ static void warn_before(const simulation *run) {
 }
 
 /* Reads the motions of the base, and says when they cannot act on this model. */
-static thrum_status read_shakes(simulation *run, thrum_error *error) {
+static thrum_status read_base_motions(simulation *run, thrum_error *error) {
   static const double still[3] = {0};
   const simulate_request *request = run->request;
-  for (int64_t n = 0; n < request->shake_count; n++) {
+  for (int64_t n = 0; n < request->base_motion_count; n++) {
     thrum_error detail = {0};
-    thrum_status status = cli_shake_read(&request->shakes[n], error);
+    thrum_status status = cli_base_motion_read(&request->base_motions[n], error);
     if (status < 0)
       return status;
-    status = thrum_motion_load(run->model, still, run->inertia, &detail);
+    status = thrum_base_motion_load(run->model, still, run->inertia, &detail);
     if (status < 0)
-      return thrum_error_set(error, status, "--shake '%.100s': %s", request->shakes[n].text,
-                             detail.message);
+      return thrum_error_set(error, status, "--base-motion '%.100s': %s",
+                             request->base_motions[n].text, detail.message);
   }
   return THRUM_OK;
 }
@@ -207,7 +208,7 @@ static thrum_status prepare(simulation *run, thrum_error *error) {
   if (status >= 0)
     status = reduce_loads(run, error);
   if (status >= 0)
-    status = read_shakes(run, error);
+    status = read_base_motions(run, error);
   if (status >= 0 && request->full) {
     status = simulate_full_open(run, error);
   } else if (status >= 0) {
@@ -306,9 +307,9 @@ int cmd_simulate(int argc, char **argv) {
   // no more loads and starts than arguments, and items of an options file
   request.loads = calloc((size_t)argc + CLI_FILE_ITEMS_MAX, sizeof *request.loads);
   request.starts = calloc((size_t)argc + CLI_FILE_ITEMS_MAX, sizeof *request.starts);
-  request.shakes = calloc((size_t)argc + CLI_FILE_ITEMS_MAX, sizeof *request.shakes);
+  request.base_motions = calloc((size_t)argc + CLI_FILE_ITEMS_MAX, sizeof *request.base_motions);
   int code = CLI_DONE;
-  if (request.loads == NULL || request.starts == NULL || request.shakes == NULL) {
+  if (request.loads == NULL || request.starts == NULL || request.base_motions == NULL) {
     const thrum_error error = {THRUM_OUT_OF_MEMORY, ""};
     code = cli_refuse(&error);
   } else {
@@ -319,9 +320,9 @@ int cmd_simulate(int argc, char **argv) {
   }
   free(request.loads);
   free(request.starts);
-  for (int64_t n = 0; n < request.shake_count; n++)
-    cli_shake_close(&request.shakes[n]);
-  free(request.shakes);
+  for (int64_t n = 0; n < request.base_motion_count; n++)
+    cli_base_motion_close(&request.base_motions[n]);
+  free(request.base_motions);
   cli_options_file_free(&request.file);
   return code;
 }

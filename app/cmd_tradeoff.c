@@ -122,11 +122,11 @@ static void fill_problem(trade *t) {
 static thrum_status put_options(const trade *t, const char *name, cJSON *object,
                                 thrum_error *error) {
   char *json = json_text(object);
-  study_text text = {0};
+  experiment_text text = {0};
   cJSON_Delete(object);
   if (json == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %s", name);
-  study_text_add(&text, "%s\n", json);
+  experiment_text_add(&text, "%s\n", json);
   free(json);
   return cli_results_write(t->request->output, name, &text, error);
 }
@@ -134,7 +134,7 @@ static thrum_status put_options(const trade *t, const char *name, cJSON *object,
 /* The chosen setting, as simulate and precompute take it. */
 static cJSON *simulate_options(const tradeoff_run *run) {
   cJSON *object = cJSON_CreateObject();
-  cJSON_AddStringToObject(object, "integrator", study_integrator_names[run->integrator]);
+  cJSON_AddStringToObject(object, "integrator", experiment_integrator_names[run->integrator]);
   json_number(object, "dt", run->dt);
   json_number(object, "tolerance", run->tolerance);
   return object;
@@ -149,8 +149,8 @@ static cJSON *precompute_options(const tradeoff_basis *basis) {
 }
 
 static thrum_status write_files(const trade *t, thrum_error *error) {
-  study_text text = {0};
-  const study_place place = cli_results_place("thrum tradeoff");
+  experiment_text text = {0};
+  const experiment_place place = cli_results_place("thrum tradeoff");
   tradeoff_csv(&text, &t->result);
   thrum_status status = cli_results_write(t->request->output, "tradeoff.csv", &text, error);
   if (status >= 0) {
@@ -180,7 +180,7 @@ static cJSON *run_json(const trade *t, const tradeoff_run *run) {
   json_number(item, "modes", basis->modes > 0 ? (double)basis->modes : NAN);
   json_number(item, "rank", (double)basis->rank);
   cJSON_AddStringToObject(item, "precision", basis->single ? "single" : "double");
-  cJSON_AddStringToObject(item, "integrator", study_integrator_names[run->integrator]);
+  cJSON_AddStringToObject(item, "integrator", experiment_integrator_names[run->integrator]);
   json_number(item, "dt", run->dt);
   json_number(item, "tolerance", run->tolerance);
   cJSON_AddBoolToObject(item, "stable", run->stable);
@@ -198,7 +198,7 @@ static cJSON *run_json(const trade *t, const tradeoff_run *run) {
 
 static void print_json(const trade *t) {
   const tradeoff_request *request = t->request;
-  const study_place place = cli_results_place("thrum tradeoff");
+  const experiment_place place = cli_results_place("thrum tradeoff");
   cJSON *object = json_report("tradeoff", t->chosen < 0 ? "flagged" : "done");
   json_string(object, "model", request->model_path);
   json_string(object, "machine", place.machine);
@@ -225,10 +225,10 @@ static void print_json(const trade *t) {
 static void print_run(const trade *t, const tradeoff_run *run) {
   const tradeoff_basis *basis = &t->result.bases[run->basis];
   printf("%-8s %5" PRId64 " %-6s %8.4g %9.0e %9.2f %10.2e %8.0f %8.3g %% %8.3g %% %8.3g %%\n",
-         study_integrator_names[run->integrator], basis->rank, basis->single ? "single" : "double",
-         run->dt, run->tolerance, run->us_per_step, run->cost, t->result.full_cost / run->cost,
-         100 * run->error.displacement, 100 * basis->error.displacement,
-         100 * run->time_error.displacement);
+         experiment_integrator_names[run->integrator], basis->rank,
+         basis->single ? "single" : "double", run->dt, run->tolerance, run->us_per_step, run->cost,
+         t->result.full_cost / run->cost, 100 * run->error.displacement,
+         100 * basis->error.displacement, 100 * run->time_error.displacement);
 }
 
 static void print_table(const trade *t) {

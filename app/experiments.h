@@ -31,9 +31,9 @@ typedef struct experiments_request {
   char *list;         /* the text of --models, cut into names; freed by the command */
   const char *models[EXPERIMENTS_MODELS_MAX];
   int64_t model_count;
-  bool loads[STUDY_LOAD_COUNT];
-  bool integrators[STUDY_INTEGRATOR_COUNT];
-  bool subjects[STUDY_SUBJECT_COUNT]; /* of --extremes */
+  bool loads[EXPERIMENT_LOAD_COUNT];
+  bool integrators[EXPERIMENT_INTEGRATOR_COUNT];
+  bool subjects[EXPERIMENT_SUBJECT_COUNT]; /* of --extremes */
   double amplitudes[EXPERIMENTS_AMPLITUDES_MAX];
   int64_t amplitude_count;
   double time; /* [s] */
@@ -52,7 +52,7 @@ int experiments_options_read(int argc, char **argv, experiments_request *request
 typedef struct experiments_bodies {
   int64_t count;
   const thrum_model *models[EXPERIMENTS_MODELS_MAX];
-  study_body bodies[EXPERIMENTS_MODELS_MAX];
+  experiment_body bodies[EXPERIMENTS_MODELS_MAX];
 } experiments_bodies;
 
 /* One kind of experiment each: runs it, writes its files, prints its result. *flagged: a run ended
@@ -71,16 +71,16 @@ thrum_status experiments_extremes(const experiments_request *request, bool *flag
 
 /* Writes a text to `name` in the folder asked for, and frees it. */
 thrum_status experiments_write(const experiments_request *request, const char *name,
-                               study_text *text, thrum_error *error);
+                               experiment_text *text, thrum_error *error);
 
 /* Where the figures are made; the texts last until the next call. */
-study_place experiments_place(const experiments_request *request);
+experiment_place experiments_place(const experiments_request *request);
 
 /* A cli_progress for a pool; `context` is one, in a stage called "experiments". */
 bool experiments_progress(void *context, double fraction);
 
 /* An object {"status", "command", ...} to which a kind adds its figures, and its "runs". */
 cJSON *experiments_json(const experiments_request *request, bool flagged);
-void experiments_json_rungs(cJSON *object, const thrum_state_report *report);
+void experiments_json_levels(cJSON *object, const thrum_state_report *report);
 
 #endif

@@ -11,25 +11,27 @@
 
 /* What the tasks share. The cases go by body, integrator, the last fastest; so do the units. */
 typedef struct extremes_work {
-  study_extreme_body *bodies;
+  experiment_extreme_body *bodies;
   int64_t body_count;
-  study_extreme_case *cases;
-  study_extreme_result *results;
+  experiment_extreme_case *cases;
+  experiment_extreme_result *results;
   int64_t count;
-  study_unit_case *units;
-  study_unit_result *unit_results;
+  experiment_unit_case *units;
+  experiment_unit_result *unit_results;
   int64_t unit_count;
   cli_progress progress;
 } extremes_work;
 
 static thrum_status run_case(void *context, int64_t index, thrum_error *error) {
   extremes_work *work = context;
-  return study_extreme_run(&work->cases[index], &work->results[index], error);
+  return experiment_extreme_run(&work->cases[index], &work->results[index], error);
 }
 
 static thrum_status allocate(extremes_work *work, thrum_error *error) {
-  const size_t bodies = (size_t)study_extreme_count(), cases = bodies * STUDY_INTEGRATOR_COUNT;
-  const size_t units = (size_t)study_unit_count() * STUDY_UNIT_EXTREMES * STUDY_INTEGRATOR_COUNT;
+  const size_t bodies = (size_t)experiment_extreme_count(),
+               cases = bodies * EXPERIMENT_INTEGRATOR_COUNT;
+  const size_t units =
+      (size_t)experiment_unit_count() * EXPERIMENT_UNIT_EXTREMES * EXPERIMENT_INTEGRATOR_COUNT;
   work->bodies = calloc(bodies, sizeof *work->bodies);
   work->cases = calloc(cases, sizeof *work->cases);
   work->results = calloc(cases, sizeof *work->results);
@@ -43,7 +45,7 @@ static thrum_status allocate(extremes_work *work, thrum_error *error) {
 
 static void release(extremes_work *work) {
   for (int64_t n = 0; n < work->body_count; n++)
-    study_extreme_free(&work->bodies[n]);
+    experiment_extreme_free(&work->bodies[n]);
   free(work->bodies);
   free(work->cases);
   free(work->results);
@@ -54,22 +56,23 @@ static void release(extremes_work *work) {
 /* The bodies asked for, one after the other, and a case for each and each integrator. */
 static thrum_status make_bodies(const experiments_request *request, extremes_work *work,
                                 thrum_error *error) {
-  const int64_t all = study_extreme_count();
+  const int64_t all = experiment_extreme_count();
   for (int64_t n = 0; n < all; n++) {
-    const study_extreme *extreme = &study_extremes[n];
+    const experiment_extreme *extreme = &experiment_extremes[n];
     cli_progress_update(&work->progress, "bodies", (double)n / (double)all);
     if (!request->subjects[extreme->subject])
       continue;
-    study_extreme_body *body = &work->bodies[work->body_count];
-    const thrum_status status = study_extreme_make(extreme, body, error);
+    experiment_extreme_body *body = &work->bodies[work->body_count];
+    const thrum_status status = experiment_extreme_make(extreme, body, error);
     if (status < 0)
       return status;
     work->body_count++;
     const int64_t share = extreme->steps_share > 0 ? extreme->steps_share : 1;
     const int64_t steps = request->steps / share > 1 ? request->steps / share : 2;
-    for (int i = 0; i < STUDY_INTEGRATOR_COUNT; i++) {
+    for (int i = 0; i < EXPERIMENT_INTEGRATOR_COUNT; i++) {
       if (request->integrators[i])
-        work->cases[work->count++] = (study_extreme_case){body, (study_integrator)i, steps};
+        work->cases[work->count++] =
+            (experiment_extreme_case){body, (experiment_integrator)i, steps};
     }
   }
   return THRUM_OK;
@@ -78,15 +81,15 @@ static thrum_status make_bodies(const experiments_request *request, extremes_wor
 /* The units, one after the other: each makes its bodies. */
 static thrum_status run_units(const experiments_request *request, extremes_work *work,
                               thrum_error *error) {
-  for (int e = 0; e < STUDY_UNIT_EXTREMES; e++) {
-    const study_extreme *extreme = &study_unit_extremes[e];
+  for (int e = 0; e < EXPERIMENT_UNIT_EXTREMES; e++) {
+    const experiment_extreme *extreme = &experiment_unit_extremes[e];
     if (!request->subjects[extreme->subject])
       continue;
-    for (int64_t u = 1; u < study_unit_count(); u++) {
-      for (int i = 0; i < STUDY_INTEGRATOR_COUNT; i++) {
+    for (int64_t u = 1; u < experiment_unit_count(); u++) {
+      for (int i = 0; i < EXPERIMENT_INTEGRATOR_COUNT; i++) {
         if (request->integrators[i])
-          work->units[work->unit_count++] = (study_unit_case){
-              extreme, &study_unit_systems[u], (study_integrator)i,
+          work->units[work->unit_count++] = (experiment_unit_case){
+              extreme, &experiment_unit_systems[u], (experiment_integrator)i,
               // beyond some hundred steps the motion itself magnifies the last digit
               request->steps < EXPERIMENTS_UNIT_STEPS ? request->steps : EXPERIMENTS_UNIT_STEPS};
       }
@@ -95,7 +98,7 @@ static thrum_status run_units(const experiments_request *request, extremes_work 
   thrum_status status = THRUM_OK;
   for (int64_t n = 0; n < work->unit_count && status >= 0; n++) {
     cli_progress_update(&work->progress, "units", (double)n / (double)work->unit_count);
-    status = study_units_run(&work->units[n], &work->unit_results[n], error);
+    status = experiment_units_run(&work->units[n], &work->unit_results[n], error);
   }
   return status;
 }
@@ -103,7 +106,7 @@ static thrum_status run_units(const experiments_request *request, extremes_work 
 static thrum_status run_all(const experiments_request *request, extremes_work *work,
                             thrum_error *error) {
   thrum_status status = make_bodies(request, work, error);
-  const study_pool pool = {
+  const experiment_pool pool = {
       .threads = (int)request->threads,
       .count = work->count,
       .task = run_case,
@@ -112,7 +115,7 @@ static thrum_status run_all(const experiments_request *request, extremes_work *w
       .progress_context = &work->progress,
   };
   if (status >= 0)
-    status = study_pool_run(&pool, error);
+    status = experiment_pool_run(&pool, error);
   if (status >= 0)
     status = run_units(request, work, error);
   if (status >= 0) {
@@ -128,37 +131,39 @@ static void print_json(const experiments_request *request, const extremes_work *
   cJSON *object = experiments_json(request, flagged);
   cJSON *runs = cJSON_AddArrayToObject(object, "runs");
   for (int64_t n = 0; n < work->count; n++) {
-    const study_extreme_body *body = work->cases[n].body;
-    const study_extreme_result *result = &work->results[n];
+    const experiment_extreme_body *body = work->cases[n].body;
+    const experiment_extreme_result *result = &work->results[n];
     cJSON *item = cJSON_CreateObject();
-    cJSON_AddStringToObject(item, "subject", study_subject_names[body->extreme->subject]);
+    cJSON_AddStringToObject(item, "subject", experiment_subject_names[body->extreme->subject]);
     cJSON_AddStringToObject(item, "case", body->extreme->name);
-    cJSON_AddStringToObject(item, "integrator", study_integrator_names[work->cases[n].integrator]);
-    cJSON_AddStringToObject(item, "outcome", study_extreme_outcome(&work->cases[n], result));
+    cJSON_AddStringToObject(item, "integrator",
+                            experiment_integrator_names[work->cases[n].integrator]);
+    cJSON_AddStringToObject(item, "outcome", experiment_extreme_outcome(&work->cases[n], result));
     cJSON_AddStringToObject(item, "reason", result->status < 0 ? result->stop.message : "");
     json_number(item, "dt", body->dt);
     json_number(item, "steps", (double)result->report.steps);
     json_number(item, "us_per_step", result->us_per_step);
     json_number(item, "mean_iterations",
-                    (double)result->report.iterations / (double)result->report.steps);
+                (double)result->report.iterations / (double)result->report.steps);
     json_number(item, "work_j", result->work);
     json_number(item, "energy_error", result->energy_error);
     json_number(item, "energy_end", result->energy_end);
     json_number(item, "peak_amplitude", result->peak_amplitude);
-    experiments_json_rungs(item, &result->report);
+    experiments_json_levels(item, &result->report);
     cJSON_AddItemToArray(runs, item);
   }
   cJSON *units = cJSON_AddArrayToObject(object, "units");
   for (int64_t n = 0; n < work->unit_count; n++) {
-    const study_unit_result *result = &work->unit_results[n];
+    const experiment_unit_result *result = &work->unit_results[n];
     cJSON *item = cJSON_CreateObject();
     cJSON_AddStringToObject(item, "units", work->units[n].units->name);
     cJSON_AddStringToObject(item, "case", work->units[n].extreme->name);
-    cJSON_AddStringToObject(item, "integrator", study_integrator_names[work->units[n].integrator]);
+    cJSON_AddStringToObject(item, "integrator",
+                            experiment_integrator_names[work->units[n].integrator]);
     json_number(item, "difference", result->difference);
     json_number(item, "iterations", (double)result->iterations);
     json_number(item, "iterations_si", (double)result->iterations_si);
-    cJSON_AddBoolToObject(item, "same_rungs", result->same_rungs);
+    cJSON_AddBoolToObject(item, "same_levels", result->same_levels);
     cJSON_AddItemToArray(units, item);
   }
   json_print(object);
@@ -168,11 +173,11 @@ static void print_table(const extremes_work *work) {
   printf("%-10s %-34s %-8s %-10s %9s %9s %6s\n", "subject", "case", "method", "outcome", "error",
          "bend", "iter.");
   for (int64_t n = 0; n < work->count; n++) {
-    const study_extreme_body *body = work->cases[n].body;
-    const study_extreme_result *result = &work->results[n];
-    printf("%-10s %-34s %-8s %-10s", study_subject_names[body->extreme->subject],
-           body->extreme->name, study_integrator_names[work->cases[n].integrator],
-           study_extreme_outcome(&work->cases[n], result));
+    const experiment_extreme_body *body = work->cases[n].body;
+    const experiment_extreme_result *result = &work->results[n];
+    printf("%-10s %-34s %-8s %-10s", experiment_subject_names[body->extreme->subject],
+           body->extreme->name, experiment_integrator_names[work->cases[n].integrator],
+           experiment_extreme_outcome(&work->cases[n], result));
     if (body->status >= 0 && isfinite(result->energy_error)) {
       printf(" %9.1e", result->energy_error);
     } else if (body->status >= 0) {
@@ -185,23 +190,24 @@ static void print_table(const extremes_work *work) {
   }
   for (int64_t n = 0; n < work->unit_count; n++)
     printf("%-10s %-34s %-8s differs by %.1e\n", "units", work->units[n].units->name,
-           study_integrator_names[work->units[n].integrator], work->unit_results[n].difference);
+           experiment_integrator_names[work->units[n].integrator],
+           work->unit_results[n].difference);
 }
 
 static thrum_status write_files(const experiments_request *request, const extremes_work *work,
                                 thrum_error *error) {
-  study_text text = {0};
-  study_extremes_csv(&text, work->cases, work->results, work->count);
+  experiment_text text = {0};
+  experiment_extremes_csv(&text, work->cases, work->results, work->count);
   thrum_status status = experiments_write(request, "extremes.csv", &text, error);
   if (status < 0)
     return status;
-  study_units_csv(&text, work->units, work->unit_results, work->unit_count);
+  experiment_units_csv(&text, work->units, work->unit_results, work->unit_count);
   status = experiments_write(request, "units.csv", &text, error);
   if (status < 0)
     return status;
-  const study_place place = experiments_place(request);
-  study_extremes_report(&text, work->cases, work->results, work->count, work->units,
-                        work->unit_results, work->unit_count, &place);
+  const experiment_place place = experiments_place(request);
+  experiment_extremes_report(&text, work->cases, work->results, work->count, work->units,
+                             work->unit_results, work->unit_count, &place);
   return experiments_write(request, "extremes.html", &text, error);
 }
 
@@ -213,10 +219,10 @@ thrum_status experiments_extremes(const experiments_request *request, bool *flag
     status = run_all(request, &work, error);
   // newmark may lose its energy, for that is what it does; the others may not
   for (int64_t n = 0; status >= 0 && n < work.count; n++) {
-    const char *outcome = study_extreme_outcome(&work.cases[n], &work.results[n]);
+    const char *outcome = experiment_extreme_outcome(&work.cases[n], &work.results[n]);
     const bool bad = strcmp(outcome, "stopped") == 0 || strcmp(outcome, "lost") == 0;
     *flagged = *flagged || strcmp(outcome, "not_finite") == 0 ||
-               (bad && work.cases[n].integrator != STUDY_newmark);
+               (bad && work.cases[n].integrator != EXPERIMENT_newmark);
   }
   if (status >= 0)
     status = write_files(request, &work, error);

@@ -18,8 +18,8 @@
 typedef struct long_work {
   const experiments_request *request;
   const experiments_bodies *bodies;
-  study_long_case *cases;
-  study_long_result *results;
+  experiment_long_case *cases;
+  experiment_long_result *results;
   int64_t integrators;
   int64_t count;
   atomic_bool *known; /* a case that is done, by this run or an earlier one */
@@ -29,7 +29,7 @@ typedef struct long_work {
 /* The impulse of one body and amplitude, for all of its integrators. */
 static thrum_status find_impulse(void *context, int64_t index, thrum_error *error) {
   long_work *work = context;
-  study_long_case *cases = work->cases + index * work->integrators;
+  experiment_long_case *cases = work->cases + index * work->integrators;
   bool needed = false;
   for (int64_t n = 0; n < work->integrators; n++)
     needed = needed || !atomic_load(&work->known[index * work->integrators + n]);
@@ -37,7 +37,7 @@ static thrum_status find_impulse(void *context, int64_t index, thrum_error *erro
     return THRUM_OK;
   double impulse = 0, reached = 0;
   const thrum_status status =
-      study_impulse(cases->body, cases->amplitude, cases->dt, &impulse, &reached, error);
+      experiment_impulse(cases->body, cases->amplitude, cases->dt, &impulse, &reached, error);
   for (int64_t n = 0; n < work->integrators && status >= 0; n++) {
     if (atomic_load(&work->known[index * work->integrators + n]))
       continue;
@@ -51,22 +51,23 @@ static thrum_status run_case(void *context, int64_t index, thrum_error *error) {
   long_work *work = context;
   if (atomic_load(&work->known[index]))
     return THRUM_OK;
-  const thrum_status status = study_long_run(&work->cases[index], &work->results[index], error);
+  const thrum_status status =
+      experiment_long_run(&work->cases[index], &work->results[index], error);
   atomic_store(&work->known[index], status >= 0);
   return status;
 }
 
 static int64_t plan(const experiments_request *request, const experiments_bodies *bodies,
-                    study_long_case *cases) {
+                    experiment_long_case *cases) {
   int64_t count = 0;
   for (int64_t b = 0; b < bodies->count; b++) {
     for (int64_t a = 0; a < request->amplitude_count; a++) {
-      for (int i = 0; i < STUDY_INTEGRATOR_COUNT; i++) {
+      for (int i = 0; i < EXPERIMENT_INTEGRATOR_COUNT; i++) {
         if (!request->integrators[i])
           continue;
-        cases[count++] = (study_long_case){
+        cases[count++] = (experiment_long_case){
             .body = &bodies->bodies[b],
-            .integrator = (study_integrator)i,
+            .integrator = (experiment_integrator)i,
             .amplitude = request->amplitudes[a],
             .dt = request->dt,
             .steps = request->steps,
@@ -81,14 +82,14 @@ static void print_json(const long_work *work, int64_t count, bool flagged) {
   cJSON *object = experiments_json(work->request, flagged);
   cJSON *runs = cJSON_AddArrayToObject(object, "runs");
   for (int64_t n = 0; n < count; n++) {
-    const study_long_case *run = &work->cases[n];
-    const study_long_result *result = &work->results[n];
+    const experiment_long_case *run = &work->cases[n];
+    const experiment_long_result *result = &work->results[n];
     cJSON *item = cJSON_CreateObject();
     json_string(item, "model", run->body->name);
-    cJSON_AddStringToObject(item, "integrator", study_integrator_names[run->integrator]);
+    cJSON_AddStringToObject(item, "integrator", experiment_integrator_names[run->integrator]);
     json_number(item, "amplitude", run->amplitude);
     json_number(item, "reached", run->reached);
-    cJSON_AddStringToObject(item, "status", study_long_status(result));
+    cJSON_AddStringToObject(item, "status", experiment_long_status(result));
     json_number(item, "steps", (double)result->report.steps);
     json_number(item, "dt", run->dt);
     json_number(item, "us_per_step", result->us_per_step);
@@ -100,8 +101,8 @@ static void print_json(const long_work *work, int64_t count, bool flagged) {
     json_number(item, "high_slope_per_s", result->high_slope);
     json_number(item, "high_slope_error_per_s", result->high_slope_error);
     json_number(item, "high_slope_error_correlated_per_s", result->high_slope_error_correlated);
-    cJSON_AddBoolToObject(item, "high_steady", study_long_steady(result));
-    experiments_json_rungs(item, &result->report);
+    cJSON_AddBoolToObject(item, "high_steady", experiment_long_steady(result));
+    experiments_json_levels(item, &result->report);
     cJSON_AddItemToArray(runs, item);
   }
   json_print(object);
@@ -111,12 +112,13 @@ static void print_table(const long_work *work, int64_t count) {
   printf("%-8s %-8s %5s %9s %9s %10s %10s %9s %9s  %s\n", "model", "method", "swing", "steps",
          "us/step", "energy", "worst", "high", "slope/se", "status");
   for (int64_t n = 0; n < count; n++) {
-    const study_long_case *run = &work->cases[n];
-    const study_long_result *result = &work->results[n];
+    const experiment_long_case *run = &work->cases[n];
+    const experiment_long_result *result = &work->results[n];
     printf("%-8s %-8s %4.0f%% %9" PRId64 " %9.2f %10.1e %10.1e %9.1e %9.1f  %s\n", run->body->name,
-           study_integrator_names[run->integrator], 100 * run->amplitude, result->report.steps,
+           experiment_integrator_names[run->integrator], 100 * run->amplitude, result->report.steps,
            result->us_per_step, result->total_change, result->total_worst, result->high_change,
-           result->high_slope / result->high_slope_error_correlated, study_long_status(result));
+           result->high_slope / result->high_slope_error_correlated,
+           experiment_long_status(result));
   }
 }
 
@@ -132,7 +134,7 @@ static void resume(long_work *work, int64_t count) {
   if (thrum_file_read(path, &windows, &size, NULL) >= 0) {
     for (int64_t n = 0; n < count; n++)
       atomic_init(&work->known[n],
-                  study_long_read(table, windows, &work->cases[n], &work->results[n]));
+                  experiment_long_read(table, windows, &work->cases[n], &work->results[n]));
   }
   free(table);
   free(windows);
@@ -140,8 +142,8 @@ static void resume(long_work *work, int64_t count) {
 
 /* The tables of what is done so far. */
 static thrum_status write_tables(const long_work *work, int64_t count, thrum_error *error) {
-  study_long_case *cases = calloc((size_t)count + 1, sizeof *cases);
-  study_long_result *results = calloc((size_t)count + 1, sizeof *results);
+  experiment_long_case *cases = calloc((size_t)count + 1, sizeof *cases);
+  experiment_long_result *results = calloc((size_t)count + 1, sizeof *results);
   thrum_status status = THRUM_OK;
   int64_t done = 0;
   if (cases == NULL || results == NULL) {
@@ -154,10 +156,10 @@ static thrum_status write_tables(const long_work *work, int64_t count, thrum_err
       cases[done] = work->cases[n];
       results[done++] = work->results[n];
     }
-    study_text text = {0};
-    study_long_csv(&text, cases, results, done);
+    experiment_text text = {0};
+    experiment_long_csv(&text, cases, results, done);
     status = experiments_write(work->request, TABLE, &text, error);
-    study_windows_csv(&text, cases, results, done);
+    experiment_windows_csv(&text, cases, results, done);
     if (status >= 0)
       status = experiments_write(work->request, WINDOWS, &text, error);
     free(text.bytes);
@@ -178,9 +180,9 @@ static bool keep(void *context, double fraction) {
 }
 
 static thrum_status write_report(const long_work *work, int64_t count, thrum_error *error) {
-  study_text text = {0};
-  const study_place place = experiments_place(work->request);
-  study_long_report(&text, work->cases, work->results, count, &place);
+  experiment_text text = {0};
+  const experiment_place place = experiments_place(work->request);
+  experiment_long_report(&text, work->cases, work->results, count, &place);
   return experiments_write(work->request, "long.html", &text, error);
 }
 
@@ -188,19 +190,19 @@ static thrum_status run_all(long_work *work, int64_t count, thrum_error *error) 
   const experiments_request *request = work->request;
   work->progress = cli_progress_make(request->quiet);
   work->count = count;
-  study_pool pool = {
+  experiment_pool pool = {
       .threads = (int)request->threads,
       .count = count / work->integrators,
       .task = find_impulse,
       .context = work,
   };
-  thrum_status status = study_pool_run(&pool, error);
+  thrum_status status = experiment_pool_run(&pool, error);
   pool.count = count;
   pool.task = run_case;
   pool.progress = keep;
   pool.progress_context = work;
   if (status >= 0)
-    status = study_pool_run(&pool, error);
+    status = experiment_pool_run(&pool, error);
   if (status >= 0) {
     cli_progress_done(&work->progress);
   } else {
@@ -213,11 +215,11 @@ thrum_status experiments_long(const experiments_request *request, const experime
                               bool *flagged, thrum_error *error) {
   long_work work = {.request = request, .bodies = bodies};
   const size_t room =
-      (size_t)(bodies->count * request->amplitude_count * STUDY_INTEGRATOR_COUNT + 1);
+      (size_t)(bodies->count * request->amplitude_count * EXPERIMENT_INTEGRATOR_COUNT + 1);
   work.cases = calloc(room, sizeof *work.cases);
   work.results = calloc(room, sizeof *work.results);
   work.known = calloc(room, sizeof *work.known);
-  for (int i = 0; i < STUDY_INTEGRATOR_COUNT; i++)
+  for (int i = 0; i < EXPERIMENT_INTEGRATOR_COUNT; i++)
     work.integrators += request->integrators[i];
   thrum_status status = THRUM_OK;
   int64_t count = 0;
@@ -241,7 +243,7 @@ thrum_status experiments_long(const experiments_request *request, const experime
     print_table(&work, count);
   }
   for (int64_t n = 0; n < count; n++)
-    study_long_result_free(&work.results[n]);
+    experiment_long_result_free(&work.results[n]);
   free(work.cases);
   free(work.results);
   free(work.known);

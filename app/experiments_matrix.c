@@ -8,20 +8,20 @@
 #include "config/progress.h"
 #include "io/json.h"
 
-static void print_json(const experiments_request *request, const study_run *runs, int64_t count,
-                       bool flagged) {
+static void print_json(const experiments_request *request, const experiment_run *runs,
+                       int64_t count, bool flagged) {
   cJSON *object = experiments_json(request, flagged);
   json_number(object, "dt", request->dt);
   cJSON *list = cJSON_AddArrayToObject(object, "runs");
   for (int64_t n = 0; n < count; n++) {
-    const study_run *run = &runs[n];
+    const experiment_run *run = &runs[n];
     cJSON *item = cJSON_CreateObject();
     json_string(item, "model", run->body->name);
-    cJSON_AddStringToObject(item, "load", study_load_names[run->load]);
+    cJSON_AddStringToObject(item, "load", experiment_load_names[run->load]);
     json_number(item, "force_n", run->force);
     json_number(item, "damping", run->alpha);
-    cJSON_AddStringToObject(item, "integrator", study_integrator_names[run->integrator]);
-    cJSON_AddStringToObject(item, "status", study_status_name(run->status));
+    cJSON_AddStringToObject(item, "integrator", experiment_integrator_names[run->integrator]);
+    cJSON_AddStringToObject(item, "status", experiment_status_name(run->status));
     json_number(item, "simulated_s", run->simulated);
     json_number(item, "us_per_step", run->us_per_step);
     json_number(item, "mean_iterations", run->mean_iterations);
@@ -32,37 +32,38 @@ static void print_json(const experiments_request *request, const study_run *runs
     json_number(item, "peak_amplitude", run->peak_amplitude);
     json_number(item, "explicit_modes", run->report.explicit_modes);
     json_number(item, "implicit_modes", run->report.implicit_modes);
-    experiments_json_rungs(item, &run->report);
+    experiments_json_levels(item, &run->report);
     cJSON_AddItemToArray(list, item);
   }
   json_print(object);
 }
 
-static void print_table(const study_run *runs, int64_t count) {
+static void print_table(const experiment_run *runs, int64_t count) {
   printf("%-8s %-8s %5s %-8s %8s %8s %6s %6s %10s  %s\n", "model", "load", "damp.", "method",
          "time [s]", "us/step", "iter.", "bend", "end [J]", "status");
   for (int64_t n = 0; n < count; n++) {
-    const study_run *run = &runs[n];
+    const experiment_run *run = &runs[n];
     printf("%-8s %-8s %5g %-8s %8.3f %8.2f %6.2f %5.1f%% %10.3g  %s\n", run->body->name,
-           study_load_names[run->load], run->alpha, study_integrator_names[run->integrator],
-           run->simulated, run->us_per_step, run->mean_iterations, 100 * run->peak_amplitude,
-           run->energy_end, study_status_name(run->status));
+           experiment_load_names[run->load], run->alpha,
+           experiment_integrator_names[run->integrator], run->simulated, run->us_per_step,
+           run->mean_iterations, 100 * run->peak_amplitude, run->energy_end,
+           experiment_status_name(run->status));
   }
 }
 
-static thrum_status write_files(const experiments_request *request, const study_run *runs,
+static thrum_status write_files(const experiments_request *request, const experiment_run *runs,
                                 int64_t count, thrum_error *error) {
-  study_text text = {0};
-  study_matrix_csv(&text, runs, count);
+  experiment_text text = {0};
+  experiment_matrix_csv(&text, runs, count);
   thrum_status status = experiments_write(request, "runs.csv", &text, error);
   if (status < 0)
     return status;
-  study_curves_csv(&text, runs, count);
+  experiment_curves_csv(&text, runs, count);
   status = experiments_write(request, "curves.csv", &text, error);
   if (status < 0)
     return status;
-  const study_place place = experiments_place(request);
-  study_matrix_report(&text, runs, count, request->dt, &place);
+  const experiment_place place = experiments_place(request);
+  experiment_matrix_report(&text, runs, count, request->dt, &place);
   return experiments_write(request, "report.html", &text, error);
 }
 
@@ -70,7 +71,7 @@ thrum_status experiments_matrix(const experiments_request *request,
                                 const experiments_bodies *bodies, bool *flagged,
                                 thrum_error *error) {
   cli_progress progress = cli_progress_make(request->quiet);
-  study_matrix matrix = {
+  experiment_matrix matrix = {
       .bodies = bodies->bodies,
       .body_count = bodies->count,
       .dt = request->dt,
@@ -81,11 +82,11 @@ thrum_status experiments_matrix(const experiments_request *request,
   };
   memcpy(matrix.loads, request->loads, sizeof matrix.loads);
   memcpy(matrix.integrators, request->integrators, sizeof matrix.integrators);
-  const int64_t count = study_matrix_count(&matrix);
-  study_run *runs = calloc((size_t)count + 1, sizeof *runs);
+  const int64_t count = experiment_matrix_count(&matrix);
+  experiment_run *runs = calloc((size_t)count + 1, sizeof *runs);
   if (runs == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory");
-  thrum_status status = study_matrix_run(&matrix, runs, error);
+  thrum_status status = experiment_matrix_run(&matrix, runs, error);
   if (status >= 0) {
     cli_progress_done(&progress);
     status = write_files(request, runs, count, error);
@@ -99,6 +100,6 @@ thrum_status experiments_matrix(const experiments_request *request,
   } else if (status >= 0) {
     print_table(runs, count);
   }
-  study_runs_free(runs, count);
+  experiment_runs_free(runs, count);
   return status;
 }

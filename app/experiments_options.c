@@ -102,17 +102,17 @@ static int take_names(const cli_given *given, const char *const *known, int coun
 }
 
 static int take_loads(const cli_given *given, void *request) {
-  return take_names(given, study_load_names, STUDY_LOAD_COUNT,
+  return take_names(given, experiment_load_names, EXPERIMENT_LOAD_COUNT,
                     ((experiments_request *)request)->loads);
 }
 
 static int take_integrators(const cli_given *given, void *request) {
-  return take_names(given, study_integrator_names, STUDY_INTEGRATOR_COUNT,
+  return take_names(given, experiment_integrator_names, EXPERIMENT_INTEGRATOR_COUNT,
                     ((experiments_request *)request)->integrators);
 }
 
 static int take_subjects(const cli_given *given, void *request) {
-  return take_names(given, study_subject_names, STUDY_SUBJECT_COUNT,
+  return take_names(given, experiment_subject_names, EXPERIMENT_SUBJECT_COUNT,
                     ((experiments_request *)request)->subjects);
 }
 
@@ -241,11 +241,11 @@ int experiments_options_read(int argc, char **argv, experiments_request *request
   request->time = 30;
   request->dt = thrum_default_state_def().dt;
   request->threads = 1;
-  for (int n = 0; n < STUDY_LOAD_COUNT; n++)
+  for (int n = 0; n < EXPERIMENT_LOAD_COUNT; n++)
     request->loads[n] = true;
-  for (int n = 0; n < STUDY_INTEGRATOR_COUNT; n++)
+  for (int n = 0; n < EXPERIMENT_INTEGRATOR_COUNT; n++)
     request->integrators[n] = true;
-  for (int n = 0; n < STUDY_SUBJECT_COUNT; n++)
+  for (int n = 0; n < EXPERIMENT_SUBJECT_COUNT; n++)
     request->subjects[n] = true;
   const int code = cli_options_read("experiments", table, argc, argv, request);
   if (code != CLI_DONE)

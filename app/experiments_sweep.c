@@ -15,32 +15,32 @@ enum { SWEEP_COUNT = sizeof steps_of_sweep / sizeof steps_of_sweep[0] };
 
 /* What the tasks share. The cases go by model, time step, integrator, the last fastest. */
 typedef struct sweep_work {
-  study_sweep_case *cases;
-  study_sweep_result *results;
+  experiment_sweep_case *cases;
+  experiment_sweep_result *results;
 } sweep_work;
 
 static thrum_status run_case(void *context, int64_t index, thrum_error *error) {
   sweep_work *work = context;
-  return study_sweep_run(&work->cases[index], &work->results[index], error);
+  return experiment_sweep_run(&work->cases[index], &work->results[index], error);
 }
 
 static thrum_status plan(const experiments_request *request, const experiments_bodies *bodies,
-                         study_sweep_case *cases, int64_t *count, thrum_error *error) {
+                         experiment_sweep_case *cases, int64_t *count, thrum_error *error) {
   *count = 0;
   for (int64_t b = 0; b < bodies->count; b++) {
     double impulse = 0, reached = 0;
-    const thrum_status status = study_impulse(&bodies->bodies[b], request->amplitudes[0],
-                                              IMPULSE_DT, &impulse, &reached, error);
+    const thrum_status status = experiment_impulse(&bodies->bodies[b], request->amplitudes[0],
+                                                   IMPULSE_DT, &impulse, &reached, error);
     if (status < 0)
       return status;
     for (int k = 0; k < SWEEP_COUNT; k++) {
-      for (int i = 0; i < STUDY_INTEGRATOR_COUNT; i++) {
+      for (int i = 0; i < EXPERIMENT_INTEGRATOR_COUNT; i++) {
         if (!request->integrators[i])
           continue;
         const int64_t steps = (int64_t)(request->time / steps_of_sweep[k] + 0.5);
-        cases[(*count)++] = (study_sweep_case){
+        cases[(*count)++] = (experiment_sweep_case){
             .body = &bodies->bodies[b],
-            .integrator = (study_integrator)i,
+            .integrator = (experiment_integrator)i,
             .impulse = impulse,
             .dt = steps_of_sweep[k],
             .steps = steps < 1 ? 1 : steps,
@@ -56,22 +56,22 @@ static void print_json(const experiments_request *request, const sweep_work *wor
   cJSON *object = experiments_json(request, flagged);
   cJSON *runs = cJSON_AddArrayToObject(object, "runs");
   for (int64_t n = 0; n < count; n++) {
-    const study_sweep_case *run = &work->cases[n];
-    const study_sweep_result *result = &work->results[n];
+    const experiment_sweep_case *run = &work->cases[n];
+    const experiment_sweep_result *result = &work->results[n];
     cJSON *item = cJSON_CreateObject();
     json_string(item, "model", run->body->name);
-    cJSON_AddStringToObject(item, "integrator", study_integrator_names[run->integrator]);
+    cJSON_AddStringToObject(item, "integrator", experiment_integrator_names[run->integrator]);
     json_number(item, "dt", run->dt);
-    cJSON_AddStringToObject(item, "status", study_sweep_status(result));
+    cJSON_AddStringToObject(item, "status", experiment_sweep_status(result));
     json_number(item, "simulated_s", result->simulated);
     json_number(item, "us_per_step", result->us_per_step);
     json_number(item, "mean_iterations",
-                    (double)result->report.iterations / (double)result->report.steps);
+                (double)result->report.iterations / (double)result->report.steps);
     json_number(item, "energy_j", result->energy);
     json_number(item, "energy_error", result->energy_error);
     json_number(item, "energy_change", result->energy_change);
     json_number(item, "peak_amplitude", result->peak_amplitude);
-    experiments_json_rungs(item, &result->report);
+    experiments_json_levels(item, &result->report);
     cJSON_AddItemToArray(runs, item);
   }
   json_print(object);
@@ -81,25 +81,25 @@ static void print_table(const sweep_work *work, int64_t count) {
   printf("%-8s %-8s %7s %8s %8s %6s %10s %10s  %s\n", "model", "method", "dt [s]", "time [s]",
          "us/step", "iter.", "error", "change", "status");
   for (int64_t n = 0; n < count; n++) {
-    const study_sweep_case *run = &work->cases[n];
-    const study_sweep_result *result = &work->results[n];
+    const experiment_sweep_case *run = &work->cases[n];
+    const experiment_sweep_result *result = &work->results[n];
     printf("%-8s %-8s %7g %8.3f %8.2f %6.2f", run->body->name,
-           study_integrator_names[run->integrator], run->dt, result->simulated, result->us_per_step,
-           (double)result->report.iterations / (double)result->report.steps);
+           experiment_integrator_names[run->integrator], run->dt, result->simulated,
+           result->us_per_step, (double)result->report.iterations / (double)result->report.steps);
     // of a lost run the size of its error says nothing
     if (result->lost) {
       printf(" %10s %10s", "-", "-");
     } else {
       printf(" %10.1e %10.1e", result->energy_error, result->energy_change);
     }
-    printf("  %s\n", study_sweep_status(result));
+    printf("  %s\n", experiment_sweep_status(result));
   }
 }
 
 static thrum_status run_all(const experiments_request *request, sweep_work *work, int64_t count,
                             thrum_error *error) {
   cli_progress progress = cli_progress_make(request->quiet);
-  const study_pool pool = {
+  const experiment_pool pool = {
       .threads = (int)request->threads,
       .count = count,
       .task = run_case,
@@ -107,7 +107,7 @@ static thrum_status run_all(const experiments_request *request, sweep_work *work
       .context = work,
       .progress_context = &progress,
   };
-  const thrum_status status = study_pool_run(&pool, error);
+  const thrum_status status = experiment_pool_run(&pool, error);
   if (status >= 0) {
     cli_progress_done(&progress);
   } else {
@@ -118,7 +118,7 @@ static thrum_status run_all(const experiments_request *request, sweep_work *work
 
 thrum_status experiments_sweep(const experiments_request *request, const experiments_bodies *bodies,
                                bool *flagged, thrum_error *error) {
-  const size_t room = (size_t)bodies->count * SWEEP_COUNT * STUDY_INTEGRATOR_COUNT + 1;
+  const size_t room = (size_t)bodies->count * SWEEP_COUNT * EXPERIMENT_INTEGRATOR_COUNT + 1;
   sweep_work work = {.cases = calloc(room, sizeof *work.cases),
                      .results = calloc(room, sizeof *work.results)};
   thrum_status status = THRUM_OK;
@@ -133,14 +133,14 @@ thrum_status experiments_sweep(const experiments_request *request, const experim
   for (int64_t n = 0; status >= 0 && n < count; n++)
     // newmark may lose its energy, for that is what it does; the others may not
     *flagged = *flagged || work.results[n].status < 0 ||
-               (work.results[n].lost && work.cases[n].integrator != STUDY_newmark);
+               (work.results[n].lost && work.cases[n].integrator != EXPERIMENT_newmark);
   if (status >= 0) {
-    study_text text = {0};
-    study_sweep_csv(&text, work.cases, work.results, count);
+    experiment_text text = {0};
+    experiment_sweep_csv(&text, work.cases, work.results, count);
     status = experiments_write(request, "sweep.csv", &text, error);
     if (status >= 0) {
-      const study_place place = experiments_place(request);
-      study_sweep_report(&text, work.cases, work.results, count, &place);
+      const experiment_place place = experiments_place(request);
+      experiment_sweep_report(&text, work.cases, work.results, count, &place);
       status = experiments_write(request, "sweep.html", &text, error);
     }
   }

@@ -1,4 +1,5 @@
-/* The `thrum` program: finds the subcommand and hands over. SPDX-License-Identifier: Apache-2.0 */
+/* The `thrum` program: finds the subcommand and switches to the energy integrator.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -9,7 +9,7 @@
 #include "io/file.h"
 #include "precompute/build_info.h"
 
-thrum_status cli_results_write(const char *folder, const char *name, study_text *text,
+thrum_status cli_results_write(const char *folder, const char *name, experiment_text *text,
                                thrum_error *error) {
   char path[CLI_MODEL_PATH_MAX];
   thrum_status status;
@@ -45,8 +45,8 @@ static const char *machine_name(void) {
   return name;
 }
 
-study_place cli_results_place(const char *command) {
-  return (study_place){
+experiment_place cli_results_place(const char *command) {
+  return (experiment_place){
       .machine = machine_name(),
       .compiler = thrum_build_compiler(),
       .blas_core = thrum_build_blas_core(),

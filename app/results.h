@@ -2,14 +2,14 @@
 #ifndef THRUM_APP_RESULTS_H
 #define THRUM_APP_RESULTS_H
 
-#include "validation/experiments/report.h"
 #include "thrum/status.h"
+#include "validation/experiments/report.h"
 
 /* Writes a text to `name` in the folder, and frees it. */
-thrum_status cli_results_write(const char *folder, const char *name, study_text *text,
+thrum_status cli_results_write(const char *folder, const char *name, experiment_text *text,
                                thrum_error *error);
 
 /* Where figures are made; the texts last until the next call. */
-study_place cli_results_place(const char *command);
+experiment_place cli_results_place(const char *command);
 
 #endif

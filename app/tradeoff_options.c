@@ -119,9 +119,10 @@ static int take_integrators(const cli_given *given, void *request) {
     int index = 0;
     if (comma != NULL)
       *comma = 0;
-    while (index < STUDY_INTEGRATOR_COUNT && strcmp(at, study_integrator_names[index]) != 0)
+    while (index < EXPERIMENT_INTEGRATOR_COUNT &&
+           strcmp(at, experiment_integrator_names[index]) != 0)
       index++;
-    if (index == STUDY_INTEGRATOR_COUNT)
+    if (index == EXPERIMENT_INTEGRATOR_COUNT)
       return cli_given_wrong(given);
     r->integrators[index] = true;
     at = comma != NULL ? comma + 1 : NULL;
@@ -246,7 +247,7 @@ int tradeoff_options_read(int argc, char **argv, tradeoff_request *r) {
   r->error = r->budget = NAN;
   r->fps = FPS_DEFAULT;
   r->threads = 1;
-  for (int n = 0; n < STUDY_INTEGRATOR_COUNT; n++)
+  for (int n = 0; n < EXPERIMENT_INTEGRATOR_COUNT; n++)
     r->integrators[n] = true;
   int code = cli_options_read("tradeoff", table, argc, argv, r);
   if (code != CLI_DONE)

@@ -1,4 +1,4 @@
-/* Many bodies of one model on one core: thrum_step for each against thrum_step_many for all. Both
+/* Many bodies of one model on one core: thrum_step for each against thrum_batch_step for all. Both
  * start from the same snapshots and take turns, so that each finds the machine as the other does.
  * Times are the processor's: a pass over the bodies is long, and others may run meanwhile.
  * SPDX-License-Identifier: Apache-2.0 */
@@ -40,7 +40,7 @@ static thrum_status herd_make(const thrum_model *model, const bench_batch *bench
   size_t size = 0;
   thrum_status status = thrum_state_size(model, &bench->step.def, &size, error);
   if (status >= 0)
-    status = thrum_crowd_size(model, &h->workspace_size, error);
+    status = thrum_batch_size(model, &h->workspace_size, error);
   if (status < 0)
     return status;
   h->model = model;
@@ -86,8 +86,8 @@ static thrum_status step_alone(herd *h, double *sample, thrum_error *error) {
 
 static thrum_status step_together(herd *h, double *sample, thrum_error *error) {
   const double began = bench_processor_now();
-  const thrum_status status =
-      thrum_step_many(h->model, h->states, h->bodies, NULL, h->workspace, h->workspace_size, error);
+  const thrum_status status = thrum_batch_step(h->model, h->states, h->bodies, NULL, h->workspace,
+                                               h->workspace_size, error);
   *sample = (bench_processor_now() - began) / (double)h->bodies;
   return status;
 }

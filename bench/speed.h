@@ -63,7 +63,7 @@ typedef struct bench_batch {
   bench_step step; /* what is asked for; of the results only dt */
   int64_t bodies;
   bench_time alone;    /* thrum_step, of one step of one body */
-  bench_time together; /* thrum_step_many, likewise */
+  bench_time together; /* thrum_batch_step, likewise */
   double iterations;   /* a step */
   int32_t implicit_modes;
   double state_bytes, workspace_bytes;
@@ -105,7 +105,8 @@ static inline double bench_coefficient_bytes(const thrum_model *model) {
 /* Terms of degree 3 and 4 of so many coordinates. */
 double bench_terms(int64_t rank);
 
-/* What the tangent of a model reads and does, by pairs or by lists (runtime/polynomial/packed.h). */
+/* What the tangent of a model reads and does, by pairs or by lists (runtime/polynomial/packed.h).
+ */
 double bench_tangent_coefficients(int64_t rank);
 double bench_tangent_operations(int64_t rank);
 

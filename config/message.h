@@ -1,11 +1,11 @@
-/* Exit codes, and messages for people on standard error. Standard output carries results alone: a table,
- * or with --json one object on one line. SPDX-License-Identifier: Apache-2.0 */
+/* Exit codes, and messages for people on standard error. Standard output carries results alone: a
+ * table, or with --json one object on one line. SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_CONFIG_MESSAGE_H
 #define THRUM_CONFIG_MESSAGE_H
 
+#include "thrum/status.h"
 #include <getopt.h>
 #include <stdint.h>
-#include "thrum/status.h"
 
 enum cli_exit { CLI_DONE = 0, CLI_REFUSED = 1, CLI_USAGE = 2, CLI_FLAGGED = 3 };
 enum { CLI_HELPED = -1 }; /* no exit code: a command has printed its help and is done */

@@ -36,7 +36,8 @@ typedef enum cli_path {
   CLI_PATH_IF_THERE /* if there is such a file, whatever :xyz follows its name */
 } cli_path;
 
-/* Does a text of a file in `folder` (with its slash; "" for the working folder) name a file there? */
+/* Does a text of a file in `folder` (with its slash; "" for the working folder) name a file there?
+ */
 bool cli_is_beside(cli_path path, const char *folder, const char *text);
 
 #define CLI_FILE_ITEMS_MAX 256 /* repeated options of one file, all of them together */

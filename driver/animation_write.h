@@ -1,10 +1,10 @@
-/* A run's motion in the formats of other programs, its body in place. All write beside their place first and rename.
- * SPDX-License-Identifier: Apache-2.0 */
+/* A run's motion in the formats of other programs, its body in place. All write beside their place
+ * first and rename. SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_DRIVER_ANIMATION_WRITE_H
 #define THRUM_DRIVER_ANIMATION_WRITE_H
 
-#include "driver/render_mesh.h"
 #include "driver/display_surface.h"
+#include "driver/render_mesh.h"
 
 /* glTF 2.0 (.glb): the surface at rest, a morph target for each coordinate, q(t) as their weights.
  * Targets and weights are scaled so that no weight passes 1. */

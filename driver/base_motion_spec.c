@@ -16,13 +16,13 @@
 #include "thrum/thrum.h"
 
 #define COLUMNS 4
-#define SHAKE_TEXT_MAX 512
+#define BASE_MOTION_TEXT_MAX 512
 
 static const char sine_prefix[] = "sine:";
 
 static thrum_status refuse(const char *text, thrum_error *error) {
   return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                         "--shake '%.200s': it is a .csv file, or "
+                         "--base-motion '%.200s': it is a .csv file, or "
                          "sine:AX,AY,AZ,f=HZ[,from=S][,until=S] with AX,AY,AZ in m/s^2",
                          text);
 }
@@ -43,26 +43,27 @@ static bool take_pair(char *body, thrum_load *course) {
   return false;
 }
 
-static thrum_status parse_sine(const char *text, cli_shake *shake, thrum_error *error) {
-  char body[SHAKE_TEXT_MAX];
+static thrum_status parse_sine(const char *text, cli_base_motion *base_motion, thrum_error *error) {
+  char body[BASE_MOTION_TEXT_MAX];
   const char *rest = text + sizeof sine_prefix - 1;
   if (strlen(rest) >= sizeof body)
     return refuse(text, error);
   snprintf(body, sizeof body, "%s", rest);
-  shake->sine = true;
-  shake->course = (thrum_load){.shape = THRUM_LOAD_SINE, .until = INFINITY};
+  base_motion->sine = true;
+  base_motion->course = (thrum_load){.shape = THRUM_LOAD_SINE, .until = INFINITY};
   while (strchr(body, '=') != NULL) {
-    if (!take_pair(body, &shake->course))
+    if (!take_pair(body, &base_motion->course))
       return refuse(text, error);
   }
-  if (!cli_parse_vector3(body, shake->amplitude) || !(shake->course.frequency > 0) ||
-      !(shake->course.from >= 0) || !(shake->course.until > shake->course.from))
+  if (!cli_parse_vector3(body, base_motion->amplitude) || !(base_motion->course.frequency > 0) ||
+      !(base_motion->course.from >= 0) || !(base_motion->course.until > base_motion->course.from))
     return refuse(text, error);
   return THRUM_OK;
 }
 
-thrum_status cli_shake_parse(const char *text, cli_shake *shake, thrum_error *error) {
-  cli_shake parsed = {.text = text};
+thrum_status cli_base_motion_parse(const char *text, cli_base_motion *base_motion,
+                                   thrum_error *error) {
+  cli_base_motion parsed = {.text = text};
   if (text[0] == 0)
     return refuse(text, error);
   if (strncmp(text, sine_prefix, sizeof sine_prefix - 1) == 0) {
@@ -70,7 +71,7 @@ thrum_status cli_shake_parse(const char *text, cli_shake *shake, thrum_error *er
     if (status < 0)
       return status;
   }
-  *shake = parsed;
+  *base_motion = parsed;
   return THRUM_OK;
 }
 
@@ -169,12 +170,12 @@ static thrum_status read_rows(thrum_text *text, rows *all, thrum_error *error) {
 }
 
 /* The motion from its rows. */
-static thrum_status make_motion(const rows *all, cli_shake *shake, thrum_error *error) {
+static thrum_status make_motion(const rows *all, cli_base_motion *base_motion, thrum_error *error) {
   const int64_t n = all->count;
   // times, accelerations, velocities, positions, and scratch
   double *memory = malloc((size_t)(n * 11) * sizeof *memory);
   if (memory == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %.200s", shake->text);
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %.200s", base_motion->text);
   double *times = memory, *a = times + n, *v = a + 3 * n, *x = v + 3 * n, *work = x + 3 * n;
   double *given = all->positions ? x : a;
   for (int64_t k = 0; k < n; k++) {
@@ -182,66 +183,71 @@ static thrum_status make_motion(const rows *all, cli_shake *shake, thrum_error *
     memcpy(given + 3 * k, all->values + COLUMNS * k + 1, 3 * sizeof *given);
   }
   if (all->positions)
-    thrum_motion_spline(n, times, x, a, v, work);
+    thrum_base_motion_spline(n, times, x, a, v, work);
   else
-    thrum_motion_integrate(n, times, a, v, x);
-  shake->memory = memory;
-  shake->motion = (thrum_motion){n, times, a, v, x};
+    thrum_base_motion_integrate(n, times, a, v, x);
+  base_motion->memory = memory;
+  base_motion->motion = (thrum_base_motion){n, times, a, v, x};
   thrum_error detail = {0};
-  const thrum_status status = thrum_motion_check(&shake->motion, &detail);
-  return status < 0 ? thrum_error_set(error, status, "%.200s: %s", shake->text, detail.message)
-                    : status;
+  const thrum_status status = thrum_base_motion_check(&base_motion->motion, &detail);
+  return status < 0
+             ? thrum_error_set(error, status, "%.200s: %s", base_motion->text, detail.message)
+             : status;
 }
 
-thrum_status cli_shake_read(cli_shake *shake, thrum_error *error) {
+thrum_status cli_base_motion_read(cli_base_motion *base_motion, thrum_error *error) {
   thrum_text text;
   rows all = {0};
-  if (shake->sine)
+  if (base_motion->sine)
     return THRUM_OK;
-  thrum_status status = thrum_text_open(shake->text, '#', ',', &text, error);
+  thrum_status status = thrum_text_open(base_motion->text, '#', ',', &text, error);
   if (status < 0)
     return status;
   status = read_rows(&text, &all, error);
   if (status >= 0)
-    status = make_motion(&all, shake, error);
+    status = make_motion(&all, base_motion, error);
   thrum_text_close(&text);
   free(all.values);
   return status;
 }
 
-void cli_shake_close(cli_shake *shake) {
-  free(shake->memory);
-  shake->memory = NULL;
+void cli_base_motion_close(cli_base_motion *base_motion) {
+  free(base_motion->memory);
+  base_motion->memory = NULL;
 }
 
 /* --- both kinds ---------------------------------------------------------------------------------
  */
 
-void cli_shakes_mean(const cli_shake *shakes, int64_t count, int64_t step, double dt,
-                     double mean[3]) {
+void cli_base_motions_mean(const cli_base_motion *base_motions, int64_t count, int64_t step,
+                           double dt, double mean[3]) {
   mean[0] = mean[1] = mean[2] = 0;
   for (int64_t n = 0; n < count; n++) {
     double one[3];
-    if (!shakes[n].sine)
-      thrum_motion_mean(&shakes[n].motion, step, dt, one);
-    const double share = shakes[n].sine ? thrum_load_mean(&shakes[n].course, step, dt) : 0;
+    if (!base_motions[n].sine)
+      thrum_base_motion_mean(&base_motions[n].motion, step, dt, one);
+    const double share =
+        base_motions[n].sine ? thrum_load_mean(&base_motions[n].course, step, dt) : 0;
     for (int axis = 0; axis < 3; axis++)
-      mean[axis] += shakes[n].sine ? share * shakes[n].amplitude[axis] : one[axis];
+      mean[axis] += base_motions[n].sine ? share * base_motions[n].amplitude[axis] : one[axis];
   }
 }
 
-void cli_shakes_position(const cli_shake *shakes, int64_t count, double time, double position[3]) {
+void cli_base_motions_position(const cli_base_motion *base_motions, int64_t count, double time,
+                               double position[3]) {
   position[0] = position[1] = position[2] = 0;
   for (int64_t n = 0; n < count; n++) {
     double one[3];
-    if (!shakes[n].sine)
-      thrum_motion_at(&shakes[n].motion, time, one, NULL);
-    const double share = shakes[n].sine ? thrum_motion_sine(&shakes[n].course, time) : 0;
+    if (!base_motions[n].sine)
+      thrum_base_motion_at(&base_motions[n].motion, time, one, NULL);
+    const double share =
+        base_motions[n].sine ? thrum_base_motion_sine(&base_motions[n].course, time) : 0;
     for (int axis = 0; axis < 3; axis++)
-      position[axis] += shakes[n].sine ? share * shakes[n].amplitude[axis] : one[axis];
+      position[axis] += base_motions[n].sine ? share * base_motions[n].amplitude[axis] : one[axis];
   }
 }
 
-double cli_shake_end(const cli_shake *shake) {
-  return shake->sine ? shake->course.until : shake->motion.times[shake->motion.count - 1];
+double cli_base_motion_end(const cli_base_motion *base_motion) {
+  return base_motion->sine ? base_motion->course.until
+                           : base_motion->motion.times[base_motion->motion.count - 1];
 }

@@ -8,31 +8,33 @@
 
 #include "thrum/thrum.h"
 
-/* One parsed shake. `text` is borrowed from where it was given and names the file of one. */
-typedef struct cli_shake {
+/* One parsed base motion. `text` is borrowed from where it was given and names the file of one. */
+typedef struct cli_base_motion {
   const char *text;
   bool sine;
   double amplitude[3]; /* of the acceleration [m/s^2] */
   thrum_load course;
-  thrum_motion motion; /* of a file, once it is read; its arrays lie in `memory` */
+  thrum_base_motion motion; /* of a file, once it is read; its arrays lie in `memory` */
   double *memory;
-} cli_shake;
+} cli_base_motion;
 
-/* Parses a shake; a failure is a mistake of usage. *shake is untouched then. */
-thrum_status cli_shake_parse(const char *text, cli_shake *shake, thrum_error *error);
+/* Parses a base motion; a failure is a mistake of usage. *base motion is untouched then. */
+thrum_status cli_base_motion_parse(const char *text, cli_base_motion *base_motion,
+                                   thrum_error *error);
 
-/* Reads the file of one that has one; cli_shake_close frees. */
-thrum_status cli_shake_read(cli_shake *shake, thrum_error *error);
-void cli_shake_close(cli_shake *shake);
+/* Reads the file of one that has one; cli_base_motion_close frees. */
+thrum_status cli_base_motion_read(cli_base_motion *base_motion, thrum_error *error);
+void cli_base_motion_close(cli_base_motion *base_motion);
 
-/* Mean acceleration of the base over a step, of all shakes together [m/s^2]. */
-void cli_shakes_mean(const cli_shake *shakes, int64_t count, int64_t step, double dt,
-                     double mean[3]);
+/* Mean acceleration of the base over a step, of all base motions together [m/s^2]. */
+void cli_base_motions_mean(const cli_base_motion *base_motions, int64_t count, int64_t step,
+                           double dt, double mean[3]);
 
 /* Where the base is [m]. */
-void cli_shakes_position(const cli_shake *shakes, int64_t count, double time, double position[3]);
+void cli_base_motions_position(const cli_base_motion *base_motions, int64_t count, double time,
+                               double position[3]);
 
 /* When the base accelerates for the last time [s]; may be INFINITY. */
-double cli_shake_end(const cli_shake *shake);
+double cli_base_motion_end(const cli_base_motion *base_motion);
 
 #endif

@@ -1,6 +1,5 @@
-/* The surface of a model's mesh as triangles (what is shown is driver/render_mesh.h), and the motion of a
- * finished run, for other programs.
- * SPDX-License-Identifier: Apache-2.0 */
+/* The surface of a model's mesh as triangles (what is shown is driver/render_mesh.h), and the
+ * motion of a finished run, for other programs. SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_DRIVER_DISPLAY_SURFACE_H
 #define THRUM_DRIVER_DISPLAY_SURFACE_H
 

@@ -9,7 +9,7 @@
 #define ALIGNMENT 64
 
 thrum_status model_truncate_to(const thrum_model *loaded, int64_t rank, void **memory,
-                             const thrum_model **model, thrum_error *error) {
+                               const thrum_model **model, thrum_error *error) {
   if (rank == 0 || rank == loaded->rank) {
     *model = loaded;
     return THRUM_OK;

@@ -13,9 +13,9 @@
 #include "io/npz.h"
 #include "io/paths.h"
 #include "io/vtu.h"
+#include "mesh/model_quality.h"
 #include "platform/clock.h"
 #include "precompute/basis/handles.h"
-#include "mesh/model_quality.h"
 #include "precompute/vega_reduced.h"
 
 /* Beyond these the model is written, but flagged (exit 3). */

@@ -12,9 +12,9 @@
 #include "driver/precompute_stages.h"
 #include "io/json.h"
 #include "io/paths.h"
+#include "mesh/model_quality.h"
 #include "platform/clock.h"
 #include "precompute/build_info.h"
-#include "mesh/model_quality.h"
 
 static const char *mass_name(thrum_mass mass) {
   return mass == THRUM_MASS_LUMPED ? "lumped" : "consistent";

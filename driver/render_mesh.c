@@ -5,8 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "driver/embedded_surface.h"
 #include "driver/display_surface.h"
+#include "driver/embedded_surface.h"
 
 void cli_shown_free(cli_shown *shown) {
   free(shown->positions);

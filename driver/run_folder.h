@@ -12,8 +12,9 @@
 /* The names a run may hold, besides frames/frame_NNNNNN.vtu. */
 #define CLI_RUN_FRAMES "frames"
 #define CLI_RUN_JSON "run.json"
-#define CLI_RUN_PLACES "places.npy" /* rows x 7: where a free body of a scene is, driver/run_placement.h  \
-                                     */
+#define CLI_RUN_PLACES                                                                             \
+  "places.npy" /* rows x 7: where a free body of a scene is, driver/run_placement.h                \
+                */
 
 typedef struct cli_run_folder {
   char path[CLI_PATH_MAX - 64]; /* RUN */

@@ -146,8 +146,8 @@ static thrum_status make_request(scene_run *run, scene_body_run *body, thrum_err
       .record_every = spec->outputs.record_every,
       .frames_rate = spec->outputs.frames_rate,
       .frames_every = spec->outputs.frames_every,
-      .shakes = run->shakes,
-      .shake_count = run->shake_count,
+      .base_motions = run->base_motions,
+      .base_motion_count = run->base_motion_count,
       .stress = spec->outputs.stress,
       .monitor = spec->outputs.monitor,
       .loads = calloc((size_t)body->spec->loads.count + 1, sizeof *request->loads),
@@ -272,7 +272,7 @@ thrum_status scene_run_build(scene_run *run, thrum_error *error) {
   if (status >= 0)
     status = thrum_scene_make(run->dt, &run->scene, error);
   if (status >= 0)
-    status = scene_run_shakes(run, error);
+    status = scene_run_base_motions(run, error);
   if (status >= 0 && thrum_scene_set_gravity(run->scene, spec->gravity, &detail) < 0)
     return scene_run_refuse(run, &spec->settings.at, "gravity", detail.status, &detail);
   if (status >= 0)

@@ -51,7 +51,7 @@ static thrum_status lower(const scene_spec *spec, scene_loaded *item) {
                              "%lld is more than the model's %lld", (long long)body->rank,
                              (long long)item->loaded->rank);
   return model_truncate_to(item->loaded, body->rank, &item->lower_memory, &item->model,
-                         spec->file.error);
+                           spec->file.error);
 }
 
 static int64_t rank_of(const scene_body_spec *body, const thrum_model *loaded) {

@@ -3,8 +3,8 @@
 #ifndef THRUM_DRIVER_SCENE_FILE_MODELS_H
 #define THRUM_DRIVER_SCENE_FILE_MODELS_H
 
-#include "driver/scene_spec.h"
 #include "driver/display_surface.h"
+#include "driver/scene_spec.h"
 
 /* A model at a rank, as one or several bodies name it. */
 typedef struct scene_loaded {

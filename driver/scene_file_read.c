@@ -128,7 +128,7 @@ static thrum_status place_texts(scene_spec *spec, cli_path path, cli_texts *text
 }
 
 static thrum_status place_files(scene_spec *spec) {
-  thrum_status status = place_texts(spec, CLI_PATH_NAMED, &spec->shake);
+  thrum_status status = place_texts(spec, CLI_PATH_NAMED, &spec->base_motion);
   scene_body_spec *bodies = scene_bodies(spec);
   for (int64_t n = 0; n < spec->bodies.count && status >= 0; n++) {
     status = place_text(spec, CLI_PATH_NAMED, &bodies[n].model);
@@ -164,9 +164,9 @@ static thrum_status parse_start(const char *text, thrum_error *error) {
   return cli_start_parse(text, &start, error);
 }
 
-static thrum_status parse_shake(const char *text, thrum_error *error) {
-  cli_shake shake;
-  return cli_shake_parse(text, &shake, error);
+static thrum_status parse_base_motion(const char *text, thrum_error *error) {
+  cli_base_motion base_motion;
+  return cli_base_motion_parse(text, &base_motion, error);
 }
 
 /* --- records -----------------------------------------------------------------------------------
@@ -245,7 +245,8 @@ static thrum_status check(scene_spec *spec) {
                              "a scene needs a body");
   thrum_status status = check_names(spec);
   if (status >= 0)
-    status = check_texts(spec, &spec->settings.at, "shake", &spec->shake, parse_shake);
+    status =
+        check_texts(spec, &spec->settings.at, "base_motion", &spec->base_motion, parse_base_motion);
   for (int64_t n = 0; n < spec->bodies.count && status >= 0; n++)
     status = check_body(spec, &scene_bodies(spec)[n]);
   for (int64_t n = 0; n < spec->obstacles.count && status >= 0; n++)

@@ -125,9 +125,9 @@ static const char *const shapes[] = {"plane", "sphere", "box", NULL};
        .schema = "{\"type\":\"boolean\"}",                                                         \
        .fallback = "true",                                                                         \
        .about = "imexv: watch stability and energy, and adapt to them"},                           \
-      {.name = "ladder",                                                                           \
+      {.name = "fallback",                                                                         \
        .kind = CLI_KEY_OWN,                                                                        \
-       .take = scene_take_ladder,                                                                  \
+       .take = scene_take_fallback,                                                                \
        .schema = "{\"type\":\"boolean\"}",                                                         \
        .fallback = "true",                                                                         \
        .about = "what follows when a step cannot be solved; false: the run ends"},                 \
@@ -478,11 +478,11 @@ const cli_key scene_keys[] = {
      .unit = "m/s^2",
      .fallback = "[0, 0, 0]",
      .about = "acceleration of all bodies"},
-    {.name = "shake",
+    {.name = "base_motion",
      .kind = CLI_KEY_TEXTS,
-     AT(scene_spec, shake),
+     AT(scene_spec, base_motion),
      .fallback = "none",
-     .about = "motions of the ground, as --shake of simulate; several add up"},
+     .about = "motions of the ground, as --base-motion of simulate; several add up"},
     {.name = "wind",
      .kind = CLI_KEY_OBJECT,
      AT(scene_spec, wind),

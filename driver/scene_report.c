@@ -104,7 +104,7 @@ cJSON *scene_run_json(const scene_run *run) {
   json_number(object, "dt_s", run->dt);
   json_numbers(object, "gravity_m_s2", spec->gravity, 3);
   cJSON_AddItemToObject(object, "wind", wind_json(&spec->wind));
-  json_strings(object, "shake", spec->shake.texts, spec->shake.count);
+  json_strings(object, "base_motion", spec->base_motion.texts, spec->base_motion.count);
   json_number(object, "steps", (double)scene_run_steps(run));
   json_number(object, "simulated_s", (double)scene_run_steps(run) * run->dt);
   json_number(object, "us_per_step", per_step(run, 1e6 * run->seconds_step));

@@ -208,9 +208,9 @@ void scene_run_close(scene_run *run) {
   cli_scene_folder_abandon(&run->folder);
   thrum_scene_free(run->scene);
   cli_scene_models_free(&run->models);
-  for (int64_t n = 0; n < run->shake_count; n++)
-    cli_shake_close(&run->shakes[n]);
-  free(run->shakes);
+  for (int64_t n = 0; n < run->base_motion_count; n++)
+    cli_base_motion_close(&run->base_motions[n]);
+  free(run->base_motions);
   free(run->bodies);
   cli_scene_free(&run->spec);
 }

@@ -43,8 +43,8 @@ typedef struct scene_run {
   scene_spec spec;
   scene_models models;
   thrum_scene *scene;
-  cli_shake *shakes; /* of the spec, read */
-  int64_t shake_count;
+  cli_base_motion *base_motions; /* of the spec, read */
+  int64_t base_motion_count;
   scene_body_run *bodies; /* of the spec's count */
   int64_t steps, rows, frames;
   double dt;
@@ -70,8 +70,8 @@ thrum_status scene_run_refuse(const scene_run *run, const cli_record *at, const 
                               thrum_status status, const thrum_error *detail);
 thrum_status scene_run_no_memory(thrum_error *error);
 
-/* scene_world.c: what acts on all bodies, before they are added (shakes) and after. */
-thrum_status scene_run_shakes(scene_run *run, thrum_error *error);
+/* scene_world.c: what acts on all bodies, before they are added (base motions) and after. */
+thrum_status scene_run_base_motions(scene_run *run, thrum_error *error);
 thrum_status scene_run_wind(scene_run *run);
 thrum_status scene_run_obstacles(scene_run *run);
 thrum_status scene_run_probes(scene_run *run);

@@ -3,8 +3,8 @@
 #ifndef THRUM_DRIVER_SCENE_SPEC_H
 #define THRUM_DRIVER_SCENE_SPEC_H
 
-#include "driver/mesh_model.h"
 #include "config/record.h"
+#include "driver/mesh_model.h"
 #include "thrum/thrum.h"
 
 #define SCENE_DEGREE 0.017453292519943295 /* [rad] */
@@ -84,7 +84,7 @@ typedef struct scene_spec {
   const char *title; /* NULL: none */
   double time;       /* [s] */
   double gravity[3]; /* [m/s^2] */
-  cli_texts shake;
+  cli_texts base_motion;
   scene_wind_spec wind; /* at.node NULL: none */
   cli_list bodies;      /* scene_body_spec */
   cli_list obstacles;   /* scene_obstacle_spec */

@@ -75,8 +75,8 @@ TAKE(adaptive) {
   return take_switch(file, record, key, value, &((scene_settings *)to)->def.adaptive);
 }
 
-TAKE(ladder) {
-  return take_switch(file, record, key, value, &((scene_settings *)to)->def.ladder);
+TAKE(fallback) {
+  return take_switch(file, record, key, value, &((scene_settings *)to)->def.fallback);
 }
 
 TAKE(iterations) {

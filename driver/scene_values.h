@@ -5,10 +5,11 @@
 
 #include "config/record.h"
 
-/* X(name): `take` of a key of the table, see config/record.h. Those of settings take a scene_settings,
- * frames a scene_outputs_spec; rotation and colour go to the key's field. */
+/* X(name): `take` of a key of the table, see config/record.h. Those of settings take a
+ * scene_settings, frames a scene_outputs_spec; rotation and colour go to the key's field. */
 #define SCENE_TAKES(X)                                                                             \
-  X(damping) X(newmark) X(split) X(adaptive) X(ladder) X(iterations) X(rotation) X(colour) X(frames)
+  X(damping)                                                                                       \
+  X(newmark) X(split) X(adaptive) X(fallback) X(iterations) X(rotation) X(colour) X(frames)
 
 #define X(name)                                                                                    \
   thrum_status scene_take_##name(const cli_record_file *file, const cli_record *record,            \

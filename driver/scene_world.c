@@ -5,25 +5,26 @@
 
 #include "driver/scene_run.h"
 
-thrum_status scene_run_shakes(scene_run *run, thrum_error *error) {
-  const cli_texts *texts = &run->spec.shake;
-  run->shakes = calloc((size_t)texts->count + 1, sizeof *run->shakes);
-  if (run->shakes == NULL)
+thrum_status scene_run_base_motions(scene_run *run, thrum_error *error) {
+  const cli_texts *texts = &run->spec.base_motion;
+  run->base_motions = calloc((size_t)texts->count + 1, sizeof *run->base_motions);
+  if (run->base_motions == NULL)
     return scene_run_no_memory(error);
   for (int64_t n = 0; n < texts->count; n++) {
-    cli_shake *shake = &run->shakes[n];
+    cli_base_motion *base_motion = &run->base_motions[n];
     thrum_error detail = {0};
-    thrum_status status = cli_shake_parse(texts->texts[n], shake, &detail);
+    thrum_status status = cli_base_motion_parse(texts->texts[n], base_motion, &detail);
     if (status >= 0)
-      status = cli_shake_read(shake, &detail);
-    run->shake_count += status >= 0;
+      status = cli_base_motion_read(base_motion, &detail);
+    run->base_motion_count += status >= 0;
     if (status >= 0)
-      status = shake->sine
-                   ? thrum_scene_add_shake(run->scene, shake->amplitude, &shake->course, &detail)
-                   : thrum_scene_add_shake_motion(run->scene, &shake->motion, &detail);
+      status = base_motion->sine
+                   ? thrum_scene_add_base_motion(run->scene, base_motion->amplitude,
+                                                 &base_motion->course, &detail)
+                   : thrum_scene_add_base_motion_record(run->scene, &base_motion->motion, &detail);
     if (status < 0)
-      return cli_record_refuse_text(&run->spec.file, &run->spec.settings.at, "shake", texts, n,
-                                    "%s", detail.message);
+      return cli_record_refuse_text(&run->spec.file, &run->spec.settings.at, "base_motion", texts,
+                                    n, "%s", detail.message);
   }
   return THRUM_OK;
 }

@@ -16,8 +16,9 @@ static int64_t first_free_row(const simulate_request *request) {
   double steps = 0;
   for (int64_t n = 0; n < request->load_count; n++)
     steps = fmax(steps, ceil(request->loads[n].course.until / request->def.dt - WHOLE_STEP));
-  for (int64_t n = 0; n < request->shake_count; n++)
-    steps = fmax(steps, ceil(cli_shake_end(&request->shakes[n]) / request->def.dt - WHOLE_STEP));
+  for (int64_t n = 0; n < request->base_motion_count; n++)
+    steps = fmax(
+        steps, ceil(cli_base_motion_end(&request->base_motions[n]) / request->def.dt - WHOLE_STEP));
   if (!(steps <= (double)request->steps))
     return INT64_MAX;
   return ((int64_t)steps + request->record_every - 1) / request->record_every;

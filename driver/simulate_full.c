@@ -180,13 +180,14 @@ static thrum_status set_force(simulation *run, int64_t step) {
   const simulate_request *request = run->request;
   simulate_full *full = run->full;
   const int64_t size = field_size(run);
-  if (request->load_count == 0 && request->shake_count == 0)
+  if (request->load_count == 0 && request->base_motion_count == 0)
     return THRUM_OK;
   thrum_load_sum(run->courses, full->directions, request->load_count, size, step, request->def.dt,
                  full->forces);
-  if (request->shake_count > 0) {
+  if (request->base_motion_count > 0) {
     double mean[3];
-    cli_shakes_mean(request->shakes, request->shake_count, step, request->def.dt, mean);
+    cli_base_motions_mean(request->base_motions, request->base_motion_count, step, request->def.dt,
+                          mean);
     for (int64_t c = 0; c < size; c++) {
       full->inertia[c] = -(mean[0] * full->unit[c] + mean[1] * full->unit[size + c] +
                            mean[2] * full->unit[2 * size + c]);
@@ -205,7 +206,7 @@ thrum_status simulate_full_step(simulation *run, int64_t step) {
     status = thrum_full_step(full->body, &figures->stop);
   if (status < 0)
     return status;
-  if (run->request->load_count > 0 || run->request->shake_count > 0) {
+  if (run->request->load_count > 0 || run->request->base_motion_count > 0) {
     thrum_full_get(full->body, full->after, NULL);
     const double all = thrum_load_work(full->forces, full->before, full->after, field_size(run));
     const double base = thrum_load_work(full->inertia, full->before, full->after, field_size(run));

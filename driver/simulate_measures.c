@@ -24,20 +24,22 @@ static void *allocate(size_t size, thrum_error *error) {
   return memory;
 }
 
-static thrum_status open_gauge(const thrum_model *model, simulate_measures *m, thrum_error *error) {
-  const thrum_gauge_def def = {NULL, 0};
+static thrum_status open_stress_points(const thrum_model *model, simulate_measures *m,
+                                       thrum_error *error) {
+  const thrum_stress_points_def def = {NULL, 0};
   size_t size = 0;
   thrum_error detail = {0};
-  thrum_status status = thrum_gauge_size(model, &def, &size, &detail);
+  thrum_status status = thrum_stress_points_size(model, &def, &size, &detail);
   if (status < 0)
     return thrum_error_set(error, status, "--stress: %s", detail.message);
-  m->gauge_memory = allocate(size, error);
-  if (m->gauge_memory == NULL)
+  m->stress_points_memory = allocate(size, error);
+  if (m->stress_points_memory == NULL)
     return THRUM_OUT_OF_MEMORY;
-  status = thrum_gauge_init(m->gauge_memory, size, model, &def, &m->gauge, error);
+  status = thrum_stress_points_init(m->stress_points_memory, size, model, &def, &m->stress_points,
+                                    error);
   if (status < 0)
     return status;
-  const int64_t work = thrum_gauge_work_count(m->gauge);
+  const int64_t work = thrum_stress_points_work_count(m->stress_points);
   m->work = calloc((size_t)(work + model->tet_count), sizeof *m->work);
   if (m->work == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for stresses");
@@ -90,7 +92,7 @@ thrum_status simulate_measures_open(const simulate_request *request, const thrum
   thrum_monitor_clear(&m.record);
   thrum_status status = THRUM_OK;
   if (request->stress)
-    status = open_gauge(model, &m, error);
+    status = open_stress_points(model, &m, error);
   if (status >= 0 && request->monitor && model->tets != NULL && model->basis != NULL) {
     status = open_monitor(model, &m, error);
     if (status >= 0)
@@ -123,11 +125,11 @@ thrum_status simulate_measures_look(simulate_measures *m, const double *q, doubl
   thrum_status status = THRUM_OK;
   if (m->monitor != NULL)
     status = look_monitor(m, q, time, error);
-  if (status < 0 || m->gauge == NULL)
+  if (status < 0 || m->stress_points == NULL)
     return status;
-  const thrum_gauge_output output = {.von_mises = m->von_mises};
-  status = thrum_gauge_read(m->gauge, q, m->work, &output, error);
-  for (int64_t n = 0; status >= 0 && n < thrum_gauge_count(m->gauge); n++) {
+  const thrum_stress_points_output output = {.von_mises = m->von_mises};
+  status = thrum_stress_points_read(m->stress_points, q, m->work, &output, error);
+  for (int64_t n = 0; status >= 0 && n < thrum_stress_points_count(m->stress_points); n++) {
     // a comparison that is true of the first stress, and never of one that is no number
     if (m->von_mises[n] > m->peak_stress || (m->peak_tet < 0 && m->von_mises[n] >= 0)) {
       m->peak_stress = m->von_mises[n];
@@ -165,7 +167,7 @@ static const char *name_of(uint32_t bit) {
 }
 
 void simulate_measures_json(const simulate_measures *m, cJSON *object) {
-  if (m->gauge == NULL) {
+  if (m->stress_points == NULL) {
     cJSON_AddNullToObject(object, "stress");
   } else {
     cJSON *stress = cJSON_AddObjectToObject(object, "stress");
@@ -183,7 +185,7 @@ void simulate_measures_json(const simulate_measures *m, cJSON *object) {
     if (m->record.warnings & warnings[n])
       cJSON_AddItemToArray(raised, cJSON_CreateString(name_of(warnings[n])));
   const bool looked = m->record.looks > 0;
-  json_number(monitor, "sentinels", (double)thrum_monitor_sentinels(m->monitor, NULL));
+  json_number(monitor, "sampled_tets", (double)thrum_monitor_sampled_tets(m->monitor, NULL));
   json_number(monitor, "least_stretch", looked ? m->record.stretch_least : NAN);
   json_number(monitor, "tet", looked ? (double)m->record.stretch_tet + 1 : NAN);
   json_number(monitor, "time_s", looked ? m->stretch_time : NAN);
@@ -192,7 +194,7 @@ void simulate_measures_json(const simulate_measures *m, cJSON *object) {
 }
 
 void simulate_measures_table(const simulate_measures *m) {
-  if (m->gauge != NULL && m->peak_tet >= 0)
+  if (m->stress_points != NULL && m->peak_tet >= 0)
     printf("stress       von Mises up to %.6g Pa, in tetrahedron %" PRId64 " at %g s\n",
            m->peak_stress, m->peak_tet + 1, m->peak_time);
   if (m->monitor != NULL && m->record.looks > 0)
@@ -223,7 +225,7 @@ void simulate_measures_warn(const simulate_measures *m) {
 }
 
 void simulate_measures_close(simulate_measures *m) {
-  free(m->gauge_memory);
+  free(m->stress_points_memory);
   free(m->monitor_memory);
   free(m->work);
   *m = (simulate_measures){0};

@@ -11,11 +11,11 @@
 
 /* A zeroed one measures nothing. */
 typedef struct simulate_measures {
-  void *gauge_memory, *monitor_memory;
-  const thrum_gauge *gauge; /* NULL: no --stress */
-  double *work, *von_mises; /* tet_count of the latter [Pa] */
-  double peak_stress;       /* largest von Mises of all rows and frames [Pa]; NaN: none yet */
-  int64_t peak_tet;         /* 0-based */
+  void *stress_points_memory, *monitor_memory;
+  const thrum_stress_points *stress_points; /* NULL: no --stress */
+  double *work, *von_mises;                 /* tet_count of the latter [Pa] */
+  double peak_stress; /* largest von Mises of all rows and frames [Pa]; NaN: none yet */
+  int64_t peak_tet;   /* 0-based */
   double peak_time;
   const thrum_monitor *monitor; /* NULL: --monitor off, or no mesh */
   thrum_monitor_record record;

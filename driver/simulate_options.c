@@ -59,8 +59,8 @@ static void choose_adaptive(void *request, int index) {
   ((simulate_request *)request)->def.adaptive = index;
 }
 
-static void choose_ladder(void *request, int index) {
-  ((simulate_request *)request)->def.ladder = index;
+static void choose_fallback(void *request, int index) {
+  ((simulate_request *)request)->def.fallback = index;
 }
 
 static int take_damping(const cli_given *given, void *request) {
@@ -140,12 +140,12 @@ static int take_start(const cli_given *given, void *request) {
   return CLI_DONE;
 }
 
-static int take_shake(const cli_given *given, void *request) {
+static int take_base_motion(const cli_given *given, void *request) {
   simulate_request *r = request;
   thrum_error error = {0};
-  if (cli_shake_parse(given->text, &r->shakes[r->shake_count], &error) < 0)
+  if (cli_base_motion_parse(given->text, &r->base_motions[r->base_motion_count], &error) < 0)
     return cli_given_refuse(given, "%s", error.message);
-  r->shake_count++;
+  r->base_motion_count++;
   return CLI_DONE;
 }
 
@@ -176,7 +176,8 @@ static void print_help(void) {
       "      --dt S             time step [s] (default 0.003)\n"
       "      --time S           time to simulate [s] (default 10)\n"
       "      --load LOAD        a load; repeatable, see below\n"
-      "      --shake SHAKE      a motion of what holds the body; repeatable, see below\n"
+      "      --base-motion BASE_MOTION      a motion of what holds the body; repeatable, see "
+      "below\n"
       "      --start START      mode:K,METRES: basis vector K, its furthest vertex displaced by\n"
       "                         METRES, released at rest; static:LOAD: the equilibrium under a\n"
       "                         LOAD, which is then gone; FILE.npy: q, or 2 rows q and p, such\n"
@@ -187,7 +188,8 @@ static void print_help(void) {
       "      --record-every N   steps between rows of energy.csv and q.npy (default 1)\n"
       "      --frames FPS       write frames.pvd and .vtu files, FPS a second of simulated time;\n"
       "                         every-N: one each N steps\n"
-      "      --frames-in WHERE  base (default): as seen from the base that --shake moves; ground\n"
+      "      --frames-in WHERE  base (default): as seen from the base that --base-motion moves; "
+      "ground\n"
       "      --stress           von Mises stress in all tetrahedra: its peak, and in the frames\n"
       "      --monitor on|off   warn of compression, inversion and displacement beyond what the\n"
       "                         model can be believed for (default on; changes no result)\n"
@@ -214,7 +216,8 @@ static void print_help(void) {
       "small\n"
       "                         steps or amplitudes\n"
       "      --adaptive on|off  imexv: watch stability and energy, and adapt to them (default on)\n"
-      "      --ladder on|off    imexv, newmark, energy: what to do when a step cannot be solved:\n"
+      "      --fallback on|off    imexv, newmark, energy: what to do when a step cannot be "
+      "solved:\n"
       "                         one that conserves energy, then shorter ones (default on)\n"
       "      --newmark B,G      newmark: beta and gamma (default 0.25,0.5)\n"
       "      --tolerance T      implicit solves: relative (default 1e-10)\n"
@@ -226,14 +229,15 @@ static void print_help(void) {
       "  traction  traction:X,Y,Z@GROUP, a force an area in Pa on the surface there\n"
       "TARGET is a group, vertex=N (from 1, as in lists of fixed vertices), or all. The force is\n"
       "the total: the vertices of a group share it equally, held ones included.\n\n"
-      "SHAKE is FILE.csv, a line for each time: t,ax,ay,az, seconds and accelerations of the base\n"
+      "BASE_MOTION is FILE.csv, a line for each time: t,ax,ay,az, seconds and accelerations of the "
+      "base\n"
       "in m/s^2, linear in between; under a first line of names t,x,y,z positions in m. Or\n"
       "sine:AX,AY,AZ,f=HZ[,from=S][,until=S]. Displacements are then relative to the base.\n\n"
       "examples:\n"
       "  thrum simulate beam.npz -o run --time 3 --start mode:1,0.02\n"
       "  thrum simulate beam.npz -o run --load impulse:0,0,-40@tip --damping 0.3\n"
       "  thrum simulate horse -o run --load square:0,0,-50@load --frames 30 --stress\n"
-      "  thrum simulate tower -o run --shake sine:0.5,0,0,f=2,until=5 --frames 60\n"
+      "  thrum simulate tower -o run --base-motion sine:0.5,0,0,f=2,until=5 --frames 60\n"
       "  thrum simulate beam.npz -o run --load gravity:0,0,-9.81 --integrator newmark --frames "
       "60\n"
       "  thrum simulate scene.json -o run\n\n"
@@ -256,11 +260,11 @@ const cli_option simulate_options_table[] = {
     {.name = "dt", .kind = CLI_NUMBER, FIELD(def.dt), POSITIVE, .wants = "a time step above 0 s"},
     {.name = "time", .kind = CLI_NUMBER, FIELD(time), POSITIVE, .wants = "a time above 0 s"},
     {.name = "load", .kind = CLI_TEXT, .repeats = true, .take = take_load},
-    {.name = "shake",
+    {.name = "base-motion",
      .kind = CLI_TEXT,
      .path = CLI_PATH_NAMED,
      .repeats = true,
-     .take = take_shake},
+     .take = take_base_motion},
     {.name = "start",
      .kind = CLI_TEXT,
      .path = CLI_PATH_NAMED,
@@ -293,7 +297,7 @@ const cli_option simulate_options_table[] = {
      .names = simulate_split_forms,
      .choose = choose_split_form},
     {.name = "adaptive", .kind = CLI_CHOICE, .names = cli_switches, .choose = choose_adaptive},
-    {.name = "ladder", .kind = CLI_CHOICE, .names = cli_switches, .choose = choose_ladder},
+    {.name = "fallback", .kind = CLI_CHOICE, .names = cli_switches, .choose = choose_fallback},
     {.name = "newmark",
      .kind = CLI_PAIR,
      .take = take_newmark,

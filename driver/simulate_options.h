@@ -3,9 +3,9 @@
 #define THRUM_DRIVER_SIMULATE_OPTIONS_H
 
 #include "config/options.h"
+#include "driver/base_motion_spec.h"
 #include "driver/load_spec.h"
 #include "driver/mesh_model.h"
-#include "driver/base_motion_spec.h"
 #include "driver/start_spec.h"
 #include "precompute/full/full.h"
 
@@ -22,9 +22,9 @@ typedef struct simulate_request {
   int64_t frames_every; /* steps between frames; 0 with rate 0: no frames */
   int64_t load_count;
   cli_load *loads; /* owned by the caller of simulate_options_read */
-  int64_t shake_count;
-  cli_shake *shakes; /* the same; read and closed by the run */
-  bool full;         /* the full order in place of the model */
+  int64_t base_motion_count;
+  cli_base_motion *base_motions; /* the same; read and closed by the run */
+  bool full;                     /* the full order in place of the model */
   thrum_full_solver solver;
   bool integrator_named;
   bool ground; /* frames as seen from the ground, not from the base */
@@ -40,8 +40,8 @@ typedef struct simulate_request {
 /* What there is; ends with a nameless option. */
 extern const cli_option simulate_options_table[];
 
-/* Fills a zeroed request whose loads, shakes and starts have room for argc + CLI_FILE_ITEMS_MAX
- * each. CLI_DONE, or what the command is to return. */
+/* Fills a zeroed request whose loads, base motions and starts have room for argc +
+ * CLI_FILE_ITEMS_MAX each. CLI_DONE, or what the command is to return. */
 int simulate_options_read(int argc, char **argv, simulate_request *request);
 
 /* Names in the order of their enums; NULL ends them. */

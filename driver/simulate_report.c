@@ -44,12 +44,12 @@ static void add_split(cJSON *object, const thrum_state_def *def) {
   json_number(object, "safety", def->split_safety);
   cJSON_AddStringToObject(object, "split_form", simulate_split_form_name(def->split_form));
   cJSON_AddBoolToObject(object, "adaptive", def->adaptive);
-  cJSON_AddBoolToObject(object, "ladder", def->ladder);
+  cJSON_AddBoolToObject(object, "fallback", def->fallback);
 }
 
 /* The texts of the loads and starts; an allocation that fails leaves them out. */
 static void add_specs(cJSON *object, const simulate_request *request) {
-  const int64_t most = request->load_count + request->start_count + request->shake_count + 1;
+  const int64_t most = request->load_count + request->start_count + request->base_motion_count + 1;
   const char **texts = malloc((size_t)most * sizeof *texts);
   if (texts == NULL)
     return;
@@ -59,9 +59,9 @@ static void add_specs(cJSON *object, const simulate_request *request) {
   for (int64_t n = 0; n < request->start_count; n++)
     texts[n] = request->starts[n].text;
   json_strings(object, "start", texts, request->start_count);
-  for (int64_t n = 0; n < request->shake_count; n++)
-    texts[n] = request->shakes[n].text;
-  json_strings(object, "shake", texts, request->shake_count);
+  for (int64_t n = 0; n < request->base_motion_count; n++)
+    texts[n] = request->base_motions[n].text;
+  json_strings(object, "base_motion", texts, request->base_motion_count);
   free(texts);
 }
 
@@ -114,31 +114,32 @@ static cJSON *files_json(const cli_run_output *output) {
   return files;
 }
 
-/* Rungs of the ladder (design 8), and what the watch of imexv saw and did (design 4). */
+/* Fallback levels of the fallback chain (design 8), and what the watch of imexv saw and did (design
+ * 4). */
 static void add_robustness(cJSON *object, const simulate_figures *figures) {
   const thrum_state_report *report = &figures->report;
-  cJSON *rungs = cJSON_AddObjectToObject(object, "rungs");
-  json_number(rungs, "full_newton", (double)report->newton_steps);
-  json_number(rungs, "energy_steps", (double)report->energy_steps);
-  json_number(rungs, "substeps", (double)report->substep_steps);
-  json_number(rungs, "failures",
-                  figures->status == THRUM_NOT_CONVERGED || figures->status == THRUM_NOT_FINITE);
+  cJSON *fallback_levels = cJSON_AddObjectToObject(object, "fallback_levels");
+  json_number(fallback_levels, "full_newton", (double)report->newton_steps);
+  json_number(fallback_levels, "energy_steps", (double)report->energy_steps);
+  json_number(fallback_levels, "substeps", (double)report->substep_steps);
+  json_number(fallback_levels, "failures",
+              figures->status == THRUM_NOT_CONVERGED || figures->status == THRUM_NOT_FINITE);
   const thrum_state_def *def = &figures->request->def;
   if (def->integrator != THRUM_INTEGRATOR_IMEXV || !def->adaptive) {
-    cJSON_AddNullToObject(object, "watch");
+    cJSON_AddNullToObject(object, "stability");
     return;
   }
-  cJSON *watch = cJSON_AddObjectToObject(object, "watch");
-  cJSON_AddStringToObject(watch, "scheme", simulate_scheme_name(report->scheme));
-  json_number(watch, "h_sqrt_rho_last", report->angle_last);
-  json_number(watch, "h_sqrt_rho_peak", report->angle_peak);
-  json_number(watch, "switches", (double)report->switches);
-  json_number(watch, "handovers", (double)report->handovers);
-  json_number(watch, "handed_steps", (double)report->handed_steps);
-  json_number(watch, "corrections", (double)report->corrections);
-  json_number(watch, "corrected_j", report->corrected);
-  json_number(watch, "balance_last", report->balance_last);
-  json_number(watch, "balance_peak", report->balance_peak);
+  cJSON *stability = cJSON_AddObjectToObject(object, "stability");
+  cJSON_AddStringToObject(stability, "scheme", simulate_scheme_name(report->scheme));
+  json_number(stability, "h_sqrt_rho_last", report->stability_number_last);
+  json_number(stability, "h_sqrt_rho_peak", report->stability_number_peak);
+  json_number(stability, "split_changes", (double)report->split_changes);
+  json_number(stability, "scheme_switches", (double)report->scheme_switches);
+  json_number(stability, "switched_steps", (double)report->switched_steps);
+  json_number(stability, "corrections", (double)report->corrections);
+  json_number(stability, "corrected_j", report->corrected);
+  json_number(stability, "balance_last", report->balance_last);
+  json_number(stability, "balance_peak", report->balance_peak);
 }
 
 static double per_step(const simulate_figures *figures, double value) {
@@ -153,7 +154,7 @@ static void add_work(cJSON *object, const simulate_figures *figures) {
   json_number(work, "base_j", figures->work_base);
   json_number(work, "dissipated_j", figures->dissipated);
   json_number(work, "balance_j",
-                  gained - figures->work_load - figures->work_base + figures->dissipated);
+              gained - figures->work_load - figures->work_base + figures->dissipated);
 }
 
 static void add_energies(cJSON *object, const simulate_figures *figures) {
@@ -165,7 +166,7 @@ static void add_energies(cJSON *object, const simulate_figures *figures) {
   json_number(object, "drift", figures->drift);
   json_number(object, "peak_displacement_m", figures->peak);
   json_number(object, "peak_vertex",
-                  figures->peak_vertex >= 0 ? (double)figures->peak_vertex + 1 : NAN);
+              figures->peak_vertex >= 0 ? (double)figures->peak_vertex + 1 : NAN);
 }
 
 static void add_seconds(cJSON *object, const simulate_figures *figures) {
@@ -253,7 +254,7 @@ void simulate_report_table(const simulate_figures *figures, const cli_run_output
   puts("");
   printf("energy       first %.6g, last %.6g, least %.6g, most %.6g J\n", figures->first.total,
          figures->last.total, figures->energy_min, figures->energy_max);
-  if (request->load_count > 0 || request->shake_count > 0)
+  if (request->load_count > 0 || request->base_motion_count > 0)
     printf("work         %.6g of the loads, %.6g of the base, %.6g J dissipated\n",
            figures->work_load, figures->work_base, figures->dissipated);
   print_drift(figures);

@@ -85,16 +85,17 @@ static thrum_status observe(simulation *run, int64_t row, thrum_error *error) {
 static thrum_status set_force(simulation *run, int64_t step) {
   const simulate_request *request = run->request;
   const size_t rank = (size_t)run->model->rank;
-  if (request->load_count == 0 && request->shake_count == 0)
+  if (request->load_count == 0 && request->base_motion_count == 0)
     return THRUM_OK;
   thrum_load_sum(run->courses, run->directions, request->load_count, run->model->rank, step,
                  request->def.dt, run->force);
-  if (request->shake_count > 0) {
+  if (request->base_motion_count > 0) {
     double mean[3];
-    cli_shakes_mean(request->shakes, request->shake_count, step, request->def.dt, mean);
+    cli_base_motions_mean(request->base_motions, request->base_motion_count, step, request->def.dt,
+                          mean);
     memset(run->inertia, 0, rank * sizeof *run->inertia);
     const thrum_status status =
-        thrum_motion_load(run->model, mean, run->inertia, &run->figures.stop);
+        thrum_base_motion_load(run->model, mean, run->inertia, &run->figures.stop);
     if (status < 0)
       return status;
     for (size_t i = 0; i < rank; i++)
@@ -109,7 +110,7 @@ static void count_work(simulation *run) {
   simulate_figures *figures = &run->figures;
   const int64_t rank = run->model->rank;
   thrum_state_get(run->model, run->state, run->after, NULL, NULL);
-  if (run->request->load_count > 0 || run->request->shake_count > 0) {
+  if (run->request->load_count > 0 || run->request->base_motion_count > 0) {
     const double all = thrum_load_work(run->force, run->before, run->after, rank);
     const double base = thrum_load_work(run->inertia, run->before, run->after, rank);
     figures->work_load += all - base;
@@ -136,7 +137,7 @@ static thrum_status step_once(simulation *run, int64_t step, bool worked) {
 static void advance(simulation *run, int64_t target) {
   const simulate_request *request = run->request;
   simulate_figures *figures = &run->figures;
-  const bool worked = request->load_count > 0 || request->shake_count > 0 ||
+  const bool worked = request->load_count > 0 || request->base_motion_count > 0 ||
                       request->def.damping_alpha > 0 || request->def.damping_beta > 0;
   if (run->full == NULL)
     thrum_state_get(run->model, run->state, run->before, NULL, NULL);
@@ -177,7 +178,8 @@ static thrum_status write_due(simulation *run, int64_t step, int64_t *frame_step
   const double time = time_at(run, step);
   double base[3] = {0};
   if (run->request->ground)
-    cli_shakes_position(run->request->shakes, run->request->shake_count, time, base);
+    cli_base_motions_position(run->request->base_motions, run->request->base_motion_count, time,
+                              base);
   if (run->full != NULL) {
     status = simulate_full_frame(run, time, base, error);
     *frame_step = simulate_frame_step(run->request, run->output.frames);

@@ -9,7 +9,7 @@
 #define STATE_ALIGNMENT 64
 
 thrum_status split_at(const thrum_model *model, double dt, split_counts *split,
-                          thrum_error *error) {
+                      thrum_error *error) {
   thrum_state_def def = thrum_default_state_def();
   def.dt = dt;
   size_t size = 0;

@@ -2,9 +2,9 @@
 #ifndef THRUM_DRIVER_SPLIT_AT_H
 #define THRUM_DRIVER_SPLIT_AT_H
 
+#include "thrum/model.h"
 #include <stddef.h>
 #include <stdint.h>
-#include "thrum/model.h"
 
 /* How imexv would split this model at `dt` with its other defaults, and what a state would take. */
 typedef struct split_counts {
@@ -12,7 +12,6 @@ typedef struct split_counts {
   int64_t implicit_modes;
   size_t state_bytes;
 } split_counts;
-thrum_status split_at(const thrum_model *model, double dt, split_counts *split,
-                          thrum_error *error);
+thrum_status split_at(const thrum_model *model, double dt, split_counts *split, thrum_error *error);
 
 #endif

@@ -32,7 +32,7 @@ static void add_displacements(cJSON *object, const static_answer *answer) {
   }
   json_number(object, "peak_displacement_m", answer->peak);
   json_number(object, "peak_vertex",
-                  answer->peak_vertex >= 0 ? (double)answer->peak_vertex + 1 : NAN);
+              answer->peak_vertex >= 0 ? (double)answer->peak_vertex + 1 : NAN);
 }
 
 static void add_files(cJSON *object, const static_request *request) {
@@ -61,8 +61,7 @@ void static_report_json(const static_answer *answer) {
   json_number(object, "residual", report->residual);
   cJSON_AddBoolToObject(object, "stable", !(report->least < 0));
   json_number(object, "least_eigenvalue", report->least);
-  json_number(object, "frequency_hz",
-                  report->least >= 0 ? cli_static_hertz(report->least) : NAN);
+  json_number(object, "frequency_hz", report->least >= 0 ? cli_static_hertz(report->least) : NAN);
   json_number(object, "frequency_rest_hz", cli_static_hertz(answer->model->omega2[0]));
   json_number(object, "softest_eigenvalue", report->softest);
   json_number(object, "softest_factor", report->softest_factor);

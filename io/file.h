@@ -1,10 +1,10 @@
-/* Whole files, read at once and written beside their target, synced and renamed, so that a reader never
- * sees half a file. SPDX-License-Identifier: Apache-2.0 */
+/* Whole files, read at once and written beside their target, synced and renamed, so that a reader
+ * never sees half a file. SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_IO_FILE_H
 #define THRUM_IO_FILE_H
 
-#include <stddef.h>
 #include "thrum/status.h"
+#include <stddef.h>
 
 /* Writes a whole buffer to `path` through a temporary file beside it, fsync and rename. The one
  * way in which Thrum writes a file that somebody may be reading. */

@@ -2,8 +2,8 @@
 #ifndef THRUM_IO_FILE_HASH_H
 #define THRUM_IO_FILE_HASH_H
 
-#include <stdint.h>
 #include "thrum/status.h"
+#include <stdint.h>
 
 /* 64-bit FNV-1a of a file's bytes. */
 thrum_status file_hash(const char *path, uint64_t *hash, thrum_error *error);

@@ -1,4 +1,5 @@
-/* Writing JSON with cJSON: numbers with all their digits, texts that are always UTF-8. SPDX-License-Identifier: Apache-2.0 */
+/* Writing JSON with cJSON: numbers with all their digits, texts that are always UTF-8.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_IO_JSON_H
 #define THRUM_IO_JSON_H
 

@@ -2,9 +2,9 @@
 #ifndef THRUM_IO_PATHS_H
 #define THRUM_IO_PATHS_H
 
+#include "thrum/status.h"
 #include <stdbool.h>
 #include <stddef.h>
-#include "thrum/status.h"
 
 /* The folder that a file lies in, "." without any; to be freed, NULL without memory. */
 char *path_folder(const char *path);

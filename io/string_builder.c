@@ -8,7 +8,7 @@
 #define ROOM_FIRST 4096
 
 /* Room for `more` bytes and the 0 after them. */
-static bool reserve(study_text *text, size_t more) {
+static bool reserve(experiment_text *text, size_t more) {
   size_t room = text->room > 0 ? text->room : ROOM_FIRST;
   while (room - text->size <= more)
     room *= 2;
@@ -24,7 +24,7 @@ static bool reserve(study_text *text, size_t more) {
   return true;
 }
 
-void study_text_add(study_text *text, const char *format, ...) {
+void experiment_text_add(experiment_text *text, const char *format, ...) {
   va_list arguments, again;
   va_start(arguments, format);
   va_copy(again, arguments);
@@ -37,13 +37,13 @@ void study_text_add(study_text *text, const char *format, ...) {
   va_end(arguments);
 }
 
-void study_text_escape(study_text *text, const char *plain) {
+void experiment_text_escape(experiment_text *text, const char *plain) {
   for (const char *at = plain; *at != 0; at++) {
     const char *entity = *at == '&' ? "&amp;" : *at == '<' ? "&lt;" : *at == '>' ? "&gt;" : NULL;
     if (entity != NULL) {
-      study_text_add(text, "%s", entity);
+      experiment_text_add(text, "%s", entity);
     } else {
-      study_text_add(text, "%c", *at);
+      experiment_text_add(text, "%c", *at);
     }
   }
 }

@@ -6,17 +6,17 @@
 #include <stddef.h>
 
 /* A zeroed one is empty; free(bytes) when done. Once memory has failed, nothing more is added. */
-typedef struct study_text {
+typedef struct experiment_text {
   char *bytes; /* ended by 0; NULL while empty */
   size_t size;
   size_t room;
   bool failed;
-} study_text;
+} experiment_text;
 
-__attribute__((format(printf, 2, 3))) void study_text_add(study_text *text, const char *format,
-                                                          ...);
+__attribute__((format(printf, 2, 3))) void experiment_text_add(experiment_text *text,
+                                                               const char *format, ...);
 
 /* The same with &, < and > as HTML wants them. */
-void study_text_escape(study_text *text, const char *plain);
+void experiment_text_escape(experiment_text *text, const char *plain);
 
 #endif

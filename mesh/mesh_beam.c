@@ -6,9 +6,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "io/text.h"
 #include "mesh/mesh.h"
 #include "mesh/mesh_build.h"
-#include "io/text.h"
 
 /* 200 million tets take 5 GB here and far more later on */
 enum { TETS_MAX = 200000000 };

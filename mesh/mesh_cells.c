@@ -8,9 +8,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "io/text.h"
 #include "mesh/mesh_build.h"
 #include "mesh/mesh_builder.h"
-#include "io/text.h"
 
 enum { VTK_TETRA = 10, VTK_QUADRATIC_TETRA = 24, VTK_TYPE_MAX = 255 };
 

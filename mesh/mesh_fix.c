@@ -9,8 +9,8 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#include "mesh/mesh.h"
 #include "io/text.h"
+#include "mesh/mesh.h"
 
 enum { ALL_AXES = 7, TERMS_MAX = 32 };
 

@@ -2,9 +2,9 @@
 #ifndef THRUM_PLATFORM_ALLOCATE_H
 #define THRUM_PLATFORM_ALLOCATE_H
 
+#include "thrum/status.h"
 #include <stddef.h>
 #include <stdint.h>
-#include "thrum/status.h"
 
 /* malloc of count x size bytes with the product checked; NULL sets the error. */
 void *thrum_allocate(int64_t count, size_t size, const char *what, thrum_error *error);

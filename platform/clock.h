@@ -2,7 +2,6 @@
 #ifndef THRUM_PLATFORM_CLOCK_H
 #define THRUM_PLATFORM_CLOCK_H
 
-
 /* Wall clock [s] from a monotonic clock, and the peak resident memory [2^20 bytes]. */
 double clock_seconds(void);
 double clock_peak_mb(void);

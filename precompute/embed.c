@@ -10,8 +10,8 @@
 
 #include "io/npz.h"
 #include "mesh/tet_tree.h"
-#include "runtime/model/embedding_private.h"
 #include "runtime/base/vec3.h"
+#include "runtime/model/embedding_private.h"
 
 /* Nearer than this part of the mesh's extent is on its surface, but for rounding. */
 #define ON_SURFACE 1e-9

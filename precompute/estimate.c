@@ -13,10 +13,10 @@
 #include <time.h>
 
 #include "platform/memory_limit.h"
+#include "platform/threads.h"
 #include "precompute/basis/mode_check.h"
 #include "precompute/options_check.h"
 #include "precompute/stage.h"
-#include "platform/threads.h"
 
 #define MARGIN 1.05 /* heap and library buffers that are not counted one by one */
 #define COUNT_SHARE                                                                                \

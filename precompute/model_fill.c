@@ -9,7 +9,7 @@
 #include "precompute/stage.h"
 
 double *thrum_model_writable(const double *array) {
-  // a model only reads its arrays; until it is handed over they are ours
+  // a model only reads its arrays; until it is switched to the energy integrator they are ours
   union {
     const double *read;
     double *write;

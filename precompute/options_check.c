@@ -2,8 +2,8 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "precompute/options_check.h"
 
-#include "precompute/fem/constraints.h"
 #include "precompute/basis/mode_check.h"
+#include "precompute/fem/constraints.h"
 #include "precompute/fem/rigid_modes.h"
 
 #define COUNT_MAX 30000 /* free components up to which modes are counted unasked */

@@ -165,8 +165,8 @@ static thrum_status make_body(thrum_scene *scene, const thrum_scene_body_def *de
     status = scene_free_make(def, body, error);
   if (status >= 0)
     status = scene_surface_make(def, body, error);
-  if (status >= 0 && scene->shake_count > 0)
-    status = scene_shake_check(body, error);
+  if (status >= 0 && scene->base_motion_count > 0)
+    status = scene_base_motion_check(body, error);
   if (status >= 0)
     status = scene_gravity_reduce(body, scene->gravity, error);
   if (status >= 0)
@@ -224,7 +224,7 @@ void thrum_scene_free(thrum_scene *scene) {
     free(scene->probes[n].rows);
   free(scene->bodies);
   free(scene->probes);
-  free(scene->shakes);
+  free(scene->base_motions);
   free(scene->obstacles);
   free(scene->obstacle_starts);
   free(scene->side);

@@ -136,7 +136,7 @@ thrum_status scene_touch_step(const thrum_scene *scene, scene_body *body,
   thrum_pull pulls[THRUM_SCENE_PULLS];
   thrum_around around = {.placement = &body->placement,
                          .translation = body->free ? &body->way : NULL,
-                         .turning = body->free ? &body->turning : NULL,
+                         .rigid_frame = body->free ? &body->rigid_frame : NULL,
                          .obstacles = scene->obstacles,
                          .obstacle_count = body->touch->idle ? 0 : scene->obstacle_count,
                          .pulls = pulls,

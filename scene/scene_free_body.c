@@ -32,19 +32,19 @@ static void find_momentum(const double inverse[9], const double spin[3], double 
 }
 
 /* The turning of the scaled body: lengths by s, the inertia by d s^5. */
-static thrum_status make_turning(const thrum_scene_body_def *def, scene_body *body,
-                                 thrum_error *error) {
-  const thrum_status status = thrum_turning_of(def->model, &body->turning, error);
+static thrum_status make_rigid_frame(const thrum_scene_body_def *def, scene_body *body,
+                                     thrum_error *error) {
+  const thrum_status status = thrum_rigid_frame_of(def->model, &body->rigid_frame, error);
   if (status < 0)
     return status;
   const double s = def->scale, inertia = def->density * (s * s * s * s * s);
   for (int axis = 0; axis < 3; axis++)
-    body->turning.centre[axis] *= s;
+    body->rigid_frame.centre[axis] *= s;
   for (int n = 0; n < 9; n++)
-    body->turning.inverse[n] /= inertia;
+    body->rigid_frame.inverse[n] /= inertia;
   double spin[3], momentum[3];
   scene_to_body(&body->placement, def->spin, spin);
-  find_momentum(body->turning.inverse, spin, momentum);
+  find_momentum(body->rigid_frame.inverse, spin, momentum);
   scene_to_world(&body->placement, momentum, body->start_momentum);
   for (int axis = 0; axis < 3; axis++)
     if (!isfinite(body->start_momentum[axis]))
@@ -63,7 +63,7 @@ thrum_status scene_free_make(const thrum_scene_body_def *def, scene_body *body,
   for (int axis = 0; axis < 3; axis++)
     if (!isfinite(def->velocity[axis]))
       return thrum_error_set(error, THRUM_BAD_VALUE, "the velocity at the start is not finite");
-  const thrum_status status = make_turning(def, body, error);
+  const thrum_status status = make_rigid_frame(def, body, error);
   if (status < 0)
     return status;
   const size_t r = (size_t)body->model->rank;
@@ -82,33 +82,33 @@ thrum_status scene_free_make(const thrum_scene_body_def *def, scene_body *body,
 }
 
 void scene_free_place(scene_body *body) {
-  body->here = thrum_placement_now(&body->placement, &body->turning, body->way.position);
+  body->here = thrum_placement_now(&body->placement, &body->rigid_frame, body->way.position);
 }
 
 void scene_free_reset(scene_body *body) {
   static const double identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   memset(body->way.position, 0, sizeof body->way.position);
   memcpy(body->way.velocity, body->start_velocity, sizeof body->way.velocity);
-  memcpy(body->turning.attitude, identity, sizeof identity);
-  memcpy(body->turning.momentum, body->start_momentum, sizeof body->start_momentum);
+  memcpy(body->rigid_frame.attitude, identity, sizeof identity);
+  memcpy(body->rigid_frame.momentum, body->start_momentum, sizeof body->start_momentum);
   scene_free_place(body);
 }
 
 void scene_free_step(scene_body *body, const scene_wrench *wrench, double dt) {
   thrum_translation_step(&body->way, wrench->force, dt);
-  thrum_turning_step(&body->turning, &body->placement, wrench->torque, dt, NULL);
+  thrum_rigid_frame_step(&body->rigid_frame, &body->placement, wrench->torque, dt, NULL);
   scene_free_place(body);
 }
 
 void scene_free_centre(const scene_body *body, double centre[3]) {
-  scene_to_world(&body->here, body->turning.centre, centre);
+  scene_to_world(&body->here, body->rigid_frame.centre, centre);
   for (int axis = 0; axis < 3; axis++)
     centre[axis] += body->here.origin[axis];
 }
 
 void scene_free_velocity(const scene_body *body, const double arm[3], double velocity[3]) {
   double spin[3];
-  thrum_turning_velocity(&body->turning, &body->placement, spin);
+  thrum_rigid_frame_velocity(&body->rigid_frame, &body->placement, spin);
   cross(spin, arm, velocity);
   for (int axis = 0; axis < 3; axis++)
     velocity[axis] += body->way.velocity[axis];

@@ -169,8 +169,8 @@ void scene_loads_retime(thrum_scene *scene) {
     for (int64_t l = 1; l < body->load_count; l++)
       body->now[l] = counted_from(&body->courses[l], scene->origin);
   }
-  for (int32_t n = 0; n < scene->shake_count; n++)
-    scene->shakes[n].now = counted_from(&scene->shakes[n].course, scene->origin);
+  for (int32_t n = 0; n < scene->base_motion_count; n++)
+    scene->base_motions[n].now = counted_from(&scene->base_motions[n].course, scene->origin);
 }
 
 void scene_loads_sum(const thrum_scene *scene, scene_body *body, scene_wrench *wrench) {
@@ -178,16 +178,16 @@ void scene_loads_sum(const thrum_scene *scene, scene_body *body, scene_wrench *w
   if (body->free)
     scene_parts_sum(scene, body, step, wrench);
   thrum_load_sum(body->now, body->directions, body->load_count, r, step, scene->dt, body->force);
-  if (scene->shake_count == 0)
+  if (scene->base_motion_count == 0)
     return;
   double mean[3], local[3];
-  scene_shake_mean(scene, mean);
+  scene_base_motion_mean(scene, mean);
   for (int axis = 0; axis < 3 && body->free; axis++)
     wrench->force[axis] -= body->way.mass * mean[axis];
   scene_to_body(&body->here, mean, local);
   memset(body->inertia, 0, (size_t)r * sizeof *body->inertia);
-  // cannot fail: looked at when the shake was added
-  thrum_motion_load(body->model, local, body->inertia, NULL);
+  // cannot fail: looked at when the base motion was added
+  thrum_base_motion_load(body->model, local, body->inertia, NULL);
   for (int64_t i = 0; i < r; i++) {
     body->inertia[i] *= body->mass;
     body->force[i] += body->inertia[i];

@@ -105,7 +105,7 @@ thrum_status scene_make_room(thrum_scene *scene, int32_t bodies, thrum_error *er
     size_t size = 0;
     if (model->users < 2)
       continue;
-    const thrum_status status = thrum_crowd_size(model->model, &size, error);
+    const thrum_status status = thrum_batch_size(model->model, &size, error);
     if (status < 0)
       return status;
     needed = size > needed ? size : needed;

@@ -56,8 +56,8 @@ static thrum_status reduce_part(const scene_body *body, const thrum_scene_load *
 static void add_moment(const scene_body *body, int64_t vertex, const double force[3],
                        double moments[9]) {
   for (int a = 0; a < 3; a++) {
-    const double arm =
-        body->derived->by.length * body->model->vertices[3 * vertex + a] - body->turning.centre[a];
+    const double arm = body->derived->by.length * body->model->vertices[3 * vertex + a] -
+                       body->rigid_frame.centre[a];
     for (int b = 0; b < 3; b++)
       moments[3 * a + b] += arm * force[b];
   }

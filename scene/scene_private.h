@@ -67,7 +67,7 @@ typedef struct scene_body {
   double *moments;    /* load_count x 9: arm along a times force along b [N m] */
   double *resultants; /* load_count x 3 [N] */
   thrum_translation way;
-  thrum_turning turning;
+  thrum_rigid_frame rigid_frame;
   double start_momentum[3]; /* [kg m^2/s] */
   double start_velocity[3];
   int32_t *surface; /* surface_count vertices of the triangles, ascending */
@@ -88,11 +88,11 @@ typedef struct scene_body {
   double work_load, work_base, dissipated;
 } scene_body;
 
-typedef struct scene_shake {
-  const thrum_motion *motion; /* or NULL, and */
+typedef struct scene_base_motion {
+  const thrum_base_motion *motion; /* or NULL, and */
   double amplitude[3];
   thrum_load course, now;
-} scene_shake;
+} scene_base_motion;
 
 typedef struct scene_probe {
   char name[THRUM_SCENE_NAME_MAX];
@@ -112,14 +112,14 @@ struct thrum_scene {
   scene_body **bodies;
   int32_t body_count;
   scene_model *models;
-  scene_shake *shakes;
-  int32_t shake_count;
+  scene_base_motion *base_motions;
+  int32_t base_motion_count;
   scene_probe *probes;
   int32_t probe_count;
   thrum_state **side; /* body_count: states of one model, for the step */
   thrum_status *side_status;
   int32_t *side_body;
-  void *workspace; /* of thrum_step_many, for the largest model that two bodies share */
+  void *workspace; /* of thrum_batch_step, for the largest model that two bodies share */
   size_t workspace_size;
 };
 
@@ -205,9 +205,9 @@ thrum_status scene_parts_make(scene_body *body, const thrum_scene_load *load, in
 void scene_parts_sum(const thrum_scene *scene, scene_body *body, int64_t step,
                      scene_wrench *wrench);
 
-/* shake.c: can the ground shake this body? */
-thrum_status scene_shake_check(const scene_body *body, thrum_error *error);
+/* base motion.c: can the ground base motion this body? */
+thrum_status scene_base_motion_check(const scene_body *body, thrum_error *error);
 /* Mean acceleration of the ground over the step to come. */
-void scene_shake_mean(const thrum_scene *scene, double mean[3]);
+void scene_base_motion_mean(const thrum_scene *scene, double mean[3]);
 
 #endif

@@ -90,7 +90,7 @@ thrum_status thrum_scene_body_energies(thrum_scene *scene, int32_t number,
     work += way->mass * scene->gravity[axis] * way->position[axis];
   }
   if (body->free)
-    kinetic += thrum_turning_energy(&body->turning, &body->placement);
+    kinetic += thrum_rigid_frame_energy(&body->rigid_frame, &body->placement);
   if (body->touch != NULL)
     stored = thrum_contact_report_get(body->touch->contact).stored;
   if (!isfinite(kinetic) || !isfinite(work) || !isfinite(kinetic + of_state.potential - work))

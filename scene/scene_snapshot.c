@@ -17,7 +17,7 @@ typedef struct body_record {
   int64_t status, fallback_steps;
   double work_load, work_base, dissipated;
   thrum_translation way;
-  thrum_turning turning;
+  thrum_rigid_frame rigid_frame;
 } body_record;
 
 static size_t contact_bytes(const scene_body *body) {
@@ -65,9 +65,9 @@ thrum_status thrum_scene_snapshot(const thrum_scene *scene, void *memory, size_t
   put(&at, &head, sizeof head);
   for (int32_t n = 0; n < scene->body_count; n++) {
     const scene_body *body = scene->bodies[n];
-    const body_record record = {body->status,    body->fallback_steps, body->work_load,
-                                body->work_base, body->dissipated,     body->way,
-                                body->turning};
+    const body_record record = {body->status,     body->fallback_steps, body->work_load,
+                                body->work_base,  body->dissipated,     body->way,
+                                body->rigid_frame};
     put(&at, &record, sizeof record);
     put(&at, body->before, (size_t)body->derived->rank * sizeof *body->before);
     put(&at, body->state, thrum_state_kept_bytes(body->state));
@@ -101,7 +101,7 @@ thrum_status thrum_scene_restore(thrum_scene *scene, const void *memory, size_t 
     if (body->touch != NULL)
       take(&at, body->touch->contact, contact_bytes(body));
     body->way = record.way;
-    body->turning = record.turning;
+    body->rigid_frame = record.rigid_frame;
     if (body->free)
       scene_free_place(body);
     body->status = (thrum_status)record.status;

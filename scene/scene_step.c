@@ -43,7 +43,7 @@ static void count_work(const thrum_scene *scene, scene_body *body) {
   if (scene_body_read(body, false, NULL) < 0)
     return;
   const double all = thrum_load_work(body->force, body->before, body->q, model->rank);
-  const double base = scene->shake_count > 0
+  const double base = scene->base_motion_count > 0
                           ? thrum_load_work(body->inertia, body->before, body->q, model->rank)
                           : 0;
   body->work_load += all - base;
@@ -88,8 +88,8 @@ static void step_model(thrum_scene *scene, const scene_model *model, thrum_statu
   if (count == 1)
     scene->side_status[0] = thrum_step(model->model, scene->side[0], &detail);
   else if (count > 1)
-    thrum_step_many(model->model, scene->side, count, scene->side_status, scene->workspace,
-                    scene->workspace_size, &detail);
+    thrum_batch_step(model->model, scene->side, count, scene->side_status, scene->workspace,
+                     scene->workspace_size, &detail);
   for (int32_t n = 0; n < count; n++) {
     scene_body *body = scene->bodies[scene->side_body[n]];
     if (scene->side_status[n] >= 0 && body->free)

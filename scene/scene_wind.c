@@ -79,11 +79,11 @@ static scene_flow find_flow(const thrum_scene *scene, const scene_body *body) {
   scene_flow flow = {.fastest = 0};
   double spin[3] = {0};
   if (body->free)
-    thrum_turning_velocity(&body->turning, &body->placement, spin);
+    thrum_rigid_frame_velocity(&body->rigid_frame, &body->placement, spin);
   scene_to_body(&body->here, scene->wind, flow.wind);
   scene_to_body(&body->here, body->way.velocity, flow.way);
   scene_to_body(&body->here, spin, flow.spin);
-  memcpy(flow.centre, body->turning.centre, sizeof flow.centre);
+  memcpy(flow.centre, body->rigid_frame.centre, sizeof flow.centre);
   for (int axis = 0; axis < 3; axis++)
     flow.past[axis] = flow.wind[axis] - flow.way[axis];
   for (int64_t n = 0; n < body->surface_count; n++) {
@@ -112,18 +112,18 @@ static double mean_of(const thrum_scene *scene, const scene_body *body, const sc
 
 /* How much one step can take of what turning and deforming add to the drag. */
 static double limit(const thrum_scene *scene, const scene_body *body, const scene_flow *flow) {
-  double rate = 0, turning = 0, longest = 0;
-  const double *inverse = body->turning.inverse;
+  double rate = 0, rigid_frame = 0, longest = 0;
+  const double *inverse = body->rigid_frame.inverse;
   for (int64_t n = 0; n < body->surface_count; n++) {
     const double area = length_of(body->areas + 3 * n);
     double arm[3];
     arm_of(body, flow, n, arm);
     rate += area * body->stretch[n];
-    turning += area * (arm[0] * arm[0] + arm[1] * arm[1] + arm[2] * arm[2]);
+    rigid_frame += area * (arm[0] * arm[0] + arm[1] * arm[1] + arm[2] * arm[2]);
     longest = fmax(longest, length_of(arm));
   }
   if (body->free)
-    rate += turning * (inverse[0] + inverse[4] + inverse[8]);
+    rate += rigid_frame * (inverse[0] + inverse[4] + inverse[8]);
   const double speed = length_of(flow->past) + flow->fastest + longest * length_of(flow->spin);
   return 1 / (1 + scene->dt * 2 * scene->air * speed * rate);
 }

@@ -69,10 +69,10 @@ def long():
                      r["steps"] + lost, f"{float(r['total_change']):.1e}",
                      f"{float(r['total_worst']):.1e}", f"{float(r['high_change']):.1e}",
                      slope(r, "high_slope_error_per_s"),
-                     slope(r, "high_slope_error_correlated_per_s"), r["handed"], r["corrections"]])
+                     slope(r, "high_slope_error_correlated_per_s"), r["switched"], r["corrections"]])
     return table(["model", "amplitude", "integrator", "steps", "total, last against first 35 s",
                   "worst 35 s", "high modes", "their slope over its error, independent windows",
-                  "following windows", "handed over", "corrections"], body)
+                  "following windows", "switched to the energy integrator", "corrections"], body)
 
 
 def sweep():
@@ -86,7 +86,7 @@ def sweep():
             if r["status"] != "done":
                 cells.append(f"lost, {iterations}")
                 continue
-            handed = ", handed over" if int(r["handovers"]) > 0 else ""
+            handed = ", switched to the energy integrator" if int(r["scheme_switches"]) > 0 else ""
             cells.append(f"done, {float(r['energy_error']):.0e}, {iterations}{handed}")
         body.append(cells)
     return table(["model", "h [s]"] + INTEGRATORS, body)
@@ -105,7 +105,7 @@ def extreme_cell(run):
     if not run["energy_error"]:
         return "–"
     counts = [(int(run[key]), one, many) for key, one, many in (
-        ("newton", "newton", "newton"), ("handed", "handed", "handed"),
+        ("newton", "newton", "newton"), ("switched", "switched", "switched"),
         ("energy", "energy step", "energy steps"), ("substep", "sub-step", "sub-steps"))]
     notes = ", ".join(f"{n} {one if n == 1 else many}" for n, one, many in counts if n > 0)
     cell = "**lost**" if run["outcome"] == "lost" else power(run["energy_error"])

@@ -7,7 +7,7 @@
 
 #define MOTIONS_MAX 16
 
-static thrum_motion motions[MOTIONS_MAX];
+static thrum_base_motion motions[MOTIONS_MAX];
 static double *motion_memory[MOTIONS_MAX]; // owned
 static int32_t motion_count;
 
@@ -36,9 +36,9 @@ int32_t EXPORT(bridge_add_load)(int32_t body, int32_t shape, const double *reduc
 }
 
 /* numbers: course 3, amplitude 3 [m/s^2]. */
-int32_t EXPORT(bridge_add_shake)(int32_t shape) {
+int32_t EXPORT(bridge_add_base_motion)(int32_t shape) {
   const thrum_load course = course_of(shape);
-  return thrum_scene_add_shake(bridge_scene, bridge_number + 3, &course, &bridge_error);
+  return thrum_scene_add_base_motion(bridge_scene, bridge_number + 3, &course, &bridge_error);
 }
 
 /* samples from bridge_alloc, kept: count times, then count x 3 accelerations, velocities and
@@ -50,13 +50,13 @@ int32_t EXPORT(bridge_add_motion)(int32_t count, double *samples) {
                            "a page shakes the ground by at most %d files", MOTIONS_MAX);
   }
   motion_memory[motion_count] = samples;
-  thrum_motion *motion = &motions[motion_count++];
-  *motion = (thrum_motion){.count = count,
-                           .times = samples,
-                           .accelerations = samples + count,
-                           .velocities = samples + 4 * count,
-                           .positions = samples + 7 * count};
-  return thrum_scene_add_shake_motion(bridge_scene, motion, &bridge_error);
+  thrum_base_motion *motion = &motions[motion_count++];
+  *motion = (thrum_base_motion){.count = count,
+                                .times = samples,
+                                .accelerations = samples + count,
+                                .velocities = samples + 4 * count,
+                                .positions = samples + 7 * count};
+  return thrum_scene_add_base_motion_record(bridge_scene, motion, &bridge_error);
 }
 
 /* numbers: velocity 3 [m/s], density of the air [kg/m^3], drag coefficient. */

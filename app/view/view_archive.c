@@ -78,8 +78,8 @@ static void add_surface(data_section *data, cJSON *arrays, const cli_shown *show
     memcpy(fixed, shown->fixed, (size_t)shown->vertex_count);
 }
 
-/* What the inertia of a free body is taken from: the corners of its first tetrahedron, and the rigid
- * modes there. */
+/* What the inertia of a free body is taken from: the corners of its first tetrahedron, and the
+ * rigid modes there. */
 static void add_rigid(data_section *data, cJSON *arrays, const thrum_model *model) {
   double corners[12], modes[72];
   if (model->rigid == NULL || model->tet_count < 1)

@@ -10,7 +10,8 @@
 typedef struct cli_pack_model {
   const char *name, *title;
   const thrum_model *model; /* with a mesh and a basis */
-  const char *surface;      /* shown in place of the mesh's skin (driver/render_mesh.h); NULL: the skin */
+  const char
+      *surface; /* shown in place of the mesh's skin (driver/render_mesh.h); NULL: the skin */
 } cli_pack_model;
 
 typedef struct cli_pack {
@@ -33,7 +34,7 @@ cJSON *cli_pack_scene_of_models(const cli_pack_model *models);
 cJSON *cli_pack_scene_of_run(const scene_run *run, const int64_t *of_body);
 
 /* pack_effects.c: what acts over time. Adds "q", "p" and "loads" of body n where it has any; and
- * "shake" and "wind" of all. */
+ * "base_motion" and "wind" of all. */
 void cli_pack_add_loads(cJSON *body, const scene_run *run, int32_t n);
 void cli_pack_add_air_and_ground(cJSON *scene, const scene_run *run);
 

@@ -49,12 +49,12 @@ void cli_pack_add_loads(cJSON *body, const scene_run *run, int32_t n) {
   }
 }
 
-static cJSON *shake_of(const cli_shake *shake) {
-  const thrum_motion *motion = &shake->motion;
+static cJSON *base_motion_of(const cli_base_motion *base_motion) {
+  const thrum_base_motion *motion = &base_motion->motion;
   cJSON *object = cJSON_CreateObject();
-  if (shake->sine) {
-    json_numbers(object, "amplitude", shake->amplitude, 3);
-    add_course(object, &shake->course);
+  if (base_motion->sine) {
+    json_numbers(object, "amplitude", base_motion->amplitude, 3);
+    add_course(object, &base_motion->course);
     return object;
   }
   json_numbers(object, "times", motion->times, motion->count);
@@ -66,9 +66,9 @@ static cJSON *shake_of(const cli_shake *shake) {
 
 void cli_pack_add_air_and_ground(cJSON *scene, const scene_run *run) {
   const scene_wind_spec *wind = &run->spec.wind;
-  cJSON *shakes = cJSON_AddArrayToObject(scene, "shake");
-  for (int64_t n = 0; n < run->shake_count; n++)
-    cJSON_AddItemToArray(shakes, shake_of(&run->shakes[n]));
+  cJSON *base_motions = cJSON_AddArrayToObject(scene, "base_motion");
+  for (int64_t n = 0; n < run->base_motion_count; n++)
+    cJSON_AddItemToArray(base_motions, base_motion_of(&run->base_motions[n]));
   if (wind->at.node == NULL)
     return;
   cJSON *object = cJSON_AddObjectToObject(scene, "wind");

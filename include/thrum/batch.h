@@ -1,4 +1,4 @@
-/* Many states of one model side by side: a forest, a crowd, a sweep of parameters.
+/* Many states of one model side by side: a forest, a batch, a sweep of parameters.
  *
  * A call steps a range of states, several at a time, so that a coefficient of the model that is
  * loaded once serves them all. Each state ends with the same bits as by thrum_step, whatever the
@@ -19,17 +19,17 @@
 extern "C" {
 #endif
 
-/* Bytes of workspace of thrum_step_many for this model; any number of states. */
-thrum_status thrum_crowd_size(const thrum_model *model, size_t *size, thrum_error *error);
+/* Bytes of workspace of thrum_batch_step for this model; any number of states. */
+thrum_status thrum_batch_size(const thrum_model *model, size_t *size, thrum_error *error);
 
 /* Advances each of `count` states by one step; one that is listed twice by two. `workspace`:
- * thrum_crowd_size bytes, aligned to 64; its content is undefined before and after. `statuses`
+ * thrum_batch_size bytes, aligned to 64; its content is undefined before and after. `statuses`
  * (count, may be NULL): what thrum_step would return for each. Returns the first failure among
  * them, else THRUM_FELL_BACK if one did, else THRUM_OK; a failure of one state, which `error`
  * describes, leaves that state as it was and does not keep the others from their step. */
-thrum_status thrum_step_many(const thrum_model *model, thrum_state *const *states, int64_t count,
-                             thrum_status *statuses, void *workspace, size_t workspace_size,
-                             thrum_error *error);
+thrum_status thrum_batch_step(const thrum_model *model, thrum_state *const *states, int64_t count,
+                              thrum_status *statuses, void *workspace, size_t workspace_size,
+                              thrum_error *error);
 
 #ifdef __cplusplus
 }

@@ -6,11 +6,11 @@
  * reduced coordinates and handed to the integrator as its mean load, whichever integrator it is;
  * no stiffness is too large for dt. What contact gives back it took before: see
  * thrum_contact_report. A body that nothing holds may move as a whole (thrum_translation,
- * thrum_turning).
+ * thrum_rigid_frame).
  *
  *   thrum_contact_step(model, state, contact, &around, &error);   in place of thrum_step
  *
- * or thrum_contact_begin, thrum_step or thrum_step_many, thrum_contact_end, without the second
+ * or thrum_contact_begin, thrum_step or thrum_batch_step, thrum_contact_end, without the second
  * attempts of thrum_contact_step.
  *
  * A contact is planned (thrum_contact_size), then laid into the caller's memory
@@ -22,8 +22,8 @@
 #ifndef THRUM_CONTACT_H
 #define THRUM_CONTACT_H
 
-#include "thrum/state.h"
 #include "thrum/rigid_frame.h"
+#include "thrum/state.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -111,10 +111,10 @@ typedef struct thrum_around {
   int64_t obstacle_count;
   const thrum_pull *pulls; /* pull_count, at most pull_max */
   int64_t pull_count;
-  const double *load;     /* rank, mean reduced load of the step besides; NULL: none */
-  double force[3];        /* on the translation besides, such as its weight [N] */
-  thrum_turning *turning; /* NULL: the body does not turn; turned by the step */
-  double torque[3];       /* on the turning besides, about its centre [N m] */
+  const double *load;             /* rank, mean reduced load of the step besides; NULL: none */
+  double force[3];                /* on the translation besides, such as its weight [N] */
+  thrum_rigid_frame *rigid_frame; /* NULL: the body does not turn; turned by the step */
+  double torque[3];               /* on the turning besides, about its centre [N m] */
 } thrum_around;
 
 /* The energy of contact and what it did, since init. Of what the obstacles did to the body,

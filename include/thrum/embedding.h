@@ -1,5 +1,5 @@
-/* A surface embedded in a model's mesh: a fine triangle surface whose vertices follow the tetrahedra
- * that they are bound to, as `thrum embed` writes it (docs/embedding.md).
+/* A surface embedded in a model's mesh: a fine triangle surface whose vertices follow the
+ * tetrahedra that they are bound to, as `thrum embed` writes it (docs/embedding.md).
  *
  *   x_v = sum_c w_vc (X_c + U_c q) = X_v + W_v q,   W_v = sum_c w_vc U_c,   sum_c w_vc = 1
  *
@@ -26,21 +26,22 @@ extern "C" {
 #define THRUM_EMBEDDING_FORMAT_MINOR 0 /* a minor version only adds arrays */
 
 /* Sizes of an embedding. X(name, meaning). */
-#define THRUM_EMBEDDING_SIZES(X)                                                                  \
-  X(rank, "number of reduced coordinates r of the model")                                         \
-  X(vertex_count, "vertices of the surface")                                                      \
-  X(triangle_count, "triangles of the surface")                                                   \
+#define THRUM_EMBEDDING_SIZES(X)                                                                   \
+  X(rank, "number of reduced coordinates r of the model")                                          \
+  X(vertex_count, "vertices of the surface")                                                       \
+  X(triangle_count, "triangles of the surface")                                                    \
   X(meta_bytes, "bytes of the JSON text in meta")
 
 /* The arrays, in file order, as THRUM_MODEL_ARRAYS; f4 is a single-precision number. */
-#define THRUM_EMBEDDING_ARRAYS(X)                                                                 \
-  X(i4, surface_format, 2, 1, REQUIRED, "version of the format: major, minor")                    \
+#define THRUM_EMBEDDING_ARRAYS(X)                                                                  \
+  X(i4, surface_format, 2, 1, REQUIRED, "version of the format: major, minor")                     \
   X(u1, meta, meta_bytes, 1, OPTIONAL, "UTF-8 JSON about the surface; the runtime never reads it") \
-  X(f8, omega2, rank, 1, REQUIRED, "those of the model, which tell it from others [1/s^2]")       \
-  X(f8, positions, vertex_count, 3, REQUIRED, "rest positions X [m], in the order of the surface's file") \
-  X(i4, triangles, triangle_count, 3, REQUIRED, "0-based vertices of the surface")                \
-  X(f4, basis, basis_rows, rank, REQUIRED, "W, rows 3 v + axis [kg^-1/2]")                        \
-  X(i4, tet, vertex_count, 1, REQUIRED, "0-based tetrahedron of the model's mesh")                \
+  X(f8, omega2, rank, 1, REQUIRED, "those of the model, which tell it from others [1/s^2]")        \
+  X(f8, positions, vertex_count, 3, REQUIRED,                                                      \
+    "rest positions X [m], in the order of the surface's file")                                    \
+  X(i4, triangles, triangle_count, 3, REQUIRED, "0-based vertices of the surface")                 \
+  X(f4, basis, basis_rows, rank, REQUIRED, "W, rows 3 v + axis [kg^-1/2]")                         \
+  X(i4, tet, vertex_count, 1, REQUIRED, "0-based tetrahedron of the model's mesh")                 \
   X(f8, weights, vertex_count, 4, REQUIRED, "barycentric coordinates w in it; negative: outside")
 /* basis_rows is 3 * vertex_count */
 
@@ -56,9 +57,10 @@ typedef struct thrum_embedding {
 #undef X
 } thrum_embedding;
 
-/* Uses `file`, the bytes of a surface file aligned to 8, in place: on success *embedding points into
- * it, and it must outlive the embedding. Every check of the format is made; THRUM_MISALIGNED where an
- * array is not aligned to its entries (those that `thrum embed` writes are). Allocates nothing. */
+/* Uses `file`, the bytes of a surface file aligned to 8, in place: on success *embedding points
+ * into it, and it must outlive the embedding. Every check of the format is made; THRUM_MISALIGNED
+ * where an array is not aligned to its entries (those that `thrum embed` writes are). Allocates
+ * nothing. */
 thrum_status thrum_embedding_view(const void *file, size_t file_size, thrum_embedding *embedding,
                                   thrum_error *error);
 
@@ -83,7 +85,8 @@ thrum_surface_def thrum_embedding_surface(const thrum_embedding *embedding);
  * heap block; free it with thrum_surface_free. The model may lack mesh and basis, and may go. */
 thrum_status thrum_surface_load(const char *path, const thrum_model *model,
                                 const thrum_surface **surface, thrum_error *error);
-void thrum_surface_free(const thrum_surface *surface); /* of thrum_surface_load alone; NULL is fine */
+void thrum_surface_free(
+    const thrum_surface *surface); /* of thrum_surface_load alone; NULL is fine */
 
 #ifdef __cplusplus
 }

@@ -13,12 +13,12 @@ extern "C" {
 #endif
 
 /* reduced += U^T of a force (x, y, z) [N] at one vertex; reduced: rank. */
-thrum_status thrum_force_add_vertex(const thrum_model *model, int64_t vertex,
-                                    const double force[3], double *reduced, thrum_error *error);
+thrum_status thrum_force_add_vertex(const thrum_model *model, int64_t vertex, const double force[3],
+                                    double *reduced, thrum_error *error);
 
 /* reduced += U^T f; forces: vertex_count x 3 [N]. */
-thrum_status thrum_force_add_field(const thrum_model *model, const double *forces,
-                                   double *reduced, thrum_error *error);
+thrum_status thrum_force_add_field(const thrum_model *model, const double *forces, double *reduced,
+                                   thrum_error *error);
 
 /* reduced += U^T M a, a uniform acceleration (x, y, z) [m/s^2] such as gravity. */
 thrum_status thrum_force_add_gravity(const thrum_model *model, const double acceleration[3],
@@ -60,14 +60,14 @@ thrum_status thrum_force_add_shared(const thrum_model *model, const int32_t *ver
 
 /* reduced = sum over `count` loads of their mean over the step times their row of `directions`
  * (count x rank). */
-void thrum_load_sum(const thrum_load *loads, const double *directions, int64_t count,
-                    int64_t rank, int64_t step, double dt, double *reduced);
+void thrum_load_sum(const thrum_load *loads, const double *directions, int64_t count, int64_t rank,
+                    int64_t step, double dt, double *reduced);
 
 /* Work [J] of a step's mean load (rank) from q to q_next: f (q_next - q). */
 double thrum_load_work(const double *load, const double *q, const double *q_next, int64_t rank);
 
-/* What Rayleigh damping of the stiffness at rest takes from the energy in a step of length dt from q
- * to q_next [J]: sum (alpha + beta omega_i^2) (q_next - q)_i^2 / dt. */
+/* What Rayleigh damping of the stiffness at rest takes from the energy in a step of length dt from
+ * q to q_next [J]: sum (alpha + beta omega_i^2) (q_next - q)_i^2 / dt. */
 double thrum_damping_loss(const thrum_model *model, double alpha, double beta, const double *q,
                           const double *q_next, double dt);
 

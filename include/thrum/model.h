@@ -24,16 +24,16 @@ extern "C" {
 #define THRUM_RANK_MAX 512         /* far above the 334 that a file below 4 GiB can hold */
 
 /* Sizes of a model. X(name, meaning). A size is bound by the first array that carries it. */
-#define THRUM_MODEL_SIZES(X)                                                                      \
-  X(rank, "number of reduced coordinates r")                                                      \
-  X(c3_count, "cubic coefficients, rank (rank+1) (rank+2) / 6")                                   \
-  X(c4_count, "quartic coefficients, rank (rank+1) (rank+2) (rank+3) / 24")                       \
-  X(vertex_count, "mesh vertices, fixed ones included; 0 without a mesh")                         \
-  X(tet_count, "tetrahedra; 0 without a mesh")                                                    \
-  X(region_count, "materials; 0 without a mesh")                                                  \
-  X(group_count, "named vertex groups")                                                           \
-  X(group_name_bytes, "bytes of all group names, each ended by one 0")                            \
-  X(group_vertex_count, "vertices of all groups together")                                        \
+#define THRUM_MODEL_SIZES(X)                                                                       \
+  X(rank, "number of reduced coordinates r")                                                       \
+  X(c3_count, "cubic coefficients, rank (rank+1) (rank+2) / 6")                                    \
+  X(c4_count, "quartic coefficients, rank (rank+1) (rank+2) (rank+3) / 24")                        \
+  X(vertex_count, "mesh vertices, fixed ones included; 0 without a mesh")                          \
+  X(tet_count, "tetrahedra; 0 without a mesh")                                                     \
+  X(region_count, "materials; 0 without a mesh")                                                   \
+  X(group_count, "named vertex groups")                                                            \
+  X(group_name_bytes, "bytes of all group names, each ended by one 0")                             \
+  X(group_vertex_count, "vertices of all groups together")                                         \
   X(meta_bytes, "bytes of the JSON text in meta")
 
 /* The arrays, in file order. X(type, name, rows, columns, presence, meaning):
@@ -41,21 +41,22 @@ extern "C" {
  * presence REQUIRED or OPTIONAL (an absent array is a NULL pointer; all of the mesh arrays
  * vertices, tets, tet_region, material, fixed come together, basis and rigid only with vertices,
  * the three group arrays together). */
-#define THRUM_MODEL_ARRAYS(X)                                                                     \
-  X(i4, format, 2, 1, REQUIRED, "version of the format: major, minor")                            \
-  X(u1, meta, meta_bytes, 1, OPTIONAL, "UTF-8 JSON about the model; the runtime never reads it")  \
-  X(f8, omega2, rank, 1, REQUIRED, "squared angular frequencies [1/s^2], ascending, >= 0")        \
-  X(f8, c3, c3_count, 1, REQUIRED, "cubic coefficients of V [J/(m kg^1/2)^3], block order")       \
-  X(f8, c4, c4_count, 1, REQUIRED, "quartic coefficients of V [J/(m kg^1/2)^4], block order")     \
-  X(f8, axis_mass, 3, rank, OPTIONAL, "U^T M 1 for the axes x, y, z [kg^1/2]")                    \
-  X(f8, vertices, vertex_count, 3, OPTIONAL, "rest positions [m]")                                \
-  X(i4, tets, tet_count, 4, OPTIONAL, "0-based vertices of a tetrahedron, positive volume")       \
-  X(i4, tet_region, tet_count, 1, OPTIONAL, "0-based region of each tetrahedron")                 \
-  X(f8, material, region_count, 3, OPTIONAL, "Young's modulus [Pa], Poisson's ratio, density [kg/m^3]") \
-  X(u1, fixed, vertex_count, 1, OPTIONAL, "bit 0, 1, 2: x, y, z of the vertex is held")           \
-  X(f8, basis, basis_rows, rank, OPTIONAL, "U, rows 3 v + axis [kg^-1/2]; zero rows where held")  \
-  X(u1, group_names, group_name_bytes, 1, OPTIONAL, "names, each ended by one 0")                 \
-  X(i4, group_ends, group_count, 1, OPTIONAL, "end of each group's run in group_vertices")        \
+#define THRUM_MODEL_ARRAYS(X)                                                                      \
+  X(i4, format, 2, 1, REQUIRED, "version of the format: major, minor")                             \
+  X(u1, meta, meta_bytes, 1, OPTIONAL, "UTF-8 JSON about the model; the runtime never reads it")   \
+  X(f8, omega2, rank, 1, REQUIRED, "squared angular frequencies [1/s^2], ascending, >= 0")         \
+  X(f8, c3, c3_count, 1, REQUIRED, "cubic coefficients of V [J/(m kg^1/2)^3], block order")        \
+  X(f8, c4, c4_count, 1, REQUIRED, "quartic coefficients of V [J/(m kg^1/2)^4], block order")      \
+  X(f8, axis_mass, 3, rank, OPTIONAL, "U^T M 1 for the axes x, y, z [kg^1/2]")                     \
+  X(f8, vertices, vertex_count, 3, OPTIONAL, "rest positions [m]")                                 \
+  X(i4, tets, tet_count, 4, OPTIONAL, "0-based vertices of a tetrahedron, positive volume")        \
+  X(i4, tet_region, tet_count, 1, OPTIONAL, "0-based region of each tetrahedron")                  \
+  X(f8, material, region_count, 3, OPTIONAL,                                                       \
+    "Young's modulus [Pa], Poisson's ratio, density [kg/m^3]")                                     \
+  X(u1, fixed, vertex_count, 1, OPTIONAL, "bit 0, 1, 2: x, y, z of the vertex is held")            \
+  X(f8, basis, basis_rows, rank, OPTIONAL, "U, rows 3 v + axis [kg^-1/2]; zero rows where held")   \
+  X(u1, group_names, group_name_bytes, 1, OPTIONAL, "names, each ended by one 0")                  \
+  X(i4, group_ends, group_count, 1, OPTIONAL, "end of each group's run in group_vertices")         \
   X(i4, group_vertices, group_vertex_count, 1, OPTIONAL, "0-based vertices, ascending in a group") \
   X(f8, rigid, basis_rows, 6, OPTIONAL, "rigid modes Z of a free body, rows as basis [kg^-1/2]")
 /* basis_rows is 3 * vertex_count */
@@ -79,7 +80,9 @@ typedef struct thrum_model {
 } thrum_model;
 
 /* Number of cubic and quartic monomials of a rank. */
-static inline int64_t thrum_c3_count(int64_t rank) { return rank * (rank + 1) * (rank + 2) / 6; }
+static inline int64_t thrum_c3_count(int64_t rank) {
+  return rank * (rank + 1) * (rank + 2) / 6;
+}
 static inline int64_t thrum_c4_count(int64_t rank) {
   return rank * (rank + 1) / 2 * (rank + 2) / 3 * (rank + 3) / 4;
 }
@@ -99,8 +102,7 @@ thrum_status thrum_model_view(const void *file, size_t file_size, thrum_model *m
                               thrum_error *error);
 
 /* Bytes that thrum_model_init needs for this file; checks the whole file. */
-thrum_status thrum_model_size(const void *file, size_t file_size, size_t *size,
-                              thrum_error *error);
+thrum_status thrum_model_size(const void *file, size_t file_size, size_t *size, thrum_error *error);
 
 /* Copies the model out of `file` (any alignment) into `memory` (aligned to 64, thrum_model_size
  * bytes); *model points into memory, which the caller owns; file may go. Allocates nothing. */
@@ -117,9 +119,9 @@ thrum_status thrum_model_check(const thrum_model *model, thrum_error *error);
 /* Bytes that thrum_model_pack needs for a model of rank 1 to THRUM_RANK_MAX. */
 size_t thrum_model_pack_size(const thrum_model *model);
 
-/* Lays c3 and c4 out twice more, in `memory` (aligned to 64, thrum_model_pack_size bytes, which must
- * outlive the model), in the orders in which steps read them: from either end of the modes; up to
- * rank 26 a third time, by pairs of modes, which takes about as much again. Models of
+/* Lays c3 and c4 out twice more, in `memory` (aligned to 64, thrum_model_pack_size bytes, which
+ * must outlive the model), in the orders in which steps read them: from either end of the modes; up
+ * to rank 26 a third time, by pairs of modes, which takes about as much again. Models of
  * thrum_model_init, _load and _truncate are packed; one of thrum_model_view or made by hand gives
  * the same bits unpacked, but its steps take plain C and many times as long, tangents most of all.
  * Before any other thread uses the model. Large models all of whose coefficients are
@@ -160,8 +162,8 @@ thrum_status thrum_model_scale(void *memory, size_t memory_size, const thrum_mod
 
 /* Vertices of the group called `name`: *vertices points into the model, *count > 0.
  * THRUM_MISSING when there is no such group. */
-thrum_status thrum_model_group(const thrum_model *model, const char *name,
-                               const int32_t **vertices, int64_t *count, thrum_error *error);
+thrum_status thrum_model_group(const thrum_model *model, const char *name, const int32_t **vertices,
+                               int64_t *count, thrum_error *error);
 
 /* Name of group `index` (0-based) inside the model, NULL when out of range. */
 const char *thrum_model_group_name(const thrum_model *model, int64_t index);

@@ -24,33 +24,35 @@ typedef struct thrum_placement {
 
 /* A copyable value without pointers. A mesh point x stands, before any translation, at
  * place(centre) + attitude (place(x) - place(centre)). */
-typedef struct thrum_turning {
+typedef struct thrum_rigid_frame {
   double centre[3];   /* of mass, in the mesh [m] */
   double inverse[9];  /* of the inertia about it, in the mesh [1/(kg m^2)]; symmetric, row-major */
   double attitude[9]; /* rotation since the placement, in the world; row-major */
   double momentum[3]; /* angular momentum about the centre, in the world [kg m^2/s] */
-} thrum_turning;
+} thrum_rigid_frame;
 
 /* At rest, with the centre and the inertia of a free body's model (THRUM_MISSING for one without
  * rigid modes). */
-thrum_status thrum_turning_of(const thrum_model *model, thrum_turning *turning, thrum_error *error);
+thrum_status thrum_rigid_frame_of(const thrum_model *model, thrum_rigid_frame *rigid_frame,
+                                  thrum_error *error);
 
 /* One step under a mean torque about the centre [N m], in the world; placement may be NULL. `angle`
  * (may be NULL) gets the rotation vector [rad] whose product with the torque is the change of
  * energy. Cayley's transform of the implicit midpoint rule: exact in the momentum, of order 2. */
-void thrum_turning_step(thrum_turning *turning, const thrum_placement *placement,
-                        const double torque[3], double dt, double angle[3]);
+void thrum_rigid_frame_step(thrum_rigid_frame *rigid_frame, const thrum_placement *placement,
+                            const double torque[3], double dt, double angle[3]);
 
 /* Kinetic energy of the turning [J]. */
-double thrum_turning_energy(const thrum_turning *turning, const thrum_placement *placement);
+double thrum_rigid_frame_energy(const thrum_rigid_frame *rigid_frame,
+                                const thrum_placement *placement);
 
 /* Angular velocity in the world [rad/s]. */
-void thrum_turning_velocity(const thrum_turning *turning, const thrum_placement *placement,
-                            double velocity[3]);
+void thrum_rigid_frame_velocity(const thrum_rigid_frame *rigid_frame,
+                                const thrum_placement *placement, double velocity[3]);
 
 /* Where the mesh stands now: placement (NULL: identity), turned, moved by `position` (NULL: 0). */
-thrum_placement thrum_placement_now(const thrum_placement *placement, const thrum_turning *turning,
-                                    const double position[3]);
+thrum_placement thrum_placement_now(const thrum_placement *placement,
+                                    const thrum_rigid_frame *rigid_frame, const double position[3]);
 
 #ifdef __cplusplus
 }

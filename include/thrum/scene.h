@@ -122,11 +122,11 @@ thrum_status thrum_scene_body_load(const thrum_scene *scene, int32_t body, int64
 /* The ground under all bodies accelerates: by a motion sampled in time, which must stay, and of
  * which velocities are known; or by `amplitude` [m/s^2] times a course. Bodies, obstacles and
  * probes are then seen from the ground. Needs models with axis_mass. */
-thrum_status thrum_scene_add_shake_motion(thrum_scene *scene, const thrum_motion *motion,
-                                          thrum_error *error);
-thrum_status thrum_scene_add_shake(thrum_scene *scene, const double amplitude[3],
-                                   const thrum_load *course, thrum_error *error);
-/* Where the ground is, all shakes together [m]. */
+thrum_status thrum_scene_add_base_motion_record(thrum_scene *scene, const thrum_base_motion *motion,
+                                                thrum_error *error);
+thrum_status thrum_scene_add_base_motion(thrum_scene *scene, const double amplitude[3],
+                                         const thrum_load *course, thrum_error *error);
+/* Where the ground is, all base motions together [m]. */
 void thrum_scene_ground(const thrum_scene *scene, double position[3]);
 
 /* Air that drags on the triangles of all bodies: on each vertex  1/2 density drag A |v| v,  v the
@@ -232,8 +232,9 @@ thrum_status thrum_scene_body_get(thrum_scene *scene, int32_t body, double *q, d
                                   thrum_error *error);
 
 /* The coordinates q of the model as it was given, of its full rank, that have the body's shape:
- * what is built over that model (a surface, gauges, a monitor) serves all bodies of it. Positions
- * are then in the model's axes and lengths; thrum_scene_body_matrix puts them in place. */
+ * what is built over that model (a surface, stress points, a monitor) serves all bodies of it.
+ * Positions are then in the model's axes and lengths; thrum_scene_body_matrix puts them in place.
+ */
 thrum_status thrum_scene_body_shape(thrum_scene *scene, int32_t body, double *q,
                                     thrum_error *error);
 /* From the model's coordinates to the world: column-major 4 x 4, as OpenGL and three.js have it. */

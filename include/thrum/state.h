@@ -13,8 +13,9 @@
  *   energy    design 7, a discrete gradient: conserves 1/2 |p|^2 + V at any h
  *
  * imexv also runs in the quadratic split (6), and watches itself (design 4): it moves modes between
- * E and I, and hands over to the step of `energy` where its energy balance grows. What a step needs
- * beyond quasi-Newton is a rung of the ladder (design 8); every rung is counted.
+ * E and I, and switches to the step of `energy` where its energy balance grows. What a step needs
+ * beyond quasi-Newton is a fallback level of the fallback chain (design 8); every fallback level is
+ * counted.
  *
  * Sources: Stern & Grinspun 2009, Implicit-explicit variational integration of highly oscillatory
  * problems, doi:10.1137/080732936; Kane et al. 2000,
@@ -83,7 +84,7 @@ typedef struct thrum_state_def {
   thrum_kernel_id kernel;      /* which instructions; default the best; same bits whatever it is */
   thrum_split_form split_form; /* of imexv; default component */
   int32_t adaptive;            /* 1: imexv watches itself, design 4; 0: not; default 1 */
-  int32_t ladder;              /* 1: rungs after full Newton, design 8; 0: none; default 1 */
+  int32_t fallback; /* 1: fallback levels after full Newton, design 8; 0: none; default 1 */
 } thrum_state_def;
 
 /* A def with every default set. */
@@ -106,17 +107,19 @@ typedef struct thrum_state_report {
   double time;            /* steps at their dt, summed [s] */
   int64_t iterations;     /* of implicit solves, all steps together */
   int64_t factorisations; /* of their Jacobians */
-  int64_t newton_steps;   /* rung 2: steps that full Newton solved after quasi-Newton failed */
-  int64_t energy_steps;   /* rung 3, imexv: steps that one step of `energy` replaced */
-  int64_t substep_steps;  /* rung 4: steps solved by shorter ones */
-  int64_t handed_steps;   /* imexv: steps of `energy` after the watch handed over; no rung */
-  int64_t switches;       /* imexv: changes of E and I by the watch */
-  int64_t handovers;      /* imexv: changes of the scheme by the watch */
-  int64_t corrections;    /* imexv: times the watch took slow drift out through the momentum */
-  double corrected;       /* imexv: energy that they gave and took in all, net [J] */
-  double angle_last;      /* imexv, watched: h sqrt(rho), rho the spectral radius of what is treated
-                             explicitly; stable below 2 (design 4) */
-  double angle_peak;      /* its largest */
+  int64_t
+      newton_steps; /* fallback level 2: steps that full Newton solved after quasi-Newton failed */
+  int64_t energy_steps;    /* fallback level 3, imexv: steps that one step of `energy` replaced */
+  int64_t substep_steps;   /* fallback level 4: steps solved by shorter ones */
+  int64_t switched_steps;  /* imexv: steps of `energy` after the watch switched to the energy
+                              integrator; no fallback level */
+  int64_t split_changes;   /* imexv: changes of E and I by the watch */
+  int64_t scheme_switches; /* imexv: changes of the scheme by the watch */
+  int64_t corrections;     /* imexv: times the watch took slow drift out through the momentum */
+  double corrected;        /* imexv: energy that they gave and took in all, net [J] */
+  double stability_number_last; /* imexv, watched: h sqrt(rho), rho the spectral radius of what is
+                        treated explicitly; stable below 2 (design 4) */
+  double stability_number_peak; /* its largest */
   double balance_last;    /* imexv, watched: energy - work + dissipation, relative to the energy */
   double balance_peak;    /* its largest magnitude */
   thrum_scheme scheme;    /* now */
@@ -162,8 +165,9 @@ thrum_status thrum_state_set_force(const thrum_model *model, thrum_state *state,
 thrum_status thrum_state_set_dt(const thrum_model *model, thrum_state *state, double dt,
                                 thrum_error *error);
 
-/* Advances by one step. THRUM_OK; THRUM_FELL_BACK when a rung beyond quasi-Newton was needed;
- * THRUM_NOT_CONVERGED or THRUM_NOT_FINITE with every byte that persists as it was before. */
+/* Advances by one step. THRUM_OK; THRUM_FELL_BACK when a fallback level beyond quasi-Newton was
+ * needed; THRUM_NOT_CONVERGED or THRUM_NOT_FINITE with every byte that persists as it was before.
+ */
 thrum_status thrum_step(const thrum_model *model, thrum_state *state, thrum_error *error);
 
 /* Energies at the present step, from synchronised p. Uses the state's scratch. */

@@ -12,25 +12,25 @@ extern "C" {
 #endif
 
 /* X(name, value, text) */
-#define THRUM_STATUS_LIST(X)                                                                      \
-  X(OK, 0, "done")                                                                                \
-  X(FELL_BACK, 1, "done, but a step needed a fallback beyond quasi-Newton")                       \
-  X(INVALID_ARGUMENT, -1, "an argument is out of its range")                                      \
-  X(UNINITIALISED_DEF, -2, "the definition was not made by its default function")                 \
-  X(BUFFER_TOO_SMALL, -3, "the caller's buffer is too small")                                     \
-  X(MISALIGNED, -4, "the caller's buffer is not aligned to 64 bytes")                             \
-  X(OUT_OF_MEMORY, -5, "memory could not be allocated")                                           \
-  X(IO, -6, "a file could not be read or written")                                                \
-  X(BAD_FORMAT, -7, "the data is not in the expected format")                                     \
-  X(UNSUPPORTED, -8, "the request is understood but not supported")                               \
-  X(BAD_CHECKSUM, -9, "the data does not match its checksum")                                     \
-  X(MISSING, -10, "a required part is missing")                                                   \
-  X(BAD_SHAPE, -11, "an array has the wrong type or shape")                                       \
-  X(BAD_VALUE, -12, "a value is not finite or out of its range")                                  \
-  X(NOT_CONVERGED, -13, "an iteration did not converge")                                          \
-  X(NOT_FINITE, -14, "the step would leave the range of finite numbers")                          \
-  X(MODEL_MISMATCH, -15, "the state belongs to a model of another shape")                         \
-  X(SINGULAR, -16, "a matrix is singular or not positive definite")                               \
+#define THRUM_STATUS_LIST(X)                                                                       \
+  X(OK, 0, "done")                                                                                 \
+  X(FELL_BACK, 1, "done, but a step needed a fallback beyond quasi-Newton")                        \
+  X(INVALID_ARGUMENT, -1, "an argument is out of its range")                                       \
+  X(UNINITIALISED_DEF, -2, "the definition was not made by its default function")                  \
+  X(BUFFER_TOO_SMALL, -3, "the caller's buffer is too small")                                      \
+  X(MISALIGNED, -4, "the caller's buffer is not aligned to 64 bytes")                              \
+  X(OUT_OF_MEMORY, -5, "memory could not be allocated")                                            \
+  X(IO, -6, "a file could not be read or written")                                                 \
+  X(BAD_FORMAT, -7, "the data is not in the expected format")                                      \
+  X(UNSUPPORTED, -8, "the request is understood but not supported")                                \
+  X(BAD_CHECKSUM, -9, "the data does not match its checksum")                                      \
+  X(MISSING, -10, "a required part is missing")                                                    \
+  X(BAD_SHAPE, -11, "an array has the wrong type or shape")                                        \
+  X(BAD_VALUE, -12, "a value is not finite or out of its range")                                   \
+  X(NOT_CONVERGED, -13, "an iteration did not converge")                                           \
+  X(NOT_FINITE, -14, "the step would leave the range of finite numbers")                           \
+  X(MODEL_MISMATCH, -15, "the state belongs to a model of another shape")                          \
+  X(SINGULAR, -16, "a matrix is singular or not positive definite")                                \
   X(INTERRUPTED, -17, "the caller asked to stop")
 
 typedef enum thrum_status {
@@ -55,7 +55,8 @@ const char *thrum_status_text(thrum_status status);
 #if defined(__GNUC__)
 __attribute__((format(printf, 3, 4)))
 #endif
-thrum_status thrum_error_set(thrum_error *error, thrum_status status, const char *format, ...);
+thrum_status
+thrum_error_set(thrum_error *error, thrum_status status, const char *format, ...);
 
 #ifdef __cplusplus
 }

@@ -3,21 +3,21 @@
 #ifndef THRUM_THRUM_H
 #define THRUM_THRUM_H
 
-#include "thrum/contact.h"
+#include "thrum/base_motion.h"
 #include "thrum/batch.h"
+#include "thrum/contact.h"
 #include "thrum/embedding.h"
 #include "thrum/equilibrium.h"
 #include "thrum/force.h"
 #include "thrum/kernel.h"
 #include "thrum/model.h"
 #include "thrum/monitor.h"
-#include "thrum/base_motion.h"
 #include "thrum/polynomial.h"
+#include "thrum/rigid_frame.h"
 #include "thrum/state.h"
 #include "thrum/status.h"
 #include "thrum/stress.h"
 #include "thrum/surface.h"
-#include "thrum/rigid_frame.h"
 #include "thrum/version.h"
 
 #endif

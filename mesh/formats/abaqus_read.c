@@ -9,10 +9,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "io/text.h"
 #include "mesh/mesh.h"
 #include "mesh/mesh_build.h"
 #include "mesh/mesh_builder.h"
-#include "io/text.h"
 
 enum { SECTIONS_MAX = THRUM_MESH_GROUPS_MAX, PARAMETERS_MAX = 16, CORNERS = 4 };
 

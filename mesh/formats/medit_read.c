@@ -8,10 +8,10 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "io/text.h"
 #include "mesh/mesh.h"
 #include "mesh/mesh_build.h"
 #include "mesh/mesh_builder.h"
-#include "io/text.h"
 
 typedef struct medit_reader {
   thrum_text text;

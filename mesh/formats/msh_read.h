@@ -5,9 +5,9 @@
 #ifndef THRUM_MESH_FORMATS_MSH_READ_H
 #define THRUM_MESH_FORMATS_MSH_READ_H
 
+#include "io/text.h"
 #include "mesh/mesh.h"
 #include "mesh/mesh_build.h"
-#include "io/text.h"
 
 enum { MSH_TET = 4, MSH_NO_PHYSICAL = -1 };
 

@@ -7,9 +7,9 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include <stdlib.h>
 
+#include "io/text.h"
 #include "mesh/mesh_build.h"
 #include "mesh/surface_mesh.h"
-#include "io/text.h"
 
 typedef struct obj_reader {
   thrum_text text;

@@ -8,9 +8,9 @@
 #include <math.h>
 #include <string.h>
 
+#include "io/text.h"
 #include "mesh/point_hash.h"
 #include "mesh/surface_mesh.h"
-#include "io/text.h"
 
 enum { HEADER = 84, FACET = 50 };
 

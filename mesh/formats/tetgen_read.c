@@ -10,10 +10,10 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "io/text.h"
 #include "mesh/mesh.h"
 #include "mesh/mesh_build.h"
 #include "mesh/mesh_builder.h"
-#include "io/text.h"
 
 enum { COLUMNS_MAX = 100 };
 

@@ -11,9 +11,9 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "io/text.h"
 #include "mesh/mesh.h"
 #include "mesh/mesh_build.h"
-#include "io/text.h"
 
 enum { DEPTH_MAX = 8, INCLUDES_MAX = 100 };
 

@@ -8,9 +8,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "io/text.h"
 #include "mesh/mesh_build.h"
 #include "mesh/mesh_cells.h"
-#include "io/text.h"
 
 typedef struct vtk_reader {
   thrum_text text;

@@ -9,9 +9,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "io/text.h"
 #include "mesh/mesh_build.h"
 #include "mesh/mesh_cells.h"
-#include "io/text.h"
 
 /* An element: where its name and its attributes stand. */
 typedef struct vtu_tag {

@@ -6,8 +6,8 @@
 #ifndef THRUM_PRECOMPUTE_FEM_FEM_H
 #define THRUM_PRECOMPUTE_FEM_FEM_H
 
-#include "precompute/precompute.h"
 #include "precompute/fem/sparse.h"
+#include "precompute/precompute.h"
 
 typedef struct thrum_fem {
   int64_t vertex_count;

@@ -5,8 +5,8 @@
 
 #include <stdbool.h>
 
-#include "precompute/full/full.h"
 #include "precompute/fem/sparse.h"
+#include "precompute/full/full.h"
 
 typedef struct full_linear {
   thrum_full_solver solver;

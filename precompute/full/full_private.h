@@ -4,8 +4,8 @@
 #define THRUM_PRECOMPUTE_FULL_FULL_PRIVATE_H
 
 #include "precompute/full/full.h"
-#include "precompute/full/full_linear_solve.h"
 #include "precompute/full/full_body.h"
+#include "precompute/full/full_linear_solve.h"
 
 /* Vectors of the free components. X(name, meaning) */
 #define FULL_VECTORS(X)                                                                            \

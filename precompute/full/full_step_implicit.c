@@ -20,8 +20,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "precompute/full/full_private.h"
 #include "precompute/fem/fem_tet.h"
+#include "precompute/full/full_private.h"
 
 #define SLOW 0.05               /* contraction above which factors are made anew */
 #define FLOOR (4 * DBL_EPSILON) /* of the increment and the displacement */

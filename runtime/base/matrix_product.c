@@ -9,8 +9,8 @@
 #pragma STDC FP_CONTRACT OFF
 #endif
 
-#include "runtime/polynomial/polynomial_private.h"
 #include "runtime/base/lane_sums.h"
+#include "runtime/polynomial/polynomial_private.h"
 
 static void axpy(int64_t count, double s, const double *restrict a, double *restrict b) {
   for (int64_t c = 0; c < count; c++)

@@ -41,10 +41,10 @@ static thrum_status check_motion(const thrum_around *around, thrum_error *error)
                            "the translation is not finite, or its mass is not above 0 [kg]");
   if (!thrum_all_finite(around->force, 3) || !thrum_all_finite(around->torque, 3))
     return thrum_error_set(error, THRUM_BAD_VALUE, "the force or the torque is not finite");
-  const thrum_turning *turning = around->turning;
-  if (turning &&
-      (!thrum_all_finite(turning->centre, 3) || !thrum_all_finite(turning->inverse, 9) ||
-       !thrum_all_finite(turning->attitude, 9) || !thrum_all_finite(turning->momentum, 3)))
+  const thrum_rigid_frame *rigid_frame = around->rigid_frame;
+  if (rigid_frame &&
+      (!thrum_all_finite(rigid_frame->centre, 3) || !thrum_all_finite(rigid_frame->inverse, 9) ||
+       !thrum_all_finite(rigid_frame->attitude, 9) || !thrum_all_finite(rigid_frame->momentum, 3)))
     return thrum_error_set(error, THRUM_BAD_VALUE, "the turning is not finite");
   return THRUM_OK;
 }

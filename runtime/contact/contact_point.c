@@ -118,7 +118,8 @@ void thrum_point_load(thrum_contact_run *run, const double *rows, const double l
 }
 
 /* response += [lever]^T turn_weight [lever], of the turning. */
-static void add_turning(const thrum_contact_run *run, const double lever[3], double response[9]) {
+static void add_rigid_frame(const thrum_contact_run *run, const double lever[3],
+                            double response[9]) {
   for (int axis = 0; axis < 3; axis++) {
     const double unit[3] = {axis == 0, axis == 1, axis == 2};
     double torque[3], turned[3], moved[3];
@@ -147,5 +148,5 @@ void thrum_point_response(const thrum_contact_run *run, const double *rows, cons
       response[3 * a + b] = row[0] * half[b] + row[1] * half[3 + b] + row[2] * half[6 + b] +
                             (a == b ? run->mass_weight : 0.0);
     }
-  add_turning(run, lever, response);
+  add_rigid_frame(run, lever, response);
 }

@@ -14,8 +14,8 @@
 #endif
 
 #include "runtime/contact/contact_private.h"
-#include "runtime/polynomial/polynomial_private.h"
 #include "runtime/dynamics/state_private.h"
+#include "runtime/polynomial/polynomial_private.h"
 
 /* Share of h^2 omega^2 in the inverse of s_i. */
 static double implicit_share(const thrum_state *state, int32_t i) {

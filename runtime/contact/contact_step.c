@@ -29,19 +29,19 @@ void thrum_translation_step(thrum_translation *translation, const double force[3
 }
 
 /* The turning's share of a run: where the body would turn to without contact, and its response. */
-static void fill_turning(thrum_contact_run *run) {
-  const thrum_turning *turning = run->around->turning;
+static void fill_rigid_frame(thrum_contact_run *run) {
+  const thrum_rigid_frame *rigid_frame = run->around->rigid_frame;
   const thrum_placement *placement = run->around->placement;
-  thrum_turning alone = *turning;
-  thrum_turning_velocity(turning, placement, run->spin);
-  thrum_turning_step(&alone, placement, run->around->torque, run->dt, run->free_turn);
+  thrum_rigid_frame alone = *rigid_frame;
+  thrum_rigid_frame_velocity(rigid_frame, placement, run->spin);
+  thrum_rigid_frame_step(&alone, placement, run->around->torque, run->dt, run->free_turn);
   double half[9];
-  thrum_multiply3(run->axes, turning->inverse, half);
+  thrum_multiply3(run->axes, rigid_frame->inverse, half);
   for (int i = 0; i < 3; i++)
     for (int j = 0; j < 3; j++)
       run->turn_weight[3 * i + j] =
           0.5 * run->dt * run->dt * thrum_dot3(half + 3 * i, run->axes + 3 * j);
-  thrum_apply3(run->axes, turning->centre, run->centre);
+  thrum_apply3(run->axes, rigid_frame->centre, run->centre);
   for (int axis = 0; axis < 3; axis++)
     run->centre[axis] += run->origin[axis];
 }
@@ -50,15 +50,15 @@ static void fill_motion(thrum_contact_run *run) {
   const thrum_around *around = run->around;
   const thrum_translation *t = around->translation;
   const thrum_placement now =
-      thrum_placement_now(around->placement, around->turning, t ? t->position : NULL);
+      thrum_placement_now(around->placement, around->rigid_frame, t ? t->position : NULL);
   memcpy(run->axes, now.axes, sizeof run->axes);
   memcpy(run->origin, now.origin, sizeof run->origin);
   if (t)
     run->mass_weight = 0.5 * run->dt * run->dt / t->mass;
   for (int axis = 0; axis < 3 && t; axis++)
     run->free[axis] = run->dt * t->velocity[axis] + run->mass_weight * around->force[axis];
-  if (around->turning)
-    fill_turning(run);
+  if (around->rigid_frame)
+    fill_rigid_frame(run);
 }
 
 static thrum_status open_run(const thrum_model *model, thrum_state *state, thrum_contact *contact,
@@ -84,9 +84,9 @@ static thrum_status open_run(const thrum_model *model, thrum_state *state, thrum
 static thrum_status apply(thrum_contact_run *run, thrum_error *error) {
   thrum_contact_solve(run);
   memcpy(run->foreseen, run->turned, sizeof run->foreseen);
-  if (run->around->turning) {
-    thrum_turning trial = *run->around->turning;
-    thrum_turning_step(&trial, run->around->placement, run->torque, run->dt, run->turned);
+  if (run->around->rigid_frame) {
+    thrum_rigid_frame trial = *run->around->rigid_frame;
+    thrum_rigid_frame_step(&trial, run->around->placement, run->torque, run->dt, run->turned);
   }
   memcpy(run->contact->moved, run->moved, sizeof run->moved);
   memcpy(run->contact->force, run->force, sizeof run->force);
@@ -131,8 +131,9 @@ static void end(thrum_contact_run *run) {
   thrum_contact_settle(run, thrum_state_view_of(run->state).q);
   if (around->translation)
     thrum_translation_step(around->translation, run->contact->force, run->dt);
-  if (around->turning)
-    thrum_turning_step(around->turning, around->placement, run->contact->torque, run->dt, NULL);
+  if (around->rigid_frame)
+    thrum_rigid_frame_step(around->rigid_frame, around->placement, run->contact->torque, run->dt,
+                           NULL);
   run->contact->begun = 0;
 }
 

@@ -3,10 +3,10 @@
  * States that imexv is about to step in its component split, with the same split, go through the
  * stages of that step side by side: the watch's sample, force, kick, restriction, and the
  * evaluations of quasi-Newton one after the other while enough of them still iterate. What reads
- * coefficients is a pass of runtime/polynomial/batch_kernel.h over all of them; all else is each state's own, by the
- * code of thrum_step. The last ones to converge, and a state that needs more, such as full Newton
- * or a rung of the ladder, go on alone. Cost: that of thrum_step with each coefficient loaded once
- * for all states of a group.
+ * coefficients is a pass of runtime/polynomial/batch_kernel.h over all of them; all else is each
+ * state's own, by the code of thrum_step. The last ones to converge, and a state that needs more,
+ * such as full Newton or a fallback level of the fallback, go on alone. Cost: that of thrum_step
+ * with each coefficient loaded once for all states of a group.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <string.h>
@@ -19,16 +19,16 @@
 #define EARLY_VECTORS 9 /* of a state's block, before the past ones */
 
 /* Cuts the workspace; returns its bytes. `memory` may be NULL. */
-static size_t lay_out(const thrum_model *model, unsigned char *memory, thrum_crowd_group *g) {
-  const size_t number = THRUM_CROWD_LANES_MAX * sizeof(double), rank = (size_t)model->rank;
+static size_t lay_out(const thrum_model *model, unsigned char *memory, thrum_batch_group *g) {
+  const size_t number = THRUM_BATCH_LANES_MAX * sizeof(double), rank = (size_t)model->rank;
   const size_t restricted = (size_t)thrum_restricted_count(model->rank);
-  const size_t sizes[] = {THRUM_CROWD_LANES_MAX * sizeof(thrum_crowd_member),
+  const size_t sizes[] = {THRUM_BATCH_LANES_MAX * sizeof(thrum_batch_member),
                           rank * number,
                           rank * number,
                           number,
                           restricted * number,
                           rank * rank * number,
-                          (size_t)thrum_crowd_work(model->rank) * number,
+                          (size_t)thrum_batch_work(model->rank) * number,
                           thrum_work_count(model) * sizeof(double),
                           restricted * sizeof(double),
                           (size_t)thrum_lent_vectors(model->rank) * number};
@@ -39,7 +39,7 @@ static size_t lay_out(const thrum_model *model, unsigned char *memory, thrum_cro
     parts[n] = memory ? memory + size : NULL;
     size += thrum_round_up(sizes[n]);
   }
-  g->members = (thrum_crowd_member *)(void *)parts[0];
+  g->members = (thrum_batch_member *)(void *)parts[0];
   g->q = (double *)(void *)parts[1];
   g->force = (double *)(void *)parts[2];
   g->value = (double *)(void *)parts[3];
@@ -48,17 +48,17 @@ static size_t lay_out(const thrum_model *model, unsigned char *memory, thrum_cro
   g->work = (double *)(void *)parts[6];
   g->one_work = (double *)(void *)parts[7];
   g->one_restricted = (double *)(void *)parts[8];
-  for (int m = 0; memory && m < THRUM_CROWD_LANES_MAX; m++)
+  for (int m = 0; memory && m < THRUM_BATCH_LANES_MAX; m++)
     g->members[m].vectors = (double *)(void *)parts[9] + m * thrum_lent_vectors(model->rank);
   return size;
 }
 
-const thrum_crowd_kernel *thrum_crowd_kernel_of(thrum_kernel_id id) {
+const thrum_batch_kernel *thrum_batch_kernel_of(thrum_kernel_id id) {
 #ifdef THRUM_KERNEL_HAS_X86
   if (id == THRUM_KERNEL_AVX512)
-    return &thrum_crowd_kernel_avx512;
+    return &thrum_batch_kernel_avx512;
   if (id == THRUM_KERNEL_AVX2)
-    return &thrum_crowd_kernel_avx2;
+    return &thrum_batch_kernel_avx2;
 #else
   (void)id;
 #endif
@@ -69,7 +69,7 @@ const thrum_crowd_kernel *thrum_crowd_kernel_of(thrum_kernel_id id) {
 static bool fits(const thrum_model *model, const thrum_step_run *run) {
   const thrum_state *next = &run->next;
   return thrum_is_packed(model) && next->scheme == THRUM_SCHEME_COMPONENT && next->split > 0 &&
-         !thrum_tangent_damped(next) && thrum_crowd_kernel_of(run->view.kernel->id) != NULL;
+         !thrum_tangent_damped(next) && thrum_batch_kernel_of(run->view.kernel->id) != NULL;
 }
 
 /* What a call knows of its states' ends. */
@@ -92,22 +92,22 @@ static void note(outcome *o, int64_t index, thrum_status status, const thrum_err
   }
 }
 
-static void end(const thrum_model *model, thrum_crowd_member *one, outcome *o) {
+static void end(const thrum_model *model, thrum_batch_member *one, outcome *o) {
   thrum_error why = {THRUM_OK, ""};
   note(o, one->index, thrum_step_end(model, &one->run, one->status, &why), &why);
 }
 
 /* Moves a member; its place gets the vectors that are free then. */
-static void move(thrum_crowd_member *from, thrum_crowd_member *to) {
+static void move(thrum_batch_member *from, thrum_batch_member *to) {
   double *unused = to->vectors;
   *to = *from;
   from->vectors = unused;
 }
 
 /* Steps those alone whose watch has chosen another kind of step, and takes them out. */
-static void part(thrum_crowd_group *g, outcome *o) {
+static void part(thrum_batch_group *g, outcome *o) {
   for (int64_t m = g->count - 1; m >= 0; m--) {
-    thrum_crowd_member *one = &g->members[m], *last = &g->members[g->count - 1];
+    thrum_batch_member *one = &g->members[m], *last = &g->members[g->count - 1];
     if (fits(g->model, &one->run) && one->run.next.split == g->split)
       continue;
     one->status = thrum_step_attempt(g->model, &one->run);
@@ -118,13 +118,13 @@ static void part(thrum_crowd_group *g, outcome *o) {
 }
 
 /* Steps the members, together where that is worth it, and empties the group. */
-static void advance(thrum_crowd_group *g, outcome *o) {
+static void advance(thrum_batch_group *g, outcome *o) {
   if (g->count > 0) {
-    thrum_crowd_watch(g);
+    thrum_batch_monitor(g);
     part(g, o);
   }
   if (g->count > 0 && 2 * g->count >= g->kernel->lanes) {
-    thrum_crowd_attempt(g);
+    thrum_batch_attempt(g);
   } else {
     for (int64_t m = 0; m < g->count; m++)
       g->members[m].status = thrum_step_attempt(g->model, &g->members[m].run);
@@ -135,7 +135,7 @@ static void advance(thrum_crowd_group *g, outcome *o) {
 }
 
 /* Has this state begun its step already? */
-static bool is_member(const thrum_crowd_group *g, const thrum_state *state) {
+static bool is_member(const thrum_batch_group *g, const thrum_state *state) {
   for (int64_t m = 0; m < g->count; m++)
     if (g->members[m].run.state == state)
       return true;
@@ -143,12 +143,12 @@ static bool is_member(const thrum_crowd_group *g, const thrum_state *state) {
 }
 
 /* Begins the step of one state and puts it in the group, or steps it alone. */
-static void add(thrum_crowd_group *g, thrum_state *state, int64_t index, outcome *o) {
+static void add(thrum_batch_group *g, thrum_state *state, int64_t index, outcome *o) {
   thrum_error why = {THRUM_OK, ""};
   // listed twice, it steps twice
   if (is_member(g, state))
     advance(g, o);
-  thrum_crowd_member *one = &g->members[g->count];
+  thrum_batch_member *one = &g->members[g->count];
   one->index = index;
   const thrum_lent lent = {g->one_work, g->one_restricted, one->vectors};
   const thrum_status status = thrum_step_begin(g->model, state, &lent, &one->run, &why);
@@ -157,12 +157,12 @@ static void add(thrum_crowd_group *g, thrum_state *state, int64_t index, outcome
     return;
   }
   if (!fits(g->model, &one->run)) {
-    thrum_step_watch(g->model, &one->run, false);
+    thrum_step_monitor(g->model, &one->run, false);
     one->status = thrum_step_attempt(g->model, &one->run);
     end(g->model, one, o);
     return;
   }
-  const thrum_crowd_kernel *kernel = thrum_crowd_kernel_of(one->run.view.kernel->id);
+  const thrum_batch_kernel *kernel = thrum_batch_kernel_of(one->run.view.kernel->id);
   if (g->count > 0 && (g->split != one->run.next.split || g->kernel != kernel)) {
     // another kind of step: the group goes first, and this one starts the next
     advance(g, o);
@@ -184,7 +184,7 @@ static int32_t kind_of(const thrum_model *model, const thrum_state *state) {
 }
 
 /* What a step begins with, for one of the next group. */
-static void ask_for_state(const thrum_crowd_group *g, const thrum_state *state) {
+static void ask_for_state(const thrum_batch_group *g, const thrum_state *state) {
   if (!state)
     return;
   const size_t vectors = EARLY_VECTORS * (size_t)g->model->rank * sizeof(double);
@@ -193,7 +193,7 @@ static void ask_for_state(const thrum_crowd_group *g, const thrum_state *state) 
 
 /* Steps up to WINDOW states, those of a kind one after the other, beginning with the kind that is
  * in the group already. */
-static void add_window(thrum_crowd_group *g, thrum_state *const *states, int64_t begin,
+static void add_window(thrum_batch_group *g, thrum_state *const *states, int64_t begin,
                        int64_t count, outcome *o) {
   int32_t kinds[WINDOW];
   bool added[WINDOW] = {false};
@@ -214,8 +214,8 @@ static void add_window(thrum_crowd_group *g, thrum_state *const *states, int64_t
   }
 }
 
-thrum_status thrum_crowd_size(const thrum_model *model, size_t *size, thrum_error *error) {
-  thrum_crowd_group g;
+thrum_status thrum_batch_size(const thrum_model *model, size_t *size, thrum_error *error) {
+  thrum_batch_group g;
   if (!model || !size || model->rank < 1 || model->rank > THRUM_RANK_MAX)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "the model or size is NULL, or the model has no rank in 1..%d",
@@ -224,11 +224,11 @@ thrum_status thrum_crowd_size(const thrum_model *model, size_t *size, thrum_erro
   return THRUM_OK;
 }
 
-thrum_status thrum_step_many(const thrum_model *model, thrum_state *const *states, int64_t count,
-                             thrum_status *statuses, void *workspace, size_t workspace_size,
-                             thrum_error *error) {
+thrum_status thrum_batch_step(const thrum_model *model, thrum_state *const *states, int64_t count,
+                              thrum_status *statuses, void *workspace, size_t workspace_size,
+                              thrum_error *error) {
   size_t size;
-  const thrum_status status = thrum_crowd_size(model, &size, error);
+  const thrum_status status = thrum_batch_size(model, &size, error);
   if (status != THRUM_OK)
     return status;
   if (count < 0 || (count > 0 && !states) || !workspace)
@@ -241,7 +241,7 @@ thrum_status thrum_step_many(const thrum_model *model, thrum_state *const *state
     return thrum_error_set(error, THRUM_BUFFER_TOO_SMALL,
                            "the workspace has %zu bytes, this model needs %zu", workspace_size,
                            size);
-  thrum_crowd_group g;
+  thrum_batch_group g;
   memset(&g, 0, sizeof g);
   lay_out(model, workspace, &g);
   g.model = model;

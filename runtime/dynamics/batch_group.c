@@ -1,4 +1,4 @@
-/* The stages of a step of imexv for a group of states; see crowd.c. Each array of a group has an
+/* The stages of a step of imexv for a group of states; see batch.c. Each array of a group has an
  * entry of every state, then the next entry.
  *
  * SPDX-License-Identifier: Apache-2.0 */
@@ -7,13 +7,13 @@
 #include <string.h>
 
 /* Entries first..last-1 of a vector of one state. */
-static void put(const thrum_crowd_group *g, int64_t lane, int64_t first, int64_t last,
+static void put(const thrum_batch_group *g, int64_t lane, int64_t first, int64_t last,
                 const double *from, double *to) {
   for (int64_t i = first; i < last; i++)
     to[i * g->kernel->lanes + lane] = from[i];
 }
 
-static void take(const thrum_crowd_group *g, int64_t lane, int64_t first, int64_t last,
+static void take(const thrum_batch_group *g, int64_t lane, int64_t first, int64_t last,
                  const double *from, double *to) {
   for (int64_t i = first; i < last; i++)
     to[i] = from[i * g->kernel->lanes + lane];
@@ -21,7 +21,7 @@ static void take(const thrum_crowd_group *g, int64_t lane, int64_t first, int64_
 
 /* Lets the watch of all members sample, with the products that it wants made together where that is
  * worth a pass. */
-void thrum_crowd_watch(thrum_crowd_group *g) {
+void thrum_batch_monitor(thrum_batch_group *g) {
   const int64_t lanes = g->kernel->lanes, rank = g->model->rank;
   int64_t wanted = 0;
   for (int64_t m = 0; m < g->count; m++)
@@ -45,12 +45,12 @@ void thrum_crowd_watch(thrum_crowd_group *g) {
     thrum_step_run *run = &g->members[m].run;
     if (together && run->samples)
       take(g, m, 0, g->split, products, run->view.product);
-    thrum_step_watch(g->model, run, together);
+    thrum_step_monitor(g->model, run, together);
   }
 }
 
 /* Stage 1 and the drift of all. */
-static void kick(thrum_crowd_group *g) {
+static void kick(thrum_batch_group *g) {
   const int64_t lanes = g->kernel->lanes, rank = g->model->rank;
   memset(g->q, 0, (size_t)(rank * lanes) * sizeof *g->q);
   for (int64_t m = 0; m < g->count; m++)
@@ -58,7 +58,7 @@ static void kick(thrum_crowd_group *g) {
   g->kernel->force_part(g->model, g->split, g->q, g->force, g->value, g->work);
   memset(g->q, 0, (size_t)(rank * lanes) * sizeof *g->q);
   for (int64_t m = 0; m < g->count; m++) {
-    thrum_crowd_member *one = &g->members[m];
+    thrum_batch_member *one = &g->members[m];
     thrum_step_run *run = &one->run;
     take(g, m, 0, g->split, g->force, run->view.force);
     one->solver = thrum_imexv_solver(g->model, &run->next, &run->view, &run->report);
@@ -69,14 +69,14 @@ static void kick(thrum_crowd_group *g) {
 }
 
 /* The member's restricted polynomial is to be fetched again: another one's may be there. */
-static void unfetch(const thrum_crowd_group *g, int64_t lane) {
+static void unfetch(const thrum_batch_group *g, int64_t lane) {
   g->members[lane].run.view.restricted_from = g->restricted + lane;
   g->members[lane].run.view.restricted_stride = g->kernel->lanes;
 }
 
 /* The rest of a solve that the group no longer helps with. */
-static void go_on_alone(const thrum_crowd_group *g, int64_t lane, thrum_quasi_next next) {
-  thrum_crowd_member *one = &g->members[lane];
+static void go_on_alone(const thrum_batch_group *g, int64_t lane, thrum_quasi_next next) {
+  thrum_batch_member *one = &g->members[lane];
   const thrum_solver *s = &one->solver;
   unfetch(g, lane);
   while (next == THRUM_QUASI_EVALUATE) {
@@ -89,12 +89,12 @@ static void go_on_alone(const thrum_crowd_group *g, int64_t lane, thrum_quasi_ne
 }
 
 /* Will the evaluation that is next need the stiffness too? */
-static bool wants_stiffness(const thrum_crowd_member *one) {
+static bool wants_stiffness(const thrum_batch_member *one) {
   return one->solving && one->quasi.ahead && one->quasi.done == 0;
 }
 
 /* The stiffness of all that want it, where it is worth a pass. */
-static void stiffen(thrum_crowd_group *g) {
+static void stiffen(thrum_batch_group *g) {
   const int64_t lanes = g->kernel->lanes, n = g->model->rank - g->split;
   int64_t wanted = 0;
   for (int64_t m = 0; m < g->count; m++)
@@ -104,7 +104,7 @@ static void stiffen(thrum_crowd_group *g) {
   g->kernel->restricted_hessian(g->model, g->split, g->restricted, g->q + g->split * lanes,
                                 g->hessian, g->work);
   for (int64_t m = 0; m < g->count; m++) {
-    thrum_crowd_member *one = &g->members[m];
+    thrum_batch_member *one = &g->members[m];
     if (!wants_stiffness(one))
       continue;
     take(g, m, 0, n * n, g->hessian, one->run.view.jacobian_next);
@@ -114,7 +114,7 @@ static void stiffen(thrum_crowd_group *g) {
 }
 
 /* One evaluation of quasi-Newton for all that still iterate; returns how many are left. */
-static int64_t iterate(thrum_crowd_group *g) {
+static int64_t iterate(thrum_batch_group *g) {
   const int64_t lanes = g->kernel->lanes, rank = g->model->rank;
   int64_t left = 0;
   for (int64_t m = 0; m < g->count; m++)
@@ -124,7 +124,7 @@ static int64_t iterate(thrum_crowd_group *g) {
                                  g->force + g->split * lanes, g->value, g->work);
   stiffen(g);
   for (int64_t m = 0; m < g->count; m++) {
-    thrum_crowd_member *one = &g->members[m];
+    thrum_batch_member *one = &g->members[m];
     if (!one->solving)
       continue;
     const thrum_solver *s = &one->solver;
@@ -140,7 +140,7 @@ static int64_t iterate(thrum_crowd_group *g) {
 }
 
 /* What a solve begins with, which comes while the first pass runs. */
-static void ask_for(const thrum_crowd_group *g) {
+static void ask_for(const thrum_batch_group *g) {
   const int64_t n = g->model->rank - g->split;
   for (int64_t m = 0; m < g->count; m++) {
     const thrum_state_view *view = &g->members[m].run.view;
@@ -150,7 +150,7 @@ static void ask_for(const thrum_crowd_group *g) {
 }
 
 /* Attempts of all members. */
-void thrum_crowd_attempt(thrum_crowd_group *g) {
+void thrum_batch_attempt(thrum_batch_group *g) {
   ask_for(g);
   kick(g);
   int64_t left = 0;
@@ -159,7 +159,7 @@ void thrum_crowd_attempt(thrum_crowd_group *g) {
   if (left > 0)
     g->kernel->restrict_to(g->model, g->split, g->q, g->restricted, g->work);
   for (int64_t m = 0; m < g->count; m++) {
-    thrum_crowd_member *one = &g->members[m];
+    thrum_batch_member *one = &g->members[m];
     if (!one->solving)
       continue;
     unfetch(g, m);

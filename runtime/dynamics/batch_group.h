@@ -1,13 +1,13 @@
-/* Several states in one step of imexv, side by side; private to the runtime; see crowd_group.c.
+/* Several states in one step of imexv, side by side; private to the runtime; see batch_group.c.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_RUNTIME_DYNAMICS_BATCH_GROUP_H
 #define THRUM_RUNTIME_DYNAMICS_BATCH_GROUP_H
 
-#include "runtime/polynomial/batch_kernel.h"
 #include "runtime/dynamics/imexv.h"
+#include "runtime/polynomial/batch_kernel.h"
 
 /* One state of a group. */
-typedef struct thrum_crowd_member {
+typedef struct thrum_batch_member {
   thrum_step_run run;
   thrum_solver solver;
   thrum_quasi quasi;
@@ -15,23 +15,23 @@ typedef struct thrum_crowd_member {
   double *vectors; /* scratch lent to it */
   int64_t index;   /* in the caller's list */
   bool solving;
-} thrum_crowd_member;
+} thrum_batch_member;
 
 /* A group and its arrays, each by coordinate and then by state. */
-typedef struct thrum_crowd_group {
+typedef struct thrum_batch_group {
   const thrum_model *model;
-  const thrum_crowd_kernel *kernel;
-  thrum_crowd_member *members; /* THRUM_CROWD_LANES_MAX */
+  const thrum_batch_kernel *kernel;
+  thrum_batch_member *members; /* THRUM_BATCH_LANES_MAX */
   int64_t count;
   int32_t split;
   double *q, *force, *value, *restricted, *hessian, *work;
   double *one_work, *one_restricted; /* scratch lent to one state after the other */
-} thrum_crowd_group;
+} thrum_batch_group;
 
 /* Lets the watch of all members look. After it a member's step may be of another kind. */
-void thrum_crowd_watch(thrum_crowd_group *g);
+void thrum_batch_monitor(thrum_batch_group *g);
 
 /* Attempts of all members, whose steps are in the component split with the group's split. */
-void thrum_crowd_attempt(thrum_crowd_group *g);
+void thrum_batch_attempt(thrum_batch_group *g);
 
 #endif

@@ -13,8 +13,8 @@
  * R(q) is the R(q') of the step before and V(q') comes with R(q'), so the first takes one force an
  * iteration, as Newmark does. The second takes two, but is a gradient in d: solve.c can search
  * along the step's potential and always finds a solution. So it is for steps that the first does
- * not solve, for some steps after them, for the rungs of the ladder, and for tangent damping, which
- * takes T at the midpoint.
+ * not solve, for some steps after them, for the fallback levels of the fallback, and for tangent
+ * damping, which takes T at the midpoint.
  *
  * What is known of F when a step by the ends begins, R(q) - f, goes to the kick, and the solve has
  * the other half, as that of Newmark's step has it (share = 1/2; by the path share = 1, E = R-bar):
@@ -37,9 +37,9 @@
 #include <math.h>
 #include <string.h>
 
-#include "runtime/polynomial/polynomial_private.h"
-#include "runtime/dynamics/implicit_solve.h"
 #include "runtime/base/lane_sums.h"
+#include "runtime/dynamics/implicit_solve.h"
+#include "runtime/polynomial/polynomial_private.h"
 
 #define SCALED_MOST 0.5 /* of the kinetic energy: more is a standstill */
 #define OWED_MOST 1e-3  /* of the energy, at a standstill */
@@ -277,20 +277,20 @@ static void advance(const thrum_solver *s) {
 /* Scales p' so that the balance holds; the factor differs from 1 by about the tolerance. With p' =
  * p - h F the kinetic energy changes by -F (d - g), g the residual left, and it should by that of
  * R-bar d less the change of V more. False where there is too little of p' for that, though more
- * than rounding is owed: a loose tolerance at a large step. */
+ * than rounding is energy_error: a loose tolerance at a large step. */
 static bool balance(const thrum_solver *s) {
   const thrum_state_view *view = s->view;
   const double share = share_of(s), *d = view->unknown;
-  double owed = s->report->potential_start - s->report->potential +
-                (1.0 - share) * thrum_sum_of(s->n, view->force_start, d, NULL) +
-                share * thrum_sum_of(s->n, view->force, d, NULL);
+  double energy_error = s->report->potential_start - s->report->potential +
+                        (1.0 - share) * thrum_sum_of(s->n, view->force_start, d, NULL) +
+                        share * thrum_sum_of(s->n, view->force, d, NULL);
   if (s->report->verified)
-    owed -= thrum_sum_less(s->n, view->p, view->p_next, view->residual) / s->state->dt;
+    energy_error -= thrum_sum_less(s->n, view->p, view->p_next, view->residual) / s->state->dt;
   const double square = thrum_sum_of(s->n, view->p_next, view->p_next, NULL);
-  const double share_owed = 2.0 * owed / square;
+  const double share_owed = 2.0 * energy_error / square;
   // at a standstill no scale helps, and none is needed
   if (!(fabs(share_owed) < SCALED_MOST))
-    return !(fabs(owed) > OWED_MOST * (fabs(s->report->potential) + 0.5 * square));
+    return !(fabs(energy_error) > OWED_MOST * (fabs(s->report->potential) + 0.5 * square));
   // the factor less 1, so that a long run is not rounded one way; mostly two terms of it are exact
   const double more = fabs(share_owed) < 1e-8 ? 0.5 * share_owed - 0.125 * share_owed * share_owed
                                               : share_owed / (1.0 + sqrt(1.0 + share_owed));

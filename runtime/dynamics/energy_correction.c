@@ -6,7 +6,7 @@
  * that lead back to it: errors do not accumulate. The same takes out what imexv had drifted by when
  * design 7 took over, over as many steps as it needs; and imexv's own slow drift, design 4.
  *
- *   s = sqrt(1 + e/K),  p' = s p,  K = 1/2 |p|^2,  e the energy that is owed
+ *   s = sqrt(1 + e/K),  p' = s p,  K = 1/2 |p|^2,  e the energy that is energy_error
  *
  * The account is opened anew when so much has gone in and out that its own rounding would count.
  * Cost: 2 r operations a step, and an evaluation of V where the solve does not know it.
@@ -21,20 +21,20 @@
 #include <math.h>
 #include <string.h>
 
-#include "runtime/polynomial/polynomial_private.h"
-#include "runtime/dynamics/state_private.h"
 #include "runtime/base/lane_sums.h"
+#include "runtime/dynamics/state_private.h"
+#include "runtime/polynomial/polynomial_private.h"
 
-#define LOOK 8             /* steps between two looks, one step while energy is owed */
+#define LOOK 8             /* steps between two looks, one step while energy is energy_error */
 #define ROUNDING 0x1p-50   /* of the energy: is as good as nothing */
 #define WAITS 1e-12        /* of the energy: is looked at again in the next step */
 #define TURNOVER 1000.0    /* times the energy in and out, and the account is opened anew */
 #define STRETCH 0.01       /* the largest change of a momentum in one step, a share of it */
 #define KINETIC_LEAST 0.05 /* of the energy: with less the momentum is not the place */
 
-/* s - 1 of the momentum that gains `owed` where it has `kinetic`; within +-STRETCH. */
-static double stretch(double owed, double kinetic) {
-  const double share = owed / kinetic;
+/* s - 1 of the momentum that gains `energy_error` where it has `kinetic`; within +-STRETCH. */
+static double stretch(double energy_error, double kinetic) {
+  const double share = energy_error / kinetic;
   if (!(share > -STRETCH))
     return -STRETCH;
   return share < STRETCH ? share / (1.0 + sqrt(1.0 + share)) : STRETCH;
@@ -44,26 +44,26 @@ static double kinetic_of(const double *p, int32_t n) {
   return 0.5 * thrum_sum_of(n, p, p, NULL);
 }
 
-void thrum_ledger_open(thrum_state *state, double energy) {
-  state->ledger = THRUM_LEDGER_OWED;
-  state->ledger_energy = energy;
-  state->ledger_begin = state->steps;
-  state->ledger_carry = state->ledger_moved = 0.0;
+void thrum_energy_correction_open(thrum_state *state, double energy) {
+  state->energy_correction = THRUM_ENERGY_CORRECTION_PENDING;
+  state->target_energy = energy;
+  state->energy_correction_begin = state->steps;
+  state->energy_correction_carry = state->energy_correction_moved = 0.0;
 }
 
-void thrum_ledger_close(thrum_state *state) {
-  state->ledger = THRUM_LEDGER_CLOSED;
-  state->ledger_begin = 0;
-  state->ledger_energy = state->ledger_carry = state->ledger_moved = 0.0;
+void thrum_energy_correction_close(thrum_state *state) {
+  state->energy_correction = THRUM_ENERGY_CORRECTION_CLOSED;
+  state->energy_correction_begin = 0;
+  state->target_energy = state->energy_correction_carry = state->energy_correction_moved = 0.0;
 }
 
 /* Adds with the rounding of the sum carried along (Neumaier). */
 static void add(thrum_state *state, double amount) {
-  const double sum = state->ledger_energy + amount;
-  state->ledger_carry += fabs(state->ledger_energy) >= fabs(amount)
-                             ? (state->ledger_energy - sum) + amount
-                             : (amount - sum) + state->ledger_energy;
-  state->ledger_energy = sum;
+  const double sum = state->target_energy + amount;
+  state->energy_correction_carry += fabs(state->target_energy) >= fabs(amount)
+                                        ? (state->target_energy - sum) + amount
+                                        : (amount - sum) + state->target_energy;
+  state->target_energy = sum;
 }
 
 /* Work and dissipation of the step. */
@@ -77,49 +77,54 @@ static void enter(const thrum_model *model, thrum_state *state, const thrum_stat
   }
   dissipated /= state->dt;
   add(state, work - dissipated);
-  state->ledger_moved += fabs(work) + dissipated;
+  state->energy_correction_moved += fabs(work) + dissipated;
 }
 
-void thrum_ledger_after(const thrum_model *model, thrum_state *state, thrum_state_view *view,
-                        const thrum_solve_report *report) {
+void thrum_energy_correction_after(const thrum_model *model, thrum_state *state,
+                                   thrum_state_view *view, const thrum_solve_report *report) {
   if (state->scheme != THRUM_SCHEME_ENERGY || thrum_tangent_damped(state))
     return;
   // shorter steps dissipate by their own increments, which are not known here
   const bool damped = state->damping_alpha > 0.0 || state->damping_beta > 0.0;
-  if (damped && report->rung == THRUM_RUNG_SUBSTEPS)
-    thrum_ledger_close(state);
-  if (state->ledger != THRUM_LEDGER_CLOSED)
+  if (damped && report->fallback_level == THRUM_FALLBACK_SUBSTEPS)
+    thrum_energy_correction_close(state);
+  if (state->energy_correction != THRUM_ENERGY_CORRECTION_CLOSED)
     enter(model, state, view, damped);
-  if (state->ledger == THRUM_LEDGER_BALANCED &&
-      (state->steps + 1 - state->ledger_begin) % LOOK != 0)
+  if (state->energy_correction == THRUM_ENERGY_CORRECTION_BALANCED &&
+      (state->steps + 1 - state->energy_correction_begin) % LOOK != 0)
     return;
   const double kinetic = kinetic_of(view->p_next, state->rank);
   const double potential = report->potential_known
                                ? report->potential
                                : thrum_energy_by(view->kernel, model, view->q_next, view->work);
   const double energy = kinetic + potential;
-  const double owed = state->ledger_energy - energy + state->ledger_carry;
-  if (!isfinite(energy) || !isfinite(owed)) {
-    thrum_ledger_close(state);
+  const double energy_error = state->target_energy - energy + state->energy_correction_carry;
+  if (!isfinite(energy) || !isfinite(energy_error)) {
+    thrum_energy_correction_close(state);
     return;
   }
-  if (state->ledger == THRUM_LEDGER_CLOSED || !(state->ledger_moved <= TURNOVER * fabs(energy))) {
-    thrum_ledger_open(state, energy);
-    state->ledger_begin++;
-    state->ledger = THRUM_LEDGER_BALANCED;
+  if (state->energy_correction == THRUM_ENERGY_CORRECTION_CLOSED ||
+      !(state->energy_correction_moved <= TURNOVER * fabs(energy))) {
+    thrum_energy_correction_open(state, energy);
+    state->energy_correction_begin++;
+    state->energy_correction = THRUM_ENERGY_CORRECTION_BALANCED;
     return;
   }
-  state->ledger = fabs(owed) > WAITS * fabs(energy) ? THRUM_LEDGER_OWED : THRUM_LEDGER_BALANCED;
-  if (fabs(owed) <= ROUNDING * fabs(energy) || !(kinetic >= KINETIC_LEAST * fabs(energy)))
+  state->energy_correction = fabs(energy_error) > WAITS * fabs(energy)
+                                 ? THRUM_ENERGY_CORRECTION_PENDING
+                                 : THRUM_ENERGY_CORRECTION_BALANCED;
+  if (fabs(energy_error) <= ROUNDING * fabs(energy) || !(kinetic >= KINETIC_LEAST * fabs(energy)))
     return;
-  const double by = stretch(owed, kinetic);
+  const double by = stretch(energy_error, kinetic);
   for (int32_t i = 0; i < state->rank; i++)
     view->p_next[i] += by * view->p_next[i];
-  state->ledger = fabs(by) < 0.4 * STRETCH ? THRUM_LEDGER_BALANCED : THRUM_LEDGER_OWED;
+  state->energy_correction =
+      fabs(by) < 0.4 * STRETCH ? THRUM_ENERGY_CORRECTION_BALANCED : THRUM_ENERGY_CORRECTION_PENDING;
 }
 
-thrum_status thrum_ledger_pay(const thrum_model *model, thrum_state *state, thrum_state_view *view,
-                              double least, double *owed) {
+thrum_status thrum_energy_correction_apply(const thrum_model *model, thrum_state *state,
+                                           thrum_state_view *view, double least,
+                                           double *energy_error) {
   const thrum_status status = thrum_stagger_synchronise(model, state, view, NULL);
   if (status != THRUM_OK)
     return status;
@@ -127,7 +132,7 @@ thrum_status thrum_ledger_pay(const thrum_model *model, thrum_state *state, thru
   const double kinetic = kinetic_of(view->p_next, state->rank);
   if (!(kinetic >= least))
     return THRUM_OK;
-  const double by = stretch(*owed, kinetic);
+  const double by = stretch(*energy_error, kinetic);
   memcpy(view->p_start, view->p_next, vector);
   for (int32_t i = 0; i < state->rank; i++)
     view->p_start[i] += by * view->p_start[i];
@@ -135,6 +140,6 @@ thrum_status thrum_ledger_pay(const thrum_model *model, thrum_state *state, thru
   if (!thrum_all_finite(view->p_start, state->rank))
     return THRUM_NOT_FINITE;
   view->p = view->p_start;
-  *owed = 0.0;
+  *energy_error = 0.0;
   return THRUM_OK;
 }

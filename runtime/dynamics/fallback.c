@@ -6,7 +6,7 @@
  *
  * Those of `energy` take the mean force of the path, which always has a solution.
  * The load of a step is its mean, so the shorter ones all take it. verlet and midpoint have no
- * ladder: they are there to be compared with.
+ * fallback chain: they are there to be compared with.
  * Cost: of the steps tried; nothing in a step that is solved at once.
  *
  * SPDX-License-Identifier: Apache-2.0 */
@@ -72,11 +72,11 @@ static thrum_status climb(const thrum_model *model, const thrum_state *state,
   thrum_status status = THRUM_NOT_CONVERGED;
   if (one) {
     status = advance(model, state, view, report);
-    report->rung = THRUM_RUNG_ENERGY;
+    report->fallback_level = THRUM_FALLBACK_ENERGY;
   }
   for (int32_t count = 2; count <= SUBSTEPS_MAX && status != THRUM_OK; count *= 2) {
     status = substeps(model, state, view, count, report);
-    report->rung = THRUM_RUNG_SUBSTEPS;
+    report->fallback_level = THRUM_FALLBACK_SUBSTEPS;
   }
   report->newton = false;
   report->refreshed = false;
@@ -84,13 +84,13 @@ static thrum_status climb(const thrum_model *model, const thrum_state *state,
   return status;
 }
 
-thrum_status thrum_ladder_climb(const thrum_model *model, thrum_state *state,
+thrum_status thrum_fallback_run(const thrum_model *model, thrum_state *state,
                                 thrum_state_view *view, thrum_status failure,
                                 thrum_solve_report *report) {
   const bool imexv = state->integrator == THRUM_INTEGRATOR_IMEXV;
   const bool climbs =
       imexv || state->scheme == THRUM_SCHEME_NEWMARK || state->scheme == THRUM_SCHEME_ENERGY;
-  if (!state->ladder || !climbs)
+  if (!state->fallback || !climbs)
     return failure;
   // what the failed solve left is no guess for the next one
   thrum_state other = *state;
@@ -111,8 +111,8 @@ thrum_status thrum_ladder_climb(const thrum_model *model, thrum_state *state,
   other.split = 0;
   other.amplitude = fmax(state->amplitude, thrum_state_amplitude(model, &other, view->q, view->p));
   double *before = view->p;
-  memcpy(view->p_rung, view->p_next, (size_t)state->rank * sizeof *view->p_rung);
-  view->p = view->p_rung;
+  memcpy(view->p_level, view->p_next, (size_t)state->rank * sizeof *view->p_level);
+  view->p = view->p_level;
   status = climb(model, &other, view, true, report);
   view->p = before;
   if (status != THRUM_OK)

@@ -23,7 +23,7 @@
 #include "runtime/dynamics/imexv.h"
 #include "runtime/polynomial/polynomial_private.h"
 
-/* Has the restricted polynomial in view->restricted, where a crowd made it elsewhere. */
+/* Has the restricted polynomial in view->restricted, where a batch made it elsewhere. */
 static void fetch(const thrum_solver *s) {
   thrum_state_view *view = s->view;
   if (!view->restricted_from)
@@ -70,7 +70,7 @@ thrum_solver thrum_imexv_solver(const thrum_model *model, const thrum_state *sta
 thrum_status thrum_imexv_drift(const thrum_solver *s, double potential) {
   thrum_state_view *view = s->view;
   if (s->first > 0) {
-    thrum_watch_energy(s->model, s->state, view, potential, s->report);
+    thrum_stability_energy(s->model, s->state, view, potential, s->report);
     if (thrum_stagger_kick(s->model, s->state, view) != THRUM_OK)
       return THRUM_NOT_CONVERGED;
   }

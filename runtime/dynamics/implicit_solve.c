@@ -22,8 +22,8 @@
 #include <string.h>
 
 #include "runtime/base/dense.h"
-#include "runtime/polynomial/polynomial_private.h"
 #include "runtime/base/lane_sums.h"
+#include "runtime/polynomial/polynomial_private.h"
 
 /* Iterations that cost less than a Jacobian, measured: of a part of the modes; of all, with a
  * tangent by lists or by pairs; and in steps that make their Jacobians at once, where an inverse

@@ -19,8 +19,8 @@
 #include <string.h>
 
 #include "runtime/base/dense.h"
-#include "runtime/polynomial/polynomial_private.h"
 #include "runtime/dynamics/implicit_solve.h"
+#include "runtime/polynomial/polynomial_private.h"
 
 /* view->total += R(q) + D v, with R in view->force and v in `velocity`. */
 static void add_forces(const thrum_model *model, const thrum_state *state, thrum_state_view *view,

@@ -23,7 +23,7 @@ thrum_status thrum_step_quadratic(const thrum_model *model, const thrum_state *s
                                   thrum_state_view *view, thrum_solve_report *report) {
   const double h = state->dt;
   const double potential = thrum_stagger_force(model, state, view, view->q);
-  thrum_watch_energy(model, state, view, potential, report);
+  thrum_stability_energy(model, state, view, potential, report);
   if (thrum_stagger_kick(model, state, view) != THRUM_OK)
     return THRUM_NOT_CONVERGED;
   for (int32_t i = 0; i < state->rank; i++) {

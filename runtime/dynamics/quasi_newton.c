@@ -21,12 +21,12 @@
 #include <string.h>
 
 #include "runtime/base/dense.h"
-#include "runtime/dynamics/implicit_solve.h"
 #include "runtime/base/lane_sums.h"
+#include "runtime/dynamics/implicit_solve.h"
 
 #define POOR 0.2      /* residual of a first guess: the next takes no more than two points */
 #define KNOWN 0.9     /* of the linear part of R, by an inverse that is not of this step */
-#define CALM 0.02     /* residual of a first guess: beyond it the Jacobian may change at once */
+#define QUIET 0.02    /* residual of a first guess: beyond it the Jacobian may change at once */
 #define APART 2       /* steps between two inverses from which the next is extrapolated, at most */
 #define FAR 100.0     /* times its residual, both scaled: the largest correction left unevaluated */
 #define RATE_MOST 4.0 /* h/d v with which an increment may be left unevaluated */
@@ -157,7 +157,7 @@ static bool extrapolate(const thrum_solver *s) {
   const thrum_state_view *view = s->view;
   const int64_t *made = s->state->inverse_step, now = s->state->steps;
   if (made[0] != now - 1 || made[1] < 0 || made[0] - made[1] > APART ||
-      !(s->state->guess_last <= CALM))
+      !(s->state->guess_last <= QUIET))
     return false;
   const int64_t count = (int64_t)s->n * s->n;
   const double *a = view->inverse[0], *b = view->inverse[1], *c = view->inverse[2];
@@ -240,7 +240,8 @@ static void correct(const thrum_solver *s, thrum_quasi *quasi, bool teaches) {
   }
   memcpy(change, residual, (size_t)s->n * sizeof *change);
   // an inverse of steps before has learnt of the rest as well, those made anew have not
-  if (s->border && (s->report->refreshed || s->report->extrapolated || !(s->report->guess <= CALM)))
+  if (s->border &&
+      (s->report->refreshed || s->report->extrapolated || !(s->report->guess <= QUIET)))
     s->border(s, &quasi->inverse, quasi->done == 0 || quasi->fresh, change, image);
   memcpy(step, image, (size_t)s->n * sizeof *step);
   correct_increment(s);

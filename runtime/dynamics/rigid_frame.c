@@ -1,5 +1,6 @@
-/* A rigid frame that turns (thrum/rigid_frame.h), in the mesh's axes: with L the momentum in the world,
- * Q the attitude times the placement, P = Q^T L, t = Q^T torque, w the mean angular velocity,
+/* A rigid frame that turns (thrum/rigid_frame.h), in the mesh's axes: with L the momentum in the
+ * world, Q the attitude times the placement, P = Q^T L, t = Q^T torque, w the mean angular
+ * velocity,
  *
  *   w = J^-1 (P + P')/2,   Q' = Q C,   C = (1 - h/2 [w])^-1 (1 + h/2 [w]),   L' = L + h torque.
  *
@@ -30,9 +31,9 @@
 
 static const double identity[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
 
-static void whole_axes(const thrum_turning *turning, const thrum_placement *placement,
+static void whole_axes(const thrum_rigid_frame *rigid_frame, const thrum_placement *placement,
                        double axes[9]) {
-  thrum_multiply3(turning->attitude, placement ? placement->axes : identity, axes);
+  thrum_multiply3(rigid_frame->attitude, placement ? placement->axes : identity, axes);
 }
 
 /* y + h/2 J^-1 y x (y + s) - b, s = h/2 t; returns its square. */
@@ -92,7 +93,7 @@ static void solve_mean(const double inverse[9], double half, const double s[3], 
 }
 
 /* attitude = A C A^T turned, C = Cayley of v = h/2 w in the mesh; then made orthonormal again. */
-static void turn(thrum_turning *turning, const double axes[9], const double placed[9],
+static void turn(thrum_rigid_frame *rigid_frame, const double axes[9], const double placed[9],
                  const double v[3]) {
   // C = 1 + 2/(1 + v^2) ([v] + [v]^2)
   const double scale = 2.0 / (1.0 + thrum_dot3(v, v));
@@ -107,50 +108,52 @@ static void turn(thrum_turning *turning, const double axes[9], const double plac
   for (int i = 0; i < 3; i++)
     for (int j = 0; j < 3; j++)
       gram[3 * i + j] = 1.5 * identity[3 * i + j] - 0.5 * thrum_dot3(now + 3 * i, now + 3 * j);
-  thrum_multiply3(gram, now, turning->attitude);
+  thrum_multiply3(gram, now, rigid_frame->attitude);
 }
 
-void thrum_turning_step(thrum_turning *turning, const thrum_placement *placement,
-                        const double torque[3], double dt, double angle[3]) {
+void thrum_rigid_frame_step(thrum_rigid_frame *rigid_frame, const thrum_placement *placement,
+                            const double torque[3], double dt, double angle[3]) {
   double axes[9], p[3], s[3], b[3], y[3], w[3], v[3];
   const double half = 0.5 * dt;
-  whole_axes(turning, placement, axes);
-  thrum_apply3_transposed(axes, turning->momentum, p);
+  whole_axes(rigid_frame, placement, axes);
+  thrum_apply3_transposed(axes, rigid_frame->momentum, p);
   thrum_apply3_transposed(axes, torque, s);
   for (int axis = 0; axis < 3; axis++) {
     s[axis] *= half;
     b[axis] = p[axis] + s[axis];
   }
-  solve_mean(turning->inverse, half, s, b, y);
-  thrum_apply3(turning->inverse, y, w);
+  solve_mean(rigid_frame->inverse, half, s, b, y);
+  thrum_apply3(rigid_frame->inverse, y, w);
   for (int axis = 0; axis < 3; axis++) {
     v[axis] = half * w[axis];
-    turning->momentum[axis] += dt * torque[axis];
+    rigid_frame->momentum[axis] += dt * torque[axis];
   }
   if (angle) {
     thrum_apply3(axes, v, angle);
     for (int axis = 0; axis < 3; axis++)
       angle[axis] *= 2.0;
   }
-  turn(turning, axes, placement ? placement->axes : identity, v);
+  turn(rigid_frame, axes, placement ? placement->axes : identity, v);
 }
 
-void thrum_turning_velocity(const thrum_turning *turning, const thrum_placement *placement,
-                            double velocity[3]) {
+void thrum_rigid_frame_velocity(const thrum_rigid_frame *rigid_frame,
+                                const thrum_placement *placement, double velocity[3]) {
   double axes[9], p[3], w[3];
-  whole_axes(turning, placement, axes);
-  thrum_apply3_transposed(axes, turning->momentum, p);
-  thrum_apply3(turning->inverse, p, w);
+  whole_axes(rigid_frame, placement, axes);
+  thrum_apply3_transposed(axes, rigid_frame->momentum, p);
+  thrum_apply3(rigid_frame->inverse, p, w);
   thrum_apply3(axes, w, velocity);
 }
 
-double thrum_turning_energy(const thrum_turning *turning, const thrum_placement *placement) {
+double thrum_rigid_frame_energy(const thrum_rigid_frame *rigid_frame,
+                                const thrum_placement *placement) {
   double velocity[3];
-  thrum_turning_velocity(turning, placement, velocity);
-  return 0.5 * thrum_dot3(velocity, turning->momentum);
+  thrum_rigid_frame_velocity(rigid_frame, placement, velocity);
+  return 0.5 * thrum_dot3(velocity, rigid_frame->momentum);
 }
 
-thrum_placement thrum_placement_now(const thrum_placement *placement, const thrum_turning *turning,
+thrum_placement thrum_placement_now(const thrum_placement *placement,
+                                    const thrum_rigid_frame *rigid_frame,
                                     const double position[3]) {
   thrum_placement now;
   const double *axes = placement ? placement->axes : identity;
@@ -158,13 +161,13 @@ thrum_placement thrum_placement_now(const thrum_placement *placement, const thru
   for (int axis = 0; axis < 3; axis++)
     now.origin[axis] =
         (placement ? placement->origin[axis] : 0.0) + (position ? position[axis] : 0.0);
-  if (!turning)
+  if (!rigid_frame)
     return now;
   // the centre stays: origin + A c = origin' + R A c
   double before[3], after[3];
-  thrum_apply3(axes, turning->centre, before);
-  thrum_apply3(turning->attitude, before, after);
-  thrum_multiply3(turning->attitude, axes, now.axes);
+  thrum_apply3(axes, rigid_frame->centre, before);
+  thrum_apply3(rigid_frame->attitude, before, after);
+  thrum_multiply3(rigid_frame->attitude, axes, now.axes);
   for (int axis = 0; axis < 3; axis++)
     now.origin[axis] += before[axis] - after[axis];
   return now;
@@ -193,15 +196,15 @@ static int axis_of(const thrum_model *model, int mode, double a[3]) {
   return 1;
 }
 
-thrum_status thrum_turning_of(const thrum_model *model, thrum_turning *turning,
-                              thrum_error *error) {
-  if (!model || !turning)
+thrum_status thrum_rigid_frame_of(const thrum_model *model, thrum_rigid_frame *rigid_frame,
+                                  thrum_error *error) {
+  if (!model || !rigid_frame)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the model or the turning is NULL");
   if (!model->rigid || !model->tets || model->tet_count < 1)
     return thrum_error_set(error, THRUM_MISSING,
                            "the model has no rigid modes: only a body that nothing holds turns");
   // J^-1 = sum of a a^T; a x (X - c) = w at a corner X gives c, by least squares over the modes
-  thrum_turning made = {.attitude = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0}};
+  thrum_rigid_frame made = {.attitude = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0}};
   double normal[9] = {0.0}, right[3] = {0.0}, a[3], from[3], product[3];
   const int64_t corner = model->tets[0];
   for (int mode = 3; mode < 6; mode++) {
@@ -222,6 +225,6 @@ thrum_status thrum_turning_of(const thrum_model *model, thrum_turning *turning,
   }
   if (!thrum_solve3(normal, right, made.centre))
     return thrum_error_set(error, THRUM_SINGULAR, "the rigid modes have no centre");
-  *turning = made;
+  *rigid_frame = made;
   return THRUM_OK;
 }

@@ -12,8 +12,9 @@
  * either, so E itself is looked at too. Beyond the limits the step of design 7 takes over, unless
  * it is urgent at a step where E is near its reference, until the energy has clearly fallen. Slow:
  * the mean of B over a window beside that of the first ones; what it is off by goes back through
- * the momentum (ledger.c), and only when that becomes much does design 7 take over. Where changing
- * loads or damping move much energy all is compared anew: there the error of B is theirs.
+ * the momentum (energy correction.c), and only when that becomes much does design 7 take over.
+ * Where changing loads or damping move much energy all is compared anew: there the error of B is
+ * theirs.
  *
  * Each change synchronises, changes, un-synchronises. What is decided here goes into a copy of the
  * header and into scratch, so that a step that fails leaves no trace.
@@ -27,62 +28,62 @@
 #include <math.h>
 #include <string.h>
 
-#include "runtime/polynomial/polynomial_private.h"
 #include "runtime/dynamics/state_private.h"
+#include "runtime/polynomial/polynomial_private.h"
 
-#define SAMPLE 16         /* steps between two power iterations; fewer when something is near */
-#define WINDOW 128        /* steps of a mean of the balance */
-#define FIRST 16          /* windows whose mean is the reference */
-#define CALM_STEPS 4096   /* of a calm */
-#define HANDED_STEPS 512  /* between two looks at a return from design 7 */
-#define ANGLE_HIGH 1.6    /* beyond it modes leave E, */
-#define ANGLE_GOOD 1.4    /* until this holds */
-#define ANGLE_CALM 1.1    /* all modes return after a calm below it */
-#define FAST_SHARE 0.03   /* of the energy: B beside its reference */
-#define URGENT_SHARE 0.08 /* the same, without waiting; also for E itself */
-#define DRIFT 1e-4        /* of the energy: mean of B over a window beside the reference */
-#define DRIFT_ALL 1.6e-3  /* the same, summed over all windows, */
-#define FORGET 0.015625   /* of which a share is forgotten in each */
-#define BY_LAST 1.0       /* of what the last mean was off by goes back, */
-#define BY_ALL 0.25       /* and of what all of them were, summed */
-#define LARGE 0.04        /* of the energy: the same, too much to correct; or all corrections */
-#define PAY_LEAST 0.25    /* of the energy: kinetic energy at a correction */
-#define NEAR 1e-3         /* of the energy: E beside its reference at a hand-over */
-#define DRIVEN 1e-3       /* of the energy: moved by changes of load and damping */
-#define BLOW 0.1          /* of the energy: work of a new load in one step, B is compared anew */
-#define FOLLOW 2e-5       /* of the energy: error of B by damping that counts */
-#define MOVED 0.05        /* share of what damping moved that B may err by */
-#define MOVED_MOST 0.2    /* of the energy: the most of that, for what moves to and fro adds up */
-#define SUDDEN 0.1   /* of the energy: the shadow to come, beyond it a step is looked at first */
-#define MEMORY 256.0 /* steps that what was moved is remembered for */
-#define FALLEN 0.25  /* of the energy at the hand-over: imexv returns */
-#define RANGE 1e300  /* [J], larger energies are not followed, */
-#define LEAST 1e-300 /* nor smaller ones: at that end rounding is all there is */
-#define LOST 1e100   /* in place of ratios that are larger or no number */
+#define SAMPLE 16          /* steps between two power iterations; fewer when something is near */
+#define WINDOW 128         /* steps of a mean of the balance */
+#define FIRST 16           /* windows whose mean is the reference */
+#define QUIET_STEPS 4096   /* of a calm */
+#define SWITCHED_STEPS 512 /* between two looks at a return from design 7 */
+#define ANGLE_HIGH 1.6     /* beyond it modes leave E, */
+#define ANGLE_GOOD 1.4     /* until this holds */
+#define STABILITY_NUMBER_QUIET 1.1 /* all modes return after a calm below it */
+#define FAST_SHARE 0.03            /* of the energy: B beside its reference */
+#define URGENT_SHARE 0.08          /* the same, without waiting; also for E itself */
+#define DRIFT 1e-4                 /* of the energy: mean of B over a window beside the reference */
+#define DRIFT_ALL 1.6e-3           /* the same, summed over all windows, */
+#define FORGET 0.015625            /* of which a share is forgotten in each */
+#define BY_LAST 1.0                /* of what the last mean was off by goes back, */
+#define BY_ALL 0.25                /* and of what all of them were, summed */
+#define LARGE 0.04     /* of the energy: the same, too much to correct; or all corrections */
+#define PAY_LEAST 0.25 /* of the energy: kinetic energy at a correction */
+#define NEAR 1e-3      /* of the energy: E beside its reference at a hand-over */
+#define DRIVEN 1e-3    /* of the energy: moved by changes of load and damping */
+#define BLOW 0.1       /* of the energy: work of a new load in one step, B is compared anew */
+#define FOLLOW 2e-5    /* of the energy: error of B by damping that counts */
+#define MOVED 0.05     /* share of what damping moved that B may err by */
+#define MOVED_MOST 0.2 /* of the energy: the most of that, for what moves to and fro adds up */
+#define SUDDEN 0.1     /* of the energy: the shadow to come, beyond it a step is looked at first */
+#define MEMORY 256.0   /* steps that what was moved is remembered for */
+#define FALLEN 0.25    /* of the energy at the hand-over: imexv returns */
+#define RANGE 1e300    /* [J], larger energies are not followed, */
+#define LEAST 1e-300   /* nor smaller ones: at that end rounding is all there is */
+#define LOST 1e100     /* in place of ratios that are larger or no number */
 
 /* Largest energy lately. */
 static double scale_now(const thrum_state *state) {
-  return fmax(state->watch_scale, state->watch_scale_before);
+  return fmax(state->stability_scale, state->stability_scale_before);
 }
 
 /* Nothing to compare the balance with: the next energy is. */
 static void compare_anew(thrum_state *state) {
-  state->watch_work = state->watch_moved = state->watch_recent = 0.0;
-  state->watch_sum = state->watch_reference = state->watch_steady = 0.0;
-  state->watch_scale = state->watch_scale_before = 0.0;
-  state->watch_off = state->watch_spent = state->watch_owed = 0.0;
-  state->watch_samples = state->watch_deadline = 0;
-  state->watch_windows = -1;
-  state->watch_window_end = state->steps + WINDOW;
+  state->stability_work = state->stability_moved = state->stability_recent = 0.0;
+  state->stability_sum = state->stability_reference = state->stability_steady = 0.0;
+  state->stability_scale = state->stability_scale_before = 0.0;
+  state->stability_off = state->stability_spent = state->stability_energy_error = 0.0;
+  state->stability_samples = state->watch_deadline = 0;
+  state->stability_windows = -1;
+  state->stability_window_end = state->steps + WINDOW;
 }
 
-void thrum_watch_reset(thrum_state *state) {
+void thrum_stability_reset(thrum_state *state) {
   compare_anew(state);
   state->kept_step = -1;
-  state->calm_peak = 0.0;
-  state->calm_end = state->steps + CALM_STEPS;
+  state->quiet_peak = 0.0;
+  state->quiet_end = state->steps + QUIET_STEPS;
   state->balance_last = 0.0;
-  thrum_ledger_close(state);
+  thrum_energy_correction_close(state);
 }
 
 /* view->direction = v/|v|. v all zero: starts anew. */
@@ -164,17 +165,17 @@ static thrum_status shrink(const thrum_model *model, thrum_state *state, thrum_s
       angle = angle_of(state, iterate(model, &lower, view, split, view->guide_next));
   }
   if (state->scheme == THRUM_SCHEME_QUADRATIC)
-    state->handovers++;
+    state->scheme_switches++;
   else
-    state->switches++;
-  state->calm_peak = 0.0;
-  const int64_t changes = state->switches < 10 ? state->switches : 10;
-  state->calm_end = state->steps + ((int64_t)CALM_STEPS << changes);
+    state->split_changes++;
+  state->quiet_peak = 0.0;
+  const int64_t changes = state->split_changes < 10 ? state->split_changes : 10;
+  state->quiet_end = state->steps + ((int64_t)QUIET_STEPS << changes);
   return change(model, state, view, THRUM_SCHEME_COMPONENT, split);
 }
 
 /* Begins a sample of the angle. */
-static void watch_angle(const thrum_state *state, thrum_state_view *view) {
+static void stability_number(const thrum_state *state, thrum_state_view *view) {
   const size_t vector = (size_t)state->rank * sizeof(double);
   memcpy(view->guide_next, view->guide, vector);
   memcpy(view->guide_whole_next, view->guide_whole, vector);
@@ -182,37 +183,38 @@ static void watch_angle(const thrum_state *state, thrum_state_view *view) {
   direct(state, view, thrum_staggered(state), view->guide_next);
 }
 
-void thrum_watch_multiply(const thrum_model *model, const thrum_state *state,
-                          thrum_state_view *view) {
+void thrum_stability_multiply(const thrum_model *model, const thrum_state *state,
+                              thrum_state_view *view) {
   const int32_t n = thrum_staggered(state);
   if (n > 0)
     multiply(model, view, n);
 }
 
-thrum_status thrum_watch_sample(const thrum_model *model, thrum_state *state,
-                                thrum_state_view *view) {
+thrum_status thrum_stability_sample(const thrum_model *model, thrum_state *state,
+                                    thrum_state_view *view) {
   const int32_t whole = thrum_split_of(model, state), n = thrum_staggered(state);
   const bool quadratic = state->scheme == THRUM_SCHEME_QUADRATIC;
   const size_t vector = (size_t)state->rank * sizeof(double);
   if (n > 0) {
-    state->angle_last = angle_of(state, iterate_from(model, state, view, n, view->guide_next));
-    state->angle_peak = fmax(state->angle_peak, state->angle_last);
-    if (!(state->angle_last <= ANGLE_HIGH))
+    state->stability_number_last =
+        angle_of(state, iterate_from(model, state, view, n, view->guide_next));
+    state->stability_number_peak = fmax(state->stability_number_peak, state->stability_number_last);
+    if (!(state->stability_number_last <= ANGLE_HIGH))
       return shrink(model, state, view);
   }
   // a calm is seen by fewer samples
   if (quadratic || state->split == whole || state->steps % SAMPLE != 0)
     return THRUM_OK;
   const double angle = angle_of(state, iterate(model, state, view, whole, view->guide_whole_next));
-  state->calm_peak = fmax(state->calm_peak, angle);
-  if (state->steps < state->calm_end)
+  state->quiet_peak = fmax(state->quiet_peak, angle);
+  if (state->steps < state->quiet_end)
     return THRUM_OK;
-  const bool calm = state->calm_peak < ANGLE_CALM;
-  state->calm_peak = 0.0;
-  state->calm_end = state->steps + CALM_STEPS;
+  const bool calm = state->quiet_peak < STABILITY_NUMBER_QUIET;
+  state->quiet_peak = 0.0;
+  state->quiet_end = state->steps + QUIET_STEPS;
   if (!calm)
     return THRUM_OK;
-  state->switches++;
+  state->split_changes++;
   memset(view->guide_next, 0, vector);
   return change(model, state, view, THRUM_SCHEME_COMPONENT, whole);
 }
@@ -227,62 +229,64 @@ static double energy_at(const thrum_model *model, const thrum_state *state, thru
 }
 
 /* After a hand-over: back to imexv once the energy has fallen. */
-static thrum_status watch_handed(const thrum_model *model, thrum_state *state,
-                                 thrum_state_view *view) {
-  if (state->steps < state->calm_end)
+static thrum_status stability_switched(const thrum_model *model, thrum_state *state,
+                                       thrum_state_view *view) {
+  if (state->steps < state->quiet_end)
     return THRUM_OK;
-  state->calm_end = state->steps + HANDED_STEPS;
+  state->quiet_end = state->steps + SWITCHED_STEPS;
   const double energy = energy_at(model, state, view, view->q, view->p);
-  if (!(energy < FALLEN * state->handed_energy || energy < LEAST))
+  if (!(energy < FALLEN * state->switched_energy || energy < LEAST))
     return THRUM_OK;
-  state->handovers++;
-  thrum_watch_reset(state);
+  state->scheme_switches++;
+  thrum_stability_reset(state);
   return change(model, state, view, THRUM_SCHEME_COMPONENT, thrum_split_of(model, state));
 }
 
 /* Takes slow drift out through the momentum, where there is enough of it. */
 static thrum_status pay(const thrum_model *model, thrum_state *state, thrum_state_view *view) {
-  const double owed = state->watch_owed, least = PAY_LEAST * scale_now(state);
-  const thrum_status status = thrum_ledger_pay(model, state, view, least, &state->watch_owed);
-  if (status == THRUM_OK && state->watch_owed == 0.0) {
+  const double energy_error = state->stability_energy_error, least = PAY_LEAST * scale_now(state);
+  const thrum_status status =
+      thrum_energy_correction_apply(model, state, view, least, &state->stability_energy_error);
+  if (status == THRUM_OK && state->stability_energy_error == 0.0) {
     state->corrections++;
-    state->corrected += owed;
+    state->corrected += energy_error;
   }
   return status;
 }
 
-thrum_status thrum_watch_before(const thrum_model *model, thrum_state *state,
-                                thrum_state_view *view, bool *samples) {
+thrum_status thrum_stability_before(const thrum_model *model, thrum_state *state,
+                                    thrum_state_view *view, bool *samples) {
   *samples = false;
   if (!state->adaptive)
     return THRUM_OK;
   if (state->scheme == THRUM_SCHEME_ENERGY)
-    return watch_handed(model, state, view);
-  if (state->watch_owed != 0.0 && (state->watch_window_end - state->steps) % 4 == 0) {
+    return stability_switched(model, state, view);
+  if (state->stability_energy_error != 0.0 &&
+      (state->stability_window_end - state->steps) % 4 == 0) {
     const thrum_status status = pay(model, state, view);
     if (status != THRUM_OK)
       return status;
   }
-  int32_t often = state->angle_last < 0.9    ? SAMPLE
-                  : state->angle_last < 1.2  ? SAMPLE / 4
-                  : state->angle_last < 1.45 ? SAMPLE / 8
-                                             : 1;
+  int32_t often = state->stability_number_last < 0.9    ? SAMPLE
+                  : state->stability_number_last < 1.2  ? SAMPLE / 4
+                  : state->stability_number_last < 1.45 ? SAMPLE / 8
+                                                        : 1;
   // under a sudden load the angle passes the bound within a few steps; the balance shows it
   if (fabs(state->balance_last) > FAST_SHARE)
     often = 1;
   *samples = state->steps % often == 0;
   if (*samples)
-    watch_angle(state, view);
+    stability_number(state, view);
   return THRUM_OK;
 }
 
-void thrum_watch_energy(const thrum_model *model, const thrum_state *state, thrum_state_view *view,
-                        double potential, thrum_solve_report *report) {
+void thrum_stability_energy(const thrum_model *model, const thrum_state *state,
+                            thrum_state_view *view, double potential, thrum_solve_report *report) {
   if (!state->adaptive || thrum_tangent_damped(state))
     return;
   const double h = state->dt;
   const int32_t n = thrum_staggered(state);
-  double sum = potential, shadow = 0.0, shadow_to_come = 0.0;
+  double sum = potential, shadow = 0.0, modified_energy_to_come = 0.0;
   for (int32_t i = 0; i < n; i++) {
     const double force = view->force[i] - view->load_before[i];
     const double force_to_come = view->force[i] - view->load[i];
@@ -293,7 +297,7 @@ void thrum_watch_energy(const thrum_model *model, const thrum_state *state, thru
     // the quadratic split has its own, which is smaller and not known
     if (state->scheme == THRUM_SCHEME_COMPONENT) {
       shadow += 0.125 * h * h * (force * force);
-      shadow_to_come += 0.125 * h * h * (force_to_come * force_to_come);
+      modified_energy_to_come += 0.125 * h * h * (force_to_come * force_to_come);
     }
   }
   for (int32_t i = n; i < state->rank; i++) {
@@ -301,21 +305,21 @@ void thrum_watch_energy(const thrum_model *model, const thrum_state *state, thru
     view->p_kept_next[i] = view->p[i];
   }
   report->energy = sum;
-  report->shadow = shadow;
-  report->shadow_change = shadow_to_come - shadow;
+  report->modified_energy = shadow;
+  report->modified_energy_change = modified_energy_to_come - shadow;
   report->energy_known = true;
 }
 
 /* Work of the load of this step, what damping takes, and what the change of the load moves. */
 static double work_of(const thrum_model *model, const thrum_state *state,
-                      const thrum_state_view *view, double *dissipated, double *jolt) {
+                      const thrum_state_view *view, double *dissipated, double *load_jump) {
   double work = 0.0, sum = 0.0;
-  *jolt = 0.0;
+  *load_jump = 0.0;
   for (int32_t i = 0; i < state->rank; i++) {
     const double d = view->q_next[i] - view->q[i];
     work += view->load[i] * d;
     sum += d * d * thrum_rest_damping(model, state, i);
-    *jolt += (view->load[i] - view->load_before[i]) * d;
+    *load_jump += (view->load[i] - view->load_before[i]) * d;
   }
   *dissipated = sum / state->dt;
   return work;
@@ -332,146 +336,149 @@ static void look_ahead(const thrum_model *model, const thrum_state *state, thrum
   there.load_before = view->load;
   there.force = view->force_2;
   there.p_kept_next = view->trial;
-  thrum_watch_energy(model, state, &there, thrum_stagger_force(model, state, &there, there.q),
-                     &found);
+  thrum_stability_energy(model, state, &there, thrum_stagger_force(model, state, &there, there.q),
+                         &found);
   const double scale = fmax(fabs(report->energy), fabs(report->energy + work));
-  report->jolted = !(fabs(found.energy - report->energy - work) <= 4.0 * URGENT_SHARE * scale);
+  report->load_jumped = !(fabs(found.energy - report->energy - work) <= 4.0 * URGENT_SHARE * scale);
   report->energy_scale = scale;
 }
 
-void thrum_watch_ahead(const thrum_model *model, thrum_state *state, thrum_state_view *view,
-                       thrum_solve_report *report) {
+void thrum_stability_ahead(const thrum_model *model, thrum_state *state, thrum_state_view *view,
+                           thrum_solve_report *report) {
   if (!state->adaptive || thrum_tangent_damped(state) || state->scheme != THRUM_SCHEME_COMPONENT)
     return;
-  double dissipated, jolt;
-  const double work = work_of(model, state, view, &dissipated, &jolt) - dissipated;
+  double dissipated, load_jump;
+  const double work = work_of(model, state, view, &dissipated, &load_jump) - dissipated;
   if (thrum_staggered(state) > 0) {
-    const double shadow = report->shadow + report->shadow_change;
+    const double shadow = report->modified_energy + report->modified_energy_change;
     if (report->energy_known && (report->newton || !(shadow <= SUDDEN * report->energy)))
       look_ahead(model, state, view, work, report);
     return;
   }
-  if (state->watch_windows < 0) {
-    state->watch_windows = 0;
-    state->watch_steady = state->watch_reference =
-        energy_at(model, state, view, view->q, view->p) - state->watch_work;
+  if (state->stability_windows < 0) {
+    state->stability_windows = 0;
+    state->stability_steady = state->stability_reference =
+        energy_at(model, state, view, view->q, view->p) - state->stability_work;
   }
   memcpy(view->p_kept_next, view->p, (size_t)state->rank * sizeof *view->p_kept_next);
   report->energy = energy_at(model, state, view, view->q_next, view->p_next) - work;
   report->energy_known = report->energy_ahead = true;
-  report->energy_scale = state->watch_work + state->watch_steady;
+  report->energy_scale = state->stability_work + state->stability_steady;
 }
 
-typedef enum alarm { CALM, FAST, URGENT } alarm;
+typedef enum alarm { QUIET, FAST, URGENT } alarm;
 
 /* Takes the energy of this step in; is the balance beyond what its own errors explain? */
 static alarm take_in(thrum_state *state, const thrum_solve_report *report) {
-  const double energy = report->energy, shadow = report->shadow;
-  const double balance = energy - state->watch_work, steady = balance - shadow;
-  if (state->watch_windows < 0) {
-    state->watch_windows = 0;
-    state->watch_steady = steady;
-    state->watch_reference = balance;
+  const double energy = report->energy, shadow = report->modified_energy;
+  const double balance = energy - state->stability_work, steady = balance - shadow;
+  if (state->stability_windows < 0) {
+    state->stability_windows = 0;
+    state->stability_steady = steady;
+    state->stability_reference = balance;
   }
-  state->watch_scale = fmax(state->watch_scale, fabs(energy));
+  state->stability_scale = fmax(state->stability_scale, fabs(energy));
   const double scale = scale_now(state);
-  const double error = steady - state->watch_steady;
-  const double allowed = fmin(MOVED * state->watch_recent, MOVED_MOST * scale);
+  const double error = steady - state->stability_steady;
+  const double allowed = fmin(MOVED * state->stability_recent, MOVED_MOST * scale);
   state->balance_last = scale > 0.0 ? fmax(-LOST, fmin(error / scale, LOST)) : 0.0;
   if (scale > 0.0)
     state->balance_peak = fmax(state->balance_peak, fmin((fabs(error) - allowed) / scale, LOST));
-  state->watch_sum += balance;
-  state->watch_samples++;
+  state->stability_sum += balance;
+  state->stability_samples++;
   // where damping acts the reference follows: its own error is no growth
   if (allowed > FOLLOW * scale) {
-    state->watch_steady += error / MEMORY;
-    state->watch_reference += (balance - state->watch_reference) / MEMORY;
+    state->stability_steady += error / MEMORY;
+    state->stability_reference += (balance - state->stability_reference) / MEMORY;
   }
-  state->watch_recent -= state->watch_recent / MEMORY;
+  state->stability_recent -= state->stability_recent / MEMORY;
   // a load that changes changes what Stoermer-Verlet keeps, by a known step
-  state->watch_steady -= report->shadow_change;
+  state->stability_steady -= report->modified_energy_change;
   if (scale < LEAST)
-    return CALM;
+    return QUIET;
   // E itself may ripple by the whole of its shadow
   if (!(fabs(error) <= URGENT_SHARE * scale + allowed &&
-        fabs(balance - state->watch_reference) <= 4.0 * URGENT_SHARE * scale + allowed))
+        fabs(balance - state->stability_reference) <= 4.0 * URGENT_SHARE * scale + allowed))
     return URGENT;
-  return fabs(error) <= FAST_SHARE * scale + allowed ? CALM : FAST;
+  return fabs(error) <= FAST_SHARE * scale + allowed ? QUIET : FAST;
 }
 
 /* What the mean of a window tells: the first ones make the reference, later ones what is to be
  * given back; true when that is too much. */
 static bool compare(thrum_state *state, double mean, double scale) {
-  if (state->watch_windows < FIRST) {
+  if (state->stability_windows < FIRST) {
     // until then the first energy is the reference
-    state->watch_off += mean;
-    if (++state->watch_windows == FIRST) {
-      state->watch_reference = state->watch_off / (double)FIRST;
-      state->watch_off = 0.0;
+    state->stability_off += mean;
+    if (++state->stability_windows == FIRST) {
+      state->stability_reference = state->stability_off / (double)FIRST;
+      state->stability_off = 0.0;
     }
     return false;
   }
   if (scale < LEAST)
     return false;
-  const double off = mean - state->watch_reference;
-  state->watch_off += off - FORGET * state->watch_off;
-  if (fabs(off) <= DRIFT * scale && fabs(state->watch_off) <= DRIFT_ALL * scale)
+  const double off = mean - state->stability_reference;
+  state->stability_off += off - FORGET * state->stability_off;
+  if (fabs(off) <= DRIFT * scale && fabs(state->stability_off) <= DRIFT_ALL * scale)
     return false;
-  state->watch_owed = -(BY_LAST * off + BY_ALL * state->watch_off);
-  state->watch_spent += state->watch_owed;
-  return !(fabs(state->watch_owed) <= LARGE * scale && fabs(state->watch_spent) <= LARGE * scale);
+  state->stability_energy_error = -(BY_LAST * off + BY_ALL * state->stability_off);
+  state->stability_spent += state->stability_energy_error;
+  return !(fabs(state->stability_energy_error) <= LARGE * scale &&
+           fabs(state->stability_spent) <= LARGE * scale);
 }
 
 /* Ends a window; true when design 7 is to take over. */
 static bool drifted(thrum_state *state) {
-  if (state->steps < state->watch_window_end || state->watch_samples == 0)
+  if (state->steps < state->stability_window_end || state->stability_samples == 0)
     return false;
-  const double mean = state->watch_sum / (double)state->watch_samples;
+  const double mean = state->stability_sum / (double)state->stability_samples;
   const double scale = scale_now(state);
   bool large = false;
-  state->watch_owed = 0.0;
-  if (state->watch_moved > DRIVEN * scale) {
+  state->stability_energy_error = 0.0;
+  if (state->stability_moved > DRIVEN * scale) {
     // what moved much is known to its own error only: that is to be no growth in the end
-    state->watch_off = state->watch_spent = state->watch_moved = 0.0;
-    state->watch_windows = -1;
+    state->stability_off = state->stability_spent = state->stability_moved = 0.0;
+    state->stability_windows = -1;
   } else {
     large = compare(state, mean, scale);
   }
   // counted from here, so that the sum of the work never outgrows the energy by far
-  state->watch_reference += state->watch_work;
-  state->watch_steady += state->watch_work;
-  if (state->watch_windows > 0 && state->watch_windows < FIRST)
-    state->watch_off += (double)state->watch_windows * state->watch_work;
-  state->watch_work = 0.0;
-  state->watch_scale_before = state->watch_scale;
-  state->watch_scale = state->watch_sum = 0.0;
-  state->watch_samples = 0;
-  state->watch_window_end = state->steps + WINDOW;
+  state->stability_reference += state->stability_work;
+  state->stability_steady += state->stability_work;
+  if (state->stability_windows > 0 && state->stability_windows < FIRST)
+    state->stability_off += (double)state->stability_windows * state->stability_work;
+  state->stability_work = 0.0;
+  state->stability_scale_before = state->stability_scale;
+  state->stability_scale = state->stability_sum = 0.0;
+  state->stability_samples = 0;
+  state->stability_window_end = state->steps + WINDOW;
   return large;
 }
 
 /* What is not urgent waits for a step at which E is near its mean: there is less to pay. */
 static bool passes(const thrum_state *state, double energy) {
   return state->steps >= state->watch_deadline ||
-         fabs(energy - state->watch_work - state->watch_reference) <= NEAR * scale_now(state);
+         fabs(energy - state->stability_work - state->stability_reference) <=
+             NEAR * scale_now(state);
 }
 
-thrum_verdict thrum_watch_judge(thrum_state *state, const thrum_solve_report *report) {
+thrum_stability_decision thrum_stability_judge(thrum_state *state,
+                                               const thrum_solve_report *report) {
   // an energy near the end of the range of numbers, or beyond it, has no balance
   if (!report->energy_known ||
-      !(fabs(report->energy) + fabs(state->watch_work) + report->shadow < RANGE))
-    return THRUM_VERDICT_GO_ON;
+      !(fabs(report->energy) + fabs(state->stability_work) + report->modified_energy < RANGE))
+    return THRUM_DECISION_CONTINUE;
   const alarm found = take_in(state, report);
   const bool slow = drifted(state);
   // what is seen before it is done needs no redoing
   if (found == URGENT)
-    return report->energy_ahead ? THRUM_VERDICT_HAND_OVER : THRUM_VERDICT_REDO;
-  if (report->jolted)
-    return THRUM_VERDICT_HAND_OVER;
+    return report->energy_ahead ? THRUM_DECISION_SWITCH : THRUM_DECISION_REDO;
+  if (report->load_jumped)
+    return THRUM_DECISION_SWITCH;
   if ((found == FAST || slow) && state->watch_deadline == 0)
     state->watch_deadline = state->steps + (slow ? WINDOW : WINDOW / 2);
-  return state->watch_deadline > 0 && passes(state, report->energy) ? THRUM_VERDICT_HAND_OVER
-                                                                    : THRUM_VERDICT_GO_ON;
+  return state->watch_deadline > 0 && passes(state, report->energy) ? THRUM_DECISION_SWITCH
+                                                                    : THRUM_DECISION_CONTINUE;
 }
 
 /* Steps again from the state before this one, which stage 1 left synchronised in q_kept and p_kept:
@@ -493,25 +500,25 @@ static thrum_status redo(const thrum_model *model, thrum_state *state, thrum_sta
   return THRUM_OK;
 }
 
-thrum_status thrum_watch_hand_over(const thrum_model *model, thrum_state *state,
-                                   thrum_state_view *view, thrum_verdict verdict,
-                                   thrum_solve_report *report) {
+thrum_status thrum_stability_switch(const thrum_model *model, thrum_state *state,
+                                    thrum_state_view *view, thrum_stability_decision decision,
+                                    thrum_solve_report *report) {
   // without explicit modes since this step only, the step before may be what went wrong
   if (report->energy_ahead &&
       !(fabs(energy_at(model, state, view, view->q, view->p) - report->energy_scale) <=
         URGENT_SHARE * fabs(report->energy_scale)))
-    verdict = THRUM_VERDICT_REDO;
+    decision = THRUM_DECISION_REDO;
   // a step that was looked at beforehand has another energy than the one to compare with
-  const bool ahead = report->energy_ahead || report->jolted;
-  state->handed_energy = fabs(ahead ? report->energy_scale : report->energy);
+  const bool ahead = report->energy_ahead || report->load_jumped;
+  state->switched_energy = fabs(ahead ? report->energy_scale : report->energy);
   memset(report, 0, sizeof *report);
-  state->handovers++;
-  const int64_t changes = state->handovers < 10 ? state->handovers : 10;
-  state->calm_end = state->steps + ((int64_t)HANDED_STEPS << changes);
+  state->scheme_switches++;
+  const int64_t changes = state->scheme_switches < 10 ? state->scheme_switches : 10;
+  state->quiet_end = state->steps + ((int64_t)SWITCHED_STEPS << changes);
   // the energy to keep is what the reference and the work since say, where they are exact
-  if (state->watch_windows >= 0 && MOVED * state->watch_recent <= FOLLOW * scale_now(state))
-    thrum_ledger_open(state, state->watch_reference + state->watch_work);
-  if (verdict == THRUM_VERDICT_REDO && state->kept_step == state->steps - 1) {
+  if (state->stability_windows >= 0 && MOVED * state->stability_recent <= FOLLOW * scale_now(state))
+    thrum_energy_correction_open(state, state->stability_reference + state->stability_work);
+  if (decision == THRUM_DECISION_REDO && state->kept_step == state->steps - 1) {
     thrum_state energy_state = *state;
     energy_state.scheme = THRUM_SCHEME_ENERGY;
     energy_state.split = 0;
@@ -520,7 +527,7 @@ thrum_status thrum_watch_hand_over(const thrum_model *model, thrum_state *state,
     energy_state.past_count = 0;
     if (redo(model, &energy_state, view, report) == THRUM_OK) {
       *state = energy_state;
-      state->handed_energy = energy_at(model, state, view, view->q, view->p);
+      state->switched_energy = energy_at(model, state, view, view->q, view->p);
       memset(report, 0, sizeof *report);
       return THRUM_OK;
     }
@@ -529,18 +536,19 @@ thrum_status thrum_watch_hand_over(const thrum_model *model, thrum_state *state,
   return change(model, state, view, THRUM_SCHEME_ENERGY, 0);
 }
 
-void thrum_watch_after(const thrum_model *model, thrum_state *state, const thrum_state_view *view) {
+void thrum_stability_after(const thrum_model *model, thrum_state *state,
+                           const thrum_state_view *view) {
   if (!state->adaptive || state->scheme == THRUM_SCHEME_ENERGY)
     return;
-  double dissipated, jolt;
-  const double work = work_of(model, state, view, &dissipated, &jolt);
-  state->watch_work += work - dissipated;
+  double dissipated, load_jump;
+  const double work = work_of(model, state, view, &dissipated, &load_jump);
+  state->stability_work += work - dissipated;
   // a constant load is one more potential, and so no reason for the balance to move
-  state->watch_moved += dissipated + (jolt != 0.0 ? fabs(work) : 0.0);
-  state->watch_recent += dissipated;
+  state->stability_moved += dissipated + (load_jump != 0.0 ? fabs(work) : 0.0);
+  state->stability_recent += dissipated;
   // a blow that gives more than there was gives it with the error of one large step
-  if (jolt != 0.0 && fabs(work) > BLOW * scale_now(state))
+  if (load_jump != 0.0 && fabs(work) > BLOW * scale_now(state))
     compare_anew(state);
-  if (!(fabs(state->watch_work) + state->watch_moved < RANGE))
-    thrum_watch_reset(state);
+  if (!(fabs(state->stability_work) + state->stability_moved < RANGE))
+    thrum_stability_reset(state);
 }

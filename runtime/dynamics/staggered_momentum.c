@@ -17,8 +17,8 @@
 #endif
 
 #include "runtime/base/dense.h"
-#include "runtime/polynomial/polynomial_private.h"
 #include "runtime/dynamics/state_private.h"
+#include "runtime/polynomial/polynomial_private.h"
 
 /* Solves (1 + h/2 D_EE) x = x with the T in view->tangent; overwrites jacobian_next. */
 static thrum_status solve_damped(const thrum_state *state, thrum_state_view *view, double *x) {

@@ -15,8 +15,8 @@
 #include <string.h>
 
 #include "runtime/base/alignment_check.h"
-#include "runtime/polynomial/polynomial_private.h"
 #include "runtime/dynamics/secant.h"
+#include "runtime/polynomial/polynomial_private.h"
 
 #define STATE_MAGIC UINT64_C(0x7468726d73743033)
 #define STATE_ALIGNMENT 64
@@ -120,7 +120,7 @@ void thrum_state_lend(thrum_state_view *view, const thrum_lent *lent) {
 /* May a state of this def take steps of design 7? */
 static bool uses_energy(const thrum_state_def *def) {
   return def->integrator == THRUM_INTEGRATOR_ENERGY ||
-         (def->integrator == THRUM_INTEGRATOR_IMEXV && (def->adaptive || def->ladder));
+         (def->integrator == THRUM_INTEGRATOR_IMEXV && (def->adaptive || def->fallback));
 }
 
 /* Largest |I| that this def can come to, with any dt. */
@@ -177,9 +177,9 @@ static void fill_header(thrum_state *state, const thrum_model *model, const thru
   state->scheme = first_scheme(def);
   const bool imexv = def->integrator == THRUM_INTEGRATOR_IMEXV;
   state->adaptive = imexv ? def->adaptive : 0;
-  state->ladder = def->ladder;
+  state->fallback = def->fallback;
   state->split = thrum_split_of(model, state);
-  thrum_watch_reset(state);
+  thrum_stability_reset(state);
   state->potential_step = -1;
   forget_inverses(state);
   // the high modes of the energy report: what imexv would treat implicitly at rest
@@ -332,7 +332,7 @@ static void watch_anew(const thrum_model *model, thrum_state *state) {
     state->scheme =
         state->split_form == THRUM_FORM_QUADRATIC ? THRUM_SCHEME_QUADRATIC : THRUM_SCHEME_COMPONENT;
   state->split = thrum_split_of(model, state);
-  thrum_watch_reset(state);
+  thrum_stability_reset(state);
 }
 
 thrum_status thrum_state_set(const thrum_model *model, thrum_state *state, const double *q,
@@ -457,13 +457,13 @@ thrum_state_report thrum_state_report_get(const thrum_state *state) {
   report.newton_steps = state->newton_steps;
   report.energy_steps = state->energy_steps;
   report.substep_steps = state->substep_steps;
-  report.handed_steps = state->handed_steps;
-  report.switches = state->switches;
-  report.handovers = state->handovers;
+  report.switched_steps = state->switched_steps;
+  report.split_changes = state->split_changes;
+  report.scheme_switches = state->scheme_switches;
   report.corrections = state->corrections;
   report.corrected = state->corrected;
-  report.angle_last = state->angle_last;
-  report.angle_peak = state->angle_peak;
+  report.stability_number_last = state->stability_number_last;
+  report.stability_number_peak = state->stability_number_peak;
   report.balance_last = state->balance_last;
   report.balance_peak = state->balance_peak;
   report.scheme = (thrum_scheme)state->scheme;

@@ -24,7 +24,7 @@ thrum_state_def thrum_default_state_def(void) {
       .kernel = THRUM_KERNEL_BEST,
       .split_form = THRUM_FORM_COMPONENT,
       .adaptive = 1,
-      .ladder = 1,
+      .fallback = 1,
   };
   return def;
 }
@@ -72,8 +72,8 @@ static thrum_status check_choices(const thrum_model *model, const thrum_state_de
     return refuse(error, "split_form", split_form, "one of thrum_split_form");
   if (def->adaptive != 0 && def->adaptive != 1)
     return refuse(error, "adaptive", def->adaptive, "0 or 1");
-  if (def->ladder != 0 && def->ladder != 1)
-    return refuse(error, "ladder", def->ladder, "0 or 1");
+  if (def->fallback != 0 && def->fallback != 1)
+    return refuse(error, "fallback", def->fallback, "0 or 1");
   if (def->explicit_count < 0 || def->explicit_count > model->rank)
     return refuse(error, "explicit_count", def->explicit_count, "0 to the model's rank");
   if (!thrum_kernel_name(def->kernel))

@@ -20,61 +20,61 @@
 /* Widest fields first and none missing: no padding, so blocks can be compared byte by byte. */
 struct thrum_state {
   uint64_t magic;
-  uint64_t bytes;            /* of the whole block */
-  int64_t work_count;        /* doubles in `work` */
-  int64_t restricted_count;  /* doubles in `restricted` */
-  int64_t kept_count;        /* doubles in each of `inverses` */
-  int64_t next_count;        /* doubles in `jacobian_next` */
-  int64_t tangent_count;     /* doubles in `tangent` */
-  int64_t steps;             /* report */
-  int64_t iterations;        /* report */
-  int64_t factorisations;    /* report */
-  int64_t newton_steps;      /* report */
-  int64_t energy_steps;      /* report */
-  int64_t substep_steps;     /* report */
-  int64_t handed_steps;      /* report */
-  int64_t switches;          /* report */
-  int64_t handovers;         /* report */
-  int64_t corrections;       /* report */
-  double time;               /* report [s] */
-  double residual_last;      /* report */
-  double dt;                 /* h [s] */
-  double damping_alpha;      /* [1/s] */
-  double damping_beta;       /* [s] */
-  double split_safety;       /* c of h omega <= 2 c */
-  double newmark_beta;       /* beta_N */
-  double newmark_gamma;      /* gamma */
-  double tolerance;          /* of the implicit solve */
-  double angle_last;         /* report */
-  double angle_peak;         /* report */
-  double balance_last;       /* report */
-  double balance_peak;       /* report */
-  double corrected;          /* report [J] */
-  double calm_peak;          /* largest angle of the whole set since the last look */
-  double handed_energy;      /* when design 7 took over [J] */
-  double watch_work;         /* of the load less dissipation, since the reset [J] */
-  double watch_moved;        /* by load and damping in this window, magnitudes [J] */
-  double watch_recent;       /* the same over the last steps, jolts included [J] */
-  double watch_scale;        /* largest energy in this window [J] */
-  double watch_scale_before; /* in the window before */
-  double watch_sum;          /* of the balance in this window [J] */
-  double watch_reference;    /* what its mean is compared with [J] */
-  double watch_steady;       /* what the balance less the shadow is compared with [J] */
-  double watch_off;          /* sum of what the means were off by since then [J] */
-  double watch_spent;        /* net of the corrections since then [J] */
-  double watch_owed;         /* correction to come [J] */
-  double ledger_energy;      /* what the energy is to be in design 7 [J], */
-  double ledger_carry;       /* and what its sums were rounded by */
-  double ledger_moved;       /* in and out since it was opened, magnitudes [J] */
-  int64_t ledger;            /* thrum_ledger */
-  int64_t ledger_begin;      /* step at which it was opened */
-  int64_t watch_samples;     /* of the balance in this window */
-  int64_t watch_windows;     /* since the reference */
-  int64_t watch_window_end;  /* step */
-  int64_t watch_deadline;    /* step of a hand-over to come, 0: none */
-  int64_t kept_step;         /* of q_kept and p_kept, -1: none */
-  int64_t calm_end;          /* step of the next look at a return */
-  int64_t eager_end;         /* step up to which solves make their Jacobian at once */
+  uint64_t bytes;                  /* of the whole block */
+  int64_t work_count;              /* doubles in `work` */
+  int64_t restricted_count;        /* doubles in `restricted` */
+  int64_t kept_count;              /* doubles in each of `inverses` */
+  int64_t next_count;              /* doubles in `jacobian_next` */
+  int64_t tangent_count;           /* doubles in `tangent` */
+  int64_t steps;                   /* report */
+  int64_t iterations;              /* report */
+  int64_t factorisations;          /* report */
+  int64_t newton_steps;            /* report */
+  int64_t energy_steps;            /* report */
+  int64_t substep_steps;           /* report */
+  int64_t switched_steps;          /* report */
+  int64_t split_changes;           /* report */
+  int64_t scheme_switches;         /* report */
+  int64_t corrections;             /* report */
+  double time;                     /* report [s] */
+  double residual_last;            /* report */
+  double dt;                       /* h [s] */
+  double damping_alpha;            /* [1/s] */
+  double damping_beta;             /* [s] */
+  double split_safety;             /* c of h omega <= 2 c */
+  double newmark_beta;             /* beta_N */
+  double newmark_gamma;            /* gamma */
+  double tolerance;                /* of the implicit solve */
+  double stability_number_last;    /* report */
+  double stability_number_peak;    /* report */
+  double balance_last;             /* report */
+  double balance_peak;             /* report */
+  double corrected;                /* report [J] */
+  double quiet_peak;               /* largest angle of the whole set since the last look */
+  double switched_energy;          /* when design 7 took over [J] */
+  double stability_work;           /* of the load less dissipation, since the reset [J] */
+  double stability_moved;          /* by load and damping in this window, magnitudes [J] */
+  double stability_recent;         /* the same over the last steps, load_jump included [J] */
+  double stability_scale;          /* largest energy in this window [J] */
+  double stability_scale_before;   /* in the window before */
+  double stability_sum;            /* of the balance in this window [J] */
+  double stability_reference;      /* what its mean is compared with [J] */
+  double stability_steady;         /* what the balance less the shadow is compared with [J] */
+  double stability_off;            /* sum of what the means were off by since then [J] */
+  double stability_spent;          /* net of the corrections since then [J] */
+  double stability_energy_error;   /* correction to come [J] */
+  double target_energy;            /* what the energy is to be in design 7 [J], */
+  double energy_correction_carry;  /* and what its sums were rounded by */
+  double energy_correction_moved;  /* in and out since it was opened, magnitudes [J] */
+  int64_t energy_correction;       /* thrum_energy_correction */
+  int64_t energy_correction_begin; /* step at which it was opened */
+  int64_t stability_samples;       /* of the balance in this window */
+  int64_t stability_windows;       /* since the reference */
+  int64_t stability_window_end;    /* step */
+  int64_t watch_deadline;          /* step of a hand-over to come, 0: none */
+  int64_t kept_step;               /* of q_kept and p_kept, -1: none */
+  int64_t quiet_end;               /* step of the next look at a return */
+  int64_t eager_end;               /* step up to which solves make their Jacobian at once */
   /* Whose Jacobian each of `inverses` is that of, the latest first, -1: of several steps, or that
    * there is none. */
   int64_t inverse_step[THRUM_INVERSES];
@@ -98,7 +98,7 @@ struct thrum_state {
   int32_t split_form;      /* of the def */
   int32_t scheme;          /* thrum_scheme, now */
   int32_t adaptive;        /* of the def */
-  int32_t ladder;          /* of the def */
+  int32_t fallback;        /* of the def */
   int32_t kernel;          /* thrum_kernel_id of the def */
   int32_t inverse_place;   /* of the latest among `inverses` */
   int32_t unused;          /* zero, so that there is no padding */
@@ -146,7 +146,7 @@ _Static_assert(sizeof(thrum_state) == offsetof(thrum_state, unused) + sizeof(int
   X(q_start, vector)           /* q of a step redone */                                            \
   X(p_kept_next, vector)       /* synchronised p at the start of the step */                       \
   X(p_start, vector)           /* p as another scheme has it */                                    \
-  X(p_rung, vector)            /* synchronised p on a rung */                                      \
+  X(p_level, vector)           /* synchronised p on a fallback level */                            \
   X(q_sub, vector)             /* between sub-steps */                                             \
   X(p_sub, vector)                                                                                 \
   X(acceleration_sub, vector)                                                                      \
@@ -174,30 +174,30 @@ typedef struct thrum_state_view {
 #undef X
   double *inverse[THRUM_INVERSES];   /* the latest first */
   const struct thrum_kernel *kernel; /* the one asked for, or the best one here */
-  const double *restricted_from;     /* not NULL: where a crowd has what restricted is to hold, */
+  const double *restricted_from;     /* not NULL: where a batch has what restricted is to hold, */
   int64_t restricted_stride;         /* at every so many doubles */
   int64_t stride;                    /* of vectors one after the other in an array */
   bool guided;                       /* by whoever writes guide_next */
 } thrum_state_view;
 
-typedef enum thrum_rung {
-  THRUM_RUNG_NONE = 0, /* quasi-Newton or full Newton */
-  THRUM_RUNG_ENERGY,
-  THRUM_RUNG_SUBSTEPS
-} thrum_rung;
+typedef enum thrum_fallback_level {
+  THRUM_FALLBACK_NONE = 0, /* quasi-Newton or full Newton */
+  THRUM_FALLBACK_ENERGY,
+  THRUM_FALLBACK_SUBSTEPS
+} thrum_fallback_level;
 
 /* How the account of the energy stands. */
-typedef enum thrum_ledger {
-  THRUM_LEDGER_CLOSED = 0, /* nothing is known */
-  THRUM_LEDGER_BALANCED,   /* nothing was owed when it was last looked at */
-  THRUM_LEDGER_OWED        /* looked at in every step */
-} thrum_ledger;
+typedef enum thrum_energy_correction {
+  THRUM_ENERGY_CORRECTION_CLOSED = 0, /* nothing is known */
+  THRUM_ENERGY_CORRECTION_BALANCED,   /* nothing was energy_error when it was last looked at */
+  THRUM_ENERGY_CORRECTION_PENDING     /* looked at in every step */
+} thrum_energy_correction;
 
-typedef enum thrum_verdict {
-  THRUM_VERDICT_GO_ON = 0,
-  THRUM_VERDICT_HAND_OVER, /* design 7 takes this step and those to come */
-  THRUM_VERDICT_REDO       /* and the one before */
-} thrum_verdict;
+typedef enum thrum_stability_decision {
+  THRUM_DECISION_CONTINUE = 0,
+  THRUM_DECISION_SWITCH, /* design 7 takes this step and those to come */
+  THRUM_DECISION_REDO    /* and the one before */
+} thrum_stability_decision;
 
 /* What a solve did; committed to the report with the step. */
 typedef struct thrum_solve_report {
@@ -218,18 +218,18 @@ typedef struct thrum_solve_report {
   bool potential_known;
   bool energy_known;
   bool energy_ahead; /* it is that of the end of the step, less what the step's work added */
-  bool jolted;       /* a sudden load has spoilt the step */
-  thrum_rung rung;
-  double residual;        /* scaled, relative to the scaled step */
-  double potential;       /* V(q'), where potential_known [J] */
-  double potential_start; /* energy: V(q) [J] */
-  double inverse_square;  /* energy: 1/|d|^2 for it */
-  double along_step;      /* energy: sigma, what the mean force has along d [s^-2] */
-  double bordered;        /* energy: J0^-1 d along h^2/2 grad(sigma) */
-  double energy;          /* at the start of the step, for the watch [J] */
-  double energy_scale;    /* what a hand-over of one of these two compares with later [J] */
-  double shadow;          /* what Stoermer-Verlet's own energy is below it [J] */
-  double shadow_change;   /* what the load of the step to come adds to that [J] */
+  bool load_jumped;  /* a sudden load has spoilt the step */
+  thrum_fallback_level fallback_level;
+  double residual;               /* scaled, relative to the scaled step */
+  double potential;              /* V(q'), where potential_known [J] */
+  double potential_start;        /* energy: V(q) [J] */
+  double inverse_square;         /* energy: 1/|d|^2 for it */
+  double along_step;             /* energy: sigma, what the mean force has along d [s^-2] */
+  double bordered;               /* energy: J0^-1 d along h^2/2 grad(sigma) */
+  double energy;                 /* at the start of the step, for the watch [J] */
+  double energy_scale;           /* what a hand-over of one of these two compares with later [J] */
+  double modified_energy;        /* what Stoermer-Verlet's own energy is below it [J] */
+  double modified_energy_change; /* what the load of the step to come adds to that [J] */
 } thrum_solve_report;
 
 /* How many solves the first guess remembers. */
@@ -326,14 +326,14 @@ thrum_status thrum_step_energy(const thrum_model *model, const thrum_state *stat
 thrum_status thrum_step_newmark(const thrum_model *model, const thrum_state *state,
                                 thrum_state_view *view, thrum_solve_report *report);
 
-/* A step in four parts, so that a crowd can make many samples and attempts together. */
+/* A step in four parts, so that a batch can make many samples and attempts together. */
 typedef struct thrum_step_run {
   thrum_state *state;
   thrum_state next; /* the header to be */
   thrum_state_view view;
   double *q, *p; /* the state's own; the view may come to have others */
   thrum_solve_report report;
-  bool samples; /* the watch wants a product: see thrum_watch_before */
+  bool samples; /* the watch wants a product: see thrum_stability_before */
 } thrum_step_run;
 
 /* step.c: checks the state and lets the watch begin; lent may be NULL. Not THRUM_OK: there is
@@ -343,67 +343,71 @@ thrum_status thrum_step_begin(const thrum_model *model, thrum_state *state, cons
 
 /* step.c: lets the watch choose the scheme, run->next.scheme; with the product that it wants, or
  * makes it. */
-void thrum_step_watch(const thrum_model *model, thrum_step_run *run, bool product_there);
+void thrum_step_monitor(const thrum_model *model, thrum_step_run *run, bool product_there);
 
 /* step.c: one step of that scheme: candidates, as thrum_step_imexv. */
 thrum_status thrum_step_attempt(const thrum_model *model, thrum_step_run *run);
 
-/* step.c: from the attempt's status on: the watch, the ladder, the commit. */
+/* step.c: from the attempt's status on: the watch, the fallback, the commit. */
 thrum_status thrum_step_end(const thrum_model *model, thrum_step_run *run, thrum_status attempted,
                             thrum_error *error);
 
 /* watch.c: forgets what the balance was compared with. */
-void thrum_watch_reset(thrum_state *state);
+void thrum_stability_reset(thrum_state *state);
 
 /* watch.c: before a step; `state` is the header to be. May change its scheme and split, and then
  * points view->p at the momentum that goes with them. Not THRUM_OK: that could not be done. Where
  * *samples is set, T_EE times view->direction is wanted in view->product, which multiply puts
  * there; then sample goes on, and may change the same. */
-thrum_status thrum_watch_before(const thrum_model *model, thrum_state *state,
-                                thrum_state_view *view, bool *samples);
-void thrum_watch_multiply(const thrum_model *model, const thrum_state *state,
-                          thrum_state_view *view);
-thrum_status thrum_watch_sample(const thrum_model *model, thrum_state *state,
-                                thrum_state_view *view);
+thrum_status thrum_stability_before(const thrum_model *model, thrum_state *state,
+                                    thrum_state_view *view, bool *samples);
+void thrum_stability_multiply(const thrum_model *model, const thrum_state *state,
+                              thrum_state_view *view);
+thrum_status thrum_stability_sample(const thrum_model *model, thrum_state *state,
+                                    thrum_state_view *view);
 
 /* watch.c: the energy at q_k for the report, with V(q_k) and the explicit force in view->force. */
-void thrum_watch_energy(const thrum_model *model, const thrum_state *state, thrum_state_view *view,
-                        double potential, thrum_solve_report *report);
+void thrum_stability_energy(const thrum_model *model, const thrum_state *state,
+                            thrum_state_view *view, double potential, thrum_solve_report *report);
 
 /* watch.c: after a solved step, whose candidates are in the view. Without explicit modes no stage 1
  * has the energy; then that at the end, for the report. With them, and a load that has just changed
  * much, whether that has spoilt the step. */
-void thrum_watch_ahead(const thrum_model *model, thrum_state *state, thrum_state_view *view,
-                       thrum_solve_report *report);
+void thrum_stability_ahead(const thrum_model *model, thrum_state *state, thrum_state_view *view,
+                           thrum_solve_report *report);
 
 /* watch.c: takes the energy in, where it is known. */
-thrum_verdict thrum_watch_judge(thrum_state *state, const thrum_solve_report *report);
+thrum_stability_decision thrum_stability_judge(thrum_state *state,
+                                               const thrum_solve_report *report);
 
-/* watch.c: makes the header and the view those of design 7; after THRUM_VERDICT_REDO with the step
+/* watch.c: makes the header and the view those of design 7; after THRUM_DECISION_REDO with the step
  * before this one redone. Clears the report. */
-thrum_status thrum_watch_hand_over(const thrum_model *model, thrum_state *state,
-                                   thrum_state_view *view, thrum_verdict verdict,
-                                   thrum_solve_report *report);
+thrum_status thrum_stability_switch(const thrum_model *model, thrum_state *state,
+                                    thrum_state_view *view, thrum_stability_decision decision,
+                                    thrum_solve_report *report);
 
 /* watch.c: work and dissipation of a solved step. */
-void thrum_watch_after(const thrum_model *model, thrum_state *state, const thrum_state_view *view);
+void thrum_stability_after(const thrum_model *model, thrum_state *state,
+                           const thrum_state_view *view);
 
-/* ledger.c: opens the account with the energy that is to be [J], or closes it. */
-void thrum_ledger_open(thrum_state *state, double energy);
-void thrum_ledger_close(thrum_state *state);
+/* energy correction.c: opens the account with the energy that is to be [J], or closes it. */
+void thrum_energy_correction_open(thrum_state *state, double energy);
+void thrum_energy_correction_close(thrum_state *state);
 
-/* ledger.c: enters a solved step of design 7; may scale view->p_next by what is owed. */
-void thrum_ledger_after(const thrum_model *model, thrum_state *state, thrum_state_view *view,
-                        const thrum_solve_report *report);
+/* energy correction.c: enters a solved step of design 7; may scale view->p_next by what is
+ * energy_error. */
+void thrum_energy_correction_after(const thrum_model *model, thrum_state *state,
+                                   thrum_state_view *view, const thrum_solve_report *report);
 
-/* ledger.c: gives imexv's momentum what is *owed* [J] where its kinetic energy is `least` or more;
- * then view->p is view->p_start and *owed zero. */
-thrum_status thrum_ledger_pay(const thrum_model *model, thrum_state *state, thrum_state_view *view,
-                              double least, double *owed);
+/* energy correction.c: gives imexv's momentum what is *energy_error* [J] where its kinetic energy
+ * is `least` or more; then view->p is view->p_start and *energy_error zero. */
+thrum_status thrum_energy_correction_apply(const thrum_model *model, thrum_state *state,
+                                           thrum_state_view *view, double least,
+                                           double *energy_error);
 
-/* ladder.c: the rungs after full Newton, for a step that ended in `failure`; returns that where
- * there are none. */
-thrum_status thrum_ladder_climb(const thrum_model *model, thrum_state *state,
+/* fallback.c: the fallback levels after full Newton, for a step that ended in `failure`; returns
+ * that where there are none. */
+thrum_status thrum_fallback_run(const thrum_model *model, thrum_state *state,
                                 thrum_state_view *view, thrum_status failure,
                                 thrum_solve_report *report);
 

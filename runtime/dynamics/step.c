@@ -8,9 +8,9 @@
 #include <math.h>
 #include <string.h>
 
-#include "runtime/polynomial/polynomial_private.h"
 #include "runtime/dynamics/implicit_solve.h"
 #include "runtime/dynamics/state_private.h"
+#include "runtime/polynomial/polynomial_private.h"
 
 /* An inverse made anew in this step, into the place of the oldest; those before stay where they
  * are, each that of one step, or are none. Returns where it is. */
@@ -91,9 +91,9 @@ static void commit(thrum_step_run *run, double amplitude) {
   next->iterations += report->iterations;
   next->factorisations += report->factorisations;
   next->newton_steps += report->newton ? 1 : 0;
-  next->energy_steps += report->rung == THRUM_RUNG_ENERGY ? 1 : 0;
-  next->substep_steps += report->rung == THRUM_RUNG_SUBSTEPS ? 1 : 0;
-  next->handed_steps += handed ? 1 : 0;
+  next->energy_steps += report->fallback_level == THRUM_FALLBACK_ENERGY ? 1 : 0;
+  next->substep_steps += report->fallback_level == THRUM_FALLBACK_SUBSTEPS ? 1 : 0;
+  next->switched_steps += handed ? 1 : 0;
   next->iterations_last = report->iterations;
   next->residual_last = report->residual;
   next->amplitude = fmax(next->amplitude, amplitude);
@@ -150,17 +150,17 @@ thrum_status thrum_step_begin(const thrum_model *model, thrum_state *state, cons
   // not all schemes have one
   memset(run->view.acceleration_next, 0, (size_t)state->rank * sizeof(double));
   memset(&run->report, 0, sizeof run->report);
-  if (thrum_watch_before(model, &run->next, &run->view, &run->samples) != THRUM_OK)
+  if (thrum_stability_before(model, &run->next, &run->view, &run->samples) != THRUM_OK)
     unwatch(run);
   return THRUM_OK;
 }
 
-void thrum_step_watch(const thrum_model *model, thrum_step_run *run, bool product_there) {
+void thrum_step_monitor(const thrum_model *model, thrum_step_run *run, bool product_there) {
   if (!run->samples)
     return;
   if (!product_there)
-    thrum_watch_multiply(model, &run->next, &run->view);
-  if (thrum_watch_sample(model, &run->next, &run->view) != THRUM_OK)
+    thrum_stability_multiply(model, &run->next, &run->view);
+  if (thrum_stability_sample(model, &run->next, &run->view) != THRUM_OK)
     unwatch(run);
 }
 
@@ -168,18 +168,18 @@ thrum_status thrum_step_attempt(const thrum_model *model, thrum_step_run *run) {
   return attempt(model, &run->next, &run->view, &run->report);
 }
 
-/* What becomes of an attempt: the watch may prefer the step of design 7; then the ladder. With the
- * scaled norm of the motion. */
+/* What becomes of an attempt: the watch may prefer the step of design 7; then the fallback. With
+ * the scaled norm of the motion. */
 static thrum_status settle(const thrum_model *model, thrum_step_run *run, thrum_status status,
                            double *amplitude) {
   thrum_state *next = &run->next;
   thrum_state_view *view = &run->view;
   if (status == THRUM_OK)
-    thrum_watch_ahead(model, next, view, &run->report);
+    thrum_stability_ahead(model, next, view, &run->report);
   // a step that failed may have been spoilt by the one before, which stage 1 then has seen
-  const thrum_verdict verdict = thrum_watch_judge(next, &run->report);
-  if (verdict != THRUM_VERDICT_GO_ON) {
-    status = thrum_watch_hand_over(model, next, view, verdict, &run->report);
+  const thrum_stability_decision decision = thrum_stability_judge(next, &run->report);
+  if (decision != THRUM_DECISION_CONTINUE) {
+    status = thrum_stability_switch(model, next, view, decision, &run->report);
     if (status == THRUM_OK)
       status = thrum_step_attempt(model, run);
   }
@@ -189,7 +189,7 @@ static thrum_status settle(const thrum_model *model, thrum_step_run *run, thrum_
       return THRUM_OK;
     status = THRUM_NOT_FINITE;
   }
-  status = thrum_ladder_climb(model, next, view, status, &run->report);
+  status = thrum_fallback_run(model, next, view, status, &run->report);
   if (status == THRUM_OK)
     *amplitude = thrum_state_amplitude(model, next, view->q_next, view->p_next);
   return status;
@@ -204,8 +204,8 @@ thrum_status thrum_step_end(const thrum_model *model, thrum_step_run *run, thrum
   if (status == THRUM_OK) {
     // an amplitude that overflows would make every later residual look small
     if (isfinite(amplitude) && thrum_all_finite(view->acceleration_next, state->rank)) {
-      thrum_watch_after(model, &run->next, view);
-      thrum_ledger_after(model, &run->next, view, &run->report);
+      thrum_stability_after(model, &run->next, view);
+      thrum_energy_correction_after(model, &run->next, view, &run->report);
       commit(run, amplitude);
     } else {
       status = THRUM_NOT_FINITE;
@@ -213,7 +213,7 @@ thrum_status thrum_step_end(const thrum_model *model, thrum_step_run *run, thrum
   }
   if (status != THRUM_OK)
     return say_failure(state, status, error);
-  const bool fell_back = run->report.newton || run->report.rung != THRUM_RUNG_NONE;
+  const bool fell_back = run->report.newton || run->report.fallback_level != THRUM_FALLBACK_NONE;
   return fell_back ? THRUM_FELL_BACK : THRUM_OK;
 }
 
@@ -222,6 +222,6 @@ thrum_status thrum_step(const thrum_model *model, thrum_state *state, thrum_erro
   const thrum_status status = thrum_step_begin(model, state, NULL, &run, error);
   if (status != THRUM_OK)
     return status;
-  thrum_step_watch(model, &run, false);
+  thrum_step_monitor(model, &run, false);
   return thrum_step_end(model, &run, thrum_step_attempt(model, &run), error);
 }

@@ -1,5 +1,5 @@
-/* A base's motion sampled in time (thrum/base_motion.h, design 12): acceleration linear between samples,
- * so its mean over a step, its velocity and its position are polynomials, and all exact.
+/* A base's motion sampled in time (thrum/base_motion.h, design 12): acceleration linear between
+ * samples, so its mean over a step, its velocity and its position are polynomials, and all exact.
  *
  * A record of positions becomes one of accelerations by the cubic spline through them, whose second
  * derivative is linear between samples: one tridiagonal system (de Boor 1978, A practical guide to
@@ -16,7 +16,7 @@
 #include <math.h>
 static const double TAU = 6.28318530717958647693;
 
-thrum_status thrum_motion_check(const thrum_motion *motion, thrum_error *error) {
+thrum_status thrum_base_motion_check(const thrum_base_motion *motion, thrum_error *error) {
   if (!motion || !motion->times || !motion->accelerations)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "the motion, its times or its accelerations are NULL");
@@ -37,7 +37,7 @@ thrum_status thrum_motion_check(const thrum_motion *motion, thrum_error *error) 
 }
 
 /* The last interval that begins at `time` or before; 0 when none does. */
-static int64_t interval(const thrum_motion *motion, double time) {
+static int64_t interval(const thrum_base_motion *motion, double time) {
   int64_t low = 0, high = motion->count - 1;
   while (high - low > 1) {
     const int64_t middle = low + (high - low) / 2;
@@ -49,7 +49,8 @@ static int64_t interval(const thrum_motion *motion, double time) {
   return low;
 }
 
-void thrum_motion_mean(const thrum_motion *motion, int64_t step, double dt, double mean[3]) {
+void thrum_base_motion_mean(const thrum_base_motion *motion, int64_t step, double dt,
+                            double mean[3]) {
   const double from = fmax((double)step * dt, motion->times[0]);
   const double until = fmin((double)(step + 1) * dt, motion->times[motion->count - 1]);
   mean[0] = mean[1] = mean[2] = 0.0;
@@ -66,14 +67,14 @@ void thrum_motion_mean(const thrum_motion *motion, int64_t step, double dt, doub
   }
 }
 
-thrum_status thrum_motion_load(const thrum_model *model, const double acceleration[3],
-                               double *reduced, thrum_error *error) {
+thrum_status thrum_base_motion_load(const thrum_model *model, const double acceleration[3],
+                                    double *reduced, thrum_error *error) {
   const double inertial[3] = {-acceleration[0], -acceleration[1], -acceleration[2]};
   return thrum_force_add_gravity(model, inertial, reduced, error);
 }
 
-void thrum_motion_integrate(int64_t count, const double *times, const double *accelerations,
-                            double *velocities, double *positions) {
+void thrum_base_motion_integrate(int64_t count, const double *times, const double *accelerations,
+                                 double *velocities, double *positions) {
   for (int axis = 0; axis < 3; axis++)
     velocities[axis] = positions[axis] = 0.0;
   for (int64_t k = 0; k + 1 < count; k++) {
@@ -107,8 +108,8 @@ static void solve_spline(int64_t count, const double *times, const double *x, do
     a[3 * k] -= work[k] * a[3 * k + 3];
 }
 
-void thrum_motion_spline(int64_t count, const double *times, const double *positions,
-                         double *accelerations, double *velocities, double *work) {
+void thrum_base_motion_spline(int64_t count, const double *times, const double *positions,
+                              double *accelerations, double *velocities, double *work) {
   for (int axis = 0; axis < 3; axis++) {
     solve_spline(count, times, positions + axis, accelerations + axis, work);
     velocities[axis] = 0.0;
@@ -121,8 +122,8 @@ void thrum_motion_spline(int64_t count, const double *times, const double *posit
   }
 }
 
-void thrum_motion_at(const thrum_motion *motion, double time, double position[3],
-                     double velocity[3]) {
+void thrum_base_motion_at(const thrum_base_motion *motion, double time, double position[3],
+                          double velocity[3]) {
   const int64_t last = motion->count - 1;
   const double end = motion->times[last];
   const int64_t k = time >= end ? last : interval(motion, time);
@@ -142,7 +143,7 @@ void thrum_motion_at(const thrum_motion *motion, double time, double position[3]
   }
 }
 
-double thrum_motion_sine(const thrum_load *course, double time) {
+double thrum_base_motion_sine(const thrum_load *course, double time) {
   const double t = fmax(fmin(time, course->until), course->from) - course->from;
   const double omega = TAU * course->frequency;
   return omega > 0.0 ? -sin(TAU * fmod(course->frequency * t, 1.0)) / (omega * omega) : 0.0;

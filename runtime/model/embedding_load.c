@@ -4,8 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "runtime/model/file_buffer.h"
 #include "runtime/model/embedding_private.h"
+#include "runtime/model/file_buffer.h"
 
 /* Copies the embedding behind its struct, each array at a multiple of 64: sizes are below 4 GiB, as
  * the file was. */

@@ -1,9 +1,9 @@
 /* Passes over the coefficients for several states of one model at once: each coefficient is loaded
  * once and meets all of them. Private to runtime/.
  *
- * A vector holds one number of each state: entry i of an array of a crowd is the `lanes` doubles at
- * [i * lanes]. Each state gets the operations of runtime/polynomial/kernel_private.h in the same order, so the same
- * bits as alone.
+ * A vector holds one number of each state: entry i of an array of a batch is the `lanes` doubles at
+ * [i * lanes]. Each state gets the operations of runtime/polynomial/kernel_private.h in the same
+ * order, so the same bits as alone.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_RUNTIME_POLYNOMIAL_BATCH_KERNEL_H
@@ -12,21 +12,21 @@
 #include "runtime/polynomial/packed.h"
 #include "runtime/polynomial/polynomial_private.h"
 
-#define THRUM_CROWD_LANES_MAX 8
+#define THRUM_BATCH_LANES_MAX 8
 
 /* Columns of the packed coefficients, whole vectors and one to spare. */
-static inline int64_t thrum_crowd_columns(int64_t rank) {
+static inline int64_t thrum_batch_columns(int64_t rank) {
   return thrum_padded(thrum_pack_first(rank));
 }
 
 /* Doubles of scratch of any pass, for each state. */
-static inline int64_t thrum_crowd_work(int64_t rank) {
-  return 4 * thrum_crowd_columns(rank) + 20 * (rank + 1) + rank * rank;
+static inline int64_t thrum_batch_work(int64_t rank) {
+  return 4 * thrum_batch_columns(rank) + 20 * (rank + 1) + rank * rank;
 }
 
 /* All arrays are aligned to 64, and the model is packed. `work` may have any content and overlaps
  * no other argument. */
-typedef struct thrum_crowd_kernel {
+typedef struct thrum_batch_kernel {
   int64_t lanes; /* states */
 
   /* thrum_force_part: R(q) into force (the first `split`), V(q) into energy (1). */
@@ -52,14 +52,14 @@ typedef struct thrum_crowd_kernel {
   /* Has so many bytes come nearer to the processor. Here, because a compiler leaves out calls that
    * it sees do no more. */
   void (*ask_for)(const double *from, size_t bytes);
-} thrum_crowd_kernel;
+} thrum_batch_kernel;
 
 /* The one that goes with a kernel of single states, NULL when it has none. */
-const thrum_crowd_kernel *thrum_crowd_kernel_of(thrum_kernel_id id);
+const thrum_batch_kernel *thrum_batch_kernel_of(thrum_kernel_id id);
 
 #ifdef THRUM_KERNEL_HAS_X86
-extern const thrum_crowd_kernel thrum_crowd_kernel_avx2;
-extern const thrum_crowd_kernel thrum_crowd_kernel_avx512;
+extern const thrum_batch_kernel thrum_batch_kernel_avx2;
+extern const thrum_batch_kernel thrum_batch_kernel_avx512;
 #endif
 
 #endif

@@ -57,8 +57,8 @@ INLINE const double *vs_again(const double *p) {
 
 #include "runtime/polynomial/batch_passes.inl"
 
-const thrum_crowd_kernel thrum_crowd_kernel_avx2 = THRUM_CROWD_TABLE;
+const thrum_batch_kernel thrum_batch_kernel_avx2 = THRUM_BATCH_TABLE;
 
 #else
-typedef int thrum_crowd_avx2_is_elsewhere;
+typedef int thrum_batch_avx2_is_elsewhere;
 #endif

@@ -59,8 +59,8 @@ INLINE const double *vs_again(const double *p) {
 
 #include "runtime/polynomial/batch_passes.inl"
 
-const thrum_crowd_kernel thrum_crowd_kernel_avx512 = THRUM_CROWD_TABLE;
+const thrum_batch_kernel thrum_batch_kernel_avx512 = THRUM_BATCH_TABLE;
 
 #else
-typedef int thrum_crowd_avx512_is_elsewhere;
+typedef int thrum_batch_avx512_is_elsewhere;
 #endif

@@ -1,5 +1,6 @@
-/* The passes of runtime/polynomial/batch_kernel.h that give what pushes the explicit modes alone; see
- * runtime/polynomial/kernel_part.inl. For a file that has included what runtime/polynomial/batch_passes.inl has before it.
+/* The passes of runtime/polynomial/batch_kernel.h that give what pushes the explicit modes alone;
+ * see runtime/polynomial/kernel_part.inl. For a file that has included what
+ * runtime/polynomial/batch_passes.inl has before it.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/polynomial/batch_kernel.h"
@@ -9,7 +10,7 @@ PASS void pass_force_part(const thrum_model *model, int64_t split, const double 
   const int64_t n = model->rank, implicit = n - split, plain = thrum_pack_first(implicit) / 8;
   const evaluation e = evaluation_of(n, work);
   evaluation_begin(n, plain, q, &e);
-  crowd_block k = evaluation_blocks(model, &e);
+  batch_block k = evaluation_blocks(model, &e);
   k.plain = plain;
   for (int64_t c = 0; c < n; c++) {
     k.z = e.z + c * LANES;
@@ -70,8 +71,8 @@ PASS void pass_tangent_vector_part(const thrum_model *model, int64_t split, cons
   evaluation_begin(n, plain, q, &e);
   mirror(n, implicit, v, 0.0, d.lifted);
   monomials(true, n, e.lifted, d.lifted, d.m);
-  clear(d.w + 8 * plain * LANES, thrum_crowd_columns(n) - 8 * plain);
-  crowd_block k = evaluation_blocks(model, &e);
+  clear(d.w + 8 * plain * LANES, thrum_batch_columns(n) - 8 * plain);
+  batch_block k = evaluation_blocks(model, &e);
   k.plain = plain;
   double *x = d.end, *parts = x + n * LANES;
   for (int64_t c = 0; c < n; block_next(n, ++c, &k)) {
@@ -84,7 +85,7 @@ PASS void pass_tangent_vector_part(const thrum_model *model, int64_t split, cons
     block_both(&k);
     for (int64_t t = 0; t < (n - c) * LANES; t += LANES)
       vs_store(x + t, vs_add(vs_mul(q_c, vs_load(z_v + t)), vs_mul(v_c, vs_load(z + t))));
-    crowd_block along = k;
+    batch_block along = k;
     along.m = d.m;
     along.z = x;
     along.scale = vs_set1(1.0);

@@ -9,11 +9,10 @@
  *   vs_keep(a)          a, in a register from now on
  *   vs_again(p)         p; a number there may be loaded anew for each use
  *
- * A sum over columns has eight partial sums, column mod 8, as runtime/polynomial/kernel_private.h says; here they are
- * eight registers, and no sum is taken across one. The passes over a whole model read it packed
- * (runtime/polynomial/packed.h).
- * Cost: for each coefficient and LANES states 4 operations (force, gradient), 2 (restrict_to), 6
- * (Hessian), 8 (tangent times vector).
+ * A sum over columns has eight partial sums, column mod 8, as runtime/polynomial/kernel_private.h
+ * says; here they are eight registers, and no sum is taken across one. The passes over a whole
+ * model read it packed (runtime/polynomial/packed.h). Cost: for each coefficient and LANES states 4
+ * operations (force, gradient), 2 (restrict_to), 6 (Hessian), 8 (tangent times vector).
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <string.h>
@@ -85,8 +84,8 @@ INLINE void clear(double *a, int64_t count) {
 }
 
 /* Block 0 of an order, and on to block c; all of its rows and columns wanted. */
-INLINE crowd_block block_first(const thrum_model *model, bool mirrored) {
-  crowd_block k = {.b = {model->packed, model->packed_single}};
+INLINE batch_block block_first(const thrum_model *model, bool mirrored) {
+  batch_block k = {.b = {model->packed, model->packed_single}};
   k.b = packed_at(&k.b, mirrored ? model->packed_count : 0);
   k.whole = k.vectors = thrum_pack_vectors(0);
   k.all = k.rows = model->rank;
@@ -94,7 +93,7 @@ INLINE crowd_block block_first(const thrum_model *model, bool mirrored) {
   return k;
 }
 
-INLINE void block_next(int64_t n, int64_t c, crowd_block *k) {
+INLINE void block_next(int64_t n, int64_t c, batch_block *k) {
   k->b = packed_at(&k->b, 8 * k->all * k->whole);
   k->whole = k->vectors = thrum_pack_vectors(c);
   k->all = k->rows = n - c;
@@ -140,7 +139,7 @@ typedef struct evaluation {
 } evaluation;
 
 INLINE evaluation evaluation_of(int64_t n, double *work) {
-  const int64_t columns = thrum_crowd_columns(n) * LANES, vector = n * LANES;
+  const int64_t columns = thrum_batch_columns(n) * LANES, vector = n * LANES;
   evaluation e = {.m = work, .w = work + columns, .y = work + 2 * columns};
   e.g = e.y + vector;
   e.s = e.g + vector;
@@ -162,14 +161,14 @@ INLINE void mirror(int64_t n, int64_t first, const double *q, double one, double
 INLINE void evaluation_begin(int64_t n, int64_t plain, const double *q, const evaluation *e) {
   mirror(n, 0, q, 1.0, e->lifted);
   monomials(false, n, e->lifted, e->lifted, e->m);
-  clear(e->w + 8 * plain * LANES, thrum_crowd_columns(n) - 8 * plain);
+  clear(e->w + 8 * plain * LANES, thrum_batch_columns(n) - 8 * plain);
   clear(e->g, n);
   clear(e->h, n + 1);
 }
 
 /* The blocks of the mirrored order with what an evaluation has. */
-INLINE crowd_block evaluation_blocks(const thrum_model *model, const evaluation *e) {
-  crowd_block k = block_first(model, true);
+INLINE batch_block evaluation_blocks(const thrum_model *model, const evaluation *e) {
+  batch_block k = block_first(model, true);
   k.m = e->m;
   k.w = e->w;
   k.y = e->y;
@@ -192,7 +191,7 @@ PASS void ask_for(const double *from, size_t bytes) {
     _mm_prefetch((const char *)from + k, _MM_HINT_T1);
 }
 
-#define THRUM_CROWD_TABLE                                                                          \
+#define THRUM_BATCH_TABLE                                                                          \
   {                                                                                                \
     LANES, pass_force_part, pass_tangent_vector_part, pass_restrict, pass_restricted_gradient,     \
         pass_restricted_hessian, ask_for                                                           \

@@ -1,5 +1,6 @@
-/* The passes of runtime/polynomial/batch_kernel.h with the explicit modes held; see runtime/polynomial/kernel_restricted.inl. For
- * a file that has included what runtime/polynomial/batch_passes.inl has before it.
+/* The passes of runtime/polynomial/batch_kernel.h with the explicit modes held; see
+ * runtime/polynomial/kernel_restricted.inl. For a file that has included what
+ * runtime/polynomial/batch_passes.inl has before it.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <string.h>
@@ -14,9 +15,9 @@ INLINE void lift(int64_t n, const double *q, double *lifted) {
 /* Linear and quadratic terms; the latter's places are those of the columns (b,-1) of rows c. */
 INLINE void restrict_low(const thrum_model *model, int64_t split, const double *q,
                          double *restricted, double *work) {
-  const int64_t rank = model->rank, n = rank - split, columns = thrum_crowd_columns(rank);
+  const int64_t rank = model->rank, n = rank - split, columns = thrum_batch_columns(rank);
   double *m = work, *y = m + columns * LANES, *lifted = y + rank * LANES;
-  crowd_block k = block_first(model, false);
+  batch_block k = block_first(model, false);
   k.m = m;
   k.y = y;
   lift(split, q, lifted);
@@ -49,7 +50,7 @@ PASS void pass_restrict(const thrum_model *model, int64_t split, const double *q
   double *z = work, *row = restricted + thrum_restricted_first(n) * LANES;
   for (int64_t d = n; d < rank; d++)
     vs_store(z + d * LANES, vs_load(q + (rank - 1 - d) * LANES));
-  crowd_block k = block_first(model, true);
+  batch_block k = block_first(model, true);
   for (int64_t c = 0; c < n; c++) {
     k.first = n - c;
     k.z = z + c * LANES;
@@ -68,7 +69,7 @@ PASS void pass_restricted_gradient(const thrum_model *model, int64_t split,
   const evaluation e = evaluation_of(n, work);
   evaluation_begin(n, 0, q, &e);
   const double *row = restricted + thrum_restricted_first(n) * LANES;
-  crowd_block k = evaluation_blocks(model, &e);
+  batch_block k = evaluation_blocks(model, &e);
   k.own_y = e.end;
   for (int64_t c = 0; c < n; c++) {
     k.rows = n - c;
@@ -117,12 +118,12 @@ PASS void pass_restricted_hessian(const thrum_model *model, int64_t split, const
   const int64_t n = model->rank - split;
   const evaluation e = evaluation_of(n, work);
   evaluation_begin(n, 0, q, &e);
-  const int64_t spare = thrum_crowd_columns(n) * LANES;
+  const int64_t spare = thrum_batch_columns(n) * LANES;
   double *l = e.end, *list = l + spare, *lower = list + spare;
   const double *own = restricted + thrum_restricted_first(n) * LANES;
   packed blocks[THRUM_RANK_MAX];
   block_row rows[THRUM_RANK_MAX];
-  crowd_block k = evaluation_blocks(model, &e);
+  batch_block k = evaluation_blocks(model, &e);
   k.w = l;
   for (int64_t c = 0; c < n; c++) {
     // y_dc is the coefficient of z_d z_c; l is what z_c meets but for it

@@ -1,5 +1,5 @@
-/* Blocks of packed coefficients (runtime/polynomial/packed.h) with what they meet of several states, for a file
- * that has defined what runtime/polynomial/batch_passes.inl asks for.
+/* Blocks of packed coefficients (runtime/polynomial/packed.h) with what they meet of several
+ * states, for a file that has defined what runtime/polynomial/batch_passes.inl asks for.
  *
  * Rows are taken ROWS at a time, so that what a column has of the states is loaded once for them;
  * columns two residues mod 8 at a time, those whose partial sums are added first, so that the sums
@@ -45,7 +45,7 @@ typedef enum work_on {
 /* A block of rows and what they meet: `whole` vectors of columns, of which those from `begin` to
  * before `vectors` are wanted, and of `all` rows those from `first` to before `rows`. x = scale z;
  * z and y by row, m and w by column. The vectors before the `plain`-th give y alone. */
-typedef struct crowd_block {
+typedef struct batch_block {
   packed b;
   int64_t whole, begin, vectors, plain, all, first, rows;
   vs scale; /* x of the own row */
@@ -53,7 +53,7 @@ typedef struct crowd_block {
   double *w, *y;
   const double *own; /* row */
   double *own_y;
-} crowd_block;
+} batch_block;
 
 /* Rows that are taken at once, and what they meet: in here, since stores could change a block. */
 typedef struct tile {
@@ -108,7 +108,7 @@ INLINE void tile_pair(bool single, work_on what, int rows, const tile *t, int64_
 }
 
 INLINE void tile_work(bool single, work_on what, int rows, const packed *b, int64_t size,
-                      const crowd_block *k, int64_t row) {
+                      const batch_block *k, int64_t row) {
   const bool sums = what != WORK_ADDS && what != WORK_STARTS;
   tile t = {.b = *b, .again = packed_again(b), .stride = 8 * size, .own_x = k->scale};
   t.begin = k->begin;
@@ -132,7 +132,7 @@ INLINE void tile_work(bool single, work_on what, int rows, const packed *b, int6
 
 /* What is done to the first rows of a block may not be what is done to the others. */
 INLINE void block_rows(bool single, work_on begins, int64_t most, work_on what,
-                       const crowd_block *k) {
+                       const batch_block *k) {
   int64_t row = k->first, count;
   for (; row < k->rows; row += count) {
     const int64_t first = row / THRUM_PACK_ROWS * THRUM_PACK_ROWS;
@@ -157,7 +157,7 @@ INLINE void block_rows(bool single, work_on begins, int64_t most, work_on what,
 }
 
 #define BLOCK_PASS(name, begins, most, what)                                                       \
-  PASS void name(const crowd_block *k) {                                                           \
+  PASS void name(const batch_block *k) {                                                           \
     if (k->b.f)                                                                                    \
       block_rows(true, begins, most, what, k);                                                     \
     else                                                                                           \

@@ -1,5 +1,6 @@
-/* The choice among the kernels that this build and this machine have (runtime/polynomial/kernel_private.h). Nothing
- * is kept: asking the processor costs a load and a test.
+/* The choice among the kernels that this build and this machine have
+ * (runtime/polynomial/kernel_private.h). Nothing is kept: asking the processor costs a load and a
+ * test.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/polynomial/kernel_private.h"

@@ -1,5 +1,5 @@
-/* The passes of runtime/polynomial/kernel_private.h over all coefficients of a model, over vectors of 8 lanes, for a
- * file that has included runtime/polynomial/kernel_packed.inl.
+/* The passes of runtime/polynomial/kernel_private.h over all coefficients of a model, over vectors
+ * of 8 lanes, for a file that has included runtime/polynomial/kernel_packed.inl.
  *
  * V = sum_{c<=d} q_d q_c y_dc with y_dc = sum_{a<=b<=c} B_dc,ba m_ba; with y held its gradient goes
  * block by block, and w_ba = sum q_d q_c B_dc,ba gives the rest of it.

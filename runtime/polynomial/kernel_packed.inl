@@ -1,5 +1,5 @@
-/* Blocks of packed coefficients (runtime/polynomial/packed.h) with what they meet, over vectors of 8 lanes, for
- * a file that has included runtime/polynomial/kernel_lanes.h.
+/* Blocks of packed coefficients (runtime/polynomial/packed.h) with what they meet, over vectors of
+ * 8 lanes, for a file that has included runtime/polynomial/kernel_lanes.h.
  *
  * Rows are kept from d = n-1 down ("reversed" vectors), or, of the mirrored order, from c up;
  * columns from -1 up ("lifted" vectors, entry 0 is 1). Coefficients are read in the order in which

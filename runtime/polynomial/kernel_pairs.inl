@@ -1,6 +1,6 @@
-/* The tangent of a small model by pairs (runtime/polynomial/packed.h), and what it makes of a vector, for a file
- * that has included runtime/polynomial/kernel_model.inl.
- * Cost: the bytes of the coefficients by pairs, once, and 4 operations each.
+/* The tangent of a small model by pairs (runtime/polynomial/packed.h), and what it makes of a
+ * vector, for a file that has included runtime/polynomial/kernel_model.inl. Cost: the bytes of the
+ * coefficients by pairs, once, and 4 operations each.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/polynomial/kernel_private.h"

@@ -1,5 +1,6 @@
-/* The passes of runtime/polynomial/kernel_private.h that give what pushes the explicit modes alone, in mirrored
- * coordinates (runtime/polynomial/packed.h), for a file that has included runtime/polynomial/kernel_model.inl.
+/* The passes of runtime/polynomial/kernel_private.h that give what pushes the explicit modes alone,
+ * in mirrored coordinates (runtime/polynomial/packed.h), for a file that has included
+ * runtime/polynomial/kernel_model.inl.
  *
  * With k implicit modes z_0..z_{k-1} before the explicit ones, a block c < k is wanted for its y
  * alone: of its gradient by c and by its columns nothing is explicit. In the others the columns of

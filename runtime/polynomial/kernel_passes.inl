@@ -1,9 +1,9 @@
-/* The table of all passes of runtime/polynomial/kernel_private.h, over vectors of 8 lanes, for a file that has
- * included runtime/polynomial/kernel_lanes.h.
+/* The table of all passes of runtime/polynomial/kernel_private.h, over vectors of 8 lanes, for a
+ * file that has included runtime/polynomial/kernel_lanes.h.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/polynomial/kernel_private.h"
 #include "runtime/polynomial/kernel_packed.inl"
+#include "runtime/polynomial/kernel_private.h"
 // it needs the packed blocks
 #include "runtime/polynomial/kernel_model.inl"
 // these need evaluations

@@ -3,18 +3,18 @@
  *
  * Every table gives the same bits for finite results. What fixes them: no fused multiply-add, and
  *   - over a whole model, each of whose terms of degree 3 and 4 is q_d q_c q_b q_a with
- *     d >= c >= b >= a >= -1 and q_{-1} = 1 (runtime/polynomial/packed.h): x_dc = q_c q_d; m_ba = q_b q_a;
- *     y_dc, over the columns (b,a), runs in 8 lanes, number of the column mod 8, ascending; w_ba,
- *     over the rows, has c ascending and within it d descending. With y held: g_d adds q_c y_dc, c
- *     ascending, and s_c sums y_dc q_d in lanes n-1-d mod 8. With w held: g_a adds q_b w_ba, b
+ *     d >= c >= b >= a >= -1 and q_{-1} = 1 (runtime/polynomial/packed.h): x_dc = q_c q_d; m_ba =
+ * q_b q_a; y_dc, over the columns (b,a), runs in 8 lanes, number of the column mod 8, ascending;
+ * w_ba, over the rows, has c ascending and within it d descending. With y held: g_d adds q_c y_dc,
+ * c ascending, and s_c sums y_dc q_d in lanes n-1-d mod 8. With w held: g_a adds q_b w_ba, b
  *     ascending, and s_b sums w_ba q_a in lanes a+1 mod 8. A gradient is (g + g) + (s + s), those
  *     with y held first;
- *   - a tangent by pairs (runtime/polynomial/packed.h): y_P sums the columns from its group's on, in lanes, then
- *     adds w_P, which has the rows before its group ascending. The gradient is a third of g + s, as
- *     above with y for w, V a sixth of the sum of m y in lanes; a tangent times v that comes by
- *     pairs is g + s with v for q;
- *   - of the explicit modes alone, in mirrored coordinates (runtime/polynomial/packed.h), the same with rows
- *     ascending, d in lanes d-c mod 8;
+ *   - a tangent by pairs (runtime/polynomial/packed.h): y_P sums the columns from its group's on,
+ * in lanes, then adds w_P, which has the rows before its group ascending. The gradient is a third
+ * of g + s, as above with y for w, V a sixth of the sum of m y in lanes; a tangent times v that
+ * comes by pairs is g + s with v for q;
+ *   - of the explicit modes alone, in mirrored coordinates (runtime/polynomial/packed.h), the same
+ * with rows ascending, d in lanes d-c mod 8;
  *   - with the explicit modes held, over n mirrored coordinates, likewise; w_ba, within c, has the
  *     state's own row first; s_c is (l_c + the own row's y) + the sum of y_dc z_d. Restricting, own
  *     rows add up d ascending; what is linear and quadratic has the other order, its y summed over

@@ -1,12 +1,12 @@
 /* The passes in plain C, for every machine: what the faster kernels are tested against, and the
  * order of every sum (runtime/polynomial/kernel_private.h) written out.
  *
- * Coefficients lie in blocks (runtime/polynomial/packed.h): block c is a matrix B with rows d >= c and columns
- * (b,a), a <= b <= c. With x_d = q_d q_c and m_ba = q_b q_a its share of V is x^T B m, so one pass
- * that forms y = B m and adds B^T x to w gives V = sum y_dc q_d q_c and its gradient, the gradient
- * of y's sum at w held and of w's at y held. (Hessian) v is the derivative of that along v. In the
- * Hessian the second derivatives of x and m meet y and w; the mixed ones are X + X^T, where row d
- * of X is the gradient of all columns that meet q_d.
+ * Coefficients lie in blocks (runtime/polynomial/packed.h): block c is a matrix B with rows d >= c
+ * and columns (b,a), a <= b <= c. With x_d = q_d q_c and m_ba = q_b q_a its share of V is x^T B m,
+ * so one pass that forms y = B m and adds B^T x to w gives V = sum y_dc q_d q_c and its gradient,
+ * the gradient of y's sum at w held and of w's at y held. (Hessian) v is the derivative of that
+ * along v. In the Hessian the second derivatives of x and m meet y and w; the mixed ones are X +
+ * X^T, where row d of X is the gradient of all columns that meet q_d.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #if defined(__clang__)
@@ -15,9 +15,9 @@
 
 #include <string.h>
 
+#include "runtime/base/lane_sums.h"
 #include "runtime/polynomial/kernel_private.h"
 #include "runtime/polynomial/packed.h"
-#include "runtime/base/lane_sums.h"
 
 #define LANES 8
 

@@ -1,5 +1,6 @@
-/* The passes of runtime/polynomial/kernel_private.h with the explicit modes held, in mirrored coordinates
- * (runtime/polynomial/packed.h), for a file that has included runtime/polynomial/kernel_model.inl.
+/* The passes of runtime/polynomial/kernel_private.h with the explicit modes held, in mirrored
+ * coordinates (runtime/polynomial/packed.h), for a file that has included
+ * runtime/polynomial/kernel_model.inl.
  *
  * With n implicit modes z_0..z_{n-1} the blocks c < n have all that is left of V: their rows d < n
  * the quartic and cubic terms in them, their other rows, added up, the terms with one explicit

@@ -1,5 +1,5 @@
-/* The passes of runtime/polynomial/kernel_private.h over a square matrix, for a file that has included
- * runtime/polynomial/kernel_lanes.h.
+/* The passes of runtime/polynomial/kernel_private.h over a square matrix, for a file that has
+ * included runtime/polynomial/kernel_lanes.h.
  *
  * Columns are taken in up to four vectors, which stay in registers while the rows, or the pairs of
  * vectors, go by.

@@ -1,5 +1,6 @@
-/* Lays the coefficients of a model out for the passes of a kernel (thrum/model.h, runtime/polynomial/packed.h).
- * Cost: two passes over c3 and c4, once for a model; of a small one up to 3 numbers more for each.
+/* Lays the coefficients of a model out for the passes of a kernel (thrum/model.h,
+ * runtime/polynomial/packed.h). Cost: two passes over c3 and c4, once for a model; of a small one
+ * up to 3 numbers more for each.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <float.h>

@@ -6,8 +6,8 @@
  * solve then sees rank - split coordinates only (runtime/polynomial/packed.h).
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/polynomial/polynomial_private.h"
 #include "runtime/polynomial/packed.h"
+#include "runtime/polynomial/polynomial_private.h"
 
 #include <string.h>
 

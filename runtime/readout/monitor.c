@@ -15,27 +15,27 @@
 #include <string.h>
 
 #include "runtime/base/alignment_check.h"
-#include "runtime/readout/stress_private.h"
 #include "runtime/base/vec3.h"
+#include "runtime/readout/stress_private.h"
 #include "runtime/readout/tet_strain.h"
 
 #define MONITOR_COOKIE UINT32_C(0x6d6f6e31)
 #define MONITOR_MAGIC UINT64_C(0x7468726d6d6f3031)
-#define SAMPLED 0.1   /* displacement that precompute's derivatives are scaled for, design 2 */
-#define NOTHING 1e-24 /* a load of which less than this part is left moves a body as a whole */
-#define SENTINELS 64  /* by default */
+#define SAMPLED 0.1     /* displacement that precompute's derivatives are scaled for, design 2 */
+#define NOTHING 1e-24   /* a load of which less than this part is left moves a body as a whole */
+#define SAMPLED_TETS 64 /* by default */
 #define RIGID 6
 
-/* The header; behind it, each at a multiple of 64: sentinels (count i4), tips (rank x 3 x rank),
- * mass (vertex_count), gauges. */
+/* The header; behind it, each at a multiple of 64: sampled tets (count i4), tips (rank x 3 x rank),
+ * mass (vertex_count), stress points. */
 struct thrum_monitor {
   uint64_t magic;
   thrum_monitor_def def;
   int64_t rank;
   int64_t vertex_count;
-  int64_t sentinel_count;
+  int64_t sampled_tet_count;
   double unit;               /* of reach [m] */
-  size_t tips, mass, gauges; /* offsets */
+  size_t tips, mass, points; /* offsets */
 };
 
 const char *thrum_warning_text(thrum_warning warning) {
@@ -51,7 +51,7 @@ const char *thrum_warning_text(thrum_warning warning) {
 
 thrum_monitor_def thrum_default_monitor_def(void) {
   return (thrum_monitor_def){.cookie = MONITOR_COOKIE,
-                             .sentinel_count = SENTINELS,
+                             .sampled_tet_count = SAMPLED_TETS,
                              .stretch_least = 1 / sqrt(3.0),
                              .reach_most = 3,
                              .load_share_most = 1};
@@ -71,10 +71,11 @@ static thrum_status check_def(const thrum_model *model, const thrum_monitor_def 
   if (!model->basis || !model->tets)
     return thrum_error_set(error, THRUM_MISSING,
                            "the model has no mesh or no basis, so there is nothing to monitor");
-  if (def->sentinel_count < 1 || (!def->sentinels && def->sentinel_count > THRUM_SENTINELS_MAX))
+  if (def->sampled_tet_count < 1 ||
+      (!def->sampled_tets && def->sampled_tet_count > THRUM_SAMPLED_TETS_MAX))
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                           "a monitor is asked for %lld sentinels; it chooses 1 to %d",
-                           (long long)def->sentinel_count, THRUM_SENTINELS_MAX);
+                           "a monitor is asked for %lld sampled tets; it chooses 1 to %d",
+                           (long long)def->sampled_tet_count, THRUM_SAMPLED_TETS_MAX);
   if (!(def->stretch_least >= 0) || !(def->reach_most >= 0) || !(def->load_share_most >= 0) ||
       !(def->load_share_most <= 1))
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
@@ -82,23 +83,23 @@ static thrum_status check_def(const thrum_model *model, const thrum_monitor_def 
   return THRUM_OK;
 }
 
-/* How many sentinels there will be. */
-static int64_t sentinels_of(const thrum_model *model, const thrum_monitor_def *def) {
-  return def->sentinels || def->sentinel_count < model->tet_count ? def->sentinel_count
-                                                                  : model->tet_count;
+/* How many sampled tets there will be. */
+static int64_t sampled_tets_of(const thrum_model *model, const thrum_monitor_def *def) {
+  return def->sampled_tets || def->sampled_tet_count < model->tet_count ? def->sampled_tet_count
+                                                                        : model->tet_count;
 }
 
-/* Offsets of the parts; the gauges' is the bytes before them. */
+/* Offsets of the parts; the stress points' is the bytes before them. */
 static thrum_monitor plan(const thrum_model *model, const thrum_monitor_def *def) {
   thrum_monitor m = {.magic = MONITOR_MAGIC,
                      .def = *def,
                      .rank = model->rank,
                      .vertex_count = model->vertex_count,
-                     .sentinel_count = sentinels_of(model, def)};
-  m.tips = thrum_round_up(sizeof m) + thrum_round_up((size_t)m.sentinel_count * sizeof(int32_t));
+                     .sampled_tet_count = sampled_tets_of(model, def)};
+  m.tips = thrum_round_up(sizeof m) + thrum_round_up((size_t)m.sampled_tet_count * sizeof(int32_t));
   m.mass = m.tips + thrum_round_up((size_t)(3 * m.rank * m.rank) * sizeof(double));
-  m.gauges = m.mass + thrum_round_up((size_t)m.vertex_count * sizeof(double));
-  m.def.sentinels = NULL;
+  m.points = m.mass + thrum_round_up((size_t)m.vertex_count * sizeof(double));
+  m.def.sampled_tets = NULL;
   return m;
 }
 
@@ -109,16 +110,16 @@ thrum_status thrum_monitor_size(const thrum_model *model, const thrum_monitor_de
     return status;
   if (!size)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "size is NULL");
-  // gauges on chosen tets take bytes by their number alone, so those given or, before the choice
-  // is made, tet 0 as often
+  // stress points on chosen tets take bytes by their number alone, so those given or, before the
+  // choice is made, tet 0 as often
   static const int32_t first = 0;
   const thrum_monitor m = plan(model, def);
-  const thrum_gauge_def gauges = {def->sentinels ? def->sentinels : &first,
-                                  def->sentinels ? m.sentinel_count : 1};
+  const thrum_stress_points_def points = {def->sampled_tets ? def->sampled_tets : &first,
+                                          def->sampled_tets ? m.sampled_tet_count : 1};
   size_t bytes = 0;
-  status = thrum_gauge_size(model, &gauges, &bytes, error);
+  status = thrum_stress_points_size(model, &points, &bytes, error);
   if (status == THRUM_OK)
-    *size = m.gauges + bytes * (size_t)(def->sentinels ? 1 : m.sentinel_count);
+    *size = m.points + bytes * (size_t)(def->sampled_tets ? 1 : m.sampled_tet_count);
   return status;
 }
 
@@ -126,10 +127,10 @@ static const void *at(const thrum_monitor *monitor, size_t offset) {
   return (const unsigned char *)monitor + offset;
 }
 
-int64_t thrum_monitor_sentinels(const thrum_monitor *monitor, const int32_t **tets) {
+int64_t thrum_monitor_sampled_tets(const thrum_monitor *monitor, const int32_t **tets) {
   if (tets)
     *tets = monitor ? at(monitor, thrum_round_up(sizeof *monitor)) : NULL;
-  return monitor ? monitor->sentinel_count : 0;
+  return monitor ? monitor->sampled_tet_count : 0;
 }
 
 /* The three rows of U of the vertex that a basis vector moves furthest, for each. */
@@ -172,12 +173,12 @@ static void fill_mass(const thrum_model *model, double *mass) {
   }
 }
 
-/* Takes the given sentinels, or chooses them. */
-static thrum_status fill_sentinels(const thrum_model *model, const thrum_monitor_def *def,
-                                   int64_t *count, int32_t *tets, thrum_error *error) {
-  if (!def->sentinels)
-    return thrum_sentinels_choose(model, *count, tets, count, error);
-  memcpy(tets, def->sentinels, (size_t)*count * sizeof *tets);
+/* Takes the given sampled tets, or chooses them. */
+static thrum_status fill_sampled_tets(const thrum_model *model, const thrum_monitor_def *def,
+                                      int64_t *count, int32_t *tets, thrum_error *error) {
+  if (!def->sampled_tets)
+    return thrum_sampled_tets_choose(model, *count, tets, count, error);
+  memcpy(tets, def->sampled_tets, (size_t)*count * sizeof *tets);
   return THRUM_OK;
 }
 
@@ -197,12 +198,12 @@ thrum_status thrum_monitor_init(void *memory, size_t memory_size, const thrum_mo
   thrum_monitor made = plan(model, def);
   unsigned char *bytes = memory;
   int32_t *tets = (void *)(bytes + thrum_round_up(sizeof made));
-  status = fill_sentinels(model, def, &made.sentinel_count, tets, error);
-  const thrum_gauge_def gauges = {tets, made.sentinel_count};
-  const thrum_gauge *gauge;
+  status = fill_sampled_tets(model, def, &made.sampled_tet_count, tets, error);
+  const thrum_stress_points_def points = {tets, made.sampled_tet_count};
+  const thrum_stress_points *stress_points;
   if (status == THRUM_OK)
-    status =
-        thrum_gauge_init(bytes + made.gauges, size - made.gauges, model, &gauges, &gauge, error);
+    status = thrum_stress_points_init(bytes + made.points, size - made.points, model, &points,
+                                      &stress_points, error);
   if (status != THRUM_OK)
     return status;
   fill_tips(model, (void *)(bytes + made.tips));
@@ -221,13 +222,13 @@ static thrum_status check(const thrum_monitor *monitor, const thrum_monitor_reco
   return THRUM_OK;
 }
 
-/* The least principal stretch of the sentinels, and the place of the one that has it. */
+/* The least principal stretch of the sampled tets, and the place of the one that has it. */
 static double least_stretch(const thrum_monitor *monitor, const double *q, int64_t *place) {
-  const thrum_gauge *gauge = at(monitor, monitor->gauges);
+  const thrum_stress_points *stress_points = at(monitor, monitor->points);
   double least = INFINITY;
-  for (int64_t n = 0; n < monitor->sentinel_count; n++) {
+  for (int64_t n = 0; n < monitor->sampled_tet_count; n++) {
     double g[3][3], strain[6];
-    thrum_gauge_strain(gauge, n, q, g, strain);
+    thrum_stress_points_strain(stress_points, n, q, g, strain);
     const double ratio = thrum_tet_volume_ratio(g);
     // most tets are so little strained that they cannot be the least
     if (ratio > 0 && thrum_tet_stretch_bound(strain) > least)
@@ -274,7 +275,7 @@ thrum_status thrum_monitor_look(const thrum_monitor *monitor, const double *q,
   record->looks++;
   if (record->stretch < record->stretch_least) {
     const int32_t *tets;
-    thrum_monitor_sentinels(monitor, &tets);
+    thrum_monitor_sampled_tets(monitor, &tets);
     record->stretch_least = record->stretch;
     record->stretch_tet = tets[place];
   }

@@ -52,23 +52,23 @@ static int64_t insert(int32_t *tets, double *values, int64_t length, int64_t cou
   return length < count ? length + 1 : length;
 }
 
-thrum_status thrum_sentinels_choose(const thrum_model *model, int64_t count, int32_t *tets,
-                                    int64_t *chosen, thrum_error *error) {
-  if (!model || !tets || !chosen || count < 1 || count > THRUM_SENTINELS_MAX)
+thrum_status thrum_sampled_tets_choose(const thrum_model *model, int64_t count, int32_t *tets,
+                                       int64_t *chosen, thrum_error *error) {
+  if (!model || !tets || !chosen || count < 1 || count > THRUM_SAMPLED_TETS_MAX)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "model, tets or chosen is NULL, or the count is not in 1..%d",
-                           THRUM_SENTINELS_MAX);
+                           THRUM_SAMPLED_TETS_MAX);
   if (!model->basis || !model->tets)
     return thrum_error_set(error, THRUM_MISSING, "the model has no mesh or no basis to watch");
   const int64_t each = count > model->rank ? count / model->rank : 1;
-  double values[THRUM_SENTINELS_MAX];
+  double values[THRUM_SAMPLED_TETS_MAX];
   int64_t done = 0;
   for (int64_t mode = 0; mode < model->rank && done < count; mode++) {
     const int64_t most = each < count - done ? each : count - done;
     int64_t length = 0;
     for (int64_t tet = 0; tet < model->tet_count; tet++) {
       double shape[9];
-      if (!thrum_gauge_shape(model, tet, shape))
+      if (!thrum_stress_points_shape(model, tet, shape))
         return thrum_error_set(error, THRUM_BAD_VALUE,
                                "tetrahedron %lld of the model has no positive volume",
                                (long long)tet + 1);

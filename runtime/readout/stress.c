@@ -1,4 +1,4 @@
-/* Gauges: planning, laying out, reading (thrum/stress.h, design 1).
+/* Stress points: planning, laying out, reading (thrum/stress.h, design 1).
  * Cost of a reading: u = U q of the places, 6 r operations each, then about 200 a tet.
  *
  * SPDX-License-Identifier: Apache-2.0 */
@@ -14,33 +14,33 @@
 #include "runtime/base/alignment_check.h"
 #include "runtime/readout/tet_strain.h"
 
-#define GAUGE_MAGIC UINT64_C(0x7468726d67613031)
+#define STRESS_POINTS_MAGIC UINT64_C(0x7468726d67613031)
 
 static size_t tets_offset(void) {
-  return thrum_round_up(sizeof(thrum_gauge));
+  return thrum_round_up(sizeof(thrum_stress_points));
 }
 
 static size_t rows_offset(int64_t count) {
-  return tets_offset() + thrum_round_up((size_t)count * sizeof(thrum_gauge_tet_data));
+  return tets_offset() + thrum_round_up((size_t)count * sizeof(thrum_stress_point_tet));
 }
 
-const thrum_gauge_tet_data *thrum_gauge_data(const thrum_gauge *gauge) {
-  return (const void *)((const unsigned char *)gauge + tets_offset());
+const thrum_stress_point_tet *thrum_stress_points_data(const thrum_stress_points *stress_points) {
+  return (const void *)((const unsigned char *)stress_points + tets_offset());
 }
 
-static const double *rows_of(const thrum_gauge *gauge) {
-  return (const void *)((const unsigned char *)gauge + rows_offset(gauge->count));
+static const double *rows_of(const thrum_stress_points *stress_points) {
+  return (const void *)((const unsigned char *)stress_points + rows_offset(stress_points->count));
 }
 
-static int64_t count_of(const thrum_model *model, const thrum_gauge_def *def) {
+static int64_t count_of(const thrum_model *model, const thrum_stress_points_def *def) {
   return def->tets ? def->tet_count : model->tet_count;
 }
 
-static int64_t places_of(const thrum_model *model, const thrum_gauge_def *def) {
+static int64_t places_of(const thrum_model *model, const thrum_stress_points_def *def) {
   return def->tets ? 4 * def->tet_count : model->vertex_count;
 }
 
-static thrum_status check_def(const thrum_model *model, const thrum_gauge_def *def,
+static thrum_status check_def(const thrum_model *model, const thrum_stress_points_def *def,
                               thrum_error *error) {
   if (!model || !def)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the model or the def is NULL");
@@ -50,7 +50,7 @@ static thrum_status check_def(const thrum_model *model, const thrum_gauge_def *d
                            "from a mesh");
   if (def->tets && (def->tet_count < 1 || def->tet_count > INT32_MAX / 4))
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                           "%lld tetrahedra are chosen; gauges need 1 to 2^29 - 1",
+                           "%lld tetrahedra are chosen; stress points need 1 to 2^29 - 1",
                            (long long)def->tet_count);
   for (int64_t n = 0; def->tets && n < def->tet_count; n++)
     if (def->tets[n] < 0 || def->tets[n] >= model->tet_count)
@@ -62,8 +62,8 @@ static thrum_status check_def(const thrum_model *model, const thrum_gauge_def *d
   return THRUM_OK;
 }
 
-thrum_status thrum_gauge_size(const thrum_model *model, const thrum_gauge_def *def, size_t *size,
-                              thrum_error *error) {
+thrum_status thrum_stress_points_size(const thrum_model *model, const thrum_stress_points_def *def,
+                                      size_t *size, thrum_error *error) {
   const thrum_status status = check_def(model, def, error);
   if (status != THRUM_OK)
     return status;
@@ -74,7 +74,7 @@ thrum_status thrum_gauge_size(const thrum_model *model, const thrum_gauge_def *d
   return THRUM_OK;
 }
 
-bool thrum_gauge_shape(const thrum_model *model, int64_t tet, double shape[9]) {
+bool thrum_stress_points_shape(const thrum_model *model, int64_t tet, double shape[9]) {
   const int32_t *corner = model->tets + 4 * tet;
   double e[3][3];
   for (int a = 0; a < 3; a++)
@@ -96,12 +96,12 @@ bool thrum_gauge_shape(const thrum_model *model, int64_t tet, double shape[9]) {
   return six > 0;
 }
 
-static thrum_status fill_tet(const thrum_model *model, const thrum_gauge_def *def, int64_t n,
-                             thrum_gauge_tet_data *data, thrum_error *error) {
+static thrum_status fill_tet(const thrum_model *model, const thrum_stress_points_def *def,
+                             int64_t n, thrum_stress_point_tet *data, thrum_error *error) {
   const int64_t tet = def->tets ? def->tets[n] : n;
   const double *material = model->material + 3 * (int64_t)model->tet_region[tet];
   const double young = material[0], poisson = material[1];
-  if (!thrum_gauge_shape(model, tet, data->shape))
+  if (!thrum_stress_points_shape(model, tet, data->shape))
     return thrum_error_set(error, THRUM_BAD_VALUE,
                            "tetrahedron %lld of the model has no positive volume",
                            (long long)tet + 1);
@@ -113,7 +113,7 @@ static thrum_status fill_tet(const thrum_model *model, const thrum_gauge_def *de
   return THRUM_OK;
 }
 
-static void fill_rows(const thrum_model *model, const thrum_gauge_def *def, double *rows) {
+static void fill_rows(const thrum_model *model, const thrum_stress_points_def *def, double *rows) {
   const size_t row = (size_t)(3 * model->rank);
   if (!def->tets) {
     memcpy(rows, model->basis, (size_t)model->vertex_count * row * sizeof *rows);
@@ -125,22 +125,24 @@ static void fill_rows(const thrum_model *model, const thrum_gauge_def *def, doub
   }
 }
 
-thrum_status thrum_gauge_init(void *memory, size_t memory_size, const thrum_model *model,
-                              const thrum_gauge_def *def, const thrum_gauge **gauge,
-                              thrum_error *error) {
+thrum_status thrum_stress_points_init(void *memory, size_t memory_size, const thrum_model *model,
+                                      const thrum_stress_points_def *def,
+                                      const thrum_stress_points **stress_points,
+                                      thrum_error *error) {
   size_t size;
-  thrum_status status = thrum_gauge_size(model, def, &size, error);
+  thrum_status status = thrum_stress_points_size(model, def, &size, error);
   if (status != THRUM_OK)
     return status;
-  if (!memory || !gauge)
-    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "memory or gauge is NULL");
-  status = thrum_caller_check("gauge", memory, memory_size, size, error);
+  if (!memory || !stress_points)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "memory or stress points is NULL");
+  status = thrum_caller_check("stress points", memory, memory_size, size, error);
   if (status != THRUM_OK)
     return status;
   memset(memory, 0, size);
   const int64_t count = count_of(model, def);
-  const thrum_gauge header = {GAUGE_MAGIC, model->rank, count, places_of(model, def)};
-  thrum_gauge_tet_data *tets = (void *)((unsigned char *)memory + tets_offset());
+  const thrum_stress_points header = {STRESS_POINTS_MAGIC, model->rank, count,
+                                      places_of(model, def)};
+  thrum_stress_point_tet *tets = (void *)((unsigned char *)memory + tets_offset());
   for (int64_t n = 0; n < count; n++) {
     status = fill_tet(model, def, n, tets + n, error);
     if (status != THRUM_OK)
@@ -148,20 +150,20 @@ thrum_status thrum_gauge_init(void *memory, size_t memory_size, const thrum_mode
   }
   fill_rows(model, def, (void *)((unsigned char *)memory + rows_offset(count)));
   memcpy(memory, &header, sizeof header);
-  *gauge = memory;
+  *stress_points = memory;
   return THRUM_OK;
 }
 
-int64_t thrum_gauge_count(const thrum_gauge *gauge) {
-  return gauge ? gauge->count : 0;
+int64_t thrum_stress_points_count(const thrum_stress_points *stress_points) {
+  return stress_points ? stress_points->count : 0;
 }
 
-int32_t thrum_gauge_tet(const thrum_gauge *gauge, int64_t n) {
-  return thrum_gauge_data(gauge)[n].tet;
+int32_t thrum_stress_points_tet(const thrum_stress_points *stress_points, int64_t n) {
+  return thrum_stress_points_data(stress_points)[n].tet;
 }
 
-int64_t thrum_gauge_work_count(const thrum_gauge *gauge) {
-  return gauge ? 3 * gauge->places : 0;
+int64_t thrum_stress_points_work_count(const thrum_stress_points *stress_points) {
+  return stress_points ? 3 * stress_points->places : 0;
 }
 
 /* u of one place. */
@@ -176,22 +178,22 @@ static void displace(const double *rows, int64_t rank, const double *q, double u
 }
 
 /* The twelve displacements of a tet: those of `work`, or made here. */
-static void gather(const thrum_gauge *gauge, const thrum_gauge_tet_data *data, const double *q,
-                   const double *work, double u[12]) {
+static void gather(const thrum_stress_points *stress_points, const thrum_stress_point_tet *data,
+                   const double *q, const double *work, double u[12]) {
   for (int a = 0; a < 4; a++) {
     if (work)
       memcpy(u + 3 * a, work + 3 * (int64_t)data->corner[a], 3 * sizeof *u);
     else
-      displace(rows_of(gauge) + 3 * (int64_t)data->corner[a] * gauge->rank, gauge->rank, q,
-               u + 3 * a);
+      displace(rows_of(stress_points) + 3 * (int64_t)data->corner[a] * stress_points->rank,
+               stress_points->rank, q, u + 3 * a);
   }
 }
 
-void thrum_gauge_strain(const thrum_gauge *gauge, int64_t n, const double *q, double gradient[3][3],
-                        double strain[6]) {
-  const thrum_gauge_tet_data *data = thrum_gauge_data(gauge) + n;
+void thrum_stress_points_strain(const thrum_stress_points *stress_points, int64_t n,
+                                const double *q, double gradient[3][3], double strain[6]) {
+  const thrum_stress_point_tet *data = thrum_stress_points_data(stress_points) + n;
   double u[12];
-  gather(gauge, data, q, NULL, u);
+  gather(stress_points, data, q, NULL, u);
   thrum_tet_gradient(u, data->shape, gradient);
   thrum_tet_green(gradient, strain);
 }
@@ -202,8 +204,8 @@ static void copy(const double from[6], double *to, int64_t n) {
 }
 
 /* What is wanted of tet n with the displacements u of its corners. */
-static void read_tet(const thrum_gauge_tet_data *data, const double u[12], int64_t n,
-                     const thrum_gauge_output *output) {
+static void read_tet(const thrum_stress_point_tet *data, const double u[12], int64_t n,
+                     const thrum_stress_points_output *output) {
   double g[3][3], strain[6], stress[6];
   double cauchy[6] = {NAN, NAN, NAN, NAN, NAN, NAN};
   thrum_tet_gradient(u, data->shape, g);
@@ -223,23 +225,24 @@ static void read_tet(const thrum_gauge_tet_data *data, const double u[12], int64
     output->von_mises[n] = thrum_von_mises(cauchy);
 }
 
-thrum_status thrum_gauge_read(const thrum_gauge *gauge, const double *q, double *work,
-                              const thrum_gauge_output *output, thrum_error *error) {
-  if (!gauge || gauge->magic != GAUGE_MAGIC)
+thrum_status thrum_stress_points_read(const thrum_stress_points *stress_points, const double *q,
+                                      double *work, const thrum_stress_points_output *output,
+                                      thrum_error *error) {
+  if (!stress_points || stress_points->magic != STRESS_POINTS_MAGIC)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                           "the gauges were not made by thrum_gauge_init");
+                           "the stress points were not made by thrum_stress_points_init");
   if (!q || !output)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "q or output is NULL");
-  for (int64_t i = 0; i < gauge->rank; i++)
+  for (int64_t i = 0; i < stress_points->rank; i++)
     if (!isfinite(q[i]))
       return thrum_error_set(error, THRUM_BAD_VALUE, "entry %lld of q is not finite", (long long)i);
-  const double *rows = rows_of(gauge);
-  for (int64_t v = 0; work && v < gauge->places; v++)
-    displace(rows + 3 * v * gauge->rank, gauge->rank, q, work + 3 * v);
-  const thrum_gauge_tet_data *tets = thrum_gauge_data(gauge);
-  for (int64_t n = 0; n < gauge->count; n++) {
+  const double *rows = rows_of(stress_points);
+  for (int64_t v = 0; work && v < stress_points->places; v++)
+    displace(rows + 3 * v * stress_points->rank, stress_points->rank, q, work + 3 * v);
+  const thrum_stress_point_tet *tets = thrum_stress_points_data(stress_points);
+  for (int64_t n = 0; n < stress_points->count; n++) {
     double u[12];
-    gather(gauge, tets + n, q, work, u);
+    gather(stress_points, tets + n, q, work, u);
     read_tet(tets + n, u, n, output);
   }
   return THRUM_OK;

@@ -1,6 +1,7 @@
-/* The product of a block of 16 vertices with q (runtime/readout/surface_private.h): plain C, AVX2 and AVX-512. The
- * accumulators stay in registers; each float of U is loaded once and used once, so the product runs
- * at the speed of the memory that holds U. Cost: 2 operations and 4 bytes an entry of U.
+/* The product of a block of 16 vertices with q (runtime/readout/surface_private.h): plain C, AVX2
+ * and AVX-512. The accumulators stay in registers; each float of U is loaded once and used once, so
+ * the product runs at the speed of the memory that holds U. Cost: 2 operations and 4 bytes an entry
+ * of U.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #if defined(__clang__)

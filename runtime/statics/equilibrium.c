@@ -22,8 +22,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "runtime/dynamics/state_private.h"
 #include "runtime/base/symmetric.h"
+#include "runtime/dynamics/state_private.h"
 
 #define DEF_COOKIE UINT32_C(0x65717569)
 #define ALIGNMENT 64

@@ -19,8 +19,8 @@
 #include <string.h>
 
 #include "runtime/base/dense.h"
-#include "runtime/statics/equilibrium_private.h"
 #include "runtime/base/symmetric.h"
+#include "runtime/statics/equilibrium_private.h"
 
 #define ROUNDING (256.0 * DBL_EPSILON) /* of the largest |q|: no residual falls below it */
 #define STALLED 1e-7       /* of the load: good enough where rounding stops the descent */

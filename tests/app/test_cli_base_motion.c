@@ -1,4 +1,4 @@
-/* `thrum simulate --shake` from outside. SPDX-License-Identifier: Apache-2.0 */
+/* `thrum simulate --base-motion` from outside. SPDX-License-Identifier: Apache-2.0 */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -29,10 +29,10 @@ static int remove_folder(void **state) {
   return 0;
 }
 
-static cJSON *shake(int code, const char *with, const char *more, const char *more_value) {
+static cJSON *base_motion(int code, const char *with, const char *more, const char *more_value) {
   cli_result run =
       thrum_run(folder, "simulate", "particle.npz", "-o", "run", "--integrator", "energy", "--dt",
-                "0.01", "--time", "1", "--json", "--shake", with, more, more_value, NULL);
+                "0.01", "--time", "1", "--json", "--base-motion", with, more, more_value, NULL);
   if (run.exit_code != code)
     print_error("exit code %d: %s", run.exit_code, run.err);
   assert_int_equal(run.exit_code, code);
@@ -61,7 +61,7 @@ static void a_file_of_accelerations_moves_the_body(void **state) {
   assert_true(
       cli_write_text(in_folder("push.csv", path),
                      "\xef\xbb\xbf# a lift\r\ntime, ax, ay, az\r\n0,2,0,0\r\n\r\n5, 2,0,0"));
-  cJSON *object = shake(0, "push.csv", NULL, NULL);
+  cJSON *object = base_motion(0, "push.csv", NULL, NULL);
   double *q = read_q(&rows);
   assert_int_equal(rows, 101);
   for (int64_t k = 0; k < rows; k++) {
@@ -91,7 +91,7 @@ static void a_file_of_positions_is_a_motion_too(void **state) {
   for (int k = 0; k <= 200; k++)
     fprintf(file, "%.17g 0 %.17g 0\n", 0.01 * k, pow(0.01 * k, 3));
   fclose(file);
-  cJSON *object = shake(0, "cube.csv", NULL, NULL);
+  cJSON *object = base_motion(0, "cube.csv", NULL, NULL);
   double *q = read_q(&rows);
   // axis_mass of y: 0 on the first, 2.5 on the second coordinate
   for (int64_t k = 0; k < rows; k++)
@@ -108,8 +108,8 @@ static void frames_are_seen_from_the_base_or_the_ground(void **state) {
   for (int ground = 0; ground < 2; ground++) {
     cli_result run =
         thrum_run(folder, "simulate", "particle.npz", "-o", "seen", "--integrator", "energy",
-                  "--dt", "0.01", "--time", "1", "--frames", "every-50", "--shake", "steady.csv",
-                  "--frames-in", ground ? "ground" : "base", "-q", NULL);
+                  "--dt", "0.01", "--time", "1", "--frames", "every-50", "--base-motion",
+                  "steady.csv", "--frames-in", ground ? "ground" : "base", "-q", NULL);
     assert_int_equal(run.exit_code, 0);
     cli_result_free(&run);
     FILE *file = fopen(in_folder("seen/frames/frame_000001.vtu", path), "rb");
@@ -150,7 +150,7 @@ static void bad_files_are_refused_with_their_line(void **state) {
   for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
     assert_true(cli_write_text(in_folder("bad.csv", path), cases[n].text));
     cli_result run = thrum_run(folder, "simulate", "particle.npz", "-o", "none", "--time", "0.1",
-                               "--shake", "bad.csv", NULL);
+                               "--base-motion", "bad.csv", NULL);
     if (run.exit_code != 1 || strstr(run.err, cases[n].says) == NULL)
       fail_msg("case %d: exit %d: %s", (int)n, run.exit_code, run.err);
     assert_true(cli_line_count_is(run.err, 1));
@@ -161,8 +161,8 @@ static void bad_files_are_refused_with_their_line(void **state) {
                                       "sine:1,2,3,f=0",     "",
                                       "sine:1,2,3,f=1,g=2", "sine:1,2,3,f=1,from=2,until=1"};
   for (size_t n = 0; n < sizeof slips / sizeof slips[0]; n++) {
-    cli_result run =
-        thrum_run(folder, "simulate", "particle.npz", "-o", "none", "--shake", slips[n], NULL);
+    cli_result run = thrum_run(folder, "simulate", "particle.npz", "-o", "none", "--base-motion",
+                               slips[n], NULL);
     assert_int_equal(run.exit_code, 2);
     assert_non_null(strstr(run.err, "sine:AX,AY,AZ,f=HZ"));
     cli_result_free(&run);

@@ -94,7 +94,7 @@ static void loads_and_shaking_act_as_on_the_reduced_model(void **state) {
   static const char *const what[][4] = {
       {"--load", "gravity:0,0,-0.001", NULL, NULL},
       {"--load", "sine:0,0,-0.001@tip,f=3", "--damping", "0.5,0.001"},
-      {"--shake", "sine:0,0,0.001,f=2", NULL, NULL},
+      {"--base-motion", "sine:0,0,0.001,f=2", NULL, NULL},
   };
   for (int n = 0; n < 3; n++) {
     int64_t rows = 0, other = 0;

@@ -11,8 +11,8 @@
 
 #include "io/file.h"
 #include "io/npy_file.h"
-#include "thrum/thrum.h"
 #include "tests/support/cli_support.h"
+#include "thrum/thrum.h"
 
 static char folder[64];
 static const thrum_model *model;

@@ -33,7 +33,7 @@ static cJSON *run(const char *load, const char *start, const char *split, const 
                   const char *time, const char *adaptive, int *exit_code) {
   cli_result result =
       thrum_run(folder, "simulate", "beam.npz", "-o", "run", "--quiet", "--json", "--split", split,
-                "--time", time, "--integrator", integrator, "--adaptive", adaptive, "--ladder",
+                "--time", time, "--integrator", integrator, "--adaptive", adaptive, "--fallback",
                 adaptive, load[0] ? "--load" : "--start", load[0] ? load : start, NULL);
   cJSON *object = cli_json_line(result.out);
   if (object == NULL)
@@ -61,28 +61,29 @@ static void the_adaptive_split_runs_loads_of_forty_to_a_thousand_newtons(void **
   for (int n = 0; n < 4; n++) {
     int code = 0;
     cJSON *object = run(cases[n].load, "", "9", "imexv", "6", "on", &code);
-    const cJSON *watch = cJSON_GetObjectItemCaseSensitive(object, "watch");
-    const cJSON *rungs = cJSON_GetObjectItemCaseSensitive(object, "rungs");
+    const cJSON *stability = cJSON_GetObjectItemCaseSensitive(object, "stability");
+    const cJSON *fallback_levels = cJSON_GetObjectItemCaseSensitive(object, "fallback_levels");
     assert_int_equal(cli_json_get(object, "steps"), 2000);
-    assert_int_equal(cli_json_get(rungs, "failures"), 0);
+    assert_int_equal(cli_json_get(fallback_levels, "failures"), 0);
     assert_true(cli_json_get(object, "energy_max_j") < cases[n].most);
     assert_true(cli_json_get(object, "energy_max_j") > 0.1 * cases[n].most);
-    assert_true(cli_json_get(watch, "h_sqrt_rho_peak") > 0.6);
+    assert_true(cli_json_get(stability, "h_sqrt_rho_peak") > 0.6);
     if (n > 1)
-      assert_true(cli_json_get(watch, "switches") + cli_json_get(watch, "handovers") > 0);
+      assert_true(cli_json_get(stability, "split_changes") + cli_json_get(stability, "scheme_switches") >
+                  0);
     cJSON_Delete(object);
   }
 }
 
-static void a_fixed_split_loses_what_the_watch_saves(void **context) {
+static void a_fixed_split_loses_what_the_stability_monitor_saves(void **context) {
   (void)context;
   int code = 0;
   cJSON *object = run("sine:0,0,-320@tip,f=1", "", "9", "imexv", "6", "off", &code);
   assert_int_equal(code, 3);
   assert_string_equal(text(object, "status"), "not_converged");
-  assert_true(cJSON_IsNull(cJSON_GetObjectItemCaseSensitive(object, "watch")));
-  const cJSON *rungs = cJSON_GetObjectItemCaseSensitive(object, "rungs");
-  assert_int_equal(cli_json_get(rungs, "failures"), 1);
+  assert_true(cJSON_IsNull(cJSON_GetObjectItemCaseSensitive(object, "stability")));
+  const cJSON *fallback_levels = cJSON_GetObjectItemCaseSensitive(object, "fallback_levels");
+  assert_int_equal(cli_json_get(fallback_levels, "failures"), 1);
   cJSON_Delete(object);
 }
 
@@ -110,8 +111,8 @@ static void the_quadratic_split_needs_no_iterations_and_says_so(void **context) 
   assert_non_null(object);
   assert_int_equal(result.exit_code, 0);
   assert_int_equal(cli_json_get(object, "mean_iterations"), 0);
-  const cJSON *watch = cJSON_GetObjectItemCaseSensitive(object, "watch");
-  assert_string_equal(text(watch, "scheme"), "quadratic");
+  const cJSON *stability = cJSON_GetObjectItemCaseSensitive(object, "stability");
+  assert_string_equal(text(stability, "scheme"), "quadratic");
   const cJSON *options = cJSON_GetObjectItemCaseSensitive(object, "options");
   assert_string_equal(text(options, "split_form"), "quadratic");
   cJSON_Delete(object);
@@ -121,7 +122,7 @@ static void the_quadratic_split_needs_no_iterations_and_says_so(void **context) 
 static void a_switch_that_is_neither_on_nor_off_is_a_usage_error(void **context) {
   (void)context;
   static const char *const options[3][2] = {
-      {"--adaptive", "yes"}, {"--ladder", "1"}, {"--split-form", "cubic"}};
+      {"--adaptive", "yes"}, {"--fallback", "1"}, {"--split-form", "cubic"}};
   for (int n = 0; n < 3; n++) {
     cli_result result = thrum_run(folder, "simulate", "beam.npz", "-o", "other", options[n][0],
                                   options[n][1], NULL);
@@ -134,7 +135,7 @@ static void a_switch_that_is_neither_on_nor_off_is_a_usage_error(void **context)
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(the_adaptive_split_runs_loads_of_forty_to_a_thousand_newtons),
-      cmocka_unit_test(a_fixed_split_loses_what_the_watch_saves),
+      cmocka_unit_test(a_fixed_split_loses_what_the_stability_monitor_saves),
       cmocka_unit_test(a_violent_start_completes_with_its_energy),
       cmocka_unit_test(the_quadratic_split_needs_no_iterations_and_says_so),
       cmocka_unit_test(a_switch_that_is_neither_on_nor_off_is_a_usage_error),

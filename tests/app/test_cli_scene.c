@@ -70,7 +70,7 @@ static void a_body_of_a_scene_has_the_run_of_it_alone(void **state) {
   (void)state;
   cJSON *object = simulate(
       "{\"time\": 0.6, \"gravity\": [0, 0.5, -9.81], \"damping\": [0.4, 0.0005],\n"
-      " \"shake\": \"quake.csv\",\n"
+      " \"base_motion\": \"quake.csv\",\n"
       " \"bodies\": [\n"
       "  {\"name\": \"one\", \"model\": \"beam.npz\", \"loads\": [\"sine:0,0,-4@tip,f=3\",\n"
       "   \"traction:0,0,-50@top,until=0.2\"], \"start\": \"mode:2,0.01\"},\n"
@@ -84,14 +84,14 @@ static void a_body_of_a_scene_has_the_run_of_it_alone(void **state) {
   cli_result run = thrum_run(folder, "simulate", "beam.npz", "-o", "alone", "--time", "0.6",
                              "--damping", "0.4,0.0005", "--load", "gravity:0,0.5,-9.81", "--load",
                              "sine:0,0,-4@tip,f=3", "--load", "traction:0,0,-50@top,until=0.2",
-                             "--shake", "quake.csv", "--start", "mode:2,0.01", "-q", NULL);
+                             "--base-motion", "quake.csv", "--start", "mode:2,0.01", "-q", NULL);
   assert_int_equal(run.exit_code, 0);
   cli_result_free(&run);
   assert_same_file("together/one/q.npy", "alone/q.npy");
   assert_same_file("together/one/energy.csv", "alone/energy.csv");
   assert_same_file("together/one/end.npy", "alone/end.npy");
   run = thrum_run(folder, "simulate", "beam.npz", "-o", "lower", "--time", "0.6", "--rank", "6",
-                  "--integrator", "newmark", "--load", "gravity:0,0.5,-9.81", "--shake",
+                  "--integrator", "newmark", "--load", "gravity:0,0.5,-9.81", "--base-motion",
                   "quake.csv", "-q", NULL);
   assert_int_equal(run.exit_code, 0);
   cli_result_free(&run);
@@ -225,7 +225,8 @@ static void a_mistake_is_named_by_file_line_and_path(void **state) {
       {"{\"bodies\": [" BODY "}],\n\"dt\": \"0.01\"}",
        "scene.json:2: dt: wants a number above 0 s"},
       {"{\"bodies\": [" BODY "}],\n\"time\": 1e30}", "scene.json:2: time: 1e+30 s at a dt of"},
-      {"{\"bodies\": [" BODY "}],\n\"shake\": [\"sine:1,0,0\"]}", "scene.json:2: shake[0]: "},
+      {"{\"bodies\": [" BODY "}],\n\"base_motion\": [\"sine:1,0,0\"]}",
+       "scene.json:2: base_motion[0]: "},
       {"{\"bodies\": [" BODY "}],\n\"wind\": {\"drag\": 1}}",
        "scene.json:2: wind: the key \"velocity\" is missing"},
       {"{\"bodies\": [" BODY "}],\n\"obstacles\": [{\"shape\": \"ball\"}]}",
@@ -364,7 +365,7 @@ static void a_body_that_cannot_be_stepped_ends_the_run_and_flags_it(void **state
   (void)state;
   char path[200];
   cJSON *object = simulate("{\"time\": 3, \"bodies\": [" BODY ", \"integrator\": \"newmark\",\n"
-                           "\"ladder\": false, \"iterations\": 1, \"tolerance\": 1e-12,\n"
+                           "\"fallback\": false, \"iterations\": 1, \"tolerance\": 1e-12,\n"
                            "\"loads\": \"constant:0,0,-1e5@tip,from=0.03\"},\n"
                            "{\"name\": \"calm\", \"model\": \"beam.npz\"}]}",
                            "failed", 3);

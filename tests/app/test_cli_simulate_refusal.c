@@ -317,7 +317,7 @@ static void a_run_without_a_step_is_flagged_and_shows_no_nan(void **state) {
   (void)state;
   cli_result run =
       thrum_run(folder, "simulate", "bare.npz", "-o", "stuck", "--integrator", "midpoint",
-                "--ladder", "off", "--iterations", "1", "--start", "far.npy", NULL);
+                "--fallback", "off", "--iterations", "1", "--start", "far.npy", NULL);
   assert_int_equal(run.exit_code, 3);
   assert_non_null(strstr(run.out, "steps        0 (0 s)\n"));
   assert_null(strstr(run.out, "nan"));

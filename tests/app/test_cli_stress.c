@@ -61,13 +61,14 @@ static void the_peak_stress_is_that_of_the_recorded_states(void **state) {
   assert_int_equal(thrum_npy_read_f8(in_folder("run/q.npy", path), &q, &rows, &rank, NULL), 0);
   assert_int_equal(rank, model->rank);
   assert_int_equal(rows, 201);
-  const thrum_gauge *gauge = gauge_make(model, NULL, 0);
+  const thrum_stress_points *stress_points = stress_points_make(model, NULL, 0);
   double *mises = need((size_t)model->tet_count, sizeof *mises), peak = -1;
   double *stretch = need((size_t)model->tet_count, sizeof *stretch), least = 1;
-  const thrum_gauge_output output = {.von_mises = mises, .stretch = stretch};
+  const thrum_stress_points_output output = {.von_mises = mises, .stretch = stretch};
   int64_t tet = 0, row = 0;
   for (int64_t k = 0; k < rows; k++) {
-    assert_int_equal(thrum_gauge_read(gauge, q + k * rank, NULL, &output, NULL), THRUM_OK);
+    assert_int_equal(thrum_stress_points_read(stress_points, q + k * rank, NULL, &output, NULL),
+                     THRUM_OK);
     for (int64_t n = 0; n < model->tet_count; n++) {
       least = fmin(least, stretch[n]);
       if (mises[n] > peak) {
@@ -80,7 +81,7 @@ static void the_peak_stress_is_that_of_the_recorded_states(void **state) {
   assert_true(cli_json_get(stress, "peak_von_mises_pa") == peak);
   assert_true(cli_json_get(stress, "peak_tet") == (double)tet + 1);
   assert_close(cli_json_get(stress, "peak_time_s"), 0.003 * (double)row, 1e-12);
-  // the sentinels of this beam are a part of its tets, and see nearly the worst of them
+  // the sampled tets of this beam are a part of its tets, and see nearly the worst of them
   const double seen = cli_json_get(monitor, "least_stretch");
   assert_true(seen >= least && 1 - seen > 0.8 * (1 - least));
   assert_int_equal(cJSON_GetArraySize(member(monitor, "warnings")), 0);
@@ -97,7 +98,7 @@ static void the_peak_stress_is_that_of_the_recorded_states(void **state) {
   }
   free(stretch);
   free(mises);
-  gauge_free(gauge);
+  stress_points_free(stress_points);
   free(q);
   thrum_model_free(model);
   cJSON_Delete(object);

@@ -237,19 +237,19 @@ static void expect_numbers(const cJSON *array, const double *values, int count) 
   "{\"name\": \"right\", \"model\": \"beam.npz\", \"integrator\": \"newmark\",\n"                  \
   " \"damping\": [0.5, 0.001], \"start\": \"mode:1,0.01\",\n"                                      \
   " \"loads\": [\"sine:0,0,2@vertex=3,f=2,until=1\", \"gravity:1,0,0\"]}],\n"                      \
-  "\"wind\": {\"velocity\": [1, 0, 0]}, \"shake\": \"sine:0.5,0,0,f=2\",\n"                        \
+  "\"wind\": {\"velocity\": [1, 0, 0]}, \"base_motion\": \"sine:0.5,0,0,f=2\",\n"                  \
   "\"obstacles\": [{\"shape\": \"sphere\", \"centre\": [0, 1, 0], \"radius\": 0.25}]}\n"
 
 static void expect_effects(const cJSON *scene) {
   static const double wind[3] = {1, 0, 0}, ground[3] = {0.5, 0, 0};
   const cJSON *bodies = cJSON_GetObjectItem(scene, "bodies");
-  const cJSON *shakes = cJSON_GetObjectItem(scene, "shake");
+  const cJSON *base_motions = cJSON_GetObjectItem(scene, "base_motion");
   const cJSON *loads = item_of(bodies, 1, "loads");
   expect_numbers(cJSON_GetObjectItem(cJSON_GetObjectItem(scene, "wind"), "velocity"), wind, 3);
-  assert_int_equal(cJSON_GetArraySize(shakes), 1);
-  expect_numbers(item_of(shakes, 0, "amplitude"), ground, 3);
-  assert_true(item_of(shakes, 0, "frequency")->valuedouble == 2);
-  assert_false(cJSON_HasObjectItem(cJSON_GetArrayItem(shakes, 0), "until"));
+  assert_int_equal(cJSON_GetArraySize(base_motions), 1);
+  expect_numbers(item_of(base_motions, 0, "amplitude"), ground, 3);
+  assert_true(item_of(base_motions, 0, "frequency")->valuedouble == 2);
+  assert_false(cJSON_HasObjectItem(cJSON_GetArrayItem(base_motions, 0), "until"));
   assert_false(cJSON_HasObjectItem(cJSON_GetArrayItem(bodies, 0), "q"));
   assert_int_equal(cJSON_GetArraySize(item_of(bodies, 1, "q")), model->rank);
   assert_int_equal(cJSON_GetArraySize(loads), 2);

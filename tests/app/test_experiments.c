@@ -96,7 +96,7 @@ static void a_reduced_matrix_runs_whole(void **state) {
     assert_true(cli_json_get(run, "us_per_step") > 0);
     assert_true(cli_json_get(run, "energy_peak_j") > 0);
     assert_true(cli_json_get(run, "energy_end_j") >= 0);
-    assert_true(cJSON_IsObject(cJSON_GetObjectItem(run, "rungs")));
+    assert_true(cJSON_IsObject(cJSON_GetObjectItem(run, "fallback_levels")));
     // the force is called for without damping
     if (cli_json_get(run, "damping") > 0)
       continue;

@@ -87,9 +87,10 @@ static void paths_are_relative_to_the_file(void **state) {
 static void a_table_of_shaking_lies_beside_the_file(void **state) {
   (void)state;
   write_file("sub/base.csv", "0,0,0,0\n0.02,0,0,1\n0.04,0,0,0\n");
-  write_file("sub/shake.json", "{\"model\": \"b.npz\", \"output\": \"shaken\", \"time\": 0.03,\n"
-                               "\"shake\": [\"base.csv\", \"sine:0,0,1,f=2\"], \"json\": true}");
-  cJSON_Delete(run_done(thrum_run(folder, "simulate", "--options", "sub/shake.json", NULL)));
+  write_file("sub/base_motion.json",
+             "{\"model\": \"b.npz\", \"output\": \"shaken\", \"time\": 0.03,\n"
+             "\"base-motion\": [\"base.csv\", \"sine:0,0,1,f=2\"], \"json\": true}");
+  cJSON_Delete(run_done(thrum_run(folder, "simulate", "--options", "sub/base_motion.json", NULL)));
 }
 
 static void an_equilibrium_takes_its_options_from_a_file_too(void **state) {
@@ -145,7 +146,7 @@ static void a_mistake_is_named_by_file_line_and_key(void **state) {
       {"simulate", "{\"dt\": 1,\n}", "t.json:2: a comma stands before '}'"},
       {"simulate", "{\"dt\": null}", "\"dt\" wants a number"},
       {"simulate", "{\"quiet\": 1}", "\"quiet\" wants true or false"},
-      {"simulate", "{\"ladder\": 1}", "\"ladder\" wants true or false"},
+      {"simulate", "{\"fallback\": 1}", "\"fallback\" wants true or false"},
       {"simulate", "{\"integrator\": \"imex\"}", "\"integrator\" wants imexv, newmark"},
       {"simulate", "{\"damping\": [1]}", "\"damping\" wants a number or two"},
       {"simulate", "{\"damping\": [1, \"2\"]}", "\"damping\" wants a number or two"},

@@ -1,8 +1,7 @@
-/* Fuzz target of the table of accelerations that --shake reads.
- * sources: driver/base_motion_spec.c driver/load_spec.c config/parse.c config/message.c runtime/loads/load.c
- * sources: runtime/loads/base_motion.c runtime/base/status.c io/file.c platform/interrupt.c
- * sources: io/text.c
- * SPDX-License-Identifier: Apache-2.0 */
+/* Fuzz target of the table of accelerations that --base-motion reads.
+ * sources: driver/base_motion_spec.c driver/load_spec.c config/parse.c config/message.c
+ * runtime/loads/load.c sources: runtime/loads/base_motion.c runtime/base/status.c io/file.c
+ * platform/interrupt.c sources: io/text.c SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
 
 #include "driver/base_motion_spec.h"
@@ -10,18 +9,18 @@
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   const char *path = fuzz_file(data, size);
-  cli_shake shake = {.text = path};
+  cli_base_motion base_motion = {.text = path};
   thrum_error error = {0};
   if (path == NULL)
     return 0;
-  const thrum_status status = cli_shake_read(&shake, &error);
+  const thrum_status status = cli_base_motion_read(&base_motion, &error);
   fuzz_check(status, &error);
   if (status >= 0) {
     double mean[3];
-    cli_shakes_mean(&shake, 1, 3, 0.01, mean);
+    cli_base_motions_mean(&base_motion, 1, 3, 0.01, mean);
     if (isnan(mean[0] + mean[1] + mean[2]) && !isinf(mean[0]) && !isinf(mean[1]) && !isinf(mean[2]))
       abort();
   }
-  cli_shake_close(&shake);
+  cli_base_motion_close(&base_motion);
   return 0;
 }

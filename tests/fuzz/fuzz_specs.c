@@ -1,8 +1,7 @@
-/* Fuzz target of what --load, --start, --shake and --at take.
- * sources: driver/load_spec.c driver/start_spec.c driver/base_motion_spec.c config/parse.c config/message.c
- * sources: runtime/loads/load.c runtime/base/status.c io/npz.c io/file.c
- * sources: platform/interrupt.c io/npy_file.c io/text.c
- * SPDX-License-Identifier: Apache-2.0 */
+/* Fuzz target of what --load, --start, --base-motion and --at take.
+ * sources: driver/load_spec.c driver/start_spec.c driver/base_motion_spec.c config/parse.c
+ * config/message.c sources: runtime/loads/load.c runtime/base/status.c io/npz.c io/file.c sources:
+ * platform/interrupt.c io/npy_file.c io/text.c SPDX-License-Identifier: Apache-2.0 */
 #include "driver/base_motion_spec.h"
 #include "driver/start_spec.h"
 #include "tests/fuzz/fuzz_file.h"
@@ -15,7 +14,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   thrum_status status = THRUM_OK;
   cli_load load = {0};
   cli_start start = {0};
-  cli_shake shake = {0};
+  cli_base_motion base_motion = {0};
   cli_target target = {0};
   switch (data[0] % 4) {
   case 0:
@@ -27,7 +26,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     status = cli_start_parse(text, &start, &error);
     break;
   case 2:
-    status = cli_shake_parse(text, &shake, &error);
+    status = cli_base_motion_parse(text, &base_motion, &error);
     break;
   default:
     status = cli_target_parse(text, "--at", &target, &error);

@@ -6,9 +6,9 @@
 
 #include <lapacke.h>
 
-#include "precompute/basis/modal_derivatives.h"
-#include "precompute/basis/eigen.h"
 #include "mesh/model_quality.h"
+#include "precompute/basis/eigen.h"
+#include "precompute/basis/modal_derivatives.h"
 
 enum { MODES = 4, CANDIDATES = MODES + MODES * (MODES + 1) / 2, RANK = 7 };
 

@@ -104,18 +104,19 @@ static void it_turns_about_its_centre_with_its_inertia(void **state) {
   const double side[3] = {1, 0.3, 0.2};
   body b = body_make("beam:8x3x2@1x0.3x0.2", NULL);
   thrum_precomputed result = body_precompute(&b, 3, 3);
-  thrum_turning turning;
-  assert_int_equal(thrum_turning_of(&result.model, &turning, NULL), THRUM_OK);
+  thrum_rigid_frame rigid_frame;
+  assert_int_equal(thrum_rigid_frame_of(&result.model, &rigid_frame, NULL), THRUM_OK);
   for (int i = 0; i < 3; i++) {
     double least = INFINITY, most = -INFINITY;
     for (int64_t v = 0; v < b.mesh.vertex_count; v++) {
       least = fmin(least, b.mesh.vertices[3 * v + i]);
       most = fmax(most, b.mesh.vertices[3 * v + i]);
     }
-    assert_true(fabs(turning.centre[i] - 0.5 * (least + most)) <= 1e-12);
+    assert_true(fabs(rigid_frame.centre[i] - 0.5 * (least + most)) <= 1e-12);
     const double y = side[(i + 1) % 3], z = side[(i + 2) % 3];
-    assert_close(turning.inverse[4 * i], 12 / (result.mass * (y * y + z * z)), 1e-11);
-    assert_true(fabs(turning.inverse[3 * i + (i + 1) % 3]) <= 1e-11 * turning.inverse[4 * i]);
+    assert_close(rigid_frame.inverse[4 * i], 12 / (result.mass * (y * y + z * z)), 1e-11);
+    assert_true(fabs(rigid_frame.inverse[3 * i + (i + 1) % 3]) <=
+                1e-11 * rigid_frame.inverse[4 * i]);
   }
   thrum_precomputed_free(&result);
   body_free(&b);

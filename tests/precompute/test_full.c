@@ -10,8 +10,8 @@
 
 #include <cmocka.h>
 
-#include "precompute/full/full.h"
 #include "mesh/mesh.h"
+#include "precompute/full/full.h"
 #include "precompute/precompute.h"
 #include "thrum/thrum.h"
 

@@ -4,8 +4,8 @@
 
 #include <lapacke.h>
 
-#include "precompute/basis/modal_derivatives.h"
 #include "precompute/basis/eigen.h"
+#include "precompute/basis/modal_derivatives.h"
 
 typedef struct discrete {
   thrum_fem fem;

@@ -10,9 +10,9 @@
 
 #include <cmocka.h>
 
-#include "precompute/full/full.h"
 #include "mesh/mesh.h"
 #include "precompute/fem/traction.h"
+#include "precompute/full/full.h"
 
 typedef struct body {
   thrum_mesh mesh;

@@ -61,7 +61,7 @@ static void steps(thrum_scene *scene, int count) {
     MUST(thrum_scene_step(scene, &error));
 }
 
-/* The same by the library's own calls: gravity, one load over time, a ground that shakes. */
+/* The same by the library's own calls: gravity, one load over time, a ground that base motions. */
 static void step_alone(const fixture *f, const thrum_state_def *def, const thrum_load *course,
                        const double gravity[3], const double force[3], const int32_t *vertex,
                        double *q, double *p) {
@@ -178,7 +178,7 @@ static void turning_a_body_and_its_world_changes_nothing(void **context) {
     }
     MUST(thrum_scene_set_gravity(scene, g, &error));
     MUST(thrum_scene_add_body(scene, &def, NULL, &error));
-    MUST(thrum_scene_add_shake(scene, push, &sway, &error));
+    MUST(thrum_scene_add_base_motion(scene, push, &sway, &error));
     const thrum_scene_load load = {
         .kind = THRUM_SCENE_FORCE, .vector = {push[0], push[1], push[2]}, .course = always};
     MUST(thrum_scene_add_load(scene, 0, &load, &error));
@@ -377,7 +377,7 @@ static void loads_keep_their_time_when_dt_changes(void **context) {
 static void a_body_that_fails_stops_and_the_others_go_on(void **context) {
   fixture *f = *context;
   thrum_scene_body_def def = def_of(f, THRUM_INTEGRATOR_NEWMARK);
-  def.state.ladder = 0;
+  def.state.fallback = 0;
   def.state.iterations_max = 1;
   def.state.tolerance = 1e-14;
   def.start_mode = 1;

@@ -116,9 +116,9 @@ static inline double rig_energy(rig *r) {
   double height = 0;
   for (int axis = 0; axis < 3; axis++)
     height -= r->around.force[axis] * r->translation.position[axis];
-  const thrum_turning *turning = r->around.turning;
+  const thrum_rigid_frame *rigid_frame = r->around.rigid_frame;
   return state_energy(&r->m.model, r->state).total + rig_kinetic(r) + height +
-         (turning ? thrum_turning_energy(turning, r->around.placement) : 0);
+         (rigid_frame ? thrum_rigid_frame_energy(rigid_frame, r->around.placement) : 0);
 }
 
 #endif

@@ -53,25 +53,26 @@ static inline void linear_fields_free(linear_fields *fields) {
   body_free(&fields->body);
 }
 
-/* Gauges in a block of exactly their size, so that a sanitizer sees the first byte beyond. */
-static inline const thrum_gauge *gauge_make(const thrum_model *model, const int32_t *tets,
-                                            int64_t count) {
-  const thrum_gauge_def def = {tets, count};
+/* Stress points in a block of exactly their size, so that a sanitizer sees the first byte beyond.
+ */
+static inline const thrum_stress_points *stress_points_make(const thrum_model *model,
+                                                            const int32_t *tets, int64_t count) {
+  const thrum_stress_points_def def = {tets, count};
   size_t size = 0;
   thrum_error error = {0};
-  if (thrum_gauge_size(model, &def, &size, &error) != THRUM_OK)
+  if (thrum_stress_points_size(model, &def, &size, &error) != THRUM_OK)
     fail_msg("%s", error.message);
   void *memory = aligned_alloc(64, size);
   assert_non_null(memory);
   memset(memory, 0xa5, size);
-  const thrum_gauge *gauge = NULL;
-  if (thrum_gauge_init(memory, size, model, &def, &gauge, &error) != THRUM_OK)
+  const thrum_stress_points *stress_points = NULL;
+  if (thrum_stress_points_init(memory, size, model, &def, &stress_points, &error) != THRUM_OK)
     fail_msg("%s", error.message);
-  return gauge;
+  return stress_points;
 }
 
-static inline void gauge_free(const thrum_gauge *gauge) {
-  free((void *)(uintptr_t)gauge);
+static inline void stress_points_free(const thrum_stress_points *stress_points) {
+  free((void *)(uintptr_t)stress_points);
 }
 
 #endif

@@ -10,18 +10,19 @@
 
 #include <cmocka.h>
 
+#include "io/string_builder.h"
 #include "tests/support/random_model.h"
+#include "tests/support/simulate_support.h"
 #include "validation/experiments/long_run.h"
 #include "validation/experiments/svg_plot.h"
-#include "io/string_builder.h"
-#include "tests/support/simulate_support.h"
 
 static void a_line_has_its_slope_and_no_error(void **state) {
   (void)state;
   double values[50];
   for (int n = 0; n < 50; n++)
     values[n] = 7 - 0.25 * n;
-  const study_trend line = study_slope(values, 50, 2), none = study_slope(values, 2, 2);
+  const experiment_trend line = experiment_slope(values, 50, 2),
+                         none = experiment_slope(values, 2, 2);
   assert_true(fabs(line.slope + 0.125) < 1e-14 && line.error < 1e-14);
   assert_true(isnan(none.slope) && isnan(none.error) && isnan(none.error_correlated));
 }
@@ -30,7 +31,7 @@ static void a_line_has_its_slope_and_no_error(void **state) {
 static void a_zigzag_has_the_textbook_error(void **state) {
   (void)state;
   static const double values[4] = {0, 1, 0, 1};
-  const study_trend zigzag = study_slope(values, 4, 1);
+  const experiment_trend zigzag = experiment_slope(values, 4, 1);
   assert_true(fabs(zigzag.slope - 0.2) < 1e-15);
   assert_true(fabs(zigzag.error - sqrt(0.08)) < 1e-15);
   // each value turns from the one before, which is taken as no correlation
@@ -54,7 +55,7 @@ static void what_wanders_is_no_trend(void **state) {
       if (k >= 0)
         values[k] = 3 + at;
     }
-    const study_trend trend = study_slope(values, COUNT, 1);
+    const experiment_trend trend = experiment_slope(values, COUNT, 1);
     told[0] += fabs(trend.slope) > 2 * trend.error;
     told[1] += fabs(trend.slope) > 2 * trend.error_correlated;
   }
@@ -81,11 +82,11 @@ static void amplitude_is_the_mean_displacement_of_the_group(void **state) {
   (void)state;
   static const double q[PARTICLE_RANK] = {0.3, -0.7};
   const thrum_model *model = load_particle();
-  study_body body;
+  experiment_body body;
   thrum_error error = {0};
-  assert_int_equal(study_body_init("particle", model, "nothing", particle_push, &body, &error),
+  assert_int_equal(experiment_body_init("particle", model, "nothing", particle_push, &body, &error),
                    THRUM_MISSING);
-  assert_int_equal(study_body_init("particle", model, "a, b", particle_push, &body, &error),
+  assert_int_equal(experiment_body_init("particle", model, "a, b", particle_push, &body, &error),
                    THRUM_OK);
   // vertices 1, 2 and 4 share; the box is the unit cube
   double mean[3] = {0, 0, 0};
@@ -94,7 +95,7 @@ static void amplitude_is_the_mean_displacement_of_the_group(void **state) {
   for (int axis = 0; axis < 3; axis++)
     mean[axis] = (u[axis] + u[3 + axis] + u[9 + axis]) / 3;
   const double expected = sqrt(mean[0] * mean[0] + mean[1] * mean[1] + mean[2] * mean[2]);
-  assert_true(fabs(study_body_amplitude(&body, q) - expected) < 1e-15);
+  assert_true(fabs(experiment_body_amplitude(&body, q) - expected) < 1e-15);
   assert_true(body.length == 1 && body.direction[1] == 1);
   // the displacement along the push under 1 N is the compliance
   const double still[PARTICLE_RANK] = {body.push[0] / 4, body.push[1] / 9};
@@ -102,7 +103,7 @@ static void amplitude_is_the_mean_displacement_of_the_group(void **state) {
   for (int i = 0; i < PARTICLE_RANK; i++)
     moved += body.tip[PARTICLE_RANK + i] * still[i];
   assert_true(fabs(moved - body.compliance) < 1e-15);
-  study_body_free(&body);
+  experiment_body_free(&body);
   thrum_model_free(model);
 }
 
@@ -130,9 +131,9 @@ static void a_strike_gives_its_whole_impulse_at_any_step(void **state) {
   (void)state;
   static const double steps[5] = {1e-4, 7e-4, 2e-3, 3e-3, 1e-2};
   const thrum_model *model = load_particle();
-  study_body body;
+  experiment_body body;
   thrum_error error = {0};
-  assert_int_equal(study_body_init("particle", model, "a, b", particle_push, &body, &error),
+  assert_int_equal(experiment_body_init("particle", model, "a, b", particle_push, &body, &error),
                    THRUM_OK);
   for (int n = 0; n < 5; n++) {
     thrum_state_def def = thrum_default_state_def();
@@ -140,8 +141,8 @@ static void a_strike_gives_its_whole_impulse_at_any_step(void **state) {
     def.dt = steps[n];
     void *memory = NULL;
     thrum_state *strung = NULL;
-    assert_int_equal(study_state_make(model, &def, &memory, &strung, &error), THRUM_OK);
-    assert_int_equal(study_strike(&body, 0.7, def.dt, strung, &error), THRUM_OK);
+    assert_int_equal(experiment_state_make(model, &def, &memory, &strung, &error), THRUM_OK);
+    assert_int_equal(experiment_strike(&body, 0.7, def.dt, strung, &error), THRUM_OK);
     double p[PARTICLE_RANK];
     assert_int_equal(thrum_state_get(model, strung, NULL, p, &error), THRUM_OK);
     double size = 0, off = 0;
@@ -153,16 +154,16 @@ static void a_strike_gives_its_whole_impulse_at_any_step(void **state) {
       fail_msg("dt %g: off by %g of %g", def.dt, off, size);
     free(memory);
   }
-  study_body_free(&body);
+  experiment_body_free(&body);
   thrum_model_free(model);
 }
 
 static void each_task_is_done_once(void **state) {
   (void)state;
   tally all = {.fail_at = -1};
-  study_pool pool = {.threads = 4, .count = 1000, .task = count_task, .context = &all};
+  experiment_pool pool = {.threads = 4, .count = 1000, .task = count_task, .context = &all};
   thrum_error error = {0};
-  assert_int_equal(study_pool_run(&pool, &error), THRUM_OK);
+  assert_int_equal(experiment_pool_run(&pool, &error), THRUM_OK);
   for (int n = 0; n < 1000; n++)
     assert_int_equal(all.counts[n], 1);
 }
@@ -170,27 +171,27 @@ static void each_task_is_done_once(void **state) {
 static void a_failed_task_ends_the_others(void **state) {
   (void)state;
   tally all = {.fail_at = 3};
-  study_pool pool = {.threads = 1, .count = 1000, .task = count_task, .context = &all};
+  experiment_pool pool = {.threads = 1, .count = 1000, .task = count_task, .context = &all};
   thrum_error error = {0};
-  assert_int_equal(study_pool_run(&pool, &error), THRUM_IO);
+  assert_int_equal(experiment_pool_run(&pool, &error), THRUM_IO);
   assert_string_equal(error.message, "task 3");
   assert_int_equal(all.counts[4], 0);
   double fraction = 0;
   all.fail_at = -1;
   pool.progress = stop_at_half;
   pool.progress_context = &fraction;
-  assert_int_equal(study_pool_run(&pool, &error), THRUM_INTERRUPTED);
+  assert_int_equal(experiment_pool_run(&pool, &error), THRUM_INTERRUPTED);
   assert_true(fraction == 0.5);
 }
 
 static void a_text_grows_and_escapes(void **state) {
   (void)state;
-  study_text text = {0};
+  experiment_text text = {0};
   for (int n = 0; n < 5000; n++)
-    study_text_add(&text, "%d,", n % 10);
+    experiment_text_add(&text, "%d,", n % 10);
   assert_int_equal(text.size, 10000);
   assert_int_equal(strlen(text.bytes), 10000);
-  study_text_escape(&text, "a<b>&c");
+  experiment_text_escape(&text, "a<b>&c");
   assert_string_equal(text.bytes + 10000, "a&lt;b&gt;&amp;c");
   free(text.bytes);
 }
@@ -201,11 +202,12 @@ static void a_curve_that_is_flat_up_to_rounding_is_drawn_flat(void **state) {
   static const double x[3] = {0, 1, 2};
   static const double flat[][3] = {{899.5, 899.5, 899.5 * (1 + 2e-16)}, {0, 0, 0}, {-3, -3, -3}};
   for (size_t n = 0; n < sizeof flat / sizeof *flat; n++) {
-    study_plot plot = {.title = "t", .x_label = "x", .y_label = "y", .width = 600, .height = 400};
+    experiment_plot plot = {
+        .title = "t", .x_label = "x", .y_label = "y", .width = 600, .height = 400};
     plot.series_count = 1;
-    plot.series[0] = (study_series){.color = "#000", .x = x, .y = flat[n], .count = 3};
-    study_text text = {0};
-    study_plot_add(&text, &plot);
+    plot.series[0] = (experiment_series){.color = "#000", .x = x, .y = flat[n], .count = 3};
+    experiment_text text = {0};
+    experiment_plot_add(&text, &plot);
     assert_true(text.size > 500 && text.size < 10000);
     assert_non_null(strstr(text.bytes, "d='M"));
     assert_null(strstr(text.bytes, "nan"));

@@ -11,13 +11,13 @@ static void the_deflection_at_an_error_is_that_of_the_closed_form(void **state) 
   random_model_make(&m, 1, 1, 3, 3, INFINITY);
   m.c4[0] = 20;
   double push[1] = {1}, tip[3] = {0, 0, 1};
-  const study_body body = {"duffing", &m.model, 1, {0, 0, 1}, 1.0 / 9, push, tip};
-  study_linear_result result;
+  const experiment_body body = {"duffing", &m.model, 1, {0, 0, 1}, 1.0 / 9, push, tip};
+  experiment_linear_result result;
   thrum_error error;
-  if (study_linear_run(&body, &result, &error) != THRUM_OK)
+  if (experiment_linear_run(&body, &result, &error) != THRUM_OK)
     fail_msg("%s", error.message);
-  for (int level = 0; level < STUDY_LINEAR_LEVELS; level++) {
-    const double wrong = study_linear_levels[level], q = sqrt(wrong * 9 / 80);
+  for (int level = 0; level < EXPERIMENT_LINEAR_LEVELS; level++) {
+    const double wrong = experiment_linear_levels[level], q = sqrt(wrong * 9 / 80);
     assert_true(fabs(result.statics.at[level].amplitude / q - 1) < 1e-3);
     assert_true(fabs(result.statics.at[level].load / (9 * q * (1 + wrong)) - 1) < 1e-3);
     assert_true(fabs(result.statics.at[level].error / wrong - 1) < 2e-3);
@@ -26,7 +26,7 @@ static void the_deflection_at_an_error_is_that_of_the_closed_form(void **state) 
     assert_true(fabs(result.dynamics.at[level].error / wrong - 1) < 1e-2);
   }
   for (int64_t n = 0; n < result.statics.count; n++) {
-    const study_linear_point *point = &result.statics.points[n];
+    const experiment_linear_point *point = &result.statics.points[n];
     const double q = point->amplitude;
     assert_true(fabs(point->error - 80 * q * q / 9) < 1e-6 * point->error + 1e-9);
   }
@@ -43,15 +43,15 @@ static void a_linear_body_is_never_wrong(void **state) {
   double compliance = 0;
   for (int i = 0; i < 3; i++)
     compliance += push[i] * push[i] / m.omega2[i];
-  const study_body body = {"linear", &m.model, 1, {0, 0, 1}, compliance, push, tip};
-  study_linear_result result;
-  assert_int_equal(study_linear_run(&body, &result, NULL), THRUM_OK);
-  assert_int_equal(result.statics.count, STUDY_LINEAR_POINTS);
-  assert_int_equal(result.dynamics.count, STUDY_LINEAR_POINTS);
-  for (int level = 0; level < STUDY_LINEAR_LEVELS; level++)
+  const experiment_body body = {"linear", &m.model, 1, {0, 0, 1}, compliance, push, tip};
+  experiment_linear_result result;
+  assert_int_equal(experiment_linear_run(&body, &result, NULL), THRUM_OK);
+  assert_int_equal(result.statics.count, EXPERIMENT_LINEAR_POINTS);
+  assert_int_equal(result.dynamics.count, EXPERIMENT_LINEAR_POINTS);
+  for (int level = 0; level < EXPERIMENT_LINEAR_LEVELS; level++)
     assert_true(isnan(result.statics.at[level].amplitude) &&
                 isnan(result.dynamics.at[level].amplitude));
-  for (int64_t n = 0; n < STUDY_LINEAR_POINTS; n++) {
+  for (int64_t n = 0; n < EXPERIMENT_LINEAR_POINTS; n++) {
     assert_true(result.statics.points[n].error < 1e-9);
     assert_true(result.dynamics.points[n].error == 0);
   }

@@ -16,20 +16,20 @@
 #define ROWS_MAX 64
 
 typedef struct rows {
-  verify_row row[ROWS_MAX];
+  published_row row[ROWS_MAX];
   int count;
 } rows;
 
-static void collect(void *context, const verify_row *row) {
+static void collect(void *context, const published_row *row) {
   rows *all = context;
   assert_true(all->count < ROWS_MAX);
   all->row[all->count++] = *row;
 }
 
-static rows solve(verify_problem *problem) {
+static rows solve(published_problem *problem) {
   static rows all;
   thrum_error error = {0};
-  const verify_sink sink = {collect, &all, 0};
+  const published_sink sink = {collect, &all, 0};
   all.count = 0;
   if (problem(&sink, &error) < 0)
     fail_msg("%s", error.message);
@@ -37,13 +37,14 @@ static rows solve(verify_problem *problem) {
   return all;
 }
 
-static double error_of(const verify_row *row) {
+static double error_of(const published_row *row) {
   return row->computed / row->published - 1;
 }
 
 /* The last row of this quantity, and the one before it or NULL. */
-static const verify_row *last_of(const rows *all, const char *quantity, const verify_row **before) {
-  const verify_row *last = NULL;
+static const published_row *last_of(const rows *all, const char *quantity,
+                                    const published_row **before) {
+  const published_row *last = NULL;
   *before = NULL;
   for (int n = 0; n < all->count; n++) {
     if (strcmp(all->row[n].quantity, quantity) == 0) {
@@ -57,7 +58,7 @@ static const verify_row *last_of(const rows *all, const char *quantity, const ve
 
 /* The finest error is in [low, high]. */
 static void holds(const rows *all, const char *quantity, double low, double high) {
-  const verify_row *before, *last = last_of(all, quantity, &before);
+  const published_row *before, *last = last_of(all, quantity, &before);
   const double error = error_of(last);
   if (!(error >= low && error <= high))
     fail_msg("%s on %s: %g, not %g: error %.3g outside [%g, %g]", quantity, last->mesh,
@@ -66,7 +67,7 @@ static void holds(const rows *all, const char *quantity, double low, double high
 
 /* And it falls with at least this order. */
 static void converges(const rows *all, const char *quantity, double order) {
-  const verify_row *before, *last = last_of(all, quantity, &before);
+  const published_row *before, *last = last_of(all, quantity, &before);
   assert_non_null(before);
   const double seen = log(fabs(error_of(before) / error_of(last))) / log(last->size / before->size);
   if (!(seen >= order))
@@ -81,45 +82,45 @@ static void known_solutions_are_the_published_ones(void **state) {
       {1, 0.30172, 0.05643}, {2, 0.49346, 0.16064}, {5, 0.71379, 0.38763}, {10, 0.81061, 0.55500}};
   for (int n = 0; n < 4; n++) {
     double deflection, shortening;
-    verify_elastica_tip(elastica[n][0], &deflection, &shortening);
+    published_elastica_tip(elastica[n][0], &deflection, &shortening);
     assert_true(fabs(deflection - elastica[n][1]) < 1e-5);
     assert_true(fabs(shortening - elastica[n][2]) < 1e-5);
   }
   // a slender Timoshenko beam is Bernoulli's: 1.8751^2, 4.6941^2 times sqrt(E I / rho A)
   const double thin = 1e-3, scale = thin / sqrt(12);
-  assert_true(fabs(verify_timoshenko(thin, 1) / scale / 3.5160153 - 1) < 1e-5);
-  assert_true(fabs(verify_timoshenko(thin, 2) / scale / 22.034492 - 1) < 1e-4);
+  assert_true(fabs(published_timoshenko(thin, 1) / scale / 3.5160153 - 1) < 1e-5);
+  assert_true(fabs(published_timoshenko(thin, 2) / scale / 22.034492 - 1) < 1e-4);
   // shear and rotation make it slower
-  assert_true(verify_timoshenko(0.1, 1) < 0.1 / sqrt(12) * 3.5160153);
+  assert_true(published_timoshenko(0.1, 1) < 0.1 / sqrt(12) * 3.5160153);
   // Duffing: 1 + 3/8 e for small e, and the exact frequency at e -> infinity, 0.847213 sqrt(e)
-  assert_true(fabs(verify_duffing(1e-4) - 1 - 0.375e-4) < 1e-8);
-  assert_true(fabs(verify_duffing(1e8) / 1e4 - 0.8472131) < 1e-6);
+  assert_true(fabs(published_duffing(1e-4) - 1 - 0.375e-4) < 1e-8);
+  assert_true(fabs(published_duffing(1e8) / 1e4 - 0.8472131) < 1e-6);
 }
 
 static void beams_and_bars_have_the_frequencies_of_theory(void **state) {
   (void)state;
   // linear tets lock in bending: too stiff, and an error that falls with the square of the cell
-  rows all = solve(verify_beam);
+  rows all = solve(published_beam);
   holds(&all, "bending 1, Hz", 0, 0.11);
   converges(&all, "bending 1, Hz", 1.7);
   holds(&all, "bending 2, Hz", 0, 0.11);
   converges(&all, "bending 2, Hz", 1.7);
   holds(&all, "axial 1, Hz", 0, 1e-4);
   converges(&all, "axial 1, Hz", 1.9);
-  all = solve(verify_torsion);
+  all = solve(published_torsion);
   holds(&all, "torsion 1, Hz", 0, 0.6);
 }
 
 static void a_free_cube_has_the_mode_of_lame(void **state) {
   (void)state;
-  const rows all = solve(verify_cube);
+  const rows all = solve(published_cube);
   holds(&all, "Lame's mode, Hz", 0, 0.05);
   converges(&all, "Lame's mode, Hz", 1.2);
 }
 
 static void the_tapered_membrane_has_the_frequencies_of_nafems(void **state) {
   (void)state;
-  const rows all = solve(verify_membrane);
+  const rows all = solve(published_membrane);
   holds(&all, "1, Hz", 0, 0.012);
   converges(&all, "1, Hz", 1.7);
   holds(&all, "2, Hz", 0, 0.014);
@@ -129,7 +130,7 @@ static void the_tapered_membrane_has_the_frequencies_of_nafems(void **state) {
 
 static void a_ball_has_the_published_clusters(void **state) {
   (void)state;
-  const rows all = solve(verify_sphere);
+  const rows all = solve(published_sphere);
   holds(&all, "5 modes, Hz", 0, 0.1);
   holds(&all, "next 5, Hz", 0, 0.07);
   holds(&all, "next 3, Hz", 0, 0.08);
@@ -137,7 +138,7 @@ static void a_ball_has_the_published_clusters(void **state) {
 
 static void a_cantilever_follows_the_elastica(void **state) {
   (void)state;
-  const rows all = solve(verify_elastica);
+  const rows all = solve(published_elastica);
   // with the bending stiffness that the mesh has, far into the nonlinear range
   holds(&all, "deflection at P = 1, mesh's own EI", -0.001, 0.001);
   holds(&all, "deflection at P = 5, mesh's own EI", -0.0015, 0.0015);
@@ -149,7 +150,7 @@ static void a_cantilever_follows_the_elastica(void **state) {
 
 static void the_beam_of_turek_and_hron_sags_towards_the_published_tip(void **state) {
   (void)state;
-  const rows all = solve(verify_gravity_beam);
+  const rows all = solve(published_gravity_beam);
   holds(&all, "CSM1 tip, mm", -0.26, 0);
   converges(&all, "CSM1 tip, mm", 1.1);
   holds(&all, "CSM2 tip, mm", -0.27, 0);
@@ -158,29 +159,29 @@ static void the_beam_of_turek_and_hron_sags_towards_the_published_tip(void **sta
 
 static void a_clamped_beam_hardens_along_the_backbone(void **state) {
   (void)state;
-  const rows all = solve(verify_hardening);
+  const rows all = solve(published_hardening);
   holds(&all, "cubic stiffness, N/m^3", 0, 0.007);
   converges(&all, "linear stiffness, N/m", 1.8);
   // the linear stiffness locks, the cubic one does not: the ratio rises from below
   holds(&all, "frequency ratio at a = h", -0.09, 0);
-  const verify_row *before, *linear = last_of(&all, "linear stiffness, N/m", &before);
-  const verify_row *cubic = last_of(&all, "cubic stiffness, N/m^3", &before);
-  const verify_row *ratio = last_of(&all, "frequency ratio at a = h", &before);
+  const published_row *before, *linear = last_of(&all, "linear stiffness, N/m", &before);
+  const published_row *cubic = last_of(&all, "cubic stiffness, N/m^3", &before);
+  const published_row *ratio = last_of(&all, "frequency ratio at a = h", &before);
   // with the mesh's own stiffness the steps of imexv follow Duffing's solution
   const double own = 0.02 * 0.02 * cubic->computed / linear->computed;
-  assert_true(fabs(ratio->computed / verify_duffing(own) - 1) < 2e-4);
+  assert_true(fabs(ratio->computed / published_duffing(own) - 1) < 2e-4);
 }
 
 static void imexv_is_stable_where_the_slow_oscillator_is(void **state) {
   (void)state;
-  const rows all = solve(verify_fast_slow);
+  const rows all = solve(published_fast_slow);
   holds(&all, "quadratic split: largest stable h, s", -2e-3, 1e-3);
   holds(&all, "component split: largest stable h, s", -2e-3, 1e-3);
 }
 
 static void the_chain_of_fermi_pasta_and_ulam_does_what_is_published(void **state) {
   (void)state;
-  const rows all = solve(verify_fermi);
+  const rows all = solve(published_fermi);
   holds(&all, "Verlet: largest stable h, s", -0.03, 0.025);
   // of the size that is published, and no more at a resonance than beside it
   holds(&all, "quadratic split: energy error", -0.5, 0.5);
@@ -188,7 +189,7 @@ static void the_chain_of_fermi_pasta_and_ulam_does_what_is_published(void **stat
   for (int n = 0; n < all.count; n++)
     if (strstr(all.row[n].quantity, "resonance"))
       assert_true(all.row[n].computed < 3);
-  const verify_row *before;
+  const published_row *before;
   const double exchange =
       last_of(&all, "quadratic split: time of the exchange, s", &before)->published;
   // 78.78 s by Verlet and by the conserving integrator alike
@@ -202,12 +203,12 @@ static void the_chain_of_fermi_pasta_and_ulam_does_what_is_published(void **stat
 
 static void the_full_order_says_what_the_reduced_one_says(void **state) {
   (void)state;
-  const verify_row *before;
-  rows all = solve(verify_gravity_beam);
+  const published_row *before;
+  rows all = solve(published_gravity_beam);
   const double reduced = last_of(&all, "CSM1 tip, mm", &before)->computed;
   assert_true(fabs(last_of(&all, "CSM1 tip, full order, mm", &before)->computed / reduced - 1) <
               1e-3);
-  all = solve(verify_elastica);
+  all = solve(published_elastica);
   const double bent = last_of(&all, "deflection at P = 5", &before)->computed;
   assert_true(fabs(last_of(&all, "deflection at P = 5, full order", &before)->computed / bent - 1) <
               2e-3);
@@ -215,12 +216,12 @@ static void the_full_order_says_what_the_reduced_one_says(void **state) {
 
 static void a_tumbling_body_keeps_what_it_should(void **state) {
   (void)state;
-  const rows all = solve(verify_tumble);
+  const rows all = solve(published_tumble);
   holds(&all, "energy step: energy", -1e-10, 1e-10);
   holds(&all, "energy step: angular momentum", -1e-10, 1e-10);
   holds(&all, "energy step: linear momentum", -1e-10, 1e-10);
   // and this is no small matter: Newmark does not
-  const verify_row *before;
+  const published_row *before;
   assert_true(fabs(error_of(last_of(&all, "Newmark: energy", &before))) > 1e-4);
 }
 

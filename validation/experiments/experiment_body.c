@@ -16,26 +16,26 @@
 #define SWING_TRIES 12
 #define SWING_NEAR 1e-3 /* relative */
 
-const char *const study_integrator_names[STUDY_INTEGRATOR_COUNT] = {
+const char *const experiment_integrator_names[EXPERIMENT_INTEGRATOR_COUNT] = {
 #define X(name, value) #name,
-    STUDY_INTEGRATOR_LIST(X)
+    EXPERIMENT_INTEGRATOR_LIST(X)
 #undef X
 };
 
-const thrum_integrator study_integrators[STUDY_INTEGRATOR_COUNT] = {
+const thrum_integrator experiment_integrators[EXPERIMENT_INTEGRATOR_COUNT] = {
 #define X(name, value) value,
-    STUDY_INTEGRATOR_LIST(X)
+    EXPERIMENT_INTEGRATOR_LIST(X)
 #undef X
 };
 
-double study_seconds(void) {
+double experiment_seconds(void) {
   struct timespec now;
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
   return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-thrum_status study_state_make(const thrum_model *model, const thrum_state_def *def, void **memory,
-                              thrum_state **state, thrum_error *error) {
+thrum_status experiment_state_make(const thrum_model *model, const thrum_state_def *def,
+                                   void **memory, thrum_state **state, thrum_error *error) {
   size_t size = 0;
   thrum_status status = thrum_state_size(model, def, &size, error);
   if (status < 0)
@@ -63,7 +63,7 @@ static double compliance(const thrum_model *model, const double *force) {
 }
 
 /* A unit vector: as given, or the softest axis. */
-static void choose_direction(const double given[3], study_body *body) {
+static void choose_direction(const double given[3], experiment_body *body) {
   double softest = -1;
   const double length = sqrt(given[0] * given[0] + given[1] * given[1] + given[2] * given[2]);
   for (int axis = 0; axis < 3; axis++) {
@@ -81,15 +81,16 @@ static void choose_direction(const double given[3], study_body *body) {
   }
 }
 
-thrum_status study_body_init(const char *name, const thrum_model *model, const char *group,
-                             const double direction[3], study_body *body, thrum_error *error) {
+thrum_status experiment_body_init(const char *name, const thrum_model *model, const char *group,
+                                  const double direction[3], experiment_body *body,
+                                  thrum_error *error) {
   const int32_t *vertices = NULL;
   int64_t count = 0;
   thrum_status status = thrum_model_group(model, group, &vertices, &count, NULL);
   if (status < 0)
     return thrum_error_set(error, status, "%.100s: the model has no group '%.100s' to push", name,
                            group);
-  study_body made = {.name = name, .model = model};
+  experiment_body made = {.name = name, .model = model};
   const int64_t rank = model->rank;
   made.push = calloc((size_t)(4 * rank), sizeof *made.push);
   if (made.push == NULL)
@@ -114,12 +115,12 @@ thrum_status study_body_init(const char *name, const thrum_model *model, const c
   return THRUM_OK;
 }
 
-void study_body_free(study_body *body) {
+void experiment_body_free(experiment_body *body) {
   free(body->push);
   memset(body, 0, sizeof *body);
 }
 
-double study_body_amplitude(const study_body *body, const double *q) {
+double experiment_body_amplitude(const experiment_body *body, const double *q) {
   double square = 0;
   for (int axis = 0; axis < 3; axis++) {
     double sum = 0;
@@ -130,8 +131,8 @@ double study_body_amplitude(const study_body *body, const double *q) {
   return sqrt(square) / body->length;
 }
 
-thrum_status study_kick(const study_body *body, double impulse, thrum_state *state, double *energy,
-                        thrum_error *error) {
+thrum_status experiment_kick(const experiment_body *body, double impulse, thrum_state *state,
+                             double *energy, thrum_error *error) {
   const int64_t rank = body->model->rank;
   double p[THRUM_RANK_MAX];
   *energy = 0;
@@ -142,16 +143,16 @@ thrum_status study_kick(const study_body *body, double impulse, thrum_state *sta
   return thrum_state_set(body->model, state, NULL, p, error);
 }
 
-thrum_status study_strike(const study_body *body, double impulse, double dt, thrum_state *state,
-                          thrum_error *error) {
-  const thrum_load load = {THRUM_LOAD_CONSTANT, 0, STUDY_IMPULSE_SECONDS, 0};
+thrum_status experiment_strike(const experiment_body *body, double impulse, double dt,
+                               thrum_state *state, thrum_error *error) {
+  const thrum_load load = {THRUM_LOAD_CONSTANT, 0, EXPERIMENT_IMPULSE_SECONDS, 0};
   const thrum_model *model = body->model;
   double force[THRUM_RANK_MAX];
   thrum_status status = THRUM_OK;
   // whole steps that begin before its end, up to rounding
-  for (int64_t step = 0; (double)step * dt < STUDY_IMPULSE_SECONDS * (1.0 - 1e-6) && status >= 0;
-       step++) {
-    const double strength = impulse / STUDY_IMPULSE_SECONDS * thrum_load_mean(&load, step, dt);
+  for (int64_t step = 0;
+       (double)step * dt < EXPERIMENT_IMPULSE_SECONDS * (1.0 - 1e-6) && status >= 0; step++) {
+    const double strength = impulse / EXPERIMENT_IMPULSE_SECONDS * thrum_load_mean(&load, step, dt);
     for (int64_t i = 0; i < model->rank; i++)
       force[i] = strength * body->push[i];
     status = thrum_state_set_force(model, state, force, error);
@@ -162,7 +163,7 @@ thrum_status study_strike(const study_body *body, double impulse, double dt, thr
 }
 
 /* The largest amplitude in the first seconds after an impulse. */
-static thrum_status swing(const study_body *body, double impulse, double dt, double *peak,
+static thrum_status swing(const experiment_body *body, double impulse, double dt, double *peak,
                           thrum_error *error) {
   thrum_state_def def = thrum_default_state_def();
   double q[THRUM_RANK_MAX];
@@ -170,24 +171,24 @@ static thrum_status swing(const study_body *body, double impulse, double dt, dou
   thrum_state *state = NULL;
   def.integrator = THRUM_INTEGRATOR_ENERGY;
   def.dt = dt;
-  thrum_status status = study_state_make(body->model, &def, &memory, &state, error);
+  thrum_status status = experiment_state_make(body->model, &def, &memory, &state, error);
   if (status < 0)
     return status;
-  status = study_strike(body, impulse, dt, state, error);
+  status = experiment_strike(body, impulse, dt, state, error);
   *peak = 0;
   for (double time = 0; status >= 0 && time < SWING_SECONDS; time += dt) {
     status = thrum_step(body->model, state, error);
     if (status >= 0)
       status = thrum_state_get(body->model, state, q, NULL, error);
     if (status >= 0)
-      *peak = fmax(*peak, study_body_amplitude(body, q));
+      *peak = fmax(*peak, experiment_body_amplitude(body, q));
   }
   free(memory);
   return status;
 }
 
-thrum_status study_impulse(const study_body *body, double amplitude, double dt, double *impulse,
-                           double *reached, thrum_error *error) {
+thrum_status experiment_impulse(const experiment_body *body, double amplitude, double dt,
+                                double *impulse, double *reached, thrum_error *error) {
   // as if the body swung in its softest mode alone
   double trial = amplitude * body->length / (body->compliance * sqrt(body->model->omega2[0]));
   double low = 0, high = 0;

@@ -5,7 +5,7 @@
 
 #include "thrum/thrum.h"
 
-typedef struct study_body {
+typedef struct experiment_body {
   const char *name;         /* borrowed */
   const thrum_model *model; /* borrowed */
   double length;            /* largest side of the box at rest [m] */
@@ -13,54 +13,55 @@ typedef struct study_body {
   double compliance;        /* linear, static: displacement of the group under 1 N [m/N] */
   double *push;             /* rank: U^T of 1 N that the group shares [kg^-1/2] */
   double *tip;              /* 3 x rank: mean displacement of the group is tip q [m] */
-} study_body;
+} experiment_body;
 
 /* `direction` zero: the axis in which the group is softest at rest. The model needs a mesh, a basis
  * and the group. On failure nothing is left to free. */
-thrum_status study_body_init(const char *name, const thrum_model *model, const char *group,
-                             const double direction[3], study_body *body, thrum_error *error);
-void study_body_free(study_body *body);
+thrum_status experiment_body_init(const char *name, const thrum_model *model, const char *group,
+                                  const double direction[3], experiment_body *body,
+                                  thrum_error *error);
+void experiment_body_free(experiment_body *body);
 
 /* How far the group is displaced on average, as a share of the body's length. */
-double study_body_amplitude(const study_body *body, const double *q);
+double experiment_body_amplitude(const experiment_body *body, const double *q);
 
 /* A state of its own in memory of its own; free(*memory) when done. */
-thrum_status study_state_make(const thrum_model *model, const thrum_state_def *def, void **memory,
-                              thrum_state **state, thrum_error *error);
+thrum_status experiment_state_make(const thrum_model *model, const thrum_state_def *def,
+                                   void **memory, thrum_state **state, thrum_error *error);
 
 /* Processor time of this thread [s]: on a busy machine it says more than the clock on the wall. */
-double study_seconds(void);
+double experiment_seconds(void);
 
 /* The integrators that are compared. X(name, def's value) */
-#define STUDY_INTEGRATOR_LIST(X)                                                                   \
+#define EXPERIMENT_INTEGRATOR_LIST(X)                                                              \
   X(imexv, THRUM_INTEGRATOR_IMEXV)                                                                 \
   X(newmark, THRUM_INTEGRATOR_NEWMARK)                                                             \
   X(energy, THRUM_INTEGRATOR_ENERGY)
 
-typedef enum study_integrator {
-#define X(name, value) STUDY_##name,
-  STUDY_INTEGRATOR_LIST(X)
+typedef enum experiment_integrator {
+#define X(name, value) EXPERIMENT_##name,
+  EXPERIMENT_INTEGRATOR_LIST(X)
 #undef X
-      STUDY_INTEGRATOR_COUNT
-} study_integrator;
+      EXPERIMENT_INTEGRATOR_COUNT
+} experiment_integrator;
 
-extern const char *const study_integrator_names[STUDY_INTEGRATOR_COUNT];
-extern const thrum_integrator study_integrators[STUDY_INTEGRATOR_COUNT];
+extern const char *const experiment_integrator_names[EXPERIMENT_INTEGRATOR_COUNT];
+extern const thrum_integrator experiment_integrators[EXPERIMENT_INTEGRATOR_COUNT];
 
 /* The impulse [N s] along the push after which the group swings to `amplitude` times the body's
  * length, found with `energy` at `dt`; *reached is what the nearest trial did reach. */
-thrum_status study_impulse(const study_body *body, double amplitude, double dt, double *impulse,
-                           double *reached, thrum_error *error);
+thrum_status experiment_impulse(const experiment_body *body, double amplitude, double dt,
+                                double *impulse, double *reached, thrum_error *error);
 
-/* Steps a state at rest through a constant force of STUDY_IMPULSE_SECONDS with this impulse [N s],
- * and takes the force away. */
-#define STUDY_IMPULSE_SECONDS 0.003
-thrum_status study_strike(const study_body *body, double impulse, double dt, thrum_state *state,
-                          thrum_error *error);
+/* Steps a state at rest through a constant force of EXPERIMENT_IMPULSE_SECONDS with this impulse [N
+ * s], and takes the force away. */
+#define EXPERIMENT_IMPULSE_SECONDS 0.003
+thrum_status experiment_strike(const experiment_body *body, double impulse, double dt,
+                               thrum_state *state, thrum_error *error);
 
 /* Puts the state at rest but for the momentum that an impulse [N s] leaves: p = impulse push.
  * *energy gets 1/2 |p|^2 [J]. */
-thrum_status study_kick(const study_body *body, double impulse, thrum_state *state, double *energy,
-                        thrum_error *error);
+thrum_status experiment_kick(const experiment_body *body, double impulse, thrum_state *state,
+                             double *energy, thrum_error *error);
 
 #endif

@@ -29,8 +29,8 @@ static bool finite(const double *values, int64_t count) {
   return true;
 }
 
-static thrum_status look(const study_body *body, thrum_state *state, bool loaded, watched *seen,
-                         study_extreme_result *result, thrum_error *error) {
+static thrum_status look(const experiment_body *body, thrum_state *state, bool loaded,
+                         watched *seen, experiment_extreme_result *result, thrum_error *error) {
   const thrum_model *model = body->model;
   thrum_energies energies;
   thrum_status status = thrum_state_get(model, state, seen->q, seen->p, error);
@@ -48,31 +48,31 @@ static thrum_status look(const study_body *body, thrum_state *state, bool loaded
   seen->largest = fmax(seen->largest, fabs(seen->work));
   seen->last = fabs(energies.total - seen->work);
   seen->worst = fmax(seen->worst, seen->last);
-  result->peak_amplitude = fmax(result->peak_amplitude, study_body_amplitude(body, seen->q));
+  result->peak_amplitude = fmax(result->peak_amplitude, experiment_body_amplitude(body, seen->q));
   return THRUM_OK;
 }
 
 /* One half of the run: with the load, or without. */
-static thrum_status run_half(const study_extreme_case *run, thrum_state *state, bool loaded,
-                             int64_t steps, watched *seen, study_extreme_result *result,
+static thrum_status run_half(const experiment_extreme_case *run, thrum_state *state, bool loaded,
+                             int64_t steps, watched *seen, experiment_extreme_result *result,
                              double *seconds) {
-  const study_body *body = &run->body->body;
+  const experiment_body *body = &run->body->body;
   thrum_status status =
       thrum_state_set_force(body->model, state, loaded ? seen->force : NULL, &result->stop);
   for (int64_t n = 0; n < steps && status >= 0; n++) {
-    const double began = study_seconds();
+    const double began = experiment_seconds();
     status = thrum_step(body->model, state, &result->stop);
-    *seconds += study_seconds() - began;
+    *seconds += experiment_seconds() - began;
     if (status >= 0)
       status = look(body, state, loaded, seen, result, &result->stop);
   }
   return status;
 }
 
-thrum_status study_extreme_run(const study_extreme_case *run, study_extreme_result *result,
-                               thrum_error *error) {
-  const study_extreme_body *of = run->body;
-  study_extreme_result made = {
+thrum_status experiment_extreme_run(const experiment_extreme_case *run,
+                                    experiment_extreme_result *result, thrum_error *error) {
+  const experiment_extreme_body *of = run->body;
+  experiment_extreme_result made = {
       .status = of->status, .stop = of->refusal, .energy_error = NAN, .energy_end = NAN};
   if (of->status < 0) {
     *result = made;
@@ -82,13 +82,13 @@ thrum_status study_extreme_run(const study_extreme_case *run, study_extreme_resu
   void *memory = NULL;
   thrum_state *state = NULL;
   watched *seen = calloc(1, sizeof *seen);
-  def.integrator = study_integrators[run->integrator];
+  def.integrator = experiment_integrators[run->integrator];
   def.dt = of->dt;
   if (of->extreme->split_safety > 0)
     def.split_safety = of->extreme->split_safety;
   thrum_status status = seen == NULL
                             ? thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a run")
-                            : study_state_make(of->body.model, &def, &memory, &state, error);
+                            : experiment_state_make(of->body.model, &def, &memory, &state, error);
   if (status < 0) {
     free(seen);
     return status;
@@ -114,11 +114,11 @@ thrum_status study_extreme_run(const study_extreme_case *run, study_extreme_resu
   return THRUM_OK;
 }
 
-const char *study_extreme_outcome(const study_extreme_case *run,
-                                  const study_extreme_result *result) {
+const char *experiment_extreme_outcome(const experiment_extreme_case *run,
+                                       const experiment_extreme_result *result) {
   // from the last resort to the first
-  static const int rungs[] = {STUDY_RUNG_substep, STUDY_RUNG_energy, STUDY_RUNG_handed,
-                              STUDY_RUNG_newton};
+  static const int fallback_levels[] = {EXPERIMENT_LEVEL_substep, EXPERIMENT_LEVEL_energy,
+                                        EXPERIMENT_LEVEL_switched, EXPERIMENT_LEVEL_newton};
   if (run->body->status < 0)
     return "refused";
   if (result->not_finite)
@@ -127,9 +127,9 @@ const char *study_extreme_outcome(const study_extreme_case *run,
     return "stopped";
   if (result->energy_end > LOST)
     return "lost";
-  for (size_t n = 0; n < sizeof rungs / sizeof rungs[0]; n++) {
-    if (study_rung(&result->report, rungs[n]) > 0)
-      return study_rung_names[rungs[n]];
+  for (size_t n = 0; n < sizeof fallback_levels / sizeof fallback_levels[0]; n++) {
+    if (experiment_level(&result->report, fallback_levels[n]) > 0)
+      return experiment_level_names[fallback_levels[n]];
   }
   return "runs";
 }

@@ -7,7 +7,7 @@
 #include "validation/experiments/experiment_body.h"
 
 /* What the extremes are about. X(name, text for people) */
-#define STUDY_SUBJECT_LIST(X)                                                                      \
+#define EXPERIMENT_SUBJECT_LIST(X)                                                                 \
   X(stiffness, "Young's modulus")                                                                  \
   X(poisson, "Poisson's ratio")                                                                    \
   X(size, "length of the body")                                                                    \
@@ -20,29 +20,30 @@
   X(resonance, "h times a frequency")                                                              \
   X(rate, "rates of haptics and of sound")
 
-typedef enum study_subject {
-#define X(name, text) STUDY_SUBJECT_##name,
-  STUDY_SUBJECT_LIST(X)
+typedef enum experiment_subject {
+#define X(name, text) EXPERIMENT_SUBJECT_##name,
+  EXPERIMENT_SUBJECT_LIST(X)
 #undef X
-      STUDY_SUBJECT_COUNT
-} study_subject;
+      EXPERIMENT_SUBJECT_COUNT
+} experiment_subject;
 
-extern const char *const study_subject_names[STUDY_SUBJECT_COUNT];
-extern const char *const study_subject_texts[STUDY_SUBJECT_COUNT];
+extern const char *const experiment_subject_names[EXPERIMENT_SUBJECT_COUNT];
+extern const char *const experiment_subject_texts[EXPERIMENT_SUBJECT_COUNT];
 
-typedef enum study_shape {
-  STUDY_SHAPE_BEAM = 0, /* what `cells` and `size` say, held at x = 0, pulled at the tip */
-  STUDY_SHAPE_SQUARE,   /* the same, mirrored so that a quarter turn maps the mesh to itself */
-  STUDY_SHAPE_ARCH,     /* the same, bent up by ARCH_RISE, held at both ends, pushed at the crown */
-  STUDY_SHAPE_TET       /* one, of edges `size`[0] along the axes, pulled at its last vertex */
-} study_shape;
+typedef enum experiment_shape {
+  EXPERIMENT_SHAPE_BEAM = 0, /* what `cells` and `size` say, held at x = 0, pulled at the tip */
+  EXPERIMENT_SHAPE_SQUARE,   /* the same, mirrored so that a quarter turn maps the mesh to itself */
+  EXPERIMENT_SHAPE_ARCH, /* the same, bent up by ARCH_RISE, held at both ends, pushed at the crown
+                          */
+  EXPERIMENT_SHAPE_TET   /* one, of edges `size`[0] along the axes, pulled at its last vertex */
+} experiment_shape;
 
 /* One body, its time step and its load. The load is constant, from rest, for the first half of the
  * steps, then none: so the work done is known without a reference. */
-typedef struct study_extreme {
-  study_subject subject;
+typedef struct experiment_extreme {
+  experiment_subject subject;
   const char *name;
-  study_shape shape;
+  experiment_shape shape;
   int cells[3];
   double size[3]; /* [m] */
   bool free;      /* nothing is held */
@@ -54,37 +55,37 @@ typedef struct study_extreme {
   double split_safety; /* 0: the default */
   double load;         /* beside the one that, were the body linear, bent it by its length */
   int64_t steps_share; /* makes the steps so many times fewer; 0: once */
-} study_extreme;
+} experiment_extreme;
 
 /* The list that the table is made from. */
-extern const study_extreme study_extremes[];
-int64_t study_extreme_count(void);
+extern const experiment_extreme experiment_extremes[];
+int64_t experiment_extreme_count(void);
 
 /* An extreme that has been made: a body, its time step and force, or why it was refused. */
-typedef struct study_extreme_body {
-  const study_extreme *extreme;
+typedef struct experiment_extreme_body {
+  const experiment_extreme *extreme;
   thrum_status status;
   thrum_error refusal;
   thrum_precomputed made;
-  study_body body;
+  experiment_body body;
   double dt;       /* [s] */
   double force;    /* [N] */
   double omega[2]; /* lowest and highest of the basis [1/s] */
-} study_extreme_body;
+} experiment_extreme_body;
 
 /* Makes the body with the precompute pipeline; one at a time in a process. What is refused is no
  * failure: it says so in `made`. Only memory can fail. */
-thrum_status study_extreme_make(const study_extreme *extreme, study_extreme_body *made,
-                                thrum_error *error);
-void study_extreme_free(study_extreme_body *made);
+thrum_status experiment_extreme_make(const experiment_extreme *extreme,
+                                     experiment_extreme_body *made, thrum_error *error);
+void experiment_extreme_free(experiment_extreme_body *made);
 
-typedef struct study_extreme_case {
-  const study_extreme_body *body;
-  study_integrator integrator;
+typedef struct experiment_extreme_case {
+  const experiment_extreme_body *body;
+  experiment_integrator integrator;
   int64_t steps;
-} study_extreme_case;
+} experiment_extreme_case;
 
-typedef struct study_extreme_result {
+typedef struct experiment_extreme_result {
   thrum_status status; /* THRUM_OK, or why it was refused or ended before its time */
   thrum_error stop;
   thrum_state_report report;
@@ -94,49 +95,50 @@ typedef struct study_extreme_result {
   double energy_error;   /* largest |E - work| / the most work; NAN when no work was done */
   double energy_end;     /* the same at the end */
   double peak_amplitude; /* as a share of the body's length */
-} study_extreme_result;
+} experiment_extreme_result;
 
 /* Runs one case. */
-thrum_status study_extreme_run(const study_extreme_case *run, study_extreme_result *result,
-                               thrum_error *error);
+thrum_status experiment_extreme_run(const experiment_extreme_case *run,
+                                    experiment_extreme_result *result, thrum_error *error);
 
-/* refused, stopped, lost (at the end the balance errs by more than all work), or the last rung of
- * the ladder that it needed: quasi-Newton, newton, handed, energy, substep. Static storage. */
-const char *study_extreme_outcome(const study_extreme_case *run,
-                                  const study_extreme_result *result);
+/* refused, stopped, lost (at the end the balance errs by more than all work), or the last fallback
+ * level of the fallback chain that it needed: quasi-Newton, newton, handed, energy, substep. Static
+ * storage. */
+const char *experiment_extreme_outcome(const experiment_extreme_case *run,
+                                       const experiment_extreme_result *result);
 
 /* A system of units, each unit in SI. */
-typedef struct study_units {
+typedef struct experiment_units {
   const char *name;
   double length; /* [m] */
   double mass;   /* [kg] */
   double time;   /* [s] */
-} study_units;
+} experiment_units;
 
-extern const study_units study_unit_systems[]; /* the first is SI */
-int64_t study_unit_count(void);
+extern const experiment_units experiment_unit_systems[]; /* the first is SI */
+int64_t experiment_unit_count(void);
 
 /* The bodies that are put into other units: one swings widely, one snaps through. */
-extern const study_extreme study_unit_extremes[];
-enum { STUDY_UNIT_EXTREMES = 2 };
+extern const experiment_extreme experiment_unit_extremes[];
+enum { EXPERIMENT_UNIT_EXTREMES = 2 };
 
-typedef struct study_unit_case {
-  const study_extreme *extreme;
-  const study_units *units;
-  study_integrator integrator;
+typedef struct experiment_unit_case {
+  const experiment_extreme *extreme;
+  const experiment_units *units;
+  experiment_integrator integrator;
   int64_t steps;
-} study_unit_case;
+} experiment_unit_case;
 
 /* The same body in other units beside itself in SI. */
-typedef struct study_unit_result {
+typedef struct experiment_unit_result {
   double difference;  /* largest of the pulled part's displacements, beside the largest of them */
   int64_t iterations; /* in these units; and */
   int64_t iterations_si;
-  bool same_rungs; /* as in SI */
-} study_unit_result;
+  bool same_levels; /* as in SI */
+} experiment_unit_result;
 
 /* Runs one case and the same in SI. It makes the bodies: one at a time in a process. */
-thrum_status study_units_run(const study_unit_case *run, study_unit_result *result,
-                             thrum_error *error);
+thrum_status experiment_units_run(const experiment_unit_case *run, experiment_unit_result *result,
+                                  thrum_error *error);
 
 #endif

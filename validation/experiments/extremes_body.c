@@ -14,7 +14,8 @@
 
 #define ARCH_RISE 0.04 /* of the span */
 
-static thrum_status make_beam(const study_extreme *extreme, thrum_mesh *mesh, thrum_error *error) {
+static thrum_status make_beam(const experiment_extreme *extreme, thrum_mesh *mesh,
+                              thrum_error *error) {
   char spec[160];
   snprintf(spec, sizeof spec, "beam:%dx%dx%d@%.17gx%.17gx%.17g", extreme->cells[0],
            extreme->cells[1], extreme->cells[2], extreme->size[0], extreme->size[1],
@@ -43,7 +44,7 @@ static void mirror(thrum_mesh *mesh, const int cells[3], int axis) {
 }
 
 /* Bends the beam to a shallow parabola, and names the crown: what lies in its middle. */
-static thrum_status bend(const study_extreme *extreme, thrum_mesh *mesh, thrum_error *error) {
+static thrum_status bend(const experiment_extreme *extreme, thrum_mesh *mesh, thrum_error *error) {
   const double span = extreme->size[0];
   int32_t *crown = malloc((size_t)mesh->vertex_count * sizeof *crown);
   if (crown == NULL)
@@ -60,7 +61,8 @@ static thrum_status bend(const study_extreme *extreme, thrum_mesh *mesh, thrum_e
   return status;
 }
 
-static thrum_status make_tet(const study_extreme *extreme, thrum_mesh *mesh, thrum_error *error) {
+static thrum_status make_tet(const experiment_extreme *extreme, thrum_mesh *mesh,
+                             thrum_error *error) {
   static const char text[] = "MeshVersionFormatted 2\nDimension 3\nVertices\n4\n0 0 0 0\n1 0 0 0\n"
                              "0 1 0 0\n0 0 1 0\nTetrahedra\n1\n1 2 3 4 0\nEnd\n";
   static const int32_t last = 3;
@@ -79,17 +81,18 @@ static thrum_status make_tet(const study_extreme *extreme, thrum_mesh *mesh, thr
   return status;
 }
 
-static thrum_status make_mesh(const study_extreme *extreme, thrum_mesh *mesh, thrum_error *error) {
-  if (extreme->shape == STUDY_SHAPE_TET)
+static thrum_status make_mesh(const experiment_extreme *extreme, thrum_mesh *mesh,
+                              thrum_error *error) {
+  if (extreme->shape == EXPERIMENT_SHAPE_TET)
     return make_tet(extreme, mesh, error);
   thrum_status status = make_beam(extreme, mesh, error);
   if (status < 0)
     return status;
-  if (extreme->shape == STUDY_SHAPE_SQUARE) {
+  if (extreme->shape == EXPERIMENT_SHAPE_SQUARE) {
     mirror(mesh, extreme->cells, 1);
     mirror(mesh, extreme->cells, 2);
   }
-  if (extreme->shape == STUDY_SHAPE_ARCH)
+  if (extreme->shape == EXPERIMENT_SHAPE_ARCH)
     status = bend(extreme, mesh, error);
   if (status < 0)
     thrum_mesh_free(mesh);
@@ -97,24 +100,24 @@ static thrum_status make_mesh(const study_extreme *extreme, thrum_mesh *mesh, th
 }
 
 /* What is held: one end, both ends of the arch, three corners of the tet. */
-static thrum_status hold(const study_extreme *extreme, const thrum_mesh *mesh, uint8_t *fixed,
+static thrum_status hold(const experiment_extreme *extreme, const thrum_mesh *mesh, uint8_t *fixed,
                          thrum_error *error) {
   static const char *const held[] = {"left", "left", "left", NULL};
   int64_t count = 0;
   if (extreme->free)
     return THRUM_OK;
-  if (extreme->shape == STUDY_SHAPE_TET) {
+  if (extreme->shape == EXPERIMENT_SHAPE_TET) {
     memset(fixed, 7, 3);
     return THRUM_OK;
   }
   thrum_status status = thrum_mesh_fix(mesh, held[extreme->shape], fixed, &count, error);
-  if (status >= 0 && extreme->shape == STUDY_SHAPE_ARCH)
+  if (status >= 0 && extreme->shape == EXPERIMENT_SHAPE_ARCH)
     status = thrum_mesh_fix(mesh, "right", fixed, &count, error);
   return status;
 }
 
-static thrum_status reduce(const study_extreme *extreme, thrum_mesh *mesh, thrum_precomputed *made,
-                           thrum_error *error) {
+static thrum_status reduce(const experiment_extreme *extreme, thrum_mesh *mesh,
+                           thrum_precomputed *made, thrum_error *error) {
   thrum_precompute_options options = thrum_default_precompute_options();
   uint8_t *fixed = calloc((size_t)mesh->vertex_count, 1);
   if (fixed == NULL)
@@ -132,14 +135,14 @@ static thrum_status reduce(const study_extreme *extreme, thrum_mesh *mesh, thrum
 }
 
 /* Where it is pushed, how strongly, and how fast it is stepped. */
-static thrum_status prepare(const study_extreme *extreme, study_extreme_body *made,
+static thrum_status prepare(const experiment_extreme *extreme, experiment_extreme_body *made,
                             thrum_error *error) {
   static const char *const groups[] = {"tip", "tip", "crown", "apex"};
   static const double softest[3] = {0, 0, 0}, down[3] = {0, 0, -1};
   const thrum_model *model = &made->made.model;
-  const thrum_status status =
-      study_body_init(extreme->name, model, groups[extreme->shape],
-                      extreme->shape == STUDY_SHAPE_ARCH ? down : softest, &made->body, error);
+  const thrum_status status = experiment_body_init(
+      extreme->name, model, groups[extreme->shape],
+      extreme->shape == EXPERIMENT_SHAPE_ARCH ? down : softest, &made->body, error);
   if (status < 0)
     return status;
   made->omega[0] = sqrt(model->omega2[0]);
@@ -150,9 +153,9 @@ static thrum_status prepare(const study_extreme *extreme, study_extreme_body *ma
   return THRUM_OK;
 }
 
-thrum_status study_extreme_make(const study_extreme *extreme, study_extreme_body *made,
-                                thrum_error *error) {
-  study_extreme_body body = {.extreme = extreme};
+thrum_status experiment_extreme_make(const experiment_extreme *extreme,
+                                     experiment_extreme_body *made, thrum_error *error) {
+  experiment_extreme_body body = {.extreme = extreme};
   thrum_mesh mesh = {0};
   body.status = make_mesh(extreme, &mesh, &body.refusal);
   if (body.status >= 0)
@@ -174,9 +177,9 @@ thrum_status study_extreme_make(const study_extreme *extreme, study_extreme_body
   return THRUM_OK;
 }
 
-void study_extreme_free(study_extreme_body *made) {
+void experiment_extreme_free(experiment_extreme_body *made) {
   if (made->status >= 0 && made->extreme != NULL) {
-    study_body_free(&made->body);
+    experiment_body_free(&made->body);
     thrum_precomputed_free(&made->made);
   }
   memset(made, 0, sizeof *made);

@@ -1,15 +1,15 @@
 /* The list of extremes, and the systems of units. SPDX-License-Identifier: Apache-2.0 */
 #include "validation/experiments/extremes.h"
 
-const char *const study_subject_names[STUDY_SUBJECT_COUNT] = {
+const char *const experiment_subject_names[EXPERIMENT_SUBJECT_COUNT] = {
 #define X(name, text) #name,
-    STUDY_SUBJECT_LIST(X)
+    EXPERIMENT_SUBJECT_LIST(X)
 #undef X
 };
 
-const char *const study_subject_texts[STUDY_SUBJECT_COUNT] = {
+const char *const experiment_subject_texts[EXPERIMENT_SUBJECT_COUNT] = {
 #define X(name, text) text,
-    STUDY_SUBJECT_LIST(X)
+    EXPERIMENT_SUBJECT_LIST(X)
 #undef X
 };
 
@@ -17,8 +17,8 @@ const char *const study_subject_texts[STUDY_SUBJECT_COUNT] = {
 #define RUBBER                                                                                     \
   { 5e6, 0.4, 1000 }
 #define COMMON(subject_, name_)                                                                    \
-  .subject = STUDY_SUBJECT_##subject_, .name = name_, .modes = 8, .rank = 15, .load = 0.1
-#define BEAM .shape = STUDY_SHAPE_BEAM, .cells = {8, 2, 2}, .size = {1, 0.2, 0.2}
+  .subject = EXPERIMENT_SUBJECT_##subject_, .name = name_, .modes = 8, .rank = 15, .load = 0.1
+#define BEAM .shape = EXPERIMENT_SHAPE_BEAM, .cells = {8, 2, 2}, .size = {1, 0.2, 0.2}
 #define MATERIAL(E, nu, rho) .material = {E, nu, rho}
 
 #define STIFFNESS(text, E)                                                                         \
@@ -34,29 +34,30 @@ const char *const study_subject_texts[STUDY_SUBJECT_COUNT] = {
   { COMMON(density, text), BEAM, MATERIAL(5e6, 0.4, rho), .dt = 0.003 }
 #define LOAD(text, times)                                                                          \
   {                                                                                                \
-    .subject = STUDY_SUBJECT_load, .name = text, .modes = 8, .rank = 15, .load = times, BEAM,      \
+    .subject = EXPERIMENT_SUBJECT_load, .name = text, .modes = 8, .rank = 15, .load = times, BEAM, \
     .material = RUBBER, .dt = 0.003                                                                \
   }
 #define SNAP(text, times)                                                                          \
   {                                                                                                \
-    .subject = STUDY_SUBJECT_snap, .name = text, .modes = 10, .rank = 25, .load = times,           \
-    .shape = STUDY_SHAPE_ARCH, .cells = {20, 2, 2}, .size = {1, 0.04, 0.02}, .material = RUBBER,   \
-    .dt = 0.003                                                                                    \
+    .subject = EXPERIMENT_SUBJECT_snap, .name = text, .modes = 10, .rank = 25, .load = times,      \
+    .shape = EXPERIMENT_SHAPE_ARCH, .cells = {20, 2, 2}, .size = {1, 0.04, 0.02},                  \
+    .material = RUBBER, .dt = 0.003                                                                \
   }
 #define TET(text, loose, count, all)                                                               \
   {                                                                                                \
-    .subject = STUDY_SUBJECT_tet, .name = text, .modes = count, .rank = all, .load = 0.1,          \
-    .shape = STUDY_SHAPE_TET, .size = {0.1, 0, 0}, .free = loose, .material = RUBBER, .dt = 0.003  \
+    .subject = EXPERIMENT_SUBJECT_tet, .name = text, .modes = count, .rank = all, .load = 0.1,     \
+    .shape = EXPERIMENT_SHAPE_TET, .size = {0.1, 0, 0}, .free = loose, .material = RUBBER,         \
+    .dt = 0.003                                                                                    \
   }
 #define SQUARE(text, times)                                                                        \
   {                                                                                                \
-    .subject = STUDY_SUBJECT_square, .name = text, .modes = 8, .rank = 15, .load = times,          \
-    .shape = STUDY_SHAPE_SQUARE, .cells = {8, 2, 2}, .size = {1, 0.2, 0.2}, .material = RUBBER,    \
-    .dt = 0.003                                                                                    \
+    .subject = EXPERIMENT_SUBJECT_square, .name = text, .modes = 8, .rank = 15, .load = times,     \
+    .shape = EXPERIMENT_SHAPE_SQUARE, .cells = {8, 2, 2}, .size = {1, 0.2, 0.2},                   \
+    .material = RUBBER, .dt = 0.003                                                                \
   }
 #define RANK(text, count, all, ny, share)                                                          \
   {                                                                                                \
-    .subject = STUDY_SUBJECT_rank, .name = text, .modes = count, .rank = all, .load = 0.1,         \
+    .subject = EXPERIMENT_SUBJECT_rank, .name = text, .modes = count, .rank = all, .load = 0.1,    \
     .cells = {12, ny, ny}, .size = {1, 0.2, 0.2}, .material = RUBBER, .dt = 0.003,                 \
     .steps_share = share                                                                           \
   }
@@ -71,7 +72,7 @@ const char *const study_subject_texts[STUDY_SUBJECT_COUNT] = {
                         MATERIAL(E, nu, rho), .dt = step                                           \
   }
 
-const study_extreme study_extremes[] = {
+const experiment_extreme experiment_extremes[] = {
     STIFFNESS("E = 1e3 Pa", 1e3),
     STIFFNESS("E = 1e6 Pa", 1e6),
     STIFFNESS("E = 1e9 Pa", 1e9),
@@ -117,21 +118,21 @@ const study_extreme study_extremes[] = {
     RATE("44.1 kHz, steel bar", 0.3, 2e11, 0.3, 7850, 1.0 / 44100),
 };
 
-int64_t study_extreme_count(void) {
-  return (int64_t)(sizeof study_extremes / sizeof study_extremes[0]);
+int64_t experiment_extreme_count(void) {
+  return (int64_t)(sizeof experiment_extremes / sizeof experiment_extremes[0]);
 }
 
-const study_units study_unit_systems[] = {
+const experiment_units experiment_unit_systems[] = {
     {"m, kg, s", 1, 1, 1},          {"mm, kg, ms", 1e-3, 1, 1e-3}, {"mm, t, s", 1e-3, 1e3, 1},
     {"cm, g, s", 1e-2, 1e-3, 1},    {"km, t, h", 1e3, 1e3, 3600},  {"um, ug, us", 1e-6, 1e-9, 1e-6},
     {"Mm, Tg, d", 1e6, 1e9, 86400},
 };
 
-int64_t study_unit_count(void) {
-  return (int64_t)(sizeof study_unit_systems / sizeof study_unit_systems[0]);
+int64_t experiment_unit_count(void) {
+  return (int64_t)(sizeof experiment_unit_systems / sizeof experiment_unit_systems[0]);
 }
 
-const study_extreme study_unit_extremes[STUDY_UNIT_EXTREMES] = {
+const experiment_extreme experiment_unit_extremes[EXPERIMENT_UNIT_EXTREMES] = {
     LOAD("1 times", 1),
     SNAP("snaps through", 0.1),
 };

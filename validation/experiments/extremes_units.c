@@ -13,8 +13,9 @@ typedef struct track {
   thrum_state_report report;
 } track;
 
-static study_extreme in_units(const study_extreme *extreme, const study_units *units) {
-  study_extreme other = *extreme;
+static experiment_extreme in_units(const experiment_extreme *extreme,
+                                   const experiment_units *units) {
+  experiment_extreme other = *extreme;
   for (int axis = 0; axis < 3; axis++)
     other.size[axis] /= units->length;
   other.material.young *= units->length * units->time * units->time / units->mass;
@@ -23,20 +24,20 @@ static study_extreme in_units(const study_extreme *extreme, const study_units *u
   return other;
 }
 
-static thrum_status follow(const study_extreme *extreme, study_integrator integrator, int64_t steps,
-                           track *seen, thrum_error *error) {
-  study_extreme_body made = {0};
+static thrum_status follow(const experiment_extreme *extreme, experiment_integrator integrator,
+                           int64_t steps, track *seen, thrum_error *error) {
+  experiment_extreme_body made = {0};
   void *memory = NULL;
   thrum_state *state = NULL;
   double q[THRUM_RANK_MAX];
-  thrum_status status = study_extreme_make(extreme, &made, error);
+  thrum_status status = experiment_extreme_make(extreme, &made, error);
   if (status >= 0 && made.status < 0)
     status = thrum_error_set(error, made.status, "%s", made.refusal.message);
   thrum_state_def def = thrum_default_state_def();
-  def.integrator = study_integrators[integrator];
+  def.integrator = experiment_integrators[integrator];
   def.dt = made.dt;
   if (status >= 0)
-    status = study_state_make(made.body.model, &def, &memory, &state, error);
+    status = experiment_state_make(made.body.model, &def, &memory, &state, error);
   for (int64_t i = 0; status >= 0 && i < made.body.model->rank; i++)
     q[i] = made.force * made.body.push[i];
   if (status >= 0)
@@ -59,31 +60,33 @@ static thrum_status follow(const study_extreme *extreme, study_integrator integr
   if (status >= 0)
     seen->report = thrum_state_report_get(state);
   free(memory);
-  study_extreme_free(&made);
+  experiment_extreme_free(&made);
   return status;
 }
 
-static void compare(const track *si, const track *other, int64_t steps, study_unit_result *result) {
+static void compare(const track *si, const track *other, int64_t steps,
+                    experiment_unit_result *result) {
   double largest = 0, difference = 0;
   for (int64_t n = 0; n < 3 * steps; n++) {
     largest = fmax(largest, fabs(si->displacement[n]));
     difference = fmax(difference, fabs(si->displacement[n] - other->displacement[n]));
   }
   const thrum_state_report *a = &si->report, *b = &other->report;
-  *result = (study_unit_result){
+  *result = (experiment_unit_result){
       .difference = difference / largest,
       .iterations = b->iterations,
       .iterations_si = a->iterations,
-      .same_rungs = a->newton_steps == b->newton_steps && a->energy_steps == b->energy_steps &&
-                    a->substep_steps == b->substep_steps && a->handed_steps == b->handed_steps &&
-                    a->switches == b->switches && a->handovers == b->handovers &&
-                    a->explicit_modes == b->explicit_modes,
+      .same_levels =
+          a->newton_steps == b->newton_steps && a->energy_steps == b->energy_steps &&
+          a->substep_steps == b->substep_steps && a->switched_steps == b->switched_steps &&
+          a->split_changes == b->split_changes && a->scheme_switches == b->scheme_switches &&
+          a->explicit_modes == b->explicit_modes,
   };
 }
 
-thrum_status study_units_run(const study_unit_case *run, study_unit_result *result,
-                             thrum_error *error) {
-  const study_extreme other = in_units(run->extreme, run->units);
+thrum_status experiment_units_run(const experiment_unit_case *run, experiment_unit_result *result,
+                                  thrum_error *error) {
+  const experiment_extreme other = in_units(run->extreme, run->units);
   track tracks[2] = {{0}};
   thrum_status status = THRUM_OK;
   for (int n = 0; n < 2 && status >= 0; n++) {

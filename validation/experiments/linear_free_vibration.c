@@ -1,6 +1,7 @@
-/* See validation/experiments/linear_free_vibration.h. At rest: thrum_equilibrium against f_i / omega_i^2. In motion: one period of
- * the lowest mode after an impulse, both with the integrator that conserves energy and its step, so
- * that its own error in time is common to both. SPDX-License-Identifier: Apache-2.0 */
+/* See validation/experiments/linear_free_vibration.h. At rest: thrum_equilibrium against f_i /
+ * omega_i^2. In motion: one period of the lowest mode after an impulse, both with the integrator
+ * that conserves energy and its step, so that its own error in time is common to both.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "validation/experiments/linear_free_vibration.h"
 
 #include <math.h>
@@ -18,11 +19,11 @@
 #define BATCH_SECONDS 0.02
 #define TWO_PI 6.283185307179586
 
-const double study_linear_levels[STUDY_LINEAR_LEVELS] = {0.05, 0.2};
+const double experiment_linear_levels[EXPERIMENT_LINEAR_LEVELS] = {0.05, 0.2};
 
 /* What a search needs. `linear` is the body without its cubic and quartic terms. */
 typedef struct search {
-  const study_body *body;
+  const experiment_body *body;
   thrum_model linear;
   double *zeros;
   void *workspace; /* of thrum_equilibrium */
@@ -34,7 +35,7 @@ static void search_free(search *s) {
   free(s->workspace);
 }
 
-static thrum_status search_make(const study_body *body, search *s, thrum_error *error) {
+static thrum_status search_make(const experiment_body *body, search *s, thrum_error *error) {
   const thrum_model *model = body->model;
   search made = {.body = body, .linear = *model};
   thrum_status status = thrum_equilibrium_size(model, &made.workspace_size, error);
@@ -70,7 +71,7 @@ static double square(int64_t rank, const double *a) {
 }
 
 /* At rest under `load` N. A load that cannot be followed has no point. */
-static bool rest(const search *s, double load, study_linear_point *point) {
+static bool rest(const search *s, double load, experiment_linear_point *point) {
   const thrum_model *model = s->body->model;
   const thrum_equilibrium_def def = thrum_default_equilibrium_def();
   thrum_equilibrium_report report;
@@ -84,7 +85,7 @@ static bool rest(const search *s, double load, study_linear_point *point) {
       report.jumps > 0)
     return false;
   point->load = load;
-  point->amplitude = study_body_amplitude(s->body, q);
+  point->amplitude = experiment_body_amplitude(s->body, q);
   point->error = sqrt(difference(model->rank, straight, q) / square(model->rank, q));
   return true;
 }
@@ -98,12 +99,12 @@ static thrum_status start(const search *s, const thrum_model *model, double impu
   def.dt = TWO_PI / sqrt(model->omega2[0]) / STEPS;
   for (int64_t i = 0; i < model->rank; i++)
     p[i] = impulse * s->body->push[i];
-  thrum_status status = study_state_make(model, &def, memory, state, error);
+  thrum_status status = experiment_state_make(model, &def, memory, state, error);
   return status < 0 ? status : thrum_state_set(model, *state, NULL, p, error);
 }
 
 /* A period after an impulse of `load` N s. */
-static bool swing(const search *s, double load, study_linear_point *point) {
+static bool swing(const search *s, double load, experiment_linear_point *point) {
   const thrum_model *models[2] = {s->body->model, &s->linear};
   const int64_t rank = models[0]->rank;
   double q[2][THRUM_RANK_MAX], wrong = 0, whole = 0, peak = 0;
@@ -119,22 +120,22 @@ static bool swing(const search *s, double load, study_linear_point *point) {
       break;
     wrong += difference(rank, q[1], q[0]);
     whole += square(rank, q[0]);
-    peak = fmax(peak, study_body_amplitude(s->body, q[0]));
+    peak = fmax(peak, experiment_body_amplitude(s->body, q[0]));
   }
   free(memory[0]);
   free(memory[1]);
-  *point = (study_linear_point){load, peak, sqrt(wrong / whole)};
+  *point = (experiment_linear_point){load, peak, sqrt(wrong / whole)};
   return done;
 }
 
-typedef bool probe(const search *s, double load, study_linear_point *point);
+typedef bool probe(const search *s, double load, experiment_linear_point *point);
 
 /* The point where the error passes `level`, between a load below it and one above. */
-static study_linear_point bisect(const search *s, probe *look, double low, double high,
-                                 double level) {
-  study_linear_point point = {NAN, NAN, NAN};
+static experiment_linear_point bisect(const search *s, probe *look, double low, double high,
+                                      double level) {
+  experiment_linear_point point = {NAN, NAN, NAN};
   for (int k = 0; k < BISECTIONS; k++) {
-    study_linear_point trial;
+    experiment_linear_point trial;
     const double load = sqrt(low * high);
     if (!look(s, load, &trial))
       break;
@@ -149,20 +150,21 @@ static study_linear_point bisect(const search *s, probe *look, double low, doubl
 
 /* Loads in a geometric row; `unit` gives a linear body the amplitude 1. Ends at the last load that
  * can be followed, or once the last level is passed by far. */
-static void trace(const search *s, probe *look, double unit, study_linear_curve *curve) {
-  const double ratio = pow(LAST / FIRST, 1.0 / (STUDY_LINEAR_POINTS - 1));
+static void trace(const search *s, probe *look, double unit, experiment_linear_curve *curve) {
+  const double ratio = pow(LAST / FIRST, 1.0 / (EXPERIMENT_LINEAR_POINTS - 1));
   curve->count = 0;
-  for (int level = 0; level < STUDY_LINEAR_LEVELS; level++)
-    curve->at[level] = (study_linear_point){NAN, NAN, NAN};
-  for (int n = 0; n < STUDY_LINEAR_POINTS; n++) {
-    study_linear_point *point = &curve->points[n];
+  for (int level = 0; level < EXPERIMENT_LINEAR_LEVELS; level++)
+    curve->at[level] = (experiment_linear_point){NAN, NAN, NAN};
+  for (int n = 0; n < EXPERIMENT_LINEAR_POINTS; n++) {
+    experiment_linear_point *point = &curve->points[n];
     if (!look(s, unit * FIRST * pow(ratio, n), point))
       break;
     curve->count++;
-    for (int level = 0; level < STUDY_LINEAR_LEVELS && n > 0; level++)
-      if (isnan(curve->at[level].error) && point[-1].error < study_linear_levels[level] &&
-          point->error >= study_linear_levels[level])
-        curve->at[level] = bisect(s, look, point[-1].load, point->load, study_linear_levels[level]);
+    for (int level = 0; level < EXPERIMENT_LINEAR_LEVELS && n > 0; level++)
+      if (isnan(curve->at[level].error) && point[-1].error < experiment_linear_levels[level] &&
+          point->error >= experiment_linear_levels[level])
+        curve->at[level] =
+            bisect(s, look, point[-1].load, point->load, experiment_linear_levels[level]);
     if (point->error > 1)
       break;
   }
@@ -205,10 +207,10 @@ static double least_us(void (*call)(timed *t), timed *t) {
   double least = INFINITY;
   int64_t calls = 16;
   for (int batch = 0; batch < BATCHES;) {
-    const double began = study_seconds();
+    const double began = experiment_seconds();
     for (int64_t n = 0; n < calls; n++)
       call(t);
-    const double seconds = study_seconds() - began;
+    const double seconds = experiment_seconds() - began;
     if (seconds < BATCH_SECONDS) {
       calls *= 2;
       continue;
@@ -220,7 +222,7 @@ static double least_us(void (*call)(timed *t), timed *t) {
 }
 
 /* All three at a swing of AMPLITUDE. */
-static thrum_status time_all(const study_body *body, study_linear_result *result,
+static thrum_status time_all(const experiment_body *body, experiment_linear_result *result,
                              thrum_error *error) {
   const thrum_model *model = body->model;
   const thrum_state_def def = thrum_default_state_def();
@@ -229,13 +231,14 @@ static thrum_status time_all(const study_body *body, study_linear_result *result
   double *numbers = calloc(2 * (size_t)rank + thrum_work_count(model), sizeof *numbers);
   double energy, impulse = 0, reached = 0;
   void *memory = NULL;
-  thrum_status status = t == NULL || numbers == NULL
-                            ? thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory")
-                            : study_impulse(body, AMPLITUDE, def.dt, &impulse, &reached, error);
+  thrum_status status =
+      t == NULL || numbers == NULL
+          ? thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory")
+          : experiment_impulse(body, AMPLITUDE, def.dt, &impulse, &reached, error);
   if (status >= 0)
-    status = study_state_make(model, &def, &memory, &t->state, error);
+    status = experiment_state_make(model, &def, &memory, &t->state, error);
   if (status >= 0)
-    status = study_kick(body, impulse, t->state, &energy, error);
+    status = experiment_kick(body, impulse, t->state, &energy, error);
   if (status >= 0) {
     t->model = model;
     t->q = numbers;
@@ -258,8 +261,8 @@ static thrum_status time_all(const study_body *body, study_linear_result *result
   return status < 0 ? status : THRUM_OK;
 }
 
-thrum_status study_linear_run(const study_body *body, study_linear_result *result,
-                              thrum_error *error) {
+thrum_status experiment_linear_run(const experiment_body *body, experiment_linear_result *result,
+                                   thrum_error *error) {
   search s;
   thrum_status status = search_make(body, &s, error);
   if (status < 0)
@@ -270,7 +273,7 @@ thrum_status study_linear_run(const study_body *body, study_linear_result *resul
                            "%.100s: a mode has no stiffness, so there is no linear answer at rest",
                            body->name);
   }
-  study_linear_result made = {0};
+  experiment_linear_result made = {0};
   trace(&s, rest, body->length / body->compliance, &made.statics);
   trace(&s, swing, body->length / (body->compliance * sqrt(body->model->omega2[0])),
         &made.dynamics);

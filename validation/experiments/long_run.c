@@ -11,8 +11,8 @@
 
 #define SAMPLE_STRIDE 7
 
-study_trend study_slope(const double *values, int64_t count, double spacing) {
-  study_trend found = {NAN, NAN, NAN};
+experiment_trend experiment_slope(const double *values, int64_t count, double spacing) {
+  experiment_trend found = {NAN, NAN, NAN};
   if (count < 3)
     return found;
   const double n = (double)count, middle = 0.5 * (n - 1);
@@ -40,13 +40,13 @@ study_trend study_slope(const double *values, int64_t count, double spacing) {
   return found;
 }
 
-bool study_long_steady(const study_long_result *result) {
+bool experiment_long_steady(const experiment_long_result *result) {
   return isfinite(result->high_slope_error_correlated) &&
          fabs(result->high_slope) <= 2 * result->high_slope_error_correlated;
 }
 
 /* The figures that the windows give. */
-static void conclude(double window_seconds, study_long_result *result) {
+static void conclude(double window_seconds, experiment_long_result *result) {
   const int64_t count = result->window_count;
   double mean = 0;
   result->total_change = result->high_change = result->total_worst = NAN;
@@ -58,7 +58,7 @@ static void conclude(double window_seconds, study_long_result *result) {
     for (int64_t k = 0; k < count; k++)
       result->total_worst = fmax(result->total_worst, fabs(result->total[k] - total) / total);
   }
-  const study_trend trend = study_slope(result->high, count, window_seconds);
+  const experiment_trend trend = experiment_slope(result->high, count, window_seconds);
   for (int64_t k = 0; k < count; k++)
     mean += result->high[k] / (double)count;
   result->high_slope = trend.slope / mean;
@@ -67,7 +67,7 @@ static void conclude(double window_seconds, study_long_result *result) {
 }
 
 /* Steps of one window; the mean energies of its samples. */
-static thrum_status run_window(const study_long_case *run, thrum_state *state, int64_t steps,
+static thrum_status run_window(const experiment_long_case *run, thrum_state *state, int64_t steps,
                                double *seconds, double *total, double *high, thrum_error *error) {
   const thrum_model *model = run->body->model;
   double sums[2] = {0, 0}, first = 0;
@@ -76,10 +76,10 @@ static thrum_status run_window(const study_long_case *run, thrum_state *state, i
   for (int64_t step = 0; step < steps && status >= 0;) {
     const int64_t until = step + SAMPLE_STRIDE < steps ? step + SAMPLE_STRIDE : steps;
     thrum_energies energies;
-    const double began = study_seconds();
+    const double began = experiment_seconds();
     for (; step < until && status >= 0; step++)
       status = thrum_step(model, state, error);
-    *seconds += study_seconds() - began;
+    *seconds += experiment_seconds() - began;
     if (status >= 0)
       status = thrum_state_energies(model, state, &energies, error);
     if (status < 0)
@@ -95,18 +95,18 @@ static thrum_status run_window(const study_long_case *run, thrum_state *state, i
   return status;
 }
 
-thrum_status study_long_run(const study_long_case *run, study_long_result *result,
-                            thrum_error *error) {
-  const int64_t window = (int64_t)(STUDY_WINDOW_SECONDS / run->dt + 0.5);
+thrum_status experiment_long_run(const experiment_long_case *run, experiment_long_result *result,
+                                 thrum_error *error) {
+  const int64_t window = (int64_t)(EXPERIMENT_WINDOW_SECONDS / run->dt + 0.5);
   int64_t steps = run->steps;
   const int64_t count = steps / window;
-  study_long_result made = {0};
+  experiment_long_result made = {0};
   void *memory = NULL;
   thrum_state *state = NULL;
   thrum_state_def def = thrum_default_state_def();
-  def.integrator = study_integrators[run->integrator];
+  def.integrator = experiment_integrators[run->integrator];
   def.dt = run->dt;
-  thrum_status status = study_state_make(run->body->model, &def, &memory, &state, error);
+  thrum_status status = experiment_state_make(run->body->model, &def, &memory, &state, error);
   if (status < 0)
     return status;
   made.total = calloc((size_t)(2 * count + 1), sizeof *made.total);
@@ -117,7 +117,7 @@ thrum_status study_long_run(const study_long_case *run, study_long_result *resul
   }
   made.high = made.total + count;
   double seconds = 0, rest[2];
-  status = study_strike(run->body, run->impulse, run->dt, state, &made.stop);
+  status = experiment_strike(run->body, run->impulse, run->dt, state, &made.stop);
   if (status >= 0) {
     thrum_energies energies;
     status = thrum_state_energies(run->body->model, state, &energies, &made.stop);
@@ -128,7 +128,7 @@ thrum_status study_long_run(const study_long_case *run, study_long_result *resul
     const int64_t k = made.window_count;
     status = run_window(run, state, window, &seconds, &made.total[k], &made.high[k], &made.stop);
     made.window_count += status >= 0;
-    made.lost = status >= 0 && !(made.total[k] <= STUDY_LOST * made.total[0]);
+    made.lost = status >= 0 && !(made.total[k] <= EXPERIMENT_LOST * made.total[0]);
     steps -= window;
   }
   if (status >= 0 && steps > 0 && !made.lost)
@@ -142,7 +142,7 @@ thrum_status study_long_run(const study_long_case *run, study_long_result *resul
   return THRUM_OK;
 }
 
-void study_long_result_free(study_long_result *result) {
+void experiment_long_result_free(experiment_long_result *result) {
   free(result->total);
   memset(result, 0, sizeof *result);
 }

@@ -3,26 +3,26 @@
 #ifndef THRUM_VALIDATION_EXPERIMENTS_LONG_RUN_H
 #define THRUM_VALIDATION_EXPERIMENTS_LONG_RUN_H
 
-#include "validation/experiments/experiment_body.h"
 #include "platform/thread_pool.h"
+#include "validation/experiments/experiment_body.h"
 
-#define STUDY_WINDOW_SECONDS 35.0
+#define EXPERIMENT_WINDOW_SECONDS 35.0
 
-#define STUDY_LOST 10.0 /* a mean energy this many times that of the first window */
+#define EXPERIMENT_LOST 10.0 /* a mean energy this many times that of the first window */
 
-typedef struct study_long_case {
-  const study_body *body;
-  study_integrator integrator;
+typedef struct experiment_long_case {
+  const experiment_body *body;
+  experiment_integrator integrator;
   double amplitude; /* of the swing, as a share of the body's length */
-  double impulse;   /* [N s], of study_impulse */
+  double impulse;   /* [N s], of experiment_impulse */
   double reached;
   double dt;
   int64_t steps;
-} study_long_case;
+} experiment_long_case;
 
-typedef struct study_long_result {
+typedef struct experiment_long_result {
   thrum_status status; /* THRUM_OK, or why it ended before its time */
-  bool lost;           /* ended because the energy had grown by STUDY_LOST; status is THRUM_OK */
+  bool lost; /* ended because the energy had grown by EXPERIMENT_LOST; status is THRUM_OK */
   thrum_error stop;
   thrum_state_report report;
   double energy;        /* that the impulse gave [J] */
@@ -36,32 +36,32 @@ typedef struct study_long_result {
   double high_slope;       /* least squares over the windows, relative to their mean [1/s] */
   double high_slope_error; /* its standard error, if the windows were independent */
   double high_slope_error_correlated; /* and as they follow each other */
-} study_long_result;
+} experiment_long_result;
 
 /* Runs one case; a step that cannot be solved is in result->status, a failure here one of memory.
- * `total` and `high` are freed by study_long_result_free. */
-thrum_status study_long_run(const study_long_case *run, study_long_result *result,
-                            thrum_error *error);
-void study_long_result_free(study_long_result *result);
+ * `total` and `high` are freed by experiment_long_result_free. */
+thrum_status experiment_long_run(const experiment_long_case *run, experiment_long_result *result,
+                                 thrum_error *error);
+void experiment_long_result_free(experiment_long_result *result);
 
 /* "done", "lost", or the name of the status; static storage. */
-const char *study_long_status(const study_long_result *result);
+const char *experiment_long_status(const experiment_long_result *result);
 
 /* Whether the trend of the high modes is within two standard errors of none, correlated ones: the
  * modes trade energy for thousands of seconds, so neighbouring windows are far from independent. */
-bool study_long_steady(const study_long_result *result);
+bool experiment_long_steady(const experiment_long_result *result);
 
 /* A least-squares slope and its standard error. */
-typedef struct study_trend {
+typedef struct experiment_trend {
   double slope;
   double error;            /* from residuals that are taken as independent */
   double error_correlated; /* from residuals of which each follows the one before with the measured
                               correlation rho: n (1 - rho)/(1 + rho) count instead of n; infinite
                               where that leaves two or fewer (Santer et al. 2000,
                               doi:10.1029/1999JD901105) */
-} study_trend;
+} experiment_trend;
 
 /* Of `count` values at 0, spacing, 2 spacing ..; NaN below three values. */
-study_trend study_slope(const double *values, int64_t count, double spacing);
+experiment_trend experiment_slope(const double *values, int64_t count, double spacing);
 
 #endif

@@ -17,31 +17,31 @@
 #define CALIBRATE_SECONDS                                                                          \
   6.0 /* a load that ends has its peak by then; a sine takes the whole run */
 
-const char *const study_load_names[STUDY_LOAD_COUNT] = {
+const char *const experiment_load_names[EXPERIMENT_LOAD_COUNT] = {
 #define X(name, shape, until, frequency, amplitude) #name,
-    STUDY_LOAD_LIST(X)
+    EXPERIMENT_LOAD_LIST(X)
 #undef X
 };
 
-static const thrum_load courses[STUDY_LOAD_COUNT] = {
+static const thrum_load courses[EXPERIMENT_LOAD_COUNT] = {
 #define X(name, shape, until, frequency, amplitude) {shape, 0, until, frequency},
-    STUDY_LOAD_LIST(X)
+    EXPERIMENT_LOAD_LIST(X)
 #undef X
 };
 
-static const double amplitudes[STUDY_LOAD_COUNT] = {
+static const double amplitudes[EXPERIMENT_LOAD_COUNT] = {
 #define X(name, shape, until, frequency, amplitude) amplitude,
-    STUDY_LOAD_LIST(X)
+    EXPERIMENT_LOAD_LIST(X)
 #undef X
 };
 
-const double study_dampings[STUDY_DAMPING_COUNT] = {0, 0.3};
+const double experiment_dampings[EXPERIMENT_DAMPING_COUNT] = {0, 0.3};
 
-/* What the tasks share. forces: body_count x STUDY_LOAD_COUNT. */
+/* What the tasks share. forces: body_count x EXPERIMENT_LOAD_COUNT. */
 typedef struct matrix_work {
-  const study_matrix *matrix;
+  const experiment_matrix *matrix;
   double *forces;
-  study_run *runs;
+  experiment_run *runs;
   double progress_begin, progress_share; /* of the present stage */
 } matrix_work;
 
@@ -60,14 +60,14 @@ static int nth_true(const bool *flags, int64_t n) {
   return index;
 }
 
-int64_t study_matrix_count(const study_matrix *matrix) {
-  return matrix->body_count * count_true(matrix->loads, STUDY_LOAD_COUNT) * STUDY_DAMPING_COUNT *
-         count_true(matrix->integrators, STUDY_INTEGRATOR_COUNT);
+int64_t experiment_matrix_count(const experiment_matrix *matrix) {
+  return matrix->body_count * count_true(matrix->loads, EXPERIMENT_LOAD_COUNT) *
+         EXPERIMENT_DAMPING_COUNT * count_true(matrix->integrators, EXPERIMENT_INTEGRATOR_COUNT);
 }
 
 /* A row of the present moment. */
-static thrum_status record(study_run *run, thrum_state *state, double time, study_row *row,
-                           thrum_error *error) {
+static thrum_status record(experiment_run *run, thrum_state *state, double time,
+                           experiment_row *row, thrum_error *error) {
   double q[THRUM_RANK_MAX];
   thrum_energies energies;
   thrum_status status = thrum_state_get(run->body->model, state, q, NULL, error);
@@ -75,12 +75,12 @@ static thrum_status record(study_run *run, thrum_state *state, double time, stud
     status = thrum_state_energies(run->body->model, state, &energies, error);
   if (status < 0)
     return status;
-  *row = (study_row){
+  *row = (experiment_row){
       .time = time,
       .total = energies.total,
       .high = energies.high,
       .explicit_modes = (double)thrum_state_report_get(state).explicit_modes,
-      .amplitude = study_body_amplitude(run->body, q),
+      .amplitude = experiment_body_amplitude(run->body, q),
   };
   run->energy_peak = fmax(run->energy_peak, energies.total);
   run->peak_amplitude = fmax(run->peak_amplitude, row->amplitude);
@@ -88,12 +88,12 @@ static thrum_status record(study_run *run, thrum_state *state, double time, stud
 }
 
 /* Steps `step` to `until`; *seconds grows by what they took. */
-static thrum_status advance(study_run *run, thrum_state *state, double dt, int64_t step,
+static thrum_status advance(experiment_run *run, thrum_state *state, double dt, int64_t step,
                             int64_t until, double *seconds, thrum_error *error) {
   const thrum_model *model = run->body->model;
   double force[THRUM_RANK_MAX];
   thrum_status status = THRUM_OK;
-  const double began = study_seconds();
+  const double began = experiment_seconds();
   for (; step < until && status >= 0; step++) {
     const double strength = run->force * thrum_load_mean(&courses[run->load], step, dt);
     for (int64_t i = 0; i < model->rank; i++)
@@ -102,12 +102,12 @@ static thrum_status advance(study_run *run, thrum_state *state, double dt, int64
     if (status >= 0)
       status = thrum_step(model, state, error);
   }
-  *seconds += study_seconds() - began;
+  *seconds += experiment_seconds() - began;
   return status;
 }
 
 /* Change of the mean energy over the rows that no load acts on, as thrum simulate has it. */
-static double energy_change(const study_run *run) {
+static double energy_change(const experiment_run *run) {
   int64_t first = 0;
   while (first < run->row_count && run->rows[first].time < courses[run->load].until)
     first++;
@@ -123,19 +123,19 @@ static double energy_change(const study_run *run) {
 }
 
 /* The whole of one run, `steps` long, with about ROWS rows. */
-static thrum_status perform(study_run *run, double dt, int64_t steps, thrum_error *error) {
+static thrum_status perform(experiment_run *run, double dt, int64_t steps, thrum_error *error) {
   const int64_t stride = steps > ROWS ? steps / ROWS : 1;
   double seconds = 0;
   void *memory = NULL;
   thrum_state *state = NULL;
   thrum_state_def def = thrum_default_state_def();
-  def.integrator = study_integrators[run->integrator];
+  def.integrator = experiment_integrators[run->integrator];
   def.dt = dt;
   def.damping_alpha = run->alpha;
   run->rows = calloc((size_t)(steps / stride + 2), sizeof *run->rows);
   if (run->rows == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the rows of a run");
-  thrum_status status = study_state_make(run->body->model, &def, &memory, &state, error);
+  thrum_status status = experiment_state_make(run->body->model, &def, &memory, &state, error);
   if (status < 0)
     return status;
   status = record(run, state, 0, &run->rows[run->row_count++], &run->stop);
@@ -166,10 +166,10 @@ static double round_up(double value) {
 }
 
 /* How far a force bends the body. */
-static thrum_status bend(const study_matrix *matrix, study_run trial, double *amplitude,
+static thrum_status bend(const experiment_matrix *matrix, experiment_run trial, double *amplitude,
                          thrum_error *error) {
   double seconds = (double)matrix->steps * matrix->dt;
-  if (trial.load != STUDY_LOAD_sine && seconds > CALIBRATE_SECONDS)
+  if (trial.load != EXPERIMENT_LOAD_sine && seconds > CALIBRATE_SECONDS)
     seconds = CALIBRATE_SECONDS;
   const thrum_status status =
       perform(&trial, matrix->dt, (int64_t)(seconds / matrix->dt + 0.5), error);
@@ -181,22 +181,22 @@ static thrum_status bend(const study_matrix *matrix, study_run trial, double *am
 /* One body, one load: the force. */
 static thrum_status find_force(void *context, int64_t index, thrum_error *error) {
   matrix_work *work = context;
-  const study_matrix *matrix = work->matrix;
-  const study_load load = (study_load)(index % STUDY_LOAD_COUNT);
-  const study_body *body = &matrix->bodies[index / STUDY_LOAD_COUNT];
+  const experiment_matrix *matrix = work->matrix;
+  const experiment_load load = (experiment_load)(index % EXPERIMENT_LOAD_COUNT);
+  const experiment_body *body = &matrix->bodies[index / EXPERIMENT_LOAD_COUNT];
   if (!matrix->loads[load])
     return THRUM_OK;
   const double wanted = FORCE_MARGIN * amplitudes[load];
   const double spring = 1 / body->compliance, rate = sqrt(body->model->omega2[0]);
   // as if the body were one spring: half of what bends it that far, at rest or by an impulse
   double force = round_up(0.5 * wanted * body->length * spring);
-  if (load == STUDY_LOAD_impulse)
+  if (load == EXPERIMENT_LOAD_impulse)
     force = round_up(force / (rate * courses[load].until));
   double low = 0, high = INFINITY;
   for (int n = 0; n < FORCE_TRIES; n++) {
     double amplitude = 0;
-    const study_run trial = {
-        .body = body, .load = load, .force = force, .integrator = STUDY_energy};
+    const experiment_run trial = {
+        .body = body, .load = load, .force = force, .integrator = EXPERIMENT_energy};
     const thrum_status status = bend(matrix, trial, &amplitude, error);
     if (status < 0)
       return status;
@@ -221,19 +221,19 @@ static thrum_status find_force(void *context, int64_t index, thrum_error *error)
 /* One body, load and damping: its runs, one after the other. */
 static thrum_status run_group(void *context, int64_t index, thrum_error *error) {
   matrix_work *work = context;
-  const study_matrix *matrix = work->matrix;
-  const int64_t loads = count_true(matrix->loads, STUDY_LOAD_COUNT);
-  const int64_t integrators = count_true(matrix->integrators, STUDY_INTEGRATOR_COUNT);
-  const int64_t body = index / STUDY_DAMPING_COUNT / loads;
-  const int load = nth_true(matrix->loads, index / STUDY_DAMPING_COUNT % loads);
+  const experiment_matrix *matrix = work->matrix;
+  const int64_t loads = count_true(matrix->loads, EXPERIMENT_LOAD_COUNT);
+  const int64_t integrators = count_true(matrix->integrators, EXPERIMENT_INTEGRATOR_COUNT);
+  const int64_t body = index / EXPERIMENT_DAMPING_COUNT / loads;
+  const int load = nth_true(matrix->loads, index / EXPERIMENT_DAMPING_COUNT % loads);
   thrum_status status = THRUM_OK;
   for (int64_t n = 0; n < integrators && status >= 0; n++) {
-    study_run *run = &work->runs[index * integrators + n];
+    experiment_run *run = &work->runs[index * integrators + n];
     run->body = &matrix->bodies[body];
-    run->load = (study_load)load;
-    run->force = work->forces[body * STUDY_LOAD_COUNT + load];
-    run->alpha = study_dampings[index % STUDY_DAMPING_COUNT];
-    run->integrator = (study_integrator)nth_true(matrix->integrators, n);
+    run->load = (experiment_load)load;
+    run->force = work->forces[body * EXPERIMENT_LOAD_COUNT + load];
+    run->alpha = experiment_dampings[index % EXPERIMENT_DAMPING_COUNT];
+    run->integrator = (experiment_integrator)nth_true(matrix->integrators, n);
     status = perform(run, matrix->dt, matrix->steps, error);
   }
   return status;
@@ -241,39 +241,41 @@ static thrum_status run_group(void *context, int64_t index, thrum_error *error) 
 
 static bool pass_progress(void *context, double fraction) {
   const matrix_work *work = context;
-  const study_matrix *matrix = work->matrix;
+  const experiment_matrix *matrix = work->matrix;
   return matrix->progress == NULL ||
          matrix->progress(matrix->progress_context,
                           work->progress_begin + fraction * work->progress_share);
 }
 
-thrum_status study_matrix_run(const study_matrix *matrix, study_run *runs, thrum_error *error) {
-  const int64_t count = study_matrix_count(matrix);
-  const int64_t integrators = count_true(matrix->integrators, STUDY_INTEGRATOR_COUNT);
+thrum_status experiment_matrix_run(const experiment_matrix *matrix, experiment_run *runs,
+                                   thrum_error *error) {
+  const int64_t count = experiment_matrix_count(matrix);
+  const int64_t integrators = count_true(matrix->integrators, EXPERIMENT_INTEGRATOR_COUNT);
   memset(runs, 0, (size_t)count * sizeof *runs);
   matrix_work work = {.matrix = matrix, .runs = runs, .progress_share = 0.5};
-  work.forces = calloc((size_t)(matrix->body_count * STUDY_LOAD_COUNT + 1), sizeof *work.forces);
+  work.forces =
+      calloc((size_t)(matrix->body_count * EXPERIMENT_LOAD_COUNT + 1), sizeof *work.forces);
   if (work.forces == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the forces");
-  study_pool pool = {
+  experiment_pool pool = {
       .threads = matrix->threads,
-      .count = matrix->body_count * STUDY_LOAD_COUNT,
+      .count = matrix->body_count * EXPERIMENT_LOAD_COUNT,
       .task = find_force,
       .progress = pass_progress,
       .context = &work,
       .progress_context = &work,
   };
-  thrum_status status = study_pool_run(&pool, error);
+  thrum_status status = experiment_pool_run(&pool, error);
   work.progress_begin = 0.5;
   pool.count = integrators > 0 ? count / integrators : 0;
   pool.task = run_group;
   if (status >= 0)
-    status = study_pool_run(&pool, error);
+    status = experiment_pool_run(&pool, error);
   free(work.forces);
   return status;
 }
 
-void study_runs_free(study_run *runs, int64_t count) {
+void experiment_runs_free(experiment_run *runs, int64_t count) {
   for (int64_t n = 0; n < count; n++)
     free(runs[n].rows);
   free(runs);

@@ -3,54 +3,54 @@
 #ifndef THRUM_VALIDATION_EXPERIMENTS_MATRIX_H
 #define THRUM_VALIDATION_EXPERIMENTS_MATRIX_H
 
-#include "validation/experiments/experiment_body.h"
 #include "platform/thread_pool.h"
+#include "validation/experiments/experiment_body.h"
 
 /* The loads of the thesis. X(name, shape, until [s], frequency [Hz], amplitude to reach) */
-#define STUDY_LOAD_LIST(X)                                                                         \
+#define EXPERIMENT_LOAD_LIST(X)                                                                    \
   X(impulse, THRUM_LOAD_CONSTANT, 0.003, 0, 0.05)                                                  \
   X(square, THRUM_LOAD_CONSTANT, 0.3, 0, 0.05)                                                     \
   X(sine, THRUM_LOAD_SINE, INFINITY, 1, 0.1)
 
-typedef enum study_load {
-#define X(name, shape, until, frequency, amplitude) STUDY_LOAD_##name,
-  STUDY_LOAD_LIST(X)
+typedef enum experiment_load {
+#define X(name, shape, until, frequency, amplitude) EXPERIMENT_LOAD_##name,
+  EXPERIMENT_LOAD_LIST(X)
 #undef X
-      STUDY_LOAD_COUNT
-} study_load;
+      EXPERIMENT_LOAD_COUNT
+} experiment_load;
 
-extern const char *const study_load_names[STUDY_LOAD_COUNT];
+extern const char *const experiment_load_names[EXPERIMENT_LOAD_COUNT];
 
-#define STUDY_DAMPING_COUNT 2
-extern const double study_dampings[STUDY_DAMPING_COUNT]; /* alpha [1/s] */
+#define EXPERIMENT_DAMPING_COUNT 2
+extern const double experiment_dampings[EXPERIMENT_DAMPING_COUNT]; /* alpha [1/s] */
 
-typedef struct study_matrix {
-  const study_body *bodies;
+typedef struct experiment_matrix {
+  const experiment_body *bodies;
   int64_t body_count;
-  bool loads[STUDY_LOAD_COUNT];
-  bool integrators[STUDY_INTEGRATOR_COUNT];
+  bool loads[EXPERIMENT_LOAD_COUNT];
+  bool integrators[EXPERIMENT_INTEGRATOR_COUNT];
   double dt;
   int64_t steps;
   int threads;
   bool (*progress)(void *context, double fraction); /* may be NULL; false stops */
   void *progress_context;
-} study_matrix;
+} experiment_matrix;
 
 /* One recorded moment. */
-typedef struct study_row {
+typedef struct experiment_row {
   double time;  /* [s] */
   double total; /* energies [J] */
   double high;  /* of the rest-state I0 */
   double explicit_modes;
   double amplitude; /* of the loaded group, as a share of the body's length */
-} study_row;
+} experiment_row;
 
-typedef struct study_run {
-  const study_body *body;
-  study_load load;
+typedef struct experiment_run {
+  const experiment_body *body;
+  experiment_load load;
   double force; /* [N] */
   double alpha; /* [1/s] */
-  study_integrator integrator;
+  experiment_integrator integrator;
   thrum_status status; /* THRUM_OK, or why it ended before its time */
   thrum_error stop;
   thrum_state_report report;
@@ -64,17 +64,18 @@ typedef struct study_run {
                             the first, relative; NaN elsewhere */
   double peak_amplitude; /* of the rows */
   int64_t row_count;
-  study_row *rows;
-} study_run;
+  experiment_row *rows;
+} experiment_run;
 
 /* How many runs a matrix holds. */
-int64_t study_matrix_count(const study_matrix *matrix);
+int64_t experiment_matrix_count(const experiment_matrix *matrix);
 
 /* Finds for each body and load the force that bends the body as far as the list of loads says (with
  * `energy`, without damping), then runs the matrix: by body, load, damping, integrator, the last
- * fastest. `runs` has room for study_matrix_count; free it with study_runs_free, on failure too.
- * A run that ends early is no failure. */
-thrum_status study_matrix_run(const study_matrix *matrix, study_run *runs, thrum_error *error);
-void study_runs_free(study_run *runs, int64_t count);
+ * fastest. `runs` has room for experiment_matrix_count; free it with experiment_runs_free, on
+ * failure too. A run that ends early is no failure. */
+thrum_status experiment_matrix_run(const experiment_matrix *matrix, experiment_run *runs,
+                                   thrum_error *error);
+void experiment_runs_free(experiment_run *runs, int64_t count);
 
 #endif

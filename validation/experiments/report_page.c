@@ -3,12 +3,14 @@
 
 #include "validation/experiments/report.h"
 
-const char *const study_colors[STUDY_INTEGRATOR_COUNT] = {"#1769aa", "#d2691e", "#2e8b57"};
+const char *const experiment_colors[EXPERIMENT_INTEGRATOR_COUNT] = {"#1769aa", "#d2691e",
+                                                                    "#2e8b57"};
 
-void study_page_begin(study_text *text, const char *title, const study_place *place) {
-  study_text_add(text, "<!DOCTYPE html>\n<html lang=en><head><meta charset=utf-8>\n<title>");
-  study_text_escape(text, title);
-  study_text_add(
+void experiment_page_begin(experiment_text *text, const char *title,
+                           const experiment_place *place) {
+  experiment_text_add(text, "<!DOCTYPE html>\n<html lang=en><head><meta charset=utf-8>\n<title>");
+  experiment_text_escape(text, title);
+  experiment_text_add(
       text,
       "</title>\n<style>\n"
       "body{font:15px/1.45 system-ui,sans-serif;margin:2em auto;max-width:1180px;"
@@ -23,27 +25,27 @@ void study_page_begin(study_text *text, const char *title, const study_place *pl
       "svg .y{text-anchor:end}svg .g{stroke:#e4e4e4;fill:none}\n"
       "svg .c{fill:none;stroke-width:1.1;stroke-linejoin:round}\n"
       "</style></head><body>\n<h1>");
-  study_text_escape(text, title);
-  study_text_add(text, "</h1>\n<p class=dim>Thrum %s, ", thrum_version());
-  study_text_escape(text, place->compiler);
-  study_text_add(text, ", ");
-  study_text_escape(text, place->machine);
-  study_text_add(text, ", BLAS core ");
-  study_text_escape(text, place->blas_core);
-  study_text_add(text, ". <code>");
-  study_text_escape(text, place->command);
-  study_text_add(text, "</code></p>\n");
+  experiment_text_escape(text, title);
+  experiment_text_add(text, "</h1>\n<p class=dim>Thrum %s, ", thrum_version());
+  experiment_text_escape(text, place->compiler);
+  experiment_text_add(text, ", ");
+  experiment_text_escape(text, place->machine);
+  experiment_text_add(text, ", BLAS core ");
+  experiment_text_escape(text, place->blas_core);
+  experiment_text_add(text, ". <code>");
+  experiment_text_escape(text, place->command);
+  experiment_text_add(text, "</code></p>\n");
 }
 
-void study_page_end(study_text *text) {
-  study_text_add(text, "</body></html>\n");
+void experiment_page_end(experiment_text *text) {
+  experiment_text_add(text, "</body></html>\n");
 }
 
-void study_cell(study_text *text, const char *format, double value) {
-  study_text_add(text, "<td>");
+void experiment_cell(experiment_text *text, const char *format, double value) {
+  experiment_text_add(text, "<td>");
   if (isfinite(value)) {
-    study_text_add(text, format, value);
+    experiment_text_add(text, format, value);
   } else {
-    study_text_add(text, "–");
+    experiment_text_add(text, "–");
   }
 }

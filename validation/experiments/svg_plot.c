@@ -70,36 +70,39 @@ static double tick_step(const axis *a) {
   return unit * (share < 1.5 ? 1 : share < 3.5 ? 2 : share < 7.5 ? 5 : 10);
 }
 
-static void add_ticks(study_text *text, const axis *a, bool vertical, const study_plot *plot) {
+static void add_ticks(experiment_text *text, const axis *a, bool vertical,
+                      const experiment_plot *plot) {
   const double step = tick_step(a);
   for (double k = ceil(a->least / step - 1e-9); k * step <= a->most + 1e-9 * step; k++) {
     const double at = a->begin + (k * step - a->least) / (a->most - a->least) * (a->end - a->begin);
     // + 0 turns -0 into 0
     const double value = a->log ? pow(10, k * step) : k * step + 0.0;
     if (vertical) {
-      study_text_add(text, "<path class=g d='M%d %.1fH%d'/><text class=y x=%d y=%.1f>%.4g</text>",
-                     LEFT, at, plot->width - RIGHT, LEFT - 4, at + 3, value);
+      experiment_text_add(text,
+                          "<path class=g d='M%d %.1fH%d'/><text class=y x=%d y=%.1f>%.4g</text>",
+                          LEFT, at, plot->width - RIGHT, LEFT - 4, at + 3, value);
     } else {
-      study_text_add(text, "<path class=g d='M%.1f %dV%d'/><text class=x x=%.1f y=%d>%.4g</text>",
-                     at, TOP, plot->height - BOTTOM, at, plot->height - BOTTOM + 12, value);
+      experiment_text_add(text,
+                          "<path class=g d='M%.1f %dV%d'/><text class=x x=%.1f y=%d>%.4g</text>",
+                          at, TOP, plot->height - BOTTOM, at, plot->height - BOTTOM + 12, value);
     }
   }
 }
 
-static void add_point(study_text *text, const axis *x, const axis *y, const study_series *series,
-                      int64_t n, bool *open) {
+static void add_point(experiment_text *text, const axis *x, const axis *y,
+                      const experiment_series *series, int64_t n, bool *open) {
   const double px = pixel(x, series->x[n]), py = pixel(y, series->y[n]);
   if (!isfinite(px) || !isfinite(py)) {
     *open = false;
     return;
   }
-  study_text_add(text, "%c%.1f %.1f", *open ? 'L' : 'M', px, py);
+  experiment_text_add(text, "%c%.1f %.1f", *open ? 'L' : 'M', px, py);
   *open = true;
 }
 
 /* The least and the largest point of a bucket, in their order. */
-static void add_bucket(study_text *text, const axis *x, const axis *y, const study_series *series,
-                       int64_t begin, int64_t end, bool *open) {
+static void add_bucket(experiment_text *text, const axis *x, const axis *y,
+                       const experiment_series *series, int64_t begin, int64_t end, bool *open) {
   int64_t least = begin, most = begin;
   for (int64_t n = begin; n < end; n++) {
     if (series->y[n] < series->y[least])
@@ -112,10 +115,11 @@ static void add_bucket(study_text *text, const axis *x, const axis *y, const stu
     add_point(text, x, y, series, least < most ? most : least, open);
 }
 
-static void add_line(study_text *text, const axis *x, const axis *y, const study_series *series) {
+static void add_line(experiment_text *text, const axis *x, const axis *y,
+                     const experiment_series *series) {
   const int64_t count = series->count;
   bool open = false;
-  study_text_add(text, "<path class=c stroke='%s' d='", series->color);
+  experiment_text_add(text, "<path class=c stroke='%s' d='", series->color);
   if (count <= 2 * BUCKETS) {
     for (int64_t n = 0; n < count; n++)
       add_point(text, x, y, series, n, &open);
@@ -123,20 +127,22 @@ static void add_line(study_text *text, const axis *x, const axis *y, const study
     for (int64_t b = 0; b < BUCKETS; b++)
       add_bucket(text, x, y, series, b * count / BUCKETS, (b + 1) * count / BUCKETS, &open);
   }
-  study_text_add(text, "'/>");
+  experiment_text_add(text, "'/>");
 }
 
-static void add_curve(study_text *text, const axis *x, const axis *y, const study_series *series) {
+static void add_curve(experiment_text *text, const axis *x, const axis *y,
+                      const experiment_series *series) {
   if (series->marks < 2)
     add_line(text, x, y, series);
   for (int64_t n = 0; series->marks > 0 && n < series->count; n++) {
     const double px = pixel(x, series->x[n]), py = pixel(y, series->y[n]);
     if (isfinite(px) && isfinite(py))
-      study_text_add(text, "<circle fill='%s' cx=%.1f cy=%.1f r=2.5 />", series->color, px, py);
+      experiment_text_add(text, "<circle fill='%s' cx=%.1f cy=%.1f r=2.5 />", series->color, px,
+                          py);
   }
 }
 
-void study_plot_add(study_text *text, const study_plot *plot) {
+void experiment_plot_add(experiment_text *text, const experiment_plot *plot) {
   axis x = {INFINITY, -INFINITY, LEFT, plot->width - RIGHT, plot->log_x};
   axis y = {INFINITY, -INFINITY, plot->height - BOTTOM, TOP, plot->log_y};
   for (int64_t n = 0; n < plot->series_count; n++) {
@@ -145,31 +151,32 @@ void study_plot_add(study_text *text, const study_plot *plot) {
   }
   settle(&x, false);
   settle(&y, plot->from_zero);
-  study_text_add(text, "<svg viewBox='0 0 %d %d' width=%d height=%d role=img>", plot->width,
-                 plot->height, plot->width, plot->height);
-  study_text_add(text, "<text class=t x=%d y=13>", LEFT);
-  study_text_escape(text, plot->title);
-  study_text_add(text, "</text>");
+  experiment_text_add(text, "<svg viewBox='0 0 %d %d' width=%d height=%d role=img>", plot->width,
+                      plot->height, plot->width, plot->height);
+  experiment_text_add(text, "<text class=t x=%d y=13>", LEFT);
+  experiment_text_escape(text, plot->title);
+  experiment_text_add(text, "</text>");
   add_ticks(text, &x, false, plot);
   add_ticks(text, &y, true, plot);
   // the first on top
   for (int64_t n = plot->series_count - 1; n >= 0; n--)
     add_curve(text, &x, &y, &plot->series[n]);
-  study_text_add(text, "<text class=x x=%d y=%d>", (LEFT + plot->width - RIGHT) / 2,
-                 plot->height - 5);
-  study_text_escape(text, plot->x_label);
-  study_text_add(text, "</text><text class=x transform='translate(10 %d) rotate(-90)'>",
-                 (TOP + plot->height - BOTTOM) / 2);
-  study_text_escape(text, plot->y_label);
-  study_text_add(text, "</text>");
+  experiment_text_add(text, "<text class=x x=%d y=%d>", (LEFT + plot->width - RIGHT) / 2,
+                      plot->height - 5);
+  experiment_text_escape(text, plot->x_label);
+  experiment_text_add(text, "</text><text class=x transform='translate(10 %d) rotate(-90)'>",
+                      (TOP + plot->height - BOTTOM) / 2);
+  experiment_text_escape(text, plot->y_label);
+  experiment_text_add(text, "</text>");
   double at = plot->width - RIGHT;
   for (int64_t n = plot->series_count - 1; n >= 0; n--) {
     if (plot->series[n].label == NULL)
       continue;
-    study_text_add(text, "<text class=y style='fill:%s' x=%.0f y=13>", plot->series[n].color, at);
-    study_text_escape(text, plot->series[n].label);
-    study_text_add(text, "</text>");
+    experiment_text_add(text, "<text class=y style='fill:%s' x=%.0f y=13>", plot->series[n].color,
+                        at);
+    experiment_text_escape(text, plot->series[n].label);
+    experiment_text_add(text, "</text>");
     at -= 52;
   }
-  study_text_add(text, "</svg>\n");
+  experiment_text_add(text, "</svg>\n");
 }

@@ -6,18 +6,18 @@
 
 #include "io/string_builder.h"
 
-#define STUDY_PLOT_SERIES_MAX 8
+#define EXPERIMENT_PLOT_SERIES_MAX 8
 
-typedef struct study_series {
+typedef struct experiment_series {
   const char *label; /* NULL: not in the legend */
   const char *color;
   const double *x; /* count each, x ascending; what is not finite is left out */
   const double *y;
   int64_t count;
   int marks; /* 0: a line; 1: and a dot at each point; 2: the dots alone */
-} study_series;
+} experiment_series;
 
-typedef struct study_plot {
+typedef struct experiment_plot {
   const char *title;
   const char *x_label;
   const char *y_label;
@@ -25,10 +25,10 @@ typedef struct study_plot {
   bool log_x, log_y; /* values not above 0 are left out */
   bool from_zero;    /* the y axis begins at 0 */
   int64_t series_count;
-  study_series series[STUDY_PLOT_SERIES_MAX];
-} study_plot;
+  experiment_series series[EXPERIMENT_PLOT_SERIES_MAX];
+} experiment_plot;
 
 /* Adds the picture. Long curves are thinned to their least and largest value a pixel or two. */
-void study_plot_add(study_text *text, const study_plot *plot);
+void experiment_plot_add(experiment_text *text, const experiment_plot *plot);
 
 #endif

@@ -13,8 +13,8 @@
 #define LOST 1.0 /* of the energy: gained by then, nothing of the motion is left */
 
 /* What is seen at one moment. */
-static thrum_status look(const study_sweep_case *run, thrum_state *state, bool late,
-                         study_sweep_result *result, double *late_sum, thrum_error *error) {
+static thrum_status look(const experiment_sweep_case *run, thrum_state *state, bool late,
+                         experiment_sweep_result *result, double *late_sum, thrum_error *error) {
   double q[THRUM_RANK_MAX];
   thrum_energies energies;
   thrum_status status = thrum_state_get(run->body->model, state, q, NULL, error);
@@ -24,34 +24,34 @@ static thrum_status look(const study_sweep_case *run, thrum_state *state, bool l
     return status;
   const double difference = (energies.total - result->energy) / result->energy;
   result->energy_error = fmax(result->energy_error, fabs(difference));
-  result->peak_amplitude = fmax(result->peak_amplitude, study_body_amplitude(run->body, q));
+  result->peak_amplitude = fmax(result->peak_amplitude, experiment_body_amplitude(run->body, q));
   if (late)
     *late_sum += difference;
   return THRUM_OK;
 }
 
-thrum_status study_sweep_run(const study_sweep_case *run, study_sweep_result *result,
-                             thrum_error *error) {
+thrum_status experiment_sweep_run(const experiment_sweep_case *run, experiment_sweep_result *result,
+                                  thrum_error *error) {
   const thrum_model *model = run->body->model;
   const int64_t stride = run->steps > LOOKS ? run->steps / LOOKS : 1;
-  study_sweep_result made = {0};
+  experiment_sweep_result made = {0};
   void *memory = NULL;
   thrum_state *state = NULL;
   thrum_state_def def = thrum_default_state_def();
-  def.integrator = study_integrators[run->integrator];
+  def.integrator = experiment_integrators[run->integrator];
   def.dt = run->dt;
-  thrum_status status = study_state_make(model, &def, &memory, &state, error);
+  thrum_status status = experiment_state_make(model, &def, &memory, &state, error);
   if (status < 0)
     return status;
   double seconds = 0, late_sum = 0;
   int64_t late_count = 0;
-  status = study_kick(run->body, run->impulse, state, &made.energy, &made.stop);
+  status = experiment_kick(run->body, run->impulse, state, &made.energy, &made.stop);
   for (int64_t step = 0; step < run->steps && status >= 0;) {
     const int64_t until = step + stride < run->steps ? step + stride : run->steps;
-    const double began = study_seconds();
+    const double began = experiment_seconds();
     for (; step < until && status >= 0; step++)
       status = thrum_step(model, state, &made.stop);
-    seconds += study_seconds() - began;
+    seconds += experiment_seconds() - began;
     const bool late = 10 * step >= 9 * run->steps;
     if (status >= 0)
       status = look(run, state, late, &made, &late_sum, &made.stop);
@@ -68,6 +68,6 @@ thrum_status study_sweep_run(const study_sweep_case *run, study_sweep_result *re
   return THRUM_OK;
 }
 
-const char *study_sweep_status(const study_sweep_result *result) {
-  return result->lost ? "lost" : study_status_name(result->status);
+const char *experiment_sweep_status(const experiment_sweep_result *result) {
+  return result->lost ? "lost" : experiment_status_name(result->status);
 }

@@ -6,15 +6,15 @@
 
 #include "validation/experiments/experiment_body.h"
 
-typedef struct study_sweep_case {
-  const study_body *body;
-  study_integrator integrator;
+typedef struct experiment_sweep_case {
+  const experiment_body *body;
+  experiment_integrator integrator;
   double impulse; /* [N s] at the start; no damping */
   double dt;
   int64_t steps;
-} study_sweep_case;
+} experiment_sweep_case;
 
-typedef struct study_sweep_result {
+typedef struct experiment_sweep_result {
   thrum_status status; /* THRUM_OK, or why it ended before its time */
   thrum_error stop;
   thrum_state_report report;
@@ -25,13 +25,13 @@ typedef struct study_sweep_result {
   double energy_change;  /* mean of the last tenth of the run against energy, relative */
   double peak_amplitude; /* as a share of the body's length */
   bool lost;             /* it came to its end, with an energy that has more than doubled */
-} study_sweep_result;
+} experiment_sweep_result;
 
 /* "done", "lost", or why it ended before its time. */
-const char *study_sweep_status(const study_sweep_result *result);
+const char *experiment_sweep_status(const experiment_sweep_result *result);
 
 /* Runs one case; looks at the energy about a thousand times. */
-thrum_status study_sweep_run(const study_sweep_case *run, study_sweep_result *result,
-                             thrum_error *error);
+thrum_status experiment_sweep_run(const experiment_sweep_case *run, experiment_sweep_result *result,
+                                  thrum_error *error);
 
 #endif

@@ -11,7 +11,7 @@
 
 #define FIELDS_MAX 40
 #define LINE_MAX 1024
-#define RUNGS_FROM 17 /* the first column of the rungs */
+#define LEVELS_FROM 17 /* the first column of the fallback levels */
 
 /* Cuts a line at its commas, in place; how many fields. */
 static int cut(char *line, char *fields[FIELDS_MAX]) {
@@ -42,14 +42,15 @@ static double number(const char *field) {
 }
 
 /* Whether fields 0 to 2 of a row name this case. */
-static bool names_case(char *const *fields, const study_long_case *run) {
+static bool names_case(char *const *fields, const experiment_long_case *run) {
   return strcmp(fields[0], run->body->name) == 0 &&
-         strcmp(fields[1], study_integrator_names[run->integrator]) == 0 &&
+         strcmp(fields[1], experiment_integrator_names[run->integrator]) == 0 &&
          fabs(number(fields[2]) - run->amplitude) < 1e-9;
 }
 
-/* The columns of study_long_csv. */
-static bool take_row(char *const *fields, study_long_case *run, study_long_result *result) {
+/* The columns of experiment_long_csv. */
+static bool take_row(char *const *fields, experiment_long_case *run,
+                     experiment_long_result *result) {
   if (!names_case(fields, run) || fabs(number(fields[5]) - run->dt) > 1e-12 ||
       !(number(fields[7]) >= 1 && number(fields[7]) <= (double)run->steps))
     return false;
@@ -69,19 +70,19 @@ static bool take_row(char *const *fields, study_long_case *run, study_long_resul
   result->high_slope = number(fields[14]);
   result->high_slope_error = number(fields[15]);
   result->high_slope_error_correlated = number(fields[16]);
-  int64_t *const rungs[STUDY_RUNG_COUNT] = {
+  int64_t *const fallback_levels[EXPERIMENT_LEVEL_COUNT] = {
 #define X(name, field, heading) &result->report.field,
-      STUDY_RUNG_LIST(X)
+      EXPERIMENT_LEVEL_LIST(X)
 #undef X
   };
-  for (int n = 0; n < STUDY_RUNG_COUNT; n++)
-    *rungs[n] = (int64_t)number(fields[RUNGS_FROM + n]);
+  for (int n = 0; n < EXPERIMENT_LEVEL_COUNT; n++)
+    *fallback_levels[n] = (int64_t)number(fields[LEVELS_FROM + n]);
   return true;
 }
 
 /* The means of the windows of one case; false unless all are there. */
-static bool take_windows(const char *windows, const study_long_case *run,
-                         study_long_result *result) {
+static bool take_windows(const char *windows, const experiment_long_case *run,
+                         experiment_long_result *result) {
   char line[LINE_MAX], *fields[FIELDS_MAX];
   int64_t found = 0;
   for (const char *at = next_line(windows, line); at != NULL; at = next_line(at, line)) {
@@ -95,14 +96,15 @@ static bool take_windows(const char *windows, const study_long_case *run,
   return found == result->window_count;
 }
 
-bool study_long_read(const char *table, const char *windows, study_long_case *run,
-                     study_long_result *result) {
+bool experiment_long_read(const char *table, const char *windows, experiment_long_case *run,
+                          experiment_long_result *result) {
   char line[LINE_MAX], *fields[FIELDS_MAX];
-  study_long_case known = *run;
-  study_long_result made = {0};
+  experiment_long_case known = *run;
+  experiment_long_result made = {0};
   bool found = false;
   for (const char *at = next_line(table, line); at != NULL && !found; at = next_line(at, line))
-    found = cut(line, fields) == RUNGS_FROM + STUDY_RUNG_COUNT && take_row(fields, &known, &made);
+    found = cut(line, fields) == LEVELS_FROM + EXPERIMENT_LEVEL_COUNT &&
+            take_row(fields, &known, &made);
   if (!found || made.window_count < 0 || made.window_count > run->steps)
     return false;
   made.total = calloc((size_t)(2 * made.window_count + 1), sizeof *made.total);
@@ -110,7 +112,7 @@ bool study_long_read(const char *table, const char *windows, study_long_case *ru
     return false;
   made.high = made.total + made.window_count;
   if (!take_windows(windows, run, &made)) {
-    study_long_result_free(&made);
+    experiment_long_result_free(&made);
     return false;
   }
   *run = known;

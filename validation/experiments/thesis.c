@@ -31,19 +31,19 @@ static const thesis_model *find(const char *name) {
   return NULL;
 }
 
-double study_thesis_speedup(const char *model, study_load load, double alpha) {
+double experiment_thesis_speedup(const char *model, experiment_load load, double alpha) {
   const thesis_model *row = find(model);
   if (row == NULL)
     return NAN;
   if (alpha > 0) {
-    const double damped[STUDY_LOAD_COUNT] = {row->impulse_damped, row->square_damped,
-                                             row->sine_damped};
+    const double damped[EXPERIMENT_LOAD_COUNT] = {row->impulse_damped, row->square_damped,
+                                                  row->sine_damped};
     return damped[load];
   }
-  return load == STUDY_LOAD_square ? row->square_free : NAN;
+  return load == EXPERIMENT_LOAD_square ? row->square_free : NAN;
 }
 
-bool study_thesis_split(const char *model, int *explicit_modes, int *implicit_modes) {
+bool experiment_thesis_split(const char *model, int *explicit_modes, int *implicit_modes) {
   const thesis_model *row = find(model);
   if (row == NULL)
     return false;
@@ -52,9 +52,9 @@ bool study_thesis_split(const char *model, int *explicit_modes, int *implicit_mo
   return true;
 }
 
-double study_thesis_lost(const char *model, study_load load, double alpha) {
+double experiment_thesis_lost(const char *model, experiment_load load, double alpha) {
   const thesis_model *row = find(model);
-  if (row == NULL || load != STUDY_LOAD_sine)
+  if (row == NULL || load != EXPERIMENT_LOAD_sine)
     return NAN;
   const double lost = alpha > 0 ? row->sine_damped_lost : row->sine_free_lost;
   return lost > 0 ? lost : NAN;

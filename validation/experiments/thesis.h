@@ -6,12 +6,12 @@
 
 /* Seconds that its Newmark took over those of its IMEXv for the same 30 s at h = 0.003 s (Intel
  * Core i5-760); NaN where it has no such figure. */
-double study_thesis_speedup(const char *model, study_load load, double alpha);
+double experiment_thesis_speedup(const char *model, experiment_load load, double alpha);
 
 /* Its numbers of explicit and implicit modes; false for a model that it does not have. */
-bool study_thesis_split(const char *model, int *explicit_modes, int *implicit_modes);
+bool experiment_thesis_split(const char *model, int *explicit_modes, int *implicit_modes);
 
 /* Seconds after which its IMEXv run was lost; NaN where it was not. */
-double study_thesis_lost(const char *model, study_load load, double alpha);
+double experiment_thesis_lost(const char *model, experiment_load load, double alpha);
 
 #endif

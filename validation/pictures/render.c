@@ -60,22 +60,23 @@ static vector at(const double *points, int64_t n) {
   return (vector){points[3 * n], points[3 * n + 1], points[3 * n + 2]};
 }
 
-thrum_status study_image_make(int width, int height, study_image *image, thrum_error *error) {
+thrum_status experiment_image_make(int width, int height, experiment_image *image,
+                                   thrum_error *error) {
   const size_t bytes = (size_t)width * (size_t)height * 3;
   uint8_t *pixels = malloc(bytes + 1);
   if (pixels == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a picture");
   memset(pixels, 255, bytes);
-  *image = (study_image){width, height, pixels};
+  *image = (experiment_image){width, height, pixels};
   return THRUM_OK;
 }
 
-void study_image_free(study_image *image) {
+void experiment_image_free(experiment_image *image) {
   free(image->pixels);
   memset(image, 0, sizeof *image);
 }
 
-void study_color(double value, double rgb[3]) {
+void experiment_color(double value, double rgb[3]) {
   // from a quiet blue over ivory to a deep red
   static const double stops[6][3] = {{0.30, 0.50, 0.78}, {0.54, 0.77, 0.90}, {0.90, 0.95, 0.90},
                                      {1.00, 0.85, 0.55}, {0.97, 0.55, 0.32}, {0.80, 0.16, 0.20}};
@@ -85,7 +86,7 @@ void study_color(double value, double rgb[3]) {
     rgb[c] = stops[n][c] + (place - n) * (stops[n + 1][c] - stops[n][c]);
 }
 
-static camera point_camera(const study_view *view) {
+static camera point_camera(const experiment_view *view) {
   const double a = view->azimuth * PI / 180, e = view->elevation * PI / 180;
   const vector away = {-cos(a) * cos(e), -sin(a) * cos(e), -sin(e)};
   camera c = {.away = away, .right = {-sin(a), cos(a), 0}};
@@ -106,7 +107,7 @@ static vector project(const camera *c, vector point) {
 }
 
 /* Makes both places of the body fill `width` x `height` samples. */
-static void fit(const study_solid *solid, int width, int height, camera *c) {
+static void fit(const experiment_solid *solid, int width, int height, camera *c) {
   vector least = {INFINITY, INFINITY, INFINITY}, most = {-INFINITY, -INFINITY, -INFINITY};
   for (int64_t n = 0; n < 2 * solid->vertex_count; n++) {
     const vector p = at(n % 2 ? solid->moved : solid->rest, n / 2);
@@ -150,7 +151,7 @@ static void buffer_free(buffer *b) {
   free(b->value);
 }
 
-static vector face_normal(const study_solid *solid, const double *points, int64_t face) {
+static vector face_normal(const experiment_solid *solid, const double *points, int64_t face) {
   const int32_t *f = solid->faces + 3 * face;
   const vector a = at(points, f[0]);
   return cross(minus(at(points, f[1]), a), minus(at(points, f[2]), a));
@@ -162,7 +163,7 @@ typedef struct corners {
   int64_t *list;
 } corners;
 
-static bool corners_make(const study_solid *solid, corners *c) {
+static bool corners_make(const experiment_solid *solid, corners *c) {
   c->first = calloc((size_t)solid->vertex_count + 2, sizeof *c->first);
   c->list = calloc((size_t)(3 * solid->face_count) + 1, sizeof *c->list);
   if (c->first == NULL || c->list == NULL)
@@ -177,7 +178,7 @@ static bool corners_make(const study_solid *solid, corners *c) {
 }
 
 /* The normal at a corner of a face: the mean of those around it that are not beyond a crease. */
-static vector corner_normal(const study_solid *solid, const double *points, const corners *c,
+static vector corner_normal(const experiment_solid *solid, const double *points, const corners *c,
                             int64_t face, int32_t vertex) {
   const vector own = unit(face_normal(solid, points, face));
   vector sum = {0, 0, 0};
@@ -228,7 +229,7 @@ static void draw_triangle(buffer *b, const vector p[3], const vector n[3], const
   }
 }
 
-static void draw(const study_solid *solid, const double *points, const camera *c,
+static void draw(const experiment_solid *solid, const double *points, const camera *c,
                  const corners *around, buffer *b) {
   for (int64_t face = 0; face < solid->face_count; face++) {
     vector p[3], n[3];
@@ -293,7 +294,7 @@ static void shade(const buffer *b, int x, int y, double radius, double rgb[3]) {
   // a soft highlight: half way between the light and the eye
   const vector half = unit((vector){key.x, key.y, key.z + 1});
   const double shine = 0.16 * pow(fmax(0, dot(n, half)), 24);
-  study_color(b->value[place], rgb);
+  experiment_color(b->value[place], rgb);
   for (int k = 0; k < 3; k++)
     rgb[k] = fmin(1, rgb[k] * light + shine);
 }
@@ -320,8 +321,8 @@ static void compose(const buffer *rest, const buffer *moved, int x, int y, doubl
 }
 
 /* Averages the samples of each pixel. */
-static void resolve(const buffer *rest, const buffer *moved, const study_view *view,
-                    study_image *image) {
+static void resolve(const buffer *rest, const buffer *moved, const experiment_view *view,
+                    experiment_image *image) {
   const double radius = SKY_RADIUS * moved->height;
   for (int py = 0; py < view->height; py++) {
     for (int px = 0; px < view->width; px++) {
@@ -340,8 +341,8 @@ static void resolve(const buffer *rest, const buffer *moved, const study_view *v
   }
 }
 
-thrum_status study_render(const study_solid *solid, const study_view *view, study_image *image,
-                          thrum_error *error) {
+thrum_status experiment_render(const experiment_solid *solid, const experiment_view *view,
+                               experiment_image *image, thrum_error *error) {
   if (view->left < 0 || view->top < 0 || view->width < 1 || view->height < 1 ||
       view->left + view->width > image->width || view->top + view->height > image->height)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the view lies outside the picture");

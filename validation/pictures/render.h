@@ -7,38 +7,39 @@
 
 #include "thrum/status.h"
 
-/* A picture in memory; zeroed it is empty, study_image_free when done. */
-typedef struct study_image {
+/* A picture in memory; zeroed it is empty, experiment_image_free when done. */
+typedef struct experiment_image {
   int width, height;
   uint8_t *pixels; /* height x width x 3, red, green, blue, from the top left */
-} study_image;
+} experiment_image;
 
 /* A white picture. */
-thrum_status study_image_make(int width, int height, study_image *image, thrum_error *error);
-void study_image_free(study_image *image);
+thrum_status experiment_image_make(int width, int height, experiment_image *image,
+                                   thrum_error *error);
+void experiment_image_free(experiment_image *image);
 
 /* A closed surface in two places. */
-typedef struct study_solid {
+typedef struct experiment_solid {
   int64_t vertex_count;
   const double *rest;  /* vertex_count x 3 [m] */
   const double *moved; /* the same vertices, displaced [m] */
   const double *value; /* vertex_count, 0 to 1: what the colour shows */
   int64_t face_count;
   const int32_t *faces; /* face_count x 3, going round outwards */
-} study_solid;
+} experiment_solid;
 
 /* From where it is seen, and where in the picture. */
-typedef struct study_view {
+typedef struct experiment_view {
   double azimuth;               /* of the eye about z, from the x axis [degrees] */
   double elevation;             /* of the eye above the ground [degrees] */
   int left, top, width, height; /* of its part of the picture, which it fills but for a margin */
-} study_view;
+} experiment_view;
 
 /* Draws the solid into its part of the picture. */
-thrum_status study_render(const study_solid *solid, const study_view *view, study_image *image,
-                          thrum_error *error);
+thrum_status experiment_render(const experiment_solid *solid, const experiment_view *view,
+                               experiment_image *image, thrum_error *error);
 
 /* The colour of a value from 0 to 1, without light. */
-void study_color(double value, double rgb[3]);
+void experiment_color(double value, double rgb[3]);
 
 #endif

@@ -31,7 +31,8 @@ static const scene scenes[] = {
 enum { SCENES = sizeof scenes / sizeof scenes[0] };
 
 /* The rest under a constant force, which is raised until the amplitude is reached. */
-static thrum_status bend(const study_body *body, double amplitude, double *q, thrum_error *error) {
+static thrum_status bend(const experiment_body *body, double amplitude, double *q,
+                         thrum_error *error) {
   const thrum_model *model = body->model;
   thrum_state_def def = thrum_default_state_def();
   void *memory = NULL;
@@ -40,7 +41,7 @@ static thrum_status bend(const study_body *body, double amplitude, double *q, th
   def.integrator = THRUM_INTEGRATOR_ENERGY;
   def.dt = 0.2 / sqrt(model->omega2[0]);
   def.damping_alpha = 2 * sqrt(model->omega2[0]);
-  thrum_status status = study_state_make(model, &def, &memory, &state, error);
+  thrum_status status = experiment_state_make(model, &def, &memory, &state, error);
   double force = amplitude * body->length / body->compliance;
   for (int tries = 0; tries < 6 && status >= 0; tries++) {
     for (int64_t i = 0; i < model->rank; i++)
@@ -50,7 +51,7 @@ static thrum_status bend(const study_body *body, double amplitude, double *q, th
       status = thrum_step(model, state, error);
     if (status >= 0)
       status = thrum_state_get(model, state, q, NULL, error);
-    force *= amplitude / study_body_amplitude(body, q);
+    force *= amplitude / experiment_body_amplitude(body, q);
   }
   free(memory);
   return status;
@@ -86,10 +87,10 @@ static thrum_status find_surface(const thrum_model *model, int32_t **faces, int6
 
 /* Moves and colours the vertices and draws them. */
 static thrum_status show(const scene *s, const thrum_model *model, const double *q,
-                         const study_view *view, study_image *image, thrum_error *error) {
+                         const experiment_view *view, experiment_image *image, thrum_error *error) {
   const size_t count = (size_t)model->vertex_count;
   double *moved = malloc(3 * count * sizeof *moved), *value = calloc(count, sizeof *value);
-  study_solid solid = {model->vertex_count, model->vertices, moved, value, 0, NULL};
+  experiment_solid solid = {model->vertex_count, model->vertices, moved, value, 0, NULL};
   int32_t *faces = NULL;
   double largest = 0;
   thrum_status status =
@@ -110,31 +111,31 @@ static thrum_status show(const scene *s, const thrum_model *model, const double 
     status = find_surface(model, &faces, &solid.face_count, error);
   solid.faces = faces;
   if (status >= 0)
-    status = study_render(&solid, view, image, error);
+    status = experiment_render(&solid, view, image, error);
   free(faces);
   free(moved);
   free(value);
   return status;
 }
 
-static thrum_status draw_scene(int index, const char *folder, study_image *image,
+static thrum_status draw_scene(int index, const char *folder, experiment_image *image,
                                thrum_error *error) {
   const scene *s = &scenes[index];
-  const study_view view = {
+  const experiment_view view = {
       s->azimuth, s->elevation, index % COLUMNS * CELL_WIDTH, index / COLUMNS * CELL_HEIGHT,
       CELL_WIDTH, CELL_HEIGHT};
   const thrum_model *model = NULL;
-  study_body body;
+  experiment_body body;
   char path[1024];
   double q[THRUM_RANK_MAX];
   snprintf(path, sizeof path, "%s/%s.npz", folder, s->name);
   thrum_status status = thrum_model_load(path, &model, error);
   if (status < 0)
     return status;
-  status = study_body_init(s->name, model, "load", s->direction, &body, error);
+  status = experiment_body_init(s->name, model, "load", s->direction, &body, error);
   if (status >= 0) {
     status = bend(&body, s->amplitude, q, error);
-    study_body_free(&body);
+    experiment_body_free(&body);
   }
   if (status >= 0)
     status = show(s, model, q, &view, image, error);
@@ -142,7 +143,7 @@ static thrum_status draw_scene(int index, const char *folder, study_image *image
   return status;
 }
 
-static bool write_image(const char *path, const study_image *image) {
+static bool write_image(const char *path, const experiment_image *image) {
   const size_t bytes = (size_t)image->width * (size_t)image->height * 3;
   FILE *file = fopen(path, "wb");
   if (file == NULL)
@@ -154,18 +155,18 @@ static bool write_image(const char *path, const study_image *image) {
 
 int main(int argc, char **argv) {
   thrum_error error = {0};
-  study_image image = {0};
+  experiment_image image = {0};
   if (argc != 3) {
     fputs("usage: thrum_pictures OUT.ppm FOLDER\n", stderr);
     return 2;
   }
   thrum_status status =
-      study_image_make(COLUMNS * CELL_WIDTH, SCENES / COLUMNS * CELL_HEIGHT, &image, &error);
+      experiment_image_make(COLUMNS * CELL_WIDTH, SCENES / COLUMNS * CELL_HEIGHT, &image, &error);
   for (int n = 0; n < SCENES && status >= 0; n++)
     status = draw_scene(n, argv[2], &image, &error);
   if (status >= 0 && !write_image(argv[1], &image))
     status = thrum_error_set(&error, THRUM_IO, "%.300s cannot be written", argv[1]);
-  study_image_free(&image);
+  experiment_image_free(&image);
   if (status < 0)
     fprintf(stderr, "thrum_pictures: %s\n", error.message);
   return status < 0 ? 1 : 0;

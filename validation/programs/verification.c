@@ -1,6 +1,6 @@
-/* Prints every published answer beside what is computed: `study_verification OUT`, where OUT is a
- * folder that gets verification.csv and tables.md. Optional second argument: how often to refine
- * beyond what the tests do (default 2). Single-threaded; some minutes.
+/* Prints every published answer beside what is computed: `experiment_verification OUT`, where OUT
+ * is a folder that gets verification.csv and tables.md. Optional second argument: how often to
+ * refine beyond what the tests do (default 2). Single-threaded; some minutes.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
@@ -14,26 +14,26 @@
 #define ROWS_MAX 400
 
 typedef struct collection {
-  verify_row rows[ROWS_MAX];
+  published_row rows[ROWS_MAX];
   int count;
 } collection;
 
-static void collect(void *context, const verify_row *row) {
+static void collect(void *context, const published_row *row) {
   collection *all = context;
   if (all->count < ROWS_MAX)
     all->rows[all->count++] = *row;
 }
 
 /* Relative error. */
-static double error_of(const verify_row *row) {
+static double error_of(const published_row *row) {
   return row->computed / row->published - 1;
 }
 
 /* The order between this row and the one that it refines; NaN: there is none. */
 static double order_of(const collection *all, int n) {
-  const verify_row *row = &all->rows[n];
+  const published_row *row = &all->rows[n];
   for (int m = n - 1; m >= 0 && row->size > 0; m--) {
-    const verify_row *before = &all->rows[m];
+    const published_row *before = &all->rows[m];
     if (strcmp(before->problem, row->problem) == 0 && strcmp(before->quantity, row->quantity) == 0)
       return log(fabs(error_of(before) / error_of(row))) / log(row->size / before->size);
   }
@@ -43,7 +43,7 @@ static double order_of(const collection *all, int n) {
 static bool write_csv(const collection *all, FILE *file) {
   fprintf(file, "problem,quantity,setting,size,published,computed,relative_error,order\n");
   for (int n = 0; n < all->count; n++) {
-    const verify_row *row = &all->rows[n];
+    const published_row *row = &all->rows[n];
     const double order = order_of(all, n);
     fprintf(file, "%s,\"%s\",\"%s\",%.17g,%.17g,%.17g,%.17g,", row->problem, row->quantity,
             row->mesh, row->size, row->published, row->computed, error_of(row));
@@ -63,13 +63,13 @@ static bool is_first(const collection *all, int n) {
   return true;
 }
 
-static bool is_same(const verify_row *a, const verify_row *b) {
+static bool is_same(const published_row *a, const published_row *b) {
   return strcmp(a->problem, b->problem) == 0 && strcmp(a->quantity, b->quantity) == 0;
 }
 
 /* One line a quantity: what is published, the finest answer, the errors from coarse to fine. */
 static void write_line(const collection *all, int first, FILE *file) {
-  const verify_row *row = &all->rows[first];
+  const published_row *row = &all->rows[first];
   int last = first;
   fprintf(file, "| %s | %.6g |", row->quantity, row->published);
   for (int n = first; n < all->count; n++)
@@ -89,7 +89,7 @@ static void write_line(const collection *all, int first, FILE *file) {
 static bool write_tables(const collection *all, FILE *file) {
   const char *problem = "";
   for (int n = 0; n < all->count; n++) {
-    const verify_row *row = &all->rows[n];
+    const published_row *row = &all->rows[n];
     if (strcmp(problem, row->problem) != 0) {
       fprintf(file, "%s### %s\n\nFrom ", n > 0 ? "\n" : "", row->problem);
       const char *settings = "";
@@ -116,7 +116,7 @@ static int put(const char *folder, const char *name, const collection *all,
   FILE *file = fopen(path, "w");
   const bool written = file != NULL && write(all, file);
   if (file == NULL || fclose(file) != 0 || !written) {
-    fprintf(stderr, "study_verification: %s could not be written\n", path);
+    fprintf(stderr, "experiment_verification: %s could not be written\n", path);
     return 1;
   }
   return 0;
@@ -126,22 +126,22 @@ int main(int argc, char **argv) {
   static collection all;
   thrum_error error = {0};
   if (argc < 2 || argc > 3) {
-    fprintf(stderr, "usage: study_verification FOLDER [REFINEMENTS]\n");
+    fprintf(stderr, "usage: experiment_verification FOLDER [REFINEMENTS]\n");
     return 2;
   }
-  const verify_sink sink = {collect, &all, argc > 2 ? atoi(argv[2]) : 2};
+  const published_sink sink = {collect, &all, argc > 2 ? atoi(argv[2]) : 2};
   static const struct {
     const char *text;
-    verify_problem *solve;
+    published_problem *solve;
   } problems[] = {
-#define X(name, text) {text, verify_##name},
+#define X(name, text) {text, published_##name},
       VERIFY_PROBLEMS(X)
 #undef X
   };
   for (size_t n = 0; n < sizeof problems / sizeof problems[0]; n++) {
     fprintf(stderr, "%s\n", problems[n].text);
     if (problems[n].solve(&sink, &error) < 0) {
-      fprintf(stderr, "study_verification: %s: %s\n", problems[n].text, error.message);
+      fprintf(stderr, "experiment_verification: %s: %s\n", problems[n].text, error.message);
       return 1;
     }
   }

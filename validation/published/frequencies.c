@@ -12,8 +12,8 @@
 
 /* A bar of unit length in the plane y = 0 with E = rho = 1, nu = 0: beam theory without Poisson's
  * effect. One cell wide, everything held in y. */
-static verify_body planar_beam(int cells, double thickness) {
-  verify_body body = {.fix = {"x<1e-9", "y>-1e9:y"}, .material = {1, 0, 1}};
+static published_body planar_beam(int cells, double thickness) {
+  published_body body = {.fix = {"x<1e-9", "y>-1e9:y"}, .material = {1, 0, 1}};
   const int along = (int)lround(cells / thickness);
   snprintf(body.mesh, sizeof body.mesh, "beam:%dx1x%d@1x%.9gx%.9g", along, cells, thickness / cells,
            thickness);
@@ -25,22 +25,24 @@ static void axial_field(const double x[3], double u[3]) {
   u[1] = u[2] = 0;
 }
 
-thrum_status verify_beam(const verify_sink *sink, thrum_error *error) {
+thrum_status published_beam(const published_sink *sink, thrum_error *error) {
   static const double thickness = 0.1;
-  const double first = verify_timoshenko(thickness, 1) / (2 * PI);
-  const double second = verify_timoshenko(thickness, 2) / (2 * PI);
+  const double first = published_timoshenko(thickness, 1) / (2 * PI);
+  const double second = published_timoshenko(thickness, 2) / (2 * PI);
   for (int level = 0; level <= sink->level + 1; level++) {
     const int cells = 2 << level;
-    const verify_body body = planar_beam(cells, thickness);
+    const published_body body = planar_beam(cells, thickness);
     thrum_precomputed made = {0};
-    const thrum_status status = verify_precompute(&body, 4, 4, true, &made, error);
+    const thrum_status status = published_precompute(&body, 4, 4, true, &made, error);
     if (status < 0)
       return status;
     const double *square = made.mode_omega2;
-    verify_add(sink, "beam", "bending 1, Hz", body.mesh, cells, first, sqrt(square[0]) / (2 * PI));
-    verify_add(sink, "beam", "bending 2, Hz", body.mesh, cells, second, sqrt(square[1]) / (2 * PI));
-    verify_add(sink, "beam", "axial 1, Hz", body.mesh, cells, 0.25,
-               verify_frequency_of(&made, axial_field));
+    published_add(sink, "beam", "bending 1, Hz", body.mesh, cells, first,
+                  sqrt(square[0]) / (2 * PI));
+    published_add(sink, "beam", "bending 2, Hz", body.mesh, cells, second,
+                  sqrt(square[1]) / (2 * PI));
+    published_add(sink, "beam", "axial 1, Hz", body.mesh, cells, 0.25,
+                  published_frequency_of(&made, axial_field));
     thrum_precomputed_free(&made);
   }
   return THRUM_OK;
@@ -53,19 +55,19 @@ static void torsion_field(const double x[3], double u[3]) {
   u[2] = angle * x[1];
 }
 
-thrum_status verify_torsion(const verify_sink *sink, thrum_error *error) {
+thrum_status published_torsion(const published_sink *sink, thrum_error *error) {
   // Saint-Venant: G J / (rho I_p) with J = 0.140577 a^4 and I_p = a^4 / 6; G = 1/2
   const double exact = 0.25 * sqrt(0.5 * 0.140577 * 6);
   for (int level = 0; level <= sink->level; level++) {
     const int cells = 2 << level;
-    verify_body body = {.fix = {"x<1e-9"}, .material = {1, 0, 1}};
+    published_body body = {.fix = {"x<1e-9"}, .material = {1, 0, 1}};
     thrum_precomputed made = {0};
     snprintf(body.mesh, sizeof body.mesh, "beam:%dx%dx%d@1x0.1x0.1", 10 * cells, cells, cells);
-    const thrum_status status = verify_precompute(&body, 8, 8, true, &made, error);
+    const thrum_status status = published_precompute(&body, 8, 8, true, &made, error);
     if (status < 0)
       return status;
-    verify_add(sink, "torsion", "torsion 1, Hz", body.mesh, cells, exact,
-               verify_frequency_of(&made, torsion_field));
+    published_add(sink, "torsion", "torsion 1, Hz", body.mesh, cells, exact,
+                  published_frequency_of(&made, torsion_field));
     thrum_precomputed_free(&made);
   }
   return THRUM_OK;
@@ -79,19 +81,19 @@ static void lame_field(const double x[3], double u[3]) {
   u[2] = 0;
 }
 
-thrum_status verify_cube(const verify_sink *sink, thrum_error *error) {
+thrum_status published_cube(const published_sink *sink, thrum_error *error) {
   // omega = sqrt(2) pi c_T / a whatever nu is; c_T^2 = mu / rho
   const double exact = sqrt(1 / (2 * 1.3)) / sqrt(2);
   for (int level = 0; level <= sink->level + 1; level++) {
     const int cells = 3 << level;
-    verify_body body = {.material = {1, 0.3, 1}};
+    published_body body = {.material = {1, 0.3, 1}};
     thrum_precomputed made = {0};
     snprintf(body.mesh, sizeof body.mesh, "beam:%dx%dx%d@1x1x1", cells, cells, cells);
-    const thrum_status status = verify_precompute(&body, 18, 18, true, &made, error);
+    const thrum_status status = published_precompute(&body, 18, 18, true, &made, error);
     if (status < 0)
       return status;
-    verify_add(sink, "cube", "Lame's mode, Hz", body.mesh, cells, exact,
-               verify_frequency_of(&made, lame_field));
+    published_add(sink, "cube", "Lame's mode, Hz", body.mesh, cells, exact,
+                  published_frequency_of(&made, lame_field));
     thrum_precomputed_free(&made);
   }
   return THRUM_OK;
@@ -105,7 +107,7 @@ static void to_ball(double p[3]) {
   p[2] = 0.01 * z * sqrt(1 - x * x / 2 - y * y / 2 + x * x * y * y / 3);
 }
 
-thrum_status verify_sphere(const verify_sink *sink, thrum_error *error) {
+thrum_status published_sphere(const published_sink *sink, thrum_error *error) {
   static const struct {
     const char *name;
     int times;
@@ -116,10 +118,10 @@ thrum_status verify_sphere(const verify_sink *sink, thrum_error *error) {
                   {"next 7, Hz", 7, 3814.60}};
   for (int level = 0; level <= sink->level; level++) {
     const int cells = 6 << level;
-    verify_body body = {.material = {1e8, 0.3, 1e4}, .map = to_ball};
+    published_body body = {.material = {1e8, 0.3, 1e4}, .map = to_ball};
     thrum_precomputed made = {0};
     snprintf(body.mesh, sizeof body.mesh, "beam:%dx%dx%d@2x2x2", cells, cells, cells);
-    const thrum_status status = verify_precompute(&body, 20, 20, false, &made, error);
+    const thrum_status status = published_precompute(&body, 20, 20, false, &made, error);
     if (status < 0)
       return status;
     snprintf(body.mesh, sizeof body.mesh, "ball of %d cells across", cells);
@@ -127,7 +129,7 @@ thrum_status verify_sphere(const verify_sink *sink, thrum_error *error) {
       double mean = 0;
       for (int i = 0; i < clusters[c].times; i++, mode++)
         mean += sqrt(made.mode_omega2[mode]) / (2 * PI) / clusters[c].times;
-      verify_add(sink, "sphere", clusters[c].name, body.mesh, cells, clusters[c].hertz, mean);
+      published_add(sink, "sphere", clusters[c].name, body.mesh, cells, clusters[c].hertz, mean);
     }
     thrum_precomputed_free(&made);
   }
@@ -139,21 +141,21 @@ static void taper(double p[3]) {
   p[1] *= 5 - 0.4 * p[0];
 }
 
-thrum_status verify_membrane(const verify_sink *sink, thrum_error *error) {
+thrum_status published_membrane(const published_sink *sink, thrum_error *error) {
   static const double hertz[] = {44.623, 130.03, 162.70, 246.05, 379.90, 391.44};
   static const char *const names[] = {"1, Hz", "2, Hz", "3, Hz", "4, Hz", "5, Hz", "6, Hz"};
   for (int level = 0; level <= sink->level + 1; level++) {
     const int cells = 8 << level;
-    verify_body body = {
+    published_body body = {
         .fix = {"x<1e-9", "z<-0.0249:z"}, .material = {200e9, 0.3, 8000}, .map = taper};
     thrum_precomputed made = {0};
     snprintf(body.mesh, sizeof body.mesh, "beam:%dx%dx1@10x1x0.05", 2 * cells, cells);
-    const thrum_status status = verify_precompute(&body, 6, 6, false, &made, error);
+    const thrum_status status = published_precompute(&body, 6, 6, false, &made, error);
     if (status < 0)
       return status;
     for (int i = 0; i < 6; i++)
-      verify_add(sink, "membrane", names[i], body.mesh, cells, hertz[i],
-                 sqrt(made.mode_omega2[i]) / (2 * PI));
+      published_add(sink, "membrane", names[i], body.mesh, cells, hertz[i],
+                    sqrt(made.mode_omega2[i]) / (2 * PI));
     thrum_precomputed_free(&made);
   }
   return THRUM_OK;

@@ -42,7 +42,7 @@ static thrum_status measure(const thrum_model *model, double amplitude, double *
   def.dt = 2 * 3.141592653589793 / sqrt(model->omega2[0]) / 2000;
   void *memory = NULL;
   thrum_state *state = NULL;
-  thrum_status status = verify_state(model, &def, q, NULL, &memory, &state, error);
+  thrum_status status = published_state(model, &def, q, NULL, &memory, &state, error);
   int64_t step = 0;
   for (; status >= 0 && q[0] > 0 && step < 10000; step++) {
     before = q[0];
@@ -56,15 +56,15 @@ static thrum_status measure(const thrum_model *model, double amplitude, double *
   return status < 0 ? status : THRUM_OK;
 }
 
-thrum_status verify_hardening(const verify_sink *sink, thrum_error *error) {
+thrum_status published_hardening(const published_sink *sink, thrum_error *error) {
   const double linear = STIFFNESS * pow(THICKNESS, 3) / 12; // per unit of width, E = 1
   for (int level = 0; level <= sink->level + (sink->level > 0 ? 2 : 1); level++) {
     const int cells = 1 << level;
-    verify_body body = {.fix = {"x<1e-9", "x>0.999999", "y>-1e9:y"}, .material = {1, 0, 1}};
+    published_body body = {.fix = {"x<1e-9", "x>0.999999", "y>-1e9:y"}, .material = {1, 0, 1}};
     snprintf(body.mesh, sizeof body.mesh, "beam:%dx1x%d@1x%.9gx%.9g", 50 * cells, cells,
              THICKNESS / cells, THICKNESS);
     thrum_precomputed made = {0};
-    thrum_status status = verify_precompute(&body, 1, 2, false, &made, error);
+    thrum_status status = published_precompute(&body, 1, 2, false, &made, error);
     if (status < 0)
       return status;
     const thrum_model *model = &made.model;
@@ -72,16 +72,17 @@ thrum_status verify_hardening(const verify_sink *sink, thrum_error *error) {
     // in units of the displacement in the middle and of the width
     const double k1 = model->omega2[0] / (middle * middle) / width;
     const double k3 = condensed(model) / pow(middle, 4) / width;
-    verify_add(sink, "hardening", "linear stiffness, N/m", body.mesh, cells, linear, k1);
-    verify_add(sink, "hardening", "cubic stiffness, N/m^3", body.mesh, cells,
-               HARDENING * linear / (THICKNESS * THICKNESS), k3);
+    published_add(sink, "hardening", "linear stiffness, N/m", body.mesh, cells, linear, k1);
+    published_add(sink, "hardening", "cubic stiffness, N/m^3", body.mesh, cells,
+                  HARDENING * linear / (THICKNESS * THICKNESS), k3);
     for (int half = 1; half <= 2 && status >= 0; half++) {
       const double ratio = 0.5 * half; // a/h
       double omega = 0;
       status = measure(model, ratio * THICKNESS / middle, &omega, error);
-      verify_add(sink, "hardening",
-                 half == 1 ? "frequency ratio at a = h/2" : "frequency ratio at a = h", body.mesh,
-                 cells, verify_duffing(HARDENING * ratio * ratio), omega / sqrt(model->omega2[0]));
+      published_add(sink, "hardening",
+                    half == 1 ? "frequency ratio at a = h/2" : "frequency ratio at a = h",
+                    body.mesh, cells, published_duffing(HARDENING * ratio * ratio),
+                    omega / sqrt(model->omega2[0]));
     }
     thrum_precomputed_free(&made);
     if (status < 0)

@@ -51,7 +51,7 @@ static double timoshenko_determinant(double thickness, double omega) {
   return end[0][2] * end[1][3] - end[0][3] * end[1][2];
 }
 
-double verify_timoshenko(double thickness, int n) {
+double published_timoshenko(double thickness, int n) {
   // a grid that is fine beside the first bending frequency, then bisection
   const double step = 0.05 * 3.516 * thickness / sqrt(12);
   double low = step, before = timoshenko_determinant(thickness, low);
@@ -91,7 +91,7 @@ static double shoot(double load, double curvature, double *deflection, double *s
   return y[1];
 }
 
-void verify_elastica_tip(double load, double *deflection, double *shortening) {
+void published_elastica_tip(double load, double *deflection, double *shortening) {
   // the curvature at the clamp is at most load, the straight beam's
   double low = 0, high = load;
   for (int k = 0; k < 100; k++) {
@@ -103,7 +103,7 @@ void verify_elastica_tip(double load, double *deflection, double *shortening) {
   }
 }
 
-double verify_duffing(double e) {
+double published_duffing(double e) {
   // K(m) by the arithmetic-geometric mean (Abramowitz & Stegun 17.6)
   const double m = e / (2 * (1 + e));
   double a = 1, b = sqrt(1 - m);

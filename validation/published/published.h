@@ -1,6 +1,6 @@
 /* Published answers: what is known in closed form or published as a benchmark, beside what this
  * program computes, with the error under refinement. The tests hold the coarse rows to bounds; the
- * target study_verification prints them all (docs/verification.md).
+ * target experiment_verification prints them all (docs/verification.md).
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_VALIDATION_PUBLISHED_PUBLISHED_H
@@ -12,27 +12,27 @@
 #include "thrum/thrum.h"
 
 /* One number beside the published one. */
-typedef struct verify_row {
+typedef struct published_row {
   const char *problem;  /* static text, as are all but mesh */
   const char *quantity; /* with its unit */
   char mesh[64];        /* mesh, or the setting that is refined */
   double size;          /* what an order is fitted in: cells, or 1/h; 0: no refinement */
   double published;
   double computed;
-} verify_row;
+} published_row;
 
 /* Where rows go; `level` 0 is what a test can afford, each further one refines once more. */
-typedef struct verify_sink {
-  void (*row)(void *context, const verify_row *row);
+typedef struct published_sink {
+  void (*row)(void *context, const published_row *row);
   void *context;
   int level;
-} verify_sink;
+} published_sink;
 
 /* A problem: gives its rows to the sink, coarse to fine. */
-typedef thrum_status verify_problem(const verify_sink *sink, thrum_error *error);
-verify_problem verify_beam, verify_torsion, verify_cube, verify_sphere, verify_membrane,
-    verify_elastica, verify_gravity_beam, verify_hardening, verify_fast_slow, verify_fermi,
-    verify_tumble;
+typedef thrum_status published_problem(const published_sink *sink, thrum_error *error);
+published_problem published_beam, published_torsion, published_cube, published_sphere,
+    published_membrane, published_elastica, published_gravity_beam, published_hardening,
+    published_fast_slow, published_fermi, published_tumble;
 
 /* X(name, text) */
 #define VERIFY_PROBLEMS(X)                                                                         \
@@ -49,60 +49,61 @@ verify_problem verify_beam, verify_torsion, verify_cube, verify_sphere, verify_m
   X(tumble, "tumbling body in the full order")
 
 /* A body: mesh by name, at most four things fixed, material; `map` moves its vertices first. */
-typedef struct verify_body {
+typedef struct published_body {
   char mesh[64];
   const char *fix[4];
   thrum_material material;
   void (*map)(double vertex[3]);
-} verify_body;
+} published_body;
 
 /* Free with thrum_precomputed_free. */
-thrum_status verify_precompute(const verify_body *body, int64_t modes, int64_t rank,
-                               bool keep_modes, thrum_precomputed *result, thrum_error *error);
+thrum_status published_precompute(const published_body *body, int64_t modes, int64_t rank,
+                                  bool keep_modes, thrum_precomputed *result, thrum_error *error);
 
 /* Frequency [Hz] of the modes that make up a field: the mean of f_i weighted by the squared mass
  * product of mode i with field(X), over the modes that hold more than a hundredth of it. Needs
  * kept modes. */
-double verify_frequency_of(const thrum_precomputed *result,
-                           void (*field)(const double x[3], double u[3]));
+double published_frequency_of(const thrum_precomputed *result,
+                              void (*field)(const double x[3], double u[3]));
 
 /* Adds a row. */
-void verify_add(const verify_sink *sink, const char *problem, const char *quantity,
-                const char *mesh, double size, double published, double computed);
+void published_add(const published_sink *sink, const char *problem, const char *quantity,
+                   const char *mesh, double size, double published, double computed);
 
 /* --- known solutions ----------------------------------------------------------------------------
  */
 
 /* Angular frequency n (from 1) of a clamped-free Timoshenko beam with E = rho = length = 1, square
  * or rectangular section of this thickness, nu = 0, shear factor 5/6. */
-double verify_timoshenko(double thickness, int n);
+double published_timoshenko(double thickness, int n);
 
 /* Tip of an inextensible cantilever of unit length under the dead tip load P L^2/(E I): deflection
  * and shortening (the elastica). */
-void verify_elastica_tip(double load, double *deflection, double *shortening);
+void published_elastica_tip(double load, double *deflection, double *shortening);
 
 /* Frequency of q'' + q + e q^3 = 0 at amplitude 1 over that of e = 0. */
-double verify_duffing(double e);
+double published_duffing(double e);
 
 /* --- models made of polynomials -----------------------------------------------------------------
  */
 
 #define VERIFY_RANK_MAX 8
 
-typedef struct verify_polynomial {
+typedef struct published_polynomial {
   double omega2[VERIFY_RANK_MAX];
   double c3[120], c4[330]; /* of VERIFY_RANK_MAX */
   thrum_model model;
-} verify_polynomial;
+} published_polynomial;
 
 /* V = 1/2 sum omega2_i q_i^2, omega2 ascending. */
-void verify_polynomial_make(verify_polynomial *p, int64_t rank, const double *omega2);
+void published_polynomial_make(published_polynomial *p, int64_t rank, const double *omega2);
 
 /* V += weight (a q)^4. */
-void verify_polynomial_add(verify_polynomial *p, double weight, const double *a);
+void published_polynomial_add(published_polynomial *p, double weight, const double *a);
 
 /* A state of this def at q, p; free(*memory). */
-thrum_status verify_state(const thrum_model *model, const thrum_state_def *def, const double *q,
-                          const double *p, void **memory, thrum_state **state, thrum_error *error);
+thrum_status published_state(const thrum_model *model, const thrum_state_def *def, const double *q,
+                             const double *p, void **memory, thrum_state **state,
+                             thrum_error *error);
 
 #endif

@@ -9,8 +9,8 @@
 #define TWO_PI 6.283185307179586
 #define SHARE_LEAST 0.01
 
-thrum_status verify_precompute(const verify_body *body, int64_t modes, int64_t rank,
-                               bool keep_modes, thrum_precomputed *result, thrum_error *error) {
+thrum_status published_precompute(const published_body *body, int64_t modes, int64_t rank,
+                                  bool keep_modes, thrum_precomputed *result, thrum_error *error) {
   thrum_mesh mesh = {0};
   thrum_status status = thrum_mesh_read(body->mesh, 1, &mesh, error);
   if (status < 0)
@@ -38,8 +38,8 @@ thrum_status verify_precompute(const verify_body *body, int64_t modes, int64_t r
   return status;
 }
 
-double verify_frequency_of(const thrum_precomputed *result,
-                           void (*field)(const double x[3], double u[3])) {
+double published_frequency_of(const thrum_precomputed *result,
+                              void (*field)(const double x[3], double u[3])) {
   const thrum_model *model = &result->model;
   double *weight = calloc((size_t)model->vertex_count, sizeof *weight);
   if (weight == NULL)
@@ -83,14 +83,14 @@ double verify_frequency_of(const thrum_precomputed *result,
   return sum / total;
 }
 
-void verify_add(const verify_sink *sink, const char *problem, const char *quantity,
-                const char *mesh, double size, double published, double computed) {
-  verify_row row = {problem, quantity, "", size, published, computed};
+void published_add(const published_sink *sink, const char *problem, const char *quantity,
+                   const char *mesh, double size, double published, double computed) {
+  published_row row = {problem, quantity, "", size, published, computed};
   snprintf(row.mesh, sizeof row.mesh, "%s", mesh);
   sink->row(sink->context, &row);
 }
 
-void verify_polynomial_make(verify_polynomial *p, int64_t rank, const double *omega2) {
+void published_polynomial_make(published_polynomial *p, int64_t rank, const double *omega2) {
   memset(p, 0, sizeof *p);
   memcpy(p->omega2, omega2, (size_t)rank * sizeof *omega2);
   p->model = (thrum_model){.rank = rank,
@@ -101,7 +101,7 @@ void verify_polynomial_make(verify_polynomial *p, int64_t rank, const double *om
                            .c4 = p->c4};
 }
 
-void verify_polynomial_add(verify_polynomial *p, double weight, const double *a) {
+void published_polynomial_add(published_polynomial *p, double weight, const double *a) {
   const int64_t r = p->model.rank;
   // every ordered product goes to the one place of its monomial
   for (int64_t n = 0; n < r * r * r * r; n++) {
@@ -117,8 +117,9 @@ void verify_polynomial_add(verify_polynomial *p, double weight, const double *a)
   }
 }
 
-thrum_status verify_state(const thrum_model *model, const thrum_state_def *def, const double *q,
-                          const double *p, void **memory, thrum_state **state, thrum_error *error) {
+thrum_status published_state(const thrum_model *model, const thrum_state_def *def, const double *q,
+                             const double *p, void **memory, thrum_state **state,
+                             thrum_error *error) {
   size_t size = 0;
   thrum_status status = thrum_state_size(model, def, &size, error);
   if (status < 0)

@@ -32,14 +32,14 @@ typedef struct chain_run {
 } chain_run;
 
 /* omega2 ascending: the slow coordinates, then the stretches. */
-static void make_chain(verify_polynomial *p) {
+static void make_chain(published_polynomial *p) {
   const double omega2[RANK] = {0, 0, 0, OMEGA * OMEGA, OMEGA * OMEGA, OMEGA * OMEGA};
-  verify_polynomial_make(p, RANK, omega2);
+  published_polynomial_make(p, RANK, omega2);
   // soft springs: wall to first, between, last to wall; a quarter of the fourth power each
-  verify_polynomial_add(p, 0.25, (const double[RANK]){1, 0, 0, -1, 0, 0});
-  verify_polynomial_add(p, 0.25, (const double[RANK]){-1, 1, 0, -1, -1, 0});
-  verify_polynomial_add(p, 0.25, (const double[RANK]){0, -1, 1, 0, -1, -1});
-  verify_polynomial_add(p, 0.25, (const double[RANK]){0, 0, 1, 0, 0, 1});
+  published_polynomial_add(p, 0.25, (const double[RANK]){1, 0, 0, -1, 0, 0});
+  published_polynomial_add(p, 0.25, (const double[RANK]){-1, 1, 0, -1, -1, 0});
+  published_polynomial_add(p, 0.25, (const double[RANK]){0, -1, 1, 0, -1, -1});
+  published_polynomial_add(p, 0.25, (const double[RANK]){0, 0, 1, 0, 0, 1});
 }
 
 static void fast_energies(const double *q, const double *p, double fast[SPRINGS]) {
@@ -52,11 +52,11 @@ static void fast_energies(const double *q, const double *p, double fast[SPRINGS]
 static thrum_status run_chain(const thrum_state_def *def, double time, chain_run *run,
                               thrum_error *error) {
   static const double q0[RANK] = {1, 0, 0, 1 / OMEGA, 0, 0}, p0[RANK] = {1, 0, 0, 1, 0, 0};
-  verify_polynomial chain;
+  published_polynomial chain;
   make_chain(&chain);
   void *memory = NULL;
   thrum_state *state = NULL;
-  thrum_status status = verify_state(&chain.model, def, q0, p0, &memory, &state, error);
+  thrum_status status = published_state(&chain.model, def, q0, p0, &memory, &state, error);
   if (status < 0)
     return status;
   double first = 0, fast_first = 0, mean[SPRINGS] = {0};
@@ -98,7 +98,7 @@ static thrum_state_def imexv_def(double dt, thrum_split_form form) {
   def.explicit_count = SPRINGS;
   def.split_form = form;
   def.adaptive = 0;
-  def.ladder = 0;
+  def.fallback = 0;
   def.tolerance = 1e-12;
   return def;
 }
@@ -137,7 +137,7 @@ static thrum_status resonance(thrum_split_form form, int k, double *ratio, thrum
   return THRUM_OK;
 }
 
-static thrum_status add_exchange(const verify_sink *sink, const char *quantity,
+static thrum_status add_exchange(const published_sink *sink, const char *quantity,
                                  thrum_split_form form, double exchange, thrum_error *error) {
   static const double steps[] = {0.03, 0.015, 0.0075, 0.00375, 0.001875};
   for (int n = 0; n < 3 + (sink->level > 0 ? 2 : 0); n++) {
@@ -148,12 +148,12 @@ static thrum_status add_exchange(const verify_sink *sink, const char *quantity,
     if (status < 0)
       return status;
     snprintf(setting, sizeof setting, "h = %g s", steps[n]);
-    verify_add(sink, "fermi", quantity, setting, 0, exchange, run.exchange);
+    published_add(sink, "fermi", quantity, setting, 0, exchange, run.exchange);
   }
   return THRUM_OK;
 }
 
-thrum_status verify_fermi(const verify_sink *sink, thrum_error *error) {
+thrum_status published_fermi(const published_sink *sink, thrum_error *error) {
   static const int orders[] = {1, 2, 4};
   chain_run run;
   // what the exchange should be: the conserving integrator at h omega = 0.025
@@ -162,20 +162,20 @@ thrum_status verify_fermi(const verify_sink *sink, thrum_error *error) {
   thrum_status status = run_chain(&def, 100, &run, error);
   const double exchange = run.exchange;
   if (status >= 0) {
-    verify_add(sink, "fermi", "Verlet: largest stable h, s", "200 s", 0, 2 / OMEGA,
-               largest_stable(verlet_is_lost, 0.03, 0.045));
+    published_add(sink, "fermi", "Verlet: largest stable h, s", "200 s", 0, 2 / OMEGA,
+                  largest_stable(verlet_is_lost, 0.03, 0.045));
     def = imexv_def(0.03, THRUM_FORM_QUADRATIC);
     status = run_chain(&def, 200, &run, error);
   }
   if (status >= 0) {
-    verify_add(sink, "fermi", "quadratic split: energy error", "h = 0.03 s, 200 s", 0, 1e-3,
-               run.energy_error);
+    published_add(sink, "fermi", "quadratic split: energy error", "h = 0.03 s, 200 s", 0, 1e-3,
+                  run.energy_error);
     def = imexv_def(0.03, THRUM_FORM_COMPONENT);
     status = run_chain(&def, 200, &run, error);
   }
   if (status >= 0)
-    verify_add(sink, "fermi", "component split: energy error", "h = 0.03 s, 200 s", 0, 1e-3,
-               run.energy_error);
+    published_add(sink, "fermi", "component split: energy error", "h = 0.03 s, 200 s", 0, 1e-3,
+                  run.energy_error);
   for (int n = 0; n < 3 && status >= 0; n++) {
     double ratio[2];
     char setting[64];
@@ -185,10 +185,10 @@ thrum_status verify_fermi(const verify_sink *sink, thrum_error *error) {
     if (status < 0)
       break;
     snprintf(setting, sizeof setting, "h omega = %d pi, 1000 s", orders[n]);
-    verify_add(sink, "fermi", "quadratic split: error at a resonance over beside it", setting, 0, 1,
-               ratio[0]);
-    verify_add(sink, "fermi", "component split: error at a resonance over beside it", setting, 0, 1,
-               ratio[1]);
+    published_add(sink, "fermi", "quadratic split: error at a resonance over beside it", setting, 0,
+                  1, ratio[0]);
+    published_add(sink, "fermi", "component split: error at a resonance over beside it", setting, 0,
+                  1, ratio[1]);
   }
   if (status >= 0)
     status = add_exchange(sink, "quadratic split: time of the exchange, s", THRUM_FORM_QUADRATIC,
@@ -202,14 +202,14 @@ thrum_status verify_fermi(const verify_sink *sink, thrum_error *error) {
 /* A slow oscillator of frequency 1 and a fast one of 50, V = 1/2 x^2 + 1250 y^2 + c x^2 y^2. */
 static bool pair_is_lost_with(double dt, thrum_split_form form) {
   static const double q0[2] = {1, 0.01}, p0[2] = {0, 0};
-  verify_polynomial pair;
-  verify_polynomial_make(&pair, 2, (const double[2]){1, OMEGA * OMEGA});
+  published_polynomial pair;
+  published_polynomial_make(&pair, 2, (const double[2]){1, OMEGA * OMEGA});
   pair.c4[thrum_c4_index(2, 0, 0, 1, 1)] = 1;
   thrum_state_def def = imexv_def(dt, form);
   def.explicit_count = 1;
   void *memory = NULL;
   thrum_state *state = NULL;
-  if (verify_state(&pair.model, &def, q0, p0, &memory, &state, NULL) < 0)
+  if (published_state(&pair.model, &def, q0, p0, &memory, &state, NULL) < 0)
     return true;
   thrum_energies first = {0}, now = {0};
   bool lost = thrum_state_energies(&pair.model, state, &first, NULL) < 0;
@@ -229,12 +229,12 @@ static bool component_is_lost(double dt) {
   return pair_is_lost_with(dt, THRUM_FORM_COMPONENT);
 }
 
-thrum_status verify_fast_slow(const verify_sink *sink, thrum_error *error) {
+thrum_status published_fast_slow(const published_sink *sink, thrum_error *error) {
   (void)error;
   // stable where the slow oscillator is, h < 2, whatever the fast one does: h omega up to 100
-  verify_add(sink, "fast_slow", "quadratic split: largest stable h, s", "5000 steps", 0, 2,
-             largest_stable(quadratic_is_lost, 0.5, 2.5));
-  verify_add(sink, "fast_slow", "component split: largest stable h, s", "5000 steps", 0, 2,
-             largest_stable(component_is_lost, 0.5, 2.5));
+  published_add(sink, "fast_slow", "quadratic split: largest stable h, s", "5000 steps", 0, 2,
+                largest_stable(quadratic_is_lost, 0.5, 2.5));
+  published_add(sink, "fast_slow", "component split: largest stable h, s", "5000 steps", 0, 2,
+                largest_stable(component_is_lost, 0.5, 2.5));
   return THRUM_OK;
 }

@@ -107,7 +107,7 @@ static thrum_status tip_of(const thrum_model *model, double load, double width, 
   return status;
 }
 
-thrum_status verify_elastica(const verify_sink *sink, thrum_error *error) {
+thrum_status published_elastica(const published_sink *sink, thrum_error *error) {
   static const double loads[] = {1, 2, 5};
   static const char *const names[2][2][3] = {
       {{"deflection at P = 1", "deflection at P = 2", "deflection at P = 5"},
@@ -118,32 +118,32 @@ thrum_status verify_elastica(const verify_sink *sink, thrum_error *error) {
         "shortening at P = 5, mesh's own EI"}}};
   for (int level = 0; level <= sink->level + (sink->level > 0 ? 2 : 1); level++) {
     const int cells = 1 << level;
-    verify_body body = {.fix = {"x<1e-9", "y>-1e9:y"}, .material = {1, 0, 1}};
+    published_body body = {.fix = {"x<1e-9", "y>-1e9:y"}, .material = {1, 0, 1}};
     snprintf(body.mesh, sizeof body.mesh, "beam:%dx1x%d@1x%.9gx%.9g", 50 * cells, cells,
              SLENDER / cells, SLENDER);
     thrum_precomputed made = {0};
-    thrum_status status = verify_precompute(&body, 6, 20, false, &made, error);
+    thrum_status status = published_precompute(&body, 6, 20, false, &made, error);
     if (status < 0)
       return status;
     for (int scaled = 0; scaled < 2 && status >= 0; scaled++)
       for (int n = 0; n < 3 && status >= 0; n++) {
         double known[2], found[2];
-        verify_elastica_tip(loads[n], &known[0], &known[1]);
+        published_elastica_tip(loads[n], &known[0], &known[1]);
         status = tip_of(&made.model, loads[n], SLENDER / cells, scaled == 1, &found[0], &found[1],
                         error);
         for (int what = 0; what < 2; what++)
-          verify_add(sink, "elastica", names[scaled][what][n], body.mesh, cells, known[what],
-                     found[what]);
+          published_add(sink, "elastica", names[scaled][what][n], body.mesh, cells, known[what],
+                        found[what]);
       }
     // the same mesh unreduced, where that is soon done
     double deflection, shortening, tip;
     if (status >= 0 && cells <= 8) {
-      verify_elastica_tip(loads[2], &deflection, &shortening);
+      published_elastica_tip(loads[2], &deflection, &shortening);
       status = full_tip(&made.model, false, loads[2] * SLENDER / cells * pow(SLENDER, 3) / 12, &tip,
                         error);
       if (status >= 0)
-        verify_add(sink, "elastica", "deflection at P = 5, full order", body.mesh, cells,
-                   deflection, tip);
+        published_add(sink, "elastica", "deflection at P = 5, full order", body.mesh, cells,
+                      deflection, tip);
     }
     thrum_precomputed_free(&made);
     if (status < 0)
@@ -152,7 +152,7 @@ thrum_status verify_elastica(const verify_sink *sink, thrum_error *error) {
   return THRUM_OK;
 }
 
-thrum_status verify_gravity_beam(const verify_sink *sink, thrum_error *error) {
+thrum_status published_gravity_beam(const published_sink *sink, thrum_error *error) {
   static const struct {
     const char *name;
     double mu, tip;
@@ -162,12 +162,12 @@ thrum_status verify_gravity_beam(const verify_sink *sink, thrum_error *error) {
   for (int level = 0; level <= sink->level + 1; level++) {
     const int cells = 2 << level;
     for (int n = 0; n < 2; n++) {
-      verify_body body = {.fix = {"x<1e-9", "y>-1e9:y"},
-                          .material = {2.8 * cases[n].mu, 0.4, 1000}};
+      published_body body = {.fix = {"x<1e-9", "y>-1e9:y"},
+                             .material = {2.8 * cases[n].mu, 0.4, 1000}};
       snprintf(body.mesh, sizeof body.mesh, "beam:%dx1x%d@0.35x%.9gx0.02", 35 * cells / 2, cells,
                0.02 / cells);
       thrum_precomputed made = {0};
-      thrum_status status = verify_precompute(&body, 6, 20, false, &made, error);
+      thrum_status status = published_precompute(&body, 6, 20, false, &made, error);
       if (status < 0)
         return status;
       double load[THRUM_RANK_MAX] = {0}, up[THRUM_RANK_MAX], q[THRUM_RANK_MAX];
@@ -177,13 +177,14 @@ thrum_status verify_gravity_beam(const verify_sink *sink, thrum_error *error) {
       if (status >= 0)
         status = rest(&made.model, load, q, error);
       if (status >= 0)
-        verify_add(sink, "gravity_beam", cases[n].name, body.mesh, cells, cases[n].tip,
-                   1e3 * product(&made.model, up, q));
+        published_add(sink, "gravity_beam", cases[n].name, body.mesh, cells, cases[n].tip,
+                      1e3 * product(&made.model, up, q));
       double tip = 0;
       if (status >= 0)
         status = full_tip(&made.model, true, -2, &tip, error);
       if (status >= 0)
-        verify_add(sink, "gravity_beam", cases[n].full, body.mesh, cells, cases[n].tip, 1e3 * tip);
+        published_add(sink, "gravity_beam", cases[n].full, body.mesh, cells, cases[n].tip,
+                      1e3 * tip);
       thrum_precomputed_free(&made);
       if (status < 0)
         return status;

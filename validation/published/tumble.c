@@ -72,7 +72,7 @@ static thrum_status tumble(const thrum_model *model, thrum_full_scheme scheme, k
   return status < 0 ? status : THRUM_OK;
 }
 
-thrum_status verify_tumble(const verify_sink *sink, thrum_error *error) {
+thrum_status published_tumble(const published_sink *sink, thrum_error *error) {
   static const struct {
     const char *energy, *angular, *linear;
     thrum_full_scheme scheme;
@@ -82,9 +82,9 @@ thrum_status verify_tumble(const verify_sink *sink, thrum_error *error) {
       {"Newmark: energy", "Newmark: angular momentum", "Newmark: linear momentum",
        THRUM_FULL_NEWMARK},
   };
-  verify_body body = {.mesh = "beam:5x1x1@1x0.2x0.2", .material = {1e4, 0.3, 1000}};
+  published_body body = {.mesh = "beam:5x1x1@1x0.2x0.2", .material = {1e4, 0.3, 1000}};
   thrum_precomputed made = {0};
-  thrum_status status = verify_precompute(&body, 2, 2, false, &made, error);
+  thrum_status status = published_precompute(&body, 2, 2, false, &made, error);
   if (status < 0)
     return status;
   for (int n = 0; n < 2 && status >= 0; n++) {
@@ -92,9 +92,9 @@ thrum_status verify_tumble(const verify_sink *sink, thrum_error *error) {
     status = tumble(&made.model, schemes[n].scheme, &furthest, error);
     if (status < 0)
       break;
-    verify_add(sink, "tumble", schemes[n].energy, body.mesh, 0, 1, furthest.energy);
-    verify_add(sink, "tumble", schemes[n].angular, body.mesh, 0, 1, furthest.angular);
-    verify_add(sink, "tumble", schemes[n].linear, body.mesh, 0, 1, furthest.linear);
+    published_add(sink, "tumble", schemes[n].energy, body.mesh, 0, 1, furthest.energy);
+    published_add(sink, "tumble", schemes[n].angular, body.mesh, 0, 1, furthest.angular);
+    published_add(sink, "tumble", schemes[n].linear, body.mesh, 0, 1, furthest.linear);
   }
   thrum_precomputed_free(&made);
   return status;

@@ -60,19 +60,19 @@ static thrum_status step_script(const tradeoff_problem *problem, const tradeoff_
   void *memory = NULL;
   thrum_state *state = NULL;
   taker t = {samples, rank, 0, 0};
-  thrum_status status = study_state_make(model, def, &memory, &state, error);
+  thrum_status status = experiment_state_make(model, def, &memory, &state, error);
   if (status < 0)
     return status;
   double spent = 0;
   int64_t k = 0;
   for (; k < steps; k++) {
     thrum_energies energies;
-    const double began = study_seconds();
+    const double began = experiment_seconds();
     thrum_load_sum(problem->courses, space->directions, problem->load_count, rank, k, def->dt,
                    force);
     if (thrum_state_set_force(model, state, force, NULL) < 0 || thrum_step(model, state, NULL) < 0)
       break;
-    spent += study_seconds() - began;
+    spent += experiment_seconds() - began;
     if (thrum_state_get(model, state, to, to + rank, NULL) < 0 ||
         thrum_state_energies(model, state, &energies, NULL) < 0)
       break;
@@ -172,12 +172,12 @@ static thrum_status make_space(solution *s, int64_t n, int64_t b, thrum_error *e
     options.rank = problem->ranks[n];
     options.single = problem->single[n];
     options.mass = s->reference.body.kind;
-    const double began = study_seconds();
+    const double began = experiment_seconds();
     const thrum_status status = thrum_precompute(&s->reference.body.mesh, problem->model->fixed,
                                                  &options, &space->made, error);
     if (status < 0)
       return status;
-    basis->precompute_seconds = study_seconds() - began;
+    basis->precompute_seconds = experiment_seconds() - began;
     // its steps are timed, so it is packed as a model from a file is
     const size_t size = thrum_model_pack_size(&space->made.model);
     space->packed = aligned_alloc(64, size);
@@ -302,7 +302,7 @@ static thrum_status run_setting(void *context, int64_t index, thrum_error *error
   tradeoff_run *run = &s->result.runs[index];
   const tradeoff_space *space = &s->spaces[run->basis];
   const thrum_state_def def =
-      def_of(problem, study_integrators[run->integrator], run->dt, run->tolerance);
+      def_of(problem, experiment_integrators[run->integrator], run->dt, run->tolerance);
   tradeoff_samples samples = {0};
   double seconds = 0, most = 0;
   bool whole = false;
@@ -333,30 +333,30 @@ static thrum_status run_pool(solution *s, const char *stage, int64_t count,
                              thrum_status (*task)(void *, int64_t, thrum_error *),
                              thrum_error *error) {
   staged stage_of = {s->problem, stage};
-  const study_pool pool = {.threads = s->problem->threads,
-                           .count = count,
-                           .task = task,
-                           .progress = show,
-                           .context = s,
-                           .progress_context = &stage_of};
-  return study_pool_run(&pool, error);
+  const experiment_pool pool = {.threads = s->problem->threads,
+                                .count = count,
+                                .task = task,
+                                .progress = show,
+                                .context = s,
+                                .progress_context = &stage_of};
+  return experiment_pool_run(&pool, error);
 }
 
 /* Every setting of every basis. */
 static thrum_status plan_runs(solution *s, thrum_error *error) {
   const tradeoff_problem *problem = s->problem;
-  const int64_t room =
-      problem->rank_count * problem->dt_count * problem->tolerance_count * STUDY_INTEGRATOR_COUNT;
+  const int64_t room = problem->rank_count * problem->dt_count * problem->tolerance_count *
+                       EXPERIMENT_INTEGRATOR_COUNT;
   s->result.runs = thrum_allocate(room, sizeof *s->result.runs, "the runs", error);
   if (s->result.runs == NULL)
     return THRUM_OUT_OF_MEMORY;
   for (int64_t b = 0; b < s->result.basis_count; b++)
-    for (int i = 0; i < STUDY_INTEGRATOR_COUNT; i++)
+    for (int i = 0; i < EXPERIMENT_INTEGRATOR_COUNT; i++)
       for (int64_t d = 0; d < problem->dt_count && problem->integrators[i]; d++)
         for (int64_t t = 0; t < problem->tolerance_count; t++)
           s->result.runs[s->result.run_count++] =
               (tradeoff_run){.basis = b,
-                             .integrator = (study_integrator)i,
+                             .integrator = (experiment_integrator)i,
                              .dt = problem->dts[d],
                              .tolerance = problem->tolerances[t]};
   return THRUM_OK;

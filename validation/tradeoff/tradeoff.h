@@ -33,7 +33,7 @@ typedef struct tradeoff_problem {
   bool single[2 * TRADEOFF_LIST_MAX]; /* coefficients rounded to single precision; not of an own */
   double dts[TRADEOFF_LIST_MAX];
   double tolerances[TRADEOFF_LIST_MAX];
-  bool integrators[STUDY_INTEGRATOR_COUNT];
+  bool integrators[EXPERIMENT_INTEGRATOR_COUNT];
   int threads;
   /* Called as a stage advances; may be NULL. */
   bool (*progress)(void *context, const char *stage, double fraction);
@@ -57,7 +57,7 @@ typedef struct tradeoff_basis {
 
 typedef struct tradeoff_run {
   int64_t basis; /* which */
-  study_integrator integrator;
+  experiment_integrator integrator;
   double dt, tolerance;
   bool stable;                /* came to its end with an energy that a body of this load can have */
   double us_per_step;         /* processor time */
@@ -92,10 +92,10 @@ void tradeoff_free(tradeoff_result *result);
 int64_t tradeoff_choose(const tradeoff_result *result, double error, double cost);
 
 /* Tables and the page. `chosen`: a run, or -1. */
-void tradeoff_csv(study_text *text, const tradeoff_result *result);
-void tradeoff_report(study_text *text, const tradeoff_problem *problem,
+void tradeoff_csv(experiment_text *text, const tradeoff_result *result);
+void tradeoff_report(experiment_text *text, const tradeoff_problem *problem,
                      const tradeoff_result *result, int64_t chosen, const char *wanted,
-                     const study_place *place);
+                     const experiment_place *place);
 
 /* --- inside -------------------------------------------------------------------------------------
  */

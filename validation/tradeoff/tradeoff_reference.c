@@ -73,13 +73,13 @@ static thrum_status step_all(const tradeoff_problem *problem, thrum_full *full, 
   memset(f->from, 0, 2 * (size_t)all * sizeof *f->from);
   for (int64_t k = 0; k < steps; k++) {
     load(problem, k, f->forces);
-    const double began = study_seconds();
+    const double began = experiment_seconds();
     thrum_status status = thrum_full_set_force(full, f->forces, error);
     if (status >= 0)
       status = thrum_full_step(full, error);
     if (status < 0)
       return status;
-    seconds += study_seconds() - began;
+    seconds += experiment_seconds() - began;
     thrum_full_get(full, f->to, f->to + all);
     t.energy_to = thrum_full_energy(full).total;
     tradeoff_sample(problem->time, (double)k * problem->full_dt, problem->full_dt, all, f->from,

@@ -4,24 +4,25 @@
 
 #include "validation/tradeoff/tradeoff.h"
 
-static void add_number(study_text *text, double value) {
+static void add_number(experiment_text *text, double value) {
   if (isfinite(value))
-    study_text_add(text, ",%.10g", value);
+    experiment_text_add(text, ",%.10g", value);
   else
-    study_text_add(text, ",");
+    experiment_text_add(text, ",");
 }
 
-void tradeoff_csv(study_text *text, const tradeoff_result *result) {
-  study_text_add(text,
-                 "modes,rank,precision,integrator,dt_s,tolerance,stable,us_per_step,cost_s_per_s,"
-                 "error_displacement,error_velocity,error_energy,basis_error,time_error,drift,"
-                 "speedup,front\n");
+void tradeoff_csv(experiment_text *text, const tradeoff_result *result) {
+  experiment_text_add(
+      text, "modes,rank,precision,integrator,dt_s,tolerance,stable,us_per_step,cost_s_per_s,"
+            "error_displacement,error_velocity,error_energy,basis_error,time_error,drift,"
+            "speedup,front\n");
   for (int64_t n = 0; n < result->run_count; n++) {
     const tradeoff_run *run = &result->runs[n];
     const tradeoff_basis *basis = &result->bases[run->basis];
-    study_text_add(text, "%lld,%lld,%s,%s,%g,%g,%d", (long long)basis->modes,
-                   (long long)basis->rank, basis->single ? "single" : "double",
-                   study_integrator_names[run->integrator], run->dt, run->tolerance, run->stable);
+    experiment_text_add(text, "%lld,%lld,%s,%s,%g,%g,%d", (long long)basis->modes,
+                        (long long)basis->rank, basis->single ? "single" : "double",
+                        experiment_integrator_names[run->integrator], run->dt, run->tolerance,
+                        run->stable);
     const double numbers[] = {run->us_per_step,
                               run->cost,
                               run->error.displacement,
@@ -33,7 +34,7 @@ void tradeoff_csv(study_text *text, const tradeoff_result *result) {
                               result->full_cost / run->cost};
     for (size_t k = 0; k < sizeof numbers / sizeof numbers[0]; k++)
       add_number(text, numbers[k]);
-    study_text_add(text, ",%d\n", run->front);
+    experiment_text_add(text, ",%d\n", run->front);
   }
 }
 
@@ -44,75 +45,78 @@ static int by_cost(const void *a, const void *b) {
 }
 
 /* The front as a line, the runs of each integrator as dots. */
-static void add_plot(study_text *text, const tradeoff_result *result, const tradeoff_run **sorted) {
+static void add_plot(experiment_text *text, const tradeoff_result *result,
+                     const tradeoff_run **sorted) {
   const int64_t count = result->run_count;
-  double *data = calloc((size_t)count * 2 * (STUDY_INTEGRATOR_COUNT + 1) + 1, sizeof *data);
-  study_plot plot = {.title = "error against cost",
-                     .x_label = "processor time for a second [s]",
-                     .y_label = "displacement error",
-                     .width = 760,
-                     .height = 420,
-                     .log_x = true,
-                     .log_y = true};
+  double *data = calloc((size_t)count * 2 * (EXPERIMENT_INTEGRATOR_COUNT + 1) + 1, sizeof *data);
+  experiment_plot plot = {.title = "error against cost",
+                          .x_label = "processor time for a second [s]",
+                          .y_label = "displacement error",
+                          .width = 760,
+                          .height = 420,
+                          .log_x = true,
+                          .log_y = true};
   if (data == NULL) {
     text->failed = true;
     return;
   }
-  for (int group = 0; group <= STUDY_INTEGRATOR_COUNT; group++) {
+  for (int group = 0; group <= EXPERIMENT_INTEGRATOR_COUNT; group++) {
     double *x = data + 2 * count * group, *y = x + count;
     const bool front = group == 0;
     int64_t points = 0;
     for (int64_t n = 0; n < count; n++) {
       const tradeoff_run *run = sorted[n];
-      if (!run->stable || (front ? !run->front : run->integrator != (study_integrator)(group - 1)))
+      if (!run->stable ||
+          (front ? !run->front : run->integrator != (experiment_integrator)(group - 1)))
         continue;
       x[points] = run->cost;
       y[points++] = run->error.displacement;
     }
     if (points > 0)
       plot.series[plot.series_count++] =
-          (study_series){.label = front ? "front" : study_integrator_names[group - 1],
-                         .color = front ? "#111" : study_colors[group - 1],
-                         .x = x,
-                         .y = y,
-                         .count = points,
-                         .marks = front ? 0 : 2};
+          (experiment_series){.label = front ? "front" : experiment_integrator_names[group - 1],
+                              .color = front ? "#111" : experiment_colors[group - 1],
+                              .x = x,
+                              .y = y,
+                              .count = points,
+                              .marks = front ? 0 : 2};
   }
-  study_plot_add(text, &plot);
+  experiment_plot_add(text, &plot);
   free(data);
 }
 
-static void add_percent(study_text *text, double share) {
-  study_cell(text, "%.3g %%", 100 * share);
+static void add_percent(experiment_text *text, double share) {
+  experiment_cell(text, "%.3g %%", 100 * share);
 }
 
-static void add_row(study_text *text, const tradeoff_result *result, const tradeoff_run *run) {
+static void add_row(experiment_text *text, const tradeoff_result *result, const tradeoff_run *run) {
   const tradeoff_basis *basis = &result->bases[run->basis];
-  study_text_add(text, "\n<tr><td class=l style='color:%s'>%s<td>", study_colors[run->integrator],
-                 study_integrator_names[run->integrator]);
+  experiment_text_add(text, "\n<tr><td class=l style='color:%s'>%s<td>",
+                      experiment_colors[run->integrator],
+                      experiment_integrator_names[run->integrator]);
   if (basis->modes > 0)
-    study_text_add(text, "%lld", (long long)basis->modes);
+    experiment_text_add(text, "%lld", (long long)basis->modes);
   else
-    study_text_add(text, "own");
-  study_text_add(text, "<td>%lld<td>%s<td>%g<td>%g", (long long)basis->rank,
-                 basis->single ? "single" : "double", run->dt, run->tolerance);
-  study_cell(text, "%.2f", run->us_per_step);
-  study_cell(text, "%.2e", run->cost);
-  study_cell(text, "%.0f", result->full_cost / run->cost);
+    experiment_text_add(text, "own");
+  experiment_text_add(text, "<td>%lld<td>%s<td>%g<td>%g", (long long)basis->rank,
+                      basis->single ? "single" : "double", run->dt, run->tolerance);
+  experiment_cell(text, "%.2f", run->us_per_step);
+  experiment_cell(text, "%.2e", run->cost);
+  experiment_cell(text, "%.0f", result->full_cost / run->cost);
   if (!run->stable)
-    study_text_add(text, "<td><span class=bad>lost</span>");
+    experiment_text_add(text, "<td><span class=bad>lost</span>");
   else
     add_percent(text, run->error.displacement);
   add_percent(text, run->error.velocity);
   add_percent(text, run->error.energy);
   add_percent(text, basis->error.displacement);
   add_percent(text, run->time_error.displacement);
-  study_cell(text, "%.1e", run->drift);
+  experiment_cell(text, "%.1e", run->drift);
 }
 
-static void add_table(study_text *text, const tradeoff_result *result,
+static void add_table(experiment_text *text, const tradeoff_result *result,
                       const tradeoff_run *const *sorted, bool front) {
-  study_text_add(
+  experiment_text_add(
       text,
       "<table>\n<tr><th class=l>integrator<th>modes<th>rank<th>precision<th>h [s]<th>tolerance"
       "<th>µs a step<th>cost [s/s]<th>times faster than full<th>displacement<th>"
@@ -120,12 +124,12 @@ static void add_table(study_text *text, const tradeoff_result *result,
   for (int64_t n = 0; n < result->run_count; n++)
     if (!front || sorted[n]->front)
       add_row(text, result, sorted[n]);
-  study_text_add(text, "\n</table>\n");
+  experiment_text_add(text, "\n</table>\n");
 }
 
-void tradeoff_report(study_text *text, const tradeoff_problem *problem,
+void tradeoff_report(experiment_text *text, const tradeoff_problem *problem,
                      const tradeoff_result *result, int64_t chosen, const char *wanted,
-                     const study_place *place) {
+                     const experiment_place *place) {
   const tradeoff_run **sorted = calloc((size_t)result->run_count + 1, sizeof *sorted);
   if (sorted == NULL) {
     text->failed = true;
@@ -134,8 +138,8 @@ void tradeoff_report(study_text *text, const tradeoff_problem *problem,
   for (int64_t n = 0; n < result->run_count; n++)
     sorted[n] = &result->runs[n];
   qsort(sorted, (size_t)result->run_count, sizeof *sorted, by_cost);
-  study_page_begin(text, "The trade: speed against accuracy", place);
-  study_text_add(
+  experiment_page_begin(text, "The trade: speed against accuracy", place);
+  experiment_text_add(
       text,
       "<p>%g s of the load, %lld runs. Reference: the full order of the same mesh, "
       "%lld components, stepped by the energy-conserving method at %g s; it takes "
@@ -146,11 +150,11 @@ void tradeoff_report(study_text *text, const tradeoff_problem *problem,
       problem->time, (long long)result->run_count, (long long)result->free_count, problem->full_dt,
       1e-3 * result->full_us_per_step, result->full_cost, 100 * result->full_error);
   if (wanted != NULL) {
-    study_text_add(text, "<h2>Recommended for ");
-    study_text_escape(text, wanted);
-    study_text_add(text, "</h2>\n");
+    experiment_text_add(text, "<h2>Recommended for ");
+    experiment_text_escape(text, wanted);
+    experiment_text_add(text, "</h2>\n");
     if (chosen < 0) {
-      study_text_add(text, "<p>No setting that was tried.</p>\n");
+      experiment_text_add(text, "<p>No setting that was tried.</p>\n");
     } else {
       const tradeoff_run *run = &result->runs[chosen];
       add_table(text,
@@ -162,10 +166,10 @@ void tradeoff_report(study_text *text, const tradeoff_problem *problem,
     }
   }
   add_plot(text, result, sorted);
-  study_text_add(text, "<h2>The front</h2>\n");
+  experiment_text_add(text, "<h2>The front</h2>\n");
   add_table(text, result, sorted, true);
-  study_text_add(text, "<h2>All runs</h2>\n");
+  experiment_text_add(text, "<h2>All runs</h2>\n");
   add_table(text, result, sorted, false);
-  study_page_end(text);
+  experiment_page_end(text);
   free(sorted);
 }

@@ -7,7 +7,7 @@ const SMOOTHING = 0.05; // weight of the newest frame in the running means
 
 export class Clock {
   constructor() {
-    this.owed = 0; // simulated time not yet stepped [s]
+    this.energy_error = 0; // simulated time not yet stepped [s]
     this.pace = 1; // simulated over real time, running mean
   }
 
@@ -17,18 +17,18 @@ export class Clock {
    * @returns {number} steps taken */
   advance(elapsed, dt, step) {
     const real = Math.min(elapsed, CATCH_UP);
-    this.owed += real;
+    this.energy_error += real;
     const begin = performance.now();
     let steps = 0;
     let going = true;
     // half a step is not worth an uneven frame
-    while (going && this.owed >= dt / 2 && performance.now() - begin < BUDGET) {
+    while (going && this.energy_error >= dt / 2 && performance.now() - begin < BUDGET) {
       going = step();
-      this.owed -= dt;
+      this.energy_error -= dt;
       steps++;
     }
     if (real > 0) this.pace += SMOOTHING * ((steps * dt) / elapsed - this.pace);
-    if (this.owed >= dt) this.owed = 0; // what could not be made up is let go, and the pace says so
+    if (this.energy_error >= dt) this.energy_error = 0; // what could not be made up is let go, and the pace says so
     return steps;
   }
 
@@ -37,9 +37,9 @@ export class Clock {
     return this.pace < 0.9;
   }
 
-  /** Forgets what was owed: after a pause or a reset. */
+  /** Forgets what was energy_error: after a pause or a reset. */
   restart() {
-    this.owed = 0;
+    this.energy_error = 0;
     this.pace = 1;
   }
 }

@@ -88,7 +88,7 @@ export class Engine {
     this.setGravity(scene.gravity);
     for (const obstacle of scene.obstacles) this.#addObstacle(obstacle);
     for (const body of scene.bodies) this.#addBody(body, scene);
-    for (const shake of scene.shake ?? []) this.#addShake(shake);
+    for (const base_motion of scene.base_motion ?? []) this.#addBaseMotion(base_motion);
     if (scene.wind) {
       this.numbers.set([...scene.wind.velocity, scene.wind.density, scene.wind.drag]);
       this.check(this.wasm.bridge_set_wind());
@@ -112,16 +112,16 @@ export class Engine {
       this.wasm.bridge_add_load(body, COURSES[load.shape], reduced, parts));
   }
 
-  #addShake(shake) {
-    const { times, accelerations, velocities, positions } = shake;
+  #addBaseMotion(base_motion) {
+    const { times, accelerations, velocities, positions } = base_motion;
     if (times) { // the scene keeps these
       const samples = [...times, ...accelerations, ...velocities, ...positions];
       this.check(this.wasm.bridge_add_motion(times.length,
         this.#copyIn(Float64Array.from(samples))));
       return;
     }
-    this.numbers.set([...course(shake), ...shake.amplitude]);
-    this.check(this.wasm.bridge_add_shake(COURSES[shake.shape]));
+    this.numbers.set([...course(base_motion), ...base_motion.amplitude]);
+    this.check(this.wasm.bridge_add_base_motion(COURSES[base_motion.shape]));
   }
 
   #addBody(body, scene) {

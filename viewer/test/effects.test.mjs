@@ -97,16 +97,16 @@ test('starts and loads, on a body that is held and on one that turns', async () 
   assertClose(engine.position(1, 0), place, 1e-6, 'the place of the body that turns');
 });
 
-test('ground that shakes by a record of accelerations', async () => {
+test('ground that base motions by a record of accelerations', async () => {
   writeFileSync(join(folder, 'ground.csv'),
     'time,x,y,z\n0,0,0,0\n0.2,1,0,0.5\n0.4,-2,1,0\n0.5,0.5,0,0\n0.8,0,0,0\n');
   const [held] = LOADED.bodies;
-  await compare('shaken', { ...LOADED, shake: 'ground.csv', bodies: [{ ...held, loads: [] }] },
+  await compare('shaken', { ...LOADED, base_motion: 'ground.csv', bodies: [{ ...held, loads: [] }] },
     1e-9);
 });
 
 test('bodies that are compared keep what acts on the one', async () => {
-  const scene = { ...LOADED, shake: 'sine:2,0,0,f=3', bodies: [LOADED.bodies[0]] };
+  const scene = { ...LOADED, base_motion: 'sine:2,0,0,f=3', bodies: [LOADED.bodies[0]] };
   const { pack } = await compare('one', scene, 1e-9);
   const alone = aloneScene(pack, 0);
   const steps = Math.round(TIME / pack.scene.dt);

@@ -12,9 +12,9 @@
 #include <math.h>
 #include <string.h>
 
-#include "tests/support/random_model.h"
 #include "runtime/base/dense.h"
 #include "runtime/polynomial/packed.h"
+#include "tests/support/random_model.h"
 
 typedef enum matrix_kind {
   ANY_SIGN,

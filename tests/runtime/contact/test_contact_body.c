@@ -17,7 +17,7 @@ typedef struct fall {
   thrum_contact *contact;
   thrum_placement placement;
   thrum_translation translation;
-  thrum_turning turning;
+  thrum_rigid_frame rigid_frame;
   thrum_obstacle floor;
   thrum_around around;
 } fall;
@@ -34,11 +34,11 @@ static void place(fall *f, double tilt) {
   for (int64_t v = 0; v < f->model.vertex_count; v++)
     lowest = fmin(lowest, c * f->model.vertices[3 * v + 2] - s * f->model.vertices[3 * v]);
   f->placement = (thrum_placement){{c, 0, s, 0, 1, 0, -s, 0, c}, {0, 0, 0.3 - lowest}};
-  assert_int_equal(thrum_turning_of(&f->model, &f->turning, NULL), THRUM_OK);
+  assert_int_equal(thrum_rigid_frame_of(&f->model, &f->rigid_frame, NULL), THRUM_OK);
   f->translation = (thrum_translation){.mass = f->made.mass};
   f->around = (thrum_around){.placement = &f->placement,
                              .translation = &f->translation,
-                             .turning = &f->turning,
+                             .rigid_frame = &f->rigid_frame,
                              .obstacles = &f->floor,
                              .obstacle_count = 1,
                              .force = {0, 0, -GRAVITY * f->made.mass}};
@@ -76,7 +76,7 @@ static double energy_of(fall *f) {
   thrum_energies energies;
   assert_int_equal(thrum_state_energies(&f->model, f->state, &energies, NULL), THRUM_OK);
   const double *v = f->translation.velocity;
-  return energies.total + thrum_turning_energy(&f->turning, &f->placement) +
+  return energies.total + thrum_rigid_frame_energy(&f->rigid_frame, &f->placement) +
          f->made.mass * (0.5 * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) +
                          GRAVITY * (f->translation.position[2] + 1));
 }
@@ -110,7 +110,7 @@ static void a_beam_tips_over_and_rests_on_its_side(void **state) {
     run(&f, (int64_t)(6 / def.dt), &gain);
     const thrum_contact_report report = thrum_contact_report_get(f.contact);
     const thrum_placement now =
-        thrum_placement_now(&f.placement, &f.turning, f.translation.position);
+        thrum_placement_now(&f.placement, &f.rigid_frame, f.translation.position);
     const double weight = GRAVITY * f.made.mass;
     print_message(
         "h = %g: %d points bear %.6f of the weight, %.1e m deep, the axis %.1e off level, "

@@ -117,7 +117,7 @@ static void planning_and_laying_out_a_state_allocate_nothing(void **context) {
   random_model_free(&m);
 }
 
-static void stepping_a_crowd_and_showing_it_allocate_nothing(void **context) {
+static void stepping_a_batch_and_showing_it_allocate_nothing(void **context) {
   (void)context;
   enum { STATES = 11, VERTICES = 20 };
   random_model m;
@@ -133,18 +133,19 @@ static void stepping_a_crowd_and_showing_it_allocate_nothing(void **context) {
   }
   const int32_t triangle[3] = {1, 2, 3};
   const thrum_surface_def shown = {.triangles = triangle, .triangle_count = 1};
-  size_t crowd_bytes = 0, surface_bytes = 0;
+  size_t batch_bytes = 0, surface_bytes = 0;
   const thrum_surface *surface = NULL;
-  assert_int_equal(thrum_crowd_size(&m.model, &crowd_bytes, NULL), THRUM_OK);
+  assert_int_equal(thrum_batch_size(&m.model, &batch_bytes, NULL), THRUM_OK);
   assert_int_equal(thrum_surface_size(&m.model, &shown, &surface_bytes, NULL), THRUM_OK);
-  void *workspace = aligned_alloc(64, crowd_bytes), *memory = aligned_alloc(64, surface_bytes);
+  void *workspace = aligned_alloc(64, batch_bytes), *memory = aligned_alloc(64, surface_bytes);
   double q[RANK];
   float out[6 * VERTICES];
   const int64_t before = calls;
   assert_int_equal(thrum_surface_init(memory, surface_bytes, &m.model, &shown, &surface, NULL),
                    THRUM_OK);
   for (int k = 0; k < 100; k++) {
-    assert_true(thrum_step_many(&m.model, states, STATES, NULL, workspace, crowd_bytes, NULL) >= 0);
+    assert_true(thrum_batch_step(&m.model, states, STATES, NULL, workspace, batch_bytes, NULL) >=
+                0);
     state_read(&m.model, states[k % STATES], q, NULL);
     assert_int_equal(
         thrum_surface_positions(surface, THRUM_SURFACE_POSITIONS, q, 0, VERTICES, out, 6, NULL),
@@ -174,7 +175,7 @@ static void stepping_a_scene_allocates_nothing(void **context) {
   assert_int_equal(thrum_scene_set_gravity(scene, down, NULL), THRUM_OK);
   assert_int_equal(thrum_scene_set_wind(scene, wind, 1.2, 1, NULL), THRUM_OK);
   assert_int_equal(thrum_scene_add_obstacle(scene, &floor, NULL, NULL), THRUM_OK);
-  assert_int_equal(thrum_scene_add_shake(scene, wind, &sway, NULL), THRUM_OK);
+  assert_int_equal(thrum_scene_add_base_motion(scene, wind, &sway, NULL), THRUM_OK);
   for (int n = 0; n < 4; n++) {
     thrum_scene_body_def def = thrum_default_scene_body_def();
     def.model = &m.model;
@@ -224,7 +225,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(no_call_of_a_running_simulation_allocates),
       cmocka_unit_test(planning_and_laying_out_a_state_allocate_nothing),
-      cmocka_unit_test(stepping_a_crowd_and_showing_it_allocate_nothing),
+      cmocka_unit_test(stepping_a_batch_and_showing_it_allocate_nothing),
       cmocka_unit_test(stepping_a_scene_allocates_nothing),
       cmocka_unit_test(the_counter_sees_an_allocation_inside_the_library),
   };

@@ -8,15 +8,15 @@
 
 enum { STATES = 29, STEPS = 30 };
 
-typedef struct crowd {
+typedef struct batch {
   thrum_state *alone[STATES];
   thrum_state *together[STATES];
   void *workspace;
   size_t size;
-} crowd;
+} batch;
 
-static void crowd_make(crowd *c, const thrum_model *model, thrum_state_def (*def_of)(int)) {
-  assert_int_equal(thrum_crowd_size(model, &c->size, NULL), THRUM_OK);
+static void batch_make(batch *c, const thrum_model *model, thrum_state_def (*def_of)(int)) {
+  assert_int_equal(thrum_batch_size(model, &c->size, NULL), THRUM_OK);
   c->workspace = aligned_alloc(64, c->size);
   assert_non_null(c->workspace);
   memset(c->workspace, 0xff, c->size);
@@ -33,7 +33,7 @@ static void crowd_make(crowd *c, const thrum_model *model, thrum_state_def (*def
   }
 }
 
-static void crowd_free(crowd *c) {
+static void batch_free(batch *c) {
   for (int n = 0; n < STATES; n++) {
     state_free(c->alone[n]);
     state_free(c->together[n]);
@@ -42,7 +42,7 @@ static void crowd_free(crowd *c) {
 }
 
 /* Another load on every state now and then, the same on both of a pair. */
-static void crowd_push(crowd *c, const thrum_model *model, random_state *random, double scale) {
+static void batch_push(batch *c, const thrum_model *model, random_state *random, double scale) {
   for (int n = 0; n < STATES; n++) {
     double f[64];
     random_vector(random, model->rank, scale, f);
@@ -52,7 +52,7 @@ static void crowd_push(crowd *c, const thrum_model *model, random_state *random,
 }
 
 /* One step of both, in runs of `part` states; all blocks and statuses equal. */
-static void crowd_step(crowd *c, const thrum_model *model, int part) {
+static void batch_step(batch *c, const thrum_model *model, int part) {
   thrum_status alone[STATES], together[STATES];
   for (int n = 0; n < STATES; n++)
     alone[n] = thrum_step(model, c->alone[n], NULL);
@@ -63,8 +63,8 @@ static void crowd_step(crowd *c, const thrum_model *model, int part) {
       if ((worst >= 0 && alone[n] < 0) || (worst == THRUM_OK && alone[n] > 0))
         worst = alone[n];
     thrum_error error;
-    assert_int_equal(thrum_step_many(model, c->together + first, count, together + first,
-                                     c->workspace, c->size, &error),
+    assert_int_equal(thrum_batch_step(model, c->together + first, count, together + first,
+                                      c->workspace, c->size, &error),
                      worst);
   }
   for (int n = 0; n < STATES; n++) {
@@ -113,7 +113,7 @@ static thrum_state_def mixed(int n) {
   return def;
 }
 
-static void a_crowd_has_the_bits_of_its_states_alone(void **context) {
+static void a_batch_has_the_bits_of_its_states_alone(void **context) {
   (void)context;
   static const int64_t ranks[] = {1, 2, 8, 9, 21};
   static thrum_state_def (*const defs[])(int) = {plain, avx2, reference};
@@ -123,24 +123,24 @@ static void a_crowd_has_the_bits_of_its_states_alone(void **context) {
       random_model m;
       random_model_make(&m, 7 + r, ranks[r], 5, 300, 5.0);
       random_model_pack(&m);
-      crowd c;
-      crowd_make(&c, &m.model, defs[d]);
+      batch c;
+      batch_make(&c, &m.model, defs[d]);
       random_state random = {3};
       for (int k = 0; k < STEPS; k++) {
         if (k % 10 == 0)
-          crowd_push(&c, &m.model, &random, 20.0);
-        crowd_step(&c, &m.model, parts[(size_t)k % (sizeof parts / sizeof parts[0])]);
+          batch_push(&c, &m.model, &random, 20.0);
+        batch_step(&c, &m.model, parts[(size_t)k % (sizeof parts / sizeof parts[0])]);
       }
-      // the crowd did iterate
+      // the batch did iterate
       const thrum_state_report report = thrum_state_report_get(c.together[0]);
       assert_true(ranks[r] < 7 || (report.iterations > 0 && report.explicit_modes > 0));
-      crowd_free(&c);
+      batch_free(&c);
       random_model_free(&m);
     }
 }
 
 /* Large models are packed in single precision where nothing is lost. */
-static void a_crowd_of_single_precision_coefficients_keeps_its_bits(void **context) {
+static void a_batch_of_single_precision_coefficients_keeps_its_bits(void **context) {
   (void)context;
   random_model m;
   random_model_make(&m, 7, 40, 5, 300, 5.0);
@@ -152,13 +152,13 @@ static void a_crowd_of_single_precision_coefficients_keeps_its_bits(void **conte
   assert_non_null(m.model.packed_single);
   static thrum_state_def (*const defs[])(int) = {plain, avx2};
   for (size_t d = 0; d < sizeof defs / sizeof defs[0]; d++) {
-    crowd c;
-    crowd_make(&c, &m.model, defs[d]);
+    batch c;
+    batch_make(&c, &m.model, defs[d]);
     for (int k = 0; k < 5; k++)
-      crowd_step(&c, &m.model, STATES);
+      batch_step(&c, &m.model, STATES);
     const thrum_state_report report = thrum_state_report_get(c.together[0]);
     assert_true(report.iterations > 0 && report.explicit_modes > 0);
-    crowd_free(&c);
+    batch_free(&c);
   }
   random_model_free(&m);
 }
@@ -178,18 +178,18 @@ static void states_that_leave_their_group_keep_their_bits(void **context) {
   random_model m;
   random_model_make(&m, 7, 9, 5, 300, 5.0);
   random_model_pack(&m);
-  crowd c;
-  crowd_make(&c, &m.model, bold);
+  batch c;
+  batch_make(&c, &m.model, bold);
   int64_t switches = 0, stayed = 0;
   for (int k = 0; k < 2 * STEPS; k++)
-    crowd_step(&c, &m.model, STATES);
+    batch_step(&c, &m.model, STATES);
   for (int n = 0; n < STATES; n++) {
     const thrum_state_report report = thrum_state_report_get(c.together[n]);
-    switches += report.switches;
+    switches += report.split_changes;
     stayed += report.explicit_modes == 8 ? 1 : 0;
   }
   assert_true(switches > 0 && stayed > 0);
-  crowd_free(&c);
+  batch_free(&c);
   random_model_free(&m);
 }
 
@@ -199,15 +199,15 @@ static void states_of_different_defs_keep_their_bits(void **context) {
   random_model_make(&m, 5, 9, 5, 300, 1.0);
   random_model_pack(&m);
   for (int part = 3; part <= STATES; part += 13) {
-    crowd c;
-    crowd_make(&c, &m.model, mixed);
+    batch c;
+    batch_make(&c, &m.model, mixed);
     random_state random = {3};
     for (int k = 0; k < STEPS; k++) {
       if (k % 10 == 0)
-        crowd_push(&c, &m.model, &random, 20.0);
-      crowd_step(&c, &m.model, part);
+        batch_push(&c, &m.model, &random, 20.0);
+      batch_step(&c, &m.model, part);
     }
-    crowd_free(&c);
+    batch_free(&c);
   }
   random_model_free(&m);
 }
@@ -222,7 +222,7 @@ static void a_long_list_of_many_kinds_keeps_its_bits(void **context) {
   static thrum_state *alone[MANY], *together[MANY];
   static thrum_status statuses[MANY];
   size_t size = 0;
-  assert_int_equal(thrum_crowd_size(&m.model, &size, NULL), THRUM_OK);
+  assert_int_equal(thrum_batch_size(&m.model, &size, NULL), THRUM_OK);
   void *workspace = aligned_alloc(64, size);
   assert_non_null(workspace);
   random_state random = {4};
@@ -239,7 +239,7 @@ static void a_long_list_of_many_kinds_keeps_its_bits(void **context) {
     state_put(&m.model, together[n], q, p);
   }
   for (int k = 0; k < 5; k++) {
-    thrum_step_many(&m.model, together, MANY, statuses, workspace, size, NULL);
+    thrum_batch_step(&m.model, together, MANY, statuses, workspace, size, NULL);
     for (int n = 0; n < MANY; n++)
       assert_int_equal(thrum_step(&m.model, alone[n], NULL), statuses[n]);
   }
@@ -255,10 +255,10 @@ static void a_long_list_of_many_kinds_keeps_its_bits(void **context) {
 
 static thrum_state_def brittle(int n) {
   thrum_state_def def = plain(n);
-  // so few iterations that rungs are needed; some have no ladder and fail
+  // so few iterations that fallback levels are needed; some have no fallback chain and fail
   def.iterations_max = 1 + n % 3;
   def.tolerance = 1e-13;
-  def.ladder = n % 2;
+  def.fallback = n % 2;
   def.adaptive = n % 4 > 1;
   return def;
 }
@@ -271,14 +271,14 @@ static void a_state_that_is_listed_again_steps_again(void **context) {
   random_model m;
   random_model_make(&m, 19, 9, 5, 300, 5.0);
   random_model_pack(&m);
-  crowd c;
-  crowd_make(&c, &m.model, plain);
+  batch c;
+  batch_make(&c, &m.model, plain);
   thrum_state *list[LISTED];
   for (int n = 0; n < LISTED; n++)
     list[n] = c.together[listed[n]];
   for (int k = 0; k < STEPS; k++) {
     thrum_status statuses[LISTED];
-    assert_int_equal(thrum_step_many(&m.model, list, LISTED, statuses, c.workspace, c.size, NULL),
+    assert_int_equal(thrum_batch_step(&m.model, list, LISTED, statuses, c.workspace, c.size, NULL),
                      THRUM_OK);
     for (int n = 0; n < LISTED; n++)
       assert_int_equal(thrum_step(&m.model, c.alone[listed[n]], NULL), THRUM_OK);
@@ -286,7 +286,7 @@ static void a_state_that_is_listed_again_steps_again(void **context) {
   assert_int_equal(thrum_state_report_get(c.together[0]).steps, 3 * STEPS);
   for (int n = 0; n < 16; n++)
     assert_memory_equal(c.together[n], c.alone[n], thrum_state_kept_bytes(c.alone[n]));
-  crowd_free(&c);
+  batch_free(&c);
   random_model_free(&m);
 }
 
@@ -295,59 +295,59 @@ static void states_that_fall_back_or_fail_do_as_alone_and_spoil_no_other(void **
   random_model m;
   random_model_make(&m, 5, 9, 5, 300, 0.2);
   random_model_pack(&m);
-  crowd c;
-  crowd_make(&c, &m.model, brittle);
+  batch c;
+  batch_make(&c, &m.model, brittle);
   random_state random = {3};
   for (int k = 0; k < STEPS; k++) {
-    crowd_push(&c, &m.model, &random, k % 7 == 6 ? 1e5 : 50.0);
+    batch_push(&c, &m.model, &random, k % 7 == 6 ? 1e5 : 50.0);
     // one load is beyond all numbers
     double huge[9] = {0};
     huge[k % 9] = 1e308;
     state_push(&m.model, c.alone[k % STATES], huge);
     state_push(&m.model, c.together[k % STATES], huge);
-    crowd_step(&c, &m.model, STATES);
+    batch_step(&c, &m.model, STATES);
   }
-  int64_t rungs = 0, missed = 0;
+  int64_t fallback_levels = 0, missed = 0;
   for (int n = 0; n < STATES; n++) {
     const thrum_state_report report = thrum_state_report_get(c.together[n]);
-    rungs += report.newton_steps + report.energy_steps + report.substep_steps;
+    fallback_levels += report.newton_steps + report.energy_steps + report.substep_steps;
     missed += STEPS - report.steps;
   }
-  assert_true(rungs > 0);
+  assert_true(fallback_levels > 0);
   assert_true(missed > 0);
-  crowd_free(&c);
+  batch_free(&c);
   random_model_free(&m);
 }
 
-static void what_is_no_crowd_is_refused(void **context) {
+static void what_is_no_batch_is_refused(void **context) {
   (void)context;
   random_model m, other;
   random_model_make(&m, 5, 4, 5, 300, 1.0);
   random_model_make(&other, 5, 5, 5, 300, 1.0);
   thrum_error error;
   size_t size = 0;
-  assert_int_equal(thrum_crowd_size(NULL, &size, &error), THRUM_INVALID_ARGUMENT);
-  assert_int_equal(thrum_crowd_size(&m.model, NULL, &error), THRUM_INVALID_ARGUMENT);
-  assert_int_equal(thrum_crowd_size(&m.model, &size, &error), THRUM_OK);
+  assert_int_equal(thrum_batch_size(NULL, &size, &error), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_batch_size(&m.model, NULL, &error), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_batch_size(&m.model, &size, &error), THRUM_OK);
   unsigned char *workspace = aligned_alloc(64, size + 64);
   assert_non_null(workspace);
   const thrum_state_def def = plain(0);
   thrum_state *states[3] = {state_make(&m.model, &def), state_make(&other.model, &def),
                             state_make(&m.model, &def)};
   void *before = state_snapshot(states[0]);
-  assert_int_equal(thrum_step_many(&m.model, states, 1, NULL, workspace, size - 1, &error),
+  assert_int_equal(thrum_batch_step(&m.model, states, 1, NULL, workspace, size - 1, &error),
                    THRUM_BUFFER_TOO_SMALL);
-  assert_int_equal(thrum_step_many(&m.model, states, 1, NULL, workspace + 8, size, &error),
+  assert_int_equal(thrum_batch_step(&m.model, states, 1, NULL, workspace + 8, size, &error),
                    THRUM_MISALIGNED);
-  assert_int_equal(thrum_step_many(&m.model, NULL, 1, NULL, workspace, size, &error),
+  assert_int_equal(thrum_batch_step(&m.model, NULL, 1, NULL, workspace, size, &error),
                    THRUM_INVALID_ARGUMENT);
-  assert_int_equal(thrum_step_many(&m.model, states, -1, NULL, workspace, size, &error),
+  assert_int_equal(thrum_batch_step(&m.model, states, -1, NULL, workspace, size, &error),
                    THRUM_INVALID_ARGUMENT);
   assert_memory_equal(states[0], before, thrum_state_kept_bytes(states[0]));
-  assert_int_equal(thrum_step_many(&m.model, NULL, 0, NULL, workspace, size, &error), THRUM_OK);
+  assert_int_equal(thrum_batch_step(&m.model, NULL, 0, NULL, workspace, size, &error), THRUM_OK);
   // a stranger among them is named, and the others step
   thrum_status statuses[3];
-  assert_int_equal(thrum_step_many(&m.model, states, 3, statuses, workspace, size, &error),
+  assert_int_equal(thrum_batch_step(&m.model, states, 3, statuses, workspace, size, &error),
                    THRUM_MODEL_MISMATCH);
   assert_non_null(strstr(error.message, "state 1"));
   assert_int_equal(statuses[0], THRUM_OK);
@@ -371,7 +371,7 @@ static void a_missing_state_is_named_and_the_others_step(void **context) {
   random_model_make(&m, 5, 9, 5, 300, 1.0);
   random_model_pack(&m);
   size_t size = 0;
-  assert_int_equal(thrum_crowd_size(&m.model, &size, NULL), THRUM_OK);
+  assert_int_equal(thrum_batch_size(&m.model, &size, NULL), THRUM_OK);
   void *workspace = aligned_alloc(64, size);
   assert_non_null(workspace);
   const thrum_state_def def = plain(0);
@@ -380,7 +380,7 @@ static void a_missing_state_is_named_and_the_others_step(void **context) {
   thrum_error error;
   for (int n = 0; n < COUNT; n++)
     states[n] = n == MISSING ? NULL : state_make(&m.model, &def);
-  assert_int_equal(thrum_step_many(&m.model, states, COUNT, statuses, workspace, size, &error),
+  assert_int_equal(thrum_batch_step(&m.model, states, COUNT, statuses, workspace, size, &error),
                    THRUM_INVALID_ARGUMENT);
   assert_non_null(strstr(error.message, "state 13"));
   for (int n = 0; n < COUNT; n++) {
@@ -393,25 +393,25 @@ static void a_missing_state_is_named_and_the_others_step(void **context) {
   random_model_free(&m);
 }
 
-static void fast_kernels_have_passes_for_crowds(void **context) {
+static void fast_kernels_have_passes_for_batches(void **context) {
   (void)context;
   static const thrum_kernel_id fast[] = {THRUM_KERNEL_AVX2, THRUM_KERNEL_AVX512};
   for (int n = 0; n < 2; n++)
     if (thrum_kernel_usable(fast[n]))
-      assert_non_null(thrum_crowd_kernel_of(fast[n]));
+      assert_non_null(thrum_batch_kernel_of(fast[n]));
 }
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(fast_kernels_have_passes_for_crowds),
-      cmocka_unit_test(a_crowd_has_the_bits_of_its_states_alone),
-      cmocka_unit_test(a_crowd_of_single_precision_coefficients_keeps_its_bits),
+      cmocka_unit_test(fast_kernels_have_passes_for_batches),
+      cmocka_unit_test(a_batch_has_the_bits_of_its_states_alone),
+      cmocka_unit_test(a_batch_of_single_precision_coefficients_keeps_its_bits),
       cmocka_unit_test(states_that_leave_their_group_keep_their_bits),
       cmocka_unit_test(states_of_different_defs_keep_their_bits),
       cmocka_unit_test(a_long_list_of_many_kinds_keeps_its_bits),
       cmocka_unit_test(a_state_that_is_listed_again_steps_again),
       cmocka_unit_test(states_that_fall_back_or_fail_do_as_alone_and_spoil_no_other),
-      cmocka_unit_test(what_is_no_crowd_is_refused),
+      cmocka_unit_test(what_is_no_batch_is_refused),
       cmocka_unit_test(a_missing_state_is_named_and_the_others_step),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

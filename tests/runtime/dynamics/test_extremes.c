@@ -16,25 +16,25 @@
 #define UNIT_STEPS 100
 
 /* The extreme of this name. */
-static const study_extreme *extreme_called(const char *name) {
-  for (int64_t n = 0; n < study_extreme_count(); n++) {
-    if (strcmp(study_extremes[n].name, name) == 0)
-      return &study_extremes[n];
+static const experiment_extreme *extreme_called(const char *name) {
+  for (int64_t n = 0; n < experiment_extreme_count(); n++) {
+    if (strcmp(experiment_extremes[n].name, name) == 0)
+      return &experiment_extremes[n];
   }
   fail_msg("there is no extreme called %s", name);
   return NULL;
 }
 
-static study_extreme_body body_called(const char *name) {
+static experiment_extreme_body body_called(const char *name) {
   thrum_error error = {0};
-  study_extreme_body body;
-  assert_int_equal(study_extreme_make(extreme_called(name), &body, &error), THRUM_OK);
+  experiment_extreme_body body;
+  assert_int_equal(experiment_extreme_make(extreme_called(name), &body, &error), THRUM_OK);
   // the array that the model lies in has moved with the struct
   body.body.model = NULL;
   return body;
 }
 
-static bool is_refused(const study_extreme *extreme) {
+static bool is_refused(const experiment_extreme *extreme) {
   static const char *const refused[] = {"E = 0", "nu = -1", "nu = 0.5", "0",
                                         "as many modes as it can move"};
   for (size_t n = 0; n < sizeof refused / sizeof refused[0]; n++) {
@@ -45,21 +45,21 @@ static bool is_refused(const study_extreme *extreme) {
 }
 
 /* One body with the three integrators. */
-static void check_runs(const study_extreme_body *body) {
+static void check_runs(const experiment_extreme_body *body) {
   const char *name = body->extreme->name;
   thrum_error error = {0};
-  for (int i = 0; i < STUDY_INTEGRATOR_COUNT; i++) {
-    const study_extreme_case run = {body, (study_integrator)i, STEPS};
-    study_extreme_result result;
-    assert_int_equal(study_extreme_run(&run, &result, &error), THRUM_OK);
-    const char *outcome = study_extreme_outcome(&run, &result);
+  for (int i = 0; i < EXPERIMENT_INTEGRATOR_COUNT; i++) {
+    const experiment_extreme_case run = {body, (experiment_integrator)i, STEPS};
+    experiment_extreme_result result;
+    assert_int_equal(experiment_extreme_run(&run, &result, &error), THRUM_OK);
+    const char *outcome = experiment_extreme_outcome(&run, &result);
     if (result.not_finite || strcmp(outcome, "stopped") == 0)
-      fail_msg("%s, %s: %s %s", name, study_integrator_names[i], outcome, result.stop.message);
+      fail_msg("%s, %s: %s %s", name, experiment_integrator_names[i], outcome, result.stop.message);
     assert_int_equal(result.report.steps, STEPS);
     // Newmark may lose its energy in such runs; these two may not
-    const double bound = i == STUDY_energy ? 1e-5 : i == STUDY_imexv ? 0.5 : INFINITY;
+    const double bound = i == EXPERIMENT_energy ? 1e-5 : i == EXPERIMENT_imexv ? 0.5 : INFINITY;
     if (!(result.energy_error <= bound) && body->extreme->load > 0)
-      fail_msg("%s, %s: the balance errs by %g", name, study_integrator_names[i],
+      fail_msg("%s, %s: the balance errs by %g", name, experiment_integrator_names[i],
                result.energy_error);
     // nothing moves without a load
     if (body->extreme->load == 0)
@@ -70,34 +70,34 @@ static void check_runs(const study_extreme_body *body) {
 static void every_extreme_runs_or_says_why_not(void **state) {
   (void)state;
   thrum_error error = {0};
-  for (int64_t n = 0; n < study_extreme_count(); n++) {
-    const study_extreme *extreme = &study_extremes[n];
-    study_extreme_body body;
+  for (int64_t n = 0; n < experiment_extreme_count(); n++) {
+    const experiment_extreme *extreme = &experiment_extremes[n];
+    experiment_extreme_body body;
     // rank 100 is for the program: too long here
     if (extreme->rank > 50)
       continue;
-    assert_int_equal(study_extreme_make(extreme, &body, &error), THRUM_OK);
+    assert_int_equal(experiment_extreme_make(extreme, &body, &error), THRUM_OK);
     if ((body.status < 0) != is_refused(extreme))
       fail_msg("%s: %s", extreme->name, body.status < 0 ? body.refusal.message : "not refused");
     if (body.status >= 0)
       check_runs(&body);
     else
       assert_true(strlen(body.refusal.message) > 20);
-    study_extreme_free(&body);
+    experiment_extreme_free(&body);
   }
 }
 
 static void other_units_change_no_digit_that_matters(void **state) {
   (void)state;
   thrum_error error = {0};
-  for (int64_t u = 1; u < study_unit_count(); u++) {
-    for (int i = 0; i < STUDY_INTEGRATOR_COUNT; i++) {
-      const study_unit_case run = {&study_unit_extremes[0], &study_unit_systems[u],
-                                   (study_integrator)i, UNIT_STEPS};
-      study_unit_result result;
-      assert_int_equal(study_units_run(&run, &result, &error), THRUM_OK);
-      if (!(result.difference < 1e-9) || !result.same_rungs)
-        fail_msg("in %s %s differs by %g", run.units->name, study_integrator_names[i],
+  for (int64_t u = 1; u < experiment_unit_count(); u++) {
+    for (int i = 0; i < EXPERIMENT_INTEGRATOR_COUNT; i++) {
+      const experiment_unit_case run = {&experiment_unit_extremes[0], &experiment_unit_systems[u],
+                                        (experiment_integrator)i, UNIT_STEPS};
+      experiment_unit_result result;
+      assert_int_equal(experiment_units_run(&run, &result, &error), THRUM_OK);
+      if (!(result.difference < 1e-9) || !result.same_levels)
+        fail_msg("in %s %s differs by %g", run.units->name, experiment_integrator_names[i],
                  result.difference);
     }
   }
@@ -109,13 +109,13 @@ static void the_arch_snaps_through_under_its_load_and_not_before(void **state) {
   thrum_error error = {0};
   double peaks[2];
   for (int n = 0; n < 2; n++) {
-    study_extreme_body body;
-    study_extreme_result result;
-    assert_int_equal(study_extreme_make(extreme_called(names[n]), &body, &error), THRUM_OK);
-    const study_extreme_case run = {&body, STUDY_energy, 400};
-    assert_int_equal(study_extreme_run(&run, &result, &error), THRUM_OK);
+    experiment_extreme_body body;
+    experiment_extreme_result result;
+    assert_int_equal(experiment_extreme_make(extreme_called(names[n]), &body, &error), THRUM_OK);
+    const experiment_extreme_case run = {&body, EXPERIMENT_energy, 400};
+    assert_int_equal(experiment_extreme_run(&run, &result, &error), THRUM_OK);
     peaks[n] = result.peak_amplitude;
-    study_extreme_free(&body);
+    experiment_extreme_free(&body);
   }
   // it rises by 4 % of its span: beyond 8 % it hangs the other way
   assert_true(peaks[0] < 0.01);
@@ -124,12 +124,12 @@ static void the_arch_snaps_through_under_its_load_and_not_before(void **state) {
 
 static void a_mirrored_square_section_has_equal_frequencies(void **state) {
   (void)state;
-  study_extreme_body square = body_called("square section"), plain = body_called("1 m");
+  experiment_extreme_body square = body_called("square section"), plain = body_called("1 m");
   const double *a = square.made.model.omega2, *b = plain.made.model.omega2;
   assert_true(fabs(a[1] - a[0]) < 1e-10 * a[0]);
   assert_true(fabs(b[1] - b[0]) > 1e-3 * b[0]);
-  study_extreme_free(&square);
-  study_extreme_free(&plain);
+  experiment_extreme_free(&square);
+  experiment_extreme_free(&plain);
 }
 
 int main(void) {

@@ -1,5 +1,6 @@
-/* The ladder (design 8): each rung taken where it must be, counted, and equal to what it claims to
- * be; a step that fails on all of them leaves no trace. SPDX-License-Identifier: Apache-2.0 */
+/* The fallback chain (design 8): each fallback level taken where it must be, counted, and equal to
+ * what it claims to be; a step that fails on all of them leaves no trace. SPDX-License-Identifier:
+ * Apache-2.0 */
 #include "tests/support/state_support.h"
 
 enum { RANK = 6, LOW = 2 };
@@ -27,7 +28,7 @@ static void shorter_steps(const thrum_model *model, thrum_state_def def,
   def.integrator = integrator;
   def.dt /= count;
   def.iterations_max = 200;
-  def.ladder = 0;
+  def.fallback = 0;
   // so little damping is none; in tangent form it goes with the mean force of the path
   def.damping_form = THRUM_DAMPING_TANGENT;
   def.damping_beta = 1e-200;
@@ -43,7 +44,7 @@ typedef struct tally {
   int64_t energy, substeps, failed;
 } tally;
 
-/* Does a rung's step equal `count` steps of `integrator`? */
+/* Does a fallback level's step equal `count` steps of `integrator`? */
 static int equals_steps(const thrum_model *model, const thrum_state_def *def,
                         thrum_integrator integrator, int count, const double *f, double q[2][RANK],
                         double p[2][RANK]) {
@@ -58,13 +59,14 @@ static int equals_steps(const thrum_model *model, const thrum_state_def *def,
          def->dt * largest_difference(p_other, p[1], RANK) < 1e-5 * size;
 }
 
-/* Runs under hard random kicks, and compares every step that a rung took with what it stands for.
+/* Runs under hard random kicks, and compares every step that a fallback level took with what it
+ * stands for.
  */
 static void climb(thrum_integrator integrator, int32_t iterations, uint64_t seed, tally *sum) {
   random_model m;
   make_model(&m);
   const thrum_state_def def = make_def(integrator, iterations);
-  const thrum_integrator rung =
+  const thrum_integrator fallback_level =
       integrator == THRUM_INTEGRATOR_NEWMARK ? integrator : THRUM_INTEGRATOR_ENERGY;
   thrum_state *state = state_make(&m.model, &def);
   random_state random = {seed};
@@ -88,10 +90,10 @@ static void climb(thrum_integrator integrator, int32_t iterations, uint64_t seed
     assert_int_equal(status == THRUM_FELL_BACK, energy + substeps + newton);
     state_read(&m.model, state, q[1], p[1]);
     if (energy > 0)
-      assert_true(equals_steps(&m.model, &def, rung, 1, f, q, p));
+      assert_true(equals_steps(&m.model, &def, fallback_level, 1, f, q, p));
     int equal = substeps == 0;
     for (int count = 2; count <= 256 && !equal; count *= 2)
-      equal = equals_steps(&m.model, &def, rung, count, f, q, p);
+      equal = equals_steps(&m.model, &def, fallback_level, count, f, q, p);
     assert_true(equal);
   }
   const thrum_state_report report = thrum_state_report_get(state);
@@ -123,7 +125,7 @@ static void newmark_and_energy_take_shorter_steps_of_their_own(void **context) {
   }
 }
 
-static void verlet_and_midpoint_have_no_ladder(void **context) {
+static void verlet_and_midpoint_have_no_fallback(void **context) {
   (void)context;
   tally sum = {0, 0, 0};
   climb(THRUM_INTEGRATOR_MIDPOINT, 2, 1, &sum);
@@ -131,21 +133,21 @@ static void verlet_and_midpoint_have_no_ladder(void **context) {
   assert_true(sum.failed > 0);
 }
 
-static void without_the_ladder_the_same_run_fails(void **context) {
+static void without_the_fallback_the_same_run_fails(void **context) {
   (void)context;
   random_model m;
   make_model(&m);
   int64_t failed[2] = {0, 0};
-  for (int ladder = 0; ladder < 2; ladder++) {
+  for (int fallback = 0; fallback < 2; fallback++) {
     thrum_state_def def = make_def(THRUM_INTEGRATOR_IMEXV, 3);
-    def.ladder = ladder;
+    def.fallback = fallback;
     thrum_state *state = state_make(&m.model, &def);
     random_state random = {1};
     for (int k = 0; k < 60; k++) {
       double f[RANK];
       random_vector(&random, RANK, 60.0, f);
       state_push(&m.model, state, f);
-      failed[ladder] += thrum_step(&m.model, state, NULL) < 0;
+      failed[fallback] += thrum_step(&m.model, state, NULL) < 0;
     }
     state_free(state);
   }
@@ -153,8 +155,8 @@ static void without_the_ladder_the_same_run_fails(void **context) {
   random_model_free(&m);
 }
 
-/* Loads that no rung can follow: every byte stays, and the state goes on afterwards. */
-static void a_step_that_no_rung_solves_leaves_every_byte(void **context) {
+/* Loads that no fallback level can follow: every byte stays, and the state goes on afterwards. */
+static void a_step_that_no_fallback_solves_leaves_every_byte(void **context) {
   (void)context;
   random_model m;
   make_model(&m);
@@ -194,9 +196,9 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(imexv_takes_one_energy_step_and_then_shorter_ones),
       cmocka_unit_test(newmark_and_energy_take_shorter_steps_of_their_own),
-      cmocka_unit_test(verlet_and_midpoint_have_no_ladder),
-      cmocka_unit_test(without_the_ladder_the_same_run_fails),
-      cmocka_unit_test(a_step_that_no_rung_solves_leaves_every_byte),
+      cmocka_unit_test(verlet_and_midpoint_have_no_fallback),
+      cmocka_unit_test(without_the_fallback_the_same_run_fails),
+      cmocka_unit_test(a_step_that_no_fallback_solves_leaves_every_byte),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -3,8 +3,8 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/state_support.h"
 
-#include "runtime/polynomial/polynomial_private.h"
 #include "runtime/dynamics/state_private.h"
+#include "runtime/polynomial/polynomial_private.h"
 
 enum { RANK = 6, LOW = 2 };
 
@@ -25,7 +25,7 @@ static int iterations_of(thrum_integrator integrator, int32_t split, double dt, 
   def.damping_beta = beta;
   def.tolerance = 1e-13;
   def.iterations_max = most;
-  def.adaptive = def.ladder = 0;
+  def.adaptive = def.fallback = 0;
   thrum_state *state = state_make(&m.model, &def);
   state_put(&m.model, state, start_q, start_p);
   const thrum_status status = thrum_step(&m.model, state, NULL);
@@ -125,10 +125,10 @@ static void steps_that_end_without_an_evaluation_solve_their_equation(void **con
       const thrum_state_view view = thrum_state_view_of(state);
       for (int32_t i = 0; i < n; i++)
         a[i] = view.acceleration[i] + f[i] - view.load_before[i];
-      const int64_t rungs = thrum_state_report_get(state).substep_steps;
+      const int64_t fallback_levels = thrum_state_report_get(state).substep_steps;
       if (thrum_step(&m.model, state, NULL) < 0)
         break;
-      if (thrum_state_report_get(state).substep_steps > rungs)
+      if (thrum_state_report_get(state).substep_steps > fallback_levels)
         continue;
       const double left = residual_of(&m, state, &def, q, p, a, f, work);
       if (!(left < 1000))

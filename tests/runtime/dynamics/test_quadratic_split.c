@@ -182,7 +182,7 @@ static void a_large_motion_hands_over_to_the_component_split(void **context) {
   double large[RANK] = {0};
   for (int watched = 0; watched < 2; watched++) {
     def.adaptive = watched;
-    def.ladder = watched;
+    def.fallback = watched;
     thrum_state *state = state_make(&m.model, &def);
     const double small[RANK] = {0.01, -0.01};
     state_put(&m.model, state, small, NULL);
@@ -199,7 +199,7 @@ static void a_large_motion_hands_over_to_the_component_split(void **context) {
     } else {
       const thrum_state_report report = thrum_state_report_get(state);
       assert_true(status >= 0);
-      assert_true(report.handovers > 0 && report.scheme != THRUM_SCHEME_QUADRATIC);
+      assert_true(report.scheme_switches > 0 && report.scheme != THRUM_SCHEME_QUADRATIC);
       assert_true(state_energy(&m.model, state).total < 1.5 * first);
     }
     state_free(state);

@@ -2,9 +2,9 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/contact_support.h"
 
-static thrum_turning make_turning(double jx, double jy, double jz) {
-  const thrum_turning made = {.inverse = {1 / jx, 0, 0, 0, 1 / jy, 0, 0, 0, 1 / jz},
-                              .attitude = {1, 0, 0, 0, 1, 0, 0, 0, 1}};
+static thrum_rigid_frame make_rigid_frame(double jx, double jy, double jz) {
+  const thrum_rigid_frame made = {.inverse = {1 / jx, 0, 0, 0, 1 / jy, 0, 0, 0, 1 / jz},
+                                  .attitude = {1, 0, 0, 0, 1, 0, 0, 0, 1}};
   return made;
 }
 
@@ -12,17 +12,17 @@ static void a_free_top_keeps_energy_momentum_and_shape(void **state) {
   (void)state;
   static const double steps[] = {1e-3, 0.1, 2};
   for (int n = 0; n < 3; n++) {
-    thrum_turning top = make_turning(1, 2, 3.5);
+    thrum_rigid_frame top = make_rigid_frame(1, 2, 3.5);
     const double c = cos(0.4), s = sin(0.4), none[3] = {0};
     const thrum_placement placement = {{c, -s, 0, s, c, 0, 0, 0, 1}, {0, 0, 0}};
     top.momentum[0] = 0.1;
     top.momentum[1] = 4;
     top.momentum[2] = 0.3;
-    const double first = thrum_turning_energy(&top, &placement);
+    const double first = thrum_rigid_frame_energy(&top, &placement);
     for (int step = 0; step < 20000; step++)
-      thrum_turning_step(&top, &placement, none, steps[n], NULL);
+      thrum_rigid_frame_step(&top, &placement, none, steps[n], NULL);
     assert_true(top.momentum[0] == 0.1 && top.momentum[1] == 4 && top.momentum[2] == 0.3);
-    assert_true(fabs(thrum_turning_energy(&top, &placement) / first - 1) <= 1e-11);
+    assert_true(fabs(thrum_rigid_frame_energy(&top, &placement) / first - 1) <= 1e-11);
     for (int i = 0; i < 3; i++)
       for (int j = 0; j < 3; j++) {
         double sum = i == j ? -1 : 0;
@@ -35,12 +35,12 @@ static void a_free_top_keeps_energy_momentum_and_shape(void **state) {
 
 /* The axis of a symmetric top turns about its momentum L at L/J_1. */
 static double precession_error(double dt) {
-  thrum_turning top = make_turning(2, 2, 1);
+  thrum_rigid_frame top = make_rigid_frame(2, 2, 1);
   const double tilt = 0.5, none[3] = {0}, length = 6, end = 2;
   top.momentum[0] = length * sin(tilt);
   top.momentum[2] = length * cos(tilt);
   for (int step = 0; step < (int)(end / dt + 0.5); step++)
-    thrum_turning_step(&top, NULL, none, dt, NULL);
+    thrum_rigid_frame_step(&top, NULL, none, dt, NULL);
   // the axis z turned about L by Rodrigues' formula
   const double angle = length / 2 * end, k[3] = {sin(tilt), 0, cos(tilt)}, z[3] = {0, 0, 1};
   const double cross[3] = {0, -k[0], 0}, along = k[2];
@@ -64,15 +64,15 @@ static void energy_changes_by_torque_times_angle(void **state) {
   (void)state;
   random_state random = {8};
   for (int n = 0; n < 300; n++) {
-    thrum_turning top = make_turning(1, 2, 2.5);
+    thrum_rigid_frame top = make_rigid_frame(1, 2, 2.5);
     double torque[3], angle[3], work = 0;
     random_vector(&random, 3, n % 3 == 0 ? 100 : 3, top.momentum);
     random_vector(&random, 3, n % 2 == 0 ? 100 : 3, torque);
     for (int step = 0; step < 20; step++) {
-      const double before = thrum_turning_energy(&top, NULL);
-      thrum_turning_step(&top, NULL, torque, 0.05, angle);
+      const double before = thrum_rigid_frame_energy(&top, NULL);
+      thrum_rigid_frame_step(&top, NULL, torque, 0.05, angle);
       work = torque[0] * angle[0] + torque[1] * angle[1] + torque[2] * angle[2];
-      const double after = thrum_turning_energy(&top, NULL);
+      const double after = thrum_rigid_frame_energy(&top, NULL);
       assert_true(fabs(after - before - work) <= 1e-11 * (before + after));
     }
   }
@@ -85,20 +85,20 @@ static void a_body_hung_by_a_pull_is_a_pendulum(void **state) {
   def.points = 7;
   rig r;
   rig_make(&r, &def);
-  thrum_turning turning = make_turning(0.5, 0.3, 0.4);
+  thrum_rigid_frame rigid_frame = make_rigid_frame(0.5, 0.3, 0.4);
   const double *point = r.m.vertices + 3, arm = 0.8, angle = 0.05;
   // the centre hangs below the point, swung out about y
-  turning.centre[0] = point[0];
-  turning.centre[1] = point[1];
-  turning.centre[2] = point[2] - arm;
+  rigid_frame.centre[0] = point[0];
+  rigid_frame.centre[1] = point[1];
+  rigid_frame.centre[2] = point[2] - arm;
   const double c = cos(angle), s = sin(angle);
   const double out[9] = {c, 0, s, 0, 1, 0, -s, 0, c};
-  memcpy(turning.attitude, out, sizeof out);
+  memcpy(rigid_frame.attitude, out, sizeof out);
   r.translation.position[0] = -arm * s;
   r.translation.position[2] = arm * (1 - c);
   thrum_pull pull = {.vertices = {1, 1, 1}, .weights = {1, 0, 0}, .stiffness = 1e9, .damping = -1};
   memcpy(pull.target, point, sizeof pull.target);
-  r.around.turning = &turning;
+  r.around.rigid_frame = &rigid_frame;
   r.around.obstacle_count = 0;
   r.around.pulls = &pull;
   r.around.pull_count = 1;
@@ -138,11 +138,11 @@ static void an_impact_off_the_centre_turns_the_body(void **state) {
     rig_make(&r, &def);
     r.floor.restitution = 1;
     r.floor.friction = 0;
-    thrum_turning turning = make_turning(0.5, 0.3, 0.4);
+    thrum_rigid_frame rigid_frame = make_rigid_frame(0.5, 0.3, 0.4);
     const double *point = r.m.vertices + 3, arm[3] = {0.4, -0.3, -0.5};
     for (int axis = 0; axis < 3; axis++)
-      turning.centre[axis] = point[axis] - arm[axis];
-    r.around.turning = &turning;
+      rigid_frame.centre[axis] = point[axis] - arm[axis];
+    r.around.rigid_frame = &rigid_frame;
     r.around.force[2] = 0;
     r.translation.velocity[2] = -1;
     r.translation.position[2] = 2.4e-4;
@@ -154,9 +154,9 @@ static void an_impact_off_the_centre_turns_the_body(void **state) {
     print_message("k = %g: speed off by %.1e, %.1e of the energy lost\n", stiffness[n], off, lost);
     assert_true(lost >= -1e-9 && lost <= allowed[n]);
     assert_true(fabs(off) <= allowed[n]);
-    assert_true(fabs(turning.momentum[0] - j * arm[1]) <= allowed[n]);
-    assert_true(fabs(turning.momentum[1] + j * arm[0]) <= allowed[n]);
-    assert_true(fabs(turning.momentum[2]) <= 1e-12);
+    assert_true(fabs(rigid_frame.momentum[0] - j * arm[1]) <= allowed[n]);
+    assert_true(fabs(rigid_frame.momentum[1] + j * arm[0]) <= allowed[n]);
+    assert_true(fabs(rigid_frame.momentum[2]) <= 1e-12);
     rig_free(&r);
   }
 }
@@ -176,11 +176,11 @@ static void the_account_counts_the_turning(void **state) {
     for (int v = 0; v < RIG_POINTS; v++) // a body with some height
       r.m.vertices[3 * v + 2] = 0.3 * (v % 3);
     r.floor.restitution = restitution[n / 3 % 3];
-    thrum_turning turning = make_turning(0.5, 0.3, 0.4);
-    turning.centre[2] = 0.3;
-    turning.momentum[0] = 0.6;
-    turning.momentum[1] = -0.4;
-    r.around.turning = &turning;
+    thrum_rigid_frame rigid_frame = make_rigid_frame(0.5, 0.3, 0.4);
+    rigid_frame.centre[2] = 0.3;
+    rigid_frame.momentum[0] = 0.6;
+    rigid_frame.momentum[1] = -0.4;
+    r.around.rigid_frame = &rigid_frame;
     r.translation.position[2] = 0.8;
     const double first = rig_energy(&r);
     for (int step = 0; step < 2000; step++) {
@@ -209,15 +209,15 @@ static bool topples(double angle) {
     r.m.vertices[3 * v + 2] = (v - 1) / 4 ? 2 * height : 0;
   }
   const double j = RIG_MASS / 3 * (width * width + height * height);
-  thrum_turning turning = make_turning(j, j, RIG_MASS / 1.5 * width * width);
-  turning.centre[2] = height;
-  r.around.turning = &turning;
+  thrum_rigid_frame rigid_frame = make_rigid_frame(j, j, RIG_MASS / 1.5 * width * width);
+  rigid_frame.centre[2] = height;
+  r.around.rigid_frame = &rigid_frame;
   r.floor.friction = 2;
   r.floor.restitution = 0;
   r.around.force[0] = RIG_MASS * RIG_GRAVITY * sin(angle);
   r.around.force[2] = -RIG_MASS * RIG_GRAVITY * cos(angle);
   rig_steps(&r, 3000);
-  const bool fallen = turning.attitude[8] < 0.5;
+  const bool fallen = rigid_frame.attitude[8] < 0.5;
   if (!fallen) // and what stays does not creep
     assert_true(fabs(r.translation.position[0]) <= 1e-3);
   rig_free(&r);

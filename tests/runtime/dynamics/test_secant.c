@@ -2,8 +2,8 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/state_support.h"
 
-#include "runtime/dynamics/secant.h"
 #include "runtime/base/lane_sums.h"
+#include "runtime/dynamics/secant.h"
 
 enum { N = 12, MOST = 100 };
 

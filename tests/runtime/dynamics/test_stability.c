@@ -29,8 +29,8 @@ static void the_angle_at_rest_is_that_of_the_highest_explicit_mode(void **contex
     thrum_state *state = state_make(&m.model, &def);
     state_steps(&m.model, state, 2000);
     const thrum_state_report report = thrum_state_report_get(state);
-    assert_true(fabs(report.angle_last - def.dt * sqrt(m.omega2[split - 1])) < 1e-6);
-    assert_int_equal(report.switches + report.handovers, 0);
+    assert_true(fabs(report.stability_number_last - def.dt * sqrt(m.omega2[split - 1])) < 1e-6);
+    assert_int_equal(report.split_changes + report.scheme_switches, 0);
     state_free(state);
   }
   random_model_free(&m);
@@ -67,9 +67,9 @@ static void the_angle_under_a_load_is_that_of_the_tangent(void **context) {
   }
   const thrum_state_report report = thrum_state_report_get(state);
   assert_int_equal(report.explicit_modes, SPLIT);
-  assert_true(fabs(report.angle_last / (def.dt * sqrt(norm)) - 1) < 1e-6);
+  assert_true(fabs(report.stability_number_last / (def.dt * sqrt(norm)) - 1) < 1e-6);
   // the settled body is stiffer than at rest
-  assert_true(report.angle_last > 1.02 * def.dt * sqrt(m.omega2[SPLIT - 1]));
+  assert_true(report.stability_number_last > 1.02 * def.dt * sqrt(m.omega2[SPLIT - 1]));
   free(work);
   state_free(state);
   random_model_free(&m);
@@ -77,7 +77,7 @@ static void the_angle_under_a_load_is_that_of_the_tangent(void **context) {
 
 /* A load that stiffens the body beyond the bound of a fixed split: watched, modes leave E in time,
  * and come back when load and motion have gone. */
-static void modes_leave_when_the_body_stiffens_and_return_after_a_calm(void **context) {
+static void modes_leave_when_the_body_stiffens_and_return_after_a_quiet_time(void **context) {
   (void)context;
   enum { SPLIT = 5 };
   random_model m;
@@ -86,7 +86,7 @@ static void modes_leave_when_the_body_stiffens_and_return_after_a_calm(void **co
   for (int watched = 0; watched < 2; watched++) {
     thrum_state_def def = make_def(SPLIT, 0.1);
     def.adaptive = watched;
-    def.ladder = 0;
+    def.fallback = 0;
     def.damping_alpha = 0.5;
     thrum_state *state = state_make(&m.model, &def);
     thrum_status status = THRUM_OK;
@@ -103,14 +103,15 @@ static void modes_leave_when_the_body_stiffens_and_return_after_a_calm(void **co
     }
     assert_true(status >= 0);
     const thrum_state_report loaded = thrum_state_report_get(state);
-    assert_true(loaded.switches > 0 && loaded.angle_peak > 1.6 && loaded.angle_peak < 2.2);
+    assert_true(loaded.split_changes > 0 && loaded.stability_number_peak > 1.6 &&
+                loaded.stability_number_peak < 2.2);
     state_push(&m.model, state, NULL);
     state_steps(&m.model, state, 150000);
     const thrum_state_report calm = thrum_state_report_get(state);
     // down to energies that are no normal numbers any more
-    assert_int_equal(calm.handovers, 0);
+    assert_int_equal(calm.scheme_switches, 0);
     assert_int_equal(calm.explicit_modes, SPLIT);
-    assert_true(calm.switches > loaded.switches);
+    assert_true(calm.split_changes > loaded.split_changes);
     assert_int_equal(calm.energy_steps + calm.substep_steps, 0);
     state_free(state);
   }
@@ -147,10 +148,10 @@ static void a_drifting_run_is_handed_over_at_its_first_mean_energy(void **contex
   const double first = mean_energy(&m.model, state, 2048);
   state_steps(&m.model, state, 100000);
   const thrum_state_report report = thrum_state_report_get(state);
-  assert_int_equal(report.handovers, 1);
+  assert_int_equal(report.scheme_switches, 1);
   assert_int_equal(report.scheme, THRUM_SCHEME_ENERGY);
   assert_int_equal(report.explicit_modes, 0);
-  assert_true(report.handed_steps > 50000 && report.handed_steps < 100000);
+  assert_true(report.switched_steps > 50000 && report.switched_steps < 100000);
   const double last = mean_energy(&m.model, state, 4096);
   if (!(fabs(last / first - 1) < 1e-4))
     fail_msg("%.3e of the mean energy", last / first - 1);
@@ -180,7 +181,7 @@ static void slow_drift_goes_back_through_the_momentum(void **context) {
       worst[watched] = fmax(worst[watched], fabs(mean / first - 1));
     }
     const thrum_state_report report = thrum_state_report_get(state);
-    assert_int_equal(report.handovers, 0);
+    assert_int_equal(report.scheme_switches, 0);
     assert_true(watched == (report.corrections > 0));
     assert_true(fabs(report.corrected) <= 0.041 * first);
     state_free(state);
@@ -207,8 +208,8 @@ static void a_violent_run_goes_on_with_the_energy_it_began_with(void **context) 
   const double first = state_energy(&m.model, state).total;
   state_steps(&m.model, state, 1000);
   const thrum_state_report report = thrum_state_report_get(state);
-  assert_int_equal(report.handovers, 1);
-  assert_true(report.handed_steps > 900);
+  assert_int_equal(report.scheme_switches, 1);
+  assert_true(report.switched_steps > 900);
   // the account is looked at in one of eight steps
   double nearest = INFINITY;
   for (int k = 1; k <= 800; k++) {
@@ -238,7 +239,7 @@ static void a_blow_is_no_drift(void **context) {
   state_push(&m.model, state, NULL);
   state_steps(&m.model, state, 20000);
   const thrum_state_report report = thrum_state_report_get(state);
-  assert_int_equal(report.handovers + report.switches, 0);
+  assert_int_equal(report.scheme_switches + report.split_changes, 0);
   assert_true(fabs(report.balance_peak) < 0.03);
   state_free(state);
   random_model_free(&m);
@@ -250,7 +251,7 @@ static void imexv_returns_when_the_energy_has_fallen(void **context) {
   random_model m;
   make_model(&m);
   thrum_state *state = make_drifting(&m.model, 1);
-  while (thrum_state_report_get(state).handovers == 0)
+  while (thrum_state_report_get(state).scheme_switches == 0)
     state_steps(&m.model, state, 100);
   double p[RANK];
   for (int k = 0; k < 20000; k++) {
@@ -263,7 +264,7 @@ static void imexv_returns_when_the_energy_has_fallen(void **context) {
   state_push(&m.model, state, NULL);
   state_steps(&m.model, state, 20000);
   const thrum_state_report report = thrum_state_report_get(state);
-  assert_int_equal(report.handovers, 2);
+  assert_int_equal(report.scheme_switches, 2);
   assert_int_equal(report.scheme, THRUM_SCHEME_COMPONENT);
   assert_int_equal(report.explicit_modes, 4);
   state_free(state);
@@ -271,31 +272,31 @@ static void imexv_returns_when_the_energy_has_fallen(void **context) {
 }
 
 /* Snapshots before and after every event of the watch: the same steps, bit for bit. */
-static void a_snapshot_brings_the_watch_along(void **context) {
+static void a_snapshot_brings_the_stability_monitor_along(void **context) {
   (void)context;
   random_model m;
   make_model(&m);
   thrum_state *state = make_drifting(&m.model, 1);
   const size_t bytes = thrum_state_kept_bytes(state);
-  int64_t handovers = 0;
-  for (int part = 0; part < 300 && handovers == 0; part++) {
+  int64_t scheme_switches = 0;
+  for (int part = 0; part < 300 && scheme_switches == 0; part++) {
     void *kept = state_snapshot(state);
     state_steps(&m.model, state, 200);
     void *after = state_snapshot(state);
-    handovers = thrum_state_report_get(state).handovers;
+    scheme_switches = thrum_state_report_get(state).scheme_switches;
     memcpy(state, kept, bytes);
     state_steps(&m.model, state, 200);
     assert_memory_equal(state, after, bytes);
     free(kept);
     free(after);
   }
-  assert_int_equal(handovers, 1);
+  assert_int_equal(scheme_switches, 1);
   state_free(state);
   random_model_free(&m);
 }
 
 /* The watch only looks: as long as it finds nothing, the motion is that of a fixed split. */
-static void a_calm_run_is_not_touched(void **context) {
+static void a_quiet_run_is_not_touched(void **context) {
   (void)context;
   random_model m;
   make_model(&m);
@@ -312,7 +313,7 @@ static void a_calm_run_is_not_touched(void **context) {
     state_steps(&m.model, state, 20000);
     state_read(&m.model, state, q[watched], p[watched]);
     const thrum_state_report report = thrum_state_report_get(state);
-    assert_int_equal(report.handovers + report.switches + report.corrections, 0);
+    assert_int_equal(report.scheme_switches + report.split_changes + report.corrections, 0);
     state_free(state);
   }
   assert_memory_equal(q[0], q[1], sizeof q[0]);
@@ -334,7 +335,7 @@ static void a_split_beyond_the_bound_is_mended_at_once(void **context) {
     assert_true(state_energy(&m.model, state).total < 2 * first);
   }
   const thrum_state_report report = thrum_state_report_get(state);
-  assert_true(report.switches > 0);
+  assert_true(report.split_changes > 0);
   assert_true(def.dt * sqrt(m.omega2[report.explicit_modes]) > 1.4);
   state_free(state);
   random_model_free(&m);
@@ -409,7 +410,8 @@ static void a_wide_kick_leaves_its_energy(void **context) {
   }
 }
 
-/* What was handed over under a sudden load from rest returns when the motion has been damped. */
+/* What was switched to the energy integrator under a sudden load from rest returns when the motion
+ * has been damped. */
 static void a_hand_over_from_rest_ends_too(void **context) {
   (void)context;
   static const double force[RANK] = {500, 2000, -1000, 0, 300, 0};
@@ -425,7 +427,7 @@ static void a_hand_over_from_rest_ends_too(void **context) {
   state_push(&m.model, state, NULL);
   state_steps(&m.model, state, 9000);
   assert_int_equal(thrum_state_report_get(state).scheme, THRUM_SCHEME_COMPONENT);
-  assert_int_equal(thrum_state_report_get(state).handovers, 2);
+  assert_int_equal(thrum_state_report_get(state).scheme_switches, 2);
   state_free(state);
   random_model_free(&m);
 }
@@ -434,14 +436,14 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(the_angle_at_rest_is_that_of_the_highest_explicit_mode),
       cmocka_unit_test(the_angle_under_a_load_is_that_of_the_tangent),
-      cmocka_unit_test(modes_leave_when_the_body_stiffens_and_return_after_a_calm),
+      cmocka_unit_test(modes_leave_when_the_body_stiffens_and_return_after_a_quiet_time),
       cmocka_unit_test(a_drifting_run_is_handed_over_at_its_first_mean_energy),
       cmocka_unit_test(slow_drift_goes_back_through_the_momentum),
       cmocka_unit_test(a_violent_run_goes_on_with_the_energy_it_began_with),
       cmocka_unit_test(a_blow_is_no_drift),
       cmocka_unit_test(imexv_returns_when_the_energy_has_fallen),
-      cmocka_unit_test(a_snapshot_brings_the_watch_along),
-      cmocka_unit_test(a_calm_run_is_not_touched),
+      cmocka_unit_test(a_snapshot_brings_the_stability_monitor_along),
+      cmocka_unit_test(a_quiet_run_is_not_touched),
       cmocka_unit_test(a_split_beyond_the_bound_is_mended_at_once),
       cmocka_unit_test(a_sudden_load_however_large_leaves_no_wrong_energy),
       cmocka_unit_test(a_wide_kick_leaves_its_energy),

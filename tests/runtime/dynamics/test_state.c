@@ -109,8 +109,8 @@ static void every_field_of_a_def_is_checked_and_named(void **context) {
   REFUSE(split_form, (thrum_split_form)-1);
   REFUSE(adaptive, 2);
   REFUSE(adaptive, -1);
-  REFUSE(ladder, 2);
-  REFUSE(ladder, -1);
+  REFUSE(fallback, 2);
+  REFUSE(fallback, -1);
   REFUSE(damping_form, (thrum_damping_form)2);
   REFUSE(split_rule, (thrum_split_rule)3);
   ACCEPT(split_safety, 1.0);
@@ -192,7 +192,7 @@ static void what_lies_behind_the_kept_bytes_does_not_count(void **context) {
     for (int form = THRUM_DAMPING_REST; form <= THRUM_DAMPING_TANGENT; form++)
       for (int hard = 0; hard < 2; hard++) {
         thrum_state_def def = make_def(all[i], (thrum_damping_form)form);
-        // so that the ladder is climbed
+        // so that the fallback chain is climbed
         if (hard) {
           def.dt *= 20;
           def.iterations_max = 3;
@@ -590,7 +590,7 @@ static void a_step_that_does_not_converge_leaves_every_byte(void **context) {
     for (int form = THRUM_DAMPING_REST; form <= THRUM_DAMPING_TANGENT; form++) {
       thrum_state_def def = make_def(implicit[i], (thrum_damping_form)form);
       def.iterations_max = 1;
-      def.ladder = 0;
+      def.fallback = 0;
       def.tolerance = 1e-14;
       def.dt = 0.2;
       thrum_state *state = state_make(&m.model, &def);

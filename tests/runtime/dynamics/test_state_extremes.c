@@ -31,7 +31,7 @@ static thrum_state_def any_def(random_state *random) {
   def.split_form = (thrum_split_form)random_index(random, 2);
   def.damping_form = (thrum_damping_form)random_index(random, 2);
   def.adaptive = (int32_t)random_index(random, 2);
-  def.ladder = (int32_t)random_index(random, 2);
+  def.fallback = (int32_t)random_index(random, 2);
   def.newmark_beta = random_index(random, 3) == 0 ? 0.0 : 0.25;
   if (random_index(random, 2) == 0) {
     def.damping_alpha = any_size(random, 20);
@@ -45,7 +45,7 @@ static void expect_finite(thrum_state *state, const char *call) {
   const thrum_state_report report = thrum_state_report_get(state);
   // the doubles of the header stand together, but for the amplitude
   for (size_t at = offsetof(struct thrum_state, time);
-       at <= offsetof(struct thrum_state, watch_steady); at += sizeof(double)) {
+       at <= offsetof(struct thrum_state, stability_steady); at += sizeof(double)) {
     double number;
     memcpy(&number, (const unsigned char *)state + at, sizeof number);
     if (!isfinite(number))

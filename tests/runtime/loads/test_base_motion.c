@@ -5,7 +5,7 @@
 /* Samples of a(t) = line for line, unevenly spaced. */
 static const double times[5] = {0.5, 0.6, 1.0, 1.7, 2.0};
 static const double values[15] = {1, 0, -2, 3, 1, 0, -1, 2, 4, 0, -3, 1, 2, 2, 2};
-static const thrum_motion motion = {5, times, values, NULL, NULL};
+static const thrum_base_motion motion = {5, times, values, NULL, NULL};
 
 static double acceleration(double t, int axis) {
   for (int k = 0; k < 4; k++) {
@@ -24,7 +24,7 @@ static void a_step_takes_the_mean_of_the_acceleration(void **state) {
     double sum[3] = {0, 0, 0};
     for (int64_t step = 0; (double)step * dt < 2.5; step++) {
       double mean[3], by_parts[3] = {0, 0, 0};
-      thrum_motion_mean(&motion, step, dt, mean);
+      thrum_base_motion_mean(&motion, step, dt, mean);
       // the middle of many parts: exact where no sample lies inside
       for (int part = 0; part < 20000; part++)
         for (int axis = 0; axis < 3; axis++)
@@ -45,7 +45,7 @@ static void a_step_takes_the_mean_of_the_acceleration(void **state) {
     }
   }
   double mean[3] = {1, 1, 1};
-  thrum_motion_mean(&motion, 1000, 0.1, mean);
+  thrum_base_motion_mean(&motion, 1000, 0.1, mean);
   assert_true(mean[0] == 0 && mean[1] == 0 && mean[2] == 0);
 }
 
@@ -53,18 +53,18 @@ static void a_constant_acceleration_is_a_parabola(void **state) {
   (void)state;
   static const double t[3] = {1, 1.5, 4}, a[9] = {2, 0, -4, 2, 0, -4, 2, 0, -4};
   double v[9], x[9], position[3], velocity[3];
-  thrum_motion_integrate(3, t, a, v, x);
-  const thrum_motion falling = {3, t, a, v, x};
+  thrum_base_motion_integrate(3, t, a, v, x);
+  const thrum_base_motion falling = {3, t, a, v, x};
   for (double time = 1; time <= 4; time += 0.25) {
-    thrum_motion_at(&falling, time, position, velocity);
+    thrum_base_motion_at(&falling, time, position, velocity);
     assert_true(fabs(position[0] - (time - 1) * (time - 1)) <= 1e-13);
     assert_true(fabs(velocity[2] + 4 * (time - 1)) <= 1e-13);
     assert_true(position[1] == 0);
   }
   // at rest before, in steady motion after
-  thrum_motion_at(&falling, 0.3, position, velocity);
+  thrum_base_motion_at(&falling, 0.3, position, velocity);
   assert_true(position[0] == 0 && velocity[0] == 0);
-  thrum_motion_at(&falling, 5, position, velocity);
+  thrum_base_motion_at(&falling, 5, position, velocity);
   assert_true(fabs(position[0] - (9 + 6)) <= 1e-13 && fabs(velocity[0] - 6) <= 1e-13);
 }
 
@@ -78,12 +78,12 @@ static double spline_error(int count) {
     for (int axis = 0; axis < 3; axis++)
       x[3 * k + axis] = (axis + 1) * (1 - cos(t[k]));
   }
-  thrum_motion_spline(count, t, x, a, v, work);
-  const thrum_motion sampled = {count, t, a, v, x};
+  thrum_base_motion_spline(count, t, x, a, v, work);
+  const thrum_base_motion sampled = {count, t, a, v, x};
   for (int k = 0; k < count; k++) {
     worst = fmax(worst, fabs(a[3 * k + 2] - 3 * cos(t[k])));
     // what lies between two samples leads from one to the other
-    thrum_motion_at(&sampled, k > 0 ? t[k] * (1 - 1e-15) : 0, position, NULL);
+    thrum_base_motion_at(&sampled, k > 0 ? t[k] * (1 - 1e-15) : 0, position, NULL);
     assert_true(fabs(position[1] - x[3 * k + 1]) <= 1e-12);
   }
   free(t);
@@ -115,7 +115,7 @@ static void oscillator_make(oscillator *o, double omega, double mass, double qua
 }
 
 /* q'' + w^2 q = -m A sin(W t) from rest: q = -m A / (w^2 - W^2) (sin W t - W/w sin w t). */
-static double shaken_error(thrum_integrator integrator, double dt) {
+static double base_motion_error(thrum_integrator integrator, double dt) {
   const double omega = 7, driven = 5, mass = 1.3, amplitude = 2, end = 2;
   oscillator o;
   oscillator_make(&o, omega, mass, 0);
@@ -128,7 +128,7 @@ static double shaken_error(thrum_integrator integrator, double dt) {
   for (int64_t step = 0; step < steps; step++) {
     const double a[3] = {0, 0, amplitude * thrum_load_mean(&course, step, dt)};
     double force = 0;
-    assert_int_equal(thrum_motion_load(&o.model, a, &force, NULL), THRUM_OK);
+    assert_int_equal(thrum_base_motion_load(&o.model, a, &force, NULL), THRUM_OK);
     state_push(&o.model, state, &force);
     state_steps(&o.model, state, 1);
   }
@@ -146,7 +146,7 @@ static void a_shaken_oscillator_follows_its_closed_form(void **state) {
                                          THRUM_INTEGRATOR_VERLET, THRUM_INTEGRATOR_MIDPOINT,
                                          THRUM_INTEGRATOR_ENERGY};
   for (int n = 0; n < 5; n++) {
-    const double coarse = shaken_error(all[n], 0.01), fine = shaken_error(all[n], 0.005);
+    const double coarse = base_motion_error(all[n], 0.01), fine = base_motion_error(all[n], 0.005);
     assert_true(fine < 1e-3);
     assert_true(log2(coarse / fine) > 1.8);
   }
@@ -155,15 +155,15 @@ static void a_shaken_oscillator_follows_its_closed_form(void **state) {
 static void a_falling_base_is_gravity(void **state) {
   (void)state;
   static const double t[2] = {0, 100}, a[6] = {0, 0, 9.81, 0, 0, 9.81}, g[3] = {0, 0, -9.81};
-  const thrum_motion lift = {2, t, a, NULL, NULL};
+  const thrum_base_motion lift = {2, t, a, NULL, NULL};
   oscillator o;
   oscillator_make(&o, 7, 1.3, 40);
   double weight = 0;
   assert_int_equal(thrum_force_add_gravity(&o.model, g, &weight, NULL), THRUM_OK);
   for (int64_t step = 0; step < 30000; step += 997) {
     double mean[3], force = 0;
-    thrum_motion_mean(&lift, step, 0.003, mean);
-    assert_int_equal(thrum_motion_load(&o.model, mean, &force, NULL), THRUM_OK);
+    thrum_base_motion_mean(&lift, step, 0.003, mean);
+    assert_int_equal(thrum_base_motion_load(&o.model, mean, &force, NULL), THRUM_OK);
     assert_true(fabs(force - weight) <= 1e-12 * fabs(weight));
   }
 }
@@ -182,10 +182,10 @@ static void the_base_puts_in_what_the_body_gains(void **state) {
     double work = 0, loss = 0, before = 0, after = 0, largest = 0;
     for (int64_t step = 0; step < 400; step++) {
       double mean[3], force = 0;
-      thrum_motion_mean(&motion, step, def.dt, mean);
+      thrum_base_motion_mean(&motion, step, def.dt, mean);
       for (int axis = 0; axis < 3; axis++)
         mean[axis] *= 30;
-      assert_int_equal(thrum_motion_load(&o.model, mean, &force, NULL), THRUM_OK);
+      assert_int_equal(thrum_base_motion_load(&o.model, mean, &force, NULL), THRUM_OK);
       state_push(&o.model, body, &force);
       state_steps(&o.model, body, 1);
       state_read(&o.model, body, &after, NULL);
@@ -207,22 +207,22 @@ static void bad_motions_are_refused(void **state) {
   static const double same[2] = {1, 1}, back[2] = {1, 0.5}, a[6] = {0};
   const double bad[6] = {0, 0, 0, 0, NAN, 0};
   thrum_error error;
-  assert_int_equal(thrum_motion_check(&motion, NULL), THRUM_OK);
-  assert_int_equal(thrum_motion_check(&(thrum_motion){2, same, a, NULL, NULL}, &error),
+  assert_int_equal(thrum_base_motion_check(&motion, NULL), THRUM_OK);
+  assert_int_equal(thrum_base_motion_check(&(thrum_base_motion){2, same, a, NULL, NULL}, &error),
                    THRUM_BAD_VALUE);
   assert_non_null(strstr(error.message, "sample 2"));
-  assert_int_equal(thrum_motion_check(&(thrum_motion){2, back, a, NULL, NULL}, NULL),
+  assert_int_equal(thrum_base_motion_check(&(thrum_base_motion){2, back, a, NULL, NULL}, NULL),
                    THRUM_BAD_VALUE);
-  assert_int_equal(thrum_motion_check(&(thrum_motion){2, times, bad, NULL, NULL}, NULL),
+  assert_int_equal(thrum_base_motion_check(&(thrum_base_motion){2, times, bad, NULL, NULL}, NULL),
                    THRUM_BAD_VALUE);
-  assert_int_equal(thrum_motion_check(&(thrum_motion){1, times, a, NULL, NULL}, NULL),
+  assert_int_equal(thrum_base_motion_check(&(thrum_base_motion){1, times, a, NULL, NULL}, NULL),
                    THRUM_BAD_VALUE);
   // a model that does not know its mass cannot be shaken
   oscillator o;
   oscillator_make(&o, 7, 1.3, 0);
   o.model.axis_mass = NULL;
   double force = 0;
-  assert_int_equal(thrum_motion_load(&o.model, a, &force, NULL), THRUM_MISSING);
+  assert_int_equal(thrum_base_motion_load(&o.model, a, &force, NULL), THRUM_MISSING);
 }
 
 int main(void) {

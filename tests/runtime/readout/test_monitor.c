@@ -1,5 +1,5 @@
-/* Monitors: each warning is raised exactly at its threshold, records are apart, sentinels see what
- * the whole body suffers, and the load's share is that of the closed form.
+/* Monitors: each warning is raised exactly at its threshold, records are apart, sampled tets see
+ * what the whole body suffers, and the load's share is that of the closed form.
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/linear_fields.h"
 
@@ -96,7 +96,7 @@ static void a_record_keeps_what_was_and_says_what_is(void **state) {
   linear_fields_free(&fields);
 }
 
-static void given_sentinels_are_the_ones_watched(void **state) {
+static void given_sampled_tets_are_the_ones_monitored(void **state) {
   (void)state;
   static const int32_t given[3] = {40, 2, 7};
   linear_fields fields;
@@ -104,19 +104,19 @@ static void given_sentinels_are_the_ones_watched(void **state) {
   for (int64_t n = 0; n < 3 * fields.model.vertex_count * FIELDS; n++)
     fields.basis[n] = random_number();
   thrum_monitor_def def = thrum_default_monitor_def();
-  def.sentinels = given;
-  def.sentinel_count = 3;
+  def.sampled_tets = given;
+  def.sampled_tet_count = 3;
   const thrum_monitor *monitor = monitor_make(&fields.model, &def);
   const int32_t *tets = NULL;
-  assert_int_equal(thrum_monitor_sentinels(monitor, &tets), 3);
+  assert_int_equal(thrum_monitor_sampled_tets(monitor, &tets), 3);
   assert_memory_equal(tets, given, sizeof given);
-  const thrum_gauge *gauge = gauge_make(&fields.model, given, 3);
+  const thrum_stress_points *stress_points = stress_points_make(&fields.model, given, 3);
   double q[FIELDS], stretch[3];
-  const thrum_gauge_output output = {.stretch = stretch};
+  const thrum_stress_points_output output = {.stretch = stretch};
   for (int trial = 0; trial < 50; trial++) {
     for (int i = 0; i < FIELDS; i++)
       q[i] = 0.1 * random_number();
-    assert_int_equal(thrum_gauge_read(gauge, q, NULL, &output, NULL), THRUM_OK);
+    assert_int_equal(thrum_stress_points_read(stress_points, q, NULL, &output, NULL), THRUM_OK);
     // also through the bound that spares eigenvalues
     const thrum_monitor_record record = look(monitor, q);
     const double least = fmin(stretch[0], fmin(stretch[1], stretch[2]));
@@ -124,33 +124,33 @@ static void given_sentinels_are_the_ones_watched(void **state) {
     const int place = stretch[0] == least ? 0 : stretch[1] == least ? 1 : 2;
     assert_int_equal(record.stretch_tet, given[place]);
   }
-  gauge_free(gauge);
+  stress_points_free(stress_points);
   monitor_free(monitor);
   linear_fields_free(&fields);
 }
 
-static void chosen_sentinels_see_the_worst_of_a_bent_beam(void **state) {
+static void chosen_sampled_tets_see_the_worst_of_a_bent_beam(void **state) {
   (void)state;
   body b = body_beam1k();
   thrum_precomputed made = body_precompute(&b, 5, 10);
   const thrum_model *model = &made.model;
   const thrum_monitor_def def = thrum_default_monitor_def();
   const thrum_monitor *monitor = monitor_make(model, &def);
-  const thrum_gauge *gauge = gauge_make(model, NULL, 0);
-  const int64_t count = thrum_gauge_count(gauge);
-  const int32_t *sentinels = NULL;
-  const int64_t watched = thrum_monitor_sentinels(monitor, &sentinels);
+  const thrum_stress_points *stress_points = stress_points_make(model, NULL, 0);
+  const int64_t count = thrum_stress_points_count(stress_points);
+  const int32_t *sampled_tets = NULL;
+  const int64_t watched = thrum_monitor_sampled_tets(monitor, &sampled_tets);
   assert_true(watched > 50 && watched <= 64);
   for (int64_t n = 0; n < watched; n++)
     for (int64_t m = 0; m < n; m++)
-      assert_int_not_equal(sentinels[n], sentinels[m]);
+      assert_int_not_equal(sampled_tets[n], sampled_tets[m]);
   double *stretch = need((size_t)count, sizeof *stretch);
-  double *work = need((size_t)thrum_gauge_work_count(gauge), sizeof *work);
-  const thrum_gauge_output output = {.stretch = stretch};
+  double *work = need((size_t)thrum_stress_points_work_count(stress_points), sizeof *work);
+  const thrum_stress_points_output output = {.stretch = stretch};
   for (int mode = 0; mode < 3; mode++) {
     double q[10] = {0}, least = 1;
     assert_int_equal(thrum_mode_add(model, mode, 0.05, q, NULL), THRUM_OK);
-    assert_int_equal(thrum_gauge_read(gauge, q, work, &output, NULL), THRUM_OK);
+    assert_int_equal(thrum_stress_points_read(stress_points, q, work, &output, NULL), THRUM_OK);
     for (int64_t n = 0; n < count; n++)
       least = fmin(least, stretch[n]);
     const double seen = look(monitor, q).stretch;
@@ -159,7 +159,7 @@ static void chosen_sentinels_see_the_worst_of_a_bent_beam(void **state) {
   }
   free(work);
   free(stretch);
-  gauge_free(gauge);
+  stress_points_free(stress_points);
   monitor_free(monitor);
   thrum_precomputed_free(&made);
   body_free(&b);
@@ -233,7 +233,7 @@ static void what_cannot_be_is_refused(void **state) {
   assert_int_equal(thrum_monitor_size(&fields.model, &empty, &size, &error),
                    THRUM_UNINITIALISED_DEF);
   thrum_monitor_def def = good;
-  def.sentinel_count = 257;
+  def.sampled_tet_count = 257;
   assert_int_equal(thrum_monitor_size(&fields.model, &def, &size, &error), THRUM_INVALID_ARGUMENT);
   def = good;
   def.stretch_least = NAN;
@@ -268,8 +268,8 @@ int main(void) {
       cmocka_unit_test(compression_warns_exactly_below_its_threshold),
       cmocka_unit_test(reach_warns_exactly_above_its_threshold),
       cmocka_unit_test(a_record_keeps_what_was_and_says_what_is),
-      cmocka_unit_test(given_sentinels_are_the_ones_watched),
-      cmocka_unit_test(chosen_sentinels_see_the_worst_of_a_bent_beam),
+      cmocka_unit_test(given_sampled_tets_are_the_ones_monitored),
+      cmocka_unit_test(chosen_sampled_tets_see_the_worst_of_a_bent_beam),
       cmocka_unit_test(the_share_of_a_load_outside_the_basis_is_that_of_the_closed_form),
       cmocka_unit_test(what_cannot_be_is_refused),
   };

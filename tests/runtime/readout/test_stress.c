@@ -12,11 +12,11 @@ typedef struct readings {
   double mises[TETS_MAX], stretch[TETS_MAX];
 } readings;
 
-static void read_all(const thrum_gauge *gauge, const double *q, readings *r) {
-  const thrum_gauge_output output = {r->strain, r->second, r->cauchy, r->mises, r->stretch};
-  assert_true(thrum_gauge_count(gauge) <= TETS_MAX);
-  double *work = need((size_t)thrum_gauge_work_count(gauge), sizeof *work);
-  assert_int_equal(thrum_gauge_read(gauge, q, work, &output, NULL), THRUM_OK);
+static void read_all(const thrum_stress_points *stress_points, const double *q, readings *r) {
+  const thrum_stress_points_output output = {r->strain, r->second, r->cauchy, r->mises, r->stretch};
+  assert_true(thrum_stress_points_count(stress_points) <= TETS_MAX);
+  double *work = need((size_t)thrum_stress_points_work_count(stress_points), sizeof *work);
+  assert_int_equal(thrum_stress_points_read(stress_points, q, work, &output, NULL), THRUM_OK);
   free(work);
 }
 
@@ -24,12 +24,12 @@ static void a_bar_in_uniaxial_stretch_has_the_stress_of_the_closed_form(void **s
   (void)state;
   linear_fields fields;
   linear_fields_make(&fields, "beam:2x2x2@1x0.5x0.5", YOUNG, 0);
-  const thrum_gauge *gauge = gauge_make(&fields.model, NULL, 0);
+  const thrum_stress_points *stress_points = stress_points_make(&fields.model, NULL, 0);
   static readings r;
   for (double l = 0.3; l < 2; l += 0.1) {
     const double q[FIELDS] = {l - 1};
-    read_all(gauge, q, &r);
-    for (int64_t n = 0; n < thrum_gauge_count(gauge); n++) {
+    read_all(stress_points, q, &r);
+    for (int64_t n = 0; n < thrum_stress_points_count(stress_points); n++) {
       assert_within(r.strain[6 * n], (l * l - 1) / 2, 1e-14);
       assert_within(r.second[6 * n], YOUNG * (l * l - 1) / 2, 1e-14 * YOUNG);
       // the section keeps its area at nu = 0, so sigma = P / A = l S
@@ -40,7 +40,7 @@ static void a_bar_in_uniaxial_stretch_has_the_stress_of_the_closed_form(void **s
         assert_within(r.cauchy[6 * n + c], 0, 1e-14 * YOUNG);
     }
   }
-  gauge_free(gauge);
+  stress_points_free(stress_points);
   linear_fields_free(&fields);
 }
 
@@ -48,12 +48,12 @@ static void the_compressive_force_peaks_at_stretch_one_over_root_three(void **st
   (void)state;
   linear_fields fields;
   linear_fields_make(&fields, "beam:1x1x1@1x1x1", YOUNG, 0);
-  const thrum_gauge *gauge = gauge_make(&fields.model, NULL, 0);
+  const thrum_stress_points *stress_points = stress_points_make(&fields.model, NULL, 0);
   static readings r;
   double peak = 0, at = 0;
   for (int n = 4000; n <= 8000; n++) {
     const double q[FIELDS] = {n * 1e-4 - 1};
-    read_all(gauge, q, &r);
+    read_all(stress_points, q, &r);
     if (-r.cauchy[0] > peak) {
       peak = -r.cauchy[0];
       at = n * 1e-4;
@@ -61,7 +61,7 @@ static void the_compressive_force_peaks_at_stretch_one_over_root_three(void **st
   }
   assert_within(at, 1 / sqrt(3), 1e-4);
   assert_within(peak / YOUNG, 1 / sqrt(27), 1e-7);
-  gauge_free(gauge);
+  stress_points_free(stress_points);
   linear_fields_free(&fields);
 }
 
@@ -69,7 +69,7 @@ static void a_rotation_strains_nothing_and_turns_the_cauchy_stress(void **state)
   (void)state;
   linear_fields fields;
   linear_fields_make(&fields, "beam:2x1x1@1x0.5x0.5", YOUNG, 0.3);
-  const thrum_gauge *gauge = gauge_make(&fields.model, NULL, 0);
+  const thrum_stress_points *stress_points = stress_points_make(&fields.model, NULL, 0);
   static readings turned, still;
   // about z by 0.7: R, and R (1 + H)
   const double c = cos(0.7), s = sin(0.7), h[FIELDS] = {0.1, 0.02, 0, 0, -0.05, 0.03, 0.01, 0, 0.2};
@@ -81,12 +81,12 @@ static void a_rotation_strains_nothing_and_turns_the_cauchy_stress(void **state)
       for (int k = 0; k < 3; k++)
         both[3 * i + j] += rotation[i][k] * (h[3 * k + j] + (k == j));
     }
-  read_all(gauge, rigid, &turned);
-  for (int64_t n = 0; n < 6 * thrum_gauge_count(gauge); n++)
+  read_all(stress_points, rigid, &turned);
+  for (int64_t n = 0; n < 6 * thrum_stress_points_count(stress_points); n++)
     assert_within(turned.strain[n], 0, 1e-15);
-  read_all(gauge, h, &still);
-  read_all(gauge, both, &turned);
-  for (int64_t n = 0; n < thrum_gauge_count(gauge); n++) {
+  read_all(stress_points, h, &still);
+  read_all(stress_points, both, &turned);
+  for (int64_t n = 0; n < thrum_stress_points_count(stress_points); n++) {
     for (int m = 0; m < 6; m++)
       assert_within(turned.strain[6 * n + m], still.strain[6 * n + m], 1e-15);
     // R sigma R^T: zz stays, the trace and von Mises stay, xx turns
@@ -97,7 +97,7 @@ static void a_rotation_strains_nothing_and_turns_the_cauchy_stress(void **state)
     assert_within(turned.mises[n], still.mises[n], 1e-9);
     assert_within(turned.stretch[n], still.stretch[n], 1e-15);
   }
-  gauge_free(gauge);
+  stress_points_free(stress_points);
   linear_fields_free(&fields);
 }
 
@@ -105,7 +105,7 @@ static void a_linear_displacement_gives_every_tetrahedron_the_same_tensors(void 
   (void)state;
   linear_fields fields;
   linear_fields_make(&fields, "beam:2x2x2@1x0.6x0.7", YOUNG, 0.35);
-  const thrum_gauge *gauge = gauge_make(&fields.model, NULL, 0);
+  const thrum_stress_points *stress_points = stress_points_make(&fields.model, NULL, 0);
   static readings r;
   double h[3][3], strain[3][3], q[FIELDS];
   for (int i = 0; i < FIELDS; i++)
@@ -118,9 +118,9 @@ static void a_linear_displacement_gives_every_tetrahedron_the_same_tensors(void 
                          strain[0][1], strain[1][2], strain[0][2]};
   const double lambda = YOUNG * 0.35 / (1.35 * 0.3), mu = YOUNG / 2.7;
   const double trace = six[0] + six[1] + six[2];
-  read_all(gauge, q, &r);
-  for (int64_t n = 0; n < thrum_gauge_count(gauge); n++) {
-    assert_int_equal(thrum_gauge_tet(gauge, n), n);
+  read_all(stress_points, q, &r);
+  for (int64_t n = 0; n < thrum_stress_points_count(stress_points); n++) {
+    assert_int_equal(thrum_stress_points_tet(stress_points, n), n);
     for (int c = 0; c < 6; c++) {
       assert_within(r.strain[6 * n + c], six[c], 1e-14);
       assert_within(r.second[6 * n + c], 2 * mu * six[c] + (c < 3 ? lambda * trace : 0),
@@ -132,7 +132,7 @@ static void a_linear_displacement_gives_every_tetrahedron_the_same_tensors(void 
     const double d = 2 * six[3], e = 2 * six[4], f = 2 * six[5];
     assert_within(a * (b * c - e * e) - d * (d * c - e * f) + f * (d * e - b * f), 0, 1e-14);
   }
-  gauge_free(gauge);
+  stress_points_free(stress_points);
   linear_fields_free(&fields);
 }
 
@@ -141,18 +141,18 @@ static void the_strains_hold_the_energy_of_the_reduced_polynomial(void **state) 
   body b = body_make("beam:6x2x2@1x0.2x0.3", "x<0.001");
   thrum_precomputed made = body_precompute(&b, 4, 9);
   const thrum_model *model = &made.model;
-  const thrum_gauge *gauge = gauge_make(model, NULL, 0);
-  const int64_t count = thrum_gauge_count(gauge);
+  const thrum_stress_points *stress_points = stress_points_make(model, NULL, 0);
+  const int64_t count = thrum_stress_points_count(stress_points);
   double *strain = need((size_t)(6 * count), sizeof *strain);
   double *second = need((size_t)(6 * count), sizeof *second);
-  double *work = need((size_t)thrum_gauge_work_count(gauge), sizeof *work);
+  double *work = need((size_t)thrum_stress_points_work_count(stress_points), sizeof *work);
   double *polynomial = need(thrum_work_count(model), sizeof *polynomial);
   for (int trial = 0; trial < 5; trial++) {
     double q[9], energy = 0;
     for (int i = 0; i < 9; i++)
       q[i] = 0.3 * random_number() / sqrt(model->omega2[i] / model->omega2[0]);
-    const thrum_gauge_output output = {strain, second, NULL, NULL, NULL};
-    assert_int_equal(thrum_gauge_read(gauge, q, work, &output, NULL), THRUM_OK);
+    const thrum_stress_points_output output = {strain, second, NULL, NULL, NULL};
+    assert_int_equal(thrum_stress_points_read(stress_points, q, work, &output, NULL), THRUM_OK);
     for (int64_t n = 0; n < count; n++) {
       const int32_t *v = model->tets + 4 * n;
       double e[3][3];
@@ -172,12 +172,12 @@ static void the_strains_hold_the_energy_of_the_reduced_polynomial(void **state) 
   free(work);
   free(second);
   free(strain);
-  gauge_free(gauge);
+  stress_points_free(stress_points);
   thrum_precomputed_free(&made);
   body_free(&b);
 }
 
-static void chosen_gauges_read_what_gauges_on_all_tets_read(void **state) {
+static void chosen_stress_points_read_what_points_on_all_tets_read(void **state) {
   (void)state;
   static const int32_t chosen[4] = {17, 3, 3, 40};
   linear_fields fields;
@@ -185,20 +185,20 @@ static void chosen_gauges_read_what_gauges_on_all_tets_read(void **state) {
   // no linear field: every tet its own strain
   for (int64_t n = 0; n < 3 * fields.model.vertex_count * FIELDS; n++)
     fields.basis[n] = random_number();
-  const thrum_gauge *all = gauge_make(&fields.model, NULL, 0);
-  const thrum_gauge *some = gauge_make(&fields.model, chosen, 4);
+  const thrum_stress_points *all = stress_points_make(&fields.model, NULL, 0);
+  const thrum_stress_points *some = stress_points_make(&fields.model, chosen, 4);
   static readings of_all, of_some, without;
   double q[FIELDS];
   for (int i = 0; i < FIELDS; i++)
     q[i] = 0.05 * random_number();
   read_all(all, q, &of_all);
   read_all(some, q, &of_some);
-  const thrum_gauge_output output = {without.strain, without.second, without.cauchy, without.mises,
-                                     without.stretch};
-  assert_int_equal(thrum_gauge_read(some, q, NULL, &output, NULL), THRUM_OK);
-  assert_int_equal(thrum_gauge_count(some), 4);
+  const thrum_stress_points_output output = {without.strain, without.second, without.cauchy,
+                                             without.mises, without.stretch};
+  assert_int_equal(thrum_stress_points_read(some, q, NULL, &output, NULL), THRUM_OK);
+  assert_int_equal(thrum_stress_points_count(some), 4);
   for (int n = 0; n < 4; n++) {
-    assert_int_equal(thrum_gauge_tet(some, n), chosen[n]);
+    assert_int_equal(thrum_stress_points_tet(some, n), chosen[n]);
     assert_memory_equal(of_some.strain + 6 * n, of_all.strain + 6 * chosen[n], 48);
     assert_memory_equal(of_some.cauchy + 6 * n, of_all.cauchy + 6 * chosen[n], 48);
     assert_memory_equal(of_some.mises + n, of_all.mises + chosen[n], 8);
@@ -206,8 +206,8 @@ static void chosen_gauges_read_what_gauges_on_all_tets_read(void **state) {
     assert_memory_equal(without.second + 6 * n, of_all.second + 6 * chosen[n], 48);
     assert_memory_equal(without.mises + n, of_all.mises + chosen[n], 8);
   }
-  gauge_free(some);
-  gauge_free(all);
+  stress_points_free(some);
+  stress_points_free(all);
   linear_fields_free(&fields);
 }
 
@@ -226,16 +226,16 @@ static void an_inverted_tetrahedron_has_a_negative_stretch_and_no_cauchy_stress(
   (void)state;
   linear_fields fields;
   linear_fields_make(&fields, "beam:1x1x1@1x1x1", YOUNG, 0.2);
-  const thrum_gauge *gauge = gauge_make(&fields.model, NULL, 0);
+  const thrum_stress_points *stress_points = stress_points_make(&fields.model, NULL, 0);
   static readings r;
   const double inverted[FIELDS] = {-1.25}, flat[FIELDS] = {-1};
-  read_all(gauge, inverted, &r);
+  read_all(stress_points, inverted, &r);
   assert_within(r.stretch[0], -0.25, 1e-15);
   assert_true(isnan(r.cauchy[0]) && isnan(r.mises[0]));
   assert_true(isfinite(r.second[0]));
-  read_all(gauge, flat, &r);
+  read_all(stress_points, flat, &r);
   assert_true(r.stretch[0] == 0 && isnan(r.mises[0]));
-  gauge_free(gauge);
+  stress_points_free(stress_points);
   linear_fields_free(&fields);
 }
 
@@ -243,43 +243,52 @@ static void what_cannot_be_is_refused(void **state) {
   (void)state;
   linear_fields fields;
   linear_fields_make(&fields, "beam:1x1x1@1x1x1", YOUNG, 0.2);
-  const thrum_gauge *gauge = gauge_make(&fields.model, NULL, 0), *untouched = gauge;
+  const thrum_stress_points *stress_points = stress_points_make(&fields.model, NULL, 0),
+                            *untouched = stress_points;
   static readings r;
   static const int32_t beyond[1] = {6}, before[1] = {-1}, first[1] = {0};
   double q[FIELDS] = {0, 0, NAN};
-  const thrum_gauge_output output = {.stretch = r.stretch};
+  const thrum_stress_points_output output = {.stretch = r.stretch};
   size_t size = 7;
   thrum_error error;
-  const thrum_gauge_def good = {NULL, 0}, high = {beyond, 1}, low = {before, 1}, none = {first, 0};
-  assert_int_equal(thrum_gauge_read(gauge, q, NULL, &output, &error), THRUM_BAD_VALUE);
-  assert_int_equal(thrum_gauge_read(NULL, q, NULL, &output, &error), THRUM_INVALID_ARGUMENT);
-  assert_int_equal(thrum_gauge_read(gauge, NULL, NULL, &output, NULL), THRUM_INVALID_ARGUMENT);
-  assert_int_equal(thrum_gauge_size(&fields.model, &high, &size, &error), THRUM_INVALID_ARGUMENT);
-  assert_int_equal(thrum_gauge_size(&fields.model, &low, &size, &error), THRUM_INVALID_ARGUMENT);
-  assert_int_equal(thrum_gauge_size(&fields.model, &none, &size, &error), THRUM_INVALID_ARGUMENT);
+  const thrum_stress_points_def good = {NULL, 0}, high = {beyond, 1}, low = {before, 1},
+                                none = {first, 0};
+  assert_int_equal(thrum_stress_points_read(stress_points, q, NULL, &output, &error),
+                   THRUM_BAD_VALUE);
+  assert_int_equal(thrum_stress_points_read(NULL, q, NULL, &output, &error),
+                   THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_stress_points_read(stress_points, NULL, NULL, &output, NULL),
+                   THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_stress_points_size(&fields.model, &high, &size, &error),
+                   THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_stress_points_size(&fields.model, &low, &size, &error),
+                   THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_stress_points_size(&fields.model, &none, &size, &error),
+                   THRUM_INVALID_ARGUMENT);
   assert_int_equal(size, 7);
-  assert_int_equal(thrum_gauge_size(&fields.model, &good, &size, &error), THRUM_OK);
+  assert_int_equal(thrum_stress_points_size(&fields.model, &good, &size, &error), THRUM_OK);
   void *memory = aligned_alloc(64, size + 64);
-  assert_int_equal(thrum_gauge_init(memory, size - 1, &fields.model, &good, &untouched, &error),
-                   THRUM_BUFFER_TOO_SMALL);
   assert_int_equal(
-      thrum_gauge_init((char *)memory + 8, size, &fields.model, &good, &untouched, &error),
+      thrum_stress_points_init(memory, size - 1, &fields.model, &good, &untouched, &error),
+      THRUM_BUFFER_TOO_SMALL);
+  assert_int_equal(
+      thrum_stress_points_init((char *)memory + 8, size, &fields.model, &good, &untouched, &error),
       THRUM_MISALIGNED);
   thrum_model bare = fields.model;
   bare.basis = NULL;
-  assert_int_equal(thrum_gauge_size(&bare, &good, &size, &error), THRUM_MISSING);
-  // a flat tet is found when gauges are made
+  assert_int_equal(thrum_stress_points_size(&bare, &good, &size, &error), THRUM_MISSING);
+  // a flat tet is found when stress points are made
   double vertices[3 * 8];
   memcpy(vertices, fields.model.vertices, sizeof vertices);
   for (int v = 0; v < 8; v++)
     vertices[3 * v] = 0;
   thrum_model flat = fields.model;
   flat.vertices = vertices;
-  assert_int_equal(thrum_gauge_init(memory, size, &flat, &good, &untouched, &error),
+  assert_int_equal(thrum_stress_points_init(memory, size, &flat, &good, &untouched, &error),
                    THRUM_BAD_VALUE);
-  assert_ptr_equal(untouched, gauge);
+  assert_ptr_equal(untouched, stress_points);
   free(memory);
-  gauge_free(gauge);
+  stress_points_free(stress_points);
   linear_fields_free(&fields);
 }
 
@@ -290,7 +299,7 @@ int main(void) {
       cmocka_unit_test(a_rotation_strains_nothing_and_turns_the_cauchy_stress),
       cmocka_unit_test(a_linear_displacement_gives_every_tetrahedron_the_same_tensors),
       cmocka_unit_test(the_strains_hold_the_energy_of_the_reduced_polynomial),
-      cmocka_unit_test(chosen_gauges_read_what_gauges_on_all_tets_read),
+      cmocka_unit_test(chosen_stress_points_read_what_points_on_all_tets_read),
       cmocka_unit_test(von_mises_of_known_states),
       cmocka_unit_test(an_inverted_tetrahedron_has_a_negative_stretch_and_no_cauchy_stress),
       cmocka_unit_test(what_cannot_be_is_refused),
