@@ -58,6 +58,16 @@ __attribute__((format(printf, 3, 4)))
 thrum_status
 thrum_error_set(thrum_error *error, thrum_status status, const char *format, ...);
 
+/* Returns from the caller when `call` fails: one line for a call whose failure the caller passes
+ * on unchanged. A status above 0 is notable but not failed, so the caller goes on. A function that
+ * has something to free keeps its status in a variable and leaves through one cleanup label. */
+#define THRUM_TRY(call)                                                                            \
+  do {                                                                                             \
+    const thrum_status try_status_ = (call);                                                       \
+    if (try_status_ < 0)                                                                           \
+      return try_status_;                                                                          \
+  } while (0)
+
 #ifdef __cplusplus
 }
 #endif
