@@ -1,8 +1,6 @@
 /* The ground that base motions under all bodies (thrum/base_motion.h, design 12).
  * SPDX-License-Identifier: Apache-2.0 */
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif
+#include "runtime/base/fp_contract.h"
 
 #include <math.h>
 

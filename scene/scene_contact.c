@@ -2,9 +2,7 @@
  * pulled, whose rows of U' = k U are all that is copied of the basis.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif
+#include "runtime/base/fp_contract.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,8 +1,6 @@
 /* Free bodies: their mass and inertia, and how they move and turn as a whole (thrum/rigid_frame.h).
  * SPDX-License-Identifier: Apache-2.0 */
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif
+#include "runtime/base/fp_contract.h"
 
 #include <math.h>
 #include <stdlib.h>

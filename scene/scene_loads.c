@@ -5,9 +5,7 @@
  * changes, so that whole steps stay whole.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif
+#include "runtime/base/fp_contract.h"
 
 #include <math.h>
 #include <stdlib.h>

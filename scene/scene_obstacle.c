@@ -1,8 +1,6 @@
 /* Obstacles of a scene: what bodies touch (thrum/contact.h).
  * SPDX-License-Identifier: Apache-2.0 */
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif
+#include "runtime/base/fp_contract.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,8 +1,6 @@
 /* Points that somebody follows: the mean of some vertices, whose rows of U are averaged once.
  * SPDX-License-Identifier: Apache-2.0 */
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif
+#include "runtime/base/fp_contract.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,8 +1,6 @@
 /* One step of a scene: loads, then bodies of one model side by side (thrum/batch.h).
  * SPDX-License-Identifier: Apache-2.0 */
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif
+#include "runtime/base/fp_contract.h"
 
 #include <string.h>
 

@@ -1,8 +1,6 @@
 /* The surface of a body as far as wind and contact need it: its vertices and their share of the
  * triangles' area. SPDX-License-Identifier: Apache-2.0 */
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif
+#include "runtime/base/fp_contract.h"
 
 #include <math.h>
 #include <stdlib.h>

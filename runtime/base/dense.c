@@ -8,9 +8,7 @@
  * is called. Source of the sweep: Goodnight 1979, doi:10.1080/00031305.1979.10482685.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif
+#include "runtime/base/fp_contract.h"
 
 #include "runtime/base/dense.h"
 

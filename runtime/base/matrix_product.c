@@ -5,9 +5,7 @@
  * Cost: every function reads its matrix once; 2 operations per entry.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif
+#include "runtime/base/fp_contract.h"
 
 #include "runtime/base/lane_sums.h"
 #include "runtime/polynomial/polynomial_private.h"

@@ -5,9 +5,7 @@
  * for symmetric matrices, doi:10.1007/BF01386333.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif
+#include "runtime/base/fp_contract.h"
 
 #include "runtime/base/symmetric.h"
 

@@ -1,8 +1,6 @@
 /* A contact's block: planning, laying out, reports (thrum/contact.h).
  * SPDX-License-Identifier: Apache-2.0 */
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif
+#include "runtime/base/fp_contract.h"
 
 #include "runtime/contact/contact_private.h"
 

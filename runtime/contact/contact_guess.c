@@ -7,9 +7,7 @@
  * Cost: 18 r a row that touches anew.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif
+#include "runtime/base/fp_contract.h"
 
 #include <math.h>
 #include <string.h>

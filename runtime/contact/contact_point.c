@@ -4,9 +4,7 @@
  * Cost: 3 r each, the response 9 r.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif
+#include "runtime/base/fp_contract.h"
 
 #include <math.h>
 #include <string.h>

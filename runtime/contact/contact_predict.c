@@ -9,9 +9,7 @@
  * Cost: one force evaluation.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif
+#include "runtime/base/fp_contract.h"
 
 #include "runtime/contact/contact_private.h"
 #include "runtime/dynamics/state_private.h"

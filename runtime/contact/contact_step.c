@@ -5,9 +5,7 @@
  * then without restitution and release, at last without contact, whose work is nothing.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif
+#include "runtime/base/fp_contract.h"
 
 #include <math.h>
 #include <string.h>

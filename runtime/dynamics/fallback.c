@@ -10,9 +10,7 @@
  * Cost: of the steps tried; nothing in a step that is solved at once.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif
+#include "runtime/base/fp_contract.h"
 
 #include <math.h>
 #include <string.h>

@@ -14,9 +14,7 @@
  * Source: Stern & Grinspun 2009, doi:10.1137/080732936.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif
+#include "runtime/base/fp_contract.h"
 
 #include <math.h>
 

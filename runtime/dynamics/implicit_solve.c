@@ -12,9 +12,7 @@
  * Cost of full Newton: an evaluation of R, a tangent and n^3/3 an iteration.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif
+#include "runtime/base/fp_contract.h"
 
 #include "runtime/dynamics/implicit_solve.h"
 

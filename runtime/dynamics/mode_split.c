@@ -3,9 +3,7 @@
  * Modes ascend in omega, so a split is one number: E = 0..n-1, I = n..r-1. Cost: r comparisons.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif
+#include "runtime/base/fp_contract.h"
 
 #include <math.h>
 

@@ -11,9 +11,7 @@
  * doi:10.1002/1097-0207(20001210)49:10<1295::AID-NME993>3.0.CO;2-W (variational for gamma = 1/2).
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif
+#include "runtime/base/fp_contract.h"
 
 #include <math.h>
 #include <string.h>

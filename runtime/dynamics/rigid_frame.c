@@ -15,9 +15,7 @@
  * doi:10.1006/jcph.1993.1128.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif
+#include "runtime/base/fp_contract.h"
 
 #include "thrum/rigid_frame.h"
 

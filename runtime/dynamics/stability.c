@@ -21,9 +21,7 @@
  * Cost: |E| operations a step, a product T v each SAMPLE steps, two forces a correction.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif
+#include "runtime/base/fp_contract.h"
 
 #include <math.h>
 #include <string.h>

@@ -5,9 +5,7 @@
  * Cost of reading or setting p: one force evaluation when there are explicit modes.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif
+#include "runtime/base/fp_contract.h"
 
 #include "runtime/dynamics/state_private.h"
 

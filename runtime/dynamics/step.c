@@ -1,9 +1,7 @@
 /* One step: candidates are made in scratch, checked, and only then committed, so that a step that
  * fails leaves what persists of the state as it was (design 8) and no NaN or Inf ever enters it.
  * SPDX-License-Identifier: Apache-2.0 */
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif
+#include "runtime/base/fp_contract.h"
 
 #include <math.h>
 #include <string.h>

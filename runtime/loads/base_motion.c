@@ -6,9 +6,7 @@
  * splines, doi:10.1007/978-1-4612-6333-3, chapter IV).
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif
+#include "runtime/base/fp_contract.h"
 
 #include "thrum/base_motion.h"
 

@@ -13,9 +13,7 @@
 
 #include "runtime/polynomial/polynomial_private.h"
 
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif
+#include "runtime/base/fp_contract.h"
 
 static thrum_status require_basis(const thrum_model *model, thrum_error *error) {
   if (!model->basis)

@@ -9,9 +9,7 @@
 
 #include <math.h>
 
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif
+#include "runtime/base/fp_contract.h"
 
 static const double PI = 3.14159265358979323846;
 

@@ -6,9 +6,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "thrum/force.h"
 
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif
+#include "runtime/base/fp_contract.h"
 
 thrum_status thrum_force_add_shared(const thrum_model *model, const int32_t *vertices,
                                     int64_t count, const double force[3], double *reduced,

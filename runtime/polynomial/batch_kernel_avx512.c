@@ -4,9 +4,7 @@
 
 #ifdef THRUM_KERNEL_HAS_X86
 
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif
+#include "runtime/base/fp_contract.h"
 
 #include <immintrin.h>
 

@@ -9,9 +9,7 @@
  * X^T, where row d of X is the gradient of all columns that meet q_d.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif
+#include "runtime/base/fp_contract.h"
 
 #include <string.h>
 

@@ -4,9 +4,7 @@
 
 #ifdef THRUM_KERNEL_HAS_WASM
 
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif
+#include "runtime/base/fp_contract.h"
 
 #include <wasm_simd128.h>
 

@@ -11,9 +11,7 @@
 
 #include <string.h>
 
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif
+#include "runtime/base/fp_contract.h"
 
 int64_t thrum_c3_index(int64_t rank, int64_t i, int64_t j, int64_t k) {
   // before block j come all terms but those of the blocks from j on: with i >= j, and with i < j

@@ -10,9 +10,7 @@
 
 #include "thrum/force.h"
 
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif
+#include "runtime/base/fp_contract.h"
 
 static thrum_status require_basis(const thrum_model *model, thrum_error *error) {
   if (model->basis != NULL)

@@ -5,9 +5,7 @@
  * likewise, sqrt(1 - |U^T f|^2 / (f^T M^-1 f - |Z^T f|^2)).
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif
+#include "runtime/base/fp_contract.h"
 
 #include "thrum/monitor.h"
 

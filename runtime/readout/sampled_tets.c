@@ -3,9 +3,7 @@
  * so a tet that an earlier mode took is not taken again.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif
+#include "runtime/base/fp_contract.h"
 
 #include <math.h>
 #include <stdbool.h>

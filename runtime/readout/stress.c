@@ -2,9 +2,7 @@
  * Cost of a reading: u = U q of the places, 6 r operations each, then about 200 a tet.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif
+#include "runtime/base/fp_contract.h"
 
 #include "runtime/readout/stress_private.h"
 

@@ -2,9 +2,7 @@
  * Cost of the positions: 12 bytes of U for each vertex and mode, read once, in ascending order.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif
+#include "runtime/base/fp_contract.h"
 
 #include "runtime/readout/surface_private.h"
 

@@ -4,9 +4,7 @@
  * of U.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif
+#include "runtime/base/fp_contract.h"
 
 #include "runtime/readout/surface_private.h"
 

@@ -12,9 +12,7 @@
  * finite element analysis of solids and structures, volume 1, chapter 9 (ISBN 978-0-471-97059-0).
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif
+#include "runtime/base/fp_contract.h"
 
 #include "runtime/statics/equilibrium_private.h"
 

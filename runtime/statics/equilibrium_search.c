@@ -10,9 +10,7 @@
  * no mode is judged in another's units. Cost: a tangent and r^3 to 3 r^3 operations an iteration.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif
+#include "runtime/base/fp_contract.h"
 
 #include <float.h>
 #include <math.h>
