@@ -47,5 +47,5 @@ int bench_batch_command(int argc, char **argv) {
   static const char *const curves[] = {"us_per_step", "us_per_step_alone", NULL};
   bench_request request;
   const int code = bench_options_read("bench batch", argc, argv, &request);
-  return code != CLI_DONE ? code : bench_each_model(&request, run, curves);
+  return code != COMMAND_DONE ? code : bench_each_model(&request, run, curves);
 }

@@ -33,12 +33,16 @@ typedef struct request {
 
 #define FIELD(member) .field = offsetof(request, member)
 
-static const cli_option table[] = {
-    {.name = "vertices", .kind = CLI_COUNT, FIELD(bench.vertices), .least = 3, .most = 1e7},
-    {.name = "rank", .kind = CLI_COUNT, FIELD(bench.rank), .least = 1, .most = THRUM_RANK_MAX},
-    {.name = "repetitions", .kind = CLI_COUNT, FIELD(bench.repetitions), .least = 1, .most = 1e6},
-    CLI_OPTION_JSON(request),
-    CLI_OPTION_HELP(print_help),
+static const config_option table[] = {
+    {.name = "vertices", .kind = CONFIG_COUNT, FIELD(bench.vertices), .least = 3, .most = 1e7},
+    {.name = "rank", .kind = CONFIG_COUNT, FIELD(bench.rank), .least = 1, .most = THRUM_RANK_MAX},
+    {.name = "repetitions",
+     .kind = CONFIG_COUNT,
+     FIELD(bench.repetitions),
+     .least = 1,
+     .most = 1e6},
+    CONFIG_OPTION_JSON(request),
+    CONFIG_OPTION_HELP(print_help),
     {.name = NULL},
 };
 
@@ -91,14 +95,14 @@ static void print_table(const bench_displacement *bench) {
 
 int bench_displacement_command(int argc, char **argv) {
   request asked = {.bench = {.vertices = 19796, .rank = 30, .repetitions = 200}};
-  const int code = cli_options_read("bench displacement", table, argc, argv, &asked);
-  if (code != CLI_DONE)
+  const int code = config_options_read("bench displacement", table, argc, argv, &asked);
+  if (code != COMMAND_DONE)
     return code;
   if (optind < argc)
-    return cli_usage("bench displacement", "'%s' is not expected", argv[optind]);
+    return config_usage("bench displacement", "'%s' is not expected", argv[optind]);
   thrum_error error = {THRUM_OK, ""};
   if (bench_displacement_run(&asked.bench, &error) < 0)
-    return cli_refuse(&error);
+    return config_refuse(&error);
   (asked.json ? print_json : print_table)(&asked.bench);
-  return CLI_DONE;
+  return COMMAND_DONE;
 }

@@ -69,5 +69,5 @@ int bench_kernels_command(int argc, char **argv) {
       "us_restrict", "force_bound_us", NULL};
   bench_request request;
   const int code = bench_options_read("bench kernels", argc, argv, &request);
-  return code != CLI_DONE ? code : bench_each_model(&request, run, curves);
+  return code != COMMAND_DONE ? code : bench_each_model(&request, run, curves);
 }

@@ -10,7 +10,7 @@
 #include "driver/simulate_options.h"
 
 /* They share a table, so that the help goes by the command. */
-static int print_help(const cli_given *given, void *request) {
+static int print_help(const config_given *given, void *request) {
   (void)request;
   const char *command = given->command;
   const bool batch = strcmp(command, "bench batch") == 0;
@@ -61,76 +61,76 @@ static int print_help(const cli_given *given, void *request) {
          "exit codes: 0 done, 1 refused, 2 usage\n",
          batch ? 10 : 40, command + strlen("bench "), command, step ? " --implicit 3" : "",
          command);
-  return CLI_HELPED;
+  return COMMAND_HELPED;
 }
 
-static int take_ranks(const cli_given *given, void *request) {
+static int take_ranks(const config_given *given, void *request) {
   bench_request *r = request;
   r->ranks_given = true;
-  return cli_given_counts(given, BENCH_RANKS_MAX, r->ranks, &r->rank_count);
+  return config_given_counts(given, BENCH_RANKS_MAX, r->ranks, &r->rank_count);
 }
 
-static int take_kernel(const cli_given *given, void *request) {
+static int take_kernel(const config_given *given, void *request) {
   for (int id = 0; thrum_kernel_name((thrum_kernel_id)id); id++) {
     if (strcmp(given->text, thrum_kernel_name((thrum_kernel_id)id)) != 0)
       continue;
     if (!thrum_kernel_usable((thrum_kernel_id)id))
-      return cli_given_refuse(given, "--kernel %s: this machine or build does not have it",
-                              given->text);
+      return config_given_refuse(given, "--kernel %s: this machine or build does not have it",
+                                 given->text);
     ((bench_request *)request)->kernel = (thrum_kernel_id)id;
-    return CLI_DONE;
+    return COMMAND_DONE;
   }
-  return cli_given_wrong(given);
+  return config_given_wrong(given);
 }
 
 static void choose_integrator(void *request, int index) {
   ((bench_request *)request)->step.def.integrator = (thrum_integrator)index;
 }
 
-static int take_implicit(const cli_given *given, void *request) {
+static int take_implicit(const config_given *given, void *request) {
   int64_t count = 0;
-  const int code = cli_given_count(given, &count);
-  if (code == CLI_DONE)
+  const int code = config_given_count(given, &count);
+  if (code == COMMAND_DONE)
     ((bench_request *)request)->step.implicit_wanted = (int)count;
   return code;
 }
 
-static int take_no_machine(const cli_given *given, void *request) {
+static int take_no_machine(const config_given *given, void *request) {
   (void)given;
   ((bench_request *)request)->machine = false;
-  return CLI_DONE;
+  return COMMAND_DONE;
 }
 
 #define FIELD(member) .field = offsetof(bench_request, member)
-#define SOME .kind = CLI_COUNT, .least = 1, .most = 1e6
-#define POSITIVE .kind = CLI_NUMBER, .most = INFINITY, .above = true
+#define SOME .kind = CONFIG_COUNT, .least = 1, .most = 1e6
+#define POSITIVE .kind = CONFIG_NUMBER, .most = INFINITY, .above = true
 
-static const cli_option table[] = {
+static const config_option table[] = {
     {.name = "rank",
-     .kind = CLI_TEXT,
+     .kind = CONFIG_TEXT,
      .take = take_ranks,
      .least = 1,
      .most = THRUM_RANK_MAX,
      .wants = "ranks from 1 to 512, as in 15,30"},
     {.name = "integrator",
-     .kind = CLI_CHOICE,
+     .kind = CONFIG_CHOICE,
      .names = simulate_integrators,
      .choose = choose_integrator},
     {.name = "kernel",
-     .kind = CLI_TEXT,
+     .kind = CONFIG_TEXT,
      .take = take_kernel,
      .wants = "reference, avx2, avx512, neon, wasm or best"},
-    {.name = "implicit", .kind = CLI_COUNT, .take = take_implicit, .most = 1e6},
+    {.name = "implicit", .kind = CONFIG_COUNT, .take = take_implicit, .most = 1e6},
     {.name = "dt", POSITIVE, FIELD(step.def.dt)},
     {.name = "swing", POSITIVE, FIELD(step.swing)},
     {.name = "batches", SOME, FIELD(batches)},
     {.name = "steps", SOME, FIELD(step.steps)},
     {.name = "bodies", SOME, FIELD(bodies)},
-    {.name = "no-machine", .kind = CLI_FLAG, .take = take_no_machine},
-    {.name = "output", .letter = 'o', .kind = CLI_TEXT, FIELD(folder)},
-    CLI_OPTION_JSON(bench_request),
-    CLI_OPTION_QUIET(bench_request),
-    {.name = "help", .letter = 'h', .kind = CLI_FLAG, .take = print_help},
+    {.name = "no-machine", .kind = CONFIG_FLAG, .take = take_no_machine},
+    {.name = "output", .letter = 'o', .kind = CONFIG_TEXT, FIELD(folder)},
+    CONFIG_OPTION_JSON(bench_request),
+    CONFIG_OPTION_QUIET(bench_request),
+    {.name = "help", .letter = 'h', .kind = CONFIG_FLAG, .take = print_help},
     {.name = NULL},
 };
 
@@ -148,17 +148,17 @@ int bench_options_read(const char *command, int argc, char **argv, bench_request
     request->rank_count = 1;
     request->batches = 10;
   }
-  const int code = cli_options_read(command, table, argc, argv, request);
-  if (code != CLI_DONE)
+  const int code = config_options_read(command, table, argc, argv, request);
+  if (code != COMMAND_DONE)
     return code;
   if (optind + 1 < argc)
-    return cli_usage(command, "one MODEL at most, not also '%s'", argv[optind + 1]);
+    return config_usage(command, "one MODEL at most, not also '%s'", argv[optind + 1]);
   if (optind < argc)
     request->model_path = argv[optind];
   if (request->ranks_given && request->model_path)
-    return cli_usage(command, "--rank is of the beam; a model file has its own rank");
+    return config_usage(command, "--rank is of the beam; a model file has its own rank");
   if (request->step.implicit_wanted >= 0 && strcmp(command, "bench kernels") != 0 &&
       request->step.def.dt != thrum_default_state_def().dt)
-    return cli_usage(command, "--implicit chooses the time step; give it without --dt");
-  return CLI_DONE;
+    return config_usage(command, "--implicit chooses the time step; give it without --dt");
+  return COMMAND_DONE;
 }

@@ -54,49 +54,49 @@ static void print_help(void) {
         stdout);
 }
 
-static int take_tets(const cli_given *given, void *request) {
+static int take_tets(const config_given *given, void *request) {
   sweep *asked = request;
-  return cli_given_counts(given, POINTS_MAX, asked->sizes, &asked->size_count);
+  return config_given_counts(given, POINTS_MAX, asked->sizes, &asked->size_count);
 }
 
-static int take_ranks(const cli_given *given, void *request) {
+static int take_ranks(const config_given *given, void *request) {
   sweep *asked = request;
   asked->over_rank = true;
-  return cli_given_counts(given, POINTS_MAX, asked->points, &asked->count);
+  return config_given_counts(given, POINTS_MAX, asked->points, &asked->count);
 }
 
-#define FIELD(member) .kind = CLI_COUNT, .least = 1, .field = offsetof(sweep, member)
+#define FIELD(member) .kind = CONFIG_COUNT, .least = 1, .field = offsetof(sweep, member)
 
-static const cli_option table[] = {
+static const config_option table[] = {
     {.name = "tets",
-     .kind = CLI_TEXT,
+     .kind = CONFIG_TEXT,
      .take = take_tets,
      .least = 1,
      .most = 1e7,
      .wants = "up to 16 whole numbers from 1 to 10000000"},
     {.name = "ranks",
-     .kind = CLI_TEXT,
+     .kind = CONFIG_TEXT,
      .take = take_ranks,
      .least = 1,
      .most = THRUM_RANK_MAX,
      .wants = "up to 16 whole numbers from 1 to 512"},
     {.name = "modes", FIELD(modes), .most = 10000},
     {.name = "rank", FIELD(rank), .most = THRUM_RANK_MAX},
-    {.name = "threads", FIELD(threads), .most = CLI_THREADS_MAX},
-    CLI_OPTION_JSON(sweep),
-    CLI_OPTION_HELP(print_help),
+    {.name = "threads", FIELD(threads), .most = CONFIG_THREADS_MAX},
+    CONFIG_OPTION_JSON(sweep),
+    CONFIG_OPTION_HELP(print_help),
     {.name = NULL},
 };
 
 static int read_options(int argc, char **argv, sweep *asked) {
   static const int64_t usual[] = {1000, 3000, 10000, 30000, 100000};
-  const int code = cli_options_read("bench precompute", table, argc, argv, asked);
-  if (code != CLI_DONE)
+  const int code = config_options_read("bench precompute", table, argc, argv, asked);
+  if (code != COMMAND_DONE)
     return code;
   if (optind < argc)
-    return cli_usage("bench precompute", "'%s' is not expected", argv[optind]);
+    return config_usage("bench precompute", "'%s' is not expected", argv[optind]);
   if (asked->over_rank && asked->size_count > 1)
-    return cli_usage("bench precompute", "--tets is one number when there are --ranks");
+    return config_usage("bench precompute", "--tets is one number when there are --ranks");
   if (asked->over_rank && asked->size_count == 1)
     asked->tets = asked->sizes[0];
   if (!asked->over_rank) {
@@ -104,7 +104,7 @@ static int read_options(int argc, char **argv, sweep *asked) {
     asked->count = given ? asked->size_count : (int64_t)(sizeof usual / sizeof *usual);
     memcpy(asked->points, given ? asked->sizes : usual, (size_t)asked->count * sizeof *usual);
   }
-  return CLI_DONE;
+  return COMMAND_DONE;
 }
 
 static thrum_status run_all(sweep *asked, thrum_error *error) {
@@ -227,11 +227,11 @@ static void print_table(const sweep *asked) {
 int bench_pipeline_command(int argc, char **argv) {
   sweep asked = {.modes = 20, .rank = 30, .tets = 10000, .threads = 1};
   const int code = read_options(argc, argv, &asked);
-  if (code != CLI_DONE)
+  if (code != COMMAND_DONE)
     return code;
   thrum_error error = {THRUM_OK, ""};
   if (run_all(&asked, &error) < 0)
-    return cli_refuse(&error);
+    return config_refuse(&error);
   (asked.json ? print_json : print_table)(&asked);
-  return CLI_DONE;
+  return COMMAND_DONE;
 }

@@ -90,7 +90,7 @@ static void plot(const bench_request *request, const char *name, const char *con
       write_script(request, path, name, curves) && cli_gnuplot_run(request->folder, script);
   unlink(path);
   if (!drawn)
-    cli_warn("no plot: gnuplot is missing or failed");
+    config_warn("no plot: gnuplot is missing or failed");
 }
 
 static thrum_status write_files(const bench_request *request, const cJSON *rows,
@@ -147,7 +147,7 @@ int bench_each_model(bench_request *request, bench_run *run, const char *const *
   // before the measurement, which may be long
   thrum_status status = request->folder ? folder_make(request->folder, &error) : THRUM_OK;
   if (status < 0)
-    return cli_refuse(&error);
+    return config_refuse(&error);
   const thrum_model *given = NULL;
   if (request->model_path)
     status = thrum_model_load(request->model_path, &given, &error);
@@ -157,28 +157,28 @@ int bench_each_model(bench_request *request, bench_run *run, const char *const *
                                   request->step.implicit_wanted, &error);
   if (status < 0) {
     thrum_model_free(given);
-    return cli_refuse(&error);
+    return config_refuse(&error);
   }
   cJSON *rows = cJSON_CreateArray();
-  cli_progress progress = cli_progress_make(request->quiet);
+  config_progress progress = config_progress_make(request->quiet);
   if (request->machine)
     bench_machine_measure(&request->rates);
   if (!request->json)
     print_machine(request);
   for (int64_t n = 0; n < count && status >= 0; n++) {
-    cli_progress_update(&progress, "ranks", (double)n / (double)count);
+    config_progress_update(&progress, "ranks", (double)n / (double)count);
     status = given ? run(request, given, rows, &error) : run_rank(request, n, run, rows, &error);
   }
   thrum_model_free(given);
   if (status >= 0)
-    cli_progress_done(&progress);
+    config_progress_done(&progress);
   else
-    cli_progress_abandon(&progress);
+    config_progress_abandon(&progress);
   if (status >= 0 && request->folder)
     status = write_files(request, rows, curves, &error);
   if (status >= 0 && request->json)
     print_json(request, rows);
   else
     cJSON_Delete(rows);
-  return status >= 0 ? CLI_DONE : cli_refuse(&error);
+  return status >= 0 ? COMMAND_DONE : config_refuse(&error);
 }

@@ -28,7 +28,7 @@ typedef struct bench_request {
   bench_machine rates;
 } bench_request;
 
-/* Fills the request from argv; CLI_DONE or CLI_USAGE. */
+/* Fills the request from argv; COMMAND_DONE or COMMAND_USAGE. */
 int bench_options_read(const char *command, int argc, char **argv, bench_request *request);
 
 /* Calls `run` with a model of each rank; stops at the first failure. */

@@ -57,5 +57,5 @@ int bench_step_command(int argc, char **argv) {
   static const char *const curves[] = {"us_per_step", "us_per_step_median", "bound_us", NULL};
   bench_request request;
   const int code = bench_options_read("bench step", argc, argv, &request);
-  return code != CLI_DONE ? code : bench_each_model(&request, run, curves);
+  return code != COMMAND_DONE ? code : bench_each_model(&request, run, curves);
 }

@@ -33,7 +33,7 @@ static int print_help(FILE *stream) {
         "  thrum bench displacement\n"
         "  thrum bench displacement --vertices 5000 --rank 60 --json\n",
         stream);
-  return stream == stdout ? CLI_DONE : CLI_USAGE;
+  return stream == stdout ? COMMAND_DONE : COMMAND_USAGE;
 }
 
 int cmd_bench(int argc, char **argv) {
@@ -47,8 +47,8 @@ int cmd_bench(int argc, char **argv) {
       return benches[n].run(argc - 1, argv + 1);
     names[n] = benches[n].name;
   }
-  const char *nearest = cli_nearest(argv[1], names, BENCH_COUNT);
+  const char *nearest = config_nearest(argv[1], names, BENCH_COUNT);
   if (nearest != NULL)
-    return cli_usage("bench", "unknown measurement '%s'; did you mean '%s'?", argv[1], nearest);
-  return cli_usage("bench", "unknown measurement '%s'", argv[1]);
+    return config_usage("bench", "unknown measurement '%s'; did you mean '%s'?", argv[1], nearest);
+  return config_usage("bench", "unknown measurement '%s'", argv[1]);
 }

@@ -32,28 +32,28 @@ static void print_help(void) {
         stdout);
 }
 
-static const cli_option table[] = {
+static const config_option table[] = {
     {.name = "scale",
-     .kind = CLI_NUMBER,
+     .kind = CONFIG_NUMBER,
      .field = offsetof(check_request, scale),
      .most = INFINITY,
      .above = true},
-    CLI_OPTION_JSON(check_request),
-    CLI_OPTION_HELP(print_help),
+    CONFIG_OPTION_JSON(check_request),
+    CONFIG_OPTION_HELP(print_help),
     {.name = NULL},
 };
 
 static int read_options(int argc, char **argv, check_request *request) {
-  const int code = cli_options_read("check", table, argc, argv, request);
-  if (code != CLI_DONE)
+  const int code = config_options_read("check", table, argc, argv, request);
+  if (code != COMMAND_DONE)
     return code;
-  return cli_one_argument("check", "mesh", argc, argv, &request->mesh_name);
+  return config_one_argument("check", "mesh", argc, argv, &request->mesh_name);
 }
 
 int cmd_check(int argc, char **argv) {
   check_request request = {.scale = 1};
   const int code = read_options(argc, argv, &request);
-  if (code != CLI_DONE)
+  if (code != COMMAND_DONE)
     return code;
   thrum_error error = {0};
   thrum_mesh mesh = {0};
@@ -71,6 +71,6 @@ int cmd_check(int argc, char **argv) {
   }
   thrum_mesh_free(&mesh);
   if (status < 0)
-    return cli_refuse(&error);
-  return flags != 0 ? CLI_FLAGGED : CLI_DONE;
+    return config_refuse(&error);
+  return flags != 0 ? COMMAND_FLAGGED : COMMAND_DONE;
 }

@@ -48,41 +48,42 @@ static void choose_msh(void *request, int index) {
 #define FIELD(member) .field = offsetof(convert_request, member)
 
 static const char *const msh_versions[] = {"2.2", "4.1", NULL};
-static const cli_option table[] = {
-    {.name = "scale", .kind = CLI_NUMBER, FIELD(scale), .most = INFINITY, .above = true},
-    {.name = "binary", .kind = CLI_FLAG, FIELD(options.binary)},
-    {.name = "ascii", .kind = CLI_FLAG, FIELD(options.ascii)},
-    {.name = "msh", .kind = CLI_CHOICE, .names = msh_versions, .choose = choose_msh},
-    CLI_OPTION_JSON(convert_request),
-    CLI_OPTION_HELP(print_help),
+static const config_option table[] = {
+    {.name = "scale", .kind = CONFIG_NUMBER, FIELD(scale), .most = INFINITY, .above = true},
+    {.name = "binary", .kind = CONFIG_FLAG, FIELD(options.binary)},
+    {.name = "ascii", .kind = CONFIG_FLAG, FIELD(options.ascii)},
+    {.name = "msh", .kind = CONFIG_CHOICE, .names = msh_versions, .choose = choose_msh},
+    CONFIG_OPTION_JSON(convert_request),
+    CONFIG_OPTION_HELP(print_help),
     {.name = NULL},
 };
 
 static int read_options(int argc, char **argv, convert_request *request) {
-  const int code = cli_options_read("convert", table, argc, argv, request);
-  if (code != CLI_DONE)
+  const int code = config_options_read("convert", table, argc, argv, request);
+  if (code != COMMAND_DONE)
     return code;
   if (argc - optind != 2)
-    return cli_usage("convert", "give the mesh to read and the mesh to write, IN OUT");
+    return config_usage("convert", "give the mesh to read and the mesh to write, IN OUT");
   request->input = argv[optind];
   request->output = argv[optind + 1];
   if (request->options.binary && request->options.ascii)
-    return cli_usage("convert", "--binary and --ascii exclude each other");
-  return CLI_DONE;
+    return config_usage("convert", "--binary and --ascii exclude each other");
+  return COMMAND_DONE;
 }
 
 static void warn_lost(const thrum_mesh_lost *lost, const char *name) {
   if (lost->groups > 0)
-    cli_warn("%s: %" PRId64 " groups have no place in this format and were left out", name,
-             lost->groups);
+    config_warn("%s: %" PRId64 " groups have no place in this format and were left out", name,
+                lost->groups);
   if (lost->names > 0)
-    cli_warn("%s: %" PRId64 " groups are there under another name or a number", name, lost->names);
+    config_warn("%s: %" PRId64 " groups are there under another name or a number", name,
+                lost->names);
   if (lost->materials > 0)
-    cli_warn("%s: %" PRId64 " materials have no place in this format and were left out", name,
-             lost->materials);
+    config_warn("%s: %" PRId64 " materials have no place in this format and were left out", name,
+                lost->materials);
   if (lost->regions > 0)
-    cli_warn("%s: %" PRId64 " regions without materials are there as groups only", name,
-             lost->regions);
+    config_warn("%s: %" PRId64 " regions without materials are there as groups only", name,
+                lost->regions);
 }
 
 static void print_json(const convert_request *request, const thrum_mesh *mesh,
@@ -110,7 +111,7 @@ static int convert(const convert_request *request) {
   thrum_mesh_lost lost = {0};
   thrum_status status = thrum_mesh_read(request->input, request->scale, &mesh, &error);
   if (status < 0)
-    return cli_refuse(&error);
+    return config_refuse(&error);
   cli_warn_mesh(&mesh, path_basename(request->input));
   thrum_interrupt_clean("\nthrum: stopped; the file being written was removed\n");
   status = thrum_mesh_write(request->output, &mesh, &request->options, &lost, &error);
@@ -125,13 +126,13 @@ static int convert(const convert_request *request) {
              mesh.region_count);
   }
   thrum_mesh_free(&mesh);
-  return status < 0 ? cli_refuse(&error) : CLI_DONE;
+  return status < 0 ? config_refuse(&error) : COMMAND_DONE;
 }
 
 int cmd_convert(int argc, char **argv) {
   convert_request request = {.scale = 1};
   const int code = read_options(argc, argv, &request);
-  if (code != CLI_DONE)
+  if (code != COMMAND_DONE)
     return code;
   return convert(&request);
 }

@@ -43,29 +43,29 @@ static void print_help(void) {
 
 #define FIELD(member) .field = offsetof(embed_request, member)
 
-static const cli_option table[] = {
-    {.name = "output", .letter = 'o', .kind = CLI_TEXT, FIELD(output)},
-    {.name = "scale", .kind = CLI_NUMBER, FIELD(scale), .most = INFINITY, .above = true},
-    CLI_OPTION_JSON(embed_request),
-    CLI_OPTION_QUIET(embed_request),
-    CLI_OPTION_HELP(print_help),
+static const config_option table[] = {
+    {.name = "output", .letter = 'o', .kind = CONFIG_TEXT, FIELD(output)},
+    {.name = "scale", .kind = CONFIG_NUMBER, FIELD(scale), .most = INFINITY, .above = true},
+    CONFIG_OPTION_JSON(embed_request),
+    CONFIG_OPTION_QUIET(embed_request),
+    CONFIG_OPTION_HELP(print_help),
     {.name = NULL},
 };
 
 static int read_options(int argc, char **argv, embed_request *request) {
-  const int code = cli_options_read("embed", table, argc, argv, request);
-  if (code != CLI_DONE)
+  const int code = config_options_read("embed", table, argc, argv, request);
+  if (code != COMMAND_DONE)
     return code;
   if (argc - optind != 2)
-    return cli_usage("embed", "give the model and the surface, MODEL SURFACE");
+    return config_usage("embed", "give the model and the surface, MODEL SURFACE");
   request->model = argv[optind];
   request->surface = argv[optind + 1];
   if (request->output == NULL)
-    return cli_usage("embed", "say where to write the embedded surface: -o FILE.npz");
+    return config_usage("embed", "say where to write the embedded surface: -o FILE.npz");
   if (path_same_file(request->output, request->model) ||
       path_same_file(request->output, request->surface))
-    return cli_usage("embed", "%s is what is read: write to another file", request->output);
-  return CLI_DONE;
+    return config_usage("embed", "%s is what is read: write to another file", request->output);
+  return COMMAND_DONE;
 }
 
 static void print_table(const embed_request *request, const thrum_embed *embed) {
@@ -101,7 +101,7 @@ static void print_json(const embed_request *request, const thrum_embed *embed, b
 int cmd_embed(int argc, char **argv) {
   embed_request request = {.scale = 1};
   const int code = read_options(argc, argv, &request);
-  if (code != CLI_DONE)
+  if (code != COMMAND_DONE)
     return code;
   thrum_error error = {0};
   thrum_embed embed = {0};
@@ -126,6 +126,6 @@ int cmd_embed(int argc, char **argv) {
   thrum_embed_free(&embed);
   thrum_model_free(model);
   if (status < 0)
-    return cli_refuse(&error);
-  return far ? CLI_FLAGGED : CLI_DONE;
+    return config_refuse(&error);
+  return far ? COMMAND_FLAGGED : COMMAND_DONE;
 }

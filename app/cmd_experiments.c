@@ -62,7 +62,7 @@ experiment_place experiments_place(const experiments_request *request) {
 }
 
 bool experiments_progress(void *context, double fraction) {
-  cli_progress_update(context, "experiments", fraction);
+  config_progress_update(context, "experiments", fraction);
   return true;
 }
 
@@ -112,14 +112,14 @@ static int run_request(const experiments_request *request) {
   }
   free(bodies);
   if (status < 0)
-    return cli_refuse(&error);
-  return flagged ? CLI_FLAGGED : CLI_DONE;
+    return config_refuse(&error);
+  return flagged ? COMMAND_FLAGGED : COMMAND_DONE;
 }
 
 int cmd_experiments(int argc, char **argv) {
   experiments_request request = {0};
   int code = experiments_options_read(argc, argv, &request);
-  if (code == CLI_DONE)
+  if (code == COMMAND_DONE)
     code = run_request(&request);
   free(request.list);
   return code;

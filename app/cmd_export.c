@@ -76,20 +76,20 @@ static void print_help(void) {
 
 #define FIELD(member) .field = offsetof(export_request, member)
 
-static const cli_option table[] = {
-    {.name = "glb", .kind = CLI_TEXT, FIELD(glb)},
-    {.name = "pc2", .kind = CLI_TEXT, FIELD(pc2)},
-    {.name = "mdd", .kind = CLI_TEXT, FIELD(mdd)},
-    {.name = "obj", .kind = CLI_TEXT, FIELD(obj)},
-    {.name = "surface", .kind = CLI_TEXT, FIELD(surface)},
-    {.name = "fps", .kind = CLI_NUMBER, FIELD(fps), .most = INFINITY, .wants = "rows a second"},
-    {.name = "model", .kind = CLI_TEXT, FIELD(run_model)},
-    {.name = "vega-basis", .kind = CLI_TEXT, FIELD(vega_basis)},
-    {.name = "float", .kind = CLI_FLAG, FIELD(single)},
-    {.name = "vega-cubic", .kind = CLI_TEXT, FIELD(vega_cubic)},
-    {.name = "matrices", .kind = CLI_TEXT, FIELD(matrices)},
-    CLI_OPTION_JSON(export_request),
-    CLI_OPTION_HELP(print_help),
+static const config_option table[] = {
+    {.name = "glb", .kind = CONFIG_TEXT, FIELD(glb)},
+    {.name = "pc2", .kind = CONFIG_TEXT, FIELD(pc2)},
+    {.name = "mdd", .kind = CONFIG_TEXT, FIELD(mdd)},
+    {.name = "obj", .kind = CONFIG_TEXT, FIELD(obj)},
+    {.name = "surface", .kind = CONFIG_TEXT, FIELD(surface)},
+    {.name = "fps", .kind = CONFIG_NUMBER, FIELD(fps), .most = INFINITY, .wants = "rows a second"},
+    {.name = "model", .kind = CONFIG_TEXT, FIELD(run_model)},
+    {.name = "vega-basis", .kind = CONFIG_TEXT, FIELD(vega_basis)},
+    {.name = "float", .kind = CONFIG_FLAG, FIELD(single)},
+    {.name = "vega-cubic", .kind = CONFIG_TEXT, FIELD(vega_cubic)},
+    {.name = "matrices", .kind = CONFIG_TEXT, FIELD(matrices)},
+    CONFIG_OPTION_JSON(export_request),
+    CONFIG_OPTION_HELP(print_help),
     {.name = NULL},
 };
 
@@ -109,48 +109,48 @@ static int check_files(const export_request *request) {
     if (path == NULL)
       continue;
     if (request->surface && path_same_file(path, request->surface))
-      return cli_usage("export", "%s is the surface: write to another file", path);
+      return config_usage("export", "%s is the surface: write to another file", path);
     if (path_same_file(path, request->model))
-      return cli_usage("export", "%s is the model: write to another file", path);
+      return config_usage("export", "%s is the model: write to another file", path);
     for (int m = 0; m < n; m++)
       if (files[m].path && path_same_file(path, files[m].path))
-        return cli_usage("export", "%s and %s name one file, %s", files[m].option, files[n].option,
-                         path);
+        return config_usage("export", "%s and %s name one file, %s", files[m].option,
+                            files[n].option, path);
   }
-  return CLI_DONE;
+  return COMMAND_DONE;
 }
 
 static int read_options(int argc, char **argv, export_request *request) {
-  int code = cli_options_read("export", table, argc, argv, request);
-  if (code != CLI_DONE)
+  int code = config_options_read("export", table, argc, argv, request);
+  if (code != COMMAND_DONE)
     return code;
-  code = cli_one_argument("export", "model", argc, argv, &request->model);
-  if (code != CLI_DONE)
+  code = config_one_argument("export", "model", argc, argv, &request->model);
+  if (code != COMMAND_DONE)
     return code;
   const bool motion = request->glb || request->pc2 || request->mdd;
   const bool of_model = request->vega_basis || request->vega_cubic || request->matrices;
   if (!motion && !of_model && !request->obj)
-    return cli_usage("export", "say what to write: --glb, --pc2, --mdd, --obj, --vega-basis, "
-                               "--vega-cubic or --matrices");
+    return config_usage("export", "say what to write: --glb, --pc2, --mdd, --obj, --vega-basis, "
+                                  "--vega-cubic or --matrices");
   const bool is_run = cli_is_run(request->model);
   if (cli_run_folder_holds(request->model, CLI_SCENE_JSON))
-    return cli_usage("export",
-                     "'%s' is the run of a scene: name the folder of one of its bodies, %s/NAME",
-                     request->model, request->model);
+    return config_usage("export",
+                        "'%s' is the run of a scene: name the folder of one of its bodies, %s/NAME",
+                        request->model, request->model);
   if (motion && !is_run)
-    return cli_usage("export", "--glb, --pc2 and --mdd are of a run: name its folder, not '%s'",
-                     request->model);
+    return config_usage("export", "--glb, --pc2 and --mdd are of a run: name its folder, not '%s'",
+                        request->model);
   if (of_model && is_run)
-    return cli_usage("export",
-                     "--vega-basis, --vega-cubic and --matrices are of a model: name its "
-                     "file, not '%s'",
-                     request->model);
+    return config_usage("export",
+                        "--vega-basis, --vega-cubic and --matrices are of a model: name its "
+                        "file, not '%s'",
+                        request->model);
   if (!is_run && request->run_model)
-    return cli_usage("export", "--model goes with the folder of a run");
+    return config_usage("export", "--model goes with the folder of a run");
   if (request->surface && !motion && !request->obj)
-    return cli_usage("export", "--surface goes with --glb, --pc2, --mdd or --obj");
+    return config_usage("export", "--surface goes with --glb, --pc2, --mdd or --obj");
   if (request->single && !request->vega_basis)
-    return cli_usage("export", "--float goes with --vega-basis");
+    return config_usage("export", "--float goes with --vega-basis");
   return check_files(request);
 }
 
@@ -242,7 +242,7 @@ static void print_files(const export_request *request, const export_files *files
 int cmd_export(int argc, char **argv) {
   export_request request = {.fps = FPS_DEFAULT};
   const int code = read_options(argc, argv, &request);
-  if (code != CLI_DONE)
+  if (code != COMMAND_DONE)
     return code;
   thrum_error error = {0};
   export_files files = {0};
@@ -258,5 +258,5 @@ int cmd_export(int argc, char **argv) {
   if (status >= 0)
     print_files(&request, &files);
   cli_run_free(&still);
-  return status < 0 ? cli_refuse(&error) : CLI_DONE;
+  return status < 0 ? config_refuse(&error) : COMMAND_DONE;
 }

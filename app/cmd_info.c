@@ -71,32 +71,32 @@ static void print_help(void) {
       stdout);
 }
 
-static int take_load(const cli_given *given, void *request) {
+static int take_load(const config_given *given, void *request) {
   info_request *r = request;
   if (r->load_count == LOADS_MAX)
-    return cli_given_refuse(given, "at most %d loads at a time", LOADS_MAX);
+    return config_given_refuse(given, "at most %d loads at a time", LOADS_MAX);
   return cli_load_take(given, r->loads, &r->load_count);
 }
 
-static const cli_option table[] = {
+static const config_option table[] = {
     {.name = "dt",
-     .kind = CLI_NUMBER,
+     .kind = CONFIG_NUMBER,
      .field = offsetof(info_request, dt),
      .most = INFINITY,
      .above = true,
      .wants = "a number of seconds above 0"},
-    {.name = "load", .kind = CLI_TEXT, .repeats = true, .take = take_load},
-    CLI_OPTION_JSON(info_request),
-    CLI_OPTION_HELP(print_help),
+    {.name = "load", .kind = CONFIG_TEXT, .repeats = true, .take = take_load},
+    CONFIG_OPTION_JSON(info_request),
+    CONFIG_OPTION_HELP(print_help),
     {.name = NULL},
 };
 
 static int read_options(int argc, char **argv, info_request *request) {
   request->dt = thrum_default_state_def().dt;
-  const int code = cli_options_read("info", table, argc, argv, request);
-  if (code != CLI_DONE)
+  const int code = config_options_read("info", table, argc, argv, request);
+  if (code != COMMAND_DONE)
     return code;
-  return cli_one_argument("info", "model", argc, argv, &request->path);
+  return config_one_argument("info", "model", argc, argv, &request->path);
 }
 
 /* meta as an object; NULL when there is none, for whoever made the model may write anything. */
@@ -425,7 +425,7 @@ static thrum_status gather(info *about, thrum_error *error) {
 int cmd_info(int argc, char **argv) {
   info_request request = {0};
   const int code = read_options(argc, argv, &request);
-  if (code != CLI_DONE)
+  if (code != COMMAND_DONE)
     return code;
   thrum_error error = {0};
   thrum_load_share shares[LOADS_MAX];
@@ -439,9 +439,9 @@ int cmd_info(int argc, char **argv) {
   thrum_status status = cli_model_load(request.path, false, &about.model, &file, &error);
   // a surface file is no model, but lacks only what makes one
   if (status == THRUM_MISSING && cli_info_surface(request.path, request.json))
-    return CLI_DONE;
+    return COMMAND_DONE;
   if (status < 0)
-    return cli_refuse(&error);
+    return config_refuse(&error);
   about.path = file.path;
   about.read = clock_seconds();
   status = gather(&about, &error);
@@ -450,5 +450,5 @@ int cmd_info(int argc, char **argv) {
   cJSON_Delete(about.meta);
   free(about.hertz);
   thrum_model_free(about.model);
-  return status < 0 ? cli_refuse(&error) : CLI_DONE;
+  return status < 0 ? config_refuse(&error) : COMMAND_DONE;
 }

@@ -68,33 +68,33 @@ static void choose_tool(void *request, int index) {
 
 #define FIELD(member) .field = offsetof(mesh_request, member)
 
-static const cli_option table[] = {
-    {.name = "output", .letter = 'o', .kind = CLI_TEXT, FIELD(output)},
-    {.name = "size", .kind = CLI_NUMBER, FIELD(size), .most = INFINITY, .above = true},
-    {.name = "scale", .kind = CLI_NUMBER, FIELD(scale), .most = INFINITY, .above = true},
-    {.name = "tool", .kind = CLI_CHOICE, .names = cli_mesh_tools, .choose = choose_tool},
-    {.name = "verbose", .kind = CLI_FLAG, FIELD(verbose)},
-    CLI_OPTION_JSON(mesh_request),
-    CLI_OPTION_QUIET(mesh_request),
-    CLI_OPTION_HELP(print_help),
+static const config_option table[] = {
+    {.name = "output", .letter = 'o', .kind = CONFIG_TEXT, FIELD(output)},
+    {.name = "size", .kind = CONFIG_NUMBER, FIELD(size), .most = INFINITY, .above = true},
+    {.name = "scale", .kind = CONFIG_NUMBER, FIELD(scale), .most = INFINITY, .above = true},
+    {.name = "tool", .kind = CONFIG_CHOICE, .names = cli_mesh_tools, .choose = choose_tool},
+    {.name = "verbose", .kind = CONFIG_FLAG, FIELD(verbose)},
+    CONFIG_OPTION_JSON(mesh_request),
+    CONFIG_OPTION_QUIET(mesh_request),
+    CONFIG_OPTION_HELP(print_help),
     {.name = NULL},
 };
 
 static int read_options(int argc, char **argv, mesh_request *request) {
-  int code = cli_options_read("mesh", table, argc, argv, request);
-  if (code != CLI_DONE)
+  int code = config_options_read("mesh", table, argc, argv, request);
+  if (code != COMMAND_DONE)
     return code;
-  code = cli_one_argument("mesh", "surface", argc, argv, &request->surface);
-  if (code != CLI_DONE)
+  code = config_one_argument("mesh", "surface", argc, argv, &request->surface);
+  if (code != COMMAND_DONE)
     return code;
   if (request->output == NULL)
-    return cli_usage("mesh", "say where to write the mesh: -o MESH");
+    return config_usage("mesh", "say where to write the mesh: -o MESH");
   if (!thrum_mesh_is_named(request->output) || strncmp(request->output, "beam:", 5) == 0)
-    return cli_usage("mesh",
-                     "'%s' names no format of meshes; end it in .msh, .veg, .vtu, .ele, "
-                     "...: see thrum convert --help",
-                     request->output);
-  return CLI_DONE;
+    return config_usage("mesh",
+                        "'%s' names no format of meshes; end it in .msh, .veg, .vtu, .ele, "
+                        "...: see thrum convert --help",
+                        request->output);
+  return COMMAND_DONE;
 }
 
 /* A regular tetrahedron of edge H fills H^3 / (6 sqrt 2). */
@@ -128,16 +128,16 @@ static thrum_status read_surface(const mesh_request *request, mesh_work *work, t
     return status;
   const char *name = path_basename(request->surface);
   if (joined > 0)
-    cli_warn("%s: %" PRId64 " vertices on top of others were joined with them", name, joined);
+    config_warn("%s: %" PRId64 " vertices on top of others were joined with them", name, joined);
   if (work->checked.turned.count > 0)
-    cli_warn("%s: the triangles go round opposite ways at %" PRId64 " edges", name,
-             work->checked.turned.count);
+    config_warn("%s: the triangles go round opposite ways at %" PRId64 " edges", name,
+                work->checked.turned.count);
   return status;
 }
 
 /* By the tool chosen, or, where nobody wants that one, by the other if it fails. */
 static thrum_status run_tool(const mesh_request *request, mesh_work *work, thrum_error *error) {
-  cli_progress progress = cli_progress_make(request->quiet);
+  config_progress progress = config_progress_make(request->quiet);
   thrum_status status =
       cli_mesh_tool_choose((cli_mesh_tool)request->tool, work->checked.shells, &work->tool, error);
   for (int n = 0; n < 2 && status >= 0; n++) {
@@ -149,18 +149,18 @@ static thrum_status run_tool(const mesh_request *request, mesh_work *work, thrum
                               .verbose = request->verbose};
     char label[64];
     snprintf(label, sizeof label, "meshing with %s", cli_mesh_tools[work->tool]);
-    cli_progress_update(&progress, label, 0);
+    config_progress_update(&progress, label, 0);
     status = cli_mesh_tool_run(&job, &work->surface, &work->mesh, error);
     if (status >= 0) {
-      cli_progress_done(&progress);
+      config_progress_done(&progress);
       return status;
     }
-    cli_progress_abandon(&progress);
+    config_progress_abandon(&progress);
     const cli_mesh_tool other = work->tool == CLI_TOOL_GMSH ? CLI_TOOL_TETGEN : CLI_TOOL_GMSH;
     if (status != THRUM_UNSUPPORTED || n > 0 || request->tool >= 0 ||
         cli_mesh_tool_choose(other, work->checked.shells, &work->tool, NULL) < 0)
       return status;
-    cli_warn("%s; trying %s", error->message, cli_mesh_tools[other]);
+    config_warn("%s; trying %s", error->message, cli_mesh_tools[other]);
     status = THRUM_OK;
   }
   return status;
@@ -171,7 +171,7 @@ static void warn_volume(const mesh_request *request, mesh_work *work) {
   work->other_volume =
       work->checked.turned.count == 0 && !(fabs(got - wanted) <= VOLUME_TOLERANCE * wanted);
   if (work->other_volume)
-    cli_warn(
+    config_warn(
         "%s: the surface encloses %.6g m^3, the mesh fills %.6g m^3; do closed surfaces lie inside "
         "others, or go round the wrong way?",
         path_basename(request->surface), wanted, got);
@@ -216,7 +216,7 @@ static thrum_status make_mesh(const mesh_request *request, mesh_work *work, thru
 int cmd_mesh(int argc, char **argv) {
   mesh_request request = {.scale = 1, .tool = CLI_TOOL_NONE};
   const int code = read_options(argc, argv, &request);
-  if (code != CLI_DONE)
+  if (code != COMMAND_DONE)
     return code;
   thrum_error error = {0};
   mesh_work work = {.tool = CLI_TOOL_NONE};
@@ -227,6 +227,6 @@ int cmd_mesh(int argc, char **argv) {
   thrum_surface_mesh_free(&work.surface);
   thrum_mesh_free(&work.mesh);
   if (status < 0)
-    return cli_refuse(&error);
-  return flagged ? CLI_FLAGGED : CLI_DONE;
+    return config_refuse(&error);
+  return flagged ? COMMAND_FLAGGED : COMMAND_DONE;
 }

@@ -22,27 +22,27 @@ static int run_request(precompute_request *request) {
         request, request->json ? precompute_print_json : precompute_print_table, &flagged, &error);
   }
   if (status < 0)
-    return cli_refuse(&error);
-  return flagged ? CLI_FLAGGED : CLI_DONE;
+    return config_refuse(&error);
+  return flagged ? COMMAND_FLAGGED : COMMAND_DONE;
 }
 
 int cmd_precompute(int argc, char **argv) {
   precompute_request request = {0};
   // no more --fix than arguments, or than a recipe holds
   request.fixes =
-      calloc((size_t)argc + CLI_FILE_ITEMS_MAX + CLI_RECIPE_FIXES_MAX, sizeof *request.fixes);
-  request.handles = calloc((size_t)argc + CLI_FILE_ITEMS_MAX, sizeof *request.handles);
+      calloc((size_t)argc + CONFIG_FILE_ITEMS_MAX + CLI_RECIPE_FIXES_MAX, sizeof *request.fixes);
+  request.handles = calloc((size_t)argc + CONFIG_FILE_ITEMS_MAX, sizeof *request.handles);
   if (request.fixes == NULL || request.handles == NULL) {
     free(request.fixes);
     free(request.handles);
     const thrum_error error = {THRUM_OUT_OF_MEMORY, ""};
-    return cli_refuse(&error);
+    return config_refuse(&error);
   }
   int code = precompute_options_read(argc, argv, &request);
-  if (code == CLI_DONE)
+  if (code == COMMAND_DONE)
     code = run_request(&request);
   free(request.fixes);
   free(request.handles);
-  cli_options_file_free(&request.file);
+  config_options_file_free(&request.file);
   return code;
 }

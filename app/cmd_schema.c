@@ -14,7 +14,7 @@
 /* A further command with --options is one line here. */
 static const struct {
   const char *name;
-  const cli_option *table;
+  const config_option *table;
 } commands[] = {
     {"precompute", precompute_options_table},
     {"simulate", simulate_options_table},
@@ -33,7 +33,7 @@ static void print_help(void) {
         stdout);
 }
 
-static const cli_option table[] = {CLI_OPTION_HELP(print_help), {.name = NULL}};
+static const config_option table[] = {CONFIG_OPTION_HELP(print_help), {.name = NULL}};
 
 static int print(cJSON *schema) {
   char *text = cJSON_Print(schema);
@@ -41,26 +41,26 @@ static int print(cJSON *schema) {
     puts(text);
   cJSON_free(text);
   cJSON_Delete(schema);
-  return CLI_DONE;
+  return COMMAND_DONE;
 }
 
 int cmd_schema(int argc, char **argv) {
   const char *name = NULL, *names[COMMAND_COUNT + 1];
-  int code = cli_options_read("schema", table, argc, argv, NULL);
-  if (code == CLI_DONE)
-    code = cli_one_argument("schema", "command", argc, argv, &name);
-  if (code != CLI_DONE)
+  int code = config_options_read("schema", table, argc, argv, NULL);
+  if (code == COMMAND_DONE)
+    code = config_one_argument("schema", "command", argc, argv, &name);
+  if (code != COMMAND_DONE)
     return code;
   if (strcmp(name, "scene") == 0)
-    return print(cli_record_schema("Scene of thrum simulate", scene_keys));
+    return print(config_record_schema("Scene of thrum simulate", scene_keys));
   for (int n = 0; n < COMMAND_COUNT; n++) {
     names[n] = commands[n].name;
     if (strcmp(name, names[n]) != 0)
       continue;
-    return print(cli_options_schema(name, commands[n].table));
+    return print(config_options_schema(name, commands[n].table));
   }
   names[COMMAND_COUNT] = "scene";
-  const char *nearest = cli_nearest(name, names, COMMAND_COUNT + 1);
-  return cli_usage("schema", "'%s' reads no options file; did you mean '%s'?", name,
-                   nearest != NULL ? nearest : names[0]);
+  const char *nearest = config_nearest(name, names, COMMAND_COUNT + 1);
+  return config_usage("schema", "'%s' reads no options file; did you mean '%s'?", name,
+                      nearest != NULL ? nearest : names[0]);
 }

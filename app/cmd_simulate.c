@@ -63,8 +63,8 @@ static void warn_free(const simulation *run) {
   for (int64_t n = 0; n < request->load_count; n++) {
     const cli_load *load = &request->loads[n];
     if (load->gravity)
-      cli_warn("--load '%s' moves nothing: nothing holds the body, so it falls without a strain",
-               load->text);
+      config_warn("--load '%s' moves nothing: nothing holds the body, so it falls without a strain",
+                  load->text);
     for (int axis = 0; axis < 3 && !load->gravity && !load->traction; axis++) {
       sum[axis] += load->vector[axis];
       largest = fmax(largest, fabs(load->vector[axis]));
@@ -72,9 +72,10 @@ static void warn_free(const simulation *run) {
   }
   // a pair that pulls the body apart has no resultant
   if (fabs(sum[0]) + fabs(sum[1]) + fabs(sum[2]) > 1e-9 * largest)
-    cli_warn("nothing holds the body: the resultant of the loads (%g, %g, %g N at full strength), "
-             "which would move it as a whole, has no effect; the rest deforms it",
-             sum[0], sum[1], sum[2]);
+    config_warn(
+        "nothing holds the body: the resultant of the loads (%g, %g, %g N at full strength), "
+        "which would move it as a whole, has no effect; the rest deforms it",
+        sum[0], sum[1], sum[2]);
 }
 
 /* What is allowed and yet hardly meant; said when nothing can be refused any more. */
@@ -82,12 +83,12 @@ static void warn_before(const simulation *run) {
   const simulate_request *request = run->request;
   const int64_t rank = run->model->rank;
   if (request->load_count == 0 && request->start_count == 0 && request->base_motion_count == 0)
-    cli_warn("no --load, no --base-motion and no --start: the body stays at rest");
+    config_warn("no --load, no --base-motion and no --start: the body stays at rest");
   // what follows is said of the basis
   if (run->full != NULL)
     return;
   if (request->base_motion_count > 0 && run->model->rigid != NULL)
-    cli_warn(
+    config_warn(
         "--base-motion moves nothing: nothing holds the body, so its supports cannot move it");
   if (run->model->rigid != NULL)
     warn_free(run);
@@ -96,15 +97,15 @@ static void warn_before(const simulation *run) {
     for (int64_t i = 0; i < rank; i++)
       idle = idle && run->directions[n * rank + i] == 0;
     if (idle)
-      cli_warn("--load '%s' moves nothing: it is zero, or all of its vertices are held",
-               request->loads[n].text);
+      config_warn("--load '%s' moves nothing: it is zero, or all of its vertices are held",
+                  request->loads[n].text);
   }
   // an explicit mode beyond the bound of Stoermer-Verlet grows from the first step on (design 4)
   const int32_t count = thrum_state_report_get(run->state).explicit_modes;
   const double dt = request->def.dt;
   if (count > 0 && dt * sqrt(run->model->omega2[count - 1]) >= 2) {
-    cli_warn("explicit mode %d is beyond the stability bound: dt omega = %.3g, not below 2",
-             (int)count, dt * sqrt(run->model->omega2[count - 1]));
+    config_warn("explicit mode %d is beyond the stability bound: dt omega = %.3g, not below 2",
+                (int)count, dt * sqrt(run->model->omega2[count - 1]));
   }
 }
 
@@ -194,11 +195,11 @@ static thrum_status report(simulation *run, double began, thrum_error *error) {
 
 static void warn_flags(const simulate_figures *figures) {
   if (figures->stop.message[0] != 0)
-    cli_warn("%s", figures->stop.message);
+    config_warn("%s", figures->stop.message);
   if (figures->fallback_steps > 0)
-    cli_warn("%" PRId64 " steps needed a fallback beyond quasi-Newton", figures->fallback_steps);
+    config_warn("%" PRId64 " steps needed a fallback beyond quasi-Newton", figures->fallback_steps);
   if (figures->energy_grew)
-    cli_warn("the energy grew by %.3g %% without a load", 100 * figures->drift);
+    config_warn("the energy grew by %.3g %% without a load", 100 * figures->drift);
 }
 
 /* All that can be refused, before anything is written. */
@@ -238,18 +239,18 @@ static thrum_status simulate(simulation *run, double began, thrum_error *error) 
   warn_before(run);
   run->began = clock_seconds();
   run->figures.seconds_read = run->began - began;
-  run->progress = cli_progress_make(run->request->quiet);
+  run->progress = config_progress_make(run->request->quiet);
   simulate_figures_begin(&run->figures);
   status = simulate_run_steps(run, error);
   if (status < 0) {
-    cli_progress_abandon(&run->progress);
+    config_progress_abandon(&run->progress);
     return status;
   }
   simulate_note_end(run);
   if (run->figures.report.steps == run->request->steps) {
-    cli_progress_done(&run->progress);
+    config_progress_done(&run->progress);
   } else {
-    cli_progress_abandon(&run->progress);
+    config_progress_abandon(&run->progress);
   }
   status = finish_output(run, error);
   if (status >= 0)
@@ -267,7 +268,7 @@ static int run_request(const simulate_request *request) {
   simulation *run = calloc(1, sizeof *run);
   if (run == NULL) {
     error.status = THRUM_OUT_OF_MEMORY;
-    return cli_refuse(&error);
+    return config_refuse(&error);
   }
   run->request = request;
   cli_model_file file;
@@ -287,9 +288,9 @@ static int run_request(const simulate_request *request) {
   run->figures.model = run->model;
   if (status >= 0)
     status = simulate(run, began, &error);
-  int code = status < 0 ? cli_refuse(&error) : CLI_DONE;
+  int code = status < 0 ? config_refuse(&error) : COMMAND_DONE;
   if (status >= 0 && (run->figures.status != THRUM_OK || run->figures.energy_grew))
-    code = CLI_FLAGGED;
+    code = COMMAND_FLAGGED;
   cli_run_output_close(&run->output);
   simulate_measures_close(&run->measures);
   simulate_full_close(run);
@@ -305,16 +306,16 @@ static int run_request(const simulate_request *request) {
 int cmd_simulate(int argc, char **argv) {
   simulate_request request = {0};
   // no more loads and starts than arguments, and items of an options file
-  request.loads = calloc((size_t)argc + CLI_FILE_ITEMS_MAX, sizeof *request.loads);
-  request.starts = calloc((size_t)argc + CLI_FILE_ITEMS_MAX, sizeof *request.starts);
-  request.base_motions = calloc((size_t)argc + CLI_FILE_ITEMS_MAX, sizeof *request.base_motions);
-  int code = CLI_DONE;
+  request.loads = calloc((size_t)argc + CONFIG_FILE_ITEMS_MAX, sizeof *request.loads);
+  request.starts = calloc((size_t)argc + CONFIG_FILE_ITEMS_MAX, sizeof *request.starts);
+  request.base_motions = calloc((size_t)argc + CONFIG_FILE_ITEMS_MAX, sizeof *request.base_motions);
+  int code = COMMAND_DONE;
   if (request.loads == NULL || request.starts == NULL || request.base_motions == NULL) {
     const thrum_error error = {THRUM_OUT_OF_MEMORY, ""};
-    code = cli_refuse(&error);
+    code = config_refuse(&error);
   } else {
     code = simulate_options_read(argc, argv, &request);
-    if (code == CLI_DONE)
+    if (code == COMMAND_DONE)
       code = cli_scene_is_named(request.model_path) ? scene_run_command(argc, argv)
                                                     : run_request(&request);
   }
@@ -323,6 +324,6 @@ int cmd_simulate(int argc, char **argv) {
   for (int64_t n = 0; n < request.base_motion_count; n++)
     cli_base_motion_close(&request.base_motions[n]);
   free(request.base_motions);
-  cli_options_file_free(&request.file);
+  config_options_file_free(&request.file);
   return code;
 }

@@ -176,12 +176,12 @@ static thrum_status answer_all(static_answer *answer, double *memory, thrum_erro
 static void warn_flags(const static_answer *answer) {
   const thrum_equilibrium_report *report = &answer->report;
   if (report->instability != THRUM_INSTABILITY_NONE)
-    cli_warn("the body %s at %.6g of the load%s",
-             report->instability == THRUM_INSTABILITY_LIMIT ? "snaps through" : "buckles",
-             report->critical,
-             report->jumps > 0 ? "; the answer is a stable shape that it falls to" : "");
+    config_warn("the body %s at %.6g of the load%s",
+                report->instability == THRUM_INSTABILITY_LIMIT ? "snaps through" : "buckles",
+                report->critical,
+                report->jumps > 0 ? "; the answer is a stable shape that it falls to" : "");
   if (report->least < 0)
-    cli_warn("the equilibrium is unstable");
+    config_warn("the equilibrium is unstable");
 }
 
 static int run_request(const static_request *request) {
@@ -203,16 +203,16 @@ static int run_request(const static_request *request) {
   }
   if (status >= 0)
     status = answer_all(&answer, memory, &error);
-  int code = CLI_DONE;
+  int code = COMMAND_DONE;
   if (status < 0) {
-    code = cli_refuse(&error);
+    code = config_refuse(&error);
   } else {
     if (request->json)
       static_report_json(&answer);
     else
       static_report_table(&answer);
     warn_flags(&answer);
-    code = strcmp(static_status_name(&answer.report), "done") == 0 ? CLI_DONE : CLI_FLAGGED;
+    code = strcmp(static_status_name(&answer.report), "done") == 0 ? COMMAND_DONE : COMMAND_FLAGGED;
   }
   free(memory);
   free(answer.displaced);
@@ -224,25 +224,25 @@ static int run_request(const static_request *request) {
 int cmd_static(int argc, char **argv) {
   static_request request = {0};
   // no more loads and targets than arguments, and items of an options file
-  const size_t room = (size_t)argc + CLI_FILE_ITEMS_MAX;
+  const size_t room = (size_t)argc + CONFIG_FILE_ITEMS_MAX;
   request.loads = calloc(room, sizeof *request.loads);
   request.targets = calloc(room, sizeof *request.targets);
   request.at = calloc(room, sizeof *request.at);
   request.moves = calloc(room, sizeof *request.moves);
-  int code = CLI_DONE;
+  int code = COMMAND_DONE;
   if (request.loads == NULL || request.targets == NULL || request.at == NULL ||
       request.moves == NULL) {
     const thrum_error error = {THRUM_OUT_OF_MEMORY, "out of memory"};
-    code = cli_refuse(&error);
+    code = config_refuse(&error);
   } else {
     code = static_options_read(argc, argv, &request);
-    if (code == CLI_DONE)
+    if (code == COMMAND_DONE)
       code = run_request(&request);
   }
   free(request.loads);
   free(request.targets);
   free(request.at);
   free(request.moves);
-  cli_options_file_free(&request.file);
+  config_options_file_free(&request.file);
   return code;
 }

@@ -25,14 +25,14 @@ typedef struct trade {
   tradeoff_result result;
   int64_t chosen;
   char wanted[160];
-  cli_progress progress;
+  config_progress progress;
   cli_load own; /* the default load of a model by name */
   char own_text[128];
 } trade;
 
 static bool show(void *context, const char *stage, double fraction) {
-  cli_progress *progress = context;
-  cli_progress_update(progress, stage, fraction);
+  config_progress *progress = context;
+  config_progress_update(progress, stage, fraction);
   return true;
 }
 
@@ -272,16 +272,16 @@ static thrum_status run_trade(trade *t, thrum_error *error) {
     return status;
   fill_problem(t);
   say_wanted(t);
-  t->progress = cli_progress_make(request->quiet);
+  t->progress = config_progress_make(request->quiet);
   status = tradeoff_solve(&t->problem, &t->result, error);
   if (status < 0) {
-    cli_progress_abandon(&t->progress);
+    config_progress_abandon(&t->progress);
     return status;
   }
-  cli_progress_done(&t->progress);
+  config_progress_done(&t->progress);
   if (t->result.dropped > 0)
-    cli_warn("%d of the ranks could not be made: %s", (int)t->result.dropped,
-             t->result.dropped_reason.message);
+    config_warn("%d of the ranks could not be made: %s", (int)t->result.dropped,
+                t->result.dropped_reason.message);
   t->chosen = tradeoff_choose(&t->result, request->error, request->budget * request->fps);
   status = write_files(t, error);
   if (status >= 0 && request->json)
@@ -297,15 +297,15 @@ int cmd_tradeoff(int argc, char **argv) {
   request.loads = calloc((size_t)argc, sizeof *request.loads);
   if (request.loads == NULL) {
     error.status = THRUM_OUT_OF_MEMORY;
-    return cli_refuse(&error);
+    return config_refuse(&error);
   }
   int code = tradeoff_options_read(argc, argv, &request);
-  if (code == CLI_DONE) {
+  if (code == COMMAND_DONE) {
     trade t = {.request = &request, .chosen = -1};
     if (run_trade(&t, &error) < 0)
-      code = cli_refuse(&error);
+      code = config_refuse(&error);
     else if (t.chosen < 0)
-      code = CLI_FLAGGED;
+      code = COMMAND_FLAGGED;
     tradeoff_free(&t.result);
     free(t.forces);
     free(t.courses);

@@ -54,54 +54,56 @@ static void print_help(void) {
       stdout);
 }
 
-static const cli_option table[] = {
-    {.name = "output", .letter = 'o', .field = offsetof(view_request, output), .kind = CLI_TEXT},
-    {.name = "surface", .field = offsetof(view_request, surface), .kind = CLI_TEXT},
+static const config_option table[] = {
+    {.name = "output", .letter = 'o', .field = offsetof(view_request, output), .kind = CONFIG_TEXT},
+    {.name = "surface", .field = offsetof(view_request, surface), .kind = CONFIG_TEXT},
     {.name = "port",
-     .kind = CLI_COUNT,
+     .kind = CONFIG_COUNT,
      .field = offsetof(view_request, port),
      .least = 1,
      .most = 65535},
-    {.name = "no-open", .kind = CLI_FLAG, .field = offsetof(view_request, no_open)},
-    CLI_OPTION_QUIET(view_request),
-    CLI_OPTION_JSON(view_request),
-    CLI_OPTION_HELP(print_help),
+    {.name = "no-open", .kind = CONFIG_FLAG, .field = offsetof(view_request, no_open)},
+    CONFIG_OPTION_QUIET(view_request),
+    CONFIG_OPTION_JSON(view_request),
+    CONFIG_OPTION_HELP(print_help),
     {.name = NULL},
 };
 
 static int read_options(int argc, char **argv, view_request *request) {
-  const int code = cli_options_read("view", table, argc, argv, request);
-  if (code != CLI_DONE)
+  const int code = config_options_read("view", table, argc, argv, request);
+  if (code != COMMAND_DONE)
     return code;
   if (argc - optind > CLI_VIEW_MODELS_MAX)
-    return cli_usage("view", "at most %d models at a time", CLI_VIEW_MODELS_MAX);
+    return config_usage("view", "at most %d models at a time", CLI_VIEW_MODELS_MAX);
   while (optind < argc)
     request->names[request->count++] = argv[optind++];
   if (request->output != NULL && (request->port > 0 || request->no_open))
-    return cli_usage("view", "--port and --no-open are of what is served, and -o serves nothing");
+    return config_usage("view",
+                        "--port and --no-open are of what is served, and -o serves nothing");
   for (int64_t n = 0; request->output != NULL && n < request->count; n++) {
     if (path_same_file(request->output, request->names[n]))
-      return cli_usage("view", "%s is what is to be shown: write to another file", request->output);
+      return config_usage("view", "%s is what is to be shown: write to another file",
+                          request->output);
   }
   for (int64_t n = 0; request->count > 1 && n < request->count; n++) {
     if (cli_scene_is_named(request->names[n]))
-      return cli_usage("view", "one scene at a time, and no models beside it");
+      return config_usage("view", "one scene at a time, and no models beside it");
   }
   for (int64_t n = 0; n < request->count; n++) {
     if (thrum_mesh_is_named(request->names[n]))
-      return cli_usage("view", "%s is a mesh: make a model of it with thrum precompute",
-                       request->names[n]);
+      return config_usage("view", "%s is a mesh: make a model of it with thrum precompute",
+                          request->names[n]);
     if (thrum_surface_mesh_is_named(request->names[n]))
-      return cli_usage("view", "%s is a surface: show it on its model with --surface",
-                       request->names[n]);
+      return config_usage("view", "%s is a surface: show it on its model with --surface",
+                          request->names[n]);
   }
   if (request->surface != NULL && (request->count != 1 || cli_scene_is_named(request->names[0])))
-    return cli_usage("view", "--surface goes with one model");
+    return config_usage("view", "--surface goes with one model");
   if (request->count > 0)
-    return CLI_DONE;
+    return COMMAND_DONE;
   for (int n = 0; n < CLI_MODEL_COUNT; n++)
     request->names[request->count++] = cli_model_names[n];
-  return CLI_DONE;
+  return COMMAND_DONE;
 }
 
 typedef struct view {
@@ -183,7 +185,7 @@ static thrum_status serve(const view_request *request, const view *shown, thrum_
 int cmd_view(int argc, char **argv) {
   view_request request = {0};
   const int code = read_options(argc, argv, &request);
-  if (code != CLI_DONE)
+  if (code != COMMAND_DONE)
     return code;
   thrum_error error = {0};
   view shown = {0};
@@ -194,5 +196,5 @@ int cmd_view(int argc, char **argv) {
                                     : serve(&request, &shown, &error);
   cli_pack_free(&shown.pack);
   cli_page_free(&shown.page);
-  return status < 0 ? cli_refuse(&error) : CLI_DONE;
+  return status < 0 ? config_refuse(&error) : COMMAND_DONE;
 }

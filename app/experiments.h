@@ -45,7 +45,7 @@ typedef struct experiments_request {
   bool quiet;
 } experiments_request;
 
-/* Fills a zeroed request; CLI_DONE, or what the command is to return. */
+/* Fills a zeroed request; COMMAND_DONE, or what the command is to return. */
 int experiments_options_read(int argc, char **argv, experiments_request *request);
 
 /* The models asked for, ready to be pushed. */
@@ -76,7 +76,7 @@ thrum_status experiments_write(const experiments_request *request, const char *n
 /* Where the figures are made; the texts last until the next call. */
 experiment_place experiments_place(const experiments_request *request);
 
-/* A cli_progress for a pool; `context` is one, in a stage called "experiments". */
+/* A config_progress for a pool; `context` is one, in a stage called "experiments". */
 bool experiments_progress(void *context, double fraction);
 
 /* An object {"status", "command", ...} to which a kind adds its figures, and its "runs". */

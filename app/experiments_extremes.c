@@ -19,7 +19,7 @@ typedef struct extremes_work {
   experiment_unit_case *units;
   experiment_unit_result *unit_results;
   int64_t unit_count;
-  cli_progress progress;
+  config_progress progress;
 } extremes_work;
 
 static thrum_status run_case(void *context, int64_t index, thrum_error *error) {
@@ -59,7 +59,7 @@ static thrum_status make_bodies(const experiments_request *request, extremes_wor
   const int64_t all = experiment_extreme_count();
   for (int64_t n = 0; n < all; n++) {
     const experiment_extreme *extreme = &experiment_extremes[n];
-    cli_progress_update(&work->progress, "bodies", (double)n / (double)all);
+    config_progress_update(&work->progress, "bodies", (double)n / (double)all);
     if (!request->subjects[extreme->subject])
       continue;
     experiment_extreme_body *body = &work->bodies[work->body_count];
@@ -97,7 +97,7 @@ static thrum_status run_units(const experiments_request *request, extremes_work 
   }
   thrum_status status = THRUM_OK;
   for (int64_t n = 0; n < work->unit_count && status >= 0; n++) {
-    cli_progress_update(&work->progress, "units", (double)n / (double)work->unit_count);
+    config_progress_update(&work->progress, "units", (double)n / (double)work->unit_count);
     status = experiment_units_run(&work->units[n], &work->unit_results[n], error);
   }
   return status;
@@ -119,9 +119,9 @@ static thrum_status run_all(const experiments_request *request, extremes_work *w
   if (status >= 0)
     status = run_units(request, work, error);
   if (status >= 0) {
-    cli_progress_done(&work->progress);
+    config_progress_done(&work->progress);
   } else {
-    cli_progress_abandon(&work->progress);
+    config_progress_abandon(&work->progress);
   }
   return status;
 }
@@ -213,7 +213,7 @@ static thrum_status write_files(const experiments_request *request, const extrem
 
 thrum_status experiments_extremes(const experiments_request *request, bool *flagged,
                                   thrum_error *error) {
-  extremes_work work = {.progress = cli_progress_make(request->quiet)};
+  extremes_work work = {.progress = config_progress_make(request->quiet)};
   thrum_status status = allocate(&work, error);
   if (status >= 0)
     status = run_all(request, &work, error);

@@ -93,7 +93,7 @@ thrum_status experiments_linear(const experiments_request *request,
   if (results == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory");
   linear_work work = {bodies->bodies, results};
-  cli_progress progress = cli_progress_make(request->quiet);
+  config_progress progress = config_progress_make(request->quiet);
   const experiment_pool pool = {.threads = (int)request->threads,
                                 .count = bodies->count,
                                 .task = run_body,
@@ -102,9 +102,9 @@ thrum_status experiments_linear(const experiments_request *request,
                                 .progress_context = &progress};
   thrum_status status = experiment_pool_run(&pool, error);
   if (status >= 0)
-    cli_progress_done(&progress);
+    config_progress_done(&progress);
   else
-    cli_progress_abandon(&progress);
+    config_progress_abandon(&progress);
   if (status >= 0)
     status = write_files(request, bodies, results, error);
   if (status >= 0 && request->json)

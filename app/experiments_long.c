@@ -23,7 +23,7 @@ typedef struct long_work {
   int64_t integrators;
   int64_t count;
   atomic_bool *known; /* a case that is done, by this run or an earlier one */
-  cli_progress progress;
+  config_progress progress;
 } long_work;
 
 /* The impulse of one body and amplitude, for all of its integrators. */
@@ -175,7 +175,7 @@ static bool keep(void *context, double fraction) {
   thrum_error error = {0};
   experiments_progress(&work->progress, fraction);
   if (write_tables(work, work->count, &error) < 0)
-    cli_warn("%s", error.message);
+    config_warn("%s", error.message);
   return true;
 }
 
@@ -188,7 +188,7 @@ static thrum_status write_report(const long_work *work, int64_t count, thrum_err
 
 static thrum_status run_all(long_work *work, int64_t count, thrum_error *error) {
   const experiments_request *request = work->request;
-  work->progress = cli_progress_make(request->quiet);
+  work->progress = config_progress_make(request->quiet);
   work->count = count;
   experiment_pool pool = {
       .threads = (int)request->threads,
@@ -204,9 +204,9 @@ static thrum_status run_all(long_work *work, int64_t count, thrum_error *error) 
   if (status >= 0)
     status = experiment_pool_run(&pool, error);
   if (status >= 0) {
-    cli_progress_done(&work->progress);
+    config_progress_done(&work->progress);
   } else {
-    cli_progress_abandon(&work->progress);
+    config_progress_abandon(&work->progress);
   }
   return status;
 }

@@ -70,7 +70,7 @@ static thrum_status write_files(const experiments_request *request, const experi
 thrum_status experiments_matrix(const experiments_request *request,
                                 const experiments_bodies *bodies, bool *flagged,
                                 thrum_error *error) {
-  cli_progress progress = cli_progress_make(request->quiet);
+  config_progress progress = config_progress_make(request->quiet);
   experiment_matrix matrix = {
       .bodies = bodies->bodies,
       .body_count = bodies->count,
@@ -88,10 +88,10 @@ thrum_status experiments_matrix(const experiments_request *request,
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory");
   thrum_status status = experiment_matrix_run(&matrix, runs, error);
   if (status >= 0) {
-    cli_progress_done(&progress);
+    config_progress_done(&progress);
     status = write_files(request, runs, count, error);
   } else {
-    cli_progress_abandon(&progress);
+    config_progress_abandon(&progress);
   }
   for (int64_t n = 0; status >= 0 && n < count; n++)
     *flagged = *flagged || runs[n].status < 0;

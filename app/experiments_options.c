@@ -77,23 +77,23 @@ static int64_t cut(char *list, const char **names, int64_t most) {
 }
 
 /* Marks the names of a list in `flags`; the known ones are `known`. */
-static int take_names(const cli_given *given, const char *const *known, int count, bool *flags) {
+static int take_names(const config_given *given, const char *const *known, int count, bool *flags) {
   const char *names[16];
   char *list = malloc(strlen(given->text) + 1);
   if (list == NULL)
-    return cli_given_refuse(given, "out of memory");
+    return config_given_refuse(given, "out of memory");
   memcpy(list, given->text, strlen(given->text) + 1);
-  int code = CLI_DONE;
+  int code = COMMAND_DONE;
   const int64_t taken = cut(list, names, 16);
   if (taken < 0)
-    code = cli_given_wrong(given);
+    code = config_given_wrong(given);
   memset(flags, 0, (size_t)count * sizeof *flags);
-  for (int64_t n = 0; n < taken && code == CLI_DONE; n++) {
+  for (int64_t n = 0; n < taken && code == COMMAND_DONE; n++) {
     int index = 0;
     while (index < count && strcmp(names[n], known[index]) != 0)
       index++;
     if (index == count)
-      code = cli_given_refuse(given, "--%s: there is no '%s'", given->option->name, names[n]);
+      code = config_given_refuse(given, "--%s: there is no '%s'", given->option->name, names[n]);
     else
       flags[index] = true;
   }
@@ -101,36 +101,37 @@ static int take_names(const cli_given *given, const char *const *known, int coun
   return code;
 }
 
-static int take_loads(const cli_given *given, void *request) {
+static int take_loads(const config_given *given, void *request) {
   return take_names(given, experiment_load_names, EXPERIMENT_LOAD_COUNT,
                     ((experiments_request *)request)->loads);
 }
 
-static int take_integrators(const cli_given *given, void *request) {
+static int take_integrators(const config_given *given, void *request) {
   return take_names(given, experiment_integrator_names, EXPERIMENT_INTEGRATOR_COUNT,
                     ((experiments_request *)request)->integrators);
 }
 
-static int take_subjects(const cli_given *given, void *request) {
+static int take_subjects(const config_given *given, void *request) {
   return take_names(given, experiment_subject_names, EXPERIMENT_SUBJECT_COUNT,
                     ((experiments_request *)request)->subjects);
 }
 
-static int take_models(const cli_given *given, void *request) {
+static int take_models(const config_given *given, void *request) {
   experiments_request *r = request;
   free(r->list);
   r->list = malloc(strlen(given->text) + 1);
   if (r->list == NULL)
-    return cli_given_refuse(given, "out of memory");
+    return config_given_refuse(given, "out of memory");
   memcpy(r->list, given->text, strlen(given->text) + 1);
   r->model_count = cut(r->list, r->models, EXPERIMENTS_MODELS_MAX);
   if (r->model_count < 0)
-    return cli_given_refuse(given, "--models wants at most %d names with commas between, not '%s'",
-                            EXPERIMENTS_MODELS_MAX, given->text);
-  return CLI_DONE;
+    return config_given_refuse(given,
+                               "--models wants at most %d names with commas between, not '%s'",
+                               EXPERIMENTS_MODELS_MAX, given->text);
+  return COMMAND_DONE;
 }
 
-static int take_amplitudes(const cli_given *given, void *request) {
+static int take_amplitudes(const config_given *given, void *request) {
   experiments_request *r = request;
   const char *names[EXPERIMENTS_AMPLITUDES_MAX];
   char list[512];
@@ -139,65 +140,65 @@ static int take_amplitudes(const cli_given *given, void *request) {
       strlen(given->text) < sizeof list ? cut(list, names, EXPERIMENTS_AMPLITUDES_MAX) : -1;
   for (int64_t n = 0; n < count; n++) {
     double *amplitude = &r->amplitudes[n];
-    if (!cli_parse_number(names[n], amplitude) || !(*amplitude > 0) || !(*amplitude <= 1))
+    if (!config_parse_number(names[n], amplitude) || !(*amplitude > 0) || !(*amplitude <= 1))
       count = -1;
   }
   if (count < 0)
-    return cli_given_wrong(given);
+    return config_given_wrong(given);
   r->amplitude_count = count;
-  return CLI_DONE;
+  return COMMAND_DONE;
 }
 
-static int take_long(const cli_given *given, void *request) {
+static int take_long(const config_given *given, void *request) {
   (void)given;
   ((experiments_request *)request)->kind = EXPERIMENTS_LONG;
-  return CLI_DONE;
+  return COMMAND_DONE;
 }
 
-static int take_sweep(const cli_given *given, void *request) {
+static int take_sweep(const config_given *given, void *request) {
   (void)given;
   ((experiments_request *)request)->kind = EXPERIMENTS_SWEEP;
-  return CLI_DONE;
+  return COMMAND_DONE;
 }
 
-static int take_extremes(const cli_given *given, void *request) {
+static int take_extremes(const config_given *given, void *request) {
   (void)given;
   ((experiments_request *)request)->kind = EXPERIMENTS_EXTREMES;
-  return CLI_DONE;
+  return COMMAND_DONE;
 }
 
-static int take_linear(const cli_given *given, void *request) {
+static int take_linear(const config_given *given, void *request) {
   (void)given;
   ((experiments_request *)request)->kind = EXPERIMENTS_LINEAR;
-  return CLI_DONE;
+  return COMMAND_DONE;
 }
 
 #define FIELD(member) .field = offsetof(experiments_request, member)
-#define LIST .kind = CLI_TEXT, .wants = "names with commas between"
-#define SECONDS .kind = CLI_NUMBER, .most = INFINITY, .above = true, .wants = "seconds above 0"
+#define LIST .kind = CONFIG_TEXT, .wants = "names with commas between"
+#define SECONDS .kind = CONFIG_NUMBER, .most = INFINITY, .above = true, .wants = "seconds above 0"
 
-static const cli_option table[] = {
-    {.name = "output", .letter = 'o', .kind = CLI_TEXT, FIELD(output)},
-    {.name = "long", .kind = CLI_FLAG, .take = take_long},
-    {.name = "sweep", .kind = CLI_FLAG, .take = take_sweep},
-    {.name = "extremes", .kind = CLI_FLAG, .take = take_extremes},
-    {.name = "linear", .kind = CLI_FLAG, .take = take_linear},
+static const config_option table[] = {
+    {.name = "output", .letter = 'o', .kind = CONFIG_TEXT, FIELD(output)},
+    {.name = "long", .kind = CONFIG_FLAG, .take = take_long},
+    {.name = "sweep", .kind = CONFIG_FLAG, .take = take_sweep},
+    {.name = "extremes", .kind = CONFIG_FLAG, .take = take_extremes},
+    {.name = "linear", .kind = CONFIG_FLAG, .take = take_linear},
     {.name = "subjects", LIST, .take = take_subjects},
     {.name = "models", LIST, .take = take_models},
     {.name = "loads", LIST, .take = take_loads},
     {.name = "integrators", LIST, .take = take_integrators},
     {.name = "amplitudes",
-     .kind = CLI_TEXT,
+     .kind = CONFIG_TEXT,
      .take = take_amplitudes,
      .wants = "shares of the length in (0, 1]"},
     {.name = "time", SECONDS, FIELD(time)},
     {.name = "dt", SECONDS, FIELD(dt)},
-    {.name = "steps", .kind = CLI_COUNT, FIELD(steps), .least = 1, .most = STEPS_MAX},
-    {.name = "threads", .kind = CLI_COUNT, FIELD(threads), .least = 1, .most = THREADS_MAX},
-    {.name = "resume", .kind = CLI_FLAG, FIELD(resume)},
-    CLI_OPTION_JSON(experiments_request),
-    CLI_OPTION_QUIET(experiments_request),
-    CLI_OPTION_HELP(print_help),
+    {.name = "steps", .kind = CONFIG_COUNT, FIELD(steps), .least = 1, .most = STEPS_MAX},
+    {.name = "threads", .kind = CONFIG_COUNT, FIELD(threads), .least = 1, .most = THREADS_MAX},
+    {.name = "resume", .kind = CONFIG_FLAG, FIELD(resume)},
+    CONFIG_OPTION_JSON(experiments_request),
+    CONFIG_OPTION_QUIET(experiments_request),
+    CONFIG_OPTION_HELP(print_help),
     {.name = NULL},
 };
 
@@ -206,11 +207,11 @@ static int finish(int argc, char **argv, experiments_request *request) {
   static const char *const pair[] = {"horse", "beam"};
   static const double swings[] = {0.05, 0.1, 0.2};
   if (optind < argc)
-    return cli_usage("experiments", "'%s' is too much; name models with --models", argv[optind]);
+    return config_usage("experiments", "'%s' is too much; name models with --models", argv[optind]);
   if (request->output == NULL || request->output[0] == 0)
-    return cli_usage("experiments", "where to? name a folder with -o DIR");
+    return config_usage("experiments", "where to? name a folder with -o DIR");
   if (request->model_count > 0 && request->kind == EXPERIMENTS_EXTREMES)
-    return cli_usage("experiments", "--extremes has bodies of its own; leave --models out");
+    return config_usage("experiments", "--extremes has bodies of its own; leave --models out");
   if (request->model_count == 0 &&
       (request->kind == EXPERIMENTS_MATRIX || request->kind == EXPERIMENTS_LINEAR)) {
     for (int n = 0; n < CLI_MODEL_COUNT; n++)
@@ -230,11 +231,11 @@ static int finish(int argc, char **argv, experiments_request *request) {
     const double dt = request->kind == EXPERIMENTS_SWEEP ? EXPERIMENTS_SHORTEST : request->dt;
     const double steps = ceil(request->time / dt - 1e-6);
     if (!(steps <= STEPS_MAX))
-      return cli_usage("experiments", "--time %g at a time step of %g is too many steps",
-                       request->time, dt);
+      return config_usage("experiments", "--time %g at a time step of %g is too many steps",
+                          request->time, dt);
     request->steps = steps < 1 ? 1 : (int64_t)steps;
   }
-  return CLI_DONE;
+  return COMMAND_DONE;
 }
 
 int experiments_options_read(int argc, char **argv, experiments_request *request) {
@@ -247,8 +248,8 @@ int experiments_options_read(int argc, char **argv, experiments_request *request
     request->integrators[n] = true;
   for (int n = 0; n < EXPERIMENT_SUBJECT_COUNT; n++)
     request->subjects[n] = true;
-  const int code = cli_options_read("experiments", table, argc, argv, request);
-  if (code != CLI_DONE)
+  const int code = config_options_read("experiments", table, argc, argv, request);
+  if (code != COMMAND_DONE)
     return code;
   return finish(argc, argv, request);
 }

@@ -98,7 +98,7 @@ static void print_table(const sweep_work *work, int64_t count) {
 
 static thrum_status run_all(const experiments_request *request, sweep_work *work, int64_t count,
                             thrum_error *error) {
-  cli_progress progress = cli_progress_make(request->quiet);
+  config_progress progress = config_progress_make(request->quiet);
   const experiment_pool pool = {
       .threads = (int)request->threads,
       .count = count,
@@ -109,9 +109,9 @@ static thrum_status run_all(const experiments_request *request, sweep_work *work
   };
   const thrum_status status = experiment_pool_run(&pool, error);
   if (status >= 0) {
-    cli_progress_done(&progress);
+    config_progress_done(&progress);
   } else {
-    cli_progress_abandon(&progress);
+    config_progress_abandon(&progress);
   }
   return status;
 }

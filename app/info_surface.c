@@ -40,8 +40,8 @@ static void print_table(const char *path, const thrum_embedding *e, const measur
   char from[200], model[200];
   snprintf(from, sizeof from, "%s", said(meta, "surface"));
   snprintf(model, sizeof model, "%s", said(meta, "model"));
-  cli_one_line(from);
-  cli_one_line(model);
+  config_one_line(from);
+  config_one_line(model);
   printf("%-18s%s\n", "embedded surface", path);
   printf("%-18s%" PRId64 " vertices, %" PRId64 " triangles, rank %" PRId64 "\n", "size",
          e->vertex_count, e->triangle_count, e->rank);

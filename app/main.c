@@ -53,7 +53,7 @@ static int print_help(FILE *stream) {
         "  thrum simulate beam.npz -o run --time 3 --start mode:1,0.02\n\n"
         "exit codes: 0 done, 1 refused, 2 usage, 3 ran but flagged\n",
         stream);
-  return CLI_DONE;
+  return COMMAND_DONE;
 }
 
 static const command *find_command(const char *name) {
@@ -68,11 +68,11 @@ static int unknown_command(const char *name) {
   const char *names[COMMAND_COUNT];
   for (int n = 0; n < COMMAND_COUNT; n++)
     names[n] = commands[n].name;
-  const char *nearest = cli_nearest(name, names, COMMAND_COUNT);
+  const char *nearest = config_nearest(name, names, COMMAND_COUNT);
   if (nearest != NULL) {
-    return cli_usage("", "unknown command '%s'; did you mean '%s'?", name, nearest);
+    return config_usage("", "unknown command '%s'; did you mean '%s'?", name, nearest);
   }
-  return cli_usage("", "unknown command '%s'", name);
+  return config_usage("", "unknown command '%s'", name);
 }
 
 /* `thrum --models-dir DIR COMMAND ...` is THRUM_MODELS=DIR for the one command. */
@@ -80,40 +80,40 @@ static int take_models_folder(int *argc, char ***argv) {
   static const char option[] = "--models-dir";
   const size_t length = sizeof option - 1;
   if (*argc < 2 || strncmp((*argv)[1], option, length) != 0)
-    return CLI_DONE;
+    return COMMAND_DONE;
   const char *text = (*argv)[1] + length;
   if (*text != '=' && (*text != 0 || *argc < 3))
-    return cli_usage("", "--models-dir names a folder and comes before the command");
+    return config_usage("", "--models-dir names a folder and comes before the command");
   const int taken = *text == '=' ? 1 : 2;
   if (setenv("THRUM_MODELS", taken == 1 ? text + 1 : (*argv)[2], 1) != 0) {
     fputs("thrum: out of memory\n", stderr);
-    return CLI_REFUSED;
+    return COMMAND_REFUSED;
   }
   (*argv)[taken] = (*argv)[0];
   *argc -= taken;
   *argv += taken;
-  return CLI_DONE;
+  return COMMAND_DONE;
 }
 
 static int run(const command *found, int argc, char **argv) {
   const int code = found->run(argc, argv);
-  return code == CLI_HELPED ? CLI_DONE : code;
+  return code == COMMAND_HELPED ? COMMAND_DONE : code;
 }
 
 static int dispatch(int argc, char **argv) {
   const int taken = take_models_folder(&argc, &argv);
-  if (taken != CLI_DONE)
+  if (taken != COMMAND_DONE)
     return taken;
   if (argc < 2) {
     print_help(stderr);
-    return CLI_USAGE;
+    return COMMAND_USAGE;
   }
   const char *name = argv[1];
   if (strcmp(name, "--help") == 0 || strcmp(name, "-h") == 0)
     return print_help(stdout);
   if (strcmp(name, "--version") == 0 || strcmp(name, "-V") == 0) {
     printf("thrum %s\n", thrum_version());
-    return CLI_DONE;
+    return COMMAND_DONE;
   }
   // `thrum help X` is `thrum X --help`
   if (strcmp(name, "help") == 0) {
@@ -127,7 +127,7 @@ static int dispatch(int argc, char **argv) {
     return run(about, 2, arguments);
   }
   if (name[0] == '-')
-    return cli_usage("", "unknown option '%s'", name);
+    return config_usage("", "unknown option '%s'", name);
   const command *found = find_command(name);
   return found != NULL ? run(found, argc - 1, argv + 1) : unknown_command(name);
 }
@@ -142,7 +142,7 @@ int main(int argc, char **argv) {
   // a full disk or a closed pipe must not pass for success
   if (fflush(stdout) != 0 || ferror(stdout)) {
     fputs("thrum: standard output could not be written\n", stderr);
-    return code == CLI_DONE ? CLI_REFUSED : code;
+    return code == COMMAND_DONE ? COMMAND_REFUSED : code;
   }
   return code;
 }

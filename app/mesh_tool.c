@@ -163,7 +163,7 @@ static void pick_line(const char *log, char line[160]) {
     }
     log += width + (log[width] == '\n');
   }
-  cli_one_line(line);
+  config_one_line(line);
 }
 
 /* Why there is no mesh: `reason` is the reader's, about a file that nobody will find. */

@@ -62,58 +62,58 @@ static void print_help(void) {
       stdout);
 }
 
-static int take_load(const cli_given *given, void *request) {
+static int take_load(const config_given *given, void *request) {
   tradeoff_request *r = request;
   return cli_load_take(given, r->loads, &r->load_count);
 }
 
 /* Numbers with commas between, in the table's range; those of ranks are whole. */
-static int take_list(const cli_given *given, double *values, int64_t *count) {
+static int take_list(const config_given *given, double *values, int64_t *count) {
   char list[256];
   snprintf(list, sizeof list, "%s", given->text);
   *count = 0;
   if (strlen(given->text) >= sizeof list)
-    return cli_given_wrong(given);
+    return config_given_wrong(given);
   for (char *at = list; at != NULL;) {
     char *comma = strchr(at, ',');
     if (comma != NULL)
       *comma = 0;
     double value;
-    if (*count == TRADEOFF_LIST_MAX || !cli_parse_number(at, &value) ||
+    if (*count == TRADEOFF_LIST_MAX || !config_parse_number(at, &value) ||
         !(value >= given->option->least && value <= given->option->most))
-      return cli_given_wrong(given);
+      return config_given_wrong(given);
     values[(*count)++] = value;
     at = comma != NULL ? comma + 1 : NULL;
   }
-  return CLI_DONE;
+  return COMMAND_DONE;
 }
 
-static int take_ranks(const cli_given *given, void *request) {
+static int take_ranks(const config_given *given, void *request) {
   tradeoff_request *r = request;
   const int code = take_list(given, r->ranks, &r->rank_count);
-  for (int64_t n = 0; n < r->rank_count && code == CLI_DONE; n++)
+  for (int64_t n = 0; n < r->rank_count && code == COMMAND_DONE; n++)
     if (r->ranks[n] != floor(r->ranks[n]) || r->ranks[n] == 1)
-      return cli_given_wrong(given);
+      return config_given_wrong(given);
   return code;
 }
 
-static int take_dts(const cli_given *given, void *request) {
+static int take_dts(const config_given *given, void *request) {
   tradeoff_request *r = request;
   return take_list(given, r->dts, &r->dt_count);
 }
 
-static int take_tolerances(const cli_given *given, void *request) {
+static int take_tolerances(const config_given *given, void *request) {
   tradeoff_request *r = request;
   return take_list(given, r->tolerances, &r->tolerance_count);
 }
 
-static int take_integrators(const cli_given *given, void *request) {
+static int take_integrators(const config_given *given, void *request) {
   tradeoff_request *r = request;
   char list[64];
   snprintf(list, sizeof list, "%s", given->text);
   memset(r->integrators, 0, sizeof r->integrators);
   if (strlen(given->text) >= sizeof list)
-    return cli_given_wrong(given);
+    return config_given_wrong(given);
   for (char *at = list; at != NULL;) {
     char *comma = strchr(at, ',');
     int index = 0;
@@ -123,22 +123,22 @@ static int take_integrators(const cli_given *given, void *request) {
            strcmp(at, experiment_integrator_names[index]) != 0)
       index++;
     if (index == EXPERIMENT_INTEGRATOR_COUNT)
-      return cli_given_wrong(given);
+      return config_given_wrong(given);
     r->integrators[index] = true;
     at = comma != NULL ? comma + 1 : NULL;
   }
-  return CLI_DONE;
+  return COMMAND_DONE;
 }
 
-static int take_precisions(const cli_given *given, void *request) {
+static int take_precisions(const config_given *given, void *request) {
   static const char *const lists[] = {"double", "single", "double,single", "single,double", NULL};
   tradeoff_request *r = request;
-  const int index = cli_name_index(given->text, lists);
+  const int index = config_name_index(given->text, lists);
   if (index < 0)
-    return cli_given_wrong(given);
+    return config_given_wrong(given);
   r->precisions[0] = index != 1;
   r->precisions[1] = index != 0;
-  return CLI_DONE;
+  return COMMAND_DONE;
 }
 
 /* A number and one of these endings, which scale it; no ending is the first's. */
@@ -160,74 +160,76 @@ static bool scaled(const char *text, const char *const *endings, const double *s
   memcpy(number, text, cut);
   number[cut] = 0;
   double parsed;
-  if (!cli_parse_number(number, &parsed) || !(parsed > 0))
+  if (!config_parse_number(number, &parsed) || !(parsed > 0))
     return false;
   *value = scale * parsed;
   return true;
 }
 
-static int take_error(const cli_given *given, void *request) {
+static int take_error(const config_given *given, void *request) {
   static const char *const endings[] = {"", "%", NULL};
   static const double scales[] = {1, 0.01};
   tradeoff_request *r = request;
-  return scaled(given->text, endings, scales, &r->error) && r->error <= 1 ? CLI_DONE
-                                                                          : cli_given_wrong(given);
+  return scaled(given->text, endings, scales, &r->error) && r->error <= 1
+             ? COMMAND_DONE
+             : config_given_wrong(given);
 }
 
-static int take_budget(const cli_given *given, void *request) {
+static int take_budget(const config_given *given, void *request) {
   static const char *const endings[] = {"s", "ms", "us", NULL};
   static const double scales[] = {1, 1e-3, 1e-6};
   tradeoff_request *r = request;
-  return scaled(given->text, endings, scales, &r->budget) ? CLI_DONE : cli_given_wrong(given);
+  return scaled(given->text, endings, scales, &r->budget) ? COMMAND_DONE
+                                                          : config_given_wrong(given);
 }
 
-static int take_damping(const cli_given *given, void *request) {
-  return cli_given_pair(given, ((tradeoff_request *)request)->damping);
+static int take_damping(const config_given *given, void *request) {
+  return config_given_pair(given, ((tradeoff_request *)request)->damping);
 }
 
 #define FIELD(member) .field = offsetof(tradeoff_request, member)
-#define SECONDS .kind = CLI_NUMBER, .most = INFINITY, .above = true, .wants = "seconds above 0"
+#define SECONDS .kind = CONFIG_NUMBER, .most = INFINITY, .above = true, .wants = "seconds above 0"
 
-static const cli_option table[] = {
-    {.name = "output", .letter = 'o', .kind = CLI_TEXT, FIELD(output)},
-    CLI_OPTIONS_MESH(tradeoff_request),
-    {.name = "load", .kind = CLI_TEXT, .take = take_load, .repeats = true},
-    {.name = "error", .kind = CLI_WORD, .take = take_error, .wants = "an error such as 1%"},
-    {.name = "budget", .kind = CLI_WORD, .take = take_budget, .wants = "a time such as 2ms"},
-    {.name = "fps", .kind = CLI_NUMBER, FIELD(fps), .most = INFINITY, .above = true},
+static const config_option table[] = {
+    {.name = "output", .letter = 'o', .kind = CONFIG_TEXT, FIELD(output)},
+    CONFIG_OPTIONS_MESH(tradeoff_request),
+    {.name = "load", .kind = CONFIG_TEXT, .take = take_load, .repeats = true},
+    {.name = "error", .kind = CONFIG_WORD, .take = take_error, .wants = "an error such as 1%"},
+    {.name = "budget", .kind = CONFIG_WORD, .take = take_budget, .wants = "a time such as 2ms"},
+    {.name = "fps", .kind = CONFIG_NUMBER, FIELD(fps), .most = INFINITY, .above = true},
     {.name = "time", SECONDS, FIELD(time)},
     {.name = "ranks",
-     .kind = CLI_TEXT,
+     .kind = CONFIG_TEXT,
      .take = take_ranks,
      .most = THRUM_RANK_MAX,
      .wants = "0 or ranks from 2 with commas between"},
     {.name = "dts",
-     .kind = CLI_TEXT,
+     .kind = CONFIG_TEXT,
      .take = take_dts,
      .least = 1e-6,
      .most = 1,
      .wants = "time steps from 1e-6 to 1 s with commas between"},
     {.name = "tolerances",
-     .kind = CLI_TEXT,
+     .kind = CONFIG_TEXT,
      .take = take_tolerances,
      .least = 1e-15,
      .most = 0.01,
      .wants = "numbers in (0, 0.01] with commas between"},
     {.name = "integrators",
-     .kind = CLI_TEXT,
+     .kind = CONFIG_TEXT,
      .take = take_integrators,
      .wants = "imexv, newmark, energy with commas between"},
     {.name = "precisions",
-     .kind = CLI_TEXT,
+     .kind = CONFIG_TEXT,
      .take = take_precisions,
      .wants = "double, single or double,single"},
-    {.name = "damping", .kind = CLI_PAIR, .take = take_damping},
+    {.name = "damping", .kind = CONFIG_PAIR, .take = take_damping},
     {.name = "full-dt", SECONDS, FIELD(full_dt)},
-    {.name = "quick", .kind = CLI_FLAG, FIELD(quick)},
-    {.name = "threads", .kind = CLI_COUNT, FIELD(threads), .least = 1, .most = 256},
-    CLI_OPTION_JSON(tradeoff_request),
-    CLI_OPTION_QUIET(tradeoff_request),
-    CLI_OPTION_HELP(print_help),
+    {.name = "quick", .kind = CONFIG_FLAG, FIELD(quick)},
+    {.name = "threads", .kind = CONFIG_COUNT, FIELD(threads), .least = 1, .most = 256},
+    CONFIG_OPTION_JSON(tradeoff_request),
+    CONFIG_OPTION_QUIET(tradeoff_request),
+    CONFIG_OPTION_HELP(print_help),
     {.name = NULL},
 };
 
@@ -249,17 +251,17 @@ int tradeoff_options_read(int argc, char **argv, tradeoff_request *r) {
   r->threads = 1;
   for (int n = 0; n < EXPERIMENT_INTEGRATOR_COUNT; n++)
     r->integrators[n] = true;
-  int code = cli_options_read("tradeoff", table, argc, argv, r);
-  if (code != CLI_DONE)
+  int code = config_options_read("tradeoff", table, argc, argv, r);
+  if (code != COMMAND_DONE)
     return code;
-  code = cli_one_argument("tradeoff", "model", argc, argv, &r->model_path);
-  if (code != CLI_DONE)
+  code = config_one_argument("tradeoff", "model", argc, argv, &r->model_path);
+  if (code != COMMAND_DONE)
     return code;
   code = cli_mesh_def_check("tradeoff", &r->mesh_def, thrum_mesh_is_named(r->model_path));
-  if (code != CLI_DONE)
+  if (code != COMMAND_DONE)
     return code;
   if (r->output == NULL || r->output[0] == 0)
-    return cli_usage("tradeoff", "where to? name a folder with -o DIR");
+    return config_usage("tradeoff", "where to? name a folder with -o DIR");
   if (isnan(r->error) && isnan(r->budget))
     r->error = ERROR_DEFAULT;
   // a coarse answer needs no more than one
@@ -273,5 +275,5 @@ int tradeoff_options_read(int argc, char **argv, tradeoff_request *r) {
   default_list(r->quick ? quick_dts : dts, r->quick ? 3 : 6, r->dts, &r->dt_count);
   default_list(r->quick ? quick_tolerances : tolerances, r->quick ? 1 : 3, r->tolerances,
                &r->tolerance_count);
-  return CLI_DONE;
+  return COMMAND_DONE;
 }

@@ -32,7 +32,7 @@ typedef struct tradeoff_request {
   bool quiet;
 } tradeoff_request;
 
-/* Fills a zeroed request; CLI_DONE, or what the command is to return. */
+/* Fills a zeroed request; COMMAND_DONE, or what the command is to return. */
 int tradeoff_options_read(int argc, char **argv, tradeoff_request *request);
 
 #endif

@@ -15,30 +15,30 @@
 #define NEAREST_DISTANCE_MAX 3
 #define OPTION_COUNT_MAX 64
 
-int cli_refuse(const thrum_error *error) {
+int config_refuse(const thrum_error *error) {
   const char *message = error->message[0] != 0 ? error->message : thrum_status_text(error->status);
   fprintf(stderr, "thrum: %s\n", message);
-  return CLI_REFUSED;
+  return COMMAND_REFUSED;
 }
 
-void cli_one_line(char *text) {
+void config_one_line(char *text) {
   for (char *c = text; *c != 0; c++)
     *c = (unsigned char)*c < ' ' ? '?' : *c;
 }
 
-int cli_usage(const char *command, const char *format, ...) {
+int config_usage(const char *command, const char *format, ...) {
   char line[1200];
   va_list arguments;
   va_start(arguments, format);
   vsnprintf(line, sizeof line, format, arguments);
   va_end(arguments);
-  cli_one_line(line);
+  config_one_line(line);
   const char *blank = command[0] != 0 ? " " : "";
   fprintf(stderr, "thrum%s%s: %s (try: thrum%s%s --help)\n", blank, command, line, blank, command);
-  return CLI_USAGE;
+  return COMMAND_USAGE;
 }
 
-void cli_warn(const char *format, ...) {
+void config_warn(const char *format, ...) {
   va_list arguments;
   va_start(arguments, format);
   fputs("thrum: warning: ", stderr);
@@ -78,7 +78,7 @@ static size_t edit_distance(const char *a, const char *b) {
   return rows[i % 3][length];
 }
 
-const char *cli_nearest(const char *text, const char *const *names, int64_t count) {
+const char *config_nearest(const char *text, const char *const *names, int64_t count) {
   const char *nearest = NULL;
   size_t least = NEAREST_DISTANCE_MAX + 1;
   const size_t length = strlen(text);
@@ -98,38 +98,38 @@ const char *cli_nearest(const char *text, const char *const *names, int64_t coun
   return nearest;
 }
 
-int cli_usage_option(const char *command, char **argv, const struct option *options) {
+int config_usage_option(const char *command, char **argv, const struct option *options) {
   const char *text = argv[optind - 1];
   // a long option is named as typed, a short one by the letter that getopt kept
   if (strncmp(text, "--", 2) != 0) {
     for (const struct option *option = options; option->name != NULL; option++) {
       if (option->val == optopt && option->has_arg == required_argument) {
-        return cli_usage(command, "option '-%c' needs a value", optopt);
+        return config_usage(command, "option '-%c' needs a value", optopt);
       }
     }
-    return cli_usage(command, "unknown option '-%c'", optopt);
+    return config_usage(command, "unknown option '-%c'", optopt);
   }
   char name[NEAREST_LENGTH_MAX + 1];
   const size_t length = strcspn(text + 2, "=");
   if (length > NEAREST_LENGTH_MAX)
-    return cli_usage(command, "unknown option '%s'", text);
+    return config_usage(command, "unknown option '%s'", text);
   memcpy(name, text + 2, length);
   name[length] = 0;
   const char *names[OPTION_COUNT_MAX];
   int64_t count = 0;
   for (const struct option *option = options; option->name != NULL; option++) {
     if (strcmp(option->name, name) == 0) {
-      return cli_usage(command,
-                       option->has_arg == required_argument ? "option '--%s' needs a value"
-                                                            : "option '--%s' takes no value",
-                       name);
+      return config_usage(command,
+                          option->has_arg == required_argument ? "option '--%s' needs a value"
+                                                               : "option '--%s' takes no value",
+                          name);
     }
     if (count < OPTION_COUNT_MAX)
       names[count++] = option->name;
   }
-  const char *nearest = cli_nearest(name, names, count);
+  const char *nearest = config_nearest(name, names, count);
   if (nearest != NULL) {
-    return cli_usage(command, "unknown option '--%s'; did you mean '--%s'?", name, nearest);
+    return config_usage(command, "unknown option '--%s'; did you mean '--%s'?", name, nearest);
   }
-  return cli_usage(command, "unknown option '--%s'", name);
+  return config_usage(command, "unknown option '--%s'", name);
 }

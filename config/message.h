@@ -7,26 +7,27 @@
 #include <getopt.h>
 #include <stdint.h>
 
-enum cli_exit { CLI_DONE = 0, CLI_REFUSED = 1, CLI_USAGE = 2, CLI_FLAGGED = 3 };
-enum { CLI_HELPED = -1 }; /* no exit code: a command has printed its help and is done */
+enum command_exit { COMMAND_DONE = 0, COMMAND_REFUSED = 1, COMMAND_USAGE = 2, COMMAND_FLAGGED = 3 };
+enum { COMMAND_HELPED = -1 }; /* no exit code: a command has printed its help and is done */
 
-/* Prints "thrum: <message>" on standard error and returns CLI_REFUSED. */
-int cli_refuse(const thrum_error *error);
+/* Prints "thrum: <message>" on standard error and returns COMMAND_REFUSED. */
+int config_refuse(const thrum_error *error);
 
 /* Control characters of what was typed, line ends too, into '?': a message is one line. */
-void cli_one_line(char *text);
+void config_one_line(char *text);
 
-/* Prints "thrum <command>: <line> (try: thrum <command> --help)"; returns CLI_USAGE. */
-__attribute__((format(printf, 2, 3))) int cli_usage(const char *command, const char *format, ...);
+/* Prints "thrum <command>: <line> (try: thrum <command> --help)"; returns COMMAND_USAGE. */
+__attribute__((format(printf, 2, 3))) int config_usage(const char *command, const char *format,
+                                                       ...);
 
 /* What getopt_long rejected (it returned '?' or ':', with opterr = 0 and a short list that begins
- * with ':'): says so, with the nearest long option; returns CLI_USAGE. */
-int cli_usage_option(const char *command, char **argv, const struct option *options);
+ * with ':'): says so, with the nearest long option; returns COMMAND_USAGE. */
+int config_usage_option(const char *command, char **argv, const struct option *options);
 
 /* Of `count` names the one that differs least from `text`, NULL when none is near. */
-const char *cli_nearest(const char *text, const char *const *names, int64_t count);
+const char *config_nearest(const char *text, const char *const *names, int64_t count);
 
 /* Prints "thrum: warning: <line>" on standard error. */
-__attribute__((format(printf, 1, 2))) void cli_warn(const char *format, ...);
+__attribute__((format(printf, 1, 2))) void config_warn(const char *format, ...);
 
 #endif

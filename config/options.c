@@ -14,9 +14,9 @@
 #define FIRST_LONG 256 /* what getopt_long returns for table[0], clear of all letters */
 #define COUNTS_TEXT_MAX 256
 
-const char *const cli_switches[] = {"off", "on", NULL};
+const char *const config_switches[] = {"off", "on", NULL};
 
-int cli_name_index(const char *text, const char *const *names) {
+int config_name_index(const char *text, const char *const *names) {
   for (int n = 0; names[n] != NULL; n++) {
     if (strcmp(text, names[n]) == 0)
       return n;
@@ -25,16 +25,16 @@ int cli_name_index(const char *text, const char *const *names) {
 }
 
 /* A line of an options file, or of the command line. */
-static int refuse_line(const cli_given *given, const char *between, char *line) {
-  cli_one_line(line);
+static int refuse_line(const config_given *given, const char *between, char *line) {
+  config_one_line(line);
   if (given->file == NULL)
-    return cli_usage(given->command, "%s", line);
+    return config_usage(given->command, "%s", line);
   fprintf(stderr, "thrum: %s:%lld: \"%s\"%s%s\n", given->file, (long long)given->line,
           given->option->name, between, line);
-  return CLI_REFUSED;
+  return COMMAND_REFUSED;
 }
 
-int cli_given_refuse(const cli_given *given, const char *format, ...) {
+int config_given_refuse(const config_given *given, const char *format, ...) {
   char line[1024];
   va_list arguments;
   va_start(arguments, format);
@@ -43,7 +43,7 @@ int cli_given_refuse(const cli_given *given, const char *format, ...) {
   return refuse_line(given, ": ", line);
 }
 
-int cli_given_wants(const cli_given *given, const char *wants) {
+int config_given_wants(const config_given *given, const char *wants) {
   char line[1200];
   const bool typed = given->file == NULL;
   snprintf(line, sizeof line, "%s%s%swants %s", typed ? "--" : "", typed ? given->option->name : "",
@@ -61,14 +61,14 @@ static void join_names(const char *const *names, char *text, size_t size) {
   }
 }
 
-int cli_given_wrong(const cli_given *given) {
-  const cli_option *option = given->option;
+int config_given_wrong(const config_given *given) {
+  const config_option *option = given->option;
   char wants[1024];
   if (option->wants != NULL)
     snprintf(wants, sizeof wants, "%s", option->wants);
-  else if (option->kind == CLI_CHOICE)
+  else if (option->kind == CONFIG_CHOICE)
     join_names(option->names, wants, sizeof wants);
-  else if (option->kind == CLI_COUNT)
+  else if (option->kind == CONFIG_COUNT)
     snprintf(wants, sizeof wants, "a whole number from %.15g to %.15g", option->least,
              option->most);
   else
@@ -76,110 +76,111 @@ int cli_given_wrong(const cli_given *given) {
              option->above && option->least == 0 ? "a number above 0" : "a number");
   const size_t used = strlen(wants);
   snprintf(wants + used, sizeof wants - used, ", not '%.200s'", given->text);
-  return cli_given_wants(given, wants);
+  return config_given_wants(given, wants);
 }
 
-static bool in_range(const cli_option *option, double value) {
+static bool in_range(const config_option *option, double value) {
   if (option->least == 0 && option->most == 0)
     return true;
   return (option->above ? value > option->least : value >= option->least) &&
          (option->below ? value < option->most : value <= option->most);
 }
 
-int cli_given_number(const cli_given *given, double *value) {
+int config_given_number(const config_given *given, double *value) {
   double parsed = 0;
-  if (!cli_parse_number(given->text, &parsed) || !in_range(given->option, parsed))
-    return cli_given_wrong(given);
+  if (!config_parse_number(given->text, &parsed) || !in_range(given->option, parsed))
+    return config_given_wrong(given);
   *value = parsed;
-  return CLI_DONE;
+  return COMMAND_DONE;
 }
 
-int cli_given_count(const cli_given *given, int64_t *value) {
+int config_given_count(const config_given *given, int64_t *value) {
   int64_t parsed = 0;
-  if (!cli_parse_integer(given->text, &parsed) || !in_range(given->option, (double)parsed))
-    return cli_given_wrong(given);
+  if (!config_parse_integer(given->text, &parsed) || !in_range(given->option, (double)parsed))
+    return config_given_wrong(given);
   *value = parsed;
-  return CLI_DONE;
+  return COMMAND_DONE;
 }
 
-int cli_given_pair(const cli_given *given, double pair[2]) {
+int config_given_pair(const config_given *given, double pair[2]) {
   char first[64];
   double parsed[2] = {pair[0], pair[1]};
   const size_t length = strcspn(given->text, ",");
   if (length >= sizeof first)
-    return cli_given_wrong(given);
+    return config_given_wrong(given);
   memcpy(first, given->text, length);
   first[length] = 0;
   const bool both = given->text[length] == ',';
-  if (!cli_parse_number(first, &parsed[0]) ||
-      (both && !cli_parse_number(given->text + length + 1, &parsed[1])) || !(parsed[0] >= 0) ||
+  if (!config_parse_number(first, &parsed[0]) ||
+      (both && !config_parse_number(given->text + length + 1, &parsed[1])) || !(parsed[0] >= 0) ||
       !(parsed[1] >= 0))
-    return cli_given_wrong(given);
+    return config_given_wrong(given);
   memcpy(pair, parsed, sizeof parsed);
-  return CLI_DONE;
+  return COMMAND_DONE;
 }
 
-int cli_given_counts(const cli_given *given, int64_t most, int64_t *values, int64_t *count) {
+int config_given_counts(const config_given *given, int64_t most, int64_t *values, int64_t *count) {
   char copy[COUNTS_TEXT_MAX];
   int64_t found = 0;
   if (strlen(given->text) >= sizeof copy)
-    return cli_given_wrong(given);
+    return config_given_wrong(given);
   memcpy(copy, given->text, strlen(given->text) + 1);
   for (char *at = copy; at != NULL;) {
     char *comma = strchr(at, ',');
     if (comma != NULL)
       *comma++ = 0;
     int64_t value = 0;
-    if (found == most || !cli_parse_integer(at, &value) || !in_range(given->option, (double)value))
-      return cli_given_wrong(given);
+    if (found == most || !config_parse_integer(at, &value) ||
+        !in_range(given->option, (double)value))
+      return config_given_wrong(given);
     values[found++] = value;
     at = comma;
   }
   *count = found;
-  return CLI_DONE;
+  return COMMAND_DONE;
 }
 
-int cli_given_apply(const cli_given *given, void *request) {
-  const cli_option *option = given->option;
+int config_given_apply(const config_given *given, void *request) {
+  const config_option *option = given->option;
   char *field = (char *)request + option->field;
   if (option->help != NULL) {
     option->help();
-    return CLI_HELPED;
+    return COMMAND_HELPED;
   }
   if (option->take != NULL)
     return option->take(given, request);
   switch (option->kind) {
-  case CLI_FLAG:
+  case CONFIG_FLAG:
     *(bool *)(void *)field = true;
-    return CLI_DONE;
-  case CLI_NUMBER:
-    return cli_given_number(given, (double *)(void *)field);
-  case CLI_COUNT:
-    return cli_given_count(given, (int64_t *)(void *)field);
-  case CLI_CHOICE: {
-    const int index = cli_name_index(given->text, option->names);
+    return COMMAND_DONE;
+  case CONFIG_NUMBER:
+    return config_given_number(given, (double *)(void *)field);
+  case CONFIG_COUNT:
+    return config_given_count(given, (int64_t *)(void *)field);
+  case CONFIG_CHOICE: {
+    const int index = config_name_index(given->text, option->names);
     if (index < 0)
-      return cli_given_wrong(given);
+      return config_given_wrong(given);
     option->choose(request, index);
-    return CLI_DONE;
+    return COMMAND_DONE;
   }
   default:
     *(const char **)(void *)field = given->text;
-    return CLI_DONE;
+    return COMMAND_DONE;
   }
 }
 
 /* The table as getopt_long wants it: each long option returns FIRST_LONG plus its place. */
-static void make_getopt(const cli_option *table, struct option *longs, char *letters) {
+static void make_getopt(const config_option *table, struct option *longs, char *letters) {
   size_t used = 0;
   int count = 0;
   letters[used++] = ':';
   int place = 0;
-  for (; table[place].name != NULL && place < CLI_OPTION_MAX; place++) {
-    const cli_option *option = &table[place];
+  for (; table[place].name != NULL && place < CONFIG_OPTION_MAX; place++) {
+    const config_option *option = &table[place];
     if (option->argument)
       continue;
-    const bool has_value = option->kind != CLI_FLAG;
+    const bool has_value = option->kind != CONFIG_FLAG;
     longs[count++] =
         (struct option){option->name, has_value ? required_argument : no_argument, NULL,
                         option->letter != 0 ? option->letter : FIRST_LONG + place};
@@ -193,7 +194,7 @@ static void make_getopt(const cli_option *table, struct option *longs, char *let
   letters[used] = 0;
 }
 
-static const cli_option *find_returned(const cli_option *table, int returned) {
+static const config_option *find_returned(const config_option *table, int returned) {
   if (returned >= FIRST_LONG)
     return &table[returned - FIRST_LONG];
   while (table->letter != returned)
@@ -203,73 +204,73 @@ static const cli_option *find_returned(const cli_option *table, int returned) {
 
 /* What was given, in its order. */
 typedef struct given_list {
-  cli_given *items; /* room for argc */
+  config_given *items; /* room for argc */
   int count;
-  bool overridden[CLI_OPTION_MAX];
-  const cli_given *file; /* the options file */
-  const cli_given *help;
+  bool overridden[CONFIG_OPTION_MAX];
+  const config_given *file; /* the options file */
+  const config_given *help;
 } given_list;
 
-static int collect(const char *command, const cli_option *table, int argc, char **argv,
+static int collect(const char *command, const config_option *table, int argc, char **argv,
                    given_list *list) {
-  struct option longs[CLI_OPTION_MAX + 1];
-  char letters[2 + 2 * CLI_OPTION_MAX];
+  struct option longs[CONFIG_OPTION_MAX + 1];
+  char letters[2 + 2 * CONFIG_OPTION_MAX];
   make_getopt(table, longs, letters);
   opterr = 0;
   optind = 0; // from the start, whatever was read before
   for (int returned; (returned = getopt_long(argc, argv, letters, longs, NULL)) != -1;) {
     if (returned == '?' || returned == ':')
-      return cli_usage_option(command, argv, longs);
-    cli_given *given = &list->items[list->count++];
-    *given =
-        (cli_given){.command = command, .option = find_returned(table, returned), .text = optarg};
+      return config_usage_option(command, argv, longs);
+    config_given *given = &list->items[list->count++];
+    *given = (config_given){
+        .command = command, .option = find_returned(table, returned), .text = optarg};
     list->overridden[given->option - table] = true;
     if (returned == 'h')
       list->help = given;
     if (list->help != NULL)
       break;
-    if (given->option->kind == CLI_FILE && list->file != NULL)
-      return cli_usage(command, "one --%s at a time", given->option->name);
-    if (given->option->kind == CLI_FILE)
+    if (given->option->kind == CONFIG_FILE && list->file != NULL)
+      return config_usage(command, "one --%s at a time", given->option->name);
+    if (given->option->kind == CONFIG_FILE)
       list->file = given;
   }
   // a mesh or a model on the command line stands for the file's, too
   for (int n = 0; table[n].name != NULL; n++)
     list->overridden[n] = list->overridden[n] || (table[n].argument && optind < argc);
-  return CLI_DONE;
+  return COMMAND_DONE;
 }
 
-int cli_options_read(const char *command, const cli_option *table, int argc, char **argv,
-                     void *request) {
+int config_options_read(const char *command, const config_option *table, int argc, char **argv,
+                        void *request) {
   given_list list = {.items = calloc((size_t)argc + 1, sizeof *list.items)};
   if (list.items == NULL) {
     const thrum_error error = {THRUM_OUT_OF_MEMORY, ""};
-    return cli_refuse(&error);
+    return config_refuse(&error);
   }
   int code = collect(command, table, argc, argv, &list);
-  if (code == CLI_DONE && list.help != NULL) {
-    code = cli_given_apply(list.help, request);
+  if (code == COMMAND_DONE && list.help != NULL) {
+    code = config_given_apply(list.help, request);
   } else {
-    if (code == CLI_DONE && list.file != NULL)
-      code = cli_options_file_apply(
+    if (code == COMMAND_DONE && list.file != NULL)
+      code = config_options_file_apply(
           command, table, list.file->text, list.overridden,
-          (cli_options_file *)(void *)((char *)request + list.file->option->field), request);
-    for (int n = 0; n < list.count && code == CLI_DONE; n++) {
-      if (list.items[n].option->kind != CLI_FILE)
-        code = cli_given_apply(&list.items[n], request);
+          (config_options_file *)(void *)((char *)request + list.file->option->field), request);
+    for (int n = 0; n < list.count && code == COMMAND_DONE; n++) {
+      if (list.items[n].option->kind != CONFIG_FILE)
+        code = config_given_apply(&list.items[n], request);
     }
   }
   free(list.items);
   return code;
 }
 
-int cli_one_argument(const char *command, const char *what, int argc, char **argv,
-                     const char **value) {
+int config_one_argument(const char *command, const char *what, int argc, char **argv,
+                        const char **value) {
   if (optind >= argc)
-    return *value != NULL ? CLI_DONE : cli_usage(command, "no %s given", what);
+    return *value != NULL ? COMMAND_DONE : config_usage(command, "no %s given", what);
   if (optind + 1 < argc)
-    return cli_usage(command, "one %s at a time, but '%s' follows '%s'", what, argv[optind + 1],
-                     argv[optind]);
+    return config_usage(command, "one %s at a time, but '%s' follows '%s'", what, argv[optind + 1],
+                        argv[optind]);
   *value = argv[optind];
-  return CLI_DONE;
+  return COMMAND_DONE;
 }

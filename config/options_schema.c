@@ -31,8 +31,8 @@ static cJSON *array_of(cJSON *item, int count) {
   return object;
 }
 
-static cJSON *number_object(const cli_option *option) {
-  cJSON *object = type_object(option->kind == CLI_COUNT ? "integer" : "number");
+static cJSON *number_object(const config_option *option) {
+  cJSON *object = type_object(option->kind == CONFIG_COUNT ? "integer" : "number");
   if (option->least == 0 && option->most == 0)
     return object;
   json_number(object, option->above ? "exclusiveMinimum" : "minimum", option->least);
@@ -41,26 +41,26 @@ static cJSON *number_object(const cli_option *option) {
   return object;
 }
 
-static cJSON *choice_object(const cli_option *option) {
+static cJSON *choice_object(const config_option *option) {
   cJSON *object = cJSON_CreateObject();
   cJSON *list = cJSON_AddArrayToObject(object, "enum");
   for (int n = 0; option->names[n] != NULL; n++)
     cJSON_AddItemToArray(list, cJSON_CreateString(option->names[n]));
-  return option->names == cli_switches ? either(type_object("boolean"), object) : object;
+  return option->names == config_switches ? either(type_object("boolean"), object) : object;
 }
 
-static cJSON *option_object(const cli_option *option) {
+static cJSON *option_object(const config_option *option) {
   switch (option->kind) {
-  case CLI_FLAG:
+  case CONFIG_FLAG:
     return type_object("boolean");
-  case CLI_NUMBER:
-  case CLI_COUNT:
+  case CONFIG_NUMBER:
+  case CONFIG_COUNT:
     return number_object(option);
-  case CLI_CHOICE:
+  case CONFIG_CHOICE:
     return choice_object(option);
-  case CLI_WORD:
+  case CONFIG_WORD:
     return either(type_object("number"), type_object("string"));
-  case CLI_PAIR:
+  case CONFIG_PAIR:
     return either(type_object("number"), array_of(type_object("number"), 2));
   default:
     return option->repeats ? either(type_object("string"), array_of(type_object("string"), 0))
@@ -68,7 +68,7 @@ static cJSON *option_object(const cli_option *option) {
   }
 }
 
-cJSON *cli_options_schema(const char *command, const cli_option *table) {
+cJSON *config_options_schema(const char *command, const config_option *table) {
   cJSON *schema = cJSON_CreateObject();
   char title[80];
   snprintf(title, sizeof title, "Options of thrum %s", command);
@@ -78,8 +78,8 @@ cJSON *cli_options_schema(const char *command, const cli_option *table) {
   cJSON_AddBoolToObject(schema, "additionalProperties", false);
   cJSON *properties = cJSON_AddObjectToObject(schema, "properties");
   cJSON_AddItemToObject(properties, "$schema", type_object("string"));
-  for (const cli_option *option = table; option->name != NULL; option++) {
-    if (option->kind == CLI_FILE || option->letter == 'h')
+  for (const config_option *option = table; option->name != NULL; option++) {
+    if (option->kind == CONFIG_FILE || option->letter == 'h')
       continue;
     cJSON *object = option_object(option);
     if (option->wants != NULL)

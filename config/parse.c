@@ -26,7 +26,7 @@ static bool parse_leading(const char *text, double *value, char **end) {
   return true;
 }
 
-bool cli_parse_number(const char *text, double *value) {
+bool config_parse_number(const char *text, double *value) {
   char *end = NULL;
   double parsed = 0;
   if (!parse_leading(text, &parsed, &end) || *end != 0)
@@ -35,7 +35,7 @@ bool cli_parse_number(const char *text, double *value) {
   return true;
 }
 
-bool cli_parse_integer(const char *text, int64_t *value) {
+bool config_parse_integer(const char *text, int64_t *value) {
   const char *digits = text + (*text == '+' || *text == '-');
   if (!(*digits >= '0' && *digits <= '9'))
     return false;
@@ -48,7 +48,7 @@ bool cli_parse_integer(const char *text, int64_t *value) {
   return true;
 }
 
-bool cli_parse_vector3(const char *text, double value[3]) {
+bool config_parse_vector3(const char *text, double value[3]) {
   double parsed[3];
   for (int axis = 0; axis < 3; axis++) {
     char *end = NULL;

@@ -7,8 +7,8 @@
 
 /* Parse the whole of `text`, independent of the locale; false (value untouched) when it is not one
  * finite number, integer, or comma-separated vector. */
-bool cli_parse_number(const char *text, double *value);
-bool cli_parse_integer(const char *text, int64_t *value);
-bool cli_parse_vector3(const char *text, double value[3]);
+bool config_parse_number(const char *text, double *value);
+bool config_parse_integer(const char *text, int64_t *value);
+bool config_parse_vector3(const char *text, double value[3]);
 
 #endif

@@ -14,14 +14,14 @@
 #define BAR_CELLS 30
 #define REDRAW_SECONDS 0.1
 
-cli_progress cli_progress_make(bool quiet) {
-  cli_progress progress = {.quiet = quiet};
+config_progress config_progress_make(bool quiet) {
+  config_progress progress = {.quiet = quiet};
   const char *terminal = getenv("TERM");
   progress.terminal = isatty(STDERR_FILENO) && terminal != NULL && strcmp(terminal, "dumb") != 0;
   return progress;
 }
 
-static void draw_bar(const cli_progress *progress, double fraction) {
+static void draw_bar(const config_progress *progress, double fraction) {
   char cells[BAR_CELLS + 1];
   const int filled = (int)(fraction * BAR_CELLS + 0.5);
   memset(cells, '.', BAR_CELLS);
@@ -32,7 +32,7 @@ static void draw_bar(const cli_progress *progress, double fraction) {
   fflush(stderr);
 }
 
-void cli_progress_update(cli_progress *progress, const char *label, double fraction) {
+void config_progress_update(config_progress *progress, const char *label, double fraction) {
   if (progress->quiet)
     return;
   if (!(fraction >= 0))
@@ -41,7 +41,7 @@ void cli_progress_update(cli_progress *progress, const char *label, double fract
     fraction = 1;
   const bool fresh = !progress->open || strncmp(progress->label, label, 63) != 0;
   if (fresh) {
-    cli_progress_done(progress);
+    config_progress_done(progress);
     snprintf(progress->label, sizeof progress->label, "%s", label);
     progress->open = true;
     progress->began = clock_seconds();
@@ -54,7 +54,7 @@ void cli_progress_update(cli_progress *progress, const char *label, double fract
   }
 }
 
-void cli_progress_done(cli_progress *progress) {
+void config_progress_done(config_progress *progress) {
   if (progress->quiet || !progress->open)
     return;
   if (progress->terminal) {
@@ -66,7 +66,7 @@ void cli_progress_done(cli_progress *progress) {
   progress->open = false;
 }
 
-void cli_progress_abandon(cli_progress *progress) {
+void config_progress_abandon(config_progress *progress) {
   if (!progress->quiet && progress->open && progress->terminal)
     fputc('\n', stderr);
   progress->open = false;

@@ -6,18 +6,18 @@
 
 /* Progress of a long stage: a bar redrawn in place when standard error is a terminal, otherwise
  * one plain line when a stage starts and one when it is done; nothing when quiet. */
-typedef struct cli_progress {
+typedef struct config_progress {
   bool terminal;
   bool quiet;
   bool open;
   char label[64];
   double drawn; /* clock_seconds() of the last drawing */
   double began; /* clock_seconds() */
-} cli_progress;
-cli_progress cli_progress_make(bool quiet);
-void cli_progress_update(cli_progress *progress, const char *label, double fraction);
-void cli_progress_done(cli_progress *progress);
+} config_progress;
+config_progress config_progress_make(bool quiet);
+void config_progress_update(config_progress *progress, const char *label, double fraction);
+void config_progress_done(config_progress *progress);
 /* Ends an unfinished stage without claiming that it was done. */
-void cli_progress_abandon(cli_progress *progress);
+void config_progress_abandon(config_progress *progress);
 
 #endif

@@ -25,8 +25,8 @@ static cJSON *list_of(cJSON *items, int count) {
   return object;
 }
 
-static cJSON *number_schema(const cli_key *key) {
-  cJSON *object = typed(key->kind == CLI_KEY_COUNT ? "integer" : "number");
+static cJSON *number_schema(const config_key *key) {
+  cJSON *object = typed(key->kind == CONFIG_KEY_COUNT ? "integer" : "number");
   if (key->least == 0 && key->most == 0)
     return object;
   json_number(object, key->above ? "exclusiveMinimum" : "minimum", key->least);
@@ -35,7 +35,7 @@ static cJSON *number_schema(const cli_key *key) {
   return object;
 }
 
-static cJSON *choice_schema(const cli_key *key) {
+static cJSON *choice_schema(const config_key *key) {
   cJSON *object = cJSON_CreateObject();
   cJSON *list = cJSON_AddArrayToObject(object, "enum");
   for (int n = 0; key->names[n] != NULL; n++)
@@ -51,35 +51,35 @@ static cJSON *texts_schema(void) {
   return object;
 }
 
-static cJSON *record_schema(const cli_key *keys);
+static cJSON *record_schema(const config_key *keys);
 
-static cJSON *key_schema(const cli_key *key) {
+static cJSON *key_schema(const config_key *key) {
   switch (key->kind) {
-  case CLI_KEY_BOOL:
+  case CONFIG_KEY_BOOL:
     return typed("boolean");
-  case CLI_KEY_NUMBER:
-  case CLI_KEY_COUNT:
+  case CONFIG_KEY_NUMBER:
+  case CONFIG_KEY_COUNT:
     return number_schema(key);
-  case CLI_KEY_VECTOR:
+  case CONFIG_KEY_VECTOR:
     return list_of(number_schema(key), 3);
-  case CLI_KEY_TEXT:
+  case CONFIG_KEY_TEXT:
     return typed("string");
-  case CLI_KEY_TEXTS:
+  case CONFIG_KEY_TEXTS:
     return texts_schema();
-  case CLI_KEY_CHOICE:
+  case CONFIG_KEY_CHOICE:
     return choice_schema(key);
-  case CLI_KEY_OBJECT:
+  case CONFIG_KEY_OBJECT:
     return record_schema(key->keys);
-  case CLI_KEY_LIST:
+  case CONFIG_KEY_LIST:
     return list_of(record_schema(key->keys), 0);
-  case CLI_KEY_OWN:
+  case CONFIG_KEY_OWN:
     break;
   }
   return cJSON_Parse(key->schema);
 }
 
 /* "about, in UNIT; default FALLBACK" */
-static void describe(const cli_key *key, cJSON *object) {
+static void describe(const config_key *key, cJSON *object) {
   char text[400];
   const bool unit = key->unit != NULL && key->unit[0] != 0;
   snprintf(text, sizeof text, "%s%s%s%s%s%s", key->about, unit ? " [" : "", unit ? key->unit : "",
@@ -88,12 +88,12 @@ static void describe(const cli_key *key, cJSON *object) {
   cJSON_AddStringToObject(object, "description", text);
 }
 
-static cJSON *record_schema(const cli_key *keys) {
+static cJSON *record_schema(const config_key *keys) {
   cJSON *object = typed("object");
   cJSON_AddBoolToObject(object, "additionalProperties", false);
   cJSON *required = cJSON_CreateArray();
   cJSON *properties = cJSON_AddObjectToObject(object, "properties");
-  for (const cli_key *key = keys; key->name != NULL; key++) {
+  for (const config_key *key = keys; key->name != NULL; key++) {
     cJSON *schema = key_schema(key);
     describe(key, schema);
     cJSON_AddItemToObject(properties, key->name, schema);
@@ -107,7 +107,7 @@ static cJSON *record_schema(const cli_key *keys) {
   return object;
 }
 
-cJSON *cli_record_schema(const char *title, const cli_key *keys) {
+cJSON *config_record_schema(const char *title, const config_key *keys) {
   cJSON *schema = record_schema(keys);
   cJSON_AddStringToObject(schema, "$schema", "http://json-schema.org/draft-07/schema#");
   cJSON_AddStringToObject(schema, "title", title);

@@ -37,7 +37,7 @@ static bool take_pair(char *body, thrum_load *course) {
     const size_t length = strlen(keys[n]);
     if (equals == comma + 1 + length && strncmp(comma + 1, keys[n], length) == 0) {
       *comma = 0;
-      return cli_parse_number(equals + 1, values[n]);
+      return config_parse_number(equals + 1, values[n]);
     }
   }
   return false;
@@ -55,7 +55,7 @@ static thrum_status parse_sine(const char *text, cli_base_motion *base_motion, t
     if (!take_pair(body, &base_motion->course))
       return refuse(text, error);
   }
-  if (!cli_parse_vector3(body, base_motion->amplitude) || !(base_motion->course.frequency > 0) ||
+  if (!config_parse_vector3(body, base_motion->amplitude) || !(base_motion->course.frequency > 0) ||
       !(base_motion->course.from >= 0) || !(base_motion->course.until > base_motion->course.from))
     return refuse(text, error);
   return THRUM_OK;

@@ -31,14 +31,14 @@ static char *make_meta(const char *model_name, const char *path, double scale) {
 #define PATIENCE 0.5
 
 typedef struct embed_progress {
-  cli_progress bar;
+  config_progress bar;
   double began;
 } embed_progress;
 
 static void tell(void *context, double fraction) {
   embed_progress *progress = context;
   if (clock_seconds() - progress->began > PATIENCE)
-    cli_progress_update(&progress->bar, "embedding", fraction);
+    config_progress_update(&progress->bar, "embedding", fraction);
 }
 
 thrum_status cli_embed(const thrum_model *model, const char *model_name, const char *path,
@@ -48,13 +48,13 @@ thrum_status cli_embed(const thrum_model *model, const char *model_name, const c
   if (status < 0)
     return status;
   char *meta = make_meta(model_name, path, scale);
-  embed_progress progress = {cli_progress_make(quiet), clock_seconds()};
+  embed_progress progress = {config_progress_make(quiet), clock_seconds()};
   const thrum_embed_watch watch = {tell, &progress};
   status = thrum_embed_make(model, &surface, meta, &watch, embed, error);
   if (status >= 0)
-    cli_progress_done(&progress.bar);
+    config_progress_done(&progress.bar);
   else
-    cli_progress_abandon(&progress.bar);
+    config_progress_abandon(&progress.bar);
   free(meta);
   thrum_surface_mesh_free(&surface);
   return status;
@@ -63,7 +63,7 @@ thrum_status cli_embed(const thrum_model *model, const char *model_name, const c
 bool cli_warn_embedded(const thrum_embed_report *report, const char *path) {
   const bool far = report->distance_max > THRUM_EMBED_FAR * report->extent;
   if (report->outside > 0)
-    cli_warn(
+    config_warn(
         "%s: %" PRId64 " vertices lie outside the mesh, vertex %" PRId64
         " the farthest: %.3g m, %.2g of the body's length; they follow the nearest tetrahedron%s",
         path_basename(path), report->outside, report->farthest + 1, report->distance_max,

@@ -3,10 +3,10 @@
 
 #include "config/message.h"
 
-int cli_load_take(const cli_given *given, cli_load *loads, int64_t *count) {
+int cli_load_take(const config_given *given, cli_load *loads, int64_t *count) {
   thrum_error error = {0};
   if (cli_load_parse(given->text, &loads[*count], &error) < 0)
-    return cli_given_refuse(given, "%s", error.message);
+    return config_given_refuse(given, "%s", error.message);
   ++*count;
-  return CLI_DONE;
+  return COMMAND_DONE;
 }

@@ -5,8 +5,8 @@
 #include "config/options.h"
 #include "driver/load_spec.h"
 
-/* Parses the load given into loads[*count], which has room for it, and counts it; CLI_DONE, or the
- * code after a line was printed. */
-int cli_load_take(const cli_given *given, cli_load *loads, int64_t *count);
+/* Parses the load given into loads[*count], which has room for it, and counts it; COMMAND_DONE, or
+ * the code after a line was printed. */
+int cli_load_take(const config_given *given, cli_load *loads, int64_t *count);
 
 #endif

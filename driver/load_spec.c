@@ -64,7 +64,7 @@ static thrum_status take_keys(char *body, const char *text, key_values *values,
       return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "--load '%s': '%s' is given twice",
                              text, keys[key]);
     }
-    if (!cli_parse_number(equals + 1, &values->value[key])) {
+    if (!config_parse_number(equals + 1, &values->value[key])) {
       return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "--load '%s': '%s' is not a number",
                              text, equals + 1);
     }
@@ -105,7 +105,7 @@ thrum_status cli_target_parse(const char *text, const char *said, cli_target *ta
   static const char vertex_key[] = "vertex=";
   cli_target parsed = {.all = strcmp(text, "all") == 0};
   if (!parsed.all && strncmp(text, vertex_key, sizeof vertex_key - 1) == 0) {
-    if (!cli_parse_integer(text + sizeof vertex_key - 1, &parsed.vertex) || parsed.vertex < 1) {
+    if (!config_parse_integer(text + sizeof vertex_key - 1, &parsed.vertex) || parsed.vertex < 1) {
       return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                              "%.200s: vertex= takes the number of one vertex, from 1", said);
     }
@@ -125,7 +125,7 @@ static thrum_status parse_body(char *body, const load_kind *kind, cli_load *load
   char *at = strchr(body, '@');
   if (at != NULL)
     *at = 0;
-  if (!cli_parse_vector3(body, load->vector)) {
+  if (!config_parse_vector3(body, load->vector)) {
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "--load '%s': '%s' is not x,y,z (%s)",
                            load->text, body,
                            load->gravity    ? "m/s^2"

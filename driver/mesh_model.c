@@ -13,12 +13,12 @@ cli_mesh_def cli_default_mesh_def(void) {
   return (cli_mesh_def){.material = {NAN, NAN, NAN}};
 }
 
-int cli_mesh_take_fix(const cli_given *given, void *request) {
+int cli_mesh_take_fix(const config_given *given, void *request) {
   cli_mesh_def *def = (cli_mesh_def *)(void *)((char *)request + given->option->field);
   if (def->fix_count == CLI_MESH_FIXES_MAX)
-    return cli_given_refuse(given, "given more than %d times", CLI_MESH_FIXES_MAX);
+    return config_given_refuse(given, "given more than %d times", CLI_MESH_FIXES_MAX);
   def->fixes[def->fix_count++] = given->text;
-  return CLI_DONE;
+  return COMMAND_DONE;
 }
 
 int cli_mesh_def_check(const char *command, const cli_mesh_def *def, bool mesh) {
@@ -26,18 +26,19 @@ int cli_mesh_def_check(const char *command, const cli_mesh_def *def, bool mesh) 
   const bool given = def->fix_count > 0 || !isnan(material->young) || !isnan(material->poisson) ||
                      !isnan(material->density);
   if (!given || mesh)
-    return CLI_DONE;
-  return cli_usage(command, "--fix, --young, --poisson and --density are of a mesh; a model has "
-                            "its own");
+    return COMMAND_DONE;
+  return config_usage(command, "--fix, --young, --poisson and --density are of a mesh; a model has "
+                               "its own");
 }
 
 int cli_mesh_full_check(const char *command, const char *path, const cli_mesh_def *def, bool full) {
   const bool mesh = thrum_mesh_is_named(path);
   if (mesh && !full)
-    return cli_usage(command,
-                     "%.200s is a mesh: make a model of it with thrum precompute, or take it whole "
-                     "with --full",
-                     path);
+    return config_usage(
+        command,
+        "%.200s is a mesh: make a model of it with thrum precompute, or take it whole "
+        "with --full",
+        path);
   return cli_mesh_def_check(command, def, mesh);
 }
 

@@ -20,20 +20,20 @@ typedef struct cli_mesh_def {
 cli_mesh_def cli_default_mesh_def(void);
 
 /* `take` of --fix; the field of the option is a cli_mesh_def. */
-int cli_mesh_take_fix(const cli_given *given, void *request);
+int cli_mesh_take_fix(const config_given *given, void *request);
 
 /* The options of a request with a cli_mesh_def `mesh_def`, for its table. */
-#define CLI_OPTIONS_MESH(request)                                                                  \
+#define CONFIG_OPTIONS_MESH(request)                                                               \
   {.name = "fix",                                                                                  \
-   .kind = CLI_TEXT,                                                                               \
-   .path = CLI_PATH_IF_THERE,                                                                      \
+   .kind = CONFIG_TEXT,                                                                            \
+   .path = CONFIG_PATH_IF_THERE,                                                                   \
    .repeats = true,                                                                                \
    .take = cli_mesh_take_fix,                                                                      \
    .field = offsetof(request, mesh_def)},                                                          \
-      CLI_OPTIONS_MATERIAL(request, mesh_def.material)
+      CONFIG_OPTIONS_MATERIAL(request, mesh_def.material)
 
-/* CLI_DONE, or CLI_USAGE after a line where options of a mesh come without one; `mesh`: the path
- * is taken as a mesh. */
+/* COMMAND_DONE, or COMMAND_USAGE after a line where options of a mesh come without one; `mesh`: the
+ * path is taken as a mesh. */
 int cli_mesh_def_check(const char *command, const cli_mesh_def *def, bool mesh);
 
 /* The same for a command that takes a mesh with --full only. */

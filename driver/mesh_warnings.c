@@ -7,18 +7,18 @@
 
 void cli_warn_mesh(const thrum_mesh *mesh, const char *name) {
   if (mesh->cornered_tets > 0) {
-    cli_warn("%s: %lld tetrahedra of ten nodes were read by their corners", name,
-             (long long)mesh->cornered_tets);
+    config_warn("%s: %lld tetrahedra of ten nodes were read by their corners", name,
+                (long long)mesh->cornered_tets);
   }
   if (mesh->flipped_tets > 0) {
-    cli_warn("%s: %s inside out; %lld flipped", name,
-             mesh->flipped_tets == mesh->tet_count ? "every tetrahedron was"
-                                                   : "some tetrahedra were",
-             (long long)mesh->flipped_tets);
+    config_warn("%s: %s inside out; %lld flipped", name,
+                mesh->flipped_tets == mesh->tet_count ? "every tetrahedron was"
+                                                      : "some tetrahedra were",
+                (long long)mesh->flipped_tets);
   }
   if (mesh->dropped_vertices > 0) {
-    cli_warn("%s: %lld vertices that no tetrahedron uses were dropped", name,
-             (long long)mesh->dropped_vertices);
+    config_warn("%s: %lld vertices that no tetrahedron uses were dropped", name,
+                (long long)mesh->dropped_vertices);
   }
   // of the rest only what makes a model fall apart; `thrum check` says everything
   static const thrum_examine_flag grave[] = {THRUM_EXAMINE_PIECES, THRUM_EXAMINE_COINCIDENT,
@@ -30,6 +30,6 @@ void cli_warn_mesh(const thrum_mesh *mesh, const char *name) {
   for (size_t i = 0; i < sizeof grave / sizeof *grave; i++) {
     char line[300];
     if (flags & grave[i])
-      cli_warn("%s: %s", name, thrum_mesh_flag_line(mesh, &examined, grave[i], line));
+      config_warn("%s: %s", name, thrum_mesh_flag_line(mesh, &examined, grave[i], line));
   }
 }

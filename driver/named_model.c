@@ -309,7 +309,7 @@ static thrum_status load_cached(const cli_model_recipe *recipe, bool quiet,
   if (there && thrum_model_load(path, model, NULL) >= 0)
     return THRUM_OK;
   if (there && !quiet)
-    cli_warn("%s is damaged and is made again", path);
+    config_warn("%s is damaged and is made again", path);
   status = make_cached(recipe, path, quiet, error);
   return status >= 0 ? thrum_model_load(path, model, error) : status;
 }

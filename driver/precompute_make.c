@@ -29,7 +29,7 @@ static const char *const stage_texts[] = {
 };
 
 static bool show_progress(void *context, thrum_stage stage, double fraction) {
-  cli_progress_update(context, stage_texts[stage], fraction);
+  config_progress_update(context, stage_texts[stage], fraction);
   return true;
 }
 
@@ -77,7 +77,7 @@ static thrum_status apply_material(const precompute_request *request, thrum_mesh
 static thrum_status name_line(const precompute_request *request, const char *key,
                               const int64_t *lines, int64_t n, thrum_status status,
                               thrum_error *error) {
-  if (request->lines_file == NULL || n >= CLI_FILE_ITEMS_MAX || lines[n] == 0)
+  if (request->lines_file == NULL || n >= CONFIG_FILE_ITEMS_MAX || lines[n] == 0)
     return status;
   char told[sizeof error->message];
   snprintf(told, sizeof told, "%s", error->message);
@@ -89,8 +89,8 @@ static thrum_status name_line(const precompute_request *request, const char *key
 static thrum_status fix_vertices(const precompute_request *request, const thrum_mesh *mesh,
                                  uint8_t *fixed, int64_t *held, thrum_error *error) {
   if (request->fix_count == 0 && !request->free)
-    cli_warn("nothing is fixed, so this is a free body: the model is its elastic part, the six "
-             "rigid modes are kept apart (hold vertices with --fix, such as --fix 'x<0.001')");
+    config_warn("nothing is fixed, so this is a free body: the model is its elastic part, the six "
+                "rigid modes are kept apart (hold vertices with --fix, such as --fix 'x<0.001')");
   for (int64_t n = 0; n < request->fix_count; n++) {
     int64_t count = 0;
     const thrum_status status = thrum_mesh_fix(mesh, request->fixes[n], fixed, &count, error);
@@ -124,7 +124,7 @@ static bool is_flagged(const thrum_precomputed *result) {
     flagged = flagged || !(result->mode_residual[n] <= RESIDUAL_FLAG);
   }
   if (!result->modes_complete)
-    cli_warn(
+    config_warn(
         "%lld modes lie below the %lld-th, more than were found: another --modes may find them",
         (long long)(result->shift_count - result->rigid_count), (long long)result->mode_count);
   const int64_t lacking = result->mode_count > 0
@@ -135,12 +135,12 @@ static bool is_flagged(const thrum_precomputed *result) {
     double hertz[2];
     thrum_frequencies(result->mode_omega2 + lacking, 1, &hertz[0]);
     thrum_frequencies(result->model.omega2 + lacking, 1, &hertz[1]);
-    cli_warn("the basis does not span the lowest %lld linear modes: in place of %.4g Hz it has "
-             "%.4g Hz; a larger --rank mends that",
-             (long long)lacking + 1, hertz[0], hertz[1]);
+    config_warn("the basis does not span the lowest %lld linear modes: in place of %.4g Hz it has "
+                "%.4g Hz; a larger --rank mends that",
+                (long long)lacking + 1, hertz[0], hertz[1]);
   }
   if (flagged)
-    cli_warn("residuals are larger than they should be; see `thrum info`");
+    config_warn("residuals are larger than they should be; see `thrum info`");
   return flagged || !result->modes_complete;
 }
 
@@ -173,7 +173,7 @@ static thrum_status save_modes(const precompute_request *request, const thrum_pr
 static thrum_status make_model(const precompute_request *request, const thrum_mesh *mesh,
                                const uint8_t *fixed, precompute_show *show,
                                precompute_outcome *outcome, thrum_error *error) {
-  cli_progress progress = cli_progress_make(request->quiet);
+  config_progress progress = config_progress_make(request->quiet);
   thrum_precompute_options options = request->options;
   options.progress = show_progress;
   options.progress_context = &progress;
@@ -185,10 +185,10 @@ static thrum_status make_model(const precompute_request *request, const thrum_me
     status = thrum_precompute(mesh, fixed, &options, &result, error);
   thrum_given_free(&given);
   if (status < 0) {
-    cli_progress_abandon(&progress);
+    config_progress_abandon(&progress);
     return status;
   }
-  cli_progress_done(&progress);
+  config_progress_done(&progress);
   outcome->result = &result;
   outcome->dt = thrum_default_state_def().dt;
   status = split_at(&result.model, outcome->dt, &outcome->split, error);

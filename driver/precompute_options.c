@@ -9,56 +9,56 @@
 #define COUNT_MAX 1000000 /* no mesh needs more modes; keeps products of counts in range */
 #define MEGABYTES_MAX 1099511627776.0
 
-static int take_modes(const cli_given *given, void *request) {
+static int take_modes(const config_given *given, void *request) {
   precompute_request *r = request;
   r->modes_given = true;
-  return cli_given_count(given, &r->options.modes);
+  return config_given_count(given, &r->options.modes);
 }
 
-static int take_rank(const cli_given *given, void *request) {
+static int take_rank(const config_given *given, void *request) {
   precompute_request *r = request;
   r->rank_given = true;
-  return cli_given_count(given, &r->options.rank);
+  return config_given_count(given, &r->options.rank);
 }
 
-static int take_threads(const cli_given *given, void *request) {
+static int take_threads(const config_given *given, void *request) {
   int64_t count = 0;
-  const int code = cli_given_count(given, &count);
-  if (code == CLI_DONE)
+  const int code = config_given_count(given, &count);
+  if (code == COMMAND_DONE)
     ((precompute_request *)request)->options.threads = (int)count;
   return code;
 }
 
-static int take_memory(const cli_given *given, void *request) {
+static int take_memory(const config_given *given, void *request) {
   int64_t megabytes = 0;
-  const int code = cli_given_count(given, &megabytes);
-  if (code == CLI_DONE)
+  const int code = config_given_count(given, &megabytes);
+  if (code == COMMAND_DONE)
     ((precompute_request *)request)->options.memory_limit = 1048576 * (double)megabytes;
   return code;
 }
 
 /* Where the n-th of a list stands, for messages once the mesh is there. The command line takes the
  * place of a whole list, so that a list is of one or the other. */
-static void keep_line(const cli_given *given, precompute_request *request, int64_t *lines,
+static void keep_line(const config_given *given, precompute_request *request, int64_t *lines,
                       int64_t n) {
-  if (given->file == NULL || n >= CLI_FILE_ITEMS_MAX)
+  if (given->file == NULL || n >= CONFIG_FILE_ITEMS_MAX)
     return;
   request->lines_file = given->file;
   lines[n] = given->line;
 }
 
-static int take_fix(const cli_given *given, void *request) {
+static int take_fix(const config_given *given, void *request) {
   precompute_request *r = request;
   keep_line(given, r, r->fix_lines, r->fix_count);
   r->fixes[r->fix_count++] = given->text;
-  return CLI_DONE;
+  return COMMAND_DONE;
 }
 
-static int take_handle(const cli_given *given, void *request) {
+static int take_handle(const config_given *given, void *request) {
   precompute_request *r = request;
   keep_line(given, r, r->handle_lines, r->handle_count);
   r->handles[r->handle_count++] = given->text;
-  return CLI_DONE;
+  return COMMAND_DONE;
 }
 
 static void choose_mass(void *request, int index) {
@@ -140,38 +140,54 @@ static void print_help(void) {
       stdout);
 }
 
-const cli_option precompute_options_table[] = {
-    {.name = "mesh", .kind = CLI_TEXT, .argument = true, .path = CLI_PATH_NAMED, FIELD(mesh_name)},
-    CLI_OPTION_FILE(precompute_request),
-    {.name = "output", .letter = 'o', .kind = CLI_TEXT, .path = CLI_PATH_ALWAYS, FIELD(output)},
-    {.name = "fix", .kind = CLI_TEXT, .path = CLI_PATH_IF_THERE, .repeats = true, .take = take_fix},
-    CLI_OPTIONS_MATERIAL(precompute_request, material),
+const config_option precompute_options_table[] = {
+    {.name = "mesh",
+     .kind = CONFIG_TEXT,
+     .argument = true,
+     .path = CONFIG_PATH_NAMED,
+     FIELD(mesh_name)},
+    CONFIG_OPTION_FILE(precompute_request),
+    {.name = "output",
+     .letter = 'o',
+     .kind = CONFIG_TEXT,
+     .path = CONFIG_PATH_ALWAYS,
+     FIELD(output)},
+    {.name = "fix",
+     .kind = CONFIG_TEXT,
+     .path = CONFIG_PATH_IF_THERE,
+     .repeats = true,
+     .take = take_fix},
+    CONFIG_OPTIONS_MATERIAL(precompute_request, material),
     {.name = "scale",
-     .kind = CLI_NUMBER,
+     .kind = CONFIG_NUMBER,
      FIELD(scale),
      .most = INFINITY,
      .above = true,
      .wants = "a number above 0"},
-    {.name = "modes", .kind = CLI_COUNT, .take = take_modes, .least = 1, .most = COUNT_MAX},
-    {.name = "rank", .kind = CLI_COUNT, .take = take_rank, .least = 1, .most = COUNT_MAX},
-    {.name = "mass", .kind = CLI_CHOICE, .names = masses, .choose = choose_mass},
-    {.name = "precision", .kind = CLI_CHOICE, .names = precisions, .choose = choose_precision},
-    {.name = "check", .kind = CLI_CHOICE, .names = checks, .choose = choose_check},
-    {.name = "handles", .kind = CLI_TEXT, .repeats = true, .take = take_handle},
-    {.name = "import-basis", .kind = CLI_TEXT, .path = CLI_PATH_ALWAYS, FIELD(import_basis)},
-    {.name = "import-cubic", .kind = CLI_TEXT, .path = CLI_PATH_ALWAYS, FIELD(import_cubic)},
-    {.name = "export-modes", .kind = CLI_TEXT, .path = CLI_PATH_ALWAYS, FIELD(export_modes)},
+    {.name = "modes", .kind = CONFIG_COUNT, .take = take_modes, .least = 1, .most = COUNT_MAX},
+    {.name = "rank", .kind = CONFIG_COUNT, .take = take_rank, .least = 1, .most = COUNT_MAX},
+    {.name = "mass", .kind = CONFIG_CHOICE, .names = masses, .choose = choose_mass},
+    {.name = "precision", .kind = CONFIG_CHOICE, .names = precisions, .choose = choose_precision},
+    {.name = "check", .kind = CONFIG_CHOICE, .names = checks, .choose = choose_check},
+    {.name = "handles", .kind = CONFIG_TEXT, .repeats = true, .take = take_handle},
+    {.name = "import-basis", .kind = CONFIG_TEXT, .path = CONFIG_PATH_ALWAYS, FIELD(import_basis)},
+    {.name = "import-cubic", .kind = CONFIG_TEXT, .path = CONFIG_PATH_ALWAYS, FIELD(import_cubic)},
+    {.name = "export-modes", .kind = CONFIG_TEXT, .path = CONFIG_PATH_ALWAYS, FIELD(export_modes)},
     {.name = "threads",
-     .kind = CLI_COUNT,
+     .kind = CONFIG_COUNT,
      .take = take_threads,
      .least = 1,
-     .most = CLI_THREADS_MAX},
-    {.name = "dry-run", .kind = CLI_FLAG, FIELD(dry_run)},
-    {.name = "memory", .kind = CLI_COUNT, .take = take_memory, .least = 1, .most = MEGABYTES_MAX},
-    {.name = "reproducible", .kind = CLI_FLAG, FIELD(reproducible)},
-    CLI_OPTION_JSON(precompute_request),
-    CLI_OPTION_QUIET(precompute_request),
-    CLI_OPTION_HELP(print_help),
+     .most = CONFIG_THREADS_MAX},
+    {.name = "dry-run", .kind = CONFIG_FLAG, FIELD(dry_run)},
+    {.name = "memory",
+     .kind = CONFIG_COUNT,
+     .take = take_memory,
+     .least = 1,
+     .most = MEGABYTES_MAX},
+    {.name = "reproducible", .kind = CONFIG_FLAG, FIELD(reproducible)},
+    CONFIG_OPTION_JSON(precompute_request),
+    CONFIG_OPTION_QUIET(precompute_request),
+    CONFIG_OPTION_HELP(print_help),
     {.name = NULL},
 };
 
@@ -179,20 +195,20 @@ int precompute_options_read(int argc, char **argv, precompute_request *request) 
   request->scale = 1;
   request->material = (thrum_material){NAN, NAN, NAN};
   request->options = thrum_default_precompute_options();
-  int code = cli_options_read("precompute", precompute_options_table, argc, argv, request);
-  if (code != CLI_DONE)
+  int code = config_options_read("precompute", precompute_options_table, argc, argv, request);
+  if (code != COMMAND_DONE)
     return code;
-  code = cli_one_argument("precompute", "mesh", argc, argv, &request->mesh_name);
-  if (code != CLI_DONE)
+  code = config_one_argument("precompute", "mesh", argc, argv, &request->mesh_name);
+  if (code != COMMAND_DONE)
     return code;
   if (request->output == NULL && !request->dry_run) {
-    return cli_usage("precompute", "no output given: say -o NAME.npz");
+    return config_usage("precompute", "no output given: say -o NAME.npz");
   }
   if (request->import_cubic && !request->import_basis)
-    return cli_usage("precompute", "--import-cubic goes with --import-basis");
+    return config_usage("precompute", "--import-cubic goes with --import-basis");
   if (request->import_basis && (request->modes_given || request->rank_given ||
                                 request->export_modes || request->handle_count > 0))
-    return cli_usage("precompute", "--import-basis goes without --modes, --rank, --handles "
-                                   "and --export-modes");
-  return CLI_DONE;
+    return config_usage("precompute", "--import-basis goes without --modes, --rank, --handles "
+                                      "and --export-modes");
+  return COMMAND_DONE;
 }

@@ -21,7 +21,7 @@ typedef struct precompute_request {
   const char **handles; /* handle_count specs, pointing into argv */
   int64_t handle_count;
   // the lines of both in an options file; 0: from elsewhere
-  int64_t fix_lines[CLI_FILE_ITEMS_MAX], handle_lines[CLI_FILE_ITEMS_MAX];
+  int64_t fix_lines[CONFIG_FILE_ITEMS_MAX], handle_lines[CONFIG_FILE_ITEMS_MAX];
   const char *lines_file;   /* that file */
   const char *import_basis; /* a .U file in place of modes and derivatives; NULL: none */
   const char *import_cubic; /* its .cub file; NULL: the polynomial is made */
@@ -33,7 +33,7 @@ typedef struct precompute_request {
   bool free;         /* nothing is to be held: no warning of it */
   bool json;
   bool quiet;
-  cli_options_file file; /* of --options; the texts above may point into it */
+  config_options_file file; /* of --options; the texts above may point into it */
 } precompute_request;
 
 /* What is known once the model is made, for the table, the JSON line and meta. */
@@ -52,15 +52,15 @@ typedef struct precompute_outcome {
 } precompute_outcome;
 
 /* The options of a material, for the table of a request with a thrum_material `member`. */
-#define CLI_OPTIONS_MATERIAL(request, member)                                                      \
+#define CONFIG_OPTIONS_MATERIAL(request, member)                                                   \
   {.name = "young",                                                                                \
-   .kind = CLI_NUMBER,                                                                             \
+   .kind = CONFIG_NUMBER,                                                                          \
    .field = offsetof(request, member.young),                                                       \
    .least = 1e-30,                                                                                 \
    .most = 1e30,                                                                                   \
    .wants = "a number of Pa from 1e-30 to 1e30"},                                                  \
       {.name = "poisson",                                                                          \
-       .kind = CLI_NUMBER,                                                                         \
+       .kind = CONFIG_NUMBER,                                                                      \
        .field = offsetof(request, member.poisson),                                                 \
        .least = -1,                                                                                \
        .most = 0.5,                                                                                \
@@ -68,15 +68,15 @@ typedef struct precompute_outcome {
        .below = true,                                                                              \
        .wants = "a number above -1 and below 1/2"},                                                \
   {                                                                                                \
-    .name = "density", .kind = CLI_NUMBER, .field = offsetof(request, member.density),             \
+    .name = "density", .kind = CONFIG_NUMBER, .field = offsetof(request, member.density),          \
     .least = 1e-30, .most = 1e30, .wants = "a number of kg/m^3 from 1e-30 to 1e30"                 \
   }
 
 /* What there is; ends with a nameless option. */
-extern const cli_option precompute_options_table[];
+extern const config_option precompute_options_table[];
 
-/* Fills the request from argv; CLI_DONE, or what the command is to return. `fixes` and
- * `handles` have room for argc + CLI_FILE_ITEMS_MAX texts. */
+/* Fills the request from argv; COMMAND_DONE, or what the command is to return. `fixes` and
+ * `handles` have room for argc + CONFIG_FILE_ITEMS_MAX texts. */
 int precompute_options_read(int argc, char **argv, precompute_request *request);
 
 /* Reads the mesh, makes the model and writes it to request->output. `show`, which may be NULL, is

@@ -13,10 +13,11 @@ thrum_status scene_run_no_memory(thrum_error *error) {
   return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the scene");
 }
 
-thrum_status scene_run_refuse(const scene_run *run, const cli_record *at, const char *key,
+thrum_status scene_run_refuse(const scene_run *run, const config_record *at, const char *key,
                               thrum_status status, const thrum_error *detail) {
-  return cli_record_refuse(&run->spec.file, at, key, status, "%s",
-                           detail->message[0] != 0 ? detail->message : thrum_status_text(status));
+  return config_record_refuse(&run->spec.file, at, key, status, "%s",
+                              detail->message[0] != 0 ? detail->message
+                                                      : thrum_status_text(status));
 }
 
 /* --- loads -------------------------------------------------------------------------------------
@@ -55,7 +56,7 @@ static thrum_status add_load(scene_run *run, int32_t n, const cli_load *load, th
 /* The loads of a body: on the engine, and in the body's axes for what looks at them. */
 static thrum_status add_loads(scene_run *run, int32_t n) {
   scene_body_run *body = &run->bodies[n];
-  const cli_texts *texts = &body->spec->loads;
+  const config_texts *texts = &body->spec->loads;
   simulate_request *request = &body->request;
   for (int64_t l = 0; l < texts->count; l++) {
     thrum_error detail = {0};
@@ -64,8 +65,8 @@ static thrum_status add_loads(scene_run *run, int32_t n) {
     if (status >= 0)
       status = add_load(run, n, load, &detail);
     if (status < 0)
-      return cli_record_refuse_text(&run->spec.file, &body->spec->settings.at, "loads", texts, l,
-                                    "%s", detail.message);
+      return config_record_refuse_text(&run->spec.file, &body->spec->settings.at, "loads", texts, l,
+                                       "%s", detail.message);
     thrum_scene_to_body(body->spec->rotation, load->vector, load->vector, NULL);
     request->load_count++;
   }
@@ -105,7 +106,7 @@ static thrum_status scale_whole(const scene_body_run *body, void **memory,
 
 /* q and p of the start, both of the rank and zero before. */
 static thrum_status make_start(scene_run *run, scene_body_run *body, double *q, double *p) {
-  const cli_texts *texts = &body->spec->start;
+  const config_texts *texts = &body->spec->start;
   simulate_request *request = &body->request;
   if (texts->count == 0)
     return THRUM_OK;

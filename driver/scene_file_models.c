@@ -10,7 +10,7 @@
 #include "io/file_hash.h"
 #include "thrum/thrum.h"
 
-static bool same_texts(const cli_texts *left, const cli_texts *right) {
+static bool same_texts(const config_texts *left, const config_texts *right) {
   bool same = left->count == right->count;
   for (int64_t n = 0; n < left->count && same; n++)
     same = strcmp(left->texts[n], right->texts[n]) == 0;
@@ -37,8 +37,9 @@ static thrum_status load_file(const scene_spec *spec, bool quiet, scene_loaded *
   if (status >= 0)
     status = file_hash(item->file.path, &item->hash, &detail);
   if (status < 0)
-    return cli_record_refuse(&spec->file, &body->settings.at, "model", status, "%s",
-                             detail.message[0] != 0 ? detail.message : thrum_status_text(status));
+    return config_record_refuse(&spec->file, &body->settings.at, "model", status, "%s",
+                                detail.message[0] != 0 ? detail.message
+                                                       : thrum_status_text(status));
   item->owner = item;
   return THRUM_OK;
 }
@@ -47,9 +48,9 @@ static thrum_status load_file(const scene_spec *spec, bool quiet, scene_loaded *
 static thrum_status lower(const scene_spec *spec, scene_loaded *item) {
   const scene_body_spec *body = item->first;
   if (body->rank > item->loaded->rank)
-    return cli_record_refuse(&spec->file, &body->settings.at, "rank", THRUM_BAD_VALUE,
-                             "%lld is more than the model's %lld", (long long)body->rank,
-                             (long long)item->loaded->rank);
+    return config_record_refuse(&spec->file, &body->settings.at, "rank", THRUM_BAD_VALUE,
+                                "%lld is more than the model's %lld", (long long)body->rank,
+                                (long long)item->loaded->rank);
   return model_truncate_to(item->loaded, body->rank, &item->lower_memory, &item->model,
                            spec->file.error);
 }

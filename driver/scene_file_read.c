@@ -45,14 +45,15 @@ static bool is_name(const char *text) {
   return true;
 }
 
-static thrum_status check_name(const cli_record_file *file, const cli_record *record,
+static thrum_status check_name(const config_record_file *file, const config_record *record,
                                const char *name, const char *other) {
   if (!is_name(name))
-    return cli_record_refuse(file, record, "name", THRUM_BAD_VALUE,
-                             "wants letters, digits, '-', '_' and '.', at most %d, not \"%.80s\"",
-                             NAME_MAX_BYTES, name);
+    return config_record_refuse(
+        file, record, "name", THRUM_BAD_VALUE,
+        "wants letters, digits, '-', '_' and '.', at most %d, not \"%.80s\"", NAME_MAX_BYTES, name);
   if (other != NULL && strcmp(name, other) == 0)
-    return cli_record_refuse(file, record, "name", THRUM_BAD_VALUE, "\"%s\" is there twice", name);
+    return config_record_refuse(file, record, "name", THRUM_BAD_VALUE, "\"%s\" is there twice",
+                                name);
   return THRUM_OK;
 }
 
@@ -81,8 +82,8 @@ static thrum_status check_names(scene_spec *spec) {
       status = check_name(&spec->file, &bodies[n].settings.at, bodies[n].name, NULL);
     if (status >= 0 && (strcmp(bodies[n].name, CLI_SCENE_JSON) == 0 ||
                         strcmp(bodies[n].name, CLI_SCENE_PROBES) == 0))
-      status = cli_record_refuse(&spec->file, &bodies[n].settings.at, "name", THRUM_BAD_VALUE,
-                                 "\"%s\" is a file of the run; choose another", bodies[n].name);
+      status = config_record_refuse(&spec->file, &bodies[n].settings.at, "name", THRUM_BAD_VALUE,
+                                    "\"%s\" is a file of the run; choose another", bodies[n].name);
     for (int64_t k = 0; k < n && status >= 0; k++)
       status = check_name(&spec->file, &bodies[n].settings.at, bodies[n].name, bodies[k].name);
   }
@@ -101,8 +102,8 @@ static thrum_status check_names(scene_spec *spec) {
  */
 
 /* A text that names a file beside the scene file gets its folder in front, in the spec's memory. */
-static thrum_status place_text(scene_spec *spec, cli_path path, const char **text) {
-  if (!cli_is_beside(path, spec->folder, *text))
+static thrum_status place_text(scene_spec *spec, config_path path, const char **text) {
+  if (!config_is_beside(path, spec->folder, *text))
     return THRUM_OK;
   const size_t size = strlen(spec->folder) + strlen(*text) + 1;
   char **kept = realloc(spec->kept, (size_t)(spec->kept_count + 1) * sizeof *kept);
@@ -120,7 +121,7 @@ static thrum_status place_text(scene_spec *spec, cli_path path, const char **tex
   return THRUM_OK;
 }
 
-static thrum_status place_texts(scene_spec *spec, cli_path path, cli_texts *texts) {
+static thrum_status place_texts(scene_spec *spec, config_path path, config_texts *texts) {
   thrum_status status = THRUM_OK;
   for (int64_t n = 0; n < texts->count && status >= 0; n++)
     status = place_text(spec, path, &texts->texts[n]);
@@ -128,28 +129,28 @@ static thrum_status place_texts(scene_spec *spec, cli_path path, cli_texts *text
 }
 
 static thrum_status place_files(scene_spec *spec) {
-  thrum_status status = place_texts(spec, CLI_PATH_NAMED, &spec->base_motion);
+  thrum_status status = place_texts(spec, CONFIG_PATH_NAMED, &spec->base_motion);
   scene_body_spec *bodies = scene_bodies(spec);
   for (int64_t n = 0; n < spec->bodies.count && status >= 0; n++) {
-    status = place_text(spec, CLI_PATH_NAMED, &bodies[n].model);
+    status = place_text(spec, CONFIG_PATH_NAMED, &bodies[n].model);
     if (status >= 0 && bodies[n].surface != NULL)
-      status = place_text(spec, CLI_PATH_ALWAYS, &bodies[n].surface);
+      status = place_text(spec, CONFIG_PATH_ALWAYS, &bodies[n].surface);
     if (status >= 0)
-      status = place_texts(spec, CLI_PATH_IF_THERE, &bodies[n].fix);
+      status = place_texts(spec, CONFIG_PATH_IF_THERE, &bodies[n].fix);
     if (status >= 0)
-      status = place_texts(spec, CLI_PATH_NAMED, &bodies[n].start);
+      status = place_texts(spec, CONFIG_PATH_NAMED, &bodies[n].start);
   }
   return status;
 }
 
 /* Can every text be understood? They are parsed again by who needs what they say. */
-static thrum_status check_texts(const scene_spec *spec, const cli_record *record, const char *key,
-                                const cli_texts *texts,
+static thrum_status check_texts(const scene_spec *spec, const config_record *record,
+                                const char *key, const config_texts *texts,
                                 thrum_status (*parse)(const char *text, thrum_error *error)) {
   for (int64_t n = 0; n < texts->count; n++) {
     thrum_error detail = {0};
     if (parse(texts->texts[n], &detail) < 0)
-      return cli_record_refuse_text(&spec->file, record, key, texts, n, "%s", detail.message);
+      return config_record_refuse_text(&spec->file, record, key, texts, n, "%s", detail.message);
   }
   return THRUM_OK;
 }
@@ -173,41 +174,42 @@ static thrum_status parse_base_motion(const char *text, thrum_error *error) {
  */
 
 static thrum_status check_body(const scene_spec *spec, const scene_body_spec *body) {
-  const cli_record *at = &body->settings.at;
+  const config_record *at = &body->settings.at;
   const bool mesh = thrum_mesh_is_named(body->model);
   thrum_status status = check_texts(spec, at, "loads", &body->loads, parse_load);
   if (status >= 0)
     status = check_texts(spec, at, "start", &body->start, parse_start);
   if (status >= 0 && body->fix.count > CLI_MESH_FIXES_MAX)
-    status = cli_record_refuse(&spec->file, at, "fix", THRUM_BAD_VALUE, "more than %d texts",
-                               CLI_MESH_FIXES_MAX);
+    status = config_record_refuse(&spec->file, at, "fix", THRUM_BAD_VALUE, "more than %d texts",
+                                  CLI_MESH_FIXES_MAX);
   if (status >= 0 && !mesh && body->fix.count > 0)
-    status = cli_record_refuse(&spec->file, at, "fix", THRUM_BAD_VALUE,
-                               "is of a mesh; a model has its own");
+    status = config_record_refuse(&spec->file, at, "fix", THRUM_BAD_VALUE,
+                                  "is of a mesh; a model has its own");
   if (status >= 0 && !mesh && body->material.at.node != NULL)
-    status = cli_record_refuse(&spec->file, at, "material", THRUM_BAD_VALUE,
-                               "is of a mesh; use \"stiffness\" and \"density\" of a model");
+    status = config_record_refuse(&spec->file, at, "material", THRUM_BAD_VALUE,
+                                  "is of a mesh; use \"stiffness\" and \"density\" of a model");
   static const char *const of_free[] = {"velocity", "spin"};
   for (int n = 0; n < 2 && status >= 0 && !body->free; n++)
-    if (cli_record_member(&spec->file, at, of_free[n]) != NULL)
-      status = cli_record_refuse(&spec->file, at, of_free[n], THRUM_BAD_VALUE,
-                                 "is of a body that is free");
+    if (config_record_member(&spec->file, at, of_free[n]) != NULL)
+      status = config_record_refuse(&spec->file, at, of_free[n], THRUM_BAD_VALUE,
+                                    "is of a body that is free");
   return status;
 }
 
 /* A key of one shape alone. */
-static thrum_status check_key(const scene_spec *spec, const cli_record *at, const char *key,
+static thrum_status check_key(const scene_spec *spec, const config_record *at, const char *key,
                               bool of_shape, bool needed, const char *shape) {
-  const bool there = cli_record_member(&spec->file, at, key) != NULL;
+  const bool there = config_record_member(&spec->file, at, key) != NULL;
   if (there && !of_shape)
-    return cli_record_refuse(&spec->file, at, key, THRUM_BAD_VALUE, "is of a %s", shape);
+    return config_record_refuse(&spec->file, at, key, THRUM_BAD_VALUE, "is of a %s", shape);
   if (!there && of_shape && needed)
-    return cli_record_refuse(&spec->file, at, NULL, THRUM_MISSING, "a %s needs \"%s\"", shape, key);
+    return config_record_refuse(&spec->file, at, NULL, THRUM_MISSING, "a %s needs \"%s\"", shape,
+                                key);
   return THRUM_OK;
 }
 
 static thrum_status check_obstacle(const scene_spec *spec, const scene_obstacle_spec *obstacle) {
-  const cli_record *at = &obstacle->at;
+  const config_record *at = &obstacle->at;
   const scene_shape shape = obstacle->shape;
   const double *n = obstacle->normal;
   thrum_status status = check_key(spec, at, "normal", shape == SCENE_PLANE, false, "plane");
@@ -220,7 +222,7 @@ static thrum_status check_obstacle(const scene_spec *spec, const scene_obstacle_
   if (status >= 0)
     status = check_key(spec, at, "inside", shape != SCENE_PLANE, false, "sphere or box");
   if (status >= 0 && !isnormal(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]))
-    status = cli_record_refuse(&spec->file, at, "normal", THRUM_BAD_VALUE, "has no length");
+    status = config_record_refuse(&spec->file, at, "normal", THRUM_BAD_VALUE, "has no length");
   return status;
 }
 
@@ -230,19 +232,20 @@ static thrum_status check_probe(const scene_spec *spec, const scene_probe_spec *
   for (int64_t n = 0; n < spec->bodies.count && !found; n++)
     found = strcmp(bodies[n].name, probe->body) == 0;
   if (!found)
-    return cli_record_refuse(&spec->file, &probe->at, "body", THRUM_BAD_VALUE,
-                             "there is no body \"%.60s\"", probe->body);
+    return config_record_refuse(&spec->file, &probe->at, "body", THRUM_BAD_VALUE,
+                                "there is no body \"%.60s\"", probe->body);
   cli_target target;
   thrum_error detail = {0};
   if (cli_target_parse(probe->target, "at", &target, &detail) < 0)
-    return cli_record_refuse(&spec->file, &probe->at, "at", THRUM_BAD_VALUE, "%s", detail.message);
+    return config_record_refuse(&spec->file, &probe->at, "at", THRUM_BAD_VALUE, "%s",
+                                detail.message);
   return THRUM_OK;
 }
 
 static thrum_status check(scene_spec *spec) {
   if (spec->bodies.count == 0)
-    return cli_record_refuse(&spec->file, &spec->settings.at, "bodies", THRUM_MISSING,
-                             "a scene needs a body");
+    return config_record_refuse(&spec->file, &spec->settings.at, "bodies", THRUM_MISSING,
+                                "a scene needs a body");
   thrum_status status = check_names(spec);
   if (status >= 0)
     status =
@@ -253,7 +256,7 @@ static thrum_status check(scene_spec *spec) {
     status = check_obstacle(spec, &scene_obstacles(spec)[n]);
   for (int64_t n = 0; n < spec->probes.count && status >= 0; n++)
     status = check_probe(spec, &scene_probes(spec)[n]);
-  if (cli_record_member(&spec->file, &spec->outputs.at, "plots") == NULL)
+  if (config_record_member(&spec->file, &spec->outputs.at, "plots") == NULL)
     spec->outputs.plots = spec->bodies.count <= SCENE_PLOTS_MAX;
   return status >= 0 ? place_files(spec) : status;
 }
@@ -276,15 +279,15 @@ thrum_status cli_scene_read_text(const char *name, const char *bytes, size_t len
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "%.150s: out of memory", name);
   memcpy(spec->folder, name, folder);
   spec->folder[folder] = 0;
-  thrum_status status = cli_json_read(name, bytes, length, &spec->file.document, error);
+  thrum_status status = json_read(name, bytes, length, &spec->file.document, error);
   if (status < 0)
     return status;
-  const cli_json_node *root = &spec->file.document.nodes[0];
-  if (root->type != CLI_JSON_OBJECT)
+  const json_node *root = &spec->file.document.nodes[0];
+  if (root->type != JSON_OBJECT)
     return thrum_error_set(error, THRUM_BAD_FORMAT,
                            "%.150s:%lld: a scene stands in { }, with its \"bodies\" in [ ]", name,
                            (long long)root->line);
-  status = cli_record_read(&spec->file, scene_keys, root, spec);
+  status = config_record_read(&spec->file, scene_keys, root, spec);
   return status >= 0 ? check(spec) : status;
 }
 
@@ -292,18 +295,18 @@ thrum_status cli_scene_read_text(const char *name, const char *bytes, size_t len
 static thrum_status check_surface(const scene_spec *spec, const scene_body_spec *body) {
   if (body->surface == NULL || access(body->surface, R_OK) == 0)
     return THRUM_OK;
-  return cli_record_refuse(&spec->file, &body->settings.at, "surface", THRUM_IO, "%.200s: %s",
-                           body->surface, strerror(errno));
+  return config_record_refuse(&spec->file, &body->settings.at, "surface", THRUM_IO, "%.200s: %s",
+                              body->surface, strerror(errno));
 }
 
 thrum_status cli_scene_read(const char *path, scene_spec *spec, thrum_error *error) {
   thrum_text text = {0};
   struct stat info;
   *spec = (scene_spec){0};
-  if (stat(path, &info) == 0 && S_ISREG(info.st_mode) && info.st_size > CLI_JSON_BYTES_MAX)
+  if (stat(path, &info) == 0 && S_ISREG(info.st_mode) && info.st_size > JSON_BYTES_MAX)
     return thrum_error_set(error, THRUM_BAD_FORMAT,
                            "%.200s: %lld bytes are no scene file: %d at most", path,
-                           (long long)info.st_size, CLI_JSON_BYTES_MAX);
+                           (long long)info.st_size, JSON_BYTES_MAX);
   thrum_status status = thrum_text_open(path, 0, 0, &text, error);
   if (status < 0)
     return status;
@@ -323,7 +326,7 @@ void cli_scene_free(scene_spec *spec) {
     free(spec->kept[n]);
   free(spec->kept);
   free(spec->folder);
-  cli_record_free(scene_keys, spec);
-  cli_json_free(&spec->file.document);
+  config_record_free(scene_keys, spec);
+  json_free(&spec->file.document);
   *spec = (scene_spec){0};
 }

@@ -81,101 +81,101 @@ static const char *const shapes[] = {"plane", "sphere", "box", NULL};
 /* Of the scene and of each body. */
 #define SETTINGS_KEYS                                                                              \
   {.name = "integrator",                                                                           \
-   .kind = CLI_KEY_CHOICE,                                                                         \
+   .kind = CONFIG_KEY_CHOICE,                                                                      \
    .names = simulate_integrators,                                                                  \
    .choose = choose_integrator,                                                                    \
    .fallback = "imexv",                                                                            \
    .about = "what steps a body"},                                                                  \
       {.name = "damping",                                                                          \
-       .kind = CLI_KEY_OWN,                                                                        \
+       .kind = CONFIG_KEY_OWN,                                                                     \
        .take = scene_take_damping,                                                                 \
        .schema = "{\"anyOf\":[" NUMBER_SCHEMA "," PAIR_SCHEMA "]}",                                \
        .unit = "1/s, s",                                                                           \
        .fallback = "0",                                                                            \
        .about = "Rayleigh damping: A of the mass, or [A, B], B of the stiffness"},                 \
       {.name = "damping_form",                                                                     \
-       .kind = CLI_KEY_CHOICE,                                                                     \
+       .kind = CONFIG_KEY_CHOICE,                                                                  \
        .names = simulate_damping_forms,                                                            \
        .choose = choose_damping_form,                                                              \
        .fallback = "rest",                                                                         \
        .about = "of the stiffness at rest or of the present one"},                                 \
       {.name = "split",                                                                            \
-       .kind = CLI_KEY_OWN,                                                                        \
+       .kind = CONFIG_KEY_OWN,                                                                     \
        .take = scene_take_split,                                                                   \
        .schema = "{\"anyOf\":[{\"enum\":[\"cfl\",\"sampling\"]},{\"type\":\"integer\","            \
                  "\"minimum\":0}]}",                                                               \
        .fallback = "cfl",                                                                          \
        .about = "imexv: which modes are explicit; a number: the lowest so many"},                  \
       {.name = "safety",                                                                           \
-       .kind = CLI_KEY_NUMBER,                                                                     \
+       .kind = CONFIG_KEY_NUMBER,                                                                  \
        AT(scene_settings, def.split_safety),                                                       \
        .above = true,                                                                              \
        .most = 1,                                                                                  \
        .fallback = "0.5",                                                                          \
        .about = "imexv: c of cfl, dt omega <= 2 c"},                                               \
       {.name = "split_form",                                                                       \
-       .kind = CLI_KEY_CHOICE,                                                                     \
+       .kind = CONFIG_KEY_CHOICE,                                                                  \
        .names = simulate_split_forms,                                                              \
        .choose = choose_split_form,                                                                \
        .fallback = "component",                                                                    \
        .about = "imexv: how the energy is split"},                                                 \
       {.name = "adaptive",                                                                         \
-       .kind = CLI_KEY_OWN,                                                                        \
+       .kind = CONFIG_KEY_OWN,                                                                     \
        .take = scene_take_adaptive,                                                                \
        .schema = "{\"type\":\"boolean\"}",                                                         \
        .fallback = "true",                                                                         \
        .about = "imexv: watch stability and energy, and adapt to them"},                           \
       {.name = "fallback",                                                                         \
-       .kind = CLI_KEY_OWN,                                                                        \
+       .kind = CONFIG_KEY_OWN,                                                                     \
        .take = scene_take_fallback,                                                                \
        .schema = "{\"type\":\"boolean\"}",                                                         \
        .fallback = "true",                                                                         \
        .about = "what follows when a step cannot be solved; false: the run ends"},                 \
       {.name = "newmark",                                                                          \
-       .kind = CLI_KEY_OWN,                                                                        \
+       .kind = CONFIG_KEY_OWN,                                                                     \
        .take = scene_take_newmark,                                                                 \
        .schema = PAIR_SCHEMA,                                                                      \
        .fallback = "[0.25, 0.5]",                                                                  \
        .about = "newmark: beta >= 0 and gamma in [0, 1]"},                                         \
       {.name = "tolerance",                                                                        \
-       .kind = CLI_KEY_NUMBER,                                                                     \
+       .kind = CONFIG_KEY_NUMBER,                                                                  \
        AT(scene_settings, def.tolerance),                                                          \
        .above = true,                                                                              \
        .most = 0.01,                                                                               \
        .fallback = "1e-10",                                                                        \
        .about = "of implicit solves, relative"},                                                   \
   {                                                                                                \
-    .name = "iterations", .kind = CLI_KEY_OWN, .take = scene_take_iterations,                      \
+    .name = "iterations", .kind = CONFIG_KEY_OWN, .take = scene_take_iterations,                   \
     .schema = "{\"type\":\"integer\",\"minimum\":1,\"maximum\":1000000}", .fallback = "50",        \
     .about = "of one implicit solve, at most"                                                      \
   }
 
 #define COLOUR_KEY(record, grey)                                                                   \
   {                                                                                                \
-    .name = "colour", .kind = CLI_KEY_OWN, .take = scene_take_colour, AT(record, colour),          \
+    .name = "colour", .kind = CONFIG_KEY_OWN, .take = scene_take_colour, AT(record, colour),       \
     .schema = COLOUR_SCHEMA, .fallback = grey,                                                     \
     .about = "for those who look: \"#rrggbb\", or red, green, blue in [0, 1]"                      \
   }
 
 #define ROTATION_KEY(record, what)                                                                 \
   {                                                                                                \
-    .name = "rotation", .kind = CLI_KEY_OWN, .take = scene_take_rotation, AT(record, rotation),    \
+    .name = "rotation", .kind = CONFIG_KEY_OWN, .take = scene_take_rotation, AT(record, rotation), \
     .schema = ROTATION_SCHEMA, .unit = "degrees", .fallback = "none",                              \
     .about = what ": {\"axis\": [X,Y,Z], \"angle\": DEGREES}, or a quaternion [W,X,Y,Z]"           \
   }
 
 #define OF_MATTER .least = 1e-30, .most = 1e30 /* as of precompute */
 
-static const cli_key material_keys[] = {
+static const config_key material_keys[] = {
     {.name = "young",
-     .kind = CLI_KEY_NUMBER,
+     .kind = CONFIG_KEY_NUMBER,
      AT(scene_material_spec, material.young),
      OF_MATTER,
      .unit = "Pa",
      .fallback = "the mesh's",
      .about = "Young's modulus"},
     {.name = "poisson",
-     .kind = CLI_KEY_NUMBER,
+     .kind = CONFIG_KEY_NUMBER,
      AT(scene_material_spec, material.poisson),
      .least = -1,
      .most = 0.5,
@@ -184,7 +184,7 @@ static const cli_key material_keys[] = {
      .fallback = "the mesh's",
      .about = "Poisson's ratio"},
     {.name = "density",
-     .kind = CLI_KEY_NUMBER,
+     .kind = CONFIG_KEY_NUMBER,
      AT(scene_material_spec, material.density),
      OF_MATTER,
      .unit = "kg/m^3",
@@ -193,59 +193,59 @@ static const cli_key material_keys[] = {
     {.name = NULL},
 };
 
-static const cli_key body_keys[] = {
+static const config_key body_keys[] = {
     {.name = "name",
-     .kind = CLI_KEY_TEXT,
+     .kind = CONFIG_KEY_TEXT,
      AT(scene_body_spec, name),
      .fallback = "\"body\" and its number",
      .about = "names its folder: letters, digits, '-', '_' and '.'"},
     {.name = "model",
-     .kind = CLI_KEY_TEXT,
+     .kind = CONFIG_KEY_TEXT,
      AT(scene_body_spec, model),
      .needed = true,
      .about = "a model file, a mesh, or beam, basket, bridge, horse, tower or heart"},
     {.name = "fix",
-     .kind = CLI_KEY_TEXTS,
+     .kind = CONFIG_KEY_TEXTS,
      AT(scene_body_spec, fix),
      .fallback = "nothing",
      .about = "what is held of a mesh, as --fix of precompute"},
     {.name = "surface",
-     .kind = CLI_KEY_TEXT,
+     .kind = CONFIG_KEY_TEXT,
      AT(scene_body_spec, surface),
      .fallback = "the mesh's own",
      .about = "shown in its place: a file of embed, or an .obj or .stl in metres"},
     {.name = "material",
-     .kind = CLI_KEY_OBJECT,
+     .kind = CONFIG_KEY_OBJECT,
      AT(scene_body_spec, material),
      .keys = material_keys,
      .about = "of a mesh, in place of its own"},
     {.name = "position",
-     .kind = CLI_KEY_VECTOR,
+     .kind = CONFIG_KEY_VECTOR,
      AT(scene_body_spec, position),
      .unit = "m",
      .fallback = "[0, 0, 0]",
      .about = "where the model's origin is"},
     ROTATION_KEY(scene_body_spec, "about the model's origin"),
     {.name = "scale",
-     .kind = CLI_KEY_NUMBER,
+     .kind = CONFIG_KEY_NUMBER,
      AT(scene_body_spec, scale),
      POSITIVE,
      .fallback = "1",
      .about = "factor of all lengths, exact"},
     {.name = "stiffness",
-     .kind = CLI_KEY_NUMBER,
+     .kind = CONFIG_KEY_NUMBER,
      AT(scene_body_spec, stiffness),
      POSITIVE,
      .fallback = "1",
      .about = "factor of Young's modulus, exact"},
     {.name = "density",
-     .kind = CLI_KEY_NUMBER,
+     .kind = CONFIG_KEY_NUMBER,
      AT(scene_body_spec, density),
      POSITIVE,
      .fallback = "1",
      .about = "factor of the density, exact"},
     {.name = "rank",
-     .kind = CLI_KEY_COUNT,
+     .kind = CONFIG_KEY_COUNT,
      AT(scene_body_spec, rank),
      .least = 1,
      .most = THRUM_RANK_MAX,
@@ -253,39 +253,39 @@ static const cli_key body_keys[] = {
      .about = "step the lowest so many coordinates only"},
     COLOUR_KEY(scene_body_spec, "\"#bfbfbf\""),
     {.name = "free",
-     .kind = CLI_KEY_BOOL,
+     .kind = CONFIG_KEY_BOOL,
      AT(scene_body_spec, free),
      .fallback = "false",
      .about = "the body may move and turn as a whole; of a model that nothing holds"},
     {.name = "velocity",
-     .kind = CLI_KEY_VECTOR,
+     .kind = CONFIG_KEY_VECTOR,
      AT(scene_body_spec, velocity),
      .unit = "m/s",
      .fallback = "[0, 0, 0]",
      .about = "of a free body at the start"},
     {.name = "spin",
-     .kind = CLI_KEY_VECTOR,
+     .kind = CONFIG_KEY_VECTOR,
      AT(scene_body_spec, spin),
      .unit = "degrees/s",
      .fallback = "[0, 0, 0]",
      .about = "angular velocity of a free body at the start, in world axes"},
     {.name = "start",
-     .kind = CLI_KEY_TEXTS,
+     .kind = CONFIG_KEY_TEXTS,
      AT(scene_body_spec, start),
      .fallback = "at rest",
      .about = "as --start of simulate; several add up"},
     {.name = "loads",
-     .kind = CLI_KEY_TEXTS,
+     .kind = CONFIG_KEY_TEXTS,
      AT(scene_body_spec, loads),
      .fallback = "none",
      .about = "loads over time, as --load of simulate, in world axes"},
     {.name = "touch",
-     .kind = CLI_KEY_TEXT,
+     .kind = CONFIG_KEY_TEXT,
      AT(scene_body_spec, touch),
      .fallback = "\"surface\"",
      .about = "what may touch obstacles: \"surface\", \"none\", or a group of vertices"},
     {.name = "touch_stiffness",
-     .kind = CLI_KEY_NUMBER,
+     .kind = CONFIG_KEY_NUMBER,
      AT(scene_body_spec, touch_stiffness),
      POSITIVE,
      .unit = "N/m^3",
@@ -295,22 +295,22 @@ static const cli_key body_keys[] = {
     {.name = NULL},
 };
 
-static const cli_key wind_keys[] = {
+static const config_key wind_keys[] = {
     {.name = "velocity",
-     .kind = CLI_KEY_VECTOR,
+     .kind = CONFIG_KEY_VECTOR,
      AT(scene_wind_spec, velocity),
      .needed = true,
      .unit = "m/s",
      .about = "where the air goes, and how fast"},
     {.name = "density",
-     .kind = CLI_KEY_NUMBER,
+     .kind = CONFIG_KEY_NUMBER,
      AT(scene_wind_spec, density),
      POSITIVE,
      .unit = "kg/m^3",
      .fallback = "1.2",
      .about = "of the air"},
     {.name = "drag",
-     .kind = CLI_KEY_NUMBER,
+     .kind = CONFIG_KEY_NUMBER,
      AT(scene_wind_spec, drag),
      NOT_NEGATIVE,
      .fallback = "1",
@@ -318,73 +318,73 @@ static const cli_key wind_keys[] = {
     {.name = NULL},
 };
 
-static const cli_key obstacle_keys[] = {
+static const config_key obstacle_keys[] = {
     {.name = "name",
-     .kind = CLI_KEY_TEXT,
+     .kind = CONFIG_KEY_TEXT,
      AT(scene_obstacle_spec, name),
      .about = "for those who look"},
     {.name = "shape",
-     .kind = CLI_KEY_CHOICE,
+     .kind = CONFIG_KEY_CHOICE,
      .names = shapes,
      .choose = choose_shape,
      .needed = true,
      .about = "plane, sphere or box"},
     {.name = "centre",
-     .kind = CLI_KEY_VECTOR,
+     .kind = CONFIG_KEY_VECTOR,
      AT(scene_obstacle_spec, centre),
      .unit = "m",
      .fallback = "[0, 0, 0]",
      .about = "of a sphere or box; a point of a plane"},
     {.name = "normal",
-     .kind = CLI_KEY_VECTOR,
+     .kind = CONFIG_KEY_VECTOR,
      AT(scene_obstacle_spec, normal),
      .fallback = "[0, 0, 1]",
      .about = "of a plane, to its free side; of any length"},
     {.name = "radius",
-     .kind = CLI_KEY_NUMBER,
+     .kind = CONFIG_KEY_NUMBER,
      AT(scene_obstacle_spec, radius),
      POSITIVE,
      .unit = "m",
      .about = "of a sphere"},
     {.name = "size",
-     .kind = CLI_KEY_VECTOR,
+     .kind = CONFIG_KEY_VECTOR,
      AT(scene_obstacle_spec, size),
      POSITIVE,
      .unit = "m",
      .about = "of a box: its three sides"},
     ROTATION_KEY(scene_obstacle_spec, "of a box about its centre"),
     {.name = "inside",
-     .kind = CLI_KEY_BOOL,
+     .kind = CONFIG_KEY_BOOL,
      AT(scene_obstacle_spec, inside),
      .fallback = "false",
      .about = "of a sphere or box: the inside is free, a bowl or a room"},
     {.name = "velocity",
-     .kind = CLI_KEY_VECTOR,
+     .kind = CONFIG_KEY_VECTOR,
      AT(scene_obstacle_spec, velocity),
      .unit = "m/s",
      .fallback = "[0, 0, 0]",
      .about = "with which the obstacle moves"},
     {.name = "friction",
-     .kind = CLI_KEY_NUMBER,
+     .kind = CONFIG_KEY_NUMBER,
      AT(scene_obstacle_spec, friction),
      NOT_NEGATIVE,
      .fallback = "0.5",
      .about = "Coulomb's coefficient"},
     {.name = "restitution",
-     .kind = CLI_KEY_NUMBER,
+     .kind = CONFIG_KEY_NUMBER,
      AT(scene_obstacle_spec, restitution),
      .most = 1,
      .fallback = "0.5",
      .about = "speed away over speed towards"},
     {.name = "stiffness",
-     .kind = CLI_KEY_NUMBER,
+     .kind = CONFIG_KEY_NUMBER,
      AT(scene_obstacle_spec, stiffness),
      POSITIVE,
      .unit = "N/m^3",
      .fallback = "the body's touch_stiffness",
      .about = "pressure per depth"},
     {.name = "damping",
-     .kind = CLI_KEY_NUMBER,
+     .kind = CONFIG_KEY_NUMBER,
      AT(scene_obstacle_spec, damping),
      NOT_NEGATIVE,
      .unit = "N s/m^3",
@@ -394,28 +394,28 @@ static const cli_key obstacle_keys[] = {
     {.name = NULL},
 };
 
-static const cli_key probe_keys[] = {
+static const config_key probe_keys[] = {
     {.name = "name",
-     .kind = CLI_KEY_TEXT,
+     .kind = CONFIG_KEY_TEXT,
      AT(scene_probe_spec, name),
      .fallback = "\"probe\" and its number",
      .about = "names its columns: letters, digits, '-', '_' and '.'"},
     {.name = "body",
-     .kind = CLI_KEY_TEXT,
+     .kind = CONFIG_KEY_TEXT,
      AT(scene_probe_spec, body),
      .needed = true,
      .about = "the name of a body"},
     {.name = "at",
-     .kind = CLI_KEY_TEXT,
+     .kind = CONFIG_KEY_TEXT,
      AT(scene_probe_spec, target),
      .needed = true,
      .about = "a group, vertex=N (from 1) or all; of several vertices their mean"},
     {.name = NULL},
 };
 
-static const cli_key output_keys[] = {
+static const config_key output_keys[] = {
     {.name = "record_every",
-     .kind = CLI_KEY_COUNT,
+     .kind = CONFIG_KEY_COUNT,
      AT(scene_outputs_spec, record_every),
      .least = 1,
      .most = 1e12,
@@ -423,7 +423,7 @@ static const cli_key output_keys[] = {
      .fallback = "1",
      .about = "between rows of the series"},
     {.name = "frames",
-     .kind = CLI_KEY_OWN,
+     .kind = CONFIG_KEY_OWN,
      .take = scene_take_frames,
      .schema = "{\"anyOf\":[{\"type\":\"number\",\"exclusiveMinimum\":0},{\"type\":\"string\","
                "\"pattern\":\"^every-[0-9]+$\"}]}",
@@ -431,66 +431,69 @@ static const cli_key output_keys[] = {
      .fallback = "none",
      .about = "frames for ParaView a second of simulated time, or \"every-N\" steps"},
     {.name = "stress",
-     .kind = CLI_KEY_BOOL,
+     .kind = CONFIG_KEY_BOOL,
      AT(scene_outputs_spec, stress),
      .fallback = "false",
      .about = "von Mises stress in all tetrahedra"},
     {.name = "plots",
-     .kind = CLI_KEY_BOOL,
+     .kind = CONFIG_KEY_BOOL,
      AT(scene_outputs_spec, plots),
      .fallback = "true for up to 8 bodies",
      .about = "a plot of each body's energy, where gnuplot is installed"},
     {.name = "monitor",
-     .kind = CLI_KEY_BOOL,
+     .kind = CONFIG_KEY_BOOL,
      AT(scene_outputs_spec, monitor),
      .fallback = "true",
      .about = "warn where a model cannot be believed"},
     {.name = NULL},
 };
 
-const cli_key scene_keys[] = {
+const config_key scene_keys[] = {
     {.name = "bodies",
-     .kind = CLI_KEY_LIST,
+     .kind = CONFIG_KEY_LIST,
      AT(scene_spec, bodies),
      .keys = body_keys,
      .size = sizeof(scene_body_spec),
      .begin = begin_body,
      .needed = true,
      .about = "what is stepped"},
-    {.name = "title", .kind = CLI_KEY_TEXT, AT(scene_spec, title), .about = "for those who look"},
+    {.name = "title",
+     .kind = CONFIG_KEY_TEXT,
+     AT(scene_spec, title),
+     .about = "for those who look"},
     {.name = "dt",
-     .kind = CLI_KEY_NUMBER,
+     .kind = CONFIG_KEY_NUMBER,
      AT(scene_spec, settings.def.dt),
      POSITIVE,
      .unit = "s",
      .fallback = "0.003",
      .about = "time step"},
     {.name = "time",
-     .kind = CLI_KEY_NUMBER,
+     .kind = CONFIG_KEY_NUMBER,
      AT(scene_spec, time),
      POSITIVE,
      .unit = "s",
      .fallback = "10",
      .about = "time to simulate"},
     {.name = "gravity",
-     .kind = CLI_KEY_VECTOR,
+     .kind = CONFIG_KEY_VECTOR,
      AT(scene_spec, gravity),
      .unit = "m/s^2",
      .fallback = "[0, 0, 0]",
      .about = "acceleration of all bodies"},
     {.name = "base_motion",
-     .kind = CLI_KEY_TEXTS,
+     .kind = CONFIG_KEY_TEXTS,
      AT(scene_spec, base_motion),
      .fallback = "none",
      .about = "motions of the ground, as --base-motion of simulate; several add up"},
     {.name = "wind",
-     .kind = CLI_KEY_OBJECT,
+     .kind = CONFIG_KEY_OBJECT,
      AT(scene_spec, wind),
      .keys = wind_keys,
      .fallback = "none",
      .about = "air that drags on all surfaces"},
     {.name = "obstacles",
-     .kind = CLI_KEY_LIST,
+     .kind = CONFIG_KEY_LIST,
      AT(scene_spec, obstacles),
      .keys = obstacle_keys,
      .size = sizeof(scene_obstacle_spec),
@@ -498,14 +501,14 @@ const cli_key scene_keys[] = {
      .fallback = "none",
      .about = "what bodies touch"},
     {.name = "probes",
-     .kind = CLI_KEY_LIST,
+     .kind = CONFIG_KEY_LIST,
      AT(scene_spec, probes),
      .keys = probe_keys,
      .size = sizeof(scene_probe_spec),
      .fallback = "none",
      .about = "points that are followed"},
     {.name = "outputs",
-     .kind = CLI_KEY_OBJECT,
+     .kind = CONFIG_KEY_OBJECT,
      AT(scene_spec, outputs),
      .keys = output_keys,
      .about = "what thrum simulate writes"},

@@ -6,23 +6,29 @@
 #include "config/message.h"
 #include "driver/scene_run.h"
 
-static const cli_option table[] = {
-    {.name = "scene", .kind = CLI_TEXT, .argument = true, .field = offsetof(scene_request, path)},
-    {.name = "output", .letter = 'o', .kind = CLI_TEXT, .field = offsetof(scene_request, output)},
+static const config_option table[] = {
+    {.name = "scene",
+     .kind = CONFIG_TEXT,
+     .argument = true,
+     .field = offsetof(scene_request, path)},
+    {.name = "output",
+     .letter = 'o',
+     .kind = CONFIG_TEXT,
+     .field = offsetof(scene_request, output)},
     {.name = "time",
-     .kind = CLI_NUMBER,
+     .kind = CONFIG_NUMBER,
      .field = offsetof(scene_request, time),
      .most = INFINITY,
      .above = true,
      .wants = "a time above 0 s"},
     {.name = "dt",
-     .kind = CLI_NUMBER,
+     .kind = CONFIG_NUMBER,
      .field = offsetof(scene_request, dt),
      .most = INFINITY,
      .above = true,
      .wants = "a time step above 0 s"},
-    CLI_OPTION_JSON(scene_request),
-    CLI_OPTION_QUIET(scene_request),
+    CONFIG_OPTION_JSON(scene_request),
+    CONFIG_OPTION_QUIET(scene_request),
     {.name = NULL},
 };
 
@@ -33,7 +39,7 @@ static const char *of_one_body(int argc, char **argv) {
       continue;
     const size_t length = strcspn(argv[n] + 2, "=");
     bool known = false;
-    for (const cli_option *option = table; option->name != NULL && !known; option++)
+    for (const config_option *option = table; option->name != NULL && !known; option++)
       known = strncmp(argv[n] + 2, option->name, length) == 0;
     if (!known)
       return argv[n];
@@ -45,10 +51,10 @@ int scene_run_command(int argc, char **argv) {
   scene_request request = {0};
   const char *other = of_one_body(argc, argv);
   if (other != NULL)
-    return cli_usage("simulate", "'%s' is of a run of one model: write it into the scene file",
-                     other);
-  int code = cli_options_read("simulate", table, argc, argv, &request);
-  if (code == CLI_DONE)
-    code = cli_one_argument("simulate", "scene", argc, argv, &request.path);
-  return code == CLI_DONE ? scene_run_request(&request) : code;
+    return config_usage("simulate", "'%s' is of a run of one model: write it into the scene file",
+                        other);
+  int code = config_options_read("simulate", table, argc, argv, &request);
+  if (code == COMMAND_DONE)
+    code = config_one_argument("simulate", "scene", argc, argv, &request.path);
+  return code == COMMAND_DONE ? scene_run_request(&request) : code;
 }

@@ -67,7 +67,7 @@ static thrum_status step_all(scene_run *run, thrum_error *error) {
     if (run->status >= 0)
       status = write_due(run, step, &frame_step, error);
     if (clock_seconds() - run->began > SIMULATE_PROGRESS_AFTER) {
-      cli_progress_update(&run->progress, "simulate", (double)step / (double)run->steps);
+      config_progress_update(&run->progress, "simulate", (double)step / (double)run->steps);
       run->progress.began = run->began;
     }
   }
@@ -128,15 +128,15 @@ static thrum_status report(scene_run *run, double began, thrum_error *error) {
 
 static void warn(const scene_run *run) {
   if (run->stop.message[0] != 0)
-    cli_warn("%s", run->stop.message);
+    config_warn("%s", run->stop.message);
   for (int64_t n = 0; n < run->spec.bodies.count; n++) {
     const scene_body_run *body = &run->bodies[n];
     if (body->figures.fallback_steps > 0)
-      cli_warn("body '%s': %" PRId64 " steps needed a fallback beyond quasi-Newton",
-               body->spec->name, body->figures.fallback_steps);
+      config_warn("body '%s': %" PRId64 " steps needed a fallback beyond quasi-Newton",
+                  body->spec->name, body->figures.fallback_steps);
     if (body->figures.energy_grew)
-      cli_warn("body '%s': the energy grew by %.3g %% without a load", body->spec->name,
-               100 * body->figures.drift);
+      config_warn("body '%s': the energy grew by %.3g %% without a load", body->spec->name,
+                  100 * body->figures.drift);
     simulate_measures_warn(&body->measures);
   }
 }
@@ -148,9 +148,9 @@ static thrum_status count_steps(scene_run *run) {
   run->steps = simulate_step_count(run->spec.time, run->dt);
   if (run->steps > 0)
     return THRUM_OK;
-  return cli_record_refuse(&run->spec.file, &run->spec.settings.at, "time", THRUM_BAD_VALUE,
-                           "%g s at a dt of %g s is more than %g steps", run->spec.time, run->dt,
-                           SIMULATE_STEPS_MAX);
+  return config_record_refuse(&run->spec.file, &run->spec.settings.at, "time", THRUM_BAD_VALUE,
+                              "%g s at a dt of %g s is more than %g steps", run->spec.time, run->dt,
+                              SIMULATE_STEPS_MAX);
 }
 
 thrum_status scene_run_read(scene_run *run, thrum_error *error) {
@@ -175,12 +175,12 @@ static thrum_status run_scene(scene_run *run, thrum_error *error) {
     return status;
   run->began = clock_seconds();
   run->seconds_read = run->began - began;
-  run->progress = cli_progress_make(run->request->quiet);
+  run->progress = config_progress_make(run->request->quiet);
   status = step_all(run, error);
   if (status >= 0 && thrum_scene_steps(run->scene) == run->steps && run->status >= 0)
-    cli_progress_done(&run->progress);
+    config_progress_done(&run->progress);
   else
-    cli_progress_abandon(&run->progress);
+    config_progress_abandon(&run->progress);
   if (status >= 0)
     note_end(run);
   if (status >= 0)
@@ -220,13 +220,13 @@ int scene_run_request(const scene_request *request) {
   scene_run *run = calloc(1, sizeof *run);
   if (run == NULL) {
     error.status = THRUM_OUT_OF_MEMORY;
-    return cli_refuse(&error);
+    return config_refuse(&error);
   }
   run->request = request;
   const thrum_status status = run_scene(run, &error);
-  int code = status < 0 ? cli_refuse(&error) : CLI_DONE;
+  int code = status < 0 ? config_refuse(&error) : COMMAND_DONE;
   if (status >= 0 && strcmp(scene_run_status(run), "done") != 0)
-    code = CLI_FLAGGED;
+    code = COMMAND_FLAGGED;
   scene_run_close(run);
   free(run);
   return code;

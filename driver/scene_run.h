@@ -53,7 +53,7 @@ typedef struct scene_run {
   thrum_error stop;    /* why it ended early */
   cli_run_folder folder;
   FILE *probes;
-  cli_progress progress;
+  config_progress progress;
   double began;
   double seconds_read, seconds_step, seconds_output, seconds_total;
 } scene_run;
@@ -66,7 +66,7 @@ thrum_status scene_run_read(scene_run *run, thrum_error *error);
 void scene_run_close(scene_run *run);
 
 /* A message of the engine about one key of a record, or about the record (key NULL). */
-thrum_status scene_run_refuse(const scene_run *run, const cli_record *at, const char *key,
+thrum_status scene_run_refuse(const scene_run *run, const config_record *at, const char *key,
                               thrum_status status, const thrum_error *detail);
 thrum_status scene_run_no_memory(thrum_error *error);
 

@@ -11,12 +11,12 @@
 
 /* What a scene and each of its bodies have; a body begins with what the scene says. */
 typedef struct scene_settings {
-  cli_record at;
+  config_record at;
   thrum_state_def def; /* its dt is the scene's */
 } scene_settings;
 
 typedef struct scene_material_spec {
-  cli_record at;
+  config_record at;
   thrum_material material; /* NaN where the mesh's own stays */
 } scene_material_spec;
 
@@ -25,7 +25,7 @@ typedef struct scene_body_spec {
   const char *name;    /* "body" and its number where none is given, in */
   char *kept_name;     /* owned */
   const char *model;   /* a file, a mesh or a name */
-  cli_texts fix;       /* of a mesh */
+  config_texts fix;    /* of a mesh */
   const char *surface; /* shown in place of the mesh's own (driver/render_mesh.h); NULL: that */
   scene_material_spec material;
   double position[3], rotation[4];
@@ -35,13 +35,13 @@ typedef struct scene_body_spec {
   bool free;
   double velocity[3]; /* of a free body at the start [m/s] */
   double spin[3];     /* its angular velocity [degrees/s] */
-  cli_texts start, loads;
+  config_texts start, loads;
   const char *touch;      /* "surface", "none", or a group */
   double touch_stiffness; /* [N/m^3]; 0: chosen */
 } scene_body_spec;
 
 typedef struct scene_wind_spec {
-  cli_record at;
+  config_record at;
   double velocity[3]; /* [m/s] */
   double density;     /* of the air [kg/m^3] */
   double drag;        /* coefficient */
@@ -50,7 +50,7 @@ typedef struct scene_wind_spec {
 typedef enum scene_shape { SCENE_PLANE = 0, SCENE_SPHERE = 1, SCENE_BOX = 2 } scene_shape;
 
 typedef struct scene_obstacle_spec {
-  cli_record at;
+  config_record at;
   const char *name;
   scene_shape shape;
   double centre[3], normal[3], size[3], rotation[4], velocity[3];
@@ -61,7 +61,7 @@ typedef struct scene_obstacle_spec {
 } scene_obstacle_spec;
 
 typedef struct scene_probe_spec {
-  cli_record at;
+  config_record at;
   const char *name; /* as of a body */
   char *kept_name;
   const char *body;
@@ -71,7 +71,7 @@ typedef struct scene_probe_spec {
 #define SCENE_PLOTS_MAX 8
 
 typedef struct scene_outputs_spec {
-  cli_record at;
+  config_record at;
   int64_t record_every;
   double frames_rate;   /* a second of simulated time; 0: see frames_every */
   int64_t frames_every; /* steps; 0 with rate 0: no frames */
@@ -84,20 +84,20 @@ typedef struct scene_spec {
   const char *title; /* NULL: none */
   double time;       /* [s] */
   double gravity[3]; /* [m/s^2] */
-  cli_texts base_motion;
-  scene_wind_spec wind; /* at.node NULL: none */
-  cli_list bodies;      /* scene_body_spec */
-  cli_list obstacles;   /* scene_obstacle_spec */
-  cli_list probes;      /* scene_probe_spec */
+  config_texts base_motion;
+  scene_wind_spec wind;  /* at.node NULL: none */
+  config_list bodies;    /* scene_body_spec */
+  config_list obstacles; /* scene_obstacle_spec */
+  config_list probes;    /* scene_probe_spec */
   scene_outputs_spec outputs;
-  cli_record_file file;
+  config_record_file file;
   char *folder; /* of the file, with its slash; "" for the working folder */
   char **kept;  /* kept_count texts that name files there */
   int64_t kept_count;
 } scene_spec;
 
 /* The keys of a scene file; ends with a nameless one. */
-extern const cli_key scene_keys[];
+extern const config_key scene_keys[];
 
 /* Is this the name of a scene file? One that ends with .json and is no folder. */
 bool cli_scene_is_named(const char *path);

@@ -12,8 +12,8 @@
   X(newmark) X(split) X(adaptive) X(fallback) X(iterations) X(rotation) X(colour) X(frames)
 
 #define X(name)                                                                                    \
-  thrum_status scene_take_##name(const cli_record_file *file, const cli_record *record,            \
-                                 const cli_key *key, const cli_json_node *value, void *to);
+  thrum_status scene_take_##name(const config_record_file *file, const config_record *record,      \
+                                 const config_key *key, const json_node *value, void *to);
 SCENE_TAKES(X)
 #undef X
 

@@ -6,7 +6,7 @@
 #include "driver/scene_run.h"
 
 thrum_status scene_run_base_motions(scene_run *run, thrum_error *error) {
-  const cli_texts *texts = &run->spec.base_motion;
+  const config_texts *texts = &run->spec.base_motion;
   run->base_motions = calloc((size_t)texts->count + 1, sizeof *run->base_motions);
   if (run->base_motions == NULL)
     return scene_run_no_memory(error);
@@ -23,8 +23,8 @@ thrum_status scene_run_base_motions(scene_run *run, thrum_error *error) {
                                                  &base_motion->course, &detail)
                    : thrum_scene_add_base_motion_record(run->scene, &base_motion->motion, &detail);
     if (status < 0)
-      return cli_record_refuse_text(&run->spec.file, &run->spec.settings.at, "base_motion", texts,
-                                    n, "%s", detail.message);
+      return config_record_refuse_text(&run->spec.file, &run->spec.settings.at, "base_motion",
+                                       texts, n, "%s", detail.message);
   }
   return THRUM_OK;
 }

@@ -23,18 +23,19 @@ struct simulate_full {
 int simulate_full_check(simulate_request *request) {
   thrum_state_def *def = &request->def;
   if (!request->full)
-    return CLI_DONE;
+    return COMMAND_DONE;
   if (!request->integrator_named)
     def->integrator = THRUM_INTEGRATOR_ENERGY;
   if (def->integrator == THRUM_INTEGRATOR_IMEXV)
-    return cli_usage("simulate", "--full: imexv splits the modes of a reduced model; take energy, "
-                                 "newmark, midpoint or verlet");
+    return config_usage("simulate",
+                        "--full: imexv splits the modes of a reduced model; take energy, "
+                        "newmark, midpoint or verlet");
   if (def->damping_form == THRUM_DAMPING_TANGENT)
-    return cli_usage("simulate", "--full takes --damping-form rest only");
+    return config_usage("simulate", "--full takes --damping-form rest only");
   if (request->stress)
-    return cli_usage("simulate", "--stress is of a reduced model; leave it out with --full");
+    return config_usage("simulate", "--stress is of a reduced model; leave it out with --full");
   request->monitor = false;
-  return CLI_DONE;
+  return COMMAND_DONE;
 }
 
 static thrum_full_def def_of(const simulate_request *request) {

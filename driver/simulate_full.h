@@ -6,7 +6,7 @@
 #include "driver/simulate_run.h"
 
 /* Checks that the full order can do what is asked for, and picks its integrator where none is
- * named. CLI_DONE, or the exit code after its line has been printed. */
+ * named. COMMAND_DONE, or the exit code after its line has been printed. */
 int simulate_full_check(simulate_request *request);
 
 /* Makes the body with its loads and start. On failure simulate_full_close frees what there is. */

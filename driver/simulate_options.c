@@ -63,90 +63,91 @@ static void choose_fallback(void *request, int index) {
   ((simulate_request *)request)->def.fallback = index;
 }
 
-static int take_damping(const cli_given *given, void *request) {
+static int take_damping(const config_given *given, void *request) {
   thrum_state_def *def = &((simulate_request *)request)->def;
   double pair[2] = {0, 0};
-  const int code = cli_given_pair(given, pair);
-  if (code == CLI_DONE) {
+  const int code = config_given_pair(given, pair);
+  if (code == COMMAND_DONE) {
     def->damping_alpha = pair[0];
     def->damping_beta = pair[1];
   }
   return code;
 }
 
-static int take_newmark(const cli_given *given, void *request) {
+static int take_newmark(const config_given *given, void *request) {
   thrum_state_def *def = &((simulate_request *)request)->def;
   double pair[2] = {0, NAN};
-  const int code = cli_given_pair(given, pair);
-  if (code != CLI_DONE)
+  const int code = config_given_pair(given, pair);
+  if (code != COMMAND_DONE)
     return code;
   // both must be there
   if (!(pair[1] <= 1))
-    return cli_given_wrong(given);
+    return config_given_wrong(given);
   def->newmark_beta = pair[0];
   def->newmark_gamma = pair[1];
-  return CLI_DONE;
+  return COMMAND_DONE;
 }
 
-static int take_split(const cli_given *given, void *request) {
+static int take_split(const config_given *given, void *request) {
   thrum_state_def *def = &((simulate_request *)request)->def;
   int64_t count = 0;
   if (strcmp(given->text, "cfl") == 0) {
     def->split_rule = THRUM_SPLIT_CFL;
   } else if (strcmp(given->text, "sampling") == 0) {
     def->split_rule = THRUM_SPLIT_SAMPLING;
-  } else if (cli_parse_integer(given->text, &count) && count >= 0 && count <= THRUM_RANK_MAX) {
+  } else if (config_parse_integer(given->text, &count) && count >= 0 && count <= THRUM_RANK_MAX) {
     def->split_rule = THRUM_SPLIT_COUNT;
     def->explicit_count = (int32_t)count;
   } else {
-    return cli_given_wrong(given);
+    return config_given_wrong(given);
   }
-  return CLI_DONE;
+  return COMMAND_DONE;
 }
 
-static int take_frames(const cli_given *given, void *request) {
+static int take_frames(const config_given *given, void *request) {
   static const char every[] = "every-";
   simulate_request *r = request;
   r->frames_rate = 0;
   r->frames_every = 0;
   if (strncmp(given->text, every, sizeof every - 1) == 0) {
-    if (cli_parse_integer(given->text + sizeof every - 1, &r->frames_every) && r->frames_every > 0)
-      return CLI_DONE;
-  } else if (cli_parse_number(given->text, &r->frames_rate) && r->frames_rate > 0) {
-    return CLI_DONE;
+    if (config_parse_integer(given->text + sizeof every - 1, &r->frames_every) &&
+        r->frames_every > 0)
+      return COMMAND_DONE;
+  } else if (config_parse_number(given->text, &r->frames_rate) && r->frames_rate > 0) {
+    return COMMAND_DONE;
   }
-  return cli_given_wrong(given);
+  return config_given_wrong(given);
 }
 
-static int take_iterations(const cli_given *given, void *request) {
+static int take_iterations(const config_given *given, void *request) {
   int64_t count = 0;
-  const int code = cli_given_count(given, &count);
-  if (code == CLI_DONE)
+  const int code = config_given_count(given, &count);
+  if (code == COMMAND_DONE)
     ((simulate_request *)request)->def.iterations_max = (int32_t)count;
   return code;
 }
 
-static int take_load(const cli_given *given, void *request) {
+static int take_load(const config_given *given, void *request) {
   simulate_request *r = request;
   return cli_load_take(given, r->loads, &r->load_count);
 }
 
-static int take_start(const cli_given *given, void *request) {
+static int take_start(const config_given *given, void *request) {
   simulate_request *r = request;
   thrum_error error = {0};
   if (cli_start_parse(given->text, &r->starts[r->start_count], &error) < 0)
-    return cli_given_refuse(given, "%s", error.message);
+    return config_given_refuse(given, "%s", error.message);
   r->start_count++;
-  return CLI_DONE;
+  return COMMAND_DONE;
 }
 
-static int take_base_motion(const cli_given *given, void *request) {
+static int take_base_motion(const config_given *given, void *request) {
   simulate_request *r = request;
   thrum_error error = {0};
   if (cli_base_motion_parse(given->text, &r->base_motions[r->base_motion_count], &error) < 0)
-    return cli_given_refuse(given, "%s", error.message);
+    return config_given_refuse(given, "%s", error.message);
   r->base_motion_count++;
-  return CLI_DONE;
+  return COMMAND_DONE;
 }
 
 static void choose_solver(void *request, int index) {
@@ -245,78 +246,95 @@ static void print_help(void) {
       stdout);
 }
 
-const cli_option simulate_options_table[] = {
+const config_option simulate_options_table[] = {
     {.name = "model",
-     .kind = CLI_TEXT,
+     .kind = CONFIG_TEXT,
      .argument = true,
-     .path = CLI_PATH_NAMED,
+     .path = CONFIG_PATH_NAMED,
      FIELD(model_path)},
-    CLI_OPTION_FILE(simulate_request),
-    {.name = "output", .letter = 'o', .kind = CLI_TEXT, .path = CLI_PATH_ALWAYS, FIELD(run_path)},
+    CONFIG_OPTION_FILE(simulate_request),
+    {.name = "output",
+     .letter = 'o',
+     .kind = CONFIG_TEXT,
+     .path = CONFIG_PATH_ALWAYS,
+     FIELD(run_path)},
     {.name = "integrator",
-     .kind = CLI_CHOICE,
+     .kind = CONFIG_CHOICE,
      .names = simulate_integrators,
      .choose = choose_integrator},
-    {.name = "dt", .kind = CLI_NUMBER, FIELD(def.dt), POSITIVE, .wants = "a time step above 0 s"},
-    {.name = "time", .kind = CLI_NUMBER, FIELD(time), POSITIVE, .wants = "a time above 0 s"},
-    {.name = "load", .kind = CLI_TEXT, .repeats = true, .take = take_load},
+    {.name = "dt",
+     .kind = CONFIG_NUMBER,
+     FIELD(def.dt),
+     POSITIVE,
+     .wants = "a time step above 0 s"},
+    {.name = "time", .kind = CONFIG_NUMBER, FIELD(time), POSITIVE, .wants = "a time above 0 s"},
+    {.name = "load", .kind = CONFIG_TEXT, .repeats = true, .take = take_load},
     {.name = "base-motion",
-     .kind = CLI_TEXT,
-     .path = CLI_PATH_NAMED,
+     .kind = CONFIG_TEXT,
+     .path = CONFIG_PATH_NAMED,
      .repeats = true,
      .take = take_base_motion},
     {.name = "start",
-     .kind = CLI_TEXT,
-     .path = CLI_PATH_NAMED,
+     .kind = CONFIG_TEXT,
+     .path = CONFIG_PATH_NAMED,
      .repeats = true,
      .take = take_start},
-    {.name = "damping", .kind = CLI_PAIR, .take = take_damping, .wants = "A or A,B, none negative"},
+    {.name = "damping",
+     .kind = CONFIG_PAIR,
+     .take = take_damping,
+     .wants = "A or A,B, none negative"},
     {.name = "damping-form",
-     .kind = CLI_CHOICE,
+     .kind = CONFIG_CHOICE,
      .names = simulate_damping_forms,
      .choose = choose_damping_form},
-    {.name = "rank", .kind = CLI_COUNT, FIELD(rank), .least = 1, .most = THRUM_RANK_MAX},
-    {.name = "record-every", .kind = CLI_COUNT, FIELD(record_every), .least = 1, .most = 1e12},
+    {.name = "rank", .kind = CONFIG_COUNT, FIELD(rank), .least = 1, .most = THRUM_RANK_MAX},
+    {.name = "record-every", .kind = CONFIG_COUNT, FIELD(record_every), .least = 1, .most = 1e12},
     {.name = "frames",
-     .kind = CLI_WORD,
+     .kind = CONFIG_WORD,
      .take = take_frames,
      .wants = "frames a second such as 60, or every-N steps"},
-    {.name = "frames-in", .kind = CLI_CHOICE, .names = frames_in, .choose = choose_ground},
+    {.name = "frames-in", .kind = CONFIG_CHOICE, .names = frames_in, .choose = choose_ground},
     {.name = "split",
-     .kind = CLI_WORD,
+     .kind = CONFIG_WORD,
      .take = take_split,
      .wants = "cfl, sampling or the number of explicit modes"},
     {.name = "safety",
-     .kind = CLI_NUMBER,
+     .kind = CONFIG_NUMBER,
      FIELD(def.split_safety),
      .most = 1,
      .above = true,
      .wants = "a number in (0, 1]"},
     {.name = "split-form",
-     .kind = CLI_CHOICE,
+     .kind = CONFIG_CHOICE,
      .names = simulate_split_forms,
      .choose = choose_split_form},
-    {.name = "adaptive", .kind = CLI_CHOICE, .names = cli_switches, .choose = choose_adaptive},
-    {.name = "fallback", .kind = CLI_CHOICE, .names = cli_switches, .choose = choose_fallback},
+    {.name = "adaptive",
+     .kind = CONFIG_CHOICE,
+     .names = config_switches,
+     .choose = choose_adaptive},
+    {.name = "fallback",
+     .kind = CONFIG_CHOICE,
+     .names = config_switches,
+     .choose = choose_fallback},
     {.name = "newmark",
-     .kind = CLI_PAIR,
+     .kind = CONFIG_PAIR,
      .take = take_newmark,
      .wants = "BETA,GAMMA with BETA >= 0 and GAMMA in [0, 1]"},
     {.name = "tolerance",
-     .kind = CLI_NUMBER,
+     .kind = CONFIG_NUMBER,
      FIELD(def.tolerance),
      .most = 0.01,
      .above = true,
      .wants = "a number in (0, 0.01]"},
-    {.name = "iterations", .kind = CLI_COUNT, .take = take_iterations, .least = 1, .most = 1e6},
-    {.name = "full", .kind = CLI_FLAG, FIELD(full)},
-    CLI_OPTIONS_MESH(simulate_request),
-    {.name = "solver", .kind = CLI_CHOICE, .names = solvers, .choose = choose_solver},
-    {.name = "stress", .kind = CLI_FLAG, FIELD(stress)},
-    {.name = "monitor", .kind = CLI_CHOICE, .names = cli_switches, .choose = choose_monitor},
-    CLI_OPTION_JSON(simulate_request),
-    CLI_OPTION_QUIET(simulate_request),
-    CLI_OPTION_HELP(print_help),
+    {.name = "iterations", .kind = CONFIG_COUNT, .take = take_iterations, .least = 1, .most = 1e6},
+    {.name = "full", .kind = CONFIG_FLAG, FIELD(full)},
+    CONFIG_OPTIONS_MESH(simulate_request),
+    {.name = "solver", .kind = CONFIG_CHOICE, .names = solvers, .choose = choose_solver},
+    {.name = "stress", .kind = CONFIG_FLAG, FIELD(stress)},
+    {.name = "monitor", .kind = CONFIG_CHOICE, .names = config_switches, .choose = choose_monitor},
+    CONFIG_OPTION_JSON(simulate_request),
+    CONFIG_OPTION_QUIET(simulate_request),
+    CONFIG_OPTION_HELP(print_help),
     {.name = NULL},
 };
 
@@ -330,18 +348,18 @@ int64_t simulate_step_count(double time, double dt) {
 
 /* What cannot be seen option by option. */
 static int finish(int argc, char **argv, simulate_request *request) {
-  const int code = cli_one_argument("simulate", "model", argc, argv, &request->model_path);
-  if (code != CLI_DONE)
+  const int code = config_one_argument("simulate", "model", argc, argv, &request->model_path);
+  if (code != COMMAND_DONE)
     return code;
   if (request->run_path == NULL)
-    return cli_usage("simulate", "where to? name the run's folder with -o RUN");
+    return config_usage("simulate", "where to? name the run's folder with -o RUN");
   request->steps = simulate_step_count(request->time, request->def.dt);
   if (request->steps == 0)
-    return cli_usage("simulate", "--time %g at --dt %g is more than %g steps", request->time,
-                     request->def.dt, SIMULATE_STEPS_MAX);
+    return config_usage("simulate", "--time %g at --dt %g is more than %g steps", request->time,
+                        request->def.dt, SIMULATE_STEPS_MAX);
   const int found =
       cli_mesh_full_check("simulate", request->model_path, &request->mesh_def, request->full);
-  return found == CLI_DONE ? simulate_full_check(request) : found;
+  return found == COMMAND_DONE ? simulate_full_check(request) : found;
 }
 
 int simulate_options_read(int argc, char **argv, simulate_request *request) {
@@ -350,8 +368,8 @@ int simulate_options_read(int argc, char **argv, simulate_request *request) {
   request->time = TIME_DEFAULT;
   request->record_every = 1;
   request->monitor = true;
-  const int code = cli_options_read("simulate", simulate_options_table, argc, argv, request);
-  if (code != CLI_DONE)
+  const int code = config_options_read("simulate", simulate_options_table, argc, argv, request);
+  if (code != COMMAND_DONE)
     return code;
   return finish(argc, argv, request);
 }

@@ -34,14 +34,14 @@ typedef struct simulate_request {
   bool monitor;      /* default: where there is a mesh */
   bool json;
   bool quiet;
-  cli_options_file file; /* of --options; the texts above may point into it */
+  config_options_file file; /* of --options; the texts above may point into it */
 } simulate_request;
 
 /* What there is; ends with a nameless option. */
-extern const cli_option simulate_options_table[];
+extern const config_option simulate_options_table[];
 
 /* Fills a zeroed request whose loads, base motions and starts have room for argc +
- * CLI_FILE_ITEMS_MAX each. CLI_DONE, or what the command is to return. */
+ * CONFIG_FILE_ITEMS_MAX each. COMMAND_DONE, or what the command is to return. */
 int simulate_options_read(int argc, char **argv, simulate_request *request);
 
 /* Names in the order of their enums; NULL ends them. */

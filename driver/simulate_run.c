@@ -205,7 +205,7 @@ thrum_status simulate_run_steps(simulation *run, thrum_error *error) {
     step = steps_done(run);
     status = write_due(run, step, &frame_step, error);
     if (clock_seconds() - run->began > SIMULATE_PROGRESS_AFTER) {
-      cli_progress_update(&run->progress, "simulate", (double)step / (double)request->steps);
+      config_progress_update(&run->progress, "simulate", (double)step / (double)request->steps);
       run->progress.began = run->began;
     }
   }

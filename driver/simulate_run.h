@@ -29,7 +29,7 @@ typedef struct simulation {
   thrum_state *state;  /* NULL: a run of --full, and */
   simulate_full *full; /* NULL: one of the model */
   cli_run_output output;
-  cli_progress progress;
+  config_progress progress;
   simulate_figures figures;
   simulate_measures measures;
   double began; /* the steps [s] */

@@ -55,8 +55,8 @@ thrum_status cli_start_parse(const char *text, cli_start *start, thrum_error *er
     }
     memcpy(digits, number, length);
     digits[length] = 0;
-    if (!cli_parse_integer(digits, &parsed.mode) || parsed.mode < 1 ||
-        !cli_parse_number(comma + 1, &parsed.amplitude)) {
+    if (!config_parse_integer(digits, &parsed.mode) || parsed.mode < 1 ||
+        !config_parse_number(comma + 1, &parsed.amplitude)) {
       return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                              "--start '%.200s': it is mode:NUMBER,METRES, such as mode:1,0.02",
                              text);
@@ -139,10 +139,10 @@ static thrum_status add_static(const thrum_model *model, const cli_start *starts
     status = cli_static_solve(model, &def, "--start static", loads, used, q, NULL, &nobody, &report,
                               error);
     if (status >= 0 && report.instability != THRUM_INSTABILITY_NONE)
-      cli_warn("--start static: the body %s at %.6g of the load; the run starts from a stable "
-               "shape that it falls to",
-               report.instability == THRUM_INSTABILITY_LIMIT ? "snaps through" : "buckles",
-               report.critical);
+      config_warn("--start static: the body %s at %.6g of the load; the run starts from a stable "
+                  "shape that it falls to",
+                  report.instability == THRUM_INSTABILITY_LIMIT ? "snaps through" : "buckles",
+                  report.critical);
   }
   free(loads);
   return status;

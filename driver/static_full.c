@@ -21,7 +21,7 @@ thrum_status static_move_parse(const char *text, static_move *move, thrum_error 
     memcpy(vector, text, length);
     vector[length] = 0;
   }
-  if (length >= sizeof vector || !cli_parse_vector3(vector, parsed.by))
+  if (length >= sizeof vector || !config_parse_vector3(vector, parsed.by))
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "--move '%.200s': it is X,Y,Z@TARGET, metres that a group is brought to",
                            text);

@@ -47,27 +47,27 @@ static void print_help(void) {
       stdout);
 }
 
-static int take_load(const cli_given *given, void *request) {
+static int take_load(const config_given *given, void *request) {
   static_request *r = request;
   return cli_load_take(given, r->loads, &r->load_count);
 }
 
-static int take_at(const cli_given *given, void *request) {
+static int take_at(const config_given *given, void *request) {
   static_request *r = request;
   thrum_error error = {0};
   if (cli_target_parse(given->text, "--at", &r->targets[r->target_count], &error) < 0)
-    return cli_given_refuse(given, "%s", error.message);
+    return config_given_refuse(given, "%s", error.message);
   r->at[r->target_count++] = given->text;
-  return CLI_DONE;
+  return COMMAND_DONE;
 }
 
-static int take_move(const cli_given *given, void *request) {
+static int take_move(const config_given *given, void *request) {
   static_request *r = request;
   thrum_error error = {0};
   if (static_move_parse(given->text, &r->moves[r->move_count], &error) < 0)
-    return cli_given_refuse(given, "%s", error.message);
+    return config_given_refuse(given, "%s", error.message);
   r->move_count++;
-  return CLI_DONE;
+  return COMMAND_DONE;
 }
 
 static const char *const solvers[] = {"cholesky", "cg", NULL};
@@ -76,43 +76,43 @@ static void choose_solver(void *request, int index) {
   ((static_request *)request)->solver = (thrum_full_solver)index;
 }
 
-static int take_stay(const cli_given *given, void *request) {
+static int take_stay(const config_given *given, void *request) {
   (void)given;
   ((static_request *)request)->def.stay = 1;
-  return CLI_DONE;
+  return COMMAND_DONE;
 }
 
 #define FIELD(member) .field = offsetof(static_request, member)
-#define WRITTEN .kind = CLI_TEXT, .path = CLI_PATH_ALWAYS
+#define WRITTEN .kind = CONFIG_TEXT, .path = CONFIG_PATH_ALWAYS
 
-const cli_option static_options_table[] = {
+const config_option static_options_table[] = {
     {.name = "model",
-     .kind = CLI_TEXT,
+     .kind = CONFIG_TEXT,
      .argument = true,
-     .path = CLI_PATH_NAMED,
+     .path = CONFIG_PATH_NAMED,
      FIELD(model_path)},
-    CLI_OPTION_FILE(static_request),
-    {.name = "load", .kind = CLI_TEXT, .repeats = true, .take = take_load},
-    {.name = "factor", .kind = CLI_NUMBER, FIELD(def.factor), .most = FACTOR_MAX, .above = true},
-    {.name = "at", .kind = CLI_TEXT, .repeats = true, .take = take_at},
-    {.name = "stay", .kind = CLI_FLAG, .take = take_stay},
+    CONFIG_OPTION_FILE(static_request),
+    {.name = "load", .kind = CONFIG_TEXT, .repeats = true, .take = take_load},
+    {.name = "factor", .kind = CONFIG_NUMBER, FIELD(def.factor), .most = FACTOR_MAX, .above = true},
+    {.name = "at", .kind = CONFIG_TEXT, .repeats = true, .take = take_at},
+    {.name = "stay", .kind = CONFIG_FLAG, .take = take_stay},
     {.name = "tolerance",
-     .kind = CLI_NUMBER,
+     .kind = CONFIG_NUMBER,
      FIELD(def.tolerance),
      .most = 0.01,
      .above = true,
      .wants = "a number in (0, 0.01]"},
-    {.name = "rank", .kind = CLI_COUNT, FIELD(rank), .least = 1, .most = THRUM_RANK_MAX},
-    {.name = "full", .kind = CLI_FLAG, FIELD(full)},
-    CLI_OPTIONS_MESH(static_request),
-    {.name = "move", .kind = CLI_TEXT, .repeats = true, .take = take_move},
-    {.name = "solver", .kind = CLI_CHOICE, .names = solvers, .choose = choose_solver},
+    {.name = "rank", .kind = CONFIG_COUNT, FIELD(rank), .least = 1, .most = THRUM_RANK_MAX},
+    {.name = "full", .kind = CONFIG_FLAG, FIELD(full)},
+    CONFIG_OPTIONS_MESH(static_request),
+    {.name = "move", .kind = CONFIG_TEXT, .repeats = true, .take = take_move},
+    {.name = "solver", .kind = CONFIG_CHOICE, .names = solvers, .choose = choose_solver},
     {.name = "output", .letter = 'o', WRITTEN, FIELD(output)},
     {.name = "vtu", WRITTEN, FIELD(frame)},
     {.name = "path", WRITTEN, FIELD(path)},
-    CLI_OPTION_JSON(static_request),
-    CLI_OPTION_QUIET(static_request),
-    CLI_OPTION_HELP(print_help),
+    CONFIG_OPTION_JSON(static_request),
+    CONFIG_OPTION_QUIET(static_request),
+    CONFIG_OPTION_HELP(print_help),
     {.name = NULL},
 };
 
@@ -144,33 +144,34 @@ static bool ends_with(const char *text, const char *end) {
 
 static int check_names(const static_request *request) {
   if (request->output != NULL && !ends_with(request->output, ".npy"))
-    return cli_usage("static", "-o wants the name of an .npy file, not '%s'", request->output);
+    return config_usage("static", "-o wants the name of an .npy file, not '%s'", request->output);
   if (request->frame != NULL && !ends_with(request->frame, ".vtu"))
-    return cli_usage("static", "--vtu wants the name of a .vtu file, not '%s'", request->frame);
+    return config_usage("static", "--vtu wants the name of a .vtu file, not '%s'", request->frame);
   if (request->path != NULL && !ends_with(request->path, ".csv"))
-    return cli_usage("static", "--path wants the name of a .csv file, not '%s'", request->path);
-  return CLI_DONE;
+    return config_usage("static", "--path wants the name of a .csv file, not '%s'", request->path);
+  return COMMAND_DONE;
 }
 
 int static_options_read(int argc, char **argv, static_request *request) {
   request->def = thrum_default_equilibrium_def();
   request->mesh_def = cli_default_mesh_def();
-  int code = cli_options_read("static", static_options_table, argc, argv, request);
-  if (code != CLI_DONE)
+  int code = config_options_read("static", static_options_table, argc, argv, request);
+  if (code != COMMAND_DONE)
     return code;
-  code = cli_one_argument("static", "model", argc, argv, &request->model_path);
-  if (code != CLI_DONE)
+  code = config_one_argument("static", "model", argc, argv, &request->model_path);
+  if (code != COMMAND_DONE)
     return code;
   code = cli_mesh_full_check("static", request->model_path, &request->mesh_def, request->full);
-  if (code != CLI_DONE)
+  if (code != COMMAND_DONE)
     return code;
   if (request->move_count > 0 && !request->full)
-    return cli_usage("static", "--move goes with --full: a model's basis holds still what is held");
+    return config_usage("static",
+                        "--move goes with --full: a model's basis holds still what is held");
   if (request->full && (request->def.stay || request->path != NULL))
-    return cli_usage("static", "--%s is of a reduced model; leave it out with --full",
-                     request->def.stay ? "stay" : "path");
+    return config_usage("static", "--%s is of a reduced model; leave it out with --full",
+                        request->def.stay ? "stay" : "path");
   if (request->load_count == 0 && request->move_count == 0)
-    return cli_usage("static", "under which load? such as --load gravity:0,0,-9.81");
+    return config_usage("static", "under which load? such as --load gravity:0,0,-9.81");
   if (request->target_count == 0)
     default_targets(request);
   return check_names(request);

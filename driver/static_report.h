@@ -33,13 +33,13 @@ typedef struct static_request {
   thrum_equilibrium_def def;
   int64_t rank; /* 0: all */
   bool json, quiet;
-  cli_options_file file; /* of --options; the texts above may point into it */
+  config_options_file file; /* of --options; the texts above may point into it */
 } static_request;
 
 /* What there is; ends with a nameless option. */
-extern const cli_option static_options_table[];
+extern const config_option static_options_table[];
 
-/* Fills a zeroed request whose lists have room for argc + CLI_FILE_ITEMS_MAX. CLI_DONE, or
+/* Fills a zeroed request whose lists have room for argc + CONFIG_FILE_ITEMS_MAX. COMMAND_DONE, or
  * what the command is to return. */
 int static_options_read(int argc, char **argv, static_request *request);
 

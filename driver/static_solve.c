@@ -31,10 +31,11 @@ static void warn_idle(const thrum_model *model, const char *said, const double *
   for (int64_t i = 0; i < model->rank; i++)
     idle = idle && load[i] == 0;
   if (idle)
-    cli_warn("%s: the load moves nothing: it is zero, or all that it acts on is held", said);
+    config_warn("%s: the load moves nothing: it is zero, or all that it acts on is held", said);
   else if (model->rigid != NULL)
-    cli_warn("%s: nothing holds the body: what of the load would move it as a whole has no effect",
-             said);
+    config_warn(
+        "%s: nothing holds the body: what of the load would move it as a whole has no effect",
+        said);
 }
 
 thrum_status cli_static_solve(const thrum_model *model, const thrum_equilibrium_def *def,

@@ -15,7 +15,7 @@ typedef struct reader {
   const char *at, *end;
   int64_t line;
   int depth;
-  cli_json_document document;
+  json_document document;
   int64_t room;    /* of nodes */
   char *text_next; /* in document.texts */
   thrum_error *error;
@@ -216,17 +216,16 @@ static thrum_status read_number(reader *r, const char **text) {
 
 /* The place of a new node, or -1. */
 static int64_t add_node(reader *r) {
-  cli_json_document *d = &r->document;
+  json_document *d = &r->document;
   if (d->count == r->room) {
     const int64_t room = 2 * r->room + 16;
-    cli_json_node *nodes = realloc(d->nodes, (size_t)room * sizeof *nodes);
+    json_node *nodes = realloc(d->nodes, (size_t)room * sizeof *nodes);
     if (nodes == NULL)
       return -1;
     d->nodes = nodes;
     r->room = room;
   }
-  d->nodes[d->count] =
-      (cli_json_node){.type = CLI_JSON_NULL, .line = r->line, .first = -1, .next = -1};
+  d->nodes[d->count] = (json_node){.type = JSON_NULL, .line = r->line, .first = -1, .next = -1};
   return d->count++;
 }
 
@@ -244,8 +243,8 @@ static thrum_status read_key(reader *r, int64_t parent, const char **key) {
       return fail(r, "\"%s\" is there twice; first in line %lld",
                   thrum_text_excerpt(*key, strlen(*key)).text,
                   (long long)r->document.nodes[n].line);
-    if (++keys == CLI_JSON_KEYS_MAX)
-      return fail(r, "more than %d keys", CLI_JSON_KEYS_MAX);
+    if (++keys == JSON_KEYS_MAX)
+      return fail(r, "more than %d keys", JSON_KEYS_MAX);
   }
   skip_blanks(r);
   if (r->at == r->end || *r->at != ':')
@@ -258,8 +257,8 @@ static thrum_status read_key(reader *r, int64_t parent, const char **key) {
 /* The members of an object or the items of an array, whose bracket is next. */
 static thrum_status read_members(reader *r, int64_t parent, char close) {
   int64_t last = -1;
-  if (++r->depth > CLI_JSON_DEPTH_MAX)
-    return fail(r, "nested more than %d deep", CLI_JSON_DEPTH_MAX);
+  if (++r->depth > JSON_DEPTH_MAX)
+    return fail(r, "nested more than %d deep", JSON_DEPTH_MAX);
   r->at++;
   skip_blanks(r);
   for (bool more = r->at == r->end || *r->at != close; more;) {
@@ -271,7 +270,7 @@ static thrum_status read_members(reader *r, int64_t parent, char close) {
       status = read_value(r, &child);
     if (status < 0)
       return status;
-    cli_json_node *nodes = r->document.nodes;
+    json_node *nodes = r->document.nodes;
     nodes[child].key = key;
     if (key != NULL)
       nodes[child].line = line;
@@ -293,11 +292,11 @@ static thrum_status read_members(reader *r, int64_t parent, char close) {
   return THRUM_OK;
 }
 
-static thrum_status read_literal(reader *r, cli_json_node *node) {
+static thrum_status read_literal(reader *r, json_node *node) {
   static const struct {
     const char *word;
-    cli_json_type type;
-  } words[] = {{"true", CLI_JSON_TRUE}, {"false", CLI_JSON_FALSE}, {"null", CLI_JSON_NULL}};
+    json_type type;
+  } words[] = {{"true", JSON_TRUE}, {"false", JSON_FALSE}, {"null", JSON_NULL}};
   for (int n = 0; n < 3; n++) {
     const size_t length = strlen(words[n].word);
     if ((size_t)(r->end - r->at) >= length && memcmp(r->at, words[n].word, length) == 0) {
@@ -320,28 +319,28 @@ static thrum_status read_value(reader *r, int64_t *place) {
   *place = add_node(r);
   if (*place < 0)
     return thrum_error_set(r->error, THRUM_OUT_OF_MEMORY, "%.150s: out of memory", r->name);
-  cli_json_node *node = &r->document.nodes[*place];
+  json_node *node = &r->document.nodes[*place];
   const char c = *r->at;
   if (c == '{' || c == '[') {
-    node->type = c == '{' ? CLI_JSON_OBJECT : CLI_JSON_ARRAY;
+    node->type = c == '{' ? JSON_OBJECT : JSON_ARRAY;
     return read_members(r, *place, c == '{' ? '}' : ']');
   }
   if (c == '"') {
-    node->type = CLI_JSON_STRING;
+    node->type = JSON_STRING;
     return read_string(r, &node->text);
   }
   if (c == '-' || c == '+' || c == '.' || (c >= '0' && c <= '9')) {
-    node->type = CLI_JSON_NUMBER;
+    node->type = JSON_NUMBER;
     return read_number(r, &node->text);
   }
   return read_literal(r, node);
 }
 
-thrum_status cli_json_read(const char *name, const char *bytes, size_t length,
-                           cli_json_document *document, thrum_error *error) {
-  if (length > CLI_JSON_BYTES_MAX)
+thrum_status json_read(const char *name, const char *bytes, size_t length, json_document *document,
+                       thrum_error *error) {
+  if (length > JSON_BYTES_MAX)
     return thrum_error_set(error, THRUM_BAD_FORMAT, "%.150s: %lld bytes are too many: %d at most",
-                           name, (long long)length, CLI_JSON_BYTES_MAX);
+                           name, (long long)length, JSON_BYTES_MAX);
   reader r = {.name = name, .at = bytes, .end = bytes + length, .line = 1, .error = error};
   // without its quotes, a text is shorter than what it was; a number is followed by one byte
   r.document.texts = malloc(length + 2);
@@ -356,15 +355,15 @@ thrum_status cli_json_read(const char *name, const char *bytes, size_t length,
   if (status >= 0 && r.at != r.end)
     status = expected(&r, "nothing after the closing bracket");
   if (status < 0) {
-    cli_json_free(&r.document);
+    json_free(&r.document);
     return status;
   }
   *document = r.document;
   return THRUM_OK;
 }
 
-void cli_json_free(cli_json_document *document) {
+void json_free(json_document *document) {
   free(document->nodes);
   free(document->texts);
-  *document = (cli_json_document){0};
+  *document = (json_document){0};
 }

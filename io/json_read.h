@@ -11,39 +11,39 @@
 
 #include "thrum/status.h"
 
-#define CLI_JSON_BYTES_MAX 1048576 /* of a text */
-#define CLI_JSON_DEPTH_MAX 32
-#define CLI_JSON_KEYS_MAX 1024 /* of one object */
+#define JSON_BYTES_MAX 1048576 /* of a text */
+#define JSON_DEPTH_MAX 32
+#define JSON_KEYS_MAX 1024 /* of one object */
 
-typedef enum cli_json_type {
-  CLI_JSON_NULL,
-  CLI_JSON_FALSE,
-  CLI_JSON_TRUE,
-  CLI_JSON_NUMBER,
-  CLI_JSON_STRING,
-  CLI_JSON_ARRAY,
-  CLI_JSON_OBJECT
-} cli_json_type;
+typedef enum json_type {
+  JSON_NULL,
+  JSON_FALSE,
+  JSON_TRUE,
+  JSON_NUMBER,
+  JSON_STRING,
+  JSON_ARRAY,
+  JSON_OBJECT
+} json_type;
 
 /* One value. Children follow each other by `next`; -1 ends them. */
-typedef struct cli_json_node {
-  cli_json_type type;
+typedef struct json_node {
+  json_type type;
   int64_t line;     /* 1-based, where it begins; of a member of an object: where its key does */
   const char *key;  /* of a member of an object; NULL otherwise */
   const char *text; /* a string without its escapes, a number as it was written */
   int64_t first, next;
-} cli_json_node;
+} json_node;
 
-typedef struct cli_json_document {
-  cli_json_node *nodes; /* nodes[0] is the whole; owned */
+typedef struct json_document {
+  json_node *nodes; /* nodes[0] is the whole; owned */
   int64_t count;
   char *texts; /* owned */
-} cli_json_document;
+} json_document;
 
 /* Reads `length` bytes; `name` stands before ":LINE:" in messages. *document is untouched on
- * failure; free it with cli_json_free. */
-thrum_status cli_json_read(const char *name, const char *bytes, size_t length,
-                           cli_json_document *document, thrum_error *error);
-void cli_json_free(cli_json_document *document);
+ * failure; free it with json_free. */
+thrum_status json_read(const char *name, const char *bytes, size_t length, json_document *document,
+                       thrum_error *error);
+void json_free(json_document *document);
 
 #endif

@@ -100,7 +100,7 @@ static void warn_of_rest(const scene_spec *spec) {
   for (int64_t n = 0; n < spec->bodies.count; n++)
     beta = beta || scene_bodies(spec)[n].settings.def.damping_beta > 0;
   if (beta)
-    cli_warn("%.200s: the viewer leaves out damping that grows with stiffness", spec->file.name);
+    config_warn("%.200s: the viewer leaves out damping that grows with stiffness", spec->file.name);
 }
 
 static thrum_status pack_run(const scene_run *run, cli_pack *pack, thrum_error *error) {

@@ -6,14 +6,14 @@
 #include "tests/fuzz/fuzz_file.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
-  cli_json_document document = {0};
+  json_document document = {0};
   thrum_error error = {0};
   char *bytes = malloc(size > 0 ? size : 1);
   if (bytes == NULL)
     return 0;
   if (size > 0)
     memcpy(bytes, data, size);
-  const thrum_status status = cli_json_read("input", bytes, size, &document, &error);
+  const thrum_status status = json_read("input", bytes, size, &document, &error);
   fuzz_check(status, &error);
   free(bytes);
   if (status < 0) {
@@ -24,7 +24,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   // every node but the first is reached once, and every text ends
   int64_t reached = 0;
   for (int64_t n = 0; n < document.count; n++) {
-    const cli_json_node *node = &document.nodes[n];
+    const json_node *node = &document.nodes[n];
     reached += (node->first >= 0) + (node->next >= 0);
     if (node->first >= document.count || node->next >= document.count || node->line < 1 ||
         (node->text != NULL && strlen(node->text) > size) ||
@@ -33,6 +33,6 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   }
   if (reached != document.count - 1)
     abort();
-  cli_json_free(&document);
+  json_free(&document);
   return 0;
 }

@@ -11,13 +11,13 @@
 
 #include "io/json_read.h"
 
-static thrum_status read_text(const char *text, cli_json_document *document, thrum_error *error) {
+static thrum_status read_text(const char *text, json_document *document, thrum_error *error) {
   // a copy of exactly its size, so that a sanitizer sees any byte read too many
   const size_t length = strlen(text);
   char *bytes = malloc(length > 0 ? length : 1);
   assert_non_null(bytes);
   memcpy(bytes, text, length);
-  const thrum_status status = cli_json_read("t", bytes, length, document, error);
+  const thrum_status status = json_read("t", bytes, length, document, error);
   free(bytes);
   return status;
 }
@@ -39,11 +39,11 @@ static void valid_texts_are_read(void **state) {
                                       "\"\\\"\\\\\\/\\b\\f\\n\\r\\t\\u00e9\\ud83d\\ude00\"",
                                       "\"\xc3\xa9 \xe2\x82\xac \xf0\x9f\x98\x80\""};
   for (size_t n = 0; n < sizeof texts / sizeof *texts; n++) {
-    cli_json_document document = {0};
+    json_document document = {0};
     thrum_error error = {0};
     if (read_text(texts[n], &document, &error) < 0)
       fail_msg("%s: %s", texts[n], error.message);
-    cli_json_free(&document);
+    json_free(&document);
   }
 }
 
@@ -99,7 +99,7 @@ static void invalid_texts_are_refused(void **state) {
                                       "/**/1",
                                       "#\n1"};
   for (size_t n = 0; n < sizeof texts / sizeof *texts; n++) {
-    cli_json_document document = {0};
+    json_document document = {0};
     thrum_error error = {0};
     if (read_text(texts[n], &document, &error) >= 0)
       fail_msg("read: %s", texts[n]);
@@ -111,12 +111,12 @@ static void invalid_texts_are_refused(void **state) {
 
 static void every_member_knows_its_line(void **state) {
   (void)state;
-  cli_json_document document = {0};
+  json_document document = {0};
   thrum_error error = {0};
   assert_true(read_text("\n{ \"a\" : 1,\r\n\"b\":\n [ \"x\",\n\"\\u00e9\" ],\n\"c\":{\"d\":true}}",
                         &document, &error) >= 0);
-  const cli_json_node *nodes = document.nodes;
-  const cli_json_node *a = &nodes[nodes[0].first], *b = &nodes[a->next], *c = &nodes[b->next];
+  const json_node *nodes = document.nodes;
+  const json_node *a = &nodes[nodes[0].first], *b = &nodes[a->next], *c = &nodes[b->next];
   assert_int_equal(nodes[0].line, 2);
   assert_string_equal(a->key, "a");
   assert_string_equal(a->text, "1");
@@ -127,23 +127,23 @@ static void every_member_knows_its_line(void **state) {
   assert_string_equal(nodes[nodes[b->first].next].text, "\xc3\xa9");
   assert_int_equal(c->line, 6);
   assert_string_equal(nodes[c->first].key, "d");
-  assert_int_equal(nodes[c->first].type, CLI_JSON_TRUE);
+  assert_int_equal(nodes[c->first].type, JSON_TRUE);
   assert_int_equal(c->next, -1);
-  cli_json_free(&document);
+  json_free(&document);
 }
 
 static void nesting_has_an_end(void **state) {
   (void)state;
-  char text[2 * CLI_JSON_DEPTH_MAX + 3];
-  for (int deep = CLI_JSON_DEPTH_MAX; deep <= CLI_JSON_DEPTH_MAX + 1; deep++) {
-    cli_json_document document = {0};
+  char text[2 * JSON_DEPTH_MAX + 3];
+  for (int deep = JSON_DEPTH_MAX; deep <= JSON_DEPTH_MAX + 1; deep++) {
+    json_document document = {0};
     thrum_error error = {0};
     memset(text, '[', (size_t)deep);
     memset(text + deep, ']', (size_t)deep);
     text[2 * deep] = 0;
     const thrum_status status = read_text(text, &document, &error);
-    assert_int_equal(status >= 0, deep == CLI_JSON_DEPTH_MAX);
-    cli_json_free(&document);
+    assert_int_equal(status >= 0, deep == JSON_DEPTH_MAX);
+    json_free(&document);
   }
 }
 
