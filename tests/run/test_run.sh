@@ -36,10 +36,11 @@ echo noise
 mkdir "$WORK/building" || { echo overlap >>"$WORK/overlaps"; exit 1; }
 sleep 0.1
 echo "$*" >>"$WORK/builds"
-mkdir -p build/release
-touch build/release/build.ninja
-printf '#!/bin/sh\nprintf "<%%s>" "$@"\n' >build/release/thrum
-chmod +x build/release/thrum
+folder=$(printf '%s\n' "$@" | grep '/release$' | head -n 1)
+mkdir -p "$folder"
+touch "$folder/build.ninja"
+printf '#!/bin/sh\nprintf "<%%s>" "$@"\n' >"$folder/thrum"
+chmod +x "$folder/thrum"
 rmdir "$WORK/building"
 TEXT
 
@@ -47,7 +48,40 @@ echo "-- arguments and folders pass through, standard output is the program's al
 cd "$work"
 out=$("$checkout/run" thrum info 'two words' '' 2>err)
 test "$out" = '<info><two words><>' || fail "standard output: $out"
-grep -q noise err || fail "the build was silent"
+! grep -q noise err || fail "the build's output is shown: $(cat err)"
+grep -q 'building thrum' err || fail "nothing says that a build began: $(cat err)"
+grep -q noise "$checkout/build/run.log" || fail "the build's output is in no log"
+
+echo "-- what is built is started at once, until a source changes"
+rm -f builds
+out=$("$checkout/run" thrum info 2>err)
+test "$out" = '<info>' || fail "built: $out"
+test ! -f builds || fail "built again: $(cat builds)"
+test ! -s err || fail "a built program starts with words: $(cat err)"
+sleep 0.01
+mkdir -p "$checkout/runtime"
+touch "$checkout/runtime/new.c"
+"$checkout/run" thrum info >/dev/null 2>&1
+test -f builds || fail "a new source was not built"
+
+echo "-- it builds where THRUM_BUILD_DIR says"
+mkdir -p "$work/elsewhere"
+out=$(THRUM_BUILD_DIR="$work/elsewhere" "$checkout/run" viewer 2>/dev/null)
+test "$out" = "$work/elsewhere/release/viewer/viewer.html" || fail "THRUM_BUILD_DIR: $out"
+test -f "$work/elsewhere/run.log" || fail "THRUM_BUILD_DIR: nothing was built there"
+if [ "$(id -u)" -ne 0 ]; then
+  echo "-- and in the user's cache where the checkout cannot be written"
+  cp -r "$checkout" "$work/locked"
+  rm -rf "$work/locked/build"
+  chmod -R a-w "$work/locked"
+  out=$(XDG_CACHE_HOME="$work/cache" "$work/locked/run" viewer 2>err)
+  case $out in
+  "$work/cache/thrum/build-"*) ;;
+  *) fail "a checkout that cannot be written: $out" ;;
+  esac
+  grep -q 'cannot be written; building in' err || fail "the other folder is not said: $(cat err)"
+  chmod -R u+w "$work/locked"
+fi
 
 echo "-- through links it finds its own folder"
 mkdir "$work/links"
@@ -61,6 +95,7 @@ test ! -e "$work/links/build" || fail "a link was built in its own folder"
 
 echo "-- the viewer is built where it is shown, and nowhere else"
 rm -f builds
+touch "$checkout/runtime/newer.c"
 "$checkout/run" thrum info >/dev/null 2>&1
 ! grep -q viewer builds || fail "info built the viewer"
 out=$("$checkout/run" thrum view horse 2>/dev/null)
@@ -84,12 +119,15 @@ fi
 
 echo "-- a build that fails is the script's failure"
 mkdir "$work/building"
-! "$checkout/run" thrum info >out 2>/dev/null || fail "a failed build went on"
+touch "$checkout/runtime/newest.c"
+! "$checkout/run" thrum info >out 2>err || fail "a failed build went on"
+grep -q noise err || fail "the end of a failed build's log is not shown: $(cat err)"
 test ! -s out || fail "a failed build printed results"
 rmdir "$work/building"
 
 echo "-- without root and sudo it says what to install, and stops"
 touch packages-missing
+touch "$checkout/runtime/other.c"
 printf 'echo 1000\n' | stand_in id
 printf 'exit 1\n' | stand_in sudo
 for command in thrum demo test viewer; do
