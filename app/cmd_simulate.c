@@ -24,8 +24,6 @@
 #include "platform/interrupt.h"
 #include "thrum/thrum.h"
 
-#define STATE_ALIGNMENT 64
-
 static thrum_status allocate(simulation *run, thrum_error *error) {
   const size_t rank = (size_t)run->model->rank, loads = (size_t)run->request->load_count;
   run->memory = calloc((7 + loads) * rank, sizeof *run->memory);
@@ -129,21 +127,12 @@ static thrum_status read_base_motions(simulation *run, thrum_error *error) {
 static thrum_status make_state(simulation *run, thrum_error *error) {
   const thrum_state_def *def = &run->request->def;
   thrum_error detail = {0};
-  size_t size = 0;
   if (def->split_rule == THRUM_SPLIT_COUNT && def->explicit_count > run->model->rank) {
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "--split %d: the model has only %lld modes", (int)def->explicit_count,
                            (long long)run->model->rank);
   }
-  thrum_status status = thrum_state_size(run->model, def, &size, error);
-  if (status < 0)
-    return status;
-  // aligned_alloc wants a multiple of the alignment
-  size = (size + STATE_ALIGNMENT - 1) / STATE_ALIGNMENT * STATE_ALIGNMENT;
-  run->state_memory = aligned_alloc(STATE_ALIGNMENT, size);
-  if (run->state_memory == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a state of %zu bytes", size);
-  status = thrum_state_init(run->state_memory, size, run->model, def, &run->state, error);
+  thrum_status status = thrum_state_create(run->model, def, &run->state, error);
   if (status < 0)
     return status;
   status = thrum_state_set(run->model, run->state, run->q, run->p, &detail);
@@ -158,7 +147,7 @@ static thrum_status finish_output(simulation *run, thrum_error *error) {
   const simulate_request *request = run->request;
   char title[256];
   snprintf(title, sizeof title, "%.120s: %s, dt = %g s", path_basename(request->model_path),
-           simulate_integrator_name(request->def.integrator), request->def.dt);
+           thrum_integrator_name(request->def.integrator), request->def.dt);
   thrum_status status = THRUM_OK;
   if (run->full != NULL)
     simulate_full_get(run);
@@ -296,7 +285,7 @@ static int run_request(const simulate_request *request) {
   simulate_full_close(run);
   free(run->memory);
   free(run->courses);
-  free(run->state_memory);
+  thrum_state_destroy(run->state);
   free(run->lower_memory);
   thrum_model_free(run->loaded);
   free(run);

@@ -227,13 +227,12 @@ static int finish(int argc, char **argv, experiments_request *request) {
   if (request->steps == 0)
     request->steps = request->kind == EXPERIMENTS_EXTREMES ? 2000 : 3000000;
   if (request->kind == EXPERIMENTS_MATRIX || request->kind == EXPERIMENTS_SWEEP) {
-    // a time within a millionth of a step is a whole number of them, any other is rounded up
     const double dt = request->kind == EXPERIMENTS_SWEEP ? EXPERIMENTS_SHORTEST : request->dt;
-    const double steps = ceil(request->time / dt - 1e-6);
-    if (!(steps <= STEPS_MAX))
+    const int64_t steps = thrum_step_count(request->time, dt);
+    if (steps > (int64_t)STEPS_MAX)
       return config_usage("experiments", "--time %g at a time step of %g is too many steps",
                           request->time, dt);
-    request->steps = steps < 1 ? 1 : (int64_t)steps;
+    request->steps = steps < 1 ? 1 : steps;
   }
   return COMMAND_DONE;
 }

@@ -37,7 +37,7 @@ static thrum_status plan(const experiments_request *request, const experiments_b
       for (int i = 0; i < EXPERIMENT_INTEGRATOR_COUNT; i++) {
         if (!request->integrators[i])
           continue;
-        const int64_t steps = (int64_t)(request->time / steps_of_sweep[k] + 0.5);
+        const int64_t steps = thrum_step_count(request->time, steps_of_sweep[k]);
         cases[(*count)++] = (experiment_sweep_case){
             .body = &bodies->bodies[b],
             .integrator = (experiment_integrator)i,

@@ -6,7 +6,6 @@
 
 #include "bench/speed.h"
 
-#define ALIGNMENT 64
 #define WARM_STEPS 100
 #define BATCH_US 5000.0
 #define STEPS_LEAST 20
@@ -137,28 +136,24 @@ thrum_status bench_step_run(const thrum_model *model, bench_step *bench, thrum_e
   thrum_status status = THRUM_OK;
   if (bench->implicit_wanted >= 0)
     status = bench_step_choose_dt(model, bench, error);
-  size_t size = 0;
+  thrum_state *state = NULL;
   if (status >= 0)
-    status = thrum_state_size(model, &bench->def, &size, error);
+    status = thrum_state_create(model, &bench->def, &state, error);
   if (status < 0)
     return status;
-  size = (size + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
-  void *memory = aligned_alloc(ALIGNMENT, size), *snapshot = aligned_alloc(ALIGNMENT, size);
+  void *snapshot = malloc(thrum_state_kept_bytes(state));
   double *samples = calloc((size_t)bench->batches, sizeof *samples);
-  thrum_state *state = NULL;
-  if (!memory || !snapshot || !samples)
+  if (!snapshot || !samples)
     status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a state");
-  if (status >= 0)
-    status = thrum_state_init(memory, size, model, &bench->def, &state, error);
   if (status >= 0)
     status = bench_step_start(model, bench, state, error);
   if (status >= 0)
     status = run_steps(model, state, WARM_STEPS, error);
   if (status >= 0) {
-    memcpy(snapshot, memory, thrum_state_kept_bytes(state));
+    memcpy(snapshot, state, thrum_state_kept_bytes(state));
     status = measure(model, state, snapshot, samples, bench, error);
   }
-  free(memory);
+  thrum_state_destroy(state);
   free(snapshot);
   free(samples);
   return status < 0 ? status : THRUM_OK;

@@ -299,7 +299,7 @@ static thrum_status end_body(scene_run *run, int32_t n, thrum_error *error) {
   if (status < 0)
     return status;
   snprintf(title, sizeof title, "%.60s: %s, dt = %g s", body->spec->name,
-           simulate_integrator_name(body->request.def.integrator), run->dt);
+           thrum_integrator_name(body->request.def.integrator), run->dt);
   if (run->spec.outputs.plots)
     cli_run_output_plot(&body->output, title);
   finish_figures(run, n);

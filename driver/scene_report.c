@@ -28,7 +28,7 @@ static cJSON *body_json(const scene_run *run, int32_t n) {
   cJSON_AddStringToObject(object, "status", simulate_status_name(figures));
   json_string(object, "model", body->spec->model);
   cJSON_AddStringToObject(object, "integrator",
-                          simulate_integrator_name(body->request.def.integrator));
+                          thrum_integrator_name(body->request.def.integrator));
   json_number(object, "rank", (double)body->model->rank);
   json_numbers(object, "position_m", body->spec->position, 3);
   json_numbers(object, "rotation_wxyz", body->spec->rotation, 4);
@@ -138,7 +138,7 @@ void scene_run_table(const scene_run *run) {
     const scene_body_run *body = &run->bodies[n];
     const simulate_figures *figures = &body->figures;
     printf("%-12s %-8s %5d %12.6g %12.6g %12.6g %s\n", body->spec->name,
-           simulate_integrator_name(body->request.def.integrator), (int)body->model->rank,
+           thrum_integrator_name(body->request.def.integrator), (int)body->model->rank,
            figures->first.total, figures->last.total, figures->peak, simulate_status_name(figures));
   }
   printf("status       %s\n", scene_run_status(run));

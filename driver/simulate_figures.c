@@ -9,19 +9,23 @@
 
 #define WINDOW_ROWS_MIN 10 /* a mean over fewer is no mean */
 #define GROWTH_FLAG 0.1    /* a drift beyond this flags the run */
-#define WHOLE_STEP 1e-6
+
+/* The larger of `steps` and the number of steps in `time`. */
+static int64_t later(int64_t steps, double time, double dt) {
+  const int64_t other = thrum_step_count(time, dt);
+  return other > steps ? other : steps;
+}
 
 /* The first row that no load acts on or after; INT64_MAX: none. */
 static int64_t first_free_row(const simulate_request *request) {
-  double steps = 0;
+  int64_t steps = 0;
   for (int64_t n = 0; n < request->load_count; n++)
-    steps = fmax(steps, ceil(request->loads[n].course.until / request->def.dt - WHOLE_STEP));
+    steps = later(steps, request->loads[n].course.until, request->def.dt);
   for (int64_t n = 0; n < request->base_motion_count; n++)
-    steps = fmax(
-        steps, ceil(cli_base_motion_end(&request->base_motions[n]) / request->def.dt - WHOLE_STEP));
-  if (!(steps <= (double)request->steps))
+    steps = later(steps, cli_base_motion_end(&request->base_motions[n]), request->def.dt);
+  if (steps > request->steps)
     return INT64_MAX;
-  return ((int64_t)steps + request->record_every - 1) / request->record_every;
+  return (steps + request->record_every - 1) / request->record_every;
 }
 
 void simulate_figures_begin(simulate_figures *figures) {

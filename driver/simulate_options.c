@@ -11,32 +11,15 @@
 #include "driver/simulate_full.h"
 
 #define TIME_DEFAULT 10.0
-#define WHOLE_STEP 1e-6 /* as in thrum_load_mean: this near to a whole step is that step */
 
 /* Names in the order of the enums. */
-const char *const simulate_integrators[] = {"imexv",    "newmark", "verlet",
-                                            "midpoint", "energy",  NULL};
-const char *const simulate_damping_forms[] = {"rest", "tangent", NULL};
-const char *const simulate_split_forms[] = {"component", "quadratic", NULL};
+#define X(name, value, text) text,
+const char *const simulate_integrators[] = {THRUM_INTEGRATOR_LIST(X) NULL};
+const char *const simulate_damping_forms[] = {THRUM_DAMPING_FORM_LIST(X) NULL};
+const char *const simulate_split_forms[] = {THRUM_SPLIT_FORM_LIST(X) NULL};
+#undef X
 static const char *const solvers[] = {"cholesky", "cg", NULL};
 static const char *const frames_in[] = {"base", "ground", NULL};
-static const char *const schemes[] = {"component", "quadratic", "energy", "newmark"};
-
-const char *simulate_integrator_name(thrum_integrator integrator) {
-  return simulate_integrators[integrator];
-}
-
-const char *simulate_damping_form_name(thrum_damping_form form) {
-  return simulate_damping_forms[form];
-}
-
-const char *simulate_split_form_name(thrum_split_form form) {
-  return simulate_split_forms[form];
-}
-
-const char *simulate_scheme_name(thrum_scheme scheme) {
-  return schemes[scheme];
-}
 
 static void choose_integrator(void *request, int index) {
   ((simulate_request *)request)->def.integrator = (thrum_integrator)index;
@@ -339,11 +322,10 @@ const config_option simulate_options_table[] = {
 };
 
 int64_t simulate_step_count(double time, double dt) {
-  // a time within a millionth of a step is a whole number of them, any other is rounded up
-  const double steps = ceil(time / dt - WHOLE_STEP);
-  if (!(steps <= SIMULATE_STEPS_MAX))
+  const int64_t steps = thrum_step_count(time, dt);
+  if (steps > (int64_t)SIMULATE_STEPS_MAX)
     return 0;
-  return steps < 1 ? 1 : (int64_t)steps;
+  return steps < 1 ? 1 : steps;
 }
 
 /* What cannot be seen option by option. */

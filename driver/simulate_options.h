@@ -48,10 +48,6 @@ int simulate_options_read(int argc, char **argv, simulate_request *request);
 extern const char *const simulate_integrators[];
 extern const char *const simulate_damping_forms[];
 extern const char *const simulate_split_forms[];
-const char *simulate_integrator_name(thrum_integrator integrator);
-const char *simulate_damping_form_name(thrum_damping_form form);
-const char *simulate_split_form_name(thrum_split_form form);
-const char *simulate_scheme_name(thrum_scheme scheme);
 
 #define SIMULATE_STEPS_MAX 1e12 /* years of computing; beyond that an option is a slip */
 

@@ -42,7 +42,7 @@ static void add_split(cJSON *object, const thrum_state_def *def) {
     break;
   }
   json_number(object, "safety", def->split_safety);
-  cJSON_AddStringToObject(object, "split_form", simulate_split_form_name(def->split_form));
+  cJSON_AddStringToObject(object, "split_form", thrum_split_form_name(def->split_form));
   cJSON_AddBoolToObject(object, "adaptive", def->adaptive);
   cJSON_AddBoolToObject(object, "fallback", def->fallback);
 }
@@ -69,11 +69,11 @@ static void add_specs(cJSON *object, const simulate_request *request) {
 static cJSON *options_json(const simulate_request *request) {
   const thrum_state_def *def = &request->def;
   cJSON *object = cJSON_CreateObject();
-  cJSON_AddStringToObject(object, "integrator", simulate_integrator_name(def->integrator));
+  cJSON_AddStringToObject(object, "integrator", thrum_integrator_name(def->integrator));
   json_number(object, "dt", def->dt);
   json_number(object, "time", request->time);
   json_numbers(object, "damping", (const double[]){def->damping_alpha, def->damping_beta}, 2);
-  cJSON_AddStringToObject(object, "damping_form", simulate_damping_form_name(def->damping_form));
+  cJSON_AddStringToObject(object, "damping_form", thrum_damping_form_name(def->damping_form));
   add_split(object, def);
   json_numbers(object, "newmark", (const double[]){def->newmark_beta, def->newmark_gamma}, 2);
   json_number(object, "tolerance", def->tolerance);
@@ -130,7 +130,7 @@ static void add_robustness(cJSON *object, const simulate_figures *figures) {
     return;
   }
   cJSON *stability = cJSON_AddObjectToObject(object, "stability");
-  cJSON_AddStringToObject(stability, "scheme", simulate_scheme_name(report->scheme));
+  cJSON_AddStringToObject(stability, "scheme", thrum_scheme_name(report->scheme));
   json_number(stability, "h_sqrt_rho_last", report->stability_number_last);
   json_number(stability, "h_sqrt_rho_peak", report->stability_number_peak);
   json_number(stability, "split_changes", (double)report->split_changes);
@@ -197,7 +197,7 @@ cJSON *simulate_report_json(const simulate_figures *figures, const cli_run_outpu
   cJSON_AddStringToObject(object, "model_hash", hash);
   json_string(object, "run", request->run_path);
   cJSON_AddItemToObject(object, "files", files_json(output));
-  cJSON_AddStringToObject(object, "integrator", simulate_integrator_name(request->def.integrator));
+  cJSON_AddStringToObject(object, "integrator", thrum_integrator_name(request->def.integrator));
   json_number(object, "dt", request->def.dt);
   json_number(object, "rank", (double)figures->model->rank);
   json_number(object, "explicit_modes", report->explicit_modes);
@@ -244,7 +244,7 @@ void simulate_report_table(const simulate_figures *figures, const cli_run_output
   const simulate_request *request = figures->request;
   printf(request->full ? "full order   %s, dt %g s, %d explicit and %d implicit components\n"
                        : "integrator   %s, dt %g s, %d explicit and %d implicit modes\n",
-         simulate_integrator_name(request->def.integrator), request->def.dt,
+         thrum_integrator_name(request->def.integrator), request->def.dt,
          (int)report->explicit_modes, (int)report->implicit_modes);
   printf("steps        %" PRId64 " (%g s)", report->steps, report->time);
   if (report->steps > 0) {

@@ -25,9 +25,8 @@ typedef struct simulation {
   double *inertia, *before, *after; /* rank each: load of the base, q of a step and of the next */
   double *directions;               /* load_count x rank */
   thrum_load *courses;              /* load_count */
-  void *state_memory;
-  thrum_state *state;  /* NULL: a run of --full, and */
-  simulate_full *full; /* NULL: one of the model */
+  thrum_state *state;               /* NULL: a run of --full, and */
+  simulate_full *full;              /* NULL: one of the model */
   cli_run_output output;
   config_progress progress;
   simulate_figures figures;

@@ -2,7 +2,6 @@
  * seconds, and says where the tip is.   beam beam.npz
  * SPDX-License-Identifier: Apache-2.0 */
 #include <stdio.h>
-#include <stdlib.h>
 
 #include "thrum/thrum.h"
 
@@ -11,17 +10,14 @@ int main(int argc, char **argv) {
   const double push[3] = {0, 0, -40}; // [N]
   const int32_t *tip;
   int64_t tip_count;
-  size_t size;
   thrum_error error = {0};
   const thrum_model *model;
   thrum_state *state;
   thrum_state_def def = thrum_default_state_def();
   if (argc != 2 || thrum_model_load(argv[1], &model, &error) < 0 ||
-      thrum_model_group(model, "tip", &tip, &tip_count, &error) < 0 ||
-      thrum_state_size(model, &def, &size, &error) < 0)
+      thrum_model_group(model, "tip", &tip, &tip_count, &error) < 0)
     return fprintf(stderr, "usage: beam MODEL.npz %s\n", error.message), 1;
-  void *memory = aligned_alloc(64, (size + 63) / 64 * 64);
-  if (memory == NULL || thrum_state_init(memory, size, model, &def, &state, &error) < 0 ||
+  if (thrum_state_create(model, &def, &state, &error) < 0 ||
       thrum_force_add_shared(model, tip, tip_count, push, force, &error) < 0)
     return fprintf(stderr, "beam: %s\n", error.message), 1;
   for (int step = 0; step < 1000; step++) {
@@ -33,7 +29,7 @@ int main(int argc, char **argv) {
         thrum_displacement_mean(model, tip, tip_count, q, moved, NULL) >= 0)
       printf("%.3f s: the tip is %+.5f m off\n", (step + 1) * def.dt, moved[2]);
   }
-  free(memory);
+  thrum_state_destroy(state);
   thrum_model_free(model);
   return 0;
 }

@@ -20,8 +20,7 @@ int main(int argc, char **argv) {
   if (argc != 2 || thrum_model_load(argv[1], &model, &error) < 0 || !model->rigid)
     return fprintf(stderr, "usage: drop FREE_MODEL.npz %s\n", error.message), 1;
   const thrum_contact_def touching = thrum_default_contact_def(); // any vertex may touch
-  if (thrum_state_size(model, &def, &size, &error) < 0 ||
-      thrum_state_init(lay(size), size, model, &def, &state, &error) < 0 ||
+  if (thrum_state_create(model, &def, &state, &error) < 0 ||
       thrum_contact_size(model, state, &touching, &size, &error) < 0 ||
       thrum_contact_init(lay(size), size, model, state, &touching, &contact, &error) < 0)
     return fprintf(stderr, "drop: %s\n", error.message), 1;
@@ -40,7 +39,7 @@ int main(int argc, char **argv) {
       printf("%.2f s: %.4f m up, %d points touch with %.0f N\n", (step + 1) * def.dt,
              way.position[2], (int)report.touching, report.normal);
   }
-  free(state);
+  thrum_state_destroy(state);
   free(contact);
   thrum_model_free(model);
   return 0;

@@ -48,17 +48,14 @@ int main(int argc, char **argv) {
   thrum_state *state;
   const int32_t *tip;
   int64_t count;
-  size_t size;
   thrum_state_def def = thrum_default_state_def();
   def.dt = 1e-9 * PERIOD_NS;
   def.damping_alpha = 1;
   const int steps = argc == 3 ? (int)(1000 * strtod(argv[2], NULL)) : 0;
   if (steps < 1 || thrum_model_load(argv[1], &model, &error) < 0 ||
-      thrum_model_group(model, "tip", &tip, &count, &error) < 0 ||
-      thrum_state_size(model, &def, &size, &error) < 0)
+      thrum_model_group(model, "tip", &tip, &count, &error) < 0)
     return fprintf(stderr, "usage: haptic MODEL.npz SECONDS %s\n", error.message), 1;
-  void *memory = aligned_alloc(64, (size + 63) / 64 * 64);
-  if (memory == NULL || thrum_state_init(memory, size, model, &def, &state, &error) < 0)
+  if (thrum_state_create(model, &def, &state, &error) < 0)
     return fprintf(stderr, "haptic: %s\n", error.message), 1;
   double longest = 0, strongest = 0;
   int late = 0;
@@ -78,7 +75,7 @@ int main(int argc, char **argv) {
   }
   printf("%d steps: the longest took %.0f us, %d came late; at most %.2f N\n", steps, 1e6 * longest,
          late, strongest);
-  free(memory);
+  thrum_state_destroy(state);
   thrum_model_free(model);
   return strongest > 0 ? 0 : 1;
 }

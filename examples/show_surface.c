@@ -14,7 +14,6 @@ int main(int argc, char **argv) {
   const double push[3] = {0, 0, -40}; // [N]
   const int32_t *tip;
   int64_t tip_count;
-  size_t size;
   thrum_error error = {0};
   const thrum_model *model;
   const thrum_surface *surface;
@@ -23,14 +22,11 @@ int main(int argc, char **argv) {
   def.dt = 1.0 / 240;
   if (argc != 3 || thrum_model_load(argv[1], &model, &error) < 0 ||
       thrum_surface_load(argv[2], model, &surface, &error) < 0 ||
-      thrum_model_group(model, "tip", &tip, &tip_count, &error) < 0 ||
-      thrum_state_size(model, &def, &size, &error) < 0)
+      thrum_model_group(model, "tip", &tip, &tip_count, &error) < 0)
     return fprintf(stderr, "usage: surface MODEL.npz SURFACE.npz %s\n", error.message), 1;
   const int64_t count = thrum_surface_vertex_count(surface);
   float *buffer = calloc((size_t)count * STRIDE, sizeof *buffer);
-  void *memory = aligned_alloc(64, (size + 63) / 64 * 64);
-  if (buffer == NULL || memory == NULL ||
-      thrum_state_init(memory, size, model, &def, &state, &error) < 0 ||
+  if (buffer == NULL || thrum_state_create(model, &def, &state, &error) < 0 ||
       thrum_force_add_shared(model, tip, tip_count, push, force, &error) < 0)
     return fprintf(stderr, "surface: %s\n", error.message), 1;
   for (int frame = 1; frame <= 60; frame++) {
@@ -51,7 +47,7 @@ int main(int argc, char **argv) {
              (double)last[4], (double)last[5]);
   }
   free(buffer);
-  free(memory);
+  thrum_state_destroy(state);
   thrum_surface_free(surface);
   thrum_model_free(model);
   return 0;

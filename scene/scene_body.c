@@ -43,18 +43,10 @@ int32_t thrum_scene_find_body(const thrum_scene *scene, const char *name) {
 
 thrum_status scene_state_make(const thrum_model *model, const thrum_state_def *def, const double *q,
                               const double *p, thrum_state **state, thrum_error *error) {
-  size_t size = 0;
-  thrum_status status = thrum_state_size(model, def, &size, error);
-  if (status < 0)
-    return status;
-  void *memory = scene_aligned(size);
-  if (memory == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a state of %zu bytes", size);
-  status = thrum_state_init(memory, size, model, def, state, error);
-  if (status >= 0)
-    status = thrum_state_set(model, *state, q, p, error);
+  THRUM_TRY(thrum_state_create(model, def, state, error));
+  const thrum_status status = thrum_state_set(model, *state, q, p, error);
   if (status < 0) {
-    free(memory);
+    thrum_state_destroy(*state);
     *state = NULL;
   }
   return status;
@@ -64,7 +56,7 @@ static void free_body(thrum_scene *scene, scene_body *body) {
   if (body == NULL)
     return;
   scene_model_drop(scene, body->derived);
-  free(body->state);
+  thrum_state_destroy(body->state);
   free(body->vectors);
   free(body->courses);
   free(body->now);

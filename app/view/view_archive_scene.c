@@ -16,7 +16,7 @@ cJSON *cli_pack_scene_of_models(const cli_pack_model *models) {
   const thrum_state_def def = thrum_default_state_def();
   cJSON *scene = cJSON_CreateObject(), *body = cJSON_CreateObject();
   json_number(scene, "dt", def.dt);
-  cJSON_AddStringToObject(scene, "integrator", simulate_integrator_name(def.integrator));
+  cJSON_AddStringToObject(scene, "integrator", thrum_integrator_name(def.integrator));
   json_numbers(scene, "gravity", none, 3);
   json_number(scene, "damping", 0);
   cJSON_AddArrayToObject(scene, "obstacles");
@@ -72,7 +72,7 @@ static cJSON *body_of_run(const scene_run *run, int32_t n, int64_t place) {
   for (int axis = 0; axis < 3; axis++)
     spin[axis] = SCENE_DEGREE * spec->spin[axis];
   json_numbers(body, "spin", spin, 3);
-  cJSON_AddStringToObject(body, "integrator", simulate_integrator_name(def->integrator));
+  cJSON_AddStringToObject(body, "integrator", thrum_integrator_name(def->integrator));
   json_number(body, "damping", def->damping_alpha);
   cli_pack_add_loads(body, run, n);
   return body;
@@ -108,7 +108,7 @@ cJSON *cli_pack_scene_of_run(const scene_run *run, const int64_t *of_body) {
   if (spec->title != NULL)
     json_string(scene, "title", spec->title);
   json_number(scene, "dt", def->dt);
-  cJSON_AddStringToObject(scene, "integrator", simulate_integrator_name(def->integrator));
+  cJSON_AddStringToObject(scene, "integrator", thrum_integrator_name(def->integrator));
   json_numbers(scene, "gravity", spec->gravity, 3);
   json_number(scene, "damping", def->damping_alpha);
   cJSON *obstacles = cJSON_AddArrayToObject(scene, "obstacles");

@@ -1,25 +1,35 @@
-/* The state of one body and the steps that advance it.
+/* The state of one body, and the steps that advance it.
  *
- * A state is planned (thrum_state_size), then laid into the caller's memory (thrum_state_init). It
- * holds no pointer, so a snapshot is memcpy of thrum_state_kept_bytes(state) bytes and a restore is
- * the memcpy back: the solver's history (kept Jacobian, warm start, split) comes along bit for bit.
- * A state belongs to one thread at a time; the model is shared. No function here allocates, prints
- * or keeps a global. All quantities are SI in reduced coordinates u = U q, with unit mass.
+ * Reduced coordinates q (rank) give the displacements u = U q of the model's vertices; the mass
+ * matrix in them is the identity, so the momentum p is also the velocity. Quantities are SI:
+ * q in kg^1/2 m, p in kg^1/2 m/s, reduced forces in kg^1/2 m/s^2, energies in J, times in s.
  *
- *   imexv     two-stage implicit-explicit variational integrator, design 5 (2)-(5), component split
- *   verlet    its end |I| = 0: Stoermer-Verlet
- *   midpoint  its end |I| = r: the implicit midpoint rule
- *   newmark   design 6, any beta and gamma; the baseline
- *   energy    design 7, a discrete gradient: conserves 1/2 |p|^2 + V at any h
+ *   imexv     two-stage implicit-explicit variational integrator, design 5 (2)-(5); the default
+ *   verlet    imexv with every mode explicit: Stoermer-Verlet
+ *   midpoint  imexv with every mode implicit: the implicit midpoint rule
+ *   newmark   the Newmark family, design 6, any beta and gamma; the baseline
+ *   energy    an energy-conserving step by a discrete gradient, design 7: it keeps
+ *             1/2 |p|^2 + V at any dt, up to the work of the load and the dissipation
  *
- * imexv also runs in the quadratic split (6), and watches itself (design 4): it moves modes between
- * E and I, and switches to the step of `energy` where its energy balance grows. What a step needs
- * beyond quasi-Newton is a fallback level of the fallback chain (design 8); every fallback level is
- * counted.
+ * imexv also has a quadratic split, design 5 (6). With `adaptive` set it monitors its own stability
+ * (design 4): it moves modes between the explicit set E and the implicit set I, corrects slow drift
+ * of the energy, and switches to the step of `energy` where its energy balance grows. A step that
+ * quasi-Newton does not solve goes through the levels of the fallback chain (design 8). The report
+ * counts each of these events.
+ *
+ * Memory: a state is one block without pointers inside, aligned to 64 bytes. thrum_state_create
+ * takes it from the heap and thrum_state_destroy returns it; a caller with memory of its own asks
+ * thrum_state_size and calls thrum_state_init. No other function here allocates, and a step never
+ * does. A snapshot is memcpy of thrum_state_kept_bytes(state) bytes, a restore is the memcpy back:
+ * the history of the solver (kept Jacobian, first guess, split) comes along bit for bit.
+ *
+ * Threads: a state belongs to one thread at a time. The model is only read and may be shared by any
+ * number of threads. No function here prints or keeps a global.
  *
  * Sources: Stern & Grinspun 2009, Implicit-explicit variational integration of highly oscillatory
  * problems, doi:10.1137/080732936; Kane et al. 2000,
- * doi:10.1002/1097-0207(20001210)49:10<1295::AID-NME993>3.0.CO;2-W.
+ * doi:10.1002/1097-0207(20001210)49:10<1295::AID-NME993>3.0.CO;2-W; Gonzalez 1996,
+ * doi:10.1007/BF02440162.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_STATE_H
@@ -32,148 +42,276 @@
 extern "C" {
 #endif
 
-typedef enum thrum_integrator {
-  THRUM_INTEGRATOR_IMEXV = 0,
-  THRUM_INTEGRATOR_NEWMARK = 1,
-  THRUM_INTEGRATOR_VERLET = 2,
-  THRUM_INTEGRATOR_MIDPOINT = 3,
-  THRUM_INTEGRATOR_ENERGY = 4
-} thrum_integrator;
+/* --- choices, each with its name in options, files and reports ---------------------------------
+ *
+ * X(NAME, value, text) */
 
-/* Rayleigh damping D, design 5. */
-typedef enum thrum_damping_form {
-  THRUM_DAMPING_REST = 0,   /* D = alpha 1 + beta diag(omega^2): constant, never negative */
-  THRUM_DAMPING_TANGENT = 1 /* D = alpha 1 + beta T(q): may feed energy in where T is indefinite */
-} thrum_damping_form;
+/* Which integrator advances a state. */
+#define THRUM_INTEGRATOR_LIST(X)                                                                   \
+  X(IMEXV, 0, "imexv")                                                                             \
+  X(NEWMARK, 1, "newmark")                                                                         \
+  X(VERLET, 2, "verlet")                                                                           \
+  X(MIDPOINT, 3, "midpoint")                                                                       \
+  X(ENERGY, 4, "energy")
 
-/* Which modes imexv treats explicitly, design 4. */
-typedef enum thrum_split_rule {
-  THRUM_SPLIT_CFL = 0,      /* explicit when h omega <= 2 safety */
-  THRUM_SPLIT_SAMPLING = 1, /* the thesis' rule f < 1/h: admits modes pi times too fast */
-  THRUM_SPLIT_COUNT = 2     /* the lowest explicit_count modes */
-} thrum_split_rule;
+/* Form of the Rayleigh damping matrix D (design 5). */
+#define THRUM_DAMPING_FORM_LIST(X)                                                                 \
+  X(REST, 0, "rest")       /* alpha 1 + beta diag(omega^2): constant, never negative */            \
+  X(TANGENT, 1, "tangent") /* alpha 1 + beta T(q): adds energy where T is indefinite */
 
-/* How imexv splits V, design 5. */
-typedef enum thrum_split_form {
-  THRUM_FORM_COMPONENT = 0, /* R_E at q_k, R_I at the midpoint: the thesis' form */
-  THRUM_FORM_QUADRATIC = 1  /* (6): symplectic, no iteration; for small steps or amplitudes */
-} thrum_split_form;
+/* Which modes imexv treats explicitly (design 4). */
+#define THRUM_SPLIT_RULE_LIST(X)                                                                   \
+  X(CFL, 0, "cfl")           /* those with dt omega <= 2 split_safety */                           \
+  X(SAMPLING, 1, "sampling") /* the thesis' rule f < 1/dt: admits modes pi times too fast */       \
+  X(COUNT, 2, "count")       /* the lowest explicit_count modes */
+
+/* How imexv splits the potential V (design 5). */
+#define THRUM_SPLIT_FORM_LIST(X)                                                                   \
+  X(COMPONENT, 0, "component") /* R_E at q_k and R_I at the midpoint: the thesis' form */          \
+  X(QUADRATIC, 1, "quadratic") /* (6): symplectic, no iteration; small steps or amplitudes */
 
 /* What advances a state at present; imexv may change it. */
+#define THRUM_SCHEME_LIST(X)                                                                       \
+  X(COMPONENT, 0, "component") /* (2)-(5), verlet and midpoint included */                         \
+  X(QUADRATIC, 1, "quadratic") /* (6) */                                                           \
+  X(ENERGY, 2, "energy")       /* design 7 */                                                      \
+  X(NEWMARK, 3, "newmark")     /* design 6 */
+
+typedef enum thrum_integrator {
+#define X(name, value, text) THRUM_INTEGRATOR_##name = value,
+  THRUM_INTEGRATOR_LIST(X)
+#undef X
+} thrum_integrator;
+
+typedef enum thrum_damping_form {
+#define X(name, value, text) THRUM_DAMPING_##name = value,
+  THRUM_DAMPING_FORM_LIST(X)
+#undef X
+} thrum_damping_form;
+
+typedef enum thrum_split_rule {
+#define X(name, value, text) THRUM_SPLIT_##name = value,
+  THRUM_SPLIT_RULE_LIST(X)
+#undef X
+} thrum_split_rule;
+
+typedef enum thrum_split_form {
+#define X(name, value, text) THRUM_FORM_##name = value,
+  THRUM_SPLIT_FORM_LIST(X)
+#undef X
+} thrum_split_form;
+
 typedef enum thrum_scheme {
-  THRUM_SCHEME_COMPONENT = 0, /* (2)-(5), verlet and midpoint included */
-  THRUM_SCHEME_QUADRATIC = 1, /* (6) */
-  THRUM_SCHEME_ENERGY = 2,    /* design 7 */
-  THRUM_SCHEME_NEWMARK = 3    /* design 6 */
+#define X(name, value, text) THRUM_SCHEME_##name = value,
+  THRUM_SCHEME_LIST(X)
+#undef X
 } thrum_scheme;
 
+/* Name of a choice, "imexv" and so on; NULL for a number that names none. Static storage. Any
+ * thread. */
+const char *thrum_integrator_name(thrum_integrator integrator);
+const char *thrum_damping_form_name(thrum_damping_form form);
+const char *thrum_split_rule_name(thrum_split_rule rule);
+const char *thrum_split_form_name(thrum_split_form form);
+const char *thrum_scheme_name(thrum_scheme scheme);
+
+/* The choice of that name. THRUM_INVALID_ARGUMENT for NULL and for any other text; the error then
+ * lists the names. Any thread. */
+thrum_status thrum_integrator_from_name(const char *name, thrum_integrator *integrator,
+                                        thrum_error *error);
+thrum_status thrum_damping_form_from_name(const char *name, thrum_damping_form *form,
+                                          thrum_error *error);
+thrum_status thrum_split_form_from_name(const char *name, thrum_split_form *form,
+                                        thrum_error *error);
+
+/* --- definition ------------------------------------------------------------------------------- */
+
+/* How a state is to be stepped. Start from thrum_default_state_def and change fields. */
 typedef struct thrum_state_def {
-  uint32_t cookie;             /* set by thrum_default_state_def; catches an uninitialised def */
-  thrum_integrator integrator; /* default imexv */
-  double dt;                   /* time step h [s], > 0; default 0.003 */
-  double damping_alpha;        /* [1/s], >= 0; default 0 */
-  double damping_beta;         /* [s], >= 0; default 0 */
-  thrum_damping_form damping_form; /* default rest */
-  thrum_split_rule split_rule;     /* default cfl; verlet and midpoint ignore it */
-  double split_safety;             /* c in h omega <= 2 c, in (0, 1]; default 0.5 */
-  int32_t explicit_count;          /* for THRUM_SPLIT_COUNT, 0..rank; default 0 */
-  double newmark_beta;             /* beta_N >= 0; default 1/4 */
-  double newmark_gamma;            /* gamma in [0, 1]; default 1/2 */
-  double tolerance;            /* of the implicit solve, relative, in (0, 1e-2]; default 1e-10 */
-  int32_t iterations_max;      /* of one implicit solve, >= 1; default 50 */
-  thrum_kernel_id kernel;      /* which instructions; default the best; same bits whatever it is */
-  thrum_split_form split_form; /* of imexv; default component */
-  int32_t adaptive;            /* 1: imexv watches itself, design 4; 0: not; default 1 */
-  int32_t fallback; /* 1: fallback levels after full Newton, design 8; 0: none; default 1 */
+  /* Set by thrum_default_state_def; a def without it is refused with THRUM_UNINITIALISED_DEF. */
+  uint32_t cookie;
+
+  /* Which integrator; default imexv. */
+  thrum_integrator integrator;
+
+  /* Time step [s]; finite and > 0, default 0.003. Larger: a simulated second takes
+   * fewer steps and is less accurate; more modes become implicit, fast ones swing too slowly, and
+   * solves need more iterations. */
+  double dt;
+
+  /* Mass-proportional damping [1/s]; finite and >= 0, default 0. Larger: all motion decays faster,
+   * slow modes relative to their period most. */
+  double damping_alpha;
+
+  /* Stiffness-proportional damping [s]; finite and >= 0, default 0. Larger: fast modes decay
+   * faster, with the square of their frequency. */
+  double damping_beta;
+
+  /* Form of the damping matrix; default rest. */
+  thrum_damping_form damping_form;
+
+  /* Which modes imexv treats explicitly; default cfl. The other integrators ignore it. */
+  thrum_split_rule split_rule;
+
+  /* c of the rule cfl, dt omega <= 2 c; in (0, 1], default 0.5. Larger: more modes are explicit and
+   * a step is cheaper, but the explicit modes come nearer to the stability limit c = 1, and the
+   * monitor moves them more often. */
+  double split_safety;
+
+  /* Newmark's beta; finite and >= 0, default 1/4. Larger: more implicit, so stable at larger steps
+   * and less accurate; 0 is the explicit central difference. */
+  double newmark_beta;
+
+  /* Newmark's gamma; in [0, 1], default 1/2. Larger: numerical damping, and only first order of
+   * accuracy; smaller: numerical growth. */
+  double newmark_gamma;
+
+  /* Residual at which an implicit solve ends, relative to the step's increment; in (0, 1e-2],
+   * default 1e-10. Larger: fewer iterations, and an energy error of that order in each step. */
+  double tolerance;
+
+  /* Explicit modes of the rule count; 0 to the model's rank, default 0. Larger: a cheaper step,
+   * until the fastest of them is beyond its stability limit. */
+  int32_t explicit_count;
+
+  /* Iterations after which a solve counts as failed; >= 1, default 50. Larger: a hopeless solve
+   * takes longer to reach the next fallback level. */
+  int32_t iterations_max;
+
+  /* Which instructions evaluate the polynomial; default the best of this machine. All kernels give
+   * the same bits. */
+  thrum_kernel_id kernel;
+
+  /* How imexv splits V; default component. */
+  thrum_split_form split_form;
+
+  /* 1: imexv monitors its stability and adapts (design 4); 0: its split stays as it begins.
+   * Default 1. The other integrators ignore it. */
+  int32_t adaptive;
+
+  /* 1: steps that full Newton does not solve go through the fallback chain (design 8); 0: they fail
+   * with THRUM_NOT_CONVERGED. Default 1. verlet and midpoint have no fallback chain. */
+  int32_t fallback;
 } thrum_state_def;
 
-/* A def with every default set. */
+/* A def with every default set. Any thread. */
 thrum_state_def thrum_default_state_def(void);
 
-/* Opaque: lives at the start of the memory given to thrum_state_init. */
+/* --- a state's life --------------------------------------------------------------------------- */
+
+/* Opaque: lives at the start of its block of memory. */
 typedef struct thrum_state thrum_state;
 
-/* Energies from the synchronised momentum [J]. */
-typedef struct thrum_energies {
-  double kinetic;   /* 1/2 |p|^2 */
-  double potential; /* V(q) */
-  double total;     /* their sum */
-  double high;      /* 1/2 sum over the rest-state I0 of p_i^2 + omega_i^2 q_i^2 */
-} thrum_energies;
+/* Takes memory from the heap and lays a state at rest (q = p = 0, no load) into it; the caller owns
+ * it and passes it to thrum_state_destroy. THRUM_OUT_OF_MEMORY, or what thrum_state_size says. */
+thrum_status thrum_state_create(const thrum_model *model, const thrum_state_def *def,
+                                thrum_state **state, thrum_error *error);
 
-/* What a state has done since init, and how it stands. */
-typedef struct thrum_state_report {
-  int64_t steps;          /* completed steps */
-  double time;            /* steps at their dt, summed [s] */
-  int64_t iterations;     /* of implicit solves, all steps together */
-  int64_t factorisations; /* of their Jacobians */
-  int64_t
-      newton_steps; /* fallback level 2: steps that full Newton solved after quasi-Newton failed */
-  int64_t energy_steps;    /* fallback level 3, imexv: steps that one step of `energy` replaced */
-  int64_t substep_steps;   /* fallback level 4: steps solved by shorter ones */
-  int64_t switched_steps;  /* imexv: steps of `energy` after the watch switched to the energy
-                              integrator; no fallback level */
-  int64_t split_changes;   /* imexv: changes of E and I by the watch */
-  int64_t scheme_switches; /* imexv: changes of the scheme by the watch */
-  int64_t corrections;     /* imexv: times the watch took slow drift out through the momentum */
-  double corrected;        /* imexv: energy that they gave and took in all, net [J] */
-  double stability_number_last; /* imexv, watched: h sqrt(rho), rho the spectral radius of what is
-                        treated explicitly; stable below 2 (design 4) */
-  double stability_number_peak; /* its largest */
-  double balance_last;    /* imexv, watched: energy - work + dissipation, relative to the energy */
-  double balance_peak;    /* its largest magnitude */
-  thrum_scheme scheme;    /* now */
-  int32_t explicit_modes; /* |E| now; r for verlet, 0 for midpoint, newmark and energy */
-  int32_t implicit_modes; /* |I| now */
-  int32_t iterations_last;
-  double residual_last; /* scaled residual of the last solve; expected at most, if not evaluated */
-} thrum_state_report;
+/* Returns the memory of a state that thrum_state_create made; NULL does nothing. */
+void thrum_state_destroy(thrum_state *state);
 
-/* Bytes of a state for this model and def. Checks the def and says what is wrong with it. */
+/* Bytes that a state of this model and def takes, into *size. Checks the def and the model:
+ * THRUM_UNINITIALISED_DEF, THRUM_INVALID_ARGUMENT with the field and its range, THRUM_MISSING or
+ * THRUM_BAD_VALUE for the model's arrays. */
 thrum_status thrum_state_size(const thrum_model *model, const thrum_state_def *def, size_t *size,
                               thrum_error *error);
 
-/* Lays a state at rest (q = p = 0, no load) into `memory`, aligned to 64, at least
- * thrum_state_size bytes; the caller owns it and frees it when done. */
+/* Lays a state at rest (q = p = 0, no load) into `memory`, aligned to 64 bytes and of at least
+ * thrum_state_size bytes. The caller owns the memory and frees it when done; *state points into it.
+ * THRUM_MISALIGNED, THRUM_BUFFER_TOO_SMALL, or what thrum_state_size says. */
 thrum_status thrum_state_init(void *memory, size_t memory_size, const thrum_model *model,
                               const thrum_state_def *def, thrum_state **state, thrum_error *error);
 
-/* Bytes of a state, those of thrum_state_size: for a copy in other memory, which can step. */
+/* Bytes of a state, those of thrum_state_size; a copy of them in other memory that is aligned to 64
+ * bytes is a state of its own. 0 for NULL. */
 size_t thrum_state_bytes(const thrum_state *state);
 
-/* How many of them, from the first on, persist between calls: enough for a snapshot to restore in
- * the same memory or over a copy, and what is the same in equal states. What lies behind is
- * scratch, of any content. */
+/* How many of them, from the first on, persist between calls: what a snapshot has to copy, and what
+ * is equal in states of equal histories. The bytes after them are scratch of any content. */
 size_t thrum_state_kept_bytes(const thrum_state *state);
 
-/* Sets synchronised q and p (rank each; NULL means zero). Counters, load and time stay; the
- * solver's history is forgotten. The mean load of the step before counts as zero.
+/* --- setting and stepping ---------------------------------------------------------------------
+ *
+ * Each function checks that state and model belong together: THRUM_INVALID_ARGUMENT for NULL or
+ * for memory that holds no state, THRUM_MODEL_MISMATCH for a model of another rank. A call that
+ * fails leaves every byte that persists as it was. */
+
+/* Sets q and p of the same time (rank each; NULL means zero). Counters, load and time stay; the
+ * history of the solver is forgotten, and the mean load of the step before counts as zero.
  * THRUM_BAD_VALUE for NaN or Inf, THRUM_NOT_FINITE where the forces at q overflow. */
 thrum_status thrum_state_set(const thrum_model *model, thrum_state *state, const double *q,
                              const double *p, thrum_error *error);
 
-/* Writes q and the synchronised p (rank each; either may be NULL). Uses the state's scratch. */
+/* Writes q and p of the same time (rank each; either may be NULL). Uses the state's scratch.
+ * THRUM_SINGULAR where tangent damping has no solution, THRUM_NOT_FINITE where p overflows. */
 thrum_status thrum_state_get(const thrum_model *model, thrum_state *state, double *q, double *p,
                              thrum_error *error);
 
-/* Reduced external load f (rank) [kg^1/2 m/s^2] of the steps to come: its mean over the step
- * (design 5). Stays until set again; NULL means zero. See thrum/force.h for vertex forces. */
+/* Sets the reduced external load (rank) [kg^1/2 m/s^2] of the steps to come: its mean over each
+ * step (design 5). It stays until set again; NULL means zero. See thrum/force.h for forces at
+ * vertices. THRUM_BAD_VALUE for NaN or Inf. */
 thrum_status thrum_state_set_force(const thrum_model *model, thrum_state *state,
                                    const double *force, thrum_error *error);
 
-/* Changes the time step between two steps: synchronise, change, un-synchronise (design 4). */
+/* Changes the time step [s] between two steps (design 4); q and p of the present time stay as they
+ * are. THRUM_INVALID_ARGUMENT unless finite and > 0, or as thrum_state_get. */
 thrum_status thrum_state_set_dt(const thrum_model *model, thrum_state *state, double dt,
                                 thrum_error *error);
 
-/* Advances by one step. THRUM_OK; THRUM_FELL_BACK when a fallback level beyond quasi-Newton was
- * needed; THRUM_NOT_CONVERGED or THRUM_NOT_FINITE with every byte that persists as it was before.
- */
+/* Number of steps of dt [s] that `time` [s] takes: time / dt rounded up, where a time within a
+ * millionth of a step of a whole number is that number, so 0.3 s are 100 steps of 0.003 s. 0 for a
+ * time <= 0, a dt <= 0 or NaN; INT64_MAX where it does not fit. Any thread. */
+int64_t thrum_step_count(double time, double dt);
+
+/* Advances by one step of dt. THRUM_OK, or THRUM_FELL_BACK (> 0) when quasi-Newton did not solve
+ * it but a level of the fallback chain did. THRUM_NOT_CONVERGED or THRUM_NOT_FINITE where none
+ * did. */
 thrum_status thrum_step(const thrum_model *model, thrum_state *state, thrum_error *error);
 
-/* Energies at the present step, from synchronised p. Uses the state's scratch. */
+/* --- what a state says of itself -------------------------------------------------------------- */
+
+/* Energies of q and p of the same time [J]. */
+typedef struct thrum_energies {
+  double kinetic;   /* 1/2 |p|^2 */
+  double potential; /* V(q) */
+  double total;     /* their sum */
+  double high;      /* 1/2 sum over the modes implicit at rest of p_i^2 + omega_i^2 q_i^2 */
+} thrum_energies;
+
+/* Energies at the present step. Uses the state's scratch. THRUM_SINGULAR as thrum_state_get,
+ * THRUM_NOT_FINITE where an energy overflows. */
 thrum_status thrum_state_energies(const thrum_model *model, thrum_state *state,
                                   thrum_energies *energies, thrum_error *error);
 
+/* What a state has done since init, and how it stands. Fields marked imexv stay zero for the other
+ * integrators; those of the monitor also without `adaptive`. */
+typedef struct thrum_state_report {
+  int64_t steps;           /* completed steps */
+  double time;             /* steps at their dt, summed [s] */
+  int64_t iterations;      /* of implicit solves, over all steps */
+  int64_t factorisations;  /* of their Jacobians */
+  int64_t newton_steps;    /* fallback level 2: full Newton solved after quasi-Newton had failed */
+  int64_t energy_steps;    /* fallback level 3, imexv: one step of `energy` stood in */
+  int64_t substep_steps;   /* fallback level 4: shorter steps stood in */
+  int64_t switched_steps;  /* imexv: steps of `energy` after the monitor switched to it */
+  int64_t split_changes;   /* imexv: changes of E and I by the monitor */
+  int64_t scheme_switches; /* imexv: changes of the scheme by the monitor */
+  int64_t corrections;     /* imexv: energy-drift corrections (momentum rescalings) */
+  double corrected;        /* imexv: energy that they added, net [J] */
+  double stability_number_last; /* imexv: dt sqrt(rho), rho the spectral radius of the stiffness
+                                   treated explicitly; stable below 2 (design 4) */
+  double stability_number_peak; /* its largest value */
+  double balance_last;     /* imexv: energy less work plus dissipation, relative to the energy */
+  double balance_peak;     /* its largest magnitude */
+  thrum_scheme scheme;     /* in use now */
+  int32_t explicit_modes;  /* |E| now; r for verlet, 0 for midpoint, newmark and energy */
+  int32_t implicit_modes;  /* |I| now */
+  int32_t iterations_last; /* of the last step */
+  double residual_last;    /* of its solve, relative to the increment; an upper estimate where the
+                              last iterate was not evaluated */
+} thrum_state_report;
+
+/* The report of a state; all zero for NULL. */
 thrum_state_report thrum_state_report_get(const thrum_state *state);
 
 #ifdef __cplusplus

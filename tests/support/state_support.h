@@ -78,11 +78,6 @@ static inline void *state_snapshot(const thrum_state *state) {
   return memcpy(copy, state, size);
 }
 
-static inline const char *integrator_name(thrum_integrator integrator) {
-  static const char *const names[] = {"imexv", "newmark", "verlet", "midpoint", "energy"};
-  return names[(int)integrator];
-}
-
 static inline double largest_difference(const double *a, const double *b, int64_t n) {
   double largest = 0;
   for (int64_t i = 0; i < n; i++) {

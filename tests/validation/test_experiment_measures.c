@@ -139,9 +139,8 @@ static void a_strike_gives_its_whole_impulse_at_any_step(void **state) {
     thrum_state_def def = thrum_default_state_def();
     def.integrator = THRUM_INTEGRATOR_ENERGY;
     def.dt = steps[n];
-    void *memory = NULL;
     thrum_state *strung = NULL;
-    assert_int_equal(experiment_state_make(model, &def, &memory, &strung, &error), THRUM_OK);
+    assert_int_equal(thrum_state_create(model, &def, &strung, &error), THRUM_OK);
     assert_int_equal(experiment_strike(&body, 0.7, def.dt, strung, &error), THRUM_OK);
     double p[PARTICLE_RANK];
     assert_int_equal(thrum_state_get(model, strung, NULL, p, &error), THRUM_OK);
@@ -152,7 +151,7 @@ static void a_strike_gives_its_whole_impulse_at_any_step(void **state) {
     }
     if (!(size > 0 && off < 1e-3 * size))
       fail_msg("dt %g: off by %g of %g", def.dt, off, size);
-    free(memory);
+    thrum_state_destroy(strung);
   }
   experiment_body_free(&body);
   thrum_model_free(model);

@@ -11,7 +11,6 @@
 
 #include "runtime/base/vec3.h"
 
-#define STATE_ALIGNMENT 64
 #define SWING_SECONDS 3.0 /* within which a swing reaches its amplitude */
 #define SWING_TRIES 12
 #define SWING_NEAR 1e-3 /* relative */
@@ -32,26 +31,6 @@ double experiment_seconds(void) {
   struct timespec now;
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
   return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
-thrum_status experiment_state_make(const thrum_model *model, const thrum_state_def *def,
-                                   void **memory, thrum_state **state, thrum_error *error) {
-  size_t size = 0;
-  thrum_status status = thrum_state_size(model, def, &size, error);
-  if (status < 0)
-    return status;
-  // aligned_alloc wants a multiple of the alignment
-  size = (size + STATE_ALIGNMENT - 1) / STATE_ALIGNMENT * STATE_ALIGNMENT;
-  void *block = aligned_alloc(STATE_ALIGNMENT, size);
-  if (block == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a state of %zu bytes", size);
-  status = thrum_state_init(block, size, model, def, state, error);
-  if (status < 0) {
-    free(block);
-  } else {
-    *memory = block;
-  }
-  return status;
 }
 
 /* f^T K^-1 f of a reduced force. */
@@ -167,11 +146,10 @@ static thrum_status swing(const experiment_body *body, double impulse, double dt
                           thrum_error *error) {
   thrum_state_def def = thrum_default_state_def();
   double q[THRUM_RANK_MAX];
-  void *memory = NULL;
   thrum_state *state = NULL;
   def.integrator = THRUM_INTEGRATOR_ENERGY;
   def.dt = dt;
-  thrum_status status = experiment_state_make(body->model, &def, &memory, &state, error);
+  thrum_status status = thrum_state_create(body->model, &def, &state, error);
   if (status < 0)
     return status;
   status = experiment_strike(body, impulse, dt, state, error);
@@ -183,7 +161,7 @@ static thrum_status swing(const experiment_body *body, double impulse, double dt
     if (status >= 0)
       *peak = fmax(*peak, experiment_body_amplitude(body, q));
   }
-  free(memory);
+  thrum_state_destroy(state);
   return status;
 }
 

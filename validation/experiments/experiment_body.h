@@ -25,10 +25,6 @@ void experiment_body_free(experiment_body *body);
 /* How far the group is displaced on average, as a share of the body's length. */
 double experiment_body_amplitude(const experiment_body *body, const double *q);
 
-/* A state of its own in memory of its own; free(*memory) when done. */
-thrum_status experiment_state_make(const thrum_model *model, const thrum_state_def *def,
-                                   void **memory, thrum_state **state, thrum_error *error);
-
 /* Processor time of this thread [s]: on a busy machine it says more than the clock on the wall. */
 double experiment_seconds(void);
 

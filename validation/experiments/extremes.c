@@ -79,7 +79,6 @@ thrum_status experiment_extreme_run(const experiment_extreme_case *run,
     return THRUM_OK;
   }
   thrum_state_def def = thrum_default_state_def();
-  void *memory = NULL;
   thrum_state *state = NULL;
   watched *seen = calloc(1, sizeof *seen);
   def.integrator = experiment_integrators[run->integrator];
@@ -88,7 +87,7 @@ thrum_status experiment_extreme_run(const experiment_extreme_case *run,
     def.split_safety = of->extreme->split_safety;
   thrum_status status = seen == NULL
                             ? thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a run")
-                            : experiment_state_make(of->body.model, &def, &memory, &state, error);
+                            : thrum_state_create(of->body.model, &def, &state, error);
   if (status < 0) {
     free(seen);
     return status;
@@ -108,7 +107,7 @@ thrum_status experiment_extreme_run(const experiment_extreme_case *run,
     made.energy_error = seen->worst / seen->largest;
     made.energy_end = seen->last / seen->largest;
   }
-  free(memory);
+  thrum_state_destroy(state);
   free(seen);
   *result = made;
   return THRUM_OK;

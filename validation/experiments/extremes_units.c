@@ -27,7 +27,6 @@ static experiment_extreme in_units(const experiment_extreme *extreme,
 static thrum_status follow(const experiment_extreme *extreme, experiment_integrator integrator,
                            int64_t steps, track *seen, thrum_error *error) {
   experiment_extreme_body made = {0};
-  void *memory = NULL;
   thrum_state *state = NULL;
   double q[THRUM_RANK_MAX];
   thrum_status status = experiment_extreme_make(extreme, &made, error);
@@ -37,7 +36,7 @@ static thrum_status follow(const experiment_extreme *extreme, experiment_integra
   def.integrator = experiment_integrators[integrator];
   def.dt = made.dt;
   if (status >= 0)
-    status = experiment_state_make(made.body.model, &def, &memory, &state, error);
+    status = thrum_state_create(made.body.model, &def, &state, error);
   for (int64_t i = 0; status >= 0 && i < made.body.model->rank; i++)
     q[i] = made.force * made.body.push[i];
   if (status >= 0)
@@ -59,7 +58,7 @@ static thrum_status follow(const experiment_extreme *extreme, experiment_integra
   }
   if (status >= 0)
     seen->report = thrum_state_report_get(state);
-  free(memory);
+  thrum_state_destroy(state);
   experiment_extreme_free(&made);
   return status;
 }

@@ -91,7 +91,7 @@ static bool rest(const search *s, double load, experiment_linear_point *point) {
 }
 
 /* One of two states side by side. */
-static thrum_status start(const search *s, const thrum_model *model, double impulse, void **memory,
+static thrum_status start(const search *s, const thrum_model *model, double impulse,
                           thrum_state **state, thrum_error *error) {
   thrum_state_def def = thrum_default_state_def();
   double p[THRUM_RANK_MAX];
@@ -99,7 +99,7 @@ static thrum_status start(const search *s, const thrum_model *model, double impu
   def.dt = TWO_PI / sqrt(model->omega2[0]) / STEPS;
   for (int64_t i = 0; i < model->rank; i++)
     p[i] = impulse * s->body->push[i];
-  thrum_status status = experiment_state_make(model, &def, memory, state, error);
+  thrum_status status = thrum_state_create(model, &def, state, error);
   return status < 0 ? status : thrum_state_set(model, *state, NULL, p, error);
 }
 
@@ -108,10 +108,9 @@ static bool swing(const search *s, double load, experiment_linear_point *point) 
   const thrum_model *models[2] = {s->body->model, &s->linear};
   const int64_t rank = models[0]->rank;
   double q[2][THRUM_RANK_MAX], wrong = 0, whole = 0, peak = 0;
-  void *memory[2] = {NULL, NULL};
   thrum_state *state[2];
-  bool done = start(s, models[0], load, &memory[0], &state[0], NULL) >= 0 &&
-              start(s, models[1], load, &memory[1], &state[1], NULL) >= 0;
+  bool done = start(s, models[0], load, &state[0], NULL) >= 0 &&
+              start(s, models[1], load, &state[1], NULL) >= 0;
   for (int k = 0; k < STEPS && done; k++) {
     for (int n = 0; n < 2 && done; n++)
       done = thrum_step(models[n], state[n], NULL) >= 0 &&
@@ -122,8 +121,8 @@ static bool swing(const search *s, double load, experiment_linear_point *point) 
     whole += square(rank, q[0]);
     peak = fmax(peak, experiment_body_amplitude(s->body, q[0]));
   }
-  free(memory[0]);
-  free(memory[1]);
+  thrum_state_destroy(state[0]);
+  thrum_state_destroy(state[1]);
   *point = (experiment_linear_point){load, peak, sqrt(wrong / whole)};
   return done;
 }
@@ -230,13 +229,12 @@ static thrum_status time_all(const experiment_body *body, experiment_linear_resu
   timed *t = calloc(1, sizeof *t);
   double *numbers = calloc(2 * (size_t)rank + thrum_work_count(model), sizeof *numbers);
   double energy, impulse = 0, reached = 0;
-  void *memory = NULL;
   thrum_status status =
       t == NULL || numbers == NULL
           ? thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory")
           : experiment_impulse(body, AMPLITUDE, def.dt, &impulse, &reached, error);
   if (status >= 0)
-    status = experiment_state_make(model, &def, &memory, &t->state, error);
+    status = thrum_state_create(model, &def, &t->state, error);
   if (status >= 0)
     status = experiment_kick(body, impulse, t->state, &energy, error);
   if (status >= 0) {
@@ -255,7 +253,8 @@ static thrum_status time_all(const experiment_body *body, experiment_linear_resu
     result->linear_us = least_us(time_linear, t);
     result->force_us = least_us(time_force, t);
   }
-  free(memory);
+  if (t != NULL)
+    thrum_state_destroy(t->state);
   free(numbers);
   free(t);
   return status < 0 ? status : THRUM_OK;

@@ -97,21 +97,20 @@ static thrum_status run_window(const experiment_long_case *run, thrum_state *sta
 
 thrum_status experiment_long_run(const experiment_long_case *run, experiment_long_result *result,
                                  thrum_error *error) {
-  const int64_t window = (int64_t)(EXPERIMENT_WINDOW_SECONDS / run->dt + 0.5);
+  const int64_t window = thrum_step_count(EXPERIMENT_WINDOW_SECONDS, run->dt);
   int64_t steps = run->steps;
   const int64_t count = steps / window;
   experiment_long_result made = {0};
-  void *memory = NULL;
   thrum_state *state = NULL;
   thrum_state_def def = thrum_default_state_def();
   def.integrator = experiment_integrators[run->integrator];
   def.dt = run->dt;
-  thrum_status status = experiment_state_make(run->body->model, &def, &memory, &state, error);
+  thrum_status status = thrum_state_create(run->body->model, &def, &state, error);
   if (status < 0)
     return status;
   made.total = calloc((size_t)(2 * count + 1), sizeof *made.total);
   if (made.total == NULL) {
-    free(memory);
+    thrum_state_destroy(state);
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %lld windows",
                            (long long)count);
   }
@@ -137,7 +136,7 @@ thrum_status experiment_long_run(const experiment_long_case *run, experiment_lon
   made.report = thrum_state_report_get(state);
   made.us_per_step = 1e6 * seconds / (double)made.report.steps;
   conclude((double)window * run->dt, &made);
-  free(memory);
+  thrum_state_destroy(state);
   *result = made;
   return THRUM_OK;
 }

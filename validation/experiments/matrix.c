@@ -126,7 +126,6 @@ static double energy_change(const experiment_run *run) {
 static thrum_status perform(experiment_run *run, double dt, int64_t steps, thrum_error *error) {
   const int64_t stride = steps > ROWS ? steps / ROWS : 1;
   double seconds = 0;
-  void *memory = NULL;
   thrum_state *state = NULL;
   thrum_state_def def = thrum_default_state_def();
   def.integrator = experiment_integrators[run->integrator];
@@ -135,7 +134,7 @@ static thrum_status perform(experiment_run *run, double dt, int64_t steps, thrum
   run->rows = calloc((size_t)(steps / stride + 2), sizeof *run->rows);
   if (run->rows == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the rows of a run");
-  thrum_status status = experiment_state_make(run->body->model, &def, &memory, &state, error);
+  thrum_status status = thrum_state_create(run->body->model, &def, &state, error);
   if (status < 0)
     return status;
   status = record(run, state, 0, &run->rows[run->row_count++], &run->stop);
@@ -155,7 +154,7 @@ static thrum_status perform(experiment_run *run, double dt, int64_t steps, thrum
   run->energy_end = run->row_count > 0 ? run->rows[run->row_count - 1].total : NAN;
   run->high_end = run->row_count > 0 ? run->rows[run->row_count - 1].high : NAN;
   run->energy_change = energy_change(run);
-  free(memory);
+  thrum_state_destroy(state);
   return THRUM_OK;
 }
 
@@ -172,7 +171,7 @@ static thrum_status bend(const experiment_matrix *matrix, experiment_run trial, 
   if (trial.load != EXPERIMENT_LOAD_sine && seconds > CALIBRATE_SECONDS)
     seconds = CALIBRATE_SECONDS;
   const thrum_status status =
-      perform(&trial, matrix->dt, (int64_t)(seconds / matrix->dt + 0.5), error);
+      perform(&trial, matrix->dt, thrum_step_count(seconds, matrix->dt), error);
   *amplitude = trial.peak_amplitude;
   free(trial.rows);
   return status;

@@ -35,12 +35,11 @@ thrum_status experiment_sweep_run(const experiment_sweep_case *run, experiment_s
   const thrum_model *model = run->body->model;
   const int64_t stride = run->steps > LOOKS ? run->steps / LOOKS : 1;
   experiment_sweep_result made = {0};
-  void *memory = NULL;
   thrum_state *state = NULL;
   thrum_state_def def = thrum_default_state_def();
   def.integrator = experiment_integrators[run->integrator];
   def.dt = run->dt;
-  thrum_status status = experiment_state_make(model, &def, &memory, &state, error);
+  thrum_status status = thrum_state_create(model, &def, &state, error);
   if (status < 0)
     return status;
   double seconds = 0, late_sum = 0;
@@ -63,7 +62,7 @@ thrum_status experiment_sweep_run(const experiment_sweep_case *run, experiment_s
   made.us_per_step = 1e6 * seconds / (double)made.report.steps;
   made.energy_change = made.status == THRUM_OK ? late_sum / (double)late_count : NAN;
   made.lost = made.energy_change > LOST;
-  free(memory);
+  thrum_state_destroy(state);
   *result = made;
   return THRUM_OK;
 }

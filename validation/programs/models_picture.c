@@ -35,13 +35,12 @@ static thrum_status bend(const experiment_body *body, double amplitude, double *
                          thrum_error *error) {
   const thrum_model *model = body->model;
   thrum_state_def def = thrum_default_state_def();
-  void *memory = NULL;
   thrum_state *state = NULL;
   double push[THRUM_RANK_MAX];
   def.integrator = THRUM_INTEGRATOR_ENERGY;
   def.dt = 0.2 / sqrt(model->omega2[0]);
   def.damping_alpha = 2 * sqrt(model->omega2[0]);
-  thrum_status status = experiment_state_make(model, &def, &memory, &state, error);
+  thrum_status status = thrum_state_create(model, &def, &state, error);
   double force = amplitude * body->length / body->compliance;
   for (int tries = 0; tries < 6 && status >= 0; tries++) {
     for (int64_t i = 0; i < model->rank; i++)
@@ -53,7 +52,7 @@ static thrum_status bend(const experiment_body *body, double amplitude, double *
       status = thrum_state_get(model, state, q, NULL, error);
     force *= amplitude / experiment_body_amplitude(body, q);
   }
-  free(memory);
+  thrum_state_destroy(state);
   return status;
 }
 

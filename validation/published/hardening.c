@@ -40,9 +40,8 @@ static thrum_status measure(const thrum_model *model, double amplitude, double *
   double q[2] = {amplitude, -slave * amplitude * amplitude / model->omega2[1]}, before = amplitude;
   // the fast coordinate follows; the slow one is resolved
   def.dt = 2 * 3.141592653589793 / sqrt(model->omega2[0]) / 2000;
-  void *memory = NULL;
   thrum_state *state = NULL;
-  thrum_status status = published_state(model, &def, q, NULL, &memory, &state, error);
+  thrum_status status = published_state(model, &def, q, NULL, &state, error);
   int64_t step = 0;
   for (; status >= 0 && q[0] > 0 && step < 10000; step++) {
     before = q[0];
@@ -50,7 +49,7 @@ static thrum_status measure(const thrum_model *model, double amplitude, double *
     if (status >= 0)
       status = thrum_state_get(model, state, q, NULL, error);
   }
-  free(memory);
+  thrum_state_destroy(state);
   const double quarter = def.dt * ((double)step - 1 + before / (before - q[0]));
   *omega = 0.5 * 3.141592653589793 / quarter;
   return status < 0 ? status : THRUM_OK;

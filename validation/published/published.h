@@ -101,9 +101,8 @@ void published_polynomial_make(published_polynomial *p, int64_t rank, const doub
 /* V += weight (a q)^4. */
 void published_polynomial_add(published_polynomial *p, double weight, const double *a);
 
-/* A state of this def at q, p; free(*memory). */
+/* A state of this def at q, p; the caller destroys it. */
 thrum_status published_state(const thrum_model *model, const thrum_state_def *def, const double *q,
-                             const double *p, void **memory, thrum_state **state,
-                             thrum_error *error);
+                             const double *p, thrum_state **state, thrum_error *error);
 
 #endif

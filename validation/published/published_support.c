@@ -118,21 +118,10 @@ void published_polynomial_add(published_polynomial *p, double weight, const doub
 }
 
 thrum_status published_state(const thrum_model *model, const thrum_state_def *def, const double *q,
-                             const double *p, void **memory, thrum_state **state,
-                             thrum_error *error) {
-  size_t size = 0;
-  thrum_status status = thrum_state_size(model, def, &size, error);
+                             const double *p, thrum_state **state, thrum_error *error) {
+  THRUM_TRY(thrum_state_create(model, def, state, error));
+  const thrum_status status = thrum_state_set(model, *state, q, p, error);
   if (status < 0)
-    return status;
-  void *block = aligned_alloc(64, (size + 63) / 64 * 64);
-  if (block == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a state");
-  status = thrum_state_init(block, size, model, def, state, error);
-  if (status >= 0)
-    status = thrum_state_set(model, *state, q, p, error);
-  if (status < 0)
-    free(block);
-  else
-    *memory = block;
+    thrum_state_destroy(*state);
   return status;
 }

@@ -54,13 +54,12 @@ static thrum_status run_chain(const thrum_state_def *def, double time, chain_run
   static const double q0[RANK] = {1, 0, 0, 1 / OMEGA, 0, 0}, p0[RANK] = {1, 0, 0, 1, 0, 0};
   published_polynomial chain;
   make_chain(&chain);
-  void *memory = NULL;
   thrum_state *state = NULL;
-  thrum_status status = published_state(&chain.model, def, q0, p0, &memory, &state, error);
+  thrum_status status = published_state(&chain.model, def, q0, p0, &state, error);
   if (status < 0)
     return status;
   double first = 0, fast_first = 0, mean[SPRINGS] = {0};
-  const int64_t steps = (int64_t)ceil(time / def->dt);
+  const int64_t steps = thrum_step_count(time, def->dt);
   *run = (chain_run){.exchange = NAN};
   for (int64_t k = 0; k <= steps && !run->lost; k++) {
     double q[RANK], p[RANK], fast[SPRINGS];
@@ -86,7 +85,7 @@ static thrum_status run_chain(const thrum_state_def *def, double time, chain_run
       run->exchange = (double)k * def->dt;
   }
   run->energy_rms = sqrt(run->energy_rms / (double)(steps + 1));
-  free(memory);
+  thrum_state_destroy(state);
   return THRUM_OK;
 }
 
@@ -207,9 +206,8 @@ static bool pair_is_lost_with(double dt, thrum_split_form form) {
   pair.c4[thrum_c4_index(2, 0, 0, 1, 1)] = 1;
   thrum_state_def def = imexv_def(dt, form);
   def.explicit_count = 1;
-  void *memory = NULL;
   thrum_state *state = NULL;
-  if (published_state(&pair.model, &def, q0, p0, &memory, &state, NULL) < 0)
+  if (published_state(&pair.model, &def, q0, p0, &state, NULL) < 0)
     return true;
   thrum_energies first = {0}, now = {0};
   bool lost = thrum_state_energies(&pair.model, state, &first, NULL) < 0;
@@ -217,7 +215,7 @@ static bool pair_is_lost_with(double dt, thrum_split_form form) {
     lost = thrum_step(&pair.model, state, NULL) < 0 ||
            thrum_state_energies(&pair.model, state, &now, NULL) < 0 ||
            !(now.total < LOST * first.total);
-  free(memory);
+  thrum_state_destroy(state);
   return lost;
 }
 

@@ -54,13 +54,12 @@ static thrum_status step_script(const tradeoff_problem *problem, const tradeoff_
                                 const thrum_state_def *def, tradeoff_samples *samples,
                                 double *seconds, bool *whole, thrum_error *error) {
   const thrum_model *model = space->model;
-  const int64_t rank = model->rank, steps = (int64_t)ceil(problem->time / def->dt - 1e-6);
+  const int64_t rank = model->rank, steps = thrum_step_count(problem->time, def->dt);
   double from[2 * THRUM_RANK_MAX] = {0}, to[2 * THRUM_RANK_MAX], work[2 * THRUM_RANK_MAX];
   double force[THRUM_RANK_MAX];
-  void *memory = NULL;
   thrum_state *state = NULL;
   taker t = {samples, rank, 0, 0};
-  thrum_status status = experiment_state_make(model, def, &memory, &state, error);
+  thrum_status status = thrum_state_create(model, def, &state, error);
   if (status < 0)
     return status;
   double spent = 0;
@@ -83,7 +82,7 @@ static thrum_status step_script(const tradeoff_problem *problem, const tradeoff_
   }
   *seconds = spent / (double)(k > 0 ? k : 1);
   *whole = k == steps;
-  free(memory);
+  thrum_state_destroy(state);
   return THRUM_OK;
 }
 

@@ -67,7 +67,7 @@ static void load(const tradeoff_problem *problem, int64_t step, double *forces) 
 static thrum_status step_all(const tradeoff_problem *problem, thrum_full *full, fields *f,
                              tradeoff_reference *reference, thrum_error *error) {
   const int64_t all = 3 * problem->model->vertex_count;
-  const int64_t steps = (int64_t)ceil(problem->time / problem->full_dt - 1e-6);
+  const int64_t steps = thrum_step_count(problem->time, problem->full_dt);
   taker t = {problem, reference, f->free_ones, 0, 0};
   double seconds = 0;
   memset(f->from, 0, 2 * (size_t)all * sizeof *f->from);

@@ -49,7 +49,7 @@ static void contact_never_adds_energy(void **state) {
   (void)state;
   static const double steps[] = {1e-5, 1e-3, 1e-2, 1e-1}, stiffness[] = {1e-3, 1e3, 1e6, 1e15};
   static const double friction[] = {0, 0.5, 10}, restitution[] = {0, 0.5, 1};
-  static const char *const names[] = {"imexv", "newmark", "verlet", "midpoint", "energy"};
+
   // what the integrators themselves gain: two are not made to keep this energy
   static const double allowed[] = {1e-3, 1e-2, 1e-3, 1e-2, 1e-9};
   for (int i = 0; i < 5; i++) {
@@ -67,7 +67,8 @@ static void contact_never_adds_energy(void **state) {
       made += report.steps;
     }
     print_message("%-8s largest gain %.1e, %lld steps, %lld redone, %lld without contact\n",
-                  names[i], worst, (long long)made, (long long)redone, (long long)declined);
+                  thrum_integrator_name((thrum_integrator)i), worst, (long long)made,
+                  (long long)redone, (long long)declined);
     assert_true(worst <= allowed[i]);
   }
 }

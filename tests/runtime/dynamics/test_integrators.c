@@ -122,7 +122,7 @@ static void expect_order_two(thrum_integrator integrator, thrum_split_form form,
       const int kept = integrator == THRUM_INTEGRATOR_ENERGY && l == 0 && d == 0;
       if (!(order.solution > 1.9 && order.solution < 2.2 && (kept || order.energy > 1.9)))
         fail_msg("%s, load %d, damping %d: order %.3f in the solution, %.3f in the energy",
-                 integrator_name(integrator), l, d, order.solution, order.energy);
+                 thrum_integrator_name(integrator), l, d, order.solution, order.energy);
     }
   random_model_free(&m);
 }

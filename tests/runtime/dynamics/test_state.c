@@ -208,7 +208,7 @@ static void what_lies_behind_the_kept_bytes_does_not_count(void **context) {
           const thrum_status expected = thrum_step(&m.model, state, NULL);
           assert_int_equal(thrum_step(&m.model, spoilt, NULL), expected);
           if (memcmp(spoilt, state, thrum_state_kept_bytes(state)) != 0)
-            fail_msg("%s, damping form %d, step %d", integrator_name(all[i]), form, k);
+            fail_msg("%s, damping form %d, step %d", thrum_integrator_name(all[i]), form, k);
         }
         double p[2][RANK] = {{0}};
         thrum_energies energies[2] = {{0}};

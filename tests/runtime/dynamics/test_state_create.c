@@ -1,0 +1,115 @@
+/* States in heap memory, names of the choices of a def, and the number of steps in a time.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "tests/support/state_support.h"
+
+enum { RANK = 4 };
+
+static void a_created_state_is_one_laid_into_memory(void **context) {
+  (void)context;
+  random_model m;
+  random_model_make(&m, 3, RANK, 1.0, 30.0, 0.4);
+  const thrum_state_def def = thrum_default_state_def();
+  const double q[RANK] = {0.1, -0.2, 0.05, 0.02};
+  thrum_state *laid = state_make(&m.model, &def), *created = NULL;
+  assert_int_equal(thrum_state_create(&m.model, &def, &created, NULL), THRUM_OK);
+  assert_int_equal((uintptr_t)created % 64, 0);
+  assert_int_equal(thrum_state_bytes(created), thrum_state_bytes(laid));
+
+  state_put(&m.model, laid, q, NULL);
+  state_put(&m.model, created, q, NULL);
+  state_steps(&m.model, laid, 50);
+  state_steps(&m.model, created, 50);
+  assert_memory_equal(laid, created, thrum_state_kept_bytes(laid));
+
+  thrum_state_destroy(created);
+  thrum_state_destroy(NULL);
+  state_free(laid);
+  random_model_free(&m);
+}
+
+static void creation_refuses_what_size_refuses(void **context) {
+  (void)context;
+  random_model m;
+  random_model_make(&m, 3, RANK, 1.0, 30.0, 0.4);
+  thrum_state_def def = thrum_default_state_def();
+  thrum_state *state = NULL;
+  thrum_error error = {THRUM_OK, ""};
+  assert_int_equal(thrum_state_create(&m.model, &def, NULL, &error), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_state_create(NULL, &def, &state, NULL), THRUM_INVALID_ARGUMENT);
+  def.dt = -1.0;
+  assert_int_equal(thrum_state_create(&m.model, &def, &state, &error), THRUM_INVALID_ARGUMENT);
+  assert_non_null(strstr(error.message, "dt"));
+  assert_null(state);
+  random_model_free(&m);
+}
+
+static void every_choice_has_a_name_that_leads_back(void **context) {
+  (void)context;
+  for (int n = 0; n <= THRUM_INTEGRATOR_ENERGY; n++) {
+    thrum_integrator found = THRUM_INTEGRATOR_ENERGY;
+    const char *name = thrum_integrator_name((thrum_integrator)n);
+    assert_int_equal(thrum_integrator_from_name(name, &found, NULL), THRUM_OK);
+    assert_int_equal((int)found, n);
+  }
+  for (int n = 0; n < 2; n++) {
+    thrum_damping_form damping = THRUM_DAMPING_REST;
+    thrum_split_form split = THRUM_FORM_COMPONENT;
+    assert_int_equal(thrum_damping_form_from_name(thrum_damping_form_name((thrum_damping_form)n),
+                                                  &damping, NULL),
+                     THRUM_OK);
+    assert_int_equal(
+        thrum_split_form_from_name(thrum_split_form_name((thrum_split_form)n), &split, NULL),
+        THRUM_OK);
+    assert_int_equal((int)damping, n);
+    assert_int_equal((int)split, n);
+  }
+  assert_string_equal(thrum_integrator_name(THRUM_INTEGRATOR_MIDPOINT), "midpoint");
+  assert_string_equal(thrum_split_rule_name(THRUM_SPLIT_SAMPLING), "sampling");
+  assert_string_equal(thrum_scheme_name(THRUM_SCHEME_NEWMARK), "newmark");
+}
+
+static void a_number_or_a_text_that_names_nothing_is_refused(void **context) {
+  (void)context;
+  assert_null(thrum_integrator_name((thrum_integrator)5));
+  assert_null(thrum_integrator_name((thrum_integrator)-1));
+  assert_null(thrum_damping_form_name((thrum_damping_form)2));
+  assert_null(thrum_split_rule_name((thrum_split_rule)3));
+  assert_null(thrum_split_form_name((thrum_split_form)2));
+  assert_null(thrum_scheme_name((thrum_scheme)4));
+
+  thrum_integrator found = THRUM_INTEGRATOR_VERLET;
+  thrum_error error = {THRUM_OK, ""};
+  assert_int_equal(thrum_integrator_from_name("euler", &found, &error), THRUM_INVALID_ARGUMENT);
+  assert_int_equal((int)found, THRUM_INTEGRATOR_VERLET);
+  assert_string_equal(error.message,
+                      "'euler' is no integrator; there are imexv newmark verlet midpoint energy");
+  assert_int_equal(thrum_integrator_from_name(NULL, &found, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_integrator_from_name("", &found, NULL), THRUM_INVALID_ARGUMENT);
+}
+
+static void steps_are_counted_up_to_rounding(void **context) {
+  (void)context;
+  assert_int_equal(thrum_step_count(0.3, 0.003), 100);
+  assert_int_equal(thrum_step_count(10.0, 0.003), 3334);
+  assert_int_equal(thrum_step_count(0.003, 0.003), 1);
+  assert_int_equal(thrum_step_count(1e-4, 0.003), 1);
+  assert_int_equal(thrum_step_count(1e-10, 0.003), 0);
+  assert_int_equal(thrum_step_count(0.0, 0.003), 0);
+  assert_int_equal(thrum_step_count(-1.0, 0.003), 0);
+  assert_int_equal(thrum_step_count(1.0, 0.0), 0);
+  assert_int_equal(thrum_step_count(NAN, 0.003), 0);
+  assert_int_equal(thrum_step_count(1.0, NAN), 0);
+  assert_true(thrum_step_count(INFINITY, 0.003) == INT64_MAX);
+  assert_true(thrum_step_count(1.0, 1e-300) == INT64_MAX);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_created_state_is_one_laid_into_memory),
+      cmocka_unit_test(creation_refuses_what_size_refuses),
+      cmocka_unit_test(every_choice_has_a_name_that_leads_back),
+      cmocka_unit_test(a_number_or_a_text_that_names_nothing_is_refused),
+      cmocka_unit_test(steps_are_counted_up_to_rounding),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
