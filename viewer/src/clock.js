@@ -7,7 +7,7 @@ const SMOOTHING = 0.05; // weight of the newest frame in the running means
 
 export class Clock {
   constructor() {
-    this.energy_error = 0; // simulated time not yet stepped [s]
+    this.missing = 0; // simulated time not yet stepped [s]
     this.pace = 1; // simulated over real time, running mean
   }
 
@@ -17,18 +17,18 @@ export class Clock {
    * @returns {number} steps taken */
   advance(elapsed, dt, step) {
     const real = Math.min(elapsed, CATCH_UP);
-    this.energy_error += real;
+    this.missing += real;
     const begin = performance.now();
     let steps = 0;
     let going = true;
     // half a step is not worth an uneven frame
-    while (going && this.energy_error >= dt / 2 && performance.now() - begin < BUDGET) {
+    while (going && this.missing >= dt / 2 && performance.now() - begin < BUDGET) {
       going = step();
-      this.energy_error -= dt;
+      this.missing -= dt;
       steps++;
     }
     if (real > 0) this.pace += SMOOTHING * ((steps * dt) / elapsed - this.pace);
-    if (this.energy_error >= dt) this.energy_error = 0; // what could not be made up is let go, and the pace says so
+    if (this.missing >= dt) this.missing = 0; // time that cannot be made up is dropped, and the pace shows it
     return steps;
   }
 
@@ -37,9 +37,9 @@ export class Clock {
     return this.pace < 0.9;
   }
 
-  /** Forgets what was energy_error: after a pause or a reset. */
+  /** Forgets the missing time: after a pause or a reset. */
   restart() {
-    this.energy_error = 0;
+    this.missing = 0;
     this.pace = 1;
   }
 }

@@ -21,8 +21,8 @@ export class Stage {
     this.controls = new OrbitControls(this.camera, canvas);
     this.sun = new THREE.DirectionalLight(0xffffff, 1.9);
     this.sun.castShadow = true;
-    this.sun.modified_energy.mapSize.set(1024, 1024);
-    this.sun.modified_energy.bias = -0.001;
+    this.sun.shadow.mapSize.set(1024, 1024);
+    this.sun.shadow.bias = -0.001;
     this.scene.add(this.sun, this.sun.target, new THREE.HemisphereLight(0xffffff, 0xaab6c2, 1.9));
     this.props = new THREE.Group(); // ground and obstacles
     this.scene.add(this.props);
@@ -60,7 +60,7 @@ export class Stage {
     const centre = bounds.getCenter(new THREE.Vector3());
     this.sun.target.position.copy(centre);
     this.sun.position.copy(centre).add(new THREE.Vector3(0.5, -0.7, 1.3).multiplyScalar(size));
-    const box = this.sun.modified_energy.camera;
+    const box = this.sun.shadow.camera;
     box.left = box.bottom = -size;
     box.right = box.top = size;
     box.near = 0.1 * size;

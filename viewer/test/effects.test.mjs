@@ -97,7 +97,7 @@ test('starts and loads, on a body that is held and on one that turns', async () 
   assertClose(engine.position(1, 0), place, 1e-6, 'the place of the body that turns');
 });
 
-test('ground that base motions by a record of accelerations', async () => {
+test('a base motion by a record of accelerations', async () => {
   writeFileSync(join(folder, 'ground.csv'),
     'time,x,y,z\n0,0,0,0\n0.2,1,0,0.5\n0.4,-2,1,0\n0.5,0.5,0,0\n0.8,0,0,0\n');
   const [held] = LOADED.bodies;
