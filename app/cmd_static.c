@@ -17,6 +17,7 @@
 #include "io/vtu.h"
 #include "platform/clock.h"
 #include "platform/interrupt.h"
+#include "thrum/displacement.h"
 
 /* --- the path, as it is found -------------------------------------------------------------------
  */

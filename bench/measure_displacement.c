@@ -9,6 +9,7 @@
 
 #include "bench/bench.h"
 #include "platform/threads.h"
+#include "thrum/displacement.h"
 
 enum { RUNS = 5 };
 

@@ -20,16 +20,16 @@ typedef struct passes {
 static void run_pass(const passes *p, bench_pass pass) {
   switch (pass) {
   case BENCH_PASS_energy:
-    p->force[0] = thrum_energy_by(p->by, p->model, p->q, p->work);
+    p->force[0] = thrum_strain_energy_by(p->by, p->model, p->q, p->work);
     break;
   case BENCH_PASS_force:
-    thrum_force_by(p->by, p->model, p->q, p->force, p->work);
+    thrum_internal_force_by(p->by, p->model, p->q, p->force, p->work);
     break;
   case BENCH_PASS_tangent:
-    thrum_tangent_by(p->by, p->model, p->q, p->tangent, p->work);
+    thrum_tangent_stiffness_by(p->by, p->model, p->q, p->tangent, p->work);
     break;
   case BENCH_PASS_tangent_vector:
-    thrum_tangent_vector_by(p->by, p->model, p->q, p->v, p->force, p->work);
+    thrum_tangent_product_by(p->by, p->model, p->q, p->v, p->force, p->work);
     break;
   case BENCH_PASS_restrict:
     thrum_polynomial_restrict(p->by, p->model, p->split, p->q, p->restricted, p->work);

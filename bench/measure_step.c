@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "bench/speed.h"
+#include "thrum/displacement.h"
 
 #define WARM_STEPS 100
 #define BATCH_US 5000.0

@@ -4,6 +4,7 @@
 #include "bench/speed.h"
 #include "mesh/mesh.h"
 #include "precompute/precompute.h"
+#include "thrum/polynomial.h"
 
 thrum_status bench_model_beam(int64_t rank, thrum_model **model, thrum_error *error) {
   thrum_mesh mesh = {0};

@@ -237,7 +237,7 @@ static thrum_status reduce_traction(const thrum_model *model, const int32_t *ver
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the surface");
   thrum_status status = thrum_traction_fill(model, vertices, count, traction, forces, NULL, error);
   if (status >= 0)
-    status = thrum_force_add_field(model, forces, reduced, error);
+    status = thrum_load_add_field(model, forces, reduced, error);
   free(forces);
   return status;
 }
@@ -256,7 +256,7 @@ static thrum_status reduce_target(const thrum_model *model, const cli_load *load
     return status;
   if (load->traction)
     return reduce_traction(model, vertices, count, load->vector, reduced, error);
-  return thrum_force_add_shared(model, vertices, count, load->vector, reduced, error);
+  return thrum_load_add_shared(model, vertices, count, load->vector, reduced, error);
 }
 
 thrum_status cli_load_reduce(const thrum_model *model, const cli_load *load, double *reduced,
@@ -265,7 +265,7 @@ thrum_status cli_load_reduce(const thrum_model *model, const cli_load *load, dou
   thrum_status status = THRUM_OK;
   memset(reduced, 0, (size_t)model->rank * sizeof *reduced);
   if (load->gravity) {
-    status = thrum_force_add_gravity(model, load->vector, reduced, &detail);
+    status = thrum_load_add_gravity(model, load->vector, reduced, &detail);
   } else {
     status = reduce_target(model, load, reduced, &detail);
   }

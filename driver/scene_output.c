@@ -11,6 +11,7 @@
 #include "driver/scene_run.h"
 #include "io/file.h"
 #include "io/json.h"
+#include "thrum/displacement.h"
 
 static thrum_status write_failed(const scene_run *run, const char *name, thrum_error *error) {
   const int reason = errno != 0 ? errno : EIO;

@@ -9,6 +9,8 @@
 #include "config/message.h"
 #include "io/json.h"
 #include "platform/threads.h"
+#include "thrum/displacement.h"
+#include "thrum/external_load.h"
 
 /* What a run of the full order has besides. Fields are 3 vertex_count. */
 struct simulate_full {

@@ -9,6 +9,8 @@
 #include "config/progress.h"
 #include "driver/simulate_full.h"
 #include "platform/clock.h"
+#include "thrum/displacement.h"
+#include "thrum/external_load.h"
 
 /* Set by the first Ctrl-C; the second one ends the program as usual. */
 static volatile sig_atomic_t stop_requested;

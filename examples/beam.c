@@ -18,7 +18,7 @@ int main(int argc, char **argv) {
       thrum_model_group(model, "tip", &tip, &tip_count, &error) < 0)
     return fprintf(stderr, "usage: beam MODEL.npz %s\n", error.message), 1;
   if (thrum_state_create(model, &def, &state, &error) < 0 ||
-      thrum_force_add_shared(model, tip, tip_count, push, force, &error) < 0)
+      thrum_load_add_shared(model, tip, tip_count, push, force, &error) < 0)
     return fprintf(stderr, "beam: %s\n", error.message), 1;
   for (int step = 0; step < 1000; step++) {
     thrum_state_set_force(model, state, step < 10 ? force : NULL, NULL);

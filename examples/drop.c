@@ -29,10 +29,10 @@ int main(int argc, char **argv) {
   thrum_translation way = {.mass = mass, .position = {0, 0, 0.5}};
   thrum_obstacle floor = thrum_default_obstacle(); // the plane z = 0
   floor.centre[2] = model->vertices[2];            // where the body's lowest vertices are
-  const thrum_around around = {
+  const thrum_contact_environment environment = {
       .translation = &way, .obstacles = &floor, .obstacle_count = 1, .force = {0, 0, -9.81 * mass}};
   for (int step = 0; step < 1000; step++) {
-    if (thrum_contact_step(model, state, contact, &around, &error) < 0)
+    if (thrum_contact_step(model, state, contact, &environment, &error) < 0)
       return fprintf(stderr, "drop: step %d: %s\n", step, error.message), 1;
     const thrum_contact_report report = thrum_contact_report_get(contact);
     if (step % 50 == 49)

@@ -35,7 +35,7 @@ static double touch(const thrum_model *model, thrum_state *state, const int32_t 
     return NAN;
   const double pull = SPRING * (hand - moved[2]);
   const double force[3] = {0, 0, pull};
-  if (thrum_force_add_shared(model, tip, count, force, reduced, error) < 0 ||
+  if (thrum_load_add_shared(model, tip, count, force, reduced, error) < 0 ||
       thrum_state_set_force(model, state, reduced, error) < 0 ||
       thrum_step(model, state, error) < 0)
     return NAN;

@@ -27,7 +27,7 @@ int main(int argc, char **argv) {
   const int64_t count = thrum_surface_vertex_count(surface);
   float *buffer = calloc((size_t)count * STRIDE, sizeof *buffer);
   if (buffer == NULL || thrum_state_create(model, &def, &state, &error) < 0 ||
-      thrum_force_add_shared(model, tip, tip_count, push, force, &error) < 0)
+      thrum_load_add_shared(model, tip, tip_count, push, force, &error) < 0)
     return fprintf(stderr, "surface: %s\n", error.message), 1;
   for (int frame = 1; frame <= 60; frame++) {
     thrum_state_set_force(model, state, frame <= 3 ? force : NULL, NULL);

@@ -15,7 +15,7 @@
 
 #include "io/file.h"
 #include "io/npy_file.h"
-#include "runtime/model/crc32.h"
+#include "runtime/base/crc32.h"
 #include "runtime/model/model_layout.h"
 
 #define LOCAL_SIZE 30u

@@ -16,6 +16,7 @@
 #include "io/file.h"
 #include "platform/allocate.h"
 #include "precompute/stage.h"
+#include "thrum/polynomial.h"
 
 #define TOLERANCE 1e-6 /* of the largest coefficient of the degree: no gradient beyond this */
 

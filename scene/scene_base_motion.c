@@ -5,6 +5,7 @@
 #include <math.h>
 
 #include "scene/scene_private.h"
+#include "thrum/external_load.h"
 
 thrum_status scene_base_motion_check(const scene_body *body, thrum_error *error) {
   if (body->model->axis_mass != NULL)

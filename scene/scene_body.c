@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "scene/scene_private.h"
+#include "thrum/displacement.h"
 
 #define BODY_COOKIE UINT32_C(0x7468626f)
 #define BODY_VECTORS 7

@@ -132,18 +132,19 @@ static int64_t list_pulls(const scene_body *body, thrum_pull pulls[THRUM_SCENE_P
 thrum_status scene_touch_step(const thrum_scene *scene, scene_body *body,
                               const scene_wrench *wrench, thrum_error *error) {
   thrum_pull pulls[THRUM_SCENE_PULLS];
-  thrum_around around = {.placement = &body->placement,
-                         .translation = body->free ? &body->way : NULL,
-                         .rigid_frame = body->free ? &body->rigid_frame : NULL,
-                         .obstacles = scene->obstacles,
-                         .obstacle_count = body->touch->idle ? 0 : scene->obstacle_count,
-                         .pulls = pulls,
-                         .pull_count = list_pulls(body, pulls),
-                         .load = body->force};
-  memcpy(around.force, wrench->force, sizeof around.force);
-  memcpy(around.torque, wrench->torque, sizeof around.torque);
-  const thrum_status status =
-      thrum_contact_step(&body->touch->model, body->state, body->touch->contact, &around, error);
+  thrum_contact_environment environment = {.placement = &body->placement,
+                                           .translation = body->free ? &body->way : NULL,
+                                           .rigid_frame = body->free ? &body->rigid_frame : NULL,
+                                           .obstacles = scene->obstacles,
+                                           .obstacle_count =
+                                               body->touch->idle ? 0 : scene->obstacle_count,
+                                           .pulls = pulls,
+                                           .pull_count = list_pulls(body, pulls),
+                                           .load = body->force};
+  memcpy(environment.force, wrench->force, sizeof environment.force);
+  memcpy(environment.torque, wrench->torque, sizeof environment.torque);
+  const thrum_status status = thrum_contact_step(&body->touch->model, body->state,
+                                                 body->touch->contact, &environment, error);
   if (status >= 0 && body->free)
     scene_free_place(body);
   return status;

@@ -12,6 +12,7 @@
 #include <string.h>
 
 #include "scene/scene_private.h"
+#include "thrum/external_load.h"
 
 static bool finite3(const double *vector) {
   return isfinite(vector[0]) && isfinite(vector[1]) && isfinite(vector[2]);
@@ -22,7 +23,7 @@ static thrum_status reduce_acceleration(const scene_body *body, const double acc
                                         double *reduced, thrum_error *error) {
   double local[3];
   scene_to_body(&body->placement, acceleration, local);
-  const thrum_status status = thrum_force_add_gravity(body->model, local, reduced, error);
+  const thrum_status status = thrum_load_add_gravity(body->model, local, reduced, error);
   for (int64_t i = 0; status >= 0 && i < body->model->rank; i++)
     reduced[i] *= body->mass;
   return status;
@@ -81,7 +82,7 @@ static thrum_status reduce_field(const scene_body *body, const double *field, do
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a field of forces");
   for (size_t v = 0; v < count; v++)
     scene_to_body(&body->placement, field + 3 * v, local + 3 * v);
-  const thrum_status status = thrum_force_add_field(body->model, local, reduced, error);
+  const thrum_status status = thrum_load_add_field(body->model, local, reduced, error);
   free(local);
   return status;
 }
@@ -105,8 +106,7 @@ static thrum_status reduce_load(const scene_body *body, const thrum_scene_load *
     break;
   case THRUM_SCENE_FORCE:
     scene_to_body(&body->placement, load->vector, local);
-    status =
-        thrum_force_add_shared(body->model, load->vertices, load->count, local, reduced, error);
+    status = thrum_load_add_shared(body->model, load->vertices, load->count, local, reduced, error);
     break;
   default:
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "a load is of no known kind");

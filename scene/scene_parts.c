@@ -13,6 +13,7 @@
 #include <string.h>
 
 #include "scene/scene_private.h"
+#include "thrum/external_load.h"
 
 /* A field whose component `b` acts along axis `a`. */
 static thrum_status reduce_field(const scene_body *body, const double *field, int a, int b,
@@ -23,7 +24,7 @@ static thrum_status reduce_field(const scene_body *body, const double *field, in
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a field of forces");
   for (int64_t v = 0; v < count; v++)
     local[3 * v + a] = field[3 * v + b];
-  const thrum_status status = thrum_force_add_field(body->model, local, reduced, error);
+  const thrum_status status = thrum_load_add_field(body->model, local, reduced, error);
   free(local);
   return status;
 }
@@ -39,10 +40,9 @@ static thrum_status reduce_part(const scene_body *body, const thrum_scene_load *
   if (load->kind == THRUM_SCENE_FIELD) {
     status = reduce_field(body, load->field, a, b, reduced, error);
   } else if (load->kind == THRUM_SCENE_FORCE) {
-    status =
-        thrum_force_add_shared(body->model, load->vertices, load->count, local, reduced, error);
+    status = thrum_load_add_shared(body->model, load->vertices, load->count, local, reduced, error);
   } else if (local[a] != 0) {
-    status = thrum_force_add_gravity(body->model, local, reduced, error);
+    status = thrum_load_add_gravity(body->model, local, reduced, error);
     factor = body->mass;
   }
   for (int64_t i = 0; i < body->model->rank; i++)

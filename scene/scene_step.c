@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "scene/scene_private.h"
+#include "thrum/external_load.h"
 
 double thrum_scene_time(const thrum_scene *scene) {
   return scene->origin + (double)(scene->steps - scene->origin_step) * scene->dt;

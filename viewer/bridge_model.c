@@ -1,6 +1,7 @@
 /* The models of a page, of arrays that JavaScript brings.
  * SPDX-License-Identifier: Apache-2.0 */
 #include "bridge.h"
+#include "thrum/polynomial.h"
 
 #include <math.h>
 #include <string.h>

@@ -14,7 +14,7 @@
 #ifndef THRUM_BASE_MOTION_H
 #define THRUM_BASE_MOTION_H
 
-#include "thrum/force.h"
+#include "thrum/external_load.h"
 
 #ifdef __cplusplus
 extern "C" {

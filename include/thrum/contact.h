@@ -8,7 +8,7 @@
  * thrum_contact_report. A body that nothing holds may move as a whole (thrum_translation,
  * thrum_rigid_frame).
  *
- *   thrum_contact_step(model, state, contact, &around, &error);   in place of thrum_step
+ *   thrum_contact_step(model, state, contact, &environment, &error);   in place of thrum_step
  *
  * or thrum_contact_begin, thrum_step or thrum_batch_step, thrum_contact_end, without the second
  * attempts of thrum_contact_step.
@@ -104,7 +104,7 @@ thrum_contact_def thrum_default_contact_def(void);
 typedef struct thrum_contact thrum_contact;
 
 /* What is around a body in one step. Only read, but for the translation and the turning. */
-typedef struct thrum_around {
+typedef struct thrum_contact_environment {
   const thrum_placement *placement; /* NULL: where the mesh is */
   thrum_translation *translation;   /* NULL: the body is held; moved by the step */
   const thrum_obstacle *obstacles;  /* obstacle_count; may be NULL when that is 0 */
@@ -115,7 +115,7 @@ typedef struct thrum_around {
   double force[3];                /* on the translation besides, such as its weight [N] */
   thrum_rigid_frame *rigid_frame; /* NULL: the body does not turn; turned by the step */
   double torque[3];               /* on the turning besides, about its centre [N m] */
-} thrum_around;
+} thrum_contact_environment;
 
 /* The energy of contact and what it did, since init. Of what the obstacles did to the body,
  *
@@ -165,19 +165,20 @@ double thrum_contact_stiffness(const thrum_contact *contact);
 
 /* Predicts the step, solves for contact and pulls, and sets the state's force to load and those. */
 thrum_status thrum_contact_begin(const thrum_model *model, thrum_state *state,
-                                 thrum_contact *contact, const thrum_around *around,
-                                 thrum_error *error);
+                                 thrum_contact *contact,
+                                 const thrum_contact_environment *environment, thrum_error *error);
 
-/* After the state's step: moves the translation and keeps the account. `around` as in begin. */
+/* After the state's step: moves the translation and keeps the account. `environment` as in begin.
+ */
 thrum_status thrum_contact_end(const thrum_model *model, thrum_state *state, thrum_contact *contact,
-                               const thrum_around *around, thrum_error *error);
+                               const thrum_contact_environment *environment, thrum_error *error);
 
 /* begin, thrum_step, end; a step in which contact gave more than it had is made again with what
  * the attempt taught, at last without contact. A failure leaves state, contact and translation as
  * they were; statuses are those of thrum_step and of begin. */
 thrum_status thrum_contact_step(const thrum_model *model, thrum_state *state,
-                                thrum_contact *contact, const thrum_around *around,
-                                thrum_error *error);
+                                thrum_contact *contact,
+                                const thrum_contact_environment *environment, thrum_error *error);
 
 /* Forgets touches, friction and accounts, as after init: for a body put elsewhere. */
 void thrum_contact_reset(thrum_contact *contact);

@@ -1,7 +1,7 @@
 /* The reduced model: what `thrum precompute` writes and the runtime steps.
  *
  * A model is immutable and may be shared by any number of threads. It is a struct of sizes and
- * const pointers; the arrays live in one block that somebody else owns (a file buffer for
+ * const pointers; the arrays live in one block that the caller owns (a file buffer for
  * thrum_model_view, the caller's memory for thrum_model_init, one heap block for thrum_model_load).
  * A model made by hand is welcome: fill the struct and call thrum_model_check.
  * The file format is docs/model_format.md. Symbols and equations: docs/design.md (design N).
@@ -72,7 +72,8 @@ typedef struct thrum_model {
 #define X(type, name, rows, columns, presence, meaning) const thrum_##type *name;
   THRUM_MODEL_ARRAYS(X)
 #undef X
-  /* c3 and c4 in the orders of the passes over them: see thrum_model_pack; NULL: none */
+  /* c3 and c4 in the orders of the passes over them: see thrum_model_pack in thrum/polynomial.h;
+   * NULL: none */
   const double *packed;
   const float *packed_single;
   int64_t packed_count; /* numbers in each of the first two orders, one after the other */
@@ -86,15 +87,6 @@ static inline int64_t thrum_c3_count(int64_t rank) {
 static inline int64_t thrum_c4_count(int64_t rank) {
   return rank * (rank + 1) / 2 * (rank + 2) / 3 * (rank + 3) / 4;
 }
-
-/* Block order of the coefficients (each monomial once, i <= j <= k <= l, design (1)).
- * c3: for j ascending a dense block of j+1 rows (i = 0..j) by rank-j columns (k = j..rank-1).
- * c4: for j ascending a dense block of j+1 rows (i = 0..j) by P_j = (rank-j)(rank-j+1)/2 columns,
- *     the pairs (k,l), j <= k <= l, k outermost. Blocks are row-major; the columns of block j are
- *     a suffix of the list of all pairs, which is what makes one pass over the coefficients serve
- *     a product and a transposed product. */
-int64_t thrum_c3_index(int64_t rank, int64_t i, int64_t j, int64_t k);
-int64_t thrum_c4_index(int64_t rank, int64_t i, int64_t j, int64_t k, int64_t l);
 
 /* Uses `file`, the bytes of a model file aligned to 64, in place: on success *model points into it,
  * and it must outlive the model. Allocates nothing. Every check of the format is made. */
@@ -115,19 +107,6 @@ void thrum_model_free(const thrum_model *model); /* of thrum_model_load alone; N
 
 /* Checks a model made by hand: sizes agree, values finite, omega2 ascending, indices in range. */
 thrum_status thrum_model_check(const thrum_model *model, thrum_error *error);
-
-/* Bytes that thrum_model_pack needs for a model of rank 1 to THRUM_RANK_MAX. */
-size_t thrum_model_pack_size(const thrum_model *model);
-
-/* Lays c3 and c4 out twice more, in `memory` (aligned to 64, thrum_model_pack_size bytes, which
- * must outlive the model), in the orders in which steps read them: from either end of the modes; up
- * to rank 26 a third time, by pairs of modes, which takes about as much again. Models of
- * thrum_model_init, _load and _truncate are packed; one of thrum_model_view or made by hand gives
- * the same bits unpacked, but its steps take plain C and many times as long, tangents most of all.
- * Before any other thread uses the model. Large models all of whose coefficients are
- * single-precision numbers are packed as such. Allocates nothing. */
-thrum_status thrum_model_pack(thrum_model *model, void *memory, size_t memory_size,
-                              thrum_error *error);
 
 /* Bytes that thrum_model_truncate needs for this model at this lower rank. */
 thrum_status thrum_model_truncate_size(const thrum_model *model, int64_t rank, size_t *size,

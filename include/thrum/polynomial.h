@@ -1,12 +1,14 @@
-/* The reduced strain energy V(q), design (1), and its derivatives, as pure functions:
+/* The reduced strain energy V(q), design (1), its derivatives as pure functions, and the orders in
+ * which its coefficients lie:
  *
- *   V(q) = 1/2 sum w_i^2 q_i^2 + sum_{i<=j<=k} c3_ijk q_i q_j q_k + sum_{i<=j<=k<=l} c4_ijkl q_i
- * q_j q_k q_l R = grad V, T = grad^2 V.
+ *   V(q) = 1/2 sum w_i^2 q_i^2 + sum_{i<=j<=k} c3_ijk q_i q_j q_k
+ *        + sum_{i<=j<=k<=l} c4_ijkl q_i q_j q_k q_l,
+ *   R = grad V, the internal force,   T = grad^2 V, the tangent stiffness.
  *
- * All take `work`, scratch of thrum_work_count(model) doubles that no other argument overlaps; its
- * content is undefined before and after. Nothing is allocated; the model is only read. Any thread,
- * as long as each has its own work. Each coefficient is read once per call (those of
- * small models by pairs for T and T v, which are more).
+ * The evaluations take `work`, scratch of thrum_work_count(model) doubles that no other argument
+ * overlaps; its content is undefined before and after. Nothing is allocated; the model is only
+ * read. Any thread, as long as each has its own work. Each coefficient is read once a call; T and T
+ * v of small models read more numbers, by pairs of modes (thrum_model_pack).
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_POLYNOMIAL_H
@@ -18,22 +20,45 @@
 extern "C" {
 #endif
 
-/* Doubles of scratch that the functions below need for this model. */
+/* Doubles of scratch that the evaluations need for this model. */
 size_t thrum_work_count(const thrum_model *model);
 
 /* V(q) [J]; q: rank. */
-double thrum_energy(const thrum_model *model, const double *q, double *work);
+double thrum_strain_energy(const thrum_model *model, const double *q, double *work);
 
-/* Internal force R(q) = grad V into `force` (rank) [kg^1/2 m/s^2]; returns V(q), which comes with
- * it. */
-double thrum_force(const thrum_model *model, const double *q, double *force, double *work);
+/* Internal force R(q) = grad V into `force` (rank) [kg^1/2 m/s^2]; returns V(q) [J], which comes
+ * with it. */
+double thrum_internal_force(const thrum_model *model, const double *q, double *force, double *work);
 
 /* Tangent stiffness T(q) = grad^2 V into `tangent` (rank x rank, both triangles) [1/s^2]. */
-void thrum_tangent(const thrum_model *model, const double *q, double *tangent, double *work);
+void thrum_tangent_stiffness(const thrum_model *model, const double *q, double *tangent,
+                             double *work);
 
-/* T(q) v into `product` (rank). */
-void thrum_tangent_vector(const thrum_model *model, const double *q, const double *v,
-                          double *product, double *work);
+/* T(q) v into `product` (rank); q, v: rank. */
+void thrum_tangent_product(const thrum_model *model, const double *q, const double *v,
+                           double *product, double *work);
+
+/* Block order of the coefficients (each monomial once, i <= j <= k <= l, design (1)).
+ * c3: for j ascending a dense block of j+1 rows (i = 0..j) by rank-j columns (k = j..rank-1).
+ * c4: for j ascending a dense block of j+1 rows (i = 0..j) by P_j = (rank-j)(rank-j+1)/2 columns,
+ *     the pairs (k,l), j <= k <= l, k outermost. Blocks are row-major; the columns of block j are
+ *     a suffix of the list of all pairs, which is what makes one pass over the coefficients serve
+ *     a product and a transposed product. */
+int64_t thrum_c3_index(int64_t rank, int64_t i, int64_t j, int64_t k);
+int64_t thrum_c4_index(int64_t rank, int64_t i, int64_t j, int64_t k, int64_t l);
+
+/* Bytes that thrum_model_pack needs for a model of rank 1 to THRUM_RANK_MAX. */
+size_t thrum_model_pack_size(const thrum_model *model);
+
+/* Lays c3 and c4 out twice more, in `memory` (aligned to 64, thrum_model_pack_size bytes, which
+ * must outlive the model), in the orders in which steps read them: from either end of the modes; up
+ * to rank 26 a third time, by pairs of modes, which takes about as much again. Models of
+ * thrum_model_init, _load and _truncate are packed; one of thrum_model_view or made by hand gives
+ * the same bits unpacked, but its steps take plain C and many times as long, tangents most of all.
+ * Before any other thread uses the model. Large models all of whose coefficients are
+ * single-precision numbers are packed as such. Allocates nothing. */
+thrum_status thrum_model_pack(thrum_model *model, void *memory, size_t memory_size,
+                              thrum_error *error);
 
 #ifdef __cplusplus
 }

@@ -248,8 +248,8 @@ thrum_status thrum_state_get(const thrum_model *model, thrum_state *state, doubl
                              thrum_error *error);
 
 /* Sets the reduced external load (rank) [kg^1/2 m/s^2] of the steps to come: its mean over each
- * step (design 5). It stays until set again; NULL means zero. See thrum/force.h for forces at
- * vertices. THRUM_BAD_VALUE for NaN or Inf. */
+ * step (design 5). It stays until set again; NULL means zero. See thrum/external_load.h for forces
+ * at vertices. THRUM_BAD_VALUE for NaN or Inf. */
 thrum_status thrum_state_set_force(const thrum_model *model, thrum_state *state,
                                    const double *force, thrum_error *error);
 

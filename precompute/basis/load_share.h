@@ -11,7 +11,7 @@ typedef struct thrum_load_share {
 } thrum_load_share;
 
 /* Add to forces (3 vertex_count): one force [N] that `count` vertices share evenly (NULL: all), as
- * thrum_force_add_shared; or an acceleration [m/s^2] of all the mass, as thrum_force_add_gravity.
+ * thrum_load_add_shared; or an acceleration [m/s^2] of all the mass, as thrum_load_add_gravity.
  */
 thrum_status thrum_load_fill(const thrum_model *model, const int32_t *vertices, int64_t count,
                              const double force[3], double *forces, thrum_error *error);

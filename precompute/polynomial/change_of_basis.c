@@ -15,6 +15,7 @@
 #include "precompute/polynomial/polynomial_reduce.h"
 #include "precompute/stage.h"
 #include "thrum/model.h"
+#include "thrum/polynomial.h"
 
 typedef struct turner {
   int64_t rank, pairs;

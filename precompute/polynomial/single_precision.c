@@ -16,6 +16,7 @@
 #include "platform/allocate.h"
 #include "precompute/model_fill.h"
 #include "precompute/stage.h"
+#include "thrum/polynomial.h"
 
 #define SAMPLES 16
 
@@ -38,7 +39,7 @@ static double nonlinearity(const thrum_model *model, const double *q, double s, 
   double linear = 0.0;
   for (int64_t i = 0; i < model->rank; i++)
     at[i] = s * q[i];
-  thrum_force(model, at, force, work);
+  thrum_internal_force(model, at, force, work);
   for (int64_t i = 0; i < model->rank; i++) {
     linear += model->omega2[i] * at[i] * model->omega2[i] * at[i];
     force[i] -= model->omega2[i] * at[i];
@@ -103,14 +104,14 @@ thrum_status thrum_precision_round(const thrum_model *model, double *worst, thru
   uint64_t seed = 17;
   for (int s = 0; s < SAMPLES; s++) {
     choose(&packed, &seed, q + s * r, at, force, work);
-    thrum_force(&packed, q + s * r, before + s * r, work);
+    thrum_internal_force(&packed, q + s * r, before + s * r, work);
   }
   round_all(thrum_model_writable(model->c3), model->c3_count);
   round_all(thrum_model_writable(model->c4), model->c4_count);
   thrum_model_pack(&packed, pack_memory, packed_size, NULL);
   *worst = 0.0;
   for (int s = 0; s < SAMPLES; s++) {
-    thrum_force(&packed, q + s * r, force, work);
+    thrum_internal_force(&packed, q + s * r, force, work);
     for (int64_t i = 0; i < r; i++)
       force[i] -= before[s * r + i];
     const double size = norm(r, before + s * r);

@@ -16,8 +16,9 @@ static inline size_t thrum_round_up(size_t size) {
 }
 
 /* Is `memory`, of memory_size bytes, aligned and large enough for the `size` bytes of `what`? */
-static inline thrum_status thrum_caller_check(const char *what, const void *memory,
-                                              size_t memory_size, size_t size, thrum_error *error) {
+static inline thrum_status thrum_alignment_check(const char *what, const void *memory,
+                                                 size_t memory_size, size_t size,
+                                                 thrum_error *error) {
   if ((uintptr_t)memory % THRUM_ALIGNMENT != 0)
     return thrum_error_set(error, THRUM_MISALIGNED, "the %s's memory is not aligned to %u bytes",
                            what, THRUM_ALIGNMENT);

@@ -189,7 +189,7 @@ thrum_status thrum_contact_init(void *memory, size_t memory_size, const thrum_mo
     return status;
   if (!memory || !contact)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "memory or contact is NULL");
-  status = thrum_caller_check("contact", memory, memory_size, size, error);
+  status = thrum_alignment_check("contact", memory, memory_size, size, error);
   if (status != THRUM_OK)
     return status;
   memset(memory, 0, size);

@@ -28,9 +28,9 @@ static thrum_status check_pull(const thrum_model *model, const thrum_pull *pull,
   return THRUM_OK;
 }
 
-static thrum_status check_motion(const thrum_around *around, thrum_error *error) {
-  const thrum_placement *placement = around->placement;
-  const thrum_translation *translation = around->translation;
+static thrum_status check_motion(const thrum_contact_environment *environment, thrum_error *error) {
+  const thrum_placement *placement = environment->placement;
+  const thrum_translation *translation = environment->translation;
   if (placement &&
       (!thrum_all_finite(placement->axes, 9) || !thrum_all_finite(placement->origin, 3)))
     return thrum_error_set(error, THRUM_BAD_VALUE, "the placement is not finite");
@@ -39,9 +39,9 @@ static thrum_status check_motion(const thrum_around *around, thrum_error *error)
        !thrum_all_finite(translation->position, 3) || !thrum_all_finite(translation->velocity, 3)))
     return thrum_error_set(error, THRUM_BAD_VALUE,
                            "the translation is not finite, or its mass is not above 0 [kg]");
-  if (!thrum_all_finite(around->force, 3) || !thrum_all_finite(around->torque, 3))
+  if (!thrum_all_finite(environment->force, 3) || !thrum_all_finite(environment->torque, 3))
     return thrum_error_set(error, THRUM_BAD_VALUE, "the force or the torque is not finite");
-  const thrum_rigid_frame *rigid_frame = around->rigid_frame;
+  const thrum_rigid_frame *rigid_frame = environment->rigid_frame;
   if (rigid_frame &&
       (!thrum_all_finite(rigid_frame->centre, 3) || !thrum_all_finite(rigid_frame->inverse, 9) ||
        !thrum_all_finite(rigid_frame->attitude, 9) || !thrum_all_finite(rigid_frame->momentum, 3)))
@@ -49,23 +49,25 @@ static thrum_status check_motion(const thrum_around *around, thrum_error *error)
   return THRUM_OK;
 }
 
-thrum_status thrum_around_check(const thrum_model *model, const thrum_contact *contact,
-                                const thrum_around *around, thrum_error *error) {
-  if (!around || around->obstacle_count < 0 || around->pull_count < 0 ||
-      (around->obstacle_count > 0 && !around->obstacles) ||
-      (around->pull_count > 0 && !around->pulls))
-    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                           "around is NULL, or its obstacles or pulls do not fit their counts");
-  if (around->pull_count > contact->pull_max)
+thrum_status thrum_contact_environment_check(const thrum_model *model, const thrum_contact *contact,
+                                             const thrum_contact_environment *environment,
+                                             thrum_error *error) {
+  if (!environment || environment->obstacle_count < 0 || environment->pull_count < 0 ||
+      (environment->obstacle_count > 0 && !environment->obstacles) ||
+      (environment->pull_count > 0 && !environment->pulls))
+    return thrum_error_set(
+        error, THRUM_INVALID_ARGUMENT,
+        "the environment is NULL, or its obstacles or pulls do not fit their counts");
+  if (environment->pull_count > contact->pull_max)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "%lld pulls, where the contact was made for %lld",
-                           (long long)around->pull_count, (long long)contact->pull_max);
-  if (around->load && !thrum_all_finite(around->load, contact->rank))
+                           (long long)environment->pull_count, (long long)contact->pull_max);
+  if (environment->load && !thrum_all_finite(environment->load, contact->rank))
     return thrum_error_set(error, THRUM_BAD_VALUE, "the load holds a number that is not finite");
-  thrum_status status = check_motion(around, error);
-  for (int64_t n = 0; n < around->obstacle_count && status == THRUM_OK; n++)
-    status = thrum_obstacle_check(around->obstacles + n, n, error);
-  for (int64_t n = 0; n < around->pull_count && status == THRUM_OK; n++)
-    status = check_pull(model, around->pulls + n, n, error);
+  thrum_status status = check_motion(environment, error);
+  for (int64_t n = 0; n < environment->obstacle_count && status == THRUM_OK; n++)
+    status = thrum_obstacle_check(environment->obstacles + n, n, error);
+  for (int64_t n = 0; n < environment->pull_count && status == THRUM_OK; n++)
+    status = check_pull(model, environment->pulls + n, n, error);
   return status;
 }

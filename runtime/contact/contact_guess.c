@@ -96,6 +96,6 @@ static void guess(thrum_contact_run *run, int32_t obstacle) {
 }
 
 void thrum_contact_guess(thrum_contact_run *run) {
-  for (int64_t n = 0; n < run->around->obstacle_count && run->contact->row_count > 1; n++)
+  for (int64_t n = 0; n < run->environment->obstacle_count && run->contact->row_count > 1; n++)
     guess(run, (int32_t)n);
 }

@@ -62,7 +62,7 @@ static void add_whole(const double shift[3], const double turn[3], const double 
 void thrum_point_velocity(const thrum_contact_run *run, const double *rows, const double arm[3],
                           double velocity[3]) {
   static const double zero[3] = {0.0, 0.0, 0.0};
-  const thrum_translation *translation = run->around->translation;
+  const thrum_translation *translation = run->environment->translation;
   gather(run, rows, run->view.p, velocity);
   add_whole(translation ? translation->velocity : zero, run->spin, arm, velocity);
 }

@@ -32,7 +32,7 @@ static void fill_free(const thrum_contact_run *run, const double *force) {
     const double omega2 = run->model->omega2[i];
     const double scale = 1.0 / (1.0 + 0.5 * h * thrum_rest_damping(run->model, state, i) +
                                 implicit_share(state, i) * h * h * omega2);
-    const double load = run->around->load ? run->around->load[i] : 0.0;
+    const double load = run->environment->load ? run->environment->load[i] : 0.0;
     view->weights[i] = half * scale;
     view->free[i] = scale * (h * view->p[i] + half * (load - force[i]));
   }
@@ -48,7 +48,7 @@ thrum_status thrum_contact_predict(thrum_contact_run *run, thrum_error *error) {
     // split
     const bool plain = state->scheme == THRUM_SCHEME_QUADRATIC && state->split < r;
     if (plain || thrum_staggered(state) < r)
-      thrum_force_by(view.kernel, run->model, view.q, view.force, view.work);
+      thrum_internal_force_by(view.kernel, run->model, view.q, view.force, view.work);
     for (int32_t i = 0; i < r; i++) {
       run->view.q[i] = view.q[i];
       run->view.p[i] = view.p_next[i];

@@ -120,7 +120,7 @@ typedef struct thrum_contact_run {
   const thrum_model *model;
   thrum_state *state;
   thrum_contact *contact;
-  const thrum_around *around;
+  const thrum_contact_environment *environment;
   thrum_contact_view view;
   double dt;
   double axes[9], origin[3]; /* of the placement, the translation included in the origin */
@@ -137,8 +137,9 @@ typedef struct thrum_contact_run {
 } thrum_contact_run;
 
 /* contact_check.c: says what is wrong with what is around. */
-thrum_status thrum_around_check(const thrum_model *model, const thrum_contact *contact,
-                                const thrum_around *around, thrum_error *error);
+thrum_status thrum_contact_environment_check(const thrum_model *model, const thrum_contact *contact,
+                                             const thrum_contact_environment *environment,
+                                             thrum_error *error);
 
 /* contact.c: refuses NULL, memory that is no contact, and a model or state of another rank. */
 thrum_status thrum_contact_check(const thrum_model *model, const thrum_state *state,
@@ -147,7 +148,7 @@ thrum_status thrum_contact_check(const thrum_model *model, const thrum_state *st
 /* contact.c: pointers into the block. */
 thrum_contact_view thrum_contact_view_of(thrum_contact *contact);
 
-/* contact_predict.c: q, p, weights and free of the step under around->load. */
+/* contact_predict.c: q, p, weights and free of the step under environment->load. */
 thrum_status thrum_contact_predict(thrum_contact_run *run, thrum_error *error);
 
 /* contact_rows.c: rows of the step, with what moved says without them. */

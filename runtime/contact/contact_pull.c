@@ -56,13 +56,13 @@ static double most_of(const thrum_contact_run *run, const thrum_pull *pull, cons
     if (run->model->omega2[i] > 0.0)
       compliance += thrum_dot3(u, u) / run->model->omega2[i];
   }
-  const double *force = run->around->force;
-  const double whole = run->around->translation ? 2.0 * sqrt(thrum_dot3(force, force)) : 0.0;
+  const double *force = run->environment->force;
+  const double whole = run->environment->translation ? 2.0 * sqrt(thrum_dot3(force, force)) : 0.0;
   return compliance > 0.0 ? run->contact->diagonal / compliance + whole : INFINITY;
 }
 
 static void fill_row(const thrum_contact_run *run, int64_t index) {
-  const thrum_pull *pull = run->around->pulls + index;
+  const thrum_pull *pull = run->environment->pulls + index;
   thrum_pull_row *row = run->view.pull_rows + index;
   const double *rows = mix_rows(run, pull, index);
   double rest[3] = {0.0, 0.0, 0.0}, x[3], arm[3];
@@ -85,7 +85,7 @@ static void fill_row(const thrum_contact_run *run, int64_t index) {
 }
 
 void thrum_contact_pulls(thrum_contact_run *run) {
-  run->contact->pull_count = run->around->pull_count;
+  run->contact->pull_count = run->environment->pull_count;
   for (int64_t index = 0; index < run->contact->pull_count; index++)
     fill_row(run, index);
 }

@@ -165,7 +165,7 @@ static bool enters(const thrum_contact_run *run, const thrum_obstacle *obstacle,
 /* Adds the row of a point and a face where it may touch in this step. */
 static void try_face(thrum_contact_run *run, const moving_point *point, int32_t index,
                      int32_t number, int32_t face, int64_t *from) {
-  const thrum_obstacle *obstacle = run->around->obstacles + number;
+  const thrum_obstacle *obstacle = run->environment->obstacles + number;
   thrum_contact *contact = run->contact;
   double normal[3], way[3];
   double gap = thrum_obstacle_face_gap(obstacle, face, point->start, normal);
@@ -219,15 +219,15 @@ static bool near_body(const thrum_contact_run *run, const thrum_obstacle *obstac
 
 /* Rows of all points and obstacles. */
 static void add_rows(thrum_contact_run *run, double reach) {
-  const thrum_around *around = run->around;
+  const thrum_contact_environment *environment = run->environment;
   int64_t from = 0;
   for (int64_t index = 0; index < run->contact->point_count; index++) {
     moving_point point;
     bool evaluated = false;
     double rest[3], unused[3];
     thrum_point_rest(run, rest_of(run, index), rest);
-    for (int64_t number = 0; number < around->obstacle_count; number++) {
-      const thrum_obstacle *obstacle = around->obstacles + number;
+    for (int64_t number = 0; number < environment->obstacle_count; number++) {
+      const thrum_obstacle *obstacle = environment->obstacles + number;
       const double moved = run->dt * sqrt(thrum_dot3(obstacle->velocity, obstacle->velocity));
       if (thrum_obstacle_gap(obstacle, rest, unused) > reach + moved)
         continue;
@@ -266,12 +266,12 @@ static void raise_ceilings(thrum_contact_run *run) {
 }
 
 void thrum_contact_rows(thrum_contact_run *run) {
-  const thrum_around *around = run->around;
+  const thrum_contact_environment *environment = run->environment;
   const double reach = reach_of(run);
   bool any = false;
   run->contact->row_count = 0;
-  for (int64_t n = 0; n < around->obstacle_count && !any; n++) {
-    const thrum_obstacle *o = around->obstacles + n;
+  for (int64_t n = 0; n < environment->obstacle_count && !any; n++) {
+    const thrum_obstacle *o = environment->obstacles + n;
     any = near_body(run, o, reach + run->dt * sqrt(thrum_dot3(o->velocity, o->velocity)));
   }
   if (any)

@@ -84,12 +84,12 @@ static double begin_sweeps(thrum_contact_run *run) {
 /* load and force with those of rows and pulls. */
 static void gather_load(thrum_contact_run *run) {
   const int64_t rank = run->contact->rank;
-  const thrum_around *around = run->around;
+  const thrum_contact_environment *environment = run->environment;
   double force[3];
   for (int64_t i = 0; i < rank; i++)
-    run->view.load[i] = around->load ? around->load[i] : 0.0;
-  memcpy(run->force, around->force, sizeof run->force);
-  memcpy(run->torque, around->torque, sizeof run->torque);
+    run->view.load[i] = environment->load ? environment->load[i] : 0.0;
+  memcpy(run->force, environment->force, sizeof run->force);
+  memcpy(run->torque, environment->torque, sizeof run->torque);
   for (int64_t n = 0; n < run->contact->row_count; n++) {
     const thrum_contact_row *row = run->view.rows + n;
     force_of(row, force);

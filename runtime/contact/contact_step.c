@@ -28,11 +28,11 @@ void thrum_translation_step(thrum_translation *translation, const double force[3
 
 /* The turning's share of a run: where the body would turn to without contact, and its response. */
 static void fill_rigid_frame(thrum_contact_run *run) {
-  const thrum_rigid_frame *rigid_frame = run->around->rigid_frame;
-  const thrum_placement *placement = run->around->placement;
+  const thrum_rigid_frame *rigid_frame = run->environment->rigid_frame;
+  const thrum_placement *placement = run->environment->placement;
   thrum_rigid_frame alone = *rigid_frame;
   thrum_rigid_frame_velocity(rigid_frame, placement, run->spin);
-  thrum_rigid_frame_step(&alone, placement, run->around->torque, run->dt, run->free_turn);
+  thrum_rigid_frame_step(&alone, placement, run->environment->torque, run->dt, run->free_turn);
   double half[9];
   thrum_multiply3(run->axes, rigid_frame->inverse, half);
   for (int i = 0; i < 3; i++)
@@ -45,33 +45,33 @@ static void fill_rigid_frame(thrum_contact_run *run) {
 }
 
 static void fill_motion(thrum_contact_run *run) {
-  const thrum_around *around = run->around;
-  const thrum_translation *t = around->translation;
+  const thrum_contact_environment *environment = run->environment;
+  const thrum_translation *t = environment->translation;
   const thrum_placement now =
-      thrum_placement_now(around->placement, around->rigid_frame, t ? t->position : NULL);
+      thrum_placement_now(environment->placement, environment->rigid_frame, t ? t->position : NULL);
   memcpy(run->axes, now.axes, sizeof run->axes);
   memcpy(run->origin, now.origin, sizeof run->origin);
   if (t)
     run->mass_weight = 0.5 * run->dt * run->dt / t->mass;
   for (int axis = 0; axis < 3 && t; axis++)
-    run->free[axis] = run->dt * t->velocity[axis] + run->mass_weight * around->force[axis];
-  if (around->rigid_frame)
+    run->free[axis] = run->dt * t->velocity[axis] + run->mass_weight * environment->force[axis];
+  if (environment->rigid_frame)
     fill_rigid_frame(run);
 }
 
 static thrum_status open_run(const thrum_model *model, thrum_state *state, thrum_contact *contact,
-                             const thrum_around *around, thrum_contact_run *run,
+                             const thrum_contact_environment *environment, thrum_contact_run *run,
                              thrum_error *error) {
   thrum_status status = thrum_contact_check(model, state, contact, error);
   if (status == THRUM_OK)
-    status = thrum_around_check(model, contact, around, error);
+    status = thrum_contact_environment_check(model, contact, environment, error);
   if (status != THRUM_OK)
     return status;
   memset(run, 0, sizeof *run);
   run->model = model;
   run->state = state;
   run->contact = contact;
-  run->around = around;
+  run->environment = environment;
   run->view = thrum_contact_view_of(contact);
   run->dt = state->dt;
   fill_motion(run);
@@ -82,9 +82,9 @@ static thrum_status open_run(const thrum_model *model, thrum_state *state, thrum
 static thrum_status apply(thrum_contact_run *run, thrum_error *error) {
   thrum_contact_solve(run);
   memcpy(run->foreseen, run->turned, sizeof run->foreseen);
-  if (run->around->rigid_frame) {
-    thrum_rigid_frame trial = *run->around->rigid_frame;
-    thrum_rigid_frame_step(&trial, run->around->placement, run->torque, run->dt, run->turned);
+  if (run->environment->rigid_frame) {
+    thrum_rigid_frame trial = *run->environment->rigid_frame;
+    thrum_rigid_frame_step(&trial, run->environment->placement, run->torque, run->dt, run->turned);
   }
   memcpy(run->contact->moved, run->moved, sizeof run->moved);
   memcpy(run->contact->force, run->force, sizeof run->force);
@@ -110,10 +110,10 @@ static thrum_status begin(thrum_contact_run *run, thrum_error *error) {
 }
 
 thrum_status thrum_contact_begin(const thrum_model *model, thrum_state *state,
-                                 thrum_contact *contact, const thrum_around *around,
-                                 thrum_error *error) {
+                                 thrum_contact *contact,
+                                 const thrum_contact_environment *environment, thrum_error *error) {
   thrum_contact_run run;
-  thrum_status status = open_run(model, state, contact, around, &run, error);
+  thrum_status status = open_run(model, state, contact, environment, &run, error);
   if (status == THRUM_OK)
     status = begin(&run, error);
   if (status == THRUM_OK)
@@ -123,25 +123,25 @@ thrum_status thrum_contact_begin(const thrum_model *model, thrum_state *state,
 
 /* The account, and the body as a whole. */
 static void end(thrum_contact_run *run) {
-  const thrum_around *around = run->around;
+  const thrum_contact_environment *environment = run->environment;
   memcpy(run->moved, run->contact->moved, sizeof run->moved);
   memcpy(run->turned, run->contact->turned, sizeof run->turned);
   thrum_contact_settle(run, thrum_state_view_of(run->state).q);
-  if (around->translation)
-    thrum_translation_step(around->translation, run->contact->force, run->dt);
-  if (around->rigid_frame)
-    thrum_rigid_frame_step(around->rigid_frame, around->placement, run->contact->torque, run->dt,
-                           NULL);
+  if (environment->translation)
+    thrum_translation_step(environment->translation, run->contact->force, run->dt);
+  if (environment->rigid_frame)
+    thrum_rigid_frame_step(environment->rigid_frame, environment->placement, run->contact->torque,
+                           run->dt, NULL);
   run->contact->begun = 0;
 }
 
 thrum_status thrum_contact_end(const thrum_model *model, thrum_state *state, thrum_contact *contact,
-                               const thrum_around *around, thrum_error *error) {
+                               const thrum_contact_environment *environment, thrum_error *error) {
   thrum_contact_run run;
-  const thrum_status status = open_run(model, state, contact, around, &run, error);
+  const thrum_status status = open_run(model, state, contact, environment, &run, error);
   if (status != THRUM_OK)
     return status;
-  if (!contact->begun || contact->pull_count != around->pull_count)
+  if (!contact->begun || contact->pull_count != environment->pull_count)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "no step has begun with what is around now");
   end(&run);
@@ -179,10 +179,10 @@ static thrum_status again(thrum_contact_run *run, int attempt, thrum_error *erro
 }
 
 thrum_status thrum_contact_step(const thrum_model *model, thrum_state *state,
-                                thrum_contact *contact, const thrum_around *around,
-                                thrum_error *error) {
+                                thrum_contact *contact,
+                                const thrum_contact_environment *environment, thrum_error *error) {
   thrum_contact_run run;
-  thrum_status status = open_run(model, state, contact, around, &run, error);
+  thrum_status status = open_run(model, state, contact, environment, &run, error);
   if (status != THRUM_OK)
     return status;
   const thrum_contact before = *contact;

@@ -14,6 +14,7 @@
 #include "runtime/base/alignment_check.h"
 #include "runtime/dynamics/batch_group.h"
 #include "thrum/batch.h"
+#include "thrum/polynomial.h"
 
 #define WINDOW 256      /* states that are put in order at a time */
 #define EARLY_VECTORS 9 /* of a state's block, before the past ones */

@@ -66,7 +66,7 @@ static double mean_weight(const thrum_solver *s) {
 static void add_tangent(const thrum_solver *s, double at, double factor, double *matrix) {
   thrum_state_view *view = s->view;
   place(s, at, view->point);
-  thrum_tangent_by(view->kernel, s->model, view->point, view->tangent, view->work);
+  thrum_tangent_stiffness_by(view->kernel, s->model, view->point, view->tangent, view->work);
   const size_t count = (size_t)s->n * (size_t)s->n;
   for (size_t a = 0; a < count; a++)
     matrix[a] += s->weight * factor * view->tangent[a];
@@ -82,7 +82,7 @@ static double evaluate_path(const thrum_solver *s) {
   place(s, 1.0, view->point_2);
   const double *const points[2] = {view->point, view->point_2};
   double *const forces[2] = {view->force, view->force_2}, energies[2];
-  thrum_forces_by(view->kernel, s->model, points, forces, energies, view->work);
+  thrum_internal_forces_by(view->kernel, s->model, points, forces, energies, view->work);
   for (int32_t i = 0; i < s->n; i++)
     view->force[i] = (view->force_start[i] + 4.0 * view->force[i] + view->force_2[i]) / 6.0;
   s->report->potential = energies[1];
@@ -140,7 +140,8 @@ static void complete(const thrum_solver *s, double potential) {
 
 static double evaluate_ends(const thrum_solver *s) {
   thrum_state_view *view = s->view;
-  complete(s, thrum_force_by(view->kernel, s->model, view->middle, view->force_2, view->work));
+  complete(
+      s, thrum_internal_force_by(view->kernel, s->model, view->middle, view->force_2, view->work));
   return 0.0; // R-bar has no potential
 }
 
@@ -155,14 +156,14 @@ static void weigh_ends(const thrum_solver *s, double *matrix) {
 
 static void stiffness_of_ends(const thrum_solver *s, double *matrix) {
   thrum_state_view *view = s->view;
-  thrum_tangent_by(view->kernel, s->model, view->middle, matrix, view->work);
+  thrum_tangent_stiffness_by(view->kernel, s->model, view->middle, matrix, view->work);
   weigh_ends(s, matrix);
 }
 
 static void both_of_ends(const thrum_solver *s, double *matrix) {
   thrum_state_view *view = s->view;
-  complete(s, thrum_force_tangent_by(view->kernel, s->model, view->middle, view->force_2, matrix,
-                                     view->work));
+  complete(s, thrum_internal_force_tangent_by(view->kernel, s->model, view->middle, view->force_2,
+                                              matrix, view->work));
   weigh_ends(s, matrix);
 }
 
@@ -217,7 +218,7 @@ static void border(const thrum_solver *s, const thrum_secant *inverse, bool firs
 /* R(q) into view->force_start; returns V(q). */
 static double start(const thrum_model *model, const thrum_state *state, thrum_state_view *view) {
   if (state->potential_step != state->steps)
-    return thrum_force_by(view->kernel, model, view->q, view->force_start, view->work);
+    return thrum_internal_force_by(view->kernel, model, view->q, view->force_start, view->work);
   memcpy(view->force_start, view->force_now, (size_t)state->rank * sizeof *view->force_start);
   return state->potential;
 }
@@ -234,7 +235,7 @@ static void arrive(const thrum_solver *s) {
     return;
   }
   if (!report->potential_known) {
-    report->potential = thrum_energy_by(view->kernel, s->model, view->q_next, view->work);
+    report->potential = thrum_strain_energy_by(view->kernel, s->model, view->q_next, view->work);
     return;
   }
   // d was corrected by -direction, trial is J0 direction (or less, of what the inverse has learnt

@@ -92,9 +92,10 @@ void thrum_energy_correction_after(const thrum_model *model, thrum_state *state,
       (state->steps + 1 - state->energy_correction_begin) % LOOK != 0)
     return;
   const double kinetic = kinetic_of(view->p_next, state->rank);
-  const double potential = report->potential_known
-                               ? report->potential
-                               : thrum_energy_by(view->kernel, model, view->q_next, view->work);
+  const double potential =
+      report->potential_known
+          ? report->potential
+          : thrum_strain_energy_by(view->kernel, model, view->q_next, view->work);
   const double energy = kinetic + potential;
   const double energy_error = state->target_energy - energy + state->energy_correction_carry;
   if (!isfinite(energy) || !isfinite(energy_error)) {

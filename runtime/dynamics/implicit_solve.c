@@ -19,8 +19,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "runtime/base/dense.h"
 #include "runtime/base/lane_sums.h"
+#include "runtime/linear_algebra/dense.h"
 #include "runtime/polynomial/polynomial_private.h"
 
 /* Iterations that cost less than a Jacobian, measured: of a part of the modes; of all, with a
@@ -34,7 +34,7 @@
 double thrum_solve_force(const thrum_solver *s) {
   thrum_state_view *view = s->view;
   return s->weight / s->at *
-         thrum_force_by(view->kernel, s->model, view->middle, view->force, view->work);
+         thrum_internal_force_by(view->kernel, s->model, view->middle, view->force, view->work);
 }
 
 void thrum_solve_weigh(const thrum_solver *s, double *matrix) {
@@ -46,13 +46,14 @@ void thrum_solve_weigh(const thrum_solver *s, double *matrix) {
 }
 
 void thrum_solve_stiffness(const thrum_solver *s, double *matrix) {
-  thrum_tangent_by(s->view->kernel, s->model, s->view->middle, matrix, s->view->work);
+  thrum_tangent_stiffness_by(s->view->kernel, s->model, s->view->middle, matrix, s->view->work);
   thrum_solve_weigh(s, matrix);
 }
 
 void thrum_solve_both(const thrum_solver *s, double *matrix) {
   thrum_state_view *view = s->view;
-  thrum_force_tangent_by(view->kernel, s->model, view->middle, view->force, matrix, view->work);
+  thrum_internal_force_tangent_by(view->kernel, s->model, view->middle, view->force, matrix,
+                                  view->work);
   thrum_solve_weigh(s, matrix);
 }
 
@@ -107,8 +108,8 @@ void thrum_solve_place(const thrum_solver *s) {
     velocity[i] = rate * d[i] + drift[i];
   }
   if (s->tangent)
-    thrum_tangent_vector_by(s->view->kernel, s->model, view->middle, view->velocity, view->product,
-                            view->work);
+    thrum_tangent_product_by(s->view->kernel, s->model, view->middle, view->velocity, view->product,
+                             view->work);
 }
 
 double thrum_solve_assess(const thrum_solver *s) {
@@ -193,8 +194,8 @@ static void assemble_change(const thrum_solver *s) {
     view->q_next[i] = view->middle[i] + 0.5 * h * view->velocity[i];
     view->point[i] = view->middle[i] - 0.5 * h * view->velocity[i];
   }
-  thrum_tangent_by(s->view->kernel, s->model, view->point, view->tangent, view->work);
-  thrum_tangent_by(s->view->kernel, s->model, view->q_next, view->tangent_2, view->work);
+  thrum_tangent_stiffness_by(s->view->kernel, s->model, view->point, view->tangent, view->work);
+  thrum_tangent_stiffness_by(s->view->kernel, s->model, view->q_next, view->tangent_2, view->work);
   const double scale = s->weight * s->at * s->state->damping_beta / h;
   const size_t n = (size_t)s->n, rank = (size_t)s->state->rank, first = (size_t)s->first;
   for (size_t i = 0; i < n; i++)

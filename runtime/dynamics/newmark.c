@@ -16,8 +16,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "runtime/base/dense.h"
 #include "runtime/dynamics/implicit_solve.h"
+#include "runtime/linear_algebra/dense.h"
 #include "runtime/polynomial/polynomial_private.h"
 
 /* view->total += R(q) + D v, with R in view->force and v in `velocity`. */
@@ -25,9 +25,9 @@ static void add_forces(const thrum_model *model, const thrum_state *state, thrum
                        const double *q, const double *velocity, double *total) {
   const double alpha = state->damping_alpha, beta = state->damping_beta;
   const bool tangent = thrum_tangent_damped(state);
-  thrum_force_by(view->kernel, model, q, view->force, view->work);
+  thrum_internal_force_by(view->kernel, model, q, view->force, view->work);
   if (tangent)
-    thrum_tangent_vector_by(view->kernel, model, q, velocity, view->product, view->work);
+    thrum_tangent_product_by(view->kernel, model, q, velocity, view->product, view->work);
   for (int32_t i = 0; i < state->rank; i++) {
     const double stiff = tangent ? view->product[i] : model->omega2[i] * velocity[i];
     total[i] += view->force[i] + (alpha * velocity[i] + beta * stiff);
@@ -68,7 +68,7 @@ static thrum_status step_explicit(const thrum_model *model, const thrum_state *s
   if (thrum_tangent_damped(state)) {
     double *matrix = view->jacobian_next;
     int32_t *pivots = (int32_t *)(void *)view->pivots_next;
-    thrum_tangent_by(view->kernel, model, view->q_next, matrix, view->work);
+    thrum_tangent_stiffness_by(view->kernel, model, view->q_next, matrix, view->work);
     for (size_t a = 0; a < rank * rank; a++)
       matrix[a] *= gamma * h * state->damping_beta;
     for (size_t i = 0; i < rank; i++)

@@ -18,9 +18,9 @@
 #include <math.h>
 #include <string.h>
 
-#include "runtime/base/dense.h"
 #include "runtime/base/lane_sums.h"
 #include "runtime/dynamics/implicit_solve.h"
+#include "runtime/linear_algebra/dense.h"
 
 #define POOR 0.2      /* residual of a first guess: the next takes no more than two points */
 #define KNOWN 0.9     /* of the linear part of R, by an inverse that is not of this step */

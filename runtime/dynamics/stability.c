@@ -116,8 +116,8 @@ static double iterate_from(const thrum_model *model, const thrum_state *state,
 }
 
 static void multiply(const thrum_model *model, thrum_state_view *view, int32_t n) {
-  thrum_tangent_vector_part(view->kernel, model, n, view->q, view->direction, view->product,
-                            view->work);
+  thrum_tangent_product_part(view->kernel, model, n, view->q, view->direction, view->product,
+                             view->work);
 }
 
 static double iterate(const thrum_model *model, const thrum_state *state, thrum_state_view *view,
@@ -220,7 +220,7 @@ thrum_status thrum_stability_sample(const thrum_model *model, thrum_state *state
 /* The synchronised energy of all modes. */
 static double energy_at(const thrum_model *model, const thrum_state *state, thrum_state_view *view,
                         const double *q, const double *p) {
-  double sum = thrum_energy_by(view->kernel, model, q, view->work);
+  double sum = thrum_strain_energy_by(view->kernel, model, q, view->work);
   for (int32_t i = 0; i < state->rank; i++)
     sum += 0.5 * (p[i] * p[i]);
   return sum;

@@ -14,8 +14,8 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
-#include "runtime/base/dense.h"
 #include "runtime/dynamics/state_private.h"
+#include "runtime/linear_algebra/dense.h"
 #include "runtime/polynomial/polynomial_private.h"
 
 /* Solves (1 + h/2 D_EE) x = x with the T in view->tangent; overwrites jacobian_next. */
@@ -50,8 +50,8 @@ static void subtract_tangent(const thrum_state *state, const thrum_state_view *v
 
 double thrum_stagger_force(const thrum_model *model, const thrum_state *state,
                            thrum_state_view *view, const double *q) {
-  const double energy =
-      thrum_force_part(view->kernel, model, thrum_staggered(state), q, view->force, view->work);
+  const double energy = thrum_internal_force_part(view->kernel, model, thrum_staggered(state), q,
+                                                  view->force, view->work);
   for (int32_t i = state->split; i < thrum_staggered(state); i++)
     view->force[i] -= model->omega2[i] * q[i];
   return energy;
@@ -73,7 +73,7 @@ thrum_status thrum_stagger_kick(const thrum_model *model, const thrum_state *sta
   // tangent form: both halves of the damping with T at q_k, D_EI p_I on the right
   const double alpha = 0.5 * h * state->damping_alpha;
   const double beta = h * state->damping_beta;
-  thrum_tangent_by(view->kernel, model, view->q, view->tangent, view->work);
+  thrum_tangent_stiffness_by(view->kernel, model, view->q, view->tangent, view->work);
   for (int32_t i = 0; i < n; i++) {
     const double load = 0.5 * (view->load_before[i] + view->load[i]);
     view->p_next[i] = (1.0 - alpha) * view->p[i] - h * (view->force[i] - load);
@@ -91,7 +91,7 @@ thrum_status thrum_stagger_synchronise(const thrum_model *model, const thrum_sta
     view->p_next[i] = view->p[i];
   if (n == 0) {
     if (potential)
-      *potential = thrum_energy_by(view->kernel, model, view->q, view->work);
+      *potential = thrum_strain_energy_by(view->kernel, model, view->q, view->work);
     return THRUM_OK;
   }
   const double energy = thrum_stagger_force(model, state, view, view->q);
@@ -105,7 +105,7 @@ thrum_status thrum_stagger_synchronise(const thrum_model *model, const thrum_sta
       view->p_next[i] /= 1.0 + half * thrum_rest_damping(model, state, i);
     return THRUM_OK;
   }
-  thrum_tangent_by(view->kernel, model, view->q, view->tangent, view->work);
+  thrum_tangent_stiffness_by(view->kernel, model, view->q, view->tangent, view->work);
   subtract_tangent(state, view, half * state->damping_beta, n, state->rank, view->p_next);
   return solve_damped(state, view, view->p_next);
 }
@@ -119,7 +119,7 @@ void thrum_stagger_delay(const thrum_model *model, const thrum_state *state, thr
   thrum_stagger_force(model, state, view, q);
   const bool tangent = thrum_tangent_damped(state);
   if (tangent)
-    thrum_tangent_vector_by(view->kernel, model, q, p, view->product, view->work);
+    thrum_tangent_product_by(view->kernel, model, q, p, view->product, view->work);
   for (int32_t i = 0; i < n; i++) {
     const double damped = tangent
                               ? state->damping_alpha * p[i] + state->damping_beta * view->product[i]

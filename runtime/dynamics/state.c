@@ -230,7 +230,7 @@ thrum_status thrum_state_init(void *memory, size_t memory_size, const thrum_mode
     return status;
   if (!memory || !state)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "memory or state is NULL");
-  status = thrum_caller_check("state", memory, memory_size, size, error);
+  status = thrum_alignment_check("state", memory, memory_size, size, error);
   if (status != THRUM_OK)
     return status;
   memset(memory, 0, size);

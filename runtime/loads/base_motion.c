@@ -9,6 +9,7 @@
 #include "runtime/base/fp_contract.h"
 
 #include "thrum/base_motion.h"
+#include "thrum/external_load.h"
 
 #include <inttypes.h>
 #include <math.h>
@@ -68,7 +69,7 @@ void thrum_base_motion_mean(const thrum_base_motion *motion, int64_t step, doubl
 thrum_status thrum_base_motion_load(const thrum_model *model, const double acceleration[3],
                                     double *reduced, thrum_error *error) {
   const double inertial[3] = {-acceleration[0], -acceleration[1], -acceleration[2]};
-  return thrum_force_add_gravity(model, inertial, reduced, error);
+  return thrum_load_add_gravity(model, inertial, reduced, error);
 }
 
 void thrum_base_motion_integrate(int64_t count, const double *times, const double *accelerations,

@@ -8,7 +8,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "runtime/model/npy.h"
+#include "runtime/base/npy.h"
 #include "runtime/model/zip.h"
 
 #define SUFFIX ".npy"

@@ -14,7 +14,7 @@ static thrum_status lay_out(thrum_embedding_layout *layout, const thrum_embeddin
   size_t size = thrum_round_up(sizeof(thrum_embedding));
   for (int a = 0; a < THRUM_EMBEDDING_ARRAY_COUNT; a++)
     size += layout->data[a] != NULL ? thrum_round_up(thrum_embedding_bytes(layout, a)) : 0;
-  unsigned char *memory = thrum_block_allocate(size);
+  unsigned char *memory = thrum_file_buffer_allocate(size);
   if (memory == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory to load the surface");
   unsigned char *next = memory + thrum_round_up(sizeof(thrum_embedding));
@@ -45,7 +45,7 @@ thrum_status thrum_embedding_load(const char *path, const thrum_embedding **embe
     return thrum_error_set(error, THRUM_IO, "the name of the surface file is empty");
   unsigned char *file = NULL;
   size_t size = 0;
-  thrum_status status = thrum_block_read(path, &file, &size, error);
+  thrum_status status = thrum_file_buffer_read(path, &file, &size, error);
   if (status != THRUM_OK)
     return status;
   thrum_error reason = {THRUM_OK, ""};
@@ -54,7 +54,7 @@ thrum_status thrum_embedding_load(const char *path, const thrum_embedding **embe
   if (status == THRUM_OK)
     status = lay_out(&layout, embedding, &reason);
   free(file);
-  return status == THRUM_OK ? status : thrum_block_fail(path, status, reason.message, error);
+  return status == THRUM_OK ? status : thrum_file_buffer_fail(path, status, reason.message, error);
 }
 
 void thrum_embedding_free(const thrum_embedding *embedding) {
@@ -70,7 +70,7 @@ static thrum_status make_surface(const thrum_embedding *embedding, const thrum_m
     status = thrum_surface_size(model, &def, &size, error);
   if (status != THRUM_OK)
     return status;
-  void *memory = thrum_block_allocate(size);
+  void *memory = thrum_file_buffer_allocate(size);
   if (memory == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the surface");
   status = thrum_surface_init(memory, size, model, &def, surface, error);
@@ -91,7 +91,7 @@ thrum_status thrum_surface_load(const char *path, const thrum_model *model,
   thrum_error reason = {THRUM_OK, ""};
   status = make_surface(embedding, model, surface, &reason);
   thrum_embedding_free(embedding);
-  return status == THRUM_OK ? status : thrum_block_fail(path, status, reason.message, error);
+  return status == THRUM_OK ? status : thrum_file_buffer_fail(path, status, reason.message, error);
 }
 
 void thrum_surface_free(const thrum_surface *surface) {

@@ -19,14 +19,14 @@ static const char *short_path(const char *path, const char **dots) {
   return size > SHOWN ? path + size - SHOWN : path;
 }
 
-thrum_status thrum_block_fail(const char *path, thrum_status status, const char *reason,
-                              thrum_error *error) {
+thrum_status thrum_file_buffer_fail(const char *path, thrum_status status, const char *reason,
+                                    thrum_error *error) {
   const char *dots;
   const char *shown = short_path(path, &dots);
   return thrum_error_set(error, status, "%s%s: %s", dots, shown, reason);
 }
 
-void *thrum_block_allocate(size_t size) {
+void *thrum_file_buffer_allocate(size_t size) {
   if (size > PTRDIFF_MAX - THRUM_ALIGNMENT)
     return NULL;
   return aligned_alloc(THRUM_ALIGNMENT,
@@ -38,15 +38,16 @@ static thrum_status find_size(FILE *stream, const char *path, size_t *size, thru
   errno = 0;
   if (fgetc(stream) == EOF) {
     if (!ferror(stream))
-      return thrum_block_fail(path, THRUM_BAD_FORMAT, "the file is empty", error);
-    return thrum_block_fail(path, THRUM_IO, errno != 0 ? strerror(errno) : "cannot be read", error);
+      return thrum_file_buffer_fail(path, THRUM_BAD_FORMAT, "the file is empty", error);
+    return thrum_file_buffer_fail(path, THRUM_IO, errno != 0 ? strerror(errno) : "cannot be read",
+                                  error);
   }
   long end = fseek(stream, 0, SEEK_END) == 0 ? ftell(stream) : -1;
   if (end <= 0 || fseek(stream, 0, SEEK_SET) != 0)
-    return thrum_block_fail(path, THRUM_IO, "not a regular file", error);
+    return thrum_file_buffer_fail(path, THRUM_IO, "not a regular file", error);
   if ((unsigned long)end >= 0xFFFFFFFFul)
-    return thrum_block_fail(path, THRUM_UNSUPPORTED,
-                            "4 GiB or more: no file of Thrum is that large", error);
+    return thrum_file_buffer_fail(path, THRUM_UNSUPPORTED,
+                                  "4 GiB or more: no file of Thrum is that large", error);
   *size = (size_t)end;
   return THRUM_OK;
 }
@@ -57,27 +58,27 @@ static thrum_status read_stream(FILE *stream, const char *path, unsigned char **
   thrum_status status = find_size(stream, path, size, error);
   if (status != THRUM_OK)
     return status;
-  unsigned char *memory = thrum_block_allocate(*size);
+  unsigned char *memory = thrum_file_buffer_allocate(*size);
   if (memory == NULL)
-    return thrum_block_fail(path, THRUM_OUT_OF_MEMORY, "no memory to load it", error);
+    return thrum_file_buffer_fail(path, THRUM_OUT_OF_MEMORY, "no memory to load it", error);
   if (fread(memory, 1, *size, stream) != *size || fgetc(stream) != EOF) {
     free(memory);
-    return thrum_block_fail(path, THRUM_IO, "cannot be read to its end, or changed meanwhile",
-                            error);
+    return thrum_file_buffer_fail(path, THRUM_IO, "cannot be read to its end, or changed meanwhile",
+                                  error);
   }
   *block = memory;
   return THRUM_OK;
 }
 
-thrum_status thrum_block_read(const char *path, unsigned char **block, size_t *size,
-                              thrum_error *error) {
+thrum_status thrum_file_buffer_read(const char *path, unsigned char **block, size_t *size,
+                                    thrum_error *error) {
   if (path[0] == '\0')
     return thrum_error_set(error, THRUM_IO, "the name of the file is empty");
   errno = 0;
   FILE *stream = fopen(path, "rb");
   if (stream == NULL)
-    return thrum_block_fail(path, THRUM_IO, errno != 0 ? strerror(errno) : "cannot be opened",
-                            error);
+    return thrum_file_buffer_fail(path, THRUM_IO, errno != 0 ? strerror(errno) : "cannot be opened",
+                                  error);
   const thrum_status status = read_stream(stream, path, block, size, error);
   fclose(stream);
   return status;

@@ -8,6 +8,7 @@
 
 #include "runtime/model/model_layout.h"
 #include "runtime/polynomial/packed.h"
+#include "thrum/polynomial.h"
 
 static int is_aligned(const void *p) {
   return (uintptr_t)p % THRUM_ALIGNMENT == 0;

@@ -12,7 +12,7 @@ static thrum_status adopt(unsigned char *file, size_t size, const thrum_model **
                           thrum_error *error) {
   size_t needed = 0;
   thrum_status status = thrum_model_size(file, size, &needed, error);
-  void *memory = status == THRUM_OK ? thrum_block_allocate(needed) : NULL;
+  void *memory = status == THRUM_OK ? thrum_file_buffer_allocate(needed) : NULL;
   if (status == THRUM_OK && memory == NULL)
     status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory to load the model");
   if (status == THRUM_OK)
@@ -30,12 +30,12 @@ thrum_status thrum_model_load(const char *path, const thrum_model **model, thrum
     return thrum_error_set(error, THRUM_IO, "the name of the model file is empty");
   unsigned char *block = NULL;
   size_t size = 0;
-  thrum_status status = thrum_block_read(path, &block, &size, error);
+  thrum_status status = thrum_file_buffer_read(path, &block, &size, error);
   if (status != THRUM_OK)
     return status;
   thrum_error reason = {THRUM_OK, ""};
   status = adopt(block, size, model, &reason);
-  return status == THRUM_OK ? status : thrum_block_fail(path, status, reason.message, error);
+  return status == THRUM_OK ? status : thrum_file_buffer_fail(path, status, reason.message, error);
 }
 
 void thrum_model_free(const thrum_model *model) {

@@ -16,6 +16,7 @@
 #include <string.h>
 
 #include "runtime/model/model_layout.h"
+#include "thrum/polynomial.h"
 
 /* What each array is multiplied by. */
 typedef struct factors {

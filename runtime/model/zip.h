@@ -7,7 +7,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "runtime/model/crc32.h"
+#include "runtime/base/crc32.h"
 #include "thrum/status.h"
 
 #define THRUM_ZIP_MEMBERS_MAX 4096 /* keeps the search for duplicates short */

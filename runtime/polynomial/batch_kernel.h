@@ -29,11 +29,11 @@ static inline int64_t thrum_batch_work(int64_t rank) {
 typedef struct thrum_batch_kernel {
   int64_t lanes; /* states */
 
-  /* thrum_force_part: R(q) into force (the first `split`), V(q) into energy (1). */
+  /* thrum_internal_force_part: R(q) into force (the first `split`), V(q) into energy (1). */
   void (*force_part)(const thrum_model *model, int64_t split, const double *q, double *force,
                      double *energy, double *work);
 
-  /* thrum_tangent_vector_part: into product (the first `split`). */
+  /* thrum_tangent_product_part: into product (the first `split`). */
   void (*tangent_vector_part)(const thrum_model *model, int64_t split, const double *q,
                               const double *v, double *product, double *work);
 

@@ -1,10 +1,10 @@
 /* The passes for several states at once with AVX2: four.
  * SPDX-License-Identifier: Apache-2.0 */
+#include "runtime/base/fp_contract.h"
+
 #include "runtime/polynomial/batch_kernel.h"
 
 #ifdef THRUM_KERNEL_HAS_X86
-
-#include "runtime/base/fp_contract.h"
 
 #include <immintrin.h>
 

@@ -1,10 +1,10 @@
 /* The passes with AVX-512: one register of 8 lanes.
  * SPDX-License-Identifier: Apache-2.0 */
+#include "runtime/base/fp_contract.h"
+
 #include "runtime/polynomial/kernel_private.h"
 
 #ifdef THRUM_KERNEL_HAS_X86
-
-#include "runtime/base/fp_contract.h"
 
 #include <immintrin.h>
 

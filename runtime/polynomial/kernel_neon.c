@@ -1,10 +1,10 @@
 /* The passes with NEON of 64-bit ARM: four registers of 2 lanes.
  * SPDX-License-Identifier: Apache-2.0 */
+#include "runtime/base/fp_contract.h"
+
 #include "runtime/polynomial/kernel_private.h"
 
 #ifdef THRUM_KERNEL_HAS_ARM
-
-#include "runtime/base/fp_contract.h"
 
 #include <arm_neon.h>
 

@@ -1,10 +1,10 @@
 /* The passes with the 128-bit SIMD of WebAssembly: four registers of 2 lanes.
  * SPDX-License-Identifier: Apache-2.0 */
+#include "runtime/base/fp_contract.h"
+
 #include "runtime/polynomial/kernel_private.h"
 
 #ifdef THRUM_KERNEL_HAS_WASM
-
-#include "runtime/base/fp_contract.h"
 
 #include <wasm_simd128.h>
 

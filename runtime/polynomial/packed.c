@@ -7,8 +7,9 @@
 #include <math.h>
 #include <stdbool.h>
 
-#include "runtime/model/model_layout.h"
+#include "runtime/base/alignment_check.h"
 #include "runtime/polynomial/packed.h"
+#include "thrum/polynomial.h"
 
 /* Row d of block c from the file's order: its columns lie a row of c4 apart. */
 static void gather(const thrum_model *model, int64_t c, int64_t d, double *row) {

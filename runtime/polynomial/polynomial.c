@@ -6,12 +6,12 @@
  * solve then sees rank - split coordinates only (runtime/polynomial/packed.h).
  *
  * SPDX-License-Identifier: Apache-2.0 */
+#include "runtime/base/fp_contract.h"
+
 #include "runtime/polynomial/packed.h"
 #include "runtime/polynomial/polynomial_private.h"
 
 #include <string.h>
-
-#include "runtime/base/fp_contract.h"
 
 int64_t thrum_c3_index(int64_t rank, int64_t i, int64_t j, int64_t k) {
   // before block j come all terms but those of the blocks from j on: with i >= j, and with i < j
@@ -35,8 +35,8 @@ static const thrum_kernel *fit(const thrum_kernel *by, const thrum_model *model)
   return thrum_is_packed(model) ? by : &thrum_kernel_reference;
 }
 
-double thrum_energy_by(const thrum_kernel *by, const thrum_model *model, const double *q,
-                       double *work) {
+double thrum_strain_energy_by(const thrum_kernel *by, const thrum_model *model, const double *q,
+                              double *work) {
   double quadratic = 0;
   for (int64_t i = 0; i < model->rank; i++)
     quadratic += 0.5 * model->omega2[i] * q[i] * q[i];
@@ -60,14 +60,15 @@ static void linear_tangent(const thrum_model *model, double *tangent) {
     tangent[i * n + i] = model->omega2[i];
 }
 
-double thrum_force_by(const thrum_kernel *by, const thrum_model *model, const double *q,
-                      double *force, double *work) {
+double thrum_internal_force_by(const thrum_kernel *by, const thrum_model *model, const double *q,
+                               double *force, double *work) {
   const double quadratic = linear_force(model, q, force);
   return quadratic + fit(by, model)->force(model, q, force, work);
 }
 
-void thrum_forces_by(const thrum_kernel *by, const thrum_model *model, const double *const q[2],
-                     double *const force[2], double energy[2], double *work) {
+void thrum_internal_forces_by(const thrum_kernel *by, const thrum_model *model,
+                              const double *const q[2], double *const force[2], double energy[2],
+                              double *work) {
   double value[2];
   for (int k = 0; k < 2; k++)
     energy[k] = linear_force(model, q[k], force[k]);
@@ -76,28 +77,29 @@ void thrum_forces_by(const thrum_kernel *by, const thrum_model *model, const dou
     energy[k] += value[k];
 }
 
-void thrum_tangent_by(const thrum_kernel *by, const thrum_model *model, const double *q,
-                      double *tangent, double *work) {
+void thrum_tangent_stiffness_by(const thrum_kernel *by, const thrum_model *model, const double *q,
+                                double *tangent, double *work) {
   linear_tangent(model, tangent);
   fit(by, model)->tangent(model, q, NULL, tangent, work);
 }
 
-double thrum_force_tangent_by(const thrum_kernel *by, const thrum_model *model, const double *q,
-                              double *force, double *tangent, double *work) {
+double thrum_internal_force_tangent_by(const thrum_kernel *by, const thrum_model *model,
+                                       const double *q, double *force, double *tangent,
+                                       double *work) {
   const double quadratic = linear_force(model, q, force);
   linear_tangent(model, tangent);
   return quadratic + fit(by, model)->tangent(model, q, force, tangent, work);
 }
 
-void thrum_tangent_vector_by(const thrum_kernel *by, const thrum_model *model, const double *q,
-                             const double *v, double *product, double *work) {
+void thrum_tangent_product_by(const thrum_kernel *by, const thrum_model *model, const double *q,
+                              const double *v, double *product, double *work) {
   for (int64_t i = 0; i < model->rank; i++)
     product[i] = model->omega2[i] * v[i];
   fit(by, model)->tangent_vector(model, q, v, product, work);
 }
 
-double thrum_force_part(const thrum_kernel *by, const thrum_model *model, int32_t split,
-                        const double *q, double *force, double *work) {
+double thrum_internal_force_part(const thrum_kernel *by, const thrum_model *model, int32_t split,
+                                 const double *q, double *force, double *work) {
   double quadratic = 0;
   for (int64_t i = 0; i < model->rank; i++)
     quadratic += 0.5 * model->omega2[i] * q[i] * q[i];
@@ -106,28 +108,30 @@ double thrum_force_part(const thrum_kernel *by, const thrum_model *model, int32_
   return quadratic + fit(by, model)->force_part(model, split, q, force, work);
 }
 
-void thrum_tangent_vector_part(const thrum_kernel *by, const thrum_model *model, int32_t split,
-                               const double *q, const double *v, double *product, double *work) {
+void thrum_tangent_product_part(const thrum_kernel *by, const thrum_model *model, int32_t split,
+                                const double *q, const double *v, double *product, double *work) {
   for (int64_t i = 0; i < split; i++)
     product[i] = model->omega2[i] * v[i];
   fit(by, model)->tangent_vector_part(model, split, q, v, product, work);
 }
 
-double thrum_energy(const thrum_model *model, const double *q, double *work) {
-  return thrum_energy_by(thrum_kernel_get(THRUM_KERNEL_BEST), model, q, work);
+double thrum_strain_energy(const thrum_model *model, const double *q, double *work) {
+  return thrum_strain_energy_by(thrum_kernel_get(THRUM_KERNEL_BEST), model, q, work);
 }
 
-double thrum_force(const thrum_model *model, const double *q, double *force, double *work) {
-  return thrum_force_by(thrum_kernel_get(THRUM_KERNEL_BEST), model, q, force, work);
+double thrum_internal_force(const thrum_model *model, const double *q, double *force,
+                            double *work) {
+  return thrum_internal_force_by(thrum_kernel_get(THRUM_KERNEL_BEST), model, q, force, work);
 }
 
-void thrum_tangent(const thrum_model *model, const double *q, double *tangent, double *work) {
-  thrum_tangent_by(thrum_kernel_get(THRUM_KERNEL_BEST), model, q, tangent, work);
+void thrum_tangent_stiffness(const thrum_model *model, const double *q, double *tangent,
+                             double *work) {
+  thrum_tangent_stiffness_by(thrum_kernel_get(THRUM_KERNEL_BEST), model, q, tangent, work);
 }
 
-void thrum_tangent_vector(const thrum_model *model, const double *q, const double *v,
-                          double *product, double *work) {
-  thrum_tangent_vector_by(thrum_kernel_get(THRUM_KERNEL_BEST), model, q, v, product, work);
+void thrum_tangent_product(const thrum_model *model, const double *q, const double *v,
+                           double *product, double *work) {
+  thrum_tangent_product_by(thrum_kernel_get(THRUM_KERNEL_BEST), model, q, v, product, work);
 }
 
 void thrum_polynomial_restrict(const thrum_kernel *by, const thrum_model *model, int32_t split,

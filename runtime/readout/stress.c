@@ -133,7 +133,7 @@ thrum_status thrum_stress_points_init(void *memory, size_t memory_size, const th
     return status;
   if (!memory || !stress_points)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "memory or stress points is NULL");
-  status = thrum_caller_check("stress points", memory, memory_size, size, error);
+  status = thrum_alignment_check("stress points", memory, memory_size, size, error);
   if (status != THRUM_OK)
     return status;
   memset(memory, 0, size);

@@ -160,7 +160,7 @@ thrum_status thrum_surface_init(void *memory, size_t memory_size, const thrum_mo
     return status;
   if (!memory || !surface)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "memory or surface is NULL");
-  status = thrum_caller_check("surface", memory, memory_size, size, error);
+  status = thrum_alignment_check("surface", memory, memory_size, size, error);
   if (status != THRUM_OK)
     return status;
   memset(memory, 0, size);

@@ -20,8 +20,9 @@
 #include <math.h>
 #include <string.h>
 
-#include "runtime/base/symmetric.h"
 #include "runtime/dynamics/state_private.h"
+#include "runtime/linear_algebra/symmetric.h"
+#include "thrum/polynomial.h"
 
 #define DEF_COOKIE UINT32_C(0x65717569)
 #define ALIGNMENT 64
@@ -346,8 +347,8 @@ static double linear_estimate(thrum_search *s) {
     s->trial[i] = s->load[i] / s->model->omega2[i];
     s->predicted[i] = -s->trial[i];
   }
-  thrum_tangent_by(s->kernel, s->model, s->trial, s->tangent, s->work);
-  thrum_tangent_by(s->kernel, s->model, s->predicted, s->factors, s->work);
+  thrum_tangent_stiffness_by(s->kernel, s->model, s->trial, s->tangent, s->work);
+  thrum_tangent_stiffness_by(s->kernel, s->model, s->predicted, s->factors, s->work);
   for (size_t a = 0; a < n * n; a++)
     s->tangent[a] = 0.5 * (s->tangent[a] - s->factors[a]);
   const double largest = divide_by_omega(s, s->tangent);
@@ -357,7 +358,7 @@ static double linear_estimate(thrum_search *s) {
   // where the body bends before it buckles, what is left out is no small part: say nothing then
   for (size_t i = 0; i < n; i++)
     s->trial[i] /= -least;
-  thrum_tangent_by(s->kernel, s->model, s->trial, s->tangent, s->work);
+  thrum_tangent_stiffness_by(s->kernel, s->model, s->trial, s->tangent, s->work);
   divide_by_omega(s, s->tangent);
   return fabs(thrum_symmetric_least(s->tangent, s->n, s->spare)) < LINEAR ? -1.0 / least : NAN;
 }

@@ -16,8 +16,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "runtime/base/dense.h"
-#include "runtime/base/symmetric.h"
+#include "runtime/linear_algebra/dense.h"
+#include "runtime/linear_algebra/symmetric.h"
 #include "runtime/statics/equilibrium_private.h"
 
 #define ROUNDING (256.0 * DBL_EPSILON) /* of the largest |q|: no residual falls below it */
@@ -26,7 +26,7 @@
 
 thrum_search_measure thrum_search_assess(thrum_search *s, double factor) {
   thrum_search_measure found;
-  found.energy = thrum_force_by(s->kernel, s->model, s->trial, s->force, s->work);
+  found.energy = thrum_internal_force_by(s->kernel, s->model, s->trial, s->force, s->work);
   double sum = 0.0, worked = 0.0;
   for (int32_t i = 0; i < s->n; i++) {
     s->residual[i] = s->force[i] - factor * s->load[i];
@@ -66,7 +66,7 @@ static void solve(const thrum_search *s, double *x) {
 }
 
 bool thrum_search_rate(thrum_search *s, const double *q, double *rate) {
-  thrum_tangent_by(s->kernel, s->model, q, s->tangent, s->work);
+  thrum_tangent_stiffness_by(s->kernel, s->model, q, s->tangent, s->work);
   if (!factorise(s, 0.0))
     return false;
   memcpy(rate, s->load, (size_t)s->n * sizeof *rate);
@@ -79,7 +79,7 @@ bool thrum_search_rate(thrum_search *s, const double *q, double *rate) {
 
 double thrum_search_least(thrum_search *s, const double *q, bool vector) {
   const size_t n = (size_t)s->n;
-  thrum_tangent_by(s->kernel, s->model, q, s->tangent, s->work);
+  thrum_tangent_stiffness_by(s->kernel, s->model, q, s->tangent, s->work);
   memcpy(s->factors, s->tangent, n * n * sizeof *s->factors);
   const double least = thrum_symmetric_least(s->factors, s->n, s->spare);
   if (vector)
@@ -124,7 +124,7 @@ bool thrum_search_near(thrum_search *s, double factor, thrum_search_measure *fou
   for (int32_t j = 0; found->norm > target(s, factor); j++) {
     if (j == NEAR_ITERATIONS || !isfinite(found->norm))
       return false;
-    thrum_tangent_by(s->kernel, s->model, s->trial, s->tangent, s->work);
+    thrum_tangent_stiffness_by(s->kernel, s->model, s->trial, s->tangent, s->work);
     if (!factorise(s, 0.0))
       return false;
     memcpy(s->direction, s->residual, (size_t)s->n * sizeof *s->direction);

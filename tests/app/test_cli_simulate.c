@@ -12,6 +12,9 @@
 #include "io/file.h"
 #include "io/npy_file.h"
 #include "tests/support/simulate_support.h"
+#include "thrum/displacement.h"
+#include "thrum/external_load.h"
+#include "thrum/polynomial.h"
 
 static const double pi = 3.14159265358979323846;
 static const char *const integrators[] = {"imexv", "newmark", "verlet", "midpoint"};
@@ -302,7 +305,7 @@ static void a_damped_beam_comes_to_rest_where_its_force_balances_gravity(void **
   const double gravity[3] = {0, 0, -9.81};
   double *work = malloc(thrum_work_count(model) * sizeof *work);
   assert_non_null(work);
-  assert_int_equal(thrum_force_add_gravity(model, gravity, force, NULL), 0);
+  assert_int_equal(thrum_load_add_gravity(model, gravity, force, NULL), 0);
   for (int n = 0; n < 4; n++) {
     cJSON *object = SIMULATE("beam.npz", "--time", "4", "--dt", "0.0005", "--integrator",
                              integrators[n], "--load", "gravity:0,0,-9.81", "--damping", "12");
@@ -310,7 +313,7 @@ static void a_damped_beam_comes_to_rest_where_its_force_balances_gravity(void **
     assert_true(cJSON_IsNull(cJSON_GetObjectItemCaseSensitive(object, "drift")));
     cJSON_Delete(object);
     double *end = read_array("end.npy", 2, 10);
-    thrum_force(model, end, internal, work);
+    thrum_internal_force(model, end, internal, work);
     for (int i = 0; i < 10; i++) {
       assert_near(internal[i], force[i], 1e-6 * fabs(force[0]));
       assert_near(end[10 + i], 0, 1e-6);
@@ -333,7 +336,7 @@ static void rows_hold_the_energies_of_their_states(void **state) {
   for (int64_t n = 0; n < 101; n++) {
     assert_true(rows[n].step == (double)n);
     assert_near(rows[n].time, 0.003 * (double)n, 1e-15);
-    assert_near(rows[n].potential, thrum_energy(model, q + 10 * n, work), 1e-15);
+    assert_near(rows[n].potential, thrum_strain_energy(model, q + 10 * n, work), 1e-15);
     assert_near(rows[n].total, rows[n].kinetic + rows[n].potential, 1e-15);
     least = fmin(least, rows[n].total);
     most = fmax(most, rows[n].total);

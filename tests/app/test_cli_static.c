@@ -11,6 +11,8 @@
 #include "io/npy_file.h"
 #include "io/npz.h"
 #include "tests/support/simulate_support.h"
+#include "thrum/displacement.h"
+#include "thrum/polynomial.h"
 
 static char folder[64];
 

@@ -7,7 +7,7 @@ target=$1 source=$2 out=$3/tests/cross-$1
 mkdir -p "$out"
 cd "$source"
 set -- -std=c11 -O2 -ffp-contract=off -DRANK_LIMIT=40 -Itests/cross -Iinclude -I. \
-  runtime/polynomial/*.c runtime/base/*.c
+  runtime/base/*.c runtime/polynomial/*.c runtime/linear_algebra/*.c
 for name in test_kernel test_inverse; do
   if [ "$target" = neon ]; then
     aarch64-linux-gnu-gcc -static tests/*/*/"$name.c" "$@" -lm -o "$out/$name"

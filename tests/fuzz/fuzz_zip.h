@@ -6,7 +6,7 @@
 #include <stdint.h>
 #include <string.h>
 
-#include "runtime/model/crc32.h"
+#include "runtime/base/crc32.h"
 
 #define LOCAL 30 /* bytes of a member's header before its name; CENTRAL: in the directory */
 #define CENTRAL 46

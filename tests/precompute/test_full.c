@@ -384,7 +384,7 @@ static void reduced_and_full_equilibria_agree(void **state) {
     fail_msg("%s", error.message);
   assert_true(found.residual <= 1e-10);
   double load[20] = {0}, q[20] = {0}, seen[20];
-  assert_int_equal(thrum_force_add_gravity(model, g, load, NULL), THRUM_OK);
+  assert_int_equal(thrum_load_add_gravity(model, g, load, NULL), THRUM_OK);
   size_t size = 0;
   thrum_equilibrium_size(model, &size, NULL);
   void *workspace = aligned_alloc(64, size);

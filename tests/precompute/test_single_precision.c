@@ -11,6 +11,7 @@
 
 #include "precompute/polynomial/single_precision.h"
 #include "tests/support/random_model.h"
+#include "thrum/polynomial.h"
 
 static void coefficients_become_single_and_frequencies_stay(void **state) {
   (void)state;
@@ -44,8 +45,8 @@ static void the_error_said_bounds_that_of_the_force_at_such_amplitudes(void **st
   for (int s = 0; s < 50; s++) {
     double q[8], a[8], b[8], difference = 0.0, size = 0.0;
     random_vector(&random, 8, 0.3, q);
-    thrum_force(&exact.model, q, a, work);
-    thrum_force(&rounded.model, q, b, work);
+    thrum_internal_force(&exact.model, q, a, work);
+    thrum_internal_force(&rounded.model, q, b, work);
     for (int i = 0; i < 8; i++) {
       difference += (a[i] - b[i]) * (a[i] - b[i]);
       size += a[i] * a[i];

@@ -3,6 +3,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/state_support.h"
 
+#include "thrum/external_load.h"
 #include "thrum/scene.h"
 
 enum { RANK = 8, VERTICES = 9, STEPS = 200 };
@@ -68,8 +69,8 @@ static void step_alone(const fixture *f, const thrum_state_def *def, const thrum
   const thrum_model *model = &f->m.model;
   const thrum_load loads[2] = {{THRUM_LOAD_CONSTANT, 0, INFINITY, 0}, *course};
   double directions[2 * RANK] = {0}, sum[RANK];
-  assert_int_equal(thrum_force_add_gravity(model, gravity, directions, NULL), THRUM_OK);
-  assert_int_equal(thrum_force_add_shared(model, vertex, 1, force, directions + RANK, NULL),
+  assert_int_equal(thrum_load_add_gravity(model, gravity, directions, NULL), THRUM_OK);
+  assert_int_equal(thrum_load_add_shared(model, vertex, 1, force, directions + RANK, NULL),
                    THRUM_OK);
   thrum_state *state = state_make(model, def);
   for (int k = 0; k < STEPS; k++) {
@@ -368,7 +369,7 @@ static void loads_keep_their_time_when_dt_changes(void **context) {
   steps(f->scene, 200);
   MUST(thrum_scene_body_get(f->scene, 0, NULL, p, &error));
   // without a force of its own the momentum is the integral of the load
-  assert_int_equal(thrum_force_add_field(&f->m.model, field, expected, NULL), THRUM_OK);
+  assert_int_equal(thrum_load_add_field(&f->m.model, field, expected, NULL), THRUM_OK);
   const double integral = (1 - cos(2 * pi * 4 * 0.19)) / (2 * pi * 4);
   for (int i = 0; i < RANK; i++)
     assert_true(fabs(p[i] - integral * expected[i]) < 1e-12);

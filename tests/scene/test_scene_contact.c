@@ -4,6 +4,8 @@
 #include "tests/support/precompute_support.h"
 
 #include "mesh/mesh_faces.h"
+#include "thrum/displacement.h"
+#include "thrum/external_load.h"
 #include "thrum/scene.h"
 
 #define MUST(call)                                                                                 \
@@ -259,7 +261,7 @@ static void contact_has_the_bits_of_the_library_alone(void **context) {
   double *q = need((size_t)m->rank, sizeof *q), *load = need((size_t)m->rank, sizeof *load);
   MUST(thrum_mode_add(m, 0, 0.05, q, &error));
   MUST(thrum_state_set(m, state, q, NULL, &error));
-  MUST(thrum_force_add_gravity(m, down, load, &error));
+  MUST(thrum_load_add_gravity(m, down, load, &error));
   thrum_contact_def contact_def = thrum_default_contact_def();
   contact_def.vertices = moving;
   contact_def.vertex_count = moving_count;
@@ -267,9 +269,10 @@ static void contact_has_the_bits_of_the_library_alone(void **context) {
   MUST(thrum_contact_size(m, state, &contact_def, &size, &error));
   void *block = aligned_alloc(64, (size + 63) / 64 * 64);
   MUST(thrum_contact_init(block, size, m, state, &contact_def, &contact, &error));
-  const thrum_around around = {.obstacles = &floor, .obstacle_count = 1, .load = load};
+  const thrum_contact_environment environment = {
+      .obstacles = &floor, .obstacle_count = 1, .load = load};
   for (int k = 0; k < 150; k++)
-    MUST(thrum_contact_step(m, state, contact, &around, &error));
+    MUST(thrum_contact_step(m, state, contact, &environment, &error));
   MUST(thrum_state_get(m, state, q, NULL, &error));
   MUST(thrum_scene_body_get(f->scene, 0, load, NULL, &error));
   assert_memory_equal(q, load, (size_t)m->rank * sizeof *q);

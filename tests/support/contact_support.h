@@ -41,7 +41,7 @@ typedef struct rig {
   thrum_contact *contact;
   thrum_translation translation;
   thrum_obstacle floor;
-  thrum_around around;
+  thrum_contact_environment environment;
 } rig;
 
 static inline thrum_contact *contact_make(const thrum_model *model, const thrum_state *state,
@@ -87,10 +87,10 @@ static inline void rig_make(rig *r, const rig_def *def) {
   r->contact = contact_make(&r->m.model, r->state, &contact_def);
   r->translation = (thrum_translation){.mass = RIG_MASS};
   r->floor = thrum_default_obstacle();
-  r->around = (thrum_around){.translation = &r->translation,
-                             .obstacles = &r->floor,
-                             .obstacle_count = 1,
-                             .force = {0, 0, -RIG_MASS * RIG_GRAVITY}};
+  r->environment = (thrum_contact_environment){.translation = &r->translation,
+                                               .obstacles = &r->floor,
+                                               .obstacle_count = 1,
+                                               .force = {0, 0, -RIG_MASS * RIG_GRAVITY}};
 }
 
 static inline void rig_free(rig *r) {
@@ -102,7 +102,7 @@ static inline void rig_free(rig *r) {
 static inline void rig_steps(rig *r, int64_t count) {
   thrum_error error = {0};
   for (int64_t n = 0; n < count; n++)
-    if (thrum_contact_step(&r->m.model, r->state, r->contact, &r->around, &error) < 0)
+    if (thrum_contact_step(&r->m.model, r->state, r->contact, &r->environment, &error) < 0)
       fail_msg("%s", error.message);
 }
 
@@ -115,10 +115,10 @@ static inline double rig_kinetic(const rig *r) {
 static inline double rig_energy(rig *r) {
   double height = 0;
   for (int axis = 0; axis < 3; axis++)
-    height -= r->around.force[axis] * r->translation.position[axis];
-  const thrum_rigid_frame *rigid_frame = r->around.rigid_frame;
+    height -= r->environment.force[axis] * r->translation.position[axis];
+  const thrum_rigid_frame *rigid_frame = r->environment.rigid_frame;
   return state_energy(&r->m.model, r->state).total + rig_kinetic(r) + height +
-         (rigid_frame ? thrum_rigid_frame_energy(rigid_frame, r->around.placement) : 0);
+         (rigid_frame ? thrum_rigid_frame_energy(rigid_frame, r->environment.placement) : 0);
 }
 
 #endif

@@ -21,6 +21,7 @@
 #include <string.h>
 
 #include "thrum/model.h"
+#include "thrum/polynomial.h"
 
 /* splitmix64: the same numbers on every machine. Any seed is fine. */
 typedef struct random_state {

@@ -109,8 +109,8 @@ static inline void reference_rate(const thrum_model *model, const thrum_state_de
                                   const test_load *load, double t, const double *q, const double *p,
                                   double *dq, double *dp, double *work) {
   double force[RANK_MAX], product[RANK_MAX];
-  thrum_force(model, q, force, work);
-  thrum_tangent_vector(model, q, p, product, work);
+  thrum_internal_force(model, q, force, work);
+  thrum_tangent_product(model, q, p, product, work);
   for (int64_t i = 0; i < model->rank; i++) {
     const double stiff =
         def->damping_form == THRUM_DAMPING_TANGENT ? product[i] : model->omega2[i] * p[i];

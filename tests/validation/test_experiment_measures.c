@@ -13,6 +13,7 @@
 #include "io/string_builder.h"
 #include "tests/support/random_model.h"
 #include "tests/support/simulate_support.h"
+#include "thrum/displacement.h"
 #include "validation/experiments/long_run.h"
 #include "validation/experiments/svg_plot.h"
 

@@ -10,6 +10,7 @@
 #include <time.h>
 
 #include "runtime/base/vec3.h"
+#include "thrum/external_load.h"
 
 #define SWING_SECONDS 3.0 /* within which a swing reaches its amplitude */
 #define SWING_TRIES 12
@@ -77,7 +78,7 @@ thrum_status experiment_body_init(const char *name, const thrum_model *model, co
   made.tip = made.push + rank;
   for (int axis = 0; axis < 3 && status >= 0; axis++) {
     const double unit[3] = {axis == 0, axis == 1, axis == 2};
-    status = thrum_force_add_shared(model, vertices, count, unit, made.tip + axis * rank, error);
+    status = thrum_load_add_shared(model, vertices, count, unit, made.tip + axis * rank, error);
   }
   if (status < 0) {
     free(made.push);

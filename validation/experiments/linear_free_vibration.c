@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "thrum/equilibrium.h"
+#include "thrum/polynomial.h"
 
 #define FIRST 1e-3 /* amplitude that the first load would give a linear body */
 #define LAST 3.0   /* and the last; what bends it less than this is not looked for */
@@ -190,7 +191,7 @@ typedef struct timed {
 
 static void time_force(timed *t) {
   double force[THRUM_RANK_MAX];
-  t->sink += thrum_force(t->model, t->q, force, t->work) + force[0];
+  t->sink += thrum_internal_force(t->model, t->q, force, t->work) + force[0];
 }
 
 static void time_step(timed *t) {

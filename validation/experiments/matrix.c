@@ -4,6 +4,8 @@
  * be set against each other. SPDX-License-Identifier: Apache-2.0 */
 #include "validation/experiments/matrix.h"
 
+#include "thrum/external_load.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

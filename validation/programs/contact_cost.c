@@ -67,12 +67,12 @@ static thrum_status measure(const thrum_model *model, scene which, trial *out, t
   const double *x = model->vertices;
   const thrum_pull pull = {
       .weights = {1, 0, 0}, .target = {x[0], x[1], x[2] + 0.1}, .stiffness = 1e3, .damping = -1};
-  thrum_around around = {.translation = &way,
-                         .obstacles = &floor,
-                         .obstacle_count = 1,
-                         .pulls = &pull,
-                         .pull_count = which == PULLED,
-                         .force = {0, 0, -9.81 * mass}};
+  thrum_contact_environment environment = {.translation = &way,
+                                           .obstacles = &floor,
+                                           .obstacle_count = 1,
+                                           .pulls = &pull,
+                                           .pull_count = which == PULLED,
+                                           .force = {0, 0, -9.81 * mass}};
   out->count = 0;
   out->touching = out->sweeps = 0;
   thrum_status status = THRUM_OK;
@@ -80,7 +80,7 @@ static thrum_status measure(const thrum_model *model, scene which, trial *out, t
     const int64_t swept = thrum_contact_report_get(contact).sweeps;
     const double begun = now();
     status = which == ALONE ? thrum_step(model, state, error)
-                            : thrum_contact_step(model, state, contact, &around, error);
+                            : thrum_contact_step(model, state, contact, &environment, error);
     const double time = now() - begun;
     const thrum_contact_report report = thrum_contact_report_get(contact);
     if ((which == FALLING || which == SLIDING) && report.touching == 0)

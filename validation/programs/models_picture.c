@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "mesh/mesh_faces.h"
+#include "thrum/displacement.h"
 #include "validation/experiments/experiment_body.h"
 #include "validation/pictures/render.h"
 

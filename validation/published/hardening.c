@@ -11,6 +11,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "thrum/polynomial.h"
 #include "validation/published/published.h"
 
 #define THICKNESS 0.02

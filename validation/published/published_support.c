@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "thrum/polynomial.h"
 #include "validation/published/published.h"
 
 #define TWO_PI 6.283185307179586

@@ -13,6 +13,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "thrum/polynomial.h"
 #include "validation/published/published.h"
 
 #define SPRINGS 3

@@ -10,6 +10,7 @@
 
 #include "precompute/full/full.h"
 #include "thrum/equilibrium.h"
+#include "thrum/external_load.h"
 #include "validation/published/published.h"
 
 #define SLENDER 0.02 /* thickness over length of the elastica */
@@ -41,7 +42,7 @@ static thrum_status face_force(const thrum_model *model, int axis, double *reduc
   const double unit[3] = {axis == 0, axis == 1, axis == 2};
   memset(reduced, 0, (size_t)model->rank * sizeof *reduced);
   const thrum_status status = thrum_model_group(model, "right", &vertices, &count, error);
-  return status < 0 ? status : thrum_force_add_shared(model, vertices, count, unit, reduced, error);
+  return status < 0 ? status : thrum_load_add_shared(model, vertices, count, unit, reduced, error);
 }
 
 /* Mean displacement of the right face along z at rest under `forces` in the full order. */
@@ -171,7 +172,7 @@ thrum_status published_gravity_beam(const published_sink *sink, thrum_error *err
       if (status < 0)
         return status;
       double load[THRUM_RANK_MAX] = {0}, up[THRUM_RANK_MAX], q[THRUM_RANK_MAX];
-      status = thrum_force_add_gravity(&made.model, (const double[3]){0, 0, -2}, load, error);
+      status = thrum_load_add_gravity(&made.model, (const double[3]){0, 0, -2}, load, error);
       if (status >= 0)
         status = face_force(&made.model, 2, up, error);
       if (status >= 0)

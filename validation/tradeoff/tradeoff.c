@@ -9,6 +9,8 @@
 #include "platform/allocate.h"
 #include "platform/thread_pool.h"
 #include "precompute/stage.h"
+#include "thrum/external_load.h"
+#include "thrum/polynomial.h"
 
 #define TIGHT_STEPS 8 /* of a tight run in the shortest time step asked for */
 #define TIGHT_TOLERANCE 1e-12
@@ -200,8 +202,8 @@ static thrum_status make_space(solution *s, int64_t n, int64_t b, thrum_error *e
   project(&s->reference, space);
   thrum_status status = samples_make(rank, &space->tight, error);
   for (int64_t l = 0; l < problem->load_count && status >= 0; l++)
-    status = thrum_force_add_field(space->model, problem->forces + l * components,
-                                   space->directions + l * rank, error);
+    status = thrum_load_add_field(space->model, problem->forces + l * components,
+                                  space->directions + l * rank, error);
   return status;
 }
 

@@ -6,6 +6,7 @@
 #include "platform/allocate.h"
 #include "precompute/full/full.h"
 #include "precompute/stage.h"
+#include "thrum/external_load.h"
 #include "validation/tradeoff/tradeoff.h"
 
 /* What the sampler needs. */

@@ -66,7 +66,7 @@ static impact meet(double dt, double stiffness, double damping) {
   rig_make(&r, &def);
   r.floor.restitution = 1;
   r.floor.damping = damping;
-  r.around.force[2] = 0;
+  r.environment.force[2] = 0;
   r.translation.velocity[2] = -1;
   r.translation.position[2] = 2.3 * dt;
   impact found = {0};
@@ -139,10 +139,10 @@ static void a_body_slides_down_a_slope_as_coulomb_says(void **state) {
     rig r;
     rig_make(&r, &def);
     r.floor.friction = friction[n];
-    r.around.force[0] = RIG_MASS * RIG_GRAVITY * sin(angle);
-    r.around.force[2] = -RIG_MASS * RIG_GRAVITY * cos(angle);
+    r.environment.force[0] = RIG_MASS * RIG_GRAVITY * sin(angle);
+    r.environment.force[2] = -RIG_MASS * RIG_GRAVITY * cos(angle);
     // at its depth from the start
-    r.translation.position[2] = r.around.force[2] / (3 * def.stiffness);
+    r.translation.position[2] = r.environment.force[2] / (3 * def.stiffness);
     rig_steps(&r, 1000);
     const double a = RIG_GRAVITY * (sin(angle) - friction[n] * cos(angle));
     print_message("mu = %g: slid %.9f m in 1 s, off by %.1g\n", friction[n],
@@ -164,8 +164,8 @@ static void a_body_below_the_angle_of_friction_stays(void **state) {
     rig_make(&r, &def);
     r.floor.friction = 0.6;
     r.floor.restitution = 0;
-    r.around.force[0] = RIG_MASS * RIG_GRAVITY * sin(0.5);
-    r.around.force[2] = -RIG_MASS * RIG_GRAVITY * cos(0.5);
+    r.environment.force[0] = RIG_MASS * RIG_GRAVITY * sin(0.5);
+    r.environment.force[2] = -RIG_MASS * RIG_GRAVITY * cos(0.5);
     rig_steps(&r, 20000);
     const double x = r.translation.position[0];
     rig_steps(&r, 20000);
@@ -185,7 +185,7 @@ static void friction_stops_a_body_after_its_distance(void **state) {
   rig_make(&r, &def);
   r.floor.friction = friction;
   r.translation.velocity[1] = speed;
-  r.translation.position[2] = r.around.force[2] / (3 * def.stiffness);
+  r.translation.position[2] = r.environment.force[2] / (3 * def.stiffness);
   rig_steps(&r, 3000);
   print_message("stopped after %.9f m, off by %.1g\n", r.translation.position[1],
                 r.translation.position[1] - expected);
@@ -221,13 +221,13 @@ static void a_pulled_body_hangs_and_swings_on_its_spring(void **state) {
   rig_def def = rig_default();
   rig r;
   rig_make(&r, &def);
-  r.around.obstacle_count = 0;
+  r.environment.obstacle_count = 0;
   const double *x = r.m.vertices + 3;
   const double k = 800;
   thrum_pull pull = {.vertices = {1, 1, 1}, .weights = {0.5, 0.25, 0.25}, .stiffness = k};
   memcpy(pull.target, x, sizeof pull.target);
-  r.around.pulls = &pull;
-  r.around.pull_count = 1;
+  r.environment.pulls = &pull;
+  r.environment.pull_count = 1;
   // undamped from rest: z = -m g/k (1 - cos w t)
   const double omega = sqrt(k / RIG_MASS), depth = RIG_MASS * RIG_GRAVITY / k;
   for (int n = 1; n <= 1000; n++) {

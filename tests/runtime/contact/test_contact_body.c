@@ -19,7 +19,7 @@ typedef struct fall {
   thrum_translation translation;
   thrum_rigid_frame rigid_frame;
   thrum_obstacle floor;
-  thrum_around around;
+  thrum_contact_environment environment;
 } fall;
 
 static void *lay(size_t size) {
@@ -36,12 +36,12 @@ static void place(fall *f, double tilt) {
   f->placement = (thrum_placement){{c, 0, s, 0, 1, 0, -s, 0, c}, {0, 0, 0.3 - lowest}};
   assert_int_equal(thrum_rigid_frame_of(&f->model, &f->rigid_frame, NULL), THRUM_OK);
   f->translation = (thrum_translation){.mass = f->made.mass};
-  f->around = (thrum_around){.placement = &f->placement,
-                             .translation = &f->translation,
-                             .rigid_frame = &f->rigid_frame,
-                             .obstacles = &f->floor,
-                             .obstacle_count = 1,
-                             .force = {0, 0, -GRAVITY * f->made.mass}};
+  f->environment = (thrum_contact_environment){.placement = &f->placement,
+                                               .translation = &f->translation,
+                                               .rigid_frame = &f->rigid_frame,
+                                               .obstacles = &f->floor,
+                                               .obstacle_count = 1,
+                                               .force = {0, 0, -GRAVITY * f->made.mass}};
 }
 
 static void fall_make(fall *f, const thrum_state_def *def) {
@@ -87,7 +87,7 @@ static double run(fall *f, int64_t steps, double *gain) {
   double off = 0;
   thrum_error error = {0};
   for (int64_t n = 0; n < steps; n++) {
-    if (thrum_contact_step(&f->model, f->state, f->contact, &f->around, &error) < 0)
+    if (thrum_contact_step(&f->model, f->state, f->contact, &f->environment, &error) < 0)
       fail_msg("%s", error.message);
     const thrum_contact_report report = thrum_contact_report_get(f->contact);
     const double energy = energy_of(f);

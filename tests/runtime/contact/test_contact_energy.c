@@ -117,7 +117,7 @@ static void an_obstacle_that_moves_does_work_of_its_own(void **state) {
   def.points = 4;
   rig r;
   rig_make(&r, &def);
-  r.translation.position[2] = r.around.force[2] / (4 * def.stiffness);
+  r.translation.position[2] = r.environment.force[2] / (4 * def.stiffness);
   r.translation.velocity[2] = speed;
   r.floor.velocity[2] = speed;
   for (int n = 0; n < 2000; n++) {
@@ -207,9 +207,11 @@ static void begin_step_and_end_are_a_step(void **state) {
         rig_steps(&r, 1);
         continue;
       }
-      assert_int_equal(thrum_contact_begin(model, r.state, r.contact, &r.around, NULL), THRUM_OK);
+      assert_int_equal(thrum_contact_begin(model, r.state, r.contact, &r.environment, NULL),
+                       THRUM_OK);
       assert_true(thrum_step(model, r.state, NULL) >= 0);
-      assert_int_equal(thrum_contact_end(model, r.state, r.contact, &r.around, NULL), THRUM_OK);
+      assert_int_equal(thrum_contact_end(model, r.state, r.contact, &r.environment, NULL),
+                       THRUM_OK);
     }
     state_read(model, r.state, q[apart], NULL);
     way[apart] = r.translation;
@@ -234,13 +236,13 @@ static void a_stiff_pull_follows_its_target(void **state) {
       def.omega = fmin(def.omega, 0.3 / def.dt);
     rig r;
     rig_make(&r, &def);
-    r.around.obstacle_count = 0;
-    r.around.force[2] = 0;
+    r.environment.obstacle_count = 0;
+    r.environment.force[2] = 0;
     thrum_pull pull = {.vertices = {2, 2, 2}, .weights = {1, 0, 0}, .damping = -1};
     pull.stiffness = stiffness[n / 15];
     pull.force_max = 1e30;
-    r.around.pulls = &pull;
-    r.around.pull_count = 1;
+    r.environment.pulls = &pull;
+    r.environment.pull_count = 1;
     // the target is torn to and fro, and then held
     for (int step = 0; step < 600; step++) {
       const double at = step < 300 ? 0.1 * sin(0.4 * step) : 0.1;
@@ -273,12 +275,12 @@ static void a_pull_does_not_tear_a_body_apart(void **state) {
     def.shape = 0.5;
     rig r;
     rig_make(&r, &def);
-    r.around.translation = NULL;
-    r.around.obstacle_count = 0;
+    r.environment.translation = NULL;
+    r.environment.obstacle_count = 0;
     thrum_pull pull = {.vertices = {2, 2, 2}, .weights = {1, 0, 0}, .damping = -1};
     pull.stiffness = stiffness[n / 4];
-    r.around.pulls = &pull;
-    r.around.pull_count = 1;
+    r.environment.pulls = &pull;
+    r.environment.pull_count = 1;
     random_state random = {9};
     // what displaces the point by a metre is stored in about this
     double compliance = 0;

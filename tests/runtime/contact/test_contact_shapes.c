@@ -151,10 +151,10 @@ static void a_placement_turns_everything(void **state) {
     r.translation.position[2] = 0.05;
     r.translation.velocity[0] = 0.5;
     if (turned) {
-      const double weight = r.around.force[2];
-      r.around.placement = &placement;
-      r.around.force[0] = s * weight;
-      r.around.force[2] = c * weight;
+      const double weight = r.environment.force[2];
+      r.environment.placement = &placement;
+      r.environment.force[0] = s * weight;
+      r.environment.force[2] = c * weight;
       memcpy(r.floor.centre, placement.origin, sizeof placement.origin);
       for (int axis = 0; axis < 3; axis++) {
         r.floor.normal[axis] = placement.axes[3 * axis + 2];
@@ -181,7 +181,7 @@ static void expect_refused(rig *r, thrum_status expected, const char *part) {
   void *contact = malloc(size), *body = state_snapshot(r->state);
   assert_non_null(contact);
   memcpy(contact, r->contact, size);
-  assert_int_equal(thrum_contact_step(&r->m.model, r->state, r->contact, &r->around, &error),
+  assert_int_equal(thrum_contact_step(&r->m.model, r->state, r->contact, &r->environment, &error),
                    expected);
   if (!strstr(error.message, part))
     fail_msg("'%s' does not say '%s'", error.message, part);
@@ -220,18 +220,18 @@ static void what_cannot_be_is_refused(void **state) {
   expect_refused(&r, THRUM_BAD_VALUE, "mass");
   r.translation.mass = RIG_MASS;
   thrum_pull pull = {.vertices = {1, 1, RIG_POINTS}, .weights = {1, 0, 0}, .stiffness = 1};
-  r.around.pulls = &pull;
-  r.around.pull_count = 1;
+  r.environment.pulls = &pull;
+  r.environment.pull_count = 1;
   expect_refused(&r, THRUM_INVALID_ARGUMENT, "vertex 8");
-  r.around.pull_count = 2;
+  r.environment.pull_count = 2;
   expect_refused(&r, THRUM_INVALID_ARGUMENT, "made for 1");
-  r.around.pull_count = 0;
+  r.environment.pull_count = 0;
   double load[RIG_RANK] = {0, INFINITY};
-  r.around.load = load;
+  r.environment.load = load;
   expect_refused(&r, THRUM_BAD_VALUE, "load");
-  r.around.load = NULL;
+  r.environment.load = NULL;
   rig_steps(&r, 1);
-  assert_int_equal(thrum_contact_end(&r.m.model, r.state, r.contact, &r.around, NULL),
+  assert_int_equal(thrum_contact_end(&r.m.model, r.state, r.contact, &r.environment, NULL),
                    THRUM_INVALID_ARGUMENT);
   rig_free(&r);
 }

@@ -2,6 +2,7 @@
  * implementations, time reversal, impulses, and Newmark's well-known equivalences.
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/state_support.h"
+#include "thrum/polynomial.h"
 
 /* A small nonlinear model: the cubic and quartic terms matter at |q| = 0.5. */
 enum { RANK = 5, LOW = 2 };
@@ -34,7 +35,7 @@ static const double duration = 2.4;
 
 static double energy_of(const thrum_model *model, const double *q, const double *p) {
   double *work = random_alloc((int64_t)thrum_work_count(model), sizeof(double));
-  double energy = thrum_energy(model, q, work);
+  double energy = thrum_strain_energy(model, q, work);
   free(work);
   for (int64_t i = 0; i < model->rank; i++)
     energy += 0.5 * p[i] * p[i];
@@ -198,7 +199,7 @@ static void plain_step(const thrum_model *model, const thrum_state_def *def, int
                        double *work) {
   const double h = def->dt;
   double force[RANK], d[RANK], q_next[RANK], p_plus[RANK];
-  thrum_force(model, q, force, work);
+  thrum_internal_force(model, q, force, work);
   for (int64_t i = 0; i < RANK; i++) {
     d[i] = def->damping_alpha + def->damping_beta * model->omega2[i];
     q_next[i] = q[i];
@@ -215,8 +216,8 @@ static void plain_step(const thrum_model *model, const thrum_state_def *def, int
     double a[RANK][RANK], b[RANK];
     for (int64_t i = 0; i < RANK; i++)
       middle[i] = (q[i] + q_next[i]) / 2;
-    thrum_force(model, middle, force, work);
-    thrum_tangent(model, middle, tangent, work);
+    thrum_internal_force(model, middle, force, work);
+    thrum_tangent_stiffness(model, middle, tangent, work);
     for (int64_t i = split; i < RANK; i++) {
       b[i - split] = q_next[i] - q[i] - h * p_plus[i] +
                      h * h / 2 * (force[i] + d[i] * (q_next[i] - q[i]) / h - f[i]);
@@ -243,7 +244,7 @@ static void plain_synchronise(const thrum_model *model, const thrum_state_def *d
                               const double *q, const double *p_minus, const double *f_before,
                               double *p, double *work) {
   double force[RANK];
-  thrum_force(model, q, force, work);
+  thrum_internal_force(model, q, force, work);
   for (int64_t i = 0; i < RANK; i++) {
     const double d = def->damping_alpha + def->damping_beta * model->omega2[i];
     p[i] = i < split ? (p_minus[i] - def->dt / 2 * (force[i] - f_before[i])) / (1 + def->dt / 2 * d)
@@ -262,7 +263,7 @@ static double difference_from_plain(const thrum_state_def *def, int64_t split) {
   random_state random = {5};
   memcpy(q, start_q, sizeof q);
   memcpy(p, start_p, sizeof p);
-  thrum_force(&m.model, q, force, work);
+  thrum_internal_force(&m.model, q, force, work);
   for (int64_t i = 0; i < split; i++)
     p[i] += def->dt / 2 *
             (force[i] + (def->damping_alpha + def->damping_beta * m.model.omega2[i]) * p[i]);

@@ -70,7 +70,7 @@ static double residual_of(const random_model *m, thrum_state *state, const thrum
   const double h = def->dt;
   double next[16], force[16], residual = 0, step = 0, rounding = 0;
   assert_int_equal(thrum_state_get(&m->model, state, next, NULL, NULL), THRUM_OK);
-  thrum_force(&m->model, next, force, work);
+  thrum_internal_force(&m->model, next, force, work);
   for (int32_t i = 0; i < n; i++) {
     const double damping = def->damping_alpha + def->damping_beta * m->model.omega2[i];
     const double scale = 1 + 0.25 * h * h * m->model.omega2[i] + 0.5 * h * damping;

@@ -1,6 +1,7 @@
 /* The quadratic split (design (6)): its equations, its ends, its symplectic step, and where it
  * gives way to the component split. SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/state_support.h"
+#include "thrum/polynomial.h"
 
 enum { RANK = 6, LOW = 2 };
 
@@ -28,7 +29,7 @@ static void plain_step(const thrum_model *model, const thrum_state_def *def, dou
                        const double *f_before, const double *f, double *work) {
   const double h = def->dt;
   double force[RANK];
-  thrum_force(model, q, force, work);
+  thrum_internal_force(model, q, force, work);
   for (int i = 0; i < RANK; i++) {
     const double kappa = i < def->explicit_count ? 0 : model->omega2[i];
     const double d = def->damping_alpha + def->damping_beta * model->omega2[i];
@@ -54,7 +55,7 @@ static void it_equals_its_equations_for_every_split(void **context) {
     thrum_state *state = state_make(&m.model, &def);
     double q[RANK], p[RANK], q_now[RANK], force[RANK];
     memcpy(q, start_q, sizeof q);
-    thrum_force(&m.model, q, force, work);
+    thrum_internal_force(&m.model, q, force, work);
     for (int i = 0; i < RANK; i++) {
       const double d = def.damping_alpha + def.damping_beta * m.omega2[i];
       const double explicit_force = force[i] - (i < split ? 0 : m.omega2[i] * q[i]);

@@ -98,10 +98,10 @@ static void a_body_hung_by_a_pull_is_a_pendulum(void **state) {
   r.translation.position[2] = arm * (1 - c);
   thrum_pull pull = {.vertices = {1, 1, 1}, .weights = {1, 0, 0}, .stiffness = 1e9, .damping = -1};
   memcpy(pull.target, point, sizeof pull.target);
-  r.around.rigid_frame = &rigid_frame;
-  r.around.obstacle_count = 0;
-  r.around.pulls = &pull;
-  r.around.pull_count = 1;
+  r.environment.rigid_frame = &rigid_frame;
+  r.environment.obstacle_count = 0;
+  r.environment.pulls = &pull;
+  r.environment.pull_count = 1;
   const double expected =
       2 * pi * sqrt((0.3 + RIG_MASS * arm * arm) / (RIG_MASS * RIG_GRAVITY * arm));
   double first = 0, last = 0;
@@ -142,8 +142,8 @@ static void an_impact_off_the_centre_turns_the_body(void **state) {
     const double *point = r.m.vertices + 3, arm[3] = {0.4, -0.3, -0.5};
     for (int axis = 0; axis < 3; axis++)
       rigid_frame.centre[axis] = point[axis] - arm[axis];
-    r.around.rigid_frame = &rigid_frame;
-    r.around.force[2] = 0;
+    r.environment.rigid_frame = &rigid_frame;
+    r.environment.force[2] = 0;
     r.translation.velocity[2] = -1;
     r.translation.position[2] = 2.4e-4;
     rig_steps(&r, 400);
@@ -180,7 +180,7 @@ static void the_account_counts_the_turning(void **state) {
     rigid_frame.centre[2] = 0.3;
     rigid_frame.momentum[0] = 0.6;
     rigid_frame.momentum[1] = -0.4;
-    r.around.rigid_frame = &rigid_frame;
+    r.environment.rigid_frame = &rigid_frame;
     r.translation.position[2] = 0.8;
     const double first = rig_energy(&r);
     for (int step = 0; step < 2000; step++) {
@@ -211,11 +211,11 @@ static bool topples(double angle) {
   const double j = RIG_MASS / 3 * (width * width + height * height);
   thrum_rigid_frame rigid_frame = make_rigid_frame(j, j, RIG_MASS / 1.5 * width * width);
   rigid_frame.centre[2] = height;
-  r.around.rigid_frame = &rigid_frame;
+  r.environment.rigid_frame = &rigid_frame;
   r.floor.friction = 2;
   r.floor.restitution = 0;
-  r.around.force[0] = RIG_MASS * RIG_GRAVITY * sin(angle);
-  r.around.force[2] = -RIG_MASS * RIG_GRAVITY * cos(angle);
+  r.environment.force[0] = RIG_MASS * RIG_GRAVITY * sin(angle);
+  r.environment.force[2] = -RIG_MASS * RIG_GRAVITY * cos(angle);
   rig_steps(&r, 3000);
   const bool fallen = rigid_frame.attitude[8] < 0.5;
   if (!fallen) // and what stays does not creep

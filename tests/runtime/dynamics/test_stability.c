@@ -2,6 +2,7 @@
  * hand-over keeps the energy, and all of it comes along with a snapshot.
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/state_support.h"
+#include "thrum/polynomial.h"
 
 enum { RANK = 6 };
 
@@ -52,7 +53,7 @@ static void the_angle_under_a_load_is_that_of_the_tangent(void **context) {
   double q[RANK], tangent[RANK * RANK], v[SPLIT] = {1, 1, 1, 1}, norm = 0;
   double *work = random_alloc((int64_t)thrum_work_count(&m.model), sizeof(double));
   state_read(&m.model, state, q, NULL);
-  thrum_tangent(&m.model, q, tangent, work);
+  thrum_tangent_stiffness(&m.model, q, tangent, work);
   for (int k = 0; k < 3000; k++) {
     double w[SPLIT] = {0};
     norm = 0;

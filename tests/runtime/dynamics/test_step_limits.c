@@ -3,7 +3,8 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/state_support.h"
 
-#include "runtime/base/dense.h"
+#include "runtime/linear_algebra/dense.h"
+#include "thrum/polynomial.h"
 
 /* V = w2/2 q^2 + c3 q^3 + c4 q^4. */
 static void make_mode(random_model *m, double w2, double c3, double c4) {
@@ -85,13 +86,13 @@ static void a_step_that_starts_from_a_singular_jacobian_is_solved(void **context
   thrum_state *state = state_make(&m.model, &def);
   const double start = 2;
   double q, p, force, tangent, *work = random_alloc((int64_t)thrum_work_count(&m.model), 8);
-  thrum_tangent(&m.model, &start, &tangent, work);
+  thrum_tangent_stiffness(&m.model, &start, &tangent, work);
   assert_true(tangent == -4);
   state_put(&m.model, state, &start, NULL);
   assert_int_equal(thrum_step(&m.model, state, NULL), THRUM_FELL_BACK);
   state_read(&m.model, state, &q, &p);
   const double middle = 0.5 * (start + q);
-  thrum_force(&m.model, &middle, &force, work);
+  thrum_internal_force(&m.model, &middle, &force, work);
   assert_true(fabs(q - start - 0.5 * p) < 1e-9);
   assert_true(fabs(p + force) < 1e-9);
   free(work);
@@ -263,7 +264,7 @@ static void a_body_settled_under_a_load_needs_no_iterations(void **context) {
     const int64_t allowed = integrator == THRUM_INTEGRATOR_NEWMARK ? 1000 : 100;
     assert_true(thrum_state_report_get(state).iterations - before <= allowed);
     state_read(&m.model, state, q, p);
-    thrum_force(&m.model, q, force, work);
+    thrum_internal_force(&m.model, q, force, work);
     assert_true(largest_difference(force, load, RANK) < 1e-9);
     for (int i = 0; i < RANK; i++)
       assert_true(fabs(p[i]) < 1e-9);

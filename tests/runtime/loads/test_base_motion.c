@@ -1,6 +1,7 @@
 /* A base's motion: means, integrals and splines against closed forms; a shaken oscillator against
  * its own; the balance of the energy. SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/state_support.h"
+#include "thrum/external_load.h"
 
 /* Samples of a(t) = line for line, unevenly spaced. */
 static const double times[5] = {0.5, 0.6, 1.0, 1.7, 2.0};
@@ -159,7 +160,7 @@ static void a_falling_base_is_gravity(void **state) {
   oscillator o;
   oscillator_make(&o, 7, 1.3, 40);
   double weight = 0;
-  assert_int_equal(thrum_force_add_gravity(&o.model, g, &weight, NULL), THRUM_OK);
+  assert_int_equal(thrum_load_add_gravity(&o.model, g, &weight, NULL), THRUM_OK);
   for (int64_t step = 0; step < 30000; step += 997) {
     double mean[3], force = 0;
     thrum_base_motion_mean(&lift, step, 0.003, mean);

@@ -22,7 +22,7 @@
 #include "io/file.h"
 #include "io/npy_file.h"
 #include "io/npz.h"
-#include "runtime/model/crc32.h"
+#include "runtime/base/crc32.h"
 #include "tests/support/model_archive.h"
 
 static char folder[] = "/tmp/thrum-model-XXXXXX";

@@ -217,7 +217,8 @@ static void the_energy_of_the_format_page_is_that_of_the_runtime(void **state) {
   assert_int_equal(rows, 20);
   double *work = random_alloc((int64_t)thrum_work_count(&m.model), sizeof *work);
   for (int64_t i = 0; i < rows; i++)
-    assert_true(fabs(thrum_energy(&m.model, q + 6 * i, work) - v[i]) <= 1e-12 * (1 + fabs(v[i])));
+    assert_true(fabs(thrum_strain_energy(&m.model, q + 6 * i, work) - v[i]) <=
+                1e-12 * (1 + fabs(v[i])));
   free(work);
   free(q);
   free(v);
@@ -237,7 +238,7 @@ static void the_model_by_hand_of_the_format_page_is_a_model(void **state) {
   double work[2048], q = 2;
   assert_true(thrum_work_count(model) <= 2048);
   // 1/2 * 4 * 2^2 + 1/4 * 2^4
-  assert_true(thrum_energy(model, &q, work) == 12);
+  assert_true(thrum_strain_energy(model, &q, work) == 12);
   thrum_model_free(model);
 }
 

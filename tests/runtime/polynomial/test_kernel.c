@@ -100,17 +100,17 @@ static void evaluate(const setup *s, const thrum_kernel *by, bool pack, int64_t 
     assert_true(model.packed != NULL || model.packed_single != NULL);
   }
   double *work = dirty_work(&model);
-  o->energy = thrum_energy_by(by, &model, s->q, work);
-  o->with_force = thrum_force_by(by, &model, s->q, o->force, work);
-  thrum_tangent_by(by, &model, s->q, o->tangent, work);
+  o->energy = thrum_strain_energy_by(by, &model, s->q, work);
+  o->with_force = thrum_internal_force_by(by, &model, s->q, o->force, work);
+  thrum_tangent_stiffness_by(by, &model, s->q, o->tangent, work);
   o->with_tangent =
-      thrum_force_tangent_by(by, &model, s->q, o->tangent_force, o->tangent_again, work);
+      thrum_internal_force_tangent_by(by, &model, s->q, o->tangent_force, o->tangent_again, work);
   const double *const points[2] = {s->v, s->q};
   double *const forces[2] = {o->forces[0], o->forces[1]};
-  thrum_forces_by(by, &model, points, forces, o->twice, work);
-  thrum_tangent_vector_by(by, &model, s->q, s->v, o->product, work);
-  o->part = thrum_force_part(by, &model, split, s->q, o->force_part, work);
-  thrum_tangent_vector_part(by, &model, split, s->q, s->v, o->product_part, work);
+  thrum_internal_forces_by(by, &model, points, forces, o->twice, work);
+  thrum_tangent_product_by(by, &model, s->q, s->v, o->product, work);
+  o->part = thrum_internal_force_part(by, &model, split, s->q, o->force_part, work);
+  thrum_tangent_product_part(by, &model, split, s->q, s->v, o->product_part, work);
   o->restricted = random_alloc(thrum_restricted_count(rank - split), sizeof(double));
   thrum_polynomial_restrict(by, &model, split, s->q, o->restricted, work);
   thrum_restricted_gradient(by, &model, split, o->restricted, s->v, o->gradient, work);
@@ -244,8 +244,8 @@ static void a_copy_with_other_coefficients_is_not_taken_for_packed(void **state)
   other.c4 = s->c4;
   thrum_model copy = model;
   copy.c4 = other.c4;
-  const double energy = thrum_force(&other, s->q, expected, work);
-  assert_true(thrum_force(&copy, s->q, force, work) == energy);
+  const double energy = thrum_internal_force(&other, s->q, expected, work);
+  assert_true(thrum_internal_force(&copy, s->q, force, work) == energy);
   assert_memory_equal(force, expected, sizeof force);
   free(work);
   free(memory);
@@ -357,12 +357,13 @@ static void the_reference_keeps_the_promised_order_of_summation(void **state) {
     const thrum_model model = model_of(s, rank);
     double *work = dirty_work(&model), expected[RANK_MAX], force[RANK_MAX];
     const double energy = force_by_promise(&model, s->q, expected);
-    assert_true(thrum_force_by(&thrum_kernel_reference, &model, s->q, force, work) == energy);
+    assert_true(thrum_internal_force_by(&thrum_kernel_reference, &model, s->q, force, work) ==
+                energy);
     assert_memory_equal(force, expected, (size_t)rank * sizeof(double));
     const int32_t split = (int32_t)(rank * (rank % 4) / 3);
     const double value = force_part_by_promise(&model, split, s->q, expected);
-    assert_true(thrum_force_part(&thrum_kernel_reference, &model, split, s->q, force, work) ==
-                value);
+    assert_true(thrum_internal_force_part(&thrum_kernel_reference, &model, split, s->q, force,
+                                          work) == value);
     assert_memory_equal(force, expected, (size_t)split * sizeof(double));
     free(work);
   }

@@ -9,6 +9,7 @@
 
 #include <cmocka.h>
 
+#include "runtime/base/matrix_product.h"
 #include "runtime/polynomial/polynomial_private.h"
 #include "tests/support/random_model.h"
 #include "thrum/polynomial.h"
@@ -147,21 +148,21 @@ static void two_coordinates_give_numbers_worked_out_by_hand(void **state) {
   double work[2048], q[2] = {2, 3}, v[2] = {1, -1}, force[2], tangent[4], product[2];
   assert_true(thrum_work_count(&m.model) <= 2048);
   // 4 + 36 + (8 + 24 + 54 + 108) + (16 + 48 + 108 + 216 + 405)
-  assert_true(thrum_energy(&m.model, q, work) == 1027.0);
-  assert_true(thrum_force(&m.model, q, force, work) == 1027.0);
+  assert_true(thrum_strain_energy(&m.model, q, work) == 1027.0);
+  assert_true(thrum_internal_force(&m.model, q, force, work) == 1027.0);
   // d/dq0: 4 + (12 + 24 + 27) + (32 + 72 + 108 + 108); d/dq1: 24 + (8 + 36 + 108) + (16 + 72 + 216
   // + 540)
   assert_true(force[0] == 387.0 && force[1] == 1020.0);
-  thrum_tangent(&m.model, q, tangent, work);
+  thrum_tangent_stiffness(&m.model, q, tangent, work);
   // d00: 2 + (12 + 12) + (48 + 72 + 54); d01: (8 + 18) + (24 + 72 + 108); d11: 8 + (12 + 72) + (24
   // + 144 + 540)
   assert_true(tangent[0] == 200.0 && tangent[1] == 230.0);
   assert_true(tangent[2] == 230.0 && tangent[3] == 800.0);
   const thrum_kernel *best = thrum_kernel_get(THRUM_KERNEL_BEST);
-  assert_true(thrum_force_tangent_by(best, &m.model, q, force, tangent, work) == 1027.0);
+  assert_true(thrum_internal_force_tangent_by(best, &m.model, q, force, tangent, work) == 1027.0);
   assert_true(force[0] == 387.0 && force[1] == 1020.0);
   assert_true(tangent[0] == 200.0 && tangent[1] == 230.0 && tangent[3] == 800.0);
-  thrum_tangent_vector(&m.model, q, v, product, work);
+  thrum_tangent_product(&m.model, q, v, product, work);
   assert_true(product[0] == -30.0 && product[1] == -570.0);
   random_model_free(&m);
 }
@@ -172,7 +173,7 @@ static void energy_agrees_with_loops_over_the_coefficients(void **state) {
     setup s;
     setup_make(&s, ranks[c]);
     double scale, expected = energy_by_loops(s.model, s.q, &scale);
-    assert_near(thrum_energy(s.model, s.q, s.work), expected, scale, 1e-14);
+    assert_near(thrum_strain_energy(s.model, s.q, s.work), expected, scale, 1e-14);
     setup_free(&s);
   }
 }
@@ -182,8 +183,8 @@ static void force_returns_the_bits_of_the_energy(void **state) {
   for (int c = 0; c < RANKS; c++) {
     setup s;
     setup_make(&s, ranks[c]);
-    double energy = thrum_energy(s.model, s.q, s.work);
-    assert_true(thrum_force(s.model, s.q, s.force, s.work) == energy);
+    double energy = thrum_strain_energy(s.model, s.q, s.work);
+    assert_true(thrum_internal_force(s.model, s.q, s.force, s.work) == energy);
     setup_free(&s);
   }
 }
@@ -199,10 +200,10 @@ static void force_is_the_exact_difference_of_energies(void **state) {
       double point[RANK_MAX];
       for (int64_t i = 0; i < s.rank; i++)
         point[i] = s.q[i] + (e - 2) * s.v[i];
-      energy[e] = thrum_energy(s.model, point, s.work);
+      energy[e] = thrum_strain_energy(s.model, point, s.work);
       scale = fmax(scale, fabs(energy[e]));
     }
-    thrum_force(s.model, s.q, s.force, s.work);
+    thrum_internal_force(s.model, s.q, s.force, s.work);
     double slope = (energy[0] - 8 * energy[1] + 8 * energy[3] - energy[4]) / 12;
     assert_near(dot(s.rank, s.force, s.v), slope, scale + norm(s.rank, s.force), 1e-13);
     setup_free(&s);
@@ -219,10 +220,10 @@ static void tangent_vector_is_the_exact_difference_of_forces(void **state) {
       double point[RANK_MAX];
       for (int64_t i = 0; i < s.rank; i++)
         point[i] = s.q[i] + (e - 2) * s.v[i];
-      thrum_force(s.model, point, forces[e], s.work);
+      thrum_internal_force(s.model, point, forces[e], s.work);
       scale = fmax(scale, norm(s.rank, forces[e]));
     }
-    thrum_tangent_vector(s.model, s.q, s.v, s.product, s.work);
+    thrum_tangent_product(s.model, s.q, s.v, s.product, s.work);
     for (int64_t i = 0; i < s.rank; i++) {
       double slope = (forces[0][i] - 8 * forces[1][i] + 8 * forces[3][i] - forces[4][i]) / 12;
       assert_near(s.product[i], slope, scale, 1e-13);
@@ -241,15 +242,15 @@ static void taylor_remainders_fall_with_their_order(void **state) {
   for (int c = 0; c < RANKS; c++) {
     setup s;
     setup_make(&s, ranks[c]);
-    double energy = thrum_force(s.model, s.q, s.force, s.work);
-    thrum_tangent_vector(s.model, s.q, s.v, s.product, s.work);
+    double energy = thrum_internal_force(s.model, s.q, s.force, s.work);
+    thrum_tangent_product(s.model, s.q, s.v, s.product, s.work);
     double first[2], second[2], of_force[2];
     for (int half = 0; half < 2; half++) {
       double step = half ? 5e-4 : 1e-3, point[RANK_MAX], force[RANK_MAX];
       for (int64_t i = 0; i < s.rank; i++)
         point[i] = s.q[i] + step * s.v[i];
-      first[half] =
-          thrum_force(s.model, point, force, s.work) - energy - step * dot(s.rank, s.force, s.v);
+      first[half] = thrum_internal_force(s.model, point, force, s.work) - energy -
+                    step * dot(s.rank, s.force, s.v);
       second[half] = first[half] - 0.5 * step * step * dot(s.rank, s.product, s.v);
       for (int64_t i = 0; i < s.rank; i++)
         force[i] -= s.force[i] + step * s.product[i];
@@ -269,8 +270,8 @@ static void tangent_is_symmetric_and_times_v_gives_tangent_vector(void **state) 
     setup_make(&s, ranks[c]);
     int64_t r = s.rank;
     double expected[RANK_MAX];
-    thrum_tangent(s.model, s.q, s.tangent, s.work);
-    thrum_tangent_vector(s.model, s.q, s.v, s.product, s.work);
+    thrum_tangent_stiffness(s.model, s.q, s.tangent, s.work);
+    thrum_tangent_product(s.model, s.q, s.v, s.product, s.work);
     for (int64_t i = 0; i < r; i++) {
       for (int64_t j = 0; j < r; j++)
         assert_true(s.tangent[i * r + j] == s.tangent[j * r + i]);
@@ -286,11 +287,11 @@ static void tangent_brings_the_force_and_the_energy_of_its_point(void **state) {
   for (int c = 0; c < RANKS; c++) {
     setup s;
     setup_make(&s, ranks[c]);
-    const double energy = thrum_force(s.model, s.q, s.force, s.work);
+    const double energy = thrum_internal_force(s.model, s.q, s.force, s.work);
     double force[RANK_MAX], scale = 0;
     energy_by_loops(s.model, s.q, &scale);
-    const double found = thrum_force_tangent_by(thrum_kernel_get(THRUM_KERNEL_BEST), s.model, s.q,
-                                                force, s.tangent, s.work);
+    const double found = thrum_internal_force_tangent_by(thrum_kernel_get(THRUM_KERNEL_BEST),
+                                                         s.model, s.q, force, s.tangent, s.work);
     assert_near(found, energy, scale, 1e-14);
     assert_vectors_near(s.rank, force, s.force, 1e-13);
     setup_free(&s);
@@ -303,8 +304,8 @@ static void rest_has_no_energy_no_force_and_the_linear_stiffness(void **state) {
     setup s;
     setup_make(&s, ranks[c]);
     memset(s.q, 0, sizeof s.q);
-    assert_true(thrum_force(s.model, s.q, s.force, s.work) == 0);
-    thrum_tangent(s.model, s.q, s.tangent, s.work);
+    assert_true(thrum_internal_force(s.model, s.q, s.force, s.work) == 0);
+    thrum_tangent_stiffness(s.model, s.q, s.tangent, s.work);
     for (int64_t i = 0; i < s.rank; i++) {
       assert_true(s.force[i] == 0);
       for (int64_t j = 0; j < s.rank; j++)
@@ -318,19 +319,19 @@ static void rest_has_no_energy_no_force_and_the_linear_stiffness(void **state) {
  */
 static void check_homogeneous(setup *s, int degree) {
   double scaled[RANK_MAX], force2[RANK_MAX];
-  double energy = thrum_force(s->model, s->q, s->force, s->work);
+  double energy = thrum_internal_force(s->model, s->q, s->force, s->work);
   for (int64_t i = 0; i < s->rank; i++)
     scaled[i] = 4 * s->q[i];
   double factor = ldexp(1, 2 * degree);
-  assert_true(thrum_energy(s->model, scaled, s->work) == factor * energy);
-  thrum_force(s->model, scaled, force2, s->work);
+  assert_true(thrum_strain_energy(s->model, scaled, s->work) == factor * energy);
+  thrum_internal_force(s->model, scaled, force2, s->work);
   for (int64_t i = 0; i < s->rank; i++)
     assert_true(force2[i] == factor / 4 * s->force[i]);
   double sum = 0;
   for (int64_t i = 0; i < s->rank; i++)
     sum += fabs(s->force[i] * s->q[i]);
   assert_near(dot(s->rank, s->force, s->q), degree * energy, sum, 1e-13);
-  thrum_tangent_vector(s->model, s->q, s->q, s->product, s->work);
+  thrum_tangent_product(s->model, s->q, s->q, s->product, s->work);
   for (int64_t i = 0; i < s->rank; i++)
     s->force[i] *= degree - 1;
   assert_vectors_near(s->rank, s->product, s->force, 1e-13);
@@ -360,8 +361,8 @@ static void restricted_polynomial_is_the_polynomial_at_every_split(void **state)
     setup s;
     setup_make(&s, ranks[c]);
     int64_t r = s.rank;
-    double energy = thrum_force(s.model, s.q, s.force, s.work);
-    thrum_tangent(s.model, s.q, s.tangent, s.work);
+    double energy = thrum_internal_force(s.model, s.q, s.force, s.work);
+    thrum_tangent_stiffness(s.model, s.q, s.tangent, s.work);
     double scale, energy_scale = norm(r, s.force) + fabs(energy);
     energy_by_loops(s.model, s.q, &scale);
     for (int32_t split = 0; split <= r; split++) {
@@ -376,7 +377,7 @@ static void restricted_polynomial_is_the_polynomial_at_every_split(void **state)
       thrum_polynomial_restrict(by, s.model, split, low, restricted, s.work);
       for (int64_t i = split; i < r; i++)
         low[i] = 0;
-      double constant = thrum_energy(s.model, low, s.work);
+      double constant = thrum_strain_energy(s.model, low, s.work);
       assert_true(restricted[count] == -12345.0);
       double value =
           thrum_restricted_gradient(by, s.model, split, restricted, s.q + split, gradient, s.work);
@@ -402,13 +403,14 @@ static void what_pushes_the_first_coordinates_is_the_beginning_of_the_whole(void
     setup s;
     setup_make(&s, ranks[c]);
     int64_t r = s.rank;
-    double energy = thrum_force(s.model, s.q, s.force, s.work), scale;
+    double energy = thrum_internal_force(s.model, s.q, s.force, s.work), scale;
     double energy_scale = norm(r, s.force) + fabs(energy);
     energy_by_loops(s.model, s.q, &scale);
     for (int32_t split = 0; split <= r; split++) {
       double force[RANK_MAX], v[RANK_MAX], low[RANK_MAX], whole[RANK_MAX], part[RANK_MAX];
       force[split < r ? split : 0] = -12345.0;
-      assert_near(thrum_force_part(by, s.model, split, s.q, force, s.work), energy, scale, 1e-13);
+      assert_near(thrum_internal_force_part(by, s.model, split, s.q, force, s.work), energy, scale,
+                  1e-13);
       for (int64_t i = 0; i < split; i++)
         assert_near(force[i], s.force[i], energy_scale, 1e-12);
       assert_true(split == r || force[split] == -12345.0);
@@ -416,8 +418,8 @@ static void what_pushes_the_first_coordinates_is_the_beginning_of_the_whole(void
         v[i] = i < split ? 1.0 / (double)(i + 1) : NAN;
         low[i] = i < split ? v[i] : 0.0;
       }
-      thrum_tangent_vector(s.model, s.q, low, whole, s.work);
-      thrum_tangent_vector_part(by, s.model, split, s.q, v, part, s.work);
+      thrum_tangent_product(s.model, s.q, low, whole, s.work);
+      thrum_tangent_product_part(by, s.model, split, s.q, v, part, s.work);
       for (int64_t i = 0; i < split; i++)
         assert_near(part[i], whole[i], norm(r, whole), 1e-12);
     }
@@ -434,7 +436,7 @@ static void energy_of_a_body_is_bounded_from_below(void **state) {
     double *work = random_alloc((int64_t)thrum_work_count(&m.model), sizeof(double)), q[8];
     for (int trial = 0; trial < 200; trial++) {
       random_vector(&random, rank, pow(10, 2 * random_uniform(&random) - 1), q);
-      assert_true(thrum_energy(&m.model, q, work) > 0);
+      assert_true(thrum_strain_energy(&m.model, q, work) > 0);
     }
     free(work);
     random_model_free(&m);
@@ -475,8 +477,8 @@ static void products_keep_the_promised_order_of_summation_bit_for_bit(void **sta
       random_vector(&random, COLUMNS, 1, w);
       memcpy(y_b, y, sizeof y_b);
       memcpy(w_b, w, sizeof w_b);
-      thrum_kernel_product(rows, columns, block, m, y_b);
-      thrum_kernel_transposed(rows, columns, block, x, w_b);
+      thrum_matrix_product(rows, columns, block, m, y_b);
+      thrum_matrix_product_transposed(rows, columns, block, x, w_b);
       block_by_promise(rows, columns, block, m, x, y, w);
       assert_memory_equal(y_b, y, sizeof y_b);
       assert_memory_equal(w_b, w, sizeof w_b);

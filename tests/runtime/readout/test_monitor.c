@@ -2,6 +2,7 @@
  * what the whole body suffers, and the load's share is that of the closed form.
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/linear_fields.h"
+#include "thrum/displacement.h"
 
 static const thrum_monitor *monitor_make(const thrum_model *model, const thrum_monitor_def *def) {
   size_t size = 0;

@@ -4,6 +4,7 @@
 #include "tests/support/state_support.h"
 
 #include "runtime/readout/surface_private.h"
+#include "thrum/displacement.h"
 #include "thrum/surface.h"
 
 /* A surface in a heap block of exactly its size, so that a sanitizer sees the first byte beyond. */

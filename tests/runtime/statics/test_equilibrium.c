@@ -4,6 +4,8 @@
 
 #include "mesh/mesh.h"
 #include "precompute/precompute.h"
+#include "thrum/external_load.h"
+#include "thrum/polynomial.h"
 
 /* An answer and the memory that it took. */
 typedef struct answer {
@@ -104,7 +106,7 @@ static void the_forces_balance_and_the_energy_is_least(void **state) {
   const answer found = solve(model, 2, load, q);
   assert_int_equal(found.status, THRUM_OK);
   assert_true(found.report.residual <= 1e-10);
-  const double energy = thrum_force(model, q, force, work);
+  const double energy = thrum_internal_force(model, q, force, work);
   double least = energy;
   for (int64_t i = 0; i < 9; i++) {
     assert_true(fabs(force[i] - 2 * load[i]) <= 1e-8 * fabs(load[8]));
@@ -116,7 +118,7 @@ static void the_forces_balance_and_the_energy_is_least(void **state) {
   for (int64_t i = 0; i < 18; i++) {
     memcpy(beside, q, sizeof q);
     beside[i / 2] += i % 2 ? 1e-3 : -1e-3;
-    double there = thrum_energy(model, beside, work);
+    double there = thrum_strain_energy(model, beside, work);
     for (int64_t j = 0; j < 9; j++)
       there -= 2 * load[j] * beside[j];
     assert_true(there > least);
@@ -310,7 +312,7 @@ static double euler_ratio(int cells_along, int cells_across, double *stiffness) 
   const int32_t *tip = NULL;
   int64_t count = 0;
   assert_int_equal(thrum_model_group(&made.model, "tip", &tip, &count, NULL), THRUM_OK);
-  assert_int_equal(thrum_force_add_shared(&made.model, tip, count, force, load, NULL), THRUM_OK);
+  assert_int_equal(thrum_load_add_shared(&made.model, tip, count, force, load, NULL), THRUM_OK);
   const answer found = solve(&made.model, 12, load, q);
   assert_int_equal(found.status, THRUM_OK);
   const double inertia = pow(side, 4) / 12;

@@ -1,8 +1,8 @@
 /* The header of a .npy array of format 1.0, read from memory.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#ifndef THRUM_RUNTIME_MODEL_NPY_H
-#define THRUM_RUNTIME_MODEL_NPY_H
+#ifndef THRUM_RUNTIME_BASE_NPY_H
+#define THRUM_RUNTIME_BASE_NPY_H
 
 #include <stddef.h>
 #include <stdint.h>

@@ -103,16 +103,16 @@ static void a_shared_force_is_the_sum_of_its_shares(void **state) {
   static const int32_t group[4] = {0, 3, 17, 36};
   const double force[3] = {3, -5, 7};
   double shared[RANK] = {1, 1, 1, 1, 1}, summed[RANK] = {1, 1, 1, 1, 1};
-  assert_int_equal(thrum_force_add_shared(&model, group, 4, force, shared, NULL), THRUM_OK);
+  assert_int_equal(thrum_load_add_shared(&model, group, 4, force, shared, NULL), THRUM_OK);
   for (int n = 0; n < 4; n++) {
     const double share[3] = {force[0] / 4, force[1] / 4, force[2] / 4};
-    assert_int_equal(thrum_force_add_vertex(&model, group[n], share, summed, NULL), THRUM_OK);
+    assert_int_equal(thrum_load_add_vertex(&model, group[n], share, summed, NULL), THRUM_OK);
   }
   for (int i = 0; i < RANK; i++)
     assert_true(fabs(shared[i] - summed[i]) < 1e-14);
   // all vertices: the mean row of the basis times the force
   double all[RANK] = {0};
-  assert_int_equal(thrum_force_add_shared(&model, NULL, 0, force, all, NULL), THRUM_OK);
+  assert_int_equal(thrum_load_add_shared(&model, NULL, 0, force, all, NULL), THRUM_OK);
   for (int i = 0; i < RANK; i++) {
     double expected = 0;
     for (int64_t n = 0; n < 3 * VERTICES; n++)
@@ -127,13 +127,13 @@ static void a_vertex_out_of_range_leaves_the_force_alone(void **state) {
   const double force[3] = {1, 1, 1}, before[RANK] = {1, 2, 3, 4, 5};
   double reduced[RANK] = {1, 2, 3, 4, 5};
   const thrum_model bare = {.rank = RANK};
-  assert_int_equal(thrum_force_add_shared(&model, beyond, 2, force, reduced, NULL),
+  assert_int_equal(thrum_load_add_shared(&model, beyond, 2, force, reduced, NULL),
                    THRUM_INVALID_ARGUMENT);
-  assert_int_equal(thrum_force_add_shared(&model, below, 2, force, reduced, NULL),
+  assert_int_equal(thrum_load_add_shared(&model, below, 2, force, reduced, NULL),
                    THRUM_INVALID_ARGUMENT);
-  assert_int_equal(thrum_force_add_shared(&model, beyond, 0, force, reduced, NULL),
+  assert_int_equal(thrum_load_add_shared(&model, beyond, 0, force, reduced, NULL),
                    THRUM_INVALID_ARGUMENT);
-  assert_int_equal(thrum_force_add_shared(&bare, NULL, 0, force, reduced, NULL), THRUM_MISSING);
+  assert_int_equal(thrum_load_add_shared(&bare, NULL, 0, force, reduced, NULL), THRUM_MISSING);
   assert_memory_equal(reduced, before, sizeof reduced);
 }
 

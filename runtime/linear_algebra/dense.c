@@ -10,7 +10,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
-#include "runtime/base/dense.h"
+#include "runtime/linear_algebra/dense.h"
 
 #include <float.h>
 #include <math.h>

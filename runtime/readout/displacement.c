@@ -1,22 +1,43 @@
-/* How far a body moves: starts of a given amplitude and the running peak of a run.
+/* Displacements u = U q, starts of a given amplitude and the running peak of a run.
  *
+ * U has rows 3 vertex + axis (thrum/model.h), so a range of vertices is one contiguous block.
  * Under q = s e_i vertex v is displaced by s U_v,i, so s = amplitude / max_v |U_v,i| gives a start
  * whose furthest vertex moves by the amplitude. For the peak of a run the bound
  *   max_v |u_v(q)| <= sum_i |q_i| max_v |U_v,i|
  * costs r and rules out most states; only the others pay for u = U q, 6 n r.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include <math.h>
-
-#include "thrum/force.h"
-
 #include "runtime/base/fp_contract.h"
+
+#include "thrum/displacement.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <string.h>
+
+#include "runtime/base/matrix_product.h"
 
 static thrum_status require_basis(const thrum_model *model, thrum_error *error) {
   if (model->basis != NULL)
     return THRUM_OK;
   return thrum_error_set(error, THRUM_MISSING,
                          "the model has no basis, so its vertices have no displacement");
+}
+
+thrum_status thrum_displacement(const thrum_model *model, const double *q, int64_t first,
+                                int64_t count, double *displacements, thrum_error *error) {
+  thrum_status status = require_basis(model, error);
+  if (status < 0)
+    return status;
+  // written so that no sum can overflow
+  if (first < 0 || count < 0 || first > model->vertex_count || count > model->vertex_count - first)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "%" PRId64 " vertices from %" PRId64 " do not lie in 0..%" PRId64, count,
+                           first, model->vertex_count - 1);
+  memset(displacements, 0, (size_t)(3 * count) * sizeof *displacements);
+  thrum_matrix_product(3 * count, model->rank, model->basis + 3 * first * model->rank, q,
+                       displacements);
+  return THRUM_OK;
 }
 
 /* Largest vertex displacement under a unit of basis vector `mode`. */

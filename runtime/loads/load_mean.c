@@ -5,11 +5,11 @@
  * [a, b] is sin(middle) sin(x)/x with x half the phase that it covers.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "thrum/force.h"
+#include "runtime/base/fp_contract.h"
+
+#include "thrum/external_load.h"
 
 #include <math.h>
-
-#include "runtime/base/fp_contract.h"
 
 static const double PI = 3.14159265358979323846;
 

@@ -7,7 +7,7 @@
  * Cost: about one cycle a byte; the tables take 4,000 operations.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/model/crc32.h"
+#include "runtime/base/crc32.h"
 
 #define POLYNOMIAL UINT32_C(0xEDB88320)
 

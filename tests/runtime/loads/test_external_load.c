@@ -10,7 +10,8 @@
 #include <cmocka.h>
 
 #include "tests/support/random_model.h"
-#include "thrum/force.h"
+#include "thrum/displacement.h"
+#include "thrum/external_load.h"
 
 enum { RANK = 11, VERTICES = 23 };
 
@@ -38,7 +39,7 @@ static void vertex_force_is_its_rows_of_the_basis(void **state) {
     double reduced[RANK];
     for (int64_t i = 0; i < RANK; i++)
       reduced[i] = (double)i;
-    assert_int_equal(thrum_force_add_vertex(&m.model, vertex, force, reduced, NULL), THRUM_OK);
+    assert_int_equal(thrum_load_add_vertex(&m.model, vertex, force, reduced, NULL), THRUM_OK);
     for (int64_t i = 0; i < RANK; i++) {
       double expected = (double)i;
       for (int axis = 0; axis < 3; axis++)
@@ -56,9 +57,9 @@ static void field_is_the_sum_of_its_vertex_forces(void **state) {
   random_state random = {8};
   double forces[3 * VERTICES], whole[RANK] = {0}, parts[RANK] = {0};
   random_vector(&random, 3 * VERTICES, 10, forces);
-  assert_int_equal(thrum_force_add_field(&m.model, forces, whole, NULL), THRUM_OK);
+  assert_int_equal(thrum_load_add_field(&m.model, forces, whole, NULL), THRUM_OK);
   for (int64_t v = 0; v < VERTICES; v++)
-    assert_int_equal(thrum_force_add_vertex(&m.model, v, forces + 3 * v, parts, NULL), THRUM_OK);
+    assert_int_equal(thrum_load_add_vertex(&m.model, v, forces + 3 * v, parts, NULL), THRUM_OK);
   for (int64_t i = 0; i < RANK; i++)
     assert_near(whole[i], parts[i], 1e-13);
   random_model_free(&m);
@@ -69,7 +70,7 @@ static void force_on_a_held_vertex_does_nothing(void **state) {
   random_model m;
   make_body(&m);
   double reduced[RANK] = {0};
-  assert_int_equal(thrum_force_add_vertex(&m.model, 0, (double[3]){1, 2, 3}, reduced, NULL),
+  assert_int_equal(thrum_load_add_vertex(&m.model, 0, (double[3]){1, 2, 3}, reduced, NULL),
                    THRUM_OK);
   for (int64_t i = 0; i < RANK; i++)
     assert_true(reduced[i] == 0);
@@ -82,7 +83,7 @@ static void gravity_is_axis_mass_times_acceleration(void **state) {
   make_body(&m);
   const double g[3] = {0.5, 2, -9.81};
   double reduced[RANK] = {0};
-  assert_int_equal(thrum_force_add_gravity(&m.model, g, reduced, NULL), THRUM_OK);
+  assert_int_equal(thrum_load_add_gravity(&m.model, g, reduced, NULL), THRUM_OK);
   for (int64_t i = 0; i < RANK; i++) {
     double expected = 0;
     for (int axis = 0; axis < 3; axis++)
@@ -124,7 +125,7 @@ static void force_and_displacement_are_transposes(void **state) {
   double q[RANK], forces[3 * VERTICES], u[3 * VERTICES], reduced[RANK] = {0}, left = 0, right = 0;
   random_vector(&random, RANK, 1, q);
   random_vector(&random, 3 * VERTICES, 1, forces);
-  assert_int_equal(thrum_force_add_field(&m.model, forces, reduced, NULL), THRUM_OK);
+  assert_int_equal(thrum_load_add_field(&m.model, forces, reduced, NULL), THRUM_OK);
   assert_int_equal(thrum_displacement(&m.model, q, 0, VERTICES, u, NULL), THRUM_OK);
   for (int64_t i = 0; i < 3 * VERTICES; i++)
     left += forces[i] * u[i];
@@ -150,10 +151,10 @@ static void vertices_out_of_range_are_refused_and_outputs_kept(void **state) {
   thrum_error error = {THRUM_OK, ""};
   const int64_t bad_vertices[] = {-1, VERTICES, INT64_MAX, INT64_MIN};
   for (int c = 0; c < 4; c++)
-    assert_int_equal(thrum_force_add_vertex(&m.model, bad_vertices[c], force, out, &error),
+    assert_int_equal(thrum_load_add_vertex(&m.model, bad_vertices[c], force, out, &error),
                      THRUM_INVALID_ARGUMENT);
   assert_int_equal(error.status, THRUM_INVALID_ARGUMENT);
-  thrum_force_add_vertex(&m.model, VERTICES, force, out, &error);
+  thrum_load_add_vertex(&m.model, VERTICES, force, out, &error);
   assert_string_equal(error.message, "vertex 23 is outside 0..22");
   const int64_t bad_ranges[][2] = {{-1, 1}, {0, VERTICES + 1},      {VERTICES, 1},
                                    {3, -1}, {1, INT64_MAX},         {INT64_MAX, 1},
@@ -175,11 +176,11 @@ static void forces_that_are_not_finite_are_refused_and_outputs_kept(void **state
     out[i] = 7;
   thrum_error error = {THRUM_OK, ""};
   forces[3 * 20 + 1] = NAN;
-  assert_int_equal(thrum_force_add_field(&m.model, forces, out, &error), THRUM_BAD_VALUE);
+  assert_int_equal(thrum_load_add_field(&m.model, forces, out, &error), THRUM_BAD_VALUE);
   assert_string_equal(error.message, "component y of the force at vertex 20 is not finite");
-  assert_int_equal(thrum_force_add_vertex(&m.model, 3, (double[3]){0, 0, INFINITY}, out, &error),
+  assert_int_equal(thrum_load_add_vertex(&m.model, 3, (double[3]){0, 0, INFINITY}, out, &error),
                    THRUM_BAD_VALUE);
-  assert_int_equal(thrum_force_add_gravity(&m.model, (double[3]){NAN, 0, 0}, out, &error),
+  assert_int_equal(thrum_load_add_gravity(&m.model, (double[3]){NAN, 0, 0}, out, &error),
                    THRUM_BAD_VALUE);
   assert_untouched(out, RANK);
   random_model_free(&m);
@@ -194,9 +195,9 @@ static void model_without_a_basis_is_missing_it(void **state) {
   for (int64_t i = 0; i < RANK; i++)
     out[i] = 7;
   thrum_error error;
-  assert_int_equal(thrum_force_add_vertex(&m.model, 0, three, out, &error), THRUM_MISSING);
-  assert_int_equal(thrum_force_add_field(&m.model, three, out, &error), THRUM_MISSING);
-  assert_int_equal(thrum_force_add_gravity(&m.model, three, out, &error), THRUM_MISSING);
+  assert_int_equal(thrum_load_add_vertex(&m.model, 0, three, out, &error), THRUM_MISSING);
+  assert_int_equal(thrum_load_add_field(&m.model, three, out, &error), THRUM_MISSING);
+  assert_int_equal(thrum_load_add_gravity(&m.model, three, out, &error), THRUM_MISSING);
   assert_int_equal(thrum_displacement(&m.model, q, 0, 0, out, &error), THRUM_MISSING);
   assert_int_equal(thrum_displacement(&m.model, q, 0, 0, out, NULL), THRUM_MISSING);
   assert_untouched(out, RANK);

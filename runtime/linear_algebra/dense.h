@@ -1,7 +1,7 @@
 /* Small dense systems in place, private to the runtime; see dense.c.
  * SPDX-License-Identifier: Apache-2.0 */
-#ifndef THRUM_RUNTIME_BASE_DENSE_H
-#define THRUM_RUNTIME_BASE_DENSE_H
+#ifndef THRUM_RUNTIME_LINEAR_ALGEBRA_DENSE_H
+#define THRUM_RUNTIME_LINEAR_ALGEBRA_DENSE_H
 
 #include <stdbool.h>
 #include <stddef.h>

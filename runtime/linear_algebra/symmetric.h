@@ -1,7 +1,7 @@
 /* The least eigenpair of a small symmetric matrix, private to the runtime; see symmetric.c.
  * SPDX-License-Identifier: Apache-2.0 */
-#ifndef THRUM_RUNTIME_BASE_SYMMETRIC_H
-#define THRUM_RUNTIME_BASE_SYMMETRIC_H
+#ifndef THRUM_RUNTIME_LINEAR_ALGEBRA_SYMMETRIC_H
+#define THRUM_RUNTIME_LINEAR_ALGEBRA_SYMMETRIC_H
 
 #include <stdint.h>
 

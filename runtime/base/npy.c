@@ -8,7 +8,7 @@
  * the text.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/model/npy.h"
+#include "runtime/base/npy.h"
 
 #include <inttypes.h>
 #include <stdio.h>

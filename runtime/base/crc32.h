@@ -1,8 +1,8 @@
 /* CRC-32 of zip files (reflected polynomial 0xEDB88320), eight bytes a step.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#ifndef THRUM_RUNTIME_MODEL_CRC32_H
-#define THRUM_RUNTIME_MODEL_CRC32_H
+#ifndef THRUM_RUNTIME_BASE_CRC32_H
+#define THRUM_RUNTIME_BASE_CRC32_H
 
 #include <stddef.h>
 #include <stdint.h>

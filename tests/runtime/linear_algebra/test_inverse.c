@@ -12,7 +12,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "runtime/base/dense.h"
+#include "runtime/linear_algebra/dense.h"
 #include "runtime/polynomial/packed.h"
 #include "tests/support/random_model.h"
 

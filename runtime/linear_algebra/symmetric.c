@@ -7,14 +7,14 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
-#include "runtime/base/symmetric.h"
+#include "runtime/linear_algebra/symmetric.h"
 
 #include <float.h>
 #include <math.h>
 #include <stddef.h>
 #include <string.h>
 
-#include "runtime/base/dense.h"
+#include "runtime/linear_algebra/dense.h"
 
 /* One reflection: zeroes column k below its second entry, the same from both sides. `v` and `w`: n
  * each. Returns the entry that remains off the diagonal. */

@@ -1,0 +1,70 @@
+/* External loads in reduced coordinates, f = U^T f_ext, and their course over time as the mean over
+ * each step (design 5). The internal force R(q) is in thrum/polynomial.h.
+ *
+ * Loads on vertices need a model with a basis (THRUM_MISSING otherwise), gravity one with
+ * axis_mass. Pure functions; any thread; nothing allocated. A failure leaves the outputs as they
+ * were.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_EXTERNAL_LOAD_H
+#define THRUM_EXTERNAL_LOAD_H
+
+#include "thrum/model.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* reduced (rank) += U^T of a force (x, y, z) [N] at one vertex (0-based). */
+thrum_status thrum_load_add_vertex(const thrum_model *model, int64_t vertex, const double force[3],
+                                   double *reduced, thrum_error *error);
+
+/* reduced (rank) += U^T f of one force (x, y, z) [N] that `count` vertices (0-based) share equally,
+ * held ones included: the support carries their part. vertices NULL: all of the model, and count is
+ * ignored. */
+thrum_status thrum_load_add_shared(const thrum_model *model, const int32_t *vertices, int64_t count,
+                                   const double force[3], double *reduced, thrum_error *error);
+
+/* reduced (rank) += U^T f; forces: vertex_count x 3 [N]. */
+thrum_status thrum_load_add_field(const thrum_model *model, const double *forces, double *reduced,
+                                  thrum_error *error);
+
+/* reduced (rank) += U^T M a, a uniform acceleration (x, y, z) [m/s^2] such as gravity. */
+thrum_status thrum_load_add_gravity(const thrum_model *model, const double acceleration[3],
+                                    double *reduced, thrum_error *error);
+
+/* The course of a load over time: its direction times thrum_load_mean. */
+typedef enum thrum_load_shape {
+  THRUM_LOAD_CONSTANT = 0, /* 1 in [from, until) */
+  THRUM_LOAD_SINE = 1      /* sin(2 pi frequency (t - from)) in [from, until) */
+} thrum_load_shape;
+
+typedef struct thrum_load {
+  thrum_load_shape shape;
+  double from;      /* start [s]; later: the load begins later */
+  double until;     /* end [s], may be INFINITY; later: the load lasts longer */
+  double frequency; /* of the sine [Hz]; higher: more cycles in the window */
+} thrum_load;
+
+/* Exact mean of the load over [step dt, (step+1) dt) [1]; dt [s]. Window ends within 1e-6 of a
+ * whole step are taken as that step, so 0.003 s is 1 step and 0.3 s is 100 steps at dt = 0.003; a
+ * shorter window keeps its impulse. */
+double thrum_load_mean(const thrum_load *load, int64_t step, double dt);
+
+/* reduced (rank) = sum over `count` loads of their mean over the step times their row of
+ * `directions` (count x rank). */
+void thrum_load_sum(const thrum_load *loads, const double *directions, int64_t count, int64_t rank,
+                    int64_t step, double dt, double *reduced);
+
+/* Work [J] of a step's mean load (rank) from q to q_next (rank): f (q_next - q). */
+double thrum_load_work(const double *load, const double *q, const double *q_next, int64_t rank);
+
+/* Energy [J] that Rayleigh damping with the stiffness at rest takes in a step of length dt [s] from
+ * q to q_next (rank): sum (alpha + beta omega_i^2) (q_next - q)_i^2 / dt; alpha [1/s], beta [s]. */
+double thrum_damping_loss(const thrum_model *model, double alpha, double beta, const double *q,
+                          const double *q_next, double dt);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
