@@ -213,12 +213,20 @@ static thrum_status check_mesh(const thrum_layout *layout, thrum_error *error) {
     status = check_material(layout, error);
   if (status != THRUM_OK)
     return status;
+
+  // rigid modes are those of a body that nothing holds; who reads both would count other unknowns
   const unsigned char *fixed = layout->data[THRUM_ARRAY_fixed];
-  for (int64_t i = 0; i < SIZE(layout, vertex_count); i++)
+  for (int64_t i = 0; i < SIZE(layout, vertex_count); i++) {
     if (fixed[i] > 7)
       return thrum_error_set(error, THRUM_BAD_VALUE,
                              "array 'fixed' holds %u (entry %" PRId64 "); 0 to 7 are allowed",
                              (unsigned)fixed[i], i);
+    if (fixed[i] != 0 && HAS(layout, rigid))
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "array 'fixed' holds %u (entry %" PRId64
+                             "); only 0 goes with 'rigid', the modes of a free body",
+                             (unsigned)fixed[i], i);
+  }
   return THRUM_OK;
 }
 

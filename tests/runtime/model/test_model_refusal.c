@@ -448,6 +448,12 @@ static void materials_marks_and_names_make_sense(void **state) {
   archive a = archive_sample();
   archive_find(&a, "fixed")->data[3] = 8;
   refused(&a, THRUM_BAD_VALUE, "array 'fixed' holds 8 (entry 3)");
+
+  // the sample is held at vertex 0: rigid modes are those of a body that nothing holds
+  static const double rigid[5 * 3 * 6];
+  a = archive_sample();
+  archive_add(&a, "rigid.npy", "<f8", "(15, 6)", rigid, sizeof rigid);
+  refused(&a, THRUM_BAD_VALUE, "array 'fixed' holds 7 (entry 0); only 0 goes with 'rigid'");
   a = archive_sample();
   archive_find(&a, "group_names")->data[15] = 'x';
   refused(&a, THRUM_BAD_VALUE, "array 'group_names' holds 1 names");
