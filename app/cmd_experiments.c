@@ -1,28 +1,25 @@
-/* `thrum experiments`: loads the models, makes the folder, and switches to the kind of experiment
- * that was asked for. The experiments themselves are in study/. SPDX-License-Identifier: Apache-2.0
+/* `thrum experiments`: loads the models, makes the folder, and calls the kind of experiment that
+ * was asked for. The experiments themselves are in validation/experiments/.
+ * SPDX-License-Identifier: Apache-2.0
  */
-#include <stdio.h>
 #include <stdlib.h>
 
 #include "app/commands.h"
 #include "app/experiments.h"
-#include "app/results.h"
 #include "config/message.h"
-#include "config/progress.h"
 #include "io/folder.h"
-#include "io/json.h"
 #include "io/paths.h"
 #include "platform/interrupt.h"
 
-/* Where a model is pushed: what its recipe says, or for a file the group load, else tip. */
+/* The body of a model: a named model is pushed as its recipe says, a model file at its group
+ * `load`, or else at `tip`, along its softest axis. */
 static thrum_status make_body(const char *name, const thrum_model *model, experiment_body *body,
                               thrum_error *error) {
   cli_model_recipe recipe;
-  const thrum_status status = cli_model_recipe_find(name, &recipe, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(cli_model_recipe_find(name, &recipe, error));
   if (recipe.found)
     return experiment_body_init(name, model, recipe.load_group, recipe.load_direction, body, error);
+
   static const double softest[3] = {0, 0, 0};
   const int32_t *vertices = NULL;
   int64_t count = 0;
@@ -33,56 +30,37 @@ static thrum_status make_body(const char *name, const thrum_model *model, experi
 
 static thrum_status load_bodies(const experiments_request *request, experiments_bodies *bodies,
                                 thrum_error *error) {
-  thrum_status status = THRUM_OK;
-  for (int64_t n = 0; n < request->model_count && status >= 0; n++) {
+  for (int64_t n = 0; n < request->model_count; n++) {
     const thrum_model *model = NULL;
-    status = cli_model_load(request->models[n], request->quiet, &model, NULL, error);
-    if (status < 0)
-      return status;
-    status = make_body(request->models[n], model, &bodies->bodies[n], error);
+    THRUM_TRY(cli_model_load(request->models[n], request->quiet, &model, NULL, error));
+
+    // `count` says how many pairs of a model and its body the caller has to free
+    const thrum_status status =
+        make_body(request->models[n], model, &bodies->bodies[bodies->count], error);
     if (status < 0) {
       thrum_model_free(model);
       return status;
     }
     bodies->models[bodies->count++] = model;
   }
-  return status;
+  return THRUM_OK;
 }
 
-thrum_status experiments_write(const experiments_request *request, const char *name,
-                               experiment_text *text, thrum_error *error) {
-  return cli_results_write(request->output, name, text, error);
-}
-
-experiment_place experiments_place(const experiments_request *request) {
-  static const char *const commands[] = {
-      "thrum experiments", "thrum experiments --long", "thrum experiments --sweep",
-      "thrum experiments --extremes", "thrum experiments --linear"};
-  return cli_results_place(commands[request->kind]);
-}
-
-bool experiments_progress(void *context, double fraction) {
-  config_progress_update(context, "experiments", fraction);
-  return true;
-}
-
-cJSON *experiments_json(const experiments_request *request, bool flagged) {
-  static const char *const kinds[] = {"matrix", "long", "sweep", "extremes", "linear"};
-  cJSON *object = json_report("experiments", flagged ? "flagged" : "done");
-  cJSON_AddStringToObject(object, "kind", kinds[request->kind]);
-  const experiment_place place = experiments_place(request);
-  json_string(object, "machine", place.machine);
-  cJSON_AddStringToObject(object, "compiler", place.compiler);
-  cJSON_AddStringToObject(object, "blas_core", place.blas_core);
-  json_string(object, "output", request->output);
-  json_number(object, "threads", (double)request->threads);
-  return object;
-}
-
-void experiments_json_levels(cJSON *object, const thrum_state_report *report) {
-  cJSON *fallback_levels = cJSON_AddObjectToObject(object, "fallback_levels");
-  for (int n = 0; n < EXPERIMENT_LEVEL_COUNT; n++)
-    json_number(fallback_levels, experiment_level_names[n], (double)experiment_level(report, n));
+static thrum_status run_kind(const experiments_request *request, const experiments_bodies *bodies,
+                             bool *flagged, thrum_error *error) {
+  switch (request->kind) {
+  case EXPERIMENTS_LONG:
+    return experiments_long(request, bodies, flagged, error);
+  case EXPERIMENTS_SWEEP:
+    return experiments_sweep(request, bodies, flagged, error);
+  case EXPERIMENTS_EXTREMES:
+    return experiments_extremes(request, flagged, error);
+  case EXPERIMENTS_LINEAR:
+    return experiments_linear(request, bodies, error);
+  case EXPERIMENTS_MATRIX:
+  default:
+    return experiments_matrix(request, bodies, flagged, error);
+  }
 }
 
 static int run_request(const experiments_request *request) {
@@ -90,23 +68,19 @@ static int run_request(const experiments_request *request) {
   bool flagged = false;
   thrum_interrupt_clean("\nthrum: stopped; the folder holds whole files only\n");
   experiments_bodies *bodies = calloc(1, sizeof *bodies);
-  thrum_status status = bodies == NULL
-                            ? thrum_error_set(&error, THRUM_OUT_OF_MEMORY, "out of memory")
-                            // a folder that cannot be used is found before hours of computing
-                            : folder_make(request->output, &error);
+  if (bodies == NULL) {
+    thrum_error_set(&error, THRUM_OUT_OF_MEMORY, "out of memory");
+    return config_refuse(&error);
+  }
+
+  // a folder that cannot be used is found before hours of computing
+  thrum_status status = folder_make(request->output, &error);
   if (status >= 0)
     status = load_bodies(request, bodies, &error);
-  if (status >= 0 && request->kind == EXPERIMENTS_MATRIX)
-    status = experiments_matrix(request, bodies, &flagged, &error);
-  if (status >= 0 && request->kind == EXPERIMENTS_LONG)
-    status = experiments_long(request, bodies, &flagged, &error);
-  if (status >= 0 && request->kind == EXPERIMENTS_SWEEP)
-    status = experiments_sweep(request, bodies, &flagged, &error);
-  if (status >= 0 && request->kind == EXPERIMENTS_EXTREMES)
-    status = experiments_extremes(request, &flagged, &error);
-  if (status >= 0 && request->kind == EXPERIMENTS_LINEAR)
-    status = experiments_linear(request, bodies, &error);
-  for (int64_t n = 0; bodies != NULL && n < bodies->count; n++) {
+  if (status >= 0)
+    status = run_kind(request, bodies, &flagged, &error);
+
+  for (int64_t n = 0; n < bodies->count; n++) {
     experiment_body_free(&bodies->bodies[n]);
     thrum_model_free(bodies->models[n]);
   }

@@ -1,5 +1,6 @@
-/* `thrum tradeoff`: what speed costs in accuracy, and which setting to take. What is measured is
- * tradeoff/'s; here it is asked for, shown and written. SPDX-License-Identifier: Apache-2.0 */
+/* `thrum tradeoff`: what speed costs in accuracy, and which setting to take. validation/tradeoff
+ * measures; this file reads the request, prints the result and writes its files.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
@@ -118,19 +119,6 @@ static void fill_problem(trade *t) {
   p->progress_context = &t->progress;
 }
 
-/* An object as an options file. */
-static thrum_status put_options(const trade *t, const char *name, cJSON *object,
-                                thrum_error *error) {
-  char *json = json_text(object);
-  experiment_text text = {0};
-  cJSON_Delete(object);
-  if (json == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %s", name);
-  experiment_text_add(&text, "%s\n", json);
-  free(json);
-  return cli_results_write(t->request->output, name, &text, error);
-}
-
 /* The chosen setting, as simulate and precompute take it. */
 static cJSON *simulate_options(const tradeoff_run *run) {
   cJSON *object = cJSON_CreateObject();
@@ -148,23 +136,41 @@ static cJSON *precompute_options(const tradeoff_basis *basis) {
   return object;
 }
 
+/* The figures of the full order, which stand in the printed object and beside the table. */
+static void add_full(cJSON *object, const trade *t) {
+  json_number(object, "time_s", t->request->time);
+  cJSON *full = cJSON_AddObjectToObject(object, "full");
+  json_number(full, "components", (double)t->result.free_count);
+  json_number(full, "dt", t->request->full_dt);
+  json_number(full, "us_per_step", t->result.full_us_per_step);
+  json_number(full, "cost_s_per_s", t->result.full_cost);
+  json_number(full, "error", t->result.full_error);
+}
+
 static thrum_status write_files(const trade *t, thrum_error *error) {
-  experiment_text text = {0};
-  const experiment_place place = cli_results_place("thrum tradeoff");
-  tradeoff_csv(&text, &t->result);
-  thrum_status status = cli_results_write(t->request->output, "tradeoff.csv", &text, error);
-  if (status >= 0) {
-    tradeoff_report(&text, &t->problem, &t->result, t->chosen, t->wanted, &place);
-    status = cli_results_write(t->request->output, "tradeoff.html", &text, error);
-  }
-  if (status < 0 || t->chosen < 0)
-    return status;
+  const char *folder = t->request->output;
+  thrum_file_writer writer = {NULL, NULL, NULL};
+  THRUM_TRY(results_open(folder, "tradeoff.csv", &writer, error));
+  tradeoff_csv(writer.stream, &t->result);
+  THRUM_TRY(thrum_file_writer_commit(&writer, error));
+
+  // the page also says what was wanted and which row of the table is recommended
+  cJSON *about = json_report("tradeoff", t->chosen < 0 ? "flagged" : "done");
+  results_add_machine(about);
+  add_full(about, t);
+  cJSON_AddStringToObject(about, "wanted", t->wanted);
+  json_number(about, "recommended_row", t->chosen < 0 ? NAN : (double)t->chosen);
+  THRUM_TRY(results_write_json(folder, "tradeoff.about.json", about, error));
+  results_make_page(folder, "tradeoff", "tradeoff");
+  if (t->chosen < 0)
+    return THRUM_OK;
+
   const tradeoff_run *run = &t->result.runs[t->chosen];
   const tradeoff_basis *basis = &t->result.bases[run->basis];
-  status = put_options(t, "simulate.json", simulate_options(run), error);
-  if (status >= 0 && basis->modes > 0)
-    status = put_options(t, "precompute.json", precompute_options(basis), error);
-  return status;
+  THRUM_TRY(results_write_json(folder, "simulate.json", simulate_options(run), error));
+  if (basis->modes > 0)
+    THRUM_TRY(results_write_json(folder, "precompute.json", precompute_options(basis), error));
+  return THRUM_OK;
 }
 
 static void add_errors(cJSON *object, const char *key, const tradeoff_errors *errors) {
@@ -198,19 +204,12 @@ static cJSON *run_json(const trade *t, const tradeoff_run *run) {
 
 static void print_json(const trade *t) {
   const tradeoff_request *request = t->request;
-  const experiment_place place = cli_results_place("thrum tradeoff");
   cJSON *object = json_report("tradeoff", t->chosen < 0 ? "flagged" : "done");
   json_string(object, "model", request->model_path);
-  json_string(object, "machine", place.machine);
-  cJSON_AddStringToObject(object, "compiler", place.compiler);
+  results_add_machine(object);
   json_string(object, "output", request->output);
-  json_number(object, "time_s", request->time);
-  cJSON *full = cJSON_AddObjectToObject(object, "full");
-  json_number(full, "components", (double)t->result.free_count);
-  json_number(full, "dt", request->full_dt);
-  json_number(full, "us_per_step", t->result.full_us_per_step);
-  json_number(full, "cost_s_per_s", t->result.full_cost);
-  json_number(full, "error", t->result.full_error);
+  add_full(object, t);
+
   cJSON *runs = cJSON_AddArrayToObject(object, "runs");
   for (int64_t n = 0; n < t->result.run_count; n++)
     cJSON_AddItemToArray(runs, run_json(t, &t->result.runs[n]));

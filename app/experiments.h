@@ -1,5 +1,5 @@
-/* What `thrum experiments` was asked for; shared by cmd_experiments.c (the command),
- * experiments_options.c, and one file for each kind of experiment.
+/* The request of `thrum experiments`, its options, and one function for each kind of experiment,
+ * which runs it (validation/experiments), writes its files and prints its result.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_APP_EXPERIMENTS_H
 #define THRUM_APP_EXPERIMENTS_H
@@ -9,13 +9,13 @@
 #include <stdint.h>
 
 #include "driver/named_model.h"
+#include "io/file.h"
 #include "thrum/thrum.h"
-#include "validation/experiments/report.h"
+#include "validation/experiments/extremes.h"
+#include "validation/experiments/matrix.h"
 
 #define EXPERIMENTS_MODELS_MAX 32
 #define EXPERIMENTS_AMPLITUDES_MAX 16
-#define EXPERIMENTS_SHORTEST 1e-4  /* time step of --sweep [s] */
-#define EXPERIMENTS_UNIT_STEPS 400 /* of --extremes, in other units */
 
 typedef enum experiments_kind {
   EXPERIMENTS_MATRIX = 0,
@@ -55,8 +55,7 @@ typedef struct experiments_bodies {
   experiment_body bodies[EXPERIMENTS_MODELS_MAX];
 } experiments_bodies;
 
-/* One kind of experiment each: runs it, writes its files, prints its result. *flagged: a run ended
- * before its time. */
+/* *flagged: a run ended before its time. */
 thrum_status experiments_matrix(const experiments_request *request,
                                 const experiments_bodies *bodies, bool *flagged,
                                 thrum_error *error);
@@ -69,14 +68,15 @@ thrum_status experiments_linear(const experiments_request *request,
 thrum_status experiments_extremes(const experiments_request *request, bool *flagged,
                                   thrum_error *error);
 
-/* Writes a text to `name` in the folder asked for, and frees it. */
-thrum_status experiments_write(const experiments_request *request, const char *name,
-                               experiment_text *text, thrum_error *error);
+/* Called by the kinds. Opens a table in the folder asked for. */
+thrum_status experiments_open(const experiments_request *request, const char *name,
+                              thrum_file_writer *writer, thrum_error *error);
 
-/* Where the figures are made; the texts last until the next call. */
-experiment_place experiments_place(const experiments_request *request);
+/* Writes TABLE.about.json and makes the page of TABLE.csv. */
+thrum_status experiments_page(const experiments_request *request, const char *table,
+                              thrum_error *error);
 
-/* A config_progress for a pool; `context` is one, in a stage called "experiments". */
+/* Progress of a pool of tasks; `context` is a config_progress. Never stops it. */
 bool experiments_progress(void *context, double fraction);
 
 /* An object {"status", "command", ...} to which a kind adds its figures, and its "runs". */

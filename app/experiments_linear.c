@@ -6,17 +6,8 @@
 #include "app/experiments.h"
 #include "config/progress.h"
 #include "io/json.h"
-
-/* What the tasks share. */
-typedef struct linear_work {
-  const experiment_body *bodies;
-  experiment_linear_result *results;
-} linear_work;
-
-static thrum_status run_body(void *context, int64_t index, thrum_error *error) {
-  linear_work *work = context;
-  return experiment_linear_run(&work->bodies[index], &work->results[index], error);
-}
+#include "validation/experiments/linear_free_vibration.h"
+#include "validation/experiments/tables.h"
 
 static void add_curve(cJSON *item, const char *key, const experiment_linear_curve *curve) {
   static const char *const names[EXPERIMENT_LINEAR_LEVELS] = {"deflection_at_5_percent",
@@ -26,15 +17,16 @@ static void add_curve(cJSON *item, const char *key, const experiment_linear_curv
     json_number(object, names[level], curve->at[level].amplitude);
 }
 
-static void print_json(const experiments_request *request, const experiments_bodies *bodies,
-                       const experiment_linear_result *results) {
+static void print_json(const experiments_request *request, const experiment_linear *linear) {
   cJSON *object = experiments_json(request, false);
   cJSON *runs = cJSON_AddArrayToObject(object, "runs");
-  for (int64_t n = 0; n < bodies->count; n++) {
-    const experiment_linear_result *result = &results[n];
+
+  // one object for each body
+  for (int64_t n = 0; n < linear->body_count; n++) {
+    const experiment_linear_result *result = &linear->results[n];
     cJSON *item = cJSON_CreateObject();
-    json_string(item, "model", bodies->bodies[n].name);
-    json_number(item, "rank", (double)bodies->models[n]->rank);
+    json_string(item, "model", linear->bodies[n].name);
+    json_number(item, "rank", (double)linear->bodies[n].model->rank);
     add_curve(item, "static", &result->statics);
     add_curve(item, "dynamic", &result->dynamics);
     json_number(item, "force_us", result->force_us);
@@ -54,14 +46,16 @@ static void print_share(double share) {
     printf(" %8s", "-");
 }
 
-static void print_table(const experiments_bodies *bodies, const experiment_linear_result *results) {
+static void print_table(const experiment_linear *linear) {
   printf("%-8s %4s %35s %26s\n", "", "", "deflection [% of the length] at", "");
   printf("%-8s %4s %17s %17s %26s\n", "", "", "rest, error", "motion, error", "time [us]");
   printf("%-8s %4s %8s %8s %8s %8s %8s %8s %8s\n", "model", "rank", "5 %", "20 %", "5 %", "20 %",
          "force", "imexv", "linear");
-  for (int64_t n = 0; n < bodies->count; n++) {
-    const experiment_linear_result *result = &results[n];
-    printf("%-8s %4lld", bodies->bodies[n].name, (long long)bodies->models[n]->rank);
+
+  // a deflection that no load reached is a dash
+  for (int64_t n = 0; n < linear->body_count; n++) {
+    const experiment_linear_result *result = &linear->results[n];
+    printf("%-8s %4lld", linear->bodies[n].name, (long long)linear->bodies[n].model->rank);
     for (int level = 0; level < EXPERIMENT_LINEAR_LEVELS; level++)
       print_share(result->statics.at[level].amplitude);
     for (int level = 0; level < EXPERIMENT_LINEAR_LEVELS; level++)
@@ -70,47 +64,41 @@ static void print_table(const experiments_bodies *bodies, const experiment_linea
   }
 }
 
-static thrum_status write_files(const experiments_request *request,
-                                const experiments_bodies *bodies,
-                                const experiment_linear_result *results, thrum_error *error) {
-  const experiment_place place = experiments_place(request);
-  experiment_text text = {0};
-  experiment_linear_csv(&text, bodies->bodies, results, bodies->count);
-  thrum_status status = experiments_write(request, "linear.csv", &text, error);
-  if (status < 0)
-    return status;
-  experiment_linear_curves_csv(&text, bodies->bodies, results, bodies->count);
-  status = experiments_write(request, "linear_curves.csv", &text, error);
-  if (status < 0)
-    return status;
-  experiment_linear_report(&text, bodies->bodies, results, bodies->count, &place);
-  return experiments_write(request, "linear.html", &text, error);
+static thrum_status write_files(const experiments_request *request, const experiment_linear *linear,
+                                thrum_error *error) {
+  thrum_file_writer writer = {NULL, NULL, NULL};
+  THRUM_TRY(experiments_open(request, "linear.csv", &writer, error));
+  experiment_linear_csv(writer.stream, linear);
+  THRUM_TRY(thrum_file_writer_commit(&writer, error));
+
+  THRUM_TRY(experiments_open(request, "linear_curves.csv", &writer, error));
+  experiment_linear_curves_csv(writer.stream, linear);
+  THRUM_TRY(thrum_file_writer_commit(&writer, error));
+  return experiments_page(request, "linear", error);
 }
 
 thrum_status experiments_linear(const experiments_request *request,
                                 const experiments_bodies *bodies, thrum_error *error) {
-  experiment_linear_result *results = calloc((size_t)bodies->count, sizeof *results);
-  if (results == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory");
-  linear_work work = {bodies->bodies, results};
   config_progress progress = config_progress_make(request->quiet);
-  const experiment_pool pool = {.threads = (int)request->threads,
-                                .count = bodies->count,
-                                .task = run_body,
-                                .progress = experiments_progress,
-                                .context = &work,
-                                .progress_context = &progress};
-  thrum_status status = experiment_pool_run(&pool, error);
-  if (status >= 0)
-    config_progress_done(&progress);
-  else
+  experiment_linear linear = {.bodies = bodies->bodies,
+                              .body_count = bodies->count,
+                              .threads = (int)request->threads,
+                              .progress = experiments_progress,
+                              .progress_context = &progress};
+  thrum_status status = experiment_linear_run(&linear, error);
+  if (status < 0) {
     config_progress_abandon(&progress);
-  if (status >= 0)
-    status = write_files(request, bodies, results, error);
+    goto cleanup;
+  }
+
+  config_progress_done(&progress);
+  status = write_files(request, &linear, error);
   if (status >= 0 && request->json)
-    print_json(request, bodies, results);
+    print_json(request, &linear);
   else if (status >= 0)
-    print_table(bodies, results);
-  free(results);
+    print_table(&linear);
+
+cleanup:
+  free(linear.results);
   return status;
 }

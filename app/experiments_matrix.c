@@ -1,4 +1,4 @@
-/* `thrum experiments`: the matrix, its tables, its report and its figures.
+/* `thrum experiments`: the matrix of bodies, loads, dampings and integrators.
  * SPDX-License-Identifier: Apache-2.0 */
 #include <stdio.h>
 #include <stdlib.h>
@@ -7,12 +7,16 @@
 #include "app/experiments.h"
 #include "config/progress.h"
 #include "io/json.h"
+#include "validation/experiments/run_outcome.h"
+#include "validation/experiments/tables.h"
 
 static void print_json(const experiments_request *request, const experiment_run *runs,
                        int64_t count, bool flagged) {
   cJSON *object = experiments_json(request, flagged);
   json_number(object, "dt", request->dt);
   cJSON *list = cJSON_AddArrayToObject(object, "runs");
+
+  // one object for each run, with the columns of runs.csv
   for (int64_t n = 0; n < count; n++) {
     const experiment_run *run = &runs[n];
     cJSON *item = cJSON_CreateObject();
@@ -53,18 +57,15 @@ static void print_table(const experiment_run *runs, int64_t count) {
 
 static thrum_status write_files(const experiments_request *request, const experiment_run *runs,
                                 int64_t count, thrum_error *error) {
-  experiment_text text = {0};
-  experiment_matrix_csv(&text, runs, count);
-  thrum_status status = experiments_write(request, "runs.csv", &text, error);
-  if (status < 0)
-    return status;
-  experiment_curves_csv(&text, runs, count);
-  status = experiments_write(request, "curves.csv", &text, error);
-  if (status < 0)
-    return status;
-  const experiment_place place = experiments_place(request);
-  experiment_matrix_report(&text, runs, count, request->dt, &place);
-  return experiments_write(request, "report.html", &text, error);
+  thrum_file_writer writer = {NULL, NULL, NULL};
+  THRUM_TRY(experiments_open(request, "runs.csv", &writer, error));
+  experiment_matrix_csv(writer.stream, runs, count);
+  THRUM_TRY(thrum_file_writer_commit(&writer, error));
+
+  THRUM_TRY(experiments_open(request, "curves.csv", &writer, error));
+  experiment_curves_csv(writer.stream, runs, count);
+  THRUM_TRY(thrum_file_writer_commit(&writer, error));
+  return experiments_page(request, "runs", error);
 }
 
 thrum_status experiments_matrix(const experiments_request *request,
@@ -86,6 +87,8 @@ thrum_status experiments_matrix(const experiments_request *request,
   experiment_run *runs = calloc((size_t)count + 1, sizeof *runs);
   if (runs == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory");
+
+  // the files are written before anything is printed, so that a full disk is the last word
   thrum_status status = experiment_matrix_run(&matrix, runs, error);
   if (status >= 0) {
     config_progress_done(&progress);
@@ -93,6 +96,7 @@ thrum_status experiments_matrix(const experiments_request *request,
   } else {
     config_progress_abandon(&progress);
   }
+
   for (int64_t n = 0; status >= 0 && n < count; n++)
     *flagged = *flagged || runs[n].status < 0;
   if (status >= 0 && request->json) {

@@ -9,6 +9,7 @@
 #include "config/message.h"
 #include "config/options.h"
 #include "config/parse.h"
+#include "validation/experiments/sweep.h"
 
 #define THREADS_MAX 256
 #define STEPS_MAX 1e10
@@ -227,7 +228,7 @@ static int finish(int argc, char **argv, experiments_request *request) {
   if (request->steps == 0)
     request->steps = request->kind == EXPERIMENTS_EXTREMES ? 2000 : 3000000;
   if (request->kind == EXPERIMENTS_MATRIX || request->kind == EXPERIMENTS_SWEEP) {
-    const double dt = request->kind == EXPERIMENTS_SWEEP ? EXPERIMENTS_SHORTEST : request->dt;
+    const double dt = request->kind == EXPERIMENTS_SWEEP ? EXPERIMENT_SWEEP_SHORTEST : request->dt;
     const int64_t steps = thrum_step_count(request->time, dt);
     if (steps > (int64_t)STEPS_MAX)
       return config_usage("experiments", "--time %g at a time step of %g is too many steps",

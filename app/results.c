@@ -1,55 +1,121 @@
 /* What commands with a folder of results share. SPDX-License-Identifier: Apache-2.0 */
 #include "app/results.h"
 
+#include <errno.h>
+#include <spawn.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include "config/message.h"
 #include "driver/named_model.h"
-#include "io/file.h"
+#include "io/json.h"
+#include "io/paths.h"
 #include "precompute/build_info.h"
 
-thrum_status cli_results_write(const char *folder, const char *name, experiment_text *text,
-                               thrum_error *error) {
+#define SCRIPT "report.py"
+
+extern char **environ;
+
+thrum_status results_open(const char *folder, const char *name, thrum_file_writer *writer,
+                          thrum_error *error) {
   char path[CLI_MODEL_PATH_MAX];
-  thrum_status status;
   const int length = snprintf(path, sizeof path, "%s/%s", folder, name);
-  if (text->failed || text->bytes == NULL) {
-    status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %s", name);
-  } else if (length < 0 || length >= (int)sizeof path) {
-    status = thrum_error_set(error, THRUM_IO, "-o %.200s: the path is too long", folder);
-  } else {
-    status = thrum_file_write_atomic(path, text->bytes, text->size, error);
+  if (length < 0 || length >= (int)sizeof path)
+    return thrum_error_set(error, THRUM_IO, "-o %.200s: the path is too long", folder);
+  return thrum_file_writer_open(path, writer, error);
+}
+
+thrum_status results_write_json(const char *folder, const char *name, cJSON *object,
+                                thrum_error *error) {
+  char *text = json_text(object);
+  cJSON_Delete(object);
+  if (text == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %s", name);
+
+  thrum_file_writer writer = {NULL, NULL, NULL};
+  thrum_status status = results_open(folder, name, &writer, error);
+  if (status >= 0) {
+    fprintf(writer.stream, "%s\n", text);
+    status = thrum_file_writer_commit(&writer, error);
   }
-  free(text->bytes);
-  memset(text, 0, sizeof *text);
+  free(text);
   return status;
 }
 
 /* The processor's name from /proc/cpuinfo, where there is one. */
-static const char *machine_name(void) {
+static void read_machine(char name[256]) {
   static const char key[] = "model name";
-  static char line[256];
+  char line[256];
+  snprintf(name, 256, "unknown processor");
   FILE *file = fopen("/proc/cpuinfo", "r");
-  const char *name = "unknown processor";
-  while (file != NULL && fgets(line, sizeof line, file) != NULL) {
+  if (file == NULL)
+    return;
+
+  // the first processor stands for all
+  while (fgets(line, sizeof line, file) != NULL) {
     const char *colon = strchr(line, ':');
     if (strncmp(line, key, sizeof key - 1) != 0 || colon == NULL)
       continue;
     line[strcspn(line, "\n")] = 0;
-    name = colon + 1 + (colon[1] == ' ');
+    snprintf(name, 256, "%s", colon + 1 + (colon[1] == ' '));
     break;
   }
-  if (file != NULL)
-    fclose(file);
-  return name;
+  fclose(file);
 }
 
-experiment_place cli_results_place(const char *command) {
-  return (experiment_place){
-      .machine = machine_name(),
-      .compiler = thrum_build_compiler(),
-      .blas_core = thrum_build_blas_core(),
-      .command = command,
-  };
+void results_add_machine(cJSON *object) {
+  char machine[256];
+  read_machine(machine);
+  json_string(object, "machine", machine);
+  cJSON_AddStringToObject(object, "compiler", thrum_build_compiler());
+  cJSON_AddStringToObject(object, "blas_core", thrum_build_blas_core());
+}
+
+/* The script: that of the installed program, else that of the sources it was built from. */
+static void find_script(char path[CLI_MODEL_PATH_MAX]) {
+  if (path_share(SCRIPT, path, CLI_MODEL_PATH_MAX) && access(path, R_OK) == 0)
+    return;
+  snprintf(path, CLI_MODEL_PATH_MAX, "%s", THRUM_SOURCE_REPORT);
+}
+
+/* Runs python3 without input; whether it was found and succeeded. Its messages go to our standard
+ * error, and nothing to standard output, where the command may print JSON. */
+static bool run_python(char *const *argv) {
+  pid_t child;
+  posix_spawn_file_actions_t actions;
+  if (posix_spawn_file_actions_init(&actions) != 0)
+    return false;
+  const bool started =
+      posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", 0, 0) == 0 &&
+      posix_spawn_file_actions_adddup2(&actions, STDERR_FILENO, STDOUT_FILENO) == 0 &&
+      posix_spawnp(&child, argv[0], &actions, NULL, argv, environ) == 0;
+  posix_spawn_file_actions_destroy(&actions);
+  if (!started)
+    return false;
+
+  // a signal to this program alone must not lose track of the child
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0) {
+    if (errno != EINTR)
+      return false;
+  }
+  return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+void results_make_page(const char *folder, const char *kind, const char *table) {
+  char script[CLI_MODEL_PATH_MAX], path[CLI_MODEL_PATH_MAX], kind_text[32];
+  find_script(script);
+  snprintf(path, sizeof path, "%s/%s.csv", folder, table);
+  snprintf(kind_text, sizeof kind_text, "%s", kind);
+
+  // -I: neither the user's packages nor the present folder are searched for modules
+  char *const argv[] = {"python3", "-I", script, kind_text, path, NULL};
+  if (!run_python(argv))
+    config_warn("the tables are written, but not their page; with Python 3 installed make it with: "
+                "python3 %s %s %s",
+                script, kind, path);
 }

@@ -12,20 +12,13 @@ import pathlib
 import re
 import sys
 
+from report import THESIS_SPEEDUP
+
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 RESULTS = ROOT / "validation" / "results"
 MODELS = ["beam", "basket", "bridge", "horse", "tower", "heart"]
 INTEGRATORS = ["imexv", "newmark", "energy"]
 MARKED = re.compile(r"(<!-- table (\w+) -->\n).*?(<!-- end of table -->)", re.DOTALL)
-
-# time of Newmark over time of IMEXv in the source of the method (load, damping, then as MODELS)
-THESIS = {
-    ("impulse", 0.3): [1.05, 1.40, 3.45, 3.36, 1.51, 2.57],
-    ("square", 0): [1.50, 1.87, 1.65, 1.58, 1.41, 2.37],
-    ("square", 0.3): [1.35, 2.32, 1.42, 1.61, 1.10, 1.75],
-    ("sine", 0.3): [1.29, 1.96, 1.67, 1.59, 1.24, 1.46],
-}
-
 
 def rows(*path):
     with open(RESULTS.joinpath(*path), newline="", encoding="utf-8") as file:
@@ -52,7 +45,7 @@ def matrix():
         cells = [model]
         for kind in kinds:
             ratio = runs[(model, *kind, "newmark")] / runs[(model, *kind, "imexv")]
-            published = f" ({THESIS[kind][place]:.2f})" if kind in THESIS else ""
+            published = f" ({THESIS_SPEEDUP[kind][place]:.2f})" if kind in THESIS_SPEEDUP else ""
             cells.append(f"{ratio:.2f}{published}")
         body.append(cells)
     return table(["model"] + [f"{load}, α = {damping}" for load, damping in kinds], body)

@@ -1,4 +1,4 @@
-/* The measures of the experiments: slopes, bodies, tasks over threads, texts.
+/* The measures of the experiments: slopes, bodies, tasks over threads.
  * SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
 #include <setjmp.h>
@@ -10,12 +10,10 @@
 
 #include <cmocka.h>
 
-#include "io/string_builder.h"
 #include "tests/support/random_model.h"
 #include "tests/support/simulate_support.h"
 #include "thrum/displacement.h"
 #include "validation/experiments/long_run.h"
-#include "validation/experiments/svg_plot.h"
 
 static void a_line_has_its_slope_and_no_error(void **state) {
   (void)state;
@@ -184,37 +182,6 @@ static void a_failed_task_ends_the_others(void **state) {
   assert_true(fraction == 0.5);
 }
 
-static void a_text_grows_and_escapes(void **state) {
-  (void)state;
-  experiment_text text = {0};
-  for (int n = 0; n < 5000; n++)
-    experiment_text_add(&text, "%d,", n % 10);
-  assert_int_equal(text.size, 10000);
-  assert_int_equal(strlen(text.bytes), 10000);
-  experiment_text_escape(&text, "a<b>&c");
-  assert_string_equal(text.bytes + 10000, "a&lt;b&gt;&amp;c");
-  free(text.bytes);
-}
-
-/* Ticks closer than the rounding of their values would never end. */
-static void a_curve_that_is_flat_up_to_rounding_is_drawn_flat(void **state) {
-  (void)state;
-  static const double x[3] = {0, 1, 2};
-  static const double flat[][3] = {{899.5, 899.5, 899.5 * (1 + 2e-16)}, {0, 0, 0}, {-3, -3, -3}};
-  for (size_t n = 0; n < sizeof flat / sizeof *flat; n++) {
-    experiment_plot plot = {
-        .title = "t", .x_label = "x", .y_label = "y", .width = 600, .height = 400};
-    plot.series_count = 1;
-    plot.series[0] = (experiment_series){.color = "#000", .x = x, .y = flat[n], .count = 3};
-    experiment_text text = {0};
-    experiment_plot_add(&text, &plot);
-    assert_true(text.size > 500 && text.size < 10000);
-    assert_non_null(strstr(text.bytes, "d='M"));
-    assert_null(strstr(text.bytes, "nan"));
-    free(text.bytes);
-  }
-}
-
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_line_has_its_slope_and_no_error),
@@ -224,8 +191,6 @@ int main(void) {
       cmocka_unit_test(a_strike_gives_its_whole_impulse_at_any_step),
       cmocka_unit_test(each_task_is_done_once),
       cmocka_unit_test(a_failed_task_ends_the_others),
-      cmocka_unit_test(a_text_grows_and_escapes),
-      cmocka_unit_test(a_curve_that_is_flat_up_to_rounding_is_drawn_flat),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -7,7 +7,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "validation/experiments/tables.h"
+#include "validation/experiments/run_outcome.h"
 
 #define LOST 1.0 /* of the work: whatever is left then is no energy balance */
 

@@ -6,29 +6,28 @@
 #include "precompute/precompute.h"
 #include "validation/experiments/experiment_body.h"
 
-/* What the extremes are about. X(name, text for people) */
+/* The quantity that is extreme. X(name); validation/report.py has the texts for people. */
 #define EXPERIMENT_SUBJECT_LIST(X)                                                                 \
-  X(stiffness, "Young's modulus")                                                                  \
-  X(poisson, "Poisson's ratio")                                                                    \
-  X(size, "length of the body")                                                                    \
-  X(density, "density")                                                                            \
-  X(load, "load")                                                                                  \
-  X(snap, "snap-through of a shallow arch")                                                        \
-  X(tet, "one tetrahedron")                                                                        \
-  X(square, "repeated frequencies")                                                                \
-  X(rank, "rank")                                                                                  \
-  X(resonance, "h times a frequency")                                                              \
-  X(rate, "rates of haptics and of sound")
+  X(stiffness)                                                                                     \
+  X(poisson)                                                                                       \
+  X(size)                                                                                          \
+  X(density)                                                                                       \
+  X(load)                                                                                          \
+  X(snap)                                                                                          \
+  X(tet)                                                                                           \
+  X(square)                                                                                        \
+  X(rank)                                                                                          \
+  X(resonance)                                                                                     \
+  X(rate)
 
 typedef enum experiment_subject {
-#define X(name, text) EXPERIMENT_SUBJECT_##name,
+#define X(name) EXPERIMENT_SUBJECT_##name,
   EXPERIMENT_SUBJECT_LIST(X)
 #undef X
       EXPERIMENT_SUBJECT_COUNT
 } experiment_subject;
 
 extern const char *const experiment_subject_names[EXPERIMENT_SUBJECT_COUNT];
-extern const char *const experiment_subject_texts[EXPERIMENT_SUBJECT_COUNT];
 
 typedef enum experiment_shape {
   EXPERIMENT_SHAPE_BEAM = 0, /* what `cells` and `size` say, held at x = 0, pulled at the tip */
@@ -58,7 +57,7 @@ typedef struct experiment_extreme {
 } experiment_extreme;
 
 /* The list that the table is made from. */
-extern const experiment_extreme experiment_extremes[];
+extern const experiment_extreme experiment_extreme_list[];
 int64_t experiment_extreme_count(void);
 
 /* An extreme that has been made: a body, its time step and force, or why it was refused. */
@@ -97,12 +96,12 @@ typedef struct experiment_extreme_result {
   double peak_amplitude; /* as a share of the body's length */
 } experiment_extreme_result;
 
-/* Runs one case. */
+/* Runs one case; a step that cannot be solved is in the status of the result. */
 thrum_status experiment_extreme_run(const experiment_extreme_case *run,
                                     experiment_extreme_result *result, thrum_error *error);
 
 /* refused, stopped, lost (at the end the balance errs by more than all work), or the last fallback
- * level of the fallback chain that it needed: quasi-Newton, newton, handed, energy, substep. Static
+ * level that it needed: runs (quasi-Newton), newton, switched, energy, substep. Static
  * storage. */
 const char *experiment_extreme_outcome(const experiment_extreme_case *run,
                                        const experiment_extreme_result *result);
@@ -140,5 +139,29 @@ typedef struct experiment_unit_result {
 /* Runs one case and the same in SI. It makes the bodies: one at a time in a process. */
 thrum_status experiment_units_run(const experiment_unit_case *run, experiment_unit_result *result,
                                   thrum_error *error);
+
+/* All extremes of the chosen subjects, and their units. The caller fills the first members. */
+typedef struct experiment_extremes {
+  bool subjects[EXPERIMENT_SUBJECT_COUNT];
+  bool integrators[EXPERIMENT_INTEGRATOR_COUNT];
+  int64_t steps;
+  int threads;
+  /* Called as a stage advances; may be NULL; false stops. */
+  bool (*progress)(void *context, const char *stage, double fraction);
+  void *progress_context;
+  int64_t body_count, count, unit_count;
+  experiment_extreme_body *bodies; /* body_count */
+  experiment_extreme_case *cases;  /* count, by body, integrator, the last fastest */
+  experiment_extreme_result *results;
+  experiment_unit_case *units; /* unit_count, by body, system, integrator, the last fastest */
+  experiment_unit_result *unit_results;
+} experiment_extremes;
+
+/* Makes the bodies and runs all cases. Free with experiment_extremes_free, on failure too. */
+thrum_status experiment_extremes_run(experiment_extremes *extremes, thrum_error *error);
+void experiment_extremes_free(experiment_extremes *extremes);
+
+/* Whether a run failed that should not: newmark may stop or lose its energy. */
+bool experiment_extremes_flagged(const experiment_extremes *extremes);
 
 #endif

@@ -2,13 +2,7 @@
 #include "validation/experiments/extremes.h"
 
 const char *const experiment_subject_names[EXPERIMENT_SUBJECT_COUNT] = {
-#define X(name, text) #name,
-    EXPERIMENT_SUBJECT_LIST(X)
-#undef X
-};
-
-const char *const experiment_subject_texts[EXPERIMENT_SUBJECT_COUNT] = {
-#define X(name, text) text,
+#define X(name) #name,
     EXPERIMENT_SUBJECT_LIST(X)
 #undef X
 };
@@ -72,7 +66,7 @@ const char *const experiment_subject_texts[EXPERIMENT_SUBJECT_COUNT] = {
                         MATERIAL(E, nu, rho), .dt = step                                           \
   }
 
-const experiment_extreme experiment_extremes[] = {
+const experiment_extreme experiment_extreme_list[] = {
     STIFFNESS("E = 1e3 Pa", 1e3),
     STIFFNESS("E = 1e6 Pa", 1e6),
     STIFFNESS("E = 1e9 Pa", 1e9),
@@ -119,7 +113,7 @@ const experiment_extreme experiment_extremes[] = {
 };
 
 int64_t experiment_extreme_count(void) {
-  return (int64_t)(sizeof experiment_extremes / sizeof experiment_extremes[0]);
+  return (int64_t)(sizeof experiment_extreme_list / sizeof experiment_extreme_list[0]);
 }
 
 const experiment_units experiment_unit_systems[] = {

@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "platform/thread_pool.h"
 #include "thrum/equilibrium.h"
 #include "thrum/polynomial.h"
 
@@ -109,7 +110,7 @@ static bool swing(const search *s, double load, experiment_linear_point *point) 
   const thrum_model *models[2] = {s->body->model, &s->linear};
   const int64_t rank = models[0]->rank;
   double q[2][THRUM_RANK_MAX], wrong = 0, whole = 0, peak = 0;
-  thrum_state *state[2];
+  thrum_state *state[2] = {NULL, NULL};
   bool done = start(s, models[0], load, &state[0], NULL) >= 0 &&
               start(s, models[1], load, &state[1], NULL) >= 0;
   for (int k = 0; k < STEPS && done; k++) {
@@ -261,25 +262,43 @@ static thrum_status time_all(const experiment_body *body, experiment_linear_resu
   return status < 0 ? status : THRUM_OK;
 }
 
-thrum_status experiment_linear_run(const experiment_body *body, experiment_linear_result *result,
-                                   thrum_error *error) {
+static thrum_status compare(const experiment_body *body, experiment_linear_result *result,
+                            thrum_error *error) {
   search s;
-  thrum_status status = search_make(body, &s, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(search_make(body, &s, error));
   if (!(body->model->omega2[0] > 0)) {
     search_free(&s);
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "%.100s: a mode has no stiffness, so there is no linear answer at rest",
                            body->name);
   }
+
+  // the unit load and the unit impulse give a linear body an amplitude of its own length
   experiment_linear_result made = {0};
   trace(&s, rest, body->length / body->compliance, &made.statics);
   trace(&s, swing, body->length / (body->compliance * sqrt(body->model->omega2[0])),
         &made.dynamics);
   search_free(&s);
-  status = time_all(body, &made, error);
-  if (status >= 0)
-    *result = made;
-  return status;
+
+  THRUM_TRY(time_all(body, &made, error));
+  *result = made;
+  return THRUM_OK;
+}
+
+static thrum_status compare_index(void *context, int64_t index, thrum_error *error) {
+  experiment_linear *linear = context;
+  return compare(&linear->bodies[index], &linear->results[index], error);
+}
+
+thrum_status experiment_linear_run(experiment_linear *linear, thrum_error *error) {
+  linear->results = calloc((size_t)linear->body_count + 1, sizeof *linear->results);
+  if (linear->results == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory");
+  const experiment_pool pool = {.threads = linear->threads,
+                                .count = linear->body_count,
+                                .task = compare_index,
+                                .progress = linear->progress,
+                                .context = linear,
+                                .progress_context = linear->progress_context};
+  return experiment_pool_run(&pool, error);
 }

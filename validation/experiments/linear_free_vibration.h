@@ -40,7 +40,16 @@ typedef struct experiment_linear_result {
   double linear_us;                 /* a step of the linear modes, exact */
 } experiment_linear_result;
 
-thrum_status experiment_linear_run(const experiment_body *body, experiment_linear_result *result,
-                                   thrum_error *error);
+/* The comparison for a list of bodies. The caller fills all but `results`. */
+typedef struct experiment_linear {
+  const experiment_body *bodies;
+  int64_t body_count;
+  int threads;
+  bool (*progress)(void *context, double fraction); /* may be NULL; false stops */
+  void *progress_context;
+  experiment_linear_result *results; /* body_count; free() when done */
+} experiment_linear;
+
+thrum_status experiment_linear_run(experiment_linear *linear, thrum_error *error);
 
 #endif

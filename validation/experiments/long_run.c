@@ -9,6 +9,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "validation/experiments/run_outcome.h"
+
 #define SAMPLE_STRIDE 7
 
 experiment_trend experiment_slope(const double *values, int64_t count, double spacing) {
@@ -38,6 +40,10 @@ experiment_trend experiment_slope(const double *values, int64_t count, double sp
   const double effective = n * (1 - rho) / (1 + rho);
   found.error_correlated = effective > 2 ? sqrt(squares / (effective - 2) / xx) : INFINITY;
   return found;
+}
+
+const char *experiment_long_status(const experiment_long_result *result) {
+  return result->lost ? "lost" : experiment_status_name(result->status);
 }
 
 bool experiment_long_steady(const experiment_long_result *result) {
@@ -95,19 +101,45 @@ static thrum_status run_window(const experiment_long_case *run, thrum_state *sta
   return status;
 }
 
-thrum_status experiment_long_run(const experiment_long_case *run, experiment_long_result *result,
-                                 thrum_error *error) {
+/* The windows of one case after its impulse, until its steps are done or it is lost. */
+static thrum_status run_windows(const experiment_long_case *run, thrum_state *state, int64_t window,
+                                experiment_long_result *made) {
+  thrum_energies energies;
+  THRUM_TRY(experiment_strike(run->body, run->impulse, run->dt, state, &made->stop));
+  THRUM_TRY(thrum_state_energies(run->body->model, state, &energies, &made->stop));
+  made->energy = energies.total;
+
+  // whole windows first; what is left of the steps belongs to none
+  double seconds = 0, rest[2];
+  int64_t steps = run->steps - thrum_state_report_get(state).steps;
+  thrum_status status = THRUM_OK;
+  while (status >= 0 && steps >= window && !made->lost) {
+    const int64_t k = made->window_count;
+    status = run_window(run, state, window, &seconds, &made->total[k], &made->high[k], &made->stop);
+    made->window_count += status >= 0;
+    made->lost = status >= 0 && !(made->total[k] <= EXPERIMENT_LOST * made->total[0]);
+    steps -= window;
+  }
+  if (status >= 0 && steps > 0 && !made->lost)
+    status = run_window(run, state, steps, &seconds, &rest[0], &rest[1], &made->stop);
+
+  made->us_per_step = 1e6 * seconds / (double)thrum_state_report_get(state).steps;
+  return status;
+}
+
+/* One case. Fails only for want of memory; a step that fails is in the result. */
+static thrum_status run_case(const experiment_long_case *run, experiment_long_result *result,
+                             thrum_error *error) {
   const int64_t window = thrum_step_count(EXPERIMENT_WINDOW_SECONDS, run->dt);
-  int64_t steps = run->steps;
-  const int64_t count = steps / window;
+  const int64_t count = run->steps / window;
   experiment_long_result made = {0};
   thrum_state *state = NULL;
   thrum_state_def def = thrum_default_state_def();
   def.integrator = experiment_integrators[run->integrator];
   def.dt = run->dt;
-  thrum_status status = thrum_state_create(run->body->model, &def, &state, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_state_create(run->body->model, &def, &state, error));
+
+  // the two rows of means share one allocation
   made.total = calloc((size_t)(2 * count + 1), sizeof *made.total);
   if (made.total == NULL) {
     thrum_state_destroy(state);
@@ -115,30 +147,115 @@ thrum_status experiment_long_run(const experiment_long_case *run, experiment_lon
                            (long long)count);
   }
   made.high = made.total + count;
-  double seconds = 0, rest[2];
-  status = experiment_strike(run->body, run->impulse, run->dt, state, &made.stop);
-  if (status >= 0) {
-    thrum_energies energies;
-    status = thrum_state_energies(run->body->model, state, &energies, &made.stop);
-    made.energy = energies.total;
-    steps -= thrum_state_report_get(state).steps;
-  }
-  while (status >= 0 && steps >= window && !made.lost) {
-    const int64_t k = made.window_count;
-    status = run_window(run, state, window, &seconds, &made.total[k], &made.high[k], &made.stop);
-    made.window_count += status >= 0;
-    made.lost = status >= 0 && !(made.total[k] <= EXPERIMENT_LOST * made.total[0]);
-    steps -= window;
-  }
-  if (status >= 0 && steps > 0 && !made.lost)
-    status = run_window(run, state, steps, &seconds, &rest[0], &rest[1], &made.stop);
+
+  const thrum_status status = run_windows(run, state, window, &made);
   made.status = status < 0 ? status : THRUM_OK;
   made.report = thrum_state_report_get(state);
-  made.us_per_step = 1e6 * seconds / (double)made.report.steps;
   conclude((double)window * run->dt, &made);
   thrum_state_destroy(state);
   *result = made;
   return THRUM_OK;
+}
+
+static int64_t integrator_count(const experiment_long *runs) {
+  int64_t count = 0;
+  for (int i = 0; i < EXPERIMENT_INTEGRATOR_COUNT; i++)
+    count += runs->integrators[i];
+  return count;
+}
+
+/* The impulse of one body and amplitude, for those of its integrators that are not done. */
+static thrum_status find_impulse(void *context, int64_t index, thrum_error *error) {
+  experiment_long *runs = context;
+  const int64_t width = integrator_count(runs), first = index * width;
+  experiment_long_case *cases = runs->cases + first;
+  bool needed = false;
+  for (int64_t n = 0; n < width; n++)
+    needed = needed || !atomic_load(&runs->done[first + n]);
+  if (!needed)
+    return THRUM_OK;
+
+  // the case of a run that is done says which impulse it had
+  double impulse = 0, reached = 0;
+  THRUM_TRY(
+      experiment_impulse(cases->body, cases->amplitude, cases->dt, &impulse, &reached, error));
+  for (int64_t n = 0; n < width; n++) {
+    if (atomic_load(&runs->done[first + n]))
+      continue;
+    cases[n].impulse = impulse;
+    cases[n].reached = reached;
+  }
+  return THRUM_OK;
+}
+
+static thrum_status run_index(void *context, int64_t index, thrum_error *error) {
+  experiment_long *runs = context;
+  if (atomic_load(&runs->done[index]))
+    return THRUM_OK;
+  THRUM_TRY(run_case(&runs->cases[index], &runs->results[index], error));
+  atomic_store(&runs->done[index], true);
+  return THRUM_OK;
+}
+
+thrum_status experiment_long_plan(experiment_long *runs, thrum_error *error) {
+  const size_t room =
+      (size_t)(runs->body_count * runs->amplitude_count * EXPERIMENT_INTEGRATOR_COUNT + 1);
+  runs->count = 0;
+  runs->cases = calloc(room, sizeof *runs->cases);
+  runs->results = calloc(room, sizeof *runs->results);
+  runs->done = calloc(room, sizeof *runs->done);
+  if (runs->cases == NULL || runs->results == NULL || runs->done == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory");
+
+  // the integrators of one body and amplitude follow each other: they share their impulse
+  for (int64_t b = 0; b < runs->body_count; b++) {
+    for (int64_t a = 0; a < runs->amplitude_count; a++) {
+      for (int i = 0; i < EXPERIMENT_INTEGRATOR_COUNT; i++) {
+        if (!runs->integrators[i])
+          continue;
+        runs->cases[runs->count++] = (experiment_long_case){
+            .body = &runs->bodies[b],
+            .integrator = (experiment_integrator)i,
+            .amplitude = runs->amplitudes[a],
+            .dt = runs->dt,
+            .steps = runs->steps,
+        };
+      }
+    }
+  }
+  return THRUM_OK;
+}
+
+thrum_status experiment_long_run(experiment_long *runs, thrum_error *error) {
+  experiment_pool pool = {
+      .threads = runs->threads,
+      .count = runs->body_count * runs->amplitude_count,
+      .task = find_impulse,
+      .context = runs,
+  };
+  THRUM_TRY(experiment_pool_run(&pool, error));
+
+  // the impulses take seconds, the runs hours: only these report their progress
+  pool.count = runs->count;
+  pool.task = run_index;
+  pool.progress = runs->progress;
+  pool.progress_context = runs->progress_context;
+  return experiment_pool_run(&pool, error);
+}
+
+bool experiment_long_flagged(const experiment_long *runs) {
+  bool flagged = false;
+  for (int64_t n = 0; n < runs->count; n++)
+    flagged = flagged || runs->results[n].status < 0 || runs->results[n].lost;
+  return flagged;
+}
+
+void experiment_long_free(experiment_long *runs) {
+  for (int64_t n = 0; n < runs->count; n++)
+    experiment_long_result_free(&runs->results[n]);
+  free(runs->cases);
+  free(runs->results);
+  free(runs->done);
 }
 
 void experiment_long_result_free(experiment_long_result *result) {

@@ -3,6 +3,8 @@
 #ifndef THRUM_VALIDATION_EXPERIMENTS_LONG_RUN_H
 #define THRUM_VALIDATION_EXPERIMENTS_LONG_RUN_H
 
+#include <stdatomic.h>
+
 #include "platform/thread_pool.h"
 #include "validation/experiments/experiment_body.h"
 
@@ -38,11 +40,39 @@ typedef struct experiment_long_result {
   double high_slope_error_correlated; /* and as they follow each other */
 } experiment_long_result;
 
-/* Runs one case; a step that cannot be solved is in result->status, a failure here one of memory.
- * `total` and `high` are freed by experiment_long_result_free. */
-thrum_status experiment_long_run(const experiment_long_case *run, experiment_long_result *result,
-                                 thrum_error *error);
+/* Frees `total` and `high`. */
 void experiment_long_result_free(experiment_long_result *result);
+
+/* The long runs: each body with each integrator at each amplitude. */
+typedef struct experiment_long {
+  const experiment_body *bodies;
+  int64_t body_count;
+  bool integrators[EXPERIMENT_INTEGRATOR_COUNT];
+  const double *amplitudes; /* of the swing, as shares of the body's length */
+  int64_t amplitude_count;
+  double dt; /* [s] */
+  int64_t steps;
+  int threads;
+  /* Called after each run, when its result is there; may be NULL; false stops. */
+  bool (*progress)(void *context, double fraction);
+  void *progress_context;
+  int64_t count;
+  experiment_long_case *cases; /* count, by body, amplitude, integrator, the last fastest */
+  experiment_long_result *results;
+  atomic_bool *done; /* whether the result is there; what is done already is not run */
+} experiment_long;
+
+/* Makes the cases from the members above them, none of them done. Free with experiment_long_free,
+ * on failure too. */
+thrum_status experiment_long_plan(experiment_long *runs, thrum_error *error);
+
+/* Runs the cases that are not done. A step that cannot be solved is in the status of its result and
+ * is no failure. */
+thrum_status experiment_long_run(experiment_long *runs, thrum_error *error);
+void experiment_long_free(experiment_long *runs);
+
+/* Whether a run stopped or lost its energy. */
+bool experiment_long_flagged(const experiment_long *runs);
 
 /* "done", "lost", or the name of the status; static storage. */
 const char *experiment_long_status(const experiment_long_result *result);

@@ -4,7 +4,10 @@
 
 #include <stdbool.h>
 
+#include "platform/thread_pool.h"
 #include "validation/experiments/experiment_body.h"
+
+#define EXPERIMENT_SWEEP_SHORTEST 1e-4 /* shortest time step [s] */
 
 typedef struct experiment_sweep_case {
   const experiment_body *body;
@@ -30,8 +33,29 @@ typedef struct experiment_sweep_result {
 /* "done", "lost", or why it ended before its time. */
 const char *experiment_sweep_status(const experiment_sweep_result *result);
 
-/* Runs one case; looks at the energy about a thousand times. */
-thrum_status experiment_sweep_run(const experiment_sweep_case *run, experiment_sweep_result *result,
-                                  thrum_error *error);
+/* A sweep: each body with each integrator at each time step. The caller fills all but the last
+ * three. */
+typedef struct experiment_sweep {
+  const experiment_body *bodies;
+  int64_t body_count;
+  bool integrators[EXPERIMENT_INTEGRATOR_COUNT];
+  double amplitude; /* to which the impulse makes a body swing, as a share of its length */
+  double time;      /* [s] */
+  int threads;
+  bool (*progress)(void *context, double fraction); /* may be NULL; false stops */
+  void *progress_context;
+  int64_t count;
+  experiment_sweep_case *cases; /* count, by body, time step, integrator, the last fastest */
+  experiment_sweep_result *results;
+} experiment_sweep;
+
+/* Runs all cases; each looks at the energy about a thousand times. Free with experiment_sweep_free,
+ * on failure too. A run that ends early is no failure. */
+thrum_status experiment_sweep_run(experiment_sweep *sweep, thrum_error *error);
+void experiment_sweep_free(experiment_sweep *sweep);
+
+/* Whether a run failed that should not: newmark may lose its energy, since it does not conserve it.
+ */
+bool experiment_sweep_flagged(const experiment_sweep *sweep);
 
 #endif

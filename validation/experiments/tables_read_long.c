@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "validation/experiments/run_outcome.h"
 #include "validation/experiments/tables.h"
 
 #define FIELDS_MAX 40
@@ -54,10 +55,12 @@ static bool take_row(char *const *fields, experiment_long_case *run,
   if (!names_case(fields, run) || fabs(number(fields[5]) - run->dt) > 1e-12 ||
       !(number(fields[7]) >= 1 && number(fields[7]) <= (double)run->steps))
     return false;
-  // a run that was not lost is whole
+
+  // a run that was not lost counts only when all of its steps are there
   result->lost = strcmp(fields[6], "lost") == 0;
   if (!result->lost && (strcmp(fields[6], "done") != 0 || number(fields[7]) != (double)run->steps))
     return false;
+
   run->reached = number(fields[3]);
   run->impulse = number(fields[4]);
   result->report.steps = (int64_t)number(fields[7]);
@@ -70,13 +73,8 @@ static bool take_row(char *const *fields, experiment_long_case *run,
   result->high_slope = number(fields[14]);
   result->high_slope_error = number(fields[15]);
   result->high_slope_error_correlated = number(fields[16]);
-  int64_t *const fallback_levels[EXPERIMENT_LEVEL_COUNT] = {
-#define X(name, field, heading) &result->report.field,
-      EXPERIMENT_LEVEL_LIST(X)
-#undef X
-  };
   for (int n = 0; n < EXPERIMENT_LEVEL_COUNT; n++)
-    *fallback_levels[n] = (int64_t)number(fields[LEVELS_FROM + n]);
+    experiment_level_set(&result->report, n, (int64_t)number(fields[LEVELS_FROM + n]));
   return true;
 }
 
@@ -96,8 +94,9 @@ static bool take_windows(const char *windows, const experiment_long_case *run,
   return found == result->window_count;
 }
 
-bool experiment_long_read(const char *table, const char *windows, experiment_long_case *run,
-                          experiment_long_result *result) {
+/* Takes one case from the tables, if they hold all of it. */
+static bool read_case(const char *table, const char *windows, experiment_long_case *run,
+                      experiment_long_result *result) {
   char line[LINE_MAX], *fields[FIELDS_MAX];
   experiment_long_case known = *run;
   experiment_long_result made = {0};
@@ -107,6 +106,8 @@ bool experiment_long_read(const char *table, const char *windows, experiment_lon
             take_row(fields, &known, &made);
   if (!found || made.window_count < 0 || made.window_count > run->steps)
     return false;
+
+  // the two rows of means share one allocation
   made.total = calloc((size_t)(2 * made.window_count + 1), sizeof *made.total);
   if (made.total == NULL)
     return false;
@@ -115,7 +116,13 @@ bool experiment_long_read(const char *table, const char *windows, experiment_lon
     experiment_long_result_free(&made);
     return false;
   }
+
   *run = known;
   *result = made;
   return true;
+}
+
+void experiment_tables_read_long(const char *table, const char *windows, experiment_long *runs) {
+  for (int64_t n = 0; n < runs->count; n++)
+    atomic_store(&runs->done[n], read_case(table, windows, &runs->cases[n], &runs->results[n]));
 }

@@ -10,10 +10,11 @@
 #ifndef THRUM_VALIDATION_TRADEOFF_TRADEOFF_H
 #define THRUM_VALIDATION_TRADEOFF_TRADEOFF_H
 
+#include <stdio.h>
+
 #include "precompute/full/full_body.h"
 #include "precompute/precompute.h"
 #include "validation/experiments/experiment_body.h"
-#include "validation/experiments/report.h"
 
 #define TRADEOFF_SAMPLES 64
 #define TRADEOFF_LIST_MAX 16
@@ -91,11 +92,8 @@ void tradeoff_free(tradeoff_result *result);
  * at most `cost`; NaN: no limit, but one of them must be a number. -1: there is none. */
 int64_t tradeoff_choose(const tradeoff_result *result, double error, double cost);
 
-/* Tables and the page. `chosen`: a run, or -1. */
-void tradeoff_csv(experiment_text *text, const tradeoff_result *result);
-void tradeoff_report(experiment_text *text, const tradeoff_problem *problem,
-                     const tradeoff_result *result, int64_t chosen, const char *wanted,
-                     const experiment_place *place);
+/* The runs as comma-separated values, one row for each. */
+void tradeoff_csv(FILE *stream, const tradeoff_result *result);
 
 /* --- inside -------------------------------------------------------------------------------------
  */

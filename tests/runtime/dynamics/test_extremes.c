@@ -18,8 +18,8 @@
 /* The extreme of this name. */
 static const experiment_extreme *extreme_called(const char *name) {
   for (int64_t n = 0; n < experiment_extreme_count(); n++) {
-    if (strcmp(experiment_extremes[n].name, name) == 0)
-      return &experiment_extremes[n];
+    if (strcmp(experiment_extreme_list[n].name, name) == 0)
+      return &experiment_extreme_list[n];
   }
   fail_msg("there is no extreme called %s", name);
   return NULL;
@@ -71,7 +71,7 @@ static void every_extreme_runs_or_says_why_not(void **state) {
   (void)state;
   thrum_error error = {0};
   for (int64_t n = 0; n < experiment_extreme_count(); n++) {
-    const experiment_extreme *extreme = &experiment_extremes[n];
+    const experiment_extreme *extreme = &experiment_extreme_list[n];
     experiment_extreme_body body;
     // rank 100 is for the program: too long here
     if (extreme->rank > 50)

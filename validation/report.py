@@ -1,0 +1,448 @@
+#!/usr/bin/env python3
+"""Makes the page of an experiment from the tables that it wrote.
+
+usage: report.py KIND TABLE.csv
+
+KIND is matrix, long, sweep, extremes, linear or tradeoff. The page (HTML with its plots in it, so that it needs nothing
+else) is written next to the table. `thrum experiments` and `thrum tradeoff` call this script; called by hand it makes the
+page again. Beside TABLE.csv the script reads TABLE.about.json, which says where the figures were measured, and the other
+tables of the experiment. Only the standard library of Python 3 is needed; gnuplot draws the plots, and without it the page
+has the tables alone. SPDX-License-Identifier: Apache-2.0
+"""
+import csv
+import html
+import itertools
+import json
+import math
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+
+COLOURS = {"imexv": "#1769aa", "newmark": "#d2691e", "energy": "#2e8b57"}
+LEVELS = {"newton": "full Newton", "energy": "energy step", "substep": "sub-steps",
+          "switched": "switched to the energy integrator", "split_changes": "split changes",
+          "scheme_switches": "scheme switches", "corrections": "corrections"}
+SUBJECTS = {"stiffness": "Young's modulus", "poisson": "Poisson's ratio", "size": "length of the body",
+            "density": "density", "load": "load", "snap": "snap-through of a shallow arch",
+            "tet": "one tetrahedron", "square": "repeated frequencies", "rank": "rank",
+            "resonance": "h times a frequency", "rate": "rates of haptics and of sound"}
+WINDOW_SECONDS = 35.0
+
+# The thesis: time of Newmark over time of IMEXv by load and damping, explicit/implicit modes, and when its IMEXv was lost
+# under the sine [s]. Its tables of the undamped impulse and the undamped sine repeat columns of others and are left out.
+THESIS_MODELS = ["beam", "basket", "bridge", "horse", "tower", "heart"]
+THESIS_SPEEDUP = {
+    ("impulse", 0.3): [1.05, 1.40, 3.45, 3.36, 1.51, 2.57],
+    ("square", 0): [1.50, 1.87, 1.65, 1.58, 1.41, 2.37],
+    ("square", 0.3): [1.35, 2.32, 1.42, 1.61, 1.10, 1.75],
+    ("sine", 0.3): [1.29, 1.96, 1.67, 1.59, 1.24, 1.46],
+}
+THESIS_SPLIT = {"beam": "9/6", "basket": "15/5", "bridge": "13/2", "horse": "9/6", "tower": "11/9", "heart": "27/3"}
+THESIS_LOST = {("beam", 0): 6.86, ("beam", 0.3): 7.12, ("tower", 0): 10.53}
+
+STYLE = """body{font:15px/1.45 system-ui,sans-serif;margin:2em auto;max-width:1180px;padding:0 1em;color:#222;background:#fff}
+table{border-collapse:collapse;margin:1em 0;font-size:13px}
+th,td{padding:2px 8px;text-align:right;border-bottom:1px solid #ddd}td{white-space:nowrap}
+th{border-bottom:2px solid #888;vertical-align:bottom}
+td:first-child,th:first-child,.l{text-align:left}
+.bad{color:#b00020;font-weight:600}.dim{color:#777}svg{margin:2px}"""
+
+
+# --- numbers and cells ---------------------------------------------------------------------------------------------------
+
+def number(text):
+    """The value of a field; NaN where the table leaves it empty."""
+    return float(text) if text else math.nan
+
+
+def show(value, form="{:.2f}"):
+    """A number for people, or a dash where there is none."""
+    return form.format(value) if math.isfinite(value) else "–"
+
+
+class Cell:
+    """The text of a table's cell with its class and colour; `plain` strings become cells of their own."""
+
+    def __init__(self, text, style="", colour=None):
+        self.text, self.style, self.colour = str(text), style, colour
+
+    def html(self, tag="td"):
+        style = f' class="{self.style}"' if self.style else ""
+        colour = f' style="color:{self.colour}"' if self.colour else ""
+        return f"<{tag}{style}{colour}>{html.escape(self.text)}</{tag}>"
+
+
+def integrator(name):
+    return Cell(name, "l", COLOURS.get(name))
+
+
+def table(head, rows):
+    """An HTML table; every text goes through html.escape in Cell."""
+    def line(cells, tag):
+        made = [cell if isinstance(cell, Cell) else Cell(cell) for cell in cells]
+        return "<tr>" + "".join(cell.html(tag) for cell in made) + "</tr>\n"
+
+    return "<table>\n" + line(head, "th") + "".join(line(row, "td") for row in rows) + "</table>\n"
+
+
+def levels(row):
+    return [row[name] for name in LEVELS]
+
+
+def groups(rows, *keys):
+    """Rows that follow each other and agree in `keys`."""
+    return [list(group) for _, group in itertools.groupby(rows, key=lambda row: [row[key] for key in keys])]
+
+
+# --- plots ---------------------------------------------------------------------------------------------------------------
+
+class Plots:
+    """Collects plots and draws all of them in one run of gnuplot."""
+
+    def __init__(self):
+        self.scripts = []
+
+    def add(self, title, axes, size, series, log="", y_range=None):
+        """A mark that draw() replaces. `series`: (label, colour, gnuplot style, [(x, y), ...])."""
+        quote = lambda text: "'" + str(text).replace("'", "''").replace("\n", " ") + "' noenhanced"
+        data, curves = "", []
+        for label, colour, style, points in series:
+            points = [p for p in points if all(map(math.isfinite, p))
+                      and ("x" not in log or p[0] > 0) and ("y" not in log or p[1] > 0)]
+            if not points:
+                continue
+            block = f"$data{len(curves)}"
+            data += f"{block} << END\n" + "".join(f"{x:.8g} {y:.8g}\n" for x, y in thin(points)) + "END\n"
+            name = "title " + quote(label) if label else "notitle"
+            curves.append(f"{block} using 1:2 with {style} lc rgb '{colour}' {name}")
+        if not curves:
+            return "<p class=dim>There is nothing to plot.</p>"
+        self.scripts.append(
+            f"reset\nset terminal svg size {size[0]},{size[1]} font 'sans-serif,10' name 'plot{len(self.scripts)}_'\n"
+            f"set encoding utf8\nset title {quote(title)}\nset xlabel {quote(axes[0])}\nset ylabel {quote(axes[1])}\n"
+            "set border 3 lc rgb '#777777'\nset tics nomirror\nset grid lc rgb '#e4e4e4' lt 1\nset format y '%g'\n"
+            + (f"set logscale {log}\n" if log else "") + (f"set yrange [{y_range}]\n" if y_range else "")
+            + "set key above samplen 2\n" + data + "plot " + ", ".join(curves) + "\n")
+        return f"<!--plot {len(self.scripts) - 1}-->"
+
+    def draw(self, page):
+        if not self.scripts:
+            return page
+        drawn, reason = [], "gnuplot is not installed"
+        if shutil.which("gnuplot"):
+            run = subprocess.run(["gnuplot", "-d"], input="".join(self.scripts) + "unset output\n", text=True,
+                                 capture_output=True, encoding="utf-8")
+            drawn = ["<svg" + part.split("</svg>")[0] + "</svg>" for part in run.stdout.split("<svg")[1:]]
+            reason = "gnuplot failed"
+        if len(drawn) != len(self.scripts):
+            print(f"report.py: the page has no plots: {reason}", file=sys.stderr)
+            drawn = [f"<p class=dim>No plot: {reason}.</p>"] * len(self.scripts)
+        for place, picture in enumerate(drawn):
+            page = page.replace(f"<!--plot {place}-->", picture, 1)
+        return page
+
+
+def thin(points, most=400):
+    """The least and the largest of each stretch of a long curve, which looks the same and is a tenth of the size."""
+    if len(points) <= most:
+        return points
+    kept, stretch = [], 2 * len(points) // most
+    for begin in range(0, len(points), stretch):
+        part = points[begin:begin + stretch]
+        kept += sorted({min(part, key=lambda p: p[1]), max(part, key=lambda p: p[1])})
+    return kept
+
+
+# --- the pages -----------------------------------------------------------------------------------------------------------
+
+def matrix_curves(rows, plots):
+    """The energy over time of each body, load and damping, and the explicit modes of imexv below it."""
+    page = "<h2>Energy over time</h2>\n"
+    for body in groups(rows, "model"):
+        page += f"<h3>{html.escape(body[0]['model'])}</h3>\n<table>"
+        for damping in sorted({row["damping"] for row in body}, key=float):
+            page += "<tr>"
+            for panel in groups([row for row in body if row["damping"] == damping], "load"):
+                runs = groups(panel, "integrator")
+                page += "<td style='border:0;padding:0'>" + plots.add(
+                    f"{panel[0]['load']}, α = {damping}", ("time [s]", "energy [J]"), (370, 230),
+                    [(run[0]["integrator"], COLOURS[run[0]["integrator"]], "lines",
+                      [(float(r["time_s"]), number(r["total_j"])) for r in run]) for run in runs], y_range="0:*")
+                split = [(None, COLOURS["imexv"], "lines", [(float(r["time_s"]), number(r["explicit_modes"])) for r in run])
+                         for run in runs if run[0]["integrator"] == "imexv"]
+                if split:
+                    page += "<br>" + plots.add("explicit modes of imexv", ("time [s]", "modes"), (370, 130), split,
+                                               y_range="0:*")
+                page += "</td>"
+            page += "</tr>"
+        page += "</table>\n"
+    return page
+
+
+def matrix(path, rows, about, plots):
+    done = {name: [row["status"] == "done" for row in rows if row["integrator"] == name] for name in COLOURS}
+    ended = "; ".join(f"{name} {sum(runs)} of {len(runs)}" for name, runs in done.items() if runs)
+    page = ("<p>Each body is held at its fixed set and pushed at one place, by an impulse (0.003 s), a constant force (0.3 s) "
+            "or a sine of 1 Hz, with damping α = 0 or 0.3 s<sup>−1</sup>, at h = " + html.escape(f"{about['dt']:g}") +
+            " s. The forces were found so that, without damping, the sine displaces the loaded part by a tenth of the body's "
+            "length or more, the other loads by a twentieth or more. Runs that came to their end: " + html.escape(ended) +
+            "; IMEXv of the thesis: 33 of 36.</p>\n")
+
+    # rows are bodies, columns loads and dampings
+    cases = {(r["model"], r["load"], float(r["damping"]), r["integrator"]): number(r["us_per_step"]) for r in rows}
+    kinds = list(dict.fromkeys((r["load"], float(r["damping"])) for r in rows))
+    models = list(dict.fromkeys(r["model"] for r in rows))
+    head, body = ["model"], []
+    for load, damping in kinds:
+        head += [f"{load}, α = {damping:g}", Cell("thesis", "dim")]
+    for model in models:
+        line = [model]
+        for kind in kinds:
+            ratio = cases.get((model, *kind, "newmark"), math.nan) / cases.get((model, *kind, "imexv"), math.nan)
+            known = kind in THESIS_SPEEDUP and model in THESIS_MODELS
+            published = THESIS_SPEEDUP[kind][THESIS_MODELS.index(model)] if known else math.nan
+            line += [show(ratio), Cell(show(published), "dim")]
+        body.append(line)
+    page += ("<h2>Speed: time of Newmark over time of IMEXv</h2>\n<p>Processor time of the same steps, beside the ratio of "
+             "the thesis (other meshes, forces and machine).</p>\n" + table(head, body))
+
+    # the split at rest is that of the first recorded row
+    curves = read(path.with_name("curves.csv"))
+    body = []
+    for model in models:
+        first = next((r for r in curves if r["model"] == model and r["integrator"] == "imexv"), None)
+        rank = next(int(r["explicit_modes"]) + int(r["implicit_modes"]) for r in rows if r["model"] == model)
+        if first:
+            explicit = int(float(first["explicit_modes"]))
+            body.append([model, rank, f"{explicit}/{rank - explicit}", Cell(THESIS_SPLIT.get(model, "–"), "dim")])
+    if body:
+        page += "<h2>Bodies</h2>\n" + table(["model", "rank", "explicit/implicit at rest", "thesis"], body)
+    if curves:
+        page += matrix_curves(curves, plots)
+
+    body = []
+    for r in rows:
+        lost = THESIS_LOST.get((r["model"], float(r["damping"])), math.nan)
+        lost = lost if r["integrator"] == "imexv" and r["load"] == "sine" else math.nan
+        body.append([r["model"], Cell(r["load"], "l"), show(number(r["force_n"]), "{:.3g}"), r["damping"],
+                     integrator(r["integrator"]), show(number(r["simulated_s"]), "{:.4g}"),
+                     Cell(r["status"], "l" if r["status"] == "done" else "l bad"), Cell(show(lost, "{:.4g}"), "dim"),
+                     show(number(r["us_per_step"])), show(number(r["mean_iterations"])),
+                     show(100 * number(r["peak_amplitude"]), "{:.1f} %"), show(number(r["energy_peak_j"]), "{:.3g}"),
+                     show(number(r["energy_end_j"]), "{:.3g}"), show(number(r["energy_change"]), "{:.1e}"), *levels(r)])
+    return page + ("<h2>All runs</h2>\n<p>Change: of the mean energy from the first to the last tenth of the time after the "
+                   "load, without damping. The last columns count steps that needed more than quasi-Newton, and what the "
+                   "stability monitor of IMEXv did.</p>\n") + table(
+        ["model", Cell("load", "l"), "force [N]", "α [1/s]", Cell("integrator", "l"), "time [s]", Cell("status", "l"),
+         "thesis lost at [s]", "µs a step", "iterations", "amplitude", "peak energy [J]", "end [J]", "change",
+         *LEVELS.values()], body)
+
+
+def long_steady(row):
+    """Whether the slope of the high modes is within two standard errors of zero."""
+    error = number(row["high_slope_error_correlated_per_s"])
+    if not math.isfinite(error):
+        return "–"
+    return "yes" if abs(number(row["high_slope_per_s"])) <= 2 * error else "no"
+
+
+def long(path, rows, about, plots):
+    page = ("<p>Undamped, after an impulse of 0.003 s that makes the loaded part swing to the given share of the body's "
+            "length. The thesis, on its horse over 10,000 s: total energy +2 %, high modes −28 %.</p>\n")
+    page += table(
+        ["model", "amplitude", Cell("integrator", "l"), "steps", Cell("status", "l"), "µs a step",
+         "total energy, last against first 35 s", "worst 35 s", "high modes, last against first",
+         "slope of the high modes [1/s]", "± standard error", "of windows that follow each other", "within two of these",
+         *LEVELS.values()],
+        [[r["model"], show(100 * number(r["reached"]), "{:.1f} %"), integrator(r["integrator"]), r["steps"],
+          Cell(r["status"], "l" if r["status"] == "done" else "l bad"), show(number(r["us_per_step"])),
+          *(show(number(r[key]), "{:.1e}") for key in
+            ("total_change", "total_worst", "high_change", "high_slope_per_s", "high_slope_error_per_s",
+             "high_slope_error_correlated_per_s")),
+          long_steady(r), *levels(r)] for r in rows])
+
+    # the means of all windows over the first; a lost run leaves the picture at five times
+    windows = read(path.with_name(path.stem + "_windows.csv"))
+    for case in groups(windows, "model", "amplitude"):
+        page += "<div>"
+        for key, what in (("total_j", "total energy"), ("high_j", "high modes")):
+            series, highest = [], 0
+            for run in groups(case, "integrator"):
+                first = number(run[0][key])
+                points = [(float(r["begin_s"]) + 0.5 * WINDOW_SECONDS, number(r[key]) / first) for r in run if first > 0]
+                series.append((run[0]["integrator"], COLOURS[run[0]["integrator"]], "lines", points))
+                highest = max([highest, *(y for _, y in points)])
+            page += plots.add(f"{case[0]['model']}, {100 * float(case[0]['amplitude']):.0f} %: {what}",
+                              ("time [s]", "mean over 35 s, relative to the first"), (560, 280), series,
+                              y_range="*:5" if highest > 5 else None)
+        page += "</div>\n"
+    return page
+
+
+def sweep(path, rows, about, plots):
+    page = ("<p>Undamped, from the momentum that an impulse leaves, so that the energy is known: ½|p|². Error: the largest "
+            "deviation from it; change: of the mean over the last tenth of the time. Lost: by then the energy has more than "
+            "doubled. The thesis calls 0.01 s its limit.</p>\n")
+    for body in groups(rows, "model"):
+        page += "<div>"
+        for key, what, log in (("energy_error", "largest relative error of the energy", "xy"),
+                               ("mean_iterations", "iterations a step", "x")):
+            # the size of a lost run's error says nothing
+            series = [(name, COLOURS[name], "linespoints pt 7 ps 0.4",
+                       [(float(r["dt_s"]), number(r[key])) for r in body
+                        if r["integrator"] == name and (key != "energy_error" or r["status"] == "done")])
+                      for name in COLOURS]
+            page += plots.add(body[0]["model"], ("time step [s]", what), (560, 280), series, log,
+                              None if "y" in log else "0:*")
+        page += "</div>\n"
+
+    def error(row, key):
+        return "–" if row["status"] == "lost" else show(number(row[key]), "{:.1e}")
+
+    return page + table(
+        ["model", "h [s]", Cell("integrator", "l"), "time [s]", Cell("status", "l"), "µs a step", "iterations",
+         "energy error", "change", "amplitude", *LEVELS.values()],
+        [[r["model"], r["dt_s"], integrator(r["integrator"]), show(number(r["simulated_s"]), "{:.4g}"),
+          Cell(r["status"], "l" if r["status"] == "done" else "l bad"), show(number(r["us_per_step"])),
+          show(number(r["mean_iterations"])), error(r, "energy_error"), error(r, "energy_change"),
+          show(100 * number(r["peak_amplitude"]), "{:.1f} %"), *levels(r)] for r in rows])
+
+
+def extremes(path, rows, about, plots):
+    page = ("<p>From rest under a constant load, by default a tenth of what would bend the body by its length if it were "
+            "linear, for half of the steps; then without. Energy error: the largest |E − work| in any step over the most work "
+            "that was done. Outcome: runs (quasi-Newton solved every step), the last fallback level that was needed, lost (at "
+            "the end the error is above all work), stopped (a step said that it could not be solved), or refused.</p>\n")
+    for subject in groups(rows, "subject"):
+        body = []
+        for r in subject:
+            bad = r["outcome"] in ("stopped", "lost", "not_finite")
+            h_omega = [number(r["h_omega_first"]), number(r["h_omega_last"])]
+            body.append([r["case"], " – ".join(show(x, "{:.2g}") for x in h_omega) if math.isfinite(h_omega[0]) else "",
+                         integrator(r["integrator"]), Cell(r["outcome"], "l bad" if bad else "l"),
+                         show(number(r["energy_error"]), "{:.1e}"), show(100 * number(r["peak_amplitude"]), "{:.1f} %"),
+                         r["steps"], show(number(r["mean_iterations"])), f"{r['explicit_modes']}/{r['implicit_modes']}",
+                         *levels(r), Cell(r["reason"], "l")])
+        page += f"<h2>{html.escape(SUBJECTS.get(subject[0]['subject'], subject[0]['subject']))}</h2>\n" + table(
+            ["case", "h ω", Cell("integrator", "l"), Cell("outcome", "l"), "energy error", "amplitude", "steps", "iterations",
+             "explicit/implicit at the end", *LEVELS.values(), Cell("reason", "l")], body)
+    return page + (
+        "<h2>Units</h2>\n<p>The same body in other units, step by step beside itself in SI: the largest difference of where "
+        "the loaded part is, as a share of its largest displacement; iterations, and in SI; whether the same fallback levels "
+        "were used.</p>\n") + table(
+        ["case", Cell("units", "l"), Cell("integrator", "l"), "difference", "iterations", "in SI", "fallback levels"],
+        [[r["case"], Cell(r["units"], "l"), integrator(r["integrator"]), show(number(r["difference"]), "{:.1e}"),
+          r["iterations"], r["iterations_si"], "same" if r["same_levels"] == "1" else "others"]
+         for r in read(path.with_name("units.csv"))])
+
+
+def linear(path, rows, about, plots):
+    page = ("<p>Error of linear modal analysis: |q<sub>lin</sub> − q|/|q|, the displacement of the whole body in the norm of "
+            "the mass, against the same reduced model with its cubic and quartic terms; so the basis is the same in both. "
+            "Deflection: of the loaded group, as a share of the body's length, in the nonlinear answer; after an impulse its "
+            "peak.</p>\n<div>")
+    for body in groups(read(path.with_name(path.stem + "_curves.csv")), "model"):
+        series = []
+        for kind, label, colour in (("static", "at rest", "#1769aa"), ("dynamic", "a period after an impulse", "#d2691e")):
+            points = []
+            for r in body:
+                # a swing may come no further although the impulse grows
+                if r["kind"] == kind and (not points or 100 * number(r["deflection"]) > points[-1][0]):
+                    points.append((100 * number(r["deflection"]), 100 * number(r["error"])))
+            series.append((label, colour, "linespoints pt 7 ps 0.4", points))
+        page += plots.add(body[0]["model"], ("deflection, % of the length", "error of linear, %"), (380, 280), series, "xy")
+    return page + "</div>\n" + table(
+        ["model", "r", "5 % at rest", "20 % at rest", "5 % in motion", "20 % in motion", "R(q) [µs]", "imexv step [µs]",
+         "linear step [µs]", "nonlinearity costs [µs]"],
+        [[r["model"], r["rank"],
+          *(show(100 * number(r[key]), "{:.2f} %") for key in ("static_5", "static_20", "dynamic_5", "dynamic_20")),
+          show(number(r["force_us"])), show(number(r["step_us"])), show(number(r["linear_step_us"]), "{:.3f}"),
+          show(number(r["nonlinear_us"]))] for r in rows])
+
+
+def tradeoff_table(rows):
+    def percent(row, key):
+        return show(100 * number(row[key]), "{:.3g} %")
+
+    return table(
+        [Cell("integrator", "l"), "modes", "rank", "precision", "h [s]", "tolerance", "µs a step", "cost [s/s]",
+         "times faster than full", "displacement", "velocity", "energy", "of the basis", "in time", "drift"],
+        [[integrator(r["integrator"]), r["modes"] if r["modes"] != "0" else "own", r["rank"], r["precision"], r["dt_s"],
+          r["tolerance"], show(number(r["us_per_step"])), show(number(r["cost_s_per_s"]), "{:.2e}"),
+          show(number(r["speedup"]), "{:.0f}"),
+          percent(r, "error_displacement") if r["stable"] == "1" else Cell("lost", "bad"),
+          *(percent(r, key) for key in ("error_velocity", "error_energy", "basis_error", "time_error")),
+          show(number(r["drift"]), "{:.1e}")] for r in rows])
+
+
+def tradeoff(path, rows, about, plots):
+    full = about["full"]
+    page = "<p>" + html.escape(
+        f"{about['time_s']:g} s of the load, {len(rows)} runs. Reference: the full order of the same mesh, "
+        f"{full['components']:.0f} components, stepped by the energy-conserving integrator at {full['dt']:g} s; it takes "
+        f"{1e-3 * full['us_per_step']:.3g} ms a step, {full['cost_s_per_s']:.3g} s for a second. Its own error in time is about "
+        f"{show(100 * (full['error'] if full['error'] is not None else math.nan), '{:.2g}')} %, below which no error here means "
+        "anything. Errors are relative, root mean square over the time in the norm of the mass; of the energy the largest. "
+        "Cost: processor time for a simulated second.") + "</p>\n"
+    if about.get("wanted"):
+        page += f"<h2>Recommended for {html.escape(about['wanted'])}</h2>\n"
+        chosen = about.get("recommended_row")
+        page += tradeoff_table([rows[chosen]]) if chosen is not None else "<p>No setting that was tried.</p>\n"
+
+    # the front as a line, the runs of each integrator as dots, in the order of their cost
+    rows = sorted(rows, key=lambda r: number(r["cost_s_per_s"]))
+    points = lambda keep: [(number(r["cost_s_per_s"]), number(r["error_displacement"])) for r in rows
+                           if r["stable"] == "1" and keep(r)]
+    series = [("front", "#111111", "lines", points(lambda r: r["front"] == "1"))]
+    series += [(name, colour, "points pt 7 ps 0.5", points(lambda r: r["integrator"] == name))
+               for name, colour in COLOURS.items()]
+    page += plots.add("error against cost", ("processor time for a second [s]", "displacement error"), (760, 420), series, "xy")
+    return (page + "<h2>The front</h2>\n" + tradeoff_table([r for r in rows if r["front"] == "1"]) +
+            "<h2>All runs</h2>\n" + tradeoff_table(rows))
+
+
+# kind: the page, its title and file (None: that of the table), the command
+PAGES = {
+    "matrix": (matrix, "The experiments of the thesis", "report.html", "thrum experiments"),
+    "long": (long, "The long run", None, "thrum experiments --long"),
+    "sweep": (sweep, "Time steps", None, "thrum experiments --sweep"),
+    "extremes": (extremes, "Extremes", None, "thrum experiments --extremes"),
+    "linear": (linear, "Linear against nonlinear", None, "thrum experiments --linear"),
+    "tradeoff": (tradeoff, "Speed against accuracy", None, "thrum tradeoff"),
+}
+
+
+def read(path):
+    """The rows of a table; none where it is not there."""
+    if not path.exists():
+        return []
+    with open(path, newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+def main(kind, table_path):
+    make, title, name, command = PAGES[kind]
+    path = pathlib.Path(table_path)
+    with open(path.with_name(path.stem + ".about.json"), encoding="utf-8") as file:
+        about = json.load(file)
+    plots = Plots()
+    body = make(path, read(path), about, plots)
+
+    where = "Thrum {version}, {compiler}, {machine}, BLAS core {blas_core}.".format(**about)
+    page = ("<!DOCTYPE html>\n<html lang=en><head><meta charset=utf-8>\n"
+            f"<title>{html.escape(title)}</title>\n<style>\n{STYLE}\n</style></head><body>\n<h1>{html.escape(title)}</h1>\n"
+            f"<p class=dim>{html.escape(where)} <code>{html.escape(command)}</code></p>\n{body}</body></html>\n")
+
+    # renamed into place, so that a reader never sees half a page
+    target = path.with_name(name or path.stem + ".html")
+    part = target.with_name(target.name + ".part")
+    part.write_text(plots.draw(page), encoding="utf-8")
+    os.replace(part, target)
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 3 or sys.argv[1] not in PAGES:
+        sys.exit(__doc__)
+    main(sys.argv[1], sys.argv[2])

@@ -1,0 +1,32 @@
+/* The table of the runs. SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
+
+#include "validation/tradeoff/tradeoff.h"
+
+void tradeoff_csv(FILE *stream, const tradeoff_result *result) {
+  fputs("modes,rank,precision,integrator,dt_s,tolerance,stable,us_per_step,cost_s_per_s,"
+        "error_displacement,error_velocity,error_energy,basis_error,time_error,drift,"
+        "speedup,front\n",
+        stream);
+  for (int64_t n = 0; n < result->run_count; n++) {
+    const tradeoff_run *run = &result->runs[n];
+    const tradeoff_basis *basis = &result->bases[run->basis];
+    fprintf(stream, "%lld,%lld,%s,%s,%g,%g,%d", (long long)basis->modes, (long long)basis->rank,
+            basis->single ? "single" : "double", experiment_integrator_names[run->integrator],
+            run->dt, run->tolerance, run->stable);
+
+    // a number that is not finite is left empty
+    const double numbers[] = {run->us_per_step,
+                              run->cost,
+                              run->error.displacement,
+                              run->error.velocity,
+                              run->error.energy,
+                              basis->error.displacement,
+                              run->time_error.displacement,
+                              run->drift,
+                              result->full_cost / run->cost};
+    for (size_t k = 0; k < sizeof numbers / sizeof numbers[0]; k++)
+      fprintf(stream, isfinite(numbers[k]) ? ",%.10g" : ",", numbers[k]);
+    fprintf(stream, ",%d\n", run->front);
+  }
+}
