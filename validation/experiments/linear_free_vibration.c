@@ -262,8 +262,8 @@ static thrum_status time_all(const experiment_body *body, experiment_linear_resu
   return status < 0 ? status : THRUM_OK;
 }
 
-static thrum_status compare(const experiment_body *body, experiment_linear_result *result,
-                            thrum_error *error) {
+thrum_status experiment_linear_compare(const experiment_body *body,
+                                       experiment_linear_result *result, thrum_error *error) {
   search s;
   THRUM_TRY(search_make(body, &s, error));
   if (!(body->model->omega2[0] > 0)) {
@@ -287,7 +287,7 @@ static thrum_status compare(const experiment_body *body, experiment_linear_resul
 
 static thrum_status compare_index(void *context, int64_t index, thrum_error *error) {
   experiment_linear *linear = context;
-  return compare(&linear->bodies[index], &linear->results[index], error);
+  return experiment_linear_compare(&linear->bodies[index], &linear->results[index], error);
 }
 
 thrum_status experiment_linear_run(experiment_linear *linear, thrum_error *error) {

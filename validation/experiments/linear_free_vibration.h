@@ -40,6 +40,10 @@ typedef struct experiment_linear_result {
   double linear_us;                 /* a step of the linear modes, exact */
 } experiment_linear_result;
 
+/* The comparison for one body. */
+thrum_status experiment_linear_compare(const experiment_body *body,
+                                       experiment_linear_result *result, thrum_error *error);
+
 /* The comparison for a list of bodies. The caller fills all but `results`. */
 typedef struct experiment_linear {
   const experiment_body *bodies;
