@@ -16,7 +16,7 @@
 
 #include "thrum/model.h"
 
-enum { ARCHIVE_PARTS = 20, ARCHIVE_DATA = 256, ARCHIVE_MAX = 16384 };
+enum { ARCHIVE_PARTS = 20, ARCHIVE_DATA = 768, ARCHIVE_MAX = 16384 };
 
 typedef enum archive_extra {
   EXTRA_NONE,
