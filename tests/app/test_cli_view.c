@@ -1,4 +1,5 @@
-/* `thrum view -o`: one page that holds the models as they are. SPDX-License-Identifier: Apache-2.0
+/* `thrum view`: one page that holds the models as they are, and its address.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -8,6 +9,8 @@
 #include <cmocka.h>
 
 #include <math.h>
+#include <sys/stat.h>
+#include <time.h>
 
 #include "tests/support/cli_support.h"
 #include "thrum/thrum.h"
@@ -331,9 +334,6 @@ static void what_cannot_be_shown_is_refused(void **state) {
   expect_refusal(thrum_run(folder, "view", "beam:4x1x1@1x1x1", NULL), 2, "thrum precompute");
   expect_refusal(thrum_run(folder, "view", "skin.obj", NULL), 2, "--surface");
   expect_refusal(thrum_run(folder, "view", "beam.npz", "-o", "no/x.html", NULL), 1, "no/x.html");
-  expect_refusal(thrum_run(folder, "view", "beam.npz", "-o", "x.html", "--port", "80", NULL), 2,
-                 "--port");
-  expect_refusal(thrum_run(folder, "view", "beam.npz", "--port", "65536", NULL), 2, "--port");
   expect_refusal(thrum_run(folder, "view", "scene.json", "beam.npz", "-o", "x.html", NULL), 2,
                  "one scene");
   expect_refusal(thrum_run(folder, "view", "none.json", "-o", "x.html", NULL), 1, "none.json");
@@ -355,6 +355,64 @@ static void a_page_without_a_place_for_a_pack_is_refused(void **state) {
   setenv("THRUM_VIEWER", in_folder("page.html"), 1);
 }
 
+/* Waits for the text that the stand-in for xdg-open leaves; NULL when none comes in time. */
+static char *opened_address(int tenths) {
+  for (int n = 0; n < tenths; n++) {
+    if (cli_file_exists(in_folder("opened")))
+      return cli_read_text(in_folder("opened"));
+    nanosleep(&(struct timespec){.tv_nsec = 100000000}, NULL);
+  }
+  return NULL;
+}
+
+static void without_a_name_the_page_is_opened_where_there_is_a_display(void **state) {
+  (void)state;
+  char path[4200], before[4096], url[256];
+  snprintf(before, sizeof before, "%s", getenv("PATH"));
+  snprintf(path, sizeof path, "%s/a b:%s", folder, before);
+  assert_int_equal(mkdir(in_folder("a b"), 0700), 0);
+  assert_true(cli_write_text(in_folder("a b/xdg-open"),
+                             "#!/bin/sh\nprintf %s \"$1\" >part && mv part ../opened\n"));
+  assert_int_equal(chmod(in_folder("a b/xdg-open"), 0700), 0);
+  assert_int_equal(setenv("PATH", path, 1), 0);
+
+  // neither with a name, nor when told not to, nor without a display
+  setenv("DISPLAY", ":99", 1);
+  char beside[96];
+  snprintf(beside, sizeof beside, "%s/a b", folder);
+  for (int n = 0; n < 2; n++) {
+    cli_result run = n == 0 ? thrum_run(beside, "view", "../beam.npz", "-o", "x.html", NULL)
+                            : thrum_run(beside, "view", "../beam.npz", "--no-open", NULL);
+    assert_int_equal(run.exit_code, 0);
+    cli_result_free(&run);
+  }
+  unsetenv("DISPLAY");
+  unsetenv("WAYLAND_DISPLAY");
+  cli_result quiet = thrum_run(beside, "view", "../beam.npz", NULL);
+  assert_int_equal(quiet.exit_code, 0);
+  cli_result_free(&quiet);
+  assert_null(opened_address(5));
+
+  // the blank of the folder is escaped in the address
+  setenv("DISPLAY", ":99", 1);
+  cli_result run = thrum_run(beside, "view", "../beam.npz", "--json", NULL);
+  setenv("PATH", before, 1);
+  unsetenv("DISPLAY");
+  assert_int_equal(run.exit_code, 0);
+  cJSON *object = cli_json_line(run.out);
+  assert_non_null(object);
+  char *opened = opened_address(100);
+  snprintf(url, sizeof url, "file://%s/a%%20b/thrum_view.html", folder);
+  assert_string_equal(cJSON_GetObjectItem(object, "file")->valuestring, "thrum_view.html");
+  assert_string_equal(cJSON_GetObjectItem(object, "url")->valuestring, url);
+  assert_non_null(opened);
+  assert_string_equal(opened, url);
+  assert_true(cli_file_exists(in_folder("a b/thrum_view.html")));
+  free(opened);
+  cJSON_Delete(object);
+  cli_result_free(&run);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_pack_holds_the_model_bit_for_bit),
@@ -362,6 +420,7 @@ int main(void) {
       cmocka_unit_test(several_models_share_a_pack),
       cmocka_unit_test(a_scene_file_is_packed_with_its_models),
       cmocka_unit_test(a_body_is_shown_by_its_own_surface),
+      cmocka_unit_test(without_a_name_the_page_is_opened_where_there_is_a_display),
       cmocka_unit_test(what_cannot_be_shown_is_refused),
       cmocka_unit_test(a_page_without_a_place_for_a_pack_is_refused),
   };
