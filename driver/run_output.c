@@ -128,17 +128,8 @@ thrum_status cli_run_output_place(cli_run_output *output, const double matrix[16
              : write_failed(output, CLI_RUN_PLACES, error);
 }
 
-thrum_status cli_run_output_frame(cli_run_output *output, double time, const double *q,
-                                  const double base[3], const double *von_mises,
-                                  thrum_error *error) {
-  const thrum_model *model = output->model;
-  const thrum_status status =
-      thrum_displacement(model, q, 0, model->vertex_count, output->displacement, error);
-  return status < 0 ? status : cli_run_output_frame_of(output, time, base, von_mises, error);
-}
-
-thrum_status cli_run_output_frame_of(cli_run_output *output, double time, const double base[3],
-                                     const double *von_mises, thrum_error *error) {
+thrum_status cli_run_output_frame(cli_run_output *output, double time, const double base[3],
+                                  const double *von_mises, thrum_error *error) {
   path_text path, name;
   const thrum_model *model = output->model;
   for (int64_t c = 0; c < 3 * model->vertex_count; c++)

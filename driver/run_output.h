@@ -41,15 +41,10 @@ thrum_status cli_run_output_record(cli_run_output *output, int64_t step, double 
                                    const double *q, const thrum_energies *energies,
                                    thrum_error *error);
 
-/* A frame for ParaView, `base` [m] added to each displacement. von_mises: tet_count [Pa], or NULL.
- */
-thrum_status cli_run_output_frame(cli_run_output *output, double time, const double *q,
-                                  const double base[3], const double *von_mises,
-                                  thrum_error *error);
-
-/* The same of the displacements that stand in output->displacement. */
-thrum_status cli_run_output_frame_of(cli_run_output *output, double time, const double base[3],
-                                     const double *von_mises, thrum_error *error);
+/* A frame for ParaView of the displacements in output->displacement, to each of which `base` [m] is
+ * added. von_mises: tet_count [Pa], or NULL. */
+thrum_status cli_run_output_frame(cli_run_output *output, double time, const double base[3],
+                                  const double *von_mises, thrum_error *error);
 
 /* Ends the series and writes end.npy: the two rows q and p. q NULL: there is no end to write. */
 thrum_status cli_run_output_end(cli_run_output *output, const double *q, const double *p,

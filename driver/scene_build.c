@@ -247,9 +247,10 @@ static thrum_status make_bodies(scene_run *run, thrum_error *error) {
     const scene_loaded *loaded = scene_model_of(&run->models, n);
     body->spec = &scene_bodies(spec)[n];
     body->model = loaded->model;
-    body->figures.model_hash = loaded->hash;
-    body->figures.model = body->model;
-    body->figures.request = &body->request;
+    run->run.bodies[n].name = body->spec->name;
+    run->run.bodies[n].moves = body->spec->free;
+    run->run.bodies[n].figures = (simulate_figures){
+        .request = &body->request, .model = body->model, .model_hash = loaded->hash};
     snprintf(body->folder, sizeof body->folder, "%.*s/%s", CLI_PATH_MAX, run->request->output,
              body->spec->name);
     status = make_request(run, body, error);
@@ -269,9 +270,13 @@ thrum_status scene_run_build(scene_run *run, thrum_error *error) {
   run->bodies = calloc((size_t)spec->bodies.count, sizeof *run->bodies);
   if (run->bodies == NULL)
     return scene_run_no_memory(error);
-  thrum_status status = cli_scene_models_load(spec, run->request->quiet, &run->models, error);
+  run->run.name = run->request->path;
+  thrum_status status = driver_run_open(&run->run, (int32_t)spec->bodies.count, error);
+  if (status >= 0)
+    status = cli_scene_models_load(spec, run->request->quiet, &run->models, error);
   if (status >= 0)
     status = thrum_scene_make(run->dt, &run->scene, error);
+  run->run.stepper = scene_run_stepper(run);
   if (status >= 0)
     status = scene_run_base_motions(run, error);
   if (status >= 0 && thrum_scene_set_gravity(run->scene, spec->gravity, &detail) < 0)

@@ -9,6 +9,7 @@
 
 #include "driver/run_placement.h"
 #include "driver/scene_run.h"
+#include "driver/simulate_report.h"
 #include "io/file.h"
 #include "io/json.h"
 #include "thrum/displacement.h"
@@ -17,10 +18,6 @@ static thrum_status write_failed(const scene_run *run, const char *name, thrum_e
   const int reason = errno != 0 ? errno : EIO;
   return thrum_error_set(error, THRUM_IO, "%.200s: %s could not be written (%s)%s",
                          run->folder.path, name, strerror(reason), thrum_file_hint(reason));
-}
-
-static double time_at(const scene_run *run, int64_t step) {
-  return (double)step * run->dt;
 }
 
 /* --- opening -----------------------------------------------------------------------------------
@@ -63,33 +60,22 @@ static bool place_vertices(const scene_run *run, int32_t n) {
 static thrum_status open_body(scene_run *run, int32_t n, thrum_error *error) {
   scene_body_run *body = &run->bodies[n];
   const scene_outputs_spec *outputs = &run->spec.outputs;
-  const size_t rank = (size_t)body->model->rank;
   const bool frames = outputs->frames_rate > 0 || outputs->frames_every > 0;
   char path[CLI_PATH_MAX + 80];
-  body->q = calloc(2 * rank, sizeof *body->q);
-  if (body->q == NULL || !scale_material(body))
+  if (!scale_material(body))
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for body '%s'", body->spec->name);
-  body->extents = body->q + rank;
-  thrum_status status = THRUM_OK;
-  if (body->model->basis != NULL)
-    status = thrum_basis_extents(body->model, body->extents, error);
-  if (status >= 0)
-    status = simulate_measures_open(&body->request, &body->shown, &body->measures, error);
-  if (status >= 0 && frames && body->model->vertices != NULL && !place_vertices(run, n))
-    status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for frames of body '%s'",
-                             body->spec->name);
   snprintf(path, sizeof path, "%.*s/%s", CLI_PATH_MAX, run->folder.work, body->spec->name);
-  if (status >= 0)
-    status = cli_run_output_open(path, &body->shown, frames, &body->output, error);
-  if (status >= 0 && body->spec->free)
-    status = cli_run_output_open_places(&body->output, error);
-  body->figures.peak = body->model->basis != NULL ? 0 : NAN;
-  body->figures.peak_vertex = -1;
-  simulate_figures_begin(&body->figures);
+  THRUM_TRY(driver_run_open_body(&run->run, n, path, &body->shown, error));
+
+  // measures are of the body at rest in its own axes, frames of the body in place
+  if (frames && body->model->vertices != NULL && !place_vertices(run, n))
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for frames of body '%s'",
+                           body->spec->name);
+
   // what wind and contact give and take is no drift
   if (run->spec.obstacles.count > 0 || run->spec.wind.at.node != NULL)
-    body->figures.windows = (simulate_drift){0};
-  return status;
+    run->run.bodies[n].figures.windows = (driver_drift){0};
+  return THRUM_OK;
 }
 
 static thrum_status open_probes(scene_run *run, thrum_error *error) {
@@ -119,11 +105,12 @@ thrum_status scene_run_open(scene_run *run, thrum_error *error) {
 /* --- rows --------------------------------------------------------------------------------------
  */
 
-static thrum_status write_probes(scene_run *run, int64_t step, thrum_error *error) {
+thrum_status scene_run_record_probes(scene_run *run, int64_t step, double time,
+                                     thrum_error *error) {
   if (run->probes == NULL)
     return THRUM_OK;
   errno = 0;
-  bool done = fprintf(run->probes, "%" PRId64 ",%.17g", step, time_at(run, step)) > 0;
+  bool done = fprintf(run->probes, "%" PRId64 ",%.17g", step, time) > 0;
   for (int32_t n = 0; n < thrum_scene_probe_count(run->scene); n++) {
     double x[3], v[3];
     const thrum_status status = thrum_scene_probe(run->scene, n, x, v, error);
@@ -136,123 +123,8 @@ static thrum_status write_probes(scene_run *run, int64_t step, thrum_error *erro
   return done ? THRUM_OK : write_failed(run, CLI_SCENE_PROBES, error);
 }
 
-/* Where a free body is. */
-static thrum_status record_place(scene_run *run, int32_t n, thrum_error *error) {
-  double matrix[16];
-  thrum_scene_body_matrix(run->scene, n, matrix);
-  return cli_run_output_place(&run->bodies[n].output, matrix, error);
-}
-
-/* What a body is at this step, into its figures; and into a row of its series. */
-static thrum_status record_body(scene_run *run, int32_t n, int64_t step, bool row,
-                                const thrum_scene_energies *now, thrum_error *error) {
-  scene_body_run *body = &run->bodies[n];
-  simulate_figures *figures = &body->figures;
-  const thrum_energies energies = {now->kinetic, now->potential, now->kinetic + now->potential,
-                                   now->high};
-  thrum_status status = thrum_scene_body_shape(run->scene, n, body->q, error);
-  if (status >= 0 && body->model->basis != NULL)
-    status = thrum_displacement_peak(body->model, body->extents, body->q, &figures->peak,
-                                     &figures->peak_vertex, error);
-  if (status >= 0)
-    status = simulate_measures_look(&body->measures, body->q, time_at(run, step), error);
-  if (status < 0)
-    return status;
-  simulate_figures_add(figures, row ? body->output.rows : -1, &energies);
-  if (!row)
-    return THRUM_OK;
-  status =
-      cli_run_output_record(&body->output, step, time_at(run, step), body->q, &energies, error);
-  return status >= 0 && body->spec->free ? record_place(run, n, error) : status;
-}
-
-thrum_status scene_run_record(scene_run *run, int64_t step, bool row, thrum_error *error) {
-  const int32_t count = (int32_t)run->spec.bodies.count;
-  thrum_scene_energies *energies = calloc((size_t)count, sizeof *energies);
-  thrum_status status = THRUM_OK;
-  if (energies == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a row");
-  // all are looked at first: a row is of all bodies or of none
-  for (int32_t n = 0; n < count && status >= 0; n++)
-    status = thrum_scene_body_energies(run->scene, n, &energies[n], error);
-  if (status == THRUM_NOT_FINITE && step > 0) {
-    // the states are finite, an energy is not any more: the run ends here, the rows before stand
-    run->status = status;
-    thrum_error_set(&run->stop, THRUM_OK, "%s", error->message);
-    free(energies);
-    return THRUM_OK;
-  }
-  for (int32_t n = 0; n < count && status >= 0; n++)
-    status = record_body(run, n, step, row, &energies[n], error);
-  free(energies);
-  run->rows += row;
-  return status >= 0 && row ? write_probes(run, step, error) : status;
-}
-
-/* --- frames ------------------------------------------------------------------------------------
- */
-
-/* Displacements in the world, from where the body was placed. */
-static thrum_status world_displacements(scene_run *run, int32_t n, thrum_error *error) {
-  scene_body_run *body = &run->bodies[n];
-  double matrix[16], *u = body->output.displacement;
-  const int64_t count = body->model->vertex_count;
-  const thrum_status status = thrum_displacement(body->model, body->q, 0, count, u, error);
-  thrum_scene_body_matrix(run->scene, n, matrix);
-  for (int64_t v = 0; status >= 0 && v < count; v++) {
-    const double *rest = body->model->vertices + 3 * v;
-    const double in[3] = {rest[0] + u[3 * v], rest[1] + u[3 * v + 1], rest[2] + u[3 * v + 2]};
-    cli_run_place_point(matrix, in, u + 3 * v);
-    for (int axis = 0; axis < 3; axis++)
-      u[3 * v + axis] -= body->vertices[3 * v + axis];
-  }
-  return status;
-}
-
-thrum_status scene_run_frame(scene_run *run, int64_t step, thrum_error *error) {
-  static const double still[3] = {0};
-  const double time = time_at(run, step);
-  thrum_status status = THRUM_OK;
-  for (int32_t n = 0; n < run->spec.bodies.count && status >= 0; n++) {
-    scene_body_run *body = &run->bodies[n];
-    status = thrum_scene_body_shape(run->scene, n, body->q, error);
-    if (status >= 0)
-      status = simulate_measures_look(&body->measures, body->q, time, error);
-    if (status >= 0)
-      status = world_displacements(run, n, error);
-    if (status >= 0)
-      status = cli_run_output_frame_of(&body->output, time, still, body->measures.von_mises, error);
-  }
-  run->frames += status >= 0;
-  return status;
-}
-
 /* --- the end -----------------------------------------------------------------------------------
  */
-
-/* What the engine and the run know of a body, into the figures of its own run. */
-static void finish_figures(scene_run *run, int32_t n) {
-  simulate_figures *figures = &run->bodies[n].figures;
-  thrum_scene_body_info info;
-  thrum_scene_body(run->scene, n, &info, NULL);
-  figures->report = info.report;
-  figures->report.time = time_at(run, info.report.steps);
-  figures->fallback_steps = info.fallback_steps;
-  figures->work_load = info.work_load;
-  figures->work_base = info.work_base;
-  figures->dissipated = info.dissipated;
-  figures->peak *= info.scale;
-  figures->seconds_step = NAN; // bodies of one model are stepped side by side
-  figures->seconds_read = figures->seconds_output = figures->seconds_plot = NAN;
-  figures->seconds_total = NAN;
-  if (run->status < 0) {
-    figures->status = info.status < 0 ? info.status : run->status;
-    figures->stop = run->stop;
-  } else if (info.fallback_steps > 0) {
-    figures->status = THRUM_FELL_BACK;
-  }
-  simulate_figures_end(figures);
-}
 
 /* Where the body stands in its scene, besides the figures of a run. */
 static cJSON *placement_json(const scene_run *run, const scene_body_run *body) {
@@ -289,42 +161,40 @@ static void add_contact(const scene_run *run, const thrum_scene_body_info *info,
   json_number(report, "dropped_touches", (double)contact->dropped);
 }
 
-static thrum_status end_body(scene_run *run, int32_t n, thrum_error *error) {
-  scene_body_run *body = &run->bodies[n];
+/* The plot and run.json of a body, which say that its own run is whole. */
+static thrum_status complete_body(scene_run *run, int32_t n, thrum_error *error) {
+  const scene_body_run *body = &run->bodies[n];
+  driver_body *record = &run->run.bodies[n];
+  thrum_scene_body_info info;
   char title[256];
-  double *p = body->extents; // no longer needed
-  thrum_status status = thrum_scene_body_get(run->scene, n, body->q, p, error);
-  const bool whole = status >= 0;
-  if (whole || status == THRUM_NOT_FINITE)
-    status = cli_run_output_end(&body->output, whole ? body->q : NULL, p, error);
-  if (status < 0)
-    return status;
   snprintf(title, sizeof title, "%.60s: %s, dt = %g s", body->spec->name,
            thrum_integrator_name(body->request.def.integrator), run->dt);
   if (run->spec.outputs.plots)
-    cli_run_output_plot(&body->output, title);
-  finish_figures(run, n);
-  cJSON *object = simulate_report_json(&body->figures, &body->output, &body->measures);
+    cli_run_output_plot(&record->output, title);
+  cJSON *object = simulate_report_json(&record->figures, &record->output, &record->measures);
   cJSON_AddItemToObject(object, "placement", placement_json(run, body));
-  thrum_scene_body_info info;
   thrum_scene_body(run->scene, n, &info, NULL);
   add_contact(run, &info, object);
-  status = cli_run_output_commit(&body->output, object, error);
+  const thrum_status status = cli_run_output_commit(&record->output, object, error);
   cJSON_Delete(object);
   return status;
 }
 
-thrum_status scene_run_end(scene_run *run, thrum_error *error) {
-  thrum_status status = THRUM_OK;
+static thrum_status close_probes(scene_run *run, thrum_error *error) {
+  if (run->probes == NULL)
+    return THRUM_OK;
   errno = 0;
-  if (run->probes != NULL) {
-    const bool done =
-        fflush(run->probes) == 0 && ferror(run->probes) == 0 && fsync(fileno(run->probes)) == 0;
-    if (fclose(run->probes) != 0 || !done)
-      status = write_failed(run, CLI_SCENE_PROBES, error);
-    run->probes = NULL;
-  }
-  for (int32_t n = 0; n < run->spec.bodies.count && status >= 0; n++)
-    status = end_body(run, n, error);
-  return status;
+  const bool flushed =
+      fflush(run->probes) == 0 && ferror(run->probes) == 0 && fsync(fileno(run->probes)) == 0;
+  const bool closed = fclose(run->probes) == 0;
+  run->probes = NULL;
+  return flushed && closed ? THRUM_OK : write_failed(run, CLI_SCENE_PROBES, error);
+}
+
+thrum_status scene_run_end(scene_run *run, thrum_error *error) {
+  THRUM_TRY(close_probes(run, error));
+  THRUM_TRY(driver_run_end(&run->run, error));
+  for (int32_t n = 0; n < run->spec.bodies.count; n++)
+    THRUM_TRY(complete_body(run, n, error));
+  return THRUM_OK;
 }

@@ -4,25 +4,19 @@
 #include <math.h>
 
 #include "driver/scene_run.h"
+#include "driver/simulate_report.h"
 #include "io/json.h"
 #include "platform/clock.h"
 
-const char *scene_run_status(const scene_run *run) {
-  simulate_figures figures = {.status = run->status};
-  for (int64_t n = 0; n < run->spec.bodies.count && run->status >= 0; n++)
-    figures.energy_grew = figures.energy_grew || run->bodies[n].figures.energy_grew;
-  return simulate_status_name(&figures);
-}
-
 static double per_step(const scene_run *run, double value) {
-  const int64_t steps = scene_run_steps(run);
+  const int64_t steps = driver_run_step_count(&run->run);
   return steps > 0 ? value / (double)steps : NAN;
 }
 
 /* A body's line in the scene's report; its own run.json says more. */
 static cJSON *body_json(const scene_run *run, int32_t n) {
   const scene_body_run *body = &run->bodies[n];
-  const simulate_figures *figures = &body->figures;
+  const simulate_figures *figures = &run->run.bodies[n].figures;
   cJSON *object = cJSON_CreateObject();
   cJSON_AddStringToObject(object, "name", body->spec->name);
   cJSON_AddStringToObject(object, "status", simulate_status_name(figures));
@@ -96,7 +90,7 @@ static cJSON *probes_json(const scene_run *run) {
 
 cJSON *scene_run_json(const scene_run *run) {
   const scene_spec *spec = &run->spec;
-  cJSON *object = simulate_report_begin(scene_run_status(run), &run->stop);
+  cJSON *object = simulate_report_begin(driver_run_status(&run->run), &run->run.stop);
   json_string(object, "scene", run->request->path);
   if (spec->title != NULL)
     json_string(object, "title", spec->title);
@@ -105,11 +99,11 @@ cJSON *scene_run_json(const scene_run *run) {
   json_numbers(object, "gravity_m_s2", spec->gravity, 3);
   cJSON_AddItemToObject(object, "wind", wind_json(&spec->wind));
   json_strings(object, "base_motion", spec->base_motion.texts, spec->base_motion.count);
-  json_number(object, "steps", (double)scene_run_steps(run));
-  json_number(object, "simulated_s", (double)scene_run_steps(run) * run->dt);
-  json_number(object, "us_per_step", per_step(run, 1e6 * run->seconds_step));
-  json_number(object, "rows", (double)run->rows);
-  json_number(object, "frames", (double)run->frames);
+  json_number(object, "steps", (double)driver_run_step_count(&run->run));
+  json_number(object, "simulated_s", (double)driver_run_step_count(&run->run) * run->dt);
+  json_number(object, "us_per_step", per_step(run, 1e6 * run->run.seconds_step));
+  json_number(object, "rows", (double)run->run.rows);
+  json_number(object, "frames", (double)run->run.frames);
   cJSON *bodies = cJSON_AddArrayToObject(object, "bodies");
   for (int32_t n = 0; n < spec->bodies.count; n++)
     cJSON_AddItemToArray(bodies, body_json(run, n));
@@ -117,7 +111,7 @@ cJSON *scene_run_json(const scene_run *run) {
   cJSON_AddItemToObject(object, "probes", probes_json(run));
   cJSON *seconds = cJSON_AddObjectToObject(object, "seconds");
   json_number(seconds, "read", run->seconds_read);
-  json_number(seconds, "step", run->seconds_step);
+  json_number(seconds, "step", run->run.seconds_step);
   json_number(seconds, "output", run->seconds_output);
   json_number(seconds, "total", run->seconds_total);
   json_number(object, "peak_mb", clock_peak_mb());
@@ -125,23 +119,24 @@ cJSON *scene_run_json(const scene_run *run) {
 }
 
 void scene_run_table(const scene_run *run) {
-  const int64_t steps = scene_run_steps(run);
+  const int64_t steps = driver_run_step_count(&run->run);
   if (run->spec.title != NULL)
     printf("scene        %s\n", run->spec.title);
-  printf("steps        %" PRId64 " (%g s)", steps, (double)scene_run_steps(run) * run->dt);
+  printf("steps        %" PRId64 " (%g s)", steps,
+         (double)driver_run_step_count(&run->run) * run->dt);
   if (steps > 0)
-    printf(", %.2f us a step of all bodies", per_step(run, 1e6 * run->seconds_step));
+    printf(", %.2f us a step of all bodies", per_step(run, 1e6 * run->run.seconds_step));
   puts("");
   printf("%-12s %-8s %5s %12s %12s %12s %s\n", "body", "steps by", "rank", "first J", "last J",
          "peak m", "status");
   for (int64_t n = 0; n < run->spec.bodies.count; n++) {
     const scene_body_run *body = &run->bodies[n];
-    const simulate_figures *figures = &body->figures;
+    const simulate_figures *figures = &run->run.bodies[n].figures;
     printf("%-12s %-8s %5d %12.6g %12.6g %12.6g %s\n", body->spec->name,
            thrum_integrator_name(body->request.def.integrator), (int)body->model->rank,
            figures->first.total, figures->last.total, figures->peak, simulate_status_name(figures));
   }
-  printf("status       %s\n", scene_run_status(run));
+  printf("status       %s\n", driver_run_status(&run->run));
   printf("files        %s/" CLI_SCENE_JSON "%s, and a run in each of its folders\n",
          run->request->output,
          thrum_scene_probe_count(run->scene) > 0 ? ", " CLI_SCENE_PROBES : "");

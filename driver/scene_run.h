@@ -7,12 +7,10 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "config/progress.h"
 #include "driver/display_surface.h"
+#include "driver/run.h"
 #include "driver/scene_file_models.h"
 #include "driver/scene_folder.h"
-#include "driver/simulate_measures.h"
-#include "driver/simulate_report.h"
 #include "thrum/scene.h"
 #include "thrum/thrum.h"
 
@@ -23,17 +21,13 @@ typedef struct scene_request {
   bool json, quiet;
 } scene_request;
 
-/* One body: what a run of it alone would be asked for, and the files of such a run. */
+/* One body of the file, beside its figures and files in the driver_body of the same number. */
 typedef struct scene_body_run {
   const scene_body_spec *spec;
-  const thrum_model *model; /* at its rank, as it is in its file */
-  simulate_request request; /* loads in the body's axes, gravity first where there is any */
-  simulate_figures figures;
-  simulate_measures measures;
-  cli_run_output output;
-  thrum_model shown; /* the model scaled in stiffness and put in place: for measures and frames */
-  double *material, *vertices; /* of that */
-  double *q, *extents;         /* rank each */
+  const thrum_model *model;    /* at its rank, as it is in its file */
+  simulate_request request;    /* of a run of it alone: loads in its axes, gravity first if any */
+  thrum_model shown;           /* the model scaled in stiffness and put in place, for measures */
+  double *material, *vertices; /* of that, and for frames */
   char folder[CLI_PATH_MAX + 80];
   char gravity[100]; /* as a load's text */
 } scene_body_run;
@@ -46,16 +40,13 @@ typedef struct scene_run {
   cli_base_motion *base_motions; /* of the spec, read */
   int64_t base_motion_count;
   scene_body_run *bodies; /* of the spec's count */
-  int64_t steps, rows, frames;
+  driver_run run;         /* its bodies are of the same count */
+  int64_t steps;
   double dt;
-  thrum_status status; /* how the run ended */
-  bool failed;         /* the last step was made by some bodies only */
-  thrum_error stop;    /* why it ended early */
+  bool failed; /* the last step was made by some bodies only */
   cli_run_folder folder;
   FILE *probes;
-  config_progress progress;
-  double began;
-  double seconds_read, seconds_step, seconds_output, seconds_total;
+  double seconds_read, seconds_output, seconds_total;
 } scene_run;
 
 /* scene_build.c: loads the models and makes the scene. */
@@ -76,19 +67,16 @@ thrum_status scene_run_wind(scene_run *run);
 thrum_status scene_run_obstacles(scene_run *run);
 thrum_status scene_run_probes(scene_run *run);
 
-/* scene_output.c: the files. */
+/* scene_stepper.c: the scene as a stepper, whose bodies are those of the file. */
+driver_stepper scene_run_stepper(scene_run *run);
+
+/* scene_output.c: the folder, the files of the bodies and the probes; and the runs of the bodies
+ * completed. */
 thrum_status scene_run_open(scene_run *run, thrum_error *error);
-thrum_status scene_run_record(scene_run *run, int64_t step, bool row, thrum_error *error);
-thrum_status scene_run_frame(scene_run *run, int64_t step, thrum_error *error);
+thrum_status scene_run_record_probes(scene_run *run, int64_t step, double time, thrum_error *error);
 thrum_status scene_run_end(scene_run *run, thrum_error *error);
 
-/* Steps that all bodies made. */
-static inline int64_t scene_run_steps(const scene_run *run) {
-  return thrum_scene_steps(run->scene) - run->failed;
-}
-
 /* scene_report.c */
-const char *scene_run_status(const scene_run *run);
 cJSON *scene_run_json(const scene_run *run);
 void scene_run_table(const scene_run *run);
 

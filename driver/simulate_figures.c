@@ -1,12 +1,10 @@
-/* The figures of a run: extremes of the energy and its drift.
- *
- * Drift is the relative change of the mean total energy from the first to the last tenth of the
- * rows after the last load has ended, in a run without damping: only there should it be zero.
- * SPDX-License-Identifier: Apache-2.0 */
+/* The figures of a run: extremes of the energy and its drift over the first and the last tenth of
+ * the rows after the last load has ended. SPDX-License-Identifier: Apache-2.0 */
+#include "driver/simulate_figures.h"
+
 #include <math.h>
 
-#include "driver/simulate_report.h"
-
+#define DRIFT_PARTS 10
 #define WINDOW_ROWS_MIN 10 /* a mean over fewer is no mean */
 #define GROWTH_FLAG 0.1    /* a drift beyond this flags the run */
 
@@ -30,54 +28,50 @@ static int64_t first_free_row(const simulate_request *request) {
 
 void simulate_figures_begin(simulate_figures *figures) {
   const simulate_request *request = figures->request;
-  const int64_t rows = request->steps / request->record_every + 1;
-  const int64_t free_row = first_free_row(request);
+  const bool damped = request->def.damping_alpha > 0 || request->def.damping_beta > 0;
   figures->energy_min = INFINITY;
   figures->energy_max = -INFINITY;
-  figures->windows = (simulate_drift){0};
-  const bool damped = request->def.damping_alpha > 0 || request->def.damping_beta > 0;
-  if (damped || free_row >= rows)
-    return;
-  const int64_t width = (rows - free_row) / 10;
-  if (width < WINDOW_ROWS_MIN)
-    return;
-  figures->windows.first_begin = free_row;
-  figures->windows.first_end = free_row + width;
-  figures->windows.last_begin = rows - width;
-  figures->windows.last_end = rows;
+  figures->windows = (driver_drift){0};
+  if (!damped)
+    figures->windows =
+        driver_drift_plan(first_free_row(request), request->steps / request->record_every + 1,
+                          DRIFT_PARTS, WINDOW_ROWS_MIN);
 }
 
 void simulate_figures_add(simulate_figures *figures, int64_t row, const thrum_energies *energies) {
-  simulate_drift *windows = &figures->windows;
   if (row == 0)
     figures->first = *energies;
   figures->last = *energies;
   figures->energy_min = fmin(figures->energy_min, energies->total);
   figures->energy_max = fmax(figures->energy_max, energies->total);
-  if (row < 0)
-    return;
-  if (row >= windows->first_begin && row < windows->first_end) {
-    windows->first_sum += energies->total;
-    windows->first_count++;
-  }
-  if (row >= windows->last_begin && row < windows->last_end) {
-    windows->last_sum += energies->total;
-    windows->last_count++;
-  }
+  if (row >= 0)
+    driver_drift_add(&figures->windows, row, energies->total);
 }
 
 void simulate_figures_end(simulate_figures *figures) {
   const thrum_state_def *def = &figures->request->def;
-  const bool damped = def->damping_alpha > 0 || def->damping_beta > 0;
-  // what the full order loses is not counted
-  if ((def->damping_form == THRUM_DAMPING_TANGENT && def->damping_beta > 0) ||
-      (figures->request->full && damped))
+  // the loss is counted for the constant damping matrix at rest only
+  if (def->damping_form == THRUM_DAMPING_TANGENT && def->damping_beta > 0)
     figures->dissipated = NAN;
-  const simulate_drift *windows = &figures->windows;
-  const int64_t width = windows->last_end - windows->last_begin;
-  figures->drift = NAN;
-  // a run that ended early has no last tenth, a body at rest no energy to compare with
-  if (width > 0 && windows->last_count == width && windows->first_sum > 0)
-    figures->drift = (windows->last_sum - windows->first_sum) / windows->first_sum;
+  figures->drift = driver_drift_value(&figures->windows);
   figures->energy_grew = figures->drift > GROWTH_FLAG;
+}
+
+const char *simulate_status_name(const simulate_figures *figures) {
+  if (figures->status == THRUM_OK && figures->energy_grew)
+    return "energy_grew";
+  switch (figures->status) {
+  case THRUM_OK:
+    return "done";
+  case THRUM_FELL_BACK:
+    return "fell_back";
+  case THRUM_NOT_CONVERGED:
+    return "not_converged";
+  case THRUM_NOT_FINITE:
+    return "not_finite";
+  case THRUM_INTERRUPTED:
+    return "interrupted";
+  default:
+    return "failed";
+  }
 }

@@ -105,6 +105,10 @@ thrum_status simulate_measures_open(const simulate_request *request, const thrum
   return status;
 }
 
+bool simulate_measures_are_open(const simulate_measures *measures) {
+  return measures->monitor != NULL || measures->stress_points != NULL;
+}
+
 /* Notes when warnings were first raised and when the least stretch was. */
 static thrum_status look_monitor(simulate_measures *m, const double *q, double time,
                                  thrum_error *error) {

@@ -28,6 +28,9 @@ typedef struct simulate_measures {
 thrum_status simulate_measures_open(const simulate_request *request, const thrum_model *model,
                                     simulate_measures *measures, thrum_error *error);
 
+/* Whether anything is measured. */
+bool simulate_measures_are_open(const simulate_measures *measures);
+
 /* Looks at q at `time`; von_mises holds the stresses then. */
 thrum_status simulate_measures_look(simulate_measures *measures, const double *q, double time,
                                     thrum_error *error);

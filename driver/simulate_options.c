@@ -8,7 +8,6 @@
 #include "config/message.h"
 #include "config/parse.h"
 #include "driver/load_option.h"
-#include "driver/simulate_full.h"
 
 #define TIME_DEFAULT 10.0
 
@@ -328,6 +327,26 @@ int64_t simulate_step_count(double time, double dt) {
   return steps < 1 ? 1 : steps;
 }
 
+/* Whether the full order can do what is asked for; picks its integrator where none is named.
+ * COMMAND_DONE, or the exit code after its line has been printed. */
+static int check_full(simulate_request *request) {
+  thrum_state_def *def = &request->def;
+  if (!request->full)
+    return COMMAND_DONE;
+  if (!request->integrator_named)
+    def->integrator = THRUM_INTEGRATOR_ENERGY;
+  if (def->integrator == THRUM_INTEGRATOR_IMEXV)
+    return config_usage("simulate",
+                        "--full: imexv splits the modes of a reduced model; take energy, "
+                        "newmark, midpoint or verlet");
+  if (def->damping_form == THRUM_DAMPING_TANGENT)
+    return config_usage("simulate", "--full takes --damping-form rest only");
+  if (request->stress)
+    return config_usage("simulate", "--stress is of a reduced model; leave it out with --full");
+  request->monitor = false;
+  return COMMAND_DONE;
+}
+
 /* What cannot be seen option by option. */
 static int finish(int argc, char **argv, simulate_request *request) {
   const int code = config_one_argument("simulate", "model", argc, argv, &request->model_path);
@@ -341,7 +360,8 @@ static int finish(int argc, char **argv, simulate_request *request) {
                         request->def.dt, SIMULATE_STEPS_MAX);
   const int found =
       cli_mesh_full_check("simulate", request->model_path, &request->mesh_def, request->full);
-  return found == COMMAND_DONE ? simulate_full_check(request) : found;
+
+  return found == COMMAND_DONE ? check_full(request) : found;
 }
 
 int simulate_options_read(int argc, char **argv, simulate_request *request) {

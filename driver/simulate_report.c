@@ -6,27 +6,11 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "driver/simulate_full.h"
 #include "io/json.h"
 #include "platform/clock.h"
 
-const char *simulate_status_name(const simulate_figures *figures) {
-  if (figures->status == THRUM_OK && figures->energy_grew)
-    return "energy_grew";
-  switch (figures->status) {
-  case THRUM_OK:
-    return "done";
-  case THRUM_FELL_BACK:
-    return "fell_back";
-  case THRUM_NOT_CONVERGED:
-    return "not_converged";
-  case THRUM_NOT_FINITE:
-    return "not_finite";
-  case THRUM_INTERRUPTED:
-    return "interrupted";
-  default:
-    return "failed";
-  }
+static const char *solver_name(const simulate_request *request) {
+  return request->solver == THRUM_FULL_CG ? "cg" : "cholesky";
 }
 
 static void add_split(cJSON *object, const thrum_state_def *def) {
@@ -81,7 +65,7 @@ static cJSON *options_json(const simulate_request *request) {
   add_specs(object, request);
   json_number(object, "record_every", (double)request->record_every);
   cJSON_AddBoolToObject(object, "full", request->full);
-  cJSON_AddStringToObject(object, "solver", request->solver == THRUM_FULL_CG ? "cg" : "cholesky");
+  cJSON_AddStringToObject(object, "solver", solver_name(request));
   cJSON_AddStringToObject(object, "frames_in", request->ground ? "ground" : "base");
   if (request->frames_every > 0) {
     char text[32];
@@ -144,6 +128,20 @@ static void add_robustness(cJSON *object, const simulate_figures *figures) {
 
 static double per_step(const simulate_figures *figures, double value) {
   return figures->report.steps > 0 ? value / (double)figures->report.steps : NAN;
+}
+
+/* The solver of the full order; null for a run of a reduced model. */
+static void add_full(cJSON *object, const simulate_figures *figures) {
+  const simulate_request *request = figures->request;
+  if (!request->full) {
+    cJSON_AddNullToObject(object, "full");
+    return;
+  }
+  cJSON *full = cJSON_AddObjectToObject(object, "full");
+  json_number(full, "components", (double)figures->full.free_count);
+  cJSON_AddStringToObject(full, "solver", solver_name(request));
+  json_number(full, "solver_iterations", (double)figures->full.solver_iterations);
+  json_number(full, "dt_stable", figures->full.dt_stable);
 }
 
 /* What came into the body and left it, and what of its energy that does not explain. */
@@ -211,7 +209,7 @@ cJSON *simulate_report_json(const simulate_figures *figures, const cli_run_outpu
   add_robustness(object, figures);
   json_number(object, "rows", (double)output->rows);
   json_number(object, "frames", (double)output->frames);
-  simulate_full_json(figures, object);
+  add_full(object, figures);
   add_energies(object, figures);
   add_work(object, figures);
   simulate_measures_json(measures, object);

@@ -1,0 +1,179 @@
+/* The loop of a run: steps in batches between the rows and frames that are due, timed apart from
+ * the output. SPDX-License-Identifier: Apache-2.0 */
+#include "driver/run.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "config/message.h"
+#include "platform/clock.h"
+#include "platform/stop_request.h"
+
+#define PROGRESS_AFTER 0.5 /* shorter runs show no progress [s] */
+
+thrum_status driver_run_open(driver_run *run, int32_t body_count, thrum_error *error) {
+  run->bodies = calloc((size_t)body_count, sizeof *run->bodies);
+  if (run->bodies == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a run");
+  run->body_count = body_count;
+  return THRUM_OK;
+}
+
+void driver_run_close(driver_run *run) {
+  for (int32_t n = 0; n < run->body_count; n++) {
+    cli_run_output_close(&run->bodies[n].output);
+    simulate_measures_close(&run->bodies[n].measures);
+    free(run->bodies[n].q);
+  }
+  free(run->bodies);
+  driver_stepper_close(&run->stepper);
+  *run = (driver_run){0};
+}
+
+int64_t driver_run_step_count(const driver_run *run) {
+  return run->stepper.kind->steps(run->stepper.self);
+}
+
+/* Steps up to `target`, or until a step fails or the user asks to stop. */
+static void advance(driver_run *run, int64_t step, int64_t target) {
+  const driver_stepper *stepper = &run->stepper;
+  const double began = clock_seconds();
+  for (; step < target && run->status >= 0 && !thrum_stop_requested(); step++) {
+    const thrum_status status = stepper->kind->advance(stepper->self, step, &run->stop);
+    if (status < 0)
+      run->status = status;
+  }
+  run->seconds_step += clock_seconds() - began;
+}
+
+/* The step at which a row, a frame or a look at the clock is due next. */
+static int64_t next_stop(const driver_run *run, int64_t step, int64_t frame_step) {
+  const simulate_request *request = driver_run_request(run);
+  int64_t target = (step / request->record_every + 1) * request->record_every;
+  if (frame_step < target)
+    target = frame_step;
+  if (step + run->stepper.kind->steps_between_looks < target)
+    target = step + run->stepper.kind->steps_between_looks;
+  return target < request->steps ? target : request->steps;
+}
+
+/* Writes the row and the frame that are due at this step; *frame_step becomes the next frame's. */
+static thrum_status write_due(driver_run *run, int64_t step, int64_t *frame_step,
+                              thrum_error *error) {
+  const simulate_request *request = driver_run_request(run);
+  // the counts move on, so a step that could not be left is not written twice
+  if (step == run->rows * request->record_every)
+    THRUM_TRY(driver_run_record(run, step, true, error));
+  if (run->status < 0 || step != *frame_step)
+    return THRUM_OK;
+  THRUM_TRY(driver_run_frame(run, step, error));
+  *frame_step = simulate_frame_step(request, run->frames);
+  return THRUM_OK;
+}
+
+static thrum_status loop(driver_run *run, thrum_error *error) {
+  const simulate_request *request = driver_run_request(run);
+  const bool frames = request->frames_rate > 0 || request->frames_every > 0;
+  int64_t frame_step = frames ? 0 : INT64_MAX, step = 0;
+  THRUM_TRY(write_due(run, 0, &frame_step, error));
+  while (step < request->steps && run->status >= 0 && !thrum_stop_requested()) {
+    advance(run, step, next_stop(run, step, frame_step));
+    step = driver_run_step_count(run);
+
+    // a failed step is not counted by the bodies that failed, so nothing is due after it
+    if (run->status >= 0)
+      THRUM_TRY(write_due(run, step, &frame_step, error));
+    if (clock_seconds() - run->began > PROGRESS_AFTER) {
+      config_progress_update(&run->progress, "simulate", (double)step / (double)request->steps);
+      run->progress.began = run->began;
+    }
+  }
+
+  // the figures include the last state, also where it has no row
+  const bool stands = run->status >= 0 ||
+                      (run->stepper.kind->stands_after_failure && run->status != THRUM_NOT_FINITE);
+  if (stands && step % request->record_every != 0)
+    THRUM_TRY(driver_run_record(run, step, false, error));
+  return THRUM_OK;
+}
+
+/* The figures of a body once its last step is made. */
+static void complete_figures(driver_run *run, int32_t n) {
+  simulate_figures *figures = &run->bodies[n].figures;
+  figures->status = THRUM_OK;
+  run->stepper.kind->report(run->stepper.self, n, figures);
+  figures->report.time = (double)figures->report.steps * figures->request->def.dt;
+
+  // its own failure says more than that of the run
+  if (figures->status >= 0 && run->status < 0)
+    figures->status = run->status;
+  else if (figures->status >= 0 && figures->fallback_steps > 0)
+    figures->status = THRUM_FELL_BACK;
+  figures->stop = run->stop;
+  simulate_figures_end(figures);
+}
+
+/* Says why a run ended before its time. */
+static void note_end(driver_run *run) {
+  const simulate_request *request = driver_run_request(run);
+  const int64_t steps = driver_run_step_count(run);
+  const double time = (double)steps * request->def.dt;
+  const thrum_error detail = run->stop;
+  if (run->status < 0) {
+    thrum_error_set(&run->stop, run->status, "%.100s: stopped at %g s, step %" PRId64 ": %s",
+                    run->name, time, steps,
+                    detail.message[0] != 0 ? detail.message : thrum_status_text(run->status));
+  } else if (steps < request->steps) {
+    run->status = THRUM_INTERRUPTED;
+    thrum_error_set(&run->stop, THRUM_INTERRUPTED, "%.100s: interrupted at %g s, step %" PRId64,
+                    run->name, time, steps);
+  } else {
+    // the texts of fallbacks are no reason to have stopped
+    run->stop.message[0] = 0;
+  }
+
+  for (int32_t n = 0; n < run->body_count; n++) {
+    complete_figures(run, n);
+    if (run->status == THRUM_OK && run->bodies[n].figures.fallback_steps > 0)
+      run->status = THRUM_FELL_BACK;
+  }
+}
+
+thrum_status driver_run_steps(driver_run *run, bool quiet, thrum_error *error) {
+  run->began = clock_seconds();
+  run->progress = config_progress_make(quiet);
+  const thrum_status status = loop(run, error);
+  if (status >= 0 && driver_run_step_count(run) == driver_run_request(run)->steps)
+    config_progress_done(&run->progress);
+  else
+    config_progress_abandon(&run->progress);
+  if (status >= 0)
+    note_end(run);
+  return status;
+}
+
+const char *driver_run_status(const driver_run *run) {
+  simulate_figures all = {.status = run->status};
+  for (int32_t n = 0; n < run->body_count; n++)
+    all.energy_grew = all.energy_grew || run->bodies[n].figures.energy_grew;
+  return simulate_status_name(&all);
+}
+
+void driver_run_warn(const driver_run *run) {
+  if (run->stop.message[0] != 0)
+    config_warn("%s", run->stop.message);
+  for (int32_t n = 0; n < run->body_count; n++) {
+    const driver_body *body = &run->bodies[n];
+    const simulate_figures *figures = &body->figures;
+    char who[128] = "";
+    if (body->name != NULL)
+      snprintf(who, sizeof who, "body '%.100s': ", body->name);
+    if (figures->fallback_steps > 0)
+      config_warn("%s%" PRId64 " steps needed a fallback beyond quasi-Newton", who,
+                  figures->fallback_steps);
+    if (figures->energy_grew)
+      config_warn("%sthe energy grew by %.3g %% without a load", who, 100 * figures->drift);
+    simulate_measures_warn(&body->measures);
+  }
+}

@@ -1,0 +1,127 @@
+/* The recorder of a run: rows, frames and the end of every body.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
+#include <stdlib.h>
+
+#include "driver/run.h"
+
+static double time_at(const driver_run *run, int64_t step) {
+  // a product, where a sum would gather rounding
+  return (double)step * driver_run_request(run)->def.dt;
+}
+
+thrum_status driver_run_open_body(driver_run *run, int32_t n, const char *path,
+                                  const thrum_model *shown, thrum_error *error) {
+  driver_body *body = &run->bodies[n];
+  const simulate_request *request = body->figures.request;
+  const size_t rank = (size_t)shown->rank;
+  const bool frames = request->frames_rate > 0 || request->frames_every > 0;
+  body->q = calloc(3 * rank, sizeof *body->q);
+  if (body->q == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a run of this model");
+  body->p = body->q + rank;
+  body->extents = body->p + rank;
+
+  // a model without a basis has no displacements
+  if (shown->basis != NULL)
+    THRUM_TRY(thrum_basis_extents(shown, body->extents, error));
+  body->figures.peak = shown->basis != NULL ? 0 : NAN;
+  body->figures.peak_vertex = -1;
+  simulate_figures_begin(&body->figures);
+
+  // the measures may refuse the model, so they come before the files
+  THRUM_TRY(simulate_measures_open(request, shown, &body->measures, error));
+  THRUM_TRY(cli_run_output_open(path, shown, frames, &body->output, error));
+  return body->moves ? cli_run_output_open_places(&body->output, error) : THRUM_OK;
+}
+
+/* Energies, coordinates and peaks of a body at this step. */
+static thrum_status look(driver_run *run, int32_t n, thrum_error *error) {
+  const driver_stepper *stepper = &run->stepper;
+  driver_body *body = &run->bodies[n];
+  const thrum_model *model = body->output.model;
+  double *peak = &body->figures.peak;
+  int64_t *vertex = &body->figures.peak_vertex;
+  THRUM_TRY(stepper->kind->energies(stepper->self, n, &body->energies, error));
+  THRUM_TRY(stepper->kind->coordinates(stepper->self, n, body->q, error));
+  if (stepper->kind->raise_peak != NULL)
+    stepper->kind->raise_peak(stepper->self, n, peak, vertex);
+  else if (model->basis != NULL)
+    return thrum_displacement_peak(model, body->extents, body->q, peak, vertex, error);
+  return THRUM_OK;
+}
+
+/* What was seen of a body, into its figures and a row of its series. */
+static thrum_status record_body(driver_run *run, int32_t n, int64_t step, bool row,
+                                thrum_error *error) {
+  const driver_stepper *stepper = &run->stepper;
+  driver_body *body = &run->bodies[n];
+  const double time = time_at(run, step);
+  simulate_figures_add(&body->figures, row ? run->rows : -1, &body->energies);
+  THRUM_TRY(simulate_measures_look(&body->measures, body->q, time, error));
+  if (!row)
+    return THRUM_OK;
+
+  // where a free body is stands beside q
+  THRUM_TRY(cli_run_output_record(&body->output, step, time, body->q, &body->energies, error));
+  if (body->output.places == NULL)
+    return THRUM_OK;
+  double matrix[16];
+  stepper->kind->placement(stepper->self, n, matrix);
+  return cli_run_output_place(&body->output, matrix, error);
+}
+
+thrum_status driver_run_record(driver_run *run, int64_t step, bool row, thrum_error *error) {
+  // all are looked at first: a row is of all bodies or of none
+  thrum_status status = THRUM_OK;
+  for (int32_t n = 0; n < run->body_count && status >= 0; n++)
+    status = look(run, n, error);
+  if (status == THRUM_NOT_FINITE && step > 0) {
+    // the state is finite, its energy is not any more: the run ends here, the rows before stand
+    run->status = status;
+    return thrum_error_set(&run->stop, THRUM_OK, "%s", error->message);
+  }
+  for (int32_t n = 0; n < run->body_count && status >= 0; n++)
+    status = record_body(run, n, step, row, error);
+  run->rows += row;
+  if (status < 0 || !row || run->stepper.kind->record_row == NULL)
+    return status;
+  return run->stepper.kind->record_row(run->stepper.self, step, time_at(run, step), error);
+}
+
+static thrum_status write_frame(driver_run *run, int32_t n, double time, thrum_error *error) {
+  const driver_stepper *stepper = &run->stepper;
+  driver_body *body = &run->bodies[n];
+  const simulate_request *request = body->figures.request;
+  double base[3] = {0};
+  if (simulate_measures_are_open(&body->measures)) {
+    THRUM_TRY(stepper->kind->coordinates(stepper->self, n, body->q, error));
+    THRUM_TRY(simulate_measures_look(&body->measures, body->q, time, error));
+  }
+
+  // displacements are relative to the base, unless they are asked for from the ground
+  THRUM_TRY(stepper->kind->displacements(stepper->self, n, body->output.displacement, error));
+  if (request->ground)
+    cli_base_motions_position(request->base_motions, request->base_motion_count, time, base);
+  return cli_run_output_frame(&body->output, time, base, body->measures.von_mises, error);
+}
+
+thrum_status driver_run_frame(driver_run *run, int64_t step, thrum_error *error) {
+  for (int32_t n = 0; n < run->body_count; n++)
+    THRUM_TRY(write_frame(run, n, time_at(run, step), error));
+  run->frames++;
+  return THRUM_OK;
+}
+
+thrum_status driver_run_end(driver_run *run, thrum_error *error) {
+  for (int32_t n = 0; n < run->body_count; n++) {
+    driver_body *body = &run->bodies[n];
+    const thrum_status status =
+        run->stepper.kind->snapshot(run->stepper.self, n, body->q, body->p, error);
+    // a run that left the range of finite numbers may have no end to continue from
+    if (status < 0 && status != THRUM_NOT_FINITE)
+      return status;
+    THRUM_TRY(cli_run_output_end(&body->output, status >= 0 ? body->q : NULL, body->p, error));
+  }
+  return THRUM_OK;
+}

@@ -1,0 +1,106 @@
+/* The stepper of a scene: all bodies of a scene file in the world.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
+
+#include "driver/run_placement.h"
+#include "driver/scene_run.h"
+
+#define STEPS_BETWEEN_LOOKS 1024
+
+static thrum_status advance(void *stepper, int64_t step, thrum_error *error) {
+  scene_run *run = stepper;
+  (void)step;
+  const thrum_status status = thrum_scene_step(run->scene, error);
+  run->failed = status < 0;
+  return status;
+}
+
+/* The scene counts a step that only some bodies made. */
+static int64_t steps(const void *stepper) {
+  const scene_run *run = stepper;
+  return thrum_scene_steps(run->scene) - run->failed;
+}
+
+/* Gravity and contact are left out of the total, as in the run of one body. */
+static thrum_status energies(void *stepper, int32_t body, thrum_energies *found,
+                             thrum_error *error) {
+  const scene_run *run = stepper;
+  thrum_scene_energies now;
+  THRUM_TRY(thrum_scene_body_energies(run->scene, body, &now, error));
+  *found = (thrum_energies){now.kinetic, now.potential, now.kinetic + now.potential, now.high};
+  return THRUM_OK;
+}
+
+static thrum_status coordinates(void *stepper, int32_t body, double *q, thrum_error *error) {
+  const scene_run *run = stepper;
+  return thrum_scene_body_shape(run->scene, body, q, error);
+}
+
+/* Displacements in the world, from where the body was placed. */
+static thrum_status displacements(void *stepper, int32_t n, double *u, thrum_error *error) {
+  const scene_run *run = stepper;
+  const scene_body_run *body = &run->bodies[n];
+  const int64_t count = body->model->vertex_count;
+  double matrix[16], q[THRUM_RANK_MAX];
+  THRUM_TRY(thrum_scene_body_shape(run->scene, n, q, error));
+  THRUM_TRY(thrum_displacement(body->model, q, 0, count, u, error));
+  thrum_scene_body_matrix(run->scene, n, matrix);
+
+  // X + u of the model is carried into the world, and the placed X taken away
+  for (int64_t v = 0; v < count; v++) {
+    const double *rest = body->model->vertices + 3 * v;
+    const double in[3] = {rest[0] + u[3 * v], rest[1] + u[3 * v + 1], rest[2] + u[3 * v + 2]};
+    cli_run_place_point(matrix, in, u + 3 * v);
+    for (int axis = 0; axis < 3; axis++)
+      u[3 * v + axis] -= body->vertices[3 * v + axis];
+  }
+  return THRUM_OK;
+}
+
+static void placement(const void *stepper, int32_t body, double matrix[16]) {
+  const scene_run *run = stepper;
+  thrum_scene_body_matrix(run->scene, body, matrix);
+}
+
+static thrum_status record_row(void *stepper, int64_t step, double time, thrum_error *error) {
+  return scene_run_record_probes(stepper, step, time, error);
+}
+
+static thrum_status snapshot(void *stepper, int32_t body, double *q, double *p,
+                             thrum_error *error) {
+  const scene_run *run = stepper;
+  return thrum_scene_body_get(run->scene, body, q, p, error);
+}
+
+static void report(const void *stepper, int32_t body, simulate_figures *figures) {
+  const scene_run *run = stepper;
+  thrum_scene_body_info info;
+  thrum_scene_body(run->scene, body, &info, NULL);
+  figures->status = info.status;
+  figures->report = info.report;
+  figures->fallback_steps = info.fallback_steps;
+  figures->work_load = info.work_load;
+  figures->work_base = info.work_base;
+  figures->dissipated = info.dissipated;
+  figures->peak *= info.scale;
+
+  // bodies of one model are stepped together, so none has times of its own
+  figures->seconds_step = figures->seconds_read = NAN;
+  figures->seconds_output = figures->seconds_plot = figures->seconds_total = NAN;
+}
+
+driver_stepper scene_run_stepper(scene_run *run) {
+  static const driver_stepper_kind scene = {
+      .steps_between_looks = STEPS_BETWEEN_LOOKS,
+      .advance = advance,
+      .steps = steps,
+      .energies = energies,
+      .coordinates = coordinates,
+      .displacements = displacements,
+      .placement = placement,
+      .record_row = record_row,
+      .snapshot = snapshot,
+      .report = report,
+  };
+  return (driver_stepper){&scene, run};
+}

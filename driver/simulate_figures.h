@@ -1,0 +1,43 @@
+/* The figures of one body's run: how it ended, its energies, work and drift.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_DRIVER_SIMULATE_FIGURES_H
+#define THRUM_DRIVER_SIMULATE_FIGURES_H
+
+#include "driver/drift.h"
+#include "driver/simulate_options.h"
+#include "precompute/full/full.h"
+
+typedef struct simulate_figures {
+  const simulate_request *request;
+  const thrum_model *model;
+  uint64_t model_hash; /* 64-bit FNV-1a of the file's bytes */
+  thrum_status status; /* THRUM_OK, or how the run ended */
+  bool energy_grew;
+  thrum_error stop; /* why it ended early; empty message: it did not */
+  thrum_state_report report;
+  thrum_full_report full; /* of --full */
+  int64_t fallback_steps;
+  thrum_energies first, last;
+  double energy_min, energy_max;
+  double work_load, work_base; /* [J] */
+  double dissipated;           /* [J]; NaN where it is not counted */
+  driver_drift windows;
+  double drift; /* NaN where it says nothing */
+  double peak;  /* largest displacement of the recorded states [m]; NaN without a basis */
+  int64_t peak_vertex;
+  double seconds_read, seconds_step, seconds_output, seconds_plot, seconds_total;
+} simulate_figures;
+
+/* Plans the windows of the drift; request and model are set. */
+void simulate_figures_begin(simulate_figures *figures);
+
+/* Takes in the energies of row `row`; row -1: those of the last step, which may have no row. */
+void simulate_figures_add(simulate_figures *figures, int64_t row, const thrum_energies *energies);
+
+/* Sets drift and energy_grew. */
+void simulate_figures_end(simulate_figures *figures);
+
+/* "done", or what flags the run: "fell_back", "not_converged", "interrupted", ... */
+const char *simulate_status_name(const simulate_figures *figures);
+
+#endif

@@ -1,0 +1,237 @@
+/* The stepper of a reduced model: its state under loads and base motions. The mathematics is the
+ * runtime's. SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "config/message.h"
+#include "driver/stepper.h"
+#include "driver/stepper_loads.h"
+
+#define STEPS_BETWEEN_LOOKS 1024
+
+typedef struct reduced_stepper {
+  const simulate_request *request;
+  const thrum_model *model;
+  stepper_loads loads; /* in coordinates of the model */
+  thrum_state *state;
+  bool counts; /* anything acts or damps, so work and losses are counted */
+  double dissipated;
+  int64_t fallback_steps;
+} reduced_stepper;
+
+/* --- opening -----------------------------------------------------------------------------------
+ */
+
+static thrum_status reduce_loads(reduced_stepper *self, thrum_error *error) {
+  static const double still[3] = {0};
+  const simulate_request *request = self->request;
+  for (int64_t n = 0; n < request->load_count; n++)
+    THRUM_TRY(cli_load_reduce(self->model, &request->loads[n],
+                              self->loads.directions + n * self->model->rank, error));
+
+  // a model without axis_mass cannot be moved by its base: say so before anything is written
+  for (int64_t n = 0; n < request->base_motion_count; n++) {
+    thrum_error detail = {0};
+    const thrum_status status =
+        thrum_base_motion_load(self->model, still, self->loads.inertia, &detail);
+    if (status < 0)
+      return thrum_error_set(error, status, "--base-motion '%.100s': %s",
+                             request->base_motions[n].text, detail.message);
+  }
+  return THRUM_OK;
+}
+
+/* q and p of the starts, which the vectors of the loads have room for. */
+static thrum_status set_start(reduced_stepper *self, thrum_error *error) {
+  const simulate_request *request = self->request;
+  const thrum_state_def *def = &request->def;
+  double *q = self->loads.before, *p = self->loads.after;
+  thrum_error detail = {0};
+  THRUM_TRY(cli_starts_make(self->model, request->starts, request->start_count, q, p, error));
+  if (def->split_rule == THRUM_SPLIT_COUNT && def->explicit_count > self->model->rank)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "--split %d: the model has only %lld modes", (int)def->explicit_count,
+                           (long long)self->model->rank);
+  THRUM_TRY(thrum_state_create(self->model, def, &self->state, error));
+
+  // the state refuses a start that no step could continue
+  const thrum_status status = thrum_state_set(self->model, self->state, q, p, &detail);
+  if (status < 0)
+    return thrum_error_set(error, status, "%s: %s", request->start_count > 0 ? "--start" : "--dt",
+                           detail.message);
+  return thrum_state_get(self->model, self->state, self->loads.before, NULL, error);
+}
+
+/* --- stepping ----------------------------------------------------------------------------------
+ */
+
+/* The mean force of all loads and of the base over a step. */
+static thrum_status set_force(reduced_stepper *self, int64_t step, thrum_error *error) {
+  double mean[3];
+  if (!stepper_loads_act(&self->loads))
+    return THRUM_OK;
+  if (stepper_loads_sum(&self->loads, step, mean)) {
+    memset(self->loads.inertia, 0, (size_t)self->model->rank * sizeof *self->loads.inertia);
+    THRUM_TRY(thrum_base_motion_load(self->model, mean, self->loads.inertia, error));
+    stepper_loads_add_inertia(&self->loads);
+  }
+  return thrum_state_set_force(self->model, self->state, self->loads.force, error);
+}
+
+static thrum_status advance(void *stepper, int64_t step, thrum_error *error) {
+  reduced_stepper *self = stepper;
+  const thrum_state_def *def = &self->request->def;
+  THRUM_TRY(set_force(self, step, error));
+  const thrum_status status = thrum_step(self->model, self->state, error);
+  if (status < 0)
+    return status;
+  self->fallback_steps += status == THRUM_FELL_BACK;
+  if (!self->counts)
+    return status;
+
+  // what the step did for the energy: work of the loads, work of the base, loss by damping
+  thrum_state_get(self->model, self->state, self->loads.after, NULL, NULL);
+  if (stepper_loads_act(&self->loads))
+    stepper_loads_count_work(&self->loads);
+  self->dissipated += thrum_damping_loss(self->model, def->damping_alpha, def->damping_beta,
+                                         self->loads.before, self->loads.after, def->dt);
+  stepper_loads_next(&self->loads);
+  return status;
+}
+
+static int64_t steps(const void *stepper) {
+  const reduced_stepper *self = stepper;
+  return thrum_state_report_get(self->state).steps;
+}
+
+/* --- reading -----------------------------------------------------------------------------------
+ */
+
+static thrum_status energies(void *stepper, int32_t body, thrum_energies *found,
+                             thrum_error *error) {
+  const reduced_stepper *self = stepper;
+  (void)body;
+  return thrum_state_energies(self->model, self->state, found, error);
+}
+
+static thrum_status coordinates(void *stepper, int32_t body, double *q, thrum_error *error) {
+  const reduced_stepper *self = stepper;
+  (void)body;
+  return thrum_state_get(self->model, self->state, q, NULL, error);
+}
+
+static thrum_status displacements(void *stepper, int32_t body, double *u, thrum_error *error) {
+  const reduced_stepper *self = stepper;
+  double q[THRUM_RANK_MAX];
+  (void)body;
+  THRUM_TRY(thrum_state_get(self->model, self->state, q, NULL, error));
+  return thrum_displacement(self->model, q, 0, self->model->vertex_count, u, error);
+}
+
+static thrum_status snapshot(void *stepper, int32_t body, double *q, double *p,
+                             thrum_error *error) {
+  const reduced_stepper *self = stepper;
+  (void)body;
+  return thrum_state_get(self->model, self->state, q, p, error);
+}
+
+static void report(const void *stepper, int32_t body, simulate_figures *figures) {
+  const reduced_stepper *self = stepper;
+  (void)body;
+  figures->report = thrum_state_report_get(self->state);
+  figures->fallback_steps = self->fallback_steps;
+  figures->work_load = self->loads.work_load;
+  figures->work_base = self->loads.work_base;
+  figures->dissipated = self->dissipated;
+}
+
+static void close_reduced(void *stepper) {
+  reduced_stepper *self = stepper;
+  stepper_loads_close(&self->loads);
+  thrum_state_destroy(self->state);
+  free(self);
+}
+
+static const driver_stepper_kind reduced = {
+    .steps_between_looks = STEPS_BETWEEN_LOOKS,
+    .stands_after_failure = true,
+    .advance = advance,
+    .steps = steps,
+    .energies = energies,
+    .coordinates = coordinates,
+    .displacements = displacements,
+    .snapshot = snapshot,
+    .report = report,
+    .close = close_reduced,
+};
+
+thrum_status driver_stepper_reduced(const simulate_request *request, const thrum_model *model,
+                                    driver_stepper *stepper, thrum_error *error) {
+  reduced_stepper *self = calloc(1, sizeof *self);
+  if (self == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a run of this model");
+  *stepper = (driver_stepper){&reduced, self};
+  self->request = request;
+  self->model = model;
+  THRUM_TRY(stepper_loads_open(request, model->rank, &self->loads, error));
+  self->counts = stepper_loads_act(&self->loads) || request->def.damping_alpha > 0 ||
+                 request->def.damping_beta > 0;
+  THRUM_TRY(reduce_loads(self, error));
+  return set_start(self, error);
+}
+
+/* --- warnings ----------------------------------------------------------------------------------
+ */
+
+/* A free body has no coordinates for what moves it as a whole. */
+static void warn_free(const simulate_request *request) {
+  double sum[3] = {0, 0, 0}, largest = 0;
+  for (int64_t n = 0; n < request->load_count; n++) {
+    const cli_load *load = &request->loads[n];
+    if (load->gravity)
+      config_warn("--load '%s' moves nothing: nothing holds the body, so it falls without a strain",
+                  load->text);
+    for (int axis = 0; axis < 3 && !load->gravity && !load->traction; axis++) {
+      sum[axis] += load->vector[axis];
+      largest = fmax(largest, fabs(load->vector[axis]));
+    }
+  }
+
+  // a pair of forces that pulls the body apart has no resultant
+  if (fabs(sum[0]) + fabs(sum[1]) + fabs(sum[2]) > 1e-9 * largest)
+    config_warn(
+        "nothing holds the body: the resultant of the loads (%g, %g, %g N at full strength), "
+        "which would move it as a whole, has no effect; the rest deforms it",
+        sum[0], sum[1], sum[2]);
+}
+
+void driver_stepper_reduced_warn(const driver_stepper *stepper) {
+  const reduced_stepper *self = stepper->self;
+  const simulate_request *request = self->request;
+  const int64_t rank = self->model->rank;
+
+  // what moves a free body as a whole is not in its basis
+  if (request->base_motion_count > 0 && self->model->rigid != NULL)
+    config_warn(
+        "--base-motion moves nothing: nothing holds the body, so its supports cannot move it");
+  if (self->model->rigid != NULL)
+    warn_free(request);
+
+  // loads that the basis does not feel at all
+  for (int64_t n = 0; n < request->load_count; n++) {
+    bool idle = true;
+    for (int64_t i = 0; i < rank; i++)
+      idle = idle && self->loads.directions[n * rank + i] == 0;
+    if (idle)
+      config_warn("--load '%s' moves nothing: it is zero, or all of its vertices are held",
+                  request->loads[n].text);
+  }
+
+  // an explicit mode beyond the bound of Stoermer-Verlet grows from the first step on (design 4)
+  const int32_t count = thrum_state_report_get(self->state).explicit_modes;
+  const double dt = request->def.dt;
+  if (count > 0 && dt * sqrt(self->model->omega2[count - 1]) >= 2)
+    config_warn("explicit mode %d is beyond the stability bound: dt omega = %.3g, not below 2",
+                (int)count, dt * sqrt(self->model->omega2[count - 1]));
+}
