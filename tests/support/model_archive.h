@@ -256,7 +256,7 @@ static inline size_t archive_extra_field(archive_extra extra, size_t at, uint32_
 /* Writes one local record and its data at `at`, and the central record; returns the end. */
 static inline size_t archive_member(const archive_part *part, unsigned char *file, size_t at,
                                     unsigned char *central, size_t *central_size) {
-  unsigned char npy[512], extra[80];
+  unsigned char npy[ARCHIVE_DATA + 256], extra[80];
   at += part->gap;
   const char *local_name = part->local_name != NULL ? part->local_name : part->name;
   size_t local_size = strlen(local_name), name_size = strlen(part->name);
