@@ -7,6 +7,7 @@
 #include <stdio.h>
 
 #include "io/json.h"
+#include "mesh/mesh_flags.h"
 #include "thrum/thrum.h"
 
 static const unsigned ALL_FLAGS[] = {

@@ -8,6 +8,8 @@
 #include "config/message.h"
 #include "config/options.h"
 #include "io/json.h"
+#include "mesh/formats/mesh_read.h"
+#include "mesh/mesh_flags.h"
 
 typedef struct check_request {
   const char *mesh_name;

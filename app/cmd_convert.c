@@ -11,7 +11,8 @@
 #include "driver/mesh_warnings.h"
 #include "io/json.h"
 #include "io/paths.h"
-#include "mesh/mesh_write.h"
+#include "mesh/formats/mesh_read.h"
+#include "mesh/formats/mesh_write.h"
 #include "platform/interrupt.h"
 
 typedef struct convert_request {

@@ -13,7 +13,7 @@
 #include "io/paths.h"
 #include "platform/interrupt.h"
 #include "precompute/fem/matrix_market.h"
-#include "precompute/full/full_body.h"
+#include "precompute/model/model_fem.h"
 #include "precompute/vega_reduced.h"
 
 #define FILES_MAX 9
@@ -165,8 +165,8 @@ static const char *note(export_files *files, const char *what, const char *prefi
 
 static thrum_status write_matrices(const thrum_model *model, const char *prefix,
                                    export_files *files, thrum_error *error) {
-  thrum_full_body body = {0};
-  thrum_status status = thrum_full_body_create(model, &body, error);
+  thrum_model_fem body = {0};
+  thrum_status status = thrum_model_fem_create(model, &body, error);
   if (status >= 0)
     status = thrum_matrix_market_write(note(files, "stiffness", prefix, ".K.mtx"), &body.stiffness,
                                        "stiffness at rest of the free components [N/m]", error);
@@ -178,7 +178,7 @@ static thrum_status write_matrices(const thrum_model *model, const char *prefix,
                                        error);
   if (status >= 0)
     status = thrum_rows_write(note(files, "rows", prefix, ".rows.txt"), &body.fem, error);
-  thrum_full_body_free(&body);
+  thrum_model_fem_free(&body);
   return status;
 }
 

@@ -18,7 +18,7 @@
 #include "io/json.h"
 #include "mesh/model_quality.h"
 #include "platform/clock.h"
-#include "precompute/basis/load_share.h"
+#include "precompute/model/load_share.h"
 
 #define NAMES_SHOWN 8
 #define LOADS_MAX 16
@@ -325,7 +325,8 @@ static void print_origin(const info *about) {
     print_label("imported");
     printf("from %s, |U^T M U - 1| was %.1e, %s\n", basis->valuestring,
            meta_number(about, "import", "orthonormality"),
-           cJSON_IsTrue(find_meta(about, "import", "turned")) ? "turned" : "taken as it is");
+           cJSON_IsTrue(find_meta(about, "import", "basis_changed")) ? "its basis was changed"
+                                                                     : "taken as it is");
   }
   const cJSON *handles = find_meta(about, "options", "handles"), *handle = NULL;
   if (cJSON_GetArraySize(handles) > 0)

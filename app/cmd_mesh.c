@@ -13,8 +13,12 @@
 #include "config/progress.h"
 #include "io/json.h"
 #include "io/paths.h"
-#include "mesh/mesh_write.h"
+#include "mesh/formats/mesh_read.h"
+#include "mesh/formats/mesh_write.h"
+#include "mesh/formats/surface_read.h"
+#include "mesh/mesh_flags.h"
 #include "mesh/surface_check.h"
+#include "mesh/surface_join.h"
 #include "platform/interrupt.h"
 
 /* How far the volume of the mesh may be off that of the surface. */

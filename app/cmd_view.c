@@ -19,6 +19,8 @@
 #include "driver/named_model.h"
 #include "io/json.h"
 #include "io/paths.h"
+#include "mesh/formats/mesh_read.h"
+#include "mesh/formats/surface_read.h"
 #include "mesh/mesh.h"
 #include "mesh/surface_mesh.h"
 #include "platform/interrupt.h"

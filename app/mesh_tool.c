@@ -17,6 +17,8 @@
 
 #include "config/message.h"
 #include "io/file.h"
+#include "mesh/formats/mesh_read.h"
+#include "mesh/formats/surface_write.h"
 #include "mesh/surface_check.h"
 #include "platform/temp_folder.h"
 #include "thrum/thrum.h"

@@ -9,6 +9,7 @@
 #include "config/message.h"
 #include "config/parse.h"
 #include "driver/load_option.h"
+#include "mesh/formats/mesh_read.h"
 
 #define FPS_DEFAULT 60
 #define ERROR_DEFAULT 0.05

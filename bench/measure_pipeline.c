@@ -10,6 +10,9 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "mesh/formats/mesh_read.h"
+#include "mesh/mesh_fix.h"
+
 static double clock_of(clockid_t clock) {
   struct timespec now;
   clock_gettime(clock, &now);

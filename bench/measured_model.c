@@ -2,7 +2,9 @@
 #include <stdlib.h>
 
 #include "bench/speed.h"
+#include "mesh/formats/mesh_read.h"
 #include "mesh/mesh.h"
+#include "mesh/mesh_fix.h"
 #include "precompute/precompute.h"
 #include "thrum/polynomial.h"
 

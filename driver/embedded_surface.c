@@ -11,6 +11,7 @@
 #include "config/progress.h"
 #include "io/json.h"
 #include "io/paths.h"
+#include "mesh/formats/surface_read.h"
 #include "platform/clock.h"
 #include "thrum/thrum.h"
 

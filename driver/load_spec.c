@@ -14,8 +14,8 @@
 #include <string.h>
 
 #include "config/parse.h"
-#include "precompute/basis/load_share.h"
-#include "precompute/fem/traction.h"
+#include "precompute/model/load_share.h"
+#include "precompute/model/traction.h"
 #include "thrum/thrum.h"
 
 typedef struct load_kind {

@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include "config/message.h"
+#include "mesh/formats/mesh_read.h"
 
 cli_mesh_def cli_default_mesh_def(void) {
   return (cli_mesh_def){.material = {NAN, NAN, NAN}};

@@ -3,6 +3,7 @@
 
 #include "config/message.h"
 #include "mesh/mesh_examine.h"
+#include "mesh/mesh_flags.h"
 #include "thrum/thrum.h"
 
 void cli_warn_mesh(const thrum_mesh *mesh, const char *name) {

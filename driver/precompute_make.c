@@ -13,6 +13,8 @@
 #include "io/npz.h"
 #include "io/paths.h"
 #include "io/vtu.h"
+#include "mesh/formats/mesh_read.h"
+#include "mesh/mesh_fix.h"
 #include "mesh/model_quality.h"
 #include "platform/clock.h"
 #include "precompute/basis/handles.h"
@@ -144,13 +146,13 @@ static bool is_flagged(const thrum_precomputed *result) {
   return flagged || !result->modes_complete;
 }
 
-static thrum_status read_given(const precompute_request *request, thrum_given *given,
-                               thrum_error *error) {
+static thrum_status read_imported_basis(const precompute_request *request,
+                                        thrum_imported_basis *imported, thrum_error *error) {
   thrum_status status = THRUM_OK;
   if (request->import_basis)
-    status = thrum_vega_basis_read(request->import_basis, given, error);
+    status = thrum_vega_basis_read(request->import_basis, imported, error);
   if (status >= 0 && request->import_cubic)
-    status = thrum_vega_cubic_read(request->import_cubic, given, error);
+    status = thrum_vega_cubic_read(request->import_cubic, imported, error);
   return status;
 }
 
@@ -178,12 +180,12 @@ static thrum_status make_model(const precompute_request *request, const thrum_me
   options.progress = show_progress;
   options.progress_context = &progress;
   thrum_precomputed result = {0};
-  thrum_given given = {0};
-  thrum_status status = read_given(request, &given, error);
-  options.given = request->import_basis ? &given : NULL;
+  thrum_imported_basis imported = {0};
+  thrum_status status = read_imported_basis(request, &imported, error);
+  options.imported = request->import_basis ? &imported : NULL;
   if (status >= 0)
     status = thrum_precompute(mesh, fixed, &options, &result, error);
-  thrum_given_free(&given);
+  thrum_imported_basis_free(&imported);
   if (status < 0) {
     config_progress_abandon(&progress);
     return status;
@@ -224,12 +226,12 @@ static thrum_status find_handles(const precompute_request *request, const thrum_
 /* What the model would take. */
 static thrum_status estimate_model(precompute_request *request, const uint8_t *fixed,
                                    precompute_outcome *outcome, thrum_error *error) {
-  thrum_given given = {0};
-  thrum_status status = read_given(request, &given, error);
-  request->options.given = request->import_basis ? &given : NULL;
+  thrum_imported_basis imported = {0};
+  thrum_status status = read_imported_basis(request, &imported, error);
+  request->options.imported = request->import_basis ? &imported : NULL;
   if (status >= 0)
     status = precompute_dry_run(outcome, fixed, &outcome->flagged, error);
-  thrum_given_free(&given);
+  thrum_imported_basis_free(&imported);
   return status;
 }
 

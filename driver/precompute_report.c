@@ -92,18 +92,18 @@ static void add_import(cJSON *object, const precompute_request *request,
                        const thrum_precomputed *result) {
   if (!request->import_basis)
     return;
-  const thrum_given_figures *given = &result->given;
+  const thrum_imported_figures *imported = &result->imported;
   const double missing = NAN;
   cJSON *import = cJSON_AddObjectToObject(object, "import");
   json_string(import, "basis", path_basename(request->import_basis));
   if (request->import_cubic)
     json_string(import, "cubic", path_basename(request->import_cubic));
-  cJSON_AddBoolToObject(import, "turned", given->turned);
-  json_number(import, "orthonormality", given->orthonormality);
+  cJSON_AddBoolToObject(import, "basis_changed", imported->changed);
+  json_number(import, "orthonormality", imported->orthonormality);
   const bool cubic = request->import_cubic != NULL;
-  json_number(import, "gradient_defect", cubic ? given->defect : missing);
-  json_number(import, "linear_difference", cubic ? given->linear_difference : missing);
-  json_number(import, "energy_difference", cubic ? given->energy_difference : missing);
+  json_number(import, "gradient_defect", cubic ? imported->defect : missing);
+  json_number(import, "linear_difference", cubic ? imported->linear_difference : missing);
+  json_number(import, "energy_difference", cubic ? imported->energy_difference : missing);
 }
 
 /* How it was made sure that no mode was missed, and what that showed. */
@@ -220,12 +220,12 @@ static void print_frequencies(const char *label, const double *omega2, int64_t c
 }
 
 static void print_import(const thrum_precomputed *result, bool cubic) {
-  const thrum_given_figures *given = &result->given;
-  printf("%-18s|U^T M U - 1| was %.1e, %s\n", "imported", given->orthonormality,
-         given->turned ? "turned" : "taken as it is");
+  const thrum_imported_figures *imported = &result->imported;
+  printf("%-18s|U^T M U - 1| was %.1e, %s\n", "imported", imported->orthonormality,
+         imported->changed ? "its basis was changed" : "taken as it is");
   if (cubic)
-    printf("%-18sgradient to %.1e, linear part to %.1e, energy to %.1e\n", "", given->defect,
-           given->linear_difference, given->energy_difference);
+    printf("%-18sgradient to %.1e, linear part to %.1e, energy to %.1e\n", "", imported->defect,
+           imported->linear_difference, imported->energy_difference);
 }
 
 static void print_check(const thrum_precomputed *result) {

@@ -17,7 +17,7 @@ static double rate_of(const thrum_precomputed *result, int stage) {
   return flops > 0 && seconds > 0 ? 1e-9 * flops / seconds : NAN;
 }
 
-/* A given basis needs no factor and no modes; each stage that ran left a peak. */
+/* An imported basis needs no factor and no modes; each stage that ran left a peak. */
 static bool was_run(const thrum_precomputed *result, int stage) {
   return result->peak_mb[stage] > 0;
 }

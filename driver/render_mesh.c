@@ -7,6 +7,7 @@
 
 #include "driver/display_surface.h"
 #include "driver/embedded_surface.h"
+#include "mesh/formats/surface_read.h"
 
 void cli_shown_free(cli_shown *shown) {
   free(shown->positions);

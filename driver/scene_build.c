@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "driver/scene_run.h"
+#include "mesh/formats/mesh_read.h"
 
 #define ALIGNMENT 64
 

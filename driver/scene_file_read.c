@@ -17,6 +17,7 @@
 #include "driver/start_spec.h"
 #include "io/paths.h"
 #include "io/text.h"
+#include "mesh/formats/mesh_read.h"
 #include "thrum/thrum.h"
 
 #define NAME_MAX_BYTES 63 /* as THRUM_SCENE_NAME_MAX has room for */

@@ -8,7 +8,8 @@
 
 #include "io/text.h"
 #include "mesh/mesh.h"
-#include "mesh/mesh_build.h"
+#include "mesh/mesh_beam.h"
+#include "mesh/mesh_groups.h"
 
 /* 200 million tets take 5 GB here and far more later on */
 enum { TETS_MAX = 200000000 };

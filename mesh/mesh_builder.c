@@ -8,7 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "mesh/mesh_build.h"
+#include "mesh/mesh_groups.h"
+#include "mesh/mesh_grow.h"
 
 static thrum_status no_memory(thrum_mesh_builder *b) {
   return thrum_error_set(b->error, THRUM_OUT_OF_MEMORY, "not enough memory for the mesh");

@@ -12,8 +12,10 @@
 #include <string.h>
 
 #include "mesh/mesh.h"
-#include "mesh/mesh_build.h"
+#include "mesh/mesh_clean.h"
 #include "mesh/mesh_faces.h"
+#include "mesh/tet_repeats.h"
+#include "mesh/triple_product.h"
 
 static const double FLAT = 1e-12;
 

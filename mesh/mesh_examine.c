@@ -9,7 +9,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "mesh/mesh_build.h"
 #include "mesh/mesh_faces.h"
 #include "mesh/model_quality.h"
 #include "runtime/base/vec3.h"

@@ -33,32 +33,8 @@ typedef struct thrum_mesh_examined {
   int64_t shallow_tets; /* with all four vertices on the surface */
 } thrum_mesh_examined;
 
-/* What may be wrong, as flags that people can act on. X(name, bit) */
-#define THRUM_EXAMINE_FLAGS(X)                                                                     \
-  X(PIECES, 1)                                                                                     \
-  X(COINCIDENT, 2)                                                                                 \
-  X(HINGES, 4)                                                                                     \
-  X(UNITS, 8)                                                                                      \
-  X(DENSITY, 16)                                                                                   \
-  X(FAR, 32)                                                                                       \
-  X(LOCKING, 64)                                                                                   \
-  X(THIN, 128)                                                                                     \
-  X(SLIVERS, 256)                                                                                  \
-  X(REPAIRED, 512)
-typedef enum thrum_examine_flag {
-#define X(name, bit) THRUM_EXAMINE_##name = bit,
-  THRUM_EXAMINE_FLAGS(X)
-#undef X
-} thrum_examine_flag;
-
 /* Examines a clean mesh. Cost: linear in it, and n log n in its surface. */
 thrum_status thrum_mesh_examine(const thrum_mesh *mesh, thrum_mesh_examined *examined,
                                 thrum_error *error);
-
-/* What is to be flagged: thrum_examine_flag, or'ed. */
-unsigned thrum_mesh_flags(const thrum_mesh *mesh, const thrum_mesh_examined *examined);
-/* One line for a person on a flag: what, how much, and what to do. Returns `line`. */
-const char *thrum_mesh_flag_line(const thrum_mesh *mesh, const thrum_mesh_examined *examined,
-                                 thrum_examine_flag flag, char line[300]);
 
 #endif

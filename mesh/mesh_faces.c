@@ -6,7 +6,7 @@
 
 #include <stdlib.h>
 
-#include "mesh/mesh_build.h"
+#include "mesh/mesh_grow.h"
 
 typedef struct face_table {
   thrum_mesh_faces found;

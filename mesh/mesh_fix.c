@@ -11,6 +11,7 @@
 
 #include "io/text.h"
 #include "mesh/mesh.h"
+#include "mesh/mesh_fix.h"
 
 enum { ALL_AXES = 7, TERMS_MAX = 32 };
 

@@ -2,10 +2,10 @@
  * judgement, written down here and in docs/meshes.md.
  *
  * SPDX-License-Identifier: Apache-2.0 */
+#include "mesh/mesh_flags.h"
+
 #include <math.h>
 #include <stdio.h>
-
-#include "mesh/mesh_examine.h"
 
 /* Bodies outside are likely in other units than metres: a part of 1 m drawn in millimetres comes as
  * 1 km, one drawn in kilometres as 1 mm. */

@@ -4,12 +4,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-void thrum_places_free(thrum_places *places) {
+void thrum_point_hash_free(thrum_point_hash *places) {
   free(places->slots);
-  *places = (thrum_places){0};
+  *places = (thrum_point_hash){0};
 }
 
-static uint64_t first_slot(const thrum_places *places, const double position[3]) {
+static uint64_t first_slot(const thrum_point_hash *places, const double position[3]) {
   uint64_t hash = 0, bits;
   for (int axis = 0; axis < 3; axis++) {
     const double number = position[axis] + 0.0; // -0 becomes 0
@@ -20,14 +20,14 @@ static uint64_t first_slot(const thrum_places *places, const double position[3])
   return hash & (places->slot_count - 1);
 }
 
-static void put(thrum_places *places, const double *vertices, int32_t vertex) {
+static void put(thrum_point_hash *places, const double *vertices, int32_t vertex) {
   uint64_t slot = first_slot(places, vertices + 3 * (int64_t)vertex);
   while (places->slots[slot] >= 0)
     slot = (slot + 1) & (places->slot_count - 1);
   places->slots[slot] = vertex;
 }
 
-static thrum_status grow(thrum_places *places, const double *vertices, int64_t count,
+static thrum_status grow(thrum_point_hash *places, const double *vertices, int64_t count,
                          thrum_error *error) {
   if ((uint64_t)count * 2 + 2 < places->slot_count)
     return THRUM_OK;
@@ -43,8 +43,8 @@ static thrum_status grow(thrum_places *places, const double *vertices, int64_t c
   return THRUM_OK;
 }
 
-thrum_status thrum_places_find(thrum_places *places, const double *vertices, int64_t count,
-                               const double position[3], int32_t *vertex, thrum_error *error) {
+thrum_status thrum_point_hash_find(thrum_point_hash *places, const double *vertices, int64_t count,
+                                   const double position[3], int32_t *vertex, thrum_error *error) {
   const thrum_status status = grow(places, vertices, count, error);
   if (status < 0)
     return status;

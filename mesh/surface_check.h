@@ -43,15 +43,4 @@ thrum_status thrum_surface_meshable(const thrum_surface_mesh *surface,
 thrum_status thrum_surface_cavities(const thrum_surface_mesh *surface, double **points,
                                     int64_t *count, thrum_error *error);
 
-/* Makes vertices at just the same place one, and drops those that no triangle uses: an .obj may
- * name a vertex once for each of its normals. *joined gets how many went into others. */
-thrum_status thrum_surface_join(thrum_surface_mesh *surface, int64_t *joined, thrum_error *error);
-
-/* Writes the surface for the programs that mesh: Gmsh's .msh 2.2 and TetGen's .smesh, with all bits
- * of the vertices; `holes`, hole_count x 3, are points in what is to stay empty. */
-thrum_status thrum_surface_write_msh(const char *path, const thrum_surface_mesh *surface,
-                                     thrum_error *error);
-thrum_status thrum_surface_write_smesh(const char *path, const thrum_surface_mesh *surface,
-                                       const double *holes, int64_t hole_count, thrum_error *error);
-
 #endif

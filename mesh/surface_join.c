@@ -1,20 +1,22 @@
-/* Joining the vertices of a surface that are at just the same place; see surface_check.h. Cost:
+/* Joining the vertices of a surface that are at just the same place; see surface_join.h. Cost:
  * linear. SPDX-License-Identifier: Apache-2.0 */
+#include "mesh/surface_join.h"
+
 #include <stdlib.h>
 #include <string.h>
 
 #include "mesh/point_hash.h"
-#include "mesh/surface_check.h"
 
 /* Numbers the vertices anew in the order of their first use; new_number: -1 at first. */
-static thrum_status renumber(thrum_surface_mesh *surface, thrum_places *places, int32_t *new_number,
-                             double *kept, int64_t *count, int64_t *joined, thrum_error *error) {
+static thrum_status renumber(thrum_surface_mesh *surface, thrum_point_hash *places,
+                             int32_t *new_number, double *kept, int64_t *count, int64_t *joined,
+                             thrum_error *error) {
   for (int64_t n = 0; n < 3 * surface->triangle_count; n++) {
     const int32_t old = surface->triangles[n];
     if (new_number[old] < 0) {
       const double *x = surface->vertices + 3 * (int64_t)old;
       const thrum_status status =
-          thrum_places_find(places, kept, *count, x, &new_number[old], error);
+          thrum_point_hash_find(places, kept, *count, x, &new_number[old], error);
       if (status < 0)
         return status;
       if (new_number[old] == *count)
@@ -29,7 +31,7 @@ static thrum_status renumber(thrum_surface_mesh *surface, thrum_places *places, 
 
 thrum_status thrum_surface_join(thrum_surface_mesh *surface, int64_t *joined, thrum_error *error) {
   const size_t all = (size_t)surface->vertex_count;
-  thrum_places places = {0};
+  thrum_point_hash places = {0};
   int32_t *new_number = malloc((all + 1) * sizeof *new_number);
   double *kept = malloc((3 * all + 1) * sizeof *kept);
   int64_t count = 0;
@@ -42,7 +44,7 @@ thrum_status thrum_surface_join(thrum_surface_mesh *surface, int64_t *joined, th
     status = renumber(surface, &places, new_number, kept, &count, joined, error);
   }
   free(new_number);
-  thrum_places_free(&places);
+  thrum_point_hash_free(&places);
   if (status < 0) {
     free(kept);
     return status;

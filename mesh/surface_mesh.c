@@ -1,15 +1,12 @@
-/* Triangle surfaces: choice of the reader, growth, scale. Cost: linear in the file.
+/* Triangle surfaces: growth and release.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "mesh/surface_mesh.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "io/file.h"
-#include "io/text.h"
-#include "mesh/mesh_build.h"
+#include "mesh/mesh_grow.h"
 
 void thrum_surface_mesh_free(thrum_surface_mesh *surface) {
   free(surface->vertices);
@@ -59,53 +56,4 @@ thrum_status thrum_surface_add_triangle(thrum_surface_builder *b, const int32_t 
   lines[count] = line;
   made->triangle_count++;
   return THRUM_OK;
-}
-
-static thrum_surface_parser *find_parser(const char *name) {
-  const size_t length = strlen(name);
-  if (length <= 4)
-    return NULL;
-  const char *suffix = name + length - 4;
-  if (thrum_text_equals(suffix, 4, ".obj"))
-    return thrum_surface_parse_obj;
-  return thrum_text_equals(suffix, 4, ".stl") ? thrum_surface_parse_stl : NULL;
-}
-
-bool thrum_surface_mesh_is_named(const char *name) {
-  return find_parser(name) != NULL;
-}
-
-static thrum_status scale_vertices(const char *path, double scale, thrum_surface_mesh *surface,
-                                   thrum_error *error) {
-  for (int64_t n = 0; n < 3 * surface->vertex_count; n++) {
-    surface->vertices[n] *= scale;
-    if (!isfinite(surface->vertices[n]))
-      return thrum_error_set(error, THRUM_BAD_VALUE,
-                             "%.200s: vertex %lld times the scale %g is not a finite number", path,
-                             (long long)(n / 3 + 1), scale);
-  }
-  return THRUM_OK;
-}
-
-thrum_status thrum_surface_mesh_read(const char *path, double scale, thrum_surface_mesh *surface,
-                                     thrum_error *error) {
-  thrum_surface_parser *parse = find_parser(path);
-  if (parse == NULL)
-    return thrum_error_set(error, THRUM_UNSUPPORTED,
-                           "%.200s: unknown kind of surface; give an .obj or .stl file", path);
-  void *data = NULL;
-  size_t size = 0;
-  thrum_status status = thrum_file_read(path, &data, &size, error);
-  if (status < 0)
-    return status;
-  thrum_surface_mesh read = {0};
-  status = parse(path, data, size, &read, error);
-  free(data);
-  if (status >= 0)
-    status = scale_vertices(path, scale, &read, error);
-  if (status < 0)
-    thrum_surface_mesh_free(&read);
-  else
-    *surface = read;
-  return status;
 }

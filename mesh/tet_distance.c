@@ -1,9 +1,10 @@
-/* Barycentric coordinates in a tetrahedron, and the distance to a triangle; see tet_tree.h.
+/* Barycentric coordinates in a tetrahedron, and the distance to a triangle; see tet_distance.h.
  * SPDX-License-Identifier: Apache-2.0 */
+#include "mesh/tet_distance.h"
+
 #include <string.h>
 
-#include "mesh/mesh_build.h"
-#include "mesh/tet_tree.h"
+#include "mesh/triple_product.h"
 
 static void subtract(const double *a, const double *b, double difference[3]) {
   for (int axis = 0; axis < 3; axis++)

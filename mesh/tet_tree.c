@@ -8,6 +8,8 @@
 #include <stdbool.h>
 #include <stdlib.h>
 
+#include "mesh/tet_distance.h"
+
 enum { LEAF = 4, DEPTH_MAX = 64 };
 
 /* Distances that differ by less are one: the same place, reached through neighbours. */

@@ -27,13 +27,4 @@ typedef struct thrum_tet_place {
  * are just 0 and 1. Any thread. Cost: about log n. */
 thrum_tet_place thrum_tet_tree_find(const thrum_tet_tree *tree, const double point[3]);
 
-/* Barycentric coordinates of a point in tetrahedron (corners a, b, c, d). Cramer's rule with one
- * step of refinement, so that sum w_c x_c is the point to rounding in flat tetrahedra too. */
-void thrum_tet_weights(const double *const corners[4], const double point[3], double weights[4]);
-
-/* Squared distance of a point to the triangle (a, b, c) [m^2], by the region of its plane that it
- * is above. C. Ericson 2005, Real-Time Collision Detection, 5.1.5. */
-double thrum_triangle_distance2(const double *a, const double *b, const double *c,
-                                const double point[3]);
-
 #endif

@@ -15,8 +15,8 @@
 #include "platform/memory_limit.h"
 #include "platform/threads.h"
 #include "precompute/basis/mode_check.h"
+#include "precompute/options/stage.h"
 #include "precompute/options_check.h"
-#include "precompute/stage.h"
 
 #define MARGIN 1.05 /* heap and library buffers that are not counted one by one */
 #define COUNT_SHARE                                                                                \
@@ -51,15 +51,16 @@ static double most_bytes(const thrum_fem *fem, double entries, const thrum_facto
   return fmax(fmax(fmax(factor_stage, modes), fmax(derivatives, basis)), polynomial) + model + kept;
 }
 
-// the same for a given basis, which needs no factor: U, a copy and two of its free rows while it is
-// turned, and what a given polynomial is turned in
+// the same for an imported basis, which needs no factor: U, a copy and two of its free rows while
+// it is turned, and what an imported polynomial is turned in
 static double most_bytes_given(const thrum_fem *fem, double entries,
                                const thrum_precompute_options *options) {
   const double n = (double)fem->free_count, vertices = (double)fem->vertex_count;
-  const double r = (double)options->given->rank, columns = r + r * (r + 1) / 2;
+  const double r = (double)options->imported->rank, columns = r + r * (r + 1) / 2;
   const double basis = 48 * vertices * r + 8 * n * (2 * r + THRUM_SOLVE_BLOCK);
-  const double polynomial = options->given->linear ? 24 * columns * columns
-                                                   : 8 * columns * (columns + 800) - 16 * entries;
+  const double polynomial = options->imported->linear
+                                ? 24 * columns * columns
+                                : 8 * columns * (columns + 800) - 16 * entries;
   const double model = 8 * r * r * r * r / 24 + 24 * vertices + 24 * (double)fem->tet_count;
   return fmax(basis, 24 * vertices * r + polynomial) + model;
 }
@@ -82,7 +83,7 @@ void thrum_estimate_memory(const thrum_fem *fem, const thrum_sparse *stiffness,
                            thrum_estimate *estimate) {
   const double entries = (double)stiffness->begin[stiffness->size];
   estimate->free_dofs = fem->free_count;
-  if (options->given) {
+  if (options->imported) {
     judge(options, most_bytes_given(fem, entries, options), estimate);
     return;
   }
@@ -145,10 +146,10 @@ static void estimate_times(const thrum_fem *fem, const thrum_precompute_options 
   const double alone = 16 * nonzeros / read, blocked = 4 * nonzeros / (0.33 * gemm);
   double *seconds = estimate->seconds;
   seconds[THRUM_STAGE_assemble] = 1e-6 * tets;
-  if (options->given) {
+  if (options->imported) {
     // Gram products and turns of U; then the polynomial, or the turning of its matrix form
     seconds[THRUM_STAGE_basis] = 8 * 4 * n * r * r / (0.12 * gemm);
-    seconds[THRUM_STAGE_polynomial] = options->given->linear
+    seconds[THRUM_STAGE_polynomial] = options->imported->linear
                                           ? 4 * columns * columns * columns / (0.33 * gemm)
                                           : 6 * tets * columns * columns / (0.9 * gemm);
     return;
@@ -186,7 +187,7 @@ thrum_status thrum_precompute_estimate(const thrum_mesh *mesh, const uint8_t *fi
     status = thrum_fem_pattern(&fem, &stiffness, error);
   if (status == THRUM_OK)
     status = thrum_fem_mass(&fem, asked.mass, &stiffness, &mass, error);
-  if (status == THRUM_OK && !asked.given)
+  if (status == THRUM_OK && !asked.imported)
     status = thrum_factor_plan(&stiffness, &factor, error);
   if (status == THRUM_OK) {
     thrum_estimate_memory(&fem, &stiffness, factor, &asked, &made);

@@ -14,9 +14,9 @@ int64_t thrum_options_shapes(const thrum_precompute_options *options) {
 
 thrum_precompute_options thrum_options_complete(const thrum_precompute_options *options) {
   thrum_precompute_options complete = *options;
-  if (options->given) {
+  if (options->imported) {
     complete.modes = complete.handle_count = 0;
-    complete.rank = options->given->rank;
+    complete.rank = options->imported->rank;
   }
   // no rank given: two coordinates a mode, which k (k + 3) / 2 never falls short of
   if (complete.rank == 0)
@@ -43,7 +43,7 @@ static thrum_status check_counts(const thrum_precompute_options *options, thrum_
 }
 
 thrum_status thrum_options_check(const thrum_precompute_options *options, thrum_error *error) {
-  const thrum_status status = options->given ? THRUM_OK : check_counts(options, error);
+  const thrum_status status = options->imported ? THRUM_OK : check_counts(options, error);
   if (status != THRUM_OK)
     return status;
   if (options->threads < 1)
@@ -85,7 +85,7 @@ thrum_status thrum_options_check_body(thrum_precompute_options *options, const t
 }
 
 bool thrum_options_counted(const thrum_precompute_options *options, int64_t free_count) {
-  if (options->given)
+  if (options->imported)
     return false;
   return options->check == THRUM_CHECK_INERTIA ||
          (options->check == THRUM_CHECK_AUTO && thrum_inertia_available() &&

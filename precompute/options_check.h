@@ -11,7 +11,7 @@
 /* k modes and the three responses of each handle: what derivatives are taken of. */
 int64_t thrum_options_shapes(const thrum_precompute_options *options);
 
-/* The options with the rank that 0 stands for, and without modes where a basis is given. */
+/* The options with the rank that 0 stands for, and without modes where a basis is imported. */
 thrum_precompute_options thrum_options_complete(const thrum_precompute_options *options);
 
 /* Of complete options: counts out of range, threads, the mass, a check that is not built in. */

@@ -19,10 +19,10 @@
 #include "precompute/basis/mode_check.h"
 #include "precompute/estimate.h"
 #include "precompute/fem/rigid_modes.h"
-#include "precompute/model_fill.h"
+#include "precompute/model/model_fill.h"
+#include "precompute/model/single_precision.h"
 #include "precompute/options_check.h"
 #include "precompute/polynomial/polynomial_reduce.h"
-#include "precompute/polynomial/single_precision.h"
 
 typedef struct pipeline {
   const thrum_mesh *mesh;
@@ -33,13 +33,9 @@ typedef struct pipeline {
   thrum_factor *factor;
   double *rigid, *rigid_dual; /* Z and M Z of a free body, free_count x 6; else NULL */
   double *candidates;         /* free_count x (k + k (k + 1) / 2): modes, then derivatives */
-  double *turn;               /* S of a given basis, rank x rank */
+  double *change;             /* S of an imported basis, rank x rank */
   thrum_precomputed result;
 } pipeline;
-
-thrum_precompute_options thrum_default_precompute_options(void) {
-  return (thrum_precompute_options){.modes = 10, .threads = 1};
-}
 
 static double seconds_of(clockid_t clock) {
   struct timespec now;
@@ -63,8 +59,8 @@ static void pipeline_free(pipeline *p) {
   p->candidates = NULL;
   free(p->rigid);
   free(p->rigid_dual);
-  free(p->turn);
-  p->turn = NULL;
+  free(p->change);
+  p->change = NULL;
   p->rigid = p->rigid_dual = NULL;
 }
 
@@ -105,8 +101,8 @@ static thrum_status run_assemble(pipeline *p, const thrum_reporter *reporter, th
     status = thrum_fem_mass(&p->fem, p->options.mass, &p->stiffness, &p->mass, error);
   if (status == THRUM_OK)
     status = thrum_report(reporter, 0.5, error);
-  // a given basis needs no factor, whose plan tells the size otherwise
-  if (status == THRUM_OK && p->options.given)
+  // an imported basis needs no factor, whose plan tells the size otherwise
+  if (status == THRUM_OK && p->options.imported)
     status = check_memory(p, error);
   if (status == THRUM_OK)
     status = thrum_fem_stiffness(&p->fem, NULL, &p->stiffness, error);
@@ -115,20 +111,20 @@ static thrum_status run_assemble(pipeline *p, const thrum_reporter *reporter, th
 
 static thrum_status run_factor(pipeline *p, const thrum_reporter *reporter, thrum_error *error) {
   (void)reporter;
-  thrum_springs springs;
+  thrum_support_springs springs;
   if (p->rigid)
-    thrum_springs_add(&p->fem, &p->stiffness, &springs);
+    thrum_support_springs_add(&p->fem, &p->stiffness, &springs);
   thrum_status status = thrum_factor_plan(&p->stiffness, &p->factor, error);
   if (status == THRUM_OK)
     status = check_memory(p, error);
   if (status == THRUM_OK)
     status = thrum_factor_compute(&p->stiffness, p->factor, error);
   if (p->rigid)
-    thrum_springs_remove(&springs, &p->stiffness);
+    thrum_support_springs_remove(&springs, &p->stiffness);
   if (status == THRUM_SINGULAR)
     return thrum_error_set(error, THRUM_SINGULAR,
                            "the stiffness is singular: a part hangs on by a vertex or an edge and "
-                           "can still turn; fix more with --fix or mend the mesh");
+                           "can still change; fix more with --fix or mend the mesh");
   if (status != THRUM_OK)
     return status;
   p->result.factor_nonzeros = thrum_factor_nonzeros(p->factor);
@@ -242,15 +238,18 @@ static thrum_status run_derivatives(pipeline *p, const thrum_reporter *reporter,
 static thrum_status make_basis(pipeline *p, const thrum_reporter *reporter, thrum_error *error) {
   const int64_t r = p->options.rank;
   double *basis = thrum_model_writable(p->result.model.basis);
-  if (!p->options.given)
+  if (!p->options.imported)
     return thrum_basis(&p->fem, &p->mass, thrum_options_shapes(&p->options),
                        3 * p->options.handle_count, p->result.mode_omega2, p->candidates, r, basis,
                        &p->result.basis_orthonormality, reporter, error);
   p->result.modes_complete = true;
-  if (!(p->turn = thrum_allocate(r * r, sizeof(double), "the given basis", error)))
+  if (!(p->change = thrum_allocate(r * r, sizeof(double), "the imported basis", error)))
     return THRUM_OUT_OF_MEMORY;
-  return thrum_given_basis(&p->fem, p->mesh, &p->mass, p->rigid_dual, p->options.given, basis,
-                           p->turn, &p->result, error);
+  const thrum_status status =
+      thrum_imported_basis_fill(&p->fem, p->mesh, &p->mass, p->rigid_dual, p->options.imported,
+                                basis, p->change, &p->result.imported, error);
+  p->result.basis_orthonormality = p->result.imported.orthonormality_after;
+  return status;
 }
 
 static thrum_status run_basis(pipeline *p, const thrum_reporter *reporter, thrum_error *error) {
@@ -268,14 +267,14 @@ static thrum_status run_basis(pipeline *p, const thrum_reporter *reporter, thrum
   return status;
 }
 
-// linear, c3 and c4: a given one turned, or the body's
+// linear, c3 and c4: the imported ones in the new coordinates, or the body's
 static thrum_status make_polynomial(pipeline *p, double *linear, const thrum_reporter *reporter,
                                     thrum_error *error) {
   thrum_model *model = &p->result.model;
   double *c3 = thrum_model_writable(model->c3), *c4 = thrum_model_writable(model->c4);
-  if (p->options.given && p->options.given->linear)
-    return thrum_given_polynomial(&p->fem, p->options.given, p->turn, model, linear, c3, c4,
-                                  &p->result, error);
+  if (p->options.imported && p->options.imported->linear)
+    return thrum_imported_polynomial(&p->fem, p->options.imported, p->change, model, linear, c3, c4,
+                                     &p->result.imported, error);
   // one DSYRK of six rows a tet
   const double columns = (double)(model->rank + model->rank * (model->rank + 1) / 2);
   p->result.flops[THRUM_STAGE_polynomial] = 6 * (double)p->fem.tet_count * columns * (columns + 1);
@@ -302,10 +301,10 @@ static thrum_status run_polynomial(pipeline *p, const thrum_reporter *reporter,
   if (status == THRUM_OK)
     p->result.basis_diagonality = worst / omega2[r - 1];
   free(linear);
-  if (status == THRUM_OK && p->options.given && p->options.given->linear)
-    status = thrum_given_check(&p->fem, model, &p->result, error);
+  if (status == THRUM_OK && p->options.imported && p->options.imported->linear)
+    status = thrum_imported_check(&p->fem, model, &p->result.imported, error);
   if (status == THRUM_OK && p->options.single)
-    status = thrum_precision_round(model, &p->result.single_error, error);
+    status = thrum_single_precision_round(model, &p->result.single_error, error);
   return status;
 }
 
@@ -315,8 +314,8 @@ static thrum_status run_all(pipeline *p, thrum_error *error) {
       run_assemble, run_factor, run_modes, run_derivatives, run_basis, run_polynomial};
   thrum_status status = THRUM_OK;
   for (int stage = 0; stage < THRUM_STAGE_COUNT && status == THRUM_OK; stage++) {
-    // a given basis needs nothing solved
-    if (p->options.given && stage > THRUM_STAGE_assemble && stage < THRUM_STAGE_basis)
+    // an imported basis needs nothing solved
+    if (p->options.imported && stage > THRUM_STAGE_assemble && stage < THRUM_STAGE_basis)
       continue;
     const thrum_reporter reporter = {&p->options, (thrum_stage)stage};
     const double began = seconds_of(CLOCK_MONOTONIC);

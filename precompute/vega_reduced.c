@@ -15,17 +15,16 @@
 
 #include "io/file.h"
 #include "platform/allocate.h"
-#include "precompute/stage.h"
 #include "thrum/polynomial.h"
 
 #define TOLERANCE 1e-6 /* of the largest coefficient of the degree: no gradient beyond this */
 
-void thrum_given_free(thrum_given *given) {
-  free(given->basis);
-  free(given->linear);
-  free(given->c3);
-  free(given->c4);
-  *given = (thrum_given){0};
+void thrum_imported_basis_free(thrum_imported_basis *imported) {
+  free(imported->basis);
+  free(imported->linear);
+  free(imported->c3);
+  free(imported->c4);
+  *imported = (thrum_imported_basis){0};
 }
 
 static bool all_finite(const double *values, int64_t count) {
@@ -58,7 +57,8 @@ static thrum_status basis_shape(const char *path, const char *file, size_t size,
   return THRUM_OK;
 }
 
-thrum_status thrum_vega_basis_read(const char *path, thrum_given *given, thrum_error *error) {
+thrum_status thrum_vega_basis_read(const char *path, thrum_imported_basis *imported,
+                                   thrum_error *error) {
   void *data = NULL;
   size_t size = 0, width = 0;
   int64_t rows = 0, rank = 0;
@@ -84,10 +84,10 @@ thrum_status thrum_vega_basis_read(const char *path, thrum_given *given, thrum_e
     free(basis);
     return status;
   }
-  thrum_given_free(given);
-  given->rows = rows;
-  given->rank = rank;
-  given->basis = basis;
+  thrum_imported_basis_free(imported);
+  imported->rows = rows;
+  imported->rank = rank;
+  imported->basis = basis;
   return THRUM_OK;
 }
 
@@ -151,15 +151,15 @@ static void integrate(int64_t rank, int count, const double *force, double *coef
     coefficients[at] += off[at];
 }
 
-static thrum_status integrate_both(const double *quadratic, const double *cubic, thrum_given *given,
-                                   thrum_error *error) {
-  const int64_t r = given->rank, count3 = thrum_c3_count(r), count4 = thrum_c4_count(r);
+static thrum_status integrate_both(const double *quadratic, const double *cubic,
+                                   thrum_imported_basis *imported, thrum_error *error) {
+  const int64_t r = imported->rank, count3 = thrum_c3_count(r), count4 = thrum_c4_count(r);
   double *off = thrum_allocate(count3 + count4, sizeof *off, "the polynomial", error);
   if (!off)
     return THRUM_OUT_OF_MEMORY;
   memset(off, 0, sizeof *off * (size_t)(count3 + count4));
-  integrate(r, 2, quadratic, given->c3, count3, off);
-  integrate(r, 3, cubic, given->c4, count4, off + count3);
+  integrate(r, 2, quadratic, imported->c3, count3, off);
+  integrate(r, 3, cubic, imported->c4, count4, off + count3);
   free(off);
   return THRUM_OK;
 }
@@ -192,9 +192,9 @@ static thrum_status check_gradient(const char *path, int64_t rank, int count, co
 }
 
 // the linear part must be symmetric; it is made exactly so
-static thrum_status take_linear(const char *path, const double *force, thrum_given *given,
-                                thrum_error *error) {
-  const int64_t r = given->rank;
+static thrum_status take_linear(const char *path, const double *force,
+                                thrum_imported_basis *imported, thrum_error *error) {
+  const int64_t r = imported->rank;
   double largest = 0;
   for (int64_t n = 0; n < r * r; n++)
     largest = fmax(largest, fabs(force[n]));
@@ -207,8 +207,8 @@ static thrum_status take_linear(const char *path, const double *force, thrum_giv
                                "not symmetric at (%lld, %lld)",
                                path, (long long)i + 1, (long long)j + 1);
       if (off > 0)
-        given->defect = fmax(given->defect, off / largest);
-      given->linear[i * r + j] = (force[i * r + j] + force[j * r + i]) / 2;
+        imported->defect = fmax(imported->defect, off / largest);
+      imported->linear[i * r + j] = (force[i * r + j] + force[j * r + i]) / 2;
     }
   return THRUM_OK;
 }
@@ -232,27 +232,28 @@ static thrum_status check_sizes(const char *path, const char *file, size_t size,
   return THRUM_OK;
 }
 
-static thrum_status take_force(const char *path, const double *force, thrum_given *given,
-                               thrum_error *error) {
-  const int64_t r = given->rank, count3 = thrum_c3_count(r), count4 = thrum_c4_count(r);
+static thrum_status take_force(const char *path, const double *force,
+                               thrum_imported_basis *imported, thrum_error *error) {
+  const int64_t r = imported->rank, count3 = thrum_c3_count(r), count4 = thrum_c4_count(r);
   const double *quadratic = force + r * r, *cubic = quadratic + r * (r * (r + 1) / 2);
   if (!all_finite(force, r * (r + r * (r + 1) / 2 + count3)))
     return thrum_error_set(error, THRUM_BAD_VALUE, "%s: a number is not finite", path);
-  thrum_status status = take_linear(path, force, given, error);
+  thrum_status status = take_linear(path, force, imported, error);
   if (status == THRUM_OK)
-    status = integrate_both(quadratic, cubic, given, error);
+    status = integrate_both(quadratic, cubic, imported, error);
   if (status == THRUM_OK)
-    status = check_gradient(path, r, 2, quadratic, given->c3, count3, &given->defect, error);
+    status = check_gradient(path, r, 2, quadratic, imported->c3, count3, &imported->defect, error);
   if (status == THRUM_OK)
-    status = check_gradient(path, r, 3, cubic, given->c4, count4, &given->defect, error);
+    status = check_gradient(path, r, 3, cubic, imported->c4, count4, &imported->defect, error);
   return status;
 }
 
-thrum_status thrum_vega_cubic_read(const char *path, thrum_given *given, thrum_error *error) {
+thrum_status thrum_vega_cubic_read(const char *path, thrum_imported_basis *imported,
+                                   thrum_error *error) {
   void *data = NULL;
   size_t size = 0;
-  const int64_t r = given->rank;
-  thrum_given made = {.rank = r};
+  const int64_t r = imported->rank;
+  thrum_imported_basis made = {.rank = r};
   thrum_status status = thrum_file_read(path, &data, &size, error);
   if (status == THRUM_OK)
     status = check_sizes(path, data, size, r, error);
@@ -266,16 +267,16 @@ thrum_status thrum_vega_cubic_read(const char *path, thrum_given *given, thrum_e
     status = take_force(path, (const double *)((const char *)data + 16), &made, error);
   free(data);
   if (status != THRUM_OK) {
-    thrum_given_free(&made);
+    thrum_imported_basis_free(&made);
     return status;
   }
-  free(given->linear);
-  free(given->c3);
-  free(given->c4);
-  given->linear = made.linear;
-  given->c3 = made.c3;
-  given->c4 = made.c4;
-  given->defect = made.defect;
+  free(imported->linear);
+  free(imported->c3);
+  free(imported->c4);
+  imported->linear = made.linear;
+  imported->c3 = made.c3;
+  imported->c4 = made.c4;
+  imported->defect = made.defect;
   return THRUM_OK;
 }
 

@@ -5,17 +5,20 @@
 
 #include "precompute/precompute.h"
 
-/* Reads a basis in double or single precision (the file's size says which) into given->rows, rank
- * and basis. The structs are zeroed or from one of the readers; release with thrum_given_free. */
-thrum_status thrum_vega_basis_read(const char *path, thrum_given *given, thrum_error *error);
+/* Reads a basis in double or single precision (the file's size says which) into imported->rows,
+ * rank and basis. The structs are zeroed or from one of the readers; release with
+ * thrum_imported_basis_free. */
+thrum_status thrum_vega_basis_read(const char *path, thrum_imported_basis *imported,
+                                   thrum_error *error);
 
-/* Reads the polynomials of the force's components and integrates them into given->linear, c3, c4,
- * the coefficients of the potential; needs the basis read first, whose rank it must have.
- * THRUM_BAD_VALUE, with the component, when the force is no gradient to 1e-6. given->defect: by how
- * much of the largest coefficient of their degree components disagree. */
-thrum_status thrum_vega_cubic_read(const char *path, thrum_given *given, thrum_error *error);
+/* Reads the polynomials of the force's components and integrates them into imported->linear, c3,
+ * c4, the coefficients of the potential; needs the basis read first, whose rank it must have.
+ * THRUM_BAD_VALUE, with the component, when the force is no gradient to 1e-6. imported->defect: by
+ * how much of the largest coefficient of their degree components disagree. */
+thrum_status thrum_vega_cubic_read(const char *path, thrum_imported_basis *imported,
+                                   thrum_error *error);
 
-void thrum_given_free(thrum_given *given); /* leaves it empty */
+void thrum_imported_basis_free(thrum_imported_basis *imported); /* leaves it empty */
 
 /* Write U, and the force that is the gradient of V. `single`: in single precision. The model needs
  * a basis for the first. */

@@ -1,10 +1,11 @@
 /* Surfaces for the programs that mesh: Gmsh's .msh 2.2 (one surface, entity 1) and TetGen's .smesh
  * (a facet a triangle). SPDX-License-Identifier: Apache-2.0 */
+#include "mesh/formats/surface_write.h"
+
 #include <inttypes.h>
 #include <stdio.h>
 
 #include "io/file.h"
-#include "mesh/surface_check.h"
 
 static void put_vertices(FILE *file, const thrum_surface_mesh *surface) {
   for (int64_t v = 0; v < surface->vertex_count; v++) {

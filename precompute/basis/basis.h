@@ -4,7 +4,7 @@
 #define THRUM_PRECOMPUTE_BASIS_BASIS_H
 
 #include "precompute/fem/fem.h"
-#include "precompute/stage.h"
+#include "precompute/options/stage.h"
 
 /* candidates: n x (k + k (k + 1) / 2), column-major: k modes, then the derivatives in the order of
  * thrum_derivatives; only read. omega2: k. The last `kept` of the k modes, of unit mass norm or

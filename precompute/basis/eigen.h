@@ -3,7 +3,7 @@
 #define THRUM_PRECOMPUTE_BASIS_EIGEN_H
 
 #include "precompute/fem/sparse.h"
-#include "precompute/stage.h"
+#include "precompute/options/stage.h"
 
 /* `count` lowest pairs, 1 <= count < n: values ascending (count) [1/s^2], vectors n x count,
  * column-major, M-orthonormal, signs and clusters canonical. `factor` is K's.

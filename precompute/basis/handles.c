@@ -12,7 +12,6 @@
 
 #include "io/text.h"
 #include "platform/allocate.h"
-#include "precompute/stage.h"
 
 thrum_status thrum_handle_find(const thrum_mesh *mesh, const char *spec, thrum_handle *handle,
                                thrum_error *error) {

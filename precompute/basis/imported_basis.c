@@ -1,4 +1,4 @@
-/* A basis and a polynomial made elsewhere, turned into Thrum's form, design 2. S solves
+/* A basis and a polynomial made elsewhere, brought into Thrum's form, design 2. S solves
  *   (U^T K U) S = (U^T M U) S diag(w^2),  S^T (U^T M U) S = 1,
  * so U S is mass-orthonormal and diagonalises K, and V(S q') is its polynomial. Signs and clusters
  * are then made canonical, as those of a fresh basis.
@@ -17,12 +17,11 @@
 #include "precompute/basis/orthonormal.h"
 #include "precompute/polynomial/change_of_basis.h"
 #include "precompute/polynomial/polynomial_reduce.h"
-#include "precompute/stage.h"
 #include "thrum/polynomial.h"
 
-#define AS_IT_IS 1e-11 /* a basis this near to Thrum's form is not turned */
-#define TOLERANCE 1e-6 /* a given polynomial may differ by this much from the body's */
-#define TURNS_MAX 3    /* a badly scaled basis takes more than one */
+#define AS_IT_IS 1e-11 /* a basis this near to Thrum's form is not changed */
+#define TOLERANCE 1e-6 /* an imported polynomial may differ by this much from the body's */
+#define CHANGES_MAX 3  /* a badly scaled basis takes more than one */
 #define REACH 0.2      /* displacement of the check, in diagonals of the box */
 
 typedef struct work {
@@ -48,7 +47,7 @@ static void work_free(work *w) {
 
 static thrum_status work_allocate(work *w, thrum_error *error) {
   const int64_t n = w->fem->free_count, r = w->rank;
-  static const char what[] = "the given basis";
+  static const char what[] = "the imported basis";
   if (!(w->columns = thrum_allocate(n * r, sizeof(double), what, error)) ||
       !(w->other = thrum_allocate(n * r, sizeof(double), what, error)) ||
       !(w->block = thrum_allocate(n * THRUM_SOLVE_BLOCK, sizeof(double), what, error)) ||
@@ -63,18 +62,19 @@ static thrum_status work_allocate(work *w, thrum_error *error) {
 
 // rows of the file into rows of the mesh, whose unused vertices are dropped
 static thrum_status take_rows(const thrum_fem *fem, const thrum_mesh *mesh,
-                              const thrum_given *given, double *basis, thrum_error *error) {
-  const int64_t rows = 3 * mesh->vertex_count, r = given->rank;
-  const bool mapped = mesh->file_vertex != NULL && given->rows == 3 * mesh->file_vertex_count;
-  if (given->rows != rows && !mapped)
+                              const thrum_imported_basis *imported, double *basis,
+                              thrum_error *error) {
+  const int64_t rows = 3 * mesh->vertex_count, r = imported->rank;
+  const bool mapped = mesh->file_vertex != NULL && imported->rows == 3 * mesh->file_vertex_count;
+  if (imported->rows != rows && !mapped)
     return thrum_error_set(error, THRUM_BAD_SHAPE,
                            "the basis has %lld rows, but the mesh has 3 x %lld vertices: they do "
                            "not belong together",
-                           (long long)given->rows, (long long)mesh->vertex_count);
-  for (int64_t c = 0; c < given->rows; c++) {
+                           (long long)imported->rows, (long long)mesh->vertex_count);
+  for (int64_t c = 0; c < imported->rows; c++) {
     const int64_t vertex = mapped ? mesh->file_vertex[c / 3] : c / 3;
     if (vertex >= 0)
-      memcpy(basis + (3 * vertex + c % 3) * r, given->basis + c * r, sizeof *basis * (size_t)r);
+      memcpy(basis + (3 * vertex + c % 3) * r, imported->basis + c * r, sizeof *basis * (size_t)r);
   }
   double largest = 0;
   for (int64_t n = 0; n < rows * r; n++)
@@ -124,7 +124,7 @@ static thrum_status measure(work *w, const double *basis, double *orthonormality
   return THRUM_OK;
 }
 
-// a elastic basis must not hold rigid motions: they and elastic ones would mix in the polynomial
+// an elastic basis must not hold rigid motions: they and elastic ones would mix in the polynomial
 static thrum_status check_rigid(const work *w, const double *dual, thrum_error *error) {
   const int64_t n = w->fem->free_count;
   for (int64_t i = 0; i < w->rank && dual; i++)
@@ -142,14 +142,14 @@ static thrum_status check_rigid(const work *w, const double *dual, thrum_error *
 }
 
 // rows of matrix (height x rank) times S, in place; copy: as large
-static void turn_rows(int64_t height, int64_t rank, const double *turn, double *matrix,
-                      double *copy) {
+static void change_rows(int64_t height, int64_t rank, const double *change, double *matrix,
+                        double *copy) {
   memcpy(copy, matrix, sizeof *copy * (size_t)(height * rank));
   cblas_dgemm(CblasRowMajor, CblasNoTrans, CblasNoTrans, (int)height, (int)rank, (int)rank, 1, copy,
-              (int)rank, turn, (int)rank, 0, matrix, (int)rank);
+              (int)rank, change, (int)rank, 0, matrix, (int)rank);
 }
 
-static thrum_status turn_once(work *w, double *basis, double *turn, thrum_error *error) {
+static thrum_status change_once(work *w, double *basis, double *change, thrum_error *error) {
   const int r = (int)w->rank;
   const int info = LAPACKE_dsygv(LAPACK_ROW_MAJOR, 1, 'V', 'U', r, w->stiffness_form, r,
                                  w->mass_form, r, w->values);
@@ -158,69 +158,71 @@ static thrum_status turn_once(work *w, double *basis, double *turn, thrum_error 
                            "column %d of the basis depends on the ones before it", info - r);
   if (info != 0)
     return thrum_error_set(error, THRUM_NOT_CONVERGED,
-                           "the frequencies of the given basis did not converge");
-  turn_rows(w->rows, w->rank, w->stiffness_form, basis, w->copy);
-  turn_rows(w->rank, w->rank, w->stiffness_form, turn, w->step);
+                           "the frequencies of the imported basis did not converge");
+  change_rows(w->rows, w->rank, w->stiffness_form, basis, w->copy);
+  change_rows(w->rank, w->rank, w->stiffness_form, change, w->step);
   return THRUM_OK;
 }
 
-// the rule of fresh bases for signs and clusters; what it turns follows from before and after
-static void canonicalise(work *w, double *basis, double *turn) {
+// the rule of fresh bases for signs and clusters; its change of basis follows from the vectors
+// before and after
+static void canonicalise(work *w, double *basis, double *change) {
   const int64_t r = w->rank;
   gather(w, basis, w->other);
   thrum_eigen_canonicalise(w->rows, r, w->values, 1e-14 * w->values[r - 1], basis, r, 1);
   gather(w, basis, w->columns);
   // column-major new^T M old is row-major old^T M new
   thrum_mass_gram(w->mass, w->columns, r, w->other, r, w->mass_form, w->block);
-  turn_rows(r, r, w->mass_form, turn, w->step);
+  change_rows(r, r, w->mass_form, change, w->step);
 }
 
-static thrum_status turn_basis(work *w, const double *rigid_dual, double *basis, double *turn,
-                               thrum_precomputed *result, thrum_error *error) {
+static thrum_status change_basis(work *w, const double *rigid_dual, double *basis, double *change,
+                                 thrum_imported_figures *figures, thrum_error *error) {
   double off_one = 0, off_diagonal = 0;
   bool ascending = false;
   thrum_status status = measure(w, basis, &off_one, &off_diagonal, &ascending, error);
-  result->given.orthonormality = off_one;
+  figures->orthonormality = off_one;
   if (status == THRUM_OK)
     status = check_rigid(w, rigid_dual, error);
-  for (int n = 0; n < TURNS_MAX && status == THRUM_OK; n++) {
+  for (int n = 0; n < CHANGES_MAX && status == THRUM_OK; n++) {
     if (off_one < AS_IT_IS && off_diagonal < AS_IT_IS && ascending)
       break;
-    result->given.turned = true;
-    status = turn_once(w, basis, turn, error);
+    figures->changed = true;
+    status = change_once(w, basis, change, error);
     if (status == THRUM_OK)
       status = measure(w, basis, &off_one, &off_diagonal, &ascending, error);
   }
-  if (status == THRUM_OK && result->given.turned)
-    canonicalise(w, basis, turn);
-  result->basis_orthonormality = off_one;
+  if (status == THRUM_OK && figures->changed)
+    canonicalise(w, basis, change);
+  figures->orthonormality_after = off_one;
   return status;
 }
 
-thrum_status thrum_given_basis(const thrum_fem *fem, const thrum_mesh *mesh,
-                               const thrum_sparse *mass, const double *rigid_dual,
-                               const thrum_given *given, double *basis, double *turn,
-                               thrum_precomputed *result, thrum_error *error) {
-  const int64_t r = given->rank;
+thrum_status thrum_imported_basis_fill(const thrum_fem *fem, const thrum_mesh *mesh,
+                                       const thrum_sparse *mass, const double *rigid_dual,
+                                       const thrum_imported_basis *imported, double *basis,
+                                       double *change, thrum_imported_figures *figures,
+                                       thrum_error *error) {
+  const int64_t r = imported->rank;
   work w = {.fem = fem, .mass = mass, .rank = r, .rows = 3 * fem->vertex_count};
   for (int64_t i = 0; i < r; i++)
     for (int64_t j = 0; j < r; j++)
-      turn[i * r + j] = i == j;
-  thrum_status status = take_rows(fem, mesh, given, basis, error);
+      change[i * r + j] = i == j;
+  thrum_status status = take_rows(fem, mesh, imported, basis, error);
   if (status == THRUM_OK)
     status = work_allocate(&w, error);
   if (status == THRUM_OK)
-    status = turn_basis(&w, rigid_dual, basis, turn, result, error);
+    status = change_basis(&w, rigid_dual, basis, change, figures, error);
   work_free(&w);
   return status;
 }
 
-// S^T L S against U^T K U of the turned basis
+// S^T L S against U^T K U of the changed basis
 static thrum_status compare_linear(const thrum_fem *fem, const thrum_model *model,
-                                   const double *linear, thrum_precomputed *result,
+                                   const double *linear, thrum_imported_figures *figures,
                                    thrum_error *error) {
   const int64_t r = model->rank;
-  double *own = thrum_allocate(r * r, sizeof *own, "the given polynomial", error);
+  double *own = thrum_allocate(r * r, sizeof *own, "the imported polynomial", error);
   if (!own)
     return THRUM_OUT_OF_MEMORY;
   thrum_status status = thrum_reduced_stiffness(fem, r, model->basis, own, error);
@@ -230,23 +232,24 @@ static thrum_status compare_linear(const thrum_fem *fem, const thrum_model *mode
     size += own[n] * own[n];
   }
   free(own);
-  result->given.linear_difference = sqrt(off / size);
-  if (status == THRUM_OK && !(result->given.linear_difference <= TOLERANCE))
-    return thrum_error_set(error, THRUM_BAD_VALUE,
-                           "the linear part of the given polynomial differs from U^T K U by %.2g "
-                           "of it: mesh, material or --fix are not those it was made with",
-                           result->given.linear_difference);
+  figures->linear_difference = sqrt(off / size);
+  if (status == THRUM_OK && !(figures->linear_difference <= TOLERANCE))
+    return thrum_error_set(
+        error, THRUM_BAD_VALUE,
+        "the linear part of the imported polynomial differs from U^T K U by %.2g "
+        "of it: mesh, material or --fix are not those it was made with",
+        figures->linear_difference);
   return status;
 }
 
 // V at large displacements both ways against the body's
 static thrum_status compare_energy(const thrum_fem *fem, const thrum_model *model,
-                                   thrum_precomputed *result, thrum_error *error) {
+                                   thrum_imported_figures *figures, thrum_error *error) {
   const int64_t r = model->rank, rows = 3 * fem->vertex_count;
-  double *q = thrum_allocate(r, sizeof *q, "the given polynomial", error);
-  double *u = q ? thrum_allocate(rows, sizeof *u, "the given polynomial", error) : NULL;
+  double *q = thrum_allocate(r, sizeof *q, "the imported polynomial", error);
+  double *u = q ? thrum_allocate(rows, sizeof *u, "the imported polynomial", error) : NULL;
   double *scratch = u ? thrum_allocate((int64_t)thrum_work_count(model), sizeof *scratch,
-                                       "the given polynomial", error)
+                                       "the imported polynomial", error)
                       : NULL;
   double low = INFINITY, high = -INFINITY, largest = 0;
   for (int64_t c = 0; scratch && c < rows; c++) {
@@ -267,8 +270,8 @@ static thrum_status compare_energy(const thrum_fem *fem, const thrum_model *mode
     for (int64_t i = 0; i < r; i++)
       q[i] *= scale;
     const double own = thrum_fem_energy(fem, u, NULL);
-    result->given.energy_difference = fmax(
-        result->given.energy_difference, fabs(thrum_strain_energy(model, q, scratch) - own) / own);
+    figures->energy_difference =
+        fmax(figures->energy_difference, fabs(thrum_strain_energy(model, q, scratch) - own) / own);
   }
   const bool allocated = scratch != NULL;
   free(q);
@@ -276,41 +279,42 @@ static thrum_status compare_energy(const thrum_fem *fem, const thrum_model *mode
   free(scratch);
   if (!allocated)
     return THRUM_OUT_OF_MEMORY;
-  if (!(result->given.energy_difference <= TOLERANCE))
-    return thrum_error_set(error, THRUM_BAD_VALUE,
-                           "the energy of the given polynomial differs from the body's by %.2g of "
-                           "it: it is not that of Saint Venant-Kirchhoff tetrahedra on this mesh",
-                           result->given.energy_difference);
+  if (!(figures->energy_difference <= TOLERANCE))
+    return thrum_error_set(
+        error, THRUM_BAD_VALUE,
+        "the energy of the imported polynomial differs from the body's by %.2g of "
+        "it: it is not that of Saint Venant-Kirchhoff tetrahedra on this mesh",
+        figures->energy_difference);
   return THRUM_OK;
 }
 
-thrum_status thrum_given_polynomial(const thrum_fem *fem, const thrum_given *given,
-                                    const double *turn, const thrum_model *model, double *linear,
-                                    double *c3, double *c4, thrum_precomputed *result,
-                                    thrum_error *error) {
-  const int64_t r = given->rank;
+thrum_status thrum_imported_polynomial(const thrum_fem *fem, const thrum_imported_basis *imported,
+                                       const double *change, const thrum_model *model,
+                                       double *linear, double *c3, double *c4,
+                                       thrum_imported_figures *figures, thrum_error *error) {
+  const int64_t r = imported->rank;
   const int n = (int)r;
   thrum_status status = THRUM_OK;
-  if (result->given.turned) {
-    double *half = thrum_allocate(r * r, sizeof *half, "the given polynomial", error);
+  if (figures->changed) {
+    double *half = thrum_allocate(r * r, sizeof *half, "the imported polynomial", error);
     if (!half)
       return THRUM_OUT_OF_MEMORY;
-    cblas_dgemm(CblasRowMajor, CblasNoTrans, CblasNoTrans, n, n, n, 1, given->linear, n, turn, n, 0,
-                half, n);
-    cblas_dgemm(CblasRowMajor, CblasTrans, CblasNoTrans, n, n, n, 1, turn, n, half, n, 0, linear,
+    cblas_dgemm(CblasRowMajor, CblasNoTrans, CblasNoTrans, n, n, n, 1, imported->linear, n, change,
+                n, 0, half, n);
+    cblas_dgemm(CblasRowMajor, CblasTrans, CblasNoTrans, n, n, n, 1, change, n, half, n, 0, linear,
                 n);
     free(half);
-    status = thrum_polynomial_turn(r, turn, given->c3, given->c4, c3, c4, error);
+    status = thrum_polynomial_change_basis(r, change, imported->c3, imported->c4, c3, c4, error);
   } else {
-    memcpy(linear, given->linear, sizeof *linear * (size_t)(r * r));
-    memcpy(c3, given->c3, sizeof *c3 * (size_t)model->c3_count);
-    memcpy(c4, given->c4, sizeof *c4 * (size_t)model->c4_count);
+    memcpy(linear, imported->linear, sizeof *linear * (size_t)(r * r));
+    memcpy(c3, imported->c3, sizeof *c3 * (size_t)model->c3_count);
+    memcpy(c4, imported->c4, sizeof *c4 * (size_t)model->c4_count);
   }
-  result->given.defect = given->defect;
-  return status == THRUM_OK ? compare_linear(fem, model, linear, result, error) : status;
+  figures->defect = imported->defect;
+  return status == THRUM_OK ? compare_linear(fem, model, linear, figures, error) : status;
 }
 
-thrum_status thrum_given_check(const thrum_fem *fem, const thrum_model *model,
-                               thrum_precomputed *result, thrum_error *error) {
-  return compare_energy(fem, model, result, error);
+thrum_status thrum_imported_check(const thrum_fem *fem, const thrum_model *model,
+                                  thrum_imported_figures *figures, thrum_error *error) {
+  return compare_energy(fem, model, figures, error);
 }

@@ -3,7 +3,7 @@
 #define THRUM_PRECOMPUTE_BASIS_MODAL_DERIVATIVES_H
 
 #include "precompute/fem/fem.h"
-#include "precompute/stage.h"
+#include "precompute/options/stage.h"
 
 /* Phi_ij of the linear modes, i <= j, i outermost: modes n x count, derivatives
  * n x count (count + 1) / 2, both column-major over the free components. */

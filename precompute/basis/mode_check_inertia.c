@@ -4,7 +4,6 @@
  * here. SPDX-License-Identifier: Apache-2.0 */
 #include "platform/allocate.h"
 #include "precompute/basis/mode_check.h"
-#include "precompute/stage.h"
 
 #if defined(THRUM_HAVE_MUMPS)
 

@@ -19,7 +19,6 @@
 #include "precompute/basis/eigen.h"
 #include "precompute/basis/mode_check.h"
 #include "precompute/basis/orthonormal.h"
-#include "precompute/stage.h"
 
 #define BLOCK 8
 #define STEPS 4

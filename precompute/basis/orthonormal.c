@@ -14,7 +14,6 @@
 #include <string.h>
 
 #include "platform/allocate.h"
-#include "precompute/stage.h"
 
 #define ROUNDS_MAX 40
 #define PIVOT_MIN 1e-6 /* of a unit column's squared norm: picked columns stay well conditioned */

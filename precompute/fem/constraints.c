@@ -10,7 +10,6 @@
 #include <string.h>
 
 #include "platform/allocate.h"
-#include "precompute/stage.h"
 
 static int32_t root_of(int32_t *parent, int32_t v) {
   // halve the path on the way up

@@ -11,8 +11,6 @@
 #include <string.h>
 
 #include "platform/allocate.h"
-#include "precompute/fem/fem_tet.h"
-#include "precompute/stage.h"
 
 /* Far outside, products of numbers leave the range of doubles, where LAPACK prints its complaints.
  */
@@ -183,27 +181,6 @@ void thrum_fem_shape_gradients(const thrum_fem *fem, int64_t t, double gradients
     gradients[3][c] = stored[6 + c];
     gradients[0][c] = -(stored[c] + stored[3 + c] + stored[6 + c]);
   }
-}
-
-double thrum_fem_energy(const thrum_fem *fem, const double *u, double *force) {
-  double energy = 0;
-  if (force)
-    memset(force, 0, sizeof *force * (size_t)(3 * fem->vertex_count));
-  for (int64_t t = 0; t < fem->tet_count; t++) {
-    thrum_tet tet;
-    thrum_tet_deform(fem, t, u, &tet);
-    energy += tet.energy;
-    for (int a = 0; force && a < 4; a++) {
-      double *at = force + 3 * (int64_t)fem->tets[4 * t + a];
-      double traction[3];
-      thrum_product_vector(tet.stress, tet.gradient[a], traction);
-      for (int c = 0; c < 3; c++)
-        at[c] += tet.volume *
-                 (tet.deformation[c][0] * traction[0] + tet.deformation[c][1] * traction[1] +
-                  tet.deformation[c][2] * traction[2]);
-    }
-  }
-  return energy;
 }
 
 void thrum_fem_gather(const thrum_fem *fem, const double *all, double *free_ones) {

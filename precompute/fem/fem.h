@@ -6,8 +6,9 @@
 #ifndef THRUM_PRECOMPUTE_FEM_FEM_H
 #define THRUM_PRECOMPUTE_FEM_FEM_H
 
+#include "mesh/mesh.h"
 #include "precompute/fem/sparse.h"
-#include "precompute/precompute.h"
+#include "precompute/options/precompute_options.h"
 
 typedef struct thrum_fem {
   int64_t vertex_count;

@@ -10,7 +10,6 @@
 
 #include "platform/allocate.h"
 #include "precompute/fem/fem_tet.h"
-#include "precompute/stage.h"
 
 static int ascending(const void *left, const void *right) {
   const int32_t a = *(const int32_t *)left, b = *(const int32_t *)right;
@@ -220,4 +219,25 @@ void thrum_fem_vertex_mass(const thrum_fem *fem, double *mass) {
   for (int64_t t = 0; t < fem->tet_count; t++)
     for (int a = 0; a < 4; a++)
       mass[fem->tets[4 * t + a]] += fem->density[fem->tet_region[t]] * fem->volume[t] / 4;
+}
+
+double thrum_fem_energy(const thrum_fem *fem, const double *u, double *force) {
+  double energy = 0;
+  if (force)
+    memset(force, 0, sizeof *force * (size_t)(3 * fem->vertex_count));
+  for (int64_t t = 0; t < fem->tet_count; t++) {
+    thrum_tet tet;
+    thrum_tet_deform(fem, t, u, &tet);
+    energy += tet.energy;
+    for (int a = 0; force && a < 4; a++) {
+      double *at = force + 3 * (int64_t)fem->tets[4 * t + a];
+      double traction[3];
+      thrum_product_vector(tet.stress, tet.gradient[a], traction);
+      for (int c = 0; c < 3; c++)
+        at[c] += tet.volume *
+                 (tet.deformation[c][0] * traction[0] + tet.deformation[c][1] * traction[1] +
+                  tet.deformation[c][2] * traction[2]);
+    }
+  }
+  return energy;
 }

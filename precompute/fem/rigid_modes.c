@@ -10,7 +10,6 @@
 #include <string.h>
 
 #include "platform/allocate.h"
-#include "precompute/stage.h"
 
 // shifts and turns about a centre, lengths in units of `size` so that the six are comparable
 static void fill_motions(const thrum_fem *fem, const double centre[3], double size, double *modes) {
@@ -127,7 +126,7 @@ static int64_t farthest(const thrum_fem *fem, const double *point, const double 
 
 // adds strength x direction (3 x 3) at a vertex, keeping what was there
 static void attach(const thrum_fem *fem, int64_t vertex, double direction[3][3],
-                   thrum_sparse *stiffness, thrum_springs *springs, int first) {
+                   thrum_sparse *stiffness, thrum_support_springs *springs, int first) {
   const int32_t *dof = fem->dof + 3 * vertex;
   const double strength =
       (stiffness->value[stiffness->begin[dof[0]]] + stiffness->value[stiffness->begin[dof[1]]] +
@@ -144,7 +143,8 @@ static void attach(const thrum_fem *fem, int64_t vertex, double direction[3][3],
         }
 }
 
-void thrum_springs_add(const thrum_fem *fem, thrum_sparse *stiffness, thrum_springs *springs) {
+void thrum_support_springs_add(const thrum_fem *fem, thrum_sparse *stiffness,
+                               thrum_support_springs *springs) {
   const double *x = fem->vertices;
   const int64_t first = farthest(fem, x, NULL), second = farthest(fem, x + 3 * first, NULL);
   double line[3], arm[3], normal[3];
@@ -168,7 +168,7 @@ void thrum_springs_add(const thrum_fem *fem, thrum_sparse *stiffness, thrum_spri
   attach(fem, third, plane, stiffness, springs, 12);
 }
 
-void thrum_springs_remove(const thrum_springs *springs, thrum_sparse *stiffness) {
+void thrum_support_springs_remove(const thrum_support_springs *springs, thrum_sparse *stiffness) {
   for (int i = 0; i < 18; i++)
     if (springs->entry[i] >= 0)
       stiffness->value[springs->entry[i]] = springs->value[i];

@@ -25,13 +25,14 @@ thrum_status thrum_rigid_residual(const thrum_sparse *stiffness, const double *m
                                   double *residual, thrum_error *error);
 
 /* What the springs changed, so that it can be put back bit by bit. */
-typedef struct thrum_springs {
+typedef struct thrum_support_springs {
   int64_t entry[18];
   double value[18];
-} thrum_springs;
+} thrum_support_springs;
 
 /* Adds the springs to the stiffness, inside its pattern. */
-void thrum_springs_add(const thrum_fem *fem, thrum_sparse *stiffness, thrum_springs *springs);
-void thrum_springs_remove(const thrum_springs *springs, thrum_sparse *stiffness);
+void thrum_support_springs_add(const thrum_fem *fem, thrum_sparse *stiffness,
+                               thrum_support_springs *springs);
+void thrum_support_springs_remove(const thrum_support_springs *springs, thrum_sparse *stiffness);
 
 #endif

@@ -6,7 +6,6 @@
 
 #include "platform/allocate.h"
 #include "precompute/full/full_private.h"
-#include "precompute/stage.h"
 
 #define DEF_COOKIE UINT32_C(0x66756c6c)
 #define PARTS_MAX 64 /* of a step that cannot be solved at once */
@@ -116,7 +115,7 @@ static thrum_status hold(thrum_full *full, const uint8_t *held, thrum_error *err
     full->fixed[v] = (uint8_t)(full->model->fixed[v] | (held ? held[v] : 0));
   thrum_model seen = *full->model;
   seen.fixed = full->fixed;
-  return thrum_full_body_create(&seen, &full->body, error);
+  return thrum_model_fem_create(&seen, &full->body, error);
 }
 
 static thrum_status fill(thrum_full *full, const uint8_t *held, thrum_error *error) {
@@ -167,71 +166,13 @@ void thrum_full_free(thrum_full *full) {
     return;
   full_linear_free(&full->linear);
   full_linear_free(&full->mass);
-  thrum_full_body_free(&full->body);
+  thrum_model_fem_free(&full->body);
   free(full->fixed);
   free(full->tangent.value);
   free(full->system.value);
   free(full->mass_slot);
   free(full->memory);
   free(full);
-}
-
-/* --- what steps are made of ---------------------------------------------------------------------
- */
-
-double full_dot(const thrum_full *full, const double *x, const double *y) {
-  double sum = 0;
-  for (int64_t i = 0; i < full->body.fem.free_count; i++)
-    sum += x[i] * y[i];
-  return sum;
-}
-
-void full_place(const thrum_full *full, const double *u, double share, const double *d,
-                double *place) {
-  const thrum_fem *fem = &full->body.fem;
-  for (int64_t c = 0; c < 3 * fem->vertex_count; c++) {
-    const int32_t i = fem->dof[c];
-    place[c] = i < 0 ? full->held[c] : u[i] + (d ? share * d[i] : 0);
-  }
-}
-
-double full_take_forces(thrum_full *full, const double *place, double *r) {
-  const thrum_fem *fem = &full->body.fem;
-  const double energy = thrum_fem_energy(fem, place, full->forces);
-  for (int64_t i = 0; i < fem->free_count; i++)
-    r[i] -= full->forces[fem->component[i]];
-  return energy;
-}
-
-void full_take_mass(thrum_full *full, double scale, const double *x, double *r) {
-  thrum_sparse_product(&full->body.mass, x, 1, full->product);
-  for (int64_t i = 0; i < full->body.fem.free_count; i++)
-    r[i] -= scale * full->product[i];
-}
-
-void full_take_damping(thrum_full *full, double scale, const double *x, double *r) {
-  if (full->def.damping_alpha > 0)
-    full_take_mass(full, scale * full->def.damping_alpha, x, r);
-  if (!(full->def.damping_beta > 0))
-    return;
-  thrum_sparse_product(&full->body.stiffness, x, 1, full->product);
-  for (int64_t i = 0; i < full->body.fem.free_count; i++)
-    r[i] -= scale * full->def.damping_beta * full->product[i];
-}
-
-thrum_status full_assemble(thrum_full *full, const double *place, double of_tangent, double of_mass,
-                           double of_damping, thrum_error *error) {
-  const thrum_sparse *rest = &full->body.stiffness, *mass = &full->body.mass;
-  const thrum_status status = thrum_fem_stiffness(&full->body.fem, place, &full->tangent, error);
-  if (status != THRUM_OK)
-    return status;
-  const double of_rest = of_damping * full->def.damping_beta;
-  for (int64_t e = 0; e < rest->begin[rest->size]; e++)
-    full->system.value[e] = of_tangent * full->tangent.value[e] + of_rest * rest->value[e];
-  const double weight = of_mass + of_damping * full->def.damping_alpha;
-  for (int64_t e = 0; e < mass->begin[mass->size]; e++)
-    full->system.value[full->mass_slot[e]] += weight * mass->value[e];
-  return THRUM_OK;
 }
 
 /* --- state --------------------------------------------------------------------------------------

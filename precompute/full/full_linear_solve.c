@@ -13,7 +13,6 @@
 #include <string.h>
 
 #include "platform/allocate.h"
-#include "precompute/stage.h"
 
 #define ITERATIONS_MAX 20000
 

@@ -4,8 +4,8 @@
 #define THRUM_PRECOMPUTE_FULL_FULL_PRIVATE_H
 
 #include "precompute/full/full.h"
-#include "precompute/full/full_body.h"
 #include "precompute/full/full_linear_solve.h"
+#include "precompute/model/model_fem.h"
 
 /* Vectors of the free components. X(name, meaning) */
 #define FULL_VECTORS(X)                                                                            \
@@ -32,7 +32,7 @@
 struct thrum_full {
   thrum_full_def def;
   const thrum_model *model;
-  thrum_full_body body; /* stiffness: at rest; mass: the model's */
+  thrum_model_fem body; /* stiffness: at rest; mass: the model's */
   uint8_t *fixed;       /* vertex_count: held, the model's and others */
   thrum_sparse tangent; /* values of its own on the pattern of the stiffness */
   thrum_sparse system;  /* the same */
@@ -54,15 +54,15 @@ void full_place(const thrum_full *full, const double *u, double share, const dou
                 double *place);
 
 /* V, and r -= R of the place. */
-double full_take_forces(thrum_full *full, const double *place, double *r);
+double full_subtract_forces(thrum_full *full, const double *place, double *r);
 
 /* system = of_tangent K(place) + of_mass M + of_damping C, C = alpha M + beta K at rest. */
 thrum_status full_assemble(thrum_full *full, const double *place, double of_tangent, double of_mass,
                            double of_damping, thrum_error *error);
 
 /* r -= scale M x, or scale C x. */
-void full_take_mass(thrum_full *full, double scale, const double *x, double *r);
-void full_take_damping(thrum_full *full, double scale, const double *x, double *r);
+void full_subtract_mass(thrum_full *full, double scale, const double *x, double *r);
+void full_subtract_damping(thrum_full *full, double scale, const double *x, double *r);
 
 double full_dot(const thrum_full *full, const double *x, const double *y);
 

@@ -15,7 +15,6 @@
 
 #include "platform/allocate.h"
 #include "precompute/full/full_private.h"
-#include "precompute/stage.h"
 
 #define STEPS_MAX 400
 #define NEWTON_MAX 300
@@ -43,7 +42,7 @@ static void evaluate(rest *s, double factor) {
   for (int64_t i = 0; i < fem->free_count; i++)
     full->r[i] = factor * full->f[i];
   full_place(full, full->u, 0, NULL, full->place);
-  s->energy = full_take_forces(full, full->place, full->r);
+  s->energy = full_subtract_forces(full, full->place, full->r);
   s->merit = s->energy - factor * full_dot(full, full->f, full->u);
 }
 

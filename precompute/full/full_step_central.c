@@ -64,7 +64,7 @@ static void accelerate(thrum_full *full, const double *d, double *a) {
   const int64_t n = full->body.fem.free_count;
   memcpy(a, full->f, (size_t)n * sizeof *a);
   full_place(full, full->u, 1, d, full->place);
-  full_take_forces(full, full->place, a);
+  full_subtract_forces(full, full->place, a);
   for (int64_t i = 0; i < n; i++)
     a[i] /= full->lumped[i];
 }

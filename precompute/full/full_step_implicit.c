@@ -75,9 +75,9 @@ static void evaluate(thrum_full *full) {
   memcpy(full->r, full->f, (size_t)n * sizeof *full->r);
   if (full->def.scheme == THRUM_FULL_NEWMARK) {
     full_place(full, full->u, 1, full->d, full->place_to);
-    full_take_forces(full, full->place_to, full->r);
-    full_take_mass(full, 1, full->a_next, full->r);
-    full_take_damping(full, 1, full->v_next, full->r);
+    full_subtract_forces(full, full->place_to, full->r);
+    full_subtract_mass(full, 1, full->a_next, full->r);
+    full_subtract_damping(full, 1, full->v_next, full->r);
     return;
   }
   if (full->def.scheme == THRUM_FULL_ENERGY) {
@@ -86,12 +86,12 @@ static void evaluate(thrum_full *full) {
     take_mean_forces(full, full->r);
   } else {
     full_place(full, full->u, 0.5, full->d, full->place);
-    full_take_forces(full, full->place, full->r);
+    full_subtract_forces(full, full->place, full->r);
   }
-  full_take_damping(full, 1 / h, full->d, full->r);
+  full_subtract_damping(full, 1 / h, full->d, full->r);
   for (int64_t i = 0; i < n; i++)
     full->trial[i] = full->v_next[i] - full->v[i];
-  full_take_mass(full, 1 / h, full->trial, full->r);
+  full_subtract_mass(full, 1 / h, full->trial, full->r);
 }
 
 /* Factors of the matrix at the present increment. Where it is not positive definite, that of the
@@ -117,8 +117,8 @@ static thrum_status refresh(thrum_full *full, thrum_error *error) {
 static thrum_status take_acceleration(thrum_full *full, thrum_error *error) {
   memcpy(full->r, full->f, (size_t)full->body.fem.free_count * sizeof *full->r);
   full_place(full, full->u, 0, NULL, full->place);
-  full_take_forces(full, full->place, full->r);
-  full_take_damping(full, 1, full->v, full->r);
+  full_subtract_forces(full, full->place, full->r);
+  full_subtract_damping(full, 1, full->v, full->r);
   return full_linear_solve(&full->mass, full->r, full->a, error);
 }
 

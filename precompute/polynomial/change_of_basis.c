@@ -13,32 +13,31 @@
 
 #include "platform/allocate.h"
 #include "precompute/polynomial/polynomial_reduce.h"
-#include "precompute/stage.h"
 #include "thrum/model.h"
 #include "thrum/polynomial.h"
 
-typedef struct turner {
+typedef struct change_work {
   int64_t rank, pairs;
-  const double *turn;
+  const double *change;
   double *pair;   /* W, pairs x pairs */
   double *form;   /* D or C: at most pairs x pairs */
   double *result; /* the same of D' or C', and what leads there */
-} turner;
+} change_work;
 
-static void fill_pairs(turner *t) {
+static void fill_pairs(change_work *t) {
   const int64_t r = t->rank;
   double *out = t->pair;
   for (int64_t k = 0; k < r; k++)
     for (int64_t l = k; l < r; l++)
       for (int64_t a = 0; a < r; a++)
         for (int64_t b = a; b < r; b++) {
-          const double *row = t->turn + k * r, *column = t->turn + l * r;
+          const double *row = t->change + k * r, *column = t->change + l * r;
           *out++ = a == b ? row[a] * column[a] : row[a] * column[b] + row[b] * column[a];
         }
 }
 
 // result = left^T form W; left is rows x rows
-static void transform(turner *t, const double *left, int64_t rows) {
+static void transform(change_work *t, const double *left, int64_t rows) {
   const int m = (int)t->pairs, n = (int)rows;
   cblas_dgemm(CblasRowMajor, CblasNoTrans, CblasNoTrans, n, m, m, 1, t->form, m, t->pair, m, 0,
               t->result, m);
@@ -46,27 +45,27 @@ static void transform(turner *t, const double *left, int64_t rows) {
               t->form, m);
 }
 
-static void turn_cubic(turner *t, const double *c3, double *turned) {
+static void change_cubic(change_work *t, const double *c3, double *changed) {
   const int64_t r = t->rank;
   int64_t pair = 0;
   for (int64_t k = 0; k < r; k++)
     for (int64_t l = k; l < r; l++, pair++)
       for (int64_t i = 0; i < r; i++)
         t->form[i * t->pairs + pair] = i <= k ? c3[thrum_c3_index(r, i, k, l)] : 0;
-  transform(t, t->turn, r);
-  memset(turned, 0, sizeof *turned * (size_t)thrum_c3_count(r));
+  transform(t, t->change, r);
+  memset(changed, 0, sizeof *changed * (size_t)thrum_c3_count(r));
   for (int64_t i = 0; i < r; i++) {
     const double *row = t->form + i * t->pairs;
     for (int64_t k = 0; k < r; k++)
       for (int64_t l = k; l < r; l++) {
         int64_t index[3] = {i, k, l};
         thrum_indices_sort(index, 3);
-        turned[thrum_c3_index(r, index[0], index[1], index[2])] += *row++;
+        changed[thrum_c3_index(r, index[0], index[1], index[2])] += *row++;
       }
   }
 }
 
-static void turn_quartic(turner *t, const double *c4, double *turned) {
+static void change_quartic(change_work *t, const double *c4, double *changed) {
   const int64_t r = t->rank;
   double *out = t->form;
   // a monomial i <= j <= k <= l stands at ((i, j), (k, l)) alone
@@ -76,7 +75,7 @@ static void turn_quartic(turner *t, const double *c4, double *turned) {
         for (int64_t l = k; l < r; l++)
           *out++ = j <= k ? c4[thrum_c4_index(r, i, j, k, l)] : 0;
   transform(t, t->pair, t->pairs);
-  memset(turned, 0, sizeof *turned * (size_t)thrum_c4_count(r));
+  memset(changed, 0, sizeof *changed * (size_t)thrum_c4_count(r));
   const double *next = t->form;
   for (int64_t i = 0; i < r; i++)
     for (int64_t j = i; j < r; j++)
@@ -84,22 +83,22 @@ static void turn_quartic(turner *t, const double *c4, double *turned) {
         for (int64_t l = k; l < r; l++) {
           int64_t index[4] = {i, j, k, l};
           thrum_indices_sort(index, 4);
-          turned[thrum_c4_index(r, index[0], index[1], index[2], index[3])] += *next++;
+          changed[thrum_c4_index(r, index[0], index[1], index[2], index[3])] += *next++;
         }
 }
 
-thrum_status thrum_polynomial_turn(int64_t rank, const double *turn, const double *c3,
-                                   const double *c4, double *turned3, double *turned4,
-                                   thrum_error *error) {
+thrum_status thrum_polynomial_change_basis(int64_t rank, const double *change, const double *c3,
+                                           const double *c4, double *changed3, double *changed4,
+                                           thrum_error *error) {
   const int64_t pairs = rank * (rank + 1) / 2;
-  turner t = {.rank = rank, .pairs = pairs, .turn = turn};
+  change_work t = {.rank = rank, .pairs = pairs, .change = change};
   thrum_status status = THRUM_OUT_OF_MEMORY;
-  if ((t.pair = thrum_allocate(pairs * pairs, sizeof(double), "the turned polynomial", error)) &&
-      (t.form = thrum_allocate(pairs * pairs, sizeof(double), "the turned polynomial", error)) &&
-      (t.result = thrum_allocate(pairs * pairs, sizeof(double), "the turned polynomial", error))) {
+  if ((t.pair = thrum_allocate(pairs * pairs, sizeof(double), "the changed polynomial", error)) &&
+      (t.form = thrum_allocate(pairs * pairs, sizeof(double), "the changed polynomial", error)) &&
+      (t.result = thrum_allocate(pairs * pairs, sizeof(double), "the changed polynomial", error))) {
     fill_pairs(&t);
-    turn_cubic(&t, c3, turned3);
-    turn_quartic(&t, c4, turned4);
+    change_cubic(&t, c3, changed3);
+    change_quartic(&t, c4, changed4);
     status = THRUM_OK;
   }
   free(t.pair);

@@ -14,6 +14,7 @@
 #include <string.h>
 
 #include "platform/allocate.h"
+#include "thrum/model.h"
 #include "thrum/polynomial.h"
 
 // tets in a block: 768 rows, deep enough for DSYRK at its best, and a panel that fits a cache

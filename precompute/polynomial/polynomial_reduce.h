@@ -4,7 +4,7 @@
 #define THRUM_PRECOMPUTE_POLYNOMIAL_POLYNOMIAL_REDUCE_H
 
 #include "precompute/fem/fem.h"
-#include "precompute/stage.h"
+#include "precompute/options/stage.h"
 
 /* The basis U has rows 3 v + axis (all components) by rank, row-major, any vectors.
  * linear: U^T K U, rank x rank, both triangles, exact and semi-definite by construction;

@@ -60,7 +60,7 @@ static void what_is_exported_can_be_imported(void **state) {
   assert_int_equal(out.exit_code, 0);
   line = cli_json_line(out.out);
   const cJSON *import = cJSON_GetObjectItemCaseSensitive(line, "import");
-  assert_true(cJSON_IsFalse(cJSON_GetObjectItemCaseSensitive(import, "turned")));
+  assert_true(cJSON_IsFalse(cJSON_GetObjectItemCaseSensitive(import, "basis_changed")));
   assert_true(cli_json_get(import, "orthonormality") < 1e-11);
   assert_true(cli_json_get(import, "energy_difference") < 1e-11);
   assert_true(cli_json_get(line, "rank") == 8);

@@ -1,9 +1,11 @@
 /* Fuzz target of --fix: predicates and groups, and behind a first byte that is odd, files of vertex
  * numbers.
- * sources: mesh/mesh*.c mesh/formats/*.c io/text.c mesh/model_quality.c io/file.c
- * sources: platform/interrupt.c runtime/base/status.c
+ * sources: mesh/*.c mesh/formats/*.c io/text.c io/file.c
+ * platform/interrupt.c runtime/base/status.c
  * SPDX-License-Identifier: Apache-2.0 */
+#include "mesh/formats/mesh_read.h"
 #include "mesh/mesh.h"
+#include "mesh/mesh_fix.h"
 #include "tests/fuzz/fuzz_file.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {

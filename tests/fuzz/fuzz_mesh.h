@@ -7,7 +7,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "mesh/formats/mesh_read.h"
+#include "mesh/mesh_clean.h"
 #include "mesh/mesh_examine.h"
+#include "mesh/mesh_flags.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 

@@ -1,4 +1,5 @@
-/* Fuzz target of the reader mesh/formats/abaqus_read.c. SPDX-License-Identifier: Apache-2.0 */
+/* Fuzz target of the reader mesh/formats/mesh_read_abaqus.c. SPDX-License-Identifier: Apache-2.0 */
+#include "mesh/formats/mesh_read.h"
 #include "tests/fuzz/fuzz_mesh.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {

@@ -1,5 +1,6 @@
-/* Fuzz target of the reader mesh/formats/tetgen_read.c: an input is the .node file, a 0, and the
- * .ele file. SPDX-License-Identifier: Apache-2.0 */
+/* Fuzz target of the reader mesh/formats/mesh_read_tetgen.c: an input is the .node file, a 0, and
+ * the .ele file. SPDX-License-Identifier: Apache-2.0 */
+#include "mesh/formats/mesh_read.h"
 #include "tests/fuzz/fuzz_mesh.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {

@@ -1,6 +1,7 @@
-/* Fuzz target of the reader mesh/formats/veg_read.c. Inputs that include other files are passed
- * over, so that a run depends on its input alone. SPDX-License-Identifier: Apache-2.0 */
+/* Fuzz target of the reader mesh/formats/mesh_read_veg.c. Inputs that include other files are
+ * passed over, so that a run depends on its input alone. SPDX-License-Identifier: Apache-2.0 */
 #include "io/text.h"
+#include "mesh/formats/mesh_read.h"
 #include "tests/fuzz/fuzz_mesh.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {

@@ -1,6 +1,6 @@
 /* Fuzz target of the JSON that options files are read by.
  * sources: io/json_read.c io/text.c io/file.c platform/interrupt.c
- * sources: runtime/base/status.c
+ * runtime/base/status.c
  * SPDX-License-Identifier: Apache-2.0 */
 #include "io/json_read.h"
 #include "tests/fuzz/fuzz_file.h"

@@ -1,9 +1,9 @@
 /* Fuzz target of scene files: what the reader makes of one, up to the models.
  * sources: driver/scene_file_read.c driver/scene_keys.c driver/scene_values.c config/record_read.c
- * io/json_read.c sources: driver/load_spec.c driver/base_motion_spec.c driver/start_spec.c
- * driver/simulate_options.c sources: config/options_file.c config/options.c driver/named_model.c
- * config/parse.c config/message.c sources: mesh/mesh.c io/text.c io/file.c platform/interrupt.c
- * sources: runtime/base/status.c runtime/dynamics/state_def.c runtime/polynomial/kernel.c
+ * io/json_read.c driver/load_spec.c driver/base_motion_spec.c driver/start_spec.c
+ * driver/simulate_options.c config/options_file.c config/options.c driver/named_model.c
+ * config/parse.c config/message.c mesh/formats/mesh_read.c io/text.c io/file.c platform/interrupt.c
+ * runtime/base/status.c runtime/dynamics/state_def.c runtime/polynomial/kernel.c
  * SPDX-License-Identifier: Apache-2.0 */
 #include "driver/scene_spec.h"
 #include "tests/fuzz/fuzz_file.h"

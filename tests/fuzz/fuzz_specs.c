@@ -1,7 +1,7 @@
 /* Fuzz target of what --load, --start, --base-motion and --at take.
  * sources: driver/load_spec.c driver/start_spec.c driver/base_motion_spec.c config/parse.c
- * config/message.c sources: runtime/loads/load_mean.c runtime/base/status.c io/npz.c io/file.c
- * sources: platform/interrupt.c io/npy_file.c io/text.c SPDX-License-Identifier: Apache-2.0 */
+ * config/message.c runtime/loads/load_mean.c runtime/base/status.c io/npz.c io/file.c
+ * platform/interrupt.c io/npy_file.c io/text.c SPDX-License-Identifier: Apache-2.0 */
 #include "driver/base_motion_spec.h"
 #include "driver/start_spec.h"
 #include "tests/fuzz/fuzz_file.h"

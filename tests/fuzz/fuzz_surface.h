@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "mesh/formats/surface_read.h"
 #include "mesh/surface_mesh.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);

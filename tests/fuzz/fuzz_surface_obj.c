@@ -1,7 +1,8 @@
-/* Fuzz target of the reader mesh/formats/obj_read.c.
- * sources: mesh/surface_mesh*.c mesh/mesh*.c mesh/formats/*.c io/text.c mesh/model_quality.c
- * sources: mesh/point_hash.c io/file.c platform/interrupt.c runtime/base/status.c
+/* Fuzz target of the reader mesh/formats/surface_read_obj.c.
+ * sources: mesh/*.c mesh/formats/*.c io/text.c io/file.c
+ * platform/interrupt.c runtime/base/status.c
  * SPDX-License-Identifier: Apache-2.0 */
+#include "mesh/formats/surface_read.h"
 #include "tests/fuzz/fuzz_surface.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {

@@ -1,6 +1,6 @@
 /* Fuzz target of VegaFEM's bases (.U) and polynomials (.cub): the first byte says which.
  * sources: precompute/vega_reduced.c platform/allocate.c io/file.c platform/interrupt.c
- * precompute/stage.c sources: runtime/polynomial/polynomial.c runtime/base/status.c
+ * runtime/polynomial/polynomial.c runtime/base/status.c
  * SPDX-License-Identifier: Apache-2.0 */
 #include "precompute/vega_reduced.h"
 #include "tests/fuzz/fuzz_file.h"
@@ -8,20 +8,20 @@
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   if (size == 0)
     return 0;
-  thrum_given given = {0};
+  thrum_imported_basis imported = {0};
   thrum_error error = {0};
   const char *path = fuzz_file(data + 1, size - 1);
   if (path == NULL)
     return 0;
   thrum_status status;
   if (data[0] % 2 == 0) {
-    status = thrum_vega_basis_read(path, &given, &error);
+    status = thrum_vega_basis_read(path, &imported, &error);
   } else {
     // the rank is the basis's, which comes first
-    given.rank = 1 + data[0] / 2 % 8;
-    status = thrum_vega_cubic_read(path, &given, &error);
+    imported.rank = 1 + data[0] / 2 % 8;
+    status = thrum_vega_cubic_read(path, &imported, &error);
   }
   fuzz_check(status, &error);
-  thrum_given_free(&given);
+  thrum_imported_basis_free(&imported);
   return 0;
 }

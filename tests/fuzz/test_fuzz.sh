@@ -1,7 +1,7 @@
 #!/bin/sh
 # Builds every fuzz target fuzz_*.c with clang's libFuzzer and the sanitizers, and runs each on its
 # corpus and for a bounded number of new inputs from a fixed seed. What a target needs of the sources
-# stands in it, "sources:"; of the mesh readers it is the same for all.
+# stands in its first comment, after "sources:"; of the mesh readers it is the same for all.
 #   test_fuzz.sh SOURCE_FOLDER BUILD_FOLDER CLANG [RUNS] [SECONDS_EACH] [TARGETS]
 # Longer: test_fuzz.sh . build/release clang 100000000 600. What crashes a target is left in
 # BUILD_FOLDER/fuzz; once mended it goes into the corpus.
@@ -16,7 +16,7 @@ wanted=${6:-"fuzz_*"}
 flags="-std=c11 -O1 -g -I$source -I$source/include"
 flags="$flags -D_POSIX_C_SOURCE=200809L -ffp-contract=off"
 flags="$flags -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer"
-mesh_sources="mesh/mesh*.c mesh/point_hash.c mesh/formats/*.c mesh/model_quality.c io/text.c io/file.c"
+mesh_sources="mesh/*.c mesh/formats/*.c io/text.c io/file.c"
 mesh_sources="$mesh_sources platform/interrupt.c runtime/base/status.c"
 
 mkdir -p "$build"
@@ -39,7 +39,7 @@ for target in "$source"/tests/fuzz/$wanted.c; do
   name=$(basename "$target" .c)
   case $name in
   fuzz_mesh_*) sources=$mesh_sources ;;
-  *) sources=$(sed -n 's/^ \* sources: //p' "$target" | tr '\n' ' ') ;;
+  *) sources=$(sed -n '/sources:/,/SPDX/p' "$target" | tr ' ' '\n' | grep '\.c$') ;;
   esac
   # shellcheck disable=SC2086
   compile $sources

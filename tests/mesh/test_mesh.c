@@ -1,5 +1,6 @@
 /* Meshes as they should be: the generator, the readers, and what cleaning makes of them.
  * SPDX-License-Identifier: Apache-2.0 */
+#include "mesh/formats/mesh_read.h"
 #include "tests/support/mesh_support.h"
 
 #include <math.h>

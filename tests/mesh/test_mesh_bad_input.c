@@ -1,6 +1,8 @@
 /* Meshes that must be refused, each with one line that says what, where and why; and every
  * truncation and many mutations of good files, which may be read or refused but nothing else.
  * SPDX-License-Identifier: Apache-2.0 */
+#include "mesh/formats/mesh_read.h"
+#include "mesh/mesh_beam.h"
 #include "tests/support/mesh_support.h"
 
 #include <float.h>

@@ -7,8 +7,10 @@
 #include <sys/stat.h>
 
 #include "io/file.h"
-#include "mesh/mesh_build.h"
-#include "mesh/mesh_write.h"
+#include "mesh/formats/mesh_out.h"
+#include "mesh/formats/mesh_read.h"
+#include "mesh/formats/mesh_write.h"
+#include "mesh/mesh_groups.h"
 #include "tests/support/mesh_support.h"
 
 enum { VERTICES = 27 };

@@ -5,8 +5,10 @@
 #include <math.h>
 #include <sys/stat.h>
 
-#include "mesh/mesh_build.h"
+#include "mesh/formats/mesh_read.h"
+#include "mesh/mesh_clean.h"
 #include "mesh/mesh_examine.h"
+#include "mesh/mesh_flags.h"
 
 static thrum_mesh beam(const char *spec) {
   thrum_mesh mesh = {0};

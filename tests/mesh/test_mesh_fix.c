@@ -1,5 +1,7 @@
 /* What --fix names: predicates, files of numbers, groups, components; and what it refuses.
  * SPDX-License-Identifier: Apache-2.0 */
+#include "mesh/formats/mesh_read.h"
+#include "mesh/mesh_fix.h"
 #include "tests/support/mesh_support.h"
 
 #include <sys/stat.h>

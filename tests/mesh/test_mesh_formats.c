@@ -1,6 +1,7 @@
 /* One small mesh in every format that is read: equal vertices and tets, and the groups, regions and
  * materials that the format can hold. And what is refused, with where and why.
  * SPDX-License-Identifier: Apache-2.0 */
+#include "mesh/formats/mesh_read.h"
 #include "tests/support/mesh_support.h"
 
 #include <math.h>

@@ -5,8 +5,10 @@
 #include <sys/stat.h>
 
 #include "io/file.h"
+#include "mesh/formats/mesh_read.h"
+#include "mesh/formats/mesh_write.h"
 #include "mesh/mesh_examine.h"
-#include "mesh/mesh_write.h"
+#include "mesh/mesh_flags.h"
 #include "tests/support/mesh_support.h"
 
 typedef struct format {

@@ -4,7 +4,9 @@
 
 #include <math.h>
 
+#include "mesh/formats/surface_read.h"
 #include "mesh/surface_check.h"
+#include "mesh/surface_join.h"
 
 /* A unit cube, its corners numbered by their bits x, y, z, and so 1 + 4 x + 2 y + z in the file. */
 #define CORNERS "v 0 0 0\nv 0 0 1\nv 0 1 0\nv 0 1 1\nv 1 0 0\nv 1 0 1\nv 1 1 0\nv 1 1 1\n"

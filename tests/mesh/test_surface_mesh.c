@@ -7,6 +7,7 @@
 #include <math.h>
 #include <sys/stat.h>
 
+#include "mesh/formats/surface_read.h"
 #include "mesh/surface_mesh.h"
 
 static thrum_surface_mesh good_bytes(const char *name, const void *data, size_t size) {

@@ -5,6 +5,8 @@
 
 #include "io/file.h"
 #include "io/npz.h"
+#include "mesh/formats/surface_read.h"
+#include "mesh/tet_distance.h"
 #include "mesh/tet_tree.h"
 #include "precompute/embed.h"
 #include "tests/support/precompute_support.h"

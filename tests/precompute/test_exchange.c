@@ -5,7 +5,7 @@
 #include "io/file.h"
 #include "io/text.h"
 #include "precompute/fem/matrix_market.h"
-#include "precompute/full/full_body.h"
+#include "precompute/model/model_fem.h"
 #include "precompute/polynomial/change_of_basis.h"
 #include "precompute/vega_reduced.h"
 #include "tests/support/precompute_support.h"
@@ -29,32 +29,33 @@ static const char *in_folder(const char *name) {
   return path;
 }
 
-static thrum_given read_sample(bool cubic) {
-  thrum_given given = {0};
-  assert_int_equal(thrum_vega_basis_read(THRUM_TEST_DATA "/beam1k.r15.U", &given, NULL), THRUM_OK);
+static thrum_imported_basis read_sample(bool cubic) {
+  thrum_imported_basis imported = {0};
+  assert_int_equal(thrum_vega_basis_read(THRUM_TEST_DATA "/beam1k.r15.U", &imported, NULL),
+                   THRUM_OK);
   if (cubic)
-    assert_int_equal(thrum_vega_cubic_read(THRUM_TEST_DATA "/beam1k.r15.cub", &given, NULL),
+    assert_int_equal(thrum_vega_cubic_read(THRUM_TEST_DATA "/beam1k.r15.cub", &imported, NULL),
                      THRUM_OK);
-  return given;
+  return imported;
 }
 
-static thrum_status import(const body *b, const thrum_given *given, thrum_precomputed *result,
-                           thrum_error *error) {
+static thrum_status import(const body *b, const thrum_imported_basis *imported,
+                           thrum_precomputed *result, thrum_error *error) {
   thrum_precompute_options options = thrum_default_precompute_options();
-  options.given = given;
+  options.imported = imported;
   return thrum_precompute(&b->mesh, b->fixed, &options, result, error);
 }
 
-static thrum_precomputed import_well(const body *b, const thrum_given *given) {
+static thrum_precomputed import_well(const body *b, const thrum_imported_basis *imported) {
   thrum_precomputed result = {0};
   thrum_error error = {0};
-  if (import(b, given, &result, &error) != THRUM_OK)
+  if (import(b, imported, &result, &error) != THRUM_OK)
     fail_msg("%s", error.message);
   return result;
 }
 
 // q = U^T M u of a displacement in the span of U
-static void project(const thrum_full_body *full, const thrum_model *model, const double *u,
+static void project(const thrum_model_fem *full, const thrum_model *model, const double *u,
                     double *q) {
   const int64_t n = full->fem.free_count;
   double *inside = need((size_t)n, sizeof *inside), *product = need((size_t)n, sizeof *product);
@@ -73,35 +74,35 @@ static void an_imported_model_has_the_energy_of_the_body_it_was_made_from(void *
   (void)state;
   body b = body_beam1k();
   for (int cubic = 0; cubic < 2; cubic++) {
-    thrum_given given = read_sample(cubic);
-    thrum_precomputed result = import_well(&b, &given);
+    thrum_imported_basis imported = read_sample(cubic);
+    thrum_precomputed result = import_well(&b, &imported);
     const thrum_model *model = &result.model;
-    assert_true(result.given.turned);
-    assert_true(result.given.orthonormality > 0.2 && result.given.orthonormality < 0.3);
+    assert_true(result.imported.changed);
+    assert_true(result.imported.orthonormality > 0.2 && result.imported.orthonormality < 0.3);
     assert_true(result.basis_orthonormality < 1e-13 && result.basis_diagonality < 1e-13);
-    thrum_full_body full = {0};
-    assert_int_equal(thrum_full_body_create(model, &full, NULL), THRUM_OK);
+    thrum_model_fem full = {0};
+    assert_int_equal(thrum_model_fem_create(model, &full, NULL), THRUM_OK);
     assert_int_equal(full.kind, THRUM_MASS_CONSISTENT);
-    double *u = need((size_t)given.rows, sizeof *u), *work = need(thrum_work_count(model), 8);
-    double *again = need((size_t)given.rows, sizeof *again);
+    double *u = need((size_t)imported.rows, sizeof *u), *work = need(thrum_work_count(model), 8);
+    double *again = need((size_t)imported.rows, sizeof *again);
     for (double size = 1e-3; size < 10; size *= 10) {
-      double *old = random_vector(given.rank, size), q[15];
-      for (int64_t c = 0; c < given.rows; c++)
-        u[c] = dot_of(given.basis + c * given.rank, old, given.rank);
+      double *old = random_vector(imported.rank, size), q[15];
+      for (int64_t c = 0; c < imported.rows; c++)
+        u[c] = dot_of(imported.basis + c * imported.rank, old, imported.rank);
       project(&full, model, u, q);
-      for (int64_t c = 0; c < given.rows; c++)
-        again[c] = dot_of(model->basis + c * given.rank, q, given.rank);
-      assert_near(again, u, given.rows, 1e-12);
+      for (int64_t c = 0; c < imported.rows; c++)
+        again[c] = dot_of(model->basis + c * imported.rank, q, imported.rank);
+      assert_near(again, u, imported.rows, 1e-12);
       assert_close(thrum_strain_energy(model, q, work), thrum_fem_energy(&full.fem, u, NULL),
                    1e-12);
       free(old);
     }
-    thrum_full_body_free(&full);
+    thrum_model_fem_free(&full);
     free(u);
     free(again);
     free(work);
     thrum_precomputed_free(&result);
-    thrum_given_free(&given);
+    thrum_imported_basis_free(&imported);
   }
   body_free(&b);
 }
@@ -120,20 +121,20 @@ static void export_and_import_give_the_same_model(void **state) {
   body bodies[] = {body_beam1k(), body_make("beam:8x2x2@1x0.2x0.15", NULL)};
   for (int n = 0; n < 2; n++) {
     thrum_precomputed made = body_precompute(&bodies[n], 8, 20);
-    thrum_given given = {0};
+    thrum_imported_basis imported = {0};
     assert_int_equal(thrum_vega_basis_write(in_folder("m.U"), &made.model, false, NULL), THRUM_OK);
-    assert_int_equal(thrum_vega_basis_read(in_folder("m.U"), &given, NULL), THRUM_OK);
+    assert_int_equal(thrum_vega_basis_read(in_folder("m.U"), &imported, NULL), THRUM_OK);
     unlink(in_folder("m.U"));
     assert_int_equal(thrum_vega_cubic_write(in_folder("m.cub"), &made.model, NULL), THRUM_OK);
-    assert_int_equal(thrum_vega_cubic_read(in_folder("m.cub"), &given, NULL), THRUM_OK);
+    assert_int_equal(thrum_vega_cubic_read(in_folder("m.cub"), &imported, NULL), THRUM_OK);
     unlink(in_folder("m.cub"));
-    assert_memory_equal(given.basis, made.model.basis,
-                        sizeof(double) * (size_t)(given.rows * given.rank));
-    assert_true(given.defect < 1e-15);
-    thrum_precomputed again = import_well(&bodies[n], &given);
-    assert_false(again.given.turned);
+    assert_memory_equal(imported.basis, made.model.basis,
+                        sizeof(double) * (size_t)(imported.rows * imported.rank));
+    assert_true(imported.defect < 1e-15);
+    thrum_precomputed again = import_well(&bodies[n], &imported);
+    assert_false(again.imported.changed);
     compare_models(&again.model, &made.model, 1e-13);
-    thrum_given_free(&given);
+    thrum_imported_basis_free(&imported);
     thrum_precomputed_free(&made);
     thrum_precomputed_free(&again);
     body_free(&bodies[n]);
@@ -157,12 +158,12 @@ static void what_was_exported_is_exported_again_to_the_bit(void **state) {
   body bodies[] = {body_beam1k(), body_make("beam:8x2x2@1x0.2x0.15", NULL)};
   for (int n = 0; n < 2; n++) {
     thrum_precomputed made = body_precompute(&bodies[n], 8, 20);
-    thrum_given given = {0};
+    thrum_imported_basis imported = {0};
     assert_int_equal(thrum_vega_basis_write(in_folder("m.U"), &made.model, false, NULL), THRUM_OK);
     assert_int_equal(thrum_vega_cubic_write(in_folder("m.cub"), &made.model, NULL), THRUM_OK);
-    assert_int_equal(thrum_vega_basis_read(in_folder("m.U"), &given, NULL), THRUM_OK);
-    assert_int_equal(thrum_vega_cubic_read(in_folder("m.cub"), &given, NULL), THRUM_OK);
-    thrum_precomputed again = import_well(&bodies[n], &given);
+    assert_int_equal(thrum_vega_basis_read(in_folder("m.U"), &imported, NULL), THRUM_OK);
+    assert_int_equal(thrum_vega_cubic_read(in_folder("m.cub"), &imported, NULL), THRUM_OK);
+    thrum_precomputed again = import_well(&bodies[n], &imported);
     assert_int_equal(thrum_vega_basis_write(in_folder("a.U"), &again.model, false, NULL), THRUM_OK);
     assert_int_equal(thrum_vega_cubic_write(in_folder("a.cub"), &again.model, NULL), THRUM_OK);
     expect_equal_files("m.U", "a.U");
@@ -172,7 +173,7 @@ static void what_was_exported_is_exported_again_to_the_bit(void **state) {
     static const char *const files[] = {"m.U", "m.cub", "a.U", "a.cub"};
     for (int f = 0; f < 4; f++)
       unlink(in_folder(files[f]));
-    thrum_given_free(&given);
+    thrum_imported_basis_free(&imported);
     thrum_precomputed_free(&made);
     thrum_precomputed_free(&again);
     body_free(&bodies[n]);
@@ -191,26 +192,27 @@ static void a_mixed_and_scaled_basis_becomes_the_model_again(void **state) {
     mix[i * r + i] += 1;
   for (int64_t n = 0; n < r * r; n++)
     mix[n] *= 1e-3;
-  thrum_given given = {.rows = rows, .rank = r};
-  given.basis = need((size_t)(rows * r), 8);
-  given.linear = need((size_t)(r * r), 8);
-  given.c3 = need((size_t)model->c3_count, 8);
-  given.c4 = need((size_t)model->c4_count, 8);
+  thrum_imported_basis imported = {.rows = rows, .rank = r};
+  imported.basis = need((size_t)(rows * r), 8);
+  imported.linear = need((size_t)(r * r), 8);
+  imported.c3 = need((size_t)model->c3_count, 8);
+  imported.c4 = need((size_t)model->c4_count, 8);
   for (int64_t j = 0; j < r; j++) {
     for (int64_t c = 0; c < rows; c++)
       for (int64_t i = 0; i < r; i++)
-        given.basis[c * r + j] += model->basis[c * r + i] * mix[i * r + j];
+        imported.basis[c * r + j] += model->basis[c * r + i] * mix[i * r + j];
     for (int64_t k = 0; k < r; k++)
       for (int64_t i = 0; i < r; i++)
-        given.linear[j * r + k] += mix[i * r + j] * model->omega2[i] * mix[i * r + k];
+        imported.linear[j * r + k] += mix[i * r + j] * model->omega2[i] * mix[i * r + k];
   }
-  assert_int_equal(thrum_polynomial_turn(r, mix, model->c3, model->c4, given.c3, given.c4, NULL),
-                   THRUM_OK);
-  thrum_precomputed again = import_well(&b, &given);
-  assert_true(again.given.turned);
+  assert_int_equal(
+      thrum_polynomial_change_basis(r, mix, model->c3, model->c4, imported.c3, imported.c4, NULL),
+      THRUM_OK);
+  thrum_precomputed again = import_well(&b, &imported);
+  assert_true(again.imported.changed);
   compare_models(&again.model, model, 1e-9);
   free(mix);
-  thrum_given_free(&given);
+  thrum_imported_basis_free(&imported);
   thrum_precomputed_free(&made);
   thrum_precomputed_free(&again);
   body_free(&b);
@@ -220,16 +222,16 @@ static void single_precision_keeps_its_seven_digits(void **state) {
   (void)state;
   body b = body_beam1k();
   thrum_precomputed made = body_precompute(&b, 5, 10);
-  thrum_given given = {0};
+  thrum_imported_basis imported = {0};
   assert_int_equal(thrum_vega_basis_write(in_folder("f.U"), &made.model, true, NULL), THRUM_OK);
-  assert_int_equal(thrum_vega_basis_read(in_folder("f.U"), &given, NULL), THRUM_OK);
+  assert_int_equal(thrum_vega_basis_read(in_folder("f.U"), &imported, NULL), THRUM_OK);
   unlink(in_folder("f.U"));
-  assert_near(given.basis, made.model.basis, given.rows * given.rank, 1e-7);
+  assert_near(imported.basis, made.model.basis, imported.rows * imported.rank, 1e-7);
   // turned back to exactly orthonormal
-  thrum_precomputed again = import_well(&b, &given);
+  thrum_precomputed again = import_well(&b, &imported);
   assert_true(again.basis_orthonormality < 1e-13);
   assert_near(again.model.omega2, made.model.omega2, 10, 1e-6);
-  thrum_given_free(&given);
+  thrum_imported_basis_free(&imported);
   thrum_precomputed_free(&made);
   thrum_precomputed_free(&again);
   body_free(&b);
@@ -251,55 +253,55 @@ static void a_force_without_energy_is_refused_by_its_component(void **state) {
   // component 2, coefficient of q_1 q_3
   force[225 + 120 + 2] += largest;
   assert_int_equal(thrum_file_write_atomic(in_folder("bad.cub"), file, size, NULL), THRUM_OK);
-  thrum_given given = read_sample(false);
+  thrum_imported_basis imported = read_sample(false);
   thrum_error error = {0};
-  assert_int_equal(thrum_vega_cubic_read(in_folder("bad.cub"), &given, &error), THRUM_BAD_VALUE);
+  assert_int_equal(thrum_vega_cubic_read(in_folder("bad.cub"), &imported, &error), THRUM_BAD_VALUE);
   assert_non_null(strstr(error.message, "quadratic"));
   assert_non_null(strstr(error.message, "gradient"));
-  assert_null(given.linear);
+  assert_null(imported.linear);
   // and files that are cut short
   assert_int_equal(thrum_file_write_atomic(in_folder("bad.cub"), file, size - 8, NULL), THRUM_OK);
-  assert_int_equal(thrum_vega_cubic_read(in_folder("bad.cub"), &given, NULL), THRUM_BAD_FORMAT);
+  assert_int_equal(thrum_vega_cubic_read(in_folder("bad.cub"), &imported, NULL), THRUM_BAD_FORMAT);
   assert_int_equal(thrum_file_write_atomic(in_folder("bad.cub"), file, 7, NULL), THRUM_OK);
-  assert_int_equal(thrum_vega_cubic_read(in_folder("bad.cub"), &given, NULL), THRUM_BAD_FORMAT);
-  assert_int_equal(thrum_vega_basis_read(in_folder("bad.cub"), &given, NULL), THRUM_BAD_FORMAT);
+  assert_int_equal(thrum_vega_cubic_read(in_folder("bad.cub"), &imported, NULL), THRUM_BAD_FORMAT);
+  assert_int_equal(thrum_vega_basis_read(in_folder("bad.cub"), &imported, NULL), THRUM_BAD_FORMAT);
   unlink(in_folder("bad.cub"));
-  assert_int_equal(given.rank, 15);
-  thrum_given_free(&given);
+  assert_int_equal(imported.rank, 15);
+  thrum_imported_basis_free(&imported);
   free(file);
 }
 
 static void what_is_not_of_this_body_is_refused(void **state) {
   (void)state;
   body b = body_beam1k(), other = body_make("beam:6x2x2@1x0.2x0.15", "x<0.001");
-  thrum_given given = read_sample(true);
+  thrum_imported_basis imported = read_sample(true);
   thrum_precomputed result = {0};
   thrum_error error = {0};
-  assert_int_equal(import(&other, &given, &result, &error), THRUM_BAD_SHAPE);
+  assert_int_equal(import(&other, &imported, &result, &error), THRUM_BAD_SHAPE);
   // a vertex more held
   b.fixed[200] = 2;
-  assert_int_equal(import(&b, &given, &result, &error), THRUM_BAD_VALUE);
+  assert_int_equal(import(&b, &imported, &result, &error), THRUM_BAD_VALUE);
   assert_non_null(strstr(error.message, "vertex 201 along y"));
   b.fixed[200] = 0;
   // another stiffness
   b.mesh.materials[0].young *= 1.001;
-  assert_int_equal(import(&b, &given, &result, &error), THRUM_BAD_VALUE);
+  assert_int_equal(import(&b, &imported, &result, &error), THRUM_BAD_VALUE);
   assert_non_null(strstr(error.message, "linear part"));
   b.mesh.materials[0].young /= 1.001;
   // another quartic part
   for (int64_t n = 0; n < thrum_c4_count(15); n++)
-    given.c4[n] *= 1.001;
-  assert_int_equal(import(&b, &given, &result, &error), THRUM_BAD_VALUE);
+    imported.c4[n] *= 1.001;
+  assert_int_equal(import(&b, &imported, &result, &error), THRUM_BAD_VALUE);
   assert_non_null(strstr(error.message, "energy"));
   // dependent columns
-  for (int64_t c = 0; c < given.rows; c++)
-    given.basis[c * 15 + 4] = 2 * given.basis[c * 15];
-  assert_int_equal(import(&b, &given, &result, &error), THRUM_SINGULAR);
+  for (int64_t c = 0; c < imported.rows; c++)
+    imported.basis[c * 15 + 4] = 2 * imported.basis[c * 15];
+  assert_int_equal(import(&b, &imported, &result, &error), THRUM_SINGULAR);
   // a rigid motion in a free body's basis
   memset(b.fixed, 0, (size_t)b.mesh.vertex_count);
-  assert_int_equal(import(&b, &given, &result, &error), THRUM_UNSUPPORTED);
+  assert_int_equal(import(&b, &imported, &result, &error), THRUM_UNSUPPORTED);
   assert_null(result.model.basis);
-  thrum_given_free(&given);
+  thrum_imported_basis_free(&imported);
   body_free(&b);
   body_free(&other);
 }
@@ -313,8 +315,8 @@ static void matrix_market_holds_every_digit(void **state) {
     options.mass = (thrum_mass)kind;
     thrum_precomputed made = {0};
     assert_int_equal(thrum_precompute(&b.mesh, b.fixed, &options, &made, NULL), THRUM_OK);
-    thrum_full_body full = {0};
-    assert_int_equal(thrum_full_body_create(&made.model, &full, NULL), THRUM_OK);
+    thrum_model_fem full = {0};
+    assert_int_equal(thrum_model_fem_create(&made.model, &full, NULL), THRUM_OK);
     // the mass that the basis was made with is told by the basis
     assert_int_equal(full.kind, kind);
     const thrum_sparse *m = &full.mass;
@@ -341,7 +343,7 @@ static void matrix_market_holds_every_digit(void **state) {
       }
     assert_false(thrum_text_next_line(&text));
     thrum_text_close(&text);
-    thrum_full_body_free(&full);
+    thrum_model_fem_free(&full);
     thrum_precomputed_free(&made);
   }
   body_free(&b);

@@ -10,6 +10,7 @@
 
 #include <cmocka.h>
 
+#include "mesh/formats/mesh_read.h"
 #include "mesh/mesh.h"
 #include "precompute/full/full.h"
 #include "precompute/precompute.h"

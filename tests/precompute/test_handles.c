@@ -3,7 +3,7 @@
 #include "tests/support/precompute_support.h"
 
 #include "precompute/basis/handles.h"
-#include "precompute/basis/load_share.h"
+#include "precompute/model/load_share.h"
 
 static thrum_precomputed precompute_with(const body *b, int64_t modes, int64_t rank, int64_t count,
                                          const thrum_handle *handles) {

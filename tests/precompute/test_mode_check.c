@@ -2,6 +2,7 @@
  * materials (design 2). SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/precompute_support.h"
 
+#include "mesh/mesh_fix.h"
 #include "precompute/basis/eigen.h"
 #include "precompute/basis/mode_check.h"
 

@@ -2,6 +2,7 @@
  * what the full-order body says about U q. SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/precompute_support.h"
 
+#include "mesh/mesh_fix.h"
 #include "precompute/polynomial/polynomial_reduce.h"
 #include "thrum/polynomial.h"
 

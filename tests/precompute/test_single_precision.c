@@ -9,7 +9,7 @@
 
 #include <float.h>
 
-#include "precompute/polynomial/single_precision.h"
+#include "precompute/model/single_precision.h"
 #include "tests/support/random_model.h"
 #include "thrum/polynomial.h"
 
@@ -19,7 +19,7 @@ static void coefficients_become_single_and_frequencies_stay(void **state) {
   random_model_make(&m, 3, 12, 5, 300, 1.0);
   double omega2[12], worst = -1.0;
   memcpy(omega2, m.omega2, sizeof omega2);
-  assert_int_equal(thrum_precision_round(&m.model, &worst, NULL), THRUM_OK);
+  assert_int_equal(thrum_single_precision_round(&m.model, &worst, NULL), THRUM_OK);
   for (int64_t k = 0; k < m.model.c3_count; k++)
     assert_true((double)(float)m.c3[k] == m.c3[k]);
   for (int64_t k = 0; k < m.model.c4_count; k++)
@@ -28,7 +28,7 @@ static void coefficients_become_single_and_frequencies_stay(void **state) {
   // rounding to 24 bits, and the sums of a force cancel in part
   assert_true(worst > 1e-10 && worst < 1e-6);
   // what is rounded already loses nothing
-  assert_int_equal(thrum_precision_round(&m.model, &worst, NULL), THRUM_OK);
+  assert_int_equal(thrum_single_precision_round(&m.model, &worst, NULL), THRUM_OK);
   assert_true(worst == 0.0);
   random_model_free(&m);
 }
@@ -39,7 +39,7 @@ static void the_error_said_bounds_that_of_the_force_at_such_amplitudes(void **st
   random_model_make(&exact, 9, 8, 5, 60, 1.0);
   random_model_make(&rounded, 9, 8, 5, 60, 1.0);
   double worst = 0.0;
-  assert_int_equal(thrum_precision_round(&rounded.model, &worst, NULL), THRUM_OK);
+  assert_int_equal(thrum_single_precision_round(&rounded.model, &worst, NULL), THRUM_OK);
   double *work = random_alloc((int64_t)thrum_work_count(&exact.model), sizeof(double));
   random_state random = {4};
   for (int s = 0; s < 50; s++) {
@@ -64,7 +64,7 @@ static void a_linear_model_has_nothing_to_round(void **state) {
   random_model m;
   random_model_make(&m, 3, 4, 5, 30, INFINITY);
   double worst = -1.0;
-  assert_int_equal(thrum_precision_round(&m.model, &worst, NULL), THRUM_OK);
+  assert_int_equal(thrum_single_precision_round(&m.model, &worst, NULL), THRUM_OK);
   assert_true(worst == 0.0);
   random_model_free(&m);
 }
@@ -77,7 +77,7 @@ static void coefficients_beyond_single_precision_are_refused_and_kept(void **sta
   m.c4[5] = -2.0 * FLT_MAX;
   double worst = 0.0;
   thrum_error error;
-  assert_int_equal(thrum_precision_round(&m.model, &worst, &error), THRUM_UNSUPPORTED);
+  assert_int_equal(thrum_single_precision_round(&m.model, &worst, &error), THRUM_UNSUPPORTED);
   assert_non_null(strstr(error.message, "single precision"));
   assert_true(m.c3[2] == 0.1);
   random_model_free(&m);

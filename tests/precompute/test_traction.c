@@ -10,9 +10,10 @@
 
 #include <cmocka.h>
 
+#include "mesh/formats/mesh_read.h"
 #include "mesh/mesh.h"
-#include "precompute/fem/traction.h"
 #include "precompute/full/full.h"
+#include "precompute/model/traction.h"
 
 typedef struct body {
   thrum_mesh mesh;

@@ -6,8 +6,9 @@
 
 #include <math.h>
 
-#include "mesh/mesh_build.h"
-#include "mesh/mesh_write.h"
+#include "mesh/formats/mesh_read.h"
+#include "mesh/formats/mesh_write.h"
+#include "mesh/mesh_groups.h"
 
 static const char *gmsh, *tetgen;
 static char folder[64];

@@ -16,6 +16,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "mesh/formats/mesh_read.h"
 #include "mesh/mesh.h"
 
 /* The folder, made by mesh_setup and removed with its files by mesh_teardown. */

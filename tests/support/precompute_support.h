@@ -13,6 +13,8 @@
 
 #include <cmocka.h>
 
+#include "mesh/formats/mesh_read.h"
+#include "mesh/mesh_fix.h"
 #include "precompute/fem/fem.h"
 #include "precompute/precompute.h"
 

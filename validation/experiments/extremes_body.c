@@ -9,7 +9,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "mesh/mesh_build.h"
+#include "mesh/formats/mesh_read.h"
+#include "mesh/mesh_clean.h"
+#include "mesh/mesh_fix.h"
+#include "mesh/mesh_groups.h"
 #include "validation/experiments/extremes.h"
 
 #define ARCH_RISE 0.04 /* of the span */

@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "mesh/formats/mesh_read.h"
+#include "mesh/mesh_fix.h"
 #include "thrum/polynomial.h"
 #include "validation/published/published.h"
 

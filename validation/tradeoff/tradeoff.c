@@ -8,7 +8,7 @@
 
 #include "platform/allocate.h"
 #include "platform/thread_pool.h"
-#include "precompute/stage.h"
+#include "precompute/options/stage.h"
 #include "thrum/external_load.h"
 #include "thrum/polynomial.h"
 

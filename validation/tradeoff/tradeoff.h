@@ -12,7 +12,7 @@
 
 #include <stdio.h>
 
-#include "precompute/full/full_body.h"
+#include "precompute/model/model_fem.h"
 #include "precompute/precompute.h"
 #include "validation/experiments/experiment_body.h"
 
@@ -100,7 +100,7 @@ void tradeoff_csv(FILE *stream, const tradeoff_result *result);
 
 /* The reference at the sample times, index 1 to TRADEOFF_SAMPLES of time / TRADEOFF_SAMPLES. */
 typedef struct tradeoff_reference {
-  thrum_full_body body;
+  thrum_model_fem body;
   int64_t n;      /* free components */
   double *mass_u; /* TRADEOFF_SAMPLES x n: M u */
   double *mass_v; /* M v */

@@ -5,7 +5,7 @@
 
 #include "platform/allocate.h"
 #include "precompute/full/full.h"
-#include "precompute/stage.h"
+#include "precompute/options/stage.h"
 #include "thrum/external_load.h"
 #include "validation/tradeoff/tradeoff.h"
 
@@ -105,7 +105,7 @@ thrum_status tradeoff_reference_make(const tradeoff_problem *problem, tradeoff_r
   def.dt = problem->full_dt;
   def.damping_alpha = problem->damping_alpha;
   def.damping_beta = problem->damping_beta;
-  thrum_status status = thrum_full_body_create(problem->model, &made.body, error);
+  thrum_status status = thrum_model_fem_create(problem->model, &made.body, error);
   made.n = made.body.fem.free_count;
   if (status >= 0) {
     made.mass_u = thrum_allocate(2 * TRADEOFF_SAMPLES * made.n, sizeof *made.mass_u,
@@ -127,7 +127,7 @@ thrum_status tradeoff_reference_make(const tradeoff_problem *problem, tradeoff_r
 }
 
 void tradeoff_reference_free(tradeoff_reference *reference) {
-  thrum_full_body_free(&reference->body);
+  thrum_model_fem_free(&reference->body);
   free(reference->mass_u);
   *reference = (tradeoff_reference){0};
 }

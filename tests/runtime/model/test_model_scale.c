@@ -3,6 +3,8 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/precompute_support.h"
 
+#include "mesh/formats/mesh_read.h"
+#include "mesh/mesh_fix.h"
 #include "thrum/external_load.h"
 #include "thrum/polynomial.h"
 

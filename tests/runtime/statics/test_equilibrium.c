@@ -2,6 +2,7 @@
  * linear answer, and against Euler's column. SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/state_support.h"
 
+#include "mesh/formats/mesh_read.h"
 #include "mesh/mesh.h"
 #include "precompute/precompute.h"
 #include "thrum/external_load.h"

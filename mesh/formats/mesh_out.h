@@ -1,0 +1,67 @@
+/* What the mesh writers share: a file being written, and the names of groups and regions.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_MESH_FORMATS_MESH_OUT_H
+#define THRUM_MESH_FORMATS_MESH_OUT_H
+
+#include "io/file.h"
+#include "mesh/mesh.h"
+
+typedef struct thrum_mesh_write_options {
+  bool binary;     /* .msh, .vtk; a .vtu is binary unless `ascii` */
+  bool ascii;      /* .vtu: numbers as text */
+  int msh_version; /* .msh: 41 (also 0) or 22 */
+} thrum_mesh_write_options;
+
+/* What the format had no place for, counted. */
+typedef struct thrum_mesh_lost {
+  int64_t groups;    /* left out */
+  int64_t names;     /* of groups that are there, under a number or a changed name */
+  int64_t materials; /* left out */
+  int64_t regions;   /* joined with others */
+} thrum_mesh_lost;
+
+/* A file being written; after a failure everything further is passed over. */
+typedef struct thrum_mesh_out {
+  thrum_file_writer file;
+  thrum_status status;
+  thrum_error *error;
+  size_t used;
+  char buffer[1 << 14];
+} thrum_mesh_out;
+
+#if defined(__GNUC__)
+__attribute__((format(printf, 2, 3)))
+#endif
+void thrum_out_text(thrum_mesh_out *out, const char *format, ...); /* at most 1000 bytes */
+/* Hands the buffer to the file. */
+void thrum_out_flush(thrum_mesh_out *out);
+void thrum_out_bytes(thrum_mesh_out *out, const void *bytes, size_t size);
+/* The shortest of 15 to 17 digits that reads back as the same double, in every locale. */
+void thrum_out_number(thrum_mesh_out *out, double value);
+/* Three numbers with `separator` between them. */
+void thrum_out_vertex(thrum_mesh_out *out, const double position[3], const char *separator);
+
+/* What a writer works on. `region_group` of each region: the group with just its vertices, -1 none;
+ * `group_region` is the other way round. */
+typedef struct thrum_mesh_written {
+  const thrum_mesh *mesh;
+  thrum_mesh_write_options options;
+  int64_t *region_group; /* region_count */
+  int64_t *group_region; /* group_count */
+  thrum_mesh_lost lost;
+} thrum_mesh_written;
+
+/* The name of a group's or region's set with characters of `bad` turned into '_'; counted in
+ * w->lost.names. `text` is given back. */
+const char *thrum_write_group_name(thrum_mesh_written *w, int64_t group, const char *bad,
+                                   char text[256]);
+const char *thrum_write_region_name(thrum_mesh_written *w, int64_t region, const char *bad,
+                                    char text[256]);
+
+/* For formats with one number a vertex: the number of the group that each vertex is in, from 1, 0
+ * for none; groups that overlap earlier ones, or are regions, are lost. malloc'ed; NULL: no memory
+ * (the output has failed then). */
+int32_t *thrum_write_marks(thrum_mesh_out *out, thrum_mesh_written *w);
+
+#endif

@@ -1,0 +1,101 @@
+/* Reading meshes: the reader is chosen by the suffix of the file, and what it read is cleaned.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "mesh/formats/mesh_read.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "io/file.h"
+#include "mesh/formats/file_suffix.h"
+#include "mesh/mesh_beam.h"
+#include "mesh/mesh_clean.h"
+
+static thrum_status no_memory(thrum_error *error) {
+  return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory for the mesh");
+}
+
+static const struct {
+  const char *suffix;
+  thrum_mesh_parser *parse;
+} PARSERS[] = {{".veg", thrum_mesh_parse_veg},    {".msh", thrum_mesh_parse_msh},
+               {".mesh", thrum_mesh_parse_medit}, {".vtk", thrum_mesh_parse_vtk},
+               {".vtu", thrum_mesh_parse_vtu},    {".inp", thrum_mesh_parse_abaqus}};
+
+static thrum_mesh_parser *find_parser(const char *name) {
+  for (size_t i = 0; i < sizeof PARSERS / sizeof *PARSERS; i++)
+    if (thrum_file_has_suffix(name, PARSERS[i].suffix))
+      return PARSERS[i].parse;
+  return NULL;
+}
+
+static thrum_status read_file(const char *path, thrum_mesh_parser *parse, thrum_mesh *mesh,
+                              thrum_error *error) {
+  void *data = NULL;
+  size_t size = 0;
+  thrum_status status = thrum_file_read(path, &data, &size, error);
+  if (status >= 0)
+    status = parse(path, data, size, mesh, error);
+  free(data);
+  return status;
+}
+
+/* Either file of TetGen's pair names both. */
+static thrum_status read_tetgen(const char *path, thrum_mesh *mesh, thrum_error *error) {
+  const size_t length = strlen(path), stem = length - (thrum_file_has_suffix(path, ".ele") ? 4 : 5);
+  char *names[2] = {malloc(stem + 6), malloc(stem + 5)};
+  void *data[2] = {NULL, NULL};
+  size_t size[2] = {0, 0};
+  thrum_status status = THRUM_OK;
+  if (!names[0] || !names[1])
+    status = no_memory(error);
+  for (int i = 0; i < 2 && status >= 0; i++) {
+    memcpy(names[i], path, stem);
+    strcpy(names[i] + stem, i == 0 ? ".node" : ".ele");
+    // the one that was given keeps its capitals
+    const bool given = thrum_file_has_suffix(path, i == 0 ? ".node" : ".ele");
+    status = thrum_file_read(given ? path : names[i], &data[i], &size[i], error);
+  }
+  if (status >= 0)
+    status = thrum_mesh_parse_tetgen(names[0], data[0], size[0], names[1], data[1], size[1], mesh,
+                                     error);
+  for (int i = 0; i < 2; i++) {
+    free(names[i]);
+    free(data[i]);
+  }
+  return status;
+}
+
+bool thrum_mesh_is_named(const char *name) {
+  return strncmp(name, "beam:", 5) == 0 || find_parser(name) ||
+         thrum_file_has_suffix(name, ".node") || thrum_file_has_suffix(name, ".ele");
+}
+
+thrum_status thrum_mesh_read(const char *name, double scale, thrum_mesh *mesh, thrum_error *error) {
+  thrum_mesh read = {0};
+  thrum_mesh_parser *parse = find_parser(name);
+  thrum_status status;
+  if (name[0] == '\0') {
+    status = thrum_error_set(error, THRUM_IO, "the name of the mesh is empty");
+  } else if (strncmp(name, "beam:", 5) == 0) {
+    status = thrum_mesh_beam(name, &read, error);
+  } else if (parse) {
+    status = read_file(name, parse, &read, error);
+  } else if (thrum_file_has_suffix(name, ".node") || thrum_file_has_suffix(name, ".ele")) {
+    status = read_tetgen(name, &read, error);
+  } else {
+    status = thrum_error_set(error, THRUM_UNSUPPORTED,
+                             "%.200s: unknown kind of mesh; give a .veg, .msh, .node, .ele, .mesh, "
+                             ".vtk, .vtu or .inp file, or a generator such as "
+                             "beam:20x3x3@1x0.15x0.15",
+                             name);
+  }
+  if (status >= 0)
+    status = thrum_mesh_clean(&read, name, scale, error);
+  if (status < 0) {
+    thrum_mesh_free(&read);
+    return status;
+  }
+  *mesh = read;
+  return THRUM_OK;
+}

@@ -1,0 +1,40 @@
+/* Reading meshes: the choice of the reader, and the readers, one file mesh_read_FORMAT.c each.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_MESH_FORMATS_MESH_READ_H
+#define THRUM_MESH_FORMATS_MESH_READ_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "mesh/mesh.h"
+
+/* Reads a mesh: the generator `beam:NXxNYxNZ@LXxLYxLZ`, or a file by its suffix: .veg (Vega),
+ * .msh (Gmsh), .node or .ele (TetGen), .mesh (Medit), .vtk and .vtu (VTK), .inp (Abaqus).
+ * The beam fills [0,LX] x [-LY/2,LY/2] x [-LZ/2,LZ/2]; its groups are the faces left (x = 0), right
+ * (x = LX), front and back (y = -LY/2, LY/2), bottom and top (z = -LZ/2, LZ/2), and tip, the one,
+ * two or four vertices of the right face that are nearest to its centre. A file's groups are the
+ * vertices of its element sets (.veg) and of its physical groups (.msh, named by $PhysicalNames or
+ * else physical_DIMENSION_TAG); its regions are the *REGIONs and the physical volumes. What they
+ * are in the other formats stands in docs/meshes.md and on top of each reader. Every length, the
+ * generator's too, is multiplied by `scale`. The result is clean: inverted tets are flipped,
+ * unreferenced vertices dropped (groups renumbered), both counted; zero-volume tets, indices out of
+ * range, non-finite numbers, repeated tets, faces of three tets and neighbours that overlap are
+ * refused with the file, the line and the element named (1-based, as in the file). On failure *mesh
+ * is untouched. */
+thrum_status thrum_mesh_read(const char *name, double scale, thrum_mesh *mesh, thrum_error *error);
+/* The name is that of a mesh by its ending or as a generator, whether or not it is there. */
+bool thrum_mesh_is_named(const char *name);
+
+/* The readers behind it, one file each: raw meshes, not yet clean, from the bytes of a file. `name`
+ * is for messages and, for .veg, the place that *INCLUDE is relative to. */
+typedef thrum_status thrum_mesh_parser(const char *name, const void *data, size_t size,
+                                       thrum_mesh *mesh, thrum_error *error);
+thrum_mesh_parser thrum_mesh_parse_veg, thrum_mesh_parse_msh, thrum_mesh_parse_medit,
+    thrum_mesh_parse_vtk, thrum_mesh_parse_vtu, thrum_mesh_parse_abaqus;
+/* TetGen's pair; `elements_name` is the .ele file's. */
+thrum_status thrum_mesh_parse_tetgen(const char *name, const void *nodes, size_t nodes_size,
+                                     const char *elements_name, const void *elements,
+                                     size_t elements_size, thrum_mesh *mesh, thrum_error *error);
+
+#endif

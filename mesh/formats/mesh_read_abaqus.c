@@ -1,0 +1,677 @@
+/* Abaqus input files (.inp), as far as they say what a body is: *NODE, *ELEMENT (C3D4; C3D10 by its
+ * corners), *NSET, *ELSET (both with GENERATE), *MATERIAL with *ELASTIC and *DENSITY, *SOLID
+ * SECTION. Keywords, parameters and names in any case; ** comments; other keywords are passed over.
+ * Node sets and the nodes of element sets, those of surface elements too, are groups; solid
+ * sections are the regions. The element set allElements is no group. A file holds one part. Cost:
+ * linear in the file, n log n in elements that sets name.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <stdlib.h>
+#include <string.h>
+
+#include "io/text.h"
+#include "mesh/formats/mesh_read.h"
+#include "mesh/mesh.h"
+#include "mesh/mesh_builder.h"
+#include "mesh/mesh_groups.h"
+#include "mesh/mesh_grow.h"
+
+enum { SECTIONS_MAX = THRUM_MESH_GROUPS_MAX, PARAMETERS_MAX = 16, CORNERS = 4 };
+
+typedef struct inp_word {
+  const char *text;
+  size_t length;
+} inp_word;
+
+typedef struct inp_parameter {
+  inp_word key, value;
+} inp_parameter;
+
+/* The keyword line being obeyed. */
+typedef struct inp_keyword {
+  inp_word name;
+  int count;
+  inp_parameter parameters[PARAMETERS_MAX];
+} inp_keyword;
+
+typedef struct inp_element {
+  int64_t number;
+  int64_t tet;          /* -1: no tet */
+  int64_t first, count; /* of what is no tet: its nodes in `surface_nodes` */
+} inp_element;
+
+/* An element set: elements by number. Its vertices become a group at the end. */
+typedef struct inp_set {
+  inp_word name;
+  int64_t count, capacity;
+  int64_t *elements;
+} inp_set;
+
+typedef struct inp_material {
+  inp_word name;
+  thrum_material values;
+  bool has_elastic, has_density;
+} inp_material;
+
+typedef struct inp_section {
+  inp_word set, material;
+  int64_t line;
+} inp_section;
+
+typedef struct inp_reader {
+  thrum_text text;
+  int64_t text_size;
+  bool again; /* the present line is yet to be obeyed */
+  thrum_mesh_builder builder;
+  int64_t part_count;
+  int64_t element_count, element_capacity;
+  inp_element *elements;
+  int64_t surface_node_count, surface_node_capacity;
+  int64_t *surface_nodes;
+  int64_t set_count, set_capacity;
+  inp_set *sets;
+  int64_t material_count, material_capacity;
+  inp_material *materials;
+  int64_t section_count, section_capacity;
+  inp_section *sections;
+  thrum_error *error;
+} inp_reader;
+
+static thrum_status fail(inp_reader *r, const char *line) {
+  return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error, "%s", line);
+}
+
+static thrum_status no_memory(inp_reader *r) {
+  return thrum_text_fail(&r->text, THRUM_OUT_OF_MEMORY, r->error, "not enough memory");
+}
+
+static bool same(inp_word a, inp_word b) {
+  if (a.length != b.length)
+    return false;
+  for (size_t i = 0; i < a.length; i++) {
+    const char x = a.text[i], y = b.text[i];
+    const char low = x >= 'A' && x <= 'Z' ? (char)(x - 'A' + 'a') : x;
+    if (low != (y >= 'A' && y <= 'Z' ? (char)(y - 'A' + 'a') : y))
+      return false;
+  }
+  return true;
+}
+
+static bool is(inp_word word, const char *name) {
+  return thrum_text_equals(word.text, word.length, name);
+}
+
+/* Without blanks and quotes around it. */
+static inp_word trim(const char *start, const char *end) {
+  while (start < end && (*start == ' ' || *start == '\t'))
+    start++;
+  while (end > start && (end[-1] == ' ' || end[-1] == '\t'))
+    end--;
+  if (end - start >= 2 && *start == '"' && end[-1] == '"') {
+    start++;
+    end--;
+  }
+  return (inp_word){start, (size_t)(end - start)};
+}
+
+/* The next line that is no comment. */
+static bool next_line(inp_reader *r) {
+  if (r->again) {
+    r->again = false;
+    thrum_text_rewind(&r->text);
+    return true;
+  }
+  while (thrum_text_next_line(&r->text))
+    if (r->text.end - r->text.start < 2 || r->text.start[0] != '*' || r->text.start[1] != '*')
+      return true;
+  return false;
+}
+
+/* The next line of data; false when a keyword, to be obeyed next, or the end comes. */
+static bool data_line(inp_reader *r) {
+  if (!next_line(r))
+    return false;
+  r->again = *r->text.start == '*';
+  return !r->again;
+}
+
+/* Splits the present line at commas into `key=value`; a comma at its end goes on on the next. */
+static void read_parameters(inp_reader *r, const char *start, inp_keyword *keyword) {
+  for (;;) {
+    const char *end = r->text.end, *comma = memchr(start, ',', (size_t)(end - start));
+    const char *stop = comma ? comma : end;
+    const char *equals = memchr(start, '=', (size_t)(stop - start));
+    inp_word key = trim(start, equals ? equals : stop);
+    if (key.length > 0 && keyword->count < PARAMETERS_MAX)
+      keyword->parameters[keyword->count++] =
+          (inp_parameter){key, equals ? trim(equals + 1, stop) : (inp_word){"", 0}};
+    if (!comma)
+      return;
+    start = comma + 1;
+    if (start == end) {
+      if (!next_line(r))
+        return;
+      start = r->text.start;
+    }
+  }
+}
+
+static void read_keyword(inp_reader *r, inp_keyword *keyword) {
+  const char *start = r->text.start + 1, *end = r->text.end;
+  const char *comma = memchr(start, ',', (size_t)(end - start));
+  *keyword = (inp_keyword){.name = trim(start, comma ? comma : end)};
+  if (comma)
+    read_parameters(r, comma + 1 < end ? comma + 1 : end, keyword);
+  r->text.at = r->text.end;
+}
+
+/* The value of a parameter; length 0 when it is not there. */
+static inp_word parameter(const inp_keyword *keyword, const char *key) {
+  for (int i = 0; i < keyword->count; i++)
+    if (is(keyword->parameters[i].key, key))
+      return keyword->parameters[i].value;
+  return (inp_word){"", 0};
+}
+
+static bool has_parameter(const inp_keyword *keyword, const char *key) {
+  for (int i = 0; i < keyword->count; i++)
+    if (is(keyword->parameters[i].key, key))
+      return true;
+  return false;
+}
+
+static thrum_status integer(inp_reader *r, const char *what, int64_t low, int64_t *value) {
+  return thrum_text_integer(&r->text, what, low, INT64_MAX, value, r->error);
+}
+
+/* The list of the builder that a node set is. */
+static thrum_status node_list(inp_reader *r, inp_word name, int64_t *list) {
+  const char *fault = thrum_mesh_name_fault(name.text, name.length);
+  if (fault)
+    return fail(r, fault);
+  return thrum_builder_list(&r->builder, name.text, name.length, list);
+}
+
+static thrum_status read_nodes(inp_reader *r, const inp_keyword *keyword) {
+  static const char *const axes[] = {"the x coordinate", "the y coordinate", "the z coordinate"};
+  const inp_word set = parameter(keyword, "NSET");
+  int64_t list = -1;
+  thrum_status status = THRUM_OK;
+  if (set.length > 0)
+    status = node_list(r, set, &list);
+  while (status >= 0 && data_line(r)) {
+    int64_t number = 0;
+    double position[3] = {0};
+    status = integer(r, "the number of a node", 1, &number);
+    // coordinates left out are 0
+    for (int c = 0; c < 3 && status >= 0 && thrum_text_more(&r->text); c++)
+      status = thrum_text_number(&r->text, axes[c], &position[c], r->error);
+    if (status >= 0)
+      status = thrum_builder_vertex(&r->builder, number, position);
+    if (status >= 0 && list >= 0)
+      status = thrum_builder_add(&r->builder, list, number);
+  }
+  return status;
+}
+
+/* Index of the element set, added when it is new. */
+static thrum_status find_set(inp_reader *r, inp_word name, int64_t *index) {
+  for (*index = 0; *index < r->set_count; ++*index)
+    if (same(r->sets[*index].name, name))
+      return THRUM_OK;
+  const char *fault = thrum_mesh_name_fault(name.text, name.length);
+  if (fault)
+    return fail(r, fault);
+  if (r->set_count == THRUM_MESH_GROUPS_MAX)
+    return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error, "more than %d element sets",
+                           THRUM_MESH_GROUPS_MAX);
+  inp_set *sets = thrum_mesh_grow(r->sets, &r->set_capacity, r->set_count + 1, sizeof *sets);
+  if (!sets)
+    return no_memory(r);
+  r->sets = sets;
+  sets[r->set_count++] = (inp_set){.name = name};
+  return THRUM_OK;
+}
+
+/* Sets that name sets could double at every line: what no sensible set reaches is refused. */
+static thrum_status check_growth(inp_reader *r, int64_t count) {
+  const int64_t most = 16 * (r->builder.vertex_count + r->element_count) + r->text_size;
+  return count <= most ? THRUM_OK : fail(r, "the set names far more than the file holds");
+}
+
+static thrum_status add_to_set(inp_reader *r, int64_t index, int64_t element) {
+  inp_set *set = &r->sets[index];
+  const thrum_status status = check_growth(r, set->count);
+  if (status < 0)
+    return status;
+  int64_t *grown = thrum_mesh_grow(set->elements, &set->capacity, set->count + 1, sizeof *grown);
+  if (!grown)
+    return no_memory(r);
+  set->elements = grown;
+  grown[set->count++] = element;
+  return THRUM_OK;
+}
+
+static thrum_status add_element(inp_reader *r, int64_t number, int64_t tet) {
+  inp_element *grown =
+      thrum_mesh_grow(r->elements, &r->element_capacity, r->element_count + 1, sizeof *grown);
+  if (!grown)
+    return no_memory(r);
+  r->elements = grown;
+  grown[r->element_count++] = (inp_element){number, tet, r->surface_node_count, 0};
+  return THRUM_OK;
+}
+
+/* Nodes of a solid element's type: 4, 10; 0 what is no solid; -1 a solid that is not read. */
+static int node_count(inp_word type) {
+  if (type.length >= 5 && thrum_text_equals(type.text, 5, "C3D10"))
+    return 10;
+  if (type.length >= 4 && thrum_text_equals(type.text, 4, "C3D4"))
+    return 4;
+  const bool solid = (type.length >= 3 && thrum_text_equals(type.text, 3, "C3D")) ||
+                     (type.length >= 3 && thrum_text_equals(type.text, 3, "DC3"));
+  return solid ? -1 : 0;
+}
+
+/* A tet's number and nodes, which may go on on further lines. */
+static thrum_status read_tet(inp_reader *r, int nodes, int64_t set) {
+  int64_t number = 0, corners[CORNERS] = {0};
+  const int64_t line = r->text.line;
+  thrum_status status = integer(r, "the number of an element", 1, &number);
+  for (int n = 0; n < nodes && status >= 0; n++) {
+    int64_t node = 0;
+    if (!thrum_text_more(&r->text) && !data_line(r))
+      return fail(r, "an element has too few nodes");
+    status = integer(r, "a node of the element", 1, &node);
+    if (n < CORNERS)
+      corners[n] = node;
+  }
+  if (status >= 0)
+    status = thrum_text_finish(&r->text, "the nodes", r->error);
+  if (status >= 0)
+    status = add_element(r, number, r->builder.tet_count);
+  if (status >= 0 && set >= 0)
+    status = add_to_set(r, set, number);
+  r->builder.cornered_tets += nodes > CORNERS;
+  return status < 0 ? status : thrum_builder_tet(&r->builder, corners, -1, line);
+}
+
+/* What is no solid serves the groups of the sets that it is in. */
+static thrum_status read_surface(inp_reader *r, int64_t set) {
+  int64_t number = 0, node = 0;
+  thrum_status status = integer(r, "the number of an element", 1, &number);
+  if (status >= 0)
+    status = add_element(r, number, -1);
+  while (status >= 0 && thrum_text_more(&r->text)) {
+    status = integer(r, "a node of the element", 1, &node);
+    if (status < 0)
+      return status;
+    int64_t *grown = thrum_mesh_grow(r->surface_nodes, &r->surface_node_capacity,
+                                     r->surface_node_count + 1, sizeof *grown);
+    if (!grown)
+      return no_memory(r);
+    r->surface_nodes = grown;
+    grown[r->surface_node_count++] = node;
+    r->elements[r->element_count - 1].count++;
+  }
+  return status < 0 || set < 0 ? status : add_to_set(r, set, number);
+}
+
+static thrum_status read_elements(inp_reader *r, const inp_keyword *keyword) {
+  const inp_word type = parameter(keyword, "TYPE"), name = parameter(keyword, "ELSET");
+  const int nodes = node_count(type);
+  int64_t set = -1;
+  if (nodes < 0)
+    return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
+                           "elements of type %s are not supported; the body must be meshed with "
+                           "C3D4 alone",
+                           thrum_text_excerpt(type.text, type.length).text);
+  thrum_status status = THRUM_OK;
+  if (name.length > 0)
+    status = find_set(r, name, &set);
+  while (status >= 0 && data_line(r))
+    status = nodes == 0 ? read_surface(r, set) : read_tet(r, nodes, set);
+  return status;
+}
+
+/* Members of a set: numbers, first-last-step with GENERATE, or, of sets read before, names. */
+typedef thrum_status add_member(inp_reader *r, int64_t set, int64_t member);
+
+static thrum_status add_node(inp_reader *r, int64_t set, int64_t node) {
+  const thrum_status status = check_growth(r, r->builder.lists[set].count);
+  return status < 0 ? status : thrum_builder_add(&r->builder, set, node);
+}
+
+static thrum_status read_range(inp_reader *r, int64_t set, add_member *add) {
+  int64_t first = 0, last = 0, step = 1;
+  thrum_status status = integer(r, "the first of a range", 1, &first);
+  if (status >= 0)
+    status = integer(r, "the last of a range", first, &last);
+  if (status >= 0 && thrum_text_more(&r->text))
+    status = integer(r, "the step of a range", 1, &step);
+  if (status >= 0 && (last - first) / step >= r->builder.vertex_count + r->element_count)
+    return fail(r, "a range is longer than there are nodes and elements");
+  for (int64_t n = first; n <= last && status >= 0; n += step) {
+    status = add(r, set, n);
+    if (n > last - step)
+      break;
+  }
+  return status;
+}
+
+static thrum_status add_named(inp_reader *r, int64_t set, inp_word name, add_member *add) {
+  if (add == add_node) {
+    const thrum_mesh_builder *b = &r->builder;
+    for (int64_t i = 0; i < b->list_count; i++) {
+      const inp_word other = {b->lists[i].name, strlen(b->lists[i].name)};
+      thrum_status status = THRUM_OK;
+      if (!same(other, name) || i == set)
+        continue;
+      for (int64_t n = 0; n < b->lists[i].count && status >= 0; n++)
+        status = add(r, set, b->lists[i].numbers[n]);
+      return status;
+    }
+  }
+  for (int64_t i = 0; add != add_node && i < r->set_count; i++) {
+    thrum_status status = THRUM_OK;
+    if (!same(r->sets[i].name, name) || i == set)
+      continue;
+    for (int64_t n = 0; n < r->sets[i].count && status >= 0; n++)
+      status = add(r, set, r->sets[i].elements[n]);
+    return status;
+  }
+  return thrum_text_fail(&r->text, THRUM_MISSING, r->error,
+                         "the set names '%s', which is no set above it",
+                         thrum_text_excerpt(name.text, name.length).text);
+}
+
+static thrum_status read_set(inp_reader *r, const inp_keyword *keyword, const char *key,
+                             add_member *add) {
+  const inp_word name = parameter(keyword, key);
+  int64_t set = 0;
+  if (name.length == 0)
+    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error, "the set has no name: %s=NAME",
+                           key);
+  thrum_status status = add == add_node ? node_list(r, name, &set) : find_set(r, name, &set);
+  while (status >= 0 && data_line(r)) {
+    if (has_parameter(keyword, "GENERATE")) {
+      status = read_range(r, set, add);
+      continue;
+    }
+    while (status >= 0 && thrum_text_more(&r->text)) {
+      int64_t member = 0;
+      const char c = *r->text.at;
+      if (c >= '0' && c <= '9') {
+        status = integer(r, "a member of the set", 1, &member);
+        if (status >= 0)
+          status = add(r, set, member);
+        continue;
+      }
+      const char *comma = memchr(r->text.at, ',', (size_t)(r->text.end - r->text.at));
+      const char *end = comma ? comma : r->text.end;
+      const inp_word word = trim(r->text.at, end);
+      r->text.at = end;
+      status = add_named(r, set, word, add);
+    }
+  }
+  return status;
+}
+
+static thrum_status read_material(inp_reader *r, const inp_keyword *keyword) {
+  const inp_material material = {.name = parameter(keyword, "NAME")};
+  if (r->material_count == SECTIONS_MAX)
+    return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error, "more than %d materials",
+                           SECTIONS_MAX);
+  for (int64_t i = 0; i < r->material_count; i++)
+    if (same(r->materials[i].name, material.name))
+      return fail(r, "this material comes twice");
+  inp_material *grown =
+      thrum_mesh_grow(r->materials, &r->material_capacity, r->material_count + 1, sizeof *grown);
+  if (!grown)
+    return no_memory(r);
+  r->materials = grown;
+  grown[r->material_count++] = material;
+  return THRUM_OK;
+}
+
+/* *ELASTIC and *DENSITY: the first line of the present material's values. */
+static thrum_status read_property(inp_reader *r, const inp_keyword *keyword) {
+  const bool elastic = is(keyword->name, "ELASTIC");
+  if (r->material_count == 0)
+    return fail(r, "a property comes before any *MATERIAL");
+  const inp_word type = parameter(keyword, "TYPE");
+  if (elastic && type.length > 0 && !is(type, "ISOTROPIC") && !is(type, "ISO"))
+    return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
+                           "*ELASTIC of type %s is not supported, only ISOTROPIC",
+                           thrum_text_excerpt(type.text, type.length).text);
+  inp_material *material = &r->materials[r->material_count - 1];
+  if (!data_line(r))
+    return fail(r, "the file ends, or goes on, before the values of the material");
+  thrum_status status;
+  if (elastic) {
+    status = thrum_text_number(&r->text, "Young's modulus", &material->values.young, r->error);
+    if (status >= 0)
+      status = thrum_text_number(&r->text, "Poisson's ratio", &material->values.poisson, r->error);
+    material->has_elastic = true;
+  } else {
+    status = thrum_text_number(&r->text, "the density", &material->values.density, r->error);
+    material->has_density = true;
+  }
+  // further lines are for other temperatures
+  return status;
+}
+
+static thrum_status read_section(inp_reader *r, const inp_keyword *keyword) {
+  const inp_section section = {parameter(keyword, "ELSET"), parameter(keyword, "MATERIAL"),
+                               r->text.line};
+  if (section.set.length == 0 || section.material.length == 0)
+    return fail(r, "*SOLID SECTION needs ELSET=SET and MATERIAL=NAME");
+  if (r->section_count == SECTIONS_MAX)
+    return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error, "more than %d sections",
+                           SECTIONS_MAX);
+  inp_section *grown =
+      thrum_mesh_grow(r->sections, &r->section_capacity, r->section_count + 1, sizeof *grown);
+  if (!grown)
+    return no_memory(r);
+  r->sections = grown;
+  grown[r->section_count++] = section;
+  return THRUM_OK;
+}
+
+static thrum_status obey(inp_reader *r, const inp_keyword *keyword) {
+  const inp_word name = keyword->name;
+  if (is(name, "NODE"))
+    return read_nodes(r, keyword);
+  if (is(name, "ELEMENT"))
+    return read_elements(r, keyword);
+  if (is(name, "NSET"))
+    return read_set(r, keyword, "NSET", add_node);
+  if (is(name, "ELSET"))
+    return read_set(r, keyword, "ELSET", add_to_set);
+  if (is(name, "MATERIAL"))
+    return read_material(r, keyword);
+  if (is(name, "ELASTIC") || is(name, "DENSITY"))
+    return read_property(r, keyword);
+  if (is(name, "SOLID SECTION"))
+    return read_section(r, keyword);
+  if (is(name, "INCLUDE"))
+    return fail(r, "*INCLUDE is not read; put the included file in its place");
+  if ((is(name, "PART") || is(name, "INSTANCE")) && has_parameter(keyword, "NAME")) {
+    r->part_count += is(name, "PART");
+    if (r->part_count > 1)
+      return fail(r, "there are several parts; save each as a file of its own");
+  }
+  return THRUM_OK;
+}
+
+static int compare_elements(const void *a, const void *b) {
+  const inp_element *x = a, *y = b;
+  return (x->number > y->number) - (x->number < y->number);
+}
+
+static thrum_status sort_elements(inp_reader *r) {
+  if (r->element_count > 0)
+    qsort(r->elements, (size_t)r->element_count, sizeof *r->elements, compare_elements);
+  for (int64_t i = 1; i < r->element_count; i++)
+    if (r->elements[i - 1].number == r->elements[i].number)
+      return thrum_error_set(r->error, THRUM_BAD_FORMAT, "%.200s: element %lld comes twice",
+                             r->text.name, (long long)r->elements[i].number);
+  return THRUM_OK;
+}
+
+/* The element that a set's member is. */
+static thrum_status find_member(inp_reader *r, const inp_set *set, int64_t number,
+                                const inp_element **element) {
+  const inp_element key = {.number = number};
+  const inp_element *found = NULL;
+  if (r->element_count > 0)
+    found = bsearch(&key, r->elements, (size_t)r->element_count, sizeof key, compare_elements);
+  if (!found)
+    return thrum_error_set(
+        r->error, THRUM_BAD_VALUE, "%.150s: set '%s' names element %lld, which is not in the file",
+        r->text.name, thrum_text_excerpt(set->name.text, set->name.length).text, (long long)number);
+  *element = found;
+  return THRUM_OK;
+}
+
+/* Every element set is the group of its elements' vertices. */
+static thrum_status set_groups(inp_reader *r) {
+  thrum_status status = THRUM_OK;
+  for (int64_t s = 0; s < r->set_count && status >= 0; s++) {
+    const inp_set *set = &r->sets[s];
+    const inp_element *element = NULL;
+    int64_t list = 0;
+    // the set that is everything is no group, as in .veg
+    if (is(set->name, "allElements"))
+      continue;
+    status = node_list(r, set->name, &list);
+    for (int64_t i = 0; i < set->count && status >= 0; i++) {
+      status = find_member(r, set, set->elements[i], &element);
+      if (status < 0)
+        break;
+      const bool tet = element->tet >= 0;
+      const int64_t count = tet ? CORNERS : element->count;
+      if (count == 0) // neither a tet nor a face; there may be no array of faces at all
+        continue;
+      const int64_t *nodes =
+          tet ? r->builder.tets + CORNERS * element->tet : r->surface_nodes + element->first;
+      for (int64_t n = 0; n < count && status >= 0; n++)
+        status = thrum_builder_add(&r->builder, list, nodes[n]);
+    }
+  }
+  return status;
+}
+
+/* The tets of each section get its index as the key of their region; a later one overrides. */
+static thrum_status apply_section(inp_reader *r, int64_t index) {
+  const inp_section *section = &r->sections[index];
+  const inp_element *element = NULL;
+  int64_t s = 0;
+  while (s < r->set_count && !same(r->sets[s].name, section->set))
+    s++;
+  if (s == r->set_count)
+    return thrum_error_set(r->error, THRUM_MISSING, "%.150s:%lld: there is no element set '%s'",
+                           r->text.name, (long long)section->line,
+                           thrum_text_excerpt(section->set.text, section->set.length).text);
+  thrum_status status = THRUM_OK;
+  for (int64_t i = 0; i < r->sets[s].count && status >= 0; i++) {
+    status = find_member(r, &r->sets[s], r->sets[s].elements[i], &element);
+    if (status >= 0 && element->tet >= 0)
+      r->builder.keys[element->tet] = index;
+  }
+  return status;
+}
+
+static const inp_material *find_material(const inp_reader *r, inp_word name) {
+  for (int64_t i = 0; i < r->material_count; i++)
+    if (same(r->materials[i].name, name))
+      return &r->materials[i];
+  return NULL;
+}
+
+/* The material of each region. Files for statics often say no density: then, if no section is
+ * whole, the mesh is without material, and the user is to say it. */
+static thrum_status region_materials(inp_reader *r, thrum_mesh *mesh) {
+  int64_t whole = 0;
+  const inp_section *partial = NULL;
+  for (int64_t i = 0; i < mesh->region_count && r->section_count > 0; i++) {
+    const int64_t key = r->builder.region_keys[i];
+    if (key < 0)
+      return thrum_error_set(r->error, THRUM_MISSING,
+                             "%.150s: some tets are in no *SOLID SECTION, so they have no material",
+                             r->text.name);
+    const inp_section *section = &r->sections[key];
+    const inp_material *material = find_material(r, section->material);
+    if (!material)
+      return thrum_error_set(
+          r->error, THRUM_MISSING, "%.150s:%lld: there is no material '%s'", r->text.name,
+          (long long)section->line,
+          thrum_text_excerpt(section->material.text, section->material.length).text);
+    mesh->materials[i] = material->values;
+    if (material->has_elastic && material->has_density)
+      whole++;
+    else
+      partial = section;
+  }
+  if (whole > 0 && partial)
+    return thrum_error_set(
+        r->error, THRUM_MISSING, "%.150s:%lld: material '%s' needs both *ELASTIC and *DENSITY",
+        r->text.name, (long long)partial->line,
+        thrum_text_excerpt(partial->material.text, partial->material.length).text);
+  mesh->has_material = whole > 0;
+  for (int64_t i = 0; i < mesh->region_count && !mesh->has_material; i++)
+    mesh->materials[i] = (thrum_material){0};
+  return THRUM_OK;
+}
+
+static thrum_status read_all(inp_reader *r, thrum_mesh *mesh) {
+  thrum_status status = THRUM_OK;
+  while (status >= 0 && next_line(r)) {
+    inp_keyword keyword;
+    if (*r->text.start != '*')
+      return thrum_text_fail(
+          &r->text, THRUM_BAD_FORMAT, r->error,
+          "expected a keyword such as *NODE, found '%s'; is it an Abaqus input file?",
+          thrum_text_excerpt(r->text.start, (size_t)(r->text.end - r->text.start)).text);
+    read_keyword(r, &keyword);
+    status = obey(r, &keyword);
+    // what is left of its data serves nothing here
+    while (status >= 0 && data_line(r))
+      continue;
+  }
+  if (status >= 0 && (r->builder.vertex_count == 0 || r->builder.tet_count == 0))
+    status =
+        thrum_text_fail(&r->text, THRUM_MISSING, r->error, "there is no %s; is the file whole?",
+                        r->builder.vertex_count == 0 ? "*NODE" : "*ELEMENT of type C3D4");
+  if (status >= 0)
+    status = sort_elements(r);
+  for (int64_t i = 0; i < r->section_count && status >= 0; i++)
+    status = apply_section(r, i);
+  if (status >= 0)
+    status = set_groups(r);
+  if (status >= 0)
+    status = thrum_builder_finish(&r->builder, r->text.name, mesh);
+  return status < 0 ? status : region_materials(r, mesh);
+}
+
+thrum_status thrum_mesh_parse_abaqus(const char *name, const void *data, size_t size,
+                                     thrum_mesh *mesh, thrum_error *error) {
+  inp_reader r = {.error = error, .text_size = (int64_t)size, .builder = {.error = error}};
+  thrum_mesh read = {0};
+  thrum_status status = thrum_text_view(name, data, size, 0, ',', &r.text, error);
+  if (status >= 0)
+    status = read_all(&r, &read);
+  for (int64_t s = 0; s < r.set_count; s++)
+    free(r.sets[s].elements);
+  free(r.sets);
+  free(r.elements);
+  free(r.surface_nodes);
+  free(r.materials);
+  free(r.sections);
+  thrum_builder_free(&r.builder);
+  if (status >= 0)
+    *mesh = read;
+  else
+    thrum_mesh_free(&read);
+  return status;
+}

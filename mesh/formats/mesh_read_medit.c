@@ -1,0 +1,228 @@
+/* Medit .mesh files in ASCII: Vertices, Tetrahedra, and, as groups, what is marked in Vertices,
+ * Edges, Triangles and Quadrilaterals. A file is one stream of words: a keyword, a count, and as
+ * many records, each ended by a reference. References of tetrahedra other than 0 are regions;
+ * those of the rest are the groups vertices_N, edges_N, triangles_N, quadrilaterals_N, and of
+ * several regions tetrahedra_N. Other keywords are passed over. Cost: linear in the file.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <stdio.h>
+#include <string.h>
+
+#include "io/text.h"
+#include "mesh/formats/mesh_read.h"
+#include "mesh/mesh.h"
+#include "mesh/mesh_builder.h"
+#include "mesh/mesh_groups.h"
+
+typedef struct medit_reader {
+  thrum_text text;
+  thrum_mesh_builder builder;
+  bool has_vertices, has_tets;
+  thrum_error *error;
+} medit_reader;
+
+/* A keyword whose records are `corners` vertices and a reference. */
+typedef struct medit_kind {
+  const char *keyword;
+  int corners;
+  const char *list; /* what its references are called; NULL: passed over or refused */
+} medit_kind;
+
+static const medit_kind KINDS[] = {{"Vertices", 0, "vertices"},
+                                   {"Edges", 2, "edges"},
+                                   {"Triangles", 3, "triangles"},
+                                   {"Quadrilaterals", 4, "quadrilaterals"},
+                                   {"Tetrahedra", 4, "tetrahedra"},
+                                   {"Hexahedra", 8, NULL},
+                                   {"Prisms", 6, NULL},
+                                   {"Pyramids", 5, NULL},
+                                   {"TetrahedraP2", 10, NULL}};
+
+/* Goes on to the line with the next word. */
+static thrum_status next_word(medit_reader *r, const char *what) {
+  while (!thrum_text_more(&r->text))
+    if (!thrum_text_next_line(&r->text))
+      return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
+                             "the file ends before %s; is it cut short?", what);
+  return THRUM_OK;
+}
+
+static thrum_status integer(medit_reader *r, const char *what, int64_t low, int64_t high,
+                            int64_t *value) {
+  thrum_status status = next_word(r, what);
+  return status < 0 ? status : thrum_text_integer(&r->text, what, low, high, value, r->error);
+}
+
+/* A reference; some programs write it as 1.0 or leave the type wide, but it is whole. */
+static thrum_status reference(medit_reader *r, int64_t *value) {
+  return integer(r, "a reference", INT32_MIN, INT32_MAX, value);
+}
+
+/* Adds vertices to the group LIST_REFERENCE. */
+static thrum_status mark(medit_reader *r, const char *list, int64_t number, const int64_t *vertices,
+                         int count) {
+  char name[64];
+  int64_t index = 0;
+  snprintf(name, sizeof name, "%s_%lld", list, (long long)number);
+  thrum_status status = thrum_builder_list(&r->builder, name, strlen(name), &index);
+  for (int i = 0; i < count && status >= 0; i++)
+    status = thrum_builder_add(&r->builder, index, vertices[i]);
+  return status;
+}
+
+static thrum_status read_vertex(medit_reader *r, int64_t number) {
+  static const char *const axes[] = {"the x coordinate", "the y coordinate", "the z coordinate"};
+  double position[3] = {0};
+  int64_t ref = 0;
+  thrum_status status = THRUM_OK;
+  for (int c = 0; c < 3 && status >= 0; c++) {
+    status = next_word(r, axes[c]);
+    if (status >= 0)
+      status = thrum_text_number(&r->text, axes[c], &position[c], r->error);
+  }
+  if (status >= 0)
+    status = reference(r, &ref);
+  if (status >= 0)
+    status = thrum_builder_vertex(&r->builder, number, position);
+  return status < 0 || ref == 0 ? status : mark(r, "vertices", ref, &number, 1);
+}
+
+static thrum_status read_element(medit_reader *r, const medit_kind *kind) {
+  int64_t vertices[8] = {0}, ref = 0;
+  thrum_status status = THRUM_OK;
+  for (int i = 0; i < kind->corners && status >= 0; i++)
+    status = integer(r, "a vertex", 1, INT32_MAX, &vertices[i]);
+  const int64_t line = r->text.line;
+  if (status >= 0)
+    status = reference(r, &ref);
+  const bool tet = strcmp(kind->keyword, "Tetrahedra") == 0;
+  if (status >= 0 && tet)
+    status = thrum_builder_tet(&r->builder, vertices, ref, line);
+  return status < 0 || tet || ref == 0 ? status : mark(r, kind->list, ref, vertices, kind->corners);
+}
+
+static thrum_status read_kind(medit_reader *r, const medit_kind *kind) {
+  int64_t count = 0;
+  thrum_status status = integer(r, "a count", 0, INT32_MAX, &count);
+  if (status < 0)
+    return status;
+  if (!kind->list)
+    return count == 0 ? THRUM_OK
+                      : thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
+                                        "%s are not supported; the body must be meshed with "
+                                        "Tetrahedra alone",
+                                        kind->keyword);
+  bool *seen = kind->corners == 0                         ? &r->has_vertices
+               : strcmp(kind->keyword, "Tetrahedra") == 0 ? &r->has_tets
+                                                          : NULL;
+  if (seen && *seen)
+    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error, "%s comes twice", kind->keyword);
+  if (seen)
+    *seen = true;
+  for (int64_t i = 0; i < count && status >= 0; i++)
+    status = kind->corners == 0 ? read_vertex(r, i + 1) : read_element(r, kind);
+  return status;
+}
+
+/* Passes over the words of a keyword that is not ours, up to the next keyword. */
+static void skip_numbers(medit_reader *r) {
+  const char *word;
+  size_t length;
+  for (;;) {
+    while (!thrum_text_more(&r->text))
+      if (!thrum_text_next_line(&r->text))
+        return;
+    const char c = *r->text.at;
+    if ((c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z'))
+      return;
+    thrum_text_word(&r->text, &word, &length);
+  }
+}
+
+/* One keyword and what belongs to it; *more is false at the end. */
+static thrum_status read_keyword(medit_reader *r, bool *more) {
+  const char *word = "";
+  size_t length = 0;
+  while (!thrum_text_word(&r->text, &word, &length))
+    if (!thrum_text_next_line(&r->text)) {
+      *more = false;
+      return THRUM_OK;
+    }
+  for (size_t i = 0; i < sizeof KINDS / sizeof *KINDS; i++)
+    if (thrum_text_equals(word, length, KINDS[i].keyword))
+      return read_kind(r, &KINDS[i]);
+  int64_t dimension = 0;
+  if (thrum_text_equals(word, length, "Dimension")) {
+    thrum_status status = integer(r, "the dimension", 2, 3, &dimension);
+    if (status >= 0 && dimension != 3)
+      status = thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
+                               "the mesh is flat; a body needs Dimension 3");
+    return status;
+  }
+  if (thrum_text_equals(word, length, "End")) {
+    *more = false;
+    return THRUM_OK;
+  }
+  if (!((*word >= 'A' && *word <= 'Z') || (*word >= 'a' && *word <= 'z')))
+    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
+                           "expected a keyword such as Tetrahedra, found '%s'; is a count wrong?",
+                           thrum_text_excerpt(word, length).text);
+  skip_numbers(r);
+  return THRUM_OK;
+}
+
+static thrum_status read_header(medit_reader *r) {
+  const char *word = "";
+  size_t length = 0;
+  if (thrum_text_next_line(&r->text))
+    thrum_text_word(&r->text, &word, &length);
+  if (length == 0)
+    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
+                           "there is no MeshVersionFormatted; is it a Medit mesh in ASCII?");
+  if (!thrum_text_equals(word, length, "MeshVersionFormatted"))
+    return thrum_text_fail(
+        &r->text, THRUM_BAD_FORMAT, r->error,
+        "expected MeshVersionFormatted, found '%s'; is it a Medit mesh in ASCII?",
+        thrum_text_excerpt(word, length).text);
+  int64_t version = 0;
+  return integer(r, "the version", 0, 4, &version);
+}
+
+/* Of several regions each is a group too. */
+static thrum_status add_regions(medit_reader *r, thrum_mesh *mesh) {
+  const thrum_mesh_builder *b = &r->builder;
+  thrum_status status = THRUM_OK;
+  for (int64_t i = 0; i < mesh->region_count && mesh->region_count > 1 && status >= 0; i++) {
+    char name[64];
+    if (b->region_keys[i] == 0)
+      continue;
+    snprintf(name, sizeof name, "tetrahedra_%lld", (long long)b->region_keys[i]);
+    status = thrum_mesh_add_region_group(mesh, (int32_t)i, name, r->error);
+  }
+  return status;
+}
+
+thrum_status thrum_mesh_parse_medit(const char *name, const void *data, size_t size,
+                                    thrum_mesh *mesh, thrum_error *error) {
+  medit_reader r = {.error = error, .builder = {.error = error}};
+  thrum_mesh read = {0};
+  bool more = true;
+  thrum_status status = thrum_text_view(name, data, size, '#', 0, &r.text, error);
+  if (status >= 0)
+    status = read_header(&r);
+  while (status >= 0 && more)
+    status = read_keyword(&r, &more);
+  if (status >= 0 && (!r.has_vertices || !r.has_tets))
+    status = thrum_text_fail(&r.text, THRUM_MISSING, error, "there are no %s; is the file whole?",
+                             r.has_vertices ? "Tetrahedra" : "Vertices");
+  if (status >= 0)
+    status = thrum_builder_finish(&r.builder, name, &read);
+  if (status >= 0)
+    status = add_regions(&r, &read);
+  thrum_builder_free(&r.builder);
+  if (status >= 0)
+    *mesh = read;
+  else
+    thrum_mesh_free(&read);
+  return status;
+}

@@ -1,0 +1,299 @@
+/* The sections of binary Gmsh files, versions 2.2 and 4.1, of either byte order: $Entities, $Nodes,
+ * $Elements; the lines around them are text. Format: Gmsh reference manual,
+ * https://gmsh.info/doc/texinfo/gmsh.html#MSH-file-format. Cost: linear in the file.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
+#include <string.h>
+
+#include "mesh/formats/mesh_read_msh.h"
+
+/* No element that is read has more nodes; nor has an entity or an element more tags. */
+enum { NODES_MAX = 64, TAGS_MAX = 1000 };
+
+static thrum_status no_memory(msh_reader *r) {
+  return thrum_text_fail(&r->text, THRUM_OUT_OF_MEMORY, r->error, "not enough memory");
+}
+
+/* Bytes read so far are no lines, so messages name what and not where. */
+static thrum_status fail(msh_reader *r, const char *what) {
+  return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
+                         "in the binary data behind this line: %s", what);
+}
+
+static uint64_t take_bits(const msh_reader *r, const unsigned char *bytes, int size) {
+  uint64_t bits = 0;
+  for (int i = 0; i < size; i++)
+    bits = bits << 8 | bytes[r->little ? size - 1 - i : i];
+  return bits;
+}
+
+/* The next `size` bytes; NULL when the file ends. */
+static const unsigned char *take(msh_reader *r, size_t size) {
+  if ((size_t)(r->text.stop - r->text.next) < size)
+    return NULL;
+  const unsigned char *bytes = (const unsigned char *)r->text.next;
+  r->text.next += size;
+  return bytes;
+}
+
+static thrum_status cut_short(msh_reader *r) {
+  return fail(r, "the file ends too early; is it cut short?");
+}
+
+/* A whole number of 4 bytes, signed, or of 8. */
+static thrum_status whole(msh_reader *r, int size, int64_t *value) {
+  const unsigned char *bytes = take(r, (size_t)size);
+  if (!bytes)
+    return cut_short(r);
+  const uint64_t bits = take_bits(r, bytes, size);
+  if (size == 8 && bits > INT64_MAX / 64)
+    return fail(r, "a count or a tag is out of range");
+  *value = size == 8                  ? (int64_t)bits
+           : bits < UINT64_C(1) << 31 ? (int64_t)bits
+                                      : (int64_t)bits - (INT64_C(1) << 32);
+  return THRUM_OK;
+}
+
+static thrum_status real(msh_reader *r, double *value) {
+  const unsigned char *bytes = take(r, 8);
+  if (!bytes)
+    return cut_short(r);
+  const uint64_t bits = take_bits(r, bytes, 8);
+  memcpy(value, &bits, sizeof *value);
+  return isfinite(*value) ? THRUM_OK : fail(r, "a coordinate is not a finite number");
+}
+
+thrum_status thrum_msh_binary_format(msh_reader *r) {
+  r->binary = true;
+  r->little = true;
+  int64_t one = 0;
+  // the number 1 tells the order of the bytes
+  thrum_status status = whole(r, 4, &one);
+  if (status >= 0 && one == 16777216)
+    r->little = false;
+  else if (status >= 0 && one != 1)
+    status = fail(r, "there is no 1 to tell the order of the bytes");
+  return status;
+}
+
+/* `tag box physicals`, and behind lines, surfaces and volumes what bounds them. */
+static thrum_status read_entity(msh_reader *r, int dimension) {
+  msh_entity entity = {.dimension = dimension, .first = r->entity_physical_count};
+  int64_t bounding = 0, tag = 0;
+  thrum_status status = whole(r, 4, &entity.tag);
+  if (status >= 0 && !take(r, 8 * (dimension == 0 ? 3 : 6)))
+    status = cut_short(r);
+  if (status >= 0)
+    status = whole(r, 8, &entity.count);
+  for (int64_t i = 0; i < entity.count && status >= 0; i++) {
+    status = whole(r, 4, &tag);
+    if (status >= 0)
+      status = thrum_msh_add_entity_physical(r, dimension, tag);
+  }
+  if (status >= 0 && dimension > 0)
+    status = whole(r, 8, &bounding);
+  for (int64_t i = 0; i < bounding && status >= 0; i++)
+    status = whole(r, 4, &tag);
+  return status < 0 ? status : thrum_msh_add_entity(r, &entity);
+}
+
+thrum_status thrum_msh_binary_entities(msh_reader *r) {
+  int64_t counts[4] = {0, 0, 0, 0};
+  thrum_status status = THRUM_OK;
+  for (int d = 0; d < 4 && status >= 0; d++)
+    status = whole(r, 8, &counts[d]);
+  for (int d = 0; d < 4; d++)
+    for (int64_t i = 0; i < counts[d] && status >= 0; i++)
+      status = read_entity(r, d);
+  if (status >= 0)
+    thrum_msh_sort_entities(r);
+  return status;
+}
+
+static thrum_status read_position(msh_reader *r, msh_node *node) {
+  thrum_status status = THRUM_OK;
+  for (int c = 0; c < 3 && status >= 0; c++)
+    status = real(r, &node->position[c]);
+  return status;
+}
+
+static thrum_status read_tag(msh_reader *r, int size) {
+  msh_node *node = thrum_msh_add_node(r);
+  if (!node)
+    return no_memory(r);
+  if (r->node_count > INT32_MAX)
+    return fail(r, "more than 2^31 - 1 nodes");
+  node->line = r->text.line;
+  thrum_status status = whole(r, size, &node->tag);
+  if (status >= 0 && node->tag < 1)
+    status = fail(r, "the tag of a node is below 1");
+  return status;
+}
+
+/* The line of the count, which is text in version 2. */
+static thrum_status count_line(msh_reader *r, int64_t *count) {
+  if (!thrum_text_next_line(&r->text))
+    return cut_short(r);
+  return thrum_text_integer(&r->text, "the number of items", 0, INT64_MAX, count, r->error);
+}
+
+static thrum_status read_nodes_2(msh_reader *r) {
+  int64_t count = 0;
+  thrum_status status = count_line(r, &count);
+  for (int64_t i = 0; i < count && status >= 0; i++) {
+    status = read_tag(r, 4);
+    if (status >= 0)
+      status = read_position(r, &r->nodes[r->node_count - 1]);
+  }
+  return status;
+}
+
+static thrum_status read_node_block(msh_reader *r) {
+  int64_t dimension = 0, entity = 0, parametric = 0, count = 0;
+  const int64_t first = r->node_count;
+  double unused = 0;
+  thrum_status status = whole(r, 4, &dimension);
+  if (status >= 0)
+    status = whole(r, 4, &entity);
+  if (status >= 0)
+    status = whole(r, 4, &parametric);
+  if (status >= 0)
+    status = whole(r, 8, &count);
+  if (status >= 0 && (dimension < 0 || dimension > 3 || parametric < 0 || parametric > 1))
+    status = fail(r, "a block of nodes has no dimension from 0 to 3");
+  for (int64_t i = 0; i < count && status >= 0; i++)
+    status = read_tag(r, 8);
+  for (int64_t i = 0; i < count && status >= 0; i++) {
+    status = read_position(r, &r->nodes[first + i]);
+    for (int64_t p = 0; p < dimension && parametric && status >= 0; p++)
+      status = real(r, &unused);
+  }
+  return status;
+}
+
+/* Blocks, items, least and greatest tag. */
+static thrum_status read_block_header(msh_reader *r, int64_t *blocks, int64_t *items) {
+  int64_t tag = 0;
+  thrum_status status = whole(r, 8, blocks);
+  if (status >= 0)
+    status = whole(r, 8, items);
+  for (int i = 0; i < 2 && status >= 0; i++)
+    status = whole(r, 8, &tag);
+  return status;
+}
+
+thrum_status thrum_msh_binary_nodes(msh_reader *r) {
+  if (r->version == 2)
+    return read_nodes_2(r);
+  int64_t blocks = 0, items = 0;
+  thrum_status status = read_block_header(r, &blocks, &items);
+  for (int64_t b = 0; b < blocks && status >= 0; b++)
+    status = read_node_block(r);
+  if (status >= 0 && items != r->node_count)
+    status = fail(r, "the blocks hold another number of nodes than the section says");
+  return status;
+}
+
+/* Nodes of an element type below dimension 3, and of a tet; 0 for others. */
+static int node_count(int64_t type) {
+  static const unsigned char counts[] = {0, 2, 3, 4, 4, 0, 0,  0,  3,  6,  9,  0, 0, 0, 0,
+                                         1, 8, 0, 0, 0, 9, 10, 12, 15, 15, 21, 4, 5, 6};
+  return type >= 1 && type < (int64_t)sizeof counts ? counts[type] : 0;
+}
+
+static thrum_status check_element(msh_reader *r, int64_t type, int dimension) {
+  thrum_status status = thrum_msh_check_type(r, type, dimension);
+  if (status >= 0 && node_count(type) == 0)
+    status = fail(r, "an element's type is unknown");
+  return status;
+}
+
+/* The nodes of one element, of `size` bytes each, which is in these physical groups. */
+static thrum_status read_element(msh_reader *r, int64_t type, int size, const int32_t *physicals,
+                                 int64_t physical_count) {
+  int32_t nodes[NODES_MAX];
+  const int count = node_count(type);
+  thrum_status status = THRUM_OK;
+  for (int n = 0; n < count && status >= 0; n++) {
+    int64_t tag = 0;
+    status = whole(r, size, &tag);
+    // what is in no group serves nothing
+    if (status >= 0 && (type == MSH_TET || physical_count > 0))
+      status = thrum_msh_node_index(r, tag, &nodes[n]);
+  }
+  if (status >= 0 && type == MSH_TET)
+    status = thrum_msh_add_tet(r, nodes, physical_count > 0 ? physicals[0] : MSH_NO_PHYSICAL);
+  for (int64_t p = 0; p < physical_count && status >= 0; p++)
+    status = thrum_msh_add_to_physical(r, physicals[p], nodes, count);
+  return status;
+}
+
+/* Of version 2: elements of one type stand behind `type count tags`. */
+static thrum_status read_elements_2(msh_reader *r) {
+  int64_t total = 0, read = 0;
+  thrum_status status = count_line(r, &total);
+  while (status >= 0 && read < total) {
+    int64_t type = 0, count = 0, tags = 0;
+    status = whole(r, 4, &type);
+    if (status >= 0)
+      status = whole(r, 4, &count);
+    if (status >= 0)
+      status = whole(r, 4, &tags);
+    if (status >= 0)
+      status = check_element(r, type, thrum_msh_type_dimension(type));
+    if (status >= 0 && (count < 1 || tags < 0 || tags > TAGS_MAX || count > total - read))
+      status = fail(r, "a block of elements has impossible counts");
+    for (int64_t i = 0; i < count && status >= 0; i++) {
+      int64_t number = 0, tag = 0, physical = 0, index = 0;
+      status = whole(r, 4, &number);
+      for (int64_t k = 0; k < tags && status >= 0; k++) {
+        status = whole(r, 4, &tag);
+        physical = k == 0 ? (tag < 0 ? -tag : tag) : physical;
+      }
+      if (status >= 0 && physical != 0)
+        status = thrum_msh_find_physical(r, thrum_msh_type_dimension(type), physical, &index);
+      const int32_t list = (int32_t)index;
+      if (status >= 0)
+        status = read_element(r, type, 4, &list, physical != 0);
+    }
+    read += count;
+  }
+  return status;
+}
+
+static thrum_status read_element_block(msh_reader *r, int64_t *items) {
+  int64_t dimension = 0, tag = 0, type = 0, count = 0, number = 0;
+  thrum_status status = whole(r, 4, &dimension);
+  if (status >= 0)
+    status = whole(r, 4, &tag);
+  if (status >= 0)
+    status = whole(r, 4, &type);
+  if (status >= 0)
+    status = whole(r, 8, &count);
+  if (status >= 0)
+    status = check_element(r, type, (int)dimension);
+  if (status < 0)
+    return status;
+  int64_t physical_count;
+  const int32_t *physicals = thrum_msh_entity_physicals(r, (int)dimension, tag, &physical_count);
+  for (int64_t i = 0; i < count && status >= 0; i++) {
+    status = whole(r, 8, &number);
+    if (status >= 0)
+      status = read_element(r, type, 8, physicals, physical_count);
+    *items += status >= 0;
+  }
+  return status;
+}
+
+thrum_status thrum_msh_binary_elements(msh_reader *r) {
+  if (r->version == 2)
+    return read_elements_2(r);
+  int64_t blocks = 0, count = 0, items = 0;
+  thrum_status status = read_block_header(r, &blocks, &count);
+  for (int64_t b = 0; b < blocks && status >= 0; b++)
+    status = read_element_block(r, &items);
+  if (status >= 0 && items != count)
+    status = fail(r, "the blocks hold another number of elements than the section says");
+  return status;
+}

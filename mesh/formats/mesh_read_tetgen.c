@@ -1,0 +1,184 @@
+/* TetGen's pair of files: NAME.node (index, three coordinates, attributes, a boundary marker) and
+ * NAME.ele (index, 4 or 10 nodes, attributes), # comments. Nodes count from 0 or 1, as the first
+ * index says. Markers other than 0 are the groups marker_N; the first attribute of a tet tells its
+ * region, and of several regions each is the group region_N. Tets of ten nodes are read by their
+ * corners. Format: TetGen manual, https://wias-berlin.de/software/tetgen/fformats.html
+ * Cost: linear in the files.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "io/text.h"
+#include "mesh/formats/mesh_read.h"
+#include "mesh/mesh.h"
+#include "mesh/mesh_builder.h"
+#include "mesh/mesh_groups.h"
+
+enum { COLUMNS_MAX = 100 };
+
+typedef struct tetgen_reader {
+  thrum_text text;
+  thrum_mesh_builder builder;
+  int64_t base; /* the first index */
+  thrum_error *error;
+} tetgen_reader;
+
+static thrum_status next_line(tetgen_reader *r, const char *what) {
+  if (thrum_text_next_line(&r->text))
+    return THRUM_OK;
+  return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
+                         "the file ends before %s; is it cut short?", what);
+}
+
+/* A whole number that the header may leave out. */
+static thrum_status optional(tetgen_reader *r, const char *what, int64_t high, int64_t *value) {
+  if (!thrum_text_more(&r->text))
+    return THRUM_OK;
+  return thrum_text_integer(&r->text, what, 0, high, value, r->error);
+}
+
+/* The index in front of item i: the first says what is counted from. */
+static thrum_status item_index(tetgen_reader *r, const char *what, int64_t i, int64_t *base) {
+  int64_t index = 0;
+  if (i == 0)
+    return thrum_text_integer(&r->text, what, 0, 1, base, r->error);
+  thrum_status status = thrum_text_integer(&r->text, what, 0, INT64_MAX, &index, r->error);
+  if (status >= 0 && index != i + *base)
+    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
+                           "%s is %lld where %lld comes next; number them one by one", what,
+                           (long long)index, (long long)(i + *base));
+  return status;
+}
+
+static thrum_status add_marker(tetgen_reader *r, int64_t marker, int64_t node) {
+  char name[64];
+  int64_t index = 0;
+  snprintf(name, sizeof name, "marker_%lld", (long long)marker);
+  thrum_status status = thrum_builder_list(&r->builder, name, strlen(name), &index);
+  return status < 0 ? status : thrum_builder_add(&r->builder, index, node);
+}
+
+static thrum_status read_node(tetgen_reader *r, int64_t i, int64_t attributes, int64_t markers) {
+  static const char *const axes[] = {"the x coordinate", "the y coordinate", "the z coordinate"};
+  double position[3] = {0}, unused = 0;
+  int64_t marker = 0;
+  thrum_status status = next_line(r, "the last node");
+  if (status >= 0)
+    status = item_index(r, "the index of a node", i, &r->base);
+  for (int c = 0; c < 3 && status >= 0; c++)
+    status = thrum_text_number(&r->text, axes[c], &position[c], r->error);
+  for (int64_t a = 0; a < attributes && status >= 0; a++)
+    status = thrum_text_number(&r->text, "an attribute of the node", &unused, r->error);
+  if (status >= 0 && markers > 0 && thrum_text_more(&r->text))
+    status = thrum_text_integer(&r->text, "the marker of the node", INT32_MIN, INT32_MAX, &marker,
+                                r->error);
+  if (status >= 0)
+    status = thrum_text_finish(&r->text, "the node", r->error);
+  if (status >= 0)
+    status = thrum_builder_vertex(&r->builder, i + r->base, position);
+  return status < 0 || marker == 0 ? status : add_marker(r, marker, i + r->base);
+}
+
+static thrum_status read_nodes(tetgen_reader *r) {
+  int64_t count = 0, dimension = 3, attributes = 0, markers = 0;
+  thrum_status status = next_line(r, "the number of nodes");
+  if (status >= 0)
+    status = thrum_text_integer(&r->text, "the number of nodes", 1, INT32_MAX, &count, r->error);
+  if (status >= 0)
+    status = optional(r, "the dimension", 3, &dimension);
+  if (status >= 0 && dimension != 3)
+    return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
+                           "the dimension is %lld; a body needs 3", (long long)dimension);
+  if (status >= 0)
+    status = optional(r, "the number of attributes", COLUMNS_MAX, &attributes);
+  if (status >= 0)
+    status = optional(r, "the number of markers", 1, &markers);
+  for (int64_t i = 0; i < count && status >= 0; i++)
+    status = read_node(r, i, attributes, markers);
+  return status;
+}
+
+/* The region of a tet: its first attribute, usually whole. */
+static thrum_status read_region(tetgen_reader *r, int64_t *key) {
+  double value = 0;
+  thrum_status status = thrum_text_number(&r->text, "the region of the tet", &value, r->error);
+  if (status < 0)
+    return status;
+  if (value != floor(value) || fabs(value) > 1e9)
+    return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
+                           "the region of the tet is %g; number regions with whole numbers", value);
+  *key = (int64_t)value;
+  return THRUM_OK;
+}
+
+static thrum_status read_tet(tetgen_reader *r, int64_t i, int64_t nodes, int64_t attributes) {
+  int64_t vertices[10] = {0}, key = 0;
+  double unused = 0;
+  thrum_status status = next_line(r, "the last tet");
+  if (status >= 0)
+    status = item_index(r, "the index of a tet", i, &(int64_t){r->base});
+  for (int64_t n = 0; n < nodes && status >= 0; n++)
+    status = thrum_text_integer(&r->text, "a node of the tet", r->base,
+                                r->builder.vertex_count - 1 + r->base, &vertices[n], r->error);
+  for (int64_t a = 0; a < attributes && status >= 0 && thrum_text_more(&r->text); a++)
+    status = a == 0 ? read_region(r, &key)
+                    : thrum_text_number(&r->text, "an attribute of the tet", &unused, r->error);
+  if (status >= 0)
+    status = thrum_text_finish(&r->text, "the tet", r->error);
+  return status < 0 ? status : thrum_builder_tet(&r->builder, vertices, key, r->text.line);
+}
+
+static thrum_status read_tets(tetgen_reader *r) {
+  int64_t count = 0, nodes = 4, attributes = 0;
+  thrum_status status = next_line(r, "the number of tets");
+  if (status >= 0)
+    status = thrum_text_integer(&r->text, "the number of tets", 1, INT32_MAX, &count, r->error);
+  if (status >= 0)
+    status = optional(r, "the number of nodes of a tet", 10, &nodes);
+  if (status >= 0 && nodes != 4 && nodes != 10)
+    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
+                           "a tet has 4 or 10 nodes, not %lld", (long long)nodes);
+  if (status >= 0)
+    status = optional(r, "the number of attributes", COLUMNS_MAX, &attributes);
+  for (int64_t i = 0; i < count && status >= 0; i++)
+    status = read_tet(r, i, nodes, attributes);
+  r->builder.cornered_tets = nodes == 10 ? count : 0;
+  return status;
+}
+
+/* Of several regions each is a group too. */
+static thrum_status add_regions(tetgen_reader *r, thrum_mesh *mesh) {
+  thrum_status status = THRUM_OK;
+  for (int64_t i = 0; i < mesh->region_count && mesh->region_count > 1 && status >= 0; i++) {
+    char name[64];
+    snprintf(name, sizeof name, "region_%lld", (long long)r->builder.region_keys[i]);
+    status = thrum_mesh_add_region_group(mesh, (int32_t)i, name, r->error);
+  }
+  return status;
+}
+
+thrum_status thrum_mesh_parse_tetgen(const char *name, const void *nodes, size_t nodes_size,
+                                     const char *elements_name, const void *elements,
+                                     size_t elements_size, thrum_mesh *mesh, thrum_error *error) {
+  tetgen_reader r = {.error = error, .builder = {.error = error}};
+  thrum_mesh read = {0};
+  thrum_status status = thrum_text_view(name, nodes, nodes_size, '#', 0, &r.text, error);
+  if (status >= 0)
+    status = read_nodes(&r);
+  if (status >= 0)
+    status = thrum_text_view(elements_name, elements, elements_size, '#', 0, &r.text, error);
+  if (status >= 0)
+    status = read_tets(&r);
+  if (status >= 0)
+    status = thrum_builder_finish(&r.builder, elements_name, &read);
+  if (status >= 0)
+    status = add_regions(&r, &read);
+  thrum_builder_free(&r.builder);
+  if (status >= 0)
+    *mesh = read;
+  else
+    thrum_mesh_free(&read);
+  return status;
+}

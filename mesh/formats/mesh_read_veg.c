@@ -1,0 +1,668 @@
+/* Vega .veg files: *VERTICES, *ELEMENTS (TET), *MATERIAL (ENU), *REGION, *SET, *INCLUDE, #
+ * comments; keywords in any case, sections in any order. Vertices and elements are numbered
+ * consecutively from 0 or 1, whichever comes first in the file; sets use the numbers of the
+ * elements. The set allElements is always there. A later region overrides an earlier one. *INCLUDE
+ * FILE, relative to the file that it stands in, may take the place of any line. Cost: linear in the
+ * file; memory follows what the file holds, not the counts that it claims.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "io/text.h"
+#include "mesh/formats/mesh_read.h"
+#include "mesh/mesh.h"
+#include "mesh/mesh_groups.h"
+#include "mesh/mesh_grow.h"
+
+enum { DEPTH_MAX = 8, INCLUDES_MAX = 100 };
+
+/* A name of the file, pointing into one of its texts. */
+typedef struct veg_name {
+  const char *text;
+  size_t length;
+} veg_name;
+
+typedef struct veg_material {
+  veg_name name;
+  thrum_material values;
+} veg_material;
+
+typedef struct veg_set {
+  veg_name name;
+  int64_t count, capacity;
+  int64_t *elements; /* as in the file */
+} veg_set;
+
+/* Also where it stands, to be named when it cannot be resolved. */
+typedef struct veg_region {
+  veg_name set, material;
+  thrum_text place;
+} veg_region;
+
+/* A text being read, or read already: names point into it until the end. */
+typedef struct veg_file {
+  char *path;
+  thrum_text text;
+  dev_t device;
+  ino_t inode;
+  int parent; /* index of the file that includes it, -1 for the first */
+} veg_file;
+
+typedef struct veg_reader {
+  veg_file files[INCLUDES_MAX];
+  int file_count;
+  int current; /* index of the file being read */
+  bool again;  /* the present line was put back */
+  bool has_vertices, has_elements;
+  int64_t vertex_base, element_base;
+  int64_t material_count, material_capacity;
+  veg_material *materials;
+  int64_t set_count, set_capacity;
+  veg_set *sets;
+  int64_t region_count, region_capacity;
+  veg_region *regions;
+  thrum_mesh mesh;
+  thrum_error *error;
+} veg_reader;
+
+static thrum_text *text_of(veg_reader *r) {
+  return &r->files[r->current].text;
+}
+
+static thrum_status no_memory(veg_reader *r) {
+  return thrum_text_fail(text_of(r), THRUM_OUT_OF_MEMORY, r->error, "not enough memory");
+}
+
+/* Notes which file the text just opened is, so that includes cannot go in a circle. */
+static void note_file(veg_reader *r, char *path, int parent) {
+  veg_file *file = &r->files[r->file_count];
+  file->path = path;
+  file->parent = parent;
+  struct stat about;
+  if (stat(path, &about) == 0) {
+    file->device = about.st_dev;
+    file->inode = about.st_ino;
+  }
+  r->current = r->file_count++;
+}
+
+/* Takes bytes in memory as the first file; `path`, owned from here on, is where they come from. */
+static thrum_status open_first(veg_reader *r, char *path, const void *data, size_t size) {
+  thrum_status status =
+      thrum_text_view(path, data, size, '#', ',', &r->files[r->file_count].text, r->error);
+  if (status < 0)
+    free(path);
+  else
+    note_file(r, path, -1);
+  return status;
+}
+
+/* Opens `path` (owned from here on) as an include of the present file. */
+static thrum_status open_file(veg_reader *r, char *path, int parent) {
+  thrum_status status = thrum_text_open(path, '#', ',', &r->files[r->file_count].text, r->error);
+  if (status < 0)
+    free(path);
+  else
+    note_file(r, path, parent);
+  return status;
+}
+
+static thrum_status check_cycle(veg_reader *r, const char *path) {
+  struct stat about;
+  if (stat(path, &about) != 0)
+    return thrum_text_fail(text_of(r), THRUM_IO, r->error, "cannot find the included file '%.150s'",
+                           path);
+  int depth = 1;
+  for (int i = r->current; i >= 0; i = r->files[i].parent, depth++)
+    if (r->files[i].device == about.st_dev && r->files[i].inode == about.st_ino)
+      return thrum_text_fail(text_of(r), THRUM_BAD_FORMAT, r->error, "*INCLUDE goes in a circle");
+  if (depth > DEPTH_MAX || r->file_count == INCLUDES_MAX)
+    return thrum_text_fail(text_of(r), THRUM_UNSUPPORTED, r->error,
+                           "*INCLUDE goes deeper than %d files, or there are more than %d",
+                           DEPTH_MAX, INCLUDES_MAX);
+  return THRUM_OK;
+}
+
+/* The present line is `*INCLUDE name`. */
+static thrum_status include(veg_reader *r) {
+  thrum_text *text = text_of(r);
+  thrum_text_more(text);
+  size_t length = (size_t)(text->end - text->at);
+  if (length == 0)
+    return thrum_text_fail(text, THRUM_BAD_FORMAT, r->error, "*INCLUDE names no file");
+  if (memchr(text->at, 0, length))
+    return thrum_text_fail(text, THRUM_BAD_FORMAT, r->error, "*INCLUDE names no proper file");
+  // relative to the including file
+  const char *from = r->files[r->current].path, *slash = strrchr(from, '/');
+  size_t folder = slash && text->at[0] != '/' ? (size_t)(slash - from) + 1 : 0;
+  char *path = malloc(folder + length + 1);
+  if (!path)
+    return no_memory(r);
+  memcpy(path, from, folder);
+  memcpy(path + folder, text->at, length);
+  path[folder + length] = '\0';
+  thrum_status status = check_cycle(r, path);
+  if (status < 0) {
+    free(path);
+    return status;
+  }
+  return open_file(r, path, r->current);
+}
+
+/* Next line, through includes. *found false at the end of the first file. */
+static thrum_status next_line(veg_reader *r, bool *found) {
+  *found = true;
+  if (r->again) {
+    r->again = false;
+    thrum_text_rewind(text_of(r));
+    return THRUM_OK;
+  }
+  for (;;) {
+    thrum_text *text = text_of(r);
+    if (!thrum_text_next_line(text)) {
+      if (r->files[r->current].parent < 0) {
+        *found = false;
+        return THRUM_OK;
+      }
+      r->current = r->files[r->current].parent;
+      continue;
+    }
+    const char *word;
+    size_t length;
+    if (*text->start != '*' || !thrum_text_word(text, &word, &length) ||
+        !thrum_text_equals(word, length, "*INCLUDE")) {
+      thrum_text_rewind(text);
+      return THRUM_OK;
+    }
+    thrum_status status = include(r);
+    if (status < 0)
+      return status;
+  }
+}
+
+/* Next line of a section; one that opens another section, or the end, is refused. */
+static thrum_status body_line(veg_reader *r, const char *what) {
+  bool found;
+  thrum_status status = next_line(r, &found);
+  if (status < 0)
+    return status;
+  thrum_text *text = text_of(r);
+  if (!found)
+    return thrum_text_fail(text, THRUM_BAD_FORMAT, r->error,
+                           "the file ends before %s; is it cut short?", what);
+  if (*text->at == '*')
+    return thrum_text_fail(text, THRUM_BAD_FORMAT, r->error, "expected %s, found '%s'", what,
+                           thrum_text_excerpt(text->at, (size_t)(text->end - text->at)).text);
+  return THRUM_OK;
+}
+
+/* The rest of the line as one name. */
+static thrum_status rest_name(veg_reader *r, const char *end, veg_name *name) {
+  thrum_text *text = text_of(r);
+  while (text->at < end && (*text->at == ' ' || *text->at == '\t'))
+    text->at++;
+  while (end > text->at && (end[-1] == ' ' || end[-1] == '\t'))
+    end--;
+  *name = (veg_name){.text = text->at, .length = (size_t)(end - text->at)};
+  const char *fault = thrum_mesh_name_fault(name->text, name->length);
+  if (fault)
+    return thrum_text_fail(text, THRUM_BAD_FORMAT, r->error, "%s", fault);
+  return THRUM_OK;
+}
+
+static bool same_name(veg_name a, veg_name b) {
+  return a.length == b.length && memcmp(a.text, b.text, a.length) == 0;
+}
+
+/* The header `count width attributes markers`; *extra is how many columns follow the data. */
+static thrum_status header(veg_reader *r, const char *what, int64_t width, int64_t high,
+                           int64_t *count, int64_t *extra) {
+  thrum_text *text = text_of(r);
+  thrum_status status = thrum_text_integer(text, what, 1, high, count, r->error);
+  int64_t given = width;
+  if (status >= 0 && thrum_text_more(text))
+    status = thrum_text_integer(text, "numbers per line", width, width, &given, r->error);
+  *extra = 0;
+  for (int i = 0; i < 2 && status >= 0 && thrum_text_more(text); i++) {
+    int64_t columns = 0;
+    status = thrum_text_integer(text, "number of attributes", 0, 100, &columns, r->error);
+    *extra += columns;
+  }
+  return status < 0 ? status : thrum_text_finish(text, "the sizes", r->error);
+}
+
+/* The number in front of item i of a list; the first one, 0 or 1, is the base. */
+static thrum_status item_number(veg_reader *r, const char *what, int64_t i, int64_t *base) {
+  thrum_text *text = text_of(r);
+  int64_t number = 0;
+  if (i == 0) {
+    thrum_status first = thrum_text_integer(text, what, 0, 1, base, r->error);
+    return first;
+  }
+  thrum_status status = thrum_text_integer(text, what, 0, INT64_MAX, &number, r->error);
+  if (status >= 0 && number != i + *base)
+    return thrum_text_fail(text, THRUM_BAD_FORMAT, r->error,
+                           "%s is %lld where %lld comes next; number them one by one", what,
+                           (long long)number, (long long)(i + *base));
+  return status;
+}
+
+static thrum_status finish_item(veg_reader *r, int64_t extra, const char *what) {
+  thrum_text *text = text_of(r);
+  const char *word;
+  size_t length;
+  for (int64_t i = 0; i < extra; i++)
+    thrum_text_word(text, &word, &length);
+  return text->at == text->end ? THRUM_OK : thrum_text_finish(text, what, r->error);
+}
+
+static thrum_status read_vertex(veg_reader *r, int64_t i, int64_t extra) {
+  static const char *const axes[] = {"the x coordinate", "the y coordinate", "the z coordinate"};
+  thrum_status status = item_number(r, "a vertex number", i, &r->vertex_base);
+  for (int c = 0; c < 3 && status >= 0; c++)
+    status = thrum_text_number(text_of(r), axes[c], &r->mesh.vertices[3 * i + c], r->error);
+  return status < 0 ? status : finish_item(r, extra, "the three coordinates");
+}
+
+static thrum_status read_vertices(veg_reader *r) {
+  if (r->has_vertices)
+    return thrum_text_fail(text_of(r), THRUM_BAD_FORMAT, r->error, "*VERTICES comes twice");
+  r->has_vertices = true;
+  int64_t count = 0, extra = 0, capacity = 0;
+  thrum_status status = body_line(r, "the number of vertices");
+  if (status >= 0)
+    status = header(r, "the number of vertices", 3, INT32_MAX, &count, &extra);
+  for (int64_t i = 0; i < count && status >= 0; i++) {
+    status = body_line(r, "the last vertex");
+    if (status < 0)
+      break;
+    double *grown = thrum_mesh_grow(r->mesh.vertices, &capacity, i + 1, 3 * sizeof *grown);
+    if (!grown)
+      return no_memory(r);
+    r->mesh.vertices = grown;
+    status = read_vertex(r, i, extra);
+  }
+  r->mesh.vertex_count = r->mesh.file_vertex_count = count;
+  return status;
+}
+
+/* Vertices of tets stay as in the file until all is read: *VERTICES may come later. */
+static thrum_status read_tet(veg_reader *r, int64_t i, int64_t extra) {
+  thrum_text *text = text_of(r);
+  thrum_status status = item_number(r, "an element number", i, &r->element_base);
+  for (int a = 0; a < 4 && status >= 0; a++) {
+    int64_t vertex = 0, last = INT32_MAX, first = 0;
+    if (r->has_vertices) {
+      first = r->vertex_base;
+      last = r->mesh.vertex_count - 1 + first;
+    }
+    status = thrum_text_integer(text, "a vertex of the tet", first, last, &vertex, r->error);
+    r->mesh.tets[4 * i + a] = (int32_t)vertex;
+  }
+  r->mesh.tet_line[i] = r->current == 0 ? text->line : 0;
+  return status < 0 ? status : finish_item(r, extra, "the four vertices");
+}
+
+static thrum_status element_kind(veg_reader *r) {
+  thrum_status status = body_line(r, "the kind of elements, TET");
+  if (status < 0)
+    return status;
+  thrum_text *text = text_of(r);
+  const char *word = "";
+  size_t length = 0;
+  thrum_text_word(text, &word, &length);
+  if (thrum_text_equals(word, length, "CUBIC"))
+    return thrum_text_fail(text, THRUM_UNSUPPORTED, r->error,
+                           "CUBIC elements are not supported; cut the mesh into tetrahedra (TET)");
+  if (!thrum_text_equals(word, length, "TET") && !thrum_text_equals(word, length, "TETS"))
+    return thrum_text_fail(text, THRUM_BAD_FORMAT, r->error,
+                           "expected the kind of elements, TET, found '%s'",
+                           thrum_text_excerpt(word, length).text);
+  return thrum_text_finish(text, "the kind of elements", r->error);
+}
+
+static bool grow_tets(veg_reader *r, int64_t needed, int64_t *capacity, int64_t *lines) {
+  int32_t *tets = thrum_mesh_grow(r->mesh.tets, capacity, needed, 4 * sizeof *tets);
+  r->mesh.tets = tets ? tets : r->mesh.tets;
+  int64_t *line = thrum_mesh_grow(r->mesh.tet_line, lines, needed, sizeof *line);
+  r->mesh.tet_line = line ? line : r->mesh.tet_line;
+  return tets && line;
+}
+
+static thrum_status read_elements(veg_reader *r) {
+  if (r->has_elements)
+    return thrum_text_fail(text_of(r), THRUM_BAD_FORMAT, r->error, "*ELEMENTS comes twice");
+  r->has_elements = true;
+  int64_t count = 0, extra = 0, capacity = 0, lines = 0;
+  thrum_status status = element_kind(r);
+  if (status >= 0)
+    status = body_line(r, "the number of elements");
+  if (status >= 0)
+    status = header(r, "the number of elements", 4, INT32_MAX, &count, &extra);
+  for (int64_t i = 0; i < count && status >= 0; i++) {
+    status = body_line(r, "the last element");
+    if (status >= 0 && !grow_tets(r, i + 1, &capacity, &lines))
+      status = no_memory(r);
+    if (status >= 0)
+      status = read_tet(r, i, extra);
+  }
+  r->mesh.tet_count = count;
+  return status;
+}
+
+static thrum_status read_material(veg_reader *r) {
+  veg_material material = {0};
+  thrum_status status = rest_name(r, text_of(r)->end, &material.name);
+  for (int64_t i = 0; i < r->material_count && status >= 0; i++)
+    if (same_name(r->materials[i].name, material.name))
+      status = thrum_text_fail(text_of(r), THRUM_BAD_FORMAT, r->error, "this material comes twice");
+  if (status >= 0)
+    status = body_line(r, "the material's line, ENU, density, E, nu");
+  if (status < 0)
+    return status;
+  thrum_text *text = text_of(r);
+  const char *word = "";
+  size_t length = 0;
+  thrum_text_word(text, &word, &length);
+  if (!thrum_text_equals(word, length, "ENU"))
+    return thrum_text_fail(text, THRUM_UNSUPPORTED, r->error,
+                           "material '%s' is not supported; write ENU, density, E, nu",
+                           thrum_text_excerpt(word, length).text);
+  status = thrum_text_number(text, "the density", &material.values.density, r->error);
+  if (status >= 0)
+    status = thrum_text_number(text, "Young's modulus E", &material.values.young, r->error);
+  if (status >= 0)
+    status = thrum_text_number(text, "Poisson's ratio nu", &material.values.poisson, r->error);
+  if (status >= 0)
+    status = thrum_text_finish(text, "the material", r->error);
+  if (status < 0)
+    return status;
+  if (r->material_count == THRUM_MESH_GROUPS_MAX)
+    return thrum_text_fail(text, THRUM_UNSUPPORTED, r->error, "more than %d materials",
+                           THRUM_MESH_GROUPS_MAX);
+  veg_material *grown =
+      thrum_mesh_grow(r->materials, &r->material_capacity, r->material_count + 1, sizeof *grown);
+  if (!grown)
+    return no_memory(r);
+  r->materials = grown;
+  r->materials[r->material_count++] = material;
+  return THRUM_OK;
+}
+
+/* `set, material`; without a comma the two are words. */
+static thrum_status read_region(veg_reader *r) {
+  thrum_status status = body_line(r, "the region's line, set, material");
+  if (status < 0)
+    return status;
+  thrum_text *text = text_of(r);
+  veg_region region = {.place = *text};
+  const char *split = memchr(text->at, ',', (size_t)(text->end - text->at));
+  for (const char *p = text->at; !split && p < text->end; p++)
+    if (*p == ' ' || *p == '\t')
+      split = p;
+  if (!split)
+    return thrum_text_fail(text, THRUM_BAD_FORMAT, r->error,
+                           "a region is a set and a material, as in allElements, BODY");
+  status = rest_name(r, split, &region.set);
+  text->at = split + 1;
+  if (status >= 0)
+    status = rest_name(r, text->end, &region.material);
+  if (status < 0)
+    return status;
+  if (r->region_count == THRUM_MESH_GROUPS_MAX)
+    return thrum_text_fail(text, THRUM_UNSUPPORTED, r->error, "more than %d regions",
+                           THRUM_MESH_GROUPS_MAX);
+  veg_region *grown =
+      thrum_mesh_grow(r->regions, &r->region_capacity, r->region_count + 1, sizeof *grown);
+  if (!grown)
+    return no_memory(r);
+  r->regions = grown;
+  r->regions[r->region_count++] = region;
+  return THRUM_OK;
+}
+
+/* One line of a set: numbers of elements. */
+static thrum_status read_set_line(veg_reader *r, veg_set *set) {
+  thrum_text *text = text_of(r);
+  while (thrum_text_more(text)) {
+    int64_t *grown = thrum_mesh_grow(set->elements, &set->capacity, set->count + 1, sizeof *grown);
+    if (!grown)
+      return no_memory(r);
+    set->elements = grown;
+    int64_t last = r->has_elements ? r->mesh.tet_count - 1 + r->element_base : INT32_MAX;
+    int64_t first = r->has_elements ? r->element_base : 0;
+    thrum_status status = thrum_text_integer(text, "an element of the set", first, last,
+                                             &set->elements[set->count], r->error);
+    if (status < 0)
+      return status;
+    set->count++;
+  }
+  return THRUM_OK;
+}
+
+static thrum_status read_set(veg_reader *r) {
+  veg_set fresh = {0};
+  thrum_status status = rest_name(r, text_of(r)->end, &fresh.name);
+  for (int64_t i = 0; i < r->set_count && status >= 0; i++)
+    if (same_name(r->sets[i].name, fresh.name))
+      status = thrum_text_fail(text_of(r), THRUM_BAD_FORMAT, r->error, "this set comes twice");
+  if (status < 0)
+    return status;
+  if (r->set_count == THRUM_MESH_GROUPS_MAX)
+    return thrum_text_fail(text_of(r), THRUM_UNSUPPORTED, r->error, "more than %d sets",
+                           THRUM_MESH_GROUPS_MAX);
+  veg_set *grown = thrum_mesh_grow(r->sets, &r->set_capacity, r->set_count + 1, sizeof *grown);
+  if (!grown)
+    return no_memory(r);
+  r->sets = grown;
+  veg_set *set = &r->sets[r->set_count++];
+  *set = fresh;
+  for (;;) {
+    bool found;
+    status = next_line(r, &found);
+    if (status < 0 || !found)
+      return status;
+    if (*text_of(r)->at == '*') {
+      r->again = true;
+      return THRUM_OK;
+    }
+    status = read_set_line(r, set);
+    if (status < 0)
+      return status;
+  }
+}
+
+static thrum_status read_section(veg_reader *r) {
+  static const struct {
+    const char *keyword;
+    thrum_status (*read)(veg_reader *r);
+    bool named;
+  } sections[] = {{"*VERTICES", read_vertices, false},
+                  {"*ELEMENTS", read_elements, false},
+                  {"*MATERIAL", read_material, true},
+                  {"*REGION", read_region, false},
+                  {"*SET", read_set, true}};
+  thrum_text *text = text_of(r);
+  const char *word = "";
+  size_t length = 0;
+  thrum_text_word(text, &word, &length);
+  for (size_t i = 0; i < sizeof sections / sizeof *sections; i++)
+    if (thrum_text_equals(word, length, sections[i].keyword)) {
+      thrum_status status =
+          sections[i].named ? THRUM_OK : thrum_text_finish(text, sections[i].keyword, r->error);
+      return status < 0 ? status : sections[i].read(r);
+    }
+  return thrum_text_fail(text, THRUM_BAD_FORMAT, r->error,
+                         "expected *VERTICES, *ELEMENTS, *MATERIAL, *REGION, *SET or *INCLUDE, "
+                         "found '%s'",
+                         thrum_text_excerpt(word, length).text);
+}
+
+/* From the file's numbers to 0-based ones, now that the base is known. */
+static thrum_status rebase(veg_reader *r, const char *path) {
+  thrum_mesh *m = &r->mesh;
+  for (int64_t i = 0; i < 4 * m->tet_count; i++) {
+    int64_t vertex = m->tets[i] - r->vertex_base;
+    if (vertex < 0 || vertex >= m->vertex_count)
+      return thrum_error_set(r->error, THRUM_BAD_VALUE,
+                             "%.150s:%lld: tet %lld names vertex %lld; there are %lld to %lld",
+                             path, (long long)m->tet_line[i / 4], (long long)(i / 4 + 1),
+                             (long long)m->tets[i], (long long)r->vertex_base,
+                             (long long)(m->vertex_count - 1 + r->vertex_base));
+    m->tets[i] = (int32_t)vertex;
+  }
+  for (int64_t s = 0; s < r->set_count; s++)
+    for (int64_t i = 0; i < r->sets[s].count; i++) {
+      int64_t *element = &r->sets[s].elements[i];
+      *element -= r->element_base;
+      if (*element < 0 || *element >= m->tet_count)
+        return thrum_error_set(
+            r->error, THRUM_BAD_VALUE, "%.150s: set '%s' names element %lld, but there are %lld",
+            path, thrum_text_excerpt(r->sets[s].name.text, r->sets[s].name.length).text,
+            (long long)(*element + r->element_base), (long long)m->tet_count);
+    }
+  return THRUM_OK;
+}
+
+/* The set of a region: NULL in *set stands for all elements. False when there is none. */
+static bool find_set(const veg_reader *r, veg_name name, const veg_set **set) {
+  *set = NULL;
+  for (int64_t s = 0; s < r->set_count; s++)
+    if (same_name(r->sets[s].name, name)) {
+      *set = &r->sets[s];
+      return true;
+    }
+  return thrum_text_equals(name.text, name.length, "allElements");
+}
+
+static thrum_status apply_region(veg_reader *r, int64_t index) {
+  const veg_region *region = &r->regions[index];
+  const veg_set *set;
+  if (!find_set(r, region->set, &set))
+    return thrum_text_fail(&region->place, THRUM_MISSING, r->error,
+                           "the region's set '%s' is not in the file",
+                           thrum_text_excerpt(region->set.text, region->set.length).text);
+  int64_t material = 0;
+  while (material < r->material_count && !same_name(r->materials[material].name, region->material))
+    material++;
+  if (material == r->material_count)
+    return thrum_text_fail(&region->place, THRUM_MISSING, r->error,
+                           "the region's material '%s' is not in the file",
+                           thrum_text_excerpt(region->material.text, region->material.length).text);
+  r->mesh.materials[index] = r->materials[material].values;
+  int64_t count = set ? set->count : r->mesh.tet_count;
+  for (int64_t i = 0; i < count; i++)
+    r->mesh.tet_region[set ? set->elements[i] : i] = (int32_t)index;
+  return THRUM_OK;
+}
+
+static thrum_status apply_regions(veg_reader *r, const char *path) {
+  thrum_mesh *m = &r->mesh;
+  if (r->region_count == 0 && r->material_count > 1)
+    return thrum_error_set(r->error, THRUM_MISSING,
+                           "%.150s: several materials but no *REGION; add one such as "
+                           "'allElements, BODY'",
+                           path);
+  m->region_count = r->region_count > 0 ? r->region_count : 1;
+  m->materials = calloc((size_t)m->region_count, sizeof *m->materials);
+  m->tet_region = calloc((size_t)m->tet_count, sizeof *m->tet_region);
+  if (!m->materials || !m->tet_region)
+    return no_memory(r);
+  m->has_material = r->material_count > 0;
+  // without regions one material, or none, is that of all
+  if (r->region_count == 0) {
+    if (r->material_count == 1)
+      m->materials[0] = r->materials[0].values;
+    return THRUM_OK;
+  }
+  for (int64_t t = 0; t < m->tet_count; t++)
+    m->tet_region[t] = -1;
+  for (int64_t i = 0; i < r->region_count; i++) {
+    thrum_status status = apply_region(r, i);
+    if (status < 0)
+      return status;
+  }
+  for (int64_t t = 0; t < m->tet_count; t++)
+    if (m->tet_region[t] < 0)
+      return thrum_error_set(r->error, THRUM_MISSING,
+                             "%.150s: element %lld is in no *REGION, so it has no material", path,
+                             (long long)(t + r->element_base));
+  return THRUM_OK;
+}
+
+/* Every set becomes the group of its elements' vertices. */
+static thrum_status add_groups(veg_reader *r) {
+  for (int64_t s = 0; s < r->set_count; s++) {
+    const veg_set *set = &r->sets[s];
+    if (set->count == 0)
+      continue;
+    int32_t *list = malloc((size_t)set->count * 4 * sizeof *list);
+    if (!list)
+      return no_memory(r);
+    for (int64_t i = 0; i < set->count; i++)
+      memcpy(list + 4 * i, r->mesh.tets + 4 * set->elements[i], 4 * sizeof *list);
+    char name[THRUM_MESH_NAME_MAX + 1];
+    memcpy(name, set->name.text, set->name.length);
+    name[set->name.length] = '\0';
+    thrum_status status = thrum_mesh_add_group(&r->mesh, name, list, 4 * set->count, r->error);
+    free(list);
+    if (status < 0)
+      return status;
+  }
+  return THRUM_OK;
+}
+
+static thrum_status read_all(veg_reader *r, const char *path) {
+  for (;;) {
+    bool found;
+    thrum_status status = next_line(r, &found);
+    if (status >= 0 && found)
+      status = read_section(r);
+    if (status < 0)
+      return status;
+    if (!found)
+      break;
+  }
+  if (!r->has_vertices || !r->has_elements)
+    return thrum_error_set(r->error, THRUM_MISSING,
+                           "%.150s: there is no %s; is it a Vega mesh, and is it whole?", path,
+                           r->has_vertices ? "*ELEMENTS" : "*VERTICES");
+  thrum_status status = rebase(r, path);
+  if (status >= 0)
+    status = apply_regions(r, path);
+  return status < 0 ? status : add_groups(r);
+}
+
+thrum_status thrum_mesh_parse_veg(const char *name, const void *data, size_t size, thrum_mesh *mesh,
+                                  thrum_error *error) {
+  veg_reader *r = calloc(1, sizeof *r);
+  char *copy = malloc(strlen(name) + 1);
+  if (!r || !copy) {
+    free(copy);
+    free(r);
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory to read %.150s", name);
+  }
+  r->error = error;
+  memcpy(copy, name, strlen(name) + 1);
+  thrum_status status = open_first(r, copy, data, size);
+  if (status >= 0)
+    status = read_all(r, name);
+  for (int i = 0; i < r->file_count; i++) {
+    thrum_text_close(&r->files[i].text);
+    free(r->files[i].path);
+  }
+  for (int64_t s = 0; s < r->set_count; s++)
+    free(r->sets[s].elements);
+  free(r->sets);
+  free(r->regions);
+  free(r->materials);
+  if (status >= 0)
+    *mesh = r->mesh;
+  else
+    thrum_mesh_free(&r->mesh);
+  free(r);
+  return status;
+}

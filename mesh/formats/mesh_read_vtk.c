@@ -1,0 +1,391 @@
+/* VTK legacy files (.vtk) with an UNSTRUCTURED_GRID, ASCII or binary (big-endian), of versions 1
+ * to 4 (CELLS: each cell after its length) and 5 (CELLS: OFFSETS and CONNECTIVITY). Attributes that
+ * are not needed are passed over.
+ * Format: https://docs.vtk.org/en/latest/vtk_file_formats/vtk_legacy_file_format.html
+ * Cost: linear in the file.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <stdlib.h>
+#include <string.h>
+
+#include "io/text.h"
+#include "mesh/formats/mesh_read.h"
+#include "mesh/formats/vtk_cells.h"
+#include "mesh/mesh_groups.h"
+
+typedef struct vtk_reader {
+  thrum_text text;
+  bool binary;
+  bool new_cells;          /* version 5: OFFSETS and CONNECTIVITY */
+  thrum_cells_place place; /* of the attributes being read */
+  int64_t tuples;          /* of the attributes being read */
+  thrum_cells cells;
+  thrum_error *error;
+} vtk_reader;
+
+static thrum_status fail(vtk_reader *r, const char *line) {
+  return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error, "%s", line);
+}
+
+static thrum_status next_line(vtk_reader *r, const char *what) {
+  if (thrum_text_next_line(&r->text))
+    return THRUM_OK;
+  return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
+                         "the file ends before %s; is it cut short?", what);
+}
+
+static thrum_status integer(vtk_reader *r, const char *what, int64_t *value) {
+  return thrum_text_integer(&r->text, what, 0, INT64_MAX / 64, value, r->error);
+}
+
+/* Takes bytes that follow the present line. */
+static const unsigned char *take_bytes(vtk_reader *r, int64_t count, int size) {
+  if (count > (r->text.stop - r->text.next) / size)
+    return NULL;
+  const unsigned char *bytes = (const unsigned char *)r->text.next;
+  r->text.next += count * size;
+  // the present line is over
+  r->text.at = r->text.end;
+  return bytes;
+}
+
+static thrum_status ascii_values(vtk_reader *r, int64_t count, double *values) {
+  thrum_status status = THRUM_OK;
+  for (int64_t i = 0; i < count && status >= 0; i++) {
+    while (!thrum_text_more(&r->text) && status >= 0)
+      status = next_line(r, "the last number of an array");
+    const char *word;
+    size_t length;
+    if (status < 0 || !thrum_text_word(&r->text, &word, &length))
+      return status;
+    if (thrum_text_scan_number(word, word + length, &values[i]) != length)
+      return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error, "expected a number, found '%s'",
+                             thrum_text_excerpt(word, length).text);
+  }
+  return status;
+}
+
+/* `count` numbers of a type, which begin behind the present line. */
+static thrum_status read_values(vtk_reader *r, thrum_cells_type type, int64_t count,
+                                double **values) {
+  // in ASCII a number and a blank take two bytes: what cannot be there is not waited for
+  const int64_t left = r->text.stop - r->text.next;
+  if (count > (r->binary ? left / type.size : left / 2 + 1))
+    return fail(r, "an array is longer than the file; is it cut short?");
+  double *read = malloc(((size_t)count + 1) * sizeof *read);
+  if (!read)
+    return thrum_text_fail(&r->text, THRUM_OUT_OF_MEMORY, r->error, "not enough memory");
+  thrum_status status = THRUM_OK;
+  if (r->binary) {
+    const unsigned char *bytes = take_bytes(r, count, type.size);
+    for (int64_t i = 0; bytes && i < count; i++)
+      read[i] = thrum_cells_number(type, bytes + i * type.size, false);
+  } else {
+    r->text.at = r->text.end;
+    status = ascii_values(r, count, read);
+  }
+  if (status < 0)
+    free(read);
+  else
+    *values = read;
+  return status;
+}
+
+static int hex_digit(char c) {
+  return c >= '0' && c <= '9'   ? c - '0'
+         : c >= 'A' && c <= 'F' ? c - 'A' + 10
+         : c >= 'a' && c <= 'f' ? c - 'a' + 10
+                                : -1;
+}
+
+/* Names are words; VTK writes what would break them as %XX. Cut at what fits. */
+static void copy_name(const char *word, size_t length, char name[THRUM_MESH_NAME_MAX + 1]) {
+  size_t used = 0;
+  for (size_t i = 0; i < length && used < THRUM_MESH_NAME_MAX; i++) {
+    const bool code = word[i] == '%' && length - i > 2 && hex_digit(word[i + 1]) >= 0 &&
+                      hex_digit(word[i + 2]) >= 0;
+    name[used++] = code ? (char)(16 * hex_digit(word[i + 1]) + hex_digit(word[i + 2])) : word[i];
+    i += code ? 2 : 0;
+  }
+  name[used] = '\0';
+}
+
+/* The same, kept as an array. */
+static thrum_status take_array(vtk_reader *r, thrum_cells_place place, const char *name,
+                               size_t length, thrum_cells_type type, int64_t columns,
+                               int64_t count) {
+  thrum_cells_array array = {.place = place, .columns = columns, .count = count};
+  array.whole = type.whole;
+  copy_name(name, length, array.name);
+  thrum_status status = read_values(r, type, count, &array.values);
+  return status < 0 ? status : thrum_cells_take(&r->cells, &array, r->error);
+}
+
+static thrum_status read_type(vtk_reader *r, thrum_cells_type *type) {
+  const char *word = "";
+  size_t length = 0;
+  thrum_text_word(&r->text, &word, &length);
+  *type = thrum_cells_type_of(word, length);
+  if (type->size == 0)
+    return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
+                           "numbers of type '%s' are not read",
+                           thrum_text_excerpt(word, length).text);
+  return THRUM_OK;
+}
+
+static thrum_status read_points(vtk_reader *r) {
+  thrum_cells_type type;
+  thrum_status status = integer(r, "the number of points", &r->cells.point_count);
+  if (status >= 0 && r->cells.point_count > INT32_MAX)
+    return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error, "more than 2^31 - 1 points");
+  if (status >= 0)
+    status = read_type(r, &type);
+  return status < 0 ? status
+                    : take_array(r, THRUM_CELLS_POINTS, "", 0, type, 3, 3 * r->cells.point_count);
+}
+
+/* `length point point ...` of each cell, turned into connectivity and ends. */
+static thrum_status read_old_cells(vtk_reader *r, int64_t count, int64_t size) {
+  static const thrum_cells_type index = {4, true, true};
+  double *list = NULL, *ends = NULL, *points = NULL;
+  if (size < count)
+    return fail(r, "CELLS has a size below its count");
+  thrum_status status = read_values(r, index, size, &list);
+  if (status < 0)
+    return status;
+  ends = malloc(((size_t)count + 1) * sizeof *ends);
+  points = malloc(((size_t)size + 1) * sizeof *points);
+  if (!ends || !points)
+    status = thrum_text_fail(&r->text, THRUM_OUT_OF_MEMORY, r->error, "not enough memory");
+  int64_t at = 0, kept = 0;
+  for (int64_t c = 0; c < count && status >= 0; c++) {
+    if (at >= size || !(list[at] >= 0 && list[at] <= (double)(size - at - 1))) {
+      status = fail(r, "CELLS has a cell that goes beyond the size given");
+      break;
+    }
+    const int64_t length = (int64_t)list[at++];
+    memcpy(points + kept, list + at, (size_t)length * sizeof *points);
+    at += length;
+    kept += length;
+    ends[c] = (double)kept;
+  }
+  free(list);
+  if (status < 0) {
+    free(ends);
+    free(points);
+    return status;
+  }
+  const thrum_cells_array arrays[] = {
+      {.place = THRUM_CELLS_CONNECTIVITY, .whole = true, .count = kept, .values = points},
+      {.place = THRUM_CELLS_OFFSETS, .whole = true, .count = count, .values = ends}};
+  status = thrum_cells_take(&r->cells, &arrays[0], r->error);
+  if (status < 0) {
+    free(ends);
+    return status;
+  }
+  return thrum_cells_take(&r->cells, &arrays[1], r->error);
+}
+
+/* Version 5: the count is that of offsets, one more than there are cells. */
+static thrum_status read_new_cells(vtk_reader *r, int64_t offsets, int64_t size) {
+  static const char *const names[] = {"OFFSETS", "CONNECTIVITY"};
+  thrum_status status = THRUM_OK;
+  for (int i = 0; i < 2 && status >= 0; i++) {
+    const char *word = "";
+    size_t length = 0;
+    thrum_cells_type type;
+    status = next_line(r, names[i]);
+    if (status < 0)
+      return status;
+    thrum_text_word(&r->text, &word, &length);
+    if (!thrum_text_equals(word, length, names[i]))
+      return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error, "expected %s, found '%s'",
+                             names[i], thrum_text_excerpt(word, length).text);
+    status = read_type(r, &type);
+    if (status >= 0)
+      status = take_array(r, i == 0 ? THRUM_CELLS_OFFSETS : THRUM_CELLS_CONNECTIVITY, "", 0, type,
+                          1, i == 0 ? offsets : size);
+  }
+  if (status < 0)
+    return status;
+  // where cells begin becomes where they end
+  thrum_cells_array *ends = &r->cells.arrays[r->cells.array_count - 2];
+  if (ends->count > 0) {
+    ends->count--;
+    memmove(ends->values, ends->values + 1, (size_t)ends->count * sizeof *ends->values);
+  }
+  return THRUM_OK;
+}
+
+static thrum_status read_cells(vtk_reader *r) {
+  int64_t count = 0, size = 0;
+  thrum_status status = integer(r, "the number of cells", &count);
+  if (status >= 0)
+    status = integer(r, "the size of the cells", &size);
+  if (status < 0)
+    return status;
+  return r->new_cells ? read_new_cells(r, count, size) : read_old_cells(r, count, size);
+}
+
+static thrum_status read_cell_types(vtk_reader *r) {
+  static const thrum_cells_type index = {4, true, true};
+  thrum_status status = integer(r, "the number of cells", &r->cells.cell_count);
+  return status < 0 ? status
+                    : take_array(r, THRUM_CELLS_TYPES, "", 0, index, 1, r->cells.cell_count);
+}
+
+/* `SCALARS name type [columns]`, then perhaps `LOOKUP_TABLE name`. */
+static thrum_status read_scalars(vtk_reader *r) {
+  const char *name = "", *word;
+  size_t length = 0, word_length;
+  int64_t columns = 1;
+  thrum_cells_type type;
+  thrum_text_word(&r->text, &name, &length);
+  thrum_status status = read_type(r, &type);
+  if (status >= 0 && thrum_text_more(&r->text))
+    status = thrum_text_integer(&r->text, "the number of columns", 1, 9, &columns, r->error);
+  if (status < 0)
+    return status;
+  // the line of the lookup table is taken only if it is one
+  const thrum_text before = r->text;
+  if (!thrum_text_next_line(&r->text) || !thrum_text_word(&r->text, &word, &word_length) ||
+      !thrum_text_equals(word, word_length, "LOOKUP_TABLE"))
+    r->text = before;
+  if (r->tuples > INT64_MAX / 64 / columns)
+    return fail(r, "an array is longer than the file; is it cut short?");
+  return take_array(r, r->place, name, length, type, columns, columns * r->tuples);
+}
+
+/* Metadata is text, ended by an empty line, which this scanner does not see: it is over when a
+ * keyword comes that is none of its own. */
+static bool is_metadata(const char *word, size_t length) {
+  static const char *const words[] = {"METADATA", "COMPONENT_NAMES", "INFORMATION", "NAME", "DATA"};
+  for (size_t i = 0; i < sizeof words / sizeof *words; i++)
+    if (thrum_text_equals(word, length, words[i]))
+      return true;
+  return false;
+}
+
+/* `FIELD name count`, then arrays `name columns tuples type`. */
+static thrum_status read_field(vtk_reader *r) {
+  const char *name = "";
+  size_t length = 0;
+  int64_t count = 0;
+  thrum_text_word(&r->text, &name, &length);
+  thrum_status status = integer(r, "the number of arrays", &count);
+  for (int64_t i = 0; i < count && status >= 0; i++) {
+    int64_t columns = 0, tuples = 0;
+    thrum_cells_type type;
+    do {
+      status = next_line(r, "the last array");
+      thrum_text_word(&r->text, &name, &length);
+    } while (status >= 0 && is_metadata(name, length));
+    if (status < 0)
+      return status;
+    status = thrum_text_integer(&r->text, "the number of columns", 0, 1000000, &columns, r->error);
+    if (status >= 0)
+      status =
+          thrum_text_integer(&r->text, "the number of tuples", 0, INT32_MAX, &tuples, r->error);
+    if (status >= 0)
+      status = read_type(r, &type);
+    if (status >= 0)
+      status = take_array(r, r->place, name, length, type, columns, columns * tuples);
+  }
+  return status;
+}
+
+/* VECTORS, NORMALS and the like: `name type` and a fixed number of columns. */
+static thrum_status read_vectors(vtk_reader *r, int64_t columns) {
+  const char *name = "";
+  size_t length = 0;
+  thrum_cells_type type;
+  thrum_text_word(&r->text, &name, &length);
+  thrum_status status = read_type(r, &type);
+  if (status >= 0 && r->tuples > INT64_MAX / 64 / columns)
+    return fail(r, "an array is longer than the file; is it cut short?");
+  return status < 0 ? status
+                    : take_array(r, r->place, name, length, type, columns, columns * r->tuples);
+}
+
+static thrum_status read_data_header(vtk_reader *r, thrum_cells_place place) {
+  r->place = place;
+  return integer(r, "the number of tuples", &r->tuples);
+}
+
+static thrum_status read_section(vtk_reader *r) {
+  const char *word = "";
+  size_t length = 0;
+  thrum_text_word(&r->text, &word, &length);
+  if (thrum_text_equals(word, length, "POINTS"))
+    return read_points(r);
+  if (thrum_text_equals(word, length, "CELLS"))
+    return read_cells(r);
+  if (thrum_text_equals(word, length, "CELL_TYPES"))
+    return read_cell_types(r);
+  if (thrum_text_equals(word, length, "POINT_DATA"))
+    return read_data_header(r, THRUM_CELLS_POINT_DATA);
+  if (thrum_text_equals(word, length, "CELL_DATA"))
+    return read_data_header(r, THRUM_CELLS_CELL_DATA);
+  if (thrum_text_equals(word, length, "FIELD"))
+    return read_field(r);
+  if (thrum_text_equals(word, length, "SCALARS"))
+    return read_scalars(r);
+  if (thrum_text_equals(word, length, "VECTORS") || thrum_text_equals(word, length, "NORMALS"))
+    return read_vectors(r, 3);
+  if (thrum_text_equals(word, length, "TENSORS"))
+    return read_vectors(r, 9);
+  if (is_metadata(word, length))
+    return THRUM_OK;
+  return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
+                         "expected a section such as POINTS or CELLS, found '%s'",
+                         thrum_text_excerpt(word, length).text);
+}
+
+/* Four lines: the version, a title, ASCII or BINARY, and the kind of the data set. */
+static thrum_status read_header(vtk_reader *r) {
+  static const char start[] = "# vtk DataFile Version ";
+  thrum_status status = next_line(r, "the version");
+  if (status < 0)
+    return status;
+  const size_t length = (size_t)(r->text.end - r->text.start);
+  if (length < sizeof start || memcmp(r->text.start, start, sizeof start - 1) != 0)
+    return fail(r, "expected '# vtk DataFile Version'; is it a VTK legacy file?");
+  // the last of 'X.Y' may be missing
+  r->new_cells = length > sizeof start && r->text.start[sizeof start - 1] >= '5' &&
+                 r->text.start[sizeof start] == '.';
+  // the title may be empty, and then the next line is ASCII or BINARY already
+  for (int i = 0; i < 2; i++) {
+    status = next_line(r, "ASCII or BINARY");
+    if (status < 0)
+      return status;
+    const size_t n = (size_t)(r->text.end - r->text.start);
+    r->binary = thrum_text_equals(r->text.start, n, "BINARY");
+    if (r->binary || thrum_text_equals(r->text.start, n, "ASCII"))
+      break;
+    if (i == 1)
+      return fail(r, "expected ASCII or BINARY");
+  }
+  status = next_line(r, "DATASET");
+  if (status < 0)
+    return status;
+  static const char kind[] = "DATASET UNSTRUCTURED_GRID";
+  if (!thrum_text_equals(r->text.start, (size_t)(r->text.end - r->text.start), kind))
+    return thrum_text_fail(
+        &r->text, THRUM_UNSUPPORTED, r->error, "expected %s, found '%s'", kind,
+        thrum_text_excerpt(r->text.start, (size_t)(r->text.end - r->text.start)).text);
+  return THRUM_OK;
+}
+
+thrum_status thrum_mesh_parse_vtk(const char *name, const void *data, size_t size, thrum_mesh *mesh,
+                                  thrum_error *error) {
+  vtk_reader r = {.error = error, .place = THRUM_CELLS_OTHER};
+  thrum_status status = thrum_text_view(name, data, size, 0, 0, &r.text, error);
+  if (status >= 0)
+    status = read_header(&r);
+  while (status >= 0 && thrum_text_next_line(&r.text))
+    status = read_section(&r);
+  if (status >= 0)
+    status = thrum_cells_mesh(&r.cells, name, mesh, error);
+  thrum_cells_free(&r.cells);
+  return status;
+}

@@ -1,0 +1,142 @@
+/* Writing meshes: the writer is chosen by the suffix of the file. Cost: linear in the mesh, times
+ * the number of regions for their names.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "mesh/formats/mesh_write.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "mesh/formats/file_suffix.h"
+#include "mesh/formats/mesh_out.h"
+
+/* The group that has just the vertices of a region. */
+static int64_t find_region_group(const thrum_mesh *mesh, int64_t region, uint8_t *in_region) {
+  memset(in_region, 0, (size_t)mesh->vertex_count);
+  int64_t count = 0;
+  for (int64_t t = 0; t < mesh->tet_count; t++)
+    for (int a = 0; a < 4 && mesh->tet_region[t] == region; a++) {
+      const int32_t v = mesh->tets[4 * t + a];
+      count += !in_region[v];
+      in_region[v] = 1;
+    }
+  for (int64_t g = 0; g < mesh->group_count; g++) {
+    const thrum_group *group = &mesh->groups[g];
+    int64_t i = 0;
+    while (group->count == count && i < count && in_region[group->vertices[i]])
+      i++;
+    if (i == count && group->count == count)
+      return g;
+  }
+  return -1;
+}
+
+static thrum_status match_regions(thrum_mesh_written *w, thrum_error *error) {
+  const thrum_mesh *m = w->mesh;
+  uint8_t *in_region = malloc((size_t)m->vertex_count + 1);
+  w->region_group = malloc(((size_t)m->region_count + 1) * sizeof *w->region_group);
+  w->group_region = malloc(((size_t)m->group_count + 1) * sizeof *w->group_region);
+  thrum_status status = THRUM_OK;
+  if (!in_region || !w->region_group || !w->group_region)
+    status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory");
+  for (int64_t g = 0; g < m->group_count && status >= 0; g++)
+    w->group_region[g] = -1;
+  for (int64_t i = 0; i < m->region_count && status >= 0; i++) {
+    int64_t g = find_region_group(m, i, in_region);
+    // a group names one region only
+    if (g >= 0 && w->group_region[g] >= 0)
+      g = -1;
+    w->region_group[i] = g;
+    if (g >= 0)
+      w->group_region[g] = i;
+  }
+  free(in_region);
+  return status;
+}
+
+/* Writes one file up to its commit. */
+static thrum_status write_file(const char *path, thrum_mesh_writer *writer, thrum_mesh_written *w,
+                               thrum_mesh_out **result, thrum_error *error) {
+  thrum_mesh_out *out = calloc(1, sizeof *out);
+  if (!out)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory");
+  out->error = error;
+  out->status = thrum_file_writer_open(path, &out->file, error);
+  if (out->status >= 0) {
+    writer(out, w);
+    thrum_out_flush(out);
+  }
+  *result = out;
+  return out->status;
+}
+
+/* One file, or TetGen's two, which are both made before either takes its place. */
+static thrum_status write_files(const char *const *paths, thrum_mesh_writer *const *writers,
+                                int count, thrum_mesh_written *w, thrum_error *error) {
+  thrum_mesh_out *outs[2] = {NULL, NULL};
+  thrum_status status = match_regions(w, error);
+  for (int i = 0; i < count && status >= 0; i++)
+    status = write_file(paths[i], writers[i], w, &outs[i], error);
+  for (int i = 0; i < count && status >= 0; i++)
+    status = thrum_file_writer_finish(&outs[i]->file, error);
+  for (int i = 0; i < count && status >= 0; i++)
+    status = thrum_file_writer_commit(&outs[i]->file, error);
+  for (int i = 0; i < count; i++) {
+    if (outs[i])
+      thrum_file_writer_abandon(&outs[i]->file);
+    free(outs[i]);
+  }
+  free(w->region_group);
+  free(w->group_region);
+  return status;
+}
+
+static thrum_status write_tetgen(const char *path, thrum_mesh_written *w, thrum_error *error) {
+  const size_t stem = strlen(path) - (thrum_file_has_suffix(path, ".ele") ? 4 : 5);
+  char *names[2] = {malloc(stem + 6), malloc(stem + 5)};
+  thrum_status status = THRUM_OUT_OF_MEMORY;
+  if (names[0] && names[1]) {
+    for (int i = 0; i < 2; i++) {
+      memcpy(names[i], path, stem);
+      strcpy(names[i] + stem, i == 0 ? ".node" : ".ele");
+    }
+    const char *const paths[2] = {names[0], names[1]};
+    thrum_mesh_writer *const writers[2] = {thrum_mesh_write_node, thrum_mesh_write_ele};
+    status = write_files(paths, writers, 2, w, error);
+  } else {
+    thrum_error_set(error, status, "not enough memory");
+  }
+  free(names[0]);
+  free(names[1]);
+  return status;
+}
+
+thrum_status thrum_mesh_write(const char *path, const thrum_mesh *mesh,
+                              const thrum_mesh_write_options *options, thrum_mesh_lost *lost,
+                              thrum_error *error) {
+  static const struct {
+    const char *suffix;
+    thrum_mesh_writer *write;
+  } writers[] = {{".veg", thrum_mesh_write_veg},    {".msh", thrum_mesh_write_msh},
+                 {".mesh", thrum_mesh_write_medit}, {".vtk", thrum_mesh_write_vtk},
+                 {".vtu", thrum_mesh_write_vtu},    {".inp", thrum_mesh_write_abaqus}};
+  thrum_mesh_written w = {.mesh = mesh, .options = *options};
+  thrum_status status = THRUM_UNSUPPORTED;
+  if (thrum_file_has_suffix(path, ".node") || thrum_file_has_suffix(path, ".ele")) {
+    status = write_tetgen(path, &w, error);
+  } else {
+    size_t i = 0;
+    const size_t count = sizeof writers / sizeof *writers;
+    while (i < count && !thrum_file_has_suffix(path, writers[i].suffix))
+      i++;
+    if (i == count)
+      return thrum_error_set(error, status,
+                             "%.200s: unknown kind of mesh; name a .veg, .msh, .node, .ele, .mesh, "
+                             ".vtk, .vtu or .inp file",
+                             path);
+    status = write_files(&path, &writers[i].write, 1, &w, error);
+  }
+  if (status >= 0)
+    *lost = w.lost;
+  return status;
+}

@@ -1,0 +1,79 @@
+/* Writer of Abaqus input files: *NODE, *ELEMENT of type C3D4, an *ELSET a region, an *NSET a group,
+ * and with materials *SOLID SECTION, *MATERIAL, *ELASTIC, *DENSITY. Cost: linear in the mesh, for
+ * every region.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "mesh/formats/mesh_out.h"
+#include "mesh/formats/mesh_write.h"
+
+static const char BAD[] = ",\"*=";
+
+static void put_member(thrum_mesh_out *out, int64_t number, int64_t *column) {
+  thrum_out_text(out, "%s%lld", *column == 0 ? "" : ", ", (long long)number);
+  if (++*column == 10) {
+    thrum_out_text(out, "\n");
+    *column = 0;
+  }
+}
+
+static void put_material(thrum_mesh_out *out, const thrum_mesh *m, int64_t region,
+                         const char *name) {
+  const thrum_material *material = &m->materials[region];
+  thrum_out_text(out, "*SOLID SECTION, ELSET=\"%s\", MATERIAL=material_%lld\n,\n", name,
+                 (long long)region + 1);
+  thrum_out_text(out, "*MATERIAL, NAME=material_%lld\n", (long long)region + 1);
+  // the section alone tells the region
+  if (!m->has_material)
+    return;
+  thrum_out_text(out, "*ELASTIC\n");
+  thrum_out_number(out, material->young);
+  thrum_out_text(out, ", ");
+  thrum_out_number(out, material->poisson);
+  thrum_out_text(out, "\n*DENSITY\n");
+  thrum_out_number(out, material->density);
+  thrum_out_text(out, ",\n");
+}
+
+static void put_region(thrum_mesh_out *out, thrum_mesh_written *w, int64_t region) {
+  const thrum_mesh *m = w->mesh;
+  char name[256] = "allElements";
+  int64_t column = 0;
+  if (m->region_count > 1 || w->region_group[region] >= 0) {
+    thrum_write_region_name(w, region, BAD, name);
+    thrum_out_text(out, "*ELSET, ELSET=\"%s\"\n", name);
+    for (int64_t t = 0; t < m->tet_count; t++)
+      if (m->tet_region[t] == region)
+        put_member(out, t + 1, &column);
+    thrum_out_text(out, "%s", column > 0 ? "\n" : "");
+  }
+  if (m->has_material || m->region_count > 1)
+    put_material(out, m, region, name);
+}
+
+void thrum_mesh_write_abaqus(thrum_mesh_out *out, thrum_mesh_written *w) {
+  const thrum_mesh *m = w->mesh;
+  thrum_out_text(out, "*HEADING\n mesh written by thrum, in metres\n*NODE\n");
+  for (int64_t v = 0; v < m->vertex_count; v++) {
+    thrum_out_text(out, "%lld, ", (long long)v + 1);
+    thrum_out_vertex(out, m->vertices + 3 * v, ", ");
+    thrum_out_text(out, "\n");
+  }
+  thrum_out_text(out, "*ELEMENT, TYPE=C3D4, ELSET=allElements\n");
+  for (int64_t t = 0; t < m->tet_count; t++) {
+    const int32_t *v = m->tets + 4 * t;
+    thrum_out_text(out, "%lld, %lld, %lld, %lld, %lld\n", (long long)t + 1, v[0] + 1LL, v[1] + 1LL,
+                   v[2] + 1LL, v[3] + 1LL);
+  }
+  for (int64_t g = 0; g < m->group_count; g++) {
+    char name[256];
+    int64_t column = 0;
+    if (w->group_region[g] >= 0)
+      continue;
+    thrum_out_text(out, "*NSET, NSET=\"%s\"\n", thrum_write_group_name(w, g, BAD, name));
+    for (int64_t i = 0; i < m->groups[g].count; i++)
+      put_member(out, m->groups[g].vertices[i] + 1LL, &column);
+    thrum_out_text(out, "%s", column > 0 ? "\n" : "");
+  }
+  for (int64_t i = 0; i < m->region_count; i++)
+    put_region(out, w, i);
+}

@@ -1,0 +1,64 @@
+/* Writers of the formats that have one number a vertex: TetGen's .node and .ele, Medit's .mesh.
+ * The numbers of the groups count from 1, those of regions too; names have no place. Cost: linear
+ * in the mesh.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <stdlib.h>
+
+#include "mesh/formats/mesh_out.h"
+#include "mesh/formats/mesh_write.h"
+
+static void count_materials(thrum_mesh_written *w) {
+  if (w->mesh->has_material)
+    w->lost.materials += w->mesh->region_count;
+}
+
+void thrum_mesh_write_node(thrum_mesh_out *out, thrum_mesh_written *w) {
+  const thrum_mesh *m = w->mesh;
+  int32_t *marks = thrum_write_marks(out, w);
+  thrum_out_text(out, "%lld 3 0 %d\n", (long long)m->vertex_count, m->group_count > 0);
+  for (int64_t v = 0; v < m->vertex_count && marks; v++) {
+    thrum_out_text(out, "%lld ", (long long)v + 1);
+    thrum_out_vertex(out, m->vertices + 3 * v, " ");
+    if (m->group_count > 0)
+      thrum_out_text(out, " %d", (int)marks[v]);
+    thrum_out_text(out, "\n");
+  }
+  free(marks);
+  count_materials(w);
+}
+
+void thrum_mesh_write_ele(thrum_mesh_out *out, thrum_mesh_written *w) {
+  const thrum_mesh *m = w->mesh;
+  const bool regions = m->region_count > 1;
+  thrum_out_text(out, "%lld 4 %d\n", (long long)m->tet_count, regions);
+  for (int64_t t = 0; t < m->tet_count; t++) {
+    const int32_t *v = m->tets + 4 * t;
+    thrum_out_text(out, "%lld %lld %lld %lld %lld", (long long)t + 1, v[0] + 1LL, v[1] + 1LL,
+                   v[2] + 1LL, v[3] + 1LL);
+    if (regions)
+      thrum_out_text(out, " %d", (int)m->tet_region[t] + 1);
+    thrum_out_text(out, "\n");
+  }
+}
+
+void thrum_mesh_write_medit(thrum_mesh_out *out, thrum_mesh_written *w) {
+  const thrum_mesh *m = w->mesh;
+  int32_t *marks = thrum_write_marks(out, w);
+  thrum_out_text(out, "MeshVersionFormatted 2\nDimension 3\nVertices\n%lld\n",
+                 (long long)m->vertex_count);
+  for (int64_t v = 0; v < m->vertex_count && marks; v++) {
+    thrum_out_vertex(out, m->vertices + 3 * v, " ");
+    thrum_out_text(out, " %d\n", (int)marks[v]);
+  }
+  free(marks);
+  thrum_out_text(out, "Tetrahedra\n%lld\n", (long long)m->tet_count);
+  for (int64_t t = 0; t < m->tet_count; t++) {
+    const int32_t *v = m->tets + 4 * t;
+    const int region = m->region_count > 1 ? (int)m->tet_region[t] + 1 : 0;
+    thrum_out_text(out, "%lld %lld %lld %lld %d\n", v[0] + 1LL, v[1] + 1LL, v[2] + 1LL, v[3] + 1LL,
+                   region);
+  }
+  thrum_out_text(out, "End\n");
+  count_materials(w);
+}

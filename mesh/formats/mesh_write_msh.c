@@ -1,0 +1,254 @@
+/* Writer of Gmsh's .msh, versions 2.2 and 4.1, ASCII or binary (little-endian). A group is a
+ * physical group of points, a region a physical volume that carries the name of the group of just
+ * its vertices; one region without such a name is in no physical group. Cost: linear in the mesh.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "mesh/formats/mesh_out.h"
+#include "mesh/formats/mesh_write.h"
+
+enum { TYPE_POINT = 15, TYPE_TET = 4 };
+
+/* Numbers in either form: text with a blank behind, or the lowest byte first. */
+static void put_whole(thrum_mesh_out *out, bool binary, uint64_t value, size_t size) {
+  unsigned char bytes[8];
+  if (!binary) {
+    thrum_out_text(out, "%llu ", (unsigned long long)value);
+    return;
+  }
+  for (size_t i = 0; i < size; i++)
+    bytes[i] = (unsigned char)(value >> 8 * i & 0xff);
+  thrum_out_bytes(out, bytes, size);
+}
+
+static void put_real(thrum_mesh_out *out, bool binary, double value) {
+  union {
+    double value;
+    uint64_t bits;
+  } number = {value};
+  if (binary) {
+    put_whole(out, true, number.bits, 8);
+  } else {
+    thrum_out_number(out, value);
+    thrum_out_text(out, " ");
+  }
+}
+
+static void end_line(thrum_mesh_out *out, bool binary) {
+  if (!binary)
+    thrum_out_text(out, "\n");
+}
+
+/* The physical volume of a region, 0 for none. */
+static int64_t region_tag(const thrum_mesh_written *w, int64_t region) {
+  return w->mesh->region_count > 1 || w->region_group[region] >= 0 ? region + 1 : 0;
+}
+
+static void put_names(thrum_mesh_out *out, thrum_mesh_written *w) {
+  const thrum_mesh *m = w->mesh;
+  char name[256];
+  int64_t count = 0;
+  for (int64_t g = 0; g < m->group_count; g++)
+    count += w->group_region[g] < 0;
+  for (int64_t i = 0; i < m->region_count; i++)
+    count += region_tag(w, i) != 0;
+  if (count == 0)
+    return;
+  thrum_out_text(out, "$PhysicalNames\n%lld\n", (long long)count);
+  for (int64_t g = 0; g < m->group_count; g++)
+    if (w->group_region[g] < 0)
+      thrum_out_text(out, "0 %lld \"%s\"\n", (long long)g + 1,
+                     thrum_write_group_name(w, g, "\"", name));
+  for (int64_t i = 0; i < m->region_count; i++)
+    if (region_tag(w, i) != 0)
+      thrum_out_text(out, "3 %lld \"%s\"\n", (long long)region_tag(w, i),
+                     thrum_write_region_name(w, i, "\"", name));
+  thrum_out_text(out, "$EndPhysicalNames\n");
+}
+
+/* How many points of groups there are, and in how many groups. */
+static int64_t point_count(const thrum_mesh_written *w, int64_t *groups) {
+  int64_t points = 0;
+  *groups = 0;
+  for (int64_t g = 0; g < w->mesh->group_count; g++)
+    if (w->group_region[g] < 0) {
+      points += w->mesh->groups[g].count;
+      ++*groups;
+    }
+  return points;
+}
+
+/* One element of version 2.2: in binary behind a header of its own. */
+static void put_element_2(thrum_mesh_out *out, bool binary, int64_t number, int type,
+                          int64_t physical, int64_t entity, const int32_t *vertices) {
+  const int corners = type == TYPE_TET ? 4 : 1;
+  if (binary) {
+    put_whole(out, true, (uint64_t)type, 4);
+    put_whole(out, true, 1, 4);
+    put_whole(out, true, 2, 4);
+  }
+  put_whole(out, binary, (uint64_t)number, 4);
+  if (!binary)
+    thrum_out_text(out, "%d 2 ", type);
+  put_whole(out, binary, (uint64_t)physical, 4);
+  put_whole(out, binary, (uint64_t)entity, 4);
+  for (int a = 0; a < corners; a++)
+    put_whole(out, binary, (uint64_t)vertices[a] + 1, 4);
+  end_line(out, binary);
+}
+
+static void put_body_2(thrum_mesh_out *out, thrum_mesh_written *w) {
+  const thrum_mesh *m = w->mesh;
+  const bool binary = w->options.binary;
+  int64_t groups, number = 0;
+  thrum_out_text(out, "$Nodes\n%lld\n", (long long)m->vertex_count);
+  for (int64_t v = 0; v < m->vertex_count; v++) {
+    put_whole(out, binary, (uint64_t)v + 1, 4);
+    for (int c = 0; c < 3; c++)
+      put_real(out, binary, m->vertices[3 * v + c]);
+    end_line(out, binary);
+  }
+  const int64_t count = point_count(w, &groups) + m->tet_count;
+  thrum_out_text(out, "%s$EndNodes\n$Elements\n%lld\n", binary ? "\n" : "", (long long)count);
+  for (int64_t g = 0; g < m->group_count; g++)
+    for (int64_t i = 0; i < m->groups[g].count && w->group_region[g] < 0; i++)
+      put_element_2(out, binary, ++number, TYPE_POINT, g + 1, g + 1, &m->groups[g].vertices[i]);
+  for (int64_t t = 0; t < m->tet_count; t++)
+    put_element_2(out, binary, ++number, TYPE_TET, region_tag(w, m->tet_region[t]),
+                  m->tet_region[t] + 1LL, m->tets + 4 * t);
+  thrum_out_text(out, "%s$EndElements\n", binary ? "\n" : "");
+}
+
+/* `tag box physicals` of the point of a group or the volume of a region. */
+static void put_entity(thrum_mesh_out *out, bool binary, int64_t tag, const double *box,
+                       int numbers, int64_t physical) {
+  put_whole(out, binary, (uint64_t)tag, 4);
+  for (int i = 0; i < numbers; i++)
+    put_real(out, binary, box[i]);
+  put_whole(out, binary, physical != 0, 8);
+  if (physical != 0)
+    put_whole(out, binary, (uint64_t)physical, 4);
+  // volumes say what bounds them: nothing here
+  if (numbers == 6)
+    put_whole(out, binary, 0, 8);
+  end_line(out, binary);
+}
+
+static void put_entities(thrum_mesh_out *out, thrum_mesh_written *w) {
+  const thrum_mesh *m = w->mesh;
+  const bool binary = w->options.binary;
+  int64_t groups;
+  double box[6] = {0};
+  point_count(w, &groups);
+  for (int64_t i = 0; i < 3 * m->vertex_count; i++) {
+    const double x = m->vertices[i];
+    box[i % 3] = i < 3 || x < box[i % 3] ? x : box[i % 3];
+    box[3 + i % 3] = i < 3 || x > box[3 + i % 3] ? x : box[3 + i % 3];
+  }
+  thrum_out_text(out, "$Entities\n");
+  put_whole(out, binary, (uint64_t)groups, 8);
+  put_whole(out, binary, 0, 8);
+  put_whole(out, binary, 0, 8);
+  put_whole(out, binary, (uint64_t)m->region_count, 8);
+  end_line(out, binary);
+  for (int64_t g = 0; g < m->group_count; g++)
+    if (w->group_region[g] < 0)
+      put_entity(out, binary, g + 1, m->vertices + 3 * (int64_t)m->groups[g].vertices[0], 3, g + 1);
+  for (int64_t i = 0; i < m->region_count; i++)
+    put_entity(out, binary, i + 1, box, 6, region_tag(w, i));
+  thrum_out_text(out, "%s$EndEntities\n", binary ? "\n" : "");
+}
+
+static void put_header_4(thrum_mesh_out *out, bool binary, int64_t blocks, int64_t items) {
+  put_whole(out, binary, (uint64_t)blocks, 8);
+  put_whole(out, binary, (uint64_t)items, 8);
+  put_whole(out, binary, 1, 8);
+  put_whole(out, binary, (uint64_t)items, 8);
+  end_line(out, binary);
+}
+
+static void put_block_4(thrum_mesh_out *out, bool binary, int dimension, int64_t entity, int type,
+                        int64_t count) {
+  put_whole(out, binary, (uint64_t)dimension, 4);
+  put_whole(out, binary, (uint64_t)entity, 4);
+  put_whole(out, binary, (uint64_t)type, 4);
+  put_whole(out, binary, (uint64_t)count, 8);
+  end_line(out, binary);
+}
+
+static void put_nodes_4(thrum_mesh_out *out, thrum_mesh_written *w) {
+  const thrum_mesh *m = w->mesh;
+  const bool binary = w->options.binary;
+  thrum_out_text(out, "$Nodes\n");
+  put_header_4(out, binary, 1, m->vertex_count);
+  put_block_4(out, binary, 3, 1, 0, m->vertex_count);
+  for (int64_t v = 0; v < m->vertex_count; v++) {
+    put_whole(out, binary, (uint64_t)v + 1, 8);
+    end_line(out, binary);
+  }
+  for (int64_t v = 0; v < m->vertex_count; v++) {
+    for (int c = 0; c < 3; c++)
+      put_real(out, binary, m->vertices[3 * v + c]);
+    end_line(out, binary);
+  }
+  thrum_out_text(out, "%s$EndNodes\n", binary ? "\n" : "");
+}
+
+/* Where the tets of the region of tet t, standing together, end. */
+static int64_t run_end(const thrum_mesh *m, int64_t t) {
+  const int32_t region = m->tet_region[t];
+  while (t < m->tet_count && m->tet_region[t] == region)
+    t++;
+  return t;
+}
+
+static void put_elements_4(thrum_mesh_out *out, thrum_mesh_written *w) {
+  const thrum_mesh *m = w->mesh;
+  const bool binary = w->options.binary;
+  int64_t groups, number = 0, blocks = 0;
+  const int64_t count = point_count(w, &groups) + m->tet_count;
+  for (int64_t t = 0; t < m->tet_count; t = run_end(m, t))
+    blocks++;
+  thrum_out_text(out, "$Elements\n");
+  put_header_4(out, binary, groups + blocks, count);
+  for (int64_t g = 0; g < m->group_count; g++) {
+    if (w->group_region[g] >= 0)
+      continue;
+    put_block_4(out, binary, 0, g + 1, TYPE_POINT, m->groups[g].count);
+    for (int64_t i = 0; i < m->groups[g].count; i++) {
+      put_whole(out, binary, (uint64_t)++number, 8);
+      put_whole(out, binary, (uint64_t)m->groups[g].vertices[i] + 1, 8);
+      end_line(out, binary);
+    }
+  }
+  for (int64_t t = 0; t < m->tet_count;) {
+    const int64_t end = run_end(m, t);
+    put_block_4(out, binary, 3, m->tet_region[t] + 1LL, TYPE_TET, end - t);
+    for (; t < end; t++) {
+      put_whole(out, binary, (uint64_t)++number, 8);
+      for (int a = 0; a < 4; a++)
+        put_whole(out, binary, (uint64_t)m->tets[4 * t + a] + 1, 8);
+      end_line(out, binary);
+    }
+  }
+  thrum_out_text(out, "%s$EndElements\n", binary ? "\n" : "");
+}
+
+void thrum_mesh_write_msh(thrum_mesh_out *out, thrum_mesh_written *w) {
+  const bool old = w->options.msh_version == 22, binary = w->options.binary;
+  thrum_out_text(out, "$MeshFormat\n%s %d 8\n", old ? "2.2" : "4.1", binary);
+  if (binary) {
+    put_whole(out, true, 1, 4);
+    thrum_out_text(out, "\n");
+  }
+  thrum_out_text(out, "$EndMeshFormat\n");
+  put_names(out, w);
+  if (old) {
+    put_body_2(out, w);
+  } else {
+    put_entities(out, w);
+    put_nodes_4(out, w);
+    put_elements_4(out, w);
+  }
+  if (w->mesh->has_material)
+    w->lost.materials += w->mesh->region_count;
+}

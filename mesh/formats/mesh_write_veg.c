@@ -1,0 +1,108 @@
+/* Writer of Vega's .veg. Its sets are of elements: a group is carried as the set of the tets that
+ * lie in it, if they have all of its vertices. Regions are carried with their materials; without
+ * materials they are sets. Cost: linear in the mesh, for every set.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <stdlib.h>
+#include <string.h>
+
+#include "mesh/formats/mesh_out.h"
+#include "mesh/formats/mesh_write.h"
+
+static const char BAD[] = ",#*";
+
+static void put_element(thrum_mesh_out *out, int64_t tet, int64_t *column) {
+  thrum_out_text(out, "%s%lld", *column == 0 ? "" : ", ", (long long)tet + 1);
+  if (++*column == 10) {
+    thrum_out_text(out, "\n");
+    *column = 0;
+  }
+}
+
+static bool lies_in(const thrum_mesh *m, int64_t t, const uint8_t *mark) {
+  const int32_t *v = m->tets + 4 * t;
+  return mark[v[0]] && mark[v[1]] && mark[v[2]] && mark[v[3]];
+}
+
+/* Writes a group as the tets in it; false when they do not have all of its vertices. */
+static bool put_group(thrum_mesh_out *out, thrum_mesh_written *w, int64_t g, uint8_t *mark) {
+  const thrum_mesh *m = w->mesh;
+  const thrum_group *group = &m->groups[g];
+  memset(mark, 0, (size_t)m->vertex_count);
+  for (int64_t i = 0; i < group->count; i++)
+    mark[group->vertices[i]] = 1;
+  int64_t covered = 0, column = 0;
+  for (int64_t t = 0; t < m->tet_count; t++) {
+    if (!lies_in(m, t, mark))
+      continue;
+    for (int a = 0; a < 4; a++) {
+      uint8_t *seen = &mark[m->tets[4 * t + a]];
+      covered += *seen == 1;
+      *seen = 2;
+    }
+  }
+  if (covered < group->count)
+    return false;
+  char name[256];
+  thrum_out_text(out, "\n*SET %s\n", thrum_write_group_name(w, g, BAD, name));
+  for (int64_t t = 0; t < m->tet_count; t++)
+    if (lies_in(m, t, mark))
+      put_element(out, t, &column);
+  thrum_out_text(out, "%s", column > 0 ? "\n" : "");
+  return true;
+}
+
+/* The set of a region's tets; one region of all tets needs none. */
+static void put_region(thrum_mesh_out *out, thrum_mesh_written *w, int64_t region) {
+  const thrum_mesh *m = w->mesh;
+  const int64_t group = w->region_group[region];
+  char name[256] = "allElements";
+  int64_t column = 0;
+  if (m->region_count > 1 || group >= 0) {
+    thrum_write_region_name(w, region, BAD, name);
+    thrum_out_text(out, "\n*SET %s\n", name);
+    for (int64_t t = 0; t < m->tet_count; t++)
+      if (m->tet_region[t] == region)
+        put_element(out, t, &column);
+    thrum_out_text(out, "%s", column > 0 ? "\n" : "");
+  }
+  if (!m->has_material)
+    return;
+  const thrum_material *material = &m->materials[region];
+  thrum_out_text(out, "\n*MATERIAL material_%lld\nENU, ", (long long)region + 1);
+  thrum_out_number(out, material->density);
+  thrum_out_text(out, ", ");
+  thrum_out_number(out, material->young);
+  thrum_out_text(out, ", ");
+  thrum_out_number(out, material->poisson);
+  thrum_out_text(out, "\n\n*REGION\n%s, material_%lld\n", name, (long long)region + 1);
+}
+
+void thrum_mesh_write_veg(thrum_mesh_out *out, thrum_mesh_written *w) {
+  const thrum_mesh *m = w->mesh;
+  uint8_t *mark = malloc((size_t)m->vertex_count + 1);
+  if (!mark) {
+    out->status = thrum_error_set(out->error, THRUM_OUT_OF_MEMORY, "not enough memory");
+    return;
+  }
+  thrum_out_text(out, "*VERTICES\n%lld 3 0 0\n", (long long)m->vertex_count);
+  for (int64_t v = 0; v < m->vertex_count; v++) {
+    thrum_out_text(out, "%lld ", (long long)v + 1);
+    thrum_out_vertex(out, m->vertices + 3 * v, " ");
+    thrum_out_text(out, "\n");
+  }
+  thrum_out_text(out, "\n*ELEMENTS\nTET\n%lld 4 0\n", (long long)m->tet_count);
+  for (int64_t t = 0; t < m->tet_count; t++) {
+    const int32_t *v = m->tets + 4 * t;
+    thrum_out_text(out, "%lld %lld %lld %lld %lld\n", (long long)t + 1, v[0] + 1LL, v[1] + 1LL,
+                   v[2] + 1LL, v[3] + 1LL);
+  }
+  for (int64_t i = 0; i < m->region_count; i++)
+    put_region(out, w, i);
+  for (int64_t g = 0; g < m->group_count; g++)
+    if (w->group_region[g] < 0)
+      w->lost.groups += !put_group(out, w, g, mark);
+  if (!m->has_material && m->region_count > 1)
+    w->lost.regions += m->region_count;
+  free(mark);
+}

@@ -1,0 +1,210 @@
+/* Wavefront .obj: v (x y z, then a weight or a colour, passed over) and f (i, i/j, i//k or i/j/k;
+ * negative ones count back from the last vertex). Polygons become fans from their first corner.
+ * A line that ends in \ goes on in the next; # begins a comment. What only dresses the surface is
+ * passed over, free-form curves and surfaces are refused. Format: Wavefront, Advanced Visualizer
+ * Manual, appendix B1. Cost: linear in the file.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <stdlib.h>
+
+#include "io/text.h"
+#include "mesh/formats/surface_read.h"
+#include "mesh/mesh_grow.h"
+#include "mesh/surface_mesh.h"
+
+typedef struct obj_reader {
+  thrum_text text;
+  thrum_surface_builder builder;
+  bool goes_on; /* the line ended in \ */
+  bool pending; /* the present line is a statement that has not been read yet */
+  int64_t *corners;
+  int64_t corner_count, corner_capacity;
+  thrum_error *error;
+} obj_reader;
+
+/* What dresses a surface or names its parts. */
+static const char *const passed_over[] = {"vt",         "vn",  "vp",     "g",        "o",
+                                          "s",          "mg",  "usemtl", "mtllib",   "maplib",
+                                          "usemap",     "lod", "bevel",  "c_interp", "d_interp",
+                                          "shadow_obj", "l",   "p",      "trace_obj"};
+static const char *const curved[] = {"cstype", "deg",  "bmat",  "step", "curv", "curv2",
+                                     "surf",   "parm", "trim",  "scrv", "hole", "sp",
+                                     "end",    "con",  "ctech", "stech"};
+
+/* Takes a \ off the end of the line. */
+static void begin_line(obj_reader *r) {
+  thrum_text *text = &r->text;
+  r->goes_on = text->end > text->at && text->end[-1] == '\\';
+  if (r->goes_on)
+    text->end--;
+}
+
+static bool next_statement(obj_reader *r) {
+  if (r->pending) {
+    r->pending = false;
+    return true;
+  }
+  if (!thrum_text_next_line(&r->text))
+    return false;
+  begin_line(r);
+  return true;
+}
+
+/* Is there another word in the statement, on this line or on one that it goes on in? */
+static bool more(obj_reader *r) {
+  while (!thrum_text_more(&r->text)) {
+    const int64_t line = r->text.line;
+    if (!r->goes_on || r->pending || !thrum_text_next_line(&r->text))
+      return false;
+    // a blank line in between ended the statement
+    r->pending = r->text.line > line + 1;
+    begin_line(r);
+    if (r->pending)
+      return false;
+  }
+  return true;
+}
+
+static bool is_among(const char *word, size_t length, const char *const *names, size_t count) {
+  for (size_t i = 0; i < count; i++)
+    if (thrum_text_equals(word, length, names[i]))
+      return true;
+  return false;
+}
+
+static thrum_status read_vertex(obj_reader *r) {
+  static const char *const axes[] = {"the x coordinate", "the y coordinate", "the z coordinate"};
+  double position[3] = {0}, unused = 0;
+  thrum_status status = THRUM_OK;
+  for (int c = 0; c < 3 && status >= 0; c++) {
+    more(r);
+    status = r->pending ? thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
+                                          "the vertex before this line ends before %s", axes[c])
+                        : thrum_text_number(&r->text, axes[c], &position[c], r->error);
+  }
+  // a weight, a colour, or both
+  for (int n = 0; n < 4 && status >= 0 && more(r); n++)
+    status = thrum_text_number(&r->text, "a weight or a colour", &unused, r->error);
+  if (status >= 0 && more(r))
+    status = thrum_text_finish(&r->text, "the vertex", r->error);
+  return status < 0 ? status : thrum_surface_add_vertex(&r->builder, position);
+}
+
+/* One of the three numbers of a corner; false when it is none. An empty one is 0. */
+static bool scan_index(const char **at, const char *end, int64_t *index) {
+  *index = 0;
+  if (*at < end && **at != '/') {
+    const size_t used = thrum_text_scan_integer(*at, end, index);
+    if (used == 0 || *index == 0)
+      return false;
+    *at += used;
+  }
+  return true;
+}
+
+/* The vertex of a corner, from 1; those of a texture and a normal behind slashes are passed over.
+ */
+static thrum_status read_corner(obj_reader *r, int64_t *corner) {
+  const char *word = "", *at;
+  size_t length = 0;
+  thrum_text_word(&r->text, &word, &length);
+  const char *end = word + length;
+  int64_t index[3] = {0};
+  at = word;
+  bool good = scan_index(&at, end, &index[0]) && index[0] != 0;
+  for (int n = 1; n < 3 && good && at < end; n++)
+    good = *at++ == '/' && scan_index(&at, end, &index[n]);
+  if (!good || at != end)
+    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
+                           "expected a corner such as 7, 7/1 or 7//2, counted from 1, found '%s'",
+                           thrum_text_excerpt(word, length).text);
+  const int64_t count = r->builder.made.vertex_count;
+  const int64_t vertex = index[0] < 0 ? count + 1 + index[0] : index[0];
+  // a vertex may still come, but none can be before the first
+  if (vertex < 1 || vertex > INT32_MAX - 1)
+    return thrum_text_fail(&r->text, THRUM_BAD_VALUE, r->error,
+                           "a corner names vertex %lld, and there are %lld up to here",
+                           (long long)index[0], (long long)count);
+  *corner = vertex;
+  return THRUM_OK;
+}
+
+static thrum_status read_face(obj_reader *r) {
+  const int64_t line = r->text.line;
+  thrum_status status = THRUM_OK;
+  for (r->corner_count = 0; status >= 0 && more(r); r->corner_count++) {
+    int64_t *grown =
+        thrum_mesh_grow(r->corners, &r->corner_capacity, r->corner_count + 1, sizeof *grown);
+    if (grown == NULL)
+      return thrum_error_set(r->error, THRUM_OUT_OF_MEMORY, "not enough memory for the surface");
+    r->corners = grown;
+    status = read_corner(r, &grown[r->corner_count]);
+  }
+  if (status >= 0 && r->corner_count < 3)
+    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
+                           "the face%s has %lld corners; it needs three or more",
+                           r->pending ? " before this line" : "", (long long)r->corner_count);
+  r->builder.made.polygons += r->corner_count > 3;
+  for (int64_t n = 2; n < r->corner_count && status >= 0; n++) {
+    const int32_t triangle[3] = {(int32_t)(r->corners[0] - 1), (int32_t)(r->corners[n - 1] - 1),
+                                 (int32_t)(r->corners[n] - 1)};
+    status = thrum_surface_add_triangle(&r->builder, triangle, line);
+  }
+  return status;
+}
+
+static thrum_status read_statement(obj_reader *r) {
+  const char *word = "";
+  size_t length = 0;
+  if (!more(r))
+    return THRUM_OK;
+  thrum_text_word(&r->text, &word, &length);
+  if (thrum_text_equals(word, length, "v"))
+    return read_vertex(r);
+  if (thrum_text_equals(word, length, "f") || thrum_text_equals(word, length, "fo"))
+    return read_face(r);
+  if (is_among(word, length, curved, sizeof curved / sizeof *curved))
+    return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
+                           "'%s' belongs to a free-form surface; export the surface as polygons",
+                           thrum_text_excerpt(word, length).text);
+  if (!is_among(word, length, passed_over, sizeof passed_over / sizeof *passed_over))
+    return thrum_text_fail(
+        &r->text, THRUM_BAD_FORMAT, r->error,
+        "expected a statement such as v or f, found '%s'; is it a Wavefront .obj?",
+        thrum_text_excerpt(word, length).text);
+  while (more(r))
+    thrum_text_word(&r->text, &word, &length);
+  return THRUM_OK;
+}
+
+/* A face may come before its vertices, so what it names is judged at the end. */
+static thrum_status check_indices(obj_reader *r) {
+  const thrum_surface_mesh *made = &r->builder.made;
+  if (made->triangle_count == 0)
+    return thrum_text_fail(&r->text, THRUM_MISSING, r->error, "there are no faces (f) in the file");
+  for (int64_t n = 0; n < 3 * made->triangle_count; n++) {
+    if (made->triangles[n] < made->vertex_count)
+      continue;
+    r->text.line = made->triangle_line[n / 3];
+    return thrum_text_fail(&r->text, THRUM_BAD_VALUE, r->error,
+                           "a corner names vertex %lld, and the file has %lld",
+                           (long long)made->triangles[n] + 1, (long long)made->vertex_count);
+  }
+  return THRUM_OK;
+}
+
+thrum_status thrum_surface_parse_obj(const char *name, const void *data, size_t size,
+                                     thrum_surface_mesh *surface, thrum_error *error) {
+  obj_reader r = {.error = error, .builder = {.error = error}};
+  thrum_status status = thrum_text_view(name, data, size, '#', 0, &r.text, error);
+  while (status >= 0 && next_statement(&r))
+    status = read_statement(&r);
+  if (status >= 0)
+    status = check_indices(&r);
+  free(r.corners);
+  if (status < 0)
+    thrum_surface_mesh_free(&r.builder.made);
+  else
+    *surface = r.builder.made;
+  return status;
+}

@@ -1,0 +1,177 @@
+/* STL, ASCII (solid, facet normal, outer loop, three vertex lines) and binary (80 bytes, a count,
+ * and 50 bytes a facet: normal, three corners, an attribute, little-endian floats). A file whose
+ * size is just that of its count is binary, whatever its first word. Normals and attributes are
+ * passed over; corners at just the same place become one vertex. Format: 3D Systems,
+ * Stereolithography Interface Specification, 1989. Cost: linear in the file.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
+#include <string.h>
+
+#include "io/text.h"
+#include "mesh/formats/surface_read.h"
+#include "mesh/point_hash.h"
+#include "mesh/surface_mesh.h"
+
+enum { HEADER = 84, FACET = 50 };
+
+typedef struct stl_reader {
+  thrum_text text;
+  thrum_surface_builder builder;
+  thrum_point_hash places;
+  thrum_error *error;
+} stl_reader;
+
+/* The vertex at a place, a new one when there is none yet. */
+static thrum_status find_vertex(stl_reader *r, const double position[3], int32_t *vertex) {
+  thrum_surface_mesh *made = &r->builder.made;
+  const int64_t count = made->vertex_count;
+  thrum_status status =
+      thrum_point_hash_find(&r->places, made->vertices, count, position, vertex, r->error);
+  if (status >= 0 && *vertex == count)
+    return thrum_surface_add_vertex(&r->builder, position);
+  made->merged++;
+  return status;
+}
+
+static thrum_status expect_word(stl_reader *r, const char *wanted) {
+  const char *word = "";
+  size_t length = 0;
+  while (!thrum_text_more(&r->text))
+    if (!thrum_text_next_line(&r->text))
+      return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
+                             "the file ends before '%s'; is it cut short?", wanted);
+  thrum_text_word(&r->text, &word, &length);
+  if (thrum_text_equals(word, length, wanted))
+    return THRUM_OK;
+  return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error, "expected '%s', found '%s'", wanted,
+                         thrum_text_excerpt(word, length).text);
+}
+
+/* facet normal ... endfacet, of which `facet` was read. */
+static thrum_status read_facet(stl_reader *r) {
+  static const char *const axes[] = {"the x coordinate", "the y coordinate", "the z coordinate"};
+  const int64_t line = r->text.line;
+  int32_t corners[3] = {0};
+  double position[3] = {0};
+  thrum_status status = expect_word(r, "normal");
+  // some programs write nan for the normal of a flat facet, and nobody needs it
+  thrum_text_next_line(&r->text);
+  if (status >= 0)
+    status = expect_word(r, "outer");
+  if (status >= 0)
+    status = expect_word(r, "loop");
+  for (int c = 0; c < 3 && status >= 0; c++) {
+    status = expect_word(r, "vertex");
+    for (int axis = 0; axis < 3 && status >= 0; axis++)
+      status = thrum_text_number(&r->text, axes[axis], &position[axis], r->error);
+    if (status >= 0)
+      status = thrum_text_finish(&r->text, "the vertex", r->error);
+    if (status >= 0)
+      status = find_vertex(r, position, &corners[c]);
+  }
+  if (status >= 0)
+    status = expect_word(r, "endloop");
+  if (status >= 0)
+    status = expect_word(r, "endfacet");
+  return status < 0 ? status : thrum_surface_add_triangle(&r->builder, corners, line);
+}
+
+/* Solids, one after the other, are one surface. */
+static thrum_status read_text(stl_reader *r) {
+  const char *word = "";
+  size_t length = 0;
+  bool inside = false;
+  while (thrum_text_next_line(&r->text)) {
+    thrum_text_word(&r->text, &word, &length);
+    thrum_status status = THRUM_OK;
+    if (!inside && thrum_text_equals(word, length, "solid"))
+      inside = true;
+    else if (inside && thrum_text_equals(word, length, "endsolid"))
+      inside = false;
+    else if (inside && thrum_text_equals(word, length, "facet"))
+      status = read_facet(r);
+    else
+      status = thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error, "expected '%s', found '%s'",
+                               inside ? "facet" : "solid", thrum_text_excerpt(word, length).text);
+    if (status < 0)
+      return status;
+  }
+  if (inside)
+    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
+                           "the file ends before 'endsolid'; is it cut short?");
+  return THRUM_OK;
+}
+
+static uint32_t get32(const unsigned char *p) {
+  return (uint32_t)p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 | (uint32_t)p[3] << 24;
+}
+
+static thrum_status read_binary(stl_reader *r, const unsigned char *data, uint32_t count) {
+  r->builder.made.binary = true;
+  for (uint32_t n = 0; n < count; n++) {
+    const unsigned char *facet = data + HEADER + (size_t)n * FACET;
+    int32_t corners[3] = {0};
+    for (int c = 0; c < 3; c++) {
+      double position[3];
+      for (int axis = 0; axis < 3; axis++) {
+        const uint32_t bits = get32(facet + 12 + 12 * c + 4 * axis);
+        float value;
+        memcpy(&value, &bits, sizeof value);
+        position[axis] = (double)value;
+        if (!isfinite(position[axis]))
+          return thrum_text_fail(&r->text, THRUM_BAD_VALUE, r->error,
+                                 "facet %lu has a corner that is not a finite number",
+                                 (unsigned long)n + 1);
+      }
+      const thrum_status status = find_vertex(r, position, &corners[c]);
+      if (status < 0)
+        return status;
+    }
+    const thrum_status status = thrum_surface_add_triangle(&r->builder, corners, (int64_t)n + 1);
+    if (status < 0)
+      return status;
+  }
+  return THRUM_OK;
+}
+
+static bool begins_with_solid(const unsigned char *data, size_t size) {
+  const size_t mark = size >= 3 && memcmp(data, "\xef\xbb\xbf", 3) == 0 ? 3 : 0;
+  size_t at = mark;
+  while (at < size && (data[at] == ' ' || (data[at] >= '\t' && data[at] <= '\r')))
+    at++;
+  return size - at >= 5 && thrum_text_equals((const char *)data + at, 5, "solid");
+}
+
+static thrum_status read_stl(stl_reader *r, const unsigned char *data, size_t size) {
+  const uint32_t count = size >= HEADER ? get32(data + HEADER - 4) : 0;
+  const uint64_t binary = HEADER + (uint64_t)count * FACET;
+  if (size >= HEADER && size == binary)
+    return read_binary(r, data, count);
+  if (begins_with_solid(data, size))
+    return read_text(r);
+  if (size < HEADER)
+    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
+                           "neither 'solid' nor the 84 bytes that begin a binary .stl");
+  return thrum_text_fail(
+      &r->text, THRUM_BAD_FORMAT, r->error,
+      "a binary .stl of %lu facets has %llu bytes, this file has %llu: is it cut "
+      "short?",
+      (unsigned long)count, (unsigned long long)binary, (unsigned long long)size);
+}
+
+thrum_status thrum_surface_parse_stl(const char *name, const void *data, size_t size,
+                                     thrum_surface_mesh *surface, thrum_error *error) {
+  stl_reader r = {.error = error, .builder = {.error = error}};
+  thrum_status status = thrum_text_view(name, data, size, 0, 0, &r.text, error);
+  if (status >= 0)
+    status = read_stl(&r, data, size);
+  if (status >= 0 && r.builder.made.triangle_count == 0)
+    status = thrum_text_fail(&r.text, THRUM_MISSING, error, "there are no facets in the file");
+  thrum_point_hash_free(&r.places);
+  if (status < 0)
+    thrum_surface_mesh_free(&r.builder.made);
+  else
+    *surface = r.builder.made;
+  return status;
+}

@@ -1,0 +1,291 @@
+/* From the arrays of VTK's unstructured grid to a mesh. Cost: linear in the arrays.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "mesh/formats/vtk_cells.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "io/text.h"
+#include "mesh/mesh_builder.h"
+#include "mesh/mesh_groups.h"
+#include "mesh/mesh_grow.h"
+
+enum { VTK_TETRA = 10, VTK_QUADRATIC_TETRA = 24, VTK_TYPE_MAX = 255 };
+
+static thrum_status no_memory(thrum_error *error) {
+  return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory for the mesh");
+}
+
+thrum_status thrum_cells_take(thrum_cells *cells, const thrum_cells_array *array,
+                              thrum_error *error) {
+  thrum_cells_array *arrays =
+      thrum_mesh_grow(cells->arrays, &cells->capacity, cells->array_count + 1, sizeof *arrays);
+  if (!arrays) {
+    free(array->values);
+    return no_memory(error);
+  }
+  cells->arrays = arrays;
+  arrays[cells->array_count++] = *array;
+  return THRUM_OK;
+}
+
+void thrum_cells_free(thrum_cells *cells) {
+  for (int64_t i = 0; i < cells->array_count; i++)
+    free(cells->arrays[i].values);
+  free(cells->arrays);
+  *cells = (thrum_cells){0};
+}
+
+thrum_cells_type thrum_cells_type_of(const char *name, size_t length) {
+  static const struct {
+    const char *name;
+    thrum_cells_type type;
+  } types[] = {{"double", {8, false, true}},      {"float", {4, false, true}},
+               {"char", {1, true, true}},         {"unsigned_char", {1, true, false}},
+               {"short", {2, true, true}},        {"unsigned_short", {2, true, false}},
+               {"int", {4, true, true}},          {"unsigned_int", {4, true, false}},
+               {"long", {8, true, true}},         {"unsigned_long", {8, true, false}},
+               {"vtktypeint64", {8, true, true}}, {"vtktypeuint64", {8, true, false}},
+               {"vtktypeint32", {4, true, true}}, {"vtktypeuint32", {4, true, false}},
+               {"vtkIdType", {4, true, true}},    {"Float64", {8, false, true}},
+               {"Float32", {4, false, true}},     {"Int8", {1, true, true}},
+               {"UInt8", {1, true, false}},       {"Int16", {2, true, true}},
+               {"UInt16", {2, true, false}},      {"Int32", {4, true, true}},
+               {"UInt32", {4, true, false}},      {"Int64", {8, true, true}},
+               {"UInt64", {8, true, false}}};
+  for (size_t i = 0; i < sizeof types / sizeof *types; i++)
+    if (thrum_text_equals(name, length, types[i].name))
+      return types[i].type;
+  return (thrum_cells_type){0};
+}
+
+double thrum_cells_number(thrum_cells_type type, const unsigned char *bytes, bool little) {
+  uint64_t bits = 0;
+  for (int i = 0; i < type.size; i++)
+    bits = bits << 8 | bytes[little ? type.size - 1 - i : i];
+  if (!type.whole && type.size == 8) {
+    double value;
+    memcpy(&value, &bits, sizeof value);
+    return value;
+  }
+  if (!type.whole) {
+    const uint32_t half = (uint32_t)bits;
+    float value;
+    memcpy(&value, &half, sizeof value);
+    return (double)value;
+  }
+  // the top bit of a signed number counts negative
+  const uint64_t top = UINT64_C(1) << (8 * type.size - 1);
+  return type.is_signed && (bits & top) ? -(double)(top - (bits & (top - 1))) : (double)bits;
+}
+
+static const thrum_cells_array *find(const thrum_cells *cells, thrum_cells_place place,
+                                     const char *name) {
+  for (int64_t i = 0; i < cells->array_count; i++) {
+    const thrum_cells_array *a = &cells->arrays[i];
+    if (a->place == place && (!name || thrum_text_equals(a->name, strlen(a->name), name)))
+      return a;
+  }
+  return NULL;
+}
+
+/* A cell array of one number a cell, by its name; NULL when there is none. */
+static const thrum_cells_array *find_cell_data(const thrum_cells *cells, const char *name) {
+  const thrum_cells_array *a = find(cells, THRUM_CELLS_CELL_DATA, name);
+  return a && a->count == cells->cell_count ? a : NULL;
+}
+
+/* Whole numbers of the cells that tell regions, under the names that programs give them. */
+static const thrum_cells_array *find_region(const thrum_cells *cells) {
+  static const char *const names[] = {"region",    "regions",       "MaterialIds",
+                                      "material",  "CellEntityIds", "gmsh:physical",
+                                      "medit:ref", "RegionId",      "attribute"};
+  for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+    const thrum_cells_array *a = find_cell_data(cells, names[i]);
+    if (a && a->whole)
+      return a;
+  }
+  return NULL;
+}
+
+/* The parts of the grid that tets are made from. */
+typedef struct grid {
+  const char *name;
+  const thrum_cells_array *points, *connectivity, *offsets, *types;
+  const thrum_cells_array *region, *young, *poisson, *density;
+  thrum_error *error;
+} grid;
+
+static thrum_status find_grid(const thrum_cells *cells, grid *g) {
+  g->points = find(cells, THRUM_CELLS_POINTS, NULL);
+  g->connectivity = find(cells, THRUM_CELLS_CONNECTIVITY, NULL);
+  g->offsets = find(cells, THRUM_CELLS_OFFSETS, NULL);
+  g->types = find(cells, THRUM_CELLS_TYPES, NULL);
+  g->region = find_region(cells);
+  g->young = find_cell_data(cells, "young");
+  g->poisson = find_cell_data(cells, "poisson");
+  g->density = find_cell_data(cells, "density");
+  if (!g->points || !g->connectivity || !g->offsets || !g->types)
+    return thrum_error_set(g->error, THRUM_MISSING,
+                           "%.200s: the grid has no %s; is it an unstructured grid, and whole?",
+                           g->name,
+                           !g->points         ? "points"
+                           : !g->connectivity ? "cells"
+                           : !g->offsets      ? "ends of cells"
+                                              : "types of cells");
+  if (g->points->count != 3 * cells->point_count || g->types->count != cells->cell_count ||
+      g->offsets->count != cells->cell_count)
+    return thrum_error_set(g->error, THRUM_BAD_SHAPE,
+                           "%.200s: %lld coordinates, %lld types and %lld ends of cells do not fit "
+                           "%lld points and %lld cells",
+                           g->name, (long long)g->points->count, (long long)g->types->count,
+                           (long long)g->offsets->count, (long long)cells->point_count,
+                           (long long)cells->cell_count);
+  for (int64_t i = 0; i < g->points->count; i++)
+    if (!isfinite(g->points->values[i]))
+      return thrum_error_set(g->error, THRUM_BAD_VALUE,
+                             "%.200s: point %lld is not at a finite place", g->name,
+                             (long long)(i / 3));
+  return THRUM_OK;
+}
+
+/* Corners of a cell's type: 4 and 10 of tets, 0 of what has no volume, -1 of what is not read. */
+static int tet_corners(double type) {
+  static const unsigned char flat[] = {0,  1,  2,  3,  4,  5,  6,  7,  8,  9, 21,
+                                       22, 23, 28, 30, 34, 35, 36, 68, 69, 70};
+  if (type == VTK_TETRA)
+    return 4;
+  if (type == VTK_QUADRATIC_TETRA)
+    return 10;
+  for (size_t i = 0; i < sizeof flat; i++)
+    if (type == flat[i])
+      return 0;
+  return -1;
+}
+
+static thrum_status bad_cell(const grid *g, int64_t cell, const char *fault) {
+  return thrum_error_set(g->error, THRUM_BAD_VALUE, "%.200s: cell %lld %s", g->name,
+                         (long long)cell, fault);
+}
+
+/* The key of a cell's region; cells of one region are of one material. */
+static int64_t region_key(const grid *g, int64_t cell) {
+  return g->region ? (int64_t)g->region->values[cell] : 0;
+}
+
+static thrum_status add_cell(const grid *g, int64_t cell, double first, thrum_mesh_builder *b) {
+  const double end = g->offsets->values[cell];
+  const int corners = tet_corners(g->types->values[cell]);
+  if (!(end >= first && end <= (double)g->connectivity->count))
+    return bad_cell(g, cell, "ends beyond the connectivity, or before it begins");
+  if (corners == 0)
+    return THRUM_OK;
+  if (corners < 0)
+    return thrum_error_set(g->error, THRUM_UNSUPPORTED,
+                           "%.200s: cell %lld is of type %g, which is not supported; the body must "
+                           "be meshed with tetrahedra (type 10) alone",
+                           g->name, (long long)cell, g->types->values[cell]);
+  if (end - first != corners)
+    return bad_cell(g, cell, "has another number of points than its type");
+  int64_t vertices[4];
+  for (int a = 0; a < 4; a++) {
+    const double v = g->connectivity->values[(int64_t)first + a];
+    // points count from 0; a wild number must not be converted
+    if (!(v >= 0 && v < 2147483648.0))
+      return bad_cell(g, cell, "names a point that is out of range");
+    vertices[a] = (int64_t)v;
+  }
+  if (g->region && !(fabs(g->region->values[cell]) < 1e15))
+    return bad_cell(g, cell, "has a region that is out of range");
+  b->cornered_tets += corners == 10;
+  return thrum_builder_tet(b, vertices, region_key(g, cell), 0);
+}
+
+/* Whole point data of one column that is 0 and 1, and not all 0, is a group. */
+static thrum_status add_group(const thrum_cells *cells, const thrum_cells_array *a,
+                              thrum_mesh_builder *b) {
+  if (a->place != THRUM_CELLS_POINT_DATA || !a->whole || a->columns > 1 ||
+      a->count != cells->point_count || thrum_mesh_name_fault(a->name, strlen(a->name)))
+    return THRUM_OK;
+  for (int64_t i = 0; i < a->count; i++)
+    if (a->values[i] != 0 && a->values[i] != 1)
+      return THRUM_OK;
+  int64_t list = 0;
+  thrum_status status = thrum_builder_list(b, a->name, strlen(a->name), &list);
+  for (int64_t i = 0; i < a->count && status >= 0; i++)
+    if (a->values[i] == 1)
+      status = thrum_builder_add(b, list, i);
+  return status;
+}
+
+/* The material of each region, which all of its tets must agree on. */
+static thrum_status add_materials(const grid *g, int64_t cell_count, thrum_mesh *mesh) {
+  if (!g->young || !g->poisson || !g->density)
+    return THRUM_OK;
+  int64_t t = 0;
+  mesh->has_material = true;
+  for (int64_t cell = 0; cell < cell_count; cell++) {
+    if (tet_corners(g->types->values[cell]) <= 0)
+      continue;
+    const thrum_material own = {g->young->values[cell], g->poisson->values[cell],
+                                g->density->values[cell]};
+    thrum_material *material = &mesh->materials[mesh->tet_region[t++]];
+    if (!isfinite(own.young) || !isfinite(own.poisson) || !isfinite(own.density))
+      return bad_cell(g, cell, "has a material that is not finite");
+    if (material->young == 0 && material->poisson == 0 && material->density == 0)
+      *material = own;
+    if (material->young != own.young || material->poisson != own.poisson ||
+        material->density != own.density)
+      return bad_cell(g, cell,
+                      "has another material than others of its region; give each material "
+                      "its own number in the cell array 'region'");
+  }
+  return THRUM_OK;
+}
+
+/* Of several regions each is a group, in a file that has no groups of its own. */
+static thrum_status add_region_groups(const thrum_mesh_builder *b, thrum_mesh *mesh,
+                                      thrum_error *error) {
+  thrum_status status = THRUM_OK;
+  if (mesh->group_count > 0 || mesh->region_count == 1)
+    return THRUM_OK;
+  for (int64_t i = 0; i < mesh->region_count && status >= 0; i++) {
+    char name[64];
+    snprintf(name, sizeof name, "region_%lld", (long long)b->region_keys[i]);
+    status = thrum_mesh_add_region_group(mesh, (int32_t)i, name, error);
+  }
+  return status;
+}
+
+static thrum_status build(const thrum_cells *cells, grid *g, thrum_mesh_builder *b,
+                          thrum_mesh *mesh) {
+  thrum_status status = find_grid(cells, g);
+  for (int64_t v = 0; v < cells->point_count && status >= 0; v++)
+    status = thrum_builder_vertex(b, v, g->points->values + 3 * v);
+  for (int64_t c = 0; c < cells->cell_count && status >= 0; c++)
+    status = add_cell(g, c, c > 0 ? g->offsets->values[c - 1] : 0, b);
+  for (int64_t i = 0; i < cells->array_count && status >= 0; i++)
+    status = add_group(cells, &cells->arrays[i], b);
+  if (status >= 0)
+    status = thrum_builder_finish(b, g->name, mesh);
+  if (status >= 0)
+    status = add_materials(g, cells->cell_count, mesh);
+  return status < 0 ? status : add_region_groups(b, mesh, g->error);
+}
+
+thrum_status thrum_cells_mesh(const thrum_cells *cells, const char *name, thrum_mesh *mesh,
+                              thrum_error *error) {
+  thrum_mesh_builder builder = {.error = error};
+  thrum_mesh read = {0};
+  grid g = {.name = name, .error = error};
+  thrum_status status = build(cells, &g, &builder, &read);
+  thrum_builder_free(&builder);
+  if (status >= 0)
+    *mesh = read;
+  else
+    thrum_mesh_free(&read);
+  return status;
+}

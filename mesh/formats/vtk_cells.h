@@ -1,0 +1,59 @@
+/* The unstructured grid of VTK as arrays, which its legacy and its XML files both hold, and the
+ * mesh that it stands for.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_MESH_FORMATS_VTK_CELLS_H
+#define THRUM_MESH_FORMATS_VTK_CELLS_H
+
+#include "mesh/mesh.h"
+
+typedef enum thrum_cells_place {
+  THRUM_CELLS_POINTS, /* the grid itself */
+  THRUM_CELLS_CONNECTIVITY,
+  THRUM_CELLS_OFFSETS, /* where each cell ends in the connectivity */
+  THRUM_CELLS_TYPES,
+  THRUM_CELLS_POINT_DATA,
+  THRUM_CELLS_CELL_DATA,
+  THRUM_CELLS_OTHER /* to be passed over */
+} thrum_cells_place;
+
+/* One array; whole numbers are exact up to 2^53, which no index reaches. */
+typedef struct thrum_cells_array {
+  thrum_cells_place place;
+  char name[256];
+  bool whole; /* of an integer type */
+  int64_t columns;
+  int64_t count;  /* of values */
+  double *values; /* owned */
+} thrum_cells_array;
+
+/* Zeroed to begin with; released by thrum_cells_free. */
+typedef struct thrum_cells {
+  int64_t point_count, cell_count;
+  int64_t array_count, capacity;
+  thrum_cells_array *arrays;
+} thrum_cells;
+
+/* Adds an array and takes its values over, also on failure. */
+thrum_status thrum_cells_take(thrum_cells *cells, const thrum_cells_array *array,
+                              thrum_error *error);
+
+/* The tets of the grid. A cell array `region` (or as other programs call it) tells regions, cell
+ * arrays `young`, `poisson` and `density` their materials; a whole point array of 0 and 1 is a
+ * group. Quadratic tets are read by their corners. On failure *mesh is untouched. */
+thrum_status thrum_cells_mesh(const thrum_cells *cells, const char *name, thrum_mesh *mesh,
+                              thrum_error *error);
+
+/* What the numbers of VTK's types take in a file: size in bytes (0: no such type), and whether they
+ * are whole or signed. Knows the names of both kinds of file, such as "double" and "Float64". */
+typedef struct thrum_cells_type {
+  int size;
+  bool whole, is_signed;
+} thrum_cells_type;
+thrum_cells_type thrum_cells_type_of(const char *name, size_t length);
+/* One number of that type. */
+double thrum_cells_number(thrum_cells_type type, const unsigned char *bytes, bool little);
+
+void thrum_cells_free(thrum_cells *cells);
+
+#endif

@@ -1,0 +1,12 @@
+/* The generator of boxes of tetrahedra.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_MESH_MESH_BEAM_H
+#define THRUM_MESH_MESH_BEAM_H
+
+#include "mesh/mesh.h"
+
+/* Makes the mesh of a spec `beam:NXxNYxNZ@LXxLYxLZ`, see thrum_mesh_read. */
+thrum_status thrum_mesh_beam(const char *spec, thrum_mesh *mesh, thrum_error *error);
+
+#endif

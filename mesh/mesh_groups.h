@@ -1,0 +1,24 @@
+/* Adding named vertex groups to a mesh.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_MESH_MESH_GROUPS_H
+#define THRUM_MESH_MESH_GROUPS_H
+
+#include "mesh/mesh.h"
+
+/* Groups, materials or regions that one mesh may have; names have at most this many bytes. */
+enum { THRUM_MESH_GROUPS_MAX = 4096, THRUM_MESH_NAME_MAX = 255 };
+
+/* Adds a group of `count` vertices (any order, repeats allowed; each below vertex_count), copied.
+ * Vertices of a name that exists already join that group. An empty group is left out. */
+thrum_status thrum_mesh_add_group(thrum_mesh *mesh, const char *name, const int32_t *vertices,
+                                  int64_t count, thrum_error *error);
+
+/* Adds the group of the vertices of a region's tets. */
+thrum_status thrum_mesh_add_region_group(thrum_mesh *mesh, int32_t region, const char *name,
+                                         thrum_error *error);
+
+/* NULL, or why this is no name for a group: its length, its bytes. */
+const char *thrum_mesh_name_fault(const char *name, size_t length);
+
+#endif

@@ -1,0 +1,107 @@
+/* The full-order body of a model, see model_fem.h. SPDX-License-Identifier: Apache-2.0 */
+#include "precompute/model/model_fem.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "platform/allocate.h"
+#include "precompute/model/model_fill.h"
+
+// only read through the mesh
+static int32_t *lend(const int32_t *array) {
+  union {
+    const int32_t *read;
+    int32_t *write;
+  } pointer = {.read = array};
+  return pointer.write;
+}
+
+thrum_status thrum_model_borrow_mesh(const thrum_model *model, thrum_mesh *mesh,
+                                     thrum_error *error) {
+  if (model->vertices == NULL)
+    return thrum_error_set(error, THRUM_MISSING,
+                           "the model has no mesh, so its stiffness and mass are unknown");
+  mesh->vertex_count = model->vertex_count;
+  mesh->tet_count = model->tet_count;
+  mesh->region_count = model->region_count;
+  mesh->vertices = thrum_model_writable(model->vertices);
+  mesh->tets = lend(model->tets);
+  mesh->tet_region = lend(model->tet_region);
+  mesh->materials =
+      thrum_allocate(mesh->region_count, sizeof *mesh->materials, "the materials", error);
+  if (!mesh->materials)
+    return THRUM_OUT_OF_MEMORY;
+  for (int64_t i = 0; i < mesh->region_count; i++)
+    mesh->materials[i] = (thrum_material){model->material[3 * i], model->material[3 * i + 1],
+                                          model->material[3 * i + 2]};
+  mesh->has_material = true;
+  return THRUM_OK;
+}
+
+// u_0^T M u_0 of the first column of U, which is 1 in the mass that it was made with
+static thrum_status first_square(const thrum_model_fem *body, const thrum_model *model,
+                                 double *square, thrum_error *error) {
+  const thrum_fem *fem = &body->fem;
+  const int64_t n = fem->free_count;
+  double *column = thrum_allocate(2 * n, sizeof *column, "a column of the basis", error);
+  if (!column)
+    return THRUM_OUT_OF_MEMORY;
+
+  // the column on the free components, and M times it behind it
+  for (int64_t f = 0; f < n; f++)
+    column[f] = model->basis[fem->component[f] * model->rank];
+  thrum_sparse_product(&body->mass, column, 1, column + n);
+
+  *square = 0;
+  for (int64_t f = 0; f < n; f++)
+    *square += column[f] * column[n + f];
+  free(column);
+  return THRUM_OK;
+}
+
+static thrum_status make_mass(thrum_model_fem *body, const thrum_model *model, thrum_error *error) {
+  double off[2] = {0, INFINITY};
+  thrum_status status = THRUM_OK;
+  // the lumped one is tried first, so that the consistent one stays when there is no basis
+  for (int kind = 1; kind >= 0 && status == THRUM_OK; kind--) {
+    double square = 1;
+    thrum_sparse_free(&body->mass);
+    status = thrum_fem_mass(&body->fem, (thrum_mass)kind, &body->stiffness, &body->mass, error);
+    if (status == THRUM_OK && model->basis)
+      status = first_square(body, model, &square, error);
+    off[kind] = fabs(square - 1);
+  }
+  if (status == THRUM_OK && off[1] < off[0]) {
+    thrum_sparse_free(&body->mass);
+    body->kind = THRUM_MASS_LUMPED;
+    status = thrum_fem_mass(&body->fem, body->kind, &body->stiffness, &body->mass, error);
+  }
+  return status;
+}
+
+thrum_status thrum_model_fem_create(const thrum_model *model, thrum_model_fem *body,
+                                    thrum_error *error) {
+  thrum_model_fem made = {0};
+  thrum_status status = thrum_model_borrow_mesh(model, &made.mesh, error);
+  if (status == THRUM_OK)
+    status = thrum_fem_create(&made.mesh, model->fixed, &made.fem, error);
+  if (status == THRUM_OK)
+    status = thrum_fem_pattern(&made.fem, &made.stiffness, error);
+  if (status == THRUM_OK)
+    status = make_mass(&made, model, error);
+  if (status == THRUM_OK)
+    status = thrum_fem_stiffness(&made.fem, NULL, &made.stiffness, error);
+  if (status == THRUM_OK)
+    *body = made;
+  else
+    thrum_model_fem_free(&made);
+  return status;
+}
+
+void thrum_model_fem_free(thrum_model_fem *body) {
+  thrum_fem_free(&body->fem);
+  thrum_sparse_free(&body->stiffness);
+  thrum_sparse_free(&body->mass);
+  free(body->mesh.materials);
+  *body = (thrum_model_fem){0};
+}

@@ -1,0 +1,27 @@
+/* The full-order body of a model: what the model was made from. SPDX-License-Identifier: Apache-2.0
+ */
+#ifndef THRUM_PRECOMPUTE_MODEL_MODEL_FEM_H
+#define THRUM_PRECOMPUTE_MODEL_MODEL_FEM_H
+
+#include "precompute/fem/fem.h"
+#include "thrum/model.h"
+
+typedef struct thrum_model_fem {
+  thrum_mesh mesh; /* borrows the model's arrays; materials are its own */
+  thrum_fem fem;
+  thrum_sparse stiffness, mass; /* on the free components */
+  thrum_mass kind; /* the mass in which the model's basis is orthonormal; consistent without one */
+} thrum_model_fem;
+
+/* The model's mesh: its arrays are the model's, but for `materials`, which the caller frees alone.
+ * THRUM_MISSING when the model has no mesh. */
+thrum_status thrum_model_borrow_mesh(const thrum_model *model, thrum_mesh *mesh,
+                                     thrum_error *error);
+
+/* THRUM_MISSING when the model has no mesh. The model must stay while the body is used. */
+thrum_status thrum_model_fem_create(const thrum_model *model, thrum_model_fem *body,
+                                    thrum_error *error);
+void thrum_model_fem_free(
+    thrum_model_fem *body); /* leaves it empty; an empty (zeroed) one is fine */
+
+#endif

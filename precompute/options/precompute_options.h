@@ -1,0 +1,83 @@
+/* What is asked of a precompute: its stages and its options. Lowest header of precompute.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_PRECOMPUTE_OPTIONS_PRECOMPUTE_OPTIONS_H
+#define THRUM_PRECOMPUTE_OPTIONS_PRECOMPUTE_OPTIONS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+typedef enum thrum_mass { THRUM_MASS_CONSISTENT = 0, THRUM_MASS_LUMPED = 1 } thrum_mass;
+
+/* How to check that no linear mode was missed: a fresh search of the complement, which also
+ * recovers what was missed; after it, an exact count by MUMPS, which takes about as long as the
+ * factor and is not built in everywhere. AUTO counts where it can up to 30,000 free components. */
+typedef enum thrum_check { THRUM_CHECK_AUTO, THRUM_CHECK_SEARCH, THRUM_CHECK_INERTIA } thrum_check;
+
+/* The stages, in order; they do not overlap. X(name, text) */
+#define THRUM_STAGE_LIST(X)                                                                        \
+  X(assemble, "stiffness and mass")                                                                \
+  X(factor, "sparse Cholesky")                                                                     \
+  X(modes, "linear modes")                                                                         \
+  X(derivatives, "modal derivatives")                                                              \
+  X(basis, "mass-PCA basis")                                                                       \
+  X(polynomial, "reduced polynomial")
+
+typedef enum thrum_stage {
+#define X(name, text) THRUM_STAGE_##name,
+  THRUM_STAGE_LIST(X)
+#undef X
+      THRUM_STAGE_COUNT
+} thrum_stage;
+
+/* A place where a user will pull: a group of vertices that share a force evenly, or one vertex. */
+typedef struct thrum_handle {
+  const char *name;
+  int64_t count;
+  const int32_t *vertices; /* count, 0-based; NULL: the one `vertex` */
+  int32_t vertex;
+} thrum_handle;
+
+/* A basis made elsewhere, of any independent columns, and its polynomial where that is known. */
+typedef struct thrum_imported_basis {
+  int64_t rows, rank; /* rows: 3 per vertex of the mesh's file */
+  double *basis;      /* rows x rank, row-major */
+  double *linear;     /* rank x rank, of V = 1/2 q^T linear q + ...; NULL: no polynomial */
+  double *c3, *c4;    /* block order of thrum/model.h */
+  double defect;      /* by how much its force was no gradient */
+} thrum_imported_basis;
+
+/* What became of it. */
+typedef struct thrum_imported_figures {
+  bool changed;                /* it was not in Thrum's form: its basis was changed */
+  double orthonormality;       /* max |U^T M U - 1| in the file, */
+  double orthonormality_after; /* and after the change of basis */
+  double defect;               /* of the polynomial's force, see thrum_imported_basis */
+  double linear_difference;    /* of the linear part from U^T K U, relative */
+  double energy_difference;    /* of V from the body's at large displacements, relative */
+} thrum_imported_figures;
+
+typedef struct thrum_precompute_options {
+  int64_t modes;       /* k linear modes; default 10 */
+  int64_t rank;        /* r <= k (k + 3) / 2; default 0, which stands for 2 k */
+  bool fit;            /* lower modes and rank to what the body has room for; default false */
+  thrum_mass mass;     /* default consistent */
+  thrum_check check;   /* that no mode was missed; default THRUM_CHECK_AUTO */
+  bool single;         /* c3 and c4 in single precision; default false */
+  int threads;         /* BLAS threads; default 1 */
+  double memory_limit; /* bytes the process may hold; default 0: what is available */
+  /* Their static responses are in the span of U, whatever the rank, which must be three a handle at
+   * least; default none. `rank` 0 then stands for 2 (k + 3 handle_count). */
+  const thrum_handle *handles;
+  int64_t handle_count;
+  /* Takes the place of modes, rank, derivatives and mass-PCA; NULL: none. */
+  const thrum_imported_basis *imported;
+  bool keep_modes; /* hand out mode_vectors; default false */
+  /* Called as a stage advances, fraction in [0, 1]; return false to stop. May be NULL. */
+  bool (*progress)(void *context, thrum_stage stage, double fraction);
+  void *progress_context;
+} thrum_precompute_options;
+
+thrum_precompute_options thrum_default_precompute_options(void);
+
+#endif
