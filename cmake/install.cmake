@@ -1,17 +1,21 @@
-# What `cmake --install` puts where: library, headers, thrumConfig.cmake, thrum.pc.
+# What `cmake --install` puts where: the two libraries, their headers, thrumConfig.cmake, thrum.pc,
+# thrum-scene.pc, the licence and the examples.
 # SPDX-License-Identifier: Apache-2.0
 set(THRUM_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/thrum)
 
-install(TARGETS thrum EXPORT thrumTargets
+install(TARGETS thrum thrum_scene EXPORT thrumTargets
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
   LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
   RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(DIRECTORY include/thrum DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.h")
+install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(DIRECTORY examples/ DESTINATION ${CMAKE_INSTALL_DOCDIR}/examples
+  FILES_MATCHING PATTERN "*.c" PATTERN "CMakeLists.txt" PATTERN "bytes.cmake" PATTERN "scenes" EXCLUDE)
 install(EXPORT thrumTargets NAMESPACE thrum:: DESTINATION ${THRUM_CMAKE_DIR})
 
 configure_package_config_file(cmake/thrumConfig.cmake.in ${CMAKE_CURRENT_BINARY_DIR}/thrumConfig.cmake
   INSTALL_DESTINATION ${THRUM_CMAKE_DIR})
-# before 1.0 a minor version may change the interface
+# before 1.0 a minor version may change the interface (docs/versioning.md)
 write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/thrumConfigVersion.cmake
   COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/thrumConfig.cmake
@@ -35,5 +39,7 @@ if(BUILD_SHARED_LIBS)
 else()
   set(THRUM_PC_LIBS " -lm")
 endif()
-configure_file(cmake/thrum.pc.in ${CMAKE_CURRENT_BINARY_DIR}/thrum.pc @ONLY)
-install(FILES ${CMAKE_CURRENT_BINARY_DIR}/thrum.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+foreach(name thrum thrum-scene)
+  configure_file(cmake/${name}.pc.in ${CMAKE_CURRENT_BINARY_DIR}/${name}.pc @ONLY)
+  install(FILES ${CMAKE_CURRENT_BINARY_DIR}/${name}.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+endforeach()

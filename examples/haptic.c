@@ -2,6 +2,8 @@
  * to it, one step is made, and the spring's force goes back to the hand. Here the device is a sine
  * of 2 Hz. Says how long steps took and how many came late.   haptic beam.npz SECONDS
  * SPDX-License-Identifier: Apache-2.0 */
+#define _POSIX_C_SOURCE 200809L /* clock_nanosleep */
+
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -14,6 +14,7 @@
 #ifndef THRUM_BASE_MOTION_H
 #define THRUM_BASE_MOTION_H
 
+#include "thrum/api.h"
 #include "thrum/external_load.h"
 
 #ifdef __cplusplus
@@ -32,36 +33,38 @@ typedef struct thrum_base_motion {
 
 /* THRUM_BAD_VALUE for numbers that are not finite or times that do not ascend; the message counts
  * from 1. */
-thrum_status thrum_base_motion_check(const thrum_base_motion *motion, thrum_error *error);
+THRUM_API thrum_status thrum_base_motion_check(const thrum_base_motion *motion, thrum_error *error);
 
 /* Exact mean of the acceleration over [step dt, (step+1) dt). Cost: log count. */
-void thrum_base_motion_mean(const thrum_base_motion *motion, int64_t step, double dt,
-                            double mean[3]);
+THRUM_API void thrum_base_motion_mean(const thrum_base_motion *motion, int64_t step, double dt,
+                                      double mean[3]);
 
 /* reduced -= U^T M 1 a; reduced: rank. */
-thrum_status thrum_base_motion_load(const thrum_model *model, const double acceleration[3],
-                                    double *reduced, thrum_error *error);
+THRUM_API thrum_status thrum_base_motion_load(const thrum_model *model,
+                                              const double acceleration[3], double *reduced,
+                                              thrum_error *error);
 
 /* Fills velocities and positions (count x 3 each) of a base that is at rest at the first time:
  * the exact integrals. A record of accelerations that was not corrected for it drifts. */
-void thrum_base_motion_integrate(int64_t count, const double *times, const double *accelerations,
-                                 double *velocities, double *positions);
+THRUM_API void thrum_base_motion_integrate(int64_t count, const double *times,
+                                           const double *accelerations, double *velocities,
+                                           double *positions);
 
 /* Fills accelerations and velocities (count x 3 each) of the cubic spline through `positions`: at
  * rest at the first time, without acceleration at the last. Between the times its acceleration is
  * linear. work: count. */
-void thrum_base_motion_spline(int64_t count, const double *times, const double *positions,
-                              double *accelerations, double *velocities, double *work);
+THRUM_API void thrum_base_motion_spline(int64_t count, const double *times, const double *positions,
+                                        double *accelerations, double *velocities, double *work);
 
 /* Where the base is at `time`, and its velocity; either may be NULL. Before the first time at rest
  * at positions[0], after the last in steady motion. Needs velocities and positions. */
-void thrum_base_motion_at(const thrum_base_motion *motion, double time, double position[3],
-                          double velocity[3]);
+THRUM_API void thrum_base_motion_at(const thrum_base_motion *motion, double time,
+                                    double position[3], double velocity[3]);
 
 /* Position, divided by the amplitude of the acceleration [s^2], of a base in steady harmonic motion
  * whose acceleration is a sine load's course: -sin(2 pi f (t - from)) / (2 pi f)^2 within its
  * window, and where the window ends it stops. */
-double thrum_base_motion_sine(const thrum_load *course, double time);
+THRUM_API double thrum_base_motion_sine(const thrum_load *course, double time);
 
 #ifdef __cplusplus
 }

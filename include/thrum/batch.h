@@ -13,6 +13,7 @@
 #ifndef THRUM_BATCH_H
 #define THRUM_BATCH_H
 
+#include "thrum/api.h"
 #include "thrum/state.h"
 
 #ifdef __cplusplus
@@ -20,16 +21,16 @@ extern "C" {
 #endif
 
 /* Bytes of workspace of thrum_batch_step for this model; any number of states. */
-thrum_status thrum_batch_size(const thrum_model *model, size_t *size, thrum_error *error);
+THRUM_API thrum_status thrum_batch_size(const thrum_model *model, size_t *size, thrum_error *error);
 
 /* Advances each of `count` states by one step; one that is listed twice by two. `workspace`:
  * thrum_batch_size bytes, aligned to 64; its content is undefined before and after. `statuses`
  * (count, may be NULL): what thrum_step would return for each. Returns the first failure among
  * them, else THRUM_FELL_BACK if one did, else THRUM_OK; a failure of one state, which `error`
  * describes, leaves that state as it was and does not keep the others from their step. */
-thrum_status thrum_batch_step(const thrum_model *model, thrum_state *const *states, int64_t count,
-                              thrum_status *statuses, void *workspace, size_t workspace_size,
-                              thrum_error *error);
+THRUM_API thrum_status thrum_batch_step(const thrum_model *model, thrum_state *const *states,
+                                        int64_t count, thrum_status *statuses, void *workspace,
+                                        size_t workspace_size, thrum_error *error);
 
 #ifdef __cplusplus
 }

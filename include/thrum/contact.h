@@ -22,6 +22,7 @@
 #ifndef THRUM_CONTACT_H
 #define THRUM_CONTACT_H
 
+#include "thrum/api.h"
 #include "thrum/rigid_frame.h"
 #include "thrum/state.h"
 
@@ -63,12 +64,12 @@ typedef struct thrum_obstacle {
 } thrum_obstacle;
 
 /* An obstacle with every default set: the plane z = 0. */
-thrum_obstacle thrum_default_obstacle(void);
+THRUM_API thrum_obstacle thrum_default_obstacle(void);
 
 /* Says what is wrong with an obstacle, under its place `index` in a list. thrum_contact_begin and
  * _step check each of theirs so. */
-thrum_status thrum_obstacle_check(const thrum_obstacle *obstacle, int64_t index,
-                                  thrum_error *error);
+THRUM_API thrum_status thrum_obstacle_check(const thrum_obstacle *obstacle, int64_t index,
+                                            thrum_error *error);
 
 /* A spring from a point of the body to a target. The point is the mean of three vertices with
  * weights, such as a point of a triangle; equal vertices are fine. */
@@ -98,7 +99,7 @@ typedef struct thrum_contact_def {
                               default 1e-4 */
 } thrum_contact_def;
 
-thrum_contact_def thrum_default_contact_def(void);
+THRUM_API thrum_contact_def thrum_default_contact_def(void);
 
 /* Opaque: lives at the start of the memory given to thrum_contact_init. */
 typedef struct thrum_contact thrum_contact;
@@ -150,55 +151,63 @@ typedef struct thrum_touch {
 
 /* Bytes of a contact for this model and states made like `state`. Needs a model with a basis
  * (THRUM_MISSING otherwise). Checks the def and says what is wrong with it. */
-thrum_status thrum_contact_size(const thrum_model *model, const thrum_state *state,
-                                const thrum_contact_def *def, size_t *size, thrum_error *error);
+THRUM_API thrum_status thrum_contact_size(const thrum_model *model, const thrum_state *state,
+                                          const thrum_contact_def *def, size_t *size,
+                                          thrum_error *error);
 
 /* Lays a contact that touches nothing into `memory`, aligned to 64, which the caller owns. */
-thrum_status thrum_contact_init(void *memory, size_t memory_size, const thrum_model *model,
-                                const thrum_state *state, const thrum_contact_def *def,
-                                thrum_contact **contact, thrum_error *error);
+THRUM_API thrum_status thrum_contact_init(void *memory, size_t memory_size,
+                                          const thrum_model *model, const thrum_state *state,
+                                          const thrum_contact_def *def, thrum_contact **contact,
+                                          thrum_error *error);
 
-size_t thrum_contact_bytes(const thrum_contact *contact);
+THRUM_API size_t thrum_contact_bytes(const thrum_contact *contact);
 
 /* Pressure per depth that obstacles without their own get [N/m^3]. */
-double thrum_contact_stiffness(const thrum_contact *contact);
+THRUM_API double thrum_contact_stiffness(const thrum_contact *contact);
 
 /* Predicts the step, solves for contact and pulls, and sets the state's force to load and those. */
-thrum_status thrum_contact_begin(const thrum_model *model, thrum_state *state,
-                                 thrum_contact *contact,
-                                 const thrum_contact_environment *environment, thrum_error *error);
+THRUM_API thrum_status thrum_contact_begin(const thrum_model *model, thrum_state *state,
+                                           thrum_contact *contact,
+                                           const thrum_contact_environment *environment,
+                                           thrum_error *error);
 
 /* After the state's step: moves the translation and keeps the account. `environment` as in begin.
  */
-thrum_status thrum_contact_end(const thrum_model *model, thrum_state *state, thrum_contact *contact,
-                               const thrum_contact_environment *environment, thrum_error *error);
+THRUM_API thrum_status thrum_contact_end(const thrum_model *model, thrum_state *state,
+                                         thrum_contact *contact,
+                                         const thrum_contact_environment *environment,
+                                         thrum_error *error);
 
 /* begin, thrum_step, end; a step in which contact gave more than it had is made again with what
  * the attempt taught, at last without contact. A failure leaves state, contact and translation as
  * they were; statuses are those of thrum_step and of begin. */
-thrum_status thrum_contact_step(const thrum_model *model, thrum_state *state,
-                                thrum_contact *contact,
-                                const thrum_contact_environment *environment, thrum_error *error);
+THRUM_API thrum_status thrum_contact_step(const thrum_model *model, thrum_state *state,
+                                          thrum_contact *contact,
+                                          const thrum_contact_environment *environment,
+                                          thrum_error *error);
 
 /* Forgets touches, friction and accounts, as after init: for a body put elsewhere. */
-void thrum_contact_reset(thrum_contact *contact);
+THRUM_API void thrum_contact_reset(thrum_contact *contact);
 
-thrum_contact_report thrum_contact_report_get(const thrum_contact *contact);
+THRUM_API thrum_contact_report thrum_contact_report_get(const thrum_contact *contact);
 
 /* Touch `index` of the last step, 0-based; THRUM_INVALID_ARGUMENT beyond the last. */
-thrum_status thrum_contact_touch(thrum_contact *contact, int64_t index, thrum_touch *touch,
-                                 thrum_error *error);
+THRUM_API thrum_status thrum_contact_touch(thrum_contact *contact, int64_t index,
+                                           thrum_touch *touch, thrum_error *error);
 
 /* Mean force of pull `index` in the last step, on the body [N]. */
-thrum_status thrum_contact_pull_force(thrum_contact *contact, int64_t index, double force[3],
-                                      thrum_error *error);
+THRUM_API thrum_status thrum_contact_pull_force(thrum_contact *contact, int64_t index,
+                                                double force[3], thrum_error *error);
 
 /* Moves by one step under a mean force: exact for a constant one. */
-void thrum_translation_step(thrum_translation *translation, const double force[3], double dt);
+THRUM_API void thrum_translation_step(thrum_translation *translation, const double force[3],
+                                      double dt);
 
 /* Signed distance of x from the obstacle [m], negative inside; `normal` gets the way out. For a
  * room the nearest wall. */
-double thrum_obstacle_gap(const thrum_obstacle *obstacle, const double x[3], double normal[3]);
+THRUM_API double thrum_obstacle_gap(const thrum_obstacle *obstacle, const double x[3],
+                                    double normal[3]);
 
 #ifdef __cplusplus
 }

@@ -16,6 +16,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "thrum/api.h"
 #include "thrum/surface.h"
 
 #ifdef __cplusplus
@@ -61,32 +62,33 @@ typedef struct thrum_embedding {
  * into it, and it must outlive the embedding. Every check of the format is made; THRUM_MISALIGNED
  * where an array is not aligned to its entries (those that `thrum embed` writes are). Allocates
  * nothing. */
-thrum_status thrum_embedding_view(const void *file, size_t file_size, thrum_embedding *embedding,
-                                  thrum_error *error);
+THRUM_API thrum_status thrum_embedding_view(const void *file, size_t file_size,
+                                            thrum_embedding *embedding, thrum_error *error);
 
 /* Reads the file at `path` into one heap block; free it with thrum_embedding_free. */
-thrum_status thrum_embedding_load(const char *path, const thrum_embedding **embedding,
-                                  thrum_error *error);
-void thrum_embedding_free(const thrum_embedding *embedding); /* of _load alone; NULL is fine */
+THRUM_API thrum_status thrum_embedding_load(const char *path, const thrum_embedding **embedding,
+                                            thrum_error *error);
+THRUM_API void
+thrum_embedding_free(const thrum_embedding *embedding); /* of _load alone; NULL is fine */
 
 /* Checks an embedding made by hand: every size, value and index. */
-thrum_status thrum_embedding_check(const thrum_embedding *embedding, thrum_error *error);
+THRUM_API thrum_status thrum_embedding_check(const thrum_embedding *embedding, thrum_error *error);
 
 /* Is it embedded in this model, or in the one that this was truncated from? THRUM_BAD_VALUE when
  * omega2 says that it is not: embed the surface again. */
-thrum_status thrum_embedding_fits(const thrum_embedding *embedding, const thrum_model *model,
-                                  thrum_error *error);
+THRUM_API thrum_status thrum_embedding_fits(const thrum_embedding *embedding,
+                                            const thrum_model *model, thrum_error *error);
 
 /* What thrum_surface_size and _init take to show it, with its triangles; it points into the
  * embedding, which is needed no longer once the surface is made. */
-thrum_surface_def thrum_embedding_surface(const thrum_embedding *embedding);
+THRUM_API thrum_surface_def thrum_embedding_surface(const thrum_embedding *embedding);
 
 /* All of it at once: reads the file, checks that it fits the model, and makes the surface in one
  * heap block; free it with thrum_surface_free. The model may lack mesh and basis, and may go. */
-thrum_status thrum_surface_load(const char *path, const thrum_model *model,
-                                const thrum_surface **surface, thrum_error *error);
-void thrum_surface_free(
-    const thrum_surface *surface); /* of thrum_surface_load alone; NULL is fine */
+THRUM_API thrum_status thrum_surface_load(const char *path, const thrum_model *model,
+                                          const thrum_surface **surface, thrum_error *error);
+THRUM_API void
+thrum_surface_free(const thrum_surface *surface); /* of thrum_surface_load alone; NULL is fine */
 
 #ifdef __cplusplus
 }

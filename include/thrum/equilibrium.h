@@ -12,6 +12,7 @@
 #ifndef THRUM_EQUILIBRIUM_H
 #define THRUM_EQUILIBRIUM_H
 
+#include "thrum/api.h"
 #include "thrum/kernel.h"
 #include "thrum/model.h"
 
@@ -30,7 +31,7 @@ typedef struct thrum_equilibrium_def {
   thrum_kernel_id kernel; /* default the best; same bits whatever it is */
 } thrum_equilibrium_def;
 
-thrum_equilibrium_def thrum_default_equilibrium_def(void);
+THRUM_API thrum_equilibrium_def thrum_default_equilibrium_def(void);
 
 /* How the path lost its stability first. */
 typedef enum thrum_instability {
@@ -70,7 +71,8 @@ typedef struct thrum_equilibrium_report {
 } thrum_equilibrium_report;
 
 /* Bytes of workspace of thrum_equilibrium for this model. */
-thrum_status thrum_equilibrium_size(const thrum_model *model, size_t *size, thrum_error *error);
+THRUM_API thrum_status thrum_equilibrium_size(const thrum_model *model, size_t *size,
+                                              thrum_error *error);
 
 /* Follows the equilibrium from no load to def->factor times `load` (rank, U^T f_ext). q (rank): in,
  * where to begin, zeros for the shape at rest (what lies near is first relaxed without load); out,
@@ -79,11 +81,11 @@ thrum_status thrum_equilibrium_size(const thrum_model *model, size_t *size, thru
  * thrum_equilibrium_size bytes, aligned to 64. `visit` (may be NULL) sees each equilibrium in turn.
  * THRUM_OK; THRUM_NOT_CONVERGED, where the message says how far it came, or THRUM_BAD_VALUE for
  * numbers that are not finite: q, mode and report are then as they were. */
-thrum_status thrum_equilibrium(const thrum_model *model, const thrum_equilibrium_def *def,
-                               const double *load, double *q, double *mode, void *workspace,
-                               size_t workspace_size,
-                               void (*visit)(void *context, const thrum_equilibrium_point *point),
-                               void *context, thrum_equilibrium_report *report, thrum_error *error);
+THRUM_API thrum_status
+thrum_equilibrium(const thrum_model *model, const thrum_equilibrium_def *def, const double *load,
+                  double *q, double *mode, void *workspace, size_t workspace_size,
+                  void (*visit)(void *context, const thrum_equilibrium_point *point), void *context,
+                  thrum_equilibrium_report *report, thrum_error *error);
 
 #ifdef __cplusplus
 }

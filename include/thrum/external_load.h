@@ -9,6 +9,7 @@
 #ifndef THRUM_EXTERNAL_LOAD_H
 #define THRUM_EXTERNAL_LOAD_H
 
+#include "thrum/api.h"
 #include "thrum/model.h"
 
 #ifdef __cplusplus
@@ -16,22 +17,25 @@ extern "C" {
 #endif
 
 /* reduced (rank) += U^T of a force (x, y, z) [N] at one vertex (0-based). */
-thrum_status thrum_load_add_vertex(const thrum_model *model, int64_t vertex, const double force[3],
-                                   double *reduced, thrum_error *error);
+THRUM_API thrum_status thrum_load_add_vertex(const thrum_model *model, int64_t vertex,
+                                             const double force[3], double *reduced,
+                                             thrum_error *error);
 
 /* reduced (rank) += U^T f of one force (x, y, z) [N] that `count` vertices (0-based) share equally,
  * held ones included: the support carries their part. vertices NULL: all of the model, and count is
  * ignored. */
-thrum_status thrum_load_add_shared(const thrum_model *model, const int32_t *vertices, int64_t count,
-                                   const double force[3], double *reduced, thrum_error *error);
+THRUM_API thrum_status thrum_load_add_shared(const thrum_model *model, const int32_t *vertices,
+                                             int64_t count, const double force[3], double *reduced,
+                                             thrum_error *error);
 
 /* reduced (rank) += U^T f; forces: vertex_count x 3 [N]. */
-thrum_status thrum_load_add_field(const thrum_model *model, const double *forces, double *reduced,
-                                  thrum_error *error);
+THRUM_API thrum_status thrum_load_add_field(const thrum_model *model, const double *forces,
+                                            double *reduced, thrum_error *error);
 
 /* reduced (rank) += U^T M a, a uniform acceleration (x, y, z) [m/s^2] such as gravity. */
-thrum_status thrum_load_add_gravity(const thrum_model *model, const double acceleration[3],
-                                    double *reduced, thrum_error *error);
+THRUM_API thrum_status thrum_load_add_gravity(const thrum_model *model,
+                                              const double acceleration[3], double *reduced,
+                                              thrum_error *error);
 
 /* The course of a load over time: its direction times thrum_load_mean. */
 typedef enum thrum_load_shape {
@@ -49,20 +53,21 @@ typedef struct thrum_load {
 /* Exact mean of the load over [step dt, (step+1) dt) [1]; dt [s]. Window ends within 1e-6 of a
  * whole step are taken as that step, so 0.003 s is 1 step and 0.3 s is 100 steps at dt = 0.003; a
  * shorter window keeps its impulse. */
-double thrum_load_mean(const thrum_load *load, int64_t step, double dt);
+THRUM_API double thrum_load_mean(const thrum_load *load, int64_t step, double dt);
 
 /* reduced (rank) = sum over `count` loads of their mean over the step times their row of
  * `directions` (count x rank). */
-void thrum_load_sum(const thrum_load *loads, const double *directions, int64_t count, int64_t rank,
-                    int64_t step, double dt, double *reduced);
+THRUM_API void thrum_load_sum(const thrum_load *loads, const double *directions, int64_t count,
+                              int64_t rank, int64_t step, double dt, double *reduced);
 
 /* Work [J] of a step's mean load (rank) from q to q_next (rank): f (q_next - q). */
-double thrum_load_work(const double *load, const double *q, const double *q_next, int64_t rank);
+THRUM_API double thrum_load_work(const double *load, const double *q, const double *q_next,
+                                 int64_t rank);
 
 /* Energy [J] that Rayleigh damping with the stiffness at rest takes in a step of length dt [s] from
  * q to q_next (rank): sum (alpha + beta omega_i^2) (q_next - q)_i^2 / dt; alpha [1/s], beta [s]. */
-double thrum_damping_loss(const thrum_model *model, double alpha, double beta, const double *q,
-                          const double *q_next, double dt);
+THRUM_API double thrum_damping_loss(const thrum_model *model, double alpha, double beta,
+                                    const double *q, const double *q_next, double dt);
 
 #ifdef __cplusplus
 }

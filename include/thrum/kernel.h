@@ -8,6 +8,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "thrum/api.h"
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -28,13 +30,13 @@ typedef enum thrum_kernel_id {
 } thrum_kernel_id;
 
 /* Can this build on this machine run the kernel? Any thread. */
-bool thrum_kernel_usable(thrum_kernel_id id);
+THRUM_API bool thrum_kernel_usable(thrum_kernel_id id);
 
 /* The kernel that a request for this one gets: itself when usable, else the best one here. */
-thrum_kernel_id thrum_kernel_chosen(thrum_kernel_id id);
+THRUM_API thrum_kernel_id thrum_kernel_chosen(thrum_kernel_id id);
 
 /* "avx512" and so on; NULL for a number that names none. Static storage. */
-const char *thrum_kernel_name(thrum_kernel_id id);
+THRUM_API const char *thrum_kernel_name(thrum_kernel_id id);
 
 #ifdef __cplusplus
 }

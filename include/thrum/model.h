@@ -13,6 +13,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "thrum/api.h"
 #include "thrum/status.h"
 
 #ifdef __cplusplus
@@ -90,35 +91,40 @@ static inline int64_t thrum_c4_count(int64_t rank) {
 
 /* Uses `file`, the bytes of a model file aligned to 64, in place: on success *model points into it,
  * and it must outlive the model. Allocates nothing. Every check of the format is made. */
-thrum_status thrum_model_view(const void *file, size_t file_size, thrum_model *model,
-                              thrum_error *error);
+THRUM_API thrum_status thrum_model_view(const void *file, size_t file_size, thrum_model *model,
+                                        thrum_error *error);
 
 /* Bytes that thrum_model_init needs for this file; checks the whole file. */
-thrum_status thrum_model_size(const void *file, size_t file_size, size_t *size, thrum_error *error);
+THRUM_API thrum_status thrum_model_size(const void *file, size_t file_size, size_t *size,
+                                        thrum_error *error);
 
 /* Copies the model out of `file` (any alignment) into `memory` (aligned to 64, thrum_model_size
  * bytes); *model points into memory, which the caller owns; file may go. Allocates nothing. */
-thrum_status thrum_model_init(void *memory, size_t memory_size, const void *file, size_t file_size,
-                              const thrum_model **model, thrum_error *error);
+THRUM_API thrum_status thrum_model_init(void *memory, size_t memory_size, const void *file,
+                                        size_t file_size, const thrum_model **model,
+                                        thrum_error *error);
 
 /* Reads the file at `path` into one heap block; free it with thrum_model_free. */
-thrum_status thrum_model_load(const char *path, const thrum_model **model, thrum_error *error);
-void thrum_model_free(const thrum_model *model); /* of thrum_model_load alone; NULL is fine */
+THRUM_API thrum_status thrum_model_load(const char *path, const thrum_model **model,
+                                        thrum_error *error);
+THRUM_API void
+thrum_model_free(const thrum_model *model); /* of thrum_model_load alone; NULL is fine */
 
 /* Checks a model made by hand: sizes agree, values finite, omega2 ascending, indices in range. */
-thrum_status thrum_model_check(const thrum_model *model, thrum_error *error);
+THRUM_API thrum_status thrum_model_check(const thrum_model *model, thrum_error *error);
 
 /* Bytes that thrum_model_truncate needs for this model at this lower rank. */
-thrum_status thrum_model_truncate_size(const thrum_model *model, int64_t rank, size_t *size,
-                                       thrum_error *error);
+THRUM_API thrum_status thrum_model_truncate_size(const thrum_model *model, int64_t rank,
+                                                 size_t *size, thrum_error *error);
 
 /* The model of the lowest `rank` coordinates (1 to the model's rank), for a body that needs less:
  * V(q_1..q_rank, 0..0), in `memory` (aligned to 64, thrum_model_truncate_size bytes). Mesh, groups
  * and meta stay where `model` has them, so it must outlive *truncated. A state of the one takes and
  * gives the first coordinates of a state of the other. Where the coordinates dropped are modal
  * derivatives, the body becomes too stiff (docs/design.md). Allocates nothing. */
-thrum_status thrum_model_truncate(void *memory, size_t memory_size, const thrum_model *model,
-                                  int64_t rank, const thrum_model **truncated, thrum_error *error);
+THRUM_API thrum_status thrum_model_truncate(void *memory, size_t memory_size,
+                                            const thrum_model *model, int64_t rank,
+                                            const thrum_model **truncated, thrum_error *error);
 
 /* By how much a model is scaled: all > 0, 1 leaves it. */
 typedef struct thrum_model_scaling {
@@ -128,24 +134,26 @@ typedef struct thrum_model_scaling {
 } thrum_model_scaling;
 
 /* Bytes that thrum_model_scale needs for this model. */
-thrum_status thrum_model_scale_size(const thrum_model *model, size_t *size, thrum_error *error);
+THRUM_API thrum_status thrum_model_scale_size(const thrum_model *model, size_t *size,
+                                              thrum_error *error);
 
 /* The same body s times as large, of e times the stiffness and d times the density, without another
  * precompute: V'(q') = e s^3 V(q) with q = q' s^-5/2 d^-1/2, U' = U s^-3/2 d^-1/2, exactly what the
  * scaled mesh would give. In `memory` (aligned to 64, thrum_model_scale_size bytes). Tetrahedra,
  * held vertices, groups and meta stay where `model` has them, so it must outlive *scaled.
  * Allocates nothing. Scaling: Langhaar 1951, Dimensional analysis and theory of models. */
-thrum_status thrum_model_scale(void *memory, size_t memory_size, const thrum_model *model,
-                               const thrum_model_scaling *by, const thrum_model **scaled,
-                               thrum_error *error);
+THRUM_API thrum_status thrum_model_scale(void *memory, size_t memory_size, const thrum_model *model,
+                                         const thrum_model_scaling *by, const thrum_model **scaled,
+                                         thrum_error *error);
 
 /* Vertices of the group called `name`: *vertices points into the model, *count > 0.
  * THRUM_MISSING when there is no such group. */
-thrum_status thrum_model_group(const thrum_model *model, const char *name, const int32_t **vertices,
-                               int64_t *count, thrum_error *error);
+THRUM_API thrum_status thrum_model_group(const thrum_model *model, const char *name,
+                                         const int32_t **vertices, int64_t *count,
+                                         thrum_error *error);
 
 /* Name of group `index` (0-based) inside the model, NULL when out of range. */
-const char *thrum_model_group_name(const thrum_model *model, int64_t index);
+THRUM_API const char *thrum_model_group_name(const thrum_model *model, int64_t index);
 
 #ifdef __cplusplus
 }

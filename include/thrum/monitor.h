@@ -21,6 +21,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "thrum/api.h"
 #include "thrum/model.h"
 
 #ifdef __cplusplus
@@ -41,7 +42,7 @@ typedef enum thrum_warning {
 } thrum_warning;
 
 /* Text of one bit; NULL for what is none. Static storage. */
-const char *thrum_warning_text(thrum_warning warning);
+THRUM_API const char *thrum_warning_text(thrum_warning warning);
 
 typedef struct thrum_monitor_def {
   uint32_t cookie;             /* set by thrum_default_monitor_def */
@@ -52,7 +53,7 @@ typedef struct thrum_monitor_def {
   double load_share_most;      /* LOAD above it, in [0, 1]; default 1: never */
 } thrum_monitor_def;
 
-thrum_monitor_def thrum_default_monitor_def(void);
+THRUM_API thrum_monitor_def thrum_default_monitor_def(void);
 
 /* What was seen of one state; zero it with thrum_monitor_clear. */
 typedef struct thrum_monitor_record {
@@ -68,7 +69,7 @@ typedef struct thrum_monitor_record {
   double load_share; /* of the last load; 0: none was shown */
 } thrum_monitor_record;
 
-void thrum_monitor_clear(thrum_monitor_record *record);
+THRUM_API void thrum_monitor_clear(thrum_monitor_record *record);
 
 /* Opaque: lives at the start of the memory given to thrum_monitor_init. */
 typedef struct thrum_monitor thrum_monitor;
@@ -78,36 +79,37 @@ typedef struct thrum_monitor thrum_monitor;
 /* Chooses `count` (1..256) tetrahedra that a body's modes strain most, for the modes in turn from
  * the lowest: (count / rank) each, at least one. *chosen of them, at most `count`, go to `tets`
  * (0-based). Costs 100 operations a tet and mode. */
-thrum_status thrum_sampled_tets_choose(const thrum_model *model, int64_t count, int32_t *tets,
-                                       int64_t *chosen, thrum_error *error);
+THRUM_API thrum_status thrum_sampled_tets_choose(const thrum_model *model, int64_t count,
+                                                 int32_t *tets, int64_t *chosen,
+                                                 thrum_error *error);
 
 /* Bytes of a monitor. Needs a model with a mesh and a basis (THRUM_MISSING otherwise); checks the
  * def. */
-thrum_status thrum_monitor_size(const thrum_model *model, const thrum_monitor_def *def,
-                                size_t *size, thrum_error *error);
+THRUM_API thrum_status thrum_monitor_size(const thrum_model *model, const thrum_monitor_def *def,
+                                          size_t *size, thrum_error *error);
 
 /* Lays a monitor into `memory`, aligned to 64, at least thrum_monitor_size bytes, which the caller
  * owns. */
-thrum_status thrum_monitor_init(void *memory, size_t memory_size, const thrum_model *model,
-                                const thrum_monitor_def *def, const thrum_monitor **monitor,
-                                thrum_error *error);
+THRUM_API thrum_status thrum_monitor_init(void *memory, size_t memory_size,
+                                          const thrum_model *model, const thrum_monitor_def *def,
+                                          const thrum_monitor **monitor, thrum_error *error);
 
 /* Sampled tets of a monitor, 0-based tetrahedra in *tets (valid as long as the monitor); their
  * number.
  */
-int64_t thrum_monitor_sampled_tets(const thrum_monitor *monitor, const int32_t **tets);
+THRUM_API int64_t thrum_monitor_sampled_tets(const thrum_monitor *monitor, const int32_t **tets);
 
 /* Looks at q (rank) and adds what it sees to the record. Costs about 24 r operations a sampled and
  * 6 r^2; an eigenvalue only for sampled tets that may be the most compressed one so far in this
  * look. THRUM_BAD_VALUE when q is not finite. */
-thrum_status thrum_monitor_look(const thrum_monitor *monitor, const double *q,
-                                thrum_monitor_record *record, thrum_error *error);
+THRUM_API thrum_status thrum_monitor_look(const thrum_monitor *monitor, const double *q,
+                                          thrum_monitor_record *record, thrum_error *error);
 
 /* Looks at a load: forces, vertex_count x 3 [N], of the monitor's model. Costs 6 n r. A load that
  * moves nothing has the share 0. */
-thrum_status thrum_monitor_look_at_load(const thrum_monitor *monitor, const thrum_model *model,
-                                        const double *forces, thrum_monitor_record *record,
-                                        thrum_error *error);
+THRUM_API thrum_status thrum_monitor_look_at_load(const thrum_monitor *monitor,
+                                                  const thrum_model *model, const double *forces,
+                                                  thrum_monitor_record *record, thrum_error *error);
 
 #ifdef __cplusplus
 }

@@ -14,6 +14,7 @@
 #ifndef THRUM_POLYNOMIAL_H
 #define THRUM_POLYNOMIAL_H
 
+#include "thrum/api.h"
 #include "thrum/model.h"
 
 #ifdef __cplusplus
@@ -21,22 +22,23 @@ extern "C" {
 #endif
 
 /* Doubles of scratch that the evaluations need for this model. */
-size_t thrum_work_count(const thrum_model *model);
+THRUM_API size_t thrum_work_count(const thrum_model *model);
 
 /* V(q) [J]; q: rank. */
-double thrum_strain_energy(const thrum_model *model, const double *q, double *work);
+THRUM_API double thrum_strain_energy(const thrum_model *model, const double *q, double *work);
 
 /* Internal force R(q) = grad V into `force` (rank) [kg^1/2 m/s^2]; returns V(q) [J], which comes
  * with it. */
-double thrum_internal_force(const thrum_model *model, const double *q, double *force, double *work);
+THRUM_API double thrum_internal_force(const thrum_model *model, const double *q, double *force,
+                                      double *work);
 
 /* Tangent stiffness T(q) = grad^2 V into `tangent` (rank x rank, both triangles) [1/s^2]. */
-void thrum_tangent_stiffness(const thrum_model *model, const double *q, double *tangent,
-                             double *work);
+THRUM_API void thrum_tangent_stiffness(const thrum_model *model, const double *q, double *tangent,
+                                       double *work);
 
 /* T(q) v into `product` (rank); q, v: rank. */
-void thrum_tangent_product(const thrum_model *model, const double *q, const double *v,
-                           double *product, double *work);
+THRUM_API void thrum_tangent_product(const thrum_model *model, const double *q, const double *v,
+                                     double *product, double *work);
 
 /* Block order of the coefficients (each monomial once, i <= j <= k <= l, design (1)).
  * c3: for j ascending a dense block of j+1 rows (i = 0..j) by rank-j columns (k = j..rank-1).
@@ -44,11 +46,11 @@ void thrum_tangent_product(const thrum_model *model, const double *q, const doub
  *     the pairs (k,l), j <= k <= l, k outermost. Blocks are row-major; the columns of block j are
  *     a suffix of the list of all pairs, which is what makes one pass over the coefficients serve
  *     a product and a transposed product. */
-int64_t thrum_c3_index(int64_t rank, int64_t i, int64_t j, int64_t k);
-int64_t thrum_c4_index(int64_t rank, int64_t i, int64_t j, int64_t k, int64_t l);
+THRUM_API int64_t thrum_c3_index(int64_t rank, int64_t i, int64_t j, int64_t k);
+THRUM_API int64_t thrum_c4_index(int64_t rank, int64_t i, int64_t j, int64_t k, int64_t l);
 
 /* Bytes that thrum_model_pack needs for a model of rank 1 to THRUM_RANK_MAX. */
-size_t thrum_model_pack_size(const thrum_model *model);
+THRUM_API size_t thrum_model_pack_size(const thrum_model *model);
 
 /* Lays c3 and c4 out twice more, in `memory` (aligned to 64, thrum_model_pack_size bytes, which
  * must outlive the model), in the orders in which steps read them: from either end of the modes; up
@@ -57,8 +59,8 @@ size_t thrum_model_pack_size(const thrum_model *model);
  * the same bits unpacked, but its steps take plain C and many times as long, tangents most of all.
  * Before any other thread uses the model. Large models all of whose coefficients are
  * single-precision numbers are packed as such. Allocates nothing. */
-thrum_status thrum_model_pack(thrum_model *model, void *memory, size_t memory_size,
-                              thrum_error *error);
+THRUM_API thrum_status thrum_model_pack(thrum_model *model, void *memory, size_t memory_size,
+                                        thrum_error *error);
 
 #ifdef __cplusplus
 }

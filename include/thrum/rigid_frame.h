@@ -10,6 +10,7 @@
 #ifndef THRUM_RIGID_FRAME_H
 #define THRUM_RIGID_FRAME_H
 
+#include "thrum/api.h"
 #include "thrum/model.h"
 
 #ifdef __cplusplus
@@ -33,26 +34,28 @@ typedef struct thrum_rigid_frame {
 
 /* At rest, with the centre and the inertia of a free body's model (THRUM_MISSING for one without
  * rigid modes). */
-thrum_status thrum_rigid_frame_of(const thrum_model *model, thrum_rigid_frame *rigid_frame,
-                                  thrum_error *error);
+THRUM_API thrum_status thrum_rigid_frame_of(const thrum_model *model,
+                                            thrum_rigid_frame *rigid_frame, thrum_error *error);
 
 /* One step under a mean torque about the centre [N m], in the world; placement may be NULL. `angle`
  * (may be NULL) gets the rotation vector [rad] whose product with the torque is the change of
  * energy. Cayley's transform of the implicit midpoint rule: exact in the momentum, of order 2. */
-void thrum_rigid_frame_step(thrum_rigid_frame *rigid_frame, const thrum_placement *placement,
-                            const double torque[3], double dt, double angle[3]);
+THRUM_API void thrum_rigid_frame_step(thrum_rigid_frame *rigid_frame,
+                                      const thrum_placement *placement, const double torque[3],
+                                      double dt, double angle[3]);
 
 /* Kinetic energy of the turning [J]. */
-double thrum_rigid_frame_energy(const thrum_rigid_frame *rigid_frame,
-                                const thrum_placement *placement);
+THRUM_API double thrum_rigid_frame_energy(const thrum_rigid_frame *rigid_frame,
+                                          const thrum_placement *placement);
 
 /* Angular velocity in the world [rad/s]. */
-void thrum_rigid_frame_velocity(const thrum_rigid_frame *rigid_frame,
-                                const thrum_placement *placement, double velocity[3]);
+THRUM_API void thrum_rigid_frame_velocity(const thrum_rigid_frame *rigid_frame,
+                                          const thrum_placement *placement, double velocity[3]);
 
 /* Where the mesh stands now: placement (NULL: identity), turned, moved by `position` (NULL: 0). */
-thrum_placement thrum_placement_now(const thrum_placement *placement,
-                                    const thrum_rigid_frame *rigid_frame, const double position[3]);
+THRUM_API thrum_placement thrum_placement_now(const thrum_placement *placement,
+                                              const thrum_rigid_frame *rigid_frame,
+                                              const double position[3]);
 
 #ifdef __cplusplus
 }

@@ -35,6 +35,7 @@
 #ifndef THRUM_STATE_H
 #define THRUM_STATE_H
 
+#include "thrum/api.h"
 #include "thrum/kernel.h"
 #include "thrum/model.h"
 
@@ -109,20 +110,20 @@ typedef enum thrum_scheme {
 
 /* Name of a choice, "imexv" and so on; NULL for a number that names none. Static storage. Any
  * thread. */
-const char *thrum_integrator_name(thrum_integrator integrator);
-const char *thrum_damping_form_name(thrum_damping_form form);
-const char *thrum_split_rule_name(thrum_split_rule rule);
-const char *thrum_split_form_name(thrum_split_form form);
-const char *thrum_scheme_name(thrum_scheme scheme);
+THRUM_API const char *thrum_integrator_name(thrum_integrator integrator);
+THRUM_API const char *thrum_damping_form_name(thrum_damping_form form);
+THRUM_API const char *thrum_split_rule_name(thrum_split_rule rule);
+THRUM_API const char *thrum_split_form_name(thrum_split_form form);
+THRUM_API const char *thrum_scheme_name(thrum_scheme scheme);
 
 /* The choice of that name. THRUM_INVALID_ARGUMENT for NULL and for any other text; the error then
  * lists the names. Any thread. */
-thrum_status thrum_integrator_from_name(const char *name, thrum_integrator *integrator,
-                                        thrum_error *error);
-thrum_status thrum_damping_form_from_name(const char *name, thrum_damping_form *form,
-                                          thrum_error *error);
-thrum_status thrum_split_form_from_name(const char *name, thrum_split_form *form,
-                                        thrum_error *error);
+THRUM_API thrum_status thrum_integrator_from_name(const char *name, thrum_integrator *integrator,
+                                                  thrum_error *error);
+THRUM_API thrum_status thrum_damping_form_from_name(const char *name, thrum_damping_form *form,
+                                                    thrum_error *error);
+THRUM_API thrum_status thrum_split_form_from_name(const char *name, thrum_split_form *form,
+                                                  thrum_error *error);
 
 /* --- definition ------------------------------------------------------------------------------- */
 
@@ -195,7 +196,7 @@ typedef struct thrum_state_def {
 } thrum_state_def;
 
 /* A def with every default set. Any thread. */
-thrum_state_def thrum_default_state_def(void);
+THRUM_API thrum_state_def thrum_default_state_def(void);
 
 /* --- a state's life --------------------------------------------------------------------------- */
 
@@ -204,31 +205,32 @@ typedef struct thrum_state thrum_state;
 
 /* Takes memory from the heap and lays a state at rest (q = p = 0, no load) into it; the caller owns
  * it and passes it to thrum_state_destroy. THRUM_OUT_OF_MEMORY, or what thrum_state_size says. */
-thrum_status thrum_state_create(const thrum_model *model, const thrum_state_def *def,
-                                thrum_state **state, thrum_error *error);
+THRUM_API thrum_status thrum_state_create(const thrum_model *model, const thrum_state_def *def,
+                                          thrum_state **state, thrum_error *error);
 
 /* Returns the memory of a state that thrum_state_create made; NULL does nothing. */
-void thrum_state_destroy(thrum_state *state);
+THRUM_API void thrum_state_destroy(thrum_state *state);
 
 /* Bytes that a state of this model and def takes, into *size. Checks the def and the model:
  * THRUM_UNINITIALISED_DEF, THRUM_INVALID_ARGUMENT with the field and its range, THRUM_MISSING or
  * THRUM_BAD_VALUE for the model's arrays. */
-thrum_status thrum_state_size(const thrum_model *model, const thrum_state_def *def, size_t *size,
-                              thrum_error *error);
+THRUM_API thrum_status thrum_state_size(const thrum_model *model, const thrum_state_def *def,
+                                        size_t *size, thrum_error *error);
 
 /* Lays a state at rest (q = p = 0, no load) into `memory`, aligned to 64 bytes and of at least
  * thrum_state_size bytes. The caller owns the memory and frees it when done; *state points into it.
  * THRUM_MISALIGNED, THRUM_BUFFER_TOO_SMALL, or what thrum_state_size says. */
-thrum_status thrum_state_init(void *memory, size_t memory_size, const thrum_model *model,
-                              const thrum_state_def *def, thrum_state **state, thrum_error *error);
+THRUM_API thrum_status thrum_state_init(void *memory, size_t memory_size, const thrum_model *model,
+                                        const thrum_state_def *def, thrum_state **state,
+                                        thrum_error *error);
 
 /* Bytes of a state, those of thrum_state_size; a copy of them in other memory that is aligned to 64
  * bytes is a state of its own. 0 for NULL. */
-size_t thrum_state_bytes(const thrum_state *state);
+THRUM_API size_t thrum_state_bytes(const thrum_state *state);
 
 /* How many of them, from the first on, persist between calls: what a snapshot has to copy, and what
  * is equal in states of equal histories. The bytes after them are scratch of any content. */
-size_t thrum_state_kept_bytes(const thrum_state *state);
+THRUM_API size_t thrum_state_kept_bytes(const thrum_state *state);
 
 /* --- setting and stepping ---------------------------------------------------------------------
  *
@@ -239,34 +241,34 @@ size_t thrum_state_kept_bytes(const thrum_state *state);
 /* Sets q and p of the same time (rank each; NULL means zero). Counters, load and time stay; the
  * history of the solver is forgotten, and the mean load of the step before counts as zero.
  * THRUM_BAD_VALUE for NaN or Inf, THRUM_NOT_FINITE where the forces at q overflow. */
-thrum_status thrum_state_set(const thrum_model *model, thrum_state *state, const double *q,
-                             const double *p, thrum_error *error);
+THRUM_API thrum_status thrum_state_set(const thrum_model *model, thrum_state *state,
+                                       const double *q, const double *p, thrum_error *error);
 
 /* Writes q and p of the same time (rank each; either may be NULL). Uses the state's scratch.
  * THRUM_SINGULAR where tangent damping has no solution, THRUM_NOT_FINITE where p overflows. */
-thrum_status thrum_state_get(const thrum_model *model, thrum_state *state, double *q, double *p,
-                             thrum_error *error);
+THRUM_API thrum_status thrum_state_get(const thrum_model *model, thrum_state *state, double *q,
+                                       double *p, thrum_error *error);
 
 /* Sets the reduced external load (rank) [kg^1/2 m/s^2] of the steps to come: its mean over each
  * step (design 5). It stays until set again; NULL means zero. See thrum/external_load.h for forces
  * at vertices. THRUM_BAD_VALUE for NaN or Inf. */
-thrum_status thrum_state_set_force(const thrum_model *model, thrum_state *state,
-                                   const double *force, thrum_error *error);
+THRUM_API thrum_status thrum_state_set_force(const thrum_model *model, thrum_state *state,
+                                             const double *force, thrum_error *error);
 
 /* Changes the time step [s] between two steps (design 4); q and p of the present time stay as they
  * are. THRUM_INVALID_ARGUMENT unless finite and > 0, or as thrum_state_get. */
-thrum_status thrum_state_set_dt(const thrum_model *model, thrum_state *state, double dt,
-                                thrum_error *error);
+THRUM_API thrum_status thrum_state_set_dt(const thrum_model *model, thrum_state *state, double dt,
+                                          thrum_error *error);
 
 /* Number of steps of dt [s] that `time` [s] takes: time / dt rounded up, where a time within a
  * millionth of a step of a whole number is that number, so 0.3 s are 100 steps of 0.003 s. 0 for a
  * time <= 0, a dt <= 0 or NaN; INT64_MAX where it does not fit. Any thread. */
-int64_t thrum_step_count(double time, double dt);
+THRUM_API int64_t thrum_step_count(double time, double dt);
 
 /* Advances by one step of dt. THRUM_OK, or THRUM_FELL_BACK (> 0) when quasi-Newton did not solve
  * it but a level of the fallback chain did. THRUM_NOT_CONVERGED or THRUM_NOT_FINITE where none
  * did. */
-thrum_status thrum_step(const thrum_model *model, thrum_state *state, thrum_error *error);
+THRUM_API thrum_status thrum_step(const thrum_model *model, thrum_state *state, thrum_error *error);
 
 /* --- what a state says of itself -------------------------------------------------------------- */
 
@@ -280,8 +282,8 @@ typedef struct thrum_energies {
 
 /* Energies at the present step. Uses the state's scratch. THRUM_SINGULAR as thrum_state_get,
  * THRUM_NOT_FINITE where an energy overflows. */
-thrum_status thrum_state_energies(const thrum_model *model, thrum_state *state,
-                                  thrum_energies *energies, thrum_error *error);
+THRUM_API thrum_status thrum_state_energies(const thrum_model *model, thrum_state *state,
+                                            thrum_energies *energies, thrum_error *error);
 
 /* What a state has done since init, and how it stands. Fields marked imexv stay zero for the other
  * integrators; those of the monitor also without `adaptive`. */
@@ -312,7 +314,7 @@ typedef struct thrum_state_report {
 } thrum_state_report;
 
 /* The report of a state; all zero for NULL. */
-thrum_state_report thrum_state_report_get(const thrum_state *state);
+THRUM_API thrum_state_report thrum_state_report_get(const thrum_state *state);
 
 #ifdef __cplusplus
 }

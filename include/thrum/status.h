@@ -7,6 +7,8 @@
 #ifndef THRUM_STATUS_H
 #define THRUM_STATUS_H
 
+#include "thrum/api.h"
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -47,7 +49,7 @@ typedef struct thrum_error {
 } thrum_error;
 
 /* Fixed text of a status, never NULL; static storage. Any thread. */
-const char *thrum_status_text(thrum_status status);
+THRUM_API const char *thrum_status_text(thrum_status status);
 
 /* Fills `error` (if not NULL) with a printf-style line and returns `status`, so that a failure is
  * `return thrum_error_set(error, THRUM_IO, "...")`. Control characters become '?'. Never allocates.
@@ -55,7 +57,7 @@ const char *thrum_status_text(thrum_status status);
 #if defined(__GNUC__)
 __attribute__((format(printf, 3, 4)))
 #endif
-thrum_status
+THRUM_API thrum_status
 thrum_error_set(thrum_error *error, thrum_status status, const char *format, ...);
 
 /* Returns from the caller when `call` fails: one line for a call whose failure the caller passes

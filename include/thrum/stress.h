@@ -18,6 +18,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "thrum/api.h"
 #include "thrum/model.h"
 
 #ifdef __cplusplus
@@ -45,36 +46,39 @@ typedef struct thrum_stress_points_output {
 
 /* Bytes of a set of stress points. Needs a model with a mesh and a basis (THRUM_MISSING otherwise);
  * checks the def. */
-thrum_status thrum_stress_points_size(const thrum_model *model, const thrum_stress_points_def *def,
-                                      size_t *size, thrum_error *error);
+THRUM_API thrum_status thrum_stress_points_size(const thrum_model *model,
+                                                const thrum_stress_points_def *def, size_t *size,
+                                                thrum_error *error);
 
 /* Lays the stress points into `memory`, aligned to 64, at least thrum_stress_points_size bytes,
  * which the caller owns. THRUM_BAD_VALUE for a tetrahedron without a positive volume. */
-thrum_status thrum_stress_points_init(void *memory, size_t memory_size, const thrum_model *model,
-                                      const thrum_stress_points_def *def,
-                                      const thrum_stress_points **stress_points,
-                                      thrum_error *error);
+THRUM_API thrum_status thrum_stress_points_init(void *memory, size_t memory_size,
+                                                const thrum_model *model,
+                                                const thrum_stress_points_def *def,
+                                                const thrum_stress_points **stress_points,
+                                                thrum_error *error);
 
 /* Tetrahedra of a set; 0 for NULL. */
-int64_t thrum_stress_points_count(const thrum_stress_points *stress_points);
+THRUM_API int64_t thrum_stress_points_count(const thrum_stress_points *stress_points);
 
 /* The model's tetrahedron (0-based) of place n, 0 <= n < count. */
-int32_t thrum_stress_points_tet(const thrum_stress_points *stress_points, int64_t n);
+THRUM_API int32_t thrum_stress_points_tet(const thrum_stress_points *stress_points, int64_t n);
 
 /* Doubles of workspace of thrum_stress_points_read. */
-int64_t thrum_stress_points_work_count(const thrum_stress_points *stress_points);
+THRUM_API int64_t thrum_stress_points_work_count(const thrum_stress_points *stress_points);
 
 /* Reads all stress points at q (rank). `work`: thrum_stress_points_work_count doubles, not shared
  * between threads; NULL: the same bits without a workspace, up to eight times slower for stress
  * points on all tets. THRUM_BAD_VALUE when q is not finite. Values that overflow are infinite or
  * NaN. */
-thrum_status thrum_stress_points_read(const thrum_stress_points *stress_points, const double *q,
-                                      double *work, const thrum_stress_points_output *output,
-                                      thrum_error *error);
+THRUM_API thrum_status thrum_stress_points_read(const thrum_stress_points *stress_points,
+                                                const double *q, double *work,
+                                                const thrum_stress_points_output *output,
+                                                thrum_error *error);
 
 /* Von Mises' equivalent stress of one stress tensor of six numbers, in its unit: 0 of a pressure,
  * |s| of a uniaxial s, sqrt(3) |t| of a pure shear t. */
-double thrum_von_mises(const double stress[6]);
+THRUM_API double thrum_von_mises(const double stress[6]);
 
 #ifdef __cplusplus
 }

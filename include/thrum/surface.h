@@ -17,6 +17,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "thrum/api.h"
 #include "thrum/model.h"
 
 #ifdef __cplusplus
@@ -46,33 +47,34 @@ typedef enum thrum_surface_output {
 
 /* Bytes of a surface. Needs a model with a basis (THRUM_MISSING otherwise), or rows of its own;
  * checks the def. */
-thrum_status thrum_surface_size(const thrum_model *model, const thrum_surface_def *def,
-                                size_t *size, thrum_error *error);
+THRUM_API thrum_status thrum_surface_size(const thrum_model *model, const thrum_surface_def *def,
+                                          size_t *size, thrum_error *error);
 
 /* Lays a surface into `memory`, aligned to 64, at least thrum_surface_size bytes, which the caller
  * owns. */
-thrum_status thrum_surface_init(void *memory, size_t memory_size, const thrum_model *model,
-                                const thrum_surface_def *def, const thrum_surface **surface,
-                                thrum_error *error);
+THRUM_API thrum_status thrum_surface_init(void *memory, size_t memory_size,
+                                          const thrum_model *model, const thrum_surface_def *def,
+                                          const thrum_surface **surface, thrum_error *error);
 
 /* Vertices and triangles of a surface; 0 for NULL. */
-int64_t thrum_surface_vertex_count(const thrum_surface *surface);
-int64_t thrum_surface_triangle_count(const thrum_surface *surface);
+THRUM_API int64_t thrum_surface_vertex_count(const thrum_surface *surface);
+THRUM_API int64_t thrum_surface_triangle_count(const thrum_surface *surface);
 
 /* Writes three floats for each vertex first..first+count-1 (places in the output) to `out`,
  * `stride` >= 3 floats from one vertex to the next; what lies between is left alone. q: rank.
  * THRUM_BAD_VALUE when q is not finite or too large for single precision. A body may be split among
  * threads by ranges; multiples of 16 keep every thread's rows whole. */
-thrum_status thrum_surface_positions(const thrum_surface *surface, thrum_surface_output output,
-                                     const double *q, int64_t first, int64_t count, float *out,
-                                     int64_t stride, thrum_error *error);
+THRUM_API thrum_status thrum_surface_positions(const thrum_surface *surface,
+                                               thrum_surface_output output, const double *q,
+                                               int64_t first, int64_t count, float *out,
+                                               int64_t stride, thrum_error *error);
 
 /* Unit normals of all vertices from their positions: the mean of the triangles' normals weighted by
  * area; (0, 0, 0) where that vanishes. Strides in floats, >= 3; the two must not overlap, but may
  * interleave in one buffer. THRUM_MISSING for a surface without triangles. */
-thrum_status thrum_surface_normals(const thrum_surface *surface, const float *positions,
-                                   int64_t position_stride, float *normals, int64_t normal_stride,
-                                   thrum_error *error);
+THRUM_API thrum_status thrum_surface_normals(const thrum_surface *surface, const float *positions,
+                                             int64_t position_stride, float *normals,
+                                             int64_t normal_stride, thrum_error *error);
 
 #ifdef __cplusplus
 }

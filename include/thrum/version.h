@@ -7,12 +7,14 @@
 #define THRUM_VERSION_PATCH 0
 #define THRUM_VERSION_STRING "0.1.0"
 
+#include "thrum/api.h"
+
 #ifdef __cplusplus
 extern "C" {
 #endif
 
 /* Version of the linked library as "major.minor.patch"; static storage. Any thread. */
-const char *thrum_version(void);
+THRUM_API const char *thrum_version(void);
 
 #ifdef __cplusplus
 }

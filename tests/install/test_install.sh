@@ -17,6 +17,7 @@ consume() {
     -DCMAKE_C_COMPILER="$compiler" -DCMAKE_C_FLAGS="$flags"
   cmake --build "$prefix-cmake"
   "$prefix-cmake/consumer"
+  "$prefix-cmake/falling_body"
 
   echo "-- pkg-config: $prefix"
   pc=$(find "$prefix" -name thrum.pc)
@@ -26,6 +27,25 @@ consume() {
     $(PKG_CONFIG_PATH=$(dirname "$pc") pkg-config --cflags --libs thrum) -o "$prefix-pc"
   LD_LIBRARY_PATH=$libdir "$prefix-pc"
   PKG_CONFIG_PATH=$(dirname "$pc") pkg-config --exact-version="$version" thrum
+  # shellcheck disable=SC2046,SC2086
+  PKG_CONFIG_PATH=$(dirname "$pc") "$compiler" -std=c11 $flags "$source/tests/install/falling_body.c" \
+    $(PKG_CONFIG_PATH=$(dirname "$pc") pkg-config --cflags --libs thrum-scene) -o "$prefix-scene"
+  LD_LIBRARY_PATH=$libdir "$prefix-scene"
+
+  echo "-- licence and examples: $prefix"
+  test -f "$prefix/share/doc/thrum/LICENSE"
+  compile_examples "$prefix" "$(dirname "$pc")"
+}
+
+# Each installed example is one command of the compiler; the embedded one needs a model's bytes.
+compile_examples() {
+  examples=$1/share/doc/thrum/examples
+  printf 'static const _Alignas(64) unsigned char model_bytes[] = {0};\n' >"$work/model_bytes.h"
+  for example in "$examples"/*.c; do
+    # shellcheck disable=SC2046,SC2086
+    "$compiler" -std=c11 -Wall -Wextra -Werror $flags -I"$work" "$example" \
+      $(PKG_CONFIG_PATH=$2 pkg-config --cflags --libs thrum) -lm -o "$work/example"
+  done
 }
 
 version=$(sed -n 's/^#define THRUM_VERSION_STRING "\(.*\)"/\1/p' "$source/include/thrum/version.h")
@@ -47,6 +67,9 @@ cmake -G Ninja -S "$source" -B "$work/shared-build" -DBUILD_SHARED_LIBS=ON \
   -DTHRUM_BUILD_PRECOMPUTE=OFF -DCMAKE_C_COMPILER="$compiler" -DTHRUM_SANITIZE="$sanitize"
 cmake --build "$work/shared-build"
 cmake --install "$work/shared-build" --prefix "$work/shared"
-test -n "$(find "$work/shared" -name 'libthrum.so.*')"
+minor=${version%.*}
+for library in libthrum libthrum_scene; do
+  test -n "$(find "$work/shared" -name "$library.so.$minor")"
+done
 consume "$work/shared"
 echo "-- installed library works"
