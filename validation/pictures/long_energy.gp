@@ -1,6 +1,7 @@
 # Energy over the long run: means of 35 s over the first of them, for three integrators, from
-# long_windows.csv. A run that was lost leaves the picture.
-# gnuplot -e "input='long_windows.csv'; output_file='long_energy.png'" long_energy.gp
+# long_windows.csv. A run that was lost leaves the picture. The key says after how many steps a run of
+# imexv switched to the energy integrator, from long.csv.
+# gnuplot -e "input='long_windows.csv'; runs='long.csv'; output_file='long_energy.png'" long_energy.gp
 # SPDX-License-Identifier: Apache-2.0
 set encoding utf8
 set terminal pngcairo size 1260, 430 font 'DejaVu Sans,11' background '#ffffff'
@@ -36,6 +37,10 @@ do for [n = 1:2] {
     set label sprintf('Newmark is lost within %.0f s', N_max + 17.5) at graph 0.03, 0.93 \
       textcolor rgb '#d2691e'
   }
+  # how many steps of imexv were its own
+  set xrange [*:*]
+  stats runs using (is(model, 'imexv', swing) ? column('steps') - column('switched') : NaN) nooutput name 'I'
+  imexv = sprintf('imexv: %.0f steps, then energy', I_max)
   set xrange [-0.012 * E_max:E_max + 17.5]
   set yrange [0.5:1.5]
   set ylabel (n == 1 ? 'energy / energy at the start' : '')
@@ -44,6 +49,6 @@ do for [n = 1:2] {
     '' using (when(model, 'energy', swing)):(energy(model, 'energy', swing)) with lines \
       lw 6 lc rgb '#a8d5b8' title 'energy', \
     '' using (when(model, 'imexv', swing)):(energy(model, 'imexv', swing)) with lines \
-      lw 2 lc rgb '#1769aa' title 'IMEXv'
+      lw 2 lc rgb '#1769aa' title imexv
 }
 unset multiplot

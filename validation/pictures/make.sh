@@ -9,7 +9,8 @@ work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT INT TERM
 
 python3 "$source/validation/pictures/models.py" "$program" "$work/models.png"
-windows=$source/validation/results/long/long_windows.csv
-gnuplot -e "input='$windows'; output_file='$work/long.png'" "$source/validation/pictures/long_energy.gp"
+long=$source/validation/results/long
+gnuplot -e "input='$long/long_windows.csv'; runs='$long/long.csv'; output_file='$work/long.png'" \
+  "$source/validation/pictures/long_energy.gp"
 mv "$work/models.png" "$source/docs/models_under_load.png"
 mv "$work/long.png" "$source/docs/long_energy.png"

@@ -1,0 +1,69 @@
+#!/usr/bin/env python3
+"""Links of the documentation lead to files that exist and to headings that these have.
+
+Every page of docs/ must also be reachable from docs/index.md, in one step or through a page that it links to.
+usage: test_links.py SOURCE
+SPDX-License-Identifier: Apache-2.0
+"""
+import os
+import re
+import sys
+
+LINK = re.compile(r"\]\(([^)\s]+)\)")
+
+
+def without_code(text):
+    return re.sub(r"`[^`\n]*`", "", re.sub(r"^```.*?^```$", "", text, flags=re.M | re.S))
+
+
+def anchors(path):
+    """The anchors of a page's headings, as GitHub and GitLab make them."""
+    found = set()
+    for heading in re.findall(r"^#+ (.*)$", re.sub(r"^```.*?^```$", "", open(path).read(), flags=re.M | re.S), flags=re.M):
+        heading = re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", heading)
+        words = re.sub(r"[^\w\- ]", "", heading.lower())
+        found.add(words.replace(" ", "-"))
+    return found
+
+
+def pages(source):
+    for folder, folders, files in os.walk(source):
+        folders[:] = [f for f in folders if f not in ("node_modules", "build", "out") and not f.startswith(".")]
+        for name in files:
+            if name.endswith(".md"):
+                yield os.path.join(folder, name)
+
+
+def main():
+    source = os.path.abspath(sys.argv[1])
+    wrong, links = [], {}
+    for page in sorted(pages(source)):
+        links[page] = set()
+        for link in LINK.findall(without_code(open(page).read())):
+            if re.match(r"[a-z]+:", link):
+                continue
+            target, _, anchor = link.partition("#")
+            path = os.path.normpath(os.path.join(os.path.dirname(page), target)) if target else page
+            links[page].add(path)
+            if not os.path.exists(path):
+                wrong.append(f"{os.path.relpath(page, source)}: {link} is missing")
+            elif anchor and path.endswith(".md") and anchor not in anchors(path):
+                wrong.append(f"{os.path.relpath(page, source)}: {link}: no such heading")
+
+    # what the index leads to
+    docs = os.path.join(source, "docs")
+    reached, todo = set(), [os.path.join(docs, "index.md")]
+    while todo:
+        page = todo.pop()
+        if page not in reached:
+            reached.add(page)
+            todo.extend(p for p in links.get(page, ()) if p.endswith(".md") and p.startswith(docs))
+    for page in links:
+        if page.startswith(docs + os.sep) and page not in reached:
+            wrong.append(f"{os.path.relpath(page, source)}: docs/index.md does not lead here")
+
+    print("\n".join(wrong) or f"{len(links)} pages: all links lead somewhere")
+    return 1 if wrong else 0
+
+
+sys.exit(main())
