@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "app/bench_speed.h"
+#include "app/bench_options.h"
 #include "config/message.h"
 #include "config/options.h"
 #include "driver/simulate_options.h"

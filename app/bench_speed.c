@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "bench/measured_model.h"
 #include "config/message.h"
 #include "config/progress.h"
 #include "driver/energy_plot.h"

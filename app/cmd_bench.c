@@ -5,8 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "app/bench_commands.h"
-#include "app/commands.h"
+#include "app/bench_command.h"
+#include "app/cmd.h"
 #include "config/message.h"
 
 static const cli_bench benches[] = {

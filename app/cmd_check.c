@@ -4,7 +4,7 @@
 #include <stdio.h>
 
 #include "app/check_report.h"
-#include "app/commands.h"
+#include "app/cmd.h"
 #include "config/message.h"
 #include "config/options.h"
 #include "io/json.h"

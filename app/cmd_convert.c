@@ -5,7 +5,7 @@
 #include <math.h>
 #include <stdio.h>
 
-#include "app/commands.h"
+#include "app/cmd.h"
 #include "config/message.h"
 #include "config/options.h"
 #include "driver/mesh_warnings.h"

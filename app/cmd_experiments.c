@@ -4,7 +4,7 @@
  */
 #include <stdlib.h>
 
-#include "app/commands.h"
+#include "app/cmd.h"
 #include "app/experiments.h"
 #include "config/message.h"
 #include "io/folder.h"

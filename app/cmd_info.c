@@ -8,7 +8,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#include "app/commands.h"
+#include "app/cmd.h"
 #include "app/info_surface.h"
 #include "config/message.h"
 #include "config/options.h"

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "app/check_report.h"
-#include "app/commands.h"
+#include "app/cmd.h"
 #include "app/mesh_tool.h"
 #include "config/message.h"
 #include "config/options.h"

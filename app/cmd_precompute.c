@@ -2,7 +2,7 @@
  * here it is asked for and shown. SPDX-License-Identifier: Apache-2.0 */
 #include <stdlib.h>
 
-#include "app/commands.h"
+#include "app/cmd.h"
 #include "config/message.h"
 #include "driver/named_model.h"
 #include "driver/precompute_request.h"

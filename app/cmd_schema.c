@@ -3,7 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "app/commands.h"
+#include "app/cmd.h"
 #include "config/message.h"
 #include "config/options.h"
 #include "driver/precompute_request.h"

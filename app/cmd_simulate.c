@@ -2,7 +2,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include <stdlib.h>
 
-#include "app/commands.h"
+#include "app/cmd.h"
 #include "config/message.h"
 #include "driver/scene_run.h"
 #include "driver/simulate_run.h"

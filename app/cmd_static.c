@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "app/commands.h"
+#include "app/cmd.h"
 #include "config/message.h"
 #include "driver/model_truncate_to.h"
 #include "driver/named_model.h"

@@ -7,9 +7,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "app/commands.h"
+#include "app/cmd.h"
 #include "app/results.h"
-#include "app/tradeoff_request.h"
+#include "app/tradeoff_options.h"
 #include "config/message.h"
 #include "config/progress.h"
 #include "driver/named_model.h"

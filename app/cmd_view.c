@@ -11,7 +11,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "app/commands.h"
+#include "app/cmd.h"
 #include "app/view/view_archive_make.h"
 #include "app/view/viewer_page.h"
 #include "config/message.h"

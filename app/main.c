@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "app/address_space.h"
-#include "app/commands.h"
+#include "app/cmd.h"
 #include "config/message.h"
 #include "thrum/thrum.h"
 

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "app/tradeoff_request.h"
+#include "app/tradeoff_options.h"
 #include "config/message.h"
 #include "config/parse.h"
 #include "driver/load_option.h"

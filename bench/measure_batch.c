@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "bench/speed.h"
+#include "bench/measure.h"
 
 #define ALIGNMENT 64
 #define WARM_STEPS 40

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "bench/bench.h"
+#include "bench/measure.h"
 #include "platform/threads.h"
 #include "thrum/displacement.h"
 

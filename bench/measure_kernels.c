@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "bench/speed.h"
+#include "bench/measure.h"
 #include "runtime/polynomial/polynomial_private.h"
 
 #define BATCH_US 1000.0

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "bench/speed.h"
+#include "bench/measure.h"
 #include "thrum/displacement.h"
 
 #define WARM_STEPS 100

@@ -1,7 +1,7 @@
 /* The body that benches use when no model file is given. SPDX-License-Identifier: Apache-2.0 */
 #include <stdlib.h>
 
-#include "bench/speed.h"
+#include "bench/measured_model.h"
 #include "mesh/formats/mesh_read.h"
 #include "mesh/mesh.h"
 #include "mesh/mesh_fix.h"

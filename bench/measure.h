@@ -1,36 +1,16 @@
-/* Measurements of a step and of the kernels, for `thrum bench step|kernels`: each fills a result
- * and prints nothing. Times in microseconds, minimum and median of batches.
+/* Measurements of the runtime's speed, for `thrum bench`: each fills a result and prints nothing.
+ * Times are in microseconds, the minimum and the median of the repetitions. Variants that are
+ * compared alternate within one run, because times of two runs are not comparable.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#ifndef THRUM_BENCH_SPEED_H
-#define THRUM_BENCH_SPEED_H
+#ifndef THRUM_BENCH_MEASURE_H
+#define THRUM_BENCH_MEASURE_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
 #include "bench/bench.h"
 #include "thrum/thrum.h"
-
-/* What the machine can do on one core, measured by the widest vectors it has. */
-typedef struct bench_machine {
-  double peak_gflops; /* fused multiply-adds in registers, 2 operations each [1e9/s] */
-  double l2_gbs;      /* reading 256 kB again and again [1e9 byte/s] */
-  double l3_gbs;      /* 8 MB */
-  double dram_gbs;    /* 512 MB */
-} bench_machine;
-
-/* Takes about a second. */
-void bench_machine_measure(bench_machine *machine);
-
-/* Bandwidth of the level that holds so many bytes, and its name. */
-double bench_machine_bandwidth(const bench_machine *machine, double bytes, const char **level);
-
-/* Compiler, its flags; static storage. */
-const char *bench_build(void);
-
-/* The default body, `beam:20x3x3@1x0.15x0.15` held at one end, at this rank; bench_model_free. */
-thrum_status bench_model_beam(int64_t rank, thrum_model **model, thrum_error *error);
-void bench_model_free(thrum_model *model);
 
 typedef struct bench_step {
   thrum_state_def def; /* dt is replaced when implicit_wanted >= 0 */
@@ -44,7 +24,7 @@ typedef struct bench_step {
   double factorisations;
   int32_t implicit_modes;
   int64_t steps_measured; /* of a batch */
-  double operations;      /* of a step's passes over coefficients, without the watch */
+  double operations;      /* of a step's passes over coefficients, without the stability monitor */
   double coefficients;    /* that they read */
 } bench_step;
 
@@ -111,5 +91,23 @@ double bench_tangent_coefficients(int64_t rank);
 double bench_tangent_operations(int64_t rank);
 
 thrum_status bench_kernels_run(const thrum_model *model, bench_kernels *bench, thrum_error *error);
+
+/* u = U q of a body of random numbers. */
+typedef struct bench_displacement {
+  int64_t vertices, rank, repetitions;
+  bench_time dgemv;         /* OpenBLAS on one thread, the same U in double precision */
+  bench_time dgemv_columns; /* the same with U stored column by column */
+  bench_time plain;         /* thrum_displacement, all vertices, double precision */
+  bench_time surface;       /* thrum_surface_positions, rest positions added, stride 3 */
+  bench_time normals;       /* thrum_surface_normals, about two triangles a vertex */
+  double ratio;             /* surface over dgemv, minima */
+  double ratio_columns;     /* surface over dgemv_columns, minima */
+  double ratio_median;      /* the same, medians */
+  double bytes_surface;     /* of U as the surface holds it */
+  double difference;        /* largest |surface - dgemv|, over the largest displacement */
+} bench_displacement;
+
+/* Fills what the first three fields ask for. */
+thrum_status bench_displacement_run(bench_displacement *bench, thrum_error *error);
 
 #endif

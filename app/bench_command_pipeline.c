@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "app/bench_commands.h"
+#include "app/bench_command.h"
 #include "bench/bench.h"
 #include "bench/measure_pipeline.h"
 #include "config/message.h"

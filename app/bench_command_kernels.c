@@ -2,7 +2,7 @@
 #include <math.h>
 #include <stdio.h>
 
-#include "app/bench_commands.h"
+#include "app/bench_command.h"
 #include "app/bench_speed.h"
 #include "config/message.h"
 #include "io/json.h"

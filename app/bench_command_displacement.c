@@ -3,8 +3,8 @@
 #include <getopt.h>
 #include <stdio.h>
 
-#include "app/bench_commands.h"
-#include "bench/bench.h"
+#include "app/bench_command.h"
+#include "bench/measure.h"
 #include "config/message.h"
 #include "config/options.h"
 #include "io/json.h"

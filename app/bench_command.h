@@ -1,6 +1,6 @@
 /* The measurements of `thrum bench`, one file each. SPDX-License-Identifier: Apache-2.0 */
-#ifndef THRUM_APP_BENCH_COMMANDS_H
-#define THRUM_APP_BENCH_COMMANDS_H
+#ifndef THRUM_APP_BENCH_COMMAND_H
+#define THRUM_APP_BENCH_COMMAND_H
 
 typedef struct cli_bench {
   const char *name;

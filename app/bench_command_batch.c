@@ -1,7 +1,7 @@
 /* `thrum bench batch`. SPDX-License-Identifier: Apache-2.0 */
 #include <stdio.h>
 
-#include "app/bench_commands.h"
+#include "app/bench_command.h"
 #include "app/bench_speed.h"
 #include "config/message.h"
 #include "io/json.h"

@@ -1,7 +1,7 @@
 /* The subcommands of `thrum`. argv[0] of each is its name; the table of them stands in main.c.
  * SPDX-License-Identifier: Apache-2.0 */
-#ifndef THRUM_APP_COMMANDS_H
-#define THRUM_APP_COMMANDS_H
+#ifndef THRUM_APP_CMD_H
+#define THRUM_APP_CMD_H
 
 int cmd_precompute(int argc, char **argv);
 int cmd_convert(int argc, char **argv);

@@ -1,6 +1,6 @@
 /* What `thrum tradeoff` was asked for. SPDX-License-Identifier: Apache-2.0 */
-#ifndef THRUM_APP_TRADEOFF_REQUEST_H
-#define THRUM_APP_TRADEOFF_REQUEST_H
+#ifndef THRUM_APP_TRADEOFF_OPTIONS_H
+#define THRUM_APP_TRADEOFF_OPTIONS_H
 
 #include <stdbool.h>
 #include <stdint.h>

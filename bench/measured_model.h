@@ -1,0 +1,11 @@
+/* The model that is measured when the user names none. SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_BENCH_MEASURED_MODEL_H
+#define THRUM_BENCH_MEASURED_MODEL_H
+
+#include "thrum/thrum.h"
+
+/* The body `beam:20x3x3@1x0.15x0.15`, held at one end, at this rank; bench_model_free. */
+thrum_status bench_model_beam(int64_t rank, thrum_model **model, thrum_error *error);
+void bench_model_free(thrum_model *model);
+
+#endif
