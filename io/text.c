@@ -1,14 +1,12 @@
 /* Lines, words and numbers of text files; see io/text.h.
  *
- * Numbers with at most 19 digits whose value and power of ten are both exact doubles take one
- * multiplication or division, correctly rounded by IEEE 754 (Clinger 1990, How to read floating
- * point numbers accurately, doi:10.1145/93548.93557). All others go to strtod as digits and an
- * exponent without a decimal mark, which no locale changes.
+ * Numbers are delimited here and converted by strtod, which rounds correctly; it gets the decimal
+ * mark of the locale that the program runs in, so that files read the same in all of them.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "io/text.h"
 
-#include <float.h>
+#include <locale.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -17,8 +15,7 @@
 
 #include "io/file.h"
 
-/* a double needs at most 767 digits to be rounded; one more stands for all that follow */
-enum { DIGITS_MAX = 800, PATH_SHOWN = 150 };
+enum { ROOM = 128 /* bytes of a number without memory of its own */, PATH_SHOWN = 150 };
 
 static bool is_blank(char c) {
   return c == ' ' || c == '\t' || c == '\v' || c == '\f';
@@ -260,82 +257,6 @@ size_t thrum_text_scan_integer(const char *at, const char *end, int64_t *value) 
   return (size_t)(p - at);
 }
 
-/* The digits of a number, without sign, leading zeros and decimal mark, times 10^exponent. */
-typedef struct decimal {
-  char digits[DIGITS_MAX + 1];
-  int count;
-  bool more; /* something other than 0 followed the last digit kept */
-  int64_t exponent;
-} decimal;
-
-/* digits, a point, digits: at least one digit; returns the end, NULL when there is none */
-static const char *scan_digits(const char *p, const char *end, decimal *d) {
-  bool point = false, any = false;
-  for (; p < end && (is_digit(*p) || (*p == '.' && !point)); p++) {
-    if (*p == '.') {
-      point = true;
-      continue;
-    }
-    any = true;
-    d->exponent -= point;
-    if (d->count == 0 && *p == '0')
-      continue;
-    if (d->count < DIGITS_MAX)
-      d->digits[d->count++] = *p;
-    else {
-      d->more = d->more || *p != '0';
-      d->exponent++;
-    }
-  }
-  return any ? p : NULL;
-}
-
-/* e or E, a sign, digits; an e without digits does not belong to the number */
-static const char *scan_exponent(const char *p, const char *end, decimal *d) {
-  const char *q = p;
-  if (q == end || lower(*q) != 'e')
-    return p;
-  q++;
-  bool negative = q < end && *q == '-';
-  if (q < end && (*q == '-' || *q == '+'))
-    q++;
-  if (q == end || !is_digit(*q))
-    return p;
-  // far beyond any double is as good as infinitely far
-  int64_t exponent = 0;
-  for (; q < end && is_digit(*q); q++)
-    if (exponent < 1000000000)
-      exponent = 10 * exponent + (*q - '0');
-  d->exponent += negative ? -exponent : exponent;
-  return q;
-}
-
-static double decimal_value(decimal *d) {
-  static const double powers[] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
-                                  1e8,  1e9,  1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
-                                  1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
-  if (d->count == 0)
-    return 0;
-#if FLT_EVAL_METHOD == 0
-  // both operands exact: one rounding
-  if (d->count <= 19 && d->exponent >= -22 && d->exponent <= 22) {
-    uint64_t whole = 0;
-    for (int i = 0; i < d->count; i++)
-      whole = 10 * whole + (unsigned)(d->digits[i] - '0');
-    if (whole <= UINT64_C(1) << 53)
-      return d->exponent < 0 ? (double)whole / powers[-d->exponent]
-                             : (double)whole * powers[d->exponent];
-  }
-#endif
-  // a last digit of 1 keeps a truncated number on its side of a tie
-  if (d->more)
-    d->digits[d->count - 1] = d->digits[d->count - 1] == '0' ? '1' : d->digits[d->count - 1];
-  int64_t exponent = d->exponent < -100000 ? -100000 : d->exponent > 100000 ? 100000 : d->exponent;
-  char text[DIGITS_MAX + 32];
-  snprintf(text, sizeof text, "%.*se%d", d->count, d->digits, (int)exponent);
-  return strtod(text, NULL);
-}
-
 /* nan, inf and infinity, so that they can be refused by name */
 static size_t scan_word(const char *p, const char *end, double *value) {
   static const char *const words[] = {"infinity", "inf", "nan"};
@@ -349,26 +270,72 @@ static size_t scan_word(const char *p, const char *end, double *value) {
   return 0;
 }
 
+/* The end of "digits . digits e sign digits" at p; NULL when it has no digit before the e. An e
+ * without digits behind it does not belong to the number. *point is the mark, NULL without one. */
+static const char *find_number_end(const char *p, const char *end, const char **point) {
+  bool any = false;
+  *point = NULL;
+  for (; p < end && (is_digit(*p) || (*p == '.' && !*point)); p++) {
+    if (*p == '.')
+      *point = p;
+    else
+      any = true;
+  }
+  if (!any)
+    return NULL;
+
+  const char *q = p;
+  if (q == end || lower(*q) != 'e')
+    return p;
+  q++;
+  if (q < end && (*q == '-' || *q == '+'))
+    q++;
+  if (q == end || !is_digit(*q))
+    return p;
+  while (q < end && is_digit(*q))
+    q++;
+  return q;
+}
+
+/* The number in [p, end), whose form is known: strtod with the mark that the locale wants. False
+ * when there is no memory for a very long one. */
+static bool convert(const char *p, const char *end, const char *point, double *value) {
+  const char *mark = localeconv()->decimal_point;
+  const size_t head = (size_t)((point ? point : end) - p), between = point ? strlen(mark) : 0;
+  const size_t tail = point ? (size_t)(end - point - 1) : 0;
+  char room[ROOM], *text = room;
+  if (head + between + tail >= sizeof room)
+    text = malloc(head + between + tail + 1);
+  if (!text)
+    return false;
+
+  memcpy(text, p, head);
+  memcpy(text + head, mark, between);
+  if (point)
+    memcpy(text + head + between, point + 1, tail);
+  text[head + between + tail] = '\0';
+  *value = strtod(text, NULL);
+  if (text != room)
+    free(text);
+  return true;
+}
+
 size_t thrum_text_scan_number(const char *at, const char *end, double *value) {
-  const char *p = at;
-  bool negative = p < end && *p == '-';
+  const char *p = at, *point = NULL;
+  const bool negative = p < end && *p == '-';
   if (p < end && (*p == '-' || *p == '+'))
     p++;
-  decimal d;
-  d.count = 0;
-  d.more = false;
-  d.exponent = 0;
-  double magnitude;
-  const char *q = scan_digits(p, end, &d);
-  if (q) {
-    q = scan_exponent(q, end, &d);
-    magnitude = decimal_value(&d);
-  } else {
-    size_t used = scan_word(p, end, &magnitude);
+
+  double magnitude = 0;
+  const char *stop = find_number_end(p, end, &point);
+  if (!stop) {
+    const size_t used = scan_word(p, end, &magnitude);
     if (!used)
       return 0;
-    q = p + used;
+    stop = p + used;
+  } else if (!convert(p, stop, point, &magnitude)) {
+    return 0;
   }
   *value = negative ? -magnitude : magnitude;
-  return (size_t)(q - at);
+  return (size_t)(stop - at);
 }

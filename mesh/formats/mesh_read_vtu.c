@@ -1,11 +1,12 @@
 /* VTK XML files (.vtu) with one UnstructuredGrid: arrays in ASCII, in base64 inline, or appended
  * raw or in base64, of either byte order, headers UInt32 or UInt64, not compressed. An array of
- * bytes is its length and then its bytes. Only what VTK writes of XML is read: elements,
- * attributes, comments, the five named entities.
+ * bytes is its length and then its bytes. The XML is read by expat up to <AppendedData>, behind
+ * which the bytes of raw arrays are no XML.
  * Format: https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html
  * Cost: linear in the file.
  *
  * SPDX-License-Identifier: Apache-2.0 */
+#include <expat.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -15,159 +16,84 @@
 #include "mesh/mesh_groups.h"
 #include "mesh/mesh_grow.h"
 
-/* An element: where its name and its attributes stand. */
-typedef struct vtu_tag {
-  const char *name;
-  size_t length;
-  const char *attributes, *end;
-  bool closing; /* </name> */
-  bool empty;   /* <name/> */
-} vtu_tag;
+enum { PIECE_OF_FILE = 1 << 24 /* bytes that expat gets at once; its lengths are ints */ };
+
+/* An array of the grid whose numbers are still to be read. */
+typedef struct vtu_array {
+  thrum_cells_array array;
+  thrum_cells_type type;
+  int64_t line; /* of its element */
+  bool base64;
+  bool appended;
+  int64_t offset; /* in the appended bytes */
+} vtu_array;
 
 typedef struct vtu_reader {
   const char *name;
-  const char *at, *stop;
+  const char *first, *stop; /* the whole file */
+  XML_Parser parser;
+  thrum_status status; /* of the first failure in a handler */
+  bool has_file, has_piece, little;
+  int header_size; /* 4 or 8 bytes of length in front of bytes */
+  thrum_cells_place place;
+  vtu_array open;  /* the array whose element is open */
+  bool collecting; /* its text goes to `text` */
+  char *text;
+  int64_t text_size, text_capacity;
+  vtu_array *waiting; /* appended arrays, in the order of their elements */
+  int64_t waiting_count, waiting_capacity;
   const char *appended; /* first byte behind the '_'; NULL: none */
   bool appended_base64;
-  bool little;
-  int header_size; /* 4 or 8 bytes of length in front of bytes */
-  bool has_piece;
-  thrum_cells_place place;
   thrum_cells cells;
   thrum_error *error;
 } vtu_reader;
 
-static thrum_status fail(vtu_reader *r, thrum_status status, const char *line) {
-  return thrum_error_set(r->error, status, "%.200s: %s", r->name, line);
+static thrum_status fail_at(vtu_reader *r, int64_t line, thrum_status status, const char *message) {
+  return thrum_error_set(r->error, status, "%.200s:%lld: %s", r->name, (long long)line, message);
 }
 
-/* First occurrence of a text in [from, stop); NULL when there is none. */
-static const char *find(const char *from, const char *stop, const char *text) {
-  const size_t length = strlen(text);
-  while ((size_t)(stop - from) >= length) {
-    const char *hit = memchr(from, text[0], (size_t)(stop - from) - length + 1);
-    if (!hit)
-      return NULL;
-    if (memcmp(hit, text, length) == 0)
-      return hit;
-    from = hit + 1;
-  }
-  return NULL;
+static int64_t line_now(const vtu_reader *r) {
+  return (int64_t)XML_GetCurrentLineNumber(r->parser);
+}
+
+static thrum_status fail(vtu_reader *r, thrum_status status, const char *message) {
+  return fail_at(r, line_now(r), status, message);
 }
 
 static bool is_space(char c) {
   return c == ' ' || c == '\t' || c == '\n' || c == '\r';
 }
 
-/* The next element, comments and declarations passed over; false at the end of the file. */
-static bool next_tag(vtu_reader *r, vtu_tag *tag) {
-  for (;;) {
-    const char *open = r->at < r->stop ? memchr(r->at, '<', (size_t)(r->stop - r->at)) : NULL;
-    if (!open)
-      return false;
-    const bool comment = r->stop - open >= 4 && memcmp(open, "<!--", 4) == 0;
-    const char *close = comment ? find(open + 4, r->stop, "-->") : NULL;
-    // a '>' inside quotes belongs to an attribute
-    char quote = 0;
-    for (const char *p = open + 1; !comment && !close && p < r->stop; p++) {
-      if (quote ? *p == quote : *p == '"' || *p == '\'')
-        quote = quote ? 0 : *p;
-      else if (!quote && *p == '>')
-        close = p;
-    }
-    if (!close)
-      return false;
-    r->at = close + (comment ? 3 : 1);
-    if (comment || open[1] == '?' || open[1] == '!')
-      continue;
-    tag->closing = open[1] == '/';
-    tag->empty = close[-1] == '/' && close - 1 > open;
-    tag->name = open + 1 + tag->closing;
-    tag->end = close - tag->empty;
-    const char *p = tag->name;
-    while (p < tag->end && !is_space(*p))
-      p++;
-    tag->length = (size_t)(p - tag->name);
-    tag->attributes = p;
-    return true;
-  }
+/* The value of an attribute; NULL when it is not there. Expat gives names and values in turn. */
+static const char *attribute(const char **attributes, const char *key) {
+  for (; *attributes; attributes += 2)
+    if (strcmp(attributes[0], key) == 0)
+      return attributes[1];
+  return NULL;
 }
 
-static bool tag_is(const vtu_tag *tag, const char *name) {
-  return strlen(name) == tag->length && memcmp(tag->name, name, tag->length) == 0;
-}
-
-/* The value of an attribute; false when it is not there. */
-static bool attribute(const vtu_tag *tag, const char *key, const char **value, size_t *length) {
-  for (const char *p = tag->attributes; p < tag->end;) {
-    while (p < tag->end && is_space(*p))
-      p++;
-    const char *name = p;
-    while (p < tag->end && *p != '=' && !is_space(*p))
-      p++;
-    const size_t name_length = (size_t)(p - name);
-    while (p < tag->end && *p != '"' && *p != '\'')
-      p++;
-    if (p == tag->end)
-      return false;
-    const char *start = p + 1;
-    const char *end = memchr(start, *p, (size_t)(tag->end - start));
-    if (!end)
-      return false;
-    if (strlen(key) == name_length && memcmp(key, name, name_length) == 0) {
-      *value = start;
-      *length = (size_t)(end - start);
-      return true;
-    }
-    p = end + 1;
-  }
-  return false;
-}
-
-static bool attribute_is(const vtu_tag *tag, const char *key, const char *wanted) {
-  const char *value;
-  size_t length;
-  return attribute(tag, key, &value, &length) && thrum_text_equals(value, length, wanted);
+static bool attribute_is(const char **attributes, const char *key, const char *wanted) {
+  const char *value = attribute(attributes, key);
+  return value && thrum_text_equals(value, strlen(value), wanted);
 }
 
 /* An attribute as a whole number; absent leaves *number. */
-static thrum_status attribute_integer(vtu_reader *r, const vtu_tag *tag, const char *key,
+static thrum_status attribute_integer(vtu_reader *r, const char **attributes, const char *key,
                                       int64_t high, int64_t *number) {
-  const char *value;
-  size_t length;
+  const char *value = attribute(attributes, key);
   int64_t read = 0;
-  if (!attribute(tag, key, &value, &length))
+  if (!value)
     return THRUM_OK;
+
+  const size_t length = strlen(value);
   if (length == 0 || thrum_text_scan_integer(value, value + length, &read) != length || read < 0 ||
       read > high)
     return thrum_error_set(r->error, THRUM_BAD_VALUE,
-                           "%.200s: %s is '%s'; expected a whole number from 0 to %lld", r->name,
-                           key, thrum_text_excerpt(value, length).text, (long long)high);
+                           "%.200s:%lld: %s is '%s'; expected a whole number from 0 to %lld",
+                           r->name, (long long)line_now(r), key,
+                           thrum_text_excerpt(value, length).text, (long long)high);
   *number = read;
   return THRUM_OK;
-}
-
-/* Copies a name with its entities resolved, cut at what fits. */
-static void copy_name(const char *text, size_t length, char name[THRUM_MESH_NAME_MAX + 1]) {
-  static const struct {
-    const char *entity;
-    char character;
-  } entities[] = {{"&amp;", '&'}, {"&lt;", '<'}, {"&gt;", '>'}, {"&quot;", '"'}, {"&apos;", '\''}};
-  size_t used = 0;
-  for (size_t i = 0; i < length && used < THRUM_MESH_NAME_MAX;) {
-    size_t step = 1;
-    name[used] = text[i];
-    for (size_t e = 0; e < sizeof entities / sizeof *entities; e++) {
-      const size_t n = strlen(entities[e].entity);
-      if (n <= length - i && memcmp(text + i, entities[e].entity, n) == 0) {
-        name[used] = entities[e].character;
-        step = n;
-      }
-    }
-    used++;
-    i += step;
-  }
-  name[used] = '\0';
 }
 
 static int base64_value(char c) {
@@ -217,102 +143,104 @@ static uint64_t header_value(const vtu_reader *r, const unsigned char *bytes) {
   return value;
 }
 
-/* The bytes of an array at `at`: its length and what follows. *owned is to be freed. */
-static thrum_status find_bytes(vtu_reader *r, const char *at, bool base64,
+/* The bytes of an array in [at, stop): its length and what follows. *owned is to be freed. */
+static thrum_status find_bytes(vtu_reader *r, const vtu_array *a, const char *at, const char *stop,
                                const unsigned char **bytes, uint64_t *count,
                                unsigned char **owned) {
-  const size_t header = (size_t)r->header_size, left = (size_t)(r->stop - at);
+  const size_t header = (size_t)r->header_size, left = (size_t)(stop - at);
   unsigned char first[8];
-  if (!base64) {
+
+  // raw bytes are used where they lie
+  if (!a->base64) {
     if (left < header)
-      return fail(r, THRUM_BAD_FORMAT, "an array begins beyond the end; is it cut short?");
+      return fail_at(r, a->line, THRUM_BAD_FORMAT,
+                     "an array begins beyond the end; is it cut short?");
     *bytes = (const unsigned char *)at + header;
     *count = header_value(r, (const unsigned char *)at);
     if (*count > left - header)
-      return fail(r, THRUM_BAD_FORMAT, "an array is longer than the file; is it cut short?");
+      return fail_at(r, a->line, THRUM_BAD_FORMAT,
+                     "an array is longer than the file; is it cut short?");
     return THRUM_OK;
   }
-  if (decode_base64(at, r->stop, first, header) != header)
-    return fail(r, THRUM_BAD_FORMAT, "an array in base64 has no length");
+
+  // the length alone comes first, so that nothing is allocated for a length that cannot be
+  if (decode_base64(at, stop, first, header) != header)
+    return fail_at(r, a->line, THRUM_BAD_FORMAT, "an array in base64 has no length");
   *count = header_value(r, first);
   if (*count > left)
-    return fail(r, THRUM_BAD_FORMAT, "an array is longer than the file; is it cut short?");
+    return fail_at(r, a->line, THRUM_BAD_FORMAT,
+                   "an array is longer than the file; is it cut short?");
+
   *owned = malloc(header + *count);
   if (!*owned)
-    return fail(r, THRUM_OUT_OF_MEMORY, "not enough memory");
-  if (decode_base64(at, r->stop, *owned, header + *count) != header + *count)
-    return fail(r, THRUM_BAD_FORMAT, "an array in base64 is shorter than it says");
+    return fail_at(r, a->line, THRUM_OUT_OF_MEMORY, "not enough memory");
+  if (decode_base64(at, stop, *owned, header + *count) != header + *count)
+    return fail_at(r, a->line, THRUM_BAD_FORMAT, "an array in base64 is shorter than it says");
   *bytes = *owned + header;
   return THRUM_OK;
 }
 
-static thrum_status binary_array(vtu_reader *r, const char *at, bool base64, thrum_cells_type type,
-                                 thrum_cells_array *array) {
+static thrum_status read_bytes(vtu_reader *r, vtu_array *a, const char *at, const char *stop) {
   const unsigned char *bytes = NULL;
   unsigned char *owned = NULL;
   uint64_t size = 0;
-  thrum_status status = find_bytes(r, at, base64, &bytes, &size, &owned);
-  if (status >= 0) {
-    array->count = (int64_t)(size / (uint64_t)type.size);
-    array->values = malloc(((size_t)array->count + 1) * sizeof *array->values);
-    if (!array->values)
-      status = fail(r, THRUM_OUT_OF_MEMORY, "not enough memory");
+  thrum_status status = find_bytes(r, a, at, stop, &bytes, &size, &owned);
+  if (status < 0)
+    goto cleanup;
+
+  a->array.count = (int64_t)(size / (uint64_t)a->type.size);
+  a->array.values = malloc(((size_t)a->array.count + 1) * sizeof *a->array.values);
+  if (!a->array.values) {
+    status = fail_at(r, a->line, THRUM_OUT_OF_MEMORY, "not enough memory");
+    goto cleanup;
   }
-  for (int64_t i = 0; status >= 0 && i < array->count; i++)
-    array->values[i] = thrum_cells_number(type, bytes + i * type.size, r->little);
+  for (int64_t i = 0; i < a->array.count; i++)
+    a->array.values[i] = thrum_cells_number(a->type, bytes + i * a->type.size, r->little);
+
+cleanup:
   free(owned);
   return status;
 }
 
-/* Numbers up to the next element. */
-static thrum_status ascii_array(vtu_reader *r, thrum_cells_array *array) {
-  int64_t capacity = 0;
-  const char *p = r->at;
-  while (p < r->stop && *p != '<') {
+static thrum_status read_numbers(vtu_reader *r, vtu_array *a, const char *at, const char *stop) {
+  int64_t capacity = 0, line = a->line;
+  for (const char *p = at; p < stop;) {
     if (is_space(*p)) {
-      p++;
+      line += *p++ == '\n';
       continue;
     }
-    double *values = thrum_mesh_grow(array->values, &capacity, array->count + 1, sizeof *values);
+
+    // memory follows the numbers that are there, not the count that the file claims
+    double *values =
+        thrum_mesh_grow(a->array.values, &capacity, a->array.count + 1, sizeof *values);
     if (!values)
-      return fail(r, THRUM_OUT_OF_MEMORY, "not enough memory");
-    array->values = values;
+      return fail_at(r, line, THRUM_OUT_OF_MEMORY, "not enough memory");
+    a->array.values = values;
+
     const char *end = p;
-    while (end < r->stop && !is_space(*end) && *end != '<')
+    while (end < stop && !is_space(*end))
       end++;
-    const size_t used = thrum_text_scan_number(p, end, &values[array->count]);
+    const size_t used = thrum_text_scan_number(p, end, &values[a->array.count]);
     if (used == 0 || p + used != end)
-      return thrum_error_set(r->error, THRUM_BAD_FORMAT,
-                             "%.200s: array '%s': expected a number, found '%s'", r->name,
-                             thrum_text_excerpt(array->name, strlen(array->name)).text,
-                             thrum_text_excerpt(p, (size_t)(end - p)).text);
-    array->count++;
+      return thrum_error_set(
+          r->error, THRUM_BAD_FORMAT, "%.200s:%lld: array '%s': expected a number, found '%s'",
+          r->name, (long long)line, thrum_text_excerpt(a->array.name, strlen(a->array.name)).text,
+          thrum_text_excerpt(p, (size_t)(end - p)).text);
+    a->array.count++;
     p = end;
   }
-  r->at = p;
   return THRUM_OK;
 }
 
-static thrum_status array_values(vtu_reader *r, const vtu_tag *tag, thrum_cells_type type,
-                                 thrum_cells_array *array) {
-  int64_t offset = 0;
-  if (attribute_is(tag, "format", "appended")) {
-    thrum_status status = attribute_integer(r, tag, "offset", INT64_MAX, &offset);
-    if (status < 0)
-      return status;
-    if (!r->appended || offset > r->stop - r->appended)
-      return fail(r, THRUM_BAD_FORMAT,
-                  "an array lies beyond the appended data; is the file cut short?");
-    return binary_array(r, r->appended + offset, r->appended_base64, type, array);
+/* Hands an array that was read to the grid; frees it when reading failed. */
+static thrum_status keep_array(vtu_reader *r, vtu_array *a, thrum_status status) {
+  if (status < 0) {
+    free(a->array.values);
+    return status;
   }
-  if (tag->empty)
-    return THRUM_OK;
-  if (attribute_is(tag, "format", "binary"))
-    return binary_array(r, r->at, true, type, array);
-  return ascii_array(r, array);
+  return thrum_cells_take(&r->cells, &a->array, r->error);
 }
 
-/* Which part of the grid an array is. */
 static thrum_cells_place array_place(const vtu_reader *r, const char *name) {
   if (r->place != THRUM_CELLS_CONNECTIVITY)
     return r->place;
@@ -322,79 +250,97 @@ static thrum_cells_place array_place(const vtu_reader *r, const char *name) {
                                            : THRUM_CELLS_OTHER;
 }
 
-static thrum_status read_array(vtu_reader *r, const vtu_tag *tag) {
-  thrum_cells_array array = {.columns = 1};
-  const char *text;
-  size_t length;
-  if (attribute(tag, "Name", &text, &length))
-    copy_name(text, length, array.name);
-  array.place = array_place(r, array.name);
-  if (array.place == THRUM_CELLS_OTHER)
+/* <DataArray>: appended arrays wait for the bytes behind the grid, others for their text. */
+static thrum_status begin_array(vtu_reader *r, const char **attributes) {
+  vtu_array a = {.array = {.columns = 1}, .line = line_now(r)};
+  const char *name = attribute(attributes, "Name"), *type = attribute(attributes, "type");
+  if (name)
+    strncat(a.array.name, name, THRUM_MESH_NAME_MAX);
+  a.array.place = array_place(r, a.array.name);
+  if (a.array.place == THRUM_CELLS_OTHER)
     return THRUM_OK;
-  thrum_cells_type type = {0};
-  if (attribute(tag, "type", &text, &length))
-    type = thrum_cells_type_of(text, length);
-  if (type.size == 0)
-    // such as String, which no part of a mesh is
-    return array.place == THRUM_CELLS_POINT_DATA || array.place == THRUM_CELLS_CELL_DATA
+
+  // an array such as one of String is no part of a mesh, so it may stand beside the grid
+  if (type)
+    a.type = thrum_cells_type_of(type, strlen(type));
+  if (a.type.size == 0)
+    return a.array.place == THRUM_CELLS_POINT_DATA || a.array.place == THRUM_CELLS_CELL_DATA
                ? THRUM_OK
                : fail(r, THRUM_UNSUPPORTED, "an array of the grid has a type that is not read");
-  array.whole = type.whole;
-  thrum_status status = attribute_integer(r, tag, "NumberOfComponents", 1000000, &array.columns);
-  if (status >= 0)
-    status = array_values(r, tag, type, &array);
-  if (status < 0) {
-    free(array.values);
-    return status;
+  a.array.whole = a.type.whole;
+  THRUM_TRY(attribute_integer(r, attributes, "NumberOfComponents", 1000000, &a.array.columns));
+
+  if (attribute_is(attributes, "format", "appended")) {
+    THRUM_TRY(attribute_integer(r, attributes, "offset", INT64_MAX, &a.offset));
+    vtu_array *waiting =
+        thrum_mesh_grow(r->waiting, &r->waiting_capacity, r->waiting_count + 1, sizeof *waiting);
+    if (!waiting)
+      return fail(r, THRUM_OUT_OF_MEMORY, "not enough memory");
+    r->waiting = waiting;
+    a.appended = true;
+    waiting[r->waiting_count++] = a;
+    return THRUM_OK;
   }
-  return thrum_cells_take(&r->cells, &array, r->error);
+
+  a.base64 = attribute_is(attributes, "format", "binary");
+  r->open = a;
+  r->collecting = true;
+  r->text_size = 0;
+  return THRUM_OK;
 }
 
-static thrum_status read_piece(vtu_reader *r, const vtu_tag *tag) {
+static thrum_status end_array(vtu_reader *r) {
+  vtu_array a = r->open;
+  r->open = (vtu_array){.line = 0};
+  r->collecting = false;
+  if (a.line == 0)
+    return THRUM_OK;
+
+  const char *text = r->text ? r->text : "", *stop = text + r->text_size;
+  // an element without any text is an array without numbers
+  if (r->text_size == 0)
+    return keep_array(r, &a, THRUM_OK);
+  return keep_array(r, &a,
+                    a.base64 ? read_bytes(r, &a, text, stop) : read_numbers(r, &a, text, stop));
+}
+
+static thrum_status read_piece(vtu_reader *r, const char **attributes) {
   if (r->has_piece)
     return fail(r, THRUM_UNSUPPORTED,
                 "there are several pieces; save the grid as one (ParaView: Merge Blocks)");
   r->has_piece = true;
-  thrum_status status =
-      attribute_integer(r, tag, "NumberOfPoints", INT32_MAX, &r->cells.point_count);
-  if (status >= 0)
-    status = attribute_integer(r, tag, "NumberOfCells", INT64_MAX / 64, &r->cells.cell_count);
-  return status;
+  THRUM_TRY(attribute_integer(r, attributes, "NumberOfPoints", INT32_MAX, &r->cells.point_count));
+  return attribute_integer(r, attributes, "NumberOfCells", INT64_MAX / 64, &r->cells.cell_count);
 }
 
-static thrum_status read_file_tag(vtu_reader *r, const vtu_tag *tag) {
-  if (!attribute_is(tag, "type", "UnstructuredGrid"))
+static thrum_status read_file_element(vtu_reader *r, const char **attributes) {
+  r->has_file = true;
+  if (!attribute_is(attributes, "type", "UnstructuredGrid"))
     return fail(r, THRUM_UNSUPPORTED, "is no UnstructuredGrid, so it has no tetrahedra to read");
-  const char *text;
-  size_t length;
-  if (attribute(tag, "compressor", &text, &length) && length > 0)
+  const char *compressor = attribute(attributes, "compressor");
+  if (compressor && compressor[0])
     return fail(r, THRUM_UNSUPPORTED,
                 "is compressed, which is not read; save it with Compressor Type None");
-  r->little = !attribute_is(tag, "byte_order", "BigEndian");
-  r->header_size = attribute_is(tag, "header_type", "UInt64") ? 8 : 4;
+  r->little = !attribute_is(attributes, "byte_order", "BigEndian");
+  r->header_size = attribute_is(attributes, "header_type", "UInt64") ? 8 : 4;
   return THRUM_OK;
 }
 
-/* What stands behind the grid ends the XML: the bytes of appended arrays. */
-static thrum_status find_appended(vtu_reader *r, const char *start) {
-  const char *open = find(start, r->stop, "<AppendedData");
-  if (!open)
-    return THRUM_OK;
-  vtu_reader at = *r;
-  vtu_tag tag;
-  at.at = open;
-  if (!next_tag(&at, &tag))
-    return fail(r, THRUM_BAD_FORMAT, "the appended data is cut short");
-  r->appended_base64 = !attribute_is(&tag, "encoding", "raw");
-  const char *mark = memchr(at.at, '_', (size_t)(r->stop - at.at));
+/* <AppendedData> ends the XML: what follows its '_' are the bytes of the appended arrays. */
+static thrum_status find_appended(vtu_reader *r, const char **attributes) {
+  const char *behind =
+      r->first + XML_GetCurrentByteIndex(r->parser) + XML_GetCurrentByteCount(r->parser);
+  const char *mark = behind < r->stop ? memchr(behind, '_', (size_t)(r->stop - behind)) : NULL;
+  r->appended_base64 = !attribute_is(attributes, "encoding", "raw");
   if (!mark)
     return fail(r, THRUM_BAD_FORMAT, "the appended data has no '_' to count from");
   r->appended = mark + 1;
+  XML_StopParser(r->parser, XML_FALSE);
   return THRUM_OK;
 }
 
-/* Which arrays follow an element of the grid. */
-static thrum_cells_place place_of(const vtu_tag *tag, thrum_cells_place before) {
+/* The part of the grid that an element holds, if it is one that holds arrays. */
+static const thrum_cells_place *place_of(const char *element) {
   static const struct {
     const char *name;
     thrum_cells_place place;
@@ -404,49 +350,128 @@ static thrum_cells_place place_of(const vtu_tag *tag, thrum_cells_place before) 
                 {"CellData", THRUM_CELLS_CELL_DATA},
                 {"FieldData", THRUM_CELLS_OTHER}};
   for (size_t i = 0; i < sizeof places / sizeof *places; i++)
-    if (tag_is(tag, places[i].name))
-      return tag->closing ? THRUM_CELLS_OTHER : places[i].place;
-  return before;
+    if (strcmp(element, places[i].name) == 0)
+      return &places[i].place;
+  return NULL;
 }
 
-static thrum_status read_all(vtu_reader *r) {
-  vtu_tag tag;
-  thrum_status status = THRUM_OK;
-  bool is_vtk = false;
-  while (status >= 0 && next_tag(r, &tag)) {
-    r->place = place_of(&tag, r->place);
-    if (tag_is(&tag, "AppendedData"))
-      break;
-    if (tag.closing)
-      continue;
-    if (tag_is(&tag, "VTKFile")) {
-      is_vtk = true;
-      status = read_file_tag(r, &tag);
-      if (status >= 0)
-        status = find_appended(r, r->at);
-    } else if (tag_is(&tag, "Piece")) {
-      status = read_piece(r, &tag);
-    } else if (tag_is(&tag, "DataArray") && is_vtk) {
-      status = read_array(r, &tag);
-    }
+/* A failure in a handler ends the parse. */
+static void note(vtu_reader *r, thrum_status status) {
+  if (status >= 0)
+    return;
+  r->status = status;
+  XML_StopParser(r->parser, XML_FALSE);
+}
+
+static void XMLCALL begin_element(void *reader, const char *element, const char **attributes) {
+  vtu_reader *r = reader;
+  if (r->status < 0)
+    return;
+
+  // elements inside an array, such as InformationKey, end its numbers
+  r->collecting = false;
+  const thrum_cells_place *place = place_of(element);
+  if (place)
+    r->place = *place;
+
+  if (strcmp(element, "VTKFile") == 0)
+    note(r, read_file_element(r, attributes));
+  else if (strcmp(element, "Piece") == 0)
+    note(r, read_piece(r, attributes));
+  else if (strcmp(element, "DataArray") == 0 && r->has_file)
+    note(r, begin_array(r, attributes));
+  else if (strcmp(element, "AppendedData") == 0)
+    note(r, find_appended(r, attributes));
+}
+
+static void XMLCALL end_element(void *reader, const char *element) {
+  vtu_reader *r = reader;
+  if (r->status < 0)
+    return;
+  if (place_of(element))
+    r->place = THRUM_CELLS_OTHER;
+  if (strcmp(element, "DataArray") == 0)
+    note(r, end_array(r));
+}
+
+static void XMLCALL take_text(void *reader, const char *text, int length) {
+  vtu_reader *r = reader;
+  if (r->status < 0 || !r->collecting || length <= 0)
+    return;
+  char *grown = thrum_mesh_grow(r->text, &r->text_capacity, r->text_size + length, 1);
+  if (!grown) {
+    note(r, fail(r, THRUM_OUT_OF_MEMORY, "not enough memory"));
+    return;
   }
-  if (status >= 0 && !is_vtk)
-    status = fail(r, THRUM_BAD_FORMAT, "there is no <VTKFile>; is it a VTK XML file?");
-  return status;
+  r->text = grown;
+  memcpy(grown + r->text_size, text, (size_t)length);
+  r->text_size += length;
+}
+
+/* Feeds the file to expat. A file that ends early is no error here: what is missing of the grid
+ * says more. */
+static thrum_status parse_xml(vtu_reader *r) {
+  enum XML_Status parsed = XML_STATUS_OK;
+  for (const char *at = r->first; at < r->stop && parsed == XML_STATUS_OK;) {
+    const ptrdiff_t left = r->stop - at;
+    const int size = left < PIECE_OF_FILE ? (int)left : PIECE_OF_FILE;
+    parsed = XML_Parse(r->parser, at, size, XML_FALSE);
+    at += size;
+  }
+  if (r->status < 0)
+    return r->status;
+
+  const enum XML_Error code = XML_GetErrorCode(r->parser);
+  if (parsed == XML_STATUS_ERROR && code == XML_ERROR_NO_MEMORY)
+    return fail(r, THRUM_OUT_OF_MEMORY, "not enough memory");
+  if (!r->has_file)
+    return thrum_error_set(r->error, THRUM_BAD_FORMAT,
+                           "%.200s: there is no <VTKFile>; is it a VTK XML file?", r->name);
+  // the parser was stopped where the appended data begins
+  if (parsed == XML_STATUS_ERROR && code != XML_ERROR_ABORTED)
+    return thrum_error_set(r->error, THRUM_BAD_FORMAT, "%.200s:%lld: is no well-formed XML: %s",
+                           r->name, (long long)line_now(r), XML_ErrorString(code));
+  // the numbers of an array that the end of the file cuts short are checked as well
+  return end_array(r);
+}
+
+static thrum_status read_waiting(vtu_reader *r) {
+  for (int64_t i = 0; i < r->waiting_count; i++) {
+    vtu_array *a = &r->waiting[i];
+    if (!r->appended || a->offset > r->stop - r->appended)
+      return fail_at(r, a->line, THRUM_BAD_FORMAT,
+                     "an array lies beyond the appended data; is the file cut short?");
+    a->base64 = r->appended_base64;
+    THRUM_TRY(keep_array(r, a, read_bytes(r, a, r->appended + a->offset, r->stop)));
+  }
+  return THRUM_OK;
 }
 
 thrum_status thrum_mesh_parse_vtu(const char *name, const void *data, size_t size, thrum_mesh *mesh,
                                   thrum_error *error) {
   const char *first = size > 0 ? data : "";
   vtu_reader r = {.name = name,
-                  .at = first,
+                  .first = first,
                   .stop = first + size,
+                  .parser = XML_ParserCreate(NULL),
                   .header_size = 4,
                   .place = THRUM_CELLS_OTHER,
                   .error = error};
-  thrum_status status = read_all(&r);
+  if (!r.parser)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory");
+  XML_SetUserData(r.parser, &r);
+  XML_SetElementHandler(r.parser, begin_element, end_element);
+  XML_SetCharacterDataHandler(r.parser, take_text);
+
+  thrum_status status = parse_xml(&r);
+  if (status >= 0)
+    status = read_waiting(&r);
   if (status >= 0)
     status = thrum_cells_mesh(&r.cells, name, mesh, error);
+
   thrum_cells_free(&r.cells);
+  free(r.waiting);
+  free(r.text);
+  XML_ParserFree(r.parser);
   return status;
 }

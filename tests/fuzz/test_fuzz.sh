@@ -46,7 +46,7 @@ for target in "$source"/tests/fuzz/$wanted.c; do
   # functions that a target does not reach may miss the sources that they call
   # shellcheck disable=SC2086
   "$clang" $flags -fsanitize=fuzzer -no-pie -Wl,--unresolved-symbols=ignore-in-object-files "$target" \
-    $objects -lm -o "$build/$name"
+    $objects -lexpat -lm -o "$build/$name"
   corpus=$source/tests/fuzz/corpus/${name#fuzz_}
   work=$build/$name.found
   mkdir -p "$work"
