@@ -20,16 +20,20 @@ int main(void) {
   const thrum_model *model;
   thrum_state *state;
   thrum_state_def def = thrum_default_state_def();
+
+  // model and state are laid into the arrays; the body starts bent in its first mode
   if (thrum_model_init(model_memory, sizeof model_memory, model_bytes, sizeof model_bytes, &model,
                        &error) < 0 ||
       thrum_state_init(state_memory, sizeof state_memory, model, &def, &state, &error) < 0 ||
       thrum_mode_add(model, 0, 0.05, q, &error) < 0 ||
       thrum_state_set(model, state, q, NULL, &error) < 0)
     return printf("%s\n", error.message), 1;
+
   for (int step = 0; step < STEPS; step++) {
     if (thrum_step(model, state, &error) < 0)
       return printf("step %d: %s\n", step, error.message), 1;
   }
+
   if (thrum_state_energies(model, state, &energies, &error) < 0)
     return printf("%s\n", error.message), 1;
   printf("rank %d, %d steps: %.6g J\n", (int)model->rank, STEPS, energies.total);

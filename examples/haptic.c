@@ -32,15 +32,20 @@ static void sleep_until_next(struct timespec *moment) {
 static double touch(const thrum_model *model, thrum_state *state, const int32_t *tip, int64_t count,
                     double hand, thrum_error *error) {
   double q[THRUM_RANK_MAX], reduced[THRUM_RANK_MAX] = {0}, moved[3] = {0};
+
+  // where the tip is, and the pull of the spring between it and the hand
   if (thrum_state_get(model, state, q, NULL, error) < 0 ||
       thrum_displacement_mean(model, tip, count, q, moved, error) < 0)
     return NAN;
   const double pull = SPRING * (hand - moved[2]);
   const double force[3] = {0, 0, pull};
+
+  // one step under that pull
   if (thrum_load_add_shared(model, tip, count, force, reduced, error) < 0 ||
       thrum_state_set_force(model, state, reduced, error) < 0 ||
       thrum_step(model, state, error) < 0)
     return NAN;
+
   return -pull;
 }
 
@@ -53,12 +58,16 @@ int main(int argc, char **argv) {
   thrum_state_def def = thrum_default_state_def();
   def.dt = 1e-9 * PERIOD_NS;
   def.damping_alpha = 1;
+
+  // the model, its group, and a state that steps at the rate of the device
   const int steps = argc == 3 ? (int)(1000 * strtod(argv[2], NULL)) : 0;
   if (steps < 1 || thrum_model_load(argv[1], &model, &error) < 0 ||
       thrum_model_group(model, "tip", &tip, &count, &error) < 0)
     return fprintf(stderr, "usage: haptic MODEL.npz SECONDS %s\n", error.message), 1;
   if (thrum_state_create(model, &def, &state, &error) < 0)
     return fprintf(stderr, "haptic: %s\n", error.message), 1;
+
+  // each period: read the device, step, return the force, sleep until the next
   double longest = 0, strongest = 0;
   int late = 0;
   struct timespec next, before, after;
@@ -68,6 +77,7 @@ int main(int argc, char **argv) {
     clock_gettime(CLOCK_MONOTONIC, &before);
     const double force = touch(model, state, tip, count, hand, &error);
     clock_gettime(CLOCK_MONOTONIC, &after);
+
     if (!isfinite(force))
       return fprintf(stderr, "haptic: step %d: %s\n", step, error.message), 1;
     strongest = fmax(strongest, fabs(force));
@@ -75,6 +85,7 @@ int main(int argc, char **argv) {
     late += seconds_between(next, after) > def.dt;
     sleep_until_next(&next);
   }
+
   printf("%d steps: the longest took %.0f us, %d came late; at most %.2f N\n", steps, 1e6 * longest,
          late, strongest);
   thrum_state_destroy(state);

@@ -7,10 +7,12 @@
 
 #include "thrum/thrum.h"
 
+/* The vertex of the mesh nearest to a point, both at rest. */
 static int32_t nearest_vertex(const thrum_model *model, const double point[3]) {
   int32_t nearest = 0;
   double least = 1e300;
 
+  // a search through all vertices is fast enough to be done once
   for (int32_t v = 0; v < model->vertex_count; v++) {
     double distance = 0;
     for (int axis = 0; axis < 3; axis++) {
