@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Links of the documentation lead to files that exist and to headings that these have.
 
-Every page of docs/ must also be reachable from docs/index.md, in one step or through a page that it links to.
+So do names of source files in backquotes, such as `runtime/dynamics/step.c`. Every page of docs/ must also be reachable from docs/index.md, in one step or through a page that it links to.
 usage: test_links.py SOURCE
 SPDX-License-Identifier: Apache-2.0
 """
@@ -10,6 +10,9 @@ import re
 import sys
 
 LINK = re.compile(r"\]\(([^)\s]+)\)")
+NAMED = re.compile(r"`([a-z_]+/[\w/.-]+\.(?:c|h|inl|py|sh|mjs|js|md|txt|csv|json))`")
+FOLDERS = {"app", "bench", "cmake", "config", "docs", "driver", "examples", "include", "io", "mesh", "models", "platform",
+           "precompute", "runtime", "scene", "tests", "validation", "viewer"}
 
 
 def without_code(text):
@@ -39,7 +42,11 @@ def main():
     wrong, links = [], {}
     for page in sorted(pages(source)):
         links[page] = set()
-        for link in LINK.findall(without_code(open(page).read())):
+        text = open(page).read()
+        for name in NAMED.findall(text):
+            if name.split("/")[0] in FOLDERS and not os.path.exists(os.path.join(source, name)):
+                wrong.append(f"{os.path.relpath(page, source)}: `{name}` is missing")
+        for link in LINK.findall(without_code(text)):
             if re.match(r"[a-z]+:", link):
                 continue
             target, _, anchor = link.partition("#")
