@@ -2,9 +2,12 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
+#include "scene/scene_base_motion.h"
+
 #include <math.h>
 
-#include "scene/scene_private.h"
+#include "scene/scene_loads.h"
+#include "scene/scene_memory.h"
 #include "thrum/external_load.h"
 
 thrum_status scene_base_motion_check(const scene_body *body, thrum_error *error) {
@@ -51,36 +54,6 @@ thrum_status thrum_scene_add_base_motion(thrum_scene *scene, const double amplit
   const scene_base_motion base_motion = {
       .amplitude = {amplitude[0], amplitude[1], amplitude[2]}, .course = *course, .now = *course};
   return add(scene, &base_motion, error);
-}
-
-/* Of one sampled motion; with dt changed midway, steps are no multiples of dt any more, and the
- * mean is what the velocity gains. */
-static void motion_mean(const thrum_scene *scene, const thrum_base_motion *motion, double mean[3]) {
-  if (scene->origin == 0 && scene->origin_step == 0) {
-    thrum_base_motion_mean(motion, scene->steps, scene->dt, mean);
-    return;
-  }
-  double before[3], after[3];
-  const double time = thrum_scene_time(scene);
-  thrum_base_motion_at(motion, time, NULL, before);
-  thrum_base_motion_at(motion, time + scene->dt, NULL, after);
-  for (int axis = 0; axis < 3; axis++)
-    mean[axis] = (after[axis] - before[axis]) / scene->dt;
-}
-
-void scene_base_motion_mean(const thrum_scene *scene, double mean[3]) {
-  const int64_t step = scene->steps - scene->origin_step;
-  mean[0] = mean[1] = mean[2] = 0;
-  for (int32_t n = 0; n < scene->base_motion_count; n++) {
-    const scene_base_motion *base_motion = &scene->base_motions[n];
-    double one[3];
-    if (base_motion->motion != NULL)
-      motion_mean(scene, base_motion->motion, one);
-    const double share =
-        base_motion->motion == NULL ? thrum_load_mean(&base_motion->now, step, scene->dt) : 0;
-    for (int axis = 0; axis < 3; axis++)
-      mean[axis] += base_motion->motion == NULL ? share * base_motion->amplitude[axis] : one[axis];
-  }
 }
 
 void thrum_scene_ground(const thrum_scene *scene, double position[3]) {

@@ -1,11 +1,20 @@
 /* Bodies: what a def says becomes a state at its start.
  * SPDX-License-Identifier: Apache-2.0 */
+#include "scene/scene_body.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "scene/scene_private.h"
+#include "scene/scene_base_motion.h"
+#include "scene/scene_contact.h"
+#include "scene/scene_free_body.h"
+#include "scene/scene_loads.h"
+#include "scene/scene_memory.h"
+#include "scene/scene_model.h"
+#include "scene/scene_placement.h"
+#include "scene/scene_surface.h"
 #include "thrum/displacement.h"
 
 #define BODY_COOKIE UINT32_C(0x7468626f)
@@ -21,25 +30,6 @@ thrum_scene_body_def thrum_default_scene_body_def(void) {
       .colour = {0.75f, 0.75f, 0.75f},
       .state = thrum_default_state_def(),
   };
-}
-
-scene_body *scene_body_at(const thrum_scene *scene, int32_t body, thrum_error *error) {
-  if (scene != NULL && body >= 0 && body < scene->body_count)
-    return scene->bodies[body];
-  thrum_error_set(error, THRUM_INVALID_ARGUMENT, "there is no body %d: the scene has %d", (int)body,
-                  scene != NULL ? (int)scene->body_count : 0);
-  return NULL;
-}
-
-int32_t thrum_scene_body_count(const thrum_scene *scene) {
-  return scene->body_count;
-}
-
-int32_t thrum_scene_find_body(const thrum_scene *scene, const char *name) {
-  for (int32_t n = 0; n < scene->body_count; n++)
-    if (strcmp(scene->bodies[n]->name, name) == 0)
-      return n;
-  return -1;
 }
 
 thrum_status scene_state_make(const thrum_model *model, const thrum_state_def *def, const double *q,

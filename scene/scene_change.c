@@ -6,7 +6,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "scene/scene_private.h"
+#include "scene/scene_access.h"
+#include "scene/scene_body.h"
+#include "scene/scene_contact.h"
+#include "scene/scene_free_body.h"
+#include "scene/scene_loads.h"
+#include "scene/scene_model.h"
+#include "scene/scene_obstacle.h"
+#include "scene/scene_query.h"
 
 /* Makes the body's state and model anew, as the def, rank and stiffness say. */
 static thrum_status rebuild(thrum_scene *scene, scene_body *body, const thrum_state_def *def,

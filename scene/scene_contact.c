@@ -4,10 +4,14 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
+#include "scene/scene_contact.h"
+
 #include <stdlib.h>
 #include <string.h>
 
-#include "scene/scene_private.h"
+#include "scene/scene_access.h"
+#include "scene/scene_free_body.h"
+#include "scene/scene_memory.h"
 
 static bool pulled(const scene_body *body) {
   bool any = false;

@@ -2,11 +2,13 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
+#include "scene/scene_free_body.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "scene/scene_private.h"
+#include "scene/scene_placement.h"
 
 static void cross(const double a[3], const double b[3], double out[3]) {
   for (int axis = 0; axis < 3; axis++) {

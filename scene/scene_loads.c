@@ -7,11 +7,17 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
+#include "scene/scene_loads.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "scene/scene_private.h"
+#include "scene/scene_access.h"
+#include "scene/scene_memory.h"
+#include "scene/scene_parts.h"
+#include "scene/scene_placement.h"
+#include "scene/scene_reduced_load.h"
 #include "thrum/external_load.h"
 
 static bool finite3(const double *vector) {
@@ -171,6 +177,37 @@ void scene_loads_retime(thrum_scene *scene) {
     scene->base_motions[n].now = counted_from(&scene->base_motions[n].course, scene->origin);
 }
 
+/* The same of one sampled motion. With dt changed midway, steps are no multiples of dt any more,
+ * and the mean is what the velocity gains. */
+static void motion_mean(const thrum_scene *scene, const thrum_base_motion *motion, double mean[3]) {
+  if (scene->origin == 0 && scene->origin_step == 0) {
+    thrum_base_motion_mean(motion, scene->steps, scene->dt, mean);
+    return;
+  }
+  double before[3], after[3];
+  const double time = thrum_scene_time(scene);
+  thrum_base_motion_at(motion, time, NULL, before);
+  thrum_base_motion_at(motion, time + scene->dt, NULL, after);
+  for (int axis = 0; axis < 3; axis++)
+    mean[axis] = (after[axis] - before[axis]) / scene->dt;
+}
+
+/* Mean acceleration of the base over the step to come. */
+static void base_motion_mean(const thrum_scene *scene, double mean[3]) {
+  const int64_t step = scene->steps - scene->origin_step;
+  mean[0] = mean[1] = mean[2] = 0;
+  for (int32_t n = 0; n < scene->base_motion_count; n++) {
+    const scene_base_motion *base_motion = &scene->base_motions[n];
+    double one[3];
+    if (base_motion->motion != NULL)
+      motion_mean(scene, base_motion->motion, one);
+    const double share =
+        base_motion->motion == NULL ? thrum_load_mean(&base_motion->now, step, scene->dt) : 0;
+    for (int axis = 0; axis < 3; axis++)
+      mean[axis] += base_motion->motion == NULL ? share * base_motion->amplitude[axis] : one[axis];
+  }
+}
+
 void scene_loads_sum(const thrum_scene *scene, scene_body *body, scene_wrench *wrench) {
   const int64_t r = body->model->rank, step = scene->steps - scene->origin_step;
   if (body->free)
@@ -179,7 +216,7 @@ void scene_loads_sum(const thrum_scene *scene, scene_body *body, scene_wrench *w
   if (scene->base_motion_count == 0)
     return;
   double mean[3], local[3];
-  scene_base_motion_mean(scene, mean);
+  base_motion_mean(scene, mean);
   for (int axis = 0; axis < 3 && body->free; axis++)
     wrench->force[axis] -= body->way.mass * mean[axis];
   scene_to_body(&body->here, mean, local);

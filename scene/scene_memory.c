@@ -1,8 +1,10 @@
 /* Memory of a scene. SPDX-License-Identifier: Apache-2.0 */
+#include "scene/scene_memory.h"
+
 #include <stdlib.h>
 #include <string.h>
 
-#include "scene/scene_private.h"
+#define SCENE_ALIGNMENT 64
 
 void *scene_aligned(size_t size) {
   // aligned_alloc wants a multiple of the alignment

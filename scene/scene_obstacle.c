@@ -2,10 +2,13 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
+#include "scene/scene_obstacle.h"
+
 #include <stdlib.h>
 #include <string.h>
 
-#include "scene/scene_private.h"
+#include "scene/scene_contact.h"
+#include "scene/scene_memory.h"
 
 /* Makes the contacts that bodies have not got yet; all of them or none. */
 static thrum_status make_contacts(thrum_scene *scene, thrum_error *error) {

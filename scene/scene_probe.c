@@ -5,7 +5,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "scene/scene_private.h"
+#include "scene/scene_access.h"
+#include "scene/scene_memory.h"
+#include "scene/scene_query.h"
 
 static thrum_status check(const scene_body *body, const int32_t *vertices, int64_t count,
                           thrum_error *error) {

@@ -1,10 +1,14 @@
 /* What a scene shows of its bodies. SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
+#include "scene/scene_query.h"
+
 #include <math.h>
 #include <string.h>
 
-#include "scene/scene_private.h"
+#include "scene/scene_access.h"
+#include "scene/scene_free_body.h"
+#include "scene/scene_placement.h"
 
 thrum_status scene_body_read(scene_body *body, bool p, thrum_error *error) {
   thrum_status status = THRUM_OK;
@@ -15,6 +19,35 @@ thrum_status scene_body_read(scene_body *body, bool p, thrum_error *error) {
     body->p_known = body->p_known || p;
   }
   return status;
+}
+
+void scene_point(const scene_body *body, const double rest[3], const double *rows,
+                 double position[3], double velocity[3]) {
+  const int64_t r = body->model->rank, rank = body->derived->rank;
+  double x[3], v[3];
+  for (int axis = 0; axis < 3; axis++) {
+    double u = 0, speed = 0;
+    for (int64_t i = 0; i < rank; i++) {
+      u += rows[axis * r + i] * body->q[i];
+      speed += velocity ? rows[axis * r + i] * body->p[i] : 0.0;
+    }
+    x[axis] = body->derived->by.length * rest[axis] + body->k * u;
+    v[axis] = body->k * speed;
+  }
+  scene_to_world(&body->here, x, position);
+  for (int axis = 0; axis < 3; axis++)
+    position[axis] += body->here.origin[axis];
+  if (velocity == NULL)
+    return;
+  scene_to_world(&body->here, v, velocity);
+  if (!body->free)
+    return;
+  double centre[3], whole[3];
+  scene_free_centre(body, centre);
+  const double arm[3] = {position[0] - centre[0], position[1] - centre[1], position[2] - centre[2]};
+  scene_free_velocity(body, arm, whole);
+  for (int axis = 0; axis < 3; axis++)
+    velocity[axis] += whole[axis];
 }
 
 /* A body and its q, and p if asked for; NULL when that fails, the reason in *status. */
@@ -162,4 +195,15 @@ thrum_status thrum_scene_body_vertex(thrum_scene *scene, int32_t number, int64_t
   scene_point(body, model->vertices + 3 * vertex, model->basis + 3 * vertex * model->rank, position,
               velocity);
   return THRUM_OK;
+}
+
+void thrum_scene_body_matrix(const thrum_scene *scene, int32_t number, double matrix[16]) {
+  const scene_body *body = scene_body_at(scene, number, NULL);
+  memset(matrix, 0, 16 * sizeof *matrix);
+  matrix[15] = 1;
+  for (int column = 0; column < 3 && body != NULL; column++) {
+    for (int row = 0; row < 3; row++)
+      matrix[4 * column + row] = body->derived->by.length * body->here.axes[3 * row + column];
+    matrix[12 + column] = body->here.origin[column];
+  }
 }

@@ -3,7 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "scene/scene_private.h"
+#include "scene/scene_free_body.h"
+#include "scene/scene_loads.h"
 
 #define SNAPSHOT_MAGIC UINT64_C(0x7468736e61700002)
 

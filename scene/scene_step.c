@@ -4,20 +4,13 @@
 
 #include <string.h>
 
-#include "scene/scene_private.h"
+#include "scene/scene_contact.h"
+#include "scene/scene_free_body.h"
+#include "scene/scene_loads.h"
+#include "scene/scene_obstacle.h"
+#include "scene/scene_query.h"
+#include "scene/scene_wind.h"
 #include "thrum/external_load.h"
-
-double thrum_scene_time(const thrum_scene *scene) {
-  return scene->origin + (double)(scene->steps - scene->origin_step) * scene->dt;
-}
-
-int64_t thrum_scene_steps(const thrum_scene *scene) {
-  return scene->steps;
-}
-
-double thrum_scene_dt(const thrum_scene *scene) {
-  return scene->dt;
-}
 
 /* The load of the step to come; a body that touches or is pulled makes its step here, since contact
  * may take several attempts. */

@@ -2,11 +2,11 @@
  * triangles' area. SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
+#include "scene/scene_surface.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include "scene/scene_private.h"
 
 static thrum_status check(const thrum_scene_body_def *def, thrum_error *error) {
   const thrum_model *model = def->model;

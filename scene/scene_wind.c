@@ -13,10 +13,13 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
+#include "scene/scene_wind.h"
+
 #include <math.h>
 #include <string.h>
 
-#include "scene/scene_private.h"
+#include "scene/scene_placement.h"
+#include "scene/scene_query.h"
 
 thrum_status thrum_scene_set_wind(thrum_scene *scene, const double velocity[3], double density,
                                   double drag, thrum_error *error) {

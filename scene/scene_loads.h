@@ -1,0 +1,17 @@
+/* Loads of bodies over time.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_SCENE_SCENE_LOADS_H
+#define THRUM_SCENE_SCENE_LOADS_H
+
+#include "scene/scene_data.h"
+
+/* Reduces gravity, the first load of every body. */
+thrum_status scene_gravity_reduce(scene_body *body, const double gravity[3], thrum_error *error);
+
+/* Counts all time courses from the scene's origin, after one was added or dt has changed. */
+void scene_loads_retime(thrum_scene *scene);
+
+/* The mean load of the step to come into body->force; what it does to a free body as a whole. */
+void scene_loads_sum(const thrum_scene *scene, scene_body *body, scene_wrench *wrench);
+
+#endif
