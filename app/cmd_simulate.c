@@ -4,7 +4,8 @@
 
 #include "app/cmd.h"
 #include "config/message.h"
-#include "driver/scene_run.h"
+#include "driver/scene_options.h"
+#include "driver/scene_spec.h"
 #include "driver/simulate_run.h"
 
 int cmd_simulate(int argc, char **argv) {

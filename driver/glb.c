@@ -3,6 +3,8 @@
  * Khronos, glTF 2.0 Specification, 3.7.2.2 (morph targets) and 4 (binary). Thrum's z is up, glTF's
  * y. Size: 12 bytes x vertices x (r + 1) + 4 bytes x rows x (r + 1).
  * SPDX-License-Identifier: Apache-2.0 */
+#include "driver/glb.h"
+
 #include <cjson/cJSON.h>
 #include <math.h>
 #include <stdint.h>
@@ -10,7 +12,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "driver/animation_write.h"
 #include "io/file.h"
 #include "io/json.h"
 #include "thrum/thrum.h"

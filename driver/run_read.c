@@ -1,4 +1,6 @@
 /* Reads the folder of a finished run back. SPDX-License-Identifier: Apache-2.0 */
+#include "driver/run_read.h"
+
 #include <cjson/cJSON.h>
 #include <inttypes.h>
 #include <math.h>
@@ -9,7 +11,6 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#include "driver/display_surface.h"
 #include "driver/named_model.h"
 #include "driver/run_folder.h"
 #include "io/file.h"

@@ -1,5 +1,7 @@
 /* Options of `thrum simulate SCENE.json`: few, since the file says the rest.
  * SPDX-License-Identifier: Apache-2.0 */
+#include "driver/scene_options.h"
+
 #include <math.h>
 #include <string.h>
 

@@ -49,41 +49,39 @@ typedef struct scene_run {
   double seconds_read, seconds_output, seconds_total;
 } scene_run;
 
-/* scene_build.c: loads the models and makes the scene. */
+/* scene_run_build.c: loads the models and makes the scene. */
 thrum_status scene_run_build(scene_run *run, thrum_error *error);
 
 /* scene_run.c: reads the file of the request, and frees what a run holds, whatever came of it. */
 thrum_status scene_run_read(scene_run *run, thrum_error *error);
 void scene_run_close(scene_run *run);
 
-/* A message of the engine about one key of a record, or about the record (key NULL). */
+/* scene_run_refuse.c: a message of the engine about one key of a record, or about the record (key
+ * NULL). */
 thrum_status scene_run_refuse(const scene_run *run, const config_record *at, const char *key,
                               thrum_status status, const thrum_error *detail);
 thrum_status scene_run_no_memory(thrum_error *error);
 
-/* scene_world.c: what acts on all bodies, before they are added (base motions) and after. */
+/* scene_run_world.c: what acts on all bodies, before they are added (base motions) and after. */
 thrum_status scene_run_base_motions(scene_run *run, thrum_error *error);
 thrum_status scene_run_wind(scene_run *run);
 thrum_status scene_run_obstacles(scene_run *run);
 thrum_status scene_run_probes(scene_run *run);
 
-/* scene_stepper.c: the scene as a stepper, whose bodies are those of the file. */
+/* scene_run_stepper.c: the scene as a stepper, whose bodies are those of the file. */
 driver_stepper scene_run_stepper(scene_run *run);
 
-/* scene_output.c: the folder, the files of the bodies and the probes; and the runs of the bodies
- * completed. */
+/* scene_run_output.c: the folder, the files of the bodies and the probes; and the runs of the
+ * bodies completed. */
 thrum_status scene_run_open(scene_run *run, thrum_error *error);
 thrum_status scene_run_record_probes(scene_run *run, int64_t step, double time, thrum_error *error);
 thrum_status scene_run_end(scene_run *run, thrum_error *error);
 
-/* scene_report.c */
+/* scene_run_report.c */
 cJSON *scene_run_json(const scene_run *run);
 void scene_run_table(const scene_run *run);
 
 /* scene_run.c: a scene from its file to its folder; an exit code. */
 int scene_run_request(const scene_request *request);
-
-/* scene_options.c: the same from the command line of `thrum simulate SCENE.json`. */
-int scene_run_command(int argc, char **argv);
 
 #endif

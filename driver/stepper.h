@@ -1,7 +1,7 @@
 /* The stepper: one interface to everything that a run can step.
  *
  * Three kinds implement it: a reduced model (stepper_reduced.c), the same body in full order
- * (stepper_full.c) and a scene of several bodies (scene_stepper.c). The loop and the recorder
+ * (stepper_full.c) and a scene of several bodies (scene_run_stepper.c). The loop and the recorder
  * (run.h) see nothing else. A single model keeps its own kind although a scene of one body could
  * step it: a scene needs a mesh and an axis_mass to place what it steps, it has no full order, and
  * it sums the energies of a body in another order, so the last bits of energy.csv would change.

@@ -1,11 +1,12 @@
 /* Vertex caches, which Blender and others play on an .obj with the same vertices: PC2
  * ("POINTCACHE2", little-endian) and MDD (LightWave, big-endian). Positions in single precision,
  * the axes as they are. SPDX-License-Identifier: Apache-2.0 */
+#include "driver/vertex_cache.h"
+
 #include <inttypes.h>
 #include <stdio.h>
 #include <string.h>
 
-#include "driver/animation_write.h"
 #include "io/file.h"
 
 /* Four bytes, in the machine's order (little-endian) or the other way round. */

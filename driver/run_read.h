@@ -1,0 +1,33 @@
+/* The motion of a finished run, for other programs. SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_DRIVER_RUN_READ_H
+#define THRUM_DRIVER_RUN_READ_H
+
+#include <stdbool.h>
+
+#include "driver/run_placement.h"
+#include "thrum/thrum.h"
+
+/* What `thrum simulate` left in a folder. */
+typedef struct cli_run {
+  const thrum_model *model;
+  int64_t rank; /* of q: the run's, at most the model's */
+  int64_t rows;
+  double *times; /* rows, ascending [s] */
+  double *q;     /* rows x rank */
+  cli_run_place place;
+  double *places; /* rows x CLI_RUN_PLACE; NULL: the body stays where it stands */
+} cli_run;
+
+/* Is there a run.json in the folder? */
+bool cli_is_run(const char *path);
+
+/* Reads RUN/run.json, energy.csv (times), q.npy and the model: `model` when it is not NULL, else
+ * the one that run.json names, from here or from beside RUN. Refuses a model whose bytes are not
+ * those that the run was made with. cli_run_free frees, the model too. */
+thrum_status cli_run_read(const char *path, const char *model, cli_run *run, thrum_error *error);
+void cli_run_free(cli_run *run);
+
+/* Keeps the rows that are nearest to `rate` a second, none twice, and the last; 0: all. */
+void cli_run_thin(cli_run *run, double rate);
+
+#endif
