@@ -91,7 +91,7 @@ int32_t EXPORT(bridge_add_body)(int32_t model, int32_t integrator, int32_t rank,
   return body;
 }
 
-/* numbers: centre 3, normal 3, radius, half sides 3, rotation 4 (x, y, z, w), velocity 3,
+/* numbers: centre 3, normal 3, radius, half sides 3, rotation 4 (w, x, y, z), velocity 3,
  * friction, restitution, stiffness, damping. Returns its number, or a status below 0. */
 int32_t EXPORT(bridge_add_obstacle)(int32_t shape, int32_t inside) {
   const double *n = bridge_number;
@@ -107,9 +107,8 @@ int32_t EXPORT(bridge_add_obstacle)(int32_t shape, int32_t inside) {
   obstacle.restitution = n[18];
   obstacle.stiffness = n[19];
   obstacle.damping = n[20];
-  const double rotation[4] = {n[13], n[10], n[11], n[12]};
   int32_t number;
-  thrum_status status = thrum_scene_axes(rotation, obstacle.rotation, &bridge_error);
+  thrum_status status = thrum_scene_axes(n + 10, obstacle.rotation, &bridge_error);
   if (status == THRUM_OK)
     status = thrum_scene_add_obstacle(bridge_scene, &obstacle, &number, &bridge_error);
   return status == THRUM_OK ? number : (int32_t)status;

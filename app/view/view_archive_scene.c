@@ -12,7 +12,7 @@
 #define COLOUR "#4a86c5"
 
 cJSON *cli_pack_scene_of_models(const cli_pack_model *models) {
-  static const double none[3] = {0}, unturned[4] = {0, 0, 0, 1};
+  static const double none[3] = {0}, unturned[4] = {1, 0, 0, 0};
   const thrum_state_def def = thrum_default_state_def();
   cJSON *scene = cJSON_CreateObject(), *body = cJSON_CreateObject();
   json_number(scene, "dt", def.dt);
@@ -43,13 +43,13 @@ static void add_colour(cJSON *object, const float colour[3]) {
   cJSON_AddStringToObject(object, "colour", text);
 }
 
-/* From w, x, y, z of any length to x, y, z, w of length 1. */
+/* A rotation of length 1 of one of any length. */
 static void add_rotation(cJSON *object, const double rotation[4]) {
   double length = 0, turned[4];
   for (int n = 0; n < 4; n++)
     length = hypot(length, rotation[n]);
   for (int n = 0; n < 4; n++)
-    turned[n] = rotation[(n + 1) % 4] / length;
+    turned[n] = rotation[n] / length;
   json_numbers(object, "rotation", turned, 4);
 }
 

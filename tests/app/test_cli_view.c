@@ -264,7 +264,7 @@ static void expect_effects(const cJSON *scene) {
 static void a_scene_file_is_packed_with_its_models(void **state) {
   (void)state;
   static const double place[3] = {1, 2, 3},
-                      turn[4] = {0, 0, 0.70710678118654752, 0.70710678118654752};
+                      turn[4] = {0.70710678118654752, 0, 0, 0.70710678118654752};
   assert_true(cli_write_text(in_folder("scene.json"), SCENE));
   cli_result run = thrum_run(folder, "view", "scene.json", "-o", "scene.html", NULL);
   assert_int_equal(run.exit_code, 0);

@@ -125,8 +125,7 @@ export class Engine {
   }
 
   #addBody(body, scene) {
-    const [x, y, z, w] = body.rotation;
-    this.numbers.set([...body.position, w, x, y, z, body.scale, body.stiffness, body.density,
+    this.numbers.set([...body.position, ...body.rotation, body.scale, body.stiffness, body.density,
       body.damping ?? scene.damping, 0, ...(body.velocity ?? [0, 0, 0]),
       ...(body.spin ?? [0, 0, 0])]);
     const integrator = INTEGRATORS[body.integrator ?? scene.integrator];
@@ -141,7 +140,7 @@ export class Engine {
   #addObstacle(obstacle) {
     const size = obstacle.size ?? [1, 1, 1];
     this.numbers.set([...obstacle.centre, ...(obstacle.normal ?? [0, 0, 1]),
-      obstacle.radius ?? 1, ...size.map((side) => side / 2), ...(obstacle.rotation ?? [0, 0, 0, 1]),
+      obstacle.radius ?? 1, ...size.map((side) => side / 2), ...(obstacle.rotation ?? [1, 0, 0, 0]),
       ...(obstacle.velocity ?? [0, 0, 0]), obstacle.friction ?? 0.5, obstacle.restitution ?? 0.5,
       obstacle.stiffness ?? 0, obstacle.damping ?? 0]);
     this.check(this.wasm.bridge_add_obstacle(OBSTACLES[obstacle.kind], obstacle.inside ? 1 : 0));

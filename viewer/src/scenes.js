@@ -16,7 +16,7 @@ export function isComposed(scene) {
 export function aloneScene(pack, model) {
   const given = pack.scene.bodies.find((body) => body.model === model);
   const body = {
-    name: pack.models[model].name, model, position: [0, 0, 0], rotation: [0, 0, 0, 1], scale: 1,
+    name: pack.models[model].name, model, position: [0, 0, 0], rotation: [1, 0, 0, 0], scale: 1,
     stiffness: 1, density: 1, colour: '#4a86c5', ...given,
   };
   return { ...pack.scene, obstacles: [], bodies: [{ ...body, position: [0, 0, 0] }] };

@@ -161,7 +161,11 @@ function shapeOfObstacle(obstacle, size) {
     side: obstacle.inside ? THREE.BackSide : THREE.FrontSide,
   }));
   mesh.position.copy(vector(obstacle.centre));
-  if (obstacle.rotation) mesh.quaternion.set(...obstacle.rotation);
+  if (obstacle.rotation) {
+    // three.js has w last
+    const [w, x, y, z] = obstacle.rotation;
+    mesh.quaternion.set(x, y, z, w);
+  }
   mesh.castShadow = !obstacle.inside;
   mesh.receiveShadow = true;
   return mesh;
