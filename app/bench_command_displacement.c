@@ -51,9 +51,12 @@ static void print_json(const bench_displacement *bench) {
   json_string(object, "processor", bench_processor());
   json_string(object, "compiler", thrum_build_compiler());
   json_string(object, "blas_core", thrum_build_blas_core());
+
   json_number(object, "vertices", (double)bench->vertices);
   json_number(object, "rank", (double)bench->rank);
   json_number(object, "repetitions", (double)bench->repetitions);
+
+  // each way by its minimum and its median
   json_number(object, "dgemv_us", bench->dgemv.minimum);
   json_number(object, "dgemv_us_median", bench->dgemv.median);
   json_number(object, "dgemv_columns_us", bench->dgemv_columns.minimum);
@@ -64,6 +67,7 @@ static void print_json(const bench_displacement *bench) {
   json_number(object, "surface_us_median", bench->surface.median);
   json_number(object, "normals_us", bench->normals.minimum);
   json_number(object, "normals_us_median", bench->normals.median);
+
   json_number(object, "ratio", bench->ratio);
   json_number(object, "ratio_columns", bench->ratio_columns);
   json_number(object, "ratio_median", bench->ratio_median);
@@ -77,6 +81,8 @@ static void print_table(const bench_displacement *bench) {
          (long long)bench->vertices, (long long)bench->rank, (long long)bench->repetitions);
   printf("%s, %s, OpenBLAS core %s\n\n", bench_processor(), thrum_build_compiler(),
          thrum_build_blas_core());
+
+  // one line for each way
   printf("                               minimum    median [us]\n");
   printf("  dgemv, double              %9.1f %9.1f\n", bench->dgemv.minimum, bench->dgemv.median);
   printf("  the same, U by columns     %9.1f %9.1f\n", bench->dgemv_columns.minimum,
@@ -86,6 +92,7 @@ static void print_table(const bench_displacement *bench) {
          bench->surface.median);
   printf("  its normals                %9.1f %9.1f\n\n", bench->normals.minimum,
          bench->normals.median);
+
   printf("  surface over dgemv         %9.3f %9.3f\n", bench->ratio, bench->ratio_median);
   printf("  over the one by columns    %9.3f\n", bench->ratio_columns);
   printf("  surface reads U at         %9.2f GB/s\n",

@@ -97,6 +97,8 @@ static int read_options(int argc, char **argv, sweep *asked) {
     return config_usage("bench precompute", "'%s' is not expected", argv[optind]);
   if (asked->over_rank && asked->size_count > 1)
     return config_usage("bench precompute", "--tets is one number when there are --ranks");
+
+  // either the ranks or the sizes are the points of the sweep
   if (asked->over_rank && asked->size_count == 1)
     asked->tets = asked->sizes[0];
   if (!asked->over_rank) {
@@ -114,6 +116,8 @@ static thrum_status run_all(sweep *asked, thrum_error *error) {
     run->rank = asked->over_rank ? asked->points[n] : asked->rank;
     run->modes = asked->modes;
     run->threads = (int)asked->threads;
+
+    // the DSYRK is timed where its panel fits into memory
     const double columns = (double)(run->rank + run->rank * (run->rank + 1) / 2);
     run->syrk = 48e-6 * columns * (double)run->wanted < SYRK_MB;
     const thrum_status status = bench_pipeline_run(run, error);
@@ -158,6 +162,8 @@ static cJSON *run_json(const bench_pipeline *run) {
   json_number(row, "modes", (double)run->modes);
   json_number(row, "rank", (double)run->rank);
   json_number(row, "factor_nonzeros", (double)run->factor_nonzeros);
+
+  // processor and wall time of each stage, and its rate where it counts operations
   cJSON *cpu = cJSON_AddObjectToObject(row, "cpu_seconds");
   cJSON *wall = cJSON_AddObjectToObject(row, "seconds");
   cJSON *rates = cJSON_AddObjectToObject(row, "gflops");
@@ -167,6 +173,7 @@ static cJSON *run_json(const bench_pipeline *run) {
     if (run->flops[stage] > 0)
       json_number(rates, stage_names[stage], 1e-9 * run->flops[stage] / run->cpu_seconds[stage]);
   }
+
   json_number(cpu, "total", run->cpu_total);
   json_number(wall, "total", run->total);
   json_number(row, "peak_mb", run->peak_mb);
@@ -181,9 +188,12 @@ static void print_json(const sweep *asked) {
   json_string(object, "compiler", thrum_build_compiler());
   json_string(object, "blas_core", thrum_build_blas_core());
   json_number(object, "threads", (double)asked->threads);
+
   cJSON *rows = cJSON_AddArrayToObject(object, "runs");
   for (int64_t n = 0; n < asked->count; n++)
     cJSON_AddItemToArray(rows, run_json(&asked->runs[n]));
+
+  // how each stage grows with the size
   cJSON *exponents = cJSON_AddObjectToObject(object, "exponents");
   for (int column = 0; column < THRUM_STAGE_COUNT + 2; column++)
     json_number(exponents,
@@ -202,6 +212,8 @@ static void print_table(const sweep *asked) {
   for (int stage = 0; stage < THRUM_STAGE_COUNT; stage++)
     printf(" %11s", stage_names[stage]);
   printf(" %9s %9s %8s %8s\n", "total", "wall", "MB", "/DSYRK");
+
+  // one line for each run
   for (int64_t n = 0; n < asked->count; n++) {
     const bench_pipeline *run = &asked->runs[n];
     printf("%8lld %5lld", (long long)run->tets, (long long)run->rank);
@@ -213,6 +225,8 @@ static void print_table(const sweep *asked) {
     else
       printf(" %8.2f\n", syrk_ratio(run));
   }
+
+  // exponents need two points
   if (asked->count < 2)
     return;
   printf("%-14s", "grows as ^");

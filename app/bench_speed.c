@@ -132,6 +132,7 @@ static void print_json(const bench_request *request, cJSON *rows) {
     cJSON_AddItemToObject(object, "rows", rows);
   else
     cJSON_Delete(rows);
+
   json_string(object, "processor", bench_processor());
   json_string(object, "build", bench_build());
   if (request->machine) {
@@ -149,6 +150,7 @@ int bench_each_model(bench_request *request, bench_run *run, const char *const *
   thrum_status status = request->folder ? folder_make(request->folder, &error) : THRUM_OK;
   if (status < 0)
     return config_refuse(&error);
+
   const thrum_model *given = NULL;
   if (request->model_path)
     status = thrum_model_load(request->model_path, &given, &error);
@@ -160,21 +162,26 @@ int bench_each_model(bench_request *request, bench_run *run, const char *const *
     thrum_model_free(given);
     return config_refuse(&error);
   }
+
   cJSON *rows = cJSON_CreateArray();
   config_progress progress = config_progress_make(request->quiet);
   if (request->machine)
     bench_machine_measure(&request->rates);
   if (!request->json)
     print_machine(request);
+
+  // each model gives one row
   for (int64_t n = 0; n < count && status >= 0; n++) {
     config_progress_update(&progress, "ranks", (double)n / (double)count);
     status = given ? run(request, given, rows, &error) : run_rank(request, n, run, rows, &error);
   }
+
   thrum_model_free(given);
   if (status >= 0)
     config_progress_done(&progress);
   else
     config_progress_abandon(&progress);
+
   if (status >= 0 && request->folder)
     status = write_files(request, rows, curves, &error);
   if (status >= 0 && request->json)

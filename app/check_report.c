@@ -112,6 +112,8 @@ static void add_lists(cJSON *object, const thrum_mesh *mesh, const thrum_mesh_ex
   cJSON *histogram = cJSON_AddArrayToObject(object, "quality_histogram");
   for (int b = 0; b < THRUM_EXAMINE_BINS; b++)
     cJSON_AddItemToArray(histogram, json_number_item((double)e->histogram[b]));
+
+  // tets are counted from 1, as in the table
   cJSON *worst = cJSON_AddArrayToObject(object, "worst_tets");
   for (int i = 0; i < THRUM_EXAMINE_WORST && e->worst[i] >= 0; i++) {
     cJSON *tet = cJSON_CreateObject();
@@ -119,6 +121,7 @@ static void add_lists(cJSON *object, const thrum_mesh *mesh, const thrum_mesh_ex
     json_number(tet, "ratio", e->worst_ratio[i]);
     cJSON_AddItemToArray(worst, tet);
   }
+
   cJSON *groups = cJSON_AddArrayToObject(object, "groups");
   for (int64_t g = 0; g < mesh->group_count; g++) {
     cJSON *group = cJSON_CreateObject();
@@ -126,6 +129,8 @@ static void add_lists(cJSON *object, const thrum_mesh *mesh, const thrum_mesh_ex
     json_number(group, "vertices", (double)mesh->groups[g].count);
     cJSON_AddItemToArray(groups, group);
   }
+
+  // a mesh without materials gets an empty list
   cJSON *materials = cJSON_AddArrayToObject(object, "materials");
   for (int64_t i = 0; i < mesh->region_count && mesh->has_material; i++) {
     cJSON *material = cJSON_CreateObject();

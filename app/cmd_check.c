@@ -57,12 +57,15 @@ int cmd_check(int argc, char **argv) {
   const int code = read_options(argc, argv, &request);
   if (code != COMMAND_DONE)
     return code;
+
+  // refused: the mesh cannot be read; flagged: it can, but has defects
   thrum_error error = {0};
   thrum_mesh mesh = {0};
   thrum_mesh_examined examined;
   thrum_status status = thrum_mesh_read(request.mesh_name, request.scale, &mesh, &error);
   if (status >= 0)
     status = thrum_mesh_examine(&mesh, &examined, &error);
+
   unsigned flags = 0;
   if (status >= 0) {
     flags = thrum_mesh_flags(&mesh, &examined);
@@ -71,6 +74,7 @@ int cmd_check(int argc, char **argv) {
     else
       cli_check_print(request.mesh_name, &mesh, &examined, flags);
   }
+
   thrum_mesh_free(&mesh);
   if (status < 0)
     return config_refuse(&error);

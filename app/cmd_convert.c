@@ -113,8 +113,11 @@ static int convert(const convert_request *request) {
   thrum_status status = thrum_mesh_read(request->input, request->scale, &mesh, &error);
   if (status < 0)
     return config_refuse(&error);
+
   cli_warn_mesh(&mesh, path_basename(request->input));
   thrum_interrupt_clean("\nthrum: stopped; the file being written was removed\n");
+
+  // what the format cannot hold is a warning and no failure
   status = thrum_mesh_write(request->output, &mesh, &request->options, &lost, &error);
   if (status >= 0) {
     warn_lost(&lost, path_basename(request->output));
@@ -126,6 +129,7 @@ static int convert(const convert_request *request) {
              request->output, mesh.vertex_count, mesh.tet_count, mesh.group_count,
              mesh.region_count);
   }
+
   thrum_mesh_free(&mesh);
   return status < 0 ? config_refuse(&error) : COMMAND_DONE;
 }

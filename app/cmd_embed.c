@@ -86,9 +86,12 @@ static void print_json(const embed_request *request, const thrum_embed *embed, b
   cJSON_AddStringToObject(object, "status", far ? "flagged" : "done");
   json_string(object, "surface", request->output);
   json_string(object, "model", request->model);
+
   json_number(object, "vertices", (double)e->vertex_count);
   json_number(object, "triangles", (double)e->triangle_count);
   json_number(object, "rank", (double)e->rank);
+
+  // vertices are counted from 1
   json_number(object, "outside", (double)report->outside);
   json_number(object, "outside_max_m", report->distance_max);
   if (report->farthest >= 0)
@@ -103,10 +106,13 @@ int cmd_embed(int argc, char **argv) {
   const int code = read_options(argc, argv, &request);
   if (code != COMMAND_DONE)
     return code;
+
   thrum_error error = {0};
   thrum_embed embed = {0};
   const thrum_model *model = NULL;
   bool far = false;
+
+  // the output is checked before the long work
   thrum_status status = path_check_output(request.output, &error);
   if (status >= 0)
     status = cli_model_load(request.model, request.quiet, &model, NULL, &error);
@@ -114,6 +120,7 @@ int cmd_embed(int argc, char **argv) {
     status = cli_embed(model, request.model, request.surface, request.scale, request.quiet, &embed,
                        &error);
   thrum_interrupt_clean("\nthrum: stopped; the file being written was removed\n");
+
   if (status >= 0)
     status = thrum_embed_save(request.output, &embed.embedding, &error);
   if (status >= 0) {
@@ -123,6 +130,7 @@ int cmd_embed(int argc, char **argv) {
     else
       print_table(&request, &embed);
   }
+
   thrum_embed_free(&embed);
   thrum_model_free(model);
   if (status < 0)

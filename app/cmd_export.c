@@ -104,6 +104,8 @@ static int check_files(const export_request *request) {
                {"--obj", request->obj},
                {"--vega-basis", request->vega_basis},
                {"--vega-cubic", request->vega_cubic}};
+
+  // each file against the inputs and against those before it
   const int count = (int)(sizeof files / sizeof *files);
   for (int n = 0; n < count; n++) {
     const char *path = files[n].path;
@@ -113,6 +115,7 @@ static int check_files(const export_request *request) {
       return config_usage("export", "%s is the surface: write to another file", path);
     if (path_same_file(path, request->model))
       return config_usage("export", "%s is the model: write to another file", path);
+
     for (int m = 0; m < n; m++)
       if (files[m].path && path_same_file(path, files[m].path))
         return config_usage("export", "%s and %s name one file, %s", files[m].option,
@@ -128,11 +131,15 @@ static int read_options(int argc, char **argv, export_request *request) {
   code = config_one_argument("export", "model", argc, argv, &request->model);
   if (code != COMMAND_DONE)
     return code;
+
+  // what is written decides what must be read
   const bool motion = request->glb || request->pc2 || request->mdd;
   const bool of_model = request->vega_basis || request->vega_cubic || request->matrices;
   if (!motion && !of_model && !request->obj)
     return config_usage("export", "say what to write: --glb, --pc2, --mdd, --obj, --vega-basis, "
                                   "--vega-cubic or --matrices");
+
+  // the folder of a run for motion, a model for what belongs to a model
   const bool is_run = cli_is_run(request->model);
   if (cli_run_folder_holds(request->model, CLI_SCENE_JSON))
     return config_usage("export",
@@ -146,6 +153,7 @@ static int read_options(int argc, char **argv, export_request *request) {
                         "--vega-basis, --vega-cubic and --matrices are of a model: name its "
                         "file, not '%s'",
                         request->model);
+
   if (!is_run && request->run_model)
     return config_usage("export", "--model goes with the folder of a run");
   if (request->surface && !motion && !request->obj)
@@ -245,10 +253,13 @@ int cmd_export(int argc, char **argv) {
   const int code = read_options(argc, argv, &request);
   if (code != COMMAND_DONE)
     return code;
+
   thrum_error error = {0};
   export_files files = {0};
   cli_run still = {0};
   thrum_interrupt_clean("\nthrum: stopped; the file being written was removed\n");
+
+  // a run brings its model along
   const bool is_run = cli_is_run(request.model);
   thrum_status status = is_run ? export_run(&request, &files, &error)
                                : cli_model_load(request.model, false, &still.model, NULL, &error);
@@ -256,6 +267,7 @@ int cmd_export(int argc, char **argv) {
     status = write_all(&request, still.model, &files, &error);
   if (status >= 0 && !is_run && request.obj)
     status = write_surface(&request, &still, &files, &error);
+
   if (status >= 0)
     print_files(&request, &files);
   cli_run_free(&still);

@@ -188,12 +188,15 @@ static void print_json(const info *about) {
   json_number(object, "rank", (double)about->model->rank);
   json_number(object, "cubic_coefficients", (double)about->model->c3_count);
   json_number(object, "quartic_coefficients", (double)about->model->c4_count);
+
   add_mesh(object, about);
   add_frequencies(object, about);
   json_number(object, "rigid_modes", about->model->rigid != NULL ? 6 : 0);
   json_number(object, "dt", about->dt);
   json_number(object, "explicit_modes", (double)about->split.explicit_modes);
   json_number(object, "implicit_modes", (double)about->split.implicit_modes);
+
+  // the metadata of the precompute, where the file has it
   cJSON *residuals = cJSON_AddObjectToObject(object, "residuals");
   json_number(residuals, "modes_max", meta_worst_residual(about));
   json_number(residuals, "orthonormality", meta_number(about, "residuals", "orthonormality"));
@@ -209,6 +212,7 @@ static void print_json(const info *about) {
   const cJSON *handles = find_meta(about, "options", "handles");
   if (cJSON_IsArray(handles))
     cJSON_AddItemToObject(object, "handles", cJSON_Duplicate(handles, true));
+
   cJSON *loads = about->load_count > 0 ? cJSON_AddArrayToObject(object, "loads") : NULL;
   for (int n = 0; n < about->load_count; n++) {
     cJSON *load = cJSON_CreateObject();
@@ -217,12 +221,14 @@ static void print_json(const info *about) {
     json_number(load, "load_share_outside", about->shares[n].load);
     cJSON_AddItemToArray(loads, load);
   }
+
   json_number(object, "model_bytes", about->file_bytes);
   json_number(object, "state_bytes", (double)about->split.state_bytes);
   add_groups(object, about->model);
   const cJSON *hash = find_meta(about, "mesh", "hash");
   if (cJSON_IsString(hash))
     json_string(object, "mesh_hash", hash->valuestring);
+
   // stages that do not overlap
   cJSON *seconds = cJSON_AddObjectToObject(object, "seconds");
   const double now = clock_seconds();
@@ -271,6 +277,7 @@ static void print_mesh(const info *about) {
     puts("none: a polynomial alone");
     return;
   }
+
   printf("%" PRId64 " vertices (%" PRId64 " held), %" PRId64 " tetrahedra, %" PRId64
          " material%s\n",
          about->model->vertex_count, quality->fixed_count, about->model->tet_count,
@@ -280,6 +287,8 @@ static void print_mesh(const info *about) {
     print_label("material");
     printf("E = %g Pa, nu = %g, rho = %g kg/m^3\n", material[0], material[1], material[2]);
   }
+
+  // measures of the whole body and of its worst element
   print_label("body");
   printf("%.6g kg, %.6g m^3\n", quality->mass, quality->volume);
   print_label("box");
@@ -328,6 +337,8 @@ static void print_origin(const info *about) {
            cJSON_IsTrue(find_meta(about, "import", "basis_changed")) ? "its basis was changed"
                                                                      : "taken as it is");
   }
+
+  // handles are separated by commas on one line
   const cJSON *handles = find_meta(about, "options", "handles"), *handle = NULL;
   if (cJSON_GetArraySize(handles) > 0)
     print_label("handles");
@@ -355,6 +366,7 @@ static void print_table(const info *about) {
   printf("%s, format %d.%d\n", about->path, model->format[0], model->format[1]);
   print_mesh(about);
   print_groups(model);
+
   print_label("polynomial");
   printf("rank %" PRId64 ", %" PRId64 " cubic and %" PRId64 " quartic coefficients\n", model->rank,
          model->c3_count, model->c4_count);
@@ -363,16 +375,20 @@ static void print_table(const info *about) {
     printf("single, force wrong by %.1e of itself at most, of 16 samples\n",
            meta_number(about, "residuals", "single_precision"));
   }
+
   if (model->rigid != NULL) {
     print_label("free body");
     puts("elastic part alone; 6 rigid modes kept apart in the array 'rigid'");
   }
+
+  // where the basis comes from, and its frequencies
   print_origin(about);
   print_linear_frequencies(about);
   print_frequencies("basis", about->hertz, model->rank);
   print_label("split");
   printf("%" PRId64 " explicit, %" PRId64 " implicit at dt = %g s\n", about->split.explicit_modes,
          about->split.implicit_modes, about->dt);
+
   print_check(about);
   print_residuals(about);
   for (int n = 0; n < about->load_count; n++) {
@@ -383,6 +399,7 @@ static void print_table(const info *about) {
       printf("%s: the basis lacks %.3g %% of its static answer, %.3g %% of itself\n",
              about->loads[n].text, 100 * about->shares[n].statics, 100 * about->shares[n].load);
   }
+
   print_label("memory");
   printf("model %.0f bytes, state %zu bytes\n", about->file_bytes, about->split.state_bytes);
 }
@@ -410,14 +427,15 @@ static thrum_status gather(info *about, thrum_error *error) {
   about->file_bytes = stat(about->path, &status) == 0 ? (double)status.st_size : NAN;
   about->has_mesh = model->vertices != NULL;
   about->meta = parse_meta(model);
+
   about->hertz = malloc((size_t)model->rank * sizeof *about->hertz);
   if (about->hertz == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory");
   thrum_frequencies(model->omega2, model->rank, about->hertz);
+
+  // what needs a mesh is left out for a polynomial alone
   if (about->has_mesh) {
-    const thrum_status measured = thrum_quality_measure(model, &about->quality, error);
-    if (measured < 0)
-      return measured;
+    THRUM_TRY(thrum_quality_measure(model, &about->quality, error));
   }
   const thrum_status split = split_at(model, about->dt, &about->split, error);
   return split < 0 || about->load_count == 0 ? split : measure_loads(about, error);
@@ -428,6 +446,7 @@ int cmd_info(int argc, char **argv) {
   const int code = read_options(argc, argv, &request);
   if (code != COMMAND_DONE)
     return code;
+
   thrum_error error = {0};
   thrum_load_share shares[LOADS_MAX];
   info about = {.path = request.path,
@@ -438,11 +457,13 @@ int cmd_info(int argc, char **argv) {
                 .began = clock_seconds()};
   cli_model_file file;
   thrum_status status = cli_model_load(request.path, false, &about.model, &file, &error);
+
   // a surface file is no model, but lacks only what makes one
   if (status == THRUM_MISSING && cli_info_surface(request.path, request.json))
     return COMMAND_DONE;
   if (status < 0)
     return config_refuse(&error);
+
   about.path = file.path;
   about.read = clock_seconds();
   status = gather(&about, &error);

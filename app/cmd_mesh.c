@@ -115,31 +115,29 @@ static thrum_status check_size(const mesh_request *request, const mesh_work *wor
 /* Reads and checks the surface; vertices that are there several times are joined if it is open. */
 static thrum_status read_surface(const mesh_request *request, mesh_work *work, thrum_error *error) {
   int64_t joined = 0;
-  thrum_status status =
-      thrum_surface_mesh_read(request->surface, request->scale, &work->surface, error);
-  if (status >= 0)
-    status = thrum_surface_check(&work->surface, &work->checked, error);
-  if (status >= 0 && work->checked.open.count > 0) {
-    status = thrum_surface_join(&work->surface, &joined, error);
-    if (status >= 0)
-      status = thrum_surface_check(&work->surface, &work->checked, error);
+  THRUM_TRY(thrum_surface_mesh_read(request->surface, request->scale, &work->surface, error));
+  THRUM_TRY(thrum_surface_check(&work->surface, &work->checked, error));
+
+  // an open surface may have each corner once for every triangle, as .stl files do
+  if (work->checked.open.count > 0) {
+    THRUM_TRY(thrum_surface_join(&work->surface, &joined, error));
+    THRUM_TRY(thrum_surface_check(&work->surface, &work->checked, error));
   }
-  if (status >= 0)
-    status = thrum_surface_meshable(&work->surface, &work->checked, request->surface, error);
-  if (status >= 0)
-    status = check_size(request, work, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_surface_meshable(&work->surface, &work->checked, request->surface, error));
+  THRUM_TRY(check_size(request, work, error));
+
+  // defects that do not keep the mesher from its work
   const char *name = path_basename(request->surface);
   if (joined > 0)
     config_warn("%s: %" PRId64 " vertices on top of others were joined with them", name, joined);
   if (work->checked.turned.count > 0)
     config_warn("%s: the triangles go round opposite ways at %" PRId64 " edges", name,
                 work->checked.turned.count);
-  return status;
+  return THRUM_OK;
 }
 
-/* By the tool chosen, or, where nobody wants that one, by the other if it fails. */
+/* Runs the tool that was chosen. Where the user chose none and the first one cannot mesh the
+ * surface, the other one is tried. */
 static thrum_status run_tool(const mesh_request *request, mesh_work *work, thrum_error *error) {
   config_progress progress = config_progress_make(request->quiet);
   thrum_status status =
@@ -151,6 +149,7 @@ static thrum_status run_tool(const mesh_request *request, mesh_work *work, thrum
                               .cavities =
                                   work->checked.shells > 1 && work->checked.turned.count == 0,
                               .verbose = request->verbose};
+
     char label[64];
     snprintf(label, sizeof label, "meshing with %s", cli_mesh_tools[work->tool]);
     config_progress_update(&progress, label, 0);
@@ -160,6 +159,8 @@ static thrum_status run_tool(const mesh_request *request, mesh_work *work, thrum
       return status;
     }
     config_progress_abandon(&progress);
+
+    // only a surface that this tool cannot mesh is tried with the other one
     const cli_mesh_tool other = work->tool == CLI_TOOL_GMSH ? CLI_TOOL_TETGEN : CLI_TOOL_GMSH;
     if (status != THRUM_UNSUPPORTED || n > 0 || request->tool >= 0 ||
         cli_mesh_tool_choose(other, work->checked.shells, &work->tool, NULL) < 0)
@@ -189,6 +190,8 @@ static void print_results(const mesh_request *request, const mesh_work *work) {
     printf("%-18s%s, from %s\n", "made by", tool, request->surface);
     return;
   }
+
+  // the object of `thrum check` with the surface added
   cJSON *object = cli_check_object(request->output, &work->mesh, &work->examined, work->flags);
   cJSON_ReplaceItemInObjectCaseSensitive(object, "status",
                                          cJSON_CreateString(flagged ? "flagged" : "done"));
@@ -202,15 +205,12 @@ static void print_results(const mesh_request *request, const mesh_work *work) {
 static thrum_status make_mesh(const mesh_request *request, mesh_work *work, thrum_error *error) {
   const thrum_mesh_write_options options = {0};
   thrum_mesh_lost lost = {0};
-  thrum_status status = path_check_output(request->output, error);
-  if (status >= 0)
-    status = read_surface(request, work, error);
-  if (status >= 0)
-    status = run_tool(request, work, error);
-  if (status >= 0)
-    status = thrum_mesh_examine(&work->mesh, &work->examined, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(path_check_output(request->output, error));
+  THRUM_TRY(read_surface(request, work, error));
+  THRUM_TRY(run_tool(request, work, error));
+
+  // the mesh is examined before it is written, and written even if it has defects
+  THRUM_TRY(thrum_mesh_examine(&work->mesh, &work->examined, error));
   work->flags = thrum_mesh_flags(&work->mesh, &work->examined);
   warn_volume(request, work);
   thrum_interrupt_clean("\nthrum: stopped; the file being written was removed\n");
@@ -222,12 +222,15 @@ int cmd_mesh(int argc, char **argv) {
   const int code = read_options(argc, argv, &request);
   if (code != COMMAND_DONE)
     return code;
+
+  // a mesh with defects is written and flagged
   thrum_error error = {0};
   mesh_work work = {.tool = CLI_TOOL_NONE};
   const thrum_status status = make_mesh(&request, &work, &error);
   const bool flagged = work.flags != 0 || work.other_volume;
   if (status >= 0)
     print_results(&request, &work);
+
   thrum_surface_mesh_free(&work.surface);
   thrum_mesh_free(&work.mesh);
   if (status < 0)

@@ -12,11 +12,13 @@ static int run_request(precompute_request *request) {
   thrum_error error = {0};
   cli_model_recipe recipe;
   bool flagged = false;
+
   // the name of one of our models stands for its mesh, with what its recipe says as the defaults
   thrum_status status = cli_model_recipe_find(request->mesh_name, &recipe, &error);
   if (status >= 0 && recipe.found)
     cli_model_recipe_apply(&recipe, request);
   thrum_interrupt_clean("\nthrum: stopped; nothing was written\n");
+
   if (status >= 0) {
     status = precompute_make(
         request, request->json ? precompute_print_json : precompute_print_table, &flagged, &error);
@@ -32,12 +34,14 @@ int cmd_precompute(int argc, char **argv) {
   request.fixes =
       calloc((size_t)argc + CONFIG_FILE_ITEMS_MAX + CLI_RECIPE_FIXES_MAX, sizeof *request.fixes);
   request.handles = calloc((size_t)argc + CONFIG_FILE_ITEMS_MAX, sizeof *request.handles);
+
   if (request.fixes == NULL || request.handles == NULL) {
     free(request.fixes);
     free(request.handles);
     const thrum_error error = {THRUM_OUT_OF_MEMORY, ""};
     return config_refuse(&error);
   }
+
   int code = precompute_options_read(argc, argv, &request);
   if (code == COMMAND_DONE)
     code = run_request(&request);

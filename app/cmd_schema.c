@@ -51,6 +51,8 @@ int cmd_schema(int argc, char **argv) {
     code = config_one_argument("schema", "command", argc, argv, &name);
   if (code != COMMAND_DONE)
     return code;
+
+  // a scene, or the options file of a command
   if (strcmp(name, "scene") == 0)
     return print(config_record_schema("Scene of thrum simulate", scene_keys));
   for (int n = 0; n < COMMAND_COUNT; n++) {
@@ -59,6 +61,7 @@ int cmd_schema(int argc, char **argv) {
       continue;
     return print(config_options_schema(name, commands[n].table));
   }
+
   names[COMMAND_COUNT] = "scene";
   const char *nearest = config_nearest(name, names, COMMAND_COUNT + 1);
   return config_usage("schema", "'%s' reads no options file; did you mean '%s'?", name,

@@ -122,18 +122,17 @@ static thrum_status measure(static_answer *answer, double *extents, thrum_error 
   answer->peak_vertex = -1;
   answer->peak = NAN;
   for (int64_t n = 0; n < request->target_count; n++) {
-    const thrum_status status =
-        displaced(answer->model, &request->targets[n], answer->q, answer->displaced[n], error);
-    if (status < 0)
-      return status;
+    THRUM_TRY(
+        displaced(answer->model, &request->targets[n], answer->q, answer->displaced[n], error));
   }
+
+  // a model without a basis has no vertices to be displaced
   if (answer->model->basis == NULL)
     return THRUM_OK;
   answer->peak = 0;
-  const thrum_status status = thrum_basis_extents(answer->model, extents, error);
-  return status < 0 ? status
-                    : thrum_displacement_peak(answer->model, extents, answer->q, &answer->peak,
-                                              &answer->peak_vertex, error);
+  THRUM_TRY(thrum_basis_extents(answer->model, extents, error));
+  return thrum_displacement_peak(answer->model, extents, answer->q, &answer->peak,
+                                 &answer->peak_vertex, error);
 }
 
 static thrum_status find(static_answer *answer, double *q, double *mode, thrum_error *error) {
@@ -157,21 +156,22 @@ static thrum_status answer_all(static_answer *answer, double *memory, thrum_erro
   double *q = memory, *mode = q + answer->model->rank, *extents = mode + answer->model->rank;
   answer->q = q;
   answer->mode = mode;
+
+  // the whole mesh is solved elsewhere and has no reduced answer to measure
   if (request->full) {
     const thrum_status found = static_full_find(answer, q, error);
     return found >= 0 && request->output != NULL ? write_q(answer, error) : found;
   }
+
   // what to show is looked up before the search, so that a slip costs nothing
-  thrum_status status = measure(answer, extents, error);
-  if (status >= 0)
-    status = find(answer, q, mode, error);
-  if (status >= 0)
-    status = measure(answer, extents, error);
-  if (status >= 0 && request->output != NULL)
-    status = write_q(answer, error);
-  if (status >= 0 && request->frame != NULL)
-    status = write_frame(answer, error);
-  return status;
+  THRUM_TRY(measure(answer, extents, error));
+  THRUM_TRY(find(answer, q, mode, error));
+  THRUM_TRY(measure(answer, extents, error));
+  if (request->output != NULL)
+    THRUM_TRY(write_q(answer, error));
+  if (request->frame != NULL)
+    THRUM_TRY(write_frame(answer, error));
+  return THRUM_OK;
 }
 
 static void warn_flags(const static_answer *answer) {
@@ -191,11 +191,14 @@ static int run_request(const static_request *request) {
   void *lower = NULL;
   static_answer answer = {.request = request};
   double *memory = NULL;
+
   thrum_status status = cli_mesh_model_load(request->model_path, &request->mesh_def, request->quiet,
                                             &loaded, NULL, &error);
   if (status >= 0)
     status = model_truncate_to(loaded, request->rank, &lower, &answer.model, &error);
   thrum_interrupt_clean("\nthrum: stopped; the file being written was removed\n");
+
+  // q, the mode of an instability and the extents of the basis
   if (status >= 0) {
     memory = calloc(3 * (size_t)answer.model->rank, sizeof *memory);
     answer.displaced = calloc((size_t)request->target_count + 1, sizeof *answer.displaced);
@@ -204,6 +207,8 @@ static int run_request(const static_request *request) {
   }
   if (status >= 0)
     status = answer_all(&answer, memory, &error);
+
+  // an instability on the way is flagged
   int code = COMMAND_DONE;
   if (status < 0) {
     code = config_refuse(&error);
@@ -215,6 +220,7 @@ static int run_request(const static_request *request) {
     warn_flags(&answer);
     code = strcmp(static_status_name(&answer.report), "done") == 0 ? COMMAND_DONE : COMMAND_FLAGGED;
   }
+
   free(memory);
   free(answer.displaced);
   free(lower);
@@ -230,6 +236,7 @@ int cmd_static(int argc, char **argv) {
   request.targets = calloc(room, sizeof *request.targets);
   request.at = calloc(room, sizeof *request.at);
   request.moves = calloc(room, sizeof *request.moves);
+
   int code = COMMAND_DONE;
   if (request.loads == NULL || request.targets == NULL || request.at == NULL ||
       request.moves == NULL) {
@@ -240,6 +247,7 @@ int cmd_static(int argc, char **argv) {
     if (code == COMMAND_DONE)
       code = run_request(&request);
   }
+
   free(request.loads);
   free(request.targets);
   free(request.at);

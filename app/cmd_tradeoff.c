@@ -63,29 +63,28 @@ static thrum_status default_load(trade *t, const cli_load **loads, int64_t *coun
 static thrum_status fill_loads(trade *t, thrum_error *error) {
   const cli_load *loads;
   int64_t count;
-  thrum_status status = default_load(t, &loads, &count, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(default_load(t, &loads, &count, error));
   if (t->model->tets == NULL || t->model->basis == NULL)
     return thrum_error_set(error, THRUM_MISSING,
                            "%.200s: a model without a mesh and a basis has "
                            "no full order to be measured against",
                            t->request->model_path);
+
   const size_t components = 3 * (size_t)t->model->vertex_count;
   t->forces = calloc(components * (size_t)count, sizeof *t->forces);
   t->courses = calloc((size_t)count, sizeof *t->courses);
   if (t->forces == NULL || t->courses == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the loads");
-  for (int64_t n = 0; n < count && status >= 0; n++) {
+
+  // reducing a load first gives an error that names --load and its target
+  for (int64_t n = 0; n < count; n++) {
     double reduced[THRUM_RANK_MAX];
-    // which says with --load what is wrong with a target
-    status = cli_load_reduce(t->model, &loads[n], reduced, error);
-    if (status >= 0)
-      status = cli_load_fill(t->model, &loads[n], t->forces + (size_t)n * components, error);
+    THRUM_TRY(cli_load_reduce(t->model, &loads[n], reduced, error));
+    THRUM_TRY(cli_load_fill(t->model, &loads[n], t->forces + (size_t)n * components, error));
     t->courses[n] = loads[n].course;
   }
   t->problem.load_count = count;
-  return status;
+  return THRUM_OK;
 }
 
 static void fill_problem(trade *t) {
@@ -98,6 +97,8 @@ static void fill_problem(trade *t) {
   p->damping_beta = request->damping[1];
   p->time = request->time;
   p->full_dt = request->full_dt;
+
+  // each rank twice: in double and in single precision
   for (int64_t n = 0; n < 2 * request->rank_count; n++) {
     const int64_t rank = (int64_t)request->ranks[n / 2], last = p->rank_count;
     // the model's own basis is as it is, and there once
@@ -109,6 +110,7 @@ static void fill_problem(trade *t) {
     p->single[last] = n % 2 == 1;
     p->rank_count++;
   }
+
   p->dt_count = request->dt_count;
   memcpy(p->dts, request->dts, sizeof p->dts);
   p->tolerance_count = request->tolerance_count;
@@ -190,6 +192,8 @@ static cJSON *run_json(const trade *t, const tradeoff_run *run) {
   json_number(item, "dt", run->dt);
   json_number(item, "tolerance", run->tolerance);
   cJSON_AddBoolToObject(item, "stable", run->stable);
+
+  // the cost, then the errors: against the full order, of the basis alone, in time alone
   json_number(item, "us_per_step", run->us_per_step);
   json_number(item, "cost_s_per_s", run->cost);
   json_number(item, "times_faster_than_full", t->result.full_cost / run->cost);
@@ -214,6 +218,8 @@ static void print_json(const trade *t) {
   for (int64_t n = 0; n < t->result.run_count; n++)
     cJSON_AddItemToArray(runs, run_json(t, &t->result.runs[n]));
   cJSON_AddStringToObject(object, "wanted", t->wanted);
+
+  // null says that no setting does what was wanted
   if (t->chosen >= 0)
     cJSON_AddItemToObject(object, "recommended", run_json(t, &t->result.runs[t->chosen]));
   else
@@ -261,18 +267,16 @@ static void say_wanted(trade *t) {
 
 static thrum_status run_trade(trade *t, thrum_error *error) {
   const tradeoff_request *request = t->request;
-  thrum_status status = folder_make(request->output, error);
-  if (status >= 0)
-    status = cli_mesh_model_load(request->model_path, &request->mesh_def, request->quiet, &t->model,
-                                 NULL, error);
-  if (status >= 0)
-    status = fill_loads(t, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(folder_make(request->output, error));
+  THRUM_TRY(cli_mesh_model_load(request->model_path, &request->mesh_def, request->quiet, &t->model,
+                                NULL, error));
+  THRUM_TRY(fill_loads(t, error));
   fill_problem(t);
   say_wanted(t);
+
+  // minutes to hours, with the full order first
   t->progress = config_progress_make(request->quiet);
-  status = tradeoff_solve(&t->problem, &t->result, error);
+  const thrum_status status = tradeoff_solve(&t->problem, &t->result, error);
   if (status < 0) {
     config_progress_abandon(&t->progress);
     return status;
@@ -282,12 +286,14 @@ static thrum_status run_trade(trade *t, thrum_error *error) {
     config_warn("%d of the ranks could not be made: %s", (int)t->result.dropped,
                 t->result.dropped_reason.message);
   t->chosen = tradeoff_choose(&t->result, request->error, request->budget * request->fps);
-  status = write_files(t, error);
-  if (status >= 0 && request->json)
+
+  // the files first: what is printed is then the last word
+  THRUM_TRY(write_files(t, error));
+  if (request->json)
     print_json(t);
-  else if (status >= 0)
+  else
     print_table(t);
-  return status;
+  return THRUM_OK;
 }
 
 int cmd_tradeoff(int argc, char **argv) {
@@ -298,6 +304,7 @@ int cmd_tradeoff(int argc, char **argv) {
     error.status = THRUM_OUT_OF_MEMORY;
     return config_refuse(&error);
   }
+
   int code = tradeoff_options_read(argc, argv, &request);
   if (code == COMMAND_DONE) {
     trade t = {.request = &request, .chosen = -1};
@@ -310,6 +317,7 @@ int cmd_tradeoff(int argc, char **argv) {
     free(t.courses);
     thrum_model_free(t.model);
   }
+
   free(request.loads);
   return code;
 }

@@ -182,6 +182,7 @@ static thrum_status show_page(const view_request *request, thrum_error *error) {
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "%.200s: no memory for its address",
                            request->output);
 
+  // the address is printed for those without a display
   if (request->json) {
     cJSON *object = cJSON_CreateObject();
     cJSON_AddStringToObject(object, "status", "done");

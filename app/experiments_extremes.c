@@ -61,6 +61,8 @@ static void print_json(const experiments_request *request, const experiment_extr
 static void print_table(const experiment_extremes *extremes) {
   printf("%-10s %-34s %-8s %-10s %9s %9s %6s\n", "subject", "case", "method", "outcome", "error",
          "bend", "iter.");
+
+  // a refused body has a reason in place of numbers
   for (int64_t n = 0; n < extremes->count; n++) {
     const experiment_extreme_body *body = extremes->cases[n].body;
     const experiment_extreme_result *result = &extremes->results[n];

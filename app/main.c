@@ -81,6 +81,8 @@ static int take_models_folder(int *argc, char ***argv) {
   const size_t length = sizeof option - 1;
   if (*argc < 2 || strncmp((*argv)[1], option, length) != 0)
     return COMMAND_DONE;
+
+  // --models-dir=DIR, or --models-dir DIR
   const char *text = (*argv)[1] + length;
   if (*text != '=' && (*text != 0 || *argc < 3))
     return config_usage("", "--models-dir names a folder and comes before the command");
@@ -89,6 +91,8 @@ static int take_models_folder(int *argc, char ***argv) {
     fputs("thrum: out of memory\n", stderr);
     return COMMAND_REFUSED;
   }
+
+  // the command then sees its own arguments alone
   (*argv)[taken] = (*argv)[0];
   *argc -= taken;
   *argv += taken;
@@ -108,6 +112,7 @@ static int dispatch(int argc, char **argv) {
     print_help(stderr);
     return COMMAND_USAGE;
   }
+
   const char *name = argv[1];
   if (strcmp(name, "--help") == 0 || strcmp(name, "-h") == 0)
     return print_help(stdout);

@@ -130,6 +130,8 @@ void bench_machine_measure(bench_machine *machine) {
     rate = rate_avx512;
   }
 #endif
+
+  // the best of the repetitions; the sum is kept so that the compiler keeps the loop
   *machine = (bench_machine){0};
   double sink = 0;
   for (int r = 0; r < REPETITIONS; r++) {
@@ -140,6 +142,8 @@ void bench_machine_measure(bench_machine *machine) {
   }
   volatile double kept = sink;
   (void)kept;
+
+  // without the memory the bandwidths stay zero
   double *memory = aligned_alloc(64, DRAM_BYTES);
   if (!memory)
     return;

@@ -109,6 +109,8 @@ static thrum_status measure(herd *h, bench_batch *bench, thrum_error *error) {
   const double steps = (double)(h->steps * h->bodies);
   const int64_t batches = bench->step.batches;
   double *alone = h->samples, *together = h->samples + h->steps * batches;
+
+  // both ways step in turns from the same snapshot
   for (int64_t b = 0; b < batches; b++) {
     thrum_status status = THRUM_OK;
     memcpy(h->alone, h->snapshot, bytes);
@@ -121,10 +123,13 @@ static thrum_status measure(herd *h, bench_batch *bench, thrum_error *error) {
     if (status < 0)
       return status;
   }
+
   bench->alone = mean_summary(alone, h->steps, batches);
   bench->together = mean_summary(together, h->steps, batches);
   bench->same_bits = true;
   bench->iterations = 0;
+
+  // both ways must end in the same bits
   for (int64_t n = 0; n < h->bodies; n++) {
     const thrum_state *alone_n = body(h->alone, h, n), *together_n = body(h->together, h, n);
     if (memcmp(alone_n, together_n, thrum_state_kept_bytes(alone_n)) != 0)

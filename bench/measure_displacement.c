@@ -62,6 +62,7 @@ static thrum_status body_make(const bench_displacement *bench, body *b, thrum_er
   b->triangle_count = 2 * bench->vertices;
   b->model.rank = bench->rank;
   b->model.vertex_count = bench->vertices;
+
   b->basis = malloc(rows * rank * sizeof(double));
   b->columns = malloc(rows * rank * sizeof(double));
   b->vertices = malloc(rows * sizeof(double));
@@ -75,6 +76,8 @@ static thrum_status body_make(const bench_displacement *bench, body *b, thrum_er
       !b->shown || !b->normals)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %lld vertices at rank %lld",
                            (long long)bench->vertices, (long long)bench->rank);
+
+  // random numbers, and the same basis stored by columns
   b->model.basis = b->basis;
   b->model.vertices = b->vertices;
   fill(b->basis, (int64_t)(rows * rank));
@@ -84,6 +87,7 @@ static thrum_status body_make(const bench_displacement *bench, body *b, thrum_er
   fill(b->vertices, (int64_t)rows);
   fill(b->q, bench->rank);
   fill_triangles(b);
+
   const thrum_surface_def def = {.triangles = b->triangles, .triangle_count = b->triangle_count};
   size_t size = 0;
   thrum_status status = thrum_surface_size(&b->model, &def, &size, error);
@@ -141,6 +145,7 @@ thrum_status bench_displacement_run(bench_displacement *bench, thrum_error *erro
   if (status == THRUM_OK) {
     const thrum_threads before = thrum_threads_set(1);
     const int64_t count = bench->repetitions;
+
     // the first round warms up
     for (int64_t k = -1; k < count; k++)
       for (int64_t n = 0; n < RUNS; n++) {
@@ -149,6 +154,7 @@ thrum_status bench_displacement_run(bench_displacement *bench, thrum_error *erro
         if (k >= 0)
           b.samples[n * count + k] = bench_now() - began;
       }
+
     bench->dgemv = bench_summary(b.samples, count);
     bench->dgemv_columns = bench_summary(b.samples + count, count);
     bench->plain = bench_summary(b.samples + 2 * count, count);

@@ -18,6 +18,7 @@ typedef struct passes {
 } passes;
 
 static void run_pass(const passes *p, bench_pass pass) {
+  // the names of the enum are those of BENCH_PASSES
   switch (pass) {
   case BENCH_PASS_energy:
     p->force[0] = thrum_strain_energy_by(p->by, p->model, p->q, p->work);
@@ -44,12 +45,15 @@ static void run_pass(const passes *p, bench_pass pass) {
 /* One batch of each pass in turn, so that a slow moment of the machine meets all of them. */
 static void measure(const passes *p, int64_t batches, double *samples, bench_kernels *bench) {
   double calls[BENCH_PASS_COUNT];
+
+  // a batch of each pass takes about BATCH_US
   for (int pass = 0; pass < BENCH_PASS_COUNT; pass++) {
     run_pass(p, (bench_pass)pass);
     const double began = bench_now();
     run_pass(p, (bench_pass)pass);
     calls[pass] = fmin(CALLS_MOST, ceil(BATCH_US / (bench_now() - began + 1e-3)));
   }
+
   for (int64_t n = 0; n < batches; n++)
     for (int pass = 0; pass < BENCH_PASS_COUNT; pass++) {
       const double began = bench_now();
@@ -91,6 +95,8 @@ static void count(int64_t r, int64_t n, bench_kernels *bench) {
       numbers = bench_terms(n);
     else if (pass == BENCH_PASS_restrict)
       numbers -= bench_terms(n) + bench_terms(r - n);
+
+    // the tangents may read pairs in place of lists
     double operations = each[pass] * numbers;
     if (pass == BENCH_PASS_tangent) {
       numbers = bench_tangent_coefficients(r);
@@ -113,6 +119,7 @@ thrum_status bench_kernels_run(const thrum_model *model, bench_kernels *bench, t
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a measurement");
   memset(memory, 0, doubles * sizeof *memory);
   passes p = {.model = model, .by = thrum_kernel_get((int32_t)bench->kernel)};
+
   // the kernels' scratch first, where it is aligned
   p.work = memory;
   p.q = p.work + thrum_work_count(model);
@@ -121,6 +128,7 @@ thrum_status bench_kernels_run(const thrum_model *model, bench_kernels *bench, t
   p.tangent = p.force + r;
   p.restricted = p.tangent + r * r;
   p.split = (int32_t)(r - n);
+
   for (int64_t i = 0; i < r; i++) {
     p.q[i] = 1.0 / (double)(i + 1);
     p.v[i] = 1.0 / (double)(i + 2);

@@ -46,10 +46,13 @@ static thrum_status time_pipeline(bench_pipeline *bench, thrum_error *error) {
   options.modes = bench->modes;
   options.rank = bench->rank;
   options.threads = bench->threads;
+
   thrum_precomputed result = {0};
   thrum_status status = make_beam(bench->wanted, &mesh, &fixed, error);
   if (status >= 0)
     status = thrum_precompute(&mesh, fixed, &options, &result, error);
+
+  // the figures of the stages, which the pipeline measures itself
   if (status >= 0) {
     bench->tets = mesh.tet_count;
     bench->free_dofs = result.free_dofs;
@@ -74,6 +77,8 @@ static thrum_status time_syrk(bench_pipeline *bench, thrum_error *error) {
   double *panel = malloc((size_t)(m * rows) * sizeof *panel);
   double *gram = calloc((size_t)(m * m), sizeof *gram);
   thrum_status status = THRUM_OK;
+
+  // the size of the Gram product of the polynomial
   if (panel && gram) {
     for (int64_t i = 0; i < m * rows; i++)
       panel[i] = (double)(i % 1021) / 1021 - 0.5;
@@ -87,6 +92,7 @@ static thrum_status time_syrk(bench_pipeline *bench, thrum_error *error) {
     status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a DSYRK of %lld x %lld",
                              (long long)m, (long long)rows);
   }
+
   free(panel);
   free(gram);
   return status;

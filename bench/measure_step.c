@@ -77,6 +77,8 @@ static void count_passes(const thrum_model *model, bench_step *bench) {
   const double with_three =
       (double)(thrum_c3_count(moved) * (implicit + 1) + thrum_c4_count(moved));
   double forces = evaluations, tangents = bench->factorisations, restricted;
+
+  // explicit integrators are counted apart and return
   switch (bench->def.integrator) {
   case THRUM_INTEGRATOR_ENERGY:
   case THRUM_INTEGRATOR_NEWMARK:
@@ -107,12 +109,16 @@ static thrum_status measure(const thrum_model *model, thrum_state *state, const 
   const size_t bytes = thrum_state_kept_bytes(state);
   thrum_status status = THRUM_OK;
   int64_t steps = bench->steps;
+
+  // a batch of about BATCH_US unless the caller gave its steps
   if (steps == 0) {
     const double began = bench_now();
     status = run_steps(model, state, STEPS_LEAST, error);
     const double one = (bench_now() - began) / STEPS_LEAST;
     steps = (int64_t)fmin(STEPS_MOST, fmax(STEPS_LEAST, BATCH_US / one));
   }
+
+  // every batch starts from the same state
   for (int64_t n = 0; n < bench->batches && status >= 0; n++) {
     memcpy(state, snapshot, bytes);
     const double began = bench_now();
@@ -121,6 +127,7 @@ static thrum_status measure(const thrum_model *model, thrum_state *state, const 
   }
   if (status < 0)
     return status;
+
   const thrum_state_report before = thrum_state_report_get(snapshot);
   const thrum_state_report after = thrum_state_report_get(state);
   bench->time = bench_summary(samples, bench->batches);
@@ -142,10 +149,13 @@ thrum_status bench_step_run(const thrum_model *model, bench_step *bench, thrum_e
     status = thrum_state_create(model, &bench->def, &state, error);
   if (status < 0)
     return status;
+
   void *snapshot = malloc(thrum_state_kept_bytes(state));
   double *samples = calloc((size_t)bench->batches, sizeof *samples);
   if (!snapshot || !samples)
     status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a state");
+
+  // the first steps factor and fill caches: they are not measured
   if (status >= 0)
     status = bench_step_start(model, bench, state, error);
   if (status >= 0)
@@ -154,6 +164,7 @@ thrum_status bench_step_run(const thrum_model *model, bench_step *bench, thrum_e
     memcpy(snapshot, state, thrum_state_kept_bytes(state));
     status = measure(model, state, snapshot, samples, bench, error);
   }
+
   thrum_state_destroy(state);
   free(snapshot);
   free(samples);

@@ -14,6 +14,7 @@ thrum_status bench_model_beam(int64_t rank, thrum_model **model, thrum_error *er
   uint8_t *fixed = NULL;
   thrum_status status =
       result ? THRUM_OK : thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a model");
+
   if (status >= 0)
     status = thrum_mesh_read("beam:20x3x3@1x0.15x0.15", 1.0, &mesh, error);
   if (status >= 0) {
@@ -22,14 +23,18 @@ thrum_status bench_model_beam(int64_t rank, thrum_model **model, thrum_error *er
     status = fixed ? thrum_mesh_fix(&mesh, "x<0.001", fixed, &held, error)
                    : thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a model");
   }
+
   if (status >= 0) {
     thrum_precompute_options options = thrum_default_precompute_options();
     options.modes = (rank + 1) / 2;
     options.rank = rank;
     status = thrum_precompute(&mesh, fixed, &options, result, error);
   }
+
   thrum_mesh_free(&mesh);
   free(fixed);
+
+  // packed as a model from a file is, so that its steps are as fast
   if (status >= 0) {
     const size_t size = thrum_model_pack_size(&result->model);
     void *packed = aligned_alloc(64, size);
@@ -40,10 +45,12 @@ thrum_status bench_model_beam(int64_t rank, thrum_model **model, thrum_error *er
       thrum_precomputed_free(result);
     }
   }
+
   if (status < 0) {
     free(result);
     return status;
   }
+
   // the model is the first member
   *model = &result->model;
   return status;

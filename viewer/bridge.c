@@ -98,6 +98,7 @@ int32_t EXPORT(bridge_add_obstacle)(int32_t shape, int32_t inside) {
   thrum_obstacle obstacle = thrum_default_obstacle();
   obstacle.shape = (thrum_obstacle_shape)shape;
   obstacle.inside = inside;
+
   memcpy(obstacle.centre, n, sizeof obstacle.centre);
   memcpy(obstacle.normal, n + 3, sizeof obstacle.normal);
   obstacle.radius = n[6];

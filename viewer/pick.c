@@ -48,10 +48,13 @@ static double meet(const ray *r, const float *a, const float *b, const float *c,
     e2[i] = (double)c[i] - a[i];
     from[i] = r->origin[i] - a[i];
   }
+
+  // Moeller and Trumbore 1997, doi:10.1080/10867651.1997.10487468
   cross(r->direction, e2, p);
   double det = dot(e1, p);
   if (det == 0.0)
     return INFINITY;
+
   cross(from, e1, s);
   bary[1] = dot(from, p) / det;
   bary[2] = dot(r->direction, s) / det;
@@ -73,9 +76,12 @@ static void pick_body(int32_t body, const ray *world, hit *nearest) {
   const bridge_model *shown = bridge_body_model(body);
   double matrix[16];
   thrum_scene_body_matrix(bridge_scene, body, matrix);
+
+  // the positions now, in the coordinates of the model
   float *x = shown->positions;
   if (thrum_scene_body_positions(bridge_scene, body, shown->surface, x, 3, NULL) != THRUM_OK)
     return;
+
   const ray local = into_model(world, matrix);
   int64_t count = thrum_surface_triangle_count(shown->surface);
   for (int64_t t = 0; t < count; t++) {
@@ -83,6 +89,7 @@ static void pick_body(int32_t body, const ray *world, hit *nearest) {
     double bary[3];
     double distance =
         meet(&local, x + 3 * corners[0], x + 3 * corners[1], x + 3 * corners[2], bary);
+
     if (distance < nearest->distance) {
       nearest->distance = distance;
       nearest->body = body;

@@ -40,6 +40,8 @@ void cli_pack_add_loads(cJSON *body, const scene_run *run, int32_t n) {
     if (thrum_scene_body_load(run->scene, n, l, &load, NULL) < 0)
       continue;
     add_course(object, &load.course);
+
+    // a free body also moves as a whole
     json_numbers(object, "reduced", load.reduced, rank);
     if (load.parts == NULL)
       continue;

@@ -126,6 +126,7 @@ static thrum_status pack_scene(const char *path, bool quiet, cli_pack *pack, thr
   scene_run *run = calloc(1, sizeof *run);
   if (run == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the scene");
+
   run->request = &request;
   thrum_status status = scene_run_read(run, error);
   if (status >= 0)
@@ -134,6 +135,7 @@ static thrum_status pack_scene(const char *path, bool quiet, cli_pack *pack, thr
     status = pack_run(run, pack, error);
   if (status >= 0 && !quiet)
     warn_of_rest(&run->spec);
+
   scene_run_close(run);
   free(run);
   return status;

@@ -20,6 +20,8 @@ cJSON *cli_pack_scene_of_models(const cli_pack_model *models) {
   json_numbers(scene, "gravity", none, 3);
   json_number(scene, "damping", 0);
   cJSON_AddArrayToObject(scene, "obstacles");
+
+  // one body, which the page exchanges for another model
   json_string(body, "name", models[0].name);
   json_number(body, "model", 0);
   json_numbers(body, "position", none, 3);
@@ -59,6 +61,7 @@ static cJSON *body_of_run(const scene_run *run, int32_t n, int64_t place) {
   cJSON *body = cJSON_CreateObject();
   json_string(body, "name", spec->name);
   json_number(body, "model", (double)place);
+
   json_numbers(body, "position", spec->position, 3);
   add_rotation(body, spec->rotation);
   json_number(body, "scale", spec->scale);
@@ -68,6 +71,8 @@ static cJSON *body_of_run(const scene_run *run, int32_t n, int64_t place) {
   add_colour(body, spec->colour);
   cJSON_AddBoolToObject(body, "free", spec->free);
   json_numbers(body, "velocity", spec->velocity, 3);
+
+  // the scene file has degrees
   double spin[3];
   for (int axis = 0; axis < 3; axis++)
     spin[axis] = SCENE_DEGREE * spec->spin[axis];
@@ -83,6 +88,8 @@ static cJSON *obstacle_of_spec(const scene_obstacle_spec *spec) {
   cJSON *obstacle = cJSON_CreateObject();
   cJSON_AddStringToObject(obstacle, "kind", kinds[spec->shape]);
   json_numbers(obstacle, "centre", spec->centre, 3);
+
+  // only what the kind has
   if (spec->shape == SCENE_PLANE)
     json_numbers(obstacle, "normal", spec->normal, 3);
   if (spec->shape == SCENE_SPHERE)
@@ -91,6 +98,7 @@ static cJSON *obstacle_of_spec(const scene_obstacle_spec *spec) {
     json_numbers(obstacle, "size", spec->size, 3);
     add_rotation(obstacle, spec->rotation);
   }
+
   cJSON_AddBoolToObject(obstacle, "inside", spec->inside);
   json_numbers(obstacle, "velocity", spec->velocity, 3);
   json_number(obstacle, "friction", spec->friction);
@@ -107,10 +115,13 @@ cJSON *cli_pack_scene_of_run(const scene_run *run, const int64_t *of_body) {
   cJSON *scene = cJSON_CreateObject();
   if (spec->title != NULL)
     json_string(scene, "title", spec->title);
+
   json_number(scene, "dt", def->dt);
   cJSON_AddStringToObject(scene, "integrator", thrum_integrator_name(def->integrator));
   json_numbers(scene, "gravity", spec->gravity, 3);
   json_number(scene, "damping", def->damping_alpha);
+
+  // bodies refer to the models of the archive by their places
   cJSON *obstacles = cJSON_AddArrayToObject(scene, "obstacles");
   for (int64_t n = 0; n < spec->obstacles.count; n++)
     cJSON_AddItemToArray(obstacles, obstacle_of_spec(&scene_obstacles(spec)[n]));

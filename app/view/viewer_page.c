@@ -51,10 +51,13 @@ thrum_status cli_page_read(cli_page *page, thrum_error *error) {
         "the viewer was not built: ./run viewer does it, or install clang lld wasi-libc "
         "libclang-rt-14-dev-wasm32 nodejs npm and build the target viewer; THRUM_VIEWER may name a "
         "viewer.html from elsewhere");
+
   const thrum_status status = thrum_file_read(path, &html, &read.size, error);
   if (status < 0)
     return status;
   read.html = html;
+
+  // the element that takes the archive
   read.slot = strstr(read.html, SLOT_BEGIN);
   read.slot_end = read.slot != NULL ? strstr(read.slot, SLOT_END) : NULL;
   if (read.slot_end == NULL) {

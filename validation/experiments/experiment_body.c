@@ -49,6 +49,8 @@ static void choose_direction(const double given[3], experiment_body *body) {
   for (int axis = 0; axis < 3; axis++) {
     body->direction[axis] = length > 0 ? given[axis] / length : 0;
   }
+
+  // without a direction: the axis along which 1 N moves the group furthest
   for (int axis = 0; axis < 3 && !(length > 0); axis++) {
     const double soft = compliance(body->model, body->tip + axis * body->model->rank);
     // a tie is not for rounding to settle
@@ -70,6 +72,7 @@ thrum_status experiment_body_init(const char *name, const thrum_model *model, co
   if (status < 0)
     return thrum_error_set(error, status, "%.100s: the model has no group '%.100s' to push", name,
                            group);
+
   experiment_body made = {.name = name, .model = model};
   const int64_t rank = model->rank;
   made.push = calloc((size_t)(4 * rank), sizeof *made.push);
@@ -84,6 +87,8 @@ thrum_status experiment_body_init(const char *name, const thrum_model *model, co
     free(made.push);
     return status;
   }
+
+  // the push is 1 N along that direction
   choose_direction(direction, &made);
   for (int axis = 0; axis < 3; axis++) {
     for (int64_t i = 0; i < rank; i++)
@@ -181,6 +186,7 @@ thrum_status experiment_impulse(const experiment_body *body, double amplitude, d
       *impulse = trial;
       *reached = peak;
     }
+
     if (fabs(peak - amplitude) <= SWING_NEAR * amplitude || !(peak > 0))
       break;
     // the amplitude grows with the impulse, a little less than in proportion

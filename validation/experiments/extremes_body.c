@@ -35,6 +35,8 @@ static void mirror(thrum_mesh *mesh, const int cells[3], int axis) {
     int32_t *tet = mesh->tets + 4 * t;
     if (2 * cell >= cells[axis])
       continue;
+
+    // a grid line at `at` goes to 2 cell + 1 - at, its mirror image within the cell
     for (int n = 0; n < 4; n++) {
       const int64_t at = tet[n] / strides[axis] % (cells[axis] + 1);
       tet[n] += (int32_t)(strides[axis] * (2 * cell + 1 - 2 * at));

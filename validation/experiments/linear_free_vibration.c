@@ -49,6 +49,8 @@ static thrum_status search_make(const experiment_body *body, search *s, thrum_er
     search_free(&made);
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %.100s", body->name);
   }
+
+  // the linear model is the same one with coefficients of zero
   made.linear.c3 = made.zeros;
   made.linear.c4 = made.zeros;
   // what is packed is still the nonlinear one
@@ -78,14 +80,19 @@ static bool rest(const search *s, double load, experiment_linear_point *point) {
   const thrum_equilibrium_def def = thrum_default_equilibrium_def();
   thrum_equilibrium_report report;
   double force[THRUM_RANK_MAX], q[THRUM_RANK_MAX] = {0}, straight[THRUM_RANK_MAX];
+
+  // the linear answer is one division for each mode
   for (int64_t i = 0; i < model->rank; i++) {
     force[i] = load * s->body->push[i];
     straight[i] = force[i] / model->omega2[i];
   }
+
+  // a jump means that another branch was reached: no point of this curve
   if (thrum_equilibrium(model, &def, force, q, NULL, s->workspace, s->workspace_size, NULL, NULL,
                         &report, NULL) < 0 ||
       report.jumps > 0)
     return false;
+
   point->load = load;
   point->amplitude = experiment_body_amplitude(s->body, q);
   point->error = sqrt(difference(model->rank, straight, q) / square(model->rank, q));
@@ -113,6 +120,8 @@ static bool swing(const search *s, double load, experiment_linear_point *point) 
   thrum_state *state[2] = {NULL, NULL};
   bool done = start(s, models[0], load, &state[0], NULL) >= 0 &&
               start(s, models[1], load, &state[1], NULL) >= 0;
+
+  // both models step side by side; the sums are over the whole period
   for (int k = 0; k < STEPS && done; k++) {
     for (int n = 0; n < 2 && done; n++)
       done = thrum_step(models[n], state[n], NULL) >= 0 &&
@@ -123,6 +132,7 @@ static bool swing(const search *s, double load, experiment_linear_point *point) 
     whole += square(rank, q[0]);
     peak = fmax(peak, experiment_body_amplitude(s->body, q[0]));
   }
+
   thrum_state_destroy(state[0]);
   thrum_state_destroy(state[1]);
   *point = (experiment_linear_point){load, peak, sqrt(wrong / whole)};
@@ -156,11 +166,15 @@ static void trace(const search *s, probe *look, double unit, experiment_linear_c
   curve->count = 0;
   for (int level = 0; level < EXPERIMENT_LINEAR_LEVELS; level++)
     curve->at[level] = (experiment_linear_point){NAN, NAN, NAN};
+
+  // each load is some 40 % larger than the one before
   for (int n = 0; n < EXPERIMENT_LINEAR_POINTS; n++) {
     experiment_linear_point *point = &curve->points[n];
     if (!look(s, unit * FIRST * pow(ratio, n), point))
       break;
     curve->count++;
+
+    // a level that was passed between two points is found by bisection
     for (int level = 0; level < EXPERIMENT_LINEAR_LEVELS && n > 0; level++)
       if (isnan(curve->at[level].error) && point[-1].error < experiment_linear_levels[level] &&
           point->error >= experiment_linear_levels[level])
@@ -212,6 +226,8 @@ static double least_us(void (*call)(timed *t), timed *t) {
     for (int64_t n = 0; n < calls; n++)
       call(t);
     const double seconds = experiment_seconds() - began;
+
+    // a batch must be long against the resolution of the clock
     if (seconds < BATCH_SECONDS) {
       calls *= 2;
       continue;
@@ -228,6 +244,7 @@ static thrum_status time_all(const experiment_body *body, experiment_linear_resu
   const thrum_model *model = body->model;
   const thrum_state_def def = thrum_default_state_def();
   const int64_t rank = model->rank;
+
   timed *t = calloc(1, sizeof *t);
   double *numbers = calloc(2 * (size_t)rank + thrum_work_count(model), sizeof *numbers);
   double energy, impulse = 0, reached = 0;

@@ -19,6 +19,8 @@ experiment_trend experiment_slope(const double *values, int64_t count, double sp
     return found;
   const double n = (double)count, middle = 0.5 * (n - 1);
   double mean = 0, xy = 0, xx = 0, squares = 0, products = 0, before = 0;
+
+  // least squares about the middle
   for (int64_t k = 0; k < count; k++)
     mean += values[k] / n;
   for (int64_t k = 0; k < count; k++) {
@@ -27,6 +29,8 @@ experiment_trend experiment_slope(const double *values, int64_t count, double sp
     xy += x * (values[k] - mean);
   }
   found.slope = xy / xx;
+
+  // residuals, and the products of neighbours for their correlation
   for (int64_t k = 0; k < count; k++) {
     const double x = ((double)k - middle) * spacing;
     const double residual = values[k] - mean - found.slope * x;
@@ -56,6 +60,8 @@ static void conclude(double window_seconds, experiment_long_result *result) {
   const int64_t count = result->window_count;
   double mean = 0;
   result->total_change = result->high_change = result->total_worst = NAN;
+
+  // changes are relative to the first window
   if (count >= 2) {
     const double total = result->total[0], high = result->high[0];
     result->total_change = (result->total[count - 1] - total) / total;
@@ -64,6 +70,8 @@ static void conclude(double window_seconds, experiment_long_result *result) {
     for (int64_t k = 0; k < count; k++)
       result->total_worst = fmax(result->total_worst, fabs(result->total[k] - total) / total);
   }
+
+  // the trend is relative to the mean of the high modes
   const experiment_trend trend = experiment_slope(result->high, count, window_seconds);
   for (int64_t k = 0; k < count; k++)
     mean += result->high[k] / (double)count;
@@ -90,6 +98,7 @@ static thrum_status run_window(const experiment_long_case *run, thrum_state *sta
       status = thrum_state_energies(model, state, &energies, error);
     if (status < 0)
       break;
+
     // from the first on: the sum of thousands of equal numbers is rounded by more than they differ
     first = samples == 0 ? energies.total : first;
     sums[0] += energies.total - first;

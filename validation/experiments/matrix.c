@@ -115,8 +115,11 @@ static double energy_change(const experiment_run *run) {
     first++;
   const int64_t width = (run->row_count - first) / 10;
   double begin = 0, end = 0;
+
   if (run->alpha > 0 || run->status < 0 || width < 1)
     return NAN;
+
+  // the first and the last tenth of the free rows
   for (int64_t n = 0; n < width; n++) {
     begin += run->rows[first + n].total;
     end += run->rows[run->row_count - 1 - n].total;
@@ -133,12 +136,15 @@ static thrum_status perform(experiment_run *run, double dt, int64_t steps, thrum
   def.integrator = experiment_integrators[run->integrator];
   def.dt = dt;
   def.damping_alpha = run->alpha;
+
   run->rows = calloc((size_t)(steps / stride + 2), sizeof *run->rows);
   if (run->rows == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the rows of a run");
   thrum_status status = thrum_state_create(run->body->model, &def, &state, error);
   if (status < 0)
     return status;
+
+  // the first row is the rest; a step that fails ends the run
   status = record(run, state, 0, &run->rows[run->row_count++], &run->stop);
   for (int64_t step = 0; step < steps && status >= 0;) {
     const int64_t until = step + stride < steps ? step + stride : steps;
@@ -148,6 +154,7 @@ static thrum_status perform(experiment_run *run, double dt, int64_t steps, thrum
       status = record(run, state, (double)step * dt, &run->rows[run->row_count], &run->stop);
     run->row_count += status >= 0;
   }
+
   run->status = status < 0 ? status : THRUM_OK;
   run->report = thrum_state_report_get(state);
   run->simulated = (double)run->report.steps * dt;
@@ -187,6 +194,7 @@ static thrum_status find_force(void *context, int64_t index, thrum_error *error)
   const experiment_body *body = &matrix->bodies[index / EXPERIMENT_LOAD_COUNT];
   if (!matrix->loads[load])
     return THRUM_OK;
+
   const double wanted = FORCE_MARGIN * amplitudes[load];
   const double spring = 1 / body->compliance, rate = sqrt(body->model->omega2[0]);
   // as if the body were one spring: half of what bends it that far, at rest or by an impulse
@@ -194,6 +202,8 @@ static thrum_status find_force(void *context, int64_t index, thrum_error *error)
   if (load == EXPERIMENT_LOAD_impulse)
     force = round_up(force / (rate * courses[load].until));
   double low = 0, high = INFINITY;
+
+  // each trial is a run with `energy`; the last force tried is kept
   for (int n = 0; n < FORCE_TRIES; n++) {
     double amplitude = 0;
     const experiment_run trial = {
@@ -204,11 +214,13 @@ static thrum_status find_force(void *context, int64_t index, thrum_error *error)
     work->forces[index] = force;
     if (amplitude >= wanted && amplitude <= FORCE_OVERSHOOT * wanted)
       break;
+
     if (amplitude < wanted) {
       low = force;
     } else {
       high = force;
     }
+
     // resonance makes the way there uneven: bisect once both sides are known
     double factor = wanted / fmax(amplitude, 1e-3 * wanted);
     factor = fmin(fmax(factor * 1.1, 0.25), 4);
@@ -227,6 +239,8 @@ static thrum_status run_group(void *context, int64_t index, thrum_error *error) 
   const int64_t integrators = count_true(matrix->integrators, EXPERIMENT_INTEGRATOR_COUNT);
   const int64_t body = index / EXPERIMENT_DAMPING_COUNT / loads;
   const int load = nth_true(matrix->loads, index / EXPERIMENT_DAMPING_COUNT % loads);
+
+  // the index counts by body, load and damping, the last fastest
   thrum_status status = THRUM_OK;
   for (int64_t n = 0; n < integrators && status >= 0; n++) {
     experiment_run *run = &work->runs[index * integrators + n];

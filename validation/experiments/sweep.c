@@ -88,6 +88,7 @@ static thrum_status plan(experiment_sweep *sweep, thrum_error *error) {
     double impulse = 0, reached = 0;
     THRUM_TRY(experiment_impulse(body, sweep->amplitude, IMPULSE_DT, &impulse, &reached, error));
 
+    // the same impulse for all time steps, so that the energy is the same
     for (int k = 0; k < DT_COUNT; k++) {
       const int64_t steps = thrum_step_count(sweep->time, dts[k]);
       for (int i = 0; i < EXPERIMENT_INTEGRATOR_COUNT; i++) {

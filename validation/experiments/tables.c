@@ -31,6 +31,7 @@ void experiment_matrix_csv(FILE *stream, const experiment_run *runs, int64_t cou
                   "mean_iterations,energy_peak_j,energy_end_j,high_end_j,energy_change,"
                   "peak_amplitude,explicit_modes,implicit_modes");
   add_level_names(stream);
+
   for (int64_t n = 0; n < count; n++) {
     const experiment_run *run = &runs[n];
     fprintf(stream, "%s,%s,%.6g,%g,%s,%s", run->body->name, experiment_load_names[run->load],

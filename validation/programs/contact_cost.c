@@ -59,6 +59,8 @@ static thrum_status measure(const thrum_model *model, scene which, trial *out, t
       thrum_contact_size(model, state, &touching, &size, error) < 0 ||
       thrum_contact_init(lay(size), size, model, state, &touching, &contact, error) < 0)
     return error->status;
+
+  // the body above its floor, sliding on it, far from it, or pulled at
   const double mass = 1 / (model->rigid[0] * model->rigid[0]);
   thrum_translation way = {.mass = mass, .position = {0, 0, which == FALLING ? 0.02 : 0}};
   way.velocity[0] = which == SLIDING ? 1 : 0;
@@ -73,6 +75,7 @@ static thrum_status measure(const thrum_model *model, scene which, trial *out, t
                                            .pulls = &pull,
                                            .pull_count = which == PULLED,
                                            .force = {0, 0, -9.81 * mass}};
+
   out->count = 0;
   out->touching = out->sweeps = 0;
   thrum_status status = THRUM_OK;
@@ -81,6 +84,8 @@ static thrum_status measure(const thrum_model *model, scene which, trial *out, t
     const double begun = now();
     status = which == ALONE ? thrum_step(model, state, error)
                             : thrum_contact_step(model, state, contact, &environment, error);
+
+    // of a moving body only the steps in which it touches count
     const double time = now() - begun;
     const thrum_contact_report report = thrum_contact_report_get(contact);
     if ((which == FALLING || which == SLIDING) && report.touching == 0)
@@ -100,6 +105,8 @@ int main(int argc, char **argv) {
   const thrum_model *model;
   if (argc != 2 || thrum_model_load(argv[1], &model, &error) < 0 || !model->rigid)
     return fprintf(stderr, "usage: thrum_contact_cost FREE_MODEL.npz %s\n", error.message), 1;
+
+  // the median over the steps of each scene
   printf("rank %d, %d points\n", (int)model->rank, (int)model->vertex_count);
   for (int which = ALONE; which <= PULLED; which++) {
     if (measure(model, (scene)which, &found, &error) < 0)

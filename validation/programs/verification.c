@@ -1,4 +1,4 @@
-/* Prints every published answer beside what is computed: `experiment_verification OUT`, where OUT
+/* Prints every published answer beside what is computed: `thrum_verification OUT`, where OUT
  * is a folder that gets verification.csv and tables.md. Optional second argument: how often to
  * refine beyond what the tests do (default 2). Single-threaded; some minutes.
  *
@@ -72,10 +72,13 @@ static void write_line(const collection *all, int first, FILE *file) {
   const published_row *row = &all->rows[first];
   int last = first;
   fprintf(file, "| %s | %.6g |", row->quantity, row->published);
+
+  // the finest answer is the last of this quantity
   for (int n = first; n < all->count; n++)
     if (is_same(row, &all->rows[n]))
       last = n;
   fprintf(file, " %.6g |", all->rows[last].computed);
+
   for (int n = first; n < all->count; n++)
     if (is_same(row, &all->rows[n]))
       fprintf(file, "%s%+.2g", n > first ? ", " : " ", 100 * error_of(&all->rows[n]));
@@ -90,6 +93,8 @@ static bool write_tables(const collection *all, FILE *file) {
   const char *problem = "";
   for (int n = 0; n < all->count; n++) {
     const published_row *row = &all->rows[n];
+
+    // a heading and the meshes of each problem
     if (strcmp(problem, row->problem) != 0) {
       fprintf(file, "%s### %s\n\nFrom ", n > 0 ? "\n" : "", row->problem);
       const char *settings = "";
@@ -101,6 +106,7 @@ static bool write_tables(const collection *all, FILE *file) {
       fputs("\n\n| quantity | published | finest | errors, % | order |\n|---|---|---|---|---|\n",
             file);
     }
+
     problem = row->problem;
     if (is_first(all, n))
       write_line(all, n, file);
@@ -116,7 +122,7 @@ static int put(const char *folder, const char *name, const collection *all,
   FILE *file = fopen(path, "w");
   const bool written = file != NULL && write(all, file);
   if (file == NULL || fclose(file) != 0 || !written) {
-    fprintf(stderr, "experiment_verification: %s could not be written\n", path);
+    fprintf(stderr, "thrum_verification: %s could not be written\n", path);
     return 1;
   }
   return 0;
@@ -126,10 +132,11 @@ int main(int argc, char **argv) {
   static collection all;
   thrum_error error = {0};
   if (argc < 2 || argc > 3) {
-    fprintf(stderr, "usage: experiment_verification FOLDER [REFINEMENTS]\n");
+    fprintf(stderr, "usage: thrum_verification FOLDER [REFINEMENTS]\n");
     return 2;
   }
   const published_sink sink = {collect, &all, argc > 2 ? atoi(argv[2]) : 2};
+
   static const struct {
     const char *text;
     published_problem *solve;
@@ -138,10 +145,12 @@ int main(int argc, char **argv) {
       VERIFY_PROBLEMS(X)
 #undef X
   };
+
+  // the first problem that fails ends the program
   for (size_t n = 0; n < sizeof problems / sizeof problems[0]; n++) {
     fprintf(stderr, "%s\n", problems[n].text);
     if (problems[n].solve(&sink, &error) < 0) {
-      fprintf(stderr, "experiment_verification: %s: %s\n", problems[n].text, error.message);
+      fprintf(stderr, "thrum_verification: %s: %s\n", problems[n].text, error.message);
       return 1;
     }
   }

@@ -29,6 +29,8 @@ thrum_status published_beam(const published_sink *sink, thrum_error *error) {
   static const double thickness = 0.1;
   const double first = published_timoshenko(thickness, 1) / (2 * PI);
   const double second = published_timoshenko(thickness, 2) / (2 * PI);
+
+  // each level halves the cells
   for (int level = 0; level <= sink->level + 1; level++) {
     const int cells = 2 << level;
     const published_body body = planar_beam(cells, thickness);
@@ -36,6 +38,7 @@ thrum_status published_beam(const published_sink *sink, thrum_error *error) {
     const thrum_status status = published_precompute(&body, 4, 4, true, &made, error);
     if (status < 0)
       return status;
+
     const double *square = made.mode_omega2;
     published_add(sink, "beam", "bending 1, Hz", body.mesh, cells, first,
                   sqrt(square[0]) / (2 * PI));
@@ -58,6 +61,7 @@ static void torsion_field(const double x[3], double u[3]) {
 thrum_status published_torsion(const published_sink *sink, thrum_error *error) {
   // Saint-Venant: G J / (rho I_p) with J = 0.140577 a^4 and I_p = a^4 / 6; G = 1/2
   const double exact = 0.25 * sqrt(0.5 * 0.140577 * 6);
+
   for (int level = 0; level <= sink->level; level++) {
     const int cells = 2 << level;
     published_body body = {.fix = {"x<1e-9"}, .material = {1, 0, 1}};
@@ -66,6 +70,8 @@ thrum_status published_torsion(const published_sink *sink, thrum_error *error) {
     const thrum_status status = published_precompute(&body, 8, 8, true, &made, error);
     if (status < 0)
       return status;
+
+    // the mode is found by its shape: others lie close
     published_add(sink, "torsion", "torsion 1, Hz", body.mesh, cells, exact,
                   published_frequency_of(&made, torsion_field));
     thrum_precomputed_free(&made);
@@ -84,6 +90,7 @@ static void lame_field(const double x[3], double u[3]) {
 thrum_status published_cube(const published_sink *sink, thrum_error *error) {
   // omega = sqrt(2) pi c_T / a whatever nu is; c_T^2 = mu / rho
   const double exact = sqrt(1 / (2 * 1.3)) / sqrt(2);
+
   for (int level = 0; level <= sink->level + 1; level++) {
     const int cells = 3 << level;
     published_body body = {.material = {1, 0.3, 1}};
@@ -92,6 +99,8 @@ thrum_status published_cube(const published_sink *sink, thrum_error *error) {
     const thrum_status status = published_precompute(&body, 18, 18, true, &made, error);
     if (status < 0)
       return status;
+
+    // among equal frequencies the mode is found by its shape
     published_add(sink, "cube", "Lame's mode, Hz", body.mesh, cells, exact,
                   published_frequency_of(&made, lame_field));
     thrum_precomputed_free(&made);
@@ -116,6 +125,8 @@ thrum_status published_sphere(const published_sink *sink, thrum_error *error) {
                   {"next 5, Hz", 5, 2611.91},
                   {"next 3, Hz", 3, 3484.23},
                   {"next 7, Hz", 7, 3814.60}};
+
+  // each level halves the cells
   for (int level = 0; level <= sink->level; level++) {
     const int cells = 6 << level;
     published_body body = {.material = {1e8, 0.3, 1e4}, .map = to_ball};
@@ -125,6 +136,8 @@ thrum_status published_sphere(const published_sink *sink, thrum_error *error) {
     if (status < 0)
       return status;
     snprintf(body.mesh, sizeof body.mesh, "ball of %d cells across", cells);
+
+    // a mesh without the symmetry of the sphere splits equal frequencies: compare the means
     for (int c = 0, mode = 0; c < 4; c++) {
       double mean = 0;
       for (int i = 0; i < clusters[c].times; i++, mode++)
@@ -144,6 +157,8 @@ static void taper(double p[3]) {
 thrum_status published_membrane(const published_sink *sink, thrum_error *error) {
   static const double hertz[] = {44.623, 130.03, 162.70, 246.05, 379.90, 391.44};
   static const char *const names[] = {"1, Hz", "2, Hz", "3, Hz", "4, Hz", "5, Hz", "6, Hz"};
+
+  // each level halves the cells
   for (int level = 0; level <= sink->level + 1; level++) {
     const int cells = 8 << level;
     published_body body = {
@@ -153,6 +168,7 @@ thrum_status published_membrane(const published_sink *sink, thrum_error *error) 
     const thrum_status status = published_precompute(&body, 6, 6, false, &made, error);
     if (status < 0)
       return status;
+
     for (int i = 0; i < 6; i++)
       published_add(sink, "membrane", names[i], body.mesh, cells, hertz[i],
                     sqrt(made.mode_omega2[i]) / (2 * PI));

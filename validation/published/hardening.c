@@ -58,23 +58,28 @@ static thrum_status measure(const thrum_model *model, double amplitude, double *
 
 thrum_status published_hardening(const published_sink *sink, thrum_error *error) {
   const double linear = STIFFNESS * pow(THICKNESS, 3) / 12; // per unit of width, E = 1
+
+  // each level halves the cells
   for (int level = 0; level <= sink->level + (sink->level > 0 ? 2 : 1); level++) {
     const int cells = 1 << level;
     published_body body = {.fix = {"x<1e-9", "x>0.999999", "y>-1e9:y"}, .material = {1, 0, 1}};
     snprintf(body.mesh, sizeof body.mesh, "beam:%dx1x%d@1x%.9gx%.9g", 50 * cells, cells,
              THICKNESS / cells, THICKNESS);
+
     thrum_precomputed made = {0};
     thrum_status status = published_precompute(&body, 1, 2, false, &made, error);
     if (status < 0)
       return status;
     const thrum_model *model = &made.model;
     const double middle = middle_of(model), width = THICKNESS / cells;
+
     // in units of the displacement in the middle and of the width
     const double k1 = model->omega2[0] / (middle * middle) / width;
     const double k3 = condensed(model) / pow(middle, 4) / width;
     published_add(sink, "hardening", "linear stiffness, N/m", body.mesh, cells, linear, k1);
     published_add(sink, "hardening", "cubic stiffness, N/m^3", body.mesh, cells,
                   HARDENING * linear / (THICKNESS * THICKNESS), k3);
+
     for (int half = 1; half <= 2 && status >= 0; half++) {
       const double ratio = 0.5 * half; // a/h
       double omega = 0;

@@ -15,6 +15,8 @@ static void integrate(rates *rates_of, const double given[2], double y[4]) {
     double rate[4] = {0}, sum[4], trial[4];
     for (int i = 0; i < 4; i++)
       sum[i] = y[i];
+
+    // each stage starts from the slope of the one before
     for (int s = 0; s < 4; s++) {
       for (int i = 0; i < 4; i++)
         trial[i] = y[i] + at[s] * h * rate[i];
@@ -62,6 +64,7 @@ double published_timoshenko(double thickness, int n) {
     low += step;
     before = after;
   }
+
   double high = low + step;
   for (int k = 0; k < 60; k++) {
     const double middle = 0.5 * (low + high);

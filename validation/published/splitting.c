@@ -161,6 +161,8 @@ thrum_status published_fermi(const published_sink *sink, thrum_error *error) {
   def.integrator = THRUM_INTEGRATOR_ENERGY;
   thrum_status status = run_chain(&def, 100, &run, error);
   const double exchange = run.exchange;
+
+  // the largest step, and the energy error at 0.03 s of both splits
   if (status >= 0) {
     published_add(sink, "fermi", "Verlet: largest stable h, s", "200 s", 0, 2 / OMEGA,
                   largest_stable(verlet_is_lost, 0.03, 0.045));
@@ -176,6 +178,8 @@ thrum_status published_fermi(const published_sink *sink, thrum_error *error) {
   if (status >= 0)
     published_add(sink, "fermi", "component split: energy error", "h = 0.03 s, 200 s", 0, 1e-3,
                   run.energy_error);
+
+  // the errors at the resonances h omega = n pi over those beside them
   for (int n = 0; n < 3 && status >= 0; n++) {
     double ratio[2];
     char setting[64];
@@ -190,6 +194,8 @@ thrum_status published_fermi(const published_sink *sink, thrum_error *error) {
     published_add(sink, "fermi", "component split: error at a resonance over beside it", setting, 0,
                   1, ratio[1]);
   }
+
+  // the slow exchange between the springs
   if (status >= 0)
     status = add_exchange(sink, "quadratic split: time of the exchange, s", THRUM_FORM_QUADRATIC,
                           exchange, error);
@@ -205,11 +211,14 @@ static bool pair_is_lost_with(double dt, thrum_split_form form) {
   published_polynomial pair;
   published_polynomial_make(&pair, 2, (const double[2]){1, OMEGA * OMEGA});
   pair.c4[thrum_c4_index(2, 0, 0, 1, 1)] = 1;
+
+  // only the slow oscillator is explicit
   thrum_state_def def = imexv_def(dt, form);
   def.explicit_count = 1;
   thrum_state *state = NULL;
   if (published_state(&pair.model, &def, q0, p0, &state, NULL) < 0)
     return true;
+
   thrum_energies first = {0}, now = {0};
   bool lost = thrum_state_energies(&pair.model, state, &first, NULL) < 0;
   for (int k = 0; k < 5000 && !lost; k++)

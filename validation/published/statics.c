@@ -102,6 +102,7 @@ static thrum_status tip_of(const thrum_model *model, double load, double width, 
   const double stiffness = scaled ? 1 / (3 * compliance) : width * pow(SLENDER, 3) / 12;
   for (int64_t i = 0; i < model->rank; i++)
     force[i] = load * stiffness * up[i];
+
   status = rest(model, force, q, error);
   *deflection = product(model, up, q);
   *shortening = -product(model, along, q);
@@ -122,10 +123,13 @@ thrum_status published_elastica(const published_sink *sink, thrum_error *error) 
     published_body body = {.fix = {"x<1e-9", "y>-1e9:y"}, .material = {1, 0, 1}};
     snprintf(body.mesh, sizeof body.mesh, "beam:%dx1x%d@1x%.9gx%.9g", 50 * cells, cells,
              SLENDER / cells, SLENDER);
+
     thrum_precomputed made = {0};
     thrum_status status = published_precompute(&body, 6, 20, false, &made, error);
     if (status < 0)
       return status;
+
+    // once with the stiffness of the theory, and once with the bending stiffness of the mesh
     for (int scaled = 0; scaled < 2 && status >= 0; scaled++)
       for (int n = 0; n < 3 && status >= 0; n++) {
         double known[2], found[2];
@@ -136,6 +140,7 @@ thrum_status published_elastica(const published_sink *sink, thrum_error *error) 
           published_add(sink, "elastica", names[scaled][what][n], body.mesh, cells, known[what],
                         found[what]);
       }
+
     // the same mesh unreduced, where that is soon done
     double deflection, shortening, tip;
     if (status >= 0 && cells <= 8) {
@@ -146,6 +151,7 @@ thrum_status published_elastica(const published_sink *sink, thrum_error *error) 
         published_add(sink, "elastica", "deflection at P = 5, full order", body.mesh, cells,
                       deflection, tip);
     }
+
     thrum_precomputed_free(&made);
     if (status < 0)
       return status;
@@ -167,10 +173,13 @@ thrum_status published_gravity_beam(const published_sink *sink, thrum_error *err
                              .material = {2.8 * cases[n].mu, 0.4, 1000}};
       snprintf(body.mesh, sizeof body.mesh, "beam:%dx1x%d@0.35x%.9gx0.02", 35 * cells / 2, cells,
                0.02 / cells);
+
       thrum_precomputed made = {0};
       thrum_status status = published_precompute(&body, 6, 20, false, &made, error);
       if (status < 0)
         return status;
+
+      // the reduced model at rest under its weight
       double load[THRUM_RANK_MAX] = {0}, up[THRUM_RANK_MAX], q[THRUM_RANK_MAX];
       status = thrum_load_add_gravity(&made.model, (const double[3]){0, 0, -2}, load, error);
       if (status >= 0)
@@ -180,12 +189,15 @@ thrum_status published_gravity_beam(const published_sink *sink, thrum_error *err
       if (status >= 0)
         published_add(sink, "gravity_beam", cases[n].name, body.mesh, cells, cases[n].tip,
                       1e3 * product(&made.model, up, q));
+
+      // the same mesh unreduced
       double tip = 0;
       if (status >= 0)
         status = full_tip(&made.model, true, -2, &tip, error);
       if (status >= 0)
         published_add(sink, "gravity_beam", cases[n].full, body.mesh, cells, cases[n].tip,
                       1e3 * tip);
+
       thrum_precomputed_free(&made);
       if (status < 0)
         return status;

@@ -31,6 +31,8 @@ static thrum_status throw(const thrum_model *model, thrum_full *full, thrum_erro
   double *u = calloc(6 * (size_t)count, sizeof *u), *v = u != NULL ? u + 3 * count : NULL;
   if (u == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory to throw a body");
+
+  // a stretch and a bend, and a velocity that moves, turns and bends the body
   for (int64_t n = 0; n < count; n++) {
     const double *x = model->vertices + 3 * n;
     u[3 * n] = 0.1 * x[0];
@@ -52,6 +54,7 @@ static thrum_status tumble(const thrum_model *model, thrum_full_scheme scheme, k
   def.scheme = scheme;
   def.dt = DT;
   def.tolerance = 1e-13;
+
   thrum_status status = thrum_full_create(model, NULL, &def, &full, error);
   if (status >= 0)
     status = throw(model, full, error);
@@ -59,6 +62,8 @@ static thrum_status tumble(const thrum_model *model, thrum_full_scheme scheme, k
   if (status >= 0)
     thrum_full_momentum(full, linear[0], angular[0]);
   const double energy = status >= 0 ? thrum_full_energy(full).total : 0;
+
+  // the worst ratio of the run to its start
   for (int k = 0; k < STEPS && status >= 0; k++) {
     status = thrum_full_step(full, error);
     if (status < 0)
@@ -82,11 +87,13 @@ thrum_status published_tumble(const published_sink *sink, thrum_error *error) {
       {"Newmark: energy", "Newmark: angular momentum", "Newmark: linear momentum",
        THRUM_FULL_NEWMARK},
   };
+
   published_body body = {.mesh = "beam:5x1x1@1x0.2x0.2", .material = {1e4, 0.3, 1000}};
   thrum_precomputed made = {0};
   thrum_status status = published_precompute(&body, 2, 2, false, &made, error);
   if (status < 0)
     return status;
+
   for (int n = 0; n < 2 && status >= 0; n++) {
     kept furthest;
     status = tumble(&made.model, schemes[n].scheme, &furthest, error);

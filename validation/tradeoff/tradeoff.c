@@ -66,6 +66,8 @@ static thrum_status step_script(const tradeoff_problem *problem, const tradeoff_
     return status;
   double spent = 0;
   int64_t k = 0;
+
+  // only the load and the step are timed, not the sampling
   for (; k < steps; k++) {
     thrum_energies energies;
     const double began = experiment_seconds();
@@ -77,11 +79,13 @@ static thrum_status step_script(const tradeoff_problem *problem, const tradeoff_
     if (thrum_state_get(model, state, to, to + rank, NULL) < 0 ||
         thrum_state_energies(model, state, &energies, NULL) < 0)
       break;
+
     t.energy_to = energies.total;
     tradeoff_sample(problem->time, (double)k * def->dt, def->dt, rank, from, to, take, &t, work);
     memcpy(from, to, sizeof from);
     t.energy_from = t.energy_to;
   }
+
   *seconds = spent / (double)(k > 0 ? k : 1);
   *whole = k == steps;
   thrum_state_destroy(state);
@@ -100,6 +104,7 @@ static tradeoff_errors against_full(const tradeoff_reference *reference,
                                     const tradeoff_space *space, const tradeoff_samples *samples) {
   const int64_t rank = space->model->rank;
   double wrong[2] = {0}, whole[2] = {0}, energy = 0, most = 0;
+
   for (int64_t n = 0; n < TRADEOFF_SAMPLES; n++) {
     const double *values[2] = {samples->q + n * rank, samples->p + n * rank};
     const double *known[2] = {space->reference_q + n * rank, space->reference_p + n * rank};
@@ -111,6 +116,7 @@ static tradeoff_errors against_full(const tradeoff_reference *reference,
         wrong[w] += (values[w][i] - known[w][i]) * (values[w][i] - known[w][i]);
       whole[w] += size[w];
     }
+
     energy = fmax(energy, fabs(samples->energy[n] - reference->energy[n]));
     most = fmax(most, fabs(reference->energy[n]));
   }
@@ -164,9 +170,12 @@ static thrum_status make_space(solution *s, int64_t n, int64_t b, thrum_error *e
   tradeoff_basis *basis = &s->result.bases[b];
   *basis = (tradeoff_basis){
       .modes = problem->modes[n], .rank = problem->ranks[n], .precompute_seconds = NAN};
+
   space->model = problem->model;
   basis->single =
       problem->modes[n] > 0 ? problem->single[n] : problem->model->packed_single != NULL;
+
+  // a basis of its own is made from the mesh
   if (problem->modes[n] > 0) {
     thrum_precompute_options options = thrum_default_precompute_options();
     options.modes = problem->modes[n];
@@ -189,6 +198,8 @@ static thrum_status make_space(solution *s, int64_t n, int64_t b, thrum_error *e
       return packed;
     space->model = &space->made.model;
   }
+
+  // the reference and the loads in this space
   const int64_t rank = space->model->rank, components = 3 * problem->model->vertex_count;
   basis->rank = rank;
   space->directions = thrum_allocate((problem->load_count + 2 * TRADEOFF_SAMPLES) * rank,
@@ -199,6 +210,7 @@ static thrum_status make_space(solution *s, int64_t n, int64_t b, thrum_error *e
          (size_t)((problem->load_count + 2 * TRADEOFF_SAMPLES) * rank) * sizeof(double));
   space->reference_q = space->directions + problem->load_count * rank;
   space->reference_p = space->reference_q + TRADEOFF_SAMPLES * rank;
+
   project(&s->reference, space);
   thrum_status status = samples_make(rank, &space->tight, error);
   for (int64_t l = 0; l < problem->load_count && status >= 0; l++)
@@ -237,6 +249,8 @@ static thrum_status make_spaces(solution *s, thrum_error *error) {
       *error = detail;
       return status;
     }
+
+    // a basis that the mesh is too small for is dropped and counted
     if (status < 0) {
       space_free(&s->spaces[made]);
       s->result.dropped++;
@@ -244,9 +258,12 @@ static thrum_status make_spaces(solution *s, thrum_error *error) {
     } else {
       made++;
     }
+
     if (!show(&(staged){problem, "bases"}, (double)(n + 1) / (double)problem->rank_count))
       return thrum_error_set(error, THRUM_INTERRUPTED, "interrupted");
   }
+
+  // with no basis left there is nothing to compare
   s->result.basis_count = made;
   if (made > 0)
     return THRUM_OK;
@@ -263,13 +280,17 @@ static thrum_status run_tight(void *context, int64_t b, thrum_error *error) {
   bool whole;
   for (int64_t n = 0; n < problem->dt_count; n++)
     shortest = fmin(shortest, problem->dts[n]);
+
+  // short enough that its error in time is far below that of every setting
   basis->tight_dt = shortest / TIGHT_STEPS;
   const thrum_state_def def =
       def_of(problem, THRUM_INTEGRATOR_ENERGY, basis->tight_dt, TIGHT_TOLERANCE);
+
   const thrum_status status =
       step_script(problem, &s->spaces[b], &def, &s->spaces[b].tight, &seconds, &whole, error);
   if (status < 0)
     return status;
+
   if (!whole)
     return thrum_error_set(error, THRUM_NOT_CONVERGED,
                            "the load is more than a model of rank %lld can be stepped through: "
@@ -288,6 +309,7 @@ static double drift_of(const tradeoff_problem *problem, const tradeoff_samples *
   const double first = ceil(end / problem->time * TRADEOFF_SAMPLES);
   if (problem->damping_alpha > 0 || problem->damping_beta > 0 || !(first < TRADEOFF_SAMPLES - 8))
     return NAN;
+
   const int64_t begin = (int64_t)first, quarter = (TRADEOFF_SAMPLES - begin) / 4;
   for (int64_t n = 0; n < quarter; n++) {
     sums[0] += samples->energy[begin + n];
@@ -307,9 +329,12 @@ static thrum_status run_setting(void *context, int64_t index, thrum_error *error
   tradeoff_samples samples = {0};
   double seconds = 0, most = 0;
   bool whole = false;
+
   thrum_status status = samples_make(space->model->rank, &samples, error);
   if (status >= 0)
     status = step_script(problem, space, &def, &samples, &seconds, &whole, error);
+
+  // an energy far above that of the tight run is that of no motion under this load
   if (status >= 0) {
     run->stable = whole;
     for (int64_t n = 0; n < TRADEOFF_SAMPLES; n++)
@@ -320,6 +345,7 @@ static thrum_status run_setting(void *context, int64_t index, thrum_error *error
     run->cost = seconds / run->dt;
     run->error = run->time_error = (tradeoff_errors){NAN, NAN, NAN};
     run->drift = NAN;
+
     if (run->stable) {
       run->error = against_full(&s->reference, space, &samples);
       run->time_error = against(space->model->rank, &samples, &space->tight);
@@ -351,6 +377,8 @@ static thrum_status plan_runs(solution *s, thrum_error *error) {
   s->result.runs = thrum_allocate(room, sizeof *s->result.runs, "the runs", error);
   if (s->result.runs == NULL)
     return THRUM_OUT_OF_MEMORY;
+
+  // by basis, integrator, time step, tolerance, the last fastest
   for (int64_t b = 0; b < s->result.basis_count; b++)
     for (int i = 0; i < EXPERIMENT_INTEGRATOR_COUNT; i++)
       for (int64_t d = 0; d < problem->dt_count && problem->integrators[i]; d++)
@@ -382,6 +410,8 @@ static thrum_status judge_reference(solution *s, thrum_error *error) {
   for (int64_t b = 1; b < s->result.basis_count; b++)
     if (s->result.bases[b].error.displacement < s->result.bases[best].error.displacement)
       best = b;
+
+  // its tight run has no error in time to speak of
   const tradeoff_space *space = &s->spaces[best];
   const thrum_state_def def =
       def_of(s->problem, THRUM_INTEGRATOR_ENERGY, s->problem->full_dt, TIGHT_TOLERANCE);
@@ -419,6 +449,8 @@ thrum_status tradeoff_solve(const tradeoff_problem *problem, tradeoff_result *re
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "nothing of the model is held: a free body moves as a whole, which its "
                            "coordinates cannot");
+
+  // the reference comes first: it is the dearest, and says whether the load moves anything
   thrum_status status = tradeoff_reference_make(problem, &s.reference, error);
   s.spaces = calloc((size_t)problem->rank_count, sizeof *s.spaces);
   s.result.bases = calloc((size_t)problem->rank_count, sizeof *s.result.bases);
@@ -429,6 +461,8 @@ thrum_status tradeoff_solve(const tradeoff_problem *problem, tradeoff_result *re
                              "the load moves nothing in %g s: it is zero, acts on what is held, or "
                              "begins later",
                              problem->time);
+
+  // each stage needs the one before it
   if (status >= 0)
     status = make_spaces(&s, error);
   if (status >= 0)
@@ -439,6 +473,7 @@ thrum_status tradeoff_solve(const tradeoff_problem *problem, tradeoff_result *re
     status = plan_runs(&s, error);
   if (status >= 0)
     status = run_pool(&s, "settings", s.result.run_count, run_setting, error);
+
   if (status >= 0) {
     mark_front(&s.result);
     s.result.free_count = s.reference.n;

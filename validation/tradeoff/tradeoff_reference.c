@@ -29,6 +29,8 @@ static void take(void *context, int64_t index, double share, const double *value
   tradeoff_reference *r = t->reference;
   const int64_t all = 3 * t->problem->model->vertex_count;
   double *mass_u = r->mass_u + index * r->n, *mass_v = r->mass_v + index * r->n;
+
+  // M u and |u|^2, then M v and |v|^2
   thrum_fem_gather(&r->body.fem, value, t->free_ones);
   thrum_sparse_product(&r->body.mass, t->free_ones, 1, mass_u);
   r->u_square[index] = dot(t->free_ones, mass_u, r->n);
@@ -72,6 +74,8 @@ static thrum_status step_all(const tradeoff_problem *problem, thrum_full *full, 
   taker t = {problem, reference, f->free_ones, 0, 0};
   double seconds = 0;
   memset(f->from, 0, 2 * (size_t)all * sizeof *f->from);
+
+  // only the step itself is timed
   for (int64_t k = 0; k < steps; k++) {
     load(problem, k, f->forces);
     const double began = experiment_seconds();
@@ -82,6 +86,8 @@ static thrum_status step_all(const tradeoff_problem *problem, thrum_full *full, 
       return status;
     seconds += experiment_seconds() - began;
     thrum_full_get(full, f->to, f->to + all);
+
+    // samples lie between steps: cubic Hermite between the two ends
     t.energy_to = thrum_full_energy(full).total;
     tradeoff_sample(problem->time, (double)k * problem->full_dt, problem->full_dt, all, f->from,
                     f->to, take, &t, f->between);
@@ -113,10 +119,12 @@ thrum_status tradeoff_reference_make(const tradeoff_problem *problem, tradeoff_r
     made.mass_v = made.mass_u != NULL ? made.mass_u + TRADEOFF_SAMPLES * made.n : NULL;
     status = made.mass_u != NULL ? fields_make(all, &f, error) : THRUM_OUT_OF_MEMORY;
   }
+
   if (status >= 0)
     status = thrum_full_create(problem->model, NULL, &def, &full, error);
   if (status >= 0)
     status = step_all(problem, full, &f, &made, error);
+
   thrum_full_free(full);
   free(f.memory);
   if (status < 0)

@@ -12,6 +12,8 @@ void tradeoff_sample(double time, double begin, double dt, int64_t count, const 
   for (int64_t n = (int64_t)floor((begin + slack) / spacing) + 1;
        n <= TRADEOFF_SAMPLES && (double)n * spacing <= begin + dt + slack; n++) {
     const double s = ((double)n * spacing - begin) / dt, r = 1 - s;
+
+    // cubic Hermite: values, then slopes
     for (int64_t i = 0; i < count; i++) {
       const double a = from[i], va = dt * from[count + i], b = to[i], vb = dt * to[count + i];
       work[i] = r * r * ((1 + 2 * s) * a + s * va) + s * s * ((3 - 2 * s) * b - r * vb);
