@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "runtime/base/alignment_check.h"
+#include "runtime/dynamics/state_layout.h"
 #include "runtime/dynamics/state_private.h"
 
 #define CONTACT_MAGIC UINT64_C(0x7468726d63743031)

@@ -2,8 +2,8 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
 
+#include "runtime/base/finite.h"
 #include "runtime/contact/contact_private.h"
-#include "runtime/dynamics/state_private.h"
 
 static thrum_status check_pull(const thrum_model *model, const thrum_pull *pull, int64_t index,
                                thrum_error *error) {

@@ -11,14 +11,16 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
+#include "runtime/base/finite.h"
 #include "runtime/contact/contact_private.h"
-#include "runtime/dynamics/state_private.h"
+#include "runtime/dynamics/staggered_momentum.h"
+#include "runtime/dynamics/state_layout.h"
 #include "runtime/polynomial/polynomial_private.h"
 
 /* Share of h^2 omega^2 in the inverse of s_i. */
 static double implicit_share(const thrum_state *state, int32_t i) {
   if (state->scheme == THRUM_SCHEME_NEWMARK)
-    return state->newmark_beta;
+    return state->def.newmark_beta;
   if (state->scheme == THRUM_SCHEME_ENERGY)
     return 0.25;
   return i < state->split ? 0.0 : 0.25;
@@ -42,12 +44,12 @@ thrum_status thrum_contact_predict(thrum_contact_run *run, thrum_error *error) {
   thrum_state *state = run->state;
   const int32_t r = state->rank;
   thrum_state_view view = thrum_state_view_of(state);
-  const thrum_status synchronised = thrum_stagger_synchronise(run->model, state, &view, NULL);
+  const thrum_status synchronised = thrum_staggered_synchronise(run->model, state, &view, NULL);
   if (synchronised == THRUM_OK) {
     // synchronising has evaluated R of the explicit modes alone, less kappa q in the quadratic
     // split
     const bool plain = state->scheme == THRUM_SCHEME_QUADRATIC && state->split < r;
-    if (plain || thrum_staggered(state) < r)
+    if (plain || thrum_staggered_modes(state) < r)
       thrum_internal_force_by(view.kernel, run->model, view.q, view.force, view.work);
     for (int32_t i = 0; i < r; i++) {
       run->view.q[i] = view.q[i];

@@ -11,7 +11,7 @@
 #include <string.h>
 
 #include "runtime/contact/contact_private.h"
-#include "runtime/dynamics/state_private.h"
+#include "runtime/dynamics/state_layout.h"
 
 #define ROUNDING 1e-10 /* of what went through contact, that it may give back too much */
 
@@ -73,7 +73,7 @@ static thrum_status open_run(const thrum_model *model, thrum_state *state, thrum
   run->contact = contact;
   run->environment = environment;
   run->view = thrum_contact_view_of(contact);
-  run->dt = state->dt;
+  run->dt = state->def.dt;
   fill_motion(run);
   return THRUM_OK;
 }

@@ -9,8 +9,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "runtime/base/finite.h"
 #include "runtime/contact/contact_private.h"
-#include "runtime/dynamics/state_private.h"
 
 #define OBSTACLE_COOKIE UINT32_C(0x6f627374)
 

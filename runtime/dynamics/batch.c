@@ -1,23 +1,25 @@
 /* Steps of many states of one model together (thrum/batch.h).
  *
- * States that imexv is about to step in its component split, with the same split, go through the
- * stages of that step side by side: the watch's sample, force, kick, restriction, and the
- * evaluations of quasi-Newton one after the other while enough of them still iterate. What reads
- * coefficients is a pass of runtime/polynomial/batch_kernel.h over all of them; all else is each
- * state's own, by the code of thrum_step. The last ones to converge, and a state that needs more,
- * such as full Newton or a fallback level of the fallback, go on alone. Cost: that of thrum_step
- * with each coefficient loaded once for all states of a group.
+ * States that imexv is about to step in its component split, with the same split, form a group.
+ * They go through the stages of that step together: the sample of the stability number, force,
+ * kick, restriction, and the evaluations of quasi-Newton, while enough of them still iterate. Each
+ * stage that reads coefficients is one pass of runtime/polynomial/batch_kernel.h over all of them;
+ * all else is done state by state with the code of thrum_step. The last ones to converge, and a
+ * state that needs full Newton or a fallback level, go on alone.
+ * Cost: that of thrum_step with each coefficient loaded once for all states of a group.
  *
  * SPDX-License-Identifier: Apache-2.0 */
+#include "thrum/batch.h"
+
 #include <string.h>
 
 #include "runtime/base/alignment_check.h"
 #include "runtime/dynamics/batch_group.h"
-#include "thrum/batch.h"
+#include "runtime/dynamics/state_private.h"
 #include "thrum/polynomial.h"
 
-#define WINDOW 256      /* states that are put in order at a time */
-#define EARLY_VECTORS 9 /* of a state's block, before the past ones */
+#define SORTED_STATES 256    /* states that are sorted by their splits at a time */
+#define PREFETCHED_VECTORS 9 /* of a state's block, before those of the past */
 
 /* Cuts the workspace; returns its bytes. `memory` may be NULL. */
 static size_t lay_out(const thrum_model *model, unsigned char *memory, thrum_batch_group *g) {
@@ -32,7 +34,9 @@ static size_t lay_out(const thrum_model *model, unsigned char *memory, thrum_bat
                           (size_t)thrum_batch_work(model->rank) * number,
                           thrum_work_count(model) * sizeof(double),
                           restricted * sizeof(double),
-                          (size_t)thrum_lent_vectors(model->rank) * number};
+                          (size_t)thrum_borrowed_vectors(model->rank) * number};
+
+  // one part after the other, each aligned
   enum { PARTS = sizeof sizes / sizeof sizes[0] };
   unsigned char *parts[PARTS];
   size_t size = 0;
@@ -40,6 +44,7 @@ static size_t lay_out(const thrum_model *model, unsigned char *memory, thrum_bat
     parts[n] = memory ? memory + size : NULL;
     size += thrum_round_up(sizes[n]);
   }
+
   g->members = (thrum_batch_member *)(void *)parts[0];
   g->q = (double *)(void *)parts[1];
   g->force = (double *)(void *)parts[2];
@@ -50,30 +55,18 @@ static size_t lay_out(const thrum_model *model, unsigned char *memory, thrum_bat
   g->one_work = (double *)(void *)parts[7];
   g->one_restricted = (double *)(void *)parts[8];
   for (int m = 0; memory && m < THRUM_BATCH_LANES_MAX; m++)
-    g->members[m].vectors = (double *)(void *)parts[9] + m * thrum_lent_vectors(model->rank);
+    g->members[m].vectors = (double *)(void *)parts[9] + m * thrum_borrowed_vectors(model->rank);
   return size;
 }
 
-const thrum_batch_kernel *thrum_batch_kernel_of(thrum_kernel_id id) {
-#ifdef THRUM_KERNEL_HAS_X86
-  if (id == THRUM_KERNEL_AVX512)
-    return &thrum_batch_kernel_avx512;
-  if (id == THRUM_KERNEL_AVX2)
-    return &thrum_batch_kernel_avx2;
-#else
-  (void)id;
-#endif
-  return NULL;
-}
-
-/* Can this state's step be made in a group? */
+/* True when the step of this state can be made in a group. */
 static bool fits(const thrum_model *model, const thrum_step_run *run) {
   const thrum_state *next = &run->next;
   return thrum_is_packed(model) && next->scheme == THRUM_SCHEME_COMPONENT && next->split > 0 &&
          !thrum_tangent_damped(next) && thrum_batch_kernel_of(run->view.kernel->id) != NULL;
 }
 
-/* What a call knows of its states' ends. */
+/* How the steps of a call ended. */
 typedef struct outcome {
   thrum_status *statuses; /* may be NULL */
   thrum_error *error;
@@ -98,14 +91,15 @@ static void end(const thrum_model *model, thrum_batch_member *one, outcome *o) {
   note(o, one->index, thrum_step_end(model, &one->run, one->status, &why), &why);
 }
 
-/* Moves a member; its place gets the vectors that are free then. */
+/* Moves a member to another place, and the vectors of that place to where it was. */
 static void move(thrum_batch_member *from, thrum_batch_member *to) {
   double *unused = to->vectors;
   *to = *from;
   from->vectors = unused;
 }
 
-/* Steps those alone whose watch has chosen another kind of step, and takes them out. */
+/* Steps those members alone whose stability monitor has chosen another kind of step, and takes them
+ * out of the group. */
 static void part(thrum_batch_group *g, outcome *o) {
   for (int64_t m = g->count - 1; m >= 0; m--) {
     thrum_batch_member *one = &g->members[m], *last = &g->members[g->count - 1];
@@ -118,24 +112,27 @@ static void part(thrum_batch_group *g, outcome *o) {
   }
 }
 
-/* Steps the members, together where that is worth it, and empties the group. */
+/* Steps all members, together where that is worth it, and empties the group. */
 static void advance(thrum_batch_group *g, outcome *o) {
   if (g->count > 0) {
     thrum_batch_monitor(g);
     part(g, o);
   }
+
+  // a pass for less than half of the lanes costs more than the steps one by one
   if (g->count > 0 && 2 * g->count >= g->kernel->lanes) {
     thrum_batch_attempt(g);
   } else {
     for (int64_t m = 0; m < g->count; m++)
       g->members[m].status = thrum_step_attempt(g->model, &g->members[m].run);
   }
+
   for (int64_t m = 0; m < g->count; m++)
     end(g->model, &g->members[m], o);
   g->count = 0;
 }
 
-/* Has this state begun its step already? */
+/* True when this state has begun its step already. */
 static bool is_member(const thrum_batch_group *g, const thrum_state *state) {
   for (int64_t m = 0; m < g->count; m++)
     if (g->members[m].run.state == state)
@@ -146,26 +143,31 @@ static bool is_member(const thrum_batch_group *g, const thrum_state *state) {
 /* Begins the step of one state and puts it in the group, or steps it alone. */
 static void add(thrum_batch_group *g, thrum_state *state, int64_t index, outcome *o) {
   thrum_error why = {THRUM_OK, ""};
+
   // listed twice, it steps twice
   if (is_member(g, state))
     advance(g, o);
+
   thrum_batch_member *one = &g->members[g->count];
   one->index = index;
-  const thrum_lent lent = {g->one_work, g->one_restricted, one->vectors};
-  const thrum_status status = thrum_step_begin(g->model, state, &lent, &one->run, &why);
-  if (status != THRUM_OK) {
+  const thrum_borrowed_workspace borrowed = {g->one_work, g->one_restricted, one->vectors};
+  const thrum_status status = thrum_step_begin(g->model, state, &borrowed, &one->run, &why);
+  if (status < 0) {
     note(o, index, status, &why);
     return;
   }
+
+  // a step of another kind is made alone
   if (!fits(g->model, &one->run)) {
     thrum_step_monitor(g->model, &one->run, false);
     one->status = thrum_step_attempt(g->model, &one->run);
     end(g->model, one, o);
     return;
   }
+
+  // one of another split lets the group go first, and starts the next
   const thrum_batch_kernel *kernel = thrum_batch_kernel_of(one->run.view.kernel->id);
   if (g->count > 0 && (g->split != one->run.next.split || g->kernel != kernel)) {
-    // another kind of step: the group goes first, and this one starts the next
     advance(g, o);
     move(one, g->members);
   }
@@ -176,37 +178,39 @@ static void add(thrum_batch_group *g, thrum_state *state, int64_t index, outcome
     advance(g, o);
 }
 
-/* How the next step of a state will probably be made: by its number of explicit modes; -1: not in a
- * group. The watch may still change that. */
+/* Number of explicit modes by which a state finds its group; -1: it is probably stepped alone. The
+ * stability monitor may still change that. */
 static int32_t kind_of(const thrum_model *model, const thrum_state *state) {
-  if (thrum_state_check(model, state, NULL) != THRUM_OK || state->scheme != THRUM_SCHEME_COMPONENT)
+  if (thrum_state_check(model, state, NULL) < 0 || state->scheme != THRUM_SCHEME_COMPONENT)
     return -1;
   return state->split;
 }
 
-/* What a step begins with, for one of the next group. */
-static void ask_for_state(const thrum_batch_group *g, const thrum_state *state) {
+/* Prefetches the part of a state that a step begins with. */
+static void prefetch_state(const thrum_batch_group *g, const thrum_state *state) {
   if (!state)
     return;
-  const size_t vectors = EARLY_VECTORS * (size_t)g->model->rank * sizeof(double);
+  const size_t vectors = PREFETCHED_VECTORS * (size_t)g->model->rank * sizeof(double);
   g->kernel->ask_for((const double *)(const void *)state, sizeof *state + vectors);
 }
 
-/* Steps up to WINDOW states, those of a kind one after the other, beginning with the kind that is
- * in the group already. */
-static void add_window(thrum_batch_group *g, thrum_state *const *states, int64_t begin,
+/* Steps up to SORTED_STATES states, those of a split one after the other, beginning with the split
+ * of the group that is open. */
+static void add_sorted(thrum_batch_group *g, thrum_state *const *states, int64_t begin,
                        int64_t count, outcome *o) {
-  int32_t kinds[WINDOW];
-  bool added[WINDOW] = {false};
+  int32_t kinds[SORTED_STATES];
+  bool added[SORTED_STATES] = {false};
   for (int64_t n = 0; n < count; n++)
     kinds[n] = kind_of(g->model, states[begin + n]);
+
+  // one round for each split that occurs
   int32_t kind = g->split;
   for (int64_t first = 0; first < count;) {
     for (int64_t n = first; n < count; n++)
       if (!added[n] && kinds[n] == kind) {
         added[n] = true;
         if (g->kernel && n + g->kernel->lanes < count)
-          ask_for_state(g, states[begin + n + g->kernel->lanes]);
+          prefetch_state(g, states[begin + n + g->kernel->lanes]);
         add(g, states[begin + n], begin + n, o);
       }
     while (first < count && added[first])
@@ -229,9 +233,7 @@ thrum_status thrum_batch_step(const thrum_model *model, thrum_state *const *stat
                               thrum_status *statuses, void *workspace, size_t workspace_size,
                               thrum_error *error) {
   size_t size;
-  const thrum_status status = thrum_batch_size(model, &size, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(thrum_batch_size(model, &size, error));
   if (count < 0 || (count > 0 && !states) || !workspace)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "states or workspace is NULL, or count is negative");
@@ -242,13 +244,15 @@ thrum_status thrum_batch_step(const thrum_model *model, thrum_state *const *stat
     return thrum_error_set(error, THRUM_BUFFER_TOO_SMALL,
                            "the workspace has %zu bytes, this model needs %zu", workspace_size,
                            size);
+
+  // groups form and go as the states come; the last one goes at the end
   thrum_batch_group g;
   memset(&g, 0, sizeof g);
   lay_out(model, workspace, &g);
   g.model = model;
   outcome o = {statuses, error, THRUM_OK, 0};
-  for (int64_t n = 0; n < count; n += WINDOW)
-    add_window(&g, states, n, count - n < WINDOW ? count - n : WINDOW, &o);
+  for (int64_t n = 0; n < count; n += SORTED_STATES)
+    add_sorted(&g, states, n, count - n < SORTED_STATES ? count - n : SORTED_STATES, &o);
   advance(&g, &o);
   return o.worst;
 }

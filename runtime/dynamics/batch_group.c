@@ -1,32 +1,35 @@
-/* The stages of a step of imexv for a group of states; see batch.c. Each array of a group has an
- * entry of every state, then the next entry.
+/* The stages of a step of imexv for a group of states (batch.c). Each array of a group has an entry
+ * of every state, then the next entry.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/dynamics/batch_group.h"
 
 #include <string.h>
 
-/* Entries first..last-1 of a vector of one state. */
+#include "runtime/dynamics/implicit_solve.h"
+
+/* Entries first..last-1 of the vector of one state into the group's array. */
 static void put(const thrum_batch_group *g, int64_t lane, int64_t first, int64_t last,
                 const double *from, double *to) {
   for (int64_t i = first; i < last; i++)
     to[i * g->kernel->lanes + lane] = from[i];
 }
 
+/* The same out of the group's array. */
 static void take(const thrum_batch_group *g, int64_t lane, int64_t first, int64_t last,
                  const double *from, double *to) {
   for (int64_t i = first; i < last; i++)
     to[i] = from[i * g->kernel->lanes + lane];
 }
 
-/* Lets the watch of all members sample, with the products that it wants made together where that is
- * worth a pass. */
 void thrum_batch_monitor(thrum_batch_group *g) {
   const int64_t lanes = g->kernel->lanes, rank = g->model->rank;
-  int64_t wanted = 0;
+  int64_t needed = 0;
   for (int64_t m = 0; m < g->count; m++)
-    wanted += g->members[m].run.samples ? 1 : 0;
-  const bool together = 4 * wanted > lanes;
+    needed += g->members[m].run.samples ? 1 : 0;
+
+  // one pass for all costs as much as for a quarter of them one by one
+  const bool together = 4 * needed > lanes;
   // the directions and products are where forces and restricted polynomials will be
   double *directions = g->force, *products = g->restricted;
   if (together) {
@@ -41,6 +44,8 @@ void thrum_batch_monitor(thrum_batch_group *g) {
     }
     g->kernel->tangent_vector_part(g->model, g->split, g->q, directions, products, g->work);
   }
+
+  // each monitor goes on from its product
   for (int64_t m = 0; m < g->count; m++) {
     thrum_step_run *run = &g->members[m].run;
     if (together && run->samples)
@@ -49,13 +54,15 @@ void thrum_batch_monitor(thrum_batch_group *g) {
   }
 }
 
-/* Stage 1 and the drift of all. */
+/* Kick and drift of all members. */
 static void kick(thrum_batch_group *g) {
   const int64_t lanes = g->kernel->lanes, rank = g->model->rank;
   memset(g->q, 0, (size_t)(rank * lanes) * sizeof *g->q);
   for (int64_t m = 0; m < g->count; m++)
     put(g, m, 0, rank, g->members[m].run.view.q, g->q);
   g->kernel->force_part(g->model, g->split, g->q, g->force, g->value, g->work);
+
+  // q then holds the explicit modes at their midpoint
   memset(g->q, 0, (size_t)(rank * lanes) * sizeof *g->q);
   for (int64_t m = 0; m < g->count; m++) {
     thrum_batch_member *one = &g->members[m];
@@ -68,17 +75,19 @@ static void kick(thrum_batch_group *g) {
   }
 }
 
-/* The member's restricted polynomial is to be fetched again: another one's may be there. */
+/* Marks the member's restricted polynomial as not fetched: another member's may be there. */
 static void unfetch(const thrum_batch_group *g, int64_t lane) {
   g->members[lane].run.view.restricted_from = g->restricted + lane;
   g->members[lane].run.view.restricted_stride = g->kernel->lanes;
 }
 
-/* The rest of a solve that the group no longer helps with. */
+/* Ends the solve of one member, where a pass for the group is no longer worth it. */
 static void go_on_alone(const thrum_batch_group *g, int64_t lane, thrum_quasi_next next) {
   thrum_batch_member *one = &g->members[lane];
   const thrum_solver *s = &one->solver;
   unfetch(g, lane);
+
+  // as thrum_solve_increment from here on
   while (next == THRUM_QUASI_EVALUATE) {
     s->evaluate(s);
     next = thrum_quasi_take(s, &one->quasi);
@@ -88,41 +97,46 @@ static void go_on_alone(const thrum_batch_group *g, int64_t lane, thrum_quasi_ne
   one->solving = false;
 }
 
-/* Will the evaluation that is next need the stiffness too? */
-static bool wants_stiffness(const thrum_batch_member *one) {
+/* True when the next evaluation needs the stiffness too. */
+static bool needs_stiffness(const thrum_batch_member *one) {
   return one->solving && one->quasi.ahead && one->quasi.done == 0;
 }
 
-/* The stiffness of all that want it, where it is worth a pass. */
+/* Evaluates the stiffness of all members that need it, where that is worth a pass. */
 static void stiffen(thrum_batch_group *g) {
   const int64_t lanes = g->kernel->lanes, n = g->model->rank - g->split;
-  int64_t wanted = 0;
+  int64_t needed = 0;
   for (int64_t m = 0; m < g->count; m++)
-    wanted += wants_stiffness(&g->members[m]) ? 1 : 0;
-  if (4 * wanted <= lanes)
+    needed += needs_stiffness(&g->members[m]) ? 1 : 0;
+  if (4 * needed <= lanes)
     return;
+
   g->kernel->restricted_hessian(g->model, g->split, g->restricted, g->q + g->split * lanes,
                                 g->hessian, g->work);
   for (int64_t m = 0; m < g->count; m++) {
     thrum_batch_member *one = &g->members[m];
-    if (!wants_stiffness(one))
+    if (!needs_stiffness(one))
       continue;
     take(g, m, 0, n * n, g->hessian, one->run.view.jacobian_next);
-    thrum_solve_weigh(&one->solver, one->run.view.jacobian_next);
+    thrum_problem_weigh(&one->solver, one->run.view.jacobian_next);
     one->quasi.assembled = true;
   }
 }
 
-/* One evaluation of quasi-Newton for all that still iterate; returns how many are left. */
+/* One evaluation of quasi-Newton for all members that still iterate; returns how many are left. */
 static int64_t iterate(thrum_batch_group *g) {
   const int64_t lanes = g->kernel->lanes, rank = g->model->rank;
   int64_t left = 0;
+
+  // R of all, and the stiffness where it is needed
   for (int64_t m = 0; m < g->count; m++)
     if (g->members[m].solving)
       put(g, m, g->split, rank, g->members[m].run.view.middle, g->q);
   g->kernel->restricted_gradient(g->model, g->split, g->restricted, g->q + g->split * lanes,
                                  g->force + g->split * lanes, g->value, g->work);
   stiffen(g);
+
+  // each solve takes its own
   for (int64_t m = 0; m < g->count; m++) {
     thrum_batch_member *one = &g->members[m];
     if (!one->solving)
@@ -139,8 +153,8 @@ static int64_t iterate(thrum_batch_group *g) {
   return left;
 }
 
-/* What a solve begins with, which comes while the first pass runs. */
-static void ask_for(const thrum_batch_group *g) {
+/* Prefetches what a solve begins with: it arrives while the first pass runs. */
+static void prefetch(const thrum_batch_group *g) {
   const int64_t n = g->model->rank - g->split;
   for (int64_t m = 0; m < g->count; m++) {
     const thrum_state_view *view = &g->members[m].run.view;
@@ -149,15 +163,18 @@ static void ask_for(const thrum_batch_group *g) {
   }
 }
 
-/* Attempts of all members. */
 void thrum_batch_attempt(thrum_batch_group *g) {
-  ask_for(g);
+  prefetch(g);
   kick(g);
+
+  // V restricted to the implicit modes, at the midpoint of the explicit ones
   int64_t left = 0;
   for (int64_t m = 0; m < g->count; m++)
     left += g->members[m].solving ? 1 : 0;
   if (left > 0)
     g->kernel->restrict_to(g->model, g->split, g->q, g->restricted, g->work);
+
+  // first guesses
   for (int64_t m = 0; m < g->count; m++) {
     thrum_batch_member *one = &g->members[m];
     if (!one->solving)
@@ -165,7 +182,8 @@ void thrum_batch_attempt(thrum_batch_group *g) {
     unfetch(g, m);
     thrum_quasi_begin(&one->solver, &one->quasi);
   }
-  // a pass costs the same for one state as for all
+
+  // a pass costs the same for one state as for all, so the last ones go on alone
   while (4 * left > g->kernel->lanes)
     left = iterate(g);
   for (int64_t m = 0; m < g->count; m++) {

@@ -1,9 +1,11 @@
-/* Several states in one step of imexv, side by side; private to the runtime; see batch_group.c.
+/* Several states in one step of imexv together; private to the runtime, see batch_group.c.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_RUNTIME_DYNAMICS_BATCH_GROUP_H
 #define THRUM_RUNTIME_DYNAMICS_BATCH_GROUP_H
 
 #include "runtime/dynamics/imexv.h"
+#include "runtime/dynamics/quasi_newton.h"
+#include "runtime/dynamics/step.h"
 #include "runtime/polynomial/batch_kernel.h"
 
 /* One state of a group. */
@@ -12,7 +14,7 @@ typedef struct thrum_batch_member {
   thrum_solver solver;
   thrum_quasi quasi;
   thrum_status status;
-  double *vectors; /* scratch lent to it */
+  double *vectors; /* workspace that it borrows */
   int64_t index;   /* in the caller's list */
   bool solving;
 } thrum_batch_member;
@@ -25,13 +27,14 @@ typedef struct thrum_batch_group {
   int64_t count;
   int32_t split;
   double *q, *force, *value, *restricted, *hessian, *work;
-  double *one_work, *one_restricted; /* scratch lent to one state after the other */
+  double *one_work, *one_restricted; /* workspace that one state after the other borrows */
 } thrum_batch_group;
 
-/* Lets the watch of all members look. After it a member's step may be of another kind. */
+/* Runs the stability monitor of all members. After it a member's step may be of another kind. */
 void thrum_batch_monitor(thrum_batch_group *g);
 
-/* Attempts of all members, whose steps are in the component split with the group's split. */
+/* Attempts the step of all members, whose steps are in the component split with the group's split.
+ */
 void thrum_batch_attempt(thrum_batch_group *g);
 
 #endif

@@ -1,25 +1,32 @@
-/* What is done with a step that neither quasi-Newton nor full Newton solves (design 8):
+/* The fallback chain: what is done with a step that neither quasi-Newton nor full Newton solves
+ * (design 8).
  *
  *   imexv            one energy-conserving step (design 7) of all modes, from synchronised momenta
  *   imexv            2, 4, .. SUBSTEPS_MAX such steps of dt/2, dt/4, ..
  *   newmark, energy  as many shorter steps of their own
  *
- * Those of `energy` take the mean force of the path, which always has a solution.
- * The load of a step is its mean, so the shorter ones all take it. verlet and midpoint have no
- * fallback chain: they are there to be compared with.
+ * Those of `energy` take the average vector field, whose equation always has a solution. The load
+ * of a step is its mean, so the shorter steps all take it. verlet and midpoint have no fallback
+ * chain: they are there to be compared with.
  * Cost: of the steps tried; nothing in a step that is solved at once.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
+#include "runtime/dynamics/fallback.h"
+
 #include <math.h>
 #include <string.h>
 
-#include "runtime/dynamics/state_private.h"
+#include "runtime/base/finite.h"
+#include "runtime/dynamics/discrete_gradient.h"
+#include "runtime/dynamics/motion_norm.h"
+#include "runtime/dynamics/newmark.h"
+#include "runtime/dynamics/staggered_momentum.h"
 
 #define SUBSTEPS_MAX 256
 
-static bool whole(const thrum_state *state, const thrum_state_view *view) {
+static bool candidates_finite(const thrum_state *state, const thrum_state_view *view) {
   return thrum_all_finite(view->q_next, state->rank) &&
          thrum_all_finite(view->p_next, state->rank) &&
          thrum_all_finite(view->acceleration_next, state->rank);
@@ -29,22 +36,25 @@ static bool whole(const thrum_state *state, const thrum_state_view *view) {
 static thrum_status advance(const thrum_model *model, const thrum_state *state,
                             thrum_state_view *view, thrum_solve_report *report) {
   report->saw_nonfinite = false;
-  const thrum_status status = state->scheme == THRUM_SCHEME_NEWMARK
-                                  ? thrum_step_newmark(model, state, view, report)
-                                  : thrum_step_energy(model, state, view, report);
-  return status == THRUM_OK && !whole(state, view) ? THRUM_NOT_FINITE : status;
+  THRUM_TRY(state->scheme == THRUM_SCHEME_NEWMARK ? thrum_step_newmark(model, state, view, report)
+                                                  : thrum_step_energy(model, state, view, report));
+  return candidates_finite(state, view) ? THRUM_OK : THRUM_NOT_FINITE;
 }
 
-/* `count` steps of dt/count from view->q and view->p; nothing of it is kept between them. */
+/* `count` steps of dt/count from view->q and view->p; nothing is kept between them. */
 static thrum_status substeps(const thrum_model *model, const thrum_state *state,
                              thrum_state_view *view, int32_t count, thrum_solve_report *report) {
   const size_t vector = (size_t)state->rank * sizeof(double);
+
+  // a header without the history of steps of another length
   thrum_state shorter = *state;
-  shorter.dt = state->dt / (double)count;
+  shorter.def.dt = state->def.dt / (double)count;
   shorter.jacobian_kept = 0;
   shorter.potential_step = -1;
   shorter.past_count = 0;
-  shorter.amplitude = thrum_state_amplitude(model, &shorter, view->q, view->p);
+  shorter.amplitude = thrum_motion_norm(model, &shorter, view->q, view->p);
+
+  // a view whose state between sub-steps lies in scratch
   thrum_state_view at = *view;
   at.q = view->q_sub;
   at.p = view->p_sub;
@@ -52,70 +62,85 @@ static thrum_status substeps(const thrum_model *model, const thrum_state *state,
   memcpy(at.q, view->q, vector);
   memcpy(at.p, view->p, vector);
   memcpy(at.acceleration, view->acceleration, vector);
+
   thrum_status status = THRUM_OK;
-  for (int32_t k = 0; k < count && status == THRUM_OK; k++) {
+  for (int32_t k = 0; k < count && status >= 0; k++) {
     status = advance(model, &shorter, &at, report);
     memcpy(at.q, view->q_next, vector);
     memcpy(at.p, view->p_next, vector);
     memcpy(at.acceleration, view->acceleration_next, vector);
+
+    // from the second on the load of the sub-step before is the same
     at.load_before = view->load;
-    shorter.amplitude = fmax(shorter.amplitude, thrum_state_amplitude(model, &shorter, at.q, at.p));
+    shorter.amplitude = fmax(shorter.amplitude, thrum_motion_norm(model, &shorter, at.q, at.p));
   }
   return status;
 }
 
-/* Steps of all modes from the synchronised view->p: one and then shorter ones, or shorter ones. */
-static thrum_status climb(const thrum_model *model, const thrum_state *state,
-                          thrum_state_view *view, bool one, thrum_solve_report *report) {
+/* Steps of all modes from the synchronised view->p: one if whole_first, then shorter ones. */
+static thrum_status run_levels(const thrum_model *model, const thrum_state *state,
+                               thrum_state_view *view, bool whole_first,
+                               thrum_solve_report *report) {
   thrum_status status = THRUM_NOT_CONVERGED;
-  if (one) {
+  if (whole_first) {
     status = advance(model, state, view, report);
     report->fallback_level = THRUM_FALLBACK_ENERGY;
   }
-  for (int32_t count = 2; count <= SUBSTEPS_MAX && status != THRUM_OK; count *= 2) {
+  for (int32_t count = 2; count <= SUBSTEPS_MAX && status < 0; count *= 2) {
     status = substeps(model, state, view, count, report);
     report->fallback_level = THRUM_FALLBACK_SUBSTEPS;
   }
+
+  // none of it is of use for the next solve of the scheme that failed
   report->newton = false;
   report->refreshed = false;
   report->solved = false;
   return status;
 }
 
-thrum_status thrum_fallback_run(const thrum_model *model, thrum_state *state,
-                                thrum_state_view *view, thrum_status failure,
-                                thrum_solve_report *report) {
-  const bool imexv = state->integrator == THRUM_INTEGRATOR_IMEXV;
-  const bool climbs =
-      imexv || state->scheme == THRUM_SCHEME_NEWMARK || state->scheme == THRUM_SCHEME_ENERGY;
-  if (!state->fallback || !climbs)
-    return failure;
-  // what the failed solve left is no guess for the next one
-  thrum_state other = *state;
-  other.jacobian_kept = 0;
-  other.past_count = 0;
-  other.path_end = INT64_MAX;
-  if (state->scheme == THRUM_SCHEME_NEWMARK || state->scheme == THRUM_SCHEME_ENERGY) {
-    const thrum_status status = climb(model, &other, view, false, report);
-    state->past_count = 0;
-    return status;
-  }
-  thrum_status status = thrum_stagger_synchronise(model, state, view, NULL);
-  if (status != THRUM_OK)
+/* imexv: a step of the energy integrator from the synchronised momentum, and back. */
+static thrum_status run_by_energy(const thrum_model *model, thrum_state *state,
+                                  thrum_state_view *view, thrum_state *other,
+                                  thrum_solve_report *report) {
+  if (thrum_staggered_synchronise(model, state, view, NULL) < 0)
     return THRUM_NOT_CONVERGED;
   if (!thrum_all_finite(view->p_next, state->rank))
     return THRUM_NOT_FINITE;
-  other.scheme = THRUM_SCHEME_ENERGY;
-  other.split = 0;
-  other.amplitude = fmax(state->amplitude, thrum_state_amplitude(model, &other, view->q, view->p));
+  other->scheme = THRUM_SCHEME_ENERGY;
+  other->split = 0;
+  other->amplitude = fmax(state->amplitude, thrum_motion_norm(model, other, view->q, view->p));
+
+  // the levels start from the synchronised momentum, imexv keeps its own
   double *before = view->p;
   memcpy(view->p_level, view->p_next, (size_t)state->rank * sizeof *view->p_level);
   view->p = view->p_level;
-  status = climb(model, &other, view, true, report);
+  const thrum_status status = run_levels(model, other, view, true, report);
   view->p = before;
-  if (status != THRUM_OK)
-    return status;
-  thrum_stagger_delay(model, state, view, view->q_next, view->load, view->p_next);
+  THRUM_TRY(status);
+
+  // the next step's momentum as imexv stores it
+  thrum_staggered_unsynchronise(model, state, view, view->q_next, view->load, view->p_next);
   state->past_count = 0;
-  return whole(state, view) ? THRUM_OK : THRUM_NOT_FINITE;
+  return candidates_finite(state, view) ? THRUM_OK : THRUM_NOT_FINITE;
+}
+
+thrum_status thrum_fallback_run(const thrum_model *model, thrum_state *state,
+                                thrum_state_view *view, thrum_status failure,
+                                thrum_solve_report *report) {
+  const bool all_modes =
+      state->scheme == THRUM_SCHEME_NEWMARK || state->scheme == THRUM_SCHEME_ENERGY;
+  if (!state->def.fallback || !(all_modes || state->def.integrator == THRUM_INTEGRATOR_IMEXV))
+    return failure;
+
+  // the remains of the failed solve are no guess for the next one
+  thrum_state other = *state;
+  other.jacobian_kept = 0;
+  other.past_count = 0;
+  other.average_field_end = INT64_MAX;
+  if (!all_modes)
+    return run_by_energy(model, state, view, &other, report);
+
+  const thrum_status status = run_levels(model, &other, view, false, report);
+  state->past_count = 0;
+  return status;
 }

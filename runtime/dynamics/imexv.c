@@ -1,4 +1,4 @@
-/* One IMEXv step in its component split: Stoermer-Verlet on the explicit modes E, the implicit
+/* One imexv step in its component split: Stoermer-Verlet on the explicit modes E, the implicit
  * midpoint rule on the implicit modes I, coupled through one V (design (2)-(5)).
  *
  *   kick   p^+_E by (2), drift q'_E = q_E + h p^+_E                                      (2), (3)
@@ -7,7 +7,7 @@
  *   then   p'_I = p_I - h [R(q-bar) + D v - f]_I at the accepted iterate                      (5)
  *
  * |I| = 0 is Stoermer-Verlet and |I| = r the implicit midpoint rule. The unknown is the increment,
- * so that nothing cancels; solve.c finds it. The solve's potential has P(d) = h^2 V(q-bar).
+ * so that nothing cancels (implicit_problem.h). The problem's potential has P(d) = h^2 V(q-bar).
  * With q_E held, V is a quartic in q_I alone: one contraction a step.
  * Cost: one force evaluation and one contraction over all coefficients, then C(|I|+4, 4) an
  * iteration; with tangent damping one more pass over the coefficients an iteration.
@@ -16,12 +16,16 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
+#include "runtime/dynamics/imexv.h"
+
 #include <math.h>
 
-#include "runtime/dynamics/imexv.h"
+#include "runtime/dynamics/implicit_solve.h"
+#include "runtime/dynamics/stability.h"
+#include "runtime/dynamics/staggered_momentum.h"
 #include "runtime/polynomial/polynomial_private.h"
 
-/* Has the restricted polynomial in view->restricted, where a batch made it elsewhere. */
+/* Copies the restricted polynomial into view->restricted, where a batch has it elsewhere. */
 static void fetch(const thrum_solver *s) {
   thrum_state_view *view = s->view;
   if (!view->restricted_from)
@@ -47,16 +51,18 @@ static void stiffness(const thrum_solver *s, double *matrix) {
   fetch(s);
   thrum_restricted_hessian(view->kernel, s->model, s->first, view->restricted,
                            view->middle + s->first, matrix, view->work);
-  thrum_solve_weigh(s, matrix);
+  thrum_problem_weigh(s, matrix);
 }
 
 thrum_solver thrum_imexv_solver(const thrum_model *model, const thrum_state *state,
                                 thrum_state_view *view, thrum_solve_report *report) {
-  const double h = state->dt;
+  const double h = state->def.dt;
   thrum_solver s =
-      thrum_solver_of(model, state, view, report, state->split, 0.5, 0.5 * h * h, 1.0 / h);
+      thrum_problem_make(model, state, view, report, state->split, 0.5, 0.5 * h * h, 1.0 / h);
   for (int32_t i = s.first; i < state->rank; i++)
     view->kick[i] = h * view->p[i];
+
+  // with explicit modes the solve evaluates the restricted polynomial
   if (s.first > 0) {
     s.evaluate = evaluate;
     s.stiffness = stiffness;
@@ -69,15 +75,16 @@ thrum_status thrum_imexv_drift(const thrum_solver *s, double potential) {
   thrum_state_view *view = s->view;
   if (s->first > 0) {
     thrum_stability_energy(s->model, s->state, view, potential, s->report);
-    if (thrum_stagger_kick(s->model, s->state, view) != THRUM_OK)
+    if (thrum_staggered_kick(s->model, s->state, view) < 0)
       return THRUM_NOT_CONVERGED;
   }
-  const double h = s->state->dt;
+
+  // the implicit modes see the explicit ones at the midpoint of their drift
+  const double h = s->state->def.dt;
   for (int32_t i = 0; i < s->first; i++) {
     view->q_next[i] = view->q[i] + h * view->p_next[i];
     view->middle[i] = view->q[i] + 0.5 * h * view->p_next[i];
     view->velocity[i] = view->p_next[i];
-    // a sum of differences is zero unless one of its terms is not finite
     if (!isfinite(view->q_next[i]) || !isfinite(view->p_next[i]))
       return THRUM_NOT_FINITE;
   }
@@ -94,10 +101,14 @@ thrum_status thrum_imexv_finish(const thrum_solver *s, bool solved) {
 thrum_status thrum_step_imexv(const thrum_model *model, const thrum_state *state,
                               thrum_state_view *view, thrum_solve_report *report) {
   const thrum_solver s = thrum_imexv_solver(model, state, view, report);
-  const double potential = s.first > 0 ? thrum_stagger_force(model, state, view, view->q) : 0.0;
-  const thrum_status status = thrum_imexv_drift(&s, potential);
-  if (status != THRUM_OK || s.n == 0)
-    return status;
+
+  // the explicit modes first
+  const double potential = s.first > 0 ? thrum_staggered_force(model, state, view, view->q) : 0.0;
+  THRUM_TRY(thrum_imexv_drift(&s, potential));
+  if (s.n == 0)
+    return THRUM_OK;
+
+  // then V as a quartic in q_I, with q_E at its midpoint, and the solve
   view->restricted_from = NULL;
   if (s.first > 0)
     thrum_polynomial_restrict(view->kernel, model, s.first, view->middle, view->restricted,

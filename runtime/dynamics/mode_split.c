@@ -5,31 +5,34 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
+#include "runtime/dynamics/mode_split.h"
+
 #include <math.h>
 
-#include "runtime/dynamics/state_private.h"
-
-int32_t thrum_split_explicit(const thrum_model *model, thrum_split_rule rule, double dt,
-                             double safety, int32_t count) {
+int32_t thrum_mode_split_by(const thrum_model *model, thrum_split_rule rule, double dt,
+                            double safety, int32_t count) {
   if (rule == THRUM_SPLIT_COUNT)
     return count;
-  // the thesis' rule f < 1/h is h omega < 2 pi, beyond the bound of stability
+
+  // the thesis' rule f < 1/h is h omega < 2 pi, beyond the stability limit
   const double two_pi = 6.283185307179586;
   int32_t n = 0;
   for (; n < model->rank; n++) {
-    const double angle = dt * sqrt(model->omega2[n]);
-    const bool is_explicit = rule == THRUM_SPLIT_SAMPLING ? angle < two_pi : angle <= 2.0 * safety;
+    const double number = dt * sqrt(model->omega2[n]);
+    const bool is_explicit =
+        rule == THRUM_SPLIT_SAMPLING ? number < two_pi : number <= 2.0 * safety;
     if (!is_explicit)
       break;
   }
   return n;
 }
 
-int32_t thrum_split_of(const thrum_model *model, const thrum_state *state) {
-  switch ((thrum_integrator)state->integrator) {
+int32_t thrum_mode_split(const thrum_model *model, const thrum_state *state) {
+  const thrum_state_def *def = &state->def;
+  switch (def->integrator) {
   case THRUM_INTEGRATOR_IMEXV:
-    return thrum_split_explicit(model, (thrum_split_rule)state->split_rule, state->dt,
-                                state->split_safety, state->explicit_count);
+    return thrum_mode_split_by(model, def->split_rule, def->dt, def->split_safety,
+                               def->explicit_count);
   case THRUM_INTEGRATOR_VERLET:
     return state->rank;
   case THRUM_INTEGRATOR_NEWMARK:

@@ -4,30 +4,35 @@
  *   0 = a' + R(q') + D v' - f_k,   Jacobian 1 + beta_N h^2 T(q') + gamma h D
  *
  * Both a and a' of a step use f_k: the stored a is corrected by f_k - f_{k-1}, so that an impulse
- * counts once. With beta_N > 0 the first equation gives a' for d, and solve.c finds d. With
- * beta_N = 0 q' is explicit and a' the solution of a linear system, diagonal for rest damping.
- * Cost: an iteration takes one force evaluation and about r^2, now and then a tangent and r^3.
+ * counts once. With beta_N > 0 the first equation gives a' for d, and the implicit solve finds d.
+ * With beta_N = 0 q' is explicit and a' solves a linear system, diagonal for rest damping.
+ * Cost: an iteration takes one force evaluation and about r^2, a new Jacobian a tangent and r^3.
  * Sources: Newmark 1959; Kane et al. 2000,
  * doi:10.1002/1097-0207(20001210)49:10<1295::AID-NME993>3.0.CO;2-W (variational for gamma = 1/2).
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
+#include "runtime/dynamics/newmark.h"
+
 #include <math.h>
 #include <string.h>
 
+#include "runtime/base/finite.h"
 #include "runtime/dynamics/implicit_solve.h"
 #include "runtime/linear_algebra/dense.h"
 #include "runtime/polynomial/polynomial_private.h"
 
-/* view->total += R(q) + D v, with R in view->force and v in `velocity`. */
+/* total += R(q) + D v, v in `velocity`. Overwrites view->force and view->product. */
 static void add_forces(const thrum_model *model, const thrum_state *state, thrum_state_view *view,
                        const double *q, const double *velocity, double *total) {
-  const double alpha = state->damping_alpha, beta = state->damping_beta;
+  const double alpha = state->def.damping_alpha, beta = state->def.damping_beta;
   const bool tangent = thrum_tangent_damped(state);
   thrum_internal_force_by(view->kernel, model, q, view->force, view->work);
   if (tangent)
     thrum_tangent_product_by(view->kernel, model, q, velocity, view->product, view->work);
+
+  // D v is alpha v + beta times T v or omega^2 v
   for (int32_t i = 0; i < state->rank; i++) {
     const double stiff = tangent ? view->product[i] : model->omega2[i] * velocity[i];
     total[i] += view->force[i] + (alpha * velocity[i] + beta * stiff);
@@ -43,41 +48,57 @@ void thrum_newmark_acceleration(const thrum_model *model, const thrum_state *sta
     acceleration[i] = -acceleration[i];
 }
 
-/* a as of f_k. */
-static double corrected(const thrum_state_view *view, int64_t i) {
+/* a with the load of this step in place of the one before. */
+static double acceleration_now(const thrum_state_view *view, int64_t i) {
   return view->acceleration[i] + (view->load[i] - view->load_before[i]);
 }
 
-/* beta_N = 0: q' is known, and a' the solution of
+/* x = (1 + gamma h D(q'))^-1 x for the tangent form of damping. */
+static thrum_status solve_tangent_damped(const thrum_model *model, const thrum_state *state,
+                                         thrum_state_view *view, thrum_solve_report *report,
+                                         double *x) {
+  const double h = state->def.dt, gamma = state->def.newmark_gamma;
+  const size_t rank = (size_t)state->rank;
+  double *matrix = view->jacobian_next;
+  int32_t *pivots = (int32_t *)(void *)view->pivots_next;
+  thrum_tangent_stiffness_by(view->kernel, model, view->q_next, matrix, view->work);
+  for (size_t a = 0; a < rank * rank; a++)
+    matrix[a] *= gamma * h * state->def.damping_beta;
+  for (size_t i = 0; i < rank; i++)
+    matrix[i * rank + i] += 1.0 + gamma * h * state->def.damping_alpha;
+
+  // T may be indefinite, and so may the matrix: LU, not Cholesky
+  report->factorisations++;
+  if (!thrum_dense_factor(matrix, state->rank, pivots))
+    return THRUM_NOT_CONVERGED;
+  thrum_dense_solve(matrix, state->rank, pivots, x);
+  return THRUM_OK;
+}
+
+/* beta_N = 0: q' is known, and a' is the solution of
  * (1 + gamma h D(q')) a' = f - R(q') - D(q') [v + h (1 - gamma) a]. */
 static thrum_status step_explicit(const thrum_model *model, const thrum_state *state,
                                   thrum_state_view *view, thrum_solve_report *report) {
-  const double h = state->dt, gamma = state->newmark_gamma;
+  const double h = state->def.dt, gamma = state->def.newmark_gamma;
+  const bool tangent = thrum_tangent_damped(state);
   const size_t rank = (size_t)state->rank;
+
+  // q', the known part of v', and the right-hand side
   double *a_next = view->unknown;
   for (size_t i = 0; i < rank; i++) {
-    view->q_next[i] = view->q[i] + h * (view->p[i] + 0.5 * h * corrected(view, (int64_t)i));
-    view->velocity[i] = view->p[i] + h * (1.0 - gamma) * corrected(view, (int64_t)i);
+    view->q_next[i] = view->q[i] + h * (view->p[i] + 0.5 * h * acceleration_now(view, (int64_t)i));
+    view->velocity[i] = view->p[i] + h * (1.0 - gamma) * acceleration_now(view, (int64_t)i);
     a_next[i] = -view->load[i];
   }
   add_forces(model, state, view, view->q_next, view->velocity, a_next);
+
+  // rest damping is diagonal, the tangent form is a dense system
   for (size_t i = 0; i < rank; i++)
-    a_next[i] = -a_next[i] / (thrum_tangent_damped(state)
-                                  ? 1.0
-                                  : 1.0 + gamma * h * thrum_rest_damping(model, state, (int64_t)i));
-  if (thrum_tangent_damped(state)) {
-    double *matrix = view->jacobian_next;
-    int32_t *pivots = (int32_t *)(void *)view->pivots_next;
-    thrum_tangent_stiffness_by(view->kernel, model, view->q_next, matrix, view->work);
-    for (size_t a = 0; a < rank * rank; a++)
-      matrix[a] *= gamma * h * state->damping_beta;
-    for (size_t i = 0; i < rank; i++)
-      matrix[i * rank + i] += 1.0 + gamma * h * state->damping_alpha;
-    report->factorisations++;
-    if (!thrum_dense_factor(matrix, state->rank, pivots))
-      return THRUM_NOT_CONVERGED;
-    thrum_dense_solve(matrix, state->rank, pivots, a_next);
-  }
+    a_next[i] = -a_next[i] /
+                (tangent ? 1.0 : 1.0 + gamma * h * thrum_rest_damping(model, state, (int64_t)i));
+  if (tangent)
+    THRUM_TRY(solve_tangent_damped(model, state, view, report, a_next));
+
   for (size_t i = 0; i < rank; i++) {
     view->acceleration_next[i] = a_next[i];
     view->p_next[i] = view->velocity[i] + h * gamma * a_next[i];
@@ -89,23 +110,27 @@ static thrum_status step_explicit(const thrum_model *model, const thrum_state *s
 
 thrum_status thrum_step_newmark(const thrum_model *model, const thrum_state *state,
                                 thrum_state_view *view, thrum_solve_report *report) {
-  const double h = state->dt, beta = state->newmark_beta, gamma = state->newmark_gamma;
+  const double h = state->def.dt, beta = state->def.newmark_beta;
+  const double gamma = state->def.newmark_gamma;
   if (beta == 0.0)
     return step_explicit(model, state, view, report);
+
+  // a' and v' are linear in d; `drift` is v' for d = 0
   const thrum_solver s =
-      thrum_solver_of(model, state, view, report, 0, 1.0, beta * h * h, gamma / (beta * h));
+      thrum_problem_make(model, state, view, report, 0, 1.0, beta * h * h, gamma / (beta * h));
   for (int32_t i = 0; i < state->rank; i++) {
-    const double a = corrected(view, i);
+    const double a = acceleration_now(view, i);
     view->kick[i] = h * view->p[i] + h * h * (0.5 - beta) * a;
     view->drift[i] = view->p[i] + h * (1.0 - gamma) * a - s.rate * view->kick[i];
   }
   if (!thrum_solve_increment(&s))
     return report->saw_nonfinite ? THRUM_NOT_FINITE : THRUM_NOT_CONVERGED;
+
   for (int32_t i = 0; i < state->rank; i++) {
     // from a', not from d: for a small beta_N the latter would cancel
     const double a_next = -view->total[i];
     view->q_next[i] = view->middle[i];
-    view->p_next[i] = view->p[i] + h * ((1.0 - gamma) * corrected(view, i) + gamma * a_next);
+    view->p_next[i] = view->p[i] + h * ((1.0 - gamma) * acceleration_now(view, i) + gamma * a_next);
     view->acceleration_next[i] = a_next;
   }
   report->solved = true;

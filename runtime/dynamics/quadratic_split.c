@@ -1,5 +1,5 @@
-/* One IMEXv step in the quadratic split (6): 1/2 q kappa q implicitly, by the midpoint rule, and
- * all the rest of V explicitly; kappa_i = omega_i^2 on I and 0 on E:
+/* One imexv step in the quadratic split (6): 1/2 q kappa q implicitly, by the midpoint rule, and
+ * the rest of V explicitly; kappa_i = omega_i^2 on I and 0 on E:
  *
  *   p+ = p- - h (R(q) - kappa q - f),  with D centred as in (2)
  *   q' = [(1 - h^2/4 kappa) q + h p+] / (1 + h^2/4 kappa),  p' = p+ - h/2 kappa (q + q')
@@ -13,17 +13,24 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
+#include "runtime/dynamics/quadratic_split.h"
+
 #include <math.h>
 
-#include "runtime/dynamics/state_private.h"
+#include "runtime/dynamics/stability.h"
+#include "runtime/dynamics/staggered_momentum.h"
 
 thrum_status thrum_step_quadratic(const thrum_model *model, const thrum_state *state,
                                   thrum_state_view *view, thrum_solve_report *report) {
-  const double h = state->dt;
-  const double potential = thrum_stagger_force(model, state, view, view->q);
+  const double h = state->def.dt;
+
+  // kick of all modes by the explicit part; the monitor needs the energy that comes with it
+  const double potential = thrum_staggered_force(model, state, view, view->q);
   thrum_stability_energy(model, state, view, potential, report);
-  if (thrum_stagger_kick(model, state, view) != THRUM_OK)
+  if (thrum_staggered_kick(model, state, view) < 0)
     return THRUM_NOT_CONVERGED;
+
+  // drift on E, the midpoint rule of a linear oscillator on I
   for (int32_t i = 0; i < state->rank; i++) {
     const double q = view->q[i], kick = view->p_next[i];
     if (i < state->split) {

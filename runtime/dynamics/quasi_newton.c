@@ -1,61 +1,56 @@
 /* Quasi-Newton for the increment d of a step (design 5), one evaluation of R at a time.
  *
- * The first guess extrapolates q-bar and R of the steps before, as many as are smooth, and corrects
- * it as if R had been evaluated there: no evaluation is spent on it. Each iteration corrects by the
- * inverse Jacobian kept from the steps before, which learns from it (secant.c). The Jacobian is
- * made anew only where more iterations would be left than are cheaper; and while the motion is so
- * fast that it would be in every step, in every other one: between them the inverse is extrapolated
- * from the last three, which leaves its third difference. An iteration whose residual is sure to be
- * small enough, by the contraction of the one before and a margin, is not evaluated: (5) then holds
- * for d exactly, R is what it says. Cost: an evaluation of R and about n^2 an iteration; a tangent
- * and n^3 where the Jacobian is anew. Source of the stop without evaluation:
- * Hairer & Wanner, Solving Ordinary Differential Equations II, 1996, section IV.8,
- * doi:10.1007/978-3-642-05221-7.
+ * The first guess extrapolates q-bar and R of the past solves, as many as are smooth, and corrects
+ * the result as if R had been evaluated there: no evaluation is spent on it. Each iteration
+ * corrects by the inverse Jacobian that is kept from step to step and learns from it by BFGS
+ * (secant.c). A new Jacobian is made where more iterations would be left than are cheaper. Fast
+ * motion would need one in every step; then every other step makes one, and the inverse between is
+ * extrapolated from the last three, which leaves its third difference. An iteration whose residual
+ * is sure to be small enough, by the contraction of the one before and a margin, is not evaluated:
+ * the equation then holds for d exactly, and R follows from it.
+ *
+ * Cost: an evaluation of R and about n^2 an iteration; a tangent and n^3 for a new Jacobian.
+ * Source of the stop without evaluation: Hairer & Wanner, Solving Ordinary Differential Equations
+ * II, 1996, section IV.8, doi:10.1007/978-3-642-05221-7.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
+
+#include "runtime/dynamics/quasi_newton.h"
 
 #include <math.h>
 #include <string.h>
 
 #include "runtime/base/lane_sums.h"
-#include "runtime/dynamics/implicit_solve.h"
 #include "runtime/linear_algebra/dense.h"
 
-#define POOR 0.2      /* residual of a first guess: the next takes no more than two points */
-#define KNOWN 0.9     /* of the linear part of R, by an inverse that is not of this step */
-#define QUIET 0.02    /* residual of a first guess: beyond it the Jacobian may change at once */
-#define APART 2       /* steps between two inverses from which the next is extrapolated, at most */
-#define FAR 100.0     /* times its residual, both scaled: the largest correction left unevaluated */
-#define RATE_MOST 4.0 /* h/d v with which an increment may be left unevaluated */
-#define MARGIN                                                                                     \
-  10.0 /* of an expected residual: the contraction of one iteration is not the next's */
-
-/* Residuals this small beside the step are rounding in part, and teach nothing. */
-#define TEACHING 1e-12
-
-/* Scaled norm of the residual that ends a solve: tolerance times the step, or rounding beside the
- * motion seen so far. */
-static double goal(const thrum_solver *s, double step) {
-  return s->state->tolerance * step + THRUM_ROUNDING_FLOOR * s->state->amplitude;
-}
+#define GUESS_POOR 0.2       /* residual of a first guess: the next extrapolates two points only */
+#define LINEAR_KNOWN 0.9     /* share of the linear part of R that an older inverse knows */
+#define GUESS_QUIET 0.02     /* residual of a first guess: beyond it the Jacobian changes at once */
+#define INVERSES_APART 2     /* most steps between two inverses that are extrapolated */
+#define CORRECTION_FAR 100.0 /* times its residual, both scaled: the largest one not evaluated */
+#define RATE_MOST 4.0        /* h dv/dd up to which an increment may be left unevaluated */
+#define CONTRACTION_MARGIN 10.0 /* safety factor on the extrapolated residual */
+#define TEACHING_LEAST 1e-12    /* residual over the step: a smaller one is rounding in part */
 
 /* --- first guess ------------------------------------------------------------------------------ */
 
-/* How many of the `count` steps before, latest first, are worth extrapolating: higher differences
- * that grow say that the motion is too fast for them. Of R, but with little of its linear part:
- * what H knows of R follows q, however fast. */
-static int32_t smooth(const thrum_solver *s, const double *const past_q[THRUM_PAST],
-                      const double *const past_r[THRUM_PAST], int32_t count) {
-  double sums[THRUM_PAST] = {0.0};
-  // differences of order k take the first k + 1 steps; what lies beyond `count` is not looked at
-  const double *q[THRUM_PAST], *r[THRUM_PAST];
-  for (int32_t j = 0; j < THRUM_PAST; j++) {
+/* How many of the `count` past solves, latest first, to extrapolate: differences that grow with
+ * their order say that the motion is too fast for them. They are those of R without most of its
+ * linear part, which the inverse knows and which follows q however fast. */
+static int32_t smooth_count(const thrum_solver *s, const double *const past_q[THRUM_PAST_SOLVES],
+                            const double *const past_r[THRUM_PAST_SOLVES], int32_t count) {
+  double sums[THRUM_PAST_SOLVES] = {0.0};
+
+  // differences of order k take the first k + 1 solves; those beyond `count` are not looked at
+  const double *q[THRUM_PAST_SOLVES], *r[THRUM_PAST_SOLVES];
+  for (int32_t j = 0; j < THRUM_PAST_SOLVES; j++) {
     q[j] = past_q[j < count ? j : 0];
     r[j] = past_r[j < count ? j : 0];
   }
+
   for (int32_t i = s->first; i < s->state->rank; i++) {
-    const double weight = s->view->unscale[i], linear = KNOWN * s->model->omega2[i];
+    const double weight = s->view->unscale[i], linear = LINEAR_KNOWN * s->model->omega2[i];
     const double a = r[0][i] - linear * q[0][i], b = r[1][i] - linear * q[1][i];
     const double c = r[2][i] - linear * q[2][i], d = r[3][i] - linear * q[3][i];
     const double e = r[4][i] - linear * q[4][i];
@@ -69,21 +64,25 @@ static int32_t smooth(const thrum_solver *s, const double *const past_q[THRUM_PA
     sums[3] += third * third * weight;
     sums[4] += fourth * fourth * weight;
   }
+
+  // the highest order at which differences still fall, by steps of two below the fourth
   int32_t order = count - 1;
   while (order > 1 && !(sums[order] < sums[order - 1]))
     order -= order == 4 ? 1 : 2;
   return (order > 0 ? order : 0) + 1;
 }
 
-static double weighted(const double weight[THRUM_PAST], const double *const past[THRUM_PAST],
-                       int64_t i) {
+static double weighted(const double weight[THRUM_PAST_SOLVES],
+                       const double *const past[THRUM_PAST_SOLVES], int64_t i) {
   return weight[0] * past[0][i] + weight[1] * past[1][i] + weight[2] * past[2][i] +
          weight[3] * past[3][i] + weight[4] * past[4][i];
 }
 
-/* d~ into unknown, g~ into residual, and over its scale into direction. */
-static void expect(const thrum_solver *s, const double weight[THRUM_PAST],
-                   const double *const past_q[THRUM_PAST], const double *const past_r[THRUM_PAST]) {
+/* The extrapolated increment into unknown, its expected residual into residual, and that over its
+ * scale into direction. */
+static void expect(const thrum_solver *s, const double weight[THRUM_PAST_SOLVES],
+                   const double *const past_q[THRUM_PAST_SOLVES],
+                   const double *const past_r[THRUM_PAST_SOLVES]) {
   const thrum_state_view *view = s->view;
   const double by = 1.0 / s->at, rate = s->rate, of_force = s->weight;
   const double *q = view->q, *drift = view->drift, *kick = view->kick, *load = view->load;
@@ -91,6 +90,8 @@ static void expect(const thrum_solver *s, const double weight[THRUM_PAST],
   double *restrict unknown = view->unknown, *restrict residual = view->residual;
   double *restrict direction = view->direction;
   const int32_t rank = s->state->rank;
+
+  // as thrum_problem_residual, with the extrapolated R
   for (int32_t i = s->first; i < rank; i++) {
     const double d = (weighted(weight, past_q, i) - q[i]) * by;
     const double damped = thrum_rest_damping(s->model, s->state, i) * (rate * d + drift[i]);
@@ -108,71 +109,107 @@ static void correct_increment(const thrum_solver *s) {
     unknown[i] -= direction[i];
 }
 
-/* unknown = d~ - H g~, where d~ is the increment that leads to the middle expected, and g~ its
- * residual with the R expected there. */
-static void guess(const thrum_solver *s, const thrum_quasi *quasi) {
-  static const double weights[THRUM_PAST][THRUM_PAST] = {
-      {1.0}, {2.0, -1.0}, {3.0, -3.0, 1.0}, {4.0, -6.0, 4.0, -1.0}, {5.0, -10.0, 10.0, -5.0, 1.0}};
+/* Finds the solves that the first guess extrapolates; returns how many they are, 0: there is none
+ * to begin with. Entries beyond them repeat the first. */
+static int32_t choose_past(const thrum_solver *s, const double *past_q[THRUM_PAST_SOLVES],
+                           const double *past_r[THRUM_PAST_SOLVES]) {
   thrum_state_view *view = s->view;
-  const double *past_q[THRUM_PAST], *past_r[THRUM_PAST];
   int32_t count = s->past_count;
   for (int32_t j = 0; j < count; j++) {
-    const int64_t at = thrum_past_at(view, s->state->steps - 1 - j);
+    const int64_t at = thrum_past_at(view, s->state->report.steps - 1 - j);
     past_q[j] = view->past_q + at;
     past_r[j] = view->past_r + at;
   }
+
   if (count > 0) {
-    count = smooth(s, past_q, past_r, count);
-    // a step of the implicit modes alone may be small beside any residual
-    if (count > 2 && s->first == 0 && s->state->guess_last > POOR)
+    count = smooth_count(s, past_q, past_r, count);
+    // the step of a part of the modes may be small beside any residual, which then says nothing
+    if (count > 2 && s->first == 0 && s->state->guess_last > GUESS_POOR)
       count = 2;
   } else if (s->first > 0) {
-    // what is restricted has R at q_k for little
+    // a restricted polynomial gives R at q_k for little
     for (int32_t i = s->first; i < s->state->rank; i++)
       view->middle[i] = view->q[i];
     s->evaluate(s);
     past_q[count] = view->q;
     past_r[count++] = view->force;
-  } else {
-    memset(view->unknown, 0, (size_t)s->state->rank * sizeof *view->unknown);
-    return;
   }
-  for (int32_t j = count; j < THRUM_PAST; j++) {
+
+  for (int32_t j = count; count > 0 && j < THRUM_PAST_SOLVES; j++) {
     past_q[j] = past_q[0];
     past_r[j] = past_r[0];
   }
+  return count;
+}
+
+/* The first guess: the extrapolated increment, corrected by the inverse for the residual that is
+ * expected there. */
+static void guess(const thrum_solver *s, const thrum_quasi *quasi) {
+  // extrapolation by one step, exact for polynomials of degree 0 to 4
+  static const double weights[THRUM_PAST_SOLVES][THRUM_PAST_SOLVES] = {
+      {1.0}, {2.0, -1.0}, {3.0, -3.0, 1.0}, {4.0, -6.0, 4.0, -1.0}, {5.0, -10.0, 10.0, -5.0, 1.0}};
+  thrum_state_view *view = s->view;
+  const double *past_q[THRUM_PAST_SOLVES], *past_r[THRUM_PAST_SOLVES];
+  const int32_t count = choose_past(s, past_q, past_r);
+  if (count == 0) {
+    memset(view->unknown, 0, (size_t)s->state->rank * sizeof *view->unknown);
+    return;
+  }
+
   expect(s, weights[count - 1], past_q, past_r);
   if (quasi->known)
     thrum_secant_apply(&quasi->inverse, view->residual + s->first, view->direction + s->first);
   correct_increment(s);
 }
 
-/* --- iterations ------------------------------------------------------------------------------- */
+/* --- inverses --------------------------------------------------------------------------------- */
 
-/* H by extrapolation of the last inverses that were made anew, three or two, into jacobian_next;
- * false where they are not near enough. */
+/* The inverse of this step by extrapolation of the last two or three that were factored, into
+ * jacobian_next; false where they are not near enough. */
 static bool extrapolate(const thrum_solver *s) {
   const thrum_state_view *view = s->view;
-  const int64_t *made = s->state->inverse_step, now = s->state->steps;
-  if (made[0] != now - 1 || made[1] < 0 || made[0] - made[1] > APART ||
-      !(s->state->guess_last <= QUIET))
+  const int64_t *made = s->state->inverse_step, now = s->state->report.steps;
+  if (made[0] != now - 1 || made[1] < 0 || made[0] - made[1] > INVERSES_APART ||
+      !(s->state->guess_last <= GUESS_QUIET))
     return false;
+
   const int64_t count = (int64_t)s->n * s->n;
   const double *a = view->inverse[0], *b = view->inverse[1], *c = view->inverse[2];
   double *restrict to = view->jacobian_next;
   const double back = (double)(now - made[1]);
-  if (made[2] < 0 || made[1] - made[2] > APART) {
+
+  // a line through two
+  if (made[2] < 0 || made[1] - made[2] > INVERSES_APART) {
     const double on = 1.0 / (back - 1.0);
     for (int64_t i = 0; i < count; i++)
       to[i] = a[i] + on * (a[i] - b[i]);
     return true;
   }
+
+  // the parabola through three, made 1, `back` and `far` steps ago
   const double far = (double)(now - made[2]);
   const double of_a = back * far / ((back - 1.0) * (far - 1.0));
   const double of_b = -far / ((back - 1.0) * (far - back));
   const double of_c = back / ((far - 1.0) * (far - back));
   for (int64_t i = 0; i < count; i++)
     to[i] = of_a * a[i] + of_b * b[i] + of_c * c[i];
+  return true;
+}
+
+/* The inverse of the Jacobian at the increment evaluated last; false where it is singular. */
+static bool refresh(const thrum_solver *s, thrum_quasi *quasi) {
+  thrum_problem_assemble(s, quasi->assembled);
+  s->report->factorisations++;
+  if (!thrum_dense_invert(s->view->kernel, s->view->jacobian_next, s->n, s->view->work))
+    return false;
+
+  // it has learnt nothing yet
+  s->report->refreshed = true;
+  s->report->extrapolated = false;
+  s->report->learnt = 0;
+  quasi->inverse.base = s->view->jacobian_next;
+  quasi->inverse.count = 0;
+  quasi->known = true;
   return true;
 }
 
@@ -186,48 +223,41 @@ void thrum_quasi_begin(const thrum_solver *s, thrum_quasi *quasi) {
   quasi->inverse.pairs = view->pairs;
   quasi->inverse.stride = view->stride;
   quasi->inverse.n = s->n;
-  quasi->ahead = !quasi->known || s->state->steps < s->state->eager_end;
   s->report->refreshed = false;
-  s->report->slow = false;
+  s->report->late_refresh = false;
   s->report->learnt = 0;
+
+  // a new Jacobian at once: there is none, or the last steps needed one late
+  quasi->ahead = !quasi->known || s->state->report.steps < s->state->eager_end;
   s->report->extrapolated = quasi->known && quasi->ahead && extrapolate(s);
   if (s->report->extrapolated) {
     quasi->inverse.base = view->jacobian_next;
     quasi->ahead = false;
   }
+
   guess(s, quasi);
-  thrum_solve_place(s);
+  thrum_problem_place(s);
 }
 
-/* Would the inverse as it is need many more iterations? */
-static bool slow(const thrum_solver *s, double contraction, double norm, double wanted) {
+/* --- iterations ------------------------------------------------------------------------------- */
+
+/* True when the inverse would still need more iterations than are cheaper than a new Jacobian. */
+static bool is_slow(const thrum_solver *s, double contraction, double norm, double goal) {
   for (int32_t k = 0; k < s->cheaper; k++)
     norm *= contraction;
-  return !(MARGIN * norm <= wanted);
+  return !(CONTRACTION_MARGIN * norm <= goal);
 }
 
-/* H of the Jacobian at the increment evaluated last. */
-static bool refresh(const thrum_solver *s, thrum_quasi *quasi) {
-  thrum_solve_assemble(s, quasi->assembled);
-  s->report->factorisations++;
-  if (!thrum_dense_invert(s->view->kernel, s->view->jacobian_next, s->n, s->view->work))
-    return false;
-  s->report->refreshed = true;
-  s->report->extrapolated = false;
-  s->report->learnt = 0;
-  quasi->inverse.base = s->view->jacobian_next;
-  quasi->inverse.count = 0;
-  quasi->known = true;
-  return true;
-}
-
-/* direction = H residual, with an H that knows what the last iteration did. */
+/* Corrects the increment by the inverse, which first learns from the last iteration if it
+ * teaches. */
 static void correct(const thrum_solver *s, thrum_quasi *quasi, bool teaches) {
   thrum_state_view *view = s->view;
   const double *residual = view->residual + s->first;
   double *restrict step = view->direction + s->first, *restrict change = view->trial + s->first;
   double *image = view->image + s->first;
   thrum_secant_apply(&quasi->inverse, residual, image);
+
+  // the secant condition: this step led to this change of the residual
   if (teaches) {
     for (int32_t i = 0; i < s->n; i++) {
       step[i] = -step[i];
@@ -237,16 +267,17 @@ static void correct(const thrum_solver *s, thrum_quasi *quasi, bool teaches) {
     s->report->learnt = quasi->inverse.count;
   }
   memcpy(change, residual, (size_t)s->n * sizeof *change);
-  // an inverse of steps before has learnt of the rest as well, those made anew have not
+
+  // an inverse of past steps has learnt of the border as well; new ones have not
   if (s->border &&
-      (s->report->refreshed || s->report->extrapolated || !(s->report->guess <= QUIET)))
+      (s->report->refreshed || s->report->extrapolated || !(s->report->guess <= GUESS_QUIET)))
     s->border(s, &quasi->inverse, quasi->done == 0 || quasi->fresh, change, image);
   memcpy(step, image, (size_t)s->n * sizeof *step);
   correct_increment(s);
   s->report->iterations++;
 }
 
-/* R + D v - f and R as the equation has them for d. */
+/* R + D v - f and R as the equation demands them for an increment that is not evaluated. */
 static void conclude(const thrum_solver *s) {
   const thrum_state_view *view = s->view;
   const double weight = s->weight;
@@ -259,59 +290,81 @@ static void conclude(const thrum_solver *s) {
   }
 }
 
-/* A residual beside the step, or beside what is rounding if that is more. */
-static double beside(const thrum_solver *s, double norm, double step) {
-  const double wanted = goal(s, step);
-  return wanted > 0.0 ? s->state->tolerance * norm / wanted : 0.0;
+/* A residual relative to the step, or to rounding if that is more. */
+static double relative(const thrum_solver *s, double norm, double step) {
+  const double goal = thrum_problem_goal(s, step);
+  return goal > 0.0 ? s->state->def.tolerance * norm / goal : 0.0;
 }
 
-/* Where the solve stands at this evaluation. */
-static void observe(const thrum_solver *s, const thrum_quasi *quasi, double norm, double step) {
-  s->report->reached = beside(s, norm, step);
-  if (quasi->done == 0)
-    s->report->guess = s->report->reached;
-}
-
-/* Is the residual of the increment just corrected sure to be small enough? */
-static bool sure(const thrum_solver *s, double contraction, double norm, double step) {
-  // D of the tangent form is known where it was evaluated only; where v is much more than d/h, as
-  // for a small beta_N, what (5) says of R + D v - f would be rounding
-  if (s->tangent || !(s->rate * s->state->dt <= RATE_MOST) ||
-      !(MARGIN * contraction * norm <= goal(s, step)))
+/* True when the residual of the increment just corrected is sure to be small enough. */
+static bool is_sure(const thrum_solver *s, double contraction, double norm, double step) {
+  // the tangent form knows D only where it was evaluated; and where v is much more than d/h, as for
+  // a small beta_N, R + D v - f from the equation would be rounding
+  if (s->tangent || !(s->rate * s->state->def.dt <= RATE_MOST) ||
+      !(CONTRACTION_MARGIN * contraction * norm <= thrum_problem_goal(s, step)))
     return false;
-  // a correction that is large beside the residual meets a soft direction, where H may err more
+
+  // a correction that is large beside the residual meets a soft direction, where the inverse errs
   const double *direction = s->view->direction + s->first;
-  return sqrt(thrum_sum_of(s->n, direction, direction, s->view->scale + s->first)) <= FAR * norm;
+  return sqrt(thrum_sum_of(s->n, direction, direction, s->view->scale + s->first)) <=
+         CORRECTION_FAR * norm;
 }
 
 thrum_quasi_next thrum_quasi_take(const thrum_solver *s, thrum_quasi *quasi) {
-  const double norm = thrum_solve_assess(s), step = thrum_solve_norm(s);
+  const double norm = thrum_problem_residual(s), step = thrum_problem_norm(s);
+  const bool second = quasi->done > 0;
   if (!isfinite(norm))
     return THRUM_QUASI_STUCK;
-  observe(s, quasi, norm, step);
-  const bool second = quasi->done > 0;
-  if (thrum_solve_accept(s, norm, step)) {
+  s->report->reached = relative(s, norm, step);
+  if (!second)
+    s->report->guess = s->report->reached;
+
+  // converged, or out of iterations, or not even a new Jacobian brings the residual down
+  if (thrum_problem_accept(s, norm, step)) {
     s->report->verified = true;
     return THRUM_QUASI_DONE;
   }
-  if (quasi->done == s->state->iterations_max || (second && quasi->fresh && norm > quasi->before))
+  if (quasi->done == s->state->def.iterations_max ||
+      (second && quasi->fresh && norm > quasi->before))
     return THRUM_QUASI_STUCK;
+
+  // a new Jacobian, where one was planned or the contraction is too slow
   const double contraction = norm / quasi->before;
-  const bool late = second && slow(s, contraction, norm, goal(s, step));
+  const bool late = second && is_slow(s, contraction, norm, thrum_problem_goal(s, step));
   quasi->fresh = late || (quasi->ahead && !second);
-  s->report->slow = s->report->slow || (late && !quasi->ahead);
+  s->report->late_refresh = s->report->late_refresh || (late && !quasi->ahead);
   if (quasi->fresh && !refresh(s, quasi))
     return THRUM_QUASI_STUCK;
   quasi->assembled = false;
-  correct(s, quasi, second && !quasi->fresh && quasi->before > TEACHING * step);
+
+  // the correction
+  correct(s, quasi, second && !quasi->fresh && quasi->before > TEACHING_LEAST * step);
   quasi->before = norm;
   quasi->done++;
-  thrum_solve_place(s);
-  if (second && !quasi->fresh && sure(s, contraction, norm, step)) {
-    s->report->residual = step > 0.0 ? MARGIN * contraction * norm / step : 0.0;
-    conclude(s);
-    s->report->verified = false;
-    return THRUM_QUASI_DONE;
-  }
-  return THRUM_QUASI_EVALUATE;
+  thrum_problem_place(s);
+  if (!second || quasi->fresh || !is_sure(s, contraction, norm, step))
+    return THRUM_QUASI_EVALUATE;
+
+  // no evaluation is needed any more
+  s->report->residual = step > 0.0 ? CONTRACTION_MARGIN * contraction * norm / step : 0.0;
+  conclude(s);
+  s->report->verified = false;
+  return THRUM_QUASI_DONE;
+}
+
+bool thrum_quasi_solve(const thrum_solver *s) {
+  thrum_quasi quasi;
+  thrum_quasi_begin(s, &quasi);
+  thrum_quasi_next next;
+  do {
+    // force and stiffness in one pass where both will be needed
+    quasi.assembled = s->both && quasi.ahead && quasi.done == 0;
+    if (quasi.assembled) {
+      s->both(s, s->view->jacobian_next);
+    } else {
+      s->evaluate(s);
+    }
+    next = thrum_quasi_take(s, &quasi);
+  } while (next == THRUM_QUASI_EVALUATE);
+  return next == THRUM_QUASI_DONE;
 }

@@ -4,9 +4,9 @@
  *   H+ = H + (1 + y u / s y) s s^T / s y - (s u^T + u s^T) / s y = H + s w^T + w s^T,
  *   w = 1/2 (s y + y u) / (s y)^2 s - u / s y,
  * the symmetric H+ nearest to H, in the metric of the Jacobian, with H+ y = s. It stays positive
- * definite where s y > 0. The Jacobian of a step changes little from one step to the next, and what
- * it changes by matters along the few directions that the solves take: so H outlives many steps
- * without one tangent.
+ * definite where s y > 0. The Jacobian changes little from one step to the next, and the change
+ * matters only along the few directions that the solves take: so H serves many steps without a new
+ * tangent.
  * Cost: n^2 products to apply, 4 n more a pair; 2 n^2 a pair to fold them into H after the step.
  * Source: Broyden 1970, doi:10.1093/imamat/6.1.76; Fletcher 1970, doi:10.1093/comjnl/13.3.317.
  *
@@ -42,9 +42,12 @@ void thrum_secant_learn(thrum_secant *h, const double *step, const double *chang
   if (h->count == THRUM_SECANT_PAIRS)
     return;
   double *restrict s = h->pairs + 2 * h->count * h->stride, *restrict w = s + h->stride;
+
   // H y is H of the residual after, less that of the one before
   for (int32_t i = 0; i < n; i++)
     w[i] = image[i] + step[i];
+
+  // the pair, where the step had a positive curvature
   const double curvature = thrum_sum_of(n, step, change, NULL);
   const double through = thrum_sum_of(n, change, w, NULL);
   const double along = 0.5 * (curvature + through) / (curvature * curvature);
@@ -53,6 +56,8 @@ void thrum_secant_learn(thrum_secant *h, const double *step, const double *chang
     memset(w, 0, (size_t)n * sizeof *w);
     return;
   }
+
+  // s is taken over only now: a pair of zeros changes nothing
   for (int32_t i = 0; i < n; i++) {
     s[i] = step[i];
     w[i] = along * step[i] - across * w[i];

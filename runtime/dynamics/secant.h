@@ -8,7 +8,7 @@
 
 #include "runtime/polynomial/kernel_private.h"
 
-/* Corrections that a step can learn; later ones are left out. */
+/* Most corrections that a step can learn; later ones are left out. */
 #define THRUM_SECANT_PAIRS 8
 
 /* H = base + sum_k (s_k w_k^T + w_k s_k^T). */
@@ -24,9 +24,9 @@ typedef struct thrum_secant {
 /* y = H x; both n, no overlap. */
 void thrum_secant_apply(const thrum_secant *h, const double *x, double *y);
 
-/* Learns that the residual changed by `change` along `step`, and brings image = H residual up to
- * date. On entry H before = -step; `residual` is the one after. Does nothing where the curvature
- * along the step is not positive, or when there is no room. All n. */
+/* Learns that the residual changed by `change` along `step`, and updates image = H residual. `step`
+ * must be -H times the residual before, and `residual` is the one after. Does nothing where the
+ * curvature along the step is not positive, or when there is no room. All of length n. */
 void thrum_secant_learn(thrum_secant *h, const double *step, const double *change,
                         const double *residual, double *image);
 

@@ -1,223 +1,92 @@
-/* What imexv watches while it runs, and what it does about it (design 4).
+/* The energy monitor of imexv (design 4; stability.h): it compares the energy balance of a run with
+ * a reference, corrects slow drift, and switches to the energy integrator where the balance grows.
  *
- * The angle h sqrt(rho), rho the spectral radius of what is treated explicitly: T_EE(q) in the
- * component split, T(q) - diag_I(omega^2) in the quadratic one; stable below 2. It comes from power
- * iterations, one each few steps and one a step near the bound, warm-started. Above a limit the
- * highest explicit modes become implicit (the quadratic split becomes the component split), and
- * return after a long calm, which doubles with each change.
+ * The balance is B = E - work + dissipation with the synchronised energy E, which the kick has for
+ * nothing. Three comparisons decide:
  *
- * The balance B = E - work + dissipation with the synchronised energy E, which stage 1 has for
- * nothing. Fast: B beside its first value. Stoermer-Verlet's own energy lies h^2/8 |R_E - f_E|^2
- * below E; without that part a linear mode shows no ripple, but a mode beyond the bound no growth
- * either, so E itself is looked at too. Beyond the limits the step of design 7 takes over, unless
- * it is urgent at a step where E is near its reference, until the energy has clearly fallen. Slow:
- * the mean of B over a window beside that of the first ones; what it is off by goes back through
- * the momentum (energy correction.c), and only when that becomes much does design 7 take over.
- * Where changing loads or damping move much energy all is compared anew: there the error of B is
- * theirs.
+ *   fast   B with its first value. Stoermer-Verlet conserves a modified Hamiltonian, which lies
+ *          h^2/8 |R_E - f_E|^2 below E. Without that part a linear mode shows no ripple, but a mode
+ *          beyond the stability limit shows no growth either, so E itself is compared too. Beyond
+ *          the limits the energy integrator takes over: at once if the error is urgent, else at a
+ *          step where E is near its reference; until the energy has clearly fallen.
+ *   slow   the mean of B over a window with that of the first windows. The error goes back through
+ *          the momentum (energy_correction.c) by a proportional and integral law; where that
+ *          becomes much, the energy integrator takes over.
+ *   load   a load jump may spoil a single step, so the energy at its end is evaluated before it is
+ *          kept. An impulsive load injects energy with an error of order 1 relative to it, so the
+ *          reference is reset. The same is done where changing loads or damping move much energy.
  *
- * Each change synchronises, changes, un-synchronises. What is decided here goes into a copy of the
- * header and into scratch, so that a step that fails leaves no trace.
- * Cost: |E| operations a step, a product T v each SAMPLE steps, two forces a correction.
+ * Each change synchronises p, changes the scheme and shifts p again. Decisions go into a copy of
+ * the header and into scratch, so that a step that fails leaves no trace.
+ * Cost: |E| operations a step, two forces a correction.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
+#include "runtime/dynamics/stability.h"
+
 #include <math.h>
 #include <string.h>
 
-#include "runtime/dynamics/state_private.h"
+#include "runtime/base/finite.h"
+#include "runtime/dynamics/discrete_gradient.h"
+#include "runtime/dynamics/energy_correction.h"
+#include "runtime/dynamics/mode_split.h"
+#include "runtime/dynamics/scheme_change.h"
+#include "runtime/dynamics/staggered_momentum.h"
 #include "runtime/polynomial/polynomial_private.h"
 
-#define SAMPLE 16          /* steps between two power iterations; fewer when something is near */
-#define WINDOW 128         /* steps of a mean of the balance */
-#define FIRST 16           /* windows whose mean is the reference */
-#define QUIET_STEPS 4096   /* of a calm */
-#define SWITCHED_STEPS 512 /* between two looks at a return from design 7 */
-#define ANGLE_HIGH 1.6     /* beyond it modes leave E, */
-#define ANGLE_GOOD 1.4     /* until this holds */
-#define STABILITY_NUMBER_QUIET 1.1 /* all modes return after a calm below it */
-#define FAST_SHARE 0.03            /* of the energy: B beside its reference */
-#define URGENT_SHARE 0.08          /* the same, without waiting; also for E itself */
-#define DRIFT 1e-4                 /* of the energy: mean of B over a window beside the reference */
-#define DRIFT_ALL 1.6e-3           /* the same, summed over all windows, */
-#define FORGET 0.015625            /* of which a share is forgotten in each */
-#define BY_LAST 1.0                /* of what the last mean was off by goes back, */
-#define BY_ALL 0.25                /* and of what all of them were, summed */
-#define LARGE 0.04     /* of the energy: the same, too much to correct; or all corrections */
-#define PAY_LEAST 0.25 /* of the energy: kinetic energy at a correction */
-#define NEAR 1e-3      /* of the energy: E beside its reference at a hand-over */
-#define DRIVEN 1e-3    /* of the energy: moved by changes of load and damping */
-#define BLOW 0.1       /* of the energy: work of a new load in one step, B is compared anew */
-#define FOLLOW 2e-5    /* of the energy: error of B by damping that counts */
-#define MOVED 0.05     /* share of what damping moved that B may err by */
-#define MOVED_MOST 0.2 /* of the energy: the most of that, for what moves to and fro adds up */
-#define SUDDEN 0.1     /* of the energy: the shadow to come, beyond it a step is looked at first */
-#define MEMORY 256.0   /* steps that what was moved is remembered for */
-#define FALLEN 0.25    /* of the energy at the hand-over: imexv returns */
-#define RANGE 1e300    /* [J], larger energies are not followed, */
-#define LEAST 1e-300   /* nor smaller ones: at that end rounding is all there is */
-#define LOST 1e100     /* in place of ratios that are larger or no number */
+/* Shares are relative to the largest energy lately. */
+#define WINDOW_STEPS 128        /* of a mean of the balance */
+#define REFERENCE_WINDOWS 16    /* whose mean is the reference */
+#define SWITCHED_STEPS 512      /* between two looks at a return from the energy integrator */
+#define ERROR_FAST 0.03         /* error of B that leads to a switch */
+#define ERROR_URGENT 0.08       /* the same without waiting; four times it for E itself */
+#define DRIFT_WINDOW 1e-4       /* drift of a window's mean that is corrected */
+#define DRIFT_SUM 1.6e-3        /* the same for the sum over windows, */
+#define DRIFT_FORGET 0.015625   /* of which this share is forgotten in each */
+#define INTEGRAL_GAIN 0.25      /* of the correction; its proportional gain is 1 */
+#define CORRECTION_MOST 0.04    /* one correction, or the net of all: more leads to a switch */
+#define CORRECTION_KINETIC 0.25 /* kinetic energy that a correction needs */
+#define SWITCH_NEAR 1e-3        /* E this near to its reference: a waiting switch is made */
+#define DRIVEN 1e-3             /* moved by loads and damping in a window: the reference is reset */
+#define LOAD_JUMP 0.1           /* energy that a change of the load moves in one step */
+#define FOLLOW 2e-5             /* error by damping from which on the reference follows */
+#define DAMPING_ERROR 0.05      /* share of the dissipated energy that B may err by, */
+#define DAMPING_ERROR_MOST 0.2  /* and its largest value */
+#define MEMORY 256.0            /* steps for which dissipation is remembered */
+#define FALLEN 0.25             /* of the energy at the switch: imexv returns below it */
+#define ENERGY_LEAST 1e-300     /* [J]; the balance of smaller energies is rounding */
 
-/* Largest energy lately. */
-static double scale_now(const thrum_state *state) {
-  return fmax(state->stability_scale, state->stability_scale_before);
+/* --- reference -------------------------------------------------------------------------------- */
+
+/* Largest energy lately [J]. */
+static double scale_now(const thrum_stability_monitor *m) {
+  return fmax(m->scale, m->scale_before);
 }
 
-/* Nothing to compare the balance with: the next energy is. */
-static void compare_anew(thrum_state *state) {
-  state->stability_work = state->stability_moved = state->stability_recent = 0.0;
-  state->stability_sum = state->stability_reference = state->stability_steady = 0.0;
-  state->stability_scale = state->stability_scale_before = 0.0;
-  state->stability_off = state->stability_spent = state->stability_energy_error = 0.0;
-  state->stability_samples = state->watch_deadline = 0;
-  state->stability_windows = -1;
-  state->stability_window_end = state->steps + WINDOW;
+/* Forgets the reference of the balance: the next energy is one. */
+static void reset_reference(thrum_state *state) {
+  thrum_stability_monitor *m = &state->monitor;
+  m->work = m->moved = m->recent = 0.0;
+  m->balance_sum = m->reference = m->modified_reference = 0.0;
+  m->scale = m->scale_before = 0.0;
+  m->drift_sum = m->corrected = m->energy_error = 0.0;
+  m->samples = m->switch_deadline = 0;
+  m->windows = -1;
+  m->window_end = state->report.steps + WINDOW_STEPS;
 }
 
 void thrum_stability_reset(thrum_state *state) {
-  compare_anew(state);
-  state->kept_step = -1;
-  state->quiet_peak = 0.0;
-  state->quiet_end = state->steps + QUIET_STEPS;
-  state->balance_last = 0.0;
+  reset_reference(state);
+  state->monitor.before_step = -1;
+  state->monitor.quiet_peak = 0.0;
+  state->monitor.quiet_end = state->report.steps + THRUM_QUIET_STEPS;
+  state->report.balance_last = 0.0;
   thrum_energy_correction_close(state);
 }
 
-/* view->direction = v/|v|. v all zero: starts anew. */
-static void direct(const thrum_state *state, thrum_state_view *view, int32_t n, double *v) {
-  double norm = 0.0;
-  for (int32_t i = 0; i < n; i++)
-    norm += v[i] * v[i];
-  if (!(norm > 0.0))
-    for (int32_t i = 0; i < n; i++)
-      v[i] = 1.0 / (double)(n - i);
-  norm = 0.0;
-  for (int32_t i = 0; i < n; i++)
-    norm += v[i] * v[i];
-  for (int32_t i = 0; i < state->rank; i++)
-    view->direction[i] = i < n ? v[i] / sqrt(norm) : 0.0;
-}
-
-/* The rest of a power iteration on the first n coordinates, from T times the direction; returns
- * |A v| for |v| = 1, a lower bound of the spectral radius. */
-static double iterate_from(const thrum_model *model, const thrum_state *state,
-                           thrum_state_view *view, int32_t n, double *v) {
-  if (state->scheme == THRUM_SCHEME_QUADRATIC)
-    for (int32_t i = state->split; i < n; i++)
-      view->product[i] -= model->omega2[i] * view->direction[i];
-  double norm = 0.0;
-  for (int32_t i = 0; i < n; i++)
-    norm += view->product[i] * view->product[i];
-  norm = sqrt(norm);
-  for (int32_t i = 0; i < n; i++)
-    v[i] = norm > 0.0 && isfinite(norm) ? view->product[i] / norm : 0.0;
-  return norm;
-}
-
-static void multiply(const thrum_model *model, thrum_state_view *view, int32_t n) {
-  thrum_tangent_product_part(view->kernel, model, n, view->q, view->direction, view->product,
-                             view->work);
-}
-
-static double iterate(const thrum_model *model, const thrum_state *state, thrum_state_view *view,
-                      int32_t n, double *v) {
-  direct(state, view, n, v);
-  multiply(model, view, n);
-  return iterate_from(model, state, view, n, v);
-}
-
-static double angle_of(const thrum_state *state, double radius) {
-  // far beyond any bound, and what is not a number, is one finite size
-  return fmin(state->dt * sqrt(radius), LOST);
-}
-
-/* Runs the step from view->p_start from now on: p at the present time, seen by another scheme. */
-static thrum_status change(const thrum_model *model, thrum_state *state, thrum_state_view *view,
-                           int32_t scheme, int32_t split) {
-  const thrum_status status = thrum_stagger_synchronise(model, state, view, NULL);
-  if (status != THRUM_OK)
-    return status;
-  state->scheme = scheme;
-  state->split = split;
-  state->jacobian_kept = 0;
-  state->past_count = 0;
-  memcpy(view->p_start, view->p_next, (size_t)state->rank * sizeof *view->p_start);
-  thrum_stagger_delay(model, state, view, view->q, view->load_before, view->p_start);
-  view->p = view->p_start;
-  return thrum_all_finite(view->p, state->rank) ? THRUM_OK : THRUM_NOT_FINITE;
-}
-
-/* The highest explicit modes become implicit until the rest is stable with a margin. */
-static thrum_status shrink(const thrum_model *model, thrum_state *state, thrum_state_view *view) {
-  int32_t split = state->split;
-  thrum_state lower = *state;
-  lower.scheme = THRUM_SCHEME_COMPONENT;
-  // the quadratic split first gives way to the component split of the same modes
-  bool fewer = state->scheme == THRUM_SCHEME_COMPONENT;
-  for (double angle = ANGLE_HIGH; angle >= ANGLE_GOOD && split > 0; fewer = true) {
-    split -= fewer ? 1 : 0;
-    memset(view->guide_next, 0, (size_t)state->rank * sizeof *view->guide_next);
-    angle = 0.0;
-    for (int k = 0; k < 8 && split > 0; k++)
-      angle = angle_of(state, iterate(model, &lower, view, split, view->guide_next));
-  }
-  if (state->scheme == THRUM_SCHEME_QUADRATIC)
-    state->scheme_switches++;
-  else
-    state->split_changes++;
-  state->quiet_peak = 0.0;
-  const int64_t changes = state->split_changes < 10 ? state->split_changes : 10;
-  state->quiet_end = state->steps + ((int64_t)QUIET_STEPS << changes);
-  return change(model, state, view, THRUM_SCHEME_COMPONENT, split);
-}
-
-/* Begins a sample of the angle. */
-static void stability_number(const thrum_state *state, thrum_state_view *view) {
-  const size_t vector = (size_t)state->rank * sizeof(double);
-  memcpy(view->guide_next, view->guide, vector);
-  memcpy(view->guide_whole_next, view->guide_whole, vector);
-  view->guided = true;
-  direct(state, view, thrum_staggered(state), view->guide_next);
-}
-
-void thrum_stability_multiply(const thrum_model *model, const thrum_state *state,
-                              thrum_state_view *view) {
-  const int32_t n = thrum_staggered(state);
-  if (n > 0)
-    multiply(model, view, n);
-}
-
-thrum_status thrum_stability_sample(const thrum_model *model, thrum_state *state,
-                                    thrum_state_view *view) {
-  const int32_t whole = thrum_split_of(model, state), n = thrum_staggered(state);
-  const bool quadratic = state->scheme == THRUM_SCHEME_QUADRATIC;
-  const size_t vector = (size_t)state->rank * sizeof(double);
-  if (n > 0) {
-    state->stability_number_last =
-        angle_of(state, iterate_from(model, state, view, n, view->guide_next));
-    state->stability_number_peak = fmax(state->stability_number_peak, state->stability_number_last);
-    if (!(state->stability_number_last <= ANGLE_HIGH))
-      return shrink(model, state, view);
-  }
-  // a calm is seen by fewer samples
-  if (quadratic || state->split == whole || state->steps % SAMPLE != 0)
-    return THRUM_OK;
-  const double angle = angle_of(state, iterate(model, state, view, whole, view->guide_whole_next));
-  state->quiet_peak = fmax(state->quiet_peak, angle);
-  if (state->steps < state->quiet_end)
-    return THRUM_OK;
-  const bool calm = state->quiet_peak < STABILITY_NUMBER_QUIET;
-  state->quiet_peak = 0.0;
-  state->quiet_end = state->steps + QUIET_STEPS;
-  if (!calm)
-    return THRUM_OK;
-  state->split_changes++;
-  memset(view->guide_next, 0, vector);
-  return change(model, state, view, THRUM_SCHEME_COMPONENT, whole);
-}
-
-/* The synchronised energy of all modes. */
+/* Energy of q and the synchronised p [J]. */
 static double energy_at(const thrum_model *model, const thrum_state *state, thrum_state_view *view,
                         const double *q, const double *p) {
   double sum = thrum_strain_energy_by(view->kernel, model, q, view->work);
@@ -226,89 +95,106 @@ static double energy_at(const thrum_model *model, const thrum_state *state, thru
   return sum;
 }
 
-/* After a hand-over: back to imexv once the energy has fallen. */
-static thrum_status stability_switched(const thrum_model *model, thrum_state *state,
-                                       thrum_state_view *view) {
-  if (state->steps < state->quiet_end)
+/* --- before a step ---------------------------------------------------------------------------- */
+
+/* After a switch: back to imexv once the energy has fallen. */
+static thrum_status look_for_return(const thrum_model *model, thrum_state *state,
+                                    thrum_state_view *view) {
+  if (state->report.steps < state->monitor.quiet_end)
     return THRUM_OK;
-  state->quiet_end = state->steps + SWITCHED_STEPS;
+  state->monitor.quiet_end = state->report.steps + SWITCHED_STEPS;
   const double energy = energy_at(model, state, view, view->q, view->p);
-  if (!(energy < FALLEN * state->switched_energy || energy < LEAST))
+  if (!(energy < FALLEN * state->monitor.switched_energy || energy < ENERGY_LEAST))
     return THRUM_OK;
-  state->scheme_switches++;
+
+  // as from a new start
+  state->report.scheme_switches++;
   thrum_stability_reset(state);
-  return change(model, state, view, THRUM_SCHEME_COMPONENT, thrum_split_of(model, state));
+  return thrum_scheme_change(model, state, view, THRUM_SCHEME_COMPONENT,
+                             thrum_mode_split(model, state));
 }
 
-/* Takes slow drift out through the momentum, where there is enough of it. */
-static thrum_status pay(const thrum_model *model, thrum_state *state, thrum_state_view *view) {
-  const double energy_error = state->stability_energy_error, least = PAY_LEAST * scale_now(state);
-  const thrum_status status =
-      thrum_energy_correction_apply(model, state, view, least, &state->stability_energy_error);
-  if (status == THRUM_OK && state->stability_energy_error == 0.0) {
-    state->corrections++;
-    state->corrected += energy_error;
+/* Corrects slow drift through the momentum, where there is enough of it. */
+static thrum_status correct_drift(const thrum_model *model, thrum_state *state,
+                                  thrum_state_view *view) {
+  thrum_stability_monitor *m = &state->monitor;
+  const double energy_error = m->energy_error, least = CORRECTION_KINETIC * scale_now(m);
+  THRUM_TRY(thrum_energy_correction_apply(model, state, view, least, &m->energy_error));
+  if (m->energy_error == 0.0) {
+    state->report.corrections++;
+    state->report.corrected += energy_error;
   }
-  return status;
+  return THRUM_OK;
+}
+
+/* Steps between two samples of the stability number: fewer where it is near its limit. */
+static int32_t sample_steps(const thrum_state *state) {
+  const double number = state->report.stability_number_last;
+  // after a load jump the number passes its limit within a few steps; the balance shows it
+  if (fabs(state->report.balance_last) > ERROR_FAST)
+    return 1;
+  return number < 0.9    ? THRUM_SAMPLE_STEPS
+         : number < 1.2  ? THRUM_SAMPLE_STEPS / 4
+         : number < 1.45 ? THRUM_SAMPLE_STEPS / 8
+                         : 1;
 }
 
 thrum_status thrum_stability_before(const thrum_model *model, thrum_state *state,
                                     thrum_state_view *view, bool *samples) {
   *samples = false;
-  if (!state->adaptive)
+  if (!state->def.adaptive)
     return THRUM_OK;
   if (state->scheme == THRUM_SCHEME_ENERGY)
-    return stability_switched(model, state, view);
-  if (state->stability_energy_error != 0.0 &&
-      (state->stability_window_end - state->steps) % 4 == 0) {
-    const thrum_status status = pay(model, state, view);
-    if (status != THRUM_OK)
-      return status;
-  }
-  int32_t often = state->stability_number_last < 0.9    ? SAMPLE
-                  : state->stability_number_last < 1.2  ? SAMPLE / 4
-                  : state->stability_number_last < 1.45 ? SAMPLE / 8
-                                                        : 1;
-  // under a sudden load the angle passes the bound within a few steps; the balance shows it
-  if (fabs(state->balance_last) > FAST_SHARE)
-    often = 1;
-  *samples = state->steps % often == 0;
+    return look_for_return(model, state, view);
+
+  // a correction that found too little kinetic energy is tried again every few steps
+  const thrum_stability_monitor *m = &state->monitor;
+  if (m->energy_error != 0.0 && (m->window_end - state->report.steps) % 4 == 0)
+    THRUM_TRY(correct_drift(model, state, view));
+
+  *samples = state->report.steps % sample_steps(state) == 0;
   if (*samples)
-    stability_number(state, view);
+    thrum_stability_direct(state, view);
   return THRUM_OK;
 }
 
+/* --- energy ----------------------------------------------------------------------------------- */
+
 void thrum_stability_energy(const thrum_model *model, const thrum_state *state,
                             thrum_state_view *view, double potential, thrum_solve_report *report) {
-  if (!state->adaptive || thrum_tangent_damped(state))
+  if (!state->def.adaptive || thrum_tangent_damped(state))
     return;
-  const double h = state->dt;
-  const int32_t n = thrum_staggered(state);
-  double sum = potential, shadow = 0.0, modified_energy_to_come = 0.0;
+  const double h = state->def.dt;
+  const int32_t n = thrum_staggered_modes(state);
+  double sum = potential, modified = 0.0, modified_to_come = 0.0;
+
+  // staggered modes: p at the time of q, and the modified Hamiltonian with both loads; that of the
+  // quadratic split is smaller and not known
   for (int32_t i = 0; i < n; i++) {
     const double force = view->force[i] - view->load_before[i];
     const double force_to_come = view->force[i] - view->load[i];
     const double p =
         (view->p[i] - 0.5 * h * force) / (1.0 + 0.5 * h * thrum_rest_damping(model, state, i));
     sum += 0.5 * (p * p);
-    view->p_kept_next[i] = p;
-    // the quadratic split has its own, which is smaller and not known
+    view->p_before_next[i] = p;
     if (state->scheme == THRUM_SCHEME_COMPONENT) {
-      shadow += 0.125 * h * h * (force * force);
-      modified_energy_to_come += 0.125 * h * h * (force_to_come * force_to_come);
+      modified += 0.125 * h * h * (force * force);
+      modified_to_come += 0.125 * h * h * (force_to_come * force_to_come);
     }
   }
+
+  // the others have theirs already
   for (int32_t i = n; i < state->rank; i++) {
     sum += 0.5 * (view->p[i] * view->p[i]);
-    view->p_kept_next[i] = view->p[i];
+    view->p_before_next[i] = view->p[i];
   }
   report->energy = sum;
-  report->modified_energy = shadow;
-  report->modified_energy_change = modified_energy_to_come - shadow;
+  report->modified_energy = modified;
+  report->modified_energy_change = modified_to_come - modified;
   report->energy_known = true;
 }
 
-/* Work of the load of this step, what damping takes, and what the change of the load moves. */
+/* Work of the load of this step [J], its dissipation, and the work of the load's change. */
 static double work_of(const thrum_model *model, const thrum_state *state,
                       const thrum_state_view *view, double *dissipated, double *load_jump) {
   double work = 0.0, sum = 0.0;
@@ -319,178 +205,213 @@ static double work_of(const thrum_model *model, const thrum_state *state,
     sum += d * d * thrum_rest_damping(model, state, i);
     *load_jump += (view->load[i] - view->load_before[i]) * d;
   }
-  *dissipated = sum / state->dt;
+  *dissipated = sum / state->def.dt;
   return work;
 }
 
-/* A sudden load may take the explicit modes anywhere within one step: is the energy at its end,
- * with the load that will then be the one before, far from what the load has done? */
-static void look_ahead(const thrum_model *model, const thrum_state *state, thrum_state_view *view,
-                       double work, thrum_solve_report *report) {
+/* A load jump may carry the explicit modes anywhere within one step: compares the energy at its
+ * end, with the load that will then be the one before, with the work of the load. */
+static void examine_end(const thrum_model *model, const thrum_state *state, thrum_state_view *view,
+                        double work, thrum_solve_report *report) {
   thrum_state_view there = *view;
   thrum_solve_report found = {0};
   there.q = view->q_next;
   there.p = view->p_next;
   there.load_before = view->load;
   there.force = view->force_2;
-  there.p_kept_next = view->trial;
-  thrum_stability_energy(model, state, &there, thrum_stagger_force(model, state, &there, there.q),
-                         &found);
+  there.p_before_next = view->trial;
+  const double potential = thrum_staggered_force(model, state, &there, there.q);
+  thrum_stability_energy(model, state, &there, potential, &found);
+
+  // not <=, so that an energy that is no number counts as a jump
   const double scale = fmax(fabs(report->energy), fabs(report->energy + work));
-  report->load_jumped = !(fabs(found.energy - report->energy - work) <= 4.0 * URGENT_SHARE * scale);
-  report->energy_scale = scale;
+  report->load_jumped = !(fabs(found.energy - report->energy - work) <= 4.0 * ERROR_URGENT * scale);
+  report->switch_energy = scale;
 }
 
-void thrum_stability_ahead(const thrum_model *model, thrum_state *state, thrum_state_view *view,
-                           thrum_solve_report *report) {
-  if (!state->adaptive || thrum_tangent_damped(state) || state->scheme != THRUM_SCHEME_COMPONENT)
+void thrum_stability_look_ahead(const thrum_model *model, thrum_state *state,
+                                thrum_state_view *view, thrum_solve_report *report) {
+  if (!state->def.adaptive || thrum_tangent_damped(state) ||
+      state->scheme != THRUM_SCHEME_COMPONENT)
     return;
   double dissipated, load_jump;
   const double work = work_of(model, state, view, &dissipated, &load_jump) - dissipated;
-  if (thrum_staggered(state) > 0) {
-    const double shadow = report->modified_energy + report->modified_energy_change;
-    if (report->energy_known && (report->newton || !(shadow <= SUDDEN * report->energy)))
-      look_ahead(model, state, view, work, report);
+
+  // with explicit modes the kick has evaluated the energy; only a jump is examined
+  if (thrum_staggered_modes(state) > 0) {
+    const double modified = report->modified_energy + report->modified_energy_change;
+    if (report->energy_known && (report->newton || !(modified <= LOAD_JUMP * report->energy)))
+      examine_end(model, state, view, work, report);
     return;
   }
-  if (state->stability_windows < 0) {
-    state->stability_windows = 0;
-    state->stability_steady = state->stability_reference =
-        energy_at(model, state, view, view->q, view->p) - state->stability_work;
+
+  // without them the energy comes from the end of the step
+  thrum_stability_monitor *m = &state->monitor;
+  if (m->windows < 0) {
+    m->windows = 0;
+    m->modified_reference = m->reference =
+        energy_at(model, state, view, view->q, view->p) - m->work;
   }
-  memcpy(view->p_kept_next, view->p, (size_t)state->rank * sizeof *view->p_kept_next);
+  memcpy(view->p_before_next, view->p, (size_t)state->rank * sizeof *view->p_before_next);
   report->energy = energy_at(model, state, view, view->q_next, view->p_next) - work;
   report->energy_known = report->energy_ahead = true;
-  report->energy_scale = state->stability_work + state->stability_steady;
+  report->switch_energy = m->work + m->modified_reference;
 }
 
-typedef enum alarm { QUIET, FAST, URGENT } alarm;
+/* --- decision --------------------------------------------------------------------------------- */
 
-/* Takes the energy of this step in; is the balance beyond what its own errors explain? */
-static alarm take_in(thrum_state *state, const thrum_solve_report *report) {
-  const double energy = report->energy, shadow = report->modified_energy;
-  const double balance = energy - state->stability_work, steady = balance - shadow;
-  if (state->stability_windows < 0) {
-    state->stability_windows = 0;
-    state->stability_steady = steady;
-    state->stability_reference = balance;
+typedef enum urgency { QUIET, FAST, URGENT } urgency;
+
+/* Enters the energy of this step; says whether the balance is beyond what its own errors
+ * explain. */
+static urgency enter_energy(thrum_state *state, const thrum_solve_report *report) {
+  thrum_stability_monitor *m = &state->monitor;
+  const double energy = report->energy;
+  const double balance = energy - m->work, modified = balance - report->modified_energy;
+  if (m->windows < 0) {
+    m->windows = 0;
+    m->modified_reference = modified;
+    m->reference = balance;
   }
-  state->stability_scale = fmax(state->stability_scale, fabs(energy));
-  const double scale = scale_now(state);
-  const double error = steady - state->stability_steady;
-  const double allowed = fmin(MOVED * state->stability_recent, MOVED_MOST * scale);
-  state->balance_last = scale > 0.0 ? fmax(-LOST, fmin(error / scale, LOST)) : 0.0;
+
+  // the error, and what damping may have contributed to it
+  m->scale = fmax(m->scale, fabs(energy));
+  const double scale = scale_now(m);
+  const double error = modified - m->modified_reference;
+  const double allowed = fmin(DAMPING_ERROR * m->recent, DAMPING_ERROR_MOST * scale);
+  state->report.balance_last =
+      scale > 0.0 ? fmax(-THRUM_MONITOR_MOST, fmin(error / scale, THRUM_MONITOR_MOST)) : 0.0;
   if (scale > 0.0)
-    state->balance_peak = fmax(state->balance_peak, fmin((fabs(error) - allowed) / scale, LOST));
-  state->stability_sum += balance;
-  state->stability_samples++;
-  // where damping acts the reference follows: its own error is no growth
+    state->report.balance_peak =
+        fmax(state->report.balance_peak, fmin((fabs(error) - allowed) / scale, THRUM_MONITOR_MOST));
+  m->balance_sum += balance;
+  m->samples++;
+
+  // under damping the reference follows: its own error is no growth
   if (allowed > FOLLOW * scale) {
-    state->stability_steady += error / MEMORY;
-    state->stability_reference += (balance - state->stability_reference) / MEMORY;
+    m->modified_reference += error / MEMORY;
+    m->reference += (balance - m->reference) / MEMORY;
   }
-  state->stability_recent -= state->stability_recent / MEMORY;
-  // a load that changes changes what Stoermer-Verlet keeps, by a known step
-  state->stability_steady -= report->modified_energy_change;
-  if (scale < LEAST)
+  m->recent -= m->recent / MEMORY;
+
+  // a load that changes shifts the modified Hamiltonian by a known step
+  m->modified_reference -= report->modified_energy_change;
+  if (scale < ENERGY_LEAST)
     return QUIET;
-  // E itself may ripple by the whole of its shadow
-  if (!(fabs(error) <= URGENT_SHARE * scale + allowed &&
-        fabs(balance - state->stability_reference) <= 4.0 * URGENT_SHARE * scale + allowed))
+
+  // E itself may ripple by the whole difference to the modified Hamiltonian
+  if (!(fabs(error) <= ERROR_URGENT * scale + allowed &&
+        fabs(balance - m->reference) <= 4.0 * ERROR_URGENT * scale + allowed))
     return URGENT;
-  return fabs(error) <= FAST_SHARE * scale + allowed ? QUIET : FAST;
+  return fabs(error) <= ERROR_FAST * scale + allowed ? QUIET : FAST;
 }
 
-/* What the mean of a window tells: the first ones make the reference, later ones what is to be
- * given back; true when that is too much. */
-static bool compare(thrum_state *state, double mean, double scale) {
-  if (state->stability_windows < FIRST) {
+/* Enters the mean balance of a window: the first ones make the reference, later ones the
+ * correction. True when that is too much. */
+static bool enter_mean(thrum_stability_monitor *m, double mean, double scale) {
+  if (m->windows < REFERENCE_WINDOWS) {
     // until then the first energy is the reference
-    state->stability_off += mean;
-    if (++state->stability_windows == FIRST) {
-      state->stability_reference = state->stability_off / (double)FIRST;
-      state->stability_off = 0.0;
+    m->drift_sum += mean;
+    if (++m->windows == REFERENCE_WINDOWS) {
+      m->reference = m->drift_sum / (double)REFERENCE_WINDOWS;
+      m->drift_sum = 0.0;
     }
     return false;
   }
-  if (scale < LEAST)
+  if (scale < ENERGY_LEAST)
     return false;
-  const double off = mean - state->stability_reference;
-  state->stability_off += off - FORGET * state->stability_off;
-  if (fabs(off) <= DRIFT * scale && fabs(state->stability_off) <= DRIFT_ALL * scale)
+
+  // a run without drift is left alone
+  const double drift = mean - m->reference;
+  m->drift_sum += drift - DRIFT_FORGET * m->drift_sum;
+  if (fabs(drift) <= DRIFT_WINDOW * scale && fabs(m->drift_sum) <= DRIFT_SUM * scale)
     return false;
-  state->stability_energy_error = -(BY_LAST * off + BY_ALL * state->stability_off);
-  state->stability_spent += state->stability_energy_error;
-  return !(fabs(state->stability_energy_error) <= LARGE * scale &&
-           fabs(state->stability_spent) <= LARGE * scale);
+
+  // proportional and integral correction
+  m->energy_error = -(drift + INTEGRAL_GAIN * m->drift_sum);
+  m->corrected += m->energy_error;
+  return !(fabs(m->energy_error) <= CORRECTION_MOST * scale &&
+           fabs(m->corrected) <= CORRECTION_MOST * scale);
 }
 
-/* Ends a window; true when design 7 is to take over. */
-static bool drifted(thrum_state *state) {
-  if (state->steps < state->stability_window_end || state->stability_samples == 0)
+/* Ends a window when it is time; true when the energy integrator is to take over. */
+static bool end_window(thrum_state *state) {
+  thrum_stability_monitor *m = &state->monitor;
+  if (state->report.steps < m->window_end || m->samples == 0)
     return false;
-  const double mean = state->stability_sum / (double)state->stability_samples;
-  const double scale = scale_now(state);
+  const double mean = m->balance_sum / (double)m->samples;
+  const double scale = scale_now(m);
   bool large = false;
-  state->stability_energy_error = 0.0;
-  if (state->stability_moved > DRIVEN * scale) {
-    // what moved much is known to its own error only: that is to be no growth in the end
-    state->stability_off = state->stability_spent = state->stability_moved = 0.0;
-    state->stability_windows = -1;
+  m->energy_error = 0.0;
+
+  // where much was moved B is known to its own error only, which is not to be corrected
+  if (m->moved > DRIVEN * scale) {
+    m->drift_sum = m->corrected = m->moved = 0.0;
+    m->windows = -1;
   } else {
-    large = compare(state, mean, scale);
+    large = enter_mean(m, mean, scale);
   }
-  // counted from here, so that the sum of the work never outgrows the energy by far
-  state->stability_reference += state->stability_work;
-  state->stability_steady += state->stability_work;
-  if (state->stability_windows > 0 && state->stability_windows < FIRST)
-    state->stability_off += (double)state->stability_windows * state->stability_work;
-  state->stability_work = 0.0;
-  state->stability_scale_before = state->stability_scale;
-  state->stability_scale = state->stability_sum = 0.0;
-  state->stability_samples = 0;
-  state->stability_window_end = state->steps + WINDOW;
+
+  // the work is counted from here, so that its sum never outgrows the energy by far
+  m->reference += m->work;
+  m->modified_reference += m->work;
+  if (m->windows > 0 && m->windows < REFERENCE_WINDOWS)
+    m->drift_sum += (double)m->windows * m->work;
+  m->work = 0.0;
+
+  // the next window
+  m->scale_before = m->scale;
+  m->scale = m->balance_sum = 0.0;
+  m->samples = 0;
+  m->window_end = state->report.steps + WINDOW_STEPS;
   return large;
 }
 
-/* What is not urgent waits for a step at which E is near its mean: there is less to pay. */
-static bool passes(const thrum_state *state, double energy) {
-  return state->steps >= state->watch_deadline ||
-         fabs(energy - state->stability_work - state->stability_reference) <=
-             NEAR * scale_now(state);
+/* True when a switch that is not urgent is to be made now: E is near its mean, so that there is
+ * less error to correct, or it has waited long enough. */
+static bool is_moment(const thrum_state *state, double energy) {
+  const thrum_stability_monitor *m = &state->monitor;
+  return state->report.steps >= m->switch_deadline ||
+         fabs(energy - m->work - m->reference) <= SWITCH_NEAR * scale_now(m);
 }
 
-thrum_stability_decision thrum_stability_judge(thrum_state *state,
-                                               const thrum_solve_report *report) {
-  // an energy near the end of the range of numbers, or beyond it, has no balance
+thrum_stability_decision thrum_stability_decide(thrum_state *state,
+                                                const thrum_solve_report *report) {
+  thrum_stability_monitor *m = &state->monitor;
   if (!report->energy_known ||
-      !(fabs(report->energy) + fabs(state->stability_work) + report->modified_energy < RANGE))
+      !(fabs(report->energy) + fabs(m->work) + report->modified_energy < THRUM_MONITOR_MOST))
     return THRUM_DECISION_CONTINUE;
-  const alarm found = take_in(state, report);
-  const bool slow = drifted(state);
-  // what is seen before it is done needs no redoing
+  const urgency found = enter_energy(state, report);
+  const bool slow = end_window(state);
+
+  // the energy before a step shows an error of the step before it, which is to be repeated
   if (found == URGENT)
-    return report->energy_ahead ? THRUM_DECISION_SWITCH : THRUM_DECISION_REDO;
+    return report->energy_ahead ? THRUM_DECISION_SWITCH : THRUM_DECISION_REPEAT;
   if (report->load_jumped)
     return THRUM_DECISION_SWITCH;
-  if ((found == FAST || slow) && state->watch_deadline == 0)
-    state->watch_deadline = state->steps + (slow ? WINDOW : WINDOW / 2);
-  return state->watch_deadline > 0 && passes(state, report->energy) ? THRUM_DECISION_SWITCH
+
+  // others wait for a convenient step
+  if ((found == FAST || slow) && m->switch_deadline == 0)
+    m->switch_deadline = state->report.steps + (slow ? WINDOW_STEPS : WINDOW_STEPS / 2);
+  return m->switch_deadline > 0 && is_moment(state, report->energy) ? THRUM_DECISION_SWITCH
                                                                     : THRUM_DECISION_CONTINUE;
 }
 
-/* Steps again from the state before this one, which stage 1 left synchronised in q_kept and p_kept:
- * where the energy jumps, the step before it is the one that went wrong. */
-static thrum_status redo(const thrum_model *model, thrum_state *state, thrum_state_view *view,
-                         thrum_solve_report *report) {
+/* --- switch ----------------------------------------------------------------------------------- */
+
+/* One step of the energy integrator from the state before the last step, which its kick left
+ * synchronised in q_before and p_before. The view then has the present q and p from it. */
+static thrum_status repeat_step(const thrum_model *model, thrum_state *state,
+                                thrum_state_view *view, thrum_solve_report *report) {
   thrum_state_view before = *view;
-  before.q = view->q_kept;
-  before.p = view->p_kept;
+  before.q = view->q_before;
+  before.p = view->p_before;
   before.load = view->load_before;
-  const thrum_status status = thrum_step_energy(model, state, &before, report);
-  if (status != THRUM_OK || !thrum_all_finite(view->q_next, state->rank) ||
-      !thrum_all_finite(view->p_next, state->rank))
+  if (thrum_step_energy(model, state, &before, report) < 0 ||
+      !thrum_all_finite(view->q_next, state->rank) || !thrum_all_finite(view->p_next, state->rank))
     return THRUM_NOT_CONVERGED;
+
+  // the step to come starts there
   memcpy(view->q_start, view->q_next, (size_t)state->rank * sizeof *view->q_start);
   memcpy(view->p_start, view->p_next, (size_t)state->rank * sizeof *view->p_start);
   view->q = view->q_start;
@@ -498,55 +419,73 @@ static thrum_status redo(const thrum_model *model, thrum_state *state, thrum_sta
   return THRUM_OK;
 }
 
-thrum_status thrum_stability_switch(const thrum_model *model, thrum_state *state,
-                                    thrum_state_view *view, thrum_stability_decision decision,
-                                    thrum_solve_report *report) {
-  // without explicit modes since this step only, the step before may be what went wrong
-  if (report->energy_ahead &&
-      !(fabs(energy_at(model, state, view, view->q, view->p) - report->energy_scale) <=
-        URGENT_SHARE * fabs(report->energy_scale)))
-    decision = THRUM_DECISION_REDO;
-  // a step that was looked at beforehand has another energy than the one to compare with
-  const bool ahead = report->energy_ahead || report->load_jumped;
-  state->switched_energy = fabs(ahead ? report->energy_scale : report->energy);
+/* True where the energy before a step of all modes shows that the step before went wrong. */
+static bool was_spoilt_before(const thrum_model *model, const thrum_state *state,
+                              thrum_state_view *view, const thrum_solve_report *report) {
+  return report->energy_ahead &&
+         !(fabs(energy_at(model, state, view, view->q, view->p) - report->switch_energy) <=
+           ERROR_URGENT * fabs(report->switch_energy));
+}
+
+thrum_status thrum_stability_switch_to_energy(const thrum_model *model, thrum_state *state,
+                                              thrum_state_view *view,
+                                              thrum_stability_decision decision,
+                                              thrum_solve_report *report) {
+  thrum_stability_monitor *m = &state->monitor;
+  if (was_spoilt_before(model, state, view, report))
+    decision = THRUM_DECISION_REPEAT;
+
+  // a step that was examined beforehand has another energy than the one to compare with later
+  const bool examined = report->energy_ahead || report->load_jumped;
+  m->switched_energy = fabs(examined ? report->switch_energy : report->energy);
   memset(report, 0, sizeof *report);
-  state->scheme_switches++;
-  const int64_t changes = state->scheme_switches < 10 ? state->scheme_switches : 10;
-  state->quiet_end = state->steps + ((int64_t)SWITCHED_STEPS << changes);
-  // the energy to keep is what the reference and the work since say, where they are exact
-  if (state->stability_windows >= 0 && MOVED * state->stability_recent <= FOLLOW * scale_now(state))
-    thrum_energy_correction_open(state, state->stability_reference + state->stability_work);
-  if (decision == THRUM_DECISION_REDO && state->kept_step == state->steps - 1) {
+
+  // each switch makes the next return later
+  state->report.scheme_switches++;
+  const int64_t changes = state->report.scheme_switches < 10 ? state->report.scheme_switches : 10;
+  m->quiet_end = state->report.steps + ((int64_t)SWITCHED_STEPS << changes);
+
+  // the target energy is what reference and work demand, where they are exact
+  if (m->windows >= 0 && DAMPING_ERROR * m->recent <= FOLLOW * scale_now(m))
+    thrum_energy_correction_open(state, m->reference + m->work);
+
+  // the step before again, by the energy integrator
+  if (decision == THRUM_DECISION_REPEAT && m->before_step == state->report.steps - 1) {
     thrum_state energy_state = *state;
     energy_state.scheme = THRUM_SCHEME_ENERGY;
     energy_state.split = 0;
     energy_state.jacobian_kept = 0;
     energy_state.potential_step = -1;
     energy_state.past_count = 0;
-    if (redo(model, &energy_state, view, report) == THRUM_OK) {
+    const thrum_status status = repeat_step(model, &energy_state, view, report);
+    memset(report, 0, sizeof *report);
+    if (status >= 0) {
       *state = energy_state;
-      state->switched_energy = energy_at(model, state, view, view->q, view->p);
-      memset(report, 0, sizeof *report);
+      m->switched_energy = energy_at(model, state, view, view->q, view->p);
       return THRUM_OK;
     }
-    memset(report, 0, sizeof *report);
   }
-  return change(model, state, view, THRUM_SCHEME_ENERGY, 0);
+  return thrum_scheme_change(model, state, view, THRUM_SCHEME_ENERGY, 0);
 }
+
+/* --- after a step ----------------------------------------------------------------------------- */
 
 void thrum_stability_after(const thrum_model *model, thrum_state *state,
                            const thrum_state_view *view) {
-  if (!state->adaptive || state->scheme == THRUM_SCHEME_ENERGY)
+  if (!state->def.adaptive || state->scheme == THRUM_SCHEME_ENERGY)
     return;
+  thrum_stability_monitor *m = &state->monitor;
   double dissipated, load_jump;
   const double work = work_of(model, state, view, &dissipated, &load_jump);
-  state->stability_work += work - dissipated;
+
   // a constant load is one more potential, and so no reason for the balance to move
-  state->stability_moved += dissipated + (load_jump != 0.0 ? fabs(work) : 0.0);
-  state->stability_recent += dissipated;
-  // a blow that gives more than there was gives it with the error of one large step
-  if (load_jump != 0.0 && fabs(work) > BLOW * scale_now(state))
-    compare_anew(state);
-  if (!(fabs(state->stability_work) + state->stability_moved < RANGE))
+  m->work += work - dissipated;
+  m->moved += dissipated + (load_jump != 0.0 ? fabs(work) : 0.0);
+  m->recent += dissipated;
+
+  // an impulsive load injects energy with an error of order 1: the reference is reset
+  if (load_jump != 0.0 && fabs(work) > LOAD_JUMP * scale_now(m))
+    reset_reference(state);
+  if (!(fabs(m->work) + m->moved < THRUM_MONITOR_MOST))
     thrum_stability_reset(state);
 }

@@ -1,8 +1,8 @@
-/* The definition of a state: defaults, and what is wrong with one (thrum/state.h).
+/* The definition of a state: its defaults and its checks (thrum/state.h).
  * SPDX-License-Identifier: Apache-2.0 */
-#include <math.h>
+#include "runtime/dynamics/state_def.h"
 
-#include "runtime/dynamics/state_private.h"
+#include <math.h>
 
 #define DEF_COOKIE UINT32_C(0x7468726d)
 
@@ -32,11 +32,15 @@ thrum_state_def thrum_default_state_def(void) {
 thrum_status thrum_state_check_model(const thrum_model *model, thrum_error *error) {
   if (!model)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the model is NULL");
+
+  // sizes and arrays
   if (model->rank < 1 || model->rank > THRUM_RANK_MAX)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the model's rank is %lld, not 1 to %d",
                            (long long)model->rank, THRUM_RANK_MAX);
   if (!model->omega2 || !model->c3 || !model->c4)
     return thrum_error_set(error, THRUM_MISSING, "the model has no omega2, c3 or c4");
+
+  // the split of the modes needs them in ascending order
   for (int64_t i = 0; i < model->rank; i++) {
     const double low = i > 0 ? model->omega2[i - 1] : 0.0;
     if (!isfinite(model->omega2[i]) || model->omega2[i] < low)
@@ -60,22 +64,27 @@ static bool non_negative(double value) {
 static thrum_status check_choices(const thrum_model *model, const thrum_state_def *def,
                                   thrum_error *error) {
   const int integrator = (int)def->integrator, form = (int)def->damping_form;
-  const int rule = (int)def->split_rule;
+  const int rule = (int)def->split_rule, split_form = (int)def->split_form;
+
+  // compared as int: the value may be none of its enum
   if (integrator < THRUM_INTEGRATOR_IMEXV || integrator > THRUM_INTEGRATOR_ENERGY)
     return refuse(error, "integrator", integrator, "one of thrum_integrator");
   if (form < THRUM_DAMPING_REST || form > THRUM_DAMPING_TANGENT)
     return refuse(error, "damping_form", form, "one of thrum_damping_form");
   if (rule < THRUM_SPLIT_CFL || rule > THRUM_SPLIT_COUNT)
     return refuse(error, "split_rule", rule, "one of thrum_split_rule");
-  const int split_form = (int)def->split_form;
+
+  // split
   if (split_form < THRUM_FORM_COMPONENT || split_form > THRUM_FORM_QUADRATIC)
     return refuse(error, "split_form", split_form, "one of thrum_split_form");
+  if (def->explicit_count < 0 || def->explicit_count > model->rank)
+    return refuse(error, "explicit_count", def->explicit_count, "0 to the model's rank");
+
+  // switches and the solve
   if (def->adaptive != 0 && def->adaptive != 1)
     return refuse(error, "adaptive", def->adaptive, "0 or 1");
   if (def->fallback != 0 && def->fallback != 1)
     return refuse(error, "fallback", def->fallback, "0 or 1");
-  if (def->explicit_count < 0 || def->explicit_count > model->rank)
-    return refuse(error, "explicit_count", def->explicit_count, "0 to the model's rank");
   if (!thrum_kernel_name(def->kernel))
     return refuse(error, "kernel", (double)def->kernel, "one of thrum_kernel_id");
   if (def->iterations_max < 1)
@@ -85,12 +94,12 @@ static thrum_status check_choices(const thrum_model *model, const thrum_state_de
 
 thrum_status thrum_state_def_check(const thrum_model *model, const thrum_state_def *def,
                                    thrum_error *error) {
-  thrum_status status = thrum_state_check_model(model, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(thrum_state_check_model(model, error));
   if (!def || def->cookie != DEF_COOKIE)
     return thrum_error_set(error, THRUM_UNINITIALISED_DEF,
                            "the state's def was not made by thrum_default_state_def");
+
+  // numbers, each with its range
   if (!isfinite(def->dt) || !(def->dt > 0.0))
     return refuse(error, "dt", def->dt, "finite and > 0 [s]");
   if (!non_negative(def->damping_alpha))

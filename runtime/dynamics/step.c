@@ -1,155 +1,180 @@
 /* One step: candidates are made in scratch, checked, and only then committed, so that a step that
- * fails leaves what persists of the state as it was (design 8) and no NaN or Inf ever enters it.
+ * fails leaves the persistent part of the state as it was (design 8) and no NaN or Inf ever enters
+ * it.
+ *
+ *   begin    the stability monitor may change the scheme for this step
+ *   attempt  one step of that scheme
+ *   end      the monitor may prefer the energy integrator; then the fallback chain; then the commit
+ *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
+
+#include "runtime/dynamics/step.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "runtime/dynamics/implicit_solve.h"
+#include "runtime/base/finite.h"
+#include "runtime/dynamics/discrete_gradient.h"
+#include "runtime/dynamics/energy_correction.h"
+#include "runtime/dynamics/fallback.h"
+#include "runtime/dynamics/imexv.h"
+#include "runtime/dynamics/motion_norm.h"
+#include "runtime/dynamics/newmark.h"
+#include "runtime/dynamics/quadratic_split.h"
+#include "runtime/dynamics/stability.h"
 #include "runtime/dynamics/state_private.h"
-#include "runtime/polynomial/polynomial_private.h"
 
-/* An inverse made anew in this step, into the place of the oldest; those before stay where they
- * are, each that of one step, or are none. Returns where it is. */
+#define EAGER_STEPS 96 /* with an eager Jacobian refresh after a late one */
+#define AVERAGE_FIELD_STEPS                                                                        \
+  64 /* of `energy` with the average vector field after a failed solve                             \
+      */
+
+/* --- commit ----------------------------------------------------------------------------------- */
+
+/* Puts an inverse made in this step into the ring in place of the oldest; returns where it is. */
 static double *keep_inverse(thrum_state *next, const thrum_state_view *view) {
   const size_t n = (size_t)(next->rank - next->split);
+
+  // a newest one that is BFGS-updated is of several steps and is replaced; the others stay
   const bool another = next->jacobian_kept && next->inverse_step[0] >= 0;
   double *place = view->inverse[another ? THRUM_INVERSES - 1 : 0];
   if (another)
     next->inverse_place = (next->inverse_place + 1) % THRUM_INVERSES;
   for (int j = THRUM_INVERSES - 1; j > 0; j--)
     next->inverse_step[j] = another ? next->inverse_step[j - 1] : -1;
-  next->inverse_step[0] = next->steps;
+
+  next->inverse_step[0] = next->report.steps;
   next->jacobian_kept = 1;
   memcpy(place, view->jacobian_next, n * n * sizeof *place);
   return place;
 }
 
-/* What the next solve can begin with. */
+/* The increment and its force, from which the next first guess extrapolates. */
+static void remember_solve(thrum_state *next, const thrum_state_view *view,
+                           const thrum_solve_report *report) {
+  const size_t vector = (size_t)next->rank * sizeof(double);
+  const int64_t at = thrum_past_at(view, next->report.steps);
+
+  // points of another mean force do not continue these
+  if (next->past_discrete != report->discrete)
+    next->past_count = 0;
+  next->past_discrete = report->discrete;
+  memcpy(view->past_q + at, view->middle, vector);
+  memcpy(view->past_r + at, view->force, vector);
+  next->past_count =
+      next->past_count < THRUM_PAST_SOLVES ? next->past_count + 1 : THRUM_PAST_SOLVES;
+  next->guess_last = report->guess;
+}
+
+/* The history that the next solve begins with. */
 static void remember(thrum_state *next, const thrum_state_view *view,
                      const thrum_solve_report *report) {
-  const size_t vector = (size_t)next->rank * sizeof(double);
-  const int32_t n = next->rank - next->split;
-  if (report->solved) {
-    if (next->past_ends != report->ends)
-      next->past_count = 0;
-    next->past_ends = report->ends;
-    memcpy(view->past_q + thrum_past_at(view, next->steps), view->middle, vector);
-    memcpy(view->past_r + thrum_past_at(view, next->steps), view->force, vector);
-    next->past_count = next->past_count < THRUM_PAST ? next->past_count + 1 : THRUM_PAST;
-    next->guess_last = report->guess;
-  }
-  if (report->slow)
-    next->eager_end = next->steps + 1 + THRUM_EAGER;
-  next->potential_step = report->potential_known ? next->steps + 1 : -1;
+  const int64_t step = next->report.steps;
+  if (report->solved)
+    remember_solve(next, view, report);
+  if (report->late_refresh)
+    next->eager_end = step + 1 + EAGER_STEPS;
+  if (report->discrete_failed)
+    next->average_field_end = step + 1 + AVERAGE_FIELD_STEPS;
+
+  // the energy integrator starts its next step from V and R at q'
+  next->potential_step = report->potential_known ? step + 1 : -1;
   next->potential = report->potential_known ? report->potential : 0.0;
   if (report->potential_known)
-    memcpy(view->force_now, view->force_2, vector);
-  if (report->path)
-    next->path_end = next->steps + 1 + THRUM_PATH;
+    memcpy(view->force_now, view->force_2, (size_t)next->rank * sizeof(double));
+
+  // a Jacobian of full Newton is factored, not inverted, and is not kept
   double *inverse = view->inverse[0];
   if (report->refreshed)
     inverse = keep_inverse(next, view);
   else if (report->newton)
     next->jacobian_kept = 0;
+
+  // an inverse that has learnt is no longer that of one step
   if (report->solved && next->jacobian_kept && report->learnt > 0 && !report->extrapolated) {
-    thrum_secant_fold(view->kernel, view->pairs, view->stride, n, report->learnt, inverse);
+    thrum_secant_fold(view->kernel, view->pairs, view->stride, next->rank - next->split,
+                      report->learnt, inverse);
     if (!report->refreshed)
       next->inverse_step[0] = -1;
   }
 }
 
-/* Candidates and the header to be into the state. */
+/* Counts the step in the report of the state. */
+static void count_step(thrum_state *next, const thrum_solve_report *report) {
+  const bool switched =
+      next->scheme == THRUM_SCHEME_ENERGY && next->def.integrator == THRUM_INTEGRATOR_IMEXV;
+  thrum_state_report *counts = &next->report;
+  counts->steps++;
+  counts->time += next->def.dt;
+  counts->iterations += report->iterations;
+  counts->factorisations += report->factorisations;
+  counts->iterations_last = report->iterations;
+  counts->residual_last = report->residual;
+
+  // steps out of the ordinary
+  counts->newton_steps += report->newton ? 1 : 0;
+  counts->energy_steps += report->fallback_level == THRUM_FALLBACK_ENERGY ? 1 : 0;
+  counts->substep_steps += report->fallback_level == THRUM_FALLBACK_SUBSTEPS ? 1 : 0;
+  counts->switched_steps += switched ? 1 : 0;
+}
+
+/* Writes the candidates and the header to be into the state. */
 static void commit(thrum_step_run *run, double amplitude) {
   thrum_state *next = &run->next;
   const thrum_state_view *view = &run->view;
-  const thrum_solve_report *report = &run->report;
   const size_t vector = (size_t)next->rank * sizeof(double);
-  // an energy that is finite has momenta that are
-  if (report->energy_known && isfinite(report->energy)) {
-    memcpy(view->q_kept, run->q, vector);
-    memcpy(view->p_kept, view->p_kept_next, vector);
-    next->kept_step = next->steps;
+
+  // the state before this step, should the next one repeat it; a finite energy has finite momenta
+  if (run->report.energy_known && isfinite(run->report.energy)) {
+    memcpy(view->q_before, run->q, vector);
+    memcpy(view->p_before, view->p_before_next, vector);
+    next->monitor.before_step = next->report.steps;
   }
+
   memcpy(run->q, view->q_next, vector);
   memcpy(run->p, view->p_next, vector);
   memcpy(view->load_before, view->load, vector);
   if (next->scheme == THRUM_SCHEME_NEWMARK)
     memcpy(view->acceleration, view->acceleration_next, vector);
-  remember(next, view, report);
-  if (view->guided) {
-    memcpy(view->guide, view->guide_next, vector);
-    memcpy(view->guide_whole, view->guide_whole_next, vector);
+  if (view->power_sampled) {
+    memcpy(view->power_explicit, view->power_explicit_next, vector);
+    memcpy(view->power_whole, view->power_whole_next, vector);
   }
-  const bool handed =
-      next->scheme == THRUM_SCHEME_ENERGY && next->integrator == THRUM_INTEGRATOR_IMEXV;
-  next->steps++;
-  next->time += next->dt;
-  next->iterations += report->iterations;
-  next->factorisations += report->factorisations;
-  next->newton_steps += report->newton ? 1 : 0;
-  next->energy_steps += report->fallback_level == THRUM_FALLBACK_ENERGY ? 1 : 0;
-  next->substep_steps += report->fallback_level == THRUM_FALLBACK_SUBSTEPS ? 1 : 0;
-  next->switched_steps += handed ? 1 : 0;
-  next->iterations_last = report->iterations;
-  next->residual_last = report->residual;
+
+  // the header last: the parts before still need the number of the step
+  remember(next, view, &run->report);
+  count_step(next, &run->report);
   next->amplitude = fmax(next->amplitude, amplitude);
   *run->state = *next;
 }
 
-static thrum_status say_failure(const thrum_state *state, thrum_status status, thrum_error *error) {
-  if (status == THRUM_NOT_FINITE)
-    return thrum_error_set(error, status,
-                           "step %lld at t = %g s leaves the range of finite numbers; the state is "
-                           "as it was before it: lower dt or the load",
-                           (long long)state->steps, state->time);
-  return thrum_error_set(error, status,
-                         "step %lld at t = %g s did not converge; the state is as it was before "
-                         "it: lower dt or the load, or raise iterations_max",
-                         (long long)state->steps, state->time);
-}
+/* --- the parts of a step ---------------------------------------------------------------------- */
 
-/* One step of the present scheme. */
-static thrum_status attempt(const thrum_model *model, const thrum_state *state,
-                            thrum_state_view *view, thrum_solve_report *report) {
-  switch ((thrum_scheme)state->scheme) {
-  case THRUM_SCHEME_QUADRATIC:
-    return thrum_step_quadratic(model, state, view, report);
-  case THRUM_SCHEME_ENERGY:
-    return thrum_step_energy(model, state, view, report);
-  case THRUM_SCHEME_NEWMARK:
-    return thrum_step_newmark(model, state, view, report);
-  case THRUM_SCHEME_COMPONENT:
-    break;
-  }
-  return thrum_step_imexv(model, state, view, report);
-}
-
-/* As if the watch had not looked. */
-static void unwatch(thrum_step_run *run) {
+/* Continues as if the stability monitor had not looked. */
+static void drop_monitor(thrum_step_run *run) {
   run->next = *run->state;
   run->view.p = run->p;
-  run->view.guided = run->samples = false;
+  run->view.power_sampled = run->samples = false;
 }
 
-thrum_status thrum_step_begin(const thrum_model *model, thrum_state *state, const thrum_lent *lent,
-                              thrum_step_run *run, thrum_error *error) {
-  const thrum_status status = thrum_state_check(model, state, error);
-  if (status != THRUM_OK)
-    return status;
+thrum_status thrum_step_begin(const thrum_model *model, thrum_state *state,
+                              const thrum_borrowed_workspace *borrowed, thrum_step_run *run,
+                              thrum_error *error) {
+  THRUM_TRY(thrum_state_check(model, state, error));
   run->state = state;
   run->next = *state;
   run->view = thrum_state_view_of(state);
   run->q = run->view.q;
   run->p = run->view.p;
-  if (lent)
-    thrum_state_lend(&run->view, lent);
-  // not all schemes have one
+  if (borrowed)
+    thrum_state_view_borrow(&run->view, borrowed);
+
+  // only Newmark fills it, and all schemes are checked for finite candidates
   memset(run->view.acceleration_next, 0, (size_t)state->rank * sizeof(double));
   memset(&run->report, 0, sizeof run->report);
-  if (thrum_stability_before(model, &run->next, &run->view, &run->samples) != THRUM_OK)
-    unwatch(run);
+  if (thrum_stability_before(model, &run->next, &run->view, &run->samples) < 0)
+    drop_monitor(run);
   return THRUM_OK;
 }
 
@@ -158,68 +183,88 @@ void thrum_step_monitor(const thrum_model *model, thrum_step_run *run, bool prod
     return;
   if (!product_there)
     thrum_stability_multiply(model, &run->next, &run->view);
-  if (thrum_stability_sample(model, &run->next, &run->view) != THRUM_OK)
-    unwatch(run);
+  if (thrum_stability_sample(model, &run->next, &run->view) < 0)
+    drop_monitor(run);
 }
 
 thrum_status thrum_step_attempt(const thrum_model *model, thrum_step_run *run) {
-  return attempt(model, &run->next, &run->view, &run->report);
+  switch ((thrum_scheme)run->next.scheme) {
+  case THRUM_SCHEME_QUADRATIC:
+    return thrum_step_quadratic(model, &run->next, &run->view, &run->report);
+  case THRUM_SCHEME_ENERGY:
+    return thrum_step_energy(model, &run->next, &run->view, &run->report);
+  case THRUM_SCHEME_NEWMARK:
+    return thrum_step_newmark(model, &run->next, &run->view, &run->report);
+  case THRUM_SCHEME_COMPONENT:
+    break;
+  }
+  return thrum_step_imexv(model, &run->next, &run->view, &run->report);
 }
 
-/* What becomes of an attempt: the watch may prefer the step of design 7; then the fallback. With
- * the scaled norm of the motion. */
+/* From the status of the attempt to candidates that may be committed, and the scaled norm of their
+ * motion: the stability monitor, then the fallback chain. */
 static thrum_status settle(const thrum_model *model, thrum_step_run *run, thrum_status status,
                            double *amplitude) {
   thrum_state *next = &run->next;
   thrum_state_view *view = &run->view;
-  if (status == THRUM_OK)
-    thrum_stability_ahead(model, next, view, &run->report);
-  // a step that failed may have been spoilt by the one before, which stage 1 then has seen
-  const thrum_stability_decision decision = thrum_stability_judge(next, &run->report);
+  if (status >= 0)
+    thrum_stability_look_ahead(model, next, view, &run->report);
+
+  // also after a failure: the step before may have spoilt this one, which its kick then has seen
+  const thrum_stability_decision decision = thrum_stability_decide(next, &run->report);
   if (decision != THRUM_DECISION_CONTINUE) {
-    status = thrum_stability_switch(model, next, view, decision, &run->report);
-    if (status == THRUM_OK)
+    status = thrum_stability_switch_to_energy(model, next, view, decision, &run->report);
+    if (status >= 0)
       status = thrum_step_attempt(model, run);
   }
-  if (status == THRUM_OK) {
-    *amplitude = thrum_state_amplitude(model, next, view->q_next, view->p_next);
+
+  // a step is solved when its candidates are finite
+  if (status >= 0) {
+    *amplitude = thrum_motion_norm(model, next, view->q_next, view->p_next);
     if (isfinite(*amplitude))
       return THRUM_OK;
     status = THRUM_NOT_FINITE;
   }
-  status = thrum_fallback_run(model, next, view, status, &run->report);
-  if (status == THRUM_OK)
-    *amplitude = thrum_state_amplitude(model, next, view->q_next, view->p_next);
-  return status;
+  THRUM_TRY(thrum_fallback_run(model, next, view, status, &run->report));
+  *amplitude = thrum_motion_norm(model, next, view->q_next, view->p_next);
+  return THRUM_OK;
+}
+
+static thrum_status say_failure(const thrum_state *state, thrum_status status, thrum_error *error) {
+  const long long step = (long long)state->report.steps;
+  if (status == THRUM_NOT_FINITE)
+    return thrum_error_set(error, status,
+                           "step %lld at t = %g s leaves the range of finite numbers; the state is "
+                           "as it was before it: lower dt or the load",
+                           step, state->report.time);
+  return thrum_error_set(error, status,
+                         "step %lld at t = %g s did not converge; the state is as it was before "
+                         "it: lower dt or the load, or raise iterations_max",
+                         step, state->report.time);
 }
 
 thrum_status thrum_step_end(const thrum_model *model, thrum_step_run *run, thrum_status attempted,
                             thrum_error *error) {
-  thrum_state *state = run->state;
-  thrum_state_view *view = &run->view;
   double amplitude = 0.0;
   thrum_status status = settle(model, run, attempted, &amplitude);
-  if (status == THRUM_OK) {
-    // an amplitude that overflows would make every later residual look small
-    if (isfinite(amplitude) && thrum_all_finite(view->acceleration_next, state->rank)) {
-      thrum_stability_after(model, &run->next, view);
-      thrum_energy_correction_after(model, &run->next, view, &run->report);
-      commit(run, amplitude);
-    } else {
-      status = THRUM_NOT_FINITE;
-    }
-  }
-  if (status != THRUM_OK)
-    return say_failure(state, status, error);
+
+  // an amplitude that overflows would make every later residual look small
+  if (status >= 0 &&
+      (!isfinite(amplitude) || !thrum_all_finite(run->view.acceleration_next, run->state->rank)))
+    status = THRUM_NOT_FINITE;
+  if (status < 0)
+    return say_failure(run->state, status, error);
+
+  thrum_stability_after(model, &run->next, &run->view);
+  thrum_energy_correction_after(model, &run->next, &run->view, &run->report);
+  commit(run, amplitude);
   const bool fell_back = run->report.newton || run->report.fallback_level != THRUM_FALLBACK_NONE;
   return fell_back ? THRUM_FELL_BACK : THRUM_OK;
 }
 
 thrum_status thrum_step(const thrum_model *model, thrum_state *state, thrum_error *error) {
   thrum_step_run run;
-  const thrum_status status = thrum_step_begin(model, state, NULL, &run, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(thrum_step_begin(model, state, NULL, &run, error));
   thrum_step_monitor(model, &run, false);
   return thrum_step_end(model, &run, thrum_step_attempt(model, &run), error);
 }

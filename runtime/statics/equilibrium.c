@@ -20,7 +20,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "runtime/dynamics/state_private.h"
+#include "runtime/base/finite.h"
+#include "runtime/dynamics/state_def.h"
 #include "runtime/linear_algebra/symmetric.h"
 #include "thrum/polynomial.h"
 

@@ -3,7 +3,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/state_support.h"
 
-#include "runtime/dynamics/state_private.h"
+#include "runtime/dynamics/implicit_problem.h"
 #include "runtime/polynomial/polynomial_private.h"
 
 enum { RANK = 6, LOW = 2 };

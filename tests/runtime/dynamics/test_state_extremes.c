@@ -3,7 +3,8 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/state_support.h"
 
-#include "runtime/dynamics/state_private.h"
+#include "runtime/base/finite.h"
+#include "runtime/dynamics/state_layout.h"
 
 enum { RANK = 4, ROUNDS = 300, CALLS = 40, INTEGRATORS = 5 };
 
@@ -43,14 +44,15 @@ static thrum_state_def any_def(random_state *random) {
 static void expect_finite(thrum_state *state, const char *call) {
   const thrum_state_view view = thrum_state_view_of(state);
   const thrum_state_report report = thrum_state_report_get(state);
-  // the doubles of the header stand together, but for the amplitude
-  for (size_t at = offsetof(struct thrum_state, time);
-       at <= offsetof(struct thrum_state, stability_steady); at += sizeof(double)) {
+  // the doubles of the monitor stand together
+  for (size_t at = 0; at < offsetof(thrum_stability_monitor, samples); at += sizeof(double)) {
     double number;
-    memcpy(&number, (const unsigned char *)state + at, sizeof number);
+    memcpy(&number, (const unsigned char *)&state->monitor + at, sizeof number);
     if (!isfinite(number))
-      fail_msg("after %s the header holds %g at byte %d", call, number, (int)at);
+      fail_msg("after %s the monitor holds %g at byte %d", call, number, (int)at);
   }
+  assert_true(isfinite(state->target.energy) && isfinite(state->target.moved));
+  assert_true(isfinite(report.balance_peak) && isfinite(report.stability_number_peak));
   assert_true(isfinite(state->amplitude) && isfinite(report.time));
   // the inverses come last and count where one is kept only
   for (const double *at = view.q; at < view.inverses; at++)

@@ -1,0 +1,11 @@
+/* Tests for NaN and infinity. SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_RUNTIME_BASE_FINITE_H
+#define THRUM_RUNTIME_BASE_FINITE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/* True when all n values are finite. */
+bool thrum_all_finite(const double *values, int64_t n);
+
+#endif

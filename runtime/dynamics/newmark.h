@@ -1,0 +1,20 @@
+/* The step of the Newmark family; private to the runtime, see newmark.c.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_RUNTIME_DYNAMICS_NEWMARK_H
+#define THRUM_RUNTIME_DYNAMICS_NEWMARK_H
+
+#include "runtime/dynamics/solve_report.h"
+#include "runtime/dynamics/state_layout.h"
+
+/* One step: candidates into q_next, p_next and acceleration_next, also middle, force, pairs and,
+ * when refreshed, jacobian_next; nothing that persists is written. THRUM_OK, THRUM_NOT_CONVERGED or
+ * THRUM_NOT_FINITE. */
+thrum_status thrum_step_newmark(const thrum_model *model, const thrum_state *state,
+                                thrum_state_view *view, thrum_solve_report *report);
+
+/* a = -R(q) - D v, without a load, into `acceleration` (rank). Overwrites force and product. */
+void thrum_newmark_acceleration(const thrum_model *model, const thrum_state *state,
+                                thrum_state_view *view, const double *q, const double *v,
+                                double *acceleration);
+
+#endif

@@ -1,0 +1,36 @@
+/* Quasi-Newton for an implicit problem; private to the runtime, see quasi_newton.c.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_RUNTIME_DYNAMICS_QUASI_NEWTON_H
+#define THRUM_RUNTIME_DYNAMICS_QUASI_NEWTON_H
+
+#include "runtime/dynamics/implicit_problem.h"
+
+/* A solve one evaluation at a time, so that a batch can evaluate several states together: begin,
+ * then while the answer is EVALUATE put R at view->middle into `evaluated` and take. Where `ahead`
+ * is set the first evaluation will need the stiffness too, which may be put into jacobian_next and
+ * then be marked in `assembled`. */
+typedef struct thrum_quasi {
+  thrum_secant inverse;
+  double before;  /* residual of the evaluation before */
+  int32_t done;   /* iterations */
+  bool known;     /* there is an inverse */
+  bool fresh;     /* it was made at this evaluation */
+  bool ahead;     /* it is to be made at the first evaluation */
+  bool assembled; /* the stiffness for it is in jacobian_next */
+} thrum_quasi;
+
+typedef enum thrum_quasi_next {
+  THRUM_QUASI_EVALUATE,
+  THRUM_QUASI_DONE,
+  THRUM_QUASI_STUCK /* full Newton is to be tried */
+} thrum_quasi_next;
+
+void thrum_quasi_begin(const thrum_solver *s, thrum_quasi *quasi);
+thrum_quasi_next thrum_quasi_take(const thrum_solver *s, thrum_quasi *quasi);
+
+/* The whole solve: the increment in view->unknown, R + D v - f in view->total, q + at d in
+ * view->middle and v in view->velocity; R where `evaluated` says if the report says verified, else
+ * in view->force. False when it is stuck. */
+bool thrum_quasi_solve(const thrum_solver *s);
+
+#endif

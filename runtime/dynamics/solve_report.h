@@ -1,0 +1,47 @@
+/* What one step's solve did, committed to the state with the step; private to the runtime.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_RUNTIME_DYNAMICS_SOLVE_REPORT_H
+#define THRUM_RUNTIME_DYNAMICS_SOLVE_REPORT_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+typedef enum thrum_fallback_level {
+  THRUM_FALLBACK_NONE = 0, /* quasi-Newton or full Newton solved the step */
+  THRUM_FALLBACK_ENERGY,   /* one step of the energy integrator */
+  THRUM_FALLBACK_SUBSTEPS  /* several shorter steps */
+} thrum_fallback_level;
+
+typedef struct thrum_solve_report {
+  int32_t iterations;
+  int32_t factorisations;
+  bool newton;          /* full Newton was needed */
+  bool late_refresh;    /* quasi-Newton found too late that it needs a new Jacobian */
+  bool verified;        /* R was evaluated at the increment found */
+  bool solved;          /* the increment came from a solve, so the next guess may extrapolate it */
+  bool refreshed;       /* jacobian_next replaces the newest inverse, */
+  bool extrapolated;    /* or has stood in for it */
+  int32_t learnt;       /* BFGS corrections to be folded into it */
+  double guess;         /* scaled residual of the first guess, relative to the scaled step */
+  double reached;       /* the same of the last evaluation */
+  bool discrete;        /* energy: the mean force was that of the discrete gradient */
+  bool discrete_failed; /* energy: the solve with the discrete gradient failed */
+  bool saw_nonfinite;
+  bool potential_known;
+  bool energy_known;
+  bool energy_ahead; /* `energy` is that of the end of the step, less what the step's work added */
+  bool load_jumped;  /* a load jump has spoilt the step */
+  thrum_fallback_level fallback_level;
+  double residual;               /* scaled, relative to the scaled step */
+  double potential;              /* V(q'), where potential_known [J] */
+  double potential_start;        /* energy: V(q) [J] */
+  double inverse_square;         /* energy: 1/|d|^2, less where sigma would be rounding */
+  double along_step;             /* energy: sigma, the mean force's part along d [s^-2] */
+  double bordered;               /* energy: J0^-1 d along h^2/2 grad(sigma) */
+  double energy;                 /* at the start of the step, for the stability monitor [J] */
+  double switch_energy;          /* what a switch for one of the two reasons above compares with */
+  double modified_energy;        /* how far Stoermer-Verlet's modified Hamiltonian lies below it */
+  double modified_energy_change; /* what the load of the step to come adds to that [J] */
+} thrum_solve_report;
+
+#endif

@@ -1,0 +1,121 @@
+/* Where the arrays of a state lie in its block (state_layout.h).
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "runtime/dynamics/state_layout.h"
+
+#include <string.h>
+
+#include "runtime/base/alignment_check.h"
+#include "runtime/dynamics/secant.h"
+
+/* Doubles of each kind of array, rounded up to whole alignments. */
+typedef struct sizes {
+  uint64_t vector, past, pairs, work, restricted, inverse, inverses, next, tangent;
+} sizes;
+
+static uint64_t round_up(uint64_t doubles) {
+  const uint64_t lane = THRUM_ALIGNMENT / sizeof(double);
+  return (doubles + lane - 1) / lane * lane;
+}
+
+static sizes sizes_of(const thrum_state *state) {
+  const uint64_t vector = round_up((uint64_t)state->rank);
+  const uint64_t inverse = round_up((uint64_t)state->kept_count);
+  const sizes s = {
+      .vector = vector,
+      .past = THRUM_PAST_SOLVES * vector,
+      .pairs = 2 * THRUM_SECANT_PAIRS * vector,
+      .work = round_up((uint64_t)state->work_count),
+      .restricted = round_up((uint64_t)state->restricted_count),
+      .inverse = inverse,
+      .inverses = THRUM_INVERSES * inverse,
+      .next = round_up((uint64_t)state->next_count),
+      .tangent = round_up((uint64_t)state->tangent_count),
+  };
+  return s;
+}
+
+static uint64_t header_doubles(void) {
+  return round_up((sizeof(thrum_state) + sizeof(double) - 1) / sizeof(double));
+}
+
+uint64_t thrum_state_layout_bytes(const thrum_state *state) {
+  const sizes s = sizes_of(state);
+  uint64_t doubles = header_doubles();
+#define X(name, size) doubles += s.size;
+  THRUM_STATE_ARRAYS(X)
+  THRUM_STATE_SCRATCH(X)
+#undef X
+  return doubles * sizeof(double);
+}
+
+size_t thrum_state_kept_bytes(const thrum_state *state) {
+  if (!state)
+    return 0;
+  const sizes s = sizes_of(state);
+  uint64_t doubles = header_doubles();
+#define X(name, size) doubles += s.size;
+  THRUM_STATE_ARRAYS(X)
+#undef X
+  return (size_t)(doubles * sizeof(double));
+}
+
+thrum_state_view thrum_state_view_of(thrum_state *state) {
+  const sizes s = sizes_of(state);
+  thrum_state_view view;
+  memset(&view, 0, sizeof view);
+
+  // the arrays follow the header in the order of their lists
+  double *at = (double *)(void *)state + header_doubles();
+#define X(name, size)                                                                              \
+  view.name = at;                                                                                  \
+  at += s.size;
+  THRUM_STATE_ARRAYS(X)
+  THRUM_STATE_SCRATCH(X)
+#undef X
+
+  // the inverses are a ring, and a newer one takes the place of the oldest
+  for (int j = 0; j < THRUM_INVERSES; j++) {
+    const int place = (state->inverse_place + THRUM_INVERSES - j) % THRUM_INVERSES;
+    view.inverse[j] = view.inverses + (size_t)place * s.inverse;
+  }
+
+  view.stride = (int64_t)s.vector;
+  view.kernel = thrum_kernel_get(state->def.kernel);
+  return view;
+}
+
+/* Doubles of each kind of array that `vectors` of a borrowed workspace holds. */
+#define BORROWED_vector(stride) (stride)
+#define BORROWED_pairs(stride) (2 * THRUM_SECANT_PAIRS * (stride))
+#define BORROWED_work(stride) 0
+#define BORROWED_restricted(stride) 0
+#define BORROWED_next(stride) 0
+#define BORROWED_tangent(stride) 0
+
+int64_t thrum_borrowed_vectors(int64_t rank) {
+  const int64_t stride = (int64_t)round_up((uint64_t)rank);
+  int64_t count = 0;
+#define X(name, size) count += BORROWED_##size(stride);
+  THRUM_STATE_SCRATCH(X)
+#undef X
+  return count;
+}
+
+void thrum_state_view_borrow(thrum_state_view *view, const thrum_borrowed_workspace *borrowed) {
+  if (borrowed->work)
+    view->work = borrowed->work;
+  if (borrowed->restricted)
+    view->restricted = borrowed->restricted;
+  if (!borrowed->vectors)
+    return;
+
+  // the vectors in the order of their list
+  double *at = borrowed->vectors;
+#define X(name, size)                                                                              \
+  if (BORROWED_##size(view->stride) > 0) {                                                         \
+    view->name = at;                                                                               \
+    at += BORROWED_##size(view->stride);                                                           \
+  }
+  THRUM_STATE_SCRATCH(X)
+#undef X
+}

@@ -1,0 +1,38 @@
+/* One step in four parts, so that a batch can evaluate the model for many states together;
+ * private to the runtime, see step.c.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_RUNTIME_DYNAMICS_STEP_H
+#define THRUM_RUNTIME_DYNAMICS_STEP_H
+
+#include "runtime/dynamics/solve_report.h"
+#include "runtime/dynamics/state_layout.h"
+
+typedef struct thrum_step_run {
+  thrum_state *state;
+  thrum_state next; /* the header to be */
+  thrum_state_view view;
+  double *q, *p; /* those of the state; the view may come to have others */
+  thrum_solve_report report;
+  bool samples; /* the stability monitor needs a product: see thrum_stability_before */
+} thrum_step_run;
+
+/* Checks the state and lets the stability monitor begin; borrowed may be NULL. After a failure
+ * there is nothing to end. */
+thrum_status thrum_step_begin(const thrum_model *model, thrum_state *state,
+                              const thrum_borrowed_workspace *borrowed, thrum_step_run *run,
+                              thrum_error *error);
+
+/* Lets the stability monitor choose the scheme, run->next.scheme, by the product that it needs,
+ * which is made here unless product_there. */
+void thrum_step_monitor(const thrum_model *model, thrum_step_run *run, bool product_there);
+
+/* One step of that scheme: candidates into the view, nothing that persists is written. THRUM_OK,
+ * THRUM_NOT_CONVERGED or THRUM_NOT_FINITE. */
+thrum_status thrum_step_attempt(const thrum_model *model, thrum_step_run *run);
+
+/* Ends the step from the status of the attempt on: stability monitor, fallback chain, commit.
+ * Returns what thrum_step returns. */
+thrum_status thrum_step_end(const thrum_model *model, thrum_step_run *run, thrum_status attempted,
+                            thrum_error *error);
+
+#endif
