@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Links of the documentation lead to files that exist and to headings that these have.
 
-So do names of source files in backquotes, such as `runtime/dynamics/step.c`. Every page of docs/ must also be reachable from docs/index.md, in one step or through a page that it links to.
+So do names of source files in backquotes, such as `runtime/dynamics/step.c`. Every page of docs/ must also be
+reachable from docs/index.md, in one step or through a page that it links to.
 usage: test_links.py SOURCE
 SPDX-License-Identifier: Apache-2.0
 """
