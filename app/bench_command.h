@@ -2,16 +2,15 @@
 #ifndef THRUM_APP_BENCH_COMMAND_H
 #define THRUM_APP_BENCH_COMMAND_H
 
-typedef struct cli_bench {
-  const char *name;
-  int (*run)(int argc, char **argv); /* argv[0] is its name */
-  const char *summary;
-} cli_bench;
+#include "config/options.h"
 
-int bench_batch_command(int argc, char **argv);
-int bench_displacement_command(int argc, char **argv);
-int bench_step_command(int argc, char **argv);
-int bench_kernels_command(int argc, char **argv);
-int bench_pipeline_command(int argc, char **argv);
+/* X(name); argv[0] is it */
+#define BENCH_COMMAND_LIST(X) X(step) X(kernels) X(batch) X(displacement) X(precompute)
+
+#define X(name)                                                                                    \
+  extern const config_command command_bench_##name;                                                \
+  int bench_##name##_command(int argc, char **argv);
+BENCH_COMMAND_LIST(X)
+#undef X
 
 #endif

@@ -46,6 +46,6 @@ static thrum_status run(const bench_request *request, const thrum_model *model, 
 int bench_batch_command(int argc, char **argv) {
   static const char *const curves[] = {"us_per_step", "us_per_step_alone", NULL};
   bench_request request;
-  const int code = bench_options_read("bench batch", argc, argv, &request);
+  const int code = bench_options_read(&command_bench_batch, argc, argv, &request);
   return code != COMMAND_DONE ? code : bench_each_model(&request, run, curves);
 }

@@ -10,40 +10,34 @@
 #include "io/json.h"
 #include "precompute/build_info.h"
 
-static void print_help(void) {
-  fputs("usage: thrum bench displacement [OPTIONS]\n\n"
-        "Times u = U q of a body of random numbers: the single-precision surface that the library\n"
-        "offers for display against OpenBLAS' double-precision product with the same U, both on\n"
-        "one thread and taking turns; and the normals.\n\n"
-        "      --vertices N      shown vertices (default 19796)\n"
-        "      --rank R          reduced coordinates (default 30)\n"
-        "      --repetitions N   samples (default 200)\n"
-        "      --json            print one JSON object instead of the table\n"
-        "  -h, --help            this text\n\n"
-        "examples:\n"
-        "  thrum bench displacement\n"
-        "  thrum bench displacement --vertices 5000 --rank 60 --json\n",
-        stdout);
-}
-
 typedef struct request {
   bench_displacement bench;
   bool json;
 } request;
 
-#define FIELD(member) .field = offsetof(request, member)
+#define AT(member) CONFIG_AT(request, member)
 
-static const config_option table[] = {
-    {.name = "vertices", .kind = CONFIG_COUNT, FIELD(bench.vertices), .least = 3, .most = 1e7},
-    {.name = "rank", .kind = CONFIG_COUNT, FIELD(bench.rank), .least = 1, .most = THRUM_RANK_MAX},
-    {.name = "repetitions",
-     .kind = CONFIG_COUNT,
-     FIELD(bench.repetitions),
-     .least = 1,
-     .most = 1e6},
-    CONFIG_OPTION_JSON(request),
-    CONFIG_OPTION_HELP(print_help),
-    {.name = NULL},
+static const config_option options[] = {
+    OPTION_COUNT("vertices", "19796", "shown vertices", AT(bench.vertices), CONFIG_RANGE(3, 1e7)),
+    OPTION_COUNT("rank", "30", "reduced coordinates", AT(bench.rank),
+                 CONFIG_RANGE(1, THRUM_RANK_MAX)),
+    OPTION_COUNT("repetitions", "200", "samples", AT(bench.repetitions), CONFIG_RANGE(1, 1e6)),
+    OPTION_JSON(request),
+    OPTION_HELP,
+    OPTION_END,
+};
+
+const config_command command_bench_displacement = {
+    .name = "bench displacement",
+    .summary = "u = U q of a mesh that is shown",
+    .usage = "[OPTIONS]",
+    .about =
+        "Times u = U q of a body of random numbers: the single-precision surface that the library "
+        "offers for display against OpenBLAS' double-precision product with the same U, both on "
+        "one thread and taking turns; and the normals.",
+    .options = options,
+    .examples = "bench displacement\n"
+                "bench displacement --vertices 5000 --rank 60 --json",
 };
 
 static void print_json(const bench_displacement *bench) {
@@ -102,7 +96,7 @@ static void print_table(const bench_displacement *bench) {
 
 int bench_displacement_command(int argc, char **argv) {
   request asked = {.bench = {.vertices = 19796, .rank = 30, .repetitions = 200}};
-  const int code = config_options_read("bench displacement", table, argc, argv, &asked);
+  const int code = config_options_read(&command_bench_displacement, argc, argv, &asked);
   if (code != COMMAND_DONE)
     return code;
   if (optind < argc)

@@ -68,6 +68,6 @@ int bench_kernels_command(int argc, char **argv) {
       "us_energy",   "us_force",       "us_tangent", "us_tangent_vector",
       "us_restrict", "force_bound_us", NULL};
   bench_request request;
-  const int code = bench_options_read("bench kernels", argc, argv, &request);
+  const int code = bench_options_read(&command_bench_kernels, argc, argv, &request);
   return code != COMMAND_DONE ? code : bench_each_model(&request, run, curves);
 }

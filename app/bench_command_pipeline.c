@@ -34,63 +34,52 @@ static const char *const stage_names[] = {
 #undef X
 };
 
-static void print_help(void) {
-  fputs("usage: thrum bench precompute [OPTIONS]\n\n"
-        "Times the pipeline of thrum precompute on clamped beams, stage by stage, against the\n"
-        "size of the mesh or the rank, each run in a process of its own; and beside it one DSYRK\n"
-        "of the size of its Gram product. Seconds are of the processor, which another program on\n"
-        "the machine disturbs least; wall-clock seconds stand beside the totals.\n\n"
-        "      --tets LIST    sizes of mesh (default 1000,3000,10000,30000,100000)\n"
-        "      --ranks LIST   ranks instead, at one size of mesh (default size 10000)\n"
-        "      --modes K      linear modes (default 20)\n"
-        "      --rank R       rank of --tets (default 30)\n"
-        "      --threads N    threads of the linear algebra (default 1)\n"
-        "      --json         print one JSON object instead of the table\n"
-        "  -h, --help         this text\n\n"
-        "examples:\n"
-        "  thrum bench precompute\n"
-        "  thrum bench precompute --tets 100000 --modes 10\n"
-        "  thrum bench precompute --tets 10000 --ranks 10,20,40,80,100 --json\n",
-        stdout);
-}
-
-static int take_tets(const config_given *given, void *request) {
+static thrum_status take_tets(const config_given *given, void *request) {
   sweep *asked = request;
   return config_given_counts(given, POINTS_MAX, asked->sizes, &asked->size_count);
 }
 
-static int take_ranks(const config_given *given, void *request) {
+static thrum_status take_ranks(const config_given *given, void *request) {
   sweep *asked = request;
   asked->over_rank = true;
   return config_given_counts(given, POINTS_MAX, asked->points, &asked->count);
 }
 
-#define FIELD(member) .kind = CONFIG_COUNT, .least = 1, .field = offsetof(sweep, member)
+#define AT(member) CONFIG_AT(sweep, member)
 
-static const config_option table[] = {
-    {.name = "tets",
-     .kind = CONFIG_TEXT,
-     .take = take_tets,
-     .least = 1,
-     .most = 1e7,
-     .wants = "up to 16 whole numbers from 1 to 10000000"},
-    {.name = "ranks",
-     .kind = CONFIG_TEXT,
-     .take = take_ranks,
-     .least = 1,
-     .most = THRUM_RANK_MAX,
-     .wants = "up to 16 whole numbers from 1 to 512"},
-    {.name = "modes", FIELD(modes), .most = 10000},
-    {.name = "rank", FIELD(rank), .most = THRUM_RANK_MAX},
-    {.name = "threads", FIELD(threads), .most = CONFIG_THREADS_MAX},
-    CONFIG_OPTION_JSON(sweep),
-    CONFIG_OPTION_HELP(print_help),
-    {.name = NULL},
+static const config_option options[] = {
+    OPTION_TEXT("tets", "LIST", "1000,3000,10000,30000,100000; with --ranks 10000", "sizes of mesh",
+                .take = take_tets, CONFIG_RANGE(1, 1e7),
+                .wants = "up to 16 whole numbers from 1 to 10000000"),
+    OPTION_TEXT("ranks", "LIST", NULL, "ranks instead, at one size of mesh", .take = take_ranks,
+                CONFIG_RANGE(1, THRUM_RANK_MAX), .wants = "up to 16 whole numbers from 1 to 512"),
+    OPTION_COUNT("modes", "20", "linear modes", AT(modes), CONFIG_RANGE(1, 10000)),
+    OPTION_COUNT("rank", "30", "rank of --tets", AT(rank), CONFIG_RANGE(1, THRUM_RANK_MAX)),
+    OPTION_COUNT("threads", "1", "threads of the linear algebra", AT(threads),
+                 CONFIG_RANGE(1, CONFIG_THREADS_MAX)),
+    OPTION_JSON(sweep),
+    OPTION_HELP,
+    OPTION_END,
+};
+
+const config_command command_bench_precompute = {
+    .name = "bench precompute",
+    .summary = "the pipeline against mesh size or rank",
+    .usage = "[OPTIONS]",
+    .about =
+        "Times the pipeline of thrum precompute on clamped beams, stage by stage, against the size "
+        "of the mesh or the rank, each run in a process of its own; and beside it one DSYRK of the "
+        "size of its Gram product. Seconds are of the processor, which another program on the "
+        "machine disturbs least; wall-clock seconds stand beside the totals.",
+    .options = options,
+    .examples = "bench precompute\n"
+                "bench precompute --tets 100000 --modes 10\n"
+                "bench precompute --tets 10000 --ranks 10,20,40,80,100 --json",
 };
 
 static int read_options(int argc, char **argv, sweep *asked) {
   static const int64_t usual[] = {1000, 3000, 10000, 30000, 100000};
-  const int code = config_options_read("bench precompute", table, argc, argv, asked);
+  const int code = config_options_read(&command_bench_precompute, argc, argv, asked);
   if (code != COMMAND_DONE)
     return code;
   if (optind < argc)
@@ -238,7 +227,7 @@ static void print_table(const sweep *asked) {
          "seconds over those of one DSYRK of its size.\n");
 }
 
-int bench_pipeline_command(int argc, char **argv) {
+int bench_precompute_command(int argc, char **argv) {
   sweep asked = {.modes = 20, .rank = 30, .tets = 10000, .threads = 1};
   const int code = read_options(argc, argv, &asked);
   if (code != COMMAND_DONE)

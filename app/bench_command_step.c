@@ -56,6 +56,6 @@ static thrum_status run(const bench_request *request, const thrum_model *model, 
 int bench_step_command(int argc, char **argv) {
   static const char *const curves[] = {"us_per_step", "us_per_step_median", "bound_us", NULL};
   bench_request request;
-  const int code = bench_options_read("bench step", argc, argv, &request);
+  const int code = bench_options_read(&command_bench_step, argc, argv, &request);
   return code != COMMAND_DONE ? code : bench_each_model(&request, run, curves);
 }

@@ -7,70 +7,15 @@
 #include "app/bench_options.h"
 #include "config/message.h"
 #include "config/options.h"
-#include "driver/simulate_options.h"
+#include "driver/shared_options.h"
 
-/* They share a table, so that the help goes by the command. */
-static int print_help(const config_given *given, void *request) {
-  (void)request;
-  const char *command = given->command;
-  const bool batch = strcmp(command, "bench batch") == 0;
-  const bool step = batch || strcmp(command, "bench step") == 0;
-  printf("usage: thrum %s [MODEL] [OPTIONS]\n\n", command);
-  fputs(
-      batch
-          ? "Microseconds of the processor for a step of one of many bodies that swing, one by one "
-            "and\ntogether, on one core, both ways in turns.\n\n"
-      : step ? "Microseconds of a step of a body that swings, on one core. Every batch of steps "
-               "begins at\nthe same snapshot.\n\n"
-             : "Microseconds of each pass over the coefficients, on one core:\n"
-               "  V                the energy at q\n"
-               "  R and V          the internal force and the energy\n"
-               "  T                the tangent stiffness, rank x rank\n"
-               "  T v              the tangent stiffness times a vector\n"
-               "  V at held q_E    V with all but |I| modes held, a quartic in those\n"
-               "  T_II             its tangent stiffness\n\n",
-      stdout);
-  printf("MODEL is a model file; without one the body is beam:20x3x3@1x0.15x0.15, held at one end, "
-         "at\neach rank.\n\n"
-         "      --rank R,R,...     ranks of the beam (default %s)\n"
-         "      --kernel NAME      reference, avx2, avx512, neon, wasm or best (default)\n",
-         batch ? "30" : "5,10,15,20,30,45,60");
-  if (batch)
-    fputs("      --bodies N         how many (default 300)\n", stdout);
-  if (step) {
-    fputs("      --integrator NAME  imexv (default), newmark, verlet, midpoint or energy\n"
-          "      --dt S             time step [s] (default 0.003)\n"
-          "      --implicit N       choose the time step so that exactly N modes are implicit for "
-          "imexv\n"
-          "                         (the others take the same step)\n"
-          "      --swing METRES     amplitude of the first mode (default 0.4)\n"
-          "      --steps N          steps of a batch (default: about 5 ms of them)\n",
-          stdout);
-  } else {
-    fputs("      --implicit N       |I| of the last two passes (default 3)\n", stdout);
-  }
-  printf("      --batches N        batches (default %d)\n"
-         "      --no-machine       do not measure the machine's own rates\n"
-         "  -o, --output FOLDER    also write %s.csv and a plot into the folder\n"
-         "      --json             print one JSON object instead of the table\n"
-         "  -q, --quiet            no progress\n"
-         "  -h, --help             this text\n\n"
-         "examples:\n"
-         "  thrum %s --rank 30%s\n"
-         "  thrum %s --rank 15,30,60 --kernel avx2 --json\n\n"
-         "exit codes: 0 done, 1 refused, 2 usage\n",
-         batch ? 10 : 40, command + strlen("bench "), command, step ? " --implicit 3" : "",
-         command);
-  return COMMAND_HELPED;
-}
-
-static int take_ranks(const config_given *given, void *request) {
+static thrum_status take_ranks(const config_given *given, void *request) {
   bench_request *r = request;
   r->ranks_given = true;
   return config_given_counts(given, BENCH_RANKS_MAX, r->ranks, &r->rank_count);
 }
 
-static int take_kernel(const config_given *given, void *request) {
+static thrum_status take_kernel(const config_given *given, void *request) {
   for (int id = 0; thrum_kernel_name((thrum_kernel_id)id); id++) {
     if (strcmp(given->text, thrum_kernel_name((thrum_kernel_id)id)) != 0)
       continue;
@@ -78,63 +23,121 @@ static int take_kernel(const config_given *given, void *request) {
       return config_given_refuse(given, "--kernel %s: this machine or build does not have it",
                                  given->text);
     ((bench_request *)request)->kernel = (thrum_kernel_id)id;
-    return COMMAND_DONE;
+    return THRUM_OK;
   }
   return config_given_wrong(given);
 }
 
-static void choose_integrator(void *request, int index) {
-  ((bench_request *)request)->step.def.integrator = (thrum_integrator)index;
-}
-
-static int take_implicit(const config_given *given, void *request) {
-  int64_t count = 0;
-  const int code = config_given_count(given, &count);
-  if (code == COMMAND_DONE)
-    ((bench_request *)request)->step.implicit_wanted = (int)count;
-  return code;
-}
-
-static int take_no_machine(const config_given *given, void *request) {
+static thrum_status take_no_machine(const config_given *given, void *request) {
   (void)given;
   ((bench_request *)request)->machine = false;
-  return COMMAND_DONE;
+  return THRUM_OK;
 }
 
-#define FIELD(member) .field = offsetof(bench_request, member)
-#define SOME .kind = CONFIG_COUNT, .least = 1, .most = 1e6
-#define POSITIVE .kind = CONFIG_NUMBER, .most = INFINITY, .above = true
+#define AT(member) CONFIG_AT(bench_request, member)
+#define RANK_OPTION(otherwise)                                                                     \
+  OPTION_TEXT("rank", "R,R,...", otherwise, "ranks of the beam", .take = take_ranks,               \
+              CONFIG_RANGE(1, THRUM_RANK_MAX), .wants = "ranks from 1 to 512, as in 15,30")
+#define BATCHES_OPTION(otherwise)                                                                  \
+  OPTION_COUNT("batches", otherwise, "samples", AT(batches), CONFIG_RANGE(1, 1e6))
 
-static const config_option table[] = {
-    {.name = "rank",
-     .kind = CONFIG_TEXT,
-     .take = take_ranks,
-     .least = 1,
-     .most = THRUM_RANK_MAX,
-     .wants = "ranks from 1 to 512, as in 15,30"},
-    {.name = "integrator",
-     .kind = CONFIG_CHOICE,
-     .names = simulate_integrators,
-     .choose = choose_integrator},
-    {.name = "kernel",
-     .kind = CONFIG_TEXT,
-     .take = take_kernel,
-     .wants = "reference, avx2, avx512, neon, wasm or best"},
-    {.name = "implicit", .kind = CONFIG_COUNT, .take = take_implicit, .most = 1e6},
-    {.name = "dt", POSITIVE, FIELD(step.def.dt)},
-    {.name = "swing", POSITIVE, FIELD(step.swing)},
-    {.name = "batches", SOME, FIELD(batches)},
-    {.name = "steps", SOME, FIELD(step.steps)},
-    {.name = "bodies", SOME, FIELD(bodies)},
-    {.name = "no-machine", .kind = CONFIG_FLAG, .take = take_no_machine},
-    {.name = "output", .letter = 'o', .kind = CONFIG_TEXT, FIELD(folder)},
-    CONFIG_OPTION_JSON(bench_request),
-    CONFIG_OPTION_QUIET(bench_request),
-    {.name = "help", .letter = 'h', .kind = CONFIG_FLAG, .take = print_help},
-    {.name = NULL},
+static const config_option step_options[] = {
+    OPTION_INTEGRATOR(bench_request, step.def.integrator),
+    OPTION_DT(bench_request, step.def.dt),
+    OPTION_COUNT("implicit", NULL,
+                 "choose the time step so that exactly N modes are implicit for imexv (the others "
+                 "take the same step)",
+                 AT(step.implicit_wanted), CONFIG_RANGE(0, 1e6)),
+    OPTION_NUMBER("swing", "m", "0.4", "amplitude of the first mode", AT(step.swing),
+                  CONFIG_ABOVE(0)),
+    OPTION_COUNT("steps", "about 5 ms of them", "steps of a batch", AT(step.steps),
+                 CONFIG_RANGE(1, 1e6)),
+    OPTION_END,
 };
 
-int bench_options_read(const char *command, int argc, char **argv, bench_request *request) {
+static const config_option common_options[] = {
+    OPTION_TEXT("kernel", "NAME", "best", "of the passes over the coefficients",
+                .take = take_kernel, .wants = "reference, avx2, avx512, neon, wasm or best"),
+    OPTION_FLAG("no-machine", "do not measure the machine's own rates", .take = take_no_machine),
+    OPTION_TEXT("output", "FOLDER", NULL, "also write a table and a plot into the folder",
+                .letter = 'o', AT(folder)),
+    OPTION_JSON(bench_request),
+    OPTION_QUIET(bench_request),
+    OPTION_HELP,
+    OPTION_END,
+};
+
+static const config_option step_table[] = {
+    RANK_OPTION("5,10,15,20,30,45,60"),
+    BATCHES_OPTION("40"),
+    OPTION_GROUP(step_options, "", .field = 0),
+    OPTION_GROUP(common_options, "", .field = 0),
+    OPTION_END,
+};
+
+static const config_option batch_table[] = {
+    RANK_OPTION("30"),
+    BATCHES_OPTION("10"),
+    OPTION_COUNT("bodies", "300", "how many bodies", AT(bodies), CONFIG_RANGE(1, 1e6)),
+    OPTION_GROUP(step_options, "", .field = 0),
+    OPTION_GROUP(common_options, "", .field = 0),
+    OPTION_END,
+};
+
+static const config_option kernels_table[] = {
+    RANK_OPTION("5,10,15,20,30,45,60"),
+    BATCHES_OPTION("40"),
+    OPTION_COUNT("implicit", "3", "|I| of the last two passes", AT(step.implicit_wanted),
+                 CONFIG_RANGE(0, 1e6)),
+    OPTION_GROUP(common_options, "", .field = 0),
+    OPTION_END,
+};
+
+#define MODEL_ABOUT                                                                                \
+  "\n\nMODEL is a model file; without one the body is beam:20x3x3@1x0.15x0.15, held at one end, "  \
+  "at each rank."
+
+const config_command command_bench_step = {
+    .name = "bench step",
+    .summary = "a step of a body that swings",
+    .usage = "[MODEL] [OPTIONS]",
+    .about = "Microseconds of a step of a body that swings, on one core. Every batch of steps "
+             "begins at the same snapshot." MODEL_ABOUT,
+    .options = step_table,
+    .examples = "bench step --rank 30 --implicit 3\n"
+                "bench step --rank 15,30,60 --kernel avx2 --json",
+};
+
+const config_command command_bench_batch = {
+    .name = "bench batch",
+    .summary = "many bodies of one model stepped together",
+    .usage = "[MODEL] [OPTIONS]",
+    .about = "Microseconds of the processor for a step of one of many bodies that swing, one by "
+             "one and together, on one core, both ways in turns." MODEL_ABOUT,
+    .options = batch_table,
+    .examples = "bench batch --bodies 300 --rank 30\n"
+                "bench batch --rank 15,30,60 --kernel avx2 --json",
+};
+
+const config_command command_bench_kernels = {
+    .name = "bench kernels",
+    .summary = "the passes over the coefficients",
+    .usage = "[MODEL] [OPTIONS]",
+    .about = "Microseconds of each pass over the coefficients, on one core." MODEL_ABOUT,
+    .options = kernels_table,
+    .notes = "the passes:\n"
+             "  V                the energy at q\n"
+             "  R and V          the internal force and the energy\n"
+             "  T                the tangent stiffness, rank x rank\n"
+             "  T v              the tangent stiffness times a vector\n"
+             "  V at held q_E    V with all but |I| modes held, a quartic in those\n"
+             "  T_II             its tangent stiffness\n",
+    .examples = "bench kernels --rank 30\n"
+                "bench kernels --rank 15,30,60 --kernel avx2 --json",
+};
+
+int bench_options_read(const config_command *about, int argc, char **argv, bench_request *request) {
+  const char *command = about->name;
   static const int64_t usual[] = {5, 10, 15, 20, 30, 45, 60};
   *request = (bench_request){.command = command, .batches = 40, .machine = true};
   request->step.def = thrum_default_state_def();
@@ -148,7 +151,7 @@ int bench_options_read(const char *command, int argc, char **argv, bench_request
     request->rank_count = 1;
     request->batches = 10;
   }
-  const int code = config_options_read(command, table, argc, argv, request);
+  const int code = config_options_read(about, argc, argv, request);
   if (code != COMMAND_DONE)
     return code;
   if (optind + 1 < argc)

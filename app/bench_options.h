@@ -8,6 +8,7 @@
 
 #include "bench/machine.h"
 #include "bench/measure.h"
+#include "config/options.h"
 #include "thrum/thrum.h"
 
 #define BENCH_RANKS_MAX 64
@@ -29,6 +30,6 @@ typedef struct bench_request {
 } bench_request;
 
 /* Fills the request from argv; COMMAND_DONE or COMMAND_USAGE. */
-int bench_options_read(const char *command, int argc, char **argv, bench_request *request);
+int bench_options_read(const config_command *about, int argc, char **argv, bench_request *request);
 
 #endif

@@ -1,21 +1,22 @@
-/* The subcommands of `thrum`. argv[0] of each is its name; the table of them stands in main.c.
+/* The subcommands of `thrum`: what they say of themselves, and what runs them.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_APP_CMD_H
 #define THRUM_APP_CMD_H
 
-int cmd_precompute(int argc, char **argv);
-int cmd_convert(int argc, char **argv);
-int cmd_mesh(int argc, char **argv);
-int cmd_check(int argc, char **argv);
-int cmd_info(int argc, char **argv);
-int cmd_embed(int argc, char **argv);
-int cmd_export(int argc, char **argv);
-int cmd_simulate(int argc, char **argv);
-int cmd_static(int argc, char **argv);
-int cmd_experiments(int argc, char **argv);
-int cmd_tradeoff(int argc, char **argv);
-int cmd_bench(int argc, char **argv);
-int cmd_schema(int argc, char **argv);
-int cmd_view(int argc, char **argv);
+#include "config/options.h"
+
+/* X(name), in the order in which they are listed; a further command is one line here. */
+#define COMMAND_LIST(X)                                                                            \
+  X(precompute)                                                                                    \
+  X(mesh)                                                                                          \
+  X(check)                                                                                         \
+  X(convert) X(simulate) X(view) X(static) X(experiments) X(tradeoff) X(info) X(embed) X(export)   \
+      X(bench) X(schema)
+
+#define X(name)                                                                                    \
+  extern const config_command command_##name;                                                      \
+  int cmd_##name(int argc, char **argv);
+COMMAND_LIST(X)
+#undef X
 
 #endif

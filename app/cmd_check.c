@@ -17,36 +17,32 @@ typedef struct check_request {
   bool json;
 } check_request;
 
-static void print_help(void) {
-  fputs("usage: thrum check MESH [OPTIONS]\n\n"
-        "Reads a tetrahedral mesh (.veg, .msh, .node, .ele, .mesh, .vtk, .vtu, .inp, or a\n"
-        "generator such as beam:20x3x3@1x0.15x0.15) and says what it is like: size, volume, mass,\n"
-        "pieces, surface, shape of its tetrahedra, groups, regions. What may be wrong is flagged,\n"
-        "with what to do: pieces that nothing joins, vertices on top of each other, hinges,\n"
-        "likely mistakes of units, coordinates far from the origin, locking, slivers.\n\n"
-        "  --scale S    multiply lengths by S (1)\n"
-        "  --json       one JSON object on standard output\n"
-        "  -h, --help   this text\n\n"
-        "examples:\n"
-        "  thrum check bracket.msh\n"
-        "  thrum check bracket.inp --scale 0.001 --json\n\n"
-        "exit codes: 0 nothing to flag, 1 refused, 2 usage, 3 something is flagged\n",
-        stdout);
-}
+static const config_option options[] = {
+    OPTION_NUMBER("scale", NULL, "1", "multiply lengths by this", CONFIG_AT(check_request, scale),
+                  CONFIG_ABOVE(0)),
+    OPTION_JSON(check_request),
+    OPTION_HELP,
+    OPTION_END,
+};
 
-static const config_option table[] = {
-    {.name = "scale",
-     .kind = CONFIG_NUMBER,
-     .field = offsetof(check_request, scale),
-     .most = INFINITY,
-     .above = true},
-    CONFIG_OPTION_JSON(check_request),
-    CONFIG_OPTION_HELP(print_help),
-    {.name = NULL},
+const config_command command_check = {
+    .name = "check",
+    .summary = "say what a mesh is like, and what may be wrong with it",
+    .usage = "MESH [OPTIONS]",
+    .about =
+        "Reads a tetrahedral mesh (.veg, .msh, .node, .ele, .mesh, .vtk, .vtu, .inp, or a "
+        "generator such as beam:20x3x3@1x0.15x0.15) and says what it is like: size, volume, mass, "
+        "pieces, surface, shape of its tetrahedra, groups, regions. What may be wrong is flagged, "
+        "with what to do: pieces that nothing joins, vertices on top of each other, hinges, "
+        "likely mistakes of units, coordinates far from the origin, locking, slivers.",
+    .options = options,
+    .examples = "check bracket.msh\n"
+                "check bracket.inp --scale 0.001 --json",
+    .exits = "0 nothing to flag, 1 refused, 2 usage, 3 something is flagged",
 };
 
 static int read_options(int argc, char **argv, check_request *request) {
-  const int code = config_options_read("check", table, argc, argv, request);
+  const int code = config_options_read(&command_check, argc, argv, request);
   if (code != COMMAND_DONE)
     return code;
   return config_one_argument("check", "mesh", argc, argv, &request->mesh_name);

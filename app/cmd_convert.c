@@ -4,6 +4,7 @@
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 #include "app/cmd.h"
 #include "config/message.h"
@@ -22,45 +23,46 @@ typedef struct convert_request {
   bool json;
 } convert_request;
 
-static void print_help(void) {
-  fputs("usage: thrum convert IN OUT [OPTIONS]\n\n"
-        "Reads a tetrahedral mesh and writes it in the format that the suffix of OUT names:\n"
-        ".veg (Vega), .msh (Gmsh), .node or .ele (TetGen, both files), .mesh (Medit), .vtk and\n"
-        ".vtu (VTK), .inp (Abaqus). IN is one of these too, or a generator such as\n"
-        "beam:20x3x3@1x0.15x0.15. Vertices keep all their bits; groups, regions and materials are\n"
-        "carried as far as OUT can hold them, and what it cannot is counted in a warning.\n\n"
-        "  --scale S      multiply lengths by S, such as 0.001 for a mesh in millimetres (1)\n"
-        "  --binary       .msh, .vtk: numbers as bytes, not as text\n"
-        "  --ascii        .vtu: numbers as text, not as bytes\n"
-        "  --msh VERSION  .msh: 4.1 or 2.2 (4.1)\n"
-        "  --json         one JSON object on standard output\n"
-        "  -h, --help     this text\n\n"
-        "examples:\n"
-        "  thrum convert bracket.inp bracket.vtu\n"
-        "  thrum convert part.node part.msh --msh 2.2 --binary --scale 0.001\n\n"
-        "exit codes: 0 done, 1 refused, 2 usage\n",
-        stdout);
+static thrum_status take_msh(const config_given *given, void *request) {
+  const bool old = strcmp(given->text, "2.2") == 0;
+  if (!old && strcmp(given->text, "4.1") != 0)
+    return config_given_wrong(given);
+  ((convert_request *)request)->options.msh_version = old ? 22 : 41;
+  return THRUM_OK;
 }
 
-static void choose_msh(void *request, int index) {
-  ((convert_request *)request)->options.msh_version = index == 0 ? 22 : 41;
-}
-
-#define FIELD(member) .field = offsetof(convert_request, member)
+#define AT(member) CONFIG_AT(convert_request, member)
 
 static const char *const msh_versions[] = {"2.2", "4.1", NULL};
-static const config_option table[] = {
-    {.name = "scale", .kind = CONFIG_NUMBER, FIELD(scale), .most = INFINITY, .above = true},
-    {.name = "binary", .kind = CONFIG_FLAG, FIELD(options.binary)},
-    {.name = "ascii", .kind = CONFIG_FLAG, FIELD(options.ascii)},
-    {.name = "msh", .kind = CONFIG_CHOICE, .names = msh_versions, .choose = choose_msh},
-    CONFIG_OPTION_JSON(convert_request),
-    CONFIG_OPTION_HELP(print_help),
-    {.name = NULL},
+static const config_option options[] = {
+    OPTION_NUMBER("scale", NULL, "1", "multiply lengths by this: 0.001 for a mesh in millimetres",
+                  AT(scale), CONFIG_ABOVE(0)),
+    OPTION_FLAG("binary", ".msh, .vtk: numbers as bytes, not as text", AT(options.binary)),
+    OPTION_FLAG("ascii", ".vtu: numbers as text, not as bytes", AT(options.ascii)),
+    OPTION_CHOICE("msh", msh_versions, "4.1", "version of a .msh", .value = "VERSION",
+                  .take = take_msh),
+    OPTION_JSON(convert_request),
+    OPTION_HELP,
+    OPTION_END,
+};
+
+const config_command command_convert = {
+    .name = "convert",
+    .summary = "from one mesh format to another",
+    .usage = "IN OUT [OPTIONS]",
+    .about =
+        "Reads a tetrahedral mesh and writes it in the format that the suffix of OUT names: .veg "
+        "(Vega), .msh (Gmsh), .node or .ele (TetGen, both files), .mesh (Medit), .vtk and .vtu "
+        "(VTK), .inp (Abaqus). IN is one of these too, or a generator such as "
+        "beam:20x3x3@1x0.15x0.15. Vertices keep all their bits; groups, regions and materials are "
+        "carried as far as OUT can hold them, and what it cannot is counted in a warning.",
+    .options = options,
+    .examples = "convert bracket.inp bracket.vtu\n"
+                "convert part.node part.msh --msh 2.2 --binary --scale 0.001",
 };
 
 static int read_options(int argc, char **argv, convert_request *request) {
-  const int code = config_options_read("convert", table, argc, argv, request);
+  const int code = config_options_read(&command_convert, argc, argv, request);
   if (code != COMMAND_DONE)
     return code;
   if (argc - optind != 2)

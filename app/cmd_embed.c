@@ -20,40 +20,38 @@ typedef struct embed_request {
   bool json, quiet;
 } embed_request;
 
-static void print_help(void) {
-  fputs(
-      "usage: thrum embed MODEL SURFACE -o FILE.npz [OPTIONS]\n\n"
-      "Binds a fine triangle surface (.obj, .stl) to the tetrahedra of a model, so that it is\n"
-      "shown in place of the mesh: each vertex follows the tetrahedron that it lies in, or else\n"
-      "the nearest. MODEL is a model file with a mesh, or the name of a model that comes with\n"
-      "Thrum. FILE.npz holds the surface and its rows of the basis; programs load it with\n"
-      "thrum_surface_load, `thrum export --surface` shows it.\n\n"
-      "  -o, --output FILE  the surface file to write\n"
-      "      --scale S      multiply the surface's lengths by S, such as 0.01 for centimetres (1)\n"
-      "      --json         print one JSON object instead of the table\n"
-      "  -q, --quiet        no progress\n"
-      "  -h, --help         this text\n\n"
-      "examples:\n"
-      "  thrum embed bridge.npz bridge.obj -o bridge_shown.npz\n"
-      "  thrum embed horse statue.stl --scale 0.001 -o statue.npz --json\n\n"
-      "exit codes: 0 done, 1 refused, 2 usage, 3 done, but a vertex lies farther outside the\n"
-      "mesh than a tenth of its length\n",
-      stdout);
-}
+#define AT(member) CONFIG_AT(embed_request, member)
 
-#define FIELD(member) .field = offsetof(embed_request, member)
+static const config_option options[] = {
+    OPTION_TEXT("output", "FILE.npz", NULL, "the surface file to write", .letter = 'o', AT(output)),
+    OPTION_NUMBER("scale", NULL, "1",
+                  "multiply the surface's lengths by this, such as 0.01 for centimetres", AT(scale),
+                  CONFIG_ABOVE(0)),
+    OPTION_JSON(embed_request),
+    OPTION_QUIET(embed_request),
+    OPTION_HELP,
+    OPTION_END,
+};
 
-static const config_option table[] = {
-    {.name = "output", .letter = 'o', .kind = CONFIG_TEXT, FIELD(output)},
-    {.name = "scale", .kind = CONFIG_NUMBER, FIELD(scale), .most = INFINITY, .above = true},
-    CONFIG_OPTION_JSON(embed_request),
-    CONFIG_OPTION_QUIET(embed_request),
-    CONFIG_OPTION_HELP(print_help),
-    {.name = NULL},
+const config_command command_embed = {
+    .name = "embed",
+    .summary = "bind a fine surface to a model, to be shown in its place",
+    .usage = "MODEL SURFACE -o FILE.npz [OPTIONS]",
+    .about =
+        "Binds a fine triangle surface (.obj, .stl) to the tetrahedra of a model, so that it is "
+        "shown in place of the mesh: each vertex follows the tetrahedron that it lies in, or else "
+        "the nearest. MODEL is a model file with a mesh, or the name of a model that comes with "
+        "Thrum. FILE.npz holds the surface and its rows of the basis; programs load it with "
+        "thrum_surface_load, thrum export --surface shows it.",
+    .options = options,
+    .examples = "embed bridge.npz bridge.obj -o bridge_shown.npz\n"
+                "embed horse statue.stl --scale 0.001 -o statue.npz --json",
+    .exits = "0 done, 1 refused, 2 usage, 3 done, but a vertex lies farther outside the mesh than "
+             "a tenth of its length",
 };
 
 static int read_options(int argc, char **argv, embed_request *request) {
-  const int code = config_options_read("embed", table, argc, argv, request);
+  const int code = config_options_read(&command_embed, argc, argv, request);
   if (code != COMMAND_DONE)
     return code;
   if (argc - optind != 2)

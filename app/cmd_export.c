@@ -37,61 +37,58 @@ typedef struct export_files {
   const char *what[FILES_MAX];
 } export_files;
 
-static void print_help(void) {
-  fputs(
-      "usage: thrum export MODEL WHAT... [OPTIONS]\n\n"
-      "Writes what a model or a run holds in the formats of other programs. MODEL is a model\n"
-      "file, the name of a model that comes with Thrum, or the folder of a run, such as that of a\n"
-      "body in the run of a scene, which is shown where the body is.\n\n"
-      "of a run:\n"
-      "      --glb FILE              glTF 2.0: the surface, the coordinates as morph targets, the\n"
-      "                              motion as their weights\n"
-      "      --pc2 FILE, --mdd FILE  vertex caches of the surface that --obj writes\n"
-      "      --fps F                 rows of these, at most F a second (default 60; 0: all that\n"
-      "                              the run recorded)\n"
-      "      --model FILE            the run's model, where it lies elsewhere now\n\n"
-      "of a model or a run:\n"
-      "      --obj FILE              the surface at rest, in metres\n"
-      "      --surface FILE          all of these show this surface in place of the mesh's own: a\n"
-      "                              file of `thrum embed`, or an .obj or .stl in metres\n\n"
-      "of a model:\n"
-      "      --vega-basis FILE.U     the basis U as VegaFEM reads it\n"
-      "      --float                 U in single precision (.URendering.float)\n"
-      "      --vega-cubic FILE.cub   the reduced forces as VegaFEM's cubic polynomials\n"
-      "      --matrices PREFIX       stiffness [N/m] and mass [kg] of the free components as\n"
-      "                              Matrix Market, PREFIX.K.mtx and PREFIX.M.mtx, and in\n"
-      "                              PREFIX.rows.txt the vertex and axis of each row\n"
-      "      --json                  print one JSON object instead of the table\n"
-      "  -h, --help                  this text\n\n"
-      "`thrum precompute --import-basis` takes U and the forces back; its --export-modes writes\n"
-      "the linear modes.\n\n"
-      "examples:\n"
-      "  thrum export run --glb run.glb\n"
-      "  thrum export run --obj beam.obj --pc2 beam.pc2 --fps 25\n"
-      "  thrum export run --surface shown.npz --glb run.glb\n"
-      "  thrum export beam.npz --vega-basis beam.U --vega-cubic beam.cub\n"
-      "  thrum export beam.npz --vega-basis beam.URendering.float --float\n"
-      "  thrum export bridge --matrices bridge\n",
-      stdout);
-}
+#define AT(member) CONFIG_AT(export_request, member)
 
-#define FIELD(member) .field = offsetof(export_request, member)
+static const config_option options[] = {
+    OPTION_HEADING("of a run"),
+    OPTION_TEXT("glb", "FILE", NULL,
+                "glTF 2.0: the surface, the coordinates as morph targets, the motion as their "
+                "weights",
+                AT(glb)),
+    OPTION_TEXT("pc2", "FILE", NULL, "a vertex cache of the surface that --obj writes", AT(pc2)),
+    OPTION_TEXT("mdd", "FILE", NULL, "the same in another format", AT(mdd)),
+    OPTION_NUMBER("fps", "1/s", "60", "rows of these, at most; 0: all that the run recorded",
+                  AT(fps), CONFIG_FROM(0)),
+    OPTION_TEXT("model", "FILE", NULL, "the run's model, where it lies elsewhere now",
+                AT(run_model)),
+    OPTION_HEADING("of a model or a run"),
+    OPTION_TEXT("obj", "FILE", NULL, "the surface at rest, in metres", AT(obj)),
+    OPTION_TEXT("surface", "FILE", NULL,
+                "all of these show this surface in place of the mesh's own: a file of thrum embed, "
+                "or an .obj or .stl in metres",
+                AT(surface)),
+    OPTION_HEADING("of a model"),
+    OPTION_TEXT("vega-basis", "FILE.U", NULL, "the basis U as VegaFEM reads it", AT(vega_basis)),
+    OPTION_FLAG("float", "U in single precision (.URendering.float)", AT(single)),
+    OPTION_TEXT("vega-cubic", "FILE.cub", NULL, "the reduced forces as VegaFEM's cubic polynomials",
+                AT(vega_cubic)),
+    OPTION_TEXT("matrices", "PREFIX", NULL,
+                "stiffness [N/m] and mass [kg] of the free components as Matrix Market, "
+                "PREFIX.K.mtx and PREFIX.M.mtx, and in PREFIX.rows.txt the vertex and axis of "
+                "each row",
+                AT(matrices)),
+    OPTION_JSON(export_request),
+    OPTION_HELP,
+    OPTION_END,
+};
 
-static const config_option table[] = {
-    {.name = "glb", .kind = CONFIG_TEXT, FIELD(glb)},
-    {.name = "pc2", .kind = CONFIG_TEXT, FIELD(pc2)},
-    {.name = "mdd", .kind = CONFIG_TEXT, FIELD(mdd)},
-    {.name = "obj", .kind = CONFIG_TEXT, FIELD(obj)},
-    {.name = "surface", .kind = CONFIG_TEXT, FIELD(surface)},
-    {.name = "fps", .kind = CONFIG_NUMBER, FIELD(fps), .most = INFINITY, .wants = "rows a second"},
-    {.name = "model", .kind = CONFIG_TEXT, FIELD(run_model)},
-    {.name = "vega-basis", .kind = CONFIG_TEXT, FIELD(vega_basis)},
-    {.name = "float", .kind = CONFIG_FLAG, FIELD(single)},
-    {.name = "vega-cubic", .kind = CONFIG_TEXT, FIELD(vega_cubic)},
-    {.name = "matrices", .kind = CONFIG_TEXT, FIELD(matrices)},
-    CONFIG_OPTION_JSON(export_request),
-    CONFIG_OPTION_HELP(print_help),
-    {.name = NULL},
+const config_command command_export = {
+    .name = "export",
+    .summary = "write a model in the formats of other programs",
+    .usage = "MODEL WHAT... [OPTIONS]",
+    .about =
+        "Writes what a model or a run holds in the formats of other programs. MODEL is a model "
+        "file, the name of a model that comes with Thrum, or the folder of a run, such as that of "
+        "a body in the run of a scene, which is shown where the body is.",
+    .options = options,
+    .notes = "thrum precompute --import-basis takes U and the forces back; its --export-modes "
+             "writes\nthe linear modes.\n",
+    .examples = "export run --glb run.glb\n"
+                "export run --obj beam.obj --pc2 beam.pc2 --fps 25\n"
+                "export run --surface shown.npz --glb run.glb\n"
+                "export beam.npz --vega-basis beam.U --vega-cubic beam.cub\n"
+                "export beam.npz --vega-basis beam.URendering.float --float\n"
+                "export bridge --matrices bridge",
 };
 
 /* What is written may take the place neither of what is read nor of each other. */
@@ -125,7 +122,7 @@ static int check_files(const export_request *request) {
 }
 
 static int read_options(int argc, char **argv, export_request *request) {
-  int code = config_options_read("export", table, argc, argv, request);
+  int code = config_options_read(&command_export, argc, argv, request);
   if (code != COMMAND_DONE)
     return code;
   code = config_one_argument("export", "model", argc, argv, &request->model);

@@ -12,8 +12,8 @@
 #include "app/info_surface.h"
 #include "config/message.h"
 #include "config/options.h"
-#include "driver/load_option.h"
 #include "driver/named_model.h"
+#include "driver/shared_options.h"
 #include "driver/split_at.h"
 #include "io/json.h"
 #include "mesh/model_quality.h"
@@ -49,51 +49,45 @@ typedef struct info_request {
   bool json;
 } info_request;
 
-static void print_help(void) {
-  fputs(
-      "usage: thrum info MODEL [OPTIONS]\n\n"
-      "MODEL is a model file, or a name (beam, basket, bridge, horse, tower, heart) of a model\n"
-      "that is precomputed once and cached.\n\n"
-      "Says what a model file holds: sizes, mass, volume, element quality, bounding box,\n"
-      "frequencies, the split into explicit and implicit modes, residuals, memory, groups. Of a\n"
-      "surface that `thrum embed` wrote it says what that holds.\n\n"
-      "      --dt S   time step of the split [s] (default 0.003)\n"
-      "      --load SPEC  what of a load, as `thrum simulate --load` takes it, the basis does not\n"
-      "               show: of the static answer (energy norm) and of the load itself (outside\n"
-      "               span(M U), mass norm); repeatable\n"
-      "      --json   print one JSON object instead of the table\n"
-      "  -h, --help   this text\n\n"
-      "examples:\n"
-      "  thrum info beam.npz\n"
-      "  thrum info horse\n"
-      "  thrum info beam.npz --load 'constant:0,0,-1@tip'\n"
-      "  thrum info beam.npz --dt 0.001 --json\n",
-      stdout);
-}
-
-static int take_load(const config_given *given, void *request) {
+static thrum_status take_load(const config_given *given, void *request) {
   info_request *r = request;
   if (r->load_count == LOADS_MAX)
     return config_given_refuse(given, "at most %d loads at a time", LOADS_MAX);
-  return cli_load_take(given, r->loads, &r->load_count);
+  return load_option_take(given, r->loads, &r->load_count);
 }
 
-static const config_option table[] = {
-    {.name = "dt",
-     .kind = CONFIG_NUMBER,
-     .field = offsetof(info_request, dt),
-     .most = INFINITY,
-     .above = true,
-     .wants = "a number of seconds above 0"},
-    {.name = "load", .kind = CONFIG_TEXT, .repeats = true, .take = take_load},
-    CONFIG_OPTION_JSON(info_request),
-    CONFIG_OPTION_HELP(print_help),
-    {.name = NULL},
+static const config_option options[] = {
+    OPTION_NUMBER("dt", "s", "0.003", "time step of the split", CONFIG_AT(info_request, dt),
+                  CONFIG_ABOVE(0)),
+    OPTION_LOAD(take_load, NULL,
+                "what of a load, as thrum simulate --load takes it, the basis does not show: of "
+                "the static answer (energy norm) and of the load itself (outside span(M U), mass "
+                "norm)"),
+    OPTION_JSON(info_request),
+    OPTION_HELP,
+    OPTION_END,
+};
+
+const config_command command_info = {
+    .name = "info",
+    .summary = "say what a model file holds",
+    .usage = "MODEL [OPTIONS]",
+    .about =
+        "Says what a model file holds: sizes, mass, volume, element quality, bounding box, "
+        "frequencies, the split into explicit and implicit modes, residuals, memory, groups. Of a "
+        "surface that thrum embed wrote it says what that holds.\n\n"
+        "MODEL is a model file, or a name (beam, basket, bridge, horse, tower, heart) of a model "
+        "that is precomputed once and cached.",
+    .options = options,
+    .examples = "info beam.npz\n"
+                "info horse\n"
+                "info beam.npz --load 'constant:0,0,-1@tip'\n"
+                "info beam.npz --dt 0.001 --json",
 };
 
 static int read_options(int argc, char **argv, info_request *request) {
   request->dt = thrum_default_state_def().dt;
-  const int code = config_options_read("info", table, argc, argv, request);
+  const int code = config_options_read(&command_info, argc, argv, request);
   if (code != COMMAND_DONE)
     return code;
   return config_one_argument("info", "model", argc, argv, &request->path);

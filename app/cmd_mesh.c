@@ -44,48 +44,41 @@ typedef struct mesh_work {
   bool other_volume;
 } mesh_work;
 
-static void print_help(void) {
-  fputs("usage: thrum mesh SURFACE -o MESH [OPTIONS]\n\n"
-        "Fills a closed triangle surface (.obj, .stl) with tetrahedra and writes the mesh in the\n"
-        "format that the suffix of MESH names (see thrum convert). The work is done by Gmsh or\n"
-        "TetGen, whichever is installed (apt-get install gmsh, apt-get install tetgen); of both,\n"
-        "by Gmsh, but by TetGen for several parts. The surface's triangles stay as they are.\n"
-        "The surface is checked first, the mesh afterwards, as thrum check does.\n\n"
-        "  -o, --output MESH  the mesh to write\n"
-        "      --size H       edges inside of about H [m] (as the surface has them)\n"
-        "      --scale S      multiply lengths by S, such as 0.001 for millimetres (1)\n"
-        "      --tool NAME    gmsh or tetgen\n"
-        "      --verbose      show all that the tool says\n"
-        "      --json         print one JSON object instead of the table\n"
-        "  -q, --quiet        no progress\n"
-        "  -h, --help         this text\n\n"
-        "examples:\n"
-        "  thrum mesh statue.obj -o statue.msh\n"
-        "  thrum mesh part.stl -o part.veg --scale 0.001 --size 0.01 --tool tetgen\n\n"
-        "exit codes: 0 done, 1 refused, 2 usage, 3 done, but something is flagged\n",
-        stdout);
-}
-
-static void choose_tool(void *request, int index) {
-  ((mesh_request *)request)->tool = index;
-}
-
-#define FIELD(member) .field = offsetof(mesh_request, member)
+#define AT(member) CONFIG_AT(mesh_request, member)
 
 static const config_option table[] = {
-    {.name = "output", .letter = 'o', .kind = CONFIG_TEXT, FIELD(output)},
-    {.name = "size", .kind = CONFIG_NUMBER, FIELD(size), .most = INFINITY, .above = true},
-    {.name = "scale", .kind = CONFIG_NUMBER, FIELD(scale), .most = INFINITY, .above = true},
-    {.name = "tool", .kind = CONFIG_CHOICE, .names = cli_mesh_tools, .choose = choose_tool},
-    {.name = "verbose", .kind = CONFIG_FLAG, FIELD(verbose)},
-    CONFIG_OPTION_JSON(mesh_request),
-    CONFIG_OPTION_QUIET(mesh_request),
-    CONFIG_OPTION_HELP(print_help),
-    {.name = NULL},
+    OPTION_TEXT("output", "MESH", NULL, "the mesh to write", .letter = 'o', AT(output)),
+    OPTION_NUMBER("size", "m", "as the surface has them", "about the length of edges inside",
+                  AT(size), CONFIG_ABOVE(0)),
+    OPTION_NUMBER("scale", NULL, "1", "multiply lengths by this, such as 0.001 for millimetres",
+                  AT(scale), CONFIG_ABOVE(0)),
+    OPTION_CHOICE("tool", cli_mesh_tools, "whichever is installed", "what fills the surface",
+                  AT(tool)),
+    OPTION_FLAG("verbose", "show all that the tool says", AT(verbose)),
+    OPTION_JSON(mesh_request),
+    OPTION_QUIET(mesh_request),
+    OPTION_HELP,
+    OPTION_END,
+};
+
+const config_command command_mesh = {
+    .name = "mesh",
+    .summary = "fill a closed surface with tetrahedra, by Gmsh or TetGen",
+    .usage = "SURFACE -o MESH [OPTIONS]",
+    .about =
+        "Fills a closed triangle surface (.obj, .stl) with tetrahedra and writes the mesh in the "
+        "format that the suffix of MESH names (see thrum convert). The work is done by Gmsh or "
+        "TetGen, whichever is installed (apt-get install gmsh, apt-get install tetgen); of both, "
+        "by Gmsh, but by TetGen for several parts. The surface's triangles stay as they are. The "
+        "surface is checked first, the mesh afterwards, as thrum check does.",
+    .options = table,
+    .examples = "mesh statue.obj -o statue.msh\n"
+                "mesh part.stl -o part.veg --scale 0.001 --size 0.01 --tool tetgen",
+    .exits = "0 done, 1 refused, 2 usage, 3 done, but something is flagged",
 };
 
 static int read_options(int argc, char **argv, mesh_request *request) {
-  int code = config_options_read("mesh", table, argc, argv, request);
+  int code = config_options_read(&command_mesh, argc, argv, request);
   if (code != COMMAND_DONE)
     return code;
   code = config_one_argument("mesh", "surface", argc, argv, &request->surface);

@@ -47,6 +47,6 @@ int cmd_precompute(int argc, char **argv) {
     code = run_request(&request);
   free(request.fixes);
   free(request.handles);
-  config_options_file_free(&request.file);
+  config_file_free(&request.file);
   return code;
 }

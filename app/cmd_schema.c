@@ -4,36 +4,25 @@
 #include <string.h>
 
 #include "app/cmd.h"
+#include "app/commands.h"
 #include "config/message.h"
-#include "config/options.h"
-#include "driver/precompute_request.h"
 #include "driver/scene_spec.h"
-#include "driver/simulate_options.h"
-#include "driver/static_report.h"
 
-/* A further command with --options is one line here. */
-static const struct {
-  const char *name;
-  const config_option *table;
-} commands[] = {
-    {"precompute", precompute_options_table},
-    {"simulate", simulate_options_table},
-    {"static", static_options_table},
+#define COMMANDS_MAX 32
+
+static const config_option options[] = {OPTION_HELP, OPTION_END};
+
+const config_command command_schema = {
+    .name = "schema",
+    .summary = "print the JSON schema of a command's options files",
+    .usage = "COMMAND",
+    .about =
+        "Prints the JSON schema (draft 7) of the options files that COMMAND reads with --options: "
+        "precompute, simulate or static; or scene, that of the scene files of simulate.",
+    .options = options,
+    .examples = "schema simulate > simulate.schema.json\n"
+                "schema scene > scene.schema.json",
 };
-enum { COMMAND_COUNT = sizeof commands / sizeof commands[0] };
-
-static void print_help(void) {
-  fputs("usage: thrum schema COMMAND\n\n"
-        "Prints the JSON schema (draft 7) of the options files that COMMAND reads with --options:\n"
-        "precompute, simulate or static; or scene, that of the scene files of simulate.\n\n"
-        "  -h, --help   this text\n\n"
-        "examples:\n"
-        "  thrum schema simulate > simulate.schema.json\n"
-        "  thrum schema scene > scene.schema.json\n",
-        stdout);
-}
-
-static const config_option table[] = {CONFIG_OPTION_HELP(print_help), {.name = NULL}};
 
 static int print(cJSON *schema) {
   char *text = cJSON_Print(schema);
@@ -44,9 +33,16 @@ static int print(cJSON *schema) {
   return COMMAND_DONE;
 }
 
+static bool reads_files(const config_command *command) {
+  for (const config_option *option = command->options; option->about != NULL; option++)
+    if (option->kind == CONFIG_FILE)
+      return true;
+  return false;
+}
+
 int cmd_schema(int argc, char **argv) {
-  const char *name = NULL, *names[COMMAND_COUNT + 1];
-  int code = config_options_read("schema", table, argc, argv, NULL);
+  const char *name = NULL, *names[COMMANDS_MAX] = {"scene"};
+  int count = 1, code = config_options_read(&command_schema, argc, argv, NULL);
   if (code == COMMAND_DONE)
     code = config_one_argument("schema", "command", argc, argv, &name);
   if (code != COMMAND_DONE)
@@ -54,16 +50,19 @@ int cmd_schema(int argc, char **argv) {
 
   // a scene, or the options file of a command
   if (strcmp(name, "scene") == 0)
-    return print(config_record_schema("Scene of thrum simulate", scene_keys));
-  for (int n = 0; n < COMMAND_COUNT; n++) {
-    names[n] = commands[n].name;
-    if (strcmp(name, names[n]) != 0)
-      continue;
-    return print(config_options_schema(name, commands[n].table));
-  }
+    return print(config_schema("Scene of thrum simulate", scene_keys, true));
 
-  names[COMMAND_COUNT] = "scene";
-  const char *nearest = config_nearest(name, names, COMMAND_COUNT + 1);
+  // every command that takes --options has a schema
+  for (const app_command *c = app_commands; c->about != NULL && count < COMMANDS_MAX; c++) {
+    char title[80];
+    if (!reads_files(c->about))
+      continue;
+    names[count++] = c->about->name;
+    snprintf(title, sizeof title, "Options of thrum %s", name);
+    if (strcmp(name, c->about->name) == 0)
+      return print(config_schema(title, c->about->options, false));
+  }
+  const char *nearest = config_nearest(name, names, count);
   return config_usage("schema", "'%s' reads no options file; did you mean '%s'?", name,
-                      nearest != NULL ? nearest : names[0]);
+                      nearest != NULL ? nearest : names[1]);
 }

@@ -34,6 +34,6 @@ int cmd_simulate(int argc, char **argv) {
   for (int64_t n = 0; n < request.base_motion_count; n++)
     cli_base_motion_close(&request.base_motions[n]);
   free(request.base_motions);
-  config_options_file_free(&request.file);
+  config_file_free(&request.file);
   return code;
 }

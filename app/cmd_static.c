@@ -252,6 +252,6 @@ int cmd_static(int argc, char **argv) {
   free(request.targets);
   free(request.at);
   free(request.moves);
-  config_options_file_free(&request.file);
+  config_file_free(&request.file);
   return code;
 }

@@ -37,37 +37,37 @@ typedef struct view_request {
   bool no_open, quiet, json;
 } view_request;
 
-static void print_help(void) {
-  fputs(
-      "usage: thrum view [MODEL...|SCENE.json] [OPTIONS]\n\n"
-      "Shows models, or a scene, in the browser, where bodies move as they are pulled at: writes\n"
-      "one HTML page, which needs nothing else, and opens it. MODEL is a model file, or the name\n"
-      "(beam, basket, bridge, horse, tower, heart) of a model that is precomputed once and\n"
-      "cached; without any, all six. SCENE.json is what `thrum simulate` takes too.\n\n"
-      "  -o, --output FILE   the page; it is then not opened (default: " DEFAULT_OUTPUT ")\n"
-      "      --surface FILE  show this surface in place of the one model's own: what `thrum "
-      "embed`\n"
-      "                      wrote, or an .obj or .stl in metres\n"
-      "      --no-open       do not open the page, which is done where there is a display\n"
-      "      --json          print {\"status\", \"file\", \"url\"} as one line\n"
-      "  -q, --quiet         no progress\n"
-      "  -h, --help          this text\n\n"
-      "examples:\n"
-      "  thrum view\n"
-      "  thrum view beam.npz --no-open\n"
-      "  thrum view horse tower -o models.html\n"
-      "  thrum view scene.json\n",
-      stdout);
-}
+#define AT(member) CONFIG_AT(view_request, member)
 
-static const config_option table[] = {
-    {.name = "output", .letter = 'o', .field = offsetof(view_request, output), .kind = CONFIG_TEXT},
-    {.name = "surface", .field = offsetof(view_request, surface), .kind = CONFIG_TEXT},
-    {.name = "no-open", .kind = CONFIG_FLAG, .field = offsetof(view_request, no_open)},
-    CONFIG_OPTION_QUIET(view_request),
-    CONFIG_OPTION_JSON(view_request),
-    CONFIG_OPTION_HELP(print_help),
-    {.name = NULL},
+static const config_option options[] = {
+    OPTION_TEXT("output", "FILE", DEFAULT_OUTPUT, "the page; it is then not opened", .letter = 'o',
+                AT(output)),
+    OPTION_TEXT("surface", "FILE", NULL,
+                "show this surface in place of the one model's own: what thrum embed wrote, or an "
+                ".obj or .stl in metres",
+                AT(surface)),
+    OPTION_FLAG("no-open", "do not open the page, which is done where there is a display",
+                AT(no_open)),
+    OPTION_FLAG("json", "print {\"status\", \"file\", \"url\"} as one line", AT(json)),
+    OPTION_QUIET(view_request),
+    OPTION_HELP,
+    OPTION_END,
+};
+
+const config_command command_view = {
+    .name = "view",
+    .summary = "show models or a scene in the browser, to be pulled at",
+    .usage = "[MODEL...|SCENE.json] [OPTIONS]",
+    .about =
+        "Shows models, or a scene, in the browser, where bodies move as they are pulled at: writes "
+        "one HTML page, which needs nothing else, and opens it. MODEL is a model file, or the name "
+        "(beam, basket, bridge, horse, tower, heart) of a model that is precomputed once and "
+        "cached; without any, all six. SCENE.json is what thrum simulate takes too.",
+    .options = options,
+    .examples = "view\n"
+                "view beam.npz --no-open\n"
+                "view horse tower -o models.html\n"
+                "view scene.json",
 };
 
 /* Refuses what is no model and no scene, and what would overwrite its own source. */
@@ -92,7 +92,7 @@ static int check_names(const view_request *request) {
 }
 
 static int read_options(int argc, char **argv, view_request *request) {
-  int code = config_options_read("view", table, argc, argv, request);
+  int code = config_options_read(&command_view, argc, argv, request);
   if (code != COMMAND_DONE)
     return code;
   if (argc - optind > CLI_VIEW_MODELS_MAX)

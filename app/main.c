@@ -1,4 +1,4 @@
-/* The `thrum` program: finds the subcommand and switches to the energy integrator.
+/* The `thrum` program: finds the subcommand and hands over to it.
  * SPDX-License-Identifier: Apache-2.0 */
 #include <signal.h>
 #include <stdio.h>
@@ -6,42 +6,17 @@
 #include <string.h>
 
 #include "app/address_space.h"
-#include "app/cmd.h"
+#include "app/commands.h"
+#include "app/reference.h"
 #include "config/message.h"
 #include "thrum/thrum.h"
-
-typedef struct command {
-  const char *name;
-  int (*run)(int argc, char **argv);
-  const char *summary;
-} command;
-
-static const command commands[] = {
-    {"precompute", cmd_precompute, "from a tetrahedral mesh to a reduced model file"},
-    {"mesh", cmd_mesh, "fill a closed surface with tetrahedra, by Gmsh or TetGen"},
-    {"check", cmd_check, "say what a mesh is like, and what may be wrong with it"},
-    {"convert", cmd_convert, "from one mesh format to another"},
-    {"simulate", cmd_simulate, "step a model and write what happened"},
-    {"view", cmd_view, "show models or a scene in the browser, to be pulled at"},
-    {"static", cmd_static, "find where a body comes to rest under a load"},
-    {"experiments", cmd_experiments, "run the experiments of the thesis and report them"},
-    {"tradeoff", cmd_tradeoff, "say what speed costs in accuracy, and pick a setting"},
-    {"info", cmd_info, "say what a model file holds"},
-    {"embed", cmd_embed, "bind a fine surface to a model, to be shown in its place"},
-    {"export", cmd_export, "write a model in the formats of other programs"},
-    {"bench", cmd_bench, "measure the runtime on this machine"},
-    {"schema", cmd_schema, "print the JSON schema of a command's options files"},
-};
-enum { COMMAND_COUNT = sizeof commands / sizeof commands[0] };
 
 static int print_help(FILE *stream) {
   fprintf(stream,
           "thrum %s: real-time deformable bodies that keep their energy\n\n"
           "usage: thrum COMMAND [ARGUMENTS]\n\n",
           thrum_version());
-  for (int n = 0; n < COMMAND_COUNT; n++) {
-    fprintf(stream, "  %-12s %s\n", commands[n].name, commands[n].summary);
-  }
+  app_commands_print(stream, app_commands);
   fputs("\n"
         "  thrum COMMAND --help   options and examples of a command\n"
         "  thrum --version        the version\n"
@@ -54,25 +29,6 @@ static int print_help(FILE *stream) {
         "exit codes: 0 done, 1 refused, 2 usage, 3 ran but flagged\n",
         stream);
   return COMMAND_DONE;
-}
-
-static const command *find_command(const char *name) {
-  for (int n = 0; n < COMMAND_COUNT; n++) {
-    if (strcmp(commands[n].name, name) == 0)
-      return &commands[n];
-  }
-  return NULL;
-}
-
-static int unknown_command(const char *name) {
-  const char *names[COMMAND_COUNT];
-  for (int n = 0; n < COMMAND_COUNT; n++)
-    names[n] = commands[n].name;
-  const char *nearest = config_nearest(name, names, COMMAND_COUNT);
-  if (nearest != NULL) {
-    return config_usage("", "unknown command '%s'; did you mean '%s'?", name, nearest);
-  }
-  return config_usage("", "unknown command '%s'", name);
 }
 
 /* `thrum --models-dir DIR COMMAND ...` is THRUM_MODELS=DIR for the one command. */
@@ -99,9 +55,22 @@ static int take_models_folder(int *argc, char ***argv) {
   return COMMAND_DONE;
 }
 
-static int run(const command *found, int argc, char **argv) {
-  const int code = found->run(argc, argv);
+static int run(const char *name, int argc, char **argv) {
+  const app_command *found = app_command_find(app_commands, "", "command", name);
+  const int code = found != NULL ? found->run(argc, argv) : COMMAND_USAGE;
   return code == COMMAND_HELPED ? COMMAND_DONE : code;
+}
+
+/* `thrum help X` is `thrum X --help`; with an option it prints what is generated of all commands.
+ */
+static int help(int argc, char **argv) {
+  char option[] = "--help";
+  if (argc < 3)
+    return print_help(stdout);
+  if (argv[2][0] == '-')
+    return reference_print(argv[2]);
+  char *arguments[] = {argv[2], option, NULL};
+  return run(argv[2], 2, arguments);
 }
 
 static int dispatch(int argc, char **argv) {
@@ -120,21 +89,11 @@ static int dispatch(int argc, char **argv) {
     printf("thrum %s\n", thrum_version());
     return COMMAND_DONE;
   }
-  // `thrum help X` is `thrum X --help`
-  if (strcmp(name, "help") == 0) {
-    if (argc < 3)
-      return print_help(stdout);
-    const command *about = find_command(argv[2]);
-    if (about == NULL)
-      return unknown_command(argv[2]);
-    char help[] = "--help";
-    char *arguments[] = {argv[2], help, NULL};
-    return run(about, 2, arguments);
-  }
+  if (strcmp(name, "help") == 0)
+    return help(argc, argv);
   if (name[0] == '-')
     return config_usage("", "unknown option '%s'", name);
-  const command *found = find_command(name);
-  return found != NULL ? run(found, argc - 1, argv + 1) : unknown_command(name);
+  return run(name, argc - 1, argv + 1);
 }
 
 int main(int argc, char **argv) {

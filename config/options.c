@@ -1,8 +1,8 @@
-/* Options of the subcommands, read by their tables. SPDX-License-Identifier: Apache-2.0 */
+/* Values of options, whether they come from the command line or from a file: each has the text that
+ * would stand on the command line, and is checked and stored here.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config/options.h"
 
-#include <getopt.h>
-#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -10,46 +10,27 @@
 
 #include "config/message.h"
 #include "config/parse.h"
+#include "io/text.h"
 
-#define FIRST_LONG 256 /* what getopt_long returns for table[0], clear of all letters */
-#define COUNTS_TEXT_MAX 256
+#define LIST_TEXT_MAX 512
+#define LIST_MAX 64
 
-const char *const config_switches[] = {"off", "on", NULL};
-
-int config_name_index(const char *text, const char *const *names) {
-  for (int n = 0; names[n] != NULL; n++) {
-    if (strcmp(text, names[n]) == 0)
-      return n;
+static int spread(const config_option *table, size_t base, config_row *rows, int count) {
+  for (const config_option *o = table; o->about != NULL; o++) {
+    if (o->kind == CONFIG_GROUP)
+      count = spread(o->keys, base + o->field, rows, count);
+    else if (o->kind != CONFIG_HEADING && count < CONFIG_OPTION_MAX)
+      rows[count++] = (config_row){o, base};
   }
-  return -1;
+  return count;
 }
 
-/* A line of an options file, or of the command line. */
-static int refuse_line(const config_given *given, const char *between, char *line) {
-  config_one_line(line);
-  if (given->file == NULL)
-    return config_usage(given->command, "%s", line);
-  fprintf(stderr, "thrum: %s:%lld: \"%s\"%s%s\n", given->file, (long long)given->line,
-          given->option->name, between, line);
-  return COMMAND_REFUSED;
+int config_rows(const config_option *table, config_row rows[CONFIG_OPTION_MAX]) {
+  return spread(table, 0, rows, 0);
 }
 
-int config_given_refuse(const config_given *given, const char *format, ...) {
-  char line[1024];
-  va_list arguments;
-  va_start(arguments, format);
-  vsnprintf(line, sizeof line, format, arguments);
-  va_end(arguments);
-  return refuse_line(given, ": ", line);
-}
-
-int config_given_wants(const config_given *given, const char *wants) {
-  char line[1200];
-  const bool typed = given->file == NULL;
-  snprintf(line, sizeof line, "%s%s%swants %s", typed ? "--" : "", typed ? given->option->name : "",
-           typed ? " " : "", wants);
-  return refuse_line(given, " ", line);
-}
+/* --- messages ----------------------------------------------------------------------------------
+ */
 
 /* "imexv, newmark or energy" */
 static void join_names(const char *const *names, char *text, size_t size) {
@@ -61,216 +42,283 @@ static void join_names(const char *const *names, char *text, size_t size) {
   }
 }
 
-int config_given_wrong(const config_given *given) {
-  const config_option *option = given->option;
-  char wants[1024];
-  if (option->wants != NULL)
-    snprintf(wants, sizeof wants, "%s", option->wants);
-  else if (option->kind == CONFIG_CHOICE)
-    join_names(option->names, wants, sizeof wants);
-  else if (option->kind == CONFIG_COUNT)
-    snprintf(wants, sizeof wants, "a whole number from %.15g to %.15g", option->least,
-             option->most);
+/* "a number above 0 m", or what a list holds: "a list of three numbers above 0 m" */
+static void number_wanted(const config_option *o, char *text, size_t size) {
+  const char *what = o->kind == CONFIG_COUNT    ? "a whole number"
+                     : o->kind == CONFIG_VECTOR ? "a list of three numbers"
+                                                : "a number";
+  const char *unit = o->unit != NULL ? o->unit : "", *blank = unit[0] != 0 ? " " : "";
+  if (o->least == 0 && o->most == 0)
+    snprintf(text, size, "%s%s%s", what, unit[0] != 0 ? " of " : "", unit);
+  else if (isinf(o->most))
+    snprintf(text, size, "%s %s %.15g%s%s", what, o->above ? "above" : "of at least", o->least,
+             blank, unit);
   else
-    snprintf(wants, sizeof wants, "%s",
-             option->above && option->least == 0 ? "a number above 0" : "a number");
-  const size_t used = strlen(wants);
-  snprintf(wants + used, sizeof wants - used, ", not '%.200s'", given->text);
-  return config_given_wants(given, wants);
+    snprintf(text, size, "%s %s %.15g %s %.15g%s%s", what, o->above ? "above" : "from", o->least,
+             o->below   ? "and below"
+             : o->above ? "and up to"
+                        : "to",
+             o->most, blank, unit);
 }
 
-static bool in_range(const config_option *option, double value) {
-  if (option->least == 0 && option->most == 0)
+const char *config_wants(const config_option *option, char *text, size_t size) {
+  static const char *const plain[] = {
+      [CONFIG_FLAG] = "true or false",
+      [CONFIG_SWITCH] = "on or off",
+      [CONFIG_PAIR] = "a number or two, none negative",
+      [CONFIG_WORD] = "a number or a text",
+      [CONFIG_TEXT] = "a text",
+      [CONFIG_TEXTS] = "a text, or a list of texts in [ ]",
+      [CONFIG_OBJECT] = "an object with its keys in { }",
+      [CONFIG_LIST] = "a list of objects in [ ]",
+      [CONFIG_FILE] = "an options file",
+  };
+  if (option->wants != NULL)
+    snprintf(text, size, "%s", option->wants);
+  else if (option->kind == CONFIG_CHOICE)
+    join_names(option->names, text, size);
+  else if (plain[option->kind] != NULL)
+    snprintf(text, size, "%s", plain[option->kind]);
+  else
+    number_wanted(option, text, size);
+  return text;
+}
+
+/* A line about an option of a file: "FILE:LINE: PATH.KEY: MESSAGE". */
+static thrum_status refuse(const config_given *g, thrum_status status, char *message) {
+  char index[24] = "";
+  config_one_line(message);
+  if (g->file == NULL)
+    return thrum_error_set(g->error, status, "%s", message);
+
+  // a spec that says which option it is of says so once, as the key does here
+  const char *option = strncmp(message, "--", 2) == 0 ? strchr(message, ' ') : NULL;
+  if (option != NULL)
+    message += option + 1 - message;
+  if (g->index >= 0)
+    snprintf(index, sizeof index, "[%lld]", (long long)g->index);
+  const char *path = g->record != NULL ? g->record->path : "";
+  return thrum_error_set(g->error, status, "%.150s:%lld: %s%s%.60s%s: %s", g->file->name,
+                         (long long)g->line, path, path[0] != 0 ? "." : "", g->key, index, message);
+}
+
+thrum_status config_given_refuse(const config_given *given, const char *format, ...) {
+  char line[400];
+  va_list arguments;
+  va_start(arguments, format);
+  vsnprintf(line, sizeof line, format, arguments);
+  va_end(arguments);
+  return refuse(given, THRUM_BAD_VALUE, line);
+}
+
+/* How a value of a file is written, for messages. */
+static const char *found(const json_node *node, char *text, size_t size) {
+  static const char *const words[] = {"null", "false", "true", "", "", "a list", "an object"};
+  if (node->type != JSON_NUMBER && node->type != JSON_STRING)
+    return words[node->type];
+  const char *quote = node->type == JSON_STRING ? "\"" : "";
+  snprintf(text, size, "%s%s%s", quote, thrum_text_excerpt(node->text, strlen(node->text)).text,
+           quote);
+  return text;
+}
+
+thrum_status config_given_wrong(const config_given *given) {
+  char wants[300], text[120], line[480];
+  config_wants(given->option, wants, sizeof wants);
+  if (given->file != NULL && given->option->kind == CONFIG_SWITCH)
+    snprintf(wants, sizeof wants, "true or false");
+  if (given->file != NULL)
+    snprintf(line, sizeof line, "wants %s, not %s", wants, found(given->node, text, sizeof text));
+  else
+    snprintf(line, sizeof line, "--%s wants %s, not '%.60s'", given->option->name, wants,
+             given->text);
+  return refuse(given, THRUM_BAD_VALUE, line);
+}
+
+/* --- values ------------------------------------------------------------------------------------
+ */
+
+static bool in_range(const config_option *o, double value) {
+  if (o->least == 0 && o->most == 0)
     return true;
-  return (option->above ? value > option->least : value >= option->least) &&
-         (option->below ? value < option->most : value <= option->most);
+  return (o->above ? value > o->least : value >= o->least) &&
+         (o->below ? value < o->most : value <= o->most);
 }
 
-int config_given_number(const config_given *given, double *value) {
+thrum_status config_given_number(const config_given *given, double *value) {
   double parsed = 0;
   if (!config_parse_number(given->text, &parsed) || !in_range(given->option, parsed))
     return config_given_wrong(given);
   *value = parsed;
-  return COMMAND_DONE;
+  return THRUM_OK;
 }
 
-int config_given_count(const config_given *given, int64_t *value) {
+thrum_status config_given_count(const config_given *given, int64_t *value) {
   int64_t parsed = 0;
   if (!config_parse_integer(given->text, &parsed) || !in_range(given->option, (double)parsed))
     return config_given_wrong(given);
   *value = parsed;
-  return COMMAND_DONE;
+  return THRUM_OK;
 }
 
-int config_given_pair(const config_given *given, double pair[2]) {
-  char first[64];
-  double parsed[2] = {pair[0], pair[1]};
-  const size_t length = strcspn(given->text, ",");
-  if (length >= sizeof first)
-    return config_given_wrong(given);
-  memcpy(first, given->text, length);
-  first[length] = 0;
-  const bool both = given->text[length] == ',';
-  if (!config_parse_number(first, &parsed[0]) ||
-      (both && !config_parse_number(given->text + length + 1, &parsed[1])) || !(parsed[0] >= 0) ||
-      !(parsed[1] >= 0))
-    return config_given_wrong(given);
-  memcpy(pair, parsed, sizeof parsed);
-  return COMMAND_DONE;
-}
-
-int config_given_counts(const config_given *given, int64_t most, int64_t *values, int64_t *count) {
-  char copy[COUNTS_TEXT_MAX];
-  int64_t found = 0;
-  if (strlen(given->text) >= sizeof copy)
-    return config_given_wrong(given);
+/* Cuts the text at its commas into `copy`, which the parts point into; -1 when a part is empty or
+ * there are too many. */
+static int64_t cut(const config_given *given, char copy[LIST_TEXT_MAX], const char **parts,
+                   int64_t most) {
+  int64_t count = 0;
+  if (given->text == NULL || strlen(given->text) >= LIST_TEXT_MAX)
+    return -1;
   memcpy(copy, given->text, strlen(given->text) + 1);
-  for (char *at = copy; at != NULL;) {
+  for (char *at = copy; at != NULL; count++) {
     char *comma = strchr(at, ',');
     if (comma != NULL)
-      *comma++ = 0;
-    int64_t value = 0;
-    if (found == most || !config_parse_integer(at, &value) ||
-        !in_range(given->option, (double)value))
-      return config_given_wrong(given);
-    values[found++] = value;
-    at = comma;
+      *comma = 0;
+    if (at[0] == 0 || count == most)
+      return -1;
+    parts[count] = at;
+    at = comma != NULL ? comma + 1 : NULL;
   }
-  *count = found;
-  return COMMAND_DONE;
+  return count;
 }
 
-int config_given_apply(const config_given *given, void *request) {
-  const config_option *option = given->option;
-  char *field = (char *)request + option->field;
-  if (option->help != NULL) {
-    option->help();
-    return COMMAND_HELPED;
+thrum_status config_given_numbers(const config_given *given, int64_t least, int64_t most,
+                                  double *values, int64_t *count) {
+  char copy[LIST_TEXT_MAX];
+  const char *parts[LIST_MAX];
+  double parsed[LIST_MAX];
+  const int64_t found_count = cut(given, copy, parts, most < LIST_MAX ? most : LIST_MAX);
+  if (found_count < least)
+    return config_given_wrong(given);
+  for (int64_t n = 0; n < found_count; n++)
+    if (!config_parse_number(parts[n], &parsed[n]) || !in_range(given->option, parsed[n]))
+      return config_given_wrong(given);
+
+  // values keep their defaults until the whole list is known to be good
+  memcpy(values, parsed, (size_t)found_count * sizeof *values);
+  if (count != NULL)
+    *count = found_count;
+  return THRUM_OK;
+}
+
+thrum_status config_given_counts(const config_given *given, int64_t most, int64_t *values,
+                                 int64_t *count) {
+  double numbers[LIST_MAX];
+  int64_t found_count = 0;
+  const thrum_status status = config_given_numbers(given, 1, most, numbers, &found_count);
+  for (int64_t n = 0; status >= 0 && n < found_count; n++) {
+    if (numbers[n] != floor(numbers[n]) || fabs(numbers[n]) > 9e15)
+      return config_given_wrong(given);
+    values[n] = (int64_t)numbers[n];
   }
+  if (status >= 0)
+    *count = found_count;
+  return status;
+}
+
+static int name_index(const char *text, const char *const *names, int count) {
+  for (int n = 0; n < count && names[n] != NULL; n++)
+    if (strcmp(text, names[n]) == 0)
+      return n;
+  return -1;
+}
+
+thrum_status config_given_names(const config_given *given, const char *const *known, int count,
+                                bool *flags) {
+  char copy[LIST_TEXT_MAX];
+  const char *parts[LIST_MAX];
+  const int64_t found_count = cut(given, copy, parts, LIST_MAX);
+  if (found_count < 0)
+    return config_given_wrong(given);
+  memset(flags, 0, (size_t)count * sizeof *flags);
+  for (int64_t n = 0; n < found_count; n++) {
+    const int index = name_index(parts[n], known, count);
+    if (index < 0)
+      return config_given_refuse(given, "--%s: there is no '%s'", given->option->name, parts[n]);
+    flags[index] = true;
+  }
+  return THRUM_OK;
+}
+
+/* Fields of one, four and eight bytes: bool, an enum or int32_t, int64_t. */
+static void store(const config_option *option, void *field, int64_t value) {
+  const bool truth = value != 0;
+  const int32_t narrow = (int32_t)value;
+  const void *from = &value;
+  if (option->size == sizeof truth)
+    from = &truth;
+  else if (option->size == sizeof narrow)
+    from = &narrow;
+  memcpy(field, from, option->size);
+}
+
+static thrum_status out_of_memory(const config_given *given) {
+  return thrum_error_set(given->error, THRUM_OUT_OF_MEMORY, "out of memory");
+}
+
+static thrum_status add_text(const config_given *given, config_texts *texts) {
+  const size_t room = (size_t)texts->count + 1;
+  const char **list = realloc(texts->texts, room * sizeof *list);
+  if (list == NULL)
+    return out_of_memory(given);
+  texts->texts = list;
+  const json_node **nodes = realloc(texts->nodes, room * sizeof *nodes);
+  if (nodes == NULL)
+    return out_of_memory(given);
+  texts->nodes = nodes;
+  texts->nodes[texts->count] = given->node;
+  texts->texts[texts->count++] = given->text;
+  return THRUM_OK;
+}
+
+static thrum_status store_number(const config_given *given, void *field) {
+  const config_option *option = given->option;
+  if (option->kind == CONFIG_VECTOR)
+    return config_given_numbers(given, 3, 3, field, NULL);
+  if (option->kind == CONFIG_NUMBER)
+    return config_given_number(given, field);
+  int64_t count = 0;
+  const thrum_status status = config_given_count(given, &count);
+  if (status >= 0)
+    store(option, field, count);
+  return status;
+}
+
+static thrum_status store_text(const config_given *given, void *field) {
+  thrum_error detail = {0};
+  if (given->option->check != NULL && given->option->check(given->text, &detail) < 0)
+    return config_given_refuse(given, "%s", detail.message);
+  if (given->option->kind == CONFIG_TEXTS)
+    return add_text(given, field);
+  *(const char **)field = given->text;
+  return THRUM_OK;
+}
+
+thrum_status config_given_apply(const config_given *given, void *record) {
+  static const char *const switches[] = {"off", "on", NULL};
+  const config_option *option = given->option;
+  void *field = (char *)record + option->field;
+  if (option->given != 0)
+    *(bool *)(void *)((char *)record + option->given) = true;
   if (option->take != NULL)
-    return option->take(given, request);
+    return option->take(given, record);
   switch (option->kind) {
   case CONFIG_FLAG:
-    *(bool *)(void *)field = true;
-    return COMMAND_DONE;
+    store(option, field, option->set != 0 ? option->set : 1);
+    return THRUM_OK;
   case CONFIG_NUMBER:
-    return config_given_number(given, (double *)(void *)field);
   case CONFIG_COUNT:
-    return config_given_count(given, (int64_t *)(void *)field);
+  case CONFIG_VECTOR:
+    return store_number(given, field);
+  case CONFIG_SWITCH:
   case CONFIG_CHOICE: {
-    const int index = config_name_index(given->text, option->names);
+    const bool is_switch = option->kind == CONFIG_SWITCH;
+    const int index = name_index(given->text, is_switch ? switches : option->names, 64);
     if (index < 0)
       return config_given_wrong(given);
-    option->choose(request, index);
-    return COMMAND_DONE;
+    store(option, field, index);
+    return THRUM_OK;
   }
   default:
-    *(const char **)(void *)field = given->text;
-    return COMMAND_DONE;
+    return store_text(given, field);
   }
-}
-
-/* The table as getopt_long wants it: each long option returns FIRST_LONG plus its place. */
-static void make_getopt(const config_option *table, struct option *longs, char *letters) {
-  size_t used = 0;
-  int count = 0;
-  letters[used++] = ':';
-  int place = 0;
-  for (; table[place].name != NULL && place < CONFIG_OPTION_MAX; place++) {
-    const config_option *option = &table[place];
-    if (option->argument)
-      continue;
-    const bool has_value = option->kind != CONFIG_FLAG;
-    longs[count++] =
-        (struct option){option->name, has_value ? required_argument : no_argument, NULL,
-                        option->letter != 0 ? option->letter : FIRST_LONG + place};
-    if (option->letter == 0)
-      continue;
-    letters[used++] = (char)option->letter;
-    if (has_value)
-      letters[used++] = ':';
-  }
-  longs[count] = (struct option){NULL, 0, NULL, 0};
-  letters[used] = 0;
-}
-
-static const config_option *find_returned(const config_option *table, int returned) {
-  if (returned >= FIRST_LONG)
-    return &table[returned - FIRST_LONG];
-  while (table->letter != returned)
-    table++;
-  return table;
-}
-
-/* What was given, in its order. */
-typedef struct given_list {
-  config_given *items; /* room for argc */
-  int count;
-  bool overridden[CONFIG_OPTION_MAX];
-  const config_given *file; /* the options file */
-  const config_given *help;
-} given_list;
-
-static int collect(const char *command, const config_option *table, int argc, char **argv,
-                   given_list *list) {
-  struct option longs[CONFIG_OPTION_MAX + 1];
-  char letters[2 + 2 * CONFIG_OPTION_MAX];
-  make_getopt(table, longs, letters);
-  opterr = 0;
-  optind = 0; // from the start, whatever was read before
-  for (int returned; (returned = getopt_long(argc, argv, letters, longs, NULL)) != -1;) {
-    if (returned == '?' || returned == ':')
-      return config_usage_option(command, argv, longs);
-    config_given *given = &list->items[list->count++];
-    *given = (config_given){
-        .command = command, .option = find_returned(table, returned), .text = optarg};
-    list->overridden[given->option - table] = true;
-    if (returned == 'h')
-      list->help = given;
-    if (list->help != NULL)
-      break;
-    if (given->option->kind == CONFIG_FILE && list->file != NULL)
-      return config_usage(command, "one --%s at a time", given->option->name);
-    if (given->option->kind == CONFIG_FILE)
-      list->file = given;
-  }
-  // a mesh or a model on the command line stands for the file's, too
-  for (int n = 0; table[n].name != NULL; n++)
-    list->overridden[n] = list->overridden[n] || (table[n].argument && optind < argc);
-  return COMMAND_DONE;
-}
-
-int config_options_read(const char *command, const config_option *table, int argc, char **argv,
-                        void *request) {
-  given_list list = {.items = calloc((size_t)argc + 1, sizeof *list.items)};
-  if (list.items == NULL) {
-    const thrum_error error = {THRUM_OUT_OF_MEMORY, ""};
-    return config_refuse(&error);
-  }
-  int code = collect(command, table, argc, argv, &list);
-  if (code == COMMAND_DONE && list.help != NULL) {
-    code = config_given_apply(list.help, request);
-  } else {
-    if (code == COMMAND_DONE && list.file != NULL)
-      code = config_options_file_apply(
-          command, table, list.file->text, list.overridden,
-          (config_options_file *)(void *)((char *)request + list.file->option->field), request);
-    for (int n = 0; n < list.count && code == COMMAND_DONE; n++) {
-      if (list.items[n].option->kind != CONFIG_FILE)
-        code = config_given_apply(&list.items[n], request);
-    }
-  }
-  free(list.items);
-  return code;
-}
-
-int config_one_argument(const char *command, const char *what, int argc, char **argv,
-                        const char **value) {
-  if (optind >= argc)
-    return *value != NULL ? COMMAND_DONE : config_usage(command, "no %s given", what);
-  if (optind + 1 < argc)
-    return config_usage(command, "one %s at a time, but '%s' follows '%s'", what, argv[optind + 1],
-                        argv[optind]);
-  *value = argv[optind];
-  return COMMAND_DONE;
 }

@@ -1,12 +1,12 @@
-/* The JSON schema of options files, made of the same table that reads them.
+/* The JSON schema of options files and scene files, made of the tables that read them.
  * SPDX-License-Identifier: Apache-2.0 */
-#include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 #include "config/options.h"
 #include "io/json.h"
 
-static cJSON *type_object(const char *type) {
+static cJSON *typed(const char *type) {
   cJSON *object = cJSON_CreateObject();
   cJSON_AddStringToObject(object, "type", type);
   return object;
@@ -21,9 +21,9 @@ static cJSON *either(cJSON *a, cJSON *b) {
   return object;
 }
 
-static cJSON *array_of(cJSON *item, int count) {
-  cJSON *object = type_object("array");
-  cJSON_AddItemToObject(object, "items", item);
+static cJSON *list_of(cJSON *items, int count) {
+  cJSON *object = typed("array");
+  cJSON_AddItemToObject(object, "items", items);
   if (count > 0) {
     json_number(object, "minItems", count);
     json_number(object, "maxItems", count);
@@ -31,60 +31,99 @@ static cJSON *array_of(cJSON *item, int count) {
   return object;
 }
 
-static cJSON *number_object(const config_option *option) {
-  cJSON *object = type_object(option->kind == CONFIG_COUNT ? "integer" : "number");
-  if (option->least == 0 && option->most == 0)
+static cJSON *number_schema(const config_option *o) {
+  cJSON *object = typed(o->kind == CONFIG_COUNT ? "integer" : "number");
+  if (o->least == 0 && o->most == 0)
     return object;
-  json_number(object, option->above ? "exclusiveMinimum" : "minimum", option->least);
-  if (isfinite(option->most))
-    json_number(object, option->below ? "exclusiveMaximum" : "maximum", option->most);
+  json_number(object, o->above ? "exclusiveMinimum" : "minimum", o->least);
+  if (isfinite(o->most))
+    json_number(object, o->below ? "exclusiveMaximum" : "maximum", o->most);
   return object;
 }
 
-static cJSON *choice_object(const config_option *option) {
+static cJSON *names_schema(const char *const *names) {
   cJSON *object = cJSON_CreateObject();
   cJSON *list = cJSON_AddArrayToObject(object, "enum");
-  for (int n = 0; option->names[n] != NULL; n++)
-    cJSON_AddItemToArray(list, cJSON_CreateString(option->names[n]));
-  return option->names == config_switches ? either(type_object("boolean"), object) : object;
+  for (int n = 0; names[n] != NULL; n++)
+    cJSON_AddItemToArray(list, cJSON_CreateString(names[n]));
+  return object;
 }
 
-static cJSON *option_object(const config_option *option) {
-  switch (option->kind) {
+static cJSON *object_schema(const config_option *keys, bool records);
+
+static cJSON *option_schema(const config_option *o, bool records) {
+  static const char *const switches[] = {"off", "on", NULL};
+  if (o->schema != NULL)
+    return cJSON_Parse(o->schema);
+  switch (o->kind) {
   case CONFIG_FLAG:
-    return type_object("boolean");
+    return typed("boolean");
+  case CONFIG_SWITCH:
+    return either(typed("boolean"), names_schema(switches));
   case CONFIG_NUMBER:
   case CONFIG_COUNT:
-    return number_object(option);
+    return number_schema(o);
+  case CONFIG_VECTOR:
+    return list_of(number_schema(o), 3);
   case CONFIG_CHOICE:
-    return choice_object(option);
+    return names_schema(o->names);
   case CONFIG_WORD:
-    return either(type_object("number"), type_object("string"));
+    return either(typed("number"), typed("string"));
   case CONFIG_PAIR:
-    return either(type_object("number"), array_of(type_object("number"), 2));
+    return either(typed("number"), list_of(typed("number"), 2));
+  case CONFIG_OBJECT:
+    return object_schema(o->keys, records);
+  case CONFIG_LIST:
+    return list_of(object_schema(o->keys, records), 0);
   default:
-    return option->repeats ? either(type_object("string"), array_of(type_object("string"), 0))
-                           : type_object("string");
+    return o->repeats || o->kind == CONFIG_TEXTS
+               ? either(typed("string"), list_of(typed("string"), 0))
+               : typed("string");
   }
 }
 
-cJSON *config_options_schema(const char *command, const config_option *table) {
-  cJSON *schema = cJSON_CreateObject();
-  char title[80];
-  snprintf(title, sizeof title, "Options of thrum %s", command);
+/* "about: WANTS [UNIT]; default FALLBACK" */
+static void describe(const config_option *o, cJSON *object) {
+  char text[600];
+  const bool free_form = o->kind == CONFIG_WORD && o->wants != NULL;
+  snprintf(text, sizeof text, "%s%s%s%s%s%s%s%s", o->about, free_form ? ": " : "",
+           free_form ? o->wants : "", o->unit ? " [" : "", o->unit ? o->unit : "",
+           o->unit ? "]" : "", o->fallback ? "; default " : "", o->fallback ? o->fallback : "");
+  cJSON_AddStringToObject(object, "description", text);
+}
+
+static cJSON *object_schema(const config_option *keys, bool records) {
+  config_row rows[CONFIG_OPTION_MAX];
+  const int count = config_rows(keys, rows);
+  cJSON *object = typed("object");
+  cJSON_AddBoolToObject(object, "additionalProperties", false);
+  cJSON *required = cJSON_CreateArray();
+  cJSON *properties = cJSON_AddObjectToObject(object, "properties");
+  for (int n = 0; n < count; n++) {
+    const config_option *o = rows[n].option;
+    char name[64];
+    if (o->kind == CONFIG_FILE || o->letter == 'h')
+      continue;
+    snprintf(name, sizeof name, "%s", o->name);
+    for (char *c = name; *c != 0; c++)
+      *c = records && *c == '-' ? '_' : *c;
+    cJSON *schema = option_schema(o, records);
+    describe(o, schema);
+    cJSON_AddItemToObject(properties, name, schema);
+    if (o->needed)
+      cJSON_AddItemToArray(required, cJSON_CreateString(name));
+  }
+  if (cJSON_GetArraySize(required) > 0)
+    cJSON_AddItemToObject(object, "required", required);
+  else
+    cJSON_Delete(required);
+  return object;
+}
+
+cJSON *config_schema(const char *title, const config_option *table, bool records) {
+  cJSON *schema = object_schema(table, records);
   cJSON_AddStringToObject(schema, "$schema", "http://json-schema.org/draft-07/schema#");
   cJSON_AddStringToObject(schema, "title", title);
-  cJSON_AddStringToObject(schema, "type", "object");
-  cJSON_AddBoolToObject(schema, "additionalProperties", false);
-  cJSON *properties = cJSON_AddObjectToObject(schema, "properties");
-  cJSON_AddItemToObject(properties, "$schema", type_object("string"));
-  for (const config_option *option = table; option->name != NULL; option++) {
-    if (option->kind == CONFIG_FILE || option->letter == 'h')
-      continue;
-    cJSON *object = option_object(option);
-    if (option->wants != NULL)
-      cJSON_AddStringToObject(object, "description", option->wants);
-    cJSON_AddItemToObject(properties, option->name, object);
-  }
+  cJSON_AddItemToObject(cJSON_GetObjectItem(schema, "properties"), "$schema", typed("string"));
   return schema;
 }

@@ -8,19 +8,27 @@
 #include <unistd.h>
 
 #include "config/message.h"
+#include "driver/shared_options.h"
 #include "mesh/formats/mesh_read.h"
 
 cli_mesh_def cli_default_mesh_def(void) {
   return (cli_mesh_def){.material = {NAN, NAN, NAN}};
 }
 
-int cli_mesh_take_fix(const config_given *given, void *request) {
-  cli_mesh_def *def = (cli_mesh_def *)(void *)((char *)request + given->option->field);
+static thrum_status take_fix(const config_given *given, void *record) {
+  cli_mesh_def *def = record;
   if (def->fix_count == CLI_MESH_FIXES_MAX)
     return config_given_refuse(given, "given more than %d times", CLI_MESH_FIXES_MAX);
   def->fixes[def->fix_count++] = given->text;
-  return COMMAND_DONE;
+  return THRUM_OK;
 }
+
+const config_option mesh_options[] = {
+    OPTION_TEXT("fix", "SPEC", "nothing", "hold vertices, as of precompute",
+                .path = CONFIG_PATH_IF_THERE, .repeats = true, .take = take_fix),
+    OPTION_GROUP(material_options, "", CONFIG_AT(cli_mesh_def, material)),
+    OPTION_END,
+};
 
 int cli_mesh_def_check(const char *command, const cli_mesh_def *def, bool mesh) {
   const thrum_material *material = &def->material;

@@ -19,18 +19,8 @@ typedef struct cli_mesh_def {
 /* Nothing held, the mesh's own material. */
 cli_mesh_def cli_default_mesh_def(void);
 
-/* `take` of --fix; the field of the option is a cli_mesh_def. */
-int cli_mesh_take_fix(const config_given *given, void *request);
-
-/* The options of a request with a cli_mesh_def `mesh_def`, for its table. */
-#define CONFIG_OPTIONS_MESH(request)                                                               \
-  {.name = "fix",                                                                                  \
-   .kind = CONFIG_TEXT,                                                                            \
-   .path = CONFIG_PATH_IF_THERE,                                                                   \
-   .repeats = true,                                                                                \
-   .take = cli_mesh_take_fix,                                                                      \
-   .field = offsetof(request, mesh_def)},                                                          \
-      CONFIG_OPTIONS_MATERIAL(request, mesh_def.material)
+/* Options of a cli_mesh_def, for the group of a table. */
+extern const config_option mesh_options[];
 
 /* COMMAND_DONE, or COMMAND_USAGE after a line where options of a mesh come without one; `mesh`: the
  * path is taken as a mesh. */

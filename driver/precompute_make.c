@@ -83,7 +83,7 @@ static thrum_status name_line(const precompute_request *request, const char *key
     return status;
   char told[sizeof error->message];
   snprintf(told, sizeof told, "%s", error->message);
-  return thrum_error_set(error, status, "%.100s:%lld: \"%s\": %.250s", request->lines_file,
+  return thrum_error_set(error, status, "%.100s:%lld: %s: %.250s", request->lines_file,
                          (long long)lines[n], key, told);
 }
 

@@ -5,36 +5,16 @@
 #include "config/message.h"
 #include "config/options.h"
 #include "driver/precompute_request.h"
+#include "driver/shared_options.h"
 
 #define COUNT_MAX 1000000 /* no mesh needs more modes; keeps products of counts in range */
 #define MEGABYTES_MAX 1099511627776.0
 
-static int take_modes(const config_given *given, void *request) {
-  precompute_request *r = request;
-  r->modes_given = true;
-  return config_given_count(given, &r->options.modes);
-}
-
-static int take_rank(const config_given *given, void *request) {
-  precompute_request *r = request;
-  r->rank_given = true;
-  return config_given_count(given, &r->options.rank);
-}
-
-static int take_threads(const config_given *given, void *request) {
-  int64_t count = 0;
-  const int code = config_given_count(given, &count);
-  if (code == COMMAND_DONE)
-    ((precompute_request *)request)->options.threads = (int)count;
-  return code;
-}
-
-static int take_memory(const config_given *given, void *request) {
+static thrum_status take_memory(const config_given *given, void *request) {
   int64_t megabytes = 0;
-  const int code = config_given_count(given, &megabytes);
-  if (code == COMMAND_DONE)
-    ((precompute_request *)request)->options.memory_limit = 1048576 * (double)megabytes;
-  return code;
+  THRUM_TRY(config_given_count(given, &megabytes));
+  ((precompute_request *)request)->options.memory_limit = 1048576 * (double)megabytes;
+  return THRUM_OK;
 }
 
 /* Where the n-th of a list stands, for messages once the mesh is there. The command line takes the
@@ -43,34 +23,22 @@ static void keep_line(const config_given *given, precompute_request *request, in
                       int64_t n) {
   if (given->file == NULL || n >= CONFIG_FILE_ITEMS_MAX)
     return;
-  request->lines_file = given->file;
+  request->lines_file = given->file->name;
   lines[n] = given->line;
 }
 
-static int take_fix(const config_given *given, void *request) {
+static thrum_status take_fix(const config_given *given, void *request) {
   precompute_request *r = request;
   keep_line(given, r, r->fix_lines, r->fix_count);
   r->fixes[r->fix_count++] = given->text;
-  return COMMAND_DONE;
+  return THRUM_OK;
 }
 
-static int take_handle(const config_given *given, void *request) {
+static thrum_status take_handle(const config_given *given, void *request) {
   precompute_request *r = request;
   keep_line(given, r, r->handle_lines, r->handle_count);
   r->handles[r->handle_count++] = given->text;
-  return COMMAND_DONE;
-}
-
-static void choose_mass(void *request, int index) {
-  ((precompute_request *)request)->options.mass = (thrum_mass)index;
-}
-
-static void choose_check(void *request, int index) {
-  ((precompute_request *)request)->options.check = (thrum_check)index;
-}
-
-static void choose_precision(void *request, int index) {
-  ((precompute_request *)request)->options.single = index == 1;
+  return THRUM_OK;
 }
 
 /* In the order of their enums. */
@@ -78,124 +46,97 @@ static const char *const masses[] = {"consistent", "lumped", NULL};
 static const char *const precisions[] = {"double", "single", NULL};
 static const char *const checks[] = {"auto", "search", "inertia", NULL};
 
-#define FIELD(member) .field = offsetof(precompute_request, member)
+#define AT(member) CONFIG_AT(precompute_request, member)
+#define GIVEN(member) .given = offsetof(precompute_request, member)
 
-static void print_help(void) {
-  fputs(
-      "usage: thrum precompute MESH -o NAME.npz [--fix SPEC] [OPTIONS]\n\n"
-      "Makes a reduced model of a tetrahedral mesh: linear modes, modal derivatives, basis, and\n"
-      "the exact polynomial of its strain energy.\n\n"
-      "MESH is a file of Vega (.veg), Gmsh (.msh), TetGen (.node and .ele), Medit (.mesh), VTK\n"
-      "(.vtk, .vtu) or Abaqus (.inp), or a generated beam, beam:NXxNYxNZ@LXxLYxLZ: cells, then\n"
-      "metres (before --scale); or the name of a model that comes with Thrum (beam, basket,\n"
-      "bridge, horse, tower, heart), whose material, fixed set, modes and rank are then the\n"
-      "defaults.\n\n"
-      "  -o, --output FILE     the model file to write\n"
-      "      --fix SPEC        hold vertices; repeatable. SPEC is a predicate in metres such as\n"
-      "                        'x<0.01&z>0', or a file of 1-based vertices (2, 3:7, # comment),\n"
-      "                        or a group of the mesh; a suffix such as :z or :xy picks the axes\n"
-      "                        (without any: a free body, its six rigid modes kept apart)\n"
-      "      --young PA        Young's modulus [Pa]        (default: the mesh's own material)\n"
-      "      --poisson NU      Poisson's ratio, in (-1, 1/2)\n"
-      "      --density RHO     density [kg/m^3]\n"
-      "      --scale S         lengths of the mesh times S are metres, such as 1e-3 (default 1)\n"
-      "      --modes K         linear modes (default 10)\n"
-      "      --rank R          reduced coordinates, at most K (K + 3) / 2 (default 2 K)\n"
-      "      --mass KIND       consistent (default) or lumped\n"
-      "      --precision P     of the cubic and quartic coefficients: double (default), or "
-      "single,\n"
-      "                        which large models step faster with; says what error that costs\n"
-      "      --check HOW       that no mode was missed: search, or inertia (an exact count by "
-      "MUMPS,\n"
-      "                        where it is built in); default auto, inertia for small meshes\n"
-      "      --handles SPEC    a group or vertex=N that will be pulled; repeatable. Its static\n"
-      "                        responses to forces along x, y, z are represented exactly\n"
-      "      --import-basis FILE.U    take VegaFEM's basis in place of modes and derivatives; it "
-      "is\n"
-      "                        turned until it is mass-orthonormal and diagonalises the stiffness\n"
-      "      --import-cubic FILE.cub  and VegaFEM's polynomial of that basis with it\n"
-      "      --export-modes FILE.vtu  write the linear modes for ParaView as well\n"
-      "      --threads N       threads of the linear algebra (default 1)\n"
-      "      --dry-run         say what memory and about what time it would take, and stop; exit "
-      "3\n"
-      "                        when it would not fit\n"
-      "      --memory MB       refuse what would take more (default: what the machine has left)\n"
-      "      --reproducible    store no times in the file: two runs then give the same bytes\n"
-      "      --options FILE.json  read options from a file (docs/options.md); those given here "
-      "come first\n"
-      "      --json            print one JSON object instead of the table\n"
-      "  -q, --quiet           no progress\n"
-      "  -h, --help            this text\n\n"
-      "examples:\n"
-      "  thrum precompute beam:20x3x3@1x0.15x0.15 --fix 'x<0.001' -o beam.npz\n"
-      "  thrum precompute part.msh --scale 1e-3 --young 2e6 --poisson 0.45 --density 1100 \\\n"
-      "      --fix clamp --fix 'z<0.002:z' --modes 12 --rank 30 -o part.npz\n"
-      "  thrum precompute part.msh --fix clamp --modes 20 --rank 30 --dry-run\n"
-      "  thrum precompute beam:20x3x3@1x0.15x0.15 --fix 'x<0.001' --handles tip -o pull.npz\n"
-      "  thrum precompute horse --young 1e6 -o soft-horse.npz\n"
-      "  thrum precompute beam.veg --fix beam.bou --import-basis beam.U --import-cubic beam.cub "
-      "\\\n"
-      "      -o beam.npz\n"
-      "  thrum precompute bridge.veg --fix bridge.bou --threads 2 --json -o bridge.npz\n",
-      stdout);
-}
+static const config_option options[] = {
+    OPTION_TEXT("mesh", "MESH", NULL, "the mesh", .argument = true, .path = CONFIG_PATH_NAMED,
+                .is_name = is_model_name_or_spec, AT(mesh_name)),
+    OPTION_TEXT("output", "FILE.npz", NULL, "the model file to write", .letter = 'o',
+                .path = CONFIG_PATH_ALWAYS, AT(output)),
+    OPTION_TEXT("fix", "SPEC", "a free body, its six rigid modes kept apart",
+                "hold vertices: a predicate in metres such as 'x<0.01&z>0', or a file of 1-based "
+                "vertices (2, 3:7, # comment), or a group of the mesh; a suffix such as :z or :xy "
+                "picks the axes",
+                .path = CONFIG_PATH_IF_THERE, .repeats = true, .take = take_fix),
+    OPTION_GROUP(material_options, "", AT(material)),
+    OPTION_NUMBER("scale", NULL, "1", "lengths of the mesh times this are metres, such as 1e-3",
+                  AT(scale), CONFIG_ABOVE(0)),
+    OPTION_HEADING("the model"),
+    OPTION_COUNT("modes", "10", "linear modes K", AT(options.modes), GIVEN(modes_given),
+                 CONFIG_RANGE(1, COUNT_MAX)),
+    OPTION_COUNT("rank", "2 K", "reduced coordinates, at most K (K + 3) / 2", AT(options.rank),
+                 GIVEN(rank_given), CONFIG_RANGE(1, COUNT_MAX)),
+    OPTION_CHOICE("mass", masses, "consistent", "mass matrix", AT(options.mass)),
+    OPTION_CHOICE("precision", precisions, "double",
+                  "of the cubic and quartic coefficients; large models step faster with single, "
+                  "and what error that costs is said",
+                  AT(options.single)),
+    OPTION_CHOICE("check", checks, "auto: inertia for small meshes",
+                  "how it is checked that no mode was missed; inertia is an exact count by "
+                  "MUMPS, where it is built in",
+                  AT(options.check)),
+    OPTION_TEXT("handles", "SPEC", NULL,
+                "a group or vertex=N that will be pulled: its static responses to forces along x, "
+                "y, z are represented exactly",
+                .repeats = true, .take = take_handle),
+    OPTION_HEADING("other programs"),
+    OPTION_TEXT("import-basis", "FILE.U", NULL,
+                "take VegaFEM's basis in place of modes and derivatives; it is turned until it is "
+                "mass-orthonormal and diagonalises the stiffness",
+                .path = CONFIG_PATH_ALWAYS, AT(import_basis)),
+    OPTION_TEXT("import-cubic", "FILE.cub", NULL, "and VegaFEM's polynomial of that basis with it",
+                .path = CONFIG_PATH_ALWAYS, AT(import_cubic)),
+    OPTION_TEXT("export-modes", "FILE.vtu", NULL, "write the linear modes for ParaView as well",
+                .path = CONFIG_PATH_ALWAYS, AT(export_modes)),
+    OPTION_HEADING("the work"),
+    OPTION_COUNT("threads", "1", "threads of the linear algebra", AT(options.threads),
+                 CONFIG_RANGE(1, CONFIG_THREADS_MAX)),
+    OPTION_FLAG("dry-run",
+                "say what memory and about what time it would take, and stop; exit code 3 when it "
+                "would not fit",
+                AT(dry_run)),
+    OPTION_COUNT("memory", "what the machine has left", "refuse what would take more", .unit = "MB",
+                 .take = take_memory, CONFIG_RANGE(1, MEGABYTES_MAX)),
+    OPTION_FLAG("reproducible", "store no times in the file: two runs then give the same bytes",
+                AT(reproducible)),
+    OPTION_FILE(precompute_request),
+    OPTION_JSON(precompute_request),
+    OPTION_QUIET(precompute_request),
+    OPTION_HELP,
+    OPTION_END,
+};
 
-const config_option precompute_options_table[] = {
-    {.name = "mesh",
-     .kind = CONFIG_TEXT,
-     .argument = true,
-     .path = CONFIG_PATH_NAMED,
-     FIELD(mesh_name)},
-    CONFIG_OPTION_FILE(precompute_request),
-    {.name = "output",
-     .letter = 'o',
-     .kind = CONFIG_TEXT,
-     .path = CONFIG_PATH_ALWAYS,
-     FIELD(output)},
-    {.name = "fix",
-     .kind = CONFIG_TEXT,
-     .path = CONFIG_PATH_IF_THERE,
-     .repeats = true,
-     .take = take_fix},
-    CONFIG_OPTIONS_MATERIAL(precompute_request, material),
-    {.name = "scale",
-     .kind = CONFIG_NUMBER,
-     FIELD(scale),
-     .most = INFINITY,
-     .above = true,
-     .wants = "a number above 0"},
-    {.name = "modes", .kind = CONFIG_COUNT, .take = take_modes, .least = 1, .most = COUNT_MAX},
-    {.name = "rank", .kind = CONFIG_COUNT, .take = take_rank, .least = 1, .most = COUNT_MAX},
-    {.name = "mass", .kind = CONFIG_CHOICE, .names = masses, .choose = choose_mass},
-    {.name = "precision", .kind = CONFIG_CHOICE, .names = precisions, .choose = choose_precision},
-    {.name = "check", .kind = CONFIG_CHOICE, .names = checks, .choose = choose_check},
-    {.name = "handles", .kind = CONFIG_TEXT, .repeats = true, .take = take_handle},
-    {.name = "import-basis", .kind = CONFIG_TEXT, .path = CONFIG_PATH_ALWAYS, FIELD(import_basis)},
-    {.name = "import-cubic", .kind = CONFIG_TEXT, .path = CONFIG_PATH_ALWAYS, FIELD(import_cubic)},
-    {.name = "export-modes", .kind = CONFIG_TEXT, .path = CONFIG_PATH_ALWAYS, FIELD(export_modes)},
-    {.name = "threads",
-     .kind = CONFIG_COUNT,
-     .take = take_threads,
-     .least = 1,
-     .most = CONFIG_THREADS_MAX},
-    {.name = "dry-run", .kind = CONFIG_FLAG, FIELD(dry_run)},
-    {.name = "memory",
-     .kind = CONFIG_COUNT,
-     .take = take_memory,
-     .least = 1,
-     .most = MEGABYTES_MAX},
-    {.name = "reproducible", .kind = CONFIG_FLAG, FIELD(reproducible)},
-    CONFIG_OPTION_JSON(precompute_request),
-    CONFIG_OPTION_QUIET(precompute_request),
-    CONFIG_OPTION_HELP(print_help),
-    {.name = NULL},
+const config_command command_precompute = {
+    .name = "precompute",
+    .summary = "from a tetrahedral mesh to a reduced model file",
+    .usage = "MESH -o NAME.npz [--fix SPEC] [OPTIONS]",
+    .about =
+        "Makes a reduced model of a tetrahedral mesh: linear modes, modal derivatives, basis, and "
+        "the exact polynomial of its strain energy.\n\n"
+        "MESH is a file of Vega (.veg), Gmsh (.msh), TetGen (.node and .ele), Medit (.mesh), VTK "
+        "(.vtk, .vtu) or Abaqus (.inp), or a generated beam, beam:NXxNYxNZ@LXxLYxLZ: cells, then "
+        "metres (before --scale); or the name of a model that comes with Thrum (beam, basket, "
+        "bridge, horse, tower, heart), whose material, fixed set, modes and rank are then the "
+        "defaults.",
+    .options = options,
+    .examples = "precompute beam:20x3x3@1x0.15x0.15 --fix 'x<0.001' -o beam.npz\n"
+                "precompute part.msh --scale 1e-3 --young 2e6 --poisson 0.45 --density 1100 "
+                "--fix clamp --fix 'z<0.002:z' --modes 12 --rank 30 -o part.npz\n"
+                "precompute part.msh --fix clamp --modes 20 --rank 30 --dry-run\n"
+                "precompute beam:20x3x3@1x0.15x0.15 --fix 'x<0.001' --handles tip -o pull.npz\n"
+                "precompute horse --young 1e6 -o soft-horse.npz\n"
+                "precompute beam.veg --fix beam.bou --import-basis beam.U --import-cubic beam.cub "
+                "-o beam.npz\n"
+                "precompute bridge.veg --fix bridge.bou --threads 2 --json -o bridge.npz",
+    .exits = "0 done, 1 refused, 2 usage, 3 made but flagged, or --dry-run: it would not fit",
 };
 
 int precompute_options_read(int argc, char **argv, precompute_request *request) {
   request->scale = 1;
   request->material = (thrum_material){NAN, NAN, NAN};
   request->options = thrum_default_precompute_options();
-  int code = config_options_read("precompute", precompute_options_table, argc, argv, request);
+  int code = config_options_read(&command_precompute, argc, argv, request);
   if (code != COMMAND_DONE)
     return code;
   code = config_one_argument("precompute", "mesh", argc, argv, &request->mesh_name);

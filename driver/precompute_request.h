@@ -33,7 +33,7 @@ typedef struct precompute_request {
   bool free;         /* nothing is to be held: no warning of it */
   bool json;
   bool quiet;
-  config_options_file file; /* of --options; the texts above may point into it */
+  config_file file; /* of --options; the texts above may point into it */
 } precompute_request;
 
 /* What is known once the model is made, for the table, the JSON line and meta. */
@@ -51,29 +51,8 @@ typedef struct precompute_outcome {
   double seconds_total;
 } precompute_outcome;
 
-/* The options of a material, for the table of a request with a thrum_material `member`. */
-#define CONFIG_OPTIONS_MATERIAL(request, member)                                                   \
-  {.name = "young",                                                                                \
-   .kind = CONFIG_NUMBER,                                                                          \
-   .field = offsetof(request, member.young),                                                       \
-   .least = 1e-30,                                                                                 \
-   .most = 1e30,                                                                                   \
-   .wants = "a number of Pa from 1e-30 to 1e30"},                                                  \
-      {.name = "poisson",                                                                          \
-       .kind = CONFIG_NUMBER,                                                                      \
-       .field = offsetof(request, member.poisson),                                                 \
-       .least = -1,                                                                                \
-       .most = 0.5,                                                                                \
-       .above = true,                                                                              \
-       .below = true,                                                                              \
-       .wants = "a number above -1 and below 1/2"},                                                \
-  {                                                                                                \
-    .name = "density", .kind = CONFIG_NUMBER, .field = offsetof(request, member.density),          \
-    .least = 1e-30, .most = 1e30, .wants = "a number of kg/m^3 from 1e-30 to 1e30"                 \
-  }
-
-/* What there is; ends with a nameless option. */
-extern const config_option precompute_options_table[];
+/* The command and its options. */
+extern const config_command command_precompute;
 
 /* Fills the request from argv; COMMAND_DONE, or what the command is to return. `fixes` and
  * `handles` have room for argc + CONFIG_FILE_ITEMS_MAX texts. */

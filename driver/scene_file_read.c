@@ -10,13 +10,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "driver/base_motion_spec.h"
-#include "driver/load_spec.h"
 #include "driver/scene_folder.h"
 #include "driver/scene_spec.h"
-#include "driver/start_spec.h"
-#include "io/paths.h"
-#include "io/text.h"
 #include "mesh/formats/mesh_read.h"
 #include "thrum/thrum.h"
 
@@ -46,7 +41,7 @@ static bool is_name(const char *text) {
   return true;
 }
 
-static thrum_status check_name(const config_record_file *file, const config_record *record,
+static thrum_status check_name(const config_file *file, const config_record *record,
                                const char *name, const char *other) {
   if (!is_name(name))
     return config_record_refuse(
@@ -99,88 +94,14 @@ static thrum_status check_names(scene_spec *spec) {
   return status;
 }
 
-/* --- texts -------------------------------------------------------------------------------------
- */
-
-/* A text that names a file beside the scene file gets its folder in front, in the spec's memory. */
-static thrum_status place_text(scene_spec *spec, config_path path, const char **text) {
-  if (!config_is_beside(path, spec->folder, *text))
-    return THRUM_OK;
-  const size_t size = strlen(spec->folder) + strlen(*text) + 1;
-  char **kept = realloc(spec->kept, (size_t)(spec->kept_count + 1) * sizeof *kept);
-  char *joined = malloc(size);
-  if (kept != NULL)
-    spec->kept = kept;
-  if (kept == NULL || joined == NULL) {
-    free(joined);
-    return thrum_error_set(spec->file.error, THRUM_OUT_OF_MEMORY, "%.150s: out of memory",
-                           spec->file.name);
-  }
-  snprintf(joined, size, "%s%s", spec->folder, *text);
-  spec->kept[spec->kept_count++] = joined;
-  *text = joined;
-  return THRUM_OK;
-}
-
-static thrum_status place_texts(scene_spec *spec, config_path path, config_texts *texts) {
-  thrum_status status = THRUM_OK;
-  for (int64_t n = 0; n < texts->count && status >= 0; n++)
-    status = place_text(spec, path, &texts->texts[n]);
-  return status;
-}
-
-static thrum_status place_files(scene_spec *spec) {
-  thrum_status status = place_texts(spec, CONFIG_PATH_NAMED, &spec->base_motion);
-  scene_body_spec *bodies = scene_bodies(spec);
-  for (int64_t n = 0; n < spec->bodies.count && status >= 0; n++) {
-    status = place_text(spec, CONFIG_PATH_NAMED, &bodies[n].model);
-    if (status >= 0 && bodies[n].surface != NULL)
-      status = place_text(spec, CONFIG_PATH_ALWAYS, &bodies[n].surface);
-    if (status >= 0)
-      status = place_texts(spec, CONFIG_PATH_IF_THERE, &bodies[n].fix);
-    if (status >= 0)
-      status = place_texts(spec, CONFIG_PATH_NAMED, &bodies[n].start);
-  }
-  return status;
-}
-
-/* Can every text be understood? They are parsed again by who needs what they say. */
-static thrum_status check_texts(const scene_spec *spec, const config_record *record,
-                                const char *key, const config_texts *texts,
-                                thrum_status (*parse)(const char *text, thrum_error *error)) {
-  for (int64_t n = 0; n < texts->count; n++) {
-    thrum_error detail = {0};
-    if (parse(texts->texts[n], &detail) < 0)
-      return config_record_refuse_text(&spec->file, record, key, texts, n, "%s", detail.message);
-  }
-  return THRUM_OK;
-}
-
-static thrum_status parse_load(const char *text, thrum_error *error) {
-  cli_load load;
-  return cli_load_parse(text, &load, error);
-}
-
-static thrum_status parse_start(const char *text, thrum_error *error) {
-  cli_start start;
-  return cli_start_parse(text, &start, error);
-}
-
-static thrum_status parse_base_motion(const char *text, thrum_error *error) {
-  cli_base_motion base_motion;
-  return cli_base_motion_parse(text, &base_motion, error);
-}
-
 /* --- records -----------------------------------------------------------------------------------
  */
 
 static thrum_status check_body(const scene_spec *spec, const scene_body_spec *body) {
   const config_record *at = &body->settings.at;
   const bool mesh = thrum_mesh_is_named(body->model);
-  thrum_status status = check_texts(spec, at, "loads", &body->loads, parse_load);
-  if (status >= 0)
-    status = check_texts(spec, at, "start", &body->start, parse_start);
-  if (status >= 0 && body->fix.count > CLI_MESH_FIXES_MAX)
+  thrum_status status = THRUM_OK;
+  if (body->fix.count > CLI_MESH_FIXES_MAX)
     status = config_record_refuse(&spec->file, at, "fix", THRUM_BAD_VALUE, "more than %d texts",
                                   CLI_MESH_FIXES_MAX);
   if (status >= 0 && !mesh && body->fix.count > 0)
@@ -248,9 +169,6 @@ static thrum_status check(scene_spec *spec) {
     return config_record_refuse(&spec->file, &spec->settings.at, "bodies", THRUM_MISSING,
                                 "a scene needs a body");
   thrum_status status = check_names(spec);
-  if (status >= 0)
-    status =
-        check_texts(spec, &spec->settings.at, "base_motion", &spec->base_motion, parse_base_motion);
   for (int64_t n = 0; n < spec->bodies.count && status >= 0; n++)
     status = check_body(spec, &scene_bodies(spec)[n]);
   for (int64_t n = 0; n < spec->obstacles.count && status >= 0; n++)
@@ -259,37 +177,37 @@ static thrum_status check(scene_spec *spec) {
     status = check_probe(spec, &scene_probes(spec)[n]);
   if (config_record_member(&spec->file, &spec->outputs.at, "plots") == NULL)
     spec->outputs.plots = spec->bodies.count <= SCENE_PLOTS_MAX;
-  return status >= 0 ? place_files(spec) : status;
+  return status;
 }
 
 /* --- files -------------------------------------------------------------------------------------
  */
 
-thrum_status cli_scene_read_text(const char *name, const char *bytes, size_t length,
-                                 scene_spec *spec, thrum_error *error) {
+/* What holds without the keys of a scene, but for its file. */
+static void begin_scene(scene_spec *spec) {
   *spec = (scene_spec){
       .settings = {.def = thrum_default_state_def()},
       .time = 10,
       .wind = {.density = 1.2, .drag = 1},
       .outputs = {.record_every = 1, .monitor = true, .plots = true},
-      .file = {.name = name, .error = error},
   };
-  const size_t folder = (size_t)(path_basename(name) - name);
-  spec->folder = malloc(folder + 1);
-  if (spec->folder == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "%.150s: out of memory", name);
-  memcpy(spec->folder, name, folder);
-  spec->folder[folder] = 0;
-  thrum_status status = json_read(name, bytes, length, &spec->file.document, error);
-  if (status < 0)
-    return status;
+}
+
+static thrum_status read_scene(scene_spec *spec) {
   const json_node *root = &spec->file.document.nodes[0];
   if (root->type != JSON_OBJECT)
-    return thrum_error_set(error, THRUM_BAD_FORMAT,
-                           "%.150s:%lld: a scene stands in { }, with its \"bodies\" in [ ]", name,
-                           (long long)root->line);
-  status = config_record_read(&spec->file, scene_keys, root, spec);
-  return status >= 0 ? check(spec) : status;
+    return thrum_error_set(spec->file.error, THRUM_BAD_FORMAT,
+                           "%.150s:%lld: a scene stands in { }, with its \"bodies\" in [ ]",
+                           spec->file.name, (long long)root->line);
+  THRUM_TRY(config_record_read(&spec->file, scene_keys, spec));
+  return check(spec);
+}
+
+thrum_status cli_scene_read_text(const char *name, const char *bytes, size_t length,
+                                 scene_spec *spec, thrum_error *error) {
+  begin_scene(spec);
+  THRUM_TRY(config_file_parse(name, bytes, length, &spec->file, error));
+  return read_scene(spec);
 }
 
 /* What is shown in place of a body's own surface is of use to viewers alone, but must be there. */
@@ -301,21 +219,12 @@ static thrum_status check_surface(const scene_spec *spec, const scene_body_spec 
 }
 
 thrum_status cli_scene_read(const char *path, scene_spec *spec, thrum_error *error) {
-  thrum_text text = {0};
-  struct stat info;
-  *spec = (scene_spec){0};
-  if (stat(path, &info) == 0 && S_ISREG(info.st_mode) && info.st_size > JSON_BYTES_MAX)
-    return thrum_error_set(error, THRUM_BAD_FORMAT,
-                           "%.200s: %lld bytes are no scene file: %d at most", path,
-                           (long long)info.st_size, JSON_BYTES_MAX);
-  thrum_status status = thrum_text_open(path, 0, 0, &text, error);
-  if (status < 0)
-    return status;
-  status = cli_scene_read_text(path, text.next, (size_t)(text.stop - text.next), spec, error);
-  thrum_text_close(&text);
-  for (int64_t n = 0; n < spec->bodies.count && status >= 0; n++)
-    status = check_surface(spec, &scene_bodies(spec)[n]);
-  return status;
+  begin_scene(spec);
+  THRUM_TRY(config_file_open(path, "scene file", &spec->file, error));
+  THRUM_TRY(read_scene(spec));
+  for (int64_t n = 0; n < spec->bodies.count; n++)
+    THRUM_TRY(check_surface(spec, &scene_bodies(spec)[n]));
+  return THRUM_OK;
 }
 
 void cli_scene_free(scene_spec *spec) {
@@ -323,11 +232,7 @@ void cli_scene_free(scene_spec *spec) {
     free(scene_bodies(spec)[n].kept_name);
   for (int64_t n = 0; n < spec->probes.count; n++)
     free(scene_probes(spec)[n].kept_name);
-  for (int64_t n = 0; n < spec->kept_count; n++)
-    free(spec->kept[n]);
-  free(spec->kept);
-  free(spec->folder);
   config_record_free(scene_keys, spec);
-  json_free(&spec->file.document);
+  config_file_free(&spec->file);
   *spec = (scene_spec){0};
 }

@@ -1,12 +1,11 @@
-/* The keys of a scene file: one table for the reader, the messages and the schema.
- *
- * A new key is one line here and one in docs/scenes.md. SPDX-License-Identifier: Apache-2.0 */
+/* The keys of a scene file: the tables that the reader, its messages, the schema and
+ * docs/reference/scene_keys.md are made of. SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
 #include <string.h>
 
+#include "config/parse.h"
 #include "driver/scene_spec.h"
-#include "driver/scene_values.h"
-#include "driver/simulate_options.h"
+#include "driver/shared_options.h"
 #include "thrum/thrum.h"
 
 /* --- what holds without a key ------------------------------------------------------------------
@@ -39,479 +38,258 @@ static void begin_obstacle(void *item, const void *in) {
   };
 }
 
-/* --- choices -----------------------------------------------------------------------------------
+/* --- values that are more than a number, a text or a list --------------------------------------
  */
 
-static void choose_integrator(void *to, int index) {
-  ((scene_settings *)to)->def.integrator = (thrum_integrator)index;
+/* The quaternion of the rotation by `angle` [degrees] about `axis`; false for an axis of no length.
+ */
+static bool axis_angle(const double axis[3], double angle, double rotation[4]) {
+  const double length = sqrt(axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]);
+  const double half = 0.5 * SCENE_DEGREE * fmod(angle, 720.0);
+  if (!isnormal(length))
+    return false;
+  rotation[0] = cos(half);
+  for (int n = 0; n < 3; n++)
+    rotation[1 + n] = sin(half) * axis[n] / length;
+  return true;
 }
 
-static void choose_damping_form(void *to, int index) {
-  ((scene_settings *)to)->def.damping_form = (thrum_damping_form)index;
+typedef struct rotation_spec {
+  config_record at;
+  double axis[3], angle;
+} rotation_spec;
+
+static const config_option rotation_keys[] = {
+    OPTION_VECTOR("axis", NULL, NULL, "of the rotation", CONFIG_AT(rotation_spec, axis),
+                  .needed = true),
+    OPTION_NUMBER("angle", "degrees", NULL, "about it", CONFIG_AT(rotation_spec, angle),
+                  .needed = true),
+    OPTION_END,
+};
+
+static thrum_status take_rotation(const config_given *given, void *record) {
+  double *rotation = (double *)(void *)((char *)record + given->option->field);
+  double numbers[4];
+  rotation_spec spec = {.at = {.node = given->node}};
+  if (given->node->type == JSON_OBJECT) {
+    THRUM_TRY(config_object_read(given, rotation_keys, &spec));
+    return axis_angle(spec.axis, spec.angle, rotation) ? THRUM_OK : config_given_wrong(given);
+  }
+  THRUM_TRY(config_given_numbers(given, 4, 4, numbers, NULL));
+  if (!isnormal(numbers[0] * numbers[0] + numbers[1] * numbers[1] + numbers[2] * numbers[2] +
+                numbers[3] * numbers[3]))
+    return config_given_wrong(given);
+  memcpy(rotation, numbers, sizeof numbers);
+  return THRUM_OK;
 }
 
-static void choose_split_form(void *to, int index) {
-  ((scene_settings *)to)->def.split_form = (thrum_split_form)index;
+/* "#rrggbb"; false when it is none. */
+static bool hex_colour(const char *text, float colour[3]) {
+  static const char digits[] = "0123456789abcdef0123456789ABCDEF";
+  unsigned values[6];
+  if (text[0] != '#' || strlen(text) != 7)
+    return false;
+  for (int n = 0; n < 6; n++) {
+    const char *digit = strchr(digits, text[n + 1]);
+    if (digit == NULL)
+      return false;
+    values[n] = (unsigned)(digit - digits) % 16;
+  }
+  for (int n = 0; n < 3; n++)
+    colour[n] = (float)(16 * values[2 * n] + values[2 * n + 1]) / 255.0f;
+  return true;
 }
 
-static void choose_shape(void *to, int index) {
-  ((scene_obstacle_spec *)to)->shape = (scene_shape)index;
+static thrum_status take_colour(const config_given *given, void *record) {
+  float *colour = (float *)(void *)((char *)record + given->option->field);
+  double numbers[3];
+  if (given->node->type == JSON_STRING && hex_colour(given->text, colour))
+    return THRUM_OK;
+  if (given->node->type != JSON_ARRAY)
+    return config_given_wrong(given);
+  THRUM_TRY(config_given_numbers(given, 3, 3, numbers, NULL));
+  for (int n = 0; n < 3; n++)
+    colour[n] = (float)numbers[n];
+  return THRUM_OK;
 }
 
-static const char *const shapes[] = {"plane", "sphere", "box", NULL};
+static thrum_status take_frames(const config_given *given, void *record) {
+  scene_outputs_spec *outputs = record;
+  return frames_option_take(given, &outputs->frames_rate, &outputs->frames_every);
+}
+
+static thrum_status check_load(const char *text, thrum_error *error) {
+  cli_load load;
+  return cli_load_parse(text, &load, error);
+}
+
+static thrum_status check_start(const char *text, thrum_error *error) {
+  cli_start start;
+  return cli_start_parse(text, &start, error);
+}
+
+static thrum_status check_base_motion(const char *text, thrum_error *error) {
+  cli_base_motion base_motion;
+  return cli_base_motion_parse(text, &base_motion, error);
+}
 
 /* --- tables ------------------------------------------------------------------------------------
  */
 
-#define AT(record, member) .field = offsetof(record, member)
-#define POSITIVE .above = true, .most = INFINITY
-#define NOT_NEGATIVE .most = INFINITY
-
-#define NUMBER_SCHEMA "{\"type\":\"number\"}"
-#define PAIR_SCHEMA "{\"type\":\"array\",\"items\":" NUMBER_SCHEMA ",\"minItems\":2,\"maxItems\":2}"
+#define NUMBERS(count)                                                                             \
+  "{\"type\":\"array\",\"items\":{\"type\":\"number\"},\"minItems\":" count ",\"maxItems\":" count \
+  "}"
 #define ROTATION_SCHEMA                                                                            \
-  "{\"anyOf\":[{\"type\":\"array\",\"items\":" NUMBER_SCHEMA ",\"minItems\":4,\"maxItems\":4},"    \
-  "{\"type\":\"object\",\"additionalProperties\":false,\"required\":[\"axis\",\"angle\"],"         \
-  "\"properties\":{\"axis\":{\"type\":\"array\",\"items\":" NUMBER_SCHEMA                          \
-  ",\"minItems\":3,\"maxItems\":3},\"angle\":" NUMBER_SCHEMA "}}]}"
+  "{\"anyOf\":[" NUMBERS("4") ",{\"type\":\"object\",\"additionalProperties\":false,\"required\""  \
+                              ":[\"axis\",\"angle\"],\"properties\":{\"axis\":" NUMBERS(           \
+                                  "3") ",\"angle\":{\"type\":\"number\"}}}]}"
 #define COLOUR_SCHEMA                                                                              \
   "{\"anyOf\":[{\"type\":\"string\",\"pattern\":\"^#[0-9a-fA-F]{6}$\"},{\"type\":\"array\","       \
   "\"items\":{\"type\":\"number\",\"minimum\":0,\"maximum\":1},\"minItems\":3,\"maxItems\":3}]}"
+#define COLOUR_KEY(grey, record)                                                                   \
+  OPTION_WORD("colour", NULL, grey, "for those who look", .take = take_colour,                     \
+              CONFIG_AT(record, colour), CONFIG_RANGE(0, 1), .schema = COLOUR_SCHEMA,              \
+              .wants = "\"#rrggbb\", or [red, green, blue] from 0 to 1")
+#define ROTATION_KEY(text, record)                                                                 \
+  OPTION_WORD("rotation", NULL, "none", text, .unit = "degrees", .take = take_rotation,            \
+              CONFIG_AT(record, rotation), .schema = ROTATION_SCHEMA,                              \
+              .wants = "{\"axis\": [X, Y, Z], \"angle\": DEGREES} or a quaternion [W, X, Y, Z], "  \
+                       "not zero")
 
-/* Of the scene and of each body. */
-#define SETTINGS_KEYS                                                                              \
-  {.name = "integrator",                                                                           \
-   .kind = CONFIG_KEY_CHOICE,                                                                      \
-   .names = simulate_integrators,                                                                  \
-   .choose = choose_integrator,                                                                    \
-   .fallback = "imexv",                                                                            \
-   .about = "what steps a body"},                                                                  \
-      {.name = "damping",                                                                          \
-       .kind = CONFIG_KEY_OWN,                                                                     \
-       .take = scene_take_damping,                                                                 \
-       .schema = "{\"anyOf\":[" NUMBER_SCHEMA "," PAIR_SCHEMA "]}",                                \
-       .unit = "1/s, s",                                                                           \
-       .fallback = "0",                                                                            \
-       .about = "Rayleigh damping: A of the mass, or [A, B], B of the stiffness"},                 \
-      {.name = "damping_form",                                                                     \
-       .kind = CONFIG_KEY_CHOICE,                                                                  \
-       .names = simulate_damping_forms,                                                            \
-       .choose = choose_damping_form,                                                              \
-       .fallback = "rest",                                                                         \
-       .about = "of the stiffness at rest or of the present one"},                                 \
-      {.name = "split",                                                                            \
-       .kind = CONFIG_KEY_OWN,                                                                     \
-       .take = scene_take_split,                                                                   \
-       .schema = "{\"anyOf\":[{\"enum\":[\"cfl\",\"sampling\"]},{\"type\":\"integer\","            \
-                 "\"minimum\":0}]}",                                                               \
-       .fallback = "cfl",                                                                          \
-       .about = "imexv: which modes are explicit; a number: the lowest so many"},                  \
-      {.name = "safety",                                                                           \
-       .kind = CONFIG_KEY_NUMBER,                                                                  \
-       AT(scene_settings, def.split_safety),                                                       \
-       .above = true,                                                                              \
-       .most = 1,                                                                                  \
-       .fallback = "0.5",                                                                          \
-       .about = "imexv: c of cfl, dt omega <= 2 c"},                                               \
-      {.name = "split_form",                                                                       \
-       .kind = CONFIG_KEY_CHOICE,                                                                  \
-       .names = simulate_split_forms,                                                              \
-       .choose = choose_split_form,                                                                \
-       .fallback = "component",                                                                    \
-       .about = "imexv: how the energy is split"},                                                 \
-      {.name = "adaptive",                                                                         \
-       .kind = CONFIG_KEY_OWN,                                                                     \
-       .take = scene_take_adaptive,                                                                \
-       .schema = "{\"type\":\"boolean\"}",                                                         \
-       .fallback = "true",                                                                         \
-       .about = "imexv: watch stability and energy, and adapt to them"},                           \
-      {.name = "fallback",                                                                         \
-       .kind = CONFIG_KEY_OWN,                                                                     \
-       .take = scene_take_fallback,                                                                \
-       .schema = "{\"type\":\"boolean\"}",                                                         \
-       .fallback = "true",                                                                         \
-       .about = "what follows when a step cannot be solved; false: the run ends"},                 \
-      {.name = "newmark",                                                                          \
-       .kind = CONFIG_KEY_OWN,                                                                     \
-       .take = scene_take_newmark,                                                                 \
-       .schema = PAIR_SCHEMA,                                                                      \
-       .fallback = "[0.25, 0.5]",                                                                  \
-       .about = "newmark: beta >= 0 and gamma in [0, 1]"},                                         \
-      {.name = "tolerance",                                                                        \
-       .kind = CONFIG_KEY_NUMBER,                                                                  \
-       AT(scene_settings, def.tolerance),                                                          \
-       .above = true,                                                                              \
-       .most = 0.01,                                                                               \
-       .fallback = "1e-10",                                                                        \
-       .about = "of implicit solves, relative"},                                                   \
-  {                                                                                                \
-    .name = "iterations", .kind = CONFIG_KEY_OWN, .take = scene_take_iterations,                   \
-    .schema = "{\"type\":\"integer\",\"minimum\":1,\"maximum\":1000000}", .fallback = "50",        \
-    .about = "of one implicit solve, at most"                                                      \
-  }
-
-#define COLOUR_KEY(record, grey)                                                                   \
-  {                                                                                                \
-    .name = "colour", .kind = CONFIG_KEY_OWN, .take = scene_take_colour, AT(record, colour),       \
-    .schema = COLOUR_SCHEMA, .fallback = grey,                                                     \
-    .about = "for those who look: \"#rrggbb\", or red, green, blue in [0, 1]"                      \
-  }
-
-#define ROTATION_KEY(record, what)                                                                 \
-  {                                                                                                \
-    .name = "rotation", .kind = CONFIG_KEY_OWN, .take = scene_take_rotation, AT(record, rotation), \
-    .schema = ROTATION_SCHEMA, .unit = "degrees", .fallback = "none",                              \
-    .about = what ": {\"axis\": [X,Y,Z], \"angle\": DEGREES}, or a quaternion [W,X,Y,Z]"           \
-  }
-
-#define OF_MATTER .least = 1e-30, .most = 1e30 /* as of precompute */
-
-static const config_key material_keys[] = {
-    {.name = "young",
-     .kind = CONFIG_KEY_NUMBER,
-     AT(scene_material_spec, material.young),
-     OF_MATTER,
-     .unit = "Pa",
-     .fallback = "the mesh's",
-     .about = "Young's modulus"},
-    {.name = "poisson",
-     .kind = CONFIG_KEY_NUMBER,
-     AT(scene_material_spec, material.poisson),
-     .least = -1,
-     .most = 0.5,
-     .above = true,
-     .below = true,
-     .fallback = "the mesh's",
-     .about = "Poisson's ratio"},
-    {.name = "density",
-     .kind = CONFIG_KEY_NUMBER,
-     AT(scene_material_spec, material.density),
-     OF_MATTER,
-     .unit = "kg/m^3",
-     .fallback = "the mesh's",
-     .about = "density"},
-    {.name = NULL},
+#define AT(member) CONFIG_AT(scene_material_spec, member)
+static const config_option material_keys[] = {
+    OPTION_GROUP(material_options, "", AT(material)),
+    OPTION_END,
 };
+#undef AT
 
-static const config_key body_keys[] = {
-    {.name = "name",
-     .kind = CONFIG_KEY_TEXT,
-     AT(scene_body_spec, name),
-     .fallback = "\"body\" and its number",
-     .about = "names its folder: letters, digits, '-', '_' and '.'"},
-    {.name = "model",
-     .kind = CONFIG_KEY_TEXT,
-     AT(scene_body_spec, model),
-     .needed = true,
-     .about = "a model file, a mesh, or beam, basket, bridge, horse, tower or heart"},
-    {.name = "fix",
-     .kind = CONFIG_KEY_TEXTS,
-     AT(scene_body_spec, fix),
-     .fallback = "nothing",
-     .about = "what is held of a mesh, as --fix of precompute"},
-    {.name = "surface",
-     .kind = CONFIG_KEY_TEXT,
-     AT(scene_body_spec, surface),
-     .fallback = "the mesh's own",
-     .about = "shown in its place: a file of embed, or an .obj or .stl in metres"},
-    {.name = "material",
-     .kind = CONFIG_KEY_OBJECT,
-     AT(scene_body_spec, material),
-     .keys = material_keys,
-     .about = "of a mesh, in place of its own"},
-    {.name = "position",
-     .kind = CONFIG_KEY_VECTOR,
-     AT(scene_body_spec, position),
-     .unit = "m",
-     .fallback = "[0, 0, 0]",
-     .about = "where the model's origin is"},
-    ROTATION_KEY(scene_body_spec, "about the model's origin"),
-    {.name = "scale",
-     .kind = CONFIG_KEY_NUMBER,
-     AT(scene_body_spec, scale),
-     POSITIVE,
-     .fallback = "1",
-     .about = "factor of all lengths, exact"},
-    {.name = "stiffness",
-     .kind = CONFIG_KEY_NUMBER,
-     AT(scene_body_spec, stiffness),
-     POSITIVE,
-     .fallback = "1",
-     .about = "factor of Young's modulus, exact"},
-    {.name = "density",
-     .kind = CONFIG_KEY_NUMBER,
-     AT(scene_body_spec, density),
-     POSITIVE,
-     .fallback = "1",
-     .about = "factor of the density, exact"},
-    {.name = "rank",
-     .kind = CONFIG_KEY_COUNT,
-     AT(scene_body_spec, rank),
-     .least = 1,
-     .most = THRUM_RANK_MAX,
-     .fallback = "all of the model",
-     .about = "step the lowest so many coordinates only"},
-    COLOUR_KEY(scene_body_spec, "\"#bfbfbf\""),
-    {.name = "free",
-     .kind = CONFIG_KEY_BOOL,
-     AT(scene_body_spec, free),
-     .fallback = "false",
-     .about = "the body may move and turn as a whole; of a model that nothing holds"},
-    {.name = "velocity",
-     .kind = CONFIG_KEY_VECTOR,
-     AT(scene_body_spec, velocity),
-     .unit = "m/s",
-     .fallback = "[0, 0, 0]",
-     .about = "of a free body at the start"},
-    {.name = "spin",
-     .kind = CONFIG_KEY_VECTOR,
-     AT(scene_body_spec, spin),
-     .unit = "degrees/s",
-     .fallback = "[0, 0, 0]",
-     .about = "angular velocity of a free body at the start, in world axes"},
-    {.name = "start",
-     .kind = CONFIG_KEY_TEXTS,
-     AT(scene_body_spec, start),
-     .fallback = "at rest",
-     .about = "as --start of simulate; several add up"},
-    {.name = "loads",
-     .kind = CONFIG_KEY_TEXTS,
-     AT(scene_body_spec, loads),
-     .fallback = "none",
-     .about = "loads over time, as --load of simulate, in world axes"},
-    {.name = "touch",
-     .kind = CONFIG_KEY_TEXT,
-     AT(scene_body_spec, touch),
-     .fallback = "\"surface\"",
-     .about = "what may touch obstacles: \"surface\", \"none\", or a group of vertices"},
-    {.name = "touch_stiffness",
-     .kind = CONFIG_KEY_NUMBER,
-     AT(scene_body_spec, touch_stiffness),
-     POSITIVE,
-     .unit = "N/m^3",
-     .fallback = "of the material",
-     .about = "pressure per depth where obstacles say nothing"},
-    SETTINGS_KEYS,
-    {.name = NULL},
+#define AT(member) CONFIG_AT(scene_body_spec, member)
+static const config_option body_keys[] = {
+    OPTION_TEXT("name", NULL, "\"body\" and its number",
+                "names its folder: letters, digits, '-', '_' and '.'", AT(name)),
+    OPTION_TEXT(
+        "model", NULL, NULL, "a model file, a mesh, or beam, basket, bridge, horse, tower or heart",
+        .needed = true, .path = CONFIG_PATH_NAMED, .is_name = is_model_name_or_spec, AT(model)),
+    OPTION_TEXTS("fix", "nothing", "what is held of a mesh, as --fix of precompute",
+                 .path = CONFIG_PATH_IF_THERE, AT(fix)),
+    OPTION_TEXT("surface", NULL, "the mesh's own",
+                "shown in its place: a file of embed, or an .obj or .stl in metres",
+                .path = CONFIG_PATH_ALWAYS, AT(surface)),
+    OPTION_OBJECT("material", material_keys, NULL, "of a mesh, in place of its own", AT(material)),
+    OPTION_VECTOR("position", "m", "[0, 0, 0]", "where the model's origin is", AT(position)),
+    ROTATION_KEY("about the model's origin", scene_body_spec),
+    OPTION_NUMBER("scale", NULL, "1", "factor of all lengths, exact", AT(scale), CONFIG_ABOVE(0)),
+    OPTION_NUMBER("stiffness", NULL, "1", "factor of Young's modulus, exact", AT(stiffness),
+                  CONFIG_ABOVE(0)),
+    OPTION_NUMBER("density", NULL, "1", "factor of the density, exact", AT(density),
+                  CONFIG_ABOVE(0)),
+    OPTION_COUNT("rank", "all of the model", "step the lowest so many coordinates only", AT(rank),
+                 CONFIG_RANGE(1, THRUM_RANK_MAX)),
+    COLOUR_KEY("\"#bfbfbf\"", scene_body_spec),
+    OPTION_FLAG("free", "the body may move and turn as a whole; of a model that nothing holds",
+                .fallback = "false", AT(free)),
+    OPTION_VECTOR("velocity", "m/s", "[0, 0, 0]", "of a free body at the start", AT(velocity)),
+    OPTION_VECTOR("spin", "degrees/s", "[0, 0, 0]",
+                  "angular velocity of a free body at the start, in world axes", AT(spin)),
+    OPTION_TEXTS("start", "at rest", "as --start of simulate; several add up",
+                 .path = CONFIG_PATH_NAMED, .is_name = is_model_name_or_spec, .check = check_start,
+                 AT(start)),
+    OPTION_TEXTS("loads", "none", "loads over time, as --load of simulate, in world axes",
+                 .check = check_load, AT(loads)),
+    OPTION_TEXT("touch", NULL, "\"surface\"",
+                "what may touch obstacles: \"surface\", \"none\", or a group of vertices",
+                AT(touch)),
+    OPTION_NUMBER("touch_stiffness", "N/m^3", "of the material",
+                  "pressure per depth where obstacles say nothing", AT(touch_stiffness),
+                  CONFIG_ABOVE(0)),
+    OPTION_GROUP(solver_options, "in place of what the scene says", AT(settings.def)),
+    OPTION_END,
 };
+#undef AT
 
-static const config_key wind_keys[] = {
-    {.name = "velocity",
-     .kind = CONFIG_KEY_VECTOR,
-     AT(scene_wind_spec, velocity),
-     .needed = true,
-     .unit = "m/s",
-     .about = "where the air goes, and how fast"},
-    {.name = "density",
-     .kind = CONFIG_KEY_NUMBER,
-     AT(scene_wind_spec, density),
-     POSITIVE,
-     .unit = "kg/m^3",
-     .fallback = "1.2",
-     .about = "of the air"},
-    {.name = "drag",
-     .kind = CONFIG_KEY_NUMBER,
-     AT(scene_wind_spec, drag),
-     NOT_NEGATIVE,
-     .fallback = "1",
-     .about = "drag coefficient C_d of the windward surface"},
-    {.name = NULL},
+#define AT(member) CONFIG_AT(scene_wind_spec, member)
+static const config_option wind_keys[] = {
+    OPTION_VECTOR("velocity", "m/s", NULL, "where the air goes, and how fast", .needed = true,
+                  AT(velocity)),
+    OPTION_NUMBER("density", "kg/m^3", "1.2", "of the air", AT(density), CONFIG_ABOVE(0)),
+    OPTION_NUMBER("drag", NULL, "1", "drag coefficient C_d of the windward surface", AT(drag),
+                  CONFIG_FROM(0)),
+    OPTION_END,
 };
+#undef AT
 
-static const config_key obstacle_keys[] = {
-    {.name = "name",
-     .kind = CONFIG_KEY_TEXT,
-     AT(scene_obstacle_spec, name),
-     .about = "for those who look"},
-    {.name = "shape",
-     .kind = CONFIG_KEY_CHOICE,
-     .names = shapes,
-     .choose = choose_shape,
-     .needed = true,
-     .about = "plane, sphere or box"},
-    {.name = "centre",
-     .kind = CONFIG_KEY_VECTOR,
-     AT(scene_obstacle_spec, centre),
-     .unit = "m",
-     .fallback = "[0, 0, 0]",
-     .about = "of a sphere or box; a point of a plane"},
-    {.name = "normal",
-     .kind = CONFIG_KEY_VECTOR,
-     AT(scene_obstacle_spec, normal),
-     .fallback = "[0, 0, 1]",
-     .about = "of a plane, to its free side; of any length"},
-    {.name = "radius",
-     .kind = CONFIG_KEY_NUMBER,
-     AT(scene_obstacle_spec, radius),
-     POSITIVE,
-     .unit = "m",
-     .about = "of a sphere"},
-    {.name = "size",
-     .kind = CONFIG_KEY_VECTOR,
-     AT(scene_obstacle_spec, size),
-     POSITIVE,
-     .unit = "m",
-     .about = "of a box: its three sides"},
-    ROTATION_KEY(scene_obstacle_spec, "of a box about its centre"),
-    {.name = "inside",
-     .kind = CONFIG_KEY_BOOL,
-     AT(scene_obstacle_spec, inside),
-     .fallback = "false",
-     .about = "of a sphere or box: the inside is free, a bowl or a room"},
-    {.name = "velocity",
-     .kind = CONFIG_KEY_VECTOR,
-     AT(scene_obstacle_spec, velocity),
-     .unit = "m/s",
-     .fallback = "[0, 0, 0]",
-     .about = "with which the obstacle moves"},
-    {.name = "friction",
-     .kind = CONFIG_KEY_NUMBER,
-     AT(scene_obstacle_spec, friction),
-     NOT_NEGATIVE,
-     .fallback = "0.5",
-     .about = "Coulomb's coefficient"},
-    {.name = "restitution",
-     .kind = CONFIG_KEY_NUMBER,
-     AT(scene_obstacle_spec, restitution),
-     .most = 1,
-     .fallback = "0.5",
-     .about = "speed away over speed towards"},
-    {.name = "stiffness",
-     .kind = CONFIG_KEY_NUMBER,
-     AT(scene_obstacle_spec, stiffness),
-     POSITIVE,
-     .unit = "N/m^3",
-     .fallback = "the body's touch_stiffness",
-     .about = "pressure per depth"},
-    {.name = "damping",
-     .kind = CONFIG_KEY_NUMBER,
-     AT(scene_obstacle_spec, damping),
-     NOT_NEGATIVE,
-     .unit = "N s/m^3",
-     .fallback = "0",
-     .about = "pressure per speed of depth"},
-    COLOUR_KEY(scene_obstacle_spec, "\"#808080\""),
-    {.name = NULL},
+#define AT(member) CONFIG_AT(scene_obstacle_spec, member)
+static const char *const shapes[] = {"plane", "sphere", "box", NULL};
+
+static const config_option obstacle_keys[] = {
+    OPTION_TEXT("name", NULL, NULL, "for those who look", AT(name)),
+    OPTION_CHOICE("shape", shapes, NULL, "what it is", .needed = true, AT(shape)),
+    OPTION_VECTOR("centre", "m", "[0, 0, 0]", "of a sphere or box; a point of a plane", AT(centre)),
+    OPTION_VECTOR("normal", NULL, "[0, 0, 1]", "of a plane, to its free side; of any length",
+                  AT(normal)),
+    OPTION_NUMBER("radius", "m", NULL, "of a sphere", AT(radius), CONFIG_ABOVE(0)),
+    OPTION_VECTOR("size", "m", NULL, "of a box: its three sides", AT(size), CONFIG_ABOVE(0)),
+    ROTATION_KEY("of a box about its centre", scene_obstacle_spec),
+    OPTION_FLAG("inside", "of a sphere or box: the inside is free, a bowl or a room",
+                .fallback = "false", AT(inside)),
+    OPTION_VECTOR("velocity", "m/s", "[0, 0, 0]", "with which the obstacle moves", AT(velocity)),
+    OPTION_NUMBER("friction", NULL, "0.5", "Coulomb's coefficient", AT(friction), CONFIG_FROM(0)),
+    OPTION_NUMBER("restitution", NULL, "0.5", "speed away over speed towards", AT(restitution),
+                  CONFIG_RANGE(0, 1)),
+    OPTION_NUMBER("stiffness", "N/m^3", "the body's touch_stiffness", "pressure per depth",
+                  AT(stiffness), CONFIG_ABOVE(0)),
+    OPTION_NUMBER("damping", "N s/m^3", "0", "pressure per speed of depth", AT(damping),
+                  CONFIG_FROM(0)),
+    COLOUR_KEY("\"#808080\"", scene_obstacle_spec),
+    OPTION_END,
 };
+#undef AT
 
-static const config_key probe_keys[] = {
-    {.name = "name",
-     .kind = CONFIG_KEY_TEXT,
-     AT(scene_probe_spec, name),
-     .fallback = "\"probe\" and its number",
-     .about = "names its columns: letters, digits, '-', '_' and '.'"},
-    {.name = "body",
-     .kind = CONFIG_KEY_TEXT,
-     AT(scene_probe_spec, body),
-     .needed = true,
-     .about = "the name of a body"},
-    {.name = "at",
-     .kind = CONFIG_KEY_TEXT,
-     AT(scene_probe_spec, target),
-     .needed = true,
-     .about = "a group, vertex=N (from 1) or all; of several vertices their mean"},
-    {.name = NULL},
+#define AT(member) CONFIG_AT(scene_probe_spec, member)
+static const config_option probe_keys[] = {
+    OPTION_TEXT("name", NULL, "\"probe\" and its number",
+                "names its columns: letters, digits, '-', '_' and '.'", AT(name)),
+    OPTION_TEXT("body", NULL, NULL, "the name of a body", .needed = true, AT(body)),
+    OPTION_TEXT("at", NULL, NULL,
+                "a group, vertex=N (from 1) or all; of several vertices their mean", .needed = true,
+                AT(target)),
+    OPTION_END,
 };
+#undef AT
 
-static const config_key output_keys[] = {
-    {.name = "record_every",
-     .kind = CONFIG_KEY_COUNT,
-     AT(scene_outputs_spec, record_every),
-     .least = 1,
-     .most = 1e12,
-     .unit = "steps",
-     .fallback = "1",
-     .about = "between rows of the series"},
-    {.name = "frames",
-     .kind = CONFIG_KEY_OWN,
-     .take = scene_take_frames,
-     .schema = "{\"anyOf\":[{\"type\":\"number\",\"exclusiveMinimum\":0},{\"type\":\"string\","
-               "\"pattern\":\"^every-[0-9]+$\"}]}",
-     .unit = "1/s",
-     .fallback = "none",
-     .about = "frames for ParaView a second of simulated time, or \"every-N\" steps"},
-    {.name = "stress",
-     .kind = CONFIG_KEY_BOOL,
-     AT(scene_outputs_spec, stress),
-     .fallback = "false",
-     .about = "von Mises stress in all tetrahedra"},
-    {.name = "plots",
-     .kind = CONFIG_KEY_BOOL,
-     AT(scene_outputs_spec, plots),
-     .fallback = "true for up to 8 bodies",
-     .about = "a plot of each body's energy, where gnuplot is installed"},
-    {.name = "monitor",
-     .kind = CONFIG_KEY_BOOL,
-     AT(scene_outputs_spec, monitor),
-     .fallback = "true",
-     .about = "warn where a model cannot be believed"},
-    {.name = NULL},
+#define AT(member) CONFIG_AT(scene_outputs_spec, member)
+static const config_option output_keys[] = {
+    OPTION_COUNT("record_every", "1", "between rows of the series", .unit = "steps",
+                 AT(record_every), CONFIG_RANGE(1, 1e12)),
+    OPTION_FRAMES(take_frames),
+    OPTION_FLAG("stress", "von Mises stress in all tetrahedra", .fallback = "false", AT(stress)),
+    OPTION_FLAG("plots", "a plot of each body's energy, where gnuplot is installed",
+                .fallback = "true for up to 8 bodies", AT(plots)),
+    OPTION_FLAG("monitor", "warn where a model cannot be believed", .fallback = "true",
+                AT(monitor)),
+    OPTION_END,
 };
+#undef AT
 
-const config_key scene_keys[] = {
-    {.name = "bodies",
-     .kind = CONFIG_KEY_LIST,
-     AT(scene_spec, bodies),
-     .keys = body_keys,
-     .size = sizeof(scene_body_spec),
-     .begin = begin_body,
-     .needed = true,
-     .about = "what is stepped"},
-    {.name = "title",
-     .kind = CONFIG_KEY_TEXT,
-     AT(scene_spec, title),
-     .about = "for those who look"},
-    {.name = "dt",
-     .kind = CONFIG_KEY_NUMBER,
-     AT(scene_spec, settings.def.dt),
-     POSITIVE,
-     .unit = "s",
-     .fallback = "0.003",
-     .about = "time step"},
-    {.name = "time",
-     .kind = CONFIG_KEY_NUMBER,
-     AT(scene_spec, time),
-     POSITIVE,
-     .unit = "s",
-     .fallback = "10",
-     .about = "time to simulate"},
-    {.name = "gravity",
-     .kind = CONFIG_KEY_VECTOR,
-     AT(scene_spec, gravity),
-     .unit = "m/s^2",
-     .fallback = "[0, 0, 0]",
-     .about = "acceleration of all bodies"},
-    {.name = "base_motion",
-     .kind = CONFIG_KEY_TEXTS,
-     AT(scene_spec, base_motion),
-     .fallback = "none",
-     .about = "motions of the ground, as --base-motion of simulate; several add up"},
-    {.name = "wind",
-     .kind = CONFIG_KEY_OBJECT,
-     AT(scene_spec, wind),
-     .keys = wind_keys,
-     .fallback = "none",
-     .about = "air that drags on all surfaces"},
-    {.name = "obstacles",
-     .kind = CONFIG_KEY_LIST,
-     AT(scene_spec, obstacles),
-     .keys = obstacle_keys,
-     .size = sizeof(scene_obstacle_spec),
-     .begin = begin_obstacle,
-     .fallback = "none",
-     .about = "what bodies touch"},
-    {.name = "probes",
-     .kind = CONFIG_KEY_LIST,
-     AT(scene_spec, probes),
-     .keys = probe_keys,
-     .size = sizeof(scene_probe_spec),
-     .fallback = "none",
-     .about = "points that are followed"},
-    {.name = "outputs",
-     .kind = CONFIG_KEY_OBJECT,
-     AT(scene_spec, outputs),
-     .keys = output_keys,
-     .about = "what thrum simulate writes"},
-    SETTINGS_KEYS,
-    {.name = NULL},
+#define AT(member) CONFIG_AT(scene_spec, member)
+const config_option scene_keys[] = {
+    OPTION_LIST("bodies", body_keys, scene_body_spec, NULL, "what is stepped", .needed = true,
+                .begin = begin_body, AT(bodies)),
+    OPTION_TEXT("title", NULL, NULL, "for those who look", AT(title)),
+    OPTION_DT(scene_spec, settings.def.dt),
+    OPTION_TIME(scene_spec, time, "10"),
+    OPTION_VECTOR("gravity", "m/s^2", "[0, 0, 0]", "acceleration of all bodies", AT(gravity)),
+    OPTION_TEXTS("base_motion", "none",
+                 "motions of the ground, as --base-motion of simulate; several add up",
+                 .path = CONFIG_PATH_NAMED, .is_name = is_model_name_or_spec,
+                 .check = check_base_motion, AT(base_motion)),
+    OPTION_OBJECT("wind", wind_keys, "none", "air that drags on all surfaces", AT(wind)),
+    OPTION_LIST("obstacles", obstacle_keys, scene_obstacle_spec, "none", "what bodies touch",
+                .begin = begin_obstacle, AT(obstacles)),
+    OPTION_LIST("probes", probe_keys, scene_probe_spec, "none", "points that are followed",
+                AT(probes)),
+    OPTION_OBJECT("outputs", output_keys, NULL, "what thrum simulate writes", AT(outputs)),
+    OPTION_GROUP(solver_options, "how bodies are stepped, unless they say so themselves",
+                 AT(settings.def)),
+    OPTION_END,
 };

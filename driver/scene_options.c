@@ -7,32 +7,22 @@
 
 #include "config/message.h"
 #include "driver/scene_run.h"
+#include "driver/shared_options.h"
 
-static const config_option table[] = {
-    {.name = "scene",
-     .kind = CONFIG_TEXT,
-     .argument = true,
-     .field = offsetof(scene_request, path)},
-    {.name = "output",
-     .letter = 'o',
-     .kind = CONFIG_TEXT,
-     .field = offsetof(scene_request, output)},
-    {.name = "time",
-     .kind = CONFIG_NUMBER,
-     .field = offsetof(scene_request, time),
-     .most = INFINITY,
-     .above = true,
-     .wants = "a time above 0 s"},
-    {.name = "dt",
-     .kind = CONFIG_NUMBER,
-     .field = offsetof(scene_request, dt),
-     .most = INFINITY,
-     .above = true,
-     .wants = "a time step above 0 s"},
-    CONFIG_OPTION_JSON(scene_request),
-    CONFIG_OPTION_QUIET(scene_request),
-    {.name = NULL},
+#define AT(member) CONFIG_AT(scene_request, member)
+
+static const config_option options[] = {
+    OPTION_TEXT("scene", "SCENE.json", NULL, "the scene file", .argument = true, AT(path)),
+    OPTION_TEXT("output", "RUN", NULL, "the folder", .letter = 'o', AT(output)),
+    OPTION_TIME(scene_request, time, NULL),
+    OPTION_DT(scene_request, dt),
+    OPTION_JSON(scene_request),
+    OPTION_QUIET(scene_request),
+    OPTION_END,
 };
+
+/* Its help is that of a run of one model, which names both. */
+static const config_command command = {.name = "simulate", .options = options};
 
 /* An option that belongs into the file; NULL: none. */
 static const char *of_one_body(int argc, char **argv) {
@@ -41,7 +31,7 @@ static const char *of_one_body(int argc, char **argv) {
       continue;
     const size_t length = strcspn(argv[n] + 2, "=");
     bool known = false;
-    for (const config_option *option = table; option->name != NULL && !known; option++)
+    for (const config_option *option = options; option->about != NULL && !known; option++)
       known = strncmp(argv[n] + 2, option->name, length) == 0;
     if (!known)
       return argv[n];
@@ -55,7 +45,7 @@ int scene_run_command(int argc, char **argv) {
   if (other != NULL)
     return config_usage("simulate", "'%s' is of a run of one model: write it into the scene file",
                         other);
-  int code = config_options_read("simulate", table, argc, argv, &request);
+  int code = config_options_read(&command, argc, argv, &request);
   if (code == COMMAND_DONE)
     code = config_one_argument("simulate", "scene", argc, argv, &request.path);
   return code == COMMAND_DONE ? scene_run_request(&request) : code;

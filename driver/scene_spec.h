@@ -3,8 +3,11 @@
 #ifndef THRUM_DRIVER_SCENE_SPEC_H
 #define THRUM_DRIVER_SCENE_SPEC_H
 
-#include "config/record.h"
+#include "config/options.h"
+#include "driver/base_motion_spec.h"
+#include "driver/load_spec.h"
 #include "driver/mesh_model.h"
+#include "driver/start_spec.h"
 #include "thrum/thrum.h"
 
 #define SCENE_DEGREE 0.017453292519943295 /* [rad] */
@@ -90,14 +93,11 @@ typedef struct scene_spec {
   config_list obstacles; /* scene_obstacle_spec */
   config_list probes;    /* scene_probe_spec */
   scene_outputs_spec outputs;
-  config_record_file file;
-  char *folder; /* of the file, with its slash; "" for the working folder */
-  char **kept;  /* kept_count texts that name files there */
-  int64_t kept_count;
+  config_file file;
 } scene_spec;
 
 /* The keys of a scene file; ends with a nameless one. */
-extern const config_key scene_keys[];
+extern const config_option scene_keys[];
 
 /* Is this the name of a scene file? One that ends with .json and is no folder. */
 bool cli_scene_is_named(const char *path);

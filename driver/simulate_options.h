@@ -34,20 +34,15 @@ typedef struct simulate_request {
   bool monitor;      /* default: where there is a mesh */
   bool json;
   bool quiet;
-  config_options_file file; /* of --options; the texts above may point into it */
+  config_file file; /* of --options; the texts above may point into it */
 } simulate_request;
 
-/* What there is; ends with a nameless option. */
-extern const config_option simulate_options_table[];
+/* The command and its options. */
+extern const config_command command_simulate;
 
 /* Fills a zeroed request whose loads, base motions and starts have room for argc +
  * CONFIG_FILE_ITEMS_MAX each. COMMAND_DONE, or what the command is to return. */
 int simulate_options_read(int argc, char **argv, simulate_request *request);
-
-/* Names in the order of their enums; NULL ends them. */
-extern const char *const simulate_integrators[];
-extern const char *const simulate_damping_forms[];
-extern const char *const simulate_split_forms[];
 
 #define SIMULATE_STEPS_MAX 1e12 /* years of computing; beyond that an option is a slip */
 

@@ -3,117 +3,90 @@
 #include <string.h>
 
 #include "config/message.h"
-#include "driver/load_option.h"
+#include "driver/shared_options.h"
 #include "driver/static_full.h"
 
 #define FACTOR_MAX 1e12
 
-static void print_help(void) {
-  fputs(
-      "usage: thrum static MODEL --load LOAD [OPTIONS]\n\n"
-      "Finds where a body comes to rest under a load: the equilibrium of the reduced model. The\n"
-      "load grows in steps from nothing; where the body buckles or snaps through on the way,\n"
-      "the factor of the load at which it does is its critical load, and the body is followed to\n"
-      "the stable shape that it falls to. MODEL is a model file or one of the models that come\n"
-      "with Thrum.\n\n"
-      "      --load LOAD      as of `thrum simulate`, at its full strength (a sine's amplitude);\n"
-      "                       when it acts plays no part; repeatable, the loads act together\n"
-      "      --factor F       so many times the loads (default 1)\n"
-      "      --at TARGET      show the mean displacement of a group, vertex=N or all; repeatable\n"
-      "                       (default: where the loads act)\n"
-      "      --stay           where the body would buckle, stay on the path, unstable\n"
-      "      --tolerance T    of the residual relative to the load (default 1e-10)\n"
-      "      --rank N         the lowest N coordinates only (default: all of the model)\n"
-      "      --full           of the whole mesh, unreduced; MODEL may then be a mesh\n"
-      "      --fix, --young, --poisson, --density\n"
-      "                       of such a mesh, as of precompute\n"
-      "      --move X,Y,Z@TARGET  of --full: bring a group, vertex=N or all to this displacement\n"
-      "                       [m] and hold it there; repeatable\n"
-      "      --solver NAME    of --full: cholesky (default), or cg, conjugate gradients\n"
-      "  -o, --output FILE    write q as .npy, which `thrum simulate --start FILE` takes\n"
-      "      --vtu FILE       write the deformed body for ParaView\n"
-      "      --path FILE      write the path as .csv: load, energy, stiffness, displacements\n"
-      "      --options FILE.json  read options from a file (docs/options.md); those given here "
-      "come first\n"
-      "      --json           print one JSON object instead of the table\n"
-      "  -q, --quiet          no progress of a model that is made first\n"
-      "  -h, --help           this text\n\n"
-      "`thrum simulate --start static:LOAD` begins a run from such an equilibrium.\n\n"
-      "examples:\n"
-      "  thrum static beam.npz --load gravity:0,0,-9.81 -o sag.npy\n"
-      "  thrum static beam.npz --load constant:-100,0,0@tip --factor 5 --path column.csv\n"
-      "  thrum static bridge --load gravity:0,0,-9.81 --at load --json\n\n"
-      "exit codes: 0 done, 1 refused, 2 usage, 3 found but flagged (buckled, snapped, unstable)\n",
-      stdout);
-}
-
-static int take_load(const config_given *given, void *request) {
+static thrum_status take_load(const config_given *given, void *request) {
   static_request *r = request;
-  return cli_load_take(given, r->loads, &r->load_count);
+  return load_option_take(given, r->loads, &r->load_count);
 }
 
-static int take_at(const config_given *given, void *request) {
+static thrum_status take_at(const config_given *given, void *request) {
   static_request *r = request;
   thrum_error error = {0};
   if (cli_target_parse(given->text, "--at", &r->targets[r->target_count], &error) < 0)
     return config_given_refuse(given, "%s", error.message);
   r->at[r->target_count++] = given->text;
-  return COMMAND_DONE;
+  return THRUM_OK;
 }
 
-static int take_move(const config_given *given, void *request) {
+static thrum_status take_move(const config_given *given, void *request) {
   static_request *r = request;
   thrum_error error = {0};
   if (static_move_parse(given->text, &r->moves[r->move_count], &error) < 0)
     return config_given_refuse(given, "%s", error.message);
   r->move_count++;
-  return COMMAND_DONE;
+  return THRUM_OK;
 }
 
-static const char *const solvers[] = {"cholesky", "cg", NULL};
+#define AT(member) CONFIG_AT(static_request, member)
+#define WRITTEN(member) .path = CONFIG_PATH_ALWAYS, AT(member)
 
-static void choose_solver(void *request, int index) {
-  ((static_request *)request)->solver = (thrum_full_solver)index;
-}
+static const config_option options[] = {
+    OPTION_TEXT("model", "MODEL", NULL, "the model", .argument = true, .path = CONFIG_PATH_NAMED,
+                .is_name = is_model_name_or_spec, AT(model_path)),
+    OPTION_LOAD(take_load, NULL,
+                "as of thrum simulate, at its full strength (a sine's amplitude); when it acts "
+                "plays no part; the loads act together"),
+    OPTION_NUMBER("factor", NULL, "1", "so many times the loads", AT(def.factor),
+                  CONFIG_RANGE(0, FACTOR_MAX), .above = true),
+    OPTION_TEXT("at", "TARGET", "where the loads act",
+                "show the mean displacement of a group, vertex=N or all", .repeats = true,
+                .take = take_at),
+    OPTION_FLAG("stay", "where the body would buckle, stay on the path, unstable", AT(def.stay)),
+    OPTION_NUMBER("tolerance", NULL, "1e-10", "of the residual relative to the load",
+                  AT(def.tolerance), CONFIG_RANGE(0, 0.01), .above = true),
+    OPTION_COUNT("rank", "all of the model", "the lowest N coordinates only", AT(rank),
+                 CONFIG_RANGE(1, THRUM_RANK_MAX)),
+    OPTION_HEADING("the full order"),
+    OPTION_FLAG("full", "of the whole mesh, unreduced; MODEL may then be a mesh", AT(full)),
+    OPTION_GROUP(mesh_options, "", AT(mesh_def)),
+    OPTION_TEXT("move", "X,Y,Z@TARGET", NULL,
+                "bring a group, vertex=N or all to this displacement and hold it there",
+                .unit = "m", .repeats = true, .take = take_move),
+    OPTION_CHOICE("solver", full_solver_names, "cholesky",
+                  "how its linear systems are solved; cg is conjugate gradients", AT(solver)),
+    OPTION_HEADING("what is written"),
+    OPTION_TEXT("output", "FILE.npy", NULL, "q, which thrum simulate --start FILE.npy takes",
+                .letter = 'o', WRITTEN(output)),
+    OPTION_TEXT("vtu", "FILE.vtu", NULL, "the deformed body for ParaView", WRITTEN(frame)),
+    OPTION_TEXT("path", "FILE.csv", NULL, "the path: load, energy, stiffness, displacements",
+                WRITTEN(path)),
+    OPTION_FILE(static_request),
+    OPTION_JSON(static_request),
+    OPTION_QUIET(static_request),
+    OPTION_HELP,
+    OPTION_END,
+};
 
-static int take_stay(const config_given *given, void *request) {
-  (void)given;
-  ((static_request *)request)->def.stay = 1;
-  return COMMAND_DONE;
-}
-
-#define FIELD(member) .field = offsetof(static_request, member)
-#define WRITTEN .kind = CONFIG_TEXT, .path = CONFIG_PATH_ALWAYS
-
-const config_option static_options_table[] = {
-    {.name = "model",
-     .kind = CONFIG_TEXT,
-     .argument = true,
-     .path = CONFIG_PATH_NAMED,
-     FIELD(model_path)},
-    CONFIG_OPTION_FILE(static_request),
-    {.name = "load", .kind = CONFIG_TEXT, .repeats = true, .take = take_load},
-    {.name = "factor", .kind = CONFIG_NUMBER, FIELD(def.factor), .most = FACTOR_MAX, .above = true},
-    {.name = "at", .kind = CONFIG_TEXT, .repeats = true, .take = take_at},
-    {.name = "stay", .kind = CONFIG_FLAG, .take = take_stay},
-    {.name = "tolerance",
-     .kind = CONFIG_NUMBER,
-     FIELD(def.tolerance),
-     .most = 0.01,
-     .above = true,
-     .wants = "a number in (0, 0.01]"},
-    {.name = "rank", .kind = CONFIG_COUNT, FIELD(rank), .least = 1, .most = THRUM_RANK_MAX},
-    {.name = "full", .kind = CONFIG_FLAG, FIELD(full)},
-    CONFIG_OPTIONS_MESH(static_request),
-    {.name = "move", .kind = CONFIG_TEXT, .repeats = true, .take = take_move},
-    {.name = "solver", .kind = CONFIG_CHOICE, .names = solvers, .choose = choose_solver},
-    {.name = "output", .letter = 'o', WRITTEN, FIELD(output)},
-    {.name = "vtu", WRITTEN, FIELD(frame)},
-    {.name = "path", WRITTEN, FIELD(path)},
-    CONFIG_OPTION_JSON(static_request),
-    CONFIG_OPTION_QUIET(static_request),
-    CONFIG_OPTION_HELP(print_help),
-    {.name = NULL},
+const config_command command_static = {
+    .name = "static",
+    .summary = "find where a body comes to rest under a load",
+    .usage = "MODEL --load LOAD [OPTIONS]",
+    .about =
+        "Finds where a body comes to rest under a load: the equilibrium of the reduced model. The "
+        "load grows in steps from nothing; where the body buckles or snaps through on the way, "
+        "the factor of the load at which it does is its critical load, and the body is followed "
+        "to the stable shape that it falls to. MODEL is a model file or one of the models that "
+        "come with Thrum.",
+    .options = options,
+    .notes = "thrum simulate --start static:LOAD begins a run from such an equilibrium.\n",
+    .examples = "static beam.npz --load gravity:0,0,-9.81 -o sag.npy\n"
+                "static beam.npz --load constant:-100,0,0@tip --factor 5 --path column.csv\n"
+                "static bridge --load gravity:0,0,-9.81 --at load --json",
+    .exits = "0 done, 1 refused, 2 usage, 3 found but flagged (buckled, snapped, unstable)",
 };
 
 static bool same_target(const cli_target *a, const cli_target *b) {
@@ -155,7 +128,7 @@ static int check_names(const static_request *request) {
 int static_options_read(int argc, char **argv, static_request *request) {
   request->def = thrum_default_equilibrium_def();
   request->mesh_def = cli_default_mesh_def();
-  int code = config_options_read("static", static_options_table, argc, argv, request);
+  int code = config_options_read(&command_static, argc, argv, request);
   if (code != COMMAND_DONE)
     return code;
   code = config_one_argument("static", "model", argc, argv, &request->model_path);

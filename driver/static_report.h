@@ -33,11 +33,11 @@ typedef struct static_request {
   thrum_equilibrium_def def;
   int64_t rank; /* 0: all */
   bool json, quiet;
-  config_options_file file; /* of --options; the texts above may point into it */
+  config_file file; /* of --options; the texts above may point into it */
 } static_request;
 
-/* What there is; ends with a nameless option. */
-extern const config_option static_options_table[];
+/* The command and its options. */
+extern const config_command command_static;
 
 /* Fills a zeroed request whose lists have room for argc + CONFIG_FILE_ITEMS_MAX. COMMAND_DONE, or
  * what the command is to return. */

@@ -409,20 +409,20 @@ static void every_truncation_of_a_mesh_is_refused_or_complete(void **state) {
 
 static void bad_materials_are_refused(void **state) {
   (void)state;
-  static const char *const bad[][3] = {{"--poisson", "0.5", "above -1 and below 1/2, not '0.5'"},
-                                       {"--poisson", "0.7", "above -1 and below 1/2, not '0.7'"},
-                                       {"--poisson", "-1", "above -1 and below 1/2, not '-1'"},
-                                       {"--young", "0", "number of Pa from 1e-30 to 1e30, not '0'"},
-                                       {"--young", "-5", "from 1e-30 to 1e30, not '-5'"},
-                                       {"--density", "0", "number of kg/m^3 from 1e-30 to 1e30"},
-                                       {"--density", "-1", "from 1e-30 to 1e30, not '-1'"},
+  static const char *const bad[][3] = {{"--poisson", "0.5", "above -1 and below 0.5, not '0.5'"},
+                                       {"--poisson", "0.7", "above -1 and below 0.5, not '0.7'"},
+                                       {"--poisson", "-1", "above -1 and below 0.5, not '-1'"},
+                                       {"--young", "0", "number from 1e-30 to 1e+30 Pa, not '0'"},
+                                       {"--young", "-5", "from 1e-30 to 1e+30 Pa, not '-5'"},
+                                       {"--density", "0", "number from 1e-30 to 1e+30 kg/m^3"},
+                                       {"--density", "-1", "1e+30 kg/m^3, not '-1'"},
                                        {"--scale", "0", "number above 0, not '0'"},
                                        {"--scale", "-1", "number above 0, not '-1'"},
                                        // possible, but beyond the range of the solvers
-                                       {"--young", "1e300", "from 1e-30 to 1e30"},
-                                       {"--young", "1e-310", "from 1e-30 to 1e30"},
-                                       {"--density", "1e300", "from 1e-30 to 1e30"},
-                                       {"--density", "1e-308", "from 1e-30 to 1e30"}};
+                                       {"--young", "1e300", "from 1e-30 to 1e+30"},
+                                       {"--young", "1e-310", "from 1e-30 to 1e+30"},
+                                       {"--density", "1e300", "from 1e-30 to 1e+30"},
+                                       {"--density", "1e-308", "from 1e-30 to 1e+30"}};
   for (size_t n = 0; n < sizeof bad / sizeof bad[0]; n++) {
     cli_result run = thrum_run(folder, "precompute", BEAM, "-o", "never.npz", "--fix", ROOT,
                                bad[n][0], bad[n][1], NULL);

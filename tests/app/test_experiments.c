@@ -227,7 +227,7 @@ static void mistakes_are_named(void **state) {
       {"--integrators", "imexv,", "names with commas"},
       {"--amplitudes", "0.1,2", "shares of the length"},
       {"--threads", "0", "whole number from 1"},
-      {"--dt", "-1", "seconds above 0"},
+      {"--dt", "-1", "a number above 0 s"},
       {"--models", "", "names with commas"},
   };
   for (size_t n = 0; n < sizeof wrong / sizeof wrong[0]; n++) {

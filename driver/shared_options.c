@@ -1,0 +1,139 @@
+/* Options that commands and scene files share. SPDX-License-Identifier: Apache-2.0 */
+#include "driver/shared_options.h"
+
+#include <string.h>
+
+#include "config/parse.h"
+#include "driver/named_model.h"
+#include "thrum/thrum.h"
+
+#define X(name, value, text) text,
+const char *const integrator_names[] = {THRUM_INTEGRATOR_LIST(X) NULL};
+static const char *const damping_forms[] = {THRUM_DAMPING_FORM_LIST(X) NULL};
+static const char *const split_forms[] = {THRUM_SPLIT_FORM_LIST(X) NULL};
+#undef X
+const char *const full_solver_names[] = {"cholesky", "cg", NULL};
+
+thrum_status load_option_take(const config_given *given, cli_load *loads, int64_t *count) {
+  thrum_error error = {0};
+  if (cli_load_parse(given->text, &loads[*count], &error) < 0)
+    return config_given_refuse(given, "%s", error.message);
+  ++*count;
+  return THRUM_OK;
+}
+
+thrum_status damping_option_take(const config_given *given, double *alpha, double *beta) {
+  double pair[2] = {0, 0};
+  THRUM_TRY(config_given_numbers(given, 1, 2, pair, NULL));
+  *alpha = pair[0];
+  *beta = pair[1];
+  return THRUM_OK;
+}
+
+thrum_status frames_option_take(const config_given *given, double *rate, int64_t *every) {
+  static const char prefix[] = "every-";
+  *rate = 0;
+  *every = 0;
+  const char *text = given->text != NULL ? given->text : "";
+  const bool steps = strncmp(text, prefix, sizeof prefix - 1) == 0;
+  if (steps ? config_parse_integer(text + sizeof prefix - 1, every) && *every > 0
+            : config_parse_number(text, rate) && *rate > 0)
+    return THRUM_OK;
+  return config_given_wrong(given);
+}
+
+static thrum_status take_damping(const config_given *given, void *record) {
+  thrum_state_def *def = record;
+  return damping_option_take(given, &def->damping_alpha, &def->damping_beta);
+}
+
+static thrum_status take_newmark(const config_given *given, void *record) {
+  thrum_state_def *def = record;
+  double pair[2];
+  THRUM_TRY(config_given_numbers(given, 2, 2, pair, NULL));
+  if (pair[1] > 1)
+    return config_given_wrong(given);
+  def->newmark_beta = pair[0];
+  def->newmark_gamma = pair[1];
+  return THRUM_OK;
+}
+
+static thrum_status take_split(const config_given *given, void *record) {
+  thrum_state_def *def = record;
+  const char *text = given->text != NULL ? given->text : "";
+  double count = 0;
+  if (strcmp(text, "cfl") == 0) {
+    def->split_rule = THRUM_SPLIT_CFL;
+  } else if (strcmp(text, "sampling") == 0) {
+    def->split_rule = THRUM_SPLIT_SAMPLING;
+  } else if (config_parse_number(text, &count) && count >= 0 && count <= THRUM_RANK_MAX &&
+             count == floor(count)) {
+    def->split_rule = THRUM_SPLIT_COUNT;
+    def->explicit_count = (int32_t)count;
+  } else {
+    return config_given_wrong(given);
+  }
+  return THRUM_OK;
+}
+
+#define AT(member) CONFIG_AT(thrum_material, member)
+#define PAIR_SCHEMA                                                                                \
+  "{\"type\":\"array\",\"items\":{\"type\":\"number\"},\"minItems\":2,\"maxItems\":2}"
+
+const config_option material_options[] = {
+    OPTION_NUMBER("young", "Pa", "the mesh's own", "Young's modulus", AT(young),
+                  CONFIG_RANGE(1e-30, 1e30)),
+    OPTION_NUMBER("poisson", NULL, "the mesh's own", "Poisson's ratio", AT(poisson),
+                  CONFIG_RANGE(-1, 0.5), .above = true, .below = true),
+    OPTION_NUMBER("density", "kg/m^3", "the mesh's own", "density", AT(density),
+                  CONFIG_RANGE(1e-30, 1e30)),
+    OPTION_END,
+};
+
+#undef AT
+#define AT(member) CONFIG_AT(thrum_state_def, member)
+
+const config_option solver_options[] = {
+    OPTION_INTEGRATOR(thrum_state_def, integrator),
+    OPTION_DAMPING(take_damping),
+    OPTION_CHOICE("damping-form", damping_forms, "rest",
+                  "whether B damps by the stiffness at rest or by the present one",
+                  AT(damping_form)),
+    OPTION_WORD("split", "RULE", "cfl",
+                "imexv: cfl, explicit where dt omega <= 2 c; sampling, where dt f < 1; or the "
+                "number of explicit modes, the lowest",
+                .take = take_split, .wants = "cfl, sampling or the number of explicit modes",
+                .schema = "{\"anyOf\":[{\"enum\":[\"cfl\",\"sampling\"]},{\"type\":\"integer\","
+                          "\"minimum\":0}]}"),
+    OPTION_NUMBER("safety", NULL, "0.5", "imexv: c of cfl", AT(split_safety), CONFIG_RANGE(0, 1),
+                  .above = true),
+    OPTION_CHOICE("split-form", split_forms, "component",
+                  "how imexv splits the energy; quadratic needs no iterations, for small steps "
+                  "or amplitudes",
+                  AT(split_form)),
+    OPTION_SWITCH("adaptive", "on", "imexv: monitor stability and energy, and adapt to them",
+                  AT(adaptive)),
+    OPTION_SWITCH("fallback", "on",
+                  "imexv, newmark, energy: when a step cannot be solved, take one that conserves "
+                  "energy, then shorter ones; off: the run ends",
+                  AT(fallback)),
+    OPTION_PAIR("newmark", "0.25,0.5", "newmark: beta and gamma", .value = "BETA,GAMMA",
+                .take = take_newmark, CONFIG_FROM(0), .schema = PAIR_SCHEMA,
+                .wants = "BETA and GAMMA, BETA >= 0 and GAMMA in [0, 1]"),
+    OPTION_NUMBER("tolerance", NULL, "1e-10", "of implicit solves, relative", AT(tolerance),
+                  CONFIG_RANGE(0, 0.01), .above = true),
+    OPTION_COUNT("iterations", "50", "of one implicit solve, at most", AT(iterations_max),
+                 CONFIG_RANGE(1, 1e6)),
+    OPTION_END,
+};
+
+bool is_model_name_or_spec(const char *text) {
+  static const char *const kinds[] = {"beam:", "mode:", "static:", "sine:"};
+  for (int n = 0; n < CLI_MODEL_COUNT; n++)
+    if (strcmp(text, cli_model_names[n]) == 0)
+      return true;
+  for (size_t n = 0; n < sizeof kinds / sizeof kinds[0]; n++)
+    if (strncmp(text, kinds[n], strlen(kinds[n])) == 0)
+      return true;
+  return false;
+}

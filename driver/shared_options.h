@@ -1,0 +1,59 @@
+/* Options that commands and scene files share, each row once.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_DRIVER_SHARED_OPTIONS_H
+#define THRUM_DRIVER_SHARED_OPTIONS_H
+
+#include "config/options.h"
+#include "driver/load_spec.h"
+
+/* Tables for groups: of a thrum_material, and of a thrum_state_def without its dt. */
+extern const config_option material_options[];
+extern const config_option solver_options[];
+
+/* Names in the order of their enums; NULL ends them. */
+extern const char *const integrator_names[];
+extern const char *const full_solver_names[];
+
+/* Single rows, for the fields of a request. */
+#define OPTION_DT(type, member)                                                                    \
+  OPTION_NUMBER("dt", "s", "0.003", "time step", CONFIG_AT(type, member), CONFIG_ABOVE(0))
+#define OPTION_TIME(type, member, otherwise)                                                       \
+  OPTION_NUMBER("time", "s", otherwise, "time to simulate", CONFIG_AT(type, member),               \
+                CONFIG_ABOVE(0))
+#define OPTION_DAMPING(taken)                                                                      \
+  OPTION_PAIR("damping", "0", "Rayleigh damping: A of the mass, B of the stiffness",               \
+              .unit = "1/s, s", CONFIG_FROM(0), .wants = "A, or A and B, none negative",           \
+              .take = taken)
+#define OPTION_INTEGRATOR(type, member)                                                            \
+  OPTION_CHOICE("integrator", integrator_names, "imexv", "what steps a body",                      \
+                CONFIG_AT(type, member))
+#define OPTION_FRAMES(taken)                                                                       \
+  OPTION_WORD("frames", "FPS", "none",                                                             \
+              "frames for ParaView, so many a second of simulated time, or every-N steps",         \
+              .take = taken, .wants = "frames a second such as 60, or every-N steps",              \
+              .schema = "{\"anyOf\":[{\"type\":\"number\",\"exclusiveMinimum\":0},{\"type\":"      \
+                        "\"string\",\"pattern\":\"^every-[0-9]+$\"}]}")
+#define OPTION_LOAD(taken, otherwise, text)                                                        \
+  OPTION_TEXT("load", "LOAD", otherwise, text, .repeats = true, .take = taken)
+
+/* What LOAD is, for the notes of commands. */
+#define LOAD_NOTES                                                                                 \
+  "LOAD is KIND:X,Y,Z@TARGET[,from=S][,until=S], a force in newtons:\n"                            \
+  "  impulse   for 0.003 s, or until=        square    for 0.3 s, or until=\n"                     \
+  "  constant  for ever, or until=           sine      needs f=HZ; for ever, or until=\n"          \
+  "  gravity   gravity:X,Y,Z, an acceleration in m/s^2; no TARGET\n"                               \
+  "  traction  traction:X,Y,Z@GROUP, a force an area in Pa on the surface there\n"                 \
+  "TARGET is a group, vertex=N (from 1, as in lists of fixed vertices), or all. The force is\n"    \
+  "the total: the vertices of a group share it equally, held ones included.\n"
+
+/* For `take`: parses the load given into loads[*count], which has room for it, and counts it. */
+thrum_status load_option_take(const config_given *given, cli_load *loads, int64_t *count);
+/* A (of the mass) and B (of the stiffness). */
+thrum_status damping_option_take(const config_given *given, double *alpha, double *beta);
+/* Frames a second, or steps between them; the other becomes 0. */
+thrum_status frames_option_take(const config_given *given, double *rate, int64_t *every);
+
+/* Is this the name of a model, or a spec such as beam: or sine:, and no file? */
+bool is_model_name_or_spec(const char *text);
+
+#endif
