@@ -4,13 +4,15 @@
  * be set against each other. SPDX-License-Identifier: Apache-2.0 */
 #include "validation/experiments/matrix.h"
 
-#include "thrum/external_load.h"
-
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "driver/drift.h"
+#include "thrum/external_load.h"
+
 #define ROWS 1000
+#define DRIFT_PARTS 10
 #define FORCE_TRIES 16
 #define FORCE_OVERSHOOT                                                                            \
   1.5                    /* a force may bend the body further than asked for, but not by more      \
@@ -108,23 +110,21 @@ static thrum_status advance(experiment_run *run, thrum_state *state, double dt, 
   return status;
 }
 
-/* Change of the mean energy over the rows that no load acts on, as thrum simulate has it. */
+/* Drift over the rows that no load acts on, by tenths as `thrum simulate` has it. */
 static double energy_change(const experiment_run *run) {
   int64_t first = 0;
+  if (run->alpha > 0 || run->status < 0)
+    return NAN;
   while (first < run->row_count && run->rows[first].time < courses[run->load].until)
     first++;
-  const int64_t width = (run->row_count - first) / 10;
-  double begin = 0, end = 0;
+  driver_drift drift = driver_drift_plan(first, run->row_count, DRIFT_PARTS, 1);
 
-  if (run->alpha > 0 || run->status < 0 || width < 1)
-    return NAN;
-
-  // the first and the last tenth of the free rows
-  for (int64_t n = 0; n < width; n++) {
-    begin += run->rows[first + n].total;
-    end += run->rows[run->row_count - 1 - n].total;
-  }
-  return (end - begin) / begin;
+  // the committed results sum the last tenth from its end
+  for (int64_t n = drift.first_begin; n < drift.first_end; n++)
+    driver_drift_add(&drift, n, run->rows[n].total);
+  for (int64_t n = drift.last_end - 1; n >= drift.last_begin; n--)
+    driver_drift_add(&drift, n, run->rows[n].total);
+  return driver_drift_value(&drift);
 }
 
 /* The whole of one run, `steps` long, with about ROWS rows. */

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "driver/drift.h"
 #include "platform/allocate.h"
 #include "platform/thread_pool.h"
 #include "precompute/options/stage.h"
@@ -300,22 +301,22 @@ static thrum_status run_tight(void *context, int64_t b, thrum_error *error) {
   return THRUM_OK;
 }
 
-/* Mean energy of the last quarter of the free samples against the first; NaN where there are too
- * few or the body is damped. */
+/* Drift over the free samples by quarters, since there are few; NaN for a damped body. */
 static double drift_of(const tradeoff_problem *problem, const tradeoff_samples *samples) {
-  double end = 0, sums[2] = {0};
+  double end = 0;
   for (int64_t n = 0; n < problem->load_count; n++)
     end = fmax(end, problem->courses[n].until);
   const double first = ceil(end / problem->time * TRADEOFF_SAMPLES);
   if (problem->damping_alpha > 0 || problem->damping_beta > 0 || !(first < TRADEOFF_SAMPLES - 8))
     return NAN;
 
-  const int64_t begin = (int64_t)first, quarter = (TRADEOFF_SAMPLES - begin) / 4;
-  for (int64_t n = 0; n < quarter; n++) {
-    sums[0] += samples->energy[begin + n];
-    sums[1] += samples->energy[TRADEOFF_SAMPLES - 1 - n];
-  }
-  return sums[1] / sums[0] - 1;
+  // the committed results sum the last quarter from its end
+  driver_drift drift = driver_drift_plan((int64_t)first, TRADEOFF_SAMPLES, 4, 1);
+  for (int64_t n = drift.first_begin; n < drift.first_end; n++)
+    driver_drift_add(&drift, n, samples->energy[n]);
+  for (int64_t n = drift.last_end - 1; n >= drift.last_begin; n--)
+    driver_drift_add(&drift, n, samples->energy[n]);
+  return driver_drift_value(&drift);
 }
 
 /* One setting, task of the pool. */
