@@ -1,13 +1,14 @@
-/* Many states of one model side by side: a forest, a batch, a sweep of parameters.
+/* Batches: many states of one model that are stepped together, such as a forest or a sweep of
+ * parameters.
  *
- * A call steps a range of states, several at a time, so that a coefficient of the model that is
- * loaded once serves them all. Each state ends with the same bits as by thrum_step, whatever the
+ * A call steps a range of states, several at a time, so that each coefficient of the model is
+ * loaded once for all of them. Each state ends with the same bits as by thrum_step, whatever the
  * range, the order or the number of threads. The library starts no thread: a caller with several
- * gives each a range and a workspace of its own; the model is shared.
+ * gives each a range and a workspace of its own, and shares the model.
  *
  * States of one range may have been made by different defs. Those that imexv steps in its component
- * split gain where, among 256 that follow each other, several have equal splits; the others are
- * stepped one by one.
+ * split gain from a batch where, among 256 that follow each other, several have equal splits; the
+ * others are stepped one by one.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_BATCH_H
@@ -20,14 +21,17 @@
 extern "C" {
 #endif
 
-/* Bytes of workspace of thrum_batch_step for this model; any number of states. */
+/* Bytes of workspace that thrum_batch_step needs for this model, whatever the number of states,
+ * into *size. THRUM_INVALID_ARGUMENT for NULL or a model without a valid rank. */
 THRUM_API thrum_status thrum_batch_size(const thrum_model *model, size_t *size, thrum_error *error);
 
-/* Advances each of `count` states by one step; one that is listed twice by two. `workspace`:
- * thrum_batch_size bytes, aligned to 64; its content is undefined before and after. `statuses`
- * (count, may be NULL): what thrum_step would return for each. Returns the first failure among
- * them, else THRUM_FELL_BACK if one did, else THRUM_OK; a failure of one state, which `error`
- * describes, leaves that state as it was and does not keep the others from their step. */
+/* Advances each of `count` states by one step; one that is listed twice by two. `workspace` has
+ * thrum_batch_size bytes and is aligned to 64; its content is undefined before and after, and the
+ * caller owns it. `statuses` (count, may be NULL) gets what thrum_step would return for each.
+ *
+ * Returns the first failure among them, else THRUM_FELL_BACK if one fell back, else THRUM_OK. A
+ * state that fails stays as it was, `error` says why the first one did, and the others make their
+ * step. THRUM_INVALID_ARGUMENT, THRUM_MISALIGNED or THRUM_BUFFER_TOO_SMALL before any step. */
 THRUM_API thrum_status thrum_batch_step(const thrum_model *model, thrum_state *const *states,
                                         int64_t count, thrum_status *statuses, void *workspace,
                                         size_t workspace_size, thrum_error *error);

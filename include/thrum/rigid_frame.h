@@ -1,10 +1,12 @@
-/* How a body that nothing holds turns as a whole: a rigid frame about its centre of mass, in which
- * its elastic coordinates live (docs/contact.md).
+/* The rigid-body frame of a free body: its rotation about the centre of mass, in which the elastic
+ * coordinates live (docs/contact.md).
  *
- * The frame has the inertia of the body at rest; what spinning does to the shape and the shape to
- * the spin, centrifugal and Coriolis forces, is left out: for bodies that turn slowly against their
- * lowest frequency. A step keeps the angular momentum, and changes the energy by torque times
- * angle.
+ * The frame has the inertia of the body at rest. Centrifugal and Coriolis forces, by which spin and
+ * shape act on each other, are left out: it serves bodies that turn slowly against their lowest
+ * frequency. A step keeps the angular momentum and changes the energy by torque times angle.
+ *
+ * A frame is a plain value: copy it, and step a copy in one thread at a time. No function here
+ * allocates.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_RIGID_FRAME_H
@@ -32,19 +34,21 @@ typedef struct thrum_rigid_frame {
   double momentum[3]; /* angular momentum about the centre, in the world [kg m^2/s] */
 } thrum_rigid_frame;
 
-/* At rest, with the centre and the inertia of a free body's model (THRUM_MISSING for one without
- * rigid modes). */
+/* Sets a frame at rest, with the centre of mass and the inertia of a free body's model.
+ * THRUM_INVALID_ARGUMENT for NULL, THRUM_MISSING for a model without rigid modes, THRUM_SINGULAR
+ * where its rigid modes give no centre. */
 THRUM_API thrum_status thrum_rigid_frame_of(const thrum_model *model,
                                             thrum_rigid_frame *rigid_frame, thrum_error *error);
 
-/* One step under a mean torque about the centre [N m], in the world; placement may be NULL. `angle`
- * (may be NULL) gets the rotation vector [rad] whose product with the torque is the change of
- * energy. Cayley's transform of the implicit midpoint rule: exact in the momentum, of order 2. */
+/* One step of dt [s] under a mean torque about the centre [N m], in the world; placement may be
+ * NULL. `angle` (may be NULL) gets the rotation vector [rad] whose product with the torque is the
+ * change of energy. Cayley's transform of the implicit midpoint rule: exact in the momentum, of
+ * order 2. */
 THRUM_API void thrum_rigid_frame_step(thrum_rigid_frame *rigid_frame,
                                       const thrum_placement *placement, const double torque[3],
                                       double dt, double angle[3]);
 
-/* Kinetic energy of the turning [J]. */
+/* Kinetic energy of the rotation [J]. */
 THRUM_API double thrum_rigid_frame_energy(const thrum_rigid_frame *rigid_frame,
                                           const thrum_placement *placement);
 
@@ -52,7 +56,8 @@ THRUM_API double thrum_rigid_frame_energy(const thrum_rigid_frame *rigid_frame,
 THRUM_API void thrum_rigid_frame_velocity(const thrum_rigid_frame *rigid_frame,
                                           const thrum_placement *placement, double velocity[3]);
 
-/* Where the mesh stands now: placement (NULL: identity), turned, moved by `position` (NULL: 0). */
+/* Placement of the mesh now: `placement` (NULL: identity), rotated by the frame (NULL: not at all)
+ * and moved by `position` [m] (NULL: 0). */
 THRUM_API thrum_placement thrum_placement_now(const thrum_placement *placement,
                                               const thrum_rigid_frame *rigid_frame,
                                               const double position[3]);

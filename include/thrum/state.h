@@ -71,7 +71,7 @@ extern "C" {
   X(COMPONENT, 0, "component") /* R_E at q_k and R_I at the midpoint: the thesis' form */          \
   X(QUADRATIC, 1, "quadratic") /* (6): symplectic, no iteration; small steps or amplitudes */
 
-/* What advances a state at present; imexv may change it. */
+/* The scheme that advances a state at present; imexv may change it. */
 #define THRUM_SCHEME_LIST(X)                                                                       \
   X(COMPONENT, 0, "component") /* (2)-(5), verlet and midpoint included */                         \
   X(QUADRATIC, 1, "quadratic") /* (6) */                                                           \
@@ -285,7 +285,7 @@ typedef struct thrum_energies {
 THRUM_API thrum_status thrum_state_energies(const thrum_model *model, thrum_state *state,
                                             thrum_energies *energies, thrum_error *error);
 
-/* What a state has done since init, and how it stands. Fields marked imexv stay zero for the other
+/* Counters of a state since init, and how it stands. Fields marked imexv stay zero for the other
  * integrators; those of the monitor also without `adaptive`. */
 typedef struct thrum_state_report {
   int64_t steps;           /* completed steps */

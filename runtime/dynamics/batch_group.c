@@ -111,6 +111,7 @@ static void stiffen(thrum_batch_group *g) {
   if (4 * needed <= lanes)
     return;
 
+  // T of the implicit modes, into the Jacobians to come
   g->kernel->restricted_hessian(g->model, g->split, g->restricted, g->q + g->split * lanes,
                                 g->hessian, g->work);
   for (int64_t m = 0; m < g->count; m++) {

@@ -58,7 +58,7 @@ static void assemble_tangent_change(const thrum_solver *s) {
   thrum_tangent_stiffness_by(s->view->kernel, s->model, view->point, view->tangent, view->work);
   thrum_tangent_stiffness_by(s->view->kernel, s->model, view->q_next, view->tangent_2, view->work);
 
-  // of the whole tangent the rows and columns that are solved for
+  // only the rows and columns that are solved for
   const double scale = s->weight * s->at * s->state->def.damping_beta / h;
   const size_t n = (size_t)s->n, rank = (size_t)s->state->rank, first = (size_t)s->first;
   for (size_t i = 0; i < n; i++)

@@ -1,4 +1,4 @@
-/* What one step's solve did, committed to the state with the step; private to the runtime.
+/* The report of one step's solve, committed to the state with the step; private to the runtime.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_RUNTIME_DYNAMICS_SOLVE_REPORT_H
 #define THRUM_RUNTIME_DYNAMICS_SOLVE_REPORT_H

@@ -23,7 +23,7 @@
 
 /* --- the header ------------------------------------------------------------------------------- */
 
-/* What the stability monitor of imexv remembers (design 4). The balance B is the energy less the
+/* The memory of the stability monitor of imexv (design 4). The balance B is the energy less the
  * work of the load plus the dissipation; it would be constant without errors of the scheme. */
 typedef struct thrum_stability_monitor {
   double work;               /* of the load less the dissipation, since the reference was set [J] */

@@ -1,4 +1,4 @@
-/* What state.c serves to the rest of the runtime.
+/* The check of a state that other parts of the runtime share; see state.c.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_RUNTIME_DYNAMICS_STATE_PRIVATE_H
 #define THRUM_RUNTIME_DYNAMICS_STATE_PRIVATE_H

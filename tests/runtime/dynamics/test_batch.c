@@ -172,7 +172,7 @@ static thrum_state_def bold(int n) {
   return def;
 }
 
-/* The watch makes modes implicit while their state is in a group. */
+/* The monitor makes modes implicit while their state is in a group. */
 static void states_that_leave_their_group_keep_their_bits(void **context) {
   (void)context;
   random_model m;

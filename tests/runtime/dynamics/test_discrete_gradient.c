@@ -79,8 +79,8 @@ static void a_large_step_keeps_its_energy_with_a_loose_solve(void **context) {
   random_model_free(&m);
 }
 
-/* What a solve leaves and rounding do not add up: after many steps the energy is off by no more
- * than after few, also where every solve ends early. */
+/* The tolerance of a solve and rounding do not add up: after many steps the energy is off by no
+ * more than after few, also where every solve ends early. */
 static void errors_of_the_energy_do_not_add_up(void **context) {
   (void)context;
   random_model m;
@@ -217,13 +217,13 @@ static void a_blow_of_any_size_keeps_the_balance(void **context) {
   for (int64_t rank = 1; rank <= 3; rank++) {
     random_model m;
     random_model_make(&m, 21, rank, 1.0, 12.0, 0.5);
-    for (double blow = 1e4; blow < 1e12; blow *= 10) {
-      const thrum_state_def def = make_def(blow < 1e8 ? 2.0 : 0.3);
+    for (double impulse = 1e4; impulse < 1e12; impulse *= 10) {
+      const thrum_state_def def = make_def(impulse < 1e8 ? 2.0 : 0.3);
       thrum_state *state = state_make(&m.model, &def);
       random_state random = {4};
       for (int k = 0; k < 60; k++) {
         double f[RANK], before[RANK], after[RANK];
-        random_vector(&random, rank, k % 10 < 5 ? 1.0 : blow, f);
+        random_vector(&random, rank, k % 10 < 5 ? 1.0 : impulse, f);
         state_push(&m.model, state, f);
         state_read(&m.model, state, before, NULL);
         const double first = state_energy(&m.model, state).total;
@@ -236,7 +236,7 @@ static void a_blow_of_any_size_keeps_the_balance(void **context) {
           size += fabs(f[i] * (after[i] - before[i]));
         }
         if (!(fabs(last - first - work) < 1e-9 * size))
-          fail_msg("rank %d, blow %g, step %d: %.3e of the energy", (int)rank, blow, k,
+          fail_msg("rank %d, impulse %g, step %d: %.3e of the energy", (int)rank, impulse, k,
                    (last - first - work) / size);
       }
       state_free(state);

@@ -24,7 +24,7 @@ static thrum_state_def make_def(thrum_split_form form, int32_t explicit_count, d
   return def;
 }
 
-/* (6) written out, damped as (2), from and to staggered momenta. */
+/* (6) written out, damped as (2), from and to momenta half a step before q. */
 static void plain_step(const thrum_model *model, const thrum_state_def *def, double *q, double *p,
                        const double *f_before, const double *f, double *work) {
   const double h = def->dt;
@@ -174,16 +174,16 @@ static void its_step_is_symplectic_and_that_of_the_component_split_is_not(void *
     fail_msg("defects %.3e and %.3e", quadratic, component);
 }
 
-/* Beyond its bound h^2 lambda_max(T - kappa) < 4 the watch moves on to the component split. */
+/* Beyond its bound h^2 lambda_max(T - kappa) < 4 the monitor moves on to the component split. */
 static void a_large_motion_hands_over_to_the_component_split(void **context) {
   (void)context;
   random_model m;
   make_model(&m);
   thrum_state_def def = make_def(THRUM_FORM_QUADRATIC, LOW, 0.1);
   double large[RANK] = {0};
-  for (int watched = 0; watched < 2; watched++) {
-    def.adaptive = watched;
-    def.fallback = watched;
+  for (int monitored = 0; monitored < 2; monitored++) {
+    def.adaptive = monitored;
+    def.fallback = monitored;
     thrum_state *state = state_make(&m.model, &def);
     const double small[RANK] = {0.01, -0.01};
     state_put(&m.model, state, small, NULL);
@@ -195,7 +195,7 @@ static void a_large_motion_hands_over_to_the_component_split(void **context) {
     thrum_status status = THRUM_OK;
     for (int k = 0; k < 2000 && status >= 0; k++)
       status = thrum_step(&m.model, state, NULL);
-    if (!watched) {
+    if (!monitored) {
       assert_true(status < 0 || state_energy(&m.model, state).total > 100 * first);
     } else {
       const thrum_state_report report = thrum_state_report_get(state);

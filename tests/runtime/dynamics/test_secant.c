@@ -1,4 +1,4 @@
-/* What BFGS learns of an inverse Jacobian in a solve, and the sums over modes.
+/* How BFGS learns an inverse Jacobian in a solve, and the sums over modes.
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/state_support.h"
 

@@ -1,5 +1,5 @@
-/* The watch of imexv (design 4): its angle is the spectral radius, modes leave and return, the
- * hand-over keeps the energy, and all of it comes along with a snapshot.
+/* The stability monitor of imexv (design 4): its number is the spectral radius, modes leave and
+ * return, the switch keeps the energy, and all of it comes along with a snapshot.
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/state_support.h"
 #include "thrum/polynomial.h"
@@ -76,17 +76,17 @@ static void the_angle_under_a_load_is_that_of_the_tangent(void **context) {
   random_model_free(&m);
 }
 
-/* A load that stiffens the body beyond the bound of a fixed split: watched, modes leave E in time,
- * and come back when load and motion have gone. */
+/* A load that stiffens the body beyond the bound of a fixed split: monitored, modes leave E in
+ * time, and come back when load and motion have gone. */
 static void modes_leave_when_the_body_stiffens_and_return_after_a_quiet_time(void **context) {
   (void)context;
   enum { SPLIT = 5 };
   random_model m;
   make_model(&m);
   double energy[2] = {0, 0};
-  for (int watched = 0; watched < 2; watched++) {
+  for (int monitored = 0; monitored < 2; monitored++) {
     thrum_state_def def = make_def(SPLIT, 0.1);
-    def.adaptive = watched;
+    def.adaptive = monitored;
     def.fallback = 0;
     def.damping_alpha = 0.5;
     thrum_state *state = state_make(&m.model, &def);
@@ -95,9 +95,9 @@ static void modes_leave_when_the_body_stiffens_and_return_after_a_quiet_time(voi
       const double load[RANK] = {100 * sin(0.004 * k), 60 * sin(0.004 * k)};
       state_push(&m.model, state, load);
       status = thrum_step(&m.model, state, NULL);
-      energy[watched] = fmax(energy[watched], state_energy(&m.model, state).total);
+      energy[monitored] = fmax(energy[monitored], state_energy(&m.model, state).total);
     }
-    if (!watched) {
+    if (!monitored) {
       assert_true(status < 0);
       state_free(state);
       continue;
@@ -108,12 +108,12 @@ static void modes_leave_when_the_body_stiffens_and_return_after_a_quiet_time(voi
                 loaded.stability_number_peak < 2.2);
     state_push(&m.model, state, NULL);
     state_steps(&m.model, state, 150000);
-    const thrum_state_report calm = thrum_state_report_get(state);
+    const thrum_state_report quiet = thrum_state_report_get(state);
     // down to energies that are no normal numbers any more
-    assert_int_equal(calm.scheme_switches, 0);
-    assert_int_equal(calm.explicit_modes, SPLIT);
-    assert_true(calm.split_changes > loaded.split_changes);
-    assert_int_equal(calm.energy_steps + calm.substep_steps, 0);
+    assert_int_equal(quiet.scheme_switches, 0);
+    assert_int_equal(quiet.explicit_modes, SPLIT);
+    assert_true(quiet.split_changes > loaded.split_changes);
+    assert_int_equal(quiet.energy_steps + quiet.substep_steps, 0);
     state_free(state);
   }
   assert_true(energy[1] < 0.5 * energy[0]);
@@ -161,16 +161,16 @@ static void a_drifting_run_is_handed_over_at_its_first_mean_energy(void **contex
 }
 
 /* Energy that moves among modes moves the mean of E of a fixed split, which keeps another energy:
- * watched, the mean stays, and the report says what that took. */
+ * monitored, the mean stays, and the report says what that took. */
 static void slow_drift_goes_back_through_the_momentum(void **context) {
   (void)context;
   enum { PARTS = 20, PART = 10000 };
   random_model m;
   make_model(&m);
   double worst[2] = {0, 0};
-  for (int watched = 0; watched < 2; watched++) {
+  for (int monitored = 0; monitored < 2; monitored++) {
     thrum_state_def def = make_def(4, 0.05);
-    def.adaptive = watched;
+    def.adaptive = monitored;
     thrum_state *state = state_make(&m.model, &def);
     double q[RANK], first = 0;
     for (int i = 0; i < RANK; i++)
@@ -179,11 +179,11 @@ static void slow_drift_goes_back_through_the_momentum(void **context) {
     for (int part = 0; part < PARTS; part++) {
       const double mean = mean_energy(&m.model, state, PART);
       first = part == 0 ? mean : first;
-      worst[watched] = fmax(worst[watched], fabs(mean / first - 1));
+      worst[monitored] = fmax(worst[monitored], fabs(mean / first - 1));
     }
     const thrum_state_report report = thrum_state_report_get(state);
     assert_int_equal(report.scheme_switches, 0);
-    assert_true(watched == (report.corrections > 0));
+    assert_true(monitored == (report.corrections > 0));
     assert_true(fabs(report.corrected) <= 0.041 * first);
     state_free(state);
   }
@@ -194,7 +194,7 @@ static void slow_drift_goes_back_through_the_momentum(void **context) {
   random_model_free(&m);
 }
 
-/* After a hand-over the energy is what it was at the start of the run, to rounding: design 7 keeps
+/* After a switch the energy is what it was at the start of the run, to rounding: design 7 keeps
  * the account, not what the split had drifted to. */
 static void a_violent_run_goes_on_with_the_energy_it_began_with(void **context) {
   (void)context;
@@ -233,9 +233,9 @@ static void a_blow_is_no_drift(void **context) {
   make_model(&m);
   const thrum_state_def def = make_def(4, 0.05);
   thrum_state *state = state_make(&m.model, &def);
-  const double blow[RANK] = {4, -3, 2, 3, -2, 1};
+  const double impulse[RANK] = {4, -3, 2, 3, -2, 1};
   state_steps(&m.model, state, 100);
-  state_push(&m.model, state, blow);
+  state_push(&m.model, state, impulse);
   state_steps(&m.model, state, 1);
   state_push(&m.model, state, NULL);
   state_steps(&m.model, state, 20000);
@@ -272,7 +272,7 @@ static void imexv_returns_when_the_energy_has_fallen(void **context) {
   random_model_free(&m);
 }
 
-/* Snapshots before and after every event of the watch: the same steps, bit for bit. */
+/* Snapshots before and after every event of the monitor: the same steps, bit for bit. */
 static void a_snapshot_brings_the_stability_monitor_along(void **context) {
   (void)context;
   random_model m;
@@ -296,23 +296,23 @@ static void a_snapshot_brings_the_stability_monitor_along(void **context) {
   random_model_free(&m);
 }
 
-/* The watch only looks: as long as it finds nothing, the motion is that of a fixed split. */
+/* The monitor only looks: as long as it finds nothing, the motion is that of a fixed split. */
 static void a_quiet_run_is_not_touched(void **context) {
   (void)context;
   random_model m;
   make_model(&m);
   double q[2][RANK], p[2][RANK];
-  for (int watched = 0; watched < 2; watched++) {
+  for (int monitored = 0; monitored < 2; monitored++) {
     thrum_state_def def = make_def(3, 0.02);
-    def.adaptive = watched;
+    def.adaptive = monitored;
     thrum_state *state = state_make(&m.model, &def);
     for (int i = 0; i < RANK; i++) {
-      q[watched][i] = 0.1 * start_q[i];
-      p[watched][i] = 0.1 * start_p[i];
+      q[monitored][i] = 0.1 * start_q[i];
+      p[monitored][i] = 0.1 * start_p[i];
     }
-    state_put(&m.model, state, q[watched], p[watched]);
+    state_put(&m.model, state, q[monitored], p[monitored]);
     state_steps(&m.model, state, 20000);
-    state_read(&m.model, state, q[watched], p[watched]);
+    state_read(&m.model, state, q[monitored], p[monitored]);
     const thrum_state_report report = thrum_state_report_get(state);
     assert_int_equal(report.scheme_switches + report.split_changes + report.corrections, 0);
     state_free(state);
@@ -411,8 +411,8 @@ static void a_wide_kick_leaves_its_energy(void **context) {
   }
 }
 
-/* What was switched to the energy integrator under a sudden load from rest returns when the motion
- * has been damped. */
+/* A state that switched to the energy integrator under a sudden load from rest returns when the
+ * motion has been damped. */
 static void a_hand_over_from_rest_ends_too(void **context) {
   (void)context;
   static const double force[RANK] = {500, 2000, -1000, 0, 300, 0};
