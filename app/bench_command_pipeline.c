@@ -118,7 +118,7 @@ static thrum_status run_all(sweep *asked, thrum_error *error) {
   return THRUM_OK;
 }
 
-/* What is plotted against what: one column of the table. */
+/* The value of a run in one column of the table. */
 static double value_of(const bench_pipeline *run, int column) {
   if (column < THRUM_STAGE_COUNT)
     return run->cpu_seconds[column];

@@ -1,4 +1,5 @@
-/* What `thrum check` says of a mesh, as a table and as JSON. SPDX-License-Identifier: Apache-2.0 */
+/* The report of `thrum check` on a mesh, as a table and as JSON. SPDX-License-Identifier:
+ * Apache-2.0 */
 #include "app/check_report.h"
 
 #include <cjson/cJSON.h>
@@ -22,7 +23,7 @@ static const char *const FLAG_NAMES[] = {
 };
 enum { FLAG_COUNT = sizeof ALL_FLAGS / sizeof *ALL_FLAGS };
 
-/* What the file calls a vertex. */
+/* The number of a vertex in the file. */
 static int64_t file_number(const thrum_mesh *mesh, int32_t v) {
   int64_t place = v;
   for (int64_t i = 0; mesh->file_vertex && i < mesh->file_vertex_count; i++)

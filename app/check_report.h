@@ -1,4 +1,4 @@
-/* What there is to say about an examined mesh, for the commands that say it.
+/* The report on an examined mesh, which several commands print.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_APP_CHECK_REPORT_H
 #define THRUM_APP_CHECK_REPORT_H

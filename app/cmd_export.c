@@ -30,7 +30,7 @@ typedef struct export_request {
   bool single, json;
 } export_request;
 
-/* What has been written. */
+/* The files that have been written. */
 typedef struct export_files {
   int count;
   char path[FILES_MAX][4200]; /* longer ones the system refuses */
@@ -91,7 +91,7 @@ const config_command command_export = {
                 "export bridge --matrices bridge",
 };
 
-/* What is written may take the place neither of what is read nor of each other. */
+/* Refuses files that would overwrite an input or each other. */
 static int check_files(const export_request *request) {
   const struct {
     const char *option, *path;

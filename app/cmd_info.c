@@ -93,7 +93,8 @@ static int read_options(int argc, char **argv, info_request *request) {
   return config_one_argument("info", "model", argc, argv, &request->path);
 }
 
-/* meta as an object; NULL when there is none, for whoever made the model may write anything. */
+/* The metadata as an object; NULL when there is none. Other programs may have written it, so any of
+ * its keys may be missing. */
 static cJSON *parse_meta(const thrum_model *model) {
   if (model->meta == NULL || model->meta_bytes < 2)
     return NULL;
@@ -398,7 +399,7 @@ static void print_table(const info *about) {
   printf("model %.0f bytes, state %zu bytes\n", about->file_bytes, about->split.state_bytes);
 }
 
-/* What the basis lacks of each load. */
+/* Measures the share of each load that the basis lacks. */
 static thrum_status measure_loads(info *about, thrum_error *error) {
   const thrum_model *model = about->model;
   const size_t size = 3 * (size_t)model->vertex_count;

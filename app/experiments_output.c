@@ -1,4 +1,5 @@
-/* What all kinds of experiments write and print. SPDX-License-Identifier: Apache-2.0 */
+/* The files and the JSON object that all kinds of experiments share. SPDX-License-Identifier:
+ * Apache-2.0 */
 #include <stdio.h>
 
 #include "app/experiments.h"

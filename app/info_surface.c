@@ -1,4 +1,4 @@
-/* What `thrum info` says of a surface that `thrum embed` wrote. SPDX-License-Identifier: Apache-2.0
+/* `thrum info` of a surface that `thrum embed` wrote. SPDX-License-Identifier: Apache-2.0
  */
 #include "app/info_surface.h"
 
@@ -15,7 +15,7 @@
 #include "thrum/embedding.h"
 #include "thrum/thrum.h"
 
-/* What there is to measure. */
+/* The measures of a surface. */
 typedef struct measured {
   double box_min[3], box_max[3]; /* [m] */
   double weight_max;

@@ -113,7 +113,7 @@ static thrum_status run_tetgen(cli_workshop *workshop, const cli_mesh_job *job,
   return status < 0 ? status : run(workshop, words, end, error);
 }
 
-/* What the tool printed, ended by 0; to be freed; NULL when there is nothing. */
+/* The output of the tool, ended by 0; to be freed; NULL when there is none. */
 static char *read_log(const cli_workshop *workshop) {
   char path[CLI_WORKSHOP_PATH_MAX];
   void *text = NULL;
@@ -168,7 +168,7 @@ static void pick_line(const char *log, char line[160]) {
   config_one_line(line);
 }
 
-/* Why there is no mesh: `reason` is the reader's, about a file that nobody will find. */
+/* Why there is no mesh: `reason` is that of the reader, which names a file that is removed. */
 static thrum_status refuse(cli_workshop *workshop, const cli_mesh_job *job,
                            const thrum_surface_mesh *surface, const cli_workshop_end *end,
                            const thrum_error *reason, thrum_error *error) {
@@ -217,7 +217,7 @@ static thrum_status try_once(cli_workshop *workshop, const cli_mesh_job *job,
 
 thrum_status cli_mesh_tool_run(const cli_mesh_job *job, const thrum_surface_mesh *surface,
                                thrum_mesh *mesh, thrum_error *error) {
-  // of Gmsh: HXT, where it can be, then Delaunay, which fails less and says more
+  // Gmsh has two algorithms: HXT is faster, Delaunay fails less often and says more
   enum { DELAUNAY = 1, HXT = 10 };
   cli_workshop workshop;
   cli_workshop_end end = {0};

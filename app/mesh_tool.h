@@ -16,7 +16,7 @@ extern const char *const cli_mesh_tools[]; /* names, ended by NULL */
 thrum_status cli_mesh_tool_choose(cli_mesh_tool wanted, int64_t shells, cli_mesh_tool *tool,
                                   thrum_error *error);
 
-/* What is asked of a tool. */
+/* A surface to be meshed, and how. */
 typedef struct cli_mesh_job {
   const char *path; /* of the surface, for messages */
   cli_mesh_tool tool;

@@ -1,4 +1,5 @@
-/* What commands with a folder of results share. SPDX-License-Identifier: Apache-2.0 */
+/* The folder of results of `thrum experiments` and `thrum tradeoff`. SPDX-License-Identifier:
+ * Apache-2.0 */
 #include "app/results.h"
 
 #include <errno.h>

@@ -1,4 +1,4 @@
-/* What `thrum tradeoff` was asked for. SPDX-License-Identifier: Apache-2.0 */
+/* The request of `thrum tradeoff` and its options. SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_APP_TRADEOFF_OPTIONS_H
 #define THRUM_APP_TRADEOFF_OPTIONS_H
 

@@ -1,4 +1,4 @@
-/* What one core can do: rate of fused multiply-adds and bandwidth of reading, with AVX-512 or AVX2
+/* The peak of one core: rate of fused multiply-adds and bandwidth of reading, with AVX-512 or AVX2
  * where there is, otherwise in plain C. SPDX-License-Identifier: Apache-2.0 */
 #include <stdbool.h>
 #include <stdint.h>

@@ -85,7 +85,8 @@ static inline double bench_coefficient_bytes(const thrum_model *model) {
 /* Terms of degree 3 and 4 of so many coordinates. */
 double bench_terms(int64_t rank);
 
-/* What the tangent of a model reads and does, by pairs or by lists (runtime/polynomial/packed.h).
+/* Coefficients that the tangent of a model reads and operations that it does, by pairs or by lists
+ * (runtime/polynomial/packed.h).
  */
 double bench_tangent_coefficients(int64_t rank);
 double bench_tangent_operations(int64_t rank);

@@ -92,7 +92,7 @@ static thrum_status step_together(herd *h, double *sample, thrum_error *error) {
   return status;
 }
 
-/* Of each step the minimum and the median over the batches, and the means of those over the steps:
+/* The minimum and the median of each step over the batches, and the means of those over the steps:
  * a step is short enough to be left undisturbed once, a batch is not. */
 static bench_time mean_summary(double *samples, int64_t steps, int64_t batches) {
   bench_time mean = {0, 0};

@@ -13,7 +13,7 @@
 
 enum { RUNS = 5 };
 
-/* What a run needs; all of it heap blocks. */
+/* The random body of a run; all members are heap blocks. */
 typedef struct body {
   thrum_model model;
   double *basis, *columns, *vertices, *q, *u, *samples;

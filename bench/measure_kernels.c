@@ -82,7 +82,8 @@ double bench_tangent_operations(int64_t rank) {
   return (thrum_pairs_count(rank) > 0 ? PAIRS_OPERATIONS : 6.0) * bench_tangent_coefficients(rank);
 }
 
-/* What the passes do and read, with n implicit modes of r. */
+/* Counts the operations of the passes and the coefficients that they read, with n of r modes
+ * implicit. */
 static void count(int64_t r, int64_t n, bench_kernels *bench) {
   static const double each[BENCH_PASS_COUNT] = {
 #define X(name, operations, text) operations,

@@ -26,7 +26,7 @@ thrum_status bench_step_choose_dt(const thrum_model *model, bench_step *bench, t
   const thrum_status status = bench_check_implicit(r, wanted, error);
   if (status < 0)
     return status;
-  // of the slowest implicit mode and of the fastest explicit one
+  // between the slowest implicit mode and the fastest explicit one
   const double above = wanted > 0 ? model->omega2[r - wanted] : 4.0 * model->omega2[r - 1];
   const double below = wanted < r ? model->omega2[r - wanted - 1] : 0.25 * model->omega2[0];
   bench->def.dt = 2.0 * bench->def.split_safety / pow(above * below, 0.25);
@@ -65,10 +65,10 @@ static thrum_status run_steps(const thrum_model *model, thrum_state *state, int6
   return status;
 }
 
-/* What the passes of a step do and read: a force meets each coefficient with 4 operations, a
- * restriction with 2, a tangent as bench_tangent_operations says, of the implicit modes alone
- * with 6. A force on the explicit modes alone meets those of terms with three or four of them with
- * 4, the others with 2. */
+/* Counts the operations of the passes of a step and the coefficients that they read: a force meets
+ * each coefficient with 4 operations, a restriction with 2, a tangent as bench_tangent_operations
+ * says, of the implicit modes alone with 6. A force on the explicit modes alone meets those of
+ * terms with three or four of them with 4, the others with 2. */
 static void count_passes(const thrum_model *model, bench_step *bench) {
   const double all = bench_terms(model->rank), evaluations = bench->iterations + 1.0;
   const int64_t implicit = bench->implicit_modes;

@@ -1,4 +1,5 @@
-/* What JavaScript calls: the scene engine behind numbers and one shared buffer of doubles.
+/* The functions that JavaScript calls: the scene engine behind numbers and one shared buffer of
+ * doubles.
  *
  * A page has one scene. Functions that may fail return a thrum_status, and bridge_message says why;
  * results of several numbers are left in bridge_numbers.

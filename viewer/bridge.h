@@ -1,4 +1,4 @@
-/* What the files of the bridge share: the models and the one scene of a page.
+/* The models and the one scene of a page, shared by the files of the bridge.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_VIEWER_BRIDGE_H
 #define THRUM_VIEWER_BRIDGE_H

@@ -1,4 +1,4 @@
-/* What acts on the bodies of a page over time: loads, shaking ground, wind.
+/* Everything that acts on the bodies of a page over time: loads, base motion, wind.
  * SPDX-License-Identifier: Apache-2.0 */
 #include <stdlib.h>
 #include <string.h>

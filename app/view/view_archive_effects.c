@@ -1,6 +1,6 @@
-/* What acts on the bodies of a pack over time: starts, loads, shaking ground, wind. Loads and
- * starts are read off the scene that `thrum simulate` would step, so that the page has the same
- * numbers. SPDX-License-Identifier: Apache-2.0 */
+/* Everything that acts on the bodies of an archive over time: starts, loads, base motion, wind.
+ * Loads and starts are read off the scene that `thrum simulate` would step, so that the page has
+ * the same numbers. SPDX-License-Identifier: Apache-2.0 */
 #include <cjson/cJSON.h>
 #include <math.h>
 #include <stdint.h>

@@ -1,4 +1,5 @@
-/* What `thrum view` shows, as a pack. SPDX-License-Identifier: Apache-2.0 */
+/* The archive of models or of a scene that `thrum view` shows. SPDX-License-Identifier: Apache-2.0
+ */
 #ifndef THRUM_APP_VIEW_VIEW_ARCHIVE_MAKE_H
 #define THRUM_APP_VIEW_VIEW_ARCHIVE_MAKE_H
 

@@ -11,15 +11,15 @@
 
 #define LOST 1.0 /* of the work: whatever is left then is no energy balance */
 
-/* What a run has seen. */
-typedef struct watched {
+/* The energy balance of a run so far. */
+typedef struct balance {
   double force[THRUM_RANK_MAX];
   double q[THRUM_RANK_MAX], p[THRUM_RANK_MAX];
   double work;    /* of the load so far [J] */
   double largest; /* |work| [J] */
   double worst;   /* |E - work| [J] */
   double last;    /* the same now [J] */
-} watched;
+} balance;
 
 static bool finite(const double *values, int64_t count) {
   for (int64_t i = 0; i < count; i++) {
@@ -30,7 +30,7 @@ static bool finite(const double *values, int64_t count) {
 }
 
 static thrum_status look(const experiment_body *body, thrum_state *state, bool loaded,
-                         watched *seen, experiment_extreme_result *result, thrum_error *error) {
+                         balance *seen, experiment_extreme_result *result, thrum_error *error) {
   const thrum_model *model = body->model;
   thrum_energies energies;
   thrum_status status = thrum_state_get(model, state, seen->q, seen->p, error);
@@ -54,7 +54,7 @@ static thrum_status look(const experiment_body *body, thrum_state *state, bool l
 
 /* One half of the run: with the load, or without. */
 static thrum_status run_half(const experiment_extreme_case *run, thrum_state *state, bool loaded,
-                             int64_t steps, watched *seen, experiment_extreme_result *result,
+                             int64_t steps, balance *seen, experiment_extreme_result *result,
                              double *seconds) {
   const experiment_body *body = &run->body->body;
   thrum_status status =
@@ -80,7 +80,7 @@ thrum_status experiment_extreme_run(const experiment_extreme_case *run,
   }
   thrum_state_def def = thrum_default_state_def();
   thrum_state *state = NULL;
-  watched *seen = calloc(1, sizeof *seen);
+  balance *seen = calloc(1, sizeof *seen);
   def.integrator = experiment_integrators[run->integrator];
   def.dt = of->dt;
   if (of->extreme->split_safety > 0)

@@ -104,7 +104,7 @@ static thrum_status make_mesh(const experiment_extreme *extreme, thrum_mesh *mes
   return status;
 }
 
-/* What is held: one end, both ends of the arch, three corners of the tet. */
+/* Holds one end, both ends of the arch, or three corners of the tet. */
 static thrum_status hold(const experiment_extreme *extreme, const thrum_mesh *mesh, uint8_t *fixed,
                          thrum_error *error) {
   static const char *const held[] = {"left", "left", "left", NULL};

@@ -23,7 +23,7 @@
 
 const double experiment_linear_levels[EXPERIMENT_LINEAR_LEVELS] = {0.05, 0.2};
 
-/* What a search needs. `linear` is the body without its cubic and quartic terms. */
+/* The two models of a search. `linear` is the body without its cubic and quartic terms. */
 typedef struct search {
   const experiment_body *body;
   thrum_model linear;
@@ -195,7 +195,7 @@ static void linear_step(int64_t rank, const double *table, const double *shift, 
   }
 }
 
-/* What is timed. */
+/* The data of the three timed calls. */
 typedef struct timed {
   const thrum_model *model;
   thrum_state *state;

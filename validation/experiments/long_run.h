@@ -91,7 +91,7 @@ typedef struct experiment_trend {
                               doi:10.1029/1999JD901105) */
 } experiment_trend;
 
-/* Of `count` values at 0, spacing, 2 spacing ..; NaN below three values. */
+/* The trend of `count` values at 0, spacing, 2 spacing and so on; NaN below three values. */
 experiment_trend experiment_slope(const double *values, int64_t count, double spacing);
 
 #endif

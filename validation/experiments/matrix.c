@@ -41,7 +41,7 @@ static const double amplitudes[EXPERIMENT_LOAD_COUNT] = {
 
 const double experiment_dampings[EXPERIMENT_DAMPING_COUNT] = {0, 0.3};
 
-/* What the tasks share. forces: body_count x EXPERIMENT_LOAD_COUNT. */
+/* Shared by the tasks. forces: body_count x EXPERIMENT_LOAD_COUNT. */
 typedef struct matrix_work {
   const experiment_matrix *matrix;
   double *forces;

@@ -1,4 +1,4 @@
-/* What contact costs: medians of the time of a step of a free model by itself, with contact far
+/* The cost of contact: medians of the time of a step of a free model by itself, with contact far
  * from the floor, and while it touches.   thrum_contact_cost free.npz SPDX-License-Identifier:
  * Apache-2.0 */
 #include <stdio.h>
@@ -85,7 +85,7 @@ static thrum_status measure(const thrum_model *model, scene which, trial *out, t
     status = which == ALONE ? thrum_step(model, state, error)
                             : thrum_contact_step(model, state, contact, &environment, error);
 
-    // of a moving body only the steps in which it touches count
+    // for a moving body only the steps in which it touches count
     const double time = now() - begun;
     const thrum_contact_report report = thrum_contact_report_get(contact);
     if ((which == FALLING || which == SLIDING) && report.touching == 0)

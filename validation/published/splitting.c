@@ -23,7 +23,7 @@
 #define FAR 1000.0 /* how long the chain runs where resonances are looked for [s] */
 #define PI 3.141592653589793
 
-/* What a run showed. */
+/* The results of a run. */
 typedef struct chain_run {
   bool lost;           /* a step failed, or the energy passed 1e4 times the first */
   double energy_error; /* largest |H - H_0| / H_0 */
@@ -49,7 +49,7 @@ static void fast_energies(const double *q, const double *p, double fast[SPRINGS]
         0.5 * (p[SPRINGS + i] * p[SPRINGS + i] + OMEGA * OMEGA * q[SPRINGS + i] * q[SPRINGS + i]);
 }
 
-/* Steps the chain for `time` s and watches its energies. */
+/* Steps the chain for `time` s and records its energies. */
 static thrum_status run_chain(const thrum_state_def *def, double time, chain_run *run,
                               thrum_error *error) {
   static const double q0[RANK] = {1, 0, 0, 1 / OMEGA, 0, 0}, p0[RANK] = {1, 0, 0, 1, 0, 0};

@@ -100,7 +100,7 @@ static double squares(const double *x, int64_t count) {
   return sum;
 }
 
-/* Of samples in a space against the full order. */
+/* The errors of samples in a space against the full order. */
 static tradeoff_errors against_full(const tradeoff_reference *reference,
                                     const tradeoff_space *space, const tradeoff_samples *samples) {
   const int64_t rank = space->model->rank;
@@ -124,7 +124,7 @@ static tradeoff_errors against_full(const tradeoff_reference *reference,
   return (tradeoff_errors){sqrt(wrong[0] / whole[0]), sqrt(wrong[1] / whole[1]), energy / most};
 }
 
-/* Of samples against others of the same space. */
+/* The errors of samples against others of the same space. */
 static tradeoff_errors against(int64_t rank, const tradeoff_samples *samples,
                                const tradeoff_samples *other) {
   double wrong[2] = {0}, energy = 0, most = 0;

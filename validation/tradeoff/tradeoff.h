@@ -1,4 +1,4 @@
-/* What speed costs in accuracy: one load script, stepped by the full-order body of the same mesh
+/* Speed against accuracy: one load script, stepped by the full-order body of the same mesh
  * and by reduced models over rank, precision, integrator, time step and tolerance (design 14).
  *
  * Fields are compared at equally spaced times in the norm of the mass: |U q - u|^2 =
@@ -19,7 +19,7 @@
 #define TRADEOFF_SAMPLES 64
 #define TRADEOFF_LIST_MAX 16
 
-/* What is asked. `model` needs a mesh and a basis and something held. */
+/* The settings to be compared. `model` needs a mesh, a basis and fixed vertices. */
 typedef struct tradeoff_problem {
   const thrum_model *model;
   int64_t load_count;
@@ -118,7 +118,7 @@ typedef struct tradeoff_samples {
   double energy[TRADEOFF_SAMPLES];
 } tradeoff_samples;
 
-/* What is common to the runs of one basis. */
+/* Data that the runs of one basis share. */
 typedef struct tradeoff_space {
   const thrum_model *model;
   thrum_precomputed made; /* empty for the model's own */

@@ -9,7 +9,7 @@
 #include "thrum/external_load.h"
 #include "validation/tradeoff/tradeoff.h"
 
-/* What the sampler needs. */
+/* The context of the sampler. */
 typedef struct taker {
   const tradeoff_problem *problem;
   tradeoff_reference *reference;
