@@ -8,7 +8,6 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "io/paths.h"
 #include "thrum/thrum.h"
 
 #define NEAREST_LENGTH_MAX 31
@@ -45,11 +44,6 @@ void config_warn(const char *format, ...) {
   vfprintf(stderr, format, arguments);
   fputc('\n', stderr);
   va_end(arguments);
-}
-
-const char *path_basename(const char *path) {
-  const char *slash = strrchr(path, '/');
-  return slash != NULL ? slash + 1 : path;
 }
 
 /* How many letters to change, add, drop or swap with their neighbour (the restricted distance of

@@ -1,5 +1,5 @@
 /* What `thrum precompute` was asked for, and what it learned; shared by cmd_precompute.c (the
- * command), precompute_options.c (its options), precompute_make.c (the pipeline), model_name.c
+ * command), precompute_request.c (its options), precompute_make.c (the pipeline), model_name.c
  * (models by name) and precompute_report.c (what is printed and stored).
  *
  * SPDX-License-Identifier: Apache-2.0 */

@@ -1,47 +1,9 @@
-/* What `thrum static` is asked for, what it found, and how it is shown.
+/* What `thrum static` found, and how it is shown.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_DRIVER_STATIC_REPORT_H
 #define THRUM_DRIVER_STATIC_REPORT_H
 
-#include "config/options.h"
-#include "driver/load_spec.h"
-#include "driver/mesh_model.h"
-#include "precompute/full/full.h"
-
-/* A displacement that the full order brings a target to. */
-typedef struct static_move {
-  const char *text;
-  double by[3]; /* [m] */
-  cli_target target;
-} static_move;
-
-typedef struct static_request {
-  const char *model_path;
-  cli_mesh_def mesh_def; /* where model_path is a mesh, of --full */
-  const char *output;    /* q as .npy; NULL: none */
-  const char *frame;     /* .vtu; NULL: none */
-  const char *path;      /* .csv of the path; NULL: none */
-  const char **at;       /* targets whose displacement is shown, as given */
-  cli_target *targets;   /* the same, parsed */
-  int64_t target_count;
-  cli_load *loads;
-  int64_t load_count;
-  bool full;          /* the whole mesh in place of the model */
-  static_move *moves; /* of --full */
-  int64_t move_count;
-  thrum_full_solver solver;
-  thrum_equilibrium_def def;
-  int64_t rank; /* 0: all */
-  bool json, quiet;
-  config_file file; /* of --options; the texts above may point into it */
-} static_request;
-
-/* The command and its options. */
-extern const config_command command_static;
-
-/* Fills a zeroed request whose lists have room for argc + CONFIG_FILE_ITEMS_MAX. COMMAND_DONE, or
- * what the command is to return. */
-int static_options_read(int argc, char **argv, static_request *request);
+#include "driver/static_options.h"
 
 typedef struct static_answer {
   const static_request *request;

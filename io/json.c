@@ -11,6 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "io/text.h"
 #include "thrum/thrum.h"
 
 cJSON *json_number_item(double value) {
@@ -35,25 +36,6 @@ void json_numbers(cJSON *object, const char *key, const double *values, int64_t 
     cJSON_AddItemToArray(array, json_number_item(values[n]));
 }
 
-/* Length of the UTF-8 sequence at `at`, 0 when it is none (RFC 3629). */
-static int utf8_length(const unsigned char *at) {
-  if (at[0] < 0x80)
-    return 1;
-  const int length = at[0] >= 0xf0 ? 4 : at[0] >= 0xe0 ? 3 : 2;
-  if (at[0] < 0xc2 || at[0] > 0xf4)
-    return 0;
-  for (int n = 1; n < length; n++) {
-    if ((at[n] & 0xc0) != 0x80)
-      return 0;
-  }
-  // overlong forms, surrogates, and what lies beyond the last code point
-  if ((at[0] == 0xe0 && at[1] < 0xa0) || (at[0] == 0xed && at[1] > 0x9f))
-    return 0;
-  if ((at[0] == 0xf0 && at[1] < 0x90) || (at[0] == 0xf4 && at[1] > 0x8f))
-    return 0;
-  return length;
-}
-
 static cJSON *string_item(const char *text) {
   const size_t size = strlen(text) + 1;
   char *clean = malloc(size);
@@ -61,7 +43,7 @@ static cJSON *string_item(const char *text) {
     return NULL;
   memcpy(clean, text, size);
   for (char *at = clean; *at != 0;) {
-    const int length = utf8_length((const unsigned char *)at);
+    const int length = thrum_utf8_length(at, strlen(at));
     if (length == 0)
       *at = '?';
     at += length == 0 ? 1 : length;

@@ -58,27 +58,6 @@ static void skip_blanks(reader *r) {
   }
 }
 
-/* Bytes of the well-formed UTF-8 sequence at `at`; 0: it is none (overlong and surrogates too). */
-static int utf8_length(const char *at, const char *end) {
-  const unsigned char *s = (const unsigned char *)at;
-  if (s[0] < 0x80)
-    return 1;
-  const int length = s[0] >= 0xc2 && s[0] < 0xe0   ? 2
-                     : s[0] >= 0xe0 && s[0] < 0xf0 ? 3
-                     : s[0] >= 0xf0 && s[0] < 0xf5 ? 4
-                                                   : 0;
-  if (length == 0 || end - at < length)
-    return 0;
-  for (int n = 1; n < length; n++) {
-    if (s[n] < 0x80 || s[n] > 0xbf)
-      return 0;
-  }
-  if ((s[0] == 0xe0 && s[1] < 0xa0) || (s[0] == 0xed && s[1] > 0x9f) ||
-      (s[0] == 0xf0 && s[1] < 0x90) || (s[0] == 0xf4 && s[1] > 0x8f))
-    return 0;
-  return length;
-}
-
 static char *put_utf8(char *to, uint32_t code) {
   if (code < 0x80) {
     *to++ = (char)code;
@@ -151,7 +130,7 @@ static thrum_status read_escape(reader *r) {
 static thrum_status read_string(reader *r, const char **text) {
   *text = r->text_next;
   for (r->at++; r->at < r->end && *r->at != '"';) {
-    const int length = utf8_length(r->at, r->end);
+    const int length = thrum_utf8_length(r->at, (size_t)(r->end - r->at));
     if (*r->at == '\n')
       return fail(r, "this line ends within a text: a '\"' is missing");
     if (length == 0 || (unsigned char)*r->at < ' ') {
@@ -305,7 +284,7 @@ static thrum_status read_literal(reader *r, json_node *node) {
       return THRUM_OK;
     }
   }
-  if (utf8_length(r->at, r->end) == 0)
+  if (thrum_utf8_length(r->at, (size_t)(r->end - r->at)) == 0)
     return fail(r, "no text: save the file as UTF-8");
   if (*r->at == '/' || *r->at == '#')
     return fail(r, "JSON has no comments: remove it");

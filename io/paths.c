@@ -10,6 +10,11 @@
 
 #include "thrum/thrum.h"
 
+const char *path_basename(const char *path) {
+  const char *slash = strrchr(path, '/');
+  return slash != NULL ? slash + 1 : path;
+}
+
 char *path_folder(const char *path) {
   const size_t length = (size_t)(path_basename(path) - path);
   char *folder = malloc(length + 2);

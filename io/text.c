@@ -339,3 +339,25 @@ size_t thrum_text_scan_number(const char *at, const char *end, double *value) {
   *value = negative ? -magnitude : magnitude;
   return (size_t)(stop - at);
 }
+
+int thrum_utf8_length(const char *text, size_t length) {
+  const unsigned char *s = (const unsigned char *)text;
+  if (length > 0 && s[0] < 0x80)
+    return 1;
+  const size_t wanted = length == 0                   ? 0
+                        : s[0] >= 0xc2 && s[0] < 0xe0 ? 2
+                        : s[0] >= 0xe0 && s[0] < 0xf0 ? 3
+                        : s[0] >= 0xf0 && s[0] < 0xf5 ? 4
+                                                      : 0;
+  if (wanted == 0 || wanted > length)
+    return 0;
+  for (size_t n = 1; n < wanted; n++)
+    if ((s[n] & 0xc0) != 0x80)
+      return 0;
+
+  // overlong forms, surrogates, and what lies beyond the last code point
+  if ((s[0] == 0xe0 && s[1] < 0xa0) || (s[0] == 0xed && s[1] > 0x9f) ||
+      (s[0] == 0xf0 && s[1] < 0x90) || (s[0] == 0xf4 && s[1] > 0x8f))
+    return 0;
+  return (int)wanted;
+}

@@ -76,6 +76,10 @@ typedef struct thrum_excerpt {
 } thrum_excerpt;
 thrum_excerpt thrum_text_excerpt(const char *word, size_t length);
 
+/* Bytes of the well-formed UTF-8 sequence (RFC 3629) at the start of `length` bytes, 1 to 4; 0 when
+ * there is none: overlong forms, surrogates and what lies beyond the last code point are none. */
+int thrum_utf8_length(const char *text, size_t length);
+
 /* Scans a decimal number at [at, end): bytes used, 0 when there is none. Correctly rounded; too
  * large gives infinity. `nan` and `inf` are scanned too, so that they can be named. */
 size_t thrum_text_scan_number(const char *at, const char *end, double *value);

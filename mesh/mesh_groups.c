@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "io/text.h"
 #include "mesh/mesh_grow.h"
 
 const char *thrum_mesh_name_fault(const char *name, size_t length) {
@@ -16,19 +17,13 @@ const char *thrum_mesh_name_fault(const char *name, size_t length) {
     return "a name is longer than 255 bytes";
   // printable UTF-8, as names end up in JSON and on terminals
   for (size_t i = 0; i < length;) {
-    unsigned char lead = (unsigned char)name[i++];
+    const unsigned char lead = (unsigned char)name[i];
     if (lead < 0x20 || lead == 0x7f)
       return "a name holds a control character";
-    size_t more = lead < 0x80                   ? 0
-                  : lead >= 0xc2 && lead < 0xe0 ? 1
-                  : lead >= 0xe0 && lead < 0xf0 ? 2
-                  : lead >= 0xf0 && lead < 0xf5 ? 3
-                                                : SIZE_MAX;
-    if (more > length - i)
+    const int bytes = thrum_utf8_length(name + i, length - i);
+    if (bytes == 0)
       return "a name is not UTF-8";
-    for (; more > 0; more--)
-      if (((unsigned char)name[i++] & 0xc0) != 0x80)
-        return "a name is not UTF-8";
+    i += (size_t)bytes;
   }
   return NULL;
 }

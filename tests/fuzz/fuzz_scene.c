@@ -1,6 +1,6 @@
 /* Fuzz target of scene files: what the reader makes of one, up to the models.
  *
- * sources: driver/scene_file_read.c driver/scene_keys.c driver/shared_options.c config/options.c
+ * sources: driver/scene_spec.c driver/scene_keys.c driver/shared_options.c config/options.c
  * config/options_json.c config/options_command.c config/parse.c config/message.c
  * driver/load_spec.c driver/base_motion_spec.c driver/start_spec.c driver/mesh_model.c
  * driver/named_model.c io/json_read.c io/text.c io/file.c io/paths.c mesh/formats/mesh_read.c
