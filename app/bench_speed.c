@@ -133,6 +133,7 @@ static void print_json(const bench_request *request, cJSON *rows) {
   else
     cJSON_Delete(rows);
 
+  // with the machine on which it was measured
   json_string(object, "processor", bench_processor());
   json_string(object, "build", bench_build());
   if (request->machine) {

@@ -305,6 +305,7 @@ int cmd_tradeoff(int argc, char **argv) {
     return config_refuse(&error);
   }
 
+  // flagged: it ran, but no setting does what was wanted
   int code = tradeoff_options_read(argc, argv, &request);
   if (code == COMMAND_DONE) {
     trade t = {.request = &request, .chosen = -1};

@@ -82,6 +82,7 @@ static int dispatch(int argc, char **argv) {
     return COMMAND_USAGE;
   }
 
+  // options of the program itself stand in the place of a command
   const char *name = argv[1];
   if (strcmp(name, "--help") == 0 || strcmp(name, "-h") == 0)
     return print_help(stdout);

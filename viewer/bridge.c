@@ -100,6 +100,7 @@ int32_t EXPORT(bridge_add_obstacle)(int32_t shape, int32_t inside) {
   obstacle.shape = (thrum_obstacle_shape)shape;
   obstacle.inside = inside;
 
+  // members that the shape does not have are ignored
   memcpy(obstacle.centre, n, sizeof obstacle.centre);
   memcpy(obstacle.normal, n + 3, sizeof obstacle.normal);
   obstacle.radius = n[6];

@@ -128,6 +128,8 @@ static thrum_status pack_scene(const char *path, bool quiet, cli_pack *pack, thr
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the scene");
 
   run->request = &request;
+
+  // a damping that the page leaves out is named once the archive is there
   thrum_status status = scene_run_read(run, error);
   if (status >= 0)
     status = scene_run_build(run, error);

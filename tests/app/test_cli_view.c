@@ -58,6 +58,8 @@ static unsigned char *decode(const char *text, const char *end, size_t *size) {
   assert_non_null(bytes);
   assert_int_equal((end - text) % 4, 0);
   *size = 0;
+
+  // six bits of each digit
   unsigned bits = 0, have = 0;
   for (; text < end && *text != '='; text++) {
     assert_true(digit(*text) >= 0);
@@ -82,6 +84,8 @@ typedef struct pack {
 static pack open_pack(const char *name) {
   static const char begin[] = BEGIN ">", end[] = "</script> after</p>";
   pack p = {0};
+
+  // the page around the archive is unchanged
   char *text = cli_read_text(in_folder(name));
   assert_non_null(text);
   assert_memory_equal(text, begin, sizeof begin - 1);
@@ -90,6 +94,7 @@ static pack open_pack(const char *name) {
   assert_string_equal(stop, end);
   p.bytes = decode(text + sizeof begin - 1, stop, &p.size);
   free(text);
+
   uint32_t numbers[2];
   assert_true(p.size > 16);
   assert_memory_equal(p.bytes, "THRUMPK1", 8);
@@ -141,6 +146,7 @@ static void a_pack_holds_the_model_bit_for_bit(void **state) {
   pack p = open_pack("one.html");
   assert_true(cli_json_get(p.json, "format") == 1);
   assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(p.json, "models")), 1);
+
   const int64_t rank = model->rank;
   const cJSON *item = model_of(&p, 0);
   assert_string_equal(cJSON_GetObjectItem(item, "name")->valuestring, "beam.npz");
@@ -149,6 +155,8 @@ static void a_pack_holds_the_model_bit_for_bit(void **state) {
   assert_true(cli_json_get(item, "young") == model->material[0]);
   // 0.06 m^3 of the default 1000 kg/m^3
   assert_true(fabs(cli_json_get(item, "mass") - 60) < 1e-9);
+
+  // the same bits as in the model file
   const struct {
     const char *name;
     const double *values;
@@ -174,8 +182,10 @@ static void a_pack_shows_the_surface_of_the_mesh(void **state) {
   const float *basis = array(&p, 0, "basis", 3 * vertices * rank, "f4");
   const int32_t *corner = array(&p, 0, "triangles", 3 * triangles, "i4");
   const unsigned char *fixed = array(&p, 0, "fixed", vertices, "u1");
+
   // the five vertices on the axis inside are not shown
   assert_int_equal(vertices, model->vertex_count - 5);
+
   // shown vertices stand in the order of the mesh
   int64_t from = 0;
   for (int64_t v = 0; v < vertices; v++, from++) {
@@ -187,6 +197,7 @@ static void a_pack_shows_the_surface_of_the_mesh(void **state) {
     for (int64_t n = 0; n < 3 * rank; n++)
       assert_true(basis[3 * v * rank + n] == (float)model->basis[3 * from * rank + n]);
   }
+
   // the flux of x / 3 through triangles that close and look outwards is the volume
   double volume = 0;
   for (int64_t t = 0; t < 3 * triangles; t += 3) {

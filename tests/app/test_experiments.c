@@ -71,6 +71,7 @@ static bool report_is_whole(const char *name, int pictures) {
   char *text = cli_read_text(path);
   if (text == NULL)
     return false;
+
   int begun = 0, ended = 0;
   for (const char *at = strstr(text, "<svg"); at != NULL; at = strstr(at + 1, "<svg"))
     begun++;
@@ -89,8 +90,11 @@ static void a_reduced_matrix_runs_whole(void **state) {
                         "beam", "--time", "1.5", "--threads", "2", "--json", NULL),
               0);
   const cJSON *runs = cJSON_GetObjectItem(object, "runs"), *run = NULL;
+
   int undamped = 0;
   assert_int_equal(cJSON_GetArraySize(runs), 3 * 2 * 3);
+
+  // every run came to its end
   cJSON_ArrayForEach(run, runs) {
     assert_string_equal(text_of(run, "status"), "done");
     assert_string_equal(text_of(run, "model"), "beam");
@@ -99,6 +103,7 @@ static void a_reduced_matrix_runs_whole(void **state) {
     assert_true(cli_json_get(run, "energy_peak_j") > 0);
     assert_true(cli_json_get(run, "energy_end_j") >= 0);
     assert_true(cJSON_IsObject(cJSON_GetObjectItem(run, "fallback_levels")));
+
     // the force is called for without damping
     if (cli_json_get(run, "damping") > 0)
       continue;
@@ -110,6 +115,7 @@ static void a_reduced_matrix_runs_whole(void **state) {
     if (!sine && strcmp(text_of(run, "integrator"), "energy") == 0)
       assert_true(fabs(cli_json_get(run, "energy_change")) < 1e-10);
   }
+
   assert_int_equal(undamped, 9);
   cJSON_Delete(object);
   assert_true(file_is_there("matrix/runs.csv"));
@@ -125,6 +131,8 @@ static void damping_takes_energy_out(void **state) {
                           0);
   const cJSON *runs = cJSON_GetObjectItem(object, "runs");
   assert_int_equal(cJSON_GetArraySize(runs), 4);
+
+  // the damped runs follow the free ones
   for (int n = 0; n < 2; n++) {
     const cJSON *free_run = cJSON_GetArrayItem(runs, n), *damped = cJSON_GetArrayItem(runs, 2 + n);
     assert_true(cli_json_get(damped, "damping") == 0.3);
@@ -146,6 +154,8 @@ static void the_sweep_tells_integrators_apart(void **state) {
   const cJSON *runs = cJSON_GetObjectItem(object, "runs"), *run = NULL;
   double newmark_fine = 0, newmark_coarse = 0;
   assert_int_equal(cJSON_GetArraySize(runs), 8 * 2);
+
+  // the conserving integrator has no error at any step
   cJSON_ArrayForEach(run, runs) {
     const double error = cli_json_get(run, "energy_error");
     assert_true(fabs(cli_json_get(run, "simulated_s") - 1) < 0.03);
@@ -157,6 +167,7 @@ static void the_sweep_tells_integrators_apart(void **state) {
       newmark_coarse = error;
     }
   }
+
   // of order 2
   assert_true(newmark_coarse > 30 * newmark_fine && newmark_coarse < 300 * newmark_fine);
   cJSON_Delete(object);
@@ -173,6 +184,8 @@ static void energy_survives_the_long_run(void **state) {
               0);
   const cJSON *runs = cJSON_GetObjectItem(object, "runs"), *run = NULL;
   assert_int_equal(cJSON_GetArraySize(runs), 2);
+
+  // eight windows of 35 s in 300 s
   cJSON_ArrayForEach(run, runs) {
     const bool conserving = strcmp(text_of(run, "integrator"), "energy") == 0;
     assert_string_equal(text_of(run, "status"), "done");
@@ -182,6 +195,7 @@ static void energy_survives_the_long_run(void **state) {
     assert_true(fabs(cli_json_get(run, "total_change")) <= (conserving ? 1e-12 : IMEXV_CHANGE));
     assert_true(fabs(cli_json_get(run, "total_worst")) <= (conserving ? 1e-12 : IMEXV_WORST));
   }
+
   cJSON_Delete(object);
   assert_true(file_is_there("long/long.csv"));
   assert_true(file_is_there("long/long_windows.csv"));
@@ -204,6 +218,8 @@ static void a_long_run_resumes(void **state) {
                                  "0.05", "--integrators", "newmark", "--json", "-q", NULL),
                        0));
   char *before = text_in_folder("resumed/long.csv");
+
+  // the same run and one more: the first is taken from the table
   cJSON *object =
       json_of(thrum_run(folder, "--models-dir", "models", "experiments", "--long", "-o", "resumed",
                         "--models", "beam", "--steps", "50000", "--amplitudes", "0.02,0.05",
@@ -212,6 +228,7 @@ static void a_long_run_resumes(void **state) {
   assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(object, "runs")), 2);
   cJSON_Delete(object);
   char *after = text_in_folder("resumed/long.csv");
+
   const char *row = strstr(before, "\nbeam,newmark,0.05,");
   assert_non_null(row);
   assert_non_null(strstr(after, row));
@@ -230,6 +247,7 @@ static void mistakes_are_named(void **state) {
       {"--dt", "-1", "a number above 0 s"},
       {"--models", "", "names with commas"},
   };
+
   for (size_t n = 0; n < sizeof wrong / sizeof wrong[0]; n++) {
     cli_result run =
         thrum_run(folder, "experiments", "-o", "wrong", wrong[n][0], wrong[n][1], NULL);
@@ -237,6 +255,7 @@ static void mistakes_are_named(void **state) {
     assert_non_null(strstr(run.err, wrong[n][2]));
     cli_result_free(&run);
   }
+
   // the steps of a sweep are its own, whatever --dt says
   cli_result endless = thrum_run(folder, "experiments", "-o", "wrong", "--sweep", "--time", "1e300",
                                  "--dt", "1e300", NULL);
@@ -246,6 +265,7 @@ static void mistakes_are_named(void **state) {
   cli_result nowhere = thrum_run(folder, "experiments", NULL);
   assert_int_equal(nowhere.exit_code, 2);
   cli_result_free(&nowhere);
+
   cli_result missing =
       thrum_run(folder, "experiments", "-o", "wrong", "--models", "none.npz", NULL);
   assert_int_equal(missing.exit_code, 1);
@@ -261,6 +281,8 @@ static void newmark_loses_wide_swings_at_long_steps_and_the_sweep_says_so(void *
               0);
   const cJSON *runs = cJSON_GetObjectItem(object, "runs"), *run = NULL;
   int lost = 0;
+
+  // lost means that the mean energy more than doubled
   cJSON_ArrayForEach(run, runs) {
     const bool is_lost = strcmp(text_of(run, "status"), "lost") == 0;
     assert_true(is_lost == (cli_json_get(run, "energy_change") > 1));
@@ -278,15 +300,19 @@ static void extremes_run_or_are_refused_with_a_reason(void **state) {
                                     "--subjects", "tet,snap", "--steps", "20", "--json", NULL),
                           0);
   const cJSON *runs = cJSON_GetObjectItem(object, "runs"), *run = NULL;
+
   int refused = 0;
   assert_int_equal(cJSON_GetArraySize(runs), 5 * 3);
   assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(object, "units")), 6 * 3);
+
+  // a run that is refused says why, and only such a run
   cJSON_ArrayForEach(run, runs) {
     const bool no = strcmp(text_of(run, "outcome"), "refused") == 0;
     refused += no;
     assert_true(no == (text_of(run, "reason")[0] != 0));
   }
   assert_int_equal(refused, 3);
+
   cJSON_Delete(object);
   assert_true(file_is_there("extremes/extremes.csv") && file_is_there("extremes/units.csv"));
   assert_true(report_is_whole("extremes/extremes.html", 0));
@@ -321,15 +347,19 @@ static void linear_analysis_fails_at_some_deflection(void **state) {
                           0);
   const cJSON *runs = cJSON_GetObjectItem(object, "runs"), *run = cJSON_GetArrayItem(runs, 0);
   assert_int_equal(cJSON_GetArraySize(runs), 1);
+
   const cJSON *rest = cJSON_GetObjectItem(run, "static"),
               *motion = cJSON_GetObjectItem(run, "dynamic");
   const double first = cli_json_get(rest, "deflection_at_5_percent");
   const double second = cli_json_get(rest, "deflection_at_20_percent");
+
+  // the error grows with the deflection
   assert_true(first > 0.005 && second > first && second < 1);
   assert_true(cli_json_get(motion, "deflection_at_5_percent") > 0);
   assert_true(cli_json_get(motion, "deflection_at_20_percent") >
               cli_json_get(motion, "deflection_at_5_percent"));
   assert_true(cli_json_get(run, "nonlinear_us") > 0);
+
   cJSON_Delete(object);
   assert_true(file_is_there("linear/linear.csv") && file_is_there("linear/linear_curves.csv"));
   assert_true(report_is_whole("linear/linear.html", 1));

@@ -234,6 +234,7 @@ static void the_command_recommends_what_simulate_takes(void **state) {
   assert_int_equal(run.exit_code, 0);
   cJSON *object = cli_json_line(run.out);
   assert_non_null(object);
+
   const cJSON *runs = cJSON_GetObjectItem(object, "runs");
   const cJSON *recommended = cJSON_GetObjectItem(object, "recommended");
   assert_int_equal(cJSON_GetArraySize(runs), 2 * 3 * 3);
@@ -244,6 +245,8 @@ static void the_command_recommends_what_simulate_takes(void **state) {
     if (cli_json_get(other, "error") <= 0.5)
       assert_true(cli_json_get(other, "cost_s_per_s") >= cost);
   }
+
+  // the recommended setting, as an options file for simulate
   const double dt = cli_json_get(recommended, "dt");
   cli_result_free(&run);
   run = thrum_run(folder, "simulate", "beam.npz", "-o", "run", "--options", "trade/simulate.json",
@@ -254,6 +257,7 @@ static void the_command_recommends_what_simulate_takes(void **state) {
   cJSON_Delete(simulated);
   cJSON_Delete(object);
   cli_result_free(&run);
+
   char path[128];
   snprintf(path, sizeof path, "%s/trade/tradeoff.html", folder);
   char *page = cli_read_text(path);
@@ -271,10 +275,12 @@ static void single_precision_is_tried_beside_double(void **state) {
                              "square:0,0,-20@tip", "--quick", "--time", "0.1", "--ranks", "0,10",
                              "--precisions", "double,single", "--json", "-q", NULL);
   assert_int_equal(run.exit_code, 0);
+
   cJSON *object = cli_json_line(run.out);
   const cJSON *runs = cJSON_GetObjectItem(object, "runs");
   // the model's own basis once, the other twice
   assert_int_equal(cJSON_GetArraySize(runs), 3 * 3 * 3);
+
   for (int n = 9; n < 18; n++) {
     const cJSON *fine = cJSON_GetArrayItem(runs, n), *coarse = cJSON_GetArrayItem(runs, n + 9);
     assert_string_equal(cJSON_GetObjectItem(fine, "precision")->valuestring, "double");

@@ -32,6 +32,7 @@ void experiment_matrix_csv(FILE *stream, const experiment_run *runs, int64_t cou
                   "peak_amplitude,explicit_modes,implicit_modes");
   add_level_names(stream);
 
+  // names, figures, the split at the end, the fallback levels
   for (int64_t n = 0; n < count; n++) {
     const experiment_run *run = &runs[n];
     fprintf(stream, "%s,%s,%.6g,%g,%s,%s", run->body->name, experiment_load_names[run->load],
@@ -73,6 +74,7 @@ void experiment_long_csv(FILE *stream, const experiment_long *runs) {
     if (!atomic_load(&runs->done[n]))
       continue;
 
+    // the columns that tables_read_long.c takes back
     fprintf(stream, "%s,%s,%g,%.6g,%.10g,%g,%s,%lld", run->body->name,
             experiment_integrator_names[run->integrator], run->amplitude, run->reached,
             run->impulse, run->dt, experiment_long_status(result), (long long)result->report.steps);
@@ -113,6 +115,8 @@ void experiment_sweep_csv(FILE *stream, const experiment_sweep *sweep) {
     fprintf(stream, "%s,%s,%g,%s,%.6g", sweep->cases[n].body->name,
             experiment_integrator_names[sweep->cases[n].integrator], sweep->cases[n].dt,
             experiment_sweep_status(result), result->simulated);
+
+    // means over the steps, then the energy
     add_number(stream, result->us_per_step);
     add_number(stream, (double)result->report.iterations / (double)result->report.steps);
     add_number(stream, result->energy);
@@ -144,10 +148,13 @@ void experiment_extremes_csv(FILE *stream, const experiment_extremes *extremes) 
     fprintf(stream, ",%s,%s", experiment_integrator_names[extremes->cases[n].integrator],
             experiment_extreme_outcome(&extremes->cases[n], result));
     add_quoted(stream, result->status < 0 ? result->stop.message : "");
+
+    // numbers of the body, which a refused one does not have
     const double numbers[] = {body->dt, body->dt * body->omega[0], body->dt * body->omega[1]};
     for (size_t k = 0; k < sizeof numbers / sizeof numbers[0]; k++)
       add_number(stream, numbers[k]);
     fprintf(stream, ",%lld", (long long)result->report.steps);
+
     const double figures[] = {
         result->us_per_step, (double)result->report.iterations / (double)result->report.steps,
         result->work,        result->energy_error,
@@ -183,6 +190,8 @@ void experiment_linear_csv(FILE *stream, const experiment_linear *linear) {
   for (int64_t n = 0; n < linear->body_count; n++) {
     const experiment_linear_result *result = &linear->results[n];
     const experiment_linear_point *rest = result->statics.at, *motion = result->dynamics.at;
+
+    // deflections as shares of the length, loads, times
     const double numbers[] = {
         rest[0].amplitude,   rest[1].amplitude, motion[0].amplitude,
         motion[1].amplitude, rest[0].load,      rest[1].load,

@@ -94,6 +94,7 @@ thrum_status published_tumble(const published_sink *sink, thrum_error *error) {
   if (status < 0)
     return status;
 
+  // the same throw for both schemes
   for (int n = 0; n < 2 && status >= 0; n++) {
     kept furthest;
     status = tumble(&made.model, schemes[n].scheme, &furthest, error);
