@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "io/number_text.h"
 #include "mesh/mesh_groups.h"
 
 enum { TEXT_MAX = 1024 };
@@ -40,22 +41,8 @@ void thrum_out_text(thrum_mesh_out *out, const char *format, ...) {
 }
 
 void thrum_out_number(thrum_mesh_out *out, double value) {
-  char text[40];
-  for (int digits = 15; digits <= 17; digits++) {
-    snprintf(text, sizeof text, "%.*g", digits, value);
-    if (strtod(text, NULL) == value)
-      break;
-  }
-  // whatever mark the locale puts between the digits
-  size_t kept = 0;
-  bool foreign = false;
-  for (const char *p = text; *p; p++) {
-    const bool own = (*p >= '0' && *p <= '9') || *p == '-' || *p == '+' || *p == '.' || *p == 'e';
-    if (own || !foreign)
-      text[kept++] = own ? *p : '.';
-    foreign = !own;
-  }
-  thrum_out_bytes(out, text, kept);
+  char text[THRUM_NUMBER_TEXT];
+  thrum_out_bytes(out, text, thrum_number_text(value, text));
 }
 
 void thrum_out_vertex(thrum_mesh_out *out, const double position[3], const char *separator) {

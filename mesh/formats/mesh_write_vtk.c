@@ -1,6 +1,6 @@
-/* Writers of VTK's legacy files (version 3, ASCII or big-endian binary) and XML files (.vtu, raw
- * appended or ASCII). Cell data: `region`, and with materials `young`, `poisson`, `density`; point
- * data: 0 and 1 for each group. Cost: linear in the mesh, for every group.
+/* Writer of VTK's legacy files (version 3, ASCII or big-endian binary). Cell data: `region`, and
+ * with materials `young`, `poisson`, `density`; point data: 0 and 1 for each group. Cost: linear in
+ * the mesh, for every group.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <stdlib.h>
@@ -13,9 +13,6 @@ enum { VTK_TETRA = 10 };
 
 typedef enum column_kind {
   COLUMN_POINTS,
-  COLUMN_CONNECTIVITY,
-  COLUMN_OFFSETS,
-  COLUMN_TYPES,
   COLUMN_GROUP,
   COLUMN_REGION,
   COLUMN_YOUNG,
@@ -37,32 +34,19 @@ static column make_column(const thrum_mesh *m, column_kind kind, int64_t group) 
   column c = {.kind = kind, .group = group, .count = m->tet_count, .size = 8};
   if (kind == COLUMN_POINTS)
     c.count = 3 * m->vertex_count;
-  if (kind == COLUMN_CONNECTIVITY)
-    c.count = 4 * m->tet_count;
   if (kind == COLUMN_GROUP)
     c.count = m->vertex_count;
   c.whole = kind != COLUMN_POINTS && kind != COLUMN_YOUNG && kind != COLUMN_POISSON &&
             kind != COLUMN_DENSITY;
-  if (kind == COLUMN_GROUP || kind == COLUMN_TYPES)
+  if (kind == COLUMN_GROUP)
     c.size = 1;
-  if (kind == COLUMN_REGION || kind == COLUMN_CONNECTIVITY)
+  if (kind == COLUMN_REGION)
     c.size = 4;
   return c;
 }
 
 static int64_t whole_value(const thrum_mesh *m, const column *c, int64_t i) {
-  switch (c->kind) {
-  case COLUMN_CONNECTIVITY:
-    return m->tets[i];
-  case COLUMN_OFFSETS:
-    return 4 * (i + 1);
-  case COLUMN_TYPES:
-    return VTK_TETRA;
-  case COLUMN_REGION:
-    return m->tet_region[i];
-  default:
-    return c->mark[i];
-  }
+  return c->kind == COLUMN_REGION ? m->tet_region[i] : c->mark[i];
 }
 
 static double real_value(const thrum_mesh *m, const column *c, int64_t i) {
@@ -74,24 +58,24 @@ static double real_value(const thrum_mesh *m, const column *c, int64_t i) {
                                      : material->density;
 }
 
-static void put_bits(thrum_mesh_out *out, uint64_t bits, int size, bool big) {
+/* The last `size` bytes of a number, big-endian. */
+static void put_bits(thrum_mesh_out *out, uint64_t bits, int size) {
   unsigned char bytes[8];
   for (int i = 0; i < size; i++)
-    bytes[i] = (unsigned char)(bits >> 8 * (big ? size - 1 - i : i) & 0xff);
+    bytes[i] = (unsigned char)(bits >> 8 * (size - 1 - i) & 0xff);
   thrum_out_bytes(out, bytes, (size_t)size);
 }
 
 /* All numbers of an array, as text or as bytes. */
-static void put_column(thrum_mesh_out *out, const thrum_mesh *m, const column *c, bool binary,
-                       bool big) {
-  const int64_t per_line = c->kind == COLUMN_POINTS ? 3 : c->kind == COLUMN_CONNECTIVITY ? 4 : 10;
+static void put_column(thrum_mesh_out *out, const thrum_mesh *m, const column *c, bool binary) {
+  const int64_t per_line = c->kind == COLUMN_POINTS ? 3 : 10;
   for (int64_t i = 0; i < c->count; i++) {
     const char *after = i + 1 == c->count || i % per_line == per_line - 1 ? "\n" : " ";
     if (binary) {
       uint64_t bits;
       const double value = c->whole ? 0 : real_value(m, c, i);
       memcpy(&bits, &value, sizeof bits);
-      put_bits(out, c->whole ? (uint64_t)whole_value(m, c, i) : bits, c->size, big);
+      put_bits(out, c->whole ? (uint64_t)whole_value(m, c, i) : bits, c->size);
     } else if (c->whole) {
       thrum_out_text(out, "%lld%s", (long long)whole_value(m, c, i), after);
     } else {
@@ -99,7 +83,7 @@ static void put_column(thrum_mesh_out *out, const thrum_mesh *m, const column *c
       thrum_out_text(out, "%s", after);
     }
   }
-  if (binary && big)
+  if (binary)
     thrum_out_text(out, "\n");
 }
 
@@ -141,12 +125,12 @@ static void put_legacy_cells(thrum_mesh_out *out, const thrum_mesh *m, bool bina
     if (!binary)
       thrum_out_text(out, "4 %d %d %d %d\n", (int)v[0], (int)v[1], (int)v[2], (int)v[3]);
     for (int a = -1; a < 4 && binary; a++)
-      put_bits(out, a < 0 ? 4 : (uint64_t)v[a], 4, true);
+      put_bits(out, a < 0 ? 4 : (uint64_t)v[a], 4);
   }
   thrum_out_text(out, "%sCELL_TYPES %lld\n", binary ? "\n" : "", (long long)m->tet_count);
   for (int64_t t = 0; t < m->tet_count; t++) {
     if (binary)
-      put_bits(out, VTK_TETRA, 4, true);
+      put_bits(out, VTK_TETRA, 4);
     else
       thrum_out_text(out, "%d\n", VTK_TETRA);
   }
@@ -160,7 +144,7 @@ void thrum_mesh_write_vtk(thrum_mesh_out *out, thrum_mesh_written *w) {
                  "# vtk DataFile Version 3.0\nmesh written by thrum, in metres\n%s\n"
                  "DATASET UNSTRUCTURED_GRID\nPOINTS %lld double\n",
                  binary ? "BINARY" : "ASCII", (long long)m->vertex_count);
-  put_column(out, m, &points, binary, true);
+  put_column(out, m, &points, binary);
   put_legacy_cells(out, m, binary);
   thrum_out_text(out, "%sCELL_DATA %lld\nFIELD FieldData %d\n", binary ? "\n" : "",
                  (long long)m->tet_count, m->has_material ? 4 : 1);
@@ -168,7 +152,7 @@ void thrum_mesh_write_vtk(thrum_mesh_out *out, thrum_mesh_written *w) {
     const column c = make_column(m, (column_kind)k, 0);
     thrum_out_text(out, "%s 1 %lld %s\n", column_name(c.kind), (long long)c.count,
                    c.whole ? "int" : "double");
-    put_column(out, m, &c, binary, true);
+    put_column(out, m, &c, binary);
   }
   if (m->group_count > 0)
     thrum_out_text(out, "POINT_DATA %lld\nFIELD FieldData %lld\n", (long long)m->vertex_count,
@@ -179,99 +163,7 @@ void thrum_mesh_write_vtk(thrum_mesh_out *out, thrum_mesh_written *w) {
     c.mark = mark;
     put_word(out, m->groups[g].name);
     thrum_out_text(out, " 1 %lld unsigned_char\n", (long long)c.count);
-    put_column(out, m, &c, binary, true);
+    put_column(out, m, &c, binary);
   }
   free(mark);
-}
-
-/* A name inside quotes of XML. */
-static void put_escaped(thrum_mesh_out *out, const char *name) {
-  for (; *name; name++) {
-    const char *entity = *name == '&'   ? "&amp;"
-                         : *name == '<' ? "&lt;"
-                         : *name == '>' ? "&gt;"
-                         : *name == '"' ? "&quot;"
-                                        : NULL;
-    if (entity)
-      thrum_out_text(out, "%s", entity);
-    else
-      thrum_out_bytes(out, name, 1);
-  }
-}
-
-static const char *xml_type(const column *c) {
-  return !c->whole ? "Float64" : c->size == 1 ? "UInt8" : c->size == 4 ? "Int32" : "Int64";
-}
-
-/* An array of the .vtu: in place as text, or its place in the appended bytes. */
-static void put_array(thrum_mesh_out *out, thrum_mesh_written *w, const column *c, const char *name,
-                      uint64_t *offset) {
-  thrum_out_text(out, "<DataArray type=\"%s\" Name=\"", xml_type(c));
-  put_escaped(out, name);
-  thrum_out_text(out, "\" NumberOfComponents=\"%d\" ", c->kind == COLUMN_POINTS ? 3 : 1);
-  if (w->options.ascii) {
-    thrum_out_text(out, "format=\"ascii\">\n");
-    put_column(out, w->mesh, c, false, false);
-    thrum_out_text(out, "</DataArray>\n");
-    return;
-  }
-  thrum_out_text(out, "format=\"appended\" offset=\"%llu\"/>\n", (unsigned long long)*offset);
-  *offset += 8 + (uint64_t)c->count * (uint64_t)c->size;
-}
-
-static void put_raw(thrum_mesh_out *out, const thrum_mesh *m, const column *c) {
-  put_bits(out, (uint64_t)c->count * (uint64_t)c->size, 8, false);
-  put_column(out, m, c, true, false);
-}
-
-/* Walks the arrays in file order: first the XML, then, with `raw`, the bytes. */
-static void put_arrays(thrum_mesh_out *out, thrum_mesh_written *w, bool raw) {
-  static const char *const grid[] = {"Points", "connectivity", "offsets", "types"};
-  const thrum_mesh *m = w->mesh;
-  uint64_t offset = 0;
-  uint8_t *mark = NULL;
-  thrum_out_text(out, "%s", raw ? "" : "<Points>\n");
-  for (int k = COLUMN_POINTS; k <= COLUMN_TYPES; k++) {
-    const column c = make_column(m, (column_kind)k, 0);
-    if (raw)
-      put_raw(out, m, &c);
-    else
-      put_array(out, w, &c, grid[k], &offset);
-    thrum_out_text(out, "%s", raw || k != COLUMN_POINTS ? "" : "</Points>\n<Cells>\n");
-  }
-  thrum_out_text(out, "%s", raw ? "" : "</Cells>\n<PointData>\n");
-  for (int64_t g = 0; g < m->group_count && mark_group(out, m, g, &mark); g++) {
-    column c = make_column(m, COLUMN_GROUP, g);
-    c.mark = mark;
-    if (raw)
-      put_raw(out, m, &c);
-    else
-      put_array(out, w, &c, m->groups[g].name, &offset);
-  }
-  free(mark);
-  thrum_out_text(out, "%s", raw ? "" : "</PointData>\n<CellData>\n");
-  for (int k = COLUMN_REGION; k <= (m->has_material ? COLUMN_DENSITY : COLUMN_REGION); k++) {
-    const column c = make_column(m, (column_kind)k, 0);
-    if (raw)
-      put_raw(out, m, &c);
-    else
-      put_array(out, w, &c, column_name(c.kind), &offset);
-  }
-  thrum_out_text(out, "%s", raw ? "" : "</CellData>\n");
-}
-
-void thrum_mesh_write_vtu(thrum_mesh_out *out, thrum_mesh_written *w) {
-  thrum_out_text(out,
-                 "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" "
-                 "byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<UnstructuredGrid>\n"
-                 "<Piece NumberOfPoints=\"%lld\" NumberOfCells=\"%lld\">\n",
-                 (long long)w->mesh->vertex_count, (long long)w->mesh->tet_count);
-  put_arrays(out, w, false);
-  thrum_out_text(out, "</Piece>\n</UnstructuredGrid>\n");
-  if (!w->options.ascii) {
-    thrum_out_text(out, "<AppendedData encoding=\"raw\">\n_");
-    put_arrays(out, w, true);
-    thrum_out_text(out, "\n</AppendedData>\n");
-  }
-  thrum_out_text(out, "</VTKFile>\n");
 }

@@ -12,8 +12,7 @@
 #include "io/npy_file.h"
 #include "tests/support/simulate_support.h"
 
-// the writer belongs to the program, which is no library
-#include "io/vtu.c"
+#include "io/vtu.h"
 
 #define MANY_TETS 9001 /* more than two pieces of generated values, and no multiple */
 

@@ -1,0 +1,13 @@
+/* Numbers as text. SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_IO_NUMBER_TEXT_H
+#define THRUM_IO_NUMBER_TEXT_H
+
+#include <stddef.h>
+
+#define THRUM_NUMBER_TEXT 40
+
+/* The shortest of 15 to 17 digits that reads back as the same double, with a point in every locale;
+ * returns the length. */
+size_t thrum_number_text(double value, char text[THRUM_NUMBER_TEXT]);
+
+#endif

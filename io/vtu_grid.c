@@ -1,0 +1,237 @@
+/* Writes .vtu files (VTK XML unstructured grid).
+ *
+ * A .vtu is XML whose arrays lie raw behind the '_' of its AppendedData, each after its length in
+ * bytes as one UInt64; the XML names an array by its offset from the '_'. All the offsets follow
+ * from the grid's sizes, so a file is written front to back without going back. As text, the
+ * numbers stand inside the XML.
+ * Format: "VTK XML formats", https://docs.vtk.org/en/latest/design_documents/VTKFileFormats.html
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "io/vtu_grid.h"
+
+#include <inttypes.h>
+#include <string.h>
+
+#include "io/number_text.h"
+
+#define VTK_TETRA 10
+#define CHUNK 4096 /* generated values are written in pieces of this many */
+
+/* The arrays of the grid itself stand first in the file, in this order. */
+enum { POINTS, CONNECTIVITY, OFFSETS, TYPES, GRID_ARRAYS };
+
+static const char *const type_names[] = {"Float64", "Int64", "Int32", "UInt8"};
+static const int type_bytes[] = {8, 8, 4, 1};
+
+/* One array as it stands in the file. */
+typedef struct placed_array {
+  const char *name;
+  vtu_type type;
+  int columns;
+  int per_line;  /* numbers in a line of text */
+  int64_t count; /* of numbers */
+} placed_array;
+
+static placed_array array_at(const vtu_grid *grid, int64_t n) {
+  const int64_t points = grid->point_count, tets = grid->tet_count;
+  switch (n) {
+  case POINTS:
+    return (placed_array){"Points", VTU_FLOAT64, 3, 3, 3 * points};
+  case CONNECTIVITY:
+    // VTK wants one plain list
+    return (placed_array){"connectivity", VTU_INT32, 1, 4, 4 * tets};
+  case OFFSETS:
+    return (placed_array){"offsets", VTU_INT64, 1, 10, tets};
+  case TYPES:
+    return (placed_array){"types", VTU_UINT8, 1, 10, tets};
+  default: {
+    const vtu_array *a = &grid->arrays[n - GRID_ARRAYS];
+    return (placed_array){a->name, a->type, a->columns, a->columns > 1 ? a->columns : 10,
+                          a->columns * (a->on_cells ? tets : points)};
+  }
+  }
+}
+
+static uint64_t bytes_of(const placed_array *array) {
+  return (uint64_t)array->count * (uint64_t)type_bytes[array->type];
+}
+
+/* The offset of array n from the '_'. */
+static uint64_t offset_of(const vtu_grid *grid, int64_t n) {
+  uint64_t offset = 0;
+  for (int64_t before = 0; before < n; before++) {
+    const placed_array array = array_at(grid, before);
+    offset += sizeof(uint64_t) + bytes_of(&array);
+  }
+  return offset;
+}
+
+/* Values of array n from `first` on, at least CHUNK of them or up to the end; offsets and types of
+ * tetrahedra are generated into `chunk`. */
+static const void *values_of(const vtu_grid *grid, int64_t n, int64_t first, int64_t chunk[CHUNK]) {
+  const placed_array array = array_at(grid, n);
+  const size_t skipped = (size_t)first * (size_t)type_bytes[array.type];
+  switch (n) {
+  case POINTS:
+    return (const char *)grid->points + skipped;
+  case CONNECTIVITY:
+    return (const char *)grid->tets + skipped;
+  case OFFSETS:
+    for (int64_t k = 0; k < CHUNK; k++)
+      chunk[k] = 4 * (first + k + 1);
+    return chunk;
+  case TYPES:
+    memset(chunk, VTK_TETRA, CHUNK);
+    return chunk;
+  default: {
+    const void *values = grid->arrays[n - GRID_ARRAYS].values;
+    if (values == NULL)
+      values = grid->make_values(grid->context, n - GRID_ARRAYS);
+    return (const char *)values + skipped;
+  }
+  }
+}
+
+/* --- numbers -----------------------------------------------------------------------------------
+ */
+
+static void put_number(FILE *file, vtu_type type, const void *values, int64_t n) {
+  char text[THRUM_NUMBER_TEXT];
+  switch (type) {
+  case VTU_FLOAT64:
+    thrum_number_text(((const double *)values)[n], text);
+    fputs(text, file);
+    break;
+  case VTU_INT64:
+    fprintf(file, "%" PRId64, ((const int64_t *)values)[n]);
+    break;
+  case VTU_INT32:
+    fprintf(file, "%" PRId32, ((const int32_t *)values)[n]);
+    break;
+  case VTU_UINT8:
+    fprintf(file, "%d", ((const unsigned char *)values)[n]);
+    break;
+  }
+}
+
+/* All numbers of an array, as text or as bytes after their length. */
+static void put_values(FILE *file, const vtu_grid *grid, int64_t n, bool raw) {
+  const placed_array array = array_at(grid, n);
+  const uint64_t length = bytes_of(&array);
+  const bool generated = n == OFFSETS || n == TYPES;
+  int64_t chunk[CHUNK];
+  if (raw)
+    fwrite(&length, sizeof length, 1, file);
+  for (int64_t first = 0; first < array.count;) {
+    const int64_t left = array.count - first, count = generated && left > CHUNK ? CHUNK : left;
+    const void *values = values_of(grid, n, first, chunk);
+    if (raw)
+      fwrite(values, (size_t)type_bytes[array.type], (size_t)count, file);
+    for (int64_t k = 0; k < count && !raw; k++) {
+      const int64_t number = first + k + 1;
+      put_number(file, array.type, values, k);
+      fputc(number == array.count || number % array.per_line == 0 ? '\n' : ' ', file);
+    }
+    first += count;
+  }
+}
+
+/* --- XML ---------------------------------------------------------------------------------------
+ */
+
+/* A name inside quotes of XML. */
+static void put_escaped(FILE *file, const char *name) {
+  for (; *name != '\0'; name++) {
+    switch (*name) {
+    case '&':
+      fputs("&amp;", file);
+      break;
+    case '<':
+      fputs("&lt;", file);
+      break;
+    case '>':
+      fputs("&gt;", file);
+      break;
+    case '"':
+      fputs("&quot;", file);
+      break;
+    default:
+      fputc(*name, file);
+    }
+  }
+}
+
+static void put_array(FILE *file, const vtu_grid *grid, int64_t n) {
+  const placed_array array = array_at(grid, n);
+  fprintf(file, "        <DataArray type=\"%s\" Name=\"", type_names[array.type]);
+  put_escaped(file, array.name);
+  fprintf(file, "\" NumberOfComponents=\"%d\" ", array.columns);
+  if (!grid->ascii) {
+    fprintf(file, "format=\"appended\" offset=\"%" PRIu64 "\"/>\n", offset_of(grid, n));
+    return;
+  }
+  fputs("format=\"ascii\">\n", file);
+  put_values(file, grid, n, false);
+  fputs("        </DataArray>\n", file);
+}
+
+/* Arrays on points or cells with this number of columns. */
+static void put_data(FILE *file, const vtu_grid *grid, bool on_cells, bool vectors) {
+  for (int64_t n = 0; n < grid->array_count; n++)
+    if (grid->arrays[n].on_cells == on_cells && (grid->arrays[n].columns == 3) == vectors)
+      put_array(file, grid, GRID_ARRAYS + n);
+}
+
+static const char *byte_order(void) {
+  const uint16_t probe = 1;
+  unsigned char first;
+  memcpy(&first, &probe, 1);
+  return first == 1 ? "LittleEndian" : "BigEndian";
+}
+
+void vtu_grid_write(FILE *file, const vtu_grid *grid) {
+  fprintf(file,
+          "<?xml version=\"1.0\"?>\n"
+          "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"%s\" "
+          "header_type=\"UInt64\">\n"
+          "  <UnstructuredGrid>\n",
+          byte_order());
+  if (grid->time != NULL)
+    fprintf(file,
+            "    <FieldData>\n"
+            "      <DataArray type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" "
+            "format=\"ascii\">%.17g</DataArray>\n"
+            "    </FieldData>\n",
+            *grid->time);
+
+  // the grid
+  fprintf(file,
+          "    <Piece NumberOfPoints=\"%" PRId64 "\" NumberOfCells=\"%" PRId64 "\">\n"
+          "      <Points>\n",
+          grid->point_count, grid->tet_count);
+  put_array(file, grid, POINTS);
+  fputs("      </Points>\n      <Cells>\n", file);
+  for (int n = CONNECTIVITY; n <= TYPES; n++)
+    put_array(file, grid, n);
+  fputs("      </Cells>\n", file);
+
+  // the data on it, vectors first
+  if (grid->vectors != NULL)
+    fprintf(file, "      <PointData Vectors=\"%s\">\n", grid->vectors);
+  else
+    fputs("      <PointData>\n", file);
+  put_data(file, grid, false, true);
+  put_data(file, grid, false, false);
+  fputs("      </PointData>\n      <CellData>\n", file);
+  put_data(file, grid, true, true);
+  put_data(file, grid, true, false);
+  fputs("      </CellData>\n    </Piece>\n  </UnstructuredGrid>\n", file);
+
+  // the bytes, in the order of the arrays
+  if (!grid->ascii) {
+    fputs("  <AppendedData encoding=\"raw\">\n_", file);
+    for (int64_t n = 0; n < GRID_ARRAYS + grid->array_count; n++)
+      put_values(file, grid, n, true);
+    fputs("\n  </AppendedData>\n", file);
+  }
+  fputs("</VTKFile>\n", file);
+}

@@ -1,0 +1,40 @@
+/* The writer of VTK's XML files of tetrahedra (.vtu), raw appended or as text.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_IO_VTU_GRID_H
+#define THRUM_IO_VTU_GRID_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+
+typedef enum vtu_type { VTU_FLOAT64, VTU_INT64, VTU_INT32, VTU_UINT8 } vtu_type;
+
+/* An array on all points or on all cells. */
+typedef struct vtu_array {
+  const char *name;
+  vtu_type type;
+  int columns; /* 3: a vector, 1: a scalar */
+  bool on_cells;
+  const void *values; /* NULL: the grid makes them when they are written */
+} vtu_array;
+
+/* A grid of tetrahedra. */
+typedef struct vtu_grid {
+  int64_t point_count, tet_count;
+  const double *points; /* point_count x 3 [m] */
+  const int32_t *tets;  /* tet_count x 4, 0-based */
+  const vtu_array *arrays;
+  int64_t array_count;
+  const char *vectors; /* name of the point vectors to show first; NULL: none */
+  const double *time;  /* [s]; NULL: none */
+  bool ascii;          /* numbers as text */
+  /* Values of array `index`, which stay until the next call. May be NULL where all arrays have
+   * theirs. */
+  const void *(*make_values)(void *context, int64_t index);
+  void *context;
+} vtu_grid;
+
+/* Writes the whole file; a failure leaves its mark on the stream. */
+void vtu_grid_write(FILE *file, const vtu_grid *grid);
+
+#endif

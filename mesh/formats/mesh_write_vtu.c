@@ -1,0 +1,81 @@
+/* Writer of VTK's XML files (.vtu) of a mesh. Cell data: `region`, and with materials `young`,
+ * `poisson`, `density`; point data: 0 and 1 for each group. Cost: linear in the mesh, for every
+ * group.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <stdlib.h>
+#include <string.h>
+
+#include "io/vtu_grid.h"
+#include "mesh/formats/mesh_out.h"
+#include "mesh/formats/mesh_write.h"
+
+enum { CELL_ARRAYS = 4 };
+
+/* Values of one group or one property of the material at a time. */
+typedef struct made_values {
+  const thrum_mesh *mesh;
+  void *values; /* room for a byte a vertex and a double a tet */
+} made_values;
+
+static const void *make_values(void *context, int64_t index) {
+  const made_values *made = context;
+  const thrum_mesh *m = made->mesh;
+  if (index < m->group_count) {
+    // marks of the group's vertices
+    const thrum_group *group = &m->groups[index];
+    unsigned char *marks = made->values;
+    memset(marks, 0, (size_t)m->vertex_count);
+    for (int64_t i = 0; i < group->count; i++)
+      marks[group->vertices[i]] = 1;
+    return marks;
+  }
+
+  // behind the groups stands `region`, which the mesh has, then the material
+  double *values = made->values;
+  const int64_t property = index - m->group_count - 1;
+  for (int64_t t = 0; t < m->tet_count; t++) {
+    const thrum_material *material = &m->materials[m->tet_region[t]];
+    values[t] = property == 0   ? material->young
+                : property == 1 ? material->poisson
+                                : material->density;
+  }
+  return values;
+}
+
+void thrum_mesh_write_vtu(thrum_mesh_out *out, thrum_mesh_written *w) {
+  static const char *const properties[] = {"young", "poisson", "density"};
+  const thrum_mesh *m = w->mesh;
+  made_values made = {.mesh = m};
+  int64_t count = 0;
+  vtu_array *arrays = malloc((size_t)(m->group_count + CELL_ARRAYS) * sizeof *arrays);
+  made.values = malloc((size_t)m->vertex_count + (size_t)m->tet_count * sizeof(double));
+  if (arrays == NULL || made.values == NULL) {
+    out->status = thrum_error_set(out->error, THRUM_OUT_OF_MEMORY, "not enough memory");
+    goto cleanup;
+  }
+
+  // groups on the points, regions and materials on the cells
+  for (int64_t g = 0; g < m->group_count; g++)
+    arrays[count++] = (vtu_array){m->groups[g].name, VTU_UINT8, 1, false, NULL};
+  arrays[count++] = (vtu_array){"region", VTU_INT32, 1, true, m->tet_region};
+  for (int n = 0; n < 3 && m->has_material; n++)
+    arrays[count++] = (vtu_array){properties[n], VTU_FLOAT64, 1, true, NULL};
+
+  const vtu_grid grid = {.point_count = m->vertex_count,
+                         .tet_count = m->tet_count,
+                         .points = m->vertices,
+                         .tets = m->tets,
+                         .arrays = arrays,
+                         .array_count = count,
+                         .ascii = w->options.ascii,
+                         .make_values = make_values,
+                         .context = &made};
+  thrum_out_flush(out);
+  if (out->status >= 0)
+    vtu_grid_write(out->file.stream, &grid);
+
+cleanup:
+  free(arrays);
+  free(made.values);
+}
