@@ -151,6 +151,8 @@ int bench_options_read(const config_command *about, int argc, char **argv, bench
     request->rank_count = 1;
     request->batches = 10;
   }
+
+  // a model has its own rank, and --implicit sets the time step
   const int code = config_options_read(about, argc, argv, request);
   if (code != COMMAND_DONE)
     return code;

@@ -122,12 +122,14 @@ const config_command command_experiments = {
     .exits = "0 done, 1 refused, 2 usage, 3 ran, but a run ended before its time",
 };
 
-/* What depends on the kind of experiment, and what cannot be seen option by option. */
+/* Checks the options together, and fills in the defaults that depend on the kind of experiment. */
 static int finish(int argc, char **argv, experiments_request *request) {
   static const char *const pair[] = {"horse", "beam"};
   static const double swings[] = {0.05, 0.1, 0.2};
   if (optind < argc)
     return config_usage("experiments", "'%s' is too much; name models with --models", argv[optind]);
+
+  // each kind of experiment has its own models, swings and steps
   if (request->output == NULL || request->output[0] == 0)
     return config_usage("experiments", "where to? name a folder with -o DIR");
   if (request->model_count > 0 && request->kind == EXPERIMENTS_EXTREMES)

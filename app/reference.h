@@ -1,5 +1,5 @@
-/* What is generated of the tables of all commands: `thrum help --reference` and so on.
- * SPDX-License-Identifier: Apache-2.0 */
+/* Prints the pages that are generated from the tables of all commands: `thrum help --reference` and
+ * so on. SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_APP_REFERENCE_H
 #define THRUM_APP_REFERENCE_H
 

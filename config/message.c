@@ -53,6 +53,8 @@ static size_t edit_distance(const char *a, const char *b) {
   const size_t length = strlen(b);
   for (size_t j = 0; j <= length; j++)
     rows[0][j] = j;
+
+  // each row costs one more letter of a; the row before the last serves swapped neighbours
   size_t i = 0;
   for (; a[i] != 0; i++) {
     const size_t *before = rows[(i + 2) % 3], *above = rows[i % 3];
@@ -78,6 +80,8 @@ const char *config_nearest(const char *text, const char *const *names, int64_t c
   const size_t length = strlen(text);
   if (length == 0 || length > NEAREST_LENGTH_MAX)
     return NULL;
+
+  // names that are too long for the distance are near to nothing
   for (int64_t n = 0; n < count; n++) {
     if (strlen(names[n]) > NEAREST_LENGTH_MAX)
       continue;
@@ -103,12 +107,16 @@ int config_usage_option(const char *command, char **argv, const struct option *o
     }
     return config_usage(command, "unknown option '-%c'", optopt);
   }
+
+  // a long option may have its value behind '='
   char name[NEAREST_LENGTH_MAX + 1];
   const size_t length = strcspn(text + 2, "=");
   if (length > NEAREST_LENGTH_MAX)
     return config_usage(command, "unknown option '%s'", text);
   memcpy(name, text + 2, length);
   name[length] = 0;
+
+  // an option that exists lacks its value, or has one too many; the others are unknown
   const char *names[OPTION_COUNT_MAX];
   int64_t count = 0;
   for (const struct option *option = options; option->name != NULL; option++) {

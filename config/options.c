@@ -48,6 +48,8 @@ static void number_wanted(const config_option *o, char *text, size_t size) {
                      : o->kind == CONFIG_VECTOR ? "a list of three numbers"
                                                 : "a number";
   const char *unit = o->unit != NULL ? o->unit : "", *blank = unit[0] != 0 ? " " : "";
+
+  // a range is said as briefly as it can be
   if (o->least == 0 && o->most == 0)
     snprintf(text, size, "%s%s%s", what, unit[0] != 0 ? " of " : "", unit);
   else if (isinf(o->most))
@@ -73,6 +75,8 @@ const char *config_wants(const config_option *option, char *text, size_t size) {
       [CONFIG_LIST] = "a list of objects in [ ]",
       [CONFIG_FILE] = "an options file",
   };
+
+  // the row's own words come before those of its kind
   if (option->wants != NULL)
     snprintf(text, size, "%s", option->wants);
   else if (option->kind == CONFIG_CHOICE)
@@ -299,6 +303,8 @@ thrum_status config_given_apply(const config_given *given, void *record) {
   void *field = (char *)record + option->field;
   if (option->given != 0)
     *(bool *)(void *)((char *)record + option->given) = true;
+
+  // a row that knows better than its kind stores the value itself
   if (option->take != NULL)
     return option->take(given, record);
   switch (option->kind) {

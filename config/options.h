@@ -121,7 +121,7 @@ typedef struct config_option {
   void (*begin)(void *item, const void *in); /* an item's defaults; `in` holds the list */
 } config_option;
 
-/* What a command is, for its help and for the reference. */
+/* A command as its help and the reference describe it. */
 typedef struct config_command {
   const char *name;    /* "simulate", "bench step" */
   const char *summary; /* one line, for the list of commands */

@@ -29,6 +29,8 @@ static void make_getopt(const given_list *list, struct option *longs, char *lett
     const config_option *option = list->rows[place].option;
     if (option->argument)
       continue;
+
+    // a letter returns itself, so that both names lead to one row
     const bool has_value = option->kind != CONFIG_FLAG;
     longs[count++] =
         (struct option){option->name, has_value ? required_argument : no_argument, NULL,
@@ -39,6 +41,8 @@ static void make_getopt(const given_list *list, struct option *longs, char *lett
     if (has_value)
       letters[used++] = ':';
   }
+
+  // both lists end with a zero
   longs[count] = (struct option){NULL, 0, NULL, 0};
   letters[used] = 0;
 }

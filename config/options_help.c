@@ -71,6 +71,8 @@ static void print_wrapped(const char *text, int indent, int column) {
       putchar(' ');
       column++;
     }
+
+    // the ends of lines in the text begin paragraphs
     printf("%.*s", length, text);
     column += length;
     text += length;
@@ -218,6 +220,8 @@ void config_print_markdown(const config_command *command) {
   printf("```\n\n%s\n\n| option | takes | default | meaning |\n|---|---|---|---|\n",
          command->about);
   visit(command->options, &v);
+
+  // notes and examples stay as they are
   if (command->notes != NULL)
     printf("\n```\n%s```\n", command->notes);
   printf("\n```sh\n");
@@ -306,6 +310,8 @@ void config_print_man(const config_command *command) {
   printf(".PP\n");
   each_line(command->about, troff_line);
   visit(command->options, &v);
+
+  // notes and examples keep their lines
   if (command->notes != NULL) {
     printf(".PP\n.nf\n");
     each_line(command->notes, troff_line);
@@ -331,6 +337,8 @@ void config_print_completion(const config_command *command) {
       printf("%s%s", k > 0 ? " " : "", o->names[k]);
     printf("%s' ;;\n", o->kind == CONFIG_SWITCH ? "on off" : "");
   }
+
+  // whatever else stands before: the options of the command
   printf("  '%s '*) words='", command->name);
   for (int n = 0; n < count; n++)
     if (!rows[n].option->argument)

@@ -237,6 +237,8 @@ static const char *value_text(config_file *file, const config_option *option,
   const bool takes_number =
       kind == CONFIG_NUMBER || kind == CONFIG_COUNT || kind == CONFIG_PAIR || kind == CONFIG_WORD;
   const bool takes_list = kind == CONFIG_VECTOR || kind == CONFIG_PAIR || option->schema != NULL;
+
+  // the type of the value decides whether the option can take it
   switch (value->type) {
   case JSON_NUMBER:
     if (kind == CONFIG_COUNT)
@@ -272,11 +274,15 @@ static thrum_status take_object(const config_given *given, const config_option *
   char number[24] = "";
   if (index >= 0)
     snprintf(number, sizeof number, "[%lld]", (long long)index);
+
+  // the path names the record in every message about it
   record->node = node;
   const int length = snprintf(record->path, sizeof record->path, "%s%s%s%s", outer,
                               outer[0] != 0 ? "." : "", given->key, number);
   if (length < 0 || length >= (int)sizeof record->path)
     return config_given_refuse(given, "nested too deep");
+
+  // its keys are read like those of the whole file
   if (node->type != JSON_OBJECT)
     return config_record_refuse(given->file, item, NULL, THRUM_BAD_VALUE,
                                 "wants an object with its keys in { }");
@@ -298,6 +304,8 @@ static thrum_status take_list(const config_given *given, config_list *list) {
     count++;
   if (count > CONFIG_ITEMS_MAX)
     return config_given_refuse(given, "more than %d items", CONFIG_ITEMS_MAX);
+
+  // items are read in their order, each over its defaults
   list->items = calloc((size_t)count + 1, option->item_size);
   if (list->items == NULL)
     return out_of_memory(given->file);
@@ -332,6 +340,8 @@ static thrum_status take_value(reading *r, config_given *given, const json_node 
     return config_object_read(given, option->keys, field);
   if (option->kind == CONFIG_LIST)
     return take_list(given, field);
+
+  // all else is read as the text of the command line; a row with a schema may read JSON itself
   given->text = value_text(r->file, option, value);
   const bool any = option->schema != NULL && option->kind == CONFIG_WORD;
   if (given->text == NULL && !any)
@@ -424,6 +434,8 @@ void config_record_free(const config_option *keys, void *record) {
   for (int n = 0; n < count; n++) {
     const config_option *option = rows[n].option;
     void *field = (char *)record + rows[n].base + option->field;
+
+    // only texts and lists own memory; records are searched for both
     if (option->kind == CONFIG_TEXTS) {
       config_texts *texts = field;
       free(texts->texts);

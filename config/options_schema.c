@@ -55,6 +55,8 @@ static cJSON *option_schema(const config_option *o, bool records) {
   static const char *const switches[] = {"off", "on", NULL};
   if (o->schema != NULL)
     return cJSON_Parse(o->schema);
+
+  // otherwise the kind says what JSON it takes
   switch (o->kind) {
   case CONFIG_FLAG:
     return typed("boolean");
@@ -99,6 +101,8 @@ static cJSON *object_schema(const config_option *keys, bool records) {
   cJSON_AddBoolToObject(object, "additionalProperties", false);
   cJSON *required = cJSON_CreateArray();
   cJSON *properties = cJSON_AddObjectToObject(object, "properties");
+
+  // an options file and the help are no keys
   for (int n = 0; n < count; n++) {
     const config_option *o = rows[n].option;
     char name[64];
@@ -113,6 +117,8 @@ static cJSON *object_schema(const config_option *keys, bool records) {
     if (o->needed)
       cJSON_AddItemToArray(required, cJSON_CreateString(name));
   }
+
+  // draft 7 wants at least one name in "required"
   if (cJSON_GetArraySize(required) > 0)
     cJSON_AddItemToObject(object, "required", required);
   else

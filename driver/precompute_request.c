@@ -142,6 +142,8 @@ int precompute_options_read(int argc, char **argv, precompute_request *request) 
   code = config_one_argument("precompute", "mesh", argc, argv, &request->mesh_name);
   if (code != COMMAND_DONE)
     return code;
+
+  // some options need others or exclude them
   if (request->output == NULL && !request->dry_run) {
     return config_usage("precompute", "no output given: say -o NAME.npz");
   }

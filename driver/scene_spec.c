@@ -83,6 +83,8 @@ static thrum_status check_names(scene_spec *spec) {
     for (int64_t k = 0; k < n && status >= 0; k++)
       status = check_name(&spec->file, &bodies[n].settings.at, bodies[n].name, bodies[k].name);
   }
+
+  // probes name columns, so that they must differ among themselves only
   scene_probe_spec *probes = scene_probes(spec);
   for (int64_t n = 0; n < spec->probes.count && status >= 0; n++) {
     status = give_name(spec, "probe", n, &probes[n].kept_name, &probes[n].name);
@@ -110,6 +112,8 @@ static thrum_status check_body(const scene_spec *spec, const scene_body_spec *bo
   if (status >= 0 && !mesh && body->material.at.node != NULL)
     status = config_record_refuse(&spec->file, at, "material", THRUM_BAD_VALUE,
                                   "is of a mesh; use \"stiffness\" and \"density\" of a model");
+
+  // velocities are initial values of the rigid motion, which a held body has not
   static const char *const of_free[] = {"velocity", "spin"};
   for (int n = 0; n < 2 && status >= 0 && !body->free; n++)
     if (config_record_member(&spec->file, at, of_free[n]) != NULL)

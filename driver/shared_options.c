@@ -62,6 +62,8 @@ static thrum_status take_split(const config_given *given, void *record) {
   thrum_state_def *def = record;
   const char *text = given->text != NULL ? given->text : "";
   double count = 0;
+
+  // a word is a rule; a number is the count of explicit modes
   if (strcmp(text, "cfl") == 0) {
     def->split_rule = THRUM_SPLIT_CFL;
   } else if (strcmp(text, "sampling") == 0) {

@@ -137,6 +137,8 @@ int static_options_read(int argc, char **argv, static_request *request) {
   code = cli_mesh_full_check("static", request->model_path, &request->mesh_def, request->full);
   if (code != COMMAND_DONE)
     return code;
+
+  // some options belong to the full order, others to reduced models
   if (request->move_count > 0 && !request->full)
     return config_usage("static",
                         "--move goes with --full: a model's basis holds still what is held");

@@ -149,6 +149,8 @@ static thrum_status read_string(reader *r, const char **text) {
     r->text_next += length;
     r->at += length;
   }
+
+  // the closing quote ends the text
   if (r->at == r->end)
     return fail(r, "the file ends within a text: a '\"' is missing");
   r->at++;
@@ -186,6 +188,8 @@ static thrum_status read_number(reader *r, const char **text) {
   if (!good)
     return fail(r, "a number is written as 12, -0.5 or 1e-3: digits on both sides of the point, no "
                    "zero or plus in front");
+
+  // the text is kept as written, so that its last digit is too
   *text = r->text_next;
   memcpy(r->text_next, start, (size_t)(r->at - start));
   r->text_next += r->at - start;
@@ -216,6 +220,8 @@ static thrum_status read_key(reader *r, int64_t parent, const char **key) {
   const thrum_status status = read_string(r, key);
   if (status < 0)
     return status;
+
+  // a key that is there twice would leave open which one holds
   int64_t keys = 0;
   for (int64_t n = r->document.nodes[parent].first; n >= 0; n = r->document.nodes[n].next) {
     if (strcmp(r->document.nodes[n].key, *key) == 0)
@@ -240,6 +246,8 @@ static thrum_status read_members(reader *r, int64_t parent, char close) {
     return fail(r, "nested more than %d deep", JSON_DEPTH_MAX);
   r->at++;
   skip_blanks(r);
+
+  // members follow each other until the bracket closes
   for (bool more = r->at == r->end || *r->at != close; more;) {
     const char *key = NULL;
     const int64_t line = r->line;
@@ -284,6 +292,8 @@ static thrum_status read_literal(reader *r, json_node *node) {
       return THRUM_OK;
     }
   }
+
+  // common mistakes are named
   if (thrum_utf8_length(r->at, (size_t)(r->end - r->at)) == 0)
     return fail(r, "no text: save the file as UTF-8");
   if (*r->at == '/' || *r->at == '#')
@@ -299,6 +309,8 @@ static thrum_status read_value(reader *r, int64_t *place) {
   if (*place < 0)
     return thrum_error_set(r->error, THRUM_OUT_OF_MEMORY, "%.150s: out of memory", r->name);
   json_node *node = &r->document.nodes[*place];
+
+  // the first character says what the value is
   const char c = *r->at;
   if (c == '{' || c == '[') {
     node->type = c == '{' ? JSON_OBJECT : JSON_ARRAY;
