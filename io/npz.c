@@ -15,8 +15,8 @@
 
 #include "io/file.h"
 #include "io/npy_file.h"
+#include "runtime/base/alignment_check.h"
 #include "runtime/base/crc32.h"
-#include "runtime/model/model_layout.h"
 
 #define LOCAL_SIZE 30u
 #define CENTRAL_SIZE 46u
@@ -29,7 +29,14 @@
 #define FILE_LIMIT UINT64_C(0xFFFFFFFF)
 #define MEMBERS_MAX 32
 
-_Static_assert((int)THRUM_ARRAY_COUNT <= MEMBERS_MAX, "a plan has room for every array of a model");
+/* Arrays of a model, the absent ones too. */
+enum {
+#define X(type, name, rows, columns, presence, meaning) MODEL_ARRAY_##name,
+  THRUM_MODEL_ARRAYS(X)
+#undef X
+      MODEL_ARRAYS
+};
+_Static_assert((int)MODEL_ARRAYS <= MEMBERS_MAX, "a plan has room for every array of a model");
 
 /* A member of the file to come. */
 typedef struct planned_member {
@@ -196,40 +203,38 @@ thrum_status thrum_npz_write(const char *path, const thrum_npz_array *arrays, in
   return write_file(path, &plan, error);
 }
 
-static int list_arrays(const thrum_layout *layout, thrum_npz_array arrays[THRUM_ARRAY_COUNT]) {
+/* Appends an array of a list of thrum/model.h, unless it is absent. */
+static void list_array(thrum_npz_array *arrays, int *count, const thrum_npz_array *array) {
+  if (array->data != NULL)
+    arrays[(*count)++] = *array;
+}
+
+// the arrays that the model has, in the order of THRUM_MODEL_ARRAYS, whose sizes are names here
+static int list_model(const thrum_model *model, thrum_npz_array arrays[MODEL_ARRAYS]) {
+#define X(name, meaning) const int64_t name = model->name;
+  THRUM_MODEL_SIZES(X)
+#undef X
+  const int64_t basis_rows = 3 * vertex_count;
+  (void)region_count, (void)meta_bytes;
   int count = 0;
-  for (int a = 0; a < THRUM_ARRAY_COUNT; a++) {
-    const thrum_array_info *info = &thrum_array_table[a];
-    if (layout->data[a] == NULL)
-      continue;
-    arrays[count++] = (thrum_npz_array){
-        .name = info->name,
-        .descr = info->descr,
-        .rows = thrum_layout_extent(layout, info->rows),
-        .columns = info->dims == 1 ? 0 : thrum_layout_extent(layout, info->columns),
-        .data = layout->data[a],
-        .size = thrum_layout_bytes(layout, a)};
-  }
+#define X(type, name, rows, columns, presence, meaning)                                            \
+  list_array(arrays, &count,                                                                       \
+             &(thrum_npz_array)THRUM_NPZ_ARRAY(type, name, rows, columns, model->name));
+  THRUM_MODEL_ARRAYS(X)
+#undef X
   return count;
 }
 
 thrum_status thrum_model_save(const char *path, const thrum_model *model, thrum_error *error) {
   if (path == NULL || model == NULL)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "thrum_model_save: no path or no model");
-  thrum_layout layout;
+  thrum_npz_array arrays[MODEL_ARRAYS];
   file_plan plan;
-  thrum_npz_array arrays[THRUM_ARRAY_COUNT];
-  thrum_layout_from_model(&layout, model);
-  thrum_status status = thrum_layout_check_presence(&layout, error);
-  if (status == THRUM_OK)
-    status = thrum_layout_check_sizes(&layout, error);
-  if (status == THRUM_OK)
-    status = plan_file(arrays, list_arrays(&layout, arrays), &plan, error);
-  // the values come last: that pass may be long
-  if (status == THRUM_OK)
-    status = thrum_layout_check_values(&layout, error);
-  if (status != THRUM_OK)
-    return status;
+
+  // the values come last, as reading all of a model that is too large for a file may take long
+  THRUM_TRY(thrum_model_check_shapes(model, error));
+  THRUM_TRY(plan_file(arrays, list_model(model, arrays), &plan, error));
+  THRUM_TRY(thrum_model_check(model, error));
   compute_checksums(&plan);
   return write_file(path, &plan, error);
 }

@@ -11,7 +11,6 @@
 #include "io/npz.h"
 #include "mesh/tet_tree.h"
 #include "runtime/base/vec3.h"
-#include "runtime/model/embedding_private.h"
 
 /* Nearer than this part of the mesh's extent is on its surface, but for rounding. */
 #define ON_SURFACE 1e-9
@@ -169,31 +168,25 @@ thrum_status thrum_embed_make(const thrum_model *model, const thrum_surface_mesh
 
 thrum_status thrum_embed_save(const char *path, const thrum_embedding *embedding,
                               thrum_error *error) {
-  thrum_embedding_layout layout = {{0}, {NULL}};
-  thrum_npz_array arrays[THRUM_EMBEDDING_ARRAY_COUNT];
-  int count = 0;
-  const thrum_status status = thrum_embedding_check(embedding, error);
-  if (status < 0)
-    return status;
-#define X(name, meaning) layout.size[THRUM_EMBEDDING_SIZE_##name] = embedding->name;
+  THRUM_TRY(thrum_embedding_check(embedding, error));
+
+  // the list of thrum/embedding.h, whose sizes are names here; it begins with this writer's version
+#define X(name, meaning) const int64_t name = embedding->name;
   THRUM_EMBEDDING_SIZES(X)
 #undef X
+  const int64_t basis_rows = 3 * vertex_count;
+  thrum_npz_array arrays[] = {
 #define X(type, name, rows, columns, presence, meaning)                                            \
-  layout.data[THRUM_EMBEDDING_ARRAY_##name] = (const unsigned char *)embedding->name;
-  THRUM_EMBEDDING_ARRAYS(X)
+  THRUM_NPZ_ARRAY(type, name, rows, columns, embedding->name),
+      THRUM_EMBEDDING_ARRAYS(X)
 #undef X
-  layout.data[THRUM_EMBEDDING_ARRAY_surface_format] = (const unsigned char *)format;
-  for (int n = 0; n < THRUM_EMBEDDING_ARRAY_COUNT; n++) {
-    const thrum_array_info *info = &thrum_embedding_list.arrays[n];
-    if (layout.data[n] == NULL)
-      continue;
-    arrays[count++] = (thrum_npz_array){
-        .name = info->name,
-        .descr = info->descr,
-        .rows = thrum_embedding_list.extent(layout.size, info->rows),
-        .columns = info->dims == 1 ? 0 : thrum_embedding_list.extent(layout.size, info->columns),
-        .data = layout.data[n],
-        .size = thrum_embedding_bytes(&layout, n)};
-  }
+  };
+  arrays[0].data = format;
+
+  // arrays that are absent leave no gap
+  int count = 0;
+  for (size_t n = 0; n < sizeof arrays / sizeof *arrays; n++)
+    if (arrays[n].data != NULL)
+      arrays[count++] = arrays[n];
   return thrum_npz_write(path, arrays, count, error);
 }

@@ -113,6 +113,10 @@ thrum_model_free(const thrum_model *model); /* of thrum_model_load alone; NULL i
 /* Checks a model made by hand: sizes agree, values finite, omega2 ascending, indices in range. */
 THRUM_API thrum_status thrum_model_check(const thrum_model *model, thrum_error *error);
 
+/* The part of thrum_model_check that reads no value but the format's version: which arrays are
+ * there, and that their sizes agree. */
+THRUM_API thrum_status thrum_model_check_shapes(const thrum_model *model, thrum_error *error);
+
 /* Bytes that thrum_model_truncate needs for this model at this lower rank. */
 THRUM_API thrum_status thrum_model_truncate_size(const thrum_model *model, int64_t rank,
                                                  size_t *size, thrum_error *error);

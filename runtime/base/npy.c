@@ -92,6 +92,8 @@ static int take_entry(text_cursor *text, thrum_npy *npy, unsigned *seen) {
   char key[16];
   if (!take_string(text, key, sizeof key) || !take(text, ':'))
     return 0;
+
+  // each of the three keys has its kind of value
   unsigned bit = 0;
   int good = 0;
   if (strcmp(key, "descr") == 0) {
@@ -105,6 +107,8 @@ static int take_entry(text_cursor *text, thrum_npy *npy, unsigned *seen) {
     bit = 4;
     good = take_shape(text, npy);
   }
+
+  // a key that comes twice makes the header ambiguous
   int fresh = (*seen & bit) == 0;
   *seen |= bit;
   return good && fresh;

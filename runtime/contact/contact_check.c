@@ -34,6 +34,7 @@ static thrum_status check_motion(const thrum_contact_environment *environment, t
   if (placement &&
       (!thrum_all_finite(placement->axes, 9) || !thrum_all_finite(placement->origin, 3)))
     return thrum_error_set(error, THRUM_BAD_VALUE, "the placement is not finite");
+
   if (translation &&
       (!(translation->mass > 0.0) || !isfinite(translation->mass) ||
        !thrum_all_finite(translation->position, 3) || !thrum_all_finite(translation->velocity, 3)))
@@ -41,11 +42,13 @@ static thrum_status check_motion(const thrum_contact_environment *environment, t
                            "the translation is not finite, or its mass is not above 0 [kg]");
   if (!thrum_all_finite(environment->force, 3) || !thrum_all_finite(environment->torque, 3))
     return thrum_error_set(error, THRUM_BAD_VALUE, "the force or the torque is not finite");
+
+  // a frame that is not finite would turn all points into NaN
   const thrum_rigid_frame *rigid_frame = environment->rigid_frame;
   if (rigid_frame &&
       (!thrum_all_finite(rigid_frame->centre, 3) || !thrum_all_finite(rigid_frame->inverse, 9) ||
        !thrum_all_finite(rigid_frame->attitude, 9) || !thrum_all_finite(rigid_frame->momentum, 3)))
-    return thrum_error_set(error, THRUM_BAD_VALUE, "the turning is not finite");
+    return thrum_error_set(error, THRUM_BAD_VALUE, "the rigid frame is not finite");
   return THRUM_OK;
 }
 
@@ -64,6 +67,8 @@ thrum_status thrum_contact_environment_check(const thrum_model *model, const thr
                            (long long)environment->pull_count, (long long)contact->pull_max);
   if (environment->load && !thrum_all_finite(environment->load, contact->rank))
     return thrum_error_set(error, THRUM_BAD_VALUE, "the load holds a number that is not finite");
+
+  // every obstacle and pull: a bad one would spoil the state at once
   thrum_status status = check_motion(environment, error);
   for (int64_t n = 0; n < environment->obstacle_count && status == THRUM_OK; n++)
     status = thrum_obstacle_check(environment->obstacles + n, n, error);

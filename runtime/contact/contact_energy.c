@@ -1,10 +1,10 @@
-/* What contact did in a step that was made: the account that bounds its energy (docs/contact.md).
+/* The energy balance of contact over a step that was made, which bounds it (docs/contact.md).
  *
  * With F the forces of the step and dx what its points really did, relative to their obstacles,
  * work = sum F dx is exact whatever was predicted. The springs' stores fall by the work along their
- * normals, are no more than phi at the end, and not negative; what else the body lost is lost. A
- * debt of the losses is paid out of the springs: so stored + lost = granted - work, and both are at
- * least 0 as long as that is.
+ * normals, are no more than phi at the end, and not negative; what else the body gave up counts as
+ * lost. Negative losses are taken out of the springs: so stored + lost = granted - work, and both
+ * are at least 0 as long as that sum is.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
@@ -12,6 +12,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "runtime/contact/contact_law.h"
+#include "runtime/contact/contact_point.h"
 #include "runtime/contact/contact_private.h"
 
 /* Fills work, rubbed, driven and the gap of a row. */
@@ -46,7 +48,7 @@ double thrum_contact_flow(const thrum_contact_run *run) {
   for (int64_t n = 0; n < run->contact->row_count; n++) {
     const thrum_contact_row *row = run->view.rows + n;
     const double *f = row->touch.friction;
-    sum += (row->touch.force + sqrt(thrum_dot3(f, f))) * row->free;
+    sum += (row->touch.force + sqrt(thrum_dot3(f, f))) * row->unloaded_length;
   }
   return sum;
 }
@@ -59,7 +61,7 @@ static double granted_now(const thrum_contact_run *run) {
   return sum;
 }
 
-/* Rows that touched become the touches. */
+/* Keeps the rows that touched as the touches of the next step. */
 static void keep_touches(thrum_contact_run *run) {
   thrum_contact *contact = run->contact;
   contact->touch_count = 0;
@@ -74,8 +76,8 @@ static void keep_touches(thrum_contact_run *run) {
   }
 }
 
-/* Debts of the losses are paid out of the springs. */
-static void pay(thrum_contact_run *run) {
+/* Takes negative losses out of the springs, each by the same share. */
+static void cover_losses(thrum_contact_run *run) {
   thrum_contact *contact = run->contact;
   if (!(contact->lost < 0.0) || !(contact->stored > 0.0))
     return;
@@ -91,16 +93,18 @@ static double work_of_pulls(const thrum_contact_run *run) {
   double sum = 0.0, moved[3];
   for (int64_t n = 0; n < run->contact->pull_count; n++) {
     const thrum_pull_row *row = run->view.pull_rows + n;
-    thrum_point_moved(run, thrum_pull_rows(run, n), row->lever, run->view.made, moved);
+    thrum_point_moved(run, thrum_contact_pull_basis(run, n), row->lever, run->view.made, moved);
     sum += thrum_dot3(row->force, moved);
   }
   return sum;
 }
 
-/* What is left in the springs after the step, all together no more than they took and each no more
- * than phi. Points that move as one share a force in many ways and the solver finds one of them, so
- * what one spring took another may hold. Returns the sum. */
+/* Updates the energy that springs hold after the step: all together no more than they took, and
+ * each no more than phi. Points that move as one share a force in many ways and the solver finds
+ * one of them, so one spring may hold the energy that another took. Returns the sum [J]. */
 static double keep_stored(const thrum_contact_run *run) {
+
+  // the energy that all springs took, and the most that they can hold
   double taken = 0.0, room = 0.0;
   for (int64_t n = 0; n < run->contact->row_count; n++) {
     thrum_contact_row *row = run->view.rows + n;
@@ -109,6 +113,8 @@ static double keep_stored(const thrum_contact_run *run) {
     row->touch.stored = thrum_contact_energy(row->stiffness, row->touch.gap);
     room += row->touch.stored;
   }
+
+  // each holds its share
   const double kept = fmin(fmax(taken, 0.0), room), share = room > 0.0 ? kept / room : 0.0;
   double stored = 0.0;
   for (int64_t n = 0; n < run->contact->row_count; n++) {
@@ -122,6 +128,8 @@ void thrum_contact_settle(thrum_contact_run *run, const double *q) {
   thrum_contact *contact = run->contact;
   const double granted = granted_now(run), work = thrum_contact_measure(run, q);
   const double stored = keep_stored(run);
+
+  // the balance: work on the body is granted + driven - stored - lost
   for (int64_t n = 0; n < contact->row_count; n++)
     contact->driven += run->view.rows[n].driven;
   contact->flow += thrum_contact_flow(run);
@@ -129,8 +137,10 @@ void thrum_contact_settle(thrum_contact_run *run, const double *q) {
   contact->lost += contact->stored + granted - work - stored;
   contact->stored = stored;
   contact->pulled += work_of_pulls(run);
+
+  // what the next step starts with
   keep_touches(run);
-  pay(run);
+  cover_losses(run);
   for (int64_t n = 0; n < contact->pull_count; n++)
     memcpy(run->view.pull_forces + 3 * n, run->view.pull_rows[n].force, 3 * sizeof(double));
   contact->fresh = 0;

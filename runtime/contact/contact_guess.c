@@ -12,6 +12,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "runtime/contact/contact_law.h"
+#include "runtime/contact/contact_point.h"
 #include "runtime/contact/contact_private.h"
 
 /* A row that comes in without a force so far. */
@@ -55,10 +57,12 @@ static void push_all(thrum_contact_run *run, int32_t obstacle, double stiffness,
   }
 }
 
-/* The rows of an obstacle that begin, as one without answer and free gap; their number. */
+/* Joins the new rows of an obstacle into one, by their stiffness; returns their number. */
 static int64_t join(const thrum_contact_run *run, int32_t obstacle, thrum_contact_row *joined) {
   int64_t count = 0;
   memset(joined, 0, sizeof *joined);
+
+  // sums weighted by stiffness
   for (int64_t n = 0; n < run->contact->row_count; n++) {
     const thrum_contact_row *row = run->view.rows + n;
     if (!begins(row, obstacle))
@@ -70,26 +74,34 @@ static int64_t join(const thrum_contact_run *run, int32_t obstacle, thrum_contac
     joined->ceiling += row->stiffness * row->ceiling;
     joined->along = fmax(joined->along, row->along);
   }
+
   joined->gap /= joined->stiffness;
   joined->ceiling /= joined->stiffness;
   return count;
 }
 
+/* Guesses the force of all new rows of an obstacle as if they were one: sweeps alone would find it
+ * only slowly, as each row sees the others' forces one after the other. */
 static void guess(thrum_contact_run *run, int32_t obstacle) {
   thrum_contact_row joined;
   if (join(run, obstacle, &joined) < 2 || !isnormal(joined.stiffness))
     return;
-  const double stiffness = joined.stiffness, free = mean_gap(run, obstacle, stiffness);
-  if (!(free < 0.0))
+  const double stiffness = joined.stiffness, unloaded = mean_gap(run, obstacle, stiffness);
+  if (!(unloaded < 0.0))
     return;
-  // what a force that could stop one point does to all
-  const double probe = -free / joined.along;
+
+  // the response of all points to a force that could stop one of them
+  const double probe = -unloaded / joined.along;
   push_all(run, obstacle, stiffness, probe);
-  joined.along = (mean_gap(run, obstacle, stiffness) - free) / probe;
-  double force = joined.along > 0.0 ? thrum_contact_normal(&joined, free, INFINITY) : 0.0;
+  joined.along = (mean_gap(run, obstacle, stiffness) - unloaded) / probe;
+
+  // the force of one row with that response, in place of the trial force
+  double force = joined.along > 0.0 ? thrum_contact_normal(&joined, unloaded, INFINITY) : 0.0;
   push_all(run, obstacle, stiffness, force - probe);
   if (!(force > 0.0))
     return;
+
+  // each row takes its share by stiffness
   for (int64_t n = 0; n < run->contact->row_count; n++)
     if (begins(run->view.rows + n, obstacle))
       run->view.rows[n].touch.force = run->view.rows[n].stiffness / stiffness * force;

@@ -22,6 +22,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "runtime/contact/contact_law.h"
 #include "runtime/contact/contact_private.h"
 
 /* The root of a x^2 + b x - c = 0 that is not below 0, for a > 0 and c >= 0. */
@@ -31,26 +32,28 @@ static double positive_root(double a, double b, double c) {
 }
 
 /* The spring from outside, g > 0, to a free gap below 0. */
-static double force_entering(const thrum_contact_row *row, double free) {
+static double force_entering(const thrum_contact_row *row, double unloaded) {
   const double g = row->gap, k = row->stiffness, c = row->damping, along = row->along;
-  // L (g - g') = 1/2 k g'^2 - c g' (g - g') with g' = free + along L
+  // L (g - g') = 1/2 k g'^2 - c g' (g - g') with g' = unloaded + along L
   const double a = along * (0.5 * k * along + 1.0 + c * along);
-  const double b = k * free * along - (g - free) - c * along * (g - free) + c * free * along;
-  const double constant = 0.5 * k * free * free - c * free * (g - free);
+  const double b =
+      k * unloaded * along - (g - unloaded) - c * along * (g - unloaded) + c * unloaded * along;
+  const double constant = 0.5 * k * unloaded * unloaded - c * unloaded * (g - unloaded);
   // b < 0 < constant: the lesser root has g' <= 0
   const double root = sqrt(fmax(b * b - 4.0 * a * constant, 0.0));
   return 2.0 * constant / (root - b);
 }
 
 /* The spring from inside. */
-static double force_inside(const thrum_contact_row *row, double free) {
+static double force_inside(const thrum_contact_row *row, double unloaded) {
   const double g = row->gap, k = row->stiffness, c = row->damping, along = row->along;
-  const double stay = (-0.5 * k * (g + free) - c * (free - g)) / (1.0 + along * (0.5 * k + c));
-  if (free + along * stay <= 0.0)
+  const double stay =
+      (-0.5 * k * (g + unloaded) - c * (unloaded - g)) / (1.0 + along * (0.5 * k + c));
+  if (unloaded + along * stay <= 0.0)
     return fmax(stay, 0.0);
   // it leaves: (L - c g)(g' - g) = 1/2 k g^2
-  const double rise = free - g - c * along * g;
-  return fmax(positive_root(along, rise, 0.5 * k * g * g + c * g * (free - g)), 0.0);
+  const double rise = unloaded - g - c * along * g;
+  return fmax(positive_root(along, rise, 0.5 * k * g * g + c * g * (unloaded - g)), 0.0);
 }
 
 double thrum_contact_normal(const thrum_contact_row *row, double gap_free, double stored) {
@@ -66,14 +69,14 @@ double thrum_contact_normal(const thrum_contact_row *row, double gap_free, doubl
   return isfinite(force) ? force : 0.0;
 }
 
-void thrum_contact_friction(const thrum_contact_row *row, double normal, const double free[3],
+void thrum_contact_friction(const thrum_contact_row *row, double normal, const double unloaded[3],
                             double friction[3]) {
   const double length = thrum_dot3(row->slide, row->slide);
-  double at = length > 0.0 ? thrum_dot3(free, row->slide) / length : 0.0;
+  double at = length > 0.0 ? thrum_dot3(unloaded, row->slide) / length : 0.0;
   at = fmin(fmax(at, 0.0), 1.0);
   double off[3];
   for (int axis = 0; axis < 3; axis++)
-    off[axis] = free[axis] - at * row->slide[axis];
+    off[axis] = unloaded[axis] - at * row->slide[axis];
   const double distance = sqrt(thrum_dot3(off, off)), most = row->friction * normal;
   const double scale = distance > row->across * most ? most / distance : 1.0 / row->across;
   for (int axis = 0; axis < 3; axis++)

@@ -9,6 +9,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "runtime/contact/contact_point.h"
 #include "runtime/contact/contact_private.h"
 
 /* out = axes rows x */
@@ -45,7 +46,7 @@ void thrum_point_lever(const thrum_contact_run *run, const double x[3], double a
                        double lever[3]) {
   for (int axis = 0; axis < 3; axis++)
     arm[axis] = x[axis] - run->centre[axis];
-  thrum_cross3(run->free_turn, arm, lever);
+  thrum_cross3(run->unloaded_turn, arm, lever);
   for (int axis = 0; axis < 3; axis++)
     lever[axis] = arm[axis] + 0.5 * lever[axis];
 }
@@ -67,10 +68,10 @@ void thrum_point_velocity(const thrum_contact_run *run, const double *rows, cons
   add_whole(translation ? translation->velocity : zero, run->spin, arm, velocity);
 }
 
-void thrum_point_free(const thrum_contact_run *run, const double *rows, const double lever[3],
-                      double out[3]) {
-  gather(run, rows, run->view.free, out);
-  add_whole(run->free, run->free_turn, lever, out);
+void thrum_point_unloaded(const thrum_contact_run *run, const double *rows, const double lever[3],
+                          double out[3]) {
+  gather(run, rows, run->view.unloaded, out);
+  add_whole(run->unloaded, run->unloaded_turn, lever, out);
 }
 
 void thrum_point_moved(const thrum_contact_run *run, const double *rows, const double lever[3],

@@ -26,7 +26,9 @@ static double implicit_share(const thrum_state *state, int32_t i) {
   return i < state->split ? 0.0 : 0.25;
 }
 
-static void fill_free(const thrum_contact_run *run, const double *force) {
+/* Fills the displacement over the step without contact, and the answer to a unit mean load, with
+ * the stiffness at rest. */
+static void fill_unloaded(const thrum_contact_run *run, const double *force) {
   const thrum_state *state = run->state;
   const thrum_contact_view *view = &run->view;
   const double h = run->dt, half = 0.5 * h * h;
@@ -36,7 +38,7 @@ static void fill_free(const thrum_contact_run *run, const double *force) {
                                 implicit_share(state, i) * h * h * omega2);
     const double load = run->environment->load ? run->environment->load[i] : 0.0;
     view->weights[i] = half * scale;
-    view->free[i] = scale * (h * view->p[i] + half * (load - force[i]));
+    view->unloaded[i] = scale * (h * view->p[i] + half * (load - force[i]));
   }
 }
 
@@ -44,23 +46,28 @@ thrum_status thrum_contact_predict(thrum_contact_run *run, thrum_error *error) {
   thrum_state *state = run->state;
   const int32_t r = state->rank;
   thrum_state_view view = thrum_state_view_of(state);
+
+  // momenta at the start of the step; a staggered state keeps them half a step away
   const thrum_status synchronised = thrum_staggered_synchronise(run->model, state, &view, NULL);
   if (synchronised == THRUM_OK) {
-    // synchronising has evaluated R of the explicit modes alone, less kappa q in the quadratic
-    // split
+
+    // synchronising has evaluated R of the explicit modes only, less kappa q in the quadratic split
     const bool plain = state->scheme == THRUM_SCHEME_QUADRATIC && state->split < r;
     if (plain || thrum_staggered_modes(state) < r)
       thrum_internal_force_by(view.kernel, run->model, view.q, view.force, view.work);
+
     for (int32_t i = 0; i < r; i++) {
       run->view.q[i] = view.q[i];
       run->view.p[i] = view.p_next[i];
     }
-    fill_free(run, view.force);
+    fill_unloaded(run, view.force);
   }
   if (synchronised != THRUM_OK)
     return thrum_error_set(error, THRUM_SINGULAR,
                            "the tangent damping cannot be solved for at this state");
-  if (!thrum_all_finite(run->view.p, r) || !thrum_all_finite(run->view.free, r))
+
+  // a prediction beyond the numbers would spoil the state
+  if (!thrum_all_finite(run->view.p, r) || !thrum_all_finite(run->view.unloaded, r))
     return thrum_error_set(error, THRUM_NOT_FINITE,
                            "the forces at this state are beyond the range of finite numbers");
   return THRUM_OK;

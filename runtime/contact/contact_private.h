@@ -1,8 +1,14 @@
-/* A contact's block, private to the runtime: one header, then arrays at offsets that follow from
- * the sizes in the header; no pointer is stored (thrum/contact.h, docs/contact.md).
+/* A contact in memory and a step of it in the making, private to the runtime: one header, then
+ * arrays at offsets that follow from the sizes in the header; no pointer is stored
+ * (thrum/contact.h, docs/contact.md).
  *
  * What persists from step to step are the touches and the forces of the pulls; rows and vectors are
  * made anew by thrum_contact_begin and read by thrum_contact_end.
+ *
+ * A step goes through these files in this order: contact_check.c, contact_predict.c,
+ * contact_pull.c, contact_rows.c, contact_guess.c and contact_solve.c (thrum_contact_begin), then
+ * contact_energy.c (thrum_contact_end). contact_point.h has the kinematics of one point,
+ * contact_law.h the forces of one row, obstacle_private.h the shapes.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_RUNTIME_CONTACT_CONTACT_PRIVATE_H
@@ -67,12 +73,12 @@ typedef struct thrum_contact_row {
   double stiffness;   /* k [N/m] */
   double damping;     /* c/h [N/m] */
   double restitution, friction;
-  double speed;    /* along the normal at the start, relative to the obstacle [m/s] */
-  double gained;   /* what the step adds to it towards the obstacle without contact [m/s] */
-  double free;     /* length of the displacement without contact and pulls [m] */
-  double ceiling;  /* the spring pushes only while gap' is below [m] */
-  double slide[3]; /* where friction would have the tangential displacement: 0 to this [m] */
-  double seen[3];  /* displacement of the point when its row was last solved [m] */
+  double speed;           /* along the normal at the start, relative to the obstacle [m/s] */
+  double gained;          /* what the step adds to it towards the obstacle without contact [m/s] */
+  double unloaded_length; /* length of the displacement without contact and pulls [m] */
+  double ceiling;         /* the spring pushes only while gap' is below [m] */
+  double slide[3];        /* where friction would have the tangential displacement: 0 to this [m] */
+  double seen[3];         /* displacement of the point when its row was last solved [m] */
   double work, rubbed, driven; /* of the step made: on the body, and of the moving obstacle [J] */
 } thrum_contact_row;
 
@@ -101,10 +107,10 @@ typedef struct thrum_pull_row {
   X(thrum_pull_row, pull_rows, pull_max)                                                           \
   X(double, q, rank) /* at the start of the step */                                                \
   X(double, p, rank)                                                                               \
-  X(double, weights, rank) /* displacement over the step under a unit mean load [s^2] */           \
-  X(double, free, rank)    /* displacement over the step without contact and pulls */              \
-  X(double, moved, rank)   /* displacement over the step as predicted with them */                 \
-  X(double, load, rank)    /* mean load of the step with them */                                   \
+  X(double, weights, rank)  /* displacement over the step under a unit mean load [s^2] */          \
+  X(double, unloaded, rank) /* displacement over the step without contact and pulls */             \
+  X(double, moved, rank)    /* displacement over the step as predicted with them */                \
+  X(double, load, rank)     /* mean load of the step with them */                                  \
   X(double, pulled, pull_max * 3 * rank) /* rows of U of the points of the pulls */                \
   X(double, made, rank)                  /* displacement over the step as it was made */           \
   X(unsigned char, snapshot, state_bytes)
@@ -125,21 +131,16 @@ typedef struct thrum_contact_run {
   double dt;
   double axes[9], origin[3]; /* of the placement, the translation included in the origin */
   double mass_weight;        /* h^2/2 over the mass, 0 for a body that is held [m/N] */
-  double free[3];            /* displacement of the translation without contact and pulls [m] */
+  double unloaded[3];        /* displacement of the translation without contact and pulls [m] */
   double moved[3];           /* with them */
   double force[3];           /* on the translation, with them [N] */
   double centre[3];          /* of mass, in the world; lever arms are from here [m] */
   double turn_weight[9]; /* h^2/2 times the inverse of the inertia, 0 for one that does not turn */
   double spin[3];        /* angular velocity at the start [rad/s] */
-  double free_turn[3], turned[3]; /* angle over the step, as free and moved [rad] */
+  double unloaded_turn[3], turned[3]; /* angle over the step, as unloaded and moved [rad] */
   double foreseen[3]; /* turned as the solve had it, where turned is what the torque makes */
   double torque[3];   /* as force [N m] */
 } thrum_contact_run;
-
-/* contact_check.c: says what is wrong with what is around. */
-thrum_status thrum_contact_environment_check(const thrum_model *model, const thrum_contact *contact,
-                                             const thrum_contact_environment *environment,
-                                             thrum_error *error);
 
 /* contact.c: refuses NULL, memory that is no contact, and a model or state of another rank. */
 thrum_status thrum_contact_check(const thrum_model *model, const thrum_state *state,
@@ -148,78 +149,48 @@ thrum_status thrum_contact_check(const thrum_model *model, const thrum_state *st
 /* contact.c: pointers into the block. */
 thrum_contact_view thrum_contact_view_of(thrum_contact *contact);
 
-/* contact_predict.c: q, p, weights and free of the step under environment->load. */
+/* contact_check.c: refuses an environment with impossible values, and says which. */
+thrum_status thrum_contact_environment_check(const thrum_model *model, const thrum_contact *contact,
+                                             const thrum_contact_environment *environment,
+                                             thrum_error *error);
+
+/* contact_predict.c: fills q, p, weights and unloaded of the step under environment->load. */
 thrum_status thrum_contact_predict(thrum_contact_run *run, thrum_error *error);
 
-/* contact_rows.c: rows of the step, with what moved says without them. */
+/* contact_pull.c: fills the pull rows of the step. */
+void thrum_contact_pulls(thrum_contact_run *run);
+
+/* contact_pull.c: the three rows of U of the point of a pull. */
+double *thrum_contact_pull_basis(const thrum_contact_run *run, int64_t index);
+
+/* contact_pull.c: solves one pull; returns by how much its point had moved since it was solved last
+ * [m]. */
+double thrum_contact_pull_solve(thrum_contact_run *run, int64_t index);
+
+/* contact_rows.c: fills the rows of the step from its displacements without contact. */
 void thrum_contact_rows(thrum_contact_run *run);
 
-/* contact_pull.c: pull rows of the step; the rows of U of a pull's point; one solve of a pull,
- * which returns by how much its point had moved since the last. */
-void thrum_contact_pulls(thrum_contact_run *run);
-double *thrum_pull_rows(const thrum_contact_run *run, int64_t index);
-double thrum_pull_solve(thrum_contact_run *run, int64_t index);
-
-/* contact_rows.c: no row gives anything back, and what comes in is stopped. */
+/* contact_rows.c: takes restitution and friction out of all rows, so that they only stop what comes
+ * in. */
 void thrum_contact_release(thrum_contact_run *run);
 
-/* contact_guess.c: forces of rows that begin, into moved too. */
+/* contact_guess.c: guesses the forces of rows that are new, and adds what they move. */
 void thrum_contact_guess(thrum_contact_run *run);
 
-/* contact_solve.c: forces of rows and pull rows; moved, and load for the state. */
+/* contact_solve.c: solves for the forces of all rows and pull rows; fills moved, and load for the
+ * state. */
 void thrum_contact_solve(thrum_contact_run *run);
 
-/* contact_account.c: what the rows did in the step from view.q to q (rank); returns their work on
- * the body, relative to the obstacles [J]. */
+/* contact_energy.c: measures what the rows did in the step from view.q to q (rank); returns their
+ * work on the body relative to the obstacles [J]. */
 double thrum_contact_measure(thrum_contact_run *run, const double *q);
 
-/* What goes through the rows in the step: forces times free displacements [J]. */
+/* contact_energy.c: bounds the energy that goes through the rows in the step: the sum of their
+ * forces times the free displacements of their points [J]. */
 double thrum_contact_flow(const thrum_contact_run *run);
 
-/* The same into the account, with the touches of the next step. */
+/* contact_energy.c: measures the step that was made, books its energy and keeps the touches for the
+ * next step. */
 void thrum_contact_settle(thrum_contact_run *run, const double *q);
-
-/* contact_point.c, for the three rows of U of a point: those of point `point`; its place at rest,
- * and at the start of the step; its lever arm there; its velocity; its displacement where the
- * coordinates move by d and the body as a whole as free or as moved says; G; and the answer of
- * moved, and of load, to a force on it. */
-const double *thrum_point_rows(const thrum_contact_run *run, int64_t point);
-void thrum_point_rest(const thrum_contact_run *run, const double rest[3], double x[3]);
-void thrum_point_start(const thrum_contact_run *run, const double *rows, const double rest[3],
-                       double x[3]);
-void thrum_point_lever(const thrum_contact_run *run, const double x[3], double arm[3],
-                       double lever[3]);
-void thrum_point_velocity(const thrum_contact_run *run, const double *rows, const double arm[3],
-                          double velocity[3]);
-void thrum_point_free(const thrum_contact_run *run, const double *rows, const double lever[3],
-                      double out[3]);
-void thrum_point_moved(const thrum_contact_run *run, const double *rows, const double lever[3],
-                       const double *d, double out[3]);
-void thrum_point_response(const thrum_contact_run *run, const double *rows, const double lever[3],
-                          double response[9]);
-void thrum_point_push(thrum_contact_run *run, const double *rows, const double lever[3],
-                      const double force[3]);
-void thrum_point_load(thrum_contact_run *run, const double *rows, const double lever[3],
-                      const double force[3]);
-
-/* contact_point.c: how far a point is from where it was seen last, which becomes here. */
-double thrum_point_since(const double at[3], double seen[3]);
-
-/* contact_law.c: normal force [N] of a row whose gap at the end would be `gap_free` without it. */
-double thrum_contact_normal(const thrum_contact_row *row, double gap_free, double stored);
-
-/* contact_law.c: friction of a row whose tangential displacement would be `free` without it. */
-void thrum_contact_friction(const thrum_contact_row *row, double normal, const double free[3],
-                            double friction[3]);
-
-/* contact_law.c: energy of a spring of stiffness k at this gap [J]. */
-static inline double thrum_contact_energy(double stiffness, double gap) {
-  return gap < 0.0 ? 0.5 * stiffness * gap * gap : 0.0;
-}
-
-/* obstacle.c: faces of an obstacle that a point can touch each for itself. */
-int32_t thrum_obstacle_faces(const thrum_obstacle *obstacle);
-double thrum_obstacle_face_gap(const thrum_obstacle *obstacle, int32_t face, const double x[3],
-                               double normal[3]);
 
 #endif

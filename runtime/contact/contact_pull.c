@@ -14,16 +14,17 @@
 #include <math.h>
 #include <string.h>
 
+#include "runtime/contact/contact_point.h"
 #include "runtime/contact/contact_private.h"
 
-double *thrum_pull_rows(const thrum_contact_run *run, int64_t index) {
+double *thrum_contact_pull_basis(const thrum_contact_run *run, int64_t index) {
   return run->view.pulled + index * 3 * run->contact->rank;
 }
 
-/* Rows of U of a pull's point. */
+/* Mixes the rows of U of the three vertices of a pull by their weights. */
 static double *mix_rows(const thrum_contact_run *run, const thrum_pull *pull, int64_t index) {
   const int64_t count = 3 * (int64_t)run->contact->rank;
-  double *mixed = thrum_pull_rows(run, index);
+  double *mixed = thrum_contact_pull_basis(run, index);
   memset(mixed, 0, (size_t)count * sizeof *mixed);
   for (int corner = 0; corner < 3; corner++) {
     const double *rows = run->model->basis + pull->vertices[corner] * count;
@@ -33,6 +34,8 @@ static double *mix_rows(const thrum_contact_run *run, const thrum_pull *pull, in
   return mixed;
 }
 
+/* Fills the linear law of a pull, force = bias - rate x displacement: the mean force of the spring
+ * over the step where it is soft, its force at the end where it is stiff, and the damper. */
 static void fill_law(const thrum_contact_run *run, const thrum_pull *pull, thrum_pull_row *row) {
   const double h = run->dt, k = pull->stiffness;
   const double response = (row->response[0] + row->response[4] + row->response[8]) / 3.0;
@@ -44,11 +47,13 @@ static void fill_law(const thrum_contact_run *run, const thrum_pull *pull, thrum
     row->bias[axis] = -k * row->offset[axis] + 0.5 * blend * k * h * row->velocity[axis];
 }
 
-/* The largest force of a pull: none that displaces the point by the body's size has anything to
- * show, and a target that jumps would tear the body apart. */
+/* The largest force of a pull. A force that displaces the point by more than the body's size shows
+ * nothing more, and a target that jumps would tear the body apart. */
 static double most_of(const thrum_contact_run *run, const thrum_pull *pull, const double *rows) {
   if (pull->force_max > 0.0)
     return pull->force_max;
+
+  // static compliance of the point, over the modes that resist
   const int64_t rank = run->contact->rank;
   double compliance = 0.0;
   for (int64_t i = 0; i < rank; i++) {
@@ -56,18 +61,26 @@ static double most_of(const thrum_contact_run *run, const thrum_pull *pull, cons
     if (run->model->omega2[i] > 0.0)
       compliance += thrum_dot3(u, u) / run->model->omega2[i];
   }
+
+  // twice the force on a free body lets the pull lift it
   const double *force = run->environment->force;
   const double whole = run->environment->translation ? 2.0 * sqrt(thrum_dot3(force, force)) : 0.0;
   return compliance > 0.0 ? run->contact->diagonal / compliance + whole : INFINITY;
 }
 
+/* Fills a pull row: the point's rows of U, its place and velocity relative to the target, its law.
+ */
 static void fill_row(const thrum_contact_run *run, int64_t index) {
   const thrum_pull *pull = run->environment->pulls + index;
   thrum_pull_row *row = run->view.pull_rows + index;
   const double *rows = mix_rows(run, pull, index);
   double rest[3] = {0.0, 0.0, 0.0}, x[3], arm[3];
+
+  // the force of the last step is the first guess
   memset(row, 0, sizeof *row);
   memcpy(row->force, run->view.pull_forces + 3 * index, sizeof row->force);
+
+  // kinematics of the point, relative to the target
   for (int corner = 0; corner < 3; corner++)
     for (int axis = 0; axis < 3; axis++)
       rest[axis] += pull->weights[corner] * run->model->vertices[3 * pull->vertices[corner] + axis];
@@ -80,6 +93,7 @@ static void fill_row(const thrum_contact_run *run, int64_t index) {
     row->velocity[axis] -= pull->velocity[axis];
     row->drift[axis] = run->dt * pull->velocity[axis];
   }
+
   fill_law(run, pull, row);
   row->most = most_of(run, pull, rows);
 }
@@ -90,20 +104,26 @@ void thrum_contact_pulls(thrum_contact_run *run) {
     fill_row(run, index);
 }
 
-double thrum_pull_solve(thrum_contact_run *run, int64_t index) {
+double thrum_contact_pull_solve(thrum_contact_run *run, int64_t index) {
   thrum_pull_row *row = run->view.pull_rows + index;
-  const double *rows = thrum_pull_rows(run, index);
+  const double *rows = thrum_contact_pull_basis(run, index);
   double at[3], own[3], force[3], change[3], moved[3];
+
+  // displacement of the point without this pull's own force
   thrum_point_moved(run, rows, row->lever, run->view.moved, at);
   const double off = thrum_point_since(at, row->seen);
   thrum_apply3(row->response, row->force, own);
   for (int axis = 0; axis < 3; axis++)
     at[axis] = row->bias[axis] - row->rate * (at[axis] - row->drift[axis] - own[axis]);
+
+  // (1 + rate G) force = bias - rate x displacement
   double matrix[9];
   for (int n = 0; n < 9; n++)
     matrix[n] = row->rate * row->response[n] + (n % 4 == 0 ? 1.0 : 0.0);
   if (!thrum_solve3(matrix, at, force))
     return off;
+
+  // no more than the limit of the pull
   const double length = sqrt(thrum_dot3(force, force));
   const double scale = length > row->most ? row->most / length : 1.0;
   for (int axis = 0; axis < 3; axis++) {
@@ -112,6 +132,8 @@ double thrum_pull_solve(thrum_contact_run *run, int64_t index) {
   }
   if (!isfinite(change[0]) || !isfinite(change[1]) || !isfinite(change[2]))
     return off;
+
+  // the change of force moves all points of the body, and this one at once
   memcpy(row->force, force, sizeof force);
   thrum_point_push(run, rows, row->lever, change);
   thrum_apply3(row->response, change, moved);

@@ -14,7 +14,10 @@
 #include <math.h>
 #include <string.h>
 
+#include "runtime/contact/contact_law.h"
+#include "runtime/contact/contact_point.h"
 #include "runtime/contact/contact_private.h"
+#include "runtime/contact/obstacle_private.h"
 
 #define ENTRY_HALVINGS 24
 #define RECOVERY 0.1 /* share of an excess of depth that a step may take back */
@@ -26,7 +29,7 @@ typedef struct moving_point {
   double start[3];    /* [m] */
   double arm[3];      /* about the centre of mass [m] */
   double lever[3];    /* about halfway [m] */
-  double free[3];     /* displacement without contact and pulls [m] */
+  double unloaded[3]; /* displacement without contact and pulls [m] */
   double likely[3];   /* with the pulls alone [m] */
 } moving_point;
 
@@ -38,15 +41,16 @@ static moving_point point_of(const thrum_contact_run *run, int64_t point) {
   moving_point made = {.rows = thrum_point_rows(run, point)};
   thrum_point_start(run, made.rows, rest_of(run, point), made.start);
   thrum_point_lever(run, made.start, made.arm, made.lever);
-  thrum_point_free(run, made.rows, made.lever, made.free);
+  thrum_point_unloaded(run, made.rows, made.lever, made.unloaded);
   if (run->contact->pull_count > 0)
     thrum_point_moved(run, made.rows, made.lever, run->view.moved, made.likely);
   else
-    memcpy(made.likely, made.free, sizeof made.free);
+    memcpy(made.likely, made.unloaded, sizeof made.unloaded);
   return made;
 }
 
-/* The touch of the step before, NULL: none. Rows ask in ascending order; *from goes along. */
+/* The touch of the step before, NULL where there was none. Rows ask in ascending order, so *from
+ * only moves forward. */
 static const thrum_touching *touch_before(const thrum_contact_run *run, int32_t point,
                                           int32_t obstacle, int32_t face, int64_t *from) {
   for (; *from < run->contact->touch_count; ++*from) {
@@ -61,11 +65,14 @@ static const thrum_touching *touch_before(const thrum_contact_run *run, int32_t 
   return NULL;
 }
 
-/* Gap at the start, linear on the way to where the point enters. */
+/* Gap at the start of a point that ends inside, linear on its way to where it enters: the plane of
+ * a curved obstacle that the step meets. */
 static double entry_gap(const thrum_obstacle *obstacle, int32_t face, const double start[3],
                         const double way[3], double gap, double normal[3]) {
   if (gap <= 0.0 || obstacle->shape == THRUM_OBSTACLE_PLANE)
     return gap;
+
+  // bisection for where the way crosses the face
   double outside = 0.0, inside = 1.0, x[3];
   for (int n = 0; n < ENTRY_HALVINGS; n++) {
     const double middle = 0.5 * (outside + inside);
@@ -79,19 +86,24 @@ static double entry_gap(const thrum_obstacle *obstacle, int32_t face, const doub
   }
   for (int axis = 0; axis < 3; axis++)
     x[axis] = start[axis] + inside * way[axis];
+
+  // the plane through that point, followed back to the start
   const double depth = thrum_obstacle_face_gap(obstacle, face, x, normal);
   return fmax(depth - inside * thrum_dot3(normal, way), 0.0);
 }
 
-/* The approach, and where friction would have the point, from its velocity relative to the obstacle
- * and its free displacement. */
-static void bound_row(const thrum_contact_run *run, const double velocity[3], const double free[3],
-                      thrum_contact_row *row) {
+/* Fills the approach speed of a row, and the displacement that friction aims at, from the point's
+ * velocity relative to the obstacle and its displacement without contact. */
+static void bound_row(const thrum_contact_run *run, const double velocity[3],
+                      const double unloaded[3], thrum_contact_row *row) {
   const double h = run->dt;
   thrum_touching *touch = &row->touch;
   const double speed = thrum_dot3(velocity, touch->normal);
-  // what a step adds to the speed is no impact: a body at rest would be thrown up again and again
-  const double gained = 2.0 * (speed - thrum_dot3(free, touch->normal) / h);
+
+  // the speed that one step adds is no impact: a body at rest would be thrown up again and again
+  const double gained = 2.0 * (speed - thrum_dot3(unloaded, touch->normal) / h);
+
+  // an approach lasts until the point moves away, and keeps its largest speed
   if (speed < 0.0) {
     const double impact = -speed > RESTING * gained ? -speed : 0.0;
     touch->approach = touch->towards ? fmax(touch->approach, impact) : impact;
@@ -99,6 +111,8 @@ static void bound_row(const thrum_contact_run *run, const double velocity[3], co
   } else if (speed > 0.0) {
     touch->towards = 0;
   }
+
+  // friction aims at the displacement that stops the tangential velocity within the step
   row->speed = speed;
   row->gained = gained;
   for (int axis = 0; axis < 3; axis++)
@@ -116,24 +130,33 @@ static double largest_across(const double response[9], const double normal[3],
   return 0.5 * (trace + sqrt(fmax(2.0 * square - trace * trace, 0.0)));
 }
 
+/* Fills a row whose touch and gap are set; `before` is the same touch in the last step, or NULL. */
 static void fill_row(const thrum_contact_run *run, const moving_point *point,
                      const thrum_obstacle *obstacle, const thrum_touching *before,
                      thrum_contact_row *row) {
   const double h = run->dt, area = run->view.areas[row->touch.point];
   const double pressure = obstacle->stiffness > 0.0 ? obstacle->stiffness : run->contact->stiffness;
+
+  // how the point answers to a force
   memcpy(row->lever, point->lever, sizeof row->lever);
   thrum_point_response(run, point->rows, row->lever, row->response);
-  double pushed[3], velocity[3], free[3];
+  double pushed[3], velocity[3], unloaded[3];
   const double *normal = row->touch.normal;
   thrum_apply3(row->response, normal, pushed);
   row->along = thrum_dot3(pushed, normal);
   row->across = largest_across(row->response, normal, pushed);
+
+  // the law: stiffness and damping are per area
   row->stiffness = pressure * area;
   row->damping = obstacle->damping * area / h;
   row->restitution = obstacle->restitution;
   row->friction = obstacle->friction;
-  if (run->contact->fresh) // what overlaps before the first step was put there
+
+  // what overlaps before the first step was put there, so its energy is a gift
+  if (run->contact->fresh)
     row->touch.stored = thrum_contact_energy(row->stiffness, row->gap);
+
+  // a touch that goes on keeps its forces and no more energy than its spring can hold
   if (before) {
     row->touch.towards = before->towards;
     row->touch.force = before->force;
@@ -141,14 +164,16 @@ static void fill_row(const thrum_contact_run *run, const moving_point *point,
     row->touch.approach = before->approach;
     row->touch.stored = fmin(before->stored, thrum_contact_energy(row->stiffness, row->gap));
   }
+
+  // velocity and displacement relative to the obstacle
   thrum_point_velocity(run, point->rows, point->arm, velocity);
   for (int axis = 0; axis < 3; axis++) {
     row->drift[axis] = h * obstacle->velocity[axis];
     velocity[axis] -= obstacle->velocity[axis];
-    free[axis] = point->free[axis] - row->drift[axis];
+    unloaded[axis] = point->unloaded[axis] - row->drift[axis];
   }
-  row->free = sqrt(thrum_dot3(free, free));
-  bound_row(run, velocity, free, row);
+  row->unloaded_length = sqrt(thrum_dot3(unloaded, unloaded));
+  bound_row(run, velocity, unloaded, row);
 }
 
 /* Does a displacement end inside? `way` gets it relative to the obstacle. */
@@ -168,15 +193,21 @@ static void try_face(thrum_contact_run *run, const moving_point *point, int32_t 
   const thrum_obstacle *obstacle = run->environment->obstacles + number;
   thrum_contact *contact = run->contact;
   double normal[3], way[3];
+
+  // only a point that is or ends inside touches
   double gap = thrum_obstacle_face_gap(obstacle, face, point->start, normal);
-  const bool ends_inside = enters(run, obstacle, face, point, point->free, way) ||
+  const bool ends_inside = enters(run, obstacle, face, point, point->unloaded, way) ||
                            enters(run, obstacle, face, point, point->likely, way);
   if (gap >= 0.0 && !ends_inside)
     return;
+
+  // touch_max is the caller's limit: the report counts what it leaves out
   if (contact->row_count == contact->touch_max) {
     contact->dropped++;
     return;
   }
+
+  // the row begins on the plane where the point enters
   gap = entry_gap(obstacle, face, point->start, way, gap, normal);
   thrum_contact_row *row = run->view.rows + contact->row_count;
   memset(row, 0, sizeof *row);
@@ -193,20 +224,25 @@ static void try_face(thrum_contact_run *run, const moving_point *point, int32_t 
 
 /* How far any point may be from its place at rest now or at the end of the step. */
 static double reach_of(const thrum_contact_run *run) {
-  const double *free = run->view.free, *moved = run->view.moved;
+  const double *unloaded = run->view.unloaded, *moved = run->view.moved;
+
+  // the deformation, by the largest displacement of a point under each coordinate
   double own = 0.0, size = 0.0;
   for (int32_t i = 0; i < run->contact->rank; i++)
-    own += run->view.extents[i] * (fabs(run->view.q[i]) + fmax(fabs(free[i]), fabs(moved[i])));
+    own += run->view.extents[i] * (fabs(run->view.q[i]) + fmax(fabs(unloaded[i]), fabs(moved[i])));
   for (int n = 0; n < 9; n++)
     size += run->axes[n] * run->axes[n];
   own *= sqrt(size);
-  // the centre of mass lies within the points' sphere or close to it
-  const double turn =
-      sqrt(fmax(thrum_dot3(run->free_turn, run->free_turn), thrum_dot3(run->turned, run->turned)));
+
+  // the rotation moves a point by its distance from the centre of mass, which lies within the
+  // points' sphere or close to it
+  const double turn = sqrt(fmax(thrum_dot3(run->unloaded_turn, run->unloaded_turn),
+                                thrum_dot3(run->turned, run->turned)));
   return own + turn * (own + 2.0 * run->contact->radius * sqrt(size)) +
-         sqrt(fmax(thrum_dot3(run->free, run->free), thrum_dot3(run->moved, run->moved)));
+         sqrt(fmax(thrum_dot3(run->unloaded, run->unloaded), thrum_dot3(run->moved, run->moved)));
 }
 
+/* May any point of the body come near this obstacle? */
 static bool near_body(const thrum_contact_run *run, const thrum_obstacle *obstacle, double reach) {
   double middle[3], unused[3], size = 0.0;
   thrum_apply3(run->axes, run->contact->middle, middle);
@@ -222,10 +258,14 @@ static void add_rows(thrum_contact_run *run, double reach) {
   const thrum_contact_environment *environment = run->environment;
   int64_t from = 0;
   for (int64_t index = 0; index < run->contact->point_count; index++) {
+
+    // displacements are evaluated only for a point near an obstacle
     moving_point point;
     bool evaluated = false;
     double rest[3], unused[3];
     thrum_point_rest(run, rest_of(run, index), rest);
+
+    // each obstacle within reach, face by face
     for (int64_t number = 0; number < environment->obstacle_count; number++) {
       const thrum_obstacle *obstacle = environment->obstacles + number;
       const double moved = run->dt * sqrt(thrum_dot3(obstacle->velocity, obstacle->velocity));
@@ -240,8 +280,9 @@ static void add_rows(thrum_contact_run *run, double reach) {
   }
 }
 
-/* Share of their depth by which springs are deeper than the forces of the last step say: they were
- * held back. Of all together, as forces may be shared among points in many ways. */
+/* Share of their depth by which springs are deeper than the forces of the last step account for,
+ * because something held them back. It is taken over all rows together, as points may share a force
+ * in many ways. */
 static double excess_share(const thrum_contact_run *run) {
   double carried = 0.0, pressed = 0.0;
   for (int64_t n = 0; n < run->contact->row_count; n++) {
@@ -252,8 +293,8 @@ static double excess_share(const thrum_contact_run *run) {
   return pressed > carried ? 1.0 - carried / pressed : 0.0;
 }
 
-/* Up to where the springs push: as fast as restitution has it, or out of an excess of depth, no
- * faster than what presses the body on the obstacle can stop. */
+/* Sets the gap up to which each spring pushes: as fast as restitution says, or out of an excess of
+ * depth, but no faster than the force that presses the body on the obstacle can stop. */
 static void raise_ceilings(thrum_contact_run *run) {
   const double share = excess_share(run), h = run->dt;
   for (int64_t n = 0; n < run->contact->row_count; n++) {
@@ -270,6 +311,8 @@ void thrum_contact_rows(thrum_contact_run *run) {
   const double reach = reach_of(run);
   bool any = false;
   run->contact->row_count = 0;
+
+  // most steps are far from everything: one sphere of all points answers for them
   for (int64_t n = 0; n < environment->obstacle_count && !any; n++) {
     const thrum_obstacle *o = environment->obstacles + n;
     any = near_body(run, o, reach + run->dt * sqrt(thrum_dot3(o->velocity, o->velocity)));

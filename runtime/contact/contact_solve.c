@@ -12,22 +12,29 @@
 #include <math.h>
 #include <string.h>
 
+#include "runtime/contact/contact_law.h"
+#include "runtime/contact/contact_point.h"
 #include "runtime/contact/contact_private.h"
 
+/* Force of a row on the body [N]. */
 static void force_of(const thrum_contact_row *row, double force[3]) {
   for (int axis = 0; axis < 3; axis++)
     force[axis] = row->touch.force * row->touch.normal[axis] + row->touch.friction[axis];
 }
 
-/* Solves one row; returns by how much the point had moved since the last sweep. */
+/* Solves one row; returns by how much its point had moved since the last sweep [m]. */
 static double solve_row(thrum_contact_run *run, thrum_contact_row *row) {
   const double *rows = thrum_point_rows(run, row->touch.point), *normal = row->touch.normal;
   double at[3], before[3], change[3], moved[3];
+
+  // where the point is now, relative to the obstacle
   thrum_point_moved(run, rows, row->lever, run->view.moved, at);
   const double off = thrum_point_since(at, row->seen);
   for (int axis = 0; axis < 3; axis++)
     at[axis] -= row->drift[axis];
   force_of(row, before);
+
+  // the normal force from the gap that this row has without its own force
   const double gap = row->gap + thrum_dot3(normal, at);
   const double force =
       thrum_contact_normal(row, gap - row->along * row->touch.force, row->touch.stored);
@@ -35,13 +42,16 @@ static double solve_row(thrum_contact_run *run, thrum_contact_row *row) {
     change[axis] = (force - row->touch.force) * normal[axis];
   row->touch.force = force;
   thrum_apply3(row->response, change, moved);
-  // what is across the normal, less what friction does now
+
+  // friction from the tangential displacement that this row has without its friction
   for (int axis = 0; axis < 3; axis++)
     at[axis] += moved[axis];
   const double along = thrum_dot3(normal, at);
   for (int axis = 0; axis < 3; axis++)
     at[axis] -= along * normal[axis] + row->across * row->touch.friction[axis];
   thrum_contact_friction(row, force, at, row->touch.friction);
+
+  // the change of force moves all points of the body, and this one at once
   force_of(row, change);
   for (int axis = 0; axis < 3; axis++)
     change[axis] -= before[axis];
@@ -52,51 +62,63 @@ static double solve_row(thrum_contact_run *run, thrum_contact_row *row) {
   return off;
 }
 
+/* Solves all pulls and rows once, one after the other (projected Gauss-Seidel); returns the largest
+ * distance by which a point had moved since the sweep before [m]. */
 static double sweep(thrum_contact_run *run) {
   double change = 0.0;
   for (int64_t n = 0; n < run->contact->pull_count; n++)
-    change = fmax(change, thrum_pull_solve(run, n));
+    change = fmax(change, thrum_contact_pull_solve(run, n));
   for (int64_t n = 0; n < run->contact->row_count; n++)
     change = fmax(change, solve_row(run, run->view.rows + n));
   return change;
 }
 
-/* moved from free and the forces that rows and pulls have; returns the largest displacement. */
+/* Recomputes moved from the unloaded step and the forces that rows and pulls have; returns the
+ * largest displacement. */
 static double begin_sweeps(thrum_contact_run *run) {
   double largest = 0.0, force[3];
-  memcpy(run->view.moved, run->view.free, (size_t)run->contact->rank * sizeof(double));
-  memcpy(run->moved, run->free, sizeof run->free);
-  memcpy(run->turned, run->free_turn, sizeof run->turned);
+
+  // the step without contact and pulls
+  memcpy(run->view.moved, run->view.unloaded, (size_t)run->contact->rank * sizeof(double));
+  memcpy(run->moved, run->unloaded, sizeof run->unloaded);
+  memcpy(run->turned, run->unloaded_turn, sizeof run->turned);
+
+  // the forces with which rows and pulls start, those of the last step
   for (int64_t n = 0; n < run->contact->row_count; n++) {
     const thrum_contact_row *row = run->view.rows + n;
-    largest = fmax(largest, row->free + fabs(row->gap));
+    largest = fmax(largest, row->unloaded_length + fabs(row->gap));
     force_of(row, force);
     thrum_point_push(run, thrum_point_rows(run, row->touch.point), row->lever, force);
   }
   for (int64_t n = 0; n < run->contact->pull_count; n++) {
     const thrum_pull_row *row = run->view.pull_rows + n;
     largest = fmax(largest, sqrt(thrum_dot3(row->offset, row->offset)));
-    thrum_point_push(run, thrum_pull_rows(run, n), row->lever, row->force);
+    thrum_point_push(run, thrum_contact_pull_basis(run, n), row->lever, row->force);
   }
   return largest;
 }
 
-/* load and force with those of rows and pulls. */
+/* Adds the forces of rows and pulls to the load of the step and to the wrench on the body as a
+ * whole. */
 static void gather_load(thrum_contact_run *run) {
   const int64_t rank = run->contact->rank;
   const thrum_contact_environment *environment = run->environment;
   double force[3];
+
+  // what acts without contact
   for (int64_t i = 0; i < rank; i++)
     run->view.load[i] = environment->load ? environment->load[i] : 0.0;
   memcpy(run->force, environment->force, sizeof run->force);
   memcpy(run->torque, environment->torque, sizeof run->torque);
+
+  // what rows and pulls add
   for (int64_t n = 0; n < run->contact->row_count; n++) {
     const thrum_contact_row *row = run->view.rows + n;
     force_of(row, force);
     thrum_point_load(run, thrum_point_rows(run, row->touch.point), row->lever, force);
   }
   for (int64_t n = 0; n < run->contact->pull_count; n++)
-    thrum_point_load(run, thrum_pull_rows(run, n), run->view.pull_rows[n].lever,
+    thrum_point_load(run, thrum_contact_pull_basis(run, n), run->view.pull_rows[n].lever,
                      run->view.pull_rows[n].force);
 }
 
@@ -104,11 +126,14 @@ void thrum_contact_solve(thrum_contact_run *run) {
   thrum_contact *contact = run->contact;
   const double largest = begin_sweeps(run);
   thrum_contact_guess(run);
+
+  // sweeps until no point moves by more than the tolerance
   for (int32_t n = 0; contact->row_count + contact->pull_count > 0 && n < contact->sweeps_max;
        n++) {
     contact->sweeps++;
     if (!(sweep(run) > contact->tolerance * largest))
       break;
   }
+
   gather_load(run);
 }

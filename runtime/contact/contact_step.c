@@ -32,7 +32,7 @@ static void fill_rigid_frame(thrum_contact_run *run) {
   const thrum_placement *placement = run->environment->placement;
   thrum_rigid_frame alone = *rigid_frame;
   thrum_rigid_frame_velocity(rigid_frame, placement, run->spin);
-  thrum_rigid_frame_step(&alone, placement, run->environment->torque, run->dt, run->free_turn);
+  thrum_rigid_frame_step(&alone, placement, run->environment->torque, run->dt, run->unloaded_turn);
   double half[9];
   thrum_multiply3(run->axes, rigid_frame->inverse, half);
   for (int i = 0; i < 3; i++)
@@ -51,10 +51,12 @@ static void fill_motion(thrum_contact_run *run) {
       thrum_placement_now(environment->placement, environment->rigid_frame, t ? t->position : NULL);
   memcpy(run->axes, now.axes, sizeof run->axes);
   memcpy(run->origin, now.origin, sizeof run->origin);
+
+  // what moves without contact: a translation under its force, a rotation
   if (t)
     run->mass_weight = 0.5 * run->dt * run->dt / t->mass;
   for (int axis = 0; axis < 3 && t; axis++)
-    run->free[axis] = run->dt * t->velocity[axis] + run->mass_weight * environment->force[axis];
+    run->unloaded[axis] = run->dt * t->velocity[axis] + run->mass_weight * environment->force[axis];
   if (environment->rigid_frame)
     fill_rigid_frame(run);
 }
@@ -67,6 +69,7 @@ static thrum_status open_run(const thrum_model *model, thrum_state *state, thrum
     status = thrum_contact_environment_check(model, contact, environment, error);
   if (status != THRUM_OK)
     return status;
+
   memset(run, 0, sizeof *run);
   run->model = model;
   run->state = state;
@@ -78,14 +81,18 @@ static thrum_status open_run(const thrum_model *model, thrum_state *state, thrum
   return THRUM_OK;
 }
 
-/* Solves, and hands the forces to the state. */
+/* Solves for the forces, and sets them as the state's load. */
 static thrum_status apply(thrum_contact_run *run, thrum_error *error) {
   thrum_contact_solve(run);
   memcpy(run->foreseen, run->turned, sizeof run->foreseen);
+
+  // the rotation that the torque really makes, by a trial step
   if (run->environment->rigid_frame) {
     thrum_rigid_frame trial = *run->environment->rigid_frame;
     thrum_rigid_frame_step(&trial, run->environment->placement, run->torque, run->dt, run->turned);
   }
+
+  // thrum_contact_end needs them, perhaps in another call
   memcpy(run->contact->moved, run->moved, sizeof run->moved);
   memcpy(run->contact->force, run->force, sizeof run->force);
   memcpy(run->contact->turned, run->turned, sizeof run->turned);
@@ -97,7 +104,7 @@ static thrum_status begin(thrum_contact_run *run, thrum_error *error) {
   const thrum_contact before = *run->contact;
   thrum_status status = thrum_contact_predict(run, error);
   if (status == THRUM_OK) {
-    // pulls alone first: what they pull into an obstacle is seen before it is there
+    // pulls alone first, so that a point which they drag into an obstacle gets its row in time
     thrum_contact_pulls(run);
     run->contact->row_count = 0;
     thrum_contact_solve(run);
@@ -121,7 +128,7 @@ thrum_status thrum_contact_begin(const thrum_model *model, thrum_state *state,
   return status;
 }
 
-/* The account, and the body as a whole. */
+/* Books the energy of the step, and moves the body as a whole. */
 static void end(thrum_contact_run *run) {
   const thrum_contact_environment *environment = run->environment;
   memcpy(run->moved, run->contact->moved, sizeof run->moved);
@@ -142,13 +149,12 @@ thrum_status thrum_contact_end(const thrum_model *model, thrum_state *state, thr
   if (status != THRUM_OK)
     return status;
   if (!contact->begun || contact->pull_count != environment->pull_count)
-    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                           "no step has begun with what is around now");
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "no step has begun in this environment");
   end(&run);
   return THRUM_OK;
 }
 
-/* Does the account allow what the step did? */
+/* Does the step keep the bound: did contact give back no more than it had taken, up to rounding? */
 static bool allowed(thrum_contact_run *run) {
   const thrum_contact *contact = run->contact;
   const double work = thrum_contact_measure(run, thrum_state_view_of(run->state).q);
@@ -159,16 +165,21 @@ static bool allowed(thrum_contact_run *run) {
   return left >= -ROUNDING * (contact->flow + thrum_contact_flow(run));
 }
 
-/* What the next attempt begins with, from how the last one ended. */
+/* Goes back to the start of the step for the next attempt, with a prediction corrected by how the
+ * last one ended. */
 static thrum_status again(thrum_contact_run *run, int attempt, thrum_error *error) {
   const double *q = thrum_state_view_of(run->state).q;
+
   // the part of the step that the prediction did not see
   for (int32_t i = 0; i < run->contact->rank; i++)
-    run->view.free[i] += q[i] - run->view.q[i] - run->view.moved[i];
+    run->view.unloaded[i] += q[i] - run->view.q[i] - run->view.moved[i];
   for (int axis = 0; axis < 3; axis++)
-    run->free_turn[axis] += run->turned[axis] - run->foreseen[axis];
+    run->unloaded_turn[axis] += run->turned[axis] - run->foreseen[axis];
+
   memcpy(run->state, run->view.snapshot, (size_t)run->contact->state_bytes);
   run->contact->redone++;
+
+  // each attempt asks for less: no restitution and friction, at last no contact
   if (attempt == ATTEMPT_WITHOUT) {
     run->contact->declined++;
     run->contact->row_count = 0;
@@ -185,9 +196,12 @@ thrum_status thrum_contact_step(const thrum_model *model, thrum_state *state,
   thrum_status status = open_run(model, state, contact, environment, &run, error);
   if (status != THRUM_OK)
     return status;
+
   const thrum_contact before = *contact;
   memcpy(run.view.snapshot, state, (size_t)contact->state_bytes);
   status = begin(&run, error);
+
+  // attempts, until one keeps the energy bound
   for (int attempt = ATTEMPT_FIRST; status >= 0; attempt++) {
     if (attempt != ATTEMPT_FIRST)
       status = again(&run, attempt, error);
@@ -196,6 +210,8 @@ thrum_status thrum_contact_step(const thrum_model *model, thrum_state *state,
     if (status < 0 || attempt == ATTEMPT_WITHOUT || allowed(&run))
       break;
   }
+
+  // a failure leaves everything as it was
   if (status < 0) {
     memcpy(state, run.view.snapshot, (size_t)contact->state_bytes);
     *contact = before;

@@ -11,6 +11,7 @@
 
 #include "runtime/base/finite.h"
 #include "runtime/contact/contact_private.h"
+#include "runtime/contact/obstacle_private.h"
 
 #define OBSTACLE_COOKIE UINT32_C(0x6f627374)
 
@@ -95,11 +96,13 @@ static double direct(const double along[3], double normal[3]) {
   return length;
 }
 
-/* Of a solid box, from the point in its own axes. */
+/* Gap of a solid box, from the point in the box's axes. */
 static double box_gap(const double half[3], const double at[3], double normal[3]) {
   double out[3], nearest = -INFINITY;
   int face = 0;
   bool outside = false;
+
+  // how far the point is beyond each pair of faces
   for (int axis = 0; axis < 3; axis++) {
     const double beyond = fabs(at[axis]) - half[axis];
     out[axis] = beyond > 0.0 ? copysign(beyond, at[axis]) : 0.0;
@@ -109,6 +112,8 @@ static double box_gap(const double half[3], const double at[3], double normal[3]
       face = axis;
     }
   }
+
+  // outside, to the nearest point of the box; inside, through the nearest face
   if (outside)
     return direct(out, normal);
   for (int axis = 0; axis < 3; axis++)
@@ -129,6 +134,8 @@ double thrum_obstacle_face_gap(const thrum_obstacle *o, int32_t face, const doub
       normal[axis] = -normal[axis];
     return o->inside ? o->radius - length : length - o->radius;
   }
+
+  // a box is measured in its own axes
   double at[3], way[3] = {0.0, 0.0, 0.0}, gap;
   thrum_apply3_transposed(o->rotation, from, at);
   if (o->inside) {

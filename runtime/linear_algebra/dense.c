@@ -46,9 +46,11 @@ bool thrum_dense_factor(double *matrix, int32_t n, int32_t *pivots) {
     pivots[k] = chosen;
     if (chosen != k)
       swap_rows(top, matrix + (size_t)chosen * (size_t)n, n);
+
     const double pivot = top[k];
     if (pivot == 0.0 || !isfinite(pivot))
       return false;
+
     // eliminate the column below, row by row
     for (int32_t i = k + 1; i < n; i++) {
       double *row = matrix + (size_t)i * (size_t)n;
@@ -68,6 +70,8 @@ void thrum_dense_solve(const double *factors, int32_t n, const int32_t *pivots, 
     x[k] = x[pivots[k]];
     x[pivots[k]] = kept;
   }
+
+  // forward with L, whose diagonal is 1
   for (int32_t i = 1; i < n; i++) {
     const double *row = factors + (size_t)i * (size_t)n;
     double sum = x[i];
@@ -75,6 +79,8 @@ void thrum_dense_solve(const double *factors, int32_t n, const int32_t *pivots, 
       sum -= row[j] * x[j];
     x[i] = sum;
   }
+
+  // backward with U
   for (int32_t i = n - 1; i >= 0; i--) {
     const double *row = factors + (size_t)i * (size_t)n;
     double sum = x[i];

@@ -24,6 +24,8 @@ static double reflect(double *matrix, size_t n, size_t k, double *v, double *w) 
     largest = fmax(largest, fabs(matrix[i * n + k]));
   if (!(largest > 0.0))
     return 0.0;
+
+  // the column in units of its largest entry, so that no square overflows
   for (size_t i = k + 1; i < n; i++) {
     v[i] = matrix[i * n + k] / largest;
     norm += v[i] * v[i];
@@ -31,6 +33,7 @@ static double reflect(double *matrix, size_t n, size_t k, double *v, double *w) 
   norm = sqrt(norm);
   const double first = v[k + 1], turned = first > 0.0 ? -norm : norm;
   v[k + 1] = first - turned;
+
   // H = 1 - v v^T / half, half = |v|^2 / 2
   const double half = norm * norm - turned * first;
   double inner = 0.0;
@@ -46,6 +49,7 @@ static double reflect(double *matrix, size_t n, size_t k, double *v, double *w) 
   for (size_t i = k + 1; i < n; i++)
     for (size_t j = k + 1; j < n; j++)
       matrix[i * n + j] -= v[i] * w[j] + w[i] * v[j];
+
   return turned * largest;
 }
 
@@ -66,11 +70,14 @@ double thrum_symmetric_least(double *matrix, int32_t size, double *work) {
   const size_t n = (size_t)size;
   double *beside = work, *v = work + n, *w = v + n;
   memset(work, 0, 3 * n * sizeof *work);
+
+  // to tridiagonal form by reflections
   for (size_t k = 0; k + 1 < n; k++)
     beside[k] = reflect(matrix, n, k, v, w);
   double *diagonal = v, low = INFINITY, high = INFINITY, largest = 0.0;
   for (size_t k = 0; k < n; k++)
     diagonal[k] = matrix[k * n + k];
+
   // Gershgorin's discs bound it below, the least diagonal entry above
   for (size_t k = 0; k < n; k++) {
     const double radius = fabs(beside[k]) + (k > 0 ? fabs(beside[k - 1]) : 0.0);
@@ -80,6 +87,8 @@ double thrum_symmetric_least(double *matrix, int32_t size, double *work) {
   }
   if (!isfinite(largest))
     return -INFINITY;
+
+  // bisection by the signs of the pivots (Sturm sequence), down to rounding
   const double tiny = DBL_EPSILON * DBL_EPSILON * largest + DBL_MIN;
   while (high - low > 0.25 * DBL_EPSILON * largest) {
     const double middle = low + 0.5 * (high - low);

@@ -22,6 +22,8 @@ thrum_status thrum_base_motion_check(const thrum_base_motion *motion, thrum_erro
   if (motion->count < 2)
     return thrum_error_set(error, THRUM_BAD_VALUE, "a motion has two samples or more, not %" PRId64,
                            motion->count);
+
+  // every sample is finite and later than the one before
   for (int64_t k = 0; k < motion->count; k++) {
     const double *a = motion->accelerations + 3 * k;
     if (!isfinite(motion->times[k]) || !isfinite(a[0]) || !isfinite(a[1]) || !isfinite(a[2]))

@@ -177,6 +177,8 @@ thrum_status thrum_embedding_check(const thrum_embedding *e, thrum_error *error)
       !e->weights)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "there is no embedding, or it lacks an array");
+
+  // sizes first: the values below are counted by them
   thrum_status status = check_sizes(e, error);
   if (status == THRUM_OK)
     status = check_doubles("omega2", e->omega2, e->rank, error);

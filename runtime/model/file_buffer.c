@@ -42,6 +42,8 @@ static thrum_status find_size(FILE *stream, const char *path, size_t *size, thru
     return thrum_file_buffer_fail(path, THRUM_IO, errno != 0 ? strerror(errno) : "cannot be read",
                                   error);
   }
+
+  // only a regular file has an end; offsets in an .npz have 32 bits
   long end = fseek(stream, 0, SEEK_END) == 0 ? ftell(stream) : -1;
   if (end <= 0 || fseek(stream, 0, SEEK_SET) != 0)
     return thrum_file_buffer_fail(path, THRUM_IO, "not a regular file", error);

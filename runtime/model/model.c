@@ -112,17 +112,20 @@ thrum_status thrum_model_init(void *memory, size_t memory_size, const void *file
   return status;
 }
 
-thrum_status thrum_model_check(const thrum_model *model, thrum_error *error) {
+thrum_status thrum_model_check_shapes(const thrum_model *model, thrum_error *error) {
   if (model == NULL)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "thrum_model_check: no model");
   thrum_layout layout;
   thrum_layout_from_model(&layout, model);
-  thrum_status status = thrum_layout_check_presence(&layout, error);
-  if (status == THRUM_OK)
-    status = thrum_layout_check_sizes(&layout, error);
-  if (status == THRUM_OK)
-    status = thrum_layout_check_values(&layout, error);
-  return status;
+  THRUM_TRY(thrum_layout_check_presence(&layout, error));
+  return thrum_layout_check_sizes(&layout, error);
+}
+
+thrum_status thrum_model_check(const thrum_model *model, thrum_error *error) {
+  thrum_layout layout;
+  THRUM_TRY(thrum_model_check_shapes(model, error));
+  thrum_layout_from_model(&layout, model);
+  return thrum_layout_check_values(&layout, error);
 }
 
 const char *thrum_model_group_name(const thrum_model *model, int64_t index) {

@@ -191,6 +191,8 @@ static thrum_status finish(const thrum_zip *zip, thrum_zip_member *member, thrum
 thrum_status thrum_zip_next(thrum_zip *zip, thrum_zip_member *member, thrum_error *error) {
   if (zip->index == zip->count)
     return finish(zip, member, error);
+
+  // the next record of the directory, with its name
   const unsigned char *central = zip->bytes + zip->central;
   size_t left = zip->end - zip->central;
   if (left < CENTRAL_SIZE || memcmp(central, "PK\1\2", 4) != 0)
@@ -201,6 +203,8 @@ thrum_status thrum_zip_next(thrum_zip *zip, thrum_zip_member *member, thrum_erro
   if (found.name_size > left)
     return thrum_error_set(error, THRUM_BAD_FORMAT, "the zip directory is damaged at member %lu",
                            (unsigned long)zip->index + 1);
+
+  // only stored members without extras: what numpy.savez writes
   char text[48];
   thrum_zip_name_text(text, found.name, found.name_size);
   thrum_status status = check_kind(get16(central + 8), get16(central + 10), text, error);
@@ -214,12 +218,16 @@ thrum_status thrum_zip_next(thrum_zip *zip, thrum_zip_member *member, thrum_erro
   if (get32(central + 20) != get32(central + 24))
     return thrum_error_set(error, THRUM_BAD_FORMAT,
                            "member '%s' is stored, yet its two sizes differ", text);
+
+  // the data is where the directory says and has the checksum that it says
   status = check_local(zip, central, text, &found, error);
   if (status != THRUM_OK)
     return status;
   if (thrum_crc32(&zip->table, 0, found.data, found.size) != get32(central + 16))
     return thrum_error_set(error, THRUM_BAD_CHECKSUM,
                            "member '%s' does not match its CRC-32: the file is damaged", text);
+
+  // one member further
   zip->local = (size_t)(found.data - zip->bytes) + found.size;
   zip->central += CENTRAL_SIZE + found.name_size;
   zip->index++;

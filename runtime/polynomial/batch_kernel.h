@@ -49,12 +49,12 @@ typedef struct thrum_batch_kernel {
   void (*restricted_hessian)(const thrum_model *model, int64_t split, const double *restricted,
                              const double *q_high, double *hessian, double *work);
 
-  /* Has so many bytes come nearer to the processor. Here, because a compiler leaves out calls that
-   * it sees do no more. */
+  /* Prefetches `bytes` bytes. It stands in this table because a compiler drops a call of which it
+   * sees that it only prefetches. */
   void (*ask_for)(const double *from, size_t bytes);
 } thrum_batch_kernel;
 
-/* The one that goes with a kernel of single states, NULL when it has none. */
+/* The batch kernel with the instructions of a kernel of single states; NULL where there is none. */
 const thrum_batch_kernel *thrum_batch_kernel_of(thrum_kernel_id id);
 
 #ifdef THRUM_KERNEL_HAS_X86

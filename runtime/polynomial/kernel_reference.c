@@ -103,8 +103,11 @@ static evaluation evaluation_make(int64_t n, double one, const double *q, double
                         at + 2 * columns + 4 * n + 2,
                         at + 2 * columns + 5 * n + 2,
                         at + 2 * columns + 6 * n + 2};
+
   *work = e.lanes + LANES * n;
   memset(at, 0, (size_t)(*work - at) * sizeof *at);
+
+  // q once as it is, and once with the factor of cubic terms before it
   for (int64_t i = 0; q && i < n; i++)
     e.q[i] = e.lifted[i + 1] = q[i];
   e.lifted[0] = one;
@@ -576,14 +579,20 @@ static int64_t reference_sweep(int64_t n, double *matrix, double *work) {
   const int64_t stride = thrum_whole(n);
   double *least = work, *f = least + stride, *s = f + stride, *m = s + stride;
   double *m_l = m + stride, *row_k = m_l + stride, *row_l = row_k + stride;
+
+  // a pivot that falls below these has lost its digits
   for (int64_t i = 0; i < n; i++)
     least[i] = THRUM_SMALL_PIVOT * matrix[i * stride + i];
+
+  // two pivots at a time, as the kernels with vectors do
   for (int64_t k = 0; k < n; k += 2) {
     const double *now_k = matrix + k * stride, *now_l = now_k + stride;
     const double beside = now_k[k + 1], minus_k = -1.0 / now_k[k], factor = beside * minus_k;
     const double pivot_l = now_l[k + 1] + factor * beside;
     if (!(least[k] > 0.0 && now_k[k] > least[k] && least[k + 1] > 0.0 && pivot_l > least[k + 1]))
       return k;
+
+    // both pivots' columns, and the rows that they become
     const double minus_l = -1.0 / pivot_l, corner = factor * minus_l;
     const int64_t lane = k % LANES, own = k - lane;
     for (int64_t i = 0; i < stride; i++) {
@@ -596,6 +605,8 @@ static int64_t reference_sweep(int64_t n, double *matrix, double *work) {
       row_l[i] = m_l[i] * -1.0;
       row_k[i] = factor * row_l[i] + m[i] * -1.0;
     }
+
+    // their own two by two block
     put_pair(lane, -1.0, 0.0, f + own);
     put_pair(lane, -factor, -1.0, s + own);
     put_pair(lane, minus_k + factor * corner, corner, row_k + own);
@@ -606,6 +617,7 @@ static int64_t reference_sweep(int64_t n, double *matrix, double *work) {
       for (int64_t j = 0; j < (i / 8 + 1) * 8; j++)
         row[j] += m[i] * f[j] + m_l[i] * s[j];
     }
+
     for (int64_t j = 0; j < (k / 8 + 1) * 8; j++) {
       matrix[k * stride + j] = row_k[j];
       matrix[(k + 1) * stride + j] = row_l[j];

@@ -114,6 +114,7 @@ static thrum_status check_arguments(const thrum_model *model, const thrum_equili
     status = check_def(def, error);
   if (status != THRUM_OK)
     return status;
+
   if (!load || !q || !workspace || !report)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "the load, q, the workspace or the report is NULL");
@@ -123,6 +124,8 @@ static thrum_status check_arguments(const thrum_model *model, const thrum_equili
   if (workspace_size < size)
     return thrum_error_set(error, THRUM_BUFFER_TOO_SMALL, "the workspace needs %zu bytes, not %zu",
                            size, workspace_size);
+
+  // a number that is not finite would end as a failure to converge
   if (!thrum_all_finite(load, model->rank) || !thrum_all_finite(q, model->rank))
     return thrum_error_set(error, THRUM_BAD_VALUE,
                            "the load or q holds a number that is not finite");
@@ -132,7 +135,7 @@ static thrum_status check_arguments(const thrum_model *model, const thrum_equili
 /* --- the path -----------------------------------------------------------------------------------
  */
 
-/* A path on its way; what is accepted lies in s.q and s.rate. */
+/* A path that is followed; the last accepted equilibrium lies in s.q and s.rate. */
 typedef struct path {
   thrum_search s;
   double factor; /* of the load at s.q */
@@ -149,16 +152,20 @@ static bool lost(const path *p, double least) {
   return least < -1e-12 * p->s.scale[p->s.n - 1];
 }
 
+/* Sets up the path at the given q: the weights of the residual's norm, and the first step. */
 static void begin(path *p, const double *q) {
   thrum_search *s = &p->s;
   const double *omega2 = s->model->omega2;
   const double floor = omega2[s->n - 1] > 0.0 ? 1e-12 * omega2[s->n - 1] : 1.0;
   double sum = 0.0;
+
+  // residuals are divided by omega mode by mode; a mode with omega = 0 gets a floor
   for (int32_t i = 0; i < s->n; i++) {
     s->scale[i] = fmax(omega2[i], floor);
     sum += s->load[i] * s->load[i] / s->scale[i];
   }
   s->load_norm = sqrt(sum);
+
   memcpy(s->q, q, (size_t)s->n * sizeof *q);
   memcpy(s->trial, q, (size_t)s->n * sizeof *q);
   s->amplitude = thrum_search_length(s, q, NULL);
@@ -174,6 +181,7 @@ static bool accept(path *p, double factor, double least, const thrum_search_meas
   const size_t vector = (size_t)s->n * sizeof(double);
   if (!thrum_search_rate(s, s->trial, s->rate_next))
     return false;
+
   memcpy(s->q, s->trial, vector);
   memcpy(s->rate, s->rate_next, vector);
   s->amplitude = fmax(s->amplitude, thrum_search_length(s, s->q, NULL));
@@ -181,6 +189,8 @@ static bool accept(path *p, double factor, double least, const thrum_search_meas
   p->least = least;
   p->energy = found->energy;
   p->norm = found->norm;
+
+  // the softest point of the path, for the report
   if (least < s->report->softest) {
     s->report->softest = least;
     s->report->softest_factor = factor;
@@ -198,15 +208,20 @@ static bool correct(path *p, double factor, thrum_search_measure *found, double 
   for (int32_t i = 0; i < s->n; i++)
     s->trial[i] = s->q[i] + (factor - p->factor) * s->rate[i];
   memcpy(s->predicted, s->trial, (size_t)s->n * sizeof *s->predicted);
+
+  // Newton from the prediction; the amplitude bounds how far it may go
   const double step = thrum_search_length(s, s->predicted, s->q);
   const double amplitude = s->amplitude;
   s->amplitude = fmax(amplitude, thrum_search_length(s, s->trial, NULL));
   const bool done = thrum_search_near(s, factor, found);
   s->amplitude = amplitude;
+
+  // a correction that is large relative to the step may have left the path
   *correction = step > 0.0 ? thrum_search_length(s, s->trial, s->predicted) / step : 0.0;
   return done && *correction <= CORRECTION;
 }
 
+/* Reports the first loss of stability, with its mode at `at`. */
 static void note_loss(path *p, double factor, thrum_instability kind, const double *at) {
   thrum_search *s = &p->s;
   if (s->report->instability != THRUM_INSTABILITY_NONE)
@@ -217,7 +232,8 @@ static void note_loss(path *p, double factor, thrum_instability kind, const doub
   memcpy(s->first_mode, s->soft, (size_t)s->n * sizeof *s->soft);
 }
 
-/* Where the least eigenvalue passes zero between p->factor and `beyond`, where it is `least`. */
+/* Factor at which the least eigenvalue passes zero between p->factor and `beyond`, where it is
+ * `least`, by the Illinois method. */
 static double locate(path *p, double beyond, double least) {
   double a = p->factor, at_a = p->least, b = beyond, at_b = least;
   int side = 0;
@@ -225,11 +241,13 @@ static double locate(path *p, double beyond, double least) {
     const double middle = fmin(fmax((a * at_b - b * at_a) / (at_b - at_a), a), b);
     thrum_search_measure found;
     double correction;
-    // what cannot be solved there is taken as beyond
+    // a point that cannot be solved counts as beyond
     const bool solved = correct(p, middle, &found, &correction);
     const double at = solved ? thrum_search_least(&p->s, p->s.trial, false) : at_b;
     if (at == 0.0)
       return middle;
+
+    // halving the value that stays keeps the other end moving
     if (at > 0.0) {
       a = middle;
       at_a = at;
@@ -286,21 +304,29 @@ static bool advance(path *p) {
   thrum_search *s = &p->s;
   const double whole = s->def->factor, careful = s->def->first_step * whole / 16.0;
   const double factor = p->factor + p->step < whole ? p->factor + p->step : whole;
+
+  // one step along the path
   thrum_search_measure found = {0};
   double correction = 0.0;
   const bool solved = correct(p, factor, &found, &correction);
   const double least = solved ? thrum_search_least(s, s->trial, false) : 0.0;
+
+  // stability is lost on the way: the path buckles
   if (solved && lost(p, least) && !lost(p, p->least)) {
     p->step = careful;
     s->report->load_steps++;
     return buckle(p, factor, least, &found);
   }
+
+  // a step that needed little correction lets the next be longer
   if (solved && accept(p, factor, least, &found, false)) {
     s->report->load_steps++;
     p->step *= correction < 0.05 ? 2.0 : correction > 0.25 ? 0.7 : 1.0;
     p->step = fmin(p->step, 0.25 * whole);
     return true;
   }
+
+  // a step that failed is halved; when it is too short to matter, the path turns back
   s->report->cut_steps++;
   p->step *= 0.5;
   // from rest a step that is short enough always leads on
@@ -310,6 +336,7 @@ static bool advance(path *p) {
   return snap(p);
 }
 
+/* Follows the path from the shape at rest up to the whole load. */
 static bool follow(path *p) {
   thrum_search *s = &p->s;
   thrum_search_measure found;
@@ -340,6 +367,8 @@ static double divide_by_omega(const thrum_search *s, double *matrix) {
   return largest;
 }
 
+/* Estimates the critical factor from the shape at rest (linear buckling); NaN where it would mean
+ * nothing. */
 static double linear_estimate(thrum_search *s) {
   const size_t n = (size_t)s->n;
   for (size_t i = 0; i < n; i++) {
@@ -348,15 +377,21 @@ static double linear_estimate(thrum_search *s) {
     s->trial[i] = s->load[i] / s->model->omega2[i];
     s->predicted[i] = -s->trial[i];
   }
+
+  // the part of T that is linear in the displacement, by central difference along the linear
+  // solution
   thrum_tangent_stiffness_by(s->kernel, s->model, s->trial, s->tangent, s->work);
   thrum_tangent_stiffness_by(s->kernel, s->model, s->predicted, s->factors, s->work);
   for (size_t a = 0; a < n * n; a++)
     s->tangent[a] = 0.5 * (s->tangent[a] - s->factors[a]);
+
+  // critical where 1 + x times the least eigenvalue vanishes, in units of omega
   const double largest = divide_by_omega(s, s->tangent);
   const double least = thrum_symmetric_least(s->tangent, s->n, s->spare);
   if (!isfinite(least) || !(-least > 1e-10 * largest))
     return NAN;
-  // where the body bends before it buckles, what is left out is no small part: say nothing then
+
+  // where the body bends before it buckles, the linear estimate leaves out too much to be given
   for (size_t i = 0; i < n; i++)
     s->trial[i] /= -least;
   thrum_tangent_stiffness_by(s->kernel, s->model, s->trial, s->tangent, s->work);
@@ -367,6 +402,7 @@ static double linear_estimate(thrum_search *s) {
 /* --- all of it ----------------------------------------------------------------------------------
  */
 
+/* Fills the report, the mode and q from the last equilibrium. */
 static void finish(path *p, double *q, double *mode) {
   thrum_search *s = &p->s;
   thrum_equilibrium_report *report = s->report;
@@ -377,6 +413,8 @@ static void finish(path *p, double *q, double *mode) {
   report->residual = s->load_norm > 0.0 ? p->norm / (p->factor * s->load_norm) : 0.0;
   for (int32_t i = 0; i < s->n; i++)
     report->load_energy -= p->factor * s->load[i] * s->q[i];
+
+  // a path that stayed stable reports its softest mode at the end
   if (mode && report->instability == THRUM_INSTABILITY_NONE) {
     thrum_search_least(s, s->q, true);
     memcpy(s->first_mode, s->soft, vector);
@@ -396,6 +434,8 @@ thrum_status thrum_equilibrium(const thrum_model *model, const thrum_equilibrium
       check_arguments(model, def, load, q, workspace, workspace_size, report, error);
   if (status != THRUM_OK)
     return status;
+
+  // what is found stays here until it is complete: a failure leaves the outputs as they were
   thrum_equilibrium_report found = {0};
   path p = {.visit = visit, .context = context};
   p.s.model = model;
@@ -409,6 +449,8 @@ thrum_status thrum_equilibrium(const thrum_model *model, const thrum_equilibrium
   if (!isfinite(p.s.load_norm))
     return thrum_error_set(error, THRUM_BAD_VALUE,
                            "the load is beyond the range of finite numbers");
+
+  // the linear estimate, then the path itself
   found.critical_linear = linear_estimate(&p.s);
   memcpy(p.s.trial, q, (size_t)model->rank * sizeof *q);
   if (!follow(&p))
@@ -419,6 +461,7 @@ thrum_status thrum_equilibrium(const thrum_model *model, const thrum_equilibrium
                            found.instability == THRUM_INSTABILITY_LIMIT && def->stay
                                ? ": the path turns back there, so there is none to stay on"
                                : "");
+
   finish(&p, q, mode);
   *report = found;
   return THRUM_OK;

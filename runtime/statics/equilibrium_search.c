@@ -94,14 +94,16 @@ static void place(thrum_search *s, double length) {
     s->trial[i] = s->origin[i] - length * s->direction[i];
 }
 
-/* Goes along the direction by 1 and then shorter. With slope > 0 the merit must fall, else the
- * residual. False, and back where it was, when neither does. */
+/* Line search: goes along the direction by 1 and then shorter. With slope > 0 the merit must fall,
+ * else the residual. False, and back where it was, when neither does. */
 static bool shorten(thrum_search *s, double factor, double slope, thrum_search_measure *here) {
   memcpy(s->origin, s->trial, (size_t)s->n * sizeof *s->origin);
   double length = 1.0;
   for (int k = 0; k < 60; k++) {
     place(s, length);
     const thrum_search_measure there = thrum_search_assess(s, factor);
+
+    // enough is a fixed share of what the slope promises
     const bool fell = slope > 0.0 ? there.merit < here->merit - 1e-4 * length * slope ||
                                         (there.norm < 0.5 * here->norm &&
                                          there.merit <= here->merit + 1e-12 * fabs(here->merit))
@@ -111,9 +113,12 @@ static bool shorten(thrum_search *s, double factor, double slope, thrum_search_m
       *here = there;
       return true;
     }
-    // far outside, where the quartic rules, halves would take too long
+
+    // far outside, where the quartic terms dominate, halving would take too long
     length *= there.norm < 8.0 * here->norm ? 0.5 : 0.0625;
   }
+
+  // no length helps: back to the start
   place(s, 0.0);
   *here = thrum_search_assess(s, factor);
   return false;
@@ -124,6 +129,8 @@ bool thrum_search_near(thrum_search *s, double factor, thrum_search_measure *fou
   for (int32_t j = 0; found->norm > target(s, factor); j++) {
     if (j == NEAR_ITERATIONS || !isfinite(found->norm))
       return false;
+
+    // a full Newton step, shortened where the residual does not fall
     thrum_tangent_stiffness_by(s->kernel, s->model, s->trial, s->tangent, s->work);
     if (!factorise(s, 0.0))
       return false;
@@ -136,12 +143,14 @@ bool thrum_search_near(thrum_search *s, double factor, thrum_search_measure *fou
   return isfinite(found->norm);
 }
 
-/* T at the trial, its least eigenvalue, and a direction downhill; its slope is > 0. */
+/* Finds the least eigenvalue of T at the trial and a direction downhill; returns its slope, > 0. */
 static double descend(thrum_search *s, double *least) {
   *least = thrum_search_least(s, s->trial, false);
   const double shift = *least < 0.0 ? -1.5 * *least : 0.0;
   if (!isfinite(*least) || !factorise(s, shift))
     return 0.0;
+
+  // T, made positive definite by a shift where it is not, turns the residual into a descent
   memcpy(s->direction, s->residual, (size_t)s->n * sizeof *s->direction);
   solve(s, s->direction);
   double slope = 0.0;
@@ -150,11 +159,13 @@ static double descend(thrum_search *s, double *least) {
   return slope;
 }
 
-/* Off a saddle: along the soft direction to the side where the total energy is lower. */
+/* Leaves a saddle along the soft direction to the side where the total energy is lower. */
 static void push_off(thrum_search *s, double factor) {
   thrum_search_least(s, s->trial, true);
   const double size = thrum_search_length(s, s->soft, NULL);
   const double push = size > 0.0 ? 1e-3 * s->amplitude / size : 0.0;
+
+  // both sides are tried
   memcpy(s->origin, s->trial, (size_t)s->n * sizeof *s->origin);
   memcpy(s->direction, s->soft, (size_t)s->n * sizeof *s->direction);
   place(s, push);
@@ -174,6 +185,8 @@ bool thrum_search_down(thrum_search *s, double factor, thrum_search_measure *fou
       *found = thrum_search_assess(s, factor);
       continue;
     }
+
+    // Newton with descent: the total energy falls in every iteration
     double least = 0.0;
     const double slope = descend(s, &least);
     s->report->iterations++;

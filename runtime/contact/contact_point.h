@@ -1,0 +1,52 @@
+/* Kinematics of one point of the body in a step, from its three rows of U (3 x rank), private to
+ * the runtime. Positions and velocities are in the world; lever arms are about the centre of mass.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_RUNTIME_CONTACT_CONTACT_POINT_H
+#define THRUM_RUNTIME_CONTACT_CONTACT_POINT_H
+
+#include "runtime/contact/contact_private.h"
+
+/* The rows of U of point `point` of the contact. */
+const double *thrum_point_rows(const thrum_contact_run *run, int64_t point);
+
+/* Where a point that lies at `rest` in the mesh is with q = 0 [m]. */
+void thrum_point_rest(const thrum_contact_run *run, const double rest[3], double x[3]);
+
+/* Where it is at the start of the step [m]. */
+void thrum_point_start(const thrum_contact_run *run, const double *rows, const double rest[3],
+                       double x[3]);
+
+/* Lever arms of a point at x [m]: at the start of the step, and halfway through it. */
+void thrum_point_lever(const thrum_contact_run *run, const double x[3], double arm[3],
+                       double lever[3]);
+
+/* Velocity at the start of the step [m/s]. */
+void thrum_point_velocity(const thrum_contact_run *run, const double *rows, const double arm[3],
+                          double velocity[3]);
+
+/* Displacement over the step without contact and pulls [m]. */
+void thrum_point_unloaded(const thrum_contact_run *run, const double *rows, const double lever[3],
+                          double out[3]);
+
+/* Displacement over the step where the coordinates change by d (rank) and the body as a whole moves
+ * as predicted with contact and pulls [m]. */
+void thrum_point_moved(const thrum_contact_run *run, const double *rows, const double lever[3],
+                       const double *d, double out[3]);
+
+/* G (3 x 3): displacement at the end of the step under a unit mean force on the point [m/N]. */
+void thrum_point_response(const thrum_contact_run *run, const double *rows, const double lever[3],
+                          double response[9]);
+
+/* Adds what a mean force on the point [N] moves to the predicted displacements. */
+void thrum_point_push(thrum_contact_run *run, const double *rows, const double lever[3],
+                      const double force[3]);
+
+/* Adds a mean force on the point [N] to the load of the step. */
+void thrum_point_load(thrum_contact_run *run, const double *rows, const double lever[3],
+                      const double force[3]);
+
+/* Distance of a point from where it was seen last [m]; `seen` becomes `at`. */
+double thrum_point_since(const double at[3], double seen[3]);
+
+#endif
