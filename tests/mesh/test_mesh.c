@@ -1,4 +1,4 @@
-/* Meshes as they should be: the generator, the readers, and what cleaning makes of them.
+/* Valid meshes: the generator, the readers, and the result of cleaning.
  * SPDX-License-Identifier: Apache-2.0 */
 #include "mesh/formats/mesh_read.h"
 #include "tests/support/mesh_support.h"
@@ -7,7 +7,7 @@
 
 #define BEAM1K "beam:20x3x3@1x0.15x0.15"
 
-/* Corners of a unit tet and one more vertex, in the ways that files write them. */
+/* The corners of a unit tetrahedron and one more vertex, in the notations that files use. */
 #define VEG_VERTICES "*VERTICES\n5 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 1 1 1\n"
 #define VEG_TWO_TETS "*ELEMENTS\nTET\n2 4 0\n1 1 2 3 4\n2 2 3 4 5\n"
 #define MATERIAL "*MATERIAL BODY\nENU, 1000, 5e6, 0.4\n*REGION\nallElements, BODY\n"
@@ -45,12 +45,15 @@ static void check_group(const thrum_mesh *mesh, const char *name, int64_t count,
 static void the_beam_equals_beam1k(void **state) {
   (void)state;
   thrum_mesh beam = read_ok(BEAM1K, 1), file = read_ok(THRUM_TEST_DATA "/beam1k.veg", 1);
+
+  // the same connectivity, index by index
   assert_int_equal(beam.vertex_count, 336);
   assert_int_equal(file.vertex_count, 336);
   assert_int_equal(beam.tet_count, 1080);
   assert_int_equal(file.tet_count, 1080);
   assert_memory_equal(beam.tets, file.tets, 1080 * 4 * sizeof *beam.tets);
-  // the file has six digits: the doubles may differ in their last bit
+
+  // the file has six digits, so its numbers may differ from the generated ones in the last bit
   for (int i = 0; i < 3 * 336; i++) {
     char a[32], b[32];
     snprintf(a, sizeof a, "%.6g", beam.vertices[i]);
@@ -58,8 +61,11 @@ static void the_beam_equals_beam1k(void **state) {
     assert_string_equal(a, b);
     assert_true(fabs(beam.vertices[i] - file.vertices[i]) <= 1e-17);
   }
+
+  // the same material
   assert_memory_equal(beam.materials, file.materials, sizeof *beam.materials);
   assert_int_equal(beam.region_count, file.region_count);
+
   thrum_mesh_free(&beam);
   thrum_mesh_free(&file);
 }
@@ -69,6 +75,8 @@ static void a_beam_fills_its_box_and_faces(void **state) {
   thrum_mesh m = read_ok("beam:2x4x2@0.7x1.5e-1x.3", 1);
   assert_int_equal(m.vertex_count, 3 * 5 * 3);
   assert_int_equal(m.tet_count, 6 * 2 * 4 * 2);
+
+  // every named face consists of the vertices in its plane
   assert_true(fabs(volume(&m) - 0.7 * 0.15 * 0.3) < 1e-15);
   static const struct {
     const char *name;
@@ -83,18 +91,20 @@ static void a_beam_fills_its_box_and_faces(void **state) {
     for (int64_t i = 0; i < face->count; i++)
       assert_true(m.vertices[3 * face->vertices[i] + faces[f].axis] == faces[f].at);
   }
+
   // the middle of the right face is a vertex here
   const thrum_group *tip = group(&m, "tip");
   assert_int_equal(tip->count, 1);
   const double *p = m.vertices + 3 * tip->vertices[0];
   assert_true(p[0] == 0.7 && p[1] == 0 && p[2] == 0);
+
   thrum_mesh_free(&m);
 }
 
 static void neighbouring_cells_of_a_beam_share_faces(void **state) {
   (void)state;
   thrum_mesh m = read_ok("beam:3x2x2@3x2x2", 1);
-  // a closed surface: the area vectors of all outer faces add up to nothing, and inner faces pair
+  // inside, each triangle belongs to two tetrahedra; on the surface, to one
   int64_t once = 0;
   for (int64_t f = 0; f < 4 * m.tet_count; f++) {
     int pairs = 0;
@@ -108,8 +118,10 @@ static void neighbouring_cells_of_a_beam_share_faces(void **state) {
     assert_true(pairs == 1 || pairs == 2);
     once += pairs == 1;
   }
-  // two triangles for each square of the surface
+
+  // the surface has two triangles for each square
   assert_int_equal(once, 2 * 2 * (3 * 2 + 3 * 2 + 2 * 2));
+
   thrum_mesh_free(&m);
 }
 
@@ -122,14 +134,19 @@ static void real_meshes_have_their_published_sizes(void **state) {
   } meshes[] = {{"beam3_tet", 208, 450, 4.8e-3, 1e7},
                 {"simpleBridge", 4000, 12827, 0, 1e7},
                 {"yeahright", 21122, 71577, 0, 1e6}};
-  // the folder is not everywhere: beam1k, which is, has its own test
+
+  // the folder is optional: beam1k, which is always there, has its own test
   for (size_t i = 0; *THRUM_DATA && i < sizeof meshes / sizeof *meshes; i++) {
     char path[512];
     snprintf(path, sizeof path, "%s/%s.veg", THRUM_DATA, meshes[i].name);
     thrum_mesh m = read_ok(path, 1);
     assert_int_equal(m.vertex_count, meshes[i].vertices);
+
+    // sizes and volume as published
     assert_int_equal(m.tet_count, meshes[i].tets);
     assert_true(meshes[i].volume == 0 || fabs(volume(&m) / meshes[i].volume - 1) < 1e-9);
+
+    // the material from the file, and a mesh that needs no cleaning
     assert_true(m.has_material && m.region_count == 1);
     assert_true(m.materials[0].young == meshes[i].young && m.materials[0].poisson == 0.45 &&
                 m.materials[0].density == 1000);
@@ -141,7 +158,8 @@ static void real_meshes_have_their_published_sizes(void **state) {
 static void a_veg_may_come_in_any_dress(void **state) {
   (void)state;
   thrum_mesh plain = mesh_good("plain.veg", VEG_VERTICES VEG_TWO_TETS MATERIAL);
-  // byte-order mark, CR LF, comments, tabs, commas, lower case, sections the other way round
+
+  // byte-order mark, CR LF, comments, tabs, commas, lower case, sections in another order
   thrum_mesh dressed =
       mesh_good("dressed.veg", "\xef\xbb\xbf# a mesh\r\n\r\n*region\r\nallElements, BODY # it\r\n"
                                "*Material BODY\r\nENU,1000,5000000,0.4\r\n*elements\r\nTETS\r\n"
@@ -151,12 +169,14 @@ static void a_veg_may_come_in_any_dress(void **state) {
   assert_int_equal(dressed.vertex_count, 5);
   assert_int_equal(thrum_mesh_hash(&plain), thrum_mesh_hash(&dressed));
   assert_memory_equal(plain.materials, dressed.materials, sizeof *plain.materials);
+
   // numbered from 0, with attributes and markers as TetGen writes them
   thrum_mesh zero =
       mesh_good("zero.veg", "*VERTICES\n5 3 1 1\n0 0 0 0 7 1\n1 1 0 0 7 1\n2 0 1 0 7 1\n"
                             "3 0 0 1 7 1\n4 1 1 1 7 0\n*ELEMENTS\nTET\n2 4 1\n0 0 1 2 3 9\n"
                             "1 1 2 3 4 9\n" MATERIAL);
   assert_int_equal(thrum_mesh_hash(&plain), thrum_mesh_hash(&zero));
+
   thrum_mesh_free(&plain);
   thrum_mesh_free(&dressed);
   thrum_mesh_free(&zero);
@@ -169,14 +189,19 @@ static void element_sets_become_regions_and_groups(void **state) {
                 "*MATERIAL soft\nENU, 1000, 1e6, 0.3\n*MATERIAL hard\nENU, 2000, 1e9, .2\n"
                 "*SET upper part\n2,\n*SET both\n1,\n2\n*SET none\n"
                 "*REGION\nallElements, soft\n*REGION\nupper part, hard\n");
+
+  // a set with a material of its own becomes a region
   assert_int_equal(m.region_count, 2);
   assert_int_equal(m.tet_region[0], 0);
   assert_int_equal(m.tet_region[1], 1);
   assert_true(m.materials[0].young == 1e6 && m.materials[1].young == 1e9);
   assert_true(m.materials[1].density == 2000 && m.materials[1].poisson == 0.2);
+
+  // every set that is not empty becomes a group of vertices
   assert_int_equal(m.group_count, 2);
   check_group(&m, "upper part", 4, (const int32_t[]){1, 2, 3, 4});
   check_group(&m, "both", 5, (const int32_t[]){0, 1, 2, 3, 4});
+
   thrum_mesh_free(&m);
 }
 
@@ -250,7 +275,7 @@ static void a_scale_turns_lengths_into_metres(void **state) {
   assert_true(fabs(volume(&millimetres) / volume(&metres) - 1e-9) < 1e-24);
   thrum_mesh_free(&metres);
   thrum_mesh_free(&millimetres);
-  // a generated beam is a mesh like any other
+  // a generated beam is scaled like any other mesh
   metres = read_ok("beam:2x2x2@1x0.5x0.25", 1);
   millimetres = read_ok("beam:2x2x2@1000x500x250", 1e-3);
   for (int64_t i = 0; i < 3 * metres.vertex_count; i++)
@@ -263,6 +288,8 @@ static void the_hash_sees_every_part_of_the_mesh(void **state) {
   (void)state;
   thrum_mesh m = read_ok("beam:1x1x1@1x1x1", 1);
   uint64_t hash = thrum_mesh_hash(&m);
+
+  // a single bit of a coordinate, a corner and a region each change the hash
   double x = m.vertices[4];
   m.vertices[4] = nextafter(x, 9);
   assert_int_not_equal(thrum_mesh_hash(&m), hash);
@@ -274,16 +301,19 @@ static void the_hash_sees_every_part_of_the_mesh(void **state) {
   assert_int_not_equal(thrum_mesh_hash(&m), hash);
   m.tet_region[5]--;
   assert_int_equal(thrum_mesh_hash(&m), hash);
-  // FNV-1a of no bytes but two counts of zero
+
+  // the hash of an empty mesh is FNV-1a over two counts of zero
   thrum_mesh empty = {0};
   uint64_t expected = UINT64_C(14695981039346656037);
   for (int i = 0; i < 16; i++)
     expected *= UINT64_C(1099511628211);
   assert_int_equal(thrum_mesh_hash(&empty), expected);
+
   thrum_mesh_free(&m);
 }
 
-/* Sparse tags out of order, one loose node, two volumes, one of them in two groups. */
+/* The file has sparse tags out of order, one unused node and two volumes, one of them in two
+ * groups. */
 #define MSH_22                                                                                     \
   "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n3\n0 34 \"corner\"\n3 1 \"soft\"\n"       \
   "3 9 \"the whole\"\n$EndPhysicalNames\n$Nodes\n6\n700 1 1 1\n10 0 0 0\n20 1 0 0\n30 0 1 0\n"     \
@@ -301,12 +331,16 @@ static void the_hash_sees_every_part_of_the_mesh(void **state) {
 
 static void check_gmsh(const char *name, const char *text) {
   thrum_mesh m = mesh_good(name, text);
+
+  // the unused node is dropped, and the tags are mapped to consecutive indices
   assert_int_equal(m.vertex_count, 5);
   assert_int_equal(m.dropped_vertices, 1);
   assert_int_equal(m.tet_count, 2);
   assert_false(m.has_material);
   static const int32_t tets[] = {0, 1, 2, 3, 1, 2, 3, 4};
   assert_memory_equal(m.tets, tets, sizeof tets);
+
+  // physical volumes become regions, and all physical groups become groups of vertices
   assert_int_equal(m.region_count, 2);
   assert_int_equal(m.tet_region[0], 0);
   assert_int_equal(m.tet_region[1], 1);
@@ -315,8 +349,11 @@ static void check_gmsh(const char *name, const char *text) {
   check_group(&m, "soft", 4, (const int32_t[]){0, 1, 2, 3});
   check_group(&m, "the whole", 5, (const int32_t[]){0, 1, 2, 3, 4});
   check_group(&m, "physical_2_33", 3, (const int32_t[]){1, 2, 3});
+
+  // each vertex knows its number in the file
   static const int64_t numbers[] = {5, 10, 20, 30, 40, 700};
   assert_memory_equal(m.file_number, numbers, sizeof numbers);
+
   thrum_mesh_free(&m);
 }
 
@@ -346,17 +383,21 @@ static void gmsh_tags_may_be_huge(void **state) {
   thrum_mesh_free(&m);
 }
 
-/* What a Gmsh at hand writes today; its texts above are read where there is none. */
+/* An installed Gmsh writes the files; where there is none, the texts above stand for it. */
 static void files_of_an_installed_gmsh_agree(void **state) {
   (void)state;
   if (system("command -v gmsh >/dev/null 2>&1") != 0)
     return;
+
+  // two adjacent boxes with overlapping physical groups
   const char *geo = mesh_write_text(
       "two.geo", "SetFactory(\"OpenCASCADE\");\nBox(1) = {0,0,0,1,1,1};\nBox(2) = {1,0,0,1,1,1};\n"
                  "BooleanFragments{ Volume{1}; Delete; }{ Volume{2}; Delete; }\n"
                  "Physical Volume(\"soft\") = {1};\nPhysical Volume(\"hard\", 7) = {2};\n"
                  "Physical Volume(\"both\", 9) = {1, 2};\nPhysical Surface(33) = {2};\n"
                  "Mesh.CharacteristicLengthMin = 0.7;\nMesh.CharacteristicLengthMax = 0.7;\n");
+
+  // the file in both formats
   static const char *const formats[] = {"msh22", "msh41"};
   uint64_t hashes[2];
   for (int i = 0; i < 2; i++) {
@@ -366,6 +407,8 @@ static void files_of_an_installed_gmsh_agree(void **state) {
              formats[i], path);
     assert_int_equal(system(command), 0);
     thrum_mesh m = read_ok(path, 1);
+
+    // volume, regions and groups as modelled
     assert_true(fabs(volume(&m) - 2) < 1e-9);
     assert_int_equal(m.region_count, 2);
     assert_int_equal(m.group_count, 4);
@@ -375,6 +418,8 @@ static void files_of_an_installed_gmsh_agree(void **state) {
     hashes[i] = thrum_mesh_hash(&m);
     thrum_mesh_free(&m);
   }
+
+  // the formats describe the same mesh
   assert_int_equal(hashes[0], hashes[1]);
 }
 
@@ -399,23 +444,34 @@ static void freeing_twice_is_harmless(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
+      // the generator and the real meshes
       cmocka_unit_test(the_beam_equals_beam1k),
       cmocka_unit_test(a_beam_fills_its_box_and_faces),
       cmocka_unit_test(neighbouring_cells_of_a_beam_share_faces),
       cmocka_unit_test(real_meshes_have_their_published_sizes),
+
+      // VegaFEM's format
       cmocka_unit_test(a_veg_may_come_in_any_dress),
       cmocka_unit_test(element_sets_become_regions_and_groups),
       cmocka_unit_test(a_veg_without_material_says_so),
       cmocka_unit_test(included_files_are_read_in_place),
+
+      // cleaning and scaling
       cmocka_unit_test(an_inverted_file_is_flipped_and_counted),
       cmocka_unit_test(tets_wound_either_way_are_flipped_where_they_must_be),
       cmocka_unit_test(loose_vertices_are_dropped_and_counted),
       cmocka_unit_test(a_scale_turns_lengths_into_metres),
+
+      // the hash
       cmocka_unit_test(the_hash_sees_every_part_of_the_mesh),
+
+      // Gmsh's formats
       cmocka_unit_test(gmsh_2_2_gives_groups_and_regions),
       cmocka_unit_test(gmsh_4_1_gives_the_same_as_2_2),
       cmocka_unit_test(gmsh_tags_may_be_huge),
       cmocka_unit_test(files_of_an_installed_gmsh_agree),
+
+      // small helpers
       cmocka_unit_test(a_tet_has_a_sixth_of_its_box),
       cmocka_unit_test(freeing_twice_is_harmless),
   };

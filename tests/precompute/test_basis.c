@@ -44,20 +44,25 @@ static void dominant(const thrum_sparse *mass, double *c, double *values) {
   const int64_t n = mass->size;
   double *product = need((size_t)(n * CANDIDATES), sizeof *product);
   double *top = need((size_t)(n * RANK), sizeof *top), gram[CANDIDATES * CANDIDATES];
+
+  // the small Gram matrix of the snapshots has the directions in its eigenvectors
   thrum_sparse_product(mass, c, CANDIDATES, product);
   for (int i = 0; i < CANDIDATES; i++)
     for (int j = 0; j < CANDIDATES; j++)
       gram[i + j * CANDIDATES] = dot_of(c + i * n, product + j * n, n);
   assert_int_equal(LAPACKE_dsyev(LAPACK_COL_MAJOR, 'V', 'U', CANDIDATES, gram, CANDIDATES, values),
                    0);
+
+  // each direction is the combination of candidates that its eigenvector names, at unit mass
   for (int r = 0; r < RANK; r++) {
-    // the values ascend
+    // LAPACK returns the values in ascending order
     const int from = CANDIDATES - 1 - r;
     for (int j = 0; j < CANDIDATES; j++)
       for (int64_t i = 0; i < n; i++)
         top[r * n + i] += c[j * n + i] * gram[j + from * CANDIDATES] / sqrt(values[from]);
   }
   memcpy(c, top, sizeof *top * (size_t)(n * RANK));
+
   free(product);
   free(top);
 }
@@ -70,25 +75,32 @@ static void basis_spans_the_dominant_weighted_candidates(void **state) {
   assert_int_equal(thrum_fem_pattern(&fem, &k, NULL), THRUM_OK);
   assert_int_equal(thrum_fem_stiffness(&fem, NULL, &k, NULL), THRUM_OK);
   assert_int_equal(thrum_fem_mass(&fem, THRUM_MASS_CONSISTENT, &k, &m, NULL), THRUM_OK);
+
+  // the candidates and their directions, computed here from the definition alone
   const int64_t n = fem.free_count;
   double values[CANDIDATES];
   double *expected = weighted_candidates(&fem, &m, &k, sqrt(1 + 0.04 + 0.0225));
   dominant(&m, expected, values);
-  // apart from what is left out, or the span would not be well defined
+
+  // the kept values lie well above the first dropped one, or the span would not be well defined
   assert_true(values[CANDIDATES - RANK] > 1.5 * values[CANDIDATES - RANK - 1]);
+
+  // every vector of the model's basis lies in the expected span
   thrum_precomputed result = body_precompute(&b, MODES, RANK);
   double *column = need((size_t)n, sizeof *column), *product = need((size_t)n, sizeof *product);
   for (int r = 0; r < RANK; r++) {
     for (int64_t i = 0; i < n; i++)
       column[i] = result.model.basis[fem.component[i] * RANK + r];
     thrum_sparse_product(&m, column, 1, product);
-    // a unit vector whose shadow on the expected span has unit length lies in it
+
+    // a unit vector whose projection on the expected span has unit length lies in it
     double square = 0;
     for (int j = 0; j < RANK; j++)
       square += pow(dot_of(expected + j * n, product, n), 2);
     if (!(fabs(square - 1) < 1e-9))
       fail_msg("basis vector %d: %.3g of it is outside", r + 1, sqrt(fabs(1 - square)));
   }
+
   free(column);
   free(product);
   free(expected);

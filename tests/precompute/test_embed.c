@@ -27,7 +27,7 @@ static int remove_folder(void **state) {
   return chdir("/") != 0 || system(command) != 0;
 }
 
-/* `count` points about the middle of the beam, within `size` of it along each axis. */
+/* `count` points around the middle of the beam, within `size` of it along each axis. */
 static thrum_surface_mesh cloud(int64_t count, double size) {
   thrum_surface_mesh made = {.vertex_count = count, .triangle_count = count - 2};
   made.vertices = need((size_t)count * 3, sizeof *made.vertices);
@@ -51,7 +51,7 @@ static thrum_embed embed(const thrum_model *model, const thrum_surface_mesh *sur
   return made;
 }
 
-/* A x + b, on any points. */
+/* The affine map A x + b of all points. */
 static void map(const double *points, int64_t count, double *mapped) {
   static const double a[3][3] = {{0.3, -1.2, 0.5}, {2, 0.1, -0.7}, {-0.4, 0.9, 1.6}};
   static const double b[3] = {7, -3, 11};
@@ -64,11 +64,14 @@ static void map(const double *points, int64_t count, double *mapped) {
     }
 }
 
-/* Inside and far outside: sum w_c A(X_c) = A(x), and sum w_c = 1. */
+/* The weights reproduce every affine map A, inside the mesh and far outside of it:
+ * sum w_c A(X_c) = A(x), and sum w_c = 1. */
 static void an_affine_map_of_the_mesh_carries_the_surface_along(void **state) {
   (void)state;
   body b = body_make(BEAM, "x<0.001");
   thrum_precomputed model = body_precompute(&b, 4, 6);
+
+  // from points inside the beam to points many lengths away
   for (double size = 0.1; size < 20; size *= 12) {
     thrum_surface_mesh surface = cloud(2000, size);
     thrum_embed made = embed(&model.model, &surface);
@@ -76,10 +79,12 @@ static void an_affine_map_of_the_mesh_carries_the_surface_along(void **state) {
     double *wanted = need(3 * 2000, sizeof *wanted);
     map(b.mesh.vertices, b.mesh.vertex_count, moved);
     map(surface.vertices, 2000, wanted);
+
+    // every vertex lies where its weights put it
     for (int64_t v = 0; v < 2000; v++) {
       const double *w = made.embedding.weights + 4 * v;
       const int32_t *corners = b.mesh.tets + 4 * (int64_t)made.embedding.tet[v];
-      // each weight brings its own rounding
+      // rounding grows with the size of the weights
       const double grown = 1 + fabs(w[0]) + fabs(w[1]) + fabs(w[2]) + fabs(w[3]);
       assert_true(fabs(w[0] + w[1] + w[2] + w[3] - 1) < 1e-15 * grown);
       for (int axis = 0; axis < 3; axis++) {
@@ -94,23 +99,29 @@ static void an_affine_map_of_the_mesh_carries_the_surface_along(void **state) {
     thrum_embed_free(&made);
     thrum_surface_mesh_free(&surface);
   }
+
   thrum_precomputed_free(&model);
   body_free(&b);
 }
 
-/* Distances against all tetrahedra one by one; weights say inside just where the distance is 0. */
+/* The tree's answer is compared with a search through all tetrahedra; all weights are
+ * non-negative exactly where the distance is 0. */
 static void the_tetrahedron_found_is_the_nearest(void **state) {
   (void)state;
   body b = body_make(BEAM, NULL);
   thrum_tet_tree *tree = NULL;
   assert_int_equal(thrum_tet_tree_make(b.mesh.vertices, b.mesh.tets, b.mesh.tet_count, &tree, NULL),
                    THRUM_OK);
+
+  // points inside the beam and around it
   static const int faces[4][3] = {{0, 1, 2}, {0, 1, 3}, {0, 2, 3}, {1, 2, 3}};
   int64_t inside = 0;
   for (int n = 0; n < 3000; n++) {
     const double point[3] = {0.5 + 0.8 * random_number(), 0.4 * random_number(),
                              0.4 * random_number()};
     const thrum_tet_place place = thrum_tet_tree_find(tree, point);
+
+    // the search through all tetrahedra, which the tree has to reproduce
     double least = INFINITY;
     for (int64_t t = 0; t < b.mesh.tet_count; t++) {
       const double *corners[4];
@@ -126,7 +137,8 @@ static void the_tetrahedron_found_is_the_nearest(void **state) {
       least = fmin(least, w[0] >= 0 && w[1] >= 0 && w[2] >= 0 && w[3] >= 0 ? 0 : sqrt(distance));
     }
     assert_true(fabs(place.distance - least) < 1e-12);
-    // the beam is a box, so what is outside of it is known as well
+
+    // the beam is a box, so the distance to it is known in closed form too
     double off = 0;
     static const double low[3] = {0, -0.2, -0.15}, high[3] = {1, 0.2, 0.15};
     for (int axis = 0; axis < 3; axis++) {
@@ -136,13 +148,16 @@ static void the_tetrahedron_found_is_the_nearest(void **state) {
     assert_true(fabs(place.distance - sqrt(off)) < 1e-12);
     inside += off <= 0;
   }
+
+  // the sample has points on both sides of the surface
   assert_in_range(inside, 300, 2700);
+
   thrum_tet_tree_free(tree);
   body_free(&b);
 }
 
-/* A surface drawn by hand over tetrahedra of a real bridge: all of it is found near them, and each
- * vertex is made by its weights. */
+/* The surface was modelled by hand over the tetrahedra of a real bridge: all of it is found near
+ * them, and each vertex is reproduced by its weights. */
 static void a_real_surface_lies_about_its_mesh(void **state) {
   (void)state;
   char path[2][512];
@@ -156,6 +171,8 @@ static void a_real_surface_lies_about_its_mesh(void **state) {
   assert_int_equal(thrum_surface_mesh_read(path[1], 1, &surface, NULL), THRUM_OK);
   assert_int_equal(thrum_tet_tree_make(b.mesh.vertices, b.mesh.tets, b.mesh.tet_count, &tree, NULL),
                    THRUM_OK);
+
+  // no vertex is far from the mesh, and its weights reproduce its position exactly
   int64_t outside = 0;
   for (int64_t v = 0; v < surface.vertex_count; v++) {
     const thrum_tet_place place = thrum_tet_tree_find(tree, surface.vertices + 3 * v);
@@ -169,23 +186,29 @@ static void a_real_surface_lies_about_its_mesh(void **state) {
       assert_true(fabs(sum - surface.vertices[3 * v + axis]) < 1e-13);
     }
   }
+
+  // only a few vertices lie outside, but some do
   assert_in_range(outside, 1, surface.vertex_count / 100);
+
   thrum_tet_tree_free(tree);
   thrum_surface_mesh_free(&surface);
   body_free(&b);
 }
 
-/* Distance to a triangle against the least over a fine grid of its points. */
+/* The distance to a triangle is compared with the least over a fine grid of its points. */
 static void the_distance_to_a_triangle_is_the_least(void **state) {
   (void)state;
   enum { GRID = 60 };
   for (int n = 0; n < 200; n++) {
+    // a random triangle and a random point near it
     double corners[3][3], point[3], least = INFINITY, side = 0;
     for (int c = 0; c < 3; c++)
       for (int axis = 0; axis < 3; axis++)
         corners[c][axis] = random_number();
     for (int axis = 0; axis < 3; axis++)
       point[axis] = 2 * random_number();
+
+    // the least distance over the grid, an upper bound of the true one
     for (int i = 0; i <= GRID; i++)
       for (int j = 0; j <= GRID - i; j++) {
         double sum = 0;
@@ -198,6 +221,8 @@ static void the_distance_to_a_triangle_is_the_least(void **state) {
         }
         least = fmin(least, sqrt(sum));
       }
+
+    // the grid's spacing bounds how far the grid can be off
     for (int c = 0; c < 3; c++) {
       double sum = 0;
       for (int axis = 0; axis < 3; axis++)
@@ -214,15 +239,20 @@ static void a_vertex_of_the_mesh_has_just_its_own_rows(void **state) {
   (void)state;
   body b = body_make(BEAM, "x<0.001");
   thrum_precomputed model = body_precompute(&b, 4, 6);
+
+  // the surface's vertices are the mesh's own
   thrum_surface_mesh surface = cloud(b.mesh.vertex_count, 1);
   memcpy(surface.vertices, b.mesh.vertices, 3 * (size_t)b.mesh.vertex_count * sizeof(double));
   thrum_embed made = embed(&model.model, &surface);
   assert_int_equal(made.report.outside, 0);
   assert_true(made.report.weight_max <= 1);
+
+  // the row of each is the model's row, rounded to single precision
   for (int64_t n = 0; n < 3 * b.mesh.vertex_count * model.model.rank; n++) {
     const float own = (float)model.model.basis[n];
     assert_memory_equal(&made.embedding.basis[n], &own, sizeof own);
   }
+
   thrum_embed_free(&made);
   thrum_surface_mesh_free(&surface);
   thrum_precomputed_free(&model);
@@ -233,9 +263,13 @@ static void what_lies_outside_is_counted_and_measured(void **state) {
   (void)state;
   body b = body_make(BEAM, "x<0.001");
   thrum_precomputed model = body_precompute(&b, 4, 6);
+
+  // two points outside of the mesh, one of them far
   thrum_surface_mesh surface = cloud(4, 1);
   static const double points[12] = {0.5, 0.1, 0.1, 1.75, 0, 0, 0.5, 0.2, 0.15, 0.3, -0.25, 0};
   memcpy(surface.vertices, points, sizeof points);
+
+  // the report counts them and names the farthest
   thrum_embed made = embed(&model.model, &surface);
   assert_int_equal(made.report.outside, 2);
   assert_int_equal(made.report.farthest, 1);
@@ -244,25 +278,33 @@ static void what_lies_outside_is_counted_and_measured(void **state) {
   assert_true(made.report.weight_max > 1);
   thrum_embed_free(&made);
   thrum_surface_mesh_free(&surface);
+
+  // a model without its basis has no rows to give
   thrum_model lean = model.model;
   lean.basis = NULL;
   surface = cloud(4, 1);
   assert_int_equal(thrum_embed_make(&lean, &surface, NULL, NULL, &made, NULL), THRUM_MISSING);
+
+  // a position too large to compute with is refused by its number
   surface.vertices[4] = 1e200;
   thrum_error error = {0};
   assert_int_equal(thrum_embed_make(&model.model, &surface, NULL, NULL, &made, &error),
                    THRUM_BAD_VALUE);
   assert_non_null(strstr(error.message, "vertex 2 of the surface is too far"));
+
   thrum_surface_mesh_free(&surface);
   thrum_precomputed_free(&model);
   body_free(&b);
 }
 
-/* Positions are X + W q and normals those of a direct computation, interleaved in one buffer. */
+/* The positions are X + W q and the normals those of a direct computation; both are interleaved in
+ * one buffer. */
 static void check_shown(const thrum_surface *surface, const thrum_embedding *e) {
   double q[16] = {0};
   for (int64_t i = 0; i < e->rank; i++)
     q[i] = 0.1 * random_number();
+
+  // positions and normals share a buffer of eight numbers per vertex
   float *out = need((size_t)e->vertex_count * 8, sizeof *out);
   double *x = need((size_t)e->vertex_count * 3, sizeof *x);
   double *normals = need((size_t)e->vertex_count * 3, sizeof *normals);
@@ -271,12 +313,16 @@ static void check_shown(const thrum_surface *surface, const thrum_embedding *e) 
                               &error) != THRUM_OK ||
       thrum_surface_normals(surface, out, 8, out + 3, 8, &error) != THRUM_OK)
     fail_msg("%s", error.message);
+
+  // the positions in double precision, from the definition
   for (int64_t n = 0; n < 3 * e->vertex_count; n++) {
     x[n] = e->positions[n];
     for (int64_t i = 0; i < e->rank; i++)
       x[n] += (double)e->basis[n * e->rank + i] * q[i];
     assert_true(fabs((double)out[n / 3 * 8 + n % 3] - x[n]) < 1e-5);
   }
+
+  // area-weighted face normals summed at the corners
   for (int64_t t = 0; t < e->triangle_count; t++) {
     const int32_t *c = e->triangles + 3 * t;
     double f[2][3];
@@ -289,12 +335,15 @@ static void check_shown(const thrum_surface *surface, const thrum_embedding *e) 
         normals[3 * c[corner] + axis] += f[0][(axis + 1) % 3] * f[1][(axis + 2) % 3] -
                                          f[0][(axis + 2) % 3] * f[1][(axis + 1) % 3];
   }
+
+  // the directions agree, and the buffer's two spare numbers stay untouched
   for (int64_t v = 0; v < e->vertex_count; v++) {
     const double *n = normals + 3 * v, size = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
     for (int axis = 0; axis < 3; axis++)
       assert_true(fabs((double)out[8 * v + 3 + axis] - n[axis] / size) < 1e-4);
     assert_true(out[8 * v + 6] == 0 && out[8 * v + 7] == 0);
   }
+
   free(out);
   free(x);
   free(normals);
@@ -309,6 +358,8 @@ static void the_file_comes_back_and_is_shown(void **state) {
   thrum_error error = {0};
   if (thrum_embed_save("s.npz", &made.embedding, &error) < 0)
     fail_msg("%s", error.message);
+
+  // every array and the metadata come back to the bit
   const thrum_embedding *e = NULL;
   if (thrum_embedding_load("s.npz", &e, &error) < 0)
     fail_msg("%s", error.message);
@@ -326,7 +377,8 @@ static void the_file_comes_back_and_is_shown(void **state) {
                 {e->weights, made.embedding.weights, 8 * 4 * 333}};
   for (size_t n = 0; n < sizeof arrays / sizeof *arrays; n++)
     assert_memory_equal(arrays[n].back, arrays[n].given, (size_t)arrays[n].size);
-  // a game's model may be without mesh and basis
+
+  // a game's model may lack its mesh and its basis: the surface is shown from its own rows
   thrum_model lean = {.rank = model.model.rank, .omega2 = model.model.omega2};
   const thrum_surface *shown = NULL;
   if (thrum_surface_load("s.npz", &lean, &shown, &error) < 0)
@@ -335,7 +387,8 @@ static void the_file_comes_back_and_is_shown(void **state) {
   assert_int_equal(thrum_surface_triangle_count(shown), 331);
   check_shown(shown, e);
   thrum_surface_free(shown);
-  // a model truncated from it has fewer coordinates, a stranger other frequencies
+
+  // a truncated model has fewer coordinates and still fits; one of other frequencies does not
   lean.rank = 2;
   assert_int_equal(thrum_surface_load("s.npz", &lean, &shown, &error), THRUM_OK);
   thrum_surface_free(shown);
@@ -345,6 +398,7 @@ static void the_file_comes_back_and_is_shown(void **state) {
   assert_int_equal(thrum_surface_load("s.npz", &lean, &shown, &error), THRUM_BAD_VALUE);
   assert_non_null(strstr(error.message, "s.npz: the surface is embedded in another model"));
   assert_null(shown);
+
   thrum_embedding_free(e);
   thrum_embed_free(&made);
   thrum_surface_mesh_free(&surface);
@@ -358,8 +412,8 @@ static void python(const char *script) {
     fail_msg("the script failed (does /usr/bin/python3 have numpy?)");
 }
 
-/* NumPy makes the rows again from the model's file and the weights, and the file again; what is
- * wrong with a file is said. */
+/* NumPy recomputes the rows from the model's file and the weights and writes the file again; a
+ * damaged file is refused with the reason. */
 static void numpy_makes_the_same_rows_and_the_same_file(void **state) {
   (void)state;
   body b = body_make(BEAM, "x<0.001");
@@ -369,6 +423,8 @@ static void numpy_makes_the_same_rows_and_the_same_file(void **state) {
   thrum_error error = {0};
   assert_int_equal(thrum_model_save("m.npz", &model.model, &error), THRUM_OK);
   assert_int_equal(thrum_embed_save("n.npz", &made.embedding, &error), THRUM_OK);
+
+  // the script checks the rows, copies the file and writes damaged variants of it
   python("import numpy as np\n"
          "m, s = np.load('m.npz'), dict(np.load('n.npz'))\n"
          "corners = m['tets'][s['tet']]\n"
@@ -392,6 +448,8 @@ static void numpy_makes_the_same_rows_and_the_same_file(void **state) {
          "spoil('7.npz', surface_format=None)\n"
          "spoil('8.npz', tet=-s['tet'] - 1)\n"
          "spoil('9.npz', future=np.zeros(3))\n");
+
+  // each damaged file is refused, and the message names the array and the entry
   const thrum_embedding *e = NULL;
   static const struct {
     const char *path, *words;
@@ -413,6 +471,8 @@ static void numpy_makes_the_same_rows_and_the_same_file(void **state) {
       fail_msg("wanted '%s', got '%s'", cases[n].words, error.message);
     assert_null(e);
   }
+
+  // NumPy's own copy is read, and so is a file with an array of a later version
   static const char *const good[] = {"again.npz", "9.npz"};
   for (int n = 0; n < 2; n++) {
     if (thrum_embedding_load(good[n], &e, &error) < 0)
@@ -421,13 +481,15 @@ static void numpy_makes_the_same_rows_and_the_same_file(void **state) {
     thrum_embedding_free(e);
     e = NULL;
   }
+
   thrum_embed_free(&made);
   thrum_surface_mesh_free(&surface);
   thrum_precomputed_free(&model);
   body_free(&b);
 }
 
-/* In place, as bytes linked into a program are; every truncation is refused. */
+/* The bytes are read in place, as a program would have them linked in; every truncation is
+ * refused. */
 static void bytes_are_viewed_in_place(void **state) {
   (void)state;
   body b = body_make("beam:2x1x1@1x1x1", "x<0.001");
@@ -439,17 +501,25 @@ static void bytes_are_viewed_in_place(void **state) {
   void *data = NULL;
   size_t size = 0;
   assert_int_equal(thrum_file_read("v.npz", &data, &size, &error), THRUM_OK);
+
+  // a view demands alignment, which the file's own buffer need not have
   unsigned char *aligned = aligned_alloc(64, (size + 127) / 64 * 64);
   assert_non_null(aligned);
   memcpy(aligned, data, size);
+
+  // no prefix of the file is accepted, and a refusal leaves the view as it was
   thrum_embedding e = {.rank = 77};
   for (size_t cut = 0; cut < size; cut++)
     assert_true(thrum_embedding_view(aligned, cut, &e, NULL) < 0);
   assert_int_equal(e.rank, 77);
+
+  // the whole is accepted, and the arrays point into the given bytes
   assert_int_equal(thrum_embedding_view(aligned, size, &e, &error), THRUM_OK);
   assert_true((const unsigned char *)e.basis > aligned &&
               (const unsigned char *)e.basis < aligned + size);
   assert_memory_equal(e.basis, made.embedding.basis, 4 * 15 * 3);
+
+  // the same arrays as a surface's definition; each wrong member is refused
   const thrum_surface_def def = thrum_embedding_surface(&e);
   size_t needed = 0;
   assert_int_equal(thrum_surface_size(&model.model, &def, &needed, &error), THRUM_OK);
@@ -462,8 +532,11 @@ static void bytes_are_viewed_in_place(void **state) {
   bad = def;
   bad.rows = NULL;
   assert_int_equal(thrum_surface_size(&model.model, &bad, &needed, &error), THRUM_INVALID_ARGUMENT);
+
+  // bytes off their alignment are refused
   memmove(aligned + 1, aligned, size);
   assert_int_equal(thrum_embedding_view(aligned + 1, size, &e, &error), THRUM_MISALIGNED);
+
   free(aligned);
   free(data);
   thrum_embed_free(&made);

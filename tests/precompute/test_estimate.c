@@ -1,5 +1,5 @@
-/* What a precompute takes is said before it is taken, and refused when it is not there.
- * SPDX-License-Identifier: Apache-2.0 */
+/* The estimate of a precompute's memory and time is near what the run takes, and a run that does
+ * not fit is refused beforehand. SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -37,16 +37,19 @@ static void the_estimate_is_near_what_the_run_takes(void **state) {
   cli_result wet = thrum_run(folder, "precompute", BEAM, "--fix", "left", "--rank", "30", "-o",
                              "made.npz", "--json", NULL);
   assert_int_equal(wet.exit_code, 0);
+
+  // the sizes are exactly known from the symbolic analysis
   cJSON *said = cli_json_line(dry.out), *took = cli_json_line(wet.out);
-  // exactly known from the symbolic analysis
   static const char *const exact[] = {"free_dofs", "factor_nonzeros", "tets", "vertices"};
   for (int n = 0; n < 4; n++)
     assert_true(cli_json_get(said, exact[n]) == cli_json_get(took, exact[n]));
+
+  // the memory is an estimate; the bounds are loose, because sanitizers take memory of their own
   const double ratio = cli_json_get(said, "memory_mb") / cli_json_get(took, "peak_mb");
   print_message("memory said over memory taken: %.2f\n", ratio);
-  // loose, because sanitizers take memory of their own
   assert_true(ratio > 0.2 && ratio < 1.6);
   assert_true(cli_json_get(cJSON_GetObjectItem(said, "seconds"), "total") > 0);
+
   cJSON_Delete(said);
   cJSON_Delete(took);
   cli_result_free(&dry);
@@ -55,6 +58,8 @@ static void the_estimate_is_near_what_the_run_takes(void **state) {
 
 static void a_given_basis_is_estimated_too(void **state) {
   (void)state;
+
+  // a basis to import, written by a run of its own
   cli_result run = thrum_run(folder, "precompute", BEAM, "--fix", "left", "--rank", "30", "-o",
                              "own.npz", "-q", NULL);
   assert_int_equal(run.exit_code, 0);
@@ -62,6 +67,8 @@ static void a_given_basis_is_estimated_too(void **state) {
   run = thrum_run(folder, "export", "own.npz", "--vega-basis", "own.U", NULL);
   assert_int_equal(run.exit_code, 0);
   cli_result_free(&run);
+
+  // the same import, estimated and run
   cli_result dry = thrum_run(folder, "precompute", BEAM, "--fix", "left", "--import-basis", "own.U",
                              "--dry-run", "--json", NULL);
   assert_int_equal(dry.exit_code, 0);
@@ -76,7 +83,8 @@ static void a_given_basis_is_estimated_too(void **state) {
   cJSON_Delete(took);
   cli_result_free(&dry);
   cli_result_free(&wet);
-  // refused before the arrays are taken, and nothing written
+
+  // too little memory: refused before the arrays are allocated, and no file is written
   run = thrum_run(folder, "precompute", BEAM, "--fix", "left", "--import-basis", "own.U", "-o",
                   "small.npz", "--memory", "2", "-q", NULL);
   assert_int_equal(run.exit_code, 1);
@@ -111,6 +119,8 @@ static void a_dry_run_refuses_what_the_run_would_refuse(void **state) {
       {"--fix", "left", "--rank", "600", "must lie between 1 and 512"},
       {"--fix", "left", "--modes", "9000", "must lie between 1 and 512"},
   };
+
+  // the run and the dry run refuse alike, in one line and without output
   for (int n = 0; n < 4; n++)
     for (int dry = 0; dry < 2; dry++) {
       cli_result run =
@@ -180,12 +190,16 @@ static cli_result run_limited(const char *arguments) {
   return cli_execute(folder, argv);
 }
 
-/* OpenBLAS has threads that try for ever to get memory, and holds the program's end up. */
+/* OpenBLAS's threads retry without end when they get no memory, and so delay the program's exit. */
 static void a_program_without_room_for_its_libraries_ends_and_says_so(void **state) {
   (void)state;
+
+  // a command that needs no numerical library runs within the limit
   cli_result run = run_limited("--version");
   assert_int_equal(run.exit_code, 0);
   cli_result_free(&run);
+
+  // the others end with one line that names the reason
   static const char *const commands[] = {
       "precompute beam:4x2x2@1x0.2x0.2 --fix left -q -o limited.npz",
       "precompute beam:4x2x2@1x0.2x0.2 --fix left -q -o limited.npz --threads 2",
@@ -201,9 +215,11 @@ static void a_program_without_room_for_its_libraries_ends_and_says_so(void **sta
   }
 }
 
-/* In a child: leaves itself 64 MiB of address space. */
+/* This runs in a child process, which limits itself to 64 MiB of further address space. */
 static void judge_limited(void) {
   const double before = thrum_memory_available(NULL);
+
+  // the limit is set a fixed amount above what the process already takes
   struct rlimit limit;
   FILE *file = fopen("/proc/self/statm", "r");
   double pages = 0;
@@ -213,6 +229,8 @@ static void judge_limited(void) {
   limit.rlim_cur = (rlim_t)(pages * (double)sysconf(_SC_PAGESIZE) + 67108864.0);
   if (setrlimit(RLIMIT_AS, &limit) != 0)
     _exit(2);
+
+  // the memory said to be left is bounded by the process's own limit
   const char *what = NULL;
   const double left = thrum_memory_available(&what);
   if (before < 67108864.0)

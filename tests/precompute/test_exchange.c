@@ -1,5 +1,5 @@
-/* Exchange with VegaFEM and with programs that read Matrix Market: what is read is the same body,
- * and a round trip loses nothing. SPDX-License-Identifier: Apache-2.0 */
+/* Exchange with VegaFEM and with programs that read Matrix Market: the model that is read describes
+ * the same body, and a round trip loses nothing. SPDX-License-Identifier: Apache-2.0 */
 #include <unistd.h>
 
 #include "io/file.h"
@@ -74,17 +74,22 @@ static void an_imported_model_has_the_energy_of_the_body_it_was_made_from(void *
   (void)state;
   body b = body_beam1k();
   for (int cubic = 0; cubic < 2; cubic++) {
+    // the foreign basis is not orthonormal; the import makes it so
     thrum_imported_basis imported = read_sample(cubic);
     thrum_precomputed result = import_well(&b, &imported);
     const thrum_model *model = &result.model;
     assert_true(result.imported.changed);
     assert_true(result.imported.orthonormality > 0.2 && result.imported.orthonormality < 0.3);
     assert_true(result.basis_orthonormality < 1e-13 && result.basis_diagonality < 1e-13);
+
+    // the full-order body of the imported model, for comparison
     thrum_model_fem full = {0};
     assert_int_equal(thrum_model_fem_create(model, &full, NULL), THRUM_OK);
     assert_int_equal(full.kind, THRUM_MASS_CONSISTENT);
     double *u = need((size_t)imported.rows, sizeof *u), *work = need(thrum_work_count(model), 8);
     double *again = need((size_t)imported.rows, sizeof *again);
+
+    // displacements in the imported basis: the model reproduces them and their energy
     for (double size = 1e-3; size < 10; size *= 10) {
       double *old = random_vector(imported.rank, size), q[15];
       for (int64_t c = 0; c < imported.rows; c++)
@@ -104,6 +109,7 @@ static void an_imported_model_has_the_energy_of_the_body_it_was_made_from(void *
     thrum_precomputed_free(&result);
     thrum_imported_basis_free(&imported);
   }
+
   body_free(&b);
 }
 
@@ -121,6 +127,8 @@ static void export_and_import_give_the_same_model(void **state) {
   body bodies[] = {body_beam1k(), body_make("beam:8x2x2@1x0.2x0.15", NULL)};
   for (int n = 0; n < 2; n++) {
     thrum_precomputed made = body_precompute(&bodies[n], 8, 20);
+
+    // export, and read the files as a foreign program's
     thrum_imported_basis imported = {0};
     assert_int_equal(thrum_vega_basis_write(in_folder("m.U"), &made.model, false, NULL), THRUM_OK);
     assert_int_equal(thrum_vega_basis_read(in_folder("m.U"), &imported, NULL), THRUM_OK);
@@ -128,9 +136,13 @@ static void export_and_import_give_the_same_model(void **state) {
     assert_int_equal(thrum_vega_cubic_write(in_folder("m.cub"), &made.model, NULL), THRUM_OK);
     assert_int_equal(thrum_vega_cubic_read(in_folder("m.cub"), &imported, NULL), THRUM_OK);
     unlink(in_folder("m.cub"));
+
+    // the basis passes unchanged, and the polynomial is the gradient of an energy
     assert_memory_equal(imported.basis, made.model.basis,
                         sizeof(double) * (size_t)(imported.rows * imported.rank));
     assert_true(imported.defect < 1e-15);
+
+    // the import has nothing to change, and the model is the same
     thrum_precomputed again = import_well(&bodies[n], &imported);
     assert_false(again.imported.changed);
     compare_models(&again.model, &made.model, 1e-13);
@@ -152,17 +164,21 @@ static void expect_equal_files(const char *left, const char *right) {
   free(data[1]);
 }
 
-/* Negative zeros of held vertices, coefficients that come with factors of 3: all bits come back. */
+/* Negative zeros of held vertices and coefficients with factors of 3 return to the bit. */
 static void what_was_exported_is_exported_again_to_the_bit(void **state) {
   (void)state;
   body bodies[] = {body_beam1k(), body_make("beam:8x2x2@1x0.2x0.15", NULL)};
   for (int n = 0; n < 2; n++) {
     thrum_precomputed made = body_precompute(&bodies[n], 8, 20);
+
+    // export and import
     thrum_imported_basis imported = {0};
     assert_int_equal(thrum_vega_basis_write(in_folder("m.U"), &made.model, false, NULL), THRUM_OK);
     assert_int_equal(thrum_vega_cubic_write(in_folder("m.cub"), &made.model, NULL), THRUM_OK);
     assert_int_equal(thrum_vega_basis_read(in_folder("m.U"), &imported, NULL), THRUM_OK);
     assert_int_equal(thrum_vega_cubic_read(in_folder("m.cub"), &imported, NULL), THRUM_OK);
+
+    // the second export equals the first, byte for byte
     thrum_precomputed again = import_well(&bodies[n], &imported);
     assert_int_equal(thrum_vega_basis_write(in_folder("a.U"), &again.model, false, NULL), THRUM_OK);
     assert_int_equal(thrum_vega_cubic_write(in_folder("a.cub"), &again.model, NULL), THRUM_OK);
@@ -186,12 +202,15 @@ static void a_mixed_and_scaled_basis_becomes_the_model_again(void **state) {
   thrum_precomputed made = body_precompute(&b, 6, 12);
   const thrum_model *model = &made.model;
   const int64_t r = model->rank, rows = 3 * model->vertex_count;
-  // U A, V(A q) for some A; coordinates of another unit as well
+
+  // the foreign basis is U A for some A, the energy V(A q), in another unit of the coordinates
   double *mix = random_vector(r * r, 0.3);
   for (int64_t i = 0; i < r; i++)
     mix[i * r + i] += 1;
   for (int64_t n = 0; n < r * r; n++)
     mix[n] *= 1e-3;
+
+  // basis and linear part in the mixed coordinates
   thrum_imported_basis imported = {.rows = rows, .rank = r};
   imported.basis = need((size_t)(rows * r), 8);
   imported.linear = need((size_t)(r * r), 8);
@@ -205,12 +224,17 @@ static void a_mixed_and_scaled_basis_becomes_the_model_again(void **state) {
       for (int64_t i = 0; i < r; i++)
         imported.linear[j * r + k] += mix[i * r + j] * model->omega2[i] * mix[i * r + k];
   }
+
+  // the cubic and quartic parts transform with the same matrix
   assert_int_equal(
       thrum_polynomial_change_basis(r, mix, model->c3, model->c4, imported.c3, imported.c4, NULL),
       THRUM_OK);
+
+  // the import undoes the mixture
   thrum_precomputed again = import_well(&b, &imported);
   assert_true(again.imported.changed);
   compare_models(&again.model, model, 1e-9);
+
   free(mix);
   thrum_imported_basis_free(&imported);
   thrum_precomputed_free(&made);
@@ -222,15 +246,19 @@ static void single_precision_keeps_its_seven_digits(void **state) {
   (void)state;
   body b = body_beam1k();
   thrum_precomputed made = body_precompute(&b, 5, 10);
+
+  // through a file in single precision
   thrum_imported_basis imported = {0};
   assert_int_equal(thrum_vega_basis_write(in_folder("f.U"), &made.model, true, NULL), THRUM_OK);
   assert_int_equal(thrum_vega_basis_read(in_folder("f.U"), &imported, NULL), THRUM_OK);
   unlink(in_folder("f.U"));
   assert_near(imported.basis, made.model.basis, imported.rows * imported.rank, 1e-7);
-  // turned back to exactly orthonormal
+
+  // the import makes the basis exactly orthonormal again
   thrum_precomputed again = import_well(&b, &imported);
   assert_true(again.basis_orthonormality < 1e-13);
   assert_near(again.model.omega2, made.model.omega2, 10, 1e-6);
+
   thrum_imported_basis_free(&imported);
   thrum_precomputed_free(&made);
   thrum_precomputed_free(&again);
@@ -245,6 +273,8 @@ static char *sample_bytes(const char *path, size_t *size) {
 
 static void a_force_without_energy_is_refused_by_its_component(void **state) {
   (void)state;
+
+  // one coefficient of the force changes, so that the force is no gradient any more
   size_t size;
   char *file = sample_bytes(THRUM_TEST_DATA "/beam1k.r15.cub", &size);
   double *force = (double *)(file + 16), largest = 0;
@@ -253,13 +283,16 @@ static void a_force_without_energy_is_refused_by_its_component(void **state) {
   // component 2, coefficient of q_1 q_3
   force[225 + 120 + 2] += largest;
   assert_int_equal(thrum_file_write_atomic(in_folder("bad.cub"), file, size, NULL), THRUM_OK);
+
+  // the refusal names the part of the polynomial and leaves the data as they were
   thrum_imported_basis imported = read_sample(false);
   thrum_error error = {0};
   assert_int_equal(thrum_vega_cubic_read(in_folder("bad.cub"), &imported, &error), THRUM_BAD_VALUE);
   assert_non_null(strstr(error.message, "quadratic"));
   assert_non_null(strstr(error.message, "gradient"));
   assert_null(imported.linear);
-  // and files that are cut short
+
+  // files that are cut short are refused as well
   assert_int_equal(thrum_file_write_atomic(in_folder("bad.cub"), file, size - 8, NULL), THRUM_OK);
   assert_int_equal(thrum_vega_cubic_read(in_folder("bad.cub"), &imported, NULL), THRUM_BAD_FORMAT);
   assert_int_equal(thrum_file_write_atomic(in_folder("bad.cub"), file, 7, NULL), THRUM_OK);
@@ -267,6 +300,7 @@ static void a_force_without_energy_is_refused_by_its_component(void **state) {
   assert_int_equal(thrum_vega_basis_read(in_folder("bad.cub"), &imported, NULL), THRUM_BAD_FORMAT);
   unlink(in_folder("bad.cub"));
   assert_int_equal(imported.rank, 15);
+
   thrum_imported_basis_free(&imported);
   free(file);
 }
@@ -274,33 +308,41 @@ static void a_force_without_energy_is_refused_by_its_component(void **state) {
 static void what_is_not_of_this_body_is_refused(void **state) {
   (void)state;
   body b = body_beam1k(), other = body_make("beam:6x2x2@1x0.2x0.15", "x<0.001");
+
+  // a mesh with another number of vertices
   thrum_imported_basis imported = read_sample(true);
   thrum_precomputed result = {0};
   thrum_error error = {0};
   assert_int_equal(import(&other, &imported, &result, &error), THRUM_BAD_SHAPE);
-  // a vertex more held
+
+  // one more vertex is held than in the imported basis
   b.fixed[200] = 2;
   assert_int_equal(import(&b, &imported, &result, &error), THRUM_BAD_VALUE);
   assert_non_null(strstr(error.message, "vertex 201 along y"));
   b.fixed[200] = 0;
-  // another stiffness
+
+  // the stiffness differs
   b.mesh.materials[0].young *= 1.001;
   assert_int_equal(import(&b, &imported, &result, &error), THRUM_BAD_VALUE);
   assert_non_null(strstr(error.message, "linear part"));
   b.mesh.materials[0].young /= 1.001;
-  // another quartic part
+
+  // the quartic part differs
   for (int64_t n = 0; n < thrum_c4_count(15); n++)
     imported.c4[n] *= 1.001;
   assert_int_equal(import(&b, &imported, &result, &error), THRUM_BAD_VALUE);
   assert_non_null(strstr(error.message, "energy"));
-  // dependent columns
+
+  // the columns are dependent
   for (int64_t c = 0; c < imported.rows; c++)
     imported.basis[c * 15 + 4] = 2 * imported.basis[c * 15];
   assert_int_equal(import(&b, &imported, &result, &error), THRUM_SINGULAR);
-  // a rigid motion in a free body's basis
+
+  // a free body's basis contains a rigid motion
   memset(b.fixed, 0, (size_t)b.mesh.vertex_count);
   assert_int_equal(import(&b, &imported, &result, &error), THRUM_UNSUPPORTED);
   assert_null(result.model.basis);
+
   thrum_imported_basis_free(&imported);
   body_free(&b);
   body_free(&other);
@@ -310,6 +352,7 @@ static void matrix_market_holds_every_digit(void **state) {
   (void)state;
   body b = body_make("beam:4x2x2@1x0.2x0.15", "x<0.001");
   for (int kind = 0; kind < 2; kind++) {
+    // the matrices of both kinds of mass
     thrum_precompute_options options = thrum_default_precompute_options();
     options.modes = 4;
     options.mass = (thrum_mass)kind;
@@ -317,10 +360,13 @@ static void matrix_market_holds_every_digit(void **state) {
     assert_int_equal(thrum_precompute(&b.mesh, b.fixed, &options, &made, NULL), THRUM_OK);
     thrum_model_fem full = {0};
     assert_int_equal(thrum_model_fem_create(&made.model, &full, NULL), THRUM_OK);
-    // the mass that the basis was made with is told by the basis
+    // the kind of mass is recovered from the basis
     assert_int_equal(full.kind, kind);
+
+    // the file's header line has the matrix's sizes
     const thrum_sparse *m = &full.mass;
     assert_int_equal(thrum_matrix_market_write(in_folder("m.mtx"), m, "mass", NULL), THRUM_OK);
+
     thrum_text text;
     assert_int_equal(thrum_text_open(in_folder("m.mtx"), '%', 0, &text, NULL), THRUM_OK);
     unlink(in_folder("m.mtx"));
@@ -331,6 +377,8 @@ static void matrix_market_holds_every_digit(void **state) {
     assert_int_equal(sizes[0], m->size);
     assert_int_equal(sizes[1], m->size);
     assert_int_equal(sizes[2], m->begin[m->size]);
+
+    // every entry returns exactly, in the order of the columns
     for (int64_t column = 0; column < m->size; column++)
       for (int64_t n = m->begin[column]; n < m->begin[column + 1]; n++) {
         int64_t at[2];
@@ -346,6 +394,7 @@ static void matrix_market_holds_every_digit(void **state) {
     thrum_model_fem_free(&full);
     thrum_precomputed_free(&made);
   }
+
   body_free(&b);
 }
 

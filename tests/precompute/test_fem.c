@@ -34,18 +34,22 @@ static void rigid_rotation_gives_zero_force(void **state) {
   body b = body_beam1k();
   thrum_fem fem = body_fem(&b);
   const int64_t count = 3 * fem.vertex_count;
+
+  // a finite rotation and a shift
   double r[3][3];
   rotation(1.1, r);
   double *u = linear_displacement(&b.mesh, r, (double[]){0.3, -0.2, 5});
   double *force = need((size_t)count, sizeof *force);
   const double energy = thrum_fem_energy(&fem, u, force);
-  // the force that the same displacement would meet if it were not a rotation
+
+  // half of that displacement is no rotation: its force and energy set the scale
   double *scale = need((size_t)count, sizeof *scale);
   for (int64_t i = 0; i < count; i++)
     u[i] *= 0.5;
   const double energy_scale = thrum_fem_energy(&fem, u, scale);
   assert_true(norm_of(force, count) < 1e-12 * norm_of(scale, count));
   assert_true(energy < 1e-24 * energy_scale + 1e-20);
+
   free(u);
   free(force);
   free(scale);
@@ -107,11 +111,14 @@ static void uniaxial_stretch_meets_the_exact_force(void **state) {
   b.mesh.materials[0].poisson = 0;
   thrum_fem fem = body_fem(&b);
   double *force = need((size_t)(3 * fem.vertex_count), sizeof *force);
+
+  // compression and extension; nu = 0 keeps the cross-section
   for (double l = 0.4; l < 1.7; l += 0.2) {
     double a[3][3] = {{l, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     double *u = linear_displacement(&b.mesh, a, (double[]){0, 0, 0});
     thrum_fem_energy(&fem, u, force);
-    // nu = 0: P = E l (l^2 - 1)/2 on a cross-section of 1
+
+    // P = E l (l^2 - 1)/2 on a cross-section of 1
     double pull = 0;
     for (int64_t v = 0; v < fem.vertex_count; v++)
       pull += b.mesh.vertices[3 * v] > 2 - 1e-9 ? force[3 * v] : 0;
@@ -119,6 +126,7 @@ static void uniaxial_stretch_meets_the_exact_force(void **state) {
     assert_true(fabs(pull - exact) < 1e-12 * b.mesh.materials[0].young);
     free(u);
   }
+
   free(force);
   thrum_fem_free(&fem);
   body_free(&b);
@@ -180,6 +188,8 @@ static void to_dense(const thrum_sparse *matrix, double *dense) {
 
 static void regular_tetrahedron_has_its_exact_frequencies(void **state) {
   (void)state;
+
+  // a regular tetrahedron of edge a, whose spectrum is known in closed form
   const double a = 0.37, young = 3e6, poisson = 0.31, density = 1200;
   const double height = a / sqrt(2);
   double vertices[] = {0, 0, 0, height, height, 0, height, 0, height, 0, height, height};
@@ -193,6 +203,8 @@ static void regular_tetrahedron_has_its_exact_frequencies(void **state) {
                      .region_count = 1,
                      .materials = &material,
                      .has_material = true};
+
+  // its matrices
   thrum_fem fem;
   thrum_sparse stiffness, mass;
   thrum_error error = {0};
@@ -201,15 +213,20 @@ static void regular_tetrahedron_has_its_exact_frequencies(void **state) {
   assert_int_equal(thrum_fem_pattern(&fem, &stiffness, NULL), THRUM_OK);
   assert_int_equal(thrum_fem_stiffness(&fem, NULL, &stiffness, NULL), THRUM_OK);
   assert_int_equal(thrum_fem_mass(&fem, THRUM_MASS_LUMPED, &stiffness, &mass, NULL), THRUM_OK);
+
+  // all of its frequencies from a dense solver
   double k[144], m[144], values[12];
   to_dense(&stiffness, k);
   to_dense(&mass, m);
   assert_int_equal(LAPACKE_dsygv(LAPACK_COL_MAJOR, 1, 'N', 'U', 12, k, 12, m, 12, values), 0);
+
+  // six rigid motions, five shear modes and one breathing mode
   const double shear = young / (2 * (1 + poisson)), bulk = young / (3 * (1 - 2 * poisson));
   for (int i = 0; i < 6; i++)
     assert_true(fabs(values[i]) < 1e-12 * values[11]);
   for (int i = 6; i < 11; i++)
     assert_close(values[i], 16 * shear / (density * a * a), 1e-13);
+
   assert_close(values[11], 24 * bulk / (density * a * a), 1e-13);
   thrum_sparse_free(&stiffness);
   thrum_sparse_free(&mass);
@@ -221,11 +238,15 @@ static void mass_of_either_kind_weighs_the_body(void **state) {
   body b = body_make("beam:4x3x2@1x0.5x0.25", NULL);
   thrum_fem fem = body_fem(&b);
   const int64_t count = 3 * fem.vertex_count;
+
+  // the lumped masses, which both kinds must sum to
   double *axis = need((size_t)count, sizeof *axis), *product = need((size_t)count, sizeof *product);
   double *lumps = need((size_t)fem.vertex_count, sizeof *lumps);
   thrum_sparse pattern, mass;
   assert_int_equal(thrum_fem_pattern(&fem, &pattern, NULL), THRUM_OK);
   thrum_fem_vertex_mass(&fem, lumps);
+
+  // a unit acceleration along each axis meets the whole mass and each vertex's share
   for (int kind = 0; kind < 2; kind++) {
     assert_int_equal(thrum_fem_mass(&fem, (thrum_mass)kind, &pattern, &mass, NULL), THRUM_OK);
     for (int c = 0; c < 3; c++) {
@@ -238,6 +259,7 @@ static void mass_of_either_kind_weighs_the_body(void **state) {
     }
     thrum_sparse_free(&mass);
   }
+
   thrum_sparse_free(&pattern);
   free(axis);
   free(product);
@@ -253,12 +275,15 @@ static void consistent_mass_integrates_the_square_of_a_linear_field(void **state
   const int64_t count = 3 * fem.vertex_count;
   double *x = need((size_t)count, sizeof *x), *product = need((size_t)count, sizeof *product);
   thrum_sparse pattern, mass;
+
+  // the displacement u_y = x
   assert_int_equal(thrum_fem_pattern(&fem, &pattern, NULL), THRUM_OK);
   assert_int_equal(thrum_fem_mass(&fem, THRUM_MASS_CONSISTENT, &pattern, &mass, NULL), THRUM_OK);
   for (int64_t v = 0; v < fem.vertex_count; v++)
     x[3 * v + 1] = b.mesh.vertices[3 * v];
   thrum_sparse_product(&mass, x, 1, product);
-  // rho * integral of x^2 over [0, 1] x 0.5 x 0.25
+
+  // rho times the integral of x^2 over [0, 1] x 0.5 x 0.25
   assert_close(dot_of(x, product, count), 1000 * 0.125 / 3, 1e-13);
   thrum_sparse_free(&pattern);
   thrum_sparse_free(&mass);
@@ -270,11 +295,15 @@ static void consistent_mass_integrates_the_square_of_a_linear_field(void **state
 
 static void held_components_leave_the_matrices_of_the_others_alone(void **state) {
   (void)state;
+
+  // the same body twice, once with components held in every combination
   body free_body = body_make("beam:3x2x2@1x0.5x0.5", NULL);
   body held_body = body_make("beam:3x2x2@1x0.5x0.5", NULL);
   for (int64_t v = 0; v < held_body.mesh.vertex_count; v++)
     held_body.fixed[v] = (uint8_t)(v * 5 % 8);
   thrum_fem whole = body_fem(&free_body), part = body_fem(&held_body);
+
+  // stiffness at a deformed state, and consistent mass, of both
   thrum_sparse k[2], m[2];
   double *u = random_vector(3 * whole.vertex_count, 0.05);
   assert_int_equal(thrum_fem_pattern(&whole, &k[0], NULL), THRUM_OK);
@@ -283,6 +312,8 @@ static void held_components_leave_the_matrices_of_the_others_alone(void **state)
   assert_int_equal(thrum_fem_mass(&part, THRUM_MASS_CONSISTENT, &k[1], &m[1], NULL), THRUM_OK);
   assert_int_equal(thrum_fem_stiffness(&whole, u, &k[0], NULL), THRUM_OK);
   assert_int_equal(thrum_fem_stiffness(&part, u, &k[1], NULL), THRUM_OK);
+
+  // each entry of the smaller matrices equals the larger ones' entry, to the bit
   const int64_t n = whole.free_count, s = part.free_count;
   assert_true(s > 0 && s < n);
   double *dense = need((size_t)(n * n), sizeof *dense),
@@ -298,6 +329,7 @@ static void held_components_leave_the_matrices_of_the_others_alone(void **state)
     thrum_sparse_free(&k[i]);
     thrum_sparse_free(&m[i]);
   }
+
   free(u);
   free(dense);
   free(small);
@@ -319,12 +351,16 @@ static void refuse(const thrum_mesh *mesh, thrum_status expected, const char *pa
 static void impossible_materials_and_tets_are_refused_by_name(void **state) {
   (void)state;
   body b = body_make("beam:1x1x1@1x1x1", NULL);
+
+  // Poisson's ratio outside of (-1, 0.5)
   const thrum_material good = b.mesh.materials[0];
   const double ratios[] = {0.5, 0.7, -1, -3, NAN};
   for (int i = 0; i < 5; i++) {
     b.mesh.materials[0].poisson = ratios[i];
     refuse(&b.mesh, THRUM_BAD_VALUE, "Poisson's ratio of region 1");
   }
+
+  // moduli and densities that are not positive and finite
   const double sizes[] = {0, -1, NAN, INFINITY};
   for (int i = 0; i < 4; i++) {
     b.mesh.materials[0] = good;
@@ -334,6 +370,8 @@ static void impossible_materials_and_tets_are_refused_by_name(void **state) {
     b.mesh.materials[0].density = sizes[i];
     refuse(&b.mesh, THRUM_BAD_VALUE, "density of region 1");
   }
+
+  // a flat tetrahedron, and one that names a missing vertex
   b.mesh.materials[0] = good;
   const int32_t corner = b.mesh.tets[4];
   b.mesh.tets[4] = b.mesh.tets[5];
@@ -341,9 +379,11 @@ static void impossible_materials_and_tets_are_refused_by_name(void **state) {
   b.mesh.tets[4] = 1000;
   refuse(&b.mesh, THRUM_BAD_VALUE, "tet 2 refers to a vertex");
   b.mesh.tets[4] = corner;
+
   // auxetic materials are possible
   b.mesh.materials[0].poisson = -0.9;
   thrum_fem fem = body_fem(&b);
+
   thrum_fem_free(&fem);
   body_free(&b);
 }

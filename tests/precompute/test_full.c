@@ -18,7 +18,7 @@
 
 static const double tau = 6.28318530717958647693;
 
-/* A mesh as a model that has nothing else. */
+/* A model that consists of a mesh, its supports and a material. */
 typedef struct body {
   thrum_mesh mesh;
   uint8_t *fixed;
@@ -31,10 +31,14 @@ static void body_make(body *b, const char *spec, bool clamped) {
   memset(b, 0, sizeof *b);
   if (thrum_mesh_read(spec, 1, &b->mesh, &error) < 0)
     fail_msg("%s", error.message);
+
+  // clamped at x = 0, if at all
   b->fixed = calloc((size_t)b->mesh.vertex_count, 1);
   assert_non_null(b->fixed);
   for (int64_t v = 0; v < b->mesh.vertex_count; v++)
     b->fixed[v] = clamped && b->mesh.vertices[3 * v] < 1e-9 ? 7 : 0;
+
+  // one material, and a model that borrows the mesh's arrays
   b->material[0] = 1e6;
   b->material[1] = 0.3;
   b->material[2] = 1000;
@@ -82,7 +86,7 @@ static double largest(const double *field, const double *less, int64_t count) {
   return found;
 }
 
-/* A uniform deformation of the surface goes through the whole body, whatever the tets. */
+/* A uniform deformation of the surface extends through the whole body, whatever the tetrahedra. */
 static void a_uniform_deformation_is_met_exactly(void **state) {
   (void)state;
   static const double gradient[3][3] = {{0.2, 0.1, -0.05}, {0.3, -0.1, 0}, {0, 0.15, 0.1}};
@@ -90,6 +94,8 @@ static void a_uniform_deformation_is_met_exactly(void **state) {
   body_make(&b, "beam:4x3x3@1x0.6x0.5", false);
   uint8_t *held = calloc((size_t)b.mesh.vertex_count, 1);
   double *moves = field_make(&b), *u = field_make(&b), *none = field_make(&b);
+
+  // the surface is held and follows a linear map; the vertices inside are free
   int64_t inside = 0;
   for (int64_t v = 0; v < b.mesh.vertex_count; v++) {
     const double *x = b.mesh.vertices + 3 * v;
@@ -102,6 +108,8 @@ static void a_uniform_deformation_is_met_exactly(void **state) {
         moves[3 * v + i] += gradient[i][j] * x[j];
   }
   assert_int_equal(inside, 12);
+
+  // both solvers find the linear map inside
   for (int solver = 0; solver < 2; solver++) {
     thrum_full_def def = thrum_default_full_def();
     def.solver = (thrum_full_solver)solver;
@@ -111,7 +119,8 @@ static void a_uniform_deformation_is_met_exactly(void **state) {
     thrum_full_get(full, u, NULL);
     assert_true(largest(u, moves, 3 * b.mesh.vertex_count) <= 1e-10);
     assert_int_equal(found.stable, 1);
-    // V of a uniform strain is volume times its density
+
+    // the energy of a uniform strain is the volume times the energy density
     double strain[3][3], trace = 0, square = 0;
     for (int i = 0; i < 3; i++)
       for (int j = 0; j < 3; j++) {
@@ -126,6 +135,7 @@ static void a_uniform_deformation_is_met_exactly(void **state) {
     assert_true(fabs(found.energy - energy) <= 1e-9 * energy);
     thrum_full_free(full);
   }
+
   free(held);
   free(moves);
   free(u);
@@ -133,7 +143,7 @@ static void a_uniform_deformation_is_met_exactly(void **state) {
   body_free(&b);
 }
 
-/* A body thrown, turning and wobbling. */
+/* The body is thrown so that it rotates and vibrates. */
 static void throw_body(const body *b, thrum_full *full) {
   double *u = field_make(b), *v = field_make(b);
   for (int64_t n = 0; n < b->mesh.vertex_count; n++) {
@@ -153,15 +163,21 @@ static void a_tumbling_body_keeps_energy_and_both_momenta(void **state) {
   (void)state;
   body b;
   body_make(&b, "beam:5x1x1@1x0.2x0.2", false);
+
+  // a tight tolerance, so that the conservation laws hold to rounding
   thrum_full_def def = thrum_default_full_def();
   def.dt = 0.01;
   def.tolerance = 1e-13;
   thrum_full *full = full_make(&b.model, NULL, &def);
   throw_body(&b, full);
+
+  // the conserved quantities at the start
   const double energy = thrum_full_energy(full).total;
   double linear[3], angular[3], p[3], l[3];
   thrum_full_momentum(full, linear, angular);
   double exchanged = 0, potential = thrum_full_energy(full).potential;
+
+  // they hold at every step
   for (int k = 0; k < 300; k++) {
     full_steps(full, 1);
     const thrum_full_energies now = thrum_full_energy(full);
@@ -173,9 +189,11 @@ static void a_tumbling_body_keeps_energy_and_both_momenta(void **state) {
       assert_true(fabs(l[axis] - angular[axis]) <= 1e-10 * 100);
     }
   }
-  // there was something to keep
+
+  // the motion was not trivial: energy was exchanged, and the body rotates
   assert_true(exchanged > 0.1 * energy);
   assert_true(sqrt(angular[0] * angular[0] + angular[2] * angular[2]) > 1);
+
   thrum_full_free(full);
   body_free(&b);
 }
@@ -184,8 +202,12 @@ static void an_impulse_counts_once_in_every_scheme(void **state) {
   (void)state;
   body b;
   body_make(&b, "beam:4x1x1@1x0.25x0.25", false);
+
+  // gravity and a point force, both along z
   double *forces = field_make(&b);
   const double g[3] = {0, 0, 4};
+
+  // every scheme: three steps at rest, two under the load, then free flight
   for (int scheme = 0; scheme < 4; scheme++) {
     thrum_full_def def = thrum_default_full_def();
     def.scheme = (thrum_full_scheme)scheme;
@@ -199,6 +221,8 @@ static void an_impulse_counts_once_in_every_scheme(void **state) {
     full_steps(full, 2);
     assert_int_equal(thrum_full_set_force(full, NULL, NULL), THRUM_OK);
     full_steps(full, 20);
+
+    // the momentum is the load's impulse, no more and no less
     double p[3], l[3];
     thrum_full_momentum(full, p, l);
     const double mass = 1000 * 0.0625, whole = (mass * 4 + 10) * 2 * def.dt;
@@ -206,11 +230,12 @@ static void an_impulse_counts_once_in_every_scheme(void **state) {
     assert_true(fabs(p[0]) + fabs(p[1]) <= 1e-8 * whole);
     thrum_full_free(full);
   }
+
   free(forces);
   body_free(&b);
 }
 
-/* u of a clamped beam 0.05 s after it was struck hard. */
+/* u is the displacement of a clamped beam 0.05 s after a strong impulse. */
 static void strike(const body *b, thrum_full_scheme scheme, thrum_full_solver solver, double dt,
                    double *u) {
   thrum_full_def def = thrum_default_full_def();
@@ -235,10 +260,14 @@ static void schemes_converge_to_one_motion_with_order_two(void **state) {
   body_make(&b, "beam:6x1x1@1x0.2x0.2", true);
   const int64_t all = 3 * b.mesh.vertex_count;
   double *exact = field_make(&b), *coarse = field_make(&b), *fine = field_make(&b);
+
+  // the motion is large enough for the nonlinearity to matter
   strike(&b, THRUM_FULL_CENTRAL, THRUM_FULL_CHOLESKY, 2e-5, exact);
   assert_true(largest(exact, NULL, all) > 0.1);
+
+  // the implicit schemes, against the midpoint rule at a fine step
   for (int scheme = 0; scheme < 3; scheme++) {
-    // the lumped mass is another body: implicit ones are compared with each other
+    // the lumped mass defines another body, so implicit schemes are compared with each other
     strike(&b, THRUM_FULL_MIDPOINT, THRUM_FULL_CHOLESKY, 1.25e-4, exact);
     strike(&b, (thrum_full_scheme)scheme, THRUM_FULL_CHOLESKY, 2e-3, coarse);
     strike(&b, (thrum_full_scheme)scheme, THRUM_FULL_CHOLESKY, 1e-3, fine);
@@ -246,11 +275,13 @@ static void schemes_converge_to_one_motion_with_order_two(void **state) {
     assert_true(order > 1.6);
     assert_true(largest(fine, exact, all) <= 0.01 * largest(exact, NULL, all));
   }
-  // and explicit ones too
+
+  // the explicit scheme against itself
   strike(&b, THRUM_FULL_CENTRAL, THRUM_FULL_CHOLESKY, 2e-5, exact);
   strike(&b, THRUM_FULL_CENTRAL, THRUM_FULL_CHOLESKY, 2e-4, coarse);
   strike(&b, THRUM_FULL_CENTRAL, THRUM_FULL_CHOLESKY, 1e-4, fine);
   assert_true(log2(largest(coarse, exact, all) / largest(fine, exact, all)) > 1.6);
+
   free(exact);
   free(coarse);
   free(fine);
@@ -277,6 +308,8 @@ static void central_differences_refuse_an_unstable_step(void **state) {
   (void)state;
   body b;
   body_make(&b, "beam:6x1x1@1x0.2x0.2", true);
+
+  // a step far beyond the bound is refused
   thrum_full_def def = thrum_default_full_def();
   def.scheme = THRUM_FULL_CENTRAL;
   def.dt = 1;
@@ -284,11 +317,14 @@ static void central_differences_refuse_an_unstable_step(void **state) {
   thrum_error error;
   assert_int_equal(thrum_full_create(&b.model, NULL, &def, &full, &error), THRUM_INVALID_ARGUMENT);
   assert_non_null(strstr(error.message, "not stable"));
+
+  // the scheme's own estimate of the bound
   def.dt = 1e-5;
   full = full_make(&b.model, NULL, &def);
   const double stable = thrum_full_report_get(full).dt_stable;
   thrum_full_free(full);
-  // just below it a small swing stays small for long
+
+  // just below the bound a small motion stays bounded for thousands of steps
   def.dt = 0.9999 * stable;
   full = full_make(&b.model, NULL, &def);
   double *v = field_make(&b);
@@ -297,18 +333,20 @@ static void central_differences_refuse_an_unstable_step(void **state) {
   assert_int_equal(thrum_full_set(full, NULL, v, NULL), THRUM_OK);
   const double energy = thrum_full_energy(full).total;
   full_steps(full, 3000);
-  // near its bound the scheme's own energy is far from the body's, but it is bounded
+  // near the bound the scheme's conserved energy differs much from the body's, but it is bounded
   assert_true(thrum_full_energy(full).total < 1e4 * energy);
-  // and no larger step is: the estimate is no more than a hundredth too careful
+
+  // just above the bound the step is refused: the estimate is at most one percent too cautious
   def.dt = 1.01 * stable;
   thrum_full *none = NULL;
   assert_int_equal(thrum_full_create(&b.model, NULL, &def, &none, NULL), THRUM_INVALID_ARGUMENT);
+
   thrum_full_free(full);
   free(v);
   body_free(&b);
 }
 
-/* Reduced and full, from a precomputed beam. */
+/* A body with its full-order model and its reduced model, made from a clamped beam. */
 typedef struct reduced {
   body b;
   thrum_precomputed made;
@@ -331,8 +369,8 @@ static void reduced_free(reduced *r) {
   body_free(&r->b);
 }
 
-/* Released from a linear mode of small amplitude a body swings as a cosine of its frequency, and
- * its coordinates are those of the reduced model. */
+/* Released from a linear mode of small amplitude, a body oscillates as a cosine of its frequency,
+ * and its coordinates are those of the reduced model. */
 static void small_swings_have_the_linear_frequencies(void **state) {
   (void)state;
   reduced r;
@@ -341,39 +379,50 @@ static void small_swings_have_the_linear_frequencies(void **state) {
   const int64_t all = 3 * model->vertex_count;
   double *u = field_make(&r.b);
   double q[20] = {0}, now[20];
+
+  // the first three modes, resolved with 400 steps per period
   for (int mode = 0; mode < 3; mode++) {
     const double omega = sqrt(model->omega2[mode]), amplitude = 1e-7;
     thrum_full_def def = thrum_default_full_def();
     def.dt = tau / omega / 400;
     thrum_full *full = full_make(model, NULL, &def);
+
+    // a displacement along one mode has that mode's coordinate alone
     memset(q, 0, sizeof q);
     q[mode] = amplitude;
     assert_int_equal(thrum_displacement(model, q, 0, model->vertex_count, u, NULL), THRUM_OK);
     thrum_full_project(full, u, now);
     for (int i = 0; i < 20; i++)
       assert_true(fabs(now[i] - q[i]) <= 1e-12 * amplitude);
+
+    // the motion from there, over more than a period
     assert_int_equal(thrum_full_set(full, u, NULL, NULL), THRUM_OK);
     for (int k = 1; k <= 500; k++) {
       full_steps(full, 1);
       thrum_full_get(full, u, NULL);
       thrum_full_project(full, u, now);
-      // midpoint's phase is late by (omega h)^2/12 of itself
+      // the midpoint rule's phase is late by (omega h)^2/12 of itself
       const double slow = 2 / (def.dt * omega) * atan(def.dt * omega / 2);
       assert_true(fabs(now[mode] - amplitude * cos(slow * omega * def.dt * k)) <= 1e-4 * amplitude);
     }
     thrum_full_free(full);
   }
+
+  // the last state is not the rest state
   assert_true(largest(u, NULL, all) > 0);
+
   free(u);
   reduced_free(&r);
 }
 
-/* What the full order finds is no stiffer than what the reduced one does, and near to it. */
+/* The full-order equilibrium is no stiffer than the reduced one, and near to it. */
 static void reduced_and_full_equilibria_agree(void **state) {
   (void)state;
   reduced r;
   reduced_make(&r, "beam:8x2x2@1x0.2x0.2");
   const thrum_model *model = &r.made.model;
+
+  // the full-order equilibrium under gravity
   const double g[3] = {0, 0, -9.81};
   double *forces = field_make(&r.b), *u = field_make(&r.b);
   thrum_full_def def = thrum_default_full_def();
@@ -384,6 +433,8 @@ static void reduced_and_full_equilibria_agree(void **state) {
   if (thrum_full_rest(full, forces, NULL, &found, &error) != THRUM_OK)
     fail_msg("%s", error.message);
   assert_true(found.residual <= 1e-10);
+
+  // the reduced one
   double load[20] = {0}, q[20] = {0}, seen[20];
   assert_int_equal(thrum_load_add_gravity(model, g, load, NULL), THRUM_OK);
   size_t size = 0;
@@ -394,19 +445,25 @@ static void reduced_and_full_equilibria_agree(void **state) {
   assert_int_equal(
       thrum_equilibrium(model, &search, load, q, NULL, workspace, size, NULL, NULL, &report, NULL),
       THRUM_OK);
+
+  // the full space contains the reduced one, so its minimum of the energy is lower, but not by much
   const double full_energy = found.energy + found.load_energy;
   const double reduced_energy = report.energy + report.load_energy;
   assert_true(full_energy <= reduced_energy);
   assert_true(reduced_energy - full_energy <= 0.02 * fabs(full_energy));
+
+  // the displacements agree too
   thrum_full_get(full, u, NULL);
   assert_true(largest(u, NULL, 3 * model->vertex_count) > 0.05);
   thrum_full_project(full, u, seen);
   assert_true(fabs(seen[0] - q[0]) <= 0.02 * fabs(q[0]) ||
               fabs(seen[1] - q[1]) <= 0.02 * fabs(q[1]));
-  // held there by its load, the body rests
+
+  // the body rests in its equilibrium
   for (int k = 0; k < 20; k++)
     assert_int_equal(thrum_full_step(full, NULL), THRUM_OK);
   assert_true(thrum_full_energy(full).kinetic <= 1e-15 * found.energy);
+
   free(workspace);
   free(forces);
   free(u);
@@ -418,24 +475,35 @@ static void what_has_no_answer_is_refused(void **state) {
   (void)state;
   body b;
   body_make(&b, "beam:4x1x1@1x0.2x0.2", true);
+
+  // a definition that no default function filled
   thrum_full_def def = {0};
   thrum_full *full = NULL;
   assert_int_equal(thrum_full_create(&b.model, NULL, &def, &full, NULL), THRUM_UNINITIALISED_DEF);
+
+  // a negative time step
   def = thrum_default_full_def();
   def.dt = -1;
   assert_int_equal(thrum_full_create(&b.model, NULL, &def, &full, NULL), THRUM_INVALID_ARGUMENT);
+
+  // with beta = 0 Newmark's scheme would be explicit
   def = thrum_default_full_def();
   def.scheme = THRUM_FULL_NEWMARK;
   def.newmark_beta = 0;
   assert_int_equal(thrum_full_create(&b.model, NULL, &def, &full, NULL), THRUM_INVALID_ARGUMENT);
+
+  // a model without a mesh
   const thrum_model empty = {.rank = 1};
   def = thrum_default_full_def();
   assert_int_equal(thrum_full_create(&empty, NULL, &def, &full, NULL), THRUM_MISSING);
+
+  // states and forces that are not numbers
   full = full_make(&b.model, NULL, &def);
   double *bad = field_make(&b);
   bad[5] = NAN;
   assert_int_equal(thrum_full_set(full, bad, NULL, NULL), THRUM_BAD_VALUE);
   assert_int_equal(thrum_full_set_force(full, bad, NULL), THRUM_BAD_VALUE);
+
   free(bad);
   thrum_full_free(full);
   body_free(&b);

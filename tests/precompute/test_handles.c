@@ -1,5 +1,5 @@
-/* Bases that know where they will be pulled, design 2, and the share of a load that a basis lacks,
- * design 10. SPDX-License-Identifier: Apache-2.0 */
+/* Bases that contain the responses to given handles (design 2), and the share of a load that a
+ * basis lacks (design 10). SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/precompute_support.h"
 
 #include "precompute/basis/handles.h"
@@ -27,7 +27,7 @@ static thrum_handle find_handle(const body *b, const char *spec) {
   return handle;
 }
 
-// relative error of the reduced linear static answer to forces on all components
+// the relative error of the reduced linear static answer to forces on all components
 static double static_error(const body *b, const thrum_model *model, const double *forces) {
   thrum_fem fem = body_fem(b);
   thrum_sparse k;
@@ -35,6 +35,8 @@ static double static_error(const body *b, const thrum_model *model, const double
   assert_int_equal(thrum_fem_pattern(&fem, &k, NULL), THRUM_OK);
   assert_int_equal(thrum_fem_stiffness(&fem, NULL, &k, NULL), THRUM_OK);
   assert_int_equal(thrum_factor_create(&k, &factor, NULL), THRUM_OK);
+
+  // the full-order answer x, and the reduced one from the modes' frequencies
   const int64_t n = fem.free_count, r = model->rank;
   double *x = need((size_t)n, sizeof *x), *q = need((size_t)r, sizeof *q);
   thrum_fem_gather(&fem, forces, x);
@@ -42,12 +44,15 @@ static double static_error(const body *b, const thrum_model *model, const double
   for (int64_t i = 0; i < r; i++)
     for (int64_t c = 0; c < 3 * fem.vertex_count; c++)
       q[i] += model->basis[c * r + i] * forces[c] / model->omega2[i];
+
+  // the relative distance of U q from x
   double off = 0;
   for (int64_t i = 0; i < n; i++) {
     const double difference = x[i] - dot_of(model->basis + fem.component[i] * r, q, r);
     off += difference * difference;
   }
   off = sqrt(off) / norm_of(x, n);
+
   free(x);
   free(q);
   thrum_factor_free(factor);
@@ -67,11 +72,15 @@ static thrum_load_share share_of(const thrum_model *model, const double *forces)
 static void a_pull_at_a_handle_gives_the_full_order_static_answer(void **state) {
   (void)state;
   body b = body_make("beam:10x2x2@1x0.2x0.15", "x<0.001");
+
+  // a group and a single vertex, with and without their responses in the basis
   const char *const specs[] = {"right", "vertex=50"};
   const thrum_handle handles[] = {find_handle(&b, specs[0]), find_handle(&b, specs[1])};
   thrum_precomputed with = precompute_with(&b, 5, 14, 2, handles);
   thrum_precomputed without = precompute_with(&b, 5, 14, 0, NULL);
   assert_true(with.basis_orthonormality < 1e-12 && with.basis_diagonality < 1e-12);
+
+  // with them the static answer is exact; without them it is far off
   for (int h = 0; h < 2; h++) {
     double *forces = need((size_t)(3 * b.mesh.vertex_count), sizeof *forces);
     const double pull[3] = {3, -2, 5};
@@ -84,6 +93,7 @@ static void a_pull_at_a_handle_gives_the_full_order_static_answer(void **state) 
     assert_true(share_of(&without.model, forces).statics > 1e-2);
     free(forces);
   }
+
   thrum_precomputed_free(&with);
   thrum_precomputed_free(&without);
   body_free(&b);
@@ -93,10 +103,14 @@ static void the_rank_may_be_just_the_responses_and_the_same_handle_counts_once(v
   (void)state;
   body b = body_make("beam:8x2x2@1x0.2x0.15", "x<0.001");
   const thrum_handle one = find_handle(&b, "tip"), twice[] = {one, one};
+
+  // rank equal to the number of responses: nothing but the responses is in the basis
   thrum_precomputed least = precompute_with(&b, 3, 3, 1, &one);
   assert_int_equal(least.model.rank, 3);
   thrum_precomputed same = precompute_with(&b, 3, 3, 2, twice);
   assert_near(same.model.omega2, least.model.omega2, 3, 1e-9);
+
+  // a rank that leaves no room for the three responses is refused
   thrum_precompute_options options = thrum_default_precompute_options();
   options.modes = 3;
   options.rank = 2;
@@ -107,6 +121,7 @@ static void the_rank_may_be_just_the_responses_and_the_same_handle_counts_once(v
   assert_int_equal(thrum_precompute(&b.mesh, b.fixed, &options, &refused, &error),
                    THRUM_INVALID_ARGUMENT);
   assert_non_null(strstr(error.message, "handles"));
+
   thrum_precomputed_free(&least);
   thrum_precomputed_free(&same);
   body_free(&b);
@@ -115,6 +130,8 @@ static void the_rank_may_be_just_the_responses_and_the_same_handle_counts_once(v
 static void handles_that_are_held_or_missing_are_refused(void **state) {
   (void)state;
   body b = body_make("beam:6x2x2@1x0.2x0.15", "x<0.001");
+
+  // names and numbers that the mesh does not have leave the handle empty
   thrum_handle handle = {0};
   thrum_error error = {0};
   assert_int_equal(thrum_handle_find(&b.mesh, "nowhere", &handle, &error), THRUM_MISSING);
@@ -124,6 +141,8 @@ static void handles_that_are_held_or_missing_are_refused(void **state) {
   assert_int_equal(thrum_handle_find(&b.mesh, "vertex=1x", &handle, &error),
                    THRUM_INVALID_ARGUMENT);
   assert_null(handle.name);
+
+  // a handle on the clamped face can respond to nothing
   handle = find_handle(&b, "left");
   thrum_precompute_options options = thrum_default_precompute_options();
   options.modes = 3;
@@ -133,6 +152,7 @@ static void handles_that_are_held_or_missing_are_refused(void **state) {
   assert_int_equal(thrum_precompute(&b.mesh, b.fixed, &options, &result, &error),
                    THRUM_INVALID_ARGUMENT);
   assert_non_null(strstr(error.message, "left"));
+
   body_free(&b);
 }
 
@@ -152,13 +172,15 @@ static void a_handle_held_along_two_axes_gives_one_response(void **state) {
 
 static void a_load_along_a_column_of_mu_is_inside_and_a_point_force_is_not(void **state) {
   (void)state;
-  // of the load M u_0 the share outside is nothing, for U U^T M u_0 = u_0
+  // the load M u_0 has no share outside of the basis, since U U^T M u_0 = u_0
   body b = body_make("beam:8x2x2@1x0.2x0.15", "x<0.001");
   thrum_precomputed held = body_precompute(&b, 4, 8);
   thrum_fem fem = body_fem(&b);
   thrum_sparse k, m;
   assert_int_equal(thrum_fem_pattern(&fem, &k, NULL), THRUM_OK);
   assert_int_equal(thrum_fem_mass(&fem, THRUM_MASS_CONSISTENT, &k, &m, NULL), THRUM_OK);
+
+  // the load that accelerates the body along column 3 of the basis
   double *column = need((size_t)fem.free_count, sizeof *column);
   double *product = need((size_t)fem.free_count, sizeof *product);
   double *forces = need((size_t)(3 * fem.vertex_count), sizeof *forces);
@@ -167,11 +189,14 @@ static void a_load_along_a_column_of_mu_is_inside_and_a_point_force_is_not(void 
   thrum_sparse_product(&m, column, 1, product);
   thrum_fem_scatter(&fem, product, forces);
   assert_true(share_of(&held.model, forces).load < 1e-12);
-  // a point force is not: of it a smooth basis shows little, of its static answer much
+
+  // a point force does lie outside: a smooth basis represents little of it, but much of its
+  // response
   memset(forces, 0, sizeof *forces * (size_t)(3 * fem.vertex_count));
   forces[3 * fem.vertex_count - 1] = 1;
   const thrum_load_share point = share_of(&held.model, forces);
   assert_true(point.load > 0.3 && point.load < 1 && point.statics < point.load);
+
   thrum_sparse_free(&k);
   thrum_sparse_free(&m);
   thrum_fem_free(&fem);
@@ -180,7 +205,8 @@ static void a_load_along_a_column_of_mu_is_inside_and_a_point_force_is_not(void 
   free(column);
   free(product);
   free(forces);
-  // a free body: a handle's response is exact there too
+
+  // the response to a handle is exact for a free body too
   b = body_make("beam:8x2x2@1x0.2x0.15", NULL);
   const thrum_handle tip = find_handle(&b, "tip");
   thrum_precomputed loose = precompute_with(&b, 4, 10, 1, &tip);
@@ -189,11 +215,13 @@ static void a_load_along_a_column_of_mu_is_inside_and_a_point_force_is_not(void 
                                    tip.count, (double[]){0, 1, 2}, forces, NULL),
                    THRUM_OK);
   assert_true(share_of(&loose.model, forces).statics < 1e-8);
-  // free fall deforms nothing
+
+  // free fall deforms nothing, so its static share is undefined
   memset(forces, 0, sizeof *forces * (size_t)(3 * b.mesh.vertex_count));
   assert_int_equal(thrum_load_fill_gravity(&loose.model, (double[]){0, 0, -9.81}, forces, NULL),
                    THRUM_OK);
   assert_true(isnan(share_of(&loose.model, forces).statics));
+
   free(forces);
   thrum_precomputed_free(&loose);
   body_free(&b);

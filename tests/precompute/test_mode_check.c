@@ -1,5 +1,5 @@
-/* No mode is missed, and where one was it is found: repeated frequencies, several parts, several
- * materials (design 2). SPDX-License-Identifier: Apache-2.0 */
+/* The check of the modes finds a missed mode and recovers it: repeated frequencies, several parts,
+ * several materials (design 2). SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/precompute_support.h"
 
 #include "mesh/mesh_fix.h"
@@ -29,9 +29,10 @@ static void discrete_free(discrete *s) {
   thrum_fem_free(&s->fem);
 }
 
-/* Finds 12 modes, forgets those of `missing` (a bit each), and asks for the other ones to be made
- * complete: they must be the lowest again. */
+/* The modes in the bit mask `missing` are removed from the lowest 12; the search, given the rest,
+ * must recover the lowest modes. */
 static void recover(const discrete *s, unsigned missing) {
+  // the complete set
   const int64_t n = s->fem.free_count;
   double values[12], kept_values[12], next;
   double *vectors = need((size_t)(12 * n), sizeof *vectors);
@@ -39,6 +40,8 @@ static void recover(const discrete *s, unsigned missing) {
   assert_int_equal(
       thrum_eigen_lowest(&s->stiffness, &s->mass, s->factor, 12, values, vectors, NULL, NULL),
       THRUM_OK);
+
+  // the set with gaps
   int64_t count = 0, gone = 0, recovered = -1;
   for (int i = 0; i < 12; i++) {
     if (missing >> i & 1u) {
@@ -48,27 +51,33 @@ static void recover(const discrete *s, unsigned missing) {
     kept_values[count] = values[i];
     memcpy(kept + n * count++, vectors + n * i, sizeof *kept * (size_t)n);
   }
+
+  // the search fills every gap
   assert_int_equal(thrum_mode_search(&s->stiffness, &s->mass, s->factor, count, kept_values, kept,
                                      &recovered, &next, NULL),
                    THRUM_OK);
   assert_int_equal(recovered, gone);
   for (int64_t i = 0; i < count; i++)
     assert_close(kept_values[i], values[i], 1e-9);
-  // what is left begins where the modes end
+
+  // the values not found begin where the found ones end
   assert_true(next >= values[count - 1] * (1 - 1e-6));
+
+  // the recovered vectors are modes, too
   double residual[12];
   assert_int_equal(
       thrum_eigen_residuals(&s->stiffness, &s->mass, count, kept_values, kept, residual, NULL),
       THRUM_OK);
   for (int64_t i = 0; i < count; i++)
     assert_true(residual[i] < 1e-12);
+
   free(vectors);
   free(kept);
 }
 
 static void missed_modes_are_found_by_the_search(void **state) {
   (void)state;
-  // square: bending modes come in pairs that differ by the cut of the cells alone
+  // bending modes of a square section come in pairs, split only by the cells' diagonals
   body b = body_make("beam:12x3x3@1x0.15x0.15", "left");
   discrete s = discrete_make(&b);
   recover(&s, 0);
@@ -84,11 +93,15 @@ static void modes_below_any_shift_are_counted_exactly(void **state) {
   (void)state;
   body b = body_make("beam:12x3x3@1x0.15x0.15", "left");
   discrete s = discrete_make(&b);
+
+  // the modes' values, between which the shifts lie
   double values[12];
   double *vectors = need((size_t)(12 * s.fem.free_count), sizeof *vectors);
   assert_int_equal(
       thrum_eigen_lowest(&s.stiffness, &s.mass, s.factor, 12, values, vectors, NULL, NULL),
       THRUM_OK);
+
+  // between two values the count is their number, or inertia counts are unavailable
   for (int i = 0; i < 11; i++) {
     int64_t count = -1;
     const thrum_status status =
@@ -98,6 +111,7 @@ static void modes_below_any_shift_are_counted_exactly(void **state) {
     else
       assert_true(status == THRUM_UNSUPPORTED && count == -1);
   }
+
   free(vectors);
   discrete_free(&s);
   body_free(&b);
@@ -109,7 +123,7 @@ static void shifts_lie_in_gaps(void **state) {
   int64_t below;
   double shift = thrum_mode_shift(4, values, 4, &below);
   assert_true(below == 4 && shift > 3.0000001 && shift < 4);
-  // the cluster goes on behind the last one: count below it
+  // the repeated value continues beyond the last mode, so the shift must lie below it
   shift = thrum_mode_shift(4, values, 3.0000002, &below);
   assert_true(below == 2 && shift > 2 && shift < 3);
   shift = thrum_mode_shift(1, values, 1, &below);
@@ -118,9 +132,11 @@ static void shifts_lie_in_gaps(void **state) {
   assert_true(below == 4 && shift > 3.0000001);
 }
 
-/* `copies` of a body side by side that share no vertex, each held as the first is. */
+/* `copies` of a body side by side that share no vertex; each is held as the first is. */
 static body make_copies(const body *one, int copies) {
   const int64_t v = one->mesh.vertex_count, t = one->mesh.tet_count;
+
+  // arrays for all copies; material as in the original
   body all = {.mesh = one->mesh};
   all.mesh.vertex_count = copies * v;
   all.mesh.tet_count = copies * t;
@@ -132,6 +148,8 @@ static body make_copies(const body *one, int copies) {
   all.mesh.groups = NULL;
   all.mesh.group_count = 0;
   all.fixed = need((size_t)(copies * v), 1);
+
+  // each copy is shifted by 1 along y and has its own vertices
   for (int64_t i = 0; i < 3 * copies * v; i++)
     all.mesh.vertices[i] =
         one->mesh.vertices[i % (3 * v)] + (i % 3 == 1 ? (double)(i / (3 * v)) : 0);
@@ -146,18 +164,24 @@ static void equal_parts_have_every_frequency_as_often_as_there_are_parts(void **
   (void)state;
   enum { COPIES = 5, EACH = 4 };
   body one = body_make("beam:8x2x2@1x0.2x0.15", "left"), all = make_copies(&one, COPIES);
+
+  // the parts together have each value of one part COPIES times
   thrum_precomputed single = body_precompute(&one, EACH, EACH);
   thrum_precomputed several = body_precompute(&all, COPIES * EACH, COPIES * EACH);
   for (int i = 0; i < COPIES * EACH; i++)
     assert_close(several.mode_omega2[i], single.mode_omega2[i / COPIES], 1e-10);
+
+  // no mode is missed, and the inertia count confirms it where it is available
   assert_true(several.modes_complete);
   assert_int_equal(several.mode_counted, thrum_inertia_available());
   if (several.mode_counted)
     assert_int_equal(several.shift_count, COPIES * EACH);
-  // twice the same bits, though frequencies repeat
+
+  // the result is deterministic to the bit, although values repeat
   thrum_precomputed again = body_precompute(&all, COPIES * EACH, COPIES * EACH);
   assert_memory_equal(again.model.basis, several.model.basis,
                       sizeof(double) * (size_t)(3 * all.mesh.vertex_count * COPIES * EACH));
+
   thrum_precomputed_free(&again);
   thrum_precomputed_free(&single);
   thrum_precomputed_free(&several);
@@ -168,7 +192,7 @@ static void equal_parts_have_every_frequency_as_often_as_there_are_parts(void **
 static void a_cluster_that_is_cut_is_no_missed_mode(void **state) {
   (void)state;
   body one = body_make("beam:8x2x2@1x0.2x0.15", "left"), all = make_copies(&one, 3);
-  // four of two triples: the fifth and sixth equal the fourth
+  // the first four of two triples: the fifth and sixth equal the fourth
   thrum_precomputed result = body_precompute(&all, 4, 4);
   assert_true(result.modes_complete);
   assert_int_equal(result.modes_recovered, 0);
@@ -180,11 +204,13 @@ static void a_cluster_that_is_cut_is_no_missed_mode(void **state) {
   body_free(&all);
 }
 
-/* A bar of two materials in series along its length, nu = 0, moving along it alone: between clamped
+/* A bar of two materials in series with nu = 0 can move only along its length: between clamped
  * ends, tan(k1 a) / z1 + tan(k2 b) / z2 = 0 with k = omega / c, z = sqrt(E rho). */
 static void a_bar_of_two_materials_sounds_as_wave_theory_says(void **state) {
   (void)state;
   const thrum_material soft = {1e6, 0, 1000}, hard = {9e6, 0, 1000};
+
+  // the soft material fills the first half, the hard one the other half
   body b = body_make("beam:120x1x1@1x0.02x0.02", "x<0.0001");
   thrum_material two[2] = {soft, hard};
   free(b.mesh.materials);
@@ -197,11 +223,15 @@ static void a_bar_of_two_materials_sounds_as_wave_theory_says(void **state) {
       middle += b.mesh.vertices[3 * b.mesh.tets[4 * t + a]] / 4;
     b.mesh.tet_region[t] = middle > 0.5;
   }
+
+  // both ends clamped, lateral motion suppressed everywhere
   int64_t count;
   assert_int_equal(thrum_mesh_fix(&b.mesh, "x>0.9999", b.fixed, &count, NULL), THRUM_OK);
   assert_int_equal(thrum_mesh_fix(&b.mesh, "x<2:yz", b.fixed, &count, NULL), THRUM_OK);
   thrum_precomputed result = body_precompute(&b, 4, 4);
-  // c = 31.62 and 94.87 m/s, halves of 0.5 m: the roots by bisection between the poles
+
+  // c = 31.62 and 94.87 m/s over 0.5 m each: the roots lie where the frequency equation changes
+  // sign
   const double c1 = sqrt(1e3), c2 = sqrt(9e3), z1 = sqrt(1e9), z2 = sqrt(9e9);
   int found = 0;
   double before = 0;
@@ -212,7 +242,9 @@ static void a_bar_of_two_materials_sounds_as_wave_theory_says(void **state) {
       assert_close(sqrt(result.mode_omega2[found++]), w - 0.005, 2e-3);
     before = value;
   }
+
   assert_true(result.modes_complete);
+
   thrum_precomputed_free(&result);
   body_free(&b);
 }

@@ -1,4 +1,4 @@
-/* Single-precision coefficients: what precompute --precision single promises of a model.
+/* Single-precision coefficients: the guarantees of precompute --precision single.
  * SPDX-License-Identifier: Apache-2.0 */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -19,27 +19,36 @@ static void coefficients_become_single_and_frequencies_stay(void **state) {
   random_model_make(&m, 3, 12, 5, 300, 1.0);
   double omega2[12], worst = -1.0;
   memcpy(omega2, m.omega2, sizeof omega2);
+
+  // every coefficient is a single-precision number; the frequencies are not touched
   assert_int_equal(thrum_single_precision_round(&m.model, &worst, NULL), THRUM_OK);
   for (int64_t k = 0; k < m.model.c3_count; k++)
     assert_true((double)(float)m.c3[k] == m.c3[k]);
   for (int64_t k = 0; k < m.model.c4_count; k++)
     assert_true((double)(float)m.c4[k] == m.c4[k]);
   assert_memory_equal(m.omega2, omega2, sizeof omega2);
-  // rounding to 24 bits, and the sums of a force cancel in part
+
+  // the error is near the unit roundoff of 24 bits, grown by cancellation in the force
   assert_true(worst > 1e-10 && worst < 1e-6);
-  // what is rounded already loses nothing
+
+  // rounding a second time changes nothing
   assert_int_equal(thrum_single_precision_round(&m.model, &worst, NULL), THRUM_OK);
   assert_true(worst == 0.0);
+
   random_model_free(&m);
 }
 
 static void the_error_said_bounds_that_of_the_force_at_such_amplitudes(void **state) {
   (void)state;
+
+  // the same random model twice, one of them rounded
   random_model exact, rounded;
   random_model_make(&exact, 9, 8, 5, 60, 1.0);
   random_model_make(&rounded, 9, 8, 5, 60, 1.0);
   double worst = 0.0;
   assert_int_equal(thrum_single_precision_round(&rounded.model, &worst, NULL), THRUM_OK);
+
+  // the relative error of the force at random states
   double *work = random_alloc((int64_t)thrum_work_count(&exact.model), sizeof(double));
   random_state random = {4};
   for (int s = 0; s < 50; s++) {
@@ -51,9 +60,11 @@ static void the_error_said_bounds_that_of_the_force_at_such_amplitudes(void **st
       difference += (a[i] - b[i]) * (a[i] - b[i]);
       size += a[i] * a[i];
     }
-    // other directions than those sampled
+
+    // the bound was sampled in other directions, hence the margin
     assert_true(sqrt(difference) <= 8.0 * worst * sqrt(size));
   }
+
   free(work);
   random_model_free(&exact);
   random_model_free(&rounded);

@@ -1,5 +1,5 @@
-/* Surface tractions: their sum, where they act, and a bar pulled at its end against the closed
- * form. SPDX-License-Identifier: Apache-2.0 */
+/* Surface tractions: their sum, the place where they act, and a bar pulled at its end against the
+ * closed form. SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -43,7 +43,7 @@ static void body_free(body *b) {
   free(b->fixed);
 }
 
-/* Vertices at the far end. */
+/* The vertices at the far end. */
 static int64_t list_end(const body *b, int32_t *list) {
   int64_t count = 0;
   for (int64_t v = 0; v < b->mesh.vertex_count; v++)
@@ -59,11 +59,15 @@ static void a_traction_sums_to_its_area_times_itself(void **state) {
   body_make(&b, "beam:5x3x2@1x0.3x0.2");
   const int64_t n = b.mesh.vertex_count;
   assert_true(n > 0);
+
+  // a traction on the end face
   double *forces = calloc((size_t)n, 3 * sizeof *forces), area = 0;
   int32_t *list = calloc((size_t)n, sizeof *list);
   const int64_t count = list_end(&b, list);
   assert_int_equal(thrum_traction_fill(&b.model, list, count, traction, forces, &area, NULL), 0);
   assert_true(fabs(area - 0.06) <= 1e-15);
+
+  // it acts there alone, and its resultant is area times traction
   double sum[3] = {0, 0, 0}, moment = 0;
   for (int64_t v = 0; v < n; v++)
     for (int c = 0; c < 3; c++) {
@@ -73,53 +77,66 @@ static void a_traction_sums_to_its_area_times_itself(void **state) {
     }
   for (int c = 0; c < 3; c++)
     assert_true(fabs(sum[c] - 0.06 * traction[c]) <= 1e-14);
-  // its resultant goes through the middle of the face
+
+  // the resultant acts through the centre of the face
   assert_true(fabs(moment) <= 1e-15);
-  // the whole surface
+
+  // without a list of vertices the traction acts on the whole surface
   memset(forces, 0, 3 * (size_t)n * sizeof *forces);
   assert_int_equal(thrum_traction_fill(&b.model, NULL, 0, traction, forces, &area, NULL), 0);
   assert_true(fabs(area - 2 * (0.3 * 0.2 + 0.3 + 0.2)) <= 1e-13);
-  // two vertices have no triangle
+
+  // two vertices span no triangle
   assert_int_equal(thrum_traction_fill(&b.model, list, 2, traction, forces, &area, NULL),
                    THRUM_INVALID_ARGUMENT);
+
   free(forces);
   free(list);
   body_free(&b);
 }
 
-/* A bar pulled at its end by s, free to thin out, stretches by F with s = F S(F), and each of its
- * sections does the same: S = E/2 (F^2 - 1). */
+/* A bar that is pulled at its end by s and free to contract sideways stretches by F with
+ * s = F S(F), where
+ * S = E/2 (F^2 - 1), and so does each of its sections. */
 static void a_pulled_bar_stretches_as_the_material_says(void **state) {
   (void)state;
   body b;
   body_make(&b, "beam:4x2x2@1x0.3x0.3");
   const int64_t n = b.mesh.vertex_count;
   assert_true(n > 0);
-  // held so that it may thin out: x at the end, and the planes through the axis
+
+  // symmetric supports let the bar contract: x is held at the end, y and z in planes through the
+  // axis
   for (int64_t v = 0; v < n; v++) {
     const double *x = b.mesh.vertices + 3 * v;
     b.fixed[v] = (uint8_t)((x[0] < 1e-9 ? 1 : 0) | (fabs(x[1]) < 1e-9 ? 2 : 0) |
                            (fabs(x[2]) < 1e-9 ? 4 : 0));
   }
+
+  // the traction of a stretch of 1.2
   const double stretch = 1.2,
                pull[3] = {stretch * 0.5 * material[0] * (stretch * stretch - 1), 0, 0};
   double *forces = calloc((size_t)n, 3 * sizeof *forces), *u = calloc((size_t)n, 3 * sizeof *u);
   int32_t *list = calloc((size_t)n, sizeof *list);
   const int64_t count = list_end(&b, list);
   assert_int_equal(thrum_traction_fill(&b.model, list, count, pull, forces, NULL, NULL), 0);
+
+  // the full-order equilibrium under it
   const thrum_full_def def = thrum_default_full_def();
   thrum_full *full = NULL;
   thrum_full_equilibrium found;
   assert_int_equal(thrum_full_create(&b.model, NULL, &def, &full, NULL), 0);
   assert_int_equal(thrum_full_rest(full, forces, NULL, &found, NULL), 0);
   thrum_full_get(full, u, NULL);
-  // E_yy = -nu E_xx
+
+  // E_yy = -nu E_xx gives the contraction
   const double thin = sqrt(1 - 0.3 * (stretch * stretch - 1));
   for (int64_t v = 0; v < n; v++) {
     const double *x = b.mesh.vertices + 3 * v;
     assert_true(fabs(u[3 * v] - (stretch - 1) * x[0]) <= 1e-9);
     assert_true(fabs(u[3 * v + 1] - (thin - 1) * x[1]) <= 1e-9);
   }
+
   thrum_full_free(full);
   free(forces);
   free(u);
