@@ -60,6 +60,8 @@ static thrum_status open_frames(cli_run_output *output, thrum_error *error) {
     return thrum_error_set(error, THRUM_MISSING, "--frames: the model has no %s to show",
                            model->vertices == NULL ? "mesh" : "basis");
   }
+
+  // room for the displacements of one frame, then the folder and the list of frames
   output->displacement = malloc((size_t)model->vertex_count * 3 * sizeof *output->displacement);
   if (output->displacement == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the frames");
@@ -85,6 +87,7 @@ thrum_status cli_run_output_open(const char *path, const thrum_model *model, boo
       fputs("step,time_s,kinetic_j,potential_j,total_j,high_j\n", opened.energy) < 0 ||
       !put_npy_header(opened.q, 0, model->rank, &size))
     status = write_failed(&opened, "energy.csv or q.npy", error);
+
   if (status >= 0 && frames)
     status = open_frames(&opened, error);
   if (status < 0) {
@@ -134,6 +137,8 @@ thrum_status cli_run_output_frame(cli_run_output *output, double time, const dou
   const thrum_model *model = output->model;
   for (int64_t c = 0; c < 3 * model->vertex_count; c++)
     output->displacement[c] += base[c % 3];
+
+  // the frame, then its line in the list
   snprintf(name, sizeof name, CLI_RUN_FRAMES "/frame_%06" PRId64 ".vtu", output->frames);
   snprintf(path, sizeof path, "%s/%.40s", output->folder.work, name);
   thrum_status status = cli_vtu_write(path, model, output->displacement, von_mises, time, error);
@@ -174,11 +179,15 @@ thrum_status cli_run_output_end(cli_run_output *output, const double *q, const d
   output->energy = NULL;
   if (!closed)
     return write_failed(output, "energy.csv", error);
+
+  // the headers of the series get the number of rows
   if (!finish_series(&output->q, output->rows, output->model->rank))
     return write_failed(output, "q.npy", error);
   output->moved = output->places != NULL;
   if (output->moved && !finish_series(&output->places, output->rows, CLI_RUN_PLACE))
     return write_failed(output, CLI_RUN_PLACES, error);
+
+  // what the run can be continued from
   if (q != NULL && !write_end(output, q, p))
     return write_failed(output, "end.npy", error);
   output->end = q != NULL;
@@ -194,6 +203,8 @@ thrum_status cli_run_output_commit(cli_run_output *output, const cJSON *figures,
   char *text = json_text(figures);
   if (text == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for " CLI_RUN_JSON);
+
+  // run.json last: it says that all else is whole
   errno = 0;
   FILE *file = open_file(output, CLI_RUN_JSON);
   bool done = file != NULL && fprintf(file, "%s\n", text) > 0;

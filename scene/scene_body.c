@@ -130,6 +130,8 @@ static thrum_status make_body(thrum_scene *scene, const thrum_scene_body_def *de
   body->def.dt = scene->dt;
   memcpy(body->colour, def->colour, sizeof body->colour);
   set_name(scene, def->name, body);
+
+  // where it stands, and its vectors at the rank of the model
   thrum_status status = scene_placement_make(def->position, def->rotation, &body->placement, error);
   body->here = body->placement;
   if (status >= 0)
@@ -143,6 +145,8 @@ static thrum_status make_body(thrum_scene *scene, const thrum_scene_body_def *de
   body->k = 1 / sqrt(by.density * volume);
   body->g = body->k / by.length;
   body->mass = by.density * volume * body->k;
+
+  // the start, and all that acts on the body
   status = make_start(def, body, error);
   if (status >= 0)
     status = scene_free_make(def, body, error);
@@ -171,6 +175,8 @@ thrum_status thrum_scene_add_body(thrum_scene *scene, const thrum_scene_body_def
     free(body);
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a body");
   }
+
+  // a body that cannot be made leaves the scene as it was
   status = make_body(scene, def, body, error);
   if (status >= 0)
     status = scene_make_room(scene, scene->body_count + 1, error);
@@ -178,6 +184,7 @@ thrum_status thrum_scene_add_body(thrum_scene *scene, const thrum_scene_body_def
     free_body(scene, body);
     return status;
   }
+
   if (number != NULL)
     *number = scene->body_count;
   scene->bodies[scene->body_count++] = body;
@@ -203,6 +210,7 @@ void thrum_scene_free(thrum_scene *scene) {
     return;
   for (int32_t n = 0; n < scene->body_count; n++)
     free_body(scene, scene->bodies[n]);
+
   for (int32_t n = 0; n < scene->probe_count; n++)
     free(scene->probes[n].rows);
   free(scene->bodies);

@@ -31,6 +31,7 @@ static thrum_status rebuild(thrum_scene *scene, scene_body *body, const thrum_st
   // coordinates that come are at rest
   for (int64_t i = body->derived->rank; i < rank; i++)
     body->q[i] = body->p[i] = 0;
+
   status = scene_state_make(derived->model, def, body->q, body->p, &state, error);
   if (status >= 0)
     status = scene_make_room(scene, scene->body_count, error);
@@ -41,6 +42,8 @@ static thrum_status rebuild(thrum_scene *scene, scene_body *body, const thrum_st
     scene_model_drop(scene, derived);
     return status;
   }
+
+  // nothing can fail any more: the new parts take the place of the old
   scene_model_drop(scene, body->derived);
   free(body->state);
   scene_touch_free(body->touch);
@@ -122,6 +125,8 @@ thrum_status thrum_scene_set_dt(thrum_scene *scene, double dt, thrum_error *erro
   free(kept);
   if (status < 0)
     return status;
+
+  // time courses are counted from here on in steps of the new length
   scene->origin = thrum_scene_time(scene);
   scene->origin_step = scene->steps;
   scene->dt = dt;
@@ -162,6 +167,8 @@ thrum_status thrum_scene_reset(thrum_scene *scene, thrum_error *error) {
   free(kept);
   if (status < 0)
     return status;
+
+  // time begins again, for obstacles and time courses too
   scene->steps = scene->origin_step = 0;
   scene->origin = 0;
   scene_obstacles_reset(scene);

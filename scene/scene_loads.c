@@ -140,6 +140,8 @@ thrum_status thrum_scene_add_load(thrum_scene *scene, int32_t number, const thru
   thrum_status status = check_load(load, error);
   if (status < 0)
     return status;
+
+  // room first, so that a load is added whole or not at all
   const int64_t r = body->model->rank, count = body->load_count + 1;
   if (!scene_grow(&body->courses, count, sizeof *body->courses) ||
       !scene_grow(&body->now, count, sizeof *body->now) ||
@@ -215,6 +217,8 @@ void scene_loads_sum(const thrum_scene *scene, scene_body *body, scene_wrench *w
   thrum_load_sum(body->now, body->directions, body->load_count, r, step, scene->dt, body->force);
   if (scene->base_motion_count == 0)
     return;
+
+  // the base moves: inertia in the axes of the body
   double mean[3], local[3];
   base_motion_mean(scene, mean);
   for (int axis = 0; axis < 3 && body->free; axis++)

@@ -20,6 +20,8 @@ static thrum_status make_contacts(thrum_scene *scene, thrum_error *error) {
     if (body->touch_count > 0 && (body->touch == NULL || body->touch->idle))
       status = scene_touch_make(scene, body, body->derived, body->state, &body->touch_next, error);
   }
+
+  // all were made, or none is kept
   for (int32_t n = 0; n < made; n++) {
     scene_body *body = scene->bodies[n];
     if (status < 0) {
@@ -42,6 +44,8 @@ thrum_status thrum_scene_add_obstacle(thrum_scene *scene, const thrum_obstacle *
   if (!scene_grow(&scene->obstacles, count, sizeof *scene->obstacles) ||
       !scene_grow(&scene->obstacle_starts, count, sizeof *scene->obstacle_starts))
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for an obstacle");
+
+  // bodies that could touch nothing before need a contact now
   scene->obstacles[scene->obstacle_count] = *obstacle;
   scene->obstacle_starts[scene->obstacle_count] = *obstacle;
   scene->obstacle_count++;

@@ -34,6 +34,8 @@ static void count_work(const thrum_scene *scene, scene_body *body) {
   body->q_known = body->p_known = false;
   if (scene_body_read(body, false, NULL) < 0)
     return;
+
+  // work of the base apart from that of loads and gravity
   const double all = thrum_load_work(body->force, body->before, body->q, model->rank);
   const double base = scene->base_motion_count > 0
                           ? thrum_load_work(body->inertia, body->before, body->q, model->rank)
@@ -82,6 +84,8 @@ static void step_model(thrum_scene *scene, const scene_model *model, thrum_statu
   else if (count > 1)
     thrum_batch_step(model->model, scene->side, count, scene->side_status, scene->workspace,
                      scene->workspace_size, &detail);
+
+  // what came of each body's step
   for (int32_t n = 0; n < count; n++) {
     scene_body *body = scene->bodies[scene->side_body[n]];
     if (scene->side_status[n] >= 0 && body->free)
@@ -94,6 +98,8 @@ static void step_model(thrum_scene *scene, const scene_model *model, thrum_statu
 
 thrum_status thrum_scene_step(thrum_scene *scene, thrum_error *error) {
   thrum_status status = THRUM_OK;
+
+  // loads first; bodies with contact make their step here
   for (int32_t n = 0; n < scene->body_count; n++) {
     scene_body *body = scene->bodies[n];
     thrum_error detail = {0};
@@ -105,6 +111,8 @@ thrum_status thrum_scene_step(thrum_scene *scene, thrum_error *error) {
     if (pushed < 0 || body->touch != NULL)
       note(body, pushed, &detail, &status, error);
   }
+
+  // the others step together with those of the same model
   for (const scene_model *model = scene->models; model != NULL; model = model->next)
     step_model(scene, model, &status, error);
   scene->steps++;
