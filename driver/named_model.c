@@ -23,12 +23,6 @@
 #define HASH_START UINT64_C(0xcbf29ce484222325)
 #define HASH_PRIME UINT64_C(0x100000001b3)
 
-const char *const cli_model_names[CLI_MODEL_COUNT] = {
-#define X(name, text) #name,
-    CLI_MODEL_LIST(X)
-#undef X
-};
-
 static bool is_folder(const char *path) {
   struct stat status;
   return stat(path, &status) == 0 && S_ISDIR(status.st_mode);

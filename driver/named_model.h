@@ -7,28 +7,12 @@
 #ifndef THRUM_DRIVER_NAMED_MODEL_H
 #define THRUM_DRIVER_NAMED_MODEL_H
 
+#include "driver/model_names.h"
 #include "driver/precompute_request.h"
 
 #define CLI_MODEL_PATH_MAX 1024
 #define CLI_RECIPE_FIXES_MAX 8
 #define CLI_RECIPE_TEXT_MAX 64
-
-/* X(name, what it is) */
-#define CLI_MODEL_LIST(X)                                                                          \
-  X(beam, "a cantilever")                                                                          \
-  X(basket, "a basket with a handle")                                                              \
-  X(bridge, "an arch bridge")                                                                      \
-  X(horse, "a standing horse")                                                                     \
-  X(tower, "a tower")                                                                              \
-  X(heart, "a heart")
-
-enum {
-#define X(name, text) CLI_MODEL_##name,
-  CLI_MODEL_LIST(X)
-#undef X
-      CLI_MODEL_COUNT
-};
-extern const char *const cli_model_names[CLI_MODEL_COUNT];
 
 /* What NAME.json says. */
 typedef struct cli_model_recipe {

@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "config/parse.h"
-#include "driver/named_model.h"
+#include "mesh/mesh.h"
 #include "thrum/thrum.h"
 
 #define X(name, value, text) text,
@@ -128,14 +128,3 @@ const config_option solver_options[] = {
                  CONFIG_RANGE(1, 1e6)),
     OPTION_END,
 };
-
-bool is_model_name_or_spec(const char *text) {
-  static const char *const kinds[] = {"beam:", "mode:", "static:", "sine:"};
-  for (int n = 0; n < CLI_MODEL_COUNT; n++)
-    if (strcmp(text, cli_model_names[n]) == 0)
-      return true;
-  for (size_t n = 0; n < sizeof kinds / sizeof kinds[0]; n++)
-    if (strncmp(text, kinds[n], strlen(kinds[n])) == 0)
-      return true;
-  return false;
-}

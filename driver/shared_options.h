@@ -5,6 +5,7 @@
 
 #include "config/options.h"
 #include "driver/load_spec.h"
+#include "driver/model_names.h"
 
 /* Tables for groups: of a thrum_material, and of a thrum_state_def without its dt. */
 extern const config_option material_options[];
@@ -52,8 +53,5 @@ thrum_status load_option_take(const config_given *given, cli_load *loads, int64_
 thrum_status damping_option_take(const config_given *given, double *alpha, double *beta);
 /* Frames a second, or steps between them; the other becomes 0. */
 thrum_status frames_option_take(const config_given *given, double *rate, int64_t *every);
-
-/* Is this the name of a model, or a spec such as beam: or sine:, and no file? */
-bool is_model_name_or_spec(const char *text);
 
 #endif

@@ -12,26 +12,6 @@
 #include "platform/clock.h"
 #include "platform/threads.h"
 
-thrum_status static_move_parse(const char *text, static_move *move, thrum_error *error) {
-  static_move parsed = {.text = text};
-  char vector[128], said[CLI_LOAD_TEXT_MAX];
-  const char *at = strchr(text, '@');
-  const size_t length = at != NULL ? (size_t)(at - text) : sizeof vector;
-  if (length < sizeof vector) {
-    memcpy(vector, text, length);
-    vector[length] = 0;
-  }
-  if (length >= sizeof vector || !config_parse_vector3(vector, parsed.by))
-    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                           "--move '%.200s': it is X,Y,Z@TARGET, metres that a group is brought to",
-                           text);
-  snprintf(said, sizeof said, "--move '%.200s'", text);
-  const thrum_status status = cli_target_parse(at + 1, said, &parsed.target, error);
-  if (status >= 0)
-    *move = parsed;
-  return status;
-}
-
 /* Memory of one search; fields are 3 vertex_count. */
 typedef struct search {
   thrum_full *body;

@@ -4,9 +4,6 @@
 
 #include "driver/static_report.h"
 
-/* A displacement [m] that a target is brought to: X,Y,Z@TARGET. */
-thrum_status static_move_parse(const char *text, static_move *move, thrum_error *error);
-
 /* Finds the answer: the report, the coordinates nearest to it into q (rank), the mean displacements
  * and the peak; writes the frame. */
 thrum_status static_full_find(static_answer *answer, double *q, thrum_error *error);

@@ -3,8 +3,9 @@
 #include <string.h>
 
 #include "config/message.h"
+#include "config/parse.h"
 #include "driver/shared_options.h"
-#include "driver/static_full.h"
+#include "driver/static_options.h"
 
 #define FACTOR_MAX 1e12
 
@@ -22,10 +23,33 @@ static thrum_status take_at(const config_given *given, void *request) {
   return THRUM_OK;
 }
 
+/* A displacement [m] that a target is brought to: X,Y,Z@TARGET. */
+static thrum_status parse_move(const char *text, static_move *move, thrum_error *error) {
+  static_move parsed = {.text = text};
+  char vector[128], said[CLI_LOAD_TEXT_MAX];
+  const char *at = strchr(text, '@');
+  const size_t length = at != NULL ? (size_t)(at - text) : sizeof vector;
+  if (length < sizeof vector) {
+    memcpy(vector, text, length);
+    vector[length] = 0;
+  }
+
+  // the target is named as those of loads are
+  if (length >= sizeof vector || !config_parse_vector3(vector, parsed.by))
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "--move '%.200s': it is X,Y,Z@TARGET, metres that a group is brought to",
+                           text);
+  snprintf(said, sizeof said, "--move '%.200s'", text);
+  const thrum_status status = cli_target_parse(at + 1, said, &parsed.target, error);
+  if (status >= 0)
+    *move = parsed;
+  return status;
+}
+
 static thrum_status take_move(const config_given *given, void *request) {
   static_request *r = request;
   thrum_error error = {0};
-  if (static_move_parse(given->text, &r->moves[r->move_count], &error) < 0)
+  if (parse_move(given->text, &r->moves[r->move_count], &error) < 0)
     return config_given_refuse(given, "%s", error.message);
   r->move_count++;
   return THRUM_OK;
