@@ -1,5 +1,5 @@
-/* Meshes that must be refused, each with one line that says what, where and why; and every
- * truncation and many mutations of good files, which may be read or refused but nothing else.
+/* Invalid meshes are refused, each with one line that names the fault, its place and its cause;
+ * every truncation and many mutations of valid files are either read or refused.
  * SPDX-License-Identifier: Apache-2.0 */
 #include "mesh/formats/mesh_read.h"
 #include "mesh/mesh_beam.h"
@@ -36,12 +36,16 @@ static void what_is_no_mesh_file_is_refused(void **state) {
   static const char *const names[] = {
       "no-such.veg", "no-such.msh",         "mesh.obj", "", "veg", ".veg", "beam",
       "/",           "no-such-folder/x.veg"};
+
+  // names that are no file, or no file of a known format
   for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
     thrum_mesh mesh = {0};
     thrum_error error = {0};
     assert_true(thrum_mesh_read(names[i], 1, &mesh, &error) < 0);
     mesh_check_message(&error, names[i]);
   }
+
+  // a folder with the name of a mesh
   char folder[128];
   snprintf(folder, sizeof folder, "%s/folder.veg", mesh_folder);
   assert_int_equal(mkdir(folder, 0700), 0);
@@ -50,6 +54,7 @@ static void what_is_no_mesh_file_is_refused(void **state) {
   assert_int_equal(thrum_mesh_read(folder, 1, &mesh, &error), THRUM_IO);
   mesh_check_message(&error, "folder.veg");
   assert_int_equal(rmdir(folder), 0);
+
   // the error is optional
   assert_true(thrum_mesh_read("no-such.veg", 1, &mesh, NULL) < 0);
 }
@@ -74,6 +79,7 @@ static void files_that_are_not_text_are_refused(void **state) {
 static void bad_veg_sections_are_refused_with_their_line(void **state) {
   (void)state;
   static const bad_case cases[] = {
+      // the list of vertices
       {"*VERTICES\n", ":1: the file ends before the number of vertices"},
       {"*VERTICES\n5 3 0 0\n1 0 0 0\n",
        ":3: the file ends before the last vertex; is it cut short?"},
@@ -100,10 +106,14 @@ static void bad_veg_sections_are_refused_with_their_line(void **state) {
       {"*VERTICES\n2 3 0 0\n1 0 0 0\n3 0 0 0\n", ":4: a vertex number is 3 where 2 comes next"},
       {"*VERTICES\n6 3 0 0\n1 0 0 0\n" ELEMENTS, ":4: expected the last vertex, found '*ELEMENTS'"},
       {"*VERTICES\n1 3 0 0\n1 0 0 0\n2 0 0 0\n", ":4: expected *VERTICES, *ELEMENTS"},
+
+      // sections that occur twice or are missing
       {VERTICES VERTICES ELEMENTS, ":8: *VERTICES comes twice"},
       {VERTICES ELEMENTS ELEMENTS, ":13: *ELEMENTS comes twice"},
       {VERTICES, "there is no *ELEMENTS"},
       {ELEMENTS, "there is no *VERTICES"},
+
+      // the list of elements
       {VERTICES "*ELEMENTS\nCUBIC\n1 8 0\n1 1 2 3 4 5 6 7 8\n",
        ":9: CUBIC elements are not supported"},
       {VERTICES "*ELEMENTS\nHEX\n", ":9: expected the kind of elements, TET, found 'HEX'"},
@@ -121,6 +131,7 @@ static void bad_veg_sections_are_refused_with_their_line(void **state) {
       {"*ELEMENTS\nTET\n1 4 0\n1 1 2 3 6\n" VERTICES, ":4: tet 1 names vertex 6; there are 1 to 5"},
       {VERTICES "*TABLES\n", ":8: expected *VERTICES, *ELEMENTS, *MATERIAL"},
       {VERTICES "*ELEMENTS TET\n2 4 0\n", ":8: unexpected 'TET' after *ELEMENTS"}};
+
   CHECK("b.veg", cases);
 }
 
@@ -128,6 +139,7 @@ static void bad_materials_and_regions_are_refused_with_their_line(void **state) 
   (void)state;
 #define MESH VERTICES ELEMENTS
   static const bad_case cases[] = {
+      // materials
       {MESH "*MATERIAL B\n", ":13: the file ends before the material's line"},
       {MESH "*MATERIAL\nENU, 1, 1, 0\n", ":13: a name is empty"},
       {MESH "*MATERIAL B\nMOONEYRIVLIN, 1000, 1, 2, 3\n",
@@ -139,6 +151,8 @@ static void bad_materials_and_regions_are_refused_with_their_line(void **state) 
       {MESH "*MATERIAL B\nENU, heavy, 5e6, 0.4\n", ":14: expected the density, found 'heavy'"},
       {MESH "*MATERIAL B\nENU, 1000, nan, 0.4\n", ":14: Young's modulus E is 'nan'"},
       {MESH "*MATERIAL B\nENU,1,1,0\n*MATERIAL B\nENU,1,1,0\n", ":15: this material comes twice"},
+
+      // regions
       {MESH "*MATERIAL B\nENU,1,1,0\n*MATERIAL C\nENU,1,1,0\n", "several materials but no *REGION"},
       {MESH "*MATERIAL B\nENU,1,1,0\n*REGION\nnone, B\n", ":16: the region's set 'none' is not in"},
       {MESH "*MATERIAL B\nENU,1,1,0\n*REGION\nallElements, C\n",
@@ -148,6 +162,8 @@ static void bad_materials_and_regions_are_refused_with_their_line(void **state) 
       {MESH "*REGION\nallElements, B\n", ":14: the region's material 'B' is not in the file"},
       {MESH "*REGION\n", ":13: the file ends before the region's line"},
       {MESH "*MATERIAL B\nENU,1,1,0\n*SET s\n1\n*REGION\ns, B\n", "element 2 is in no *REGION"},
+
+      // sets
       {MESH "*SET s\n1, 3\n", ":14: an element of the set is 3, which is out of range"},
       {MESH "*SET s\n0\n", ":14: an element of the set is 0"},
       {MESH "*SET s\none\n", ":14: expected an element of the set, found 'one'"},
@@ -156,21 +172,26 @@ static void bad_materials_and_regions_are_refused_with_their_line(void **state) 
       {MESH "*SET a\x01z\n1\n", ":13: a name holds a control character"},
       {MESH "*SET a\xe9z\n1\n", ":13: a name is not UTF-8"},
       {"*SET s\n1, 3\n" MESH, "set 's' names element 3, but there are 2"}};
+
   CHECK("c.veg", cases);
 }
 
 static void bad_includes_are_refused(void **state) {
   (void)state;
+
+  // a missing file, and files that include themselves or each other
   mesh_bad("d.veg", "*INCLUDE\n", "d.veg:1: *INCLUDE names no file");
   mesh_bad("d.veg", "\n*INCLUDE none.node\n", "d.veg:2: cannot find the included file");
   mesh_bad("d.veg", "*INCLUDE d.veg\n", "d.veg:1: *INCLUDE goes in a circle");
   mesh_bad("d.veg", "*INCLUDE .\n", "cannot be read");
   mesh_write_text("e.veg", "*INCLUDE d.veg\n");
   mesh_bad("d.veg", "*INCLUDE ./e.veg\n", "e.veg:1: *INCLUDE goes in a circle");
-  // a mistake in an included file is placed there
+
+  // a mistake in an included file is reported with that file's line
   mesh_write_text("f.node", "2 3 0 0\n1 0 0 0\n2 0 0\n");
   mesh_bad("d.veg", "*VERTICES\n*INCLUDE f.node\n", "f.node:3: the line ends before the z");
-  // a chain that is too deep, and a file included too often
+
+  // a chain that is too deep, and too many inclusions of one file
   for (int i = 0; i < 12; i++) {
     char name[32], text[32];
     snprintf(name, sizeof name, "g%d.veg", i);
@@ -191,7 +212,7 @@ static void bad_tets_are_named(void **state) {
       {"*VERTICES\n4 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 .3 .7 0\n*ELEMENTS\nTET\n1 4 0\n1 1 2 3 "
        "4\n",
        "h.veg:10: tet 1 (vertices 1 2 3 4) has no volume"},
-      // coplanar on paper alone, and far from the origin
+      // coplanar in exact arithmetic alone, and far from the origin
       {"*VERTICES\n4 3 0 0\n1 1000 .1 .7\n2 1000.1 .2 .7\n3 1000.3 .7 .7\n4 1000.9 .4 .7\n"
        "*ELEMENTS\nTET\n1 4 0\n1 1 2 3 4\n",
        "tet 1 (vertices 1 2 3 4) has no volume"},
@@ -200,6 +221,8 @@ static void bad_tets_are_named(void **state) {
        "has no volume"},
       {"*VERTICES\n4 3 0 0\n1 0 0 0\n2 0 0 0\n3 0 0 0\n4 0 0 0\n*ELEMENTS\nTET\n1 4 0\n1 1 2 3 4\n",
        "has no volume"},
+
+      // faults of topology: repeated vertices, repeated tetrahedra, overfull faces, overlaps
       {VERTICES "*ELEMENTS\nTET\n2 4 0\n1 1 2 3 4\n2 2 3 3 5\n", ":12: tet 2 has vertex 3 twice"},
       {VERTICES "*ELEMENTS\nTET\n2 4 0\n1 1 2 3 4\n2 2 3 1 4\n",
        ":12: tet 2 has the same vertices as"},
@@ -209,12 +232,15 @@ static void bad_tets_are_named(void **state) {
       {"*VERTICES\n5 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 .1 .1 .2\n*ELEMENTS\nTET\n"
        "2 4 0\n1 1 2 3 4\n2 5 2 3 4\n",
        ":12: tets 1 and 2 lie on the same side of the face"},
+
+      // coordinates whose volumes overflow or underflow
       {"*VERTICES\n4 3 0 0\n1 0 0 0\n2 1e200 0 0\n3 0 1e200 0\n4 0 0 1e200\n*ELEMENTS\nTET\n1 4 0\n"
        "1 1 2 3 4\n",
        "check the scale"},
       {"*VERTICES\n4 3 0 0\n1 0 0 0\n2 1e-200 0 0\n3 0 1e-200 0\n4 0 0 1e-200\n*ELEMENTS\nTET\n"
        "1 4 0\n1 1 2 3 4\n",
        "check the scale"}};
+
   CHECK("h.veg", cases);
 }
 
@@ -244,6 +270,8 @@ static void bad_beams_are_refused(void **state) {
                {"beam:axbxc@1x1x1", "is no beam"},
                {"beam:1x1x1@0,1x1x1", "is no beam"},
                {"beam:99999999999999999999x1x1@1x1x1", "is no beam"},
+
+               // counts and lengths out of range
                {"beam:0x1x1@1x1x1", "at least one cell"},
                {"beam:-1x1x1@1x1x1", "at least one cell"},
                {"beam:1x1x1@0x1x1", "a length above 0"},
@@ -251,9 +279,13 @@ static void bad_beams_are_refused(void **state) {
                {"beam:1x1x1@1xnanx1", "a length above 0"},
                {"beam:1x1x1@1x1xinf", "a length above 0"},
                {"beam:1x1x1@1x1e-40x1", "a length above 0"},
+
+               // beams too large to make, or too thin for a volume
                {"beam:100000x100000x100000@1x1x1", "would have 6e+15 tets"},
                {"beam:9000000000000000000x9000000000000000000x9@1x1x1", "would have"},
                {"beam:1x1x1@1x1e-14x1", "has no volume"}};
+
+  // the message quotes the specification
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
     thrum_mesh mesh = {0};
     thrum_error error = {0};
@@ -262,6 +294,8 @@ static void bad_beams_are_refused(void **state) {
     mesh_check_message(&error, cases[i].words);
     mesh_check_message(&error, cases[i].spec);
   }
+
+  // other prefixes are not parsed as a beam at all
   thrum_mesh mesh = {0};
   assert_true(thrum_mesh_beam("veam:1x1x1@1x1x1", &mesh, NULL) < 0);
   assert_true(thrum_mesh_beam("", &mesh, NULL) < 0);
@@ -271,6 +305,7 @@ static void bad_gmsh_sections_are_refused_with_their_line(void **state) {
   (void)state;
 #define TET_2 "$Elements\n1\n1 4 2 0 1 1 2 3 4\n$EndElements\n"
   static const bad_case cases[] = {
+      // the header
       {"$NOD\n1\n", ":1: expected $MeshFormat, found '$NOD'"},
       {NODES_2, ":1: expected $MeshFormat, found '$Nodes'"},
       {FORMAT_2 FORMAT_2, ":4: expected a section such as $Nodes, found '$MeshFormat'"},
@@ -281,6 +316,8 @@ static void bad_gmsh_sections_are_refused_with_their_line(void **state) {
       {"$MeshFormat\n2.2\n$EndMeshFormat\n", ":2: the line ends before the kind, 0 for ASCII"},
       {"$MeshFormat\n", ":1: the file ends before the version"},
       {"$MeshFormat\n2.2 0 8\n", ":2: the file ends before $EndMeshFormat"},
+
+      // sections missing, repeated or unknown
       {FORMAT_2, "there is no $Nodes section"},
       {FORMAT_2 NODES_2, "there is no $Elements section"},
       {FORMAT_2 TET_2, ":4: $Elements comes twice or before $Nodes"},
@@ -289,6 +326,8 @@ static void bad_gmsh_sections_are_refused_with_their_line(void **state) {
       {FORMAT_2 NODES_2 TET_2 "$PostData\n1 2 3\n", "the file ends before $EndPostData"},
       {FORMAT_2 NODES_2 "loose words\n", ":12: expected a section such as $Nodes, found 'loose"},
       {FORMAT_2 "$\n", ":4: expected a section"},
+
+      // nodes
       {FORMAT_2 "$Nodes\n-5\n", ":5: the number of nodes is -5"},
       {FORMAT_2 "$Nodes\n1000000000000000000\n1 0 0 0\n", "the file ends before the last node"},
       {FORMAT_2 "$Nodes\n2\n1 0 0 0\n$EndNodes\n", ":7: expected the last node, found '$EndNodes'"},
@@ -299,6 +338,8 @@ static void bad_gmsh_sections_are_refused_with_their_line(void **state) {
       {FORMAT_2 "$Nodes\n1\n1 0 0 nan\n$EndNodes\n", ":6: the z coordinate is 'nan'"},
       {FORMAT_2 "$Nodes\n1\n1 0,5 0 0\n$EndNodes\n", "'0,5' (the decimal mark is a point)"},
       {FORMAT_2 "$Nodes\n2\n7 0 0 0\n7 0 0 0\n$EndNodes\n", ":7: node 7 comes twice"},
+
+      // elements
       {FORMAT_2 NODES_2 "$Elements\n1\n1 4 2 0 1 1 2 3\n$EndElements\n",
        ":14: the line ends before a node of the element"},
       {FORMAT_2 NODES_2 "$Elements\n1\n1 4 2 0 1 1 2 3 9\n$EndElements\n",
@@ -316,6 +357,8 @@ static void bad_gmsh_sections_are_refused_with_their_line(void **state) {
       {FORMAT_2 NODES_2 "$Elements\n0\n$EndElements\n", "holds no tetrahedra"},
       {FORMAT_2 NODES_2 "$Elements\n1\n1 4 2 0 1 1 2 3 3\n$EndElements\n",
        ":14: tet 1 has vertex 3 twice"},
+
+      // physical names, and sections of the other version
       {FORMAT_2 "$PhysicalNames\n1\n2 1 \"a\n", ":6: the file ends before $EndPhysicalNames"},
       {FORMAT_2 "$PhysicalNames\n1\n2 1 \"\"\n$EndPhysicalNames\n", ":6: a name is empty"},
       {FORMAT_2 "$PhysicalNames\n1\n4 1 \"a\"\n$EndPhysicalNames\n", ":6: the dimension is 4"},
@@ -323,17 +366,21 @@ static void bad_gmsh_sections_are_refused_with_their_line(void **state) {
        ":7: physical group 1"},
       {FORMAT_2 "$Entities\n0 0 0 0\n$EndEntities\n",
        ":4: $Entities does not belong into a file of"}};
+
   CHECK("i.msh", cases);
 }
 
 static void bad_gmsh_4_sections_are_refused_with_their_line(void **state) {
   (void)state;
   static const bad_case cases[] = {
+      // entities
       {FORMAT_4 "$PartitionedEntities\n2\n$EndPartitionedEntities\n", ":4: partitioned meshes"},
       {FORMAT_4 "$Entities\n1 0 0 0\n$EndEntities\n",
        ":6: expected the last entity, found '$EndEnt"},
       {FORMAT_4 "$Entities\n1 0 0 0\n1 0 0 0 2 5\n$EndEntities\n",
        ":6: the line ends before a phys"},
+
+      // nodes
       {FORMAT_4 "$Nodes\n1 4 1 4\n3 1 0 4\n1\n2\n", ":8: the file ends before the last tag of the"},
       {FORMAT_4 "$Nodes\n1 4 1 4\n3 1 0 4\n1\n2\n3\n4\n0 0 0\n$EndNodes\n",
        ":12: expected the last node of the block"},
@@ -343,6 +390,8 @@ static void bad_gmsh_4_sections_are_refused_with_their_line(void **state) {
       {FORMAT_4 "$Nodes\n1 1 1 1\n3 1 0 1000000000000000000\n1\n",
        "the file ends before the last tag"},
       {FORMAT_4 "$Nodes\n1 1 1 1\n3 1 0 -1\n", "the number of nodes in the block is -1"},
+
+      // elements
       {FORMAT_4 NODES_4 "$Elements\n1 1 1 1\n3 1 4 2\n1 1 2 3 4\n$EndElements\n",
        "expected the last element of the block, found '$EndElements'"},
       {FORMAT_4 NODES_4 "$Elements\n1 2 1 1\n3 1 4 1\n1 1 2 3 4\n$EndElements\n",
@@ -355,34 +404,41 @@ static void bad_gmsh_4_sections_are_refused_with_their_line(void **state) {
        "elements of type 6 are not supported"},
       {FORMAT_4 NODES_4 ELEMENTS_4 "$Entities\n0 0 0 0\n$EndEntities\n",
        "$Entities comes twice or"}};
+
   CHECK("j.msh", cases);
 }
 
 static void a_very_long_line_is_cut_in_the_message(void **state) {
   (void)state;
   enum { LONG = 1000000 };
+
+  // a word of a million characters where a number belongs
   char *text = malloc(LONG + 1000);
   assert_non_null(text);
   strcpy(text, "*VERTICES\n1 3 0 0\n1 0 ");
   size_t start = strlen(text);
   memset(text + start, 'x', LONG);
   mesh_bad_bytes("k.veg", text, start + LONG, ":3: expected the y coordinate, found 'xxxx");
-  // a number of a million digits is just a number
+
+  // a number of a million digits is valid, unless its value is not finite
   memset(text + start, '0', LONG);
   text[start] = '.';
   memcpy(text + start + LONG - 3, "7 0", 3);
   mesh_bad_bytes("k.veg", text, start + LONG, "there is no *ELEMENTS");
   memset(text + start, '9', LONG);
   mesh_bad_bytes("k.veg", text, start + LONG, "which is not a finite number");
+
+  // the name of a set that is too long
   strcpy(text, VERTICES ELEMENTS "*SET ");
   start = strlen(text);
   memset(text + start, 'n', LONG);
   memcpy(text + start + LONG - 3, "\n1\n", 3);
   mesh_bad_bytes("k.veg", text, start + LONG, ":13: a name is longer than 255 bytes");
+
   free(text);
 }
 
-/* Reads bytes that may be anything: a mesh that holds together, or a line. */
+/* Reads arbitrary bytes: the result is a valid mesh or a message of one line. */
 static void survive(const char *name, const char *data, size_t size) {
   thrum_mesh mesh = {0};
   thrum_error error = {0};
@@ -391,6 +447,8 @@ static void survive(const char *name, const char *data, size_t size) {
     mesh_check_message(&error, name);
     return;
   }
+
+  // a mesh that was read has valid indices, volumes and regions
   assert_true(mesh.tet_count > 0 && mesh.region_count > 0);
   for (int64_t i = 0; i < 4 * mesh.tet_count; i++)
     assert_true(mesh.tets[i] >= 0 && mesh.tets[i] < mesh.vertex_count);
@@ -398,6 +456,7 @@ static void survive(const char *name, const char *data, size_t size) {
     assert_true(thrum_mesh_tet_volume(&mesh, t) > 0);
     assert_true(mesh.tet_region[t] >= 0 && mesh.tet_region[t] < mesh.region_count);
   }
+
   thrum_mesh_free(&mesh);
 }
 
@@ -422,6 +481,8 @@ static void every_truncation_is_survived(void **state) {
 static void random_mutations_are_survived(void **state) {
   (void)state;
   static const char alphabet[] = "0123456789-+.,eE \n\r\t*$#:\"aT\0\xff";
+
+  // a fixed seed, so that every run tries the same bytes
   uint64_t random = 88172645463325252u;
   for (int round = 0; round < 6000; round++) {
     size_t s = (size_t)round % 3, size = strlen(seeds[s]);
@@ -434,7 +495,8 @@ static void random_mutations_are_survived(void **state) {
       random ^= random << 17;
       size_t at = random % size;
       char with = alphabet[(random >> 32) % (sizeof alphabet - 1)];
-      // replace, remove, or insert
+
+      // the change replaces, removes or inserts a byte
       if ((random >> 60) < 8) {
         data[at] = with;
       } else if ((random >> 60) < 12) {
@@ -450,16 +512,23 @@ static void random_mutations_are_survived(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
+      // files that are no text, and VegaFEM's format
       cmocka_unit_test(what_is_no_mesh_file_is_refused),
       cmocka_unit_test(files_that_are_not_text_are_refused),
       cmocka_unit_test(bad_veg_sections_are_refused_with_their_line),
       cmocka_unit_test(bad_materials_and_regions_are_refused_with_their_line),
       cmocka_unit_test(bad_includes_are_refused),
       cmocka_unit_test(bad_tets_are_named),
+
+      // scale and generator
       cmocka_unit_test(bad_scales_are_refused),
       cmocka_unit_test(bad_beams_are_refused),
+
+      // Gmsh's formats
       cmocka_unit_test(bad_gmsh_sections_are_refused_with_their_line),
       cmocka_unit_test(bad_gmsh_4_sections_are_refused_with_their_line),
+
+      // long lines, truncations and mutations
       cmocka_unit_test(a_very_long_line_is_cut_in_the_message),
       cmocka_unit_test(every_truncation_is_survived),
       cmocka_unit_test(random_mutations_are_survived),

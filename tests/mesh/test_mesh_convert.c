@@ -1,5 +1,5 @@
-/* Meshes written and read back: vertices bit for bit, tets and regions in their order, and groups
- * and materials as far as the format can hold them; what it cannot is counted.
+/* Meshes are written and read back: vertices return bit for bit, tetrahedra and regions in their
+ * order, and groups and materials as far as the format can hold them; the rest is counted.
  * SPDX-License-Identifier: Apache-2.0 */
 #include <float.h>
 #include <locale.h>
@@ -15,14 +15,18 @@
 
 enum { VERTICES = 27 };
 
-/* The block of 2 x 2 x 2 cells with coordinates that no short decimal holds, two regions that take
- * turns along the list of tets, and groups that overlap. */
+/* The block of 2 x 2 x 2 cells has coordinates that no short decimal represents, two regions that
+ * alternate along the list of tetrahedra, and groups that overlap. */
 static thrum_mesh make_mesh(bool materials) {
   thrum_mesh mesh = {0};
   assert_int_equal(thrum_mesh_read("beam:2x2x2@1x1x1", 1, &mesh, NULL), THRUM_OK);
   assert_int_equal(mesh.vertex_count, VERTICES);
+
+  // full mantissas, and one tiny number
   for (int64_t i = 0; i < 3 * mesh.vertex_count; i++)
     mesh.vertices[i] = mesh.vertices[i] / 3 * (1 + 1e-7 * (double)(i % 11)) + (i == 4 ? 1e-300 : 0);
+
+  // two materials whose constants are no short decimals either
   free(mesh.materials);
   mesh.materials = calloc(2, sizeof *mesh.materials);
   assert_non_null(mesh.materials);
@@ -32,6 +36,8 @@ static thrum_mesh make_mesh(bool materials) {
     mesh.materials[0] = (thrum_material){1e6 / 3, 0.1 + 0.2, 1000.1};
     mesh.materials[1] = (thrum_material){2e9, 0.3, 7850};
   }
+
+  // regions, and a group whose name needs escaping
   for (int64_t t = 0; t < mesh.tet_count; t++)
     mesh.tet_region[t] = t % 3 == 1;
   const int32_t few[] = {26, 3, 7};
@@ -39,12 +45,12 @@ static thrum_mesh make_mesh(bool materials) {
   return mesh;
 }
 
-/* Writes the mesh as a file called `name`, and reads it. */
+/* Writes the mesh as a file called `name`, and reads it back. */
 static thrum_mesh round_trip(const thrum_mesh *mesh, const char *name,
                              const thrum_mesh_write_options *options, thrum_mesh_lost *lost) {
   thrum_mesh read = {0};
   thrum_error error = {0};
-  // for the folder to be emptied in the end
+  // the folder is emptied at the end
   const char *path = mesh_write_text(name, "");
   if (strstr(name, ".node"))
     mesh_write_text("m.ele", "");
@@ -73,7 +79,7 @@ static const thrum_group *find_group(const thrum_mesh *mesh, const char *name) {
   return NULL;
 }
 
-/* Every group of the mesh is there, with its name and its vertices. */
+/* The mesh has every group, with its name and its vertices. */
 static void check_groups(const thrum_mesh *read, const thrum_mesh *mesh) {
   for (int64_t g = 0; g < mesh->group_count; g++) {
     const thrum_group *group = &mesh->groups[g], *found = find_group(read, group->name);
@@ -94,11 +100,15 @@ static void formats_that_hold_everything_give_it_back(void **state) {
                  {"m.vtu", {0}},
                  {"m.vtu", {.ascii = true}},
                  {"m.inp", {0}}};
+
+  // with and without materials
   for (size_t i = 0; i < sizeof formats / sizeof *formats; i++)
     for (int materials = 0; materials < 2; materials++) {
       thrum_mesh mesh = make_mesh(materials);
       thrum_mesh_lost lost;
       thrum_mesh read = round_trip(&mesh, formats[i].name, &formats[i].options, &lost);
+
+      // nothing is lost, and regions, groups and materials return
       assert_int_equal(lost.groups + lost.names + lost.materials + lost.regions, 0);
       check_regions(&read, &mesh);
       check_groups(&read, &mesh);
@@ -132,13 +142,15 @@ static void vega_files_hold_regions_with_materials_but_no_groups_of_vertices(voi
   const int64_t groups = mesh.group_count;
   thrum_mesh_lost lost;
   thrum_mesh read = round_trip(&mesh, "m.veg", &(thrum_mesh_write_options){0}, &lost);
-  // faces and points are no unions of tets
+
+  // groups of faces and points are no unions of tetrahedra
   assert_int_equal(lost.groups, groups);
   check_regions(&read, &mesh);
   assert_true(read.has_material);
   assert_memory_equal(read.materials, mesh.materials, 2 * sizeof *mesh.materials);
   thrum_mesh_free(&read);
-  // a group of all vertices is one
+
+  // a group of all vertices is a union, and its name is adapted to the format
   int32_t all[VERTICES];
   for (int i = 0; i < VERTICES; i++)
     all[i] = i;
@@ -149,6 +161,7 @@ static void vega_files_hold_regions_with_materials_but_no_groups_of_vertices(voi
   const thrum_group *group = find_group(&read, "everything_ everywhere");
   assert_non_null(group);
   assert_int_equal(group->count, VERTICES);
+
   thrum_mesh_free(&read);
   thrum_mesh_free(&mesh);
 }
@@ -157,6 +170,8 @@ static void formats_of_one_mark_a_vertex_hold_groups_that_do_not_overlap(void **
   (void)state;
   static const char *const names[] = {"m.node", "m.mesh"}, *const marks[] = {"marker_1",
                                                                              "vertices_1"};
+
+  // TetGen and Medit store one number per vertex, so the first group survives and overlaps are lost
   for (int i = 0; i < 2; i++) {
     thrum_mesh mesh = make_mesh(true);
     thrum_mesh_lost lost;
@@ -165,6 +180,8 @@ static void formats_of_one_mark_a_vertex_hold_groups_that_do_not_overlap(void **
     assert_int_equal(lost.groups + lost.names, mesh.group_count);
     assert_true(lost.groups > 0 && lost.names >= 2);
     check_regions(&read, &mesh);
+
+    // the first group returns under the name of its mark
     const thrum_group *first = find_group(&read, marks[i]);
     assert_non_null(first);
     assert_int_equal(first->count, mesh.groups[0].count);
@@ -191,6 +208,8 @@ static void extreme_numbers_come_back_bit_for_bit(void **state) {
 static void what_cannot_be_written_is_refused_and_nothing_is_left(void **state) {
   (void)state;
   static const char *const names[] = {"no-such-folder/m.vtk", "m.obj", "m", "no/m.node"};
+
+  // bad folders, an unknown format and a name without one
   thrum_mesh mesh = make_mesh(false);
   for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
     char path[200];
@@ -200,11 +219,14 @@ static void what_cannot_be_written_is_refused_and_nothing_is_left(void **state) 
     before = lost;
     thrum_error error = {0};
     snprintf(path, sizeof path, "%s/%s", mesh_folder, names[i]);
+
+    // the refusal leaves no file and does not touch the report
     assert_true(thrum_mesh_write(path, &mesh, &(thrum_mesh_write_options){0}, &lost, &error) < 0);
     mesh_check_message(&error, names[i]);
     assert_memory_equal(&lost, &before, sizeof lost);
     assert_int_not_equal(stat(path, &about), 0);
   }
+
   thrum_mesh_free(&mesh);
 }
 
@@ -225,11 +247,12 @@ static void a_locale_with_decimal_commas_makes_no_difference(void **state) {
   thrum_mesh_free(&mesh);
 }
 
-/* Every truncation and every byte changed to some others: read or refused, nothing else. */
+/* Every truncation and every byte replaced by some others: the file is read or refused. */
 static void damaged_binary_files_are_read_or_refused(void **state) {
   (void)state;
   static const unsigned char bytes[] = {0, 1, 0x7f, 0xff};
   for (int version = 0; version < 2; version++) {
+    // a valid binary file, as bytes
     const thrum_mesh_write_options options = {.binary = true, .msh_version = version ? 41 : 22};
     thrum_mesh mesh = make_mesh(false);
     thrum_mesh_lost lost;
@@ -241,6 +264,8 @@ static void damaged_binary_files_are_read_or_refused(void **state) {
     size_t size = 0;
     snprintf(path, sizeof path, "%s/m.msh", mesh_folder);
     assert_int_equal(thrum_file_read(path, &data, &size, NULL), THRUM_OK);
+
+    // each byte is replaced in turn; the last round truncates the file there instead
     unsigned char *copy = malloc(size);
     assert_non_null(copy);
     for (size_t n = 0; n < size; n++)
@@ -258,21 +283,25 @@ static void damaged_binary_files_are_read_or_refused(void **state) {
   }
 }
 
-/* The bytes of a binary file the other way round, as another machine writes them. */
+/* A binary file in the opposite byte order, as another machine may write it. */
 static void binary_files_of_the_other_byte_order_are_read(void **state) {
   (void)state;
   unsigned char file[1000];
   size_t used = (size_t)sprintf((char *)file, "$MeshFormat\n2.2 1 8\n");
+
+  // the header, whose 1 tells the byte order
   const unsigned char one[] = {0, 0, 0, 1};
   memcpy(file + used, one, 4);
   used += 4;
   used += (size_t)sprintf((char *)file + used, "\n$EndMeshFormat\n$Nodes\n4\n");
+
+  // four nodes: the origin and the unit points
   for (unsigned n = 0; n < 4; n++) {
     const unsigned char tag[] = {0, 0, 0, (unsigned char)(n + 1)};
     memcpy(file + used, tag, 4);
     used += 4;
     for (unsigned c = 0; c < 3; c++) {
-      // 1 is 3f f0 00 ...
+      // the double 1 is 3f f0 00 ...
       memset(file + used, 0, 8);
       if (n == c + 1) {
         file[used] = 0x3f;
@@ -281,6 +310,8 @@ static void binary_files_of_the_other_byte_order_are_read(void **state) {
       used += 8;
     }
   }
+
+  // one tetrahedron in physical group 7
   used += (size_t)sprintf((char *)file + used, "\n$EndNodes\n$Elements\n1\n");
   const unsigned char numbers[] = {4, 1, 2, 1, 7, 1, 1, 2, 3, 4};
   for (size_t i = 0; i < sizeof numbers; i++) {
@@ -289,6 +320,8 @@ static void binary_files_of_the_other_byte_order_are_read(void **state) {
     used += 4;
   }
   used += (size_t)sprintf((char *)file + used, "\n$EndElements\n");
+
+  // the mesh is as written
   thrum_mesh mesh = {0};
   thrum_error error = {0};
   if (thrum_mesh_read(mesh_write("o.msh", (char *)file, used), 1, &mesh, &error) < 0)
@@ -296,6 +329,7 @@ static void binary_files_of_the_other_byte_order_are_read(void **state) {
   assert_int_equal(mesh.tet_count, 1);
   assert_true(mesh.vertices[3] == 1 && mesh.vertices[7] == 1 && mesh.vertices[11] == 1);
   assert_non_null(find_group(&mesh, "physical_3_7"));
+
   thrum_mesh_free(&mesh);
 }
 

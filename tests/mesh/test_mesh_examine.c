@@ -1,5 +1,5 @@
-/* What is said of meshes that are whole, in pieces, hollow, hinged, far away or of odd units; and
- * input that is odd in its text alone. SPDX-License-Identifier: Apache-2.0 */
+/* The examination of meshes that are whole, in pieces, hollow, hinged, far away or in unusual
+ * units; and input that is unusual in its text alone. SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/mesh_support.h"
 
 #include <math.h>
@@ -16,7 +16,7 @@ static thrum_mesh beam(const char *spec) {
   return mesh;
 }
 
-/* Keeps the tets whose cell, of a body cut into nx x ny cells of unit size, `keep` names. */
+/* Keeps the tetrahedra of the cells that `keep` marks in a body of nx x ny cells of unit size. */
 static void keep_cells(thrum_mesh *mesh, const char *keep, int ny) {
   int64_t kept = 0;
   for (int64_t t = 0; t < mesh->tet_count; t++) {
@@ -40,7 +40,7 @@ static thrum_mesh_examined examine(const thrum_mesh *mesh) {
   return examined;
 }
 
-/* What is flagged; each flag has a line. */
+/* The flags of a mesh; each flag has a line of text. */
 static unsigned flags_of(const thrum_mesh *mesh) {
   const thrum_mesh_examined e = examine(mesh);
   const unsigned flags = thrum_mesh_flags(mesh, &e);
@@ -56,29 +56,40 @@ static void a_block_is_one_piece_with_one_closed_surface(void **state) {
   (void)state;
   thrum_mesh mesh = beam("beam:4x3x3@1x0.5x0.5");
   const thrum_mesh_examined e = examine(&mesh);
+
+  // topology: one piece, one surface without holes
   assert_int_equal(e.pieces, 1);
   assert_int_equal(e.largest_piece, mesh.tet_count);
   assert_int_equal(e.surfaces, 1);
   assert_int_equal(e.genus, 0);
   assert_int_equal(e.hinges, 0);
   assert_int_equal(e.coincident_vertices, 0);
-  // two triangles a cell side; 3 x 2 x 2 vertices inside
+
+  // two triangles for each cell side, and 3 x 2 x 2 vertices inside
   assert_int_equal(e.surface_triangles, 2 * (2 * 9 + 4 * 12));
   assert_int_equal(e.interior_vertices, 12);
+
+  // geometry
   assert_true(fabs(e.volume - 0.25) < 1e-14);
   assert_true(fabs(e.mass - 250) < 1e-11);
   assert_true(e.extent == 1);
+
+  // quality: every tetrahedron is counted in the histogram, and the worst come first
   int64_t sum = 0;
   for (int b = 0; b < THRUM_EXAMINE_BINS; b++)
     sum += e.histogram[b];
   assert_int_equal(sum, mesh.tet_count);
   assert_true(e.worst_ratio[0] == e.ratio_min && e.worst_ratio[0] <= e.worst_ratio[4]);
+
   assert_int_equal(flags_of(&mesh), 0);
+
   thrum_mesh_free(&mesh);
 }
 
 static void holes_through_and_inside_the_body_are_counted(void **state) {
   (void)state;
+
+  // a ring has one hole through it
   thrum_mesh ring = beam("beam:3x3x1@3x3x1");
   keep_cells(&ring, "####.####", 3);
   thrum_mesh_examined e = examine(&ring);
@@ -86,7 +97,8 @@ static void holes_through_and_inside_the_body_are_counted(void **state) {
   assert_int_equal(e.surfaces, 1);
   assert_int_equal(e.pieces, 1);
   thrum_mesh_free(&ring);
-  // a block without the cell in its middle has a second surface inside
+
+  // a block without its middle cell has a second surface inside
   thrum_mesh hollow = beam("beam:3x3x3@3x3x3");
   int64_t kept = 0;
   for (int64_t t = 0; t < hollow.tet_count; t++) {
@@ -96,15 +108,19 @@ static void holes_through_and_inside_the_body_are_counted(void **state) {
     if (fmax(fmax(fabs(centre[0]), fabs(centre[1])), fabs(centre[2])) > 0.5)
       memmove(hollow.tets + 4 * kept++, hollow.tets + 4 * t, 4 * sizeof *hollow.tets);
   }
+
   hollow.tet_count = kept;
   e = examine(&hollow);
   assert_int_equal(e.surfaces, 2);
   assert_int_equal(e.genus, 0);
+
   thrum_mesh_free(&hollow);
 }
 
 static void pieces_and_hinges_are_flagged(void **state) {
   (void)state;
+
+  // two pieces without contact
   thrum_mesh apart = beam("beam:3x1x1@3x1x1");
   keep_cells(&apart, "#.#", 1);
   thrum_mesh_examined e = examine(&apart);
@@ -112,6 +128,8 @@ static void pieces_and_hinges_are_flagged(void **state) {
   assert_int_equal(e.surfaces, 2);
   assert_true(flags_of(&apart) & THRUM_EXAMINE_PIECES);
   thrum_mesh_free(&apart);
+
+  // two columns that share an edge
   thrum_mesh hinged = beam("beam:2x2x1@2x2x1");
   keep_cells(&hinged, "#..#", 2);
   e = examine(&hinged);
@@ -119,10 +137,11 @@ static void pieces_and_hinges_are_flagged(void **state) {
   assert_int_equal(e.hinges, 1);
   assert_int_equal(e.genus, -1);
   assert_true(flags_of(&hinged) & THRUM_EXAMINE_HINGES);
+
   thrum_mesh_free(&hinged);
 }
 
-/* Two tets that touch in a face, each with vertices of its own. */
+/* Two tetrahedra that touch in a face, each with vertices of its own. */
 static void vertices_on_top_of_each_other_are_flagged(void **state) {
   (void)state;
   thrum_mesh mesh = mesh_good(
@@ -144,6 +163,8 @@ static void units_places_and_materials_out_of_the_ordinary_are_flagged(void **st
       {1000, 0, 0.3, 1000, THRUM_EXAMINE_UNITS},   {0.001, 0, 0.3, 1000, THRUM_EXAMINE_UNITS},
       {1, 1e9, 0.3, 1000, THRUM_EXAMINE_FAR},      {1, 0, 0.49, 1000, THRUM_EXAMINE_LOCKING},
       {1, 0, 0.3, 7.85e-9, THRUM_EXAMINE_DENSITY}, {1, 1, 0.3, 1000, 0}};
+
+  // every oddity is flagged, and nothing else
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
     thrum_mesh mesh = beam("beam:4x3x3@1x0.5x0.5");
     for (int64_t n = 0; n < 3 * mesh.vertex_count; n++)
@@ -174,7 +195,7 @@ static void repairs_are_flagged(void **state) {
   thrum_mesh_free(&mesh);
 }
 
-/* The formats, each with a good beginning. */
+/* The formats, each with a valid beginning. */
 static const struct {
   const char *name, *head;
 } FORMATS[] = {{"x.veg", "*VERTICES\n4 3 0 0\n1 "},
@@ -246,7 +267,7 @@ static void an_index_past_two_to_the_31_is_refused(void **state) {
                 "MeshVersionFormatted 2\nVertices 4\n0 0 0 0 1 0 0 0 0 1 0 0 0 0 1 0\n"
                 "Tetrahedra 1\n1 2 3 4294967300 0\n",
                 "4294967300, which is out of range"},
-               // past 64 bits, too
+               // beyond 64 bits as well
                {"z.mesh",
                 "MeshVersionFormatted 2\nVertices 4\n0 0 0 0 1 0 0 0 0 1 0 0 0 0 1 0\n"
                 "Tetrahedra 1\n1 2 3 18446744073709551621 0\n",
@@ -267,8 +288,12 @@ static void an_index_past_two_to_the_31_is_refused(void **state) {
                 "*NODE\n1,0,0,0\n2,1,0,0\n3,0,1,0\n4,0,0,1\n*ELEMENT,TYPE=C3D4\n"
                 "1,1,2,3,4294967300\n",
                 ":7: tet 1 names vertex 4294967300"}};
+
+  // an index must not wrap around to a valid one
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
     mesh_bad(cases[i].name, cases[i].text, cases[i].words);
+
+  // TetGen's mesh is a pair of files
   mesh_write_text("y.ele", "1 4 0\n0 0 1 2 4294967300\n");
   mesh_bad("y.node", "4 3 0 0\n0 0 0 0\n1 1 0 0\n2 0 1 0\n3 0 0 1\n",
            "y.ele:2: a node of the tet is 4294967300");

@@ -1,5 +1,5 @@
-/* What --fix names: predicates, files of numbers, groups, components; and what it refuses.
- * SPDX-License-Identifier: Apache-2.0 */
+/* The parts of a mesh that --fix can name: predicates, files of numbers, groups, components; and
+ * the specifications that it refuses. SPDX-License-Identifier: Apache-2.0 */
 #include "mesh/formats/mesh_read.h"
 #include "mesh/mesh_fix.h"
 #include "tests/support/mesh_support.h"
@@ -8,7 +8,7 @@
 
 #define BEAM1K "beam:20x3x3@1x0.15x0.15"
 
-/* Vertices 1 and 4 belong to no tet. */
+/* Vertices 1 and 4 belong to no tetrahedron. */
 #define LOOSE                                                                                      \
   "*VERTICES\n6 3 0 0\n1 9 9 9\n2 0 0 0\n3 1 0 0\n4 8 8 8\n5 0 1 0\n6 0 0 1\n*ELEMENTS\nTET\n"     \
   "1 4 0\n1 2 3 5 6\n"
@@ -21,7 +21,7 @@ static thrum_mesh beam(void) {
   return mesh;
 }
 
-/* Bytes after one spec on a free mesh; free them. */
+/* The support bytes after one specification on a free mesh; the caller frees them. */
 static uint8_t *fix(const thrum_mesh *mesh, const char *spec, int64_t expected) {
   uint8_t *fixed = calloc((size_t)mesh->vertex_count, 1);
   assert_non_null(fixed);
@@ -42,6 +42,8 @@ static void refused(const thrum_mesh *mesh, const char *spec, const char *words)
   uint8_t *fixed = malloc((size_t)mesh->vertex_count);
   assert_non_null(fixed);
   memset(fixed, 2, (size_t)mesh->vertex_count);
+
+  // outputs with known values, so that a change would be seen
   int64_t count = -7;
   thrum_error error = {0};
   thrum_status status = thrum_mesh_fix(mesh, spec, fixed, &count, &error);
@@ -49,10 +51,12 @@ static void refused(const thrum_mesh *mesh, const char *spec, const char *words)
     fail_msg("not refused: %s", spec);
   assert_int_equal(error.status, status);
   mesh_check_message(&error, words);
-  // nothing may have changed
+
+  // a refusal changes nothing
   assert_int_equal(count, -7);
   for (int64_t v = 0; v < mesh->vertex_count; v++)
     assert_int_equal(fixed[v], 2);
+
   free(fixed);
 }
 
@@ -101,6 +105,8 @@ static void a_suffix_picks_components(void **state) {
     uint8_t bits;
   } cases[] = {{"left", 7},    {"left:xyz", 7}, {"left:x", 1},    {"left:y", 2}, {"left:z", 4},
                {"left:xz", 5}, {"left:zyx", 7}, {"left : zy", 6}, {"x<=0:z", 4}, {"x<=0: xy", 3}};
+
+  // letters in any order, with blanks or without
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
     uint8_t *fixed = fix(&m, cases[i].spec, 16);
     // the face x = 0 has the first sixteen vertices
@@ -108,6 +114,7 @@ static void a_suffix_picks_components(void **state) {
       assert_int_equal(fixed[v], v < 16 ? cases[i].bits : 0);
     free(fixed);
   }
+
   thrum_mesh_free(&m);
 }
 
@@ -128,11 +135,14 @@ static void specs_add_up(void **state) {
 static void a_file_lists_vertices_as_bou_does(void **state) {
   (void)state;
   thrum_mesh m = beam();
+
+  // the file of the sample mesh names the same vertices as the group
   uint8_t *group = fix(&m, "left", 16);
   uint8_t *file = fix(&m, THRUM_TEST_DATA "/beam1k.bou", 16);
   assert_memory_equal(group, file, (size_t)m.vertex_count);
   free(file);
-  // every way to write the same list
+
+  // every notation of the same list
   static const char *const lists[] = {"1:16",
                                       "1,2,3,4,5,6,7,8,\n9,10,11,12,13,14,15,16,\n\n",
                                       "# the wall\n16:16 1 : 15 # all\n",
@@ -144,10 +154,13 @@ static void a_file_lists_vertices_as_bou_does(void **state) {
     assert_memory_equal(group, file, (size_t)m.vertex_count);
     free(file);
   }
+
+  // a file takes a suffix too
   char spec[160];
   snprintf(spec, sizeof spec, "%.150s:y", mesh_write_text("list.bou", "336"));
   file = fix(&m, spec, 1);
   assert_int_equal(file[335], 2);
+
   free(file);
   free(group);
   thrum_mesh_free(&m);
@@ -173,23 +186,30 @@ static void bad_lists_are_refused_with_their_line(void **state) {
       {":3", "expected a vertex number or a range a:b"},
       {"1:2:3", "expected a vertex number or a range a:b"},
       {"1;2", "found '1;2'"}};
+
+  // the message names the line and the word at fault
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
     refused(&m, mesh_write_text("bad.bou", cases[i].text), cases[i].words);
+
   thrum_mesh_free(&m);
 }
 
 static void lists_use_the_numbers_of_the_file(void **state) {
   (void)state;
   thrum_mesh m = mesh_good("loose.veg", LOOSE);
-  // 2 of the file is the first vertex that is left; 4 is gone
+
+  // number 2 of the file is the first vertex that is kept; 4 was dropped
   uint8_t *fixed = fix(&m, mesh_write_text("l.bou", "2 4 6"), 2);
   assert_int_equal(fixed[0], 7);
   assert_int_equal(fixed[3], 7);
   free(fixed);
+
+  // a range may contain dropped vertices; a list of dropped ones alone is refused
   free(fix(&m, mesh_write_text("l.bou", "1:6"), 4));
   refused(&m, mesh_write_text("l.bou", "1 4"), "names no vertex");
   refused(&m, mesh_write_text("l.bou", "7"), "which has 6, from 1 to 6");
   thrum_mesh_free(&m);
+
   // the tags of a Gmsh file may have gaps
   m = mesh_good("gaps.msh", "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n5\n700 0 0 0\n7 1 0 0\n"
                             "8 0 1 0\n90 0 0 1\n50 5 5 5\n$EndNodes\n$Elements\n1\n"
@@ -200,6 +220,7 @@ static void lists_use_the_numbers_of_the_file(void **state) {
   free(fix(&m, mesh_write_text("l.bou", "8:90"), 2));
   refused(&m, mesh_write_text("l.bou", "9"),
           "vertex 9 is not in the mesh, which has 5, from 7 to 700");
+
   thrum_mesh_free(&m);
 }
 
@@ -209,7 +230,8 @@ static void the_lists_of_real_meshes_are_read(void **state) {
     const char *mesh, *list;
     int64_t count;
   } cases[] = {{"beam3_tet.veg", "beam3.bou", 8}, {"simpleBridge.veg", "simpleBridge.bou", 121}};
-  // the folder is not everywhere: beam1k.bou, which is, has its own test
+
+  // the folder is optional: beam1k.bou, which is always there, has its own test
   for (size_t i = 0; *THRUM_DATA && i < sizeof cases / sizeof *cases; i++) {
     char mesh_path[512], list_path[512];
     snprintf(mesh_path, sizeof mesh_path, "%s/%s", THRUM_DATA, cases[i].mesh);
@@ -238,6 +260,8 @@ static void bad_predicates_are_refused(void **state) {
 static void an_unknown_name_lists_the_groups(void **state) {
   (void)state;
   thrum_mesh m = beam();
+
+  // misspelled names and suffixes
   refused(&m, "lift",
           "'lift' is neither a file nor a group; the groups are left, right, front, back, "
           "bottom, top, tip");
@@ -247,13 +271,17 @@ static void an_unknown_name_lists_the_groups(void **state) {
   refused(&m, " \n", "what to fix is empty");
   refused(&m, ":x", "is neither a file nor a group");
   refused(&m, mesh_folder, "is neither a file nor a group");
-  // nothing that a terminal would act on
+
+  // control characters never reach the terminal
   refused(&m, "a\033[2J\001b\vc\177d", "'a [2J b c d' is neither");
-  // longer than a line has room for
+
+  // a name longer than the message
   char name[3000];
   memset(name, 'n', sizeof name - 1);
   name[sizeof name - 1] = '\0';
   refused(&m, name, "is neither a file nor a group");
+
+  // a group with a long name shortens the list of groups
   free(m.groups[1].name);
   name[255] = '\0';
   m.groups[1].name = malloc(256);
@@ -261,8 +289,11 @@ static void an_unknown_name_lists_the_groups(void **state) {
   memcpy(m.groups[1].name, name, 256);
   refused(&m, "lift", "the groups are left, ...");
   thrum_mesh_free(&m);
+
+  // without groups the message suggests a predicate
   m = mesh_good("loose.veg", LOOSE);
   refused(&m, "lift", "the mesh has no groups; use a predicate such as 'x<0.01'");
+
   thrum_mesh_free(&m);
 }
 
@@ -290,7 +321,7 @@ static void a_file_goes_before_a_group(void **state) {
   free(fix(&m, name, 1));
   assert_int_equal(unlink(name), 0);
   free(fix(&m, name, 4));
-  // and a folder is no file
+  // a folder is no file
   assert_int_equal(mkdir(name, 0700), 0);
   free(fix(&m, name, 4));
   assert_int_equal(rmdir(name), 0);
@@ -299,15 +330,20 @@ static void a_file_goes_before_a_group(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
+      // predicates and components
       cmocka_unit_test(a_predicate_picks_by_rest_position),
       cmocka_unit_test(comparisons_are_strict_unless_they_say_equal),
       cmocka_unit_test(blanks_in_a_predicate_do_not_matter),
       cmocka_unit_test(a_suffix_picks_components),
       cmocka_unit_test(specs_add_up),
+
+      // files of numbers
       cmocka_unit_test(a_file_lists_vertices_as_bou_does),
       cmocka_unit_test(bad_lists_are_refused_with_their_line),
       cmocka_unit_test(lists_use_the_numbers_of_the_file),
       cmocka_unit_test(the_lists_of_real_meshes_are_read),
+
+      // refusals and names
       cmocka_unit_test(bad_predicates_are_refused),
       cmocka_unit_test(an_unknown_name_lists_the_groups),
       cmocka_unit_test(names_may_look_like_components),

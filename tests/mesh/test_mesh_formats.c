@@ -1,12 +1,13 @@
-/* One small mesh in every format that is read: equal vertices and tets, and the groups, regions and
- * materials that the format can hold. And what is refused, with where and why.
+/* One small mesh in every format that is read: equal vertices and tetrahedra, and the groups,
+ * regions and materials that the format can hold; and the files that are refused, with place and
+ * cause.
  * SPDX-License-Identifier: Apache-2.0 */
 #include "mesh/formats/mesh_read.h"
 #include "tests/support/mesh_support.h"
 
 #include <math.h>
 
-/* Two tets of one face in common; coordinates that decimals do not hold exactly. */
+/* Two tetrahedra with one face in common; decimals do not represent the coordinates exactly. */
 static const double POINTS[5][3] = {
     {0, 0, 0}, {0.1, 0, 0}, {0, 1e-1, 0}, {0, 0, 0.30000000000000004}, {0.1, 0.1, 0.3}};
 static const int TETS[2][4] = {{0, 1, 2, 3}, {1, 4, 2, 3}};
@@ -69,7 +70,7 @@ static const char INP[] =
     "*Material, name=hard\n*Density\n2000\n*Elastic, type=isotropic\n2e6, 0.4, 20\n3e6, 0.4, 80\n"
     "*Step\n*Static\n0.1, 1\n*Boundary\nbody.held, 1, 3\n*End Step\n";
 
-/* The vertices bit for bit and the tets, whatever the format. */
+/* The vertices bit for bit and the tetrahedra, in every format. */
 static void check_mesh(const thrum_mesh *mesh) {
   assert_int_equal(mesh->vertex_count, 5);
   assert_int_equal(mesh->tet_count, 2);
@@ -119,10 +120,14 @@ static void medit_files_give_references_as_groups_and_regions(void **state) {
 static void tetgen_pairs_count_from_the_first_index(void **state) {
   (void)state;
   static const char *const either[] = {"a.node", "a.ele"};
+
+  // the indices of a pair may begin at 0 or at 1
   const char *texts[2][2] = {{NODE, ELE}, {NODE_1, ELE_1}};
   for (int base = 0; base < 2; base++) {
     mesh_write_text("a.node", texts[base][0]);
     mesh_write_text("a.ele", texts[base][1]);
+
+    // either file of the pair names the mesh
     for (int i = 0; i < 2; i++) {
       thrum_mesh mesh = mesh_good(either[i], texts[base][i]);
       check_mesh(&mesh);
@@ -160,6 +165,8 @@ static void put_big(unsigned char **at, uint64_t bits, int size) {
 
 static void binary_vtk_is_big_endian(void **state) {
   (void)state;
+
+  // the header and the points, most significant byte first
   unsigned char bytes[1000], *at = bytes;
   static const char head[] = "# vtk DataFile Version 3.0\n\nBINARY\nDATASET UNSTRUCTURED_GRID\n"
                              "POINTS 5 double\n";
@@ -170,15 +177,21 @@ static void binary_vtk_is_big_endian(void **state) {
     memcpy(&bits, &POINTS[i / 3][i % 3], sizeof bits);
     put_big(&at, bits, 8);
   }
+
+  // two cells of four points each
   at += sprintf((char *)at, "\nCELLS 2 10\n");
   for (int t = 0; t < 2; t++) {
     put_big(&at, 4, 4);
     for (int a = 0; a < 4; a++)
       put_big(&at, (uint64_t)TETS[t][a], 4);
   }
+
+  // both are tetrahedra
   at += sprintf((char *)at, "\nCELL_TYPES 2\n");
   put_big(&at, 10, 4);
   put_big(&at, 10, 4);
+
+  // the file is read, and refused when its last bytes are missing
   thrum_mesh mesh = {0};
   thrum_error error = {0};
   const char *path = mesh_write("a.vtk", (char *)bytes, (size_t)(at - bytes));
@@ -212,7 +225,7 @@ static size_t base64(const unsigned char *bytes, size_t size, char *text) {
   return used;
 }
 
-/* Bytes of an array behind their length, in either order. */
+/* The bytes of an array behind their length, in either byte order. */
 static size_t packed(const void *values, size_t size, int width, int header, bool little,
                      unsigned char *bytes) {
   const uint64_t length = size;
@@ -231,8 +244,9 @@ static size_t packed(const void *values, size_t size, int width, int header, boo
   return (size_t)header + size;
 }
 
-/* The mesh as .vtu: inline base64, or appended in base64 or raw. */
+/* The mesh as a .vtu file: the arrays are inline in base64, or appended in base64 or raw. */
 static size_t make_vtu(char *file, int header, bool little, bool in_line, bool raw) {
+  // the arrays that a grid needs
   static const int64_t list[8] = {0, 1, 2, 3, 1, 4, 2, 3}, ends[2] = {4, 8};
   static const unsigned char types[2] = {10, 10};
   const struct {
@@ -244,10 +258,14 @@ static size_t make_vtu(char *file, int header, bool little, bool in_line, bool r
                 {"connectivity", "Int64", "<Cells>", "", list, sizeof list, 8},
                 {"offsets", "Int64", "", "", ends, sizeof ends, 8},
                 {"types", "UInt8", "", "</Cells>", types, sizeof types, 1}};
+
+  // appended data is collected while the tags are written
   char appended[2000];
   size_t offset = 0, used = 0;
   used += (size_t)sprintf(file, VTU_HEAD("header_type=\"%s\" byte_order=\"%s\""),
                           header == 8 ? "UInt64" : "UInt32", little ? "LittleEndian" : "BigEndian");
+
+  // each array in its encoding, with its tag
   for (int i = 0; i < 4; i++) {
     unsigned char bytes[500];
     char text[700];
@@ -256,6 +274,8 @@ static size_t make_vtu(char *file, int header, bool little, bool in_line, bool r
     const size_t length = base64(bytes, size, text);
     used += (size_t)sprintf(file + used, "%s<DataArray type=\"%s\" Name=\"%s\" ", arrays[i].open,
                             arrays[i].type, arrays[i].name);
+
+    // the tag holds the data itself or the offset
     if (in_line)
       used += (size_t)sprintf(file + used, "format=\"binary\">\n  %s\n</DataArray>%s", text,
                               arrays[i].close);
@@ -265,6 +285,8 @@ static size_t make_vtu(char *file, int header, bool little, bool in_line, bool r
     memcpy(appended + offset, raw ? (const char *)bytes : text, raw ? size : length);
     offset += raw ? size : length;
   }
+
+  // the appended block follows the grid
   used += (size_t)sprintf(file + used, "</Piece></UnstructuredGrid>");
   if (!in_line) {
     used +=
@@ -273,6 +295,7 @@ static size_t make_vtu(char *file, int header, bool little, bool in_line, bool r
     used += offset;
     used += (size_t)sprintf(file + used, "\n</AppendedData>");
   }
+
   return used + (size_t)sprintf(file + used, "</VTKFile>\n");
 }
 
@@ -297,6 +320,8 @@ static void abaqus_files_give_sets_and_sections(void **state) {
   thrum_mesh mesh = mesh_good("a.inp", INP);
   check_mesh(&mesh);
   check_materials(&mesh);
+
+  // node sets and element sets, in every notation
   check_group(&mesh, "all", 5, 0, 4);
   check_group(&mesh, "Held End", 2, 1, 2);
   check_group(&mesh, "steps", 2, 0, 2);
@@ -305,8 +330,11 @@ static void abaqus_files_give_sets_and_sections(void **state) {
   check_group(&mesh, "painted", 3, 0, 2);
   check_group(&mesh, "one", 4, 0, 3);
   check_group(&mesh, "Two", 4, 1, 4);
+
+  // the numbers of the file are kept
   assert_int_equal(mesh.file_number[4], 50);
   assert_int_equal(mesh.cornered_tets, 0);
+
   thrum_mesh_free(&mesh);
 }
 
@@ -315,6 +343,8 @@ static void abaqus_files_give_sets_and_sections(void **state) {
 
 static void tets_of_ten_nodes_are_read_by_their_corners_and_counted(void **state) {
   (void)state;
+
+  // in Abaqus's order of nodes
   thrum_mesh mesh = mesh_good("a.inp", INP_NODES
                               "5,.5,0,0\n6,.5,.5,0\n7,0,.5,0\n8,0,0,.5\n9,.5,0,.5\n10,0,.5,.5\n"
                               "*ELEMENT, TYPE=C3D10M\n1,1,2,3,4,5,6,\n7,8,9,10\n");
@@ -323,11 +353,14 @@ static void tets_of_ten_nodes_are_read_by_their_corners_and_counted(void **state
   assert_int_equal(mesh.cornered_tets, 1);
   assert_int_equal(mesh.dropped_vertices, 6);
   thrum_mesh_free(&mesh);
+
+  // in TetGen's order
   mesh_write_text("b.node", "10 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 .5 0 0\n6 .5 .5 0\n"
                             "7 0 .5 0\n8 0 0 .5\n9 .5 0 .5\n10 0 .5 .5\n");
   mesh = mesh_good("b.ele", "1 10 0\n1 1 2 3 4 5 6 7 8 9 10\n");
   assert_int_equal(mesh.cornered_tets, 1);
   assert_int_equal(mesh.vertex_count, 4);
+
   thrum_mesh_free(&mesh);
 }
 
@@ -346,6 +379,7 @@ typedef struct bad_case {
 static void bad_files_are_refused_with_their_line(void **state) {
   (void)state;
   static const bad_case cases[] = {
+      // Medit
       {"a.mesh", "", "there is no MeshVersionFormatted"},
       {"a.mesh", "MeshVersionFormatted 2\nDimension 2\n", ":2: the mesh is flat"},
       {"a.mesh", "MeshVersionFormatted 2\nDimension 3\nVertices 2\n0 0 0 0\n",
@@ -359,11 +393,15 @@ static void bad_files_are_refused_with_their_line(void **state) {
       {"a.mesh", "MeshVersionFormatted 2\nVertices 1\n0 0 0 0\nTetrahedra 1\n1 2 3 4294967297 0\n",
        ":5: a vertex is 4294967297, which is out of range"},
       {"a.mesh", "MeshVersionFormatted 2\nVertices 0\n", "there are no Tetrahedra"},
+
+      // TetGen
       {"c.ele", "1 4 0\n1 1 2 3 4\n", "c.node"},
       {"d.node", "4 2 0 0\n", ":1: the dimension is 2"},
       {"d.node", "2 3 0 0\n2 0 0 0\n", ":2: the index of a node is 2"},
       {"d.node", "2 3 0 0\n1 0 0 0\n3 0 0 0\n", ":3: the index of a node is 3 where 2 comes next"},
       {"d.node", "2 3 0 0\n1 0 0 0 5\n2 0 0 1\n", ":2: unexpected '5'"},
+
+      // VTK's old format
       {"a.vtk", "", "the file ends before the version"},
       {"a.vtk", "solid\n", ":1: expected '# vtk DataFile Version'"},
       {"a.vtk", "# vtk DataFile Version 3", "the file ends before ASCII or BINARY"},
@@ -383,6 +421,8 @@ static void bad_files_are_refused_with_their_line(void **state) {
        "# vtk DataFile Version 3.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 1 double\n0 0 0\n"
        "CELLS 1 5\n4 0 0 0 5\nCELL_TYPES 1\n10\n",
        "tet 1 names vertex 5"},
+
+      // VTK's XML format
       {"a.vtu", "", "there is no <VTKFile>"},
       {"a.vtu", "<VTKFile type=\"PolyData\">", "is no UnstructuredGrid"},
       {"a.vtu", "<VTKFile type=\"UnstructuredGrid\" compressor=\"vtkZLibDataCompressor\">",
@@ -398,6 +438,8 @@ static void bad_files_are_refused_with_their_line(void **state) {
        VTU_HEAD("") "<Points><DataArray type=\"Float64\" format=\"binary\">"
                     "/////w==</DataArray></Points>",
        "longer than the file"},
+
+      // Abaqus
       {"a.inp", "", "there is no *NODE"},
       {"a.inp", "solid\n", ":1: expected a keyword such as *NODE"},
       {"a.inp", "*NODE\n1, 0, 0, x\n", ":2: expected the z coordinate, found 'x'"},
@@ -418,23 +460,29 @@ static void bad_files_are_refused_with_their_line(void **state) {
       {"a.inp", INP_TET "*INCLUDE, INPUT=x.inp\n", ":8: *INCLUDE is not read"},
       {"a.inp", "*PART, NAME=A\n" INP_TET "*PART, NAME=B\n", ":9: there are several parts"},
   };
+
+  // the .node files among the cases need a partner
   mesh_write_text("d.ele", ELE_1);
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
     mesh_bad(cases[i].name, cases[i].text, cases[i].words);
 }
 
-/* Every truncation, and every byte changed to some others: read or refused, nothing else; the
- * sanitizers see the rest. */
+/* Every truncation, and every byte replaced by some others: the file is read or refused, and the
+ * sanitizers find the rest. */
 static void damage(const char *name, const char *data, size_t size) {
   static const char bytes[] = {0, '\n', '9', '-', '*', '<', (char)0xff};
   char *copy = malloc(size + 1);
   assert_non_null(copy);
+
+  // each byte is replaced in turn; the last round truncates the file there instead
   for (size_t n = 0; n < size; n++) {
     for (size_t b = 0; b <= sizeof bytes; b++) {
       memcpy(copy, data, size);
       copy[n] = b < sizeof bytes ? bytes[b] : copy[n];
       thrum_mesh mesh = {0};
       const size_t length = b < sizeof bytes ? size : n;
+
+      // the reader of this format, without the file system
       thrum_status status =
           strcmp(name, "a.mesh") == 0  ? thrum_mesh_parse_medit(name, copy, length, &mesh, NULL)
           : strcmp(name, "a.vtk") == 0 ? thrum_mesh_parse_vtk(name, copy, length, &mesh, NULL)
@@ -442,11 +490,14 @@ static void damage(const char *name, const char *data, size_t size) {
           : strcmp(name, "a.inp") == 0
               ? thrum_mesh_parse_abaqus(name, copy, length, &mesh, NULL)
               : thrum_mesh_parse_tetgen(name, NODE, strlen(NODE), name, copy, length, &mesh, NULL);
+
+      // a refusal leaves no mesh behind
       if (status < 0)
         assert_null(mesh.tets);
       thrum_mesh_free(&mesh);
     }
   }
+
   free(copy);
 }
 
@@ -463,12 +514,13 @@ static void damaged_files_are_read_or_refused(void **state) {
     damage("a.vtu", file, make_vtu(file, 8, true, n == 0, n == 2));
 }
 
-/* The same text with other ends of lines, and with a byte-order mark. */
+/* The same text with other line endings and with a byte-order mark. */
 static void ends_of_lines_and_byte_order_marks_make_no_difference(void **state) {
   (void)state;
   static const char *const names[] = {"a.mesh", "a.vtk", "a.vtu", "a.inp"};
   static const char *const texts[] = {MEDIT, VTK, VTU, INP};
   for (int i = 0; i < 4; i++) {
+    // a byte-order mark, and CR LF for each LF
     char text[8000] = "\xef\xbb\xbf";
     size_t used = 3;
     for (const char *p = texts[i]; *p; p++) {
@@ -477,6 +529,8 @@ static void ends_of_lines_and_byte_order_marks_make_no_difference(void **state) 
       text[used++] = *p;
     }
     text[used] = 0;
+
+    // the mesh is the same
     thrum_mesh mesh = mesh_good(names[i], text);
     check_mesh(&mesh);
     thrum_mesh_free(&mesh);
@@ -485,15 +539,22 @@ static void ends_of_lines_and_byte_order_marks_make_no_difference(void **state) 
 
 int main(void) {
   const struct CMUnitTest tests[] = {
+      // Medit and TetGen
       cmocka_unit_test(medit_files_give_references_as_groups_and_regions),
       cmocka_unit_test(tetgen_pairs_count_from_the_first_index),
+
+      // VTK
       cmocka_unit_test(vtk_files_give_cell_and_point_data_as_regions_and_groups),
       cmocka_unit_test(binary_vtk_is_big_endian),
       cmocka_unit_test(vtu_files_in_ascii_are_read),
       cmocka_unit_test(vtu_files_of_bytes_are_read_in_every_encoding),
+
+      // Abaqus
       cmocka_unit_test(abaqus_files_give_sets_and_sections),
       cmocka_unit_test(tets_of_ten_nodes_are_read_by_their_corners_and_counted),
       cmocka_unit_test(an_abaqus_file_without_density_has_no_material),
+
+      // refusals and damage
       cmocka_unit_test(bad_files_are_refused_with_their_line),
       cmocka_unit_test(damaged_files_are_read_or_refused),
       cmocka_unit_test(ends_of_lines_and_byte_order_marks_make_no_difference),

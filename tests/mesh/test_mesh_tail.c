@@ -1,5 +1,5 @@
-/* The long tail of bad meshes, in every format that is read: the same broken body written in each
- * is refused or flagged in the same words; and texts that are odd in each format's own way.
+/* Rare faults of meshes, in every format that is read: the same broken body is refused or flagged
+ * in the same words in each; and texts that are unusual in each format's own way.
  * SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
 #include <sys/stat.h>
@@ -27,7 +27,7 @@ static const format formats[] = {
 };
 enum { FORMATS = sizeof formats / sizeof formats[0], POINTS = 10, TETS = 6 };
 
-/* Vertices and tets of a broken body; what is said of it. */
+/* The vertices and tetrahedra of a broken body, and the expected verdict. */
 typedef struct body {
   const char *what;
   double points[POINTS][3];
@@ -114,12 +114,12 @@ static thrum_mesh mesh_of(const body *b) {
   return mesh;
 }
 
-/* Writes the body; its path. */
+/* Writes the body and returns the file's path. */
 static const char *write_body(const body *b, const format *f) {
   thrum_mesh mesh = mesh_of(b);
   thrum_mesh_lost lost;
   thrum_error error = {0};
-  // so that they are removed at the end
+  // so that the files are removed at the end
   mesh_write_text("t.node", "");
   const char *path = mesh_write_text(f->name, "");
   if (thrum_mesh_write(path, &mesh, &f->options, &lost, &error) < 0)
@@ -137,16 +137,20 @@ static void every_format_says_the_same_of_a_broken_body(void **state) {
       thrum_error error = {0};
       const char *path = write_body(b, &formats[k]);
       const thrum_status status = thrum_mesh_read(path, 1, &mesh, &error);
-      // Gmsh writes a tet once for each of its physical groups, so there it is one
+
+      // Gmsh writes a tetrahedron once for each of its physical groups, so a repeated one counts
+      // once
       const bool once = strcmp(formats[k].name, "t.msh") == 0 && n == TWICE;
       if ((status < 0) != (b->refused && !once))
         fail_msg("%s in %s: status %d, %s", b->what, formats[k].name, status, error.message);
       if (status < 0) {
-        // the file, and the tet or its line
+        // the message names the file, and the tetrahedron or its line
         assert_non_null(strstr(error.message, formats[k].name));
         assert_true(strlen(error.message) > 30);
         continue;
       }
+
+      // a body that is read is flagged in the examination
       assert_int_equal(mesh.tet_count, once ? 1 : b->tet_count);
       thrum_mesh_examined examined;
       assert_true(thrum_mesh_examine(&mesh, &examined, &error) >= 0);
@@ -173,7 +177,7 @@ static void write_file(const char *path, const char *text) {
   assert_true(thrum_file_write_atomic(path, text, strlen(text), NULL) >= 0);
 }
 
-/* Where the tets begin in the text of a file. */
+/* The position of the tetrahedra in the text of a file. */
 static char *find_tets(char *text, const format *f) {
   static const struct {
     const char *name, *head;
@@ -189,8 +193,8 @@ static char *find_tets(char *text, const format *f) {
   return at;
 }
 
-/* Indices past 2^31 and past 2^63, in place of each number after the head of the tets, one at a
- * time: read as something else, or refused in one line, but never a crash or a tet out of range. */
+/* Each number after the head of the tetrahedra in turn becomes an index beyond 2^31 or 2^63: the
+ * file is refused in one line or read as another mesh, without a crash or an index out of range. */
 static void indices_past_what_can_be_counted_are_refused(void **state) {
   (void)state;
   static const char *const huge[] = {"2147483648", "4294967297", "9223372036854775808",
@@ -198,21 +202,28 @@ static void indices_past_what_can_be_counted_are_refused(void **state) {
   for (int k = 0; k < FORMATS; k++) {
     if (!formats[k].text)
       continue;
+
+    // a valid file to change
     const char *path = write_body(&bodies[0], &formats[k]);
     char *text = read_file(path);
     int refused = 0, numbers = 0;
     for (char *at = find_tets(text, &formats[k]); *at != 0;) {
+      // the next number that stands by itself
       const size_t length = strspn(at, "0123456789");
       if (length == 0 || (at > text && strchr("\t\n ,>", at[-1]) == NULL)) {
         at += length > 0 ? length : 1;
         continue;
       }
+
+      // the file with that number replaced
       for (size_t n = 0; n < sizeof huge / sizeof huge[0]; n++) {
         char *changed = malloc(strlen(text) + 40);
         assert_non_null(changed);
         sprintf(changed, "%.*s%s%s", (int)(at - text), text, huge[n], at + length);
         write_file(path, changed);
         free(changed);
+
+        // a refusal names the file in one line
         thrum_mesh mesh = {0};
         thrum_error error = {0};
         if (thrum_mesh_read(path, 1, &mesh, &error) < 0) {
@@ -220,6 +231,8 @@ static void indices_past_what_can_be_counted_are_refused(void **state) {
           if (strstr(error.message, "t.") == NULL || strchr(error.message, '\n') != NULL)
             fail_msg("%s: '%s'", formats[k].name, error.message);
         }
+
+        // a mesh that was read has valid indices
         for (int64_t i = 0; i < 4 * mesh.tet_count; i++)
           assert_true(mesh.tets[i] >= 0 && mesh.tets[i] < mesh.vertex_count);
         thrum_mesh_free(&mesh);
@@ -227,14 +240,15 @@ static void indices_past_what_can_be_counted_are_refused(void **state) {
       numbers++;
       at += length;
     }
-    // the four corners at least
+
+    // at least the four corners must be checked
     if (refused < 4 * 5)
       fail_msg("%s: %d of %d refused", formats[k].name, refused, numbers * 5);
     free(text);
   }
 }
 
-/* A mark at the start, ends of lines as on other machines: nothing changes. */
+/* A byte-order mark and the line endings of other machines change nothing. */
 static void marks_and_ends_of_lines_make_no_difference(void **state) {
   (void)state;
   for (int k = 0; k < FORMATS; k++) {
@@ -244,6 +258,8 @@ static void marks_and_ends_of_lines_make_no_difference(void **state) {
     char *text = read_file(path);
     char *changed = malloc(2 * strlen(text) + 4);
     assert_non_null(changed);
+
+    // the mark, and CR LF for each LF
     memcpy(changed, "\xef\xbb\xbf", 3);
     size_t used = 3;
     for (const char *at = text; *at != 0; at++) {
@@ -252,6 +268,8 @@ static void marks_and_ends_of_lines_make_no_difference(void **state) {
       changed[used++] = *at;
     }
     changed[used] = 0;
+
+    // the mesh is read as before
     write_file(path, changed);
     thrum_mesh mesh = {0};
     thrum_error error = {0};
@@ -264,24 +282,29 @@ static void marks_and_ends_of_lines_make_no_difference(void **state) {
   }
 }
 
-/* A line of a million characters in front of each line of the file, one at a time. */
+/* A line of a million characters is inserted in front of each line of the file in turn. */
 static void a_line_of_a_million_characters_is_survived(void **state) {
   (void)state;
   enum { LONG = 1000000 };
   for (int k = 0; k < FORMATS; k++) {
     if (!formats[k].text)
       continue;
+
+    // a valid file, and room for the long line
     const char *path = write_body(&bodies[0], &formats[k]);
     char *text = read_file(path);
     char *changed = malloc(strlen(text) + LONG + 2);
     assert_non_null(changed);
     int lines = 0;
     for (const char *at = text; at != NULL && *at != 0 && lines < 12; lines++) {
+      // the line before which the long one is inserted
       const size_t before = (size_t)(at - text);
       memcpy(changed, text, before);
       memset(changed + before, '7', LONG);
       changed[before + LONG] = '\n';
       strcpy(changed + before + LONG + 1, at);
+
+      // the file is read, or refused with a message of one line
       write_file(path, changed);
       thrum_mesh mesh = {0};
       thrum_error error = {0};
@@ -290,9 +313,11 @@ static void a_line_of_a_million_characters_is_survived(void **state) {
         assert_non_null(strstr(error.message, "t."));
       }
       thrum_mesh_free(&mesh);
+
       at = strchr(at, '\n');
       at = at != NULL ? at + 1 : NULL;
     }
+
     assert_true(lines > 1);
     free(changed);
     free(text);

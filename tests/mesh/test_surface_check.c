@@ -1,5 +1,5 @@
-/* Surfaces that a body can be meshed in, and those that it cannot: each fault is counted, and found
- * where it is. SPDX-License-Identifier: Apache-2.0 */
+/* Surfaces that enclose a body and surfaces that do not: each fault is counted and located.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/mesh_support.h"
 
 #include <math.h>
@@ -8,7 +8,7 @@
 #include "mesh/surface_check.h"
 #include "mesh/surface_join.h"
 
-/* A unit cube, its corners numbered by their bits x, y, z, and so 1 + 4 x + 2 y + z in the file. */
+/* A unit cube; its corners are numbered by their bits, 1 + 4 x + 2 y + z in the file. */
 #define CORNERS "v 0 0 0\nv 0 0 1\nv 0 1 0\nv 0 1 1\nv 1 0 0\nv 1 0 1\nv 1 1 0\nv 1 1 1\n"
 #define SIDES "f 1 2 4 3\nf 5 7 8 6\nf 1 5 6 2\nf 3 4 8 7\nf 1 3 7 5\n"
 #define LID "f 2 6 8 4\n"
@@ -51,7 +51,7 @@ static void a_cube_has_no_fault(void **state) {
                    0);
   assert_int_equal(c.shells, 1);
   assert_true(fabs(c.volume - 1) < 1e-15);
-  // of 36 sides of triangles 24 are edges of the cube
+  // the triangles have 36 sides, of which 24 are edges of the cube
   assert_true(fabs(c.edge_mean - (24 + 12 * sqrt(2)) / 36) < 1e-14);
   for (int axis = 0; axis < 3; axis++)
     assert_true(c.box_min[axis] == 0 && c.box_max[axis] == 1);
@@ -76,7 +76,7 @@ static void faults_are_named_with_their_line(void **state) {
 
 static void what_goes_round_the_other_way_is_counted(void **state) {
   (void)state;
-  // a turned face of two triangles has four edges with others
+  // a reversed face of two triangles has four edges in common with others
   thrum_surface_mesh surface = parse(CORNERS SIDES "f 4 8 6 2\n");
   thrum_surface_checked checked = check(&surface);
   assert_int_equal(checked.turned.count, 4);
@@ -89,9 +89,12 @@ static void what_goes_round_the_other_way_is_counted(void **state) {
   thrum_surface_mesh_free(&surface);
 }
 
-/* Each face with corners of its own, as with a normal for each, and one vertex that nobody uses. */
+/* Each face has corners of its own, as files with one normal per face have, and one vertex is
+ * unused. */
 static void vertices_at_one_place_are_joined(void **state) {
   (void)state;
+
+  // the cube's faces without common corners
   char text[2048] = "v 7 7 7\n";
   static const int faces[6][4] = {{0, 1, 3, 2}, {4, 6, 7, 5}, {0, 4, 5, 1},
                                   {2, 3, 7, 6}, {0, 2, 6, 4}, {1, 5, 7, 3}};
@@ -102,10 +105,14 @@ static void vertices_at_one_place_are_joined(void **state) {
   for (int f = 0; f < 6; f++)
     snprintf(text + strlen(text), 64, "f %d %d %d %d\n", 4 * f + 2, 4 * f + 3, 4 * f + 4,
              4 * f + 5);
+
+  // without joining it is six open squares
   expect(text, "s.obj:26: the surface is not closed: edges of one triangle: 24");
   thrum_surface_mesh surface = parse(text);
   int64_t joined = 0;
   assert_int_equal(check(&surface).shells, 6);
+
+  // joined at equal places, it is a closed cube
   assert_int_equal(thrum_surface_join(&surface, &joined, NULL), THRUM_OK);
   assert_int_equal(joined, 16);
   assert_int_equal(surface.vertex_count, 8);
@@ -113,12 +120,15 @@ static void vertices_at_one_place_are_joined(void **state) {
   assert_int_equal(checked.open.count, 0);
   assert_int_equal(checked.shells, 1);
   assert_true(fabs(checked.volume - 1) < 1e-15);
+
   thrum_surface_mesh_free(&surface);
 }
 
-/* A cube in a cube, turned inside out, and one beside them; the same with all triangles turned. */
+/* A cube with a cubic cavity, and a tetrahedron beside them; then with all triangles reversed. */
 static void a_cavity_has_a_point_inside(void **state) {
   (void)state;
+
+  // the cavity and the tetrahedron
   static const char cavity[] =
       "v .3 .3 .3\nv .3 .3 .6\nv .3 .6 .3\nv .3 .6 .6\nv .6 .3 .3\nv .6 .3 .6\nv .6 .6 .3\n"
       "v .6 .6 .6\nf 11 12 10 9\nf 14 16 15 13\nf 10 14 13 9\nf 15 16 12 11\nf 13 15 11 9\n"
@@ -127,11 +137,16 @@ static void a_cavity_has_a_point_inside(void **state) {
   char text[2048];
   snprintf(text, sizeof text, "%s%s", CORNERS SIDES LID, cavity);
   thrum_surface_mesh surface = parse(text);
+
+  // both windings
   for (int turn = 0; turn < 2; turn++) {
+    // three closed shells with the volume that the cavity leaves
     const thrum_surface_checked checked = check(&surface);
     assert_int_equal(checked.turned.count, 0);
     assert_int_equal(checked.shells, 3);
     assert_true(fabs(fabs(checked.volume) - (1 - 0.027 + 1.0 / 6)) < 1e-14);
+
+    // one point, inside of the cavity
     double *points = NULL;
     int64_t count = 0;
     assert_int_equal(thrum_surface_cavities(&surface, &points, &count, NULL), THRUM_OK);
@@ -139,12 +154,15 @@ static void a_cavity_has_a_point_inside(void **state) {
     for (int axis = 0; axis < 3; axis++)
       assert_true(points[axis] > 0.3 && points[axis] < 0.6);
     free(points);
+
+    // the other winding
     for (int64_t t = 0; t < surface.triangle_count; t++) {
       const int32_t swap = surface.triangles[3 * t];
       surface.triangles[3 * t] = surface.triangles[3 * t + 1];
       surface.triangles[3 * t + 1] = swap;
     }
   }
+
   thrum_surface_mesh_free(&surface);
 }
 

@@ -1,5 +1,5 @@
-/* Triangle surfaces from .obj and .stl: what is read, what is passed over, what is refused and
- * where the message points; every truncation and many mutations of good files.
+/* Triangle surfaces from .obj and .stl: the statements that are read, ignored or refused, and the
+ * place that the message names; every truncation and many mutations of valid files.
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/mesh_support.h"
 
@@ -58,9 +58,11 @@ static void polygons_become_fans_in_the_winding_of_the_file(void **state) {
   thrum_surface_mesh_free(&surface);
 }
 
-/* All of these are the square of two triangles. */
+/* All of these texts describe the square of two triangles. */
 static void spellings_of_a_face_mean_the_same(void **state) {
   (void)state;
+
+  // corners with and without further indices, continued lines, ignored statements, line endings
   static const char *const texts[] = {
       SQUARE "f 1 2 3 4\n",
       SQUARE "f -4 -3 -2 -1\n",
@@ -78,6 +80,8 @@ static void spellings_of_a_face_mean_the_same(void **state) {
       "v 0 0 0 1\r\nv 1 0 0 1\r\nv 1 1 0 0.5 0.5 0.5\r\nv 0 1 0 1 0.5 0.5 0.5\r\nf 1 2 3 4\r\n",
       "v 0 0 0\rv 1 0 0\rv 1 1 0\rv 0 1 0\rf 1 2 3 4\r",
       "v 0 \\\n0 0\nv 1 0 \\\r\n 0\nv 1e0 1. .0\nV -0 +1 0\nF 1 2 3 4\n"};
+
+  // the square
   static const int32_t two[] = {0, 1, 2, 0, 2, 3};
   static const double corners[12] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0};
   for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
@@ -98,7 +102,7 @@ static void vertices_of_an_obj_keep_their_order_used_or_not(void **state) {
   assert_int_equal(surface.vertex_count, 6);
   assert_true(surface.vertices[0] == 9);
   thrum_surface_mesh_free(&surface);
-  // a negative one counts back from where it stands
+  // a negative index counts back from its own line
   surface = good("a.obj", SQUARE "f -3 -2 -1\nv 7 7 7\nf -2 -1 1\n");
   static const int32_t relative[] = {1, 2, 3, 3, 4, 0};
   expect_triangles(&surface, relative, 2);
@@ -139,6 +143,8 @@ static size_t make_binary(unsigned char *bytes, uint32_t facets, const char *hea
 static void a_binary_stl_is_known_by_its_size(void **state) {
   (void)state;
   enum { FACETS = 1000 };
+
+  // the header may begin like that of an ASCII file
   static unsigned char bytes[84 + 50 * FACETS + 1];
   static const char *const headers[] = {"", "solid but binary"};
   for (int h = 0; h < 2; h++) {
@@ -147,16 +153,22 @@ static void a_binary_stl_is_known_by_its_size(void **state) {
     assert_int_equal(surface.triangle_count, FACETS);
     assert_int_equal(surface.vertex_count, FACETS + 2);
     assert_true(surface.binary);
+
+    // the vertices are shared, and each triangle knows its facet
     for (int32_t n = 0; n < FACETS; n++)
       for (int32_t c = 0; c < 3; c++)
         assert_int_equal(surface.triangles[3 * n + c], n + c);
     assert_int_equal(surface.triangle_line[FACETS - 1], FACETS);
     thrum_surface_mesh_free(&surface);
   }
+
+  // sizes that do not fit the count of facets
   make_binary(bytes, FACETS, "");
   bad_bytes("b.stl", bytes, sizeof bytes - 2, "50084 bytes, this file has 50083: is it cut short?");
   bad_bytes("b.stl", bytes, sizeof bytes, "this file has 50085");
   bad_bytes("b.stl", bytes, 83, "neither 'solid' nor the 84 bytes");
+
+  // no facets, and a facet with a NaN
   make_binary(bytes, 0, "");
   bad_bytes("b.stl", bytes, 84, "there are no facets");
   const size_t size = make_binary(bytes, FACETS, "");
@@ -183,6 +195,7 @@ static void what_is_wrong_is_said_with_its_line(void **state) {
   static const struct {
     const char *name, *text, *words;
   } cases[] = {
+      // .obj: vertices
       {"a.obj", "", "there are no faces"},
       {"a.obj", SQUARE, "a.obj:4: there are no faces"},
       {"a.obj", "v 0 0\n", "a.obj:1: the line ends before the z coordinate"},
@@ -192,6 +205,8 @@ static void what_is_wrong_is_said_with_its_line(void **state) {
       {"a.obj", "v 0 0 1e999\n", "a.obj:1: the z coordinate is"},
       {"a.obj", "v 0 0 0 1 1 1 1 1\n", "a.obj:1: unexpected '1' after the vertex"},
       {"a.obj", "v 0,5 0 0\n", "a.obj:1: expected the x coordinate"},
+
+      // .obj: faces
       {"a.obj", SQUARE "f 1 2\n", "a.obj:5: the face has 2 corners"},
       {"a.obj", SQUARE "f\n", "a.obj:5: the face has 0 corners"},
       {"a.obj", SQUARE "f 1 2 5\n", "a.obj:5: a corner names vertex 5, and the file has 4"},
@@ -203,8 +218,12 @@ static void what_is_wrong_is_said_with_its_line(void **state) {
       {"a.obj", SQUARE "f 1 2 /1\n", "a.obj:5: expected a corner such as 7"},
       {"a.obj", SQUARE "f 1 2 99999999999999999999\n", "a.obj:5: expected a corner"},
       {"a.obj", SQUARE "f 1 2 9999999999\n", "a.obj:5: a corner names vertex 9999999999"},
+
+      // .obj: statements
       {"a.obj", "solid\n", "a.obj:1: expected a statement such as v or f, found 'solid'"},
       {"a.obj", SQUARE "surf 0 1 0 1 1 2 3 4\n", "a.obj:5: 'surf' belongs to a free-form"},
+
+      // .stl
       {"a.stl", "", "neither 'solid' nor"},
       {"a.stl", "solid\nendsolid\n", "there are no facets"},
       {"a.stl", "solid\n" FACET("0"), "the file ends before 'endsolid'; is it cut short?"},
@@ -214,8 +233,12 @@ static void what_is_wrong_is_said_with_its_line(void **state) {
       {"a.stl", "solid\n" FACET("0 1"), "a.stl:4: unexpected '0' after the vertex"},
       {"a.stl", "solid\nf 1 2 3\n", "a.stl:2: expected 'facet', found 'f'"},
       {"a.ply", "ply\n", "unknown kind of surface"}};
+
+  // each fault with its line
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
     bad(cases[i].name, cases[i].text, cases[i].words);
+
+  // files that cannot be opened or are of no known kind
   thrum_surface_mesh surface = {0};
   thrum_error error = {0};
   assert_int_equal(thrum_surface_mesh_read("no-such.obj", 1, &surface, &error), THRUM_IO);
@@ -223,11 +246,13 @@ static void what_is_wrong_is_said_with_its_line(void **state) {
   assert_int_equal(thrum_surface_mesh_read("/tmp", 1, &surface, NULL), THRUM_UNSUPPORTED);
 }
 
-/* Read or refused, never anything else; ASan watches. */
+/* The text is read or refused; the address sanitizer finds everything else. */
 static void try_all(thrum_surface_parser *parse, const char *text, size_t size) {
   char *bytes = malloc(size);
   assert_non_null(bytes);
   uint64_t random = 1;
+
+  // first every truncation, then random single-byte changes
   for (size_t n = 0; n < 3 * size; n++) {
     memcpy(bytes, text, size);
     const size_t kept = n < size ? n : size;
@@ -235,6 +260,8 @@ static void try_all(thrum_surface_parser *parse, const char *text, size_t size) 
       random = random * 6364136223846793005u + 1442695040888963407u;
       bytes[random >> 33 & 0xffff % size] = "09-/\\ \nvf.e#"[random >> 50 & 0xb];
     }
+
+    // a refusal leaves nothing, and a surface has valid indices
     thrum_surface_mesh surface = {0};
     thrum_error error = {0};
     const thrum_status status = parse("x", bytes, kept, &surface, &error);
@@ -243,6 +270,7 @@ static void try_all(thrum_surface_parser *parse, const char *text, size_t size) 
       assert_in_range(surface.triangles[t], 0, surface.vertex_count - 1);
     thrum_surface_mesh_free(&surface);
   }
+
   free(bytes);
 }
 
@@ -257,7 +285,7 @@ static void damaged_files_are_read_or_refused(void **state) {
   try_all(thrum_surface_parse_stl, (const char *)binary, size);
 }
 
-/* A bridge drawn by hand for a mesh that is real. */
+/* A bridge surface that was modelled by hand for a real mesh. */
 static void a_real_surface_is_read_whole(void **state) {
   (void)state;
   char path[512];

@@ -186,14 +186,17 @@ static void energy_is_that_of_the_whole_body_however_it_is_turned(void **state) 
 
 static void derivatives_solve_the_singular_system(void **state) {
   (void)state;
+
   // a mode and its derivative: the second derivative of the force vanishes along the basis, so the
   // condensed quartic of a pair of rank 2 cannot exceed that of the mode alone
   body b = body_make("beam:10x2x2@1x0.1x0.08", NULL);
   thrum_precomputed one = body_precompute(&b, 1, 1), two = body_precompute(&b, 1, 2);
   const double locked = one.model.c4[0], w2 = two.model.omega2[1];
+
   // V = 1/2 w1^2 x^2 + 1/2 w2^2 y^2 + c x^2 y + d x^4 has, along its valley, d - c^2 / (2 w2^2)
   const double c = two.model.c3[thrum_c3_index(2, 0, 0, 1)];
   const double relaxed = two.model.c4[thrum_c4_index(2, 0, 0, 0, 0)] - c * c / (2 * w2);
+
   // a free beam bends freely: almost nothing of the locked quartic remains, and it is never
   // negative
   assert_true(locked > 0 && relaxed > -1e-9 * locked && relaxed < 0.02 * locked);

@@ -1,5 +1,5 @@
-/* Meshes from the programs that write them: Gmsh in every format that we read, and TetGen. The
- * arguments are the programs' paths; one that is not there is "".
+/* Meshes from the programs that write them: Gmsh in every format that Thrum reads, and TetGen. The
+ * arguments are the programs' paths; an absent program is "".
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/cli_support.h"
 #include "tests/support/mesh_support.h"
@@ -13,7 +13,7 @@
 static const char *gmsh, *tetgen;
 static char folder[64];
 
-/* Two boxes side by side: volumes with names, and the face x = 0. */
+/* Two adjacent boxes: named volumes, and the face x = 0. */
 static const char GEOMETRY[] =
     "SetFactory(\"OpenCASCADE\");\nBox(1) = {0,0,0, 1,0.2,0.2};\nBox(2) = {1,0,0, 1,0.2,0.2};\n"
     "BooleanFragments{ Volume{1}; Delete; }{ Volume{2}; Delete; }\nMesh.MeshSizeMax = 0.2;\n"
@@ -24,7 +24,7 @@ static void in_folder(const char *name, char path[128]) {
   snprintf(path, 128, "%s/%s", folder, name);
 }
 
-/* Runs a program in the folder; arguments are ended by NULL. */
+/* Runs a program in the folder; NULL ends the arguments. */
 static void run(const char *program, const char *const *arguments) {
   char *argv[16];
   int count = 0;
@@ -74,15 +74,21 @@ static void gmsh_writes_and_we_read_every_format(void **state) {
                {"vtk", "g.vtk", "-bin", false, 2},  {"inp", "h.inp", "-v", true, 1}};
   if (!*gmsh)
     return;
+
+  // the geometry for Gmsh
   char path[128];
   in_folder("two.geo", path);
   assert_true(cli_write_text(path, GEOMETRY));
+
+  // each format, as text and binary
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
     const bool text = cases[i].binary[1] == 'v';
     const char *const arguments[] = {"two.geo", "-3",          "-format",       cases[i].format,
                                      "-o",      cases[i].name, cases[i].binary, text ? "0" : NULL,
                                      NULL};
     run(gmsh, arguments);
+
+    // volume and regions as modelled, and the groups where the format names them
     thrum_mesh mesh = read_mesh(cases[i].name);
     assert_true(fabs(volume(&mesh) - 2 * 0.2 * 0.2) < 1e-12);
     assert_int_equal(mesh.region_count, cases[i].regions);
@@ -100,7 +106,7 @@ static void gmsh_reads_what_we_write(void **state) {
     return;
   thrum_mesh mesh = {0};
   assert_int_equal(thrum_mesh_read("beam:3x2x2@1x0.3x0.3", 1, &mesh, NULL), THRUM_OK);
-  // in a file with physical groups Gmsh keeps only what is in one
+  // in a file with physical groups Gmsh writes only their elements
   assert_int_equal(thrum_mesh_add_region_group(&mesh, 0, "body", NULL), THRUM_OK);
   for (int n = 0; n < 5; n++) {
     const thrum_mesh_write_options options = {.binary = n % 2, .msh_version = n < 2 ? 22 : 41};
@@ -121,7 +127,7 @@ static void gmsh_reads_what_we_write(void **state) {
     thrum_mesh read = read_mesh("theirs.msh");
     assert_int_equal(read.vertex_count, mesh.vertex_count);
     assert_int_equal(read.tet_count, mesh.tet_count);
-    // it numbers vertices its own way
+    // the format has its own numbering of vertices
     assert_true(fabs(volume(&read) - volume(&mesh)) < 1e-15);
     if (n < 4)
       assert_int_equal(group_count(&read, "left"), group_count(&mesh, "left"));
@@ -130,7 +136,7 @@ static void gmsh_reads_what_we_write(void **state) {
   thrum_mesh_free(&mesh);
 }
 
-/* The unit cube in two regions, split at x = 1/2. */
+/* The unit cube in two regions, divided at x = 1/2. */
 static const char CUBES[] =
     "12 3 0 0\n0 0 0 0\n1 .5 0 0\n2 1 0 0\n3 0 1 0\n4 .5 1 0\n5 1 1 0\n6 0 0 1\n7 .5 0 1\n8 1 0 1\n"
     "9 0 1 1\n10 .5 1 1\n11 1 1 1\n11 1\n"
@@ -143,14 +149,19 @@ static void tetgen_writes_and_we_read_markers_and_regions(void **state) {
   (void)state;
   if (!*tetgen)
     return;
+
+  // the geometry for TetGen
   char path[128];
   in_folder("cubes.poly", path);
   assert_true(cli_write_text(path, CUBES));
-  // z: count from 0; o2: tets of ten nodes
+
+  // z: indices from 0; o2: tetrahedra of ten nodes
   static const char *const flags[] = {"-pqaAQ", "-pqaAQz", "-pqaAQo2"};
   for (int i = 0; i < 3; i++) {
     const char *const arguments[] = {flags[i], "cubes.poly", NULL};
     run(tetgen, arguments);
+
+    // volume, regions and ten-node tetrahedra as asked for
     thrum_mesh mesh = read_mesh("cubes.1.node");
     assert_true(fabs(volume(&mesh) - 1) < 1e-12);
     assert_int_equal(mesh.region_count, 2);

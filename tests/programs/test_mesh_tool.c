@@ -1,5 +1,5 @@
-/* `thrum mesh` with the programs that mesh, where they are installed, and with stand-ins for them
- * that fail in all ways: the arguments are the paths of Gmsh and TetGen; one that is not there is
+/* `thrum mesh` with the meshing programs, where they are installed, and with stand-ins for them
+ * that fail in every way. The arguments are the paths of Gmsh and TetGen; an absent one is
  * "". SPDX-License-Identifier: Apache-2.0 */
 // clang-format off
 #include <setjmp.h>
@@ -58,7 +58,7 @@ static int teardown(void **state) {
   return 0;
 }
 
-/* Nothing is left in the folder for temporary things. */
+/* The folder for temporary files is empty. */
 static void expect_swept(void) {
   DIR *temporary = opendir(in_folder("tmp"));
   assert_non_null(temporary);
@@ -69,7 +69,7 @@ static void expect_swept(void) {
   closedir(temporary);
 }
 
-/* Only stand-ins are found from now on. */
+/* From here on only stand-ins are found. */
 static void stand_in(const char *name, const char *script) {
   char text[2048];
   snprintf(text, sizeof text, "#!/bin/sh\n%s\n", script);
@@ -94,10 +94,12 @@ static void expect_refusal(cli_result run, int code, const char *words) {
   expect_swept();
 }
 
-/* A closed surface becomes a mesh of its volume, with its triangles as they are. */
+/* A closed surface becomes a mesh of its volume that keeps its triangles. */
 static void a_surface_is_filled(void **state) {
   (void)state;
   assert_int_equal(setenv("PATH", path_before, 1), 0);
+
+  // the surface of a beam, exported from its model
   cli_result run = thrum_run(folder, "export", "beam:1x1x1@1x1x1", "--obj", "no.obj", NULL);
   cli_result_free(&run);
   run = thrum_run(folder, "precompute", "beam:8x3x3@1x0.3x0.3", "--fix", "x<0.001", "--modes", "2",
@@ -107,9 +109,12 @@ static void a_surface_is_filled(void **state) {
   run = thrum_run(folder, "export", "beam.npz", "--obj", "skin.obj", NULL);
   assert_int_equal(run.exit_code, 0);
   cli_result_free(&run);
+
+  // each tool at a fine and at a coarse size, into two formats
   static const char *const names[] = {"gmsh", "tetgen"};
   static const char *const sizes[] = {"0.1", "9"};
   static const char *const outputs[] = {"a.msh", "a.veg"};
+
   for (int tool = 0; tool < 2; tool++)
     for (int n = 0; n < 2 && *tools[tool]; n++) {
       run = thrum_run(folder, "mesh", "skin.obj", "-o", outputs[n], "--tool", names[tool], "--size",
@@ -120,6 +125,8 @@ static void a_surface_is_filled(void **state) {
       cJSON *object = cli_json_line(run.out);
       assert_non_null(object);
       cli_result_free(&run);
+
+      // the report: the tool, the volume, the triangles and no groups
       assert_string_equal(cJSON_GetObjectItem(object, "tool")->valuestring, names[tool]);
       assert_true(fabs(cli_json_get(object, "volume_m3") - 0.09) < 1e-12);
       assert_true(fabs(cli_json_get(object, "surface_volume_m3") - 0.09) < 1e-12);
@@ -127,6 +134,8 @@ static void a_surface_is_filled(void **state) {
       assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(object, "groups")), 0);
       const double tets = cli_json_get(object, "tets");
       cJSON_Delete(object);
+
+      // the file holds that mesh, and no temporary file remains
       run = thrum_run(folder, "check", outputs[n], "--json", NULL);
       object = cli_json_line(run.out);
       assert_true(cli_json_get(object, "tets") == tets);
@@ -136,11 +145,13 @@ static void a_surface_is_filled(void **state) {
     }
 }
 
-/* An .stl in millimetres, whose corners come once for each facet. */
+/* An .stl in millimetres, whose corners are repeated for each facet. */
 static void an_stl_is_joined_scaled_and_filled(void **state) {
   (void)state;
   static const int faces[6][4] = {{0, 1, 3, 2}, {4, 6, 7, 5}, {0, 4, 5, 1},
                                   {2, 3, 7, 6}, {0, 2, 6, 4}, {1, 5, 7, 3}};
+
+  // a cube of 1000 mm as ASCII facets
   char text[4096] = "solid cube\n";
   for (int f = 0; f < 12; f++) {
     strcat(text, "facet normal 0 0 0\nouter loop\n");
@@ -153,6 +164,8 @@ static void an_stl_is_joined_scaled_and_filled(void **state) {
   }
   strcat(text, "endsolid cube\n");
   write_text("cube.stl", text);
+
+  // each tool meshes it at the scale of metres
   static const char *const names[] = {"gmsh", "tetgen"};
   assert_int_equal(setenv("PATH", path_before, 1), 0);
   for (int tool = 0; tool < 2; tool++) {
@@ -172,6 +185,8 @@ static void an_stl_is_joined_scaled_and_filled(void **state) {
 static void several_parts_are_for_tetgen(void **state) {
   (void)state;
   assert_int_equal(setenv("PATH", path_before, 1), 0);
+
+  // two separate cubes are meshed as two pieces
   if (*tools[1]) {
     cli_result run = thrum_run(folder, "mesh", "two.obj", "-o", "two.vtu", "--json", "-q", NULL);
     assert_int_equal(run.exit_code, 3); // two pieces are flagged
@@ -181,7 +196,8 @@ static void several_parts_are_for_tetgen(void **state) {
     assert_true(fabs(cli_json_get(object, "volume_m3") - 2) < 1e-14);
     cJSON_Delete(object);
     cli_result_free(&run);
-    // a cavity stays empty, and a cube of the same winding in the other is flagged
+
+    // a cavity stays empty, and a nested cube of the same winding is flagged
     write_text("cavity.obj", CUBE SMALL "f 11 12 10 9\nf 14 16 15 13\nf 10 14 13 9\n"
                                         "f 15 16 12 11\nf 13 15 11 9\nf 12 16 14 10\n");
     run = thrum_run(folder, "mesh", "cavity.obj", "-o", "cavity.vtu", "-q", "--json", NULL);
@@ -192,6 +208,7 @@ static void several_parts_are_for_tetgen(void **state) {
     assert_true(cli_json_get(object, "surfaces") == 2);
     cJSON_Delete(object);
     cli_result_free(&run);
+
     write_text("nested.obj", CUBE SMALL "f 9 10 12 11\nf 13 15 16 14\nf 9 13 14 10\n"
                                         "f 11 12 16 15\nf 9 11 15 13\nf 10 14 16 12\n");
     run = thrum_run(folder, "mesh", "nested.obj", "-o", "nested.vtu", "-q", NULL);
@@ -199,6 +216,8 @@ static void several_parts_are_for_tetgen(void **state) {
     assert_non_null(strstr(run.err, "encloses 1.027 m^3, the mesh fills 1 m^3"));
     cli_result_free(&run);
   }
+
+  // without TetGen the refusal says which program is needed
   remove_stand_ins();
   stand_in("gmsh", "exit 0");
   expect_refusal(thrum_run(folder, "mesh", "two.obj", "-o", "out.msh", NULL), 1,
@@ -245,6 +264,8 @@ static void a_tool_that_fails_is_quoted_in_one_line(void **state) {
                 "what gmsh made is no mesh: "},
                {"f=; for a; do case $a in *mesh.msh) f=$a;; esac; done; : >$f",
                 "what gmsh made is no mesh: "}};
+
+  // the first line with an error, or the first line, is quoted
   remove_stand_ins();
   for (size_t n = 0; n < sizeof cases / sizeof *cases; n++) {
     stand_in("gmsh", cases[n].script);
@@ -252,26 +273,33 @@ static void a_tool_that_fails_is_quoted_in_one_line(void **state) {
     assert_true(cli_line_count_is(run.err, 1));
     expect_refusal(run, 1, cases[n].words);
   }
+
+  // with --verbose the whole output is shown
   stand_in("gmsh", "echo all that; echo there is; exit 1");
   expect_refusal(thrum_run(folder, "mesh", "cube.obj", "-o", "out.msh", "-q", "--verbose", NULL), 1,
                  "all that\nthere is\nthrum: ");
 }
 
-/* A mesh of the cube, from a tool that works: what was asked of it is on its command line. */
+/* A mesh of the cube, from a stand-in that works; its command line records the request. */
 #define ONE_CUBE "8 3 0 0\n1 0 0 0\n2 0 0 1\n3 0 1 0\n4 0 1 1\n5 1 0 0\n6 1 0 1\n7 1 1 0\n8 1 1 1\n"
 #define SIX_TETS "6 4 0\n1 1 8 4 2\n2 1 8 2 6\n3 1 8 6 5\n4 1 8 5 7\n5 1 8 7 3\n6 1 8 3 4\n"
 
 static void the_other_tool_helps_where_one_fails(void **state) {
   (void)state;
+
+  // Gmsh fails; TetGen records its options and delivers the cube
   remove_stand_ins();
   stand_in("gmsh", "echo 'Error : tired'; exit 1");
   stand_in("tetgen",
            "[ $1 = -d ] && exit 0\nd=${2%/*}\necho \"$1\" >$d/../../asked\n"
            "echo '" ONE_CUBE "' >$d/surface.1.node\necho '" SIX_TETS "' >$d/surface.1.ele");
+
+  // the failure is reported, and the other tool's mesh is used
   cli_result run = thrum_run(folder, "mesh", "cube.obj", "-o", "good.msh", "-q", "--json", NULL);
   assert_int_equal(run.exit_code, 3); // all corners are on the surface
   assert_non_null(strstr(run.err, "gmsh failed (exit code 1): Error : tired"));
   assert_non_null(strstr(run.err, "; trying tetgen"));
+
   cJSON *object = cli_json_line(run.out);
   assert_non_null(object);
   assert_string_equal(cJSON_GetObjectItem(object, "tool")->valuestring, "tetgen");
@@ -280,15 +308,21 @@ static void the_other_tool_helps_where_one_fails(void **state) {
   cJSON_Delete(object);
   cli_result_free(&run);
   expect_swept();
+
+  // the options that TetGen was given, without a size
   char *asked = cli_read_text(in_folder("asked"));
   assert_string_equal(asked, "-pYq1.3/12\n");
   free(asked);
+
+  // with a size a bound on the volume is added
   run = thrum_run(folder, "mesh", "cube.obj", "-o", "good.msh", "-q", "--size", "0.5", NULL);
   assert_int_equal(run.exit_code, 3);
   cli_result_free(&run);
   asked = cli_read_text(in_folder("asked"));
   assert_true(fabs(strtod(asked + strlen("-pYq1.3/12a"), NULL) - 0.125 / sqrt(8)) < 1e-15);
   free(asked);
+
+  // a tool that was named is not replaced by the other
   expect_refusal(
       thrum_run(folder, "mesh", "cube.obj", "-o", "out.msh", "--tool", "gmsh", "-q", NULL), 1,
       "gmsh failed");
@@ -299,16 +333,19 @@ static void nap(void) {
   nanosleep(&while_waiting, NULL);
 }
 
-/* Ctrl-C ends the tool, and what it started, and sweeps. */
+/* SIGINT ends the tool and the processes it started, and removes the temporary files. */
 static void a_signal_ends_the_tool_and_sweeps(void **state) {
   (void)state;
   static const int signals[] = {SIGINT, SIGTERM, SIGHUP};
+
+  // a tool that starts a process of its own and waits
   remove_stand_ins();
   char script[512];
   snprintf(script, sizeof script, "/bin/sleep 100 & echo $! >%s\necho $$ >>%s\nwait",
            in_folder("pids"), in_folder("pids"));
   stand_in("gmsh", script);
   for (int n = 0; n < 3; n++) {
+    // the program, running that tool
     unlink(in_folder("pids"));
     fflush(NULL);
     const pid_t child = fork();
@@ -318,6 +355,8 @@ static void a_signal_ends_the_tool_and_sweeps(void **state) {
       execl(THRUM_PROGRAM, "thrum", "mesh", "cube.obj", "-o", "out.msh", (char *)NULL);
       _exit(127);
     }
+
+    // the tool and its process are running once both numbers are there
     long pids[2] = {0};
     for (int tries = 0; tries < 3000 && pids[1] == 0; tries++) {
       nap();
@@ -327,11 +366,14 @@ static void a_signal_ends_the_tool_and_sweeps(void **state) {
       free(text);
     }
     assert_true(pids[1] > 0);
+
+    // the signal ends the program
     assert_int_equal(kill(child, signals[n]), 0);
     int ended = 0;
     assert_int_equal(waitpid(child, &ended, 0), child);
     assert_true(WIFSIGNALED(ended) && WTERMSIG(ended) == signals[n]);
-    // who was its child has no parent now, and is gone as soon as somebody looks
+
+    // the orphaned processes are gone, or zombies that init has yet to reap
     for (int p = 0; p < 2; p++) {
       char stat[64], *text = NULL;
       snprintf(stat, sizeof stat, "/proc/%ld/stat", pids[p]);
@@ -346,6 +388,8 @@ static void a_signal_ends_the_tool_and_sweeps(void **state) {
         fail_msg("process %ld goes on", pids[p]);
       free(text);
     }
+
+    // neither the output nor a temporary file remains
     assert_false(cli_file_exists(in_folder("out.msh")));
     expect_swept();
   }
@@ -353,19 +397,27 @@ static void a_signal_ends_the_tool_and_sweeps(void **state) {
 
 static void what_is_no_good_surface_is_refused_before(void **state) {
   (void)state;
+
+  // a tool that must not be reached
   remove_stand_ins();
   stand_in("gmsh", "exit 9");
+
+  // surfaces that are open, missing or of an unknown kind
   write_text("open.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
   expect_refusal(thrum_run(folder, "mesh", "open.obj", "-o", "out.msh", NULL), 1,
                  "open.obj:4: the surface is not closed: edges of one triangle: 3");
   expect_refusal(thrum_run(folder, "mesh", "none.stl", "-o", "out.msh", NULL), 1, "none.stl");
   expect_refusal(thrum_run(folder, "mesh", "cube.msh", "-o", "out.msh", NULL), 1,
                  "unknown kind of surface");
+
+  // outputs that are missing or cannot be written
   expect_refusal(thrum_run(folder, "mesh", "cube.obj", NULL), 2, "-o MESH");
   expect_refusal(thrum_run(folder, "mesh", "cube.obj", "-o", "no/out.msh", NULL), 1,
                  "no/out.msh cannot be written");
   expect_refusal(thrum_run(folder, "mesh", "cube.obj", "-o", "x.stl", NULL), 2,
                  "'x.stl' names no format");
+
+  // tools and sizes out of range
   expect_refusal(thrum_run(folder, "mesh", "cube.obj", "-o", "out.msh", "--tool", "netgen", NULL),
                  2, "gmsh");
   expect_refusal(thrum_run(folder, "mesh", "cube.obj", "-o", "out.msh", "--size", "1e-9", NULL), 1,
