@@ -139,11 +139,11 @@ static thrum_status find(static_answer *answer, double *q, double *mode, thrum_e
   const static_request *request = answer->request;
   path_file file = {.request = request, .model = answer->model};
   thrum_status status = request->path != NULL ? open_path(&file, error) : THRUM_OK;
-  const cli_static_watch watch = {request->path != NULL ? put_point : NULL, &file};
+  const cli_static_progress progress = {request->path != NULL ? put_point : NULL, &file};
   const double began = clock_seconds();
   if (status >= 0)
     status = cli_static_solve(answer->model, &request->def, request->model_path, request->loads,
-                              request->load_count, q, mode, &watch, &answer->report, error);
+                              request->load_count, q, mode, &progress, &answer->report, error);
   answer->seconds = clock_seconds() - began;
   if (status >= 0 && request->path != NULL)
     status = close_path(&file, error);

@@ -1,4 +1,4 @@
-/* Running Gmsh and TetGen on a surface; see mesh_tool.h. Gmsh gets the triangles as one surface
+/* Runs Gmsh and TetGen on a surface; see mesh_tool.h. Gmsh gets the triangles as one surface
  * with a volume in it, and takes HXT; with a size, or where that fails, Delaunay, as HXT of
  * Gmsh 4.8 breaks down at sizes below the surface's. TetGen takes -pYq1.3/12: facets as they are
  * (Y), bounds on the radius-edge ratio and the dihedral angles, and with a size one on the volume
@@ -35,9 +35,13 @@ thrum_status cli_mesh_tool_choose(cli_mesh_tool wanted, int64_t shells, cli_mesh
     return thrum_error_set(error, THRUM_MISSING,
                            "a surface is meshed by Gmsh or TetGen, and neither is installed: "
                            "apt-get install gmsh, or apt-get install tetgen");
+
+  // Gmsh is preferred, but it cannot mesh several shells
   cli_mesh_tool chosen = wanted;
   if (wanted == CLI_TOOL_NONE)
     chosen = tetgen && (shells > 1 || !gmsh) ? CLI_TOOL_TETGEN : CLI_TOOL_GMSH;
+
+  // the refusal names the command that would help
   if (chosen == CLI_TOOL_GMSH ? !gmsh : !tetgen)
     return thrum_error_set(error, THRUM_MISSING, "%s is not installed: apt-get install %s",
                            cli_mesh_tools[chosen], cli_mesh_tools[chosen]);
@@ -46,33 +50,35 @@ thrum_status cli_mesh_tool_choose(cli_mesh_tool wanted, int64_t shells, cli_mesh
                            "the surface has %" PRId64 " parts, which TetGen meshes and Gmsh does "
                            "not: %s",
                            shells, tetgen ? "--tool tetgen" : "apt-get install tetgen");
+
   *tool = chosen;
   return THRUM_OK;
 }
 
-/* Runs a command whose words are options, or files of the workshop. */
-static thrum_status run(cli_workshop *workshop, const char *const *words, cli_workshop_end *end,
+/* Runs a command whose words are options, or files of the temporary folder. */
+static thrum_status run(cli_temp_folder *temp, const char *const *words, cli_temp_folder_end *end,
                         thrum_error *error) {
-  char texts[12][CLI_WORKSHOP_PATH_MAX], *argv[13];
+  char texts[12][CLI_TEMP_FOLDER_PATH_MAX], *argv[13];
   int count = 0;
   for (; words[count] != NULL && count < 12; count++) {
     // a name with a dot is a file
     if (count > 0 && words[count][0] != '-' && strchr(words[count], '.') != NULL)
-      cli_workshop_path(workshop, words[count], texts[count]);
+      cli_temp_folder_path(temp, words[count], texts[count]);
     else
       snprintf(texts[count], sizeof texts[count], "%s", words[count]);
     argv[count] = texts[count];
   }
   argv[count] = NULL;
-  return cli_workshop_run(workshop, argv, LOG, end, error);
+  return cli_temp_folder_run(temp, argv, LOG, end, error);
 }
 
-static thrum_status run_gmsh(cli_workshop *workshop, const cli_mesh_job *job,
+static thrum_status run_gmsh(cli_temp_folder *temp, const cli_mesh_job *job,
                              const thrum_surface_mesh *surface, int algorithm,
-                             cli_workshop_end *end, thrum_error *error) {
+                             cli_temp_folder_end *end, thrum_error *error) {
   static const char *const words[] = {"gmsh",  "-3", "-nopopup", "-save_all",   "-format",
                                       "msh41", "-o", "mesh.msh", "surface.geo", NULL};
-  char path[CLI_WORKSHOP_PATH_MAX], script[400];
+  char path[CLI_TEMP_FOLDER_PATH_MAX], script[400];
+
   // Merge ends its line; the last line needs its end too
   int length = snprintf(script, sizeof script,
                         "Merge \"surface.msh\";\nSurface Loop(1) = {1};\nVolume(1) = {1};\n"
@@ -81,66 +87,75 @@ static thrum_status run_gmsh(cli_workshop *workshop, const cli_mesh_job *job,
   if (job->size > 0)
     length += snprintf(script + length, sizeof script - (size_t)length,
                        "Mesh.CharacteristicLengthMax = %.17g;\n", job->size);
-  cli_workshop_path(workshop, "surface.msh", path);
+
+  // the script merges the surface, so both files are written first
+  cli_temp_folder_path(temp, "surface.msh", path);
   thrum_status status = thrum_surface_write_msh(path, surface, error);
-  cli_workshop_path(workshop, "surface.geo", path);
+  cli_temp_folder_path(temp, "surface.geo", path);
   if (status >= 0)
     status = thrum_file_write_atomic(path, script, (size_t)length, error);
-  return status < 0 ? status : run(workshop, words, end, error);
+  return status < 0 ? status : run(temp, words, end, error);
 }
 
 /* With `seek`, TetGen only looks for triangles that cross. */
-static thrum_status run_tetgen(cli_workshop *workshop, const cli_mesh_job *job,
-                               const thrum_surface_mesh *surface, bool seek, cli_workshop_end *end,
-                               thrum_error *error) {
-  char option[ARGUMENT_MAX] = "-d", path[CLI_WORKSHOP_PATH_MAX];
+static thrum_status run_tetgen(cli_temp_folder *temp, const cli_mesh_job *job,
+                               const thrum_surface_mesh *surface, bool seek,
+                               cli_temp_folder_end *end, thrum_error *error) {
+  char option[ARGUMENT_MAX] = "-d", path[CLI_TEMP_FOLDER_PATH_MAX];
   const char *const words[] = {"tetgen", option, "surface.smesh", NULL};
+
   // the largest one; on average they have a third of it, that of edges of the size
   const double volume = job->size * job->size * job->size / (2 * sqrt(2));
   if (!seek && job->size > 0)
     snprintf(option, sizeof option, "-pYq1.3/12a%.17g", volume);
   else if (!seek)
     snprintf(option, sizeof option, "-pYq1.3/12");
+
+  // a point in each cavity marks it as a hole; the search for crossings needs none
   double *holes = NULL;
   int64_t hole_count = 0;
-  cli_workshop_path(workshop, "surface.smesh", path);
+  cli_temp_folder_path(temp, "surface.smesh", path);
   thrum_status status = job->cavities && !seek
                             ? thrum_surface_cavities(surface, &holes, &hole_count, error)
                             : THRUM_OK;
   if (status >= 0)
     status = thrum_surface_write_smesh(path, surface, holes, hole_count, error);
   free(holes);
-  return status < 0 ? status : run(workshop, words, end, error);
+  return status < 0 ? status : run(temp, words, end, error);
 }
 
-/* The output of the tool, ended by 0; to be freed; NULL when there is none. */
-static char *read_log(const cli_workshop *workshop) {
-  char path[CLI_WORKSHOP_PATH_MAX];
+/* Returns the output of the tool, ended by 0, which the caller frees; NULL when there is none. */
+static char *read_log(const cli_temp_folder *temp) {
+  char path[CLI_TEMP_FOLDER_PATH_MAX];
   void *text = NULL;
   size_t size = 0;
-  cli_workshop_path(workshop, LOG, path);
+  cli_temp_folder_path(temp, LOG, path);
   return thrum_file_read(path, &text, &size, NULL) >= 0 ? text : NULL;
 }
 
-/* The place in the file of a triangle that TetGen counts from 1. */
+/* Returns the place in the file of a triangle that TetGen counts from 1. */
 static int64_t line_of(const thrum_surface_mesh *surface, int64_t facet) {
   return facet >= 1 && facet <= surface->triangle_count ? surface->triangle_line[facet - 1] : 0;
 }
 
 /* Asks TetGen, where it is installed, for triangles that cross; true when it names some. */
-static bool find_crossing(cli_workshop *workshop, const cli_mesh_job *job,
+static bool find_crossing(cli_temp_folder *temp, const cli_mesh_job *job,
                           const thrum_surface_mesh *surface, thrum_error *error) {
-  cli_workshop_end end;
+  cli_temp_folder_end end;
   long long pairs = 0, first = 0, second = 0;
-  if (!cli_program_exists("tetgen") || run_tetgen(workshop, job, surface, true, &end, NULL) < 0)
+  if (!cli_program_exists("tetgen") || run_tetgen(temp, job, surface, true, &end, NULL) < 0)
     return false;
-  char *log = read_log(workshop);
+
+  // TetGen reports the number of pairs, then each pair by facet numbers
+  char *log = read_log(temp);
   const char *count = log != NULL ? strstr(log, "Found ") : NULL;
   const char *facets = log != NULL ? strstr(log, "Facet #") : NULL;
   const bool found = count != NULL && sscanf(count, "Found %lld pairs of faces", &pairs) == 1 &&
                      facets != NULL && pairs > 0 &&
                      sscanf(facets, "Facet #%lld intersects facet #%lld", &first, &second) == 2;
   free(log);
+
+  // the message gives lines of the user's file, not TetGen's numbers
   if (found)
     thrum_error_set(error, THRUM_BAD_VALUE,
                     "%.150s: the surface crosses itself: %lld pairs of triangles, the first in %s "
@@ -150,8 +165,8 @@ static bool find_crossing(cli_workshop *workshop, const cli_mesh_job *job,
   return found;
 }
 
-/* The line of the log that says most: the first Error that names a place, else the first, else the
- * last line. */
+/* Copies the line of the log that says most: the first Error that names a place, else the first
+ * Error, else the last line. */
 static void pick_line(const char *log, char line[160]) {
   int best = -1;
   line[0] = 0;
@@ -168,19 +183,24 @@ static void pick_line(const char *log, char line[160]) {
   config_one_line(line);
 }
 
-/* Why there is no mesh: `reason` is that of the reader, which names a file that is removed. */
-static thrum_status refuse(cli_workshop *workshop, const cli_mesh_job *job,
-                           const thrum_surface_mesh *surface, const cli_workshop_end *end,
+/* Says why there is no mesh. `reason` is that of the reader, which names a file that is removed. */
+static thrum_status refuse(cli_temp_folder *temp, const cli_mesh_job *job,
+                           const thrum_surface_mesh *surface, const cli_temp_folder_end *end,
                            const thrum_error *reason, thrum_error *error) {
   const char *name = cli_mesh_tools[job->tool], *said = strstr(reason->message, ": ");
   const char *hint = job->verbose ? "" : " (--verbose shows all that it said)";
   char line[160] = "";
-  char *log = read_log(workshop);
+
+  char *log = read_log(temp);
   if (log != NULL)
     pick_line(log, line);
   free(log);
-  if (find_crossing(workshop, job, surface, error))
+
+  // a surface that crosses itself is the user's to mend, whatever the tool said
+  if (find_crossing(temp, job, surface, error))
     return THRUM_BAD_VALUE;
+
+  // otherwise the tool itself failed, and another one may not
   if (end->signal != 0)
     return thrum_error_set(error, THRUM_UNSUPPORTED, "%.100s: %s broke down (signal %d): %s%s",
                            job->path, name, end->signal, line, hint);
@@ -191,25 +211,26 @@ static thrum_status refuse(cli_workshop *workshop, const cli_mesh_job *job,
                          job->path, name, said != NULL ? said + 2 : reason->message, hint);
 }
 
-static void show_log(const cli_workshop *workshop) {
-  char *log = read_log(workshop);
+static void show_log(const cli_temp_folder *temp) {
+  char *log = read_log(temp);
   if (log != NULL)
     fputs(log, stderr);
   free(log);
 }
 
 /* Runs the tool once, and reads what it made: *made says whether it is a mesh. */
-static thrum_status try_once(cli_workshop *workshop, const cli_mesh_job *job,
+static thrum_status try_once(cli_temp_folder *temp, const cli_mesh_job *job,
                              const thrum_surface_mesh *surface, int algorithm,
-                             cli_workshop_end *end, thrum_error *reason, thrum_mesh *mesh,
+                             cli_temp_folder_end *end, thrum_error *reason, thrum_mesh *mesh,
                              bool *made, thrum_error *error) {
-  char path[CLI_WORKSHOP_PATH_MAX];
+  char path[CLI_TEMP_FOLDER_PATH_MAX];
   const bool gmsh = job->tool == CLI_TOOL_GMSH;
-  const thrum_status status = gmsh ? run_gmsh(workshop, job, surface, algorithm, end, error)
-                                   : run_tetgen(workshop, job, surface, false, end, error);
+  const thrum_status status = gmsh ? run_gmsh(temp, job, surface, algorithm, end, error)
+                                   : run_tetgen(temp, job, surface, false, end, error);
   if (job->verbose)
-    show_log(workshop);
-  cli_workshop_path(workshop, gmsh ? "mesh.msh" : "surface.1.ele", path);
+    show_log(temp);
+  cli_temp_folder_path(temp, gmsh ? "mesh.msh" : "surface.1.ele", path);
+
   // Gmsh may leave half a mesh behind and say so by its exit code
   *made = status >= 0 && end->code == 0 && thrum_mesh_read(path, 1, mesh, reason) >= 0;
   return status;
@@ -219,19 +240,24 @@ thrum_status cli_mesh_tool_run(const cli_mesh_job *job, const thrum_surface_mesh
                                thrum_mesh *mesh, thrum_error *error) {
   // Gmsh has two algorithms: HXT is faster, Delaunay fails less often and says more
   enum { DELAUNAY = 1, HXT = 10 };
-  cli_workshop workshop;
-  cli_workshop_end end = {0};
+
+  cli_temp_folder temp;
+  cli_temp_folder_end end = {0};
   thrum_error reason = {0};
   bool made = false;
-  thrum_status status = cli_workshop_open(&workshop, error);
+  thrum_status status = cli_temp_folder_open(&temp, error);
   if (status < 0)
     return status;
+
+  // HXT breaks down at sizes below the surface's, so with a size Delaunay is tried at once
   if (job->tool == CLI_TOOL_GMSH && !(job->size > 0))
-    status = try_once(&workshop, job, surface, HXT, &end, &reason, mesh, &made, error);
+    status = try_once(&temp, job, surface, HXT, &end, &reason, mesh, &made, error);
+
   if (status >= 0 && !made)
-    status = try_once(&workshop, job, surface, DELAUNAY, &end, &reason, mesh, &made, error);
+    status = try_once(&temp, job, surface, DELAUNAY, &end, &reason, mesh, &made, error);
   if (status >= 0 && !made)
-    status = refuse(&workshop, job, surface, &end, &reason, error);
-  cli_workshop_close(&workshop);
+    status = refuse(&temp, job, surface, &end, &reason, error);
+
+  cli_temp_folder_close(&temp);
   return status;
 }

@@ -134,10 +134,10 @@ static thrum_status add_static(const thrum_model *model, const cli_start *starts
   thrum_status status = THRUM_OK;
   if (used > 0) {
     const thrum_equilibrium_def def = thrum_default_equilibrium_def();
-    const cli_static_watch nobody = {NULL, NULL};
+    const cli_static_progress unobserved = {NULL, NULL};
     thrum_equilibrium_report report;
-    status = cli_static_solve(model, &def, "--start static", loads, used, q, NULL, &nobody, &report,
-                              error);
+    status = cli_static_solve(model, &def, "--start static", loads, used, q, NULL, &unobserved,
+                              &report, error);
     if (status >= 0 && report.instability != THRUM_INSTABILITY_NONE)
       config_warn("--start static: the body %s at %.6g of the load; the run starts from a stable "
                   "shape that it falls to",

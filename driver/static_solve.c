@@ -40,7 +40,7 @@ static void warn_idle(const thrum_model *model, const char *said, const double *
 
 thrum_status cli_static_solve(const thrum_model *model, const thrum_equilibrium_def *def,
                               const char *said, const cli_load *loads, int64_t count, double *q,
-                              double *mode, const cli_static_watch *watch,
+                              double *mode, const cli_static_progress *progress,
                               thrum_equilibrium_report *report, thrum_error *error) {
   size_t size = 0;
   thrum_status status = thrum_equilibrium_size(model, &size, error);
@@ -57,7 +57,7 @@ thrum_status cli_static_solve(const thrum_model *model, const thrum_equilibrium_
     if (status >= 0) {
       warn_idle(model, said, forces + model->rank);
       status = thrum_equilibrium(model, def, forces + model->rank, q, mode, workspace, size,
-                                 watch->see, watch->context, report, &detail);
+                                 progress->report, progress->context, report, &detail);
       if (status < 0)
         thrum_error_set(error, status, "%.200s: %s", said, detail.message);
     }

@@ -1,4 +1,4 @@
-/* Programs of others, started by posix_spawn and waited for; see workshop.h.
+/* Other programs are started by posix_spawn and waited for; see temp_folder.h.
  * SPDX-License-Identifier: Apache-2.0 */
 #include "platform/temp_folder.h"
 
@@ -15,40 +15,44 @@
 
 extern char **environ;
 
-/* Holds those of the signals that somebody listens to: what is ignored (nohup) stays so. */
-static void hold_signals(cli_workshop *workshop) {
+/* Holds back the signals that would end this program; one that is ignored (nohup) stays ignored. */
+static void hold_signals(cli_temp_folder *temp) {
   static const int signals[] = {SIGINT, SIGTERM, SIGHUP};
-  sigemptyset(&workshop->held);
+  sigemptyset(&temp->held);
   for (size_t n = 0; n < sizeof signals / sizeof *signals; n++) {
     struct sigaction now;
     if (sigaction(signals[n], NULL, &now) == 0 && now.sa_handler != SIG_IGN)
-      sigaddset(&workshop->held, signals[n]);
+      sigaddset(&temp->held, signals[n]);
   }
-  sigprocmask(SIG_BLOCK, &workshop->held, &workshop->before);
+  sigprocmask(SIG_BLOCK, &temp->held, &temp->before);
 }
 
-thrum_status cli_workshop_open(cli_workshop *workshop, thrum_error *error) {
+thrum_status cli_temp_folder_open(cli_temp_folder *temp, thrum_error *error) {
   const char *parent = getenv("TMPDIR");
-  if (parent == NULL || parent[0] != '/' || strlen(parent) > CLI_WORKSHOP_PATH_MAX - 128)
+  if (parent == NULL || parent[0] != '/' || strlen(parent) > CLI_TEMP_FOLDER_PATH_MAX - 128)
     parent = "/tmp";
-  *workshop = (cli_workshop){.stopped = 0};
-  snprintf(workshop->folder, sizeof workshop->folder, "%s/thrum-XXXXXX", parent);
-  hold_signals(workshop);
-  if (mkdtemp(workshop->folder) != NULL)
+
+  *temp = (cli_temp_folder){.stopped = 0};
+  snprintf(temp->folder, sizeof temp->folder, "%s/thrum-XXXXXX", parent);
+  hold_signals(temp);
+
+  // the signals go back to what they were when there is no folder to remove
+  if (mkdtemp(temp->folder) != NULL)
     return THRUM_OK;
   const int number = errno;
-  sigprocmask(SIG_SETMASK, &workshop->before, NULL);
+  sigprocmask(SIG_SETMASK, &temp->before, NULL);
   return thrum_error_set(error, THRUM_IO, "%.200s: no temporary folder can be made there: %s",
                          parent, strerror(number));
 }
 
-void cli_workshop_path(const cli_workshop *workshop, const char *name,
-                       char path[CLI_WORKSHOP_PATH_MAX]) {
-  snprintf(path, CLI_WORKSHOP_PATH_MAX, "%.900s/%.100s", workshop->folder, name);
+void cli_temp_folder_path(const cli_temp_folder *temp, const char *name,
+                          char path[CLI_TEMP_FOLDER_PATH_MAX]) {
+  snprintf(path, CLI_TEMP_FOLDER_PATH_MAX, "%.900s/%.100s", temp->folder, name);
 }
 
-/* A group of its own, so that all that it starts can be ended; our own signals as they were. */
-static int spawn(const cli_workshop *workshop, char *const *argv, const char *log, pid_t *child) {
+/* Starts the program in a process group of its own, so that all that it starts can be ended, and
+ * with the signals as they were before the folder was opened. */
+static int spawn(const cli_temp_folder *temp, char *const *argv, const char *log, pid_t *child) {
   posix_spawn_file_actions_t files;
   posix_spawnattr_t attributes;
   if (posix_spawn_file_actions_init(&files) != 0)
@@ -57,45 +61,53 @@ static int spawn(const cli_workshop *workshop, char *const *argv, const char *lo
     posix_spawn_file_actions_destroy(&files);
     return ENOMEM;
   }
+
+  // no input; output and errors go to the log
   int number = posix_spawn_file_actions_addopen(&files, 0, "/dev/null", O_RDONLY, 0);
+
   if (number == 0)
     number = posix_spawn_file_actions_addopen(&files, 1, log, O_WRONLY | O_CREAT | O_TRUNC, 0600);
   if (number == 0)
     number = posix_spawn_file_actions_adddup2(&files, 1, 2);
   if (number == 0)
-    number = posix_spawnattr_setsigmask(&attributes, &workshop->before);
+    number = posix_spawnattr_setsigmask(&attributes, &temp->before);
   if (number == 0)
     number = posix_spawnattr_setpgroup(&attributes, 0);
   if (number == 0)
     number = posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETPGROUP);
   if (number == 0)
     number = posix_spawnp(child, argv[0], &files, &attributes, argv, environ);
+
   posix_spawnattr_destroy(&attributes);
   posix_spawn_file_actions_destroy(&files);
   return number;
 }
 
-thrum_status cli_workshop_run(cli_workshop *workshop, char *const *argv, const char *log,
-                              cli_workshop_end *end, thrum_error *error) {
+thrum_status cli_temp_folder_run(cli_temp_folder *temp, char *const *argv, const char *log,
+                                 cli_temp_folder_end *end, thrum_error *error) {
   static const struct timespec while_waiting = {0, 20000000};
-  char path[CLI_WORKSHOP_PATH_MAX];
+  char path[CLI_TEMP_FOLDER_PATH_MAX];
   pid_t child = 0, ended = 0;
   int state = 0;
-  cli_workshop_path(workshop, log, path);
-  const int number = spawn(workshop, argv, path, &child);
+  cli_temp_folder_path(temp, log, path);
+
+  const int number = spawn(temp, argv, path, &child);
   if (number != 0)
     return thrum_error_set(error, THRUM_IO, "%.200s cannot be started: %s", argv[0],
                            strerror(number));
+
+  // between looks at the program, wait for a signal: one that comes ends the whole group
   while ((ended = waitpid(child, &state, WNOHANG)) == 0 || (ended < 0 && errno == EINTR)) {
-    const int came = sigtimedwait(&workshop->held, NULL, &while_waiting);
+    const int came = sigtimedwait(&temp->held, NULL, &while_waiting);
     if (came <= 0)
       continue;
-    workshop->stopped = came;
+    temp->stopped = came;
     kill(-child, SIGKILL);
     while (waitpid(child, &state, 0) < 0 && errno == EINTR)
       continue;
     return thrum_error_set(error, THRUM_IO, "%.200s was stopped", argv[0]);
   }
+
   if (ended < 0)
     return thrum_error_set(error, THRUM_IO, "%.200s: %s", argv[0], strerror(errno));
   end->code = WIFEXITED(state) ? WEXITSTATUS(state) : -1;
@@ -103,30 +115,33 @@ thrum_status cli_workshop_run(cli_workshop *workshop, char *const *argv, const c
   return THRUM_OK;
 }
 
-void cli_workshop_close(cli_workshop *workshop) {
-  DIR *folder = opendir(workshop->folder);
+void cli_temp_folder_close(cli_temp_folder *temp) {
+  DIR *folder = opendir(temp->folder);
   const struct dirent *entry;
   while (folder != NULL && (entry = readdir(folder)) != NULL) {
-    char path[CLI_WORKSHOP_PATH_MAX];
-    cli_workshop_path(workshop, entry->d_name, path);
+    char path[CLI_TEMP_FOLDER_PATH_MAX];
+    cli_temp_folder_path(temp, entry->d_name, path);
     if (entry->d_name[0] != '.')
       unlink(path);
   }
+
   if (folder != NULL)
     closedir(folder);
-  rmdir(workshop->folder);
-  if (workshop->stopped != 0) {
+  rmdir(temp->folder);
+
+  // with the folder gone, the signal may end this program as it would have
+  if (temp->stopped != 0) {
     fputs("\nthrum: stopped; nothing was written\n", stderr);
-    signal(workshop->stopped, SIG_DFL);
-    raise(workshop->stopped);
+    signal(temp->stopped, SIG_DFL);
+    raise(temp->stopped);
   }
-  sigprocmask(SIG_SETMASK, &workshop->before, NULL);
+  sigprocmask(SIG_SETMASK, &temp->before, NULL);
 }
 
 bool cli_program_exists(const char *name) {
   const char *at = getenv("PATH");
   while (at != NULL && *at != 0) {
-    char path[CLI_WORKSHOP_PATH_MAX];
+    char path[CLI_TEMP_FOLDER_PATH_MAX];
     const size_t length = strcspn(at, ":");
     if (length > 0 && length < sizeof path - 64) {
       snprintf(path, sizeof path, "%.*s/%.60s", (int)length, at, name);

@@ -9,35 +9,35 @@
 
 #include "thrum/status.h"
 
-#define CLI_WORKSHOP_PATH_MAX 1024
+#define CLI_TEMP_FOLDER_PATH_MAX 1024
 
-typedef struct cli_workshop {
-  char folder[CLI_WORKSHOP_PATH_MAX];
+typedef struct cli_temp_folder {
+  char folder[CLI_TEMP_FOLDER_PATH_MAX];
   sigset_t before, held;
   int stopped; /* the signal that came; 0: none */
-} cli_workshop;
+} cli_temp_folder;
 
 /* Makes the folder, in TMPDIR or /tmp. */
-thrum_status cli_workshop_open(cli_workshop *workshop, thrum_error *error);
+thrum_status cli_temp_folder_open(cli_temp_folder *temp, thrum_error *error);
 
 /* The path of a file in it. */
-void cli_workshop_path(const cli_workshop *workshop, const char *name,
-                       char path[CLI_WORKSHOP_PATH_MAX]);
+void cli_temp_folder_path(const cli_temp_folder *temp, const char *name,
+                          char path[CLI_TEMP_FOLDER_PATH_MAX]);
 
 /* How a program ended. */
-typedef struct cli_workshop_end {
+typedef struct cli_temp_folder_end {
   int code;   /* exit code; -1: a signal ended it */
   int signal; /* which; 0: none */
-} cli_workshop_end;
+} cli_temp_folder_end;
 
 /* Runs argv[0], found in PATH, without a shell and without input, and waits; what it prints goes to
- * the file `log` of the folder. Fails when it cannot be started, or when somebody stops this
+ * the file `log` of the folder. Fails when it cannot be started, or when a signal stops this
  * program. */
-thrum_status cli_workshop_run(cli_workshop *workshop, char *const *argv, const char *log,
-                              cli_workshop_end *end, thrum_error *error);
+thrum_status cli_temp_folder_run(cli_temp_folder *temp, char *const *argv, const char *log,
+                                 cli_temp_folder_end *end, thrum_error *error);
 
 /* Removes the folder and all files in it. Does not come back when a signal came meanwhile. */
-void cli_workshop_close(cli_workshop *workshop);
+void cli_temp_folder_close(cli_temp_folder *temp);
 
 /* Is there a program of that name in PATH? */
 bool cli_program_exists(const char *name);
