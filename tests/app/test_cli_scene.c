@@ -409,7 +409,7 @@ static void check_documented(const cJSON *schema, const char *document) {
     char written[80];
     snprintf(written, sizeof written, "| `%s` |", key->string);
     if (key->string[0] != '$' && strstr(document, written) == NULL)
-      fail_msg("docs/scenes.md does not say '%s'", written);
+      fail_msg("docs/reference/scene_keys.md does not say '%s'", written);
     check_documented(key, document);
     const cJSON *items = cJSON_GetObjectItem(key, "items");
     if (items != NULL)
@@ -420,7 +420,7 @@ static void check_documented(const cJSON *schema, const char *document) {
 static void the_schema_is_committed_and_every_key_is_documented(void **state) {
   (void)state;
   char *committed = cli_read_text(THRUM_TEST_DATA "/../../docs/schema/scene.schema.json");
-  char *document = cli_read_text(THRUM_TEST_DATA "/../../docs/scenes.md");
+  char *document = cli_read_text(THRUM_TEST_DATA "/../../docs/reference/scene_keys.md");
   cli_result made = thrum_run(folder, "schema", "scene", NULL);
   assert_int_equal(made.exit_code, 0);
   assert_non_null(committed);
