@@ -1,5 +1,6 @@
-/* The scene engine: bodies step with the bits that they have alone, turning the world with a body
- * changes nothing, and what nobody names is not built.
+/* Tests of the scene: bodies that share a scene step with the same bits as each of them alone, a
+ * rotation of a body together with its world changes nothing, and only what is asked for is built.
+ *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/state_support.h"
 
@@ -62,7 +63,7 @@ static void steps(thrum_scene *scene, int count) {
     MUST(thrum_scene_step(scene, &error));
 }
 
-/* The same by the library's own calls: gravity, one load over time, a ground that base motions. */
+/* Takes the same steps by the library's own calls, under gravity and one force over time. */
 static void step_alone(const fixture *f, const thrum_state_def *def, const thrum_load *course,
                        const double gravity[3], const double force[3], const int32_t *vertex,
                        double *q, double *p) {
@@ -89,6 +90,8 @@ static void bodies_side_by_side_have_the_bits_of_each_alone(void **context) {
   const double gravity[3] = {0.3, 0, -9.81}, force[3] = {1, -2, 0.5};
   const thrum_load course = {THRUM_LOAD_SINE, 0.01, INFINITY, 3};
   const int32_t vertex = 5;
+
+  // bodies of different integrators under the same gravity and the same force
   MUST(thrum_scene_set_gravity(f->scene, gravity, &error));
   for (int32_t n = 0; n < 4; n++) {
     const thrum_scene_body_def def = def_of(f, integrators[n]);
@@ -100,6 +103,8 @@ static void bodies_side_by_side_have_the_bits_of_each_alone(void **context) {
                                    .course = course};
     MUST(thrum_scene_add_load(f->scene, n, &load, &error));
   }
+
+  // each body has the bits of a state that is stepped without a scene
   steps(f->scene, STEPS);
   for (int32_t n = 0; n < 4; n++) {
     double q[RANK], p[RANK], q_alone[RANK], p_alone[RANK];
@@ -113,7 +118,7 @@ static void bodies_side_by_side_have_the_bits_of_each_alone(void **context) {
   assert_true(fabs(thrum_scene_time(f->scene) - STEPS * 0.003) < 1e-12);
 }
 
-/* A quaternion's turn of a vector, by v + 2 w (u x v) + 2 u x (u x v). */
+/* Rotates a vector by a quaternion: v + 2 w (u x v) + 2 u x (u x v). */
 static void turn(const double rotation[4], const double v[3], double out[3]) {
   const double *u = rotation + 1, w = rotation[0];
   const double c[3] = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2],
@@ -124,8 +129,9 @@ static void turn(const double rotation[4], const double v[3], double out[3]) {
     out[axis] = v[axis] + 2 * w * c[axis] + 2 * d[axis];
 }
 
-/* A load read off one body and added to another in its place gives the same bits. */
+/* A load that is read from one body and added to another has the same effect, bit for bit. */
 static void a_reduced_load_is_the_load(void **context) {
+  // two equal bodies, of which only the first has the load
   fixture *f = *context;
   const thrum_scene_body_def def = def_of(f, THRUM_INTEGRATOR_IMEXV);
   const int32_t first = add(f, &def), second = add(f, &def), vertex = 5;
@@ -135,10 +141,14 @@ static void a_reduced_load_is_the_load(void **context) {
                            .count = 1,
                            .course = {THRUM_LOAD_SINE, 0.01, INFINITY, 3}};
   MUST(thrum_scene_add_load(f->scene, first, &load, &error));
+
+  // the load is read back in reduced coordinates, and only under an index that exists
   assert_int_equal(thrum_scene_load_count(f->scene, first), 1);
   assert_true(thrum_scene_body_load(f->scene, first, 1, &load, &error) < 0);
   assert_true(thrum_scene_body_load(f->scene, first, -1, &load, &error) < 0);
   MUST(thrum_scene_body_load(f->scene, first, 0, &load, &error));
+
+  // reduced loads without numbers, or with a number that is not finite, are refused
   const double nothing[RANK] = {NAN};
   thrum_scene_load wrong = load;
   wrong.reduced = NULL;
@@ -146,6 +156,8 @@ static void a_reduced_load_is_the_load(void **context) {
   wrong.reduced = nothing;
   assert_true(thrum_scene_add_load(f->scene, second, &wrong, &error) < 0);
   assert_int_equal(thrum_scene_load_count(f->scene, second), 0);
+
+  // under the load that was read back, the second body moves as the first
   MUST(thrum_scene_add_load(f->scene, second, &load, &error));
   steps(f->scene, STEPS);
   double q[2][RANK];
@@ -157,15 +169,22 @@ static void a_reduced_load_is_the_load(void **context) {
 
 static void turning_a_body_and_its_world_changes_nothing(void **context) {
   fixture *f = *context;
+
+  // gravity, a force whose direction the base motion shares, and a placement, all in general
+  // position
   const double gravity[3] = {1, 2, -9}, force[3] = {3, 0, 1}, place[3] = {5, -7, 2};
   const double rotation[4] = {0.5, 0.5, -0.1, sqrt(1 - 0.51)};
   const thrum_load always = {THRUM_LOAD_CONSTANT, 0, 0.2, 0};
   const thrum_load sway = {THRUM_LOAD_SINE, 0, INFINITY, 2};
   thrum_scene *turned = NULL;
   MUST(thrum_scene_make(0.003, &turned, &error));
+
+  // the same scene twice, the second time with everything in it rotated and moved
   for (int k = 0; k < 2; k++) {
     thrum_scene *scene = k == 0 ? f->scene : turned;
     thrum_scene_body_def def = def_of(f, THRUM_INTEGRATOR_IMEXV);
+
+    // the body starts in a mode, so that its shape matters as well
     def.start_mode = 2;
     def.start_amplitude = 0.05;
     double g[3], push[3];
@@ -177,6 +196,8 @@ static void turning_a_body_and_its_world_changes_nothing(void **context) {
       turn(rotation, gravity, g);
       turn(rotation, force, push);
     }
+
+    // the base motion and the force have different courses over time
     MUST(thrum_scene_set_gravity(scene, g, &error));
     MUST(thrum_scene_add_body(scene, &def, NULL, &error));
     MUST(thrum_scene_add_base_motion(scene, push, &sway, &error));
@@ -186,6 +207,8 @@ static void turning_a_body_and_its_world_changes_nothing(void **context) {
     MUST(thrum_scene_add_probe(scene, "all", 0, NULL, 0, &error));
     steps(scene, STEPS);
   }
+
+  // the probe of the second scene is the rotated and moved probe of the first
   double x[3], v[3], xt[3], vt[3], x_turned[3], v_turned[3];
   MUST(thrum_scene_probe(f->scene, 0, x, v, &error));
   MUST(thrum_scene_probe(turned, 0, xt, vt, &error));
@@ -195,21 +218,27 @@ static void turning_a_body_and_its_world_changes_nothing(void **context) {
     x_turned[axis] += place[axis];
   assert_true(largest_difference(xt, x_turned, 3) < 1e-7);
   assert_true(largest_difference(vt, v_turned, 3) < 1e-6);
+
+  // the motion is large enough for the comparison to mean something
   assert_true(fabs(v[0]) + fabs(v[1]) + fabs(v[2]) > 1e-3);
   thrum_scene_free(turned);
 }
 
-/* Under s, e, d time runs by sqrt(d s^2 / e) slower, and shapes are the same. */
+/* A body with factors s, e, d of length, stiffness and density moves as the body of factors 1 in a
+ * time that is sqrt(d s^2 / e) slower. */
 static void a_scaled_body_moves_as_the_small_one_in_its_own_time(void **context) {
   fixture *f = *context;
   const double s = 2, e = 8, d = 0.5, slower = sqrt(d * s * s / e);
   thrum_scene *large = NULL;
   MUST(thrum_scene_make(0.003 * slower, &large, &error));
+
   const double gravity[3] = {0, 4, -3};
   // accelerations go as length over time squared
   const double large_gravity[3] = {0, 4 * s / (slower * slower), -3 * s / (slower * slower)};
   MUST(thrum_scene_set_gravity(f->scene, gravity, &error));
   MUST(thrum_scene_set_gravity(large, large_gravity, &error));
+
+  // the same start, in lengths of each body
   thrum_scene_body_def def = def_of(f, THRUM_INTEGRATOR_ENERGY);
   def.start_mode = 1;
   def.start_amplitude = 0.1;
@@ -219,18 +248,24 @@ static void a_scaled_body_moves_as_the_small_one_in_its_own_time(void **context)
   def.stiffness = e;
   def.density = d;
   MUST(thrum_scene_add_body(large, &def, NULL, &error));
+
+  // after the same number of steps the modal coordinates are equal
   steps(f->scene, STEPS);
   steps(large, STEPS);
   double q[RANK], q_large[RANK], x[3], v[3], x_large[3], v_large[3];
   MUST(thrum_scene_body_shape(f->scene, 0, q, &error));
   MUST(thrum_scene_body_shape(large, 0, q_large, &error));
   assert_true(largest_difference(q, q_large, RANK) < 1e-6 * (fabs(q[0]) + fabs(q[1])));
+
+  // positions go as length, velocities as length over time
   MUST(thrum_scene_body_vertex(f->scene, 0, 4, x, v, &error));
   MUST(thrum_scene_body_vertex(large, 0, 4, x_large, v_large, &error));
   for (int axis = 0; axis < 3; axis++) {
     assert_true(fabs(x_large[axis] - s * x[axis]) < 1e-6);
     assert_true(fabs(v_large[axis] - s / slower * v[axis]) < 1e-5);
   }
+
+  // energies go as stiffness times volume
   thrum_scene_energies small_e, large_e;
   MUST(thrum_scene_body_energies(f->scene, 0, &small_e, &error));
   MUST(thrum_scene_body_energies(large, 0, &large_e, &error));
@@ -242,6 +277,8 @@ static void a_scaled_body_moves_as_the_small_one_in_its_own_time(void **context)
 static void only_what_is_named_is_built(void **context) {
   fixture *f = *context;
   thrum_scene_body_info first, second, lower;
+
+  // two bodies with the whole model, and one with half the rank
   const thrum_scene_body_def def = def_of(f, THRUM_INTEGRATOR_IMEXV);
   thrum_scene_body_def half = def;
   half.rank = RANK / 2;
@@ -251,12 +288,14 @@ static void only_what_is_named_is_built(void **context) {
   MUST(thrum_scene_body(f->scene, 0, &first, &error));
   MUST(thrum_scene_body(f->scene, 1, &second, &error));
   MUST(thrum_scene_body(f->scene, 2, &lower, &error));
+
   // bodies as they were given step the model itself; others step a copy without a mesh
   assert_ptr_equal(first.stepped, &f->m.model);
   assert_ptr_equal(second.stepped, first.stepped);
   assert_int_equal(lower.stepped->rank, RANK / 2);
   assert_null(lower.stepped->basis);
   assert_null(lower.stepped->vertices);
+
   // a body's own memory is its state and vectors of the rank, whatever the mesh
   size_t state = 0;
   MUST(thrum_state_size(&f->m.model, &def.state, &state, &error));
@@ -267,6 +306,8 @@ static void only_what_is_named_is_built(void **context) {
 
 static void a_snapshot_brings_back_every_bit(void **context) {
   fixture *f = *context;
+
+  // two bodies with different integrators, stepped away from their start
   thrum_scene_body_def def = def_of(f, THRUM_INTEGRATOR_IMEXV);
   def.start_mode = 1;
   def.start_amplitude = 0.4;
@@ -274,17 +315,23 @@ static void a_snapshot_brings_back_every_bit(void **context) {
   def.state.integrator = THRUM_INTEGRATOR_NEWMARK;
   add(f, &def);
   steps(f->scene, 50);
+
+  // a snapshot in the middle, and the state at the end of the same run
   const size_t size = thrum_scene_snapshot_size(f->scene);
   void *kept = malloc(size), *again = malloc(size), *end = malloc(size);
   assert_true(kept && again && end);
   MUST(thrum_scene_snapshot(f->scene, kept, size, &error));
   steps(f->scene, 50);
   MUST(thrum_scene_snapshot(f->scene, end, size, &error));
+
+  // from the restored snapshot, the same steps end in the same bits
   MUST(thrum_scene_restore(f->scene, kept, size, &error));
   assert_true(fabs(thrum_scene_time(f->scene) - 0.15) < 1e-12);
   steps(f->scene, 50);
   MUST(thrum_scene_snapshot(f->scene, again, size, &error));
   assert_memory_equal(again, end, size);
+
+  // a snapshot does not fit a buffer of another size or a scene of other ranks
   assert_int_equal(thrum_scene_restore(f->scene, kept, size - 1, &error), THRUM_BUFFER_TOO_SMALL);
   MUST(thrum_scene_set_rank(f->scene, 1, 3, &error));
   assert_int_equal(thrum_scene_restore(f->scene, kept, size, &error), THRUM_MODEL_MISMATCH);
@@ -295,6 +342,8 @@ static void a_snapshot_brings_back_every_bit(void **context) {
 
 static void a_reset_starts_over_with_the_same_bits(void **context) {
   fixture *f = *context;
+
+  // a body with an initial shape and a load that ends during the run
   double q[RANK], again[RANK];
   thrum_scene_body_def def = def_of(f, THRUM_INTEGRATOR_IMEXV);
   def.start_mode = 3;
@@ -304,6 +353,8 @@ static void a_reset_starts_over_with_the_same_bits(void **context) {
                                  .vector = {1, 2, 3},
                                  .course = {THRUM_LOAD_SINE, 0.02, 0.1, 5}};
   MUST(thrum_scene_add_load(f->scene, 0, &load, &error));
+
+  // the run after the reset repeats the first run
   steps(f->scene, 60);
   MUST(thrum_scene_body_get(f->scene, 0, q, NULL, &error));
   MUST(thrum_scene_reset(f->scene, &error));
@@ -315,6 +366,8 @@ static void a_reset_starts_over_with_the_same_bits(void **context) {
 
 static void changes_keep_the_motion(void **context) {
   fixture *f = *context;
+
+  // a body in motion
   double q[RANK], p[RANK], q_now[RANK], p_now[RANK];
   thrum_scene_body_def def = def_of(f, THRUM_INTEGRATOR_IMEXV);
   def.start_mode = 1;
@@ -322,6 +375,8 @@ static void changes_keep_the_motion(void **context) {
   add(f, &def);
   steps(f->scene, 40);
   MUST(thrum_scene_body_get(f->scene, 0, q, p, &error));
+
+  // no parameter of the integration may move the body
   MUST(thrum_scene_set_dt(f->scene, 0.001, &error));
   MUST(thrum_scene_set_damping(f->scene, 0, 0.5, 0.001, &error));
   MUST(thrum_scene_set_integrator(f->scene, 0, THRUM_INTEGRATOR_ENERGY, &error));
@@ -329,10 +384,14 @@ static void changes_keep_the_motion(void **context) {
   MUST(thrum_scene_body_get(f->scene, 0, q_now, p_now, &error));
   assert_true(largest_difference(q, q_now, RANK) < 1e-12);
   assert_true(largest_difference(p, p_now, RANK) < 1e-10);
+
+  // the new parameters are in effect
   thrum_scene_body_info info;
   MUST(thrum_scene_body(f->scene, 0, &info, &error));
   assert_true(info.stepped->omega2[2] == 2 * f->m.model.omega2[2]);
   assert_int_equal(info.integrator, THRUM_INTEGRATOR_ENERGY);
+
+  // modes that are dropped and taken back start from rest; the others keep their coordinates
   MUST(thrum_scene_set_rank(f->scene, 0, 3, &error));
   MUST(thrum_scene_set_rank(f->scene, 0, RANK, &error));
   MUST(thrum_scene_body_get(f->scene, 0, q_now, NULL, &error));
@@ -340,6 +399,7 @@ static void changes_keep_the_motion(void **context) {
     assert_true(i < 3 ? fabs(q_now[i] - q[i]) < 1e-12 : q_now[i] == 0);
   steps(f->scene, 40);
   assert_true(fabs(thrum_scene_time(f->scene) - 0.16) < 1e-12);
+
   // refused changes leave the scene as it was
   assert_true(thrum_scene_set_rank(f->scene, 0, RANK + 1, &error) < 0);
   assert_true(thrum_scene_set_dt(f->scene, -1, &error) < 0);
@@ -349,8 +409,9 @@ static void changes_keep_the_motion(void **context) {
   steps(f->scene, 1);
 }
 
-/* A load's time is the scene's, also after dt has changed between its ends. */
+/* The course of a load is evaluated at the time of the scene, also after dt has changed. */
 static void loads_keep_their_time_when_dt_changes(void **context) {
+  // without restoring forces the momentum shows the load alone
   fixture *f = *context;
   for (int i = 0; i < RANK; i++)
     f->m.omega2[i] = 0;
@@ -359,16 +420,21 @@ static void loads_keep_their_time_when_dt_changes(void **context) {
   random_model_pack(&f->m);
   const thrum_scene_body_def def = def_of(f, THRUM_INTEGRATOR_MIDPOINT);
   add(f, &def);
+
+  // a load with a field over the mesh, whose course starts and ends within the run
   const double field[3 * VERTICES] = {[3] = 1, [10] = -2, [20] = 3};
   const thrum_scene_load load = {
       .kind = THRUM_SCENE_FIELD, .field = field, .course = {THRUM_LOAD_SINE, 0.01, 0.2, 4}};
   MUST(thrum_scene_add_load(f->scene, 0, &load, &error));
+
+  // the time step changes while the load acts
   double p[RANK], expected[RANK] = {0};
   steps(f->scene, 10);
   MUST(thrum_scene_set_dt(f->scene, 0.002, &error));
   steps(f->scene, 200);
   MUST(thrum_scene_body_get(f->scene, 0, NULL, p, &error));
-  // without a force of its own the momentum is the integral of the load
+
+  // without a restoring force the momentum is the integral of the load
   assert_int_equal(thrum_load_add_field(&f->m.model, field, expected, NULL), THRUM_OK);
   const double integral = (1 - cos(2 * pi * 4 * 0.19)) / (2 * pi * 4);
   for (int i = 0; i < RANK; i++)
@@ -376,6 +442,7 @@ static void loads_keep_their_time_when_dt_changes(void **context) {
 }
 
 static void a_body_that_fails_stops_and_the_others_go_on(void **context) {
+  // one Newton iteration from a large amplitude cannot converge, and there is no fallback
   fixture *f = *context;
   thrum_scene_body_def def = def_of(f, THRUM_INTEGRATOR_NEWMARK);
   def.state.fallback = 0;
@@ -385,8 +452,12 @@ static void a_body_that_fails_stops_and_the_others_go_on(void **context) {
   def.start_amplitude = 50;
   def.name = "wild";
   add(f, &def);
+
+  // beside it is a body that steps without trouble
   const thrum_scene_body_def calm = def_of(f, THRUM_INTEGRATOR_IMEXV);
   add(f, &calm);
+
+  // the scene reports the first failure and goes on
   thrum_status failed = THRUM_OK;
   for (int k = 0; k < 20; k++) {
     const thrum_status status = thrum_scene_step(f->scene, &error);
@@ -394,18 +465,23 @@ static void a_body_that_fails_stops_and_the_others_go_on(void **context) {
   }
   assert_true(failed < 0);
   assert_non_null(strstr(error.message, "wild"));
+
+  // the failed body keeps its status, and the other one has taken every step
   thrum_scene_body_info info;
   MUST(thrum_scene_body(f->scene, 0, &info, &error));
   assert_int_equal(info.status, failed);
   MUST(thrum_scene_body(f->scene, 1, &info, &error));
   assert_int_equal(info.status, THRUM_OK);
   assert_int_equal(info.report.steps, 20);
+
+  // a reset clears the failure
   MUST(thrum_scene_reset(f->scene, &error));
   MUST(thrum_scene_body(f->scene, 0, &info, &error));
   assert_int_equal(info.status, THRUM_OK);
 }
 
 static void the_matrix_puts_a_surface_where_its_vertices_are(void **context) {
+  // a body with a placement, a scale and a rank of its own
   fixture *f = *context;
   thrum_scene_body_def def = def_of(f, THRUM_INTEGRATOR_IMEXV);
   def.rotation[0] = 0.8;
@@ -416,6 +492,8 @@ static void the_matrix_puts_a_surface_where_its_vertices_are(void **context) {
   def.start_mode = 2;
   def.start_amplitude = 0.3;
   add(f, &def);
+
+  // the surface of the whole model, which holds every vertex
   size_t size = 0;
   const thrum_surface_def all = {0};
   const thrum_surface *surface = NULL;
@@ -424,6 +502,8 @@ static void the_matrix_puts_a_surface_where_its_vertices_are(void **context) {
   MUST(thrum_surface_init(memory, size, &f->m.model, &all, &surface, &error));
   float out[3 * VERTICES];
   double matrix[16], x[3];
+
+  // the matrix maps displayed positions to the positions that the body reports
   steps(f->scene, 5);
   MUST(thrum_scene_body_positions(f->scene, 0, surface, out, 3, &error));
   thrum_scene_body_matrix(f->scene, 0, matrix);
@@ -440,9 +520,12 @@ static void the_matrix_puts_a_surface_where_its_vertices_are(void **context) {
 }
 
 static void bad_defs_are_refused(void **context) {
+  // a definition that was not initialised is told from a bad one
   fixture *f = *context;
   thrum_scene_body_def def = {0};
   assert_int_equal(thrum_scene_add_body(f->scene, &def, NULL, &error), THRUM_UNINITIALISED_DEF);
+
+  // every other refusal changes one field of a good definition and leaves the scene empty
   const thrum_scene_body_def good = def_of(f, THRUM_INTEGRATOR_IMEXV);
 #define REFUSED(change)                                                                            \
   do {                                                                                             \
@@ -462,6 +545,8 @@ static void bad_defs_are_refused(void **context) {
   REFUSED(def.state.tolerance = 0);
   REFUSED(def.start_mode = RANK + 1; def.start_amplitude = 1);
 #undef REFUSED
+
+  // the scene's own arguments: time step, probes, loads and gravity
   assert_true(thrum_scene_make(0, &f->scene, &error) < 0);
   assert_true(thrum_scene_add_probe(f->scene, NULL, 0, NULL, 0, &error) < 0);
   add(f, &good);

@@ -1,5 +1,7 @@
-/* Scenes with a floor, with pulls, with wind, with bodies that fall: contact steps as the library's
- * own, free flight is exact, drag has its closed form, and snapshots hold all of it.
+/* Tests of scenes with obstacles, pulls, wind and free bodies: contact has the bits of the
+ * library's own steps, free flight is exact, drag follows its closed form, and snapshots hold all
+ * of it.
+ *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/precompute_support.h"
 
@@ -17,7 +19,7 @@
 static thrum_error error;
 static const double down[3] = {0, 0, -9.81};
 
-/* A block, free or held at its left side, and its surface. */
+/* A block that is free or held at its left side, with the triangles of its surface. */
 typedef struct fixture {
   body block;
   thrum_precomputed made;
@@ -26,7 +28,7 @@ typedef struct fixture {
   int64_t triangle_count;
 } fixture;
 
-/* The faces of one tetrahedron alone, outwards. */
+/* Gives the four faces of a tetrahedron, oriented outwards. */
 static void make_triangles(fixture *f) {
   thrum_mesh_faces faces = {0};
   int64_t shared[3];
@@ -94,6 +96,8 @@ static void steps(thrum_scene *scene, int count) {
 
 static void a_free_body_falls_as_a_stone(void **context) {
   fixture *f = *context;
+
+  // a free body, larger and denser than its model, with a velocity and under gravity
   thrum_scene_body_def def = def_of(f);
   def.free = 1;
   def.scale = 2;
@@ -102,10 +106,14 @@ static void a_free_body_falls_as_a_stone(void **context) {
   def.position[2] = 5;
   MUST(thrum_scene_set_gravity(f->scene, down, &error));
   MUST(thrum_scene_add_body(f->scene, &def, NULL, &error));
+
+  // the mass follows density and volume
   thrum_scene_body_info info;
   MUST(thrum_scene_body(f->scene, 0, &info, &error));
   const double density = f->made.model.material[2];
   assert_close(info.mass, 3 * density * 8 * 0.4 * 0.3 * 0.2, 1e-10);
+
+  // a vertex and the energies, before and after half a second
   double before[3], x[3], v[3];
   MUST(thrum_scene_body_vertex(f->scene, 0, 7, before, NULL, &error));
   thrum_scene_energies first, last;
@@ -113,17 +121,23 @@ static void a_free_body_falls_as_a_stone(void **context) {
   steps(f->scene, 250);
   MUST(thrum_scene_body_vertex(f->scene, 0, 7, x, v, &error));
   MUST(thrum_scene_body_energies(f->scene, 0, &last, &error));
+
+  // every vertex moves on the parabola of a point mass
   const double t = 0.5;
   assert_close(x[0] - before[0], 2 * t, 1e-9);
   assert_close(x[2] - before[2], -0.5 * 9.81 * t * t, 1e-9);
   assert_close(v[2], -9.81 * t, 1e-9);
+
+  // without forces other than gravity the total energy is constant
   assert_true(fabs(last.total - first.total) < 1e-9 * last.kinetic);
 }
 
-/* Two shoves at one end of a free bar, in world axes however it lies: momentum and angular momentum
- * are the integrals of force and torque, the latter about the centre at rest. */
+/* A constant force acts for a short time on one end of a free bar, which lies rotated in the world:
+ * momentum and angular momentum about the centre at rest are the integrals of force and torque. */
 static void a_shove_moves_and_turns_a_free_body(void **context) {
   fixture *f = *context;
+
+  // a stiff bar, so that it moves nearly as a rigid body
   const double force[3] = {0, 0, 0.02};
   const int32_t corner = (int32_t)(f->made.model.vertex_count - 1);
   thrum_scene_body_def def = def_of(f);
@@ -134,16 +148,22 @@ static void a_shove_moves_and_turns_a_free_body(void **context) {
   def.rotation[0] = 0.8;
   def.rotation[3] = 0.6;
   MUST(thrum_scene_add_body(f->scene, &def, NULL, &error));
+
+  // a force at one corner for the first 0.1 s
   const thrum_scene_load load = {.kind = THRUM_SCENE_FORCE,
                                  .vector = {force[0], force[1], force[2]},
                                  .vertices = &corner,
                                  .count = 1,
                                  .course = {THRUM_LOAD_CONSTANT, 0, 0.1, 0}};
   MUST(thrum_scene_add_load(f->scene, 0, &load, &error));
+
+  // the arm of the force is measured from the mean of the vertices
   double before[3], after[3], v[3], centre[3], middle[3];
   MUST(thrum_scene_body_vertex(f->scene, 0, corner, before, NULL, &error));
   MUST(thrum_scene_add_probe(f->scene, "all", 0, NULL, 0, &error));
   MUST(thrum_scene_probe(f->scene, 0, centre, NULL, &error));
+
+  // the momentum is force times time
   steps(f->scene, 50);
   thrum_scene_body_info info;
   MUST(thrum_scene_body(f->scene, 0, &info, &error));
@@ -151,17 +171,20 @@ static void a_shove_moves_and_turns_a_free_body(void **context) {
   MUST(thrum_scene_probe(f->scene, 0, middle, v, &error));
   // mesh and bar are symmetric: the mean of the vertices is the centre of mass
   assert_close(v[2], 0.02 * 0.1 / info.mass, 1e-3);
+
+  // the kinetic energy of the rotation follows from the angular momentum about each axis
   thrum_scene_energies e;
   MUST(thrum_scene_body_energies(f->scene, 0, &e, &error));
   const double arm[3] = {before[0] - centre[0], before[1] - centre[1], 0};
-  // a bar of sides 0.8, 0.6, 0.4 lies turned about z; the torque about its own x and y axes
+  // a bar of sides 0.8, 0.6, 0.4 is rotated about z; its own x and y axes carry the torque
   const double turn = 2 * acos(0.8), c = cos(turn), n = sin(turn);
   const double x = c * arm[0] + n * arm[1], y = -n * arm[0] + c * arm[1];
   const double lx = y * 0.002, ly = -x * 0.002;
   const double jx = info.mass * (0.36 + 0.16) / 12, jy = info.mass * (0.64 + 0.16) / 12;
   const double whole = 0.5 * info.mass * v[2] * v[2] + 0.5 * lx * lx / jx + 0.5 * ly * ly / jy;
   assert_close(e.kinetic + e.potential, whole, 2e-2);
-  // what turns goes on turning
+
+  // without forces the rotation goes on with its energy
   const double kept = e.total;
   steps(f->scene, 2000);
   MUST(thrum_scene_body_energies(f->scene, 0, &e, &error));
@@ -170,6 +193,8 @@ static void a_shove_moves_and_turns_a_free_body(void **context) {
 
 static void a_spin_is_that_of_the_def_and_stays(void **context) {
   fixture *f = *context;
+
+  // a free body with a placement, factors of length and density, and an angular velocity
   thrum_scene_body_def def = def_of(f);
   def.free = 1;
   def.scale = 0.5;
@@ -181,6 +206,8 @@ static void a_spin_is_that_of_the_def_and_stays(void **context) {
   def.spin[2] = -0.7;
   MUST(thrum_scene_add_body(f->scene, &def, NULL, &error));
   MUST(thrum_scene_add_probe(f->scene, "all", 0, NULL, 0, &error));
+
+  // the initial velocity of a vertex is spin times arm
   double x[3], v[3], centre[3];
   MUST(thrum_scene_probe(f->scene, 0, centre, NULL, &error));
   MUST(thrum_scene_body_vertex(f->scene, 0, 3, x, v, &error));
@@ -189,11 +216,15 @@ static void a_spin_is_that_of_the_def_and_stays(void **context) {
     const int next = (axis + 1) % 3, last = (axis + 2) % 3;
     assert_true(fabs(v[axis] - (def.spin[next] * arm[last] - def.spin[last] * arm[next])) < 1e-10);
   }
+
+  // the energy of the free rotation is constant
   thrum_scene_energies first, last;
   MUST(thrum_scene_body_energies(f->scene, 0, &first, &error));
   steps(f->scene, 3000);
   MUST(thrum_scene_body_energies(f->scene, 0, &last, &error));
   assert_close(last.total, first.total, 1e-9);
+
+  // a reset puts the vertices back bit for bit
   MUST(thrum_scene_reset(f->scene, &error));
   double again[3];
   MUST(thrum_scene_body_vertex(f->scene, 0, 3, again, NULL, &error));
@@ -202,6 +233,8 @@ static void a_spin_is_that_of_the_def_and_stays(void **context) {
 
 static void a_drop_ends_on_the_floor(void **context) {
   fixture *f = *context;
+
+  // a damped free body above a floor
   thrum_scene_body_def def = def_of(f);
   def.free = 1;
   def.position[2] = 0.3;
@@ -211,11 +244,14 @@ static void a_drop_ends_on_the_floor(void **context) {
   const thrum_obstacle floor = thrum_default_obstacle();
   MUST(thrum_scene_add_obstacle(f->scene, &floor, NULL, &error));
   MUST(thrum_scene_add_probe(f->scene, "all", 0, NULL, 0, &error));
+
+  // long enough to fall, bounce and come to rest
   steps(f->scene, 2000);
   thrum_scene_body_info info;
   double x[3], v[3];
   MUST(thrum_scene_body(f->scene, 0, &info, &error));
   MUST(thrum_scene_probe(f->scene, 0, x, v, &error));
+
   // the lowest vertices of the mesh lie at its z = 0
   const double *first = f->made.model.vertices;
   double height = 0, least = 1;
@@ -223,26 +259,34 @@ static void a_drop_ends_on_the_floor(void **context) {
     height += first[3 * n + 2] / (double)f->made.model.vertex_count;
     least = fmin(least, first[3 * n + 2]);
   }
+
+  // the body rests on the floor with its lowest vertices
   assert_true(fabs(x[2] - (height - least)) < 5e-3);
   assert_true(fabs(v[2]) < 1e-3);
   assert_true(info.contact.touching > 0);
-  // what the floor carries is its weight
+
+  // the floor carries the body's weight
   assert_close(info.contact.normal, info.mass * 9.81, 0.02);
 }
 
-/* The same steps by thrum_contact_step over the whole model. */
+/* The scene's steps are compared with those of thrum_contact_step over the whole model. */
 static void contact_has_the_bits_of_the_library_alone(void **context) {
   fixture *f = *context;
+
+  // without triangles the contact has no areas, like that of the library below
   const thrum_model *m = &f->made.model;
   thrum_scene_body_def def = def_of(f);
   def.triangles = NULL;
   def.triangle_count = 0;
+
   // the library is given the vertices that can move
   int32_t *moving = need((size_t)m->vertex_count, sizeof *moving);
   int64_t moving_count = 0;
   for (int32_t v = 0; v < m->vertex_count; v++)
     if (m->fixed[v] != 7)
       moving[moving_count++] = v;
+
+  // the scene's run: a body that starts in its first mode, close above a floor
   def.start_mode = 1;
   def.start_amplitude = 0.05;
   thrum_obstacle floor = thrum_default_obstacle();
@@ -251,6 +295,8 @@ static void contact_has_the_bits_of_the_library_alone(void **context) {
   MUST(thrum_scene_add_obstacle(f->scene, &floor, NULL, &error));
   MUST(thrum_scene_add_body(f->scene, &def, NULL, &error));
   steps(f->scene, 150);
+
+  // the library's state, from the same initial shape and under the same gravity
   thrum_state_def alone = thrum_default_state_def();
   alone.dt = 0.002;
   size_t size = 0;
@@ -262,6 +308,8 @@ static void contact_has_the_bits_of_the_library_alone(void **context) {
   MUST(thrum_mode_add(m, 0, 0.05, q, &error));
   MUST(thrum_state_set(m, state, q, NULL, &error));
   MUST(thrum_load_add_gravity(m, down, load, &error));
+
+  // the library's contact over the same vertices
   thrum_contact_def contact_def = thrum_default_contact_def();
   contact_def.vertices = moving;
   contact_def.vertex_count = moving_count;
@@ -269,6 +317,8 @@ static void contact_has_the_bits_of_the_library_alone(void **context) {
   MUST(thrum_contact_size(m, state, &contact_def, &size, &error));
   void *block = aligned_alloc(64, (size + 63) / 64 * 64);
   MUST(thrum_contact_init(block, size, m, state, &contact_def, &contact, &error));
+
+  // the same steps against the same floor end in the same bits
   const thrum_contact_environment environment = {
       .obstacles = &floor, .obstacle_count = 1, .load = load};
   for (int k = 0; k < 150; k++)
@@ -276,6 +326,7 @@ static void contact_has_the_bits_of_the_library_alone(void **context) {
   MUST(thrum_state_get(m, state, q, NULL, &error));
   MUST(thrum_scene_body_get(f->scene, 0, load, NULL, &error));
   assert_memory_equal(q, load, (size_t)m->rank * sizeof *q);
+
   free(moving);
   free(q);
   free(load);
@@ -285,6 +336,8 @@ static void contact_has_the_bits_of_the_library_alone(void **context) {
 
 static void a_pull_holds_its_point_and_lets_go(void **context) {
   fixture *f = *context;
+
+  // a damped body, pulled at its last vertex to a place above rest
   thrum_scene_body_def def = def_of(f);
   def.state.damping_alpha = 20;
   MUST(thrum_scene_add_body(f->scene, &def, NULL, &error));
@@ -296,16 +349,21 @@ static void a_pull_holds_its_point_and_lets_go(void **context) {
   int32_t pull = -1;
   MUST(thrum_scene_pull_start(f->scene, 0, tip, rest, 1e9, -1, &pull, &error));
   MUST(thrum_scene_pull_move(f->scene, pull, target, &error));
+
   steps(f->scene, 2000);
   MUST(thrum_scene_pull_get(f->scene, pull, point, force, &error));
   // a spring far stiffer than the body brings the point to its target
   assert_true(fabs(point[2] - target[2]) < 1e-4);
   assert_true(force[2] > 0);
+
+  // a pull ends once, and the released body returns to rest
   MUST(thrum_scene_pull_end(f->scene, pull, &error));
   assert_true(thrum_scene_pull_end(f->scene, pull, &error) < 0);
   steps(f->scene, 4000);
   MUST(thrum_scene_body_vertex(f->scene, 0, tip, point, NULL, &error));
   assert_true(fabs(point[2] - rest[2]) < 1e-6);
+
+  // the number of pulls is limited, and pulls outlast a change of the rank
   for (int n = 0; n < THRUM_SCENE_PULLS; n++)
     MUST(thrum_scene_pull_start(f->scene, 0, n, rest, 1, 0, NULL, &error));
   assert_true(thrum_scene_pull_start(f->scene, 0, 1, rest, 1, 0, NULL, &error) < 0);
@@ -313,15 +371,19 @@ static void a_pull_holds_its_point_and_lets_go(void **context) {
   steps(f->scene, 5);
 }
 
-/* A box in a wind along x: 1/2 rho C_d |w|^2 times its side, whatever its mesh. */
+/* A box in a wind along x has the drag 1/2 rho C_d |w|^2 times its side, on any mesh. */
 static void wind_on_a_box_is_its_frontal_drag(void **context) {
   fixture *f = *context;
+
+  // a free box with twice the model's lengths
   const double wind[3] = {12, 0, 0};
   thrum_scene_body_def def = def_of(f);
   def.free = 1;
   def.scale = 2;
   MUST(thrum_scene_set_wind(f->scene, wind, 1.2, 1.1, &error));
   MUST(thrum_scene_add_body(f->scene, &def, NULL, &error));
+
+  // the acceleration of the first step is the drag at rest over the mass
   thrum_scene_body_info info;
   double x[3], v[3];
   MUST(thrum_scene_body(f->scene, 0, &info, &error));
@@ -331,12 +393,15 @@ static void wind_on_a_box_is_its_frontal_drag(void **context) {
   const double force = 0.5 * 1.2 * 1.1 * 144 * 4 * 0.3 * 0.2;
   // the mean over the vertices moves as the whole but for the first bit of strain
   assert_close(v[0], force * 0.002 / info.mass, 0.2);
+
+  // after many steps the velocity has approached the wind as in the closed form
   steps(f->scene, 20000);
   MUST(thrum_scene_probe(f->scene, 0, x, v, &error));
-  // v' = c (w - v)^2 has w - v = w / (1 + c w t)
+  // v' = c (w - v)^2 has the solution w - v = w / (1 + c w t)
   const double c = 0.5 * 1.2 * 1.1 * 4 * 0.3 * 0.2 / info.mass, t = 20001 * 0.002;
   assert_close(v[0], 12 - 12 / (1 + c * 12 * t), 1e-3);
-  // and with steps in which the drag would stop it many times over
+
+  // time steps in which the drag would stop the body many times over stay stable
   MUST(thrum_scene_set_dt(f->scene, 0.05, &error));
   MUST(thrum_scene_set_wind(f->scene, wind, 1e6, 1.1, &error));
   steps(f->scene, 200);
@@ -357,6 +422,8 @@ static void an_energy_beyond_numbers_is_refused(void **context) {
 
 static void no_wind_is_too_strong_for_dt(void **context) {
   fixture *f = *context;
+
+  // a soft body in a wind far beyond what explicit drag would bear
   const double wind[3] = {0, 300, 100};
   thrum_scene_body_def def = def_of(f);
   def.stiffness = 1e3;
@@ -365,6 +432,8 @@ static void no_wind_is_too_strong_for_dt(void **context) {
   for (int k = 0; k < 2000; k++)
     if (thrum_scene_step(f->scene, &error) < 0)
       fail_msg("%s", error.message);
+
+  // the kinetic energy stays bounded over as many steps again
   thrum_scene_energies e;
   MUST(thrum_scene_body_energies(f->scene, 0, &e, &error));
   thrum_scene_energies later;
@@ -375,6 +444,8 @@ static void no_wind_is_too_strong_for_dt(void **context) {
 
 static void a_snapshot_holds_contact_and_ways(void **context) {
   fixture *f = *context;
+
+  // a free body that falls on a rising floor
   thrum_scene_body_def def = def_of(f);
   def.free = 1;
   def.position[2] = 0.05;
@@ -384,18 +455,26 @@ static void a_snapshot_holds_contact_and_ways(void **context) {
   floor.velocity[2] = 0.1;
   MUST(thrum_scene_add_obstacle(f->scene, &floor, NULL, &error));
   steps(f->scene, 80);
+
+  // a snapshot in the middle, and the state at the end of the same run
   const size_t size = thrum_scene_snapshot_size(f->scene);
   void *kept = malloc(size), *end = malloc(size), *again = malloc(size);
   assert_true(kept && end && again);
   MUST(thrum_scene_snapshot(f->scene, kept, size, &error));
   steps(f->scene, 80);
   MUST(thrum_scene_snapshot(f->scene, end, size, &error));
+
+  // from the restored snapshot, contact and obstacle end in the same bits
   MUST(thrum_scene_restore(f->scene, kept, size, &error));
   steps(f->scene, 80);
   MUST(thrum_scene_snapshot(f->scene, again, size, &error));
   assert_memory_equal(end, again, size);
+
+  // the floor has moved with its velocity for the steps that count
   MUST(thrum_scene_obstacle(f->scene, 0, &floor, &error));
   assert_true(fabs(floor.centre[2] - 160 * 0.002 * 0.1) < 1e-12);
+
+  // a reset brings back the floor and starts the count of contact steps again
   MUST(thrum_scene_reset(f->scene, &error));
   MUST(thrum_scene_obstacle(f->scene, 0, &floor, &error));
   assert_true(floor.centre[2] == 0);
@@ -404,6 +483,7 @@ static void a_snapshot_holds_contact_and_ways(void **context) {
   thrum_scene_body_info info;
   MUST(thrum_scene_body(f->scene, 0, &info, &error));
   assert_true(info.contact.steps == 160);
+
   free(kept);
   free(end);
   free(again);
@@ -411,17 +491,23 @@ static void a_snapshot_holds_contact_and_ways(void **context) {
 
 static void what_does_not_touch_has_no_rows(void **context) {
   fixture *f = *context;
+
+  // without an obstacle a body needs no memory for contact
   thrum_scene_body_def def = def_of(f);
   MUST(thrum_scene_add_body(f->scene, &def, NULL, &error));
   thrum_scene_body_info info;
   MUST(thrum_scene_body(f->scene, 0, &info, &error));
   const size_t bare = info.bytes;
+
+  // with a floor it holds the basis rows of the vertices that may touch it
   const thrum_obstacle floor = thrum_default_obstacle();
   MUST(thrum_scene_add_obstacle(f->scene, &floor, NULL, &error));
   MUST(thrum_scene_body(f->scene, 0, &info, &error));
-  // one layer of vertices in five is held, and some lie inside
+  // one layer of vertices in five is held, and some vertices lie inside
   const size_t rows = (size_t)(3 * f->made.model.vertex_count * f->made.model.rank);
   assert_true(info.bytes > bare + rows * sizeof(double) / 4);
+
+  // a free body must be able to touch; a held body without contact vertices holds no rows
   def.touch_count = 0;
   def.free = 1;
   assert_true(thrum_scene_add_body(f->scene, &def, NULL, &error) < 0);

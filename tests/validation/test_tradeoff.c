@@ -1,6 +1,7 @@
-/* The trade of speed and accuracy: samples between steps, errors that fall as theory says and add
- * up as a triangle must, the choice of a setting, and the command. SPDX-License-Identifier:
- * Apache-2.0 */
+/* Tests of the trade-off of speed and accuracy: samples between steps, errors that fall as theory
+ * says and obey the triangle inequality, the choice of a setting, and the command.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -46,7 +47,7 @@ static void check_cubic(void *context, int64_t index, double share, const double
   assert_true(share > 0 && share <= 1 + 1e-9);
   assert_true(fabs(value[0] - exact) < 1e-13 * 10);
   assert_true(fabs(value[1] - slope) < 1e-12 * 10);
-  // each sample once, in order
+  // every sample comes once, in order
   assert_true((double)index == *last + 1);
   *last = (double)index;
 }
@@ -78,18 +79,24 @@ typedef struct trade {
   tradeoff_result result;
 } trade;
 
-/* Pushes the end of a beam for 0.05 s, hard enough to be nonlinear. */
+/* Loads the end of a beam for 0.05 s, strongly enough for a nonlinear response. */
 static void trade_make(trade *t, const char *mesh, int64_t modes, int64_t rank, double newtons) {
   memset(t, 0, sizeof *t);
+
+  // the reduced model of a beam that is held at its left end
   t->body = body_make(mesh, "x<0.001");
   t->made = body_precompute(&t->body, modes, rank);
   const thrum_model *model = &t->made.model;
+
+  // the force is shared among the vertices of the right end
   const int32_t *vertices;
   int64_t count;
   assert_int_equal(thrum_model_group(model, "right", &vertices, &count, NULL), THRUM_OK);
   t->forces = need((size_t)(3 * model->vertex_count), sizeof *t->forces);
   for (int64_t n = 0; n < count; n++)
     t->forces[3 * vertices[n] + 2] = newtons / (double)count;
+
+  // three time steps of each integrator against a full-order run
   t->course = (thrum_load){THRUM_LOAD_CONSTANT, 0, 0.05, 0};
   t->problem = (tradeoff_problem){.model = model,
                                   .load_count = 1,
@@ -122,6 +129,8 @@ static void trade_free(trade *t) {
 static void errors_fall_with_the_basis_and_with_the_time_step(void **state) {
   (void)state;
   static trade t;
+
+  // bases of 4, 12 and 30 modes beside the model's own basis of 10
   trade_make(&t, "beam:6x2x2@1x0.15x0.15", 5, 10, 60);
   t.problem.rank_count = 4;
   t.problem.full_dt = 0.00025;
@@ -131,29 +140,37 @@ static void errors_fall_with_the_basis_and_with_the_time_step(void **state) {
     t.problem.modes[n] = ranks[n] / 2;
   }
   trade_solve(&t);
+
+  // the error of the basis falls with its rank
   const tradeoff_basis *bases = t.result.bases;
   assert_int_equal(bases[0].rank, 10);
   assert_true(bases[1].error.displacement > 1.5 * bases[0].error.displacement);
   assert_true(bases[2].error.displacement < bases[0].error.displacement * 1.05);
   assert_true(bases[3].error.displacement < 0.6 * bases[2].error.displacement);
   assert_int_equal(t.result.run_count, 4 * 3 * 3);
+
+  // every run is stable and its cost is that of its step
   int fronts = 0;
   for (int64_t n = 0; n < t.result.run_count; n++) {
     const tradeoff_run *run = &t.result.runs[n];
     const double basis = bases[run->basis].error.displacement;
     assert_true(run->stable && run->us_per_step > 0);
     assert_true(fabs(run->cost - 1e-6 * run->us_per_step / run->dt) < 1e-12);
-    // what is measured against the full order is no more than both parts, and no less than their
-    // difference; the norms differ by the size of the basis' error
+    // the triangle inequality, both ways: the error against the full order is at most the sum of
+    // both parts and at least their difference; the norms differ by the size of the error of the
+    // basis
     assert_true(run->error.displacement < 1.1 * (basis + run->time_error.displacement));
     assert_true(run->error.displacement > 0.9 * fabs(basis - run->time_error.displacement) - 1e-3);
     fronts += run->front;
-    // the runs of one integrator follow each other by time step
+
+    // the runs of one integrator follow each other by time step, with second-order errors
     if (n % 3 > 0) {
       const double ratio = run->time_error.displacement / run[-1].time_error.displacement;
       assert_true(ratio > 2.2 && ratio < 6);
     }
   }
+
+  // some settings are on the front of cost and error, and some are not
   assert_true(fronts > 0 && fronts < t.result.run_count);
   assert_true(t.result.free_count == 6 * 9 * 3 && t.result.full_us_per_step > 0);
   trade_free(&t);
@@ -178,6 +195,8 @@ static void bases_that_the_mesh_does_not_have_are_dropped(void **state) {
   (void)state;
   static trade t;
   thrum_error error = {0};
+
+  // a single cell, whose mesh has fewer components than the first basis asks for
   trade_make(&t, "beam:1x1x1@1x1x1", 3, 5, 1000);
   t.problem.dt_count = 1;
   t.problem.rank_count = 2;
@@ -185,17 +204,21 @@ static void bases_that_the_mesh_does_not_have_are_dropped(void **state) {
   t.problem.ranks[0] = 20; // of 12 components
   t.problem.modes[1] = t.problem.ranks[1] = 0;
   trade_solve(&t);
+
+  // that basis is dropped with a reason; the model's own is left
   assert_int_equal(t.result.dropped, 1);
   assert_non_null(strstr(t.result.dropped_reason.message, "12 free components"));
   assert_int_equal(t.result.basis_count, 1);
   assert_int_equal(t.result.bases[0].rank, 5);
   assert_int_equal(t.result.run_count, 3);
-  // none left: refused, and the result as it was
+
+  // with no basis left the problem is refused, and the result is as it was
   t.problem.rank_count = 1;
   tradeoff_result untouched = {.run_count = 77};
   assert_true(tradeoff_solve(&t.problem, &untouched, &error) < 0);
   assert_int_equal(untouched.run_count, 77);
-  // a load that comes too late
+
+  // a load that starts after the end of the run is refused
   t.problem.modes[0] = t.problem.ranks[0] = 0;
   t.course.from = 5;
   t.course.until = 6;
@@ -206,6 +229,8 @@ static void bases_that_the_mesh_does_not_have_are_dropped(void **state) {
 
 static void the_choice_is_the_cheapest_or_the_most_accurate(void **state) {
   (void)state;
+
+  // settings by cost, and a cheap one that is unstable
   tradeoff_run runs[4] = {
       {.stable = true, .cost = 1, .error = {0.10, 0, 0}},
       {.stable = true, .cost = 2, .error = {0.02, 0, 0}},
@@ -213,10 +238,16 @@ static void the_choice_is_the_cheapest_or_the_most_accurate(void **state) {
       {.stable = false, .cost = 0.1, .error = {NAN, NAN, NAN}},
   };
   const tradeoff_result result = {.run_count = 4, .runs = runs};
+
+  // under a bound of the error the cheapest setting is chosen
   assert_int_equal(tradeoff_choose(&result, 0.05, NAN), 1);
   assert_int_equal(tradeoff_choose(&result, 0.1, NAN), 0);
+
+  // under a bound of the cost the most accurate one is
   assert_int_equal(tradeoff_choose(&result, NAN, 3), 1);
   assert_int_equal(tradeoff_choose(&result, NAN, 100), 2);
+
+  // under both bounds a setting may exist or not
   assert_int_equal(tradeoff_choose(&result, 0.05, 3), 1);
   assert_int_equal(tradeoff_choose(&result, 0.015, 3), -1);
   assert_int_equal(tradeoff_choose(&result, 0.001, NAN), -1);
@@ -246,7 +277,7 @@ static void the_command_recommends_what_simulate_takes(void **state) {
       assert_true(cli_json_get(other, "cost_s_per_s") >= cost);
   }
 
-  // the recommended setting, as an options file for simulate
+  // simulate takes the recommended setting from the options file
   const double dt = cli_json_get(recommended, "dt");
   cli_result_free(&run);
   run = thrum_run(folder, "simulate", "beam.npz", "-o", "run", "--options", "trade/simulate.json",
@@ -258,6 +289,7 @@ static void the_command_recommends_what_simulate_takes(void **state) {
   cJSON_Delete(object);
   cli_result_free(&run);
 
+  // the report page and the table are written
   char path[128];
   snprintf(path, sizeof path, "%s/trade/tradeoff.html", folder);
   char *page = cli_read_text(path);
@@ -278,7 +310,7 @@ static void single_precision_is_tried_beside_double(void **state) {
 
   cJSON *object = cli_json_line(run.out);
   const cJSON *runs = cJSON_GetObjectItem(object, "runs");
-  // the model's own basis once, the other twice
+  // the model's own basis counts once, the other one in both precisions
   assert_int_equal(cJSON_GetArraySize(runs), 3 * 3 * 3);
 
   for (int n = 9; n < 18; n++) {
@@ -286,7 +318,7 @@ static void single_precision_is_tried_beside_double(void **state) {
     assert_string_equal(cJSON_GetObjectItem(fine, "precision")->valuestring, "double");
     assert_string_equal(cJSON_GetObjectItem(coarse, "precision")->valuestring, "single");
     const double error = cli_json_get(fine, "error"), other = cli_json_get(coarse, "error");
-    // rounded coefficients are other coefficients, and near
+    // rounded coefficients are different, but close
     assert_true(error != other && fabs(error - other) < 1e-4 * error);
   }
   cJSON_Delete(object);
@@ -295,13 +327,15 @@ static void single_precision_is_tried_beside_double(void **state) {
 
 static void a_mesh_is_traded_as_its_model_is(void **state) {
   (void)state;
-  // the cache within the folder of the test
+  // the cache lies within the folder of the test
   char cache[96], *kept = getenv("XDG_CACHE_HOME");
   char before[256];
   snprintf(before, sizeof before, "%.255s", kept ? kept : "");
   assert_true(folder[0] == '/');
   snprintf(cache, sizeof cache, "%s/cache", folder);
   assert_int_equal(setenv("XDG_CACHE_HOME", cache, 1), 0);
+
+  // the same beam, once as a model made before and once as a mesh
   double errors[2];
   for (int mesh = 0; mesh < 2; mesh++) {
     cli_result run =
@@ -325,12 +359,15 @@ static void a_mesh_is_traded_as_its_model_is(void **state) {
     cJSON_Delete(object);
     cli_result_free(&run);
   }
+
   assert_true(errors[0] > 0 && errors[0] == errors[1]);
   cli_result run =
       thrum_run(folder, "simulate", "beam:6x2x2@1x0.15x0.15", "--fix", "x<0.001", "--full", "-o",
                 "whole", "--time", "0.01", "--load", "impulse:0,0,-2@tip", "--json", "-q", NULL);
   assert_int_equal(run.exit_code, 0);
   cli_result_free(&run);
+
+  // simulate takes a mesh only with --full, and a Poisson's ratio of 0.5 is refused
   run = thrum_run(folder, "simulate", "beam:6x2x2@1x0.15x0.15", "-o", "m2", NULL);
   assert_int_equal(run.exit_code, 2);
   assert_non_null(strstr(run.err, "--full"));
@@ -339,7 +376,8 @@ static void a_mesh_is_traded_as_its_model_is(void **state) {
       thrum_run(folder, "tradeoff", "beam:6x2x2@1x0.15x0.15", "-o", "m", "--poisson", "0.5", NULL);
   assert_int_equal(run.exit_code, 2);
   cli_result_free(&run);
-  // a model has what it has
+
+  // a model refuses the options that belong to a mesh
   run = thrum_run(folder, "tradeoff", "stiff.npz", "-o", "m", "--fix", "x<0.001", NULL);
   assert_int_equal(run.exit_code, 2);
   assert_non_null(strstr(run.err, "of a mesh"));
@@ -347,6 +385,7 @@ static void a_mesh_is_traded_as_its_model_is(void **state) {
   run = thrum_run(folder, "simulate", "stiff.npz", "-o", "m2", "--young", "1e6", NULL);
   assert_int_equal(run.exit_code, 2);
   cli_result_free(&run);
+
   if (before[0] != 0)
     setenv("XDG_CACHE_HOME", before, 1);
   else
@@ -355,16 +394,22 @@ static void a_mesh_is_traded_as_its_model_is(void **state) {
 
 static void what_cannot_be_done_is_said(void **state) {
   (void)state;
+
+  // an error that no setting reaches
   cli_result run =
       thrum_run(folder, "tradeoff", "beam.npz", "-o", "none", "--load", "square:0,0,-20@tip",
                 "--quick", "--time", "0.1", "--ranks", "0", "--error", "0.000001%", "-q", NULL);
   assert_int_equal(run.exit_code, 3);
   assert_non_null(strstr(run.out, "no setting that was tried"));
   cli_result_free(&run);
+
+  // a run without a load has no reference
   run = thrum_run(folder, "tradeoff", "beam.npz", "-o", "none", NULL);
   assert_int_equal(run.exit_code, 1);
   assert_non_null(strstr(run.err, "--load"));
   cli_result_free(&run);
+
+  // wrong arguments are named in one line
   static const char *const wrong[][2] = {{"--error", "a lot"}, {"--error", "200%"},
                                          {"--budget", "-3ms"}, {"--ranks", "2.5"},
                                          {"--dts", "0.003,,"}, {"--integrators", "rk4"}};

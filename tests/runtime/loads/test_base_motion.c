@@ -1,9 +1,11 @@
-/* A base's motion: means, integrals and splines against closed forms; a shaken oscillator against
- * its own; the balance of the energy. SPDX-License-Identifier: Apache-2.0 */
+/* Tests of base motions: means, integrals and splines against closed forms, the response of an
+ * oscillator against its closed form, and the balance of energy.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/state_support.h"
 #include "thrum/external_load.h"
 
-/* Samples of a(t) = line for line, unevenly spaced. */
+/* Samples of a(t), piecewise linear and unevenly spaced. */
 static const double times[5] = {0.5, 0.6, 1.0, 1.7, 2.0};
 static const double values[15] = {1, 0, -2, 3, 1, 0, -1, 2, 4, 0, -3, 1, 2, 2, 2};
 static const thrum_base_motion motion = {5, times, values, NULL, NULL};
@@ -26,17 +28,19 @@ static void a_step_takes_the_mean_of_the_acceleration(void **state) {
     for (int64_t step = 0; (double)step * dt < 2.5; step++) {
       double mean[3], by_parts[3] = {0, 0, 0};
       thrum_base_motion_mean(&motion, step, dt, mean);
-      // the middle of many parts: exact where no sample lies inside
+      // the midpoint rule over many parts is exact where no sample lies inside a part
       for (int part = 0; part < 20000; part++)
         for (int axis = 0; axis < 3; axis++)
           by_parts[axis] +=
               acceleration(((double)step + ((double)part + 0.5) / 20000) * dt, axis) / 20000;
+
       for (int axis = 0; axis < 3; axis++) {
         assert_true(fabs(mean[axis] - by_parts[axis]) <= 3e-4);
         sum[axis] += mean[axis] * dt;
       }
     }
-    // together they are the whole, whatever the step
+
+    // the means add up to the integral of the acceleration, for any time step
     for (int axis = 0; axis < 3; axis++) {
       double whole = 0;
       for (int k = 0; k < 4; k++)
@@ -45,6 +49,8 @@ static void a_step_takes_the_mean_of_the_acceleration(void **state) {
       assert_true(fabs(sum[axis] - whole) <= 1e-14);
     }
   }
+
+  // after the last sample the base is at rest or in uniform motion
   double mean[3] = {1, 1, 1};
   thrum_base_motion_mean(&motion, 1000, 0.1, mean);
   assert_true(mean[0] == 0 && mean[1] == 0 && mean[2] == 0);
@@ -52,25 +58,31 @@ static void a_step_takes_the_mean_of_the_acceleration(void **state) {
 
 static void a_constant_acceleration_is_a_parabola(void **state) {
   (void)state;
+
+  // velocity and position follow from the samples
   static const double t[3] = {1, 1.5, 4}, a[9] = {2, 0, -4, 2, 0, -4, 2, 0, -4};
   double v[9], x[9], position[3], velocity[3];
   thrum_base_motion_integrate(3, t, a, v, x);
   const thrum_base_motion falling = {3, t, a, v, x};
+
+  // between samples the motion is the parabola of the constant acceleration
   for (double time = 1; time <= 4; time += 0.25) {
     thrum_base_motion_at(&falling, time, position, velocity);
     assert_true(fabs(position[0] - (time - 1) * (time - 1)) <= 1e-13);
     assert_true(fabs(velocity[2] + 4 * (time - 1)) <= 1e-13);
     assert_true(position[1] == 0);
   }
-  // at rest before, in steady motion after
+
+  // the base is at rest before the first sample and in uniform motion after the last
   thrum_base_motion_at(&falling, 0.3, position, velocity);
   assert_true(position[0] == 0 && velocity[0] == 0);
   thrum_base_motion_at(&falling, 5, position, velocity);
   assert_true(fabs(position[0] - (9 + 6)) <= 1e-13 && fabs(velocity[0] - 6) <= 1e-13);
 }
 
-/* x = 1 - cos t begins at rest; its spline's acceleration is cos t to second order. */
+/* x = 1 - cos t starts at rest; the acceleration of its spline is cos t to second order. */
 static double spline_error(int count) {
+  // one block holds the samples, the derivatives and the work space
   double *t = random_alloc(11 * count, sizeof(double));
   double *x = t + count, *a = x + 3 * count, *v = a + 3 * count, *work = v + 3 * count;
   double worst = 0, position[3];
@@ -79,11 +91,14 @@ static double spline_error(int count) {
     for (int axis = 0; axis < 3; axis++)
       x[3 * k + axis] = (axis + 1) * (1 - cos(t[k]));
   }
+
+  // the spline through the sampled positions
   thrum_base_motion_spline(count, t, x, a, v, work);
   const thrum_base_motion sampled = {count, t, a, v, x};
+
   for (int k = 0; k < count; k++) {
     worst = fmax(worst, fabs(a[3 * k + 2] - 3 * cos(t[k])));
-    // what lies between two samples leads from one to the other
+    // the motion between two samples joins them
     thrum_base_motion_at(&sampled, k > 0 ? t[k] * (1 - 1e-15) : 0, position, NULL);
     assert_true(fabs(position[1] - x[3 * k + 1]) <= 1e-12);
   }
@@ -98,7 +113,7 @@ static void a_spline_of_positions_gives_their_acceleration(void **state) {
   assert_true(log2(coarse / fine) > 1.7);
 }
 
-/* One mode of angular frequency w with axis_mass m along z. */
+/* An oscillator of one mode with angular frequency omega and axis_mass along z. */
 typedef struct oscillator {
   double omega2, zero[2], axis_mass[3];
   thrum_model model;
@@ -115,8 +130,10 @@ static void oscillator_make(oscillator *o, double omega, double mass, double qua
                            .axis_mass = o->axis_mass};
 }
 
-/* q'' + w^2 q = -m A sin(W t) from rest: q = -m A / (w^2 - W^2) (sin W t - W/w sin w t). */
+/* Returns the error against q'' + w^2 q = -m A sin(W t) from rest, whose solution is
+ * q = -m A / (w^2 - W^2) (sin W t - W/w sin w t). */
 static double base_motion_error(thrum_integrator integrator, double dt) {
+  // an oscillator driven below its own frequency
   const double omega = 7, driven = 5, mass = 1.3, amplitude = 2, end = 2;
   oscillator o;
   oscillator_make(&o, omega, mass, 0);
@@ -124,6 +141,8 @@ static double base_motion_error(thrum_integrator integrator, double dt) {
   def.integrator = integrator;
   def.dt = dt;
   thrum_state *state = state_make(&o.model, &def);
+
+  // the inertial load of each step is that of the mean acceleration
   const thrum_load course = {THRUM_LOAD_SINE, 0, INFINITY, driven / (2 * pi)};
   const int64_t steps = (int64_t)(end / dt + 0.5);
   for (int64_t step = 0; step < steps; step++) {
@@ -133,6 +152,8 @@ static double base_motion_error(thrum_integrator integrator, double dt) {
     state_push(&o.model, state, &force);
     state_steps(&o.model, state, 1);
   }
+
+  // the error at the end
   double q = 0;
   state_read(&o.model, state, &q, NULL);
   state_free(state);
@@ -171,6 +192,8 @@ static void a_falling_base_is_gravity(void **state) {
 
 static void the_base_puts_in_what_the_body_gains(void **state) {
   (void)state;
+
+  // a nonlinear oscillator, without and with damping
   oscillator o;
   oscillator_make(&o, 7, 1.3, 400);
   for (int damped = 0; damped < 2; damped++) {
@@ -180,16 +203,23 @@ static void the_base_puts_in_what_the_body_gains(void **state) {
     def.damping_alpha = damped ? 0.5 : 0;
     def.damping_beta = damped ? 0.002 : 0;
     thrum_state *body = state_make(&o.model, &def);
+
+    // the sums over the run: work of the base, loss of the damping
     double work = 0, loss = 0, before = 0, after = 0, largest = 0;
     for (int64_t step = 0; step < 400; step++) {
+      // a strong base motion
       double mean[3], force = 0;
       thrum_base_motion_mean(&motion, step, def.dt, mean);
       for (int axis = 0; axis < 3; axis++)
         mean[axis] *= 30;
+
+      // one step under the inertial load
       assert_int_equal(thrum_base_motion_load(&o.model, mean, &force, NULL), THRUM_OK);
       state_push(&o.model, body, &force);
       state_steps(&o.model, body, 1);
       state_read(&o.model, body, &after, NULL);
+
+      // the energy is the work less the loss, to rounding, at every step
       work += thrum_load_work(&force, &before, &after, 1);
       loss += thrum_damping_loss(&o.model, def.damping_alpha, def.damping_beta, &before, &after,
                                  def.dt);
@@ -198,6 +228,8 @@ static void the_base_puts_in_what_the_body_gains(void **state) {
       largest = fmax(largest, energy);
       assert_true(fabs(energy - work + loss) <= 1e-11 * largest);
     }
+
+    // the run gained energy, and lost some of it only where there is damping
     assert_true(largest > 1 && (damped ? loss > 0.1 * largest : loss == 0));
     state_free(body);
   }
@@ -205,6 +237,8 @@ static void the_base_puts_in_what_the_body_gains(void **state) {
 
 static void bad_motions_are_refused(void **state) {
   (void)state;
+
+  // times that do not ascend, a sample that is not finite, and a single sample
   static const double same[2] = {1, 1}, back[2] = {1, 0.5}, a[6] = {0};
   const double bad[6] = {0, 0, 0, 0, NAN, 0};
   thrum_error error;
@@ -218,7 +252,8 @@ static void bad_motions_are_refused(void **state) {
                    THRUM_BAD_VALUE);
   assert_int_equal(thrum_base_motion_check(&(thrum_base_motion){1, times, a, NULL, NULL}, NULL),
                    THRUM_BAD_VALUE);
-  // a model that does not know its mass cannot be shaken
+
+  // a model without axis masses has no inertial load
   oscillator o;
   oscillator_make(&o, 7, 1.3, 0);
   o.model.axis_mass = NULL;

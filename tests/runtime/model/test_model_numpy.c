@@ -1,6 +1,6 @@
-/* NumPy and the model file: numpy.load opens what Thrum writes, Thrum opens what numpy.savez
- * writes, and the Python of docs/model_format.md does what that page says. Runs /usr/bin/python3
- * with numpy.
+/* Tests of the model file with NumPy: numpy.load opens the files of Thrum, Thrum opens the files of
+ * numpy.savez, and the Python code of docs/model_format.md does as that page says. The tests run
+ * /usr/bin/python3 with numpy.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <setjmp.h>
@@ -36,7 +36,7 @@ static int remove_folder(void **state) {
   return chdir("/") != 0 || system(command) != 0;
 }
 
-// runs a script in the folder; it fails the test when it raises
+// runs a script in the folder; an exception in it fails the test
 static void python(const char *script) {
   assert_int_equal(thrum_file_write_atomic("script.py", script, strlen(script), NULL), THRUM_OK);
   if (system("/usr/bin/python3 -W error script.py") != 0)
@@ -73,6 +73,8 @@ static void numpy_opens_a_saved_model(void **state) {
   (void)state;
   thrum_model model = sample_model();
   save("ours.npz", &model);
+
+  // the script checks names, types, values and the layout of the archive
   python("import numpy as np, zipfile, json\n"
          "d = np.load('ours.npz')\n"
          "assert d.files == ['format', 'meta', 'omega2', 'c3', 'c4', 'axis_mass', 'vertices',\n"
@@ -120,6 +122,8 @@ static void files_that_numpy_makes_in_other_ways_are_refused(void **state) {
   (void)state;
   thrum_model model = sample_model();
   save("ours.npz", &model);
+
+  // one file for each way in which NumPy could write something else
   python("import numpy as np, subprocess\n"
          "d = dict(np.load('ours.npz'))\n"
          "np.savez_compressed('compressed.npz', **d)\n"
@@ -141,6 +145,8 @@ static void files_that_numpy_makes_in_other_ways_are_refused(void **state) {
          "np.savez(cat.stdin, **d)\n"
          "cat.stdin.close()\n"
          "assert cat.wait() == 0\n");
+
+  // each is refused with the reason, and where possible with the remedy
   expect_refused("compressed.npz", THRUM_UNSUPPORTED, "use numpy.savez, not savez_compressed");
   expect_refused("piped.npz", THRUM_UNSUPPORTED, "save to a file on disk");
   expect_refused("big.npz", THRUM_BAD_SHAPE, "array 'c3' has type '>f8', '<f8' is needed");
@@ -159,12 +165,16 @@ static void files_that_numpy_makes_in_other_ways_are_refused(void **state) {
 
 static void npy_files_pass_both_ways(void **state) {
   (void)state;
+
+  // a matrix of the sample's basis as Thrum writes it
   thrum_error error = {THRUM_OK, ""};
   unsigned char bytes[192 + sizeof sample_basis];
   size_t header = thrum_npy_header_f8(bytes, 15, 2);
   memcpy(bytes + header, sample_basis, sizeof sample_basis);
   assert_int_equal(thrum_file_write_atomic("out.npy", bytes, header + sizeof sample_basis, NULL),
                    THRUM_OK);
+
+  // NumPy reads it, and writes it back in several forms
   python("import numpy as np\n"
          "a = np.load('out.npy')\n"
          "assert a.dtype == '<f8' and a.flags.c_contiguous and a.shape == (15, 2)\n"
@@ -173,6 +183,8 @@ static void npy_files_pass_both_ways(void **state) {
          "np.save('scalar.npy', 1.0)\n"
          "np.save('fortran.npy', np.asfortranarray(a))\n"
          "np.save('int.npy', np.arange(3))\n");
+
+  // a matrix and a vector are read
   double *values = NULL;
   int64_t rows = 0, columns = 0;
   assert_int_equal(thrum_npy_read_f8("back.npy", &values, &rows, &columns, &error), THRUM_OK);
@@ -183,6 +195,8 @@ static void npy_files_pass_both_ways(void **state) {
   assert_true(rows == 30 && columns == 0);
   assert_memory_equal(values, sample_basis, sizeof sample_basis);
   free(values);
+
+  // scalars, Fortran order and integers are refused
   assert_int_equal(thrum_npy_read_f8("scalar.npy", &values, &rows, &columns, &error),
                    THRUM_BAD_SHAPE);
   assert_non_null(strstr(error.message, "scalar.npy has shape ()"));
@@ -193,7 +207,7 @@ static void npy_files_pass_both_ways(void **state) {
   assert_non_null(strstr(error.message, "int.npy has type '<i8'"));
 }
 
-// the Python blocks of the page run as they stand, in one go
+// the Python blocks of the page run as they stand, one after the other
 #define DOCS_BLOCKS                                                                                \
   "import pathlib, re\n"                                                                           \
   "page = pathlib.Path('" THRUM_TEST_DATA "/../../docs/model_format.md').read_text('utf-8')\n"     \
@@ -203,6 +217,8 @@ static void npy_files_pass_both_ways(void **state) {
 
 static void the_energy_of_the_format_page_is_that_of_the_runtime(void **state) {
   (void)state;
+
+  // the page's code evaluates the energy of a random model at random points
   random_model m;
   random_model_make_wild(&m, 7, 6);
   save("wild.npz", &m.model);
@@ -210,6 +226,8 @@ static void the_energy_of_the_format_page_is_that_of_the_runtime(void **state) {
                      "q = np.random.default_rng(3).uniform(-1, 1, (20, 6))\n"
                      "np.save('q.npy', q)\n"
                      "np.save('v.npy', np.array([energy(model, x) for x in q]))\n");
+
+  // the runtime gives the same energies
   double *q = NULL, *v = NULL;
   int64_t rows = 0, columns = 0;
   assert_int_equal(thrum_npy_read_f8("q.npy", &q, &rows, &columns, NULL), THRUM_OK);
@@ -219,6 +237,7 @@ static void the_energy_of_the_format_page_is_that_of_the_runtime(void **state) {
   for (int64_t i = 0; i < rows; i++)
     assert_true(fabs(thrum_strain_energy(&m.model, q + 6 * i, work) - v[i]) <=
                 1e-12 * (1 + fabs(v[i])));
+
   free(work);
   free(q);
   free(v);

@@ -1,5 +1,5 @@
-/* What a model file must not be, one thing wrong at a time: each is refused with its status and a
- * message that names the array and what to do. docs/model_format.md
+/* Tests of refused model files, with one thing wrong at a time: each is refused with its status and
+ * a message that names the array and the remedy. See docs/model_format.md.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <setjmp.h>
@@ -18,8 +18,9 @@
 static _Alignas(64) unsigned char file_bytes[ARCHIVE_MAX];
 static _Alignas(64) unsigned char memory[ARCHIVE_MAX];
 
-// all three ways in refuse alike, say `words`, and leave their outputs alone
+// the three readers refuse alike, with `words` in the message, and leave their outputs as they were
 static void check_bytes(size_t size, thrum_status status, const char *words) {
+  // a view is refused with its message of one line
   thrum_error error = {THRUM_OK, ""};
   thrum_model view, before;
   memset(&view, 0x5A, sizeof view);
@@ -30,6 +31,8 @@ static void check_bytes(size_t size, thrum_status status, const char *words) {
   assert_int_equal(error.status, status);
   assert_null(strchr(error.message, '\n'));
   assert_memory_equal(&view, &before, sizeof view);
+
+  // neither the size nor the memory for a copy is written
   size_t needed = 77;
   assert_int_equal(thrum_model_size(file_bytes, size, &needed, NULL), status);
   assert_int_equal(needed, 77);
@@ -71,17 +74,23 @@ static void what_is_no_archive_is_said_to_be_none(void **state) {
 
 static void archives_of_other_kinds_are_refused(void **state) {
   (void)state;
+
+  // a comment of the archive, also one that looks like an end record
   archive a = archive_sample();
   a.comment = "made by hand";
   refused(&a, THRUM_BAD_FORMAT, "zip comment");
-  // a comment that ends like an end record does not hide itself
+  // a comment that ends like an end record is still found
   char comment[23] = "PK\5\6";
   memset(comment + 4, 1, 18);
   a.comment = comment;
   refused(&a, THRUM_BAD_FORMAT, "comment");
+
+  // an archive over several disks
   a = archive_sample();
   a.disk = 1;
   refused(&a, THRUM_UNSUPPORTED, "more than one disk");
+
+  // counts of members that the directory does not hold
   a = archive_sample();
   a.count_change = 1;
   refused(&a, THRUM_BAD_FORMAT, "directory is damaged at member 16");
@@ -91,6 +100,8 @@ static void archives_of_other_kinds_are_refused(void **state) {
   refused(&a, THRUM_UNSUPPORTED, "more than the 4096");
   a.count_change = 0xFFFFu - 15u;
   refused(&a, THRUM_UNSUPPORTED, "zip64");
+
+  // an end record that refers to zip64, or to another end of the directory
   a = archive_sample();
   size_t size = archive_build(&a, file_bytes);
   memset(file_bytes + size - 6, 0xFF, 4);
@@ -116,15 +127,21 @@ static void compressed_and_piped_members_are_refused_with_the_reason(void **stat
 
 static void members_tile_the_file_without_gap_or_overlap(void **state) {
   (void)state;
+
+  // a gap before a member, behind the first byte or before it
   archive a = archive_sample();
   archive_find(&a, "tets")->gap = 1;
   refused(&a, THRUM_BAD_FORMAT, "'tets.npy' is said to begin at byte");
   a = archive_sample();
   archive_find(&a, "format")->gap = 64;
   refused(&a, THRUM_BAD_FORMAT, "'format.npy' is said to begin at byte 64, where 0 is right");
+
+  // a member whose offset points elsewhere
   a = archive_sample();
   archive_find(&a, "tets")->offset_change = (uint32_t)-1;
   refused(&a, THRUM_BAD_FORMAT, "'tets.npy' is said to begin at byte");
+
+  // bytes before the directory and in it
   a = archive_sample();
   a.gap = 3;
   refused(&a, THRUM_BAD_FORMAT, "belong to no member stand before the zip directory");
@@ -135,19 +152,27 @@ static void members_tile_the_file_without_gap_or_overlap(void **state) {
 
 static void local_and_central_records_must_agree(void **state) {
   (void)state;
+
+  // each field of the local record is changed alone; the whole record is restored in between
   static const char words[] = "'basis.npy': its local record and the zip directory disagree";
   archive a = archive_sample();
   archive_part *basis = archive_find(&a, "basis"), good = *basis;
+
+  // names
   basis->local_name = "basit.npy";
   refused(&a, THRUM_BAD_FORMAT, words);
   basis->local_name = "base.npy";
   refused(&a, THRUM_BAD_FORMAT, words);
+
+  // checksum and size
   *basis = good;
   basis->local_crc_change = 1;
   refused(&a, THRUM_BAD_FORMAT, words);
   *basis = good;
   basis->local_size_change = 1;
   refused(&a, THRUM_BAD_FORMAT, words);
+
+  // flags, method and the size of the stored data
   *basis = good;
   basis->local_flags = 0x800;
   refused(&a, THRUM_BAD_FORMAT, words);
@@ -157,7 +182,8 @@ static void local_and_central_records_must_agree(void **state) {
   *basis = good;
   basis->size_change = 1;
   refused(&a, THRUM_BAD_FORMAT, "'basis.npy' is stored, yet its two sizes differ");
-  // sizes of 0xFFFFFFFF mean something only where the record behind the name tells them
+
+  // sizes of 0xFFFFFFFF have a meaning only where the zip64 record behind the name holds them
   *basis = good;
   size_t size = archive_build(&a, file_bytes);
   memset(file_bytes + 18, 0xFF, 8);
@@ -166,12 +192,16 @@ static void local_and_central_records_must_agree(void **state) {
 
 static void extra_fields_are_padding_or_those_of_numpy(void **state) {
   (void)state;
+
+  // the extra fields that NumPy writes, and padding
   archive a = archive_sample();
   const archive_extra good[] = {EXTRA_NONE, EXTRA_PADDING, EXTRA_ZIP64, EXTRA_ZIP64_ONLY};
   for (int i = 0; i < 4; i++) {
     archive_set_extra(&a, good[i]);
     accepted(&a);
   }
+
+  // any other extra field of the local record
   const archive_extra bad[] = {EXTRA_ZIP64_WRONG, EXTRA_PADDING_ONES, EXTRA_PADDING_LONG,
                                EXTRA_UNKNOWN};
   for (int i = 0; i < 4; i++) {
@@ -179,6 +209,8 @@ static void extra_fields_are_padding_or_those_of_numpy(void **state) {
     archive_find(&a, "omega2")->extra = bad[i];
     refused(&a, THRUM_BAD_FORMAT, "'omega2.npy' has an extra field");
   }
+
+  // the central record has no extra field, no comment and no other disk
   a = archive_sample();
   archive_find(&a, "omega2")->central_extra = 4;
   refused(&a, THRUM_UNSUPPORTED, "'omega2.npy' has an extra field, a comment");
@@ -204,6 +236,8 @@ static void a_wrong_checksum_is_refused_of_unknown_members_too(void **state) {
 
 static void names_are_plain_and_unique(void **state) {
   (void)state;
+
+  // a name that comes twice, known or unknown
   archive a = archive_sample();
   archive_add(&a, "c3.npy", "<f8", "(4,)", sample_c3, sizeof sample_c3);
   refused(&a, THRUM_BAD_FORMAT, "'c3.npy' is there twice");
@@ -211,6 +245,8 @@ static void names_are_plain_and_unique(void **state) {
   archive_add(&a, "notes.npy", "<i4", "(1,)", "abcd", 4);
   archive_add(&a, "notes.npy", "<i4", "(1,)", "abcd", 4);
   refused(&a, THRUM_BAD_FORMAT, "'notes.npy' is there twice");
+
+  // characters, suffixes and folders that a member's name cannot have
   static const char *const bad[] = {"C3.npy", "_c.npy",  "3c.npy",       ".npy",
                                     "c3",     "c3.npY",  "folder/c.npy", "../c.npy",
                                     "c-.npy", "c\n.npy", "c3.npy.npz",   "caf\xC3\xA9.npy",
@@ -220,6 +256,8 @@ static void names_are_plain_and_unique(void **state) {
     archive_add(&a, bad[i], "<i4", "(1,)", "abcd", 4);
     refused(&a, THRUM_BAD_FORMAT, "names are lower-case letters");
   }
+
+  // a long name of an unknown member is no error
   a = archive_sample();
   archive_add(&a, "a_name_that_is_longer_than_a_message_has_room_for_0123456789.npy", "<i4", "(1,)",
               "abcd", 4);
@@ -231,6 +269,8 @@ static void required_arrays_and_their_companions_must_be_there(void **state) {
   static const char *const required[] = {"format", "omega2", "c3", "c4"};
   static const char *const mesh[] = {"vertices", "tets", "tet_region", "material", "fixed"};
   static const char *const groups[] = {"group_names", "group_ends", "group_vertices"};
+
+  // each array that the sample needs, removed alone
   char words[80];
   for (int i = 0; i < 12; i++) {
     archive a = archive_sample();
@@ -239,6 +279,8 @@ static void required_arrays_and_their_companions_must_be_there(void **state) {
     snprintf(words, sizeof words, "array '%s' is missing%s", name, i < 4 ? "" : ": ");
     refused(&a, THRUM_MISSING, words);
   }
+
+  // arrays that need a mesh, without one
   archive a = archive_sample();
   for (int i = 0; i < 5; i++)
     archive_remove(&a, mesh[i]);
@@ -249,14 +291,18 @@ static void required_arrays_and_their_companions_must_be_there(void **state) {
 
 static void another_version_of_the_format_speaks_first(void **state) {
   (void)state;
+
+  // a file of another major version is refused for that, whatever else it lacks
   archive a = archive_sample();
   archive_set_i4(&a, "format", 0, 2);
   archive_remove(&a, "c4");
   archive_find(&a, "omega2")->type = "<f4";
   refused(&a, THRUM_UNSUPPORTED, "array 'format' says version 2.0, this program reads version 1");
+
   a = archive_sample();
   archive_set_i4(&a, "format", 1, -1);
   refused(&a, THRUM_BAD_VALUE, "array 'format'");
+
   // a minor version only adds arrays
   archive_set_i4(&a, "format", 1, 7);
   size_t size = archive_build(&a, file_bytes);
@@ -267,6 +313,8 @@ static void another_version_of_the_format_speaks_first(void **state) {
 
 static void types_and_orders_are_those_of_the_list(void **state) {
   (void)state;
+
+  // other types and other orders of a matrix
   archive a = archive_sample();
   archive_part *vertices = archive_find(&a, "vertices"), good = *vertices;
   vertices->type = ">f8";
@@ -278,10 +326,13 @@ static void types_and_orders_are_those_of_the_list(void **state) {
   *vertices = good;
   vertices->order = "True";
   refused(&a, THRUM_BAD_SHAPE, "array 'vertices' is in Fortran order");
-  // for a vector the orders are one
+
+  // a vector has the same layout in both orders
   a = archive_sample();
   archive_find(&a, "c3")->order = "True";
   accepted(&a);
+
+  // the integer arrays, and a later version of the header
   a = archive_sample();
   archive_find(&a, "tets")->type = "<i8";
   refused(&a, THRUM_BAD_SHAPE, "array 'tets' has type '<i8', '<i4' is needed");
@@ -291,6 +342,8 @@ static void types_and_orders_are_those_of_the_list(void **state) {
 
 static void shapes_are_those_of_the_list(void **state) {
   (void)state;
+
+  // each case replaces the shape and the size of one array
   static const struct {
     const char *array, *shape;
     size_t size;
@@ -327,6 +380,7 @@ static void shapes_are_those_of_the_list(void **state) {
       {"c3", "(4)", 32, THRUM_BAD_FORMAT, "array 'c3': its .npy header"},
       {"c3", "4", 32, THRUM_BAD_FORMAT, "array 'c3': its .npy header"},
   };
+
   for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
     archive a = archive_sample();
     archive_part *part = archive_find(&a, cases[i].array);
@@ -339,7 +393,7 @@ static void shapes_are_those_of_the_list(void **state) {
 static void the_rank_is_1_to_512(void **state) {
   (void)state;
   archive a = archive_sample();
-  // the polynomial alone, whose arrays come first
+  // the arrays of the polynomial alone, which come first
   a.count = 5;
   archive_find(&a, "omega2")->shape = "(0,)";
   archive_find(&a, "omega2")->size = 0;
@@ -351,10 +405,14 @@ static void the_rank_is_1_to_512(void **state) {
 
 static void headers_are_plain_dictionaries(void **state) {
   (void)state;
+
+  // keys in any order and spacing
   static const char *const good[] = {
       "{'shape': (4,), 'fortran_order': False, 'descr': '<f8'}",
       "{ \"descr\" :\t\"<f8\" ,\n'fortran_order':False,'shape':( 4 , ) }",
   };
+
+  // dictionaries that are incomplete, malformed or hold more
   static const char *const bad[] = {
       "",
       "{}",
@@ -372,6 +430,7 @@ static void headers_are_plain_dictionaries(void **state) {
       "{'descr: '<f8', 'fortran_order': False, 'shape': (4,)}",
       "{'a_key_that_is_far_too_long': '<f8', 'fortran_order': False, 'shape': (4,)}",
   };
+
   for (size_t i = 0; i < sizeof good / sizeof good[0]; i++) {
     archive a = archive_sample();
     archive_find(&a, "c3")->header = good[i];
@@ -411,6 +470,8 @@ static void frequencies_ascend_from_zero(void **state) {
 
 static void indices_stay_in_range(void **state) {
   (void)state;
+
+  // each case replaces one entry of one array
   static const struct {
     const char *array;
     int entry;
@@ -430,6 +491,7 @@ static void indices_stay_in_range(void **state) {
       {"group_ends", 1, 4, "array 'group_ends' ends at 4, 'group_vertices' has 5"},
       {"group_ends", 0, INT32_MIN, "array 'group_ends' entry 0 is -2147483648"},
   };
+
   for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
     archive a = archive_sample();
     archive_set_i4(&a, cases[i].array, cases[i].entry, cases[i].value);
@@ -439,21 +501,27 @@ static void indices_stay_in_range(void **state) {
 
 static void materials_marks_and_names_make_sense(void **state) {
   (void)state;
+
+  // Young's modulus, Poisson's ratio and density outside their ranges
   static const double bad[] = {0, -5e6, 0.5, -1, 0, -1000};
   for (int i = 0; i < 6; i++) {
     archive a = archive_sample();
     archive_set_f8(&a, "material", i / 2, bad[i]);
     refused(&a, THRUM_BAD_VALUE, "array 'material' row 0");
   }
+
+  // marks of held axes are three bits
   archive a = archive_sample();
   archive_find(&a, "fixed")->data[3] = 8;
   refused(&a, THRUM_BAD_VALUE, "array 'fixed' holds 8 (entry 3)");
 
-  // the sample is held at vertex 0: rigid modes are those of a body that nothing holds
+  // the sample is held at vertex 0, and rigid modes are for free bodies only
   static const double rigid[5 * 3 * 6];
   a = archive_sample();
   archive_add(&a, "rigid.npy", "<f8", "(15, 6)", rigid, sizeof rigid);
   refused(&a, THRUM_BAD_VALUE, "array 'fixed' holds 7 (entry 0); only 0 goes with 'rigid'");
+
+  // names of groups: as many as there are groups, not empty, printable
   a = archive_sample();
   archive_find(&a, "group_names")->data[15] = 'x';
   refused(&a, THRUM_BAD_VALUE, "array 'group_names' holds 1 names");
@@ -474,12 +542,14 @@ static void refused_by_hand(const thrum_model *model, thrum_status status, const
   thrum_status got = thrum_model_check(model, &error);
   if (got != status || strstr(error.message, words) == NULL)
     fail_msg("wanted %d '%s', got %d '%s'", status, words, got, error.message);
-  // the folder does not exist: had it come to writing, the status would be THRUM_IO
+  // the folder does not exist: an attempt to write would fail with THRUM_IO instead
   assert_int_equal(thrum_model_save("/no-such-folder/m.npz", model, &error), status);
 }
 
 static void models_made_by_hand_are_checked_alike(void **state) {
   (void)state;
+
+  // the version and the rank
   thrum_model m = sample_model();
   assert_int_equal(thrum_model_check(&m, NULL), THRUM_OK);
   m.format = NULL;
@@ -489,12 +559,16 @@ static void models_made_by_hand_are_checked_alike(void **state) {
   refused_by_hand(&m, THRUM_BAD_SHAPE, "'omega2'");
   m.rank = THRUM_RANK_MAX + 1;
   refused_by_hand(&m, THRUM_BAD_SHAPE, "a rank is 1 to 512");
+
+  // counts that are negative or too large
   m = sample_model();
   m.tet_count = -1;
   refused_by_hand(&m, THRUM_BAD_SHAPE, "tet_count is negative");
   m = sample_model();
   m.vertex_count = INT64_MAX / 2;
   refused_by_hand(&m, THRUM_BAD_SHAPE, "array 'vertices' has 4611686018427387903 rows");
+
+  // counts without their arrays
   m = sample_polynomial();
   m.vertex_count = 1;
   refused_by_hand(&m, THRUM_BAD_SHAPE, "array 'vertices' is absent");
@@ -504,6 +578,8 @@ static void models_made_by_hand_are_checked_alike(void **state) {
   m = sample_polynomial();
   m.meta_bytes = 1;
   refused_by_hand(&m, THRUM_BAD_SHAPE, "array 'meta' is absent");
+
+  // values and arrays that depend on each other
   double falling[2] = {2, 1};
   m = sample_model();
   m.omega2 = falling;
@@ -517,17 +593,22 @@ static void four_gib_are_refused_before_anything_is_read_or_written(void **state
   (void)state;
   thrum_error error = {THRUM_OK, ""};
   thrum_model m = sample_polynomial();
+
   // the array is far shorter than that: reading it would be caught
   m.meta = (const uint8_t *)SAMPLE_META;
   m.meta_bytes = INT64_C(0xFFFFFFFF) - 1000;
   assert_int_equal(thrum_model_save("/no-such-folder/m.npz", &m, &error), THRUM_UNSUPPORTED);
   assert_non_null(strstr(error.message, "4 GiB"));
+
+  // the coefficients of the largest rank
   m = sample_polynomial();
   m.rank = THRUM_RANK_MAX;
   m.c3_count = thrum_c3_count(m.rank);
   m.c4_count = thrum_c4_count(m.rank);
   assert_int_equal(thrum_model_save("/no-such-folder/m.npz", &m, &error), THRUM_UNSUPPORTED);
   assert_non_null(strstr(error.message, "4 GiB with array 'c4'"));
+
+  // a size whose sum with the others would overflow
   m = sample_polynomial();
   m.meta = (const uint8_t *)SAMPLE_META;
   m.meta_bytes = INT64_MAX;

@@ -1,5 +1,7 @@
-/* Monitors: each warning is raised exactly at its threshold, records are apart, sampled tets see
- * what the whole body suffers, and the load's share is that of the closed form.
+/* Tests of the stability monitor: each warning is raised exactly at its threshold, records are
+ * independent, sampled tetrahedra find the worst of the whole body, and the share of a load outside
+ * the basis is that of the closed form.
+ *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/linear_fields.h"
 #include "thrum/displacement.h"
@@ -32,13 +34,17 @@ static thrum_monitor_record look(const thrum_monitor *monitor, const double *q) 
 static void compression_warns_exactly_below_its_threshold(void **state) {
   (void)state;
   linear_fields fields;
-  // powers of two: the stretch is exact
+  // with powers of two the stretch is exact
   linear_fields_make(&fields, "beam:2x1x1@1x0.5x0.5", 1e6, 0.3);
+
+  // only the stretch may warn
   thrum_monitor_def def = thrum_default_monitor_def();
   assert_within(def.stretch_least, 0.5773502691896258, 1e-15);
   def.stretch_least = 0.5;
   def.reach_most = INFINITY;
   const thrum_monitor *monitor = monitor_make(&fields.model, &def);
+
+  // at the threshold, just below it, and inside out
   const double at[FIELDS] = {-0.5}, below[FIELDS] = {-0.5 - 0x1p-50}, inverted[FIELDS] = {-1.5};
   assert_true(look(monitor, at).stretch == 0.5);
   assert_int_equal(look(monitor, at).warnings, 0);
@@ -46,6 +52,7 @@ static void compression_warns_exactly_below_its_threshold(void **state) {
   assert_int_equal(look(monitor, inverted).warnings,
                    THRUM_WARNING_COMPRESSED | THRUM_WARNING_INVERTED);
   assert_true(look(monitor, inverted).stretch_least == -0.5);
+
   monitor_free(monitor);
   linear_fields_free(&fields);
 }
@@ -54,17 +61,22 @@ static void reach_warns_exactly_above_its_threshold(void **state) {
   (void)state;
   linear_fields fields;
   linear_fields_make(&fields, "beam:1x1x1@3x4x12", 1e6, 0.3);
+
   thrum_monitor_def def = thrum_default_monitor_def();
   def.reach_most = 2;
   const thrum_monitor *monitor = monitor_make(&fields.model, &def);
-  // u_x = q z, z to 6 m; the diagonal is 13 m, so reach 2 is 2.6 m
+
+  // u_x = q z with z up to 6 m; the diagonal is 13 m, so a reach of 2 is 2.6 m
   double q[FIELDS] = {0, 0, 2.6 / 6};
   const double reach = look(monitor, q).reach;
   assert_within(reach, 2, 1e-15 * 4);
+
+  // just below and just above the threshold
   q[2] = 2.6 / 6 * (1 - 1e-14);
   assert_int_equal(look(monitor, q).warnings, 0);
   q[2] = 2.6 / 6 * (1 + 1e-14);
   assert_int_equal(look(monitor, q).warnings, THRUM_WARNING_REACH);
+
   monitor_free(monitor);
   linear_fields_free(&fields);
 }
@@ -73,6 +85,8 @@ static void a_record_keeps_what_was_and_says_what_is(void **state) {
   (void)state;
   linear_fields fields;
   linear_fields_make(&fields, "beam:2x2x2@1x1x1", 1e6, 0.3);
+
+  // the record of a compressed body, with a copy of it, and then of the body at rest
   const thrum_monitor_def def = thrum_default_monitor_def();
   const thrum_monitor *monitor = monitor_make(&fields.model, &def);
   const double squeezed[FIELDS] = {-0.6}, rest[FIELDS] = {0};
@@ -82,14 +96,19 @@ static void a_record_keeps_what_was_and_says_what_is(void **state) {
   assert_int_equal(thrum_monitor_look(monitor, squeezed, &first, NULL), THRUM_OK);
   second = first; // a record is its own snapshot
   assert_int_equal(thrum_monitor_look(monitor, rest, &first, NULL), THRUM_OK);
+
+  // the record keeps past warnings and extremes beside the present values
   assert_int_equal(first.warnings, THRUM_WARNING_COMPRESSED | THRUM_WARNING_REACH);
   assert_int_equal(first.warnings_now, 0);
   assert_int_equal(first.looks, 2);
   assert_true(first.stretch == 1 && first.reach == 0);
   assert_within(first.stretch_least, 0.4, 1e-15);
   assert_true(first.stretch_tet >= 0);
+
+  // the copy is as it was after the first look
   assert_int_equal(second.looks, 1);
   assert_int_equal(second.warnings_now, second.warnings);
+
   assert_string_equal(thrum_warning_text(THRUM_WARNING_INVERTED),
                       "a tetrahedron is turned inside out");
   assert_null(thrum_warning_text((thrum_warning)3));
@@ -99,11 +118,15 @@ static void a_record_keeps_what_was_and_says_what_is(void **state) {
 
 static void given_sampled_tets_are_the_ones_monitored(void **state) {
   (void)state;
+
+  // a random basis, so that every tetrahedron has its own strain
   static const int32_t given[3] = {40, 2, 7};
   linear_fields fields;
   linear_fields_make(&fields, "beam:2x2x2@1x1x1", 1e6, 0.3);
   for (int64_t n = 0; n < 3 * fields.model.vertex_count * FIELDS; n++)
     fields.basis[n] = random_number();
+
+  // the monitor keeps the given tetrahedra
   thrum_monitor_def def = thrum_default_monitor_def();
   def.sampled_tets = given;
   def.sampled_tet_count = 3;
@@ -111,6 +134,8 @@ static void given_sampled_tets_are_the_ones_monitored(void **state) {
   const int32_t *tets = NULL;
   assert_int_equal(thrum_monitor_sampled_tets(monitor, &tets), 3);
   assert_memory_equal(tets, given, sizeof given);
+
+  // the stretches at the same tetrahedra, evaluated on their own
   const thrum_stress_points *stress_points = stress_points_make(&fields.model, given, 3);
   double q[FIELDS], stretch[3];
   const thrum_stress_points_output output = {.stretch = stretch};
@@ -118,13 +143,15 @@ static void given_sampled_tets_are_the_ones_monitored(void **state) {
     for (int i = 0; i < FIELDS; i++)
       q[i] = 0.1 * random_number();
     assert_int_equal(thrum_stress_points_read(stress_points, q, NULL, &output, NULL), THRUM_OK);
-    // also through the bound that spares eigenvalues
+    // the result is the same through the bound that avoids eigenvalues
     const thrum_monitor_record record = look(monitor, q);
     const double least = fmin(stretch[0], fmin(stretch[1], stretch[2]));
     assert_true(record.stretch == least);
+
     const int place = stretch[0] == least ? 0 : stretch[1] == least ? 1 : 2;
     assert_int_equal(record.stretch_tet, given[place]);
   }
+
   stress_points_free(stress_points);
   monitor_free(monitor);
   linear_fields_free(&fields);
@@ -132,22 +159,31 @@ static void given_sampled_tets_are_the_ones_monitored(void **state) {
 
 static void chosen_sampled_tets_see_the_worst_of_a_bent_beam(void **state) {
   (void)state;
+
+  // a beam of about a thousand tetrahedra and its first modes
   body b = body_beam1k();
   thrum_precomputed made = body_precompute(&b, 5, 10);
   const thrum_model *model = &made.model;
+
+  // a monitor that samples by its own choice, and stress points on every tetrahedron
   const thrum_monitor_def def = thrum_default_monitor_def();
   const thrum_monitor *monitor = monitor_make(model, &def);
   const thrum_stress_points *stress_points = stress_points_make(model, NULL, 0);
   const int64_t count = thrum_stress_points_count(stress_points);
+
+  // the sample is large enough and has no tetrahedron twice
   const int32_t *sampled_tets = NULL;
   const int64_t watched = thrum_monitor_sampled_tets(monitor, &sampled_tets);
   assert_true(watched > 50 && watched <= 64);
   for (int64_t n = 0; n < watched; n++)
     for (int64_t m = 0; m < n; m++)
       assert_int_not_equal(sampled_tets[n], sampled_tets[m]);
+
   double *stretch = need((size_t)count, sizeof *stretch);
   double *work = need((size_t)thrum_stress_points_work_count(stress_points), sizeof *work);
   const thrum_stress_points_output output = {.stretch = stretch};
+
+  // in each bending mode the sample finds nearly the worst compression of the whole body
   for (int mode = 0; mode < 3; mode++) {
     double q[10] = {0}, least = 1;
     assert_int_equal(thrum_mode_add(model, mode, 0.05, q, NULL), THRUM_OK);
@@ -158,6 +194,7 @@ static void chosen_sampled_tets_see_the_worst_of_a_bent_beam(void **state) {
     assert_true(seen >= least);
     assert_true(1 - seen > 0.9 * (1 - least));
   }
+
   free(work);
   free(stretch);
   stress_points_free(stress_points);
@@ -168,6 +205,8 @@ static void chosen_sampled_tets_see_the_worst_of_a_bent_beam(void **state) {
 
 static void the_share_of_a_load_outside_the_basis_is_that_of_the_closed_form(void **state) {
   (void)state;
+
+  // the lumped mass of each vertex
   linear_fields fields;
   linear_fields_make(&fields, "beam:2x2x2@1x1x1", 1e6, 0.3);
   thrum_model *model = &fields.model;
@@ -178,13 +217,17 @@ static void the_share_of_a_load_outside_the_basis_is_that_of_the_closed_form(voi
       mass[model->tets[4 * t + a]] += fields.material[2] / 48 / 4;
   for (int64_t v = 0; v < vertices; v++)
     total += mass[v];
-  // one coordinate: a shift along x, of unit mass
+
+  // the basis has one coordinate: a shift along x, of unit mass
   model->rank = 1;
   for (int64_t c = 0; c < 3 * vertices; c++)
     fields.basis[c] = c % 3 == 0 ? 1 / sqrt(total) : 0;
+
   thrum_monitor_def def = thrum_default_monitor_def();
   def.load_share_most = 0.79;
   const thrum_monitor *monitor = monitor_make(model, &def);
+
+  // a uniform acceleration: only its part along x lies within the basis
   double *forces = need((size_t)(3 * vertices), sizeof *forces);
   thrum_monitor_record record;
   thrum_monitor_clear(&record);
@@ -196,6 +239,7 @@ static void the_share_of_a_load_outside_the_basis_is_that_of_the_closed_form(voi
                {4, 3, 0.6, 0},
                {3, 4, 0.8, THRUM_WARNING_LOAD},
                {0, 0, 0, 0}};
+
   for (size_t n = 0; n < sizeof cases / sizeof *cases; n++) {
     for (int64_t v = 0; v < vertices; v++) {
       forces[3 * v] = cases[n].x * mass[v];
@@ -205,7 +249,8 @@ static void the_share_of_a_load_outside_the_basis_is_that_of_the_closed_form(voi
     assert_within(record.load_share, cases[n].share, 1e-7);
     assert_int_equal(record.warnings_now, cases[n].warning);
   }
-  // what falls on held components counts for nothing
+
+  // loads on held components do not count
   for (int64_t v = 0; v < vertices; v++) {
     fields.body.fixed[v] = 2;
     forces[3 * v] = mass[v];
@@ -214,6 +259,7 @@ static void the_share_of_a_load_outside_the_basis_is_that_of_the_closed_form(voi
   assert_int_equal(thrum_monitor_look_at_load(monitor, model, forces, &record, NULL), THRUM_OK);
   assert_within(record.load_share, 0, 1e-7);
   assert_int_equal(record.warnings, THRUM_WARNING_LOAD);
+
   free(forces);
   monitor_free(monitor);
   free(mass);
@@ -222,12 +268,16 @@ static void the_share_of_a_load_outside_the_basis_is_that_of_the_closed_form(voi
 
 static void what_cannot_be_is_refused(void **state) {
   (void)state;
+
+  // a good monitor, to compare with
   linear_fields fields;
   linear_fields_make(&fields, "beam:1x1x1@1x1x1", 1e6, 0.3);
   const thrum_monitor_def good = thrum_default_monitor_def();
   const thrum_monitor *monitor = monitor_make(&fields.model, &good), *untouched = monitor;
   thrum_monitor_record record;
   thrum_monitor_clear(&record);
+
+  // definitions with a field out of range
   size_t size = 0;
   thrum_error error;
   const thrum_monitor_def empty = {0};
@@ -242,6 +292,8 @@ static void what_cannot_be_is_refused(void **state) {
   def = good;
   def.load_share_most = 1.5;
   assert_int_equal(thrum_monitor_size(&fields.model, &def, &size, &error), THRUM_INVALID_ARGUMENT);
+
+  // a model without a mesh, and memory that is too small
   thrum_model bare = fields.model;
   bare.tets = NULL;
   assert_int_equal(thrum_monitor_size(&bare, &good, &size, &error), THRUM_MISSING);
@@ -251,15 +303,18 @@ static void what_cannot_be_is_refused(void **state) {
                    THRUM_BUFFER_TOO_SMALL);
   assert_ptr_equal(untouched, monitor);
   free(memory);
+
   // a look that fails leaves the record as it was
   const double bad[FIELDS] = {INFINITY};
   const thrum_monitor_record before = record;
   assert_int_equal(thrum_monitor_look(monitor, bad, &record, &error), THRUM_BAD_VALUE);
   assert_memory_equal(&record, &before, sizeof before);
-  // displacements whose strain overflows are the worst there is, not the best
+
+  // displacements whose strain overflows count as the worst
   const double huge[FIELDS] = {1e200};
   assert_int_equal(thrum_monitor_look(monitor, huge, &record, &error), THRUM_OK);
   assert_true(record.warnings & THRUM_WARNING_COMPRESSED);
+
   monitor_free(monitor);
   linear_fields_free(&fields);
 }

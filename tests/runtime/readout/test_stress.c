@@ -1,5 +1,7 @@
-/* Strain and stress from q: closed forms of StVK in homogeneous deformations, the energy of the
- * reduced polynomial, von Mises of known states, and what is refused.
+/* Tests of strain and stress from q: closed forms of the StVK material in homogeneous deformations,
+ * the energy of the reduced polynomial, the von Mises stress of known states, and the arguments
+ * that are refused.
+ *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/linear_fields.h"
 #include "thrum/polynomial.h"
@@ -7,7 +9,7 @@
 #define YOUNG 2e6
 #define TETS_MAX 64
 
-/* All fields of all tets of a body of linear fields. */
+/* All fields of every tetrahedron of a body of linear fields. */
 typedef struct readings {
   double strain[6 * TETS_MAX], second[6 * TETS_MAX], cauchy[6 * TETS_MAX];
   double mises[TETS_MAX], stretch[TETS_MAX];
@@ -23,10 +25,14 @@ static void read_all(const thrum_stress_points *stress_points, const double *q, 
 
 static void a_bar_in_uniaxial_stretch_has_the_stress_of_the_closed_form(void **state) {
   (void)state;
+
+  // a bar whose lateral contraction is zero
   linear_fields fields;
   linear_fields_make(&fields, "beam:2x2x2@1x0.5x0.5", YOUNG, 0);
   const thrum_stress_points *stress_points = stress_points_make(&fields.model, NULL, 0);
   static readings r;
+
+  // in uniaxial stretch every tetrahedron has the same state
   for (double l = 0.3; l < 2; l += 0.1) {
     const double q[FIELDS] = {l - 1};
     read_all(stress_points, q, &r);
@@ -41,16 +47,20 @@ static void a_bar_in_uniaxial_stretch_has_the_stress_of_the_closed_form(void **s
         assert_within(r.cauchy[6 * n + c], 0, 1e-14 * YOUNG);
     }
   }
+
   stress_points_free(stress_points);
   linear_fields_free(&fields);
 }
 
 static void the_compressive_force_peaks_at_stretch_one_over_root_three(void **state) {
   (void)state;
+
   linear_fields fields;
   linear_fields_make(&fields, "beam:1x1x1@1x1x1", YOUNG, 0);
   const thrum_stress_points *stress_points = stress_points_make(&fields.model, NULL, 0);
   static readings r;
+
+  // the largest compressive force over a range of stretches
   double peak = 0, at = 0;
   for (int n = 4000; n <= 8000; n++) {
     const double q[FIELDS] = {n * 1e-4 - 1};
@@ -60,19 +70,23 @@ static void the_compressive_force_peaks_at_stretch_one_over_root_three(void **st
       at = n * 1e-4;
     }
   }
+
+  // the derivative of l (l^2 - 1) / 2 vanishes at 1 / sqrt(3)
   assert_within(at, 1 / sqrt(3), 1e-4);
   assert_within(peak / YOUNG, 1 / sqrt(27), 1e-7);
+
   stress_points_free(stress_points);
   linear_fields_free(&fields);
 }
 
 static void a_rotation_strains_nothing_and_turns_the_cauchy_stress(void **state) {
   (void)state;
+
   linear_fields fields;
   linear_fields_make(&fields, "beam:2x1x1@1x0.5x0.5", YOUNG, 0.3);
   const thrum_stress_points *stress_points = stress_points_make(&fields.model, NULL, 0);
   static readings turned, still;
-  // about z by 0.7: R, and R (1 + H)
+  // a rotation about z by 0.7: R - 1, and R (1 + H) - 1
   const double c = cos(0.7), s = sin(0.7), h[FIELDS] = {0.1, 0.02, 0, 0, -0.05, 0.03, 0.01, 0, 0.2};
   double rigid[FIELDS] = {c - 1, -s, 0, s, c - 1, 0, 0, 0, 0}, both[FIELDS];
   const double rotation[3][3] = {{c, -s, 0}, {s, c, 0}, {0, 0, 1}};
@@ -82,15 +96,19 @@ static void a_rotation_strains_nothing_and_turns_the_cauchy_stress(void **state)
       for (int k = 0; k < 3; k++)
         both[3 * i + j] += rotation[i][k] * (h[3 * k + j] + (k == j));
     }
+
+  // the rotation alone strains nothing
   read_all(stress_points, rigid, &turned);
   for (int64_t n = 0; n < 6 * thrum_stress_points_count(stress_points); n++)
     assert_within(turned.strain[n], 0, 1e-15);
+
+  // after a deformation the rotation leaves strain and stretch and rotates the stress
   read_all(stress_points, h, &still);
   read_all(stress_points, both, &turned);
   for (int64_t n = 0; n < thrum_stress_points_count(stress_points); n++) {
     for (int m = 0; m < 6; m++)
       assert_within(turned.strain[6 * n + m], still.strain[6 * n + m], 1e-15);
-    // R sigma R^T: zz stays, the trace and von Mises stay, xx turns
+    // R sigma R^T: zz, the trace and von Mises stay, xx changes
     const double *sigma = still.cauchy + 6 * n;
     const double xx = c * c * sigma[0] - 2 * c * s * sigma[3] + s * s * sigma[1];
     assert_within(turned.cauchy[6 * n], xx, 1e-9);
@@ -98,16 +116,20 @@ static void a_rotation_strains_nothing_and_turns_the_cauchy_stress(void **state)
     assert_within(turned.mises[n], still.mises[n], 1e-9);
     assert_within(turned.stretch[n], still.stretch[n], 1e-15);
   }
+
   stress_points_free(stress_points);
   linear_fields_free(&fields);
 }
 
 static void a_linear_displacement_gives_every_tetrahedron_the_same_tensors(void **state) {
   (void)state;
+
   linear_fields fields;
   linear_fields_make(&fields, "beam:2x2x2@1x0.6x0.7", YOUNG, 0.35);
   const thrum_stress_points *stress_points = stress_points_make(&fields.model, NULL, 0);
   static readings r;
+
+  // the Green strain of a random displacement gradient
   double h[3][3], strain[3][3], q[FIELDS];
   for (int i = 0; i < FIELDS; i++)
     q[i] = h[i / 3][i % 3] = 0.3 * random_number();
@@ -117,8 +139,11 @@ static void a_linear_displacement_gives_every_tetrahedron_the_same_tensors(void 
           0.5 * (h[i][j] + h[j][i] + h[0][i] * h[0][j] + h[1][i] * h[1][j] + h[2][i] * h[2][j]);
   const double six[6] = {strain[0][0], strain[1][1], strain[2][2],
                          strain[0][1], strain[1][2], strain[0][2]};
+
+  // Lame's constants give the stress from it
   const double lambda = YOUNG * 0.35 / (1.35 * 0.3), mu = YOUNG / 2.7;
   const double trace = six[0] + six[1] + six[2];
+
   read_all(stress_points, q, &r);
   for (int64_t n = 0; n < thrum_stress_points_count(stress_points); n++) {
     assert_int_equal(thrum_stress_points_tet(stress_points, n), n);
@@ -133,27 +158,35 @@ static void a_linear_displacement_gives_every_tetrahedron_the_same_tensors(void 
     const double d = 2 * six[3], e = 2 * six[4], f = 2 * six[5];
     assert_within(a * (b * c - e * e) - d * (d * c - e * f) + f * (d * e - b * f), 0, 1e-14);
   }
+
   stress_points_free(stress_points);
   linear_fields_free(&fields);
 }
 
 static void the_strains_hold_the_energy_of_the_reduced_polynomial(void **state) {
   (void)state;
+
+  // a bent beam and the strains of all its tetrahedra
   body b = body_make("beam:6x2x2@1x0.2x0.3", "x<0.001");
   thrum_precomputed made = body_precompute(&b, 4, 9);
   const thrum_model *model = &made.model;
   const thrum_stress_points *stress_points = stress_points_make(model, NULL, 0);
   const int64_t count = thrum_stress_points_count(stress_points);
+
   double *strain = need((size_t)(6 * count), sizeof *strain);
   double *second = need((size_t)(6 * count), sizeof *second);
   double *work = need((size_t)thrum_stress_points_work_count(stress_points), sizeof *work);
   double *polynomial = need(thrum_work_count(model), sizeof *polynomial);
+
+  // at random points of comparable energies in all modes
   for (int trial = 0; trial < 5; trial++) {
     double q[9], energy = 0;
     for (int i = 0; i < 9; i++)
       q[i] = 0.3 * random_number() / sqrt(model->omega2[i] / model->omega2[0]);
     const thrum_stress_points_output output = {strain, second, NULL, NULL, NULL};
     assert_int_equal(thrum_stress_points_read(stress_points, q, work, &output, NULL), THRUM_OK);
+
+    // the strain energy is the sum over tetrahedra of half of stress times strain
     for (int64_t n = 0; n < count; n++) {
       const int32_t *v = model->tets + 4 * n;
       double e[3][3];
@@ -167,8 +200,10 @@ static void the_strains_hold_the_energy_of_the_reduced_polynomial(void **state) 
       for (int c = 0; c < 6; c++)
         energy += volume * (c < 3 ? 0.5 : 1) * strain[6 * n + c] * second[6 * n + c];
     }
+
     assert_close(energy, thrum_strain_energy(model, q, polynomial), 1e-11);
   }
+
   free(polynomial);
   free(work);
   free(second);
@@ -180,15 +215,20 @@ static void the_strains_hold_the_energy_of_the_reduced_polynomial(void **state) 
 
 static void chosen_stress_points_read_what_points_on_all_tets_read(void **state) {
   (void)state;
+
+  // chosen tetrahedra in any order, one of them twice
   static const int32_t chosen[4] = {17, 3, 3, 40};
   linear_fields fields;
   linear_fields_make(&fields, "beam:2x2x2@1x0.6x0.7", YOUNG, 0.35);
-  // no linear field: every tet its own strain
+  // a random basis gives every tetrahedron its own strain
   for (int64_t n = 0; n < 3 * fields.model.vertex_count * FIELDS; n++)
     fields.basis[n] = random_number();
+
   const thrum_stress_points *all = stress_points_make(&fields.model, NULL, 0);
   const thrum_stress_points *some = stress_points_make(&fields.model, chosen, 4);
   static readings of_all, of_some, without;
+
+  // the chosen ones are read with and without work space
   double q[FIELDS];
   for (int i = 0; i < FIELDS; i++)
     q[i] = 0.05 * random_number();
@@ -197,6 +237,8 @@ static void chosen_stress_points_read_what_points_on_all_tets_read(void **state)
   const thrum_stress_points_output output = {without.strain, without.second, without.cauchy,
                                              without.mises, without.stretch};
   assert_int_equal(thrum_stress_points_read(some, q, NULL, &output, NULL), THRUM_OK);
+
+  // every field has the bits that it has among all tetrahedra
   assert_int_equal(thrum_stress_points_count(some), 4);
   for (int n = 0; n < 4; n++) {
     assert_int_equal(thrum_stress_points_tet(some, n), chosen[n]);
@@ -207,6 +249,7 @@ static void chosen_stress_points_read_what_points_on_all_tets_read(void **state)
     assert_memory_equal(without.second + 6 * n, of_all.second + 6 * chosen[n], 48);
     assert_memory_equal(without.mises + n, of_all.mises + chosen[n], 8);
   }
+
   stress_points_free(some);
   stress_points_free(all);
   linear_fields_free(&fields);
@@ -242,11 +285,15 @@ static void an_inverted_tetrahedron_has_a_negative_stretch_and_no_cauchy_stress(
 
 static void what_cannot_be_is_refused(void **state) {
   (void)state;
+
+  // good stress points, to compare with
   linear_fields fields;
   linear_fields_make(&fields, "beam:1x1x1@1x1x1", YOUNG, 0.2);
   const thrum_stress_points *stress_points = stress_points_make(&fields.model, NULL, 0),
                             *untouched = stress_points;
   static readings r;
+
+  // arguments with one thing wrong
   static const int32_t beyond[1] = {6}, before[1] = {-1}, first[1] = {0};
   double q[FIELDS] = {0, 0, NAN};
   const thrum_stress_points_output output = {.stretch = r.stretch};
@@ -254,12 +301,16 @@ static void what_cannot_be_is_refused(void **state) {
   thrum_error error;
   const thrum_stress_points_def good = {NULL, 0}, high = {beyond, 1}, low = {before, 1},
                                 none = {first, 0};
+
+  // reading: coordinates that are not finite, and missing arguments
   assert_int_equal(thrum_stress_points_read(stress_points, q, NULL, &output, &error),
                    THRUM_BAD_VALUE);
   assert_int_equal(thrum_stress_points_read(NULL, q, NULL, &output, &error),
                    THRUM_INVALID_ARGUMENT);
   assert_int_equal(thrum_stress_points_read(stress_points, NULL, NULL, &output, NULL),
                    THRUM_INVALID_ARGUMENT);
+
+  // tetrahedra outside the mesh, and an empty list
   assert_int_equal(thrum_stress_points_size(&fields.model, &high, &size, &error),
                    THRUM_INVALID_ARGUMENT);
   assert_int_equal(thrum_stress_points_size(&fields.model, &low, &size, &error),
@@ -267,6 +318,8 @@ static void what_cannot_be_is_refused(void **state) {
   assert_int_equal(thrum_stress_points_size(&fields.model, &none, &size, &error),
                    THRUM_INVALID_ARGUMENT);
   assert_int_equal(size, 7);
+
+  // memory that is too small or misaligned, and a model without a basis
   assert_int_equal(thrum_stress_points_size(&fields.model, &good, &size, &error), THRUM_OK);
   void *memory = aligned_alloc(64, size + 64);
   assert_int_equal(
@@ -278,7 +331,8 @@ static void what_cannot_be_is_refused(void **state) {
   thrum_model bare = fields.model;
   bare.basis = NULL;
   assert_int_equal(thrum_stress_points_size(&bare, &good, &size, &error), THRUM_MISSING);
-  // a flat tet is found when stress points are made
+
+  // a flat tetrahedron is refused when the stress points are made
   double vertices[3 * 8];
   memcpy(vertices, fields.model.vertices, sizeof vertices);
   for (int v = 0; v < 8; v++)
@@ -288,6 +342,7 @@ static void what_cannot_be_is_refused(void **state) {
   assert_int_equal(thrum_stress_points_init(memory, size, &flat, &good, &untouched, &error),
                    THRUM_BAD_VALUE);
   assert_ptr_equal(untouched, stress_points);
+
   free(memory);
   stress_points_free(stress_points);
   linear_fields_free(&fields);

@@ -1,5 +1,7 @@
-/* Surfaces for display: u = U q in single precision against the double-precision product, rest
- * positions, chosen vertices, strides, ranges, normals, and what is refused.
+/* Tests of surfaces for display: u = U q in single precision against the product in double
+ * precision, rest positions, chosen vertices, strides, ranges, normals, and the arguments that are
+ * refused.
+ *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/state_support.h"
 
@@ -7,7 +9,8 @@
 #include "thrum/displacement.h"
 #include "thrum/surface.h"
 
-/* A surface in a heap block of exactly its size, so that a sanitizer sees the first byte beyond. */
+/* Makes a surface in a heap block of exactly its size: a sanitizer sees the first byte beyond it.
+ */
 static const thrum_surface *surface_make(const thrum_model *model, const thrum_surface_def *def) {
   size_t size = 0;
   thrum_error error;
@@ -31,9 +34,12 @@ static const int64_t ranks[RANKS] = {1, 5, 30, 61};
 
 static void displacements_are_those_of_the_model_to_single_rounding(void **context) {
   (void)context;
+
+  // counts of vertices around the width of a block
   static const int64_t counts[] = {4, 15, 16, 17, 32, 70};
   for (int r = 0; r < RANKS; r++)
     for (size_t c = 0; c < sizeof counts / sizeof counts[0]; c++) {
+      // the surface of a whole random model, without triangles
       random_model m;
       random_model_make(&m, 3, ranks[r], 1, 9, INFINITY);
       random_model_add_mesh(&m, 5, counts[c]);
@@ -41,6 +47,8 @@ static void displacements_are_those_of_the_model_to_single_rounding(void **conte
       const thrum_surface *surface = surface_make(&m.model, &def);
       assert_int_equal(thrum_surface_vertex_count(surface), counts[c]);
       assert_int_equal(thrum_surface_triangle_count(surface), 0);
+
+      // displacements and positions in single precision, and the product in double precision
       double q[64], u[3 * VERTICES_MAX];
       float shown[3 * VERTICES_MAX], placed[3 * VERTICES_MAX];
       random_state random = {9};
@@ -52,6 +60,7 @@ static void displacements_are_those_of_the_model_to_single_rounding(void **conte
       assert_int_equal(thrum_surface_positions(surface, THRUM_SURFACE_POSITIONS, q, 0, counts[c],
                                                placed, 3, NULL),
                        THRUM_OK);
+
       for (int64_t n = 0; n < 3 * counts[c]; n++) {
         // the classical bound of a sum in floats: (rank + 2) u sum |U_i q_i|
         double bound = 0;
@@ -69,17 +78,22 @@ static void displacements_are_those_of_the_model_to_single_rounding(void **conte
 
 static void every_kernel_gives_the_bits_of_plain_c(void **context) {
   (void)context;
+
+  // every rank has its own remainder in the unrolled loops
   for (int64_t rank = 1; rank <= 100; rank++) {
     float *rows = aligned_alloc(64, (size_t)rank * THRUM_SURFACE_LANES * sizeof(float));
     assert_non_null(rows);
     float q[100], a[THRUM_SURFACE_LANES], b[THRUM_SURFACE_LANES];
     random_state random = {(uint64_t)rank};
+
+    // both kernels add to the same start values
     for (int64_t n = 0; n < rank * THRUM_SURFACE_LANES; n++)
       rows[n] = (float)random_uniform(&random);
     for (int64_t i = 0; i < rank; i++)
       q[i] = (float)random_uniform(&random);
     for (int s = 0; s < THRUM_SURFACE_LANES; s++)
       a[s] = b[s] = (float)random_uniform(&random);
+
     thrum_surface_kernel_reference(rank, rows, q, a);
     thrum_surface_kernel_best()(rank, rows, q, b);
     assert_memory_equal(a, b, sizeof a);
@@ -90,6 +104,8 @@ static void every_kernel_gives_the_bits_of_plain_c(void **context) {
 static void chosen_vertices_come_in_their_order_and_nothing_else_is_written(void **context) {
   (void)context;
   enum { COUNT = 37, STRIDE = 5 };
+
+  // vertices in any order, some of them several times
   random_model m;
   random_model_make(&m, 3, 7, 1, 9, INFINITY);
   random_model_add_mesh(&m, 5, 50);
@@ -97,6 +113,8 @@ static void chosen_vertices_come_in_their_order_and_nothing_else_is_written(void
   random_state random = {4};
   for (int n = 0; n < COUNT; n++)
     chosen[n] = (int32_t)random_index(&random, 50);
+
+  // the surface of the chosen vertices, and that of the whole mesh to compare with
   const thrum_surface_def some = {.vertices = chosen, .vertex_count = COUNT};
   const thrum_surface_def whole = {.vertices = NULL};
   const thrum_surface *part = surface_make(&m.model, &some);
@@ -106,9 +124,11 @@ static void chosen_vertices_come_in_their_order_and_nothing_else_is_written(void
   float full[3 * 50], out[COUNT * STRIDE];
   assert_int_equal(thrum_surface_positions(all, THRUM_SURFACE_POSITIONS, q, 0, 50, full, 3, NULL),
                    THRUM_OK);
+
   // any range gives the bits of the whole
   for (int64_t first = 0; first < COUNT; first++)
     for (int64_t count = 0; count <= COUNT - first; count++) {
+      // gaps between the vertices and everything behind the range keep their values
       for (int n = 0; n < COUNT * STRIDE; n++)
         out[n] = -7.0f;
       assert_int_equal(thrum_surface_positions(part, THRUM_SURFACE_POSITIONS, q, first, count, out,
@@ -128,10 +148,13 @@ static void chosen_vertices_come_in_their_order_and_nothing_else_is_written(void
 
 static void a_sphere_has_radial_normals_and_a_lone_vertex_none(void **context) {
   (void)context;
+
+  // a sphere of rings and two poles; the last vertex belongs to no triangle
   enum { RINGS = 24, SIDES = 48, COUNT = RINGS * SIDES + 3, TRIANGLES = 2 * RINGS * SIDES };
   static double vertices[3 * COUNT], basis[3 * COUNT];
   static int32_t triangles[3 * TRIANGLES];
   static float out[6 * COUNT];
+
   for (int r = 0; r < RINGS; r++)
     for (int s = 0; s < SIDES; s++) {
       const double theta = pi * (r + 1) / (RINGS + 1), phi = 2 * pi * s / SIDES;
@@ -143,6 +166,8 @@ static void a_sphere_has_radial_normals_and_a_lone_vertex_none(void **context) {
   const int32_t north = RINGS * SIDES, south = north + 1;
   vertices[3 * north + 2] = 1;
   vertices[3 * south + 2] = -1;
+
+  // two triangles for each cell between the rings, oriented outwards
   int64_t count = 0;
   for (int32_t r = 0; r + 1 < RINGS; r++)
     for (int32_t s = 0; s < SIDES; s++) {
@@ -152,34 +177,42 @@ static void a_sphere_has_radial_normals_and_a_lone_vertex_none(void **context) {
       memcpy(triangles + 3 * count, two, sizeof two);
       count += 2;
     }
+
+  // the caps around the poles
   for (int32_t s = 0; s < SIDES; s++, count += 2) {
     const int32_t last = (RINGS - 1) * SIDES, next = (s + 1) % SIDES;
     const int32_t caps[6] = {north, s, next, south, last + next, last + s};
     memcpy(triangles + 3 * count, caps, sizeof caps);
   }
   assert_int_equal(count, TRIANGLES);
+
+  // a model of rank 1 over this mesh
   thrum_model model;
   memset(&model, 0, sizeof model);
   model.rank = 1;
   model.vertex_count = COUNT;
   model.vertices = vertices;
-  // the mode swells the sphere, which leaves the normals where they are
+  // the mode scales the sphere, which leaves the normals as they are
   memcpy(basis, vertices, sizeof basis);
   model.basis = basis;
+
   const thrum_surface_def def = {.triangles = triangles, .triangle_count = TRIANGLES};
   for (int k = 0; k < 2; k++) {
-    // the second time so small that squares of its areas are no floats
+    // the second time the areas are so small that their squares underflow in single precision
     for (int n = 0; n < 3 * COUNT && k == 1; n++)
       basis[n] = vertices[n] *= 1e-12;
     const double scale = k == 1 ? 1e12 : 1;
     const thrum_surface *surface = surface_make(&model, &def);
     assert_int_equal(thrum_surface_triangle_count(surface), TRIANGLES);
+
     // positions and normals share one buffer
     const double q = 0.5;
     assert_int_equal(
         thrum_surface_positions(surface, THRUM_SURFACE_POSITIONS, &q, 0, COUNT, out, 6, NULL),
         THRUM_OK);
     assert_int_equal(thrum_surface_normals(surface, out, 6, out + 3, 6, NULL), THRUM_OK);
+
+    // normals have unit length and point along the radius
     for (int n = 0; n < COUNT - 1; n++) {
       double along = 0, length = 0;
       for (int axis = 0; axis < 3; axis++) {
@@ -189,6 +222,8 @@ static void a_sphere_has_radial_normals_and_a_lone_vertex_none(void **context) {
       assert_true(fabs(length - 1) < 1e-6);
       assert_true(along > 0.99);
     }
+
+    // the vertex without triangles has the normal zero
     for (int axis = 0; axis < 3; axis++)
       assert_true(out[6 * (COUNT - 1) + 3 + axis] == 0.0f);
     surface_free(surface);
@@ -197,6 +232,8 @@ static void a_sphere_has_radial_normals_and_a_lone_vertex_none(void **context) {
 
 static void what_cannot_be_shown_is_refused_and_nothing_is_written(void **context) {
   (void)context;
+
+  // a model without a mesh has no surface
   random_model m;
   random_model_make(&m, 3, 4, 1, 9, INFINITY);
   const thrum_surface_def whole = {.vertices = NULL};
@@ -204,6 +241,8 @@ static void what_cannot_be_shown_is_refused_and_nothing_is_written(void **contex
   thrum_error error;
   assert_int_equal(thrum_surface_size(&m.model, &whole, &size, &error), THRUM_MISSING);
   random_model_add_mesh(&m, 5, 20);
+
+  // vertices and triangles outside the mesh, and empty lists
   static const int32_t beyond[3] = {0, 20, 1}, below[3] = {0, -1, 1}, fine[3] = {0, 1, 2};
   const struct {
     const int32_t *vertices;
@@ -220,6 +259,8 @@ static void what_cannot_be_shown_is_refused_and_nothing_is_written(void **contex
     assert_int_equal(thrum_surface_size(&m.model, &def, &size, &error), THRUM_INVALID_ARGUMENT);
   }
   assert_int_equal(size, 77);
+
+  // a block that is too small, misaligned, or for a basis that single precision cannot hold
   assert_int_equal(thrum_surface_size(&m.model, &whole, &size, &error), THRUM_OK);
   unsigned char *memory = aligned_alloc(64, size + 64);
   assert_non_null(memory);
@@ -232,12 +273,15 @@ static void what_cannot_be_shown_is_refused_and_nothing_is_written(void **contex
   assert_int_equal(thrum_surface_init(memory, size, &m.model, &whole, &surface, &error),
                    THRUM_BAD_VALUE);
   assert_null(surface);
+
+  // a good surface refuses bad coordinates, strides, ranges and missing triangles
   m.basis[30] = 1;
   assert_int_equal(thrum_surface_init(memory, size, &m.model, &whole, &surface, &error), THRUM_OK);
   double q[4] = {1, 2, 3, NAN};
   float out[60];
   for (int n = 0; n < 60; n++)
     out[n] = -7.0f;
+
   const thrum_surface_output rest = THRUM_SURFACE_POSITIONS;
   assert_int_equal(thrum_surface_positions(surface, rest, q, 0, 20, out, 3, &error),
                    THRUM_BAD_VALUE);
@@ -254,6 +298,8 @@ static void what_cannot_be_shown_is_refused_and_nothing_is_written(void **contex
   assert_int_equal(thrum_surface_positions(NULL, rest, q, 0, 1, out, 3, &error),
                    THRUM_INVALID_ARGUMENT);
   assert_int_equal(thrum_surface_normals(surface, out, 3, out, 3, &error), THRUM_MISSING);
+
+  // a refusal writes nothing
   for (int n = 0; n < 60; n++)
     assert_true(out[n] == -7.0f);
   free(memory);

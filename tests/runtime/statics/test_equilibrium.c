@@ -1,5 +1,7 @@
-/* Equilibria of reduced models: against closed forms of polynomials made by hand, against the
- * linear answer, and against Euler's column. SPDX-License-Identifier: Apache-2.0 */
+/* Tests of the equilibria of reduced models: against closed forms of polynomials made by hand,
+ * against the linear solution, and against Euler's column.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/state_support.h"
 
 #include "mesh/formats/mesh_read.h"
@@ -8,7 +10,7 @@
 #include "thrum/external_load.h"
 #include "thrum/polynomial.h"
 
-/* An answer and the memory that it took. */
+/* The result of a solution and the memory that it took. */
 typedef struct answer {
   thrum_status status;
   thrum_equilibrium_report report;
@@ -49,7 +51,7 @@ static answer solve(const thrum_model *model, double factor, const double *load,
   return solve_seen(model, &def, load, q, NULL);
 }
 
-/* A column: x along it, y across. V = 1/2 wy y^2 + 1/2 wx x^2 - a x y^2 + b y^4. */
+/* A column with x along it and y across it: V = 1/2 wy y^2 + 1/2 wx x^2 - a x y^2 + b y^4. */
 typedef struct column {
   double omega2[2], c3[4], c4[5];
   thrum_model model;
@@ -94,9 +96,11 @@ static void a_small_load_gives_the_linear_answer(void **state) {
   random_model_free(&random);
 }
 
-/* The residual by the public polynomial, and the total energy beside that of points around. */
+/* The residual is evaluated by the public polynomial; the total energy is a local minimum. */
 static void the_forces_balance_and_the_energy_is_least(void **state) {
   (void)state;
+
+  // a random model under a load on every coordinate, at twice its size
   random_model random;
   random_model_make(&random, 42, 9, 1, 20, 1);
   const thrum_model *model = &random.model;
@@ -107,6 +111,8 @@ static void the_forces_balance_and_the_energy_is_least(void **state) {
   const answer found = solve(model, 2, load, q);
   assert_int_equal(found.status, THRUM_OK);
   assert_true(found.report.residual <= 1e-10);
+
+  // the internal force balances the load; the report holds the same energies
   const double energy = thrum_internal_force(model, q, force, work);
   double least = energy;
   for (int64_t i = 0; i < 9; i++) {
@@ -116,6 +122,8 @@ static void the_forces_balance_and_the_energy_is_least(void **state) {
   assert_true(fabs(found.report.energy - energy) <= 1e-12 * energy);
   assert_true(fabs(found.report.energy + found.report.load_energy - least) <= 1e-9 * energy);
   assert_true(found.report.least > 0);
+
+  // the total energy grows in both directions of every coordinate
   for (int64_t i = 0; i < 18; i++) {
     memcpy(beside, q, sizeof q);
     beside[i / 2] += i % 2 ? 1e-3 : -1e-3;
@@ -124,6 +132,7 @@ static void the_forces_balance_and_the_energy_is_least(void **state) {
       there -= 2 * load[j] * beside[j];
     assert_true(there > least);
   }
+
   free(work);
   random_model_free(&random);
 }
@@ -173,10 +182,12 @@ static void a_stable_answer_does_not_depend_on_the_way(void **state) {
   assert_true(largest_difference(one, part, 2) <= 1e-9);
 }
 
-/* Loaded along x the column is straight until 1 - 10 x = 0: at x = 0.1, half of the load 20. Then y
- * grows by 4 b y^2 = 2 a x - 1 with 100 x = f + a y^2. */
+/* Loaded along x, the column is straight until 1 - 10 x = 0: at x = 0.1, half of the load 20.
+ * Beyond, y grows by 4 b y^2 = 2 a x - 1 with 100 x = f + a y^2. */
 static void a_column_buckles_where_its_stiffness_ends(void **state) {
   (void)state;
+
+  // the load goes to twice the critical one
   column c;
   column_make(&c, 1, 100, 5, 1);
   const double load[2] = {0, 20};
@@ -184,18 +195,25 @@ static void a_column_buckles_where_its_stiffness_ends(void **state) {
   seen all = {.count = 0};
   thrum_equilibrium_def def = thrum_default_equilibrium_def();
   const answer found = solve_seen(&c.model, &def, load, q, &all);
+
+  // the bifurcation lies at half of the load, in the mode across
   assert_int_equal(found.status, THRUM_OK);
   assert_int_equal(found.report.instability, THRUM_INSTABILITY_BIFURCATION);
   assert_true(fabs(found.report.critical - 0.5) <= 1e-8);
   assert_true(fabs(found.report.critical_linear - 0.5) <= 1e-8);
   assert_true(fabs(found.mode[0] - 1) <= 1e-6 && fabs(found.mode[1]) <= 1e-6);
+
+  // the path left the straight branch once and ends on the stable, buckled one
   assert_int_equal(found.report.jumps, 1);
   assert_int_equal(all.jumps, 1);
   assert_true(found.report.least > 0);
+
+  // the buckled shape is that of the closed form
   const double across = (10 * 0.2 - 1) / (4 - 10 * 0.05);
   assert_true(fabs(q[0] * q[0] - across) <= 1e-8);
   assert_true(fabs(q[1] - (20 + 5 * across) / 100) <= 1e-8);
-  // what was seen ends where it was asked to, and every point of it is stable
+
+  // the reported path ends at the whole load, and every point of it is stable
   assert_true(all.factor[all.count - 1] == 1.0);
   for (int32_t k = 0; k < all.count; k++)
     assert_true(all.least[k] > 0);
@@ -217,13 +235,17 @@ static void a_column_that_is_to_stay_stays_straight(void **state) {
   assert_int_equal(found.report.jumps, 0);
 }
 
-/* V' = q - 1.2 q^2 + 0.4 q^3 turns back at V'' = 0. */
+/* A spring with V' = q - 1.2 q^2 + 0.4 q^3 has its limit point where V'' = 0. */
 static void an_arch_snaps_through_at_its_limit_point(void **state) {
   (void)state;
   spring s;
   spring_make(&s, 1, -0.4, 0.1);
+
+  // the limit point is the smaller root of V'' = 0
   const double turn = (2.4 - sqrt(2.4 * 2.4 - 4.8)) / 2.4;
   const double critical = turn - 1.2 * turn * turn + 0.4 * turn * turn * turn;
+
+  // beyond its limit point the arch jumps to the far branch
   double load = 1, q = 0;
   answer found = solve(&s.model, 1, &load, &q);
   assert_int_equal(found.status, THRUM_OK);
@@ -231,7 +253,8 @@ static void an_arch_snaps_through_at_its_limit_point(void **state) {
   assert_true(fabs(found.report.critical - critical) <= 2e-6 * critical);
   assert_int_equal(found.report.jumps, 1);
   assert_true(fabs(q - 1.2 * q * q + 0.4 * q * q * q - 1) <= 1e-9 && q > 2);
-  // there is nothing to stay on
+
+  // without jumps there is no equilibrium under this load, and the coordinate keeps its value
   thrum_equilibrium_def def = thrum_default_equilibrium_def();
   def.stay = 1;
   double kept = 0;
@@ -241,7 +264,7 @@ static void an_arch_snaps_through_at_its_limit_point(void **state) {
   assert_non_null(strstr(found.error.message, "0.2544"));
 }
 
-/* A load across that softens nothing, and one whose body bends long before. */
+/* A load across the column softens nothing; a second body bends long before it could buckle. */
 static void a_load_across_has_no_linear_estimate(void **state) {
   (void)state;
   column c;
@@ -256,6 +279,8 @@ static void a_load_across_has_no_linear_estimate(void **state) {
 
 static void what_is_asked_wrongly_is_refused(void **state) {
   (void)state;
+
+  // a spring with a stable equilibrium, and memory that can be misaligned
   spring s;
   spring_make(&s, 1, 0, 0.25);
   thrum_equilibrium_def def = thrum_default_equilibrium_def();
@@ -265,6 +290,7 @@ static void what_is_asked_wrongly_is_refused(void **state) {
   assert_int_equal(thrum_equilibrium_size(&s.model, &size, NULL), THRUM_OK);
   char *memory = aligned_alloc(64, size + 64);
   assert_non_null(memory);
+
 #define TRY(def_, load_, q_, memory_, size_)                                                       \
   thrum_equilibrium(&s.model, def_, load_, q_, NULL, memory_, size_, NULL, NULL, &report, NULL)
   def.cookie = 0;
@@ -273,6 +299,8 @@ static void what_is_asked_wrongly_is_refused(void **state) {
   assert_int_equal(TRY(&def, NULL, &q, memory, size), THRUM_INVALID_ARGUMENT);
   assert_int_equal(TRY(&def, &load, &q, memory + 8, size), THRUM_MISALIGNED);
   assert_int_equal(TRY(&def, &load, &q, memory, size - 8), THRUM_BUFFER_TOO_SMALL);
+
+  // numbers that are not finite, a load factor of zero, and too few steps
   load = NAN;
   assert_int_equal(TRY(&def, &load, &q, memory, size), THRUM_BAD_VALUE);
   load = 1;
@@ -281,14 +309,17 @@ static void what_is_asked_wrongly_is_refused(void **state) {
   def = thrum_default_equilibrium_def();
   def.steps_max = 1;
   assert_int_equal(TRY(&def, &load, &q, memory, size), THRUM_NOT_CONVERGED);
+
+  // a refusal leaves the coordinate as it was
   assert_true(q == 0.25);
   free(memory);
 }
 
-/* A clamped-free column of square section under a force at its end: P = pi^2 E I / (4 L^2). Linear
- * tets are too stiff in bending; the same factor is in the first frequency, whose square for a beam
- * is 1.87510^4 E I / (rho A L^4), and divides out. */
+/* Returns the buckling load of a clamped-free column of square section over P = pi^2 E I / (4 L^2).
+ * Linear tetrahedra are too stiff in bending; the same factor is in the square of the first
+ * frequency, which for a beam is 1.87510^4 E I / (rho A L^4), and divides out. */
 static double euler_ratio(int cells_along, int cells_across, double *stiffness) {
+  // a beam with its left end clamped
   char spec[80];
   const double young = 2e9, length = 1, side = 0.05, density = 1000;
   snprintf(spec, sizeof spec, "beam:%dx%dx%d@%gx%gx%g", cells_along, cells_across, cells_across,
@@ -302,12 +333,16 @@ static double euler_ratio(int cells_along, int cells_across, double *stiffness) 
   uint8_t *fixed = calloc((size_t)mesh.vertex_count, 1);
   for (int64_t v = 0; v < mesh.vertex_count; v++)
     fixed[v] = mesh.vertices[3 * v] < 1e-9 ? 7 : 0;
+
+  // a reduced model with the bending modes and what they couple to
   thrum_precompute_options options = thrum_default_precompute_options();
   options.modes = 6;
   options.rank = 16;
   thrum_precomputed made;
   if (thrum_precompute(&mesh, fixed, &options, &made, &error) < 0)
     fail_msg("%s", error.message);
+
+  // compressed at its free end far enough to pass the critical load
   double load[2 * RANK_MAX] = {0}, q[2 * RANK_MAX] = {0};
   const double force[3] = {-1000, 0, 0};
   const int32_t *tip = NULL;
@@ -316,9 +351,12 @@ static double euler_ratio(int cells_along, int cells_across, double *stiffness) 
   assert_int_equal(thrum_load_add_shared(&made.model, tip, count, force, load, NULL), THRUM_OK);
   const answer found = solve(&made.model, 12, load, q);
   assert_int_equal(found.status, THRUM_OK);
+
+  // both numbers are relative to the beam of Euler and Bernoulli
   const double inertia = pow(side, 4) / 12;
   *stiffness = made.model.omega2[0] * density * side * side * pow(length, 4) /
                (pow(1.87510407, 4) * young * inertia);
+
   thrum_precomputed_free(&made);
   thrum_mesh_free(&mesh);
   free(fixed);
