@@ -59,16 +59,22 @@ static const cJSON *item_of(const cJSON *object, const char *key, int k) {
 static void beam_is_measured_exactly(void **state) {
   (void)state;
   cJSON *object = info("beam.npz", NULL, NULL);
+
+  // volume and mass are those of the box, and its root is held
   assert_true(near(cli_json_get(object, "volume_m3"), 0.8 * 0.2 * 0.2, 1e-13));
   assert_true(near(cli_json_get(object, "mass_kg"), 1000 * 0.8 * 0.2 * 0.2, 1e-13));
   assert_true(cli_json_get(object, "fixed") == 9);
+
+  // the beam begins at x = 0 and lies symmetrically about the axis
   assert_true(item_of(object, "box_min_m", 0)->valuedouble == 0);
   assert_true(near(item_of(object, "box_max_m", 0)->valuedouble, 0.8, 1e-15));
   assert_true(near(item_of(object, "box_min_m", 2)->valuedouble, -0.1, 1e-15));
+
   // a Kuhn tet of a cube has volume 1/6 and squared edges 1, 1, 1, 2, 2, 3
   const double kuhn = 12 * cbrt(0.25) / 10;
   assert_true(near(cli_json_get(object, "quality_min"), kuhn, 1e-12));
   assert_true(near(cli_json_get(object, "quality_mean"), kuhn, 1e-12));
+
   cJSON_Delete(object);
 }
 
@@ -80,6 +86,8 @@ static void info_agrees_with_precompute(void **state) {
   for (size_t n = 0; n < sizeof numbers / sizeof numbers[0]; n++) {
     assert_true(cli_json_get(object, numbers[n]) == cli_json_get(made, numbers[n]));
   }
+
+  // frequencies were stored with all their digits
   static const char *const lists[] = {"frequencies_hz", "basis_frequencies_hz"};
   for (int n = 0; n < 2; n++) {
     const cJSON *here = cJSON_GetObjectItem(object, lists[n]);
@@ -91,9 +99,12 @@ static void info_agrees_with_precompute(void **state) {
                   cJSON_GetArrayItem(there, k)->valuedouble);
     }
   }
+
+  // the residuals that were stored are small
   const cJSON *residuals = cJSON_GetObjectItem(object, "residuals");
   assert_true(cli_json_get(residuals, "modes_max") < 1e-8);
   assert_true(cli_json_get(residuals, "orthonormality") < 1e-9);
+
   // stages do not overlap
   const cJSON *seconds = cJSON_GetObjectItem(object, "seconds"), *stage = NULL;
   double sum = 0;
@@ -110,11 +121,13 @@ static void split_follows_the_time_step(void **state) {
   const char *texts[] = {"1e-5", "0.001", "0.003", "0.01", "0.1"};
   for (int n = 0; n < 5; n++) {
     cJSON *object = info("beam.npz", "--dt", texts[n]);
+
     int expected = 0;
     const cJSON *item = NULL;
     cJSON_ArrayForEach(item, cJSON_GetObjectItem(object, "basis_frequencies_hz")) {
       expected += item->valuedouble <= 1 / (2 * 3.14159265358979323846 * steps[n]);
     }
+
     assert_true(cli_json_get(object, "dt") == steps[n]);
     assert_true(cli_json_get(object, "explicit_modes") == expected);
     assert_true(cli_json_get(object, "implicit_modes") == 8 - expected);
@@ -125,6 +138,8 @@ static void split_follows_the_time_step(void **state) {
 static void groups_and_memory_are_listed(void **state) {
   (void)state;
   cJSON *object = info("beam.npz", NULL, NULL);
+
+  // the left end has nine vertices
   bool found = false;
   const cJSON *group = NULL;
   cJSON_ArrayForEach(group, cJSON_GetObjectItem(object, "groups")) {
@@ -133,12 +148,14 @@ static void groups_and_memory_are_listed(void **state) {
     found = cJSON_GetObjectItem(group, "vertices")->valuedouble == 9;
   }
   assert_true(found);
+
+  // the size in memory of the file is the file's own
   char path[160];
   struct stat status;
   snprintf(path, sizeof path, "%s/beam.npz", folder);
   assert_int_equal(stat(path, &status), 0);
   assert_true(cli_json_get(object, "model_bytes") == (double)status.st_size);
-  // at least q, p and what the step keeps
+  // the state holds at least q, p and what the step keeps
   assert_true(cli_json_get(object, "state_bytes") >= 2 * 8 * 8);
   cJSON_Delete(object);
 }
@@ -147,6 +164,7 @@ static void table_names_what_people_ask_for(void **state) {
   (void)state;
   cli_result run = thrum_run(folder, "info", "beam.npz", NULL);
   assert_int_equal(run.exit_code, 0);
+
   static const char *const wanted[] = {"32 kg",      "0.032 m^3",    "81 vertices (9 held)",
                                        "192 tetra",  "left (9)",     "rank 8",
                                        "mean ratio", "tetrahedron ", "explicit",
@@ -170,18 +188,22 @@ static void a_polynomial_alone_is_a_model_too(void **state) {
                              .omega2 = omega2,
                              .c3 = c3,
                              .c4 = c4};
+
   char path[160];
   snprintf(path, sizeof path, "%s/hand.npz", folder);
   assert_int_equal(thrum_model_save(path, &model, NULL), THRUM_OK);
+
+  // at the usual time step the first coordinate is explicit and the second is not
   cJSON *object = info("hand.npz", NULL, NULL);
   assert_true(cli_json_get(object, "rank") == 2);
   assert_true(cli_json_get(object, "explicit_modes") == 1);
   assert_true(cli_json_get(object, "vertices") == 0);
-  // what such a model cannot say is null, not zero
+  // quantities that need a mesh are null, not zero
   static const char *const nulls[] = {"mass_kg", "volume_m3", "quality_min", "worst_tet", "fixed"};
   for (int n = 0; n < 5; n++) {
     assert_true(cJSON_IsNull(cJSON_GetObjectItem(object, nulls[n])));
   }
+
   cJSON_Delete(object);
   cli_result run = thrum_run(folder, "info", "hand.npz", NULL);
   assert_int_equal(run.exit_code, 0);
@@ -196,6 +218,8 @@ static void meta_of_any_kind_is_survived(void **state) {
   char nested[2001], path[160];
   memset(nested, '[', 2000);
   nested[2000] = 0;
+
+  // no JSON, JSON of other types, and JSON nested deeper than any reader goes
   const char *const texts[] = {
       "",
       "{",
@@ -206,6 +230,7 @@ static void meta_of_any_kind_is_survived(void **state) {
       "{\"residuals\":3,\"frequencies_hz\":\"x\"}",
       "{\"residuals\":{\"modes\":{\"a\":[]}},\"frequencies_hz\":{\"a\":null},\"mesh\":[]}",
       "{\"frequencies_hz\":[null,\"1\",[2],1e999]}"};
+
   snprintf(path, sizeof path, "%s/meta.npz", folder);
   for (size_t n = 0; n < sizeof texts / sizeof texts[0]; n++) {
     const thrum_model model = {.rank = 1,
@@ -218,6 +243,8 @@ static void meta_of_any_kind_is_survived(void **state) {
                                .meta = (const uint8_t *)texts[n],
                                .meta_bytes = (int64_t)strlen(texts[n])};
     assert_int_equal(thrum_model_save(path, &model, NULL), THRUM_OK);
+
+    // both forms of the output show the rest of the model
     cJSON *object = info("meta.npz", NULL, NULL);
     assert_true(cli_json_get(object, "rank") == 1);
     cJSON_Delete(object);
@@ -241,20 +268,25 @@ static void assert_exit(int code, const char *wanted, const char *a, const char 
 static void what_is_no_model_is_refused_in_one_line(void **state) {
   (void)state;
   char path[160], copy[160];
+
+  // a text, a missing file and a folder
   snprintf(path, sizeof path, "%s/words.npz", folder);
   assert_true(cli_write_text(path, "these are words, and long enough to hold an end record\n"));
   assert_exit(1, "words.npz", "words.npz", NULL, NULL);
   assert_exit(1, "missing.npz", "missing.npz", NULL, NULL);
   assert_exit(1, "", ".", "--json", NULL);
+
   // half of a good file
   snprintf(path, sizeof path, "%s/beam.npz", folder);
   snprintf(copy, sizeof copy, "%s/half.npz", folder);
+
   FILE *from = fopen(path, "rb"), *to = fopen(copy, "wb");
   assert_true(from != NULL && to != NULL);
   for (int n = 0; n < 5000; n++)
     putc(getc(from), to);
   fclose(from);
   assert_int_equal(fclose(to), 0);
+
   assert_exit(1, "half.npz", "half.npz", NULL, NULL);
 }
 
@@ -272,6 +304,7 @@ static void a_full_disk_is_not_success(void **state) {
   // /dev/full takes what is written and fails when it is flushed
   if (!cli_file_exists("/dev/full"))
     fail_msg("%s", "/dev/full is missing");
+
   char shell[] = "/bin/sh", option[] = "-c", script[300];
   snprintf(script, sizeof script, "%s info %s/beam.npz >/dev/full", THRUM_PROGRAM, folder);
   char *argv[] = {shell, option, script, NULL};
@@ -287,11 +320,14 @@ static void mean_ratio_is_one_for_regular_tets_at_any_size(void **state) {
     const double a[3] = {size, size, size}, b[3] = {size, -size, -size},
                  c[3] = {-size, size, -size}, d[3] = {-size, -size, size};
     const double *const one[4] = {a, b, c, d}, *const other[4] = {a, c, b, d};
+
+    // either orientation has the ratio 1, and volumes of opposite sign
     double volume = 0, mirrored = 0;
     assert_true(near(thrum_tet_mean_ratio(one, &volume), 1, 1e-14));
     assert_true(near(thrum_tet_mean_ratio(other, &mirrored), 1, 1e-14));
     assert_true(near(fabs(volume), 8.0 / 3 * size * size * size, 1e-13));
     assert_true(volume == -mirrored);
+
     // pressed flat it goes to zero
     const double e[3] = {-size, -size, -size * (1 - 1e-9)};
     const double *const flat[4] = {b, c, e, (const double[3]){0, 0, -size}};
@@ -308,12 +344,15 @@ static void the_worst_tet_is_named(void **state) {
                                    "5 0.4 0.4 0.4\n*ELEMENTS\nTET\n2 4 0\n1 1 2 3 4\n2 2 3 4 5\n"
                                    "*MATERIAL rubber\nENU, 1000, 1e6, 0.3\n"
                                    "*REGION\nallElements, rubber\n"));
+
   cli_result run = thrum_run(folder, "precompute", "two.veg", "--fix", "z<0.1", "--modes", "2",
                              "--rank", "2", "-o", "two.npz", NULL);
   if (run.exit_code != 0)
     print_error("%s", run.err);
   assert_int_equal(run.exit_code, 0);
   cli_result_free(&run);
+
+  // tetrahedra are counted from 1
   cJSON *object = info("two.npz", NULL, NULL);
   assert_true(cli_json_get(object, "worst_tet") == 2);
   assert_true(cli_json_get(object, "quality_min") < cli_json_get(object, "quality_mean"));

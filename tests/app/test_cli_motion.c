@@ -33,17 +33,22 @@ static int make_run(void **state) {
                              "--modes", "4", "--rank", "7", "-q", "-o", "beam.npz", NULL);
   int code = run.exit_code;
   cli_result_free(&run);
+
   // fewer coordinates than the model has
   run = thrum_run(folder, "simulate", "beam.npz", "-o", "run", "--time", "0.2", "-q", "--start",
                   "mode:1,0.1", "--rank", "5", NULL);
   code += run.exit_code;
   cli_result_free(&run);
+
+  // every row in each of the four formats
   run = thrum_run(folder, "export", "run", "--glb", "run.glb", "--pc2", "run.pc2", "--mdd",
                   "run.mdd", "--obj", "run.obj", "--fps", "0", NULL);
   if (run.exit_code != 0)
     print_error("%s", run.err);
   code += run.exit_code;
   cli_result_free(&run);
+
+  // the tests compare with the model and the coordinates of the run
   if (code == 0 && thrum_model_load(in_folder("beam.npz"), &model, NULL) < 0)
     return -1;
   if (code == 0 && thrum_npy_read_f8(in_folder("run/q.npy"), &q, &rows, &rank, NULL) < 0)
@@ -94,10 +99,14 @@ static glb_file open_glb(const char *name) {
   size_t size = 0;
   glb_file file = {.bytes = read_bytes(name, &size)};
   uint32_t head[5], chunk[2];
+
+  // the header: magic number, version 2 and the length of the file
   memcpy(head, file.bytes, sizeof head);
   assert_memory_equal(file.bytes, "glTF", 4);
   assert_int_equal(head[1], 2);
   assert_int_equal(head[2], size);
+
+  // the first chunk is JSON, the second is binary and ends the file
   assert_memory_equal(file.bytes + 16, "JSON", 4);
   file.json = cJSON_ParseWithLength((const char *)file.bytes + 20, head[3]);
   assert_non_null(file.json);
@@ -132,11 +141,16 @@ static void a_glb_holds_the_motion_of_the_run(void **state) {
   (void)state;
   glb_file file = open_glb("run.glb");
   int64_t vertices = 0, times = 0, weights = 0, count = 0;
+
+  // the accessors: vertices at rest, a morph target per coordinate, triangles, times, weights
   const float *rest = accessor(&file, 0, &vertices);
   const float *time = accessor(&file, (int)rank + 2, &times);
   const float *weight = accessor(&file, (int)rank + 3, &weights);
+
   assert_int_equal(times, rows);
   assert_int_equal(weights, rows * rank);
+
+  // rest plus weighted targets must be the place of the same vertex of the model
   double worst = 0, moved = 0;
   for (int64_t v = 0; v < vertices; v++) {
     const double x[3] = {(double)rest[3 * v], (double)rest[3 * v + 1], (double)rest[3 * v + 2]};
@@ -154,6 +168,7 @@ static void a_glb_holds_the_motion_of_the_run(void **state) {
       }
     }
   }
+
   assert_true(moved > 0.05);
   // a few units of single precision at 1 m
   assert_true(worst < 3e-7);
@@ -168,6 +183,7 @@ static void the_surface_is_closed_and_looks_outwards(void **state) {
   int64_t vertices = 0, corners = 0;
   const float *x = accessor(&file, 0, &vertices);
   const uint32_t *corner = accessor(&file, (int)rank + 1, &corners);
+
   double volume = 0;
   for (int64_t t = 0; t < corners; t += 3) {
     const float *a = x + 3 * corner[t], *b = x + 3 * corner[t + 1], *c = x + 3 * corner[t + 2];
@@ -176,6 +192,7 @@ static void the_surface_is_closed_and_looks_outwards(void **state) {
               6;
   }
   assert_true(fabs(volume - 0.06) < 1e-6);
+
   // 2 triangles on each of the 2 (6 2 + 6 2 + 2 2) outer faces of cells
   assert_int_equal(corners / 3, 2 * 2 * (12 + 12 + 4));
   // Euler's formula: one closed surface without holes
@@ -211,11 +228,13 @@ static void caches_move_the_vertices_of_the_obj(void **state) {
   int64_t places[200];
   const int64_t count = read_obj(places);
   for (int kind = 0; kind < 2; kind++) {
+    // MDD is big-endian with the times in its header, PC2 is little-endian
     size_t size = 0;
     const bool mdd = kind == 1;
     unsigned char *bytes = read_bytes(mdd ? "run.mdd" : "run.pc2", &size);
     const size_t head = mdd ? 8 + 4 * (size_t)rows : 32;
     assert_int_equal(size, head + 12 * (size_t)(rows * count));
+
     for (int64_t row = 0; row < rows; row += 11)
       for (int64_t v = 0; v < count; v++)
         for (int axis = 0; axis < 3; axis++) {
@@ -223,6 +242,7 @@ static void caches_move_the_vertices_of_the_obj(void **state) {
           const double exact = position(places[v], axis, row);
           assert_true(fabs((double)float_at(bytes + at, mdd) - exact) <= 1e-7 * fabs(exact) + 1e-9);
         }
+
     if (mdd)
       assert_true(fabs((double)float_at(bytes + 8 + 4 * (size_t)(rows - 1), true) - 0.201) < 1e-6);
     else
@@ -236,10 +256,11 @@ static void rows_are_thinned_to_the_rate_asked_for(void **state) {
   cli_result run = thrum_run(folder, "export", "run/", "--glb", "thin.glb", "--fps", "50", NULL);
   assert_int_equal(run.exit_code, 0);
   cli_result_free(&run);
+
   glb_file file = open_glb("thin.glb");
   int64_t times = 0;
   const float *time = accessor(&file, (int)rank + 2, &times);
-  // 0.201 s at 50 a second, and the last
+  // 0.201 s at 50 frames a second, and the last row
   assert_true(times >= 11 && times <= 12);
   for (int64_t n = 1; n < times; n++)
     assert_true(time[n] > time[n - 1]);
@@ -254,6 +275,8 @@ static void what_does_not_go_together_is_refused(void **state) {
                 "--modes", "4", "--rank", "7", "-q", "-o", "other.npz", NULL);
   assert_int_equal(run.exit_code, 0);
   cli_result_free(&run);
+
+  // arguments of the command, the exit code and part of the message
   static const struct {
     int code;
     const char *arguments[6], *words;
@@ -267,6 +290,7 @@ static void what_does_not_go_together_is_refused(void **state) {
       {2, {"run", "--glb", "x.glb", "--fps", "-1"}, "--fps wants"},
       {2, {"run", "--glb", "x.glb", "--obj", "./x.glb"}, "name one file"},
   };
+
   for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
     const char *const *a = cases[n].arguments;
     run = thrum_run(folder, "export", a[0], a[1], a[2], a[3], a[4], NULL);
@@ -275,6 +299,7 @@ static void what_does_not_go_together_is_refused(void **state) {
       fail_msg("case %d: exit %d, %s", (int)n, run.exit_code, run.err);
     cli_result_free(&run);
   }
+
   assert_false(cli_file_exists(in_folder("x.glb")));
 }
 

@@ -72,22 +72,31 @@ static void assert_frequencies_scale(const cJSON *a, const cJSON *b, double fact
 
 static void beam_gives_the_documented_keys(void **state) {
   (void)state;
+
+  // the counts follow from the grid of cells, six tetrahedra in each
   cJSON *object = precompute(BEAM, ROOT, NULL, NULL, NULL, NULL);
   assert_true(cli_json_get(object, "vertices") == 9 * 3 * 3);
   assert_true(cli_json_get(object, "tets") == 8 * 2 * 2 * 6);
   assert_true(cli_json_get(object, "fixed") == 3 * 3);
   assert_true(cli_json_get(object, "rank") == 8);
   assert_true(cli_json_get(object, "modes") == 4);
+
+  // a frequency is listed for each mode and for each basis vector
   assert_int_equal(count_of(object, "frequencies_hz"), 4);
   assert_int_equal(count_of(object, "basis_frequencies_hz"), 8);
   assert_true(cli_json_get(object, "explicit_modes") + cli_json_get(object, "implicit_modes") == 8);
+
+  // 1 m x 0.1 m x 0.1 m of the default 1000 kg/m^3
   assert_true(fabs(cli_json_get(object, "volume_m3") - 0.01) < 1e-14);
   assert_true(fabs(cli_json_get(object, "mass_kg") - 10) < 1e-11);
   assert_true(cli_json_get(object, "peak_mb") > 1);
+
+  // basis vectors are ordered by frequency
   for (int k = 1; k < 8; k++) {
     assert_true(number_at(object, "basis_frequencies_hz", k) >=
                 number_at(object, "basis_frequencies_hz", k - 1));
   }
+
   cJSON_Delete(object);
 }
 
@@ -109,6 +118,8 @@ static void rank_is_twice_the_modes_when_not_given(void **state) {
 static void stages_do_not_overlap(void **state) {
   (void)state;
   cJSON *object = precompute(BEAM, ROOT, NULL, NULL, NULL, NULL);
+
+  // sum the stages without their total
   const cJSON *seconds = cJSON_GetObjectItemCaseSensitive(object, "seconds");
   const double total = cli_json_get(seconds, "total");
   double sum = 0;
@@ -121,6 +132,8 @@ static void stages_do_not_overlap(void **state) {
     sum += item->valuedouble;
     stages++;
   }
+
+  // times that overlapped would add up to more than the total
   assert_true(stages >= 6);
   assert_true(total > 0 && sum <= total * (1 + 1e-9));
   cJSON_Delete(object);
@@ -131,13 +144,17 @@ static void json_is_alone_on_standard_output(void **state) {
   cli_result run = thrum_run(folder, "precompute", BEAM, "-o", "made.npz", "--fix", ROOT, "--modes",
                              "3", "--rank", "3", "--json", NULL);
   assert_int_equal(run.exit_code, 0);
+
   cJSON *object = cli_json_line(run.out);
   assert_non_null(object);
   cJSON_Delete(object);
+
   // progress goes to standard error, as plain lines when that is no terminal
   assert_non_null(strstr(run.err, "linear modes"));
   assert_null(strchr(run.err, '\r'));
   cli_result_free(&run);
+
+  // with --quiet only the summary is left, on standard output
   run = thrum_run(folder, "precompute", BEAM, "-o", "made.npz", "--fix", ROOT, "--modes", "3",
                   "--rank", "3", "--quiet", NULL);
   assert_int_equal(run.exit_code, 0);
@@ -150,6 +167,7 @@ static void two_reproducible_runs_write_the_same_bytes(void **state) {
   (void)state;
   const char *names[] = {"first.npz", "second.npz"};
   char path[2][160];
+
   for (int n = 0; n < 2; n++) {
     cli_result run = thrum_run(folder, "precompute", BEAM, "-o", names[n], "--fix", ROOT, "--modes",
                                "4", "--rank", "8", "--reproducible", NULL);
@@ -157,6 +175,8 @@ static void two_reproducible_runs_write_the_same_bytes(void **state) {
     cli_result_free(&run);
     in_folder(names[n], path[n]);
   }
+
+  // a file that held a time or an address would differ
   char compare[] = "/usr/bin/cmp";
   char *argv[] = {compare, path[0], path[1], NULL};
   cli_result same = cli_execute(NULL, argv);
@@ -167,13 +187,17 @@ static void two_reproducible_runs_write_the_same_bytes(void **state) {
 static void generator_equals_the_reference_file(void **state) {
   (void)state;
   cJSON *generated = precompute("beam:20x3x3@1x0.15x0.15", ROOT, NULL, NULL, NULL, NULL);
+
   cJSON *read = precompute(THRUM_TEST_DATA "/beam1k.veg", THRUM_TEST_DATA "/beam1k.bou", NULL, NULL,
                            NULL, NULL);
+
+  // the counts are the same, and so are the frequencies
   static const char *const same[] = {"vertices", "tets", "fixed", "free_dofs"};
   for (int n = 0; n < 4; n++) {
     assert_true(cli_json_get(generated, same[n]) == cli_json_get(read, same[n]));
   }
   assert_frequencies_scale(generated, read, 1);
+
   cJSON_Delete(generated);
   cJSON_Delete(read);
 }
@@ -182,16 +206,23 @@ static void generator_equals_the_reference_file(void **state) {
 static void material_and_scale_act_as_physics_says(void **state) {
   (void)state;
   const char *mesh = THRUM_TEST_DATA "/beam1k.veg", *fix = THRUM_TEST_DATA "/beam1k.bou";
+
+  // each model differs from the plain one in one quantity
   cJSON *plain = precompute(mesh, fix, NULL, NULL, NULL, NULL);
   cJSON *stiff = precompute(mesh, fix, "--young", "2e7", NULL, NULL);
   cJSON *heavy = precompute(mesh, fix, "--density", "4000", NULL, NULL);
   cJSON *large = precompute(mesh, fix, "--scale", "2", NULL, NULL);
   cJSON *named = precompute(mesh, fix, "--young", "5e6", "--poisson", "0.4");
+
+  // frequencies go as the root of stiffness over mass; the values named are those of the file
   assert_frequencies_scale(plain, stiff, 2);
   assert_frequencies_scale(plain, heavy, 0.5);
   assert_frequencies_scale(plain, large, 0.5);
   assert_frequencies_scale(plain, named, 1);
+
+  // the mass grows as the cube of the scale
   assert_true(fabs(cli_json_get(large, "mass_kg") / cli_json_get(plain, "mass_kg") - 8) < 1e-12);
+
   cJSON_Delete(plain);
   cJSON_Delete(stiff);
   cJSON_Delete(heavy);
@@ -218,21 +249,29 @@ static void fix_takes_predicates_files_groups_and_axes(void **state) {
   (void)state;
   char path[160];
   assert_true(cli_write_text(in_folder("held.bou", path), "1, 2 3\n4:9 # the root\n"));
+
+  // four ways to hold the root, and one that holds more
   cJSON *predicate = precompute(BEAM, ROOT, NULL, NULL, NULL, NULL);
   cJSON *file = precompute(BEAM, "held.bou", NULL, NULL, NULL, NULL);
   cJSON *group = precompute(BEAM, "left", NULL, NULL, NULL, NULL);
   cJSON *axes = precompute(BEAM, "left:xyz", NULL, NULL, NULL, NULL);
   cJSON *both = precompute(BEAM, "left:xy", "--fix", "left:z", NULL, NULL);
   cJSON *more = precompute(BEAM, ROOT, "--fix", "x>0.999:y", NULL, NULL);
+
+  // each of them holds the same nine vertices
   const cJSON *same[] = {file, group, axes, both};
   for (int n = 0; n < 4; n++) {
     assert_true(cli_json_get(same[n], "fixed") == 9);
     assert_frequencies_scale(predicate, same[n], 1);
   }
+
+  // nine vertices more are held along one axis
   assert_true(cli_json_get(more, "fixed") == 18);
   assert_true(cli_json_get(more, "free_dofs") == 3 * (81 - 9) - 9);
+
   // a constraint more raises every frequency, or leaves it
   assert_true(number_at(more, "frequencies_hz", 0) >= number_at(predicate, "frequencies_hz", 0));
+
   cJSON_Delete(predicate);
   cJSON_Delete(file);
   cJSON_Delete(group);
@@ -246,33 +285,44 @@ static void meta_says_what_was_done_but_not_where(void **state) {
   char path[160];
   assert_true(cli_write_text(in_folder("held.bou", path), "1:9\n"));
   cJSON *line = precompute(BEAM, path, "--fix", "y<0&x<0.001", NULL, NULL);
+
   const thrum_model *model = NULL;
   assert_int_equal(thrum_model_load(in_folder("made.npz", path), &model, NULL), THRUM_OK);
+
+  // the version and the hash of the mesh identify how the model was made
   cJSON *meta = cJSON_ParseWithLength((const char *)model->meta, (size_t)model->meta_bytes);
   assert_non_null(meta);
   assert_string_equal(cJSON_GetObjectItem(meta, "version")->valuestring, thrum_version());
   const cJSON *mesh = cJSON_GetObjectItem(meta, "mesh");
   assert_string_equal(cJSON_GetObjectItem(mesh, "hash")->valuestring,
                       cJSON_GetObjectItem(line, "mesh_hash")->valuestring);
+
+  // constraints are recorded in their order, a file by its name without its folder
   const cJSON *fix = cJSON_GetObjectItem(cJSON_GetObjectItem(meta, "options"), "fix");
   assert_int_equal(cJSON_GetArraySize(fix), 2);
   assert_string_equal(cJSON_GetArrayItem(fix, 0)->valuestring, "held.bou");
   assert_string_equal(cJSON_GetArrayItem(fix, 1)->valuestring, "y<0&x<0.001");
+
   assert_int_equal(count_of(meta, "materials"), 1);
+
   // numbers in the JSON line and in meta are the same doubles
   for (int k = 0; k < 8; k++) {
     assert_true(number_at(meta, "basis_frequencies_hz", k) ==
                 number_at(line, "basis_frequencies_hz", k));
   }
+
+  // the path of the folder is not in the file
   char *text = cJSON_PrintUnformatted(meta);
   assert_null(strstr(text, folder));
   free(text);
+
   cJSON_Delete(meta);
   cJSON_Delete(line);
   thrum_model_free(model);
 }
 
-/* A cube of six tets, its vertices 1 to 8; `tail` follows the vertices, `tets` the header. */
+/* Writes a cube of six tetrahedra with the vertices 1 to 8. `vertex9` is the line of one vertex
+ * more, or empty; `tets` holds the lines of the tetrahedra. */
 static void write_cube(const char *name, const char *vertex9, const char *tets) {
   char text[2000], path[160];
   snprintf(text, sizeof text,
@@ -290,15 +340,21 @@ static void inverted_files_are_flipped_and_spare_vertices_dropped(void **state) 
   (void)state;
   write_cube("cube.veg", "", CUBE_TETS);
   write_cube("odd.veg", "9 5 5 5\n", CUBE_TETS_INVERTED);
+
   cJSON *plain = precompute("cube.veg", ROOT, "--rank", "4", NULL, NULL);
   cJSON *cleaned = precompute("odd.veg", ROOT, "--rank", "4", NULL, NULL);
   assert_frequencies_scale(plain, cleaned, 1);
   // whichever of the two orientations is positive, exactly one file was flipped
   assert_true(cli_json_get(plain, "flipped_tets") + cli_json_get(cleaned, "flipped_tets") == 6);
+
+  // the vertex that no tetrahedron uses is gone
   assert_true(cli_json_get(cleaned, "dropped_vertices") == 1);
   assert_true(cli_json_get(cleaned, "vertices") == 8);
+
   cJSON_Delete(plain);
   cJSON_Delete(cleaned);
+
+  // dropping a vertex is warned of
   cli_result run = thrum_run(folder, "precompute", "odd.veg", "-o", "made.npz", "--fix", ROOT,
                              "--modes", "3", "--rank", "3", NULL);
   assert_int_equal(run.exit_code, 0);
@@ -312,23 +368,29 @@ static void assert_refused_with(const char *wanted, const char *mesh, const char
                                 const char *value, const char *option2, const char *value2) {
   char path[160];
   remove(in_folder("never.npz", path));
+
   cli_result run = thrum_run(folder, "precompute", mesh, "-o", "never.npz", "--json", "--quiet",
                              option, value, option2, value2, NULL);
+
+  // show what was said instead before the assertions stop the test
   const char *line = strncmp(run.err, "thrum: ", 7) == 0 ? run.err : NULL;
   if (run.exit_code != 1 || line == NULL || strstr(line, wanted) == NULL) {
     print_error("%s %s: exit %d: %s\n", mesh, value != NULL ? value : "", run.exit_code, run.err);
   }
+
   assert_int_equal(run.exit_code, 1);
   assert_non_null(line);
   assert_true(cli_line_count_is(run.err, 1));
   assert_non_null(strstr(line, wanted));
+
+  // neither a result nor a file is left
   assert_string_equal(run.out, "");
   assert_false(cli_file_exists(path));
   cli_result_free(&run);
 }
 
-/* One body as two kinds of file and two units: the cube in metres, and in millimetres by Gmsh,
- * whose files say no material. */
+/* One body comes as two kinds of file in two units: the cube in metres, and in millimetres by
+ * Gmsh, whose files hold no material. */
 static void gmsh_files_give_the_model_of_the_same_mesh(void **state) {
   (void)state;
   char path[160];
@@ -340,7 +402,10 @@ static void gmsh_files_give_the_model_of_the_same_mesh(void **state) {
                              "$Elements\n8\n1 2 2 1 1 1 3 7\n2 2 2 1 1 1 7 5\n3 4 2 2 1 1 2 4 8\n"
                              "4 4 2 2 1 1 4 3 8\n5 4 2 2 1 1 3 7 8\n6 4 2 2 1 1 7 5 8\n"
                              "7 4 2 2 1 1 5 6 8\n8 4 2 2 1 1 6 2 8\n$EndElements\n"));
+
   write_cube("cube.veg", "", CUBE_TETS);
+
+  // the physical group, the same with its axes, and a predicate hold the same face
   cJSON *numbers[3];
   static const char *const fixes[] = {"the clamp", "the clamp:xyz", ROOT};
   for (int n = 0; n < 3; n++) {
@@ -355,10 +420,14 @@ static void gmsh_files_give_the_model_of_the_same_mesh(void **state) {
     assert_true(cli_json_get(numbers[n], "fixed") == 4);
     cli_result_free(&run);
   }
+
+  // both descriptions of the body give one model
   assert_frequencies_scale(numbers[2], numbers[0], 1);
   assert_frequencies_scale(numbers[2], numbers[1], 1);
   for (int n = 0; n < 3; n++)
     cJSON_Delete(numbers[n]);
+
+  // without a material in the file, all three of its numbers must be given
   assert_refused_with("give --young, --poisson and --density", "cube.msh", "--fix", "the clamp",
                       "--young", "1e6");
 }
@@ -366,15 +435,21 @@ static void gmsh_files_give_the_model_of_the_same_mesh(void **state) {
 static void bad_files_are_refused_by_name(void **state) {
   (void)state;
   char path[160];
+
+  // a corner that does not exist, a flat tetrahedron, a coordinate that is no number
   write_cube("cube.veg", "", CUBE_TETS);
   write_cube("index.veg", "",
              "1 1 2 4 8\n2 1 4 3 8\n3 1 3 7 8\n4 1 7 5 8\n5 1 5 6 8\n6 1 6 2 11\n");
   write_cube("flat.veg", "", "1 1 2 4 8\n2 1 4 3 8\n3 1 2 3 4\n4 1 7 5 8\n5 1 5 6 8\n6 1 6 2 8\n");
   write_cube("nan.veg", "9 0 nan 0\n", CUBE_TETS);
+
+  // files that are no mesh at all
   assert_true(cli_write_text(in_folder("words.veg", path), "not a mesh at all\n"));
   assert_true(cli_write_text(in_folder("words.msh", path), "not a mesh at all\n"));
   assert_true(cli_write_text(in_folder("empty.veg", path), ""));
   assert_true(cli_write_text(in_folder("mesh.txt", path), "1 2 3\n"));
+
+  // the message names the file, and the corner or the element where there is one
   assert_refused_with("missing.veg", "missing.veg", "--fix", ROOT, NULL, NULL);
   assert_refused_with("index.veg", "index.veg", "--fix", ROOT, NULL, NULL);
   assert_refused_with("11", "index.veg", "--fix", ROOT, NULL, NULL);
@@ -384,6 +459,8 @@ static void bad_files_are_refused_by_name(void **state) {
   assert_refused_with("words.msh", "words.msh", "--fix", ROOT, NULL, NULL);
   assert_refused_with("empty.veg", "empty.veg", "--fix", ROOT, NULL, NULL);
   assert_refused_with("mesh.txt", "mesh.txt", "--fix", ROOT, NULL, NULL);
+
+  // names that are no file
   assert_refused_with("beam", "beam:0x1x1@1x1x1", "--fix", ROOT, NULL, NULL);
   assert_refused_with("", "/", "--fix", ROOT, NULL, NULL);
   assert_refused_with("name of the mesh is empty", "", "--fix", ROOT, NULL, NULL);
@@ -393,8 +470,10 @@ static void every_truncation_of_a_mesh_is_refused_or_complete(void **state) {
   (void)state;
   char path[160];
   write_cube("cube.veg", "", CUBE_TETS);
+
   char *text = cli_read_text(in_folder("cube.veg", path));
   assert_non_null(text);
+
   // up to the last tet a cut loses something that is needed
   const size_t length = (size_t)(strstr(text, "6 1 6 2 8") - text);
   for (size_t cut = 0; cut < length; cut += 7) {
@@ -423,6 +502,8 @@ static void bad_materials_are_refused(void **state) {
                                        {"--young", "1e-310", "from 1e-30 to 1e+30"},
                                        {"--density", "1e300", "from 1e-30 to 1e+30"},
                                        {"--density", "1e-308", "from 1e-30 to 1e+30"}};
+
+  // a number out of its range is a mistake of usage, which the message puts beside the range
   for (size_t n = 0; n < sizeof bad / sizeof bad[0]; n++) {
     cli_result run = thrum_run(folder, "precompute", BEAM, "-o", "never.npz", "--fix", ROOT,
                                bad[n][0], bad[n][1], NULL);
@@ -431,7 +512,7 @@ static void bad_materials_are_refused(void **state) {
     assert_true(cli_line_count_is(run.err, 1));
     cli_result_free(&run);
   }
-  // the mesh's own
+  // the same holds for the material in the mesh file, which is then refused as a file
   char path[160];
   assert_true(
       cli_write_text(in_folder("rubber.veg", path),
@@ -455,6 +536,8 @@ static void bodies_too_free_and_ranks_too_large_are_refused(void **state) {
 
 static void a_body_that_nothing_holds_is_a_free_one(void **state) {
   (void)state;
+
+  // the rigid motions are kept apart from the elastic modes, to rounding
   cli_result run = thrum_run(folder, "precompute", BEAM, "-o", "free.npz", "--modes", "4", "--rank",
                              "8", "--json", NULL);
   assert_int_equal(run.exit_code, 0);
@@ -465,6 +548,7 @@ static void a_body_that_nothing_holds_is_a_free_one(void **state) {
   assert_true(cli_json_get(cJSON_GetObjectItem(object, "residuals"), "rigid") < 1e-14);
   cJSON_Delete(object);
   cli_result_free(&run);
+
   // the model says so, and its elastic part can be stepped
   run = thrum_run(folder, "info", "free.npz", NULL);
   assert_non_null(strstr(run.out, "6 rigid modes kept apart"));
@@ -480,18 +564,23 @@ static void stages_say_time_memory_and_rate(void **state) {
   cJSON *object = precompute(BEAM, ROOT, NULL, NULL, NULL, NULL);
   static const char *const names[] = {"assemble",    "factor", "modes",
                                       "derivatives", "basis",  "polynomial"};
+
   const cJSON *stages = cJSON_GetObjectItemCaseSensitive(object, "stages");
+
+  // the peak of memory never falls from one stage to the next
   double peak = 0;
   for (int n = 0; n < 6; n++) {
     const cJSON *row = cJSON_GetObjectItemCaseSensitive(stages, names[n]);
     assert_true(cli_json_get(row, "seconds") >= 0);
     assert_true(cli_json_get(row, "peak_mb") >= peak && cli_json_get(row, "peak_mb") > 0);
     peak = cli_json_get(row, "peak_mb");
+
     // what is not counted has no rate
     const bool counted = n != 0 && n != 4;
     assert_true(counted == cJSON_IsNumber(cJSON_GetObjectItemCaseSensitive(row, "gflops")));
     assert_true(!counted || cli_json_get(row, "gflops") > 0);
   }
+
   assert_true(peak <= cli_json_get(object, "peak_mb"));
   cJSON_Delete(object);
 }
@@ -502,13 +591,17 @@ static void how_modes_were_checked_is_said(void **state) {
   for (int n = 0; n < 3; n++) {
     cli_result run = thrum_run(folder, "precompute", BEAM, "-o", "made.npz", "--fix", ROOT,
                                "--modes", "4", "--check", how[n], "--json", NULL);
+
     // counting is optional in a build
     if (n == 1 && run.exit_code == 1) {
       assert_non_null(strstr(run.err, "built without MUMPS"));
       cli_result_free(&run);
       continue;
     }
+
     assert_int_equal(run.exit_code, 0);
+
+    // the next frequency, which was not asked for, lies above the last one listed
     cJSON *object = cli_json_line(run.out);
     const cJSON *check = cJSON_GetObjectItem(object, "mode_check");
     assert_true(cJSON_IsTrue(cJSON_GetObjectItem(check, "complete")));
@@ -516,10 +609,13 @@ static void how_modes_were_checked_is_said(void **state) {
     if (n < 2)
       assert_string_equal(method, how[n]);
     assert_true(cli_json_get(check, "next_hz") > number_at(object, "frequencies_hz", 3));
+
+    // the model file keeps what was found
     cli_result info = thrum_run(folder, "info", "made.npz", NULL);
     assert_non_null(strstr(info.out, "none missed"));
     assert_non_null(strstr(info.out, method));
     cli_result_free(&info);
+
     cJSON_Delete(object);
     cli_result_free(&run);
   }
@@ -563,16 +659,22 @@ static void assert_usage(const char *wanted, const char *a, const char *b, const
 
 static void wrong_usage_is_told_apart_from_refusal(void **state) {
   (void)state;
+
+  // commands and options that do not exist
   assert_usage("usage", NULL, NULL, NULL, NULL, NULL, NULL);
   assert_usage("did you mean 'precompute'", "precomptue", NULL, NULL, NULL, NULL, NULL);
   assert_usage("unknown command", "melt", NULL, NULL, NULL, NULL, NULL);
   assert_usage("unknown option", "--melt", NULL, NULL, NULL, NULL, NULL);
+
+  // arguments and values that are missing or misspelt
   assert_usage("no mesh", "precompute", NULL, NULL, NULL, NULL, NULL);
   assert_usage("-o", "precompute", BEAM, NULL, NULL, NULL, NULL);
   assert_usage("did you mean '--young'", "precompute", BEAM, "--yuong", "1", NULL, NULL);
   assert_usage("needs a value", "precompute", BEAM, "--young", NULL, NULL, NULL);
   assert_usage("needs a value", "precompute", BEAM, "-o", NULL, NULL, NULL);
   assert_usage("takes no value", "precompute", BEAM, "--json=1", NULL, NULL, NULL);
+
+  // values that are no number of the kind wanted
   assert_usage("number", "precompute", BEAM, "--young", "soft", NULL, NULL);
   assert_usage("number", "precompute", BEAM, "--young", "nan", NULL, NULL);
   assert_usage("number", "precompute", BEAM, "--density", "1e400", NULL, NULL);
@@ -580,6 +682,8 @@ static void wrong_usage_is_told_apart_from_refusal(void **state) {
   assert_usage("whole number", "precompute", BEAM, "--modes", "0", NULL, NULL);
   assert_usage("whole number", "precompute", BEAM, "--rank", "1.5", NULL, NULL);
   assert_usage("whole number", "precompute", BEAM, "--threads", "-1", NULL, NULL);
+
+  // choices, and an argument too many
   assert_usage("consistent or lumped", "precompute", BEAM, "--mass", "heavy", NULL, NULL);
   assert_usage("auto, search or inertia", "precompute", BEAM, "--check", "twice", NULL, NULL);
   assert_usage("one mesh", "precompute", BEAM, BEAM, "-o", "made.npz", NULL);
@@ -587,6 +691,8 @@ static void wrong_usage_is_told_apart_from_refusal(void **state) {
 
 static void help_and_version_are_results(void **state) {
   (void)state;
+
+  // both ways to ask for help print the same text to standard output
   static const char *const commands[] = {"precompute", "simulate", "info", "bench"};
   for (int n = 0; n < 4; n++) {
     cli_result by_option = thrum_run(folder, commands[n], "--help", NULL);
@@ -598,6 +704,7 @@ static void help_and_version_are_results(void **state) {
     cli_result_free(&by_option);
     cli_result_free(&by_command);
   }
+
   cli_result version = thrum_run(folder, "--version", NULL);
   assert_int_equal(version.exit_code, 0);
   assert_string_equal(version.out, "thrum " THRUM_VERSION_STRING "\n");

@@ -1,5 +1,5 @@
-/* Scene files from outside: a body of a scene has the run of it alone, a mistake is named by file,
- * line and path, and the folder is whole or not there.
+/* Scene files as the command line takes them: a body of a scene runs as it does alone, a mistake is
+ * named by file, line and path, and the run's folder is whole or not there.
  * SPDX-License-Identifier: Apache-2.0 */
 #include <dirent.h>
 #include <math.h>
@@ -34,9 +34,12 @@ static int make_models(void **state) {
                              "--fix", "x<0.001", "--modes", "5", "--rank", "10", "-q", NULL);
   const int code = run.exit_code;
   cli_result_free(&run);
+
+  // a second model that nothing holds, and a base motion
   run = thrum_run(folder, "precompute", "beam:3x2x2@0.3x0.2x0.2", "-o", "free.npz", "--modes", "4",
                   "--rank", "8", "-q", NULL);
   put("quake.csv", "0,0,0,0\n0.1,1,0,0.5\n0.2,0,0,0\n");
+
   const int second = run.exit_code;
   cli_result_free(&run);
   return code + second;
@@ -68,6 +71,8 @@ static void assert_same_file(const char *left, const char *right) {
 
 static void a_body_of_a_scene_has_the_run_of_it_alone(void **state) {
   (void)state;
+
+  // three bodies of one model that differ in loads, rank, integrator and damping
   cJSON *object = simulate(
       "{\"time\": 0.6, \"gravity\": [0, 0.5, -9.81], \"damping\": [0.4, 0.0005],\n"
       " \"base_motion\": \"quake.csv\",\n"
@@ -81,6 +86,8 @@ static void a_body_of_a_scene_has_the_run_of_it_alone(void **state) {
   assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(object, "bodies")), 3);
   assert_true(cli_json_get(object, "steps") == 200);
   cJSON_Delete(object);
+
+  // the first body alone has the same bytes in each file
   cli_result run = thrum_run(folder, "simulate", "beam.npz", "-o", "alone", "--time", "0.6",
                              "--damping", "0.4,0.0005", "--load", "gravity:0,0.5,-9.81", "--load",
                              "sine:0,0,-4@tip,f=3", "--load", "traction:0,0,-50@top,until=0.2",
@@ -90,6 +97,8 @@ static void a_body_of_a_scene_has_the_run_of_it_alone(void **state) {
   assert_same_file("together/one/q.npy", "alone/q.npy");
   assert_same_file("together/one/energy.csv", "alone/energy.csv");
   assert_same_file("together/one/end.npy", "alone/end.npy");
+
+  // the second one too, with the options that the scene gives to it
   run = thrum_run(folder, "simulate", "beam.npz", "-o", "lower", "--time", "0.6", "--rank", "6",
                   "--integrator", "newmark", "--load", "gravity:0,0.5,-9.81", "--base-motion",
                   "quake.csv", "-q", NULL);
@@ -97,29 +106,34 @@ static void a_body_of_a_scene_has_the_run_of_it_alone(void **state) {
   cli_result_free(&run);
   assert_same_file("together/two/q.npy", "lower/q.npy");
   assert_same_file("together/two/energy.csv", "lower/energy.csv");
-  // and its folder is a run for other commands
+  // the folder of a body is a run that other commands read
   run = thrum_run(folder, "export", "together/two", "--glb", "two.glb", NULL);
   assert_int_equal(run.exit_code, 0);
   cli_result_free(&run);
-  // the run of the whole scene is none of a body
+  // the run of the whole scene is not that of one body
   run = thrum_run(folder, "export", "together", "--glb", "all.glb", NULL);
   assert_int_equal(run.exit_code, 2);
   assert_non_null(strstr(run.err, "together/NAME"));
   cli_result_free(&run);
 }
 
-/* The last row of probes.csv, without step and time. */
+/* Reads the last row of probes.csv, without step and time. */
 static void last_probes(const char *name, int count, double *values) {
   char path[200];
   char *text = cli_read_text(in_folder(name, path));
   assert_non_null(text);
+
+  // find the start of the last line
   char *line = text + strlen(text) - 1;
   while (line > text && line[-1] != '\n')
     line--;
+
+  // pass over the step and the time
   strtod(line, &line);
   strtod(line + 1, &line);
   for (int n = 0; n < count; n++)
     values[n] = strtod(line + 1, &line);
+
   free(text);
 }
 
@@ -136,9 +150,10 @@ static void a_turned_and_scaled_body_follows_its_world(void **state) {
       "  {\"name\": \"b\", \"body\": \"b\", \"at\": \"tip\"}]}",
       "turned", 0);
   cJSON_Delete(object);
+
   double x[12];
   last_probes("turned/probes.csv", 12, x);
-  // forces go as stiffness times length squared
+  // forces go as stiffness times length squared, so the second body moves as the first, turned
   assert_true(fabs(x[6] - (1 - 2 * x[1])) < 1e-7);
   assert_true(fabs(x[7] - (2 + 2 * x[0])) < 1e-7);
   assert_true(fabs(x[8] - (3 + 2 * x[2])) < 1e-7);
@@ -156,15 +171,21 @@ static void a_free_body_drops_on_the_floor_of_the_scene(void **state) {
                " \"probes\": [{\"name\": \"all\", \"body\": \"block\", \"at\": \"all\"}]}",
                "drop", 0);
   cJSON_Delete(object);
+
   double x[6];
   char path[200];
   last_probes("drop/probes.csv", 6, x);
+
+  // it lies on the floor, and friction has stopped it after some way
   assert_true(fabs(x[2] - 0.1) < 3e-3);
   assert_true(x[0] > 0.15 && fabs(x[3]) < 1e-3);
+
+  // the contact still acts, and has taken energy out
   char *text = cli_read_text(in_folder("drop/block/run.json", path));
   cJSON *run = cJSON_Parse(text);
   assert_true(cli_json_get(cJSON_GetObjectItem(run, "contact"), "touching") > 0);
   assert_true(cli_json_get(cJSON_GetObjectItem(run, "contact"), "lost_j") > 0);
+
   cJSON_Delete(run);
   free(text);
 }
@@ -243,6 +264,8 @@ static void a_mistake_is_named_by_file_line_and_path(void **state) {
        "scene.json:2: outputs.frames: wants frames a second"},
       {"{\"bodies\": [" BODY ",]}", "scene.json:1: "},
   };
+
+  // each mistake gives one line, exit code 1, and nothing on standard output
   for (size_t n = 0; n < sizeof mistakes / sizeof mistakes[0]; n++) {
     put("scene.json", mistakes[n].text);
     cli_result run = thrum_run(folder, "simulate", "scene.json", "-o", "never", "-q", NULL);
@@ -252,6 +275,7 @@ static void a_mistake_is_named_by_file_line_and_path(void **state) {
                mistakes[n].message);
     cli_result_free(&run);
   }
+
   char path[200];
   assert_false(cli_file_exists(in_folder("never", path)));
 }
@@ -264,6 +288,8 @@ static void options_of_one_body_are_refused(void **state) {
   assert_int_equal(run.exit_code, 2);
   assert_non_null(strstr(run.err, "'--load' is of a run of one model"));
   cli_result_free(&run);
+
+  // the time and the step may be given for the whole scene
   run = thrum_run(folder, "simulate", "scene.json", "-o", "short", "--time", "0.03", "--dt",
                   "0.001", "--json", "-q", NULL);
   assert_int_equal(run.exit_code, 0);
@@ -287,6 +313,8 @@ static int count_entries(const char *name) {
 static void an_earlier_run_is_replaced_and_other_files_stay(void **state) {
   (void)state;
   char path[200];
+
+  // a scene of two bodies and a probe, with files of the user put into its folders
   cJSON_Delete(simulate("{\"time\": 0.03, \"bodies\": [" BODY "},\n"
                         "{\"name\": \"b\", \"model\": \"beam.npz\"}],\n"
                         "\"probes\": [{\"body\": \"a\", \"at\": \"tip\"}]}",
@@ -294,12 +322,16 @@ static void an_earlier_run_is_replaced_and_other_files_stay(void **state) {
   assert_int_equal(count_entries("again"), 4);
   put("again/notes.txt", "mine");
   put("again/b/notes.txt", "mine");
+
+  // a run of one model lies in the folder too
   cli_result run = thrum_run(folder, "simulate", "beam.npz", "-o", "again/own", "--time", "0.03",
                              "--start", "mode:1,0.01", "-q", NULL);
   assert_int_equal(run.exit_code, 0);
   cli_result_free(&run);
+
+  // a run of a scene with one of the two bodies takes the place of the first
   cJSON_Delete(simulate("{\"time\": 0.06, \"bodies\": [" BODY "}]}", "again", 0));
-  // the body that is gone leaves what is not of its run, the probes go, a run of its own stays
+  // the body that is gone leaves only the user's file, the probes go, the other run stays
   assert_true(cli_file_exists(in_folder("again/a/run.json", path)));
   assert_true(cli_file_exists(in_folder("again/notes.txt", path)));
   assert_true(cli_file_exists(in_folder("again/b/notes.txt", path)));
@@ -307,6 +339,7 @@ static void an_earlier_run_is_replaced_and_other_files_stay(void **state) {
   assert_false(cli_file_exists(in_folder("again/probes.csv", path)));
   assert_true(cli_file_exists(in_folder("again/own/run.json", path)));
   assert_int_equal(count_entries("again"), 5);
+
   // a folder that is no scene's run is refused
   put("scene.json", "{\"time\": 0.03, \"bodies\": [" BODY "}]}");
   run = thrum_run(folder, "simulate", "scene.json", "-o", "again/own", "-q", NULL);
@@ -320,10 +353,14 @@ static void a_folder_that_cannot_be_written_to_is_refused_first(void **state) {
   static const char mesh[] = "beam:2x2x2@1x1x1";
   char cache[200], path[200], *kept = getenv("XDG_CACHE_HOME");
   char *before = kept != NULL ? strdup(kept) : NULL;
+
+  // a model that were made would be kept in the cache folder
   put("taken", "a file");
   put("scene.json",
       "{\"bodies\": [{\"name\": \"a\", \"model\": \"beam:2x2x2@1x1x1\", \"free\": true}]}");
   assert_int_equal(setenv("XDG_CACHE_HOME", in_folder("cache", cache), 1), 0);
+
+  // a file in place of the folder, and a folder whose parent does not exist
   static const char *const outputs[][2] = {{"taken", "taken: is a file; -o names the folder"},
                                            {"nowhere/run", "nowhere/run: cannot be created"}};
   for (int n = 0; n < 4; n++) {
@@ -335,11 +372,14 @@ static void a_folder_that_cannot_be_written_to_is_refused_first(void **state) {
       fail_msg("exit %d, '%s' and not '%s'", run.exit_code, run.err, outputs[n / 2][1]);
     cli_result_free(&run);
   }
+
   if (before != NULL)
     setenv("XDG_CACHE_HOME", before, 1);
   else
     unsetenv("XDG_CACHE_HOME");
   free(before);
+
+  // neither model was made, and no folder
   assert_false(cli_file_exists(cache));
   assert_false(cli_file_exists(in_folder("nowhere", path)));
 }
@@ -364,36 +404,48 @@ static void frames_stand_where_the_bodies_are(void **state) {
 static void a_body_that_cannot_be_stepped_ends_the_run_and_flags_it(void **state) {
   (void)state;
   char path[200];
+
+  // one iteration cannot follow a large load, which begins after ten steps
   cJSON *object = simulate("{\"time\": 3, \"bodies\": [" BODY ", \"integrator\": \"newmark\",\n"
                            "\"fallback\": false, \"iterations\": 1, \"tolerance\": 1e-12,\n"
                            "\"loads\": \"constant:0,0,-1e5@tip,from=0.03\"},\n"
                            "{\"name\": \"calm\", \"model\": \"beam.npz\"}]}",
                            "failed", 3);
   assert_string_equal(cJSON_GetStringValue(cJSON_GetObjectItem(object, "status")), "not_converged");
+
   const double steps = cli_json_get(object, "steps");
   assert_true(steps >= 10 && steps < 1000);
   cJSON_Delete(object);
+
+  // both bodies have the rows of the steps that were completed
   int64_t rows = 0, others = 0;
   energy_row *first = read_energies(in_folder("failed/a/energy.csv", path), &rows);
   energy_row *second = read_energies(in_folder("failed/calm/energy.csv", path), &others);
   assert_true(first != NULL && second != NULL);
   assert_true(rows == (int64_t)steps + 1 && others == rows);
+
   free(first);
   free(second);
 }
 
 static void a_whole_turn_brings_a_free_body_back(void **state) {
   (void)state;
+
+  // 180 degrees a second for 2 s
   cJSON_Delete(simulate("{\"dt\": 0.002, \"time\": 2, \"bodies\": [{\"name\": \"top\",\n"
                         "\"model\": \"free.npz\", \"free\": true, \"spin\": [0, 0, 180],\n"
                         "\"position\": [1, 2, 3], \"velocity\": [0, 0, 0.5]}],\n"
                         "\"probes\": [{\"body\": \"top\", \"at\": \"vertex=1\"}],\n"
                         "\"outputs\": {\"frames\": \"every-500\"}}",
                         "spun", 0));
+
   double x[6];
   last_probes("spun/probes.csv", 6, x);
+
   // vertex 1 is the corner at the mesh's origin, or one of that height
   assert_true(fabs(x[2] - 4) < 0.2 && fabs(x[5] - 0.5) < 1e-6);
+
+  // the first and the last place of the vertex differ by the velocity times the time alone
   char command[400];
   snprintf(command, sizeof command,
            "awk -F, 'NR==2 {x=$3; y=$4; z=$5} END {d=($3-x)^2+($4-y)^2+($5-z-1)^2; "
@@ -402,7 +454,7 @@ static void a_whole_turn_brings_a_free_body_back(void **state) {
   assert_int_equal(system(command), 0);
 }
 
-/* Is each key of an object of the schema in the document? */
+/* Asserts that each key of an object of the schema stands in the document. */
 static void check_documented(const cJSON *schema, const char *document) {
   const cJSON *properties = cJSON_GetObjectItem(schema, "properties"), *key;
   cJSON_ArrayForEach(key, properties) {
@@ -425,11 +477,13 @@ static void the_schema_is_committed_and_every_key_is_documented(void **state) {
   assert_int_equal(made.exit_code, 0);
   assert_non_null(committed);
   assert_non_null(document);
-  // when this fails: thrum schema scene > docs/schema/scene.schema.json
+  // when this fails, run: thrum schema scene > docs/schema/scene.schema.json
   assert_string_equal(committed, made.out);
+
   cJSON *schema = cJSON_Parse(made.out);
   assert_non_null(schema);
   check_documented(schema, document);
+
   cJSON_Delete(schema);
   free(committed);
   free(document);
@@ -441,6 +495,7 @@ static void the_scenes_that_come_with_thrum_run(void **state) {
   // quake.json has a model that takes a minute to make: the test of the README runs it
   static const char *const scenes[] = {"drop", "integrators", "wind"};
   for (size_t n = 0; n < sizeof scenes / sizeof scenes[0]; n++) {
+    // a tenth of a second shows that files, models and keys are right
     char path[300];
     snprintf(path, sizeof path, SCENES "/%s.json", scenes[n]);
     cli_result run =

@@ -51,12 +51,16 @@ static cJSON *simulate_code(int code, const char *model, const char *const *more
   const char *arguments[10] = {NULL};
   for (int n = 0; n < 10 && more[n] != NULL; n++)
     arguments[n] = more[n];
+
+  // a list that ends early leaves NULLs, which end the argument list
   cli_result run = thrum_run(folder, "simulate", model, "-o", "run", "--json", arguments[0],
                              arguments[1], arguments[2], arguments[3], arguments[4], arguments[5],
                              arguments[6], arguments[7], arguments[8], arguments[9], NULL);
+
   if (run.exit_code != code)
     print_error("exit code %d: %s", run.exit_code, run.err);
   assert_int_equal(run.exit_code, code);
+
   cJSON *object = cli_json_line(run.out);
   assert_non_null(object);
   cli_result_free(&run);
@@ -71,7 +75,7 @@ static const char *text_of(const cJSON *object, const char *key) {
   return item->valuestring;
 }
 
-/* An array of "run" that must have this shape; freed by the caller. */
+/* Reads an array of "run" that must have this shape; the caller frees it. */
 static double *read_array(const char *name, int64_t rows, int64_t columns) {
   char path[200], file[64];
   double *values = NULL;
@@ -190,7 +194,7 @@ static void a_load_on_held_vertices_is_warned_of(void **state) {
   cli_result_free(&run);
 }
 
-/* What is printed on standard error by a short run of the free body under two loads. */
+/* Returns the standard error of a short run of the free body under two loads. */
 static char *free_run(const char *first, const char *second) {
   cli_result run = thrum_run(folder, "simulate", "free.npz", "-o", "run", "--time", "0.1", "--load",
                              first, "--load", second, NULL);
@@ -207,19 +211,26 @@ static void the_resultant_of_loads_on_a_free_body_is_warned_of(void **state) {
                               "--modes", "3", "--rank", "3", NULL);
   assert_int_equal(made.exit_code, 0);
   cli_result_free(&made);
+
+  // unequal forces leave a resultant of 2 N
   char *pulled = free_run("constant:3,0,0@right", "constant:-1,0,0@left");
   assert_non_null(strstr(pulled, "(2, 0, 0 N at full strength)"));
+
+  // opposite forces have no resultant to warn of
   char *stretched = free_run("constant:3,0,0@right", "constant:-3,0,0@left");
   assert_null(strstr(stretched, "resultant"));
+
+  // gravity has its own warning
   char *falling = free_run("gravity:0,0,-9.81", "constant:0,0,0@left");
   assert_non_null(strstr(falling, "falls without a strain"));
   assert_null(strstr(falling, "resultant"));
+
   free(pulled);
   free(stretched);
   free(falling);
 }
 
-/* Largest vertex displacement of the beam at q. */
+/* Finds the largest vertex displacement of the beam at q, and its vertex, counted from 1. */
 static double largest_displacement(const thrum_model *model, const double *q, int64_t *vertex) {
   double largest = 0;
   for (int64_t v = 0; v < model->vertex_count; v++) {
@@ -244,16 +255,22 @@ static const thrum_model *load_beam(void) {
 static void a_mode_starts_at_rest_with_its_amplitude(void **state) {
   (void)state;
   const thrum_model *model = load_beam();
+
   cJSON *object = SIMULATE("beam.npz", "--time", "0.03", "--start", "mode:2,-0.01");
   cJSON_Delete(object);
   double *q = read_array("q.npy", 11, 10);
   energy_row *rows = read_rows(11);
+
+  // the amplitude is the largest displacement of a vertex, with the sign as given
   int64_t vertex = 0;
   assert_near(largest_displacement(model, q, &vertex), 0.01, 1e-15);
   assert_true(q[1] < 0);
+
+  // the start lies in the second mode alone, and at rest
   for (int i = 0; i < 10; i++)
     assert_true(i == 1 || q[i] == 0);
   assert_true(rows[0].kinetic == 0 && rows[0].potential > 0);
+
   free(rows);
   free(q);
   thrum_model_free(model);
@@ -265,18 +282,25 @@ static void every_integrator_swings_the_beam_and_keeps_its_energy(void **state) 
   for (int n = 0; n < 4; n++) {
     cJSON *object = SIMULATE("beam.npz", "--time", "1", "--dt", "0.0005", "--start", "mode:1,0.01",
                              "--integrator", integrators[n]);
+
+    // the energy stays within 2 % of the first one, and drifts by less than 0.1 %
     const double first = cli_json_get(object, "energy_first_j");
     assert_string_equal(text_of(object, "status"), "done");
     assert_string_equal(text_of(object, "integrator"), integrators[n]);
     assert_true(first > 0 && fabs(cli_json_get(object, "drift")) < 1e-3);
     assert_true(cli_json_get(object, "energy_min_j") >= 0.98 * first);
     assert_true(cli_json_get(object, "energy_max_j") <= 1.02 * first);
+
+    // the figures of the run fit together
     assert_true(cli_json_get(object, "steps") == 2000);
     assert_near(cli_json_get(object, "simulated_s"), 1, 1e-12);
     assert_true(cli_json_get(object, "us_per_step") > 0);
+
+    // only implicit modes are iterated on
     const double explicit_modes = cli_json_get(object, "explicit_modes");
     assert_true(explicit_modes + cli_json_get(object, "implicit_modes") == 10);
     assert_true((cli_json_get(object, "mean_iterations") > 0) == (explicit_modes < 10));
+
     // it swings: the other side is reached, and the peak is that of the recorded states
     double *q = read_array("q.npy", 2001, 10);
     double least = 0, peak = 0;
@@ -289,9 +313,11 @@ static void every_integrator_swings_the_beam_and_keeps_its_energy(void **state) 
         peak_vertex = vertex;
       }
     }
+
     assert_true(least < -0.9 * q[0]);
     assert_near(cli_json_get(object, "peak_displacement_m"), peak, 1e-15);
     assert_true(cli_json_get(object, "peak_vertex") == (double)peak_vertex);
+
     free(q);
     cJSON_Delete(object);
   }
@@ -302,16 +328,23 @@ static void a_damped_beam_comes_to_rest_where_its_force_balances_gravity(void **
   (void)state;
   const thrum_model *model = load_beam();
   double force[10] = {0}, internal[10];
+
+  // the reduced force of gravity, by the library
   const double gravity[3] = {0, 0, -9.81};
   double *work = malloc(thrum_work_count(model) * sizeof *work);
   assert_non_null(work);
   assert_int_equal(thrum_load_add_gravity(model, gravity, force, NULL), 0);
+
   for (int n = 0; n < 4; n++) {
     cJSON *object = SIMULATE("beam.npz", "--time", "4", "--dt", "0.0005", "--integrator",
                              integrators[n], "--load", "gravity:0,0,-9.81", "--damping", "12");
+
     // the load never ends and there is damping: no drift to speak of
     assert_true(cJSON_IsNull(cJSON_GetObjectItemCaseSensitive(object, "drift")));
+
     cJSON_Delete(object);
+
+    // at rest the internal force equals the load, and nothing moves
     double *end = read_array("end.npy", 2, 10);
     thrum_internal_force(model, end, internal, work);
     for (int i = 0; i < 10; i++) {
@@ -320,6 +353,7 @@ static void a_damped_beam_comes_to_rest_where_its_force_balances_gravity(void **
     }
     free(end);
   }
+
   free(work);
   thrum_model_free(model);
 }
@@ -329,9 +363,12 @@ static void rows_hold_the_energies_of_their_states(void **state) {
   const thrum_model *model = load_beam();
   double *work = malloc(thrum_work_count(model) * sizeof *work);
   assert_non_null(work);
+
   cJSON *object = SIMULATE("beam.npz", "--time", "0.3", "--load", "impulse:0,1,-4@tip");
   double *q = read_array("q.npy", 101, 10), *end = read_array("end.npy", 2, 10);
   energy_row *rows = read_rows(101);
+
+  // each row agrees with the strain energy of the recorded state
   double least = rows[0].total, most = rows[0].total;
   for (int64_t n = 0; n < 101; n++) {
     assert_true(rows[n].step == (double)n);
@@ -341,17 +378,23 @@ static void rows_hold_the_energies_of_their_states(void **state) {
     least = fmin(least, rows[n].total);
     most = fmax(most, rows[n].total);
   }
+
+  // the reduced mass matrix is the identity, so the last row's kinetic energy follows from the
+  // final momentum
   double kinetic = 0;
   for (int i = 0; i < 10; i++) {
     kinetic += 0.5 * end[10 + i] * end[10 + i];
     assert_true(end[i] == q[10 * 100 + i]);
   }
+
   assert_near(rows[100].kinetic, kinetic, 1e-15);
+
   // full digits: the figures are those of the rows
   assert_true(cli_json_get(object, "energy_first_j") == rows[0].total);
   assert_true(cli_json_get(object, "energy_last_j") == rows[100].total);
   assert_true(cli_json_get(object, "energy_min_j") == least);
   assert_true(cli_json_get(object, "energy_max_j") == most);
+
   cJSON_Delete(object);
   free(rows);
   free(end);
@@ -365,13 +408,18 @@ static void record_every_keeps_each_nth_row_and_the_last_energy(void **state) {
   cJSON *object = SIMULATE("beam.npz", "--time", "0.3", "--start", "mode:1,0.01");
   energy_row *all = read_rows(101);
   cJSON_Delete(object);
+
+  // every seventh of 100 steps leaves 15 rows, with step 98 the last of them
   object = SIMULATE("beam.npz", "--time", "0.3", "--start", "mode:1,0.01", "--record-every", "7");
   energy_row *some = read_rows(15);
   double *q = read_array("q.npy", 15, 10);
+
+  // rows that are kept have the same bytes, and the last energy is that of step 100
   for (int64_t n = 0; n < 15; n++)
     assert_memory_equal(&some[n], &all[7 * n], sizeof *some);
   assert_true(cli_json_get(object, "rows") == 15);
   assert_true(cli_json_get(object, "energy_last_j") == all[100].total);
+
   cJSON_Delete(object);
   free(q);
   free(some);
@@ -382,19 +430,25 @@ static void a_run_continues_from_the_end_of_another(void **state) {
   (void)state;
   char path[200], other[200];
   for (int n = 0; n < 4; n++) {
+    // one run of the whole time
     cJSON *object = SIMULATE("duffing.npz", "--time", "0.9", "--integrator", integrators[n],
                              "--start", "start.npy", "--dt", "0.003");
     double *whole = read_array("end.npy", 2, 1);
     cJSON_Delete(object);
+
+    // the same time in two halves, the second from the end of the first
     cJSON_Delete(SIMULATE("duffing.npz", "--time", "0.45", "--integrator", integrators[n],
                           "--start", "start.npy", "--dt", "0.003"));
     assert_int_equal(rename(in_folder("run/end.npy", path), in_folder("half.npy", other)), 0);
     cJSON_Delete(SIMULATE("duffing.npz", "--time", "0.45", "--integrator", integrators[n],
                           "--start", "half.npy", "--dt", "0.003"));
+
+    // both reach one state, and it is not rest
     double *half = read_array("end.npy", 2, 1);
     assert_near(half[0], whole[0], 1e-9);
     assert_near(half[1], whole[1], 1e-8);
     assert_true(fabs(whole[0]) > 1e-4 || fabs(whole[1]) > 1e-3);
+
     free(half);
     free(whole);
   }
@@ -405,11 +459,15 @@ static void starts_add_up_and_a_plain_vector_is_q(void **state) {
   char path[200];
   const double q[10] = {0.001, 0.002, 0, 0, 0, 0, 0, 0, 0, 0.0001};
   assert_true(save_npy(in_folder("vector.npy", path), q, 10, 0));
+
   cJSON_Delete(
       SIMULATE("beam.npz", "--time", "0.003", "--start", "mode:1,0.01", "--start", "vector.npy"));
   double *sum = read_array("q.npy", 2, 10);
+
+  // the mode alone, for the difference of the two
   cJSON_Delete(SIMULATE("beam.npz", "--time", "0.003", "--start", "mode:1,0.01"));
   double *mode = read_array("q.npy", 2, 10);
+
   for (int i = 0; i < 10; i++)
     assert_near(sum[i], mode[i] + q[i], 1e-17);
   free(mode);
@@ -422,6 +480,8 @@ static void two_runs_write_the_same_bytes(void **state) {
   static const char *const files[] = {"run/energy.csv", "run/q.npy", "run/end.npy"};
   void *first[3], *second[3];
   size_t sizes[3], size = 0;
+
+  // the first pass keeps the files' bytes, the second compares with them
   for (int pass = 0; pass < 2; pass++) {
     cJSON_Delete(SIMULATE("beam.npz", "--time", "0.6", "--load", "square:0,1,-4@tip"));
     for (int n = 0; n < 3; n++) {
@@ -442,12 +502,17 @@ static void two_runs_write_the_same_bytes(void **state) {
 static void run_json_holds_the_options_and_what_json_printed(void **state) {
   (void)state;
   char path[200];
+
   cJSON *printed = SIMULATE("beam.npz", "--time", "0.3", "--load", "gravity:0,0,-9.81", "--damping",
                             "0.3,0.001", "--split", "4", "--safety", "0.25");
+
+  // the file and the line on standard output are the same object
   char *text = cli_read_text(in_folder("run/run.json", path));
   assert_non_null(text);
   cJSON *written = cJSON_Parse(text);
   assert_true(cJSON_Compare(printed, written, true));
+
+  // options stand as numbers and texts, not as they were typed
   const cJSON *options = cJSON_GetObjectItemCaseSensitive(written, "options");
   const cJSON *damping = cJSON_GetObjectItemCaseSensitive(options, "damping");
   const cJSON *loads = cJSON_GetObjectItemCaseSensitive(options, "load");
@@ -455,9 +520,12 @@ static void run_json_holds_the_options_and_what_json_printed(void **state) {
   assert_true(cJSON_GetArrayItem(damping, 1)->valuedouble == 0.001);
   assert_int_equal(cJSON_GetArraySize(loads), 1);
   assert_string_equal(cJSON_GetArrayItem(loads, 0)->valuestring, "gravity:0,0,-9.81");
+
+  // the split that was asked for is the one that was used
   assert_true(cli_json_get(options, "split") == 4);
   assert_true(cli_json_get(written, "explicit_modes") == 4);
   assert_true(cli_json_get(written, "implicit_modes") == 6);
+
   // FNV-1a of the model's bytes
   void *bytes = NULL;
   size_t size = 0;
@@ -465,9 +533,11 @@ static void run_json_holds_the_options_and_what_json_printed(void **state) {
   uint64_t hash = UINT64_C(0xcbf29ce484222325);
   for (size_t n = 0; n < size; n++)
     hash = (hash ^ ((const unsigned char *)bytes)[n]) * UINT64_C(0x100000001b3);
+
   char expected[24];
   snprintf(expected, sizeof expected, "%016llx", (unsigned long long)hash);
   assert_string_equal(text_of(written, "model_hash"), expected);
+
   free(bytes);
   free(text);
   cJSON_Delete(written);
@@ -489,15 +559,20 @@ static void the_stages_fill_the_total_time(void **state) {
 static void a_plot_is_drawn_exactly_where_gnuplot_is_installed(void **state) {
   (void)state;
   char path[200];
+
+  // whether gnuplot is installed decides what is expected here
   char program[] = "/bin/sh", option[] = "-c", command[] = "command -v gnuplot >/dev/null";
   char *argv[] = {program, option, command, NULL};
   cli_result found = cli_execute(NULL, argv);
+
   cJSON_Delete(SIMULATE("beam.npz", "--time", "0.3", "--start", "mode:1,0.01"));
+
   char *image = cli_read_text(in_folder("run/energy.png", path));
   assert_int_equal(image != NULL, found.exit_code == 0);
   assert_true(image == NULL || memcmp(image, "\x89PNG\r\n\x1a\n", 8) == 0);
   free(image);
   cli_result_free(&found);
+
   // without gnuplot, and with one that fails, the run is complete all the same
   char *saved = strdup(getenv("PATH"));
   assert_non_null(saved);
@@ -523,21 +598,26 @@ static void an_explicit_mode_beyond_the_bound_is_warned_of_and_flagged(void **st
   char path[200];
   assert_true(save_oscillator(in_folder("fast.npz", path), 1e6, 0));
   assert_true(save_npy(in_folder("one.npy", path), (const double[]){1}, 1, 0));
+
+  // dt omega = 3 is beyond the bound of 2, so the run overflows and ends early
   cJSON *object = simulate_code(
       3, "fast.npz",
       (const char *const[11]){"--integrator", "verlet", "--start", "one.npy", "--time", "3"});
   assert_string_equal(text_of(object, "status"), "not_finite");
   assert_true(strlen(text_of(object, "message")) > 10);
+
   const double steps = cli_json_get(object, "steps");
   const int64_t count = (int64_t)cli_json_get(object, "rows");
   assert_true(steps > 10 && steps < 1000 && count <= (int64_t)steps + 1);
   assert_true(cJSON_IsNull(cJSON_GetObjectItemCaseSensitive(object, "drift")));
   cJSON_Delete(object);
+
   // what was run is written
   free(read_array("q.npy", count, 1));
   energy_row *rows = read_rows(count);
   assert_true(rows[count - 1].step == (double)(count - 1) && isfinite(rows[count - 1].total));
   free(rows);
+
   cli_result run = thrum_run(folder, "simulate", "fast.npz", "-o", "run", "--time", "3", "--start",
                              "one.npy", "--integrator", "verlet", NULL);
   assert_non_null(strstr(run.err, "beyond the stability bound"));

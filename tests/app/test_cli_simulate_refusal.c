@@ -1,5 +1,5 @@
-/* What `thrum simulate` refuses, what it does with a folder that is there already, and how it ends
- * when it is stopped: one clear line, the right exit code, nothing half-written.
+/* Tests of what `thrum simulate` refuses, of what it does with a folder that is there already, and
+ * of how it ends when it is stopped: one clear line, the right exit code, nothing half-written.
  * SPDX-License-Identifier: Apache-2.0 */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -27,6 +27,8 @@ static int make_models(void **state) {
   char path[200];
   static const double zeros[6] = {0};
   const double infinite[2] = {INFINITY, 0}, huge[2] = {1e300, 1e300}, far[1] = {5};
+
+  // two models, starts of wrong shapes and values, and folders that hold something else
   const bool made = cli_make_folder(folder) != NULL &&
                     save_particle(in_folder("particle.npz", path), 100, 400) &&
                     save_oscillator(in_folder("bare.npz", path), 400, 1e4) &&
@@ -42,6 +44,7 @@ static int make_models(void **state) {
                     cli_write_text(in_folder("foreign/notes.txt", path), "mine\n") &&
                     mkdir(in_folder("other", path), 0777) == 0 &&
                     cli_write_text(in_folder("other/run.json", path), "{\"program\":\"else\"}\n");
+
   return !made;
 }
 
@@ -51,7 +54,7 @@ static int remove_folder(void **state) {
   return 0;
 }
 
-/* How many entries a folder has, hidden ones included. */
+/* Counts the entries of a folder, hidden ones included. */
 static int count_entries(const char *path) {
   int count = 0;
   DIR *entries = opendir(path);
@@ -74,6 +77,8 @@ static void assert_refusals(const refusal *cases, size_t count, int code, int li
     const char *const *a = cases[n].arguments;
     cli_result run =
         thrum_run(folder, "simulate", a[0], a[1], a[2], a[3], a[4], a[5], (const char *)NULL);
+
+    // a refusal is the right exit code and lines, nothing on standard output, no new file
     const bool as_should = run.exit_code == code && cli_line_count_is(run.err, lines) &&
                            strstr(run.err, cases[n].says) != NULL && run.out[0] == 0 &&
                            count_entries(folder) == before;
@@ -93,6 +98,8 @@ static void mistakes_of_usage_exit_with_two_and_write_nothing(void **state) {
       {{"particle.npz", "-o"}, "needs a value"},
       {{"particle.npz", "-o", "run", "--bogus"}, "--bogus"},
       {{"particle.npz", "-o", "run", "--json=1"}, "takes no value"},
+
+      // values out of their range, or no number at all
       {{"particle.npz", "-o", "run", "--integrator", "euler"}, "euler"},
       {{"particle.npz", "-o", "run", "--dt", "0"}, "--dt"},
       {{"particle.npz", "-o", "run", "--dt", "-0.1"}, "--dt"},
@@ -113,6 +120,8 @@ static void mistakes_of_usage_exit_with_two_and_write_nothing(void **state) {
       {{"particle.npz", "-o", "run", "--tolerance", "0"}, "--tolerance"},
       {{"particle.npz", "-o", "run", "--tolerance", "0.1"}, "--tolerance"},
       {{"particle.npz", "-o", "run", "--iterations", "0"}, "--iterations"},
+
+      // output rates and starts
       {{"particle.npz", "-o", "run", "--frames", "0"}, "--frames"},
       {{"particle.npz", "-o", "run", "--frames", "every-0"}, "--frames"},
       {{"particle.npz", "-o", "run", "--frames", "every-1.5"}, "--frames"},
@@ -123,6 +132,7 @@ static void mistakes_of_usage_exit_with_two_and_write_nothing(void **state) {
       {{"particle.npz", "-o", "run", "--start", "mode:1,nan"}, "mode:NUMBER,METRES"},
       {{"particle.npz", "-o", "run", "--start", "mode:1,"}, "mode:NUMBER,METRES"},
   };
+
   assert_refusals(cases, sizeof cases / sizeof cases[0], 2, 1);
 }
 
@@ -131,6 +141,7 @@ static void misspelt_loads_exit_with_two_and_say_what_is_wrong(void **state) {
 #define LOAD(load, says)                                                                           \
   { {"particle.npz", "-o", "run", "--load", load}, says }
   static const refusal cases[] = {
+      // the kind of the load and its vector
       LOAD("", "begins with impulse:"),
       LOAD("push:0,0,1@tip", "begins with impulse:"),
       LOAD("impulse", "begins with impulse:"),
@@ -138,12 +149,16 @@ static void misspelt_loads_exit_with_two_and_say_what_is_wrong(void **state) {
       LOAD("impulse:0,1@tip", "'0,1' is not x,y,z"),
       LOAD("impulse:0,0,1e999@tip", "is not x,y,z"),
       LOAD("impulse:0,0,nan@tip", "is not x,y,z"),
+
+      // the place where it acts
       LOAD("impulse:0,0,1", "say where it acts"),
       LOAD("impulse:0,0,1@", "say where it acts"),
       LOAD("impulse:0,0,1@vertex=0", "from 1"),
       LOAD("impulse:0,0,1@vertex=-2", "from 1"),
       LOAD("impulse:0,0,1@vertex=", "from 1"),
       LOAD("impulse:0,0,1@vertex=99999999999999999999", "from 1"),
+
+      // its keys and their values
       LOAD("impulse:0,0,1@tip,f=1", "only a sine"),
       LOAD("impulse:0,0,1@tip,untl=1", "unknown key 'untl'"),
       LOAD("impulse:0,0,1@tip,until=", "'' is not a number"),
@@ -153,9 +168,12 @@ static void misspelt_loads_exit_with_two_and_say_what_is_wrong(void **state) {
       LOAD("impulse:0,0,1@tip,until=1,until=2", "given twice"),
       LOAD("sine:0,0,1@tip", "f=1"),
       LOAD("sine:0,0,1@tip,f=0", "f=1"),
+
+      // gravity, which acts on the whole body
       LOAD("gravity:0,-9.81", "m/s^2"),
       LOAD("gravity:0,0,-9.81@tip", "whole body"),
   };
+
 #undef LOAD
   assert_refusals(cases, sizeof cases / sizeof cases[0], 2, 1);
 }
@@ -166,6 +184,8 @@ static void what_the_model_or_the_files_lack_is_refused_in_one_line(void **state
       {{"nowhere.npz", "-o", "run"}, "nowhere.npz"},
       {{"text.npz", "-o", "run"}, "text.npz"},
       {{"foreign", "-o", "run"}, "foreign"},
+
+      // targets, starts and numbers that the model does not have
       {{"particle.npz", "-o", "run", "--load", "impulse:0,0,1@top"}, "tip, a, b, held"},
       {{"particle.npz", "-o", "run", "--load", "impulse:0,0,1@vertex=5"}, "1 to 4"},
       {{"particle.npz", "-o", "run", "--start", "mode:3,1"}, "modes 1 to 2"},
@@ -180,18 +200,24 @@ static void what_the_model_or_the_files_lack_is_refused_in_one_line(void **state
       {{"particle.npz", "-o", "run", "--rank", "3"},
        "--rank: rank 3 is asked for; the model has 1 to 2"},
       {{"particle.npz", "-o", "run", "--dt", "1e308"}, "thrum: --dt: "},
+
+      // a model without a mesh
       {{"bare.npz", "-o", "run", "--load", "constant:0,0,1@all"}, "no basis"},
       {{"bare.npz", "-o", "run", "--load", "gravity:0,0,1"}, "axis_mass"},
       {{"bare.npz", "-o", "run", "--start", "mode:1,1"}, "no basis"},
       {{"bare.npz", "-o", "run", "--frames", "30"}, "no mesh"},
+
+      // places that a run cannot be written to
       {{"particle.npz", "-o", ""}, "-o"},
       {{"particle.npz", "-o", "file"}, "is a file"},
       {{"particle.npz", "-o", "no/such/run"}, "no/such/run"},
       {{"particle.npz", "-o", "foreign"}, "no earlier run"},
       {{"particle.npz", "-o", "other"}, "no earlier run"},
   };
+
   char path[200];
   assert_refusals(cases, sizeof cases / sizeof cases[0], 1, 1);
+
   // what was there is as it was
   assert_int_equal(count_entries(in_folder("foreign", path)), 1);
   char *notes = cli_read_text(in_folder("foreign/notes.txt", path));
@@ -211,20 +237,27 @@ static void run_ok(const char *run, const char *time) {
 static void an_earlier_run_is_replaced_and_other_files_are_kept(void **state) {
   (void)state;
   char path[200];
+
+  // a run with frames up to number 10, and two files of the user in its folders
   run_ok("again", "0.3");
   assert_true(cli_file_exists(in_folder("again/frames/frame_000010.vtu", path)));
   assert_true(cli_write_text(in_folder("again/notes.txt", path), "mine\n"));
   assert_true(cli_write_text(in_folder("again/frames/view.pvsm", path), "mine too\n"));
+
+  // the second run, with frames up to number 5, takes its place
   const int before = count_entries(in_folder("again", path));
   run_ok("again//", "0.15");
   assert_int_equal(count_entries(in_folder("again", path)), before);
-  // run.json, energy.csv, q.npy, end.npy, frames.pvd; the old frames are gone
+  // the frames of the first run are gone; its other files are replaced
   assert_true(cli_file_exists(in_folder("again/frames/frame_000005.vtu", path)));
   assert_false(cli_file_exists(in_folder("again/frames/frame_000006.vtu", path)));
+
+  // the user's files are as they were
   char *notes = cli_read_text(in_folder("again/notes.txt", path));
   assert_string_equal(notes, "mine\n");
   free(notes);
   assert_true(cli_file_exists(in_folder("again/frames/view.pvsm", path)));
+
   int64_t count = 0;
   energy_row *rows = read_energies(in_folder("again/energy.csv", path), &count);
   assert_int_equal(count, 51);
@@ -252,21 +285,24 @@ static void a_run_that_cannot_be_written_leaves_nothing(void **state) {
   snprintf(command, sizeof command,
            "ulimit -f 8; exec %s simulate particle.npz -o limited --time 30 --start mode:1,0.1",
            THRUM_PROGRAM);
+
   char *argv[] = {program, option, command, NULL};
   const int before = count_entries(folder);
+
   cli_result run = cli_execute(folder, argv);
   assert_int_equal(run.exit_code, 1);
   assert_true(cli_line_count_is(run.err, 1));
   assert_non_null(strstr(run.err, "could not be written"));
   cli_result_free(&run);
   assert_int_equal(count_entries(folder), before);
-  // and an earlier run is still the earlier run
+  // an earlier run stays as it was
   run_ok("limited", "0.03");
   const int files = count_entries(in_folder("limited", path));
   run = cli_execute(folder, argv);
   assert_int_equal(run.exit_code, 1);
   cli_result_free(&run);
   assert_int_equal(count_entries(in_folder("limited", path)), files);
+
   int64_t count = 0;
   energy_row *rows = read_energies(in_folder("limited/energy.csv", path), &count);
   assert_int_equal(count, 11);
@@ -295,6 +331,8 @@ static void wait_a_little(void) {
 static int stop_run(const char *name, int signal_number) {
   const pid_t child = fork();
   assert_true(child >= 0);
+
+  // the child's signal acts as usual, whatever the parent's disposition is
   if (child == 0) {
     signal(signal_number, SIG_DFL);
     if (chdir(folder) == 0 && freopen("/dev/null", "w", stderr) != NULL &&
@@ -303,11 +341,14 @@ static int stop_run(const char *name, int signal_number) {
             "--record-every", "100000", "--start", "mode:1,0.1", "--json", (char *)NULL);
     _exit(126);
   }
+
+  // let it begin, and then make some steps
   for (int n = 0; n < 1000 && !is_under_way(name); n++)
     wait_a_little();
   for (int n = 0; n < 10; n++)
     wait_a_little();
   assert_int_equal(kill(child, signal_number), 0);
+
   int status = 0;
   assert_true(waitpid(child, &status, 0) == child);
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
@@ -332,6 +373,8 @@ static void a_stopped_run_is_written_and_flagged(void **state) {
     snprintf(name, sizeof name, "stopped%d", n);
     assert_int_equal(stop_run(name, signals[n]), 3);
     assert_false(is_under_way(name));
+
+    // the rows are those of the steps that were made
     char *text = cli_read_text(in_folder("stopped.json", path));
     cJSON *object = cli_json_line(text);
     assert_non_null(object);
@@ -339,11 +382,14 @@ static void a_stopped_run_is_written_and_flagged(void **state) {
                         "interrupted");
     const double steps = cli_json_get(object, "steps"), rows = cli_json_get(object, "rows");
     assert_true(steps > 0 && rows == floor(steps / 100000) + 1);
+
+    // and so are those of the file
     double *q = NULL;
     int64_t got_rows = 0, columns = 0;
     snprintf(name, sizeof name, "stopped%d/q.npy", n);
     assert_int_equal(thrum_npy_read_f8(in_folder(name, path), &q, &got_rows, &columns, NULL), 0);
     assert_true((double)got_rows == rows && columns == 2);
+
     free(q);
     cJSON_Delete(object);
     free(text);

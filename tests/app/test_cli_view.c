@@ -80,7 +80,7 @@ typedef struct pack {
   const unsigned char *data;
 } pack;
 
-/* The pack inside a page. */
+/* Decodes the pack inside a page and reads its header. */
 static pack open_pack(const char *name) {
   static const char begin[] = BEGIN ">", end[] = "</script> after</p>";
   pack p = {0};
@@ -118,16 +118,19 @@ static const cJSON *model_of(const pack *p, int place) {
   return item;
 }
 
-/* An array of a model, which must have this many elements of this kind, inside the pack. */
+/* Finds an array of a model, which must have this many elements of this kind and lie inside the
+ * pack. */
 static const void *array(const pack *p, int place, const char *name, int64_t count,
                          const char *kind) {
   const cJSON *arrays = cJSON_GetObjectItem(model_of(p, place), "arrays");
   const cJSON *item = cJSON_GetObjectItem(arrays, name);
   assert_int_equal(cJSON_GetArraySize(item), 3);
+
   const double offset = cJSON_GetArrayItem(item, 0)->valuedouble;
   assert_true(cJSON_GetArrayItem(item, 1)->valuedouble == (double)count);
   assert_string_equal(cJSON_GetArrayItem(item, 2)->valuestring, kind);
   assert_true(fmod(offset, 8) == 0);
+
   const unsigned char *at = p->data + (size_t)offset;
   assert_true(at + count * (kind[1] - '0') <= p->bytes + p->size);
   return at;
@@ -216,12 +219,14 @@ static void several_models_share_a_pack(void **state) {
                               "--rank", "3", "-q", "-o", "free.npz", NULL);
   assert_int_equal(made.exit_code, 0);
   cli_result_free(&made);
+
+  // models keep the order in which they were named
   view_to("two.html", "free.npz", "beam.npz");
   pack p = open_pack("two.html");
   assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(p.json, "models")), 2);
   assert_memory_equal(array(&p, 1, "omega2", model->rank, "f8"), model->omega2,
                       (size_t)model->rank * sizeof(double));
-  // the scene shows the first
+  // the scene shows the first one
   const cJSON *scene = cJSON_GetObjectItem(p.json, "scene");
   assert_true(cli_json_get(scene, "dt") == 0.003);
   const cJSON *bodies = cJSON_GetObjectItem(scene, "bodies");
@@ -259,13 +264,19 @@ static void expect_effects(const cJSON *scene) {
   const cJSON *bodies = cJSON_GetObjectItem(scene, "bodies");
   const cJSON *base_motions = cJSON_GetObjectItem(scene, "base_motion");
   const cJSON *loads = item_of(bodies, 1, "loads");
+
+  // wind and base motion stand as they were given; a motion without an end has no end
   expect_numbers(cJSON_GetObjectItem(cJSON_GetObjectItem(scene, "wind"), "velocity"), wind, 3);
   assert_int_equal(cJSON_GetArraySize(base_motions), 1);
   expect_numbers(item_of(base_motions, 0, "amplitude"), ground, 3);
   assert_true(item_of(base_motions, 0, "frequency")->valuedouble == 2);
   assert_false(cJSON_HasObjectItem(cJSON_GetArrayItem(base_motions, 0), "until"));
+
+  // a start is packed as coordinates, for the body that has one
   assert_false(cJSON_HasObjectItem(cJSON_GetArrayItem(bodies, 0), "q"));
   assert_int_equal(cJSON_GetArraySize(item_of(bodies, 1, "q")), model->rank);
+
+  // gravity is packed as a reduced load, a force at a vertex is not
   assert_int_equal(cJSON_GetArraySize(loads), 2);
   assert_true(item_of(loads, 0, "until")->valuedouble == 1);
   assert_int_equal(cJSON_GetArraySize(item_of(loads, 1, "reduced")), model->rank);
@@ -276,18 +287,23 @@ static void a_scene_file_is_packed_with_its_models(void **state) {
   (void)state;
   static const double place[3] = {1, 2, 3},
                       turn[4] = {0.70710678118654752, 0, 0, 0.70710678118654752};
+
   assert_true(cli_write_text(in_folder("scene.json"), SCENE));
   cli_result run = thrum_run(folder, "view", "scene.json", "-o", "scene.html", NULL);
   assert_int_equal(run.exit_code, 0);
-  // what is not shown is named
+  // a setting that the viewer does not have is named
   assert_non_null(
       strstr(run.err, "scene.json: the viewer leaves out damping that grows with stiffness\n"));
   cli_result_free(&run);
+
   pack p = open_pack("scene.html");
-  // two bodies of one model
+  // the two bodies share one model
   assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(p.json, "models")), 1);
+
   const cJSON *scene = cJSON_GetObjectItem(p.json, "scene");
   assert_true(cli_json_get(scene, "dt") == 0.002 && cli_json_get(scene, "damping") == 0.5);
+
+  // each setting of a body is that of the file, or its default
   const cJSON *bodies = cJSON_GetObjectItem(scene, "bodies");
   assert_int_equal(cJSON_GetArraySize(bodies), 2);
   expect_numbers(item_of(bodies, 0, "position"), place, 3);
@@ -298,7 +314,9 @@ static void a_scene_file_is_packed_with_its_models(void **state) {
   assert_true(item_of(bodies, 1, "rank")->valuedouble == (double)model->rank);
   assert_true(item_of(bodies, 1, "model")->valuedouble == 0);
   assert_string_equal(item_of(bodies, 1, "integrator")->valuestring, "newmark");
+
   expect_effects(scene);
+
   const cJSON *obstacles = cJSON_GetObjectItem(scene, "obstacles");
   assert_string_equal(item_of(obstacles, 0, "kind")->valuestring, "sphere");
   assert_true(item_of(obstacles, 0, "radius")->valuedouble == 0.25);
@@ -309,6 +327,7 @@ static void a_scene_file_is_packed_with_its_models(void **state) {
 static void a_body_is_shown_by_its_own_surface(void **state) {
   (void)state;
   assert_int_equal(mkdir(in_folder("beside"), 0700), 0);
+
   assert_true(cli_write_text(in_folder("beside/sheet.obj"),
                              "v 0.2 0 0\nv 0.6 0 0\nv 0.4 0.05 0.02\nf 1 2 3\n"));
   assert_true(
@@ -316,14 +335,18 @@ static void a_body_is_shown_by_its_own_surface(void **state) {
                      "{\"bodies\": [{\"model\": \"../beam.npz\"},\n"
                      "{\"model\": \"../beam.npz\", \"surface\": \"sheet.obj\"},\n"
                      "{\"model\": \"../beam.npz\", \"surface\": \"sheet.obj\", \"rank\": 3}]}\n"));
+
   cli_result run = thrum_run(folder, "view", "beside/scene.json", "-o", "own.html", NULL);
   if (run.exit_code != 0)
     fail_msg("%s", run.err);
   cli_result_free(&run);
+
+  // the mesh's own surface and the triangle, which two bodies share
   pack p = open_pack("own.html");
   assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(p.json, "models")), 2);
   assert_true(cli_json_get(model_of(&p, 1), "vertex_count") == 3);
   assert_true(cli_json_get(model_of(&p, 0), "vertex_count") > 8);
+
   const cJSON *bodies = cJSON_GetObjectItem(cJSON_GetObjectItem(p.json, "scene"), "bodies");
   for (int n = 0; n < 3; n++)
     assert_true(item_of(bodies, n, "model")->valuedouble == (n > 0));
@@ -339,17 +362,24 @@ static void expect_refusal(cli_result run, int code, const char *words) {
 
 static void what_cannot_be_shown_is_refused(void **state) {
   (void)state;
+
+  // files that are missing or no model, and an output in the place of an input
   expect_refusal(thrum_run(folder, "view", "none.npz", "-o", "x.html", NULL), 1, "none.npz");
   expect_refusal(thrum_run(folder, "view", "page.html", "-o", "x.html", NULL), 1, "page.html");
   expect_refusal(thrum_run(folder, "view", "beam.npz", "-o", "beam.npz", NULL), 2, "is what");
+
+  // a mesh, a surface and a place that need something else first
   expect_refusal(thrum_run(folder, "view", "beam:4x1x1@1x1x1", NULL), 2, "thrum precompute");
   expect_refusal(thrum_run(folder, "view", "skin.obj", NULL), 2, "--surface");
   expect_refusal(thrum_run(folder, "view", "beam.npz", "-o", "no/x.html", NULL), 1, "no/x.html");
+
+  // combinations that do not go together
   expect_refusal(thrum_run(folder, "view", "scene.json", "beam.npz", "-o", "x.html", NULL), 2,
                  "one scene");
   expect_refusal(thrum_run(folder, "view", "none.json", "-o", "x.html", NULL), 1, "none.json");
   expect_refusal(thrum_run(folder, "view", "beam.npz", "free.npz", "--surface", "a.obj", NULL), 2,
                  "one model");
+
   assert_false(cli_file_exists(in_folder("x.html")));
 }
 
@@ -381,13 +411,15 @@ static void without_a_name_the_page_is_opened_where_there_is_a_display(void **st
   char path[4200], before[4096], url[256];
   snprintf(before, sizeof before, "%s", getenv("PATH"));
   snprintf(path, sizeof path, "%s/a b:%s", folder, before);
+
+  // a stand-in for xdg-open leaves the address that it is given
   assert_int_equal(mkdir(in_folder("a b"), 0700), 0);
   assert_true(cli_write_text(in_folder("a b/xdg-open"),
                              "#!/bin/sh\nprintf %s \"$1\" >part && mv part ../opened\n"));
   assert_int_equal(chmod(in_folder("a b/xdg-open"), 0700), 0);
   assert_int_equal(setenv("PATH", path, 1), 0);
 
-  // neither with a name, nor when told not to, nor without a display
+  // it is not called with a name, nor with --no-open, nor without a display
   setenv("DISPLAY", ":99", 1);
   char beside[96];
   snprintf(beside, sizeof beside, "%s/a b", folder);
@@ -397,6 +429,7 @@ static void without_a_name_the_page_is_opened_where_there_is_a_display(void **st
     assert_int_equal(run.exit_code, 0);
     cli_result_free(&run);
   }
+
   unsetenv("DISPLAY");
   unsetenv("WAYLAND_DISPLAY");
   cli_result quiet = thrum_run(beside, "view", "../beam.npz", NULL);
@@ -409,16 +442,19 @@ static void without_a_name_the_page_is_opened_where_there_is_a_display(void **st
   cli_result run = thrum_run(beside, "view", "../beam.npz", "--json", NULL);
   setenv("PATH", before, 1);
   unsetenv("DISPLAY");
+
   assert_int_equal(run.exit_code, 0);
   cJSON *object = cli_json_line(run.out);
   assert_non_null(object);
   char *opened = opened_address(100);
+
   snprintf(url, sizeof url, "file://%s/a%%20b/thrum_view.html", folder);
   assert_string_equal(cJSON_GetObjectItem(object, "file")->valuestring, "thrum_view.html");
   assert_string_equal(cJSON_GetObjectItem(object, "url")->valuestring, url);
   assert_non_null(opened);
   assert_string_equal(opened, url);
   assert_true(cli_file_exists(in_folder("a b/thrum_view.html")));
+
   free(opened);
   cJSON_Delete(object);
   cli_result_free(&run);
