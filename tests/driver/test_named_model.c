@@ -1,4 +1,5 @@
-/* Models by name: found, made once, kept, made again when damaged.
+/* Tests of models by name: they are found, made once, kept, and made again when damaged.
+ *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -44,7 +45,7 @@ static int remove_models(void **state) {
   return 0;
 }
 
-/* The one line of JSON of a run that must succeed; whether it said that it precomputes. */
+/* Returns the line of JSON of a run that must succeed, and whether it precomputed the model. */
 static cJSON *json_of(cli_result run, bool *precomputed) {
   if (run.exit_code != 0)
     print_error("%s", run.err);
@@ -57,7 +58,7 @@ static cJSON *json_of(cli_result run, bool *precomputed) {
   return object;
 }
 
-/* The only file in the cache; how many there are. */
+/* Gives the path of the only file in the cache; returns how many files there are. */
 static int cached_file(char path[512]) {
   char place[192];
   int count = 0;
@@ -95,8 +96,12 @@ static void a_damaged_cache_is_made_again(void **state) {
   (void)state;
   char path[512];
   bool precomputed = false;
+
+  // the first run fills the cache
   cJSON_Delete(json_of(thrum_run(folder, "info", "beam", "--json", NULL), NULL));
   assert_int_equal(cached_file(path), 1);
+
+  // a few bytes are overwritten in the middle of the file
   FILE *file = fopen(path, "r+b");
   assert_non_null(file);
   assert_int_equal(fseek(file, 900, SEEK_SET), 0);
@@ -104,6 +109,8 @@ static void a_damaged_cache_is_made_again(void **state) {
   assert_int_equal(fclose(file), 0);
   cJSON_Delete(json_of(thrum_run(folder, "info", "beam", "--json", NULL), &precomputed));
   assert_true(precomputed);
+
+  // a file that is cut short is made again as well, and then kept
   assert_int_equal(truncate(path, 100), 0);
   cJSON_Delete(json_of(thrum_run(folder, "info", "beam", "--json", NULL), &precomputed));
   assert_true(precomputed);
@@ -115,17 +122,21 @@ static void another_recipe_is_another_model(void **state) {
   (void)state;
   char path[192];
   bool precomputed = false;
+
+  // the model of the recipe, and that of the recipe with four times the stiffness
   cJSON *before = json_of(thrum_run(folder, "info", "beam", "--json", NULL), NULL);
   snprintf(path, sizeof path, "%s/beam.json", models);
   assert_true(write_bar_recipe(path, "4e6"));
   cJSON *after = json_of(thrum_run(folder, "info", "beam", "--json", NULL), &precomputed);
   assert_true(precomputed);
+
   // four times the stiffness is twice the frequency
   const cJSON *soft = cJSON_GetObjectItem(before, "frequencies_hz");
   const cJSON *stiff = cJSON_GetObjectItem(after, "frequencies_hz");
   const double ratio =
       cJSON_GetArrayItem(stiff, 0)->valuedouble / cJSON_GetArrayItem(soft, 0)->valuedouble;
   assert_true(ratio > 2 - 1e-9 && ratio < 2 + 1e-9);
+
   cJSON_Delete(before);
   cJSON_Delete(after);
   assert_true(write_bar_recipe(path, "1e6"));
@@ -133,19 +144,25 @@ static void another_recipe_is_another_model(void **state) {
 
 static void options_of_the_user_go_before_the_recipe(void **state) {
   (void)state;
+
+  // the recipe's own model, and one with other options
   cJSON *own =
       json_of(thrum_run(folder, "precompute", "beam", "-o", "own.npz", "--json", NULL), NULL);
   cJSON *changed = json_of(thrum_run(folder, "precompute", "beam", "-o", "changed.npz", "--rank",
                                      "4", "--young", "4e6", "--fix", "x>0.999", "--json", NULL),
                            NULL);
+
+  // options replace the recipe's values, and the others stay
   assert_true(cli_json_get(own, "rank") == 5 && cli_json_get(own, "modes") == 3);
   assert_true(cli_json_get(changed, "rank") == 4 && cli_json_get(changed, "modes") == 3);
-  // held at the other end alone
+  // the model is held at the other end alone
   assert_true(cli_json_get(changed, "fixed") == 4);
-  // other modes bring the rank that goes with them
+
+  // another number of modes brings the rank that goes with it
   cJSON *modes = json_of(
       thrum_run(folder, "precompute", "beam", "-o", "m.npz", "--modes", "2", "--json", NULL), NULL);
   assert_true(cli_json_get(modes, "rank") == 4 && cli_json_get(modes, "modes") == 2);
+
   cJSON_Delete(modes);
   cJSON_Delete(own);
   cJSON_Delete(changed);
@@ -174,7 +191,7 @@ static void a_file_goes_before_the_name(void **state) {
   assert_int_equal(unlink(path), 0);
 }
 
-/* Such as that of an earlier run: simulate beam -o beam. */
+/* Such a folder is left by an earlier run: simulate beam -o beam. */
 static void a_folder_of_that_name_is_no_model(void **state) {
   (void)state;
   char path[192];
@@ -204,12 +221,16 @@ static void the_folder_of_models_may_be_named(void **state) {
 
 static void a_recipe_that_is_none_is_refused(void **state) {
   (void)state;
+
+  // texts that are empty, no object, incomplete, of wrong types or out of range
   static const char *const wrong[] = {
       "", "[1]", "{\"material\": {\"young\": 1}}",
       "{\"material\": {\"young\": 1e6, \"poisson\": 0.3, \"density\": 1000}, "
       "\"fix\": [], \"modes\": 3, \"rank\": 5}",
       "{\"material\": {\"young\": 1e6, \"poisson\": 0.3, \"density\": 1000}, "
       "\"fix\": \"x<0.1\", \"modes\": 0, \"rank\": 5}"};
+
+  // each is refused in one line that names the file
   char path[192];
   snprintf(path, sizeof path, "%s/heart.json", models);
   for (size_t n = 0; n < sizeof wrong / sizeof wrong[0]; n++) {
@@ -222,7 +243,7 @@ static void a_recipe_that_is_none_is_refused(void **state) {
   }
 }
 
-/* What NAME.json of the source tree says. */
+/* Reads NAME.json of the source tree. */
 static cJSON *source_recipe(const char *name) {
   char path[512];
   void *text = NULL;
@@ -237,19 +258,26 @@ static cJSON *source_recipe(const char *name) {
 
 static void every_model_of_ours_is_what_its_recipe_says(void **state) {
   (void)state;
+
+  // the recipes of the source tree, not those of this test
   assert_int_equal(unsetenv("THRUM_MODELS"), 0);
+
+  // each recipe is precomputed
   for (int n = 0; n < CLI_MODEL_COUNT; n++) {
     const char *name = names[n];
     cJSON *recipe = source_recipe(name);
     const cJSON *split = cJSON_GetObjectItem(recipe, "split");
     cJSON *made = json_of(
         thrum_run(folder, "precompute", name, "-o", "ours.npz", "--quiet", "--json", NULL), NULL);
+
+    // the model has the sizes and the time step of its recipe
     assert_string_equal(cJSON_GetObjectItem(recipe, "name")->valuestring, name);
     assert_true(cli_json_get(made, "modes") == cli_json_get(recipe, "modes"));
     assert_true(cli_json_get(made, "rank") == cli_json_get(recipe, "rank"));
     assert_true(cli_json_get(made, "dt") == cli_json_get(recipe, "dt"));
     assert_true(cli_json_get(made, "explicit_modes") == cli_json_get(split, "explicit"));
     assert_true(cli_json_get(made, "implicit_modes") == cli_json_get(split, "implicit"));
+
     cJSON_Delete(recipe);
     cJSON_Delete(made);
   }

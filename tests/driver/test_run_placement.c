@@ -1,4 +1,6 @@
-/* Where a run's body is: a place tells the matrix that it was taken from, whatever the turn.
+/* Tests of the placement of a run's body: the stored placement gives back the matrix that it was
+ * taken from, for any rotation.
+ *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -12,7 +14,7 @@
 
 #include "driver/run_placement.h"
 
-/* Column-major: scale, a turn by the quaternion w, x, y, z, a shift. */
+/* Fills a column-major matrix: a scale, a rotation by the quaternion w, x, y, z, and a shift. */
 static void fill(const double q[4], double scale, const double shift[3], double matrix[16]) {
   const double w = q[0], x = q[1], y = q[2], z = q[3];
   const double turn[3][3] = {{1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)},
@@ -27,21 +29,30 @@ static void fill(const double q[4], double scale, const double shift[3], double 
 
 static void a_place_tells_its_matrix(void **state) {
   (void)state;
+
+  // rotations about axes and diagonals, half turns and nearly half turns among them
   static const double turns[][4] = {{1, 0, 0, 0},  {0, 1, 0, 0},    {0, 0, 1, 0},
                                     {0, 0, 0, 1},  {1, 1, 1, 1},    {-1, 2, 3, -4},
                                     {0, 1, -1, 0}, {1e-9, 0, 1, 1}, {3, -1, 2, 5}};
   static const double shift[3] = {0.3, -2, 5}, in[3] = {0.7, -0.2, 0.4};
+
   for (size_t n = 0; n < sizeof turns / sizeof turns[0]; n++) {
     double q[4], length = 0, matrix[16], again[16], row[CLI_RUN_PLACE], out[3];
+
+    // the matrix of the normalised quaternion
     for (int i = 0; i < 4; i++)
       length = hypot(length, turns[n][i]);
     for (int i = 0; i < 4; i++)
       q[i] = turns[n][i] / length;
     fill(q, 2.5, shift, matrix);
+
+    // from the matrix to the placement and back
     cli_run_place_of(matrix, row);
     const cli_run_place place = {.placed = true, .scale = 2.5};
     cli_run_place_matrix(&place, row, again);
     cli_run_place_point(again, in, out);
+
+    // the matrix that comes back maps a point to the same place
     for (int axis = 0; axis < 3; axis++) {
       const double wanted = matrix[axis] * in[0] + matrix[4 + axis] * in[1] +
                             matrix[8 + axis] * in[2] + matrix[12 + axis];
@@ -52,7 +63,7 @@ static void a_place_tells_its_matrix(void **state) {
 
 static void a_body_stands_where_its_run_says(void **state) {
   (void)state;
-  // a quarter turn about z, twice as large
+  // a rotation by 90 degrees about z, at twice the size
   const cli_run_place placed = {
       .placed = true, .position = {1, 2, 3}, .rotation = {sqrt(0.5), 0, 0, sqrt(0.5)}, .scale = 2};
   const cli_run_place alone = {.placed = false};

@@ -1,6 +1,8 @@
-/* Published answers (docs/verification.md) on meshes that a test can afford: each error is within
- * its bound, falls with the mesh, and where theory says how fast, as fast as that. The known
- * solutions that need a computation are themselves held to published numbers.
+/* Tests of the published solutions (docs/verification.md) on meshes that a test can afford: each
+ * error is within its bound, falls with the mesh, and does so with the order of the theory where
+ * there is one. The reference solutions that need a computation are themselves compared to
+ * published numbers.
+ *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
 #include <setjmp.h>
@@ -41,7 +43,7 @@ static double error_of(const published_row *row) {
   return row->computed / row->published - 1;
 }
 
-/* The last row of this quantity, and the one before it or NULL. */
+/* Returns the last row of this quantity, and the one before it or NULL. */
 static const published_row *last_of(const rows *all, const char *quantity,
                                     const published_row **before) {
   const published_row *last = NULL;
@@ -56,7 +58,7 @@ static const published_row *last_of(const rows *all, const char *quantity,
   return last;
 }
 
-/* The finest error is in [low, high]. */
+/* Asserts that the error of the finest mesh is in [low, high]. */
 static void holds(const rows *all, const char *quantity, double low, double high) {
   const published_row *before, *last = last_of(all, quantity, &before);
   const double error = error_of(last);
@@ -65,7 +67,7 @@ static void holds(const rows *all, const char *quantity, double low, double high
              last->computed, last->published, error, low, high);
 }
 
-/* And it falls with at least this order. */
+/* Asserts that the error falls with at least this order. */
 static void converges(const rows *all, const char *quantity, double order) {
   const published_row *before, *last = last_of(all, quantity, &before);
   assert_non_null(before);
@@ -86,12 +88,15 @@ static void known_solutions_are_the_published_ones(void **state) {
     assert_true(fabs(deflection - elastica[n][1]) < 1e-5);
     assert_true(fabs(shortening - elastica[n][2]) < 1e-5);
   }
+
   // a slender Timoshenko beam is Bernoulli's: 1.8751^2, 4.6941^2 times sqrt(E I / rho A)
   const double thin = 1e-3, scale = thin / sqrt(12);
   assert_true(fabs(published_timoshenko(thin, 1) / scale / 3.5160153 - 1) < 1e-5);
   assert_true(fabs(published_timoshenko(thin, 2) / scale / 22.034492 - 1) < 1e-4);
-  // shear and rotation make it slower
+
+  // shear and rotary inertia make it slower
   assert_true(published_timoshenko(0.1, 1) < 0.1 / sqrt(12) * 3.5160153);
+
   // Duffing: 1 + 3/8 e for small e, and the exact frequency at e -> infinity, 0.847213 sqrt(e)
   assert_true(fabs(published_duffing(1e-4) - 1 - 0.375e-4) < 1e-8);
   assert_true(fabs(published_duffing(1e8) / 1e4 - 0.8472131) < 1e-6);
@@ -99,7 +104,8 @@ static void known_solutions_are_the_published_ones(void **state) {
 
 static void beams_and_bars_have_the_frequencies_of_theory(void **state) {
   (void)state;
-  // linear tets lock in bending: too stiff, and an error that falls with the square of the cell
+  // linear tetrahedra lock in bending: too stiff, with an error that falls with the squared cell
+  // size
   rows all = solve(published_beam);
   holds(&all, "bending 1, Hz", 0, 0.11);
   converges(&all, "bending 1, Hz", 1.7);
@@ -143,7 +149,7 @@ static void a_cantilever_follows_the_elastica(void **state) {
   holds(&all, "deflection at P = 1, mesh's own EI", -0.001, 0.001);
   holds(&all, "deflection at P = 5, mesh's own EI", -0.0015, 0.0015);
   holds(&all, "shortening at P = 5, mesh's own EI", -0.002, 0.002);
-  // and with what it should have: locked
+  // with the bending stiffness of the beam the locking shows
   holds(&all, "deflection at P = 1", -0.45, 0);
   holds(&all, "deflection at P = 5", -0.2, 0);
 }
@@ -183,21 +189,25 @@ static void the_chain_of_fermi_pasta_and_ulam_does_what_is_published(void **stat
   (void)state;
   const rows all = solve(published_fermi);
   holds(&all, "Verlet: largest stable h, s", -0.03, 0.025);
-  // of the size that is published, and no more at a resonance than beside it
+
+  // the errors are of the published size, and no larger at a resonance than beside it
   holds(&all, "quadratic split: energy error", -0.5, 0.5);
   holds(&all, "component split: energy error", -0.9, 0);
   for (int n = 0; n < all.count; n++)
     if (strstr(all.row[n].quantity, "resonance"))
       assert_true(all.row[n].computed < 3);
+
+  // the time of the exchange of energy
   const published_row *before;
   const double exchange =
       last_of(&all, "quadratic split: time of the exchange, s", &before)->published;
-  // 78.78 s by Verlet and by the conserving integrator alike
+  // it is 78.78 s by Verlet and by the conserving integrator alike
   assert_true(fabs(exchange - 78.77) < 0.05);
   for (int n = 0; n < all.count; n++)
     if (strcmp(all.row[n].quantity, "quadratic split: time of the exchange, s") == 0)
       assert_true(fabs(error_of(&all.row[n])) < 0.07);
-  // the component split slows the exchange at large h omega, which is said in the page
+
+  // the component split slows the exchange at large h omega, as the page says
   holds(&all, "component split: time of the exchange, s", 0, 0.06);
 }
 
@@ -220,7 +230,7 @@ static void a_tumbling_body_keeps_what_it_should(void **state) {
   holds(&all, "energy step: energy", -1e-10, 1e-10);
   holds(&all, "energy step: angular momentum", -1e-10, 1e-10);
   holds(&all, "energy step: linear momentum", -1e-10, 1e-10);
-  // and this is no small matter: Newmark does not
+  // the difference matters: Newmark does not
   const published_row *before;
   assert_true(fabs(error_of(last_of(&all, "Newmark: energy", &before))) > 1e-4);
 }

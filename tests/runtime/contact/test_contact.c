@@ -1,8 +1,11 @@
-/* Contact and pulls against closed forms: bounces, slopes, stopping, depths, springs.
+/* Tests of contact and pulls against closed forms: bounces, slopes, stopping distances, depths and
+ * springs.
+ *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/contact_support.h"
 
 static double height_reached(int points, double dt, double stiffness, double restitution) {
+  // a rigid body that falls from a height of 1 m
   rig_def def = rig_default();
   def.points = points;
   def.dt = dt;
@@ -11,6 +14,8 @@ static double height_reached(int points, double dt, double stiffness, double res
   rig_make(&r, &def);
   r.floor.restitution = restitution;
   r.translation.position[2] = 1;
+
+  // the apex after the first bounce
   double top = 0;
   bool bounced = false;
   for (int64_t n = 0; n < (int64_t)(1.2 / dt); n++) {
@@ -19,6 +24,7 @@ static double height_reached(int points, double dt, double stiffness, double res
     if (bounced)
       top = fmax(top, r.translation.position[2]);
   }
+
   rig_free(&r);
   return top;
 }
@@ -27,7 +33,7 @@ static void a_body_bounces_as_high_as_its_restitution_says(void **state) {
   (void)state;
   const double stiffness[] = {1e4, 1e6, 1e9, 1e15};
   for (int n = 0; n < 4; n++) {
-    // the apex lies between two steps, g h^2 / 8 below at most
+    // the apex lies between two steps, at most g h^2 / 8 higher
     assert_true(fabs(height_reached(1, 0.001, stiffness[n], 1) - 1) <= 2e-6);
     const double coarse = fabs(height_reached(1, 0.002, stiffness[n], 0.5) - 0.25);
     const double fine = fabs(height_reached(1, 0.0001, stiffness[n], 0.5) - 0.25);
@@ -38,8 +44,8 @@ static void a_body_bounces_as_high_as_its_restitution_says(void **state) {
   }
 }
 
-/* Points that move as one share the force of an impact in many ways; whichever the solver finds,
- * what they took comes back. */
+/* Points that move as one can share the force of an impact in many ways; with any of them, the
+ * whole momentum comes back. */
 static void a_body_that_lands_flat_bounces_as_one_point_does(void **state) {
   (void)state;
   for (double stiffness = 1e4; stiffness < 1e16; stiffness *= 100)
@@ -57,8 +63,9 @@ typedef struct impact {
   double depth, duration, speed; /* the deepest [m], while it touches [s], away [m/s] */
 } impact;
 
-/* A rigid body without weight meets a floor at 1 m/s. */
+/* Lets a rigid body without weight meet a floor at 1 m/s. */
 static impact meet(double dt, double stiffness, double damping) {
+  // a floor that returns everything but what its damper takes
   rig_def def = rig_default();
   def.dt = dt;
   def.stiffness = stiffness;
@@ -69,6 +76,8 @@ static impact meet(double dt, double stiffness, double damping) {
   r.environment.force[2] = 0;
   r.translation.velocity[2] = -1;
   r.translation.position[2] = 2.3 * dt;
+
+  // the body is followed until it has left the floor
   impact found = {0};
   double touched = -1, left = -1, before = r.translation.position[2];
   for (int n = 0; left < 0; n++) {
@@ -76,13 +85,15 @@ static impact meet(double dt, double stiffness, double damping) {
     rig_steps(&r, 1);
     const double now = r.translation.position[2];
     found.depth = fmax(found.depth, -now);
-    // where the way crosses the floor
+    // the times at which the path crosses the floor are interpolated
     if (touched < 0 && now < 0)
       touched = (n + before / (before - now)) * dt;
     if (touched >= 0 && now >= 0)
       left = (n + before / (before - now)) * dt;
     before = now;
   }
+
+  // two more steps complete the impact
   rig_steps(&r, 2);
   found.duration = left - touched;
   found.speed = r.translation.velocity[2];
@@ -92,6 +103,8 @@ static impact meet(double dt, double stiffness, double damping) {
 
 static void an_impact_is_half_a_swing_on_the_spring(void **state) {
   (void)state;
+
+  // the depth and the duration of half a period of the spring
   const double k = 2e4, omega = sqrt(k / RIG_MASS);
   double depth[2], duration[2];
   for (int n = 0; n < 2; n++) {
@@ -102,9 +115,12 @@ static void an_impact_is_half_a_swing_on_the_spring(void **state) {
     print_message("h w = %.2f: depth off by %.2g, duration by %.2g\n",
                   omega * (n == 0 ? 0.002 : 0.0005), depth[n], duration[n]);
   }
+
+  // both are close, and the error of the duration falls with the time step
   assert_true(depth[1] <= 2e-3 && duration[1] <= 5e-3);
   assert_true(duration[1] <= 0.3 * duration[0]);
-  // and whatever the stiffness, nothing is lost
+
+  // no energy is lost at any stiffness
   double worst = 0;
   for (double stiff = 1; stiff < 1e16; stiff *= 37)
     worst = fmax(worst, fabs(meet(0.001, stiff, 0).speed - 1));
@@ -112,8 +128,7 @@ static void an_impact_is_half_a_swing_on_the_spring(void **state) {
   assert_true(worst <= 1e-8);
 }
 
-/* Schwager & Poeschel 2007, arXiv:cond-mat/0701278: a spring and a damper that never pull.
- */
+/* A spring and a damper that never pull: Schwager & Poeschel 2007, arXiv:cond-mat/0701278. */
 static void a_damped_impact_has_the_restitution_of_its_damping(void **state) {
   (void)state;
   const double k = 2e4, ratio[] = {0.1, 0.3, 0.6};
@@ -134,6 +149,7 @@ static void a_body_slides_down_a_slope_as_coulomb_says(void **state) {
   (void)state;
   const double angle = 0.5, friction[] = {0, 0.2, 0.5};
   for (int n = 0; n < 3; n++) {
+    // gravity is inclined instead of the floor
     rig_def def = rig_default();
     def.points = 3;
     rig r;
@@ -141,9 +157,12 @@ static void a_body_slides_down_a_slope_as_coulomb_says(void **state) {
     r.floor.friction = friction[n];
     r.environment.force[0] = RIG_MASS * RIG_GRAVITY * sin(angle);
     r.environment.force[2] = -RIG_MASS * RIG_GRAVITY * cos(angle);
-    // at its depth from the start
+
+    // the body starts at its equilibrium depth, so that the motion is along the slope only
     r.translation.position[2] = r.environment.force[2] / (3 * def.stiffness);
     rig_steps(&r, 1000);
+
+    // uniform acceleration for one second
     const double a = RIG_GRAVITY * (sin(angle) - friction[n] * cos(angle));
     print_message("mu = %g: slid %.9f m in 1 s, off by %.1g\n", friction[n],
                   r.translation.position[0], r.translation.position[0] - 0.5 * a);
@@ -155,7 +174,9 @@ static void a_body_slides_down_a_slope_as_coulomb_says(void **state) {
 
 static void a_body_below_the_angle_of_friction_stays(void **state) {
   (void)state;
+
   for (int n = 0; n < 5; n++) {
+    // a deformable body on a slope below the angle of friction, with each integrator
     rig_def def = rig_default();
     def.integrator = all_integrators[n];
     def.points = 3;
@@ -166,6 +187,8 @@ static void a_body_below_the_angle_of_friction_stays(void **state) {
     r.floor.restitution = 0;
     r.environment.force[0] = RIG_MASS * RIG_GRAVITY * sin(0.5);
     r.environment.force[2] = -RIG_MASS * RIG_GRAVITY * cos(0.5);
+
+    // the body settles for 20 s and must not creep in the next 20 s
     rig_steps(&r, 20000);
     const double x = r.translation.position[0];
     rig_steps(&r, 20000);
@@ -179,6 +202,8 @@ static void a_body_below_the_angle_of_friction_stays(void **state) {
 static void friction_stops_a_body_after_its_distance(void **state) {
   (void)state;
   const double speed = 2, friction = 0.4, expected = speed * speed / (2 * friction * RIG_GRAVITY);
+
+  // the body starts at its equilibrium depth, with a velocity along the floor
   rig_def def = rig_default();
   def.points = 3;
   rig r;
@@ -186,6 +211,8 @@ static void friction_stops_a_body_after_its_distance(void **state) {
   r.floor.friction = friction;
   r.translation.velocity[1] = speed;
   r.translation.position[2] = r.environment.force[2] / (3 * def.stiffness);
+
+  // it stops after the distance of uniform deceleration and stays there
   rig_steps(&r, 3000);
   print_message("stopped after %.9f m, off by %.1g\n", r.translation.position[1],
                 r.translation.position[1] - expected);
@@ -197,7 +224,9 @@ static void friction_stops_a_body_after_its_distance(void **state) {
 static void a_body_rests_at_the_depth_of_its_weight(void **state) {
   (void)state;
   const double restitution[] = {0, 0.5, 0.9};
+
   for (int n = 0; n < 3; n++) {
+    // a small drop on four points
     rig_def def = rig_default();
     def.points = 4;
     rig r;
@@ -205,10 +234,13 @@ static void a_body_rests_at_the_depth_of_its_weight(void **state) {
     r.floor.restitution = restitution[n];
     r.translation.position[2] = 0.05;
     rig_steps(&r, 5000);
+
+    // the springs of the four points carry the weight
     const double depth = RIG_MASS * RIG_GRAVITY / (4 * def.stiffness);
     assert_true(fabs(r.translation.position[2] + depth) <= 1e-9 * depth);
     print_message("e = %g: depth off by %.2g\n", restitution[n],
                   r.translation.position[2] / depth + 1);
+
     const thrum_contact_report report = thrum_contact_report_get(r.contact);
     assert_int_equal(report.touching, 4);
     assert_true(fabs(report.normal - RIG_MASS * RIG_GRAVITY) <= 1e-9);
@@ -218,6 +250,8 @@ static void a_body_rests_at_the_depth_of_its_weight(void **state) {
 
 static void a_pulled_body_hangs_and_swings_on_its_spring(void **state) {
   (void)state;
+
+  // a body without a floor, pulled at one vertex
   rig_def def = rig_default();
   rig r;
   rig_make(&r, &def);
@@ -228,6 +262,7 @@ static void a_pulled_body_hangs_and_swings_on_its_spring(void **state) {
   memcpy(pull.target, x, sizeof pull.target);
   r.environment.pulls = &pull;
   r.environment.pull_count = 1;
+
   // undamped from rest: z = -m g/k (1 - cos w t)
   const double omega = sqrt(k / RIG_MASS), depth = RIG_MASS * RIG_GRAVITY / k;
   for (int n = 1; n <= 1000; n++) {
@@ -235,6 +270,7 @@ static void a_pulled_body_hangs_and_swings_on_its_spring(void **state) {
     const double expected = -depth * (1 - cos(omega * n * def.dt));
     assert_true(fabs(r.translation.position[2] - expected) <= 1e-3 * depth);
   }
+
   // critically damped: at rest where the spring carries the weight
   pull.damping = -1;
   rig_steps(&r, 3000);

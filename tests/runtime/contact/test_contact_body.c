@@ -1,5 +1,6 @@
-/* A beam that nothing holds falls on its edge: it tips over and comes to rest on its side; without
- * friction and with restitution 1 it goes on, and what it loses falls with the step.
+/* Tests of a free beam that falls on its edge: it tips over and comes to rest on its side; without
+ * friction and with restitution 1 it keeps moving, and its loss of energy falls with the time step.
+ *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/precompute_support.h"
 
@@ -7,7 +8,7 @@
 
 #define GRAVITY 9.81
 
-/* The body tilted about y, its lowest point 0.3 m above the floor z = 0. */
+/* Places the body tilted about y, with its lowest point 0.3 m above the floor z = 0. */
 typedef struct fall {
   body mesh;
   thrum_precomputed made;
@@ -45,6 +46,7 @@ static void place(fall *f, double tilt) {
 }
 
 static void fall_make(fall *f, const thrum_state_def *def) {
+  // a free beam, with packed coefficients
   memset(f, 0, sizeof *f);
   f->mesh = body_make("beam:8x3x3@1x0.3x0.3", NULL);
   f->made = body_precompute(&f->mesh, 8, 20);
@@ -52,6 +54,8 @@ static void fall_make(fall *f, const thrum_state_def *def) {
   f->packed = lay(thrum_model_pack_size(&f->model));
   assert_int_equal(thrum_model_pack(&f->model, f->packed, thrum_model_pack_size(&f->model), NULL),
                    THRUM_OK);
+
+  // the state and the contact of all its vertices
   size_t size = 0;
   assert_int_equal(thrum_state_size(&f->model, def, &size, NULL), THRUM_OK);
   assert_int_equal(thrum_state_init(lay(size), size, &f->model, def, &f->state, NULL), THRUM_OK);
@@ -60,6 +64,7 @@ static void fall_make(fall *f, const thrum_state_def *def) {
   assert_int_equal(
       thrum_contact_init(lay(size), size, &f->model, f->state, &touching, &f->contact, NULL),
       THRUM_OK);
+
   f->floor = thrum_default_obstacle();
   place(f, 0.3);
 }
@@ -81,7 +86,7 @@ static double energy_of(fall *f) {
                          GRAVITY * (f->translation.position[2] + 1));
 }
 
-/* Steps, and what the energy, with what contact has and took, is off by at most, relative. */
+/* Steps and returns the largest relative error of the balance of energy, contact included. */
 static double run(fall *f, int64_t steps, double *gain) {
   const double first = energy_of(f);
   double off = 0;
@@ -100,7 +105,9 @@ static double run(fall *f, int64_t steps, double *gain) {
 static void a_beam_tips_over_and_rests_on_its_side(void **state) {
   (void)state;
   static const double steps[] = {0.001, 0.003, 0.01};
+
   for (int n = 0; n < 3; n++) {
+    // a damped beam falls for long enough to come to rest
     thrum_state_def def = thrum_default_state_def();
     def.dt = steps[n];
     def.damping_alpha = 2;
@@ -108,14 +115,19 @@ static void a_beam_tips_over_and_rests_on_its_side(void **state) {
     fall_make(&f, &def);
     double gain = 0;
     run(&f, (int64_t)(6 / def.dt), &gain);
+
+    // its orientation and the force on the floor at the end
     const thrum_contact_report report = thrum_contact_report_get(f.contact);
     const thrum_placement now =
         thrum_placement_now(&f.placement, &f.rigid_frame, f.translation.position);
     const double weight = GRAVITY * f.made.mass;
+
     print_message(
         "h = %g: %d points bear %.6f of the weight, %.1e m deep, the axis %.1e off level, "
         "gain %.1e\n",
         def.dt, (int)report.touching, report.normal / weight, report.depth, now.axes[6], gain);
+
+    // the energy never grew; the beam lies level on a long side that carries its weight
     assert_true(gain <= 1e-9);
     assert_int_equal(report.touching, 36); // a long side has 9 x 4 vertices
     assert_true(fabs(report.normal / weight - 1) <= 1e-3);
@@ -127,7 +139,9 @@ static void a_beam_tips_over_and_rests_on_its_side(void **state) {
 static void a_smooth_elastic_fall_keeps_its_energy(void **state) {
   (void)state;
   double lost[2];
+
   for (int n = 0; n < 2; n++) {
+    // an integrator that conserves energy, with two time steps
     thrum_state_def def = thrum_default_state_def();
     def.integrator = THRUM_INTEGRATOR_ENERGY;
     def.dt = n == 0 ? 0.001 : 0.00025;
@@ -135,10 +149,13 @@ static void a_smooth_elastic_fall_keeps_its_energy(void **state) {
     fall_make(&f, &def);
     f.floor.friction = 0;
     f.floor.restitution = 1;
+
+    // the balance of energy is exact throughout
     double gain = 0;
     const double first = energy_of(&f);
     assert_true(run(&f, (int64_t)(3 / def.dt), &gain) <= 1e-9);
     assert_true(gain <= 1e-9);
+
     lost[n] = thrum_contact_report_get(f.contact).lost / first;
     print_message("h = %g: %.2g of the energy lost in 3 s\n", def.dt, lost[n]);
     fall_free(&f);

@@ -1,5 +1,6 @@
-/* The theorem of docs/contact.md: contact gives back no more than it took, whatever the stiffness,
- * step, friction, restitution and integrator; and the account of it is exact.
+/* Tests of the theorem of docs/contact.md: contact returns no more energy than it took, for any
+ * stiffness, step, friction, restitution and integrator; and its energy report is exact.
+ *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/contact_support.h"
 
@@ -14,8 +15,9 @@ typedef struct extreme {
   double dt, stiffness, friction, restitution, shape, height;
 } extreme;
 
-/* Throws a body on the floor; returns how far its energy rose above the first, relative. */
+/* Throws a body on the floor and returns the largest relative growth of its energy. */
 static double throw_down(const extreme *x, int64_t steps, thrum_contact_report *report) {
+  // the body and the time step of this case
   rig_def def = rig_default();
   def.integrator = x->integrator;
   def.dt = x->dt;
@@ -24,6 +26,8 @@ static double throw_down(const extreme *x, int64_t steps, thrum_contact_report *
   def.shape = x->shape;
   if (x->integrator == THRUM_INTEGRATOR_VERLET)
     def.omega = fmin(def.omega, 0.3 / x->dt); // three times that is stable
+
+  // thrown obliquely at the floor
   rig r;
   rig_make(&r, &def);
   r.floor.friction = x->friction;
@@ -31,6 +35,8 @@ static double throw_down(const extreme *x, int64_t steps, thrum_contact_report *
   r.translation.velocity[0] = 1;
   r.translation.velocity[2] = -1;
   r.translation.position[2] = x->height;
+
+  // the energy and the balance of the report after every step
   const double first = rig_energy(&r);
   double gain = 0;
   for (int64_t n = 0; n < steps; n++) {
@@ -41,6 +47,7 @@ static double throw_down(const extreme *x, int64_t steps, thrum_contact_report *
     *report = thrum_contact_report_get(r.contact);
     expect_account(report, first);
   }
+
   rig_free(&r);
   return gain;
 }
@@ -50,22 +57,25 @@ static void contact_never_adds_energy(void **state) {
   static const double steps[] = {1e-5, 1e-3, 1e-2, 1e-1}, stiffness[] = {1e-3, 1e3, 1e6, 1e15};
   static const double friction[] = {0, 0.5, 10}, restitution[] = {0, 0.5, 1};
 
-  // what the integrators themselves gain: two are not made to keep this energy
+  // the gain of the integrators themselves: two do not conserve this energy
   static const double allowed[] = {1e-3, 1e-2, 1e-3, 1e-2, 1e-9};
+
   for (int i = 0; i < 5; i++) {
     double worst = 0;
     int64_t redone = 0, declined = 0, made = 0;
     for (int n = 0; n < 4 * 4 * 9; n++) {
       const double dt = steps[n % 4];
-      // some steps above the floor
+      // the body starts some steps above the floor
       const extreme x = {all_integrators[i],  dt,  stiffness[n / 4 % 4], friction[n / 16 % 3],
                          restitution[n / 48], 0.1, fmin(10.3 * dt, 0.2)};
+
       thrum_contact_report report;
       worst = fmax(worst, throw_down(&x, 300, &report));
       redone += report.redone;
       declined += report.declined;
       made += report.steps;
     }
+
     print_message("%-8s largest gain %.1e, %lld steps, %lld redone, %lld without contact\n",
                   thrum_integrator_name((thrum_integrator)i), worst, (long long)made,
                   (long long)redone, (long long)declined);
@@ -75,7 +85,7 @@ static void contact_never_adds_energy(void **state) {
 
 static void a_step_that_gave_too_much_is_made_again(void **state) {
   (void)state;
-  // large steps of a body that bends much: the prediction is poor, and nothing was lost yet
+  // large steps of a flexible body: the prediction is poor, and nothing was lost yet
   const extreme x = {THRUM_INTEGRATOR_ENERGY, 0.01, 1e4, 0, 1, 0.5, 0.5};
   thrum_contact_report report;
   assert_true(throw_down(&x, 600, &report) <= 1e-9);
@@ -86,19 +96,24 @@ static void a_step_that_gave_too_much_is_made_again(void **state) {
 
 static void the_account_is_exact(void **state) {
   (void)state;
-  // section 7 conserves, so what is missing is what contact says
+  // this integrator conserves energy, so the difference is that of the contact's report
   static const double restitution[] = {0, 0.5, 1}, shape[] = {0, 0.2};
+
   for (int n = 0; n < 6; n++) {
+    // a rigid or a flexible body over a floor with restitution, once with a damper
     rig_def def = rig_default();
     def.integrator = THRUM_INTEGRATOR_ENERGY;
     def.shape = shape[n / 3];
     def.points = 4;
     rig r;
     rig_make(&r, &def);
+
     r.floor.restitution = restitution[n % 3];
     r.floor.damping = n == 1 ? 200 : 0;
     r.translation.position[2] = 0.3;
     r.translation.velocity[1] = 2;
+
+    // the energy of the body and that of the contact add up to the first energy at every step
     const double first = rig_energy(&r);
     for (int64_t step = 0; step < 3000; step++) {
       rig_steps(&r, 1);
@@ -106,12 +121,15 @@ static void the_account_is_exact(void **state) {
       const double sum = rig_energy(&r) + report.stored + report.lost;
       assert_true(fabs(sum - first) <= 1e-10 * first);
     }
+
     rig_free(&r);
   }
 }
 
 static void an_obstacle_that_moves_does_work_of_its_own(void **state) {
   (void)state;
+
+  // a body that rests on a floor, both of them rising with the same speed
   const double speed = 0.5;
   rig_def def = rig_default();
   def.points = 4;
@@ -120,10 +138,13 @@ static void an_obstacle_that_moves_does_work_of_its_own(void **state) {
   r.translation.position[2] = r.environment.force[2] / (4 * def.stiffness);
   r.translation.velocity[2] = speed;
   r.floor.velocity[2] = speed;
+
   for (int n = 0; n < 2000; n++) {
     rig_steps(&r, 1);
     r.floor.centre[2] += speed * def.dt;
   }
+
+  // the work of the floor lifts the body, and nothing is lost
   const thrum_contact_report report = thrum_contact_report_get(r.contact);
   const double lifted = RIG_MASS * RIG_GRAVITY * speed * 2000 * def.dt;
   assert_true(fabs(report.driven - lifted) <= 1e-9 * lifted);
@@ -136,13 +157,17 @@ static void an_obstacle_that_moves_does_work_of_its_own(void **state) {
 static void a_body_put_into_the_floor_comes_out_slowly(void **state) {
   (void)state;
   static const double stiffness[] = {1e4, 1e8, 1e15};
+
   for (int n = 0; n < 3; n++) {
+    // the body starts 0.1 m deep in the floor
     rig_def def = rig_default();
     def.stiffness = stiffness[n];
     def.points = 4;
     rig r;
     rig_make(&r, &def);
     r.translation.position[2] = -0.1;
+
+    // it comes out no faster than by a fall over that depth
     double fastest = 0;
     for (int step = 0; step < 4000; step++) {
       rig_steps(&r, 1);
@@ -150,6 +175,8 @@ static void a_body_put_into_the_floor_comes_out_slowly(void **state) {
     }
     const thrum_contact_report report = thrum_contact_report_get(r.contact);
     assert_true(fastest <= sqrt(2 * RIG_GRAVITY * 0.1));
+
+    // it ends at the depth of its weight; the report holds the energy of the initial depth
     const double depth = RIG_MASS * RIG_GRAVITY / (4 * stiffness[n]);
     assert_true(fabs(r.translation.position[2] + depth) <= 1e-6 * 0.1);
     assert_true(fabs(report.granted - 4 * 0.5 * stiffness[n] * 0.01) <= 1e-9 * report.granted);
@@ -159,6 +186,8 @@ static void a_body_put_into_the_floor_comes_out_slowly(void **state) {
 
 static void a_snapshot_goes_on_bit_for_bit(void **state) {
   (void)state;
+
+  // a flexible body in the middle of an impact
   rig_def def = rig_default();
   def.points = 5;
   def.shape = 0.2;
@@ -167,11 +196,14 @@ static void a_snapshot_goes_on_bit_for_bit(void **state) {
   r.translation.position[2] = 0.01;
   r.translation.velocity[0] = 0.3;
   rig_steps(&r, 60);
+
   const size_t size = thrum_contact_bytes(r.contact);
   void *contact = malloc(size), *body = state_snapshot(r.state);
   assert_non_null(contact);
   memcpy(contact, r.contact, size);
   const thrum_translation translation = r.translation;
+
+  // the same steps from the same snapshot, twice
   double q[2][RIG_RANK];
   thrum_translation end[2];
   for (int n = 0; n < 2; n++) {
@@ -182,6 +214,7 @@ static void a_snapshot_goes_on_bit_for_bit(void **state) {
     memcpy(r.state, body, thrum_state_bytes(r.state));
     r.translation = translation;
   }
+
   assert_memory_equal(q[0], q[1], sizeof q[0]);
   assert_memory_equal(&end[0], &end[1], sizeof end[0]);
   free(contact);
@@ -194,7 +227,9 @@ static void begin_step_and_end_are_a_step(void **state) {
   double q[2][RIG_RANK];
   thrum_translation way[2];
   thrum_contact_report report[2];
+
   for (int apart = 0; apart < 2; apart++) {
+    // a flexible body that falls on the floor
     rig_def def = rig_default();
     def.points = 5;
     def.shape = 0.2;
@@ -202,6 +237,8 @@ static void begin_step_and_end_are_a_step(void **state) {
     rig_make(&r, &def);
     r.translation.position[2] = 0.01;
     const thrum_model *model = &r.m.model;
+
+    // one call per step, or the three calls that it consists of
     for (int n = 0; n < 400; n++) {
       if (!apart) {
         rig_steps(&r, 1);
@@ -213,11 +250,14 @@ static void begin_step_and_end_are_a_step(void **state) {
       assert_int_equal(thrum_contact_end(model, r.state, r.contact, &r.environment, NULL),
                        THRUM_OK);
     }
+
     state_read(model, r.state, q[apart], NULL);
     way[apart] = r.translation;
     report[apart] = thrum_contact_report_get(r.contact);
     rig_free(&r);
   }
+
+  // there was an impact, no step was repeated, and both runs are equal bit for bit
   assert_true(report[0].redone == 0 && report[0].lost > 0);
   assert_memory_equal(q[0], q[1], sizeof q[0]);
   assert_memory_equal(&way[0], &way[1], sizeof way[0]);
@@ -227,13 +267,17 @@ static void begin_step_and_end_are_a_step(void **state) {
 static void a_stiff_pull_follows_its_target(void **state) {
   (void)state;
   static const double steps[] = {1e-5, 1e-3, 1e-1}, stiffness[] = {1e-3, 1e3, 1e9, 1e15};
+
   for (int n = 0; n < 5 * 3 * 4; n++) {
+    // integrators, steps and stiffnesses in all combinations
     rig_def def = rig_default();
     def.integrator = all_integrators[n % 5];
     def.dt = steps[n / 5 % 3];
     def.shape = 0.1;
     if (def.integrator == THRUM_INTEGRATOR_VERLET)
       def.omega = fmin(def.omega, 0.3 / def.dt);
+
+    // a body without weight or floor, pulled at one point
     rig r;
     rig_make(&r, &def);
     r.environment.obstacle_count = 0;
@@ -243,7 +287,8 @@ static void a_stiff_pull_follows_its_target(void **state) {
     pull.force_max = 1e30;
     r.environment.pulls = &pull;
     r.environment.pull_count = 1;
-    // the target is torn to and fro, and then held
+
+    // the target moves to and fro, and then rests
     for (int step = 0; step < 600; step++) {
       const double at = step < 300 ? 0.1 * sin(0.4 * step) : 0.1;
       pull.target[0] = r.m.vertices[6] + at;
@@ -252,6 +297,8 @@ static void a_stiff_pull_follows_its_target(void **state) {
       rig_steps(&r, 1);
       assert_true(fabs(r.translation.position[0]) < 0.5);
     }
+
+    // the pulled point has reached its target where the spring is stiff
     double q[RIG_RANK];
     state_read(&r.m.model, r.state, q, NULL);
     double x = r.translation.position[0] - 0.1;
@@ -262,13 +309,15 @@ static void a_stiff_pull_follows_its_target(void **state) {
   }
 }
 
-/* Torn about by a target that jumps, a body that bends much stays whole, whatever the stiffness. */
+/* Pulled by a target that jumps, a flexible body keeps a bounded energy at any stiffness. */
 static void a_pull_does_not_tear_a_body_apart(void **state) {
   (void)state;
   static const double steps[] = {1e-3, 1e-2}, stiffness[] = {1e3, 1e6, 1e9, 1e15};
   static const thrum_integrator integrators[] = {THRUM_INTEGRATOR_IMEXV, THRUM_INTEGRATOR_ENERGY};
   double largest = 0;
+
   for (int n = 0; n < 16; n++) {
+    // a very flexible body without rigid translation
     rig_def def = rig_default();
     def.integrator = integrators[n % 2];
     def.dt = steps[n / 2 % 2];
@@ -277,16 +326,21 @@ static void a_pull_does_not_tear_a_body_apart(void **state) {
     rig_make(&r, &def);
     r.environment.translation = NULL;
     r.environment.obstacle_count = 0;
+
+    // a pull at one point, without a limit of its force
     thrum_pull pull = {.vertices = {2, 2, 2}, .weights = {1, 0, 0}, .damping = -1};
     pull.stiffness = stiffness[n / 4];
     r.environment.pulls = &pull;
     r.environment.pull_count = 1;
     random_state random = {9};
-    // what displaces the point by a metre is stored in about this
+
+    // about this energy displaces the point by one metre
     double compliance = 0;
     for (int i = 0; i < 3 * RIG_RANK; i++)
       compliance +=
           r.m.basis[6 * RIG_RANK + i] * r.m.basis[6 * RIG_RANK + i] / r.m.omega2[i % RIG_RANK];
+
+    // the target jumps every 60 steps
     for (int step = 0; step < 3000; step++) {
       if (step % 60 == 0)
         random_vector(&random, 3, 2, pull.target);
@@ -295,6 +349,7 @@ static void a_pull_does_not_tear_a_body_apart(void **state) {
     }
     rig_free(&r);
   }
+
   print_message("largest energy: %.2g m^2 over the compliance\n", largest);
   assert_true(largest <= 40);
 }

@@ -1,4 +1,5 @@
-/* Obstacles as signed distances, bodies on them, and what is refused.
+/* Tests of obstacles as signed distances, of bodies on them, and of the arguments that are refused.
+ *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/contact_support.h"
 
@@ -21,11 +22,15 @@ static thrum_obstacle some_obstacle(random_state *random, int kind) {
 static void gaps_are_signed_distances(void **state) {
   (void)state;
   random_state random = {5};
+
   for (int n = 0; n < 6000; n++) {
+    // two random points around a random obstacle
     const thrum_obstacle o = some_obstacle(&random, n % 6);
     double x[3], y[3], normal[3], other[3], length = 0, apart = 0;
     random_vector(&random, 3, 2, x);
     random_vector(&random, 3, 2, y);
+
+    // the normal is a unit vector, and the gap is Lipschitz continuous with constant 1
     const double gap = thrum_obstacle_gap(&o, x, normal);
     for (int axis = 0; axis < 3; axis++) {
       length += normal[axis] * normal[axis];
@@ -33,12 +38,14 @@ static void gaps_are_signed_distances(void **state) {
     }
     assert_true(fabs(length - 1) <= 1e-14);
     assert_true(fabs(gap - thrum_obstacle_gap(&o, y, other)) <= sqrt(apart) * (1 + 1e-14));
-    // along the normal the gap grows as the way does, where the point is outside
+
+    // outside, the gap grows along the normal by the distance
     for (int axis = 0; axis < 3; axis++)
       y[axis] = x[axis] + 0.1 * normal[axis];
     const double moved = thrum_obstacle_gap(&o, y, other);
     assert_true(gap <= 0 || o.inside || fabs(moved - gap - 0.1) <= 1e-13);
-    // the way out leads out
+
+    // one gap back along the normal lies the surface
     for (int axis = 0; axis < 3; axis++)
       y[axis] = x[axis] - gap * normal[axis];
     assert_true(fabs(thrum_obstacle_gap(&o, y, other)) <= 1e-13 || o.inside);
@@ -47,8 +54,11 @@ static void gaps_are_signed_distances(void **state) {
 
 static void gaps_are_those_of_closed_forms(void **state) {
   (void)state;
+
+  // a box, outside and inside of it
   thrum_obstacle o = thrum_default_obstacle();
   double normal[3];
+
   o.shape = THRUM_OBSTACLE_BOX;
   o.half[0] = 1;
   o.half[1] = 2;
@@ -57,17 +67,22 @@ static void gaps_are_those_of_closed_forms(void **state) {
   assert_true(fabs(normal[0] - 0.6) <= 1e-15 && fabs(normal[1] - 0.8) <= 1e-15);
   assert_true(thrum_obstacle_gap(&o, (double[3]){-0.75, 0, 0}, normal) == -0.25);
   assert_true(normal[0] == -1 && normal[1] == 0);
+
+  // the inside of the same box as the obstacle
   o.inside = 1;
   assert_true(thrum_obstacle_gap(&o, (double[3]){-0.75, 0, 0}, normal) == 0.25);
   assert_true(normal[0] == 1);
+
+  // a sphere
   o.shape = THRUM_OBSTACLE_SPHERE;
   o.radius = 6;
   assert_true(thrum_obstacle_gap(&o, (double[3]){0, 3, -4}, normal) == 1);
   assert_true(fabs(normal[1] + 0.6) <= 1e-15 && fabs(normal[2] - 0.8) <= 1e-15);
 }
 
-/* One point dropped into something; where it ends, from the obstacle. */
+/* Drops a point on an obstacle and returns its gap at the end. */
 static double drop_into(const thrum_obstacle *obstacle, double x, double *speed) {
+  // a point 0.1 m above the place where it lands
   rig_def def = rig_default();
   rig r;
   rig_make(&r, &def);
@@ -76,6 +91,8 @@ static double drop_into(const thrum_obstacle *obstacle, double x, double *speed)
   for (int axis = 0; axis < 3; axis++)
     r.translation.position[axis] = (axis == 0 ? x : 0) - point[axis];
   r.translation.position[2] += 0.1;
+
+  // the end of a long run
   rig_steps(&r, 20000);
   double at[3], normal[3];
   for (int axis = 0; axis < 3; axis++)
@@ -94,7 +111,7 @@ static void a_body_comes_to_rest_in_bowls_and_rooms(void **state) {
   o.inside = 1;
   o.centre[2] = 1;
   o.shape = THRUM_OBSTACLE_SPHERE;
-  // off the middle of a bowl: friction holds it there, and the spring bears less than the weight
+  // off the middle of a bowl friction holds the body, and the spring carries less than the weight
   double gap = drop_into(&o, 0.2, &speed);
   assert_true(speed <= 1e-9 && gap < 0 && gap > -depth);
   o.shape = THRUM_OBSTACLE_BOX;
@@ -103,9 +120,11 @@ static void a_body_comes_to_rest_in_bowls_and_rooms(void **state) {
   assert_true(speed <= 1e-9 && fabs(gap + depth) <= 1e-9);
 }
 
-/* A heavy point without friction in a bowl swings like a pendulum as long as the bowl's radius. */
+/* A heavy point in a bowl without friction swings like a pendulum of the length of the radius. */
 static void a_body_swings_in_a_smooth_bowl(void **state) {
   (void)state;
+
+  // a smooth bowl, without restitution
   rig_def def = rig_default();
   rig r;
   rig_make(&r, &def);
@@ -113,10 +132,14 @@ static void a_body_swings_in_a_smooth_bowl(void **state) {
   r.floor.inside = 1;
   r.floor.friction = 0;
   r.floor.restitution = 0;
+
+  // the point starts on the bowl at a small angle, at the depth of its weight
   const double *point = r.m.vertices + 3, angle = 0.02;
   r.translation.position[0] = sin(angle) - point[0];
   r.translation.position[1] = -point[1];
   r.translation.position[2] = -cos(angle) - RIG_MASS * RIG_GRAVITY / def.stiffness - point[2];
+
+  // times of crossing the middle, interpolated between steps
   const double period = 2 * pi / sqrt(RIG_GRAVITY);
   int crossings = 0;
   double last = 0, time = 0;
@@ -131,18 +154,22 @@ static void a_body_swings_in_a_smooth_bowl(void **state) {
     if (crossings++ == 0)
       last = time;
   }
+
   print_message("period off by %.2e\n", (time - last) / 3.5 / period - 1);
   assert_true(fabs((time - last) / 3.5 / period - 1) <= 1e-3);
   rig_free(&r);
 }
 
-/* A body on a box, placed in a turned frame: the same motion, turned. */
+/* A body with a placement in a rotated frame moves as without it, rotated. */
 static void a_placement_turns_everything(void **state) {
   (void)state;
+
   const double c = cos(0.9), s = sin(0.9);
   thrum_placement placement = {{c, 0, s, 0, 1, 0, -s, 0, c}, {3, -2, 5}};
   double q[2][RIG_RANK], height[2];
+
   for (int turned = 0; turned < 2; turned++) {
+    // a flexible body that moves along the floor
     rig_def def = rig_default();
     def.shape = 0.2;
     def.points = 4;
@@ -150,6 +177,8 @@ static void a_placement_turns_everything(void **state) {
     rig_make(&r, &def);
     r.translation.position[2] = 0.05;
     r.translation.velocity[0] = 0.5;
+
+    // the same with gravity, floor, position and velocity in the rotated frame
     if (turned) {
       const double weight = r.environment.force[2];
       r.environment.placement = &placement;
@@ -162,6 +191,8 @@ static void a_placement_turns_everything(void **state) {
         r.translation.velocity[axis] = 0.5 * placement.axes[3 * axis];
       }
     }
+
+    // modal coordinates and height over the floor
     rig_steps(&r, 300);
     state_read(&r.m.model, r.state, q[turned], NULL);
     height[turned] = 0;
@@ -170,6 +201,7 @@ static void a_placement_turns_everything(void **state) {
                         (turned ? placement.axes[3 * axis + 2] : (axis == 2 ? 1.0 : 0.0));
     rig_free(&r);
   }
+
   for (int i = 0; i < RIG_RANK; i++)
     assert_true(fabs(q[0][i] - q[1][i]) <= 1e-7);
   assert_true(fabs(height[0] - height[1]) <= 1e-7);
@@ -193,10 +225,14 @@ static void expect_refused(rig *r, thrum_status expected, const char *part) {
 
 static void what_cannot_be_is_refused(void **state) {
   (void)state;
+
+  // a good rig, of which one thing is changed at a time
   rig_def def = rig_default();
   rig r;
   rig_make(&r, &def);
   const thrum_obstacle good = r.floor;
+
+  // the obstacle
   r.floor.cookie = 0;
   expect_refused(&r, THRUM_UNINITIALISED_DEF, "obstacle 0");
   r.floor = good;
@@ -216,9 +252,13 @@ static void what_cannot_be_is_refused(void **state) {
   r.floor.rotation[0] = 2;
   expect_refused(&r, THRUM_BAD_VALUE, "rotation");
   r.floor = good;
+
+  // the rigid translation
   r.translation.mass = 0;
   expect_refused(&r, THRUM_BAD_VALUE, "mass");
   r.translation.mass = RIG_MASS;
+
+  // pulls of vertices that do not exist, and more pulls than the contact has room for
   thrum_pull pull = {.vertices = {1, 1, RIG_POINTS}, .weights = {1, 0, 0}, .stiffness = 1};
   r.environment.pulls = &pull;
   r.environment.pull_count = 1;
@@ -226,10 +266,14 @@ static void what_cannot_be_is_refused(void **state) {
   r.environment.pull_count = 2;
   expect_refused(&r, THRUM_INVALID_ARGUMENT, "made for 1");
   r.environment.pull_count = 0;
+
+  // a load that is not finite
   double load[RIG_RANK] = {0, INFINITY};
   r.environment.load = load;
   expect_refused(&r, THRUM_BAD_VALUE, "load");
   r.environment.load = NULL;
+
+  // the end of a step that was not begun
   rig_steps(&r, 1);
   assert_int_equal(thrum_contact_end(&r.m.model, r.state, r.contact, &r.environment, NULL),
                    THRUM_INVALID_ARGUMENT);
@@ -238,13 +282,17 @@ static void what_cannot_be_is_refused(void **state) {
 
 static void defs_that_cannot_be_are_refused(void **state) {
   (void)state;
+
   rig_def made = rig_default();
   rig r;
   rig_make(&r, &made);
+
   size_t size = 77;
   thrum_error error = {0};
   const int32_t beyond = RIG_POINTS;
   const double area = -1;
+
+  // definitions with one thing wrong
   thrum_contact_def def = {0};
   assert_int_equal(thrum_contact_size(&r.m.model, r.state, &def, &size, &error),
                    THRUM_UNINITIALISED_DEF);
@@ -258,10 +306,14 @@ static void defs_that_cannot_be_are_refused(void **state) {
   def.areas = &area;
   assert_int_equal(thrum_contact_size(&r.m.model, r.state, &def, &size, &error), THRUM_BAD_VALUE);
   def.areas = NULL;
+
+  // a model without a basis has no vertices to touch with
   thrum_model bare = r.m.model;
   bare.basis = NULL;
   assert_int_equal(thrum_contact_size(&bare, r.state, &def, &size, &error), THRUM_MISSING);
   assert_int_equal(size, 77);
+
+  // memory that is too small or misaligned
   assert_int_equal(thrum_contact_size(&r.m.model, r.state, &def, &size, &error), THRUM_OK);
   void *memory = aligned_alloc(64, size);
   thrum_contact *contact = NULL;
@@ -271,6 +323,7 @@ static void defs_that_cannot_be_are_refused(void **state) {
   assert_int_equal(
       thrum_contact_init((char *)memory + 8, size, &r.m.model, r.state, &def, &contact, &error),
       THRUM_MISALIGNED);
+
   assert_null(contact);
   free(memory);
   rig_free(&r);

@@ -1,5 +1,5 @@
-/* The inverse of a symmetric matrix: right, refused where there is none, and of the same bits with
- * every kernel that this machine has.
+/* Tests of the inverse of a symmetric matrix: it is right, it is refused where there is none, and
+ * it has the same bits with every kernel that this machine has.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <setjmp.h>
@@ -43,7 +43,7 @@ static void make_kind(random_state *random, matrix_kind which, int n, double *to
     to[n / 2 * (n + 1)] = -n;
 }
 
-/* How many pivots a sweep does in order, and how many it should do. */
+/* Asserts how many pivots a sweep takes in order. */
 static void expect_swept(const thrum_kernel *by, matrix_kind which, int n) {
   const int even = n + n % 2, stride = (int)thrum_whole(even);
   double *rows = work + THRUM_SWEEP_VECTORS * stride;
@@ -60,25 +60,35 @@ static void every_kernel_gives_the_same_inverse(void **context) {
   (void)context;
   random_state random = {6};
   for (int n = 1; n <= MOST; n++)
+
     for (int kind = 0; kind < KINDS; kind++) {
+      // a random matrix of this kind and vectors for a product
       double s[2 * MOST], w[2 * MOST], products[2][MOST];
       random_vector(&random, 2 * MOST, 1, s);
       random_vector(&random, 2 * MOST, 1, w);
       make_kind(&random, (matrix_kind)kind, n, matrix);
+
+      // the work space fits into that of the tangent
       assert_true(thrum_dense_work(n) * sizeof *work <= sizeof work);
       assert_true((int64_t)thrum_dense_work(n) <= thrum_pack_work_tangent(n));
+
+      // every kernel inverts a copy of the matrix
       for (int id = THRUM_KERNEL_REFERENCE; id <= THRUM_KERNEL_WASM; id++) {
         const int k = id != THRUM_KERNEL_REFERENCE;
         const thrum_kernel *by = thrum_kernel_get(id);
         memcpy(inverses[k], matrix, sizeof matrix);
-        // what lies in the scratch has no part in it
+        // the result does not depend on the previous content of the work space
         memset(work, 0xff, sizeof work);
         assert_true(thrum_dense_invert(by, inverses[k], n, work));
+
+        // an update of rank two and a product with the inverse
         const thrum_two two = {s, w, w, s, 2, MOST};
         by->rank_two(n, false, &two, inverses[k]);
         by->product(n, inverses[k], s, products[k]);
         if (kind != ANY_SIGN)
           expect_swept(by, (matrix_kind)kind, n);
+
+        // the reference comes first; every other kernel has its bits
         if (k) {
           assert_memory_equal(products[0], products[1], (size_t)n * sizeof(double));
           assert_memory_equal(inverses[0], inverses[1], (size_t)(n * n) * sizeof(double));
@@ -87,7 +97,7 @@ static void every_kernel_gives_the_same_inverse(void **context) {
     }
 }
 
-/* The largest entry of A A^-1 - 1 beside what its terms add up to. */
+/* Returns the largest entry of A A^-1 - 1 relative to the sum of its absolute terms. */
 static double worst_residual(int n, const double *inverse) {
   double worst = 0;
   for (int i = 0; i < n; i++)
@@ -114,7 +124,7 @@ static void an_inverse_is_symmetric_and_undoes_its_matrix(void **state) {
       for (int i = 0; i < n; i++)
         for (int j = 0; j < i; j++)
           assert_true(inverse[n * i + j] == inverse[n * j + i]);
-      // diagonal pivots alone leave more of what is indefinite
+      // pivots on the diagonal alone leave larger errors in an indefinite matrix
       assert_true(worst_residual(n, inverse) <= (kind == ANY_SIGN ? 1e-9 : 1e-14 * n));
     }
 }

@@ -1,5 +1,5 @@
-/* Forces into reduced coordinates and displacements out of them against plain loops over the basis;
- * mean loads against whole windows, impulses and quadrature. design 5.
+/* Tests of external loads: forces and displacements against plain loops over the basis, and mean
+ * loads against windows of whole steps, impulses and quadrature.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <setjmp.h>
@@ -25,7 +25,7 @@ static void assert_near(double a, double b, double tolerance) {
     fail_msg("%.17g is not %.17g to %g", a, b, tolerance);
 }
 
-/* Entry of U for a vertex, an axis and a coordinate. */
+/* Returns the entry of U for a vertex, an axis and a coordinate. */
 static double basis_at(const random_model *m, int64_t vertex, int axis, int64_t coordinate) {
   return m->basis[(3 * vertex + axis) * m->model.rank + coordinate];
 }
@@ -35,11 +35,14 @@ static void vertex_force_is_its_rows_of_the_basis(void **state) {
   random_model m;
   make_body(&m);
   const double force[3] = {2, -3, 0.5};
+
   for (int64_t vertex = 0; vertex < VERTICES; vertex++) {
+    // the force is added to what is there
     double reduced[RANK];
     for (int64_t i = 0; i < RANK; i++)
       reduced[i] = (double)i;
     assert_int_equal(thrum_load_add_vertex(&m.model, vertex, force, reduced, NULL), THRUM_OK);
+
     for (int64_t i = 0; i < RANK; i++) {
       double expected = (double)i;
       for (int axis = 0; axis < 3; axis++)
@@ -97,15 +100,19 @@ static void displacement_of_any_range_is_the_basis_times_q(void **state) {
   (void)state;
   random_model m;
   make_body(&m);
+
   random_state random = {4};
   double q[RANK];
   random_vector(&random, RANK, 1, q);
+
+  // every range of vertices, with a marker behind it
   for (int64_t first = 0; first <= VERTICES; first++)
     for (int64_t count = 0; count <= VERTICES - first; count++) {
       double u[3 * VERTICES + 1];
       u[3 * count] = -77;
       assert_int_equal(thrum_displacement(&m.model, q, first, count, u, NULL), THRUM_OK);
       assert_true(u[3 * count] == -77);
+
       for (int64_t row = 0; row < 3 * count; row++) {
         double expected = 0;
         for (int64_t i = 0; i < RANK; i++)
@@ -116,17 +123,22 @@ static void displacement_of_any_range_is_the_basis_times_q(void **state) {
   random_model_free(&m);
 }
 
-/* Virtual work: f . (U q) = (U^T f) . q. */
+/* The virtual work is the same in both coordinates: f . (U q) = (U^T f) . q. */
 static void force_and_displacement_are_transposes(void **state) {
   (void)state;
   random_model m;
   make_body(&m);
+
+  // a random displacement and random forces
   random_state random = {12};
   double q[RANK], forces[3 * VERTICES], u[3 * VERTICES], reduced[RANK] = {0}, left = 0, right = 0;
   random_vector(&random, RANK, 1, q);
   random_vector(&random, 3 * VERTICES, 1, forces);
+
   assert_int_equal(thrum_load_add_field(&m.model, forces, reduced, NULL), THRUM_OK);
   assert_int_equal(thrum_displacement(&m.model, q, 0, VERTICES, u, NULL), THRUM_OK);
+
+  // the work in physical and in reduced coordinates
   for (int64_t i = 0; i < 3 * VERTICES; i++)
     left += forces[i] * u[i];
   for (int64_t i = 0; i < RANK; i++)
@@ -144,10 +156,14 @@ static void vertices_out_of_range_are_refused_and_outputs_kept(void **state) {
   (void)state;
   random_model m;
   make_body(&m);
+
+  // outputs with a known value
   const double force[3] = {1, 1, 1}, q[RANK] = {1};
   double out[3 * VERTICES];
   for (int64_t i = 0; i < 3 * VERTICES; i++)
     out[i] = 7;
+
+  // vertices that do not exist
   thrum_error error = {THRUM_OK, ""};
   const int64_t bad_vertices[] = {-1, VERTICES, INT64_MAX, INT64_MIN};
   for (int c = 0; c < 4; c++)
@@ -156,6 +172,8 @@ static void vertices_out_of_range_are_refused_and_outputs_kept(void **state) {
   assert_int_equal(error.status, THRUM_INVALID_ARGUMENT);
   thrum_load_add_vertex(&m.model, VERTICES, force, out, &error);
   assert_string_equal(error.message, "vertex 23 is outside 0..22");
+
+  // ranges that leave the mesh, also by overflow
   const int64_t bad_ranges[][2] = {{-1, 1}, {0, VERTICES + 1},      {VERTICES, 1},
                                    {3, -1}, {1, INT64_MAX},         {INT64_MAX, 1},
                                    {0, -1}, {INT64_MAX, INT64_MAX}, {VERTICES + 1, 0}};
@@ -163,6 +181,7 @@ static void vertices_out_of_range_are_refused_and_outputs_kept(void **state) {
     assert_int_equal(
         thrum_displacement(&m.model, q, bad_ranges[c][0], bad_ranges[c][1], out, &error),
         THRUM_INVALID_ARGUMENT);
+
   assert_untouched(out, 3 * VERTICES);
   random_model_free(&m);
 }
@@ -171,17 +190,24 @@ static void forces_that_are_not_finite_are_refused_and_outputs_kept(void **state
   (void)state;
   random_model m;
   make_body(&m);
+
+  // outputs with a known value
   double out[RANK], forces[3 * VERTICES] = {0};
   for (int64_t i = 0; i < RANK; i++)
     out[i] = 7;
+
+  // the message names the axis and the vertex
   thrum_error error = {THRUM_OK, ""};
   forces[3 * 20 + 1] = NAN;
   assert_int_equal(thrum_load_add_field(&m.model, forces, out, &error), THRUM_BAD_VALUE);
   assert_string_equal(error.message, "component y of the force at vertex 20 is not finite");
+
+  // a single force and a gravity
   assert_int_equal(thrum_load_add_vertex(&m.model, 3, (double[3]){0, 0, INFINITY}, out, &error),
                    THRUM_BAD_VALUE);
   assert_int_equal(thrum_load_add_gravity(&m.model, (double[3]){NAN, 0, 0}, out, &error),
                    THRUM_BAD_VALUE);
+
   assert_untouched(out, RANK);
   random_model_free(&m);
 }
@@ -190,10 +216,14 @@ static void model_without_a_basis_is_missing_it(void **state) {
   (void)state;
   random_model m;
   random_model_make(&m, 5, RANK, 10, 100, INFINITY);
+
+  // outputs with a known value
   const double three[3] = {1, 1, 1}, q[RANK] = {1};
   double out[RANK];
   for (int64_t i = 0; i < RANK; i++)
     out[i] = 7;
+
+  // every function that needs the basis says that it is missing
   thrum_error error;
   assert_int_equal(thrum_load_add_vertex(&m.model, 0, three, out, &error), THRUM_MISSING);
   assert_int_equal(thrum_load_add_field(&m.model, three, out, &error), THRUM_MISSING);
@@ -204,7 +234,7 @@ static void model_without_a_basis_is_missing_it(void **state) {
   random_model_free(&m);
 }
 
-/* Steps of the first `steps` in which the load is on, and the sum of its means. */
+/* Returns in how many of the first `steps` steps the load acts, and the sum of its means. */
 static int64_t count_steps(const thrum_load *load, double dt, int64_t steps, double *sum) {
   int64_t count = 0;
   *sum = 0;
@@ -219,13 +249,16 @@ static int64_t count_steps(const thrum_load *load, double dt, int64_t steps, dou
 static void windows_of_whole_steps_count_them_exactly(void **state) {
   (void)state;
   double sum;
+
+  // a window of one step, and one of a hundred
   thrum_load load = {THRUM_LOAD_CONSTANT, 0, 0.003, 0};
   assert_int_equal(count_steps(&load, 0.003, 1000, &sum), 1);
   assert_true(sum == 1 && thrum_load_mean(&load, 0, 0.003) == 1);
   load.until = 0.3;
   assert_int_equal(count_steps(&load, 0.003, 1000, &sum), 100);
   assert_true(sum == 100);
-  // every multiple of the step, from every multiple of the step, as a user would type them
+
+  // every window of whole steps from every step, with ends as a user would type them
   for (int from = 0; from < 40; from++)
     for (int length = 1; length < 40; length++) {
       load.from = from * 3e-3;
@@ -271,6 +304,8 @@ static void windows_may_be_endless_empty_or_reversed(void **state) {
 
 static void nonsense_gives_no_load_rather_than_nan(void **state) {
   (void)state;
+
+  // every combination of odd values in the window, the frequency and the time step
   const double odd[] = {NAN, INFINITY, -INFINITY, 0, -1, 1e308, 1e-320};
   enum { ODD = sizeof odd / sizeof odd[0] };
   for (int shape = 0; shape < 2; shape++)
@@ -282,6 +317,8 @@ static void nonsense_gives_no_load_rather_than_nan(void **state) {
             double mean = thrum_load_mean(&load, 3, odd[d]);
             assert_true(mean >= -1 && mean <= 1);
           }
+
+  // a time step or a window without a meaning gives the mean zero
   thrum_load load = {THRUM_LOAD_CONSTANT, 0, 1, 0};
   assert_true(thrum_load_mean(&load, 3, 0) == 0);
   assert_true(thrum_load_mean(&load, 3, -1) == 0);
@@ -289,7 +326,7 @@ static void nonsense_gives_no_load_rather_than_nan(void **state) {
   assert_true(thrum_load_mean(&load, 3, 0.01) == 0);
 }
 
-/* Simpson's rule on the part of the step that the window covers. */
+/* Applies Simpson's rule to the part of the step that the window covers. */
 static double mean_by_quadrature(const thrum_load *load, int64_t step, double dt) {
   enum { INTERVALS = 2000 };
   double a = fmax((double)step * dt, load->from), b = fmin((double)(step + 1) * dt, load->until);
@@ -328,7 +365,7 @@ static void sine_over_a_whole_turn_has_no_mean(void **state) {
   assert_true(thrum_load_mean(&load, 5, 0.01) == 0);
 }
 
-/* A step's mean is the mean of its two halves' means: nothing is counted twice or lost. */
+/* The mean of a step is the mean of the means of its halves: nothing is counted twice or lost. */
 static void mean_of_a_step_is_the_mean_of_its_halves(void **state) {
   (void)state;
   const thrum_load loads[] = {{THRUM_LOAD_CONSTANT, 0.0101, 0.0789, 0},
@@ -344,7 +381,7 @@ static void mean_of_a_step_is_the_mean_of_its_halves(void **state) {
 
 static void sine_keeps_its_phase_late_in_a_long_run(void **state) {
   (void)state;
-  // 1 Hz at 0.005 s: step 200 n begins whole turn n
+  // 1 Hz at 0.005 s: step 200 n begins period n
   thrum_load load = {THRUM_LOAD_SINE, 0, INFINITY, 1};
   for (int64_t k = 0; k < 200; k++)
     assert_near(thrum_load_mean(&load, 200 * INT64_C(1000000) + k, 0.005),

@@ -1,5 +1,6 @@
-/* A scaled model is the one that the scaled mesh gives: the same squared frequencies, the same
- * energy at the same displacement, the same reduced gravity, the same mesh.
+/* Tests of scaled models: they agree with the model of the scaled mesh in the squared frequencies,
+ * the energy at the same displacement, the reduced gravity and the mesh.
+ *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/precompute_support.h"
 
@@ -26,7 +27,7 @@ static void *scale_model(const thrum_model *model, const thrum_model_scaling *by
   return memory;
 }
 
-/* The body of MESH, its lengths, stiffness and density multiplied. */
+/* Makes the body of MESH with its lengths, stiffness and density multiplied. */
 static thrum_precomputed precompute_scaled(const thrum_model_scaling *by, body *made,
                                            const char *fix) {
   thrum_error error = {0};
@@ -44,25 +45,29 @@ static thrum_precomputed precompute_scaled(const thrum_model_scaling *by, body *
   return body_precompute(made, 5, 12);
 }
 
-/* Energies of two models at the same field of displacements of the basis' span. */
+/* Compares the energies of two models at the same displacement field in the span of both bases. */
 static void compare_energies(const thrum_model *scaled, const thrum_model *anew) {
   const int64_t r = anew->rank, n = 3 * anew->vertex_count;
   double *work = need(thrum_work_count(anew), sizeof *work);
   double *q = random_vector(r, 0.01), *turned = need((size_t)r, sizeof *turned);
+
   for (int64_t i = 0; i < r; i++) {
-    // basis vectors are the same up to their sign
+    // the basis vectors are the same up to their sign
     double dot = 0, square = 0;
     for (int64_t c = 0; c < n; c++) {
       dot += scaled->basis[c * r + i] * anew->basis[c * r + i];
       square += anew->basis[c * r + i] * anew->basis[c * r + i];
     }
     assert_close(fabs(dot), square, 1e-6);
+
+    // the axis masses follow the sign of the basis vector
     turned[i] = copysign(q[i], q[i] * dot);
     for (int axis = 0; axis < 3 && anew->axis_mass; axis++)
       assert_true(
           fabs(copysign(1, dot) * scaled->axis_mass[axis * r + i] - anew->axis_mass[axis * r + i]) <
           1e-6 * norm_of(anew->axis_mass, 3 * r) + 1e-9);
   }
+
   assert_close(thrum_strain_energy(scaled, turned, work), thrum_strain_energy(anew, q, work), 1e-6);
   free(turned);
   free(q);
@@ -71,12 +76,16 @@ static void compare_energies(const thrum_model *scaled, const thrum_model *anew)
 
 static void check_scaling(const thrum_model_scaling *by, const char *fix) {
   body small, large;
+
+  // the model of the small body, and that of the scaled mesh
   const thrum_model_scaling one = {1, 1, 1};
   char fix_large[32];
   if (fix)
     snprintf(fix_large, sizeof fix_large, "x<%g", 0.01 * by->length);
   thrum_precomputed given = precompute_scaled(&one, &small, fix);
   thrum_precomputed anew = precompute_scaled(by, &large, fix ? fix_large : NULL);
+
+  // the scaled model has the numbers of the other
   const thrum_model *scaled = NULL;
   void *memory = scale_model(&given.model, by, &scaled);
   assert_int_equal(thrum_model_check(scaled, NULL), THRUM_OK);
@@ -84,9 +93,11 @@ static void check_scaling(const thrum_model_scaling *by, const char *fix) {
   assert_near(scaled->vertices, anew.model.vertices, 3 * scaled->vertex_count, 1e-14);
   assert_near(scaled->material, anew.model.material, 3 * scaled->region_count, 1e-14);
   compare_energies(scaled, &anew.model);
+
   if (fix == NULL)
-    // the first rigid modes are shifts: 1 / sqrt(mass)
+    // the first rigid modes are translations: 1 / sqrt(mass)
     assert_close(fabs(scaled->rigid[0]), fabs(anew.model.rigid[0]), 1e-10);
+
   free(memory);
   thrum_precomputed_free(&given);
   thrum_precomputed_free(&anew);
@@ -109,19 +120,26 @@ static void a_free_body_is_scaled_with_its_rigid_modes(void **context) {
 
 static void a_scale_of_one_keeps_every_bit(void **context) {
   (void)context;
+
+  // a model of a held body, scaled by one
   body small;
   const thrum_model_scaling one = {1, 1, 1};
   thrum_precomputed given = precompute_scaled(&one, &small, "x<0.01");
   const thrum_model *m = &given.model, *scaled = NULL;
   void *memory = scale_model(m, &one, &scaled);
+
+  // every array is equal
   const size_t r = (size_t)m->rank, d = sizeof(double);
   assert_memory_equal(scaled->omega2, m->omega2, r * d);
   assert_memory_equal(scaled->c3, m->c3, (size_t)m->c3_count * d);
   assert_memory_equal(scaled->c4, m->c4, (size_t)m->c4_count * d);
   assert_memory_equal(scaled->basis, m->basis, 3 * (size_t)m->vertex_count * r * d);
   assert_memory_equal(scaled->axis_mass, m->axis_mass, 3 * r * d);
+
+  // the copy is packed for itself
   assert_true(scaled->packed != NULL || scaled->packed_single != NULL);
   assert_ptr_equal(scaled->packed_c4, scaled->c4);
+
   free(memory);
   thrum_precomputed_free(&given);
   body_free(&small);
@@ -129,6 +147,8 @@ static void a_scale_of_one_keeps_every_bit(void **context) {
 
 static void bad_scales_are_refused(void **context) {
   (void)context;
+
+  // a model of one coordinate without a mesh
   static const double zero[1] = {0}, one[1] = {1};
   static const int32_t format[2] = {1, 0};
   const thrum_model m = {.rank = 1,
@@ -138,15 +158,20 @@ static void bad_scales_are_refused(void **context) {
                          .omega2 = one,
                          .c3 = zero,
                          .c4 = one};
+
+  // factors that are not positive or not finite, or whose products overflow
   const thrum_model_scaling bad[] = {{0, 1, 1},     {-1, 1, 1},        {1, 0, 1},
                                      {1, 1, 0},     {NAN, 1, 1},       {1, INFINITY, 1},
                                      {1e-80, 1, 1}, {1e-60, 1, 1e-60}, {1, 1e300, 1e-300}};
+
   size_t size = 0;
   assert_int_equal(thrum_model_scale_size(&m, &size, NULL), THRUM_OK);
   void *memory = aligned_alloc(64, (size + 63) / 64 * 64);
   const thrum_model *scaled = NULL;
   for (size_t n = 0; n < sizeof bad / sizeof bad[0]; n++)
     assert_true(thrum_model_scale(memory, size, &m, &bad[n], &scaled, NULL) < 0);
+
+  // memory that is too small or misaligned, and a missing model
   const thrum_model_scaling good = {1, 1, 1};
   assert_int_equal(thrum_model_scale(memory, size - 1, &m, &good, &scaled, NULL),
                    THRUM_BUFFER_TOO_SMALL);
@@ -155,6 +180,7 @@ static void bad_scales_are_refused(void **context) {
   assert_int_equal(thrum_model_scale(memory, size, NULL, &good, &scaled, NULL),
                    THRUM_INVALID_ARGUMENT);
   assert_null(scaled);
+
   free(memory);
 }
 

@@ -1,5 +1,6 @@
-/* A model at a lower rank is the one made by hand from the lowest coordinates, bit for bit, and
- * its energy is that of the whole with the other coordinates at zero.
+/* Tests of models at a lower rank: they are those made by hand from the lowest coordinates, bit for
+ * bit, and their energy is that of the whole with the other coordinates at zero.
+ *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/state_support.h"
 
@@ -25,12 +26,15 @@ static void a_lower_rank_is_the_model_made_by_hand(void **context) {
   random_model_make_wild(&m, 3, RANK);
   random_model_add_mesh(&m, 5, VERTICES);
   for (int64_t r = 1; r <= RANK; r++) {
+    // the counts are those of the rank
     const thrum_model *lower = NULL;
     void *memory = truncate_model(&m.model, r, &lower);
     assert_int_equal(lower->rank, r);
     assert_int_equal(lower->c3_count, thrum_c3_count(r));
     assert_int_equal(lower->c4_count, thrum_c4_count(r));
     assert_int_equal(thrum_model_check(lower, NULL), THRUM_OK);
+
+    // every array holds the entries of the lowest coordinates
     for (int64_t i = 0; i < r; i++) {
       assert_true(lower->omega2[i] == m.omega2[i]);
       for (int64_t axis = 0; axis < 3; axis++)
@@ -45,7 +49,8 @@ static void a_lower_rank_is_the_model_made_by_hand(void **context) {
                         m.c4[thrum_c4_index(RANK, i, j, k, l)]);
         }
     }
-    // energy and force of the whole with the rest at zero
+
+    // energy and force are those of the whole with the other coordinates at zero
     double q[RANK] = {0}, whole[RANK], part[RANK];
     double *work = random_alloc((int64_t)thrum_work_count(&m.model), sizeof(double));
     random_state random = {(uint64_t)r};
@@ -53,6 +58,7 @@ static void a_lower_rank_is_the_model_made_by_hand(void **context) {
     const double v = thrum_internal_force(&m.model, q, whole, work);
     assert_true(fabs(thrum_internal_force(lower, q, part, work) - v) <= 1e-13 * (1 + fabs(v)));
     assert_true(largest_difference(whole, part, r) <= 1e-13 * 100);
+
     free(work);
     free(memory);
   }
@@ -62,6 +68,8 @@ static void a_lower_rank_is_the_model_made_by_hand(void **context) {
 static void a_state_of_it_is_stepped_with_the_bits_of_the_model_made_by_hand(void **context) {
   (void)context;
   enum { RANK = 12, LOWER = 7 };
+
+  // a model, and the coefficients of its lowest coordinates copied by hand
   random_model m, hand;
   random_model_make(&m, 3, RANK, 5, 200, 1.0);
   random_model_make(&hand, 3, LOWER, 5, 200, INFINITY);
@@ -73,6 +81,8 @@ static void a_state_of_it_is_stepped_with_the_bits_of_the_model_made_by_hand(voi
         for (int64_t l = k; l < LOWER; l++)
           hand.c4[thrum_c4_index(LOWER, i, j, k, l)] = m.c4[thrum_c4_index(RANK, i, j, k, l)];
       }
+
+  // states of the truncated model and of the one made by hand, from the same start
   const thrum_model *lower = NULL;
   void *memory = truncate_model(&m.model, LOWER, &lower);
   thrum_state_def def = thrum_default_state_def();
@@ -81,9 +91,12 @@ static void a_state_of_it_is_stepped_with_the_bits_of_the_model_made_by_hand(voi
   static const double q[LOWER] = {0.2, -0.1, 0.1}, p[LOWER] = {1, 0.5, 0, -0.5};
   state_put(lower, a, q, p);
   state_put(&hand.model, b, q, p);
+
+  // the bytes of both states agree after the same steps
   state_steps(lower, a, 100);
   state_steps(&hand.model, b, 100);
   assert_memory_equal(a, b, thrum_state_kept_bytes(b));
+
   state_free(a);
   state_free(b);
   free(memory);
@@ -95,6 +108,8 @@ static void ranks_and_memory_that_do_not_fit_are_refused(void **context) {
   (void)context;
   random_model m;
   random_model_make(&m, 3, 5, 5, 200, 1.0);
+
+  // ranks outside the model's own, and a missing model
   size_t size = 7;
   thrum_error error;
   const thrum_model *lower = NULL;
@@ -102,6 +117,8 @@ static void ranks_and_memory_that_do_not_fit_are_refused(void **context) {
   assert_int_equal(thrum_model_truncate_size(&m.model, 6, &size, &error), THRUM_INVALID_ARGUMENT);
   assert_int_equal(thrum_model_truncate_size(NULL, 1, &size, &error), THRUM_INVALID_ARGUMENT);
   assert_int_equal(size, 7);
+
+  // memory that is too small, misaligned or missing
   assert_int_equal(thrum_model_truncate_size(&m.model, 3, &size, &error), THRUM_OK);
   unsigned char *memory = aligned_alloc(64, size + 64);
   assert_non_null(memory);
@@ -112,10 +129,12 @@ static void ranks_and_memory_that_do_not_fit_are_refused(void **context) {
   assert_int_equal(thrum_model_truncate(NULL, size, &m.model, 3, &lower, &error),
                    THRUM_INVALID_ARGUMENT);
   assert_null(lower);
-  // without a mesh there is nothing more to copy
+
+  // without a mesh only the polynomial is copied
   assert_int_equal(thrum_model_truncate(memory, size, &m.model, 3, &lower, &error), THRUM_OK);
   assert_null(lower->basis);
   assert_int_equal(thrum_model_check(lower, NULL), THRUM_OK);
+
   free(memory);
   random_model_free(&m);
 }

@@ -1,5 +1,6 @@
-/* Every kernel that this machine has gives the bits of the reference, for every pass and every rank
- * up to 100; and the reference sums in the order that runtime/polynomial/kernel_private.h promises.
+/* Tests of the kernels: every kernel that this machine has gives the bits of the reference, for
+ * every pass and every rank up to 100, and the reference sums in the order that
+ * runtime/polynomial/kernel_private.h promises.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <setjmp.h>
@@ -17,13 +18,13 @@
 #endif
 enum { RANK_MAX = RANK_LIMIT };
 
-/* One set of coefficients serves every rank: blocks have any meaning here. */
+/* One set of coefficients serves every rank, since any numbers are coefficients of some model. */
 typedef struct setup {
   double *omega2, *c3, *c4;
   double q[RANK_MAX], v[RANK_MAX];
 } setup;
 
-/* What one kernel makes of one rank. */
+/* The results of one kernel at one rank. */
 typedef struct outcome {
   double energy, with_force, with_tangent, twice[2];
   double force[RANK_MAX], product[RANK_MAX], tangent[RANK_MAX * RANK_MAX];
@@ -37,7 +38,7 @@ static int setup_make(void **state) {
   setup *s = random_alloc(1, sizeof *s);
   random_state random = {17};
   s->omega2 = random_alloc(RANK_MAX, sizeof(double));
-  // exactly as long as they must be, so that a sanitizer sees what is read past the end
+  // the arrays have their exact length, so that a sanitizer sees a read past the end
   s->c3 = random_alloc(thrum_c3_count(RANK_MAX), sizeof(double));
   s->c4 = random_alloc(thrum_c4_count(RANK_MAX), sizeof(double));
   random_vector(&random, RANK_MAX, 1, s->omega2);
@@ -58,7 +59,7 @@ static int setup_free(void **state) {
   return 0;
 }
 
-/* The model of a rank ends where the arrays end. */
+/* The model of a rank takes the last coefficients of the arrays and so ends where they end. */
 static thrum_model model_of(const setup *s, int64_t rank) {
   thrum_model model = {0};
   model.rank = rank;
@@ -70,7 +71,7 @@ static thrum_model model_of(const setup *s, int64_t rank) {
   return model;
 }
 
-/* Scratch full of NaN, with a guard behind it. */
+/* Work space full of NaN, with a marker behind it. */
 static double *dirty_work(const thrum_model *model) {
   const int64_t count = (int64_t)thrum_work_count(model);
   double *work = random_alloc(count + 1, sizeof *work);
@@ -80,7 +81,7 @@ static double *dirty_work(const thrum_model *model) {
   return work;
 }
 
-/* An inverse reads both triangles. */
+/* The inverse reads both triangles of a matrix. */
 static void assert_symmetric(const double *matrix, int64_t n) {
   for (int64_t i = 0; i < n; i++)
     for (int64_t j = 0; j < i; j++)
@@ -92,33 +93,44 @@ static void evaluate(const setup *s, const thrum_kernel *by, bool pack, int64_t 
   thrum_model model = model_of(s, rank);
   void *memory = NULL;
   if (pack) {
-    // exactly as long as it must be
+    // the packed copy has its exact length
     const size_t size = thrum_model_pack_size(&model);
     memory = aligned_alloc(64, size);
     assert_true(memory != NULL);
     assert_true(thrum_model_pack(&model, memory, size, NULL) == THRUM_OK);
     assert_true(model.packed != NULL || model.packed_single != NULL);
   }
+
+  // every pass at the same point, each with the work space that the one before left behind
   double *work = dirty_work(&model);
   o->energy = thrum_strain_energy_by(by, &model, s->q, work);
   o->with_force = thrum_internal_force_by(by, &model, s->q, o->force, work);
   thrum_tangent_stiffness_by(by, &model, s->q, o->tangent, work);
   o->with_tangent =
       thrum_internal_force_tangent_by(by, &model, s->q, o->tangent_force, o->tangent_again, work);
+
+  // two points at once, the second of which is the point of the other passes
   const double *const points[2] = {s->v, s->q};
   double *const forces[2] = {o->forces[0], o->forces[1]};
   thrum_internal_forces_by(by, &model, points, forces, o->twice, work);
+
+  // the product with a vector, and the parts for the explicit modes
   thrum_tangent_product_by(by, &model, s->q, s->v, o->product, work);
   o->part = thrum_internal_force_part(by, &model, split, s->q, o->force_part, work);
   thrum_tangent_product_part(by, &model, split, s->q, s->v, o->product_part, work);
+
+  // the restricted polynomial and its derivatives
   o->restricted = random_alloc(thrum_restricted_count(rank - split), sizeof(double));
   thrum_polynomial_restrict(by, &model, split, s->q, o->restricted, work);
   thrum_restricted_gradient(by, &model, split, o->restricted, s->v, o->gradient, work);
   thrum_restricted_hessian(by, &model, split, o->restricted, s->v, o->hessian, work);
+
+  // matrices are symmetric to the bit, and nothing was written behind the work space
   assert_symmetric(o->tangent, rank);
   assert_symmetric(o->tangent_again, rank);
   assert_symmetric(o->hessian, rank - split);
   assert_true(work[thrum_work_count(&model)] == -12345.0);
+
   free(work);
   free(memory);
 }
@@ -127,17 +139,21 @@ static void assert_same(const outcome *a, const outcome *b, int64_t rank, int32_
   const size_t vector = (size_t)rank * sizeof(double), n = (size_t)(rank - split);
   assert_true(a->energy == b->energy && a->with_force == b->with_force);
   assert_true(a->with_tangent == b->with_tangent);
+
   assert_true(a->twice[0] == b->twice[0] && a->twice[1] == b->twice[1]);
   assert_memory_equal(a->forces[0], b->forces[0], vector);
   assert_memory_equal(a->forces[1], b->forces[1], vector);
   assert_memory_equal(a->tangent_force, b->tangent_force, vector);
   assert_memory_equal(a->tangent_again, b->tangent, (size_t)rank * vector);
-  // one point of two is a point alone
+
+  // a point that is evaluated with another one has the bits of the point alone
   assert_true(a->twice[1] == b->with_force);
   assert_memory_equal(a->forces[1], b->force, vector);
   assert_memory_equal(a->force, b->force, vector);
   assert_memory_equal(a->product, b->product, vector);
   assert_memory_equal(a->tangent, b->tangent, (size_t)rank * vector);
+
+  // the parts of a split, and the restricted polynomial
   assert_true(a->part == b->part);
   assert_memory_equal(a->force_part, b->force_part, (size_t)split * sizeof(double));
   assert_memory_equal(a->product_part, b->product_part, (size_t)split * sizeof(double));
@@ -151,9 +167,10 @@ static void every_kernel_gives_the_bits_of_the_reference_at_every_rank(void **st
   const setup *s = *state;
   outcome *expected = random_alloc(1, sizeof *expected), *found = random_alloc(1, sizeof *found);
   for (int64_t rank = 1; rank <= RANK_MAX; rank++) {
-    // splits of every kind come by as the rank goes up
+    // splits of every kind occur as the rank goes up
     const int32_t split = (int32_t)(rank * (rank % 5) / 4);
     evaluate(s, &thrum_kernel_reference, true, rank, split, expected);
+
     for (int id = THRUM_KERNEL_AVX2; thrum_kernel_name((thrum_kernel_id)id); id++) {
       if (!thrum_kernel_usable((thrum_kernel_id)id))
         continue;
@@ -200,6 +217,8 @@ static void every_split_gives_the_bits_of_the_reference(void **state) {
 static void single_precision_coefficients_are_packed_as_such_and_keep_the_bits(void **state) {
   const setup *s = *state;
   const int64_t c3_count = thrum_c3_count(RANK_MAX), c4_count = thrum_c4_count(RANK_MAX);
+
+  // coefficients that single precision holds exactly
   setup rounded = *s;
   rounded.c3 = random_alloc(c3_count, sizeof(double));
   rounded.c4 = random_alloc(c4_count, sizeof(double));
@@ -207,8 +226,10 @@ static void single_precision_coefficients_are_packed_as_such_and_keep_the_bits(v
     rounded.c3[k] = (double)(float)s->c3[k];
   for (int64_t k = 0; k < c4_count; k++)
     rounded.c4[k] = (double)(float)s->c4[k];
+
   outcome *expected = random_alloc(1, sizeof *expected), *found = random_alloc(1, sizeof *found);
   for (int64_t rank = 40; rank <= RANK_MAX; rank += 21) {
+    // such a model is packed in single precision
     thrum_model model = model_of(&rounded, rank);
     const size_t size = thrum_model_pack_size(&model);
     void *memory = aligned_alloc(64, size);
@@ -216,6 +237,8 @@ static void single_precision_coefficients_are_packed_as_such_and_keep_the_bits(v
     assert_true(thrum_model_pack(&model, memory, size, NULL) == THRUM_OK);
     assert_true(model.packed == NULL && model.packed_single != NULL);
     free(memory);
+
+    // every kernel gives the bits of the reference without packed coefficients
     evaluate(&rounded, &thrum_kernel_reference, false, rank, 7, expected);
     for (int id = THRUM_KERNEL_REFERENCE; thrum_kernel_name((thrum_kernel_id)id); id++) {
       if (!thrum_kernel_usable((thrum_kernel_id)id))
@@ -226,6 +249,7 @@ static void single_precision_coefficients_are_packed_as_such_and_keep_the_bits(v
     }
     free(expected->restricted);
   }
+
   free(expected);
   free(found);
   free(rounded.c3);
@@ -234,19 +258,25 @@ static void single_precision_coefficients_are_packed_as_such_and_keep_the_bits(v
 
 static void a_copy_with_other_coefficients_is_not_taken_for_packed(void **state) {
   const setup *s = *state;
+
+  // a packed model
   thrum_model model = model_of(s, 9), other = model_of(s, 9);
   const size_t size = thrum_model_pack_size(&model);
   void *memory = aligned_alloc(64, size);
   assert_true(memory != NULL);
   assert_true(thrum_model_pack(&model, memory, size, NULL) == THRUM_OK);
   double *work = dirty_work(&model), expected[9], force[9];
-  // the same sizes, the array's beginning instead of its end
+
+  // a copy of it with other coefficients of the same count: the beginning of the array
   other.c4 = s->c4;
   thrum_model copy = model;
   copy.c4 = other.c4;
+
+  // the copy is evaluated with its own coefficients
   const double energy = thrum_internal_force(&other, s->q, expected, work);
   assert_true(thrum_internal_force(&copy, s->q, force, work) == energy);
   assert_memory_equal(force, expected, sizeof force);
+
   free(work);
   free(memory);
 }
@@ -255,17 +285,19 @@ static double tree(const double lane[8]) {
   return ((lane[0] + lane[4]) + (lane[2] + lane[6])) + ((lane[1] + lane[5]) + (lane[3] + lane[7]));
 }
 
-/* c3 or c4 of q_a q_b q_c q_d, a <= b <= c <= d, where a = -1 stands for a factor of 1. */
+/* Returns c3 or c4 of q_a q_b q_c q_d, a <= b <= c <= d, where a = -1 stands for a factor of 1. */
 static double coefficient(const thrum_model *model, int64_t a, int64_t b, int64_t c, int64_t d) {
   return a < 0 ? model->c3[thrum_c3_index(model->rank, b, c, d)]
                : model->c4[thrum_c4_index(model->rank, a, b, c, d)];
 }
 
-/* Force and energy with every sum as promised, one coefficient after the other. */
+/* Evaluates force and energy with every sum in the promised order, one coefficient at a time. */
 static double force_by_promise(const thrum_model *model, const double *q, double *force) {
   const int64_t r = model->rank, columns = r * (r + 3) / 2;
   double *w = random_alloc(columns, sizeof *w);
   double g[RANK_MAX] = {0}, h[RANK_MAX] = {0}, s[RANK_MAX] = {0}, quadratic = 0, lane[8];
+
+  // for each pair c, d the sum over its monomials; w gathers the pairs of each monomial
   for (int64_t c = 0; c < r; c++) {
     double outer[8] = {0};
     for (int64_t d = r - 1; d >= c; d--) {
@@ -283,6 +315,8 @@ static double force_by_promise(const thrum_model *model, const double *q, double
     }
     s[c] = tree(outer);
   }
+
+  // derivatives by the coordinates of the monomials, weighted by w
   int64_t column = 0;
   double more[RANK_MAX];
   for (int64_t b = 0; b < r; b++) {
@@ -294,24 +328,31 @@ static double force_by_promise(const thrum_model *model, const double *q, double
     }
     more[b] = tree(lane);
   }
+
+  // the quadratic part is separate
   memset(lane, 0, sizeof lane);
   for (int64_t i = 0; i < r; i++) {
     lane[i % 8] += q[i] * s[i];
     quadratic += 0.5 * model->omega2[i] * q[i] * q[i];
     force[i] = model->omega2[i] * q[i] + ((g[i] + h[i]) + (s[i] + more[i]));
   }
+
   free(w);
   return quadratic + tree(lane);
 }
 
-/* The same of the explicit modes alone, in coordinates z_k = q_{r-1-k}. */
+/* Evaluates the same for the explicit modes alone, in coordinates z_k = q_{r-1-k}. */
 static double force_part_by_promise(const thrum_model *model, int32_t split, const double *q,
                                     double *force) {
   const int64_t r = model->rank, implicit = r - split, last = r - 1;
   double *w = random_alloc(r * (r + 3) / 2, sizeof *w), z[RANK_MAX], lane[8];
   double g[RANK_MAX] = {0}, h[RANK_MAX] = {0}, s[RANK_MAX] = {0}, quadratic = 0;
+
+  // the coordinates in reverse order: the explicit modes come last
   for (int64_t k = 0; k < r; k++)
     z[k] = q[last - k];
+
+  // for each pair c, d the sum over its monomials; only pairs of explicit modes contribute to w
   for (int64_t c = 0; c < r; c++) {
     double outer[8] = {0};
     for (int64_t d = c; d < r; d++) {
@@ -330,6 +371,8 @@ static double force_part_by_promise(const thrum_model *model, int32_t split, con
     }
     s[c] = tree(outer);
   }
+
+  // derivatives by the coordinates of the monomials, weighted by w
   double more[RANK_MAX];
   for (int64_t b = implicit, column = b * (b + 3) / 2; b < r; b++) {
     memset(lane, 0, sizeof lane);
@@ -340,6 +383,8 @@ static double force_part_by_promise(const thrum_model *model, int32_t split, con
     }
     more[b] = tree(lane);
   }
+
+  // the quadratic part is separate, and the force is that of the explicit modes
   memset(lane, 0, sizeof lane);
   for (int64_t k = 0; k < r; k++) {
     lane[k % 8] += z[k] * s[k];
@@ -347,6 +392,7 @@ static double force_part_by_promise(const thrum_model *model, int32_t split, con
   }
   for (int64_t i = 0, k = last; i < split; i++, k--)
     force[i] = model->omega2[i] * q[i] + ((g[k] + h[k]) + (s[k] + more[k]));
+
   free(w);
   return quadratic + tree(lane);
 }
@@ -355,16 +401,21 @@ static void the_reference_keeps_the_promised_order_of_summation(void **state) {
   const setup *s = *state;
   for (int64_t rank = 1; rank <= 40; rank++) {
     const thrum_model model = model_of(s, rank);
+
+    // the force of all coordinates
     double *work = dirty_work(&model), expected[RANK_MAX], force[RANK_MAX];
     const double energy = force_by_promise(&model, s->q, expected);
     assert_true(thrum_internal_force_by(&thrum_kernel_reference, &model, s->q, force, work) ==
                 energy);
     assert_memory_equal(force, expected, (size_t)rank * sizeof(double));
+
+    // the force of the explicit modes
     const int32_t split = (int32_t)(rank * (rank % 4) / 3);
     const double value = force_part_by_promise(&model, split, s->q, expected);
     assert_true(thrum_internal_force_part(&thrum_kernel_reference, &model, split, s->q, force,
                                           work) == value);
     assert_memory_equal(force, expected, (size_t)split * sizeof(double));
+
     free(work);
   }
 }

@@ -1,5 +1,5 @@
-/* The reduced polynomial and its derivatives against theorems that hold for any quartic, against
- * plain loops over the coefficients, and against numbers worked out by hand. design (1), 5.
+/* Tests of the reduced polynomial and its derivatives against theorems that hold for any quartic,
+ * against plain loops over the coefficients, and against numbers worked out by hand.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <setjmp.h>
@@ -16,12 +16,13 @@
 
 enum { RANK_MAX = 41 };
 
-/* Ranks that the tests visit: all small ones, and some past every unrolling. */
+/* The tests use these ranks: all small ones, and some beyond every unrolled loop. */
 static const int64_t ranks[] = {1,  2,  3,  4,  5,  6,  7,  8,  9,  10, 11,      12,
                                 13, 14, 15, 16, 17, 18, 19, 20, 25, 29, RANK_MAX};
 enum { RANKS = sizeof ranks / sizeof ranks[0] };
 
-/* One model with random coefficients, points to try it at, and scratch with a guard behind it. */
+/* A model with random coefficients, points to evaluate it at, and work space with a marker behind.
+ */
 typedef struct setup {
   random_model m;
   const thrum_model *model;
@@ -34,7 +35,7 @@ typedef struct setup {
 
 enum { GUARD = 16 };
 
-/* Finds writes past the end of the scratch; run before it is freed. */
+/* Finds writes past the end of the work space; it is called before the space is freed. */
 static void setup_free(setup *s) {
   for (size_t i = 0; i < GUARD; i++)
     assert_true(s->work[s->work_count + i] == -12345.0);
@@ -48,7 +49,7 @@ static void setup_make(setup *s, int64_t rank) {
   s->rank = rank;
   s->work_count = thrum_work_count(s->model);
   s->work = random_alloc((int64_t)s->work_count + GUARD, sizeof(double));
-  // a function that reads scratch before it writes it would give NaN
+  // a function that reads the work space before it writes it gives NaN
   for (size_t i = 0; i < s->work_count + GUARD; i++)
     s->work[i] = i < s->work_count ? NAN : -12345.0;
   random_state random = {(uint64_t)rank + 1000};
@@ -67,7 +68,7 @@ static double norm(int64_t n, const double *a) {
   return sqrt(dot(n, a, a));
 }
 
-/* |a - b| <= tolerance scale, with NaN failing. */
+/* Asserts |a - b| <= tolerance scale, which NaN fails. */
 static void assert_near(double a, double b, double scale, double tolerance) {
   if (!(fabs(a - b) <= tolerance * scale))
     fail_msg("%.17g is not %.17g to %g of %g", a, b, tolerance, scale);
@@ -79,14 +80,18 @@ static void assert_vectors_near(int64_t n, const double *a, const double *b, dou
     assert_near(a[i], b[i], scale, tolerance);
 }
 
-/* Sum of the absolute terms of V, the scale that rounding is measured against. */
+/* Returns V by plain loops, and the sum of its absolute terms as the scale of rounding errors. */
 static double energy_by_loops(const thrum_model *model, const double *q, double *scale) {
   int64_t r = model->rank;
   double energy = 0, absolute = 0;
+
+  // the quadratic terms
   for (int64_t i = 0; i < r; i++) {
     double term = 0.5 * model->omega2[i] * q[i] * q[i];
     energy += term;
     absolute += fabs(term);
+
+    // the cubic and the quartic terms, each monomial once
     for (int64_t j = i; j < r; j++)
       for (int64_t k = j; k < r; k++) {
         term = model->c3[thrum_c3_index(r, i, j, k)] * q[i] * q[j] * q[k];
@@ -99,6 +104,7 @@ static double energy_by_loops(const thrum_model *model, const double *q, double 
         }
       }
   }
+
   *scale = absolute;
   return energy;
 }
@@ -127,13 +133,15 @@ static void counts_are_the_binomials(void **state) {
   assert_int_equal(thrum_c4_count(1), 1);
   assert_int_equal(thrum_c4_count(THRUM_RANK_MAX), INT64_C(2896986240));
   assert_int_equal(thrum_restricted_count(0), 0);
-  // 3 linear ones, rows of 2, 5 and 9 quadratic and cubic ones, each in whole vectors
+  // 3 linear ones, and rows of 2, 5 and 9 quadratic and cubic ones, each in whole vectors
   assert_int_equal(thrum_restricted_count(3), 8 + 8 + 8 + 16);
 }
 
 /* V = q0^2 + 4 q1^2 + (1,2,3,4).(000,001,011,111) + (1,2,3,4,5).(0000,0001,0011,0111,1111). */
 static void two_coordinates_give_numbers_worked_out_by_hand(void **state) {
   (void)state;
+
+  // coefficients that count up
   random_model m;
   random_model_make(&m, 1, 2, 1, 1, INFINITY);
   m.omega2[0] = 2;
@@ -145,19 +153,25 @@ static void two_coordinates_give_numbers_worked_out_by_hand(void **state) {
         for (int64_t l = k; l < 2; l++)
           m.c4[thrum_c4_index(2, i, j, k, l)] = (double)(1 + i + j + k + l);
       }
+
   double work[2048], q[2] = {2, 3}, v[2] = {1, -1}, force[2], tangent[4], product[2];
   assert_true(thrum_work_count(&m.model) <= 2048);
+
   // 4 + 36 + (8 + 24 + 54 + 108) + (16 + 48 + 108 + 216 + 405)
   assert_true(thrum_strain_energy(&m.model, q, work) == 1027.0);
   assert_true(thrum_internal_force(&m.model, q, force, work) == 1027.0);
+
   // d/dq0: 4 + (12 + 24 + 27) + (32 + 72 + 108 + 108); d/dq1: 24 + (8 + 36 + 108) + (16 + 72 + 216
   // + 540)
   assert_true(force[0] == 387.0 && force[1] == 1020.0);
+
   thrum_tangent_stiffness(&m.model, q, tangent, work);
   // d00: 2 + (12 + 12) + (48 + 72 + 54); d01: (8 + 18) + (24 + 72 + 108); d11: 8 + (12 + 72) + (24
   // + 144 + 540)
   assert_true(tangent[0] == 200.0 && tangent[1] == 230.0);
   assert_true(tangent[2] == 230.0 && tangent[3] == 800.0);
+
+  // the pass for force and tangent together, and the product with a vector
   const thrum_kernel *best = thrum_kernel_get(THRUM_KERNEL_BEST);
   assert_true(thrum_internal_force_tangent_by(best, &m.model, q, force, tangent, work) == 1027.0);
   assert_true(force[0] == 387.0 && force[1] == 1020.0);
@@ -195,6 +209,8 @@ static void force_is_the_exact_difference_of_energies(void **state) {
   for (int c = 0; c < RANKS; c++) {
     setup s;
     setup_make(&s, ranks[c]);
+
+    // energies at five points along v
     double energy[5], scale = 0;
     for (int e = 0; e < 5; e++) {
       double point[RANK_MAX];
@@ -203,6 +219,8 @@ static void force_is_the_exact_difference_of_energies(void **state) {
       energy[e] = thrum_strain_energy(s.model, point, s.work);
       scale = fmax(scale, fabs(energy[e]));
     }
+
+    // their difference is the force along v
     thrum_internal_force(s.model, s.q, s.force, s.work);
     double slope = (energy[0] - 8 * energy[1] + 8 * energy[3] - energy[4]) / 12;
     assert_near(dot(s.rank, s.force, s.v), slope, scale + norm(s.rank, s.force), 1e-13);
@@ -215,6 +233,8 @@ static void tangent_vector_is_the_exact_difference_of_forces(void **state) {
   for (int c = 0; c < RANKS; c++) {
     setup s;
     setup_make(&s, ranks[c]);
+
+    // forces at five points along v
     double forces[5][RANK_MAX], scale = 0;
     for (int e = 0; e < 5; e++) {
       double point[RANK_MAX];
@@ -223,6 +243,8 @@ static void tangent_vector_is_the_exact_difference_of_forces(void **state) {
       thrum_internal_force(s.model, point, forces[e], s.work);
       scale = fmax(scale, norm(s.rank, forces[e]));
     }
+
+    // their difference is the tangent times v
     thrum_tangent_product(s.model, s.q, s.v, s.product, s.work);
     for (int64_t i = 0; i < s.rank; i++) {
       double slope = (forces[0][i] - 8 * forces[1][i] + 8 * forces[3][i] - forces[4][i]) / 12;
@@ -232,7 +254,7 @@ static void tangent_vector_is_the_exact_difference_of_forces(void **state) {
   }
 }
 
-/* log2 of how much a Taylor remainder falls when the step is halved. */
+/* Returns log2 of the factor by which a Taylor remainder falls when the step is halved. */
 static double slope_of(double remainder, double remainder_half) {
   return log2(fabs(remainder) / fabs(remainder_half));
 }
@@ -242,20 +264,30 @@ static void taylor_remainders_fall_with_their_order(void **state) {
   for (int c = 0; c < RANKS; c++) {
     setup s;
     setup_make(&s, ranks[c]);
+
+    // the first and the second derivative at q
     double energy = thrum_internal_force(s.model, s.q, s.force, s.work);
     thrum_tangent_product(s.model, s.q, s.v, s.product, s.work);
     double first[2], second[2], of_force[2];
+
     for (int half = 0; half < 2; half++) {
+      // a step along v, and a step of half its length
       double step = half ? 5e-4 : 1e-3, point[RANK_MAX], force[RANK_MAX];
       for (int64_t i = 0; i < s.rank; i++)
         point[i] = s.q[i] + step * s.v[i];
+
+      // the remainders of the energy after the first and after the second derivative
       first[half] = thrum_internal_force(s.model, point, force, s.work) - energy -
                     step * dot(s.rank, s.force, s.v);
       second[half] = first[half] - 0.5 * step * step * dot(s.rank, s.product, s.v);
+
+      // the remainder of the force after its derivative
       for (int64_t i = 0; i < s.rank; i++)
         force[i] -= s.force[i] + step * s.product[i];
       of_force[half] = norm(s.rank, force);
     }
+
+    // the orders are 2, 3 and 2
     assert_near(slope_of(first[0], first[1]), 2, 1, 0.05);
     assert_near(slope_of(second[0], second[1]), 3, 1, 0.05);
     assert_near(slope_of(of_force[0], of_force[1]), 2, 1, 0.05);
@@ -268,10 +300,13 @@ static void tangent_is_symmetric_and_times_v_gives_tangent_vector(void **state) 
   for (int c = 0; c < RANKS; c++) {
     setup s;
     setup_make(&s, ranks[c]);
+
     int64_t r = s.rank;
     double expected[RANK_MAX];
     thrum_tangent_stiffness(s.model, s.q, s.tangent, s.work);
     thrum_tangent_product(s.model, s.q, s.v, s.product, s.work);
+
+    // the matrix is symmetric to the bit, and its rows give the product
     for (int64_t i = 0; i < r; i++) {
       for (int64_t j = 0; j < r; j++)
         assert_true(s.tangent[i * r + j] == s.tangent[j * r + i]);
@@ -315,11 +350,13 @@ static void rest_has_no_energy_no_force_and_the_linear_stiffness(void **state) {
   }
 }
 
-/* Euler: a form of degree d has V(s q) = s^d V, R q = d V, T q = (d-1) R. Powers of two are exact.
- */
+/* Euler's theorem: a form of degree d has V(s q) = s^d V, R q = d V and T q = (d-1) R. Scaling by
+ * powers of two is exact. */
 static void check_homogeneous(setup *s, int degree) {
   double scaled[RANK_MAX], force2[RANK_MAX];
   double energy = thrum_internal_force(s->model, s->q, s->force, s->work);
+
+  // energy and force of the scaled coordinates
   for (int64_t i = 0; i < s->rank; i++)
     scaled[i] = 4 * s->q[i];
   double factor = ldexp(1, 2 * degree);
@@ -327,10 +364,14 @@ static void check_homogeneous(setup *s, int degree) {
   thrum_internal_force(s->model, scaled, force2, s->work);
   for (int64_t i = 0; i < s->rank; i++)
     assert_true(force2[i] == factor / 4 * s->force[i]);
+
+  // the force along q
   double sum = 0;
   for (int64_t i = 0; i < s->rank; i++)
     sum += fabs(s->force[i] * s->q[i]);
   assert_near(dot(s->rank, s->force, s->q), degree * energy, sum, 1e-13);
+
+  // the tangent along q
   thrum_tangent_product(s->model, s->q, s->q, s->product, s->work);
   for (int64_t i = 0; i < s->rank; i++)
     s->force[i] *= degree - 1;
@@ -360,35 +401,46 @@ static void restricted_polynomial_is_the_polynomial_at_every_split(void **state)
   for (int c = 0; c < RANKS; c++) {
     setup s;
     setup_make(&s, ranks[c]);
+
+    // the whole polynomial at q
     int64_t r = s.rank;
     double energy = thrum_internal_force(s.model, s.q, s.force, s.work);
     thrum_tangent_stiffness(s.model, s.q, s.tangent, s.work);
     double scale, energy_scale = norm(r, s.force) + fabs(energy);
     energy_by_loops(s.model, s.q, &scale);
+
     for (int32_t split = 0; split <= r; split++) {
       int64_t n = r - split, count = thrum_restricted_count(n);
       double low[RANK_MAX], gradient[RANK_MAX];
       double *hessian = random_alloc(n * n, sizeof(double));
       double *restricted = random_alloc(count + 1, sizeof(double));
       restricted[count] = -12345.0;
-      // the coordinates that stay free are not read when restricting
+
+      // the coordinates that stay free are not read by the restriction
       for (int64_t i = 0; i < r; i++)
         low[i] = i < split ? s.q[i] : NAN;
       thrum_polynomial_restrict(by, s.model, split, low, restricted, s.work);
+
+      // the energy of the fixed coordinates alone is the constant of the restricted polynomial
       for (int64_t i = split; i < r; i++)
         low[i] = 0;
       double constant = thrum_strain_energy(s.model, low, s.work);
       assert_true(restricted[count] == -12345.0);
+
+      // the gradient is that of the whole
       double value =
           thrum_restricted_gradient(by, s.model, split, restricted, s.q + split, gradient, s.work);
       assert_near(constant + value, energy, scale, 1e-13);
       for (int64_t i = 0; i < n; i++)
         assert_near(gradient[i], s.force[split + i], energy_scale, 1e-12);
+
+      // the Hessian is a block of the tangent
       thrum_restricted_hessian(by, s.model, split, restricted, s.q + split, hessian, s.work);
       for (int64_t i = 0; i < n; i++)
         for (int64_t j = 0; j < n; j++)
           assert_near(hessian[i * n + j], s.tangent[(split + i) * r + split + j],
                       norm(r * r, s.tangent), 1e-13);
+
       free(restricted);
       free(hessian);
     }
@@ -402,11 +454,15 @@ static void what_pushes_the_first_coordinates_is_the_beginning_of_the_whole(void
   for (int c = 0; c < RANKS; c++) {
     setup s;
     setup_make(&s, ranks[c]);
+
+    // the whole force at q
     int64_t r = s.rank;
     double energy = thrum_internal_force(s.model, s.q, s.force, s.work), scale;
     double energy_scale = norm(r, s.force) + fabs(energy);
     energy_by_loops(s.model, s.q, &scale);
+
     for (int32_t split = 0; split <= r; split++) {
+      // the part of the force stops before the marker
       double force[RANK_MAX], v[RANK_MAX], low[RANK_MAX], whole[RANK_MAX], part[RANK_MAX];
       force[split < r ? split : 0] = -12345.0;
       assert_near(thrum_internal_force_part(by, s.model, split, s.q, force, s.work), energy, scale,
@@ -414,10 +470,13 @@ static void what_pushes_the_first_coordinates_is_the_beginning_of_the_whole(void
       for (int64_t i = 0; i < split; i++)
         assert_near(force[i], s.force[i], energy_scale, 1e-12);
       assert_true(split == r || force[split] == -12345.0);
+
+      // the product with a vector whose other entries are zero; the part must not read them
       for (int64_t i = 0; i < r; i++) {
         v[i] = i < split ? 1.0 / (double)(i + 1) : NAN;
         low[i] = i < split ? v[i] : 0.0;
       }
+
       thrum_tangent_product(s.model, s.q, low, whole, s.work);
       thrum_tangent_product_part(by, s.model, split, s.q, v, part, s.work);
       for (int64_t i = 0; i < split; i++)
@@ -443,7 +502,7 @@ static void energy_of_a_body_is_bounded_from_below(void **state) {
   }
 }
 
-/* The order of summation that polynomial.h promises, written down literally. */
+/* Sums in the order that polynomial.h promises, literally. */
 static double sum_in_lanes(int64_t count, const double *a, const double *b) {
   double lane[8] = {0};
   for (int64_t c = 0; c < count; c++)
@@ -453,7 +512,7 @@ static double sum_in_lanes(int64_t count, const double *a, const double *b) {
 
 enum { ROWS = 9, COLUMNS = 45 };
 
-/* Expected y and w of one block with given start values, by the promised order. */
+/* Computes y and w of one block from given start values, in the promised order. */
 static void block_by_promise(int64_t rows, int64_t columns, const double *block, const double *m,
                              const double *x, double *y, double *w) {
   for (int64_t i = 0; i < rows; i++) {
@@ -465,18 +524,23 @@ static void block_by_promise(int64_t rows, int64_t columns, const double *block,
 
 static void products_keep_the_promised_order_of_summation_bit_for_bit(void **state) {
   (void)state;
+
+  // a block of the largest size, of which every smaller one uses the beginning
   random_state random = {3};
   double block[ROWS * COLUMNS], m[COLUMNS], x[ROWS];
   random_vector(&random, ROWS * COLUMNS, 1, block);
   random_vector(&random, COLUMNS, 1, m);
   random_vector(&random, ROWS, 1, x);
+
   for (int64_t rows = 0; rows <= ROWS; rows++)
     for (int64_t columns = 0; columns <= COLUMNS; columns++) {
+      // both products add to start values
       double y[ROWS], w[COLUMNS], y_b[ROWS], w_b[COLUMNS];
       random_vector(&random, ROWS, 1, y);
       random_vector(&random, COLUMNS, 1, w);
       memcpy(y_b, y, sizeof y_b);
       memcpy(w_b, w, sizeof w_b);
+
       thrum_matrix_product(rows, columns, block, m, y_b);
       thrum_matrix_product_transposed(rows, columns, block, x, w_b);
       block_by_promise(rows, columns, block, m, x, y, w);

@@ -1,4 +1,5 @@
-/* Amplitudes, peaks, shared forces and sums of loads: each against its definition.
+/* Tests of amplitudes, peaks, shared forces and sums of loads, each against its definition.
+ *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
 #include <setjmp.h>
@@ -82,16 +83,21 @@ static void the_running_peak_is_the_largest_displacement_so_far(void **state) {
   double extents[RANK], peak = 0, expected = 0;
   int64_t vertex = -1, expected_vertex = -1;
   assert_int_equal(thrum_basis_extents(&model, extents, NULL), THRUM_OK);
+
   for (int n = 0; n < 400; n++) {
+    // a motion whose amplitude grows slowly
     double q[RANK];
     for (int i = 0; i < RANK; i++)
       q[i] = 0.01 * (1 + 0.005 * n) * sin(0.37 * n * (i + 1) + i);
+
+    // the largest displacement by a search over all vertices
     int64_t here = -1;
     const double length = furthest(q, &here);
     if (length > expected) {
       expected = length;
       expected_vertex = here;
     }
+
     assert_int_equal(thrum_displacement_peak(&model, extents, q, &peak, &vertex, NULL), THRUM_OK);
     assert_true(fabs(peak - expected) <= 1e-15);
     assert_int_equal(vertex, expected_vertex);
@@ -100,6 +106,8 @@ static void the_running_peak_is_the_largest_displacement_so_far(void **state) {
 
 static void a_shared_force_is_the_sum_of_its_shares(void **state) {
   (void)state;
+
+  // a force shared among a group, and its shares added one by one
   static const int32_t group[4] = {0, 3, 17, 36};
   const double force[3] = {3, -5, 7};
   double shared[RANK] = {1, 1, 1, 1, 1}, summed[RANK] = {1, 1, 1, 1, 1};
@@ -110,7 +118,8 @@ static void a_shared_force_is_the_sum_of_its_shares(void **state) {
   }
   for (int i = 0; i < RANK; i++)
     assert_true(fabs(shared[i] - summed[i]) < 1e-14);
-  // all vertices: the mean row of the basis times the force
+
+  // a force on all vertices: the mean row of the basis times the force
   double all[RANK] = {0};
   assert_int_equal(thrum_load_add_shared(&model, NULL, 0, force, all, NULL), THRUM_OK);
   for (int i = 0; i < RANK; i++) {
@@ -139,10 +148,14 @@ static void a_vertex_out_of_range_leaves_the_force_alone(void **state) {
 
 static void loads_sum_with_their_means(void **state) {
   (void)state;
+
+  // a window, a sine and a load that starts late
   const thrum_load loads[3] = {{THRUM_LOAD_CONSTANT, 0, 0.0045, 0},
                                {THRUM_LOAD_SINE, 0.01, INFINITY, 7},
                                {THRUM_LOAD_CONSTANT, 0.006, INFINITY, 0}};
   const double directions[3 * 2] = {1, 2, -3, 4, 5, -6};
+
+  // the sum replaces what was there
   for (int64_t step = 0; step < 40; step++) {
     double sum[2] = {99, 99}, expected[2] = {0, 0};
     thrum_load_sum(loads, directions, 3, 2, step, 0.003, sum);
@@ -150,6 +163,8 @@ static void loads_sum_with_their_means(void **state) {
       expected[n % 2] += directions[n] * thrum_load_mean(&loads[n / 2], step, 0.003);
     assert_true(fabs(sum[0] - expected[0]) < 1e-15 && fabs(sum[1] - expected[1]) < 1e-15);
   }
+
+  // without loads the sum is zero
   double none[2] = {99, 99};
   thrum_load_sum(NULL, NULL, 0, 2, 0, 0.003, none);
   assert_true(none[0] == 0 && none[1] == 0);
