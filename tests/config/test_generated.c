@@ -1,4 +1,5 @@
-/* What is generated of the option tables is what is committed, and the shell completes with it.
+/* The committed documents that are generated from the option tables are up to date, and the shell
+ * completes from them.
  * SPDX-License-Identifier: Apache-2.0 */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -14,6 +15,8 @@ static void the_committed_reference_is_that_of_the_program(void **state) {
                                          {"--scene-keys", "scene_keys.md"},
                                          {"--man", "thrum.1"},
                                          {"--bash", "thrum.bash"}};
+
+  // each document as the program prints it now
   for (size_t n = 0; n < sizeof files / sizeof *files; n++) {
     char path[512];
     snprintf(path, sizeof path, THRUM_TEST_DATA "/../../docs/reference/%s", files[n][1]);
@@ -21,7 +24,7 @@ static void the_committed_reference_is_that_of_the_program(void **state) {
     assert_non_null(committed);
     cli_result made = thrum_run(".", "help", files[n][0], NULL);
     assert_int_equal(made.exit_code, 0);
-    // when this fails: thrum help OPTION > docs/reference/FILE
+    // if this fails: thrum help OPTION > docs/reference/FILE
     assert_string_equal(committed, made.out);
     cli_result_free(&made);
     free(committed);
@@ -36,7 +39,7 @@ static void help_names_what_it_can_print(void **state) {
   cli_result_free(&run);
 }
 
-/* The words that bash offers after `line`, the last of which is being typed. */
+/* The words that bash offers after `line`, whose last word is incomplete. */
 static void completes(const char *line, const char *expected) {
   char command[1024], words[256] = "";
   snprintf(command, sizeof command,

@@ -1,5 +1,5 @@
-/* Options files: they say what the command line would, lose against it, and name the line of a
- * mistake; the committed schemas are those of the program.
+/* Options files mean the same as the command line, yield to it, and name the line of a mistake; the
+ * committed schemas equal the program's.
  * SPDX-License-Identifier: Apache-2.0 */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -42,21 +42,30 @@ static int make_model(void **state) {
   (void)state;
   if (cli_make_folder(folder) == NULL)
     return -1;
+
+  // a folder of its own, so that paths in the file are relative to the file
   char path[128];
   snprintf(path, sizeof path, "%s/sub", folder);
   if (mkdir(path, 0777) != 0)
     return -1;
+
+  // every kind of value: texts, lists, numbers, flags
   write_file("sub/p.json", "{\"mesh\": \"m.veg\", \"output\": \"b.npz\", \"fix\": [\"held.bou\"],\n"
                            "\"young\": 2e6, \"modes\": 4.0, \"rank\": 6, \"json\": true,\n"
                            "\"dry_run\": false, \"mass\": \"lumped\", \"quiet\": true}\n");
+
+  // the mesh and the supports that the file names
   cli_result run = thrum_run(folder, "convert", "beam:4x2x2@1x0.3x0.3", "sub/m.veg", NULL);
   const bool made = run.exit_code == 0;
   cli_result_free(&run);
   write_file("sub/held.bou", "1, 6, 11, 16, 21, 26, 31, 36, 41\n");
+
+  // a model made from the options file alone
   run = thrum_run(folder, "precompute", "--options", "sub/p.json", NULL);
   if (run.exit_code != 0)
     print_error("%s", run.err);
   const bool good = made && run.exit_code == 0;
+
   cli_result_free(&run);
   return good ? 0 : -1;
 }
@@ -78,7 +87,7 @@ static void paths_are_relative_to_the_file(void **state) {
   assert_true(number(object, "steps") == 10);
   cJSON_Delete(object);
   assert_true(is_there("sub/run/run.json"));
-  // a start that is a file lies beside the options file too
+  // a start that is a file is looked up beside the options file as well
   write_file("sub/again.json", "{\"model\": \"b.npz\", \"output\": \"run2\", \"time\": 0.03,\n"
                                "\"start\": \"run/end.npy\", \"json\": true}");
   cJSON_Delete(run_done(thrum_run(folder, "simulate", "--options", "sub/again.json", NULL)));
@@ -119,6 +128,7 @@ static void a_mistake_is_named_by_file_line_and_key(void **state) {
   static const struct {
     const char *command, *text, *words;
   } cases[] = {
+      // unknown keys and ranges of precompute's values
       {"precompute", "{\n\n\"yuong\": 1}",
        "t.json:3: the file has no key \"yuong\"; did you mean \"young\"?"},
       {"precompute", "{\n\"young\": -1}",
@@ -135,6 +145,8 @@ static void a_mistake_is_named_by_file_line_and_key(void **state) {
        "{\"mesh\": \"beam:2x2x2@1x1x1\", \"fix\": \"x<0.1\", \"output\": \"h.npz\",\n"
        "\"quiet\": true,\n\"handles\": [\n\"nogroup\"]}",
        "t.json:4: handles: "},
+
+      // unknown and repeated keys, and types of simulate's values
       {"simulate", "{\"help\": true}",
        "t.json:1: the file has no key \"help\" (try: thrum simulate --help)"},
       {"simulate", "{\"options\": \"x\"}", "t.json:1: the file has no key \"options\""},
@@ -155,11 +167,15 @@ static void a_mistake_is_named_by_file_line_and_key(void **state) {
       {"simulate", "{\"load\": [\n\"impulse:1\"]}", "t.json:2: load[0]: "},
       {"simulate", "{\"load\": [[]]}", "load[0]: wants a text, not a list"},
       {"simulate", "{\"output\": [\"a\"]}", "output: wants a text, not a list"},
+
+      // control characters in keys and texts
       {"simulate", "{\"dt\\nx\" 1}", "t.json:1: expected ':' after the key"},
       {"simulate", "{\"dt\\nx\": 1}", "t.json:1: the file has no key \"dt"},
       {"simulate", "{\"integrator\": \"a\\nb\"}", "integrator: wants"},
       {"simulate", "{\"load\": \"a\\nb\"}", "load: "},
       {"simulate", "{\"start\": \"mode:\\n\"}", "start: "},
+
+      // texts that are no JSON object
       {"simulate", "", "t.json:1: expected a value, not the end of the file"},
       {"simulate", "[]", "t.json:1: options stand in { }"},
       {"simulate", "// x\n{}", "t.json:1: JSON has no comments"},
@@ -167,6 +183,8 @@ static void a_mistake_is_named_by_file_line_and_key(void **state) {
       {"simulate", "\xff\xfe{", "t.json"},
       {"simulate", "{\"a\": [[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[",
        "t.json:1: nested more than 32 deep"}};
+
+  // one line on standard error, nothing on standard output
   for (size_t n = 0; n < sizeof cases / sizeof *cases; n++) {
     write_file("t.json", cases[n].text);
     cli_result run = thrum_run(folder, cases[n].command, "--options", "t.json", NULL);
@@ -180,12 +198,16 @@ static void a_mistake_is_named_by_file_line_and_key(void **state) {
 
 static void files_that_cannot_be_read_are_refused(void **state) {
   (void)state;
+
+  // a file beyond the limit of size
   char *huge = malloc(1100001);
   assert_non_null(huge);
   memset(huge, ' ', 1100000);
   huge[1100000] = 0;
   write_file("huge.json", huge);
   free(huge);
+
+  // the message names the file and the reason
   const char *const names[] = {"huge.json", "sub", "nothing.json"};
   const char *const words[] = {"huge.json: 1100000 bytes", "sub: cannot be read: it is a folder",
                                "nothing.json: cannot be read: No such file"};
@@ -208,6 +230,8 @@ static void a_message_is_one_line_whatever_was_typed(void **state) {
                                          {"info", "a\nb"},
                                          {"in\nfo"},
                                          {"info", "--a\nb"}};
+
+  // control characters are replaced, so that the message stays in one line
   for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
     const char *const *c = cases[n];
     cli_result run = thrum_run(folder, c[0], c[1], c[2], c[3], c[4], NULL);
@@ -233,7 +257,7 @@ static void one_file_at_a_time(void **state) {
   cli_result_free(&run);
 }
 
-/* Is --NAME followed by something that ends a name in the help? */
+/* Whether --NAME is followed in the help by a character that ends a name. */
 static bool helps_with(const char *help, const char *name) {
   char option[80];
   snprintf(option, sizeof option, "--%s", name);
@@ -246,14 +270,17 @@ static bool helps_with(const char *help, const char *name) {
 }
 
 static void check_schema(const char *command, const char *argument) {
+  // the committed schema equals the one that the program prints
   char path[256];
   snprintf(path, sizeof path, THRUM_TEST_DATA "/../../docs/schema/%s.schema.json", command);
   char *committed = cli_read_text(path);
   assert_non_null(committed);
   cli_result made = thrum_run(folder, "schema", command, NULL);
   assert_int_equal(made.exit_code, 0);
-  // when this fails: thrum schema COMMAND > docs/schema/COMMAND.schema.json
+  // if this fails: thrum schema COMMAND > docs/schema/COMMAND.schema.json
   assert_string_equal(committed, made.out);
+
+  // every key of the schema is an option in the help
   cli_result help = thrum_run(folder, command, "--help", NULL);
   cJSON *schema = cJSON_Parse(made.out);
   int keys = 0;
@@ -264,7 +291,8 @@ static void check_schema(const char *command, const char *argument) {
     if (!helps_with(help.out, key->string))
       fail_msg("thrum %s --help does not name --%s", command, key->string);
   }
-  // and the options that the help lists, "      --name" or "  -n, --name", are in the schema
+
+  // every option that the help lists, "      --name" or "  -n, --name", is in the schema
   for (const char *at = help.out; (at = strstr(at, " --")) != NULL;) {
     char name[40];
     const bool listed =
@@ -278,7 +306,10 @@ static void check_schema(const char *command, const char *argument) {
         cJSON_GetObjectItem(cJSON_GetObjectItem(schema, "properties"), name) == NULL)
       fail_msg("the schema of thrum %s does not know %s", command, name);
   }
+
+  // the loop compared something
   assert_true(keys > 10);
+
   cJSON_Delete(schema);
   cli_result_free(&help);
   cli_result_free(&made);

@@ -11,8 +11,11 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   const char *path = fuzz_file(data, size);
   cli_base_motion base_motion = {.text = path};
   thrum_error error = {0};
+
   if (path == NULL)
     return 0;
+
+  // a table that was read has a mean, which is NaN only where infinities cancel
   const thrum_status status = cli_base_motion_read(&base_motion, &error);
   fuzz_check(status, &error);
   if (status >= 0) {
@@ -21,6 +24,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     if (isnan(mean[0] + mean[1] + mean[2]) && !isinf(mean[0]) && !isinf(mean[1]) && !isinf(mean[2]))
       abort();
   }
+
   cli_base_motion_close(&base_motion);
   return 0;
 }

@@ -14,6 +14,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   const char *path = fuzz_file(data, size);
   if (path == NULL)
     return 0;
+
+  // a refusal leaves nothing
   const thrum_status status = thrum_embedding_load(path, &embedding, &error);
   fuzz_check(status, &error);
   if (status < 0) {
@@ -21,9 +23,11 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
       abort();
     return 0;
   }
-  // the model that it says it is of
+
+  // a model with the frequencies that the file was made for
   const thrum_model model = {.rank = embedding->rank, .omega2 = embedding->omega2};
   if (thrum_surface_load(path, &model, &surface, &error) >= 0) {
+    // such a model can be shown with this surface
     static double q[THRUM_RANK_MAX];
     const int64_t count = thrum_surface_vertex_count(surface);
     float *out = malloc((size_t)count * 6 * sizeof *out);
@@ -34,6 +38,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     free(out);
     thrum_surface_free(surface);
   }
+
   thrum_embedding_free(embedding);
   return 0;
 }

@@ -1,5 +1,5 @@
-/* For fuzz targets of readers that take a path: the input as a file. A message must be one line.
- * SPDX-License-Identifier: Apache-2.0 */
+/* Support for fuzz targets of readers that take a path: the input as a file. A message must be one
+ * line. SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_TESTS_FUZZ_FUZZ_FILE_H
 #define THRUM_TESTS_FUZZ_FUZZ_FILE_H
 
@@ -33,7 +33,7 @@ static inline const char *fuzz_file(const uint8_t *data, size_t size) {
   return fclose(file) == 0 && written ? fuzz_path : NULL;
 }
 
-/* A failure says so in one line. */
+/* A failure has a message of one line. */
 static inline void fuzz_check(thrum_status status, const thrum_error *error) {
   if (status < 0 && (error->status != status || !error->message[0] || strchr(error->message, '\n')))
     abort();

@@ -1,6 +1,6 @@
-/* What every fuzz target of a mesh reader does with what it read: clean it, examine it, free it.
- * A target is built with clang -fsanitize=fuzzer; tests/fuzz/test_fuzz.sh builds and runs them all.
- * SPDX-License-Identifier: Apache-2.0 */
+/* The use that every fuzz target of a mesh reader makes of its mesh: it is cleaned, examined and
+ * freed. A target is built with clang -fsanitize=fuzzer; tests/fuzz/test_fuzz.sh builds and runs
+ * them all. SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_TESTS_FUZZ_FUZZ_MESH_H
 #define THRUM_TESTS_FUZZ_FUZZ_MESH_H
 
@@ -14,7 +14,7 @@
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
-/* `mesh` as a reader left it; on failure it must be empty still, and the message one line. */
+/* `mesh` is as a reader left it; after a failure it must be empty, and the message one line. */
 static inline void fuzz_mesh_use(thrum_status status, thrum_mesh *mesh, const thrum_error *error) {
   if (status < 0) {
     if (mesh->vertices || mesh->tets || error->status != status || !error->message[0] ||
@@ -22,6 +22,8 @@ static inline void fuzz_mesh_use(thrum_status status, thrum_mesh *mesh, const th
       abort();
     return;
   }
+
+  // a mesh that was read can be cleaned and examined, or is refused with a message
   thrum_error later = {0};
   thrum_mesh_examined examined;
   status = thrum_mesh_clean(mesh, "input", 1, &later);
@@ -31,6 +33,7 @@ static inline void fuzz_mesh_use(thrum_status status, thrum_mesh *mesh, const th
     thrum_mesh_flags(mesh, &examined);
   else if (!later.message[0])
     abort();
+
   thrum_mesh_free(mesh);
 }
 

@@ -14,6 +14,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   const char *path = fuzz_file(data, size);
   if (path == NULL)
     return 0;
+
+  // a refusal leaves nothing
   thrum_status status = thrum_model_load(path, &model, &error);
   fuzz_check(status, &error);
   if (status < 0) {
@@ -21,15 +23,19 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
       abort();
     return 0;
   }
-  // what was loaded is a model by its own check
+
+  // a model that was loaded is valid by its own check
   if (thrum_model_check(model, &error) < 0)
     abort();
+
+  // the vertices of a group are vertices of the mesh
   const int32_t *vertices = NULL;
   int64_t count = 0;
   if (thrum_model_group(model, "tip", &vertices, &count, NULL) >= 0)
     for (int64_t n = 0; n < count; n++)
       if (vertices[n] < 0 || vertices[n] >= model->vertex_count)
         abort();
+
   thrum_model_free(model);
   return 0;
 }

@@ -8,6 +8,8 @@
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   json_document document = {0};
   thrum_error error = {0};
+
+  // a copy of exactly the input's size, so that a sanitizer sees any byte read beyond it
   char *bytes = malloc(size > 0 ? size : 1);
   if (bytes == NULL)
     return 0;
@@ -16,12 +18,15 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   const thrum_status status = json_read("input", bytes, size, &document, &error);
   fuzz_check(status, &error);
   free(bytes);
+
+  // a refusal leaves nothing
   if (status < 0) {
     if (document.nodes != NULL || document.texts != NULL)
       abort();
     return 0;
   }
-  // every node but the first is reached once, and every text ends
+
+  // every node but the first is reached exactly once, and every text ends
   int64_t reached = 0;
   for (int64_t n = 0; n < document.count; n++) {
     const json_node *node = &document.nodes[n];
@@ -33,6 +38,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   }
   if (reached != document.count - 1)
     abort();
+
   json_free(&document);
   return 0;
 }

@@ -13,20 +13,25 @@
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   scene_spec spec = {0};
   thrum_error error = {0};
+
+  // the reader must not need the bytes after its call
   char *bytes = fuzz_text(data, size);
   const thrum_status status = cli_scene_read_text("folder/scene.json", bytes, size, &spec, &error);
   fuzz_check(status, &error);
   free(bytes);
-  // what was read is whole: every body has a name and a model, every list its items
+
+  // what was read is complete: every body has a name and a model, every list its items
   for (int64_t n = 0; status >= 0 && n < spec.bodies.count; n++) {
     const scene_body_spec *body = &scene_bodies(&spec)[n];
     if (body->name == NULL || body->model == NULL || !(body->scale > 0) || body->rank < 0 ||
         strlen(body->name) > 63)
       abort();
   }
+
   for (int64_t n = 0; status >= 0 && n < spec.probes.count; n++)
     if (scene_probes(&spec)[n].name == NULL || scene_probes(&spec)[n].target == NULL)
       abort();
+
   cli_scene_free(&spec);
   return 0;
 }

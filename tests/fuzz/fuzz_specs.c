@@ -9,6 +9,8 @@
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   if (size == 0)
     return 0;
+
+  // the first byte chooses the specification
   char *text = fuzz_text(data + 1, size - 1);
   thrum_error error = {0};
   thrum_status status = THRUM_OK;
@@ -16,6 +18,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   cli_start start = {0};
   cli_base_motion base_motion = {0};
   cli_target target = {0};
+
+  // a course in time must not end before it begins
   switch (data[0] % 4) {
   case 0:
     status = cli_load_parse(text, &load, &error);
@@ -31,7 +35,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   default:
     status = cli_target_parse(text, "--at", &target, &error);
   }
+
   fuzz_check(status, &error);
+
   free(text);
   return 0;
 }

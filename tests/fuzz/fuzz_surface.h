@@ -1,4 +1,4 @@
-/* What every fuzz target of a surface reader does with what it read. SPDX-License-Identifier:
+/* The use that every fuzz target of a surface reader makes of its surface. SPDX-License-Identifier:
  * Apache-2.0 */
 #ifndef THRUM_TESTS_FUZZ_FUZZ_SURFACE_H
 #define THRUM_TESTS_FUZZ_FUZZ_SURFACE_H
@@ -12,8 +12,8 @@
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
-/* On failure the surface must be empty still and the message one line; else every index and number
- * must be good. */
+/* After a failure the surface must be empty and the message one line; otherwise every index and
+ * number must be valid. */
 static inline int fuzz_surface_parse(thrum_surface_parser *parse, const uint8_t *data,
                                      size_t size) {
   thrum_surface_mesh surface = {0};

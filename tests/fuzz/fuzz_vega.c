@@ -8,20 +8,26 @@
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   if (size == 0)
     return 0;
+
+  // the reader takes a path, so the input becomes a file
   thrum_imported_basis imported = {0};
   thrum_error error = {0};
   const char *path = fuzz_file(data + 1, size - 1);
   if (path == NULL)
     return 0;
+
+  // the first byte chooses between a basis and a polynomial, and gives the rank of the latter
   thrum_status status;
   if (data[0] % 2 == 0) {
     status = thrum_vega_basis_read(path, &imported, &error);
   } else {
-    // the rank is the basis's, which comes first
+    // the rank of a polynomial comes from its basis, which is read first
     imported.rank = 1 + data[0] / 2 % 8;
     status = thrum_vega_cubic_read(path, &imported, &error);
   }
+
   fuzz_check(status, &error);
+
   thrum_imported_basis_free(&imported);
   return 0;
 }

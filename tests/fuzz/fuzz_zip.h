@@ -1,5 +1,5 @@
-/* For fuzz targets of Thrum's own .npz files: mutations get right checksums, or none would come
- * past them. SPDX-License-Identifier: Apache-2.0 */
+/* Support for fuzz targets of Thrum's .npz files: mutations get valid checksums, since otherwise
+ * the checks behind them would never be reached. SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_TESTS_FUZZ_FUZZ_ZIP_H
 #define THRUM_TESTS_FUZZ_FUZZ_ZIP_H
 
@@ -31,9 +31,13 @@ static inline void mend_checksums(uint8_t *data, size_t size) {
   static thrum_crc32_table table;
   if (table.row[0][1] == 0)
     thrum_crc32_prepare(&table);
+
+  // every central record, at whatever offset the mutation left it
   for (size_t at = 0; at + CENTRAL <= size; at++) {
     if (memcmp(data + at, "PK\1\2", 4) != 0)
       continue;
+
+    // the member that it names, if that lies within the input
     const size_t length = number(data + at + 20, 4), local = number(data + at + 42, 4);
     if (local > size || size - local < LOCAL || memcmp(data + local, "PK\3\4", 4) != 0)
       continue;
@@ -41,6 +45,8 @@ static inline void mend_checksums(uint8_t *data, size_t size) {
         local + LOCAL + number(data + local + 26, 2) + number(data + local + 28, 2);
     if (begin > size || length > size - begin)
       continue;
+
+    // both records get the checksum of the bytes as they are
     const uint32_t sum = thrum_crc32(&table, 0, data + begin, length);
     put(data + at + 16, sum);
     put(data + local + 14, sum);
@@ -49,7 +55,7 @@ static inline void mend_checksums(uint8_t *data, size_t size) {
 
 size_t LLVMFuzzerCustomMutator(uint8_t *data, size_t size, size_t max_size, unsigned seed) {
   const size_t now = LLVMFuzzerMutate(data, size, max_size);
-  // wrong checksums are part of what comes in
+  // wrong checksums remain part of the inputs
   if (seed % 16 != 0)
     mend_checksums(data, now);
   return now;

@@ -1,5 +1,5 @@
-/* The reader of JSON that keeps lines: what RFC 8259 allows is read, all else is refused with the
- * line. SPDX-License-Identifier: Apache-2.0 */
+/* The JSON reader that keeps line numbers: everything that RFC 8259 allows is read, and everything
+ * else is refused with the line. SPDX-License-Identifier: Apache-2.0 */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -12,7 +12,7 @@
 #include "io/json_read.h"
 
 static thrum_status read_text(const char *text, json_document *document, thrum_error *error) {
-  // a copy of exactly its size, so that a sanitizer sees any byte read too many
+  // a copy of exactly its size, so that a sanitizer sees any byte read beyond it
   const size_t length = strlen(text);
   char *bytes = malloc(length > 0 ? length : 1);
   assert_non_null(bytes);
@@ -24,6 +24,8 @@ static thrum_status read_text(const char *text, json_document *document, thrum_e
 
 static void valid_texts_are_read(void **state) {
   (void)state;
+
+  // scalars, lists, objects, blanks, escapes and UTF-8
   static const char *const texts[] = {"0",
                                       "-0",
                                       "-1.5e+30",
@@ -38,6 +40,7 @@ static void valid_texts_are_read(void **state) {
                                       "[1,\t2 ,\r\n3]",
                                       "\"\\\"\\\\\\/\\b\\f\\n\\r\\t\\u00e9\\ud83d\\ude00\"",
                                       "\"\xc3\xa9 \xe2\x82\xac \xf0\x9f\x98\x80\""};
+
   for (size_t n = 0; n < sizeof texts / sizeof *texts; n++) {
     json_document document = {0};
     thrum_error error = {0};
@@ -49,6 +52,8 @@ static void valid_texts_are_read(void **state) {
 
 static void invalid_texts_are_refused(void **state) {
   (void)state;
+
+  // truncated or stray structure, numbers, words, escapes, UTF-8, repeated keys and comments
   static const char *const texts[] = {"",
                                       "   ",
                                       "[",
@@ -98,6 +103,8 @@ static void invalid_texts_are_refused(void **state) {
                                       "[1}",
                                       "/**/1",
                                       "#\n1"};
+
+  // the message begins with the name of the text, and no node is left
   for (size_t n = 0; n < sizeof texts / sizeof *texts; n++) {
     json_document document = {0};
     thrum_error error = {0};
@@ -111,12 +118,18 @@ static void invalid_texts_are_refused(void **state) {
 
 static void every_member_knows_its_line(void **state) {
   (void)state;
+
+  // members on lines that end in LF and in CR LF
   json_document document = {0};
   thrum_error error = {0};
   assert_true(read_text("\n{ \"a\" : 1,\r\n\"b\":\n [ \"x\",\n\"\\u00e9\" ],\n\"c\":{\"d\":true}}",
                         &document, &error) >= 0);
+
+  // the nodes in the order of the text
   const json_node *nodes = document.nodes;
   const json_node *a = &nodes[nodes[0].first], *b = &nodes[a->next], *c = &nodes[b->next];
+
+  // keys, texts and lines of the members and of what they contain
   assert_int_equal(nodes[0].line, 2);
   assert_string_equal(a->key, "a");
   assert_string_equal(a->text, "1");
@@ -129,6 +142,7 @@ static void every_member_knows_its_line(void **state) {
   assert_string_equal(nodes[c->first].key, "d");
   assert_int_equal(nodes[c->first].type, JSON_TRUE);
   assert_int_equal(c->next, -1);
+
   json_free(&document);
 }
 

@@ -59,6 +59,8 @@ static void decimals_are_rounded_correctly(void **state) {
 
 static void hard_decimals_are_rounded_correctly(void **state) {
   (void)state;
+
+  // zeros, ties between two doubles, subnormal numbers, overflow and underflow
   static const char *const cases[] = {
       "0",
       "-0",
@@ -90,9 +92,11 @@ static void hard_decimals_are_rounded_correctly(void **state) {
       "1e99999999999999999999",
       "1e-99999999999999999999",
       "0.000000000000000000000000000000000000000000000000000001e54"};
+
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
     check_number(cases[i]);
-  // half way between 1 and the next double, and a digit far behind that decides
+
+  // midway between 1 and the next double, decided by a digit far behind
   char text[1200];
   for (int last = 0; last < 2; last++) {
     int used =
@@ -109,12 +113,15 @@ static void hard_decimals_are_rounded_correctly(void **state) {
 
 static void what_is_no_number_is_left_alone(void **state) {
   (void)state;
+
+  // texts without a number use no characters and leave the value
   static const char *const none[] = {"", "-", "+", ".", "-.", "e5", "x", "--1", "+-1", ",5", "- 1"};
   double value = -7;
   for (size_t i = 0; i < sizeof none / sizeof *none; i++)
     assert_int_equal(thrum_text_scan_number(none[i], none[i] + strlen(none[i]), &value), 0);
   assert_true(value == -7);
-  // only the front of these is one
+
+  // only the beginning of these is a number
   static const struct {
     const char *text;
     size_t used;
@@ -126,7 +133,8 @@ static void what_is_no_number_is_left_alone(void **state) {
     assert_int_equal(thrum_text_scan_number(text, text + strlen(text), &value), part[i].used);
     assert_true(value == part[i].value);
   }
-  // the end is the end, whatever follows in memory
+
+  // the given end is respected, whatever follows in memory
   assert_int_equal(thrum_text_scan_number(part[1].text, part[1].text + 2, &value), 2);
   assert_true(value == 1);
 }
@@ -144,6 +152,8 @@ static void non_finite_words_are_scanned_to_be_named(void **state) {
 
 static void integers_stop_at_their_range(void **state) {
   (void)state;
+
+  // the range is that of 64 bits, without its lowest value
   static const struct {
     const char *text;
     size_t used;
@@ -158,6 +168,7 @@ static void integers_stop_at_their_range(void **state) {
                {"-", 0, 0},
                {"x", 0, 0},
                {"", 0, 0}};
+
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
     int64_t value = 0;
     const char *text = cases[i].text;
@@ -168,9 +179,13 @@ static void integers_stop_at_their_range(void **state) {
 
 static void lines_end_in_three_ways_and_keep_their_numbers(void **state) {
   (void)state;
+
+  // three kinds of line endings, comments, blank lines and a last line without an end
   const char *path = mesh_write_text("lines", "one\r\ntwo # x\n\n# y\n  \rthree\n\nfour  ");
   thrum_text text;
   assert_int_equal(thrum_text_open(path, '#', ',', &text, NULL), THRUM_OK);
+
+  // the words with the lines that an editor would count
   static const struct {
     const char *word;
     int64_t line;
@@ -184,15 +199,18 @@ static void lines_end_in_three_ways_and_keep_their_numbers(void **state) {
     assert_true(thrum_text_equals(word, length, expected[i].word));
     assert_false(thrum_text_word(&text, &word, &length));
   }
+
+  // the end stays the end
   assert_false(thrum_text_next_line(&text));
   assert_false(thrum_text_next_line(&text));
   assert_false(thrum_text_more(&text));
+
   thrum_text_close(&text);
 }
 
 static void a_locale_with_decimal_commas_changes_nothing(void **state) {
   (void)state;
-  // whichever of these is installed; without any, digits are the same as above
+  // any of these that is installed; without one, the digits are as above
   static const char *const names[] = {"de_DE.UTF-8", "de_DE.utf8", "fr_FR.UTF-8", "de_DE", "C"};
   size_t i = 0;
   while (!setlocale(LC_ALL, names[i]))

@@ -1,5 +1,5 @@
-/* Frames for ParaView: a reader of the VTK XML format written here, from its description alone,
- * finds the mesh and the displacements again. SPDX-License-Identifier: Apache-2.0 */
+/* Frames for ParaView: an independent reader of the VTK XML format, written here from its
+ * description, recovers the mesh and the displacements. SPDX-License-Identifier: Apache-2.0 */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -72,7 +72,7 @@ static void attribute(const char *tag, const char *name, char value[64]) {
   value[length] = 0;
 }
 
-/* The raw data of the array called `name`, which must have this type, components and bytes. */
+/* The raw data of the array called `name`, which must have the given type, components and bytes. */
 static const char *array_data(const vtu *file, const char *name, const char *type, int components,
                               uint64_t bytes) {
   char key[80], value[64];
@@ -97,7 +97,7 @@ static const char *array_data(const vtu *file, const char *name, const char *typ
   return data + sizeof size;
 }
 
-/* A chain of tetrahedra, big enough for every loop of the writer to turn. */
+/* A chain of tetrahedra, long enough for every loop of the writer to repeat. */
 static thrum_model make_chain(double *vertices, int32_t *tets, int32_t *region, uint8_t *fixed,
                               int64_t tet_count) {
   for (int64_t n = 0; n < 3 * (tet_count + 3); n++)
@@ -122,12 +122,16 @@ static void check_frame(int64_t tet_count) {
   static int32_t tets[4 * MANY_TETS], region[MANY_TETS];
   static uint8_t fixed[MANY_TETS + 3];
   char path[200], value[64];
+
+  // a frame with a known displacement
   const thrum_model model = make_chain(vertices, tets, region, fixed, tet_count);
   const uint64_t points = (uint64_t)model.vertex_count, cells = (uint64_t)tet_count;
   for (uint64_t n = 0; n < 3 * points; n++)
     displacement[n] = sin((double)n);
   assert_int_equal(
       cli_vtu_write(in_folder("frame.vtu", path), &model, displacement, NULL, 0.1, NULL), 0);
+
+  // the header gives the counts and the width of sizes
   vtu file = read_vtu(path);
   const char *piece = strstr(file.bytes, "<Piece");
   attribute(piece, "NumberOfPoints", value);
@@ -136,6 +140,8 @@ static void check_frame(int64_t tet_count) {
   assert_true(strtoull(value, NULL, 10) == cells);
   attribute(strstr(file.bytes, "<VTKFile"), "header_type", value);
   assert_string_equal(value, "UInt64");
+
+  // the arrays return to the bit
   assert_memory_equal(array_data(&file, "Points", "Float64", 3, 24 * points), vertices,
                       24 * points);
   assert_memory_equal(array_data(&file, "displacement", "Float64", 3, 24 * points), displacement,
@@ -143,6 +149,8 @@ static void check_frame(int64_t tet_count) {
   assert_memory_equal(array_data(&file, "connectivity", "Int32", 1, 16 * cells), tets, 16 * cells);
   assert_memory_equal(array_data(&file, "fixed", "UInt8", 1, points), fixed, points);
   assert_memory_equal(array_data(&file, "region", "Int32", 1, 4 * cells), region, 4 * cells);
+
+  // every cell is a tetrahedron of four points
   const char *ends = array_data(&file, "offsets", "Int64", 1, 8 * cells);
   const char *types = array_data(&file, "types", "UInt8", 1, cells);
   for (uint64_t t = 0; t < cells; t++) {
@@ -151,9 +159,11 @@ static void check_frame(int64_t tet_count) {
     assert_true(end == 4 * (int64_t)(t + 1));
     assert_int_equal(types[t], 10); // VTK_TETRA
   }
+
   // seven arrays fill the raw data to the last byte
   assert_true((uint64_t)(file.raw_end - file.raw) == 7 * 8 + 49 * points + 29 * cells);
   assert_true(strtod(strchr(strstr(file.bytes, "TimeValue"), '>') + 1, NULL) == 0.1);
+
   free(file.bytes);
 }
 
@@ -171,6 +181,8 @@ static void a_frame_holds_the_stress_when_there_is_one(void **state) {
   static int32_t tets[4 * TETS], region[TETS];
   static uint8_t fixed[TETS + 3];
   char path[200];
+
+  // a frame with a known stress per tetrahedron
   const thrum_model model = make_chain(vertices, tets, region, fixed, TETS);
   for (int n = 0; n < TETS; n++)
     stress[n] = n * 1e5;
@@ -178,9 +190,11 @@ static void a_frame_holds_the_stress_when_there_is_one(void **state) {
       cli_vtu_write(in_folder("stress.vtu", path), &model, displacement, stress, 0.1, NULL), 0);
   vtu file = read_vtu(path);
   assert_memory_equal(array_data(&file, "von_mises", "Float64", 1, 8 * TETS), stress, 8 * TETS);
-  // it stands among the cells' arrays, and fills the raw data to the last byte
+
+  // the stress is among the arrays of the cells, and the raw data ends with the last array
   assert_true(strstr(file.bytes, "<CellData>") < strstr(file.bytes, "von_mises"));
   assert_true((uint64_t)(file.raw_end - file.raw) == 8 * 8 + 49 * (TETS + 3) + 37 * TETS);
+
   free(file.bytes);
 }
 
@@ -206,19 +220,24 @@ static void a_frame_that_cannot_be_written_is_an_error(void **state) {
   assert_int_equal(cli_vtu_write("/dev/full", &model, displacement, NULL, 0, NULL), THRUM_IO);
 }
 
-/* Runs the particle with frames and returns how many the .pvd lists, each one checked. */
+/* Runs the particle with frames, checks each, and returns how many the .pvd file lists. */
 static int64_t run_frames(const char *frames, double stride) {
+  // a run whose coordinates are recorded at every step
   char path[200], name[100], value[64];
   cli_result run =
       thrum_run(folder, "simulate", "particle.npz", "-o", "run", "--time", "0.3", "--dt", "0.003",
                 "--load", "constant:0,0,1@tip", "--frames", frames, "--json", NULL);
   assert_int_equal(run.exit_code, 0);
   cJSON *object = cli_json_line(run.out);
+
+  // its coordinates and its list of frames
   double *q = NULL;
   int64_t rows = 0, columns = 0, count = 0;
   assert_int_equal(thrum_npy_read_f8(in_folder("run/q.npy", path), &q, &rows, &columns, NULL), 0);
   char *pvd = cli_read_text(in_folder("run/frames.pvd", path));
   assert_non_null(pvd);
+
+  // each frame is taken at the step that its stride asks for
   for (const char *at = strstr(pvd, "<DataSet"); at != NULL; at = strstr(at + 1, "<DataSet")) {
     attribute(at, "timestep", value);
     const double time = strtod(value, NULL);
@@ -226,6 +245,8 @@ static int64_t run_frames(const char *frames, double stride) {
     assert_true(fabs(time - 0.003 * (double)step) < 1e-12 && step < rows);
     attribute(at, "file", value);
     snprintf(name, sizeof name, "run/%s", value);
+
+    // and holds the displacement U q of that step
     vtu file = read_vtu(in_folder(name, path));
     const char *data = array_data(&file, "displacement", "Float64", 3, 96);
     for (int n = 0; n < 12; n++) {
@@ -238,7 +259,9 @@ static int64_t run_frames(const char *frames, double stride) {
     free(file.bytes);
     count++;
   }
+
   assert_true(cli_json_get(object, "frames") == (double)count);
+
   cJSON_Delete(object);
   cli_result_free(&run);
   free(pvd);
@@ -250,12 +273,12 @@ static void a_run_lists_its_frames_with_their_times(void **state) {
   (void)state;
   char path[200];
   assert_true(save_particle(in_folder("particle.npz", path), 0, 0));
-  // 100 steps: 0, 10, ..., 100; then 1000 a second is more than one a step
+  // 100 steps give the frames 0, 10, ..., 100; 1000 per second is more than one per step
   assert_int_equal(run_frames("every-10", 10), 11);
   assert_int_equal(run_frames("1000", 1), 101);
   assert_true(cli_file_exists(in_folder("run/frames/frame_000100.vtu", path)));
   assert_int_equal(run_frames("30", 1 / (30 * 0.003)), 10);
-  // frames of the earlier run that this one has not
+  // frames of the earlier run that this one does not have
   assert_false(cli_file_exists(in_folder("run/frames/frame_000100.vtu", path)));
   assert_false(cli_file_exists(in_folder("run/frames/frame_000010.vtu", path)));
   assert_true(cli_file_exists(in_folder("run/frames/frame_000009.vtu", path)));

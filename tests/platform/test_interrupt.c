@@ -1,5 +1,5 @@
-/* Whoever stops a program that is making a file finds neither half a file nor a temporary one.
- * SPDX-License-Identifier: Apache-2.0 */
+/* A program that is stopped while it makes a file leaves neither a partial file nor a temporary
+ * one. SPDX-License-Identifier: Apache-2.0 */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -38,7 +38,7 @@ static int count_files(void) {
   return count;
 }
 
-/* In a child: stops itself by `number` while a file is being written. */
+/* Runs in a child process, which stops itself by the signal `number` while it writes a file. */
 static void stop_while_writing(const char *path, int number) {
   const int silent = open("/dev/null", O_WRONLY);
   dup2(silent, STDERR_FILENO);
@@ -54,9 +54,13 @@ static void stop_while_writing(const char *path, int number) {
 static void a_signal_while_a_file_is_written_leaves_the_old_one_alone(void **state) {
   (void)state;
   static const int numbers[] = {SIGINT, SIGTERM, SIGHUP};
+
+  // a complete file from earlier
   char path[160];
   snprintf(path, sizeof path, "%s/kept.npz", folder);
   assert_true(cli_write_text(path, "earlier"));
+
+  // each signal ends the child, which leaves no temporary file
   for (int n = 0; n < 3; n++) {
     fflush(NULL);
     const pid_t child = fork();
@@ -68,14 +72,18 @@ static void a_signal_while_a_file_is_written_leaves_the_old_one_alone(void **sta
     assert_int_equal(WTERMSIG(status), numbers[n]);
     assert_int_equal(count_files(), 1);
   }
+
+  // the earlier file is unchanged
   char *text = cli_read_text(path);
   assert_string_equal(text, "earlier");
+
   free(text);
   unlink(path);
 }
 
-/* Starts a precompute of some seconds, and stops it by SIGINT once it says `stage`. */
+/* Starts a precompute of some seconds, and stops it by SIGINT once it reports `stage`. */
 static void stop_in_stage(const char *stage) {
+  // the child's output is collected outside of the folder whose files are counted
   char model[160], said[160];
   snprintf(model, sizeof model, "%s/made.npz", folder);
   snprintf(said, sizeof said, "/tmp/thrum-said-%ld", (long)getpid());
@@ -89,6 +97,8 @@ static void stop_in_stage(const char *stage) {
           "-o", model, (char *)NULL);
     _exit(127);
   }
+
+  // the signal comes as soon as the stage is reported
   const struct timespec pause = {0, 5000000};
   bool there = false;
   for (int n = 0; n < 12000 && !there; n++) {
@@ -99,6 +109,8 @@ static void stop_in_stage(const char *stage) {
   }
   assert_true(there);
   kill(child, SIGINT);
+
+  // the signal ends it, and it says that it wrote nothing
   int status = 0;
   assert_true(waitpid(child, &status, 0) == child);
   assert_true(WIFSIGNALED(status));
@@ -107,6 +119,7 @@ static void stop_in_stage(const char *stage) {
   char *text = cli_read_text(said);
   assert_non_null(text);
   assert_non_null(strstr(text, "stopped; nothing was written"));
+
   free(text);
   unlink(said);
 }

@@ -1,4 +1,4 @@
-/* For tests of the program: run it, keep what it printed and its exit code, read its JSON.
+/* Support for tests of the program: it is run, its output and exit code are kept, its JSON is read.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_TESTS_SUPPORT_CLI_SUPPORT_H
 #define THRUM_TESTS_SUPPORT_CLI_SUPPORT_H
@@ -15,7 +15,7 @@
 
 #define CLI_ARGUMENTS_MAX 64
 
-/* What one run of the program left behind. exit_code is -1 when a signal ended it. */
+/* The result of one run of the program. exit_code is -1 when a signal ended it. */
 typedef struct cli_result {
   int exit_code;
   char *out; /* standard output, ended by 0 */
@@ -33,6 +33,8 @@ static inline char *cli_read_text(const char *path) {
   FILE *file = fopen(path, "rb");
   if (file == NULL)
     return NULL;
+
+  // the size is unknown beforehand, as for /proc, so the buffer grows
   size_t used = 0, size = 4096;
   char *text = malloc(size);
   while (text != NULL) {
@@ -45,8 +47,10 @@ static inline char *cli_read_text(const char *path) {
       free(text);
     text = grown;
   }
+
   if (text != NULL)
     text[used] = 0;
+
   fclose(file);
   return text;
 }
@@ -73,9 +77,13 @@ static inline const char *cli_make_folder(char path[64]) {
 /* Runs argv[0] with these arguments (ended by NULL), in `folder` when it is not NULL. */
 static inline cli_result cli_execute(const char *folder, char *const *argv) {
   cli_result result = {.exit_code = -1};
+
+  // files instead of pipes, which could fill up and block the child
   char out_path[] = "/tmp/thrum-out-XXXXXX", err_path[] = "/tmp/thrum-err-XXXXXX";
   const int out = mkstemp(out_path), err = mkstemp(err_path);
   fflush(NULL);
+
+  // exit codes of the child that the program itself does not use
   const pid_t child = out >= 0 && err >= 0 ? fork() : -1;
   if (child == 0) {
     if (folder != NULL && chdir(folder) != 0)
@@ -85,16 +93,21 @@ static inline cli_result cli_execute(const char *folder, char *const *argv) {
     execv(argv[0], argv);
     _exit(127);
   }
+
+  // -1 stays when a signal ended the child
   int status = 0;
   if (child > 0 && waitpid(child, &status, 0) == child && WIFEXITED(status)) {
     result.exit_code = WEXITSTATUS(status);
   }
+
+  // the output is kept, the files are not
   result.out = cli_read_text(out_path);
   result.err = cli_read_text(err_path);
   if (out >= 0)
     close(out);
   if (err >= 0)
     close(err);
+
   unlink(out_path);
   unlink(err_path);
   return result;
@@ -113,7 +126,7 @@ static inline cli_result thrum_run(const char *folder, ...) {
     argument = va_arg(list, const char *);
   }
   va_end(list);
-  // execv takes char *const *, yet changes nothing
+  // execv takes char *const *, but changes nothing
   char *argv[CLI_ARGUMENTS_MAX + 1];
   memcpy(argv, arguments, sizeof argv);
   return cli_execute(folder, argv);

@@ -33,8 +33,7 @@ static inline rig_def rig_default(void) {
   return def;
 }
 
-/* A body whose point v = 1.. lies at height 0 when its translation is 0, the first ones, or above.
- */
+/* A body whose first points lie at height 0 when its translation is 0, and the others above. */
 typedef struct rig {
   random_model m;
   thrum_state *state;
@@ -59,13 +58,17 @@ static inline thrum_contact *contact_make(const thrum_model *model, const thrum_
   return contact;
 }
 
-/* A rig points at its own parts: it stays where it is made. */
+/* A rig points at its own parts, so it must stay where it is made. */
 static inline void rig_make(rig *r, const rig_def *def) {
   memset(r, 0, sizeof *r);
+
+  // the points' motion along the basis is scaled by the given shape
   random_model_make(&r->m, 3, RIG_RANK, def->omega, 3 * def->omega, def->shape > 0 ? 1 : INFINITY);
   random_model_add_mesh(&r->m, 4, RIG_POINTS);
   for (int i = 0; i < 3 * RIG_POINTS * RIG_RANK; i++)
     r->m.basis[i] *= def->shape;
+
+  // the lowest points are the candidates of the contact
   int32_t vertices[RIG_POINTS];
   double areas[RIG_POINTS];
   for (int v = 0; v < RIG_POINTS; v++) {
@@ -74,10 +77,14 @@ static inline void rig_make(rig *r, const rig_def *def) {
     r->m.vertices[3 * v + 2] = v <= def->points ? 0 : 1;
   }
   random_model_pack(&r->m);
+
+  // the state before the contact that acts on it
   thrum_state_def state_def = thrum_default_state_def();
   state_def.integrator = def->integrator;
   state_def.dt = def->dt;
   r->state = state_make(&r->m.model, &state_def);
+
+  // each point has area 1, so the stiffness is that of a point
   thrum_contact_def contact_def = thrum_default_contact_def();
   contact_def.vertices = vertices;
   contact_def.vertex_count = def->points;
@@ -85,6 +92,8 @@ static inline void rig_make(rig *r, const rig_def *def) {
   contact_def.stiffness = def->stiffness;
   contact_def.pull_max = def->pulls;
   r->contact = contact_make(&r->m.model, r->state, &contact_def);
+
+  // a rigid translation under gravity above a floor
   r->translation = (thrum_translation){.mass = RIG_MASS};
   r->floor = thrum_default_obstacle();
   r->environment = (thrum_contact_environment){.translation = &r->translation,
@@ -111,7 +120,7 @@ static inline double rig_kinetic(const rig *r) {
   return 0.5 * RIG_MASS * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
-/* Of the body, its translation, its turning and its weight [J]. */
+/* The mechanical energy of the body, with its translation, its rotation and its weight [J]. */
 static inline double rig_energy(rig *r) {
   double height = 0;
   for (int axis = 0; axis < 3; axis++)

@@ -1,6 +1,6 @@
 /* A body whose basis vectors are the nine linear displacement fields u = H X: q is H, row by row,
- * and the displacement gradient is H in every tetrahedron. For tests of what is measured on a mesh.
- * Header only; needs cmocka. SPDX-License-Identifier: Apache-2.0 */
+ * and the displacement gradient is H in every tetrahedron. It serves tests of measurements on a
+ * mesh. Header only; needs cmocka. SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_TESTS_SUPPORT_LINEAR_FIELDS_H
 #define THRUM_TESTS_SUPPORT_LINEAR_FIELDS_H
 

@@ -1,5 +1,5 @@
-/* For tests of mesh readers: texts into files of a folder of the test's own, and what became of
- * reading them. SPDX-License-Identifier: Apache-2.0 */
+/* Support for tests of mesh readers: texts become files in a folder of the test's own, and the
+ * result of reading them is checked. SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_TESTS_SUPPORT_MESH_SUPPORT_H
 #define THRUM_TESTS_SUPPORT_MESH_SUPPORT_H
 
@@ -69,7 +69,7 @@ static inline thrum_mesh mesh_good(const char *name, const char *text) {
   return mesh;
 }
 
-/* One line, and with these words in it. */
+/* The message is one line and contains these words. */
 static inline void mesh_check_message(const thrum_error *error, const char *words) {
   if (!strstr(error->message, words))
     fail_msg("expected '%s' in: %s", words, error->message);

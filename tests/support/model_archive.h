@@ -54,7 +54,7 @@ typedef struct archive {
   unsigned count_change, disk;
 } archive;
 
-/* The model: rank 2, five vertices, two tets in two regions, two groups. */
+/* The model has rank 2, five vertices, two tetrahedra in two regions, and two groups. */
 #define SAMPLE_META "{\"note\": \"\xC3\xA9\"}"
 #define SAMPLE_NAMES "left\0right side"
 static const int32_t sample_format[2] = {1, 0};
@@ -73,6 +73,7 @@ static const int32_t sample_group_ends[2] = {2, 5};
 static const int32_t sample_group_vertices[5] = {0, 2, 1, 3, 4};
 
 static inline thrum_model sample_model(void) {
+  // sizes
   thrum_model m = {0};
   m.rank = 2;
   m.c3_count = 4;
@@ -84,6 +85,8 @@ static inline thrum_model sample_model(void) {
   m.group_name_bytes = sizeof SAMPLE_NAMES;
   m.group_vertex_count = 5;
   m.meta_bytes = sizeof SAMPLE_META - 1;
+
+  // arrays
   m.format = sample_format;
   m.meta = (const uint8_t *)SAMPLE_META;
   m.omega2 = sample_omega2;
@@ -102,7 +105,7 @@ static inline thrum_model sample_model(void) {
   return m;
 }
 
-/* A polynomial alone, the least that is a model. */
+/* A polynomial alone, the smallest model. */
 static inline thrum_model sample_polynomial(void) {
   thrum_model all = sample_model(), m = {0};
   m.rank = all.rank;
@@ -132,21 +135,29 @@ static inline archive_part *archive_add(archive *a, const char *name, const char
   return part;
 }
 
-/* The sample model as a file that is right. */
+/* The sample model as a valid file. */
 static inline archive archive_sample(void) {
   archive a = {.count = 0};
+
+  // format and description
   archive_add(&a, "format.npy", "<i4", "(2,)", sample_format, sizeof sample_format);
   archive_add(&a, "meta.npy", "|u1", "(14,)", SAMPLE_META, sizeof SAMPLE_META - 1);
+
+  // the polynomial
   archive_add(&a, "omega2.npy", "<f8", "(2,)", sample_omega2, sizeof sample_omega2);
   archive_add(&a, "c3.npy", "<f8", "(4,)", sample_c3, sizeof sample_c3);
   archive_add(&a, "c4.npy", "<f8", "(5,)", sample_c4, sizeof sample_c4);
   archive_add(&a, "axis_mass.npy", "<f8", "(3, 2)", sample_axis_mass, sizeof sample_axis_mass);
+
+  // the mesh
   archive_add(&a, "vertices.npy", "<f8", "(5, 3)", sample_vertices, sizeof sample_vertices);
   archive_add(&a, "tets.npy", "<i4", "(2, 4)", sample_tets, sizeof sample_tets);
   archive_add(&a, "tet_region.npy", "<i4", "(2,)", sample_tet_region, sizeof sample_tet_region);
   archive_add(&a, "material.npy", "<f8", "(2, 3)", sample_material, sizeof sample_material);
   archive_add(&a, "fixed.npy", "|u1", "(5,)", sample_fixed, sizeof sample_fixed);
   archive_add(&a, "basis.npy", "<f8", "(15, 2)", sample_basis, sizeof sample_basis);
+
+  // the groups
   archive_add(&a, "group_names.npy", "|u1", "(16,)", SAMPLE_NAMES, sizeof SAMPLE_NAMES);
   archive_add(&a, "group_ends.npy", "<i4", "(2,)", sample_group_ends, sizeof sample_group_ends);
   archive_add(&a, "group_vertices.npy", "<i4", "(5,)", sample_group_vertices,
@@ -183,7 +194,7 @@ static inline void archive_set_extra(archive *a, archive_extra extra) {
     a->parts[i].extra = extra;
 }
 
-/* CRC-32 bit by bit, as its definition reads. */
+/* CRC-32 bit by bit, straight from its definition. */
 static inline uint32_t archive_crc(const unsigned char *data, size_t size) {
   uint32_t r = 0xFFFFFFFFu;
   for (size_t i = 0; i < size; i++) {
@@ -199,13 +210,16 @@ static inline void archive_put(unsigned char *p, int bytes, uint64_t value) {
     p[i] = (unsigned char)(value >> (8 * i) & 0xFFu);
 }
 
-/* The .npy bytes of a part; returns their number. */
+/* Writes the .npy bytes of a part and returns their number. */
 static inline size_t archive_npy(const archive_part *part, unsigned char *out) {
+  // the header as given, or made from the part's type, order and shape
   char text[192];
   int n = part->header != NULL
               ? snprintf(text, sizeof text, "%s", part->header)
               : snprintf(text, sizeof text, "{'descr': '%s', 'fortran_order': %s, 'shape': %s, }",
                          part->type, part->order, part->shape);
+
+  // magic, version and length; blanks pad the header to a multiple of 64 and a line feed ends it
   size_t total = (10 + (size_t)n + 1 + 63) / 64 * 64;
   memset(out, ' ', total);
   memcpy(out, "\x93NUMPY", 6);
@@ -214,6 +228,7 @@ static inline size_t archive_npy(const archive_part *part, unsigned char *out) {
   archive_put(out + 8, 2, total - 10);
   memcpy(out + 10, text, (size_t)n);
   out[total - 1] = '\n';
+
   memcpy(out + total, part->data, part->size);
   return total + part->size;
 }
@@ -299,6 +314,8 @@ static inline size_t archive_member(const archive_part *part, unsigned char *fil
 /* Writes the archive to `file`, ARCHIVE_MAX bytes; returns its size. */
 static inline size_t archive_build(const archive *a, unsigned char *file) {
   unsigned char directory[4096];
+
+  // the members, and their directory entries in a buffer
   size_t at = 0, used = 0;
   memset(file, 0, ARCHIVE_MAX);
   for (int i = 0; i < a->count; i++) {
@@ -306,9 +323,13 @@ static inline size_t archive_build(const archive *a, unsigned char *file) {
     at = archive_member(&a->parts[i], file, at, directory + used, &central_size);
     used += central_size;
   }
+
+  // the directory behind them, with stray bytes where the test wants them
   at += a->gap;
   memcpy(file + at, directory, used);
   used += a->stray;
+
+  // the end record, whose numbers the test may falsify
   unsigned char *end = file + at + used;
   memcpy(end, "PK\5\6", 4);
   archive_put(end + 4, 2, a->disk);
@@ -320,11 +341,13 @@ static inline size_t archive_build(const archive *a, unsigned char *file) {
   archive_put(end + 20, 2, comment);
   if (comment > 0)
     memcpy(end + 22, a->comment, comment);
+
   return at + used + 22 + comment;
 }
 
 /* Whether two models hold the same bits, array by array. */
 static inline int models_bit_equal(const thrum_model *a, const thrum_model *b) {
+  // the sizes are local names too, since the table of the arrays refers to them
   const int64_t basis_rows = 3 * a->vertex_count;
 #define X(name, meaning)                                                                           \
   const int64_t name = a->name;                                                                    \
@@ -332,6 +355,7 @@ static inline int models_bit_equal(const thrum_model *a, const thrum_model *b) {
     return 0;
   THRUM_MODEL_SIZES(X)
 #undef X
+
 #define X(type, name, rows, columns, presence, meaning)                                            \
   if ((a->name == NULL) != (b->name == NULL))                                                      \
     return 0;                                                                                      \
@@ -340,6 +364,7 @@ static inline int models_bit_equal(const thrum_model *a, const thrum_model *b) {
     return 0;
   THRUM_MODEL_ARRAYS(X)
 #undef X
+
   return 1;
 }
 

@@ -1,4 +1,4 @@
-/* A folder of models for tests of models by name: a small bar as beam.msh, and its recipe.
+/* A folder of models for tests of models by name: a short bar as beam.msh, and its recipe.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_TESTS_SUPPORT_MODEL_FOLDER_H
 #define THRUM_TESTS_SUPPORT_MODEL_FOLDER_H
@@ -9,7 +9,7 @@
 
 #define BAR_CELLS 5
 
-/* Number, from 1, of the bar's vertex at cell corner (i, j, k). */
+/* The number, from 1, of the bar's vertex at cell corner (i, j, k). */
 static inline int bar_vertex(int i, int j, int k) {
   return 1 + (i * 2 + j) * 2 + k;
 }
@@ -24,7 +24,7 @@ static inline void bar_cell(FILE *file, int i, int *number) {
       corner[orders[t][n]] = 1;
       vertices[n + 1] = bar_vertex(i + corner[0], corner[1], corner[2]);
     }
-    // the odd orders turn the other way round
+    // odd permutations have the opposite orientation
     const bool odd = t == 1 || t == 2 || t == 5;
     fprintf(file, "%d 4 2 1 1 %d %d %d %d\n", ++*number, vertices[0], vertices[1],
             vertices[odd ? 3 : 2], vertices[odd ? 2 : 3]);
@@ -36,6 +36,8 @@ static inline bool write_bar(const char *path) {
   FILE *file = fopen(path, "w");
   if (file == NULL)
     return false;
+
+  // the vertices of all cross-sections
   int number = 2;
   fprintf(file,
           "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n2 2 \"load\"\n"
@@ -46,6 +48,8 @@ static inline bool write_bar(const char *path) {
       fprintf(file, "%d %.17g %g %g\n", bar_vertex(i, n / 2, n % 2), (double)i / BAR_CELLS,
               0.2 * (n / 2), 0.2 * (n % 2));
   }
+
+  // the end face in two triangles, and the body in six tetrahedra per cell
   const int end[4] = {bar_vertex(BAR_CELLS, 0, 0), bar_vertex(BAR_CELLS, 0, 1),
                       bar_vertex(BAR_CELLS, 1, 0), bar_vertex(BAR_CELLS, 1, 1)};
   fprintf(file, "$EndNodes\n$Elements\n%d\n1 2 2 2 1 %d %d %d\n2 2 2 2 1 %d %d %d\n",
@@ -56,7 +60,7 @@ static inline bool write_bar(const char *path) {
   return fclose(file) == 0;
 }
 
-/* NAME.json beside it, with this Young's modulus. */
+/* NAME.json beside the mesh, with this Young's modulus. */
 static inline bool write_bar_recipe(const char *path, const char *young) {
   char text[512];
   snprintf(text, sizeof text,

@@ -1,4 +1,4 @@
-/* Bodies for the tests of precompute. SPDX-License-Identifier: Apache-2.0 */
+/* Bodies and comparisons for the tests of precompute. SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_TESTS_SUPPORT_PRECOMPUTE_SUPPORT_H
 #define THRUM_TESTS_SUPPORT_PRECOMPUTE_SUPPORT_H
 
@@ -31,7 +31,7 @@ static inline void *need(size_t count, size_t size) {
   return memory;
 }
 
-/* A mesh by name and what of it is fixed (NULL: nothing). */
+/* A mesh by name and its supports (NULL: none). */
 static inline body body_make(const char *name, const char *fix) {
   body made = {0};
   thrum_error error = {0};
@@ -72,7 +72,7 @@ static inline thrum_precomputed body_precompute(const body *b, int64_t modes, in
   return result;
 }
 
-/* Uniform in [-1, 1), the same sequence in every run. */
+/* A number uniform in [-1, 1); the sequence is the same in every run. */
 static inline double random_number(void) {
   static uint64_t state = 42;
   state = state * 6364136223846793005u + 1442695040888963407u;
@@ -100,7 +100,7 @@ static inline double dot_of(const double *x, const double *y, int64_t count) {
   return sum;
 }
 
-/* |x - y| <= tolerance |y|, saying by how much not. */
+/* |x - y| <= tolerance |y|; a failure reports the actual difference. */
 static inline void assert_near(const double *x, const double *y, int64_t count, double tolerance) {
   double square = 0;
   for (int64_t i = 0; i < count; i++)
@@ -116,7 +116,7 @@ static inline void assert_close(double x, double y, double tolerance) {
              tolerance);
 }
 
-/* Is a mesh of the further reference data at hand? */
+/* Whether a mesh of the optional reference data is available. */
 static inline bool have_data(const char *file) {
   char path[1024];
   snprintf(path, sizeof path, "%s/%s", THRUM_DATA, file);

@@ -104,7 +104,8 @@ static inline void random_model_expand(int64_t rank, int64_t rows, const double 
     }
 }
 
-/* Makes a model without a mesh, angular frequencies spread evenly in [omega_first, omega_last]. */
+/* Makes a model without a mesh; the angular frequencies are evenly spaced in
+ * [omega_first, omega_last]. */
 static inline void random_model_make(random_model *out, uint64_t seed, int64_t rank,
                                      double omega_first, double omega_last, double amplitude) {
   memset(out, 0, sizeof *out);
@@ -151,6 +152,8 @@ static inline void random_model_add_mesh(random_model *out, uint64_t seed, int64
   random_state random = {seed};
   thrum_model *model = &out->model;
   int64_t rank = model->rank;
+
+  // sizes and arrays
   model->vertex_count = vertex_count;
   model->tet_count = vertex_count - 3;
   model->region_count = 1;
@@ -161,13 +164,19 @@ static inline void random_model_add_mesh(random_model *out, uint64_t seed, int64
   model->tets = out->tets = random_alloc(4 * model->tet_count, sizeof(int32_t));
   model->tet_region = out->tet_region = random_alloc(model->tet_count, sizeof(int32_t));
   model->fixed = out->fixed = random_alloc(vertex_count, 1);
+
+  // the fixed vertex keeps its zero rows in the basis
   random_vector(&random, 3 * vertex_count, 1, out->vertices);
   random_vector(&random, 3 * (vertex_count - 1) * rank, 1, out->basis + 3 * rank);
   random_vector(&random, 3 * rank, 1, out->axis_mass);
+
+  // the usual material of the tests, and one held vertex
   out->material[0] = 5e6;
   out->material[1] = 0.4;
   out->material[2] = 1000;
   out->fixed[0] = 7;
+
+  // tetrahedra of consecutive vertices
   for (int64_t t = 0; t < model->tet_count; t++) {
     int32_t *v = out->tets + 4 * t;
     double e[3][3];
@@ -176,6 +185,8 @@ static inline void random_model_add_mesh(random_model *out, uint64_t seed, int64
     for (int s = 0; s < 3; s++)
       for (int axis = 0; axis < 3; axis++)
         e[s][axis] = out->vertices[3 * v[s + 1] + axis] - out->vertices[3 * v[0] + axis];
+
+    // two corners are exchanged where the volume is negative
     double volume = e[0][0] * (e[1][1] * e[2][2] - e[1][2] * e[2][1]) -
                     e[0][1] * (e[1][0] * e[2][2] - e[1][2] * e[2][0]) +
                     e[0][2] * (e[1][0] * e[2][1] - e[1][1] * e[2][0]);
@@ -186,7 +197,7 @@ static inline void random_model_add_mesh(random_model *out, uint64_t seed, int64
   }
 }
 
-/* Packs the coefficients, which must be final. */
+/* Packs the coefficients; they must not change afterwards. */
 static inline void random_model_pack(random_model *m) {
   const size_t size = thrum_model_pack_size(&m->model);
   free(m->packed);

@@ -1,4 +1,4 @@
-/* Models made by hand for tests of `thrum simulate`, and readers of what a run writes.
+/* Hand-made models for tests of `thrum simulate`, and readers of the files that a run writes.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_TESTS_SUPPORT_SIMULATE_SUPPORT_H
 #define THRUM_TESTS_SUPPORT_SIMULATE_SUPPORT_H
@@ -25,17 +25,22 @@ static const double particle_basis[12 * PARTICLE_RANK] = {
 };
 static const double particle_axis_mass[3 * PARTICLE_RANK] = {1.5, 0, 0, 2.5, 0.7, -0.3};
 
-/* Writes such a model with these two squared frequencies; groups "tip" = {4}, "a, b" = {1, 2, 4}
- * and "held" = {1}. */
+/* Writes such a model with these two squared frequencies and the groups "tip" = {4},
+ * "a, b" = {1, 2, 4} and "held" = {1}. */
 static inline bool save_particle(const char *path, double omega2_first, double omega2_second) {
+  // one tetrahedron; vertex 1 is held
   static const double zeros[5] = {0};
   static const double vertices[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
   static const double material[3] = {1e6, 0.3, 1000};
   static const int32_t tets[4] = {0, 1, 2, 3}, region[1] = {0}, format[2] = {1, 0};
   static const uint8_t fixed[4] = {7, 0, 0, 0};
+
+  // the groups, one of them with a comma and a blank in its name
   static const char names[] = "tip\0a, b\0held";
   static const int32_t ends[3] = {1, 4, 5}, members[5] = {3, 0, 1, 3, 0};
   const double omega2[PARTICLE_RANK] = {omega2_first, omega2_second};
+
+  // no strain energy beyond the frequencies
   const thrum_model model = {
       .rank = PARTICLE_RANK,
       .c3_count = 4,
@@ -61,10 +66,11 @@ static inline bool save_particle(const char *path, double omega2_first, double o
       .group_ends = ends,
       .group_vertices = members,
   };
+
   return thrum_model_save(path, &model, NULL) == THRUM_OK;
 }
 
-/* A polynomial alone, r = 1: an oscillator with a quartic term, no mesh and no basis. */
+/* A polynomial alone, of rank 1: an oscillator with a quartic term, no mesh and no basis. */
 static inline bool save_oscillator(const char *path, double omega2, double quartic) {
   static const int32_t format[2] = {1, 0};
   static const double zero = 0;
@@ -97,19 +103,25 @@ typedef struct energy_row {
   double step, time, kinetic, potential, total, high;
 } energy_row;
 
-/* Reads energy.csv; malloc, caller frees. NULL unless every line is as it should be. */
+/* Reads energy.csv; the caller frees the rows. NULL unless every line is valid. */
 static inline energy_row *read_energies(const char *path, int64_t *count) {
   static const char header[] = "step,time_s,kinetic_j,potential_j,total_j,high_j\n";
   char *text = cli_read_text(path);
+
+  // the header, to the letter
   if (text == NULL || strncmp(text, header, sizeof header - 1) != 0) {
     free(text);
     return NULL;
   }
+
+  // no more rows than lines
   int64_t lines = 0;
   for (const char *at = text; *at != 0; at++)
     lines += *at == '\n';
   energy_row *rows = calloc((size_t)lines, sizeof *rows);
   *count = 0;
+
+  // six numbers in each line, without a blank
   for (const char *at = text + sizeof header - 1; rows != NULL && *at != 0;) {
     energy_row *row = &rows[*count];
     double *values[6] = {&row->step,      &row->time,  &row->kinetic,
@@ -126,6 +138,7 @@ static inline energy_row *read_energies(const char *path, int64_t *count) {
     }
     ++*count;
   }
+
   free(text);
   return rows;
 }

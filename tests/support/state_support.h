@@ -70,7 +70,7 @@ static inline thrum_energies state_energy(const thrum_model *model, thrum_state 
   return energies;
 }
 
-/* A copy of the whole block, to compare or to restore. */
+/* A copy of the whole memory block, to compare or to restore. */
 static inline void *state_snapshot(const thrum_state *state) {
   const size_t size = thrum_state_bytes(state);
   void *copy = aligned_alloc(64, size);
