@@ -244,6 +244,19 @@ static void a_body_rests_at_the_depth_of_its_weight(void **state) {
     const thrum_contact_report report = thrum_contact_report_get(r.contact);
     assert_int_equal(report.touching, 4);
     assert_true(fabs(report.normal - RIG_MASS * RIG_GRAVITY) <= 1e-9);
+
+    // the touches, one by one, carry the weight upwards at that depth
+    double carried = 0;
+    for (int64_t k = 0; k < report.touching; k++) {
+      thrum_touch touch;
+      assert_int_equal(thrum_contact_touch(r.contact, k, &touch, NULL), THRUM_OK);
+      assert_true(touch.normal[2] == 1 && fabs(touch.gap + depth) <= 1e-9);
+      carried += touch.force[2];
+    }
+    assert_true(fabs(carried - report.normal) <= 1e-9);
+    thrum_touch none;
+    assert_int_equal(thrum_contact_touch(r.contact, 4, &none, NULL), THRUM_INVALID_ARGUMENT);
+    assert_true(thrum_contact_stiffness(r.contact) > 0);
     rig_free(&r);
   }
 }
