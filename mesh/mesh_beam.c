@@ -37,6 +37,7 @@ static thrum_status parse_spec(const char *spec, beam *b, thrum_error *error) {
       return bad_spec(spec, error);
     at += a < 5;
   }
+
   double tets = 6;
   for (int a = 0; a < 3; a++) {
     if (b->cells[a] < 1 || !(b->lengths[a] > 1e-30 && b->lengths[a] < 1e30))
@@ -46,10 +47,13 @@ static thrum_status parse_spec(const char *spec, beam *b, thrum_error *error) {
                              spec);
     tets *= (double)b->cells[a];
   }
+
+  // six tets a cell
   if (tets > TETS_MAX)
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "'%.100s' would have %.3g tets; at most %d are made", spec, tets,
                            TETS_MAX);
+
   return THRUM_OK;
 }
 
@@ -127,6 +131,8 @@ static thrum_status add_groups(thrum_mesh *mesh, const beam *b, thrum_error *err
   int32_t *list = malloc((size_t)mesh->vertex_count * sizeof *list);
   if (!list)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory for the beam");
+
+  // the faces of the box
   const int64_t *n = b->cells;
   thrum_status status = THRUM_OK;
   for (int face = 0; face < 6 && status >= 0; face++) {
@@ -137,11 +143,14 @@ static thrum_status add_groups(thrum_mesh *mesh, const beam *b, thrum_error *err
       low[face / 2] = n[face / 2];
     status = add_box(mesh, b, names[face], low, high, list, error);
   }
+
+  // the one, two or four vertices around the centre of the right face
   if (status >= 0) {
     int64_t low[3] = {n[0], n[1] / 2, n[2] / 2};
     int64_t high[3] = {n[0], (n[1] + 1) / 2, (n[2] + 1) / 2};
     status = add_box(mesh, b, "tip", low, high, list, error);
   }
+
   free(list);
   return status;
 }
@@ -153,12 +162,14 @@ thrum_status thrum_mesh_beam(const char *spec, thrum_mesh *mesh, thrum_error *er
   thrum_status status = parse_spec(spec, &b, error);
   if (status < 0)
     return status;
+
   thrum_mesh m = {0};
   m.vertex_count = (b.cells[0] + 1) * (b.cells[1] + 1) * (b.cells[2] + 1);
   m.file_vertex_count = m.vertex_count;
   m.tet_count = 6 * b.cells[0] * b.cells[1] * b.cells[2];
   m.region_count = 1;
   m.has_material = true;
+
   m.vertices = malloc((size_t)m.vertex_count * 3 * sizeof *m.vertices);
   m.tets = malloc((size_t)m.tet_count * 4 * sizeof *m.tets);
   m.tet_region = calloc((size_t)m.tet_count, sizeof *m.tet_region);
@@ -167,10 +178,13 @@ thrum_status thrum_mesh_beam(const char *spec, thrum_mesh *mesh, thrum_error *er
     thrum_mesh_free(&m);
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory for '%.100s'", spec);
   }
+
+  // the soft material of the examples
   m.materials[0] = (thrum_material){.young = 5e6, .poisson = 0.4, .density = 1000};
   fill_vertices(&b, m.vertices);
   fill_tets(&b, m.tets);
   status = add_groups(&m, &b, error);
+
   if (status < 0) {
     thrum_mesh_free(&m);
     return status;

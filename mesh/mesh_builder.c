@@ -111,6 +111,7 @@ static thrum_status sort_vertices(thrum_mesh_builder *b) {
     v++;
   if (v >= b->vertex_count)
     return THRUM_OK;
+
   numbered *order = malloc((size_t)b->vertex_count * sizeof *order);
   double *positions = malloc((size_t)b->vertex_count * 3 * sizeof *positions);
   if (!order || !positions) {
@@ -118,13 +119,17 @@ static thrum_status sort_vertices(thrum_mesh_builder *b) {
     free(positions);
     return no_memory(b);
   }
+
+  // equal numbers keep their order, so that the later one is named as the repeat
   for (v = 0; v < b->vertex_count; v++)
     order[v] = (numbered){b->numbers[v], v};
   qsort(order, (size_t)b->vertex_count, sizeof *order, compare_numbered);
+
   for (v = 0; v < b->vertex_count; v++) {
     memcpy(positions + 3 * v, b->positions + 3 * order[v].from, 3 * sizeof *positions);
     b->numbers[v] = order[v].number;
   }
+
   free(order);
   free(b->positions);
   b->positions = positions;
@@ -153,13 +158,16 @@ static thrum_status take_vertices(thrum_mesh_builder *b, const char *name, thrum
     if (b->numbers[v - 1] == b->numbers[v])
       return thrum_error_set(b->error, THRUM_BAD_FORMAT, "%.200s: vertex %lld comes twice", name,
                              (long long)b->numbers[v]);
+
   mesh->vertex_count = mesh->file_vertex_count = b->vertex_count;
   mesh->vertices = b->positions;
   b->positions = NULL;
+
   // numbers from 1 without gaps go without saying
   if (b->vertex_count == 0 ||
       (b->numbers[0] == 1 && b->numbers[b->vertex_count - 1] == b->vertex_count))
     return THRUM_OK;
+
   mesh->file_number = malloc((size_t)b->vertex_count * sizeof *mesh->file_number);
   if (!mesh->file_number)
     return no_memory(b);
@@ -209,24 +217,29 @@ static thrum_status number_regions(thrum_mesh_builder *b, const char *name, thru
   mesh->tet_region = malloc(count * sizeof *mesh->tet_region);
   if (!b->region_keys || !mesh->tet_region)
     return no_memory(b);
+
   int64_t kept = 0;
   // most tets have the key of the one before
   for (int64_t t = 0; t < b->tet_count; t++)
     if (t == 0 || b->keys[t] != b->keys[t - 1])
       b->region_keys[kept++] = b->keys[t];
+
   qsort(b->region_keys, (size_t)kept, sizeof *b->region_keys, compare_keys);
   int64_t regions = 0;
   for (int64_t i = 0; i < kept; i++)
     if (i == 0 || b->region_keys[i] != b->region_keys[regions - 1])
       b->region_keys[regions++] = b->region_keys[i];
+
   if (regions > THRUM_MESH_GROUPS_MAX)
     return thrum_error_set(b->error, THRUM_UNSUPPORTED, "%.200s: more than %d regions", name,
                            THRUM_MESH_GROUPS_MAX);
+
   for (int64_t t = 0; t < b->tet_count; t++) {
     const int64_t *found =
         bsearch(&b->keys[t], b->region_keys, (size_t)regions, sizeof *b->region_keys, compare_keys);
     mesh->tet_region[t] = (int32_t)(found - b->region_keys);
   }
+
   mesh->region_count = regions > 0 ? regions : 1;
   mesh->materials = calloc((size_t)mesh->region_count, sizeof *mesh->materials);
   return mesh->materials ? THRUM_OK : no_memory(b);
@@ -253,16 +266,13 @@ static thrum_status take_list(thrum_mesh_builder *b, const char *name, const thr
 }
 
 thrum_status thrum_builder_finish(thrum_mesh_builder *b, const char *name, thrum_mesh *mesh) {
-  thrum_status status = sort_vertices(b);
-  if (status >= 0)
-    status = take_vertices(b, name, mesh);
-  if (status >= 0)
-    status = take_tets(b, name, mesh);
-  if (status >= 0)
-    status = number_regions(b, name, mesh);
-  for (int64_t i = 0; i < b->list_count && status >= 0; i++)
-    status = take_list(b, name, &b->lists[i], mesh);
-  return status;
+  THRUM_TRY(sort_vertices(b));
+  THRUM_TRY(take_vertices(b, name, mesh));
+  THRUM_TRY(take_tets(b, name, mesh));
+  THRUM_TRY(number_regions(b, name, mesh));
+  for (int64_t i = 0; i < b->list_count; i++)
+    THRUM_TRY(take_list(b, name, &b->lists[i], mesh));
+  return THRUM_OK;
 }
 
 void thrum_builder_free(thrum_mesh_builder *b) {

@@ -91,6 +91,7 @@ static double tet_shape(const thrum_mesh *mesh, int64_t t, double *extent) {
   const int32_t *v = mesh->tets + 4 * t;
   double edges[3][3];
   *extent = 0;
+
   for (int c = 0; c < 3; c++) {
     double first = mesh->vertices[3 * (int64_t)v[0] + c], low = 0, high = 0;
     for (int b = 1; b < 4; b++) {
@@ -101,6 +102,8 @@ static double tet_shape(const thrum_mesh *mesh, int64_t t, double *extent) {
     }
     *extent = high - low > *extent ? high - low : *extent;
   }
+
+  // lengths relative to the extent, so that the result does not depend on the unit
   for (int i = 0; i < 9; i++)
     edges[i / 3][i % 3] /= *extent > 0 ? *extent : 1;
   return thrum_mesh_triple(edges) / 6;
@@ -127,6 +130,7 @@ static thrum_status fix_winding(thrum_mesh *mesh, const char *name, thrum_error 
   int64_t inverted = 0;
   for (int64_t t = 0; t < mesh->tet_count; t++) {
     double extent, shape = tet_shape(mesh, t, &extent);
+
     const int32_t *v = mesh->tets + 4 * t;
     if (!(fabs(shape) > FLAT))
       return thrum_error_set(
@@ -135,14 +139,18 @@ static thrum_status fix_winding(thrum_mesh *mesh, const char *name, thrum_error 
           tet_place(mesh, name, t).text, (long long)t + 1, (long long)number_of(mesh, v[0]),
           (long long)number_of(mesh, v[1]), (long long)number_of(mesh, v[2]),
           (long long)number_of(mesh, v[3]));
+
     // far outside, products of lengths leave the range of doubles
     if (!(extent > 1e-30 && extent < 1e30))
       return thrum_error_set(error, THRUM_BAD_VALUE, "%s: tet %lld is %g m large; check the scale",
                              tet_place(mesh, name, t).text, (long long)t + 1, extent);
     inverted += shape < 0;
   }
+
   if (inverted == 0)
     return THRUM_OK;
+
+  // two corners change places
   for (int64_t t = 0; t < mesh->tet_count; t++) {
     int32_t *v = mesh->tets + 4 * t, swap = v[2];
     double extent;
@@ -151,6 +159,7 @@ static thrum_status fix_winding(thrum_mesh *mesh, const char *name, thrum_error 
     v[2] = v[3];
     v[3] = swap;
   }
+
   mesh->flipped_tets = inverted;
   return THRUM_OK;
 }
@@ -164,6 +173,8 @@ static thrum_status check_faces(const thrum_mesh *mesh, const char *name, thrum_
   free(faces.faces);
   if (status != THRUM_BAD_VALUE)
     return status;
+
+  // the place that is named is that of the last tet, the later mistake
   const int64_t last = tets[2] >= 0 ? tets[2] : tets[1];
   if (tets[2] >= 0)
     return thrum_error_set(error, status,
@@ -192,8 +203,11 @@ static void renumber(thrum_mesh *mesh, const int32_t *map, int32_t kept) {
     if (map[v] >= 0)
       memmove(mesh->vertices + 3 * (int64_t)map[v], mesh->vertices + 3 * v, 3 * sizeof(double));
   mesh->vertex_count = kept;
+
   for (int64_t i = 0; i < 4 * mesh->tet_count; i++)
     mesh->tets[i] = map[mesh->tets[i]];
+
+  // a group whose vertices are all dropped goes with them
   int64_t groups = 0;
   for (int64_t g = 0; g < mesh->group_count; g++) {
     thrum_group group = mesh->groups[g];
@@ -205,6 +219,7 @@ static void renumber(thrum_mesh *mesh, const int32_t *map, int32_t kept) {
       free(group.vertices);
     }
   }
+
   mesh->group_count = groups;
 }
 
@@ -212,6 +227,8 @@ static thrum_status drop_vertices(thrum_mesh *mesh, thrum_error *error) {
   int32_t *map = malloc((size_t)mesh->vertex_count * sizeof *map);
   if (!map)
     return no_memory(error);
+
+  // vertices of tets, in their order
   for (int64_t v = 0; v < mesh->vertex_count; v++)
     map[v] = -1;
   for (int64_t i = 0; i < 4 * mesh->tet_count; i++)
@@ -220,12 +237,15 @@ static thrum_status drop_vertices(thrum_mesh *mesh, thrum_error *error) {
   for (int64_t v = 0; v < mesh->vertex_count; v++)
     if (map[v] == 0)
       map[v] = kept++;
+
   mesh->file_vertex_count = mesh->vertex_count;
   mesh->dropped_vertices = mesh->vertex_count - kept;
   if (mesh->dropped_vertices == 0) {
     free(map);
     return THRUM_OK;
   }
+
+  // the map stays, for lists of vertices that are numbered as in the file
   renumber(mesh, map, kept);
   mesh->file_vertex = map;
   return THRUM_OK;
@@ -237,16 +257,10 @@ thrum_status thrum_mesh_clean(thrum_mesh *mesh, const char *name, double scale,
     return thrum_error_set(error, THRUM_MISSING, "%.200s: the mesh holds no tetrahedra", name);
   if (mesh->vertex_count > INT32_MAX)
     return thrum_error_set(error, THRUM_UNSUPPORTED, "%.200s: more than 2^31 - 1 vertices", name);
-  thrum_status status = scale_vertices(mesh, name, scale, error);
-  if (status >= 0)
-    status = check_tet_vertices(mesh, name, error);
-  if (status >= 0)
-    status = check_repeats(mesh, name, error);
-  if (status >= 0)
-    status = fix_winding(mesh, name, error);
-  if (status >= 0)
-    status = check_faces(mesh, name, error);
-  if (status >= 0)
-    status = drop_vertices(mesh, error);
-  return status;
+  THRUM_TRY(scale_vertices(mesh, name, scale, error));
+  THRUM_TRY(check_tet_vertices(mesh, name, error));
+  THRUM_TRY(check_repeats(mesh, name, error));
+  THRUM_TRY(fix_winding(mesh, name, error));
+  THRUM_TRY(check_faces(mesh, name, error));
+  return drop_vertices(mesh, error);
 }

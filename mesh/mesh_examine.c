@@ -204,6 +204,8 @@ static void note_worst(thrum_mesh_examined *e, int64_t tet, double ratio) {
 static void measure_tet(const thrum_mesh *mesh, int64_t t, thrum_mesh_examined *e) {
   const double *corners[4];
   double volume;
+
+  // shortest and longest edge
   for (int a = 0; a < 4; a++)
     corners[a] = mesh->vertices + 3 * (int64_t)mesh->tets[4 * t + a];
   const double ratio = thrum_tet_mean_ratio(corners, &volume);
@@ -214,10 +216,12 @@ static void measure_tet(const thrum_mesh *mesh, int64_t t, thrum_mesh_examined *
       e->edge_min = e->edge_min > 0 && e->edge_min < edge ? e->edge_min : edge;
       e->edge_max = e->edge_max > edge ? e->edge_max : edge;
     }
+
   const int bin = (int)(ratio * THRUM_EXAMINE_BINS);
   e->histogram[bin < 0 ? 0 : bin < THRUM_EXAMINE_BINS ? bin : THRUM_EXAMINE_BINS - 1]++;
   e->ratio_min = t == 0 || ratio < e->ratio_min ? ratio : e->ratio_min;
   e->ratio_mean += ratio / (double)mesh->tet_count;
+
   e->volume += volume;
   e->mass += mesh->has_material ? volume * mesh->materials[mesh->tet_region[t]].density : 0;
   note_worst(e, t, ratio);
@@ -238,13 +242,9 @@ static void measure_body(const thrum_mesh *mesh, thrum_mesh_examined *e) {
 thrum_status thrum_mesh_examine(const thrum_mesh *mesh, thrum_mesh_examined *examined,
                                 thrum_error *error) {
   thrum_mesh_examined e = {0};
-  thrum_status status = count_pieces(mesh, &e, error);
-  if (status >= 0)
-    status = count_coincident(mesh, &e, error);
-  if (status >= 0)
-    status = examine_surface(mesh, &e, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(count_pieces(mesh, &e, error));
+  THRUM_TRY(count_coincident(mesh, &e, error));
+  THRUM_TRY(examine_surface(mesh, &e, error));
   measure_body(mesh, &e);
   *examined = e;
   return THRUM_OK;

@@ -63,12 +63,15 @@ static bool read_term(const char **at, const char *end, fix_term *term) {
   if (p == end || *p < 'x' || *p > 'z')
     return false;
   term->axis = *p - 'x';
+
+  // an axis, < or >, perhaps =, and a number
   p = skip_blanks(p + 1, end);
   if (p == end || (*p != '<' && *p != '>'))
     return false;
   term->less = *p++ == '<';
   term->equal = p < end && *p == '=';
   p = skip_blanks(p + term->equal, end);
+
   size_t used = thrum_text_scan_number(p, end, &term->bound);
   // neither NaN nor infinite bounds make sense
   if (used == 0 || !(term->bound > -1e300 && term->bound < 1e300))
@@ -202,6 +205,8 @@ static thrum_status unknown_name(const thrum_mesh *mesh, const char *name, thrum
                            "'%.100s' is neither a file nor a group, and the mesh has no groups; "
                            "use a predicate such as 'x<0.01'",
                            name);
+
+  // the groups, as many as the line holds
   char list[200] = "";
   size_t length = 0;
   for (int64_t g = 0; g < mesh->group_count; g++) {
@@ -213,6 +218,7 @@ static thrum_status unknown_name(const thrum_mesh *mesh, const char *name, thrum
     }
     length += (size_t)snprintf(list + length, sizeof list - length, "%s%s", g ? ", " : "", group);
   }
+
   return thrum_error_set(error, THRUM_MISSING,
                          "'%.100s' is neither a file nor a group; the groups are %s", name, list);
 }
@@ -273,9 +279,7 @@ static thrum_status mark_all(const thrum_mesh *mesh, char *text, uint8_t *marks,
   // mark may cut the components off
   char shown[101];
   snprintf(shown, sizeof shown, "%s", text);
-  thrum_status status = mark(mesh, text, marks, axes, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(mark(mesh, text, marks, axes, error));
   *named = 0;
   for (int64_t v = 0; v < mesh->vertex_count; v++)
     *named += marks[v];

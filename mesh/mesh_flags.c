@@ -47,6 +47,7 @@ unsigned thrum_mesh_flags(const thrum_mesh *mesh, const thrum_mesh_examined *e) 
   flags |=
       (double)e->shallow_tets > SHALLOW_SHARE * (double)mesh->tet_count ? THRUM_EXAMINE_THIN : 0U;
   flags |= e->ratio_min < RATIO_SLIVER ? THRUM_EXAMINE_SLIVERS : 0U;
+
   // middle nodes of quadratic tets are dropped as a matter of course
   const bool dropped = mesh->dropped_vertices > 0 && mesh->cornered_tets == 0;
   flags |= mesh->flipped_tets > 0 || dropped ? THRUM_EXAMINE_REPAIRED : 0U;

@@ -15,6 +15,7 @@ const char *thrum_mesh_name_fault(const char *name, size_t length) {
     return "a name is empty";
   if (length > THRUM_MESH_NAME_MAX)
     return "a name is longer than 255 bytes";
+
   // printable UTF-8, as names end up in JSON and on terminals
   for (size_t i = 0; i < length;) {
     const unsigned char lead = (unsigned char)name[i];

@@ -1,4 +1,5 @@
-/* Mesh measures, see quality.h. One pass over the tetrahedra. SPDX-License-Identifier: Apache-2.0
+/* Mesh measures, see model_quality.h. One pass over the tetrahedra. SPDX-License-Identifier:
+ * Apache-2.0
  */
 #include "mesh/model_quality.h"
 
@@ -19,6 +20,7 @@ double thrum_tet_mean_ratio(const double *const corners[4], double *volume) {
       squares += edge[a][axis] * edge[a][axis];
     }
   }
+
   // the other three edges are differences of the first three
   for (int a = 0; a < 3; a++) {
     for (int axis = 0; axis < 3; axis++) {
@@ -26,10 +28,13 @@ double thrum_tet_mean_ratio(const double *const corners[4], double *volume) {
       squares += side * side;
     }
   }
+
   const double determinant = edge[0][0] * (edge[1][1] * edge[2][2] - edge[1][2] * edge[2][1]) -
                              edge[0][1] * (edge[1][0] * edge[2][2] - edge[1][2] * edge[2][0]) +
                              edge[0][2] * (edge[1][0] * edge[2][1] - edge[1][1] * edge[2][0]);
   *volume = determinant / 6;
+
+  // 12 (3 V)^(2/3) over the sum of the squared edges: 1 for the regular tet
   if (!(squares > 0))
     return 0;
   const double root = cbrt(3 * fabs(*volume));

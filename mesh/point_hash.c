@@ -1,4 +1,4 @@
-/* Open addressing, at most half full; see places.h. SPDX-License-Identifier: Apache-2.0 */
+/* Open addressing, at most half full; see point_hash.h. SPDX-License-Identifier: Apache-2.0 */
 #include "mesh/point_hash.h"
 
 #include <stdlib.h>
@@ -45,9 +45,7 @@ static thrum_status grow(thrum_point_hash *places, const double *vertices, int64
 
 thrum_status thrum_point_hash_find(thrum_point_hash *places, const double *vertices, int64_t count,
                                    const double position[3], int32_t *vertex, thrum_error *error) {
-  const thrum_status status = grow(places, vertices, count, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(grow(places, vertices, count, error));
   uint64_t slot = first_slot(places, position);
   for (; places->slots[slot] >= 0; slot = (slot + 1) & (places->slot_count - 1)) {
     const double *known = vertices + 3 * (int64_t)places->slots[slot];

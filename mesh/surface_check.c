@@ -53,8 +53,12 @@ static measures measure(const thrum_surface_mesh *surface, int64_t t) {
   const double *x[3], *origin = surface->vertices + 3 * (int64_t)surface->triangles[0];
   for (int c = 0; c < 3; c++)
     x[c] = surface->vertices + 3 * (int64_t)surface->triangles[3 * t + c];
+
+  // lengths of the sides
   for (int c = 0; c < 3; c++) {
     double squared = 0;
+
+    // twice the area as a vector, and the volume to one origin for all triangles
     for (int axis = 0; axis < 3; axis++)
       squared += (x[c][axis] - x[(c + 1) % 3][axis]) * (x[c][axis] - x[(c + 1) % 3][axis]);
     m.longest2 = fmax(m.longest2, squared);
@@ -68,6 +72,7 @@ static measures measure(const thrum_surface_mesh *surface, int64_t t) {
     m.volume += m.area[axis] * (x[0][axis] - origin[axis]);
     m.twice += m.area[axis] * m.area[axis];
   }
+
   m.twice = sqrt(m.twice);
   return m;
 }
@@ -79,14 +84,18 @@ static void check_triangles(const thrum_surface_mesh *surface, thrum_surface_che
     const int32_t *v = surface->triangles + 3 * t;
     total += m.volume;
     lengths += m.sides;
+
+    // without area relative to its longest side, or with a corner twice
     if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0] || !(m.twice > FLAT * m.longest2))
       note(&checked->flat, t, v[0], v[0] == v[1] ? v[2] : v[1]);
+
     for (int64_t n = 0; n < 9; n++) {
       const double x = surface->vertices[3 * (int64_t)v[n / 3] + n % 3];
       checked->box_min[n % 3] = fmin(checked->box_min[n % 3], x);
       checked->box_max[n % 3] = fmax(checked->box_max[n % 3], x);
     }
   }
+
   checked->volume = total / 6;
   checked->edge_mean = lengths / (3 * (double)surface->triangle_count);
 }

@@ -15,10 +15,7 @@ static thrum_status renumber(thrum_surface_mesh *surface, thrum_point_hash *plac
     const int32_t old = surface->triangles[n];
     if (new_number[old] < 0) {
       const double *x = surface->vertices + 3 * (int64_t)old;
-      const thrum_status status =
-          thrum_point_hash_find(places, kept, *count, x, &new_number[old], error);
-      if (status < 0)
-        return status;
+      THRUM_TRY(thrum_point_hash_find(places, kept, *count, x, &new_number[old], error));
       if (new_number[old] == *count)
         memcpy(kept + 3 * (*count)++, x, 3 * sizeof *kept);
       else
@@ -37,18 +34,23 @@ thrum_status thrum_surface_join(thrum_surface_mesh *surface, int64_t *joined, th
   int64_t count = 0;
   thrum_status status = THRUM_OK;
   *joined = 0;
+
   if (new_number == NULL || kept == NULL) {
     status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the surface");
   } else {
     memset(new_number, 0xff, all * sizeof *new_number);
     status = renumber(surface, &places, new_number, kept, &count, joined, error);
   }
+
   free(new_number);
   thrum_point_hash_free(&places);
+
+  // after a failure the triangles may be half renumbered; the caller only frees them
   if (status < 0) {
     free(kept);
     return status;
   }
+
   free(surface->vertices);
   surface->vertices = kept;
   surface->vertex_count = count;

@@ -21,6 +21,7 @@ int64_t *thrum_mesh_tet_repeats(const thrum_mesh *mesh) {
   uint64_t slots = 16;
   while (slots < 2 * (uint64_t)mesh->tet_count)
     slots *= 2;
+
   int64_t *table = malloc(slots * sizeof *table);
   int64_t *earlier = malloc(((size_t)mesh->tet_count + 1) * sizeof *earlier);
   if (!table || !earlier) {
@@ -28,8 +29,10 @@ int64_t *thrum_mesh_tet_repeats(const thrum_mesh *mesh) {
     free(earlier);
     return NULL;
   }
+
   for (uint64_t i = 0; i < slots; i++)
     table[i] = -1;
+
   // open addressing over the sorted vertices
   for (int64_t t = 0; t < mesh->tet_count; t++) {
     int32_t key[4], other[4];
@@ -37,6 +40,7 @@ int64_t *thrum_mesh_tet_repeats(const thrum_mesh *mesh) {
     uint64_t hash = 0;
     for (int a = 0; a < 4; a++)
       hash = (hash ^ (uint32_t)key[a]) * UINT64_C(0x9e3779b97f4a7c15);
+
     uint64_t slot = hash >> 20 & (slots - 1);
     earlier[t] = -1;
     for (; table[slot] >= 0; slot = (slot + 1) & (slots - 1)) {
@@ -46,9 +50,11 @@ int64_t *thrum_mesh_tet_repeats(const thrum_mesh *mesh) {
         break;
       }
     }
+
     if (earlier[t] < 0)
       table[slot] = t;
   }
+
   free(table);
   return earlier;
 }

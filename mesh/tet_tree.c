@@ -118,19 +118,25 @@ static void split_all(thrum_tet_tree *tree, const double *centres) {
     tree_node *node = &tree->nodes[n];
     if (node->count <= LEAF)
       continue;
+
+    // the box of the centres of its tets, which is split across its longest side
     const int32_t first = node->first, count = node->count, half = count / 2;
     empty_box(node);
     for (int32_t t = first; t < first + count; t++) {
       const double *x = centres + 3 * (int64_t)tree->order[t];
       grow_box(node, x, x);
     }
+
     int axis = 0;
     for (int a = 1; a < 3; a++)
       if (node->high[a] - node->low[a] > node->high[axis] - node->low[axis])
         axis = a;
+
+    // both halves get about as many tets, so the depth is bounded
     halve(tree->order, centres, axis, first, (int64_t)first + count - 1, (int64_t)first + half);
     tree->nodes[tree->node_count] = (tree_node){.first = first, .count = half};
     tree->nodes[tree->node_count + 1] = (tree_node){.first = first + half, .count = count - half};
+
     node->first = (int32_t)tree->node_count;
     node->count = 0;
     tree->node_count += 2;
@@ -221,6 +227,8 @@ static bool find_around(const thrum_tet_tree *tree, const double point[3], thrum
     const tree_node *node = &tree->nodes[stack[--depth]];
     if (!holds(node, point))
       continue;
+
+    // the tets of a leaf, their boxes first
     for (int32_t n = node->first; n < node->first + node->count; n++) {
       tree_node box;
       empty_box(&box);
@@ -228,10 +236,13 @@ static bool find_around(const thrum_tet_tree *tree, const double point[3], thrum
         grow_box(&box, corner(tree, tree->order[n], c), corner(tree, tree->order[n], c));
       if (!holds(&box, point))
         continue;
+
       *found = weigh(tree, tree->order[n], point);
       if (least(found->weights) >= 0)
         return true;
     }
+
+    // an inner node: its children, the first one next
     if (node->count == 0) {
       stack[depth++] = node->first + 1;
       stack[depth++] = node->first;
@@ -261,13 +272,17 @@ thrum_tet_place thrum_tet_tree_find(const thrum_tet_tree *tree, const double poi
   thrum_tet_place best;
   if (find_around(tree, point, &best))
     return best;
+
+  // outside all tets: the nearest one, by boxes that are nearer than the best so far
   best = (thrum_tet_place){.tet = tree->order[0], .distance = INFINITY};
+
   int32_t stack[DEPTH_MAX] = {0};
   int depth = 1;
   while (depth > 0 && !(best.distance <= 0)) {
     const tree_node *node = &tree->nodes[stack[--depth]];
     if (box_distance2(node, point) > best.distance * (1 + SAME))
       continue;
+
     for (int32_t n = node->first; n < node->first + node->count; n++) {
       const thrum_tet_place place = place_in(tree, tree->order[n], point);
       if (is_better(&place, &best))
@@ -275,11 +290,14 @@ thrum_tet_place thrum_tet_tree_find(const thrum_tet_tree *tree, const double poi
     }
     if (node->count > 0)
       continue;
+
+    // the nearer child next, so that the best is found early
     const tree_node *children = &tree->nodes[node->first];
     const int nearer = box_distance2(&children[0], point) <= box_distance2(&children[1], point);
     stack[depth++] = node->first + nearer;
     stack[depth++] = node->first + 1 - nearer;
   }
+
   best.distance = sqrt(best.distance);
   return best;
 }

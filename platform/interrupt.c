@@ -23,12 +23,14 @@ static void end_cleanly(int number) {
     pthread_kill(keeper, number);
     return;
   }
+
   const char *line = last_line;
   for (int i = 0; i < THRUM_INTERRUPT_FILES; i++)
     if (marked[i] != NULL)
       unlink(marked[i]);
   if (line != NULL && write(STDERR_FILENO, line, strlen(line)) < 0)
     line = NULL;
+
   // the default action comes as soon as the handler returns
   signal(number, SIG_DFL);
   raise(number);
@@ -37,13 +39,18 @@ static void end_cleanly(int number) {
 void thrum_interrupt_clean(const char *line) {
   last_line = line;
   keeper = pthread_self();
+
   struct sigaction action, before;
   memset(&action, 0, sizeof action);
   action.sa_handler = end_cleanly;
+
   // one at a time: a second signal waits for the first one's end
   sigemptyset(&action.sa_mask);
+
   for (int i = 0; i < SIGNAL_COUNT; i++)
     sigaddset(&action.sa_mask, signals[i]);
+
+  // a signal that is ignored, as under nohup, stays ignored
   for (int i = 0; i < SIGNAL_COUNT; i++)
     if (sigaction(signals[i], NULL, &before) == 0 && before.sa_handler != SIG_IGN)
       sigaction(signals[i], &action, NULL);

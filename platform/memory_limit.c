@@ -1,5 +1,5 @@
-/* How much memory there is to be had, see memory.h: read from /proc and from the control group, of
- * version 1 or 2, that the process is in. SPDX-License-Identifier: Apache-2.0 */
+/* How much memory there is to be had, see memory_limit.h: read from /proc and from the control
+ * group, of version 1 or 2, that the process is in. SPDX-License-Identifier: Apache-2.0 */
 #include "platform/memory_limit.h"
 
 #include <math.h>
@@ -44,9 +44,12 @@ static double left_in_group(const char *folder, const char *limit, const char *u
   snprintf(path, sizeof path, "%s/%s", folder, limit);
   const double most = number_in(path, "");
   snprintf(path, sizeof path, "%s/%s", folder, usage);
+
   const double used = number_in(path, "");
+
   snprintf(path, sizeof path, "%s/memory.stat", folder);
   const double cache = number_in(path, droppable);
+
   // no limit is "max", or a number near 2^63
   if (isnan(most) || isnan(used) || most > 1e18)
     return INFINITY;
@@ -75,6 +78,8 @@ static double left_in_control_group(void) {
   FILE *file = fopen("/proc/self/cgroup", "r");
   char line[512];
   double least = INFINITY;
+
+  // a line is ID:CONTROLLERS:PATH; version 2 has the number 0 and no controllers
   while (file && fgets(line, sizeof line, file)) {
     line[strcspn(line, "\n")] = 0;
     const char *group = strrchr(line, ':');
@@ -85,6 +90,7 @@ static double left_in_control_group(void) {
     else if (strstr(line, ":memory:") != NULL)
       least = fmin(least, left_in_groups("/sys/fs/cgroup/memory", group + 1, 1));
   }
+
   if (file)
     fclose(file);
   return least;
@@ -94,11 +100,14 @@ double thrum_memory_available(const char **what) {
   const char *name = "of the machine";
   const double machine = 1024 * number_in("/proc/meminfo", "MemAvailable:");
   double least = isnan(machine) ? INFINITY : machine;
+
   const double group = left_in_control_group();
   if (group < least) {
     least = group;
     name = "of the control group";
   }
+
+  // a limit of the address space counts less what is mapped already
   struct rlimit limit;
   const double space = pages_of(0);
   if (getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY && !isnan(space) &&
@@ -106,6 +115,7 @@ double thrum_memory_available(const char **what) {
     least = fmax(0, (double)limit.rlim_cur - space);
     name = "of the process's limit";
   }
+
   if (what)
     *what = name;
   return least;

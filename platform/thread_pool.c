@@ -53,15 +53,18 @@ thrum_status experiment_pool_run(const experiment_pool *pool, thrum_error *error
   pool_run run = {.pool = pool, .status = THRUM_OK};
   int started = 0;
   pthread_mutex_init(&run.mutex, NULL);
+
   // this thread works too, so a thread that cannot be had costs time and nothing else
   for (int n = 1; n < pool->threads && n < THREADS_MAX && n < pool->count; n++) {
     if (pthread_create(&threads[started], NULL, work, &run) == 0)
       started++;
   }
+
   work(&run);
   for (int n = 0; n < started; n++)
     pthread_join(threads[n], NULL);
   pthread_mutex_destroy(&run.mutex);
+
   if (run.status < 0 && error != NULL)
     *error = run.error;
   return run.status;

@@ -67,15 +67,21 @@ thrum_status thrum_threads_ready(int threads, thrum_error *error) {
   static atomic_bool ready;
   if (threads <= 1 && atomic_load(&ready))
     return THRUM_OK;
+
+  // the memory that OpenBLAS will take must be there, else it would try for ever
   const size_t size = buffers(threads);
   void *volatile probe = malloc(size);
   free(probe);
+
+  // its first call takes it
   const double one = 1, in = 1;
   double out = 0;
   if (probe)
     cblas_dsymv(CblasColMajor, CblasUpper, 1, 1, &one, 1, &in, 1, 0, &out, 1);
+
   if (probe && out == 1) {
     atomic_store(&ready, true);
+
     return THRUM_OK;
   }
   return thrum_error_set(error, THRUM_OUT_OF_MEMORY,

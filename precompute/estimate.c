@@ -114,8 +114,12 @@ static void probe(int threads, double *flops, double *bytes) {
   *flops = *bytes = 0;
   if (!data)
     return;
+
+  // numbers that are touched once, so that every page is there
   for (int64_t i = 0; i < PROBE_LENGTH; i++)
     data[i] = 1e-3 * (double)(i % 7);
+
+  // the best of three passes counts: a sum for the memory, a product for the processor
   const int n = PROBE_SIZE;
   double *a = data, *b = data + n * n, *c = data + 2 * n * n;
   for (int pass = 0; pass < 3; pass++) {
@@ -128,6 +132,7 @@ static void probe(int threads, double *flops, double *bytes) {
     *bytes = fmax(*bytes, 8.0 * PROBE_LENGTH / (read - began));
     *flops = fmax(*flops, 2.0 * n * n * n * threads / (done - read));
   }
+
   free(data);
 }
 
@@ -175,21 +180,21 @@ thrum_status thrum_precompute_estimate(const thrum_mesh *mesh, const uint8_t *fi
   thrum_estimate made = {0};
   bool free_body;
   thrum_status status = thrum_options_check(&asked, error);
-  if (status == THRUM_OK)
+  if (status >= 0)
     status = thrum_threads_ready(asked.threads, error);
-  if (status != THRUM_OK)
+  if (status < 0)
     return status;
   const thrum_threads before = thrum_threads_set(asked.threads);
   status = thrum_fem_create(mesh, fixed, &fem, error);
-  if (status == THRUM_OK)
+  if (status >= 0)
     status = thrum_options_check_body(&asked, &fem, &free_body, error);
-  if (status == THRUM_OK)
+  if (status >= 0)
     status = thrum_fem_pattern(&fem, &stiffness, error);
-  if (status == THRUM_OK)
+  if (status >= 0)
     status = thrum_fem_mass(&fem, asked.mass, &stiffness, &mass, error);
-  if (status == THRUM_OK && !asked.imported)
+  if (status >= 0 && !asked.imported)
     status = thrum_factor_plan(&stiffness, &factor, error);
-  if (status == THRUM_OK) {
+  if (status >= 0) {
     thrum_estimate_memory(&fem, &stiffness, factor, &asked, &made);
     estimate_times(&fem, &asked, &made);
     *estimate = made;

@@ -1,4 +1,4 @@
-/* What is asked of a precompute, judged before it starts, see options.h.
+/* What is asked of a precompute, judged before it starts, see options_check.h.
  * SPDX-License-Identifier: Apache-2.0 */
 #include "precompute/options_check.h"
 
@@ -29,31 +29,38 @@ static thrum_status check_counts(const thrum_precompute_options *options, thrum_
   if (k < 1 || k > 10000)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "modes is %lld; it must lie between 1 and 10000", (long long)k);
+
   if (r < 1 || r > THRUM_RANK_MAX)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "rank is %lld; it must lie between 1 and %d", (long long)r,
                            THRUM_RANK_MAX);
+
+  // the candidates are k modes and k (k + 1) / 2 derivatives
   const int64_t shapes = thrum_options_shapes(options);
   if (r > shapes * (shapes + 3) / 2)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "rank %lld is more than %lld modes and their derivatives give (%lld); "
                            "lower --rank or raise --modes",
                            (long long)r, (long long)shapes, (long long)(shapes * (shapes + 3) / 2));
+
   return THRUM_OK;
 }
 
 thrum_status thrum_options_check(const thrum_precompute_options *options, thrum_error *error) {
-  const thrum_status status = options->imported ? THRUM_OK : check_counts(options, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(options->imported ? THRUM_OK : check_counts(options, error));
+
   if (options->threads < 1)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "threads is %d; it must be at least 1",
                            options->threads);
+
+  // a count that cannot be made says so itself
   if (options->check == THRUM_CHECK_INERTIA && !thrum_inertia_available())
     return thrum_inertia_count(NULL, NULL, 0, NULL, error);
+
   if (options->mass != THRUM_MASS_CONSISTENT && options->mass != THRUM_MASS_LUMPED)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "the mass is neither consistent nor lumped");
+
   return THRUM_OK;
 }
 
@@ -68,12 +75,13 @@ static void lower_counts(thrum_precompute_options *options, int64_t room) {
 
 thrum_status thrum_options_check_body(thrum_precompute_options *options, const thrum_fem *fem,
                                       bool *free_body, thrum_error *error) {
-  const thrum_status status = thrum_constraints_check(fem, free_body, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(thrum_constraints_check(fem, free_body, error));
+
+  // the rigid modes of a free body are no room for elastic ones
   const int64_t n = fem->free_count - (*free_body ? THRUM_RIGID_COUNT : 0);
   if (options->fit)
     lower_counts(options, n);
+
   const int64_t k = options->modes, r = options->rank;
   if (k >= n || r > n)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
@@ -81,6 +89,7 @@ thrum_status thrum_options_check_body(thrum_precompute_options *options, const t
                            "components: lower --modes and "
                            "--rank",
                            (long long)k, (long long)r, (long long)n);
+
   return THRUM_OK;
 }
 

@@ -70,9 +70,7 @@ static thrum_status find_rigid(pipeline *p, thrum_error *error) {
   if (!(p->rigid = thrum_allocate(count, sizeof(double), "the rigid modes", error)) ||
       !(p->rigid_dual = thrum_allocate(count, sizeof(double), "the rigid modes", error)))
     return THRUM_OUT_OF_MEMORY;
-  const thrum_status status = thrum_rigid_modes(&p->fem, &p->mass, p->rigid, p->rigid_dual, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(thrum_rigid_modes(&p->fem, &p->mass, p->rigid, p->rigid_dual, error));
   return thrum_rigid_residual(&p->stiffness, p->rigid, &p->result.rigid_residual, error);
 }
 
@@ -86,49 +84,62 @@ static thrum_status check_memory(const pipeline *p, thrum_error *error) {
 static thrum_status run_assemble(pipeline *p, const thrum_reporter *reporter, thrum_error *error) {
   bool free_body = false;
   thrum_status status = thrum_fem_create(p->mesh, p->fixed, &p->fem, error);
-  if (status == THRUM_OK)
+  if (status >= 0)
     status = thrum_options_check_body(&p->options, &p->fem, &free_body, error);
-  if (status != THRUM_OK)
+  if (status < 0)
     return status;
+
   p->result.free_dofs = p->fem.free_count;
   p->result.rigid_count = free_body ? THRUM_RIGID_COUNT : 0;
   for (int64_t t = 0; t < p->fem.tet_count; t++) {
     p->result.volume += p->fem.volume[t];
     p->result.mass += p->fem.volume[t] * p->fem.density[p->fem.tet_region[t]];
   }
+
   status = thrum_fem_pattern(&p->fem, &p->stiffness, error);
-  if (status == THRUM_OK)
+  if (status >= 0)
     status = thrum_fem_mass(&p->fem, p->options.mass, &p->stiffness, &p->mass, error);
-  if (status == THRUM_OK)
+  if (status >= 0)
     status = thrum_report(reporter, 0.5, error);
+
   // an imported basis needs no factor, whose plan tells the size otherwise
-  if (status == THRUM_OK && p->options.imported)
+  if (status >= 0 && p->options.imported)
     status = check_memory(p, error);
-  if (status == THRUM_OK)
+
+  if (status >= 0)
     status = thrum_fem_stiffness(&p->fem, NULL, &p->stiffness, error);
-  return status == THRUM_OK && free_body ? find_rigid(p, error) : status;
+  return status >= 0 && free_body ? find_rigid(p, error) : status;
 }
 
 static thrum_status run_factor(pipeline *p, const thrum_reporter *reporter, thrum_error *error) {
   (void)reporter;
   thrum_support_springs springs;
+
+  // a free body's stiffness is singular until six springs hold it
   if (p->rigid)
     thrum_support_springs_add(&p->fem, &p->stiffness, &springs);
+
+  // memory is checked as soon as the plan tells the factor's size
   thrum_status status = thrum_factor_plan(&p->stiffness, &p->factor, error);
-  if (status == THRUM_OK)
+  if (status >= 0)
     status = check_memory(p, error);
-  if (status == THRUM_OK)
+  if (status >= 0)
     status = thrum_factor_compute(&p->stiffness, p->factor, error);
+
   if (p->rigid)
     thrum_support_springs_remove(&springs, &p->stiffness);
+
   if (status == THRUM_SINGULAR)
     return thrum_error_set(error, THRUM_SINGULAR,
                            "the stiffness is singular: a part hangs on by a vertex or an edge and "
                            "can still change; fix more with --fix or mend the mesh");
-  if (status != THRUM_OK)
+  if (status < 0)
     return status;
+
   p->result.factor_nonzeros = thrum_factor_nonzeros(p->factor);
   p->result.flops[THRUM_STAGE_factor] = thrum_factor_flops(p->factor);
+
+  // solves keep to the complement of the rigid modes
   if (p->rigid)
     thrum_factor_deflate(p->factor, THRUM_RIGID_COUNT, p->rigid, p->rigid_dual);
   return THRUM_OK;
@@ -155,7 +166,7 @@ static thrum_status count_modes(pipeline *p, double next, thrum_error *error) {
   result->shift = thrum_mode_shift(p->options.modes, result->mode_omega2, next, &below);
   const thrum_status status =
       thrum_inertia_count(&p->stiffness, &p->mass, result->shift, &result->shift_count, error);
-  result->mode_counted = status == THRUM_OK;
+  result->mode_counted = status >= 0;
   result->modes_complete = result->shift_count == below + result->rigid_count;
   return status;
 }
@@ -167,16 +178,20 @@ static thrum_status check_modes(pipeline *p, thrum_error *error) {
   thrum_status status =
       thrum_mode_search(&p->stiffness, &p->mass, p->factor, k, result->mode_omega2, p->candidates,
                         &result->modes_recovered, &result->next_omega2, error);
-  if (status == THRUM_OK && result->modes_recovered > 0)
+
+  // modes that were found late are brought into the same form as the others
+  if (status >= 0 && result->modes_recovered > 0)
     thrum_eigen_canonicalise(p->fem.free_count, k, result->mode_omega2,
                              1e-10 * result->mode_omega2[k - 1], p->candidates, 1,
                              p->fem.free_count);
+
   result->modes_complete = true;
-  if (status != THRUM_OK || !thrum_options_counted(&p->options, p->fem.free_count))
+  if (status < 0 || !thrum_options_counted(&p->options, p->fem.free_count))
     return status;
+
   status = count_modes(p, result->next_omega2, error);
   // one too many may still be the next of a cluster that begins among the modes
-  if (status == THRUM_OK && !result->modes_complete)
+  if (status >= 0 && !result->modes_complete)
     status = count_modes(p, result->mode_omega2[k - 1], error);
   return status;
 }
@@ -197,22 +212,29 @@ static thrum_status run_modes(pipeline *p, const thrum_reporter *reporter, thrum
   thrum_precomputed *result = &p->result;
   result->mode_count = k;
   const int64_t shapes = thrum_options_shapes(&p->options);
+
+  // the derivatives will stand behind the modes, so room for both is taken at once
   if (!(p->candidates = thrum_allocate((shapes + shapes * (shapes + 1) / 2) * n, sizeof(double),
                                        "the modes and derivatives", error)) ||
       !(result->mode_omega2 = thrum_allocate(shapes, sizeof(double), "the modes", error)) ||
       !(result->mode_residual = thrum_allocate(k, sizeof(double), "the modes", error)))
     return THRUM_OUT_OF_MEMORY;
+
   thrum_status status = thrum_eigen_lowest(&p->stiffness, &p->mass, p->factor, k,
                                            result->mode_omega2, p->candidates, reporter, error);
-  if (status == THRUM_OK)
+
+  // no mode may be missing, none may be a mechanism
+  if (status >= 0)
     status = check_modes(p, error);
-  if (status == THRUM_OK)
+  if (status >= 0)
     status = thrum_eigen_residuals(&p->stiffness, &p->mass, k, result->mode_omega2, p->candidates,
                                    result->mode_residual, error);
-  if (status == THRUM_OK)
+  if (status >= 0)
     status = check_mechanism(p, error);
-  if (status == THRUM_OK && p->options.keep_modes)
+  if (status >= 0 && p->options.keep_modes)
     status = keep_modes(p, error);
+
+  // the stiffness has served: later stages need its factor alone
   p->result.flops[THRUM_STAGE_modes] = thrum_factor_solve_flops(p->factor);
   thrum_sparse_free(&p->stiffness);
   return status;
@@ -225,9 +247,12 @@ static thrum_status run_derivatives(pipeline *p, const thrum_reporter *reporter,
   thrum_status status = thrum_handle_responses(
       &p->fem, &p->mass, p->factor, p->options.handle_count, p->options.handles,
       p->candidates + k * n, p->result.mode_omega2 + k, error);
-  if (status == THRUM_OK)
+
+  if (status >= 0)
     status = thrum_derivatives(&p->fem, p->factor, shapes, p->candidates,
                                p->candidates + shapes * n, reporter, error);
+
+  // the factor is the largest array of all, and it has served
   p->result.flops[THRUM_STAGE_derivatives] =
       thrum_factor_solve_flops(p->factor) - p->result.flops[THRUM_STAGE_modes];
   thrum_factor_free(p->factor);
@@ -242,25 +267,29 @@ static thrum_status make_basis(pipeline *p, const thrum_reporter *reporter, thru
     return thrum_basis(&p->fem, &p->mass, thrum_options_shapes(&p->options),
                        3 * p->options.handle_count, p->result.mode_omega2, p->candidates, r, basis,
                        &p->result.basis_orthonormality, reporter, error);
+
+  // an imported basis takes the place of modes and derivatives
   p->result.modes_complete = true;
   if (!(p->change = thrum_allocate(r * r, sizeof(double), "the imported basis", error)))
     return THRUM_OUT_OF_MEMORY;
-  const thrum_status status =
-      thrum_imported_basis_fill(&p->fem, p->mesh, &p->mass, p->rigid_dual, p->options.imported,
-                                basis, p->change, &p->result.imported, error);
+  THRUM_TRY(thrum_imported_basis_fill(&p->fem, p->mesh, &p->mass, p->rigid_dual,
+                                      p->options.imported, basis, p->change, &p->result.imported,
+                                      error));
   p->result.basis_orthonormality = p->result.imported.orthonormality_after;
-  return status;
+  return THRUM_OK;
 }
 
 static thrum_status run_basis(pipeline *p, const thrum_reporter *reporter, thrum_error *error) {
   thrum_status status =
       thrum_model_fill_mesh(p->mesh, p->fixed, p->options.rank, &p->result.model, error);
-  if (status == THRUM_OK)
+  if (status >= 0)
     status = make_basis(p, reporter, error);
-  if (status == THRUM_OK)
+  if (status >= 0)
     status = thrum_model_fill_axis_mass(&p->fem, &p->result.model, error);
-  if (status == THRUM_OK && p->rigid)
+  if (status >= 0 && p->rigid)
     status = thrum_model_fill_rigid(&p->fem, p->rigid, &p->result.model, error);
+
+  // mass and candidates have served
   thrum_sparse_free(&p->mass);
   free(p->candidates);
   p->candidates = NULL;
@@ -289,21 +318,25 @@ static thrum_status run_polynomial(pipeline *p, const thrum_reporter *reporter,
   double *linear = thrum_allocate(r * r, sizeof *linear, "the polynomial", error);
   if (!linear)
     return THRUM_OUT_OF_MEMORY;
+
   thrum_status status = make_polynomial(p, linear, reporter, error);
+
   double *omega2 = thrum_model_writable(model->omega2);
   double worst = 0;
-  for (int64_t i = 0; i < r && status == THRUM_OK; i++) {
+  for (int64_t i = 0; i < r && status >= 0; i++) {
     // equal frequencies may differ by rounding either way; the model wants them ascending
     omega2[i] = i > 0 ? fmax(omega2[i - 1], linear[i * r + i]) : linear[0];
     for (int64_t j = 0; j < i; j++)
       worst = fmax(worst, fabs(linear[i * r + j]));
   }
-  if (status == THRUM_OK)
+
+  if (status >= 0)
     p->result.basis_diagonality = worst / omega2[r - 1];
   free(linear);
-  if (status == THRUM_OK && p->options.imported && p->options.imported->linear)
+
+  if (status >= 0 && p->options.imported && p->options.imported->linear)
     status = thrum_imported_check(&p->fem, model, &p->result.imported, error);
-  if (status == THRUM_OK && p->options.single)
+  if (status >= 0 && p->options.single)
     status = thrum_single_precision_round(model, &p->result.single_error, error);
   return status;
 }
@@ -312,24 +345,23 @@ static thrum_status run_all(pipeline *p, thrum_error *error) {
   thrum_status (*const stages[THRUM_STAGE_COUNT])(pipeline *, const thrum_reporter *,
                                                   thrum_error *) = {
       run_assemble, run_factor, run_modes, run_derivatives, run_basis, run_polynomial};
-  thrum_status status = THRUM_OK;
-  for (int stage = 0; stage < THRUM_STAGE_COUNT && status == THRUM_OK; stage++) {
+  for (int stage = 0; stage < THRUM_STAGE_COUNT; stage++) {
     // an imported basis needs nothing solved
     if (p->options.imported && stage > THRUM_STAGE_assemble && stage < THRUM_STAGE_basis)
       continue;
+
     const thrum_reporter reporter = {&p->options, (thrum_stage)stage};
     const double began = seconds_of(CLOCK_MONOTONIC);
     const double worked = seconds_of(CLOCK_PROCESS_CPUTIME_ID);
-    status = thrum_report(&reporter, 0, error);
-    if (status == THRUM_OK)
-      status = stages[stage](p, &reporter, error);
-    if (status == THRUM_OK)
-      status = thrum_report(&reporter, 1, error);
+
+    THRUM_TRY(thrum_report(&reporter, 0, error));
+    THRUM_TRY(stages[stage](p, &reporter, error));
+    THRUM_TRY(thrum_report(&reporter, 1, error));
     p->result.seconds[stage] = seconds_of(CLOCK_MONOTONIC) - began;
     p->result.cpu_seconds[stage] = seconds_of(CLOCK_PROCESS_CPUTIME_ID) - worked;
     p->result.peak_mb[stage] = peak_mb_now();
   }
-  return status;
+  return THRUM_OK;
 }
 
 thrum_status thrum_precompute(const thrum_mesh *mesh, const uint8_t *fixed,
@@ -337,21 +369,21 @@ thrum_status thrum_precompute(const thrum_mesh *mesh, const uint8_t *fixed,
                               thrum_error *error) {
   pipeline p = {.mesh = mesh, .fixed = fixed, .options = thrum_options_complete(options)};
   thrum_status status = thrum_options_check(&p.options, error);
-  if (status != THRUM_OK)
+  if (status < 0)
     return status;
   if (!mesh->has_material)
     return thrum_error_set(error, THRUM_MISSING,
                            "the mesh says no material: give --young, --poisson and --density");
   status = thrum_threads_ready(options->threads, error);
-  if (status != THRUM_OK)
+  if (status < 0)
     return status;
   const thrum_threads before = thrum_threads_set(options->threads);
   status = run_all(&p, error);
-  if (status == THRUM_OK)
+  if (status >= 0)
     status = thrum_model_check(&p.result.model, error);
   pipeline_free(&p);
   thrum_threads_restore(before);
-  if (status == THRUM_OK)
+  if (status >= 0)
     *result = p.result;
   else
     thrum_precomputed_free(&p.result);

@@ -25,7 +25,7 @@ typedef struct thrum_precomputed {
   int64_t shift_count;         /* rigid ones included; 0 where not counted */
   double basis_orthonormality; /* max |U^T M U - 1| */
   double basis_diagonality;    /* max off-diagonal |U^T K U| / max omega2 */
-  double single_error;         /* of options.single: relative error of R, see precision.h; else 0 */
+  double single_error; /* of options.single: relative error of R, see single_precision.c; else 0 */
   int64_t free_dofs;
   int64_t factor_nonzeros;
   double mass;           /* [kg] */

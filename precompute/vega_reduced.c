@@ -63,24 +63,24 @@ thrum_status thrum_vega_basis_read(const char *path, thrum_imported_basis *impor
   size_t size = 0, width = 0;
   int64_t rows = 0, rank = 0;
   thrum_status status = thrum_file_read(path, &data, &size, error);
-  if (status == THRUM_OK)
+  if (status >= 0)
     status = basis_shape(path, data, size, &rows, &rank, &width, error);
   double *basis =
-      status == THRUM_OK ? thrum_allocate(rows * rank, sizeof *basis, "the basis", error) : NULL;
-  if (status == THRUM_OK && basis == NULL)
+      status >= 0 ? thrum_allocate(rows * rank, sizeof *basis, "the basis", error) : NULL;
+  if (status >= 0 && basis == NULL)
     status = THRUM_OUT_OF_MEMORY;
   const char *next = (const char *)data + 8;
-  for (int64_t i = 0; i < rank && status == THRUM_OK; i++)
+  for (int64_t i = 0; i < rank && status >= 0; i++)
     for (int64_t c = 0; c < rows; c++, next += width) {
       float single;
       memcpy(width == 8 ? (void *)(basis + c * rank + i) : (void *)&single, next, width);
       if (width == 4)
         basis[c * rank + i] = (double)single;
     }
-  if (status == THRUM_OK && !all_finite(basis, rows * rank))
+  if (status >= 0 && !all_finite(basis, rows * rank))
     status = thrum_error_set(error, THRUM_BAD_VALUE, "%s: a number is not finite", path);
   free(data);
-  if (status != THRUM_OK) {
+  if (status < 0) {
     free(basis);
     return status;
   }
@@ -238,14 +238,10 @@ static thrum_status take_force(const char *path, const double *force,
   const double *quadratic = force + r * r, *cubic = quadratic + r * (r * (r + 1) / 2);
   if (!all_finite(force, r * (r + r * (r + 1) / 2 + count3)))
     return thrum_error_set(error, THRUM_BAD_VALUE, "%s: a number is not finite", path);
-  thrum_status status = take_linear(path, force, imported, error);
-  if (status == THRUM_OK)
-    status = integrate_both(quadratic, cubic, imported, error);
-  if (status == THRUM_OK)
-    status = check_gradient(path, r, 2, quadratic, imported->c3, count3, &imported->defect, error);
-  if (status == THRUM_OK)
-    status = check_gradient(path, r, 3, cubic, imported->c4, count4, &imported->defect, error);
-  return status;
+  THRUM_TRY(take_linear(path, force, imported, error));
+  THRUM_TRY(integrate_both(quadratic, cubic, imported, error));
+  THRUM_TRY(check_gradient(path, r, 2, quadratic, imported->c3, count3, &imported->defect, error));
+  return check_gradient(path, r, 3, cubic, imported->c4, count4, &imported->defect, error);
 }
 
 thrum_status thrum_vega_cubic_read(const char *path, thrum_imported_basis *imported,
@@ -255,18 +251,18 @@ thrum_status thrum_vega_cubic_read(const char *path, thrum_imported_basis *impor
   const int64_t r = imported->rank;
   thrum_imported_basis made = {.rank = r};
   thrum_status status = thrum_file_read(path, &data, &size, error);
-  if (status == THRUM_OK)
+  if (status >= 0)
     status = check_sizes(path, data, size, r, error);
-  if (status == THRUM_OK &&
+  if (status >= 0 &&
       (!(made.linear = thrum_allocate(r * r, sizeof(double), "the polynomial", error)) ||
        !(made.c3 = thrum_allocate(thrum_c3_count(r), sizeof(double), "the polynomial", error)) ||
        !(made.c4 = thrum_allocate(thrum_c4_count(r), sizeof(double), "the polynomial", error))))
     status = THRUM_OUT_OF_MEMORY;
   // the numbers start 16 bytes into a block of malloc, so they are aligned
-  if (status == THRUM_OK)
+  if (status >= 0)
     status = take_force(path, (const double *)((const char *)data + 16), &made, error);
   free(data);
-  if (status != THRUM_OK) {
+  if (status < 0) {
     thrum_imported_basis_free(&made);
     return status;
   }
@@ -294,9 +290,9 @@ thrum_status thrum_vega_basis_write(const char *path, const thrum_model *model, 
     return THRUM_OUT_OF_MEMORY;
   float *narrow = (float *)column;
   thrum_status status = thrum_file_writer_open(path, &writer, error);
-  if (status == THRUM_OK)
+  if (status >= 0)
     status = thrum_file_writer_put(&writer, (int32_t[]){(int32_t)rows, (int32_t)rank}, 8, error);
-  for (int64_t i = 0; i < rank && status == THRUM_OK; i++) {
+  for (int64_t i = 0; i < rank && status >= 0; i++) {
     for (int64_t c = 0; c < rows; c++)
       if (single)
         narrow[c] = (float)model->basis[c * rank + i];
@@ -305,7 +301,7 @@ thrum_status thrum_vega_basis_write(const char *path, const thrum_model *model, 
     status = thrum_file_writer_put(&writer, column, (size_t)rows * (single ? 4 : 8), error);
   }
   free(column);
-  if (status == THRUM_OK)
+  if (status >= 0)
     return thrum_file_writer_commit(&writer, error);
   thrum_file_writer_abandon(&writer);
   return status;

@@ -90,6 +90,7 @@ int32_t *thrum_write_marks(thrum_mesh_out *out, thrum_mesh_written *w) {
     out->status = thrum_error_set(out->error, THRUM_OUT_OF_MEMORY, "not enough memory");
     return NULL;
   }
+
   for (int64_t g = 0; g < m->group_count; g++) {
     const thrum_group *group = &m->groups[g];
     // a region's group comes back under the number of the region
@@ -97,11 +98,14 @@ int32_t *thrum_write_marks(thrum_mesh_out *out, thrum_mesh_written *w) {
     bool overlaps = region;
     for (int64_t i = 0; i < group->count && !overlaps; i++)
       overlaps = marks[group->vertices[i]] != 0;
+
+    // a group that overlaps an earlier one has no place, so it is lost
     w->lost.groups += overlaps && !region;
     w->lost.names += !overlaps || region;
     for (int64_t i = 0; i < group->count && !overlaps; i++)
       marks[group->vertices[i]] = next;
     next += !overlaps;
   }
+
   return marks;
 }

@@ -49,6 +49,7 @@ static thrum_status read_tetgen(const char *path, thrum_mesh *mesh, thrum_error 
   thrum_status status = THRUM_OK;
   if (!names[0] || !names[1])
     status = no_memory(error);
+
   for (int i = 0; i < 2 && status >= 0; i++) {
     memcpy(names[i], path, stem);
     strcpy(names[i] + stem, i == 0 ? ".node" : ".ele");
@@ -56,9 +57,11 @@ static thrum_status read_tetgen(const char *path, thrum_mesh *mesh, thrum_error 
     const bool given = thrum_file_has_suffix(path, i == 0 ? ".node" : ".ele");
     status = thrum_file_read(given ? path : names[i], &data[i], &size[i], error);
   }
+
   if (status >= 0)
     status = thrum_mesh_parse_tetgen(names[0], data[0], size[0], names[1], data[1], size[1], mesh,
                                      error);
+
   for (int i = 0; i < 2; i++) {
     free(names[i]);
     free(data[i]);
@@ -75,6 +78,8 @@ thrum_status thrum_mesh_read(const char *name, double scale, thrum_mesh *mesh, t
   thrum_mesh read = {0};
   thrum_mesh_parser *parse = find_parser(name);
   thrum_status status;
+
+  // the generator, one file, or a pair of files
   if (name[0] == '\0') {
     status = thrum_error_set(error, THRUM_IO, "the name of the mesh is empty");
   } else if (strncmp(name, "beam:", 5) == 0) {
@@ -90,6 +95,8 @@ thrum_status thrum_mesh_read(const char *name, double scale, thrum_mesh *mesh, t
                              "beam:20x3x3@1x0.15x0.15",
                              name);
   }
+
+  // what was read is cleaned, whatever it came from
   if (status >= 0)
     status = thrum_mesh_clean(&read, name, scale, error);
   if (status < 0) {

@@ -141,13 +141,17 @@ static void read_parameters(inp_reader *r, const char *start, inp_keyword *keywo
     const char *end = r->text.end, *comma = memchr(start, ',', (size_t)(end - start));
     const char *stop = comma ? comma : end;
     const char *equals = memchr(start, '=', (size_t)(stop - start));
+
     inp_word key = trim(start, equals ? equals : stop);
     if (key.length > 0 && keyword->count < PARAMETERS_MAX)
       keyword->parameters[keyword->count++] =
           (inp_parameter){key, equals ? trim(equals + 1, stop) : (inp_word){"", 0}};
+
     if (!comma)
       return;
     start = comma + 1;
+
+    // a comma at the end of a line says that the next one goes on
     if (start == end) {
       if (!next_line(r))
         return;
@@ -196,22 +200,21 @@ static thrum_status read_nodes(inp_reader *r, const inp_keyword *keyword) {
   static const char *const axes[] = {"the x coordinate", "the y coordinate", "the z coordinate"};
   const inp_word set = parameter(keyword, "NSET");
   int64_t list = -1;
-  thrum_status status = THRUM_OK;
   if (set.length > 0)
-    status = node_list(r, set, &list);
-  while (status >= 0 && data_line(r)) {
+    THRUM_TRY(node_list(r, set, &list));
+  while (data_line(r)) {
     int64_t number = 0;
     double position[3] = {0};
-    status = integer(r, "the number of a node", 1, &number);
+    THRUM_TRY(integer(r, "the number of a node", 1, &number));
+
     // coordinates left out are 0
-    for (int c = 0; c < 3 && status >= 0 && thrum_text_more(&r->text); c++)
-      status = thrum_text_number(&r->text, axes[c], &position[c], r->error);
-    if (status >= 0)
-      status = thrum_builder_vertex(&r->builder, number, position);
-    if (status >= 0 && list >= 0)
-      status = thrum_builder_add(&r->builder, list, number);
+    for (int c = 0; c < 3 && thrum_text_more(&r->text); c++)
+      THRUM_TRY(thrum_text_number(&r->text, axes[c], &position[c], r->error));
+    THRUM_TRY(thrum_builder_vertex(&r->builder, number, position));
+    if (list >= 0)
+      THRUM_TRY(thrum_builder_add(&r->builder, list, number));
   }
-  return status;
+  return THRUM_OK;
 }
 
 /* Index of the element set, added when it is new. */
@@ -219,12 +222,15 @@ static thrum_status find_set(inp_reader *r, inp_word name, int64_t *index) {
   for (*index = 0; *index < r->set_count; ++*index)
     if (same(r->sets[*index].name, name))
       return THRUM_OK;
+
+  // a new set
   const char *fault = thrum_mesh_name_fault(name.text, name.length);
   if (fault)
     return fail(r, fault);
   if (r->set_count == THRUM_MESH_GROUPS_MAX)
     return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error, "more than %d element sets",
                            THRUM_MESH_GROUPS_MAX);
+
   inp_set *sets = thrum_mesh_grow(r->sets, &r->set_capacity, r->set_count + 1, sizeof *sets);
   if (!sets)
     return no_memory(r);
@@ -241,9 +247,7 @@ static thrum_status check_growth(inp_reader *r, int64_t count) {
 
 static thrum_status add_to_set(inp_reader *r, int64_t index, int64_t element) {
   inp_set *set = &r->sets[index];
-  const thrum_status status = check_growth(r, set->count);
-  if (status < 0)
-    return status;
+  THRUM_TRY(check_growth(r, set->count));
   int64_t *grown = thrum_mesh_grow(set->elements, &set->capacity, set->count + 1, sizeof *grown);
   if (!grown)
     return no_memory(r);
@@ -277,35 +281,34 @@ static int node_count(inp_word type) {
 static thrum_status read_tet(inp_reader *r, int nodes, int64_t set) {
   int64_t number = 0, corners[CORNERS] = {0};
   const int64_t line = r->text.line;
-  thrum_status status = integer(r, "the number of an element", 1, &number);
-  for (int n = 0; n < nodes && status >= 0; n++) {
+  THRUM_TRY(integer(r, "the number of an element", 1, &number));
+
+  // nodes may go on in the next line; those behind the corners are middles of edges
+  for (int n = 0; n < nodes; n++) {
     int64_t node = 0;
     if (!thrum_text_more(&r->text) && !data_line(r))
       return fail(r, "an element has too few nodes");
-    status = integer(r, "a node of the element", 1, &node);
+    THRUM_TRY(integer(r, "a node of the element", 1, &node));
     if (n < CORNERS)
       corners[n] = node;
   }
-  if (status >= 0)
-    status = thrum_text_finish(&r->text, "the nodes", r->error);
-  if (status >= 0)
-    status = add_element(r, number, r->builder.tet_count);
-  if (status >= 0 && set >= 0)
-    status = add_to_set(r, set, number);
+  THRUM_TRY(thrum_text_finish(&r->text, "the nodes", r->error));
+  THRUM_TRY(add_element(r, number, r->builder.tet_count));
+  if (set >= 0)
+    THRUM_TRY(add_to_set(r, set, number));
   r->builder.cornered_tets += nodes > CORNERS;
-  return status < 0 ? status : thrum_builder_tet(&r->builder, corners, -1, line);
+  return thrum_builder_tet(&r->builder, corners, -1, line);
 }
 
 /* What is no solid serves the groups of the sets that it is in. */
 static thrum_status read_surface(inp_reader *r, int64_t set) {
   int64_t number = 0, node = 0;
-  thrum_status status = integer(r, "the number of an element", 1, &number);
-  if (status >= 0)
-    status = add_element(r, number, -1);
-  while (status >= 0 && thrum_text_more(&r->text)) {
-    status = integer(r, "a node of the element", 1, &node);
-    if (status < 0)
-      return status;
+  THRUM_TRY(integer(r, "the number of an element", 1, &number));
+  THRUM_TRY(add_element(r, number, -1));
+  while (thrum_text_more(&r->text)) {
+    THRUM_TRY(integer(r, "a node of the element", 1, &node));
+
+    // a triangle or quadrilateral keeps its nodes, for the groups of its sets
     int64_t *grown = thrum_mesh_grow(r->surface_nodes, &r->surface_node_capacity,
                                      r->surface_node_count + 1, sizeof *grown);
     if (!grown)
@@ -314,7 +317,7 @@ static thrum_status read_surface(inp_reader *r, int64_t set) {
     grown[r->surface_node_count++] = node;
     r->elements[r->element_count - 1].count++;
   }
-  return status < 0 || set < 0 ? status : add_to_set(r, set, number);
+  return set < 0 ? THRUM_OK : add_to_set(r, set, number);
 }
 
 static thrum_status read_elements(inp_reader *r, const inp_keyword *keyword) {
@@ -326,60 +329,60 @@ static thrum_status read_elements(inp_reader *r, const inp_keyword *keyword) {
                            "elements of type %s are not supported; the body must be meshed with "
                            "C3D4 alone",
                            thrum_text_excerpt(type.text, type.length).text);
-  thrum_status status = THRUM_OK;
   if (name.length > 0)
-    status = find_set(r, name, &set);
-  while (status >= 0 && data_line(r))
-    status = nodes == 0 ? read_surface(r, set) : read_tet(r, nodes, set);
-  return status;
+    THRUM_TRY(find_set(r, name, &set));
+  while (data_line(r))
+    THRUM_TRY(nodes == 0 ? read_surface(r, set) : read_tet(r, nodes, set));
+  return THRUM_OK;
 }
 
 /* Members of a set: numbers, first-last-step with GENERATE, or, of sets read before, names. */
 typedef thrum_status add_member(inp_reader *r, int64_t set, int64_t member);
 
 static thrum_status add_node(inp_reader *r, int64_t set, int64_t node) {
-  const thrum_status status = check_growth(r, r->builder.lists[set].count);
-  return status < 0 ? status : thrum_builder_add(&r->builder, set, node);
+  THRUM_TRY(check_growth(r, r->builder.lists[set].count));
+  return thrum_builder_add(&r->builder, set, node);
 }
 
 static thrum_status read_range(inp_reader *r, int64_t set, add_member *add) {
   int64_t first = 0, last = 0, step = 1;
-  thrum_status status = integer(r, "the first of a range", 1, &first);
-  if (status >= 0)
-    status = integer(r, "the last of a range", first, &last);
-  if (status >= 0 && thrum_text_more(&r->text))
-    status = integer(r, "the step of a range", 1, &step);
-  if (status >= 0 && (last - first) / step >= r->builder.vertex_count + r->element_count)
+  THRUM_TRY(integer(r, "the first of a range", 1, &first));
+  THRUM_TRY(integer(r, "the last of a range", first, &last));
+  if (thrum_text_more(&r->text))
+    THRUM_TRY(integer(r, "the step of a range", 1, &step));
+  if ((last - first) / step >= r->builder.vertex_count + r->element_count)
     return fail(r, "a range is longer than there are nodes and elements");
-  for (int64_t n = first; n <= last && status >= 0; n += step) {
-    status = add(r, set, n);
+  for (int64_t n = first; n <= last; n += step) {
+    THRUM_TRY(add(r, set, n));
     if (n > last - step)
       break;
   }
-  return status;
+  return THRUM_OK;
 }
 
 static thrum_status add_named(inp_reader *r, int64_t set, inp_word name, add_member *add) {
+  // a node set names another node set
   if (add == add_node) {
     const thrum_mesh_builder *b = &r->builder;
     for (int64_t i = 0; i < b->list_count; i++) {
       const inp_word other = {b->lists[i].name, strlen(b->lists[i].name)};
-      thrum_status status = THRUM_OK;
       if (!same(other, name) || i == set)
         continue;
-      for (int64_t n = 0; n < b->lists[i].count && status >= 0; n++)
-        status = add(r, set, b->lists[i].numbers[n]);
-      return status;
+      for (int64_t n = 0; n < b->lists[i].count; n++)
+        THRUM_TRY(add(r, set, b->lists[i].numbers[n]));
+      return THRUM_OK;
     }
   }
+
+  // an element set names another element set
   for (int64_t i = 0; add != add_node && i < r->set_count; i++) {
-    thrum_status status = THRUM_OK;
     if (!same(r->sets[i].name, name) || i == set)
       continue;
-    for (int64_t n = 0; n < r->sets[i].count && status >= 0; n++)
-      status = add(r, set, r->sets[i].elements[n]);
-    return status;
+    for (int64_t n = 0; n < r->sets[i].count; n++)
+      THRUM_TRY(add(r, set, r->sets[i].elements[n]));
+    return THRUM_OK;
   }
+
   return thrum_text_fail(&r->text, THRUM_MISSING, r->error,
                          "the set names '%s', which is no set above it",
                          thrum_text_excerpt(name.text, name.length).text);
@@ -392,29 +395,28 @@ static thrum_status read_set(inp_reader *r, const inp_keyword *keyword, const ch
   if (name.length == 0)
     return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error, "the set has no name: %s=NAME",
                            key);
-  thrum_status status = add == add_node ? node_list(r, name, &set) : find_set(r, name, &set);
-  while (status >= 0 && data_line(r)) {
+  THRUM_TRY(add == add_node ? node_list(r, name, &set) : find_set(r, name, &set));
+  while (data_line(r)) {
     if (has_parameter(keyword, "GENERATE")) {
-      status = read_range(r, set, add);
+      THRUM_TRY(read_range(r, set, add));
       continue;
     }
-    while (status >= 0 && thrum_text_more(&r->text)) {
+    while (thrum_text_more(&r->text)) {
       int64_t member = 0;
       const char c = *r->text.at;
       if (c >= '0' && c <= '9') {
-        status = integer(r, "a member of the set", 1, &member);
-        if (status >= 0)
-          status = add(r, set, member);
+        THRUM_TRY(integer(r, "a member of the set", 1, &member));
+        THRUM_TRY(add(r, set, member));
         continue;
       }
       const char *comma = memchr(r->text.at, ',', (size_t)(r->text.end - r->text.at));
       const char *end = comma ? comma : r->text.end;
       const inp_word word = trim(r->text.at, end);
       r->text.at = end;
-      status = add_named(r, set, word, add);
+      THRUM_TRY(add_named(r, set, word, add));
     }
   }
-  return status;
+  return THRUM_OK;
 }
 
 static thrum_status read_material(inp_reader *r, const inp_keyword *keyword) {
@@ -439,15 +441,18 @@ static thrum_status read_property(inp_reader *r, const inp_keyword *keyword) {
   const bool elastic = is(keyword->name, "ELASTIC");
   if (r->material_count == 0)
     return fail(r, "a property comes before any *MATERIAL");
+
   const inp_word type = parameter(keyword, "TYPE");
   if (elastic && type.length > 0 && !is(type, "ISOTROPIC") && !is(type, "ISO"))
     return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
                            "*ELASTIC of type %s is not supported, only ISOTROPIC",
                            thrum_text_excerpt(type.text, type.length).text);
+
   inp_material *material = &r->materials[r->material_count - 1];
   if (!data_line(r))
     return fail(r, "the file ends, or goes on, before the values of the material");
   thrum_status status;
+
   if (elastic) {
     status = thrum_text_number(&r->text, "Young's modulus", &material->values.young, r->error);
     if (status >= 0)
@@ -457,6 +462,7 @@ static thrum_status read_property(inp_reader *r, const inp_keyword *keyword) {
     status = thrum_text_number(&r->text, "the density", &material->values.density, r->error);
     material->has_density = true;
   }
+
   // further lines are for other temperatures
   return status;
 }
@@ -488,12 +494,15 @@ static thrum_status obey(inp_reader *r, const inp_keyword *keyword) {
     return read_set(r, keyword, "NSET", add_node);
   if (is(name, "ELSET"))
     return read_set(r, keyword, "ELSET", add_to_set);
+
   if (is(name, "MATERIAL"))
     return read_material(r, keyword);
   if (is(name, "ELASTIC") || is(name, "DENSITY"))
     return read_property(r, keyword);
   if (is(name, "SOLID SECTION"))
     return read_section(r, keyword);
+
+  // what would leave the mesh incomplete is refused; other keywords are passed over
   if (is(name, "INCLUDE"))
     return fail(r, "*INCLUDE is not read; put the included file in its place");
   if ((is(name, "PART") || is(name, "INSTANCE")) && has_parameter(keyword, "NAME")) {
@@ -501,6 +510,7 @@ static thrum_status obey(inp_reader *r, const inp_keyword *keyword) {
     if (r->part_count > 1)
       return fail(r, "there are several parts; save each as a file of its own");
   }
+
   return THRUM_OK;
 }
 
@@ -536,30 +546,31 @@ static thrum_status find_member(inp_reader *r, const inp_set *set, int64_t numbe
 
 /* Every element set is the group of its elements' vertices. */
 static thrum_status set_groups(inp_reader *r) {
-  thrum_status status = THRUM_OK;
-  for (int64_t s = 0; s < r->set_count && status >= 0; s++) {
+  for (int64_t s = 0; s < r->set_count; s++) {
     const inp_set *set = &r->sets[s];
     const inp_element *element = NULL;
     int64_t list = 0;
+
     // the set that is everything is no group, as in .veg
     if (is(set->name, "allElements"))
       continue;
-    status = node_list(r, set->name, &list);
-    for (int64_t i = 0; i < set->count && status >= 0; i++) {
-      status = find_member(r, set, set->elements[i], &element);
-      if (status < 0)
-        break;
+    THRUM_TRY(node_list(r, set->name, &list));
+
+    for (int64_t i = 0; i < set->count; i++) {
+      THRUM_TRY(find_member(r, set, set->elements[i], &element));
       const bool tet = element->tet >= 0;
       const int64_t count = tet ? CORNERS : element->count;
       if (count == 0) // neither a tet nor a face; there may be no array of faces at all
         continue;
+
+      // the group has the corners of the set's tets and the nodes of its faces
       const int64_t *nodes =
           tet ? r->builder.tets + CORNERS * element->tet : r->surface_nodes + element->first;
-      for (int64_t n = 0; n < count && status >= 0; n++)
-        status = thrum_builder_add(&r->builder, list, nodes[n]);
+      for (int64_t n = 0; n < count; n++)
+        THRUM_TRY(thrum_builder_add(&r->builder, list, nodes[n]));
     }
   }
-  return status;
+  return THRUM_OK;
 }
 
 /* The tets of each section get its index as the key of their region; a later one overrides. */
@@ -569,17 +580,19 @@ static thrum_status apply_section(inp_reader *r, int64_t index) {
   int64_t s = 0;
   while (s < r->set_count && !same(r->sets[s].name, section->set))
     s++;
+
   if (s == r->set_count)
     return thrum_error_set(r->error, THRUM_MISSING, "%.150s:%lld: there is no element set '%s'",
                            r->text.name, (long long)section->line,
                            thrum_text_excerpt(section->set.text, section->set.length).text);
-  thrum_status status = THRUM_OK;
-  for (int64_t i = 0; i < r->sets[s].count && status >= 0; i++) {
-    status = find_member(r, &r->sets[s], r->sets[s].elements[i], &element);
-    if (status >= 0 && element->tet >= 0)
+
+  // the section is the region of its tets
+  for (int64_t i = 0; i < r->sets[s].count; i++) {
+    THRUM_TRY(find_member(r, &r->sets[s], r->sets[s].elements[i], &element));
+    if (element->tet >= 0)
       r->builder.keys[element->tet] = index;
   }
-  return status;
+  return THRUM_OK;
 }
 
 static const inp_material *find_material(const inp_reader *r, inp_word name) {
@@ -594,12 +607,14 @@ static const inp_material *find_material(const inp_reader *r, inp_word name) {
 static thrum_status region_materials(inp_reader *r, thrum_mesh *mesh) {
   int64_t whole = 0;
   const inp_section *partial = NULL;
+
   for (int64_t i = 0; i < mesh->region_count && r->section_count > 0; i++) {
     const int64_t key = r->builder.region_keys[i];
     if (key < 0)
       return thrum_error_set(r->error, THRUM_MISSING,
                              "%.150s: some tets are in no *SOLID SECTION, so they have no material",
                              r->text.name);
+
     const inp_section *section = &r->sections[key];
     const inp_material *material = find_material(r, section->material);
     if (!material)
@@ -607,17 +622,21 @@ static thrum_status region_materials(inp_reader *r, thrum_mesh *mesh) {
           r->error, THRUM_MISSING, "%.150s:%lld: there is no material '%s'", r->text.name,
           (long long)section->line,
           thrum_text_excerpt(section->material.text, section->material.length).text);
+
     mesh->materials[i] = material->values;
     if (material->has_elastic && material->has_density)
       whole++;
     else
       partial = section;
   }
+
+  // materials are whole in all regions or in none
   if (whole > 0 && partial)
     return thrum_error_set(
         r->error, THRUM_MISSING, "%.150s:%lld: material '%s' needs both *ELASTIC and *DENSITY",
         r->text.name, (long long)partial->line,
         thrum_text_excerpt(partial->material.text, partial->material.length).text);
+
   mesh->has_material = whole > 0;
   for (int64_t i = 0; i < mesh->region_count && !mesh->has_material; i++)
     mesh->materials[i] = (thrum_material){0};
@@ -625,33 +644,32 @@ static thrum_status region_materials(inp_reader *r, thrum_mesh *mesh) {
 }
 
 static thrum_status read_all(inp_reader *r, thrum_mesh *mesh) {
-  thrum_status status = THRUM_OK;
-  while (status >= 0 && next_line(r)) {
+  while (next_line(r)) {
     inp_keyword keyword;
     if (*r->text.start != '*')
       return thrum_text_fail(
           &r->text, THRUM_BAD_FORMAT, r->error,
           "expected a keyword such as *NODE, found '%s'; is it an Abaqus input file?",
           thrum_text_excerpt(r->text.start, (size_t)(r->text.end - r->text.start)).text);
+
     read_keyword(r, &keyword);
-    status = obey(r, &keyword);
+    THRUM_TRY(obey(r, &keyword));
     // what is left of its data serves nothing here
-    while (status >= 0 && data_line(r))
+    while (data_line(r))
       continue;
   }
-  if (status >= 0 && (r->builder.vertex_count == 0 || r->builder.tet_count == 0))
-    status =
-        thrum_text_fail(&r->text, THRUM_MISSING, r->error, "there is no %s; is the file whole?",
-                        r->builder.vertex_count == 0 ? "*NODE" : "*ELEMENT of type C3D4");
-  if (status >= 0)
-    status = sort_elements(r);
-  for (int64_t i = 0; i < r->section_count && status >= 0; i++)
-    status = apply_section(r, i);
-  if (status >= 0)
-    status = set_groups(r);
-  if (status >= 0)
-    status = thrum_builder_finish(&r->builder, r->text.name, mesh);
-  return status < 0 ? status : region_materials(r, mesh);
+
+  if ((r->builder.vertex_count == 0 || r->builder.tet_count == 0))
+    return thrum_text_fail(&r->text, THRUM_MISSING, r->error, "there is no %s; is the file whole?",
+                           r->builder.vertex_count == 0 ? "*NODE" : "*ELEMENT of type C3D4");
+
+  // sections and sets may name elements that came later
+  THRUM_TRY(sort_elements(r));
+  for (int64_t i = 0; i < r->section_count; i++)
+    THRUM_TRY(apply_section(r, i));
+  THRUM_TRY(set_groups(r));
+  THRUM_TRY(thrum_builder_finish(&r->builder, r->text.name, mesh));
+  return region_materials(r, mesh);
 }
 
 thrum_status thrum_mesh_parse_abaqus(const char *name, const void *data, size_t size,

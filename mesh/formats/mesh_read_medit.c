@@ -49,8 +49,8 @@ static thrum_status next_word(medit_reader *r, const char *what) {
 
 static thrum_status integer(medit_reader *r, const char *what, int64_t low, int64_t high,
                             int64_t *value) {
-  thrum_status status = next_word(r, what);
-  return status < 0 ? status : thrum_text_integer(&r->text, what, low, high, value, r->error);
+  THRUM_TRY(next_word(r, what));
+  return thrum_text_integer(&r->text, what, low, high, value, r->error);
 }
 
 /* A reference; some programs write it as 1.0 or leave the type wide, but it is whole. */
@@ -64,54 +64,49 @@ static thrum_status mark(medit_reader *r, const char *list, int64_t number, cons
   char name[64];
   int64_t index = 0;
   snprintf(name, sizeof name, "%s_%lld", list, (long long)number);
-  thrum_status status = thrum_builder_list(&r->builder, name, strlen(name), &index);
-  for (int i = 0; i < count && status >= 0; i++)
-    status = thrum_builder_add(&r->builder, index, vertices[i]);
-  return status;
+  THRUM_TRY(thrum_builder_list(&r->builder, name, strlen(name), &index));
+  for (int i = 0; i < count; i++)
+    THRUM_TRY(thrum_builder_add(&r->builder, index, vertices[i]));
+  return THRUM_OK;
 }
 
 static thrum_status read_vertex(medit_reader *r, int64_t number) {
   static const char *const axes[] = {"the x coordinate", "the y coordinate", "the z coordinate"};
   double position[3] = {0};
   int64_t ref = 0;
-  thrum_status status = THRUM_OK;
-  for (int c = 0; c < 3 && status >= 0; c++) {
-    status = next_word(r, axes[c]);
-    if (status >= 0)
-      status = thrum_text_number(&r->text, axes[c], &position[c], r->error);
+  for (int c = 0; c < 3; c++) {
+    THRUM_TRY(next_word(r, axes[c]));
+    THRUM_TRY(thrum_text_number(&r->text, axes[c], &position[c], r->error));
   }
-  if (status >= 0)
-    status = reference(r, &ref);
-  if (status >= 0)
-    status = thrum_builder_vertex(&r->builder, number, position);
-  return status < 0 || ref == 0 ? status : mark(r, "vertices", ref, &number, 1);
+  THRUM_TRY(reference(r, &ref));
+  THRUM_TRY(thrum_builder_vertex(&r->builder, number, position));
+  return ref == 0 ? THRUM_OK : mark(r, "vertices", ref, &number, 1);
 }
 
 static thrum_status read_element(medit_reader *r, const medit_kind *kind) {
   int64_t vertices[8] = {0}, ref = 0;
-  thrum_status status = THRUM_OK;
-  for (int i = 0; i < kind->corners && status >= 0; i++)
-    status = integer(r, "a vertex", 1, INT32_MAX, &vertices[i]);
+  for (int i = 0; i < kind->corners; i++)
+    THRUM_TRY(integer(r, "a vertex", 1, INT32_MAX, &vertices[i]));
   const int64_t line = r->text.line;
-  if (status >= 0)
-    status = reference(r, &ref);
+  THRUM_TRY(reference(r, &ref));
   const bool tet = strcmp(kind->keyword, "Tetrahedra") == 0;
-  if (status >= 0 && tet)
-    status = thrum_builder_tet(&r->builder, vertices, ref, line);
-  return status < 0 || tet || ref == 0 ? status : mark(r, kind->list, ref, vertices, kind->corners);
+  if (tet)
+    THRUM_TRY(thrum_builder_tet(&r->builder, vertices, ref, line));
+  return tet || ref == 0 ? THRUM_OK : mark(r, kind->list, ref, vertices, kind->corners);
 }
 
 static thrum_status read_kind(medit_reader *r, const medit_kind *kind) {
   int64_t count = 0;
-  thrum_status status = integer(r, "a count", 0, INT32_MAX, &count);
-  if (status < 0)
-    return status;
+  THRUM_TRY(integer(r, "a count", 0, INT32_MAX, &count));
+
+  // solids that are no tets are refused unless there are none of them
   if (!kind->list)
     return count == 0 ? THRUM_OK
                       : thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
                                         "%s are not supported; the body must be meshed with "
                                         "Tetrahedra alone",
                                         kind->keyword);
+
   bool *seen = kind->corners == 0                         ? &r->has_vertices
                : strcmp(kind->keyword, "Tetrahedra") == 0 ? &r->has_tets
                                                           : NULL;
@@ -119,9 +114,10 @@ static thrum_status read_kind(medit_reader *r, const medit_kind *kind) {
     return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error, "%s comes twice", kind->keyword);
   if (seen)
     *seen = true;
-  for (int64_t i = 0; i < count && status >= 0; i++)
-    status = kind->corners == 0 ? read_vertex(r, i + 1) : read_element(r, kind);
-  return status;
+
+  for (int64_t i = 0; i < count; i++)
+    THRUM_TRY(kind->corners == 0 ? read_vertex(r, i + 1) : read_element(r, kind));
+  return THRUM_OK;
 }
 
 /* Passes over the words of a keyword that is not ours, up to the next keyword. */
@@ -148,21 +144,26 @@ static thrum_status read_keyword(medit_reader *r, bool *more) {
       *more = false;
       return THRUM_OK;
     }
+
   for (size_t i = 0; i < sizeof KINDS / sizeof *KINDS; i++)
     if (thrum_text_equals(word, length, KINDS[i].keyword))
       return read_kind(r, &KINDS[i]);
+
   int64_t dimension = 0;
   if (thrum_text_equals(word, length, "Dimension")) {
-    thrum_status status = integer(r, "the dimension", 2, 3, &dimension);
-    if (status >= 0 && dimension != 3)
-      status = thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
-                               "the mesh is flat; a body needs Dimension 3");
-    return status;
+    THRUM_TRY(integer(r, "the dimension", 2, 3, &dimension));
+    if (dimension != 3)
+      return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
+                             "the mesh is flat; a body needs Dimension 3");
+    return THRUM_OK;
   }
+
   if (thrum_text_equals(word, length, "End")) {
     *more = false;
     return THRUM_OK;
   }
+
+  // numbers of unknown keywords are passed over, a number where a keyword belongs is not
   if (!((*word >= 'A' && *word <= 'Z') || (*word >= 'a' && *word <= 'z')))
     return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
                            "expected a keyword such as Tetrahedra, found '%s'; is a count wrong?",
@@ -191,15 +192,14 @@ static thrum_status read_header(medit_reader *r) {
 /* Of several regions each is a group too. */
 static thrum_status add_regions(medit_reader *r, thrum_mesh *mesh) {
   const thrum_mesh_builder *b = &r->builder;
-  thrum_status status = THRUM_OK;
-  for (int64_t i = 0; i < mesh->region_count && mesh->region_count > 1 && status >= 0; i++) {
+  for (int64_t i = 0; i < mesh->region_count && mesh->region_count > 1; i++) {
     char name[64];
     if (b->region_keys[i] == 0)
       continue;
     snprintf(name, sizeof name, "tetrahedra_%lld", (long long)b->region_keys[i]);
-    status = thrum_mesh_add_region_group(mesh, (int32_t)i, name, r->error);
+    THRUM_TRY(thrum_mesh_add_region_group(mesh, (int32_t)i, name, r->error));
   }
-  return status;
+  return THRUM_OK;
 }
 
 thrum_status thrum_mesh_parse_medit(const char *name, const void *data, size_t size,

@@ -17,22 +17,20 @@
 #include "mesh/tet_repeats.h"
 
 static thrum_status read_format(msh_reader *r) {
-  thrum_status status = thrum_msh_line(r, "the version");
+  THRUM_TRY(thrum_msh_line(r, "the version"));
   double version = 0;
   int64_t binary = 0, size = 8;
-  if (status >= 0)
-    status = thrum_text_number(&r->text, "the version", &version, r->error);
-  if (status >= 0)
-    status = thrum_msh_integer(r, "the kind, 0 for ASCII", 0, &binary);
-  if (status >= 0)
-    status = thrum_msh_integer(r, "the size of numbers", 0, &size);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_text_number(&r->text, "the version", &version, r->error));
+  THRUM_TRY(thrum_msh_integer(r, "the kind, 0 for ASCII", 0, &binary));
+  THRUM_TRY(thrum_msh_integer(r, "the size of numbers", 0, &size));
+
+  // other versions have other sections
   if (!(version >= 2 && version < 2.3) && version != 4.1)
     return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
                            "version %g is not read, only 2.2 and 4.1; convert it with: gmsh "
                            "FILE -save -format msh41 -o NEW.msh",
                            version);
+
   r->version = version < 3 ? 2 : 4;
   return binary != 0 ? thrum_msh_binary_format(r) : THRUM_OK;
 }
@@ -100,6 +98,8 @@ static thrum_status read_section(msh_reader *r) {
                   {"$Nodes", read_nodes},
                   {"$ParametricNodes", read_parametric_nodes},
                   {"$Elements", read_elements}};
+
+  // $MeshFormat comes first, and once
   const char *start = r->text.start;
   size_t length = (size_t)(r->text.end - start);
   bool format = thrum_text_equals(start, length, "$MeshFormat");
@@ -108,13 +108,16 @@ static thrum_status read_section(msh_reader *r) {
                            "expected %s, found '%s'; is it a Gmsh mesh of version 2.2 or 4.1?",
                            r->version ? "a section such as $Nodes" : "$MeshFormat",
                            thrum_text_excerpt(start, length).text);
+
   if (thrum_text_equals(start, length, "$PartitionedEntities"))
     return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
                            "partitioned meshes are not supported; save it unpartitioned");
+
+  // sections that hold nothing of the mesh are passed over
   for (size_t i = 0; i < sizeof sections / sizeof *sections; i++)
     if (thrum_text_equals(start, length, sections[i].keyword)) {
-      thrum_status status = sections[i].read(r);
-      return status < 0 ? status : end_section(r, start + 1, length - 1, false);
+      THRUM_TRY(sections[i].read(r));
+      return end_section(r, start + 1, length - 1, false);
     }
   return end_section(r, start + 1, length - 1, true);
 }
@@ -143,16 +146,23 @@ static thrum_status number_regions(msh_reader *r) {
   int32_t *region = malloc((size_t)(r->physical_count + 1) * sizeof *region);
   if (!region)
     return thrum_msh_no_memory(r);
+
+  // which physical volumes tets are in; entry 0 stands for none
   for (int64_t i = 0; i <= r->physical_count; i++)
     region[i] = -1;
   for (int64_t t = 0; t < m->tet_count; t++)
     region[m->tet_region[t] + 1] = 0;
+
   for (int64_t i = 0; i <= r->physical_count; i++)
+
+    // in the order of the physical groups
     if (region[i] == 0)
       region[i] = (int32_t)m->region_count++;
+
   for (int64_t t = 0; t < m->tet_count; t++)
     m->tet_region[t] = region[m->tet_region[t] + 1];
   free(region);
+
   m->region_count = m->region_count > 0 ? m->region_count : 1;
   m->materials = calloc((size_t)m->region_count, sizeof *m->materials);
   return m->materials ? THRUM_OK : thrum_msh_no_memory(r);
@@ -177,31 +187,25 @@ static thrum_status add_groups(msh_reader *r) {
     const msh_physical *p = &r->physicals[i];
     char made[64];
     snprintf(made, sizeof made, "physical_%d_%lld", p->dimension, (long long)p->tag);
-    thrum_status status =
-        thrum_mesh_add_group(&r->mesh, p->name ? p->name : made, p->vertices, p->count, r->error);
-    if (status < 0)
-      return status;
+    THRUM_TRY(
+        thrum_mesh_add_group(&r->mesh, p->name ? p->name : made, p->vertices, p->count, r->error));
   }
   return THRUM_OK;
 }
 
 static thrum_status read_all(msh_reader *r) {
-  thrum_status status = THRUM_OK;
-  while (status >= 0 && thrum_text_next_line(&r->text))
-    status = read_section(r);
-  if (status >= 0 && (!r->has_nodes || !r->has_elements))
-    status = thrum_text_fail(&r->text, THRUM_MISSING, r->error,
-                             "there is no $%s section; is it a Gmsh mesh, and is it whole?",
-                             !r->version    ? "MeshFormat"
-                             : r->has_nodes ? "Elements"
-                                            : "Nodes");
-  if (status >= 0)
-    status = join_repeats(r);
-  if (status >= 0)
-    status = number_regions(r);
-  if (status >= 0)
-    status = take_nodes(r);
-  return status < 0 ? status : add_groups(r);
+  while (thrum_text_next_line(&r->text))
+    THRUM_TRY(read_section(r));
+  if ((!r->has_nodes || !r->has_elements))
+    return thrum_text_fail(&r->text, THRUM_MISSING, r->error,
+                           "there is no $%s section; is it a Gmsh mesh, and is it whole?",
+                           !r->version    ? "MeshFormat"
+                           : r->has_nodes ? "Elements"
+                                          : "Nodes");
+  THRUM_TRY(join_repeats(r));
+  THRUM_TRY(number_regions(r));
+  THRUM_TRY(take_nodes(r));
+  return add_groups(r);
 }
 
 thrum_status thrum_mesh_parse_msh(const char *name, const void *data, size_t size, thrum_mesh *mesh,

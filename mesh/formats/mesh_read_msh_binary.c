@@ -81,21 +81,25 @@ thrum_status thrum_msh_binary_format(msh_reader *r) {
 static thrum_status read_entity(msh_reader *r, int dimension) {
   msh_entity entity = {.dimension = dimension, .first = r->entity_physical_count};
   int64_t bounding = 0, tag = 0;
-  thrum_status status = whole(r, 4, &entity.tag);
-  if (status >= 0 && !take(r, 8 * (dimension == 0 ? 3 : 6)))
-    status = cut_short(r);
-  if (status >= 0)
-    status = whole(r, 8, &entity.count);
-  for (int64_t i = 0; i < entity.count && status >= 0; i++) {
-    status = whole(r, 4, &tag);
-    if (status >= 0)
-      status = thrum_msh_add_entity_physical(r, dimension, tag);
+  THRUM_TRY(whole(r, 4, &entity.tag));
+
+  // the box is passed over
+  if (!take(r, 8 * (dimension == 0 ? 3 : 6)))
+    return cut_short(r);
+  THRUM_TRY(whole(r, 8, &entity.count));
+
+  for (int64_t i = 0; i < entity.count; i++) {
+    THRUM_TRY(whole(r, 4, &tag));
+    THRUM_TRY(thrum_msh_add_entity_physical(r, dimension, tag));
   }
-  if (status >= 0 && dimension > 0)
-    status = whole(r, 8, &bounding);
-  for (int64_t i = 0; i < bounding && status >= 0; i++)
-    status = whole(r, 4, &tag);
-  return status < 0 ? status : thrum_msh_add_entity(r, &entity);
+
+  // the bounding entities are passed over
+  if (dimension > 0)
+    THRUM_TRY(whole(r, 8, &bounding));
+  for (int64_t i = 0; i < bounding; i++)
+    THRUM_TRY(whole(r, 4, &tag));
+
+  return thrum_msh_add_entity(r, &entity);
 }
 
 thrum_status thrum_msh_binary_entities(msh_reader *r) {
@@ -112,10 +116,9 @@ thrum_status thrum_msh_binary_entities(msh_reader *r) {
 }
 
 static thrum_status read_position(msh_reader *r, msh_node *node) {
-  thrum_status status = THRUM_OK;
-  for (int c = 0; c < 3 && status >= 0; c++)
-    status = real(r, &node->position[c]);
-  return status;
+  for (int c = 0; c < 3; c++)
+    THRUM_TRY(real(r, &node->position[c]));
+  return THRUM_OK;
 }
 
 static thrum_status read_tag(msh_reader *r, int size) {
@@ -125,10 +128,10 @@ static thrum_status read_tag(msh_reader *r, int size) {
   if (r->node_count > INT32_MAX)
     return fail(r, "more than 2^31 - 1 nodes");
   node->line = r->text.line;
-  thrum_status status = whole(r, size, &node->tag);
-  if (status >= 0 && node->tag < 1)
-    status = fail(r, "the tag of a node is below 1");
-  return status;
+  THRUM_TRY(whole(r, size, &node->tag));
+  if (node->tag < 1)
+    return fail(r, "the tag of a node is below 1");
+  return THRUM_OK;
 }
 
 /* The line of the count, which is text in version 2. */
@@ -140,59 +143,56 @@ static thrum_status count_line(msh_reader *r, int64_t *count) {
 
 static thrum_status read_nodes_2(msh_reader *r) {
   int64_t count = 0;
-  thrum_status status = count_line(r, &count);
-  for (int64_t i = 0; i < count && status >= 0; i++) {
-    status = read_tag(r, 4);
-    if (status >= 0)
-      status = read_position(r, &r->nodes[r->node_count - 1]);
+  THRUM_TRY(count_line(r, &count));
+  for (int64_t i = 0; i < count; i++) {
+    THRUM_TRY(read_tag(r, 4));
+    THRUM_TRY(read_position(r, &r->nodes[r->node_count - 1]));
   }
-  return status;
+  return THRUM_OK;
 }
 
 static thrum_status read_node_block(msh_reader *r) {
   int64_t dimension = 0, entity = 0, parametric = 0, count = 0;
   const int64_t first = r->node_count;
   double unused = 0;
-  thrum_status status = whole(r, 4, &dimension);
-  if (status >= 0)
-    status = whole(r, 4, &entity);
-  if (status >= 0)
-    status = whole(r, 4, &parametric);
-  if (status >= 0)
-    status = whole(r, 8, &count);
-  if (status >= 0 && (dimension < 0 || dimension > 3 || parametric < 0 || parametric > 1))
-    status = fail(r, "a block of nodes has no dimension from 0 to 3");
-  for (int64_t i = 0; i < count && status >= 0; i++)
-    status = read_tag(r, 8);
-  for (int64_t i = 0; i < count && status >= 0; i++) {
-    status = read_position(r, &r->nodes[first + i]);
-    for (int64_t p = 0; p < dimension && parametric && status >= 0; p++)
-      status = real(r, &unused);
+  THRUM_TRY(whole(r, 4, &dimension));
+  THRUM_TRY(whole(r, 4, &entity));
+  THRUM_TRY(whole(r, 4, &parametric));
+  THRUM_TRY(whole(r, 8, &count));
+  if ((dimension < 0 || dimension > 3 || parametric < 0 || parametric > 1))
+    return fail(r, "a block of nodes has no dimension from 0 to 3");
+
+  // tags first, then as many positions, perhaps with parameters behind
+  for (int64_t i = 0; i < count; i++)
+    THRUM_TRY(read_tag(r, 8));
+  for (int64_t i = 0; i < count; i++) {
+    THRUM_TRY(read_position(r, &r->nodes[first + i]));
+    for (int64_t p = 0; p < dimension && parametric; p++)
+      THRUM_TRY(real(r, &unused));
   }
-  return status;
+  return THRUM_OK;
 }
 
 /* Blocks, items, least and greatest tag. */
 static thrum_status read_block_header(msh_reader *r, int64_t *blocks, int64_t *items) {
   int64_t tag = 0;
-  thrum_status status = whole(r, 8, blocks);
-  if (status >= 0)
-    status = whole(r, 8, items);
-  for (int i = 0; i < 2 && status >= 0; i++)
-    status = whole(r, 8, &tag);
-  return status;
+  THRUM_TRY(whole(r, 8, blocks));
+  THRUM_TRY(whole(r, 8, items));
+  for (int i = 0; i < 2; i++)
+    THRUM_TRY(whole(r, 8, &tag));
+  return THRUM_OK;
 }
 
 thrum_status thrum_msh_binary_nodes(msh_reader *r) {
   if (r->version == 2)
     return read_nodes_2(r);
   int64_t blocks = 0, items = 0;
-  thrum_status status = read_block_header(r, &blocks, &items);
-  for (int64_t b = 0; b < blocks && status >= 0; b++)
-    status = read_node_block(r);
-  if (status >= 0 && items != r->node_count)
-    status = fail(r, "the blocks hold another number of nodes than the section says");
-  return status;
+  THRUM_TRY(read_block_header(r, &blocks, &items));
+  for (int64_t b = 0; b < blocks; b++)
+    THRUM_TRY(read_node_block(r));
+  if (items != r->node_count)
+    return fail(r, "the blocks hold another number of nodes than the section says");
+  return THRUM_OK;
 }
 
 /* Nodes of an element type below dimension 3, and of a tet; 0 for others. */
@@ -203,10 +203,10 @@ static int node_count(int64_t type) {
 }
 
 static thrum_status check_element(msh_reader *r, int64_t type, int dimension) {
-  thrum_status status = thrum_msh_check_type(r, type, dimension);
-  if (status >= 0 && node_count(type) == 0)
-    status = fail(r, "an element's type is unknown");
-  return status;
+  THRUM_TRY(thrum_msh_check_type(r, type, dimension));
+  if (node_count(type) == 0)
+    return fail(r, "an element's type is unknown");
+  return THRUM_OK;
 }
 
 /* The nodes of one element, of `size` bytes each, which is in these physical groups. */
@@ -214,86 +214,83 @@ static thrum_status read_element(msh_reader *r, int64_t type, int size, const in
                                  int64_t physical_count) {
   int32_t nodes[NODES_MAX];
   const int count = node_count(type);
-  thrum_status status = THRUM_OK;
-  for (int n = 0; n < count && status >= 0; n++) {
+  for (int n = 0; n < count; n++) {
     int64_t tag = 0;
-    status = whole(r, size, &tag);
+    THRUM_TRY(whole(r, size, &tag));
     // what is in no group serves nothing
-    if (status >= 0 && (type == MSH_TET || physical_count > 0))
-      status = thrum_msh_node_index(r, tag, &nodes[n]);
+    if ((type == MSH_TET || physical_count > 0))
+      THRUM_TRY(thrum_msh_node_index(r, tag, &nodes[n]));
   }
-  if (status >= 0 && type == MSH_TET)
-    status = thrum_msh_add_tet(r, nodes, physical_count > 0 ? physicals[0] : MSH_NO_PHYSICAL);
-  for (int64_t p = 0; p < physical_count && status >= 0; p++)
-    status = thrum_msh_add_to_physical(r, physicals[p], nodes, count);
-  return status;
+  if (type == MSH_TET)
+    THRUM_TRY(thrum_msh_add_tet(r, nodes, physical_count > 0 ? physicals[0] : MSH_NO_PHYSICAL));
+  for (int64_t p = 0; p < physical_count; p++)
+    THRUM_TRY(thrum_msh_add_to_physical(r, physicals[p], nodes, count));
+  return THRUM_OK;
 }
 
 /* Of version 2: elements of one type stand behind `type count tags`. */
 static thrum_status read_elements_2(msh_reader *r) {
   int64_t total = 0, read = 0;
-  thrum_status status = count_line(r, &total);
-  while (status >= 0 && read < total) {
+  THRUM_TRY(count_line(r, &total));
+  while (read < total) {
+    // blocks of one type each
     int64_t type = 0, count = 0, tags = 0;
-    status = whole(r, 4, &type);
-    if (status >= 0)
-      status = whole(r, 4, &count);
-    if (status >= 0)
-      status = whole(r, 4, &tags);
-    if (status >= 0)
-      status = check_element(r, type, thrum_msh_type_dimension(type));
-    if (status >= 0 && (count < 1 || tags < 0 || tags > TAGS_MAX || count > total - read))
-      status = fail(r, "a block of elements has impossible counts");
-    for (int64_t i = 0; i < count && status >= 0; i++) {
+    THRUM_TRY(whole(r, 4, &type));
+    THRUM_TRY(whole(r, 4, &count));
+    THRUM_TRY(whole(r, 4, &tags));
+    THRUM_TRY(check_element(r, type, thrum_msh_type_dimension(type)));
+
+    if ((count < 1 || tags < 0 || tags > TAGS_MAX || count > total - read))
+      return fail(r, "a block of elements has impossible counts");
+
+    for (int64_t i = 0; i < count; i++) {
       int64_t number = 0, tag = 0, physical = 0, index = 0;
-      status = whole(r, 4, &number);
-      for (int64_t k = 0; k < tags && status >= 0; k++) {
-        status = whole(r, 4, &tag);
+      THRUM_TRY(whole(r, 4, &number));
+
+      // the first tag is the physical group, its sign a direction
+      for (int64_t k = 0; k < tags; k++) {
+        THRUM_TRY(whole(r, 4, &tag));
         physical = k == 0 ? (tag < 0 ? -tag : tag) : physical;
       }
-      if (status >= 0 && physical != 0)
-        status = thrum_msh_find_physical(r, thrum_msh_type_dimension(type), physical, &index);
+
+      if (physical != 0)
+        THRUM_TRY(thrum_msh_find_physical(r, thrum_msh_type_dimension(type), physical, &index));
       const int32_t list = (int32_t)index;
-      if (status >= 0)
-        status = read_element(r, type, 4, &list, physical != 0);
+      THRUM_TRY(read_element(r, type, 4, &list, physical != 0));
     }
     read += count;
   }
-  return status;
+  return THRUM_OK;
 }
 
 static thrum_status read_element_block(msh_reader *r, int64_t *items) {
   int64_t dimension = 0, tag = 0, type = 0, count = 0, number = 0;
-  thrum_status status = whole(r, 4, &dimension);
-  if (status >= 0)
-    status = whole(r, 4, &tag);
-  if (status >= 0)
-    status = whole(r, 4, &type);
-  if (status >= 0)
-    status = whole(r, 8, &count);
-  if (status >= 0)
-    status = check_element(r, type, (int)dimension);
-  if (status < 0)
-    return status;
+  THRUM_TRY(whole(r, 4, &dimension));
+  THRUM_TRY(whole(r, 4, &tag));
+  THRUM_TRY(whole(r, 4, &type));
+  THRUM_TRY(whole(r, 8, &count));
+  THRUM_TRY(check_element(r, type, (int)dimension));
+
+  // the elements of a block lie in the physical groups of its entity
   int64_t physical_count;
   const int32_t *physicals = thrum_msh_entity_physicals(r, (int)dimension, tag, &physical_count);
-  for (int64_t i = 0; i < count && status >= 0; i++) {
-    status = whole(r, 8, &number);
-    if (status >= 0)
-      status = read_element(r, type, 8, physicals, physical_count);
-    *items += status >= 0;
+
+  for (int64_t i = 0; i < count; i++) {
+    THRUM_TRY(whole(r, 8, &number));
+    THRUM_TRY(read_element(r, type, 8, physicals, physical_count));
+    ++*items;
   }
-  return status;
+  return THRUM_OK;
 }
 
 thrum_status thrum_msh_binary_elements(msh_reader *r) {
   if (r->version == 2)
     return read_elements_2(r);
   int64_t blocks = 0, count = 0, items = 0;
-  thrum_status status = read_block_header(r, &blocks, &count);
-  for (int64_t b = 0; b < blocks && status >= 0; b++)
-    status = read_element_block(r, &items);
-  if (status >= 0 && items != count)
-    status = fail(r, "the blocks hold another number of elements than the section says");
-  return status;
+  THRUM_TRY(read_block_header(r, &blocks, &count));
+  for (int64_t b = 0; b < blocks; b++)
+    THRUM_TRY(read_element_block(r, &items));
+  if (items != count)
+    return fail(r, "the blocks hold another number of elements than the section says");
+  return THRUM_OK;
 }

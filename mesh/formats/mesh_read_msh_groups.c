@@ -1,4 +1,4 @@
-/* $PhysicalNames and $Entities of a Gmsh file: its physical groups, see mesh_msh.c.
+/* $PhysicalNames and $Entities of a Gmsh file: its physical groups, see mesh_read_msh.c.
  * SPDX-License-Identifier: Apache-2.0 */
 #include <stdlib.h>
 #include <string.h>
@@ -40,29 +40,29 @@ thrum_status thrum_msh_add_to_physical(msh_reader *r, int64_t index, const int32
 /* `dimension tag "name"` */
 static thrum_status read_physical_name(msh_reader *r) {
   int64_t dimension = 0, tag = 0, index = 0;
-  thrum_status status = thrum_msh_line(r, "the last physical name");
-  if (status >= 0)
-    status = thrum_text_integer(&r->text, "the dimension", 0, 3, &dimension, r->error);
-  if (status >= 0)
-    status = thrum_msh_integer(r, "the tag of the physical group", 1, &tag);
-  if (status >= 0)
-    status = thrum_msh_find_physical(r, (int)dimension, tag, &index);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_msh_line(r, "the last physical name"));
+  THRUM_TRY(thrum_text_integer(&r->text, "the dimension", 0, 3, &dimension, r->error));
+  THRUM_TRY(thrum_msh_integer(r, "the tag of the physical group", 1, &tag));
+  THRUM_TRY(thrum_msh_find_physical(r, (int)dimension, tag, &index));
+
+  // the name is the rest of the line, usually in quotes
   thrum_text_more(&r->text);
   const char *start = r->text.at, *end = r->text.end;
   if (end - start >= 2 && *start == '"' && end[-1] == '"') {
     start++;
     end--;
   }
+
   size_t length = (size_t)(end - start);
   const char *fault = thrum_mesh_name_fault(start, length);
   if (fault)
     return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error, "%s", fault);
+
   if (r->physicals[index].name)
     return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
                            "physical group %lld of dimension %d is named twice", (long long)tag,
                            (int)dimension);
+
   char *name = malloc(length + 1);
   if (!name)
     return thrum_msh_no_memory(r);
@@ -74,20 +74,17 @@ static thrum_status read_physical_name(msh_reader *r) {
 
 thrum_status thrum_msh_physical_names(msh_reader *r) {
   int64_t count = 0;
-  thrum_status status = thrum_msh_line(r, "the number of physical names");
-  if (status >= 0)
-    status = thrum_msh_integer(r, "the number of physical names", 0, &count);
-  for (int64_t i = 0; i < count && status >= 0; i++)
-    status = read_physical_name(r);
-  return status;
+  THRUM_TRY(thrum_msh_line(r, "the number of physical names"));
+  THRUM_TRY(thrum_msh_integer(r, "the number of physical names", 0, &count));
+  for (int64_t i = 0; i < count; i++)
+    THRUM_TRY(read_physical_name(r));
+  return THRUM_OK;
 }
 
 thrum_status thrum_msh_add_entity_physical(msh_reader *r, int dimension, int64_t tag) {
   int64_t index = 0;
   // a sign only says which way round the group is
-  thrum_status status = thrum_msh_find_physical(r, dimension, tag < 0 ? -tag : tag, &index);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_msh_find_physical(r, dimension, tag < 0 ? -tag : tag, &index));
   int32_t *grown = thrum_mesh_grow(r->entity_physicals, &r->entity_physical_capacity,
                                    r->entity_physical_count + 1, sizeof *grown);
   if (!grown)
@@ -111,21 +108,21 @@ thrum_status thrum_msh_add_entity(msh_reader *r, const msh_entity *entity) {
 static thrum_status read_entity(msh_reader *r, int dimension) {
   msh_entity entity = {.dimension = dimension, .first = r->entity_physical_count};
   double box = 0;
-  thrum_status status = thrum_msh_line(r, "the last entity");
-  if (status >= 0)
-    status = thrum_msh_integer(r, "the tag of the entity", INT64_MIN, &entity.tag);
-  for (int i = 0; i < (dimension == 0 ? 3 : 6) && status >= 0; i++)
-    status = thrum_text_number(&r->text, "the entity's box", &box, r->error);
-  if (status >= 0)
-    status = thrum_msh_integer(r, "the number of physical groups", 0, &entity.count);
-  for (int64_t i = 0; i < entity.count && status >= 0; i++) {
+  THRUM_TRY(thrum_msh_line(r, "the last entity"));
+  THRUM_TRY(thrum_msh_integer(r, "the tag of the entity", INT64_MIN, &entity.tag));
+
+  // the box is passed over
+  for (int i = 0; i < (dimension == 0 ? 3 : 6); i++)
+    THRUM_TRY(thrum_text_number(&r->text, "the entity's box", &box, r->error));
+  THRUM_TRY(thrum_msh_integer(r, "the number of physical groups", 0, &entity.count));
+
+  for (int64_t i = 0; i < entity.count; i++) {
     int64_t tag = 0;
-    status =
-        thrum_text_integer(&r->text, "a physical group", -INT64_MAX, INT64_MAX, &tag, r->error);
-    if (status >= 0)
-      status = thrum_msh_add_entity_physical(r, dimension, tag);
+    THRUM_TRY(
+        thrum_text_integer(&r->text, "a physical group", -INT64_MAX, INT64_MAX, &tag, r->error));
+    THRUM_TRY(thrum_msh_add_entity_physical(r, dimension, tag));
   }
-  return status < 0 ? status : thrum_msh_add_entity(r, &entity);
+  return thrum_msh_add_entity(r, &entity);
 }
 
 static int compare_entities(const void *a, const void *b) {

@@ -1,4 +1,4 @@
-/* $Nodes of a Gmsh file, in text, and the tags of nodes, see mesh_msh.c.
+/* $Nodes of a Gmsh file, in text, and the tags of nodes, see mesh_read_msh.c.
  * SPDX-License-Identifier: Apache-2.0 */
 #include <stdlib.h>
 #include <string.h>
@@ -29,68 +29,60 @@ static thrum_status read_tag(msh_reader *r) {
 
 static thrum_status read_position(msh_reader *r, msh_node *node) {
   static const char *const axes[] = {"the x coordinate", "the y coordinate", "the z coordinate"};
-  thrum_status status = THRUM_OK;
-  for (int c = 0; c < 3 && status >= 0; c++)
-    status = thrum_text_number(&r->text, axes[c], &node->position[c], r->error);
-  return status;
+  for (int c = 0; c < 3; c++)
+    THRUM_TRY(thrum_text_number(&r->text, axes[c], &node->position[c], r->error));
+  return THRUM_OK;
 }
 
 /* Parameters may follow the coordinates, in $ParametricNodes. */
 static thrum_status read_nodes_2(msh_reader *r, bool parametric) {
   int64_t count = 0;
-  thrum_status status = thrum_msh_line(r, "the number of nodes");
-  if (status >= 0)
-    status = thrum_msh_integer(r, "the number of nodes", 0, &count);
-  for (int64_t i = 0; i < count && status >= 0; i++) {
-    status = thrum_msh_line(r, "the last node");
-    if (status >= 0)
-      status = read_tag(r);
-    if (status >= 0)
-      status = read_position(r, &r->nodes[r->node_count - 1]);
-    if (status >= 0 && !parametric)
-      status = thrum_text_finish(&r->text, "the three coordinates", r->error);
+  THRUM_TRY(thrum_msh_line(r, "the number of nodes"));
+  THRUM_TRY(thrum_msh_integer(r, "the number of nodes", 0, &count));
+  for (int64_t i = 0; i < count; i++) {
+    THRUM_TRY(thrum_msh_line(r, "the last node"));
+    THRUM_TRY(read_tag(r));
+    THRUM_TRY(read_position(r, &r->nodes[r->node_count - 1]));
+    if (!parametric)
+      THRUM_TRY(thrum_text_finish(&r->text, "the three coordinates", r->error));
   }
-  return status;
+  return THRUM_OK;
 }
 
 /* Tags first, then as many positions, each on its line, perhaps with parameters behind. */
 static thrum_status read_node_block(msh_reader *r) {
   int64_t unused = 0, parametric = 0, count = 0, first = r->node_count;
-  thrum_status status = thrum_msh_line(r, "the last block of nodes");
-  if (status >= 0)
-    status = thrum_text_integer(&r->text, "a dimension", 0, 3, &unused, r->error);
-  if (status >= 0)
-    status = thrum_msh_integer(r, "an entity", INT64_MIN, &unused);
-  if (status >= 0)
-    status = thrum_text_integer(&r->text, "the parametric flag", 0, 1, &parametric, r->error);
-  if (status >= 0)
-    status = thrum_msh_integer(r, "the number of nodes in the block", 0, &count);
-  for (int64_t i = 0; i < count && status >= 0; i++) {
-    status = thrum_msh_word(r, "the last tag of the block");
-    if (status >= 0)
-      status = read_tag(r);
+  THRUM_TRY(thrum_msh_line(r, "the last block of nodes"));
+  THRUM_TRY(thrum_text_integer(&r->text, "a dimension", 0, 3, &unused, r->error));
+  THRUM_TRY(thrum_msh_integer(r, "an entity", INT64_MIN, &unused));
+  THRUM_TRY(thrum_text_integer(&r->text, "the parametric flag", 0, 1, &parametric, r->error));
+  THRUM_TRY(thrum_msh_integer(r, "the number of nodes in the block", 0, &count));
+
+  // tags first, which may share a line
+  for (int64_t i = 0; i < count; i++) {
+    THRUM_TRY(thrum_msh_word(r, "the last tag of the block"));
+    THRUM_TRY(read_tag(r));
   }
-  for (int64_t i = 0; i < count && status >= 0; i++) {
-    status = thrum_msh_line(r, "the last node of the block");
-    if (status >= 0)
-      status = read_position(r, &r->nodes[first + i]);
-    if (status >= 0 && !parametric)
-      status = thrum_text_finish(&r->text, "the three coordinates", r->error);
+
+  // then positions, each on its line
+  for (int64_t i = 0; i < count; i++) {
+    THRUM_TRY(thrum_msh_line(r, "the last node of the block"));
+    THRUM_TRY(read_position(r, &r->nodes[first + i]));
+    if (!parametric)
+      THRUM_TRY(thrum_text_finish(&r->text, "the three coordinates", r->error));
   }
-  return status;
+  return THRUM_OK;
 }
 
 /* The header of $Nodes and $Elements in version 4: blocks, items, least and greatest tag. */
 thrum_status thrum_msh_block_header(msh_reader *r, int64_t *blocks, int64_t *items) {
   int64_t tag = 0;
-  thrum_status status = thrum_msh_line(r, "the number of blocks");
-  if (status >= 0)
-    status = thrum_msh_integer(r, "the number of blocks", 0, blocks);
-  if (status >= 0)
-    status = thrum_msh_integer(r, "the number of items", 0, items);
-  for (int i = 0; i < 2 && status >= 0; i++)
-    status = thrum_msh_integer(r, "a tag", 0, &tag);
-  return status;
+  THRUM_TRY(thrum_msh_line(r, "the number of blocks"));
+  THRUM_TRY(thrum_msh_integer(r, "the number of blocks", 0, blocks));
+  THRUM_TRY(thrum_msh_integer(r, "the number of items", 0, items));
+  for (int i = 0; i < 2; i++)
+    THRUM_TRY(thrum_msh_integer(r, "a tag", 0, &tag));
+  return THRUM_OK;
 }
 
 thrum_status thrum_msh_check_items(msh_reader *r, const char *what, int64_t items, int64_t found) {
@@ -112,19 +104,24 @@ thrum_status thrum_msh_index_nodes(msh_reader *r) {
   bool sorted = true;
   for (int64_t i = 1; i < r->node_count && sorted; i++)
     sorted = nodes[i - 1].tag < nodes[i].tag;
+
   if (!sorted)
     qsort(nodes, (size_t)r->node_count, sizeof *nodes, compare_nodes);
   for (int64_t i = 1; i < r->node_count; i++)
     if (nodes[i - 1].tag == nodes[i].tag)
       return thrum_error_set(r->error, THRUM_BAD_FORMAT, "%.150s:%lld: node %lld comes twice",
                              r->text.name, (long long)nodes[i].line, (long long)nodes[i].tag);
+
+  // tags far above the number of nodes would need too large a table; then they are searched
   int64_t last = r->node_count > 0 ? nodes[r->node_count - 1].tag : 0;
   if (last / 4 > r->node_count + 256)
     return THRUM_OK;
+
   r->table_count = last + 1;
   r->table = malloc((size_t)r->table_count * sizeof *r->table);
   if (!r->table)
     return thrum_msh_no_memory(r);
+
   for (int64_t i = 0; i < r->table_count; i++)
     r->table[i] = -1;
   for (int64_t i = 0; i < r->node_count; i++)
@@ -145,6 +142,8 @@ thrum_status thrum_msh_text_nodes(msh_reader *r, bool parametric) {
 
 thrum_status thrum_msh_node_index(msh_reader *r, int64_t tag, int32_t *index) {
   int32_t found = -1;
+
+  // by the table, or by bisection where there is none
   if (r->table) {
     found = tag >= 0 && tag < r->table_count ? r->table[tag] : -1;
   } else {
@@ -154,6 +153,7 @@ thrum_status thrum_msh_node_index(msh_reader *r, int64_t tag, int32_t *index) {
       node = bsearch(&key, r->nodes, (size_t)r->node_count, sizeof key, compare_nodes);
     found = node ? (int32_t)(node - r->nodes) : -1;
   }
+
   if (found < 0)
     return thrum_text_fail(&r->text, THRUM_BAD_VALUE, r->error,
                            "the element names node %lld, which is not in $Nodes", (long long)tag);
@@ -164,6 +164,6 @@ thrum_status thrum_msh_node_index(msh_reader *r, int64_t tag, int32_t *index) {
 /* Next word of the line, the tag of a node, as its index. */
 thrum_status thrum_msh_read_node(msh_reader *r, int32_t *index) {
   int64_t tag = 0;
-  thrum_status status = thrum_msh_integer(r, "a node of the element", 1, &tag);
-  return status < 0 ? status : thrum_msh_node_index(r, tag, index);
+  THRUM_TRY(thrum_msh_integer(r, "a node of the element", 1, &tag));
+  return thrum_msh_node_index(r, tag, index);
 }

@@ -44,68 +44,65 @@ static thrum_status item_index(tetgen_reader *r, const char *what, int64_t i, in
   int64_t index = 0;
   if (i == 0)
     return thrum_text_integer(&r->text, what, 0, 1, base, r->error);
-  thrum_status status = thrum_text_integer(&r->text, what, 0, INT64_MAX, &index, r->error);
-  if (status >= 0 && index != i + *base)
+  THRUM_TRY(thrum_text_integer(&r->text, what, 0, INT64_MAX, &index, r->error));
+  if (index != i + *base)
     return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
                            "%s is %lld where %lld comes next; number them one by one", what,
                            (long long)index, (long long)(i + *base));
-  return status;
+  return THRUM_OK;
 }
 
 static thrum_status add_marker(tetgen_reader *r, int64_t marker, int64_t node) {
   char name[64];
   int64_t index = 0;
   snprintf(name, sizeof name, "marker_%lld", (long long)marker);
-  thrum_status status = thrum_builder_list(&r->builder, name, strlen(name), &index);
-  return status < 0 ? status : thrum_builder_add(&r->builder, index, node);
+  THRUM_TRY(thrum_builder_list(&r->builder, name, strlen(name), &index));
+  return thrum_builder_add(&r->builder, index, node);
 }
 
 static thrum_status read_node(tetgen_reader *r, int64_t i, int64_t attributes, int64_t markers) {
   static const char *const axes[] = {"the x coordinate", "the y coordinate", "the z coordinate"};
   double position[3] = {0}, unused = 0;
   int64_t marker = 0;
-  thrum_status status = next_line(r, "the last node");
-  if (status >= 0)
-    status = item_index(r, "the index of a node", i, &r->base);
-  for (int c = 0; c < 3 && status >= 0; c++)
-    status = thrum_text_number(&r->text, axes[c], &position[c], r->error);
-  for (int64_t a = 0; a < attributes && status >= 0; a++)
-    status = thrum_text_number(&r->text, "an attribute of the node", &unused, r->error);
-  if (status >= 0 && markers > 0 && thrum_text_more(&r->text))
-    status = thrum_text_integer(&r->text, "the marker of the node", INT32_MIN, INT32_MAX, &marker,
-                                r->error);
-  if (status >= 0)
-    status = thrum_text_finish(&r->text, "the node", r->error);
-  if (status >= 0)
-    status = thrum_builder_vertex(&r->builder, i + r->base, position);
-  return status < 0 || marker == 0 ? status : add_marker(r, marker, i + r->base);
+  THRUM_TRY(next_line(r, "the last node"));
+  THRUM_TRY(item_index(r, "the index of a node", i, &r->base));
+
+  for (int c = 0; c < 3; c++)
+    THRUM_TRY(thrum_text_number(&r->text, axes[c], &position[c], r->error));
+
+  // attributes serve nothing here; the marker makes a group
+  for (int64_t a = 0; a < attributes; a++)
+    THRUM_TRY(thrum_text_number(&r->text, "an attribute of the node", &unused, r->error));
+  if (markers > 0 && thrum_text_more(&r->text))
+    THRUM_TRY(thrum_text_integer(&r->text, "the marker of the node", INT32_MIN, INT32_MAX, &marker,
+                                 r->error));
+  THRUM_TRY(thrum_text_finish(&r->text, "the node", r->error));
+  THRUM_TRY(thrum_builder_vertex(&r->builder, i + r->base, position));
+  return marker == 0 ? THRUM_OK : add_marker(r, marker, i + r->base);
 }
 
 static thrum_status read_nodes(tetgen_reader *r) {
   int64_t count = 0, dimension = 3, attributes = 0, markers = 0;
-  thrum_status status = next_line(r, "the number of nodes");
-  if (status >= 0)
-    status = thrum_text_integer(&r->text, "the number of nodes", 1, INT32_MAX, &count, r->error);
-  if (status >= 0)
-    status = optional(r, "the dimension", 3, &dimension);
-  if (status >= 0 && dimension != 3)
+  THRUM_TRY(next_line(r, "the number of nodes"));
+  THRUM_TRY(thrum_text_integer(&r->text, "the number of nodes", 1, INT32_MAX, &count, r->error));
+  THRUM_TRY(optional(r, "the dimension", 3, &dimension));
+
+  if (dimension != 3)
     return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
                            "the dimension is %lld; a body needs 3", (long long)dimension);
-  if (status >= 0)
-    status = optional(r, "the number of attributes", COLUMNS_MAX, &attributes);
-  if (status >= 0)
-    status = optional(r, "the number of markers", 1, &markers);
-  for (int64_t i = 0; i < count && status >= 0; i++)
-    status = read_node(r, i, attributes, markers);
-  return status;
+
+  // what follows the dimension may be left out
+  THRUM_TRY(optional(r, "the number of attributes", COLUMNS_MAX, &attributes));
+  THRUM_TRY(optional(r, "the number of markers", 1, &markers));
+  for (int64_t i = 0; i < count; i++)
+    THRUM_TRY(read_node(r, i, attributes, markers));
+  return THRUM_OK;
 }
 
 /* The region of a tet: its first attribute, usually whole. */
 static thrum_status read_region(tetgen_reader *r, int64_t *key) {
   double value = 0;
-  thrum_status status = thrum_text_number(&r->text, "the region of the tet", &value, r->error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_text_number(&r->text, "the region of the tet", &value, r->error));
   if (value != floor(value) || fabs(value) > 1e9)
     return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
                            "the region of the tet is %g; number regions with whole numbers", value);
@@ -132,31 +129,30 @@ static thrum_status read_tet(tetgen_reader *r, int64_t i, int64_t nodes, int64_t
 
 static thrum_status read_tets(tetgen_reader *r) {
   int64_t count = 0, nodes = 4, attributes = 0;
-  thrum_status status = next_line(r, "the number of tets");
-  if (status >= 0)
-    status = thrum_text_integer(&r->text, "the number of tets", 1, INT32_MAX, &count, r->error);
-  if (status >= 0)
-    status = optional(r, "the number of nodes of a tet", 10, &nodes);
-  if (status >= 0 && nodes != 4 && nodes != 10)
+  THRUM_TRY(next_line(r, "the number of tets"));
+  THRUM_TRY(thrum_text_integer(&r->text, "the number of tets", 1, INT32_MAX, &count, r->error));
+  THRUM_TRY(optional(r, "the number of nodes of a tet", 10, &nodes));
+
+  // of ten nodes the first four are the corners
+  if (nodes != 4 && nodes != 10)
     return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
                            "a tet has 4 or 10 nodes, not %lld", (long long)nodes);
-  if (status >= 0)
-    status = optional(r, "the number of attributes", COLUMNS_MAX, &attributes);
-  for (int64_t i = 0; i < count && status >= 0; i++)
-    status = read_tet(r, i, nodes, attributes);
+
+  THRUM_TRY(optional(r, "the number of attributes", COLUMNS_MAX, &attributes));
+  for (int64_t i = 0; i < count; i++)
+    THRUM_TRY(read_tet(r, i, nodes, attributes));
   r->builder.cornered_tets = nodes == 10 ? count : 0;
-  return status;
+  return THRUM_OK;
 }
 
 /* Of several regions each is a group too. */
 static thrum_status add_regions(tetgen_reader *r, thrum_mesh *mesh) {
-  thrum_status status = THRUM_OK;
-  for (int64_t i = 0; i < mesh->region_count && mesh->region_count > 1 && status >= 0; i++) {
+  for (int64_t i = 0; i < mesh->region_count && mesh->region_count > 1; i++) {
     char name[64];
     snprintf(name, sizeof name, "region_%lld", (long long)r->builder.region_keys[i]);
-    status = thrum_mesh_add_region_group(mesh, (int32_t)i, name, r->error);
+    THRUM_TRY(thrum_mesh_add_region_group(mesh, (int32_t)i, name, r->error));
   }
-  return status;
+  return THRUM_OK;
 }
 
 thrum_status thrum_mesh_parse_tetgen(const char *name, const void *nodes, size_t nodes_size,

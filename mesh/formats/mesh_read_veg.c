@@ -135,6 +135,7 @@ static thrum_status include(veg_reader *r) {
     return thrum_text_fail(text, THRUM_BAD_FORMAT, r->error, "*INCLUDE names no file");
   if (memchr(text->at, 0, length))
     return thrum_text_fail(text, THRUM_BAD_FORMAT, r->error, "*INCLUDE names no proper file");
+
   // relative to the including file
   const char *from = r->files[r->current].path, *slash = strrchr(from, '/');
   size_t folder = slash && text->at[0] != '/' ? (size_t)(slash - from) + 1 : 0;
@@ -144,6 +145,7 @@ static thrum_status include(veg_reader *r) {
   memcpy(path, from, folder);
   memcpy(path + folder, text->at, length);
   path[folder + length] = '\0';
+
   thrum_status status = check_cycle(r, path);
   if (status < 0) {
     free(path);
@@ -160,8 +162,11 @@ static thrum_status next_line(veg_reader *r, bool *found) {
     thrum_text_rewind(text_of(r));
     return THRUM_OK;
   }
+
   for (;;) {
     thrum_text *text = text_of(r);
+
+    // at its end a file hands back to the one that includes it
     if (!thrum_text_next_line(text)) {
       if (r->files[r->current].parent < 0) {
         *found = false;
@@ -170,6 +175,8 @@ static thrum_status next_line(veg_reader *r, bool *found) {
       r->current = r->files[r->current].parent;
       continue;
     }
+
+    // a line of its own goes to the caller, *INCLUDE opens the next file
     const char *word;
     size_t length;
     if (*text->start != '*' || !thrum_text_word(text, &word, &length) ||
@@ -177,18 +184,14 @@ static thrum_status next_line(veg_reader *r, bool *found) {
       thrum_text_rewind(text);
       return THRUM_OK;
     }
-    thrum_status status = include(r);
-    if (status < 0)
-      return status;
+    THRUM_TRY(include(r));
   }
 }
 
 /* Next line of a section; one that opens another section, or the end, is refused. */
 static thrum_status body_line(veg_reader *r, const char *what) {
   bool found;
-  thrum_status status = next_line(r, &found);
-  if (status < 0)
-    return status;
+  THRUM_TRY(next_line(r, &found));
   thrum_text *text = text_of(r);
   if (!found)
     return thrum_text_fail(text, THRUM_BAD_FORMAT, r->error,
@@ -221,17 +224,17 @@ static bool same_name(veg_name a, veg_name b) {
 static thrum_status header(veg_reader *r, const char *what, int64_t width, int64_t high,
                            int64_t *count, int64_t *extra) {
   thrum_text *text = text_of(r);
-  thrum_status status = thrum_text_integer(text, what, 1, high, count, r->error);
+  THRUM_TRY(thrum_text_integer(text, what, 1, high, count, r->error));
   int64_t given = width;
-  if (status >= 0 && thrum_text_more(text))
-    status = thrum_text_integer(text, "numbers per line", width, width, &given, r->error);
+  if (thrum_text_more(text))
+    THRUM_TRY(thrum_text_integer(text, "numbers per line", width, width, &given, r->error));
   *extra = 0;
-  for (int i = 0; i < 2 && status >= 0 && thrum_text_more(text); i++) {
+  for (int i = 0; i < 2 && thrum_text_more(text); i++) {
     int64_t columns = 0;
-    status = thrum_text_integer(text, "number of attributes", 0, 100, &columns, r->error);
+    THRUM_TRY(thrum_text_integer(text, "number of attributes", 0, 100, &columns, r->error));
     *extra += columns;
   }
-  return status < 0 ? status : thrum_text_finish(text, "the sizes", r->error);
+  return thrum_text_finish(text, "the sizes", r->error);
 }
 
 /* The number in front of item i of a list; the first one, 0 or 1, is the base. */
@@ -242,12 +245,12 @@ static thrum_status item_number(veg_reader *r, const char *what, int64_t i, int6
     thrum_status first = thrum_text_integer(text, what, 0, 1, base, r->error);
     return first;
   }
-  thrum_status status = thrum_text_integer(text, what, 0, INT64_MAX, &number, r->error);
-  if (status >= 0 && number != i + *base)
+  THRUM_TRY(thrum_text_integer(text, what, 0, INT64_MAX, &number, r->error));
+  if (number != i + *base)
     return thrum_text_fail(text, THRUM_BAD_FORMAT, r->error,
                            "%s is %lld where %lld comes next; number them one by one", what,
                            (long long)number, (long long)(i + *base));
-  return status;
+  return THRUM_OK;
 }
 
 static thrum_status finish_item(veg_reader *r, int64_t extra, const char *what) {
@@ -261,55 +264,53 @@ static thrum_status finish_item(veg_reader *r, int64_t extra, const char *what) 
 
 static thrum_status read_vertex(veg_reader *r, int64_t i, int64_t extra) {
   static const char *const axes[] = {"the x coordinate", "the y coordinate", "the z coordinate"};
-  thrum_status status = item_number(r, "a vertex number", i, &r->vertex_base);
-  for (int c = 0; c < 3 && status >= 0; c++)
-    status = thrum_text_number(text_of(r), axes[c], &r->mesh.vertices[3 * i + c], r->error);
-  return status < 0 ? status : finish_item(r, extra, "the three coordinates");
+  THRUM_TRY(item_number(r, "a vertex number", i, &r->vertex_base));
+  for (int c = 0; c < 3; c++)
+    THRUM_TRY(thrum_text_number(text_of(r), axes[c], &r->mesh.vertices[3 * i + c], r->error));
+  return finish_item(r, extra, "the three coordinates");
 }
 
 static thrum_status read_vertices(veg_reader *r) {
   if (r->has_vertices)
     return thrum_text_fail(text_of(r), THRUM_BAD_FORMAT, r->error, "*VERTICES comes twice");
   r->has_vertices = true;
+
   int64_t count = 0, extra = 0, capacity = 0;
-  thrum_status status = body_line(r, "the number of vertices");
-  if (status >= 0)
-    status = header(r, "the number of vertices", 3, INT32_MAX, &count, &extra);
-  for (int64_t i = 0; i < count && status >= 0; i++) {
-    status = body_line(r, "the last vertex");
-    if (status < 0)
-      break;
+  THRUM_TRY(body_line(r, "the number of vertices"));
+  THRUM_TRY(header(r, "the number of vertices", 3, INT32_MAX, &count, &extra));
+  for (int64_t i = 0; i < count; i++) {
+    THRUM_TRY(body_line(r, "the last vertex"));
+
+    // memory follows the lines that are there, not the count that the file claims
     double *grown = thrum_mesh_grow(r->mesh.vertices, &capacity, i + 1, 3 * sizeof *grown);
     if (!grown)
       return no_memory(r);
     r->mesh.vertices = grown;
-    status = read_vertex(r, i, extra);
+    THRUM_TRY(read_vertex(r, i, extra));
   }
   r->mesh.vertex_count = r->mesh.file_vertex_count = count;
-  return status;
+  return THRUM_OK;
 }
 
 /* Vertices of tets stay as in the file until all is read: *VERTICES may come later. */
 static thrum_status read_tet(veg_reader *r, int64_t i, int64_t extra) {
   thrum_text *text = text_of(r);
-  thrum_status status = item_number(r, "an element number", i, &r->element_base);
-  for (int a = 0; a < 4 && status >= 0; a++) {
+  THRUM_TRY(item_number(r, "an element number", i, &r->element_base));
+  for (int a = 0; a < 4; a++) {
     int64_t vertex = 0, last = INT32_MAX, first = 0;
     if (r->has_vertices) {
       first = r->vertex_base;
       last = r->mesh.vertex_count - 1 + first;
     }
-    status = thrum_text_integer(text, "a vertex of the tet", first, last, &vertex, r->error);
+    THRUM_TRY(thrum_text_integer(text, "a vertex of the tet", first, last, &vertex, r->error));
     r->mesh.tets[4 * i + a] = (int32_t)vertex;
   }
   r->mesh.tet_line[i] = r->current == 0 ? text->line : 0;
-  return status < 0 ? status : finish_item(r, extra, "the four vertices");
+  return finish_item(r, extra, "the four vertices");
 }
 
 static thrum_status element_kind(veg_reader *r) {
-  thrum_status status = body_line(r, "the kind of elements, TET");
-  if (status < 0)
-    return status;
+  THRUM_TRY(body_line(r, "the kind of elements, TET"));
   thrum_text *text = text_of(r);
   const char *word = "";
   size_t length = 0;
@@ -336,33 +337,33 @@ static thrum_status read_elements(veg_reader *r) {
   if (r->has_elements)
     return thrum_text_fail(text_of(r), THRUM_BAD_FORMAT, r->error, "*ELEMENTS comes twice");
   r->has_elements = true;
+
   int64_t count = 0, extra = 0, capacity = 0, lines = 0;
-  thrum_status status = element_kind(r);
-  if (status >= 0)
-    status = body_line(r, "the number of elements");
-  if (status >= 0)
-    status = header(r, "the number of elements", 4, INT32_MAX, &count, &extra);
-  for (int64_t i = 0; i < count && status >= 0; i++) {
-    status = body_line(r, "the last element");
-    if (status >= 0 && !grow_tets(r, i + 1, &capacity, &lines))
-      status = no_memory(r);
-    if (status >= 0)
-      status = read_tet(r, i, extra);
+  THRUM_TRY(element_kind(r));
+  THRUM_TRY(body_line(r, "the number of elements"));
+  THRUM_TRY(header(r, "the number of elements", 4, INT32_MAX, &count, &extra));
+
+  // memory follows the lines that are there, not the count that the file claims
+  for (int64_t i = 0; i < count; i++) {
+    THRUM_TRY(body_line(r, "the last element"));
+    if (!grow_tets(r, i + 1, &capacity, &lines))
+      return no_memory(r);
+    THRUM_TRY(read_tet(r, i, extra));
   }
   r->mesh.tet_count = count;
-  return status;
+  return THRUM_OK;
 }
 
 static thrum_status read_material(veg_reader *r) {
   veg_material material = {0};
-  thrum_status status = rest_name(r, text_of(r)->end, &material.name);
-  for (int64_t i = 0; i < r->material_count && status >= 0; i++)
+  THRUM_TRY(rest_name(r, text_of(r)->end, &material.name));
+  for (int64_t i = 0; i < r->material_count; i++)
     if (same_name(r->materials[i].name, material.name))
-      status = thrum_text_fail(text_of(r), THRUM_BAD_FORMAT, r->error, "this material comes twice");
-  if (status >= 0)
-    status = body_line(r, "the material's line, ENU, density, E, nu");
-  if (status < 0)
-    return status;
+      THRUM_TRY(
+          thrum_text_fail(text_of(r), THRUM_BAD_FORMAT, r->error, "this material comes twice"));
+  THRUM_TRY(body_line(r, "the material's line, ENU, density, E, nu"));
+
+  // ENU alone is the material of this body
   thrum_text *text = text_of(r);
   const char *word = "";
   size_t length = 0;
@@ -371,15 +372,11 @@ static thrum_status read_material(veg_reader *r) {
     return thrum_text_fail(text, THRUM_UNSUPPORTED, r->error,
                            "material '%s' is not supported; write ENU, density, E, nu",
                            thrum_text_excerpt(word, length).text);
-  status = thrum_text_number(text, "the density", &material.values.density, r->error);
-  if (status >= 0)
-    status = thrum_text_number(text, "Young's modulus E", &material.values.young, r->error);
-  if (status >= 0)
-    status = thrum_text_number(text, "Poisson's ratio nu", &material.values.poisson, r->error);
-  if (status >= 0)
-    status = thrum_text_finish(text, "the material", r->error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_text_number(text, "the density", &material.values.density, r->error));
+  THRUM_TRY(thrum_text_number(text, "Young's modulus E", &material.values.young, r->error));
+  THRUM_TRY(thrum_text_number(text, "Poisson's ratio nu", &material.values.poisson, r->error));
+  THRUM_TRY(thrum_text_finish(text, "the material", r->error));
+
   if (r->material_count == THRUM_MESH_GROUPS_MAX)
     return thrum_text_fail(text, THRUM_UNSUPPORTED, r->error, "more than %d materials",
                            THRUM_MESH_GROUPS_MAX);
@@ -394,24 +391,23 @@ static thrum_status read_material(veg_reader *r) {
 
 /* `set, material`; without a comma the two are words. */
 static thrum_status read_region(veg_reader *r) {
-  thrum_status status = body_line(r, "the region's line, set, material");
-  if (status < 0)
-    return status;
+  THRUM_TRY(body_line(r, "the region's line, set, material"));
   thrum_text *text = text_of(r);
   veg_region region = {.place = *text};
+
+  // a comma parts the two names, or the first blank where there is none
   const char *split = memchr(text->at, ',', (size_t)(text->end - text->at));
   for (const char *p = text->at; !split && p < text->end; p++)
     if (*p == ' ' || *p == '\t')
       split = p;
+
   if (!split)
     return thrum_text_fail(text, THRUM_BAD_FORMAT, r->error,
                            "a region is a set and a material, as in allElements, BODY");
-  status = rest_name(r, split, &region.set);
+  THRUM_TRY(rest_name(r, split, &region.set));
   text->at = split + 1;
-  if (status >= 0)
-    status = rest_name(r, text->end, &region.material);
-  if (status < 0)
-    return status;
+  THRUM_TRY(rest_name(r, text->end, &region.material));
+
   if (r->region_count == THRUM_MESH_GROUPS_MAX)
     return thrum_text_fail(text, THRUM_UNSUPPORTED, r->error, "more than %d regions",
                            THRUM_MESH_GROUPS_MAX);
@@ -432,12 +428,12 @@ static thrum_status read_set_line(veg_reader *r, veg_set *set) {
     if (!grown)
       return no_memory(r);
     set->elements = grown;
+
+    // until the elements are known any number may be right; rebase checks it later
     int64_t last = r->has_elements ? r->mesh.tet_count - 1 + r->element_base : INT32_MAX;
     int64_t first = r->has_elements ? r->element_base : 0;
-    thrum_status status = thrum_text_integer(text, "an element of the set", first, last,
-                                             &set->elements[set->count], r->error);
-    if (status < 0)
-      return status;
+    THRUM_TRY(thrum_text_integer(text, "an element of the set", first, last,
+                                 &set->elements[set->count], r->error));
     set->count++;
   }
   return THRUM_OK;
@@ -451,6 +447,7 @@ static thrum_status read_set(veg_reader *r) {
       status = thrum_text_fail(text_of(r), THRUM_BAD_FORMAT, r->error, "this set comes twice");
   if (status < 0)
     return status;
+
   if (r->set_count == THRUM_MESH_GROUPS_MAX)
     return thrum_text_fail(text_of(r), THRUM_UNSUPPORTED, r->error, "more than %d sets",
                            THRUM_MESH_GROUPS_MAX);
@@ -460,6 +457,8 @@ static thrum_status read_set(veg_reader *r) {
   r->sets = grown;
   veg_set *set = &r->sets[r->set_count++];
   *set = fresh;
+
+  // its lines go on until a keyword, which is read again as the next section
   for (;;) {
     bool found;
     status = next_line(r, &found);
@@ -485,16 +484,20 @@ static thrum_status read_section(veg_reader *r) {
                   {"*MATERIAL", read_material, true},
                   {"*REGION", read_region, false},
                   {"*SET", read_set, true}};
+
   thrum_text *text = text_of(r);
   const char *word = "";
   size_t length = 0;
   thrum_text_word(text, &word, &length);
+
+  // sections without a name have nothing else on their line
   for (size_t i = 0; i < sizeof sections / sizeof *sections; i++)
     if (thrum_text_equals(word, length, sections[i].keyword)) {
-      thrum_status status =
-          sections[i].named ? THRUM_OK : thrum_text_finish(text, sections[i].keyword, r->error);
-      return status < 0 ? status : sections[i].read(r);
+      THRUM_TRY(sections[i].named ? THRUM_OK
+                                  : thrum_text_finish(text, sections[i].keyword, r->error));
+      return sections[i].read(r);
     }
+
   return thrum_text_fail(text, THRUM_BAD_FORMAT, r->error,
                          "expected *VERTICES, *ELEMENTS, *MATERIAL, *REGION, *SET or *INCLUDE, "
                          "found '%s'",
@@ -504,6 +507,8 @@ static thrum_status read_section(veg_reader *r) {
 /* From the file's numbers to 0-based ones, now that the base is known. */
 static thrum_status rebase(veg_reader *r, const char *path) {
   thrum_mesh *m = &r->mesh;
+
+  // vertices from the file's base to 0
   for (int64_t i = 0; i < 4 * m->tet_count; i++) {
     int64_t vertex = m->tets[i] - r->vertex_base;
     if (vertex < 0 || vertex >= m->vertex_count)
@@ -514,6 +519,8 @@ static thrum_status rebase(veg_reader *r, const char *path) {
                              (long long)(m->vertex_count - 1 + r->vertex_base));
     m->tets[i] = (int32_t)vertex;
   }
+
+  // elements of the sets likewise
   for (int64_t s = 0; s < r->set_count; s++)
     for (int64_t i = 0; i < r->sets[s].count; i++) {
       int64_t *element = &r->sets[s].elements[i];
@@ -524,6 +531,7 @@ static thrum_status rebase(veg_reader *r, const char *path) {
             path, thrum_text_excerpt(r->sets[s].name.text, r->sets[s].name.length).text,
             (long long)(*element + r->element_base), (long long)m->tet_count);
     }
+
   return THRUM_OK;
 }
 
@@ -545,6 +553,7 @@ static thrum_status apply_region(veg_reader *r, int64_t index) {
     return thrum_text_fail(&region->place, THRUM_MISSING, r->error,
                            "the region's set '%s' is not in the file",
                            thrum_text_excerpt(region->set.text, region->set.length).text);
+
   int64_t material = 0;
   while (material < r->material_count && !same_name(r->materials[material].name, region->material))
     material++;
@@ -552,6 +561,8 @@ static thrum_status apply_region(veg_reader *r, int64_t index) {
     return thrum_text_fail(&region->place, THRUM_MISSING, r->error,
                            "the region's material '%s' is not in the file",
                            thrum_text_excerpt(region->material.text, region->material.length).text);
+
+  // no set stands for all elements
   r->mesh.materials[index] = r->materials[material].values;
   int64_t count = set ? set->count : r->mesh.tet_count;
   for (int64_t i = 0; i < count; i++)
@@ -566,24 +577,26 @@ static thrum_status apply_regions(veg_reader *r, const char *path) {
                            "%.150s: several materials but no *REGION; add one such as "
                            "'allElements, BODY'",
                            path);
+
   m->region_count = r->region_count > 0 ? r->region_count : 1;
   m->materials = calloc((size_t)m->region_count, sizeof *m->materials);
   m->tet_region = calloc((size_t)m->tet_count, sizeof *m->tet_region);
   if (!m->materials || !m->tet_region)
     return no_memory(r);
   m->has_material = r->material_count > 0;
+
   // without regions one material, or none, is that of all
   if (r->region_count == 0) {
     if (r->material_count == 1)
       m->materials[0] = r->materials[0].values;
     return THRUM_OK;
   }
+
+  // later regions take elements from earlier ones; none may be left over
   for (int64_t t = 0; t < m->tet_count; t++)
     m->tet_region[t] = -1;
   for (int64_t i = 0; i < r->region_count; i++) {
-    thrum_status status = apply_region(r, i);
-    if (status < 0)
-      return status;
+    THRUM_TRY(apply_region(r, i));
   }
   for (int64_t t = 0; t < m->tet_count; t++)
     if (m->tet_region[t] < 0)
@@ -599,11 +612,14 @@ static thrum_status add_groups(veg_reader *r) {
     const veg_set *set = &r->sets[s];
     if (set->count == 0)
       continue;
+
+    // the vertices of its elements
     int32_t *list = malloc((size_t)set->count * 4 * sizeof *list);
     if (!list)
       return no_memory(r);
     for (int64_t i = 0; i < set->count; i++)
       memcpy(list + 4 * i, r->mesh.tets + 4 * set->elements[i], 4 * sizeof *list);
+
     char name[THRUM_MESH_NAME_MAX + 1];
     memcpy(name, set->name.text, set->name.length);
     name[set->name.length] = '\0';
@@ -618,22 +634,21 @@ static thrum_status add_groups(veg_reader *r) {
 static thrum_status read_all(veg_reader *r, const char *path) {
   for (;;) {
     bool found;
-    thrum_status status = next_line(r, &found);
-    if (status >= 0 && found)
-      status = read_section(r);
-    if (status < 0)
-      return status;
+    THRUM_TRY(next_line(r, &found));
+    if (found)
+      THRUM_TRY(read_section(r));
     if (!found)
       break;
   }
+
+  // sets and regions may name elements that came later
   if (!r->has_vertices || !r->has_elements)
     return thrum_error_set(r->error, THRUM_MISSING,
                            "%.150s: there is no %s; is it a Vega mesh, and is it whole?", path,
                            r->has_vertices ? "*ELEMENTS" : "*VERTICES");
-  thrum_status status = rebase(r, path);
-  if (status >= 0)
-    status = apply_regions(r, path);
-  return status < 0 ? status : add_groups(r);
+  THRUM_TRY(rebase(r, path));
+  THRUM_TRY(apply_regions(r, path));
+  return add_groups(r);
 }
 
 thrum_status thrum_mesh_parse_veg(const char *name, const void *data, size_t size, thrum_mesh *mesh,

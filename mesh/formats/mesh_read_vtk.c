@@ -117,8 +117,8 @@ static thrum_status take_array(vtk_reader *r, thrum_cells_place place, const cha
   thrum_cells_array array = {.place = place, .columns = columns, .count = count};
   array.whole = type.whole;
   copy_name(name, length, array.name);
-  thrum_status status = read_values(r, type, count, &array.values);
-  return status < 0 ? status : thrum_cells_take(&r->cells, &array, r->error);
+  THRUM_TRY(read_values(r, type, count, &array.values));
+  return thrum_cells_take(&r->cells, &array, r->error);
 }
 
 static thrum_status read_type(vtk_reader *r, thrum_cells_type *type) {
@@ -157,6 +157,8 @@ static thrum_status read_old_cells(vtk_reader *r, int64_t count, int64_t size) {
   points = malloc(((size_t)size + 1) * sizeof *points);
   if (!ends || !points)
     status = thrum_text_fail(&r->text, THRUM_OUT_OF_MEMORY, r->error, "not enough memory");
+
+  // each cell is its number of points and the points: parted into two arrays
   int64_t at = 0, kept = 0;
   for (int64_t c = 0; c < count && status >= 0; c++) {
     if (at >= size || !(list[at] >= 0 && list[at] <= (double)(size - at - 1))) {
@@ -169,12 +171,15 @@ static thrum_status read_old_cells(vtk_reader *r, int64_t count, int64_t size) {
     kept += length;
     ends[c] = (double)kept;
   }
+
   free(list);
   if (status < 0) {
     free(ends);
     free(points);
     return status;
   }
+
+  // the grid takes the arrays over, also when it fails
   const thrum_cells_array arrays[] = {
       {.place = THRUM_CELLS_CONNECTIVITY, .whole = true, .count = kept, .values = points},
       {.place = THRUM_CELLS_OFFSETS, .whole = true, .count = count, .values = ends}};
@@ -189,25 +194,21 @@ static thrum_status read_old_cells(vtk_reader *r, int64_t count, int64_t size) {
 /* Version 5: the count is that of offsets, one more than there are cells. */
 static thrum_status read_new_cells(vtk_reader *r, int64_t offsets, int64_t size) {
   static const char *const names[] = {"OFFSETS", "CONNECTIVITY"};
-  thrum_status status = THRUM_OK;
-  for (int i = 0; i < 2 && status >= 0; i++) {
+  for (int i = 0; i < 2; i++) {
     const char *word = "";
     size_t length = 0;
     thrum_cells_type type;
-    status = next_line(r, names[i]);
-    if (status < 0)
-      return status;
+    THRUM_TRY(next_line(r, names[i]));
+
     thrum_text_word(&r->text, &word, &length);
     if (!thrum_text_equals(word, length, names[i]))
       return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error, "expected %s, found '%s'",
                              names[i], thrum_text_excerpt(word, length).text);
-    status = read_type(r, &type);
-    if (status >= 0)
-      status = take_array(r, i == 0 ? THRUM_CELLS_OFFSETS : THRUM_CELLS_CONNECTIVITY, "", 0, type,
-                          1, i == 0 ? offsets : size);
+    THRUM_TRY(read_type(r, &type));
+    THRUM_TRY(take_array(r, i == 0 ? THRUM_CELLS_OFFSETS : THRUM_CELLS_CONNECTIVITY, "", 0, type, 1,
+                         i == 0 ? offsets : size));
   }
-  if (status < 0)
-    return status;
+
   // where cells begin becomes where they end
   thrum_cells_array *ends = &r->cells.arrays[r->cells.array_count - 2];
   if (ends->count > 0) {
@@ -219,11 +220,8 @@ static thrum_status read_new_cells(vtk_reader *r, int64_t offsets, int64_t size)
 
 static thrum_status read_cells(vtk_reader *r) {
   int64_t count = 0, size = 0;
-  thrum_status status = integer(r, "the number of cells", &count);
-  if (status >= 0)
-    status = integer(r, "the size of the cells", &size);
-  if (status < 0)
-    return status;
+  THRUM_TRY(integer(r, "the number of cells", &count));
+  THRUM_TRY(integer(r, "the size of the cells", &size));
   return r->new_cells ? read_new_cells(r, count, size) : read_old_cells(r, count, size);
 }
 
@@ -241,16 +239,16 @@ static thrum_status read_scalars(vtk_reader *r) {
   int64_t columns = 1;
   thrum_cells_type type;
   thrum_text_word(&r->text, &name, &length);
-  thrum_status status = read_type(r, &type);
-  if (status >= 0 && thrum_text_more(&r->text))
-    status = thrum_text_integer(&r->text, "the number of columns", 1, 9, &columns, r->error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(read_type(r, &type));
+  if (thrum_text_more(&r->text))
+    THRUM_TRY(thrum_text_integer(&r->text, "the number of columns", 1, 9, &columns, r->error));
+
   // the line of the lookup table is taken only if it is one
   const thrum_text before = r->text;
   if (!thrum_text_next_line(&r->text) || !thrum_text_word(&r->text, &word, &word_length) ||
       !thrum_text_equals(word, word_length, "LOOKUP_TABLE"))
     r->text = before;
+
   if (r->tuples > INT64_MAX / 64 / columns)
     return fail(r, "an array is longer than the file; is it cut short?");
   return take_array(r, r->place, name, length, type, columns, columns * r->tuples);
@@ -272,26 +270,24 @@ static thrum_status read_field(vtk_reader *r) {
   size_t length = 0;
   int64_t count = 0;
   thrum_text_word(&r->text, &name, &length);
-  thrum_status status = integer(r, "the number of arrays", &count);
-  for (int64_t i = 0; i < count && status >= 0; i++) {
+
+  THRUM_TRY(integer(r, "the number of arrays", &count));
+  for (int64_t i = 0; i < count; i++) {
+    // metadata may stand between the arrays
     int64_t columns = 0, tuples = 0;
     thrum_cells_type type;
     do {
-      status = next_line(r, "the last array");
+      THRUM_TRY(next_line(r, "the last array"));
       thrum_text_word(&r->text, &name, &length);
-    } while (status >= 0 && is_metadata(name, length));
-    if (status < 0)
-      return status;
-    status = thrum_text_integer(&r->text, "the number of columns", 0, 1000000, &columns, r->error);
-    if (status >= 0)
-      status =
-          thrum_text_integer(&r->text, "the number of tuples", 0, INT32_MAX, &tuples, r->error);
-    if (status >= 0)
-      status = read_type(r, &type);
-    if (status >= 0)
-      status = take_array(r, r->place, name, length, type, columns, columns * tuples);
+    } while (is_metadata(name, length));
+    THRUM_TRY(
+        thrum_text_integer(&r->text, "the number of columns", 0, 1000000, &columns, r->error));
+    THRUM_TRY(
+        thrum_text_integer(&r->text, "the number of tuples", 0, INT32_MAX, &tuples, r->error));
+    THRUM_TRY(read_type(r, &type));
+    THRUM_TRY(take_array(r, r->place, name, length, type, columns, columns * tuples));
   }
-  return status;
+  return THRUM_OK;
 }
 
 /* VECTORS, NORMALS and the like: `name type` and a fixed number of columns. */
@@ -316,12 +312,16 @@ static thrum_status read_section(vtk_reader *r) {
   const char *word = "";
   size_t length = 0;
   thrum_text_word(&r->text, &word, &length);
+
+  // the grid
   if (thrum_text_equals(word, length, "POINTS"))
     return read_points(r);
   if (thrum_text_equals(word, length, "CELLS"))
     return read_cells(r);
   if (thrum_text_equals(word, length, "CELL_TYPES"))
     return read_cell_types(r);
+
+  // data at points and cells
   if (thrum_text_equals(word, length, "POINT_DATA"))
     return read_data_header(r, THRUM_CELLS_POINT_DATA);
   if (thrum_text_equals(word, length, "CELL_DATA"))
@@ -334,6 +334,7 @@ static thrum_status read_section(vtk_reader *r) {
     return read_vectors(r, 3);
   if (thrum_text_equals(word, length, "TENSORS"))
     return read_vectors(r, 9);
+
   if (is_metadata(word, length))
     return THRUM_OK;
   return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
@@ -344,20 +345,18 @@ static thrum_status read_section(vtk_reader *r) {
 /* Four lines: the version, a title, ASCII or BINARY, and the kind of the data set. */
 static thrum_status read_header(vtk_reader *r) {
   static const char start[] = "# vtk DataFile Version ";
-  thrum_status status = next_line(r, "the version");
-  if (status < 0)
-    return status;
+  THRUM_TRY(next_line(r, "the version"));
   const size_t length = (size_t)(r->text.end - r->text.start);
   if (length < sizeof start || memcmp(r->text.start, start, sizeof start - 1) != 0)
     return fail(r, "expected '# vtk DataFile Version'; is it a VTK legacy file?");
+
   // the last of 'X.Y' may be missing
   r->new_cells = length > sizeof start && r->text.start[sizeof start - 1] >= '5' &&
                  r->text.start[sizeof start] == '.';
+
   // the title may be empty, and then the next line is ASCII or BINARY already
   for (int i = 0; i < 2; i++) {
-    status = next_line(r, "ASCII or BINARY");
-    if (status < 0)
-      return status;
+    THRUM_TRY(next_line(r, "ASCII or BINARY"));
     const size_t n = (size_t)(r->text.end - r->text.start);
     r->binary = thrum_text_equals(r->text.start, n, "BINARY");
     if (r->binary || thrum_text_equals(r->text.start, n, "ASCII"))
@@ -365,9 +364,8 @@ static thrum_status read_header(vtk_reader *r) {
     if (i == 1)
       return fail(r, "expected ASCII or BINARY");
   }
-  status = next_line(r, "DATASET");
-  if (status < 0)
-    return status;
+  THRUM_TRY(next_line(r, "DATASET"));
+
   static const char kind[] = "DATASET UNSTRUCTURED_GRID";
   if (!thrum_text_equals(r->text.start, (size_t)(r->text.end - r->text.start), kind))
     return thrum_text_fail(

@@ -118,11 +118,14 @@ static size_t decode_base64(const char *at, const char *stop, unsigned char *byt
       held = 0;
       continue;
     }
+
+    // blanks may stand anywhere, other bytes end the text
     if (value < 0) {
       if (is_space(*at))
         continue;
       break;
     }
+
     bits = bits << 6 | (uint32_t)value;
     held += 6;
     if (held >= 8) {
@@ -130,6 +133,7 @@ static size_t decode_base64(const char *at, const char *stop, unsigned char *byt
       bytes[used++] = (unsigned char)(bits >> held & 0xff);
     }
   }
+
   return used;
 }
 
@@ -188,6 +192,7 @@ static thrum_status read_bytes(vtu_reader *r, vtu_array *a, const char *at, cons
   if (status < 0)
     goto cleanup;
 
+  // every type becomes double
   a->array.count = (int64_t)(size / (uint64_t)a->type.size);
   a->array.values = malloc(((size_t)a->array.count + 1) * sizeof *a->array.values);
   if (!a->array.values) {

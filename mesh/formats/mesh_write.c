@@ -13,6 +13,8 @@
 /* The group that has just the vertices of a region. */
 static int64_t find_region_group(const thrum_mesh *mesh, int64_t region, uint8_t *in_region) {
   memset(in_region, 0, (size_t)mesh->vertex_count);
+
+  // the vertices of the region
   int64_t count = 0;
   for (int64_t t = 0; t < mesh->tet_count; t++)
     for (int a = 0; a < 4 && mesh->tet_region[t] == region; a++) {
@@ -20,6 +22,8 @@ static int64_t find_region_group(const thrum_mesh *mesh, int64_t region, uint8_t
       count += !in_region[v];
       in_region[v] = 1;
     }
+
+  // a group of as many, all of them in the region, has just these
   for (int64_t g = 0; g < mesh->group_count; g++) {
     const thrum_group *group = &mesh->groups[g];
     int64_t i = 0;
@@ -28,6 +32,7 @@ static int64_t find_region_group(const thrum_mesh *mesh, int64_t region, uint8_t
     if (i == count && group->count == count)
       return g;
   }
+
   return -1;
 }
 
@@ -39,10 +44,12 @@ static thrum_status match_regions(thrum_mesh_written *w, thrum_error *error) {
   thrum_status status = THRUM_OK;
   if (!in_region || !w->region_group || !w->group_region)
     status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory");
+
   for (int64_t g = 0; g < m->group_count && status >= 0; g++)
     w->group_region[g] = -1;
   for (int64_t i = 0; i < m->region_count && status >= 0; i++) {
     int64_t g = find_region_group(m, i, in_region);
+
     // a group names one region only
     if (g >= 0 && w->group_region[g] >= 0)
       g = -1;
@@ -50,6 +57,7 @@ static thrum_status match_regions(thrum_mesh_written *w, thrum_error *error) {
     if (g >= 0)
       w->group_region[g] = i;
   }
+
   free(in_region);
   return status;
 }
@@ -95,6 +103,8 @@ static thrum_status write_tetgen(const char *path, thrum_mesh_written *w, thrum_
   const size_t stem = strlen(path) - (thrum_file_has_suffix(path, ".ele") ? 4 : 5);
   char *names[2] = {malloc(stem + 6), malloc(stem + 5)};
   thrum_status status = THRUM_OUT_OF_MEMORY;
+
+  // either name stands for the pair
   if (names[0] && names[1]) {
     for (int i = 0; i < 2; i++) {
       memcpy(names[i], path, stem);
@@ -106,6 +116,7 @@ static thrum_status write_tetgen(const char *path, thrum_mesh_written *w, thrum_
   } else {
     thrum_error_set(error, status, "not enough memory");
   }
+
   free(names[0]);
   free(names[1]);
   return status;

@@ -58,12 +58,15 @@ void thrum_mesh_write_abaqus(thrum_mesh_out *out, thrum_mesh_written *w) {
     thrum_out_vertex(out, m->vertices + 3 * v, ", ");
     thrum_out_text(out, "\n");
   }
+
   thrum_out_text(out, "*ELEMENT, TYPE=C3D4, ELSET=allElements\n");
   for (int64_t t = 0; t < m->tet_count; t++) {
     const int32_t *v = m->tets + 4 * t;
     thrum_out_text(out, "%lld, %lld, %lld, %lld, %lld\n", (long long)t + 1, v[0] + 1LL, v[1] + 1LL,
                    v[2] + 1LL, v[3] + 1LL);
   }
+
+  // a region's group is written as the element set of the region
   for (int64_t g = 0; g < m->group_count; g++) {
     char name[256];
     int64_t column = 0;
@@ -74,6 +77,7 @@ void thrum_mesh_write_abaqus(thrum_mesh_out *out, thrum_mesh_written *w) {
       put_member(out, m->groups[g].vertices[i] + 1LL, &column);
     thrum_out_text(out, "%s", column > 0 ? "\n" : "");
   }
+
   for (int64_t i = 0; i < m->region_count; i++)
     put_region(out, w, i);
 }

@@ -45,6 +45,8 @@ void thrum_mesh_write_ele(thrum_mesh_out *out, thrum_mesh_written *w) {
 void thrum_mesh_write_medit(thrum_mesh_out *out, thrum_mesh_written *w) {
   const thrum_mesh *m = w->mesh;
   int32_t *marks = thrum_write_marks(out, w);
+
+  // the reference of a vertex is its group
   thrum_out_text(out, "MeshVersionFormatted 2\nDimension 3\nVertices\n%lld\n",
                  (long long)m->vertex_count);
   for (int64_t v = 0; v < m->vertex_count && marks; v++) {
@@ -52,6 +54,8 @@ void thrum_mesh_write_medit(thrum_mesh_out *out, thrum_mesh_written *w) {
     thrum_out_text(out, " %d\n", (int)marks[v]);
   }
   free(marks);
+
+  // the reference of a tet is its region
   thrum_out_text(out, "Tetrahedra\n%lld\n", (long long)m->tet_count);
   for (int64_t t = 0; t < m->tet_count; t++) {
     const int32_t *v = m->tets + 4 * t;
@@ -59,6 +63,7 @@ void thrum_mesh_write_medit(thrum_mesh_out *out, thrum_mesh_written *w) {
     thrum_out_text(out, "%lld %lld %lld %lld %d\n", v[0] + 1LL, v[1] + 1LL, v[2] + 1LL, v[3] + 1LL,
                    region);
   }
+
   thrum_out_text(out, "End\n");
   count_materials(w);
 }

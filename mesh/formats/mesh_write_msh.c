@@ -51,8 +51,11 @@ static void put_names(thrum_mesh_out *out, thrum_mesh_written *w) {
     count += w->group_region[g] < 0;
   for (int64_t i = 0; i < m->region_count; i++)
     count += region_tag(w, i) != 0;
+
   if (count == 0)
     return;
+
+  // groups are physical points, regions physical volumes
   thrum_out_text(out, "$PhysicalNames\n%lld\n", (long long)count);
   for (int64_t g = 0; g < m->group_count; g++)
     if (w->group_region[g] < 0)
@@ -62,6 +65,7 @@ static void put_names(thrum_mesh_out *out, thrum_mesh_written *w) {
     if (region_tag(w, i) != 0)
       thrum_out_text(out, "3 %lld \"%s\"\n", (long long)region_tag(w, i),
                      thrum_write_region_name(w, i, "\"", name));
+
   thrum_out_text(out, "$EndPhysicalNames\n");
 }
 
@@ -100,6 +104,7 @@ static void put_body_2(thrum_mesh_out *out, thrum_mesh_written *w) {
   const thrum_mesh *m = w->mesh;
   const bool binary = w->options.binary;
   int64_t groups, number = 0;
+
   thrum_out_text(out, "$Nodes\n%lld\n", (long long)m->vertex_count);
   for (int64_t v = 0; v < m->vertex_count; v++) {
     put_whole(out, binary, (uint64_t)v + 1, 4);
@@ -107,6 +112,8 @@ static void put_body_2(thrum_mesh_out *out, thrum_mesh_written *w) {
       put_real(out, binary, m->vertices[3 * v + c]);
     end_line(out, binary);
   }
+
+  // a group's vertices are elements of one node
   const int64_t count = point_count(w, &groups) + m->tet_count;
   thrum_out_text(out, "%s$EndNodes\n$Elements\n%lld\n", binary ? "\n" : "", (long long)count);
   for (int64_t g = 0; g < m->group_count; g++)
@@ -115,6 +122,7 @@ static void put_body_2(thrum_mesh_out *out, thrum_mesh_written *w) {
   for (int64_t t = 0; t < m->tet_count; t++)
     put_element_2(out, binary, ++number, TYPE_TET, region_tag(w, m->tet_region[t]),
                   m->tet_region[t] + 1LL, m->tets + 4 * t);
+
   thrum_out_text(out, "%s$EndElements\n", binary ? "\n" : "");
 }
 
@@ -139,22 +147,28 @@ static void put_entities(thrum_mesh_out *out, thrum_mesh_written *w) {
   int64_t groups;
   double box[6] = {0};
   point_count(w, &groups);
+
+  // the box of the body is that of each volume
   for (int64_t i = 0; i < 3 * m->vertex_count; i++) {
     const double x = m->vertices[i];
     box[i % 3] = i < 3 || x < box[i % 3] ? x : box[i % 3];
     box[3 + i % 3] = i < 3 || x > box[3 + i % 3] ? x : box[3 + i % 3];
   }
+
+  // a point for each group, no curves, no surfaces, a volume for each region
   thrum_out_text(out, "$Entities\n");
   put_whole(out, binary, (uint64_t)groups, 8);
   put_whole(out, binary, 0, 8);
   put_whole(out, binary, 0, 8);
   put_whole(out, binary, (uint64_t)m->region_count, 8);
   end_line(out, binary);
+
   for (int64_t g = 0; g < m->group_count; g++)
     if (w->group_region[g] < 0)
       put_entity(out, binary, g + 1, m->vertices + 3 * (int64_t)m->groups[g].vertices[0], 3, g + 1);
   for (int64_t i = 0; i < m->region_count; i++)
     put_entity(out, binary, i + 1, box, 6, region_tag(w, i));
+
   thrum_out_text(out, "%s$EndEntities\n", binary ? "\n" : "");
 }
 
@@ -178,18 +192,23 @@ static void put_block_4(thrum_mesh_out *out, bool binary, int dimension, int64_t
 static void put_nodes_4(thrum_mesh_out *out, thrum_mesh_written *w) {
   const thrum_mesh *m = w->mesh;
   const bool binary = w->options.binary;
+
+  // one block: all tags, then all positions
   thrum_out_text(out, "$Nodes\n");
   put_header_4(out, binary, 1, m->vertex_count);
   put_block_4(out, binary, 3, 1, 0, m->vertex_count);
+
   for (int64_t v = 0; v < m->vertex_count; v++) {
     put_whole(out, binary, (uint64_t)v + 1, 8);
     end_line(out, binary);
   }
+
   for (int64_t v = 0; v < m->vertex_count; v++) {
     for (int c = 0; c < 3; c++)
       put_real(out, binary, m->vertices[3 * v + c]);
     end_line(out, binary);
   }
+
   thrum_out_text(out, "%s$EndNodes\n", binary ? "\n" : "");
 }
 
@@ -208,8 +227,11 @@ static void put_elements_4(thrum_mesh_out *out, thrum_mesh_written *w) {
   const int64_t count = point_count(w, &groups) + m->tet_count;
   for (int64_t t = 0; t < m->tet_count; t = run_end(m, t))
     blocks++;
+
   thrum_out_text(out, "$Elements\n");
   put_header_4(out, binary, groups + blocks, count);
+
+  // a block of one-node elements for each group that is no region's
   for (int64_t g = 0; g < m->group_count; g++) {
     if (w->group_region[g] >= 0)
       continue;
@@ -220,6 +242,8 @@ static void put_elements_4(thrum_mesh_out *out, thrum_mesh_written *w) {
       end_line(out, binary);
     }
   }
+
+  // a block for each run of tets of one region, so that tets keep their order
   for (int64_t t = 0; t < m->tet_count;) {
     const int64_t end = run_end(m, t);
     put_block_4(out, binary, 3, m->tet_region[t] + 1LL, TYPE_TET, end - t);
@@ -230,17 +254,22 @@ static void put_elements_4(thrum_mesh_out *out, thrum_mesh_written *w) {
       end_line(out, binary);
     }
   }
+
   thrum_out_text(out, "%s$EndElements\n", binary ? "\n" : "");
 }
 
 void thrum_mesh_write_msh(thrum_mesh_out *out, thrum_mesh_written *w) {
   const bool old = w->options.msh_version == 22, binary = w->options.binary;
   thrum_out_text(out, "$MeshFormat\n%s %d 8\n", old ? "2.2" : "4.1", binary);
+
+  // a one, from which readers see the order of the bytes
   if (binary) {
     put_whole(out, true, 1, 4);
     thrum_out_text(out, "\n");
   }
+
   thrum_out_text(out, "$EndMeshFormat\n");
+
   put_names(out, w);
   if (old) {
     put_body_2(out, w);
@@ -249,6 +278,7 @@ void thrum_mesh_write_msh(thrum_mesh_out *out, thrum_mesh_written *w) {
     put_nodes_4(out, w);
     put_elements_4(out, w);
   }
+
   if (w->mesh->has_material)
     w->lost.materials += w->mesh->region_count;
 }

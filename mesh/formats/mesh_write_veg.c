@@ -31,6 +31,8 @@ static bool put_group(thrum_mesh_out *out, thrum_mesh_written *w, int64_t g, uin
   memset(mark, 0, (size_t)m->vertex_count);
   for (int64_t i = 0; i < group->count; i++)
     mark[group->vertices[i]] = 1;
+
+  // a set holds elements: only a group that tets cover can be written as one
   int64_t covered = 0, column = 0;
   for (int64_t t = 0; t < m->tet_count; t++) {
     if (!lies_in(m, t, mark))
@@ -41,8 +43,10 @@ static bool put_group(thrum_mesh_out *out, thrum_mesh_written *w, int64_t g, uin
       *seen = 2;
     }
   }
+
   if (covered < group->count)
     return false;
+
   char name[256];
   thrum_out_text(out, "\n*SET %s\n", thrum_write_group_name(w, g, BAD, name));
   for (int64_t t = 0; t < m->tet_count; t++)
@@ -58,6 +62,7 @@ static void put_region(thrum_mesh_out *out, thrum_mesh_written *w, int64_t regio
   const int64_t group = w->region_group[region];
   char name[256] = "allElements";
   int64_t column = 0;
+
   if (m->region_count > 1 || group >= 0) {
     thrum_write_region_name(w, region, BAD, name);
     thrum_out_text(out, "\n*SET %s\n", name);
@@ -66,6 +71,8 @@ static void put_region(thrum_mesh_out *out, thrum_mesh_written *w, int64_t regio
         put_element(out, t, &column);
     thrum_out_text(out, "%s", column > 0 ? "\n" : "");
   }
+
+  // a region joins a set and a material
   if (!m->has_material)
     return;
   const thrum_material *material = &m->materials[region];
@@ -85,23 +92,28 @@ void thrum_mesh_write_veg(thrum_mesh_out *out, thrum_mesh_written *w) {
     out->status = thrum_error_set(out->error, THRUM_OUT_OF_MEMORY, "not enough memory");
     return;
   }
+
   thrum_out_text(out, "*VERTICES\n%lld 3 0 0\n", (long long)m->vertex_count);
   for (int64_t v = 0; v < m->vertex_count; v++) {
     thrum_out_text(out, "%lld ", (long long)v + 1);
     thrum_out_vertex(out, m->vertices + 3 * v, " ");
     thrum_out_text(out, "\n");
   }
+
   thrum_out_text(out, "\n*ELEMENTS\nTET\n%lld 4 0\n", (long long)m->tet_count);
   for (int64_t t = 0; t < m->tet_count; t++) {
     const int32_t *v = m->tets + 4 * t;
     thrum_out_text(out, "%lld %lld %lld %lld %lld\n", (long long)t + 1, v[0] + 1LL, v[1] + 1LL,
                    v[2] + 1LL, v[3] + 1LL);
   }
+
+  // a region's group is written with the region
   for (int64_t i = 0; i < m->region_count; i++)
     put_region(out, w, i);
   for (int64_t g = 0; g < m->group_count; g++)
     if (w->group_region[g] < 0)
       w->lost.groups += !put_group(out, w, g, mark);
+
   if (!m->has_material && m->region_count > 1)
     w->lost.regions += m->region_count;
   free(mark);

@@ -127,6 +127,8 @@ static void put_legacy_cells(thrum_mesh_out *out, const thrum_mesh *m, bool bina
     for (int a = -1; a < 4 && binary; a++)
       put_bits(out, a < 0 ? 4 : (uint64_t)v[a], 4);
   }
+
+  // binary legacy files hold their numbers highest byte first
   thrum_out_text(out, "%sCELL_TYPES %lld\n", binary ? "\n" : "", (long long)m->tet_count);
   for (int64_t t = 0; t < m->tet_count; t++) {
     if (binary)
@@ -140,12 +142,15 @@ void thrum_mesh_write_vtk(thrum_mesh_out *out, thrum_mesh_written *w) {
   const thrum_mesh *m = w->mesh;
   const bool binary = w->options.binary;
   const column points = make_column(m, COLUMN_POINTS, 0);
+
   thrum_out_text(out,
                  "# vtk DataFile Version 3.0\nmesh written by thrum, in metres\n%s\n"
                  "DATASET UNSTRUCTURED_GRID\nPOINTS %lld double\n",
                  binary ? "BINARY" : "ASCII", (long long)m->vertex_count);
   put_column(out, m, &points, binary);
   put_legacy_cells(out, m, binary);
+
+  // region and material of each cell
   thrum_out_text(out, "%sCELL_DATA %lld\nFIELD FieldData %d\n", binary ? "\n" : "",
                  (long long)m->tet_count, m->has_material ? 4 : 1);
   for (int k = COLUMN_REGION; k <= (m->has_material ? COLUMN_DENSITY : COLUMN_REGION); k++) {
@@ -154,6 +159,8 @@ void thrum_mesh_write_vtk(thrum_mesh_out *out, thrum_mesh_written *w) {
                    c.whole ? "int" : "double");
     put_column(out, m, &c, binary);
   }
+
+  // 0 and 1 at each point for every group
   if (m->group_count > 0)
     thrum_out_text(out, "POINT_DATA %lld\nFIELD FieldData %lld\n", (long long)m->vertex_count,
                    (long long)m->group_count);
@@ -165,5 +172,6 @@ void thrum_mesh_write_vtk(thrum_mesh_out *out, thrum_mesh_written *w) {
     thrum_out_text(out, " 1 %lld unsigned_char\n", (long long)c.count);
     put_column(out, m, &c, binary);
   }
+
   free(mark);
 }

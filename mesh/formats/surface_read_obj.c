@@ -75,19 +75,19 @@ static bool is_among(const char *word, size_t length, const char *const *names, 
 static thrum_status read_vertex(obj_reader *r) {
   static const char *const axes[] = {"the x coordinate", "the y coordinate", "the z coordinate"};
   double position[3] = {0}, unused = 0;
-  thrum_status status = THRUM_OK;
-  for (int c = 0; c < 3 && status >= 0; c++) {
+  for (int c = 0; c < 3; c++) {
     more(r);
-    status = r->pending ? thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
-                                          "the vertex before this line ends before %s", axes[c])
-                        : thrum_text_number(&r->text, axes[c], &position[c], r->error);
+    THRUM_TRY(r->pending ? thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
+                                           "the vertex before this line ends before %s", axes[c])
+                         : thrum_text_number(&r->text, axes[c], &position[c], r->error));
   }
+
   // a weight, a colour, or both
-  for (int n = 0; n < 4 && status >= 0 && more(r); n++)
-    status = thrum_text_number(&r->text, "a weight or a colour", &unused, r->error);
-  if (status >= 0 && more(r))
-    status = thrum_text_finish(&r->text, "the vertex", r->error);
-  return status < 0 ? status : thrum_surface_add_vertex(&r->builder, position);
+  for (int n = 0; n < 4 && more(r); n++)
+    THRUM_TRY(thrum_text_number(&r->text, "a weight or a colour", &unused, r->error));
+  if (more(r))
+    THRUM_TRY(thrum_text_finish(&r->text, "the vertex", r->error));
+  return thrum_surface_add_vertex(&r->builder, position);
 }
 
 /* One of the three numbers of a corner; false when it is none. An empty one is 0. */
@@ -109,15 +109,20 @@ static thrum_status read_corner(obj_reader *r, int64_t *corner) {
   size_t length = 0;
   thrum_text_word(&r->text, &word, &length);
   const char *end = word + length;
+
+  // vertex, texture coordinate and normal, of which the first counts
   int64_t index[3] = {0};
   at = word;
   bool good = scan_index(&at, end, &index[0]) && index[0] != 0;
   for (int n = 1; n < 3 && good && at < end; n++)
     good = *at++ == '/' && scan_index(&at, end, &index[n]);
+
   if (!good || at != end)
     return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
                            "expected a corner such as 7, 7/1 or 7//2, counted from 1, found '%s'",
                            thrum_text_excerpt(word, length).text);
+
+  // a negative index counts back from the last vertex so far
   const int64_t count = r->builder.made.vertex_count;
   const int64_t vertex = index[0] < 0 ? count + 1 + index[0] : index[0];
   // a vertex may still come, but none can be before the first
@@ -131,26 +136,29 @@ static thrum_status read_corner(obj_reader *r, int64_t *corner) {
 
 static thrum_status read_face(obj_reader *r) {
   const int64_t line = r->text.line;
-  thrum_status status = THRUM_OK;
-  for (r->corner_count = 0; status >= 0 && more(r); r->corner_count++) {
+
+  for (r->corner_count = 0; more(r); r->corner_count++) {
     int64_t *grown =
         thrum_mesh_grow(r->corners, &r->corner_capacity, r->corner_count + 1, sizeof *grown);
+
     if (grown == NULL)
       return thrum_error_set(r->error, THRUM_OUT_OF_MEMORY, "not enough memory for the surface");
     r->corners = grown;
-    status = read_corner(r, &grown[r->corner_count]);
+    THRUM_TRY(read_corner(r, &grown[r->corner_count]));
   }
-  if (status >= 0 && r->corner_count < 3)
+  if (r->corner_count < 3)
     return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
                            "the face%s has %lld corners; it needs three or more",
                            r->pending ? " before this line" : "", (long long)r->corner_count);
+
+  // more than three corners make a fan from the first
   r->builder.made.polygons += r->corner_count > 3;
-  for (int64_t n = 2; n < r->corner_count && status >= 0; n++) {
+  for (int64_t n = 2; n < r->corner_count; n++) {
     const int32_t triangle[3] = {(int32_t)(r->corners[0] - 1), (int32_t)(r->corners[n - 1] - 1),
                                  (int32_t)(r->corners[n] - 1)};
-    status = thrum_surface_add_triangle(&r->builder, triangle, line);
+    THRUM_TRY(thrum_surface_add_triangle(&r->builder, triangle, line));
   }
-  return status;
+  return THRUM_OK;
 }
 
 static thrum_status read_statement(obj_reader *r) {
@@ -159,10 +167,13 @@ static thrum_status read_statement(obj_reader *r) {
   if (!more(r))
     return THRUM_OK;
   thrum_text_word(&r->text, &word, &length);
+
   if (thrum_text_equals(word, length, "v"))
     return read_vertex(r);
   if (thrum_text_equals(word, length, "f") || thrum_text_equals(word, length, "fo"))
     return read_face(r);
+
+  // what has no triangles is refused, what only adorns them is passed over
   if (is_among(word, length, curved, sizeof curved / sizeof *curved))
     return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
                            "'%s' belongs to a free-form surface; export the surface as polygons",
@@ -172,6 +183,7 @@ static thrum_status read_statement(obj_reader *r) {
         &r->text, THRUM_BAD_FORMAT, r->error,
         "expected a statement such as v or f, found '%s'; is it a Wavefront .obj?",
         thrum_text_excerpt(word, length).text);
+
   while (more(r))
     thrum_text_word(&r->text, &word, &length);
   return THRUM_OK;

@@ -26,12 +26,11 @@ typedef struct stl_reader {
 static thrum_status find_vertex(stl_reader *r, const double position[3], int32_t *vertex) {
   thrum_surface_mesh *made = &r->builder.made;
   const int64_t count = made->vertex_count;
-  thrum_status status =
-      thrum_point_hash_find(&r->places, made->vertices, count, position, vertex, r->error);
-  if (status >= 0 && *vertex == count)
+  THRUM_TRY(thrum_point_hash_find(&r->places, made->vertices, count, position, vertex, r->error));
+  if (*vertex == count)
     return thrum_surface_add_vertex(&r->builder, position);
   made->merged++;
-  return status;
+  return THRUM_OK;
 }
 
 static thrum_status expect_word(stl_reader *r, const char *wanted) {
@@ -54,27 +53,23 @@ static thrum_status read_facet(stl_reader *r) {
   const int64_t line = r->text.line;
   int32_t corners[3] = {0};
   double position[3] = {0};
-  thrum_status status = expect_word(r, "normal");
+  THRUM_TRY(expect_word(r, "normal"));
+
   // some programs write nan for the normal of a flat facet, and nobody needs it
   thrum_text_next_line(&r->text);
-  if (status >= 0)
-    status = expect_word(r, "outer");
-  if (status >= 0)
-    status = expect_word(r, "loop");
-  for (int c = 0; c < 3 && status >= 0; c++) {
-    status = expect_word(r, "vertex");
-    for (int axis = 0; axis < 3 && status >= 0; axis++)
-      status = thrum_text_number(&r->text, axes[axis], &position[axis], r->error);
-    if (status >= 0)
-      status = thrum_text_finish(&r->text, "the vertex", r->error);
-    if (status >= 0)
-      status = find_vertex(r, position, &corners[c]);
+  THRUM_TRY(expect_word(r, "outer"));
+  THRUM_TRY(expect_word(r, "loop"));
+
+  for (int c = 0; c < 3; c++) {
+    THRUM_TRY(expect_word(r, "vertex"));
+    for (int axis = 0; axis < 3; axis++)
+      THRUM_TRY(thrum_text_number(&r->text, axes[axis], &position[axis], r->error));
+    THRUM_TRY(thrum_text_finish(&r->text, "the vertex", r->error));
+    THRUM_TRY(find_vertex(r, position, &corners[c]));
   }
-  if (status >= 0)
-    status = expect_word(r, "endloop");
-  if (status >= 0)
-    status = expect_word(r, "endfacet");
-  return status < 0 ? status : thrum_surface_add_triangle(&r->builder, corners, line);
+  THRUM_TRY(expect_word(r, "endloop"));
+  THRUM_TRY(expect_word(r, "endfacet"));
+  return thrum_surface_add_triangle(&r->builder, corners, line);
 }
 
 /* Solids, one after the other, are one surface. */
@@ -85,6 +80,8 @@ static thrum_status read_text(stl_reader *r) {
   while (thrum_text_next_line(&r->text)) {
     thrum_text_word(&r->text, &word, &length);
     thrum_status status = THRUM_OK;
+
+    // facets stand between solid and endsolid, of which a file may have several
     if (!inside && thrum_text_equals(word, length, "solid"))
       inside = true;
     else if (inside && thrum_text_equals(word, length, "endsolid"))
@@ -97,6 +94,7 @@ static thrum_status read_text(stl_reader *r) {
     if (status < 0)
       return status;
   }
+
   if (inside)
     return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
                            "the file ends before 'endsolid'; is it cut short?");
@@ -112,10 +110,13 @@ static thrum_status read_binary(stl_reader *r, const unsigned char *data, uint32
   for (uint32_t n = 0; n < count; n++) {
     const unsigned char *facet = data + HEADER + (size_t)n * FACET;
     int32_t corners[3] = {0};
+
+    // three corners behind the normal, which is passed over
     for (int c = 0; c < 3; c++) {
       double position[3];
       for (int axis = 0; axis < 3; axis++) {
         const uint32_t bits = get32(facet + 12 + 12 * c + 4 * axis);
+
         float value;
         memcpy(&value, &bits, sizeof value);
         position[axis] = (double)value;
@@ -124,13 +125,9 @@ static thrum_status read_binary(stl_reader *r, const unsigned char *data, uint32
                                  "facet %lu has a corner that is not a finite number",
                                  (unsigned long)n + 1);
       }
-      const thrum_status status = find_vertex(r, position, &corners[c]);
-      if (status < 0)
-        return status;
+      THRUM_TRY(find_vertex(r, position, &corners[c]));
     }
-    const thrum_status status = thrum_surface_add_triangle(&r->builder, corners, (int64_t)n + 1);
-    if (status < 0)
-      return status;
+    THRUM_TRY(thrum_surface_add_triangle(&r->builder, corners, (int64_t)n + 1));
   }
   return THRUM_OK;
 }

@@ -17,9 +17,7 @@ static void put_vertices(FILE *file, const thrum_surface_mesh *surface) {
 thrum_status thrum_surface_write_msh(const char *path, const thrum_surface_mesh *surface,
                                      thrum_error *error) {
   thrum_file_writer writer = {NULL, NULL, NULL};
-  const thrum_status status = thrum_file_writer_open(path, &writer, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_file_writer_open(path, &writer, error));
   FILE *file = writer.stream; // an error leaves its mark on the stream
   fprintf(file, "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n%" PRId64 "\n",
           surface->vertex_count);
@@ -37,9 +35,7 @@ thrum_status thrum_surface_write_smesh(const char *path, const thrum_surface_mes
                                        const double *holes, int64_t hole_count,
                                        thrum_error *error) {
   thrum_file_writer writer = {NULL, NULL, NULL};
-  const thrum_status status = thrum_file_writer_open(path, &writer, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_file_writer_open(path, &writer, error));
   FILE *file = writer.stream;
   fprintf(file, "%" PRId64 " 3 0 0\n", surface->vertex_count);
   put_vertices(file, surface);

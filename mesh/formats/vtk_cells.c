@@ -56,9 +56,12 @@ thrum_cells_type thrum_cells_type_of(const char *name, size_t length) {
                {"UInt16", {2, true, false}},      {"Int32", {4, true, true}},
                {"UInt32", {4, true, false}},      {"Int64", {8, true, true}},
                {"UInt64", {8, true, false}}};
+
+  // names of the legacy and of the XML format
   for (size_t i = 0; i < sizeof types / sizeof *types; i++)
     if (thrum_text_equals(name, length, types[i].name))
       return types[i].type;
+
   return (thrum_cells_type){0};
 }
 
@@ -66,6 +69,7 @@ double thrum_cells_number(thrum_cells_type type, const unsigned char *bytes, boo
   uint64_t bits = 0;
   for (int i = 0; i < type.size; i++)
     bits = bits << 8 | bytes[little ? type.size - 1 - i : i];
+
   if (!type.whole && type.size == 8) {
     double value;
     memcpy(&value, &bits, sizeof value);
@@ -77,6 +81,7 @@ double thrum_cells_number(thrum_cells_type type, const unsigned char *bytes, boo
     memcpy(&value, &half, sizeof value);
     return (double)value;
   }
+
   // the top bit of a signed number counts negative
   const uint64_t top = UINT64_C(1) << (8 * type.size - 1);
   return type.is_signed && (bits & top) ? -(double)(top - (bits & (top - 1))) : (double)bits;
@@ -128,6 +133,8 @@ static thrum_status find_grid(const thrum_cells *cells, grid *g) {
   g->young = find_cell_data(cells, "young");
   g->poisson = find_cell_data(cells, "poisson");
   g->density = find_cell_data(cells, "density");
+
+  // four arrays make a grid, the others are welcome
   if (!g->points || !g->connectivity || !g->offsets || !g->types)
     return thrum_error_set(g->error, THRUM_MISSING,
                            "%.200s: the grid has no %s; is it an unstructured grid, and whole?",
@@ -136,6 +143,7 @@ static thrum_status find_grid(const thrum_cells *cells, grid *g) {
                            : !g->connectivity ? "cells"
                            : !g->offsets      ? "ends of cells"
                                               : "types of cells");
+
   if (g->points->count != 3 * cells->point_count || g->types->count != cells->cell_count ||
       g->offsets->count != cells->cell_count)
     return thrum_error_set(g->error, THRUM_BAD_SHAPE,
@@ -144,11 +152,13 @@ static thrum_status find_grid(const thrum_cells *cells, grid *g) {
                            g->name, (long long)g->points->count, (long long)g->types->count,
                            (long long)g->offsets->count, (long long)cells->point_count,
                            (long long)cells->cell_count);
+
   for (int64_t i = 0; i < g->points->count; i++)
     if (!isfinite(g->points->values[i]))
       return thrum_error_set(g->error, THRUM_BAD_VALUE,
                              "%.200s: point %lld is not at a finite place", g->name,
                              (long long)(i / 3));
+
   return THRUM_OK;
 }
 
@@ -181,6 +191,8 @@ static thrum_status add_cell(const grid *g, int64_t cell, double first, thrum_me
   const int corners = tet_corners(g->types->values[cell]);
   if (!(end >= first && end <= (double)g->connectivity->count))
     return bad_cell(g, cell, "ends beyond the connectivity, or before it begins");
+
+  // points, lines and faces beside the tets are passed over
   if (corners == 0)
     return THRUM_OK;
   if (corners < 0)
@@ -190,6 +202,7 @@ static thrum_status add_cell(const grid *g, int64_t cell, double first, thrum_me
                            g->name, (long long)cell, g->types->values[cell]);
   if (end - first != corners)
     return bad_cell(g, cell, "has another number of points than its type");
+
   int64_t vertices[4];
   for (int a = 0; a < 4; a++) {
     const double v = g->connectivity->values[(int64_t)first + a];
@@ -198,6 +211,7 @@ static thrum_status add_cell(const grid *g, int64_t cell, double first, thrum_me
       return bad_cell(g, cell, "names a point that is out of range");
     vertices[a] = (int64_t)v;
   }
+
   if (g->region && !(fabs(g->region->values[cell]) < 1e15))
     return bad_cell(g, cell, "has a region that is out of range");
   b->cornered_tets += corners == 10;
@@ -214,27 +228,32 @@ static thrum_status add_group(const thrum_cells *cells, const thrum_cells_array 
     if (a->values[i] != 0 && a->values[i] != 1)
       return THRUM_OK;
   int64_t list = 0;
-  thrum_status status = thrum_builder_list(b, a->name, strlen(a->name), &list);
-  for (int64_t i = 0; i < a->count && status >= 0; i++)
+  THRUM_TRY(thrum_builder_list(b, a->name, strlen(a->name), &list));
+  for (int64_t i = 0; i < a->count; i++)
     if (a->values[i] == 1)
-      status = thrum_builder_add(b, list, i);
-  return status;
+      THRUM_TRY(thrum_builder_add(b, list, i));
+  return THRUM_OK;
 }
 
 /* The material of each region, which all of its tets must agree on. */
 static thrum_status add_materials(const grid *g, int64_t cell_count, thrum_mesh *mesh) {
   if (!g->young || !g->poisson || !g->density)
     return THRUM_OK;
+
   int64_t t = 0;
   mesh->has_material = true;
   for (int64_t cell = 0; cell < cell_count; cell++) {
     if (tet_corners(g->types->values[cell]) <= 0)
       continue;
+
+    // tets were numbered in the order of their cells
     const thrum_material own = {g->young->values[cell], g->poisson->values[cell],
                                 g->density->values[cell]};
     thrum_material *material = &mesh->materials[mesh->tet_region[t++]];
     if (!isfinite(own.young) || !isfinite(own.poisson) || !isfinite(own.density))
       return bad_cell(g, cell, "has a material that is not finite");
+
+    // the first cell of a region says what it is made of
     if (material->young == 0 && material->poisson == 0 && material->density == 0)
       *material = own;
     if (material->young != own.young || material->poisson != own.poisson ||
@@ -249,31 +268,28 @@ static thrum_status add_materials(const grid *g, int64_t cell_count, thrum_mesh 
 /* Of several regions each is a group, in a file that has no groups of its own. */
 static thrum_status add_region_groups(const thrum_mesh_builder *b, thrum_mesh *mesh,
                                       thrum_error *error) {
-  thrum_status status = THRUM_OK;
   if (mesh->group_count > 0 || mesh->region_count == 1)
     return THRUM_OK;
-  for (int64_t i = 0; i < mesh->region_count && status >= 0; i++) {
+  for (int64_t i = 0; i < mesh->region_count; i++) {
     char name[64];
     snprintf(name, sizeof name, "region_%lld", (long long)b->region_keys[i]);
-    status = thrum_mesh_add_region_group(mesh, (int32_t)i, name, error);
+    THRUM_TRY(thrum_mesh_add_region_group(mesh, (int32_t)i, name, error));
   }
-  return status;
+  return THRUM_OK;
 }
 
 static thrum_status build(const thrum_cells *cells, grid *g, thrum_mesh_builder *b,
                           thrum_mesh *mesh) {
-  thrum_status status = find_grid(cells, g);
-  for (int64_t v = 0; v < cells->point_count && status >= 0; v++)
-    status = thrum_builder_vertex(b, v, g->points->values + 3 * v);
-  for (int64_t c = 0; c < cells->cell_count && status >= 0; c++)
-    status = add_cell(g, c, c > 0 ? g->offsets->values[c - 1] : 0, b);
-  for (int64_t i = 0; i < cells->array_count && status >= 0; i++)
-    status = add_group(cells, &cells->arrays[i], b);
-  if (status >= 0)
-    status = thrum_builder_finish(b, g->name, mesh);
-  if (status >= 0)
-    status = add_materials(g, cells->cell_count, mesh);
-  return status < 0 ? status : add_region_groups(b, mesh, g->error);
+  THRUM_TRY(find_grid(cells, g));
+  for (int64_t v = 0; v < cells->point_count; v++)
+    THRUM_TRY(thrum_builder_vertex(b, v, g->points->values + 3 * v));
+  for (int64_t c = 0; c < cells->cell_count; c++)
+    THRUM_TRY(add_cell(g, c, c > 0 ? g->offsets->values[c - 1] : 0, b));
+  for (int64_t i = 0; i < cells->array_count; i++)
+    THRUM_TRY(add_group(cells, &cells->arrays[i], b));
+  THRUM_TRY(thrum_builder_finish(b, g->name, mesh));
+  THRUM_TRY(add_materials(g, cells->cell_count, mesh));
+  return add_region_groups(b, mesh, g->error);
 }
 
 thrum_status thrum_cells_mesh(const thrum_cells *cells, const char *name, thrum_mesh *mesh,

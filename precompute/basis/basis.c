@@ -85,7 +85,10 @@ static void set_weights(pca *p, const double *omega2, const double *candidates) 
 // q = candidates of unit mass norm; derivatives that vanish against the others become zero
 static void normalise(pca *p, const double *candidates) {
   const int64_t n = p->n;
+
+  // lengths in the norm of M, and the largest of a derivative
   double largest = 0;
+
   for (int64_t c = 0; c < p->count; c++) {
     double square;
     thrum_mass_gram(p->mass, candidates + c * n, 1, candidates + c * n, 1, &square, p->work);
@@ -94,6 +97,7 @@ static void normalise(pca *p, const double *candidates) {
       largest = fmax(largest, p->values[c]);
   }
   for (int64_t c = 0; c < p->count; c++) {
+    // a derivative that is zero but for rounding must not be blown up to unit length
     const bool vanishes =
         !(p->values[c] > 0) || (c >= p->modes && !(p->values[c] > 1e-12 * largest));
     const double factor = vanishes ? 0 : 1 / p->values[c];
@@ -123,7 +127,7 @@ static thrum_status decompose_around(pca *p, int64_t span, double *frame, double
   int held = 0;
   while (held < p->kept && held < m && p->values[held] > TOLERANCE)
     held++;
-  if (status == THRUM_OK && p->rank < held)
+  if (status >= 0 && p->rank < held)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "rank %lld is less than the %d responses of the handles; raise --rank",
                            (long long)p->rank, held);
@@ -131,12 +135,12 @@ static thrum_status decompose_around(pca *p, int64_t span, double *frame, double
     cblas_dscal(m, p->weight[c], p->small + c * span, 1);
   const int left = m - held, more = (int)p->rank - held;
   memcpy(p->left, frame, sizeof *frame * (size_t)(held * span));
-  if (status != THRUM_OK || more == 0)
+  if (status < 0 || more == 0)
     return status;
   cblas_dgemm(CblasColMajor, CblasTrans, CblasNoTrans, left, count, m, 1, frame + held * span, m,
               p->small, m, 0, rest, left);
   status = left_vectors(p, 'S', left, count, rest, p->small, error);
-  if (status == THRUM_OK)
+  if (status >= 0)
     cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, m, more, left, 1, frame + held * span, m,
                 p->small, left, 0, p->left + held * span, m);
   return status;
@@ -184,24 +188,30 @@ static double orthonormality_of(const pca *p, const double *basis) {
 static thrum_status diagonalise(pca *p, double *basis, thrum_error *error) {
   const int64_t rank = p->rank;
   const int r = (int)rank;
+
+  // rows of the basis are rotated a block at a time, so memory stays small
   double *block = thrum_allocate(ROW_BLOCK * rank, sizeof *block, "the basis", error);
   if (!block)
     return THRUM_OUT_OF_MEMORY;
+
+  // U^T K U = X diag(w^2) X^T
   thrum_status status = thrum_reduced_stiffness(p->fem, rank, basis, p->small, error);
-  if (status == THRUM_OK &&
-      LAPACKE_dsyev(LAPACK_ROW_MAJOR, 'V', 'U', r, p->small, r, p->values) != 0)
+  if (status >= 0 && LAPACKE_dsyev(LAPACK_ROW_MAJOR, 'V', 'U', r, p->small, r, p->values) != 0)
     status = thrum_error_set(error, THRUM_NOT_CONVERGED,
                              "the frequencies of the basis did not converge");
+
+  // U becomes U X, in place
   const int64_t rows = 3 * p->fem->vertex_count;
-  for (int64_t first = 0; first < rows && status == THRUM_OK; first += ROW_BLOCK) {
+  for (int64_t first = 0; first < rows && status >= 0; first += ROW_BLOCK) {
     const int64_t height = rows - first < ROW_BLOCK ? rows - first : ROW_BLOCK;
     memcpy(block, basis + first * rank, sizeof *block * (size_t)(height * rank));
     cblas_dgemm(CblasRowMajor, CblasNoTrans, CblasNoTrans, (int)height, r, r, 1, block, r, p->small,
                 r, 0, basis + first * rank, r);
   }
+
   free(block);
   // clusters closer than what the diagonalisation resolves are one
-  if (status == THRUM_OK)
+  if (status >= 0)
     thrum_eigen_canonicalise(rows, rank, p->values, 1e-14 * p->values[rank - 1], basis, rank, 1);
   return status;
 }
@@ -213,16 +223,16 @@ static thrum_status build(pca *p, const double *omega2, const double *candidates
   normalise(p, candidates);
   thrum_status status =
       thrum_mass_orthonormalise(p->mass, p->count, p->q, TOLERANCE, &span, p->work, error);
-  if (status == THRUM_OK)
+  if (status >= 0)
     status = thrum_report(reporter, 0.5, error);
-  if (status == THRUM_OK && p->rank > span)
+  if (status >= 0 && p->rank > span)
     status = thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                              "rank %lld is more than the candidates span: they have rank %lld; "
                              "lower --rank or raise --modes",
                              (long long)p->rank, (long long)span);
-  if (status == THRUM_OK)
+  if (status >= 0)
     status = decompose(p, candidates, span, error);
-  if (status != THRUM_OK)
+  if (status < 0)
     return status;
   double *columns = thrum_allocate(p->n * p->rank, sizeof *columns, "the basis", error);
   if (!columns)
@@ -232,7 +242,7 @@ static thrum_status build(pca *p, const double *omega2, const double *candidates
   scatter_rows(p->fem, columns, p->rank, basis);
   free(columns);
   status = thrum_report(reporter, 0.8, error);
-  return status == THRUM_OK ? diagonalise(p, basis, error) : status;
+  return status >= 0 ? diagonalise(p, basis, error) : status;
 }
 
 thrum_status thrum_basis(const thrum_fem *fem, const thrum_sparse *mass, int64_t k, int64_t kept,
@@ -247,9 +257,9 @@ thrum_status thrum_basis(const thrum_fem *fem, const thrum_sparse *mass, int64_t
            .count = k + k * (k + 1) / 2,
            .rank = rank};
   thrum_status status = pca_allocate(&p, error);
-  if (status == THRUM_OK)
+  if (status >= 0)
     status = build(&p, omega2, candidates, basis, reporter, error);
-  if (status == THRUM_OK)
+  if (status >= 0)
     *orthonormality = orthonormality_of(&p, basis);
   pca_free(&p);
   return status;

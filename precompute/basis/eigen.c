@@ -72,7 +72,7 @@ static thrum_status lanczos_iterate(lanczos *l, const thrum_sparse *mass, thrum_
                                     const thrum_reporter *reporter, thrum_error *error) {
   int64_t solves = 0;
   thrum_status status = THRUM_OK;
-  while (status == THRUM_OK) {
+  while (status >= 0) {
     dsaupd_c(&l->ido, "G", l->n, "LM", l->count, LANCZOS_TOLERANCE, l->resid, l->vectors, l->basis,
              l->n, l->iparam, l->ipntr, l->workd, l->workl, l->vectors * (l->vectors + 8),
              &l->info);
@@ -92,10 +92,10 @@ static thrum_status lanczos_iterate(lanczos *l, const thrum_sparse *mass, thrum_
     }
     // the count of solves is not known beforehand: creep towards 1
     solves++;
-    if (status == THRUM_OK)
+    if (status >= 0)
       status = thrum_report(reporter, 1 - exp(-(double)solves / (1.5 * l->vectors)), error);
   }
-  if (status == THRUM_OK && l->info != 0)
+  if (status >= 0 && l->info != 0)
     status = not_converged(l, error);
   return status;
 }
@@ -135,10 +135,7 @@ static thrum_status refine(const thrum_sparse *mass, thrum_factor *factor, int64
   memcpy(vectors, y, sizeof *y * (size_t)(n * count));
   for (int64_t first = 0; first < count; first += THRUM_SOLVE_BLOCK) {
     const int64_t width = count - first < THRUM_SOLVE_BLOCK ? count - first : THRUM_SOLVE_BLOCK;
-    const thrum_status status =
-        thrum_factor_solve(factor, y + first * n, width, y + first * n, error);
-    if (status != THRUM_OK)
-      return status;
+    THRUM_TRY(thrum_factor_solve(factor, y + first * n, width, y + first * n, error));
   }
   cblas_dgemm(CblasColMajor, CblasTrans, CblasNoTrans, k, k, rows, 1, y, rows, vectors, rows, 0,
               stiff, k);
@@ -157,7 +154,7 @@ thrum_status thrum_eigen_refine(const thrum_sparse *mass, thrum_factor *factor, 
   double *y = thrum_allocate(mass->size * count, sizeof *y, "the modes", error);
   double *small = thrum_allocate(2 * count * count, sizeof *small, "the modes", error);
   thrum_status status = y && small ? THRUM_OK : THRUM_OUT_OF_MEMORY;
-  for (int pass = 0; pass < passes && status == THRUM_OK; pass++)
+  for (int pass = 0; pass < passes && status >= 0; pass++)
     status = refine(mass, factor, count, values, vectors, y, small, error);
   free(y);
   free(small);
@@ -181,16 +178,16 @@ thrum_status thrum_eigen_lowest(const thrum_sparse *stiffness, const thrum_spars
   l.iparam[3] = 1;
   l.iparam[6] = 3;
   thrum_status status = lanczos_allocate(&l, error);
-  if (status == THRUM_OK) {
+  if (status >= 0) {
     start_vector(l.n, l.resid);
     status = lanczos_iterate(&l, mass, factor, reporter, error);
   }
-  if (status == THRUM_OK)
+  if (status >= 0)
     status = lanczos_extract(&l, values, vectors, error);
   lanczos_free(&l);
-  if (status == THRUM_OK)
+  if (status >= 0)
     status = thrum_eigen_refine(mass, factor, count, REFINEMENTS, values, vectors, error);
-  if (status == THRUM_OK)
+  if (status >= 0)
     thrum_eigen_canonicalise(n, count, values, 1e-10 * values[count - 1], vectors, 1, n);
   return status;
 }

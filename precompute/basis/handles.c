@@ -79,12 +79,12 @@ thrum_status thrum_handle_responses(const thrum_fem *fem, const thrum_sparse *ma
   const int64_t n = fem->free_count;
   double *force = thrum_allocate(4 * n, sizeof *force, "the handles", error);
   thrum_status status = force ? THRUM_OK : THRUM_OUT_OF_MEMORY;
-  for (int64_t h = 0; h < count && status == THRUM_OK; h++) {
+  for (int64_t h = 0; h < count && status >= 0; h++) {
     double *x = responses + 3 * h * n;
     status = fill_forces(fem, &handles[h], force, error);
-    if (status == THRUM_OK)
+    if (status >= 0)
       status = thrum_factor_solve(factor, force, 3, x, error);
-    for (int axis = 0; axis < 3 && status == THRUM_OK; axis++)
+    for (int axis = 0; axis < 3 && status >= 0; axis++)
       omega2[3 * h + axis] = normalise(fem, mass, force + axis * n, x + axis * n, force + 3 * n);
   }
   free(force);

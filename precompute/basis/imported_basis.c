@@ -105,9 +105,7 @@ static thrum_status measure(work *w, const double *basis, double *orthonormality
   const int64_t r = w->rank;
   gather(w, basis, w->columns);
   thrum_mass_gram(w->mass, w->columns, r, w->columns, r, w->mass_form, w->block);
-  const thrum_status status = thrum_reduced_stiffness(w->fem, r, basis, w->stiffness_form, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(thrum_reduced_stiffness(w->fem, r, basis, w->stiffness_form, error));
   double off_one = 0, off_diagonal = 0, largest = 0;
   *ascending = true;
   for (int64_t i = 0; i < r; i++) {
@@ -180,22 +178,20 @@ static thrum_status change_basis(work *w, const double *rigid_dual, double *basi
                                  thrum_imported_figures *figures, thrum_error *error) {
   double off_one = 0, off_diagonal = 0;
   bool ascending = false;
-  thrum_status status = measure(w, basis, &off_one, &off_diagonal, &ascending, error);
+  THRUM_TRY(measure(w, basis, &off_one, &off_diagonal, &ascending, error));
   figures->orthonormality = off_one;
-  if (status == THRUM_OK)
-    status = check_rigid(w, rigid_dual, error);
-  for (int n = 0; n < CHANGES_MAX && status == THRUM_OK; n++) {
+  THRUM_TRY(check_rigid(w, rigid_dual, error));
+  for (int n = 0; n < CHANGES_MAX; n++) {
     if (off_one < AS_IT_IS && off_diagonal < AS_IT_IS && ascending)
       break;
     figures->changed = true;
-    status = change_once(w, basis, change, error);
-    if (status == THRUM_OK)
-      status = measure(w, basis, &off_one, &off_diagonal, &ascending, error);
+    THRUM_TRY(change_once(w, basis, change, error));
+    THRUM_TRY(measure(w, basis, &off_one, &off_diagonal, &ascending, error));
   }
-  if (status == THRUM_OK && figures->changed)
+  if (figures->changed)
     canonicalise(w, basis, change);
   figures->orthonormality_after = off_one;
-  return status;
+  return THRUM_OK;
 }
 
 thrum_status thrum_imported_basis_fill(const thrum_fem *fem, const thrum_mesh *mesh,
@@ -209,9 +205,9 @@ thrum_status thrum_imported_basis_fill(const thrum_fem *fem, const thrum_mesh *m
     for (int64_t j = 0; j < r; j++)
       change[i * r + j] = i == j;
   thrum_status status = take_rows(fem, mesh, imported, basis, error);
-  if (status == THRUM_OK)
+  if (status >= 0)
     status = work_allocate(&w, error);
-  if (status == THRUM_OK)
+  if (status >= 0)
     status = change_basis(&w, rigid_dual, basis, change, figures, error);
   work_free(&w);
   return status;
@@ -227,13 +223,13 @@ static thrum_status compare_linear(const thrum_fem *fem, const thrum_model *mode
     return THRUM_OUT_OF_MEMORY;
   thrum_status status = thrum_reduced_stiffness(fem, r, model->basis, own, error);
   double off = 0, size = 0;
-  for (int64_t n = 0; n < r * r && status == THRUM_OK; n++) {
+  for (int64_t n = 0; n < r * r && status >= 0; n++) {
     off += (linear[n] - own[n]) * (linear[n] - own[n]);
     size += own[n] * own[n];
   }
   free(own);
   figures->linear_difference = sqrt(off / size);
-  if (status == THRUM_OK && !(figures->linear_difference <= TOLERANCE))
+  if (status >= 0 && !(figures->linear_difference <= TOLERANCE))
     return thrum_error_set(
         error, THRUM_BAD_VALUE,
         "the linear part of the imported polynomial differs from U^T K U by %.2g "
@@ -311,7 +307,7 @@ thrum_status thrum_imported_polynomial(const thrum_fem *fem, const thrum_importe
     memcpy(c4, imported->c4, sizeof *c4 * (size_t)model->c4_count);
   }
   figures->defect = imported->defect;
-  return status == THRUM_OK ? compare_linear(fem, model, linear, figures, error) : status;
+  return status >= 0 ? compare_linear(fem, model, linear, figures, error) : status;
 }
 
 thrum_status thrum_imported_check(const thrum_fem *fem, const thrum_model *model,

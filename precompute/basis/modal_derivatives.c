@@ -83,7 +83,7 @@ static thrum_status solve_all(const thrum_fem *fem, thrum_factor *factor, int64_
                               thrum_error *error) {
   const int64_t n = fem->free_count, total = count * (count + 1) / 2;
   thrum_status status = THRUM_OK;
-  for (int64_t first = 0; first < total && status == THRUM_OK; first += THRUM_SOLVE_BLOCK) {
+  for (int64_t first = 0; first < total && status >= 0; first += THRUM_SOLVE_BLOCK) {
     // the right-hand sides are built where the solutions will stand
     const int64_t left = total - first, width = left < THRUM_SOLVE_BLOCK ? left : THRUM_SOLVE_BLOCK;
     double *block = derivatives + first * n;
@@ -96,7 +96,7 @@ static thrum_status solve_all(const thrum_fem *fem, thrum_factor *factor, int64_
       add_tet(fem, t, pairs + 2 * first, width, local, shape, block);
     }
     status = thrum_factor_solve(factor, block, width, block, error);
-    if (status == THRUM_OK)
+    if (status >= 0)
       status = thrum_report(reporter, (double)(first + width) / (double)total, error);
   }
   return status;

@@ -63,7 +63,7 @@ thrum_status thrum_inertia_count(const thrum_sparse *stiffness, const thrum_spar
                                  double shift, int64_t *count, thrum_error *error) {
   triplets t = {0};
   thrum_status status = triplets_make(stiffness, mass, shift, &t, error);
-  if (status == THRUM_OK) {
+  if (status >= 0) {
     DMUMPS_STRUC_C mumps = {.job = JOB_START, .par = 1, .sym = 2, .comm_fortran = USE_COMM_WORLD};
     dmumps_c(&mumps);
     settings(&mumps);

@@ -78,9 +78,7 @@ static thrum_status grow(search *s, const double *modes, int64_t first, int64_t 
   double *block = s->space + first * s->n;
   const double *before = first >= width ? block - width * s->n : block;
   thrum_sparse_product(s->mass, before, width, s->work);
-  thrum_status status = thrum_factor_solve(s->factor, s->work, width, block, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(thrum_factor_solve(s->factor, s->work, width, block, error));
   scale_to_unit(s, block, width, 0);
   project(s, modes, s->count, block, width);
   project(s, s->space, first, block, width);
@@ -101,9 +99,7 @@ static thrum_status make_space(search *s, const double *modes, int round, int64_
   for (int step = 0; step < STEPS && *columns < room; step++) {
     // a small body's complement fills up before its steps are done
     int64_t grown = 0, width = step == 0 ? BLOCK : *columns < BLOCK ? *columns : BLOCK;
-    const thrum_status status = grow(s, modes, *columns, width, &grown, error);
-    if (status != THRUM_OK)
-      return status;
+    THRUM_TRY(grow(s, modes, *columns, width, &grown, error));
     *columns += grown;
     if (grown < width)
       break;
@@ -127,7 +123,7 @@ static thrum_status merge(search *s, int64_t columns, int64_t more, double *valu
   double *joint = thrum_allocate(n * all, sizeof *joint, "the mode search", error);
   double *joint_values = thrum_allocate(all, sizeof *joint_values, "the mode search", error);
   thrum_status status = joint && joint_values ? THRUM_OK : THRUM_OUT_OF_MEMORY;
-  if (status == THRUM_OK) {
+  if (status >= 0) {
     memcpy(joint, vectors, sizeof *joint * (size_t)(n * s->count));
     memcpy(joint_values, values, sizeof *values * (size_t)s->count);
     memcpy(joint_values + s->count, s->values, sizeof *values * (size_t)more);
@@ -135,7 +131,7 @@ static thrum_status merge(search *s, int64_t columns, int64_t more, double *valu
                 s->space, (int)n, s->small, (int)columns, 0, joint + n * s->count, (int)n);
     status = thrum_eigen_refine(s->mass, s->factor, all, 4, joint_values, joint, error);
   }
-  if (status == THRUM_OK) {
+  if (status >= 0) {
     memcpy(vectors, joint, sizeof *joint * (size_t)(n * s->count));
     memcpy(values, joint_values, sizeof *values * (size_t)s->count);
   }
@@ -148,20 +144,16 @@ static thrum_status search_all(search *s, double *values, double *vectors, int64
                                double *next, thrum_error *error) {
   for (int round = 0; round < ROUNDS_MAX; round++) {
     int64_t columns = 0, lower = 0;
-    thrum_status status = make_space(s, vectors, round, &columns, error);
-    if (status == THRUM_OK && columns > 0)
-      status = ritz(s, columns, error);
-    if (status != THRUM_OK)
-      return status;
+    THRUM_TRY(make_space(s, vectors, round, &columns, error));
+    if (columns > 0)
+      THRUM_TRY(ritz(s, columns, error));
     *next = columns > 0 ? s->values[0] : INFINITY;
     while (lower < columns && s->values[lower] < (1 - CLUSTER) * values[s->count - 1])
       lower++;
     if (lower == 0)
       return THRUM_OK;
     *recovered += lower;
-    status = merge(s, columns, lower, values, vectors, error);
-    if (status != THRUM_OK)
-      return status;
+    THRUM_TRY(merge(s, columns, lower, values, vectors, error));
   }
   return thrum_error_set(error, THRUM_NOT_CONVERGED,
                          "the linear modes stay incomplete: %lld more were found in %d searches; "
@@ -177,7 +169,7 @@ thrum_status thrum_mode_search(const thrum_sparse *stiffness, const thrum_sparse
   *recovered = 0;
   *next = INFINITY;
   thrum_status status = search_allocate(&s, error);
-  if (status == THRUM_OK)
+  if (status >= 0)
     status = search_all(&s, values, vectors, recovered, next, error);
   search_free(&s);
   return status;
@@ -191,6 +183,7 @@ double thrum_mode_shift(int64_t count, const double *values, double next, int64_
     return 2 * last;
   if (next > (1 + 1e-4) * last)
     return last * (1 + 1e-5);
+
   // the last mode has neighbours that were not asked for: count below its cluster
   for (int64_t i = count - 1; i > 0; i--)
     if (values[i] > (1 + 1e-4) * values[i - 1]) {

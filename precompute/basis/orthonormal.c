@@ -95,7 +95,7 @@ thrum_status thrum_mass_orthonormalise(const thrum_sparse *mass, int64_t count, 
   int32_t *order = thrum_allocate(count, sizeof *order, "the basis", error);
   thrum_status status = gram && order ? THRUM_OK : THRUM_OUT_OF_MEMORY;
   int64_t done = 0;
-  for (int round = 0; round < ROUNDS_MAX && done < count && status == THRUM_OK; round++) {
+  for (int round = 0; round < ROUNDS_MAX && done < count && status >= 0; round++) {
     double *rest = x + done * n;
     const int64_t left = count - done;
     project(mass, x, done, rest, left, gram, work);
@@ -110,7 +110,7 @@ thrum_status thrum_mass_orthonormalise(const thrum_sparse *mass, int64_t count, 
   }
   free(gram);
   free(order);
-  if (status == THRUM_OK)
+  if (status >= 0)
     *rank = done;
   return status;
 }

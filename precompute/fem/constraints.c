@@ -76,11 +76,16 @@ static thrum_status judge(part *p, thrum_error *error) {
   double trace = 0;
   for (int c = 0; c < 6; c++)
     trace += p->gram[7 * c];
+
+  // eigenvalues of the Gram matrix of the six motions at the held components
   if (LAPACKE_dsyev(LAPACK_ROW_MAJOR, 'N', 'U', 6, p->gram, 6, values) != 0)
     return thrum_error_set(error, THRUM_SINGULAR, "the held components could not be judged");
+
+  // one that vanishes beside the trace is a motion that nothing holds
   int motions = 0;
   for (int c = 0; c < 6; c++)
     motions += !(values[c] > 1e-14 * trace);
+
   if (motions == 0)
     return THRUM_OK;
   return thrum_error_set(error, THRUM_SINGULAR,
@@ -106,24 +111,32 @@ thrum_status thrum_constraints_check(const thrum_fem *fem, bool *free_body, thru
   int32_t *index = thrum_allocate(fem->vertex_count, sizeof *index, "the constraints", error);
   part *parts = NULL;
   thrum_status status = THRUM_OUT_OF_MEMORY;
+
   if (parent && index) {
     find_parts(fem, parent);
+
+    // every part has a number, that of its first vertex
     int32_t count = 0;
     for (int64_t v = 0; v < fem->vertex_count; v++)
       index[v] = parent[v] == v ? count++ : -1;
+
+    // a body with nothing held is free, if it is one part
     const bool nothing_held = fem->free_count == 3 * fem->vertex_count;
     if (nothing_held)
       status = judge_free(count, free_body, error);
     else
       parts = thrum_allocate(count, sizeof *parts, "the constraints", error);
+
+    // else each part is held against its own six motions
     if (parts) {
       memset(parts, 0, sizeof *parts * (size_t)count);
       measure_parts(fem, parent, index, parts);
       status = THRUM_OK;
-      for (int32_t i = 0; i < count && status == THRUM_OK; i++)
+      for (int32_t i = 0; i < count && status >= 0; i++)
         status = judge(&parts[i], error);
     }
   }
+
   free(parent);
   free(index);
   free(parts);

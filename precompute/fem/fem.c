@@ -22,6 +22,7 @@ static thrum_status check_materials(const thrum_mesh *mesh, thrum_error *error) 
   if (mesh->region_count < 1 || !mesh->materials)
     return thrum_error_set(error, THRUM_MISSING,
                            "no material: give --young, --poisson and --density");
+
   for (int64_t i = 0; i < mesh->region_count; i++) {
     const thrum_material *material = &mesh->materials[i];
     const long long region = i + 1;
@@ -30,16 +31,20 @@ static thrum_status check_materials(const thrum_mesh *mesh, thrum_error *error) 
                              "Young's modulus of region %lld is %g Pa; it must be positive, and "
                              "between 1e-30 and 1e30",
                              region, material->young);
+
+    // the bounds within which the energy is positive
     if (!(material->poisson > -1 && material->poisson < 0.5))
       return thrum_error_set(error, THRUM_BAD_VALUE,
                              "Poisson's ratio of region %lld is %g; it must lie between -1 and 1/2",
                              region, material->poisson);
+
     if (!is_moderate(material->density))
       return thrum_error_set(error, THRUM_BAD_VALUE,
                              "density of region %lld is %g kg/m^3; it must be positive, and "
                              "between 1e-30 and 1e30",
                              region, material->density);
   }
+
   return THRUM_OK;
 }
 
@@ -51,6 +56,7 @@ static thrum_status allocate(const thrum_mesh *mesh, thrum_fem *fem, thrum_error
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "a mesh of %lld vertices and %lld tets is out of range",
                            (long long)vertices, (long long)tets);
+
   if (!(fem->dof = thrum_allocate(3 * vertices, sizeof *fem->dof, what, error)) ||
       !(fem->component = thrum_allocate(3 * vertices, sizeof *fem->component, what, error)) ||
       !(fem->gradient = thrum_allocate(9 * tets, sizeof *fem->gradient, what, error)) ||
@@ -68,6 +74,8 @@ static thrum_status allocate(const thrum_mesh *mesh, thrum_fem *fem, thrum_error
 static thrum_status measure_tet(thrum_fem *fem, int64_t t, thrum_error *error) {
   const int32_t *corner = fem->tets + 4 * t;
   const int32_t region = fem->tet_region[t];
+
+  // a mesh made by hand may hold any index
   bool inside = region >= 0 && region < fem->region_count;
   for (int a = 0; a < 4; a++)
     inside = inside && corner[a] >= 0 && corner[a] < fem->vertex_count;
@@ -75,11 +83,14 @@ static thrum_status measure_tet(thrum_fem *fem, int64_t t, thrum_error *error) {
     return thrum_error_set(error, THRUM_BAD_VALUE,
                            "tet %lld refers to a vertex or region that does not exist",
                            (long long)t + 1);
+
+  // edges from corner 0, and their cross products: the cofactors of the inverse
   double edge[3][3];
   for (int a = 0; a < 3; a++)
     for (int c = 0; c < 3; c++)
       edge[a][c] =
           fem->vertices[3 * (int64_t)corner[a + 1] + c] - fem->vertices[3 * (int64_t)corner[0] + c];
+
   double *gradient = fem->gradient + 9 * t;
   for (int a = 0; a < 3; a++) {
     const double *p = edge[(a + 1) % 3], *q = edge[(a + 2) % 3];
@@ -87,11 +98,14 @@ static thrum_status measure_tet(thrum_fem *fem, int64_t t, thrum_error *error) {
     gradient[3 * a + 1] = p[2] * q[0] - p[0] * q[2];
     gradient[3 * a + 2] = p[0] * q[1] - p[1] * q[0];
   }
+
+  // six times the volume
   const double det = edge[0][0] * gradient[0] + edge[0][1] * gradient[1] + edge[0][2] * gradient[2];
   if (!(det > 0) || !isfinite(1 / det))
     return thrum_error_set(error, THRUM_BAD_VALUE,
                            "tet %lld has volume %g m^3; it must be positive", (long long)t + 1,
                            det / 6);
+
   for (int c = 0; c < 9; c++)
     gradient[c] /= det;
   fem->volume[t] = det / 6;
@@ -122,17 +136,21 @@ static void list_incident(thrum_fem *fem) {
 static thrum_status fill(const thrum_mesh *mesh, const uint8_t *fixed, thrum_fem *fem,
                          thrum_error *error) {
   thrum_status status = allocate(mesh, fem, error);
-  for (int64_t i = 0; i < mesh->region_count && status == THRUM_OK; i++) {
+
+  // Lame's constants from Young's modulus and Poisson's ratio
+  for (int64_t i = 0; i < mesh->region_count && status >= 0; i++) {
     const thrum_material *material = &mesh->materials[i];
     const double nu = material->poisson;
     fem->lambda[i] = material->young * nu / ((1 + nu) * (1 - 2 * nu));
     fem->mu[i] = material->young / (2 * (1 + nu));
     fem->density[i] = material->density;
   }
-  for (int64_t t = 0; t < mesh->tet_count && status == THRUM_OK; t++)
+
+  for (int64_t t = 0; t < mesh->tet_count && status >= 0; t++)
     status = measure_tet(fem, t, error);
-  if (status != THRUM_OK)
+  if (status < 0)
     return status;
+
   number_components(fixed, fem);
   list_incident(fem);
   if (fem->free_count == 0)
@@ -144,16 +162,18 @@ static thrum_status fill(const thrum_mesh *mesh, const uint8_t *fixed, thrum_fem
 thrum_status thrum_fem_create(const thrum_mesh *mesh, const uint8_t *fixed, thrum_fem *fem,
                               thrum_error *error) {
   thrum_status status = check_materials(mesh, error);
-  if (status != THRUM_OK)
+  if (status < 0)
     return status;
+
   thrum_fem made = {.vertex_count = mesh->vertex_count,
                     .tet_count = mesh->tet_count,
                     .region_count = mesh->region_count,
                     .vertices = mesh->vertices,
                     .tets = mesh->tets,
                     .tet_region = mesh->tet_region};
+
   status = fill(mesh, fixed, &made, error);
-  if (status != THRUM_OK)
+  if (status < 0)
     thrum_fem_free(&made);
   else
     *fem = made;

@@ -70,13 +70,16 @@ thrum_status thrum_fem_pattern(const thrum_fem *fem, thrum_sparse *stiffness, th
   int32_t *mark = thrum_allocate(fem->vertex_count, sizeof *mark, "the assembly", error);
   int32_t *list = thrum_allocate(fem->vertex_count, sizeof *list, "the assembly", error);
   int64_t *begin = thrum_allocate(n + 1, sizeof *begin, "the assembly", error);
+
+  // the first walk counts the entries, the second one writes their rows
   if (mark && list && begin) {
     begin[0] = 0;
     walk_pattern(fem, begin, NULL, mark, list);
     status = thrum_sparse_create(n, begin[n], stiffness, error);
-    if (status == THRUM_OK)
+    if (status >= 0)
       walk_pattern(fem, stiffness->begin, stiffness->row, mark, list);
   }
+
   free(mark);
   free(list);
   free(begin);
@@ -198,7 +201,7 @@ thrum_status thrum_fem_mass(const thrum_fem *fem, thrum_mass kind, const thrum_s
   for (int64_t column = 0; column < n; column++)
     entries = mass_column(fem, kind, pattern, column, couple, &made, entries);
   thrum_status status = thrum_sparse_create(n, entries, &made, error);
-  if (status == THRUM_OK) {
+  if (status >= 0) {
     int64_t vertex = -1;
     for (int64_t column = 0; column < n; column++) {
       if (fem->component[column] / 3 != vertex) {
@@ -229,6 +232,8 @@ double thrum_fem_energy(const thrum_fem *fem, const double *u, double *force) {
     thrum_tet tet;
     thrum_tet_deform(fem, t, u, &tet);
     energy += tet.energy;
+
+    // force on corner a: vol F S g_a
     for (int a = 0; force && a < 4; a++) {
       double *at = force + 3 * (int64_t)fem->tets[4 * t + a];
       double traction[3];
@@ -239,5 +244,6 @@ double thrum_fem_energy(const thrum_fem *fem, const double *u, double *force) {
                   tet.deformation[c][2] * traction[2]);
     }
   }
+
   return energy;
 }

@@ -1,4 +1,4 @@
-/* Rigid modes of a free body and its springs, see rigid.h. O(n).
+/* Rigid modes of a free body and its springs, see rigid_modes.h. O(n).
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "precompute/fem/rigid_modes.h"
@@ -15,12 +15,14 @@
 static void fill_motions(const thrum_fem *fem, const double centre[3], double size, double *modes) {
   const int64_t n = fem->free_count;
   memset(modes, 0, sizeof *modes * (size_t)(THRUM_RIGID_COUNT * n));
+
   for (int64_t v = 0; v < fem->vertex_count; v++) {
     double arm[3];
     for (int c = 0; c < 3; c++) {
       arm[c] = (fem->vertices[3 * v + c] - centre[c]) / size;
       modes[c * n + fem->dof[3 * v + c]] = 1;
     }
+
     // turn about axis c: e_c x arm
     for (int c = 0; c < 3; c++) {
       const int a = (c + 1) % 3, b = (c + 2) % 3;
@@ -56,9 +58,7 @@ thrum_status thrum_rigid_modes(const thrum_fem *fem, const thrum_sparse *mass, d
                                double *dual, thrum_error *error) {
   const int n = (int)fem->free_count, six = THRUM_RIGID_COUNT;
   double centre[3], size, gram[THRUM_RIGID_COUNT * THRUM_RIGID_COUNT];
-  const thrum_status status = find_centre(fem, centre, &size, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(find_centre(fem, centre, &size, error));
   fill_motions(fem, centre, size, modes);
   // Cholesky-QR in the mass inner product, twice for rounding's sake
   for (int pass = 0; pass < 2; pass++) {

@@ -95,14 +95,18 @@ static thrum_status report(const cholmod_common *common, thrum_error *error) {
   switch (common->status) {
   case CHOLMOD_OK:
     return THRUM_OK;
+
   case CHOLMOD_OUT_OF_MEMORY:
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY,
                            "no memory for the sparse Cholesky factor: use a coarser mesh");
   case CHOLMOD_TOO_LARGE:
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY,
                            "the sparse Cholesky factor is too large: use a coarser mesh");
+
+  // a pivot that is not positive is the matrix's fault, not the solver's
   case CHOLMOD_NOT_POSDEF:
     return thrum_error_set(error, THRUM_SINGULAR, "the matrix is not positive definite");
+
   default:
     return thrum_error_set(error, THRUM_SINGULAR, "the sparse Cholesky factor failed (status %d)",
                            common->status);
@@ -148,7 +152,7 @@ thrum_status thrum_factor_plan(const thrum_sparse *matrix, thrum_factor **factor
   made->factor = cholmod_l_analyze(&sparse, common);
   made->factor_flops = common->fl;
   const thrum_status status = report(common, error);
-  if (status != THRUM_OK) {
+  if (status < 0) {
     thrum_factor_free(made);
     return status;
   }
@@ -167,9 +171,9 @@ thrum_status thrum_factor_create(const thrum_sparse *matrix, thrum_factor **fact
                                  thrum_error *error) {
   thrum_factor *made = NULL;
   thrum_status status = thrum_factor_plan(matrix, &made, error);
-  if (status == THRUM_OK)
+  if (status >= 0)
     status = thrum_factor_compute(matrix, made, error);
-  if (status == THRUM_OK)
+  if (status >= 0)
     *factor = made;
   else
     thrum_factor_free(made);
@@ -222,9 +226,7 @@ thrum_status thrum_factor_solve(thrum_factor *factor, const double *right, int64
   dense.dtype = CHOLMOD_DOUBLE;
   cholmod_l_solve2(CHOLMOD_A, factor->factor, &dense, NULL, &factor->solution, NULL,
                    &factor->work_a, &factor->work_b, common);
-  const thrum_status status = report(common, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(report(common, error));
   memcpy(solution, factor->solution->x, sizeof(double) * dense.nzmax);
   take_out(factor, factor->dual, factor->vectors, columns, solution);
   factor->solved += columns;

@@ -35,6 +35,8 @@ static thrum_status check_def(const thrum_full_def *def, thrum_error *error) {
   if (!def || def->cookie != DEF_COOKIE)
     return thrum_error_set(error, THRUM_UNINITIALISED_DEF,
                            "the def was not made by thrum_default_full_def");
+
+  // the first value that is out of range is named
   if (!is_positive(def->dt))
     wrong = "dt must be above 0 s";
   else if (!is_not_negative(def->damping_alpha) || !is_not_negative(def->damping_beta))
@@ -50,6 +52,7 @@ static thrum_status check_def(const thrum_full_def *def, thrum_error *error) {
     wrong = "iterations_max must be 1 or more";
   else if (def->scheme == THRUM_FULL_CENTRAL && def->damping_beta > 0)
     wrong = "central differences take no damping of the stiffness";
+
   return wrong ? thrum_error_set(error, THRUM_INVALID_ARGUMENT, "full order: %s", wrong) : THRUM_OK;
 }
 
@@ -62,11 +65,14 @@ static thrum_status allocate(thrum_full *full, thrum_error *error) {
 #define X(name) fields++;
   FULL_FIELDS(X)
 #undef X
+
+  // one block for all of them, from the lists in the header
   const int64_t count = vectors * n + fields * all;
   full->memory = thrum_allocate(count, sizeof *full->memory, "the full-order body", error);
   if (!full->memory)
     return THRUM_OUT_OF_MEMORY;
   memset(full->memory, 0, (size_t)count * sizeof *full->memory);
+
   double *at = full->memory;
 #define X(name)                                                                                    \
   full->name = at;                                                                                 \
@@ -85,6 +91,8 @@ static thrum_status allocate(thrum_full *full, thrum_error *error) {
 static thrum_status share_pattern(thrum_full *full, thrum_error *error) {
   const thrum_sparse *stiffness = &full->body.stiffness, *mass = &full->body.mass;
   const int64_t entries = stiffness->begin[stiffness->size];
+
+  // tangent and system borrow the pattern and own their values
   full->tangent = full->system = *stiffness;
   full->tangent.value = thrum_allocate(entries, sizeof(double), "the full-order body", error);
   full->system.value = thrum_allocate(entries, sizeof(double), "the full-order body", error);
@@ -92,8 +100,11 @@ static thrum_status share_pattern(thrum_full *full, thrum_error *error) {
       thrum_allocate(mass->begin[mass->size], sizeof *full->mass_slot, "the mass", error);
   if (!full->tangent.value || !full->system.value || !full->mass_slot)
     return THRUM_OUT_OF_MEMORY;
+
   memcpy(full->tangent.value, stiffness->value, (size_t)entries * sizeof(double));
   memcpy(full->system.value, stiffness->value, (size_t)entries * sizeof(double));
+
+  // rows ascend in both, so one walk finds the place of every entry of the mass
   for (int64_t j = 0; j < mass->size; j++) {
     int64_t at = stiffness->begin[j];
     for (int64_t e = mass->begin[j]; e < mass->begin[j + 1]; e++) {
@@ -120,32 +131,33 @@ static thrum_status hold(thrum_full *full, const uint8_t *held, thrum_error *err
 
 static thrum_status fill(thrum_full *full, const uint8_t *held, thrum_error *error) {
   const thrum_full_def *def = &full->def;
-  thrum_status status = hold(full, held, error);
-  if (status == THRUM_OK)
-    status = allocate(full, error);
-  if (status == THRUM_OK)
-    status = share_pattern(full, error);
-  if (status == THRUM_OK)
-    status =
-        full_linear_make(def->solver, def->solver_tolerance, &full->system, &full->linear, error);
-  if (status == THRUM_OK && def->scheme == THRUM_FULL_NEWMARK) {
-    status =
-        full_linear_make(def->solver, def->solver_tolerance, &full->body.mass, &full->mass, error);
-    if (status == THRUM_OK)
-      status = full_linear_prepare(&full->mass, error);
+  THRUM_TRY(hold(full, held, error));
+  THRUM_TRY(allocate(full, error));
+  THRUM_TRY(share_pattern(full, error));
+  THRUM_TRY(
+      full_linear_make(def->solver, def->solver_tolerance, &full->system, &full->linear, error));
+
+  // Newmark solves with the mass alone for its first acceleration
+  if (def->scheme == THRUM_FULL_NEWMARK) {
+    THRUM_TRY(
+        full_linear_make(def->solver, def->solver_tolerance, &full->body.mass, &full->mass, error));
+    THRUM_TRY(full_linear_prepare(&full->mass, error));
   }
-  if (status == THRUM_OK && def->scheme == THRUM_FULL_CENTRAL)
-    status = full_central_begin(full, error);
-  return status;
+
+  if (def->scheme == THRUM_FULL_CENTRAL)
+    THRUM_TRY(full_central_begin(full, error));
+
+  return THRUM_OK;
 }
 
 thrum_status thrum_full_create(const thrum_model *model, const uint8_t *held,
                                const thrum_full_def *def, thrum_full **full, thrum_error *error) {
   thrum_status status = check_def(def, error);
-  if (status != THRUM_OK)
+  if (status < 0)
     return status;
   if (!model->vertices)
     return thrum_error_set(error, THRUM_MISSING, "full order: the model has no mesh to go back to");
+
   thrum_full *made = calloc(1, sizeof *made);
   if (!made)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the full-order body");
@@ -153,8 +165,9 @@ thrum_status thrum_full_create(const thrum_model *model, const uint8_t *held,
   made->model = model;
   made->fresh = true;
   made->dt_stable = NAN;
+
   status = fill(made, held, error);
-  if (status == THRUM_OK)
+  if (status >= 0)
     *full = made;
   else
     thrum_full_free(made);
@@ -226,18 +239,23 @@ static thrum_status step_once(thrum_full *full, thrum_error *error) {
   const thrum_status status = full->def.scheme == THRUM_FULL_CENTRAL
                                   ? full_step_central(full, error)
                                   : full_step_implicit(full, error);
-  if (status != THRUM_OK)
+  if (status < 0)
     return status;
+
+  // a candidate that is not finite is refused before it is taken over
   double sum = 0;
+
   for (int64_t i = 0; i < n; i++)
     sum += fabs(full->u[i] + full->d[i]) + fabs(full->v_next[i]) + fabs(full->a_next[i]);
   if (!isfinite(sum))
     return thrum_error_set(error, THRUM_NOT_FINITE,
                            "step %lld leaves the range of finite numbers: lower dt or the load",
                            (long long)full->steps);
+
   for (int64_t i = 0; i < n; i++)
     full->u[i] += full->d[i];
   memcpy(full->v, full->v_next, (size_t)n * sizeof *full->v);
+
   memcpy(full->a, full->a_next, (size_t)n * sizeof *full->a);
   full->fresh = false;
   return THRUM_OK;
@@ -250,37 +268,48 @@ static thrum_status step_in_parts(thrum_full *full, int parts, const double *sta
   const double dt = full->def.dt;
   const bool fresh = full->fresh;
   thrum_status status = THRUM_OK;
+
+  // factors of the system belong to the time step, so they go with it
   full->def.dt = dt / parts;
   full->linear.ready = false;
-  for (int k = 0; k < parts && status == THRUM_OK; k++)
+  for (int k = 0; k < parts && status >= 0; k++)
     status = step_once(full, error);
+
   full->def.dt = dt;
   full->linear.ready = false;
-  if (status != THRUM_OK) {
+
+  // on failure the body is as it was
+  if (status < 0) {
     memcpy(full->u, start, vector);
     memcpy(full->v, start + full->body.fem.free_count, vector);
     memcpy(full->a, start + 2 * full->body.fem.free_count, vector);
     full->fresh = fresh;
   }
+
   return status;
 }
 
 thrum_status thrum_full_step(thrum_full *full, thrum_error *error) {
   const int64_t n = full->body.fem.free_count;
   thrum_status status = step_once(full, error);
+
+  // a step that does not converge is tried again in 2, 4, ... shorter ones
   if (status == THRUM_NOT_CONVERGED) {
     double *start = thrum_allocate(3 * n, sizeof *start, "shorter steps", error);
     if (!start)
       return THRUM_OUT_OF_MEMORY;
+
     memcpy(start, full->u, (size_t)n * sizeof *start);
     memcpy(start + n, full->v, (size_t)n * sizeof *start);
     memcpy(start + 2 * n, full->a, (size_t)n * sizeof *start);
+
     for (int parts = 2; parts <= PARTS_MAX && status == THRUM_NOT_CONVERGED; parts *= 2)
       status = step_in_parts(full, parts, start, error);
     free(start);
-    full->substep_steps += status == THRUM_OK;
+    full->substep_steps += status >= 0;
   }
-  full->steps += status == THRUM_OK;
+
+  full->steps += status >= 0;
   return status;
 }
 
@@ -335,16 +364,22 @@ void thrum_full_mean(const thrum_full *full, const int32_t *vertices, int64_t co
 
 void thrum_full_momentum(const thrum_full *full, double linear[3], double angular[3]) {
   const thrum_fem *fem = &full->body.fem;
+
+  // M v, with the mass that the scheme uses
   if (full->def.scheme == THRUM_FULL_CENTRAL) {
     for (int64_t i = 0; i < fem->free_count; i++)
       full->product[i] = full->lumped[i] * full->v[i];
   } else {
     thrum_sparse_product(&full->body.mass, full->v, 1, full->product);
   }
+
+  // both fields on all components, held ones included
   thrum_fem_scatter(fem, full->product, full->forces);
   full_place(full, full->u, 0, NULL, full->place);
+
   for (int axis = 0; axis < 3; axis++)
     linear[axis] = angular[axis] = 0;
+
   for (int64_t v = 0; v < fem->vertex_count; v++) {
     const double *p = full->forces + 3 * v;
     double x[3];

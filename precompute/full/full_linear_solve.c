@@ -26,7 +26,7 @@ thrum_status full_linear_make(thrum_full_solver solver, double tolerance,
     made.work = thrum_allocate(4 * matrix->size, sizeof *made.work, "the linear solver", error);
     status = made.work ? THRUM_OK : THRUM_OUT_OF_MEMORY;
   }
-  if (status == THRUM_OK)
+  if (status >= 0)
     *linear = made;
   return status;
 }
@@ -43,7 +43,7 @@ thrum_status full_linear_prepare(full_linear *linear, thrum_error *error) {
   const thrum_status status = linear->solver == THRUM_FULL_CHOLESKY
                                   ? thrum_factor_compute(linear->matrix, linear->factor, error)
                                   : THRUM_OK;
-  linear->ready = status == THRUM_OK;
+  linear->ready = status >= 0;
   return status;
 }
 

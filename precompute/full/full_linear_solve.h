@@ -1,4 +1,4 @@
-/* One linear system of the full-order body, by either solver; see linear.c.
+/* One linear system of the full-order body, by either solver; see full_linear_solve.c.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_PRECOMPUTE_FULL_FULL_LINEAR_SOLVE_H
 #define THRUM_PRECOMPUTE_FULL_FULL_LINEAR_SOLVE_H

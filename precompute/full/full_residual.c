@@ -47,9 +47,7 @@ void full_subtract_damping(thrum_full *full, double scale, const double *x, doub
 thrum_status full_assemble(thrum_full *full, const double *place, double of_tangent, double of_mass,
                            double of_damping, thrum_error *error) {
   const thrum_sparse *rest = &full->body.stiffness, *mass = &full->body.mass;
-  const thrum_status status = thrum_fem_stiffness(&full->body.fem, place, &full->tangent, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(thrum_fem_stiffness(&full->body.fem, place, &full->tangent, error));
   const double of_rest = of_damping * full->def.damping_beta;
   for (int64_t e = 0; e < rest->begin[rest->size]; e++)
     full->system.value[e] = of_tangent * full->tangent.value[e] + of_rest * rest->value[e];

@@ -50,21 +50,27 @@ static void evaluate(rest *s, double factor) {
 static double descend(rest *s, thrum_error *error) {
   thrum_full *full = s->full;
   thrum_status status = THRUM_SINGULAR;
+
+  // the matrix is shifted until it is positive definite, so that delta leads downhill
   double shift = 0;
   for (int k = 0; status == THRUM_SINGULAR && k < 8; k++) {
     status = full_assemble(full, full->place, 1, 0, 0, error);
     const thrum_sparse *stiffness = &full->body.stiffness;
     for (int64_t e = 0; shift > 0 && e < stiffness->begin[stiffness->size]; e++)
       full->system.value[e] += shift * stiffness->value[e];
-    if (status == THRUM_OK)
+
+    if (status >= 0)
       status = full_linear_prepare(&full->linear, error);
-    if (status == THRUM_OK)
+    if (status >= 0)
       status = full_linear_solve(&full->linear, full->r, full->delta, error);
-    s->found->stable = shift == 0 && status == THRUM_OK;
+
+    // the equilibrium is stable where no shift was needed
+    s->found->stable = shift == 0 && status >= 0;
     shift = shift > 0 ? 4 * shift : 0.05;
   }
+
   s->found->iterations++;
-  return status == THRUM_OK ? full_dot(full, full->delta, full->r) : 0;
+  return status >= 0 ? full_dot(full, full->delta, full->r) : 0;
 }
 
 /* Along delta by 1 and then shorter, until the energy falls enough, or the residual where rounding
@@ -74,17 +80,22 @@ static bool shorten(rest *s, double factor, double slope) {
   const int64_t n = full->body.fem.free_count;
   const double merit = s->merit, residual = full_dot(full, full->r, full->r);
   memcpy(full->trial, full->u, (size_t)n * sizeof *full->u);
+
   double length = 1;
   for (int k = 0; k < 40; k++, length *= 0.5) {
     for (int64_t i = 0; i < n; i++)
       full->u[i] = full->trial[i] + length * full->delta[i];
     evaluate(s, factor);
+
+    // Armijo's rule; where the energy is flat to rounding, the residual decides
     const bool fell = s->merit < merit - 1e-4 * length * slope ||
                       (fabs(s->merit - merit) <= 1e-12 * fabs(merit) &&
                        full_dot(full, full->r, full->r) < 0.25 * residual);
     if (isfinite(s->merit) && fell)
       return true;
   }
+
+  // no length helps: back to where it began
   memcpy(full->u, full->trial, (size_t)n * sizeof *full->u);
   evaluate(s, factor);
   return false;
@@ -97,15 +108,19 @@ static bool newton(rest *s, double factor, thrum_error *error) {
     const double slope = descend(s, error);
     if (!(slope >= 0) || !isfinite(slope) || !isfinite(s->merit))
       return false;
+
+    // delta^T K delta is the slope, so its root is the correction in the energy norm
     const double size = sqrt(slope);
     s->largest = fmax(s->largest, size);
     s->found->residual = s->largest > 0 ? size / s->largest : 0;
     if (size <= fmax(full->def.tolerance, 64 * DBL_EPSILON) * s->largest)
       return true;
+
     // rounding may stop it first
     if (!shorten(s, factor, slope))
       return size <= 1e-7 * s->largest;
   }
+
   return false;
 }
 
@@ -114,14 +129,19 @@ static bool follow(rest *s, thrum_error *error) {
   const int64_t n = full->body.fem.free_count;
   const size_t vector = (size_t)n * sizeof(double);
   double step = FIRST_STEP, last = 0;
+
   for (int k = 0; s->factor < 1; k++) {
     if (k == STEPS_MAX || step < SHORTEST)
       return false;
+
     const double factor = s->factor + step < 1 ? s->factor + step : 1;
     memcpy(s->kept, full->u, vector);
+
     // straight on from the step before
     for (int64_t i = 0; last > 0 && i < n; i++)
       full->u[i] += (factor - s->factor) / last * (s->kept[i] - s->before[i]);
+
+    // a step that fails is tried again with a quarter of the load
     const int32_t iterations = s->found->iterations;
     if (!newton(s, factor, error)) {
       memcpy(full->u, s->kept, vector);
@@ -129,12 +149,15 @@ static bool follow(rest *s, thrum_error *error) {
       step *= 0.25;
       continue;
     }
+
+    // a step that took few iterations lets the next one be longer
     memcpy(s->before, s->kept, vector);
     last = factor - s->factor;
     s->factor = factor;
     s->found->load_steps++;
     step *= s->found->iterations - iterations <= 8 ? 2 : 1;
   }
+
   return true;
 }
 
@@ -155,14 +178,14 @@ thrum_status thrum_full_rest(thrum_full *full, const double *forces, const doubl
   memcpy(start, full->u, (size_t)n * sizeof *start);
   memcpy(held, full->held, (size_t)all * sizeof *held);
   thrum_status status = thrum_full_set_force(full, forces, error);
-  if (status == THRUM_OK && !follow(&s, error))
+  if (status >= 0 && !follow(&s, error))
     status = thrum_error_set(error, THRUM_NOT_CONVERGED,
                              "full order: no equilibrium was found beyond %.6g of the load (%d "
                              "steps, %d iterations)",
                              s.factor, (int)made.load_steps, (int)made.iterations);
   full->linear.ready = false;
   full->fresh = true;
-  if (status == THRUM_OK) {
+  if (status >= 0) {
     memset(full->v, 0, (size_t)n * sizeof *full->v);
     made.energy = s.energy;
     made.load_energy = s.merit - s.energy;

@@ -23,24 +23,30 @@
 static double largest_omega2(thrum_full *full) {
   const int64_t n = full->body.fem.free_count;
   double before = 0, now = 0;
+
   // signs that alternate and sizes that do not repeat: rich in what is fastest
   for (int64_t i = 0; i < n; i++)
     full->trial[i] = (i % 2 ? -1.0 : 1.0) * (1.0 + 0.5 * sin((double)i));
+
   for (int k = 0; k < POWER_MAX; k++) {
     double norm = 0, along = 0;
     for (int64_t i = 0; i < n; i++)
       norm += full->lumped[i] * full->trial[i] * full->trial[i];
     for (int64_t i = 0; i < n; i++)
       full->trial[i] /= sqrt(norm);
+
+    // the Rayleigh quotient of a vector of unit mass norm, and the next vector
     thrum_sparse_product(&full->body.stiffness, full->trial, 1, full->product);
     along = full_dot(full, full->trial, full->product);
     for (int64_t i = 0; i < n; i++)
       full->trial[i] = full->product[i] / full->lumped[i];
+
     before = now;
     now = along;
     if (k > 20 && fabs(now - before) <= SETTLED * now)
       break;
   }
+
   return now;
 }
 

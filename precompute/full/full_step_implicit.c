@@ -31,15 +31,20 @@
 static void take_mean_forces(thrum_full *full, double *r) {
   const thrum_fem *fem = &full->body.fem;
   memset(full->forces, 0, (size_t)(3 * fem->vertex_count) * sizeof *full->forces);
+
   for (int64_t t = 0; t < fem->tet_count; t++) {
     thrum_tet from, to;
     thrum_tet_deform(fem, t, full->place, &from);
     thrum_tet_deform(fem, t, full->place_to, &to);
+
+    // F-bar and S-bar: means of both ends
     for (int c = 0; c < 3; c++)
       for (int d = 0; d < 3; d++) {
         to.stress[c][d] = 0.5 * (from.stress[c][d] + to.stress[c][d]);
         to.deformation[c][d] = 0.5 * (from.deformation[c][d] + to.deformation[c][d]);
       }
+
+    // vol F-bar S-bar grad N_a
     for (int a = 0; a < 4; a++) {
       double traction[3], force[3];
       thrum_product_vector(to.stress, to.gradient[a], traction);
@@ -48,6 +53,7 @@ static void take_mean_forces(thrum_full *full, double *r) {
         full->forces[3 * (int64_t)fem->tets[4 * t + a] + c] += to.volume * force[c];
     }
   }
+
   for (int64_t i = 0; i < fem->free_count; i++)
     r[i] -= full->forces[fem->component[i]];
 }
@@ -72,7 +78,10 @@ static void evaluate(thrum_full *full) {
   const int64_t n = full->body.fem.free_count;
   const double h = full->def.dt;
   advance(full);
+
   memcpy(full->r, full->f, (size_t)n * sizeof *full->r);
+
+  // Newmark balances the forces at the end of the step
   if (full->def.scheme == THRUM_FULL_NEWMARK) {
     full_place(full, full->u, 1, full->d, full->place_to);
     full_subtract_forces(full, full->place_to, full->r);
@@ -80,6 +89,8 @@ static void evaluate(thrum_full *full) {
     full_subtract_damping(full, 1, full->v_next, full->r);
     return;
   }
+
+  // the others balance mean forces against the change of momentum
   if (full->def.scheme == THRUM_FULL_ENERGY) {
     full_place(full, full->u, 0, NULL, full->place);
     full_place(full, full->u, 1, full->d, full->place_to);
@@ -88,6 +99,7 @@ static void evaluate(thrum_full *full) {
     full_place(full, full->u, 0.5, full->d, full->place);
     full_subtract_forces(full, full->place, full->r);
   }
+
   full_subtract_damping(full, 1 / h, full->d, full->r);
   for (int64_t i = 0; i < n; i++)
     full->trial[i] = full->v_next[i] - full->v[i];
@@ -104,12 +116,12 @@ static thrum_status refresh(thrum_full *full, thrum_error *error) {
   const double of_tangent = newmark ? 1 : 0.5;
   full_place(full, full->u, newmark ? 1 : 0.5, full->d, full->place_to);
   thrum_status status = full_assemble(full, full->place_to, of_tangent, of_mass, of_damping, error);
-  if (status == THRUM_OK)
+  if (status >= 0)
     status = full_linear_prepare(&full->linear, error);
   if (status != THRUM_SINGULAR)
     return status;
   status = full_assemble(full, NULL, of_tangent, of_mass, of_damping, error);
-  return status == THRUM_OK ? full_linear_prepare(&full->linear, error) : status;
+  return status >= 0 ? full_linear_prepare(&full->linear, error) : status;
 }
 
 /* Newmark: a = M^-1 (f - R - C v) where the load or the state is new, so that an impulse counts
@@ -150,33 +162,43 @@ thrum_status full_step_implicit(thrum_full *full, thrum_error *error) {
   thrum_status status = THRUM_OK;
   if (full->def.scheme == THRUM_FULL_NEWMARK && full->fresh)
     status = take_acceleration(full, error);
+
+  // the first guess goes straight on
   for (int64_t i = 0; i < n; i++)
     full->d[i] = full->def.dt * full->v[i];
+
   double before = INFINITY, first = 0;
   bool renew = !full->linear.ready;
-  for (int32_t k = 0; status == THRUM_OK; k++) {
+  for (int32_t k = 0; status >= 0; k++) {
     if (k == full->def.iterations_max)
       return say_stuck(full, error);
+
     evaluate(full);
     if (renew)
       status = refresh(full, error);
-    if (status == THRUM_OK)
+    if (status >= 0)
       status = full_linear_solve(&full->linear, full->r, full->delta, error);
-    if (status != THRUM_OK)
+    if (status < 0)
       break;
+
+    // the correction in the norm of the matrix; one that grows beyond the first is lost
     const double size = sqrt(fabs(full_dot(full, full->delta, full->r)));
     first = k == 0 ? size : first;
     if (!isfinite(size) || (k > 8 && size > first))
       return say_stuck(full, error);
+
     for (int64_t i = 0; i < n; i++)
       full->d[i] += full->delta[i];
     full->iterations++;
     if (is_solved(full, size, before))
       break;
+
+    // factors that contract slowly are made anew
     renew = size > SLOW * before;
     before = size;
   }
-  if (status == THRUM_OK)
+
+  if (status >= 0)
     advance(full);
   return status;
 }

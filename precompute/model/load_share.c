@@ -35,15 +35,17 @@ thrum_status thrum_load_fill_gravity(const thrum_model *model, const double acce
                                      double *forces, thrum_error *error) {
   thrum_model_fem body = {0};
   thrum_status status = thrum_model_fem_create(model, &body, error);
-  double *mass = status == THRUM_OK
-                     ? thrum_allocate(model->vertex_count, sizeof *mass, "the loads", error)
-                     : NULL;
-  if (status == THRUM_OK && mass == NULL)
+  double *mass =
+      status >= 0 ? thrum_allocate(model->vertex_count, sizeof *mass, "the loads", error) : NULL;
+  if (status >= 0 && mass == NULL)
     status = THRUM_OUT_OF_MEMORY;
-  if (status == THRUM_OK)
+
+  if (status >= 0)
     thrum_fem_vertex_mass(&body.fem, mass);
-  for (int64_t c = 0; status == THRUM_OK && c < 3 * model->vertex_count; c++)
+
+  for (int64_t c = 0; status >= 0 && c < 3 * model->vertex_count; c++)
     forces[c] += mass[c / 3] * acceleration[c % 3];
+
   free(mass);
   thrum_model_fem_free(&body);
   return status;
@@ -72,22 +74,26 @@ static thrum_status factorise(meter *m, thrum_error *error) {
   const thrum_fem *fem = &m->body.fem;
   thrum_support_springs springs;
   thrum_status status = THRUM_OK;
+
+  // a free body's stiffness is singular until six springs hold it
   if (m->model->rigid) {
     const int64_t count = THRUM_RIGID_COUNT * fem->free_count;
     if (!(m->rigid = thrum_allocate(count, sizeof(double), "the rigid modes", error)) ||
         !(m->dual = thrum_allocate(count, sizeof(double), "the rigid modes", error)))
       return THRUM_OUT_OF_MEMORY;
     status = thrum_rigid_modes(fem, &m->body.mass, m->rigid, m->dual, error);
-    if (status != THRUM_OK)
+    if (status < 0)
       return status;
     thrum_support_springs_add(fem, &m->body.stiffness, &springs);
   }
+
   status = thrum_factor_create(&m->body.stiffness, &m->stiffness, error);
   if (m->rigid)
     thrum_support_springs_remove(&springs, &m->body.stiffness);
-  if (status == THRUM_OK && m->rigid)
+  if (status >= 0 && m->rigid)
     thrum_factor_deflate(m->stiffness, THRUM_RIGID_COUNT, m->rigid, m->dual);
-  return status == THRUM_OK ? thrum_factor_create(&m->body.mass, &m->mass, error) : status;
+
+  return status >= 0 ? thrum_factor_create(&m->body.mass, &m->mass, error) : status;
 }
 
 // the load on the free components, less what moves a free body as a whole; q = U^T f;
@@ -129,15 +135,14 @@ static thrum_status measure(meter *m, const double *forces, thrum_load_share *sh
     *share = (thrum_load_share){NAN, NAN};
     return THRUM_OK;
   }
-  thrum_status status = thrum_factor_solve(m->stiffness, m->f, 1, m->x, error);
-  if (status != THRUM_OK)
-    return status;
+
+  // the static answer, and what of it the basis cannot show
+  THRUM_TRY(thrum_factor_solve(m->stiffness, m->f, 1, m->x, error));
   subtract(m, m->x, m->model->omega2, m->rest);
   share->statics = norm_in(m, &m->body.stiffness, m->rest) / norm_in(m, &m->body.stiffness, m->x);
+
   // |f| in the norm of M^-1 is |M^-1 f| in that of M
-  status = thrum_factor_solve(m->mass, m->f, 1, m->x, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(thrum_factor_solve(m->mass, m->f, 1, m->x, error));
   subtract(m, m->x, NULL, m->rest);
   share->load = norm_in(m, &m->body.mass, m->rest) / norm_in(m, &m->body.mass, m->x);
   return THRUM_OK;
@@ -147,23 +152,30 @@ thrum_status thrum_load_share_measure(const thrum_model *model, int64_t count, c
                                       thrum_load_share *shares, thrum_error *error) {
   if (model->basis == NULL)
     return thrum_error_set(error, THRUM_MISSING, "the model has no basis to measure a load by");
+
   meter m = {.model = model};
   thrum_status status = thrum_threads_ready(1, error);
-  if (status == THRUM_OK)
+  if (status >= 0)
     status = thrum_model_fem_create(model, &m.body, error);
+
   const int64_t n = m.body.fem.free_count;
-  if (status == THRUM_OK) {
+
+  // one block for the vectors of all loads
+  if (status >= 0) {
     m.f = thrum_allocate(4 * n + model->rank, sizeof *m.f, "the loads", error);
     status = m.f ? factorise(&m, error) : THRUM_OUT_OF_MEMORY;
   }
-  if (status == THRUM_OK) {
+
+  if (status >= 0) {
     m.x = m.f + n;
     m.rest = m.x + n;
     m.work = m.rest + n;
     m.q = m.work + n;
   }
-  for (int64_t i = 0; i < count && status == THRUM_OK; i++)
+
+  for (int64_t i = 0; i < count && status >= 0; i++)
     status = measure(&m, forces + i * 3 * model->vertex_count, &shares[i], error);
+
   meter_free(&m);
   return status;
 }

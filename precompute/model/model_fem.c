@@ -21,12 +21,16 @@ thrum_status thrum_model_borrow_mesh(const thrum_model *model, thrum_mesh *mesh,
   if (model->vertices == NULL)
     return thrum_error_set(error, THRUM_MISSING,
                            "the model has no mesh, so its stiffness and mass are unknown");
+
+  // arrays of the model stand in the mesh as they are
   mesh->vertex_count = model->vertex_count;
   mesh->tet_count = model->tet_count;
   mesh->region_count = model->region_count;
   mesh->vertices = thrum_model_writable(model->vertices);
   mesh->tets = lend(model->tets);
   mesh->tet_region = lend(model->tet_region);
+
+  // only the materials are of another form, so they are copied
   mesh->materials =
       thrum_allocate(mesh->region_count, sizeof *mesh->materials, "the materials", error);
   if (!mesh->materials)
@@ -34,6 +38,7 @@ thrum_status thrum_model_borrow_mesh(const thrum_model *model, thrum_mesh *mesh,
   for (int64_t i = 0; i < mesh->region_count; i++)
     mesh->materials[i] = (thrum_material){model->material[3 * i], model->material[3 * i + 1],
                                           model->material[3 * i + 2]};
+
   mesh->has_material = true;
   return THRUM_OK;
 }
@@ -62,20 +67,24 @@ static thrum_status first_square(const thrum_model_fem *body, const thrum_model 
 static thrum_status make_mass(thrum_model_fem *body, const thrum_model *model, thrum_error *error) {
   double off[2] = {0, INFINITY};
   thrum_status status = THRUM_OK;
+
   // the lumped one is tried first, so that the consistent one stays when there is no basis
-  for (int kind = 1; kind >= 0 && status == THRUM_OK; kind--) {
+  for (int kind = 1; kind >= 0 && status >= 0; kind--) {
     double square = 1;
     thrum_sparse_free(&body->mass);
     status = thrum_fem_mass(&body->fem, (thrum_mass)kind, &body->stiffness, &body->mass, error);
-    if (status == THRUM_OK && model->basis)
+    if (status >= 0 && model->basis)
       status = first_square(body, model, &square, error);
     off[kind] = fabs(square - 1);
   }
-  if (status == THRUM_OK && off[1] < off[0]) {
+
+  // the mass in which the basis is nearer to orthonormal is the one it was made with
+  if (status >= 0 && off[1] < off[0]) {
     thrum_sparse_free(&body->mass);
     body->kind = THRUM_MASS_LUMPED;
     status = thrum_fem_mass(&body->fem, body->kind, &body->stiffness, &body->mass, error);
   }
+
   return status;
 }
 
@@ -83,15 +92,17 @@ thrum_status thrum_model_fem_create(const thrum_model *model, thrum_model_fem *b
                                     thrum_error *error) {
   thrum_model_fem made = {0};
   thrum_status status = thrum_model_borrow_mesh(model, &made.mesh, error);
-  if (status == THRUM_OK)
+
+  // the mass is found by trying; the stiffness is that at rest
+  if (status >= 0)
     status = thrum_fem_create(&made.mesh, model->fixed, &made.fem, error);
-  if (status == THRUM_OK)
+  if (status >= 0)
     status = thrum_fem_pattern(&made.fem, &made.stiffness, error);
-  if (status == THRUM_OK)
+  if (status >= 0)
     status = make_mass(&made, model, error);
-  if (status == THRUM_OK)
+  if (status >= 0)
     status = thrum_fem_stiffness(&made.fem, NULL, &made.stiffness, error);
-  if (status == THRUM_OK)
+  if (status >= 0)
     *body = made;
   else
     thrum_model_fem_free(&made);

@@ -34,10 +34,13 @@ static void *copy(const void *source, int64_t count, size_t size, thrum_error *e
 static thrum_status fill_groups(const thrum_mesh *mesh, thrum_model *model, thrum_error *error) {
   if (mesh->group_count == 0)
     return THRUM_OK;
+
   for (int64_t g = 0; g < mesh->group_count; g++) {
     model->group_name_bytes += (int64_t)strlen(mesh->groups[g].name) + 1;
     model->group_vertex_count += mesh->groups[g].count;
   }
+
+  // names one after the other, and the vertices of all groups with the end of each
   uint8_t *names = thrum_allocate(model->group_name_bytes, 1, "the model", error);
   model->group_names = names;
   int32_t *ends =
@@ -48,7 +51,9 @@ static thrum_status fill_groups(const thrum_mesh *mesh, thrum_model *model, thru
   model->group_vertices = vertices;
   if (!vertices)
     return THRUM_OUT_OF_MEMORY;
+
   model->group_count = mesh->group_count;
+
   int32_t end = 0;
   for (int64_t g = 0; g < mesh->group_count; g++) {
     const thrum_group *group = &mesh->groups[g];
@@ -84,6 +89,8 @@ thrum_status thrum_model_fill_mesh(const thrum_mesh *mesh, const uint8_t *fixed,
   model->vertex_count = mesh->vertex_count;
   model->tet_count = mesh->tet_count;
   model->region_count = mesh->region_count;
+
+  // materials as rows of E, nu and rho
   double *material = thrum_allocate(3 * mesh->region_count, sizeof *material, "the model", error);
   model->material = material;
   if (!material)
@@ -93,13 +100,16 @@ thrum_status thrum_model_fill_mesh(const thrum_mesh *mesh, const uint8_t *fixed,
     material[3 * i + 1] = mesh->materials[i].poisson;
     material[3 * i + 2] = mesh->materials[i].density;
   }
+
+  // the mesh is copied, so the model needs it no longer
   if (!(model->vertices = copy(mesh->vertices, 3 * mesh->vertex_count, sizeof(double), error)) ||
       !(model->tets = copy(mesh->tets, 4 * mesh->tet_count, sizeof(int32_t), error)) ||
       !(model->tet_region = copy(mesh->tet_region, mesh->tet_count, sizeof(int32_t), error)) ||
       !(model->fixed = copy(fixed, mesh->vertex_count, 1, error)))
+
     return THRUM_OUT_OF_MEMORY;
-  const thrum_status status = fill_reduced(rank, model, error);
-  return status == THRUM_OK ? fill_groups(mesh, model, error) : status;
+  THRUM_TRY(fill_reduced(rank, model, error));
+  return fill_groups(mesh, model, error);
 }
 
 thrum_status thrum_model_fill_axis_mass(const thrum_fem *fem, thrum_model *model,
@@ -108,11 +118,13 @@ thrum_status thrum_model_fill_axis_mass(const thrum_fem *fem, thrum_model *model
   if (!mass)
     return THRUM_OUT_OF_MEMORY;
   thrum_fem_vertex_mass(fem, mass);
+
   double *axis_mass = thrum_model_writable(model->axis_mass);
   memset(axis_mass, 0, sizeof *axis_mass * (size_t)(3 * model->rank));
   for (int64_t c = 0; c < 3 * fem->vertex_count; c++)
     for (int64_t i = 0; i < model->rank; i++)
       axis_mass[c % 3 * model->rank + i] += mass[c / 3] * model->basis[c * model->rank + i];
+
   free(mass);
   return THRUM_OK;
 }

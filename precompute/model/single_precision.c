@@ -50,8 +50,11 @@ static double nonlinearity(const thrum_model *model, const double *q, double s, 
 static void choose(const thrum_model *model, uint64_t *seed, double *q, double *at, double *force,
                    double *work) {
   const int64_t r = model->rank;
+
   for (int64_t i = 0; i < r; i++)
     q[i] = next_number(seed) / sqrt(fmax(model->omega2[i], DBL_MIN));
+
+  // the size at which the nonlinear force equals the linear one, by bisection
   double low = 0.0, high = 1.0;
   for (int k = 0; k < 200 && nonlinearity(model, q, high, at, force, work) < 1.0; k++) {
     low = high;
@@ -64,6 +67,7 @@ static void choose(const thrum_model *model, uint64_t *seed, double *q, double *
     else
       high = middle;
   }
+
   for (int64_t i = 0; i < r; i++)
     q[i] *= high;
 }
@@ -86,6 +90,7 @@ thrum_status thrum_single_precision_round(const thrum_model *model, double *wors
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "a coefficient is beyond the range of single precision: use "
                            "--precision double");
+
   const int64_t r = model->rank, work_count = (int64_t)thrum_work_count(model);
   const size_t packed_size = thrum_model_pack_size(model);
   thrum_model packed = *model;
@@ -93,12 +98,15 @@ thrum_status thrum_single_precision_round(const thrum_model *model, double *wors
   if (!pack_memory)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the samples of precision");
   thrum_model_pack(&packed, pack_memory, packed_size, NULL);
+
   double *memory = thrum_allocate((2 * SAMPLES + 2) * r + work_count, sizeof *memory,
                                   "the samples of precision", error);
   if (!memory) {
     free(pack_memory);
     return THRUM_OUT_OF_MEMORY;
   }
+
+  // forces of sample points before the coefficients are rounded
   double *q = memory, *before = q + SAMPLES * r, *at = before + SAMPLES * r, *force = at + r;
   double *work = force + r;
   uint64_t seed = 17;
@@ -106,9 +114,12 @@ thrum_status thrum_single_precision_round(const thrum_model *model, double *wors
     choose(&packed, &seed, q + s * r, at, force, work);
     thrum_internal_force(&packed, q + s * r, before + s * r, work);
   }
+
   round_all(thrum_model_writable(model->c3), model->c3_count);
   round_all(thrum_model_writable(model->c4), model->c4_count);
   thrum_model_pack(&packed, pack_memory, packed_size, NULL);
+
+  // the same points afterwards
   *worst = 0.0;
   for (int s = 0; s < SAMPLES; s++) {
     thrum_internal_force(&packed, q + s * r, force, work);
@@ -117,6 +128,7 @@ thrum_status thrum_single_precision_round(const thrum_model *model, double *wors
     const double size = norm(r, before + s * r);
     *worst = fmax(*worst, size > 0.0 ? norm(r, force) / size : 0.0);
   }
+
   free(pack_memory);
   free(memory);
   return THRUM_OK;

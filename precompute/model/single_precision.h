@@ -1,4 +1,4 @@
-/* Coefficients in single precision, see precision.c. SPDX-License-Identifier: Apache-2.0 */
+/* Coefficients in single precision, see single_precision.c. SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_PRECOMPUTE_MODEL_SINGLE_PRECISION_H
 #define THRUM_PRECOMPUTE_MODEL_SINGLE_PRECISION_H
 

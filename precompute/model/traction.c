@@ -30,15 +30,20 @@ static double load_faces(const thrum_mesh *mesh, const thrum_mesh_faces *faces,
   double whole = 0;
   for (int64_t n = 0; n < faces->count; n++) {
     const int32_t *corner = faces->faces[n].vertices;
+
+    // inner faces and faces with a vertex that is not chosen carry no load
     if (faces->faces[n].other >= 0 || !chosen[corner[0]] || !chosen[corner[1]] ||
         !chosen[corner[2]])
       continue;
+
+    // each corner takes a third
     const double area = area_of(mesh->vertices, corner);
     whole += area;
     for (int k = 0; k < 3; k++)
       for (int c = 0; c < 3; c++)
         forces[3 * (int64_t)corner[k] + c] += area / 3 * traction[c];
   }
+
   return whole;
 }
 
@@ -48,8 +53,9 @@ thrum_status thrum_traction_fill(const thrum_model *model, const int32_t *vertic
   thrum_mesh mesh = {0};
   thrum_mesh_faces faces = {0};
   thrum_status status = thrum_model_borrow_mesh(model, &mesh, error);
-  if (status != THRUM_OK)
+  if (status < 0)
     return status;
+
   uint8_t *chosen = thrum_allocate(mesh.vertex_count, 1, "the surface", error);
   if (chosen == NULL) {
     status = THRUM_OUT_OF_MEMORY;
@@ -61,7 +67,8 @@ thrum_status thrum_traction_fill(const thrum_model *model, const int32_t *vertic
       chosen[vertices[k]] = 1;
     status = thrum_mesh_find_faces(&mesh, &faces, tets, error);
   }
-  if (status == THRUM_OK) {
+
+  if (status >= 0) {
     const double whole = load_faces(&mesh, &faces, chosen, traction, forces);
     if (!(whole > 0))
       status = thrum_error_set(error, THRUM_INVALID_ARGUMENT,
@@ -70,6 +77,7 @@ thrum_status thrum_traction_fill(const thrum_model *model, const int32_t *vertic
     else if (area != NULL)
       *area = whole;
   }
+
   free(chosen);
   free(faces.faces);
   free(mesh.materials);

@@ -52,8 +52,11 @@ static void change_cubic(change_work *t, const double *c3, double *changed) {
     for (int64_t l = k; l < r; l++, pair++)
       for (int64_t i = 0; i < r; i++)
         t->form[i * t->pairs + pair] = i <= k ? c3[thrum_c3_index(r, i, k, l)] : 0;
+
   transform(t, t->change, r);
   memset(changed, 0, sizeof *changed * (size_t)thrum_c3_count(r));
+
+  // every entry goes to the monomial that it multiplies
   for (int64_t i = 0; i < r; i++) {
     const double *row = t->form + i * t->pairs;
     for (int64_t k = 0; k < r; k++)
@@ -68,14 +71,18 @@ static void change_cubic(change_work *t, const double *c3, double *changed) {
 static void change_quartic(change_work *t, const double *c4, double *changed) {
   const int64_t r = t->rank;
   double *out = t->form;
+
   // a monomial i <= j <= k <= l stands at ((i, j), (k, l)) alone
   for (int64_t i = 0; i < r; i++)
     for (int64_t j = i; j < r; j++)
       for (int64_t k = 0; k < r; k++)
         for (int64_t l = k; l < r; l++)
           *out++ = j <= k ? c4[thrum_c4_index(r, i, j, k, l)] : 0;
+
   transform(t, t->pair, t->pairs);
   memset(changed, 0, sizeof *changed * (size_t)thrum_c4_count(r));
+
+  // every entry goes to the monomial that it multiplies
   const double *next = t->form;
   for (int64_t i = 0; i < r; i++)
     for (int64_t j = i; j < r; j++)
@@ -93,6 +100,7 @@ thrum_status thrum_polynomial_change_basis(int64_t rank, const double *change, c
   const int64_t pairs = rank * (rank + 1) / 2;
   change_work t = {.rank = rank, .pairs = pairs, .change = change};
   thrum_status status = THRUM_OUT_OF_MEMORY;
+
   if ((t.pair = thrum_allocate(pairs * pairs, sizeof(double), "the changed polynomial", error)) &&
       (t.form = thrum_allocate(pairs * pairs, sizeof(double), "the changed polynomial", error)) &&
       (t.result = thrum_allocate(pairs * pairs, sizeof(double), "the changed polynomial", error))) {
@@ -101,6 +109,7 @@ thrum_status thrum_polynomial_change_basis(int64_t rank, const double *change, c
     change_quartic(&t, c4, changed4);
     status = THRUM_OK;
   }
+
   free(t.pair);
   free(t.form);
   free(t.result);

@@ -53,10 +53,13 @@ static void fill_gradients(panel *p, int64_t first, int64_t count) {
     memset(p->gradient, 0, sizeof(double) * (size_t)(rank * 9 * BLOCK));
     memset(p->weight, 0, sizeof p->weight);
   }
+
   for (int64_t s = 0; s < count; s++) {
     const int64_t t = first + s;
     const int32_t *corner = fem->tets + 4 * t;
     const double *shape = fem->gradient + 9 * t;
+
+    // row c of G: gradients of the corners times differences to corner 0
     for (int c = 0; c < 3; c++) {
       const double *u[4];
       for (int a = 0; a < 4; a++)
@@ -69,6 +72,7 @@ static void fill_gradients(panel *p, int64_t first, int64_t count) {
         out[2 * BLOCK] = x * shape[2] + y * shape[5] + z * shape[8];
       }
     }
+
     // W = sqrt(vol) (sqrt(2 mu) 1 + trace part) on the normal strains, sqrt(4 mu) on the shears
     const int32_t region = fem->tet_region[t];
     const double mu = fem->mu[region], bulk = 3 * fem->lambda[region] + 2 * mu;
@@ -83,12 +87,16 @@ static void fill_linear(const panel *p, int64_t i, double *restrict row) {
   const double *restrict g = p->gradient + 9 * i * BLOCK;
   const double *restrict normal = p->weight[0], *restrict trace = p->weight[1],
                          *restrict shear = p->weight[2];
+
+  // six strain components, weighted so that their squares add up to the energy
   for (int s = 0; s < BLOCK; s++) {
     const double x = g[s], y = g[4 * BLOCK + s], z = g[8 * BLOCK + s];
     const double pressure = trace[s] * (x + y + z);
+
     row[s] = normal[s] * x + pressure;
     row[BLOCK + s] = normal[s] * y + pressure;
     row[2 * BLOCK + s] = normal[s] * z + pressure;
+
     row[3 * BLOCK + s] = shear[s] * (g[5 * BLOCK + s] + g[7 * BLOCK + s]);
     row[4 * BLOCK + s] = shear[s] * (g[2 * BLOCK + s] + g[6 * BLOCK + s]);
     row[5 * BLOCK + s] = shear[s] * (g[BLOCK + s] + g[3 * BLOCK + s]);
@@ -108,10 +116,13 @@ static void fill_product(const panel *p, int64_t i, int64_t j, double scale, dou
     const double h0 = h[s], h1 = h[BLOCK + s], h2 = h[2 * BLOCK + s];
     const double h3 = h[3 * BLOCK + s], h4 = h[4 * BLOCK + s], h5 = h[5 * BLOCK + s];
     const double h6 = h[6 * BLOCK + s], h7 = h[7 * BLOCK + s], h8 = h[8 * BLOCK + s];
+
+    // normal parts of G_i^T G_j, then its weights
     const double x = g0 * h0 + g3 * h3 + g6 * h6, y = g1 * h1 + g4 * h4 + g7 * h7,
                  z = g2 * h2 + g5 * h5 + g8 * h8;
     const double w = scale * normal[s], v = scale * shear[s];
     const double pressure = scale * trace[s] * (x + y + z);
+
     row[s] = w * x + pressure;
     row[BLOCK + s] = w * y + pressure;
     row[2 * BLOCK + s] = w * z + pressure;
@@ -127,6 +138,7 @@ static thrum_status accumulate(panel *p, double *gram, const thrum_reporter *rep
   const int64_t tets = p->fem->tet_count, depth = 6 * BLOCK, m = p->columns;
   memset(gram, 0, sizeof *gram * (size_t)(m * m));
   for (int64_t first = 0; first < tets; first += BLOCK) {
+    // the columns of A for a block of tets, transposed
     fill_gradients(p, first, tets - first < BLOCK ? tets - first : BLOCK);
     double *row = p->row;
     for (int64_t i = 0; i < p->rank; i++, row += depth)
@@ -134,11 +146,11 @@ static thrum_status accumulate(panel *p, double *gram, const thrum_reporter *rep
     for (int64_t i = 0; i < p->rank && m > p->rank; i++)
       for (int64_t j = i; j < p->rank; j++, row += depth)
         fill_product(p, i, j, i == j ? 0.5 : 1, row);
+
     cblas_dsyrk(CblasColMajor, CblasUpper, CblasTrans, (int)m, (int)depth, 1, p->row, (int)depth, 1,
                 gram, (int)m);
-    const thrum_status status = thrum_report(reporter, (double)first / (double)tets, error);
-    if (status != THRUM_OK)
-      return status;
+
+    THRUM_TRY(thrum_report(reporter, (double)first / (double)tets, error));
   }
   return THRUM_OK;
 }
@@ -162,15 +174,19 @@ void thrum_indices_sort(int64_t *index, int count) {
 static void symmetrise(const double *gram, int64_t m, int64_t rank, double *c3, double *c4) {
   memset(c3, 0, sizeof *c3 * (size_t)thrum_c3_count(rank));
   memset(c4, 0, sizeof *c4 * (size_t)thrum_c4_count(rank));
+
   int64_t column = rank;
   for (int64_t k = 0; k < rank; k++)
     for (int64_t l = k; l < rank; l++, column++) {
       const double *entries = gram + column * m;
+
+      // linear times quadratic strains make the cubic part
       for (int64_t i = 0; i < rank; i++) {
         int64_t index[3] = {i, k, l};
         thrum_indices_sort(index, 3);
         c3[thrum_c3_index(rank, index[0], index[1], index[2])] += entries[i];
       }
+
       // pairs (i, j) up to (k, l): the mirror image counts too, except on the diagonal
       int64_t row = rank;
       for (int64_t i = 0; i <= k; i++)
@@ -189,16 +205,20 @@ static double *make_gram(const thrum_fem *fem, int64_t rank, const double *basis
   panel p;
   double *gram = NULL;
   *status = THRUM_OUT_OF_MEMORY;
+
+  // an index of the Gram matrix must fit what BLAS counts with
   if (columns <= INT32_MAX / 2)
     gram = thrum_allocate(columns * columns, sizeof *gram, "the Gram matrix of strains", error);
   if (!gram)
     return NULL;
+
   *status = panel_create(fem, rank, basis, columns, &p, error);
-  if (*status == THRUM_OK) {
+
+  if (*status >= 0) {
     *status = accumulate(&p, gram, reporter, error);
     panel_free(&p);
   }
-  if (*status == THRUM_OK)
+  if (*status >= 0)
     return gram;
   free(gram);
   return NULL;
