@@ -7,7 +7,7 @@
 #define THREADS_MAX 256
 
 typedef struct pool_run {
-  const experiment_pool *pool;
+  const thrum_thread_pool *pool;
   pthread_mutex_t mutex; /* of all below */
   int64_t next;
   int64_t done;
@@ -24,7 +24,7 @@ static int64_t take(pool_run *run) {
 }
 
 static void note(pool_run *run, thrum_status status, const thrum_error *error) {
-  const experiment_pool *pool = run->pool;
+  const thrum_thread_pool *pool = run->pool;
   pthread_mutex_lock(&run->mutex);
   run->done++;
   if (status < 0 && run->status >= 0) {
@@ -48,7 +48,7 @@ static void *work(void *context) {
   return NULL;
 }
 
-thrum_status experiment_pool_run(const experiment_pool *pool, thrum_error *error) {
+thrum_status thrum_thread_pool_run(const thrum_thread_pool *pool, thrum_error *error) {
   pthread_t threads[THREADS_MAX];
   pool_run run = {.pool = pool, .status = THRUM_OK};
   int started = 0;

@@ -177,9 +177,9 @@ static void a_strike_gives_its_whole_impulse_at_any_step(void **state) {
 static void each_task_is_done_once(void **state) {
   (void)state;
   tally all = {.fail_at = -1};
-  experiment_pool pool = {.threads = 4, .count = 1000, .task = count_task, .context = &all};
+  thrum_thread_pool pool = {.threads = 4, .count = 1000, .task = count_task, .context = &all};
   thrum_error error = {0};
-  assert_int_equal(experiment_pool_run(&pool, &error), THRUM_OK);
+  assert_int_equal(thrum_thread_pool_run(&pool, &error), THRUM_OK);
   for (int n = 0; n < 1000; n++)
     assert_int_equal(all.counts[n], 1);
 }
@@ -187,16 +187,16 @@ static void each_task_is_done_once(void **state) {
 static void a_failed_task_ends_the_others(void **state) {
   (void)state;
   tally all = {.fail_at = 3};
-  experiment_pool pool = {.threads = 1, .count = 1000, .task = count_task, .context = &all};
+  thrum_thread_pool pool = {.threads = 1, .count = 1000, .task = count_task, .context = &all};
   thrum_error error = {0};
-  assert_int_equal(experiment_pool_run(&pool, &error), THRUM_IO);
+  assert_int_equal(thrum_thread_pool_run(&pool, &error), THRUM_IO);
   assert_string_equal(error.message, "task 3");
   assert_int_equal(all.counts[4], 0);
   double fraction = 0;
   all.fail_at = -1;
   pool.progress = stop_at_half;
   pool.progress_context = &fraction;
-  assert_int_equal(experiment_pool_run(&pool, &error), THRUM_INTERRUPTED);
+  assert_int_equal(thrum_thread_pool_run(&pool, &error), THRUM_INTERRUPTED);
   assert_true(fraction == 0.5);
 }
 

@@ -98,7 +98,7 @@ static thrum_status run_index(void *context, int64_t index, thrum_error *error) 
 thrum_status experiment_extremes_run(experiment_extremes *x, thrum_error *error) {
   THRUM_TRY(allocate(x, error));
   THRUM_TRY(make_bodies(x, error));
-  const experiment_pool pool = {
+  const thrum_thread_pool pool = {
       .threads = x->threads,
       .count = x->count,
       .task = run_index,
@@ -106,7 +106,7 @@ thrum_status experiment_extremes_run(experiment_extremes *x, thrum_error *error)
       .context = x,
       .progress_context = x,
   };
-  THRUM_TRY(experiment_pool_run(&pool, error));
+  THRUM_TRY(thrum_thread_pool_run(&pool, error));
   return run_units(x, error);
 }
 

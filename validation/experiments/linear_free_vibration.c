@@ -311,11 +311,11 @@ thrum_status experiment_linear_run(experiment_linear *linear, thrum_error *error
   linear->results = calloc((size_t)linear->body_count + 1, sizeof *linear->results);
   if (linear->results == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory");
-  const experiment_pool pool = {.threads = linear->threads,
-                                .count = linear->body_count,
-                                .task = compare_index,
-                                .progress = linear->progress,
-                                .context = linear,
-                                .progress_context = linear->progress_context};
-  return experiment_pool_run(&pool, error);
+  const thrum_thread_pool pool = {.threads = linear->threads,
+                                  .count = linear->body_count,
+                                  .task = compare_index,
+                                  .progress = linear->progress,
+                                  .context = linear,
+                                  .progress_context = linear->progress_context};
+  return thrum_thread_pool_run(&pool, error);
 }

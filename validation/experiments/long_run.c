@@ -236,20 +236,20 @@ thrum_status experiment_long_plan(experiment_long *runs, thrum_error *error) {
 }
 
 thrum_status experiment_long_run(experiment_long *runs, thrum_error *error) {
-  experiment_pool pool = {
+  thrum_thread_pool pool = {
       .threads = runs->threads,
       .count = runs->body_count * runs->amplitude_count,
       .task = find_impulse,
       .context = runs,
   };
-  THRUM_TRY(experiment_pool_run(&pool, error));
+  THRUM_TRY(thrum_thread_pool_run(&pool, error));
 
   // the impulses take seconds, the runs hours: only these report their progress
   pool.count = runs->count;
   pool.task = run_index;
   pool.progress = runs->progress;
   pool.progress_context = runs->progress_context;
-  return experiment_pool_run(&pool, error);
+  return thrum_thread_pool_run(&pool, error);
 }
 
 bool experiment_long_flagged(const experiment_long *runs) {

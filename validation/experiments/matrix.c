@@ -272,7 +272,7 @@ thrum_status experiment_matrix_run(const experiment_matrix *matrix, experiment_r
       calloc((size_t)(matrix->body_count * EXPERIMENT_LOAD_COUNT + 1), sizeof *work.forces);
   if (work.forces == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the forces");
-  experiment_pool pool = {
+  thrum_thread_pool pool = {
       .threads = matrix->threads,
       .count = matrix->body_count * EXPERIMENT_LOAD_COUNT,
       .task = find_force,
@@ -280,12 +280,12 @@ thrum_status experiment_matrix_run(const experiment_matrix *matrix, experiment_r
       .context = &work,
       .progress_context = &work,
   };
-  thrum_status status = experiment_pool_run(&pool, error);
+  thrum_status status = thrum_thread_pool_run(&pool, error);
   work.progress_begin = 0.5;
   pool.count = integrators > 0 ? count / integrators : 0;
   pool.task = run_group;
   if (status >= 0)
-    status = experiment_pool_run(&pool, error);
+    status = thrum_thread_pool_run(&pool, error);
   free(work.forces);
   return status;
 }

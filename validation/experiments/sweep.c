@@ -117,7 +117,7 @@ thrum_status experiment_sweep_run(experiment_sweep *sweep, thrum_error *error) {
 
   // the number of cases is known only once they are planned
   THRUM_TRY(plan(sweep, error));
-  const experiment_pool pool = {
+  const thrum_thread_pool pool = {
       .threads = sweep->threads,
       .count = sweep->count,
       .task = run_index,
@@ -125,7 +125,7 @@ thrum_status experiment_sweep_run(experiment_sweep *sweep, thrum_error *error) {
       .context = sweep,
       .progress_context = sweep->progress_context,
   };
-  return experiment_pool_run(&pool, error);
+  return thrum_thread_pool_run(&pool, error);
 }
 
 void experiment_sweep_free(experiment_sweep *sweep) {

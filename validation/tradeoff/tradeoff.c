@@ -361,13 +361,13 @@ static thrum_status run_pool(solution *s, const char *stage, int64_t count,
                              thrum_status (*task)(void *, int64_t, thrum_error *),
                              thrum_error *error) {
   staged stage_of = {s->problem, stage};
-  const experiment_pool pool = {.threads = s->problem->threads,
-                                .count = count,
-                                .task = task,
-                                .progress = show,
-                                .context = s,
-                                .progress_context = &stage_of};
-  return experiment_pool_run(&pool, error);
+  const thrum_thread_pool pool = {.threads = s->problem->threads,
+                                  .count = count,
+                                  .task = task,
+                                  .progress = show,
+                                  .context = s,
+                                  .progress_context = &stage_of};
+  return thrum_thread_pool_run(&pool, error);
 }
 
 /* Every setting of every basis. */
