@@ -25,21 +25,27 @@ static void a_run_is_made_for_every_size(void **state) {
   cJSON *object = bench("--tets", "200,1000", "--rank", "5");
   const cJSON *runs = cJSON_GetObjectItem(object, "runs");
   assert_int_equal(cJSON_GetArraySize(runs), 2);
+
   const int wanted[] = {200, 1000};
   for (int n = 0; n < 2; n++) {
     const cJSON *run = cJSON_GetArrayItem(runs, n);
     assert_true(fabs(cli_json_get(run, "tets") / wanted[n] - 1) < 0.3);
     assert_true(cli_json_get(run, "rank") == 5);
+
     const cJSON *cpu = cJSON_GetObjectItem(run, "cpu_seconds");
     double sum = 0;
     const cJSON *item = NULL;
     cJSON_ArrayForEach(item, cpu) sum += item->valuedouble;
+
     // every stage and their total
     assert_int_equal(cJSON_GetArraySize(cpu), 7);
     assert_true(fabs(sum / 2 / cli_json_get(cpu, "total") - 1) < 1e-9);
+
     assert_true(cli_json_get(run, "polynomial_over_syrk") > 0);
     assert_true(cli_json_get(run, "peak_mb") > 0);
   }
+
+  // two sizes give an exponent of growth for each figure
   assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(object, "exponents")), 8);
   cJSON_Delete(object);
 }
@@ -62,6 +68,8 @@ static void refusals_and_wrong_usage_are_told_apart(void **state) {
   assert_int_equal(run.exit_code, 1);
   assert_non_null(strstr(run.err, "rank 15"));
   cli_result_free(&run);
+
+  // lists of sizes that are no numbers, or too long
   static const char *const bad[] = {"0", "10,", "ten", "1,2,3,4,5,6,7,8,9,10,11,12,13,14,15,16,17"};
   for (int n = 0; n < 4; n++) {
     run = thrum_run(NULL, "bench", "precompute", "--tets", bad[n], NULL);

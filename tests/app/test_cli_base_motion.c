@@ -61,6 +61,8 @@ static void a_file_of_accelerations_moves_the_body(void **state) {
   assert_true(
       cli_write_text(in_folder("push.csv", path),
                      "\xef\xbb\xbf# a lift\r\ntime, ax, ay, az\r\n0,2,0,0\r\n\r\n5, 2,0,0"));
+
+  // the motion is the parabola to rounding, along x alone
   cJSON *object = base_motion(0, "push.csv", NULL, NULL);
   double *q = read_q(&rows);
   assert_int_equal(rows, 101);
@@ -69,12 +71,15 @@ static void a_file_of_accelerations_moves_the_body(void **state) {
     assert_true(fabs(q[2 * k] + particle_axis_mass[0] * t * t) <= 1e-12);
     assert_true(q[2 * k + 1] == 0);
   }
+
+  // the energy is that of the speed reached, and all of it is work of the base
   const cJSON *work = cJSON_GetObjectItemCaseSensitive(object, "work");
   const double energy = cli_json_get(object, "energy_last_j");
   assert_true(fabs(energy - 0.5 * pow(2 * particle_axis_mass[0], 2)) <= 1e-12);
   assert_true(fabs(cli_json_get(work, "base_j") - energy) <= 1e-12 * energy);
   assert_true(cli_json_get(work, "load_j") == 0);
   assert_true(fabs(cli_json_get(work, "balance_j")) <= 1e-12 * energy);
+
   free(q);
   cJSON_Delete(object);
 }
@@ -85,12 +90,15 @@ static void a_file_of_positions_is_a_motion_too(void **state) {
   (void)state;
   char path[200];
   int64_t rows = 0;
+
+  // the columns x, y, z are positions, and y is the one that moves
   FILE *file = fopen(in_folder("cube.csv", path), "w");
   assert_non_null(file);
   fputs("t,x,y,z\n", file);
   for (int k = 0; k <= 200; k++)
     fprintf(file, "%.17g 0 %.17g 0\n", 0.01 * k, pow(0.01 * k, 3));
   fclose(file);
+
   cJSON *object = base_motion(0, "cube.csv", NULL, NULL);
   double *q = read_q(&rows);
   // axis_mass of y: 0 on the first, 2.5 on the second coordinate
@@ -106,18 +114,21 @@ static void frames_are_seen_from_the_base_or_the_ground(void **state) {
   char path[200];
   assert_true(cli_write_text(in_folder("steady.csv", path), "0,0,0,8.8\n0.5,0,0,8.8\n1,0,0,8.8\n"));
   for (int ground = 0; ground < 2; ground++) {
+    // the same run, shown in one frame of reference and in the other
     cli_result run =
         thrum_run(folder, "simulate", "particle.npz", "-o", "seen", "--integrator", "energy",
                   "--dt", "0.01", "--time", "1", "--frames", "every-50", "--base-motion",
                   "steady.csv", "--frames-in", ground ? "ground" : "base", "-q", NULL);
     assert_int_equal(run.exit_code, 0);
     cli_result_free(&run);
+
     FILE *file = fopen(in_folder("seen/frames/frame_000001.vtu", path), "rb");
     assert_non_null(file);
     static char bytes[65536];
     const size_t size = fread(bytes, 1, sizeof bytes, file);
     fclose(file);
-    // the held vertex is the first of the displacements: 1/2 8.8 0.5^2 = 1.1 m up, which is looked
+
+    // the base rises by 1/2 8.8 0.5^2 = 1.1 m, which is the displacement of the one held vertex
     // for
     int64_t found = 0;
     for (size_t at = 0; at + 3 * sizeof(double) <= size; at++) {
@@ -135,6 +146,8 @@ typedef struct refusal {
 
 static void bad_files_are_refused_with_their_line(void **state) {
   (void)state;
+
+  // files with too few or too many numbers, times out of order, and columns of other names
   static const refusal cases[] = {
       {"t,ax,ay,az\n0,0,0,1\n0.1,0,0\n", "bad.csv:3:"},
       {"0,0,0,1\n0.1,0,0,1,2\n", "bad.csv:2:"},
@@ -146,6 +159,7 @@ static void bad_files_are_refused_with_their_line(void **state) {
       {"0,0,0,1\n", "two lines"},
       {"", "bad.csv"},
   };
+
   char path[200];
   for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
     assert_true(cli_write_text(in_folder("bad.csv", path), cases[n].text));
@@ -157,6 +171,8 @@ static void bad_files_are_refused_with_their_line(void **state) {
     assert_false(cli_file_exists(in_folder("none", path)));
     cli_result_free(&run);
   }
+
+  // descriptions of a sine that lack a part, or have one too many
   static const char *const slips[] = {"sine:1,2,3",         "sine:1,2,f=1",
                                       "sine:1,2,3,f=0",     "",
                                       "sine:1,2,3,f=1,g=2", "sine:1,2,3,f=1,from=2,until=1"};

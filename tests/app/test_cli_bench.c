@@ -21,14 +21,19 @@ static void a_step_is_measured_with_exactly_the_implicit_modes_asked_for(void **
     cli_result result = thrum_run(".", "bench", "step", "--rank", "6", "--implicit", counts[n],
                                   "--steps", "5", "--swing", "0.01", SHORT, NULL);
     assert_int_equal(result.exit_code, 0);
+
+    // rank, steps and implicit modes are those that were asked for
     cJSON *object = cli_json_line(result.out);
     assert_true(cli_json_get(object, "implicit_modes") == strtod(counts[n], NULL));
     assert_true(cli_json_get(object, "rank") == 6);
     assert_true(cli_json_get(object, "steps") == 5);
+
+    // the figures fit together: only implicit modes need iterations
     const double least = cli_json_get(object, "us_per_step");
     assert_true(least > 0 && cli_json_get(object, "us_per_step_median") >= least);
     assert_true(cli_json_get(object, "h") > 0);
     assert_true((cli_json_get(object, "mean_iterations") > 0) == (n > 0));
+
     cJSON_Delete(object);
     cli_result_free(&result);
   }
@@ -43,10 +48,12 @@ static void a_wide_swing_makes_its_jacobian_in_every_other_step_at_most(void **s
     cli_result result = thrum_run(".", "bench", "step", "--rank", "15", "--integrator",
                                   integrators[n], "--steps", "400", SHORT, NULL);
     assert_int_equal(result.exit_code, 0);
+
     cJSON *object = cli_json_line(result.out);
     const double made = cli_json_get(object, "mean_factorisations");
     const double iterations = cli_json_get(object, "mean_iterations");
-    // from two of them Newmark's iterations would be 2.5
+
+    // extrapolated from two Jacobians only, Newmark's iterations would be 2.5
     if (!(made > 0.25 && made < 0.55 && iterations < (n == 0 ? 2.9 : 2.45)))
       fail_msg("%s: %g Jacobians and %g iterations a step", integrators[n], made, iterations);
     cJSON_Delete(object);
@@ -61,6 +68,8 @@ static void several_ranks_give_rows_a_table_and_a_file(void **state) {
   cli_result result = thrum_run(folder, "bench", "kernels", "--rank", "4,7", "--kernel",
                                 "reference", "-o", "bench", SHORT, NULL);
   assert_int_equal(result.exit_code, 0);
+
+  // a row for each rank
   cJSON *object = cli_json_line(result.out);
   const cJSON *rows = cJSON_GetObjectItem(object, "rows");
   assert_int_equal(cJSON_GetArraySize(rows), 2);
@@ -68,6 +77,8 @@ static void several_ranks_give_rows_a_table_and_a_file(void **state) {
   assert_true(cli_json_get(cJSON_GetArrayItem(rows, 1), "us_force") > 0);
   assert_string_equal(cJSON_GetStringValue(cJSON_GetObjectItem(rows->child, "kernel")),
                       "reference");
+
+  // a row has the rate of every pass
   static const char *const passes[] = {"energy",         "force",    "tangent",
                                        "tangent_vector", "restrict", "restricted_tangent"};
   for (int n = 0; n < 6; n++) {
@@ -75,14 +86,18 @@ static void several_ranks_give_rows_a_table_and_a_file(void **state) {
     snprintf(rate, sizeof rate, "%s_gflops", passes[n]);
     assert_true(cli_json_get(rows->child, rate) > 0);
   }
+
   cJSON_Delete(object);
   cli_result_free(&result);
+
   snprintf(path, sizeof path, "%s/bench/kernels.csv", folder);
+
   char *text = cli_read_text(path);
   assert_non_null(text);
   // a line about the machine, one of names, and one a rank
   assert_true(cli_line_count_is(text, 4));
   assert_non_null(strstr(text, "\nrank,kernel,"));
+
   free(text);
   cli_remove_folder(folder);
 }
@@ -108,14 +123,18 @@ static void the_same_steps_take_the_same_iterations_with_every_kernel(void **sta
   for (int id = 0; thrum_kernel_name((thrum_kernel_id)id); id++) {
     if (!thrum_kernel_usable((thrum_kernel_id)id))
       continue;
+
     cli_result result =
         thrum_run(".", "bench", "step", "--rank", "8", "--steps", "40", "--kernel",
                   thrum_kernel_name((thrum_kernel_id)id), "--integrator", "midpoint", SHORT, NULL);
     assert_int_equal(result.exit_code, 0);
+
+    // kernels differ by rounding, which the iterations do not feel
     cJSON *object = cli_json_line(result.out);
     const double iterations = cli_json_get(object, "mean_iterations");
     assert_true(isnan(expected) || iterations == expected);
     expected = iterations;
+
     cJSON_Delete(object);
     cli_result_free(&result);
   }
@@ -126,7 +145,9 @@ static void wrong_options_are_refused_with_one_line(void **state) {
   static const char *const wrong[][2] = {{"--rank", "0"},       {"--rank", "5,,x"},
                                          {"--kernel", "sse9"},  {"--integrator", "euler"},
                                          {"--batches", "none"}, {"--dt", "-1"}};
+
   for (size_t n = 0; n < sizeof wrong / sizeof wrong[0]; n++) {
+    // more implicit modes than the rank, in either benchmark
     cli_result result = thrum_run(".", "bench", "step", wrong[n][0], wrong[n][1], NULL);
     assert_int_equal(result.exit_code, 2);
     assert_true(cli_line_count_is(result.err, 1));
@@ -142,13 +163,15 @@ static void wrong_options_are_refused_with_one_line(void **state) {
   assert_int_equal(result.exit_code, 1);
   assert_non_null(strstr(result.err, "only 5"));
   cli_result_free(&result);
+
+  // the time step follows from the implicit modes, so both cannot be given
   result = thrum_run(".", "bench", "step", "--implicit", "2", "--dt", "0.001", SHORT, NULL);
   assert_int_equal(result.exit_code, 2);
   assert_non_null(strstr(result.err, "without --dt"));
   cli_result_free(&result);
 }
 
-/* Before the machine is measured, which takes a while. */
+/* The refusal comes before the machine is measured, which takes a while. */
 static void what_cannot_be_measured_is_refused_and_nothing_printed(void **state) {
   (void)state;
   static const char *const wrong[][4] = {{"step", "no/such.npz", NULL, NULL},

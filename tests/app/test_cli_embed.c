@@ -55,11 +55,14 @@ static void write_tent(const char *name, double height) {
 static void a_surface_is_embedded_and_loads(void **state) {
   (void)state;
   write_tent("tent.obj", 0.05);
+
   cli_result run =
       thrum_run(folder, "embed", "beam.npz", "tent.obj", "-o", "tent.npz", "--json", NULL);
   assert_int_equal(run.exit_code, 0);
   assert_true(cli_line_count_is(run.err, 1));
   assert_non_null(strstr(run.err, "warning: tent.obj: 1 vertices lie outside the mesh, vertex 4"));
+
+  // counts are from 1, and the vertex outside is as far away as it was put
   cJSON *object = cli_json_line(run.out);
   assert_non_null(object);
   assert_true(cli_json_get(object, "vertices") == 4);
@@ -69,12 +72,15 @@ static void a_surface_is_embedded_and_loads(void **state) {
   assert_true(fabs(cli_json_get(object, "outside_max_m") - 0.05) < 1e-12);
   cJSON_Delete(object);
   cli_result_free(&run);
+
+  // the file is that of the model's rank, and names the surface it was made from
   const thrum_embedding *e = NULL;
   thrum_error error = {0};
   if (thrum_embedding_load(in_folder("tent.npz"), &e, &error) < 0)
     fail_msg("%s", error.message);
   assert_int_equal(e->rank, 8);
   assert_true(e->meta_bytes > 0);
+
   char *meta = malloc((size_t)e->meta_bytes + 1);
   assert_non_null(meta);
   memcpy(meta, e->meta, (size_t)e->meta_bytes);
@@ -83,6 +89,7 @@ static void a_surface_is_embedded_and_loads(void **state) {
   assert_string_equal(cJSON_GetObjectItem(about, "surface")->valuestring, "tent.obj");
   cJSON_Delete(about);
   free(meta);
+
   thrum_embedding_free(e);
 }
 
@@ -102,7 +109,7 @@ static void info_knows_a_surface(void **state) {
   cli_result_free(&run);
 }
 
-/* In centimetres, and said so or not. */
+/* The surface is in centimetres, which --scale says or does not say. */
 static void a_wrong_scale_is_flagged(void **state) {
   (void)state;
   write_text("cm.obj", "v 20 0 10\nv 50 10 10\nv 50 -10 10\nf 1 2 3\n");
@@ -123,6 +130,7 @@ static void what_cannot_be_embedded_is_refused_and_nothing_written(void **state)
   (void)state;
   write_text("bad.obj", "v 0 0 0\nf 1 2 3\n");
   write_tent("good.obj", 0);
+
   static const struct {
     int code;
     const char *arguments[8], *words;
@@ -135,7 +143,9 @@ static void what_cannot_be_embedded_is_refused_and_nothing_written(void **state)
                {2, {"beam.npz", "-o", "no.npz"}, "MODEL SURFACE"},
                {2, {"beam.npz", "good.obj", "-o", "./beam.npz"}, "write to another file"},
                {2, {"beam.npz", "good.obj", "-o", "no.npz", "--scale", "0"}, "--scale wants"}};
+
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    // one line on standard error, and no file
     const char *const *a = cases[i].arguments;
     cli_result run =
         thrum_run(folder, "embed", a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7], NULL);
@@ -157,6 +167,8 @@ static void export(const char *name, const char *surface, int64_t *size, char **
     if (run.exit_code != 0 || run.err[0] != 0)
       fail_msg("%d: %s", run.exit_code, run.err);
     cli_result_free(&run);
+
+    // the bytes are kept for comparison
     FILE *file = fopen(in_folder(name), "rb");
     assert_non_null(file);
     bytes[n] = malloc(1 << 20);
@@ -170,6 +182,8 @@ static void export(const char *name, const char *surface, int64_t *size, char **
 /* The skin, embedded in its own mesh, moves as the skin: its vertices have the rows of the mesh. */
 static void an_embedded_skin_is_exported_as_the_skin(void **state) {
   (void)state;
+
+  // a run, the surface of its mesh as .obj, and that surface embedded
   cli_result run = thrum_run(folder, "simulate", "beam.npz", "-o", "run", "--time", "0.3",
                              "--start", "mode:1,0.05", "-q", NULL);
   assert_int_equal(run.exit_code, 0);
@@ -180,11 +194,15 @@ static void an_embedded_skin_is_exported_as_the_skin(void **state) {
   run = thrum_run(folder, "embed", "beam.npz", "skin.obj", "-o", "skin.npz", NULL);
   assert_int_equal(run.exit_code, 0);
   cli_result_free(&run);
+
+  // the mesh's own surface, the embedded one, and the one embedded for this export
   int64_t size[3][4];
   char *bytes[3][4];
   export("a", NULL, size[0], bytes[0]);
   export("a", "skin.npz", size[1], bytes[1]);
   export("a", "skin.obj", size[2], bytes[2]);
+
+  // all files are equal, byte for byte
   for (int n = 0; n < 4; n++) {
     for (int other = 1; other < 3; other++) {
       assert_int_equal(size[0][n], size[other][n]);
@@ -201,36 +219,45 @@ static void an_export_shows_the_surface(void **state) {
   cli_result run = thrum_run(folder, "embed", "beam.npz", "tent.obj", "-o", "tent.npz", NULL);
   assert_int_equal(run.exit_code, 0);
   cli_result_free(&run);
+
   run = thrum_run(folder, "export", "run", "--surface", "tent.npz", "--obj", "back.obj", "--pc2",
                   "tent.pc2", "--json", NULL);
   assert_int_equal(run.exit_code, 0);
   cli_result_free(&run);
+
+  // the .obj has the triangles of the surface, not of the mesh
   char *text = cli_read_text(in_folder("back.obj"));
   assert_non_null(text);
   assert_non_null(strstr(text, "\nf 1 3 4\nf 1 4 2\nf 2 4 3\n"));
   free(text);
+
   // the first row of the cache is X + W q of the start
   unsigned char head[32 + 48];
   FILE *file = fopen(in_folder("tent.pc2"), "rb");
   assert_non_null(file);
   assert_int_equal(fread(head, 1, sizeof head, file), sizeof head);
   fclose(file);
+
   int32_t vertices;
   float shown[12];
   memcpy(&vertices, head + 16, sizeof vertices);
   assert_int_equal(vertices, 4);
   memcpy(shown, head + 32, sizeof shown);
+
+  // the surface's own basis and the start of the run
   thrum_error error = {0};
   const thrum_embedding *e = NULL;
   const thrum_model *model = NULL;
   assert_int_equal(thrum_embedding_load(in_folder("tent.npz"), &e, &error), 0);
   assert_int_equal(thrum_model_load(in_folder("beam.npz"), &model, &error), 0);
+
   double start[64], off = 0;
   FILE *q = fopen(in_folder("run/q.npy"), "rb");
   assert_non_null(q);
   assert_int_equal(fseek(q, 128, SEEK_SET), 0);
   assert_int_equal(fread(start, 8, (size_t)e->rank, q), e->rank);
   fclose(q);
+
   for (int n = 0; n < 12; n++) {
     double x = e->positions[n];
     for (int64_t i = 0; i < e->rank; i++)
@@ -238,6 +265,7 @@ static void an_export_shows_the_surface(void **state) {
     assert_true(fabs((double)shown[n] - x) < 1e-7);
     off = fmax(off, fabs(x - e->positions[n]));
   }
+
   assert_true(off > 1e-3);
   thrum_embedding_free(e);
   thrum_model_free(model);
@@ -249,6 +277,8 @@ static void a_surface_of_another_model_is_not_shown(void **state) {
                              "--modes", "4", "--rank", "8", "-q", "-o", "other.npz", NULL);
   assert_int_equal(run.exit_code, 0);
   cli_result_free(&run);
+
+  // the files of other models, and outputs that do not go with a surface
   static const struct {
     int code;
     const char *arguments[6], *words;
@@ -258,6 +288,7 @@ static void a_surface_of_another_model_is_not_shown(void **state) {
       {1, {"beam.npz", "--obj", "x.obj", "--surface", "none.obj"}, "none.obj"},
       {2, {"beam.npz", "--obj", "tent.obj", "--surface", "tent.obj"}, "write to another file"},
       {2, {"beam.npz", "--matrices", "x", "--surface", "tent.npz"}, "--surface goes with"}};
+
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
     const char *const *a = cases[i].arguments;
     run = thrum_run(folder, "export", a[0], a[1], a[2], a[3], a[4], NULL);

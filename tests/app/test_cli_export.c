@@ -44,6 +44,8 @@ static void what_is_exported_can_be_imported(void **state) {
   cli_result out = thrum_run(folder, "export", "beam.npz", "--vega-basis", "b.U", "--vega-cubic",
                              "b.cub", "--matrices", "b", "--json", NULL);
   assert_int_equal(out.exit_code, 0);
+
+  // the basis, the polynomial and three matrices, each in the place that is listed
   cJSON *line = cli_json_line(out.out);
   const cJSON *files = cJSON_GetObjectItemCaseSensitive(line, "files");
   assert_int_equal(cJSON_GetArraySize(files), 5);
@@ -53,24 +55,31 @@ static void what_is_exported_can_be_imported(void **state) {
     snprintf(path, sizeof path, "%s/%s", folder, file->valuestring);
     assert_true(cli_file_exists(path));
   }
+
   cJSON_Delete(line);
   cli_result_free(&out);
+
+  // the imported model differs from the exported one by rounding
   out = thrum_run(folder, "precompute", BEAM, "--fix", "x<0.001", "--import-basis", "b.U",
                   "--import-cubic", "b.cub", "-o", "again.npz", "--json", "-q", NULL);
   assert_int_equal(out.exit_code, 0);
   line = cli_json_line(out.out);
+
   const cJSON *import = cJSON_GetObjectItemCaseSensitive(line, "import");
   assert_true(cJSON_IsFalse(cJSON_GetObjectItemCaseSensitive(import, "basis_changed")));
   assert_true(cli_json_get(import, "orthonormality") < 1e-11);
   assert_true(cli_json_get(import, "energy_difference") < 1e-11);
   assert_true(cli_json_get(line, "rank") == 8);
   assert_true(cli_json_get(line, "modes") == 0);
+
   // stages that a given basis does not need are not listed as if they took no time
   const cJSON *stages = cJSON_GetObjectItemCaseSensitive(line, "stages");
   assert_null(cJSON_GetObjectItemCaseSensitive(stages, "modes"));
   assert_non_null(cJSON_GetObjectItemCaseSensitive(stages, "polynomial"));
+
   cJSON_Delete(line);
   cli_result_free(&out);
+
   // the model can be shown and run, and says where it comes from
   out = thrum_run(folder, "info", "again.npz", NULL);
   assert_int_equal(out.exit_code, 0);
@@ -88,10 +97,13 @@ static void outputs_that_could_not_be_written_are_refused_before_the_work(void *
       {"new.npz", "new.npz", "name one file"},
       {"/dev/null", "modes.vtu", "is no regular file"},
   };
+
   for (int n = 0; n < 5; n++) {
     expect_refusal(thrum_run(folder, "precompute", BEAM, "--fix", "x<0.001", "-o", cases[n][0],
                              "--export-modes", cases[n][1], "-q", NULL),
                    1, cases[n][2]);
+
+    // the model, which could have been written, is not there either
     char path[160];
     snprintf(path, sizeof path, "%s/new.npz", folder);
     assert_false(cli_file_exists(path));
@@ -131,6 +143,8 @@ static void a_handle_takes_the_pull_into_the_basis(void **state) {
                              "--handles", "tip", "-o", "pull.npz", "-q", NULL);
   assert_int_equal(out.exit_code, 0);
   cli_result_free(&out);
+
+  // the share of the static response that lies outside the basis, without and with a handle
   const char *const models[] = {"beam.npz", "pull.npz"};
   double share[2];
   for (int n = 0; n < 2; n++) {
@@ -142,7 +156,10 @@ static void a_handle_takes_the_pull_into_the_basis(void **state) {
     cJSON_Delete(line);
     cli_result_free(&out);
   }
+
   assert_true(share[0] > 0.01 && share[1] < 1e-8);
+
+  // a load that does not fit the model, and one that is misspelt
   expect_refusal(thrum_run(folder, "info", "beam.npz", "--load", "constant:0,0,-1@nix", NULL), 1,
                  "nix");
   expect_refusal(thrum_run(folder, "info", "beam.npz", "--load", "pull:1", NULL), 2, "pull:1");

@@ -1,4 +1,5 @@
-/* `thrum simulate --full` from outside: beside the reduced model, and what it refuses.
+/* `thrum simulate --full` from outside: it is compared with the reduced model, and refuses what it
+ * cannot do.
  * SPDX-License-Identifier: Apache-2.0 */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -62,26 +63,34 @@ static double *read_q(const char *name, int64_t *rows) {
   return values;
 }
 
-/* A swing that is small is the same in both. */
+/* A small swing is the same in both models. */
 static void a_small_swing_is_that_of_the_reduced_model(void **state) {
   (void)state;
   int64_t rows = 0, other = 0;
   cJSON *reduced =
       SIMULATE("reduced", "--time", "0.3", "--start", "mode:1,1e-6", "--integrator", "energy");
   cJSON *full = SIMULATE("full", "--time", "0.3", "--start", "mode:1,1e-6", "--full");
+
   double *q = read_q("reduced/q.npy", &rows), *whole = read_q("full/q.npy", &other);
   assert_int_equal(rows, other);
+
+  // both have the same coordinates, beside the largest of them
   double size = 0;
   for (int64_t k = 0; k < 15 * rows; k++)
     size = fmax(size, fabs(q[k]));
   for (int64_t k = 0; k < 15 * rows; k++)
     assert_true(fabs(q[k] - whole[k]) <= 1e-4 * size);
+
+  // energies agree too, and the full order keeps its own
   const double energy = cli_json_get(full, "energy_first_j");
   assert_true(fabs(energy - cli_json_get(reduced, "energy_first_j")) <= 1e-6 * energy);
   assert_true(fabs(cli_json_get(full, "energy_last_j") - energy) <= 1e-9 * energy);
+
+  // three for each of the 6 x 4 vertices that move
   const cJSON *about = cJSON_GetObjectItemCaseSensitive(full, "full");
   assert_true(cli_json_get(about, "components") == 72);
   assert_true(cJSON_IsNull(cJSON_GetObjectItemCaseSensitive(reduced, "full")));
+
   free(q);
   free(whole);
   cJSON_Delete(reduced);
@@ -102,19 +111,27 @@ static void loads_and_shaking_act_as_on_the_reduced_model(void **state) {
                               what[n][1], what[n][2], what[n][3]);
     cJSON *full =
         SIMULATE("full", "--time", "0.4", "--full", what[n][0], what[n][1], what[n][2], what[n][3]);
+
     double *q = read_q("reduced/q.npy", &rows), *whole = read_q("full/q.npy", &other);
+
+    // the largest coordinate is the measure of what differs
     double size = 0;
     for (int64_t k = 0; k < 15 * rows; k++)
       size = fmax(size, fabs(q[k]));
     assert_true(size > 0 && rows == other);
-    // the lowest two: the derivatives are no modes, so what lies outside the basis moves them too
+
+    // the lowest two coordinates are compared: derivatives are no modes, so what lies outside the
+    // basis moves them too
     for (int64_t k = 0; k < 15 * rows; k++)
       assert_true(k % 15 >= 2 || fabs(q[k] - whole[k]) <= 0.01 * size);
+
+    // without damping the balance of energy closes to the tolerance of the steps
     if (n != 1) {
       const cJSON *work = cJSON_GetObjectItemCaseSensitive(full, "work");
       assert_true(fabs(cli_json_get(work, "balance_j")) <=
                   1e-9 * cli_json_get(full, "energy_max_j"));
     }
+
     free(q);
     free(whole);
     cJSON_Delete(reduced);
@@ -127,10 +144,14 @@ static void a_body_in_equilibrium_stays_and_frames_show_it(void **state) {
   char path[200];
   cJSON *object = SIMULATE("rest", "--full", "--time", "0.1", "--start", "static:gravity:0,0,-9.81",
                            "--load", "gravity:0,0,-9.81");
+
+  // the energy of the equilibrium stays what it is
   const double energy = cli_json_get(object, "energy_first_j");
   assert_true(energy > 0.1);
   assert_true(fabs(cli_json_get(object, "energy_max_j") - energy) <= 1e-9 * energy);
   cJSON_Delete(object);
+
+  // the explicit integrator stays below its stability bound, and writes its frames
   object = SIMULATE("shown", "--full", "--time", "0.05", "--dt", "0.0002", "--integrator", "verlet",
                     "--frames", "every-100");
   assert_true(cli_file_exists(in_folder("shown/frames/frame_000002.vtu", path)));
@@ -152,8 +173,10 @@ static void what_the_full_order_cannot_do_is_refused(void **state) {
       {1, "not stable at dt = 0.1", "beam.npz", {"--integrator=verlet", "--dt", "0.1"}},
       {1, "no basis", "duffing.npz", {NULL}},
   };
+
   char path[200];
   for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+    // the message is one line, and no folder is left
     const char *const *a = cases[n].arguments;
     cli_result run = thrum_run(folder, "simulate", cases[n].model, "-o", "none", "--full", a[0],
                                a[1], a[2], NULL);

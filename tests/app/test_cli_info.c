@@ -122,6 +122,7 @@ static void split_follows_the_time_step(void **state) {
   for (int n = 0; n < 5; n++) {
     cJSON *object = info("beam.npz", "--dt", texts[n]);
 
+    // count the frequencies below the bound
     int expected = 0;
     const cJSON *item = NULL;
     cJSON_ArrayForEach(item, cJSON_GetObjectItem(object, "basis_frequencies_hz")) {
@@ -149,7 +150,7 @@ static void groups_and_memory_are_listed(void **state) {
   }
   assert_true(found);
 
-  // the size in memory of the file is the file's own
+  // the bytes of the model are those of its file
   char path[160];
   struct stat status;
   snprintf(path, sizeof path, "%s/beam.npz", folder);
@@ -219,7 +220,7 @@ static void meta_of_any_kind_is_survived(void **state) {
   memset(nested, '[', 2000);
   nested[2000] = 0;
 
-  // no JSON, JSON of other types, and JSON nested deeper than any reader goes
+  // no JSON, JSON of other types, and 2000 brackets that are never closed
   const char *const texts[] = {
       "",
       "{",

@@ -37,10 +37,13 @@ static void converting_there_and_back_gives_the_same_check(void **state) {
                                       "a.vtk", "a.vtu", "a.inp"};
   cJSON *first = run_json(0, thrum_run(folder, "check", "beam:6x3x3@1x0.3x0.3", "--json", NULL));
   for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+    // each format holds the same mesh
     cJSON *converted =
         run_json(0, thrum_run(folder, "convert", "beam:6x3x3@1x0.3x0.3", names[i], "--json", NULL));
     assert_true(cli_json_get(converted, "vertices") == cli_json_get(first, "vertices"));
     cJSON *check = run_json(0, thrum_run(folder, "check", names[i], "--json", NULL));
+
+    // counts and measures survive the way there and back exactly
     static const char *const keys[] = {"vertices", "tets", "volume_m3", "ratio_min", "genus"};
     for (size_t k = 0; k < sizeof keys / sizeof *keys; k++)
       assert_true(cli_json_get(check, keys[k]) == cli_json_get(first, keys[k]));
@@ -89,12 +92,15 @@ static void what_cannot_be_understood_is_refused(void **state) {
                {2, {"convert", "--msh", "3", "a.msh", "b.msh"}, "--msh wants 2.2 or 4.1"},
                {1, {"convert", "beam:2x2x2@1x1x1", "x.stl"}, "x.stl: unknown kind of mesh"},
                {1, {"convert", "beam:2x2x2@1x1x1", "no/x.vtu"}, "no/x.vtu"}};
+
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
     const char *const *a = cases[i].arguments;
     cli_result run = thrum_run(folder, a[0], a[1], a[2], a[3], a[4], NULL);
     assert_int_equal(run.exit_code, cases[i].exit_code);
     if (!strstr(run.err, cases[i].words))
       fail_msg("expected '%s' in: %s", cases[i].words, run.err);
+
+    // a refusal is one line, and standard output stays empty
     assert_true(cli_line_count_is(run.err, 1));
     assert_string_equal(run.out, "");
     cli_result_free(&run);

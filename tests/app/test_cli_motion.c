@@ -1,5 +1,6 @@
-/* A run as glTF, vertex caches and .obj: each holds X + U q of the run's own q, in single
- * precision; the surface is closed and has the body's volume. SPDX-License-Identifier: Apache-2.0
+/* Runs are exported as glTF, vertex caches and .obj: each holds X + U q of the run's own q, in
+ * single precision; the surface is closed and has the body's volume. SPDX-License-Identifier:
+ * Apache-2.0
  */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -70,7 +71,7 @@ static unsigned char *read_bytes(const char *name, size_t *size) {
   return data;
 }
 
-/* The vertex of the model that lies at x. */
+/* Finds the vertex of the model that lies at x. */
 static int64_t find_vertex(const double x[3]) {
   for (int64_t v = 0; v < model->vertex_count; v++) {
     const double *at = model->vertices + 3 * v;
@@ -81,7 +82,7 @@ static int64_t find_vertex(const double x[3]) {
   return -1;
 }
 
-/* A component of X + U q. */
+/* Computes a component of X + U q. */
 static double position(int64_t vertex, int axis, int64_t row) {
   double sum = model->vertices[3 * vertex + axis];
   for (int64_t n = 0; n < rank; n++)
@@ -128,7 +129,7 @@ static double number_in(const cJSON *object, const char *key) {
   return item->valuedouble;
 }
 
-/* Where an accessor's numbers are; how many elements it has. */
+/* Finds an accessor's numbers, and how many elements it has. */
 static const void *accessor(const glb_file *file, int index, int64_t *count) {
   const cJSON *item = cJSON_GetArrayItem(cJSON_GetObjectItem(file->json, "accessors"), index);
   const cJSON *view = cJSON_GetArrayItem(cJSON_GetObjectItem(file->json, "bufferViews"),
@@ -209,7 +210,7 @@ static float float_at(const unsigned char *bytes, bool swapped) {
   return value;
 }
 
-/* The vertices of run.obj, by their places in the model. */
+/* Reads the vertices of run.obj as their places in the model. */
 static int64_t read_obj(int64_t *places) {
   char *text = cli_read_text(in_folder("run.obj"));
   assert_non_null(text);

@@ -1,5 +1,6 @@
-/* Runs of `thrum simulate` that a fixed split loses: they complete, flagged or not, with energies
- * that make sense and with figures of what was done. SPDX-License-Identifier: Apache-2.0 */
+/* Tests of runs that `thrum simulate` loses with a fixed split: they complete, flagged or not, with
+ * energies that make sense and with figures of what was done. SPDX-License-Identifier: Apache-2.0
+ */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -48,7 +49,7 @@ static const char *text(const cJSON *object, const char *key) {
   return cJSON_IsString(item) ? item->valuestring : "";
 }
 
-/* A 1 Hz load at the tip. What a fixed split does with it is in the other runs of this file. */
+/* The load at the tip swings at 1 Hz. The next test shows what a fixed split does with it. */
 static void the_adaptive_split_runs_loads_of_forty_to_a_thousand_newtons(void **context) {
   (void)context;
   static const struct {
@@ -61,15 +62,21 @@ static void the_adaptive_split_runs_loads_of_forty_to_a_thousand_newtons(void **
   for (int n = 0; n < 4; n++) {
     int code = 0;
     cJSON *object = run(cases[n].load, "", "9", "imexv", "6", "on", &code);
+
     const cJSON *stability = cJSON_GetObjectItemCaseSensitive(object, "stability");
     const cJSON *fallback_levels = cJSON_GetObjectItemCaseSensitive(object, "fallback_levels");
+
+    // every step succeeds, and the energy is that of the swing and no more
     assert_int_equal(cli_json_get(object, "steps"), 2000);
     assert_int_equal(cli_json_get(fallback_levels, "failures"), 0);
     assert_true(cli_json_get(object, "energy_max_j") < cases[n].most);
     assert_true(cli_json_get(object, "energy_max_j") > 0.1 * cases[n].most);
+
+    // wide swings come near to the stability bound, and the widest need a change
     assert_true(cli_json_get(stability, "h_sqrt_rho_peak") > 0.6);
     if (n > 1)
-      assert_true(cli_json_get(stability, "split_changes") + cli_json_get(stability, "scheme_switches") >
+      assert_true(cli_json_get(stability, "split_changes") +
+                      cli_json_get(stability, "scheme_switches") >
                   0);
     cJSON_Delete(object);
   }

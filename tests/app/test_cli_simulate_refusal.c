@@ -309,7 +309,8 @@ static void a_run_that_cannot_be_written_leaves_nothing(void **state) {
   free(rows);
 }
 
-/* Whether a work folder of the run is there, that is whether it is under way. */
+/* Returns whether the run's folder of unfinished output is there, that is whether it is under way.
+ */
 static bool is_under_way(const char *run) {
   char start[80];
   snprintf(start, sizeof start, "%s.partial-", run);

@@ -57,7 +57,7 @@ static int remove_folder(void **state) {
   return 0;
 }
 
-/* Runs and asserts the exit code; the JSON is the caller's. */
+/* Asserts the exit code of a run; the caller frees the JSON. */
 static cJSON *object_of(cli_result run, int code) {
   if (run.exit_code != code)
     print_error("exit code %d: %s", run.exit_code, run.err);
@@ -81,8 +81,11 @@ static void the_files_hold_the_equilibrium(void **state) {
       object_of(thrum_run(folder, "static", "beam.npz", "--load", "constant:0,0,-20@tip", "-o",
                           "sag.npy", "--vtu", "sag.vtu", "--path", "sag.csv", "--json", NULL),
                 0);
+
   assert_string_equal(text_of(object, "status"), "done");
   assert_true(cli_json_get(object, "residual") < 1e-10);
+
+  // the file has the same coordinates as the line on standard output
   const cJSON *q = cJSON_GetObjectItemCaseSensitive(object, "q");
   double *values = NULL;
   int64_t rows = 0, columns = 0;
@@ -92,32 +95,39 @@ static void the_files_hold_the_equilibrium(void **state) {
   assert_int_equal(columns, 0);
   for (int i = 0; i < 10; i++)
     assert_true(cJSON_GetArrayItem(q, i)->valuedouble == values[i]);
+
   // the mean of the loaded group, by the library and here
   const thrum_model *model = NULL;
   const int32_t *tip = NULL;
   int64_t count = 0;
   assert_int_equal(thrum_model_load(in_folder("beam.npz", path), &model, NULL), 0);
   assert_int_equal(thrum_model_group(model, "tip", &tip, &count, NULL), 0);
+
   double mean = 0;
   for (int64_t n = 0; n < count; n++) {
     double u[3];
     assert_int_equal(thrum_displacement(model, values, tip[n], 1, u, NULL), 0);
     mean += u[2] / (double)count;
   }
+
   const cJSON *shown =
       cJSON_GetArrayItem(cJSON_GetObjectItemCaseSensitive(object, "displacements"), 0);
   assert_string_equal(text_of(shown, "at"), "tip");
   const double told =
       cJSON_GetArrayItem(cJSON_GetObjectItemCaseSensitive(shown, "mean_m"), 2)->valuedouble;
   assert_true(mean < 0 && fabs(told - mean) <= 1e-12 * fabs(mean));
-  // the work of the load is twice the energy as long as the answer is nearly linear
+
+  // the energy of a load at full strength is minus its force times the displacement
   const double energy = cli_json_get(object, "energy_j");
   assert_true(fabs(cli_json_get(object, "load_energy_j") - 20 * mean) <= 1e-9 * energy);
+
+  // the path begins at rest and ends at the full load
   char *csv = cli_read_text(in_folder("sag.csv", path));
   assert_non_null(csv);
   assert_true(strstr(csv, "factor,energy_j,least_eigenvalue,jumped,x1_m,y1_m,z1_m\n0,0,") == csv);
   assert_non_null(strstr(csv, "\n1,"));
   assert_true(cli_file_exists(in_folder("sag.vtu", path)));
+
   free(csv);
   free(values);
   thrum_model_free(model);
@@ -131,24 +141,31 @@ static void a_run_starts_from_the_equilibrium(void **state) {
                                       "--load", "constant:0,0,-20@tip", "--start",
                                       "static:constant:0,0,-20@tip", "--json", NULL),
                             0);
+
   const double first = cli_json_get(object, "energy_first_j");
   assert_true(first > 0);
   assert_true(fabs(cli_json_get(object, "energy_max_j") - first) <= 1e-8 * first);
   assert_true(fabs(cli_json_get(object, "energy_min_j") - first) <= 1e-8 * first);
   cJSON_Delete(object);
+
   // two loads act together on one equilibrium, and a file is the same start
   object = object_of(thrum_run(folder, "static", "beam.npz", "--load", "constant:0,0,-20@tip",
                                "--load", "gravity:0,0,-9.81", "-o", "both.npy", "--json", NULL),
                      0);
   const double both = cli_json_get(object, "energy_j");
   cJSON_Delete(object);
+
+  // two starts are one equilibrium under both loads, from which the body swings
   object = object_of(thrum_run(folder, "simulate", "beam.npz", "-o", "two", "--time", "0.3",
                                "--start", "static:constant:0,0,-20@tip", "--start",
                                "static:gravity:0,0,-9.81", "--json", NULL),
                      0);
+
   assert_true(fabs(cli_json_get(object, "energy_first_j") - both) <= 1e-12 * both);
   assert_true(cli_json_get(object, "energy_max_j") <= 1.01 * both);
   cJSON_Delete(object);
+
+  // the file of the equilibrium is the same start
   object = object_of(thrum_run(folder, "simulate", "beam.npz", "-o", "two", "--time", "0.3",
                                "--start", "static:both.npy", "--json", NULL),
                      0);
@@ -159,18 +176,22 @@ static void a_run_starts_from_the_equilibrium(void **state) {
 static void a_mesh_is_taken_whole(void **state) {
   (void)state;
   static const char mesh[] = "beam:8x2x2@1x0.2x0.2";
+
   cJSON *whole = object_of(thrum_run(folder, "static", mesh, "--fix", "x<0.001", "--young", "1e7",
                                      "--load", "gravity:0,0,-9.81", "--full", "--json", NULL),
                            0);
   assert_true(cli_json_get(whole, "peak_displacement_m") > 0);
   assert_true(cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(whole, "stable")));
   cJSON_Delete(whole);
+
   // too small for ten modes
   whole = object_of(thrum_run(folder, "static", "beam:1x1x1@1x1x1", "--fix", "x<0.001", "--load",
                               "gravity:0,0,-9.81", "--full", "--json", NULL),
                     0);
   assert_true(cli_json_get(whole, "components") == 12);
   cJSON_Delete(whole);
+
+  // without --full a mesh is refused, and the message names the option
   cli_result run = thrum_run(folder, "static", mesh, "--load", "gravity:0,0,-9.81", NULL);
   assert_int_equal(run.exit_code, 2);
   assert_non_null(strstr(run.err, "is a mesh"));
@@ -187,17 +208,25 @@ static void the_full_order_rests_near_the_reduced_model(void **state) {
   cJSON *full = object_of(thrum_run(folder, "static", "beam.npz", "--load", "gravity:0,0,-9.81",
                                     "--full", "--vtu", "whole.vtu", "--json", NULL),
                           0);
+
+  // the full order has the least total potential energy, which any reduced model can only approach
   const double least = cli_json_get(full, "energy_j") + cli_json_get(full, "load_energy_j");
   const double energy = cli_json_get(reduced, "energy_j") + cli_json_get(reduced, "load_energy_j");
   assert_true(least <= energy && energy < 0 && energy - least <= 0.02 * fabs(least));
+
+  // the displacement agrees with it to 2 %
   const double peak = cli_json_get(full, "peak_displacement_m");
   assert_true(fabs(cli_json_get(reduced, "peak_displacement_m") - peak) <= 0.02 * peak);
   assert_true(cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(full, "stable")));
-  // nothing is claimed of the way there
+
+  // the full order says nothing of the path to the equilibrium
   assert_true(cJSON_IsNull(cJSON_GetObjectItemCaseSensitive(full, "instability")));
   assert_true(cJSON_IsNull(cJSON_GetObjectItemCaseSensitive(full, "mode")));
+
+  // three for each of the 9 x 8 vertices that move
   assert_true(cli_json_get(full, "components") == 3 * 9 * 8);
   assert_true(cli_file_exists(in_folder("whole.vtu", path)));
+
   cJSON_Delete(reduced);
   cJSON_Delete(full);
 }
@@ -213,15 +242,19 @@ static void a_group_is_brought_to_where_it_is_to_go(void **state) {
         object_of(thrum_run(folder, "static", "beam.npz", "--full", "--move", "0.01,0,-0.2@tip",
                             "--at", "tip", "--solver", solvers[n], "--json", NULL),
                   0);
+
     const cJSON *shown =
         cJSON_GetArrayItem(cJSON_GetObjectItemCaseSensitive(object, "displacements"), 0);
     const cJSON *mean = cJSON_GetObjectItemCaseSensitive(shown, "mean_m");
     assert_true(fabs(cJSON_GetArrayItem(mean, 0)->valuedouble - 0.01) <= 1e-12);
     assert_true(fabs(cJSON_GetArrayItem(mean, 2)->valuedouble + 0.2) <= 1e-12);
+
     assert_true(cli_json_get(object, "load_energy_j") == 0);
     energy[n] = cli_json_get(object, "energy_j");
     cJSON_Delete(object);
   }
+
+  // both solvers find the same equilibrium
   assert_true(energy[0] > 0 && fabs(energy[1] - energy[0]) <= 1e-8 * energy[0]);
 }
 
@@ -231,6 +264,8 @@ static void buckling_is_flagged_with_its_load(void **state) {
       thrum_run(folder, "static", "column.npz", "--load", "gravity:20,0,0", "--json", NULL);
   assert_int_equal(run.exit_code, 3);
   assert_non_null(strstr(run.err, "buckles at 0.5 of the load"));
+
+  // half of the load is critical, and the answer lies on the stable branch
   cJSON *object = cli_json_line(run.out);
   assert_string_equal(text_of(object, "status"), "buckled");
   assert_string_equal(text_of(object, "instability"), "bifurcation");
@@ -238,6 +273,8 @@ static void buckling_is_flagged_with_its_load(void **state) {
   assert_true(cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(object, "stable")));
   cJSON_Delete(object);
   cli_result_free(&run);
+
+  // with --stay the answer is on the branch that is no longer stable
   object = object_of(thrum_run(folder, "static", "column.npz", "--load", "gravity:20,0,0", "--stay",
                                "--json", NULL),
                      3);
@@ -255,6 +292,7 @@ typedef struct refusal {
 static void slips_are_refused_in_one_line(void **state) {
   (void)state;
   static const refusal cases[] = {
+      // mistakes of usage
       {2, "under which load?", {"beam.npz"}},
       {2, "no model given", {"--load", "gravity:0,0,-9.81"}},
       {2, "begins with impulse", {"beam.npz", "--load", "weight:1,2,3"}},
@@ -264,6 +302,8 @@ static void slips_are_refused_in_one_line(void **state) {
       {2, "--move goes with --full", {"beam.npz", "--move", "0,0,1@tip"}},
       {2, "X,Y,Z@TARGET", {"beam.npz", "--full", "--move", "0,1@tip"}},
       {2, "--stay is of a reduced", {"beam.npz", "--full", "--load", "gravity:0,0,-1", "--stay"}},
+
+      // what the model, the mesh or the folder lacks
       {1, "no group 'nose'", {"beam.npz", "--full", "--move", "0,0,1@nose"}},
       {1, "no mesh", {"column.npz", "--full", "--load", "gravity:0,0,-1"}},
       {1, "no group 'nose'", {"beam.npz", "--load", "gravity:0,0,-1", "--at", "nose"}},
@@ -274,6 +314,7 @@ static void slips_are_refused_in_one_line(void **state) {
       {1, "cannot", {"beam.npz", "--load", "gravity:0,0,-1", "-o", "nowhere/q.npy"}},
       {1, "nowhere", {"beam.npz", "--load", "gravity:0,0,-1", "--vtu", "nowhere/q.vtu"}},
   };
+
   for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
     const char *const *a = cases[n].arguments;
     cli_result run = thrum_run(folder, "static", a[0], a[1], a[2], a[3], a[4], a[5], NULL);

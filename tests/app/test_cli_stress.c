@@ -52,8 +52,11 @@ static void the_peak_stress_is_that_of_the_recorded_states(void **state) {
   cli_result run =
       thrum_run(folder, "simulate", "beam.npz", "-o", "run", "--json", "--time", "0.6", "--load",
                 "impulse:0,0,-40@tip", "--stress", "--frames", "every-50", NULL);
+
   cJSON *object = json_of(&run);
   cJSON *stress = member(object, "stress"), *monitor = member(object, "monitor");
+
+  // the recorded coordinates, from which the library reads the stress again
   const thrum_model *model = NULL;
   assert_int_equal(thrum_model_load(in_folder("beam.npz", path), &model, NULL), 0);
   double *q = NULL;
@@ -61,10 +64,13 @@ static void the_peak_stress_is_that_of_the_recorded_states(void **state) {
   assert_int_equal(thrum_npy_read_f8(in_folder("run/q.npy", path), &q, &rows, &rank, NULL), 0);
   assert_int_equal(rank, model->rank);
   assert_int_equal(rows, 201);
+
+  // the largest stress and the least stretch of all tetrahedra and rows
   const thrum_stress_points *stress_points = stress_points_make(model, NULL, 0);
   double *mises = need((size_t)model->tet_count, sizeof *mises), peak = -1;
   double *stretch = need((size_t)model->tet_count, sizeof *stretch), least = 1;
   const thrum_stress_points_output output = {.von_mises = mises, .stretch = stretch};
+
   int64_t tet = 0, row = 0;
   for (int64_t k = 0; k < rows; k++) {
     assert_int_equal(thrum_stress_points_read(stress_points, q + k * rank, NULL, &output, NULL),
@@ -78,14 +84,18 @@ static void the_peak_stress_is_that_of_the_recorded_states(void **state) {
       }
     }
   }
+
+  // peak, place and time are those; tetrahedra are counted from 1
   assert_true(cli_json_get(stress, "peak_von_mises_pa") == peak);
   assert_true(cli_json_get(stress, "peak_tet") == (double)tet + 1);
   assert_close(cli_json_get(stress, "peak_time_s"), 0.003 * (double)row, 1e-12);
+
   // the sampled tets of this beam are a part of its tets, and see nearly the worst of them
   const double seen = cli_json_get(monitor, "least_stretch");
   assert_true(seen >= least && 1 - seen > 0.8 * (1 - least));
   assert_int_equal(cJSON_GetArraySize(member(monitor, "warnings")), 0);
   assert_true(cli_json_get(monitor, "load_share_outside") > 0.5);
+
   // every frame has the stress
   for (int frame = 0; frame < 5; frame++) {
     char name[64];
@@ -96,6 +106,7 @@ static void the_peak_stress_is_that_of_the_recorded_states(void **state) {
     assert_non_null(strstr(bytes, "Name=\"von_mises\""));
     free(bytes);
   }
+
   free(stretch);
   free(mises);
   stress_points_free(stress_points);
@@ -113,19 +124,27 @@ static void a_body_pushed_too_far_is_warned_of_and_steps_as_it_would(void **stat
                             "--load", load, "-q", NULL);
   cli_result off = thrum_run(folder, "simulate", "beam.npz", "-o", "off", "--json", "--time", "0.3",
                              "--load", load, "-q", "--monitor", "off", NULL);
+
   cJSON *object = json_of(&on), *quiet = json_of(&off);
+
+  // the last warning is of the displacement, which is too large beside the body
   const cJSON *warnings = member(member(object, "monitor"), "warnings");
   assert_true(cJSON_GetArraySize(warnings) >= 1);
   assert_string_equal(cJSON_GetArrayItem(warnings, cJSON_GetArraySize(warnings) - 1)->valuestring,
                       "reach");
   assert_true(cli_json_get(member(object, "monitor"), "reach") > 3);
   assert_non_null(strstr(on.err, "tenth of its diagonal"));
+
+  // without the monitor nothing is said
   assert_true(cJSON_IsNull(member(quiet, "monitor")));
   assert_true(cJSON_IsNull(member(quiet, "stress")));
   assert_null(strstr(off.err, "diagonal"));
+
+  // the monitor changes no step: both runs have the same energies
   char *with = cli_read_text(in_folder("on/energy.csv", path));
   char *without = cli_read_text(in_folder("off/energy.csv", path));
   assert_string_equal(with, without);
+
   free(with);
   free(without);
   cJSON_Delete(object);
@@ -139,16 +158,22 @@ static void a_model_without_a_mesh_has_no_stress_and_no_monitor(void **state) {
   char path[200];
   cli_result run = thrum_run(folder, "simulate", "duffing.npz", "-o", "bare", "--json", "--time",
                              "0.1", "-q", NULL);
+
+  // without a mesh the monitor is left out
   cJSON *object = json_of(&run);
   assert_true(cJSON_IsNull(member(object, "monitor")));
   cJSON_Delete(object);
   cli_result_free(&run);
+
+  // stress that is asked for cannot be left out, so it is refused
   run = thrum_run(folder, "simulate", "duffing.npz", "-o", "refused", "--stress", NULL);
   assert_int_equal(run.exit_code, 1);
   assert_non_null(strstr(run.err, "--stress"));
   assert_true(cli_line_count_is(run.err, 1));
   assert_false(cli_file_exists(in_folder("refused", path)));
   cli_result_free(&run);
+
+  // the monitor is on or off
   run = thrum_run(folder, "simulate", "beam.npz", "-o", "refused", "--monitor", "maybe", NULL);
   assert_int_equal(run.exit_code, 2);
   cli_result_free(&run);

@@ -10,8 +10,8 @@
 
 #include "tests/support/model_folder.h"
 
-/* Of the mean energy of imexv at a swing of 5 %: between the first and the last window, and between
- * any two; docs/experiments.md. */
+/* The relative change of the mean energy of imexv at a swing of 5 %: between the first and the last
+ * window, and between any two; see docs/experiments.md. */
 #define IMEXV_CHANGE 1e-4
 #define IMEXV_WORST 2e-4
 
@@ -25,12 +25,16 @@ static int make_models(void **state) {
   snprintf(path, sizeof path, "%s/models", folder);
   if (mkdir(path, 0777) != 0)
     return -1;
+
+  // a model folder of one mesh and its recipe
   snprintf(path, sizeof path, "%s/models/beam.msh", folder);
   if (!write_bar(path))
     return -1;
   snprintf(path, sizeof path, "%s/models/beam.json", folder);
   if (!write_bar_recipe(path, "1e6"))
     return -1;
+
+  // models that are made stay in the test's own folder
   snprintf(path, sizeof path, "%s/cache", folder);
   return setenv("XDG_CACHE_HOME", path, 1);
 }
@@ -62,7 +66,7 @@ static bool file_is_there(const char *name) {
   return cli_file_exists(path);
 }
 
-/* Whether a page has that many plots (where gnuplot draws them), no number that is not finite, and
+/* Returns whether a page has that many plots (where gnuplot draws them), only finite numbers, and
  * its end. */
 static bool report_is_whole(const char *name, int pictures) {
   const int expected = system("gnuplot --version >/dev/null 2>&1") == 0 ? pictures : 0;
@@ -72,6 +76,7 @@ static bool report_is_whole(const char *name, int pictures) {
   if (text == NULL)
     return false;
 
+  // each plot is a whole element of the page
   int begun = 0, ended = 0;
   for (const char *at = strstr(text, "<svg"); at != NULL; at = strstr(at + 1, "<svg"))
     begun++;

@@ -1,7 +1,8 @@
-/* A disk that is full, a folder that cannot be written to, a folder in place of a file, Ctrl-C at
- * any moment: whatever writes says which file it was in one line, and leaves what was there before
- * or whole files, never half of one. A limit of the file's size stands for the full disk: writes
- * fail in the same places. SPDX-License-Identifier: Apache-2.0 */
+/* Tests of commands that cannot write: the disk is full, the folder cannot be written to, a folder
+ * stands in place of a file, or Ctrl-C comes at any moment. Each command names the file in one
+ * line, and leaves what was there before or whole files, never half of one. A limit on the file
+ * size stands for the full disk, as writes then fail in the same places. SPDX-License-Identifier:
+ * Apache-2.0 */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -73,18 +74,23 @@ static int make_inputs(void **state) {
     return -1;
   snprintf(model, sizeof model, "%s/model.npz", folder);
   snprintf(mesh, sizeof mesh, "%s/mesh.veg", folder);
+
+  // a model, a run of it, a mesh and a scene of the model are the inputs of the commands
   cli_result run = thrum_run(folder, "precompute", "beam:4x2x2@1x0.3x0.3", "--fix", "x<0.1",
                              "--modes", "4", "--rank", "6", "-q", "-o", model, NULL);
   int code = run.exit_code;
   cli_result_free(&run);
+
   snprintf(motion, sizeof motion, "%s/motion", folder);
   run = thrum_run(folder, "simulate", model, "-o", motion, "--time", "0.06", "--start",
                   "mode:1,0.01", "-q", NULL);
   code += run.exit_code;
   cli_result_free(&run);
+
   run = thrum_run(folder, "convert", "beam:4x2x2@1x0.3x0.3", mesh, NULL);
   code += run.exit_code;
   cli_result_free(&run);
+
   snprintf(scene, sizeof scene, "%s/scene.json", folder);
   return cli_write_text(scene, scene_text) ? code : -1;
 }
@@ -95,7 +101,7 @@ static int remove_inputs(void **state) {
   return 0;
 }
 
-/* The arguments with their paths; the texts last until the next call. */
+/* Puts the paths into the arguments of a writer; the texts last until the next call. */
 static void fill_arguments(const writer *w, const char *out, char *argv[ARGUMENTS + 2]) {
   static char texts[ARGUMENTS][160];
   static char program[] = THRUM_PROGRAM;
@@ -103,6 +109,8 @@ static void fill_arguments(const writer *w, const char *out, char *argv[ARGUMENT
   int n = 0;
   for (; n < ARGUMENTS && w->arguments[n] != NULL; n++) {
     const char *text = w->arguments[n];
+
+    // OUT is the beginning of a path, the other names are whole arguments
     if (strncmp(text, "OUT", 3) == 0)
       snprintf(texts[n], sizeof texts[n], "%s%s", out, text + 3);
     else
@@ -114,10 +122,11 @@ static void fill_arguments(const writer *w, const char *out, char *argv[ARGUMENT
                                             : text);
     argv[n + 1] = texts[n];
   }
+
   argv[n + 1] = NULL;
 }
 
-/* Names of everything in a folder that is not whole: temporary files and work folders. */
+/* Lists the names of everything in a folder that is unfinished: temporary files and folders. */
 static void list_remains(const char *path, char *listing) {
   DIR *entries = opendir(path);
   if (entries == NULL)
@@ -127,6 +136,8 @@ static void list_remains(const char *path, char *listing) {
     if (strcmp(entry->d_name, ".") == 0 || strcmp(entry->d_name, "..") == 0)
       continue;
     snprintf(child, sizeof child, "%s/%s", path, entry->d_name);
+
+    // both kinds of unfinished output have their mark in the name
     if (strstr(entry->d_name, ".tmp") != NULL || strstr(entry->d_name, "partial") != NULL)
       snprintf(listing + strlen(listing), LISTING - strlen(listing), "%.300s ", child);
     list_remains(child, listing);
@@ -141,7 +152,7 @@ static void expect_no_remains(const char *path, const char *when) {
     fail_msg("%s left %s", when, listing);
 }
 
-/* Whether there are files anywhere in the folder. */
+/* Returns whether there are files anywhere in the folder. */
 static bool holds_files(const char *path) {
   DIR *entries = opendir(path);
   bool found = false;
@@ -187,11 +198,16 @@ static void a_full_disk_leaves_nothing_and_names_the_file(void **state) {
       assert_int_equal(mkdir(out, 0777), 0);
       fill_arguments(&writers[n], out, argv);
       join_arguments(argv, command);
+
       cli_result run = run_limited(argv, (rlim_t)limits[k]);
       expect_no_remains(out, command);
+
       // one file is there, or none: nothing of a pair that is half there
       if (strcmp(writers[n].arguments[0], "convert") == 0)
+
         assert_int_equal(holds_files(out), run.exit_code == 0);
+
+      // a failure names the file and the reason, and where the limit comes from
       if (run.exit_code != 0 && run.exit_code != 3) {
         failures++;
         if (run.exit_code != 1 || strstr(run.err, out) == NULL ||
@@ -199,15 +215,18 @@ static void a_full_disk_leaves_nothing_and_names_the_file(void **state) {
           fail_msg("%s: exit %d, '%s'", command, run.exit_code, run.err);
         assert_true(cli_line_count_is(run.err, 1));
       }
+
+      // a limit below the largest file must fail
       if (limits[k] < writers[n].least && run.exit_code != 1)
         fail_msg("%s: exit %d with files of at most %d bytes", command, run.exit_code, limits[k]);
       cli_result_free(&run);
     }
+
     assert_true(failures > 0 || writers[n].least < limits[0]);
   }
 }
 
-/* Twice into the same place: the second time, the disk is full. */
+/* Each command writes twice into the same place, the second time on a full disk. */
 static void what_was_there_before_stays_whole(void **state) {
   (void)state;
   static const char *const files[] = {"m.npz", "run/q.npy", "m.veg"};
@@ -216,11 +235,16 @@ static void what_was_there_before_stays_whole(void **state) {
     char out[128], path[200], *argv[ARGUMENTS + 2];
     snprintf(out, sizeof out, "%s/twice-%d", folder, n);
     assert_int_equal(mkdir(out, 0777), 0);
+
     snprintf(path, sizeof path, "%s/%s", out, files[n]);
     fill_arguments(&writers[which[n]], out, argv);
+
+    // the first run writes its files
     cli_result run = cli_execute(folder, argv);
     assert_int_equal(run.exit_code, 0);
     cli_result_free(&run);
+
+    // the second one fails, and the file is still the same one
     struct stat first, second;
     assert_int_equal(stat(path, &first), 0);
     run = run_limited(argv, 1000);
@@ -236,7 +260,8 @@ static void a_folder_that_cannot_be_written_to_is_named(void **state) {
   char locked[128];
   snprintf(locked, sizeof locked, "%s/locked", folder);
   assert_int_equal(mkdir(locked, 0555), 0);
-  // permissions do not hold root; a file system of the kernel does
+
+  // permissions do not stop root, so root is given a file system of the kernel
   const char *out = access(locked, W_OK) != 0 ? locked : "/sys";
   for (int n = 0; n < WRITERS; n++) {
     char command[512], *argv[ARGUMENTS + 2];
@@ -247,10 +272,11 @@ static void a_folder_that_cannot_be_written_to_is_named(void **state) {
       fail_msg("%s: exit %d, '%s'", command, run.exit_code, run.err);
     cli_result_free(&run);
   }
+
   assert_false(holds_files(locked));
 }
 
-/* OUT/m.npz and the like are folders, or OUT/run a file. */
+/* The outputs OUT/m.npz and the like are folders already, and OUT/run is a file. */
 static void a_folder_in_place_of_a_file_is_refused(void **state) {
   (void)state;
   static const char *const names[] = {"m.npz", "m.vtu", "m.veg", "m.msh", "m.node", "m.mesh",
@@ -258,15 +284,20 @@ static void a_folder_in_place_of_a_file_is_refused(void **state) {
   char out[128], path[200];
   snprintf(out, sizeof out, "%s/folders", folder);
   assert_int_equal(mkdir(out, 0777), 0);
+
+  // folders in the places of files
   for (size_t n = 0; n < sizeof names / sizeof names[0]; n++) {
     snprintf(path, sizeof path, "%s/%s", out, names[n]);
     assert_int_equal(mkdir(path, 0777), 0);
   }
+
+  // files in the places of folders
   for (int n = 0; n < 3; n++) {
     snprintf(path, sizeof path, "%s/%s", out, n == 0 ? "run" : n == 1 ? "made" : "scene");
     assert_true(cli_write_text(path, "mine"));
   }
-  // but for bench, whose OUT is a folder
+
+  // every writer but bench, whose OUT is a folder, is refused and leaves nothing unfinished
   for (int n = 0; n < WRITERS - 1; n++) {
     char command[512], *argv[ARGUMENTS + 2];
     fill_arguments(&writers[n], out, argv);
@@ -277,6 +308,8 @@ static void a_folder_in_place_of_a_file_is_refused(void **state) {
     cli_result_free(&run);
     expect_no_remains(out, command);
   }
+
+  // the file is as it was
   char *text = cli_read_text(path);
   assert_string_equal(text, "mine");
   free(text);
@@ -293,9 +326,11 @@ static int interrupt_after(char *const *argv, long microseconds) {
     execv(argv[0], argv);
     _exit(127);
   }
+
   const struct timespec pause = {0, 1000 * microseconds};
   nanosleep(&pause, NULL);
   kill(child, SIGINT);
+
   int status = 0;
   assert_true(waitpid(child, &status, 0) == child);
   return status;
@@ -311,8 +346,10 @@ static void ctrl_c_at_any_moment_leaves_whole_files_or_none(void **state) {
       assert_int_equal(mkdir(out, 0777), 0);
       fill_arguments(&writers[n], out, argv);
       join_arguments(argv, command);
+
       const int status = interrupt_after(argv, moments[k]);
       expect_no_remains(out, command);
+
       // it was stopped, or was done before, or (simulate) ended with what it had
       const bool stopped = WIFSIGNALED(status) && WTERMSIG(status) == SIGINT;
       const int code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
@@ -322,12 +359,13 @@ static void ctrl_c_at_any_moment_leaves_whole_files_or_none(void **state) {
   }
 }
 
-/* What a run does before there is anything to clean up is short, so it is met closely: the folder
- * is tried before a model is made or read. */
+/* The time before a run has anything to clean up is short, so the moments lie close together: the
+ * folder is tried before a model is made or read. */
 static void ctrl_c_while_a_run_begins_leaves_nothing(void **state) {
   (void)state;
   for (int n = 0; n < WRITERS; n++) {
     for (int k = 0; k < 60 && strcmp(writers[n].arguments[0], "simulate") == 0; k++) {
+      // moments 0.15 ms apart, for the writers that are runs
       char out[128], command[512], *argv[ARGUMENTS + 2];
       snprintf(out, sizeof out, "%s/begin-%d-%d", folder, n, k);
       assert_int_equal(mkdir(out, 0777), 0);
