@@ -24,6 +24,7 @@ static void the_committed_reference_is_that_of_the_program(void **state) {
     assert_non_null(committed);
     cli_result made = thrum_run(".", "help", files[n][0], NULL);
     assert_int_equal(made.exit_code, 0);
+
     // if this fails: thrum help OPTION > docs/reference/FILE
     assert_string_equal(committed, made.out);
     cli_result_free(&made);

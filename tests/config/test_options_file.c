@@ -277,6 +277,7 @@ static void check_schema(const char *command, const char *argument) {
   assert_non_null(committed);
   cli_result made = thrum_run(folder, "schema", command, NULL);
   assert_int_equal(made.exit_code, 0);
+
   // if this fails: thrum schema COMMAND > docs/schema/COMMAND.schema.json
   assert_string_equal(committed, made.out);
 

@@ -104,6 +104,7 @@ static void a_beam_fills_its_box_and_faces(void **state) {
 static void neighbouring_cells_of_a_beam_share_faces(void **state) {
   (void)state;
   thrum_mesh m = read_ok("beam:3x2x2@3x2x2", 1);
+
   // inside, each triangle belongs to two tetrahedra; on the surface, to one
   int64_t once = 0;
   for (int64_t f = 0; f < 4 * m.tet_count; f++) {

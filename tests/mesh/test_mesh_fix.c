@@ -109,6 +109,7 @@ static void a_suffix_picks_components(void **state) {
   // letters in any order, with blanks or without
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
     uint8_t *fixed = fix(&m, cases[i].spec, 16);
+
     // the face x = 0 has the first sixteen vertices
     for (int v = 0; v < 336; v++)
       assert_int_equal(fixed[v], v < 16 ? cases[i].bits : 0);

@@ -84,6 +84,7 @@ static void an_affine_map_of_the_mesh_carries_the_surface_along(void **state) {
     for (int64_t v = 0; v < 2000; v++) {
       const double *w = made.embedding.weights + 4 * v;
       const int32_t *corners = b.mesh.tets + 4 * (int64_t)made.embedding.tet[v];
+
       // rounding grows with the size of the weights
       const double grown = 1 + fabs(w[0]) + fabs(w[1]) + fabs(w[2]) + fabs(w[3]);
       assert_true(fabs(w[0] + w[1] + w[2] + w[3] - 1) < 1e-15 * grown);

@@ -280,6 +280,7 @@ static void a_force_without_energy_is_refused_by_its_component(void **state) {
   double *force = (double *)(file + 16), largest = 0;
   for (int n = 225; n < 225 + 15 * 120; n++)
     largest = fmax(largest, fabs(force[n]));
+
   // component 2, coefficient of q_1 q_3
   force[225 + 120 + 2] += largest;
   assert_int_equal(thrum_file_write_atomic(in_folder("bad.cub"), file, size, NULL), THRUM_OK);
@@ -360,6 +361,7 @@ static void matrix_market_holds_every_digit(void **state) {
     assert_int_equal(thrum_precompute(&b.mesh, b.fixed, &options, &made, NULL), THRUM_OK);
     thrum_model_fem full = {0};
     assert_int_equal(thrum_model_fem_create(&made.model, &full, NULL), THRUM_OK);
+
     // the kind of mass is recovered from the basis
     assert_int_equal(full.kind, kind);
 

@@ -64,6 +64,7 @@ static bool on_surface(const double *x) {
 static void linear_displacement_has_constant_stress_and_no_interior_force(void **state) {
   (void)state;
   body b = body_make("beam:4x3x3@1x1x1", NULL);
+
   // inner vertices off the grid, so that the tets differ
   for (int64_t v = 0; v < b.mesh.vertex_count; v++)
     for (int c = 0; c < 3; c++)

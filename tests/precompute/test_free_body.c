@@ -253,6 +253,7 @@ static body make_ball(int cells, double radius) {
 
 static void solid_sphere_has_the_published_clusters(void **state) {
   (void)state;
+
   // Code_Aster SDLV401: 2468.71 Hz five times, 2611.91 five times, 3484.23 three, 3814.60 seven
   const double hertz[] = {2468.71, 2611.91, 3484.23, 3814.60};
   const int times[] = {5, 5, 3, 7}, cells[] = {6, 12};

@@ -333,6 +333,7 @@ static void central_differences_refuse_an_unstable_step(void **state) {
   assert_int_equal(thrum_full_set(full, NULL, v, NULL), THRUM_OK);
   const double energy = thrum_full_energy(full).total;
   full_steps(full, 3000);
+
   // near the bound the scheme's conserved energy differs much from the body's, but it is bounded
   assert_true(thrum_full_energy(full).total < 1e4 * energy);
 
@@ -401,6 +402,7 @@ static void small_swings_have_the_linear_frequencies(void **state) {
       full_steps(full, 1);
       thrum_full_get(full, u, NULL);
       thrum_full_project(full, u, now);
+
       // the midpoint rule's phase is late by (omega h)^2/12 of itself
       const double slow = 2 / (def.dt * omega) * atan(def.dt * omega / 2);
       assert_true(fabs(now[mode] - amplitude * cos(slow * omega * def.dt * k)) <= 1e-4 * amplitude);

@@ -172,6 +172,7 @@ static void a_handle_held_along_two_axes_gives_one_response(void **state) {
 
 static void a_load_along_a_column_of_mu_is_inside_and_a_point_force_is_not(void **state) {
   (void)state;
+
   // the load M u_0 has no share outside of the basis, since U U^T M u_0 = u_0
   body b = body_make("beam:8x2x2@1x0.2x0.15", "x<0.001");
   thrum_precomputed held = body_precompute(&b, 4, 8);

@@ -148,6 +148,7 @@ static void modes_leave_no_residual(void **state) {
 
 static void a_cluster_is_the_same_however_it_was_found(void **state) {
   (void)state;
+
   // two pairs of equal values and a single one: rotated and reflected, they have the same canonical
   // form
   enum { ROWS = 50, COUNT = 5 };
@@ -254,6 +255,7 @@ static void expect_refusal(const body *b, int64_t modes, int64_t rank, thrum_sta
 static void a_body_that_can_move_rigidly_is_refused(void **state) {
   (void)state;
   body b = body_make("beam:3x1x1@3x1x1", NULL);
+
   // a held vertex leaves three rotations, a held edge one; sliding in a plane leaves two shifts and
   // one rotation
   b.fixed[0] = 7;
@@ -323,6 +325,7 @@ static void every_part_of_a_mesh_must_be_held(void **state) {
 
 static void modes_of_twin_bodies_are_those_of_each(void **state) {
   (void)state;
+
   // every value comes twice; the canonical pair has one mode in each body
   body one = body_make("beam:4x1x2@1x0.1x0.2", "x<0.01"), two = make_twin(&one);
   memcpy(two.fixed + one.mesh.vertex_count, one.fixed, (size_t)one.mesh.vertex_count);
@@ -366,6 +369,7 @@ static void rank_beyond_the_span_is_refused_with_the_rank_to_be_had(void **state
 
 static void a_hinge_is_refused(void **state) {
   (void)state;
+
   // a second tetrahedron is attached to the held first one by an edge and can rotate about it
   double vertices[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0.3, -1, -0.1, 0.8, -0.9, -0.8};
   int32_t tets[] = {0, 1, 2, 3, 0, 1, 4, 5}, regions[] = {0, 0};

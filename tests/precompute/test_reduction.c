@@ -507,6 +507,7 @@ static size_t size_of_array(const thrum_model *model, const char *name) {
 
 static void two_runs_give_the_same_bits(void **state) {
   (void)state;
+
   // the bending modes of a square beam come in nearly equal pairs, the hardest case for determinism
   body b = body_make("beam:10x2x2@1x0.1x0.1", "x<0.001");
   thrum_precomputed first = body_precompute(&b, 6, 20);

@@ -106,6 +106,7 @@ static void gmsh_reads_what_we_write(void **state) {
     return;
   thrum_mesh mesh = {0};
   assert_int_equal(thrum_mesh_read("beam:3x2x2@1x0.3x0.3", 1, &mesh, NULL), THRUM_OK);
+
   // in a file with physical groups Gmsh writes only their elements
   assert_int_equal(thrum_mesh_add_region_group(&mesh, 0, "body", NULL), THRUM_OK);
   for (int n = 0; n < 5; n++) {
@@ -127,6 +128,7 @@ static void gmsh_reads_what_we_write(void **state) {
     thrum_mesh read = read_mesh("theirs.msh");
     assert_int_equal(read.vertex_count, mesh.vertex_count);
     assert_int_equal(read.tet_count, mesh.tet_count);
+
     // the format has its own numbering of vertices
     assert_true(fabs(volume(&read) - volume(&mesh)) < 1e-15);
     if (n < 4)
