@@ -1,4 +1,4 @@
-/* Fuzz target of the JSON that options files are read by.
+/* Fuzz target of the JSON reader that options files use.
  * sources: io/json_read.c io/text.c io/file.c platform/interrupt.c
  * runtime/base/status.c
  * SPDX-License-Identifier: Apache-2.0 */

@@ -1,4 +1,4 @@
-/* Fuzz target of scene files: what the reader makes of one, up to the models.
+/* Fuzz target of the reader of scene files, up to the models.
  *
  * sources: driver/scene_spec.c driver/scene_keys.c driver/shared_options.c config/options.c
  * config/options_json.c config/options_command.c config/parse.c config/message.c

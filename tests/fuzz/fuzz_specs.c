@@ -1,4 +1,4 @@
-/* Fuzz target of what --load, --start, --base-motion and --at take.
+/* Fuzz target of the specifications of --load, --start, --base-motion and --at.
  * sources: driver/load_spec.c driver/start_spec.c driver/base_motion_spec.c config/parse.c
  * config/message.c runtime/loads/load_mean.c runtime/base/status.c io/npz.c io/file.c
  * platform/interrupt.c io/npy_file.c io/text.c SPDX-License-Identifier: Apache-2.0 */

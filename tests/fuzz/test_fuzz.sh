@@ -1,10 +1,10 @@
 #!/bin/sh
 # Builds every fuzz target fuzz_*.c with clang's libFuzzer and the sanitizers, and runs each on its
-# corpus and for a bounded number of new inputs from a fixed seed. What a target needs of the sources
-# stands in its first comment, after "sources:"; of the mesh readers it is the same for all.
+# corpus and for a bounded number of new inputs from a fixed seed. The sources that a target needs
+# are listed in its first comment, after "sources:"; those of the mesh readers are the same for all.
 #   test_fuzz.sh SOURCE_FOLDER BUILD_FOLDER CLANG [RUNS] [SECONDS_EACH] [TARGETS]
-# Longer: test_fuzz.sh . build/release clang 100000000 600. What crashes a target is left in
-# BUILD_FOLDER/fuzz; once mended it goes into the corpus.
+# A longer run: test_fuzz.sh . build/release clang 100000000 600. An input that crashes a target is
+# left in BUILD_FOLDER/fuzz; once the fault is fixed, the input belongs in the corpus.
 # SPDX-License-Identifier: Apache-2.0
 set -eu
 source=$(cd "$1" && pwd)
@@ -21,7 +21,7 @@ mesh_sources="$mesh_sources platform/interrupt.c runtime/base/status.c"
 
 mkdir -p "$build"
 
-# compiles what is newer than its object; the objects' names go to $objects
+# compiles the sources that are newer than their objects; the objects' names go to $objects
 compile() {
   objects=
   for pattern in "$@"; do
@@ -51,7 +51,7 @@ for target in "$source"/tests/fuzz/$wanted.c; do
   work=$build/$name.found
   mkdir -p "$work"
   echo "$name"
-  # the work folder takes what is new, the corpus in the tree stays as it is
+  # new inputs go to the work folder; the corpus in the tree stays as it is
   "$build/$name" -seed=1 -runs="$runs" -max_total_time="$seconds" -max_len=8192 -timeout=20 \
     -rss_limit_mb=2048 -artifact_prefix="$build/" -print_final_stats=0 -verbosity=0 \
     "$work" "$corpus"

@@ -35,8 +35,8 @@ typedef struct body {
   int32_t tets[TETS][4];
   int tet_count;
   bool refused;
-  unsigned flag;   /* of a body that is read */
-  int64_t flipped; /* tets, at least */
+  unsigned flag;   /* expected if the body is read */
+  int64_t flipped; /* the least number of flipped tetrahedra */
 } body;
 
 #define CORNERS                                                                                    \
@@ -138,8 +138,7 @@ static void every_format_says_the_same_of_a_broken_body(void **state) {
       const char *path = write_body(b, &formats[k]);
       const thrum_status status = thrum_mesh_read(path, 1, &mesh, &error);
 
-      // Gmsh writes a tetrahedron once for each of its physical groups, so a repeated one counts
-      // once
+      // Gmsh repeats a tetrahedron for each of its physical groups, so repeats count once
       const bool once = strcmp(formats[k].name, "t.msh") == 0 && n == TWICE;
       if ((status < 0) != (b->refused && !once))
         fail_msg("%s in %s: status %d, %s", b->what, formats[k].name, status, error.message);

@@ -39,7 +39,7 @@ static double *weighted_candidates(const thrum_fem *fem, const thrum_sparse *mas
   return c;
 }
 
-/* The `rank` dominant M-orthonormal directions of c into its first columns. */
+/* Replaces the first columns of c by its `rank` dominant M-orthonormal directions. */
 static void dominant(const thrum_sparse *mass, double *c, double *values) {
   const int64_t n = mass->size;
   double *product = need((size_t)(n * CANDIDATES), sizeof *product);

@@ -32,8 +32,7 @@ static void first_frequency_approaches_that_of_the_slender_beam(void **state) {
   (void)state;
   const double coarse = error_with(4), fine = error_with(6);
   print_message("error of f1: %.2f %% with 4 cells, %.2f %% with 6\n", 100 * coarse, 100 * fine);
-  // the mesh is too stiff at every size, and the error falls at nearly the square of the cell's
-  // size
+  // every mesh is too stiff, and the error falls at nearly the square of the cell's size
   assert_true(coarse > fine && fine > 0);
   assert_true(coarse > 1.8 * fine);
   assert_true(fine < 0.04);

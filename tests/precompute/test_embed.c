@@ -95,6 +95,7 @@ static void an_affine_map_of_the_mesh_carries_the_surface_along(void **state) {
         assert_true(fabs(sum - wanted[3 * v + axis]) < 3e-14 * grown);
       }
     }
+
     free(moved);
     free(wanted);
     thrum_embed_free(&made);

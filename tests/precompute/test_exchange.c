@@ -365,10 +365,10 @@ static void matrix_market_holds_every_digit(void **state) {
     // the kind of mass is recovered from the basis
     assert_int_equal(full.kind, kind);
 
-    // the file's header line has the matrix's sizes
     const thrum_sparse *m = &full.mass;
     assert_int_equal(thrum_matrix_market_write(in_folder("m.mtx"), m, "mass", NULL), THRUM_OK);
 
+    // the header of the file has the matrix's sizes
     thrum_text text;
     assert_int_equal(thrum_text_open(in_folder("m.mtx"), '%', 0, &text, NULL), THRUM_OK);
     unlink(in_folder("m.mtx"));

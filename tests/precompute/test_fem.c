@@ -65,17 +65,20 @@ static void linear_displacement_has_constant_stress_and_no_interior_force(void *
   (void)state;
   body b = body_make("beam:4x3x3@1x1x1", NULL);
 
-  // inner vertices off the grid, so that the tets differ
+  // the inner vertices are moved off the grid, so that the tetrahedra differ
   for (int64_t v = 0; v < b.mesh.vertex_count; v++)
     for (int c = 0; c < 3; c++)
       if (!on_surface(b.mesh.vertices + 3 * (v)))
         b.mesh.vertices[3 * v + c] += 0.02 * random_number();
+
+  // force and energy of one displacement gradient
   thrum_fem fem = body_fem(&b);
   double a[3][3] = {{1.2, 0.3, -0.1}, {0.05, 0.9, 0.2}, {-0.15, 0.1, 1.1}};
   double *u = linear_displacement(&b.mesh, a, (double[]){0.1, 0.2, 0.3});
   double *force = need((size_t)(3 * fem.vertex_count), sizeof *force);
   const double energy = thrum_fem_energy(&fem, u, force);
 
+  // a constant stress leaves forces on the surface alone
   double largest = 0, inside = 0;
   int64_t inner = 0;
   for (int64_t v = 0; v < fem.vertex_count; v++) {
@@ -90,7 +93,7 @@ static void linear_displacement_has_constant_stress_and_no_interior_force(void *
   assert_true(inner > 0);
   assert_true(inside < 1e-12 * largest);
 
-  // energy density of St. Venant-Kirchhoff, E = (A^T A - 1)/2, over a volume of 1
+  // the energy density of St. Venant-Kirchhoff, E = (A^T A - 1)/2, over a volume of 1
   double trace = 0, square = 0;
   for (int c = 0; c < 3; c++)
     for (int d = 0; d < 3; d++) {
@@ -100,6 +103,7 @@ static void linear_displacement_has_constant_stress_and_no_interior_force(void *
       square += strain * strain;
     }
   assert_close(energy, fem.lambda[0] / 2 * trace * trace + fem.mu[0] * square, 1e-13);
+
   free(u);
   free(force);
   thrum_fem_free(&fem);
@@ -142,17 +146,21 @@ static void force_and_tangent_are_derivatives_of_the_energy(void **state) {
   body b = body_make("beam:6x2x2@1x0.2x0.2", NULL);
   thrum_fem fem = body_fem(&b);
   const int64_t count = 3 * fem.vertex_count;
+
+  // a displacement u and a direction d
   double *u = random_vector(count, 0.01), *d = random_vector(count, 0.01);
   double *at = need((size_t)count, sizeof *at), *force = need((size_t)count, sizeof *force);
   double *moved = need((size_t)count, sizeof *moved),
          *product = need((size_t)count, sizeof *product);
+
+  // energy, force and tangent at u
   thrum_sparse tangent;
   assert_int_equal(thrum_fem_pattern(&fem, &tangent, NULL), THRUM_OK);
   assert_int_equal(thrum_fem_stiffness(&fem, u, &tangent, NULL), THRUM_OK);
   thrum_sparse_product(&tangent, d, 1, product);
   const double energy = thrum_fem_energy(&fem, u, force);
 
-  // remainders of the Taylor series must fall with the square of the step, three times in a row
+  // the remainders of the Taylor series of energy and force along d
   double energy_error[4], force_error[4];
   for (int level = 0; level < 4; level++) {
     const double step = ldexp(1, -4 - level);
@@ -164,10 +172,13 @@ static void force_and_tangent_are_derivatives_of_the_energy(void **state) {
       moved[i] -= force[i] + step * product[i];
     force_error[level] = norm_of(moved, count);
   }
+
+  // they must fall with the square of the step, three times in a row
   for (int level = 0; level < 3; level++) {
     assert_true(fabs(order_of(energy_error[level], energy_error[level + 1]) - 2) < 0.1);
     assert_true(fabs(order_of(force_error[level], force_error[level + 1]) - 2) < 0.1);
   }
+
   thrum_sparse_free(&tangent);
   free(u);
   free(d);

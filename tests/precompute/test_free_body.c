@@ -8,7 +8,7 @@
 #include "thrum/polynomial.h"
 #include "thrum/rigid_frame.h"
 
-// K and M of a small body as full matrices, n x n
+// the matrices K and M of a small body in full, n x n
 static void make_dense(const body *b, double **stiffness, double **mass, int *n) {
   thrum_fem fem = body_fem(b);
   thrum_sparse k = {0}, m = {0};
@@ -197,8 +197,7 @@ static void derivatives_solve_the_singular_system(void **state) {
   const double c = two.model.c3[thrum_c3_index(2, 0, 0, 1)];
   const double relaxed = two.model.c4[thrum_c4_index(2, 0, 0, 0, 0)] - c * c / (2 * w2);
 
-  // a free beam bends freely: almost nothing of the locked quartic remains, and it is never
-  // negative
+  // a free beam bends freely: almost nothing of the locked quartic remains, nothing negative
   assert_true(locked > 0 && relaxed > -1e-9 * locked && relaxed < 0.02 * locked);
   thrum_precomputed_free(&one);
   thrum_precomputed_free(&two);
@@ -306,7 +305,7 @@ static void expect_refusal(const body *b, thrum_status expected, const char *par
     fail_msg("'%s' does not say '%s' in one line", error.message, part);
 }
 
-// two cubes of one cell; the second is the first moved by `shift` cells, equal vertices shared
+// two cubes of one cell; the second is the first moved by (x, y), and they share equal vertices
 static body make_pair(double x, double y) {
   body one = body_make("beam:1x1x1@1x1x1", NULL), pair = {.mesh = one.mesh};
 

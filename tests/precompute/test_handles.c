@@ -191,8 +191,7 @@ static void a_load_along_a_column_of_mu_is_inside_and_a_point_force_is_not(void 
   thrum_fem_scatter(&fem, product, forces);
   assert_true(share_of(&held.model, forces).load < 1e-12);
 
-  // a point force does lie outside: a smooth basis represents little of it, but much of its
-  // response
+  // a smooth basis represents little of a point force, but much of its static response
   memset(forces, 0, sizeof *forces * (size_t)(3 * fem.vertex_count));
   forces[3 * fem.vertex_count - 1] = 1;
   const thrum_load_share point = share_of(&held.model, forces);

@@ -230,8 +230,7 @@ static void a_bar_of_two_materials_sounds_as_wave_theory_says(void **state) {
   assert_int_equal(thrum_mesh_fix(&b.mesh, "x<2:yz", b.fixed, &count, NULL), THRUM_OK);
   thrum_precomputed result = body_precompute(&b, 4, 4);
 
-  // c = 31.62 and 94.87 m/s over 0.5 m each: the roots lie where the frequency equation changes
-  // sign
+  // c = 31.62 and 94.87 m/s over 0.5 m each: the frequency equation changes sign at its roots
   const double c1 = sqrt(1e3), c2 = sqrt(9e3), z1 = sqrt(1e9), z2 = sqrt(9e9);
   int found = 0;
   double before = 0;

@@ -149,8 +149,7 @@ static void modes_leave_no_residual(void **state) {
 static void a_cluster_is_the_same_however_it_was_found(void **state) {
   (void)state;
 
-  // two pairs of equal values and a single one: rotated and reflected, they have the same canonical
-  // form
+  // two pairs of equal values and a single one keep their canonical form when rotated or reflected
   enum { ROWS = 50, COUNT = 5 };
   const double values[COUNT] = {1, 1, 2, 3, 3};
   double *vectors = random_vector(ROWS * COUNT, 1), turned[ROWS * COUNT];

@@ -117,6 +117,8 @@ static void reduced_energy_force_and_tangent_are_those_of_full_order_real_meshes
 static void reduced_energy_is_exact_for_several_and_auxetic_materials(void **state) {
   (void)state;
   body b = body_make("beam:6x2x2@1x0.2x0.15", "x<0.001");
+
+  // nearly incompressible, auxetic and without lateral strain, alternating over the mesh
   thrum_material *materials = need(3, sizeof *materials);
   materials[0] = (thrum_material){5e6, 0.45, 1000};
   materials[1] = (thrum_material){2e5, -0.8, 300};

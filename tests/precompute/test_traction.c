@@ -96,8 +96,7 @@ static void a_traction_sums_to_its_area_times_itself(void **state) {
 }
 
 /* A bar that is pulled at its end by s and free to contract sideways stretches by F with
- * s = F S(F), where
- * S = E/2 (F^2 - 1), and so does each of its sections. */
+ * s = F S(F), where S = E/2 (F^2 - 1), and so does each of its sections. */
 static void a_pulled_bar_stretches_as_the_material_says(void **state) {
   (void)state;
   body b;
@@ -105,8 +104,7 @@ static void a_pulled_bar_stretches_as_the_material_says(void **state) {
   const int64_t n = b.mesh.vertex_count;
   assert_true(n > 0);
 
-  // symmetric supports let the bar contract: x is held at the end, y and z in planes through the
-  // axis
+  // supports that let the bar contract: x held at the end, y and z in planes through the axis
   for (int64_t v = 0; v < n; v++) {
     const double *x = b.mesh.vertices + 3 * v;
     b.fixed[v] = (uint8_t)((x[0] < 1e-9 ? 1 : 0) | (fabs(x[1]) < 1e-9 ? 2 : 0) |

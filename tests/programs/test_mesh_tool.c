@@ -1,6 +1,6 @@
 /* `thrum mesh` with the meshing programs, where they are installed, and with stand-ins for them
- * that fail in every way. The arguments are the paths of Gmsh and TetGen; an absent one is
- * "". SPDX-License-Identifier: Apache-2.0 */
+ * that fail in every way. The arguments are the paths of Gmsh and TetGen; an absent one
+ * is "". SPDX-License-Identifier: Apache-2.0 */
 // clang-format off
 #include <setjmp.h>
 #include <stdarg.h>

@@ -13,13 +13,13 @@ static const thrum_integrator all_integrators[5] = {
     THRUM_INTEGRATOR_IMEXV, THRUM_INTEGRATOR_NEWMARK, THRUM_INTEGRATOR_VERLET,
     THRUM_INTEGRATOR_MIDPOINT, THRUM_INTEGRATOR_ENERGY};
 
-/* How a rig is made; rig_default and then what differs. */
+/* The definition of a rig: rig_default, then the members that differ. */
 typedef struct rig_def {
   thrum_integrator integrator;
-  double dt, omega; /* of the softest mode; the stiffest has three times that */
-  double shape;     /* how far a unit of q moves a point, 0: a rigid body */
-  double stiffness; /* of a point [N/m] */
-  int points;       /* that may touch, the lowest ones first; at most RIG_POINTS - 1 */
+  double dt, omega; /* omega: the softest mode's; the stiffest has three times that */
+  double shape;     /* the displacement of a point by a unit of q, 0: a rigid body */
+  double stiffness; /* per point [N/m] */
+  int points;       /* candidates of contact, the lowest ones first; at most RIG_POINTS - 1 */
   int pulls;
 } rig_def;
 

@@ -53,8 +53,7 @@ static inline void linear_fields_free(linear_fields *fields) {
   body_free(&fields->body);
 }
 
-/* Stress points in a block of exactly their size, so that a sanitizer sees the first byte beyond.
- */
+/* Stress points in a block of exactly their size, so that a sanitizer sees an access beyond it. */
 static inline const thrum_stress_points *stress_points_make(const thrum_model *model,
                                                             const int32_t *tets, int64_t count) {
   const thrum_stress_points_def def = {tets, count};

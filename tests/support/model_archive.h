@@ -20,21 +20,21 @@ enum { ARCHIVE_PARTS = 20, ARCHIVE_DATA = 768, ARCHIVE_MAX = 16384 };
 
 typedef enum archive_extra {
   EXTRA_NONE,
-  EXTRA_PADDING,      /* what the writer does: a record of zeros up to a multiple of 64 */
-  EXTRA_ZIP64,        /* numpy.savez before Python 3.11.4: the sizes twice */
-  EXTRA_ZIP64_ONLY,   /* numpy.savez after it: the sizes in the record alone */
-  EXTRA_ZIP64_WRONG,  /* a size that is not that of the directory */
+  EXTRA_PADDING,      /* as the writer pads: a record of zeros up to a multiple of 64 */
+  EXTRA_ZIP64,        /* as numpy.savez before Python 3.11.4: the sizes are stored twice */
+  EXTRA_ZIP64_ONLY,   /* as numpy.savez since then: the sizes are in the record alone */
+  EXTRA_ZIP64_WRONG,  /* a size that differs from the directory's */
   EXTRA_PADDING_ONES, /* padding that is not zero */
-  EXTRA_PADDING_LONG, /* padding that says it is longer than the field */
-  EXTRA_UNKNOWN       /* a time stamp as zip(1) writes */
+  EXTRA_PADDING_LONG, /* padding whose length exceeds the field */
+  EXTRA_UNKNOWN       /* a time stamp, as zip(1) writes it */
 } archive_extra;
 
-/* One member. `version` is that of .npy, 1 for 1.0. */
+/* One member of the archive. `version` is the version of its .npy format, 1 for 1.0. */
 typedef struct archive_part {
-  const char *name;       /* of the member, with .npy */
-  const char *local_name; /* NULL: the same */
+  const char *name;       /* the member's, with .npy */
+  const char *local_name; /* NULL: the same as name */
   const char *type, *order, *shape;
-  const char *header; /* NULL: made of type, order and shape */
+  const char *header; /* NULL: made from type, order and shape */
   int version;
   unsigned char data[ARCHIVE_DATA];
   size_t size;
@@ -50,7 +50,7 @@ typedef struct archive {
   int count;
   const char *comment; /* NULL: none */
   size_t gap;          /* stray bytes between the members and the directory */
-  size_t stray;        /* stray bytes between the directory and the end record, counted as its */
+  size_t stray;        /* stray bytes behind the directory, counted in its size */
   unsigned count_change, disk;
 } archive;
 
