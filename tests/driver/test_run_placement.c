@@ -36,6 +36,7 @@ static void a_place_tells_its_matrix(void **state) {
                                     {0, 1, -1, 0}, {1e-9, 0, 1, 1}, {3, -1, 2, 5}};
   static const double shift[3] = {0.3, -2, 5}, in[3] = {0.7, -0.2, 0.4};
 
+  // each rotation goes with the same scale and the same shift
   for (size_t n = 0; n < sizeof turns / sizeof turns[0]; n++) {
     double q[4], length = 0, matrix[16], again[16], row[CLI_RUN_PLACE], out[3];
 

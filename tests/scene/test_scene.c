@@ -85,6 +85,8 @@ static void step_alone(const fixture *f, const thrum_state_def *def, const thrum
 
 static void bodies_side_by_side_have_the_bits_of_each_alone(void **context) {
   fixture *f = *context;
+
+  // the integrators of the bodies, and the loads that they share
   static const thrum_integrator integrators[] = {THRUM_INTEGRATOR_IMEXV, THRUM_INTEGRATOR_NEWMARK,
                                                  THRUM_INTEGRATOR_ENERGY, THRUM_INTEGRATOR_IMEXV};
   const double gravity[3] = {0.3, 0, -9.81}, force[3] = {1, -2, 0.5};
@@ -520,7 +522,7 @@ static void the_matrix_puts_a_surface_where_its_vertices_are(void **context) {
 }
 
 static void bad_defs_are_refused(void **context) {
-  // a definition that was not initialised is told from a bad one
+  // a definition that was not initialised has a status of its own
   fixture *f = *context;
   thrum_scene_body_def def = {0};
   assert_int_equal(thrum_scene_add_body(f->scene, &def, NULL, &error), THRUM_UNINITIALISED_DEF);

@@ -391,7 +391,7 @@ static void wind_on_a_box_is_its_frontal_drag(void **context) {
   steps(f->scene, 1);
   MUST(thrum_scene_probe(f->scene, 0, x, v, &error));
   const double force = 0.5 * 1.2 * 1.1 * 144 * 4 * 0.3 * 0.2;
-  // the mean over the vertices moves as the whole but for the first bit of strain
+  // the mean over the vertices differs from the centre of mass by the strain of the first step
   assert_close(v[0], force * 0.002 / info.mass, 0.2);
 
   // after many steps the velocity has approached the wind as in the closed form

@@ -65,6 +65,8 @@ static void what_wanders_is_no_trend(void **state) {
     told[1] += fabs(trend.slope) > 2 * trend.error_correlated;
   }
 
+  // independent residuals report far too many trends, the corrected error about as many as it
+  // should
   assert_true(told[0] > ROWS / 3);
   assert_true(told[1] > ROWS / 100 && told[1] < ROWS / 8);
 }
@@ -142,6 +144,7 @@ static void a_strike_gives_its_whole_impulse_at_any_step(void **state) {
   (void)state;
   static const double steps[5] = {1e-4, 7e-4, 2e-3, 3e-3, 1e-2};
 
+  // a body whose periods are long against the impulse
   const thrum_model *model = load_particle();
   experiment_body body;
   thrum_error error = {0};

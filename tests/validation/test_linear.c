@@ -16,6 +16,7 @@ static void the_deflection_at_an_error_is_that_of_the_closed_form(void **state) 
   double push[1] = {1}, tip[3] = {0, 0, 1};
   const experiment_body body = {"duffing", &m.model, 1, {0, 0, 1}, 1.0 / 9, push, tip};
 
+  // the comparison over its levels of error
   experiment_linear_result result;
   thrum_error error;
   if (experiment_linear_compare(&body, &result, &error) != THRUM_OK)
@@ -53,6 +54,7 @@ static void a_linear_body_is_never_wrong(void **state) {
   random_model_make(&m, 1, 3, 3, 8, INFINITY);
   double push[3] = {1, 0.5, -0.2}, tip[9] = {0, 0, 0, 0, 0, 0, 1, 0.5, -0.2};
 
+  // the compliance along the push follows from the frequencies
   double compliance = 0;
   for (int i = 0; i < 3; i++)
     compliance += push[i] * push[i] / m.omega2[i];

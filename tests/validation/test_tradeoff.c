@@ -33,8 +33,7 @@ static int remove_folder(void **state) {
   return 0;
 }
 
-/* --- samples -----------------------------------------------------------------------------------
- */
+/* --- samples --------------------------------------------------------------------------- */
 
 static double cubic(double t, double *slope) {
   *slope = 2 - 6 * t + 1.5 * t * t;
@@ -67,8 +66,7 @@ static void samples_between_steps_are_exact_for_cubics(void **state) {
   }
 }
 
-/* --- the trade of a small beam ------------------------------------------------------------------
- */
+/* --- the trade-off of a small beam ----------------------------------------------------- */
 
 typedef struct trade {
   body body;
@@ -201,7 +199,7 @@ static void bases_that_the_mesh_does_not_have_are_dropped(void **state) {
   t.problem.dt_count = 1;
   t.problem.rank_count = 2;
   t.problem.modes[0] = 10;
-  t.problem.ranks[0] = 20; // of 12 components
+  t.problem.ranks[0] = 20; // the mesh has 12 components
   t.problem.modes[1] = t.problem.ranks[1] = 0;
   trade_solve(&t);
 
@@ -254,11 +252,12 @@ static void the_choice_is_the_cheapest_or_the_most_accurate(void **state) {
   assert_int_equal(tradeoff_choose(&result, NAN, 0.5), -1);
 }
 
-/* --- the command --------------------------------------------------------------------------------
- */
+/* --- the command ----------------------------------------------------------------------- */
 
 static void the_command_recommends_what_simulate_takes(void **state) {
   (void)state;
+
+  // the run finds a setting within the bound of the error
   cli_result run = thrum_run(folder, "tradeoff", "beam.npz", "-o", "trade", "--load",
                              "square:0,0,-20@tip,until=0.05", "--quick", "--time", "0.2", "--error",
                              "50%", "--json", "-q", NULL);
@@ -266,6 +265,7 @@ static void the_command_recommends_what_simulate_takes(void **state) {
   cJSON *object = cli_json_line(run.out);
   assert_non_null(object);
 
+  // no setting within this bound is cheaper than the recommended one
   const cJSON *runs = cJSON_GetObjectItem(object, "runs");
   const cJSON *recommended = cJSON_GetObjectItem(object, "recommended");
   assert_int_equal(cJSON_GetArraySize(runs), 2 * 3 * 3);
@@ -360,6 +360,7 @@ static void a_mesh_is_traded_as_its_model_is(void **state) {
     cli_result_free(&run);
   }
 
+  // both give the same error; a mesh can be simulated at full order
   assert_true(errors[0] > 0 && errors[0] == errors[1]);
   cli_result run =
       thrum_run(folder, "simulate", "beam:6x2x2@1x0.15x0.15", "--fix", "x<0.001", "--full", "-o",
@@ -386,6 +387,7 @@ static void a_mesh_is_traded_as_its_model_is(void **state) {
   assert_int_equal(run.exit_code, 2);
   cli_result_free(&run);
 
+  // the environment is as it was before the test
   if (before[0] != 0)
     setenv("XDG_CACHE_HOME", before, 1);
   else

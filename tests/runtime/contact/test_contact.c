@@ -60,7 +60,7 @@ static void a_body_that_lands_flat_bounces_as_one_point_does(void **state) {
 }
 
 typedef struct impact {
-  double depth, duration, speed; /* the deepest [m], while it touches [s], away [m/s] */
+  double depth, duration, speed; /* greatest [m]; of contact [s]; afterwards [m/s] */
 } impact;
 
 /* Lets a rigid body without weight meet a floor at 1 m/s. */
@@ -241,6 +241,7 @@ static void a_body_rests_at_the_depth_of_its_weight(void **state) {
     print_message("e = %g: depth off by %.2g\n", restitution[n],
                   r.translation.position[2] / depth + 1);
 
+    // the report counts these points and holds their force
     const thrum_contact_report report = thrum_contact_report_get(r.contact);
     assert_int_equal(report.touching, 4);
     assert_true(fabs(report.normal - RIG_MASS * RIG_GRAVITY) <= 1e-9);

@@ -65,6 +65,7 @@ static void fall_make(fall *f, const thrum_state_def *def) {
       thrum_contact_init(lay(size), size, &f->model, f->state, &touching, &f->contact, NULL),
       THRUM_OK);
 
+  // the floor, and the beam in its initial place above it
   f->floor = thrum_default_obstacle();
   place(f, 0.3);
 }
@@ -156,6 +157,7 @@ static void a_smooth_elastic_fall_keeps_its_energy(void **state) {
     assert_true(run(&f, (int64_t)(3 / def.dt), &gain) <= 1e-9);
     assert_true(gain <= 1e-9);
 
+    // the energy that the elastic contact loses must fall with the time step
     lost[n] = thrum_contact_report_get(f.contact).lost / first;
     print_message("h = %g: %.2g of the energy lost in 3 s\n", def.dt, lost[n]);
     fall_free(&f);

@@ -69,6 +69,7 @@ static void contact_never_adds_energy(void **state) {
       const extreme x = {all_integrators[i],  dt,  stiffness[n / 4 % 4], friction[n / 16 % 3],
                          restitution[n / 48], 0.1, fmin(10.3 * dt, 0.2)};
 
+      // the largest gain of all cases, and how often a step was repeated or declined
       thrum_contact_report report;
       worst = fmax(worst, throw_down(&x, 300, &report));
       redone += report.redone;
@@ -76,6 +77,7 @@ static void contact_never_adds_energy(void **state) {
       made += report.steps;
     }
 
+    // the bound is that of the integrator
     print_message("%-8s largest gain %.1e, %lld steps, %lld redone, %lld without contact\n",
                   thrum_integrator_name((thrum_integrator)i), worst, (long long)made,
                   (long long)redone, (long long)declined);
@@ -108,6 +110,7 @@ static void the_account_is_exact(void **state) {
     rig r;
     rig_make(&r, &def);
 
+    // the body falls obliquely
     r.floor.restitution = restitution[n % 3];
     r.floor.damping = n == 1 ? 200 : 0;
     r.translation.position[2] = 0.3;
@@ -139,6 +142,7 @@ static void an_obstacle_that_moves_does_work_of_its_own(void **state) {
   r.translation.velocity[2] = speed;
   r.floor.velocity[2] = speed;
 
+  // the caller moves the floor with its velocity
   for (int n = 0; n < 2000; n++) {
     rig_steps(&r, 1);
     r.floor.centre[2] += speed * def.dt;
@@ -197,6 +201,7 @@ static void a_snapshot_goes_on_bit_for_bit(void **state) {
   r.translation.velocity[0] = 0.3;
   rig_steps(&r, 60);
 
+  // a snapshot is a copy of the contact, the state and the translation
   const size_t size = thrum_contact_bytes(r.contact);
   void *contact = malloc(size), *body = state_snapshot(r.state);
   assert_non_null(contact);
@@ -215,6 +220,7 @@ static void a_snapshot_goes_on_bit_for_bit(void **state) {
     r.translation = translation;
   }
 
+  // both continuations are equal
   assert_memory_equal(q[0], q[1], sizeof q[0]);
   assert_memory_equal(&end[0], &end[1], sizeof end[0]);
   free(contact);

@@ -164,6 +164,7 @@ static void a_body_swings_in_a_smooth_bowl(void **state) {
 static void a_placement_turns_everything(void **state) {
   (void)state;
 
+  // a rotation about y, and a shift
   const double c = cos(0.9), s = sin(0.9);
   thrum_placement placement = {{c, 0, s, 0, 1, 0, -s, 0, c}, {3, -2, 5}};
   double q[2][RIG_RANK], height[2];
@@ -202,6 +203,7 @@ static void a_placement_turns_everything(void **state) {
     rig_free(&r);
   }
 
+  // the differences are those of rounding
   for (int i = 0; i < RIG_RANK; i++)
     assert_true(fabs(q[0][i] - q[1][i]) <= 1e-7);
   assert_true(fabs(height[0] - height[1]) <= 1e-7);
@@ -283,10 +285,12 @@ static void what_cannot_be_is_refused(void **state) {
 static void defs_that_cannot_be_are_refused(void **state) {
   (void)state;
 
+  // a model and a state for the definitions
   rig_def made = rig_default();
   rig r;
   rig_make(&r, &made);
 
+  // an output with a known value, and arguments out of range
   size_t size = 77;
   thrum_error error = {0};
   const int32_t beyond = RIG_POINTS;

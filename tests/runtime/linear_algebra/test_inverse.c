@@ -29,8 +29,9 @@ enum { MOST = 100, KINDS = TINY_ONES + 1 };
 
 static double matrix[MOST * MOST], inverses[2][MOST * MOST], work[(MOST + 10) * (MOST + 8)];
 
-/* n x n: of any sign; definite; definite but for one pivot in the middle; definite and diagonal
- * with zeros of both signs beside it; definite and near the ends of the range of numbers. */
+/* Makes an n x n matrix: of any sign; definite; definite but for one pivot in the middle; definite
+ * and diagonal with zeros of both signs beside it; definite and near the ends of the range of
+ * numbers. */
 static void make_kind(random_state *random, matrix_kind which, int n, double *to) {
   const double scale = which == HUGE_ONES ? 1e200 : which == TINY_ONES ? 1e-200 : 1;
   random_vector(random, n * n, 1, to);

@@ -34,6 +34,7 @@ static void a_step_takes_the_mean_of_the_acceleration(void **state) {
           by_parts[axis] +=
               acceleration(((double)step + ((double)part + 0.5) / 20000) * dt, axis) / 20000;
 
+      // the means agree, and their sum is kept for the whole
       for (int axis = 0; axis < 3; axis++) {
         assert_true(fabs(mean[axis] - by_parts[axis]) <= 3e-4);
         sum[axis] += mean[axis] * dt;

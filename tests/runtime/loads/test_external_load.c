@@ -43,6 +43,7 @@ static void vertex_force_is_its_rows_of_the_basis(void **state) {
       reduced[i] = (double)i;
     assert_int_equal(thrum_load_add_vertex(&m.model, vertex, force, reduced, NULL), THRUM_OK);
 
+    // the rows of the vertex times the force
     for (int64_t i = 0; i < RANK; i++) {
       double expected = (double)i;
       for (int axis = 0; axis < 3; axis++)
@@ -101,6 +102,7 @@ static void displacement_of_any_range_is_the_basis_times_q(void **state) {
   random_model m;
   make_body(&m);
 
+  // random reduced coordinates
   random_state random = {4};
   double q[RANK];
   random_vector(&random, RANK, 1, q);
@@ -113,6 +115,7 @@ static void displacement_of_any_range_is_the_basis_times_q(void **state) {
       assert_int_equal(thrum_displacement(&m.model, q, first, count, u, NULL), THRUM_OK);
       assert_true(u[3 * count] == -77);
 
+      // each row of the range is the product of its row of the basis
       for (int64_t row = 0; row < 3 * count; row++) {
         double expected = 0;
         for (int64_t i = 0; i < RANK; i++)
@@ -135,6 +138,7 @@ static void force_and_displacement_are_transposes(void **state) {
   random_vector(&random, RANK, 1, q);
   random_vector(&random, 3 * VERTICES, 1, forces);
 
+  // the reduced load and the displacement come from the functions under test
   assert_int_equal(thrum_load_add_field(&m.model, forces, reduced, NULL), THRUM_OK);
   assert_int_equal(thrum_displacement(&m.model, q, 0, VERTICES, u, NULL), THRUM_OK);
 

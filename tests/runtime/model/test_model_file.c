@@ -208,6 +208,7 @@ static void view_init_and_load_agree(void **state) {
   assert_int_equal(thrum_model_load(path, &loaded, &error), THRUM_OK);
   assert_true(models_bit_equal(&view, loaded));
 
+  // both copies have every array aligned to 64 bytes
 #define X(type, name, rows, columns, presence, meaning)                                            \
   assert_int_equal((uintptr_t)laid->name % 64, 0);                                                 \
   assert_int_equal((uintptr_t)loaded->name % 64, 0);
@@ -370,6 +371,7 @@ static void damage_under_a_right_checksum_is_refused_or_a_valid_model(void **sta
   uint64_t s = 1;
   int accepted = 0, refused = 0;
   for (int round = 0; round < 4000; round++) {
+    // the generator chooses the array, the place and the kind of damage
     archive a = archive_sample();
     char header[160];
     s = s * 6364136223846793005u + 1442695040888963407u;
@@ -423,6 +425,7 @@ static void groups_are_found_by_name(void **state) {
   assert_non_null(strstr(error.message, "'lef'"));
   assert_int_equal(count, 3);
 
+  // names are found by index, and only within the count
   assert_string_equal(thrum_model_group_name(&model, 0), "left");
   assert_string_equal(thrum_model_group_name(&model, 1), "right side");
   assert_null(thrum_model_group_name(&model, 2));

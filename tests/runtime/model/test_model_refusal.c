@@ -299,6 +299,7 @@ static void another_version_of_the_format_speaks_first(void **state) {
   archive_find(&a, "omega2")->type = "<f4";
   refused(&a, THRUM_UNSUPPORTED, "array 'format' says version 2.0, this program reads version 1");
 
+  // a negative minor version is not one of this format
   a = archive_sample();
   archive_set_i4(&a, "format", 1, -1);
   refused(&a, THRUM_BAD_VALUE, "array 'format'");
@@ -381,6 +382,7 @@ static void shapes_are_those_of_the_list(void **state) {
       {"c3", "4", 32, THRUM_BAD_FORMAT, "array 'c3': its .npy header"},
   };
 
+  // the sample has one array replaced at a time
   for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
     archive a = archive_sample();
     archive_part *part = archive_find(&a, cases[i].array);
@@ -431,6 +433,7 @@ static void headers_are_plain_dictionaries(void **state) {
       "{'a_key_that_is_far_too_long': '<f8', 'fortran_order': False, 'shape': (4,)}",
   };
 
+  // good headers are accepted, bad ones are refused with the name of the array
   for (size_t i = 0; i < sizeof good / sizeof good[0]; i++) {
     archive a = archive_sample();
     archive_find(&a, "c3")->header = good[i];
@@ -492,6 +495,7 @@ static void indices_stay_in_range(void **state) {
       {"group_ends", 0, INT32_MIN, "array 'group_ends' entry 0 is -2147483648"},
   };
 
+  // the index and its entry are in the message
   for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
     archive a = archive_sample();
     archive_set_i4(&a, cases[i].array, cases[i].entry, cases[i].value);

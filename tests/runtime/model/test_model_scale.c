@@ -164,6 +164,7 @@ static void bad_scales_are_refused(void **context) {
                                      {1, 1, 0},     {NAN, 1, 1},       {1, INFINITY, 1},
                                      {1e-80, 1, 1}, {1e-60, 1, 1e-60}, {1, 1e300, 1e-300}};
 
+  // one block serves all calls, since the size does not depend on the factors
   size_t size = 0;
   assert_int_equal(thrum_model_scale_size(&m, &size, NULL), THRUM_OK);
   void *memory = aligned_alloc(64, (size + 63) / 64 * 64);

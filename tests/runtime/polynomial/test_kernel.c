@@ -171,6 +171,7 @@ static void every_kernel_gives_the_bits_of_the_reference_at_every_rank(void **st
     const int32_t split = (int32_t)(rank * (rank % 5) / 4);
     evaluate(s, &thrum_kernel_reference, true, rank, split, expected);
 
+    // the other kernels that this machine can run
     for (int id = THRUM_KERNEL_AVX2; thrum_kernel_name((thrum_kernel_id)id); id++) {
       if (!thrum_kernel_usable((thrum_kernel_id)id))
         continue;

@@ -137,7 +137,8 @@ static void counts_are_the_binomials(void **state) {
   assert_int_equal(thrum_restricted_count(3), 8 + 8 + 8 + 16);
 }
 
-/* V = q0^2 + 4 q1^2 + (1,2,3,4).(000,001,011,111) + (1,2,3,4,5).(0000,0001,0011,0111,1111). */
+/* The energy is V = q0^2 + 4 q1^2 + (1,2,3,4).(000,001,011,111) +
+ * (1,2,3,4,5).(0000,0001,0011,0111,1111). */
 static void two_coordinates_give_numbers_worked_out_by_hand(void **state) {
   (void)state;
 
@@ -161,13 +162,14 @@ static void two_coordinates_give_numbers_worked_out_by_hand(void **state) {
   assert_true(thrum_strain_energy(&m.model, q, work) == 1027.0);
   assert_true(thrum_internal_force(&m.model, q, force, work) == 1027.0);
 
-  // d/dq0: 4 + (12 + 24 + 27) + (32 + 72 + 108 + 108); d/dq1: 24 + (8 + 36 + 108) + (16 + 72 + 216
-  // + 540)
+  // d/dq0: 4 + (12 + 24 + 27) + (32 + 72 + 108 + 108)
+  // d/dq1: 24 + (8 + 36 + 108) + (16 + 72 + 216 + 540)
   assert_true(force[0] == 387.0 && force[1] == 1020.0);
 
   thrum_tangent_stiffness(&m.model, q, tangent, work);
-  // d00: 2 + (12 + 12) + (48 + 72 + 54); d01: (8 + 18) + (24 + 72 + 108); d11: 8 + (12 + 72) + (24
-  // + 144 + 540)
+  // d00: 2 + (12 + 12) + (48 + 72 + 54)
+  // d01: (8 + 18) + (24 + 72 + 108)
+  // d11: 8 + (12 + 72) + (24 + 144 + 540)
   assert_true(tangent[0] == 200.0 && tangent[1] == 230.0);
   assert_true(tangent[2] == 230.0 && tangent[3] == 800.0);
 
@@ -301,6 +303,7 @@ static void tangent_is_symmetric_and_times_v_gives_tangent_vector(void **state) 
     setup s;
     setup_make(&s, ranks[c]);
 
+    // the matrix, and the product without it
     int64_t r = s.rank;
     double expected[RANK_MAX];
     thrum_tangent_stiffness(s.model, s.q, s.tangent, s.work);
@@ -409,6 +412,7 @@ static void restricted_polynomial_is_the_polynomial_at_every_split(void **state)
     double scale, energy_scale = norm(r, s.force) + fabs(energy);
     energy_by_loops(s.model, s.q, &scale);
 
+    // every split into fixed and free coordinates; a marker ends the restricted coefficients
     for (int32_t split = 0; split <= r; split++) {
       int64_t n = r - split, count = thrum_restricted_count(n);
       double low[RANK_MAX], gradient[RANK_MAX];
@@ -541,6 +545,7 @@ static void products_keep_the_promised_order_of_summation_bit_for_bit(void **sta
       memcpy(y_b, y, sizeof y_b);
       memcpy(w_b, w, sizeof w_b);
 
+      // the products, and the same sums by the plain loops
       thrum_matrix_product(rows, columns, block, m, y_b);
       thrum_matrix_product_transposed(rows, columns, block, x, w_b);
       block_by_promise(rows, columns, block, m, x, y, w);

@@ -98,6 +98,7 @@ static void the_running_peak_is_the_largest_displacement_so_far(void **state) {
       expected_vertex = here;
     }
 
+    // the running peak agrees in size and vertex
     assert_int_equal(thrum_displacement_peak(&model, extents, q, &peak, &vertex, NULL), THRUM_OK);
     assert_true(fabs(peak - expected) <= 1e-15);
     assert_int_equal(vertex, expected_vertex);

@@ -62,6 +62,7 @@ static void reach_warns_exactly_above_its_threshold(void **state) {
   linear_fields fields;
   linear_fields_make(&fields, "beam:1x1x1@3x4x12", 1e6, 0.3);
 
+  // the threshold is two tenths of the body's diagonal
   thrum_monitor_def def = thrum_default_monitor_def();
   def.reach_most = 2;
   const thrum_monitor *monitor = monitor_make(&fields.model, &def);
@@ -109,6 +110,7 @@ static void a_record_keeps_what_was_and_says_what_is(void **state) {
   assert_int_equal(second.looks, 1);
   assert_int_equal(second.warnings_now, second.warnings);
 
+  // warnings have texts, other numbers have none
   assert_string_equal(thrum_warning_text(THRUM_WARNING_INVERTED),
                       "a tetrahedron is turned inside out");
   assert_null(thrum_warning_text((thrum_warning)3));
@@ -148,6 +150,7 @@ static void given_sampled_tets_are_the_ones_monitored(void **state) {
     const double least = fmin(stretch[0], fmin(stretch[1], stretch[2]));
     assert_true(record.stretch == least);
 
+    // the tetrahedron of the least stretch is reported by its index in the mesh
     const int place = stretch[0] == least ? 0 : stretch[1] == least ? 1 : 2;
     assert_int_equal(record.stretch_tet, given[place]);
   }
@@ -223,6 +226,7 @@ static void the_share_of_a_load_outside_the_basis_is_that_of_the_closed_form(voi
   for (int64_t c = 0; c < 3 * vertices; c++)
     fields.basis[c] = c % 3 == 0 ? 1 / sqrt(total) : 0;
 
+  // the threshold lies between the shares of the cases
   thrum_monitor_def def = thrum_default_monitor_def();
   def.load_share_most = 0.79;
   const thrum_monitor *monitor = monitor_make(model, &def);
@@ -240,6 +244,7 @@ static void the_share_of_a_load_outside_the_basis_is_that_of_the_closed_form(voi
                {3, 4, 0.8, THRUM_WARNING_LOAD},
                {0, 0, 0, 0}};
 
+  // the load of a case is its acceleration times the mass of each vertex
   for (size_t n = 0; n < sizeof cases / sizeof *cases; n++) {
     for (int64_t v = 0; v < vertices; v++) {
       forces[3 * v] = cases[n].x * mass[v];

@@ -55,6 +55,7 @@ static void a_bar_in_uniaxial_stretch_has_the_stress_of_the_closed_form(void **s
 static void the_compressive_force_peaks_at_stretch_one_over_root_three(void **state) {
   (void)state;
 
+  // a single cell without lateral contraction
   linear_fields fields;
   linear_fields_make(&fields, "beam:1x1x1@1x1x1", YOUNG, 0);
   const thrum_stress_points *stress_points = stress_points_make(&fields.model, NULL, 0);
@@ -124,6 +125,7 @@ static void a_rotation_strains_nothing_and_turns_the_cauchy_stress(void **state)
 static void a_linear_displacement_gives_every_tetrahedron_the_same_tensors(void **state) {
   (void)state;
 
+  // a block of several cells, all of which see the same field
   linear_fields fields;
   linear_fields_make(&fields, "beam:2x2x2@1x0.6x0.7", YOUNG, 0.35);
   const thrum_stress_points *stress_points = stress_points_make(&fields.model, NULL, 0);
@@ -224,6 +226,7 @@ static void chosen_stress_points_read_what_points_on_all_tets_read(void **state)
   for (int64_t n = 0; n < 3 * fields.model.vertex_count * FIELDS; n++)
     fields.basis[n] = random_number();
 
+  // stress points on all tetrahedra and on the chosen ones
   const thrum_stress_points *all = stress_points_make(&fields.model, NULL, 0);
   const thrum_stress_points *some = stress_points_make(&fields.model, chosen, 4);
   static readings of_all, of_some, without;

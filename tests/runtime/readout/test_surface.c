@@ -94,6 +94,7 @@ static void every_kernel_gives_the_bits_of_plain_c(void **context) {
     for (int s = 0; s < THRUM_SURFACE_LANES; s++)
       a[s] = b[s] = (float)random_uniform(&random);
 
+    // the best kernel of this machine and plain C agree to the bit
     thrum_surface_kernel_reference(rank, rows, q, a);
     thrum_surface_kernel_best()(rank, rows, q, b);
     assert_memory_equal(a, b, sizeof a);
@@ -155,6 +156,7 @@ static void a_sphere_has_radial_normals_and_a_lone_vertex_none(void **context) {
   static int32_t triangles[3 * TRIANGLES];
   static float out[6 * COUNT];
 
+  // the vertices of the rings and the poles
   for (int r = 0; r < RINGS; r++)
     for (int s = 0; s < SIDES; s++) {
       const double theta = pi * (r + 1) / (RINGS + 1), phi = 2 * pi * s / SIDES;
@@ -282,6 +284,7 @@ static void what_cannot_be_shown_is_refused_and_nothing_is_written(void **contex
   for (int n = 0; n < 60; n++)
     out[n] = -7.0f;
 
+  // numbers beyond single precision, a stride below 3, and ranges outside the surface
   const thrum_surface_output rest = THRUM_SURFACE_POSITIONS;
   assert_int_equal(thrum_surface_positions(surface, rest, q, 0, 20, out, 3, &error),
                    THRUM_BAD_VALUE);

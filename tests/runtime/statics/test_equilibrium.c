@@ -67,7 +67,7 @@ static void column_make(column *c, double across, double along, double a, double
       .rank = 2, .c3_count = 4, .c4_count = 5, .omega2 = c->omega2, .c3 = c->c3, .c4 = c->c4};
 }
 
-/* V = 1/2 q^2 + c3 q^3 + c4 q^4 of one coordinate. */
+/* A spring of one coordinate: V = 1/2 q^2 + c3 q^3 + c4 q^4. */
 typedef struct spring {
   double omega2, c3, c4;
   thrum_model model;
@@ -164,7 +164,7 @@ static void an_enormous_load_is_reached_from_rest(void **state) {
   assert_int_equal(found.report.instability, THRUM_INSTABILITY_NONE);
 }
 
-/* The same shape in one go, in many steps, and in two halves. */
+/* The shape is the same after one step, after many, and by way of a part of the load. */
 static void a_stable_answer_does_not_depend_on_the_way(void **state) {
   (void)state;
   column c;
@@ -291,6 +291,7 @@ static void what_is_asked_wrongly_is_refused(void **state) {
   char *memory = aligned_alloc(64, size + 64);
   assert_non_null(memory);
 
+  // a definition that was not initialised, and arguments with one thing wrong
 #define TRY(def_, load_, q_, memory_, size_)                                                       \
   thrum_equilibrium(&s.model, def_, load_, q_, NULL, memory_, size_, NULL, NULL, &report, NULL)
   def.cookie = 0;
@@ -372,7 +373,7 @@ static void a_column_of_tets_buckles_at_eulers_load(void **state) {
                 coarse / coarse_stiffness, fine / fine_stiffness);
   assert_true(fabs(coarse / coarse_stiffness - 1) <= 0.02);
   assert_true(fabs(fine / fine_stiffness - 1) <= 0.02);
-  // what the tets lock falls by nearly four when the cells are halved
+  // the error of the locking falls by nearly four when the cells are halved
   assert_true(fine > 1 && (coarse - 1) / (fine - 1) > 3);
 }
 
