@@ -5,6 +5,8 @@
 #include "app/cmd.h"
 #include "config/message.h"
 #include "driver/named_model.h"
+#include "driver/precompute_make.h"
+#include "driver/precompute_report.h"
 #include "driver/precompute_request.h"
 #include "platform/interrupt.h"
 

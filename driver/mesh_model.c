@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include "config/message.h"
+#include "driver/precompute_make.h"
 #include "driver/shared_options.h"
 #include "mesh/formats/mesh_read.h"
 

@@ -15,6 +15,7 @@
 #include <unistd.h>
 
 #include "config/message.h"
+#include "driver/precompute_make.h"
 #include "io/file.h"
 #include "io/paths.h"
 #include "precompute/build_info.h"

@@ -4,7 +4,7 @@
 #include <math.h>
 #include <stdio.h>
 
-#include "driver/precompute_request.h"
+#include "driver/precompute_dry.h"
 #include "driver/precompute_stages.h"
 #include "io/json.h"
 #include "precompute/build_info.h"

@@ -1,4 +1,5 @@
-/* What `thrum precompute` prints, and the JSON it stores in the model as meta.
+/* The results of `thrum precompute`: the table, the JSON line, and the JSON text that the model
+ * keeps as meta.
  *
  * Meta holds no folders, and no times on request, so that the same mesh and options then give the
  * same file, whoever runs it and wherever. SPDX-License-Identifier: Apache-2.0 */
@@ -8,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "driver/precompute_request.h"
+#include "driver/precompute_report.h"
 #include "driver/precompute_stages.h"
 #include "io/json.h"
 #include "io/paths.h"

@@ -1,0 +1,24 @@
+/* The outcome of a precomputation, which its table, its JSON line and meta show.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_DRIVER_PRECOMPUTE_OUTCOME_H
+#define THRUM_DRIVER_PRECOMPUTE_OUTCOME_H
+
+#include "driver/precompute_request.h"
+#include "driver/split_at.h"
+
+/* The facts known once the model is made; seconds are wall-clock times. */
+typedef struct precompute_outcome {
+  const precompute_request *request;
+  const thrum_mesh *mesh;
+  const thrum_precomputed *result;
+  int64_t fixed_count; /* vertices with any component held */
+  bool flagged;
+  double dt; /* of the split */
+  split_counts split;
+  double began; /* clock_seconds() when the command started */
+  double seconds_mesh;
+  double seconds_write;
+  double seconds_total;
+} precompute_outcome;
+
+#endif

@@ -1,0 +1,17 @@
+/* The results of a precomputation as meta, as a JSON line and as a table.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_DRIVER_PRECOMPUTE_REPORT_H
+#define THRUM_DRIVER_PRECOMPUTE_REPORT_H
+
+#include "driver/precompute_outcome.h"
+
+/* The JSON text stored as meta, which the caller frees; NULL: no memory. request->reproducible
+ * leaves the times out. */
+char *precompute_meta(const precompute_request *request, const thrum_mesh *mesh,
+                      const thrum_precomputed *result);
+
+/* The outcome on standard output. */
+void precompute_print_json(const precompute_outcome *outcome);
+void precompute_print_table(const precompute_outcome *outcome);
+
+#endif
