@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The pages that validation/report.py makes: every name of a table is escaped, and a table that is empty has a page.
+"""Tests of the pages that validation/report.py makes: every name of a table is escaped, and long curves are thinned.
 
 usage: test_report.py SOURCE
 SPDX-License-Identifier: Apache-2.0
@@ -23,9 +23,11 @@ NAMES = {"model", "case", "reason", "units", "precision", "subject"}
 
 
 def page_of(kind, rows):
-    """The page of a committed table cut to `rows` rows, all of whose names are replaced by EVIL."""
+    """Returns the page of a committed table that is cut to `rows` rows and has all its names replaced by EVIL."""
     with tempfile.TemporaryDirectory() as name:
         folder, table = pathlib.Path(name), SOURCE / "validation" / "results" / (TABLES[kind] + ".csv")
+
+        # the table and its companions, cut short and with names that would run as a script
         for source in [table, *table.parent.glob("units.csv"), *table.parent.glob(table.stem + "_*.csv")]:
             with open(folder / source.name, "w", encoding="utf-8", newline="") as file:
                 lines = report.read(source)
@@ -34,6 +36,8 @@ def page_of(kind, rows):
                 for row in lines[:rows]:
                     writer.writerow({key: EVIL if key in NAMES else value for key, value in row.items()})
         (folder / (table.stem + ".about.json")).write_text(json.dumps(ABOUT), encoding="utf-8")
+
+        # the report makes one page of them
         run = subprocess.run([sys.executable, "-I", SOURCE / "validation" / "report.py", kind, folder / table.name],
                              capture_output=True, text=True, check=False)
         assert run.returncode == 0, run.stderr
@@ -48,6 +52,8 @@ def main():
         assert page.endswith("</body></html>\n") and "alert" in page, kind
         assert "<script" not in page, f"{kind}: a name is not escaped"
         assert ">nan" not in page and ">inf" not in page, kind
+
+    # a curve of many points is thinned, and keeps its extremes
     points = [(x, (-1) ** x * x) for x in range(10000)]
     thinned = report.thin(points)
     assert len(thinned) <= 402 and thinned == sorted(thinned) and max(thinned, key=lambda p: p[1]) == (9998, 9998)
