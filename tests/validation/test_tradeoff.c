@@ -352,6 +352,8 @@ static void a_mesh_is_traded_as_its_model_is(void **state) {
                       NULL);
       assert_int_equal(run.exit_code, 0);
     }
+
+    // the error of the first setting stands for the whole table
     cJSON *object = cli_json_line(run.out);
     assert_non_null(object);
     errors[mesh] =

@@ -234,12 +234,14 @@ static void what_cannot_be_is_refused(void **state) {
   rig_make(&r, &def);
   const thrum_obstacle good = r.floor;
 
-  // the obstacle
+  // an obstacle that was not initialised, and a plane without a normal
   r.floor.cookie = 0;
   expect_refused(&r, THRUM_UNINITIALISED_DEF, "obstacle 0");
   r.floor = good;
   r.floor.normal[2] = 0;
   expect_refused(&r, THRUM_BAD_VALUE, "normal");
+
+  // numbers of the material outside their ranges
   r.floor = good;
   r.floor.restitution = 1.1;
   expect_refused(&r, THRUM_BAD_VALUE, "restitution");
@@ -249,6 +251,8 @@ static void what_cannot_be_is_refused(void **state) {
   r.floor = good;
   r.floor.stiffness = 1e31;
   expect_refused(&r, THRUM_BAD_VALUE, "stiffness");
+
+  // the rotation of a box must be a unit quaternion
   r.floor = good;
   r.floor.shape = THRUM_OBSTACLE_BOX;
   r.floor.rotation[0] = 2;

@@ -284,13 +284,15 @@ static void what_cannot_be_shown_is_refused_and_nothing_is_written(void **contex
   for (int n = 0; n < 60; n++)
     out[n] = -7.0f;
 
-  // numbers beyond single precision, a stride below 3, and ranges outside the surface
+  // coordinates that are not finite, also in single precision
   const thrum_surface_output rest = THRUM_SURFACE_POSITIONS;
   assert_int_equal(thrum_surface_positions(surface, rest, q, 0, 20, out, 3, &error),
                    THRUM_BAD_VALUE);
   q[3] = 1e60;
   assert_int_equal(thrum_surface_positions(surface, rest, q, 0, 20, out, 3, &error),
                    THRUM_BAD_VALUE);
+
+  // a stride below 3, ranges outside the surface, and normals without triangles
   q[3] = 0;
   assert_int_equal(thrum_surface_positions(surface, rest, q, 0, 20, out, 2, &error),
                    THRUM_INVALID_ARGUMENT);
