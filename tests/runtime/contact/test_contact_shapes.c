@@ -252,7 +252,7 @@ static void what_cannot_be_is_refused(void **state) {
   r.floor.stiffness = 1e31;
   expect_refused(&r, THRUM_BAD_VALUE, "stiffness");
 
-  // the rotation of a box must be a unit quaternion
+  // the rotation of a box must be an orthogonal matrix
   r.floor = good;
   r.floor.shape = THRUM_OBSTACLE_BOX;
   r.floor.rotation[0] = 2;
