@@ -1,7 +1,8 @@
-/* Reading whole files, and writing files so that nobody ever sees half of one: the bytes go to a
- * temporary file beside the target, are synced to the disk, and then take the target's name in one
- * step (rename). Until then the old file, if any, is untouched; when anything fails the temporary
- * file is removed. A symbolic link as target is replaced, as by mv; a device or a pipe is refused.
+/* Whole files are read here, and files are written so that no reader sees half of one: the bytes go
+ * to a temporary file beside the target, are synced to the disk, and then take the target's name in
+ * one step (rename). Until then the old file, if any, is untouched; when anything fails the
+ * temporary file is removed. A symbolic link as target is replaced, as by mv; a device or a pipe is
+ * refused.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "io/file.h"
@@ -20,13 +21,14 @@
 #define ATTEMPTS 100
 #define SHOWN 200
 
-// the end of a long path, so that the reason still fits behind it in a message
+/* Returns the end of a long path, so that the reason still fits behind it in a message. */
 static const char *shown(const char *path) {
   size_t size = strlen(path);
   return size > SHOWN ? path + size - SHOWN : path;
 }
 
 const char *thrum_file_hint(int number) {
+  // the advice follows the reason in messages about files that cannot be written
   switch (number) {
   case ENOSPC:
   case EDQUOT:
@@ -54,7 +56,7 @@ static thrum_status fail_writing(const char *path, const char *what, int number,
                          thrum_file_hint(number));
 }
 
-// refuses targets that a rename would destroy or could not replace
+/* Refuses targets that a rename would destroy or could not replace. */
 static thrum_status check_target(const char *path, thrum_error *error) {
   struct stat info;
   if (path[0] == '\0')
@@ -68,30 +70,38 @@ static thrum_status check_target(const char *path, thrum_error *error) {
                          shown(path));
 }
 
-// a new file beside the target, with the permissions that the user's umask leaves
+/* Opens a new file beside the target, with the permissions that the user's umask leaves. */
 static thrum_status open_temporary(thrum_file_writer *writer, thrum_error *error) {
   size_t capacity = strlen(writer->path) + 48;
   writer->temporary = malloc(capacity);
   if (writer->temporary == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a file name");
+
+  // another process may have left or be writing a file of the same name, so the names are numbered
   int file = -1;
   for (int i = 0; i < ATTEMPTS && file < 0; i++) {
     snprintf(writer->temporary, capacity, "%s.%ld.%d.tmp", writer->path, (long)getpid(), i);
+
+    // an interrupt between creating and marking the file would leave it behind
     thrum_interrupt_hold();
     file = open(writer->temporary, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     const int reason = errno;
     if (file >= 0)
       thrum_interrupt_mark(writer->temporary);
     thrum_interrupt_let();
+
     errno = reason;
     if (file < 0 && reason != EEXIST)
       break;
   }
+
   if (file >= 0) {
     writer->stream = fdopen(file, "wb");
     if (writer->stream != NULL)
       return THRUM_OK;
   }
+
+  // the reason is kept before closing the file overwrites it
   int number = errno;
   if (file >= 0) {
     close(file);
@@ -114,6 +124,8 @@ thrum_status thrum_file_writer_open(const char *path, thrum_file_writer *writer,
   thrum_status status = check_target(path, error);
   if (status != THRUM_OK)
     return status;
+
+  // the caller's writer is set only when the file is open
   thrum_file_writer opened = {NULL, malloc(strlen(path) + 1), NULL};
   if (opened.path == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a file name");
@@ -135,7 +147,7 @@ thrum_status thrum_file_writer_put(thrum_file_writer *writer, const void *data, 
   return THRUM_OK;
 }
 
-// makes the new name itself survive a power cut; some file systems cannot, which is no failure
+/* Makes the new name itself survive a power cut; some file systems cannot, which is no failure. */
 static void sync_folder(const char *path) {
   const char *slash = strrchr(path, '/');
   size_t size = slash == NULL ? 0 : (size_t)(slash - path) + 1;
@@ -144,6 +156,8 @@ static void sync_folder(const char *path) {
     return;
   memcpy(folder, path, size);
   memcpy(folder + size, ".", 2);
+
+  // a folder that cannot be opened cannot be synced either
   int file = open(folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (file >= 0) {
     fsync(file);
@@ -152,7 +166,7 @@ static void sync_folder(const char *path) {
   free(folder);
 }
 
-// flushes and syncs what the stream holds and closes it; 0, or the errno of what was lost
+/* Flushes, syncs and closes the stream; returns 0, or the errno of the first step that failed. */
 static int close_stream(thrum_file_writer *writer) {
   FILE *stream = writer->stream;
   int number = 0;
@@ -182,6 +196,8 @@ thrum_status thrum_file_writer_commit(thrum_file_writer *writer, thrum_error *er
   int number = writer->stream != NULL ? close_stream(writer) : 0;
   if (number == 0 && rename(writer->temporary, writer->path) != 0)
     number = errno;
+
+  // only a complete file takes the target's name
   thrum_status status = THRUM_OK;
   if (number == 0)
     sync_folder(writer->path);
@@ -216,7 +232,7 @@ thrum_status thrum_file_write_atomic(const char *path, const void *data, size_t 
   return status;
 }
 
-// reads the rest of an open regular file, whose size is known
+/* Reads the rest of an open regular file, whose size is known. */
 static thrum_status read_all(FILE *stream, const char *path, size_t expected, void **data,
                              thrum_error *error) {
   // one byte more, so that text can be ended by 0 by its reader
@@ -224,11 +240,14 @@ static thrum_status read_all(FILE *stream, const char *path, size_t expected, vo
   if (buffer == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "%s: no memory for its %lu bytes",
                            shown(path), (unsigned long)expected);
+
+  // a file that changed its size while it was read is refused
   errno = 0;
   if (fread(buffer, 1, expected, stream) != expected || fgetc(stream) != EOF) {
     free(buffer);
     return fail(path, "cannot be read", errno != 0 ? errno : EIO, error);
   }
+
   buffer[expected] = '\0';
   *data = buffer;
   return THRUM_OK;
@@ -237,6 +256,7 @@ static thrum_status read_all(FILE *stream, const char *path, size_t expected, vo
 thrum_status thrum_file_read(const char *path, void **data, size_t *size, thrum_error *error) {
   if (path == NULL || data == NULL || size == NULL)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "thrum_file_read: an argument is NULL");
+
   // looked at before it is opened, because opening a pipe would wait for its other end
   struct stat info;
   if (stat(path, &info) != 0)
@@ -244,6 +264,8 @@ thrum_status thrum_file_read(const char *path, void **data, size_t *size, thrum_
   if (!S_ISREG(info.st_mode))
     return thrum_error_set(error, THRUM_IO, "%s: cannot be read: %s", shown(path),
                            S_ISDIR(info.st_mode) ? "it is a folder" : "it is not a regular file");
+
+  // the size is asked of the open file, which may be another than before
   FILE *stream = fopen(path, "rb");
   if (stream == NULL)
     return fail(path, "cannot be read", errno, error);
@@ -252,6 +274,7 @@ thrum_status thrum_file_read(const char *path, void **data, size_t *size, thrum_
     status = fail(path, "cannot be read", errno, error);
   else
     status = read_all(stream, path, (size_t)info.st_size, data, error);
+
   fclose(stream);
   if (status == THRUM_OK)
     *size = (size_t)info.st_size;

@@ -1,4 +1,4 @@
-/* 64-bit FNV-1a of a file's bytes. SPDX-License-Identifier: Apache-2.0 */
+/* Computes the 64-bit FNV-1a hash of a file's bytes. SPDX-License-Identifier: Apache-2.0 */
 #include "io/file_hash.h"
 
 #include <stdbool.h>
@@ -16,12 +16,15 @@ thrum_status file_hash(const char *path, uint64_t *hash, thrum_error *error) {
   unsigned char *bytes = malloc(HASH_CHUNK);
   uint64_t value = offset;
   bool failed = file == NULL || bytes == NULL;
+
+  // the file is read in pieces, so that memory does not grow with it
   for (size_t count = 1; !failed && count > 0;) {
     count = fread(bytes, 1, HASH_CHUNK, file);
     for (size_t n = 0; n < count; n++)
       value = (value ^ bytes[n]) * prime;
     failed = ferror(file) != 0;
   }
+
   free(bytes);
   if (file != NULL)
     fclose(file);

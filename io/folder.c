@@ -1,4 +1,4 @@
-/* A folder for results. SPDX-License-Identifier: Apache-2.0 */
+/* Makes the folder for results. SPDX-License-Identifier: Apache-2.0 */
 #include "io/folder.h"
 
 #include <errno.h>
@@ -16,6 +16,8 @@ thrum_status folder_make(const char *path, thrum_error *error) {
     return thrum_error_set(error, THRUM_IO, "%.200s: the folder cannot be made (%s)%s", path,
                            strerror(reason), thrum_file_hint(reason));
   }
+
+  // the name may have existed before as a file, or without the right to write
   if (stat(path, &status) == 0 && !S_ISDIR(status.st_mode))
     return thrum_error_set(error, THRUM_IO, "%.200s: is a file; -o names a folder", path);
   if (access(path, W_OK) != 0) {

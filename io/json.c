@@ -18,6 +18,8 @@ cJSON *json_number_item(double value) {
   char text[40];
   if (!isfinite(value))
     return cJSON_CreateNull();
+
+  // the shortest text that reads back as the same number is the easiest to read
   for (int digits = 15; digits <= 17; digits++) {
     snprintf(text, sizeof text, "%.*g", digits, value);
     if (strtod(text, NULL) == value)
@@ -42,12 +44,15 @@ static cJSON *string_item(const char *text) {
   if (clean == NULL)
     return NULL;
   memcpy(clean, text, size);
+
+  // JSON is UTF-8, so bytes that are none are replaced
   for (char *at = clean; *at != 0;) {
     const int length = thrum_utf8_length(at, strlen(at));
     if (length == 0)
       *at = '?';
     at += length == 0 ? 1 : length;
   }
+
   cJSON *item = cJSON_CreateString(clean);
   free(clean);
   return item;

@@ -1,5 +1,5 @@
-/* Reads JSON and keeps the lines (RFC 8259). One pass, one level of recursion a level of nesting.
- * SPDX-License-Identifier: Apache-2.0 */
+/* Reads JSON (RFC 8259) and keeps the line of each value for messages. It takes one pass and
+ * recurses once for each level of nesting. SPDX-License-Identifier: Apache-2.0 */
 #include "io/json_read.h"
 
 #include <stdarg.h>
@@ -16,8 +16,8 @@ typedef struct reader {
   int64_t line;
   int depth;
   json_document document;
-  int64_t room;    /* of nodes */
-  char *text_next; /* in document.texts */
+  int64_t room;    /* capacity of document.nodes */
+  char *text_next; /* next free byte of document.texts */
   thrum_error *error;
 } reader;
 
@@ -32,7 +32,7 @@ __attribute__((format(printf, 2, 3))) static thrum_status fail(const reader *r, 
                          line);
 }
 
-/* What stands at the present place, for messages. */
+/* Describes the next character for messages. */
 static const char *found(const reader *r, char text[16]) {
   if (r->at == r->end)
     return "the end of the file";
@@ -63,6 +63,8 @@ static char *put_utf8(char *to, uint32_t code) {
     *to++ = (char)code;
     return to;
   }
+
+  // the first byte tells how many bytes follow; each of these holds six bits
   if (code < 0x800) {
     *to++ = (char)(0xc0 | code >> 6);
   } else {
@@ -74,15 +76,17 @@ static char *put_utf8(char *to, uint32_t code) {
     }
     *to++ = (char)(0x80 | (code >> 6 & 63));
   }
+
   *to++ = (char)(0x80 | (code & 63));
   return to;
 }
 
-/* Four hexadecimal digits; -1 when they are none. */
+/* Reads four hexadecimal digits; returns -1 when they are none. */
 static int32_t read_hex(reader *r) {
   int32_t value = 0;
   if (r->end - r->at < 4)
     return -1;
+
   for (int n = 0; n < 4; n++, r->at++) {
     const char c = *r->at;
     const int digit = c >= '0' && c <= '9'   ? c - '0'
@@ -96,7 +100,7 @@ static int32_t read_hex(reader *r) {
   return value;
 }
 
-/* \uXXXX, after its u; a pair of surrogates is one character. */
+/* Reads \uXXXX from behind its u; a pair of surrogates is one character. */
 static thrum_status read_unicode(reader *r) {
   int32_t code = read_hex(r);
   if (code >= 0xd800 && code < 0xdc00 && r->end - r->at >= 2 && r->at[0] == '\\' &&
@@ -105,6 +109,8 @@ static thrum_status read_unicode(reader *r) {
     const int32_t low = read_hex(r);
     code = low >= 0xdc00 && low < 0xe000 ? 0x10000 + ((code - 0xd800) << 10) + (low - 0xdc00) : -1;
   }
+
+  // a character 0 would end the text, and half a pair is no character
   if (code <= 0 || (code >= 0xd800 && code < 0xe000))
     return fail(r, "\\u wants four hexadecimal digits of a character that is not 0");
   r->text_next = put_utf8(r->text_next, (uint32_t)code);
@@ -126,7 +132,7 @@ static thrum_status read_escape(reader *r) {
   return expected(r, "one of \"\\/bfnrtu after a backslash (two of them for one)");
 }
 
-/* A string whose opening quote is next. */
+/* Reads a string whose opening quote is next. */
 static thrum_status read_string(reader *r, const char **text) {
   *text = r->text_next;
   for (r->at++; r->at < r->end && *r->at != '"';) {
@@ -138,6 +144,8 @@ static thrum_status read_string(reader *r, const char **text) {
       return fail(r, "%s does not belong in a text%s", found(r, byte),
                   length == 0 ? ": save the file as UTF-8" : "; write \\t for a tabulator");
     }
+
+    // an escape never takes more bytes than it was written with
     if (*r->at == '\\') {
       r->at++;
       const thrum_status status = read_escape(r);
@@ -145,6 +153,7 @@ static thrum_status read_string(reader *r, const char **text) {
         return status;
       continue;
     }
+
     memcpy(r->text_next, r->at, (size_t)length);
     r->text_next += length;
     r->at += length;
@@ -172,10 +181,12 @@ static bool skip_one(reader *r, const char *characters) {
   return true;
 }
 
-/* [-] digits [. digits] [e [+-] digits], no needless zero in front. */
+/* Reads [-] digits [. digits] [e [+-] digits]; a needless zero in front is refused. */
 static thrum_status read_number(reader *r, const char **text) {
   const char *start = r->at;
   skip_one(r, "-");
+
+  // a zero in front of other digits could mean an octal number
   const bool zero = r->at < r->end && *r->at == '0';
   const char *digits = r->at;
   bool good = skip_digits(r) && (!zero || r->at - digits == 1);
@@ -185,6 +196,7 @@ static thrum_status read_number(reader *r, const char **text) {
     skip_one(r, "+-");
     good = skip_digits(r);
   }
+
   if (!good)
     return fail(r, "a number is written as 12, -0.5 or 1e-3: digits on both sides of the point, no "
                    "zero or plus in front");
@@ -197,7 +209,7 @@ static thrum_status read_number(reader *r, const char **text) {
   return THRUM_OK;
 }
 
-/* The place of a new node, or -1. */
+/* Adds a node and returns its place, or -1 when there is no memory. */
 static int64_t add_node(reader *r) {
   json_document *d = &r->document;
   if (d->count == r->room) {
@@ -231,6 +243,8 @@ static thrum_status read_key(reader *r, int64_t parent, const char **key) {
     if (++keys == JSON_KEYS_MAX)
       return fail(r, "more than %d keys", JSON_KEYS_MAX);
   }
+
+  // the value stands behind a colon
   skip_blanks(r);
   if (r->at == r->end || *r->at != ':')
     return fail(r, "expected ':' after the key \"%s\"",
@@ -239,7 +253,7 @@ static thrum_status read_key(reader *r, int64_t parent, const char **key) {
   return THRUM_OK;
 }
 
-/* The members of an object or the items of an array, whose bracket is next. */
+/* Reads the members of an object or the items of an array, whose bracket is next. */
 static thrum_status read_members(reader *r, int64_t parent, char close) {
   int64_t last = -1;
   if (++r->depth > JSON_DEPTH_MAX)
@@ -252,18 +266,25 @@ static thrum_status read_members(reader *r, int64_t parent, char close) {
     const char *key = NULL;
     const int64_t line = r->line;
     thrum_status status = close == '}' ? read_key(r, parent, &key) : THRUM_OK;
+
+    // reading a value may move the nodes, so their address is taken afterwards
     int64_t child = -1;
     if (status >= 0)
       status = read_value(r, &child);
     if (status < 0)
       return status;
+
     json_node *nodes = r->document.nodes;
     nodes[child].key = key;
     if (key != NULL)
       nodes[child].line = line;
+
+    // the members are linked in the order of the file
     *(last < 0 ? &nodes[parent].first : &nodes[last].next) = child;
     last = child;
     skip_blanks(r);
+
+    // a comma behind the last member is a common mistake, so it has its own message
     more = r->at < r->end && *r->at == ',';
     if (more) {
       r->at++;
@@ -272,6 +293,7 @@ static thrum_status read_members(reader *r, int64_t parent, char close) {
         return fail(r, "a comma stands before '%c': remove it", close);
     }
   }
+
   if (r->at == r->end || *r->at != close)
     return expected(r, close == '}' ? "',' or '}'" : "',' or ']'");
   r->at++;
@@ -332,19 +354,25 @@ thrum_status json_read(const char *name, const char *bytes, size_t length, json_
   if (length > JSON_BYTES_MAX)
     return thrum_error_set(error, THRUM_BAD_FORMAT, "%.150s: %lld bytes are too many: %d at most",
                            name, (long long)length, JSON_BYTES_MAX);
+
   reader r = {.name = name, .at = bytes, .end = bytes + length, .line = 1, .error = error};
+
   // without its quotes, a text is shorter than what it was; a number is followed by one byte
   r.document.texts = malloc(length + 2);
   r.text_next = r.document.texts;
+
   thrum_status status = THRUM_OK;
   int64_t root = -1;
   if (r.document.texts == NULL)
     status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "%.150s: out of memory", name);
   if (status >= 0)
     status = read_value(&r, &root);
+
+  // a second value or a stray bracket behind the first is an error
   skip_blanks(&r);
   if (status >= 0 && r.at != r.end)
     status = expected(&r, "nothing after the closing bracket");
+
   if (status < 0) {
     json_free(&r.document);
     return status;

@@ -1,4 +1,4 @@
-/* Writing .npy headers and reading .npy files (NumPy enhancement proposal 1, format 1.0).
+/* Writes the headers of .npy files and reads .npy files (NumPy enhancement proposal 1, format 1.0).
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "io/npy_file.h"
@@ -18,14 +18,19 @@ size_t thrum_npy_header(unsigned char header[THRUM_NPY_HEADER_MAX], const char *
     snprintf(shape, sizeof shape, "(%" PRId64 ",)", rows);
   else
     snprintf(shape, sizeof shape, "(%" PRId64 ", %" PRId64 ")", rows, columns);
+
+  // magic string, version and the dictionary that describes the array
   memcpy(header, "\x93NUMPY\1\0", 8);
   int text = snprintf((char *)header + 10, THRUM_NPY_HEADER_MAX - 10,
                       "{'descr': '%s', 'fortran_order': False, 'shape': %s, }", descr, shape);
+
   // blanks and a newline bring the data behind it to a multiple of 64
   size_t used = 10 + (size_t)text;
   size_t size = (used + 1 + 63) / 64 * 64;
   memset(header + used, ' ', size - used - 1);
   header[size - 1] = '\n';
+
+  // the length of the dictionary is little-endian
   header[8] = (unsigned char)((size - 10) & 0xFFu);
   header[9] = (unsigned char)((size - 10) >> 8);
   return size;
@@ -42,8 +47,11 @@ static thrum_status parse_f8(const void *bytes, size_t size, const char *where, 
     status = thrum_npy_expect(npy, "<f8", 8, where, error);
   if (status != THRUM_OK)
     return status;
+
+  // the callers know only vectors and matrices
   if (npy->dims == 1 || npy->dims == 2)
     return THRUM_OK;
+
   char shape[96];
   thrum_npy_shape_text(npy, shape);
   return thrum_error_set(error, THRUM_BAD_SHAPE, "%s has shape %s, a vector or a matrix is needed",
@@ -57,16 +65,22 @@ thrum_status thrum_npy_read_f8(const char *path, double **values, int64_t *rows,
   thrum_status status = thrum_file_read(path, &bytes, &size, error);
   if (status != THRUM_OK)
     return status;
+
   // the end of a long path, so that the reason still fits behind it in a message
   const char *where = strlen(path) > 200 ? path + strlen(path) - 200 : path;
+
   thrum_npy npy;
   status = parse_f8(bytes, size, where, &npy, error);
+
+  // the parsed data lies inside the file's bytes, which are freed
   double *copy = NULL;
+
   if (status == THRUM_OK) {
     copy = malloc(npy.size > 0 ? npy.size : 1);
     if (copy == NULL)
       status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "%s: no memory for its values", where);
   }
+
   if (status == THRUM_OK) {
     memcpy(copy, npy.data, npy.size);
     *values = copy;

@@ -1,5 +1,6 @@
-/* Writing an .npz (docs/model_format.md): one stored zip member an array, each array's data at a
- * multiple of 64 in the file; and the model file, in the order of the one list of thrum/model.h.
+/* Writes .npz files (docs/model_format.md): each array is a stored zip member whose data begins at
+ * a multiple of 64 in the file. Model files have their arrays in the order of the list in
+ * thrum/model.h.
  *
  *   local record (30) | name | 0xD935 record of zeros | .npy header (128) | data | ...
  *   central records (46 + name) | end record (22)
@@ -68,7 +69,8 @@ static void put32(unsigned char *p, uint32_t value) {
   put16(p + 2, value >> 16);
 }
 
-// one record of at least its own head that ends where the .npy header must begin
+/* Returns the size of the extra record, at least its own head, that ends where the .npy header must
+ * begin. */
 static size_t padding(uint64_t position) {
   size_t needed = (size_t)((THRUM_ALIGNMENT - position % THRUM_ALIGNMENT) % THRUM_ALIGNMENT);
   return needed < EXTRA_HEAD ? needed + THRUM_ALIGNMENT : needed;
@@ -85,22 +87,26 @@ static void plan_member(const thrum_npz_array *array, uint64_t offset, planned_m
   member->data_size = array->size;
 }
 
-// lays all members out; refuses what 32-bit offsets cannot hold
+/* Lays all members out; refuses files that 32-bit offsets cannot address. */
 static thrum_status plan_file(const thrum_npz_array *arrays, int count, file_plan *plan,
                               thrum_error *error) {
   uint64_t at = 0, directory_size = 0;
   for (plan->count = 0; plan->count < count; plan->count++) {
     planned_member *member = &plan->members[plan->count];
     plan_member(&arrays[plan->count], at, member);
+
     // each size is far below 2^63 and `at` below 2^32, so the sum is exact
     at += LOCAL_SIZE + member->name_size + member->extra + member->header_size + member->data_size;
     directory_size += CENTRAL_SIZE + member->name_size;
+
+    // the directory behind the members must be addressable too
     if (at + directory_size + END_SIZE >= FILE_LIMIT)
       return thrum_error_set(error, THRUM_UNSUPPORTED,
                              "the file would reach 4 GiB with array '%s', more than an .npz "
                              "without zip64 can hold: use a smaller rank or mesh",
                              arrays[plan->count].name);
   }
+
   plan->directory = at;
   plan->directory_size = directory_size;
   return THRUM_OK;
@@ -110,7 +116,8 @@ static uint32_t member_size(const planned_member *member) {
   return (uint32_t)(member->header_size + member->data_size);
 }
 
-// the fields that local and central records share, from `version needed` to the length of the name
+/* Writes the fields that local and central records share, from `version needed` to the length of
+ * the name. */
 static void put_common(unsigned char *p, const planned_member *member) {
   put16(p, ZIP_VERSION);
   put16(p + 2, 0); // flags
@@ -126,13 +133,18 @@ static void put_common(unsigned char *p, const planned_member *member) {
 static thrum_status write_member(thrum_file_writer *writer, const planned_member *member,
                                  thrum_error *error) {
   unsigned char record[LOCAL_SIZE + NAME_MAX_SIZE + THRUM_ALIGNMENT + EXTRA_HEAD] = {0};
+
+  // the local record repeats what the directory says
   memcpy(record, "PK\3\4", 4);
   put_common(record + 4, member);
   put16(record + 28, (uint32_t)member->extra);
   memcpy(record + LOCAL_SIZE, member->name, member->name_size);
+
+  // the extra field is padding, so that the array can be mapped at an aligned address
   unsigned char *extra = record + LOCAL_SIZE + member->name_size;
   put16(extra, EXTRA_PADDING);
   put16(extra + 2, (uint32_t)(member->extra - EXTRA_HEAD));
+
   thrum_status status =
       thrum_file_writer_put(writer, record, LOCAL_SIZE + member->name_size + member->extra, error);
   if (status == THRUM_OK)
@@ -157,6 +169,8 @@ static thrum_status write_directory(thrum_file_writer *writer, const file_plan *
     if (status != THRUM_OK)
       return status;
   }
+
+  // readers begin with the end record, which tells where the directory is
   unsigned char end[END_SIZE] = {0};
   memcpy(end, "PK\5\6", 4);
   put16(end + 8, (uint32_t)plan->count);
@@ -183,10 +197,13 @@ static thrum_status write_file(const char *path, const file_plan *plan, thrum_er
     return status;
   for (int i = 0; i < plan->count && status == THRUM_OK; i++)
     status = write_member(&writer, &plan->members[i], error);
+
   if (status == THRUM_OK)
     status = write_directory(&writer, plan, error);
+
   if (status == THRUM_OK)
     return thrum_file_writer_commit(&writer, error);
+
   thrum_file_writer_abandon(&writer);
   return status;
 }
@@ -209,13 +226,17 @@ static void list_array(thrum_npz_array *arrays, int *count, const thrum_npz_arra
     arrays[(*count)++] = *array;
 }
 
-// the arrays that the model has, in the order of THRUM_MODEL_ARRAYS, whose sizes are names here
+/* Lists the arrays that the model has, in the order of THRUM_MODEL_ARRAYS, whose sizes are names
+ * here. */
 static int list_model(const thrum_model *model, thrum_npz_array arrays[MODEL_ARRAYS]) {
 #define X(name, meaning) const int64_t name = model->name;
   THRUM_MODEL_SIZES(X)
 #undef X
+
   const int64_t basis_rows = 3 * vertex_count;
   (void)region_count, (void)meta_bytes;
+
+  // the list names each array with its shape in terms of the sizes above
   int count = 0;
 #define X(type, name, rows, columns, presence, meaning)                                            \
   list_array(arrays, &count,                                                                       \

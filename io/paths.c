@@ -1,4 +1,5 @@
-/* Which file a path means. SPDX-License-Identifier: Apache-2.0 */
+/* Finds out which file a path means and whether it can be written. SPDX-License-Identifier:
+ * Apache-2.0 */
 #include "io/paths.h"
 
 #include <stdbool.h>
@@ -49,11 +50,14 @@ thrum_status path_check_output(const char *path, thrum_error *error) {
                                                    : "%s is no regular file; name another",
                            path);
   }
+
+  // the file itself need not exist yet, but its folder must allow a new one
   char *folder = path_folder(path);
   if (folder == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory");
   const bool writable = access(folder, W_OK | X_OK) == 0;
   free(folder);
+
   if (path_basename(path)[0] == 0 || !writable) {
     return thrum_error_set(error, THRUM_IO,
                            "%s cannot be written: its folder does not exist or "
@@ -68,7 +72,8 @@ bool path_share(const char *name, char *path, size_t size) {
   if (length <= 0 || (size_t)length >= size - 1)
     return false;
   path[length] = 0;
-  // PREFIX/bin/thrum
+
+  // the program is PREFIX/bin/thrum, and its data lies in PREFIX/share/thrum
   char *slash = NULL;
   for (int up = 0; up < 2; up++) {
     slash = strrchr(path, '/');
@@ -76,6 +81,7 @@ bool path_share(const char *name, char *path, size_t size) {
       return false;
     *slash = 0;
   }
+
   const size_t room = size - (size_t)(slash - path);
   const int written = snprintf(slash, room, "/share/thrum/%s", name);
   return written > 0 && (size_t)written < room;

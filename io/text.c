@@ -32,11 +32,14 @@ static char lower(char c) {
 thrum_status thrum_text_view(const char *name, const void *data, size_t size, char comment,
                              char separator, thrum_text *text, thrum_error *error) {
   const unsigned char *bytes = data;
+
   // a wide encoding would read as garbage: name it
   if (size >= 2 &&
       ((bytes[0] == 0xff && bytes[1] == 0xfe) || (bytes[0] == 0xfe && bytes[1] == 0xff)))
     return thrum_error_set(error, THRUM_BAD_FORMAT, "%.200s: is UTF-16 text; save it as UTF-8",
                            name);
+
+  // a UTF-8 byte order mark is no part of the text
   size_t mark = size >= 3 && bytes[0] == 0xef && bytes[1] == 0xbb && bytes[2] == 0xbf ? 3 : 0;
   const char *first = size > 0 ? (const char *)data + mark : "";
   *text = (thrum_text){.name = name,
@@ -81,12 +84,16 @@ bool thrum_text_next_line(thrum_text *text) {
     const char *start = text->next, *end = start;
     while (end < text->stop && *end != '\n' && *end != '\r')
       end++;
+
     // a line ends in LF, CR LF or CR
     const char *next = end < text->stop ? end + 1 : end;
     if (next < text->stop && *end == '\r' && *next == '\n')
       next++;
+
     text->next = next;
     text->line++;
+
+    // comments and blanks are cut off, and lines of nothing else are skipped but counted
     const char *comment =
         text->comment ? memchr(start, text->comment, (size_t)(end - start)) : NULL;
     if (comment)
@@ -95,12 +102,14 @@ bool thrum_text_next_line(thrum_text *text) {
       start++;
     while (end > start && is_blank(end[-1]))
       end--;
+
     if (start == end)
       continue;
     text->start = text->at = start;
     text->end = end;
     return true;
   }
+
   text->start = text->end = text->at = text->stop;
   return false;
 }
@@ -146,7 +155,7 @@ static thrum_status expected(const thrum_text *text, const char *what, const cha
                          thrum_text_excerpt(word, length).text, hint);
 }
 
-/* Digits alone, perhaps more than 64 bits hold. */
+/* Tells whether a word is a whole number, perhaps one that 64 bits cannot hold. */
 static bool is_whole(const char *word, size_t length) {
   size_t digits = length > 1 && (word[0] == '-' || word[0] == '+') ? 1 : 0;
   while (digits < length && word[digits] >= '0' && word[digits] <= '9')
@@ -162,12 +171,15 @@ thrum_status thrum_text_integer(thrum_text *text, const char *what, int64_t low,
     return thrum_text_fail(text, THRUM_BAD_FORMAT, error, "the line ends before %s", what);
   int64_t number = 0;
   size_t used = thrum_text_scan_integer(word, word + length, &number);
+
+  // a number beyond 64 bits deserves another message than a word that is none
   if (used != length && is_whole(word, length))
     return thrum_text_fail(text, THRUM_BAD_VALUE, error,
                            "%s is %s, which is out of range; it may be %lld to %lld", what,
                            thrum_text_excerpt(word, length).text, (long long)low, (long long)high);
   if (used != length)
     return expected(text, what, word, length, error);
+
   if (number < low || number > high)
     return thrum_text_fail(text, THRUM_BAD_VALUE, error,
                            "%s is %lld, which is out of range; it may be %lld to %lld", what,
@@ -212,10 +224,12 @@ thrum_status thrum_text_fail(const thrum_text *text, thrum_status status, thrum_
   va_start(arguments, format);
   vsnprintf(message, sizeof message, format, arguments);
   va_end(arguments);
+
   // of a very long path the end says most
   size_t length = strlen(text->name);
   const char *cut = length > PATH_SHOWN ? "..." : "";
   const char *name = length > PATH_SHOWN ? text->name + length - PATH_SHOWN : text->name;
+
   if (text->line > 0)
     return thrum_error_set(error, status, "%s%s:%lld: %s", cut, name, (long long)text->line,
                            message);
@@ -246,6 +260,8 @@ size_t thrum_text_scan_integer(const char *at, const char *end, int64_t *value) 
     p++;
   if (p == end || !is_digit(*p))
     return 0;
+
+  // the check before each digit keeps the product from overflowing
   uint64_t number = 0;
   for (; p < end && is_digit(*p); p++) {
     unsigned digit = (unsigned)(*p - '0');
@@ -253,11 +269,12 @@ size_t thrum_text_scan_integer(const char *at, const char *end, int64_t *value) 
       return 0;
     number = 10 * number + digit;
   }
+
   *value = negative ? -(int64_t)number : (int64_t)number;
   return (size_t)(p - at);
 }
 
-/* nan, inf and infinity, so that they can be refused by name */
+/* Scans nan, inf and infinity, so that they can be refused by name. */
 static size_t scan_word(const char *p, const char *end, double *value) {
   static const char *const words[] = {"infinity", "inf", "nan"};
   for (size_t i = 0; i < sizeof words / sizeof *words; i++) {
@@ -270,11 +287,13 @@ static size_t scan_word(const char *p, const char *end, double *value) {
   return 0;
 }
 
-/* The end of "digits . digits e sign digits" at p; NULL when it has no digit before the e. An e
- * without digits behind it does not belong to the number. *point is the mark, NULL without one. */
+/* Finds the end of "digits . digits e sign digits" at p; NULL when it has no digit before the e. An
+ * e without digits behind it does not belong to the number. *point is the mark, NULL without one.
+ */
 static const char *find_number_end(const char *p, const char *end, const char **point) {
   bool any = false;
   *point = NULL;
+
   for (; p < end && (is_digit(*p) || (*p == '.' && !*point)); p++) {
     if (*p == '.')
       *point = p;
@@ -284,6 +303,7 @@ static const char *find_number_end(const char *p, const char *end, const char **
   if (!any)
     return NULL;
 
+  // an exponent counts only with digits behind its e
   const char *q = p;
   if (q == end || lower(*q) != 'e')
     return p;
@@ -297,23 +317,27 @@ static const char *find_number_end(const char *p, const char *end, const char **
   return q;
 }
 
-/* The number in [p, end), whose form is known: strtod with the mark that the locale wants. False
- * when there is no memory for a very long one. */
+/* Converts the number in [p, end), whose form is known, by strtod with the mark that the locale
+ * wants. Returns false when there is no memory for a very long one. */
 static bool convert(const char *p, const char *end, const char *point, double *value) {
   const char *mark = localeconv()->decimal_point;
   const size_t head = (size_t)((point ? point : end) - p), between = point ? strlen(mark) : 0;
   const size_t tail = point ? (size_t)(end - point - 1) : 0;
   char room[ROOM], *text = room;
+
+  // few numbers need memory of their own
   if (head + between + tail >= sizeof room)
     text = malloc(head + between + tail + 1);
   if (!text)
     return false;
 
+  // the point of the file becomes the decimal mark of the locale
   memcpy(text, p, head);
   memcpy(text + head, mark, between);
   if (point)
     memcpy(text + head + between, point + 1, tail);
   text[head + between + tail] = '\0';
+
   *value = strtod(text, NULL);
   if (text != room)
     free(text);
@@ -326,6 +350,7 @@ size_t thrum_text_scan_number(const char *at, const char *end, double *value) {
   if (p < end && (*p == '-' || *p == '+'))
     p++;
 
+  // digits are the rule; the words for what is not finite are tried after them
   double magnitude = 0;
   const char *stop = find_number_end(p, end, &point);
   if (!stop) {
@@ -336,6 +361,7 @@ size_t thrum_text_scan_number(const char *at, const char *end, double *value) {
   } else if (!convert(p, stop, point, &magnitude)) {
     return 0;
   }
+
   *value = negative ? -magnitude : magnitude;
   return (size_t)(stop - at);
 }
@@ -344,6 +370,8 @@ int thrum_utf8_length(const char *text, size_t length) {
   const unsigned char *s = (const unsigned char *)text;
   if (length > 0 && s[0] < 0x80)
     return 1;
+
+  // the first byte tells the length, and the others must continue it
   const size_t wanted = length == 0                   ? 0
                         : s[0] >= 0xc2 && s[0] < 0xe0 ? 2
                         : s[0] >= 0xe0 && s[0] < 0xf0 ? 3

@@ -1,5 +1,5 @@
-/* Frames of a run for ParaView: .vtu files (vtu_grid.h) and .pvd, the list of them.
- * SPDX-License-Identifier: Apache-2.0 */
+/* Writes the frames of a run for ParaView as .vtu files (vtu_grid.h), and .pvd files that list
+ * them. SPDX-License-Identifier: Apache-2.0 */
 #include "io/vtu.h"
 
 #include <errno.h>
@@ -15,7 +15,7 @@
 #define VTU_NAME_SIZE 48
 #define FRAME_ARRAYS 3 /* besides vectors: fixed, region, von_mises */
 
-/* Point vectors of a frame, and at most one cell scalar. */
+/* The point vectors of a frame, and at most one cell scalar. */
 typedef struct vtu_vectors {
   int64_t count;
   const double *const *values; /* each vertex_count x 3 */
@@ -35,7 +35,8 @@ static thrum_status write_failed(const char *path, thrum_error *error) {
                          strerror(reason), thrum_file_hint(reason));
 }
 
-/* The whole of a file; what goes wrong leaves its mark on the stream. False without memory. */
+/* Writes a whole .vtu file. Write errors leave their mark on the stream; returns false when there
+ * is no memory. */
 static bool put_file(FILE *file, const thrum_model *model, const vtu_vectors *vectors,
                      double time) {
   vtu_array *arrays = malloc((size_t)(vectors->count + FRAME_ARRAYS) * sizeof *arrays);
@@ -70,17 +71,20 @@ thrum_status cli_vtu_write(const char *path, const thrum_model *model, const dou
   const thrum_status status = check_mesh(model, error);
   if (status < 0)
     return status;
+
+  // a write may fail without setting errno, and then an old value must not be reported
   errno = 0;
   FILE *file = fopen(path, "wb");
   if (file == NULL)
     return write_failed(path, error);
+
   const bool put = put_file(file, model, &(vtu_vectors){1, &displacement, name, von_mises}, time);
   const bool failed = !put || ferror(file) != 0;
   // nothing but closing comes between the failure and its reason
   return fclose(file) != 0 || failed ? write_failed(path, error) : THRUM_OK;
 }
 
-/* Beside its place first, then renamed. */
+/* Writes a file beside its place first and then renames it, so that no reader sees half of one. */
 static thrum_status write_whole(const char *path, const thrum_model *model,
                                 const vtu_vectors *vectors, thrum_error *error) {
   thrum_file_writer writer = {NULL, NULL, NULL};
@@ -107,15 +111,19 @@ thrum_status cli_vtu_write_modes(const char *path, const thrum_model *model, int
   const double **values = malloc((size_t)count * sizeof *values);
   char(*names)[VTU_NAME_SIZE] = malloc((size_t)count * sizeof *names);
   thrum_status status = THRUM_OUT_OF_MEMORY;
+
   if (values == NULL || names == NULL) {
     thrum_error_set(error, status, "out of memory");
   } else {
+    // ParaView lists the arrays by name, so two digits keep them in order
     for (int64_t n = 0; n < count; n++) {
       values[n] = modes + n * 3 * model->vertex_count;
       snprintf(names[n], VTU_NAME_SIZE, "mode_%02" PRId64 "_%.6g_Hz", n + 1, hertz[n]);
     }
+
     status = write_whole(path, model, &(vtu_vectors){count, values, names, NULL}, error);
   }
+
   free(values);
   free(names);
   return status;

@@ -33,6 +33,8 @@ typedef struct placed_array {
 
 static placed_array array_at(const vtu_grid *grid, int64_t n) {
   const int64_t points = grid->point_count, tets = grid->tet_count;
+
+  // the grid's own arrays have fixed names; the caller's follow behind them
   switch (n) {
   case POINTS:
     return (placed_array){"Points", VTU_FLOAT64, 3, 3, 3 * points};
@@ -55,7 +57,7 @@ static uint64_t bytes_of(const placed_array *array) {
   return (uint64_t)array->count * (uint64_t)type_bytes[array->type];
 }
 
-/* The offset of array n from the '_'. */
+/* Returns the offset of array n from the '_'. */
 static uint64_t offset_of(const vtu_grid *grid, int64_t n) {
   uint64_t offset = 0;
   for (int64_t before = 0; before < n; before++) {
@@ -65,11 +67,13 @@ static uint64_t offset_of(const vtu_grid *grid, int64_t n) {
   return offset;
 }
 
-/* Values of array n from `first` on, at least CHUNK of them or up to the end; offsets and types of
- * tetrahedra are generated into `chunk`. */
+/* Returns the values of array n from `first` on, at least CHUNK of them or up to the end; offsets
+ * and types of tetrahedra are generated into `chunk`. */
 static const void *values_of(const vtu_grid *grid, int64_t n, int64_t first, int64_t chunk[CHUNK]) {
   const placed_array array = array_at(grid, n);
   const size_t skipped = (size_t)first * (size_t)type_bytes[array.type];
+
+  // points and tets are in memory as VTK wants them; the ends and types of cells are not
   switch (n) {
   case POINTS:
     return (const char *)grid->points + skipped;
@@ -96,6 +100,8 @@ static const void *values_of(const vtu_grid *grid, int64_t n, int64_t first, int
 
 static void put_number(FILE *file, vtu_type type, const void *values, int64_t n) {
   char text[THRUM_NUMBER_TEXT];
+
+  // real numbers are written so that they read back exactly
   switch (type) {
   case VTU_FLOAT64:
     thrum_number_text(((const double *)values)[n], text);
@@ -113,19 +119,24 @@ static void put_number(FILE *file, vtu_type type, const void *values, int64_t n)
   }
 }
 
-/* All numbers of an array, as text or as bytes after their length. */
+/* Writes all numbers of an array, as text or as bytes after their length. */
 static void put_values(FILE *file, const vtu_grid *grid, int64_t n, bool raw) {
   const placed_array array = array_at(grid, n);
   const uint64_t length = bytes_of(&array);
   const bool generated = n == OFFSETS || n == TYPES;
   int64_t chunk[CHUNK];
+
   if (raw)
     fwrite(&length, sizeof length, 1, file);
+
+  // generated arrays come in pieces, so that no memory for the whole is needed
   for (int64_t first = 0; first < array.count;) {
     const int64_t left = array.count - first, count = generated && left > CHUNK ? CHUNK : left;
     const void *values = values_of(grid, n, first, chunk);
     if (raw)
       fwrite(values, (size_t)type_bytes[array.type], (size_t)count, file);
+
+    // text is broken into lines that people can read
     for (int64_t k = 0; k < count && !raw; k++) {
       const int64_t number = first + k + 1;
       put_number(file, array.type, values, k);
@@ -138,8 +149,9 @@ static void put_values(FILE *file, const vtu_grid *grid, int64_t n, bool raw) {
 /* --- XML ---------------------------------------------------------------------------------------
  */
 
-/* A name inside quotes of XML. */
+/* Writes a name so that it can stand inside quotes of XML. */
 static void put_escaped(FILE *file, const char *name) {
+  // names of groups come from files and may hold any character
   for (; *name != '\0'; name++) {
     switch (*name) {
     case '&':
@@ -174,7 +186,7 @@ static void put_array(FILE *file, const vtu_grid *grid, int64_t n) {
   fputs("        </DataArray>\n", file);
 }
 
-/* Arrays on points or cells with this number of columns. */
+/* Writes the arrays on points or on cells that are vectors, or those that are not. */
 static void put_data(FILE *file, const vtu_grid *grid, bool on_cells, bool vectors) {
   for (int64_t n = 0; n < grid->array_count; n++)
     if (grid->arrays[n].on_cells == on_cells && (grid->arrays[n].columns == 3) == vectors)
@@ -189,6 +201,7 @@ static const char *byte_order(void) {
 }
 
 void vtu_grid_write(FILE *file, const vtu_grid *grid) {
+  // the raw bytes are those of this machine, so the header tells their order
   fprintf(file,
           "<?xml version=\"1.0\"?>\n"
           "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"%s\" "

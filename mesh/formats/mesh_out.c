@@ -1,4 +1,5 @@
-/* Buffered output of the mesh writers, numbers that read back exactly, and names.
+/* The output of the mesh writers is buffered here; numbers are written so that they read back
+ * exactly, and names are cleaned of the bytes that a format cannot have.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "mesh/formats/mesh_out.h"
@@ -53,7 +54,7 @@ void thrum_out_vertex(thrum_mesh_out *out, const double position[3], const char 
   }
 }
 
-/* A copy of a name without the bytes that the format cannot have in it. */
+/* Copies a name and replaces the bytes that the format cannot have in it. */
 static const char *clean_name(thrum_mesh_written *w, const char *name, const char *bad,
                               char text[256]) {
   size_t length = strlen(name);
@@ -86,20 +87,24 @@ int32_t *thrum_write_marks(thrum_mesh_out *out, thrum_mesh_written *w) {
   const thrum_mesh *m = w->mesh;
   int32_t *marks = calloc((size_t)m->vertex_count + 1, sizeof *marks);
   int32_t next = 1;
+
   if (!marks) {
     out->status = thrum_error_set(out->error, THRUM_OUT_OF_MEMORY, "not enough memory");
     return NULL;
   }
 
+  // a vertex has one mark, so a group that shares vertices with an earlier one is lost
   for (int64_t g = 0; g < m->group_count; g++) {
     const thrum_group *group = &m->groups[g];
+
     // a region's group comes back under the number of the region
     const bool region = w->group_region[g] >= 0 && m->region_count > 1;
+
     bool overlaps = region;
     for (int64_t i = 0; i < group->count && !overlaps; i++)
       overlaps = marks[group->vertices[i]] != 0;
 
-    // a group that overlaps an earlier one has no place, so it is lost
+    // a group that is kept loses its name, since the format has only numbers
     w->lost.groups += overlaps && !region;
     w->lost.names += !overlaps || region;
     for (int64_t i = 0; i < group->count && !overlaps; i++)

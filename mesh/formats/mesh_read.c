@@ -1,4 +1,4 @@
-/* Reading meshes: the reader is chosen by the suffix of the file, and what it read is cleaned.
+/* Meshes are read by the reader that the suffix of the file names, and then cleaned.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "mesh/formats/mesh_read.h"
@@ -40,24 +40,28 @@ static thrum_status read_file(const char *path, thrum_mesh_parser *parse, thrum_
   return status;
 }
 
-/* Either file of TetGen's pair names both. */
+/* TetGen's meshes are pairs of files; the path of either one names both. */
 static thrum_status read_tetgen(const char *path, thrum_mesh *mesh, thrum_error *error) {
   const size_t length = strlen(path), stem = length - (thrum_file_has_suffix(path, ".ele") ? 4 : 5);
   char *names[2] = {malloc(stem + 6), malloc(stem + 5)};
   void *data[2] = {NULL, NULL};
   size_t size[2] = {0, 0};
+
   thrum_status status = THRUM_OK;
   if (!names[0] || !names[1])
     status = no_memory(error);
 
+  // both files have the given path with another suffix
   for (int i = 0; i < 2 && status >= 0; i++) {
     memcpy(names[i], path, stem);
     strcpy(names[i] + stem, i == 0 ? ".node" : ".ele");
+
     // the one that was given keeps its capitals
     const bool given = thrum_file_has_suffix(path, i == 0 ? ".node" : ".ele");
     status = thrum_file_read(given ? path : names[i], &data[i], &size[i], error);
   }
 
+  // the parser needs both texts at once, since tets name nodes
   if (status >= 0)
     status = thrum_mesh_parse_tetgen(names[0], data[0], size[0], names[1], data[1], size[1], mesh,
                                      error);
@@ -79,7 +83,7 @@ thrum_status thrum_mesh_read(const char *name, double scale, thrum_mesh *mesh, t
   thrum_mesh_parser *parse = find_parser(name);
   thrum_status status;
 
-  // the generator, one file, or a pair of files
+  // a name means a generator, a single file or one of a pair of files
   if (name[0] == '\0') {
     status = thrum_error_set(error, THRUM_IO, "the name of the mesh is empty");
   } else if (strncmp(name, "beam:", 5) == 0) {
@@ -96,9 +100,11 @@ thrum_status thrum_mesh_read(const char *name, double scale, thrum_mesh *mesh, t
                              name);
   }
 
-  // what was read is cleaned, whatever it came from
+  // every source may repeat vertices or leave some unused
   if (status >= 0)
     status = thrum_mesh_clean(&read, name, scale, error);
+
+  // the caller's mesh changes only when all went well
   if (status < 0) {
     thrum_mesh_free(&read);
     return status;

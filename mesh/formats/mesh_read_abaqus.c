@@ -1,9 +1,9 @@
-/* Abaqus input files (.inp), as far as they say what a body is: *NODE, *ELEMENT (C3D4; C3D10 by its
- * corners), *NSET, *ELSET (both with GENERATE), *MATERIAL with *ELASTIC and *DENSITY, *SOLID
- * SECTION. Keywords, parameters and names in any case; ** comments; other keywords are passed over.
- * Node sets and the nodes of element sets, those of surface elements too, are groups; solid
- * sections are the regions. The element set allElements is no group. A file holds one part. Cost:
- * linear in the file, n log n in elements that sets name.
+/* The reader of Abaqus input files (.inp), as far as they describe a body: *NODE, *ELEMENT (C3D4;
+ * C3D10 by its corners), *NSET, *ELSET (both with GENERATE), *MATERIAL with *ELASTIC and *DENSITY,
+ * *SOLID SECTION. Keywords, parameters and names in any case; ** comments; other keywords are
+ * passed over. Node sets and the nodes of element sets, those of surface elements too, are groups;
+ * solid sections are the regions. The element set allElements is no group. A file holds one part.
+ * Cost: linear in the file, n log n in elements that sets name.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <stdlib.h>
@@ -27,7 +27,7 @@ typedef struct inp_parameter {
   inp_word key, value;
 } inp_parameter;
 
-/* The keyword line being obeyed. */
+/* A keyword line, which decides how the data lines behind it are read. */
 typedef struct inp_keyword {
   inp_word name;
   int count;
@@ -37,7 +37,7 @@ typedef struct inp_keyword {
 typedef struct inp_element {
   int64_t number;
   int64_t tet;          /* -1: no tet */
-  int64_t first, count; /* of what is no tet: its nodes in `surface_nodes` */
+  int64_t first, count; /* nodes of any other element, in `surface_nodes` */
 } inp_element;
 
 /* An element set: elements by number. Its vertices become a group at the end. */
@@ -61,7 +61,7 @@ typedef struct inp_section {
 typedef struct inp_reader {
   thrum_text text;
   int64_t text_size;
-  bool again; /* the present line is yet to be obeyed */
+  bool again; /* the present line is a keyword still to be read */
   thrum_mesh_builder builder;
   int64_t part_count;
   int64_t element_count, element_capacity;
@@ -101,7 +101,7 @@ static bool is(inp_word word, const char *name) {
   return thrum_text_equals(word.text, word.length, name);
 }
 
-/* Without blanks and quotes around it. */
+/* Returns the text without the blanks and quotes around it. */
 static inp_word trim(const char *start, const char *end) {
   while (start < end && (*start == ' ' || *start == '\t'))
     start++;
@@ -114,7 +114,7 @@ static inp_word trim(const char *start, const char *end) {
   return (inp_word){start, (size_t)(end - start)};
 }
 
-/* The next line that is no comment. */
+/* Goes to the next line that is no comment. */
 static bool next_line(inp_reader *r) {
   if (r->again) {
     r->again = false;
@@ -127,7 +127,7 @@ static bool next_line(inp_reader *r) {
   return false;
 }
 
-/* The next line of data; false when a keyword, to be obeyed next, or the end comes. */
+/* Goes to the next line of data; returns false at the end or at a keyword, which is read next. */
 static bool data_line(inp_reader *r) {
   if (!next_line(r))
     return false;
@@ -135,11 +135,14 @@ static bool data_line(inp_reader *r) {
   return !r->again;
 }
 
-/* Splits the present line at commas into `key=value`; a comma at its end goes on on the next. */
+/* Splits the present line at commas into `key=value`; a comma at its end continues the list on the
+ * next line. */
 static void read_parameters(inp_reader *r, const char *start, inp_keyword *keyword) {
   for (;;) {
     const char *end = r->text.end, *comma = memchr(start, ',', (size_t)(end - start));
     const char *stop = comma ? comma : end;
+
+    // a parameter without '=' is a flag such as GENERATE
     const char *equals = memchr(start, '=', (size_t)(stop - start));
 
     inp_word key = trim(start, equals ? equals : stop);
@@ -147,6 +150,7 @@ static void read_parameters(inp_reader *r, const char *start, inp_keyword *keywo
       keyword->parameters[keyword->count++] =
           (inp_parameter){key, equals ? trim(equals + 1, stop) : (inp_word){"", 0}};
 
+    // a comma at the end of the line continues the list on the next one
     if (!comma)
       return;
     start = comma + 1;
@@ -188,7 +192,7 @@ static thrum_status integer(inp_reader *r, const char *what, int64_t low, int64_
   return thrum_text_integer(&r->text, what, low, INT64_MAX, value, r->error);
 }
 
-/* The list of the builder that a node set is. */
+/* Finds the list of the builder that stands for a node set. */
 static thrum_status node_list(inp_reader *r, inp_word name, int64_t *list) {
   const char *fault = thrum_mesh_name_fault(name.text, name.length);
   if (fault)
@@ -217,13 +221,13 @@ static thrum_status read_nodes(inp_reader *r, const inp_keyword *keyword) {
   return THRUM_OK;
 }
 
-/* Index of the element set, added when it is new. */
+/* Finds the index of an element set, which is added when it is new. */
 static thrum_status find_set(inp_reader *r, inp_word name, int64_t *index) {
   for (*index = 0; *index < r->set_count; ++*index)
     if (same(r->sets[*index].name, name))
       return THRUM_OK;
 
-  // a new set
+  // a set becomes a group, so it needs a name that a group can have
   const char *fault = thrum_mesh_name_fault(name.text, name.length);
   if (fault)
     return fail(r, fault);
@@ -239,7 +243,8 @@ static thrum_status find_set(inp_reader *r, inp_word name, int64_t *index) {
   return THRUM_OK;
 }
 
-/* Sets that name sets could double at every line: what no sensible set reaches is refused. */
+/* A set that names sets can double with every line, so a size that no sensible set reaches is
+ * refused. */
 static thrum_status check_growth(inp_reader *r, int64_t count) {
   const int64_t most = 16 * (r->builder.vertex_count + r->element_count) + r->text_size;
   return count <= most ? THRUM_OK : fail(r, "the set names far more than the file holds");
@@ -266,7 +271,8 @@ static thrum_status add_element(inp_reader *r, int64_t number, int64_t tet) {
   return THRUM_OK;
 }
 
-/* Nodes of a solid element's type: 4, 10; 0 what is no solid; -1 a solid that is not read. */
+/* Returns the nodes of a solid element's type, 4 or 10; 0 for other elements; -1 for a solid that
+ * is not supported. */
 static int node_count(inp_word type) {
   if (type.length >= 5 && thrum_text_equals(type.text, 5, "C3D10"))
     return 10;
@@ -277,13 +283,13 @@ static int node_count(inp_word type) {
   return solid ? -1 : 0;
 }
 
-/* A tet's number and nodes, which may go on on further lines. */
+/* Reads a tet's number and nodes, which may continue on further lines. */
 static thrum_status read_tet(inp_reader *r, int nodes, int64_t set) {
   int64_t number = 0, corners[CORNERS] = {0};
   const int64_t line = r->text.line;
   THRUM_TRY(integer(r, "the number of an element", 1, &number));
 
-  // nodes may go on in the next line; those behind the corners are middles of edges
+  // a tet of ten nodes is read by its corners, which come first
   for (int n = 0; n < nodes; n++) {
     int64_t node = 0;
     if (!thrum_text_more(&r->text) && !data_line(r))
@@ -296,11 +302,13 @@ static thrum_status read_tet(inp_reader *r, int nodes, int64_t set) {
   THRUM_TRY(add_element(r, number, r->builder.tet_count));
   if (set >= 0)
     THRUM_TRY(add_to_set(r, set, number));
+
+  // dropped mid-side nodes are no repair of the mesh, so these tets are counted
   r->builder.cornered_tets += nodes > CORNERS;
   return thrum_builder_tet(&r->builder, corners, -1, line);
 }
 
-/* What is no solid serves the groups of the sets that it is in. */
+/* Reads an element that is no solid; its nodes belong to the groups of its sets. */
 static thrum_status read_surface(inp_reader *r, int64_t set) {
   int64_t number = 0, node = 0;
   THRUM_TRY(integer(r, "the number of an element", 1, &number));
@@ -336,7 +344,8 @@ static thrum_status read_elements(inp_reader *r, const inp_keyword *keyword) {
   return THRUM_OK;
 }
 
-/* Members of a set: numbers, first-last-step with GENERATE, or, of sets read before, names. */
+/* Adds a member to a set. Members are numbers, first-last-step with GENERATE, or names of sets that
+ * were read before. */
 typedef thrum_status add_member(inp_reader *r, int64_t set, int64_t member);
 
 static thrum_status add_node(inp_reader *r, int64_t set, int64_t node) {
@@ -352,6 +361,8 @@ static thrum_status read_range(inp_reader *r, int64_t set, add_member *add) {
     THRUM_TRY(integer(r, "the step of a range", 1, &step));
   if ((last - first) / step >= r->builder.vertex_count + r->element_count)
     return fail(r, "a range is longer than there are nodes and elements");
+
+  // the range must not step past the largest integer
   for (int64_t n = first; n <= last; n += step) {
     THRUM_TRY(add(r, set, n));
     if (n > last - step)
@@ -361,7 +372,7 @@ static thrum_status read_range(inp_reader *r, int64_t set, add_member *add) {
 }
 
 static thrum_status add_named(inp_reader *r, int64_t set, inp_word name, add_member *add) {
-  // a node set names another node set
+  // a node set takes over the nodes of another node set
   if (add == add_node) {
     const thrum_mesh_builder *b = &r->builder;
     for (int64_t i = 0; i < b->list_count; i++) {
@@ -374,7 +385,7 @@ static thrum_status add_named(inp_reader *r, int64_t set, inp_word name, add_mem
     }
   }
 
-  // an element set names another element set
+  // an element set takes over the elements of another element set
   for (int64_t i = 0; add != add_node && i < r->set_count; i++) {
     if (!same(r->sets[i].name, name) || i == set)
       continue;
@@ -409,6 +420,7 @@ static thrum_status read_set(inp_reader *r, const inp_keyword *keyword, const ch
         THRUM_TRY(add(r, set, member));
         continue;
       }
+
       const char *comma = memchr(r->text.at, ',', (size_t)(r->text.end - r->text.at));
       const char *end = comma ? comma : r->text.end;
       const inp_word word = trim(r->text.at, end);
@@ -427,6 +439,7 @@ static thrum_status read_material(inp_reader *r, const inp_keyword *keyword) {
   for (int64_t i = 0; i < r->material_count; i++)
     if (same(r->materials[i].name, material.name))
       return fail(r, "this material comes twice");
+
   inp_material *grown =
       thrum_mesh_grow(r->materials, &r->material_capacity, r->material_count + 1, sizeof *grown);
   if (!grown)
@@ -436,23 +449,25 @@ static thrum_status read_material(inp_reader *r, const inp_keyword *keyword) {
   return THRUM_OK;
 }
 
-/* *ELASTIC and *DENSITY: the first line of the present material's values. */
+/* Reads the first line of *ELASTIC or *DENSITY into the present material. */
 static thrum_status read_property(inp_reader *r, const inp_keyword *keyword) {
   const bool elastic = is(keyword->name, "ELASTIC");
   if (r->material_count == 0)
     return fail(r, "a property comes before any *MATERIAL");
 
+  // anisotropic materials have constants that the solver does not know
   const inp_word type = parameter(keyword, "TYPE");
   if (elastic && type.length > 0 && !is(type, "ISOTROPIC") && !is(type, "ISO"))
     return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
                            "*ELASTIC of type %s is not supported, only ISOTROPIC",
                            thrum_text_excerpt(type.text, type.length).text);
 
+  // the values belong to the last *MATERIAL
   inp_material *material = &r->materials[r->material_count - 1];
   if (!data_line(r))
     return fail(r, "the file ends, or goes on, before the values of the material");
-  thrum_status status;
 
+  thrum_status status;
   if (elastic) {
     status = thrum_text_number(&r->text, "Young's modulus", &material->values.young, r->error);
     if (status >= 0)
@@ -475,6 +490,7 @@ static thrum_status read_section(inp_reader *r, const inp_keyword *keyword) {
   if (r->section_count == SECTIONS_MAX)
     return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error, "more than %d sections",
                            SECTIONS_MAX);
+
   inp_section *grown =
       thrum_mesh_grow(r->sections, &r->section_capacity, r->section_count + 1, sizeof *grown);
   if (!grown)
@@ -486,6 +502,8 @@ static thrum_status read_section(inp_reader *r, const inp_keyword *keyword) {
 
 static thrum_status obey(inp_reader *r, const inp_keyword *keyword) {
   const inp_word name = keyword->name;
+
+  // the keywords that describe the body
   if (is(name, "NODE"))
     return read_nodes(r, keyword);
   if (is(name, "ELEMENT"))
@@ -502,9 +520,11 @@ static thrum_status obey(inp_reader *r, const inp_keyword *keyword) {
   if (is(name, "SOLID SECTION"))
     return read_section(r, keyword);
 
-  // what would leave the mesh incomplete is refused; other keywords are passed over
+  // an included file may hold anything, so it is not passed over silently
   if (is(name, "INCLUDE"))
     return fail(r, "*INCLUDE is not read; put the included file in its place");
+
+  // node numbers are unique within one part only
   if ((is(name, "PART") || is(name, "INSTANCE")) && has_parameter(keyword, "NAME")) {
     r->part_count += is(name, "PART");
     if (r->part_count > 1)
@@ -529,7 +549,7 @@ static thrum_status sort_elements(inp_reader *r) {
   return THRUM_OK;
 }
 
-/* The element that a set's member is. */
+/* Finds the element that a member of a set names. */
 static thrum_status find_member(inp_reader *r, const inp_set *set, int64_t number,
                                 const inp_element **element) {
   const inp_element key = {.number = number};
@@ -544,7 +564,7 @@ static thrum_status find_member(inp_reader *r, const inp_set *set, int64_t numbe
   return THRUM_OK;
 }
 
-/* Every element set is the group of its elements' vertices. */
+/* Makes a group of the vertices of each element set. */
 static thrum_status set_groups(inp_reader *r) {
   for (int64_t s = 0; s < r->set_count; s++) {
     const inp_set *set = &r->sets[s];
@@ -558,6 +578,7 @@ static thrum_status set_groups(inp_reader *r) {
 
     for (int64_t i = 0; i < set->count; i++) {
       THRUM_TRY(find_member(r, set, set->elements[i], &element));
+
       const bool tet = element->tet >= 0;
       const int64_t count = tet ? CORNERS : element->count;
       if (count == 0) // neither a tet nor a face; there may be no array of faces at all
@@ -573,11 +594,13 @@ static thrum_status set_groups(inp_reader *r) {
   return THRUM_OK;
 }
 
-/* The tets of each section get its index as the key of their region; a later one overrides. */
+/* Gives the tets of a section its index as the key of their region; a later section overrides. */
 static thrum_status apply_section(inp_reader *r, int64_t index) {
   const inp_section *section = &r->sections[index];
   const inp_element *element = NULL;
   int64_t s = 0;
+
+  // the set may stand below the section, so it is searched only now
   while (s < r->set_count && !same(r->sets[s].name, section->set))
     s++;
 
@@ -602,12 +625,13 @@ static const inp_material *find_material(const inp_reader *r, inp_word name) {
   return NULL;
 }
 
-/* The material of each region. Files for statics often say no density: then, if no section is
- * whole, the mesh is without material, and the user is to say it. */
+/* Sets the material of each region. Files for statics often have no density: if no section has a
+ * complete material, the mesh has none, and the user must give it. */
 static thrum_status region_materials(inp_reader *r, thrum_mesh *mesh) {
   int64_t whole = 0;
   const inp_section *partial = NULL;
 
+  // a region's key is the index of its section, -1 for tets without one
   for (int64_t i = 0; i < mesh->region_count && r->section_count > 0; i++) {
     const int64_t key = r->builder.region_keys[i];
     if (key < 0)
@@ -615,6 +639,7 @@ static thrum_status region_materials(inp_reader *r, thrum_mesh *mesh) {
                              "%.150s: some tets are in no *SOLID SECTION, so they have no material",
                              r->text.name);
 
+    // the section's material may stand anywhere in the file
     const inp_section *section = &r->sections[key];
     const inp_material *material = find_material(r, section->material);
     if (!material)
@@ -623,6 +648,7 @@ static thrum_status region_materials(inp_reader *r, thrum_mesh *mesh) {
           (long long)section->line,
           thrum_text_excerpt(section->material.text, section->material.length).text);
 
+    // incomplete materials are an error only beside complete ones
     mesh->materials[i] = material->values;
     if (material->has_elastic && material->has_density)
       whole++;
@@ -630,7 +656,7 @@ static thrum_status region_materials(inp_reader *r, thrum_mesh *mesh) {
       partial = section;
   }
 
-  // materials are whole in all regions or in none
+  // a mixture of complete and incomplete materials is a mistake in the file
   if (whole > 0 && partial)
     return thrum_error_set(
         r->error, THRUM_MISSING, "%.150s:%lld: material '%s' needs both *ELASTIC and *DENSITY",
@@ -679,6 +705,7 @@ thrum_status thrum_mesh_parse_abaqus(const char *name, const void *data, size_t 
   thrum_status status = thrum_text_view(name, data, size, 0, ',', &r.text, error);
   if (status >= 0)
     status = read_all(&r, &read);
+
   for (int64_t s = 0; s < r.set_count; s++)
     free(r.sets[s].elements);
   free(r.sets);
@@ -687,6 +714,7 @@ thrum_status thrum_mesh_parse_abaqus(const char *name, const void *data, size_t 
   free(r.materials);
   free(r.sections);
   thrum_builder_free(&r.builder);
+
   if (status >= 0)
     *mesh = read;
   else
