@@ -1,22 +1,27 @@
-/* What a body touches and what pulls it, as a mean load of each step (docs/contact.md).
+/* Contact of one body with obstacles, and springs that pull it, as a mean load of each step
+ * (docs/contact.md).
  *
  * Chosen vertices of a body meet planes, spheres and boxes: a penalty spring that pushes and never
  * pulls, with restitution, damping and Coulomb friction. Springs with damping pull points of the
- * body to where somebody drags them. All of it is solved implicitly at the end of the step in
- * reduced coordinates and handed to the integrator as its mean load, whichever integrator it is;
- * no stiffness is too large for dt. What contact gives back it took before: see
- * thrum_contact_report. A body that nothing holds may move as a whole (thrum_translation,
+ * body towards targets, such as a mouse pointer. All forces are solved implicitly at the end of the
+ * step in reduced coordinates and handed to the integrator as its mean load, whichever integrator
+ * it is; no stiffness is too large for dt. Contact gives back only energy that it took before: see
+ * thrum_contact_report. A free body may also move as a whole (thrum_translation,
  * thrum_rigid_frame).
  *
  *   thrum_contact_step(model, state, contact, &environment, &error);   in place of thrum_step
  *
- * or thrum_contact_begin, thrum_step or thrum_batch_step, thrum_contact_end, without the second
+ * or thrum_contact_begin, thrum_step or thrum_batch_step, thrum_contact_end, without the repeated
  * attempts of thrum_contact_step.
  *
- * A contact is planned (thrum_contact_size), then laid into the caller's memory
+ * Memory: a contact is planned (thrum_contact_size), then laid into the caller's memory
  * (thrum_contact_init). It holds no pointer, so a snapshot is memcpy of thrum_contact_bytes bytes;
- * take it together with that of its state. It belongs to one thread at a time. No function here
- * allocates, prints or keeps a global. SI units; world coordinates unless a field says otherwise.
+ * take it together with that of its state. No function here allocates, prints or keeps a global.
+ *
+ * Threads: a contact belongs to one thread at a time, with its state and the environment that it
+ * moves. The model is only read and may be shared.
+ *
+ * Units are SI; coordinates are those of the world unless a field says otherwise.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_CONTACT_H
@@ -33,11 +38,12 @@ extern "C" {
 /* Stiffnesses and dampings above this are refused [N/m^3, N/m, and so on]. */
 #define THRUM_CONTACT_STIFFNESS_MAX 1e30
 
-/* How far a body that nothing holds has moved as a whole, besides its placement. */
+/* Motion of a free body as a whole, apart from its placement. A plain value that the caller owns.
+ */
 typedef struct thrum_translation {
-  double mass;        /* [kg], > 0 */
-  double position[3]; /* [m] */
-  double velocity[3]; /* [m/s] */
+  double mass;        /* [kg], finite and > 0; larger: forces move the body less */
+  double position[3]; /* displacement from the placement [m], finite */
+  double velocity[3]; /* [m/s], finite */
 } thrum_translation;
 
 typedef enum thrum_obstacle_shape {
@@ -46,166 +52,254 @@ typedef enum thrum_obstacle_shape {
   THRUM_OBSTACLE_BOX = 2
 } thrum_obstacle_shape;
 
-/* Something in the way. The one definition is passed in every step and may change between steps. */
+/* A rigid obstacle. Start from thrum_default_obstacle and change fields. The caller owns it, passes
+ * it in every step and may change it between steps. */
 typedef struct thrum_obstacle {
-  uint32_t cookie;            /* set by thrum_default_obstacle */
-  thrum_obstacle_shape shape; /* default plane */
-  int32_t inside;     /* sphere and box: 1: the inside is free, a bowl or a room; default 0 */
-  double centre[3];   /* of sphere and box; a point of the plane [m]; default 0 */
-  double normal[3];   /* of the plane, to its free side, any length > 0; default z */
-  double radius;      /* of the sphere [m], > 0 */
-  double half[3];     /* half sides of the box [m], > 0 */
-  double rotation[9]; /* of the box, 3 x 3 row-major: its axes are the columns */
-  double velocity[3]; /* of the obstacle during the step [m/s]; the caller moves its centre */
-  double stiffness;   /* pressure per depth [N/m^3]; 0: the contact's; default 0 */
-  double damping;     /* pressure per speed of depth [N s/m^3], >= 0; default 0 */
-  double restitution; /* speed away over speed towards, in [0, 1]; default 0.5 */
-  double friction;    /* Coulomb's coefficient, >= 0; default 0.5 */
+  /* Set by thrum_default_obstacle; THRUM_UNINITIALISED_DEF without it. */
+  uint32_t cookie;
+
+  /* Which of the shapes below; default plane. */
+  thrum_obstacle_shape shape;
+
+  /* Sphere and box: 1: the inside is free, as in a bowl or a room; 0: the outside is. Default 0. */
+  int32_t inside;
+
+  /* Centre of the sphere or box, or a point of the plane [m]; finite, default 0. */
+  double centre[3];
+
+  /* Plane: direction to its free side, of any length > 0; default z. */
+  double normal[3];
+
+  /* Sphere: radius [m]; finite and > 0, default 1. Larger: a larger and flatter sphere. */
+  double radius;
+
+  /* Box: half the length of its sides [m]; each finite and > 0, default 1. Larger: a larger box. */
+  double half[3];
+
+  /* Box: its axes in the world as columns, 3 x 3 row-major; a rotation to 1e-6, default the
+   * identity. */
+  double rotation[9];
+
+  /* Velocity during the step [m/s]; finite, default 0. Larger: it drags and pushes the body faster;
+   * the caller moves the centre. */
+  double velocity[3];
+
+  /* Pressure per depth [N/m^3]; 0 to 1e30, default 0: that of the contact. Larger: the body sinks
+   * in less. */
+  double stiffness;
+
+  /* Pressure per speed of approach [N s/m^3]; 0 to 1e30, default 0. Larger: an impact loses more
+   * energy. */
+  double damping;
+
+  /* Speed of leaving over speed of approach [1]; in [0, 1], default 0.5. Larger: it bounces higher;
+   * 1: an impact loses no energy to it. */
+  double restitution;
+
+  /* Coulomb's friction coefficient [1]; 0 to 1e30, default 0.5. Larger: the body slides less; 0: it
+   * slides freely. */
+  double friction;
 } thrum_obstacle;
 
-/* An obstacle with every default set: the plane z = 0. */
+/* An obstacle with every default set: the plane z = 0. Any thread. */
 THRUM_API thrum_obstacle thrum_default_obstacle(void);
 
-/* Says what is wrong with an obstacle, under its place `index` in a list. thrum_contact_begin and
- * _step check each of theirs so. */
+/* Checks an obstacle; `index` is its place in a list, for the message. THRUM_UNINITIALISED_DEF, or
+ * THRUM_BAD_VALUE with the field and its range. thrum_contact_begin and _step check each of theirs
+ * with it. Any thread. */
 THRUM_API thrum_status thrum_obstacle_check(const thrum_obstacle *obstacle, int64_t index,
                                             thrum_error *error);
 
-/* A spring from a point of the body to a target. The point is the mean of three vertices with
- * weights, such as a point of a triangle; equal vertices are fine. */
+/* A spring from a point of the body to a target. The point is the weighted mean of three vertices,
+ * such as a point of a triangle; the three may be equal. There are no defaults: set every field. */
 typedef struct thrum_pull {
-  int32_t vertices[3]; /* 0-based vertices of the model */
-  double weights[3];   /* that sum to 1 */
-  double target[3];    /* at the start of the step [m] */
-  double velocity[3];  /* of the target during the step [m/s] */
-  double stiffness;    /* [N/m], >= 0 */
-  double damping;      /* [N s/m], >= 0; negative: critical for what the point feels of the mass */
-  double force_max;    /* [N], the pull is no stronger; 0: what would displace the point by the
-                          diagonal of the body's box at rest, and twice the force on the translation */
+  /* 0-based vertices of the model. */
+  int32_t vertices[3];
+
+  /* Weights of the vertices [1]; finite, with the sum 1. */
+  double weights[3];
+
+  /* Target at the start of the step [m]; finite. */
+  double target[3];
+
+  /* Velocity of the target during the step [m/s]; finite. */
+  double velocity[3];
+
+  /* Stiffness of the spring [N/m]; 0 to 1e30. Larger: the point follows the target more closely. */
+  double stiffness;
+
+  /* Damping of the spring [N s/m]; at most 1e30. Larger: the point follows more slowly; negative:
+   * critical damping for the mass that the point feels. */
+  double damping;
+
+  /* Largest force of the pull [N]; 0 to 1e30. Larger: it can deform the body more. 0: the force
+   * that displaces the point by the diagonal of the body's box at rest, and twice the force on the
+   * translation. */
+  double force_max;
 } thrum_pull;
 
+/* How a contact is made. Start from thrum_default_contact_def and change fields. The arrays are
+ * only read while the contact is planned and made. */
 typedef struct thrum_contact_def {
-  uint32_t cookie;         /* set by thrum_default_contact_def */
-  const int32_t *vertices; /* 0-based vertices that may touch; NULL: all; copied */
-  int64_t vertex_count;    /* of `vertices` */
-  const double *areas;     /* vertex_count, what each stands for [m^2]; NULL: equal shares of the
-                              surface of the vertices' box; copied */
-  double stiffness;        /* pressure per depth [N/m^3]; 0: ten times Young's modulus over the
-                              diagonal of the vertices' box; default 0 */
-  int64_t touch_max;       /* points that may touch at once; 0: twice the vertices; default 0 */
-  int64_t pull_max;        /* pulls of a step; default 1 */
-  int32_t sweeps_max;      /* of the solver in one step, >= 1; default 20 */
-  double tolerance;        /* of the solver, relative to the displacement of a step, in (0, 1e-2];
-                              default 1e-4 */
+  /* Set by thrum_default_contact_def; THRUM_UNINITIALISED_DEF without it. */
+  uint32_t cookie;
+
+  /* vertex_count: 0-based vertices of the model that may touch; default NULL: all. */
+  const int32_t *vertices;
+
+  /* Number of `vertices`; 1 to 2^31, ignored without them. Larger: a finer contact surface, and
+   * time and memory in proportion. */
+  int64_t vertex_count;
+
+  /* vertex_count: area of the surface that each vertex stands for [m^2]; finite and >= 0. Larger: a
+   * stiffer contact at that vertex. Default NULL: equal shares of the surface of the vertices'
+   * box. */
+  const double *areas;
+
+  /* Pressure per depth against obstacles without their own [N/m^3]; 0 to 1e30. Larger: the body
+   * sinks in less. Default 0: ten times Young's modulus over the diagonal of the vertices' box. */
+  double stiffness;
+
+  /* Largest number of points that touch at once; 0 to 2^31. Larger: more memory, and fewer touches
+   * are dropped. Default 0: twice the vertices. */
+  int64_t touch_max;
+
+  /* Largest number of pulls in a step; 0 to 2^31, default 1. Larger: more memory. */
+  int64_t pull_max;
+
+  /* Largest number of sweeps of the solver in one step; >= 1, default 20. Larger: more exact
+   * forces where many stiff points touch, and a slower step there. */
+  int32_t sweeps_max;
+
+  /* Change of the displacement at which the solver ends, relative to the displacement of a step; in
+   * (0, 1e-2], default 1e-4. Larger: fewer sweeps and less exact forces. */
+  double tolerance;
 } thrum_contact_def;
 
+/* A def with every default set. Any thread. */
 THRUM_API thrum_contact_def thrum_default_contact_def(void);
 
 /* Opaque: lives at the start of the memory given to thrum_contact_init. */
 typedef struct thrum_contact thrum_contact;
 
-/* What is around a body in one step. Only read, but for the translation and the turning. */
+/* The surroundings of a body in one step; zero-initialise it and set what applies. The caller owns
+ * everything that it points to; the step only reads it, but for translation and rigid_frame. */
 typedef struct thrum_contact_environment {
   const thrum_placement *placement; /* NULL: where the mesh is */
-  thrum_translation *translation;   /* NULL: the body is held; moved by the step */
+  thrum_translation *translation;   /* moved by the step; NULL: the body is held */
   const thrum_obstacle *obstacles;  /* obstacle_count; may be NULL when that is 0 */
-  int64_t obstacle_count;
-  const thrum_pull *pulls; /* pull_count, at most pull_max */
-  int64_t pull_count;
-  const double *load;             /* rank, mean reduced load of the step besides; NULL: none */
-  double force[3];                /* on the translation besides, such as its weight [N] */
-  thrum_rigid_frame *rigid_frame; /* NULL: the body does not turn; turned by the step */
-  double torque[3];               /* on the turning besides, about its centre [N m] */
+  int64_t obstacle_count;           /* >= 0; larger: a slower search for touches */
+  const thrum_pull *pulls;          /* pull_count; may be NULL when that is 0 */
+  int64_t pull_count;               /* 0 to the contact's pull_max */
+  const double *load;             /* rank: mean of the other reduced loads over the step; NULL: 0 */
+  double force[3];                /* other force on the translation, such as its weight [N] */
+  thrum_rigid_frame *rigid_frame; /* rotated by the step; NULL: the body does not rotate */
+  double torque[3];               /* other torque on the rotation, about the centre of mass [N m] */
 } thrum_contact_environment;
 
-/* The energy of contact and what it did, since init. Of what the obstacles did to the body,
+/* Counters and energies of a contact since init or reset. The work that the obstacles did on the
+ * body is
  *
  *   work on the body = driven + granted - stored - lost,    stored >= 0,
  *
- * and lost >= 0 after every thrum_contact_step up to rounding: obstacles that stand still give back
- * no more than they took. */
+ * and lost >= 0 after every thrum_contact_step up to rounding: obstacles at rest give back no more
+ * than they took. */
 typedef struct thrum_contact_report {
-  int64_t steps;
+  int64_t steps;    /* completed steps */
   int64_t redone;   /* attempts after the first of thrum_contact_step */
-  int64_t declined; /* steps in which contact was let go, because none of them kept the bound */
+  int64_t declined; /* steps made without contact, because no attempt kept the energy bound */
   int64_t dropped;  /* touches for which touch_max was too small */
-  int64_t sweeps;   /* of the solver */
-  int32_t touching; /* points with a force in the last step */
-  double depth;     /* the deepest after the last step [m] */
+  int64_t sweeps;   /* sweeps of the solver over all steps */
+  int32_t touching; /* touches of the last step */
+  double depth;     /* largest depth after the last step [m] */
   double normal;    /* sum of the normal forces in the last step [N] */
-  double stored;    /* in the springs now [J] */
-  double lost;      /* to restitution, damping and friction [J] */
-  double driven;    /* work of obstacles that move [J] */
-  double granted;   /* in springs of a body that began inside an obstacle [J] */
+  double stored;    /* energy in the contact springs now [J] */
+  double lost;      /* energy lost to restitution, damping and friction [J] */
+  double driven;    /* work of moving obstacles [J] */
+  double granted;   /* energy of springs that a body began with inside an obstacle [J] */
   double pulled;    /* work of the pulls on the body [J] */
 } thrum_contact_report;
 
 /* One touch of the last step. */
 typedef struct thrum_touch {
-  int32_t vertex;   /* of the model */
-  int32_t obstacle; /* its place among the obstacles */
-  double force[3];  /* mean over the step, on the body [N] */
-  double normal[3]; /* unit, away from the obstacle */
-  double gap;       /* after the step [m], negative inside */
+  int32_t vertex;   /* 0-based vertex of the model */
+  int32_t obstacle; /* 0-based place among the obstacles */
+  double force[3];  /* on the body, mean over the step [N] */
+  double normal[3]; /* unit vector away from the obstacle */
+  double gap;       /* distance after the step [m], negative inside */
 } thrum_touch;
 
-/* Bytes of a contact for this model and states made like `state`. Needs a model with a basis
- * (THRUM_MISSING otherwise). Checks the def and says what is wrong with it. */
+/* Bytes of a contact for this model and for states of the same size as `state`, into *size. Checks
+ * the def: THRUM_UNINITIALISED_DEF, THRUM_INVALID_ARGUMENT or THRUM_BAD_VALUE with the field and
+ * its range; THRUM_MISSING for a model without a basis, or without a material where the def leaves
+ * the stiffness to it; THRUM_MODEL_MISMATCH for a state of another model. */
 THRUM_API thrum_status thrum_contact_size(const thrum_model *model, const thrum_state *state,
                                           const thrum_contact_def *def, size_t *size,
                                           thrum_error *error);
 
-/* Lays a contact that touches nothing into `memory`, aligned to 64, which the caller owns. */
+/* Lays a contact that touches nothing into `memory`, aligned to 64 bytes and of at least
+ * thrum_contact_size bytes. The caller owns the memory and frees it when done; *contact points into
+ * it. THRUM_MISALIGNED, THRUM_BUFFER_TOO_SMALL, or the failures of thrum_contact_size. */
 THRUM_API thrum_status thrum_contact_init(void *memory, size_t memory_size,
                                           const thrum_model *model, const thrum_state *state,
                                           const thrum_contact_def *def, thrum_contact **contact,
                                           thrum_error *error);
 
+/* Bytes of a contact, those of thrum_contact_size; 0 for NULL. */
 THRUM_API size_t thrum_contact_bytes(const thrum_contact *contact);
 
-/* Pressure per depth that obstacles without their own get [N/m^3]. */
+/* Pressure per depth against obstacles without their own [N/m^3]. */
 THRUM_API double thrum_contact_stiffness(const thrum_contact *contact);
 
-/* Predicts the step, solves for contact and pulls, and sets the state's force to load and those. */
+/* Predicts the step, solves for contact and pulls, and sets the state's force to the environment's
+ * load and theirs. THRUM_INVALID_ARGUMENT for a contact that init did not make or an environment
+ * that does not fit it, THRUM_MODEL_MISMATCH for a state of another model or size, THRUM_BAD_VALUE
+ * for numbers that are not finite or out of their range. */
 THRUM_API thrum_status thrum_contact_begin(const thrum_model *model, thrum_state *state,
                                            thrum_contact *contact,
                                            const thrum_contact_environment *environment,
                                            thrum_error *error);
 
-/* After the state's step: moves the translation and keeps the account. `environment` as in begin.
- */
+/* Call after the state's step, with the environment of begin: adds up the energies of contact and
+ * moves the translation and the rigid frame. THRUM_INVALID_ARGUMENT without a begin before it;
+ * otherwise it fails as begin. */
 THRUM_API thrum_status thrum_contact_end(const thrum_model *model, thrum_state *state,
                                          thrum_contact *contact,
                                          const thrum_contact_environment *environment,
                                          thrum_error *error);
 
-/* begin, thrum_step, end; a step in which contact gave more than it had is made again with what
- * the attempt taught, at last without contact. A failure leaves state, contact and translation as
- * they were; statuses are those of thrum_step and of begin. */
+/* Makes a whole step: begin, thrum_step, end. Where contact would give back more energy than it
+ * took, the step is repeated from its start with a corrected prediction, then without restitution
+ * and friction, at last without contact. A failure leaves state, contact, translation and rigid
+ * frame as they were; statuses are those of thrum_step and of begin. */
 THRUM_API thrum_status thrum_contact_step(const thrum_model *model, thrum_state *state,
                                           thrum_contact *contact,
                                           const thrum_contact_environment *environment,
                                           thrum_error *error);
 
-/* Forgets touches, friction and accounts, as after init: for a body put elsewhere. */
+/* Forgets touches, friction and energies, as after init; call it when a body was put elsewhere.
+ * NULL does nothing. */
 THRUM_API void thrum_contact_reset(thrum_contact *contact);
 
+/* The report of a contact; all zero for NULL. */
 THRUM_API thrum_contact_report thrum_contact_report_get(const thrum_contact *contact);
 
-/* Touch `index` of the last step, 0-based; THRUM_INVALID_ARGUMENT beyond the last. */
+/* Touch `index` (0-based) of the last step into *touch; THRUM_INVALID_ARGUMENT beyond the last. */
 THRUM_API thrum_status thrum_contact_touch(thrum_contact *contact, int64_t index,
                                            thrum_touch *touch, thrum_error *error);
 
-/* Mean force of pull `index` in the last step, on the body [N]. */
+/* Force of pull `index` (0-based) on the body, mean over the last step [N], into `force`;
+ * THRUM_INVALID_ARGUMENT beyond the last. */
 THRUM_API thrum_status thrum_contact_pull_force(thrum_contact *contact, int64_t index,
                                                 double force[3], thrum_error *error);
 
-/* Moves by one step under a mean force: exact for a constant one. */
+/* Moves a translation by one step of dt [s] under a mean force [N]; exact for a constant force. Any
+ * thread. */
 THRUM_API void thrum_translation_step(thrum_translation *translation, const double force[3],
                                       double dt);
 
-/* Signed distance of x from the obstacle [m], negative inside; `normal` gets the way out. For a
- * room the nearest wall. */
+/* Signed distance of the point x [m] from the obstacle [m], negative inside; for a room that of the
+ * nearest wall. `normal` gets the unit vector along which the distance grows. Any thread. */
 THRUM_API double thrum_obstacle_gap(const thrum_obstacle *obstacle, const double x[3],
                                     double normal[3]);
 
