@@ -63,8 +63,11 @@ static void use(const thrum_model *model, thrum_state *state) {
   double q_now[RANK], p_now[RANK], f[RANK];
   thrum_energies energies;
   thrum_error error;
+
   thrum_state_set(model, state, q, q, &error);
   random_state random = {1};
+
+  // every tenth load is beyond what a step can follow
   for (int k = 0; k < 100; k++) {
     random_vector(&random, RANK, 5.0, f);
     thrum_state_set_force(model, state, k % 10 == 9 ? huge : f, &error);
@@ -88,11 +91,15 @@ static void no_call_of_a_running_simulation_allocates(void **context) {
       def.damping_form = (thrum_damping_form)form;
       def.damping_beta = 0.001;
       def.dt = 0.1;
+
       thrum_state *state = state_make(&m.model, &def);
+
+      // the counter stands still while the state steps
       const int64_t before = calls;
       use(&m.model, state);
       assert_int_equal(calls, before);
       assert_true(thrum_state_report_get(state).steps > 0);
+
       state_free(state);
     }
   random_model_free(&m);
@@ -105,14 +112,21 @@ static void planning_and_laying_out_a_state_allocate_nothing(void **context) {
   const thrum_state_def def = thrum_default_state_def();
   size_t size = 0;
   thrum_state *state = NULL;
+
+  // the size is computed without memory
   int64_t before = calls;
   assert_int_equal(thrum_state_size(&m.model, &def, &size, NULL), THRUM_OK);
   assert_int_equal(calls, before);
+
+  // only the test itself allocates
   void *memory = aligned_alloc(64, size);
   assert_int_equal(calls, before + 1);
+
+  // and the state is laid out in that memory alone
   before = calls;
   assert_int_equal(thrum_state_init(memory, size, &m.model, &def, &state, NULL), THRUM_OK);
   assert_int_equal(calls, before);
+
   free(memory);
   random_model_free(&m);
 }
@@ -125,12 +139,16 @@ static void stepping_a_batch_and_showing_it_allocate_nothing(void **context) {
   random_model_add_mesh(&m, 5, VERTICES);
   thrum_state_def def = thrum_default_state_def();
   def.dt = 0.03;
+
+  // more states than one group holds, all in motion
   thrum_state *states[STATES];
   const double p[RANK] = {0.3, -0.1, 0.15, 0.05, -0.04, 0.02};
   for (int n = 0; n < STATES; n++) {
     states[n] = state_make(&m.model, &def);
     state_put(&m.model, states[n], NULL, p);
   }
+
+  // all memory is planned before the first step
   const int32_t triangle[3] = {1, 2, 3};
   const thrum_surface_def shown = {.triangles = triangle, .triangle_count = 1};
   size_t batch_bytes = 0, surface_bytes = 0;
@@ -138,8 +156,11 @@ static void stepping_a_batch_and_showing_it_allocate_nothing(void **context) {
   assert_int_equal(thrum_batch_size(&m.model, &batch_bytes, NULL), THRUM_OK);
   assert_int_equal(thrum_surface_size(&m.model, &shown, &surface_bytes, NULL), THRUM_OK);
   void *workspace = aligned_alloc(64, batch_bytes), *memory = aligned_alloc(64, surface_bytes);
+
   double q[RANK];
   float out[6 * VERTICES];
+
+  // laying out, stepping and computing what is shown take none
   const int64_t before = calls;
   assert_int_equal(thrum_surface_init(memory, surface_bytes, &m.model, &shown, &surface, NULL),
                    THRUM_OK);
@@ -152,7 +173,9 @@ static void stepping_a_batch_and_showing_it_allocate_nothing(void **context) {
         THRUM_OK);
     assert_int_equal(thrum_surface_normals(surface, out, 6, out + 3, 6, NULL), THRUM_OK);
   }
+
   assert_int_equal(calls, before);
+
   for (int n = 0; n < STATES; n++)
     state_free(states[n]);
   free(workspace);
@@ -166,6 +189,8 @@ static void stepping_a_scene_allocates_nothing(void **context) {
   random_model m;
   random_model_make(&m, 21, RANK, 1.0, 60.0, 0.5);
   random_model_add_mesh(&m, 5, VERTICES);
+
+  // a scene in which everything acts: gravity, wind, an obstacle and a base motion
   const int32_t triangle[3] = {1, 2, 3};
   const double down[3] = {0, 0, -9.81}, wind[3] = {3, 0, 0};
   const thrum_load sway = {THRUM_LOAD_SINE, 0, INFINITY, 2};
@@ -176,6 +201,8 @@ static void stepping_a_scene_allocates_nothing(void **context) {
   assert_int_equal(thrum_scene_set_wind(scene, wind, 1.2, 1, NULL), THRUM_OK);
   assert_int_equal(thrum_scene_add_obstacle(scene, &floor, NULL, NULL), THRUM_OK);
   assert_int_equal(thrum_scene_add_base_motion(scene, wind, &sway, NULL), THRUM_OK);
+
+  // bodies with and without vertices that touch, one of them scaled
   for (int n = 0; n < 4; n++) {
     thrum_scene_body_def def = thrum_default_scene_body_def();
     def.model = &m.model;
@@ -185,8 +212,12 @@ static void stepping_a_scene_allocates_nothing(void **context) {
     def.triangle_count = 1;
     assert_int_equal(thrum_scene_add_body(scene, &def, NULL, NULL), THRUM_OK);
   }
+
+  // a probe and a pull
   assert_int_equal(thrum_scene_add_probe(scene, NULL, 0, NULL, 0, NULL), THRUM_OK);
   assert_int_equal(thrum_scene_pull_start(scene, 2, 5, wind, 10, -1, NULL, NULL), THRUM_OK);
+
+  // steps and readings take no memory
   thrum_scene_energies energies;
   double x[3], v[3];
   const int64_t before = calls;
@@ -195,6 +226,7 @@ static void stepping_a_scene_allocates_nothing(void **context) {
     assert_int_equal(thrum_scene_probe(scene, 0, x, v, NULL), THRUM_OK);
     assert_int_equal(thrum_scene_body_energies(scene, k % 4, &energies, NULL), THRUM_OK);
   }
+
   assert_int_equal(calls, before);
   thrum_scene_free(scene);
   random_model_free(&m);
@@ -207,16 +239,21 @@ static void the_counter_sees_an_allocation_inside_the_library(void **context) {
   const int file = mkstemp(path);
   assert_true(file >= 0);
   close(file);
+
   random_model m;
   random_model_make(&m, 21, RANK, 1.0, 12.0, 0.5);
   assert_int_equal(thrum_model_save(path, &m.model, NULL), THRUM_OK);
+
+  // both loading and freeing are counted
   const thrum_model *loaded = NULL;
   int64_t before = calls;
   assert_int_equal(thrum_model_load(path, &loaded, NULL), THRUM_OK);
   assert_true(calls > before);
+
   before = calls;
   thrum_model_free(loaded);
   assert_true(calls > before);
+
   unlink(path);
   random_model_free(&m);
 }

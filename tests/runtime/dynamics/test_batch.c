@@ -20,6 +20,8 @@ static void batch_make(batch *c, const thrum_model *model, thrum_state_def (*def
   c->workspace = aligned_alloc(64, c->size);
   assert_non_null(c->workspace);
   memset(c->workspace, 0xff, c->size);
+
+  // both states of a pair start from the same q and p
   random_state random = {11};
   for (int n = 0; n < STATES; n++) {
     const thrum_state_def def = def_of(n);
@@ -41,7 +43,7 @@ static void batch_free(batch *c) {
   free(c->workspace);
 }
 
-/* Another load on every state now and then, the same on both of a pair. */
+/* Sets another load on every state, the same on both of a pair. */
 static void batch_push(batch *c, const thrum_model *model, random_state *random, double scale) {
   for (int n = 0; n < STATES; n++) {
     double f[64];
@@ -51,11 +53,13 @@ static void batch_push(batch *c, const thrum_model *model, random_state *random,
   }
 }
 
-/* One step of both, in runs of `part` states; all blocks and statuses equal. */
+/* Makes one step of both, in runs of `part` states; all states and statuses must be equal. */
 static void batch_step(batch *c, const thrum_model *model, int part) {
   thrum_status alone[STATES], together[STATES];
   for (int n = 0; n < STATES; n++)
     alone[n] = thrum_step(model, c->alone[n], NULL);
+
+  // the batch reports the first failure, or else the first step that fell back
   for (int first = 0; first < STATES; first += part) {
     const int count = first + part < STATES ? part : STATES - first;
     thrum_status worst = THRUM_OK;
@@ -63,10 +67,12 @@ static void batch_step(batch *c, const thrum_model *model, int part) {
       if ((worst >= 0 && alone[n] < 0) || (worst == THRUM_OK && alone[n] > 0))
         worst = alone[n];
     thrum_error error;
+
     assert_int_equal(thrum_batch_step(model, c->together + first, count, together + first,
                                       c->workspace, c->size, &error),
                      worst);
   }
+
   for (int n = 0; n < STATES; n++) {
     assert_int_equal(together[n], alone[n]);
     assert_memory_equal(c->together[n], c->alone[n], thrum_state_kept_bytes(c->alone[n]));
@@ -93,9 +99,11 @@ static thrum_state_def reference(int n) {
   return def;
 }
 
-/* Runs of equal defs, then of others: every integrator, split, form and kernel. */
+/* Gives runs of equal defs, then others, with every integrator, split, form and kernel. */
 static thrum_state_def mixed(int n) {
   thrum_state_def def = plain(n);
+
+  // single states that differ from their neighbours
   if (n % 13 == 5)
     def.integrator = (thrum_integrator)(n % 5);
   if (n % 11 == 7)
@@ -104,10 +112,13 @@ static thrum_state_def mixed(int n) {
     def.damping_beta = 1e-3;
   if (n % 7 == 6)
     def.split_form = THRUM_FORM_QUADRATIC;
+
+  // the last ones have splits of their own, equal ones first
   if (n > 17)
     def.split_rule = THRUM_SPLIT_COUNT;
   if (n > 17)
     def.explicit_count = n < 24 ? 2 : n % 6;
+
   def.kernel = n % 9 == 8 ? THRUM_KERNEL_AVX2 : THRUM_KERNEL_BEST;
   def.adaptive = n % 10 != 9;
   return def;
@@ -123,17 +134,22 @@ static void a_batch_has_the_bits_of_its_states_alone(void **context) {
       random_model m;
       random_model_make(&m, 7 + r, ranks[r], 5, 300, 5.0);
       random_model_pack(&m);
+
       batch c;
       batch_make(&c, &m.model, defs[d]);
+
+      // loads change now and then, and the list is cut into parts of changing length
       random_state random = {3};
       for (int k = 0; k < STEPS; k++) {
         if (k % 10 == 0)
           batch_push(&c, &m.model, &random, 20.0);
         batch_step(&c, &m.model, parts[(size_t)k % (sizeof parts / sizeof parts[0])]);
       }
-      // the batch did iterate
+
+      // the batch did iterate, so the solves were compared too
       const thrum_state_report report = thrum_state_report_get(c.together[0]);
       assert_true(ranks[r] < 7 || (report.iterations > 0 && report.explicit_modes > 0));
+
       batch_free(&c);
       random_model_free(&m);
     }
@@ -144,18 +160,23 @@ static void a_batch_of_single_precision_coefficients_keeps_its_bits(void **conte
   (void)context;
   random_model m;
   random_model_make(&m, 7, 40, 5, 300, 5.0);
+
+  // coefficients that are exact in single precision
   for (int64_t k = 0; k < m.model.c3_count; k++)
     m.c3[k] = (double)(float)m.c3[k];
   for (int64_t k = 0; k < m.model.c4_count; k++)
     m.c4[k] = (double)(float)m.c4[k];
   random_model_pack(&m);
   assert_non_null(m.model.packed_single);
+
+  // the packed form is used with both kernels
   static thrum_state_def (*const defs[])(int) = {plain, avx2};
   for (size_t d = 0; d < sizeof defs / sizeof defs[0]; d++) {
     batch c;
     batch_make(&c, &m.model, defs[d]);
     for (int k = 0; k < 5; k++)
       batch_step(&c, &m.model, STATES);
+
     const thrum_state_report report = thrum_state_report_get(c.together[0]);
     assert_true(report.iterations > 0 && report.explicit_modes > 0);
     batch_free(&c);
@@ -163,7 +184,7 @@ static void a_batch_of_single_precision_coefficients_keeps_its_bits(void **conte
   random_model_free(&m);
 }
 
-/* Some of them with an explicit mode beyond the bound. */
+/* Gives some of the states an explicit mode beyond the bound. */
 static thrum_state_def bold(int n) {
   thrum_state_def def = plain(n);
   def.dt = n % 3 == 1 ? 6.6e-3 : 4e-3;
@@ -180,14 +201,18 @@ static void states_that_leave_their_group_keep_their_bits(void **context) {
   random_model_pack(&m);
   batch c;
   batch_make(&c, &m.model, bold);
+
   int64_t switches = 0, stayed = 0;
   for (int k = 0; k < 2 * STEPS; k++)
     batch_step(&c, &m.model, STATES);
+
+  // some states changed their split, and some kept it
   for (int n = 0; n < STATES; n++) {
     const thrum_state_report report = thrum_state_report_get(c.together[n]);
     switches += report.split_changes;
     stayed += report.explicit_modes == 8 ? 1 : 0;
   }
+
   assert_true(switches > 0 && stayed > 0);
   batch_free(&c);
   random_model_free(&m);
@@ -198,51 +223,64 @@ static void states_of_different_defs_keep_their_bits(void **context) {
   random_model m;
   random_model_make(&m, 5, 9, 5, 300, 1.0);
   random_model_pack(&m);
+
+  // the states of a part are sorted into groups of equal defs
   for (int part = 3; part <= STATES; part += 13) {
     batch c;
     batch_make(&c, &m.model, mixed);
+
     random_state random = {3};
     for (int k = 0; k < STEPS; k++) {
       if (k % 10 == 0)
         batch_push(&c, &m.model, &random, 20.0);
       batch_step(&c, &m.model, part);
     }
+
     batch_free(&c);
   }
   random_model_free(&m);
 }
 
-/* More states than are put in order at a time, of three kinds in turns. */
+/* The list is longer than what is sorted at a time, with states of three kinds in turns. */
 static void a_long_list_of_many_kinds_keeps_its_bits(void **context) {
   (void)context;
   enum { MANY = 600 };
   random_model m;
   random_model_make(&m, 5, 9, 5, 300, 1.0);
   random_model_pack(&m);
+
   static thrum_state *alone[MANY], *together[MANY];
   static thrum_status statuses[MANY];
   size_t size = 0;
   assert_int_equal(thrum_batch_size(&m.model, &size, NULL), THRUM_OK);
   void *workspace = aligned_alloc(64, size);
   assert_non_null(workspace);
+
+  // neighbours differ in their split, so that each group is spread over the list
   random_state random = {4};
+
   for (int n = 0; n < MANY; n++) {
     thrum_state_def def = plain(n);
     def.split_rule = THRUM_SPLIT_COUNT;
     def.explicit_count = 1 + n % 3;
+
     double q[9], p[9];
     random_vector(&random, 9, 0.1, q);
     random_vector(&random, 9, 1.0, p);
+
     alone[n] = state_make(&m.model, &def);
     together[n] = state_make(&m.model, &def);
     state_put(&m.model, alone[n], q, p);
     state_put(&m.model, together[n], q, p);
   }
+
+  // statuses agree at each step, and all bytes at the end
   for (int k = 0; k < 5; k++) {
     thrum_batch_step(&m.model, together, MANY, statuses, workspace, size, NULL);
     for (int n = 0; n < MANY; n++)
       assert_int_equal(thrum_step(&m.model, alone[n], NULL), statuses[n]);
   }
+
   for (int n = 0; n < MANY; n++) {
     assert_memory_equal(together[n], alone[n], thrum_state_kept_bytes(alone[n]));
     assert_int_equal(thrum_state_report_get(together[n]).steps, 5);
@@ -263,7 +301,7 @@ static thrum_state_def brittle(int n) {
   return def;
 }
 
-/* As often as it is there it is stepped. */
+/* A state is stepped as often as it stands in the list. */
 static void a_state_that_is_listed_again_steps_again(void **context) {
   (void)context;
   static const int listed[] = {0, 1, 2, 1, 3, 4, 5, 6, 7, 8, 9, 0, 0, 10, 11, 12, 13, 14, 15, 2};
@@ -271,11 +309,14 @@ static void a_state_that_is_listed_again_steps_again(void **context) {
   random_model m;
   random_model_make(&m, 19, 9, 5, 300, 5.0);
   random_model_pack(&m);
+
   batch c;
   batch_make(&c, &m.model, plain);
   thrum_state *list[LISTED];
   for (int n = 0; n < LISTED; n++)
     list[n] = c.together[listed[n]];
+
+  // alone, a state is stepped as often as it stands in the list
   for (int k = 0; k < STEPS; k++) {
     thrum_status statuses[LISTED];
     assert_int_equal(thrum_batch_step(&m.model, list, LISTED, statuses, c.workspace, c.size, NULL),
@@ -283,9 +324,11 @@ static void a_state_that_is_listed_again_steps_again(void **context) {
     for (int n = 0; n < LISTED; n++)
       assert_int_equal(thrum_step(&m.model, c.alone[listed[n]], NULL), THRUM_OK);
   }
+
   assert_int_equal(thrum_state_report_get(c.together[0]).steps, 3 * STEPS);
   for (int n = 0; n < 16; n++)
     assert_memory_equal(c.together[n], c.alone[n], thrum_state_kept_bytes(c.alone[n]));
+
   batch_free(&c);
   random_model_free(&m);
 }
@@ -295,11 +338,14 @@ static void states_that_fall_back_or_fail_do_as_alone_and_spoil_no_other(void **
   random_model m;
   random_model_make(&m, 5, 9, 5, 300, 0.2);
   random_model_pack(&m);
+
   batch c;
   batch_make(&c, &m.model, brittle);
+
   random_state random = {3};
   for (int k = 0; k < STEPS; k++) {
     batch_push(&c, &m.model, &random, k % 7 == 6 ? 1e5 : 50.0);
+
     // one load is beyond all numbers
     double huge[9] = {0};
     huge[k % 9] = 1e308;
@@ -307,7 +353,10 @@ static void states_that_fall_back_or_fail_do_as_alone_and_spoil_no_other(void **
     state_push(&m.model, c.together[k % STATES], huge);
     batch_step(&c, &m.model, STATES);
   }
+
+  // both fallbacks and failures did happen
   int64_t fallback_levels = 0, missed = 0;
+
   for (int n = 0; n < STATES; n++) {
     const thrum_state_report report = thrum_state_report_get(c.together[n]);
     fallback_levels += report.newton_steps + report.energy_steps + report.substep_steps;
@@ -325,16 +374,22 @@ static void what_is_no_batch_is_refused(void **context) {
   random_model_make(&m, 5, 4, 5, 300, 1.0);
   random_model_make(&other, 5, 5, 5, 300, 1.0);
   thrum_error error;
+
+  // the size of the workspace
   size_t size = 0;
   assert_int_equal(thrum_batch_size(NULL, &size, &error), THRUM_INVALID_ARGUMENT);
   assert_int_equal(thrum_batch_size(&m.model, NULL, &error), THRUM_INVALID_ARGUMENT);
   assert_int_equal(thrum_batch_size(&m.model, &size, &error), THRUM_OK);
+
+  // the second state belongs to another model
   unsigned char *workspace = aligned_alloc(64, size + 64);
   assert_non_null(workspace);
   const thrum_state_def def = plain(0);
   thrum_state *states[3] = {state_make(&m.model, &def), state_make(&other.model, &def),
                             state_make(&m.model, &def)};
   void *before = state_snapshot(states[0]);
+
+  // arguments that are refused leave every state as it was; a list of none is done at once
   assert_int_equal(thrum_batch_step(&m.model, states, 1, NULL, workspace, size - 1, &error),
                    THRUM_BUFFER_TOO_SMALL);
   assert_int_equal(thrum_batch_step(&m.model, states, 1, NULL, workspace + 8, size, &error),
@@ -345,7 +400,8 @@ static void what_is_no_batch_is_refused(void **context) {
                    THRUM_INVALID_ARGUMENT);
   assert_memory_equal(states[0], before, thrum_state_kept_bytes(states[0]));
   assert_int_equal(thrum_batch_step(&m.model, NULL, 0, NULL, workspace, size, &error), THRUM_OK);
-  // a stranger among them is named, and the others step
+
+  // a state of another model is named, and the others step
   thrum_status statuses[3];
   assert_int_equal(thrum_batch_step(&m.model, states, 3, statuses, workspace, size, &error),
                    THRUM_MODEL_MISMATCH);
@@ -355,6 +411,7 @@ static void what_is_no_batch_is_refused(void **context) {
   assert_int_equal(statuses[2], THRUM_OK);
   assert_int_equal(thrum_state_report_get(states[0]).steps, 1);
   assert_int_equal(thrum_state_report_get(states[2]).steps, 1);
+
   for (int n = 0; n < 3; n++)
     state_free(states[n]);
   free(before);
@@ -363,7 +420,7 @@ static void what_is_no_batch_is_refused(void **context) {
   random_model_free(&other);
 }
 
-/* So many that one of them is where the next group is asked for early. */
+/* The list is so long that the missing state is one that is prefetched with the next group. */
 static void a_missing_state_is_named_and_the_others_step(void **context) {
   (void)context;
   enum { COUNT = 24, MISSING = 13 };
@@ -374,21 +431,26 @@ static void a_missing_state_is_named_and_the_others_step(void **context) {
   assert_int_equal(thrum_batch_size(&m.model, &size, NULL), THRUM_OK);
   void *workspace = aligned_alloc(64, size);
   assert_non_null(workspace);
+
+  // all states but one are there
   const thrum_state_def def = plain(0);
   thrum_state *states[COUNT];
   thrum_status statuses[COUNT];
   thrum_error error;
   for (int n = 0; n < COUNT; n++)
     states[n] = n == MISSING ? NULL : state_make(&m.model, &def);
+
   assert_int_equal(thrum_batch_step(&m.model, states, COUNT, statuses, workspace, size, &error),
                    THRUM_INVALID_ARGUMENT);
   assert_non_null(strstr(error.message, "state 13"));
+
   for (int n = 0; n < COUNT; n++) {
     assert_int_equal(statuses[n], n == MISSING ? THRUM_INVALID_ARGUMENT : THRUM_OK);
     if (n != MISSING)
       assert_int_equal(thrum_state_report_get(states[n]).steps, 1);
     state_free(states[n]);
   }
+
   free(workspace);
   random_model_free(&m);
 }

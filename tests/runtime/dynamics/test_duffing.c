@@ -1,5 +1,5 @@
-/* One mode against the exact solution of the Duffing oscillator, and the linear oscillator's bound
- * of stability, growth, decay and conserved quantities (design 4, 5).
+/* One mode is compared with the exact solution of the Duffing oscillator, and the linear oscillator
+ * is tested for its stability bound, growth, decay and conserved quantities (design 4, 5).
  *
  * q'' + a q + b q^3 = 0 with q(0) = A at rest has q = A cn(W t | m), W^2 = a + b A^2,
  * m = b A^2 / (2 W^2); cn by the arithmetic-geometric mean (Abramowitz & Stegun 16.4, 17.6).
@@ -14,19 +14,24 @@ static const thrum_integrator all[5] = {THRUM_INTEGRATOR_IMEXV, THRUM_INTEGRATOR
 /* --- exact solution ----------------------------------------------------------------------------
  */
 
-/* cn(u | m) and K(m), 0 <= m < 1. */
+/* Computes cn(u | m) and K(m), 0 <= m < 1. */
 static double jacobi_cn(double u, double m, double *quarter_period) {
   enum { LEVELS = 8 };
   double a[LEVELS + 1], c[LEVELS + 1], b = sqrt(1 - m);
   a[0] = 1;
   c[0] = sqrt(m);
+
+  // the means converge quadratically, so eight levels are plenty
   for (int n = 0; n < LEVELS; n++) {
     a[n + 1] = (a[n] + b) / 2;
     c[n + 1] = (a[n] - b) / 2;
     b = sqrt(a[n] * b);
   }
+
   if (quarter_period)
     *quarter_period = pi / (2 * a[LEVELS]);
+
+  // descend to the amplitude, whose cosine is cn
   double phase = ldexp(a[LEVELS] * u, LEVELS);
   for (int n = LEVELS; n > 0; n--)
     phase = (phase + asin(c[n] / a[n] * sin(phase))) / 2;
@@ -59,21 +64,27 @@ static thrum_state_def duffing_def(thrum_integrator integrator, double dt) {
   return def;
 }
 
-/* Largest error of q over three periods with `steps` a period. */
+/* Computes the largest error of q over three periods with `steps` a period. */
 static double duffing_error(const duffing *d, thrum_integrator integrator, int64_t steps) {
   double quarter, worst = 0;
   jacobi_cn(0, d->modulus, &quarter);
+
+  // the step divides the exact period
   const double dt = 4 * quarter / d->rate / (double)steps;
   const thrum_state_def def = duffing_def(integrator, dt);
+
   thrum_state *state = state_make(&d->m.model, &def);
   state_put(&d->m.model, state, &d->amplitude, NULL);
+
   for (int64_t k = 1; k <= 3 * steps; k++) {
     double q;
     state_steps(&d->m.model, state, 1);
     state_read(&d->m.model, state, &q, NULL);
+
     const double exact = d->amplitude * jacobi_cn(d->rate * dt * (double)k, d->modulus, NULL);
     worst = fmax(worst, fabs(q - exact));
   }
+
   state_free(state);
   return worst / d->amplitude;
 }
@@ -84,11 +95,14 @@ static void elliptic_cosine_satisfies_its_identities(void **context) {
   // m = 0 is the cosine; cn' = -sn dn gives the differential equation of the oscillator
   assert_true(fabs(jacobi_cn(1.3, 0, &quarter) - cos(1.3)) < 1e-14);
   assert_true(fabs(quarter - pi / 2) < 1e-14);
+
   // K(1/2) = Gamma(1/4)^2 / (4 sqrt(pi))
   jacobi_cn(0, 0.5, &quarter);
   assert_true(fabs(quarter - pow(tgamma(0.25), 2) / (4 * sqrt(pi))) < 1e-13);
   assert_true(fabs(jacobi_cn(quarter, 0.5, NULL)) < 1e-13);
   assert_true(fabs(jacobi_cn(4 * quarter + 0.4, 0.5, NULL) - jacobi_cn(0.4, 0.5, NULL)) < 1e-12);
+
+  // cn'' = cn (2 m - 1 - 2 m cn^2), by second differences
   const double s = 1e-3, u = 0.8, m = 0.37, c = jacobi_cn(u, m, NULL);
   const double second = (jacobi_cn(u + s, m, NULL) - 2 * c + jacobi_cn(u - s, m, NULL)) / (s * s);
   assert_true(fabs(second - c * (2 * m - 1 - 2 * m * c * c)) < 1e-6);
@@ -119,6 +133,7 @@ static void extrapolated_duffing_end_state_is_exact(void **context) {
   const double time = 1.7;
   const double exact = d.amplitude * jacobi_cn(d.rate * time, d.modulus, NULL);
   for (int i = 0; i < 5; i++) {
+    // the end states of three runs, each with half the step of the one before
     double q[3];
     for (int level = 0; level < 3; level++) {
       const int64_t steps = INT64_C(200) << level;
@@ -129,6 +144,8 @@ static void extrapolated_duffing_end_state_is_exact(void **context) {
       state_read(&d.m.model, state, &q[level], NULL);
       state_free(state);
     }
+
+    // the finest run alone is off, the extrapolated one is not
     const double a = (4 * q[1] - q[0]) / 3, b = (4 * q[2] - q[1]) / 3;
     assert_true(fabs(q[2] - exact) > 1e-7);
     assert_true(fabs((16 * b - a) / 15 - exact) < 1e-9);
@@ -139,14 +156,18 @@ static void extrapolated_duffing_end_state_is_exact(void **context) {
 /* --- the linear oscillator ---------------------------------------------------------------------
  */
 
-/* Largest |q| over `steps` steps from q = 1 at rest, for omega = 1 and h omega = angle. */
+/* Computes the largest |q| over `steps` steps from q = 1 at rest, for omega = 1 and h omega =
+ * angle. */
 static double swing(thrum_integrator integrator, double angle, double alpha, int64_t steps,
                     double *last, double *before_last) {
   random_model m;
   random_model_make(&m, 1, 1, 1.0, 1.0, INFINITY);
   thrum_state_def def = duffing_def(integrator, angle);
   def.damping_alpha = alpha;
+
   thrum_state *state = state_make(&m.model, &def);
+
+  // an unstable run ends before it overflows
   double q = 1, largest = 0;
   state_put(&m.model, state, &q, NULL);
   for (int64_t k = 0; k < steps && largest < 1e100; k++) {
@@ -155,6 +176,7 @@ static double swing(thrum_integrator integrator, double angle, double alpha, int
     state_read(&m.model, state, &q, NULL);
     largest = fmax(largest, fabs(q));
   }
+
   *last = q;
   state_free(state);
   random_model_free(&m);
@@ -179,9 +201,12 @@ static void verlet_grows_by_the_known_factors_above_its_bound(void **context) {
   static const double f_times_h[3] = {0.35, 0.5, 1.0}, growth[3] = {2.4, 7.7, 37.5};
   for (int n = 0; n < 3; n++) {
     const double angle = 2 * pi * f_times_h[n], half_trace = 1 - angle * angle / 2;
+
+    // after forty steps the larger root alone is left
     double last, before;
     swing(THRUM_INTEGRATOR_VERLET, angle, 0, 40, &last, &before);
     assert_true(fabs(fabs(last / before) - growth[n]) < 0.05);
+
     // the larger root of x^2 - (2 - h^2 omega^2) x + 1
     const double exact = half_trace - sqrt(half_trace * half_trace - 1);
     assert_true(fabs(last / before - exact) < 1e-9 * fabs(exact));
@@ -192,6 +217,8 @@ static void imexv_chooses_its_split_at_the_bound(void **context) {
   (void)context;
   random_model m;
   random_model_make(&m, 1, 10, 100.0, 1000.0, INFINITY);
+
+  // frequencies are 100, 200, ... 1000: the bound is a count of them
   thrum_state_def def = thrum_default_state_def();
   const struct {
     thrum_split_rule rule;
@@ -203,12 +230,15 @@ static void imexv_chooses_its_split_at_the_bound(void **context) {
       {THRUM_SPLIT_SAMPLING, 0.0139, 0.5, 0, 4}, {THRUM_SPLIT_SAMPLING, 1e-3, 0.5, 0, 10},
       {THRUM_SPLIT_COUNT, 1.0, 0.5, 7, 7},
   };
+
   for (size_t n = 0; n < sizeof cases / sizeof *cases; n++) {
     def.split_rule = cases[n].rule;
     def.dt = cases[n].dt;
     def.split_safety = cases[n].safety;
     def.explicit_count = cases[n].count;
+
     thrum_state *state = state_make(&m.model, &def);
+
     const thrum_state_report report = thrum_state_report_get(state);
     assert_int_equal(report.explicit_modes, cases[n].expected);
     assert_int_equal(report.implicit_modes, 10 - cases[n].expected);
@@ -234,8 +264,12 @@ static void linear_invariants_are_kept_to_rounding(void **context) {
     thrum_state_def def = duffing_def(all[i], 0.09);
     def.split_rule = THRUM_SPLIT_COUNT;
     def.explicit_count = 3;
+
     thrum_state *state = state_make(&m.model, &def);
+
+    // explicit modes keep the energy of Verlet, the others the quadratic one
     const int32_t split = thrum_state_report_get(state).explicit_modes;
+
     double first[MODES] = {0}, q[MODES], p[MODES];
     state_put(&m.model, state, start, start);
     for (int k = 0; k < 2000; k++) {
@@ -247,8 +281,10 @@ static void linear_invariants_are_kept_to_rounding(void **context) {
           first[j] = kept;
         assert_true(fabs(kept - first[j]) < 1e-10 * first[j]);
       }
+
       state_steps(&m.model, state, 1);
     }
+
     state_free(state);
   }
   random_model_free(&m);
@@ -267,36 +303,46 @@ static void damped_energy_decays_exponentially(void **context) {
       for (int form = THRUM_DAMPING_REST; form <= THRUM_DAMPING_TANGENT; form++) {
         const double d = damping[n][0] + damping[n][1] * omega * omega;
         const double period = 2 * pi / sqrt(omega * omega - d * d / 4);
+
         thrum_state_def def = duffing_def(all[i], period / 1000);
         def.damping_alpha = damping[n][0];
         def.damping_beta = damping[n][1];
         def.damping_form = (thrum_damping_form)form;
+
         thrum_state *state = state_make(&m.model, &def);
         const double start = 0.5;
         state_put(&m.model, state, &start, NULL);
+
+        // after each of five periods the rate is that of the damping
         const double first = state_energy(&m.model, state).total;
         for (int k = 1; k <= 5; k++) {
           state_steps(&m.model, state, 1000);
           const double rate = -log(state_energy(&m.model, state).total / first) / (k * period);
           assert_true(fabs(rate - d) < 1e-4 * d);
         }
+
         state_free(state);
       }
   random_model_free(&m);
 }
 
-/* Means over windows of the energy of a nonlinear undamped run: bounded, without a trend. */
+/* Asserts that the means of the energy over windows of a nonlinear undamped run are bounded,
+ * without a trend. */
 static void expect_no_drift(const thrum_model *model, thrum_integrator integrator, double dt,
                             double bound) {
   enum { WINDOWS = 10, WINDOW = 10000 };
   thrum_state_def def = duffing_def(integrator, dt);
   def.split_rule = THRUM_SPLIT_COUNT;
   def.explicit_count = 2;
+
   thrum_state *state = state_make(model, &def);
   static const double start[4] = {0.25, 0.1, -0.05, 0.05};
   state_put(model, state, start, NULL);
+
+  // the mean of each window, relative to the energy at the start
   const double first = state_energy(model, state).total;
   double mean[WINDOWS];
+
   for (int w = 0; w < WINDOWS; w++) {
     mean[w] = 0;
     for (int k = 0; k < WINDOW; k++) {
@@ -305,8 +351,11 @@ static void expect_no_drift(const thrum_model *model, thrum_integrator integrato
     }
     assert_true(fabs(mean[w] - mean[0]) < bound);
   }
+
+  // the last mean is still near the first energy
   assert_true(fabs(mean[WINDOWS - 1] - 1) < 0.02);
   assert_int_equal(thrum_state_report_get(state).steps, WINDOWS * WINDOW);
+
   state_free(state);
 }
 

@@ -1,5 +1,6 @@
-/* Far outside the usual: nothing crashes, nothing is NaN, what cannot be done says so, and other
- * units change no digit that matters. SPDX-License-Identifier: Apache-2.0 */
+/* Tests of bodies far outside the usual range: nothing crashes, nothing is NaN, what cannot be done
+ * is refused with a reason, and other units change no significant digit. SPDX-License-Identifier:
+ * Apache-2.0 */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -15,7 +16,7 @@
 #define STEPS 60
 #define UNIT_STEPS 100
 
-/* The extreme of this name. */
+/* Finds the extreme of this name. */
 static const experiment_extreme *extreme_called(const char *name) {
   for (int64_t n = 0; n < experiment_extreme_count(); n++) {
     if (strcmp(experiment_extreme_list[n].name, name) == 0)
@@ -44,7 +45,7 @@ static bool is_refused(const experiment_extreme *extreme) {
   return false;
 }
 
-/* One body with the three integrators. */
+/* Runs one body with the three integrators. */
 static void check_runs(const experiment_extreme_body *body) {
   const char *name = body->extreme->name;
   thrum_error error = {0};
@@ -52,15 +53,19 @@ static void check_runs(const experiment_extreme_body *body) {
     const experiment_extreme_case run = {body, (experiment_integrator)i, STEPS};
     experiment_extreme_result result;
     assert_int_equal(experiment_extreme_run(&run, &result, &error), THRUM_OK);
+
+    // every step is made, with finite numbers
     const char *outcome = experiment_extreme_outcome(&run, &result);
     if (result.not_finite || strcmp(outcome, "stopped") == 0)
       fail_msg("%s, %s: %s %s", name, experiment_integrator_names[i], outcome, result.stop.message);
     assert_int_equal(result.report.steps, STEPS);
+
     // Newmark may lose its energy in such runs; these two may not
     const double bound = i == EXPERIMENT_energy ? 1e-5 : i == EXPERIMENT_imexv ? 0.5 : INFINITY;
     if (!(result.energy_error <= bound) && body->extreme->load > 0)
       fail_msg("%s, %s: the balance errs by %g", name, experiment_integrator_names[i],
                result.energy_error);
+
     // nothing moves without a load
     if (body->extreme->load == 0)
       assert_true(result.peak_amplitude == 0 && isnan(result.energy_error));
@@ -73,16 +78,21 @@ static void every_extreme_runs_or_says_why_not(void **state) {
   for (int64_t n = 0; n < experiment_extreme_count(); n++) {
     const experiment_extreme *extreme = &experiment_extreme_list[n];
     experiment_extreme_body body;
-    // rank 100 is for the program: too long here
+
+    // the body of rank 100 takes too long for a test
     if (extreme->rank > 50)
       continue;
     assert_int_equal(experiment_extreme_make(extreme, &body, &error), THRUM_OK);
+
+    // a body is refused where its material or rank makes no sense, and with a reason
     if ((body.status < 0) != is_refused(extreme))
       fail_msg("%s: %s", extreme->name, body.status < 0 ? body.refusal.message : "not refused");
+
     if (body.status >= 0)
       check_runs(&body);
     else
       assert_true(strlen(body.refusal.message) > 20);
+
     experiment_extreme_free(&body);
   }
 }
@@ -112,11 +122,13 @@ static void the_arch_snaps_through_under_its_load_and_not_before(void **state) {
     experiment_extreme_body body;
     experiment_extreme_result result;
     assert_int_equal(experiment_extreme_make(extreme_called(names[n]), &body, &error), THRUM_OK);
+
     const experiment_extreme_case run = {&body, EXPERIMENT_energy, 400};
     assert_int_equal(experiment_extreme_run(&run, &result, &error), THRUM_OK);
     peaks[n] = result.peak_amplitude;
     experiment_extreme_free(&body);
   }
+
   // it rises by 4 % of its span: beyond 8 % it hangs the other way
   assert_true(peaks[0] < 0.01);
   assert_true(peaks[1] > 0.08);

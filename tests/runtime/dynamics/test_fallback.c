@@ -1,6 +1,6 @@
-/* The fallback chain (design 8): each fallback level taken where it must be, counted, and equal to
- * what it claims to be; a step that fails on all of them leaves no trace. SPDX-License-Identifier:
- * Apache-2.0 */
+/* Tests of the fallback chain (design 8): each level is taken where it must be, is counted, and
+ * takes the step that it stands for; a step that fails on all levels leaves no trace.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/state_support.h"
 
 enum { RANK = 6, LOW = 2 };
@@ -9,7 +9,7 @@ static void make_model(random_model *m) {
   random_model_make(m, 21, RANK, 1.0, 12.0, 0.5);
 }
 
-/* Few iterations at a large step: solves fail, now here, now there. */
+/* With few iterations at a large step, some solves fail. */
 static thrum_state_def make_def(thrum_integrator integrator, int32_t iterations) {
   thrum_state_def def = thrum_default_state_def();
   def.integrator = integrator;
@@ -21,7 +21,7 @@ static thrum_state_def make_def(thrum_integrator integrator, int32_t iterations)
   return def;
 }
 
-/* `count` steps of dt/count by `integrator` from q, p under the load f, in place. */
+/* Makes `count` steps of dt/count by `integrator` from q, p under the load f, in place. */
 static void shorter_steps(const thrum_model *model, thrum_state_def def,
                           thrum_integrator integrator, int count, const double *f, double *q,
                           double *p) {
@@ -29,9 +29,12 @@ static void shorter_steps(const thrum_model *model, thrum_state_def def,
   def.dt /= count;
   def.iterations_max = 200;
   def.fallback = 0;
-  // so little damping is none; in tangent form it goes with the mean force of the path
+
+  // so little damping has no effect, but its tangent form makes the steps use the mean force of the
+  // path
   def.damping_form = THRUM_DAMPING_TANGENT;
   def.damping_beta = 1e-200;
+
   thrum_state *state = state_make(model, &def);
   state_put(model, state, q, p);
   state_push(model, state, f);
@@ -44,7 +47,7 @@ typedef struct tally {
   int64_t energy, substeps, failed;
 } tally;
 
-/* Does a fallback level's step equal `count` steps of `integrator`? */
+/* Returns whether a fallback level's step equals `count` steps of `integrator`. */
 static int equals_steps(const thrum_model *model, const thrum_state_def *def,
                         thrum_integrator integrator, int count, const double *f, double q[2][RANK],
                         double p[2][RANK]) {
@@ -68,37 +71,50 @@ static void climb(thrum_integrator integrator, int32_t iterations, uint64_t seed
   const thrum_state_def def = make_def(integrator, iterations);
   const thrum_integrator fallback_level =
       integrator == THRUM_INTEGRATOR_NEWMARK ? integrator : THRUM_INTEGRATOR_ENERGY;
+
   thrum_state *state = state_make(&m.model, &def);
   random_state random = {seed};
   for (int k = 0; k < 60; k++) {
+    // a random state and load, the load large in every third step
     double f[RANK], q[2][RANK], p[2][RANK];
     random_vector(&random, RANK, 1.0, q[0]);
     random_vector(&random, RANK, 4.0, p[0]);
     random_vector(&random, RANK, k % 3 == 0 ? 60.0 : 1.0, f);
+
     state_put(&m.model, state, q[0], p[0]);
     state_push(&m.model, state, f);
     state_read(&m.model, state, q[0], p[0]);
+
+    // the step, and the levels it took by the counters of the report
     const thrum_state_report before = thrum_state_report_get(state);
     const thrum_status status = thrum_step(&m.model, state, NULL);
     const thrum_state_report after = thrum_state_report_get(state);
     sum->failed += status < 0;
     if (status < 0)
       continue;
+
     const int64_t energy = after.energy_steps - before.energy_steps;
     const int64_t substeps = after.substep_steps - before.substep_steps;
     const int64_t newton = after.newton_steps - before.newton_steps;
+
     assert_int_equal(status == THRUM_FELL_BACK, energy + substeps + newton);
+
+    // a step of the energy integrator, or of the state's own, is equal to one made by it alone
     state_read(&m.model, state, q[1], p[1]);
     if (energy > 0)
       assert_true(equals_steps(&m.model, &def, fallback_level, 1, f, q, p));
+
+    // a step in parts is equal to some power of two of shorter ones
     int equal = substeps == 0;
     for (int count = 2; count <= 256 && !equal; count *= 2)
       equal = equals_steps(&m.model, &def, fallback_level, count, f, q, p);
     assert_true(equal);
   }
+
   const thrum_state_report report = thrum_state_report_get(state);
   sum->energy += report.energy_steps;
   sum->substeps += report.substep_steps;
+
   state_free(state);
   random_model_free(&m);
 }
@@ -141,7 +157,10 @@ static void without_the_fallback_the_same_run_fails(void **context) {
   for (int fallback = 0; fallback < 2; fallback++) {
     thrum_state_def def = make_def(THRUM_INTEGRATOR_IMEXV, 3);
     def.fallback = fallback;
+
     thrum_state *state = state_make(&m.model, &def);
+
+    // the same loads both times
     random_state random = {1};
     for (int k = 0; k < 60; k++) {
       double f[RANK];
@@ -149,13 +168,16 @@ static void without_the_fallback_the_same_run_fails(void **context) {
       state_push(&m.model, state, f);
       failed[fallback] += thrum_step(&m.model, state, NULL) < 0;
     }
+
     state_free(state);
   }
+
+  // the fallback saves at least half of the steps that failed
   assert_true(failed[0] > 10 && failed[1] < failed[0] / 2);
   random_model_free(&m);
 }
 
-/* Loads that no fallback level can follow: every byte stays, and the state goes on afterwards. */
+/* Under loads that no fallback level can follow every byte stays, and the state steps on later. */
 static void a_step_that_no_fallback_solves_leaves_every_byte(void **context) {
   (void)context;
   random_model m;
@@ -168,11 +190,15 @@ static void a_step_that_no_fallback_solves_leaves_every_byte(void **context) {
         def.adaptive = 1;
         def.dt = 0.02;
         def.split_form = (thrum_split_form)form;
+
         thrum_state *state = state_make(&m.model, &def);
+
+        // some gentle steps, then a load of extreme size
         const double gentle[RANK] = {0.1, 0.2}, f[RANK] = {0, hopeless[n], 0, -hopeless[n], 0, 1};
         state_push(&m.model, state, gentle);
         state_steps(&m.model, state, 20);
         state_push(&m.model, state, f);
+
         // an explicit force may overflow one step later
         thrum_status status = THRUM_OK;
         void *kept = NULL;
@@ -181,11 +207,16 @@ static void a_step_that_no_fallback_solves_leaves_every_byte(void **context) {
           kept = state_snapshot(state);
           status = thrum_step(&m.model, state, NULL);
         }
+
+        // the failed step left the bytes of the snapshot before it
         assert_true(status == THRUM_NOT_FINITE || status == THRUM_NOT_CONVERGED);
         assert_memory_equal(state, kept, thrum_state_kept_bytes(state));
+
+        // set again, under a gentle load, the state steps on
         state_put(&m.model, state, NULL, NULL);
         state_push(&m.model, state, gentle);
         state_steps(&m.model, state, 5);
+
         free(kept);
         state_free(state);
       }

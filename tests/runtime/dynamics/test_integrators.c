@@ -239,7 +239,7 @@ static void plain_step(const thrum_model *model, const thrum_state_def *def, int
   }
 }
 
-/* Synchronised momentum of the plain step, by half a kick. */
+/* Computes the synchronised momentum of the plain step, by half a kick. */
 static void plain_synchronise(const thrum_model *model, const thrum_state_def *def, int64_t split,
                               const double *q, const double *p_minus, const double *f_before,
                               double *p, double *work) {
@@ -258,8 +258,11 @@ static double difference_from_plain(const thrum_state_def *def, int64_t split) {
   make_model(&m);
   thrum_state *state = state_make(&m.model, def);
   state_put(&m.model, state, start_q, start_p);
+
+  // the plain step begins with momenta half a step before q, in its explicit modes
   double *work = random_alloc((int64_t)thrum_work_count(&m.model), sizeof(double));
   double q[RANK], p[RANK], force[RANK], f_before[RANK] = {0}, worst = 0;
+
   random_state random = {5};
   memcpy(q, start_q, sizeof q);
   memcpy(p, start_p, sizeof p);
@@ -267,18 +270,24 @@ static double difference_from_plain(const thrum_state_def *def, int64_t split) {
   for (int64_t i = 0; i < split; i++)
     p[i] += def->dt / 2 *
             (force[i] + (def->damping_alpha + def->damping_beta * m.model.omega2[i]) * p[i]);
+
+  // the load changes every step
   for (int k = 0; k < 60; k++) {
     double f[RANK], q_state[RANK], p_state[RANK], p_plain[RANK];
     random_vector(&random, RANK, 1.0, f);
+
     state_push(&m.model, state, f);
     state_steps(&m.model, state, 1);
+
     plain_step(&m.model, def, split, q, p, f_before, f, work);
     memcpy(f_before, f, sizeof f);
     plain_synchronise(&m.model, def, split, q, p, f_before, p_plain, work);
     state_read(&m.model, state, q_state, p_state);
+
     worst = fmax(worst, fmax(largest_difference(q, q_state, RANK),
                              largest_difference(p_plain, p_state, RANK)));
   }
+
   free(work);
   state_free(state);
   random_model_free(&m);
@@ -295,6 +304,7 @@ static void imexv_equals_its_equations_for_every_split(void **context) {
       def.damping_alpha = damped ? 0.3 : 0;
       def.damping_beta = damped ? 0.02 : 0;
       assert_true(difference_from_plain(&def, split) < 1e-10);
+
       // and not those of another split
       assert_true(difference_from_plain(&def, split == RANK ? 0 : split + 1) > 1e-5);
     }
@@ -316,6 +326,8 @@ static void expect_same_bits(thrum_state_def a, thrum_state_def b) {
   thrum_state *states[2] = {state_make(&m.model, &a), state_make(&m.model, &b)};
   double q[2][RANK], p[2][RANK];
   static const double load[RANK] = {0.3, -0.2, 0.1, 0.4, -0.5};
+
+  // the same start, load and number of steps for both
   for (int s = 0; s < 2; s++) {
     state_put(&m.model, states[s], start_q, start_p);
     state_push(&m.model, states[s], load);
@@ -323,6 +335,7 @@ static void expect_same_bits(thrum_state_def a, thrum_state_def b) {
     state_read(&m.model, states[s], q[s], p[s]);
     state_free(states[s]);
   }
+
   assert_memory_equal(q[0], q[1], sizeof q[0]);
   assert_memory_equal(p[0], p[1], sizeof p[0]);
   random_model_free(&m);
@@ -336,10 +349,13 @@ static void ends_of_imexv_are_verlet_and_midpoint_bit_for_bit(void **context) {
     imexv.damping_alpha = 0.2;
     imexv.damping_beta = 0.01;
     imexv.damping_form = (thrum_damping_form)form;
+
+    // all modes explicit, then none
     thrum_state_def other = imexv;
     imexv.explicit_count = RANK;
     other.integrator = THRUM_INTEGRATOR_VERLET;
     expect_same_bits(imexv, other);
+
     imexv.explicit_count = 0;
     other.integrator = THRUM_INTEGRATOR_MIDPOINT;
     expect_same_bits(imexv, other);
@@ -356,6 +372,7 @@ static double difference_of(const thrum_model *model, const thrum_state_def *a,
   thrum_state *states[2] = {state_make(model, a), state_make(model, b)};
   double q[2][RANK], p[2][RANK], worst = 0;
   random_state random = {9};
+
   for (int s = 0; s < 2; s++)
     state_put(model, states[s], start_q, start_p);
   for (int k = 0; k < 300; k++) {
@@ -366,9 +383,11 @@ static double difference_of(const thrum_model *model, const thrum_state_def *a,
       state_steps(model, states[s], 1);
       state_read(model, states[s], q[s], p[s]);
     }
+
     worst = fmax(worst,
                  fmax(largest_difference(q[0], q[1], RANK), largest_difference(p[0], p[1], RANK)));
   }
+
   for (int s = 0; s < 2; s++)
     state_free(states[s]);
   return worst;
@@ -379,14 +398,18 @@ static void average_acceleration_newmark_is_midpoint_on_a_linear_model(void **co
   random_model linear, nonlinear;
   random_model_make(&linear, 7, RANK, 1.0, 9.0, INFINITY);
   make_model(&nonlinear);
+
   thrum_state_def newmark = make_def(THRUM_INTEGRATOR_NEWMARK);
   newmark.dt = 0.1;
   newmark.damping_alpha = 0.2;
   newmark.damping_beta = 0.01;
   thrum_state_def midpoint = newmark;
   midpoint.integrator = THRUM_INTEGRATOR_MIDPOINT;
+
+  // on a nonlinear model the two are different methods
   assert_true(difference_of(&linear.model, &newmark, &midpoint) < 1e-10);
   assert_true(difference_of(&nonlinear.model, &newmark, &midpoint) > 1e-4);
+
   random_model_free(&linear);
   random_model_free(&nonlinear);
 }
@@ -430,22 +453,32 @@ static void every_integrator_returns_when_time_is_reversed(void **context) {
   for (int integrator = 0; integrator < 5; integrator++) {
     thrum_state_def def = make_def((thrum_integrator)integrator);
     def.dt = 0.04;
+
     thrum_state *state = state_make(&m.model, &def);
+
+    // go forward, far enough to be somewhere else
     double q[RANK], p[RANK];
     state_put(&m.model, state, start_q, start_p);
     state_push(&m.model, state, load);
     state_steps(&m.model, state, 150);
     state_read(&m.model, state, q, p);
     assert_true(largest_difference(q, start_q, RANK) > 1e-2);
+
+    // turn the momenta round and go back
     for (int i = 0; i < RANK; i++)
       p[i] = -p[i];
+
     state_put(&m.model, state, q, p);
     state_steps(&m.model, state, 150);
     state_read(&m.model, state, q, p);
+
+    // the start is reached again, with the momenta turned round once more
     for (int i = 0; i < RANK; i++)
       p[i] = -p[i];
+
     assert_true(largest_difference(q, start_q, RANK) < 1e-9);
     assert_true(largest_difference(p, start_p, RANK) < 1e-9);
+
     state_free(state);
   }
   random_model_free(&m);
@@ -457,22 +490,30 @@ static void an_impulse_counts_once_and_equally_for_all_modes(void **context) {
   (void)context;
   random_model m;
   random_model_make(&m, 3, RANK, 0.0, 0.0, INFINITY);
+
+  // no stiffness of any order is left
   for (int64_t i = 0; i < m.model.c4_count; i++)
     m.c4[i] = 0;
   for (int64_t i = 0; i < m.model.c3_count; i++)
     m.c3[i] = 0;
+
   for (int integrator = 0; integrator < 5; integrator++) {
     thrum_state_def def = make_def((thrum_integrator)integrator);
     thrum_state *state = state_make(&m.model, &def);
     double impulse[RANK] = {0}, p[RANK], dt = def.dt;
+
+    // a load in every third step, and now and then another time step
     random_state random = {11};
     for (int k = 0; k < 40; k++) {
       double f[RANK];
       random_vector(&random, RANK, k % 3 == 0 ? 100.0 : 0.0, f);
+
       if (k % 7 == 5) {
         dt *= k % 2 == 0 ? 0.5 : 1.7;
         assert_int_equal(thrum_state_set_dt(&m.model, state, dt, NULL), THRUM_OK);
       }
+
+      // the momentum is the sum of the impulses
       state_push(&m.model, state, f);
       state_steps(&m.model, state, 1);
       state_read(&m.model, state, NULL, p);
@@ -480,6 +521,7 @@ static void an_impulse_counts_once_and_equally_for_all_modes(void **context) {
         impulse[i] += dt * f[i];
       assert_true(largest_difference(p, impulse, RANK) < 1e-13);
     }
+
     state_free(state);
   }
   random_model_free(&m);
@@ -492,27 +534,36 @@ static void changing_dt_on_the_way_keeps_order_two(void **context) {
   const test_load none = {0, 1};
   for (int integrator = 0; integrator < 5; integrator++) {
     thrum_state_def def = make_def((thrum_integrator)integrator);
+
+    // the reference is computed with much shorter steps
     double q_ref[RANK], p_ref[RANK], error[2];
     memcpy(q_ref, start_q, sizeof q_ref);
     memcpy(p_ref, start_p, sizeof p_ref);
     reference_advance(&m.model, &def, &none, 0, 2.0 / 8000, 8000, q_ref, p_ref);
+
+    // steps of one and of two units in turns, and the same with half the unit
     for (int level = 0; level < 2; level++) {
       const double unit = 0.01 / (1 << level);
       def.dt = unit;
+
       thrum_state *state = state_make(&m.model, &def);
       state_put(&m.model, state, start_q, start_p);
+
       for (int k = 0; k < 20 << level; k++) {
         assert_int_equal(thrum_state_set_dt(&m.model, state, unit, NULL), THRUM_OK);
         state_steps(&m.model, state, 4);
         assert_int_equal(thrum_state_set_dt(&m.model, state, 2 * unit, NULL), THRUM_OK);
         state_steps(&m.model, state, 3);
       }
+
       double q[RANK], p[RANK];
       state_read(&m.model, state, q, p);
       error[level] = fmax(largest_difference(q, q_ref, RANK), largest_difference(p, p_ref, RANK));
       assert_true(fabs(thrum_state_report_get(state).time - 2.0) < 1e-12);
       state_free(state);
     }
+
+    // halving the unit divides the error by nearly four
     assert_true(log2(error[0] / error[1]) > 1.9);
   }
   random_model_free(&m);

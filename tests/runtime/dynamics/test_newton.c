@@ -11,7 +11,8 @@ enum { RANK = 6, LOW = 2 };
 static const double start_q[RANK] = {0.9, -0.5, 0.6, 0.3, -0.4, 0.2};
 static const double start_p[RANK] = {-2, 3, 1, -2, 2, 1};
 
-/* Iterations of one step of strong tangent damping from a fast, bent start; -1: it failed. */
+/* Counts the iterations of one step of strong tangent damping from a fast, bent start; -1 when it
+ * failed. */
 static int iterations_of(thrum_integrator integrator, int32_t split, double dt, double beta,
                          int32_t most) {
   random_model m;
@@ -26,6 +27,7 @@ static int iterations_of(thrum_integrator integrator, int32_t split, double dt, 
   def.tolerance = 1e-13;
   def.iterations_max = most;
   def.adaptive = def.fallback = 0;
+
   thrum_state *state = state_make(&m.model, &def);
   state_put(&m.model, state, start_q, start_p);
   const thrum_status status = thrum_step(&m.model, state, NULL);
@@ -71,12 +73,16 @@ static double residual_of(const random_model *m, thrum_state *state, const thrum
   double next[16], force[16], residual = 0, step = 0, rounding = 0;
   assert_int_equal(thrum_state_get(&m->model, state, next, NULL, NULL), THRUM_OK);
   thrum_internal_force(&m->model, next, force, work);
+
   for (int32_t i = 0; i < n; i++) {
     const double damping = def->damping_alpha + def->damping_beta * m->model.omega2[i];
     const double scale = 1 + 0.25 * h * h * m->model.omega2[i] + 0.5 * h * damping;
     const double d = next[i] - q[i], v = 2 * d / h - p[i];
+
+    // the terms of the equation, each weighted by the scale of its mode
     const double g =
         d - h * p[i] - 0.25 * h * h * a[i] + 0.25 * h * h * (force[i] + damping * v - f[i]);
+
     residual += g * g / scale;
     step += d * d * scale;
     rounding += (q[i] * q[i] + next[i] * next[i]) * scale +
@@ -86,12 +92,13 @@ static double residual_of(const random_model *m, thrum_state *state, const thrum
                            1e-14 * sqrt(rounding));
 }
 
-/* Violent motion of random models under loads that jump. A correction that is not evaluated is as
+/* Random models move violently under loads that jump. A correction that is not evaluated is as
  * good as promised also where it meets a direction in which the body is soft: there it is large
  * beside the residual that it comes from. */
 static void steps_that_end_without_an_evaluation_solve_their_equation(void **context) {
   (void)context;
   for (uint64_t seed = 5210; seed < 5220; seed++) {
+    // a random model: frequencies, and how nonlinear it is
     random_state random = {seed * 7919 + 1};
     const int32_t n = 1 + (int32_t)random_index(&random, 10);
     const double omega = exp(3 * random_uniform(&random) + 3);
@@ -99,6 +106,8 @@ static void steps_that_end_without_an_evaluation_solve_their_equation(void **con
     const double last = omega * (1 + 20 * fabs(random_uniform(&random)));
     random_model m;
     random_model_make(&m, seed, n, omega, last, amplitude);
+
+    // Newmark at random steps, damping and tolerances
     thrum_state_def def = thrum_default_state_def();
     random_index(&random, 2);
     def.integrator = THRUM_INTEGRATOR_NEWMARK;
@@ -108,32 +117,42 @@ static void steps_that_end_without_an_evaluation_solve_their_equation(void **con
       def.damping_beta = 1e-3 * fabs(random_uniform(&random));
     }
     def.tolerance = pow(10, -3 - 9 * fabs(random_uniform(&random)));
+
     thrum_state *state = state_make(&m.model, &def);
     double *work = random_alloc((int64_t)thrum_work_count(&m.model), sizeof *work);
+
+    // a start and loads of random size
     double q[16], p[16], a[16], f[16] = {0};
     const double size = exp(5 * random_uniform(&random) - 2);
     random_vector(&random, n, size, q);
     random_vector(&random, n, size * omega, p);
     state_put(&m.model, state, q, p);
+
     const bool jumps = random_index(&random, 2) != 0;
     for (int k = 0; k < 300; k++) {
       if (jumps && k % 50 == 20) {
         random_vector(&random, n, size * omega * omega * exp(3 * random_uniform(&random)), f);
         assert_int_equal(thrum_state_set_force(&m.model, state, f, NULL), THRUM_OK);
       }
+
+      // the state before the step, with the acceleration under the new load
       assert_int_equal(thrum_state_get(&m.model, state, q, p, NULL), THRUM_OK);
       const thrum_state_view view = thrum_state_view_of(state);
       for (int32_t i = 0; i < n; i++)
         a[i] = view.acceleration[i] + f[i] - view.load_before[i];
+
+      // steps in parts satisfy other equations, and are passed over
       const int64_t fallback_levels = thrum_state_report_get(state).substep_steps;
       if (thrum_step(&m.model, state, NULL) < 0)
         break;
       if (thrum_state_report_get(state).substep_steps > fallback_levels)
         continue;
+
       const double left = residual_of(&m, state, &def, q, p, a, f, work);
       if (!(left < 1000))
         fail_msg("seed %d, step %d: %g times the tolerance", (int)seed, k, left);
     }
+
     free(work);
     state_free(state);
     random_model_free(&m);

@@ -1,5 +1,5 @@
-/* The quadratic split (design (6)): its equations, its ends, its symplectic step, and where it
- * gives way to the component split. SPDX-License-Identifier: Apache-2.0 */
+/* Tests of the quadratic split (design (6)): its equations, its ends, its symplectic step, and
+ * where it gives way to the component split. SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/state_support.h"
 #include "thrum/polynomial.h"
 
@@ -24,7 +24,7 @@ static thrum_state_def make_def(thrum_split_form form, int32_t explicit_count, d
   return def;
 }
 
-/* (6) written out, damped as (2), from and to momenta half a step before q. */
+/* Makes step (6) as it is written, damped as (2), from and to momenta half a step before q. */
 static void plain_step(const thrum_model *model, const thrum_state_def *def, double *q, double *p,
                        const double *f_before, const double *f, double *work) {
   const double h = def->dt;
@@ -33,10 +33,12 @@ static void plain_step(const thrum_model *model, const thrum_state_def *def, dou
   for (int i = 0; i < RANK; i++) {
     const double kappa = i < def->explicit_count ? 0 : model->omega2[i];
     const double d = def->damping_alpha + def->damping_beta * model->omega2[i];
+
     const double load = (f_before[i] + f[i]) / 2;
     const double plus =
         (p[i] * (1 - h * d / 2) - h * (force[i] - kappa * q[i] - load)) / (1 + h * d / 2);
     const double next = ((1 - h * h * kappa / 4) * q[i] + h * plus) / (1 + h * h * kappa / 4);
+
     p[i] = plus - h * kappa * (q[i] + next) / 2;
     q[i] = next;
   }
@@ -52,15 +54,21 @@ static void it_equals_its_equations_for_every_split(void **context) {
     thrum_state_def def = make_def(THRUM_FORM_QUADRATIC, split, 0.05);
     def.damping_alpha = 0.1;
     def.damping_beta = 0.005;
+
     thrum_state *state = state_make(&m.model, &def);
+
+    // the momenta of the equations lie half a step before q
     double q[RANK], p[RANK], q_now[RANK], force[RANK];
     memcpy(q, start_q, sizeof q);
     thrum_internal_force(&m.model, q, force, work);
+
     for (int i = 0; i < RANK; i++) {
       const double d = def.damping_alpha + def.damping_beta * m.omega2[i];
       const double explicit_force = force[i] - (i < split ? 0 : m.omega2[i] * q[i]);
       p[i] = start_p[i] * (1 + def.dt * d / 2) + def.dt / 2 * explicit_force;
     }
+
+    // the load is 0 before the first step
     state_put(&m.model, state, start_q, start_p);
     state_push(&m.model, state, push);
     for (int k = 0; k < 100; k++) {
@@ -69,7 +77,10 @@ static void it_equals_its_equations_for_every_split(void **context) {
       state_read(&m.model, state, q_now, NULL);
       assert_true(largest_difference(q, q_now, RANK) < 1e-12);
     }
+
+    // the split is linear in the new state, so there is nothing to iterate
     assert_int_equal(thrum_state_report_get(state).iterations, 0);
+
     state_free(state);
   }
   free(work);
@@ -81,18 +92,24 @@ static void without_implicit_modes_it_is_verlet_bit_for_bit(void **context) {
   random_model m;
   make_model(&m);
   thrum_state_def def = make_def(THRUM_FORM_QUADRATIC, RANK, 0.02);
+
   thrum_state *quadratic = state_make(&m.model, &def);
   def.integrator = THRUM_INTEGRATOR_VERLET;
   thrum_state *verlet = state_make(&m.model, &def);
+
+  // the same start and number of steps for both
   double q[2][RANK], p[2][RANK];
+
   state_put(&m.model, quadratic, start_q, start_p);
   state_put(&m.model, verlet, start_q, start_p);
   state_steps(&m.model, quadratic, 300);
   state_steps(&m.model, verlet, 300);
   state_read(&m.model, quadratic, q[0], p[0]);
   state_read(&m.model, verlet, q[1], p[1]);
+
   assert_memory_equal(q[0], q[1], sizeof q[0]);
   assert_memory_equal(p[0], p[1], sizeof p[0]);
+
   state_free(quadratic);
   state_free(verlet);
   random_model_free(&m);
@@ -103,12 +120,16 @@ static void without_explicit_modes_it_is_midpoint_on_a_linear_model(void **conte
   random_model m;
   random_model_make(&m, 1, RANK, 1.0, 30.0, INFINITY);
   thrum_state_def def = make_def(THRUM_FORM_QUADRATIC, 0, 0.2);
+
   thrum_state *quadratic = state_make(&m.model, &def);
   def.integrator = THRUM_INTEGRATOR_MIDPOINT;
   thrum_state *midpoint = state_make(&m.model, &def);
+
   double q[2][RANK], p[2][RANK];
   state_put(&m.model, quadratic, start_q, start_p);
   state_put(&m.model, midpoint, start_q, start_p);
+
+  // the two differ by rounding
   for (int k = 0; k < 200; k++) {
     state_steps(&m.model, quadratic, 1);
     state_steps(&m.model, midpoint, 1);
@@ -117,12 +138,14 @@ static void without_explicit_modes_it_is_midpoint_on_a_linear_model(void **conte
     assert_true(largest_difference(q[0], q[1], RANK) < 1e-11);
     assert_true(largest_difference(p[0], p[1], RANK) < 1e-10);
   }
+
   state_free(quadratic);
   state_free(midpoint);
   random_model_free(&m);
 }
 
-/* One step of synchronised z = (q, p); synchronising is a shear, so it changes no symplectic form.
+/* Makes one step of the synchronised z = (q, p). Synchronising is a shear, so it changes no
+ * symplectic form.
  */
 static void step_map(const thrum_model *model, thrum_state *state, const double *z, double *image) {
   state_put(model, state, z, z + RANK);
@@ -130,13 +153,16 @@ static void step_map(const thrum_model *model, thrum_state *state, const double 
   state_read(model, state, image, image + RANK);
 }
 
-/* Largest entry of A^T J A - J, A the Jacobian of a step by differences of order 6. */
+/* Computes the largest entry of A^T J A - J, where A is the Jacobian of a step by differences of
+ * order 6. */
 static double symplectic_defect(thrum_split_form form) {
   static const double weight[3] = {3. / 4, -3. / 20, 1. / 60};
   random_model m;
   make_model(&m);
   const thrum_state_def def = make_def(form, LOW, 0.1);
   thrum_state *state = state_make(&m.model, &def);
+
+  // column by column, the derivative by each coordinate of (q, p)
   double jacobian[2 * RANK][2 * RANK], worst = 0;
   const double s = 4e-3;
   for (int j = 0; j < 2 * RANK; j++) {
@@ -144,16 +170,20 @@ static double symplectic_defect(thrum_split_form form) {
     for (int n = 0; n < 3; n++)
       for (int side = -1; side <= 1; side += 2) {
         double z[2 * RANK], image[2 * RANK];
+
         memcpy(z, start_q, sizeof start_q);
         memcpy(z + RANK, start_p, sizeof start_p);
         z[j] += side * (n + 1) * s;
         step_map(&m.model, state, z, image);
+
         for (int i = 0; i < 2 * RANK; i++)
           column[i] += side * weight[n] * image[i] / s;
       }
     for (int i = 0; i < 2 * RANK; i++)
       jacobian[i][j] = column[i];
   }
+
+  // A^T J A - J with J = (0 1; -1 0)
   for (int a = 0; a < 2 * RANK; a++)
     for (int b = 0; b < 2 * RANK; b++) {
       double sum = b == a + RANK ? -1 : a == b + RANK ? 1 : 0;
@@ -161,6 +191,7 @@ static double symplectic_defect(thrum_split_form form) {
         sum += jacobian[i][a] * jacobian[i + RANK][b] - jacobian[i + RANK][a] * jacobian[i][b];
       worst = fmax(worst, fabs(sum));
     }
+
   state_free(state);
   random_model_free(&m);
   return worst;
@@ -184,17 +215,25 @@ static void a_large_motion_hands_over_to_the_component_split(void **context) {
   for (int monitored = 0; monitored < 2; monitored++) {
     def.adaptive = monitored;
     def.fallback = monitored;
+
+    // a small motion leaves the quadratic split in charge
     thrum_state *state = state_make(&m.model, &def);
+
     const double small[RANK] = {0.01, -0.01};
     state_put(&m.model, state, small, NULL);
     state_steps(&m.model, state, 2000);
     assert_int_equal(thrum_state_report_get(state).scheme, THRUM_SCHEME_QUADRATIC);
+
+    // the large motion stiffens the body beyond the bound
     large[0] = 4;
     state_put(&m.model, state, large, NULL);
+
     const double first = state_energy(&m.model, state).total;
     thrum_status status = THRUM_OK;
     for (int k = 0; k < 2000 && status >= 0; k++)
       status = thrum_step(&m.model, state, NULL);
+
+    // unmonitored the run is lost, monitored it keeps its energy in another scheme
     if (!monitored) {
       assert_true(status < 0 || state_energy(&m.model, state).total > 100 * first);
     } else {
@@ -203,6 +242,7 @@ static void a_large_motion_hands_over_to_the_component_split(void **context) {
       assert_true(report.scheme_switches > 0 && report.scheme != THRUM_SCHEME_QUADRATIC);
       assert_true(state_energy(&m.model, state).total < 1.5 * first);
     }
+
     state_free(state);
   }
   random_model_free(&m);

@@ -1,4 +1,5 @@
-/* Bodies that turn as a whole: free tops, pendulums, impacts off the centre, boxes that topple.
+/* Tests of bodies that rotate as a whole: free tops, pendulums, impacts off the centre, blocks that
+ * topple.
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/contact_support.h"
 
@@ -15,14 +16,21 @@ static void a_free_top_keeps_energy_momentum_and_shape(void **state) {
     thrum_rigid_frame top = make_rigid_frame(1, 2, 3.5);
     const double c = cos(0.4), s = sin(0.4), none[3] = {0};
     const thrum_placement placement = {{c, -s, 0, s, c, 0, 0, 0, 1}, {0, 0, 0}};
+
+    // the momentum lies along no principal axis, so the axis of rotation moves in the body
     top.momentum[0] = 0.1;
     top.momentum[1] = 4;
     top.momentum[2] = 0.3;
+
     const double first = thrum_rigid_frame_energy(&top, &placement);
     for (int step = 0; step < 20000; step++)
       thrum_rigid_frame_step(&top, &placement, none, steps[n], NULL);
+
+    // momentum exactly, energy to rounding
     assert_true(top.momentum[0] == 0.1 && top.momentum[1] == 4 && top.momentum[2] == 0.3);
     assert_true(fabs(thrum_rigid_frame_energy(&top, &placement) / first - 1) <= 1e-11);
+
+    // the attitude stays a rotation: A A^T = 1
     for (int i = 0; i < 3; i++)
       for (int j = 0; j < 3; j++) {
         double sum = i == j ? -1 : 0;
@@ -39,11 +47,14 @@ static double precession_error(double dt) {
   const double tilt = 0.5, none[3] = {0}, length = 6, end = 2;
   top.momentum[0] = length * sin(tilt);
   top.momentum[2] = length * cos(tilt);
+
   for (int step = 0; step < (int)(end / dt + 0.5); step++)
     thrum_rigid_frame_step(&top, NULL, none, dt, NULL);
+
   // the axis z turned about L by Rodrigues' formula
   const double angle = length / 2 * end, k[3] = {sin(tilt), 0, cos(tilt)}, z[3] = {0, 0, 1};
   const double cross[3] = {0, -k[0], 0}, along = k[2];
+
   double error = 0;
   for (int axis = 0; axis < 3; axis++) {
     const double expected =
@@ -66,11 +77,14 @@ static void energy_changes_by_torque_times_angle(void **state) {
   for (int n = 0; n < 300; n++) {
     thrum_rigid_frame top = make_rigid_frame(1, 2, 2.5);
     double torque[3], angle[3], work = 0;
+
+    // momentum or torque prevails, each in some of the cases
     random_vector(&random, 3, n % 3 == 0 ? 100 : 3, top.momentum);
     random_vector(&random, 3, n % 2 == 0 ? 100 : 3, torque);
     for (int step = 0; step < 20; step++) {
       const double before = thrum_rigid_frame_energy(&top, NULL);
       thrum_rigid_frame_step(&top, NULL, torque, 0.05, angle);
+
       work = torque[0] * angle[0] + torque[1] * angle[1] + torque[2] * angle[2];
       const double after = thrum_rigid_frame_energy(&top, NULL);
       assert_true(fabs(after - before - work) <= 1e-11 * (before + after));
@@ -83,29 +97,37 @@ static void a_body_hung_by_a_pull_is_a_pendulum(void **state) {
   (void)state;
   rig_def def = rig_default();
   def.points = 7;
+
   rig r;
   rig_make(&r, &def);
   thrum_rigid_frame rigid_frame = make_rigid_frame(0.5, 0.3, 0.4);
   const double *point = r.m.vertices + 3, arm = 0.8, angle = 0.05;
+
   // the centre hangs below the point, swung out about y
   rigid_frame.centre[0] = point[0];
   rigid_frame.centre[1] = point[1];
   rigid_frame.centre[2] = point[2] - arm;
+
   const double c = cos(angle), s = sin(angle);
   const double out[9] = {c, 0, s, 0, 1, 0, -s, 0, c};
   memcpy(rigid_frame.attitude, out, sizeof out);
   r.translation.position[0] = -arm * s;
   r.translation.position[2] = arm * (1 - c);
+
+  // a stiff spring without damping holds one point, and no obstacle is near
   thrum_pull pull = {.vertices = {1, 1, 1}, .weights = {1, 0, 0}, .stiffness = 1e9, .damping = -1};
   memcpy(pull.target, point, sizeof pull.target);
   r.environment.rigid_frame = &rigid_frame;
   r.environment.obstacle_count = 0;
   r.environment.pulls = &pull;
   r.environment.pull_count = 1;
+
+  // the time from the first to the ninth passage through the middle is four periods
   const double expected =
       2 * pi * sqrt((0.3 + RIG_MASS * arm * arm) / (RIG_MASS * RIG_GRAVITY * arm));
   double first = 0, last = 0;
   int crossings = 0;
+
   for (int n = 1; crossings < 9; n++) {
     const double before = r.translation.position[0];
     rig_steps(&r, 1);
@@ -113,14 +135,19 @@ static void a_body_hung_by_a_pull_is_a_pendulum(void **state) {
     assert_true(n < 20000);
     if ((before < 0) == (now < 0))
       continue;
+
+    // interpolate the moment of the passage
     last = (n - 1 + before / (before - now)) * def.dt;
     if (crossings++ == 0)
       first = last;
   }
+
   const double period = (last - first) / 4;
   print_message("period off by %.2e\n", period / expected - 1);
+
   // a quarter of the square of half the swing is what a larger one adds
   assert_true(fabs(period / expected - 1) <= 1e-3);
+
   rig_free(&r);
 }
 
@@ -134,29 +161,41 @@ static void an_impact_off_the_centre_turns_the_body(void **state) {
     rig_def def = rig_default();
     def.stiffness = stiffness[n];
     def.dt = 1e-4;
+
     rig r;
     rig_make(&r, &def);
     r.floor.restitution = 1;
     r.floor.friction = 0;
+
+    // the point lies off the centre along every axis
     thrum_rigid_frame rigid_frame = make_rigid_frame(0.5, 0.3, 0.4);
     const double *point = r.m.vertices + 3, arm[3] = {0.4, -0.3, -0.5};
     for (int axis = 0; axis < 3; axis++)
       rigid_frame.centre[axis] = point[axis] - arm[axis];
     r.environment.rigid_frame = &rigid_frame;
+
+    // without weight, towards the floor at 1 m/s
     r.environment.force[2] = 0;
     r.translation.velocity[2] = -1;
     r.translation.position[2] = 2.4e-4;
+
     rig_steps(&r, 400);
+
     // r x n = (r_y, -r_x, 0)
     const double j = 2 / (1 / RIG_MASS + arm[1] * arm[1] / 0.5 + arm[0] * arm[0] / 0.3);
+
+    // the error of the speed after the impact, and the energy that is missing
     const double off = r.translation.velocity[2] - (-1 + j / RIG_MASS);
     const double lost = 1 - rig_energy(&r) / (0.5 * RIG_MASS);
     print_message("k = %g: speed off by %.1e, %.1e of the energy lost\n", stiffness[n], off, lost);
+
+    // the angular momentum is that of the same impulse
     assert_true(lost >= -1e-9 && lost <= allowed[n]);
     assert_true(fabs(off) <= allowed[n]);
     assert_true(fabs(rigid_frame.momentum[0] - j * arm[1]) <= allowed[n]);
     assert_true(fabs(rigid_frame.momentum[1] + j * arm[0]) <= allowed[n]);
     assert_true(fabs(rigid_frame.momentum[2]) <= 1e-12);
+
     rig_free(&r);
   }
 }
@@ -171,10 +210,14 @@ static void the_account_counts_the_turning(void **state) {
     def.shape = n < 9 ? 0 : 0.1;
     def.stiffness = n % 2 == 0 ? 1e5 : 1e10;
     def.points = 7;
+
     rig r;
     rig_make(&r, &def);
+
     for (int v = 0; v < RIG_POINTS; v++) // a body with some height
       r.m.vertices[3 * v + 2] = 0.3 * (v % 3);
+
+    // the body falls while it turns
     r.floor.restitution = restitution[n / 3 % 3];
     thrum_rigid_frame rigid_frame = make_rigid_frame(0.5, 0.3, 0.4);
     rigid_frame.centre[2] = 0.3;
@@ -182,15 +225,19 @@ static void the_account_counts_the_turning(void **state) {
     rigid_frame.momentum[1] = -0.4;
     r.environment.rigid_frame = &rigid_frame;
     r.translation.position[2] = 0.8;
+
     const double first = rig_energy(&r);
     for (int step = 0; step < 2000; step++) {
       rig_steps(&r, 1);
+
+      // motion, stored and lost energy add up to that of the start at every step
       const thrum_contact_report report = thrum_contact_report_get(r.contact);
       assert_true(report.stored >= 0 && report.lost >= -1e-8 * first);
       const double sum = rig_energy(&r) + report.stored + report.lost;
       if (!(fabs(sum - first) <= 1e-9 * first))
         fail_msg("case %d, step %d: off by %.3g", n, step, sum / first - 1);
     }
+
     rig_free(&r);
   }
 }
@@ -201,25 +248,34 @@ static bool topples(double angle) {
   rig_def def = rig_default();
   def.points = 7;
   def.stiffness = 1e6;
+
   rig r;
   rig_make(&r, &def);
+
   for (int v = 1; v < RIG_POINTS; v++) { // vertices 1..7: corners but for one on the top
     r.m.vertices[3 * v] = (v - 1) % 2 ? width : -width;
     r.m.vertices[3 * v + 1] = (v - 1) / 2 % 2 ? width : -width;
     r.m.vertices[3 * v + 2] = (v - 1) / 4 ? 2 * height : 0;
   }
+
+  // the moments of inertia of a block
   const double j = RIG_MASS / 3 * (width * width + height * height);
   thrum_rigid_frame rigid_frame = make_rigid_frame(j, j, RIG_MASS / 1.5 * width * width);
   rigid_frame.centre[2] = height;
   r.environment.rigid_frame = &rigid_frame;
+
+  // the weight is tilted instead of the floor
   r.floor.friction = 2;
   r.floor.restitution = 0;
   r.environment.force[0] = RIG_MASS * RIG_GRAVITY * sin(angle);
   r.environment.force[2] = -RIG_MASS * RIG_GRAVITY * cos(angle);
+
+  // a block that has fallen has its axis far from the normal of the floor
   rig_steps(&r, 3000);
   const bool fallen = rigid_frame.attitude[8] < 0.5;
   if (!fallen) // and what stays does not creep
     assert_true(fabs(r.translation.position[0]) <= 1e-3);
+
   rig_free(&r);
   return fallen;
 }

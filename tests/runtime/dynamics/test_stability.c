@@ -37,7 +37,8 @@ static void the_angle_at_rest_is_that_of_the_highest_explicit_mode(void **contex
   random_model_free(&m);
 }
 
-/* Settled under a load the angle is that of T_EE there, found by many power iterations. */
+/* In a body settled under a load the angle is that of T_EE there, found by many power iterations.
+ */
 static void the_angle_under_a_load_is_that_of_the_tangent(void **context) {
   (void)context;
   enum { SPLIT = 4 };
@@ -46,14 +47,19 @@ static void the_angle_under_a_load_is_that_of_the_tangent(void **context) {
   thrum_state_def def = make_def(SPLIT, 0.05);
   def.damping_alpha = 3;
   def.damping_beta = 0.02;
+
+  // strong damping brings the body to rest under its load
   thrum_state *state = state_make(&m.model, &def);
   const double load[RANK] = {3, -2, 4, 1, -5, 2};
   state_push(&m.model, state, load);
   state_steps(&m.model, state, 8000);
+
+  // the largest eigenvalue of the explicit block of T, by power iteration
   double q[RANK], tangent[RANK * RANK], v[SPLIT] = {1, 1, 1, 1}, norm = 0;
   double *work = random_alloc((int64_t)thrum_work_count(&m.model), sizeof(double));
   state_read(&m.model, state, q, NULL);
   thrum_tangent_stiffness(&m.model, q, tangent, work);
+
   for (int k = 0; k < 3000; k++) {
     double w[SPLIT] = {0};
     norm = 0;
@@ -66,17 +72,21 @@ static void the_angle_under_a_load_is_that_of_the_tangent(void **context) {
     for (int i = 0; i < SPLIT; i++)
       v[i] = w[i] / norm;
   }
+
+  // h sqrt(lambda) is what the monitor reports
   const thrum_state_report report = thrum_state_report_get(state);
   assert_int_equal(report.explicit_modes, SPLIT);
   assert_true(fabs(report.stability_number_last / (def.dt * sqrt(norm)) - 1) < 1e-6);
+
   // the settled body is stiffer than at rest
   assert_true(report.stability_number_last > 1.02 * def.dt * sqrt(m.omega2[SPLIT - 1]));
+
   free(work);
   state_free(state);
   random_model_free(&m);
 }
 
-/* A load that stiffens the body beyond the bound of a fixed split: monitored, modes leave E in
+/* A load stiffens the body beyond the bound of a fixed split. With the monitor, modes leave E in
  * time, and come back when load and motion have gone. */
 static void modes_leave_when_the_body_stiffens_and_return_after_a_quiet_time(void **context) {
   (void)context;
@@ -89,33 +99,44 @@ static void modes_leave_when_the_body_stiffens_and_return_after_a_quiet_time(voi
     def.adaptive = monitored;
     def.fallback = 0;
     def.damping_alpha = 0.5;
+
     thrum_state *state = state_make(&m.model, &def);
     thrum_status status = THRUM_OK;
+
+    // the load swings slowly, so that the body stiffens step by step
     for (int k = 0; k < 3000 && status >= 0; k++) {
       const double load[RANK] = {100 * sin(0.004 * k), 60 * sin(0.004 * k)};
       state_push(&m.model, state, load);
       status = thrum_step(&m.model, state, NULL);
       energy[monitored] = fmax(energy[monitored], state_energy(&m.model, state).total);
     }
+
+    // the fixed split is lost
     if (!monitored) {
       assert_true(status < 0);
       state_free(state);
       continue;
     }
     assert_true(status >= 0);
+
+    // the monitored one changes its split near the bound and goes on
     const thrum_state_report loaded = thrum_state_report_get(state);
     assert_true(loaded.split_changes > 0 && loaded.stability_number_peak > 1.6 &&
                 loaded.stability_number_peak < 2.2);
+
+    // without a load, damping takes the motion away
     state_push(&m.model, state, NULL);
     state_steps(&m.model, state, 150000);
     const thrum_state_report quiet = thrum_state_report_get(state);
-    // down to energies that are no normal numbers any more
+
+    // by now the energies are too small to be normal numbers
     assert_int_equal(quiet.scheme_switches, 0);
     assert_int_equal(quiet.explicit_modes, SPLIT);
     assert_true(quiet.split_changes > loaded.split_changes);
     assert_int_equal(quiet.energy_steps + quiet.substep_steps, 0);
     state_free(state);
   }
+
   assert_true(energy[1] < 0.5 * energy[0]);
   random_model_free(&m);
 }
@@ -146,22 +167,28 @@ static void a_drifting_run_is_handed_over_at_its_first_mean_energy(void **contex
   random_model m;
   make_model(&m);
   thrum_state *state = make_drifting(&m.model, 1);
+
+  // the mean energy of the first steps is the one to keep
   const double first = mean_energy(&m.model, state, 2048);
   state_steps(&m.model, state, 100000);
+
+  // the run went over to the energy integrator, and stayed with it
   const thrum_state_report report = thrum_state_report_get(state);
   assert_int_equal(report.scheme_switches, 1);
   assert_int_equal(report.scheme, THRUM_SCHEME_ENERGY);
   assert_int_equal(report.explicit_modes, 0);
   assert_true(report.switched_steps > 50000 && report.switched_steps < 100000);
+
   const double last = mean_energy(&m.model, state, 4096);
   if (!(fabs(last / first - 1) < 1e-4))
     fail_msg("%.3e of the mean energy", last / first - 1);
+
   state_free(state);
   random_model_free(&m);
 }
 
-/* Energy that moves among modes moves the mean of E of a fixed split, which keeps another energy:
- * monitored, the mean stays, and the report says what that took. */
+/* Energy that moves among modes changes the mean energy of a fixed split, which conserves another
+ * energy. With the monitor the mean stays, and the report says how much was corrected. */
 static void slow_drift_goes_back_through_the_momentum(void **context) {
   (void)context;
   enum { PARTS = 20, PART = 10000 };
@@ -172,47 +199,59 @@ static void slow_drift_goes_back_through_the_momentum(void **context) {
     thrum_state_def def = make_def(4, 0.05);
     def.adaptive = monitored;
     thrum_state *state = state_make(&m.model, &def);
+
     double q[RANK], first = 0;
     for (int i = 0; i < RANK; i++)
       q[i] = 1.2 * start_q[i];
     state_put(&m.model, state, q, NULL);
+
+    // the worst mean of a part, beside that of the first part
     for (int part = 0; part < PARTS; part++) {
       const double mean = mean_energy(&m.model, state, PART);
       first = part == 0 ? mean : first;
       worst[monitored] = fmax(worst[monitored], fabs(mean / first - 1));
     }
+
+    // corrections were made where the run was monitored, and they are small
     const thrum_state_report report = thrum_state_report_get(state);
     assert_int_equal(report.scheme_switches, 0);
     assert_true(monitored == (report.corrections > 0));
     assert_true(fabs(report.corrected) <= 0.041 * first);
+
     state_free(state);
   }
-  // means of so many steps scatter: over start amplitudes 1e-9 apart from 0.7e-4 to 1.2e-4,
-  // unwatched from 29e-4 to 139e-4
+
+  // means of so many steps scatter: over start amplitudes 1e-9 apart from 0.7e-4 to 1.2e-4, and
+  // without the monitor from 29e-4 to 139e-4
   if (!(worst[1] < 1.5e-4 && worst[0] > 10 * worst[1]))
     fail_msg("%.3e of the mean energy, unwatched %.3e", worst[1], worst[0]);
   random_model_free(&m);
 }
 
-/* After a switch the energy is what it was at the start of the run, to rounding: design 7 keeps
- * the account, not what the split had drifted to. */
+/* After a switch the energy is what it was at the start of the run, to rounding: the conserving
+ * step (design 7) returns to the target energy, not to what the split had drifted to. */
 static void a_violent_run_goes_on_with_the_energy_it_began_with(void **context) {
   (void)context;
   random_model m;
   make_model(&m);
   thrum_state_def def = make_def(5, 0.15);
+
   thrum_state *state = state_make(&m.model, &def);
   double q[RANK];
   for (int i = 0; i < RANK; i++)
     q[i] = 4 * start_q[i];
   state_put(&m.model, state, q, NULL);
+
+  // the switch comes within the first hundred steps
   const double first = state_energy(&m.model, state).total;
   state_steps(&m.model, state, 1000);
   const thrum_state_report report = thrum_state_report_get(state);
   assert_int_equal(report.scheme_switches, 1);
   assert_true(report.switched_steps > 900);
-  // the account is looked at in one of eight steps
+
+  // the energy is compared with its target in one of eight steps
   double nearest = INFINITY;
+
   for (int k = 1; k <= 800; k++) {
     state_steps(&m.model, state, 1);
     const double off = fabs(state_energy(&m.model, state).total / first - 1);
@@ -221,32 +260,39 @@ static void a_violent_run_goes_on_with_the_energy_it_began_with(void **context) 
       fail_msg("step %d: %.3e of the energy, at least %.3e", k, off, nearest);
     nearest = k % 8 == 0 ? INFINITY : nearest;
   }
+
   state_free(state);
   random_model_free(&m);
 }
 
-/* An impulse of one step gives more energy than the sum of its work can tell; what counts is the
- * energy after it. */
+/* An impulse of one step gives more energy than the sum of its work shows, so the energy after it
+ * is the one to keep. */
 static void a_blow_is_no_drift(void **context) {
   (void)context;
   random_model m;
   make_model(&m);
   const thrum_state_def def = make_def(4, 0.05);
   thrum_state *state = state_make(&m.model, &def);
+
   const double impulse[RANK] = {4, -3, 2, 3, -2, 1};
+
+  // a load of one step, and free motion after it
   state_steps(&m.model, state, 100);
   state_push(&m.model, state, impulse);
   state_steps(&m.model, state, 1);
   state_push(&m.model, state, NULL);
   state_steps(&m.model, state, 20000);
+
+  // the monitor finds no drift of the energy
   const thrum_state_report report = thrum_state_report_get(state);
   assert_int_equal(report.scheme_switches + report.split_changes, 0);
   assert_true(fabs(report.balance_peak) < 0.03);
+
   state_free(state);
   random_model_free(&m);
 }
 
-/* A run that drifted, after its energy has been taken out: imexv comes back. */
+/* When the energy of a run that drifted has been taken out, imexv comes back. */
 static void imexv_returns_when_the_energy_has_fallen(void **context) {
   (void)context;
   random_model m;
@@ -254,6 +300,8 @@ static void imexv_returns_when_the_energy_has_fallen(void **context) {
   thrum_state *state = make_drifting(&m.model, 1);
   while (thrum_state_report_get(state).scheme_switches == 0)
     state_steps(&m.model, state, 100);
+
+  // a load against the momentum takes the energy out
   double p[RANK];
   for (int k = 0; k < 20000; k++) {
     state_read(&m.model, state, NULL, p);
@@ -262,41 +310,52 @@ static void imexv_returns_when_the_energy_has_fallen(void **context) {
     state_push(&m.model, state, p);
     state_steps(&m.model, state, 1);
   }
+
+  // a free run follows, in which imexv comes back with its split
   state_push(&m.model, state, NULL);
   state_steps(&m.model, state, 20000);
+
   const thrum_state_report report = thrum_state_report_get(state);
   assert_int_equal(report.scheme_switches, 2);
   assert_int_equal(report.scheme, THRUM_SCHEME_COMPONENT);
   assert_int_equal(report.explicit_modes, 4);
+
   state_free(state);
   random_model_free(&m);
 }
 
-/* Snapshots before and after every event of the monitor: the same steps, bit for bit. */
+/* From snapshots before and after every event of the monitor, the same steps follow, bit for bit.
+ */
 static void a_snapshot_brings_the_stability_monitor_along(void **context) {
   (void)context;
   random_model m;
   make_model(&m);
   thrum_state *state = make_drifting(&m.model, 1);
   const size_t bytes = thrum_state_kept_bytes(state);
+
   int64_t scheme_switches = 0;
   for (int part = 0; part < 300 && scheme_switches == 0; part++) {
     void *kept = state_snapshot(state);
     state_steps(&m.model, state, 200);
     void *after = state_snapshot(state);
     scheme_switches = thrum_state_report_get(state).scheme_switches;
+
+    // the same steps from the snapshot give the same bytes
     memcpy(state, kept, bytes);
     state_steps(&m.model, state, 200);
     assert_memory_equal(state, after, bytes);
+
     free(kept);
     free(after);
   }
+
+  // the last part held the switch
   assert_int_equal(scheme_switches, 1);
   state_free(state);
   random_model_free(&m);
 }
 
-/* The monitor only looks: as long as it finds nothing, the motion is that of a fixed split. */
+/* As long as the monitor finds nothing, the motion is that of a fixed split. */
 static void a_quiet_run_is_not_touched(void **context) {
   (void)context;
   random_model m;
@@ -306,23 +365,29 @@ static void a_quiet_run_is_not_touched(void **context) {
     thrum_state_def def = make_def(3, 0.02);
     def.adaptive = monitored;
     thrum_state *state = state_make(&m.model, &def);
+
+    // a tenth of the usual start is a small motion
     for (int i = 0; i < RANK; i++) {
       q[monitored][i] = 0.1 * start_q[i];
       p[monitored][i] = 0.1 * start_p[i];
     }
     state_put(&m.model, state, q[monitored], p[monitored]);
+
+    // the monitor finds nothing in it
     state_steps(&m.model, state, 20000);
     state_read(&m.model, state, q[monitored], p[monitored]);
     const thrum_state_report report = thrum_state_report_get(state);
     assert_int_equal(report.scheme_switches + report.split_changes + report.corrections, 0);
     state_free(state);
   }
+
+  // and so the motion is the same, bit for bit
   assert_memory_equal(q[0], q[1], sizeof q[0]);
   assert_memory_equal(p[0], p[1], sizeof p[0]);
   random_model_free(&m);
 }
 
-/* An explicit mode beyond the bound from the start: out of E before it grows. */
+/* An explicit mode that lies beyond the bound from the start becomes implicit before it grows. */
 static void a_split_beyond_the_bound_is_mended_at_once(void **context) {
   (void)context;
   random_model m;
@@ -330,14 +395,19 @@ static void a_split_beyond_the_bound_is_mended_at_once(void **context) {
   const thrum_state_def def = make_def(RANK, 0.1);
   thrum_state *state = state_make(&m.model, &def);
   state_put(&m.model, state, start_q, start_p);
+
+  // the energy never doubles
   const double first = state_energy(&m.model, state).total;
   for (int k = 0; k < 5000; k++) {
     state_steps(&m.model, state, 1);
     assert_true(state_energy(&m.model, state).total < 2 * first);
   }
+
+  // the lowest implicit mode is one near the bound
   const thrum_state_report report = thrum_state_report_get(state);
   assert_true(report.split_changes > 0);
   assert_true(def.dt * sqrt(m.omega2[report.explicit_modes]) > 1.4);
+
   state_free(state);
   random_model_free(&m);
 }
@@ -349,8 +419,10 @@ static double worst_balance(const thrum_model *model, double dt, const double *f
   double q[RANK], largest = 0, worst = 0;
   def.dt = dt;
   thrum_state *state = state_make(model, &def);
+
   state_push(model, state, force);
   for (int step = 0; step < 300; step++) {
+    // the work of a constant load from rest
     double work = 0;
     state_steps(model, state, 1);
     state_read(model, state, q, NULL);
@@ -363,9 +435,9 @@ static double worst_balance(const thrum_model *model, double dt, const double *f
   return worst / largest;
 }
 
-/* Up to a thousand times what bends the body into its nonlinear range, at steps from a twentieth of
- * the slowest motion to hundreds of it: a jump of the energy is not left to the next step to mend.
- */
+/* The loads go up to a thousand times what bends the body into its nonlinear range, the steps from
+ * a twentieth of the slowest motion to hundreds of it. A jump of the energy is not left for the
+ * next step to correct. */
 static void a_sudden_load_however_large_leaves_no_wrong_energy(void **context) {
   (void)context;
   static const double steps[] = {0.05, 0.15, 1, 3, 30, 300};
@@ -393,17 +465,21 @@ static void a_wide_kick_leaves_its_energy(void **context) {
     random_model_make(&m, seed, RANK, 1.0, 12.0, 0.5);
     for (size_t n = 0; n < sizeof steps / sizeof steps[0]; n++) {
       for (double times = 0.1; times < 200; times *= 10) {
+        // momenta from small to far beyond the linear range
         const double p[RANK] = {0.5 * times, 2 * times, -1 * times, 0, 0.3 * times, 0};
         thrum_state_def def = thrum_default_state_def();
         def.dt = steps[n];
         thrum_state *state = state_make(&m.model, &def);
         state_put(&m.model, state, NULL, p);
+
         const double energy = state_energy(&m.model, state).total;
         state_steps(&m.model, state, 100);
         const double error = fabs(state_energy(&m.model, state).total / energy - 1);
+
         if (!(error < 0.35))
           fail_msg("seed %d, a step of %g, a kick of %g: the energy errs by %g", (int)seed,
                    steps[n], times, error);
+
         state_free(state);
       }
     }
@@ -421,14 +497,19 @@ static void a_hand_over_from_rest_ends_too(void **context) {
   thrum_state_def def = thrum_default_state_def();
   def.dt = 0.15;
   def.damping_alpha = 1;
+
+  // the first step under the load switches already
   thrum_state *state = state_make(&m.model, &def);
   state_push(&m.model, state, force);
   state_steps(&m.model, state, 1);
   assert_int_equal(thrum_state_report_get(state).scheme, THRUM_SCHEME_ENERGY);
+
+  // without the load, damping brings the component split back
   state_push(&m.model, state, NULL);
   state_steps(&m.model, state, 9000);
   assert_int_equal(thrum_state_report_get(state).scheme, THRUM_SCHEME_COMPONENT);
   assert_int_equal(thrum_state_report_get(state).scheme_switches, 2);
+
   state_free(state);
   random_model_free(&m);
 }

@@ -1,4 +1,4 @@
-/* The state as an object: refusals, rest, round trips, snapshots, failed steps, counters.
+/* Tests of the state as an object: refusals, rest, round trips, snapshots, failed steps, counters.
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/state_support.h"
 #include "thrum/polynomial.h"
@@ -80,6 +80,8 @@ static void every_field_of_a_def_is_checked_and_named(void **context) {
   (void)context;
   random_model m;
   make_model(&m);
+
+  // no field of numbers takes one that is not finite
   static const double never[3] = {NAN, INFINITY, -INFINITY};
   for (int i = 0; i < 3; i++) {
     REFUSE(dt, never[i]);
@@ -90,6 +92,8 @@ static void every_field_of_a_def_is_checked_and_named(void **context) {
     REFUSE(newmark_gamma, never[i]);
     REFUSE(tolerance, never[i]);
   }
+
+  // numbers just outside their ranges
   REFUSE(dt, 0.0);
   REFUSE(dt, -0.003);
   REFUSE(damping_alpha, -1e-9);
@@ -101,6 +105,8 @@ static void every_field_of_a_def_is_checked_and_named(void **context) {
   REFUSE(newmark_gamma, 1.1);
   REFUSE(tolerance, 0.0);
   REFUSE(tolerance, 0.02);
+
+  // counts, and choices that do not exist
   REFUSE(iterations_max, 0);
   REFUSE(explicit_count, -1);
   REFUSE(explicit_count, RANK + 1);
@@ -114,12 +120,15 @@ static void every_field_of_a_def_is_checked_and_named(void **context) {
   REFUSE(fallback, -1);
   REFUSE(damping_form, (thrum_damping_form)2);
   REFUSE(split_rule, (thrum_split_rule)3);
+
+  // the ends of the ranges themselves are taken
   ACCEPT(split_safety, 1.0);
   ACCEPT(newmark_beta, 0.0);
   ACCEPT(newmark_gamma, 1.0);
   ACCEPT(tolerance, 1e-2);
   ACCEPT(explicit_count, RANK);
   ACCEPT(iterations_max, 1);
+
   random_model_free(&m);
 }
 
@@ -129,6 +138,8 @@ static void a_model_that_cannot_be_stepped_is_refused(void **context) {
   make_model(&m);
   const thrum_state_def def = thrum_default_state_def();
   expect_refused(NULL, &def, THRUM_INVALID_ARGUMENT, "model");
+
+  // a rank out of its range, and a polynomial that is not there
   thrum_model broken = m.model;
   broken.rank = 0;
   expect_refused(&broken, &def, THRUM_INVALID_ARGUMENT, "rank");
@@ -137,10 +148,13 @@ static void a_model_that_cannot_be_stepped_is_refused(void **context) {
   broken = m.model;
   broken.c4 = NULL;
   expect_refused(&broken, &def, THRUM_MISSING, "c4");
+
+  // eigenvalues that are no numbers or do not ascend
   m.omega2[3] = NAN;
   expect_refused(&m.model, &def, THRUM_BAD_VALUE, "entry 3");
   m.omega2[3] = m.omega2[2] * 0.5;
   expect_refused(&m.model, &def, THRUM_BAD_VALUE, "entry 3");
+
   random_model_free(&m);
 }
 
@@ -152,11 +166,15 @@ static void memory_that_is_short_or_misaligned_is_refused(void **context) {
   size_t size;
   assert_int_equal(thrum_state_size(&m.model, &def, &size, NULL), THRUM_OK);
   assert_int_equal(size % 64, 0);
+
+  // the bytes beyond the size show whether anything is written there
   unsigned char *memory = aligned_alloc(64, size + 64);
   assert_non_null(memory);
   memset(memory, 1, size + 64);
   thrum_state *state = (thrum_state *)(void *)memory;
   thrum_state *before = state;
+
+  // every refusal comes before the first write
   assert_int_equal(thrum_state_init(memory, size - 1, &m.model, &def, &state, NULL),
                    THRUM_BUFFER_TOO_SMALL);
   assert_int_equal(thrum_state_init(memory + 8, size, &m.model, &def, &state, NULL),
@@ -168,18 +186,22 @@ static void memory_that_is_short_or_misaligned_is_refused(void **context) {
   assert_ptr_equal(state, before);
   for (size_t i = 0; i < size + 64; i++)
     assert_int_equal(memory[i], 1);
+
+  // the same memory, whole and aligned, is taken
   assert_int_equal(thrum_state_init(memory, size, &m.model, &def, &state, NULL), THRUM_OK);
   assert_int_equal(thrum_state_bytes(state), size);
+
   // nothing beyond the planned size is written, by no call
   state_put(&m.model, state, start_q, start_p);
   state_steps(&m.model, state, 20);
   for (size_t i = size; i < size + 64; i++)
     assert_int_equal(memory[i], 1);
+
   free(memory);
   random_model_free(&m);
 }
 
-/* NaN wherever no call may look. */
+/* Writes NaN wherever no call may look. */
 static void spoil_scratch(thrum_state *state) {
   const size_t kept = thrum_state_kept_bytes(state);
   memset((unsigned char *)state + kept, 0xff, thrum_state_bytes(state) - kept);
@@ -193,17 +215,22 @@ static void what_lies_behind_the_kept_bytes_does_not_count(void **context) {
     for (int form = THRUM_DAMPING_REST; form <= THRUM_DAMPING_TANGENT; form++)
       for (int hard = 0; hard < 2; hard++) {
         thrum_state_def def = make_def(all[i], (thrum_damping_form)form);
-        // so that the fallback chain is climbed
+
+        // a large step and few iterations lead to the fallback levels
         if (hard) {
           def.dt *= 20;
           def.iterations_max = 3;
         }
+
+        // two states of one history, one of which finds NaN in its scratch memory at every call
         thrum_state *state = state_make(&m.model, &def), *spoilt = state_make(&m.model, &def);
         assert_true(thrum_state_kept_bytes(state) < thrum_state_bytes(state));
         spoil_scratch(spoilt);
         state_put(&m.model, state, start_q, start_p);
         state_put(&m.model, spoilt, start_q, start_p);
         expect_same_bytes(spoilt, state);
+
+        // the motion does not depend on it, byte for byte
         for (int k = 0; k < 200; k++) {
           spoil_scratch(spoilt);
           const thrum_status expected = thrum_step(&m.model, state, NULL);
@@ -211,20 +238,26 @@ static void what_lies_behind_the_kept_bytes_does_not_count(void **context) {
           if (memcmp(spoilt, state, thrum_state_kept_bytes(state)) != 0)
             fail_msg("%s, damping form %d, step %d", thrum_integrator_name(all[i]), form, k);
         }
+
+        // neither do the answers of the calls that read
         double p[2][RANK] = {{0}};
         thrum_energies energies[2] = {{0}};
+
         spoil_scratch(spoilt);
         thrum_status expected = thrum_state_get(&m.model, state, NULL, p[0], NULL);
         assert_int_equal(thrum_state_get(&m.model, spoilt, NULL, p[1], NULL), expected);
         assert_memory_equal(p[0], p[1], sizeof p[0]);
+
         spoil_scratch(spoilt);
         expected = thrum_state_energies(&m.model, state, &energies[0], NULL);
         assert_int_equal(thrum_state_energies(&m.model, spoilt, &energies[1], NULL), expected);
         assert_memory_equal(&energies[0], &energies[1], sizeof energies[0]);
         spoil_scratch(spoilt);
+
         expected = thrum_state_set_dt(&m.model, state, 2 * def.dt, NULL);
         assert_int_equal(thrum_state_set_dt(&m.model, spoilt, 2 * def.dt, NULL), expected);
         expect_same_bytes(spoilt, state);
+
         state_free(state);
         state_free(spoilt);
       }
@@ -239,6 +272,8 @@ static void calls_refuse_null_strangers_and_models_of_another_rank(void **contex
   const thrum_state_def def = thrum_default_state_def();
   thrum_state *state = state_make(&m.model, &def);
   void *stranger = calloc(1, thrum_state_bytes(state)), *kept = state_snapshot(state);
+
+  // memory of zeros is no state, and a model of another rank is not its model
   const struct {
     const thrum_model *model;
     thrum_state *state;
@@ -247,12 +282,15 @@ static void calls_refuse_null_strangers_and_models_of_another_rank(void **contex
                {NULL, state, THRUM_INVALID_ARGUMENT},
                {&m.model, NULL, THRUM_INVALID_ARGUMENT},
                {&m.model, stranger, THRUM_INVALID_ARGUMENT}};
+
   for (size_t n = 0; n < sizeof cases / sizeof *cases; n++) {
     const thrum_model *model = cases[n].model;
     thrum_state *s = cases[n].state;
     double q[RANK] = {7}, p[RANK] = {7};
     thrum_energies energies = {7, 7, 7, 7};
     thrum_error error;
+
+    // each call refuses, and writes to none of its outputs
     assert_int_equal(thrum_step(model, s, &error), cases[n].expected);
     assert_int_equal(thrum_state_set(model, s, q, p, &error), cases[n].expected);
     assert_int_equal(thrum_state_get(model, s, q, p, &error), cases[n].expected);
@@ -261,11 +299,15 @@ static void calls_refuse_null_strangers_and_models_of_another_rank(void **contex
     assert_int_equal(thrum_state_energies(model, s, &energies, &error), cases[n].expected);
     assert_true(q[0] == 7 && p[0] == 7 && energies.total == 7);
   }
+
+  // the report and the sizes of no state are zero
   assert_int_equal(thrum_state_energies(&m.model, state, NULL, NULL), THRUM_INVALID_ARGUMENT);
   assert_int_equal(thrum_state_bytes(NULL), 0);
   assert_int_equal(thrum_state_kept_bytes(NULL), 0);
   assert_int_equal(thrum_state_report_get(NULL).steps, 0);
+
   expect_same_bytes(state, kept);
+
   free(stranger);
   free(kept);
   state_free(state);
@@ -280,11 +322,15 @@ static void values_that_are_not_finite_are_refused(void **context) {
   static const double bad[3] = {NAN, INFINITY, -INFINITY};
   for (int i = 0; i < 5; i++) {
     const thrum_state_def def = make_def(all[i], THRUM_DAMPING_REST);
+
+    // a state on its way, with a load
     thrum_state *state = state_make(&m.model, &def);
     state_put(&m.model, state, start_q, start_p);
     state_push(&m.model, state, push);
     state_steps(&m.model, state, 3);
     void *kept = state_snapshot(state);
+
+    // one bad value in the last place is found
     for (int n = 0; n < 3; n++) {
       double values[RANK] = {0};
       values[RANK - 1] = bad[n];
@@ -294,10 +340,12 @@ static void values_that_are_not_finite_are_refused(void **context) {
       assert_int_equal(thrum_state_set_dt(&m.model, state, bad[n], NULL), THRUM_INVALID_ARGUMENT);
     }
     assert_int_equal(thrum_state_set_dt(&m.model, state, 0, NULL), THRUM_INVALID_ARGUMENT);
+
     // finite, but the amplitude or the forces overflow
     const double huge[RANK] = {1e200, 1e200};
     assert_int_equal(thrum_state_set(&m.model, state, huge, NULL, NULL), THRUM_NOT_FINITE);
     assert_int_equal(thrum_state_set(&m.model, state, NULL, huge, NULL), THRUM_NOT_FINITE);
+
     expect_same_bytes(state, kept);
     free(kept);
     state_free(state);
@@ -318,15 +366,19 @@ static void a_body_at_rest_without_load_stays_at_rest_exactly(void **context) {
       const thrum_state_def def = make_def(all[i], (thrum_damping_form)form);
       thrum_state *state = state_make(&m.model, &def);
       double q[RANK], p[RANK];
+
       for (int k = 0; k < 20; k++)
         assert_int_equal(thrum_step(&m.model, state, NULL), THRUM_OK);
       state_read(&m.model, state, q, p);
       for (int j = 0; j < RANK; j++)
         assert_true(q[j] == zero[j] && p[j] == zero[j]);
+
+      // the steps were made, and no solve had anything to do
       const thrum_state_report report = thrum_state_report_get(state);
       assert_int_equal(report.steps, 20);
       assert_int_equal(report.iterations, 0);
       assert_true(state_energy(&m.model, state).total == 0);
+
       state_free(state);
     }
   random_model_free(&m);
@@ -341,12 +393,15 @@ static void what_is_set_is_read_back(void **context) {
       const thrum_state_def def = make_def(all[i], (thrum_damping_form)form);
       thrum_state *state = state_make(&m.model, &def);
       double q[RANK], p[RANK];
+
+      // a state that has moved is set to another q and p
       state_push(&m.model, state, push);
       state_steps(&m.model, state, 5);
       state_put(&m.model, state, start_q, start_p);
       state_read(&m.model, state, q, p);
       assert_memory_equal(q, start_q, sizeof q);
       assert_true(largest_difference(p, start_p, RANK) < 1e-14);
+
       // NULL is zero, and either output may be left out
       state_put(&m.model, state, start_q, NULL);
       state_read(&m.model, state, NULL, p);
@@ -356,7 +411,10 @@ static void what_is_set_is_read_back(void **context) {
       state_read(&m.model, state, q, NULL);
       for (int j = 0; j < RANK; j++)
         assert_true(q[j] == 0);
+
+      // setting a state does not count as a step, and does not reset the count
       assert_int_equal(thrum_state_report_get(state).steps, 5);
+
       state_free(state);
     }
   random_model_free(&m);
@@ -371,15 +429,20 @@ static void reading_leaves_every_byte_as_it_was(void **context) {
       const thrum_state_def def = make_def(all[i], (thrum_damping_form)form);
       thrum_state *state = state_make(&m.model, &def);
       double q[RANK], p[RANK];
+
+      // a loaded state after some steps
       state_put(&m.model, state, start_q, start_p);
       state_push(&m.model, state, push);
       state_steps(&m.model, state, 7);
+
+      // every call that reads, and a time step that is the same as before
       void *kept = state_snapshot(state);
       state_read(&m.model, state, q, p);
       state_energy(&m.model, state);
       thrum_state_report_get(state);
       assert_int_equal(thrum_state_set_dt(&m.model, state, def.dt, NULL), THRUM_OK);
       expect_same_bytes(state, kept);
+
       free(kept);
       state_free(state);
     }
@@ -393,28 +456,36 @@ static void energies_are_those_of_the_definition(void **context) {
   double *work = random_alloc((int64_t)thrum_work_count(&m.model), sizeof(double));
   for (int i = 0; i < 5; i++) {
     thrum_state_def def = make_def(all[i], THRUM_DAMPING_REST);
+
     // omega = 1, 3.2, 5.4, ...: h omega <= 1 holds for three modes, and for all of them later
     def.split_rule = THRUM_SPLIT_CFL;
     def.dt = 0.15;
+
     thrum_state *state = state_make(&m.model, &def);
     double q[RANK], p[RANK];
     state_put(&m.model, state, start_q, start_p);
+
     for (int turn = 0; turn < 2; turn++) {
       state_steps(&m.model, state, 5);
       state_read(&m.model, state, q, p);
+
+      // sum the kinetic energy, and the energy of the modes beyond the third, from q and p
       double kinetic = 0, high = 0;
       for (int j = 0; j < RANK; j++) {
         kinetic += 0.5 * p[j] * p[j];
         high += j < 3 ? 0 : 0.5 * (p[j] * p[j] + m.omega2[j] * q[j] * q[j]);
       }
+
       const thrum_energies energies = state_energy(&m.model, state);
       assert_true(fabs(energies.kinetic - kinetic) < 1e-13);
       assert_true(fabs(energies.potential - thrum_strain_energy(&m.model, q, work)) < 1e-13);
       assert_true(energies.total == energies.kinetic + energies.potential);
+
       // the set of the high modes is that of the start, whatever dt becomes
       assert_true(fabs(energies.high - high) < 1e-13);
       assert_int_equal(thrum_state_set_dt(&m.model, state, 0.01, NULL), THRUM_OK);
     }
+
     state_free(state);
   }
   free(work);
@@ -428,14 +499,18 @@ static void a_new_dt_brings_its_own_split_and_keeps_the_motion(void **context) {
   for (int form = THRUM_DAMPING_REST; form <= THRUM_DAMPING_TANGENT; form++) {
     thrum_state_def def = make_def(THRUM_INTEGRATOR_IMEXV, (thrum_damping_form)form);
     def.split_rule = THRUM_SPLIT_CFL;
+
     thrum_state *state = state_make(&m.model, &def);
     state_put(&m.model, state, start_q, start_p);
     state_push(&m.model, state, push);
+
+    // the number of modes that are explicit at each step, by h omega <= 1
     static const struct {
       double dt;
       int32_t modes;
     } cases[] = {{0.2, 2}, {0.01, 6}, {5.0, 0}, {0.1, 5}};
     for (int n = 0; n < 4; n++) {
+      // neither q nor p changes with the step
       double q[2][RANK], p[2][RANK];
       state_read(&m.model, state, q[0], p[0]);
       assert_int_equal(thrum_state_set_dt(&m.model, state, cases[n].dt, NULL), THRUM_OK);
@@ -443,8 +518,10 @@ static void a_new_dt_brings_its_own_split_and_keeps_the_motion(void **context) {
       assert_int_equal(thrum_state_report_get(state).explicit_modes, cases[n].modes);
       assert_memory_equal(q[0], q[1], sizeof q[0]);
       assert_true(largest_difference(p[0], p[1], RANK) < 1e-13 * (1 + cases[n].dt * 100));
+
       state_steps(&m.model, state, 3);
     }
+
     state_free(state);
   }
   random_model_free(&m);
@@ -473,18 +550,23 @@ static void a_restored_snapshot_steps_to_the_same_bits(void **context) {
       const thrum_state_def def = make_def(all[i], (thrum_damping_form)form);
       thrum_state *state = state_make(&m.model, &def);
       const size_t size = thrum_state_bytes(state);
+
+      // the states in the middle and at the end of a run
       state_put(&m.model, state, start_q, start_p);
       run(&m.model, state, 1, 40);
       void *middle = state_snapshot(state);
       run(&m.model, state, 2, 60);
       void *end = state_snapshot(state);
+
       // restored in place
       memcpy(state, middle, size);
       run(&m.model, state, 2, 60);
       expect_same_bytes(state, end);
-      // and in other memory: a state has no address in it
+
+      // the snapshot can be stepped where it lies, as a state has no address in it
       run(&m.model, middle, 2, 60);
       expect_same_bytes(middle, end);
+
       free(middle);
       free(end);
       state_free(state);
@@ -501,6 +583,7 @@ static void two_states_of_one_history_have_the_same_bytes(void **context) {
     thrum_state *a = state_make(&m.model, &def), *b = state_make(&m.model, &def);
     state_put(&m.model, a, start_q, start_p);
     state_put(&m.model, b, start_q, start_p);
+
     random_state random = {3};
     for (int k = 0; k < 50; k++) {
       double f[RANK], q[RANK];
@@ -509,10 +592,12 @@ static void two_states_of_one_history_have_the_same_bytes(void **context) {
       state_push(&m.model, b, f);
       state_steps(&m.model, a, 1);
       state_steps(&m.model, b, 1);
-      // looking at one of them changes nothing
+
+      // reading one of them changes nothing
       state_read(&m.model, a, q, NULL);
       state_energy(&m.model, a);
     }
+
     expect_same_bytes(a, b);
     state_free(a);
     state_free(b);
@@ -528,15 +613,21 @@ static void setting_a_state_forgets_the_solvers_history(void **context) {
     const thrum_state_def def = make_def(all[i], THRUM_DAMPING_REST);
     thrum_state *used = state_make(&m.model, &def), *fresh = state_make(&m.model, &def);
     double q[2][RANK], p[2][RANK];
+
+    // one state has moved before both are set to the same q and p
     run(&m.model, used, 4, 30);
     state_put(&m.model, used, start_q, start_p);
     state_put(&m.model, fresh, start_q, start_p);
+
+    // from there on they have the same bits
     run(&m.model, used, 5, 30);
     run(&m.model, fresh, 5, 30);
+
     state_read(&m.model, used, q[0], p[0]);
     state_read(&m.model, fresh, q[1], p[1]);
     assert_memory_equal(q[0], q[1], sizeof q[0]);
     assert_memory_equal(p[0], p[1], sizeof p[0]);
+
     state_free(used);
     state_free(fresh);
   }
@@ -555,15 +646,19 @@ a_failed_step_leaves_every_byte_and_the_run_goes_on_as_if_it_had_not_been(void *
     for (int form = THRUM_DAMPING_REST; form <= THRUM_DAMPING_TANGENT; form++) {
       const thrum_state_def def = make_def(all[i], (thrum_damping_form)form);
       thrum_state *state = state_make(&m.model, &def), *other = state_make(&m.model, &def);
+
       state_put(&m.model, state, start_q, start_p);
       state_put(&m.model, other, start_q, start_p);
       run(&m.model, state, 6, 30);
       run(&m.model, other, 6, 30);
+
       // a load that overflows the step
       double load[RANK] = {0};
       load[0] = load[RANK - 1] = 1e250;
       state_push(&m.model, state, load);
       void *kept = state_snapshot(state);
+
+      // the step fails each time, and names its number
       for (int k = 0; k < 3; k++) {
         thrum_error error = {THRUM_OK, ""};
         assert_int_equal(thrum_step(&m.model, state, &error), THRUM_NOT_FINITE);
@@ -571,9 +666,12 @@ a_failed_step_leaves_every_byte_and_the_run_goes_on_as_if_it_had_not_been(void *
         assert_non_null(strstr(error.message, "step 30"));
         expect_same_bytes(state, kept);
       }
+
+      // with other loads both go on to the same bytes
       run(&m.model, state, 7, 30);
       run(&m.model, other, 7, 30);
       expect_same_bytes(state, other);
+
       free(kept);
       state_free(state);
       state_free(other);
@@ -590,18 +688,24 @@ static void a_step_that_does_not_converge_leaves_every_byte(void **context) {
   for (int i = 0; i < 3; i++)
     for (int form = THRUM_DAMPING_REST; form <= THRUM_DAMPING_TANGENT; form++) {
       thrum_state_def def = make_def(implicit[i], (thrum_damping_form)form);
+
+      // one iteration, a tolerance that it cannot reach and no fallback
       def.iterations_max = 1;
       def.fallback = 0;
       def.tolerance = 1e-14;
       def.dt = 0.2;
+
       thrum_state *state = state_make(&m.model, &def);
       state_put(&m.model, state, start_q, start_p);
       state_push(&m.model, state, push);
       void *kept = state_snapshot(state);
+
+      // the message names the field that limits the iterations
       thrum_error error = {THRUM_OK, ""};
       assert_int_equal(thrum_step(&m.model, state, &error), THRUM_NOT_CONVERGED);
       assert_non_null(strstr(error.message, "iterations_max"));
       expect_same_bytes(state, kept);
+
       free(kept);
       state_free(state);
     }
@@ -614,28 +718,37 @@ static void an_explicit_run_that_blows_up_ends_in_a_refusal_not_in_nan(void **co
   make_model(&m);
   thrum_state_def def = make_def(THRUM_INTEGRATOR_VERLET, THRUM_DAMPING_REST);
   def.dt = 0.5;
+
+  // h omega = 6 is far beyond the bound of 2
   thrum_state *state = state_make(&m.model, &def);
   state_put(&m.model, state, start_q, start_p);
+
   thrum_status status = THRUM_OK;
   for (int k = 0; k < 1000 && status == THRUM_OK; k++)
     status = thrum_step(&m.model, state, NULL);
   assert_int_equal(status, THRUM_NOT_FINITE);
+
+  // the last state that was reached is finite
   double q[RANK];
   state_read(&m.model, state, q, NULL);
   for (int j = 0; j < RANK; j++)
     assert_true(isfinite(q[j]));
+
   // set again, it steps again
   state_put(&m.model, state, NULL, NULL);
   assert_int_equal(thrum_step(&m.model, state, NULL), THRUM_OK);
+
   state_free(state);
   random_model_free(&m);
 }
 
-/* Residual of the implicit midpoint rule from q, p to q_next, p_next, without damping or load. */
+/* Computes the residual of the implicit midpoint rule from q, p to q_next, p_next, without damping
+ * or load. */
 static double midpoint_residual(const thrum_model *model, double h, const double *q,
                                 const double *p, const double *q_next, const double *p_next) {
   double *work = random_alloc((int64_t)thrum_work_count(model), sizeof(double));
   double middle[RANK], force[RANK], worst = 0;
+
   for (int i = 0; i < RANK; i++)
     middle[i] = 0.5 * (q[i] + q_next[i]);
   thrum_internal_force(model, middle, force, work);
@@ -654,25 +767,35 @@ static void full_newton_takes_the_steps_that_quasi_newton_cannot(void **context)
   thrum_state_def def = make_def(THRUM_INTEGRATOR_MIDPOINT, THRUM_DAMPING_REST);
   def.damping_alpha = def.damping_beta = 0;
   def.dt = 0.4;
+
+  // violent motion at a large step
   thrum_state *state = state_make(&m.model, &def);
   double q[2][RANK], p[2][RANK];
   for (int i = 0; i < RANK; i++)
     p[0][i] = 3.0 * (i + 1) * (i % 2 == 0 ? -1 : 1);
   state_put(&m.model, state, start_q, p[0]);
+
   int64_t fell_back = 0;
+
   for (int k = 0; k < 100; k++) {
     state_read(&m.model, state, q[0], p[0]);
+
+    // a step that fell back was taken by full Newton
     const thrum_status status = thrum_step(&m.model, state, NULL);
     assert_true(status == THRUM_OK || status == THRUM_FELL_BACK);
     fell_back += status == THRUM_FELL_BACK;
     assert_int_equal(thrum_state_report_get(state).newton_steps, fell_back);
+
+    // every step solves its equations, by whichever method
     state_read(&m.model, state, q[1], p[1]);
     double size = 0;
     for (int i = 0; i < RANK; i++)
       size = fmax(size, def.dt * fabs(p[1][i]) + fabs(q[1][i]));
     assert_true(midpoint_residual(&m.model, def.dt, q[0], p[0], q[1], p[1]) < 1e-7 * size);
   }
+
   assert_true(fell_back > 10);
+
   state_free(state);
   random_model_free(&m);
 }
@@ -688,6 +811,8 @@ static void the_report_adds_up_and_factors_are_kept_over_steps(void **context) {
     const thrum_state_def def = make_def(all[i], THRUM_DAMPING_REST);
     thrum_state *state = state_make(&m.model, &def);
     state_put(&m.model, state, start_q, start_p);
+
+    // sums over the steps agree with the counters of the report
     int64_t iterations = 0;
     for (int k = 1; k <= 200; k++) {
       state_steps(&m.model, state, 1);
@@ -700,6 +825,8 @@ static void the_report_adds_up_and_factors_are_kept_over_steps(void **context) {
       assert_int_equal(report.explicit_modes + report.implicit_modes, RANK);
     }
     const thrum_state_report report = thrum_state_report_get(state);
+
+    // a Jacobian is factored much less often than the 200 steps
     switch (all[i]) {
     case THRUM_INTEGRATOR_VERLET:
       assert_int_equal(report.explicit_modes, RANK);
@@ -717,6 +844,7 @@ static void the_report_adds_up_and_factors_are_kept_over_steps(void **context) {
       assert_true(report.factorisations > 0 && report.factorisations < 70);
       break;
     }
+
     state_free(state);
   }
   random_model_free(&m);

@@ -1,4 +1,4 @@
-/* States in heap memory, names of the choices of a def, and the number of steps in a time.
+/* Tests of states in heap memory, names of the choices of a def, and the number of steps in a time.
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/state_support.h"
 
@@ -10,11 +10,13 @@ static void a_created_state_is_one_laid_into_memory(void **context) {
   random_model_make(&m, 3, RANK, 1.0, 30.0, 0.4);
   const thrum_state_def def = thrum_default_state_def();
   const double q[RANK] = {0.1, -0.2, 0.05, 0.02};
+
   thrum_state *laid = state_make(&m.model, &def), *created = NULL;
   assert_int_equal(thrum_state_create(&m.model, &def, &created, NULL), THRUM_OK);
   assert_int_equal((uintptr_t)created % 64, 0);
   assert_int_equal(thrum_state_bytes(created), thrum_state_bytes(laid));
 
+  // both move alike, byte for byte
   state_put(&m.model, laid, q, NULL);
   state_put(&m.model, created, q, NULL);
   state_steps(&m.model, laid, 50);
@@ -45,12 +47,14 @@ static void creation_refuses_what_size_refuses(void **context) {
 
 static void every_choice_has_a_name_that_leads_back(void **context) {
   (void)context;
+
   for (int n = 0; n <= THRUM_INTEGRATOR_ENERGY; n++) {
     thrum_integrator found = THRUM_INTEGRATOR_ENERGY;
     const char *name = thrum_integrator_name((thrum_integrator)n);
     assert_int_equal(thrum_integrator_from_name(name, &found, NULL), THRUM_OK);
     assert_int_equal((int)found, n);
   }
+
   for (int n = 0; n < 2; n++) {
     thrum_damping_form damping = THRUM_DAMPING_REST;
     thrum_split_form split = THRUM_FORM_COMPONENT;
@@ -63,6 +67,8 @@ static void every_choice_has_a_name_that_leads_back(void **context) {
     assert_int_equal((int)damping, n);
     assert_int_equal((int)split, n);
   }
+
+  // the names themselves are part of the interface
   assert_string_equal(thrum_integrator_name(THRUM_INTEGRATOR_MIDPOINT), "midpoint");
   assert_string_equal(thrum_split_rule_name(THRUM_SPLIT_SAMPLING), "sampling");
   assert_string_equal(thrum_scheme_name(THRUM_SCHEME_NEWMARK), "newmark");
@@ -77,6 +83,7 @@ static void a_number_or_a_text_that_names_nothing_is_refused(void **context) {
   assert_null(thrum_split_form_name((thrum_split_form)2));
   assert_null(thrum_scheme_name((thrum_scheme)4));
 
+  // a refusal lists the names that there are, and leaves the output as it was
   thrum_integrator found = THRUM_INTEGRATOR_VERLET;
   thrum_error error = {THRUM_OK, ""};
   assert_int_equal(thrum_integrator_from_name("euler", &found, &error), THRUM_INVALID_ARGUMENT);

@@ -1,4 +1,4 @@
-/* One model shared by many threads: each steps states of its own and gets the bits of a run alone.
+/* Many threads share one model: each steps states of its own and gets the bits of a run alone.
  * Under a thread sanitizer this also shows that no call writes to the model or to a global.
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/state_support.h"
@@ -18,6 +18,8 @@ typedef struct worker {
 static bool step_all(const worker *w) {
   double f[RANK], q[RANK], p[RANK];
   thrum_energies energies;
+
+  // the seed gives the loads, so a run alone can have the same ones
   random_state random = {w->seed};
   for (int k = 0; k < STEPS; k++) {
     random_vector(&random, RANK, 0.5, f);
@@ -61,12 +63,16 @@ static void threads_that_share_a_model_step_to_the_bits_of_a_run_alone(void **co
   worker together[THREADS], alone;
   pthread_t threads[THREADS];
   random_model_make(&m, 31, RANK, 1.0, 20.0, 0.5);
+
+  // each thread has states of its own, all of one model
   for (int t = 0; t < THREADS; t++)
     together[t] = make_worker(&m.model, t);
   for (int t = 0; t < THREADS; t++)
     assert_int_equal(pthread_create(&threads[t], NULL, run, &together[t]), 0);
   for (int t = 0; t < THREADS; t++)
     assert_int_equal(pthread_join(threads[t], NULL), 0);
+
+  // the same states stepped alone have the same bytes
   for (int t = 0; t < THREADS; t++) {
     alone = make_worker(&m.model, t);
     assert_true(step_all(&alone) && together[t].stepped);
@@ -74,6 +80,7 @@ static void threads_that_share_a_model_step_to_the_bits_of_a_run_alone(void **co
       assert_int_equal(thrum_state_report_get(alone.states[n]).steps, STEPS);
       assert_memory_equal(together[t].states[n], alone.states[n],
                           thrum_state_kept_bytes(alone.states[n]));
+
       state_free(together[t].states[n]);
       state_free(alone.states[n]);
     }
