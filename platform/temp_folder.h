@@ -20,14 +20,14 @@ typedef struct cli_temp_folder {
 /* Makes the folder, in TMPDIR or /tmp. */
 thrum_status cli_temp_folder_open(cli_temp_folder *temp, thrum_error *error);
 
-/* The path of a file in it. */
+/* Composes the path of a file in the folder. */
 void cli_temp_folder_path(const cli_temp_folder *temp, const char *name,
                           char path[CLI_TEMP_FOLDER_PATH_MAX]);
 
-/* How a program ended. */
+/* The way a program ended. */
 typedef struct cli_temp_folder_end {
-  int code;   /* exit code; -1: a signal ended it */
-  int signal; /* which; 0: none */
+  int code;   /* exit code; -1 where a signal ended it */
+  int signal; /* the signal that ended it; 0: none */
 } cli_temp_folder_end;
 
 /* Runs argv[0], found in PATH, without a shell and without input, and waits; what it prints goes to
@@ -39,7 +39,7 @@ thrum_status cli_temp_folder_run(cli_temp_folder *temp, char *const *argv, const
 /* Removes the folder and all files in it. Does not come back when a signal came meanwhile. */
 void cli_temp_folder_close(cli_temp_folder *temp);
 
-/* Is there a program of that name in PATH? */
+/* Returns whether there is a program of that name in PATH. */
 bool cli_program_exists(const char *name);
 
 #endif

@@ -1,4 +1,5 @@
-/* `thrum simulate --base-motion` from outside. SPDX-License-Identifier: Apache-2.0 */
+/* `thrum simulate --base-motion` moves the base by a file or a sine, and refuses bad ones.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -41,7 +42,7 @@ static cJSON *base_motion(int code, const char *with, const char *more, const ch
   return object;
 }
 
-/* q after each step, rows x 2. */
+/* Reads q after each step, rows x 2. */
 static double *read_q(int64_t *rows) {
   char path[200];
   double *values = NULL;
@@ -108,7 +109,7 @@ static void a_file_of_positions_is_a_motion_too(void **state) {
   cJSON_Delete(object);
 }
 
-/* Seen from the ground what is held moves with the base; seen from the base it stays. */
+/* A held vertex moves with the base as seen from the ground, and stays as seen from the base. */
 static void frames_are_seen_from_the_base_or_the_ground(void **state) {
   (void)state;
   char path[200];

@@ -1,5 +1,5 @@
-/* `thrum bench step` and `thrum bench kernels`: what is measured is what was asked for. Times are
- * not tested: they are as noisy as the machine.
+/* `thrum bench step` and `thrum bench kernels` measure what was asked for. Times are not tested, as
+ * they are as noisy as the machine.
  * SPDX-License-Identifier: Apache-2.0 */
 #include <setjmp.h>
 #include <stdarg.h>

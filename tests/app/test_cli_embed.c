@@ -1,5 +1,5 @@
-/* `thrum embed` as it is typed: files, JSON, warnings, exit codes. SPDX-License-Identifier:
- * Apache-2.0 */
+/* `thrum embed` is run as it is typed and tested by its files, JSON, warnings and exit codes.
+ * SPDX-License-Identifier: Apache-2.0 */
 // clang-format off
 #include <setjmp.h>
 #include <stdarg.h>
@@ -43,7 +43,7 @@ static void write_text(const char *name, const char *text) {
   assert_true(cli_write_text(in_folder(name), text));
 }
 
-/* A tent: three corners on the mesh's top face, one vertex `height` above it. */
+/* Writes a tent: three corners on the mesh's top face, one vertex `height` above it. */
 static void write_tent(const char *name, double height) {
   char text[256];
   snprintf(text, sizeof text,

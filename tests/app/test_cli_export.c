@@ -1,4 +1,5 @@
-/* `thrum export`, and import and modes of `thrum precompute`. SPDX-License-Identifier: Apache-2.0
+/* Models are written by `thrum export` and read back by the import of `thrum precompute`.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #include <setjmp.h>
 #include <stdarg.h>

@@ -1,5 +1,4 @@
-/* `thrum simulate --full` from outside: it is compared with the reduced model, and refuses what it
- * cannot do.
+/* `thrum simulate --full` is compared with the reduced model, and refuses what it cannot do.
  * SPDX-License-Identifier: Apache-2.0 */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -37,7 +36,7 @@ static int remove_folder(void **state) {
   return 0;
 }
 
-/* Runs into `run` with up to ten more arguments; the JSON is the caller's. */
+/* Runs into `run` with up to ten more arguments; the caller frees the JSON. */
 static cJSON *simulate(const char *run_name, const char *const *more) {
   const char *a[10] = {NULL};
   for (int n = 0; n < 10 && more[n] != NULL; n++)

@@ -1,4 +1,4 @@
-/* `thrum info` from outside, and the mesh measures behind it.
+/* Tests of `thrum info` as a command, and of the mesh measures behind it.
  * SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
 #include <setjmp.h>
@@ -114,7 +114,7 @@ static void info_agrees_with_precompute(void **state) {
   cJSON_Delete(object);
 }
 
-/* explicit iff h omega <= 1, that is f <= 1 / (2 pi h) */
+/* A mode is explicit where h omega <= 1, that is f <= 1 / (2 pi h). */
 static void split_follows_the_time_step(void **state) {
   (void)state;
   const double steps[] = {1e-5, 0.001, 0.003, 0.01, 0.1};

@@ -1,4 +1,5 @@
-/* `thrum convert` and `thrum check` as they are typed: exit codes, JSON, warnings, files.
+/* `thrum convert` and `thrum check` are run as they are typed and tested by their exit codes, JSON,
+ * warnings and files.
  * SPDX-License-Identifier: Apache-2.0 */
 // clang-format off
 #include <setjmp.h>

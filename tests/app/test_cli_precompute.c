@@ -1,4 +1,4 @@
-/* `thrum precompute` from outside: its results, its options, and what it refuses.
+/* Tests of `thrum precompute` as a command: its results, its options, and what it refuses.
  * SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
 #include <setjmp.h>
@@ -32,7 +32,7 @@ static const char *in_folder(const char *name, char path[160]) {
   return path;
 }
 
-/* The k-th number of an array in an object; NaN when there is none. */
+/* Returns the k-th number of an array in an object; NaN when there is none. */
 static double number_at(const cJSON *object, const char *key, int k) {
   const cJSON *item = cJSON_GetArrayItem(cJSON_GetObjectItemCaseSensitive(object, key), k);
   return cJSON_IsNumber(item) ? item->valuedouble : NAN;
@@ -56,7 +56,7 @@ static cJSON *precompute(const char *mesh, const char *fix, const char *option, 
   return object;
 }
 
-/* Each frequency of `b` is `factor` times that of `a`. */
+/* Asserts that each frequency of `b` is `factor` times that of `a`. */
 static void assert_frequencies_scale(const cJSON *a, const cJSON *b, double factor) {
   static const char *const keys[] = {"frequencies_hz", "basis_frequencies_hz"};
   for (int key = 0; key < 2; key++) {
@@ -362,8 +362,8 @@ static void inverted_files_are_flipped_and_spare_vertices_dropped(void **state) 
   cli_result_free(&run);
 }
 
-/* The precompute is refused with exit 1, the last line of standard error names `wanted`, standard
- * output is empty, and nothing was written. */
+/* Asserts that the precompute is refused with exit 1, the last line of standard error names
+ * `wanted`, standard output is empty, and nothing was written. */
 static void assert_refused_with(const char *wanted, const char *mesh, const char *option,
                                 const char *value, const char *option2, const char *value2) {
   char path[160];
@@ -645,7 +645,7 @@ static void a_refusal_leaves_an_earlier_model_alone(void **state) {
   free(text);
 }
 
-/* The program says how it is used, exit 2, and `wanted` is in it. */
+/* Asserts that the program exits with 2 and says how it is used, with `wanted` in the text. */
 static void assert_usage(const char *wanted, const char *a, const char *b, const char *c,
                          const char *d, const char *e, const char *f) {
   cli_result run = thrum_run(folder, a, b, c, d, e, f, NULL);

@@ -29,7 +29,7 @@ static int remove_folder(void **context) {
   return 0;
 }
 
-/* One run of the beam; the caller deletes the object. */
+/* Runs the beam once; the caller deletes the object. */
 static cJSON *run(const char *load, const char *start, const char *split, const char *integrator,
                   const char *time, const char *adaptive, int *exit_code) {
   cli_result result =

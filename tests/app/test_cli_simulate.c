@@ -1,4 +1,5 @@
-/* `thrum simulate` from outside: what loads and starts do, and what a run's files hold. The loads
+/* Tests of `thrum simulate` as a command: the effect of loads and starts, and the contents of a
+ * run's files. The loads
  * act on a body without strain energy, whose momentum must be the integral of the force.
  * SPDX-License-Identifier: Apache-2.0 */
 #include <setjmp.h>

@@ -1,5 +1,5 @@
-/* `thrum static` from outside: what it prints and writes, what a run that starts from it does, and
- * what it refuses. SPDX-License-Identifier: Apache-2.0 */
+/* Tests of `thrum static` as a command: its output and files, a run that starts from its
+ * equilibrium, and what it refuses. SPDX-License-Identifier: Apache-2.0 */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -21,7 +21,7 @@ static const char *in_folder(const char *name, char path[200]) {
   return path;
 }
 
-/* A column that buckles at half of what is asked for, see test_equilibrium.c. */
+/* Saves a column that buckles at half of the load that is asked for; see test_equilibrium.c. */
 static bool save_column(const char *path) {
   static const int32_t format[2] = {1, 0};
   static const double omega2[2] = {1, 100}, axis_mass[6] = {0, 1};
@@ -134,7 +134,7 @@ static void the_files_hold_the_equilibrium(void **state) {
   cJSON_Delete(object);
 }
 
-/* Held where it rests, a body under the same load does not move; let go, it swings. */
+/* A body that starts at rest under its load does not move; without the load it swings. */
 static void a_run_starts_from_the_equilibrium(void **state) {
   (void)state;
   cJSON *object = object_of(thrum_run(folder, "simulate", "beam.npz", "-o", "rest", "--time", "0.3",

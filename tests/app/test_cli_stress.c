@@ -1,5 +1,5 @@
-/* `thrum simulate --stress` and its monitors from outside: the peak is that of the recorded states,
- * warnings are said and change nothing, and models without a mesh are dealt with.
+/* Tests of `thrum simulate --stress` and its monitors: the peak is that of the recorded states,
+ * warnings are printed and change no step, and a model without a mesh has neither.
  * SPDX-License-Identifier: Apache-2.0 */
 #include "io/file.h"
 #include "io/npy_file.h"

@@ -1,6 +1,5 @@
-/* `thrum view`: one page that holds the models as they are, and its address.
- * SPDX-License-Identifier: Apache-2.0
- */
+/* `thrum view` makes one page that holds the models as they are, and opens its address.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>

@@ -1,5 +1,5 @@
-/* `thrum experiments` from outside: a reduced matrix, the long run, the sweep over time steps, and
- * what is refused. SPDX-License-Identifier: Apache-2.0 */
+/* Tests of `thrum experiments` as a command: a reduced matrix, the long run, the sweep over time
+ * steps, and what is refused. SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>

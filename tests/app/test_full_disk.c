@@ -175,7 +175,7 @@ static void join_arguments(char *const *argv, char text[512]) {
     snprintf(text + strlen(text), 512 - strlen(text), "%.80s ", argv[n]);
 }
 
-/* The program with files of at most `bytes`, as on a disk that has no more room. */
+/* Runs the program with files of at most `bytes`, as on a disk that has no more room. */
 static cli_result run_limited(char *const *argv, rlim_t bytes) {
   struct rlimit before;
   assert_int_equal(getrlimit(RLIMIT_FSIZE, &before), 0);
@@ -315,7 +315,7 @@ static void a_folder_in_place_of_a_file_is_refused(void **state) {
   free(text);
 }
 
-/* Starts the program and sends SIGINT after a while; its wait status. */
+/* Starts the program and sends SIGINT after a while; returns its wait status. */
 static int interrupt_after(char *const *argv, long microseconds) {
   fflush(NULL);
   const pid_t child = fork();
@@ -327,6 +327,7 @@ static int interrupt_after(char *const *argv, long microseconds) {
     _exit(127);
   }
 
+  // the moment decides how far the command has come
   const struct timespec pause = {0, 1000 * microseconds};
   nanosleep(&pause, NULL);
   kill(child, SIGINT);

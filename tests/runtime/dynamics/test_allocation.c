@@ -56,7 +56,7 @@ void __wrap_free(void *memory) {
 
 enum { RANK = 6 };
 
-/* Every call that a running simulation makes, failures and fallbacks included. */
+/* Makes every call that a running simulation makes, failures and fallbacks included. */
 static void use(const thrum_model *model, thrum_state *state) {
   static const double q[RANK] = {0.3, -0.1, 0.15, 0.05, -0.04, 0.02};
   static const double huge[RANK] = {1e250};

@@ -1,5 +1,5 @@
-/* The integrators against theorems: observed order, the ends of IMEXv against independent
- * implementations, time reversal, impulses, and Newmark's well-known equivalences.
+/* The integrators are tested against theorems: observed order, the ends of IMEXv against
+ * independent implementations, time reversal, impulses, and Newmark's well-known equivalences.
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/state_support.h"
 #include "thrum/polynomial.h"
@@ -25,7 +25,7 @@ static thrum_state_def make_def(thrum_integrator integrator) {
 
 /* --- order ------------------------------------------------------------------------------------ */
 
-/* Largest errors over eight equal times up to the end: of the solution and of the energy. */
+/* The largest errors of the solution and of the energy at eight times at equal distances. */
 typedef struct errors {
   double solution, energy;
 } errors;
@@ -42,7 +42,7 @@ static double energy_of(const thrum_model *model, const double *q, const double 
   return energy;
 }
 
-/* Reference solution at the sample times: samples x rank. */
+/* Computes the reference solution at the sample times: samples x rank. */
 static void reference(const thrum_model *model, const thrum_state_def *def, const test_load *load,
                       double q[SAMPLES][RANK], double p[SAMPLES][RANK]) {
   enum { SUBSTEPS = 400 };
@@ -61,29 +61,36 @@ static errors run_errors(const thrum_model *model, thrum_state_def def, const te
                          int64_t steps_a_sample, double q_ref[SAMPLES][RANK],
                          double p_ref[SAMPLES][RANK]) {
   def.dt = duration / SAMPLES / (double)steps_a_sample;
+
   thrum_state *state = state_make(model, &def);
   state_put(model, state, start_q, start_p);
   errors worst = {0, 0};
   for (int64_t k = 0; k < SAMPLES * steps_a_sample; k++) {
+    // the load of a step is its exact mean over the step
     double f[RANK], q[RANK], p[RANK];
     for (int64_t i = 0; i < RANK; i++)
       f[i] = test_load_mean(load, i, (double)k * def.dt, (double)(k + 1) * def.dt);
     state_push(model, state, f);
     state_steps(model, state, 1);
+
+    // errors are taken where the reference has a sample
     if ((k + 1) % steps_a_sample != 0)
       continue;
+
     const int64_t s = k / steps_a_sample;
     state_read(model, state, q, p);
     worst.solution = fmax(worst.solution, fmax(largest_difference(q, q_ref[s], RANK),
                                                largest_difference(p, p_ref[s], RANK)));
+
     const double energy = energy_of(model, q_ref[s], p_ref[s]);
     worst.energy = fmax(worst.energy, fabs(state_energy(model, state).total - energy));
   }
+
   state_free(state);
   return worst;
 }
 
-/* Orders from two halvings of dt, of which the lower counts. */
+/* Computes the orders from two halvings of dt, of which the lower counts. */
 static errors observed_order(const thrum_model *model, const thrum_state_def *def,
                              const test_load *load) {
   double q_ref[SAMPLES][RANK], p_ref[SAMPLES][RANK];
@@ -102,6 +109,8 @@ static void expect_order_two(thrum_integrator integrator, thrum_split_form form,
                              double newmark_beta) {
   random_model m;
   make_model(&m);
+
+  // a free body and a loaded one, undamped and with every kind of damping
   static const test_load loads[2] = {{0, 1}, {1.5, 2.3}};
   static const struct {
     double alpha, beta;
@@ -110,6 +119,7 @@ static void expect_order_two(thrum_integrator integrator, thrum_split_form form,
                   {0.4, 0.01, THRUM_DAMPING_REST},
                   {0.0, 0.02, THRUM_DAMPING_REST},
                   {0.4, 0.01, THRUM_DAMPING_TANGENT}};
+
   for (int l = 0; l < 2; l++)
     for (int d = 0; d < 4; d++) {
       thrum_state_def def = make_def(integrator);
@@ -118,13 +128,16 @@ static void expect_order_two(thrum_integrator integrator, thrum_split_form form,
       def.damping_alpha = damping[d].alpha;
       def.damping_beta = damping[d].beta;
       def.damping_form = damping[d].form;
+
       const errors order = observed_order(&m.model, &def, &loads[l]);
+
       // energy of a free, undamped body is conserved: there is no error to have an order
       const int kept = integrator == THRUM_INTEGRATOR_ENERGY && l == 0 && d == 0;
       if (!(order.solution > 1.9 && order.solution < 2.2 && (kept || order.energy > 1.9)))
         fail_msg("%s, load %d, damping %d: order %.3f in the solution, %.3f in the energy",
                  thrum_integrator_name(integrator), l, d, order.solution, order.energy);
     }
+
   random_model_free(&m);
 }
 
@@ -192,13 +205,15 @@ static void eliminate(int64_t n, double a[RANK][RANK], double *b) {
   }
 }
 
-/* One step of (2)-(5) written out plainly: position form of the explicit modes with p at the same
- * time as q, rest damping, load means f_before and f. */
+/* Makes one step of (2)-(5) as they are written: position form of the explicit modes with p at the
+ * same time as q, rest damping, load means f_before and f. */
 static void plain_step(const thrum_model *model, const thrum_state_def *def, int64_t split,
                        double *q, double *p_minus, const double *f_before, const double *f,
                        double *work) {
   const double h = def->dt;
   double force[RANK], d[RANK], q_next[RANK], p_plus[RANK];
+
+  // the kick and the drift of the explicit modes
   thrum_internal_force(model, q, force, work);
   for (int64_t i = 0; i < RANK; i++) {
     d[i] = def->damping_alpha + def->damping_beta * model->omega2[i];
@@ -210,6 +225,7 @@ static void plain_step(const thrum_model *model, const thrum_state_def *def, int
       q_next[i] = q[i] + h * p_plus[i];
     }
   }
+
   // full Newton on the implicit modes, always twelve iterations
   double middle[RANK], tangent[RANK * RANK];
   for (int iteration = 0; iteration < 13; iteration++) {
@@ -218,6 +234,8 @@ static void plain_step(const thrum_model *model, const thrum_state_def *def, int
       middle[i] = (q[i] + q_next[i]) / 2;
     thrum_internal_force(model, middle, force, work);
     thrum_tangent_stiffness(model, middle, tangent, work);
+
+    // the residual and the Jacobian of the implicit modes alone
     for (int64_t i = split; i < RANK; i++) {
       b[i - split] = q_next[i] - q[i] - h * p_plus[i] +
                      h * h / 2 * (force[i] + d[i] * (q_next[i] - q[i]) / h - f[i]);
@@ -225,12 +243,16 @@ static void plain_step(const thrum_model *model, const thrum_state_def *def, int
         a[i - split][j - split] =
             h * h / 4 * tangent[i * RANK + j] + (i == j ? 1 + h / 2 * d[i] : 0);
     }
+
+    // the last pass only computes the force at the solution
     if (iteration == 12)
       break;
     eliminate(RANK - split, a, b);
     for (int64_t i = split; i < RANK; i++)
       q_next[i] -= b[i - split];
   }
+
+  // the momenta of the implicit modes are kicked by the force of the middle
   for (int64_t i = 0; i < RANK; i++) {
     p_minus[i] = p_plus[i];
     if (i >= split)
@@ -365,7 +387,7 @@ static void ends_of_imexv_are_verlet_and_midpoint_bit_for_bit(void **context) {
 /* --- equivalences of Newmark -------------------------------------------------------------------
  */
 
-/* Largest difference of q and p over 300 loaded steps, relative to nothing: |q| and |p| are about
+/* Computes the largest absolute difference of q and p over 300 loaded steps; |q| and |p| are about
  * one. */
 static double difference_of(const thrum_model *model, const thrum_state_def *a,
                             const thrum_state_def *b) {
@@ -373,6 +395,7 @@ static double difference_of(const thrum_model *model, const thrum_state_def *a,
   double q[2][RANK], p[2][RANK], worst = 0;
   random_state random = {9};
 
+  // the same start and loads for both
   for (int s = 0; s < 2; s++)
     state_put(model, states[s], start_q, start_p);
   for (int k = 0; k < 300; k++) {

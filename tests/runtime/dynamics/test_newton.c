@@ -28,6 +28,7 @@ static int iterations_of(thrum_integrator integrator, int32_t split, double dt, 
   def.iterations_max = most;
   def.adaptive = def.fallback = 0;
 
+  // without fallback and monitor the counter is that of the one solve
   thrum_state *state = state_make(&m.model, &def);
   state_put(&m.model, state, start_q, start_p);
   const thrum_status status = thrum_step(&m.model, state, NULL);
@@ -63,8 +64,8 @@ static void newmark_under_tangent_damping_is_solved_by_either(void **context) {
     }
 }
 
-/* The scaled residual of Newmark's equation (design 6) for the step from q, p and a that `state`
- * has taken under the load f, over what the solve allows. */
+/* Computes the scaled residual of Newmark's equation (design 6) for the step from q, p and a that
+ * `state` has taken under the load f, over what the solve allows. */
 static double residual_of(const random_model *m, thrum_state *state, const thrum_state_def *def,
                           const double *q, const double *p, const double *a, const double *f,
                           double *work) {

@@ -34,6 +34,7 @@ static void plain_step(const thrum_model *model, const thrum_state_def *def, dou
     const double kappa = i < def->explicit_count ? 0 : model->omega2[i];
     const double d = def->damping_alpha + def->damping_beta * model->omega2[i];
 
+    // the mean of the loads before and after, as the step lies between them
     const double load = (f_before[i] + f[i]) / 2;
     const double plus =
         (p[i] * (1 - h * d / 2) - h * (force[i] - kappa * q[i] - load)) / (1 + h * d / 2);

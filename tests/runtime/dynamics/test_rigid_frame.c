@@ -151,8 +151,8 @@ static void a_body_hung_by_a_pull_is_a_pendulum(void **state) {
   rig_free(&r);
 }
 
-/* One point off the centre meets a smooth floor: the impulse j of 2 v = j (1/m + (r x n) J^-1 (r x
- * n)). */
+/* One point off the centre meets a smooth floor: the impulse j follows from
+ * 2 v = j (1/m + (r x n) J^-1 (r x n)). */
 static void an_impact_off_the_centre_turns_the_body(void **state) {
   (void)state;
   // a spring that stiff feels the arc that its point goes along in a step
@@ -242,7 +242,7 @@ static void the_account_counts_the_turning(void **state) {
   }
 }
 
-/* A block of these half sides on a rough slope topples where tan(angle) > width / height. */
+/* Returns whether a block topples. On a rough slope it does where tan(angle) > width / height. */
 static bool topples(double angle) {
   const double width = 0.1, height = 0.3;
   rig_def def = rig_default();

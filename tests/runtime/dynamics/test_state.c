@@ -530,7 +530,7 @@ static void a_new_dt_brings_its_own_split_and_keeps_the_motion(void **context) {
 /* --- snapshots and determinism -----------------------------------------------------------------
  */
 
-/* Steps under a load that changes every step. */
+/* Makes `count` steps under a load that changes every step. */
 static void run(const thrum_model *model, thrum_state *state, uint64_t seed, int count) {
   random_state random = {seed};
   for (int k = 0; k < count; k++) {
