@@ -87,6 +87,7 @@ static int32_t read_hex(reader *r) {
   if (r->end - r->at < 4)
     return -1;
 
+  // both cases of the letters are allowed
   for (int n = 0; n < 4; n++, r->at++) {
     const char c = *r->at;
     const int digit = c >= '0' && c <= '9'   ? c - '0'

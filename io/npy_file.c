@@ -74,7 +74,6 @@ thrum_status thrum_npy_read_f8(const char *path, double **values, int64_t *rows,
 
   // the parsed data lies inside the file's bytes, which are freed
   double *copy = NULL;
-
   if (status == THRUM_OK) {
     copy = malloc(npy.size > 0 ? npy.size : 1);
     if (copy == NULL)

@@ -197,13 +197,12 @@ static thrum_status write_file(const char *path, const file_plan *plan, thrum_er
     return status;
   for (int i = 0; i < plan->count && status == THRUM_OK; i++)
     status = write_member(&writer, &plan->members[i], error);
-
   if (status == THRUM_OK)
     status = write_directory(&writer, plan, error);
 
+  // the target keeps its old contents unless all was written
   if (status == THRUM_OK)
     return thrum_file_writer_commit(&writer, error);
-
   thrum_file_writer_abandon(&writer);
   return status;
 }

@@ -1,5 +1,5 @@
-/* Finds out which file a path means and whether it can be written. SPDX-License-Identifier:
- * Apache-2.0 */
+/* Finds out which file a path means and whether it can be written.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "io/paths.h"
 
 #include <stdbool.h>

@@ -87,6 +87,7 @@ static const void *values_of(const vtu_grid *grid, int64_t n, int64_t first, int
     memset(chunk, VTK_TETRA, CHUNK);
     return chunk;
   default: {
+    // arrays without values are made when they are written, so that only one is in memory
     const void *values = grid->arrays[n - GRID_ARRAYS].values;
     if (values == NULL)
       values = grid->make_values(grid->context, n - GRID_ARRAYS);

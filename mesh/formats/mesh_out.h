@@ -1,4 +1,4 @@
-/* What the mesh writers share: a file being written, and the names of groups and regions.
+/* The mesh writers share the file being written and the names of groups and regions.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_MESH_FORMATS_MESH_OUT_H
@@ -13,7 +13,7 @@ typedef struct thrum_mesh_write_options {
   int msh_version; /* .msh: 41 (also 0) or 22 */
 } thrum_mesh_write_options;
 
-/* What the format had no place for, counted. */
+/* Counts of the parts of a mesh that the format has no place for. */
 typedef struct thrum_mesh_lost {
   int64_t groups;    /* left out */
   int64_t names;     /* of groups that are there, under a number or a changed name */
@@ -42,8 +42,8 @@ void thrum_out_number(thrum_mesh_out *out, double value);
 /* Three numbers with `separator` between them. */
 void thrum_out_vertex(thrum_mesh_out *out, const double position[3], const char *separator);
 
-/* What a writer works on. `region_group` of each region: the group with just its vertices, -1 none;
- * `group_region` is the other way round. */
+/* The mesh that a writer writes. `region_group` of each region: the group with just its vertices,
+ * -1 none; `group_region` is the other way round. */
 typedef struct thrum_mesh_written {
   const thrum_mesh *mesh;
   thrum_mesh_write_options options;

@@ -436,6 +436,8 @@ static thrum_status read_material(inp_reader *r, const inp_keyword *keyword) {
   if (r->material_count == SECTIONS_MAX)
     return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error, "more than %d materials",
                            SECTIONS_MAX);
+
+  // sections name materials, so their names must be unique
   for (int64_t i = 0; i < r->material_count; i++)
     if (same(r->materials[i].name, material.name))
       return fail(r, "this material comes twice");
@@ -487,6 +489,8 @@ static thrum_status read_section(inp_reader *r, const inp_keyword *keyword) {
                                r->text.line};
   if (section.set.length == 0 || section.material.length == 0)
     return fail(r, "*SOLID SECTION needs ELSET=SET and MATERIAL=NAME");
+
+  // the names are resolved at the end, since sets and materials may follow
   if (r->section_count == SECTIONS_MAX)
     return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error, "more than %d sections",
                            SECTIONS_MAX);

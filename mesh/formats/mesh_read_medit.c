@@ -1,5 +1,5 @@
-/* Medit .mesh files in ASCII: Vertices, Tetrahedra, and, as groups, what is marked in Vertices,
- * Edges, Triangles and Quadrilaterals. A file is one stream of words: a keyword, a count, and as
+/* Reads Medit .mesh files in ASCII: Vertices and Tetrahedra, and the marked Vertices, Edges,
+ * Triangles and Quadrilaterals as groups. A file is one stream of words: a keyword, a count, and as
  * many records, each ended by a reference. References of tetrahedra other than 0 are regions;
  * those of the rest are the groups vertices_N, edges_N, triangles_N, quadrilaterals_N, and of
  * several regions tetrahedra_N. Other keywords are passed over. Cost: linear in the file.
@@ -25,7 +25,7 @@ typedef struct medit_reader {
 typedef struct medit_kind {
   const char *keyword;
   int corners;
-  const char *list; /* what its references are called; NULL: passed over or refused */
+  const char *list; /* first part of the names of its groups; NULL: passed over or refused */
 } medit_kind;
 
 static const medit_kind KINDS[] = {{"Vertices", 0, "vertices"},
@@ -53,7 +53,7 @@ static thrum_status integer(medit_reader *r, const char *what, int64_t low, int6
   return thrum_text_integer(&r->text, what, low, high, value, r->error);
 }
 
-/* A reference; some programs write it as 1.0 or leave the type wide, but it is whole. */
+/* Reads a reference, which is always a whole number. */
 static thrum_status reference(medit_reader *r, int64_t *value) {
   return integer(r, "a reference", INT32_MIN, INT32_MAX, value);
 }
@@ -107,6 +107,7 @@ static thrum_status read_kind(medit_reader *r, const medit_kind *kind) {
                                         "Tetrahedra alone",
                                         kind->keyword);
 
+  // vertices are numbered by their order, so a second list of them would be ambiguous
   bool *seen = kind->corners == 0                         ? &r->has_vertices
                : strcmp(kind->keyword, "Tetrahedra") == 0 ? &r->has_tets
                                                           : NULL;
@@ -120,7 +121,7 @@ static thrum_status read_kind(medit_reader *r, const medit_kind *kind) {
   return THRUM_OK;
 }
 
-/* Passes over the words of a keyword that is not ours, up to the next keyword. */
+/* Passes over the numbers of an unknown keyword, up to the next keyword. */
 static void skip_numbers(medit_reader *r) {
   const char *word;
   size_t length;
@@ -135,7 +136,7 @@ static void skip_numbers(medit_reader *r) {
   }
 }
 
-/* One keyword and what belongs to it; *more is false at the end. */
+/* Reads one keyword and its records; *more is false at the end. */
 static thrum_status read_keyword(medit_reader *r, bool *more) {
   const char *word = "";
   size_t length = 0;
@@ -145,10 +146,12 @@ static thrum_status read_keyword(medit_reader *r, bool *more) {
       return THRUM_OK;
     }
 
+  // most keywords differ only in the number of vertices of a record
   for (size_t i = 0; i < sizeof KINDS / sizeof *KINDS; i++)
     if (thrum_text_equals(word, length, KINDS[i].keyword))
       return read_kind(r, &KINDS[i]);
 
+  // a flat mesh has no volume to simulate
   int64_t dimension = 0;
   if (thrum_text_equals(word, length, "Dimension")) {
     THRUM_TRY(integer(r, "the dimension", 2, 3, &dimension));
@@ -177,6 +180,8 @@ static thrum_status read_header(medit_reader *r) {
   size_t length = 0;
   if (thrum_text_next_line(&r->text))
     thrum_text_word(&r->text, &word, &length);
+
+  // the first word tells a Medit mesh from other files that end in .mesh
   if (length == 0)
     return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
                            "there is no MeshVersionFormatted; is it a Medit mesh in ASCII?");
@@ -185,11 +190,12 @@ static thrum_status read_header(medit_reader *r) {
         &r->text, THRUM_BAD_FORMAT, r->error,
         "expected MeshVersionFormatted, found '%s'; is it a Medit mesh in ASCII?",
         thrum_text_excerpt(word, length).text);
+
   int64_t version = 0;
   return integer(r, "the version", 0, 4, &version);
 }
 
-/* Of several regions each is a group too. */
+/* Makes a group of each region if there are several. */
 static thrum_status add_regions(medit_reader *r, thrum_mesh *mesh) {
   const thrum_mesh_builder *b = &r->builder;
   for (int64_t i = 0; i < mesh->region_count && mesh->region_count > 1; i++) {
@@ -212,13 +218,17 @@ thrum_status thrum_mesh_parse_medit(const char *name, const void *data, size_t s
     status = read_header(&r);
   while (status >= 0 && more)
     status = read_keyword(&r, &more);
+
+  // a file without either list is no volume mesh or was cut short
   if (status >= 0 && (!r.has_vertices || !r.has_tets))
     status = thrum_text_fail(&r.text, THRUM_MISSING, error, "there are no %s; is the file whole?",
                              r.has_vertices ? "Tetrahedra" : "Vertices");
+
   if (status >= 0)
     status = thrum_builder_finish(&r.builder, name, &read);
   if (status >= 0)
     status = add_regions(&r, &read);
+
   thrum_builder_free(&r.builder);
   if (status >= 0)
     *mesh = read;

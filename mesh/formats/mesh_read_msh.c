@@ -1,4 +1,4 @@
-/* Gmsh .msh files, versions 2.2 and 4.1, in ASCII (groups, nodes and elements in
+/* Reads Gmsh .msh files, versions 2.2 and 4.1, in ASCII (groups, nodes and elements in
  * mesh_read_msh_groups.c, _nodes.c and _elements.c; binary sections in mesh_read_msh_binary.c):
  * $PhysicalNames, $Entities, $Nodes, $Elements; other sections are passed over. Tetrahedra (type 4)
  * are the mesh. Physical volumes are its regions; physical groups of any dimension are vertex
@@ -18,6 +18,7 @@
 
 static thrum_status read_format(msh_reader *r) {
   THRUM_TRY(thrum_msh_line(r, "the version"));
+
   double version = 0;
   int64_t binary = 0, size = 8;
   THRUM_TRY(thrum_text_number(&r->text, "the version", &version, r->error));
@@ -42,6 +43,8 @@ static thrum_status end_section(msh_reader *r, const char *name, size_t length, 
     if ((size_t)(r->text.end - line) == length + 4 && memcmp(line, "$End", 4) == 0 &&
         memcmp(line + 4, name, length) == 0)
       return THRUM_OK;
+
+    // a section that was read must end here, otherwise its count is wrong
     if (!skip)
       return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
                              "expected $End%s, found '%s'; is a count too small?",
@@ -109,6 +112,7 @@ static thrum_status read_section(msh_reader *r) {
                            r->version ? "a section such as $Nodes" : "$MeshFormat",
                            thrum_text_excerpt(start, length).text);
 
+  // the parts of a partitioned mesh repeat entities under other tags
   if (thrum_text_equals(start, length, "$PartitionedEntities"))
     return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
                            "partitioned meshes are not supported; save it unpartitioned");
@@ -122,12 +126,14 @@ static thrum_status read_section(msh_reader *r) {
   return end_section(r, start + 1, length - 1, true);
 }
 
-/* Keeps the first of tets that come several times; their groups have all of them already. */
+/* Keeps the first of repeated tets; their vertices are in all of their physical groups already. */
 static thrum_status join_repeats(msh_reader *r) {
   thrum_mesh *m = &r->mesh;
   int64_t *earlier = thrum_mesh_tet_repeats(m), kept = 0;
   if (!earlier)
     return thrum_msh_no_memory(r);
+
+  // the tets that are kept move up, with their lines and regions
   for (int64_t t = 0; t < m->tet_count; t++) {
     if (earlier[t] >= 0)
       continue;
@@ -135,27 +141,27 @@ static thrum_status join_repeats(msh_reader *r) {
     m->tet_line[kept] = m->tet_line[t];
     m->tet_region[kept++] = m->tet_region[t];
   }
+
   m->tet_count = kept;
   free(earlier);
   return THRUM_OK;
 }
 
-/* Regions: the physical volumes that tets are in, and one for tets in none. */
+/* Numbers the regions: the physical volumes that tets are in, and one region for tets in none. */
 static thrum_status number_regions(msh_reader *r) {
   thrum_mesh *m = &r->mesh;
   int32_t *region = malloc((size_t)(r->physical_count + 1) * sizeof *region);
   if (!region)
     return thrum_msh_no_memory(r);
 
-  // which physical volumes tets are in; entry 0 stands for none
+  // mark the physical volumes that have tets; entry 0 stands for tets in none
   for (int64_t i = 0; i <= r->physical_count; i++)
     region[i] = -1;
   for (int64_t t = 0; t < m->tet_count; t++)
     region[m->tet_region[t] + 1] = 0;
 
+  // regions are numbered in the order of the physical groups
   for (int64_t i = 0; i <= r->physical_count; i++)
-
-    // in the order of the physical groups
     if (region[i] == 0)
       region[i] = (int32_t)m->region_count++;
 
@@ -163,6 +169,7 @@ static thrum_status number_regions(msh_reader *r) {
     m->tet_region[t] = region[m->tet_region[t] + 1];
   free(region);
 
+  // materials come from the user, but each region has a place for one
   m->region_count = m->region_count > 0 ? m->region_count : 1;
   m->materials = calloc((size_t)m->region_count, sizeof *m->materials);
   return m->materials ? THRUM_OK : thrum_msh_no_memory(r);
@@ -174,6 +181,7 @@ static thrum_status take_nodes(msh_reader *r) {
   m->file_number = malloc(((size_t)r->node_count + 1) * sizeof *m->file_number);
   if (!m->vertices || !m->file_number)
     return thrum_msh_no_memory(r);
+
   m->vertex_count = m->file_vertex_count = r->node_count;
   for (int64_t i = 0; i < r->node_count; i++) {
     memcpy(m->vertices + 3 * i, r->nodes[i].position, 3 * sizeof(double));
@@ -196,12 +204,16 @@ static thrum_status add_groups(msh_reader *r) {
 static thrum_status read_all(msh_reader *r) {
   while (thrum_text_next_line(&r->text))
     THRUM_TRY(read_section(r));
+
+  // a mesh needs both sections, whatever else the file has
   if ((!r->has_nodes || !r->has_elements))
     return thrum_text_fail(&r->text, THRUM_MISSING, r->error,
                            "there is no $%s section; is it a Gmsh mesh, and is it whole?",
                            !r->version    ? "MeshFormat"
                            : r->has_nodes ? "Elements"
                                           : "Nodes");
+
+  // repeats are joined before the regions are numbered, so that they count once
   THRUM_TRY(join_repeats(r));
   THRUM_TRY(number_regions(r));
   THRUM_TRY(take_nodes(r));
@@ -214,8 +226,10 @@ thrum_status thrum_mesh_parse_msh(const char *name, const void *data, size_t siz
   thrum_status status = thrum_text_view(name, data, size, 0, 0, &r.text, error);
   if (status < 0)
     return status;
+
   r.physicals = malloc(THRUM_MESH_GROUPS_MAX * sizeof *r.physicals);
   status = r.physicals ? read_all(&r) : thrum_msh_no_memory(&r);
+
   for (int64_t i = 0; i < r.physical_count; i++) {
     free(r.physicals[i].name);
     free(r.physicals[i].vertices);
@@ -226,6 +240,8 @@ thrum_status thrum_mesh_parse_msh(const char *name, const void *data, size_t siz
   free(r.nodes);
   free(r.table);
   thrum_text_close(&r.text);
+
+  // the caller's mesh changes only when all went well
   if (status >= 0)
     *mesh = r.mesh;
   else

@@ -1,5 +1,5 @@
-/* What the files of the Gmsh reader share: its state, and how nodes, physical groups and tets are
- * added to it.
+/* The files of the Gmsh reader share its state and the functions by which nodes, physical groups
+ * and tets are added to it.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_MESH_FORMATS_MESH_READ_MSH_H
@@ -18,7 +18,7 @@ typedef struct msh_physical {
   int32_t *vertices;
 } msh_physical;
 
-/* Of version 4: which physical groups the elements of an entity belong to. */
+/* An entity of version 4, whose elements belong to its physical groups. */
 typedef struct msh_entity {
   int dimension;
   int64_t tag;

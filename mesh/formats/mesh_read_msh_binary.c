@@ -1,5 +1,5 @@
-/* The sections of binary Gmsh files, versions 2.2 and 4.1, of either byte order: $Entities, $Nodes,
- * $Elements; the lines around them are text. Format: Gmsh reference manual,
+/* Reads the sections of binary Gmsh files, versions 2.2 and 4.1, of either byte order: $Entities,
+ * $Nodes, $Elements; the lines around them are text. Format: Gmsh reference manual,
  * https://gmsh.info/doc/texinfo/gmsh.html#MSH-file-format. Cost: linear in the file.
  *
  * SPDX-License-Identifier: Apache-2.0 */
@@ -8,14 +8,14 @@
 
 #include "mesh/formats/mesh_read_msh.h"
 
-/* No element that is read has more nodes; nor has an entity or an element more tags. */
+/* Elements have at most so many nodes, and elements of version 2.2 at most so many tags. */
 enum { NODES_MAX = 64, TAGS_MAX = 1000 };
 
 static thrum_status no_memory(msh_reader *r) {
   return thrum_text_fail(&r->text, THRUM_OUT_OF_MEMORY, r->error, "not enough memory");
 }
 
-/* Bytes read so far are no lines, so messages name what and not where. */
+/* Binary data has no lines, so a message names the line in front of it. */
 static thrum_status fail(msh_reader *r, const char *what) {
   return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
                          "in the binary data behind this line: %s", what);
@@ -28,7 +28,7 @@ static uint64_t take_bits(const msh_reader *r, const unsigned char *bytes, int s
   return bits;
 }
 
-/* The next `size` bytes; NULL when the file ends. */
+/* Takes the next `size` bytes; returns NULL when the file ends before. */
 static const unsigned char *take(msh_reader *r, size_t size) {
   if ((size_t)(r->text.stop - r->text.next) < size)
     return NULL;
@@ -41,14 +41,17 @@ static thrum_status cut_short(msh_reader *r) {
   return fail(r, "the file ends too early; is it cut short?");
 }
 
-/* A whole number of 4 bytes, signed, or of 8. */
+/* Reads a whole number of 4 bytes, which is signed, or of 8. */
 static thrum_status whole(msh_reader *r, int size, int64_t *value) {
   const unsigned char *bytes = take(r, (size_t)size);
   if (!bytes)
     return cut_short(r);
+
+  // a count near 2^63 is damage, and sizes computed from it would overflow
   const uint64_t bits = take_bits(r, bytes, size);
   if (size == 8 && bits > INT64_MAX / 64)
     return fail(r, "a count or a tag is out of range");
+
   *value = size == 8                  ? (int64_t)bits
            : bits < UINT64_C(1) << 31 ? (int64_t)bits
                                       : (int64_t)bits - (INT64_C(1) << 32);
@@ -67,8 +70,10 @@ static thrum_status real(msh_reader *r, double *value) {
 thrum_status thrum_msh_binary_format(msh_reader *r) {
   r->binary = true;
   r->little = true;
+
   int64_t one = 0;
-  // the number 1 tells the order of the bytes
+
+  // the number 1 is written in the order of the bytes of the file
   thrum_status status = whole(r, 4, &one);
   if (status >= 0 && one == 16777216)
     r->little = false;
@@ -77,23 +82,24 @@ thrum_status thrum_msh_binary_format(msh_reader *r) {
   return status;
 }
 
-/* `tag box physicals`, and behind lines, surfaces and volumes what bounds them. */
+/* Reads `tag box physicals`; for curves, surfaces and volumes the bounding entities follow. */
 static thrum_status read_entity(msh_reader *r, int dimension) {
   msh_entity entity = {.dimension = dimension, .first = r->entity_physical_count};
   int64_t bounding = 0, tag = 0;
   THRUM_TRY(whole(r, 4, &entity.tag));
 
-  // the box is passed over
+  // the box serves only the display
   if (!take(r, 8 * (dimension == 0 ? 3 : 6)))
     return cut_short(r);
   THRUM_TRY(whole(r, 8, &entity.count));
 
+  // a tet inherits the physical groups of its volume
   for (int64_t i = 0; i < entity.count; i++) {
     THRUM_TRY(whole(r, 4, &tag));
     THRUM_TRY(thrum_msh_add_entity_physical(r, dimension, tag));
   }
 
-  // the bounding entities are passed over
+  // the bounding entities serve only the geometry
   if (dimension > 0)
     THRUM_TRY(whole(r, 8, &bounding));
   for (int64_t i = 0; i < bounding; i++)
@@ -134,7 +140,7 @@ static thrum_status read_tag(msh_reader *r, int size) {
   return THRUM_OK;
 }
 
-/* The line of the count, which is text in version 2. */
+/* Reads the line of the count, which is text in version 2. */
 static thrum_status count_line(msh_reader *r, int64_t *count) {
   if (!thrum_text_next_line(&r->text))
     return cut_short(r);
@@ -159,10 +165,12 @@ static thrum_status read_node_block(msh_reader *r) {
   THRUM_TRY(whole(r, 4, &entity));
   THRUM_TRY(whole(r, 4, &parametric));
   THRUM_TRY(whole(r, 8, &count));
+
+  // the dimension is the number of parameters of a parametric node
   if ((dimension < 0 || dimension > 3 || parametric < 0 || parametric > 1))
     return fail(r, "a block of nodes has no dimension from 0 to 3");
 
-  // tags first, then as many positions, perhaps with parameters behind
+  // all tags come before all positions
   for (int64_t i = 0; i < count; i++)
     THRUM_TRY(read_tag(r, 8));
   for (int64_t i = 0; i < count; i++) {
@@ -173,7 +181,7 @@ static thrum_status read_node_block(msh_reader *r) {
   return THRUM_OK;
 }
 
-/* Blocks, items, least and greatest tag. */
+/* Reads the numbers of blocks and items; the least and the greatest tag are passed over. */
 static thrum_status read_block_header(msh_reader *r, int64_t *blocks, int64_t *items) {
   int64_t tag = 0;
   THRUM_TRY(whole(r, 8, blocks));
@@ -195,7 +203,7 @@ thrum_status thrum_msh_binary_nodes(msh_reader *r) {
   return THRUM_OK;
 }
 
-/* Nodes of an element type below dimension 3, and of a tet; 0 for others. */
+/* Returns the number of nodes of an element type below dimension 3 or of a tet; 0 for others. */
 static int node_count(int64_t type) {
   static const unsigned char counts[] = {0, 2, 3, 4, 4, 0, 0,  0,  3,  6,  9,  0, 0, 0, 0,
                                          1, 8, 0, 0, 0, 9, 10, 12, 15, 15, 21, 4, 5, 6};
@@ -209,7 +217,7 @@ static thrum_status check_element(msh_reader *r, int64_t type, int dimension) {
   return THRUM_OK;
 }
 
-/* The nodes of one element, of `size` bytes each, which is in these physical groups. */
+/* Reads the nodes of an element, of `size` bytes each, and adds them to its physical groups. */
 static thrum_status read_element(msh_reader *r, int64_t type, int size, const int32_t *physicals,
                                  int64_t physical_count) {
   int32_t nodes[NODES_MAX];
@@ -217,10 +225,13 @@ static thrum_status read_element(msh_reader *r, int64_t type, int size, const in
   for (int n = 0; n < count; n++) {
     int64_t tag = 0;
     THRUM_TRY(whole(r, size, &tag));
-    // what is in no group serves nothing
+
+    // nodes of elements in no group are not needed
     if ((type == MSH_TET || physical_count > 0))
       THRUM_TRY(thrum_msh_node_index(r, tag, &nodes[n]));
   }
+
+  // a tet in several physical volumes belongs to the region of the first
   if (type == MSH_TET)
     THRUM_TRY(thrum_msh_add_tet(r, nodes, physical_count > 0 ? physicals[0] : MSH_NO_PHYSICAL));
   for (int64_t p = 0; p < physical_count; p++)
@@ -228,18 +239,19 @@ static thrum_status read_element(msh_reader *r, int64_t type, int size, const in
   return THRUM_OK;
 }
 
-/* Of version 2: elements of one type stand behind `type count tags`. */
+/* Reads the elements of version 2: those of one type follow `type count tags`. */
 static thrum_status read_elements_2(msh_reader *r) {
   int64_t total = 0, read = 0;
   THRUM_TRY(count_line(r, &total));
   while (read < total) {
-    // blocks of one type each
+    // each block has its own header
     int64_t type = 0, count = 0, tags = 0;
     THRUM_TRY(whole(r, 4, &type));
     THRUM_TRY(whole(r, 4, &count));
     THRUM_TRY(whole(r, 4, &tags));
     THRUM_TRY(check_element(r, type, thrum_msh_type_dimension(type)));
 
+    // damaged counts would make the loop read on through the file
     if ((count < 1 || tags < 0 || tags > TAGS_MAX || count > total - read))
       return fail(r, "a block of elements has impossible counts");
 
@@ -247,7 +259,7 @@ static thrum_status read_elements_2(msh_reader *r) {
       int64_t number = 0, tag = 0, physical = 0, index = 0;
       THRUM_TRY(whole(r, 4, &number));
 
-      // the first tag is the physical group, its sign a direction
+      // the first tag is the physical group; its sign is only an orientation
       for (int64_t k = 0; k < tags; k++) {
         THRUM_TRY(whole(r, 4, &tag));
         physical = k == 0 ? (tag < 0 ? -tag : tag) : physical;

@@ -1,11 +1,11 @@
-/* $Elements of a Gmsh file, in text, see mesh_read_msh.c.
+/* Reads $Elements of a Gmsh file in text; see mesh_read_msh.c.
  * SPDX-License-Identifier: Apache-2.0 */
 #include <string.h>
 
 #include "mesh/formats/mesh_read_msh.h"
 #include "mesh/mesh_grow.h"
 
-/* Dimension of an element type, -1 when it is unknown. */
+/* Returns the dimension of an element type, -1 when it is unknown. */
 int thrum_msh_type_dimension(int64_t type) {
   static const signed char dimensions[] = {-1, 1, 2, 2, 3, 3, 3, 3, 1, 2, 2, 3, 3, 3, 3, 0,
                                            2,  3, 3, 3, 2, 2, 2, 2, 2, 2, 1, 1, 1, 3, 3, 3};
@@ -30,7 +30,7 @@ thrum_status thrum_msh_add_tet(msh_reader *r, const int32_t tet[4], int64_t phys
   thrum_mesh *m = &r->mesh;
   int64_t t = m->tet_count;
 
-  // what has grown is kept even where the next array cannot grow
+  // each array is stored at once, so that it is freed even if the next one cannot grow
   int32_t *tets = thrum_mesh_grow(m->tets, &r->tet_capacity, t + 1, 4 * sizeof *tets);
   m->tets = tets ? tets : m->tets;
   int64_t *lines = thrum_mesh_grow(m->tet_line, &r->line_capacity, t + 1, sizeof *lines);
@@ -41,6 +41,7 @@ thrum_status thrum_msh_add_tet(msh_reader *r, const int32_t tet[4], int64_t phys
   if (!tets || !lines || !regions)
     return thrum_msh_no_memory(r);
 
+  // lines and regions go with the tets, for messages and materials
   memcpy(tets + 4 * t, tet, 4 * sizeof *tet);
   lines[t] = r->text.line;
   regions[t] = (int32_t)physical;
@@ -48,11 +49,13 @@ thrum_status thrum_msh_add_tet(msh_reader *r, const int32_t tet[4], int64_t phys
   return THRUM_OK;
 }
 
-/* The nodes of one element, which is in these physical groups. */
+/* Reads the nodes of an element and adds them to its physical groups. */
 static thrum_status read_element_nodes(msh_reader *r, int64_t type, const int32_t *physicals,
                                        int64_t physical_count) {
   int32_t nodes[4] = {0};
   int count = 0;
+
+  // a tet in several physical volumes belongs to the region of the first
   if (type == MSH_TET) {
     for (; count < 4; count++)
       THRUM_TRY(thrum_msh_read_node(r, &nodes[count]));
@@ -62,7 +65,8 @@ static thrum_status read_element_nodes(msh_reader *r, int64_t type, const int32_
       THRUM_TRY(thrum_msh_add_to_physical(r, physicals[p], nodes, 4));
     return THRUM_OK;
   }
-  // others only serve their groups
+
+  // elements below dimension 3 matter only as members of groups
   while (physical_count > 0 && thrum_text_more(&r->text)) {
     THRUM_TRY(thrum_msh_read_node(r, &nodes[0]));
     for (int64_t p = 0; p < physical_count; p++)
@@ -71,7 +75,8 @@ static thrum_status read_element_nodes(msh_reader *r, int64_t type, const int32_
   return THRUM_OK;
 }
 
-/* `number type tag_count tags... nodes...`; the first tag is the physical group, 0 for none. */
+/* Reads `number type tag_count tags... nodes...`; the first tag is the physical group, 0 for none.
+ */
 static thrum_status read_element_2(msh_reader *r) {
   int64_t number = 0, type = 0, tags = 0, physical = 0, index = 0;
   THRUM_TRY(thrum_msh_line(r, "the last element"));
@@ -80,7 +85,7 @@ static thrum_status read_element_2(msh_reader *r) {
   THRUM_TRY(thrum_msh_check_type(r, type, thrum_msh_type_dimension(type)));
   THRUM_TRY(thrum_msh_integer(r, "the number of tags", 0, &tags));
 
-  // the first tag is the physical group, its sign a direction
+  // the first tag is the physical group; its sign is only an orientation
   for (int64_t i = 0; i < tags; i++) {
     int64_t tag = 0;
     THRUM_TRY(thrum_text_integer(&r->text, "a tag", -INT64_MAX, INT64_MAX, &tag, r->error));
@@ -117,6 +122,7 @@ static thrum_status read_element_block(msh_reader *r, int64_t *items) {
 
 thrum_status thrum_msh_text_elements(msh_reader *r) {
   int64_t count = 0, blocks = 0, items = 0;
+
   if (r->version == 2) {
     THRUM_TRY(thrum_msh_line(r, "the number of elements"));
     THRUM_TRY(thrum_msh_integer(r, "the number of elements", 0, &count));

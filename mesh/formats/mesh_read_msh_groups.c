@@ -1,4 +1,5 @@
-/* $PhysicalNames and $Entities of a Gmsh file: its physical groups, see mesh_read_msh.c.
+/* Reads $PhysicalNames and $Entities of a Gmsh file, which define its physical groups; see
+ * mesh_read_msh.c.
  * SPDX-License-Identifier: Apache-2.0 */
 #include <stdlib.h>
 #include <string.h>
@@ -7,16 +8,17 @@
 #include "mesh/mesh_groups.h"
 #include "mesh/mesh_grow.h"
 
-/* Index of a physical group, added when it is new. */
+/* Finds the index of a physical group, which is added when it is new. */
 thrum_status thrum_msh_find_physical(msh_reader *r, int dimension, int64_t tag, int64_t *index) {
   for (int64_t step = 0; step < r->physical_count; step++) {
-    // the one found last comes first: elements of a group stand together
+    // the last one found is tried first, since elements of a group stand together
     int64_t i = (r->last_physical + step) % r->physical_count;
     if (r->physicals[i].tag == tag && r->physicals[i].dimension == dimension) {
       *index = r->last_physical = i;
       return THRUM_OK;
     }
   }
+
   if (r->physical_count == THRUM_MESH_GROUPS_MAX)
     return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error, "more than %d physical groups",
                            THRUM_MESH_GROUPS_MAX);
@@ -37,7 +39,7 @@ thrum_status thrum_msh_add_to_physical(msh_reader *r, int64_t index, const int32
   return THRUM_OK;
 }
 
-/* `dimension tag "name"` */
+/* Reads `dimension tag "name"`. */
 static thrum_status read_physical_name(msh_reader *r) {
   int64_t dimension = 0, tag = 0, index = 0;
   THRUM_TRY(thrum_msh_line(r, "the last physical name"));
@@ -45,7 +47,7 @@ static thrum_status read_physical_name(msh_reader *r) {
   THRUM_TRY(thrum_msh_integer(r, "the tag of the physical group", 1, &tag));
   THRUM_TRY(thrum_msh_find_physical(r, (int)dimension, tag, &index));
 
-  // the name is the rest of the line, usually in quotes
+  // the name may hold blanks, so it is the rest of the line, usually in quotes
   thrum_text_more(&r->text);
   const char *start = r->text.at, *end = r->text.end;
   if (end - start >= 2 && *start == '"' && end[-1] == '"') {
@@ -53,6 +55,7 @@ static thrum_status read_physical_name(msh_reader *r) {
     end--;
   }
 
+  // the name becomes the name of a vertex group
   size_t length = (size_t)(end - start);
   const char *fault = thrum_mesh_name_fault(start, length);
   if (fault)
@@ -83,8 +86,10 @@ thrum_status thrum_msh_physical_names(msh_reader *r) {
 
 thrum_status thrum_msh_add_entity_physical(msh_reader *r, int dimension, int64_t tag) {
   int64_t index = 0;
-  // a sign only says which way round the group is
+
+  // a negative tag only reverses the orientation
   THRUM_TRY(thrum_msh_find_physical(r, dimension, tag < 0 ? -tag : tag, &index));
+
   int32_t *grown = thrum_mesh_grow(r->entity_physicals, &r->entity_physical_capacity,
                                    r->entity_physical_count + 1, sizeof *grown);
   if (!grown)
@@ -104,18 +109,19 @@ thrum_status thrum_msh_add_entity(msh_reader *r, const msh_entity *entity) {
   return THRUM_OK;
 }
 
-/* `tag box physicals...`: the box is three numbers for points, else six. */
+/* Reads `tag box physicals...`, where the box is three numbers for points and six for others. */
 static thrum_status read_entity(msh_reader *r, int dimension) {
   msh_entity entity = {.dimension = dimension, .first = r->entity_physical_count};
   double box = 0;
   THRUM_TRY(thrum_msh_line(r, "the last entity"));
   THRUM_TRY(thrum_msh_integer(r, "the tag of the entity", INT64_MIN, &entity.tag));
 
-  // the box is passed over
+  // the box serves only the display
   for (int i = 0; i < (dimension == 0 ? 3 : 6); i++)
     THRUM_TRY(thrum_text_number(&r->text, "the entity's box", &box, r->error));
   THRUM_TRY(thrum_msh_integer(r, "the number of physical groups", 0, &entity.count));
 
+  // an element inherits the physical groups of its entity
   for (int64_t i = 0; i < entity.count; i++) {
     int64_t tag = 0;
     THRUM_TRY(

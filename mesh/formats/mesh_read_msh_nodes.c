@@ -1,4 +1,4 @@
-/* $Nodes of a Gmsh file, in text, and the tags of nodes, see mesh_read_msh.c.
+/* Reads $Nodes of a Gmsh file in text and finds nodes by their tags; see mesh_read_msh.c.
  * SPDX-License-Identifier: Apache-2.0 */
 #include <stdlib.h>
 #include <string.h>
@@ -6,7 +6,7 @@
 #include "mesh/formats/mesh_read_msh.h"
 #include "mesh/mesh_grow.h"
 
-/* A new node with its tag; NULL when there is no memory. */
+/* Adds a node; returns NULL when there is no memory. */
 msh_node *thrum_msh_add_node(msh_reader *r) {
   msh_node *grown = thrum_mesh_grow(r->nodes, &r->node_capacity, r->node_count + 1, sizeof *grown);
   if (!grown)
@@ -34,7 +34,7 @@ static thrum_status read_position(msh_reader *r, msh_node *node) {
   return THRUM_OK;
 }
 
-/* Parameters may follow the coordinates, in $ParametricNodes. */
+/* Reads the nodes of version 2; in $ParametricNodes parameters may follow the coordinates. */
 static thrum_status read_nodes_2(msh_reader *r, bool parametric) {
   int64_t count = 0;
   THRUM_TRY(thrum_msh_line(r, "the number of nodes"));
@@ -49,7 +49,7 @@ static thrum_status read_nodes_2(msh_reader *r, bool parametric) {
   return THRUM_OK;
 }
 
-/* Tags first, then as many positions, each on its line, perhaps with parameters behind. */
+/* Reads a block of nodes: its tags, then as many positions, which parameters may follow. */
 static thrum_status read_node_block(msh_reader *r) {
   int64_t unused = 0, parametric = 0, count = 0, first = r->node_count;
   THRUM_TRY(thrum_msh_line(r, "the last block of nodes"));
@@ -58,13 +58,13 @@ static thrum_status read_node_block(msh_reader *r) {
   THRUM_TRY(thrum_text_integer(&r->text, "the parametric flag", 0, 1, &parametric, r->error));
   THRUM_TRY(thrum_msh_integer(r, "the number of nodes in the block", 0, &count));
 
-  // tags first, which may share a line
+  // several tags may share a line
   for (int64_t i = 0; i < count; i++) {
     THRUM_TRY(thrum_msh_word(r, "the last tag of the block"));
     THRUM_TRY(read_tag(r));
   }
 
-  // then positions, each on its line
+  // each position has a line of its own
   for (int64_t i = 0; i < count; i++) {
     THRUM_TRY(thrum_msh_line(r, "the last node of the block"));
     THRUM_TRY(read_position(r, &r->nodes[first + i]));
@@ -74,7 +74,7 @@ static thrum_status read_node_block(msh_reader *r) {
   return THRUM_OK;
 }
 
-/* The header of $Nodes and $Elements in version 4: blocks, items, least and greatest tag. */
+/* Reads the header of $Nodes and $Elements in version 4: blocks, items, least and greatest tag. */
 thrum_status thrum_msh_block_header(msh_reader *r, int64_t *blocks, int64_t *items) {
   int64_t tag = 0;
   THRUM_TRY(thrum_msh_line(r, "the number of blocks"));
@@ -101,18 +101,22 @@ static int compare_nodes(const void *a, const void *b) {
 /* Sorts the nodes and makes the table from tags to them. */
 thrum_status thrum_msh_index_nodes(msh_reader *r) {
   msh_node *nodes = r->nodes;
+
+  // most files have their nodes in order and need no sorting
   bool sorted = true;
   for (int64_t i = 1; i < r->node_count && sorted; i++)
     sorted = nodes[i - 1].tag < nodes[i].tag;
 
   if (!sorted)
     qsort(nodes, (size_t)r->node_count, sizeof *nodes, compare_nodes);
+
+  // after sorting, equal tags are neighbours
   for (int64_t i = 1; i < r->node_count; i++)
     if (nodes[i - 1].tag == nodes[i].tag)
       return thrum_error_set(r->error, THRUM_BAD_FORMAT, "%.150s:%lld: node %lld comes twice",
                              r->text.name, (long long)nodes[i].line, (long long)nodes[i].tag);
 
-  // tags far above the number of nodes would need too large a table; then they are searched
+  // tags far above the number of nodes would make the table too large; bsearch serves then
   int64_t last = r->node_count > 0 ? nodes[r->node_count - 1].tag : 0;
   if (last / 4 > r->node_count + 256)
     return THRUM_OK;
@@ -122,6 +126,7 @@ thrum_status thrum_msh_index_nodes(msh_reader *r) {
   if (!r->table)
     return thrum_msh_no_memory(r);
 
+  // tags of no node keep -1
   for (int64_t i = 0; i < r->table_count; i++)
     r->table[i] = -1;
   for (int64_t i = 0; i < r->node_count; i++)
@@ -143,7 +148,7 @@ thrum_status thrum_msh_text_nodes(msh_reader *r, bool parametric) {
 thrum_status thrum_msh_node_index(msh_reader *r, int64_t tag, int32_t *index) {
   int32_t found = -1;
 
-  // by the table, or by bisection where there is none
+  // without a table the sorted nodes are searched
   if (r->table) {
     found = tag >= 0 && tag < r->table_count ? r->table[tag] : -1;
   } else {
@@ -161,7 +166,7 @@ thrum_status thrum_msh_node_index(msh_reader *r, int64_t tag, int32_t *index) {
   return THRUM_OK;
 }
 
-/* Next word of the line, the tag of a node, as its index. */
+/* Reads the tag of a node and returns the node's index. */
 thrum_status thrum_msh_read_node(msh_reader *r, int32_t *index) {
   int64_t tag = 0;
   THRUM_TRY(thrum_msh_integer(r, "a node of the element", 1, &tag));

@@ -1,4 +1,4 @@
-/* Lines and numbers of a Gmsh file, as its sections read them, see mesh_read_msh.c.
+/* Reads the lines and numbers of Gmsh files in text for their sections; see mesh_read_msh.c.
  * SPDX-License-Identifier: Apache-2.0 */
 #include "mesh/formats/mesh_read_msh.h"
 

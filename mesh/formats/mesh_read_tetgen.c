@@ -1,8 +1,8 @@
-/* TetGen's pair of files: NAME.node (index, three coordinates, attributes, a boundary marker) and
- * NAME.ele (index, 4 or 10 nodes, attributes), # comments. Nodes count from 0 or 1, as the first
- * index says. Markers other than 0 are the groups marker_N; the first attribute of a tet tells its
- * region, and of several regions each is the group region_N. Tets of ten nodes are read by their
- * corners. Format: TetGen manual, https://wias-berlin.de/software/tetgen/fformats.html
+/* Reads TetGen's pair of files: NAME.node (index, three coordinates, attributes, a boundary marker)
+ * and NAME.ele (index, 4 or 10 nodes, attributes), # comments. Nodes count from 0 or 1, as the
+ * first index says. Markers other than 0 are the groups marker_N; the first attribute of a tet
+ * tells its region, and of several regions each is the group region_N. Tets of ten nodes are read
+ * by their corners. Format: TetGen manual, https://wias-berlin.de/software/tetgen/fformats.html
  * Cost: linear in the files.
  *
  * SPDX-License-Identifier: Apache-2.0 */
@@ -32,18 +32,19 @@ static thrum_status next_line(tetgen_reader *r, const char *what) {
                          "the file ends before %s; is it cut short?", what);
 }
 
-/* A whole number that the header may leave out. */
+/* Reads a whole number that the header may leave out. */
 static thrum_status optional(tetgen_reader *r, const char *what, int64_t high, int64_t *value) {
   if (!thrum_text_more(&r->text))
     return THRUM_OK;
   return thrum_text_integer(&r->text, what, 0, high, value, r->error);
 }
 
-/* The index in front of item i: the first says what is counted from. */
+/* Reads the index in front of item i; the first index tells whether counting starts at 0 or 1. */
 static thrum_status item_index(tetgen_reader *r, const char *what, int64_t i, int64_t *base) {
   int64_t index = 0;
   if (i == 0)
     return thrum_text_integer(&r->text, what, 0, 1, base, r->error);
+
   THRUM_TRY(thrum_text_integer(&r->text, what, 0, INT64_MAX, &index, r->error));
   if (index != i + *base)
     return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
@@ -70,12 +71,13 @@ static thrum_status read_node(tetgen_reader *r, int64_t i, int64_t attributes, i
   for (int c = 0; c < 3; c++)
     THRUM_TRY(thrum_text_number(&r->text, axes[c], &position[c], r->error));
 
-  // attributes serve nothing here; the marker makes a group
+  // attributes are TetGen's own data; the marker makes a group
   for (int64_t a = 0; a < attributes; a++)
     THRUM_TRY(thrum_text_number(&r->text, "an attribute of the node", &unused, r->error));
   if (markers > 0 && thrum_text_more(&r->text))
     THRUM_TRY(thrum_text_integer(&r->text, "the marker of the node", INT32_MIN, INT32_MAX, &marker,
                                  r->error));
+
   THRUM_TRY(thrum_text_finish(&r->text, "the node", r->error));
   THRUM_TRY(thrum_builder_vertex(&r->builder, i + r->base, position));
   return marker == 0 ? THRUM_OK : add_marker(r, marker, i + r->base);
@@ -87,19 +89,21 @@ static thrum_status read_nodes(tetgen_reader *r) {
   THRUM_TRY(thrum_text_integer(&r->text, "the number of nodes", 1, INT32_MAX, &count, r->error));
   THRUM_TRY(optional(r, "the dimension", 3, &dimension));
 
+  // a flat mesh has no volume to simulate
   if (dimension != 3)
     return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
                            "the dimension is %lld; a body needs 3", (long long)dimension);
 
-  // what follows the dimension may be left out
+  // the header may end after the dimension
   THRUM_TRY(optional(r, "the number of attributes", COLUMNS_MAX, &attributes));
   THRUM_TRY(optional(r, "the number of markers", 1, &markers));
+
   for (int64_t i = 0; i < count; i++)
     THRUM_TRY(read_node(r, i, attributes, markers));
   return THRUM_OK;
 }
 
-/* The region of a tet: its first attribute, usually whole. */
+/* Reads the region of a tet, its first attribute, which must be whole. */
 static thrum_status read_region(tetgen_reader *r, int64_t *key) {
   double value = 0;
   THRUM_TRY(thrum_text_number(&r->text, "the region of the tet", &value, r->error));
@@ -113,15 +117,19 @@ static thrum_status read_region(tetgen_reader *r, int64_t *key) {
 static thrum_status read_tet(tetgen_reader *r, int64_t i, int64_t nodes, int64_t attributes) {
   int64_t vertices[10] = {0}, key = 0;
   double unused = 0;
+
   thrum_status status = next_line(r, "the last tet");
   if (status >= 0)
     status = item_index(r, "the index of a tet", i, &(int64_t){r->base});
   for (int64_t n = 0; n < nodes && status >= 0; n++)
     status = thrum_text_integer(&r->text, "a node of the tet", r->base,
                                 r->builder.vertex_count - 1 + r->base, &vertices[n], r->error);
+
+  // the first attribute is the region, the others have no meaning here
   for (int64_t a = 0; a < attributes && status >= 0 && thrum_text_more(&r->text); a++)
     status = a == 0 ? read_region(r, &key)
                     : thrum_text_number(&r->text, "an attribute of the tet", &unused, r->error);
+
   if (status >= 0)
     status = thrum_text_finish(&r->text, "the tet", r->error);
   return status < 0 ? status : thrum_builder_tet(&r->builder, vertices, key, r->text.line);
@@ -133,7 +141,7 @@ static thrum_status read_tets(tetgen_reader *r) {
   THRUM_TRY(thrum_text_integer(&r->text, "the number of tets", 1, INT32_MAX, &count, r->error));
   THRUM_TRY(optional(r, "the number of nodes of a tet", 10, &nodes));
 
-  // of ten nodes the first four are the corners
+  // the corners are the first four of ten nodes
   if (nodes != 4 && nodes != 10)
     return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
                            "a tet has 4 or 10 nodes, not %lld", (long long)nodes);
@@ -145,7 +153,7 @@ static thrum_status read_tets(tetgen_reader *r) {
   return THRUM_OK;
 }
 
-/* Of several regions each is a group too. */
+/* Makes a group of each region if there are several. */
 static thrum_status add_regions(tetgen_reader *r, thrum_mesh *mesh) {
   for (int64_t i = 0; i < mesh->region_count && mesh->region_count > 1; i++) {
     char name[64];
@@ -160,6 +168,8 @@ thrum_status thrum_mesh_parse_tetgen(const char *name, const void *nodes, size_t
                                      size_t elements_size, thrum_mesh *mesh, thrum_error *error) {
   tetgen_reader r = {.error = error, .builder = {.error = error}};
   thrum_mesh read = {0};
+
+  // the nodes come first, since the tets are checked against their number
   thrum_status status = thrum_text_view(name, nodes, nodes_size, '#', 0, &r.text, error);
   if (status >= 0)
     status = read_nodes(&r);
@@ -171,6 +181,7 @@ thrum_status thrum_mesh_parse_tetgen(const char *name, const void *nodes, size_t
     status = thrum_builder_finish(&r.builder, elements_name, &read);
   if (status >= 0)
     status = add_regions(&r, &read);
+
   thrum_builder_free(&r.builder);
   if (status >= 0)
     *mesh = read;

@@ -1,4 +1,4 @@
-/* Vega .veg files: *VERTICES, *ELEMENTS (TET), *MATERIAL (ENU), *REGION, *SET, *INCLUDE, #
+/* Reads Vega .veg files: *VERTICES, *ELEMENTS (TET), *MATERIAL (ENU), *REGION, *SET, *INCLUDE, #
  * comments; keywords in any case, sections in any order. Vertices and elements are numbered
  * consecutively from 0 or 1, whichever comes first in the file; sets use the numbers of the
  * elements. The set allElements is always there. A later region overrides an earlier one. *INCLUDE
@@ -36,7 +36,7 @@ typedef struct veg_set {
   int64_t *elements; /* as in the file */
 } veg_set;
 
-/* Also where it stands, to be named when it cannot be resolved. */
+/* A region keeps its place in the file for the message when a name in it cannot be resolved. */
 typedef struct veg_region {
   veg_name set, material;
   thrum_text place;
@@ -100,7 +100,7 @@ static thrum_status open_first(veg_reader *r, char *path, const void *data, size
   return status;
 }
 
-/* Opens `path` (owned from here on) as an include of the present file. */
+/* Opens `path`, owned from here on, as an include of the present file. */
 static thrum_status open_file(veg_reader *r, char *path, int parent) {
   thrum_status status = thrum_text_open(path, '#', ',', &r->files[r->file_count].text, r->error);
   if (status < 0)
@@ -115,10 +115,13 @@ static thrum_status check_cycle(veg_reader *r, const char *path) {
   if (stat(path, &about) != 0)
     return thrum_text_fail(text_of(r), THRUM_IO, r->error, "cannot find the included file '%.150s'",
                            path);
+
+  // a file may be included several times, but not by itself through others
   int depth = 1;
   for (int i = r->current; i >= 0; i = r->files[i].parent, depth++)
     if (r->files[i].device == about.st_dev && r->files[i].inode == about.st_ino)
       return thrum_text_fail(text_of(r), THRUM_BAD_FORMAT, r->error, "*INCLUDE goes in a circle");
+
   if (depth > DEPTH_MAX || r->file_count == INCLUDES_MAX)
     return thrum_text_fail(text_of(r), THRUM_UNSUPPORTED, r->error,
                            "*INCLUDE goes deeper than %d files, or there are more than %d",
@@ -126,7 +129,7 @@ static thrum_status check_cycle(veg_reader *r, const char *path) {
   return THRUM_OK;
 }
 
-/* The present line is `*INCLUDE name`. */
+/* Opens the file that the present line, `*INCLUDE name`, names. */
 static thrum_status include(veg_reader *r) {
   thrum_text *text = text_of(r);
   thrum_text_more(text);
@@ -136,7 +139,7 @@ static thrum_status include(veg_reader *r) {
   if (memchr(text->at, 0, length))
     return thrum_text_fail(text, THRUM_BAD_FORMAT, r->error, "*INCLUDE names no proper file");
 
-  // relative to the including file
+  // the name is relative to the including file, or absolute
   const char *from = r->files[r->current].path, *slash = strrchr(from, '/');
   size_t folder = slash && text->at[0] != '/' ? (size_t)(slash - from) + 1 : 0;
   char *path = malloc(folder + length + 1);
@@ -154,9 +157,11 @@ static thrum_status include(veg_reader *r) {
   return open_file(r, path, r->current);
 }
 
-/* Next line, through includes. *found false at the end of the first file. */
+/* Goes to the next line, through includes; *found is false at the end of the first file. */
 static thrum_status next_line(veg_reader *r, bool *found) {
   *found = true;
+
+  // a keyword that ended a set is read again as the next section
   if (r->again) {
     r->again = false;
     thrum_text_rewind(text_of(r));
@@ -166,7 +171,7 @@ static thrum_status next_line(veg_reader *r, bool *found) {
   for (;;) {
     thrum_text *text = text_of(r);
 
-    // at its end a file hands back to the one that includes it
+    // behind the end of an included file the including one continues
     if (!thrum_text_next_line(text)) {
       if (r->files[r->current].parent < 0) {
         *found = false;
@@ -176,7 +181,7 @@ static thrum_status next_line(veg_reader *r, bool *found) {
       continue;
     }
 
-    // a line of its own goes to the caller, *INCLUDE opens the next file
+    // *INCLUDE may stand anywhere, so callers never see it
     const char *word;
     size_t length;
     if (*text->start != '*' || !thrum_text_word(text, &word, &length) ||
@@ -188,7 +193,7 @@ static thrum_status next_line(veg_reader *r, bool *found) {
   }
 }
 
-/* Next line of a section; one that opens another section, or the end, is refused. */
+/* Goes to the next line of a section; a line that opens another section, or the end, is refused. */
 static thrum_status body_line(veg_reader *r, const char *what) {
   bool found;
   THRUM_TRY(next_line(r, &found));
@@ -202,7 +207,7 @@ static thrum_status body_line(veg_reader *r, const char *what) {
   return THRUM_OK;
 }
 
-/* The rest of the line as one name. */
+/* Takes the line up to `end` as one name. */
 static thrum_status rest_name(veg_reader *r, const char *end, veg_name *name) {
   thrum_text *text = text_of(r);
   while (text->at < end && (*text->at == ' ' || *text->at == '\t'))
@@ -220,7 +225,7 @@ static bool same_name(veg_name a, veg_name b) {
   return a.length == b.length && memcmp(a.text, b.text, a.length) == 0;
 }
 
-/* The header `count width attributes markers`; *extra is how many columns follow the data. */
+/* Reads the header `count width attributes markers`; *extra is how many columns follow the data. */
 static thrum_status header(veg_reader *r, const char *what, int64_t width, int64_t high,
                            int64_t *count, int64_t *extra) {
   thrum_text *text = text_of(r);
@@ -228,16 +233,19 @@ static thrum_status header(veg_reader *r, const char *what, int64_t width, int64
   int64_t given = width;
   if (thrum_text_more(text))
     THRUM_TRY(thrum_text_integer(text, "numbers per line", width, width, &given, r->error));
+
+  // attributes and markers are columns behind the data
   *extra = 0;
   for (int i = 0; i < 2 && thrum_text_more(text); i++) {
     int64_t columns = 0;
     THRUM_TRY(thrum_text_integer(text, "number of attributes", 0, 100, &columns, r->error));
     *extra += columns;
   }
+
   return thrum_text_finish(text, "the sizes", r->error);
 }
 
-/* The number in front of item i of a list; the first one, 0 or 1, is the base. */
+/* Reads the number in front of item i of a list; the first number, 0 or 1, is the base. */
 static thrum_status item_number(veg_reader *r, const char *what, int64_t i, int64_t *base) {
   thrum_text *text = text_of(r);
   int64_t number = 0;
@@ -245,6 +253,7 @@ static thrum_status item_number(veg_reader *r, const char *what, int64_t i, int6
     thrum_status first = thrum_text_integer(text, what, 0, 1, base, r->error);
     return first;
   }
+
   THRUM_TRY(thrum_text_integer(text, what, 0, INT64_MAX, &number, r->error));
   if (number != i + *base)
     return thrum_text_fail(text, THRUM_BAD_FORMAT, r->error,
@@ -278,6 +287,7 @@ static thrum_status read_vertices(veg_reader *r) {
   int64_t count = 0, extra = 0, capacity = 0;
   THRUM_TRY(body_line(r, "the number of vertices"));
   THRUM_TRY(header(r, "the number of vertices", 3, INT32_MAX, &count, &extra));
+
   for (int64_t i = 0; i < count; i++) {
     THRUM_TRY(body_line(r, "the last vertex"));
 
@@ -292,10 +302,13 @@ static thrum_status read_vertices(veg_reader *r) {
   return THRUM_OK;
 }
 
-/* Vertices of tets stay as in the file until all is read: *VERTICES may come later. */
+/* Reads a tet. Its vertices stay as in the file until all is read, since *VERTICES may come later.
+ */
 static thrum_status read_tet(veg_reader *r, int64_t i, int64_t extra) {
   thrum_text *text = text_of(r);
   THRUM_TRY(item_number(r, "an element number", i, &r->element_base));
+
+  // without *VERTICES yet the range is unknown; the numbers are checked again at the end
   for (int a = 0; a < 4; a++) {
     int64_t vertex = 0, last = INT32_MAX, first = 0;
     if (r->has_vertices) {
@@ -305,6 +318,8 @@ static thrum_status read_tet(veg_reader *r, int64_t i, int64_t extra) {
     THRUM_TRY(thrum_text_integer(text, "a vertex of the tet", first, last, &vertex, r->error));
     r->mesh.tets[4 * i + a] = (int32_t)vertex;
   }
+
+  // a line number is useful only with the name of the main file
   r->mesh.tet_line[i] = r->current == 0 ? text->line : 0;
   return finish_item(r, extra, "the four vertices");
 }
@@ -315,6 +330,8 @@ static thrum_status element_kind(veg_reader *r) {
   const char *word = "";
   size_t length = 0;
   thrum_text_word(text, &word, &length);
+
+  // Vega has meshes of cubes too, which deserve a message of their own
   if (thrum_text_equals(word, length, "CUBIC"))
     return thrum_text_fail(text, THRUM_UNSUPPORTED, r->error,
                            "CUBIC elements are not supported; cut the mesh into tetrahedra (TET)");
@@ -363,7 +380,7 @@ static thrum_status read_material(veg_reader *r) {
           thrum_text_fail(text_of(r), THRUM_BAD_FORMAT, r->error, "this material comes twice"));
   THRUM_TRY(body_line(r, "the material's line, ENU, density, E, nu"));
 
-  // ENU alone is the material of this body
+  // the other materials of Vega are nonlinear and have other constants
   thrum_text *text = text_of(r);
   const char *word = "";
   size_t length = 0;
@@ -372,6 +389,7 @@ static thrum_status read_material(veg_reader *r) {
     return thrum_text_fail(text, THRUM_UNSUPPORTED, r->error,
                            "material '%s' is not supported; write ENU, density, E, nu",
                            thrum_text_excerpt(word, length).text);
+
   THRUM_TRY(thrum_text_number(text, "the density", &material.values.density, r->error));
   THRUM_TRY(thrum_text_number(text, "Young's modulus E", &material.values.young, r->error));
   THRUM_TRY(thrum_text_number(text, "Poisson's ratio nu", &material.values.poisson, r->error));
@@ -389,13 +407,13 @@ static thrum_status read_material(veg_reader *r) {
   return THRUM_OK;
 }
 
-/* `set, material`; without a comma the two are words. */
+/* Reads `set, material`; without a comma the two are words. */
 static thrum_status read_region(veg_reader *r) {
   THRUM_TRY(body_line(r, "the region's line, set, material"));
   thrum_text *text = text_of(r);
   veg_region region = {.place = *text};
 
-  // a comma parts the two names, or the first blank where there is none
+  // a comma separates the two names; without one, the first blank does
   const char *split = memchr(text->at, ',', (size_t)(text->end - text->at));
   for (const char *p = text->at; !split && p < text->end; p++)
     if (*p == ' ' || *p == '\t')
@@ -420,7 +438,7 @@ static thrum_status read_region(veg_reader *r) {
   return THRUM_OK;
 }
 
-/* One line of a set: numbers of elements. */
+/* Reads one line of a set, which is numbers of elements. */
 static thrum_status read_set_line(veg_reader *r, veg_set *set) {
   thrum_text *text = text_of(r);
   while (thrum_text_more(text)) {
@@ -429,7 +447,7 @@ static thrum_status read_set_line(veg_reader *r, veg_set *set) {
       return no_memory(r);
     set->elements = grown;
 
-    // until the elements are known any number may be right; rebase checks it later
+    // without *ELEMENTS yet the range is unknown; the numbers are checked again at the end
     int64_t last = r->has_elements ? r->mesh.tet_count - 1 + r->element_base : INT32_MAX;
     int64_t first = r->has_elements ? r->element_base : 0;
     THRUM_TRY(thrum_text_integer(text, "an element of the set", first, last,
@@ -458,7 +476,7 @@ static thrum_status read_set(veg_reader *r) {
   veg_set *set = &r->sets[r->set_count++];
   *set = fresh;
 
-  // its lines go on until a keyword, which is read again as the next section
+  // only a keyword or the end of the file ends a set
   for (;;) {
     bool found;
     status = next_line(r, &found);
@@ -490,7 +508,7 @@ static thrum_status read_section(veg_reader *r) {
   size_t length = 0;
   thrum_text_word(text, &word, &length);
 
-  // sections without a name have nothing else on their line
+  // words behind a keyword that takes no name are a mistake in the file
   for (size_t i = 0; i < sizeof sections / sizeof *sections; i++)
     if (thrum_text_equals(word, length, sections[i].keyword)) {
       THRUM_TRY(sections[i].named ? THRUM_OK
@@ -504,11 +522,11 @@ static thrum_status read_section(veg_reader *r) {
                          thrum_text_excerpt(word, length).text);
 }
 
-/* From the file's numbers to 0-based ones, now that the base is known. */
+/* Turns the file's numbers into 0-based ones, now that the base is known. */
 static thrum_status rebase(veg_reader *r, const char *path) {
   thrum_mesh *m = &r->mesh;
 
-  // vertices from the file's base to 0
+  // either section may come first, so vertices are checked only now
   for (int64_t i = 0; i < 4 * m->tet_count; i++) {
     int64_t vertex = m->tets[i] - r->vertex_base;
     if (vertex < 0 || vertex >= m->vertex_count)
@@ -520,7 +538,7 @@ static thrum_status rebase(veg_reader *r, const char *path) {
     m->tets[i] = (int32_t)vertex;
   }
 
-  // elements of the sets likewise
+  // sets may stand before the elements as well
   for (int64_t s = 0; s < r->set_count; s++)
     for (int64_t i = 0; i < r->sets[s].count; i++) {
       int64_t *element = &r->sets[s].elements[i];
@@ -535,7 +553,8 @@ static thrum_status rebase(veg_reader *r, const char *path) {
   return THRUM_OK;
 }
 
-/* The set of a region: NULL in *set stands for all elements. False when there is none. */
+/* Finds the set of a region, where NULL stands for all elements; returns false when there is none.
+ */
 static bool find_set(const veg_reader *r, veg_name name, const veg_set **set) {
   *set = NULL;
   for (int64_t s = 0; s < r->set_count; s++)
@@ -562,7 +581,7 @@ static thrum_status apply_region(veg_reader *r, int64_t index) {
                            "the region's material '%s' is not in the file",
                            thrum_text_excerpt(region->material.text, region->material.length).text);
 
-  // no set stands for all elements
+  // a later region overrides an earlier one, as in Vega
   r->mesh.materials[index] = r->materials[material].values;
   int64_t count = set ? set->count : r->mesh.tet_count;
   for (int64_t i = 0; i < count; i++)
@@ -585,14 +604,14 @@ static thrum_status apply_regions(veg_reader *r, const char *path) {
     return no_memory(r);
   m->has_material = r->material_count > 0;
 
-  // without regions one material, or none, is that of all
+  // a file may leave the regions out if it has at most one material
   if (r->region_count == 0) {
     if (r->material_count == 1)
       m->materials[0] = r->materials[0].values;
     return THRUM_OK;
   }
 
-  // later regions take elements from earlier ones; none may be left over
+  // a tet without region would have no material, which is probably an oversight
   for (int64_t t = 0; t < m->tet_count; t++)
     m->tet_region[t] = -1;
   for (int64_t i = 0; i < r->region_count; i++) {
@@ -606,20 +625,21 @@ static thrum_status apply_regions(veg_reader *r, const char *path) {
   return THRUM_OK;
 }
 
-/* Every set becomes the group of its elements' vertices. */
+/* Makes a group of the vertices of each set's elements. */
 static thrum_status add_groups(veg_reader *r) {
   for (int64_t s = 0; s < r->set_count; s++) {
     const veg_set *set = &r->sets[s];
     if (set->count == 0)
       continue;
 
-    // the vertices of its elements
+    // vertices of neighbouring elements repeat, and the group keeps each once
     int32_t *list = malloc((size_t)set->count * 4 * sizeof *list);
     if (!list)
       return no_memory(r);
     for (int64_t i = 0; i < set->count; i++)
       memcpy(list + 4 * i, r->mesh.tets + 4 * set->elements[i], 4 * sizeof *list);
 
+    // the name in the file does not end in 0
     char name[THRUM_MESH_NAME_MAX + 1];
     memcpy(name, set->name.text, set->name.length);
     name[set->name.length] = '\0';
@@ -641,7 +661,7 @@ static thrum_status read_all(veg_reader *r, const char *path) {
       break;
   }
 
-  // sets and regions may name elements that came later
+  // sections may come in any order, so names and numbers are resolved at the end
   if (!r->has_vertices || !r->has_elements)
     return thrum_error_set(r->error, THRUM_MISSING,
                            "%.150s: there is no %s; is it a Vega mesh, and is it whole?", path,
@@ -660,11 +680,14 @@ thrum_status thrum_mesh_parse_veg(const char *name, const void *data, size_t siz
     free(r);
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory to read %.150s", name);
   }
+
+  // names point into the files, so these stay open until the mesh is made
   r->error = error;
   memcpy(copy, name, strlen(name) + 1);
   thrum_status status = open_first(r, copy, data, size);
   if (status >= 0)
     status = read_all(r, name);
+
   for (int i = 0; i < r->file_count; i++) {
     thrum_text_close(&r->files[i].text);
     free(r->files[i].path);
@@ -674,6 +697,7 @@ thrum_status thrum_mesh_parse_veg(const char *name, const void *data, size_t siz
   free(r->sets);
   free(r->regions);
   free(r->materials);
+
   if (status >= 0)
     *mesh = r->mesh;
   else

@@ -1,8 +1,8 @@
-/* VTK legacy files (.vtk) with an UNSTRUCTURED_GRID, ASCII or binary (big-endian), of versions 1
- * to 4 (CELLS: each cell after its length) and 5 (CELLS: OFFSETS and CONNECTIVITY). Attributes that
- * are not needed are passed over.
- * Format: https://docs.vtk.org/en/latest/vtk_file_formats/vtk_legacy_file_format.html
- * Cost: linear in the file.
+/* Reads VTK legacy files (.vtk) with an UNSTRUCTURED_GRID, ASCII or binary (big-endian), of
+ * versions 1 to 4 (CELLS: each cell after its length) and 5 (CELLS: OFFSETS and CONNECTIVITY).
+ * Attributes that are not needed are passed over. Format:
+ * https://docs.vtk.org/en/latest/vtk_file_formats/vtk_legacy_file_format.html Cost: linear in the
+ * file.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <stdlib.h>
@@ -54,6 +54,7 @@ static thrum_status ascii_values(vtk_reader *r, int64_t count, double *values) {
   for (int64_t i = 0; i < count && status >= 0; i++) {
     while (!thrum_text_more(&r->text) && status >= 0)
       status = next_line(r, "the last number of an array");
+
     const char *word;
     size_t length;
     if (status < 0 || !thrum_text_word(&r->text, &word, &length))
@@ -65,16 +66,19 @@ static thrum_status ascii_values(vtk_reader *r, int64_t count, double *values) {
   return status;
 }
 
-/* `count` numbers of a type, which begin behind the present line. */
+/* Reads `count` numbers of a type, which begin behind the present line. */
 static thrum_status read_values(vtk_reader *r, thrum_cells_type type, int64_t count,
                                 double **values) {
-  // in ASCII a number and a blank take two bytes: what cannot be there is not waited for
+  // an array that the rest of the file cannot hold must not be allocated
   const int64_t left = r->text.stop - r->text.next;
   if (count > (r->binary ? left / type.size : left / 2 + 1))
     return fail(r, "an array is longer than the file; is it cut short?");
+
   double *read = malloc(((size_t)count + 1) * sizeof *read);
   if (!read)
     return thrum_text_fail(&r->text, THRUM_OUT_OF_MEMORY, r->error, "not enough memory");
+
+  // binary numbers begin behind the line, and text may use any line breaks
   thrum_status status = THRUM_OK;
   if (r->binary) {
     const unsigned char *bytes = take_bytes(r, count, type.size);
@@ -84,6 +88,7 @@ static thrum_status read_values(vtk_reader *r, thrum_cells_type type, int64_t co
     r->text.at = r->text.end;
     status = ascii_values(r, count, read);
   }
+
   if (status < 0)
     free(read);
   else
@@ -98,7 +103,8 @@ static int hex_digit(char c) {
                                 : -1;
 }
 
-/* Names are words; VTK writes what would break them as %XX. Cut at what fits. */
+/* Decodes a name, in which VTK writes characters that would break a word as %XX; long names are
+ * cut. */
 static void copy_name(const char *word, size_t length, char name[THRUM_MESH_NAME_MAX + 1]) {
   size_t used = 0;
   for (size_t i = 0; i < length && used < THRUM_MESH_NAME_MAX; i++) {
@@ -110,7 +116,7 @@ static void copy_name(const char *word, size_t length, char name[THRUM_MESH_NAME
   name[used] = '\0';
 }
 
-/* The same, kept as an array. */
+/* Reads numbers and keeps them as an array of the grid. */
 static thrum_status take_array(vtk_reader *r, thrum_cells_place place, const char *name,
                                size_t length, thrum_cells_type type, int64_t columns,
                                int64_t count) {
@@ -144,21 +150,23 @@ static thrum_status read_points(vtk_reader *r) {
                     : take_array(r, THRUM_CELLS_POINTS, "", 0, type, 3, 3 * r->cells.point_count);
 }
 
-/* `length point point ...` of each cell, turned into connectivity and ends. */
+/* Reads `length point point ...` of each cell into the connectivity and the ends of the cells. */
 static thrum_status read_old_cells(vtk_reader *r, int64_t count, int64_t size) {
   static const thrum_cells_type index = {4, true, true};
   double *list = NULL, *ends = NULL, *points = NULL;
+
   if (size < count)
     return fail(r, "CELLS has a size below its count");
   thrum_status status = read_values(r, index, size, &list);
   if (status < 0)
     return status;
+
   ends = malloc(((size_t)count + 1) * sizeof *ends);
   points = malloc(((size_t)size + 1) * sizeof *points);
   if (!ends || !points)
     status = thrum_text_fail(&r->text, THRUM_OUT_OF_MEMORY, r->error, "not enough memory");
 
-  // each cell is its number of points and the points: parted into two arrays
+  // the length of each cell becomes its end, as VTK's newer format has it
   int64_t at = 0, kept = 0;
   for (int64_t c = 0; c < count && status >= 0; c++) {
     if (at >= size || !(list[at] >= 0 && list[at] <= (double)(size - at - 1))) {
@@ -191,7 +199,7 @@ static thrum_status read_old_cells(vtk_reader *r, int64_t count, int64_t size) {
   return thrum_cells_take(&r->cells, &arrays[1], r->error);
 }
 
-/* Version 5: the count is that of offsets, one more than there are cells. */
+/* Reads the cells of version 5, where the count is that of the offsets, one more than the cells. */
 static thrum_status read_new_cells(vtk_reader *r, int64_t offsets, int64_t size) {
   static const char *const names[] = {"OFFSETS", "CONNECTIVITY"};
   for (int i = 0; i < 2; i++) {
@@ -204,12 +212,13 @@ static thrum_status read_new_cells(vtk_reader *r, int64_t offsets, int64_t size)
     if (!thrum_text_equals(word, length, names[i]))
       return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error, "expected %s, found '%s'",
                              names[i], thrum_text_excerpt(word, length).text);
+
     THRUM_TRY(read_type(r, &type));
     THRUM_TRY(take_array(r, i == 0 ? THRUM_CELLS_OFFSETS : THRUM_CELLS_CONNECTIVITY, "", 0, type, 1,
                          i == 0 ? offsets : size));
   }
 
-  // where cells begin becomes where they end
+  // offsets are beginnings and begin with 0, but the grid wants the ends alone
   thrum_cells_array *ends = &r->cells.arrays[r->cells.array_count - 2];
   if (ends->count > 0) {
     ends->count--;
@@ -232,7 +241,7 @@ static thrum_status read_cell_types(vtk_reader *r) {
                     : take_array(r, THRUM_CELLS_TYPES, "", 0, index, 1, r->cells.cell_count);
 }
 
-/* `SCALARS name type [columns]`, then perhaps `LOOKUP_TABLE name`. */
+/* Reads `SCALARS name type [columns]`, which `LOOKUP_TABLE name` may follow. */
 static thrum_status read_scalars(vtk_reader *r) {
   const char *name = "", *word;
   size_t length = 0, word_length;
@@ -243,7 +252,7 @@ static thrum_status read_scalars(vtk_reader *r) {
   if (thrum_text_more(&r->text))
     THRUM_TRY(thrum_text_integer(&r->text, "the number of columns", 1, 9, &columns, r->error));
 
-  // the line of the lookup table is taken only if it is one
+  // the lookup table is optional, so another line is put back
   const thrum_text before = r->text;
   if (!thrum_text_next_line(&r->text) || !thrum_text_word(&r->text, &word, &word_length) ||
       !thrum_text_equals(word, word_length, "LOOKUP_TABLE"))
@@ -254,8 +263,8 @@ static thrum_status read_scalars(vtk_reader *r) {
   return take_array(r, r->place, name, length, type, columns, columns * r->tuples);
 }
 
-/* Metadata is text, ended by an empty line, which this scanner does not see: it is over when a
- * keyword comes that is none of its own. */
+/* Tells whether a line is metadata. Metadata ends with an empty line, which the scanner does not
+ * see, so it lasts as long as its own keywords come. */
 static bool is_metadata(const char *word, size_t length) {
   static const char *const words[] = {"METADATA", "COMPONENT_NAMES", "INFORMATION", "NAME", "DATA"};
   for (size_t i = 0; i < sizeof words / sizeof *words; i++)
@@ -264,7 +273,7 @@ static bool is_metadata(const char *word, size_t length) {
   return false;
 }
 
-/* `FIELD name count`, then arrays `name columns tuples type`. */
+/* Reads `FIELD name count` and its arrays `name columns tuples type`. */
 static thrum_status read_field(vtk_reader *r) {
   const char *name = "";
   size_t length = 0;
@@ -280,6 +289,8 @@ static thrum_status read_field(vtk_reader *r) {
       THRUM_TRY(next_line(r, "the last array"));
       thrum_text_word(&r->text, &name, &length);
     } while (is_metadata(name, length));
+
+    // attributes that are no group or region are read too, to get past them
     THRUM_TRY(
         thrum_text_integer(&r->text, "the number of columns", 0, 1000000, &columns, r->error));
     THRUM_TRY(
@@ -290,7 +301,7 @@ static thrum_status read_field(vtk_reader *r) {
   return THRUM_OK;
 }
 
-/* VECTORS, NORMALS and the like: `name type` and a fixed number of columns. */
+/* Reads VECTORS, NORMALS and the like: `name type` and a fixed number of columns. */
 static thrum_status read_vectors(vtk_reader *r, int64_t columns) {
   const char *name = "";
   size_t length = 0;
@@ -313,7 +324,7 @@ static thrum_status read_section(vtk_reader *r) {
   size_t length = 0;
   thrum_text_word(&r->text, &word, &length);
 
-  // the grid
+  // the grid itself
   if (thrum_text_equals(word, length, "POINTS"))
     return read_points(r);
   if (thrum_text_equals(word, length, "CELLS"))
@@ -321,7 +332,7 @@ static thrum_status read_section(vtk_reader *r) {
   if (thrum_text_equals(word, length, "CELL_TYPES"))
     return read_cell_types(r);
 
-  // data at points and cells
+  // the data on its points and cells, where groups and regions may be found
   if (thrum_text_equals(word, length, "POINT_DATA"))
     return read_data_header(r, THRUM_CELLS_POINT_DATA);
   if (thrum_text_equals(word, length, "CELL_DATA"))
@@ -342,19 +353,21 @@ static thrum_status read_section(vtk_reader *r) {
                          thrum_text_excerpt(word, length).text);
 }
 
-/* Four lines: the version, a title, ASCII or BINARY, and the kind of the data set. */
+/* Reads the first four lines: the version, a title, ASCII or BINARY, the kind of the data set. */
 static thrum_status read_header(vtk_reader *r) {
   static const char start[] = "# vtk DataFile Version ";
   THRUM_TRY(next_line(r, "the version"));
+
+  // the first line is fixed, except for the version
   const size_t length = (size_t)(r->text.end - r->text.start);
   if (length < sizeof start || memcmp(r->text.start, start, sizeof start - 1) != 0)
     return fail(r, "expected '# vtk DataFile Version'; is it a VTK legacy file?");
 
-  // the last of 'X.Y' may be missing
+  // the cells are written in another way from version 5 on
   r->new_cells = length > sizeof start && r->text.start[sizeof start - 1] >= '5' &&
                  r->text.start[sizeof start] == '.';
 
-  // the title may be empty, and then the next line is ASCII or BINARY already
+  // an empty title is a blank line, which the scanner skips
   for (int i = 0; i < 2; i++) {
     THRUM_TRY(next_line(r, "ASCII or BINARY"));
     const size_t n = (size_t)(r->text.end - r->text.start);
@@ -364,8 +377,10 @@ static thrum_status read_header(vtk_reader *r) {
     if (i == 1)
       return fail(r, "expected ASCII or BINARY");
   }
+
   THRUM_TRY(next_line(r, "DATASET"));
 
+  // other kinds of data sets have no tetrahedra
   static const char kind[] = "DATASET UNSTRUCTURED_GRID";
   if (!thrum_text_equals(r->text.start, (size_t)(r->text.end - r->text.start), kind))
     return thrum_text_fail(

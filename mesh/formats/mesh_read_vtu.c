@@ -1,8 +1,10 @@
-/* VTK XML files (.vtu) with one UnstructuredGrid: arrays in ASCII, in base64 inline, or appended
- * raw or in base64, of either byte order, headers UInt32 or UInt64, not compressed. An array of
- * bytes is its length and then its bytes. The XML is read by expat up to <AppendedData>, behind
- * which the bytes of raw arrays are no XML.
+/* Reads VTK XML files (.vtu) with one UnstructuredGrid: arrays in ASCII, in base64 inline, or
+ * appended raw or in base64, of either byte order, headers UInt32 or UInt64, not compressed. An
+ * array of bytes is its length and then its bytes. The XML is read by expat up to <AppendedData>,
+ * behind which the bytes of raw arrays are no XML.
+ *
  * Format: https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html
+ *
  * Cost: linear in the file.
  *
  * SPDX-License-Identifier: Apache-2.0 */
@@ -64,7 +66,8 @@ static bool is_space(char c) {
   return c == ' ' || c == '\t' || c == '\n' || c == '\r';
 }
 
-/* The value of an attribute; NULL when it is not there. Expat gives names and values in turn. */
+/* Returns the value of an attribute, or NULL when it is not there. Expat gives names and values in
+ * turn. */
 static const char *attribute(const char **attributes, const char *key) {
   for (; *attributes; attributes += 2)
     if (strcmp(attributes[0], key) == 0)
@@ -77,7 +80,7 @@ static bool attribute_is(const char **attributes, const char *key, const char *w
   return value && thrum_text_equals(value, strlen(value), wanted);
 }
 
-/* An attribute as a whole number; absent leaves *number. */
+/* Reads an attribute as a whole number; *number is unchanged when it is not there. */
 static thrum_status attribute_integer(vtu_reader *r, const char **attributes, const char *key,
                                       int64_t high, int64_t *number) {
   const char *value = attribute(attributes, key);
@@ -106,8 +109,8 @@ static int base64_value(char c) {
   return c == '+' ? 62 : c == '/' ? 63 : -1;
 }
 
-/* Decodes at most `wanted` bytes; returns how many there were. Padding may stand between, as where
- * the length was encoded alone. */
+/* Decodes at most `wanted` bytes and returns how many there were. Padding may stand inside, since
+ * the length may be encoded alone. */
 static size_t decode_base64(const char *at, const char *stop, unsigned char *bytes, size_t wanted) {
   size_t used = 0;
   uint32_t bits = 0;
@@ -119,13 +122,14 @@ static size_t decode_base64(const char *at, const char *stop, unsigned char *byt
       continue;
     }
 
-    // blanks may stand anywhere, other bytes end the text
+    // white space may stand anywhere, but any other character ends the text
     if (value < 0) {
       if (is_space(*at))
         continue;
       break;
     }
 
+    // four characters of six bits each make three bytes
     bits = bits << 6 | (uint32_t)value;
     held += 6;
     if (held >= 8) {
@@ -147,7 +151,7 @@ static uint64_t header_value(const vtu_reader *r, const unsigned char *bytes) {
   return value;
 }
 
-/* The bytes of an array in [at, stop): its length and what follows. *owned is to be freed. */
+/* Finds the bytes of an array in [at, stop), behind their length. The caller frees *owned. */
 static thrum_status find_bytes(vtu_reader *r, const vtu_array *a, const char *at, const char *stop,
                                const unsigned char **bytes, uint64_t *count,
                                unsigned char **owned) {
@@ -199,6 +203,8 @@ static thrum_status read_bytes(vtu_reader *r, vtu_array *a, const char *at, cons
     status = fail_at(r, a->line, THRUM_OUT_OF_MEMORY, "not enough memory");
     goto cleanup;
   }
+
+  // all types become double, which holds every index exactly
   for (int64_t i = 0; i < a->array.count; i++)
     a->array.values[i] = thrum_cells_number(a->type, bytes + i * a->type.size, r->little);
 
@@ -344,7 +350,7 @@ static thrum_status find_appended(vtu_reader *r, const char **attributes) {
   return THRUM_OK;
 }
 
-/* The part of the grid that an element holds, if it is one that holds arrays. */
+/* Returns the part of the grid that an element holds, or NULL if it holds no arrays. */
 static const thrum_cells_place *place_of(const char *element) {
   static const struct {
     const char *name;
@@ -379,6 +385,7 @@ static void XMLCALL begin_element(void *reader, const char *element, const char 
   if (place)
     r->place = *place;
 
+  // other elements hold nothing of the mesh
   if (strcmp(element, "VTKFile") == 0)
     note(r, read_file_element(r, attributes));
   else if (strcmp(element, "Piece") == 0)
@@ -403,6 +410,8 @@ static void XMLCALL take_text(void *reader, const char *text, int length) {
   vtu_reader *r = reader;
   if (r->status < 0 || !r->collecting || length <= 0)
     return;
+
+  // expat gives the text of an element in pieces
   char *grown = thrum_mesh_grow(r->text, &r->text_capacity, r->text_size + length, 1);
   if (!grown) {
     note(r, fail(r, THRUM_OUT_OF_MEMORY, "not enough memory"));
@@ -468,6 +477,7 @@ thrum_status thrum_mesh_parse_vtu(const char *name, const void *data, size_t siz
   XML_SetElementHandler(r.parser, begin_element, end_element);
   XML_SetCharacterDataHandler(r.parser, take_text);
 
+  // appended arrays can be read only when the XML has told where they begin
   thrum_status status = parse_xml(&r);
   if (status >= 0)
     status = read_waiting(&r);

@@ -1,5 +1,5 @@
-/* Writing meshes: the writer is chosen by the suffix of the file. Cost: linear in the mesh, times
- * the number of regions for their names.
+/* Meshes are written by the writer that the suffix of the file names. Cost: linear in the mesh,
+ * times the number of regions for their names.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "mesh/formats/mesh_write.h"
@@ -10,11 +10,11 @@
 #include "mesh/formats/file_suffix.h"
 #include "mesh/formats/mesh_out.h"
 
-/* The group that has just the vertices of a region. */
+/* Finds the group that has exactly the vertices of a region; returns -1 when there is none. */
 static int64_t find_region_group(const thrum_mesh *mesh, int64_t region, uint8_t *in_region) {
   memset(in_region, 0, (size_t)mesh->vertex_count);
 
-  // the vertices of the region
+  // regions have no names of their own, but a group of the same vertices has one
   int64_t count = 0;
   for (int64_t t = 0; t < mesh->tet_count; t++)
     for (int a = 0; a < 4 && mesh->tet_region[t] == region; a++) {
@@ -23,7 +23,7 @@ static int64_t find_region_group(const thrum_mesh *mesh, int64_t region, uint8_t
       in_region[v] = 1;
     }
 
-  // a group of as many, all of them in the region, has just these
+  // a group of as many vertices, all of them in the region, has exactly these
   for (int64_t g = 0; g < mesh->group_count; g++) {
     const thrum_group *group = &mesh->groups[g];
     int64_t i = 0;
@@ -41,10 +41,12 @@ static thrum_status match_regions(thrum_mesh_written *w, thrum_error *error) {
   uint8_t *in_region = malloc((size_t)m->vertex_count + 1);
   w->region_group = malloc(((size_t)m->region_count + 1) * sizeof *w->region_group);
   w->group_region = malloc(((size_t)m->group_count + 1) * sizeof *w->group_region);
+
   thrum_status status = THRUM_OK;
   if (!in_region || !w->region_group || !w->group_region)
     status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory");
 
+  // the group is written as the region, so that it is not written twice
   for (int64_t g = 0; g < m->group_count && status >= 0; g++)
     w->group_region[g] = -1;
   for (int64_t i = 0; i < m->region_count && status >= 0; i++) {
@@ -68,27 +70,34 @@ static thrum_status write_file(const char *path, thrum_mesh_writer *writer, thru
   thrum_mesh_out *out = calloc(1, sizeof *out);
   if (!out)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory");
+
+  // the writer stops at the first failure, and the status is checked only here
   out->error = error;
   out->status = thrum_file_writer_open(path, &out->file, error);
   if (out->status >= 0) {
     writer(out, w);
     thrum_out_flush(out);
   }
+
   *result = out;
   return out->status;
 }
 
-/* One file, or TetGen's two, which are both made before either takes its place. */
+/* Writes one file, or TetGen's two, which are both complete before either takes its place. */
 static thrum_status write_files(const char *const *paths, thrum_mesh_writer *const *writers,
                                 int count, thrum_mesh_written *w, thrum_error *error) {
   thrum_mesh_out *outs[2] = {NULL, NULL};
   thrum_status status = match_regions(w, error);
+
+  // each step is done for both files, so that a failure before the last leaves both old files
   for (int i = 0; i < count && status >= 0; i++)
     status = write_file(paths[i], writers[i], w, &outs[i], error);
   for (int i = 0; i < count && status >= 0; i++)
     status = thrum_file_writer_finish(&outs[i]->file, error);
   for (int i = 0; i < count && status >= 0; i++)
     status = thrum_file_writer_commit(&outs[i]->file, error);
+
+  // what was not committed is removed
   for (int i = 0; i < count; i++) {
     if (outs[i])
       thrum_file_writer_abandon(&outs[i]->file);
@@ -104,12 +113,13 @@ static thrum_status write_tetgen(const char *path, thrum_mesh_written *w, thrum_
   char *names[2] = {malloc(stem + 6), malloc(stem + 5)};
   thrum_status status = THRUM_OUT_OF_MEMORY;
 
-  // either name stands for the pair
+  // both files have the given path with another suffix
   if (names[0] && names[1]) {
     for (int i = 0; i < 2; i++) {
       memcpy(names[i], path, stem);
       strcpy(names[i] + stem, i == 0 ? ".node" : ".ele");
     }
+
     const char *const paths[2] = {names[0], names[1]};
     thrum_mesh_writer *const writers[2] = {thrum_mesh_write_node, thrum_mesh_write_ele};
     status = write_files(paths, writers, 2, w, error);
@@ -131,8 +141,11 @@ thrum_status thrum_mesh_write(const char *path, const thrum_mesh *mesh,
   } writers[] = {{".veg", thrum_mesh_write_veg},    {".msh", thrum_mesh_write_msh},
                  {".mesh", thrum_mesh_write_medit}, {".vtk", thrum_mesh_write_vtk},
                  {".vtu", thrum_mesh_write_vtu},    {".inp", thrum_mesh_write_abaqus}};
+
   thrum_mesh_written w = {.mesh = mesh, .options = *options};
   thrum_status status = THRUM_UNSUPPORTED;
+
+  // only TetGen's format needs two files
   if (thrum_file_has_suffix(path, ".node") || thrum_file_has_suffix(path, ".ele")) {
     status = write_tetgen(path, &w, error);
   } else {
@@ -147,6 +160,7 @@ thrum_status thrum_mesh_write(const char *path, const thrum_mesh *mesh,
                              path);
     status = write_files(&path, &writers[i].write, 1, &w, error);
   }
+
   if (status >= 0)
     *lost = w.lost;
   return status;

@@ -1,6 +1,6 @@
-/* Writer of Abaqus input files: *NODE, *ELEMENT of type C3D4, an *ELSET a region, an *NSET a group,
- * and with materials *SOLID SECTION, *MATERIAL, *ELASTIC, *DENSITY. Cost: linear in the mesh, for
- * every region.
+/* Writes Abaqus input files: *NODE, *ELEMENT of type C3D4, an *ELSET for each region, an *NSET for
+ * each group, and with materials *SOLID SECTION, *MATERIAL, *ELASTIC, *DENSITY. Cost: linear in the
+ * mesh, for every region.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "mesh/formats/mesh_out.h"
@@ -22,9 +22,11 @@ static void put_material(thrum_mesh_out *out, const thrum_mesh *m, int64_t regio
   thrum_out_text(out, "*SOLID SECTION, ELSET=\"%s\", MATERIAL=material_%lld\n,\n", name,
                  (long long)region + 1);
   thrum_out_text(out, "*MATERIAL, NAME=material_%lld\n", (long long)region + 1);
-  // the section alone tells the region
+
+  // without a material the section still tells the region
   if (!m->has_material)
     return;
+
   thrum_out_text(out, "*ELASTIC\n");
   thrum_out_number(out, material->young);
   thrum_out_text(out, ", ");
@@ -38,6 +40,8 @@ static void put_region(thrum_mesh_out *out, thrum_mesh_written *w, int64_t regio
   const thrum_mesh *m = w->mesh;
   char name[256] = "allElements";
   int64_t column = 0;
+
+  // one region without a name is allElements, which needs no set of its own
   if (m->region_count > 1 || w->region_group[region] >= 0) {
     thrum_write_region_name(w, region, BAD, name);
     thrum_out_text(out, "*ELSET, ELSET=\"%s\"\n", name);
@@ -46,12 +50,15 @@ static void put_region(thrum_mesh_out *out, thrum_mesh_written *w, int64_t regio
         put_member(out, t + 1, &column);
     thrum_out_text(out, "%s", column > 0 ? "\n" : "");
   }
+
+  // several regions need sections even without materials
   if (m->has_material || m->region_count > 1)
     put_material(out, m, region, name);
 }
 
 void thrum_mesh_write_abaqus(thrum_mesh_out *out, thrum_mesh_written *w) {
   const thrum_mesh *m = w->mesh;
+
   thrum_out_text(out, "*HEADING\n mesh written by thrum, in metres\n*NODE\n");
   for (int64_t v = 0; v < m->vertex_count; v++) {
     thrum_out_text(out, "%lld, ", (long long)v + 1);
@@ -66,7 +73,7 @@ void thrum_mesh_write_abaqus(thrum_mesh_out *out, thrum_mesh_written *w) {
                    v[2] + 1LL, v[3] + 1LL);
   }
 
-  // a region's group is written as the element set of the region
+  // a group that stands for a region becomes the element set of the region
   for (int64_t g = 0; g < m->group_count; g++) {
     char name[256];
     int64_t column = 0;

@@ -1,5 +1,5 @@
-/* Writers of the formats that have one number a vertex: TetGen's .node and .ele, Medit's .mesh.
- * The numbers of the groups count from 1, those of regions too; names have no place. Cost: linear
+/* Writes the formats that have one number for each vertex: TetGen's .node and .ele, and Medit's
+ * .mesh. Groups and regions are numbered from 1; their names are lost. Cost: linear
  * in the mesh.
  *
  * SPDX-License-Identifier: Apache-2.0 */
@@ -46,7 +46,7 @@ void thrum_mesh_write_medit(thrum_mesh_out *out, thrum_mesh_written *w) {
   const thrum_mesh *m = w->mesh;
   int32_t *marks = thrum_write_marks(out, w);
 
-  // the reference of a vertex is its group
+  // a vertex carries its group as its reference
   thrum_out_text(out, "MeshVersionFormatted 2\nDimension 3\nVertices\n%lld\n",
                  (long long)m->vertex_count);
   for (int64_t v = 0; v < m->vertex_count && marks; v++) {
@@ -55,7 +55,7 @@ void thrum_mesh_write_medit(thrum_mesh_out *out, thrum_mesh_written *w) {
   }
   free(marks);
 
-  // the reference of a tet is its region
+  // a tet carries its region as its reference
   thrum_out_text(out, "Tetrahedra\n%lld\n", (long long)m->tet_count);
   for (int64_t t = 0; t < m->tet_count; t++) {
     const int32_t *v = m->tets + 4 * t;

@@ -1,4 +1,4 @@
-/* Writer of Gmsh's .msh, versions 2.2 and 4.1, ASCII or binary (little-endian). A group is a
+/* Writes Gmsh's .msh, versions 2.2 and 4.1, ASCII or binary (little-endian). A group is a
  * physical group of points, a region a physical volume that carries the name of the group of just
  * its vertices; one region without such a name is in no physical group. Cost: linear in the mesh.
  *
@@ -8,7 +8,7 @@
 
 enum { TYPE_POINT = 15, TYPE_TET = 4 };
 
-/* Numbers in either form: text with a blank behind, or the lowest byte first. */
+/* Writes a whole number as text with a blank behind, or as bytes, the lowest first. */
 static void put_whole(thrum_mesh_out *out, bool binary, uint64_t value, size_t size) {
   unsigned char bytes[8];
   if (!binary) {
@@ -38,7 +38,7 @@ static void end_line(thrum_mesh_out *out, bool binary) {
     thrum_out_text(out, "\n");
 }
 
-/* The physical volume of a region, 0 for none. */
+/* Returns the physical volume of a region, 0 for none. */
 static int64_t region_tag(const thrum_mesh_written *w, int64_t region) {
   return w->mesh->region_count > 1 || w->region_group[region] >= 0 ? region + 1 : 0;
 }
@@ -47,6 +47,7 @@ static void put_names(thrum_mesh_out *out, thrum_mesh_written *w) {
   const thrum_mesh *m = w->mesh;
   char name[256];
   int64_t count = 0;
+
   for (int64_t g = 0; g < m->group_count; g++)
     count += w->group_region[g] < 0;
   for (int64_t i = 0; i < m->region_count; i++)
@@ -55,7 +56,7 @@ static void put_names(thrum_mesh_out *out, thrum_mesh_written *w) {
   if (count == 0)
     return;
 
-  // groups are physical points, regions physical volumes
+  // groups are physical points, and regions are physical volumes
   thrum_out_text(out, "$PhysicalNames\n%lld\n", (long long)count);
   for (int64_t g = 0; g < m->group_count; g++)
     if (w->group_region[g] < 0)
@@ -69,7 +70,7 @@ static void put_names(thrum_mesh_out *out, thrum_mesh_written *w) {
   thrum_out_text(out, "$EndPhysicalNames\n");
 }
 
-/* How many points of groups there are, and in how many groups. */
+/* Counts the points of all groups, and the groups. */
 static int64_t point_count(const thrum_mesh_written *w, int64_t *groups) {
   int64_t points = 0;
   *groups = 0;
@@ -81,15 +82,18 @@ static int64_t point_count(const thrum_mesh_written *w, int64_t *groups) {
   return points;
 }
 
-/* One element of version 2.2: in binary behind a header of its own. */
+/* Writes one element of version 2.2; in binary it has a header of its own. */
 static void put_element_2(thrum_mesh_out *out, bool binary, int64_t number, int type,
                           int64_t physical, int64_t entity, const int32_t *vertices) {
   const int corners = type == TYPE_TET ? 4 : 1;
+
+  // a header is the type, the number of elements and the number of tags
   if (binary) {
     put_whole(out, true, (uint64_t)type, 4);
     put_whole(out, true, 1, 4);
     put_whole(out, true, 2, 4);
   }
+
   put_whole(out, binary, (uint64_t)number, 4);
   if (!binary)
     thrum_out_text(out, "%d 2 ", type);
@@ -113,7 +117,7 @@ static void put_body_2(thrum_mesh_out *out, thrum_mesh_written *w) {
     end_line(out, binary);
   }
 
-  // a group's vertices are elements of one node
+  // a physical group consists of elements, so each of its vertices is an element of one node
   const int64_t count = point_count(w, &groups) + m->tet_count;
   thrum_out_text(out, "%s$EndNodes\n$Elements\n%lld\n", binary ? "\n" : "", (long long)count);
   for (int64_t g = 0; g < m->group_count; g++)
@@ -126,7 +130,7 @@ static void put_body_2(thrum_mesh_out *out, thrum_mesh_written *w) {
   thrum_out_text(out, "%s$EndElements\n", binary ? "\n" : "");
 }
 
-/* `tag box physicals` of the point of a group or the volume of a region. */
+/* Writes `tag box physicals` of the point of a group or the volume of a region. */
 static void put_entity(thrum_mesh_out *out, bool binary, int64_t tag, const double *box,
                        int numbers, int64_t physical) {
   put_whole(out, binary, (uint64_t)tag, 4);
@@ -135,9 +139,11 @@ static void put_entity(thrum_mesh_out *out, bool binary, int64_t tag, const doub
   put_whole(out, binary, physical != 0, 8);
   if (physical != 0)
     put_whole(out, binary, (uint64_t)physical, 4);
-  // volumes say what bounds them: nothing here
+
+  // volumes would name their bounding surfaces, of which there are none
   if (numbers == 6)
     put_whole(out, binary, 0, 8);
+
   end_line(out, binary);
 }
 
@@ -148,14 +154,14 @@ static void put_entities(thrum_mesh_out *out, thrum_mesh_written *w) {
   double box[6] = {0};
   point_count(w, &groups);
 
-  // the box of the body is that of each volume
+  // readers use the box only for display, so all volumes have the box of the body
   for (int64_t i = 0; i < 3 * m->vertex_count; i++) {
     const double x = m->vertices[i];
     box[i % 3] = i < 3 || x < box[i % 3] ? x : box[i % 3];
     box[3 + i % 3] = i < 3 || x > box[3 + i % 3] ? x : box[3 + i % 3];
   }
 
-  // a point for each group, no curves, no surfaces, a volume for each region
+  // there is a point for each group and a volume for each region, but no curves or surfaces
   thrum_out_text(out, "$Entities\n");
   put_whole(out, binary, (uint64_t)groups, 8);
   put_whole(out, binary, 0, 8);
@@ -193,7 +199,7 @@ static void put_nodes_4(thrum_mesh_out *out, thrum_mesh_written *w) {
   const thrum_mesh *m = w->mesh;
   const bool binary = w->options.binary;
 
-  // one block: all tags, then all positions
+  // all nodes are in one block, which has all tags before all positions
   thrum_out_text(out, "$Nodes\n");
   put_header_4(out, binary, 1, m->vertex_count);
   put_block_4(out, binary, 3, 1, 0, m->vertex_count);
@@ -212,7 +218,7 @@ static void put_nodes_4(thrum_mesh_out *out, thrum_mesh_written *w) {
   thrum_out_text(out, "%s$EndNodes\n", binary ? "\n" : "");
 }
 
-/* Where the tets of the region of tet t, standing together, end. */
+/* Returns the end of the run of tets that are in the region of tet t. */
 static int64_t run_end(const thrum_mesh *m, int64_t t) {
   const int32_t region = m->tet_region[t];
   while (t < m->tet_count && m->tet_region[t] == region)
@@ -225,13 +231,15 @@ static void put_elements_4(thrum_mesh_out *out, thrum_mesh_written *w) {
   const bool binary = w->options.binary;
   int64_t groups, number = 0, blocks = 0;
   const int64_t count = point_count(w, &groups) + m->tet_count;
+
+  // blocks are counted first, since the header stands before them
   for (int64_t t = 0; t < m->tet_count; t = run_end(m, t))
     blocks++;
 
   thrum_out_text(out, "$Elements\n");
   put_header_4(out, binary, groups + blocks, count);
 
-  // a block of one-node elements for each group that is no region's
+  // each vertex of a group is an element of one node
   for (int64_t g = 0; g < m->group_count; g++) {
     if (w->group_region[g] >= 0)
       continue;
@@ -243,7 +251,7 @@ static void put_elements_4(thrum_mesh_out *out, thrum_mesh_written *w) {
     }
   }
 
-  // a block for each run of tets of one region, so that tets keep their order
+  // a block has one region; a block for each run keeps the tets in their order
   for (int64_t t = 0; t < m->tet_count;) {
     const int64_t end = run_end(m, t);
     put_block_4(out, binary, 3, m->tet_region[t] + 1LL, TYPE_TET, end - t);
@@ -262,7 +270,7 @@ void thrum_mesh_write_msh(thrum_mesh_out *out, thrum_mesh_written *w) {
   const bool old = w->options.msh_version == 22, binary = w->options.binary;
   thrum_out_text(out, "$MeshFormat\n%s %d 8\n", old ? "2.2" : "4.1", binary);
 
-  // a one, from which readers see the order of the bytes
+  // a number 1 tells readers the order of the bytes
   if (binary) {
     put_whole(out, true, 1, 4);
     thrum_out_text(out, "\n");

@@ -1,5 +1,5 @@
-/* Writer of Vega's .veg. Its sets are of elements: a group is carried as the set of the tets that
- * lie in it, if they have all of its vertices. Regions are carried with their materials; without
+/* Writes Vega's .veg. Its sets consist of elements: a group is written as the set of the tets that
+ * lie in it, if they have all of its vertices. Regions are written with their materials; without
  * materials they are sets. Cost: linear in the mesh, for every set.
  *
  * SPDX-License-Identifier: Apache-2.0 */
@@ -24,15 +24,16 @@ static bool lies_in(const thrum_mesh *m, int64_t t, const uint8_t *mark) {
   return mark[v[0]] && mark[v[1]] && mark[v[2]] && mark[v[3]];
 }
 
-/* Writes a group as the tets in it; false when they do not have all of its vertices. */
+/* Writes a group as the tets in it; returns false when they do not have all of its vertices. */
 static bool put_group(thrum_mesh_out *out, thrum_mesh_written *w, int64_t g, uint8_t *mark) {
   const thrum_mesh *m = w->mesh;
   const thrum_group *group = &m->groups[g];
+
   memset(mark, 0, (size_t)m->vertex_count);
   for (int64_t i = 0; i < group->count; i++)
     mark[group->vertices[i]] = 1;
 
-  // a set holds elements: only a group that tets cover can be written as one
+  // a set holds elements, so only a group that tets cover can be written as one
   int64_t covered = 0, column = 0;
   for (int64_t t = 0; t < m->tet_count; t++) {
     if (!lies_in(m, t, mark))
@@ -56,7 +57,7 @@ static bool put_group(thrum_mesh_out *out, thrum_mesh_written *w, int64_t g, uin
   return true;
 }
 
-/* The set of a region's tets; one region of all tets needs none. */
+/* Writes the set of a region's tets and its material; one region of all tets needs no set. */
 static void put_region(thrum_mesh_out *out, thrum_mesh_written *w, int64_t region) {
   const thrum_mesh *m = w->mesh;
   const int64_t group = w->region_group[region];
@@ -72,9 +73,10 @@ static void put_region(thrum_mesh_out *out, thrum_mesh_written *w, int64_t regio
     thrum_out_text(out, "%s", column > 0 ? "\n" : "");
   }
 
-  // a region joins a set and a material
+  // a region of the file joins a set with a material, so it needs one
   if (!m->has_material)
     return;
+
   const thrum_material *material = &m->materials[region];
   thrum_out_text(out, "\n*MATERIAL material_%lld\nENU, ", (long long)region + 1);
   thrum_out_number(out, material->density);
@@ -107,13 +109,14 @@ void thrum_mesh_write_veg(thrum_mesh_out *out, thrum_mesh_written *w) {
                    v[2] + 1LL, v[3] + 1LL);
   }
 
-  // a region's group is written with the region
+  // a group that stands for a region is written with the region
   for (int64_t i = 0; i < m->region_count; i++)
     put_region(out, w, i);
   for (int64_t g = 0; g < m->group_count; g++)
     if (w->group_region[g] < 0)
       w->lost.groups += !put_group(out, w, g, mark);
 
+  // regions without materials come back as sets, which is a loss to report
   if (!m->has_material && m->region_count > 1)
     w->lost.regions += m->region_count;
   free(mark);

@@ -1,4 +1,4 @@
-/* Writer of VTK's legacy files (version 3, ASCII or big-endian binary). Cell data: `region`, and
+/* Writes VTK's legacy files (version 3, ASCII or big-endian binary). Cell data: `region`, and
  * with materials `young`, `poisson`, `density`; point data: 0 and 1 for each group. Cost: linear in
  * the mesh, for every group.
  *
@@ -20,7 +20,7 @@ typedef enum column_kind {
   COLUMN_DENSITY
 } column_kind;
 
-/* One array of the file: how many numbers, of which width; whole or floating. */
+/* One array of the file: the number and size of its values, which are whole or floating. */
 typedef struct column {
   column_kind kind;
   int64_t group;
@@ -32,10 +32,13 @@ typedef struct column {
 
 static column make_column(const thrum_mesh *m, column_kind kind, int64_t group) {
   column c = {.kind = kind, .group = group, .count = m->tet_count, .size = 8};
+
   if (kind == COLUMN_POINTS)
     c.count = 3 * m->vertex_count;
   if (kind == COLUMN_GROUP)
     c.count = m->vertex_count;
+
+  // marks and regions are whole numbers of the smallest type that holds them
   c.whole = kind != COLUMN_POINTS && kind != COLUMN_YOUNG && kind != COLUMN_POISSON &&
             kind != COLUMN_DENSITY;
   if (kind == COLUMN_GROUP)
@@ -58,7 +61,7 @@ static double real_value(const thrum_mesh *m, const column *c, int64_t i) {
                                      : material->density;
 }
 
-/* The last `size` bytes of a number, big-endian. */
+/* Writes the last `size` bytes of a number, big-endian. */
 static void put_bits(thrum_mesh_out *out, uint64_t bits, int size) {
   unsigned char bytes[8];
   for (int i = 0; i < size; i++)
@@ -66,11 +69,14 @@ static void put_bits(thrum_mesh_out *out, uint64_t bits, int size) {
   thrum_out_bytes(out, bytes, (size_t)size);
 }
 
-/* All numbers of an array, as text or as bytes. */
+/* Writes all numbers of an array, as text or as bytes. */
 static void put_column(thrum_mesh_out *out, const thrum_mesh *m, const column *c, bool binary) {
   const int64_t per_line = c->kind == COLUMN_POINTS ? 3 : 10;
+
   for (int64_t i = 0; i < c->count; i++) {
     const char *after = i + 1 == c->count || i % per_line == per_line - 1 ? "\n" : " ";
+
+    // whole and floating numbers go through their bits, so that the order of the bytes is fixed
     if (binary) {
       uint64_t bits;
       const double value = c->whole ? 0 : real_value(m, c, i);
@@ -83,6 +89,8 @@ static void put_column(thrum_mesh_out *out, const thrum_mesh *m, const column *c
       thrum_out_text(out, "%s", after);
     }
   }
+
+  // the keyword behind the bytes needs a line of its own
   if (binary)
     thrum_out_text(out, "\n");
 }
@@ -94,13 +102,15 @@ static bool mark_group(thrum_mesh_out *out, const thrum_mesh *m, int64_t g, uint
     out->status = thrum_error_set(out->error, THRUM_OUT_OF_MEMORY, "not enough memory");
     return false;
   }
+
+  // one array serves all groups in turn
   memset(*mark, 0, (size_t)m->vertex_count);
   for (int64_t i = 0; i < m->groups[g].count; i++)
     (*mark)[m->groups[g].vertices[i]] = 1;
   return true;
 }
 
-/* Names in legacy files are words: other bytes go as %XX. */
+/* Writes a name as a word; in legacy files bytes that a word cannot have become %XX. */
 static void put_word(thrum_mesh_out *out, const char *name) {
   for (; *name; name++) {
     const unsigned char c = (unsigned char)*name;
@@ -128,7 +138,7 @@ static void put_legacy_cells(thrum_mesh_out *out, const thrum_mesh *m, bool bina
       put_bits(out, a < 0 ? 4 : (uint64_t)v[a], 4);
   }
 
-  // binary legacy files hold their numbers highest byte first
+  // the format wants a type for each cell, though all are tets
   thrum_out_text(out, "%sCELL_TYPES %lld\n", binary ? "\n" : "", (long long)m->tet_count);
   for (int64_t t = 0; t < m->tet_count; t++) {
     if (binary)
@@ -150,7 +160,7 @@ void thrum_mesh_write_vtk(thrum_mesh_out *out, thrum_mesh_written *w) {
   put_column(out, m, &points, binary);
   put_legacy_cells(out, m, binary);
 
-  // region and material of each cell
+  // the names of the arrays are those that the reader knows
   thrum_out_text(out, "%sCELL_DATA %lld\nFIELD FieldData %d\n", binary ? "\n" : "",
                  (long long)m->tet_count, m->has_material ? 4 : 1);
   for (int k = COLUMN_REGION; k <= (m->has_material ? COLUMN_DENSITY : COLUMN_REGION); k++) {
@@ -160,7 +170,7 @@ void thrum_mesh_write_vtk(thrum_mesh_out *out, thrum_mesh_written *w) {
     put_column(out, m, &c, binary);
   }
 
-  // 0 and 1 at each point for every group
+  // a group is an array of 0 and 1, which ParaView can threshold
   if (m->group_count > 0)
     thrum_out_text(out, "POINT_DATA %lld\nFIELD FieldData %lld\n", (long long)m->vertex_count,
                    (long long)m->group_count);

@@ -1,4 +1,4 @@
-/* Writer of VTK's XML files (.vtu) of a mesh. Cell data: `region`, and with materials `young`,
+/* Writes meshes as VTK's XML files (.vtu). Cell data: `region`, and with materials `young`,
  * `poisson`, `density`; point data: 0 and 1 for each group. Cost: linear in the mesh, for every
  * group.
  *
@@ -12,7 +12,7 @@
 
 enum { CELL_ARRAYS = 4 };
 
-/* Values of one group or one property of the material at a time. */
+/* The values of one group or of one property of the material at a time. */
 typedef struct made_values {
   const thrum_mesh *mesh;
   void *values; /* room for a byte a vertex and a double a tet */
@@ -50,6 +50,7 @@ void thrum_mesh_write_vtu(thrum_mesh_out *out, thrum_mesh_written *w) {
   int64_t count = 0;
   vtu_array *arrays = malloc((size_t)(m->group_count + CELL_ARRAYS) * sizeof *arrays);
   made.values = malloc((size_t)m->vertex_count + (size_t)m->tet_count * sizeof(double));
+
   if (arrays == NULL || made.values == NULL) {
     out->status = thrum_error_set(out->error, THRUM_OUT_OF_MEMORY, "not enough memory");
     goto cleanup;
@@ -71,6 +72,8 @@ void thrum_mesh_write_vtu(thrum_mesh_out *out, thrum_mesh_written *w) {
                          .ascii = w->options.ascii,
                          .make_values = make_values,
                          .context = &made};
+
+  // the grid goes past the buffer, straight to the stream
   thrum_out_flush(out);
   if (out->status >= 0)
     vtu_grid_write(out->file.stream, &grid);

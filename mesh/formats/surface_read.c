@@ -1,5 +1,5 @@
-/* Reading triangle surfaces: the reader is chosen by the suffix, lengths are scaled. Cost: linear
- * in the file.
+/* Triangle surfaces are read by the reader that the suffix names, and then scaled. Cost: linear in
+ * the file.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "mesh/formats/surface_read.h"
@@ -38,16 +38,21 @@ thrum_status thrum_surface_mesh_read(const char *path, double scale, thrum_surfa
   if (parse == NULL)
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "%.200s: unknown kind of surface; give an .obj or .stl file", path);
+
   void *data = NULL;
   size_t size = 0;
   thrum_status status = thrum_file_read(path, &data, &size, error);
   if (status < 0)
     return status;
+
+  // the caller's surface changes only when all went well
   thrum_surface_mesh read = {0};
   status = parse(path, data, size, &read, error);
   free(data);
+
   if (status >= 0)
     status = scale_vertices(path, scale, &read, error);
+
   if (status < 0)
     thrum_surface_mesh_free(&read);
   else

@@ -1,8 +1,8 @@
-/* Wavefront .obj: v (x y z, then a weight or a colour, passed over) and f (i, i/j, i//k or i/j/k;
- * negative ones count back from the last vertex). Polygons become fans from their first corner.
- * A line that ends in \ goes on in the next; # begins a comment. What only dresses the surface is
- * passed over, free-form curves and surfaces are refused. Format: Wavefront, Advanced Visualizer
- * Manual, appendix B1. Cost: linear in the file.
+/* Reads Wavefront .obj: v (x y z, then a weight or a colour, passed over) and f (i, i/j, i//k or
+ * i/j/k; negative ones count back from the last vertex). Polygons become fans from their first
+ * corner. A line that ends in \ continues in the next; # begins a comment. Statements that only
+ * describe the look of the surface are passed over, free-form curves and surfaces are refused.
+ * Format: Wavefront, Advanced Visualizer Manual, appendix B1. Cost: linear in the file.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <stdlib.h>
@@ -22,7 +22,7 @@ typedef struct obj_reader {
   thrum_error *error;
 } obj_reader;
 
-/* What dresses a surface or names its parts. */
+/* Statements that describe the look of a surface or name its parts. */
 static const char *const passed_over[] = {"vt",         "vn",  "vp",     "g",        "o",
                                           "s",          "mg",  "usemtl", "mtllib",   "maplib",
                                           "usemap",     "lod", "bevel",  "c_interp", "d_interp",
@@ -50,15 +50,17 @@ static bool next_statement(obj_reader *r) {
   return true;
 }
 
-/* Is there another word in the statement, on this line or on one that it goes on in? */
+/* Tells whether the statement has another word, on this line or on one that continues it. */
 static bool more(obj_reader *r) {
   while (!thrum_text_more(&r->text)) {
     const int64_t line = r->text.line;
     if (!r->goes_on || r->pending || !thrum_text_next_line(&r->text))
       return false;
-    // a blank line in between ended the statement
+
+    // a blank line in between ends the statement
     r->pending = r->text.line > line + 1;
     begin_line(r);
+
     if (r->pending)
       return false;
   }
@@ -75,6 +77,7 @@ static bool is_among(const char *word, size_t length, const char *const *names, 
 static thrum_status read_vertex(obj_reader *r) {
   static const char *const axes[] = {"the x coordinate", "the y coordinate", "the z coordinate"};
   double position[3] = {0}, unused = 0;
+
   for (int c = 0; c < 3; c++) {
     more(r);
     THRUM_TRY(r->pending ? thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
@@ -82,15 +85,17 @@ static thrum_status read_vertex(obj_reader *r) {
                          : thrum_text_number(&r->text, axes[c], &position[c], r->error));
   }
 
-  // a weight, a colour, or both
+  // some programs append a weight, a colour, or both
   for (int n = 0; n < 4 && more(r); n++)
     THRUM_TRY(thrum_text_number(&r->text, "a weight or a colour", &unused, r->error));
+
   if (more(r))
     THRUM_TRY(thrum_text_finish(&r->text, "the vertex", r->error));
   return thrum_surface_add_vertex(&r->builder, position);
 }
 
-/* One of the three numbers of a corner; false when it is none. An empty one is 0. */
+/* Scans one of the three numbers of a corner; an empty one is 0. Returns false when it is no
+ * number. */
 static bool scan_index(const char **at, const char *end, int64_t *index) {
   *index = 0;
   if (*at < end && **at != '/') {
@@ -102,7 +107,7 @@ static bool scan_index(const char **at, const char *end, int64_t *index) {
   return true;
 }
 
-/* The vertex of a corner, from 1; those of a texture and a normal behind slashes are passed over.
+/* Reads the vertex of a corner, from 1; the texture and the normal behind slashes are passed over.
  */
 static thrum_status read_corner(obj_reader *r, int64_t *corner) {
   const char *word = "", *at;
@@ -110,7 +115,7 @@ static thrum_status read_corner(obj_reader *r, int64_t *corner) {
   thrum_text_word(&r->text, &word, &length);
   const char *end = word + length;
 
-  // vertex, texture coordinate and normal, of which the first counts
+  // texture coordinate and normal are checked, so that a wrong file is noticed
   int64_t index[3] = {0};
   at = word;
   bool good = scan_index(&at, end, &index[0]) && index[0] != 0;
@@ -125,11 +130,13 @@ static thrum_status read_corner(obj_reader *r, int64_t *corner) {
   // a negative index counts back from the last vertex so far
   const int64_t count = r->builder.made.vertex_count;
   const int64_t vertex = index[0] < 0 ? count + 1 + index[0] : index[0];
-  // a vertex may still come, but none can be before the first
+
+  // a vertex may still follow, but none stands before the first
   if (vertex < 1 || vertex > INT32_MAX - 1)
     return thrum_text_fail(&r->text, THRUM_BAD_VALUE, r->error,
                            "a corner names vertex %lld, and there are %lld up to here",
                            (long long)index[0], (long long)count);
+
   *corner = vertex;
   return THRUM_OK;
 }
@@ -137,21 +144,22 @@ static thrum_status read_corner(obj_reader *r, int64_t *corner) {
 static thrum_status read_face(obj_reader *r) {
   const int64_t line = r->text.line;
 
+  // a face has any number of corners
   for (r->corner_count = 0; more(r); r->corner_count++) {
     int64_t *grown =
         thrum_mesh_grow(r->corners, &r->corner_capacity, r->corner_count + 1, sizeof *grown);
-
     if (grown == NULL)
       return thrum_error_set(r->error, THRUM_OUT_OF_MEMORY, "not enough memory for the surface");
     r->corners = grown;
     THRUM_TRY(read_corner(r, &grown[r->corner_count]));
   }
+
   if (r->corner_count < 3)
     return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
                            "the face%s has %lld corners; it needs three or more",
                            r->pending ? " before this line" : "", (long long)r->corner_count);
 
-  // more than three corners make a fan from the first
+  // a polygon becomes a fan of triangles around its first corner
   r->builder.made.polygons += r->corner_count > 3;
   for (int64_t n = 2; n < r->corner_count; n++) {
     const int32_t triangle[3] = {(int32_t)(r->corners[0] - 1), (int32_t)(r->corners[n - 1] - 1),
@@ -173,7 +181,7 @@ static thrum_status read_statement(obj_reader *r) {
   if (thrum_text_equals(word, length, "f") || thrum_text_equals(word, length, "fo"))
     return read_face(r);
 
-  // what has no triangles is refused, what only adorns them is passed over
+  // statements of free-form surfaces are refused, since their triangles are not in the file
   if (is_among(word, length, curved, sizeof curved / sizeof *curved))
     return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
                            "'%s' belongs to a free-form surface; export the surface as polygons",
@@ -184,6 +192,7 @@ static thrum_status read_statement(obj_reader *r) {
         "expected a statement such as v or f, found '%s'; is it a Wavefront .obj?",
         thrum_text_excerpt(word, length).text);
 
+  // a statement that is passed over may continue on further lines
   while (more(r))
     thrum_text_word(&r->text, &word, &length);
   return THRUM_OK;
@@ -194,6 +203,7 @@ static thrum_status check_indices(obj_reader *r) {
   const thrum_surface_mesh *made = &r->builder.made;
   if (made->triangle_count == 0)
     return thrum_text_fail(&r->text, THRUM_MISSING, r->error, "there are no faces (f) in the file");
+
   for (int64_t n = 0; n < 3 * made->triangle_count; n++) {
     if (made->triangles[n] < made->vertex_count)
       continue;
@@ -213,6 +223,7 @@ thrum_status thrum_surface_parse_obj(const char *name, const void *data, size_t 
     status = read_statement(&r);
   if (status >= 0)
     status = check_indices(&r);
+
   free(r.corners);
   if (status < 0)
     thrum_surface_mesh_free(&r.builder.made);

@@ -1,7 +1,7 @@
-/* STL, ASCII (solid, facet normal, outer loop, three vertex lines) and binary (80 bytes, a count,
- * and 50 bytes a facet: normal, three corners, an attribute, little-endian floats). A file whose
- * size is just that of its count is binary, whatever its first word. Normals and attributes are
- * passed over; corners at just the same place become one vertex. Format: 3D Systems,
+/* Reads STL files, ASCII (solid, facet normal, outer loop, three vertex lines) and binary (80
+ * bytes, a count, and 50 bytes a facet: normal, three corners, an attribute, little-endian floats).
+ * A file whose size is just that of its count is binary, whatever its first word. Normals and
+ * attributes are passed over; corners at just the same place become one vertex. Format: 3D Systems,
  * Stereolithography Interface Specification, 1989. Cost: linear in the file.
  *
  * SPDX-License-Identifier: Apache-2.0 */
@@ -22,7 +22,7 @@ typedef struct stl_reader {
   thrum_error *error;
 } stl_reader;
 
-/* The vertex at a place, a new one when there is none yet. */
+/* Finds the vertex at a place; a new one is added when there is none yet. */
 static thrum_status find_vertex(stl_reader *r, const double position[3], int32_t *vertex) {
   thrum_surface_mesh *made = &r->builder.made;
   const int64_t count = made->vertex_count;
@@ -36,10 +36,13 @@ static thrum_status find_vertex(stl_reader *r, const double position[3], int32_t
 static thrum_status expect_word(stl_reader *r, const char *wanted) {
   const char *word = "";
   size_t length = 0;
+
+  // words may stand on any number of lines
   while (!thrum_text_more(&r->text))
     if (!thrum_text_next_line(&r->text))
       return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
                              "the file ends before '%s'; is it cut short?", wanted);
+
   thrum_text_word(&r->text, &word, &length);
   if (thrum_text_equals(word, length, wanted))
     return THRUM_OK;
@@ -47,15 +50,16 @@ static thrum_status expect_word(stl_reader *r, const char *wanted) {
                          thrum_text_excerpt(word, length).text);
 }
 
-/* facet normal ... endfacet, of which `facet` was read. */
+/* Reads a facet up to `endfacet`, after the word `facet`. */
 static thrum_status read_facet(stl_reader *r) {
   static const char *const axes[] = {"the x coordinate", "the y coordinate", "the z coordinate"};
   const int64_t line = r->text.line;
   int32_t corners[3] = {0};
   double position[3] = {0};
+
   THRUM_TRY(expect_word(r, "normal"));
 
-  // some programs write nan for the normal of a flat facet, and nobody needs it
+  // the normal follows from the corners, and some programs write nan for it
   thrum_text_next_line(&r->text);
   THRUM_TRY(expect_word(r, "outer"));
   THRUM_TRY(expect_word(r, "loop"));
@@ -67,16 +71,18 @@ static thrum_status read_facet(stl_reader *r) {
     THRUM_TRY(thrum_text_finish(&r->text, "the vertex", r->error));
     THRUM_TRY(find_vertex(r, position, &corners[c]));
   }
+
   THRUM_TRY(expect_word(r, "endloop"));
   THRUM_TRY(expect_word(r, "endfacet"));
   return thrum_surface_add_triangle(&r->builder, corners, line);
 }
 
-/* Solids, one after the other, are one surface. */
+/* Reads an ASCII file; all its solids together are one surface. */
 static thrum_status read_text(stl_reader *r) {
   const char *word = "";
   size_t length = 0;
   bool inside = false;
+
   while (thrum_text_next_line(&r->text)) {
     thrum_text_word(&r->text, &word, &length);
     thrum_status status = THRUM_OK;
@@ -91,6 +97,7 @@ static thrum_status read_text(stl_reader *r) {
     else
       status = thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error, "expected '%s', found '%s'",
                                inside ? "facet" : "solid", thrum_text_excerpt(word, length).text);
+
     if (status < 0)
       return status;
   }
@@ -111,12 +118,11 @@ static thrum_status read_binary(stl_reader *r, const unsigned char *data, uint32
     const unsigned char *facet = data + HEADER + (size_t)n * FACET;
     int32_t corners[3] = {0};
 
-    // three corners behind the normal, which is passed over
+    // the normal in front of the corners follows from them
     for (int c = 0; c < 3; c++) {
       double position[3];
       for (int axis = 0; axis < 3; axis++) {
         const uint32_t bits = get32(facet + 12 + 12 * c + 4 * axis);
-
         float value;
         memcpy(&value, &bits, sizeof value);
         position[axis] = (double)value;
@@ -125,8 +131,10 @@ static thrum_status read_binary(stl_reader *r, const unsigned char *data, uint32
                                  "facet %lu has a corner that is not a finite number",
                                  (unsigned long)n + 1);
       }
+
       THRUM_TRY(find_vertex(r, position, &corners[c]));
     }
+
     THRUM_TRY(thrum_surface_add_triangle(&r->builder, corners, (int64_t)n + 1));
   }
   return THRUM_OK;
@@ -143,10 +151,13 @@ static bool begins_with_solid(const unsigned char *data, size_t size) {
 static thrum_status read_stl(stl_reader *r, const unsigned char *data, size_t size) {
   const uint32_t count = size >= HEADER ? get32(data + HEADER - 4) : 0;
   const uint64_t binary = HEADER + (uint64_t)count * FACET;
+
+  // some binary files begin with 'solid' too, so the size is asked first
   if (size >= HEADER && size == binary)
     return read_binary(r, data, count);
   if (begins_with_solid(data, size))
     return read_text(r);
+
   if (size < HEADER)
     return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
                            "neither 'solid' nor the 84 bytes that begin a binary .stl");
@@ -165,6 +176,7 @@ thrum_status thrum_surface_parse_stl(const char *name, const void *data, size_t 
     status = read_stl(&r, data, size);
   if (status >= 0 && r.builder.made.triangle_count == 0)
     status = thrum_text_fail(&r.text, THRUM_MISSING, error, "there are no facets in the file");
+
   thrum_point_hash_free(&r.places);
   if (status < 0)
     thrum_surface_mesh_free(&r.builder.made);

@@ -1,4 +1,4 @@
-/* From the arrays of VTK's unstructured grid to a mesh. Cost: linear in the arrays.
+/* Makes a mesh from the arrays of VTK's unstructured grid. Cost: linear in the arrays.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "mesh/formats/vtk_cells.h"
@@ -57,7 +57,7 @@ thrum_cells_type thrum_cells_type_of(const char *name, size_t length) {
                {"UInt32", {4, true, false}},      {"Int64", {8, true, true}},
                {"UInt64", {8, true, false}}};
 
-  // names of the legacy and of the XML format
+  // the legacy and the XML format have other names for the same types
   for (size_t i = 0; i < sizeof types / sizeof *types; i++)
     if (thrum_text_equals(name, length, types[i].name))
       return types[i].type;
@@ -70,11 +70,13 @@ double thrum_cells_number(thrum_cells_type type, const unsigned char *bytes, boo
   for (int i = 0; i < type.size; i++)
     bits = bits << 8 | bytes[little ? type.size - 1 - i : i];
 
+  // floating numbers have the same bits in memory as in the file
   if (!type.whole && type.size == 8) {
     double value;
     memcpy(&value, &bits, sizeof value);
     return value;
   }
+
   if (!type.whole) {
     const uint32_t half = (uint32_t)bits;
     float value;
@@ -97,13 +99,14 @@ static const thrum_cells_array *find(const thrum_cells *cells, thrum_cells_place
   return NULL;
 }
 
-/* A cell array of one number a cell, by its name; NULL when there is none. */
+/* Finds a cell array of one number for each cell by its name; returns NULL when there is none. */
 static const thrum_cells_array *find_cell_data(const thrum_cells *cells, const char *name) {
   const thrum_cells_array *a = find(cells, THRUM_CELLS_CELL_DATA, name);
   return a && a->count == cells->cell_count ? a : NULL;
 }
 
-/* Whole numbers of the cells that tell regions, under the names that programs give them. */
+/* Finds the whole numbers of the cells that tell regions, under the names that programs give them.
+ */
 static const thrum_cells_array *find_region(const thrum_cells *cells) {
   static const char *const names[] = {"region",    "regions",       "MaterialIds",
                                       "material",  "CellEntityIds", "gmsh:physical",
@@ -134,7 +137,7 @@ static thrum_status find_grid(const thrum_cells *cells, grid *g) {
   g->poisson = find_cell_data(cells, "poisson");
   g->density = find_cell_data(cells, "density");
 
-  // four arrays make a grid, the others are welcome
+  // without these four arrays there are no tets; the others are optional
   if (!g->points || !g->connectivity || !g->offsets || !g->types)
     return thrum_error_set(g->error, THRUM_MISSING,
                            "%.200s: the grid has no %s; is it an unstructured grid, and whole?",
@@ -144,6 +147,7 @@ static thrum_status find_grid(const thrum_cells *cells, grid *g) {
                            : !g->offsets      ? "ends of cells"
                                               : "types of cells");
 
+  // indices into the arrays are safe only if their lengths agree
   if (g->points->count != 3 * cells->point_count || g->types->count != cells->cell_count ||
       g->offsets->count != cells->cell_count)
     return thrum_error_set(g->error, THRUM_BAD_SHAPE,
@@ -153,6 +157,7 @@ static thrum_status find_grid(const thrum_cells *cells, grid *g) {
                            (long long)g->offsets->count, (long long)cells->point_count,
                            (long long)cells->cell_count);
 
+  // a point at infinity would make every later computation useless
   for (int64_t i = 0; i < g->points->count; i++)
     if (!isfinite(g->points->values[i]))
       return thrum_error_set(g->error, THRUM_BAD_VALUE,
@@ -162,7 +167,8 @@ static thrum_status find_grid(const thrum_cells *cells, grid *g) {
   return THRUM_OK;
 }
 
-/* Corners of a cell's type: 4 and 10 of tets, 0 of what has no volume, -1 of what is not read. */
+/* Returns the number of points of a tet's type, 4 or 10; 0 for cells without volume; -1 for types
+ * that are not supported. */
 static int tet_corners(double type) {
   static const unsigned char flat[] = {0,  1,  2,  3,  4,  5,  6,  7,  8,  9, 21,
                                        22, 23, 28, 30, 34, 35, 36, 68, 69, 70};
@@ -181,7 +187,7 @@ static thrum_status bad_cell(const grid *g, int64_t cell, const char *fault) {
                          (long long)cell, fault);
 }
 
-/* The key of a cell's region; cells of one region are of one material. */
+/* Returns the key of a cell's region; cells of one region have one material. */
 static int64_t region_key(const grid *g, int64_t cell) {
   return g->region ? (int64_t)g->region->values[cell] : 0;
 }
@@ -189,10 +195,11 @@ static int64_t region_key(const grid *g, int64_t cell) {
 static thrum_status add_cell(const grid *g, int64_t cell, double first, thrum_mesh_builder *b) {
   const double end = g->offsets->values[cell];
   const int corners = tet_corners(g->types->values[cell]);
+
   if (!(end >= first && end <= (double)g->connectivity->count))
     return bad_cell(g, cell, "ends beyond the connectivity, or before it begins");
 
-  // points, lines and faces beside the tets are passed over
+  // cells without volume, such as a triangulated boundary, may stand beside the tets
   if (corners == 0)
     return THRUM_OK;
   if (corners < 0)
@@ -206,27 +213,35 @@ static thrum_status add_cell(const grid *g, int64_t cell, double first, thrum_me
   int64_t vertices[4];
   for (int a = 0; a < 4; a++) {
     const double v = g->connectivity->values[(int64_t)first + a];
-    // points count from 0; a wild number must not be converted
+
+    // converting a number beyond the integers would be undefined
     if (!(v >= 0 && v < 2147483648.0))
       return bad_cell(g, cell, "names a point that is out of range");
     vertices[a] = (int64_t)v;
   }
 
+  // a wild number must not be converted
   if (g->region && !(fabs(g->region->values[cell]) < 1e15))
     return bad_cell(g, cell, "has a region that is out of range");
+
+  // quadratic tets are read by their corners, which come first
   b->cornered_tets += corners == 10;
   return thrum_builder_tet(b, vertices, region_key(g, cell), 0);
 }
 
-/* Whole point data of one column that is 0 and 1, and not all 0, is a group. */
+/* Makes a group of whole point data of one column whose values are 0 and 1; without any 1 there is
+ * no group. */
 static thrum_status add_group(const thrum_cells *cells, const thrum_cells_array *a,
                               thrum_mesh_builder *b) {
   if (a->place != THRUM_CELLS_POINT_DATA || !a->whole || a->columns > 1 ||
       a->count != cells->point_count || thrum_mesh_name_fault(a->name, strlen(a->name)))
     return THRUM_OK;
+
+  // any other value makes it data of another kind
   for (int64_t i = 0; i < a->count; i++)
     if (a->values[i] != 0 && a->values[i] != 1)
       return THRUM_OK;
+
   int64_t list = 0;
   THRUM_TRY(thrum_builder_list(b, a->name, strlen(a->name), &list));
   for (int64_t i = 0; i < a->count; i++)
@@ -235,7 +250,7 @@ static thrum_status add_group(const thrum_cells *cells, const thrum_cells_array 
   return THRUM_OK;
 }
 
-/* The material of each region, which all of its tets must agree on. */
+/* Sets the material of each region, which must be the same for all its tets. */
 static thrum_status add_materials(const grid *g, int64_t cell_count, thrum_mesh *mesh) {
   if (!g->young || !g->poisson || !g->density)
     return THRUM_OK;
@@ -246,14 +261,14 @@ static thrum_status add_materials(const grid *g, int64_t cell_count, thrum_mesh 
     if (tet_corners(g->types->values[cell]) <= 0)
       continue;
 
-    // tets were numbered in the order of their cells
+    // tets have the order of their cells
     const thrum_material own = {g->young->values[cell], g->poisson->values[cell],
                                 g->density->values[cell]};
     thrum_material *material = &mesh->materials[mesh->tet_region[t++]];
     if (!isfinite(own.young) || !isfinite(own.poisson) || !isfinite(own.density))
       return bad_cell(g, cell, "has a material that is not finite");
 
-    // the first cell of a region says what it is made of
+    // the first cell of a region sets its material
     if (material->young == 0 && material->poisson == 0 && material->density == 0)
       *material = own;
     if (material->young != own.young || material->poisson != own.poisson ||
@@ -265,7 +280,7 @@ static thrum_status add_materials(const grid *g, int64_t cell_count, thrum_mesh 
   return THRUM_OK;
 }
 
-/* Of several regions each is a group, in a file that has no groups of its own. */
+/* Makes a group of each of several regions if the file has no groups of its own. */
 static thrum_status add_region_groups(const thrum_mesh_builder *b, thrum_mesh *mesh,
                                       thrum_error *error) {
   if (mesh->group_count > 0 || mesh->region_count == 1)
@@ -287,6 +302,8 @@ static thrum_status build(const thrum_cells *cells, grid *g, thrum_mesh_builder 
     THRUM_TRY(add_cell(g, c, c > 0 ? g->offsets->values[c - 1] : 0, b));
   for (int64_t i = 0; i < cells->array_count; i++)
     THRUM_TRY(add_group(cells, &cells->arrays[i], b));
+
+  // regions are known only when all cells were added
   THRUM_TRY(thrum_builder_finish(b, g->name, mesh));
   THRUM_TRY(add_materials(g, cells->cell_count, mesh));
   return add_region_groups(b, mesh, g->error);
@@ -297,8 +314,10 @@ thrum_status thrum_cells_mesh(const thrum_cells *cells, const char *name, thrum_
   thrum_mesh_builder builder = {.error = error};
   thrum_mesh read = {0};
   grid g = {.name = name, .error = error};
+
   thrum_status status = build(cells, &g, &builder, &read);
   thrum_builder_free(&builder);
+
   if (status >= 0)
     *mesh = read;
   else

@@ -44,14 +44,15 @@ thrum_status thrum_cells_take(thrum_cells *cells, const thrum_cells_array *array
 thrum_status thrum_cells_mesh(const thrum_cells *cells, const char *name, thrum_mesh *mesh,
                               thrum_error *error);
 
-/* What the numbers of VTK's types take in a file: size in bytes (0: no such type), and whether they
- * are whole or signed. Knows the names of both kinds of file, such as "double" and "Float64". */
+/* A type of numbers in VTK files: its size in bytes (0: no such type), and whether it is whole or
+ * signed. thrum_cells_type_of knows the names of both kinds of file, such as "double" and
+ * "Float64". */
 typedef struct thrum_cells_type {
   int size;
   bool whole, is_signed;
 } thrum_cells_type;
 thrum_cells_type thrum_cells_type_of(const char *name, size_t length);
-/* One number of that type. */
+/* Reads one number of that type. */
 double thrum_cells_number(thrum_cells_type type, const unsigned char *bytes, bool little);
 
 void thrum_cells_free(thrum_cells *cells);
