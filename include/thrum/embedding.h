@@ -3,11 +3,15 @@
  *
  *   x_v = sum_c w_vc (X_c + U_c q) = X_v + W_v q,   W_v = sum_c w_vc U_c,   sum_c w_vc = 1
  *
- * over the four corners c of its tetrahedron; w are its barycentric coordinates there, which an
- * affine map of the mesh carries along exactly. The rows W are made beforehand, so a surface costs
- * what as many vertices of the mesh would, and a model needs neither mesh nor basis to show it.
+ * over the four corners c of its tetrahedron; w are its barycentric coordinates there, which stay
+ * exact under every affine map of the mesh. The rows W are made beforehand, so a surface costs as
+ * much as the same number of vertices of the mesh, and a model needs neither mesh nor basis for it.
  *
  *   load the model; thrum_surface_load; each frame: step, thrum_surface_positions, _normals, draw
+ *
+ * Memory: only thrum_embedding_load and thrum_surface_load allocate, one block each, which
+ * thrum_embedding_free and thrum_surface_free return. Threads: an embedding is immutable and may be
+ * shared by any number of threads.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_EMBEDDING_H
@@ -48,7 +52,8 @@ extern "C" {
 
 typedef float thrum_f4;
 
-/* Immutable; the arrays lie in a block that somebody else owns. */
+/* Immutable; the arrays lie in a block that the embedding does not own: the caller's file buffer or
+ * arrays, or the block of thrum_embedding_load. */
 typedef struct thrum_embedding {
 #define X(name, meaning) int64_t name;
   THRUM_EMBEDDING_SIZES(X)
@@ -59,36 +64,41 @@ typedef struct thrum_embedding {
 } thrum_embedding;
 
 /* Uses `file`, the bytes of a surface file aligned to 8, in place: on success *embedding points
- * into it, and it must outlive the embedding. Every check of the format is made; THRUM_MISALIGNED
- * where an array is not aligned to its entries (those that `thrum embed` writes are). Allocates
- * nothing. */
+ * into it, and it must outlive the embedding. The whole file is checked: THRUM_BAD_FORMAT,
+ * THRUM_BAD_CHECKSUM, THRUM_UNSUPPORTED, THRUM_MISSING, THRUM_BAD_SHAPE or THRUM_BAD_VALUE with the
+ * array; THRUM_MISALIGNED where an array is not aligned to its entries (`thrum embed` aligns them).
+ * Allocates nothing. */
 THRUM_API thrum_status thrum_embedding_view(const void *file, size_t file_size,
                                             thrum_embedding *embedding, thrum_error *error);
 
-/* Reads the file at `path` into one heap block; free it with thrum_embedding_free. */
+/* Reads the file at `path` into one heap block, which the caller owns and returns with
+ * thrum_embedding_free. THRUM_IO, THRUM_OUT_OF_MEMORY, or the failures of thrum_embedding_view. */
 THRUM_API thrum_status thrum_embedding_load(const char *path, const thrum_embedding **embedding,
                                             thrum_error *error);
 THRUM_API void
-thrum_embedding_free(const thrum_embedding *embedding); /* of _load alone; NULL is fine */
+thrum_embedding_free(const thrum_embedding *embedding); /* made by _load alone; NULL does nothing */
 
-/* Checks an embedding made by hand: every size, value and index. */
+/* Checks an embedding made by hand: every size, value and index. THRUM_INVALID_ARGUMENT for NULL,
+ * THRUM_BAD_SHAPE or THRUM_BAD_VALUE with the array. */
 THRUM_API thrum_status thrum_embedding_check(const thrum_embedding *embedding, thrum_error *error);
 
-/* Is it embedded in this model, or in the one that this was truncated from? THRUM_BAD_VALUE when
- * omega2 says that it is not: embed the surface again. */
+/* Checks that the surface is embedded in this model, or in the one from which it was truncated:
+ * THRUM_BAD_VALUE where omega2 differs, and the surface has to be embedded again;
+ * THRUM_INVALID_ARGUMENT for NULL. */
 THRUM_API thrum_status thrum_embedding_fits(const thrum_embedding *embedding,
                                             const thrum_model *model, thrum_error *error);
 
-/* What thrum_surface_size and _init take to show it, with its triangles; it points into the
- * embedding, which is needed no longer once the surface is made. */
+/* The def from which thrum_surface_size and _init make this surface, with its triangles. It points
+ * into the embedding, which may go once the surface is made. */
 THRUM_API thrum_surface_def thrum_embedding_surface(const thrum_embedding *embedding);
 
-/* All of it at once: reads the file, checks that it fits the model, and makes the surface in one
- * heap block; free it with thrum_surface_free. The model may lack mesh and basis, and may go. */
+/* Reads the file at `path`, checks that it fits the model, and makes the surface in one heap block,
+ * which the caller owns and returns with thrum_surface_free. The model may lack mesh and basis, and
+ * may go afterwards. It fails as thrum_embedding_load, _fits and thrum_surface_init. */
 THRUM_API thrum_status thrum_surface_load(const char *path, const thrum_model *model,
                                           const thrum_surface **surface, thrum_error *error);
 THRUM_API void
-thrum_surface_free(const thrum_surface *surface); /* of thrum_surface_load alone; NULL is fine */
+thrum_surface_free(const thrum_surface *surface); /* made by _load alone; NULL does nothing */
 
 #ifdef __cplusplus
 }

@@ -1,18 +1,24 @@
-/* Is a state still where its model can be believed? Cheap, optional looks at q and at a load, which
- * raise typed warnings and never print, stop or change anything.
+/* Validity of a state: checks of q and of a load that tell whether the reduced model still holds
+ * there. They are cheap and optional; they raise typed warnings and never print, stop or change
+ * anything.
  *
- * - Compression: StVK loses stiffness when squeezed; the force of a bar peaks at stretch 1/sqrt(3),
- *   0.577, beyond which it gives way and finally inverts (design 10). The least principal stretch
- *   of some sampled tetrahedra is watched.
+ * - Compression: the StVK material loses stiffness in compression; the force of a bar peaks at the
+ *   stretch 1/sqrt(3) = 0.577, below which it collapses and finally inverts (design 10). The
+ *   monitor takes the least principal stretch of some sampled tetrahedra.
  * - Reach: precompute makes its basis of modes and their derivatives for displacements of about a
  *   tenth of the body's diagonal (design 2). Reach is the largest displacement of some sampled
  *   vertices in that unit.
- * - Load: the share of a load that lies outside span(MU) is not felt at all. It is taken in the
- *   norm of M^-1, of the lumped mass here, after removal of what moves a free body as a whole.
+ * - Load: the part of a load outside span(MU) has no effect on the reduced body. Its share is taken
+ *   in the norm of M^-1, of the lumped mass here, after removal of the part that moves a free body
+ *   as a whole.
  *
- * A monitor is immutable, holds no pointer but to its model's data copied, and may be shared by any
- * number of threads; what was seen of one state stands in a thrum_monitor_record, a plain struct
- * that is copied and compared like any other.
+ * Memory: a monitor is planned (thrum_monitor_size), then laid into the caller's memory
+ * (thrum_monitor_init); it copies the model's data that it needs and holds no pointer. Its results
+ * for one state are in a thrum_monitor_record, a plain struct that may be copied and compared. No
+ * function here allocates.
+ *
+ * Threads: a monitor is immutable and may be shared by any number of threads; a record belongs to
+ * one thread at a time.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_MONITOR_H
@@ -41,72 +47,99 @@ typedef enum thrum_warning {
 #undef X
 } thrum_warning;
 
-/* Text of one bit; NULL for what is none. Static storage. */
+/* Text of one bit; NULL for a number that is no warning. Static storage. Any thread. */
 THRUM_API const char *thrum_warning_text(thrum_warning warning);
 
+/* How a monitor is made. Start from thrum_default_monitor_def and change fields. The array is only
+ * read while the monitor is planned and made. */
 typedef struct thrum_monitor_def {
-  uint32_t cookie;             /* set by thrum_default_monitor_def */
-  const int32_t *sampled_tets; /* 0-based tetrahedra; NULL: chosen, see thrum_sampled_tets_choose */
-  int64_t sampled_tet_count;   /* default 64; of chosen ones at most 256 and all of the mesh */
-  double stretch_least;        /* COMPRESSED below it; default 1/sqrt(3) */
-  double reach_most;           /* REACH above it; default 3 */
-  double load_share_most;      /* LOAD above it, in [0, 1]; default 1: never */
+  /* Set by thrum_default_monitor_def; THRUM_UNINITIALISED_DEF without it. */
+  uint32_t cookie;
+
+  /* sampled_tet_count: 0-based tetrahedra of the model. Default NULL: thrum_sampled_tets_choose
+   * chooses them. */
+  const int32_t *sampled_tets;
+
+  /* Number of sampled tetrahedra; >= 1, at most THRUM_SAMPLED_TETS_MAX where they are chosen;
+   * default 64. Larger: local compression is found earlier, and a look costs more. */
+  int64_t sampled_tet_count;
+
+  /* Principal stretch below which COMPRESSED is raised [1]; >= 0, default 1/sqrt(3). Larger: the
+   * warning comes at a smaller compression. */
+  double stretch_least;
+
+  /* Reach above which REACH is raised, in tenths of the body's diagonal; >= 0, default 3. Larger:
+   * the warning comes at larger displacements. */
+  double reach_most;
+
+  /* Share of a load without effect above which LOAD is raised [1]; in [0, 1], default 1: never.
+   * Larger: fewer loads raise it. */
+  double load_share_most;
 } thrum_monitor_def;
 
+/* A def with every default set. Any thread. */
 THRUM_API thrum_monitor_def thrum_default_monitor_def(void);
 
-/* What was seen of one state; zero it with thrum_monitor_clear. */
+/* Results of the looks at one state. The caller owns it and starts it with thrum_monitor_clear. */
 typedef struct thrum_monitor_record {
-  uint32_t warnings;     /* bits of thrum_warning raised since it was cleared */
-  uint32_t warnings_now; /* by the last look */
-  int64_t looks;
-  double stretch;       /* least principal stretch of the sampled tets, last look */
-  double stretch_least; /* of all looks; below 0: inverted */
-  int32_t stretch_tet;  /* 0-based, where that was; -1: no look yet */
-  int32_t pad;
-  double reach;      /* last look */
-  double reach_most; /* of all looks */
-  double load_share; /* of the last load; 0: none was shown */
+  uint32_t warnings;     /* bits of thrum_warning raised since the record was cleared */
+  uint32_t warnings_now; /* bits that the last look raised */
+  int64_t looks;         /* looks at q since the record was cleared */
+  double stretch;        /* least principal stretch of the sampled tetrahedra in the last look */
+  double stretch_least;  /* least stretch of all looks; below 0: inverted */
+  int32_t stretch_tet;   /* 0-based tetrahedron of stretch_least; -1: no look yet */
+  int32_t pad;           /* unused, keeps the layout without gaps */
+  double reach;          /* reach in the last look [tenths of the diagonal] */
+  double reach_most;     /* largest reach of all looks */
+  double load_share;     /* share of the last load without effect, in [0, 1]; 0: no load yet */
 } thrum_monitor_record;
 
+/* Clears a record: no look, no warning. */
 THRUM_API void thrum_monitor_clear(thrum_monitor_record *record);
 
 /* Opaque: lives at the start of the memory given to thrum_monitor_init. */
 typedef struct thrum_monitor thrum_monitor;
 
-#define THRUM_SAMPLED_TETS_MAX 256 /* of those that are chosen */
+/* Largest number of tetrahedra that thrum_sampled_tets_choose chooses. */
+#define THRUM_SAMPLED_TETS_MAX 256
 
-/* Chooses `count` (1..256) tetrahedra that a body's modes strain most, for the modes in turn from
- * the lowest: (count / rank) each, at least one. *chosen of them, at most `count`, go to `tets`
- * (0-based). Costs 100 operations a tet and mode. */
+/* Chooses the tetrahedra that a body's modes strain most, for the modes in turn from the lowest:
+ * count / rank each, at least one; count is 1 to THRUM_SAMPLED_TETS_MAX. `tets` (count) gets their
+ * 0-based numbers and *chosen how many there are. Costs 100 operations a tetrahedron and mode.
+ * THRUM_INVALID_ARGUMENT for NULL or a count out of its range, THRUM_MISSING for a model without a
+ * mesh and a basis. Any thread. */
 THRUM_API thrum_status thrum_sampled_tets_choose(const thrum_model *model, int64_t count,
                                                  int32_t *tets, int64_t *chosen,
                                                  thrum_error *error);
 
-/* Bytes of a monitor. Needs a model with a mesh and a basis (THRUM_MISSING otherwise); checks the
- * def. */
+/* Bytes of a monitor of this model, into *size. Checks the def: THRUM_UNINITIALISED_DEF, or
+ * THRUM_INVALID_ARGUMENT with the field; THRUM_MISSING for a model without a mesh and a basis. */
 THRUM_API thrum_status thrum_monitor_size(const thrum_model *model, const thrum_monitor_def *def,
                                           size_t *size, thrum_error *error);
 
-/* Lays a monitor into `memory`, aligned to 64, at least thrum_monitor_size bytes, which the caller
- * owns. */
+/* Lays a monitor into `memory`, aligned to 64 bytes and of at least thrum_monitor_size bytes. The
+ * caller owns the memory and frees it when done; *monitor points into it, and the model may go.
+ * THRUM_MISALIGNED, THRUM_BUFFER_TOO_SMALL, THRUM_BAD_VALUE for a sampled tetrahedron without a
+ * positive volume, or the failures of thrum_monitor_size. */
 THRUM_API thrum_status thrum_monitor_init(void *memory, size_t memory_size,
                                           const thrum_model *model, const thrum_monitor_def *def,
                                           const thrum_monitor **monitor, thrum_error *error);
 
-/* Sampled tets of a monitor, 0-based tetrahedra in *tets (valid as long as the monitor); their
- * number.
- */
+/* Returns the number of sampled tetrahedra; *tets (may be NULL) points to their 0-based numbers
+ * inside the monitor. 0 and NULL for a monitor that is NULL. */
 THRUM_API int64_t thrum_monitor_sampled_tets(const thrum_monitor *monitor, const int32_t **tets);
 
-/* Looks at q (rank) and adds what it sees to the record. Costs about 24 r operations a sampled and
- * 6 r^2; an eigenvalue only for sampled tets that may be the most compressed one so far in this
- * look. THRUM_BAD_VALUE when q is not finite. */
+/* Evaluates stretch and reach at q (rank) and adds them to the record. Costs about 24 r operations
+ * a sampled tetrahedron and 6 r^2; an eigenvalue is found only for tetrahedra that may be the most
+ * compressed one in this look. THRUM_BAD_VALUE where q is not finite, THRUM_INVALID_ARGUMENT for
+ * NULL or a monitor that init did not make. */
 THRUM_API thrum_status thrum_monitor_look(const thrum_monitor *monitor, const double *q,
                                           thrum_monitor_record *record, thrum_error *error);
 
-/* Looks at a load: forces, vertex_count x 3 [N], of the monitor's model. Costs 6 n r. A load that
- * moves nothing has the share 0. */
+/* Evaluates the share of a load that has no effect, sqrt(1 - |U^T f|^2 / |f|^2), and adds it to the
+ * record; forces f: vertex_count x 3 [N]; `model` is the monitor's. A load that deforms nothing has
+ * the share 0. Costs 6 n r operations for n vertices. THRUM_BAD_VALUE where a force is not finite,
+ * THRUM_INVALID_ARGUMENT for NULL or a model of another shape. */
 THRUM_API thrum_status thrum_monitor_look_at_load(const thrum_monitor *monitor,
                                                   const thrum_model *model, const double *forces,
                                                   thrum_monitor_record *record, thrum_error *error);

@@ -2,14 +2,17 @@
  *
  * A linear tetrahedron has one displacement gradient, G(q) = sum_i q_i G_i, so its Green strain
  *   E(q) = 1/2 (G + G^T + G^T G)
- * is a quadratic polynomial of q, evaluated exactly (to rounding): what the model steps and what is
- * recovered here is the same body. Second Piola-Kirchhoff S = lambda tr(E) 1 + 2 mu E; with
- * F = 1 + G and J = det F the Cauchy stress is sigma = F S F^T / J, force over present area, and
- * von Mises' equivalent stress is taken of sigma.
+ * is a quadratic polynomial of q, evaluated exactly up to rounding: the stresses belong to the same
+ * body that the model steps. The second Piola-Kirchhoff stress is S = lambda tr(E) 1 + 2 mu E; with
+ * F = 1 + G and J = det F the Cauchy stress, force over deformed area, is sigma = F S F^T / J, from
+ * which von Mises' equivalent stress is taken.
  *
- * A set of stress points is planned (thrum_stress_points_size), then laid into the caller's memory
- * (thrum_stress_points_init); afterwards it needs the model no longer, is immutable and may be
- * shared by any number of threads. Nothing is allocated.
+ * Memory: a set of stress points is planned (thrum_stress_points_size), then laid into the caller's
+ * memory (thrum_stress_points_init); afterwards it needs the model no longer. No function here
+ * allocates.
+ *
+ * Threads: a set is immutable and may be shared by any number of threads; outputs and workspace
+ * belong to one thread each.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_STRESS_H
@@ -25,59 +28,66 @@
 extern "C" {
 #endif
 
-/* Where stress points sit. Only read while stress points are planned and made. */
+/* Where stress points lie; zero-initialise it for all tetrahedra. It is only read while stress
+ * points are planned and made. */
 typedef struct thrum_stress_points_def {
-  const int32_t *tets; /* 0-based tetrahedra of the model in the order of the output; NULL: all */
-  int64_t tet_count;   /* of `tets`; ignored when that is NULL */
+  /* tet_count: 0-based tetrahedra of the model in the order of the output; NULL: all. */
+  const int32_t *tets;
+
+  /* Number of `tets`; 1 to 2^29, ignored without them. Larger: more output, and time and memory in
+   * proportion. */
+  int64_t tet_count;
 } thrum_stress_points_def;
 
 /* Opaque: lives at the start of the memory given to thrum_stress_points_init. */
 typedef struct thrum_stress_points thrum_stress_points;
 
-/* What to write; NULL: not wanted. Symmetric tensors are six numbers xx, yy, zz, xy, yz, xz, not
- * doubled off the diagonal. */
+/* Output arrays of the caller; NULL leaves a quantity out. A symmetric tensor is six numbers xx,
+ * yy, zz, xy, yz, xz, not doubled off the diagonal. */
 typedef struct thrum_stress_points_output {
-  double *strain;       /* count x 6, Green strain E */
+  double *strain;       /* count x 6, Green strain E [1] */
   double *second_piola; /* count x 6, S [Pa] */
   double *cauchy;       /* count x 6, sigma [Pa]; NaN where J <= 0: the tet is inverted */
-  double *von_mises;    /* count, of sigma [Pa]; NaN where J <= 0 */
-  double *stretch;      /* count, least principal stretch; below 0 where J < 0 */
+  double *von_mises;    /* count, equivalent stress of sigma [Pa]; NaN where J <= 0 */
+  double *stretch;      /* count, least principal stretch [1]; below 0 where J < 0 */
 } thrum_stress_points_output;
 
-/* Bytes of a set of stress points. Needs a model with a mesh and a basis (THRUM_MISSING otherwise);
- * checks the def. */
+/* Bytes of a set of stress points of this model, into *size. THRUM_INVALID_ARGUMENT for NULL or a
+ * tetrahedron out of range, THRUM_MISSING for a model without a mesh and a basis. */
 THRUM_API thrum_status thrum_stress_points_size(const thrum_model *model,
                                                 const thrum_stress_points_def *def, size_t *size,
                                                 thrum_error *error);
 
-/* Lays the stress points into `memory`, aligned to 64, at least thrum_stress_points_size bytes,
- * which the caller owns. THRUM_BAD_VALUE for a tetrahedron without a positive volume. */
+/* Lays the stress points into `memory`, aligned to 64 bytes and of at least
+ * thrum_stress_points_size bytes. The caller owns the memory and frees it when done; *stress_points
+ * points into it. THRUM_BAD_VALUE for a tetrahedron without a positive volume, THRUM_MISALIGNED,
+ * THRUM_BUFFER_TOO_SMALL, or the failures of thrum_stress_points_size. */
 THRUM_API thrum_status thrum_stress_points_init(void *memory, size_t memory_size,
                                                 const thrum_model *model,
                                                 const thrum_stress_points_def *def,
                                                 const thrum_stress_points **stress_points,
                                                 thrum_error *error);
 
-/* Tetrahedra of a set; 0 for NULL. */
+/* Number of tetrahedra of a set; 0 for NULL. */
 THRUM_API int64_t thrum_stress_points_count(const thrum_stress_points *stress_points);
 
-/* The model's tetrahedron (0-based) of place n, 0 <= n < count. */
+/* The model's tetrahedron (0-based) at place n of the output, 0 <= n < count. */
 THRUM_API int32_t thrum_stress_points_tet(const thrum_stress_points *stress_points, int64_t n);
 
-/* Doubles of workspace of thrum_stress_points_read. */
+/* Number of doubles in the workspace of thrum_stress_points_read. */
 THRUM_API int64_t thrum_stress_points_work_count(const thrum_stress_points *stress_points);
 
-/* Reads all stress points at q (rank). `work`: thrum_stress_points_work_count doubles, not shared
- * between threads; NULL: the same bits without a workspace, up to eight times slower for stress
- * points on all tets. THRUM_BAD_VALUE when q is not finite. Values that overflow are infinite or
- * NaN. */
+/* Evaluates all stress points at q (rank). `work`: thrum_stress_points_work_count doubles, not
+ * shared between threads; NULL: the same bits without a workspace, up to eight times slower for
+ * stress points on all tetrahedra. Values that overflow are infinite or NaN. THRUM_BAD_VALUE where
+ * q is not finite, THRUM_INVALID_ARGUMENT for NULL or stress points that init did not make. */
 THRUM_API thrum_status thrum_stress_points_read(const thrum_stress_points *stress_points,
                                                 const double *q, double *work,
                                                 const thrum_stress_points_output *output,
                                                 thrum_error *error);
 
-/* Von Mises' equivalent stress of one stress tensor of six numbers, in its unit: 0 of a pressure,
- * |s| of a uniaxial s, sqrt(3) |t| of a pure shear t. */
+/* Von Mises' equivalent stress of one stress tensor of six numbers, in its unit: 0 for a pressure,
+ * |s| for a uniaxial stress s, sqrt(3) |t| for a pure shear t. Any thread. */
 THRUM_API double thrum_von_mises(const double stress[6]);
 
 #ifdef __cplusplus
