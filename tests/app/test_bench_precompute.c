@@ -62,6 +62,7 @@ static void a_run_is_made_for_every_rank(void **state) {
 
 static void refusals_and_wrong_usage_are_told_apart(void **state) {
   (void)state;
+
   // four modes and their derivatives span 14
   cli_result run =
       thrum_run(NULL, "bench", "precompute", "--tets", "300", "--modes", "4", "--rank", "15", NULL);

@@ -102,6 +102,7 @@ static void a_file_of_positions_is_a_motion_too(void **state) {
 
   cJSON *object = base_motion(0, "cube.csv", NULL, NULL);
   double *q = read_q(&rows);
+
   // axis_mass of y: 0 on the first, 2.5 on the second coordinate
   for (int64_t k = 0; k < rows; k++)
     assert_true(fabs(q[2 * k + 1] + particle_axis_mass[3] * pow(0.01 * (double)k, 3)) <= 2e-4);

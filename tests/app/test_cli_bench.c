@@ -94,6 +94,7 @@ static void several_ranks_give_rows_a_table_and_a_file(void **state) {
 
   char *text = cli_read_text(path);
   assert_non_null(text);
+
   // a line about the machine, one of names, and one a rank
   assert_true(cli_line_count_is(text, 4));
   assert_non_null(strstr(text, "\nrank,kernel,"));

@@ -156,6 +156,7 @@ static void groups_and_memory_are_listed(void **state) {
   snprintf(path, sizeof path, "%s/beam.npz", folder);
   assert_int_equal(stat(path, &status), 0);
   assert_true(cli_json_get(object, "model_bytes") == (double)status.st_size);
+
   // the state holds at least q, p and what the step keeps
   assert_true(cli_json_get(object, "state_bytes") >= 2 * 8 * 8);
   cJSON_Delete(object);
@@ -199,6 +200,7 @@ static void a_polynomial_alone_is_a_model_too(void **state) {
   assert_true(cli_json_get(object, "rank") == 2);
   assert_true(cli_json_get(object, "explicit_modes") == 1);
   assert_true(cli_json_get(object, "vertices") == 0);
+
   // quantities that need a mesh are null, not zero
   static const char *const nulls[] = {"mass_kg", "volume_m3", "quality_min", "worst_tet", "fixed"};
   for (int n = 0; n < 5; n++) {
@@ -302,6 +304,7 @@ static void wrong_usage_exits_with_2(void **state) {
 
 static void a_full_disk_is_not_success(void **state) {
   (void)state;
+
   // /dev/full takes what is written and fails when it is flushed
   if (!cli_file_exists("/dev/full"))
     fail_msg("%s", "/dev/full is missing");
@@ -340,6 +343,7 @@ static void the_worst_tet_is_named(void **state) {
   (void)state;
   char path[160];
   snprintf(path, sizeof path, "%s/two.veg", folder);
+
   // the second tet, a needle, stands on the first one's slanted face
   assert_true(cli_write_text(path, "*VERTICES\n5 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n"
                                    "5 0.4 0.4 0.4\n*ELEMENTS\nTET\n2 4 0\n1 1 2 3 4\n2 2 3 4 5\n"

@@ -171,6 +171,7 @@ static void a_glb_holds_the_motion_of_the_run(void **state) {
   }
 
   assert_true(moved > 0.05);
+
   // a few units of single precision at 1 m
   assert_true(worst < 3e-7);
   assert_true(time[0] == 0 && fabs((double)time[rows - 1] - 0.201) < 1e-6);
@@ -196,6 +197,7 @@ static void the_surface_is_closed_and_looks_outwards(void **state) {
 
   // 2 triangles on each of the 2 (6 2 + 6 2 + 2 2) outer faces of cells
   assert_int_equal(corners / 3, 2 * 2 * (12 + 12 + 4));
+
   // Euler's formula: one closed surface without holes
   assert_int_equal(vertices, 2 + corners / 6);
   close_glb(&file);
@@ -261,6 +263,7 @@ static void rows_are_thinned_to_the_rate_asked_for(void **state) {
   glb_file file = open_glb("thin.glb");
   int64_t times = 0;
   const float *time = accessor(&file, (int)rank + 2, &times);
+
   // 0.201 s at 50 frames a second, and the last row
   assert_true(times >= 11 && times <= 12);
   for (int64_t n = 1; n < times; n++)

@@ -344,6 +344,7 @@ static void inverted_files_are_flipped_and_spare_vertices_dropped(void **state) 
   cJSON *plain = precompute("cube.veg", ROOT, "--rank", "4", NULL, NULL);
   cJSON *cleaned = precompute("odd.veg", ROOT, "--rank", "4", NULL, NULL);
   assert_frequencies_scale(plain, cleaned, 1);
+
   // whichever of the two orientations is positive, exactly one file was flipped
   assert_true(cli_json_get(plain, "flipped_tets") + cli_json_get(cleaned, "flipped_tets") == 6);
 
@@ -512,6 +513,7 @@ static void bad_materials_are_refused(void **state) {
     assert_true(cli_line_count_is(run.err, 1));
     cli_result_free(&run);
   }
+
   // the same holds for the material in the mesh file, which is then refused as a file
   char path[160];
   assert_true(
@@ -530,6 +532,7 @@ static void bodies_too_free_and_ranks_too_large_are_refused(void **state) {
   assert_refused_with("rank", BEAM, "--fix", ROOT, "--rank", "66");
   assert_refused_with("too many for a mesh", BEAM, "--fix", ROOT, "--modes", "250");
   assert_refused_with("every vertex is fixed", BEAM, "--fix", "x<2", NULL, NULL);
+
   // held along one axis only, a body still moves freely along the others
   assert_refused_with("rigid motions", BEAM, "--fix", "left:x", NULL, NULL);
 }

@@ -106,10 +106,12 @@ static void a_body_of_a_scene_has_the_run_of_it_alone(void **state) {
   cli_result_free(&run);
   assert_same_file("together/two/q.npy", "lower/q.npy");
   assert_same_file("together/two/energy.csv", "lower/energy.csv");
+
   // the folder of a body is a run that other commands read
   run = thrum_run(folder, "export", "together/two", "--glb", "two.glb", NULL);
   assert_int_equal(run.exit_code, 0);
   cli_result_free(&run);
+
   // the run of the whole scene is not that of one body
   run = thrum_run(folder, "export", "together", "--glb", "all.glb", NULL);
   assert_int_equal(run.exit_code, 2);
@@ -139,6 +141,7 @@ static void last_probes(const char *name, int count, double *values) {
 
 static void a_turned_and_scaled_body_follows_its_world(void **state) {
   (void)state;
+
   // a quarter turn about z takes x to y, y to -x; twice as long, four times as stiff: the same time
   cJSON *object = simulate(
       "{\"time\": 0.3, \"bodies\": [\n"
@@ -153,6 +156,7 @@ static void a_turned_and_scaled_body_follows_its_world(void **state) {
 
   double x[12];
   last_probes("turned/probes.csv", 12, x);
+
   // forces go as stiffness times length squared, so the second body moves as the first, turned
   assert_true(fabs(x[6] - (1 - 2 * x[1])) < 1e-7);
   assert_true(fabs(x[7] - (2 + 2 * x[0])) < 1e-7);
@@ -331,6 +335,7 @@ static void an_earlier_run_is_replaced_and_other_files_stay(void **state) {
 
   // a run of a scene with one of the two bodies takes the place of the first
   cJSON_Delete(simulate("{\"time\": 0.06, \"bodies\": [" BODY "}]}", "again", 0));
+
   // the body that is gone leaves only the user's file, the probes go, the other run stays
   assert_true(cli_file_exists(in_folder("again/a/run.json", path)));
   assert_true(cli_file_exists(in_folder("again/notes.txt", path)));
@@ -477,6 +482,7 @@ static void the_schema_is_committed_and_every_key_is_documented(void **state) {
   assert_int_equal(made.exit_code, 0);
   assert_non_null(committed);
   assert_non_null(document);
+
   // when this fails, run: thrum schema scene > docs/schema/scene.schema.json
   assert_string_equal(committed, made.out);
 
@@ -492,6 +498,7 @@ static void the_schema_is_committed_and_every_key_is_documented(void **state) {
 
 static void the_scenes_that_come_with_thrum_run(void **state) {
   (void)state;
+
   // quake.json has a model that takes a minute to make: the test of the README runs it
   static const char *const scenes[] = {"drop", "integrators", "wind"};
   for (size_t n = 0; n < sizeof scenes / sizeof scenes[0]; n++) {

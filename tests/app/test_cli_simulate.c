@@ -121,6 +121,7 @@ static void assert_momentum(const char *integrator, const char *dt, const char *
 static void an_impulse_gives_force_times_duration_at_every_time_step(void **state) {
   (void)state;
   static const char *const steps[] = {"0.003", "0.001", "0.002", "0.01"};
+
   // rows z of vertex 4 times -40 N
   const double reduced[2] = {-40 * 0.7, -40 * 0.9};
   for (int n = 0; n < 4; n++) {
@@ -145,6 +146,7 @@ static void square_and_constant_loads_act_within_their_window(void **state) {
 
 static void a_sine_gives_the_integral_of_its_sine(void **state) {
   (void)state;
+
   // row y of vertex 3
   const double reduced[2] = {0, 0.5};
   const double f = 2, omega = 2 * pi * f;
@@ -167,6 +169,7 @@ static void gravity_pulls_each_coordinate_by_its_axis_mass(void **state) {
 
 static void a_force_is_shared_equally_by_the_vertices_of_its_target(void **state) {
   (void)state;
+
   // z rows: 0 and (0.1, 0.3), (0.2, -0.4), (0.7, 0.9); held vertices count as sharers
   const double group[2] = {12.0 / 3 * (0.1 + 0.7), 12.0 / 3 * (0.3 + 0.9)};
   const double all[2] = {12.0 / 4 * (0.1 + 0.2 + 0.7), 12.0 / 4 * (0.3 - 0.4 + 0.9)};
@@ -628,6 +631,7 @@ static void an_explicit_mode_beyond_the_bound_is_warned_of_and_flagged(void **st
 static void energy_that_grows_by_itself_flags_the_run(void **state) {
   (void)state;
   char path[200];
+
   // dt omega = 2.001: growth by 6 % a step, far from overflow after 200 steps
   const double omega = 2.001 / 0.003;
   assert_true(save_oscillator(in_folder("slow.npz", path), omega * omega, 0));

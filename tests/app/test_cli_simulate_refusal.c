@@ -248,6 +248,7 @@ static void an_earlier_run_is_replaced_and_other_files_are_kept(void **state) {
   const int before = count_entries(in_folder("again", path));
   run_ok("again//", "0.15");
   assert_int_equal(count_entries(in_folder("again", path)), before);
+
   // the frames of the first run are gone; its other files are replaced
   assert_true(cli_file_exists(in_folder("again/frames/frame_000005.vtu", path)));
   assert_false(cli_file_exists(in_folder("again/frames/frame_000006.vtu", path)));
@@ -270,6 +271,7 @@ static void an_empty_folder_is_used(void **state) {
   assert_int_equal(mkdir(in_folder("empty", path), 0777), 0);
   run_ok("empty", "0.15");
   assert_true(cli_file_exists(in_folder("empty/run.json", path)));
+
   // a refusal leaves an earlier run as it was
   cli_result run =
       thrum_run(folder, "simulate", "particle.npz", "-o", "empty", "--start", "mode:9,1", NULL);
@@ -281,6 +283,7 @@ static void an_empty_folder_is_used(void **state) {
 static void a_run_that_cannot_be_written_leaves_nothing(void **state) {
   (void)state;
   char command[400], program[] = "/bin/sh", option[] = "-c", path[200];
+
   // files end at 8 blocks of 512 bytes here, long before the series does
   snprintf(command, sizeof command,
            "ulimit -f 8; exec %s simulate particle.npz -o limited --time 30 --start mode:1,0.1",
@@ -295,6 +298,7 @@ static void a_run_that_cannot_be_written_leaves_nothing(void **state) {
   assert_non_null(strstr(run.err, "could not be written"));
   cli_result_free(&run);
   assert_int_equal(count_entries(folder), before);
+
   // an earlier run stays as it was
   run_ok("limited", "0.03");
   const int files = count_entries(in_folder("limited", path));

@@ -155,6 +155,7 @@ static void a_pack_holds_the_model_bit_for_bit(void **state) {
   assert_string_equal(cJSON_GetObjectItem(item, "title")->valuestring, "beam");
   assert_true(cli_json_get(item, "rank") == (double)rank);
   assert_true(cli_json_get(item, "young") == model->material[0]);
+
   // 0.06 m^3 of the default 1000 kg/m^3
   assert_true(fabs(cli_json_get(item, "mass") - 60) < 1e-9);
 
@@ -225,6 +226,7 @@ static void several_models_share_a_pack(void **state) {
   assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(p.json, "models")), 2);
   assert_memory_equal(array(&p, 1, "omega2", model->rank, "f8"), model->omega2,
                       (size_t)model->rank * sizeof(double));
+
   // the scene shows the first one
   const cJSON *scene = cJSON_GetObjectItem(p.json, "scene");
   assert_true(cli_json_get(scene, "dt") == 0.003);
@@ -290,13 +292,14 @@ static void a_scene_file_is_packed_with_its_models(void **state) {
   assert_true(cli_write_text(in_folder("scene.json"), SCENE));
   cli_result run = thrum_run(folder, "view", "scene.json", "-o", "scene.html", NULL);
   assert_int_equal(run.exit_code, 0);
+
   // a setting that the viewer does not have is named
   assert_non_null(
       strstr(run.err, "scene.json: the viewer leaves out damping that grows with stiffness\n"));
   cli_result_free(&run);
 
-  pack p = open_pack("scene.html");
   // the two bodies share one model
+  pack p = open_pack("scene.html");
   assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(p.json, "models")), 1);
 
   const cJSON *scene = cJSON_GetObjectItem(p.json, "scene");

@@ -116,7 +116,8 @@ static void a_reduced_matrix_runs_whole(void **state) {
     const double amplitude = cli_json_get(run, "peak_amplitude");
     assert_true(amplitude >= (sine ? 0.1 : 0.05) && amplitude < (sine ? 0.2 : 0.1));
     undamped++;
-    // what no load acts on and no damper brakes keeps its energy
+
+    // without a load and without damping the energy is conserved
     if (!sine && strcmp(text_of(run, "integrator"), "energy") == 0)
       assert_true(fabs(cli_json_get(run, "energy_change")) < 1e-10);
   }
@@ -142,6 +143,7 @@ static void damping_takes_energy_out(void **state) {
     const cJSON *free_run = cJSON_GetArrayItem(runs, n), *damped = cJSON_GetArrayItem(runs, 2 + n);
     assert_true(cli_json_get(damped, "damping") == 0.3);
     assert_string_equal(text_of(free_run, "integrator"), text_of(damped, "integrator"));
+
     // D = alpha 1: the energy falls as exp(-alpha t) over whole swings
     const double ratio =
         cli_json_get(damped, "energy_end_j") / cli_json_get(free_run, "energy_end_j");

@@ -188,7 +188,8 @@ static cli_result run_limited(char *const *argv, rlim_t bytes) {
 
 static void a_full_disk_leaves_nothing_and_names_the_file(void **state) {
   (void)state;
-  // what the standard output and error take must fit too
+
+  // the standard output and error go into files too, so they must fit
   static const int limits[] = {1000, 1600, 8000};
   for (int n = 0; n < WRITERS; n++) {
     int failures = 0;

@@ -258,7 +258,6 @@ static void a_long_list_of_many_kinds_keeps_its_bits(void **context) {
 
   // neighbours differ in their split, so that each group is spread over the list
   random_state random = {4};
-
   for (int n = 0; n < MANY; n++) {
     thrum_state_def def = plain(n);
     def.split_rule = THRUM_SPLIT_COUNT;
@@ -293,6 +292,7 @@ static void a_long_list_of_many_kinds_keeps_its_bits(void **context) {
 
 static thrum_state_def brittle(int n) {
   thrum_state_def def = plain(n);
+
   // so few iterations that fallback levels are needed; some have no fallback chain and fail
   def.iterations_max = 1 + n % 3;
   def.tolerance = 1e-13;
@@ -356,7 +356,6 @@ static void states_that_fall_back_or_fail_do_as_alone_and_spoil_no_other(void **
 
   // both fallbacks and failures did happen
   int64_t fallback_levels = 0, missed = 0;
-
   for (int n = 0; n < STATES; n++) {
     const thrum_state_report report = thrum_state_report_get(c.together[n]);
     fallback_levels += report.newton_steps + report.energy_steps + report.substep_steps;

@@ -92,6 +92,7 @@ static double duffing_error(const duffing *d, thrum_integrator integrator, int64
 static void elliptic_cosine_satisfies_its_identities(void **context) {
   (void)context;
   double quarter;
+
   // m = 0 is the cosine; cn' = -sn dn gives the differential equation of the oscillator
   assert_true(fabs(jacobi_cn(1.3, 0, &quarter) - cos(1.3)) < 1e-14);
   assert_true(fabs(quarter - pi / 2) < 1e-14);
@@ -188,9 +189,11 @@ static void verlet_blows_up_just_above_its_bound_and_not_just_below(void **conte
   double a, b;
   assert_true(swing(THRUM_INTEGRATOR_VERLET, 1.9999, 0, 20000, &a, &b) < 1.0001);
   assert_true(swing(THRUM_INTEGRATOR_VERLET, 2.0001, 0, 20000, &a, &b) > 1e10);
+
   // centred damping leaves the bound where it is
   assert_true(swing(THRUM_INTEGRATOR_VERLET, 1.9999, 0.05, 20000, &a, &b) < 1.0001);
   assert_true(swing(THRUM_INTEGRATOR_VERLET, 2.01, 0.05, 20000, &a, &b) > 1e10);
+
   // the implicit midpoint rule has none
   assert_true(swing(THRUM_INTEGRATOR_MIDPOINT, 50, 0, 20000, &a, &b) < 1.0001);
   assert_true(swing(THRUM_INTEGRATOR_NEWMARK, 50, 0, 20000, &a, &b) < 1.0001);
@@ -342,7 +345,6 @@ static void expect_no_drift(const thrum_model *model, thrum_integrator integrato
   // the mean of each window, relative to the energy at the start
   const double first = state_energy(model, state).total;
   double mean[WINDOWS];
-
   for (int w = 0; w < WINDOWS; w++) {
     mean[w] = 0;
     for (int k = 0; k < WINDOW; k++) {
@@ -363,6 +365,7 @@ static void long_runs_do_not_drift(void **context) {
   (void)context;
   random_model m;
   random_model_make(&m, 4, 4, 1.0, 10.0, 0.5);
+
   // h omega = 0.3 for the fastest mode; bounds in the order of `all`, twice what was measured
   static const double bounds[5] = {3e-3, 8e-3, 6e-4, 1.5e-3, 1e-11};
   for (int i = 0; i < 5; i++)

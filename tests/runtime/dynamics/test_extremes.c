@@ -30,6 +30,7 @@ static experiment_extreme_body body_called(const char *name) {
   thrum_error error = {0};
   experiment_extreme_body body;
   assert_int_equal(experiment_extreme_make(extreme_called(name), &body, &error), THRUM_OK);
+
   // the array that the model lies in has moved with the struct
   body.body.model = NULL;
   return body;

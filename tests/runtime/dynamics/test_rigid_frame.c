@@ -145,7 +145,7 @@ static void a_body_hung_by_a_pull_is_a_pendulum(void **state) {
   const double period = (last - first) / 4;
   print_message("period off by %.2e\n", period / expected - 1);
 
-  // a quarter of the square of half the swing is what a larger one adds
+  // the swing of 0.05 lengthens the period by a sixteenth of its square, which is far less
   assert_true(fabs(period / expected - 1) <= 1e-3);
 
   rig_free(&r);
@@ -155,6 +155,7 @@ static void a_body_hung_by_a_pull_is_a_pendulum(void **state) {
  * 2 v = j (1/m + (r x n) J^-1 (r x n)). */
 static void an_impact_off_the_centre_turns_the_body(void **state) {
   (void)state;
+
   // a spring that stiff feels the arc that its point goes along in a step
   static const double stiffness[] = {1e7, 1e9, 1e14}, allowed[] = {5e-4, 5e-4, 2e-2};
   for (int n = 0; n < 3; n++) {
@@ -189,7 +190,7 @@ static void an_impact_off_the_centre_turns_the_body(void **state) {
     const double lost = 1 - rig_energy(&r) / (0.5 * RIG_MASS);
     print_message("k = %g: speed off by %.1e, %.1e of the energy lost\n", stiffness[n], off, lost);
 
-    // the angular momentum is that of the same impulse
+    // energy, speed and angular momentum are those that the impulse leaves
     assert_true(lost >= -1e-9 && lost <= allowed[n]);
     assert_true(fabs(off) <= allowed[n]);
     assert_true(fabs(rigid_frame.momentum[0] - j * arm[1]) <= allowed[n]);
@@ -214,7 +215,8 @@ static void the_account_counts_the_turning(void **state) {
     rig r;
     rig_make(&r, &def);
 
-    for (int v = 0; v < RIG_POINTS; v++) // a body with some height
+    // a body with some height
+    for (int v = 0; v < RIG_POINTS; v++)
       r.m.vertices[3 * v + 2] = 0.3 * (v % 3);
 
     // the body falls while it turns

@@ -132,7 +132,6 @@ static void sums_over_the_modes_run_in_eight_lanes(void **context) {
     // the lanes are added in a fixed order, so the bits are the same
     const double sums[4] = {thrum_sum_of(n, a, b, NULL), thrum_sum_of(n, a, b, w),
                             thrum_sum_both(n, a, b, w), thrum_sum_less(n, a, b, w)};
-
     for (int k = 0; k < 4; k++) {
       const double even = (lane[k][0] + lane[k][4]) + (lane[k][2] + lane[k][6]);
       const double odd = (lane[k][1] + lane[k][5]) + (lane[k][3] + lane[k][7]);

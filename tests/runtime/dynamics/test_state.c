@@ -44,7 +44,8 @@ static void expect_refused(const thrum_model *model, const thrum_state_def *def,
   assert_int_equal(size, 77);
   if (!strstr(error.message, named))
     fail_msg("'%s' does not name %s", error.message, named);
-  // and without a place for the detail
+
+  // the refusal is the same without a place for the detail
   assert_int_equal(thrum_state_size(model, def, &size, NULL), expected);
 }
 
@@ -840,6 +841,7 @@ static void the_report_adds_up_and_factors_are_kept_over_steps(void **context) {
     case THRUM_INTEGRATOR_MIDPOINT:
     case THRUM_INTEGRATOR_ENERGY:
       assert_int_equal(report.explicit_modes, 0);
+
       // a solve that finds late that it needs its Jacobian has every other of 96 steps make one
       assert_true(report.factorisations > 0 && report.factorisations < 70);
       break;
