@@ -88,7 +88,7 @@ static void plot(const bench_request *request, const char *name, const char *con
   snprintf(script, sizeof script, "%s.gp", name);
   snprintf(path, sizeof path, "%s/%s", request->folder, script);
   const bool drawn =
-      write_script(request, path, name, curves) && cli_gnuplot_run(request->folder, script);
+      write_script(request, path, name, curves) && gnuplot_run(request->folder, script);
   unlink(path);
   if (!drawn)
     config_warn("no plot: gnuplot is missing or failed");

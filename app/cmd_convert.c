@@ -116,7 +116,7 @@ static int convert(const convert_request *request) {
   if (status < 0)
     return config_refuse(&error);
 
-  cli_warn_mesh(&mesh, path_basename(request->input));
+  mesh_warnings_print(&mesh, path_basename(request->input));
   thrum_interrupt_clean("\nthrum: stopped; the file being written was removed\n");
 
   // what the format cannot hold is a warning and no failure

@@ -113,16 +113,16 @@ int cmd_embed(int argc, char **argv) {
   // the output is checked before the long work
   thrum_status status = path_check_output(request.output, &error);
   if (status >= 0)
-    status = cli_model_load(request.model, request.quiet, &model, NULL, &error);
+    status = named_model_load(request.model, request.quiet, &model, NULL, &error);
   if (status >= 0)
-    status = cli_embed(model, request.model, request.surface, request.scale, request.quiet, &embed,
-                       &error);
+    status = embedded_surface_write(model, request.model, request.surface, request.scale,
+                                    request.quiet, &embed, &error);
   thrum_interrupt_clean("\nthrum: stopped; the file being written was removed\n");
 
   if (status >= 0)
     status = thrum_embed_save(request.output, &embed.embedding, &error);
   if (status >= 0) {
-    far = cli_warn_embedded(&embed.report, request.surface);
+    far = embedded_surface_warn(&embed.report, request.surface);
     if (request.json)
       print_json(&request, &embed, far);
     else

@@ -15,8 +15,8 @@
  * `load`, or else at `tip`, along its softest axis. */
 static thrum_status make_body(const char *name, const thrum_model *model, experiment_body *body,
                               thrum_error *error) {
-  cli_model_recipe recipe;
-  THRUM_TRY(cli_model_recipe_find(name, &recipe, error));
+  model_recipe recipe;
+  THRUM_TRY(model_recipe_find(name, &recipe, error));
   if (recipe.found)
     return experiment_body_init(name, model, recipe.load_group, recipe.load_direction, body, error);
 
@@ -32,7 +32,7 @@ static thrum_status load_bodies(const experiments_request *request, experiments_
                                 thrum_error *error) {
   for (int64_t n = 0; n < request->model_count; n++) {
     const thrum_model *model = NULL;
-    THRUM_TRY(cli_model_load(request->models[n], request->quiet, &model, NULL, error));
+    THRUM_TRY(named_model_load(request->models[n], request->quiet, &model, NULL, error));
 
     // `count` says how many pairs of a model and its body the caller has to free
     const thrum_status status =

@@ -137,8 +137,8 @@ static int read_options(int argc, char **argv, export_request *request) {
                                   "--vega-cubic or --matrices");
 
   // the folder of a run for motion, a model for what belongs to a model
-  const bool is_run = cli_is_run(request->model);
-  if (cli_run_folder_holds(request->model, CLI_SCENE_JSON))
+  const bool is_run = is_run_folder(request->model);
+  if (run_folder_holds(request->model, SCENE_JSON))
     return config_usage("export",
                         "'%s' is the run of a scene: name the folder of one of its bodies, %s/NAME",
                         request->model, request->model);
@@ -202,31 +202,31 @@ static thrum_status write_all(const export_request *request, const thrum_model *
 }
 
 /* The motion and the surface of a run, or the surface of a model alone. */
-static thrum_status write_surface(const export_request *request, const cli_run *run,
+static thrum_status write_surface(const export_request *request, const recorded_run *run,
                                   export_files *files, thrum_error *error) {
-  cli_shown shown = {0};
-  thrum_status status = cli_shown_make(run->model, request->surface, &shown, error);
+  render_mesh shown = {0};
+  thrum_status status = render_mesh_make(run->model, request->surface, &shown, error);
   if (status >= 0 && request->glb)
-    status = cli_glb_write(note(files, "glb", request->glb, ""), run, &shown, error);
+    status = glb_write(note(files, "glb", request->glb, ""), run, &shown, error);
   if (status >= 0 && request->pc2)
-    status = cli_pc2_write(note(files, "pc2", request->pc2, ""), run, &shown, error);
+    status = pc2_write(note(files, "pc2", request->pc2, ""), run, &shown, error);
   if (status >= 0 && request->mdd)
-    status = cli_mdd_write(note(files, "mdd", request->mdd, ""), run, &shown, error);
+    status = mdd_write(note(files, "mdd", request->mdd, ""), run, &shown, error);
   if (status >= 0 && request->obj)
-    status = cli_obj_write(note(files, "obj", request->obj, ""), &run->place, &shown, error);
-  cli_shown_free(&shown);
+    status = obj_write(note(files, "obj", request->obj, ""), &run->place, &shown, error);
+  render_mesh_free(&shown);
   return status;
 }
 
 static thrum_status export_run(const export_request *request, export_files *files,
                                thrum_error *error) {
-  cli_run run = {0};
-  thrum_status status = cli_run_read(request->model, request->run_model, &run, error);
+  recorded_run run = {0};
+  thrum_status status = recorded_run_read(request->model, request->run_model, &run, error);
   if (status < 0)
     return status;
-  cli_run_thin(&run, request->fps);
+  recorded_run_thin(&run, request->fps);
   status = write_surface(request, &run, files, error);
-  cli_run_free(&run);
+  recorded_run_free(&run);
   return status;
 }
 
@@ -253,13 +253,13 @@ int cmd_export(int argc, char **argv) {
 
   thrum_error error = {0};
   export_files files = {0};
-  cli_run still = {0};
+  recorded_run still = {0};
   thrum_interrupt_clean("\nthrum: stopped; the file being written was removed\n");
 
   // a run brings its model along
-  const bool is_run = cli_is_run(request.model);
+  const bool is_run = is_run_folder(request.model);
   thrum_status status = is_run ? export_run(&request, &files, &error)
-                               : cli_model_load(request.model, false, &still.model, NULL, &error);
+                               : named_model_load(request.model, false, &still.model, NULL, &error);
   if (status >= 0 && !is_run)
     status = write_all(&request, still.model, &files, &error);
   if (status >= 0 && !is_run && request.obj)
@@ -267,6 +267,6 @@ int cmd_export(int argc, char **argv) {
 
   if (status >= 0)
     print_files(&request, &files);
-  cli_run_free(&still);
+  recorded_run_free(&still);
   return status < 0 ? config_refuse(&error) : COMMAND_DONE;
 }

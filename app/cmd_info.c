@@ -33,8 +33,8 @@ typedef struct info {
   double dt;
   split_counts split;
   double file_bytes;
-  double *hertz;         /* rank */
-  const cli_load *loads; /* load_count */
+  double *hertz;          /* rank */
+  const load_spec *loads; /* load_count */
   thrum_load_share *shares;
   int64_t load_count;
   double began; /* clock_seconds() */
@@ -44,7 +44,7 @@ typedef struct info {
 typedef struct info_request {
   const char *path;
   double dt;
-  cli_load loads[LOADS_MAX];
+  load_spec loads[LOADS_MAX];
   int64_t load_count;
   bool json;
 } info_request;
@@ -408,7 +408,7 @@ static thrum_status measure_loads(info *about, thrum_error *error) {
   if (status < 0)
     thrum_error_set(error, status, "no memory for the loads");
   for (int n = 0; n < about->load_count && status >= 0; n++)
-    status = cli_load_fill(model, &about->loads[n], forces + (size_t)n * size, error);
+    status = load_spec_fill(model, &about->loads[n], forces + (size_t)n * size, error);
   if (status >= 0)
     status = thrum_load_share_measure(model, about->load_count, forces, about->shares, error);
   free(forces);
@@ -450,8 +450,8 @@ int cmd_info(int argc, char **argv) {
                 .shares = shares,
                 .load_count = request.load_count,
                 .began = clock_seconds()};
-  cli_model_file file;
-  thrum_status status = cli_model_load(request.path, false, &about.model, &file, &error);
+  named_model_file file;
+  thrum_status status = named_model_load(request.path, false, &about.model, &file, &error);
 
   // a surface file is no model, but lacks only what makes one
   if (status == THRUM_MISSING && cli_info_surface(request.path, request.json))

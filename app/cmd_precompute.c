@@ -12,13 +12,13 @@
 
 static int run_request(precompute_request *request) {
   thrum_error error = {0};
-  cli_model_recipe recipe;
+  model_recipe recipe;
   bool flagged = false;
 
   // the name of one of our models stands for its mesh, with what its recipe says as the defaults
-  thrum_status status = cli_model_recipe_find(request->mesh_name, &recipe, &error);
+  thrum_status status = model_recipe_find(request->mesh_name, &recipe, &error);
   if (status >= 0 && recipe.found)
-    cli_model_recipe_apply(&recipe, request);
+    model_recipe_apply(&recipe, request);
   thrum_interrupt_clean("\nthrum: stopped; nothing was written\n");
 
   if (status >= 0) {
@@ -34,7 +34,7 @@ int cmd_precompute(int argc, char **argv) {
   precompute_request request = {0};
   // no more --fix than arguments, or than a recipe holds
   request.fixes =
-      calloc((size_t)argc + CONFIG_FILE_ITEMS_MAX + CLI_RECIPE_FIXES_MAX, sizeof *request.fixes);
+      calloc((size_t)argc + CONFIG_FILE_ITEMS_MAX + MODEL_RECIPE_FIXES_MAX, sizeof *request.fixes);
   request.handles = calloc((size_t)argc + CONFIG_FILE_ITEMS_MAX, sizeof *request.handles);
 
   if (request.fixes == NULL || request.handles == NULL) {

@@ -24,7 +24,7 @@ int cmd_simulate(int argc, char **argv) {
 
   // a name that ends in .json is a scene, which has few options of its own
   const bool ready = code == COMMAND_DONE;
-  if (ready && cli_scene_is_named(request.model_path))
+  if (ready && scene_spec_is_named(request.model_path))
     code = scene_run_command(argc, argv);
   else if (ready)
     code = simulate_run_request(&request);
@@ -32,7 +32,7 @@ int cmd_simulate(int argc, char **argv) {
   free(request.loads);
   free(request.starts);
   for (int64_t n = 0; n < request.base_motion_count; n++)
-    cli_base_motion_close(&request.base_motions[n]);
+    base_motion_close(&request.base_motions[n]);
   free(request.base_motions);
   config_file_free(&request.file);
   return code;

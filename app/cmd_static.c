@@ -35,13 +35,13 @@ static void put_line(path_file *file, const char *line) {
     file->status = thrum_file_writer_put(&file->writer, line, strlen(line), &file->error);
 }
 
-static thrum_status displaced(const thrum_model *model, const cli_target *target, const double *q,
+static thrum_status displaced(const thrum_model *model, const load_target *target, const double *q,
                               double mean[3], thrum_error *error) {
   const int32_t *vertices = NULL;
   int64_t count = 0;
   int32_t one = 0;
   thrum_error detail = {0};
-  thrum_status status = cli_target_find(model, target, &vertices, &count, &one, &detail);
+  thrum_status status = load_target_find(model, target, &vertices, &count, &one, &detail);
   if (status >= 0)
     status = thrum_displacement_mean(model, vertices, count, q, mean, &detail);
   return status < 0 ? thrum_error_set(error, status, "--at: %s", detail.message) : status;
@@ -112,7 +112,7 @@ static thrum_status write_frame(const static_answer *answer, thrum_error *error)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the frame");
   thrum_status status = thrum_displacement(model, answer->q, 0, model->vertex_count, field, error);
   if (status >= 0)
-    status = cli_vtu_write_whole(answer->request->frame, model, field, error);
+    status = vtu_write_whole(answer->request->frame, model, field, error);
   free(field);
   return status;
 }
@@ -139,11 +139,11 @@ static thrum_status find(static_answer *answer, double *q, double *mode, thrum_e
   const static_request *request = answer->request;
   path_file file = {.request = request, .model = answer->model};
   thrum_status status = request->path != NULL ? open_path(&file, error) : THRUM_OK;
-  const cli_static_progress progress = {request->path != NULL ? put_point : NULL, &file};
+  const static_progress progress = {request->path != NULL ? put_point : NULL, &file};
   const double began = clock_seconds();
   if (status >= 0)
-    status = cli_static_solve(answer->model, &request->def, request->model_path, request->loads,
-                              request->load_count, q, mode, &progress, &answer->report, error);
+    status = static_solve(answer->model, &request->def, request->model_path, request->loads,
+                          request->load_count, q, mode, &progress, &answer->report, error);
   answer->seconds = clock_seconds() - began;
   if (status >= 0 && request->path != NULL)
     status = close_path(&file, error);
@@ -192,8 +192,8 @@ static int run_request(const static_request *request) {
   static_answer answer = {.request = request};
   double *memory = NULL;
 
-  thrum_status status = cli_mesh_model_load(request->model_path, &request->mesh_def, request->quiet,
-                                            &loaded, NULL, &error);
+  thrum_status status = mesh_model_load(request->model_path, &request->mesh_def, request->quiet,
+                                        &loaded, NULL, &error);
   if (status >= 0)
     status = model_truncate_to(loaded, request->rank, &lower, &answer.model, &error);
   thrum_interrupt_clean("\nthrum: stopped; the file being written was removed\n");

@@ -27,7 +27,7 @@ typedef struct trade {
   int64_t chosen;
   char wanted[160];
   config_progress progress;
-  cli_load own; /* the default load of a model by name */
+  load_spec own; /* the default load of a model by name */
   char own_text[128];
 } trade;
 
@@ -38,15 +38,15 @@ static bool show(void *context, const char *stage, double fraction) {
 }
 
 /* The recipe's load where none is given. */
-static thrum_status default_load(trade *t, const cli_load **loads, int64_t *count,
+static thrum_status default_load(trade *t, const load_spec **loads, int64_t *count,
                                  thrum_error *error) {
   const tradeoff_request *request = t->request;
   *loads = request->loads;
   *count = request->load_count;
   if (request->load_count > 0)
     return THRUM_OK;
-  cli_model_recipe recipe;
-  const thrum_status status = cli_model_recipe_find(request->model_path, &recipe, error);
+  model_recipe recipe;
+  const thrum_status status = model_recipe_find(request->model_path, &recipe, error);
   if (status < 0)
     return status;
   const double *d = recipe.load_direction, force = recipe.load_force;
@@ -57,11 +57,11 @@ static thrum_status default_load(trade *t, const cli_load **loads, int64_t *coun
            force * d[1], force * d[2], recipe.load_group);
   *loads = &t->own;
   *count = 1;
-  return cli_load_parse(t->own_text, &t->own, error);
+  return load_spec_parse(t->own_text, &t->own, error);
 }
 
 static thrum_status fill_loads(trade *t, thrum_error *error) {
-  const cli_load *loads;
+  const load_spec *loads;
   int64_t count;
   THRUM_TRY(default_load(t, &loads, &count, error));
   if (t->model->tets == NULL || t->model->basis == NULL)
@@ -79,8 +79,8 @@ static thrum_status fill_loads(trade *t, thrum_error *error) {
   // reducing a load first gives an error that names --load and its target
   for (int64_t n = 0; n < count; n++) {
     double reduced[THRUM_RANK_MAX];
-    THRUM_TRY(cli_load_reduce(t->model, &loads[n], reduced, error));
-    THRUM_TRY(cli_load_fill(t->model, &loads[n], t->forces + (size_t)n * components, error));
+    THRUM_TRY(load_spec_reduce(t->model, &loads[n], reduced, error));
+    THRUM_TRY(load_spec_fill(t->model, &loads[n], t->forces + (size_t)n * components, error));
     t->courses[n] = loads[n].course;
   }
   t->problem.load_count = count;
@@ -268,8 +268,8 @@ static void say_wanted(trade *t) {
 static thrum_status run_trade(trade *t, thrum_error *error) {
   const tradeoff_request *request = t->request;
   THRUM_TRY(folder_make(request->output, error));
-  THRUM_TRY(cli_mesh_model_load(request->model_path, &request->mesh_def, request->quiet, &t->model,
-                                NULL, error));
+  THRUM_TRY(mesh_model_load(request->model_path, &request->mesh_def, request->quiet, &t->model,
+                            NULL, error));
   THRUM_TRY(fill_loads(t, error));
   fill_problem(t);
   say_wanted(t);

@@ -77,7 +77,7 @@ static int check_names(const view_request *request) {
     if (path_same_file(request->output, name))
       return config_usage("view", "%s is what is to be shown: write to another file",
                           request->output);
-    if (request->count > 1 && cli_scene_is_named(name))
+    if (request->count > 1 && scene_spec_is_named(name))
       return config_usage("view", "one scene at a time, and no models beside it");
     if (thrum_mesh_is_named(name))
       return config_usage("view", "%s is a mesh: make a model of it with thrum precompute", name);
@@ -86,7 +86,7 @@ static int check_names(const view_request *request) {
   }
 
   // a surface belongs to one model; in a scene each body names its own
-  if (request->surface != NULL && (request->count != 1 || cli_scene_is_named(request->names[0])))
+  if (request->surface != NULL && (request->count != 1 || scene_spec_is_named(request->names[0])))
     return config_usage("view", "--surface goes with one model");
   return COMMAND_DONE;
 }
@@ -109,8 +109,8 @@ static int read_options(int argc, char **argv, view_request *request) {
     return code;
 
   // without a name, all models that come with Thrum
-  for (int n = 0; n < CLI_MODEL_COUNT; n++)
-    request->names[request->count++] = cli_model_names[n];
+  for (int n = 0; n < MODEL_NAME_COUNT; n++)
+    request->names[request->count++] = model_names[n];
   return COMMAND_DONE;
 }
 

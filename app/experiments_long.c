@@ -73,7 +73,7 @@ static void print_table(const experiment_long *runs) {
 /* Marks the runs that the tables in the folder hold already as done; without tables there are none.
  */
 static void resume(long_work *work) {
-  char path[CLI_MODEL_PATH_MAX];
+  char path[NAMED_MODEL_PATH_MAX];
   void *table = NULL, *windows = NULL;
   size_t size = 0;
   snprintf(path, sizeof path, "%s/%s", work->request->output, TABLE);

@@ -136,8 +136,8 @@ static int finish(int argc, char **argv, experiments_request *request) {
     return config_usage("experiments", "--extremes has bodies of its own; leave --models out");
   if (request->model_count == 0 &&
       (request->kind == EXPERIMENTS_MATRIX || request->kind == EXPERIMENTS_LINEAR)) {
-    for (int n = 0; n < CLI_MODEL_COUNT; n++)
-      request->models[request->model_count++] = cli_model_names[n];
+    for (int n = 0; n < MODEL_NAME_COUNT; n++)
+      request->models[request->model_count++] = model_names[n];
   } else if (request->model_count == 0 && request->kind != EXPERIMENTS_EXTREMES) {
     for (int n = 0; n < 2; n++)
       request->models[request->model_count++] = pair[n];

@@ -30,7 +30,7 @@ const char *const cli_mesh_tools[] = {"gmsh", "tetgen", NULL};
 
 thrum_status cli_mesh_tool_choose(cli_mesh_tool wanted, int64_t shells, cli_mesh_tool *tool,
                                   thrum_error *error) {
-  const bool gmsh = cli_program_exists("gmsh"), tetgen = cli_program_exists("tetgen");
+  const bool gmsh = program_exists("gmsh"), tetgen = program_exists("tetgen");
   if (wanted == CLI_TOOL_NONE && !gmsh && !tetgen)
     return thrum_error_set(error, THRUM_MISSING,
                            "a surface is meshed by Gmsh or TetGen, and neither is installed: "
@@ -56,28 +56,28 @@ thrum_status cli_mesh_tool_choose(cli_mesh_tool wanted, int64_t shells, cli_mesh
 }
 
 /* Runs a command whose words are options, or files of the temporary folder. */
-static thrum_status run(cli_temp_folder *temp, const char *const *words, cli_temp_folder_end *end,
+static thrum_status run(temp_folder *temp, const char *const *words, temp_folder_end *end,
                         thrum_error *error) {
-  char texts[12][CLI_TEMP_FOLDER_PATH_MAX], *argv[13];
+  char texts[12][TEMP_FOLDER_PATH_MAX], *argv[13];
   int count = 0;
   for (; words[count] != NULL && count < 12; count++) {
     // a name with a dot is a file
     if (count > 0 && words[count][0] != '-' && strchr(words[count], '.') != NULL)
-      cli_temp_folder_path(temp, words[count], texts[count]);
+      temp_folder_path(temp, words[count], texts[count]);
     else
       snprintf(texts[count], sizeof texts[count], "%s", words[count]);
     argv[count] = texts[count];
   }
   argv[count] = NULL;
-  return cli_temp_folder_run(temp, argv, LOG, end, error);
+  return temp_folder_run(temp, argv, LOG, end, error);
 }
 
-static thrum_status run_gmsh(cli_temp_folder *temp, const cli_mesh_job *job,
-                             const thrum_surface_mesh *surface, int algorithm,
-                             cli_temp_folder_end *end, thrum_error *error) {
+static thrum_status run_gmsh(temp_folder *temp, const cli_mesh_job *job,
+                             const thrum_surface_mesh *surface, int algorithm, temp_folder_end *end,
+                             thrum_error *error) {
   static const char *const words[] = {"gmsh",  "-3", "-nopopup", "-save_all",   "-format",
                                       "msh41", "-o", "mesh.msh", "surface.geo", NULL};
-  char path[CLI_TEMP_FOLDER_PATH_MAX], script[400];
+  char path[TEMP_FOLDER_PATH_MAX], script[400];
 
   // Merge ends its line; the last line needs its end too
   int length = snprintf(script, sizeof script,
@@ -89,19 +89,19 @@ static thrum_status run_gmsh(cli_temp_folder *temp, const cli_mesh_job *job,
                        "Mesh.CharacteristicLengthMax = %.17g;\n", job->size);
 
   // the script merges the surface, so both files are written first
-  cli_temp_folder_path(temp, "surface.msh", path);
+  temp_folder_path(temp, "surface.msh", path);
   thrum_status status = thrum_surface_write_msh(path, surface, error);
-  cli_temp_folder_path(temp, "surface.geo", path);
+  temp_folder_path(temp, "surface.geo", path);
   if (status >= 0)
     status = thrum_file_write_atomic(path, script, (size_t)length, error);
   return status < 0 ? status : run(temp, words, end, error);
 }
 
 /* With `seek`, TetGen only looks for triangles that cross. */
-static thrum_status run_tetgen(cli_temp_folder *temp, const cli_mesh_job *job,
-                               const thrum_surface_mesh *surface, bool seek,
-                               cli_temp_folder_end *end, thrum_error *error) {
-  char option[ARGUMENT_MAX] = "-d", path[CLI_TEMP_FOLDER_PATH_MAX];
+static thrum_status run_tetgen(temp_folder *temp, const cli_mesh_job *job,
+                               const thrum_surface_mesh *surface, bool seek, temp_folder_end *end,
+                               thrum_error *error) {
+  char option[ARGUMENT_MAX] = "-d", path[TEMP_FOLDER_PATH_MAX];
   const char *const words[] = {"tetgen", option, "surface.smesh", NULL};
 
   // the largest one; on average they have a third of it, that of edges of the size
@@ -114,7 +114,7 @@ static thrum_status run_tetgen(cli_temp_folder *temp, const cli_mesh_job *job,
   // a point in each cavity marks it as a hole; the search for crossings needs none
   double *holes = NULL;
   int64_t hole_count = 0;
-  cli_temp_folder_path(temp, "surface.smesh", path);
+  temp_folder_path(temp, "surface.smesh", path);
   thrum_status status = job->cavities && !seek
                             ? thrum_surface_cavities(surface, &holes, &hole_count, error)
                             : THRUM_OK;
@@ -125,11 +125,11 @@ static thrum_status run_tetgen(cli_temp_folder *temp, const cli_mesh_job *job,
 }
 
 /* Returns the output of the tool, ended by 0, which the caller frees; NULL when there is none. */
-static char *read_log(const cli_temp_folder *temp) {
-  char path[CLI_TEMP_FOLDER_PATH_MAX];
+static char *read_log(const temp_folder *temp) {
+  char path[TEMP_FOLDER_PATH_MAX];
   void *text = NULL;
   size_t size = 0;
-  cli_temp_folder_path(temp, LOG, path);
+  temp_folder_path(temp, LOG, path);
   return thrum_file_read(path, &text, &size, NULL) >= 0 ? text : NULL;
 }
 
@@ -139,11 +139,11 @@ static int64_t line_of(const thrum_surface_mesh *surface, int64_t facet) {
 }
 
 /* Asks TetGen, where it is installed, for triangles that cross; true when it names some. */
-static bool find_crossing(cli_temp_folder *temp, const cli_mesh_job *job,
+static bool find_crossing(temp_folder *temp, const cli_mesh_job *job,
                           const thrum_surface_mesh *surface, thrum_error *error) {
-  cli_temp_folder_end end;
+  temp_folder_end end;
   long long pairs = 0, first = 0, second = 0;
-  if (!cli_program_exists("tetgen") || run_tetgen(temp, job, surface, true, &end, NULL) < 0)
+  if (!program_exists("tetgen") || run_tetgen(temp, job, surface, true, &end, NULL) < 0)
     return false;
 
   // TetGen reports the number of pairs, then each pair by facet numbers
@@ -184,8 +184,8 @@ static void pick_line(const char *log, char line[160]) {
 }
 
 /* Says why there is no mesh. `reason` is that of the reader, which names a file that is removed. */
-static thrum_status refuse(cli_temp_folder *temp, const cli_mesh_job *job,
-                           const thrum_surface_mesh *surface, const cli_temp_folder_end *end,
+static thrum_status refuse(temp_folder *temp, const cli_mesh_job *job,
+                           const thrum_surface_mesh *surface, const temp_folder_end *end,
                            const thrum_error *reason, thrum_error *error) {
   const char *name = cli_mesh_tools[job->tool], *said = strstr(reason->message, ": ");
   const char *hint = job->verbose ? "" : " (--verbose shows all that it said)";
@@ -211,7 +211,7 @@ static thrum_status refuse(cli_temp_folder *temp, const cli_mesh_job *job,
                          job->path, name, said != NULL ? said + 2 : reason->message, hint);
 }
 
-static void show_log(const cli_temp_folder *temp) {
+static void show_log(const temp_folder *temp) {
   char *log = read_log(temp);
   if (log != NULL)
     fputs(log, stderr);
@@ -219,17 +219,17 @@ static void show_log(const cli_temp_folder *temp) {
 }
 
 /* Runs the tool once, and reads what it made: *made says whether it is a mesh. */
-static thrum_status try_once(cli_temp_folder *temp, const cli_mesh_job *job,
-                             const thrum_surface_mesh *surface, int algorithm,
-                             cli_temp_folder_end *end, thrum_error *reason, thrum_mesh *mesh,
-                             bool *made, thrum_error *error) {
-  char path[CLI_TEMP_FOLDER_PATH_MAX];
+static thrum_status try_once(temp_folder *temp, const cli_mesh_job *job,
+                             const thrum_surface_mesh *surface, int algorithm, temp_folder_end *end,
+                             thrum_error *reason, thrum_mesh *mesh, bool *made,
+                             thrum_error *error) {
+  char path[TEMP_FOLDER_PATH_MAX];
   const bool gmsh = job->tool == CLI_TOOL_GMSH;
   const thrum_status status = gmsh ? run_gmsh(temp, job, surface, algorithm, end, error)
                                    : run_tetgen(temp, job, surface, false, end, error);
   if (job->verbose)
     show_log(temp);
-  cli_temp_folder_path(temp, gmsh ? "mesh.msh" : "surface.1.ele", path);
+  temp_folder_path(temp, gmsh ? "mesh.msh" : "surface.1.ele", path);
 
   // Gmsh may leave half a mesh behind and say so by its exit code
   *made = status >= 0 && end->code == 0 && thrum_mesh_read(path, 1, mesh, reason) >= 0;
@@ -241,11 +241,11 @@ thrum_status cli_mesh_tool_run(const cli_mesh_job *job, const thrum_surface_mesh
   // Gmsh has two algorithms: HXT is faster, Delaunay fails less often and says more
   enum { DELAUNAY = 1, HXT = 10 };
 
-  cli_temp_folder temp;
-  cli_temp_folder_end end = {0};
+  temp_folder temp;
+  temp_folder_end end = {0};
   thrum_error reason = {0};
   bool made = false;
-  thrum_status status = cli_temp_folder_open(&temp, error);
+  thrum_status status = temp_folder_open(&temp, error);
   if (status < 0)
     return status;
 
@@ -258,6 +258,6 @@ thrum_status cli_mesh_tool_run(const cli_mesh_job *job, const thrum_surface_mesh
   if (status >= 0 && !made)
     status = refuse(&temp, job, surface, &end, &reason, error);
 
-  cli_temp_folder_close(&temp);
+  temp_folder_close(&temp);
   return status;
 }

@@ -23,7 +23,7 @@ extern char **environ;
 
 thrum_status results_open(const char *folder, const char *name, thrum_file_writer *writer,
                           thrum_error *error) {
-  char path[CLI_MODEL_PATH_MAX];
+  char path[NAMED_MODEL_PATH_MAX];
   const int length = snprintf(path, sizeof path, "%s/%s", folder, name);
   if (length < 0 || length >= (int)sizeof path)
     return thrum_error_set(error, THRUM_IO, "-o %.200s: the path is too long", folder);
@@ -77,10 +77,10 @@ void results_add_machine(cJSON *object) {
 }
 
 /* The script: that of the installed program, else that of the sources it was built from. */
-static void find_script(char path[CLI_MODEL_PATH_MAX]) {
-  if (path_share(SCRIPT, path, CLI_MODEL_PATH_MAX) && access(path, R_OK) == 0)
+static void find_script(char path[NAMED_MODEL_PATH_MAX]) {
+  if (path_share(SCRIPT, path, NAMED_MODEL_PATH_MAX) && access(path, R_OK) == 0)
     return;
-  snprintf(path, CLI_MODEL_PATH_MAX, "%s", THRUM_SOURCE_REPORT);
+  snprintf(path, NAMED_MODEL_PATH_MAX, "%s", THRUM_SOURCE_REPORT);
 }
 
 /* Runs python3 without input; whether it was found and succeeded. Its messages go to our standard
@@ -108,7 +108,7 @@ static bool run_python(char *const *argv) {
 }
 
 void results_make_page(const char *folder, const char *kind, const char *table) {
-  char script[CLI_MODEL_PATH_MAX], path[CLI_MODEL_PATH_MAX], kind_text[32];
+  char script[NAMED_MODEL_PATH_MAX], path[NAMED_MODEL_PATH_MAX], kind_text[32];
   find_script(script);
   snprintf(path, sizeof path, "%s/%s.csv", folder, table);
   snprintf(kind_text, sizeof kind_text, "%s", kind);

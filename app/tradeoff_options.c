@@ -171,7 +171,7 @@ int tradeoff_options_read(int argc, char **argv, tradeoff_request *r) {
   static const double dts[] = {0.001, 0.002, 0.003, 0.005, 0.01, 1. / 60};
   static const double quick_dts[] = {0.003, 0.01, 1. / 60};
   static const double tolerances[] = {1e-10, 1e-6, 1e-3}, quick_tolerances[] = {1e-6};
-  r->mesh_def = cli_default_mesh_def();
+  r->mesh_def = mesh_model_def_default();
   r->error = r->budget = NAN;
   r->fps = FPS_DEFAULT;
   r->threads = 1;
@@ -183,7 +183,7 @@ int tradeoff_options_read(int argc, char **argv, tradeoff_request *r) {
   code = config_one_argument("tradeoff", "model", argc, argv, &r->model_path);
   if (code != COMMAND_DONE)
     return code;
-  code = cli_mesh_def_check("tradeoff", &r->mesh_def, thrum_mesh_is_named(r->model_path));
+  code = mesh_model_def_check("tradeoff", &r->mesh_def, thrum_mesh_is_named(r->model_path));
   if (code != COMMAND_DONE)
     return code;
   if (r->output == NULL || r->output[0] == 0)

@@ -11,9 +11,9 @@
 
 typedef struct tradeoff_request {
   const char *model_path;
-  cli_mesh_def mesh_def; /* where model_path is a mesh */
-  const char *output;    /* folder */
-  cli_load *loads;       /* room for argc, of the caller */
+  mesh_model_def mesh_def; /* where model_path is a mesh */
+  const char *output;      /* folder */
+  load_spec *loads;        /* room for argc, of the caller */
   int64_t load_count;
   double time;    /* [s] */
   double full_dt; /* [s]; 0: by --quick */

@@ -43,7 +43,8 @@ static bool take_pair(char *body, thrum_load *course) {
   return false;
 }
 
-static thrum_status parse_sine(const char *text, cli_base_motion *base_motion, thrum_error *error) {
+static thrum_status parse_sine(const char *text, base_motion_spec *base_motion,
+                               thrum_error *error) {
   char body[BASE_MOTION_TEXT_MAX];
   const char *rest = text + sizeof sine_prefix - 1;
   if (strlen(rest) >= sizeof body)
@@ -61,9 +62,9 @@ static thrum_status parse_sine(const char *text, cli_base_motion *base_motion, t
   return THRUM_OK;
 }
 
-thrum_status cli_base_motion_parse(const char *text, cli_base_motion *base_motion,
-                                   thrum_error *error) {
-  cli_base_motion parsed = {.text = text};
+thrum_status base_motion_parse(const char *text, base_motion_spec *base_motion,
+                               thrum_error *error) {
+  base_motion_spec parsed = {.text = text};
   if (text[0] == 0)
     return refuse(text, error);
   if (strncmp(text, sine_prefix, sizeof sine_prefix - 1) == 0) {
@@ -170,7 +171,8 @@ static thrum_status read_rows(thrum_text *text, rows *all, thrum_error *error) {
 }
 
 /* The motion from its rows. */
-static thrum_status make_motion(const rows *all, cli_base_motion *base_motion, thrum_error *error) {
+static thrum_status make_motion(const rows *all, base_motion_spec *base_motion,
+                                thrum_error *error) {
   const int64_t n = all->count;
   // times, accelerations, velocities, positions, and scratch
   double *memory = malloc((size_t)(n * 11) * sizeof *memory);
@@ -195,7 +197,7 @@ static thrum_status make_motion(const rows *all, cli_base_motion *base_motion, t
              : status;
 }
 
-thrum_status cli_base_motion_read(cli_base_motion *base_motion, thrum_error *error) {
+thrum_status base_motion_read(base_motion_spec *base_motion, thrum_error *error) {
   thrum_text text;
   rows all = {0};
   if (base_motion->sine)
@@ -211,7 +213,7 @@ thrum_status cli_base_motion_read(cli_base_motion *base_motion, thrum_error *err
   return status;
 }
 
-void cli_base_motion_close(cli_base_motion *base_motion) {
+void base_motion_close(base_motion_spec *base_motion) {
   free(base_motion->memory);
   base_motion->memory = NULL;
 }
@@ -219,8 +221,8 @@ void cli_base_motion_close(cli_base_motion *base_motion) {
 /* --- both kinds ---------------------------------------------------------------------------------
  */
 
-void cli_base_motions_mean(const cli_base_motion *base_motions, int64_t count, int64_t step,
-                           double dt, double mean[3]) {
+void base_motions_mean(const base_motion_spec *base_motions, int64_t count, int64_t step, double dt,
+                       double mean[3]) {
   mean[0] = mean[1] = mean[2] = 0;
   for (int64_t n = 0; n < count; n++) {
     double one[3];
@@ -233,8 +235,8 @@ void cli_base_motions_mean(const cli_base_motion *base_motions, int64_t count, i
   }
 }
 
-void cli_base_motions_position(const cli_base_motion *base_motions, int64_t count, double time,
-                               double position[3]) {
+void base_motions_position(const base_motion_spec *base_motions, int64_t count, double time,
+                           double position[3]) {
   position[0] = position[1] = position[2] = 0;
   for (int64_t n = 0; n < count; n++) {
     double one[3];
@@ -247,7 +249,7 @@ void cli_base_motions_position(const cli_base_motion *base_motions, int64_t coun
   }
 }
 
-double cli_base_motion_end(const cli_base_motion *base_motion) {
+double base_motion_end(const base_motion_spec *base_motion) {
   return base_motion->sine ? base_motion->course.until
                            : base_motion->motion.times[base_motion->motion.count - 1];
 }

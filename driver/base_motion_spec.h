@@ -9,32 +9,31 @@
 #include "thrum/thrum.h"
 
 /* One parsed base motion. `text` is borrowed from where it was given and names the file of one. */
-typedef struct cli_base_motion {
+typedef struct base_motion_spec {
   const char *text;
   bool sine;
   double amplitude[3]; /* of the acceleration [m/s^2] */
   thrum_load course;
   thrum_base_motion motion; /* of a file, once it is read; its arrays lie in `memory` */
   double *memory;
-} cli_base_motion;
+} base_motion_spec;
 
 /* Parses a base motion; a failure is a mistake of usage. *base motion is untouched then. */
-thrum_status cli_base_motion_parse(const char *text, cli_base_motion *base_motion,
-                                   thrum_error *error);
+thrum_status base_motion_parse(const char *text, base_motion_spec *base_motion, thrum_error *error);
 
-/* Reads the file of one that has one; cli_base_motion_close frees. */
-thrum_status cli_base_motion_read(cli_base_motion *base_motion, thrum_error *error);
-void cli_base_motion_close(cli_base_motion *base_motion);
+/* Reads the file of one that has one; base_motion_close frees. */
+thrum_status base_motion_read(base_motion_spec *base_motion, thrum_error *error);
+void base_motion_close(base_motion_spec *base_motion);
 
 /* Mean acceleration of the base over a step, of all base motions together [m/s^2]. */
-void cli_base_motions_mean(const cli_base_motion *base_motions, int64_t count, int64_t step,
-                           double dt, double mean[3]);
+void base_motions_mean(const base_motion_spec *base_motions, int64_t count, int64_t step, double dt,
+                       double mean[3]);
 
 /* Where the base is [m]. */
-void cli_base_motions_position(const cli_base_motion *base_motions, int64_t count, double time,
-                               double position[3]);
+void base_motions_position(const base_motion_spec *base_motions, int64_t count, double time,
+                           double position[3]);
 
 /* When the base accelerates for the last time [s]; may be INFINITY. */
-double cli_base_motion_end(const cli_base_motion *base_motion);
+double base_motion_end(const base_motion_spec *base_motion);
 
 #endif

@@ -6,14 +6,14 @@
 
 #include "mesh/mesh_faces.h"
 
-void cli_skin_free(cli_skin *skin) {
+void display_surface_free(display_surface *skin) {
   free(skin->vertices);
   free(skin->triangles);
-  *skin = (cli_skin){0};
+  *skin = (display_surface){0};
 }
 
 /* Numbers the vertices that triangles use, and the triangles by these numbers. */
-static bool number_vertices(int64_t all, cli_skin *skin) {
+static bool number_vertices(int64_t all, display_surface *skin) {
   int32_t *place = malloc((size_t)all * sizeof *place);
   skin->vertices = malloc((size_t)all * sizeof *skin->vertices);
   if (place == NULL || skin->vertices == NULL) {
@@ -35,10 +35,11 @@ static bool number_vertices(int64_t all, cli_skin *skin) {
   return true;
 }
 
-thrum_status cli_skin_make(const thrum_model *model, cli_skin *skin, thrum_error *error) {
+thrum_status display_surface_make(const thrum_model *model, display_surface *skin,
+                                  thrum_error *error) {
   if (model->vertices == NULL || model->tets == NULL)
     return thrum_error_set(error, THRUM_MISSING, "the model has no mesh, so it has no surface");
-  cli_skin made = {0};
+  display_surface made = {0};
   // the finder of faces reads vertices and tets alone, and changes none
   thrum_mesh mesh = {.vertex_count = model->vertex_count, .tet_count = model->tet_count};
   memcpy(&mesh.vertices, &model->vertices, sizeof mesh.vertices);
@@ -60,7 +61,7 @@ thrum_status cli_skin_make(const thrum_model *model, cli_skin *skin, thrum_error
   }
   free(faces.faces);
   if (made.triangles == NULL || !number_vertices(model->vertex_count, &made)) {
-    cli_skin_free(&made);
+    display_surface_free(&made);
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the surface");
   }
   *skin = made;

@@ -6,13 +6,14 @@
 #include "thrum/thrum.h"
 
 /* Triangles between a tet and nothing, outwards counter-clockwise. */
-typedef struct cli_skin {
+typedef struct display_surface {
   int64_t vertex_count;
   int32_t *vertices; /* vertex_count: 0-based vertices of the model, ascending */
   int64_t triangle_count;
   int32_t *triangles; /* triangle_count x 3: 0-based places in `vertices` */
-} cli_skin;
-thrum_status cli_skin_make(const thrum_model *model, cli_skin *skin, thrum_error *error);
-void cli_skin_free(cli_skin *skin);
+} display_surface;
+thrum_status display_surface_make(const thrum_model *model, display_surface *skin,
+                                  thrum_error *error);
+void display_surface_free(display_surface *skin);
 
 #endif

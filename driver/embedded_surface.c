@@ -42,8 +42,9 @@ static void tell(void *context, double fraction) {
     config_progress_update(&progress->bar, "embedding", fraction);
 }
 
-thrum_status cli_embed(const thrum_model *model, const char *model_name, const char *path,
-                       double scale, bool quiet, thrum_embed *embed, thrum_error *error) {
+thrum_status embedded_surface_write(const thrum_model *model, const char *model_name,
+                                    const char *path, double scale, bool quiet, thrum_embed *embed,
+                                    thrum_error *error) {
   thrum_surface_mesh surface = {0};
   thrum_status status = thrum_surface_mesh_read(path, scale, &surface, error);
   if (status < 0)
@@ -61,7 +62,7 @@ thrum_status cli_embed(const thrum_model *model, const char *model_name, const c
   return status;
 }
 
-bool cli_warn_embedded(const thrum_embed_report *report, const char *path) {
+bool embedded_surface_warn(const thrum_embed_report *report, const char *path) {
   const bool far = report->distance_max > THRUM_EMBED_FAR * report->extent;
   if (report->outside > 0)
     config_warn(

@@ -9,10 +9,11 @@
 
 /* Reads the surface file (.obj, .stl) and embeds it in the model; `model_name` is for meta. A bar
  * appears where it takes long, unless quiet. */
-thrum_status cli_embed(const thrum_model *model, const char *model_name, const char *path,
-                       double scale, bool quiet, thrum_embed *embed, thrum_error *error);
+thrum_status embedded_surface_write(const thrum_model *model, const char *model_name,
+                                    const char *path, double scale, bool quiet, thrum_embed *embed,
+                                    thrum_error *error);
 
 /* Warns of what lies outside the mesh; true when it is so far that scale or place are in doubt. */
-bool cli_warn_embedded(const thrum_embed_report *report, const char *path);
+bool embedded_surface_warn(const thrum_embed_report *report, const char *path);
 
 #endif

@@ -67,7 +67,7 @@ static bool write_script(const char *path, const char *terminal, const char *out
   return fclose(file) == 0 && !failed;
 }
 
-bool cli_gnuplot_run(const char *folder, const char *script) {
+bool gnuplot_run(const char *folder, const char *script) {
   const pid_t child = fork();
   if (child == 0) {
     const int nothing = open("/dev/null", O_RDWR);
@@ -95,7 +95,7 @@ static bool draw(const char *folder, const char *terminal, const char *output, c
   snprintf(image, sizeof image, "%s/%s", folder, output);
   struct stat made;
   const bool drawn = write_script(script, terminal, output, title, rows) &&
-                     cli_gnuplot_run(folder, SCRIPT_NAME) && stat(image, &made) == 0 &&
+                     gnuplot_run(folder, SCRIPT_NAME) && stat(image, &made) == 0 &&
                      made.st_size > 0;
   unlink(script);
   if (!drawn)
@@ -103,7 +103,7 @@ static bool draw(const char *folder, const char *terminal, const char *output, c
   return drawn;
 }
 
-const char *cli_plot_energy(const char *folder, const char *title, int64_t rows) {
+const char *energy_plot_draw(const char *folder, const char *title, int64_t rows) {
   if (draw(folder, "pngcairo size 1200,700 font 'sans,12'", "energy.png", title, rows))
     return "energy.png";
   if (draw(folder, "svg size 1200,700 font 'sans,14' background '#ffffff'", "energy.svg", title,

@@ -8,11 +8,11 @@
 
 /* Runs gnuplot on `script`, a file's name in `folder`, silent and there; true when it ended well.
  */
-bool cli_gnuplot_run(const char *folder, const char *script);
+bool gnuplot_run(const char *folder, const char *script);
 
 /* Draws `folder`/energy.csv (`rows` rows of data) into `folder`/energy.png, or energy.svg with a
  * gnuplot that has no PNG. Returns the name of the file made, NULL when there is no gnuplot or it
  * failed; nothing is left behind then. */
-const char *cli_plot_energy(const char *folder, const char *title, int64_t rows);
+const char *energy_plot_draw(const char *folder, const char *title, int64_t rows);
 
 #endif

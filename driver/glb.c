@@ -21,8 +21,8 @@ enum { FLOAT = 5126, UNSIGNED = 5125, VERTICES = 34962, INDICES = 34963 };
 /* What is being made; accessors and views are numbered alike. */
 typedef struct glb {
   cJSON *root, *views, *accessors;
-  const cli_run *run;
-  const cli_shown *shown;
+  const recorded_run *run;
+  const render_mesh *shown;
   double *scale; /* rank: weights are q / scale */
   double bytes;  /* of the views so far */
 } glb;
@@ -46,7 +46,7 @@ static void add_view(glb *g, int64_t count, int width, int kind, const char *typ
 
 /* A component of the surface at rest (column -1), or of a morph target. */
 static float value_at(const glb *g, int64_t vertex, int axis, int64_t column) {
-  const cli_shown *shown = g->shown;
+  const render_mesh *shown = g->shown;
   const int64_t row = 3 * vertex + axis;
   return column < 0 ? (float)shown->positions[row]
                     : (float)((double)shown->basis[row * shown->rank + column] * g->scale[column]);
@@ -71,7 +71,7 @@ static void add_vectors(glb *g, int64_t column) {
 
 /* Views and accessors: rest, targets, indices, times, weights, positions, rotations. */
 static void plan_buffer(glb *g) {
-  const cli_run *run = g->run;
+  const recorded_run *run = g->run;
   g->views = cJSON_CreateArray();
   g->accessors = cJSON_CreateArray();
   for (int64_t column = -1; column < run->rank; column++)
@@ -117,7 +117,7 @@ static void add_mesh(glb *g) {
 /* The body's node: under the one that turns z up where it has a place of its own. */
 static void add_nodes(glb *g) {
   static const double up[4] = {-0.70710678118654757, 0, 0, 0.70710678118654757}, one = 1;
-  const cli_run_place *place = &g->run->place;
+  const run_placement *place = &g->run->place;
   cJSON *nodes = cJSON_AddArrayToObject(g->root, "nodes");
   cJSON *turned = cJSON_CreateObject(), *body = turned;
   json_numbers(turned, "rotation", up, 4);
@@ -218,7 +218,7 @@ static void put_number(const thrum_file_writer *writer, uint32_t number) {
 }
 
 static void put_buffer(const glb *g, const thrum_file_writer *writer) {
-  const cli_run *run = g->run;
+  const recorded_run *run = g->run;
   for (int64_t column = -1; column < run->rank; column++)
     for (int64_t v = 0; v < g->shown->vertex_count; v++) {
       const float vector[3] = {value_at(g, v, 0, column), value_at(g, v, 1, column),
@@ -235,12 +235,12 @@ static void put_buffer(const glb *g, const thrum_file_writer *writer) {
     put(writer, &weight, sizeof weight);
   }
   for (int64_t n = 0; run->places != NULL && n < run->rows; n++) {
-    const double *at = run->places + CLI_RUN_PLACE * n;
+    const double *at = run->places + RUN_PLACEMENT_COLUMNS * n;
     const float position[3] = {(float)at[0], (float)at[1], (float)at[2]};
     put(writer, position, sizeof position);
   }
   for (int64_t n = 0; run->places != NULL && n < run->rows; n++) {
-    const double *turn = run->places + CLI_RUN_PLACE * n + 3;
+    const double *turn = run->places + RUN_PLACEMENT_COLUMNS * n + 3;
     const float xyzw[4] = {(float)turn[1], (float)turn[2], (float)turn[3], (float)turn[0]};
     put(writer, xyzw, sizeof xyzw);
   }
@@ -270,7 +270,7 @@ static thrum_status write_file(const char *path, const glb *g, const char *json,
 }
 
 /* glTF wants times that ascend, and has them in single precision. */
-static thrum_status check_times(const char *path, const cli_run *run, thrum_error *error) {
+static thrum_status check_times(const char *path, const recorded_run *run, thrum_error *error) {
   for (int64_t n = 1; n < run->rows; n++) {
     if (!((float)run->times[n] > (float)run->times[n - 1]))
       return thrum_error_set(error, THRUM_UNSUPPORTED,
@@ -281,8 +281,8 @@ static thrum_status check_times(const char *path, const cli_run *run, thrum_erro
   return THRUM_OK;
 }
 
-thrum_status cli_glb_write(const char *path, const cli_run *run, const cli_shown *shown,
-                           thrum_error *error) {
+thrum_status glb_write(const char *path, const recorded_run *run, const render_mesh *shown,
+                       thrum_error *error) {
   const thrum_status ascending = check_times(path, run, error);
   if (ascending < 0)
     return ascending;

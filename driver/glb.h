@@ -8,7 +8,7 @@
 
 /* glTF 2.0 (.glb): the surface at rest, a morph target for each coordinate, q(t) as their weights.
  * Targets and weights are scaled so that no weight passes 1. */
-thrum_status cli_glb_write(const char *path, const cli_run *run, const cli_shown *shown,
-                           thrum_error *error);
+thrum_status glb_write(const char *path, const recorded_run *run, const render_mesh *shown,
+                       thrum_error *error);
 
 #endif

@@ -100,10 +100,10 @@ static thrum_status make_course(const load_kind *kind, const key_values *values,
   return THRUM_OK;
 }
 
-thrum_status cli_target_parse(const char *text, const char *said, cli_target *target,
-                              thrum_error *error) {
+thrum_status load_target_parse(const char *text, const char *said, load_target *target,
+                               thrum_error *error) {
   static const char vertex_key[] = "vertex=";
-  cli_target parsed = {.all = strcmp(text, "all") == 0};
+  load_target parsed = {.all = strcmp(text, "all") == 0};
   if (!parsed.all && strncmp(text, vertex_key, sizeof vertex_key - 1) == 0) {
     if (!config_parse_integer(text + sizeof vertex_key - 1, &parsed.vertex) || parsed.vertex < 1) {
       return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
@@ -120,7 +120,7 @@ thrum_status cli_target_parse(const char *text, const char *said, cli_target *ta
 }
 
 /* The vector and the target, from a body without its pairs. */
-static thrum_status parse_body(char *body, const load_kind *kind, cli_load *load,
+static thrum_status parse_body(char *body, const load_kind *kind, load_spec *load,
                                thrum_error *error) {
   char *at = strchr(body, '@');
   if (at != NULL)
@@ -144,9 +144,9 @@ static thrum_status parse_body(char *body, const load_kind *kind, cli_load *load
   }
   if (at == NULL)
     return THRUM_OK;
-  char said[CLI_LOAD_TEXT_MAX + 16];
+  char said[LOAD_TEXT_MAX + 16];
   snprintf(said, sizeof said, "--load '%s'", load->text);
-  return cli_target_parse(at + 1, said, &load->target, error);
+  return load_target_parse(at + 1, said, &load->target, error);
 }
 
 /* The kind that the text begins with, NULL: none. */
@@ -159,13 +159,13 @@ static const load_kind *kind_of(const char *text, size_t *name_length) {
   return NULL;
 }
 
-bool cli_load_begins(const char *text) {
+bool load_spec_begins(const char *text) {
   size_t name_length = 0;
   return kind_of(text, &name_length) != NULL;
 }
 
-thrum_status cli_load_parse(const char *text, cli_load *load, thrum_error *error) {
-  char body[CLI_LOAD_TEXT_MAX];
+thrum_status load_spec_parse(const char *text, load_spec *load, thrum_error *error) {
+  char body[LOAD_TEXT_MAX];
   size_t name_length = 0;
   const load_kind *kind = kind_of(text, &name_length);
   if (kind == NULL) {
@@ -176,12 +176,12 @@ thrum_status cli_load_parse(const char *text, cli_load *load, thrum_error *error
   }
   if (strlen(text) >= sizeof body) {
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "--load '%.60s...': longer than %d bytes",
-                           text, CLI_LOAD_TEXT_MAX - 1);
+                           text, LOAD_TEXT_MAX - 1);
   }
   snprintf(body, sizeof body, "%s", text + name_length + 1);
-  cli_load parsed = {.text = text,
-                     .gravity = strcmp(kind->name, "gravity") == 0,
-                     .traction = strcmp(kind->name, "traction") == 0};
+  load_spec parsed = {.text = text,
+                      .gravity = strcmp(kind->name, "gravity") == 0,
+                      .traction = strcmp(kind->name, "traction") == 0};
   key_values values = {0};
   thrum_status status = take_keys(body, text, &values, error);
   if (status == THRUM_OK)
@@ -207,9 +207,9 @@ static void list_groups(const thrum_model *model, char *list, size_t size) {
   }
 }
 
-thrum_status cli_target_find(const thrum_model *model, const cli_target *target,
-                             const int32_t **vertices, int64_t *count, int32_t *one,
-                             thrum_error *error) {
+thrum_status load_target_find(const thrum_model *model, const load_target *target,
+                              const int32_t **vertices, int64_t *count, int32_t *one,
+                              thrum_error *error) {
   if (target->all) {
     *vertices = NULL;
     *count = model->vertex_count;
@@ -242,7 +242,7 @@ static thrum_status reduce_traction(const thrum_model *model, const int32_t *ver
   return status;
 }
 
-static thrum_status reduce_target(const thrum_model *model, const cli_load *load, double *reduced,
+static thrum_status reduce_target(const thrum_model *model, const load_spec *load, double *reduced,
                                   thrum_error *error) {
   const int32_t *vertices = NULL;
   int64_t count = 0;
@@ -251,7 +251,8 @@ static thrum_status reduce_target(const thrum_model *model, const cli_load *load
     return thrum_error_set(error, THRUM_MISSING,
                            "the model has no basis, so no force can act on its vertices");
   }
-  const thrum_status status = cli_target_find(model, &load->target, &vertices, &count, &one, error);
+  const thrum_status status =
+      load_target_find(model, &load->target, &vertices, &count, &one, error);
   if (status < 0)
     return status;
   if (load->traction)
@@ -259,8 +260,8 @@ static thrum_status reduce_target(const thrum_model *model, const cli_load *load
   return thrum_load_add_shared(model, vertices, count, load->vector, reduced, error);
 }
 
-thrum_status cli_load_reduce(const thrum_model *model, const cli_load *load, double *reduced,
-                             thrum_error *error) {
+thrum_status load_spec_reduce(const thrum_model *model, const load_spec *load, double *reduced,
+                              thrum_error *error) {
   thrum_error detail = {0};
   thrum_status status = THRUM_OK;
   memset(reduced, 0, (size_t)model->rank * sizeof *reduced);
@@ -274,14 +275,15 @@ thrum_status cli_load_reduce(const thrum_model *model, const cli_load *load, dou
   return THRUM_OK;
 }
 
-thrum_status cli_load_fill(const thrum_model *model, const cli_load *load, double *forces,
-                           thrum_error *error) {
+thrum_status load_spec_fill(const thrum_model *model, const load_spec *load, double *forces,
+                            thrum_error *error) {
   const int32_t *vertices = NULL;
   int64_t count = 0;
   int32_t one = 0;
   if (load->gravity)
     return thrum_load_fill_gravity(model, load->vector, forces, error);
-  const thrum_status status = cli_target_find(model, &load->target, &vertices, &count, &one, error);
+  const thrum_status status =
+      load_target_find(model, &load->target, &vertices, &count, &one, error);
   if (status < 0)
     return status;
   if (load->traction)

@@ -12,14 +12,14 @@
 #include "driver/shared_options.h"
 #include "mesh/formats/mesh_read.h"
 
-cli_mesh_def cli_default_mesh_def(void) {
-  return (cli_mesh_def){.material = {NAN, NAN, NAN}};
+mesh_model_def mesh_model_def_default(void) {
+  return (mesh_model_def){.material = {NAN, NAN, NAN}};
 }
 
 static thrum_status take_fix(const config_given *given, void *record) {
-  cli_mesh_def *def = record;
-  if (def->fix_count == CLI_MESH_FIXES_MAX)
-    return config_given_refuse(given, "given more than %d times", CLI_MESH_FIXES_MAX);
+  mesh_model_def *def = record;
+  if (def->fix_count == MESH_MODEL_FIXES_MAX)
+    return config_given_refuse(given, "given more than %d times", MESH_MODEL_FIXES_MAX);
   def->fixes[def->fix_count++] = given->text;
   return THRUM_OK;
 }
@@ -27,11 +27,11 @@ static thrum_status take_fix(const config_given *given, void *record) {
 const config_option mesh_options[] = {
     OPTION_TEXT("fix", "SPEC", "nothing", "hold vertices, as of precompute",
                 .path = CONFIG_PATH_IF_THERE, .repeats = true, .take = take_fix),
-    OPTION_GROUP(material_options, "", CONFIG_AT(cli_mesh_def, material)),
+    OPTION_GROUP(material_options, "", CONFIG_AT(mesh_model_def, material)),
     OPTION_END,
 };
 
-int cli_mesh_def_check(const char *command, const cli_mesh_def *def, bool mesh) {
+int mesh_model_def_check(const char *command, const mesh_model_def *def, bool mesh) {
   const thrum_material *material = &def->material;
   const bool given = def->fix_count > 0 || !isnan(material->young) || !isnan(material->poisson) ||
                      !isnan(material->density);
@@ -41,7 +41,8 @@ int cli_mesh_def_check(const char *command, const cli_mesh_def *def, bool mesh) 
                                "its own");
 }
 
-int cli_mesh_full_check(const char *command, const char *path, const cli_mesh_def *def, bool full) {
+int mesh_model_full_check(const char *command, const char *path, const mesh_model_def *def,
+                          bool full) {
   const bool mesh = thrum_mesh_is_named(path);
   if (mesh && !full)
     return config_usage(
@@ -49,39 +50,39 @@ int cli_mesh_full_check(const char *command, const char *path, const cli_mesh_de
         "%.200s is a mesh: make a model of it with thrum precompute, or take it whole "
         "with --full",
         path);
-  return cli_mesh_def_check(command, def, mesh);
+  return mesh_model_def_check(command, def, mesh);
 }
 
 /* One file for each mesh and what is asked of it, so that runs of others keep theirs. */
-static thrum_status kept_path(const char *text, const cli_mesh_def *def,
-                              char path[CLI_MODEL_PATH_MAX], thrum_error *error) {
-  char numbers[128], folder[CLI_MODEL_PATH_MAX];
-  const thrum_status status = cli_model_cache_folder(folder, error);
+static thrum_status kept_path(const char *text, const mesh_model_def *def,
+                              char path[NAMED_MODEL_PATH_MAX], thrum_error *error) {
+  char numbers[128], folder[NAMED_MODEL_PATH_MAX];
+  const thrum_status status = named_model_cache_folder(folder, error);
   if (status < 0)
     return status;
-  uint64_t hash = cli_model_hash(0, text, strlen(text) + 1);
-  char here[CLI_MODEL_PATH_MAX];
+  uint64_t hash = named_model_hash(0, text, strlen(text) + 1);
+  char here[NAMED_MODEL_PATH_MAX];
   if (getcwd(here, sizeof here) != NULL)
-    hash = cli_model_hash(hash, here, strlen(here));
+    hash = named_model_hash(hash, here, strlen(here));
   snprintf(numbers, sizeof numbers, "%.17g|%.17g|%.17g", def->material.young, def->material.poisson,
            def->material.density);
-  hash = cli_model_hash(hash, numbers, strlen(numbers));
+  hash = named_model_hash(hash, numbers, strlen(numbers));
   for (int64_t n = 0; n < def->fix_count; n++)
-    hash = cli_model_hash(hash, def->fixes[n], strlen(def->fixes[n]) + 1);
-  snprintf(path, CLI_MODEL_PATH_MAX, "%.*s/mesh-%016" PRIx64 ".npz", CLI_MODEL_PATH_MAX - 64,
+    hash = named_model_hash(hash, def->fixes[n], strlen(def->fixes[n]) + 1);
+  snprintf(path, NAMED_MODEL_PATH_MAX, "%.*s/mesh-%016" PRIx64 ".npz", NAMED_MODEL_PATH_MAX - 64,
            folder, hash);
   return THRUM_OK;
 }
 
-thrum_status cli_mesh_model_load(const char *text, const cli_mesh_def *def, bool quiet,
-                                 const thrum_model **model, cli_model_file *file,
-                                 thrum_error *error) {
-  cli_model_file own;
+thrum_status mesh_model_load(const char *text, const mesh_model_def *def, bool quiet,
+                             const thrum_model **model, named_model_file *file,
+                             thrum_error *error) {
+  named_model_file own;
   if (file == NULL)
     file = &own;
   if (!thrum_mesh_is_named(text))
-    return cli_model_load(text, quiet, model, file, error);
-  const char *fixes[CLI_MESH_FIXES_MAX];
+    return named_model_load(text, quiet, model, file, error);
+  const char *fixes[MESH_MODEL_FIXES_MAX];
   memcpy(fixes, def->fixes, sizeof fixes);
   bool flagged = false;
   thrum_status status = kept_path(text, def, file->cached, error);

@@ -6,34 +6,34 @@
 #include "config/options.h"
 #include "driver/named_model.h"
 
-#define CLI_MESH_FIXES_MAX 32
+#define MESH_MODEL_FIXES_MAX 32
 
 /* What a mesh needs besides, as of precompute. */
-typedef struct cli_mesh_def {
-  const char *fixes[CLI_MESH_FIXES_MAX];
+typedef struct mesh_model_def {
+  const char *fixes[MESH_MODEL_FIXES_MAX];
   int64_t fix_count;
   bool free;               /* nothing is to be held: no warning of it */
   thrum_material material; /* a field is NaN where the mesh's own stays */
-} cli_mesh_def;
+} mesh_model_def;
 
 /* Nothing held, the mesh's own material. */
-cli_mesh_def cli_default_mesh_def(void);
+mesh_model_def mesh_model_def_default(void);
 
-/* Options of a cli_mesh_def, for the group of a table. */
+/* Options of a mesh_model_def, for the group of a table. */
 extern const config_option mesh_options[];
 
 /* COMMAND_DONE, or COMMAND_USAGE after a line where options of a mesh come without one; `mesh`: the
  * path is taken as a mesh. */
-int cli_mesh_def_check(const char *command, const cli_mesh_def *def, bool mesh);
+int mesh_model_def_check(const char *command, const mesh_model_def *def, bool mesh);
 
 /* The same for a command that takes a mesh with --full only. */
-int cli_mesh_full_check(const char *command, const char *path, const cli_mesh_def *def, bool full);
+int mesh_model_full_check(const char *command, const char *path, const mesh_model_def *def,
+                          bool full);
 
 /* Loads the model of the mesh at `text`: made with precompute's defaults, in the cache of models
  * and anew each time, since a mesh may be of several files that change. Where `text` is no mesh,
- * as cli_model_load. */
-thrum_status cli_mesh_model_load(const char *text, const cli_mesh_def *def, bool quiet,
-                                 const thrum_model **model, cli_model_file *file,
-                                 thrum_error *error);
+ * as named_model_load. */
+thrum_status mesh_model_load(const char *text, const mesh_model_def *def, bool quiet,
+                             const thrum_model **model, named_model_file *file, thrum_error *error);
 
 #endif

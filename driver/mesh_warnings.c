@@ -6,7 +6,7 @@
 #include "mesh/mesh_flags.h"
 #include "thrum/thrum.h"
 
-void cli_warn_mesh(const thrum_mesh *mesh, const char *name) {
+void mesh_warnings_print(const thrum_mesh *mesh, const char *name) {
   if (mesh->cornered_tets > 0) {
     config_warn("%s: %lld tetrahedra of ten nodes were read by their corners", name,
                 (long long)mesh->cornered_tets);

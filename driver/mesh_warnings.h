@@ -5,6 +5,6 @@
 #include "mesh/mesh.h"
 
 /* Warns of tets that were flipped or read by their corners, and of vertices dropped. */
-void cli_warn_mesh(const thrum_mesh *mesh, const char *name);
+void mesh_warnings_print(const thrum_mesh *mesh, const char *name);
 
 #endif

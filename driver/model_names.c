@@ -3,16 +3,16 @@
 
 #include <string.h>
 
-const char *const cli_model_names[CLI_MODEL_COUNT] = {
+const char *const model_names[MODEL_NAME_COUNT] = {
 #define X(name, text) #name,
-    CLI_MODEL_LIST(X)
+    MODEL_NAME_LIST(X)
 #undef X
 };
 
 bool is_model_name_or_spec(const char *text) {
   static const char *const kinds[] = {"beam:", "mode:", "static:", "sine:"};
-  for (int n = 0; n < CLI_MODEL_COUNT; n++)
-    if (strcmp(text, cli_model_names[n]) == 0)
+  for (int n = 0; n < MODEL_NAME_COUNT; n++)
+    if (strcmp(text, model_names[n]) == 0)
       return true;
   for (size_t n = 0; n < sizeof kinds / sizeof kinds[0]; n++)
     if (strncmp(text, kinds[n], strlen(kinds[n])) == 0)

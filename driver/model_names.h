@@ -5,7 +5,7 @@
 #include <stdbool.h>
 
 /* X(name, what it is) */
-#define CLI_MODEL_LIST(X)                                                                          \
+#define MODEL_NAME_LIST(X)                                                                         \
   X(beam, "a cantilever")                                                                          \
   X(basket, "a basket with a handle")                                                              \
   X(bridge, "an arch bridge")                                                                      \
@@ -14,12 +14,12 @@
   X(heart, "a heart")
 
 enum {
-#define X(name, text) CLI_MODEL_##name,
-  CLI_MODEL_LIST(X)
+#define X(name, text) MODEL_NAME_##name,
+  MODEL_NAME_LIST(X)
 #undef X
-      CLI_MODEL_COUNT
+      MODEL_NAME_COUNT
 };
-extern const char *const cli_model_names[CLI_MODEL_COUNT];
+extern const char *const model_names[MODEL_NAME_COUNT];
 
 /* Is this the name of a model, or a spec such as beam: or sine:, and no file? */
 bool is_model_name_or_spec(const char *text);

@@ -29,21 +29,21 @@ static bool is_folder(const char *path) {
   return stat(path, &status) == 0 && S_ISDIR(status.st_mode);
 }
 
-static thrum_status find_folder(const char *name, char path[CLI_MODEL_PATH_MAX],
+static thrum_status find_folder(const char *name, char path[NAMED_MODEL_PATH_MAX],
                                 thrum_error *error) {
   const char *given = getenv("THRUM_MODELS");
   if (given != NULL && given[0] != 0) {
-    if (strlen(given) < CLI_MODEL_PATH_MAX && is_folder(given)) {
-      snprintf(path, CLI_MODEL_PATH_MAX, "%s", given);
+    if (strlen(given) < NAMED_MODEL_PATH_MAX && is_folder(given)) {
+      snprintf(path, NAMED_MODEL_PATH_MAX, "%s", given);
       return THRUM_OK;
     }
     return thrum_error_set(error, THRUM_IO, "THRUM_MODELS: %.300s is not a folder", given);
   }
-  if (path_share("models", path, CLI_MODEL_PATH_MAX) && is_folder(path))
+  if (path_share("models", path, NAMED_MODEL_PATH_MAX) && is_folder(path))
     return THRUM_OK;
 #ifdef THRUM_SOURCE_MODELS
-  if (strlen(THRUM_SOURCE_MODELS) < CLI_MODEL_PATH_MAX && is_folder(THRUM_SOURCE_MODELS)) {
-    snprintf(path, CLI_MODEL_PATH_MAX, "%s", THRUM_SOURCE_MODELS);
+  if (strlen(THRUM_SOURCE_MODELS) < NAMED_MODEL_PATH_MAX && is_folder(THRUM_SOURCE_MODELS)) {
+    snprintf(path, NAMED_MODEL_PATH_MAX, "%s", THRUM_SOURCE_MODELS);
     return THRUM_OK;
   }
 #endif
@@ -70,22 +70,22 @@ static bool take_count(const cJSON *object, const char *key, int64_t *value) {
   return true;
 }
 
-static bool take_text(const cJSON *item, char text[CLI_RECIPE_TEXT_MAX]) {
-  if (!cJSON_IsString(item) || strlen(item->valuestring) >= CLI_RECIPE_TEXT_MAX)
+static bool take_text(const cJSON *item, char text[MODEL_RECIPE_TEXT_MAX]) {
+  if (!cJSON_IsString(item) || strlen(item->valuestring) >= MODEL_RECIPE_TEXT_MAX)
     return false;
-  snprintf(text, CLI_RECIPE_TEXT_MAX, "%s", item->valuestring);
+  snprintf(text, MODEL_RECIPE_TEXT_MAX, "%s", item->valuestring);
   return true;
 }
 
 /* "fix": one SPEC or a list of them. */
-static bool take_fixes(const cJSON *object, cli_model_recipe *recipe) {
+static bool take_fixes(const cJSON *object, model_recipe *recipe) {
   const cJSON *fix = cJSON_GetObjectItemCaseSensitive(object, "fix"), *item = NULL;
   if (cJSON_IsString(fix)) {
     recipe->fix_count = 1;
     return take_text(fix, recipe->fixes[0]);
   }
   cJSON_ArrayForEach(item, fix) {
-    if (recipe->fix_count == CLI_RECIPE_FIXES_MAX ||
+    if (recipe->fix_count == MODEL_RECIPE_FIXES_MAX ||
         !take_text(item, recipe->fixes[recipe->fix_count]))
       return false;
     recipe->fix_count++;
@@ -94,7 +94,7 @@ static bool take_fixes(const cJSON *object, cli_model_recipe *recipe) {
 }
 
 /* "load": {"group", "direction", "force"}, all of it optional. */
-static bool take_load(const cJSON *object, cli_model_recipe *recipe) {
+static bool take_load(const cJSON *object, model_recipe *recipe) {
   const cJSON *load = cJSON_GetObjectItemCaseSensitive(object, "load");
   const cJSON *group = cJSON_GetObjectItemCaseSensitive(load, "group");
   const cJSON *direction = cJSON_GetObjectItemCaseSensitive(load, "direction");
@@ -114,17 +114,17 @@ static bool take_load(const cJSON *object, cli_model_recipe *recipe) {
 }
 
 /* "mesh": a file beside the recipe; NAME.msh when it is not said. */
-static bool take_mesh(const cJSON *object, const char *folder, cli_model_recipe *recipe) {
+static bool take_mesh(const cJSON *object, const char *folder, model_recipe *recipe) {
   const cJSON *mesh = cJSON_GetObjectItemCaseSensitive(object, "mesh");
-  char file[CLI_RECIPE_TEXT_MAX];
+  char file[MODEL_RECIPE_TEXT_MAX];
   snprintf(file, sizeof file, "%s.msh", recipe->name);
   if (mesh != NULL && (!take_text(mesh, file) || strchr(file, '/') != NULL))
     return false;
-  snprintf(recipe->mesh, sizeof recipe->mesh, "%.*s/%s", CLI_MODEL_PATH_MAX - 80, folder, file);
+  snprintf(recipe->mesh, sizeof recipe->mesh, "%.*s/%s", NAMED_MODEL_PATH_MAX - 80, folder, file);
   return true;
 }
 
-static const char *take_recipe(const cJSON *object, const char *folder, cli_model_recipe *recipe) {
+static const char *take_recipe(const cJSON *object, const char *folder, model_recipe *recipe) {
   const cJSON *material = cJSON_GetObjectItemCaseSensitive(object, "material");
   if (!take_mesh(object, folder, recipe))
     return "mesh wants the name of a file in the same folder";
@@ -141,8 +141,8 @@ static const char *take_recipe(const cJSON *object, const char *folder, cli_mode
   return NULL;
 }
 
-static thrum_status read_recipe(const char *folder, cli_model_recipe *recipe, thrum_error *error) {
-  char path[CLI_MODEL_PATH_MAX + CLI_RECIPE_TEXT_MAX];
+static thrum_status read_recipe(const char *folder, model_recipe *recipe, thrum_error *error) {
+  char path[NAMED_MODEL_PATH_MAX + MODEL_RECIPE_TEXT_MAX];
   snprintf(path, sizeof path, "%s/%s.json", folder, recipe->name);
   void *text = NULL;
   size_t size = 0;
@@ -158,14 +158,14 @@ static thrum_status read_recipe(const char *folder, cli_model_recipe *recipe, th
   return THRUM_OK;
 }
 
-thrum_status cli_model_recipe_find(const char *text, cli_model_recipe *recipe, thrum_error *error) {
-  char folder[CLI_MODEL_PATH_MAX];
-  cli_model_recipe found = {0};
+thrum_status model_recipe_find(const char *text, model_recipe *recipe, thrum_error *error) {
+  char folder[NAMED_MODEL_PATH_MAX];
+  model_recipe found = {0};
   // a file of that name comes first; a folder is no model, and may well be of an earlier run
   const bool file = access(text, F_OK) == 0 && !is_folder(text);
-  for (int n = 0; n < CLI_MODEL_COUNT; n++) {
-    if (strcmp(text, cli_model_names[n]) == 0 && !file)
-      found.name = cli_model_names[n];
+  for (int n = 0; n < MODEL_NAME_COUNT; n++) {
+    if (strcmp(text, model_names[n]) == 0 && !file)
+      found.name = model_names[n];
   }
   found.found = found.name != NULL;
   if (!found.found) {
@@ -181,7 +181,7 @@ thrum_status cli_model_recipe_find(const char *text, cli_model_recipe *recipe, t
   return status;
 }
 
-void cli_model_recipe_apply(const cli_model_recipe *recipe, precompute_request *request) {
+void model_recipe_apply(const model_recipe *recipe, precompute_request *request) {
   thrum_material *material = &request->material;
   request->mesh_name = recipe->mesh;
   if (isnan(material->young))
@@ -202,7 +202,7 @@ void cli_model_recipe_apply(const cli_model_recipe *recipe, precompute_request *
     request->options.rank = recipe->rank;
 }
 
-uint64_t cli_model_hash(uint64_t hash, const void *data, size_t size) {
+uint64_t named_model_hash(uint64_t hash, const void *data, size_t size) {
   hash = hash == 0 ? HASH_START : hash;
   const unsigned char *bytes = data;
   for (size_t n = 0; n < size; n++)
@@ -211,24 +211,23 @@ uint64_t cli_model_hash(uint64_t hash, const void *data, size_t size) {
 }
 
 /* What the model file's bytes depend on. */
-static thrum_status hash_recipe(const cli_model_recipe *recipe, uint64_t *hash,
-                                thrum_error *error) {
+static thrum_status hash_recipe(const model_recipe *recipe, uint64_t *hash, thrum_error *error) {
   char text[512];
   void *mesh = NULL;
   size_t size = 0;
   const thrum_status status = thrum_file_read(recipe->mesh, &mesh, &size, error);
   if (status < 0)
     return status;
-  uint64_t value = cli_model_hash(0, mesh, size);
+  uint64_t value = named_model_hash(0, mesh, size);
   free(mesh);
   const int length =
       snprintf(text, sizeof text, "%s|%d.%d|%.120s|%.60s|%.17g|%.17g|%.17g|%" PRId64 "|%" PRId64,
                thrum_version(), THRUM_MODEL_FORMAT_MAJOR, THRUM_MODEL_FORMAT_MINOR,
                thrum_build_compiler(), thrum_build_blas_core(), recipe->material.young,
                recipe->material.poisson, recipe->material.density, recipe->modes, recipe->rank);
-  value = cli_model_hash(value, text, (size_t)length);
+  value = named_model_hash(value, text, (size_t)length);
   for (int64_t n = 0; n < recipe->fix_count; n++)
-    value = cli_model_hash(value, recipe->fixes[n], strlen(recipe->fixes[n]) + 1);
+    value = named_model_hash(value, recipe->fixes[n], strlen(recipe->fixes[n]) + 1);
   *hash = value;
   return THRUM_OK;
 }
@@ -247,16 +246,16 @@ static bool make_folders(char *path) {
   return mkdir(path, 0777) == 0 || errno == EEXIST;
 }
 
-thrum_status cli_model_cache_folder(char path[CLI_MODEL_PATH_MAX], thrum_error *error) {
+thrum_status named_model_cache_folder(char path[NAMED_MODEL_PATH_MAX], thrum_error *error) {
   const char *cache = getenv("XDG_CACHE_HOME"), *home = getenv("HOME");
   int length = -1;
   // the specification of XDG wants relative paths ignored
   if (cache != NULL && cache[0] == '/') {
-    length = snprintf(path, CLI_MODEL_PATH_MAX, "%s/thrum", cache);
+    length = snprintf(path, NAMED_MODEL_PATH_MAX, "%s/thrum", cache);
   } else if (home != NULL && home[0] == '/') {
-    length = snprintf(path, CLI_MODEL_PATH_MAX, "%s/.cache/thrum", home);
+    length = snprintf(path, NAMED_MODEL_PATH_MAX, "%s/.cache/thrum", home);
   }
-  if (length <= 0 || length >= CLI_MODEL_PATH_MAX - 64)
+  if (length <= 0 || length >= NAMED_MODEL_PATH_MAX - 64)
     return thrum_error_set(error, THRUM_IO,
                            "there is no folder for the cache: set XDG_CACHE_HOME to a full path");
   if (!make_folders(path))
@@ -267,9 +266,9 @@ thrum_status cli_model_cache_folder(char path[CLI_MODEL_PATH_MAX], thrum_error *
   return THRUM_OK;
 }
 
-static thrum_status make_cached(const cli_model_recipe *recipe, const char *path, bool quiet,
+static thrum_status make_cached(const model_recipe *recipe, const char *path, bool quiet,
                                 thrum_error *error) {
-  const char *fixes[CLI_RECIPE_FIXES_MAX];
+  const char *fixes[MODEL_RECIPE_FIXES_MAX];
   bool flagged = false;
   precompute_request request = {
       .mesh_name = recipe->name,
@@ -281,24 +280,23 @@ static thrum_status make_cached(const cli_model_recipe *recipe, const char *path
       .reproducible = true,
       .quiet = quiet,
   };
-  cli_model_recipe_apply(recipe, &request);
+  model_recipe_apply(recipe, &request);
   if (!quiet)
     fprintf(stderr, "thrum: precomputing %s, once; kept in %s\n", recipe->name, path);
   return precompute_make(&request, NULL, &flagged, error);
 }
 
-static thrum_status load_cached(const cli_model_recipe *recipe, bool quiet,
-                                const thrum_model **model, char path[CLI_MODEL_PATH_MAX],
-                                thrum_error *error) {
+static thrum_status load_cached(const model_recipe *recipe, bool quiet, const thrum_model **model,
+                                char path[NAMED_MODEL_PATH_MAX], thrum_error *error) {
   uint64_t hash = 0;
-  char folder[CLI_MODEL_PATH_MAX];
+  char folder[NAMED_MODEL_PATH_MAX];
   thrum_status status = hash_recipe(recipe, &hash, error);
   if (status >= 0)
-    status = cli_model_cache_folder(folder, error);
+    status = named_model_cache_folder(folder, error);
   if (status < 0)
     return status;
-  snprintf(path, CLI_MODEL_PATH_MAX, "%.*s/%s-%016" PRIx64 ".npz", CLI_MODEL_PATH_MAX - 64, folder,
-           recipe->name, hash);
+  snprintf(path, NAMED_MODEL_PATH_MAX, "%.*s/%s-%016" PRIx64 ".npz", NAMED_MODEL_PATH_MAX - 64,
+           folder, recipe->name, hash);
   // the reader checks every byte, so a file that was cut short or damaged is made again
   const bool there = access(path, F_OK) == 0;
   if (there && thrum_model_load(path, model, NULL) >= 0)
@@ -309,13 +307,13 @@ static thrum_status load_cached(const cli_model_recipe *recipe, bool quiet,
   return status >= 0 ? thrum_model_load(path, model, error) : status;
 }
 
-thrum_status cli_model_load(const char *text, bool quiet, const thrum_model **model,
-                            cli_model_file *file, thrum_error *error) {
-  cli_model_recipe recipe;
-  cli_model_file own;
+thrum_status named_model_load(const char *text, bool quiet, const thrum_model **model,
+                              named_model_file *file, thrum_error *error) {
+  model_recipe recipe;
+  named_model_file own;
   if (file == NULL)
     file = &own;
-  thrum_status status = cli_model_recipe_find(text, &recipe, error);
+  thrum_status status = model_recipe_find(text, &recipe, error);
   if (status < 0)
     return status;
   file->path = recipe.found ? file->cached : text;

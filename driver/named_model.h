@@ -10,47 +10,47 @@
 #include "driver/model_names.h"
 #include "driver/precompute_request.h"
 
-#define CLI_MODEL_PATH_MAX 1024
-#define CLI_RECIPE_FIXES_MAX 8
-#define CLI_RECIPE_TEXT_MAX 64
+#define NAMED_MODEL_PATH_MAX 1024
+#define MODEL_RECIPE_FIXES_MAX 8
+#define MODEL_RECIPE_TEXT_MAX 64
 
 /* What NAME.json says. */
-typedef struct cli_model_recipe {
+typedef struct model_recipe {
   bool found; /* false: the text asked for is not one of our names, or a file bears it */
   const char *name;
-  char mesh[CLI_MODEL_PATH_MAX];
+  char mesh[NAMED_MODEL_PATH_MAX];
   thrum_material material;
-  char fixes[CLI_RECIPE_FIXES_MAX][CLI_RECIPE_TEXT_MAX];
+  char fixes[MODEL_RECIPE_FIXES_MAX][MODEL_RECIPE_TEXT_MAX];
   int64_t fix_count;
   int64_t modes;
   int64_t rank;
-  char load_group[CLI_RECIPE_TEXT_MAX]; /* where loads act; default "load" */
-  double load_direction[3];             /* zero: not said */
-  double load_force;                    /* [N]; zero: not said */
-} cli_model_recipe;
+  char load_group[MODEL_RECIPE_TEXT_MAX]; /* where loads act; default "load" */
+  double load_direction[3];               /* zero: not said */
+  double load_force;                      /* [N]; zero: not said */
+} model_recipe;
 
 /* Looks the text up; fails when it is one of our names and its recipe cannot be read. */
-thrum_status cli_model_recipe_find(const char *text, cli_model_recipe *recipe, thrum_error *error);
+thrum_status model_recipe_find(const char *text, model_recipe *recipe, thrum_error *error);
 
 /* The recipe's mesh in place of the name, and what the request leaves open filled in. The request's
- * fixes have room for CLI_RECIPE_FIXES_MAX more and point into the recipe afterwards. */
-void cli_model_recipe_apply(const cli_model_recipe *recipe, precompute_request *request);
+ * fixes have room for MODEL_RECIPE_FIXES_MAX more and point into the recipe afterwards. */
+void model_recipe_apply(const model_recipe *recipe, precompute_request *request);
 
 /* A model's file. */
-typedef struct cli_model_file {
+typedef struct named_model_file {
   const char *path; /* the text asked for, or `cached` */
-  char cached[CLI_MODEL_PATH_MAX];
-} cli_model_file;
+  char cached[NAMED_MODEL_PATH_MAX];
+} named_model_file;
 
 /* The folder of cached models, made where it is not there. */
-thrum_status cli_model_cache_folder(char path[CLI_MODEL_PATH_MAX], thrum_error *error);
+thrum_status named_model_cache_folder(char path[NAMED_MODEL_PATH_MAX], thrum_error *error);
 /* FNV-1a of 64 bits, from `hash`; 0 starts. */
-uint64_t cli_model_hash(uint64_t hash, const void *data, size_t size);
+uint64_t named_model_hash(uint64_t hash, const void *data, size_t size);
 
 /* Loads the model file at `text`, or the one that `text` names: from the cache (XDG_CACHE_HOME or
  * ~/.cache, folder thrum), where it is made first if it is not there or not whole. `file` may be
  * NULL. */
-thrum_status cli_model_load(const char *text, bool quiet, const thrum_model **model,
-                            cli_model_file *file, thrum_error *error);
+thrum_status named_model_load(const char *text, bool quiet, const thrum_model **model,
+                              named_model_file *file, thrum_error *error);
 
 #endif

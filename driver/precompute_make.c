@@ -167,8 +167,8 @@ static thrum_status save_modes(const precompute_request *request, const thrum_pr
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory");
   thrum_frequencies(result->mode_omega2, result->mode_count, hertz);
   const thrum_status status =
-      cli_vtu_write_modes(request->export_modes, &result->model, result->mode_count, hertz,
-                          result->mode_vectors, error);
+      vtu_write_modes(request->export_modes, &result->model, result->mode_count, hertz,
+                      result->mode_vectors, error);
   free(hertz);
   return status;
 }
@@ -247,7 +247,7 @@ thrum_status precompute_make(const precompute_request *request, precompute_show 
     status = thrum_mesh_read(request->mesh_name, request->scale, &mesh, error);
   if (status < 0)
     return status;
-  cli_warn_mesh(&mesh, path_basename(request->mesh_name));
+  mesh_warnings_print(&mesh, path_basename(request->mesh_name));
   thrum_handle *handles = calloc((size_t)request->handle_count + 1, sizeof *handles);
   precompute_request found = *request;
   found.options.handles = handles;

@@ -9,19 +9,19 @@
 #include "driver/embedded_surface.h"
 #include "mesh/formats/surface_read.h"
 
-void cli_shown_free(cli_shown *shown) {
+void render_mesh_free(render_mesh *shown) {
   free(shown->positions);
   free(shown->basis);
   free(shown->fixed);
   free(shown->triangles);
-  *shown = (cli_shown){0};
+  *shown = (render_mesh){0};
 }
 
 /* Room for what is to be shown; an empty one when there is none. */
-static thrum_status allocate(int64_t vertices, int64_t triangles, int64_t rank, cli_shown *shown,
+static thrum_status allocate(int64_t vertices, int64_t triangles, int64_t rank, render_mesh *shown,
                              thrum_error *error) {
   const size_t count = (size_t)vertices, corners = 3 * (size_t)triangles;
-  cli_shown made = {.rank = rank, .vertex_count = vertices, .triangle_count = triangles};
+  render_mesh made = {.rank = rank, .vertex_count = vertices, .triangle_count = triangles};
   made.positions = malloc(3 * count * sizeof *made.positions + 1);
   made.basis = calloc(3 * count + 1, (size_t)rank * sizeof *made.basis);
   made.fixed = calloc(count + 1, sizeof *made.fixed);
@@ -30,14 +30,14 @@ static thrum_status allocate(int64_t vertices, int64_t triangles, int64_t rank, 
     *shown = made;
     return THRUM_OK;
   }
-  cli_shown_free(&made);
+  render_mesh_free(&made);
   return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the surface");
 }
 
-static thrum_status make_skin(const thrum_model *model, cli_shown *shown, thrum_error *error) {
-  cli_skin skin = {0};
+static thrum_status make_skin(const thrum_model *model, render_mesh *shown, thrum_error *error) {
+  display_surface skin = {0};
   const int64_t rank = model->rank;
-  thrum_status status = cli_skin_make(model, &skin, error);
+  thrum_status status = display_surface_make(model, &skin, error);
   if (status >= 0)
     status = allocate(skin.vertex_count, skin.triangle_count, rank, shown, error);
   for (int64_t v = 0; v < skin.vertex_count && status >= 0; v++) {
@@ -50,7 +50,7 @@ static thrum_status make_skin(const thrum_model *model, cli_shown *shown, thrum_
   if (status >= 0)
     memcpy(shown->triangles, skin.triangles,
            3 * (size_t)skin.triangle_count * sizeof *skin.triangles);
-  cli_skin_free(&skin);
+  display_surface_free(&skin);
   return status;
 }
 
@@ -65,7 +65,7 @@ static uint8_t held(const thrum_model *model, int32_t tet, const double *weights
 
 /* `path` is for messages. */
 static thrum_status take_embedding(const thrum_model *model, const thrum_embedding *e,
-                                   const char *path, cli_shown *shown, thrum_error *error) {
+                                   const char *path, render_mesh *shown, thrum_error *error) {
   thrum_error reason = {0};
   thrum_status status = thrum_embedding_fits(e, model, &reason);
   for (int64_t v = 0; v < e->vertex_count && status >= 0; v++)
@@ -86,8 +86,8 @@ static thrum_status take_embedding(const thrum_model *model, const thrum_embeddi
   return THRUM_OK;
 }
 
-thrum_status cli_shown_make(const thrum_model *model, const char *surface, cli_shown *shown,
-                            thrum_error *error) {
+thrum_status render_mesh_make(const thrum_model *model, const char *surface, render_mesh *shown,
+                              thrum_error *error) {
   if (model->vertices == NULL || model->tets == NULL || model->basis == NULL)
     return thrum_error_set(error, THRUM_MISSING,
                            "the model has no mesh or no basis, so it has no surface");
@@ -96,9 +96,9 @@ thrum_status cli_shown_make(const thrum_model *model, const char *surface, cli_s
   thrum_status status;
   if (thrum_surface_mesh_is_named(surface)) {
     thrum_embed embed = {0};
-    status = cli_embed(model, "", surface, 1, true, &embed, error);
+    status = embedded_surface_write(model, "", surface, 1, true, &embed, error);
     if (status >= 0)
-      cli_warn_embedded(&embed.report, surface);
+      embedded_surface_warn(&embed.report, surface);
     if (status >= 0)
       status = take_embedding(model, &embed.embedding, surface, shown, error);
     thrum_embed_free(&embed);

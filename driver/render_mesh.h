@@ -6,8 +6,8 @@
 
 #include "thrum/thrum.h"
 
-/* Positions are x = positions + basis q. Owned; cli_shown_free frees. */
-typedef struct cli_shown {
+/* Positions are x = positions + basis q. Owned; render_mesh_free frees. */
+typedef struct render_mesh {
   int64_t rank; /* the model's */
   int64_t vertex_count;
   double *positions; /* vertex_count x 3, at rest [m] */
@@ -15,14 +15,14 @@ typedef struct cli_shown {
   uint8_t *fixed;    /* vertex_count: bits 0..2, x, y, z held, as of the model */
   int64_t triangle_count;
   int32_t *triangles; /* triangle_count x 3: 0-based vertices of these */
-} cli_shown;
+} render_mesh;
 
 /* Of a model with a mesh and a basis (THRUM_MISSING). `surface` is NULL: the skin, the triangles
  * between a tetrahedron and nothing, outwards counter-clockwise; or the path of a surface that
  * `thrum embed` wrote, which must be of this model; or of an .obj or .stl in metres, which is
  * embedded here, with a warning where it lies outside. */
-thrum_status cli_shown_make(const thrum_model *model, const char *surface, cli_shown *shown,
-                            thrum_error *error);
-void cli_shown_free(cli_shown *shown);
+thrum_status render_mesh_make(const thrum_model *model, const char *surface, render_mesh *shown,
+                              thrum_error *error);
+void render_mesh_free(render_mesh *shown);
 
 #endif

@@ -17,7 +17,7 @@ typedef struct driver_body {
   bool moves;               /* as a whole, so places.npy is written */
   simulate_figures figures; /* with the request, the model and its hash */
   simulate_measures measures;
-  cli_run_output output;
+  run_output output;
   double *q, *p, *extents; /* rank each, in one allocation at q */
   thrum_energies energies; /* of the row in the making */
 } driver_body;

@@ -20,11 +20,11 @@
 #define WORK_TRIES 1000
 
 /* The files of a run but run.json, which says that the others are complete. */
-static const char *const run_files[] = {"energy.csv", "q.npy",      "end.npy",   CLI_RUN_PLACES,
+static const char *const run_files[] = {"energy.csv", "q.npy",      "end.npy",   RUN_PLACEMENTS,
                                         "energy.png", "energy.svg", "frames.pvd"};
 enum { RUN_FILE_COUNT = sizeof run_files / sizeof run_files[0] };
 
-typedef char path_text[CLI_PATH_MAX + 300];
+typedef char path_text[RUN_PATH_MAX + 300];
 
 static void join(path_text path, const char *folder, const char *name) {
   snprintf(path, sizeof(path_text), "%s/%s", folder, name);
@@ -35,7 +35,7 @@ static bool is_frame(const char *name) {
   return strncmp(name, "frame_", 6) == 0 && length > 10 && strcmp(name + length - 4, ".vtu") == 0;
 }
 
-bool cli_run_folder_holds(const char *path, const char *mark) {
+bool run_folder_holds(const char *path, const char *mark) {
   path_text file;
   void *text = NULL;
   size_t size = 0;
@@ -69,7 +69,7 @@ static bool is_empty(const char *path) {
 }
 
 /* What stands at the path now; sets folder->existed. */
-static thrum_status look_at(cli_run_folder *folder, const char *mark, thrum_error *error) {
+static thrum_status look_at(run_folder *folder, const char *mark, thrum_error *error) {
   struct stat status;
   const char *path = folder->path;
   folder->existed = stat(path, &status) == 0;
@@ -84,16 +84,16 @@ static thrum_status look_at(cli_run_folder *folder, const char *mark, thrum_erro
     return thrum_error_set(
         error, THRUM_IO, "%.300s: is a file; -o names the folder that the run is written to", path);
   }
-  if (!is_empty(path) && !cli_run_folder_holds(path, mark)) {
+  if (!is_empty(path) && !run_folder_holds(path, mark)) {
     return thrum_error_set(error, THRUM_IO,
                            "%.300s: holds files that are no earlier run; choose another -o", path);
   }
   return THRUM_OK;
 }
 
-thrum_status cli_run_folder_open(const char *path, const char *mark, cli_run_folder *folder,
-                                 thrum_error *error) {
-  cli_run_folder opened = {0};
+thrum_status run_folder_open(const char *path, const char *mark, run_folder *folder,
+                             thrum_error *error) {
+  run_folder opened = {0};
   size_t length = strlen(path);
   while (length > 1 && path[length - 1] == '/')
     length--;
@@ -127,22 +127,22 @@ thrum_status cli_run_folder_open(const char *path, const char *mark, cli_run_fol
 /* The frames of a run in `from`: removed when `to` is NULL, else moved there. */
 static bool sweep_frames(const char *from, const char *to) {
   path_text source, target, file, moved;
-  join(source, from, CLI_RUN_FRAMES);
+  join(source, from, RUN_FRAMES);
   DIR *entries = opendir(source);
   if (entries == NULL)
     return errno == ENOENT || errno == ENOTDIR;
   bool done = true;
   if (to != NULL) {
-    join(target, to, CLI_RUN_FRAMES);
+    join(target, to, RUN_FRAMES);
     done = mkdir(target, 0777) == 0 || errno == EEXIST;
   }
   for (const struct dirent *entry = readdir(entries); done && entry != NULL;
        entry = readdir(entries)) {
     if (!is_frame(entry->d_name))
       continue;
-    snprintf(file, sizeof file, "%.*s/%.255s", CLI_PATH_MAX + 20, source, entry->d_name);
+    snprintf(file, sizeof file, "%.*s/%.255s", RUN_PATH_MAX + 20, source, entry->d_name);
     if (to != NULL)
-      snprintf(moved, sizeof moved, "%.*s/%.255s", CLI_PATH_MAX + 20, target, entry->d_name);
+      snprintf(moved, sizeof moved, "%.*s/%.255s", RUN_PATH_MAX + 20, target, entry->d_name);
     done = to != NULL ? rename(file, moved) == 0 : unlink(file) == 0;
   }
   closedir(entries);
@@ -164,22 +164,22 @@ static bool sweep(const char *from, const char *to) {
   return done;
 }
 
-bool cli_run_folder_sweep(const char *from, const char *to) {
+bool run_folder_sweep(const char *from, const char *to) {
   path_text old_json, new_json;
-  join(old_json, from, CLI_RUN_JSON);
+  join(old_json, from, RUN_JSON);
   if (to == NULL) {
     const bool gone = unlink(old_json) == 0 || errno == ENOENT;
     return sweep(from, NULL) && gone;
   }
-  join(new_json, to, CLI_RUN_JSON);
+  join(new_json, to, RUN_JSON);
   return sweep(from, to) && rename(old_json, new_json) == 0;
 }
 
-thrum_status cli_run_folder_commit(cli_run_folder *folder, thrum_error *error) {
+thrum_status run_folder_commit(run_folder *folder, thrum_error *error) {
   bool done = true;
   if (folder->existed) {
-    done = cli_run_folder_sweep(folder->path, NULL) &&
-           cli_run_folder_sweep(folder->work, folder->path) && rmdir(folder->work) == 0;
+    done = run_folder_sweep(folder->path, NULL) && run_folder_sweep(folder->work, folder->path) &&
+           rmdir(folder->work) == 0;
   } else {
     done = rename(folder->work, folder->path) == 0;
   }
@@ -191,20 +191,20 @@ thrum_status cli_run_folder_commit(cli_run_folder *folder, thrum_error *error) {
   return THRUM_OK;
 }
 
-void cli_run_folder_abandon(cli_run_folder *folder) {
+void run_folder_abandon(run_folder *folder) {
   if (folder->work[0] == 0)
     return;
-  cli_run_folder_sweep(folder->work, NULL);
+  run_folder_sweep(folder->work, NULL);
   rmdir(folder->work);
   folder->work[0] = 0;
 }
 
-thrum_status cli_run_folder_check(const char *path, const char *mark, thrum_error *error) {
-  cli_run_folder folder = {0};
+thrum_status run_folder_check(const char *path, const char *mark, thrum_error *error) {
+  run_folder folder = {0};
   // a signal that ends the program in between would leave the folder
   thrum_interrupt_hold();
-  const thrum_status status = cli_run_folder_open(path, mark, &folder, error);
-  cli_run_folder_abandon(&folder);
+  const thrum_status status = run_folder_open(path, mark, &folder, error);
+  run_folder_abandon(&folder);
   thrum_interrupt_let();
   return status;
 }

@@ -7,41 +7,40 @@
 
 #include "thrum/status.h"
 
-#define CLI_PATH_MAX 1024
+#define RUN_PATH_MAX 1024
 
 /* The names a run may hold, besides frames/frame_NNNNNN.vtu. */
-#define CLI_RUN_FRAMES "frames"
-#define CLI_RUN_JSON "run.json"
-#define CLI_RUN_PLACES                                                                             \
-  "places.npy" /* rows x 7: where a free body of a scene is, driver/run_placement.h                \
-                */
+#define RUN_FRAMES "frames"
+#define RUN_JSON "run.json"
+// rows x 7: the place of a free body of a scene, see driver/run_placement.h
+#define RUN_PLACEMENTS "places.npy"
 
-typedef struct cli_run_folder {
-  char path[CLI_PATH_MAX - 64]; /* RUN */
-  char work[CLI_PATH_MAX];      /* where the files are until commit; empty: nothing open */
+typedef struct run_folder {
+  char path[RUN_PATH_MAX - 64]; /* RUN */
+  char work[RUN_PATH_MAX];      /* where the files are until commit; empty: nothing open */
   bool existed;                 /* RUN is an empty folder or an earlier run */
-} cli_run_folder;
+} run_folder;
 
 /* Does the file `mark` in the folder say that a run of ours is there? */
-bool cli_run_folder_holds(const char *path, const char *mark);
+bool run_folder_holds(const char *path, const char *mark);
 
 /* The files of a run in the folder `from`: removed when `to` is NULL, run.json first; else moved
  * there, run.json last. Files of the user's own are left alone. */
-bool cli_run_folder_sweep(const char *from, const char *to);
+bool run_folder_sweep(const char *from, const char *to);
 
 /* Makes the work folder: beside RUN when RUN is new, inside it when it is an empty folder or an
  * earlier run, which is known by the file `mark`. Anything else at RUN is refused. */
-thrum_status cli_run_folder_open(const char *path, const char *mark, cli_run_folder *folder,
-                                 thrum_error *error);
+thrum_status run_folder_open(const char *path, const char *mark, run_folder *folder,
+                             thrum_error *error);
 
 /* The same for nothing but its refusals, before work that would be lost: RUN stays as it is. */
-thrum_status cli_run_folder_check(const char *path, const char *mark, thrum_error *error);
+thrum_status run_folder_check(const char *path, const char *mark, thrum_error *error);
 
 /* Puts the files in place: a new RUN by one rename, an earlier run file by file, run.json removed
  * first and put last, files of the user's own left alone. */
-thrum_status cli_run_folder_commit(cli_run_folder *folder, thrum_error *error);
+thrum_status run_folder_commit(run_folder *folder, thrum_error *error);
 
 /* Removes the work folder; RUN is as it was. Fine after commit and on a zeroed folder. */
-void cli_run_folder_abandon(cli_run_folder *folder);
+void run_folder_abandon(run_folder *folder);
 
 #endif

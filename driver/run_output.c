@@ -23,16 +23,15 @@
 #define NPY_HEADER_MAX 192
 #define STREAM_BUFFER (1 << 18) /* of each series; a row then rarely costs a system call */
 
-typedef char path_text[CLI_PATH_MAX + 64];
+typedef char path_text[RUN_PATH_MAX + 64];
 
-static thrum_status write_failed(const cli_run_output *output, const char *name,
-                                 thrum_error *error) {
+static thrum_status write_failed(const run_output *output, const char *name, thrum_error *error) {
   const int reason = errno != 0 ? errno : EIO;
   return thrum_error_set(error, THRUM_IO, "%.200s: %s could not be written (%s)%s",
                          output->folder.path, name, strerror(reason), thrum_file_hint(reason));
 }
 
-static FILE *open_file(const cli_run_output *output, const char *name) {
+static FILE *open_file(const run_output *output, const char *name) {
   path_text path;
   snprintf(path, sizeof path, "%s/%s", output->folder.work, name);
   FILE *file = fopen(path, "wb");
@@ -53,7 +52,7 @@ static bool put_npy_header(FILE *file, int64_t rows, int64_t columns, size_t *si
   return fwrite(header, 1, *size, file) == *size;
 }
 
-static thrum_status open_frames(cli_run_output *output, thrum_error *error) {
+static thrum_status open_frames(run_output *output, thrum_error *error) {
   const thrum_model *model = output->model;
   path_text path;
   if (model->vertices == NULL || model->basis == NULL) {
@@ -65,18 +64,18 @@ static thrum_status open_frames(cli_run_output *output, thrum_error *error) {
   output->displacement = malloc((size_t)model->vertex_count * 3 * sizeof *output->displacement);
   if (output->displacement == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the frames");
-  snprintf(path, sizeof path, "%s/" CLI_RUN_FRAMES, output->folder.work);
+  snprintf(path, sizeof path, "%s/" RUN_FRAMES, output->folder.work);
   if (mkdir(path, 0777) != 0)
-    return write_failed(output, CLI_RUN_FRAMES, error);
+    return write_failed(output, RUN_FRAMES, error);
   snprintf(path, sizeof path, "%s/frames.pvd", output->folder.work);
-  return cli_pvd_open(path, &output->pvd, error);
+  return pvd_open(path, &output->pvd, error);
 }
 
-thrum_status cli_run_output_open(const char *path, const thrum_model *model, bool frames,
-                                 cli_run_output *output, thrum_error *error) {
-  cli_run_output opened = {.model = model};
+thrum_status run_output_open(const char *path, const thrum_model *model, bool frames,
+                             run_output *output, thrum_error *error) {
+  run_output opened = {.model = model};
   size_t size = 0;
-  thrum_status status = cli_run_folder_open(path, CLI_RUN_JSON, &opened.folder, error);
+  thrum_status status = run_folder_open(path, RUN_JSON, &opened.folder, error);
   if (status < 0)
     return status;
   errno = 0;
@@ -91,16 +90,15 @@ thrum_status cli_run_output_open(const char *path, const thrum_model *model, boo
   if (status >= 0 && frames)
     status = open_frames(&opened, error);
   if (status < 0) {
-    cli_run_output_close(&opened);
+    run_output_close(&opened);
     return status;
   }
   *output = opened;
   return THRUM_OK;
 }
 
-thrum_status cli_run_output_record(cli_run_output *output, int64_t step, double time,
-                                   const double *q, const thrum_energies *energies,
-                                   thrum_error *error) {
+thrum_status run_output_record(run_output *output, int64_t step, double time, const double *q,
+                               const thrum_energies *energies, thrum_error *error) {
   const size_t rank = (size_t)output->model->rank;
   errno = 0;
   if (fprintf(output->energy, "%" PRId64 ",%.17g,%.17g,%.17g,%.17g,%.17g\n", step, time,
@@ -112,38 +110,37 @@ thrum_status cli_run_output_record(cli_run_output *output, int64_t step, double 
   return THRUM_OK;
 }
 
-thrum_status cli_run_output_open_places(cli_run_output *output, thrum_error *error) {
+thrum_status run_output_open_places(run_output *output, thrum_error *error) {
   size_t size = 0;
   errno = 0;
-  output->places = open_file(output, CLI_RUN_PLACES);
-  if (output->places == NULL || !put_npy_header(output->places, 0, CLI_RUN_PLACE, &size))
-    return write_failed(output, CLI_RUN_PLACES, error);
+  output->places = open_file(output, RUN_PLACEMENTS);
+  if (output->places == NULL || !put_npy_header(output->places, 0, RUN_PLACEMENT_COLUMNS, &size))
+    return write_failed(output, RUN_PLACEMENTS, error);
   return THRUM_OK;
 }
 
-thrum_status cli_run_output_place(cli_run_output *output, const double matrix[16],
-                                  thrum_error *error) {
-  double place[CLI_RUN_PLACE];
-  cli_run_place_of(matrix, place);
+thrum_status run_output_place(run_output *output, const double matrix[16], thrum_error *error) {
+  double place[RUN_PLACEMENT_COLUMNS];
+  run_placement_of(matrix, place);
   errno = 0;
   return fwrite(place, sizeof place, 1, output->places) == 1
              ? THRUM_OK
-             : write_failed(output, CLI_RUN_PLACES, error);
+             : write_failed(output, RUN_PLACEMENTS, error);
 }
 
-thrum_status cli_run_output_frame(cli_run_output *output, double time, const double base[3],
-                                  const double *von_mises, thrum_error *error) {
+thrum_status run_output_frame(run_output *output, double time, const double base[3],
+                              const double *von_mises, thrum_error *error) {
   path_text path, name;
   const thrum_model *model = output->model;
   for (int64_t c = 0; c < 3 * model->vertex_count; c++)
     output->displacement[c] += base[c % 3];
 
   // the frame, then its line in the list
-  snprintf(name, sizeof name, CLI_RUN_FRAMES "/frame_%06" PRId64 ".vtu", output->frames);
+  snprintf(name, sizeof name, RUN_FRAMES "/frame_%06" PRId64 ".vtu", output->frames);
   snprintf(path, sizeof path, "%s/%.40s", output->folder.work, name);
-  thrum_status status = cli_vtu_write(path, model, output->displacement, von_mises, time, error);
+  thrum_status status = vtu_write(path, model, output->displacement, von_mises, time, error);
   if (status >= 0)
-    status = cli_pvd_add(&output->pvd, name, time, error);
+    status = pvd_add(&output->pvd, name, time, error);
   output->frames += status >= 0;
   return status;
 }
@@ -160,7 +157,7 @@ static bool finish_series(FILE **series, int64_t rows, int64_t columns) {
   return done;
 }
 
-static bool write_end(const cli_run_output *output, const double *q, const double *p) {
+static bool write_end(const run_output *output, const double *q, const double *p) {
   size_t size = 0;
   const size_t rank = (size_t)output->model->rank;
   FILE *file = open_file(output, "end.npy");
@@ -172,8 +169,8 @@ static bool write_end(const cli_run_output *output, const double *q, const doubl
   return close_file(file) && done;
 }
 
-thrum_status cli_run_output_end(cli_run_output *output, const double *q, const double *p,
-                                thrum_error *error) {
+thrum_status run_output_end(run_output *output, const double *q, const double *p,
+                            thrum_error *error) {
   errno = 0;
   const bool closed = close_file(output->energy);
   output->energy = NULL;
@@ -184,47 +181,46 @@ thrum_status cli_run_output_end(cli_run_output *output, const double *q, const d
   if (!finish_series(&output->q, output->rows, output->model->rank))
     return write_failed(output, "q.npy", error);
   output->moved = output->places != NULL;
-  if (output->moved && !finish_series(&output->places, output->rows, CLI_RUN_PLACE))
-    return write_failed(output, CLI_RUN_PLACES, error);
+  if (output->moved && !finish_series(&output->places, output->rows, RUN_PLACEMENT_COLUMNS))
+    return write_failed(output, RUN_PLACEMENTS, error);
 
   // what the run can be continued from
   if (q != NULL && !write_end(output, q, p))
     return write_failed(output, "end.npy", error);
   output->end = q != NULL;
-  return output->pvd.stream != NULL ? cli_pvd_close(&output->pvd, error) : THRUM_OK;
+  return output->pvd.stream != NULL ? pvd_close(&output->pvd, error) : THRUM_OK;
 }
 
-void cli_run_output_plot(cli_run_output *output, const char *title) {
-  output->plot = cli_plot_energy(output->folder.work, title, output->rows);
+void run_output_plot(run_output *output, const char *title) {
+  output->plot = energy_plot_draw(output->folder.work, title, output->rows);
 }
 
-thrum_status cli_run_output_commit(cli_run_output *output, const cJSON *figures,
-                                   thrum_error *error) {
+thrum_status run_output_commit(run_output *output, const cJSON *figures, thrum_error *error) {
   char *text = json_text(figures);
   if (text == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for " CLI_RUN_JSON);
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for " RUN_JSON);
 
   // run.json last: it says that all else is whole
   errno = 0;
-  FILE *file = open_file(output, CLI_RUN_JSON);
+  FILE *file = open_file(output, RUN_JSON);
   bool done = file != NULL && fprintf(file, "%s\n", text) > 0;
   if (file != NULL)
     done = close_file(file) && done;
   free(text);
   if (!done)
-    return write_failed(output, CLI_RUN_JSON, error);
-  return cli_run_folder_commit(&output->folder, error);
+    return write_failed(output, RUN_JSON, error);
+  return run_folder_commit(&output->folder, error);
 }
 
-void cli_run_output_close(cli_run_output *output) {
+void run_output_close(run_output *output) {
   if (output->energy != NULL)
     fclose(output->energy);
   if (output->q != NULL)
     fclose(output->q);
   if (output->places != NULL)
     fclose(output->places);
-  cli_pvd_abandon(&output->pvd);
+  pvd_abandon(&output->pvd);
   free(output->displacement);
-  cli_run_folder_abandon(&output->folder);
+  run_folder_abandon(&output->folder);
   memset(output, 0, sizeof *output);
 }

@@ -22,10 +22,10 @@ static bool take_numbers(const cJSON *object, const char *key, int count, double
   return true;
 }
 
-thrum_status cli_run_place_read(const char *name, const cJSON *object, cli_run_place *place,
+thrum_status run_placement_read(const char *name, const cJSON *object, run_placement *place,
                                 thrum_error *error) {
   const cJSON *given = cJSON_GetObjectItemCaseSensitive(object, "placement");
-  cli_run_place read = {.placed = true};
+  run_placement read = {.placed = true};
   if (given == NULL)
     return THRUM_OK;
   const cJSON *scale = cJSON_GetObjectItemCaseSensitive(given, "scale");
@@ -45,7 +45,7 @@ thrum_status cli_run_place_read(const char *name, const cJSON *object, cli_run_p
   return THRUM_OK;
 }
 
-void cli_run_place_of(const double matrix[16], double row[CLI_RUN_PLACE]) {
+void run_placement_of(const double matrix[16], double row[RUN_PLACEMENT_COLUMNS]) {
   double r[3][3], scale = 0;
   for (int axis = 0; axis < 3; axis++)
     scale = hypot(scale, matrix[axis]);
@@ -70,25 +70,25 @@ static bool is_place(const double *row) {
   double length = 0;
   for (int n = 0; n < 3; n++)
     length += 0 * row[n];
-  for (int n = 3; n < CLI_RUN_PLACE; n++)
+  for (int n = 3; n < RUN_PLACEMENT_COLUMNS; n++)
     length = hypot(length, row[n]);
   return fabs(length - 1) < 1e-6;
 }
 
-thrum_status cli_run_places_read(const char *path, int64_t rows, double **places,
+thrum_status run_placements_read(const char *path, int64_t rows, double **places,
                                  thrum_error *error) {
   int64_t found = 0, columns = 0;
   double *values = NULL;
   const thrum_status status = thrum_npy_read_f8(path, &values, &found, &columns, error);
   if (status < 0)
     return status;
-  bool good = found == rows && columns == CLI_RUN_PLACE;
+  bool good = found == rows && columns == RUN_PLACEMENT_COLUMNS;
   for (int64_t row = 0; good && row < rows; row++) {
-    double *now = values + CLI_RUN_PLACE * row, along = 0;
+    double *now = values + RUN_PLACEMENT_COLUMNS * row, along = 0;
     good = is_place(now);
-    for (int n = 3; row > 0 && n < CLI_RUN_PLACE; n++)
-      along += now[n] * now[n - CLI_RUN_PLACE];
-    for (int n = 3; along < 0 && n < CLI_RUN_PLACE; n++)
+    for (int n = 3; row > 0 && n < RUN_PLACEMENT_COLUMNS; n++)
+      along += now[n] * now[n - RUN_PLACEMENT_COLUMNS];
+    for (int n = 3; along < 0 && n < RUN_PLACEMENT_COLUMNS; n++)
       now[n] = -now[n];
   }
   if (!good) {
@@ -100,7 +100,7 @@ thrum_status cli_run_places_read(const char *path, int64_t rows, double **places
   return THRUM_OK;
 }
 
-void cli_run_place_matrix(const cli_run_place *place, const double *row, double matrix[16]) {
+void run_placement_matrix(const run_placement *place, const double *row, double matrix[16]) {
   static const double unit[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
   memcpy(matrix, unit, sizeof unit);
   if (!place->placed)
@@ -112,7 +112,7 @@ void cli_run_place_matrix(const cli_run_place *place, const double *row, double 
   memcpy(matrix + 12, row != NULL ? row : place->position, 3 * sizeof *matrix);
 }
 
-void cli_run_place_point(const double matrix[16], const double in[3], double out[3]) {
+void run_placement_point(const double matrix[16], const double in[3], double out[3]) {
   const double x = in[0], y = in[1], z = in[2];
   for (int axis = 0; axis < 3; axis++)
     out[axis] = matrix[axis] * x + matrix[4 + axis] * y + matrix[8 + axis] * z + matrix[12 + axis];

@@ -8,33 +8,33 @@
 
 #include "thrum/status.h"
 
-#define CLI_RUN_PLACE 7 /* position [m] and rotation w, x, y, z of a row */
+#define RUN_PLACEMENT_COLUMNS 7 /* position [m] and rotation w, x, y, z of a row */
 
 /* x = position + R scale (X + U q), R of the rotation. */
-typedef struct cli_run_place {
+typedef struct run_placement {
   bool placed; /* false: a run of one model, x = X + U q */
   double position[3];
   double rotation[4]; /* w, x, y, z, of length 1 */
   double scale;
-} cli_run_place;
+} run_placement;
 
 /* What a run.json says (`name`: in messages); untouched where it says nothing. */
-thrum_status cli_run_place_read(const char *name, const cJSON *object, cli_run_place *place,
+thrum_status run_placement_read(const char *name, const cJSON *object, run_placement *place,
                                 thrum_error *error);
 
 /* The place of a row, from a turn, a scale and a shift as column-major 4 x 4. */
-void cli_run_place_of(const double matrix[16], double row[CLI_RUN_PLACE]);
+void run_placement_of(const double matrix[16], double row[RUN_PLACEMENT_COLUMNS]);
 
-/* rows x CLI_RUN_PLACE, malloc, the caller frees; of rotations q and -q those that are nearer to
- * the row before. */
-thrum_status cli_run_places_read(const char *path, int64_t rows, double **places,
+/* rows x RUN_PLACEMENT_COLUMNS, malloc, the caller frees; of rotations q and -q those that are
+ * nearer to the row before. */
+thrum_status run_placements_read(const char *path, int64_t rows, double **places,
                                  thrum_error *error);
 
 /* From X + U q to the world in the same form, the body where it is in a row; NULL: where it stands
  * at first. */
-void cli_run_place_matrix(const cli_run_place *place, const double *row, double matrix[16]);
+void run_placement_matrix(const run_placement *place, const double *row, double matrix[16]);
 
 /* out = the matrix times a point, in place if the two are one. */
-void cli_run_place_point(const double matrix[16], const double in[3], double out[3]);
+void run_placement_point(const double matrix[16], const double in[3], double out[3]);
 
 #endif

@@ -20,33 +20,33 @@
 #include "io/text.h"
 #include "thrum/thrum.h"
 
-typedef char path_text[CLI_PATH_MAX + 300];
+typedef char path_text[RUN_PATH_MAX + 300];
 
 static void join(path_text path, const char *folder, const char *name) {
   snprintf(path, sizeof(path_text), "%s%s%.250s", folder,
            folder[strlen(folder) - 1] == '/' ? "" : "/", name);
 }
 
-bool cli_is_run(const char *path) {
+bool is_run_folder(const char *path) {
   path_text file;
   struct stat status;
   const size_t length = strlen(path);
-  if (length == 0 || length >= CLI_PATH_MAX)
+  if (length == 0 || length >= RUN_PATH_MAX)
     return false;
-  join(file, path, CLI_RUN_JSON);
+  join(file, path, RUN_JSON);
   return stat(file, &status) == 0 && S_ISREG(status.st_mode);
 }
 
-void cli_run_free(cli_run *run) {
+void recorded_run_free(recorded_run *run) {
   thrum_model_free(run->model);
   free(run->times);
   free(run->q);
   free(run->places);
-  *run = (cli_run){0};
+  *run = (recorded_run){0};
 }
 
 /* The second column of energy.csv, one for each row of q. */
-static thrum_status read_times(const char *folder, cli_run *run, thrum_error *error) {
+static thrum_status read_times(const char *folder, recorded_run *run, thrum_error *error) {
   path_text path;
   thrum_text text = {0};
   join(path, folder, "energy.csv");
@@ -91,14 +91,14 @@ static bool is_model(const char *path, const char *hash) {
 static thrum_status load_model(const char *folder, const char *name, const char *hash, bool given,
                                const thrum_model **model, thrum_error *error) {
   path_text beside;
-  cli_model_file file;
+  named_model_file file;
   thrum_status status = THRUM_OK;
   join(beside, folder, "..");
   const size_t length = strlen(beside);
   snprintf(beside + length, sizeof beside - length, "/%.250s", path_basename(name));
   struct stat info;
   const bool here = given || stat(name, &info) == 0 || stat(beside, &info) != 0;
-  status = cli_model_load(here ? name : beside, true, model, &file, error);
+  status = named_model_load(here ? name : beside, true, model, &file, error);
   if (status < 0)
     return status;
   if (is_model(file.path, hash))
@@ -117,7 +117,7 @@ static thrum_status read_json(const char *folder, cJSON **object, const char **m
   path_text path;
   void *text = NULL;
   size_t size = 0;
-  join(path, folder, CLI_RUN_JSON);
+  join(path, folder, RUN_JSON);
   const thrum_status status = thrum_file_read(path, &text, &size, error);
   if (status < 0)
     return status;
@@ -131,7 +131,7 @@ static thrum_status read_json(const char *folder, cJSON **object, const char **m
   return THRUM_OK;
 }
 
-static thrum_status read_q(const char *folder, cli_run *run, thrum_error *error) {
+static thrum_status read_q(const char *folder, recorded_run *run, thrum_error *error) {
   path_text path;
   join(path, folder, "q.npy");
   thrum_status status = thrum_npy_read_f8(path, &run->q, &run->rows, &run->rank, error);
@@ -149,8 +149,9 @@ static thrum_status read_q(const char *folder, cli_run *run, thrum_error *error)
   return THRUM_OK;
 }
 
-thrum_status cli_run_read(const char *path, const char *model, cli_run *run, thrum_error *error) {
-  cli_run read = {0};
+thrum_status recorded_run_read(const char *path, const char *model, recorded_run *run,
+                               thrum_error *error) {
+  recorded_run read = {0};
   cJSON *object = NULL;
   const char *named = NULL, *hash = NULL;
   thrum_status status = read_json(path, &object, &named, &hash, error);
@@ -160,7 +161,7 @@ thrum_status cli_run_read(const char *path, const char *model, cli_run *run, thr
   const cJSON *placement = cJSON_GetObjectItemCaseSensitive(object, "placement");
   const bool moves = cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(placement, "free"));
   if (status >= 0)
-    status = cli_run_place_read(path, object, &read.place, error);
+    status = run_placement_read(path, object, &read.place, error);
   cJSON_Delete(object);
   if (status >= 0 && read.model->basis == NULL)
     status = thrum_error_set(error, THRUM_MISSING,
@@ -171,17 +172,17 @@ thrum_status cli_run_read(const char *path, const char *model, cli_run *run, thr
   if (status >= 0)
     status = read_times(path, &read, error);
   path_text places;
-  join(places, path, CLI_RUN_PLACES);
+  join(places, path, RUN_PLACEMENTS);
   if (status >= 0 && moves)
-    status = cli_run_places_read(places, read.rows, &read.places, error);
+    status = run_placements_read(places, read.rows, &read.places, error);
   if (status < 0)
-    cli_run_free(&read);
+    recorded_run_free(&read);
   else
     *run = read;
   return status;
 }
 
-void cli_run_thin(cli_run *run, double rate) {
+void recorded_run_thin(recorded_run *run, double rate) {
   if (!(rate > 0))
     return;
   int64_t kept = 0;
@@ -193,8 +194,8 @@ void cli_run_thin(cli_run *run, double rate) {
     run->times[kept] = run->times[n];
     memmove(run->q + kept * run->rank, run->q + n * run->rank, (size_t)run->rank * sizeof *run->q);
     if (run->places != NULL)
-      memmove(run->places + CLI_RUN_PLACE * kept, run->places + CLI_RUN_PLACE * n,
-              CLI_RUN_PLACE * sizeof *run->places);
+      memmove(run->places + RUN_PLACEMENT_COLUMNS * kept, run->places + RUN_PLACEMENT_COLUMNS * n,
+              RUN_PLACEMENT_COLUMNS * sizeof *run->places);
     kept++;
   }
   run->rows = kept;

@@ -8,26 +8,27 @@
 #include "thrum/thrum.h"
 
 /* What `thrum simulate` left in a folder. */
-typedef struct cli_run {
+typedef struct recorded_run {
   const thrum_model *model;
   int64_t rank; /* of q: the run's, at most the model's */
   int64_t rows;
   double *times; /* rows, ascending [s] */
   double *q;     /* rows x rank */
-  cli_run_place place;
-  double *places; /* rows x CLI_RUN_PLACE; NULL: the body stays where it stands */
-} cli_run;
+  run_placement place;
+  double *places; /* rows x RUN_PLACEMENT_COLUMNS; NULL: the body stays where it stands */
+} recorded_run;
 
 /* Is there a run.json in the folder? */
-bool cli_is_run(const char *path);
+bool is_run_folder(const char *path);
 
 /* Reads RUN/run.json, energy.csv (times), q.npy and the model: `model` when it is not NULL, else
  * the one that run.json names, from here or from beside RUN. Refuses a model whose bytes are not
- * those that the run was made with. cli_run_free frees, the model too. */
-thrum_status cli_run_read(const char *path, const char *model, cli_run *run, thrum_error *error);
-void cli_run_free(cli_run *run);
+ * those that the run was made with. recorded_run_free frees, the model too. */
+thrum_status recorded_run_read(const char *path, const char *model, recorded_run *run,
+                               thrum_error *error);
+void recorded_run_free(recorded_run *run);
 
 /* Keeps the rows that are nearest to `rate` a second, none twice, and the last; 0: all. */
-void cli_run_thin(cli_run *run, double rate);
+void recorded_run_thin(recorded_run *run, double rate);
 
 #endif

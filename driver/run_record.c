@@ -31,8 +31,8 @@ thrum_status driver_run_open_body(driver_run *run, int32_t n, const char *path,
 
   // the measures may refuse the model, so they come before the files
   THRUM_TRY(simulate_measures_open(request, shown, &body->measures, error));
-  THRUM_TRY(cli_run_output_open(path, shown, frames, &body->output, error));
-  return body->moves ? cli_run_output_open_places(&body->output, error) : THRUM_OK;
+  THRUM_TRY(run_output_open(path, shown, frames, &body->output, error));
+  return body->moves ? run_output_open_places(&body->output, error) : THRUM_OK;
 }
 
 /* Energies, coordinates and peaks of a body at this step. */
@@ -63,12 +63,12 @@ static thrum_status record_body(driver_run *run, int32_t n, int64_t step, bool r
     return THRUM_OK;
 
   // where a free body is stands beside q
-  THRUM_TRY(cli_run_output_record(&body->output, step, time, body->q, &body->energies, error));
+  THRUM_TRY(run_output_record(&body->output, step, time, body->q, &body->energies, error));
   if (body->output.places == NULL)
     return THRUM_OK;
   double matrix[16];
   stepper->kind->placement(stepper->self, n, matrix);
-  return cli_run_output_place(&body->output, matrix, error);
+  return run_output_place(&body->output, matrix, error);
 }
 
 thrum_status driver_run_record(driver_run *run, int64_t step, bool row, thrum_error *error) {
@@ -102,8 +102,8 @@ static thrum_status write_frame(driver_run *run, int32_t n, double time, thrum_e
   // displacements are relative to the base, unless they are asked for from the ground
   THRUM_TRY(stepper->kind->displacements(stepper->self, n, body->output.displacement, error));
   if (request->ground)
-    cli_base_motions_position(request->base_motions, request->base_motion_count, time, base);
-  return cli_run_output_frame(&body->output, time, base, body->measures.von_mises, error);
+    base_motions_position(request->base_motions, request->base_motion_count, time, base);
+  return run_output_frame(&body->output, time, base, body->measures.von_mises, error);
 }
 
 thrum_status driver_run_frame(driver_run *run, int64_t step, thrum_error *error) {
@@ -121,7 +121,7 @@ thrum_status driver_run_end(driver_run *run, thrum_error *error) {
     // a run that left the range of finite numbers may have no end to continue from
     if (status < 0 && status != THRUM_NOT_FINITE)
       return status;
-    THRUM_TRY(cli_run_output_end(&body->output, status >= 0 ? body->q : NULL, body->p, error));
+    THRUM_TRY(run_output_end(&body->output, status >= 0 ? body->q : NULL, body->p, error));
   }
   return THRUM_OK;
 }

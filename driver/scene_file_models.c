@@ -27,13 +27,13 @@ static bool same_file(const scene_body_spec *left, const scene_body_spec *right)
 
 static thrum_status load_file(const scene_spec *spec, bool quiet, scene_loaded *item) {
   const scene_body_spec *body = item->first;
-  cli_mesh_def def = {
+  mesh_model_def def = {
       .fix_count = body->fix.count, .free = body->free, .material = body->material.material};
   for (int64_t n = 0; n < body->fix.count; n++)
     def.fixes[n] = body->fix.texts[n];
   thrum_error detail = {0};
   thrum_status status =
-      cli_mesh_model_load(body->model, &def, quiet, &item->loaded, &item->file, &detail);
+      mesh_model_load(body->model, &def, quiet, &item->loaded, &item->file, &detail);
   if (status >= 0)
     status = file_hash(item->file.path, &item->hash, &detail);
   if (status < 0)
@@ -87,8 +87,8 @@ static thrum_status load(const scene_spec *spec, bool quiet, const scene_body_sp
   return status >= 0 ? lower(spec, item) : status;
 }
 
-thrum_status cli_scene_models_load(const scene_spec *spec, bool quiet, scene_models *models,
-                                   thrum_error *error) {
+thrum_status scene_models_load(const scene_spec *spec, bool quiet, scene_models *models,
+                               thrum_error *error) {
   const size_t count = (size_t)spec->bodies.count;
   *models = (scene_models){.items = calloc(count + 1, sizeof *models->items),
                            .of_body = calloc(count + 1, sizeof *models->of_body)};
@@ -100,19 +100,19 @@ thrum_status cli_scene_models_load(const scene_spec *spec, bool quiet, scene_mod
   return status;
 }
 
-thrum_status cli_scene_models_skin(scene_models *models, int64_t body, const scene_loaded **skinned,
-                                   thrum_error *error) {
+thrum_status scene_models_skin(scene_models *models, int64_t body, const scene_loaded **skinned,
+                               thrum_error *error) {
   scene_loaded *owner = models->items[models->of_body[body]].owner;
-  cli_skin *skin = &owner->skin;
+  display_surface *skin = &owner->skin;
   *skinned = owner;
   if (owner->corners != NULL)
     return THRUM_OK;
-  const thrum_status status = cli_skin_make(owner->loaded, skin, error);
+  const thrum_status status = display_surface_make(owner->loaded, skin, error);
   if (status < 0)
     return status;
   owner->corners = malloc(3 * (size_t)skin->triangle_count * sizeof *owner->corners + 1);
   if (owner->corners == NULL) {
-    cli_skin_free(skin);
+    display_surface_free(skin);
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the surface");
   }
   for (int64_t n = 0; n < 3 * skin->triangle_count; n++)
@@ -120,10 +120,10 @@ thrum_status cli_scene_models_skin(scene_models *models, int64_t body, const sce
   return THRUM_OK;
 }
 
-void cli_scene_models_free(scene_models *models) {
+void scene_models_free(scene_models *models) {
   for (int64_t n = 0; n < models->count; n++) {
     free(models->items[n].lower_memory);
-    cli_skin_free(&models->items[n].skin);
+    display_surface_free(&models->items[n].skin);
     free(models->items[n].corners);
     if (models->items[n].owner == &models->items[n])
       thrum_model_free(models->items[n].loaded);

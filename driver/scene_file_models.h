@@ -13,10 +13,10 @@ typedef struct scene_loaded {
   void *lower_memory;
   const thrum_model *model;   /* loaded, or its lowest coordinates */
   struct scene_loaded *owner; /* of `loaded`: this one, or one of another rank */
-  cli_model_file file;
-  uint64_t hash;    /* of the file's bytes */
-  cli_skin skin;    /* of the owner, once it is asked for, */
-  int32_t *corners; /* and its triangles by vertices of the model; owned */
+  named_model_file file;
+  uint64_t hash;        /* of the file's bytes */
+  display_surface skin; /* of the owner, once it is asked for, */
+  int32_t *corners;     /* and its triangles by vertices of the model; owned */
 } scene_loaded;
 
 typedef struct scene_models {
@@ -26,14 +26,14 @@ typedef struct scene_models {
 } scene_models;
 
 /* Loads, or makes and loads, what the bodies name; ranks beyond a model's are refused by their
- * line. cli_scene_models_free frees, whatever came back. */
-thrum_status cli_scene_models_load(const scene_spec *spec, bool quiet, scene_models *models,
-                                   thrum_error *error);
-void cli_scene_models_free(scene_models *models);
+ * line. scene_models_free frees, whatever came back. */
+thrum_status scene_models_load(const scene_spec *spec, bool quiet, scene_models *models,
+                               thrum_error *error);
+void scene_models_free(scene_models *models);
 
 /* The surface of a body's mesh, made once for each model. */
-thrum_status cli_scene_models_skin(scene_models *models, int64_t body, const scene_loaded **skinned,
-                                   thrum_error *error);
+thrum_status scene_models_skin(scene_models *models, int64_t body, const scene_loaded **skinned,
+                               thrum_error *error);
 
 static inline const scene_loaded *scene_model_of(const scene_models *models, int64_t body) {
   return &models->items[models->of_body[body]];

@@ -12,14 +12,14 @@
 
 #include "io/file.h"
 
-typedef char path_text[CLI_PATH_MAX + 300];
+typedef char path_text[RUN_PATH_MAX + 300];
 
 static void join(path_text path, const char *folder, const char *name) {
-  snprintf(path, sizeof(path_text), "%.*s/%.255s", CLI_PATH_MAX, folder, name);
+  snprintf(path, sizeof(path_text), "%.*s/%.255s", RUN_PATH_MAX, folder, name);
 }
 
-thrum_status cli_scene_folder_open(const char *path, cli_run_folder *folder, thrum_error *error) {
-  return cli_run_folder_open(path, CLI_SCENE_JSON, folder, error);
+thrum_status scene_folder_open(const char *path, run_folder *folder, thrum_error *error) {
+  return run_folder_open(path, SCENE_JSON, folder, error);
 }
 
 static bool unlink_in(const char *folder, const char *name) {
@@ -34,7 +34,7 @@ static bool sweep_body(const char *from, const char *to) {
     return true;
   if (to != NULL && errno != EEXIST && errno != ENOTEMPTY)
     return false;
-  const bool done = cli_run_folder_sweep(from, to);
+  const bool done = run_folder_sweep(from, to);
   // it stays where it holds more than a run
   rmdir(from);
   return done;
@@ -52,7 +52,7 @@ static bool sweep_bodies(const char *from, const char *to) {
     if (entry->d_name[0] == '.')
       continue;
     join(old, from, entry->d_name);
-    if (!cli_run_folder_holds(old, CLI_RUN_JSON))
+    if (!run_folder_holds(old, RUN_JSON))
       continue;
     if (to != NULL)
       join(new, to, entry->d_name);
@@ -74,33 +74,33 @@ static bool clear(const char *path) {
   path_text file, body;
   void *text = NULL;
   size_t size = 0;
-  join(file, path, CLI_SCENE_JSON);
+  join(file, path, SCENE_JSON);
   if (thrum_file_read(file, &text, &size, NULL) < 0)
     return true; // the folder was empty
   cJSON *object = cJSON_ParseWithLength(text, size);
   const cJSON *bodies = cJSON_GetObjectItemCaseSensitive(object, "bodies"), *item;
-  bool done = unlink_in(path, CLI_SCENE_JSON);
+  bool done = unlink_in(path, SCENE_JSON);
   cJSON_ArrayForEach(item, bodies) {
     const char *name = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(item, "name"));
     if (name == NULL || strchr(name, '/') != NULL || name[0] == '.')
       continue;
     join(body, path, name);
-    if (done && cli_run_folder_holds(body, CLI_RUN_JSON))
+    if (done && run_folder_holds(body, RUN_JSON))
       done = sweep_body(body, NULL);
   }
   cJSON_Delete(object);
   free(text);
-  return done && unlink_in(path, CLI_SCENE_PROBES);
+  return done && unlink_in(path, SCENE_PROBES);
 }
 
 /* Files into a folder that is there. */
-static bool replace(const cli_run_folder *folder) {
+static bool replace(const run_folder *folder) {
   const char *path = folder->path, *work = folder->work;
-  return clear(path) && sweep_bodies(work, path) && move(work, path, CLI_SCENE_PROBES) &&
-         move(work, path, CLI_SCENE_JSON) && rmdir(work) == 0;
+  return clear(path) && sweep_bodies(work, path) && move(work, path, SCENE_PROBES) &&
+         move(work, path, SCENE_JSON) && rmdir(work) == 0;
 }
 
-thrum_status cli_scene_folder_commit(cli_run_folder *folder, thrum_error *error) {
+thrum_status scene_folder_commit(run_folder *folder, thrum_error *error) {
   const bool done = folder->existed ? replace(folder) : rename(folder->work, folder->path) == 0;
   if (!done)
     return thrum_error_set(error, THRUM_IO, "%.300s: the run could not be put there (%s)",
@@ -109,12 +109,12 @@ thrum_status cli_scene_folder_commit(cli_run_folder *folder, thrum_error *error)
   return THRUM_OK;
 }
 
-void cli_scene_folder_abandon(cli_run_folder *folder) {
+void scene_folder_abandon(run_folder *folder) {
   if (folder->work[0] == 0)
     return;
   sweep_bodies(folder->work, NULL);
-  unlink_in(folder->work, CLI_SCENE_PROBES);
-  unlink_in(folder->work, CLI_SCENE_JSON);
+  unlink_in(folder->work, SCENE_PROBES);
+  unlink_in(folder->work, SCENE_JSON);
   rmdir(folder->work);
   folder->work[0] = 0;
 }

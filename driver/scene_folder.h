@@ -5,17 +5,17 @@
 
 #include "driver/run_folder.h"
 
-#define CLI_SCENE_JSON "scene.json"
-#define CLI_SCENE_PROBES "probes.csv"
+#define SCENE_JSON "scene.json"
+#define SCENE_PROBES "probes.csv"
 
-/* As cli_run_folder_open, for an earlier run of a scene. */
-thrum_status cli_scene_folder_open(const char *path, cli_run_folder *folder, thrum_error *error);
+/* As run_folder_open, for an earlier run of a scene. */
+thrum_status scene_folder_open(const char *path, run_folder *folder, thrum_error *error);
 
 /* Puts the files in place: a new folder by one rename, an earlier run of a scene body by body,
  * scene.json removed first and put last, files of the user's own left alone. */
-thrum_status cli_scene_folder_commit(cli_run_folder *folder, thrum_error *error);
+thrum_status scene_folder_commit(run_folder *folder, thrum_error *error);
 
 /* Removes the work folder with the bodies in it; fine after commit and on a zeroed folder. */
-void cli_scene_folder_abandon(cli_run_folder *folder);
+void scene_folder_abandon(run_folder *folder);
 
 #endif

@@ -119,18 +119,18 @@ static thrum_status take_frames(const config_given *given, void *record) {
 }
 
 static thrum_status check_load(const char *text, thrum_error *error) {
-  cli_load load;
-  return cli_load_parse(text, &load, error);
+  load_spec load;
+  return load_spec_parse(text, &load, error);
 }
 
 static thrum_status check_start(const char *text, thrum_error *error) {
-  cli_start start;
-  return cli_start_parse(text, &start, error);
+  start_spec start;
+  return start_spec_parse(text, &start, error);
 }
 
 static thrum_status check_base_motion(const char *text, thrum_error *error) {
-  cli_base_motion base_motion;
-  return cli_base_motion_parse(text, &base_motion, error);
+  base_motion_spec base_motion;
+  return base_motion_parse(text, &base_motion, error);
 }
 
 /* --- tables ------------------------------------------------------------------------------------

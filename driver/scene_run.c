@@ -14,18 +14,18 @@
 
 /* scene.json, which says that the rest is whole, and the folder put in place. */
 static thrum_status report(scene_run *run, double began, thrum_error *error) {
-  char path[CLI_PATH_MAX + 80];
+  char path[RUN_PATH_MAX + 80];
   run->seconds_total = clock_seconds() - began;
   run->seconds_output = clock_seconds() - run->run.began - run->run.seconds_step;
   cJSON *object = scene_run_json(run);
   char *text = json_text(object);
-  snprintf(path, sizeof path, "%.*s/" CLI_SCENE_JSON, CLI_PATH_MAX, run->folder.work);
+  snprintf(path, sizeof path, "%.*s/" SCENE_JSON, RUN_PATH_MAX, run->folder.work);
   thrum_status status =
       text != NULL ? thrum_file_write_atomic(path, text, strlen(text), error)
-                   : thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for " CLI_SCENE_JSON);
+                   : thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for " SCENE_JSON);
   free(text);
   if (status >= 0)
-    status = cli_scene_folder_commit(&run->folder, error);
+    status = scene_folder_commit(&run->folder, error);
   if (status >= 0 && run->request->json) {
     json_print(object);
     return status;
@@ -49,7 +49,7 @@ static thrum_status count_steps(scene_run *run) {
 }
 
 thrum_status scene_run_read(scene_run *run, thrum_error *error) {
-  const thrum_status status = cli_scene_read(run->request->path, &run->spec, error);
+  const thrum_status status = scene_spec_read(run->request->path, &run->spec, error);
   return status >= 0 ? count_steps(run) : status;
 }
 
@@ -61,7 +61,7 @@ static thrum_status run_scene(scene_run *scene, thrum_error *error) {
   // models may be made first, and a signal ends that at once
   thrum_interrupt_clean("\nthrum: stopped; nothing was written\n");
   THRUM_TRY(scene_run_read(scene, error));
-  THRUM_TRY(cli_run_folder_check(request->output, CLI_SCENE_JSON, error));
+  THRUM_TRY(run_folder_check(request->output, SCENE_JSON, error));
   THRUM_TRY(scene_run_build(scene, error));
 
   // from here on there is something to clean up
@@ -87,14 +87,14 @@ void scene_run_close(scene_run *run) {
 
   // work folders of bodies first, then the scene's around them
   driver_run_close(&run->run);
-  cli_scene_folder_abandon(&run->folder);
+  scene_folder_abandon(&run->folder);
   thrum_scene_free(run->scene);
-  cli_scene_models_free(&run->models);
+  scene_models_free(&run->models);
   for (int64_t n = 0; n < run->base_motion_count; n++)
-    cli_base_motion_close(&run->base_motions[n]);
+    base_motion_close(&run->base_motions[n]);
   free(run->base_motions);
   free(run->bodies);
-  cli_scene_free(&run->spec);
+  scene_spec_free(&run->spec);
 }
 
 int scene_run_request(const scene_request *request) {

@@ -28,7 +28,7 @@ typedef struct scene_body_run {
   simulate_request request;    /* of a run of it alone: loads in its axes, gravity first if any */
   thrum_model shown;           /* the model scaled in stiffness and put in place, for measures */
   double *material, *vertices; /* of that, and for frames */
-  char folder[CLI_PATH_MAX + 80];
+  char folder[RUN_PATH_MAX + 80];
   char gravity[100]; /* as a load's text */
 } scene_body_run;
 
@@ -37,14 +37,14 @@ typedef struct scene_run {
   scene_spec spec;
   scene_models models;
   thrum_scene *scene;
-  cli_base_motion *base_motions; /* of the spec, read */
+  base_motion_spec *base_motions; /* of the spec, read */
   int64_t base_motion_count;
   scene_body_run *bodies; /* of the spec's count */
   driver_run run;         /* its bodies are of the same count */
   int64_t steps;
   double dt;
   bool failed; /* the last step was made by some bodies only */
-  cli_run_folder folder;
+  run_folder folder;
   FILE *probes;
   double seconds_read, seconds_output, seconds_total;
 } scene_run;

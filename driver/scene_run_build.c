@@ -14,7 +14,7 @@
  */
 
 /* A load on the engine: its vector is still in world axes. */
-static thrum_status add_load(scene_run *run, int32_t n, const cli_load *load, thrum_error *error) {
+static thrum_status add_load(scene_run *run, int32_t n, const load_spec *load, thrum_error *error) {
   const scene_body_run *body = &run->bodies[n];
   thrum_scene_load given = {.kind = load->gravity    ? THRUM_SCENE_ACCELERATION
                                     : load->traction ? THRUM_SCENE_FIELD
@@ -26,11 +26,11 @@ static thrum_status add_load(scene_run *run, int32_t n, const cli_load *load, th
   thrum_status status = THRUM_OK;
   if (given.kind == THRUM_SCENE_FORCE) {
     status =
-        cli_target_find(body->model, &load->target, &given.vertices, &given.count, &one, error);
+        load_target_find(body->model, &load->target, &given.vertices, &given.count, &one, error);
   } else if (given.kind == THRUM_SCENE_FIELD) {
     field = calloc(3 * (size_t)body->model->vertex_count + 1, sizeof *field);
-    status =
-        field != NULL ? cli_load_fill(body->model, load, field, error) : scene_run_no_memory(error);
+    status = field != NULL ? load_spec_fill(body->model, load, field, error)
+                           : scene_run_no_memory(error);
     // a traction acts on the area of the scaled body
     const double area = body->spec->scale * body->spec->scale;
     for (int64_t c = 0; status >= 0 && c < 3 * body->model->vertex_count; c++)
@@ -50,8 +50,8 @@ static thrum_status add_loads(scene_run *run, int32_t n) {
   simulate_request *request = &body->request;
   for (int64_t l = 0; l < texts->count; l++) {
     thrum_error detail = {0};
-    cli_load *load = &request->loads[request->load_count];
-    thrum_status status = cli_load_parse(texts->texts[l], load, &detail);
+    load_spec *load = &request->loads[request->load_count];
+    thrum_status status = load_spec_parse(texts->texts[l], load, &detail);
     if (status >= 0)
       status = add_load(run, n, load, &detail);
     if (status < 0)
@@ -69,8 +69,8 @@ static void note_gravity(const scene_run *run, scene_body_run *body) {
   if (g[0] == 0 && g[1] == 0 && g[2] == 0)
     return;
   snprintf(body->gravity, sizeof body->gravity, "gravity:%.17g,%.17g,%.17g", g[0], g[1], g[2]);
-  cli_load *load = &body->request.loads[body->request.load_count++];
-  *load = (cli_load){
+  load_spec *load = &body->request.loads[body->request.load_count++];
+  *load = (load_spec){
       .text = body->gravity, .gravity = true, .course = {THRUM_LOAD_CONSTANT, 0, INFINITY, 0}};
   thrum_scene_to_body(body->spec->rotation, g, load->vector, NULL);
 }
@@ -105,13 +105,13 @@ static thrum_status make_start(scene_run *run, scene_body_run *body, double *q, 
   const thrum_model *scaled = NULL;
   thrum_status status = scale_whole(body, &memory, &scaled, &detail);
   for (int64_t n = 0; n < texts->count && status >= 0; n++) {
-    cli_start *start = &request->starts[request->start_count++];
-    status = cli_start_parse(texts->texts[n], start, &detail);
-    if (status >= 0 && start->kind == CLI_START_STATIC)
+    start_spec *start = &request->starts[request->start_count++];
+    status = start_spec_parse(texts->texts[n], start, &detail);
+    if (status >= 0 && start->kind == START_STATIC)
       thrum_scene_to_body(body->spec->rotation, start->load.vector, start->load.vector, NULL);
   }
   if (status >= 0)
-    status = cli_starts_make(scaled, request->starts, request->start_count, q, p, &detail);
+    status = start_specs_make(scaled, request->starts, request->start_count, q, p, &detail);
   free(memory);
   return status < 0 ? scene_run_refuse(run, &body->spec->settings.at, "start", status, &detail)
                     : THRUM_OK;
@@ -152,11 +152,11 @@ static thrum_status make_request(scene_run *run, scene_body_run *body, thrum_err
 /* The group that a body names in "touch": also where nothing is there to be touched. */
 static thrum_status find_touch(const scene_run *run, const scene_body_run *body,
                                thrum_scene_body_def *def, int32_t *one) {
-  cli_target target;
+  load_target target;
   thrum_error detail = {0};
-  thrum_status status = cli_target_parse(body->spec->touch, "touch", &target, &detail);
+  thrum_status status = load_target_parse(body->spec->touch, "touch", &target, &detail);
   if (status >= 0)
-    status = cli_target_find(body->model, &target, &def->touch, &def->touch_count, one, &detail);
+    status = load_target_find(body->model, &target, &def->touch, &def->touch_count, one, &detail);
   return status < 0 ? scene_run_refuse(run, &body->spec->settings.at, "touch", status, &detail)
                     : THRUM_OK;
 }
@@ -179,7 +179,7 @@ static thrum_status name_surface(scene_run *run, int32_t n, thrum_scene_body_def
     def->touch_count = 0;
   if (!touches && run->spec.wind.at.node == NULL)
     return THRUM_OK;
-  const thrum_status status = cli_scene_models_skin(&run->models, n, &skinned, &detail);
+  const thrum_status status = scene_models_skin(&run->models, n, &skinned, &detail);
   if (status < 0)
     return scene_run_refuse(run, &body->spec->settings.at, "model", status, &detail);
   def->triangles = skinned->corners;
@@ -241,7 +241,7 @@ static thrum_status make_bodies(scene_run *run, thrum_error *error) {
     run->run.bodies[n].moves = body->spec->free;
     run->run.bodies[n].figures = (simulate_figures){
         .request = &body->request, .model = body->model, .model_hash = loaded->hash};
-    snprintf(body->folder, sizeof body->folder, "%.*s/%s", CLI_PATH_MAX, run->request->output,
+    snprintf(body->folder, sizeof body->folder, "%.*s/%s", RUN_PATH_MAX, run->request->output,
              body->spec->name);
     status = make_request(run, body, error);
     if (status >= 0)
@@ -263,7 +263,7 @@ thrum_status scene_run_build(scene_run *run, thrum_error *error) {
   run->run.name = run->request->path;
   thrum_status status = driver_run_open(&run->run, (int32_t)spec->bodies.count, error);
   if (status >= 0)
-    status = cli_scene_models_load(spec, run->request->quiet, &run->models, error);
+    status = scene_models_load(spec, run->request->quiet, &run->models, error);
   if (status >= 0)
     status = thrum_scene_make(run->dt, &run->scene, error);
   run->run.stepper = scene_run_stepper(run);

@@ -52,7 +52,7 @@ static bool place_vertices(const scene_run *run, int32_t n) {
     return false;
   thrum_scene_body_matrix(run->scene, n, matrix);
   for (size_t v = 0; v < count; v++)
-    cli_run_place_point(matrix, body->model->vertices + 3 * v, body->vertices + 3 * v);
+    run_placement_point(matrix, body->model->vertices + 3 * v, body->vertices + 3 * v);
   body->shown.vertices = body->vertices;
   return true;
 }
@@ -61,10 +61,10 @@ static thrum_status open_body(scene_run *run, int32_t n, thrum_error *error) {
   scene_body_run *body = &run->bodies[n];
   const scene_outputs_spec *outputs = &run->spec.outputs;
   const bool frames = outputs->frames_rate > 0 || outputs->frames_every > 0;
-  char path[CLI_PATH_MAX + 80];
+  char path[RUN_PATH_MAX + 80];
   if (!scale_material(body))
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for body '%s'", body->spec->name);
-  snprintf(path, sizeof path, "%.*s/%s", CLI_PATH_MAX, run->folder.work, body->spec->name);
+  snprintf(path, sizeof path, "%.*s/%s", RUN_PATH_MAX, run->folder.work, body->spec->name);
   THRUM_TRY(driver_run_open_body(&run->run, n, path, &body->shown, error));
 
   // measures are of the body at rest in its own axes, frames of the body in place
@@ -79,10 +79,10 @@ static thrum_status open_body(scene_run *run, int32_t n, thrum_error *error) {
 }
 
 static thrum_status open_probes(scene_run *run, thrum_error *error) {
-  char path[CLI_PATH_MAX + 80];
+  char path[RUN_PATH_MAX + 80];
   if (thrum_scene_probe_count(run->scene) == 0)
     return THRUM_OK;
-  snprintf(path, sizeof path, "%.*s/" CLI_SCENE_PROBES, CLI_PATH_MAX, run->folder.work);
+  snprintf(path, sizeof path, "%.*s/" SCENE_PROBES, RUN_PATH_MAX, run->folder.work);
   errno = 0;
   run->probes = fopen(path, "w");
   bool done = run->probes != NULL && fputs("step,time_s", run->probes) >= 0;
@@ -92,11 +92,11 @@ static thrum_status open_probes(scene_run *run, thrum_error *error) {
                    p, p) > 0;
   }
   done = done && fputc('\n', run->probes) != EOF;
-  return done ? THRUM_OK : write_failed(run, CLI_SCENE_PROBES, error);
+  return done ? THRUM_OK : write_failed(run, SCENE_PROBES, error);
 }
 
 thrum_status scene_run_open(scene_run *run, thrum_error *error) {
-  thrum_status status = cli_scene_folder_open(run->request->output, &run->folder, error);
+  thrum_status status = scene_folder_open(run->request->output, &run->folder, error);
   for (int32_t n = 0; n < run->spec.bodies.count && status >= 0; n++)
     status = open_body(run, n, error);
   return status >= 0 ? open_probes(run, error) : status;
@@ -120,7 +120,7 @@ thrum_status scene_run_record_probes(scene_run *run, int64_t step, double time,
                            v[0], v[1], v[2]) > 0;
   }
   done = done && fputc('\n', run->probes) != EOF;
-  return done ? THRUM_OK : write_failed(run, CLI_SCENE_PROBES, error);
+  return done ? THRUM_OK : write_failed(run, SCENE_PROBES, error);
 }
 
 /* --- the end -----------------------------------------------------------------------------------
@@ -170,12 +170,12 @@ static thrum_status complete_body(scene_run *run, int32_t n, thrum_error *error)
   snprintf(title, sizeof title, "%.60s: %s, dt = %g s", body->spec->name,
            thrum_integrator_name(body->request.def.integrator), run->dt);
   if (run->spec.outputs.plots)
-    cli_run_output_plot(&record->output, title);
+    run_output_plot(&record->output, title);
   cJSON *object = simulate_report_json(&record->figures, &record->output, &record->measures);
   cJSON_AddItemToObject(object, "placement", placement_json(run, body));
   thrum_scene_body(run->scene, n, &info, NULL);
   add_contact(run, &info, object);
-  const thrum_status status = cli_run_output_commit(&record->output, object, error);
+  const thrum_status status = run_output_commit(&record->output, object, error);
   cJSON_Delete(object);
   return status;
 }
@@ -188,7 +188,7 @@ static thrum_status close_probes(scene_run *run, thrum_error *error) {
       fflush(run->probes) == 0 && ferror(run->probes) == 0 && fsync(fileno(run->probes)) == 0;
   const bool closed = fclose(run->probes) == 0;
   run->probes = NULL;
-  return flushed && closed ? THRUM_OK : write_failed(run, CLI_SCENE_PROBES, error);
+  return flushed && closed ? THRUM_OK : write_failed(run, SCENE_PROBES, error);
 }
 
 thrum_status scene_run_end(scene_run *run, thrum_error *error) {

@@ -137,7 +137,6 @@ void scene_run_table(const scene_run *run) {
            figures->first.total, figures->last.total, figures->peak, simulate_status_name(figures));
   }
   printf("status       %s\n", driver_run_status(&run->run));
-  printf("files        %s/" CLI_SCENE_JSON "%s, and a run in each of its folders\n",
-         run->request->output,
-         thrum_scene_probe_count(run->scene) > 0 ? ", " CLI_SCENE_PROBES : "");
+  printf("files        %s/" SCENE_JSON "%s, and a run in each of its folders\n",
+         run->request->output, thrum_scene_probe_count(run->scene) > 0 ? ", " SCENE_PROBES : "");
 }

@@ -50,7 +50,7 @@ static thrum_status displacements(void *stepper, int32_t n, double *u, thrum_err
   for (int64_t v = 0; v < count; v++) {
     const double *rest = body->model->vertices + 3 * v;
     const double in[3] = {rest[0] + u[3 * v], rest[1] + u[3 * v + 1], rest[2] + u[3 * v + 2]};
-    cli_run_place_point(matrix, in, u + 3 * v);
+    run_placement_point(matrix, in, u + 3 * v);
     for (int axis = 0; axis < 3; axis++)
       u[3 * v + axis] -= body->vertices[3 * v + axis];
   }

@@ -11,11 +11,11 @@ thrum_status scene_run_base_motions(scene_run *run, thrum_error *error) {
   if (run->base_motions == NULL)
     return scene_run_no_memory(error);
   for (int64_t n = 0; n < texts->count; n++) {
-    cli_base_motion *base_motion = &run->base_motions[n];
+    base_motion_spec *base_motion = &run->base_motions[n];
     thrum_error detail = {0};
-    thrum_status status = cli_base_motion_parse(texts->texts[n], base_motion, &detail);
+    thrum_status status = base_motion_parse(texts->texts[n], base_motion, &detail);
     if (status >= 0)
-      status = cli_base_motion_read(base_motion, &detail);
+      status = base_motion_read(base_motion, &detail);
     run->base_motion_count += status >= 0;
     if (status >= 0)
       status = base_motion->sine
@@ -77,11 +77,11 @@ thrum_status scene_run_probes(scene_run *run) {
     const int32_t *vertices = NULL;
     int64_t count = 0;
     int32_t one = 0;
-    cli_target target;
+    load_target target;
     thrum_error detail = {0};
-    thrum_status status = cli_target_parse(probe->target, "at", &target, &detail);
+    thrum_status status = load_target_parse(probe->target, "at", &target, &detail);
     if (status >= 0)
-      status = cli_target_find(run->bodies[body].model, &target, &vertices, &count, &one, &detail);
+      status = load_target_find(run->bodies[body].model, &target, &vertices, &count, &one, &detail);
     if (status >= 0)
       status = thrum_scene_add_probe(run->scene, probe->name, body, vertices, count, &detail);
     if (status < 0)

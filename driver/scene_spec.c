@@ -17,7 +17,7 @@
 
 #define NAME_MAX_BYTES 63 /* as THRUM_SCENE_NAME_MAX has room for */
 
-bool cli_scene_is_named(const char *path) {
+bool scene_spec_is_named(const char *path) {
   struct stat status;
   const size_t length = strlen(path);
   if (length < 6 || strcmp(path + length - 5, ".json") != 0)
@@ -76,8 +76,8 @@ static thrum_status check_names(scene_spec *spec) {
     status = give_name(spec, "body", n, &bodies[n].kept_name, &bodies[n].name);
     if (status >= 0)
       status = check_name(&spec->file, &bodies[n].settings.at, bodies[n].name, NULL);
-    if (status >= 0 && (strcmp(bodies[n].name, CLI_SCENE_JSON) == 0 ||
-                        strcmp(bodies[n].name, CLI_SCENE_PROBES) == 0))
+    if (status >= 0 &&
+        (strcmp(bodies[n].name, SCENE_JSON) == 0 || strcmp(bodies[n].name, SCENE_PROBES) == 0))
       status = config_record_refuse(&spec->file, &bodies[n].settings.at, "name", THRUM_BAD_VALUE,
                                     "\"%s\" is a file of the run; choose another", bodies[n].name);
     for (int64_t k = 0; k < n && status >= 0; k++)
@@ -103,9 +103,9 @@ static thrum_status check_body(const scene_spec *spec, const scene_body_spec *bo
   const config_record *at = &body->settings.at;
   const bool mesh = thrum_mesh_is_named(body->model);
   thrum_status status = THRUM_OK;
-  if (body->fix.count > CLI_MESH_FIXES_MAX)
+  if (body->fix.count > MESH_MODEL_FIXES_MAX)
     status = config_record_refuse(&spec->file, at, "fix", THRUM_BAD_VALUE, "more than %d texts",
-                                  CLI_MESH_FIXES_MAX);
+                                  MESH_MODEL_FIXES_MAX);
   if (status >= 0 && !mesh && body->fix.count > 0)
     status = config_record_refuse(&spec->file, at, "fix", THRUM_BAD_VALUE,
                                   "is of a mesh; a model has its own");
@@ -160,9 +160,9 @@ static thrum_status check_probe(const scene_spec *spec, const scene_probe_spec *
   if (!found)
     return config_record_refuse(&spec->file, &probe->at, "body", THRUM_BAD_VALUE,
                                 "there is no body \"%.60s\"", probe->body);
-  cli_target target;
+  load_target target;
   thrum_error detail = {0};
-  if (cli_target_parse(probe->target, "at", &target, &detail) < 0)
+  if (load_target_parse(probe->target, "at", &target, &detail) < 0)
     return config_record_refuse(&spec->file, &probe->at, "at", THRUM_BAD_VALUE, "%s",
                                 detail.message);
   return THRUM_OK;
@@ -207,8 +207,8 @@ static thrum_status read_scene(scene_spec *spec) {
   return check(spec);
 }
 
-thrum_status cli_scene_read_text(const char *name, const char *bytes, size_t length,
-                                 scene_spec *spec, thrum_error *error) {
+thrum_status scene_spec_read_text(const char *name, const char *bytes, size_t length,
+                                  scene_spec *spec, thrum_error *error) {
   begin_scene(spec);
   THRUM_TRY(config_file_parse(name, bytes, length, &spec->file, error));
   return read_scene(spec);
@@ -222,7 +222,7 @@ static thrum_status check_surface(const scene_spec *spec, const scene_body_spec 
                               body->surface, strerror(errno));
 }
 
-thrum_status cli_scene_read(const char *path, scene_spec *spec, thrum_error *error) {
+thrum_status scene_spec_read(const char *path, scene_spec *spec, thrum_error *error) {
   begin_scene(spec);
   THRUM_TRY(config_file_open(path, "scene file", &spec->file, error));
   THRUM_TRY(read_scene(spec));
@@ -231,7 +231,7 @@ thrum_status cli_scene_read(const char *path, scene_spec *spec, thrum_error *err
   return THRUM_OK;
 }
 
-void cli_scene_free(scene_spec *spec) {
+void scene_spec_free(scene_spec *spec) {
   for (int64_t n = 0; n < spec->bodies.count; n++)
     free(scene_bodies(spec)[n].kept_name);
   for (int64_t n = 0; n < spec->probes.count; n++)

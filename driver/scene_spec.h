@@ -100,15 +100,15 @@ typedef struct scene_spec {
 extern const config_option scene_keys[];
 
 /* Is this the name of a scene file? One that ends with .json and is no folder. */
-bool cli_scene_is_named(const char *path);
+bool scene_spec_is_named(const char *path);
 
 /* Reads the file at `path` (scene_read_text: these bytes, `name` in messages) and checks what can
- * be checked without models. `path` and `error` must stay as long as the spec. cli_scene_free
+ * be checked without models. `path` and `error` must stay as long as the spec. scene_spec_free
  * frees, whatever came back. */
-thrum_status cli_scene_read(const char *path, scene_spec *spec, thrum_error *error);
-thrum_status cli_scene_read_text(const char *name, const char *bytes, size_t length,
-                                 scene_spec *spec, thrum_error *error);
-void cli_scene_free(scene_spec *spec);
+thrum_status scene_spec_read(const char *path, scene_spec *spec, thrum_error *error);
+thrum_status scene_spec_read_text(const char *name, const char *bytes, size_t length,
+                                  scene_spec *spec, thrum_error *error);
+void scene_spec_free(scene_spec *spec);
 
 /* Items of the lists. */
 static inline scene_body_spec *scene_bodies(const scene_spec *spec) {

@@ -14,9 +14,9 @@ static const char *const split_forms[] = {THRUM_SPLIT_FORM_LIST(X) NULL};
 #undef X
 const char *const full_solver_names[] = {"cholesky", "cg", NULL};
 
-thrum_status load_option_take(const config_given *given, cli_load *loads, int64_t *count) {
+thrum_status load_option_take(const config_given *given, load_spec *loads, int64_t *count) {
   thrum_error error = {0};
-  if (cli_load_parse(given->text, &loads[*count], &error) < 0)
+  if (load_spec_parse(given->text, &loads[*count], &error) < 0)
     return config_given_refuse(given, "%s", error.message);
   ++*count;
   return THRUM_OK;

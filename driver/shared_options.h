@@ -48,7 +48,7 @@ extern const char *const full_solver_names[];
   "the total: the vertices of a group share it equally, held ones included.\n"
 
 /* For `take`: parses the load given into loads[*count], which has room for it, and counts it. */
-thrum_status load_option_take(const config_given *given, cli_load *loads, int64_t *count);
+thrum_status load_option_take(const config_given *given, load_spec *loads, int64_t *count);
 /* A (of the mass) and B (of the stiffness). */
 thrum_status damping_option_take(const config_given *given, double *alpha, double *beta);
 /* Frames a second, or steps between them; the other becomes 0. */

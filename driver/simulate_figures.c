@@ -20,7 +20,7 @@ static int64_t first_free_row(const simulate_request *request) {
   for (int64_t n = 0; n < request->load_count; n++)
     steps = later(steps, request->loads[n].course.until, request->def.dt);
   for (int64_t n = 0; n < request->base_motion_count; n++)
-    steps = later(steps, cli_base_motion_end(&request->base_motions[n]), request->def.dt);
+    steps = later(steps, base_motion_end(&request->base_motions[n]), request->def.dt);
   if (steps > request->steps)
     return INT64_MAX;
   return (steps + request->record_every - 1) / request->record_every;

@@ -71,12 +71,12 @@ static thrum_status look_at_loads(const simulate_request *request, const thrum_m
   if (forces == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the loads");
   for (int64_t n = 0; n < request->load_count && status >= 0; n++) {
-    const cli_load *load = &request->loads[n];
+    const load_spec *load = &request->loads[n];
     if (load->gravity)
       continue;
     for (size_t c = 0; c < components; c++)
       forces[c] = 0;
-    status = cli_load_fill(model, load, forces, error);
+    status = load_spec_fill(model, load, forces, error);
     if (status >= 0)
       status = thrum_monitor_look_at_load(m->monitor, model, forces, &m->record, error);
     if (status >= 0)

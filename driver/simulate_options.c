@@ -19,7 +19,7 @@ static thrum_status take_load(const config_given *given, void *request) {
 static thrum_status take_start(const config_given *given, void *request) {
   simulate_request *r = request;
   thrum_error error = {0};
-  if (cli_start_parse(given->text, &r->starts[r->start_count], &error) < 0)
+  if (start_spec_parse(given->text, &r->starts[r->start_count], &error) < 0)
     return config_given_refuse(given, "%s", error.message);
   r->start_count++;
   return THRUM_OK;
@@ -28,7 +28,7 @@ static thrum_status take_start(const config_given *given, void *request) {
 static thrum_status take_base_motion(const config_given *given, void *request) {
   simulate_request *r = request;
   thrum_error error = {0};
-  if (cli_base_motion_parse(given->text, &r->base_motions[r->base_motion_count], &error) < 0)
+  if (base_motion_parse(given->text, &r->base_motions[r->base_motion_count], &error) < 0)
     return config_given_refuse(given, "%s", error.message);
   r->base_motion_count++;
   return THRUM_OK;
@@ -161,14 +161,14 @@ static int finish(int argc, char **argv, simulate_request *request) {
     return config_usage("simulate", "--time %g at --dt %g is more than %g steps", request->time,
                         request->def.dt, SIMULATE_STEPS_MAX);
   const int found =
-      cli_mesh_full_check("simulate", request->model_path, &request->mesh_def, request->full);
+      mesh_model_full_check("simulate", request->model_path, &request->mesh_def, request->full);
 
   return found == COMMAND_DONE ? check_full(request) : found;
 }
 
 int simulate_options_read(int argc, char **argv, simulate_request *request) {
   request->def = thrum_default_state_def();
-  request->mesh_def = cli_default_mesh_def();
+  request->mesh_def = mesh_model_def_default();
   request->time = TIME_DEFAULT;
   request->record_every = 1;
   request->monitor = true;

@@ -11,7 +11,7 @@
 
 typedef struct simulate_request {
   const char *model_path;
-  cli_mesh_def mesh_def; /* where model_path is a mesh, of the full order */
+  mesh_model_def mesh_def; /* where model_path is a mesh, of the full order */
   const char *run_path;
   thrum_state_def def;
   double time;          /* to simulate [s] */
@@ -21,17 +21,17 @@ typedef struct simulate_request {
   double frames_rate;   /* frames a second of simulated time; 0: see frames_every */
   int64_t frames_every; /* steps between frames; 0 with rate 0: no frames */
   int64_t load_count;
-  cli_load *loads; /* owned by the caller of simulate_options_read */
+  load_spec *loads; /* owned by the caller of simulate_options_read */
   int64_t base_motion_count;
-  cli_base_motion *base_motions; /* the same; read and closed by the run */
-  bool full;                     /* the full order in place of the model */
+  base_motion_spec *base_motions; /* the same; read and closed by the run */
+  bool full;                      /* the full order in place of the model */
   thrum_full_solver solver;
   bool integrator_named;
   bool ground; /* frames as seen from the ground, not from the base */
   int64_t start_count;
-  cli_start *starts; /* the same */
-  bool stress;       /* von Mises in all tets */
-  bool monitor;      /* default: where there is a mesh */
+  start_spec *starts; /* the same */
+  bool stress;        /* von Mises in all tets */
+  bool monitor;       /* default: where there is a mesh */
   bool json;
   bool quiet;
   config_file file; /* of --options; the texts above may point into it */

@@ -82,13 +82,13 @@ static cJSON *options_json(const simulate_request *request) {
 }
 
 /* Names of the files, relative to the run's folder. */
-static cJSON *files_json(const cli_run_output *output) {
+static cJSON *files_json(const run_output *output) {
   cJSON *files = cJSON_CreateArray();
-  cJSON_AddItemToArray(files, cJSON_CreateString(CLI_RUN_JSON));
+  cJSON_AddItemToArray(files, cJSON_CreateString(RUN_JSON));
   cJSON_AddItemToArray(files, cJSON_CreateString("energy.csv"));
   cJSON_AddItemToArray(files, cJSON_CreateString("q.npy"));
   if (output->moved)
-    cJSON_AddItemToArray(files, cJSON_CreateString(CLI_RUN_PLACES));
+    cJSON_AddItemToArray(files, cJSON_CreateString(RUN_PLACEMENTS));
   if (output->end)
     cJSON_AddItemToArray(files, cJSON_CreateString("end.npy"));
   if (output->plot != NULL)
@@ -184,7 +184,7 @@ cJSON *simulate_report_begin(const char *status, const thrum_error *stop) {
   return object;
 }
 
-cJSON *simulate_report_json(const simulate_figures *figures, const cli_run_output *output,
+cJSON *simulate_report_json(const simulate_figures *figures, const run_output *output,
                             const simulate_measures *measures) {
   const thrum_state_report *report = &figures->report;
   const simulate_request *request = figures->request;
@@ -236,7 +236,7 @@ static void print_drift(const simulate_figures *figures) {
   }
 }
 
-void simulate_report_table(const simulate_figures *figures, const cli_run_output *output,
+void simulate_report_table(const simulate_figures *figures, const run_output *output,
                            const simulate_measures *measures) {
   const thrum_state_report *report = &figures->report;
   const simulate_request *request = figures->request;
@@ -260,7 +260,7 @@ void simulate_report_table(const simulate_figures *figures, const cli_run_output
     printf("peak         %.6g m at vertex %" PRId64 "\n", figures->peak, figures->peak_vertex + 1);
   simulate_measures_table(measures);
   printf("status       %s\n", simulate_status_name(figures));
-  printf("files        %s/" CLI_RUN_JSON ", energy.csv, q.npy%s%s%s%s\n", request->run_path,
+  printf("files        %s/" RUN_JSON ", energy.csv, q.npy%s%s%s%s\n", request->run_path,
          output->end ? ", end.npy" : "", output->plot != NULL ? ", " : "",
          output->plot != NULL ? output->plot : "", output->frames > 0 ? ", frames.pvd" : "");
 }

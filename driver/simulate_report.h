@@ -11,10 +11,10 @@
 cJSON *simulate_report_begin(const char *status, const thrum_error *stop);
 
 /* The object of --json and run.json. */
-cJSON *simulate_report_json(const simulate_figures *figures, const cli_run_output *output,
+cJSON *simulate_report_json(const simulate_figures *figures, const run_output *output,
                             const simulate_measures *measures);
 
-void simulate_report_table(const simulate_figures *figures, const cli_run_output *output,
+void simulate_report_table(const simulate_figures *figures, const run_output *output,
                            const simulate_measures *measures);
 
 #endif

@@ -31,12 +31,12 @@ typedef struct single_run {
 static thrum_status load_model(single_run *single, uint64_t *hash, thrum_error *error) {
   const simulate_request *request = single->request;
   const char *path = request->model_path;
-  cli_model_file file;
+  named_model_file file;
   if (request->full)
-    THRUM_TRY(cli_mesh_model_load(path, &request->mesh_def, request->quiet, &single->loaded, &file,
-                                  error));
+    THRUM_TRY(
+        mesh_model_load(path, &request->mesh_def, request->quiet, &single->loaded, &file, error));
   else
-    THRUM_TRY(cli_model_load(path, request->quiet, &single->loaded, &file, error));
+    THRUM_TRY(named_model_load(path, request->quiet, &single->loaded, &file, error));
   THRUM_TRY(model_truncate_to(single->loaded, request->rank, &single->lower_memory, &single->model,
                               error));
   return file_hash(file.path, hash, error);
@@ -80,7 +80,7 @@ static thrum_status report(driver_run *run, double began, thrum_error *error) {
 
   // the plot is timed apart from the rows and frames
   const double plotting = clock_seconds();
-  cli_run_output_plot(&body->output, title);
+  run_output_plot(&body->output, title);
   const double now = clock_seconds();
   figures->seconds_step = run->seconds_step;
   figures->seconds_output = plotting - run->began - run->seconds_step;
@@ -88,7 +88,7 @@ static thrum_status report(driver_run *run, double began, thrum_error *error) {
   figures->seconds_total = now - began;
 
   cJSON *object = simulate_report_json(figures, &body->output, &body->measures);
-  const thrum_status status = cli_run_output_commit(&body->output, object, error);
+  const thrum_status status = run_output_commit(&body->output, object, error);
   if (status >= 0 && request->json) {
     json_print(object);
     return status;
@@ -102,7 +102,7 @@ static thrum_status report(driver_run *run, double began, thrum_error *error) {
 static thrum_status simulate(single_run *single, thrum_error *error) {
   const simulate_request *request = single->request;
   driver_run *run = &single->run;
-  THRUM_TRY(cli_run_folder_check(request->run_path, CLI_RUN_JSON, error));
+  THRUM_TRY(run_folder_check(request->run_path, RUN_JSON, error));
   THRUM_TRY(prepare(single, error));
   warn_before(single);
   run->bodies[0].figures.seconds_read = clock_seconds() - single->began;

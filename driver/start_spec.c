@@ -20,30 +20,30 @@ static const char mode_prefix[] = "mode:";
 static const char static_prefix[] = "static:";
 
 /* static:LOAD, or static:FILE for the file that `thrum static` wrote */
-static thrum_status parse_static(const char *text, cli_start *start, thrum_error *error) {
+static thrum_status parse_static(const char *text, start_spec *start, thrum_error *error) {
   const char *rest = text + sizeof static_prefix - 1;
   const size_t length = strlen(rest);
-  if (length > 4 && strcmp(rest + length - 4, ".npy") == 0 && !cli_load_begins(rest)) {
+  if (length > 4 && strcmp(rest + length - 4, ".npy") == 0 && !load_spec_begins(rest)) {
     start->path = rest;
     return THRUM_OK;
   }
   thrum_error detail = {0};
-  start->kind = CLI_START_STATIC;
-  const thrum_status status = cli_load_parse(rest, &start->load, &detail);
+  start->kind = START_STATIC;
+  const thrum_status status = load_spec_parse(rest, &start->load, &detail);
   if (status < 0)
     return thrum_error_set(error, status, "--start static: takes a load or an .npy file; %s",
                            detail.message);
   return THRUM_OK;
 }
 
-thrum_status cli_start_parse(const char *text, cli_start *start, thrum_error *error) {
-  cli_start parsed = {.text = text, .path = text};
+thrum_status start_spec_parse(const char *text, start_spec *start, thrum_error *error) {
+  start_spec parsed = {.text = text, .path = text};
   if (strncmp(text, static_prefix, sizeof static_prefix - 1) == 0) {
     const thrum_status status = parse_static(text, &parsed, error);
     if (status < 0)
       return status;
   } else if (strncmp(text, mode_prefix, sizeof mode_prefix - 1) == 0) {
-    parsed.kind = CLI_START_MODE;
+    parsed.kind = START_MODE;
     const char *number = text + sizeof mode_prefix - 1;
     const char *comma = strchr(number, ',');
     char digits[24];
@@ -109,9 +109,9 @@ static thrum_status add_file(const thrum_model *model, const char *path, double 
   return status;
 }
 
-static thrum_status add_one(const thrum_model *model, const cli_start *start, double *q, double *p,
+static thrum_status add_one(const thrum_model *model, const start_spec *start, double *q, double *p,
                             thrum_error *error) {
-  if (start->kind == CLI_START_FILE)
+  if (start->kind == START_FILE)
     return add_file(model, start->path, q, p, error);
   thrum_error detail = {0};
   const thrum_status status = thrum_mode_add(model, start->mode - 1, start->amplitude, q, &detail);
@@ -121,23 +121,23 @@ static thrum_status add_one(const thrum_model *model, const cli_start *start, do
 }
 
 /* q = the equilibrium under the loads of all static: starts. */
-static thrum_status add_static(const thrum_model *model, const cli_start *starts, int64_t count,
+static thrum_status add_static(const thrum_model *model, const start_spec *starts, int64_t count,
                                double *q, thrum_error *error) {
-  cli_load *loads = calloc((size_t)count + 1, sizeof *loads);
+  load_spec *loads = calloc((size_t)count + 1, sizeof *loads);
   if (loads == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the starts");
   int64_t used = 0;
   for (int64_t n = 0; n < count; n++) {
-    if (starts[n].kind == CLI_START_STATIC)
+    if (starts[n].kind == START_STATIC)
       loads[used++] = starts[n].load;
   }
   thrum_status status = THRUM_OK;
   if (used > 0) {
     const thrum_equilibrium_def def = thrum_default_equilibrium_def();
-    const cli_static_progress unobserved = {NULL, NULL};
+    const static_progress unobserved = {NULL, NULL};
     thrum_equilibrium_report report;
-    status = cli_static_solve(model, &def, "--start static", loads, used, q, NULL, &unobserved,
-                              &report, error);
+    status = static_solve(model, &def, "--start static", loads, used, q, NULL, &unobserved, &report,
+                          error);
     if (status >= 0 && report.instability != THRUM_INSTABILITY_NONE)
       config_warn("--start static: the body %s at %.6g of the load; the run starts from a stable "
                   "shape that it falls to",
@@ -148,11 +148,11 @@ static thrum_status add_static(const thrum_model *model, const cli_start *starts
   return status;
 }
 
-thrum_status cli_starts_make(const thrum_model *model, const cli_start *starts, int64_t count,
-                             double *q, double *p, thrum_error *error) {
+thrum_status start_specs_make(const thrum_model *model, const start_spec *starts, int64_t count,
+                              double *q, double *p, thrum_error *error) {
   thrum_status status = add_static(model, starts, count, q, error);
   for (int64_t n = 0; n < count && status >= 0; n++) {
-    if (starts[n].kind != CLI_START_STATIC)
+    if (starts[n].kind != START_STATIC)
       status = add_one(model, &starts[n], q, p, error);
   }
   return status;

@@ -39,7 +39,7 @@ static thrum_status take_moves(const static_request *request, const thrum_model 
     int32_t one = 0;
     thrum_error detail = {0};
     const thrum_status status =
-        cli_target_find(model, &move->target, &vertices, &count, &one, &detail);
+        load_target_find(model, &move->target, &vertices, &count, &one, &detail);
     if (status < 0)
       return thrum_error_set(error, status, "--move '%.100s': %s", move->text, detail.message);
     for (int64_t k = 0; k < count; k++) {
@@ -54,13 +54,13 @@ static thrum_status take_moves(const static_request *request, const thrum_model 
 static thrum_status add_loads(const static_request *request, const thrum_model *model, search *s,
                               thrum_error *error) {
   for (int64_t n = 0; n < request->load_count; n++) {
-    const cli_load *load = &request->loads[n];
+    const load_spec *load = &request->loads[n];
     thrum_error detail = {0};
     if (load->gravity) {
       thrum_full_add_gravity(s->body, load->vector, s->forces);
       continue;
     }
-    const thrum_status status = cli_load_fill(model, load, s->forces, &detail);
+    const thrum_status status = load_spec_fill(model, load, s->forces, &detail);
     if (status < 0)
       return thrum_error_set(error, status, "--load '%.100s': %s", load->text, detail.message);
   }
@@ -80,7 +80,7 @@ static thrum_status look(static_answer *answer, const search *s, thrum_error *er
     int32_t one = 0;
     thrum_error detail = {0};
     const thrum_status status =
-        cli_target_find(answer->model, &request->targets[n], &vertices, &count, &one, &detail);
+        load_target_find(answer->model, &request->targets[n], &vertices, &count, &one, &detail);
     if (status < 0)
       return thrum_error_set(error, status, "--at: %s", detail.message);
     thrum_full_mean(s->body, vertices, count, answer->displaced[n]);
@@ -136,7 +136,7 @@ static thrum_status find(static_answer *answer, search *s, double *q, thrum_erro
   fill_report(answer, &found, s, q);
   status = look(answer, s, error);
   if (status >= 0 && request->frame != NULL)
-    status = cli_vtu_write_whole(request->frame, model, s->field, error);
+    status = vtu_write_whole(request->frame, model, s->field, error);
   return status;
 }
 

@@ -17,7 +17,7 @@ static thrum_status take_load(const config_given *given, void *request) {
 static thrum_status take_at(const config_given *given, void *request) {
   static_request *r = request;
   thrum_error error = {0};
-  if (cli_target_parse(given->text, "--at", &r->targets[r->target_count], &error) < 0)
+  if (load_target_parse(given->text, "--at", &r->targets[r->target_count], &error) < 0)
     return config_given_refuse(given, "%s", error.message);
   r->at[r->target_count++] = given->text;
   return THRUM_OK;
@@ -26,7 +26,7 @@ static thrum_status take_at(const config_given *given, void *request) {
 /* A displacement [m] that a target is brought to: X,Y,Z@TARGET. */
 static thrum_status parse_move(const char *text, static_move *move, thrum_error *error) {
   static_move parsed = {.text = text};
-  char vector[128], said[CLI_LOAD_TEXT_MAX];
+  char vector[128], said[LOAD_TEXT_MAX];
   const char *at = strchr(text, '@');
   const size_t length = at != NULL ? (size_t)(at - text) : sizeof vector;
   if (length < sizeof vector) {
@@ -40,7 +40,7 @@ static thrum_status parse_move(const char *text, static_move *move, thrum_error 
                            "--move '%.200s': it is X,Y,Z@TARGET, metres that a group is brought to",
                            text);
   snprintf(said, sizeof said, "--move '%.200s'", text);
-  const thrum_status status = cli_target_parse(at + 1, said, &parsed.target, error);
+  const thrum_status status = load_target_parse(at + 1, said, &parsed.target, error);
   if (status >= 0)
     *move = parsed;
   return status;
@@ -113,7 +113,7 @@ const config_command command_static = {
     .exits = "0 done, 1 refused, 2 usage, 3 found but flagged (buckled, snapped, unstable)",
 };
 
-static bool same_target(const cli_target *a, const cli_target *b) {
+static bool same_target(const load_target *a, const load_target *b) {
   return a->all == b->all && a->vertex == b->vertex && strcmp(a->group, b->group) == 0;
 }
 
@@ -126,7 +126,7 @@ static void default_targets(static_request *request) {
       seen = same_target(&request->targets[k], &request->loads[n].target);
     if (seen)
       continue;
-    const cli_target *target = &request->loads[n].target;
+    const load_target *target = &request->loads[n].target;
     request->targets[request->target_count] = *target;
     request->at[request->target_count++] = target->all             ? "all"
                                            : target->group[0] != 0 ? target->group
@@ -151,14 +151,14 @@ static int check_names(const static_request *request) {
 
 int static_options_read(int argc, char **argv, static_request *request) {
   request->def = thrum_default_equilibrium_def();
-  request->mesh_def = cli_default_mesh_def();
+  request->mesh_def = mesh_model_def_default();
   int code = config_options_read(&command_static, argc, argv, request);
   if (code != COMMAND_DONE)
     return code;
   code = config_one_argument("static", "model", argc, argv, &request->model_path);
   if (code != COMMAND_DONE)
     return code;
-  code = cli_mesh_full_check("static", request->model_path, &request->mesh_def, request->full);
+  code = mesh_model_full_check("static", request->model_path, &request->mesh_def, request->full);
   if (code != COMMAND_DONE)
     return code;
 

@@ -11,19 +11,19 @@
 typedef struct static_move {
   const char *text;
   double by[3]; /* [m] */
-  cli_target target;
+  load_target target;
 } static_move;
 
 typedef struct static_request {
   const char *model_path;
-  cli_mesh_def mesh_def; /* where model_path is a mesh, of --full */
-  const char *output;    /* q as .npy; NULL: none */
-  const char *frame;     /* .vtu; NULL: none */
-  const char *path;      /* .csv of the path; NULL: none */
-  const char **at;       /* targets whose displacement is shown, as given */
-  cli_target *targets;   /* the same, parsed */
+  mesh_model_def mesh_def; /* where model_path is a mesh, of --full */
+  const char *output;      /* q as .npy; NULL: none */
+  const char *frame;       /* .vtu; NULL: none */
+  const char *path;        /* .csv of the path; NULL: none */
+  const char **at;         /* targets whose displacement is shown, as given */
+  load_target *targets;    /* the same, parsed */
   int64_t target_count;
-  cli_load *loads;
+  load_spec *loads;
   int64_t load_count;
   bool full;          /* the whole mesh in place of the model */
   static_move *moves; /* of --full */

@@ -61,8 +61,8 @@ void static_report_json(const static_answer *answer) {
   json_number(object, "residual", report->residual);
   cJSON_AddBoolToObject(object, "stable", !(report->least < 0));
   json_number(object, "least_eigenvalue", report->least);
-  json_number(object, "frequency_hz", report->least >= 0 ? cli_static_hertz(report->least) : NAN);
-  json_number(object, "frequency_rest_hz", cli_static_hertz(answer->model->omega2[0]));
+  json_number(object, "frequency_hz", report->least >= 0 ? static_hertz(report->least) : NAN);
+  json_number(object, "frequency_rest_hz", static_hertz(answer->model->omega2[0]));
   json_number(object, "softest_eigenvalue", report->softest);
   json_number(object, "softest_factor", report->softest_factor);
   // the full order does not look for one on its way
@@ -96,14 +96,14 @@ static void print_stability(const static_answer *answer) {
   }
   if (report->least >= 0) {
     printf("stability    stable; softest vibration %.6g Hz, at rest %.6g Hz\n",
-           cli_static_hertz(report->least), cli_static_hertz(answer->model->omega2[0]));
+           static_hertz(report->least), static_hertz(answer->model->omega2[0]));
   } else {
     printf("stability    unstable: the least eigenvalue of the tangent is %.6g /s^2\n",
            report->least);
   }
   if (report->instability == THRUM_INSTABILITY_NONE) {
     printf("critical     none up to %g of the load; softest at %.6g of it (%.6g Hz)\n",
-           report->factor, report->softest_factor, cli_static_hertz(report->softest));
+           report->factor, report->softest_factor, static_hertz(report->softest));
   } else {
     printf("critical     %.9g of the load: a %s%s\n", report->critical,
            instabilities[report->instability],

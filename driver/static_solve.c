@@ -13,10 +13,10 @@
 
 static const double tau = 6.28318530717958647693;
 
-static thrum_status add_loads(const thrum_model *model, const cli_load *loads, int64_t count,
+static thrum_status add_loads(const thrum_model *model, const load_spec *loads, int64_t count,
                               double *one, double *sum, thrum_error *error) {
   for (int64_t n = 0; n < count; n++) {
-    const thrum_status status = cli_load_reduce(model, &loads[n], one, error);
+    const thrum_status status = load_spec_reduce(model, &loads[n], one, error);
     if (status < 0)
       return status;
     for (int64_t i = 0; i < model->rank; i++)
@@ -38,10 +38,10 @@ static void warn_idle(const thrum_model *model, const char *said, const double *
         said);
 }
 
-thrum_status cli_static_solve(const thrum_model *model, const thrum_equilibrium_def *def,
-                              const char *said, const cli_load *loads, int64_t count, double *q,
-                              double *mode, const cli_static_progress *progress,
-                              thrum_equilibrium_report *report, thrum_error *error) {
+thrum_status static_solve(const thrum_model *model, const thrum_equilibrium_def *def,
+                          const char *said, const load_spec *loads, int64_t count, double *q,
+                          double *mode, const static_progress *progress,
+                          thrum_equilibrium_report *report, thrum_error *error) {
   size_t size = 0;
   thrum_status status = thrum_equilibrium_size(model, &size, error);
   if (status < 0)
@@ -67,6 +67,6 @@ thrum_status cli_static_solve(const thrum_model *model, const thrum_equilibrium_
   return status;
 }
 
-double cli_static_hertz(double omega2) {
+double static_hertz(double omega2) {
   return omega2 < 0 ? -sqrt(-omega2) / tau : sqrt(omega2) / tau;
 }

@@ -5,21 +5,21 @@
 #include "driver/load_spec.h"
 
 /* The receiver of each point of the load path; `report` may be NULL. */
-typedef struct cli_static_progress {
+typedef struct static_progress {
   void (*report)(void *context, const thrum_equilibrium_point *point);
   void *context;
-} cli_static_progress;
+} static_progress;
 
 /* The equilibrium under `count` loads at their full strength together. q (rank): where to begin,
  * and the answer; mode (rank) may be NULL. On failure, whose line begins with `said`, nothing is
  * changed. */
-thrum_status cli_static_solve(const thrum_model *model, const thrum_equilibrium_def *def,
-                              const char *said, const cli_load *loads, int64_t count, double *q,
-                              double *mode, const cli_static_progress *progress,
-                              thrum_equilibrium_report *report, thrum_error *error);
+thrum_status static_solve(const thrum_model *model, const thrum_equilibrium_def *def,
+                          const char *said, const load_spec *loads, int64_t count, double *q,
+                          double *mode, const static_progress *progress,
+                          thrum_equilibrium_report *report, thrum_error *error);
 
 /* Frequency [Hz] of a squared angular one; that of its magnitude, negative, where it is negative.
  */
-double cli_static_hertz(double omega2);
+double static_hertz(double omega2);
 
 #endif

@@ -44,10 +44,10 @@ static thrum_full_def def_of(const simulate_request *request) {
 }
 
 /* forces += the load at its full strength. */
-static thrum_status add_load(const full_stepper *self, const cli_load *load, double *forces,
+static thrum_status add_load(const full_stepper *self, const load_spec *load, double *forces,
                              thrum_error *error) {
   if (!load->gravity)
-    return cli_load_fill(self->model, load, forces, error);
+    return load_spec_fill(self->model, load, forces, error);
   thrum_full_add_gravity(self->body, load->vector, forces);
   return THRUM_OK;
 }
@@ -70,7 +70,7 @@ static thrum_status rest_at_equilibrium(full_stepper *self, thrum_error *error) 
   thrum_full_equilibrium found;
   int64_t count = 0;
   for (int64_t n = 0; n < request->start_count; n++) {
-    if (request->starts[n].kind != CLI_START_STATIC)
+    if (request->starts[n].kind != START_STATIC)
       continue;
     THRUM_TRY(add_load(self, &request->starts[n].load, self->loads.force, error));
     count++;
@@ -90,9 +90,9 @@ static thrum_status add_starts(full_stepper *self, thrum_error *error) {
   int64_t count = 0;
   for (int64_t n = 0; n < request->start_count; n++) {
     double q_of[THRUM_RANK_MAX] = {0}, p_of[THRUM_RANK_MAX] = {0};
-    if (request->starts[n].kind == CLI_START_STATIC)
+    if (request->starts[n].kind == START_STATIC)
       continue;
-    THRUM_TRY(cli_starts_make(model, &request->starts[n], 1, q_of, p_of, error));
+    THRUM_TRY(start_specs_make(model, &request->starts[n], 1, q_of, p_of, error));
     for (int64_t i = 0; i < model->rank; i++) {
       q[i] += q_of[i];
       p[i] += p_of[i];

@@ -23,7 +23,7 @@ thrum_status stepper_loads_open(const simulate_request *request, int64_t size, s
   for (int64_t n = 0; n < request->load_count; n++)
     loads->courses[n] = request->loads[n].course;
   for (int64_t n = 0; n < request->base_motion_count; n++)
-    THRUM_TRY(cli_base_motion_read(&request->base_motions[n], error));
+    THRUM_TRY(base_motion_read(&request->base_motions[n], error));
   return THRUM_OK;
 }
 
@@ -43,8 +43,7 @@ bool stepper_loads_sum(stepper_loads *loads, int64_t step, double mean[3]) {
                  request->def.dt, loads->force);
   if (request->base_motion_count == 0)
     return false;
-  cli_base_motions_mean(request->base_motions, request->base_motion_count, step, request->def.dt,
-                        mean);
+  base_motions_mean(request->base_motions, request->base_motion_count, step, request->def.dt, mean);
   return true;
 }
 

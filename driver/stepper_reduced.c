@@ -27,8 +27,8 @@ static thrum_status reduce_loads(reduced_stepper *self, thrum_error *error) {
   static const double still[3] = {0};
   const simulate_request *request = self->request;
   for (int64_t n = 0; n < request->load_count; n++)
-    THRUM_TRY(cli_load_reduce(self->model, &request->loads[n],
-                              self->loads.directions + n * self->model->rank, error));
+    THRUM_TRY(load_spec_reduce(self->model, &request->loads[n],
+                               self->loads.directions + n * self->model->rank, error));
 
   // a model without axis_mass cannot be moved by its base: say so before anything is written
   for (int64_t n = 0; n < request->base_motion_count; n++) {
@@ -48,7 +48,7 @@ static thrum_status set_start(reduced_stepper *self, thrum_error *error) {
   const thrum_state_def *def = &request->def;
   double *q = self->loads.before, *p = self->loads.after;
   thrum_error detail = {0};
-  THRUM_TRY(cli_starts_make(self->model, request->starts, request->start_count, q, p, error));
+  THRUM_TRY(start_specs_make(self->model, request->starts, request->start_count, q, p, error));
   if (def->split_rule == THRUM_SPLIT_COUNT && def->explicit_count > self->model->rank)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "--split %d: the model has only %lld modes", (int)def->explicit_count,
@@ -188,7 +188,7 @@ thrum_status driver_stepper_reduced(const simulate_request *request, const thrum
 static void warn_free(const simulate_request *request) {
   double sum[3] = {0, 0, 0}, largest = 0;
   for (int64_t n = 0; n < request->load_count; n++) {
-    const cli_load *load = &request->loads[n];
+    const load_spec *load = &request->loads[n];
     if (load->gravity)
       config_warn("--load '%s' moves nothing: nothing holds the body, so it falls without a strain",
                   load->text);

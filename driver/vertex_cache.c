@@ -31,11 +31,12 @@ static void put_float(FILE *file, double value, bool swapped) {
 }
 
 /* X + U q of one row, in place. */
-static void put_row(FILE *file, const cli_run *run, const cli_shown *shown, int64_t row,
+static void put_row(FILE *file, const recorded_run *run, const render_mesh *shown, int64_t row,
                     bool swapped) {
   const double *q = run->q + row * run->rank;
   double matrix[16];
-  cli_run_place_matrix(&run->place, run->places ? run->places + CLI_RUN_PLACE * row : NULL, matrix);
+  run_placement_matrix(&run->place, run->places ? run->places + RUN_PLACEMENT_COLUMNS * row : NULL,
+                       matrix);
   for (int64_t v = 0; v < shown->vertex_count; v++) {
     double x[3];
     for (int axis = 0; axis < 3; axis++) {
@@ -44,13 +45,13 @@ static void put_row(FILE *file, const cli_run *run, const cli_shown *shown, int6
       for (int64_t i = 0; i < run->rank; i++)
         x[axis] += (double)shown->basis[n * shown->rank + i] * q[i];
     }
-    cli_run_place_point(matrix, x, x);
+    run_placement_point(matrix, x, x);
     for (int axis = 0; axis < 3; axis++)
       put_float(file, x[axis], swapped);
   }
 }
 
-static thrum_status check_count(const char *path, const cli_run *run, thrum_error *error) {
+static thrum_status check_count(const char *path, const recorded_run *run, thrum_error *error) {
   if (run->rows > INT32_MAX)
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "%.200s: %" PRId64 " rows are too many: write fewer (--fps)", path,
@@ -58,8 +59,8 @@ static thrum_status check_count(const char *path, const cli_run *run, thrum_erro
   return THRUM_OK;
 }
 
-thrum_status cli_pc2_write(const char *path, const cli_run *run, const cli_shown *shown,
-                           thrum_error *error) {
+thrum_status pc2_write(const char *path, const recorded_run *run, const render_mesh *shown,
+                       thrum_error *error) {
   thrum_file_writer writer = {NULL, NULL, NULL};
   thrum_status status = check_count(path, run, error);
   if (status >= 0)
@@ -78,8 +79,8 @@ thrum_status cli_pc2_write(const char *path, const cli_run *run, const cli_shown
   return thrum_file_writer_commit(&writer, error);
 }
 
-thrum_status cli_mdd_write(const char *path, const cli_run *run, const cli_shown *shown,
-                           thrum_error *error) {
+thrum_status mdd_write(const char *path, const recorded_run *run, const render_mesh *shown,
+                       thrum_error *error) {
   thrum_file_writer writer = {NULL, NULL, NULL};
   thrum_status status = check_count(path, run, error);
   if (status >= 0)
@@ -96,19 +97,19 @@ thrum_status cli_mdd_write(const char *path, const cli_run *run, const cli_shown
   return thrum_file_writer_commit(&writer, error);
 }
 
-thrum_status cli_obj_write(const char *path, const cli_run_place *place, const cli_shown *shown,
-                           thrum_error *error) {
+thrum_status obj_write(const char *path, const run_placement *place, const render_mesh *shown,
+                       thrum_error *error) {
   thrum_file_writer writer = {NULL, NULL, NULL};
   const thrum_status status = thrum_file_writer_open(path, &writer, error);
   if (status < 0)
     return status;
   FILE *file = writer.stream;
   double matrix[16];
-  cli_run_place_matrix(place, NULL, matrix);
+  run_placement_matrix(place, NULL, matrix);
   fputs("# the surface at rest [m]\n", file);
   for (int64_t v = 0; v < shown->vertex_count; v++) {
     double x[3];
-    cli_run_place_point(matrix, shown->positions + 3 * v, x);
+    run_placement_point(matrix, shown->positions + 3 * v, x);
     fprintf(file, "v %.17g %.17g %.17g\n", x[0], x[1], x[2]);
   }
   for (int64_t n = 0; n < shown->triangle_count; n++) {

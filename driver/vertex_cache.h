@@ -7,13 +7,13 @@
 #include "driver/run_read.h"
 
 /* Vertex caches of the surface: PC2 (little-endian) and MDD (big-endian). */
-thrum_status cli_pc2_write(const char *path, const cli_run *run, const cli_shown *shown,
-                           thrum_error *error);
-thrum_status cli_mdd_write(const char *path, const cli_run *run, const cli_shown *shown,
-                           thrum_error *error);
+thrum_status pc2_write(const char *path, const recorded_run *run, const render_mesh *shown,
+                       thrum_error *error);
+thrum_status mdd_write(const char *path, const recorded_run *run, const render_mesh *shown,
+                       thrum_error *error);
 
 /* Wavefront .obj of the surface at rest: what the caches move, vertex by vertex. */
-thrum_status cli_obj_write(const char *path, const cli_run_place *place, const cli_shown *shown,
-                           thrum_error *error);
+thrum_status obj_write(const char *path, const run_placement *place, const render_mesh *shown,
+                       thrum_error *error);
 
 #endif

@@ -65,8 +65,8 @@ static bool put_file(FILE *file, const thrum_model *model, const vtu_vectors *ve
   return true;
 }
 
-thrum_status cli_vtu_write(const char *path, const thrum_model *model, const double *displacement,
-                           const double *von_mises, double time, thrum_error *error) {
+thrum_status vtu_write(const char *path, const thrum_model *model, const double *displacement,
+                       const double *von_mises, double time, thrum_error *error) {
   char name[1][VTU_NAME_SIZE] = {"displacement"};
   const thrum_status status = check_mesh(model, error);
   if (status < 0)
@@ -100,14 +100,14 @@ static thrum_status write_whole(const char *path, const thrum_model *model,
   return thrum_file_writer_commit(&writer, error);
 }
 
-thrum_status cli_vtu_write_whole(const char *path, const thrum_model *model,
-                                 const double *displacement, thrum_error *error) {
+thrum_status vtu_write_whole(const char *path, const thrum_model *model, const double *displacement,
+                             thrum_error *error) {
   char name[1][VTU_NAME_SIZE] = {"displacement"};
   return write_whole(path, model, &(vtu_vectors){1, &displacement, name, NULL}, error);
 }
 
-thrum_status cli_vtu_write_modes(const char *path, const thrum_model *model, int64_t count,
-                                 const double *hertz, const double *modes, thrum_error *error) {
+thrum_status vtu_write_modes(const char *path, const thrum_model *model, int64_t count,
+                             const double *hertz, const double *modes, thrum_error *error) {
   const double **values = malloc((size_t)count * sizeof *values);
   char(*names)[VTU_NAME_SIZE] = malloc((size_t)count * sizeof *names);
   thrum_status status = THRUM_OUT_OF_MEMORY;
@@ -129,7 +129,7 @@ thrum_status cli_vtu_write_modes(const char *path, const thrum_model *model, int
   return status;
 }
 
-thrum_status cli_pvd_open(const char *path, cli_pvd *pvd, thrum_error *error) {
+thrum_status pvd_open(const char *path, pvd_file *pvd, thrum_error *error) {
   FILE *file = fopen(path, "wb");
   if (file == NULL)
     return write_failed(path, error);
@@ -142,7 +142,7 @@ thrum_status cli_pvd_open(const char *path, cli_pvd *pvd, thrum_error *error) {
   return THRUM_OK;
 }
 
-thrum_status cli_pvd_add(cli_pvd *pvd, const char *file, double time, thrum_error *error) {
+thrum_status pvd_add(pvd_file *pvd, const char *file, double time, thrum_error *error) {
   if (fprintf(pvd->stream, "    <DataSet timestep=\"%.17g\" part=\"0\" file=\"%s\"/>\n", time,
               file) < 0) {
     return write_failed(pvd->path, error);
@@ -150,7 +150,7 @@ thrum_status cli_pvd_add(cli_pvd *pvd, const char *file, double time, thrum_erro
   return THRUM_OK;
 }
 
-thrum_status cli_pvd_close(cli_pvd *pvd, thrum_error *error) {
+thrum_status pvd_close(pvd_file *pvd, thrum_error *error) {
   FILE *file = pvd->stream;
   pvd->stream = NULL;
   fputs("  </Collection>\n</VTKFile>\n", file);
@@ -160,7 +160,7 @@ thrum_status cli_pvd_close(cli_pvd *pvd, thrum_error *error) {
   return THRUM_OK;
 }
 
-void cli_pvd_abandon(cli_pvd *pvd) {
+void pvd_abandon(pvd_file *pvd) {
   if (pvd->stream != NULL)
     fclose(pvd->stream);
   pvd->stream = NULL;

@@ -16,7 +16,7 @@
 extern char **environ;
 
 /* Holds back the signals that would end this program; one that is ignored (nohup) stays ignored. */
-static void hold_signals(cli_temp_folder *temp) {
+static void hold_signals(temp_folder *temp) {
   static const int signals[] = {SIGINT, SIGTERM, SIGHUP};
   sigemptyset(&temp->held);
   for (size_t n = 0; n < sizeof signals / sizeof *signals; n++) {
@@ -27,12 +27,12 @@ static void hold_signals(cli_temp_folder *temp) {
   sigprocmask(SIG_BLOCK, &temp->held, &temp->before);
 }
 
-thrum_status cli_temp_folder_open(cli_temp_folder *temp, thrum_error *error) {
+thrum_status temp_folder_open(temp_folder *temp, thrum_error *error) {
   const char *parent = getenv("TMPDIR");
-  if (parent == NULL || parent[0] != '/' || strlen(parent) > CLI_TEMP_FOLDER_PATH_MAX - 128)
+  if (parent == NULL || parent[0] != '/' || strlen(parent) > TEMP_FOLDER_PATH_MAX - 128)
     parent = "/tmp";
 
-  *temp = (cli_temp_folder){.stopped = 0};
+  *temp = (temp_folder){.stopped = 0};
   snprintf(temp->folder, sizeof temp->folder, "%s/thrum-XXXXXX", parent);
   hold_signals(temp);
 
@@ -45,14 +45,13 @@ thrum_status cli_temp_folder_open(cli_temp_folder *temp, thrum_error *error) {
                          parent, strerror(number));
 }
 
-void cli_temp_folder_path(const cli_temp_folder *temp, const char *name,
-                          char path[CLI_TEMP_FOLDER_PATH_MAX]) {
-  snprintf(path, CLI_TEMP_FOLDER_PATH_MAX, "%.900s/%.100s", temp->folder, name);
+void temp_folder_path(const temp_folder *temp, const char *name, char path[TEMP_FOLDER_PATH_MAX]) {
+  snprintf(path, TEMP_FOLDER_PATH_MAX, "%.900s/%.100s", temp->folder, name);
 }
 
 /* Starts the program in a process group of its own, so that all that it starts can be ended, and
  * with the signals as they were before the folder was opened. */
-static int spawn(const cli_temp_folder *temp, char *const *argv, const char *log, pid_t *child) {
+static int spawn(const temp_folder *temp, char *const *argv, const char *log, pid_t *child) {
   posix_spawn_file_actions_t files;
   posix_spawnattr_t attributes;
   if (posix_spawn_file_actions_init(&files) != 0)
@@ -83,13 +82,13 @@ static int spawn(const cli_temp_folder *temp, char *const *argv, const char *log
   return number;
 }
 
-thrum_status cli_temp_folder_run(cli_temp_folder *temp, char *const *argv, const char *log,
-                                 cli_temp_folder_end *end, thrum_error *error) {
+thrum_status temp_folder_run(temp_folder *temp, char *const *argv, const char *log,
+                             temp_folder_end *end, thrum_error *error) {
   static const struct timespec while_waiting = {0, 20000000};
-  char path[CLI_TEMP_FOLDER_PATH_MAX];
+  char path[TEMP_FOLDER_PATH_MAX];
   pid_t child = 0, ended = 0;
   int state = 0;
-  cli_temp_folder_path(temp, log, path);
+  temp_folder_path(temp, log, path);
 
   const int number = spawn(temp, argv, path, &child);
   if (number != 0)
@@ -115,12 +114,12 @@ thrum_status cli_temp_folder_run(cli_temp_folder *temp, char *const *argv, const
   return THRUM_OK;
 }
 
-void cli_temp_folder_close(cli_temp_folder *temp) {
+void temp_folder_close(temp_folder *temp) {
   DIR *folder = opendir(temp->folder);
   const struct dirent *entry;
   while (folder != NULL && (entry = readdir(folder)) != NULL) {
-    char path[CLI_TEMP_FOLDER_PATH_MAX];
-    cli_temp_folder_path(temp, entry->d_name, path);
+    char path[TEMP_FOLDER_PATH_MAX];
+    temp_folder_path(temp, entry->d_name, path);
     if (entry->d_name[0] != '.')
       unlink(path);
   }
@@ -138,10 +137,10 @@ void cli_temp_folder_close(cli_temp_folder *temp) {
   sigprocmask(SIG_SETMASK, &temp->before, NULL);
 }
 
-bool cli_program_exists(const char *name) {
+bool program_exists(const char *name) {
   const char *at = getenv("PATH");
   while (at != NULL && *at != 0) {
-    char path[CLI_TEMP_FOLDER_PATH_MAX];
+    char path[TEMP_FOLDER_PATH_MAX];
     const size_t length = strcspn(at, ":");
     if (length > 0 && length < sizeof path - 64) {
       snprintf(path, sizeof path, "%.*s/%.60s", (int)length, at, name);

@@ -9,37 +9,36 @@
 
 #include "thrum/status.h"
 
-#define CLI_TEMP_FOLDER_PATH_MAX 1024
+#define TEMP_FOLDER_PATH_MAX 1024
 
-typedef struct cli_temp_folder {
-  char folder[CLI_TEMP_FOLDER_PATH_MAX];
+typedef struct temp_folder {
+  char folder[TEMP_FOLDER_PATH_MAX];
   sigset_t before, held;
   int stopped; /* the signal that came; 0: none */
-} cli_temp_folder;
+} temp_folder;
 
 /* Makes the folder, in TMPDIR or /tmp. */
-thrum_status cli_temp_folder_open(cli_temp_folder *temp, thrum_error *error);
+thrum_status temp_folder_open(temp_folder *temp, thrum_error *error);
 
 /* Composes the path of a file in the folder. */
-void cli_temp_folder_path(const cli_temp_folder *temp, const char *name,
-                          char path[CLI_TEMP_FOLDER_PATH_MAX]);
+void temp_folder_path(const temp_folder *temp, const char *name, char path[TEMP_FOLDER_PATH_MAX]);
 
 /* The way a program ended. */
-typedef struct cli_temp_folder_end {
+typedef struct temp_folder_end {
   int code;   /* exit code; -1 where a signal ended it */
   int signal; /* the signal that ended it; 0: none */
-} cli_temp_folder_end;
+} temp_folder_end;
 
 /* Runs argv[0], found in PATH, without a shell and without input, and waits; what it prints goes to
  * the file `log` of the folder. Fails when it cannot be started, or when a signal stops this
  * program. */
-thrum_status cli_temp_folder_run(cli_temp_folder *temp, char *const *argv, const char *log,
-                                 cli_temp_folder_end *end, thrum_error *error);
+thrum_status temp_folder_run(temp_folder *temp, char *const *argv, const char *log,
+                             temp_folder_end *end, thrum_error *error);
 
 /* Removes the folder and all files in it. Does not come back when a signal came meanwhile. */
-void cli_temp_folder_close(cli_temp_folder *temp);
+void temp_folder_close(temp_folder *temp);
 
 /* Returns whether there is a program of that name in PATH. */
-bool cli_program_exists(const char *name);
+bool program_exists(const char *name);
 
 #endif

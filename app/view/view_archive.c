@@ -62,7 +62,7 @@ static void add_doubles(data_section *data, cJSON *arrays, const char *name, con
     memcpy(array, values, (size_t)count * sizeof *array);
 }
 
-static void add_surface(data_section *data, cJSON *arrays, const cli_shown *shown) {
+static void add_surface(data_section *data, cJSON *arrays, const render_mesh *shown) {
   const int64_t rows = 3 * shown->vertex_count;
   float *positions = add_array(data, arrays, "positions", rows, "f4");
   for (int64_t n = 0; n < rows && positions != NULL; n++)
@@ -95,7 +95,7 @@ static void add_rigid(data_section *data, cJSON *arrays, const thrum_model *mode
 static thrum_status add_model(data_section *data, cJSON *list, const cli_pack_model *item,
                               thrum_error *error) {
   const thrum_model *model = item->model;
-  cli_shown shown = {0};
+  render_mesh shown = {0};
   thrum_quality quality;
   if (model->vertices == NULL || model->basis == NULL)
     return thrum_error_set(error, THRUM_MISSING,
@@ -107,7 +107,7 @@ static thrum_status add_model(data_section *data, cJSON *list, const cli_pack_mo
                            item->name);
   thrum_status status = thrum_quality_measure(model, &quality, error);
   if (status >= 0)
-    status = cli_shown_make(model, item->surface, &shown, error);
+    status = render_mesh_make(model, item->surface, &shown, error);
   if (status < 0)
     return status;
   cJSON *object = cJSON_CreateObject();
@@ -126,7 +126,7 @@ static thrum_status add_model(data_section *data, cJSON *list, const cli_pack_mo
   add_rigid(data, arrays, model);
   add_surface(data, arrays, &shown);
   cJSON_AddItemToArray(list, object);
-  cli_shown_free(&shown);
+  render_mesh_free(&shown);
   return THRUM_OK;
 }
 

@@ -51,7 +51,7 @@ void cli_pack_add_loads(cJSON *body, const scene_run *run, int32_t n) {
   }
 }
 
-static cJSON *base_motion_of(const cli_base_motion *base_motion) {
+static cJSON *base_motion_of(const base_motion_spec *base_motion) {
   const thrum_base_motion *motion = &base_motion->motion;
   cJSON *object = cJSON_CreateObject();
   if (base_motion->sine) {

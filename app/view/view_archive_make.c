@@ -22,8 +22,8 @@ static void make_title(const char *name, char title[TITLE_MAX]) {
   const char *base = path_basename(name), *dot = strrchr(base, '.');
   const size_t length = dot != NULL && dot > base ? (size_t)(dot - base) : strlen(base);
   snprintf(title, TITLE_MAX, "%.*s", (int)(length < TITLE_MAX ? length : TITLE_MAX - 1), base);
-  for (int n = 0; n < CLI_MODEL_COUNT; n++) {
-    if (strcmp(name, cli_model_names[n]) == 0)
+  for (int n = 0; n < MODEL_NAME_COUNT; n++) {
+    if (strcmp(name, model_names[n]) == 0)
       title[0] = (char)toupper(title[0]);
   }
 }
@@ -62,7 +62,7 @@ static thrum_status pack_models(const char *const *names, int64_t count, const c
   thrum_status status = make_list(count, &list, error);
   for (int64_t n = 0; n < count && status >= 0; n++) {
     const thrum_model *model = NULL;
-    status = cli_model_load(names[n], quiet, &model, NULL, error);
+    status = named_model_load(names[n], quiet, &model, NULL, error);
     if (status >= 0)
       add(&list, names[n], model)->surface = surface;
   }
@@ -145,7 +145,7 @@ static thrum_status pack_scene(const char *path, bool quiet, cli_pack *pack, thr
 
 thrum_status cli_view_pack(const char *const *names, int64_t count, const char *surface, bool quiet,
                            cli_pack *pack, thrum_error *error) {
-  return count == 1 && cli_scene_is_named(names[0])
+  return count == 1 && scene_spec_is_named(names[0])
              ? pack_scene(names[0], quiet, pack, error)
              : pack_models(names, count, surface, quiet, pack, error);
 }

@@ -13,9 +13,9 @@
 #include "io/file.h"
 #include "tests/support/model_folder.h"
 
-static const char *const names[CLI_MODEL_COUNT] = {
+static const char *const names[MODEL_NAME_COUNT] = {
 #define X(name, text) #name,
-    CLI_MODEL_LIST(X)
+    MODEL_NAME_LIST(X)
 #undef X
 };
 
@@ -263,7 +263,7 @@ static void every_model_of_ours_is_what_its_recipe_says(void **state) {
   assert_int_equal(unsetenv("THRUM_MODELS"), 0);
 
   // each recipe is precomputed
-  for (int n = 0; n < CLI_MODEL_COUNT; n++) {
+  for (int n = 0; n < MODEL_NAME_COUNT; n++) {
     const char *name = names[n];
     cJSON *recipe = source_recipe(name);
     const cJSON *split = cJSON_GetObjectItem(recipe, "split");

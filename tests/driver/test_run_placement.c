@@ -38,7 +38,7 @@ static void a_place_tells_its_matrix(void **state) {
 
   // each rotation goes with the same scale and the same shift
   for (size_t n = 0; n < sizeof turns / sizeof turns[0]; n++) {
-    double q[4], length = 0, matrix[16], again[16], row[CLI_RUN_PLACE], out[3];
+    double q[4], length = 0, matrix[16], again[16], row[RUN_PLACEMENT_COLUMNS], out[3];
 
     // the matrix of the normalised quaternion
     for (int i = 0; i < 4; i++)
@@ -48,10 +48,10 @@ static void a_place_tells_its_matrix(void **state) {
     fill(q, 2.5, shift, matrix);
 
     // from the matrix to the placement and back
-    cli_run_place_of(matrix, row);
-    const cli_run_place place = {.placed = true, .scale = 2.5};
-    cli_run_place_matrix(&place, row, again);
-    cli_run_place_point(again, in, out);
+    run_placement_of(matrix, row);
+    const run_placement place = {.placed = true, .scale = 2.5};
+    run_placement_matrix(&place, row, again);
+    run_placement_point(again, in, out);
 
     // the matrix that comes back maps a point to the same place
     for (int axis = 0; axis < 3; axis++) {
@@ -65,15 +65,15 @@ static void a_place_tells_its_matrix(void **state) {
 static void a_body_stands_where_its_run_says(void **state) {
   (void)state;
   // a rotation by 90 degrees about z, at twice the size
-  const cli_run_place placed = {
+  const run_placement placed = {
       .placed = true, .position = {1, 2, 3}, .rotation = {sqrt(0.5), 0, 0, sqrt(0.5)}, .scale = 2};
-  const cli_run_place alone = {.placed = false};
+  const run_placement alone = {.placed = false};
   double matrix[16], x[3] = {0.5, -0.25, 4};
-  cli_run_place_matrix(&alone, NULL, matrix);
-  cli_run_place_point(matrix, x, x);
+  run_placement_matrix(&alone, NULL, matrix);
+  run_placement_point(matrix, x, x);
   assert_true(x[0] == 0.5 && x[1] == -0.25 && x[2] == 4);
-  cli_run_place_matrix(&placed, NULL, matrix);
-  cli_run_place_point(matrix, x, x);
+  run_placement_matrix(&placed, NULL, matrix);
+  run_placement_point(matrix, x, x);
   assert_true(fabs(x[0] - 1.5) < 1e-15 && fabs(x[1] - 3) < 1e-15 && fabs(x[2] - 11) < 1e-15);
 }
 

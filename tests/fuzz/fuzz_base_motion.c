@@ -9,22 +9,22 @@
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   const char *path = fuzz_file(data, size);
-  cli_base_motion base_motion = {.text = path};
+  base_motion_spec base_motion = {.text = path};
   thrum_error error = {0};
 
   if (path == NULL)
     return 0;
 
   // a table that was read has a mean, which is NaN only where infinities cancel
-  const thrum_status status = cli_base_motion_read(&base_motion, &error);
+  const thrum_status status = base_motion_read(&base_motion, &error);
   fuzz_check(status, &error);
   if (status >= 0) {
     double mean[3];
-    cli_base_motions_mean(&base_motion, 1, 3, 0.01, mean);
+    base_motions_mean(&base_motion, 1, 3, 0.01, mean);
     if (isnan(mean[0] + mean[1] + mean[2]) && !isinf(mean[0]) && !isinf(mean[1]) && !isinf(mean[2]))
       abort();
   }
 
-  cli_base_motion_close(&base_motion);
+  base_motion_close(&base_motion);
   return 0;
 }

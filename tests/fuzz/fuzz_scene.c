@@ -16,7 +16,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
 
   // the reader must not need the bytes after its call
   char *bytes = fuzz_text(data, size);
-  const thrum_status status = cli_scene_read_text("folder/scene.json", bytes, size, &spec, &error);
+  const thrum_status status = scene_spec_read_text("folder/scene.json", bytes, size, &spec, &error);
   fuzz_check(status, &error);
   free(bytes);
 
@@ -32,6 +32,6 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     if (scene_probes(&spec)[n].name == NULL || scene_probes(&spec)[n].target == NULL)
       abort();
 
-  cli_scene_free(&spec);
+  scene_spec_free(&spec);
   return 0;
 }

@@ -14,26 +14,26 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   char *text = fuzz_text(data + 1, size - 1);
   thrum_error error = {0};
   thrum_status status = THRUM_OK;
-  cli_load load = {0};
-  cli_start start = {0};
-  cli_base_motion base_motion = {0};
-  cli_target target = {0};
+  load_spec load = {0};
+  start_spec start = {0};
+  base_motion_spec base_motion = {0};
+  load_target target = {0};
 
   // a course in time must not end before it begins
   switch (data[0] % 4) {
   case 0:
-    status = cli_load_parse(text, &load, &error);
+    status = load_spec_parse(text, &load, &error);
     if (status >= 0 && !(load.course.from >= 0 && load.course.until > load.course.from))
       abort();
     break;
   case 1:
-    status = cli_start_parse(text, &start, &error);
+    status = start_spec_parse(text, &start, &error);
     break;
   case 2:
-    status = cli_base_motion_parse(text, &base_motion, &error);
+    status = base_motion_parse(text, &base_motion, &error);
     break;
   default:
-    status = cli_target_parse(text, "--at", &target, &error);
+    status = load_target_parse(text, "--at", &target, &error);
   }
 
   fuzz_check(status, &error);

@@ -128,8 +128,8 @@ static void check_frame(int64_t tet_count) {
   const uint64_t points = (uint64_t)model.vertex_count, cells = (uint64_t)tet_count;
   for (uint64_t n = 0; n < 3 * points; n++)
     displacement[n] = sin((double)n);
-  assert_int_equal(
-      cli_vtu_write(in_folder("frame.vtu", path), &model, displacement, NULL, 0.1, NULL), 0);
+  assert_int_equal(vtu_write(in_folder("frame.vtu", path), &model, displacement, NULL, 0.1, NULL),
+                   0);
 
   // the header gives the counts and the width of sizes
   vtu file = read_vtu(path);
@@ -187,7 +187,7 @@ static void a_frame_holds_the_stress_when_there_is_one(void **state) {
   for (int n = 0; n < TETS; n++)
     stress[n] = n * 1e5;
   assert_int_equal(
-      cli_vtu_write(in_folder("stress.vtu", path), &model, displacement, stress, 0.1, NULL), 0);
+      vtu_write(in_folder("stress.vtu", path), &model, displacement, stress, 0.1, NULL), 0);
   vtu file = read_vtu(path);
   assert_memory_equal(array_data(&file, "von_mises", "Float64", 1, 8 * TETS), stress, 8 * TETS);
 
@@ -203,7 +203,7 @@ static void a_frame_without_a_mesh_is_refused(void **state) {
   char path[200];
   thrum_error error = {0};
   const thrum_model model = {.rank = 1};
-  assert_int_equal(cli_vtu_write(in_folder("none.vtu", path), &model, NULL, NULL, 0, &error),
+  assert_int_equal(vtu_write(in_folder("none.vtu", path), &model, NULL, NULL, 0, &error),
                    THRUM_MISSING);
   assert_true(error.message[0] != 0);
   assert_false(cli_file_exists(path));
@@ -215,9 +215,9 @@ static void a_frame_that_cannot_be_written_is_an_error(void **state) {
   static int32_t tets[4], region[1];
   static uint8_t fixed[4];
   const thrum_model model = make_chain(vertices, tets, region, fixed, 1);
-  assert_int_equal(cli_vtu_write("/nonexistent/frame.vtu", &model, displacement, NULL, 0, NULL),
+  assert_int_equal(vtu_write("/nonexistent/frame.vtu", &model, displacement, NULL, 0, NULL),
                    THRUM_IO);
-  assert_int_equal(cli_vtu_write("/dev/full", &model, displacement, NULL, 0, NULL), THRUM_IO);
+  assert_int_equal(vtu_write("/dev/full", &model, displacement, NULL, 0, NULL), THRUM_IO);
 }
 
 /* Runs the particle with frames, checks each, and returns how many the .pvd file lists. */
