@@ -10,8 +10,9 @@
   X(precompute)                                                                                    \
   X(mesh)                                                                                          \
   X(check)                                                                                         \
-  X(convert) X(simulate) X(view) X(static) X(experiments) X(tradeoff) X(info) X(embed) X(export)   \
-      X(bench) X(schema)
+  X(convert)                                                                                       \
+  X(simulate) X(view) X(static) X(experiments) X(tradeoff) X(info) X(embed) X(export) X(bench)     \
+      X(schema)
 
 #define X(name)                                                                                    \
   extern const config_command command_##name;                                                      \
