@@ -1,18 +1,18 @@
-/* Whole files, read at once and written beside their target, synced and renamed, so that a reader
- * never sees half a file. SPDX-License-Identifier: Apache-2.0 */
+/* Files are read whole, and they are written beside their target, synced and renamed, so that a
+ * reader never sees half a file. SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_IO_FILE_H
 #define THRUM_IO_FILE_H
 
 #include "thrum/status.h"
 #include <stddef.h>
 
-/* Writes a whole buffer to `path` through a temporary file beside it, fsync and rename. The one
- * way in which Thrum writes a file that somebody may be reading. */
+/* Writes a whole buffer to `path` through a temporary file beside it, fsync and rename. All
+ * files that another program may be reading meanwhile are written in this way. */
 thrum_status thrum_file_write_atomic(const char *path, const void *data, size_t size,
                                      thrum_error *error);
 
-/* The same for output made piece by piece. open makes the temporary file, commit syncs and renames
- * it, abandon removes it. A zeroed writer is closed. */
+/* A writer does the same for output that is made piece by piece. open makes the temporary file,
+ * commit syncs and renames it, abandon removes it. A zeroed writer is closed. */
 typedef struct thrum_file_writer {
   void *stream; /* FILE * */
   char *path;
@@ -22,14 +22,14 @@ thrum_status thrum_file_writer_open(const char *path, thrum_file_writer *writer,
                                     thrum_error *error);
 thrum_status thrum_file_writer_put(thrum_file_writer *writer, const void *data, size_t size,
                                    thrum_error *error);
-/* Syncs and closes, but does not rename yet: for files that belong together, so that all are whole
+/* Syncs and closes, but does not rename yet, so that files that belong together are all complete
  * before the first takes its place. */
 thrum_status thrum_file_writer_finish(thrum_file_writer *writer, thrum_error *error);
 thrum_status thrum_file_writer_commit(thrum_file_writer *writer, thrum_error *error);
 void thrum_file_writer_abandon(thrum_file_writer *writer);
 
-/* What to do about a write that failed with this errno, to go behind the reason; "" when nothing
- * comes to mind. */
+/* Returns advice for a write that failed with this errno, which follows the reason in a message; ""
+ * when there is none. */
 const char *thrum_file_hint(int number);
 
 /* Reads a whole file into *data (malloc, caller frees); refuses directories and the like. A 0 that

@@ -5,7 +5,7 @@
 #include "thrum/status.h"
 #include <stdint.h>
 
-/* 64-bit FNV-1a of a file's bytes. */
+/* Computes the 64-bit FNV-1a hash of a file's bytes. */
 thrum_status file_hash(const char *path, uint64_t *hash, thrum_error *error);
 
 #endif

@@ -4,7 +4,7 @@
 
 #include "thrum/status.h"
 
-/* Makes a folder for results where there is none; refuses one that cannot be written to. */
+/* Makes a folder for results unless it exists; refuses a folder that cannot be written to. */
 thrum_status folder_make(const char *path, thrum_error *error);
 
 #endif

@@ -1,7 +1,7 @@
-/* Results for machines: one JSON object on one line of standard output.
+/* Writes results for other programs: one JSON object on one line of standard output.
  *
- * cJSON's own numbers may lose the last digits, so numbers go in as text: the shortest of 15 to 17
- * digits that reads back as the same double. SPDX-License-Identifier: Apache-2.0 */
+ * cJSON's own numbers may lose the last digits, so numbers are added as text: the shortest of 15 to
+ * 17 digits that reads back as the same double. SPDX-License-Identifier: Apache-2.0 */
 #include "io/json.h"
 
 #include <cjson/cJSON.h>

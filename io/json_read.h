@@ -1,7 +1,8 @@
-/* JSON with the line of every value, for files that people write: a mistake is named by its line.
+/* Reads JSON with the line of every value, so that a mistake in a file that people write is named
+ * by its line.
  *
- * RFC 8259 and no more: no comments, no trailing commas, nothing twice in an object. Cost: linear
- * in the text, but quadratic in the number of keys of one object.
+ * The format is RFC 8259 and no more: no comments, no trailing commas, no key twice in an object.
+ * Cost: linear in the text, but quadratic in the number of keys of one object.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_IO_JSON_READ_H
 #define THRUM_IO_JSON_READ_H
@@ -25,11 +26,11 @@ typedef enum json_type {
   JSON_OBJECT
 } json_type;
 
-/* One value. Children follow each other by `next`; -1 ends them. */
+/* A value. Its children follow each other by `next`; -1 ends them. */
 typedef struct json_node {
   json_type type;
-  int64_t line;     /* 1-based, where it begins; of a member of an object: where its key does */
-  const char *key;  /* of a member of an object; NULL otherwise */
+  int64_t line;     /* 1-based, where it begins; for a member of an object where its key begins */
+  const char *key;  /* for a member of an object; NULL otherwise */
   const char *text; /* a string without its escapes, a number as it was written */
   int64_t first, next;
 } json_node;

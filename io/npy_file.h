@@ -1,4 +1,4 @@
-/* Header of a .npy array of any of the model file's types.
+/* Writes the headers of .npy files and reads .npy files of doubles.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_IO_NPY_FILE_H
@@ -11,17 +11,16 @@
 
 #define THRUM_NPY_HEADER_MAX 192
 
-/* .npy 1.0, C order, padded with blanks to a multiple of 64; columns 0: a plain vector. Returns the
- * length. */
+/* Writes the header of a .npy 1.0 file in C order, padded with blanks to a multiple of 64; columns
+ * 0 means a plain vector. Returns the header's length. */
 size_t thrum_npy_header(unsigned char header[THRUM_NPY_HEADER_MAX], const char *descr, int64_t rows,
                         int64_t columns);
 
-/* Header of a .npy 1.0 file for <f8, C order, `rows` x `columns` (columns 0: a plain vector),
- * padded to a multiple of 64; returns its length, at most 192 bytes. */
+/* Writes the header for <f8 in the same way; returns its length, at most 192 bytes. */
 size_t thrum_npy_header_f8(unsigned char header[192], int64_t rows, int64_t columns);
 
-/* Reads a .npy file of <f8, one- or two-dimensional (*columns is 0 for a plain vector), C order;
- * *values malloc'ed, caller frees. Values may be infinite or NaN. */
+/* Reads a .npy file of <f8 in C order with one or two dimensions; *columns is 0 for a plain vector.
+ * The caller frees *values, which may be infinite or NaN. */
 thrum_status thrum_npy_read_f8(const char *path, double **values, int64_t *rows, int64_t *columns,
                                thrum_error *error);
 

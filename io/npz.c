@@ -30,7 +30,7 @@
 #define FILE_LIMIT UINT64_C(0xFFFFFFFF)
 #define MEMBERS_MAX 32
 
-/* Arrays of a model, the absent ones too. */
+/* The indices of a model's arrays, the absent ones too. */
 enum {
 #define X(type, name, rows, columns, presence, meaning) MODEL_ARRAY_##name,
   THRUM_MODEL_ARRAYS(X)

@@ -1,4 +1,4 @@
-/* Writing .npy and .npz files as docs/model_format.md describes.
+/* Writes .npz files, the model file among them, as docs/model_format.md describes.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_IO_NPZ_H
@@ -9,7 +9,7 @@
 
 #include "thrum/model.h"
 
-/* One array of an .npz. */
+/* An array of an .npz. */
 typedef struct thrum_npz_array {
   const char *name;      /* at most 27 characters, [a-z][a-z0-9_]* */
   const char *descr;     /* <f8, <f4, <i4, |u1 */
@@ -18,9 +18,9 @@ typedef struct thrum_npz_array {
   size_t size; /* bytes of data */
 } thrum_npz_array;
 
-/* One entry of an X-list such as THRUM_MODEL_ARRAYS as an initialiser. `rows_` and `columns_` are
- * the list's: expressions, where the sizes that it names are in scope; `columns_` the literal 1 is
- * a plain vector. */
+/* The initialiser of an entry of an X-list such as THRUM_MODEL_ARRAYS. `rows_` and `columns_` are
+ * expressions of the sizes that the list names, which must be in scope; the literal 1 as `columns_`
+ * means a plain vector. */
 #define THRUM_NPZ_ARRAY(type, name_, rows_, columns_, data_)                                       \
   {                                                                                                \
     .name = #name_, .descr = THRUM_NPZ_DESCR_##type, .rows = (rows_),                              \
@@ -28,7 +28,7 @@ typedef struct thrum_npz_array {
     .size = (size_t)(rows_) * (size_t)(columns_) * sizeof(thrum_##type)                            \
   }
 
-/* Types of the lists as .npy spells them. */
+/* The types of the lists as .npy spells them. */
 #define THRUM_NPZ_DESCR_f8 "<f8"
 #define THRUM_NPZ_DESCR_f4 "<f4"
 #define THRUM_NPZ_DESCR_i4 "<i4"
@@ -39,8 +39,8 @@ typedef struct thrum_npz_array {
 thrum_status thrum_npz_write(const char *path, const thrum_npz_array *arrays, int count,
                              thrum_error *error);
 
-/* Writes the model file (checked first with thrum_model_check). 4 GiB or more is refused before
- * anything is written. */
+/* Checks the model with thrum_model_check and writes the model file. 4 GiB or more is refused
+ * before anything is written. */
 thrum_status thrum_model_save(const char *path, const thrum_model *model, thrum_error *error);
 
 #endif

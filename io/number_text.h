@@ -1,4 +1,4 @@
-/* Numbers as text. SPDX-License-Identifier: Apache-2.0 */
+/* Writes numbers as text. SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_IO_NUMBER_TEXT_H
 #define THRUM_IO_NUMBER_TEXT_H
 
@@ -6,8 +6,8 @@
 
 #define THRUM_NUMBER_TEXT 40
 
-/* The shortest of 15 to 17 digits that reads back as the same double, with a point in every locale;
- * returns the length. */
+/* Writes the shortest text of 15 to 17 digits that reads back as the same double, with a point in
+ * every locale; returns its length. */
 size_t thrum_number_text(double value, char text[THRUM_NUMBER_TEXT]);
 
 #endif

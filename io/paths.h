@@ -1,4 +1,5 @@
-/* Which file a path means. SPDX-License-Identifier: Apache-2.0 */
+/* Finds out which file a path means and whether it can be written.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_IO_PATHS_H
 #define THRUM_IO_PATHS_H
 
@@ -6,18 +7,19 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-/* The folder that a file lies in, "." without any; to be freed, NULL without memory. */
+/* Returns the folder that a file lies in, "." if the path names none. The caller frees it; NULL
+ * when there is no memory. */
 char *path_folder(const char *path);
-/* Are two paths one file, or would they be, if it were written? */
+/* Tells whether two paths name the same file, also if it does not exist yet. */
 bool path_same_file(const char *left, const char *right);
-/* share/thrum/NAME of the prefix that this program would be installed in; false: `path` is too
- * short, or the system does not say where the program is. */
+/* Finds share/thrum/NAME in the prefix that this program is installed in; returns false when `path`
+ * is too short or the system does not tell where the program is. */
 bool path_share(const char *name, char *path, size_t size);
 
 /* Refuses an output that could not be written, before long work rather than after it. */
 thrum_status path_check_output(const char *path, thrum_error *error);
 
-/* The part of a path after its last slash. */
+/* Returns the part of a path after its last slash. */
 const char *path_basename(const char *path);
 
 #endif

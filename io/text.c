@@ -1,4 +1,4 @@
-/* Lines, words and numbers of text files; see io/text.h.
+/* Reads the lines, words and numbers of text files; see io/text.h.
  *
  * Numbers are delimited here and converted by strtod, which rounds correctly; it gets the decimal
  * mark of the locale that the program runs in, so that files read the same in all of them.

@@ -31,27 +31,27 @@ typedef struct thrum_text {
  * untouched. Close it with thrum_text_close. */
 thrum_status thrum_text_open(const char *path, char comment, char separator, thrum_text *text,
                              thrum_error *error);
-/* The same over `size` bytes that stay the caller's; name and bytes must outlive *text. */
+/* Reads `size` bytes of the caller in the same way; name and bytes must outlive *text. */
 thrum_status thrum_text_view(const char *name, const void *data, size_t size, char comment,
                              char separator, thrum_text *text, thrum_error *error);
-/* The same over a string, as its one present line; both must outlive *text; nothing to close. */
+/* Reads a string as a single line; name and string must outlive *text, which need not be closed. */
 void thrum_text_borrow(const char *name, const char *string, thrum_text *text);
 void thrum_text_close(thrum_text *text);
 
-/* Moves to the next line that is not blank; false at the end (the line number stays). */
+/* Moves to the next line that is not blank; returns false at the end and keeps the line number. */
 bool thrum_text_next_line(thrum_text *text);
 /* Reads the present line again from its start. */
 void thrum_text_rewind(thrum_text *text);
 
-/* Is there another word on the line? Skips what separates words. */
+/* Tells whether there is another word on the line, and skips the separators in front of it. */
 bool thrum_text_more(thrum_text *text);
-/* The next word of the line; false when there is none. */
+/* Takes the next word of the line; returns false when there is none. */
 bool thrum_text_word(thrum_text *text, const char **word, size_t *length);
 /* Takes `character` if it comes next, after blanks. */
 bool thrum_text_take(thrum_text *text, char character);
 
-/* Next word as a whole number within [low, high], or as a finite number; `what` names it in the
- * message, such as "the x coordinate". On failure *value is untouched. */
+/* Reads the next word as a whole number within [low, high], or as a finite number; `what` names it
+ * in the message, such as "the x coordinate". On failure *value is untouched. */
 thrum_status thrum_text_integer(thrum_text *text, const char *what, int64_t low, int64_t high,
                                 int64_t *value, thrum_error *error);
 thrum_status thrum_text_number(thrum_text *text, const char *what, double *value,
@@ -67,7 +67,7 @@ thrum_status
 thrum_text_fail(const thrum_text *text, thrum_status status, thrum_error *error, const char *format,
                 ...);
 
-/* Is the word equal to `name`, capitals or not? */
+/* Tells whether the word equals `name`; capitals do not matter. */
 bool thrum_text_equals(const char *word, size_t length, const char *name);
 
 /* A printable excerpt of at most 40 bytes of foreign text, for messages. */
@@ -76,14 +76,16 @@ typedef struct thrum_excerpt {
 } thrum_excerpt;
 thrum_excerpt thrum_text_excerpt(const char *word, size_t length);
 
-/* Bytes of the well-formed UTF-8 sequence (RFC 3629) at the start of `length` bytes, 1 to 4; 0 when
- * there is none: overlong forms, surrogates and what lies beyond the last code point are none. */
+/* Returns the length of the well-formed UTF-8 sequence (RFC 3629) at the start of `length` bytes, 1
+ * to 4; 0 when there is none. Overlong forms, surrogates and code points above the last are
+ * refused. */
 int thrum_utf8_length(const char *text, size_t length);
 
-/* Scans a decimal number at [at, end): bytes used, 0 when there is none. Correctly rounded; too
- * large gives infinity. `nan` and `inf` are scanned too, so that they can be named. */
+/* Scans a decimal number at [at, end) and returns the number of bytes used, 0 when there is none.
+ * The number is rounded correctly, and one that is too large becomes infinity. `nan` and `inf` are
+ * scanned too, so that they can be named. */
 size_t thrum_text_scan_number(const char *at, const char *end, double *value);
-/* The same for a whole number; 0 also when it does not fit. */
+/* Scans a whole number in the same way; returns 0 also when it does not fit. */
 size_t thrum_text_scan_integer(const char *at, const char *end, int64_t *value);
 
 #endif

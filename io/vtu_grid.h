@@ -1,4 +1,4 @@
-/* The writer of VTK's XML files of tetrahedra (.vtu), raw appended or as text.
+/* Writes VTK's XML files of tetrahedra (.vtu), raw appended or as text.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_IO_VTU_GRID_H
 #define THRUM_IO_VTU_GRID_H
@@ -28,8 +28,8 @@ typedef struct vtu_grid {
   const char *vectors; /* name of the point vectors to show first; NULL: none */
   const double *time;  /* [s]; NULL: none */
   bool ascii;          /* numbers as text */
-  /* Values of array `index`, which stay until the next call. May be NULL where all arrays have
-   * theirs. */
+  /* Returns the values of array `index`, which stay until the next call. It may be NULL if all
+   * arrays have their values. */
   const void *(*make_values)(void *context, int64_t index);
   void *context;
 } vtu_grid;

@@ -1,4 +1,4 @@
-/* The suffix of a file name, capitals or not.
+/* Compares the suffix of a file name; capitals do not matter.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_MESH_FORMATS_FILE_SUFFIX_H
@@ -9,7 +9,7 @@
 
 #include "io/text.h"
 
-/* The name ends in `suffix` (lower case) and has something before it. */
+/* Tells whether a name ends in `suffix`, given in lower case, and has characters in front of it. */
 static inline bool thrum_file_has_suffix(const char *name, const char *suffix) {
   const size_t length = strlen(name), ending = strlen(suffix);
   return length > ending && thrum_text_equals(name + length - ending, ending, suffix);

@@ -37,13 +37,14 @@ void thrum_out_text(thrum_mesh_out *out, const char *format, ...); /* at most 10
 /* Hands the buffer to the file. */
 void thrum_out_flush(thrum_mesh_out *out);
 void thrum_out_bytes(thrum_mesh_out *out, const void *bytes, size_t size);
-/* The shortest of 15 to 17 digits that reads back as the same double, in every locale. */
+/* Writes the shortest text of 15 to 17 digits that reads back as the same double in every locale.
+ */
 void thrum_out_number(thrum_mesh_out *out, double value);
-/* Three numbers with `separator` between them. */
+/* Writes three numbers with `separator` between them. */
 void thrum_out_vertex(thrum_mesh_out *out, const double position[3], const char *separator);
 
-/* The mesh that a writer writes. `region_group` of each region: the group with just its vertices,
- * -1 none; `group_region` is the other way round. */
+/* The mesh that a writer writes. `region_group` is the group that has exactly a region's
+ * vertices, -1 for none; `group_region` is the region of such a group. */
 typedef struct thrum_mesh_written {
   const thrum_mesh *mesh;
   thrum_mesh_write_options options;
@@ -52,16 +53,17 @@ typedef struct thrum_mesh_written {
   thrum_mesh_lost lost;
 } thrum_mesh_written;
 
-/* The name of a group's or region's set with characters of `bad` turned into '_'; counted in
- * w->lost.names. `text` is given back. */
+/* Return the name of a group or a region with the characters of `bad` replaced by '_' and counted
+ * in w->lost.names. The result is `text`. */
 const char *thrum_write_group_name(thrum_mesh_written *w, int64_t group, const char *bad,
                                    char text[256]);
 const char *thrum_write_region_name(thrum_mesh_written *w, int64_t region, const char *bad,
                                     char text[256]);
 
-/* For formats with one number a vertex: the number of the group that each vertex is in, from 1, 0
- * for none; groups that overlap earlier ones, or are regions, are lost. malloc'ed; NULL: no memory
- * (the output has failed then). */
+/* Returns the number of each vertex's group, from 1, 0 for none, for formats that have one number
+ * for each vertex. Groups that overlap earlier ones are lost, and groups that stand for regions
+ * have no number here. The caller frees the result; it is NULL when there is no memory, and then
+ * the output has failed. */
 int32_t *thrum_write_marks(thrum_mesh_out *out, thrum_mesh_written *w);
 
 #endif

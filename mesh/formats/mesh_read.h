@@ -1,4 +1,4 @@
-/* Reading meshes: the choice of the reader, and the readers, one file mesh_read_FORMAT.c each.
+/* Reads meshes; mesh_read.c chooses the reader, and each reader is a file mesh_read_FORMAT.c.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_MESH_FORMATS_MESH_READ_H
@@ -23,16 +23,17 @@
  * refused with the file, the line and the element named (1-based, as in the file). On failure *mesh
  * is untouched. */
 thrum_status thrum_mesh_read(const char *name, double scale, thrum_mesh *mesh, thrum_error *error);
-/* The name is that of a mesh by its ending or as a generator, whether or not it is there. */
+/* Tells whether a name is that of a mesh by its suffix or as a generator, whether or not the file
+ * exists. */
 bool thrum_mesh_is_named(const char *name);
 
-/* The readers behind it, one file each: raw meshes, not yet clean, from the bytes of a file. `name`
- * is for messages and, for .veg, the place that *INCLUDE is relative to. */
+/* A reader makes a raw mesh, not yet clean, from the bytes of a file. `name` is for messages and,
+ * for .veg, the path that *INCLUDE is relative to. */
 typedef thrum_status thrum_mesh_parser(const char *name, const void *data, size_t size,
                                        thrum_mesh *mesh, thrum_error *error);
 thrum_mesh_parser thrum_mesh_parse_veg, thrum_mesh_parse_msh, thrum_mesh_parse_medit,
     thrum_mesh_parse_vtk, thrum_mesh_parse_vtu, thrum_mesh_parse_abaqus;
-/* TetGen's pair; `elements_name` is the .ele file's. */
+/* Reads TetGen's pair of files; `elements_name` is the name of the .ele file. */
 thrum_status thrum_mesh_parse_tetgen(const char *name, const void *nodes, size_t nodes_size,
                                      const char *elements_name, const void *elements,
                                      size_t elements_size, thrum_mesh *mesh, thrum_error *error);

@@ -1,4 +1,4 @@
-/* The reader of Abaqus input files (.inp), as far as they describe a body: *NODE, *ELEMENT (C3D4;
+/* Reads Abaqus input files (.inp), as far as they describe a body: *NODE, *ELEMENT (C3D4;
  * C3D10 by its corners), *NSET, *ELSET (both with GENERATE), *MATERIAL with *ELASTIC and *DENSITY,
  * *SOLID SECTION. Keywords, parameters and names in any case; ** comments; other keywords are
  * passed over. Node sets and the nodes of element sets, those of surface elements too, are groups;
@@ -40,7 +40,7 @@ typedef struct inp_element {
   int64_t first, count; /* nodes of any other element, in `surface_nodes` */
 } inp_element;
 
-/* An element set: elements by number. Its vertices become a group at the end. */
+/* An element set holds elements by number. Its vertices become a group at the end. */
 typedef struct inp_set {
   inp_word name;
   int64_t count, capacity;
@@ -173,7 +173,7 @@ static void read_keyword(inp_reader *r, inp_keyword *keyword) {
   r->text.at = r->text.end;
 }
 
-/* The value of a parameter; length 0 when it is not there. */
+/* Returns the value of a parameter; its length is 0 when the parameter is not there. */
 static inp_word parameter(const inp_keyword *keyword, const char *key) {
   for (int i = 0; i < keyword->count; i++)
     if (is(keyword->parameters[i].key, key))
@@ -243,8 +243,8 @@ static thrum_status find_set(inp_reader *r, inp_word name, int64_t *index) {
   return THRUM_OK;
 }
 
-/* A set that names sets can double with every line, so a size that no sensible set reaches is
- * refused. */
+/* Refuses a set of a size that no sensible set reaches, since sets that name sets can double with
+ * every line. */
 static thrum_status check_growth(inp_reader *r, int64_t count) {
   const int64_t most = 16 * (r->builder.vertex_count + r->element_count) + r->text_size;
   return count <= most ? THRUM_OK : fail(r, "the set names far more than the file holds");

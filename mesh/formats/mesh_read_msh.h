@@ -51,50 +51,50 @@ typedef struct msh_reader {
   thrum_error *error;
 } msh_reader;
 
-/* Shared by the sections in text. */
+/* These functions are shared by the sections in text. */
 thrum_status thrum_msh_no_memory(msh_reader *r);
 /* Moves to the next line of a section; its end, or that of the file, is refused. */
 thrum_status thrum_msh_line(msh_reader *r, const char *what);
 /* Goes on to the next line when the present one is used up. */
 thrum_status thrum_msh_word(msh_reader *r, const char *what);
 thrum_status thrum_msh_integer(msh_reader *r, const char *what, int64_t low, int64_t *value);
-/* The header of $Nodes and $Elements in version 4: blocks, items, least and greatest tag. */
+/* Reads the header of $Nodes and $Elements in version 4: blocks, items, least and greatest tag. */
 thrum_status thrum_msh_block_header(msh_reader *r, int64_t *blocks, int64_t *items);
 thrum_status thrum_msh_check_items(msh_reader *r, const char *what, int64_t items, int64_t found);
 thrum_status thrum_msh_read_node(msh_reader *r, int32_t *index);
 
-/* The sections of a file in ASCII; the names of physical groups are text in every file. */
+/* Read the sections of a file in ASCII; the names of physical groups are text in every file. */
 thrum_status thrum_msh_physical_names(msh_reader *r);
 thrum_status thrum_msh_text_entities(msh_reader *r);
 thrum_status thrum_msh_text_nodes(msh_reader *r, bool parametric);
 thrum_status thrum_msh_text_elements(msh_reader *r);
 
-/* Index of a physical group, added when it is new. */
+/* Finds the index of a physical group, which is added when it is new. */
 thrum_status thrum_msh_find_physical(msh_reader *r, int dimension, int64_t tag, int64_t *index);
 thrum_status thrum_msh_add_to_physical(msh_reader *r, int64_t index, const int32_t *vertices,
                                        int count);
-/* The entity that belongs to these physical groups; they are found by their tags first. */
+/* Add an entity; the physical groups that it belongs to are added first, by their tags. */
 thrum_status thrum_msh_add_entity_physical(msh_reader *r, int dimension, int64_t tag);
 thrum_status thrum_msh_add_entity(msh_reader *r, const msh_entity *entity);
 /* Sorts the entities once all are there. */
 void thrum_msh_sort_entities(msh_reader *r);
-/* The physical groups of an entity, *count of them; NULL and 0 where there are none. */
+/* Returns the *count physical groups of an entity; NULL and 0 when there are none. */
 const int32_t *thrum_msh_entity_physicals(const msh_reader *r, int dimension, int64_t tag,
                                           int64_t *count);
 
-/* A new node; NULL when there is no memory. */
+/* Adds a node; returns NULL when there is no memory. */
 msh_node *thrum_msh_add_node(msh_reader *r);
-/* Orders the nodes by tag, refuses repeats, and makes the table if it is worth it. */
+/* Orders the nodes by tag, refuses repeats, and makes the table unless the tags are too sparse. */
 thrum_status thrum_msh_index_nodes(msh_reader *r);
 thrum_status thrum_msh_node_index(msh_reader *r, int64_t tag, int32_t *index);
 
-/* Dimension of an element type, -1 when it is unknown. */
+/* Returns the dimension of an element type, -1 when it is unknown. */
 int thrum_msh_type_dimension(int64_t type);
 /* Refuses solid elements other than tets. */
 thrum_status thrum_msh_check_type(msh_reader *r, int64_t type, int dimension);
 thrum_status thrum_msh_add_tet(msh_reader *r, const int32_t tet[4], int64_t physical);
 
-/* The byte that says the order, and the sections, of a binary file. */
+/* Read the number that tells the order of the bytes, and the sections, of a binary file. */
 thrum_status thrum_msh_binary_format(msh_reader *r);
 thrum_status thrum_msh_binary_entities(msh_reader *r);
 thrum_status thrum_msh_binary_nodes(msh_reader *r);

@@ -261,7 +261,8 @@ static thrum_cells_place array_place(const vtu_reader *r, const char *name) {
                                            : THRUM_CELLS_OTHER;
 }
 
-/* <DataArray>: appended arrays wait for the bytes behind the grid, others for their text. */
+/* Begins a <DataArray>; appended arrays wait for the bytes behind the grid, others for their text.
+ */
 static thrum_status begin_array(vtu_reader *r, const char **attributes) {
   vtu_array a = {.array = {.columns = 1}, .line = line_now(r)};
   const char *name = attribute(attributes, "Name"), *type = attribute(attributes, "type");
@@ -337,7 +338,7 @@ static thrum_status read_file_element(vtu_reader *r, const char **attributes) {
   return THRUM_OK;
 }
 
-/* <AppendedData> ends the XML: what follows its '_' are the bytes of the appended arrays. */
+/* Finds the bytes of the appended arrays, which follow the '_' of <AppendedData> and are no XML. */
 static thrum_status find_appended(vtu_reader *r, const char **attributes) {
   const char *behind =
       r->first + XML_GetCurrentByteIndex(r->parser) + XML_GetCurrentByteCount(r->parser);
@@ -366,7 +367,7 @@ static const thrum_cells_place *place_of(const char *element) {
   return NULL;
 }
 
-/* A failure in a handler ends the parse. */
+/* Keeps the failure of a handler and ends the parse. */
 static void note(vtu_reader *r, thrum_status status) {
   if (status >= 0)
     return;
@@ -422,8 +423,8 @@ static void XMLCALL take_text(void *reader, const char *text, int length) {
   r->text_size += length;
 }
 
-/* Feeds the file to expat. A file that ends early is no error here: what is missing of the grid
- * says more. */
+/* Feeds the file to expat. A file that ends early is no error here, since a message about the
+ * missing part of the grid says more. */
 static thrum_status parse_xml(vtu_reader *r) {
   enum XML_Status parsed = XML_STATUS_OK;
   for (const char *at = r->first; at < r->stop && parsed == XML_STATUS_OK;) {

@@ -1,4 +1,4 @@
-/* Writing meshes: the choice of the writer, and the writers, one file mesh_write_FORMAT.c each.
+/* Writes meshes; mesh_write.c chooses the writer, and each writer is a file mesh_write_FORMAT.c.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_MESH_FORMATS_MESH_WRITE_H

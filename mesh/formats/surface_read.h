@@ -1,5 +1,5 @@
-/* Reading triangle surfaces: the choice of the reader, and the readers, one file
- * surface_read_FORMAT.c each.
+/* Reads triangle surfaces; surface_read.c chooses the reader, and each reader is a file
+ * surface_read_FORMAT.c.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_MESH_FORMATS_SURFACE_READ_H
@@ -19,10 +19,10 @@
  * failure *surface is untouched. */
 thrum_status thrum_surface_mesh_read(const char *path, double scale, thrum_surface_mesh *surface,
                                      thrum_error *error);
-/* The name is that of a surface by its ending, whether or not it is there. */
+/* Tells whether a name is that of a surface by its suffix, whether or not the file exists. */
 bool thrum_surface_mesh_is_named(const char *name);
 
-/* The readers behind it, one file each, from the bytes of a file; `name` is for messages. On
+/* A reader makes a surface from the bytes of a file; `name` is for messages. On
  * failure *surface is untouched. */
 typedef thrum_status thrum_surface_parser(const char *name, const void *data, size_t size,
                                           thrum_surface_mesh *surface, thrum_error *error);

@@ -107,8 +107,7 @@ static bool scan_index(const char **at, const char *end, int64_t *index) {
   return true;
 }
 
-/* Reads the vertex of a corner, from 1; the texture and the normal behind slashes are passed over.
- */
+/* Reads the vertex of a corner, from 1; texture and normal behind slashes are passed over. */
 static thrum_status read_corner(obj_reader *r, int64_t *corner) {
   const char *word = "", *at;
   size_t length = 0;

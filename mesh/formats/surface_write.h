@@ -1,4 +1,4 @@
-/* Writing triangle surfaces for the programs that mesh.
+/* Writes triangle surfaces for the programs that mesh.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_MESH_FORMATS_SURFACE_WRITE_H

@@ -1,5 +1,5 @@
-/* The unstructured grid of VTK as arrays, which its legacy and its XML files both hold, and the
- * mesh that it stands for.
+/* Holds the arrays of VTK's unstructured grid, which are the same in legacy and XML files, and
+ * makes a mesh of them.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_MESH_FORMATS_VTK_CELLS_H
@@ -17,7 +17,7 @@ typedef enum thrum_cells_place {
   THRUM_CELLS_OTHER /* to be passed over */
 } thrum_cells_place;
 
-/* One array; whole numbers are exact up to 2^53, which no index reaches. */
+/* An array of the grid; whole numbers are exact up to 2^53, which no index reaches. */
 typedef struct thrum_cells_array {
   thrum_cells_place place;
   char name[256];
@@ -27,7 +27,7 @@ typedef struct thrum_cells_array {
   double *values; /* owned */
 } thrum_cells_array;
 
-/* Zeroed to begin with; released by thrum_cells_free. */
+/* The arrays of a grid. It begins zeroed, and thrum_cells_free releases it. */
 typedef struct thrum_cells {
   int64_t point_count, cell_count;
   int64_t array_count, capacity;
@@ -38,9 +38,9 @@ typedef struct thrum_cells {
 thrum_status thrum_cells_take(thrum_cells *cells, const thrum_cells_array *array,
                               thrum_error *error);
 
-/* The tets of the grid. A cell array `region` (or as other programs call it) tells regions, cell
- * arrays `young`, `poisson` and `density` their materials; a whole point array of 0 and 1 is a
- * group. Quadratic tets are read by their corners. On failure *mesh is untouched. */
+/* Makes a mesh of the tets of the grid. A cell array `region` (or as other programs call it) tells
+ * regions, cell arrays `young`, `poisson` and `density` their materials; a whole point array of 0
+ * and 1 is a group. Quadratic tets are read by their corners. On failure *mesh is untouched. */
 thrum_status thrum_cells_mesh(const thrum_cells *cells, const char *name, thrum_mesh *mesh,
                               thrum_error *error);
 
