@@ -6,13 +6,23 @@
 #include "config/options.h"
 
 /* X(name), in the order in which they are listed; a further command is one line here. */
-#define COMMAND_LIST(X)                                                                            \
-  X(precompute)                                                                                    \
-  X(mesh)                                                                                          \
-  X(check)                                                                                         \
-  X(convert)                                                                                       \
-  X(simulate) X(view) X(static) X(experiments) X(tradeoff) X(info) X(embed) X(export) X(bench)     \
-      X(schema)
+// clang-format off
+#define COMMAND_LIST(X) \
+  X(precompute) \
+  X(mesh) \
+  X(check) \
+  X(convert) \
+  X(simulate) \
+  X(view) \
+  X(static) \
+  X(experiments) \
+  X(tradeoff) \
+  X(info) \
+  X(embed) \
+  X(export) \
+  X(bench) \
+  X(schema)
+// clang-format on
 
 #define X(name)                                                                                    \
   extern const config_command command_##name;                                                      \

@@ -250,6 +250,13 @@ void simulate_report_table(const simulate_figures *figures, const run_output *ou
            per_step(figures, (double)report->iterations));
   }
   puts("");
+
+  // the headline names the integrator asked for, so a run that another one stepped says so
+  if (report->switched_steps > 0)
+    printf("switched     %" PRId64 " of these steps were the energy integrator's, to which imexv "
+           "switched when its energy drifted\n",
+           report->switched_steps);
+
   printf("energy       first %.6g, last %.6g, least %.6g, most %.6g J\n", figures->first.total,
          figures->last.total, figures->energy_min, figures->energy_max);
   if (request->load_count > 0 || request->base_motion_count > 0)

@@ -109,6 +109,26 @@ static void a_violent_start_completes_with_its_energy(void **context) {
   }
 }
 
+/* What stepped a run stands where its integrator does: in the table, not in the JSON alone. */
+static void a_run_that_switches_to_the_energy_integrator_says_so(void **context) {
+  (void)context;
+  static const char *const integrators[2] = {"imexv", "energy"};
+  for (int n = 0; n < 2; n++) {
+    cli_result result =
+        thrum_run(folder, "simulate", "beam.npz", "-o", "run", "--quiet", "--integrator",
+                  integrators[n], "--time", "3", "--start", "mode:1,0.1", "--split", "9", NULL);
+    assert_int_equal(result.exit_code, 0);
+
+    // the energy integrator asked for by name has nothing to say
+    const char *line = strstr(result.out, "\nswitched     ");
+    if (n == 0)
+      assert_non_null(line);
+    else
+      assert_null(line);
+    cli_result_free(&result);
+  }
+}
+
 static void the_quadratic_split_needs_no_iterations_and_says_so(void **context) {
   (void)context;
   cli_result result =
@@ -144,6 +164,7 @@ int main(void) {
       cmocka_unit_test(the_adaptive_split_runs_loads_of_forty_to_a_thousand_newtons),
       cmocka_unit_test(a_fixed_split_loses_what_the_stability_monitor_saves),
       cmocka_unit_test(a_violent_start_completes_with_its_energy),
+      cmocka_unit_test(a_run_that_switches_to_the_energy_integrator_says_so),
       cmocka_unit_test(the_quadratic_split_needs_no_iterations_and_says_so),
       cmocka_unit_test(a_switch_that_is_neither_on_nor_off_is_a_usage_error),
   };
