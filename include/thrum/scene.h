@@ -1,21 +1,28 @@
-/* A scene: placed bodies, what acts on them, and their steps side by side.
+/* A scene: placed bodies, the loads and obstacles that act on them, and their steps side by side.
  *
- * Built over the public headers of libthrum alone: no files, no JSON, no printing, so that the same
- * code serves the program and a browser. A scene is made empty and filled with what it shall have;
- * only what is named is built: a body keeps its state and a few vectors of its model's rank, and no
- * row of the basis but those of what touches, is pulled or followed. Memory is allocated while a
- * scene is built or changed, never in a step. Models, surfaces and motions stay the caller's and
- * must outlive the scene; models are shared by all bodies, and bodies with equal models are stepped
- * together.
+ * It is built over the public headers of libthrum alone: no files, no JSON, no printing, so that
+ * the same code serves the program and a browser. A scene starts empty and is filled by the add and
+ * set functions. A body keeps its state, a few vectors of its model's rank, and copies of only
+ * those rows of the basis that touch, are pulled or are followed.
+ *
+ * Memory: it is allocated while a scene is built or changed, never in a step, and
+ * thrum_scene_free returns all of it. Models, surfaces and motions stay the caller's and must
+ * outlive the scene; bodies share models, and bodies with equal models are stepped together.
  *
  * A point X + U q of a body's model is placed at  x = position + R scale (X + U q),  R the
- * rotation. A free body moves and turns from there as a rigid frame about its centre of mass
- * (thrum/rigid_frame.h). World vectors (gravity, wind, forces) are turned into each body's axes, so
- * turning a body and all that acts on it changes nothing. A uniform scale s, a factor e of Young's
- * modulus and d of the density are exact (thrum/model.h, thrum_model_scale).
+ * rotation. A free body moves and rotates from there as a rigid frame about its centre of mass
+ * (thrum/rigid_frame.h). World vectors (gravity, wind, forces) are rotated into each body's axes.
+ * A uniform scale s, a factor e of Young's modulus and d of the density are exact (thrum/model.h,
+ * thrum_model_scale).
  *
- * A scene belongs to one thread at a time. Bodies, probes and loads are numbered from 0 in the
- * order in which they were added. SI units. A call that fails leaves the scene as it was.
+ * Threads: a scene belongs to one thread at a time. Bodies, probes and loads are numbered from 0 in
+ * the order in which they were added. Units are SI, vectors are in the world unless a field says
+ * otherwise.
+ *
+ * Errors: a call that fails leaves the scene as it was. Each function refuses a body, load,
+ * obstacle, pull or probe that does not exist with THRUM_INVALID_ARGUMENT, a number that is not
+ * finite or out of its range with THRUM_BAD_VALUE, and returns THRUM_OUT_OF_MEMORY where it has to
+ * allocate and cannot; further failures stand with the function.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_SCENE_H
@@ -28,152 +35,265 @@
 extern "C" {
 #endif
 
-#define THRUM_SCENE_NAME_MAX 64 /* bytes of a body's or a probe's name, with its 0 */
+#define THRUM_SCENE_NAME_MAX 64 /* bytes of a body's or a probe's name and its 0 */
 
 typedef struct thrum_scene thrum_scene; /* opaque */
 
-/* An empty scene at time 0 with time step dt [s] and no gravity. thrum_scene_free frees; NULL is
- * fine there. */
+/* Makes an empty scene at time 0 with the time step dt [s] and no gravity; the caller owns it and
+ * passes it to thrum_scene_free. THRUM_INVALID_ARGUMENT unless dt is finite and > 0. */
 THRUM_API thrum_status thrum_scene_make(double dt, thrum_scene **scene, thrum_error *error);
+
+/* Frees a scene with all its bodies; NULL does nothing. */
 THRUM_API void thrum_scene_free(thrum_scene *scene);
 
-/* One body. Fill it from thrum_default_scene_body_def. */
+/* How a body is made. Start from thrum_default_scene_body_def and set at least the model. The
+ * arrays are only read by thrum_scene_add_body; the model must outlive the scene. */
 typedef struct thrum_scene_body_def {
+  /* Set by thrum_default_scene_body_def; THRUM_UNINITIALISED_DEF without it. */
   uint32_t cookie;
-  const char *name;         /* copied; NULL: "body" and its number from 1 */
-  const thrum_model *model; /* must stay */
-  double position[3];       /* of the model's origin [m] */
-  double rotation[4];       /* quaternion w, x, y, z; of any length but 0; default 1, 0, 0, 0 */
-  double scale;             /* of lengths, > 0; default 1 */
-  double stiffness;         /* factor of Young's modulus, > 0; default 1 */
-  double density;           /* factor of the density, > 0; default 1 */
-  int64_t rank;             /* coordinates that are stepped; 0 (default): all of the model */
-  float colour[3];          /* red, green, blue in [0, 1]; carried along, never used here */
-  thrum_state_def state;    /* its dt is ignored: that of the scene holds */
-  const double *q, *p;      /* start, of the model's rank, as the scaled body has it; NULL: zero */
-  int64_t start_mode;       /* from 1: this basis vector is added to q, 0: none, */
-  double start_amplitude;   /* so that the vertex that moves furthest is displaced so far [m] */
-  int32_t free;             /* 1: it may move and turn as a whole; of a model with `rigid` */
-  double velocity[3];       /* of a free body at the start [m/s] */
-  double spin[3];           /* its angular velocity at the start, in the world [rad/s] */
-  /* Outer triangles, 3 vertices each, counter-clockwise from outside: for wind, and the areas of
-   * what touches; only read here. */
+
+  /* Name, cut to THRUM_SCENE_NAME_MAX bytes and copied; default NULL: "body" and its number from
+   * 1. */
+  const char *name;
+
+  /* Model that the body steps; it has no default. */
+  const thrum_model *model;
+
+  /* Position of the model's origin in the world [m]; finite, default 0. */
+  double position[3];
+
+  /* Rotation, a quaternion w, x, y, z of any length > 0; default 1, 0, 0, 0. */
+  double rotation[4];
+
+  /* Factor of all lengths [1]; finite and > 0, default 1. Larger: a larger body, which vibrates
+   * more slowly. */
+  double scale;
+
+  /* Factor of Young's modulus [1]; finite and > 0, default 1. Larger: a stiffer body, which
+   * vibrates faster. */
+  double stiffness;
+
+  /* Factor of the density [1]; finite and > 0, default 1. Larger: a heavier body, which vibrates
+   * more slowly. */
+  double density;
+
+  /* Number of coordinates that are stepped; 0 to the model's rank, default 0: all. Larger: more
+   * accurate and slower, with about the fourth power. */
+  int64_t rank;
+
+  /* Red, green, blue [1]; in [0, 1], default 0.75. The scene keeps it and never uses it. */
+  float colour[3];
+
+  /* Integrator, damping and solver; default thrum_default_state_def. The scene's dt replaces its
+   * dt. */
+  thrum_state_def state;
+
+  /* model->rank each: q [kg^1/2 m] and p [kg^1/2 m/s] of the scaled body at the start; default
+   * NULL: zero. */
+  const double *q, *p;
+
+  /* Basis vector that is added to q at the start, from 1 to the rank that is stepped; default 0:
+   * none. */
+  int64_t start_mode;
+
+  /* Displacement by it of the vertex that moves furthest [m]; finite, default 0. Larger: a larger
+   * start; negative: in the other direction. */
+  double start_amplitude;
+
+  /* 1: the body moves and rotates as a whole, which needs a model with `rigid` (THRUM_MISSING); 0:
+   * it is held. Default 0. */
+  int32_t free;
+
+  /* Velocity of a free body at the start [m/s]; finite, default 0. */
+  double velocity[3];
+
+  /* Angular velocity of a free body at the start, in the world [rad/s]; finite, default 0. */
+  double spin[3];
+
+  /* triangle_count x 3: 0-based vertices of the outer triangles, counter-clockwise from outside.
+   * Wind acts on them, and they give the touching vertices their areas. Default NULL: none. */
   const int32_t *triangles;
+
+  /* Number of triangles; >= 0, default 0. Larger: a slower step in wind. */
   int64_t triangle_count;
-  const int32_t *touch; /* vertices that may touch obstacles, less those held; only read here */
+
+  /* touch_count: 0-based vertices that may touch obstacles; held ones are left out. Default NULL:
+   * none. */
+  const int32_t *touch;
+
+  /* Number of `touch`; >= 0, default 0. Larger: a finer contact surface and a slower step. */
   int64_t touch_count;
-  double touch_stiffness; /* pressure per depth [N/m^3]; 0: see thrum_contact_def */
+
+  /* Pressure per depth [N/m^3]; 0 to 1e30. Larger: the body sinks in less. Default 0: see
+   * thrum_contact_def. */
+  double touch_stiffness;
 } thrum_scene_body_def;
+
+/* A def with every default set; the model is NULL. Any thread. */
 THRUM_API thrum_scene_body_def thrum_default_scene_body_def(void);
 
-/* Axes of a body or an obstacle with this rotation (a quaternion w, x, y, z of any length but 0): 3
- * x 3 row-major, from them to the world. THRUM_BAD_VALUE for a rotation that is none. */
+/* Axes of a body or an obstacle with this rotation, a quaternion w, x, y, z of any length > 0:
+ * 3 x 3 row-major, from body axes to the world. THRUM_BAD_VALUE for numbers that are not finite or
+ * all zero. Any thread. */
 THRUM_API thrum_status thrum_scene_axes(const double rotation[4], double axes[9],
                                         thrum_error *error);
 
-/* Turns a world vector into the axes of a body with this rotation, in place if the two are one;
- * THRUM_BAD_VALUE for a rotation that is none. */
+/* Rotates a world vector into the axes of a body with this rotation; the two vectors may be the
+ * same array. THRUM_BAD_VALUE as thrum_scene_axes. Any thread. */
 THRUM_API thrum_status thrum_scene_to_body(const double rotation[4], const double in_world[3],
                                            double in_body[3], thrum_error *error);
 
-/* Adds a body at its start; *body (may be NULL) gets its number. */
+/* Adds a body at its start; *body (may be NULL) gets its number. THRUM_UNINITIALISED_DEF,
+ * THRUM_INVALID_ARGUMENT with the field, THRUM_MISSING where the model lacks an array that the body
+ * or the scene's gravity and base motions need. */
 THRUM_API thrum_status thrum_scene_add_body(thrum_scene *scene, const thrum_scene_body_def *def,
                                             int32_t *body, thrum_error *error);
+
+/* Number of bodies. */
 THRUM_API int32_t thrum_scene_body_count(const thrum_scene *scene);
-/* The body called `name`, or -1. */
+
+/* Number of the first body called `name`; -1 where there is none. */
 THRUM_API int32_t thrum_scene_find_body(const thrum_scene *scene, const char *name);
 
-/* What acts on bodies. Gravity [m/s^2] needs models with axis_mass, forces models with a basis. */
+/* Sets gravity [m/s^2] for all bodies; larger: heavier bodies. THRUM_MISSING for a model without
+ * axis_mass. */
 THRUM_API thrum_status thrum_scene_set_gravity(thrum_scene *scene, const double gravity[3],
                                                thrum_error *error);
+
+/* Gravity [m/s^2], 0 until it is set. */
 THRUM_API void thrum_scene_gravity(const thrum_scene *scene, double gravity[3]);
 
-/* A load over time on one body, in world axes: `force` [N] is shared evenly by `count` vertices
- * (NULL: all of the body); or a field of forces, vertex_count x 3 [N]; or an acceleration [m/s^2]
- * of the whole body; or what thrum_scene_body_load gave of a body with the same model, scale,
- * density, rotation and freedom. Only read here. */
+/* How a load acts on a body. */
 typedef enum thrum_scene_load_kind {
-  THRUM_SCENE_FORCE = 0,
-  THRUM_SCENE_FIELD = 1,
-  THRUM_SCENE_ACCELERATION = 2,
-  THRUM_SCENE_REDUCED = 3
+  THRUM_SCENE_FORCE = 0,        /* one force that vertices share equally */
+  THRUM_SCENE_FIELD = 1,        /* a force on each vertex */
+  THRUM_SCENE_ACCELERATION = 2, /* an acceleration of the whole body */
+  THRUM_SCENE_REDUCED = 3       /* as thrum_scene_body_load gave it */
 } thrum_scene_load_kind;
+
+/* A load over time on one body, in world axes. Zero-initialise it and set the fields of its kind
+ * and the course; larger values are larger loads. The arrays are only read by thrum_scene_add_load.
+ */
 typedef struct thrum_scene_load {
+  /* Which of the fields below hold. */
   thrum_scene_load_kind kind;
-  double vector[3];        /* force or acceleration */
-  const int32_t *vertices; /* of a force, 0-based */
+
+  /* Force [N] or acceleration [m/s^2]; finite. */
+  double vector[3];
+
+  /* Force: count 0-based vertices that share it; NULL: all of the body, and count is ignored. */
+  const int32_t *vertices;
   int64_t count;
-  const double *field; /* of a field */
-  thrum_load course;   /* times the load; its time is the scene's */
-  /* Of a reduced one: what it is on the coordinates of the scaled body, rank of its model; and of
-   * a free body, which may turn, 3 x 3 x rank: row [a, b] of the load's world component b along
-   * the body's axis a. */
+
+  /* Field: vertex_count x 3 forces [N]; finite. */
+  const double *field;
+
+  /* Factor of the load over the scene's time; see thrum_load for its fields. */
+  thrum_load course;
+
+  /* Reduced: reduced (model->rank) is the load on the coordinates of the scaled body
+   * [kg^1/2 m/s^2]; it fits a body with the same model, scale, density, rotation and freedom. parts
+   * (3 x 3 x model->rank) is for a free body and NULL for a held one: row [a, b] is the part of the
+   * load's world component b along the body's axis a. */
   const double *reduced, *parts;
-  double moments[9];   /* of a free body, [a, b]: arm along a times force b, at rest [N m] */
-  double resultant[3]; /* of a free body, in the world [N] */
+
+  /* Reduced, free body: [a, b] is the sum of arm along a times force along b, at rest [N m]. */
+  double moments[9];
+
+  /* Reduced, free body: sum of all forces in the world [N]. */
+  double resultant[3];
 } thrum_scene_load;
+
+/* Adds a load to a body. THRUM_MISSING for a force or field on a model without a basis, or an
+ * acceleration of one without axis_mass. */
 THRUM_API thrum_status thrum_scene_add_load(thrum_scene *scene, int32_t body,
                                             const thrum_scene_load *load, thrum_error *error);
-/* Load `number` of a body, from 0 in the order in which they were added, as a reduced one; its
- * arrays are the scene's and stay until something is added. A body without it:
- * THRUM_INVALID_ARGUMENT. */
-THRUM_API int64_t thrum_scene_load_count(const thrum_scene *scene,
-                                         int32_t body); /* no such body: 0 */
+
+/* Number of loads of a body; 0 where there is no such body. */
+THRUM_API int64_t thrum_scene_load_count(const thrum_scene *scene, int32_t body);
+
+/* Load `number` of a body into *load, as a reduced one. The scene owns its arrays, which stay until
+ * something is added. */
 THRUM_API thrum_status thrum_scene_body_load(const thrum_scene *scene, int32_t body, int64_t number,
                                              thrum_scene_load *load, thrum_error *error);
 
-/* The ground under all bodies accelerates: by a motion sampled in time, which must stay, and of
- * which velocities are known; or by `amplitude` [m/s^2] times a course. Bodies, obstacles and
- * probes are then seen from the ground. Needs models with axis_mass. */
+/* Accelerates the ground under all bodies: by a motion sampled in time, which must outlive the
+ * scene and have velocities and positions; or by `amplitude` [m/s^2] times a course. Bodies,
+ * obstacles and probes are then relative to the ground. THRUM_MISSING for a model without axis_mass
+ * or a motion without velocities or positions. */
 THRUM_API thrum_status thrum_scene_add_base_motion_record(thrum_scene *scene,
                                                           const thrum_base_motion *motion,
                                                           thrum_error *error);
 THRUM_API thrum_status thrum_scene_add_base_motion(thrum_scene *scene, const double amplitude[3],
                                                    const thrum_load *course, thrum_error *error);
-/* Where the ground is, all base motions together [m]. */
+
+/* Position of the ground [m], the sum of all base motions. */
 THRUM_API void thrum_scene_ground(const thrum_scene *scene, double position[3]);
 
-/* Air that drags on the triangles of all bodies: on each vertex  1/2 density drag A |v| v,  v the
- * speed of the air past it and A the area that its share of the triangles at rest turns to the
- * wind. What the body's own motion adds is limited to what a step can take, so that no dt is too
- * large. density 0: none. */
+/* Sets a wind that drags on the triangles of all bodies: each vertex gets 1/2 density drag A |v| v
+ * with the velocity v of the air past it and A the area that its share of the triangles at rest
+ * faces to the wind.
+ *
+ * velocity: of the air [m/s], finite; larger: the drag grows with its square. density: of the air
+ * [kg/m^3], >= 0; larger: more drag and more damping; 0: no wind, as before the first call. drag:
+ * drag coefficient [1], >= 0; larger: as density. The part that comes from the body's own motion is
+ * limited so that no dt is too large. Source: Hoerner 1965, Fluid-dynamic drag. */
 THRUM_API thrum_status thrum_scene_set_wind(thrum_scene *scene, const double velocity[3],
                                             double density, double drag, thrum_error *error);
 
-/* Something in the way, see thrum/contact.h. One with a velocity moves. */
+/* Adds an obstacle (thrum/contact.h), which moves with its velocity; *number (may be NULL) gets its
+ * number. It fails as thrum_obstacle_check, or as thrum_contact_size for a body that may touch. */
 THRUM_API thrum_status thrum_scene_add_obstacle(thrum_scene *scene, const thrum_obstacle *obstacle,
                                                 int32_t *number, thrum_error *error);
+
+/* Number of obstacles. */
 THRUM_API int32_t thrum_scene_obstacle_count(const thrum_scene *scene);
-/* As it is now, or from now on; its count stays. */
+
+/* Gets an obstacle where it is now, and sets one from now on; their number stays. */
 THRUM_API thrum_status thrum_scene_obstacle(const thrum_scene *scene, int32_t number,
                                             thrum_obstacle *obstacle, thrum_error *error);
 THRUM_API thrum_status thrum_scene_set_obstacle(thrum_scene *scene, int32_t number,
                                                 const thrum_obstacle *obstacle, thrum_error *error);
 
-/* A spring that pulls a vertex of a body to a target in the world, such as the mouse: stiffness
- * [N/m]; damping [N s/m], negative for critical. At most THRUM_SCENE_PULLS a body; *pull numbers
- * it until it ends. */
+/* Largest number of pulls of one body at a time. */
 #define THRUM_SCENE_PULLS 4
+
+/* Starts a spring that pulls a vertex of a body (0-based) to a target in the world [m], such as the
+ * mouse; *pull gets its number, which holds until it ends. stiffness [N/m], 0 to 1e30; larger: the
+ * vertex follows more closely. damping [N s/m], at most 1e30; larger: it follows more slowly;
+ * negative: critical damping. THRUM_MISSING for a model without a basis, THRUM_INVALID_ARGUMENT
+ * where the body has THRUM_SCENE_PULLS already. */
 THRUM_API thrum_status thrum_scene_pull_start(thrum_scene *scene, int32_t body, int64_t vertex,
                                               const double target[3], double stiffness,
                                               double damping, int32_t *pull, thrum_error *error);
+
+/* Moves the target of a pull [m]. */
 THRUM_API thrum_status thrum_scene_pull_move(thrum_scene *scene, int32_t pull,
                                              const double target[3], thrum_error *error);
+
+/* Ends a pull. */
 THRUM_API thrum_status thrum_scene_pull_end(thrum_scene *scene, int32_t pull, thrum_error *error);
-/* The pulled point, and the mean force of the last step [N]; either may be NULL. */
+
+/* Position of the pulled vertex [m], and the mean force of the last step on it [N]; either may be
+ * NULL. */
 THRUM_API thrum_status thrum_scene_pull_get(thrum_scene *scene, int32_t pull, double point[3],
                                             double force[3], thrum_error *error);
 
-/* One step of every body that has not stopped. A body whose step fails keeps its state and stops:
- * the others go on, its status says why, and thrum_scene_reset starts it anew. Returns the first
- * failure in this step, else THRUM_FELL_BACK if a body did, else THRUM_OK. */
+/* Makes one step of every body that has not stopped. A body whose step fails keeps its state and
+ * stops: the others continue, its status says why, and thrum_scene_reset starts it again. Returns
+ * the first failure in this step, with the body's name in `error`, else THRUM_FELL_BACK if a body
+ * fell back, else THRUM_OK. Allocates nothing. */
 THRUM_API thrum_status thrum_scene_step(thrum_scene *scene, thrum_error *error);
-THRUM_API double thrum_scene_time(const thrum_scene *scene); /* [s] */
+
+/* Time of the scene [s], its completed steps, and its time step [s]. */
+THRUM_API double thrum_scene_time(const thrum_scene *scene);
 THRUM_API int64_t thrum_scene_steps(const thrum_scene *scene);
 THRUM_API double thrum_scene_dt(const thrum_scene *scene);
 
-/* Changes between two steps; q and p stay. Rank: coordinates that go are lost, those that come are
- * at rest. What a body was given at first comes back with thrum_scene_reset only for q, p, time. */
+/* The next five functions change a parameter between two steps; q and p stay. Ranges are those of
+ * thrum_state_def and thrum_scene_body_def, THRUM_INVALID_ARGUMENT beyond them. A lower rank loses
+ * the coordinates that it drops; a higher one begins the new ones at rest. thrum_scene_reset
+ * restores q, p and time, but keeps these parameters. */
 THRUM_API thrum_status thrum_scene_set_dt(thrum_scene *scene, double dt, thrum_error *error);
 THRUM_API thrum_status thrum_scene_set_damping(thrum_scene *scene, int32_t body, double alpha,
                                                double beta, thrum_error *error);
@@ -183,84 +303,102 @@ THRUM_API thrum_status thrum_scene_set_integrator(thrum_scene *scene, int32_t bo
                                                   thrum_integrator integrator, thrum_error *error);
 THRUM_API thrum_status thrum_scene_set_rank(thrum_scene *scene, int32_t body, int64_t rank,
                                             thrum_error *error);
-/* Back to time 0 and to the start of every body. */
+
+/* Sets the time to 0 and every body, obstacle and counter to its start; stopped bodies start again.
+ */
 THRUM_API thrum_status thrum_scene_reset(thrum_scene *scene, thrum_error *error);
 
-/* All that steps change, in `size` = thrum_scene_snapshot_size bytes of the caller's. A snapshot
- * can be restored as long as nothing was added, no pull started or ended, and no rank, integrator,
- * stiffness, damping or dt was changed (THRUM_MODEL_MISMATCH). Steps after a restore have the bits
- * of those before. */
+/* A snapshot holds everything that steps change, in thrum_scene_snapshot_size bytes of the caller's
+ * memory; `size` is the size of that memory (THRUM_BUFFER_TOO_SMALL). It can be restored as long as
+ * nothing was added, no pull was started or ended, and no rank, integrator, stiffness, damping or
+ * dt was changed (THRUM_MODEL_MISMATCH). Steps after a restore give the same bits again. */
 THRUM_API size_t thrum_scene_snapshot_size(const thrum_scene *scene);
 THRUM_API thrum_status thrum_scene_snapshot(const thrum_scene *scene, void *memory, size_t size,
                                             thrum_error *error);
 THRUM_API thrum_status thrum_scene_restore(thrum_scene *scene, const void *memory, size_t size,
                                            thrum_error *error);
 
-/* What a body is now. */
+/* Parameters and counters of a body at present. The scene owns what the pointers point to. */
 typedef struct thrum_scene_body_info {
   const char *name;
-  const thrum_model *model;   /* as it was given */
-  const thrum_model *stepped; /* scaled, of the rank below, and without a mesh where it differs */
-  int64_t rank;
-  double scale, stiffness, density;
-  thrum_integrator integrator;
-  double damping_alpha, damping_beta;
-  float colour[3];
-  thrum_status status;    /* < 0: stopped, and why */
-  int64_t fallback_steps; /* since the start */
-  double work_load,
-      work_base;     /* done by loads and gravity, and by the ground, since the start [J] */
-  double dissipated; /* by damping, rest form [J] */
-  int32_t free;
-  double mass;                  /* of a free body [kg]; 0: held */
-  thrum_contact_report contact; /* zero where nothing touches or pulls */
-  thrum_state_report report;    /* counters are since the last change of the state */
-  size_t bytes;                 /* heap memory of this body alone, shared models apart */
+  const thrum_model *model; /* as it was given */
+  const thrum_model
+      *stepped; /* scaled and of the rank below; without a mesh unless it is `model` */
+  int64_t rank; /* coordinates that are stepped */
+  double scale, stiffness, density;   /* factors of the def [1] */
+  thrum_integrator integrator;        /* its integrator */
+  double damping_alpha, damping_beta; /* Rayleigh damping [1/s] and [s] */
+  float colour[3];                    /* that of the def */
+  thrum_status status;                /* < 0: the body stopped for this reason */
+  int64_t fallback_steps;             /* steps that fell back since the start */
+  double work_load,                   /* work of loads and gravity since the start [J] */
+      work_base;                      /* work of the moving ground since the start [J] */
+  double dissipated;                  /* energy lost to damping, in the rest form [J] */
+  int32_t free;                       /* 1: it moves and rotates as a whole */
+  double mass;                        /* mass of a free body [kg]; 0: held */
+  thrum_contact_report contact;       /* zero for a body without contact and pulls */
+  thrum_state_report report;          /* counters since the last change of a parameter */
+  size_t bytes;                       /* heap memory of this body without shared models */
 } thrum_scene_body_info;
+
+/* Fills *info. */
 THRUM_API thrum_status thrum_scene_body(const thrum_scene *scene, int32_t body,
                                         thrum_scene_body_info *info, thrum_error *error);
 
 /* Energies of a body [J]. */
 typedef struct thrum_scene_energies {
-  double kinetic, potential; /* as thrum_energies */
-  double gravity;            /* -f q, zero at rest in place; with the way of a free body */
-  double contact;            /* in the springs of contact */
-  double total;              /* the sum */
-  double high;               /* as thrum_energies; not in the sum */
+  double kinetic, potential; /* as thrum_energies; kinetic with that of a free body */
+  double gravity; /* -f q and the height of a free body; zero at rest in the initial position */
+  double contact; /* energy of the contact springs */
+  double total;   /* the sum of the four */
+  double high;    /* as thrum_energies; not in the sum */
 } thrum_scene_energies;
+
+/* Energies of a body at the present time. THRUM_NOT_FINITE where one overflows. */
 THRUM_API thrum_status thrum_scene_body_energies(thrum_scene *scene, int32_t body,
                                                  thrum_scene_energies *energies,
                                                  thrum_error *error);
 
-/* q and p (either may be NULL) of the body's rank, as the scaled body has them. */
+/* Writes q [kg^1/2 m] and p [kg^1/2 m/s] of the scaled body, of the rank that is stepped; either
+ * may be NULL. */
 THRUM_API thrum_status thrum_scene_body_get(thrum_scene *scene, int32_t body, double *q, double *p,
                                             thrum_error *error);
 
-/* The coordinates q of the model as it was given, of its full rank, that have the body's shape:
- * what is built over that model (a surface, stress points, a monitor) serves all bodies of it.
- * Positions are then in the model's axes and lengths; thrum_scene_body_matrix puts them in place.
- */
+/* Writes the coordinates q (model->rank) with which the model as it was given has the body's shape,
+ * so that one surface, monitor or set of stress points of that model serves all its bodies.
+ * Positions are then in the model's axes and lengths; thrum_scene_body_matrix places them. */
 THRUM_API thrum_status thrum_scene_body_shape(thrum_scene *scene, int32_t body, double *q,
                                               thrum_error *error);
-/* From the model's coordinates to the world: column-major 4 x 4, as OpenGL and three.js have it. */
+
+/* Writes the matrix from the model's coordinates to the world, 4 x 4 column-major as in OpenGL and
+ * three.js. */
 THRUM_API void thrum_scene_body_matrix(const thrum_scene *scene, int32_t body, double matrix[16]);
-/* X + U q of a surface of the body's model, see thrum_surface_positions: for the matrix above. */
+
+/* Writes X + U q of all vertices of a surface of the body's model, in the model's coordinates; out,
+ * stride and failures as in thrum_surface_positions. */
 THRUM_API thrum_status thrum_scene_body_positions(thrum_scene *scene, int32_t body,
                                                   const thrum_surface *surface, float *out,
                                                   int64_t stride, thrum_error *error);
-/* Position [m] and velocity [m/s] of one vertex in the world; velocity may be NULL. */
+
+/* Position [m] and velocity [m/s] of one vertex (0-based) in the world; velocity may be NULL.
+ * THRUM_MISSING for a model without a basis. */
 THRUM_API thrum_status thrum_scene_body_vertex(thrum_scene *scene, int32_t body, int64_t vertex,
                                                double position[3], double velocity[3],
                                                thrum_error *error);
 
-/* A point to be followed: the mean of `count` vertices of a body (0-based; NULL: all). */
+/* Adds a probe, a point that is followed: the mean of `count` vertices of a body (0-based; NULL:
+ * all). The name is copied; NULL: a default with its number. THRUM_MISSING for a model without a
+ * basis. */
 THRUM_API thrum_status thrum_scene_add_probe(thrum_scene *scene, const char *name, int32_t body,
                                              const int32_t *vertices, int64_t count,
                                              thrum_error *error);
+
+/* Number of probes; the name of one, NULL where there is no such probe; and its body, or -1. */
 THRUM_API int32_t thrum_scene_probe_count(const thrum_scene *scene);
-THRUM_API const char *thrum_scene_probe_name(const thrum_scene *scene,
-                                             int32_t probe);                       /* NULL: none */
-THRUM_API int32_t thrum_scene_probe_body(const thrum_scene *scene, int32_t probe); /* -1: none */
+THRUM_API const char *thrum_scene_probe_name(const thrum_scene *scene, int32_t probe);
+THRUM_API int32_t thrum_scene_probe_body(const thrum_scene *scene, int32_t probe);
+
+/* Position [m] and velocity [m/s] of a probe in the world; velocity may be NULL. */
 THRUM_API thrum_status thrum_scene_probe(thrum_scene *scene, int32_t probe, double position[3],
                                          double velocity[3], thrum_error *error);
 
