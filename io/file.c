@@ -90,6 +90,7 @@ static thrum_status open_temporary(thrum_file_writer *writer, thrum_error *error
       thrum_interrupt_mark(writer->temporary);
     thrum_interrupt_let();
 
+    // only an existing name is worth another attempt
     errno = reason;
     if (file < 0 && reason != EEXIST)
       break;

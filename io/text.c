@@ -225,7 +225,7 @@ thrum_status thrum_text_fail(const thrum_text *text, thrum_status status, thrum_
   vsnprintf(message, sizeof message, format, arguments);
   va_end(arguments);
 
-  // of a very long path the end says most
+  // the end of a very long path says most
   size_t length = strlen(text->name);
   const char *cut = length > PATH_SHOWN ? "..." : "";
   const char *name = length > PATH_SHOWN ? text->name + length - PATH_SHOWN : text->name;

@@ -1,6 +1,5 @@
-/* Mesh measures, see model_quality.h. One pass over the tetrahedra. SPDX-License-Identifier:
- * Apache-2.0
- */
+/* Measures a mesh in one pass over the tetrahedra; see model_quality.h.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "mesh/model_quality.h"
 
 #include <math.h>

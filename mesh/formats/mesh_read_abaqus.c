@@ -469,6 +469,7 @@ static thrum_status read_property(inp_reader *r, const inp_keyword *keyword) {
   if (!data_line(r))
     return fail(r, "the file ends, or goes on, before the values of the material");
 
+  // both keywords give the constants at the first temperature on one line
   thrum_status status;
   if (elastic) {
     status = thrum_text_number(&r->text, "Young's modulus", &material->values.young, r->error);
@@ -517,6 +518,7 @@ static thrum_status obey(inp_reader *r, const inp_keyword *keyword) {
   if (is(name, "ELSET"))
     return read_set(r, keyword, "ELSET", add_to_set);
 
+  // the keywords that describe its materials
   if (is(name, "MATERIAL"))
     return read_material(r, keyword);
   if (is(name, "ELASTIC") || is(name, "DENSITY"))
@@ -583,6 +585,7 @@ static thrum_status set_groups(inp_reader *r) {
     for (int64_t i = 0; i < set->count; i++) {
       THRUM_TRY(find_member(r, set, set->elements[i], &element));
 
+      // a tet gives its corners, any other element all its nodes
       const bool tet = element->tet >= 0;
       const int64_t count = tet ? CORNERS : element->count;
       if (count == 0) // neither a tet nor a face; there may be no array of faces at all
@@ -608,6 +611,7 @@ static thrum_status apply_section(inp_reader *r, int64_t index) {
   while (s < r->set_count && !same(r->sets[s].name, section->set))
     s++;
 
+  // a section without its set would leave tets without material
   if (s == r->set_count)
     return thrum_error_set(r->error, THRUM_MISSING, "%.150s:%lld: there is no element set '%s'",
                            r->text.name, (long long)section->line,
@@ -667,6 +671,7 @@ static thrum_status region_materials(inp_reader *r, thrum_mesh *mesh) {
         r->text.name, (long long)partial->line,
         thrum_text_excerpt(partial->material.text, partial->material.length).text);
 
+  // without any complete material the mesh has none, so half-read values are cleared
   mesh->has_material = whole > 0;
   for (int64_t i = 0; i < mesh->region_count && !mesh->has_material; i++)
     mesh->materials[i] = (thrum_material){0};
@@ -684,7 +689,7 @@ static thrum_status read_all(inp_reader *r, thrum_mesh *mesh) {
 
     read_keyword(r, &keyword);
     THRUM_TRY(obey(r, &keyword));
-    // what is left of its data serves nothing here
+    // data lines of other keywords are passed over
     while (data_line(r))
       continue;
   }

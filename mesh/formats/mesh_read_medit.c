@@ -140,6 +140,8 @@ static void skip_numbers(medit_reader *r) {
 static thrum_status read_keyword(medit_reader *r, bool *more) {
   const char *word = "";
   size_t length = 0;
+
+  // a file may end without End
   while (!thrum_text_word(&r->text, &word, &length))
     if (!thrum_text_next_line(&r->text)) {
       *more = false;

@@ -265,6 +265,7 @@ static thrum_status read_elements_2(msh_reader *r) {
         physical = k == 0 ? (tag < 0 ? -tag : tag) : physical;
       }
 
+      // physical group 0 means none
       if (physical != 0)
         THRUM_TRY(thrum_msh_find_physical(r, thrum_msh_type_dimension(type), physical, &index));
       const int32_t list = (int32_t)index;

@@ -92,6 +92,7 @@ static thrum_status read_element_2(msh_reader *r) {
     physical = i == 0 ? (tag < 0 ? -tag : tag) : physical;
   }
 
+  // physical group 0 means none
   if (physical != 0)
     THRUM_TRY(thrum_msh_find_physical(r, thrum_msh_type_dimension(type), physical, &index));
   int32_t list = (int32_t)index;
@@ -123,6 +124,7 @@ static thrum_status read_element_block(msh_reader *r, int64_t *items) {
 thrum_status thrum_msh_text_elements(msh_reader *r) {
   int64_t count = 0, blocks = 0, items = 0;
 
+  // version 2 has one list of all elements
   if (r->version == 2) {
     THRUM_TRY(thrum_msh_line(r, "the number of elements"));
     THRUM_TRY(thrum_msh_integer(r, "the number of elements", 0, &count));

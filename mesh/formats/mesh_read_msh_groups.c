@@ -19,6 +19,7 @@ thrum_status thrum_msh_find_physical(msh_reader *r, int dimension, int64_t tag, 
     }
   }
 
+  // the array has a fixed size, so that groups found earlier stay where they are
   if (r->physical_count == THRUM_MESH_GROUPS_MAX)
     return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error, "more than %d physical groups",
                            THRUM_MESH_GROUPS_MAX);
@@ -61,6 +62,7 @@ static thrum_status read_physical_name(msh_reader *r) {
   if (fault)
     return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error, "%s", fault);
 
+  // two names for one group would make its name depend on their order
   if (r->physicals[index].name)
     return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
                            "physical group %lld of dimension %d is named twice", (long long)tag,

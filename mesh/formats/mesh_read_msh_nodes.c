@@ -159,6 +159,7 @@ thrum_status thrum_msh_node_index(msh_reader *r, int64_t tag, int32_t *index) {
     found = node ? (int32_t)(node - r->nodes) : -1;
   }
 
+  // an element without one of its nodes has no shape
   if (found < 0)
     return thrum_text_fail(&r->text, THRUM_BAD_VALUE, r->error,
                            "the element names node %lld, which is not in $Nodes", (long long)tag);

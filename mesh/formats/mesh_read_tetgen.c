@@ -146,6 +146,7 @@ static thrum_status read_tets(tetgen_reader *r) {
     return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
                            "a tet has 4 or 10 nodes, not %lld", (long long)nodes);
 
+  // the header may end after the number of nodes
   THRUM_TRY(optional(r, "the number of attributes", COLUMNS_MAX, &attributes));
   for (int64_t i = 0; i < count; i++)
     THRUM_TRY(read_tet(r, i, nodes, attributes));

@@ -122,6 +122,7 @@ static thrum_status check_cycle(veg_reader *r, const char *path) {
     if (r->files[i].device == about.st_dev && r->files[i].inode == about.st_ino)
       return thrum_text_fail(text_of(r), THRUM_BAD_FORMAT, r->error, "*INCLUDE goes in a circle");
 
+  // the files stay open until the end, so their number is limited
   if (depth > DEPTH_MAX || r->file_count == INCLUDES_MAX)
     return thrum_text_fail(text_of(r), THRUM_UNSUPPORTED, r->error,
                            "*INCLUDE goes deeper than %d files, or there are more than %d",
@@ -284,6 +285,7 @@ static thrum_status read_vertices(veg_reader *r) {
     return thrum_text_fail(text_of(r), THRUM_BAD_FORMAT, r->error, "*VERTICES comes twice");
   r->has_vertices = true;
 
+  // sizes come before the list
   int64_t count = 0, extra = 0, capacity = 0;
   THRUM_TRY(body_line(r, "the number of vertices"));
   THRUM_TRY(header(r, "the number of vertices", 3, INT32_MAX, &count, &extra));
@@ -355,6 +357,7 @@ static thrum_status read_elements(veg_reader *r) {
     return thrum_text_fail(text_of(r), THRUM_BAD_FORMAT, r->error, "*ELEMENTS comes twice");
   r->has_elements = true;
 
+  // the kind and the sizes come before the list
   int64_t count = 0, extra = 0, capacity = 0, lines = 0;
   THRUM_TRY(element_kind(r));
   THRUM_TRY(body_line(r, "the number of elements"));
@@ -395,6 +398,7 @@ static thrum_status read_material(veg_reader *r) {
   THRUM_TRY(thrum_text_number(text, "Poisson's ratio nu", &material.values.poisson, r->error));
   THRUM_TRY(thrum_text_finish(text, "the material", r->error));
 
+  // regions may name the material before or after this place
   if (r->material_count == THRUM_MESH_GROUPS_MAX)
     return thrum_text_fail(text, THRUM_UNSUPPORTED, r->error, "more than %d materials",
                            THRUM_MESH_GROUPS_MAX);
@@ -426,6 +430,7 @@ static thrum_status read_region(veg_reader *r) {
   text->at = split + 1;
   THRUM_TRY(rest_name(r, text->end, &region.material));
 
+  // the set and the material may follow, so their names are kept
   if (r->region_count == THRUM_MESH_GROUPS_MAX)
     return thrum_text_fail(text, THRUM_UNSUPPORTED, r->error, "more than %d regions",
                            THRUM_MESH_GROUPS_MAX);
@@ -466,6 +471,7 @@ static thrum_status read_set(veg_reader *r) {
   if (status < 0)
     return status;
 
+  // a set becomes a group, so there are at most as many
   if (r->set_count == THRUM_MESH_GROUPS_MAX)
     return thrum_text_fail(text_of(r), THRUM_UNSUPPORTED, r->error, "more than %d sets",
                            THRUM_MESH_GROUPS_MAX);
@@ -573,6 +579,7 @@ static thrum_status apply_region(veg_reader *r, int64_t index) {
                            "the region's set '%s' is not in the file",
                            thrum_text_excerpt(region->set.text, region->set.length).text);
 
+  // materials are found by their names, which are unique
   int64_t material = 0;
   while (material < r->material_count && !same_name(r->materials[material].name, region->material))
     material++;
@@ -597,6 +604,7 @@ static thrum_status apply_regions(veg_reader *r, const char *path) {
                            "'allElements, BODY'",
                            path);
 
+  // without regions in the file the whole body is one
   m->region_count = r->region_count > 0 ? r->region_count : 1;
   m->materials = calloc((size_t)m->region_count, sizeof *m->materials);
   m->tet_region = calloc((size_t)m->tet_count, sizeof *m->tet_region);

@@ -155,12 +155,14 @@ static thrum_status read_old_cells(vtk_reader *r, int64_t count, int64_t size) {
   static const thrum_cells_type index = {4, true, true};
   double *list = NULL, *ends = NULL, *points = NULL;
 
+  // each cell has at least its length, so a smaller size is damage
   if (size < count)
     return fail(r, "CELLS has a size below its count");
   thrum_status status = read_values(r, index, size, &list);
   if (status < 0)
     return status;
 
+  // both arrays have room for the worst case of the sizes given
   ends = malloc(((size_t)count + 1) * sizeof *ends);
   points = malloc(((size_t)size + 1) * sizeof *points);
   if (!ends || !points)
@@ -208,6 +210,7 @@ static thrum_status read_new_cells(vtk_reader *r, int64_t offsets, int64_t size)
     thrum_cells_type type;
     THRUM_TRY(next_line(r, names[i]));
 
+    // the order of the two arrays is fixed
     thrum_text_word(&r->text, &word, &length);
     if (!thrum_text_equals(word, length, names[i]))
       return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error, "expected %s, found '%s'",
@@ -258,6 +261,7 @@ static thrum_status read_scalars(vtk_reader *r) {
       !thrum_text_equals(word, word_length, "LOOKUP_TABLE"))
     r->text = before;
 
+  // the product of tuples and columns must not overflow
   if (r->tuples > INT64_MAX / 64 / columns)
     return fail(r, "an array is longer than the file; is it cut short?");
   return take_array(r, r->place, name, length, type, columns, columns * r->tuples);

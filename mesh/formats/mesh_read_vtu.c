@@ -228,6 +228,7 @@ static thrum_status read_numbers(vtu_reader *r, vtu_array *a, const char *at, co
       return fail_at(r, line, THRUM_OUT_OF_MEMORY, "not enough memory");
     a->array.values = values;
 
+    // a word must be a number up to its end, so that damage is not read as two numbers
     const char *end = p;
     while (end < stop && !is_space(*end))
       end++;
@@ -282,6 +283,7 @@ static thrum_status begin_array(vtu_reader *r, const char **attributes) {
   a.array.whole = a.type.whole;
   THRUM_TRY(attribute_integer(r, attributes, "NumberOfComponents", 1000000, &a.array.columns));
 
+  // the bytes of appended arrays come at the end of the file
   if (attribute_is(attributes, "format", "appended")) {
     THRUM_TRY(attribute_integer(r, attributes, "offset", INT64_MAX, &a.offset));
     vtu_array *waiting =
@@ -294,6 +296,7 @@ static thrum_status begin_array(vtu_reader *r, const char **attributes) {
     return THRUM_OK;
   }
 
+  // the text of the element holds the numbers, as words or in base64
   a.base64 = attribute_is(attributes, "format", "binary");
   r->open = a;
   r->collecting = true;

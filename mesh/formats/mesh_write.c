@@ -97,7 +97,7 @@ static thrum_status write_files(const char *const *paths, thrum_mesh_writer *con
   for (int i = 0; i < count && status >= 0; i++)
     status = thrum_file_writer_commit(&outs[i]->file, error);
 
-  // what was not committed is removed
+  // files that were not committed are removed
   for (int i = 0; i < count; i++) {
     if (outs[i])
       thrum_file_writer_abandon(&outs[i]->file);

@@ -59,6 +59,7 @@ static void put_region(thrum_mesh_out *out, thrum_mesh_written *w, int64_t regio
 void thrum_mesh_write_abaqus(thrum_mesh_out *out, thrum_mesh_written *w) {
   const thrum_mesh *m = w->mesh;
 
+  // the format has no units, so the heading names them
   thrum_out_text(out, "*HEADING\n mesh written by thrum, in metres\n*NODE\n");
   for (int64_t v = 0; v < m->vertex_count; v++) {
     thrum_out_text(out, "%lld, ", (long long)v + 1);
@@ -66,6 +67,7 @@ void thrum_mesh_write_abaqus(thrum_mesh_out *out, thrum_mesh_written *w) {
     thrum_out_text(out, "\n");
   }
 
+  // regions and readers refer to all tets by the set allElements
   thrum_out_text(out, "*ELEMENT, TYPE=C3D4, ELSET=allElements\n");
   for (int64_t t = 0; t < m->tet_count; t++) {
     const int32_t *v = m->tets + 4 * t;

@@ -48,6 +48,7 @@ static void put_names(thrum_mesh_out *out, thrum_mesh_written *w) {
   char name[256];
   int64_t count = 0;
 
+  // the count stands in front of the names
   for (int64_t g = 0; g < m->group_count; g++)
     count += w->group_region[g] < 0;
   for (int64_t i = 0; i < m->region_count; i++)
@@ -109,6 +110,7 @@ static void put_body_2(thrum_mesh_out *out, thrum_mesh_written *w) {
   const bool binary = w->options.binary;
   int64_t groups, number = 0;
 
+  // nodes are numbered from 1 in the order of the mesh
   thrum_out_text(out, "$Nodes\n%lld\n", (long long)m->vertex_count);
   for (int64_t v = 0; v < m->vertex_count; v++) {
     put_whole(out, binary, (uint64_t)v + 1, 4);
@@ -169,6 +171,7 @@ static void put_entities(thrum_mesh_out *out, thrum_mesh_written *w) {
   put_whole(out, binary, (uint64_t)m->region_count, 8);
   end_line(out, binary);
 
+  // a point entity needs a place, and the first vertex of its group is one
   for (int64_t g = 0; g < m->group_count; g++)
     if (w->group_region[g] < 0)
       put_entity(out, binary, g + 1, m->vertices + 3 * (int64_t)m->groups[g].vertices[0], 3, g + 1);
@@ -278,6 +281,7 @@ void thrum_mesh_write_msh(thrum_mesh_out *out, thrum_mesh_written *w) {
 
   thrum_out_text(out, "$EndMeshFormat\n");
 
+  // version 4 refers to physical groups through entities
   put_names(out, w);
   if (old) {
     put_body_2(out, w);

@@ -29,6 +29,7 @@ static bool put_group(thrum_mesh_out *out, thrum_mesh_written *w, int64_t g, uin
   const thrum_mesh *m = w->mesh;
   const thrum_group *group = &m->groups[g];
 
+  // the vertices are marked, so that each tet is checked in constant time
   memset(mark, 0, (size_t)m->vertex_count);
   for (int64_t i = 0; i < group->count; i++)
     mark[group->vertices[i]] = 1;
@@ -64,6 +65,7 @@ static void put_region(thrum_mesh_out *out, thrum_mesh_written *w, int64_t regio
   char name[256] = "allElements";
   int64_t column = 0;
 
+  // all tets together are the set allElements, which always exists
   if (m->region_count > 1 || group >= 0) {
     thrum_write_region_name(w, region, BAD, name);
     thrum_out_text(out, "\n*SET %s\n", name);

@@ -33,6 +33,7 @@ typedef struct column {
 static column make_column(const thrum_mesh *m, column_kind kind, int64_t group) {
   column c = {.kind = kind, .group = group, .count = m->tet_count, .size = 8};
 
+  // all other arrays have a value for each tet
   if (kind == COLUMN_POINTS)
     c.count = 3 * m->vertex_count;
   if (kind == COLUMN_GROUP)

@@ -78,6 +78,7 @@ static thrum_status read_vertex(obj_reader *r) {
   static const char *const axes[] = {"the x coordinate", "the y coordinate", "the z coordinate"};
   double position[3] = {0}, unused = 0;
 
+  // the coordinates may continue on the next line
   for (int c = 0; c < 3; c++) {
     more(r);
     THRUM_TRY(r->pending ? thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
@@ -153,6 +154,7 @@ static thrum_status read_face(obj_reader *r) {
     THRUM_TRY(read_corner(r, &grown[r->corner_count]));
   }
 
+  // lines and points have statements of their own
   if (r->corner_count < 3)
     return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
                            "the face%s has %lld corners; it needs three or more",

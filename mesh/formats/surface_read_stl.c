@@ -64,6 +64,7 @@ static thrum_status read_facet(stl_reader *r) {
   THRUM_TRY(expect_word(r, "outer"));
   THRUM_TRY(expect_word(r, "loop"));
 
+  // corners at the same place become one vertex
   for (int c = 0; c < 3; c++) {
     THRUM_TRY(expect_word(r, "vertex"));
     for (int axis = 0; axis < 3; axis++)
@@ -102,6 +103,7 @@ static thrum_status read_text(stl_reader *r) {
       return status;
   }
 
+  // facets after the cut would be missing without notice
   if (inside)
     return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
                            "the file ends before 'endsolid'; is it cut short?");
@@ -158,6 +160,7 @@ static thrum_status read_stl(stl_reader *r, const unsigned char *data, size_t si
   if (begins_with_solid(data, size))
     return read_text(r);
 
+  // a file that is neither is probably cut short
   if (size < HEADER)
     return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
                            "neither 'solid' nor the 84 bytes that begin a binary .stl");
