@@ -43,11 +43,12 @@ typedef enum thrum_load_shape {
   THRUM_LOAD_SINE = 1      /* sin(2 pi frequency (t - from)) in [from, until) */
 } thrum_load_shape;
 
+/* A course over time. There are no defaults: set every field. */
 typedef struct thrum_load {
-  thrum_load_shape shape;
-  double from;      /* start [s]; later: the load begins later */
-  double until;     /* end [s], may be INFINITY; later: the load lasts longer */
-  double frequency; /* of the sine [Hz]; higher: more cycles in the window */
+  thrum_load_shape shape; /* constant or sine */
+  double from;            /* start [s]; later: the load begins later */
+  double until;           /* end [s], may be INFINITY; later: the load lasts longer */
+  double frequency;       /* of the sine [Hz]; higher: more cycles in the window */
 } thrum_load;
 
 /* Exact mean of the load over [step dt, (step+1) dt) [1]; dt [s]. Window ends within 1e-6 of a

@@ -1,5 +1,7 @@
 /* Which instructions evaluate the polynomial. All kernels give the same bits (docs/determinism.md),
- * so the choice is one of speed alone; the best one is taken unless a state's def says otherwise.
+ * so the choice affects speed alone; the best one is taken unless a state's def says otherwise.
+ *
+ * Pure functions; nothing is allocated; any thread.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_KERNEL_H
@@ -29,13 +31,15 @@ typedef enum thrum_kernel_id {
 #undef X
 } thrum_kernel_id;
 
-/* Can this build on this machine run the kernel? Any thread. */
+/* True where this build on this machine can run the kernel, as for THRUM_KERNEL_BEST; false also
+ * for a number that names none. */
 THRUM_API bool thrum_kernel_usable(thrum_kernel_id id);
 
-/* The kernel that a request for this one gets: itself when usable, else the best one here. */
+/* The kernel that a request for `id` gets: that one when usable, else the best one here; never
+ * THRUM_KERNEL_BEST. */
 THRUM_API thrum_kernel_id thrum_kernel_chosen(thrum_kernel_id id);
 
-/* "avx512" and so on; NULL for a number that names none. Static storage. */
+/* Name of a kernel, "avx512" and so on; NULL for a number that names none. Static storage. */
 THRUM_API const char *thrum_kernel_name(thrum_kernel_id id);
 
 #ifdef __cplusplus

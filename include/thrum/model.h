@@ -1,9 +1,12 @@
-/* The reduced model: what `thrum precompute` writes and the runtime steps.
+/* The reduced model, which `thrum precompute` writes and the runtime steps.
  *
- * A model is immutable and may be shared by any number of threads. It is a struct of sizes and
- * const pointers; the arrays live in one block that the caller owns (a file buffer for
- * thrum_model_view, the caller's memory for thrum_model_init, one heap block for thrum_model_load).
- * A model made by hand is welcome: fill the struct and call thrum_model_check.
+ * Memory: a model is a struct of sizes and const pointers. Its arrays lie in one block: the
+ * caller's file buffer for thrum_model_view, the caller's memory for thrum_model_init, one heap
+ * block for thrum_model_load, which alone allocates. A model may also be made by hand: fill the
+ * struct and call thrum_model_check.
+ *
+ * Threads: a model is immutable and may be shared by any number of threads.
+ *
  * The file format is docs/model_format.md. Symbols and equations: docs/design.md (design N).
  *
  * SPDX-License-Identifier: Apache-2.0 */
@@ -81,7 +84,7 @@ typedef struct thrum_model {
   const double *packed_c3, *packed_c4; /* the arrays packed; a copy with others is not packed */
 } thrum_model;
 
-/* Number of cubic and quartic monomials of a rank. */
+/* Number of cubic and of quartic monomials in `rank` coordinates. Any thread. */
 static inline int64_t thrum_c3_count(int64_t rank) {
   return rank * (rank + 1) * (rank + 2) / 6;
 }
@@ -90,73 +93,87 @@ static inline int64_t thrum_c4_count(int64_t rank) {
 }
 
 /* Uses `file`, the bytes of a model file aligned to 64, in place: on success *model points into it,
- * and it must outlive the model. Allocates nothing. Every check of the format is made. */
+ * and it must outlive the model. The whole file is checked: THRUM_BAD_FORMAT, THRUM_BAD_CHECKSUM,
+ * THRUM_UNSUPPORTED, THRUM_MISSING, THRUM_BAD_SHAPE or THRUM_BAD_VALUE with the array;
+ * THRUM_MISALIGNED where the buffer or an array in it is not aligned to 64. Allocates nothing. */
 THRUM_API thrum_status thrum_model_view(const void *file, size_t file_size, thrum_model *model,
                                         thrum_error *error);
 
-/* Bytes that thrum_model_init needs for this file; checks the whole file. */
+/* Bytes that thrum_model_init needs for this file, into *size. Checks the whole file and fails as
+ * thrum_model_view. */
 THRUM_API thrum_status thrum_model_size(const void *file, size_t file_size, size_t *size,
                                         thrum_error *error);
 
-/* Copies the model out of `file` (any alignment) into `memory` (aligned to 64, thrum_model_size
- * bytes); *model points into memory, which the caller owns; file may go. Allocates nothing. */
+/* Copies the model out of `file` (any alignment) into `memory`, aligned to 64 and of at least
+ * thrum_model_size bytes. The caller owns the memory and frees it when done; *model points into it,
+ * and the file may go. THRUM_MISALIGNED, THRUM_BUFFER_TOO_SMALL, or as thrum_model_view. Allocates
+ * nothing. */
 THRUM_API thrum_status thrum_model_init(void *memory, size_t memory_size, const void *file,
                                         size_t file_size, const thrum_model **model,
                                         thrum_error *error);
 
-/* Reads the file at `path` into one heap block; free it with thrum_model_free. */
+/* Reads the file at `path` into one heap block, which the caller owns and returns with
+ * thrum_model_free. THRUM_IO, THRUM_OUT_OF_MEMORY, or as thrum_model_view. */
 THRUM_API thrum_status thrum_model_load(const char *path, const thrum_model **model,
                                         thrum_error *error);
 THRUM_API void
-thrum_model_free(const thrum_model *model); /* of thrum_model_load alone; NULL is fine */
+thrum_model_free(const thrum_model *model); /* made by thrum_model_load alone; NULL does nothing */
 
-/* Checks a model made by hand: sizes agree, values finite, omega2 ascending, indices in range. */
+/* Checks a model made by hand: sizes agree, values are finite, omega2 ascends, indices are in
+ * range. THRUM_INVALID_ARGUMENT for NULL, THRUM_MISSING, THRUM_BAD_SHAPE or THRUM_BAD_VALUE with
+ * the array. */
 THRUM_API thrum_status thrum_model_check(const thrum_model *model, thrum_error *error);
 
-/* The part of thrum_model_check that reads no value but the format's version: which arrays are
- * there, and that their sizes agree. */
+/* Makes the checks of thrum_model_check that read no value but the format's version: that required
+ * arrays are there and that their sizes agree. */
 THRUM_API thrum_status thrum_model_check_shapes(const thrum_model *model, thrum_error *error);
 
-/* Bytes that thrum_model_truncate needs for this model at this lower rank. */
+/* Bytes that thrum_model_truncate needs for this model at this lower rank, into *size.
+ * THRUM_INVALID_ARGUMENT for NULL or a rank out of 1 to the model's. */
 THRUM_API thrum_status thrum_model_truncate_size(const thrum_model *model, int64_t rank,
                                                  size_t *size, thrum_error *error);
 
 /* The model of the lowest `rank` coordinates (1 to the model's rank), for a body that needs less:
- * V(q_1..q_rank, 0..0), in `memory` (aligned to 64, thrum_model_truncate_size bytes). Mesh, groups
- * and meta stay where `model` has them, so it must outlive *truncated. A state of the one takes and
- * gives the first coordinates of a state of the other. Where the coordinates dropped are modal
- * derivatives, the body becomes too stiff (docs/design.md). Allocates nothing. */
+ * V(q_1..q_rank, 0..0), in `memory` (the caller's, aligned to 64, thrum_model_truncate_size bytes).
+ * Mesh, groups and meta stay where `model` has them, so it must outlive *truncated. The coordinates
+ * of the truncated model are the first ones of the model. Where modal derivatives are dropped, the
+ * body becomes too stiff (docs/design.md). THRUM_INVALID_ARGUMENT, THRUM_MISALIGNED or
+ * THRUM_BUFFER_TOO_SMALL. Allocates nothing. */
 THRUM_API thrum_status thrum_model_truncate(void *memory, size_t memory_size,
                                             const thrum_model *model, int64_t rank,
                                             const thrum_model **truncated, thrum_error *error);
 
-/* By how much a model is scaled: all > 0, 1 leaves it. */
+/* Factors by which a model is scaled; each is finite and > 0, and 1 changes nothing. There are no
+ * defaults: set all three. */
 typedef struct thrum_model_scaling {
-  double length;    /* s, of all lengths */
-  double stiffness; /* e, of Young's modulus */
-  double density;   /* d */
+  double length;    /* s, of all lengths [1]; larger: a larger body, which vibrates more slowly */
+  double stiffness; /* e, of Young's modulus [1]; larger: the body vibrates faster */
+  double density;   /* d, of the density [1]; larger: a heavier body, which vibrates more slowly */
 } thrum_model_scaling;
 
-/* Bytes that thrum_model_scale needs for this model. */
+/* Bytes that thrum_model_scale needs for this model, into *size. THRUM_INVALID_ARGUMENT for NULL.
+ */
 THRUM_API thrum_status thrum_model_scale_size(const thrum_model *model, size_t *size,
                                               thrum_error *error);
 
 /* The same body s times as large, of e times the stiffness and d times the density, without another
  * precompute: V'(q') = e s^3 V(q) with q = q' s^-5/2 d^-1/2, U' = U s^-3/2 d^-1/2, exactly what the
- * scaled mesh would give. In `memory` (aligned to 64, thrum_model_scale_size bytes). Tetrahedra,
- * held vertices, groups and meta stay where `model` has them, so it must outlive *scaled.
- * Allocates nothing. Scaling: Langhaar 1951, Dimensional analysis and theory of models. */
+ * scaled mesh would give. In `memory` (the caller's, aligned to 64, thrum_model_scale_size bytes).
+ * Tetrahedra, held vertices, groups and meta stay where `model` has them, so it must outlive
+ * *scaled. THRUM_BAD_VALUE where the scaled model leaves the range of numbers,
+ * THRUM_INVALID_ARGUMENT, THRUM_MISALIGNED or THRUM_BUFFER_TOO_SMALL. Allocates nothing. Source:
+ * Langhaar 1951, Dimensional analysis and theory of models. */
 THRUM_API thrum_status thrum_model_scale(void *memory, size_t memory_size, const thrum_model *model,
                                          const thrum_model_scaling *by, const thrum_model **scaled,
                                          thrum_error *error);
 
-/* Vertices of the group called `name`: *vertices points into the model, *count > 0.
- * THRUM_MISSING when there is no such group. */
+/* Vertices of the group called `name`: *vertices points to *count > 0 of them (0-based) inside the
+ * model. THRUM_MISSING when there is no such group, THRUM_INVALID_ARGUMENT for NULL. */
 THRUM_API thrum_status thrum_model_group(const thrum_model *model, const char *name,
                                          const int32_t **vertices, int64_t *count,
                                          thrum_error *error);
 
-/* Name of group `index` (0-based) inside the model, NULL when out of range. */
+/* Name of group `index` (0-based), which lies inside the model; NULL when out of range. */
 THRUM_API const char *thrum_model_group_name(const thrum_model *model, int64_t index);
 
 #ifdef __cplusplus
