@@ -50,12 +50,16 @@ static thrum_status parse_sine(const char *text, base_motion_spec *base_motion,
   if (strlen(rest) >= sizeof body)
     return refuse(text, error);
   snprintf(body, sizeof body, "%s", rest);
+
+  // the pairs are taken from the right; the amplitude is left
   base_motion->sine = true;
   base_motion->course = (thrum_load){.shape = THRUM_LOAD_SINE, .until = INFINITY};
   while (strchr(body, '=') != NULL) {
     if (!take_pair(body, &base_motion->course))
       return refuse(text, error);
   }
+
+  // a sine needs a frequency and a window that ends after it begins
   if (!config_parse_vector3(body, base_motion->amplitude) || !(base_motion->course.frequency > 0) ||
       !(base_motion->course.from >= 0) || !(base_motion->course.until > base_motion->course.from))
     return refuse(text, error);
@@ -88,11 +92,15 @@ static thrum_status read_head(thrum_text *text, bool *names, bool *positions, th
   *positions = false;
   if (!thrum_text_word(text, &word, &length))
     return THRUM_OK;
+
+  // a first word that is a number means that the line has no names
   *names = thrum_text_scan_number(word, word + length, &number) != length;
   if (!*names) {
     thrum_text_rewind(text);
     return THRUM_OK;
   }
+
+  // the names tell accelerations from positions; a mix is refused
   bool fits[2] = {thrum_text_equals(word, length, "t") || thrum_text_equals(word, length, "time"),
                   false};
   fits[1] = fits[0];
@@ -118,6 +126,8 @@ static thrum_status read_row(thrum_text *text, const double *before, double row[
     status = thrum_text_number(text, what[n], &row[n], error);
   if (status >= 0)
     status = thrum_text_finish(text, "the z column", error);
+
+  // times ascend, and the first is not before the run begins
   if (status >= 0 && before == NULL && row[0] < 0)
     return thrum_text_fail(text, THRUM_BAD_VALUE, error, "the time %g s is before the run's start",
                            row[0]);
@@ -156,6 +166,8 @@ static thrum_status read_rows(thrum_text *text, rows *all, thrum_error *error) {
       if (names)
         continue;
     }
+
+    // each row must be later than the one before it
     if (!make_room(all))
       return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %.200s", text->name);
     double *row = all->values + COLUMNS * all->count;
@@ -164,6 +176,8 @@ static thrum_status read_rows(thrum_text *text, rows *all, thrum_error *error) {
       return status;
     all->count++;
   }
+
+  // a single row says nothing about motion
   if (all->count < 2)
     return thrum_text_fail(text, THRUM_BAD_FORMAT, error,
                            "a motion has two lines of four numbers or more: t,ax,ay,az");
@@ -174,20 +188,27 @@ static thrum_status read_rows(thrum_text *text, rows *all, thrum_error *error) {
 static thrum_status make_motion(const rows *all, base_motion_spec *base_motion,
                                 thrum_error *error) {
   const int64_t n = all->count;
+
   // times, accelerations, velocities, positions, and scratch
   double *memory = malloc((size_t)(n * 11) * sizeof *memory);
   if (memory == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %.200s", base_motion->text);
   double *times = memory, *a = times + n, *v = a + 3 * n, *x = v + 3 * n, *work = x + 3 * n;
   double *given = all->positions ? x : a;
+
+  // the file gives one of accelerations and positions
   for (int64_t k = 0; k < n; k++) {
     times[k] = all->values[COLUMNS * k];
     memcpy(given + 3 * k, all->values + COLUMNS * k + 1, 3 * sizeof *given);
   }
+
+  // the others follow by integration, or by a spline through the positions
   if (all->positions)
     thrum_base_motion_spline(n, times, x, a, v, work);
   else
     thrum_base_motion_integrate(n, times, a, v, x);
+
+  // the check knows numbers alone, so the file's name is put before its text
   base_motion->memory = memory;
   base_motion->motion = (thrum_base_motion){n, times, a, v, x};
   thrum_error detail = {0};
@@ -225,6 +246,7 @@ void base_motions_mean(const base_motion_spec *base_motions, int64_t count, int6
                        double mean[3]) {
   mean[0] = mean[1] = mean[2] = 0;
   for (int64_t n = 0; n < count; n++) {
+    // a record is averaged over the step, a sine has its mean in closed form
     double one[3];
     if (!base_motions[n].sine)
       thrum_base_motion_mean(&base_motions[n].motion, step, dt, one);
@@ -239,6 +261,7 @@ void base_motions_position(const base_motion_spec *base_motions, int64_t count, 
                            double position[3]) {
   position[0] = position[1] = position[2] = 0;
   for (int64_t n = 0; n < count; n++) {
+    // a record is read at the time, a sine is integrated twice
     double one[3];
     if (!base_motions[n].sine)
       thrum_base_motion_at(&base_motions[n].motion, time, one, NULL);

@@ -20,15 +20,21 @@ static bool number_vertices(int64_t all, display_surface *skin) {
     free(place);
     return false;
   }
+
+  // mark the vertices that triangles use
   memset(place, 0, (size_t)all * sizeof *place);
   for (int64_t n = 0; n < 3 * skin->triangle_count; n++)
     place[skin->triangles[n]] = 1;
+
+  // the marked ones get consecutive numbers in the order of the mesh
   for (int64_t v = 0; v < all; v++) {
     if (place[v] == 0)
       continue;
     place[v] = (int32_t)skin->vertex_count;
     skin->vertices[skin->vertex_count++] = (int32_t)v;
   }
+
+  // and the triangles take those numbers
   for (int64_t n = 0; n < 3 * skin->triangle_count; n++)
     skin->triangles[n] = place[skin->triangles[n]];
   free(place);
@@ -40,6 +46,7 @@ thrum_status display_surface_make(const thrum_model *model, display_surface *ski
   if (model->vertices == NULL || model->tets == NULL)
     return thrum_error_set(error, THRUM_MISSING, "the model has no mesh, so it has no surface");
   display_surface made = {0};
+
   // the finder of faces reads vertices and tets alone, and changes none
   thrum_mesh mesh = {.vertex_count = model->vertex_count, .tet_count = model->tet_count};
   memcpy(&mesh.vertices, &model->vertices, sizeof mesh.vertices);
@@ -49,6 +56,8 @@ thrum_status display_surface_make(const thrum_model *model, display_surface *ski
   const thrum_status status = thrum_mesh_find_faces(&mesh, &faces, shared, error);
   if (status < 0)
     return status;
+
+  // a face of one tetrahedron alone is on the surface; its parity gives the order of corners
   made.triangles = malloc((size_t)faces.count * 3 * sizeof *made.triangles + 1);
   for (int64_t n = 0; n < faces.count && made.triangles != NULL; n++) {
     const thrum_mesh_face *face = &faces.faces[n];
@@ -59,6 +68,8 @@ thrum_status display_surface_make(const thrum_model *model, display_surface *ski
     corners[1] = face->vertices[face->even ? 1 : 2];
     corners[2] = face->vertices[face->even ? 2 : 1];
   }
+
+  // triangles then refer to the vertices of the surface, not to those of the mesh
   free(faces.faces);
   if (made.triangles == NULL || !number_vertices(model->vertex_count, &made)) {
     display_surface_free(&made);

@@ -40,6 +40,8 @@ static bool write_script(const char *path, const char *terminal, const char *out
   FILE *file = fopen(path, "w");
   if (file == NULL)
     return false;
+
+  // axes and colours, the same for every run
   fprintf(file,
           "set encoding utf8\n"
           "set terminal %s\n"
@@ -56,6 +58,8 @@ static bool write_script(const char *path, const char *terminal, const char *out
           "set rmargin 4\n"
           "set key at graph 0.5, graph 1.05 center horizontal samplen 3\n",
           terminal, output, quoted);
+
+  // long series are thinned: more points only slow the drawing
   const int64_t every = rows / POINTS_MAX + 1;
   fprintf(file,
           "plot 'energy.csv' using 2:3 every %" PRId64 "::1 with lines lc rgb '#6baed6' "
@@ -63,12 +67,16 @@ static bool write_script(const char *path, const char *terminal, const char *out
           "  '' using 2:4 every %" PRId64 "::1 with lines lc rgb '#f58518' title 'potential', \\\n"
           "  '' using 2:5 every %" PRId64 "::1 with lines lw 2 lc rgb '#08306b' title 'total'\n",
           every, every, every);
+
+  // a full disk shows when the file is closed
   const bool failed = ferror(file) != 0;
   return fclose(file) == 0 && !failed;
 }
 
 bool gnuplot_run(const char *folder, const char *script) {
   const pid_t child = fork();
+
+  // the child draws in the folder, and its messages are of no use to the user
   if (child == 0) {
     const int nothing = open("/dev/null", O_RDWR);
     if (nothing < 0 || chdir(folder) != 0)
@@ -79,6 +87,7 @@ bool gnuplot_run(const char *folder, const char *script) {
     execlp("gnuplot", "gnuplot", "-d", script, (char *)NULL);
     _exit(127);
   }
+
   int status = 0;
   // a signal to us alone must not lose track of the child
   while (child > 0 && waitpid(child, &status, 0) < 0) {

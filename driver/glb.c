@@ -33,8 +33,12 @@ static void add_view(glb *g, int64_t count, int width, int kind, const char *typ
   json_number(view, "buffer", 0);
   json_number(view, "byteOffset", g->bytes);
   json_number(view, "byteLength", bytes);
+
+  // only vertices and indices have a target
   if (target != 0)
     json_number(view, "target", target);
+
+  // each view has one accessor, under the same number
   json_number(accessor, "bufferView", cJSON_GetArraySize(g->views));
   json_number(accessor, "componentType", kind);
   json_number(accessor, "count", (double)count);
@@ -63,6 +67,8 @@ static void add_vectors(glb *g, int64_t column) {
       most[axis] = fmax(most[axis], value);
     }
   }
+
+  // glTF demands the bounds of positions
   add_view(g, g->shown->vertex_count, 3, FLOAT, "VEC3", VERTICES);
   cJSON *accessor = cJSON_GetArrayItem(g->accessors, cJSON_GetArraySize(g->accessors) - 1);
   json_numbers(accessor, "min", least, 3);
@@ -74,15 +80,21 @@ static void plan_buffer(glb *g) {
   const recorded_run *run = g->run;
   g->views = cJSON_CreateArray();
   g->accessors = cJSON_CreateArray();
+
+  // the surface at rest, one morph target for each coordinate, then the triangles
   for (int64_t column = -1; column < run->rank; column++)
     add_vectors(g, column);
   add_view(g, 3 * g->shown->triangle_count, 1, UNSIGNED, "SCALAR", INDICES);
+
+  // times need their bounds too, in the precision in which they are stored
   add_view(g, run->rows, 1, FLOAT, "SCALAR", 0);
   cJSON *times = cJSON_GetArrayItem(g->accessors, cJSON_GetArraySize(g->accessors) - 1);
   const double least = (double)(float)run->times[0];
   const double most = (double)(float)run->times[run->rows - 1];
   json_numbers(times, "min", &least, 1);
   json_numbers(times, "max", &most, 1);
+
+  // a weight for each target and time, and the motion of a free body
   add_view(g, run->rows * run->rank, 1, FLOAT, "SCALAR", 0);
   if (run->places != NULL) {
     add_view(g, run->rows, 3, FLOAT, "VEC3", 0);
@@ -93,9 +105,13 @@ static void plan_buffer(glb *g) {
 static void add_mesh(glb *g) {
   const int64_t rank = g->run->rank;
   cJSON *mesh = cJSON_CreateObject(), *primitive = cJSON_CreateObject();
+
+  // accessors: rest at 0, targets from 1, indices after them
   json_number(cJSON_AddObjectToObject(primitive, "attributes"), "POSITION", 0);
   json_number(primitive, "indices", (double)(rank + 1));
   json_number(primitive, "material", 0);
+
+  // the weights at first are those of the first row
   cJSON *targets = cJSON_AddArrayToObject(primitive, "targets");
   cJSON *weights = cJSON_AddArrayToObject(mesh, "weights");
   cJSON *extras = cJSON_AddObjectToObject(mesh, "extras");
@@ -109,6 +125,8 @@ static void add_mesh(glb *g) {
     snprintf(name, sizeof name, "q%lld", (long long)n + 1);
     cJSON_AddItemToArray(names, cJSON_CreateString(name));
   }
+
+  // q is the weight times its scale, for programs that want q back
   json_numbers(extras, "scale", g->scale, rank);
   cJSON_AddItemToArray(cJSON_AddArrayToObject(mesh, "primitives"), primitive);
   cJSON_AddItemToArray(cJSON_AddArrayToObject(g->root, "meshes"), mesh);
@@ -118,10 +136,14 @@ static void add_mesh(glb *g) {
 static void add_nodes(glb *g) {
   static const double up[4] = {-0.70710678118654757, 0, 0, 0.70710678118654757}, one = 1;
   const run_placement *place = &g->run->place;
+
+  // the root turns Thrum's z up into glTF's y up
   cJSON *nodes = cJSON_AddArrayToObject(g->root, "nodes");
   cJSON *turned = cJSON_CreateObject(), *body = turned;
   json_numbers(turned, "rotation", up, 4);
   cJSON_AddItemToArray(nodes, turned);
+
+  // a body of a scene has a node of its own below the root
   if (place->placed) {
     const double scale[3] = {place->scale, place->scale, place->scale};
     const double *r = place->rotation, xyzw[4] = {r[1], r[2], r[3], r[0]};
@@ -132,6 +154,7 @@ static void add_nodes(glb *g) {
     json_numbers(body, "scale", scale, 3);
     cJSON_AddItemToArray(nodes, body);
   }
+
   json_number(body, "mesh", 0);
 }
 
@@ -140,11 +163,15 @@ static void add_scene(glb *g) {
   cJSON *asset = cJSON_AddObjectToObject(g->root, "asset");
   cJSON_AddStringToObject(asset, "version", "2.0");
   cJSON_AddStringToObject(asset, "generator", "thrum");
+
+  // one scene with the root node
   json_number(g->root, "scene", 0);
   cJSON *scene = cJSON_CreateObject();
   json_numbers(scene, "nodes", &zero, 1);
   cJSON_AddItemToArray(cJSON_AddArrayToObject(g->root, "scenes"), scene);
   add_nodes(g);
+
+  // a matt grey
   cJSON *material = cJSON_CreateObject();
   cJSON *surface = cJSON_AddObjectToObject(material, "pbrMetallicRoughness");
   json_numbers(surface, "baseColorFactor", colour, 4);
@@ -184,15 +211,21 @@ static void add_animation(glb *g) {
 /* The JSON of the file (malloc), padded to four bytes; NULL: out of memory. */
 static char *make_json(glb *g, size_t *length) {
   g->root = cJSON_CreateObject();
+
+  // views are planned first: the rest refers to them by number
   plan_buffer(g);
   add_scene(g);
   add_mesh(g);
   add_animation(g);
+
+  // one buffer holds all views
   cJSON *buffer = cJSON_CreateObject();
   json_number(buffer, "byteLength", g->bytes);
   cJSON_AddItemToArray(cJSON_AddArrayToObject(g->root, "buffers"), buffer);
   cJSON_AddItemToObject(g->root, "bufferViews", g->views);
   cJSON_AddItemToObject(g->root, "accessors", g->accessors);
+
+  // chunks of the file are multiples of four bytes
   char *text = cJSON_PrintUnformatted(g->root);
   cJSON_Delete(g->root);
   if (text == NULL)
@@ -219,13 +252,18 @@ static void put_number(const thrum_file_writer *writer, uint32_t number) {
 
 static void put_buffer(const glb *g, const thrum_file_writer *writer) {
   const recorded_run *run = g->run;
+
+  // vectors of the surface at rest and of the morph targets
   for (int64_t column = -1; column < run->rank; column++)
     for (int64_t v = 0; v < g->shown->vertex_count; v++) {
       const float vector[3] = {value_at(g, v, 0, column), value_at(g, v, 1, column),
                                value_at(g, v, 2, column)};
       put(writer, vector, sizeof vector);
     }
+
   put(writer, g->shown->triangles, (size_t)g->shown->triangle_count * 3 * sizeof(int32_t));
+
+  // times and weights, row by row
   for (int64_t n = 0; n < run->rows; n++) {
     const float time = (float)run->times[n];
     put(writer, &time, sizeof time);
@@ -234,6 +272,8 @@ static void put_buffer(const glb *g, const thrum_file_writer *writer) {
     const float weight = (float)(run->q[n] / g->scale[n % run->rank]);
     put(writer, &weight, sizeof weight);
   }
+
+  // the place of a free body: positions, then rotations with w last
   for (int64_t n = 0; run->places != NULL && n < run->rows; n++) {
     const double *at = run->places + RUN_PLACEMENT_COLUMNS * n;
     const float position[3] = {(float)at[0], (float)at[1], (float)at[2]};
@@ -254,6 +294,8 @@ static thrum_status write_file(const char *path, const glb *g, const char *json,
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "%.200s: %.1f GB, and a .glb holds 4: write fewer rows (--fps)", path,
                            1e-9 * total);
+
+  // a header of 12 bytes, then the chunks of JSON and of the buffer
   const thrum_status status = thrum_file_writer_open(path, &writer, error);
   if (status < 0)
     return status;
@@ -289,6 +331,8 @@ thrum_status glb_write(const char *path, const recorded_run *run, const render_m
   glb g = {.run = run, .shown = shown};
   size_t length = 0;
   char *json = NULL;
+
+  // weights are q over its largest magnitude, so that they lie between -1 and 1
   g.scale = calloc((size_t)run->rank, sizeof *g.scale);
   if (g.scale != NULL) {
     for (int64_t n = 0; n < run->rows * run->rank; n++)
@@ -297,6 +341,7 @@ thrum_status glb_write(const char *path, const recorded_run *run, const render_m
       g.scale[n] = g.scale[n] > 0 ? g.scale[n] : 1;
     json = make_json(&g, &length);
   }
+
   const thrum_status status =
       json != NULL ? write_file(path, &g, json, length, error)
                    : thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %.200s", path);

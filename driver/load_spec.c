@@ -47,11 +47,14 @@ static thrum_status take_keys(char *body, const char *text, key_values *values,
     char *equals = strchr(comma, '=');
     if (equals == NULL)
       return THRUM_OK;
+
+    // which of the known keys stands before the equals sign
     const size_t length = (size_t)(equals - comma) - 1;
     int key = 0;
     while (key < KEY_COUNT &&
            (strlen(keys[key]) != length || strncmp(keys[key], comma + 1, length) != 0))
       key++;
+
     if (key == KEY_COUNT) {
       // a piece such as "-40@vertex=12" is the end of the vector and the target, no pair
       if (memchr(comma, '@', length + 1) != NULL || length == 0)
@@ -60,6 +63,8 @@ static thrum_status take_keys(char *body, const char *text, key_values *values,
                              "--load '%s': unknown key '%.*s' (from, until, f)", text, (int)length,
                              comma + 1);
     }
+
+    // each key once, and with a number
     if (values->given[key]) {
       return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "--load '%s': '%s' is given twice",
                              text, keys[key]);
@@ -68,6 +73,8 @@ static thrum_status take_keys(char *body, const char *text, key_values *values,
       return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "--load '%s': '%s' is not a number",
                              text, equals + 1);
     }
+
+    // taken: the text now ends before the pair
     values->given[key] = true;
     *comma = 0;
   }
@@ -77,11 +84,14 @@ static thrum_status take_keys(char *body, const char *text, key_values *values,
 /* The course over time from the kind and the pairs. */
 static thrum_status make_course(const load_kind *kind, const key_values *values, const char *text,
                                 thrum_load *course, thrum_error *error) {
+  // keys that are not given leave the kind's own window
   course->shape = kind->shape;
   course->from = values->given[KEY_FROM] ? values->value[KEY_FROM] : 0;
   course->until =
       values->given[KEY_UNTIL] ? values->value[KEY_UNTIL] : course->from + kind->duration;
   course->frequency = values->given[KEY_FREQUENCY] ? values->value[KEY_FREQUENCY] : 0;
+
+  // a frequency belongs to a sine, and a sine needs one
   const bool sine = kind->shape == THRUM_LOAD_SINE;
   if (sine && !(course->frequency > 0)) {
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
@@ -91,6 +101,8 @@ static thrum_status make_course(const load_kind *kind, const key_values *values,
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "--load '%s': only a sine has a frequency f", text);
   }
+
+  // the window begins in the run and has a length
   if (!(course->from >= 0) || !(course->until > course->from)) {
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "--load '%s': the load must begin at 0 s or later and end after that "
@@ -104,6 +116,8 @@ thrum_status load_target_parse(const char *text, const char *said, load_target *
                                thrum_error *error) {
   static const char vertex_key[] = "vertex=";
   load_target parsed = {.all = strcmp(text, "all") == 0};
+
+  // vertex=N counts from 1; any other text is the name of a group
   if (!parsed.all && strncmp(text, vertex_key, sizeof vertex_key - 1) == 0) {
     if (!config_parse_integer(text + sizeof vertex_key - 1, &parsed.vertex) || parsed.vertex < 1) {
       return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
@@ -115,6 +129,7 @@ thrum_status load_target_parse(const char *text, const char *said, load_target *
                              "%.200s: say where: GROUP, vertex=N or all", said);
     snprintf(parsed.group, sizeof parsed.group, "%s", text);
   }
+
   *target = parsed;
   return THRUM_OK;
 }
@@ -125,6 +140,8 @@ static thrum_status parse_body(char *body, const load_kind *kind, load_spec *loa
   char *at = strchr(body, '@');
   if (at != NULL)
     *at = 0;
+
+  // the vector's unit depends on the kind
   if (!config_parse_vector3(body, load->vector)) {
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "--load '%s': '%s' is not x,y,z (%s)",
                            load->text, body,
@@ -132,6 +149,8 @@ static thrum_status parse_body(char *body, const load_kind *kind, load_spec *loa
                            : load->traction ? "Pa"
                                             : "N");
   }
+
+  // gravity acts everywhere, every other load needs its place
   if (load->gravity && at != NULL) {
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "--load '%s': gravity acts on the whole body, leave out '@%s'",
@@ -144,6 +163,8 @@ static thrum_status parse_body(char *body, const load_kind *kind, load_spec *loa
   }
   if (at == NULL)
     return THRUM_OK;
+
+  // the target's own messages begin with the load
   char said[LOAD_TEXT_MAX + 16];
   snprintf(said, sizeof said, "--load '%s'", load->text);
   return load_target_parse(at + 1, said, &load->target, error);
@@ -174,6 +195,8 @@ thrum_status load_spec_parse(const char *text, load_spec *load, thrum_error *err
                            "gravity: or traction:",
                            text);
   }
+
+  // the text is cut up in a copy
   if (strlen(text) >= sizeof body) {
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "--load '%.60s...': longer than %d bytes",
                            text, LOAD_TEXT_MAX - 1);
@@ -182,6 +205,8 @@ thrum_status load_spec_parse(const char *text, load_spec *load, thrum_error *err
   load_spec parsed = {.text = text,
                       .gravity = strcmp(kind->name, "gravity") == 0,
                       .traction = strcmp(kind->name, "traction") == 0};
+
+  // pairs first: they are at the end, and a group's name may hold commas itself
   key_values values = {0};
   thrum_status status = take_keys(body, text, &values, error);
   if (status == THRUM_OK)
@@ -210,6 +235,7 @@ static void list_groups(const thrum_model *model, char *list, size_t size) {
 thrum_status load_target_find(const thrum_model *model, const load_target *target,
                               const int32_t **vertices, int64_t *count, int32_t *one,
                               thrum_error *error) {
+  // all vertices need no list; one vertex is its own list
   if (target->all) {
     *vertices = NULL;
     *count = model->vertex_count;
@@ -251,6 +277,8 @@ static thrum_status reduce_target(const thrum_model *model, const load_spec *loa
     return thrum_error_set(error, THRUM_MISSING,
                            "the model has no basis, so no force can act on its vertices");
   }
+
+  // a traction is integrated over the surface, a force is shared by the vertices
   const thrum_status status =
       load_target_find(model, &load->target, &vertices, &count, &one, error);
   if (status < 0)
@@ -265,6 +293,8 @@ thrum_status load_spec_reduce(const thrum_model *model, const load_spec *load, d
   thrum_error detail = {0};
   thrum_status status = THRUM_OK;
   memset(reduced, 0, (size_t)model->rank * sizeof *reduced);
+
+  // gravity needs the whole mass matrix, every other load its target
   if (load->gravity) {
     status = thrum_load_add_gravity(model, load->vector, reduced, &detail);
   } else {
@@ -282,6 +312,8 @@ thrum_status load_spec_fill(const thrum_model *model, const load_spec *load, dou
   int32_t one = 0;
   if (load->gravity)
     return thrum_load_fill_gravity(model, load->vector, forces, error);
+
+  // the same loads as above, as a field on the mesh
   const thrum_status status =
       load_target_find(model, &load->target, &vertices, &count, &one, error);
   if (status < 0)

@@ -60,15 +60,20 @@ static thrum_status kept_path(const char *text, const mesh_model_def *def,
   const thrum_status status = named_model_cache_folder(folder, error);
   if (status < 0)
     return status;
+
+  // a relative name means another file in another folder
   uint64_t hash = named_model_hash(0, text, strlen(text) + 1);
   char here[NAMED_MODEL_PATH_MAX];
   if (getcwd(here, sizeof here) != NULL)
     hash = named_model_hash(hash, here, strlen(here));
+
+  // the material and the fixed vertices change the model too
   snprintf(numbers, sizeof numbers, "%.17g|%.17g|%.17g", def->material.young, def->material.poisson,
            def->material.density);
   hash = named_model_hash(hash, numbers, strlen(numbers));
   for (int64_t n = 0; n < def->fix_count; n++)
     hash = named_model_hash(hash, def->fixes[n], strlen(def->fixes[n]) + 1);
+
   snprintf(path, NAMED_MODEL_PATH_MAX, "%.*s/mesh-%016" PRIx64 ".npz", NAMED_MODEL_PATH_MAX - 64,
            folder, hash);
   return THRUM_OK;
@@ -82,6 +87,8 @@ thrum_status mesh_model_load(const char *text, const mesh_model_def *def, bool q
     file = &own;
   if (!thrum_mesh_is_named(text))
     return named_model_load(text, quiet, model, file, error);
+
+  // the definition becomes a request of precompute, which writes to the cache
   const char *fixes[MESH_MODEL_FIXES_MAX];
   memcpy(fixes, def->fixes, sizeof fixes);
   bool flagged = false;
@@ -98,6 +105,7 @@ thrum_status mesh_model_load(const char *text, const mesh_model_def *def, bool q
       .free = def->free,
       .quiet = quiet,
   };
+
   file->path = file->cached;
   request.options.fit = true;
   if (status >= 0 && !quiet)

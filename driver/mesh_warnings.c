@@ -7,6 +7,7 @@
 #include "thrum/thrum.h"
 
 void mesh_warnings_print(const thrum_mesh *mesh, const char *name) {
+  // changes that the reader has made to the mesh
   if (mesh->cornered_tets > 0) {
     config_warn("%s: %lld tetrahedra of ten nodes were read by their corners", name,
                 (long long)mesh->cornered_tets);
@@ -21,7 +22,8 @@ void mesh_warnings_print(const thrum_mesh *mesh, const char *name) {
     config_warn("%s: %lld vertices that no tetrahedron uses were dropped", name,
                 (long long)mesh->dropped_vertices);
   }
-  // of the rest only what makes a model fall apart; `thrum check` says everything
+
+  // only faults that make a model fall apart are named here; `thrum check` lists all
   static const thrum_examine_flag grave[] = {THRUM_EXAMINE_PIECES, THRUM_EXAMINE_COINCIDENT,
                                              THRUM_EXAMINE_HINGES, THRUM_EXAMINE_FAR};
   thrum_mesh_examined examined;

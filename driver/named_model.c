@@ -39,6 +39,8 @@ static thrum_status find_folder(const char *name, char path[NAMED_MODEL_PATH_MAX
     }
     return thrum_error_set(error, THRUM_IO, "THRUM_MODELS: %.300s is not a folder", given);
   }
+
+  // beside the installed program, else in the source tree that it was built from
   if (path_share("models", path, NAMED_MODEL_PATH_MAX) && is_folder(path))
     return THRUM_OK;
 #ifdef THRUM_SOURCE_MODELS
@@ -47,6 +49,7 @@ static thrum_status find_folder(const char *name, char path[NAMED_MODEL_PATH_MAX
     return THRUM_OK;
   }
 #endif
+
   return thrum_error_set(error, THRUM_IO,
                          "%s: there is no such file, and the folder of the models that come with "
                          "Thrum is not found; name it with --models-dir or THRUM_MODELS",
@@ -99,11 +102,15 @@ static bool take_load(const cJSON *object, model_recipe *recipe) {
   const cJSON *group = cJSON_GetObjectItemCaseSensitive(load, "group");
   const cJSON *direction = cJSON_GetObjectItemCaseSensitive(load, "direction");
   snprintf(recipe->load_group, sizeof recipe->load_group, "load");
+
+  // each key may be left out, but must be well formed where it stands
   if (group != NULL && !take_text(group, recipe->load_group))
     return false;
   if (cJSON_GetObjectItemCaseSensitive(load, "force") != NULL &&
       !take_number(load, "force", &recipe->load_force))
     return false;
+
+  // the direction is three finite numbers
   for (int axis = 0; direction != NULL && axis < 3; axis++) {
     const cJSON *item = cJSON_GetArrayItem(direction, axis);
     if (!cJSON_IsNumber(item) || !isfinite(item->valuedouble))
@@ -146,9 +153,13 @@ static thrum_status read_recipe(const char *folder, model_recipe *recipe, thrum_
   snprintf(path, sizeof path, "%s/%s.json", folder, recipe->name);
   void *text = NULL;
   size_t size = 0;
+
+  // the file is parsed from memory, without a copy of its texts
   const thrum_status status = thrum_file_read(path, &text, &size, error);
   if (status < 0)
     return status;
+
+  // the first fault names the file; the texts are copied, so the object can go
   cJSON *object = cJSON_ParseWithLength(text, size);
   const char *wrong = object == NULL ? "it is no JSON" : take_recipe(object, folder, recipe);
   cJSON_Delete(object);
@@ -161,17 +172,22 @@ static thrum_status read_recipe(const char *folder, model_recipe *recipe, thrum_
 thrum_status model_recipe_find(const char *text, model_recipe *recipe, thrum_error *error) {
   char folder[NAMED_MODEL_PATH_MAX];
   model_recipe found = {0};
+
   // a file of that name comes first; a folder is no model, and may well be of an earlier run
   const bool file = access(text, F_OK) == 0 && !is_folder(text);
   for (int n = 0; n < MODEL_NAME_COUNT; n++) {
     if (strcmp(text, model_names[n]) == 0 && !file)
       found.name = model_names[n];
   }
+
+  // any other text is the caller's to understand
   found.found = found.name != NULL;
   if (!found.found) {
     *recipe = found;
     return THRUM_OK;
   }
+
+  // the caller's recipe changes only when all of it could be read
   thrum_status status = find_folder(text, folder, error);
   if (status < 0)
     return status;
@@ -183,6 +199,8 @@ thrum_status model_recipe_find(const char *text, model_recipe *recipe, thrum_err
 
 void model_recipe_apply(const model_recipe *recipe, precompute_request *request) {
   thrum_material *material = &request->material;
+
+  // values of the user's go before the recipe's
   request->mesh_name = recipe->mesh;
   if (isnan(material->young))
     material->young = recipe->material.young;
@@ -190,11 +208,13 @@ void model_recipe_apply(const model_recipe *recipe, precompute_request *request)
     material->poisson = recipe->material.poisson;
   if (isnan(material->density))
     material->density = recipe->material.density;
+
   // a fixed set of the user's own replaces the recipe's
   if (request->fix_count == 0) {
     for (int64_t n = 0; n < recipe->fix_count; n++)
       request->fixes[request->fix_count++] = recipe->fixes[n];
   }
+
   if (!request->modes_given)
     request->options.modes = recipe->modes;
   // other modes want another rank
@@ -218,14 +238,19 @@ static thrum_status hash_recipe(const model_recipe *recipe, uint64_t *hash, thru
   const thrum_status status = thrum_file_read(recipe->mesh, &mesh, &size, error);
   if (status < 0)
     return status;
+
+  // the mesh by its bytes, not by its name or date
   uint64_t value = named_model_hash(0, mesh, size);
   free(mesh);
+
+  // versions and the compiler, because other code may round differently
   const int length =
       snprintf(text, sizeof text, "%s|%d.%d|%.120s|%.60s|%.17g|%.17g|%.17g|%" PRId64 "|%" PRId64,
                thrum_version(), THRUM_MODEL_FORMAT_MAJOR, THRUM_MODEL_FORMAT_MINOR,
                thrum_build_compiler(), thrum_build_blas_core(), recipe->material.young,
                recipe->material.poisson, recipe->material.density, recipe->modes, recipe->rank);
   value = named_model_hash(value, text, (size_t)length);
+
   for (int64_t n = 0; n < recipe->fix_count; n++)
     value = named_model_hash(value, recipe->fixes[n], strlen(recipe->fixes[n]) + 1);
   *hash = value;
@@ -249,15 +274,19 @@ static bool make_folders(char *path) {
 thrum_status named_model_cache_folder(char path[NAMED_MODEL_PATH_MAX], thrum_error *error) {
   const char *cache = getenv("XDG_CACHE_HOME"), *home = getenv("HOME");
   int length = -1;
+
   // the specification of XDG wants relative paths ignored
   if (cache != NULL && cache[0] == '/') {
     length = snprintf(path, NAMED_MODEL_PATH_MAX, "%s/thrum", cache);
   } else if (home != NULL && home[0] == '/') {
     length = snprintf(path, NAMED_MODEL_PATH_MAX, "%s/.cache/thrum", home);
   }
+
+  // room is left for the name of a file in it
   if (length <= 0 || length >= NAMED_MODEL_PATH_MAX - 64)
     return thrum_error_set(error, THRUM_IO,
                            "there is no folder for the cache: set XDG_CACHE_HOME to a full path");
+
   if (!make_folders(path))
     return thrum_error_set(error, THRUM_IO,
                            "%.200s: cannot be made (%s); set XDG_CACHE_HOME to a folder that can "
@@ -280,6 +309,8 @@ static thrum_status make_cached(const model_recipe *recipe, const char *path, bo
       .reproducible = true,
       .quiet = quiet,
   };
+
+  // the first use takes a while, so the user is told why
   model_recipe_apply(recipe, &request);
   if (!quiet)
     fprintf(stderr, "thrum: precomputing %s, once; kept in %s\n", recipe->name, path);
@@ -295,14 +326,18 @@ static thrum_status load_cached(const model_recipe *recipe, bool quiet, const th
     status = named_model_cache_folder(folder, error);
   if (status < 0)
     return status;
+
+  // the hash in the name makes a file of another build or mesh a different file
   snprintf(path, NAMED_MODEL_PATH_MAX, "%.*s/%s-%016" PRIx64 ".npz", NAMED_MODEL_PATH_MAX - 64,
            folder, recipe->name, hash);
+
   // the reader checks every byte, so a file that was cut short or damaged is made again
   const bool there = access(path, F_OK) == 0;
   if (there && thrum_model_load(path, model, NULL) >= 0)
     return THRUM_OK;
   if (there && !quiet)
     config_warn("%s is damaged and is made again", path);
+
   status = make_cached(recipe, path, quiet, error);
   return status >= 0 ? thrum_model_load(path, model, error) : status;
 }

@@ -19,6 +19,8 @@ static double total_of(const thrum_estimate *estimate) {
 
 static void print_json(const thrum_mesh *mesh, int64_t held, const thrum_estimate *estimate) {
   cJSON *object = cJSON_CreateObject();
+
+  // the verdict and the size of the problem
   cJSON_AddStringToObject(object, "status", estimate->fits ? "fits" : "does not fit");
   json_number(object, "vertices", (double)mesh->vertex_count);
   json_number(object, "tets", (double)mesh->tet_count);
@@ -26,12 +28,18 @@ static void print_json(const thrum_mesh *mesh, int64_t held, const thrum_estimat
   json_number(object, "free_dofs", (double)estimate->free_dofs);
   json_number(object, "factor_nonzeros", (double)estimate->factor_nonzeros);
   json_number(object, "factor_gflop", 1e-9 * estimate->factor_flops);
+
+  // the estimates that the verdict rests on
   json_number(object, "memory_mb", estimate->memory / 1048576);
   json_number(object, "available_mb", estimate->available / 1048576);
+
+  // rough times, stage by stage
   cJSON *seconds = cJSON_AddObjectToObject(object, "seconds");
   for (int stage = 0; stage < THRUM_STAGE_COUNT; stage++)
     json_number(seconds, precompute_stage_labels[stage].name, estimate->seconds[stage]);
   json_number(seconds, "total", total_of(estimate));
+
+  // the times hold for this kernel of the linear algebra
   cJSON_AddStringToObject(object, "blas_core", thrum_build_blas_core());
   json_print(object);
 }

@@ -42,6 +42,8 @@ static thrum_status check_outputs(const precompute_request *request, thrum_error
   const char *const paths[] = {request->output, request->export_modes};
   if (request->output[0] == 0)
     return thrum_error_set(error, THRUM_IO, "-o: the model file needs a name, such as beam.npz");
+
+  // a file that is written must not be the mesh that is read
   for (int n = 0; n < 2 && paths[n]; n++) {
     const thrum_status status = path_check_output(paths[n], error);
     if (status < 0)
@@ -49,6 +51,7 @@ static thrum_status check_outputs(const precompute_request *request, thrum_error
     if (path_same_file(paths[n], request->mesh_name))
       return thrum_error_set(error, THRUM_IO, "%s is the mesh: write to another file", paths[n]);
   }
+
   if (paths[1] && path_same_file(paths[0], paths[1]))
     return thrum_error_set(error, THRUM_IO, "-o and --export-modes name one file, %s", paths[0]);
   return THRUM_OK;
@@ -65,6 +68,8 @@ static thrum_status apply_material(const precompute_request *request, thrum_mesh
                            "--density",
                            request->mesh_name);
   }
+
+  // one material in place of the mesh's own, in every region
   for (int64_t m = 0; m < mesh->region_count; m++) {
     if (!isnan(wanted->young))
       mesh->materials[m].young = wanted->young;
@@ -95,12 +100,15 @@ static thrum_status fix_vertices(const precompute_request *request, const thrum_
   if (request->fix_count == 0 && !request->free)
     config_warn("nothing is fixed, so this is a free body: the model is its elastic part, the six "
                 "rigid modes are kept apart (hold vertices with --fix, such as --fix 'x<0.001')");
+
+  // each SPEC adds to the vertices already held
   for (int64_t n = 0; n < request->fix_count; n++) {
     int64_t count = 0;
     const thrum_status status = thrum_mesh_fix(mesh, request->fixes[n], fixed, &count, error);
     if (status < 0)
       return name_line(request, "fix", request->fix_lines, n, status, error);
   }
+
   *held = 0;
   for (int64_t v = 0; v < mesh->vertex_count; v++)
     *held += fixed[v] != 0;
@@ -127,10 +135,14 @@ static bool is_flagged(const thrum_precomputed *result) {
   for (int64_t n = 0; n < result->mode_count; n++) {
     flagged = flagged || !(result->mode_residual[n] <= RESIDUAL_FLAG);
   }
+
+  // an eigenvalue count that is larger than the list means missed modes
   if (!result->modes_complete)
     config_warn(
         "%lld modes lie below the %lld-th, more than were found: another --modes may find them",
         (long long)(result->shift_count - result->rigid_count), (long long)result->mode_count);
+
+  // the basis must represent at least its lowest linear modes
   const int64_t lacking = result->mode_count > 0
                               ? thrum_basis_lacks(result->mode_omega2, result->mode_count,
                                                   result->model.omega2, result->model.rank)
@@ -143,6 +155,7 @@ static bool is_flagged(const thrum_precomputed *result) {
                 "%.4g Hz; a larger --rank mends that",
                 (long long)lacking + 1, hertz[0], hertz[1]);
   }
+
   if (flagged)
     config_warn("residuals are larger than they should be; see `thrum info`");
   return flagged || !result->modes_complete;
@@ -181,6 +194,8 @@ static thrum_status make_model(const precompute_request *request, const thrum_me
   thrum_precompute_options options = request->options;
   options.progress = show_progress;
   options.progress_context = &progress;
+
+  // an imported basis takes the place of modes and derivatives
   thrum_precomputed result = {0};
   thrum_imported_basis imported = {0};
   thrum_status status = read_imported_basis(request, &imported, error);
@@ -188,19 +203,26 @@ static thrum_status make_model(const precompute_request *request, const thrum_me
   if (status >= 0)
     status = thrum_precompute(mesh, fixed, &options, &result, error);
   thrum_imported_basis_free(&imported);
+
   if (status < 0) {
     config_progress_abandon(&progress);
     return status;
   }
   config_progress_done(&progress);
+
+  // the split at the default step is shown with the other figures
   outcome->result = &result;
   outcome->dt = thrum_default_state_def().dt;
   status = split_at(&result.model, outcome->dt, &outcome->split, error);
+
+  // the model first: the modes are an extra
   const double writing = clock_seconds();
   if (status >= 0)
     status = save_model(request, mesh, &result, error);
   if (status >= 0)
     status = save_modes(request, &result, error);
+
+  // the caller shows the figures while the result is still there
   if (status >= 0) {
     const double now = clock_seconds();
     outcome->seconds_write = now - writing;
@@ -209,6 +231,7 @@ static thrum_status make_model(const precompute_request *request, const thrum_me
     if (show != NULL)
       show(outcome);
   }
+
   thrum_precomputed_free(&result);
   outcome->result = NULL;
   return status;
@@ -241,12 +264,15 @@ thrum_status precompute_make(const precompute_request *request, precompute_show 
                              bool *flagged, thrum_error *error) {
   const double began = clock_seconds();
   thrum_mesh mesh = {0};
+
   // a dry run writes nothing, so it needs no name
   thrum_status status = request->dry_run ? THRUM_OK : check_outputs(request, error);
   if (status >= 0)
     status = thrum_mesh_read(request->mesh_name, request->scale, &mesh, error);
   if (status < 0)
     return status;
+
+  // the request is completed in a copy, the caller's stays as it was given
   mesh_warnings_print(&mesh, path_basename(request->mesh_name));
   thrum_handle *handles = calloc((size_t)request->handle_count + 1, sizeof *handles);
   precompute_request found = *request;
@@ -254,6 +280,8 @@ thrum_status precompute_make(const precompute_request *request, precompute_show 
   found.options.handle_count = request->handle_count;
   found.options.keep_modes = request->export_modes != NULL;
   precompute_outcome outcome = {.request = &found, .mesh = &mesh, .began = began};
+
+  // what the options say about the mesh: material, fixed vertices, handles
   uint8_t *fixed = calloc((size_t)mesh.vertex_count, 1);
   if (fixed == NULL || handles == NULL) {
     status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %lld vertices",
@@ -265,11 +293,14 @@ thrum_status precompute_make(const precompute_request *request, precompute_show 
     status = fix_vertices(request, &mesh, fixed, &outcome.fixed_count, error);
   if (status >= 0)
     status = find_handles(request, &mesh, handles, error);
+
+  // a dry run stops at the estimate
   outcome.seconds_mesh = clock_seconds() - began;
   if (status >= 0 && request->dry_run)
     status = estimate_model(&found, fixed, &outcome, error);
   else if (status >= 0)
     status = make_model(&found, &mesh, fixed, show, &outcome, error);
+
   free(fixed);
   free(handles);
   thrum_mesh_free(&mesh);

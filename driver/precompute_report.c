@@ -58,12 +58,15 @@ static void add_materials(cJSON *meta, const thrum_mesh *mesh) {
 static void add_options(cJSON *meta, const precompute_request *request,
                         const thrum_precomputed *result) {
   cJSON *options = cJSON_AddObjectToObject(meta, "options");
+
+  // the counts are those of the result, which an import or the mesh may have lowered
   json_number(options, "modes", (double)result->mode_count);
   json_number(options, "rank", (double)result->model.rank);
   cJSON_AddStringToObject(options, "mass", mass_name(request->options.mass));
   cJSON_AddStringToObject(options, "precision", request->options.single ? "single" : "double");
   json_number(options, "scale", request->scale);
   json_number(options, "threads", request->options.threads);
+
   // a predicate stays as it is, a file loses its folder
   const char **fixes = malloc(((size_t)request->fix_count + 1) * sizeof *fixes);
   if (fixes == NULL)
@@ -95,12 +98,16 @@ static void add_import(cJSON *object, const precompute_request *request,
     return;
   const thrum_imported_figures *imported = &result->imported;
   const double missing = NAN;
+
+  // meta names files without their folders
   cJSON *import = cJSON_AddObjectToObject(object, "import");
   json_string(import, "basis", path_basename(request->import_basis));
   if (request->import_cubic)
     json_string(import, "cubic", path_basename(request->import_cubic));
   cJSON_AddBoolToObject(import, "basis_changed", imported->changed);
   json_number(import, "orthonormality", imported->orthonormality);
+
+  // the differences exist only where a polynomial came with the basis
   const bool cubic = request->import_cubic != NULL;
   json_number(import, "gradient_defect", cubic ? imported->defect : missing);
   json_number(import, "linear_difference", cubic ? imported->linear_difference : missing);
@@ -114,6 +121,8 @@ static void add_check(cJSON *object, const thrum_precomputed *result) {
   double next = 0, shift = 0;
   thrum_frequencies(&result->next_omega2, 1, &next);
   thrum_frequencies(&result->shift, 1, &shift);
+
+  // below_shift is a count by inertia, which a search alone does not give
   cJSON *check = cJSON_AddObjectToObject(object, "mode_check");
   cJSON_AddStringToObject(check, "method", result->mode_counted ? "inertia" : "search");
   cJSON_AddBoolToObject(check, "complete", result->modes_complete);
@@ -126,28 +135,37 @@ static void add_check(cJSON *object, const thrum_precomputed *result) {
 char *precompute_meta(const precompute_request *request, const thrum_mesh *mesh,
                       const thrum_precomputed *result) {
   cJSON *meta = cJSON_CreateObject();
+
+  // the program that made the model, because another build may round differently
   cJSON_AddStringToObject(meta, "tool", "thrum");
   cJSON_AddStringToObject(meta, "version", thrum_version());
   cJSON_AddStringToObject(meta, "compiler", thrum_build_compiler());
   cJSON_AddStringToObject(meta, "blas_core", thrum_build_blas_core());
   add_units(meta);
+
+  // the mesh, known by its hash
   cJSON *about = cJSON_AddObjectToObject(meta, "mesh");
   json_string(about, "name", path_basename(request->mesh_name));
   add_hash(about, "hash", mesh);
   json_number(about, "vertices", (double)mesh->vertex_count);
   json_number(about, "tets", (double)mesh->tet_count);
   add_materials(meta, mesh);
+
+  // the options and the figures of the result
   add_options(meta, request, result);
   json_number(meta, "mass_kg", result->mass);
   json_number(meta, "volume_m3", result->volume);
   add_frequencies(meta, "frequencies_hz", result->mode_omega2, result->mode_count);
   add_frequencies(meta, "basis_frequencies_hz", result->model.omega2, result->model.rank);
   json_number(meta, "rigid_modes", (double)result->rigid_count);
+
+  // how far the result can be trusted
   add_residuals(meta, result);
   add_check(meta, result);
   add_import(meta, request, result);
   if (!request->reproducible)
     precompute_add_stages(meta, result);
+
   char *text = json_text(meta);
   cJSON_Delete(meta);
   return text;
@@ -172,30 +190,44 @@ void precompute_print_json(const precompute_outcome *outcome) {
   const thrum_precomputed *result = outcome->result;
   const thrum_mesh *mesh = outcome->mesh;
   cJSON *object = cJSON_CreateObject();
+
+  // the verdict and the model that was written
   cJSON_AddStringToObject(object, "status", outcome->flagged ? "flagged" : "done");
   json_string(object, "model", outcome->request->output);
   cJSON_AddStringToObject(object, "version", thrum_version());
+
+  // the mesh as it was used
   add_hash(object, "mesh_hash", mesh);
   json_number(object, "vertices", (double)mesh->vertex_count);
   json_number(object, "tets", (double)mesh->tet_count);
   json_number(object, "fixed", (double)outcome->fixed_count);
   json_number(object, "flipped_tets", (double)mesh->flipped_tets);
   json_number(object, "dropped_vertices", (double)mesh->dropped_vertices);
+
+  // size of the eigenproblem and properties of the body
   json_number(object, "free_dofs", (double)result->free_dofs);
   json_number(object, "factor_nonzeros", (double)result->factor_nonzeros);
   json_number(object, "mass_kg", result->mass);
   json_number(object, "volume_m3", result->volume);
+
+  // the basis and its frequencies
   json_number(object, "rank", (double)result->model.rank);
   json_number(object, "modes", (double)result->mode_count);
   add_frequencies(object, "frequencies_hz", result->mode_omega2, result->mode_count);
   add_frequencies(object, "basis_frequencies_hz", result->model.omega2, result->model.rank);
+
+  // how imexv would split it at the default step
   json_number(object, "dt", outcome->dt);
   json_number(object, "explicit_modes", (double)outcome->split.explicit_modes);
   json_number(object, "implicit_modes", (double)outcome->split.implicit_modes);
   json_number(object, "rigid_modes", (double)result->rigid_count);
+
+  // how far the result can be trusted
   add_residuals(object, result);
   add_check(object, result);
   add_import(object, outcome->request, result);
+
+  // the cost
   json_number(object, "threads", outcome->request->options.threads);
   cJSON_AddStringToObject(object, "blas_core", thrum_build_blas_core());
   add_seconds(object, outcome);
@@ -233,12 +265,15 @@ static void print_check(const thrum_precomputed *result) {
   double hertz[2];
   thrum_frequencies(&result->next_omega2, 1, hertz);
   thrum_frequencies(&result->shift, 1, hertz + 1);
+
+  // an inertia count is a proof, a search is strong evidence
   printf("%-18s", "none missed");
   if (result->mode_counted)
     printf("%s by inertia: %" PRId64 " modes below %.5g Hz, ",
            result->modes_complete ? "yes" : "NO", result->shift_count, hertz[1]);
   else
     printf("yes by search, ");
+
   printf("next %.5g Hz", hertz[0]);
   if (result->modes_recovered > 0)
     printf(" (%" PRId64 " missed at first)", result->modes_recovered);
@@ -248,29 +283,41 @@ static void print_check(const thrum_precomputed *result) {
 void precompute_print_table(const precompute_outcome *outcome) {
   const thrum_precomputed *result = outcome->result;
   double worst = 0;
+
+  // one number stands for the residuals of all modes
   for (int64_t n = 0; n < result->mode_count; n++) {
     if (result->mode_residual[n] > worst)
       worst = result->mode_residual[n];
   }
+
+  // the file, the mesh and the body
   printf("%-18s%s\n", "model", outcome->request->output);
   printf("%-18s%" PRId64 " vertices (%" PRId64 " held), %" PRId64 " tetrahedra\n", "mesh",
          outcome->mesh->vertex_count, outcome->fixed_count, outcome->mesh->tet_count);
   printf("%-18s%.6g kg, %.6g m^3\n", "body", result->mass, result->volume);
+
+  // where the basis comes from
   printf("%-18srank %" PRId64, "basis", result->model.rank);
   if (result->mode_count > 0)
     printf(" from %" PRId64 " linear modes", result->mode_count);
   if (outcome->request->handle_count > 0)
     printf(" and %" PRId64 " handles", outcome->request->handle_count);
   puts("");
+
+  // a free body keeps its rigid modes apart from the elastic ones
   if (result->rigid_count > 0)
     printf("%-18s%" PRId64 " kept apart, |K z| / (|K| |z|) at most %.1e\n", "rigid modes",
            result->rigid_count, result->rigid_residual);
+
+  // an imported basis has no linear modes of its own
   if (result->mode_count > 0) {
     print_frequencies("linear modes", result->mode_omega2, result->mode_count);
     print_check(result);
   } else {
     print_import(result, outcome->request->import_cubic != NULL);
   }
+
+  // what the model is good for: its split and its residuals
   print_frequencies("basis", result->model.omega2, result->model.rank);
   printf("%-18s%" PRId64 " explicit, %" PRId64 " implicit at dt = %g s\n", "split",
          outcome->split.explicit_modes, outcome->split.implicit_modes, outcome->dt);
@@ -279,6 +326,7 @@ void precompute_print_table(const precompute_outcome *outcome) {
   if (outcome->request->options.single)
     printf("%-18ssingle, force wrong by %.1e of itself at most, of 16 samples\n", "precision",
            result->single_error);
+
   printf("%-18s%.2f s, peak %.0f MB\n", "took", outcome->seconds_total, clock_peak_mb());
   precompute_print_stages(result);
 }

@@ -22,10 +22,13 @@ static thrum_status allocate(int64_t vertices, int64_t triangles, int64_t rank, 
                              thrum_error *error) {
   const size_t count = (size_t)vertices, corners = 3 * (size_t)triangles;
   render_mesh made = {.rank = rank, .vertex_count = vertices, .triangle_count = triangles};
+
+  // a byte more than needed, because malloc(0) may return NULL
   made.positions = malloc(3 * count * sizeof *made.positions + 1);
   made.basis = calloc(3 * count + 1, (size_t)rank * sizeof *made.basis);
   made.fixed = calloc(count + 1, sizeof *made.fixed);
   made.triangles = malloc(corners * sizeof *made.triangles + 1);
+
   if (made.positions && made.basis && made.fixed && made.triangles) {
     *shown = made;
     return THRUM_OK;
@@ -40,6 +43,8 @@ static thrum_status make_skin(const thrum_model *model, render_mesh *shown, thru
   thrum_status status = display_surface_make(model, &skin, error);
   if (status >= 0)
     status = allocate(skin.vertex_count, skin.triangle_count, rank, shown, error);
+
+  // rows of the basis are copied in single precision, which drawing needs
   for (int64_t v = 0; v < skin.vertex_count && status >= 0; v++) {
     const int64_t from = skin.vertices[v];
     memcpy(shown->positions + 3 * v, model->vertices + 3 * from, 3 * sizeof *shown->positions);
@@ -47,9 +52,11 @@ static thrum_status make_skin(const thrum_model *model, render_mesh *shown, thru
       shown->basis[3 * v * rank + n] = (float)model->basis[3 * from * rank + n];
     shown->fixed[v] = model->fixed != NULL ? model->fixed[from] : 0;
   }
+
   if (status >= 0)
     memcpy(shown->triangles, skin.triangles,
            3 * (size_t)skin.triangle_count * sizeof *skin.triangles);
+
   display_surface_free(&skin);
   return status;
 }
@@ -68,12 +75,17 @@ static thrum_status take_embedding(const thrum_model *model, const thrum_embeddi
                                    const char *path, render_mesh *shown, thrum_error *error) {
   thrum_error reason = {0};
   thrum_status status = thrum_embedding_fits(e, model, &reason);
+
+  // an embedding in another mesh may have the same rank, so its tetrahedra are checked too
   for (int64_t v = 0; v < e->vertex_count && status >= 0; v++)
     if (e->rank != model->rank || e->tet[v] >= model->tet_count)
       status = thrum_error_set(&reason, THRUM_BAD_VALUE,
                                "the surface is embedded in another model: embed it again");
+
   if (status < 0)
     return thrum_error_set(error, status, "%.150s: %s", path, reason.message);
+
+  // rest positions, basis and triangles are in the file; held vertices come from the mesh
   status = allocate(e->vertex_count, e->triangle_count, e->rank, shown, error);
   if (status < 0)
     return status;
@@ -93,6 +105,8 @@ thrum_status render_mesh_make(const thrum_model *model, const char *surface, ren
                            "the model has no mesh or no basis, so it has no surface");
   if (surface == NULL)
     return make_skin(model, shown, error);
+
+  // a plain surface is embedded on the way
   thrum_status status;
   if (thrum_surface_mesh_is_named(surface)) {
     thrum_embed embed = {0};
@@ -104,6 +118,7 @@ thrum_status render_mesh_make(const thrum_model *model, const char *surface, ren
     thrum_embed_free(&embed);
     return status;
   }
+
   const thrum_embedding *loaded = NULL;
   status = thrum_embedding_load(surface, &loaded, error);
   if (status >= 0)

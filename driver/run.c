@@ -161,14 +161,18 @@ const char *driver_run_status(const driver_run *run) {
 }
 
 void driver_run_warn(const driver_run *run) {
+  // why the run ended early comes first
   if (run->stop.message[0] != 0)
     config_warn("%s", run->stop.message);
   for (int32_t n = 0; n < run->body_count; n++) {
     const driver_body *body = &run->bodies[n];
     const simulate_figures *figures = &body->figures;
+
+    // in a scene each message names its body
     char who[128] = "";
     if (body->name != NULL)
       snprintf(who, sizeof who, "body '%.100s': ", body->name);
+
     if (figures->fallback_steps > 0)
       config_warn("%s%" PRId64 " steps needed a fallback beyond quasi-Newton", who,
                   figures->fallback_steps);

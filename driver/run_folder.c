@@ -42,11 +42,14 @@ bool run_folder_holds(const char *path, const char *mark) {
   join(file, path, mark);
   if (thrum_file_read(file, &text, &size, NULL) < 0)
     return false;
+
+  // the program and the command in the file mark it as a run
   cJSON *object = cJSON_ParseWithLength(text, size);
   const cJSON *program = cJSON_GetObjectItemCaseSensitive(object, "program");
   const cJSON *command = cJSON_GetObjectItemCaseSensitive(object, "command");
   const bool ours = cJSON_IsString(program) && strcmp(program->valuestring, "thrum") == 0 &&
                     cJSON_IsString(command) && strcmp(command->valuestring, "simulate") == 0;
+
   cJSON_Delete(object);
   free(text);
   return ours;
@@ -73,6 +76,8 @@ static thrum_status look_at(run_folder *folder, const char *mark, thrum_error *e
   struct stat status;
   const char *path = folder->path;
   folder->existed = stat(path, &status) == 0;
+
+  // a link to nothing cannot become a folder
   if (!folder->existed) {
     if (errno != ENOENT || lstat(path, &status) == 0) {
       return thrum_error_set(error, THRUM_IO, "%.300s: cannot be used as the run's folder (%s)",
@@ -80,6 +85,8 @@ static thrum_status look_at(run_folder *folder, const char *mark, thrum_error *e
     }
     return THRUM_OK;
   }
+
+  // only an empty folder or an earlier run may be replaced
   if (!S_ISDIR(status.st_mode)) {
     return thrum_error_set(
         error, THRUM_IO, "%.300s: is a file; -o names the folder that the run is written to", path);
@@ -94,18 +101,23 @@ static thrum_status look_at(run_folder *folder, const char *mark, thrum_error *e
 thrum_status run_folder_open(const char *path, const char *mark, run_folder *folder,
                              thrum_error *error) {
   run_folder opened = {0};
+
+  // slashes at the end are no part of the name
   size_t length = strlen(path);
   while (length > 1 && path[length - 1] == '/')
     length--;
+
   if (length == 0)
     return thrum_error_set(error, THRUM_IO, "-o: the run's folder needs a name");
   if (length >= sizeof opened.path)
     return thrum_error_set(error, THRUM_IO, "-o: the run's folder needs a name below %zu bytes",
                            sizeof opened.path);
+
   memcpy(opened.path, path, length);
   const thrum_status status = look_at(&opened, mark, error);
   if (status < 0)
     return status;
+
   // a killed run may have left its work folder under the same process number: count on
   int made = -1;
   for (int count = 0; made != 0 && count < WORK_TRIES; count++) {
@@ -115,11 +127,13 @@ thrum_status run_folder_open(const char *path, const char *mark, run_folder *fol
     if (made != 0 && errno != EEXIST)
       break;
   }
+
   if (made != 0) {
     const int reason = errno;
     return thrum_error_set(error, THRUM_IO, "%.200s: cannot be created (%s)%s", opened.path,
                            strerror(reason), thrum_file_hint(reason));
   }
+
   *folder = opened;
   return THRUM_OK;
 }
@@ -131,11 +145,15 @@ static bool sweep_frames(const char *from, const char *to) {
   DIR *entries = opendir(source);
   if (entries == NULL)
     return errno == ENOENT || errno == ENOTDIR;
+
+  // the target's own frames folder may be there already
   bool done = true;
   if (to != NULL) {
     join(target, to, RUN_FRAMES);
     done = mkdir(target, 0777) == 0 || errno == EEXIST;
   }
+
+  // only names of frames are touched, so files of the user's stay
   for (const struct dirent *entry = readdir(entries); done && entry != NULL;
        entry = readdir(entries)) {
     if (!is_frame(entry->d_name))
@@ -145,6 +163,8 @@ static bool sweep_frames(const char *from, const char *to) {
       snprintf(moved, sizeof moved, "%.*s/%.255s", RUN_PATH_MAX + 20, target, entry->d_name);
     done = to != NULL ? rename(file, moved) == 0 : unlink(file) == 0;
   }
+
+  // a folder that holds anything else is not removed
   closedir(entries);
   rmdir(source);
   return done;
@@ -154,6 +174,8 @@ static bool sweep_frames(const char *from, const char *to) {
 static bool sweep(const char *from, const char *to) {
   path_text file, moved;
   bool done = sweep_frames(from, to);
+
+  // files that a run did not write are no failure
   for (int n = 0; n < RUN_FILE_COUNT; n++) {
     join(file, from, run_files[n]);
     if (to != NULL)
@@ -177,12 +199,15 @@ bool run_folder_sweep(const char *from, const char *to) {
 
 thrum_status run_folder_commit(run_folder *folder, thrum_error *error) {
   bool done = true;
+
+  // an earlier run is removed just before the new one takes its place
   if (folder->existed) {
     done = run_folder_sweep(folder->path, NULL) && run_folder_sweep(folder->work, folder->path) &&
            rmdir(folder->work) == 0;
   } else {
     done = rename(folder->work, folder->path) == 0;
   }
+
   if (!done) {
     return thrum_error_set(error, THRUM_IO, "%.300s: the run could not be put there (%s)",
                            folder->path, strerror(errno));

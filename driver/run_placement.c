@@ -28,38 +28,50 @@ thrum_status run_placement_read(const char *name, const cJSON *object, run_place
   run_placement read = {.placed = true};
   if (given == NULL)
     return THRUM_OK;
+
+  // a scale of zero or a quaternion of no length would place nothing
   const cJSON *scale = cJSON_GetObjectItemCaseSensitive(given, "scale");
   double length = 0;
   bool good = cJSON_IsNumber(scale) && scale->valuedouble > 0 && isfinite(scale->valuedouble) &&
               take_numbers(given, "position_m", 3, read.position) &&
               take_numbers(given, "rotation_wxyz", 4, read.rotation);
+
   for (int n = 0; n < 4; n++)
     length = hypot(length, read.rotation[n]);
+
+  // the quaternion is made of unit length
   if (!good || !isnormal(length))
     return thrum_error_set(error, THRUM_BAD_FORMAT,
                            "%.300s: placement wants position_m, rotation_wxyz and scale", name);
   for (int n = 0; n < 4; n++)
     read.rotation[n] /= length;
   read.scale = scale->valuedouble;
+
   *place = read;
   return THRUM_OK;
 }
 
 void run_placement_of(const double matrix[16], double row[RUN_PLACEMENT_COLUMNS]) {
   double r[3][3], scale = 0;
+
+  // the columns of the matrix have the scale as their length
   for (int axis = 0; axis < 3; axis++)
     scale = hypot(scale, matrix[axis]);
   for (int n = 0; n < 9; n++)
     r[n % 3][n / 3] = matrix[4 * (n / 3) + n % 3] / scale;
+
   // 4 q q^T of the quaternion q; the column of its largest component is the one to trust
   const double four[4][4] = {
       {1 + r[0][0] + r[1][1] + r[2][2], r[2][1] - r[1][2], r[0][2] - r[2][0], r[1][0] - r[0][1]},
       {r[2][1] - r[1][2], 1 + r[0][0] - r[1][1] - r[2][2], r[1][0] + r[0][1], r[0][2] + r[2][0]},
       {r[0][2] - r[2][0], r[1][0] + r[0][1], 1 - r[0][0] + r[1][1] - r[2][2], r[2][1] + r[1][2]},
       {r[1][0] - r[0][1], r[0][2] + r[2][0], r[2][1] + r[1][2], 1 - r[0][0] - r[1][1] + r[2][2]}};
+
   int most = 0;
   for (int n = 1; n < 4; n++)
     most = four[n][n] > four[most][most] ? n : most;
+
+  // position first, then the quaternion
   memcpy(row, matrix + 12, 3 * sizeof *row);
   for (int n = 0; n < 4; n++)
     row[3 + n] = four[most][n] / (2 * sqrt(four[most][most]));

@@ -53,11 +53,16 @@ static thrum_status read_times(const char *folder, recorded_run *run, thrum_erro
   thrum_status status = thrum_text_open(path, 0, ',', &text, error);
   if (status < 0)
     return status;
+
+  // the times belong to the rows of q, which are counted already
   run->times = malloc((size_t)run->rows * sizeof *run->times + 1);
   if (run->times == NULL)
     status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %s", path);
   int64_t rows = 0;
+
   thrum_text_next_line(&text); // names
+
+  // a time that does not ascend or a row too many means a damaged file
   while (status >= 0 && thrum_text_next_line(&text)) {
     double step = 0, time = 0;
     status = thrum_text_number(&text, "the step", &step, error);
@@ -69,10 +74,12 @@ static thrum_status read_times(const char *folder, recorded_run *run, thrum_erro
     if (status >= 0)
       run->times[rows++] = time;
   }
+
   if (status >= 0 && rows != run->rows)
     status = thrum_error_set(error, THRUM_BAD_VALUE,
                              "%.200s: %" PRId64 " times, but q.npy has %" PRId64 " rows", path,
                              rows, run->rows);
+
   thrum_text_close(&text);
   return status;
 }
@@ -137,10 +144,13 @@ static thrum_status read_q(const char *folder, recorded_run *run, thrum_error *e
   thrum_status status = thrum_npy_read_f8(path, &run->q, &run->rows, &run->rank, error);
   if (status < 0)
     return status;
+
+  // the rank of the model is at least that of the run, which may have stepped fewer coordinates
   if (run->rows < 1 || run->rank < 1 || run->rank > run->model->rank)
     return thrum_error_set(error, THRUM_BAD_SHAPE,
                            "%.200s: %" PRId64 " x %" PRId64 " do not go with a model of rank %d",
                            path, run->rows, run->rank, (int)run->model->rank);
+
   for (int64_t n = 0; n < run->rows * run->rank; n++) {
     if (!isfinite(run->q[n]))
       return thrum_error_set(error, THRUM_BAD_VALUE, "%.200s: row %" PRId64 " is not finite", path,
@@ -155,14 +165,20 @@ thrum_status recorded_run_read(const char *path, const char *model, recorded_run
   cJSON *object = NULL;
   const char *named = NULL, *hash = NULL;
   thrum_status status = read_json(path, &object, &named, &hash, error);
+
+  // the model that run.json names, or another that the caller gives
   if (status >= 0)
     status =
         load_model(path, model != NULL ? model : named, hash, model != NULL, &read.model, error);
+
+  // a body of a scene may be placed, and may move as a whole
   const cJSON *placement = cJSON_GetObjectItemCaseSensitive(object, "placement");
   const bool moves = cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(placement, "free"));
   if (status >= 0)
     status = run_placement_read(path, object, &read.place, error);
   cJSON_Delete(object);
+
+  // the series: coordinates, times and places
   if (status >= 0 && read.model->basis == NULL)
     status = thrum_error_set(error, THRUM_MISSING,
                              "the model has no basis, so nothing can be "
@@ -175,6 +191,7 @@ thrum_status recorded_run_read(const char *path, const char *model, recorded_run
   join(places, path, RUN_PLACEMENTS);
   if (status >= 0 && moves)
     status = run_placements_read(places, read.rows, &read.places, error);
+
   if (status < 0)
     recorded_run_free(&read);
   else
@@ -191,6 +208,8 @@ void recorded_run_thin(recorded_run *run, double rate) {
     const bool due = run->times[n] >= run->times[0] + (double)kept / rate * (1 - 1e-9);
     if (!due && n + 1 < run->rows)
       continue;
+
+    // kept rows move to the front of each series
     run->times[kept] = run->times[n];
     memmove(run->q + kept * run->rank, run->q + n * run->rank, (size_t)run->rank * sizeof *run->q);
     if (run->places != NULL)
@@ -198,5 +217,6 @@ void recorded_run_thin(recorded_run *run, double rate) {
               RUN_PLACEMENT_COLUMNS * sizeof *run->places);
     kept++;
   }
+
   run->rows = kept;
 }

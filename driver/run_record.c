@@ -74,6 +74,7 @@ static thrum_status record_body(driver_run *run, int32_t n, int64_t step, bool r
 thrum_status driver_run_record(driver_run *run, int64_t step, bool row, thrum_error *error) {
   // all are looked at first: a row is of all bodies or of none
   thrum_status status = THRUM_OK;
+
   for (int32_t n = 0; n < run->body_count && status >= 0; n++)
     status = look(run, n, error);
   if (status == THRUM_NOT_FINITE && step > 0) {

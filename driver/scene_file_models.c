@@ -31,15 +31,19 @@ static thrum_status load_file(const scene_spec *spec, bool quiet, scene_loaded *
       .fix_count = body->fix.count, .free = body->free, .material = body->material.material};
   for (int64_t n = 0; n < body->fix.count; n++)
     def.fixes[n] = body->fix.texts[n];
+
+  // the hash ties the files of a run to this model
   thrum_error detail = {0};
   thrum_status status =
       mesh_model_load(body->model, &def, quiet, &item->loaded, &item->file, &detail);
   if (status >= 0)
     status = file_hash(item->file.path, &item->hash, &detail);
+
   if (status < 0)
     return config_record_refuse(&spec->file, &body->settings.at, "model", status, "%s",
                                 detail.message[0] != 0 ? detail.message
                                                        : thrum_status_text(status));
+
   item->owner = item;
   return THRUM_OK;
 }
@@ -62,6 +66,7 @@ static int64_t rank_of(const scene_body_spec *body, const thrum_model *loaded) {
 /* The place of a body's model among those loaded, or a new one. */
 static thrum_status load(const scene_spec *spec, bool quiet, const scene_body_spec *body,
                          scene_models *models, int64_t *place) {
+  // a file is loaded once; bodies of other ranks share what was loaded
   scene_loaded *owner = NULL;
   for (int64_t n = 0; n < models->count; n++) {
     const scene_loaded *item = &models->items[n];
@@ -72,6 +77,8 @@ static thrum_status load(const scene_spec *spec, bool quiet, const scene_body_sp
     if (item->model->rank == rank_of(body, item->loaded))
       return THRUM_OK;
   }
+
+  // a new item, which owns its file or borrows the owner's
   *place = models->count;
   scene_loaded *item = &models->items[models->count++];
   item->first = body;
@@ -84,6 +91,7 @@ static thrum_status load(const scene_spec *spec, bool quiet, const scene_body_sp
   } else {
     status = load_file(spec, quiet, item);
   }
+
   return status >= 0 ? lower(spec, item) : status;
 }
 
@@ -94,6 +102,7 @@ thrum_status scene_models_load(const scene_spec *spec, bool quiet, scene_models 
                            .of_body = calloc(count + 1, sizeof *models->of_body)};
   if (models->items == NULL || models->of_body == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the models of a scene");
+
   thrum_status status = THRUM_OK;
   for (size_t n = 0; n < count && status >= 0; n++)
     status = load(spec, quiet, &scene_bodies(spec)[n], models, &models->of_body[n]);
@@ -107,9 +116,13 @@ thrum_status scene_models_skin(scene_models *models, int64_t body, const scene_l
   *skinned = owner;
   if (owner->corners != NULL)
     return THRUM_OK;
+
+  // made once for each file, when the first body needs it
   const thrum_status status = display_surface_make(owner->loaded, skin, error);
   if (status < 0)
     return status;
+
+  // the scene wants corners as numbers of the mesh's vertices
   owner->corners = malloc(3 * (size_t)skin->triangle_count * sizeof *owner->corners + 1);
   if (owner->corners == NULL) {
     display_surface_free(skin);

@@ -47,10 +47,13 @@ static bool sweep_bodies(const char *from, const char *to) {
   if (entries == NULL)
     return false;
   bool done = true;
+
+  // folders that are no run are the user's
   for (const struct dirent *entry = readdir(entries); done && entry != NULL;
        entry = readdir(entries)) {
     if (entry->d_name[0] == '.')
       continue;
+
     join(old, from, entry->d_name);
     if (!run_folder_holds(old, RUN_JSON))
       continue;
@@ -58,6 +61,7 @@ static bool sweep_bodies(const char *from, const char *to) {
       join(new, to, entry->d_name);
     done = sweep_body(old, to != NULL ? new : NULL);
   }
+
   closedir(entries);
   return done;
 }
@@ -77,17 +81,23 @@ static bool clear(const char *path) {
   join(file, path, SCENE_JSON);
   if (thrum_file_read(file, &text, &size, NULL) < 0)
     return true; // the folder was empty
+
+  // scene.json goes first: without it, what is left is no complete run
   cJSON *object = cJSON_ParseWithLength(text, size);
   const cJSON *bodies = cJSON_GetObjectItemCaseSensitive(object, "bodies"), *item;
   bool done = unlink_in(path, SCENE_JSON);
+
+  // a name with a slash would lead out of the folder
   cJSON_ArrayForEach(item, bodies) {
     const char *name = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(item, "name"));
     if (name == NULL || strchr(name, '/') != NULL || name[0] == '.')
       continue;
+
     join(body, path, name);
     if (done && run_folder_holds(body, RUN_JSON))
       done = sweep_body(body, NULL);
   }
+
   cJSON_Delete(object);
   free(text);
   return done && unlink_in(path, SCENE_PROBES);
