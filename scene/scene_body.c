@@ -46,6 +46,8 @@ thrum_status scene_state_make(const thrum_model *model, const thrum_state_def *d
 static void free_body(thrum_scene *scene, scene_body *body) {
   if (body == NULL)
     return;
+
+  // a body that was made in part has NULL for what it lacks
   scene_model_drop(scene, body->derived);
   thrum_state_destroy(body->state);
   free(body->vectors);
@@ -55,6 +57,7 @@ static void free_body(thrum_scene *scene, scene_body *body) {
   free(body->parts);
   free(body->moments);
   free(body->resultants);
+
   free(body->surface);
   free(body->areas);
   free(body->stretch);
@@ -208,6 +211,8 @@ thrum_status thrum_scene_make(double dt, thrum_scene **scene, thrum_error *error
 void thrum_scene_free(thrum_scene *scene) {
   if (scene == NULL)
     return;
+
+  // bodies go first: they give their models back to the scene
   for (int32_t n = 0; n < scene->body_count; n++)
     free_body(scene, scene->bodies[n]);
 

@@ -140,10 +140,15 @@ thrum_status thrum_scene_set_dt(thrum_scene *scene, double dt, thrum_error *erro
 /* A body at its start, with the counters of a new one. */
 static thrum_status restart(scene_body *body, thrum_error *error) {
   const thrum_model *model = body->derived->model;
+
+  // a fresh state forgets its counters and its solver
   const thrum_status status = thrum_state_init(body->state, thrum_state_bytes(body->state), model,
                                                &body->def, &body->state, error);
+
   body->status = THRUM_OK;
   body->fallback_steps = 0;
+
+  // motion as a whole, touches and energies begin again
   if (body->free)
     scene_free_reset(body);
   if (body->touch != NULL)
@@ -151,6 +156,7 @@ static thrum_status restart(scene_body *body, thrum_error *error) {
   body->work_load = body->work_base = body->dissipated = 0;
   body->q_known = body->p_known = false;
   memcpy(body->before, body->start_q, (size_t)model->rank * sizeof *body->before);
+
   if (status < 0)
     return status;
   return thrum_state_set(model, body->state, body->start_q, body->start_p, error);

@@ -117,12 +117,15 @@ thrum_status scene_touch_make(const thrum_scene *scene, const scene_body *body,
 /* The pulls in use, and their number. */
 static int64_t list_pulls(const scene_body *body, thrum_pull pulls[THRUM_SCENE_PULLS]) {
   const int64_t first = body->touch->count - THRUM_SCENE_PULLS;
+
+  // the last points of the contact are those of the pulls, one a slot
   int64_t count = 0;
   for (int n = 0; n < THRUM_SCENE_PULLS; n++) {
     const scene_pull *pull = &body->pulls[n];
     const int32_t place = (int32_t)(first + n);
     if (!pull->used)
       continue;
+
     thrum_pull *listed = &pulls[count++];
     *listed = (thrum_pull){.vertices = {place, place, place},
                            .weights = {1, 0, 0},

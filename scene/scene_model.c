@@ -103,6 +103,8 @@ void scene_model_drop(thrum_scene *scene, scene_model *model) {
 
 thrum_status scene_make_room(thrum_scene *scene, int32_t bodies, thrum_error *error) {
   size_t needed = 0;
+
+  // models of one body alone are stepped without a batch
   for (const scene_model *model = scene->models; model != NULL; model = model->next) {
     size_t size = 0;
     if (model->users < 2)
@@ -112,6 +114,8 @@ thrum_status scene_make_room(thrum_scene *scene, int32_t bodies, thrum_error *er
       return status;
     needed = size > needed ? size : needed;
   }
+
+  // the largest model decides; a larger workspace replaces the old one
   void *workspace = NULL;
   if (needed > scene->workspace_size) {
     workspace = scene_aligned(needed);
@@ -121,6 +125,8 @@ thrum_status scene_make_room(thrum_scene *scene, int32_t bodies, thrum_error *er
     scene->workspace = workspace;
     scene->workspace_size = needed;
   }
+
+  // lists of the bodies that a step batches, so that no step allocates
   if (!scene_grow(&scene->side, bodies + 1, sizeof *scene->side) ||
       !scene_grow(&scene->side_status, bodies + 1, sizeof *scene->side_status) ||
       !scene_grow(&scene->side_body, bodies + 1, sizeof *scene->side_body))

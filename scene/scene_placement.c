@@ -14,9 +14,13 @@ thrum_status thrum_scene_axes(const double rotation[4], double axes[9], thrum_er
   if (!isnormal(square))
     return thrum_error_set(error, THRUM_BAD_VALUE,
                            "a rotation wants four finite numbers, w, x, y, z, not all zero");
+
+  // the length is divided out, so any multiple of a quaternion is the same rotation
   const double length = sqrt(square);
   const double w = rotation[0] / length, x = rotation[1] / length, y = rotation[2] / length,
                z = rotation[3] / length;
+
+  // columns are the axes of the body in the world
   const double turn[9] = {
       1 - 2 * (y * y + z * z), 2 * (x * y - w * z),     2 * (x * z + w * y),
       2 * (x * y + w * z),     1 - 2 * (x * x + z * z), 2 * (y * z - w * x),

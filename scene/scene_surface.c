@@ -10,12 +10,16 @@
 
 static thrum_status check(const thrum_scene_body_def *def, thrum_error *error) {
   const thrum_model *model = def->model;
+
+  // a body that nothing meets needs no basis
   if (def->triangle_count <= 0 && def->touch_count <= 0)
     return THRUM_OK;
   if (!model->vertices || !model->basis)
     return thrum_error_set(error, THRUM_MISSING,
                            "the model has no basis, so it has no surface: precompute it from a "
                            "mesh");
+
+  // indices are read without a test later
   for (int64_t n = 0; n < 3 * def->triangle_count; n++)
     if (def->triangles[n] < 0 || def->triangles[n] >= model->vertex_count)
       return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
@@ -26,6 +30,7 @@ static thrum_status check(const thrum_scene_body_def *def, thrum_error *error) {
       return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                              "vertex %lld is to touch; the model has %lld",
                              (long long)def->touch[n], (long long)model->vertex_count);
+
   if (!(def->touch_stiffness >= 0) || !isfinite(def->touch_stiffness))
     return thrum_error_set(error, THRUM_BAD_VALUE,
                            "the stiffness of touch is negative or not "

@@ -81,12 +81,16 @@ static scene_flow find_flow(const thrum_scene *scene, const scene_body *body) {
   double spin[3] = {0};
   if (body->free)
     thrum_rigid_frame_velocity(&body->rigid_frame, &body->placement, spin);
+
+  // all velocities in the axes of the body, in which its rows are
   scene_to_body(&body->here, scene->wind, flow.wind);
   scene_to_body(&body->here, body->way.velocity, flow.way);
   scene_to_body(&body->here, spin, flow.spin);
   memcpy(flow.centre, body->rigid_frame.centre, sizeof flow.centre);
   for (int axis = 0; axis < 3; axis++)
     flow.past[axis] = flow.wind[axis] - flow.way[axis];
+
+  // the fastest vertex bounds the rate of the drag
   for (int64_t n = 0; n < body->surface_count; n++) {
     double v[3];
     velocity_of(body, rows_of(body, n), v);

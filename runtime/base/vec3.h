@@ -67,17 +67,21 @@ static inline void thrum_multiply3(const double a[9], const double b[9], double 
 
 /* Solves A x = b by elimination with pivots; false where A is singular. */
 static inline int thrum_solve3(const double a[9], const double b[3], double x[3]) {
+  // the right-hand side is eliminated as a fourth column
   double m[3][4];
   for (int i = 0; i < 3; i++) {
     for (int j = 0; j < 3; j++)
       m[i][j] = a[3 * i + j];
     m[i][3] = b[i];
   }
+
+  // the largest entry of the column as pivot keeps the factors below one
   for (int pivot = 0; pivot < 3; pivot++) {
     int best = pivot;
     for (int i = pivot + 1; i < 3; i++)
       if (m[i][pivot] * m[i][pivot] > m[best][pivot] * m[best][pivot])
         best = i;
+
     for (int j = 0; j < 4; j++) {
       const double swap = m[pivot][j];
       m[pivot][j] = m[best][j];
@@ -85,12 +89,15 @@ static inline int thrum_solve3(const double a[9], const double b[3], double x[3]
     }
     if (m[pivot][pivot] == 0.0)
       return 0;
+
     for (int i = pivot + 1; i < 3; i++) {
       const double factor = m[i][pivot] / m[pivot][pivot];
       for (int j = pivot; j < 4; j++)
         m[i][j] -= factor * m[pivot][j];
     }
   }
+
+  // the triangle that is left gives x from its last row up
   for (int i = 2; i >= 0; i--) {
     double sum = m[i][3];
     for (int j = i + 1; j < 3; j++)

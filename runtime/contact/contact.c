@@ -47,6 +47,7 @@ static size_t bytes_of(const thrum_contact *contact) {
 }
 
 static thrum_status check_counts(const thrum_contact_def *def, thrum_error *error) {
+  // counts beyond 2^31 would overflow the offsets of the arrays
   if (def->vertices && (def->vertex_count < 1 || def->vertex_count > COUNT_MAX))
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "the contact is given %lld vertices; it needs 1 to 2^31",
@@ -55,6 +56,8 @@ static thrum_status check_counts(const thrum_contact_def *def, thrum_error *erro
       def->pull_max > COUNT_MAX || def->sweeps_max < 1)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "touch_max and pull_max must be 0 to 2^31, sweeps_max at least 1");
+
+  // written so that NaN is refused as well
   if (!(def->stiffness >= 0.0 && def->stiffness <= THRUM_CONTACT_STIFFNESS_MAX))
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "the contact's stiffness is %g; it must be 0 to 1e30 [N/m^3]",
@@ -241,14 +244,20 @@ thrum_contact_report thrum_contact_report_get(const thrum_contact *contact) {
   thrum_contact_report report = {0};
   if (!contact)
     return report;
+
+  // counters of all steps
   report.steps = contact->steps;
   report.redone = contact->redone;
   report.declined = contact->declined;
   report.dropped = contact->dropped;
   report.sweeps = contact->sweeps;
+
+  // the last step
   report.touching = (int32_t)contact->touch_count;
   report.depth = contact->depth;
   report.normal = contact->normal;
+
+  // energies since init
   report.stored = contact->stored;
   report.lost = contact->lost;
   report.driven = contact->driven;

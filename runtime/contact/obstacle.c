@@ -46,6 +46,7 @@ static bool orthonormal(const double a[9]) {
 }
 
 static thrum_status check_shape(const thrum_obstacle *o, int64_t index, thrum_error *error) {
+  // only the fields of its own shape count
   switch (o->shape) {
   case THRUM_OBSTACLE_PLANE: {
     const double square = thrum_dot3(o->normal, o->normal);

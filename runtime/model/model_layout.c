@@ -27,6 +27,7 @@ const char *const thrum_size_names[THRUM_SIZE_basis_rows + 1] = {
         "basis_rows"};
 
 static int64_t extent(const int64_t *size, int size_id) {
+  // literal extents have ids of their own, behind the sizes of the model
   switch (size_id) {
   case THRUM_SIZE_basis_rows:
     return 3 * size[THRUM_SIZE_vertex_count];

@@ -57,16 +57,20 @@ thrum_status thrum_layout_check_presence(const thrum_layout *layout, thrum_error
                              THRUM_ARRAY_material, THRUM_ARRAY_fixed};
   static const int groups[] = {THRUM_ARRAY_group_names, THRUM_ARRAY_group_ends,
                                THRUM_ARRAY_group_vertices};
+
   // another version may well lack what this one requires, so the version speaks first
   if (HAS(layout, format)) {
     thrum_status status = check_version(layout, error);
     if (status != THRUM_OK)
       return status;
   }
+
+  // required arrays, and those that make sense only together
   for (int a = 0; a < THRUM_ARRAY_COUNT; a++)
     if (thrum_array_table[a].required && layout->data[a] == NULL)
       return thrum_error_set(error, THRUM_MISSING, "array '%s' is missing",
                              thrum_array_table[a].name);
+
   thrum_status status = check_together(
       layout, mesh, 5, "vertices, tets, tet_region, material and fixed come together", error);
   if (status == THRUM_OK)
@@ -74,6 +78,8 @@ thrum_status thrum_layout_check_presence(const thrum_layout *layout, thrum_error
                             "group_names, group_ends and group_vertices come together", error);
   if (status != THRUM_OK)
     return status;
+
+  // arrays whose rows are vertices
   static const int on_mesh[] = {THRUM_ARRAY_basis, THRUM_ARRAY_group_ends, THRUM_ARRAY_rigid};
   for (int i = 0; i < 3; i++)
     if (layout->data[on_mesh[i]] != NULL && !HAS(layout, vertices))
@@ -114,6 +120,8 @@ static thrum_status check_mesh_sizes(const thrum_layout *layout, thrum_error *er
   static const int sizes[] = {THRUM_SIZE_vertex_count, THRUM_SIZE_tet_count,
                               THRUM_SIZE_region_count};
   static const char *const arrays[] = {"vertices", "tets", "material"};
+
+  // mesh sizes are zero without a mesh and fit an int32 index with one
   for (int i = 0; i < 3; i++) {
     int64_t size = layout->size[sizes[i]];
     if (!HAS(layout, vertices) ? size != 0 : size < 1 || size > INT32_MAX / 3)
@@ -121,6 +129,8 @@ static thrum_status check_mesh_sizes(const thrum_layout *layout, thrum_error *er
           error, THRUM_BAD_SHAPE, "array '%s' %s %" PRId64 " rows; a mesh has 1 to %d, no mesh 0",
           arrays[i], HAS(layout, vertices) ? "has" : "is absent, yet has", size, INT32_MAX / 3);
   }
+
+  // the same of groups and meta
   int64_t groups = SIZE(layout, group_count), members = SIZE(layout, group_vertex_count);
   int64_t text = SIZE(layout, group_name_bytes);
   if (!HAS(layout, group_ends) && (groups != 0 || members != 0 || text != 0))
@@ -234,6 +244,8 @@ static thrum_status check_mesh(const thrum_layout *layout, thrum_error *error) {
 static thrum_status check_group_names(const thrum_layout *layout, thrum_error *error) {
   const unsigned char *text = layout->data[THRUM_ARRAY_group_names];
   int64_t bytes = SIZE(layout, group_name_bytes), names = 0, start = 0;
+
+  // each 0 ends a name; a reader would print other control characters
   for (int64_t i = 0; i < bytes; i++) {
     if (text[i] == 0 && i == start)
       return thrum_error_set(error, THRUM_BAD_VALUE, "array 'group_names' holds an empty name");
@@ -245,6 +257,8 @@ static thrum_status check_group_names(const thrum_layout *layout, thrum_error *e
                              "array 'group_names' holds a control character");
     }
   }
+
+  // text behind the last 0 would be a name without an end
   if (start != bytes || names != SIZE(layout, group_count))
     return thrum_error_set(error, THRUM_BAD_VALUE,
                            "array 'group_names' holds %" PRId64 " names ended by 0, 'group_ends' "
@@ -258,6 +272,8 @@ static thrum_status check_groups(const thrum_layout *layout, thrum_error *error)
   const unsigned char *ends = layout->data[THRUM_ARRAY_group_ends];
   const unsigned char *vertices = layout->data[THRUM_ARRAY_group_vertices];
   int64_t begin = 0, total = SIZE(layout, group_vertex_count);
+
+  // ends ascend, so that each group is a run of its own
   for (int64_t g = 0; g < SIZE(layout, group_count); g++) {
     int64_t end = get_i4(ends, g);
     if (end <= begin || end > total)
@@ -265,18 +281,24 @@ static thrum_status check_groups(const thrum_layout *layout, thrum_error *error)
                              "array 'group_ends' entry %" PRId64 " is %" PRId64 "; above %" PRId64
                              " and at most %" PRId64 " is needed",
                              g, end, begin, total);
+
+    // ascending vertices make a search in a group possible and repeats impossible
     for (int64_t i = begin + 1; i < end; i++)
       if (get_i4(vertices, i) <= get_i4(vertices, i - 1))
         return thrum_error_set(error, THRUM_BAD_VALUE,
                                "array 'group_vertices' is not ascending within a group "
                                "(entry %" PRId64 ")",
                                i);
+
     begin = end;
   }
+
+  // vertices behind the last end would belong to no group
   if (begin != total)
     return thrum_error_set(error, THRUM_BAD_VALUE,
                            "array 'group_ends' ends at %" PRId64 ", 'group_vertices' has %" PRId64,
                            begin, total);
+
   thrum_status status =
       check_indices(layout, THRUM_ARRAY_group_vertices, SIZE(layout, vertex_count), error);
   return status == THRUM_OK ? check_group_names(layout, error) : status;

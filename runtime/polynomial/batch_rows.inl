@@ -70,14 +70,20 @@ INLINE void tile_column(bool single, work_on what, int rows, const tile *t, int6
                         int64_t column, vs *sum) {
   const bool starts = what == WORK_STARTS, sums = what != WORK_ADDS && !starts;
   const bool adds = what != WORK_SUMS;
+
+  // only the operands of the wanted products are loaded
   const vs m_c = sums ? vs_keep(vs_load(t->m + column)) : vs_zero();
   const double *before = what == WORK_OVER ? t->own : t->w;
   vs w_c = adds && !starts ? vs_load(before + column) : vs_zero();
+
+  // the own row's coefficients differ from state to state
   if (what == WORK_OWN) {
     const vs b_c = vs_load(t->own + column);
     sum[rows] = vs_add(sum[rows], vs_mul(b_c, m_c));
     w_c = vs_add(w_c, vs_mul(t->own_x, b_c));
   }
+
+  // the shared coefficients are spread over all states
   for (int r = 0; r < rows; r++) {
     if (sums)
       sum[r] = vs_add(sum[r], vs_mul(packed_one(single, &t->b, at + 8 * r), m_c));
@@ -93,16 +99,22 @@ INLINE void tile_pair(bool single, work_on what, int rows, const tile *t, int64_
   vs low[ROWS + 1], high[ROWS + 1];
   for (int r = 0; r < ROWS + 1; r++)
     low[r] = high[r] = vs_zero();
+
+  // vectors before `plain` give sums alone
   int64_t v = t->begin, at = p + v * t->stride, column = (p + 8 * v) * LANES;
   if (what == WORK_BOTH)
     for (; v < t->plain; v++, at += t->stride, column += 8 * LANES) {
       tile_column(single, WORK_SUMS, rows, t, at, column, low);
       tile_column(single, WORK_SUMS, rows, t, at + 4, column + 4 * LANES, high);
     }
+
+  // the others give what is asked for
   for (; v < t->vectors; v++, at += t->stride, column += 8 * LANES) {
     tile_column(single, what, rows, t, at, column, low);
     tile_column(single, what, rows, t, at + 4, column + 4 * LANES, high);
   }
+
+  // residues p and p + 4 are added first in every kernel
   for (int r = 0; r < ROWS + 1; r++)
     sum[r] = vs_add(low[r], high[r]);
 }
@@ -117,11 +129,17 @@ INLINE void tile_work(bool single, work_on what, int rows, const packed *b, int6
   t.m = k->m;
   t.w = k->w;
   t.own = k->own;
+
+  // the factors of w stay in registers over all columns
   for (int r = 0; r < rows && what != WORK_SUMS; r++)
     t.x[r] = vs_mul(k->scale, vs_load(k->z + (row + r) * LANES));
+
+  // two residues at a time leave registers for all sums
   vs part[4][ROWS + 1];
   for (int64_t p = 0; p < 4; p++)
     tile_pair(single, what, rows, &t, p, part[p]);
+
+// the fixed tree over the residues, as in every kernel
 #define TOTAL(r) vs_add(vs_add(part[0][r], part[2][r]), vs_add(part[1][r], part[3][r]))
   for (int r = 0; r < rows && sums; r++)
     vs_store(k->y + (row + r) * LANES, TOTAL(r));
@@ -135,13 +153,17 @@ INLINE void block_rows(bool single, work_on begins, int64_t most, work_on what,
                        const batch_block *k) {
   int64_t row = k->first, count;
   for (; row < k->rows; row += count) {
+    // rows lie in groups, of which a tile takes some
     const int64_t first = row / THRUM_PACK_ROWS * THRUM_PACK_ROWS;
     const int64_t size = thrum_pack_size(k->all, first);
     const int64_t end = first + size < k->rows ? first + size : k->rows;
     const packed here = packed_at(&k->b, 8 * (first * k->whole + (row - first)));
+
     const bool begin = begins != what && row == k->first;
     const int64_t limit = begin ? most : ROWS;
     count = end - row < limit ? end - row : limit;
+
+    // a constant number of rows lets the compiler unroll the tile
     switch (count) {
 #define X(r)                                                                                       \
   case r + 1:                                                                                      \
@@ -191,8 +213,10 @@ INLINE void list_rows(bool single, int64_t count, const block_row *rows, const d
   const vs last = vs_load(z + (count - 1) * LANES);
   int64_t begin = 0;
   for (int64_t v = 0; v < thrum_pack_vectors(count - 1); v++) {
+    // a block has columns up to its own number alone
     while (thrum_pack_vectors(begin) <= v)
       begin++;
+
     vs sum[8];
     for (int k = 0; k < 8; k++)
       sum[k] = vs_zero();
@@ -202,6 +226,8 @@ INLINE void list_rows(bool single, int64_t count, const block_row *rows, const d
         sum[k] =
             vs_add(sum[k], vs_mul(packed_one(single, &rows[c].b, v * rows[c].stride + k), z_c));
     }
+
+    // one pass stores the list and adds its share to w
     for (int k = 0; k < 8; k++) {
       const int64_t column = (8 * v + k) * LANES;
       const vs l_k = vs_load(l + column);

@@ -6,6 +6,7 @@
 #include "runtime/polynomial/kernel_private.h"
 
 static const thrum_kernel *usable(int32_t id) {
+  // a build has the tables of its own processor alone
   switch (id) {
   case THRUM_KERNEL_REFERENCE:
     return &thrum_kernel_reference;

@@ -16,9 +16,13 @@ PASS double pass_energy(const thrum_model *model, const double *q_given, double 
   double *const *a = t.vectors[0], *q = a[0], *reversed = a[1], *lifted = a[2], *y = a[3],
                 *s = a[4];
   double *unused = a[5];
+
+  // the monomials of all columns, once for all blocks
   spread(n, n, q_given, 1.0, q, reversed, lifted);
   zeros(unused, n);
   column_monomials(false, n, q, lifted, q, lifted, t.columns[0][0]);
+
+  // block c gives y_dc for all d; its sum over d is weighted by q_c last
   const point p = {t.columns[0][0], NULL, NULL, y};
   packed_block b = packed_first(model);
   for (int64_t c = 0; c < n; c++) {
@@ -26,6 +30,7 @@ PASS double pass_energy(const thrum_model *model, const double *q_given, double 
     v8_store(t.lanes + 8 * c, lower_block(n - c, y, 0.0, reversed, v8_zero(), unused));
     packed_next(n, c + 1, &b);
   }
+
   lane_sums(0, n, t.lanes, s);
   return lanes_dot(n, q, s);
 }

@@ -276,9 +276,11 @@ typedef struct pack_scratch {
 
 INLINE pack_scratch pack_cut(int64_t n, double *work) {
   const int64_t vector = thrum_padded(n + 1), columns = thrum_padded(thrum_pack_first(n));
+
   pack_scratch s;
   s.lanes = work;
   work += 8 * vector;
+
   // what a pass at one point needs comes first
   for (int which = 0; which < 2; which++) {
     for (int64_t k = 0; k < THRUM_PACK_VECTORS; k++, work += vector)
@@ -288,6 +290,7 @@ INLINE pack_scratch pack_cut(int64_t n, double *work) {
     s.blocks[which] = work;
     work += 8 * vector;
   }
+
   s.more = work;
   return s;
 }

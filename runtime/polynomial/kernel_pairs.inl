@@ -8,6 +8,8 @@
 /* y = B m. */
 INLINE void pairs_product(const thrum_model *model, const double *m, double *w, double *y) {
   const int64_t n = model->rank, rows = thrum_pairs_rows(n);
+
+  // the upper half of B is read once, for the rows and for the columns
   packed_block b = {.b = {model->packed, NULL},
                     .at = thrum_pairs_at(n),
                     .whole = rows / 8,
@@ -15,6 +17,7 @@ INLINE void pairs_product(const thrum_model *model, const double *m, double *w, 
                     .plain = 1,
                     .all = 8,
                     .rows = 8};
+
   zeros(w, rows);
   for (int64_t k = 0; k < rows; k += 8) {
     const point p = {m + k, m + k, w + k, y + k};
@@ -22,6 +25,8 @@ INLINE void pairs_product(const thrum_model *model, const double *m, double *w, 
     b.at += 64 * b.whole;
     b.vectors = --b.whole;
   }
+
+  // the two halves of the symmetric product
   for (int64_t k = 0; k < rows; k += 8)
     v8_store(y + k, v8_add(v8_load(y + k), v8_load(w + k)));
 }

@@ -208,10 +208,14 @@ INLINE void sweep_rows(int vectors, int64_t stride, int64_t first, int64_t begin
 PASS int64_t pass_sweep(int64_t n, double *matrix, double *work) {
   const int64_t stride = thrum_whole(n);
   const sweep_pair p = sweep_cut(stride, work);
+
+  // a pivot counts as lost where it is small relative to its first value
   for (int64_t i = 0; i < n; i++)
     p.least[i] = THRUM_SMALL_PIVOT * matrix[i * stride + i];
   for (int64_t i = n; i < stride; i++)
     p.raw_k[i] = p.raw_l[i] = 0.0;
+
+  // two pivots at a time halve the passes over the matrix
   for (int64_t k = 0; k < n; k += 2) {
     const int64_t whole = k / 8 * 8 + 8;
     if (!sweep_columns(n, k, whole, matrix, &p))
@@ -219,6 +223,8 @@ PASS int64_t pass_sweep(int64_t n, double *matrix, double *work) {
 #define CALL(vectors) sweep_rows(vectors, stride, first, begin, end, k, &p, matrix)
     SQUARE_ROWS(n, true, CALL)
 #undef CALL
+
+    // the pivots' own rows, which the pass over the others left out
     for (int64_t i = 0; i < whole; i += 8) {
       v8_store(matrix + k * stride + i, v8_load(p.row_k + i));
       v8_store(matrix + (k + 1) * stride + i, v8_load(p.row_l + i));

@@ -192,11 +192,15 @@ thrum_status thrum_monitor_init(void *memory, size_t memory_size, const thrum_mo
   status = thrum_alignment_check("monitor", memory, memory_size, size, error);
   if (status != THRUM_OK)
     return status;
+
+  // gaps between the parts are zero, so equal monitors have equal bytes
   memset(memory, 0, size);
   thrum_monitor made = plan(model, def);
   unsigned char *bytes = memory;
   int32_t *tets = (void *)(bytes + thrum_round_up(sizeof made));
   status = fill_sampled_tets(model, def, &made.sampled_tet_count, tets, error);
+
+  // the sampled tetrahedra's strain is that of stress points
   const thrum_stress_points_def points = {tets, made.sampled_tet_count};
   const thrum_stress_points *stress_points;
   if (status == THRUM_OK)
@@ -204,6 +208,8 @@ thrum_status thrum_monitor_init(void *memory, size_t memory_size, const thrum_mo
                                       &stress_points, error);
   if (status != THRUM_OK)
     return status;
+
+  // the header is written last: a failure leaves no monitor behind
   fill_tips(model, (void *)(bytes + made.tips));
   fill_mass(model, (void *)(bytes + made.mass));
   made.unit = SAMPLED * thrum_box3_diagonal(model->vertices, model->vertex_count);
@@ -228,10 +234,12 @@ static double least_stretch(const thrum_monitor *monitor, const double *q, int64
     double g[3][3], strain[6];
     thrum_stress_points_strain(stress_points, n, q, g, strain);
     const double ratio = thrum_tet_volume_ratio(g);
+
     // most tets are so little strained that they cannot be the least
     if (ratio > 0 && thrum_tet_stretch_bound(strain) > least)
       continue;
     const double stretch = thrum_tet_least_stretch(strain, ratio);
+
     // an overflow, which is no number, counts as the worst
     if (!(stretch >= least)) {
       least = isnan(stretch) ? -INFINITY : stretch;
@@ -267,10 +275,14 @@ thrum_status thrum_monitor_look(const thrum_monitor *monitor, const double *q,
   for (int64_t i = 0; i < monitor->rank; i++)
     if (!isfinite(q[i]))
       return thrum_error_set(error, THRUM_BAD_VALUE, "entry %lld of q is not finite", (long long)i);
+
+  // the look itself
   int64_t place = 0;
   record->stretch = least_stretch(monitor, q, &place);
   record->reach = reach_of(monitor, q);
   record->looks++;
+
+  // extremes over all looks
   if (record->stretch < record->stretch_least) {
     const int32_t *tets;
     thrum_monitor_sampled_tets(monitor, &tets);
@@ -278,6 +290,8 @@ thrum_status thrum_monitor_look(const thrum_monitor *monitor, const double *q,
     record->stretch_tet = tets[place];
   }
   record->reach_most = fmax(record->reach_most, record->reach);
+
+  // the bit of the load stays: this look says nothing about it
   const thrum_monitor_def *def = &monitor->def;
   record->warnings_now = (record->warnings_now & THRUM_WARNING_LOAD) |
                          (record->stretch < def->stretch_least ? THRUM_WARNING_COMPRESSED : 0) |
@@ -312,6 +326,8 @@ thrum_status thrum_monitor_look_at_load(const thrum_monitor *monitor, const thru
       model->vertex_count != monitor->vertex_count || !model->basis)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "forces is NULL, or the monitor belongs to another model");
+
+  // the square of the load in the norm of M^-1, over the components that may move
   const double *mass = at(monitor, monitor->mass);
   double whole = 0;
   for (int64_t c = 0; c < 3 * model->vertex_count; c++) {
@@ -322,10 +338,13 @@ thrum_status thrum_monitor_look_at_load(const thrum_monitor *monitor, const thru
     if (mass[c / 3] > 0 && !(model->fixed[c / 3] >> (c % 3) & 1))
       whole += forces[c] * forces[c] / mass[c / 3];
   }
+
+  // U and Z are orthonormal in M, so their shares are sums of squares
   const double rigid = model->rigid ? product_square(model, model->rigid, RIGID, forces) : 0;
   const double rest = whole - rigid;
   const double felt = product_square(model, model->basis, model->rank, forces);
   record->load_share = rest > NOTHING * whole ? sqrt(fmax(0, 1 - felt / rest)) : 0;
+
   const uint32_t bit = record->load_share > monitor->def.load_share_most ? THRUM_WARNING_LOAD : 0;
   record->warnings_now = (record->warnings_now & ~(uint32_t)THRUM_WARNING_LOAD) | bit;
   record->warnings |= bit;

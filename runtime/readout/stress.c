@@ -79,12 +79,15 @@ bool thrum_stress_points_shape(const thrum_model *model, int64_t tet, double sha
     for (int i = 0; i < 3; i++)
       e[a][i] = model->vertices[3 * (int64_t)corner[a + 1] + i] -
                 model->vertices[3 * (int64_t)corner[0] + i];
+
   // the rows of the inverse of the edges' matrix are cross products over six volumes
   for (int a = 0; a < 3; a++) {
     const double *b = e[(a + 1) % 3], *c = e[(a + 2) % 3];
     for (int i = 0; i < 3; i++)
       shape[3 * a + i] = b[(i + 1) % 3] * c[(i + 2) % 3] - b[(i + 2) % 3] * c[(i + 1) % 3];
   }
+
+  // a flat tetrahedron has no inverse
   const double six = e[0][0] * shape[0] + e[0][1] * shape[1] + e[0][2] * shape[2];
   for (int n = 0; n < 9; n++) {
     shape[n] /= six;

@@ -222,6 +222,8 @@ thrum_status thrum_surface_positions(const thrum_surface *surface, thrum_surface
     status = check_output(surface, q, first, count, out, stride, error);
   if (status != THRUM_OK || count == 0)
     return status;
+
+  // q is rounded once, so that all machines multiply the same numbers
   const int64_t rank = surface->rank, end = first + count;
   const float *rest = at(surface, rest_offset());
   const float *rows = at(surface, rows_offset(surface->vertex_count));
@@ -236,6 +238,8 @@ thrum_status thrum_surface_positions(const thrum_surface *surface, thrum_surface
     if (output == THRUM_SURFACE_POSITIONS)
       for (int s = 0; s < THRUM_SURFACE_LANES; s++)
         position[s] += rest[block * THRUM_SURFACE_LANES + s];
+
+    // a range may begin and end within a block
     const int64_t base = block * THRUM_SURFACE_BLOCK;
     const int64_t from = base < first ? first - base : 0;
     const int64_t to = end - base < THRUM_SURFACE_BLOCK ? end - base : THRUM_SURFACE_BLOCK;

@@ -71,10 +71,13 @@ static void rotate(double a[3][3], int p, int q) {
   if (a[p][q] == 0)
     return;
   const double theta = (a[q][q] - a[p][p]) / (2 * a[p][q]);
+
   // where theta squared overflows the rotation is by nearly nothing
   const double t = fabs(theta) > 1e150
                        ? 0.5 / theta
                        : (theta >= 0 ? 1 : -1) / (fabs(theta) + sqrt(theta * theta + 1));
+
+  // the third row and column mix by the same rotation
   const double c = 1 / sqrt(t * t + 1), s = t * c;
   const double pr = a[p][r], qr = a[q][r];
   a[p][p] -= t * a[p][q];
@@ -90,11 +93,15 @@ double thrum_tet_least_stretch(const double strain[6], double ratio) {
     sum += fabs(strain[c]);
   if (!isfinite(sum))
     return NAN;
+
+  // a convergence test needs the size of the entries
   for (int i = 0; i < 3; i++)
     for (int j = 0; j < 3; j++) {
       a[i][j] = strain[place[i][j]];
       size = fmax(size, fabs(a[i][j]));
     }
+
+  // cyclic Jacobi converges quadratically, so few sweeps suffice
   for (int sweep = 0; sweep < SWEEPS; sweep++) {
     if (fabs(a[0][1]) + fabs(a[0][2]) + fabs(a[1][2]) <= 1e-17 * size)
       break;
@@ -102,6 +109,8 @@ double thrum_tet_least_stretch(const double strain[6], double ratio) {
     rotate(a, 0, 2);
     rotate(a, 1, 2);
   }
+
+  // the stretch squared is 1 + 2 e; the sign tells an inverted tetrahedron
   const double square = 1 + 2 * fmin(a[0][0], fmin(a[1][1], a[2][2]));
   // of a flat tet rounding may make the square negative
   const double stretch = square > 0 ? sqrt(square) : 0;

@@ -89,12 +89,15 @@ static thrum_status check_def(const thrum_equilibrium_def *def, thrum_error *err
   if (!def || def->cookie != DEF_COOKIE)
     return thrum_error_set(error, THRUM_UNINITIALISED_DEF,
                            "the def was not made by thrum_default_equilibrium_def");
+
+  // written so that NaN is refused as well
   if (!(def->factor > 0.0) || !isfinite(def->factor))
     return refuse(error, "factor", def->factor, "finite and > 0");
   if (!(def->first_step > 0.0 && def->first_step <= 1.0))
     return refuse(error, "first_step", def->first_step, "in (0, 1]");
   if (!(def->tolerance > 0.0 && def->tolerance <= 1e-2))
     return refuse(error, "tolerance", def->tolerance, "in (0, 0.01]");
+
   if (def->steps_max < 1)
     return refuse(error, "steps_max", def->steps_max, ">= 1");
   if (def->iterations_max < 1)
