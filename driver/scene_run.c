@@ -17,6 +17,8 @@ static thrum_status report(scene_run *run, double began, thrum_error *error) {
   char path[RUN_PATH_MAX + 80];
   run->seconds_total = clock_seconds() - began;
   run->seconds_output = clock_seconds() - run->run.began - run->run.seconds_step;
+
+  // scene.json is the last file: it says that the rest is whole
   cJSON *object = scene_run_json(run);
   char *text = json_text(object);
   snprintf(path, sizeof path, "%.*s/" SCENE_JSON, RUN_PATH_MAX, run->folder.work);
@@ -24,12 +26,16 @@ static thrum_status report(scene_run *run, double began, thrum_error *error) {
       text != NULL ? thrum_file_write_atomic(path, text, strlen(text), error)
                    : thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for " SCENE_JSON);
   free(text);
+
   if (status >= 0)
     status = scene_folder_commit(&run->folder, error);
+
+  // the object is shown where JSON was asked for, the table otherwise
   if (status >= 0 && run->request->json) {
     json_print(object);
     return status;
   }
+
   cJSON_Delete(object);
   if (status >= 0)
     scene_run_table(run);
@@ -37,10 +43,12 @@ static thrum_status report(scene_run *run, double began, thrum_error *error) {
 }
 
 static thrum_status count_steps(scene_run *run) {
+  // the command line goes before the scene file
   if (run->request->time > 0)
     run->spec.time = run->request->time;
   run->dt = run->request->dt > 0 ? run->request->dt : run->spec.settings.def.dt;
   run->steps = simulate_step_count(run->spec.time, run->dt);
+
   if (run->steps > 0)
     return THRUM_OK;
   return config_record_refuse(&run->spec.file, &run->spec.settings.at, "time", THRUM_BAD_VALUE,

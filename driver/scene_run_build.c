@@ -21,6 +21,8 @@ static thrum_status add_load(scene_run *run, int32_t n, const load_spec *load, t
                                                      : THRUM_SCENE_FORCE,
                             .course = load->course};
   memcpy(given.vector, load->vector, sizeof given.vector);
+
+  // a force acts on the vertices of its target, a traction as a field over the body
   int32_t one = 0;
   double *field = NULL;
   thrum_status status = THRUM_OK;
@@ -37,6 +39,7 @@ static thrum_status add_load(scene_run *run, int32_t n, const load_spec *load, t
       field[c] *= area;
     given.field = field;
   }
+
   if (status >= 0)
     status = thrum_scene_add_load(run->scene, n, &given, error);
   free(field);
@@ -49,14 +52,18 @@ static thrum_status add_loads(scene_run *run, int32_t n) {
   const config_texts *texts = &body->spec->loads;
   simulate_request *request = &body->request;
   for (int64_t l = 0; l < texts->count; l++) {
+    // the engine takes world axes
     thrum_error detail = {0};
     load_spec *load = &request->loads[request->load_count];
     thrum_status status = load_spec_parse(texts->texts[l], load, &detail);
     if (status >= 0)
       status = add_load(run, n, load, &detail);
+
     if (status < 0)
       return config_record_refuse_text(&run->spec.file, &body->spec->settings.at, "loads", texts, l,
                                        "%s", detail.message);
+
+    // what looks at the body's own run takes its axes
     thrum_scene_to_body(body->spec->rotation, load->vector, load->vector, NULL);
     request->load_count++;
   }
@@ -85,6 +92,8 @@ static thrum_status scale_whole(const scene_body_run *body, void **memory,
   *scaled = body->model;
   if (by.length == 1 && by.stiffness == 1 && by.density == 1)
     return THRUM_OK;
+
+  // factors of one leave the model as it is, others take a copy
   size_t size = 0;
   const thrum_status status = thrum_model_scale_size(body->model, &size, error);
   if (status < 0)
@@ -100,16 +109,21 @@ static thrum_status make_start(scene_run *run, scene_body_run *body, double *q, 
   simulate_request *request = &body->request;
   if (texts->count == 0)
     return THRUM_OK;
+
+  // displacements are those of the scaled body
   thrum_error detail = {0};
   void *memory = NULL;
   const thrum_model *scaled = NULL;
   thrum_status status = scale_whole(body, &memory, &scaled, &detail);
+
+  // a load given in world axes is turned into the body's
   for (int64_t n = 0; n < texts->count && status >= 0; n++) {
     start_spec *start = &request->starts[request->start_count++];
     status = start_spec_parse(texts->texts[n], start, &detail);
     if (status >= 0 && start->kind == START_STATIC)
       thrum_scene_to_body(body->spec->rotation, start->load.vector, start->load.vector, NULL);
   }
+
   if (status >= 0)
     status = start_specs_make(scaled, request->starts, request->start_count, q, p, &detail);
   free(memory);
@@ -123,10 +137,13 @@ static thrum_status make_start(scene_run *run, scene_body_run *body, double *q, 
 static thrum_status make_request(scene_run *run, scene_body_run *body, thrum_error *error) {
   const scene_spec *spec = &run->spec;
   simulate_request *request = &body->request;
+
   // what is made of a mesh is named by its file, which others can open
   const scene_loaded *loaded = scene_model_of(&run->models, body - run->bodies);
   const char *path =
       thrum_mesh_is_named(body->spec->model) ? loaded->owner->file.path : body->spec->model;
+
+  // the run of a body is written as if it were simulated alone
   *request = (simulate_request){
       .model_path = path,
       .run_path = body->folder,
@@ -145,6 +162,8 @@ static thrum_status make_request(scene_run *run, scene_body_run *body, thrum_err
       .starts = calloc((size_t)body->spec->start.count + 1, sizeof *request->starts),
       .quiet = true,
   };
+
+  // all bodies share the time step of the scene
   request->def.dt = run->dt;
   return request->loads != NULL && request->starts != NULL ? THRUM_OK : scene_run_no_memory(error);
 }
@@ -169,19 +188,25 @@ static thrum_status name_surface(scene_run *run, int32_t n, thrum_scene_body_def
   const bool none = strcmp(touch, "none") == 0, surface = strcmp(touch, "surface") == 0;
   const bool touches = run->spec.obstacles.count > 0 && !none;
   const scene_loaded *skinned = NULL;
+
   thrum_error detail = {0};
   if (!none && !surface) {
     const thrum_status found = find_touch(run, body, def, one);
     if (found < 0)
       return found;
   }
+
+  // contact and wind both need the surface of the mesh
   if (!touches)
     def->touch_count = 0;
   if (!touches && run->spec.wind.at.node == NULL)
     return THRUM_OK;
+
   const thrum_status status = scene_models_skin(&run->models, n, &skinned, &detail);
   if (status < 0)
     return scene_run_refuse(run, &body->spec->settings.at, "model", status, &detail);
+
+  // by default all vertices of the surface may touch
   def->triangles = skinned->corners;
   def->triangle_count = skinned->skin.triangle_count;
   def->touch_stiffness = body->spec->touch_stiffness;
@@ -201,6 +226,8 @@ static thrum_status add_body(scene_run *run, int32_t n, thrum_error *error) {
   double *start = calloc(2 * rank, sizeof *start);
   if (start == NULL)
     return scene_run_no_memory(error);
+
+  // the file's values, with angles in radians
   thrum_scene_body_def def = thrum_default_scene_body_def();
   def.name = spec->name;
   def.model = body->model;
@@ -217,14 +244,19 @@ static thrum_status add_body(scene_run *run, int32_t n, thrum_error *error) {
   memcpy(def.position, spec->position, sizeof def.position);
   memcpy(def.rotation, spec->rotation, sizeof def.rotation);
   memcpy(def.colour, spec->colour, sizeof def.colour);
+
+  // its state at the start and the part of it that others can touch
   thrum_status status = make_start(run, body, start, start + rank);
   if (status >= 0)
     status = name_surface(run, n, &def, &one);
+
+  // the scene copies what it needs, so the start can go
   if (status >= 0) {
     status = thrum_scene_add_body(run->scene, &def, NULL, &detail);
     if (status < 0)
       scene_run_refuse(run, &spec->settings.at, NULL, status, &detail);
   }
+
   free(start);
   return status;
 }
@@ -235,6 +267,8 @@ static thrum_status make_bodies(scene_run *run, thrum_error *error) {
   for (int32_t n = 0; n < spec->bodies.count && status >= 0; n++) {
     scene_body_run *body = &run->bodies[n];
     const scene_loaded *loaded = scene_model_of(&run->models, n);
+
+    // the record of the body, which names its folder
     body->spec = &scene_bodies(spec)[n];
     body->model = loaded->model;
     run->run.bodies[n].name = body->spec->name;
@@ -243,6 +277,8 @@ static thrum_status make_bodies(scene_run *run, thrum_error *error) {
         .request = &body->request, .model = body->model, .model_hash = loaded->hash};
     snprintf(body->folder, sizeof body->folder, "%.*s/%s", RUN_PATH_MAX, run->request->output,
              body->spec->name);
+
+    // gravity is noted first, so that it leads the list of loads
     status = make_request(run, body, error);
     if (status >= 0)
       note_gravity(run, body);
@@ -260,13 +296,18 @@ thrum_status scene_run_build(scene_run *run, thrum_error *error) {
   run->bodies = calloc((size_t)spec->bodies.count, sizeof *run->bodies);
   if (run->bodies == NULL)
     return scene_run_no_memory(error);
+
+  // models are loaded once for all bodies that share them
   run->run.name = run->request->path;
   thrum_status status = driver_run_open(&run->run, (int32_t)spec->bodies.count, error);
   if (status >= 0)
     status = scene_models_load(spec, run->request->quiet, &run->models, error);
   if (status >= 0)
     status = thrum_scene_make(run->dt, &run->scene, error);
+
+  // what acts on all bodies comes before the bodies
   run->run.stepper = scene_run_stepper(run);
+
   if (status >= 0)
     status = scene_run_base_motions(run, error);
   if (status >= 0 && thrum_scene_set_gravity(run->scene, spec->gravity, &detail) < 0)

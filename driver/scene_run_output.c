@@ -30,6 +30,8 @@ static bool scale_material(scene_body_run *body) {
   body->shown = *model;
   if (model->material == NULL)
     return true;
+
+  // Young's modulus and density are scaled, Poisson's ratio is not
   body->material = malloc(3 * count * sizeof *body->material);
   if (body->material == NULL)
     return false;
@@ -38,6 +40,7 @@ static bool scale_material(scene_body_run *body) {
     body->material[3 * n + 1] = model->material[3 * n + 1];
     body->material[3 * n + 2] = body->spec->density * model->material[3 * n + 2];
   }
+
   body->shown.material = body->material;
   return true;
 }
@@ -83,6 +86,8 @@ static thrum_status open_probes(scene_run *run, thrum_error *error) {
   if (thrum_scene_probe_count(run->scene) == 0)
     return THRUM_OK;
   snprintf(path, sizeof path, "%.*s/" SCENE_PROBES, RUN_PATH_MAX, run->folder.work);
+
+  // six columns for each probe
   errno = 0;
   run->probes = fopen(path, "w");
   bool done = run->probes != NULL && fputs("step,time_s", run->probes) >= 0;
@@ -91,6 +96,7 @@ static thrum_status open_probes(scene_run *run, thrum_error *error) {
     done = fprintf(run->probes, ",%s.x_m,%s.y_m,%s.z_m,%s.vx_m_s,%s.vy_m_s,%s.vz_m_s", p, p, p, p,
                    p, p) > 0;
   }
+
   done = done && fputc('\n', run->probes) != EOF;
   return done ? THRUM_OK : write_failed(run, SCENE_PROBES, error);
 }
@@ -111,11 +117,14 @@ thrum_status scene_run_record_probes(scene_run *run, int64_t step, double time,
     return THRUM_OK;
   errno = 0;
   bool done = fprintf(run->probes, "%" PRId64 ",%.17g", step, time) > 0;
+
+  // position and velocity of each probe
   for (int32_t n = 0; n < thrum_scene_probe_count(run->scene); n++) {
     double x[3], v[3];
     const thrum_status status = thrum_scene_probe(run->scene, n, x, v, error);
     if (status < 0)
       return status;
+
     done = done && fprintf(run->probes, ",%.17g,%.17g,%.17g,%.17g,%.17g,%.17g", x[0], x[1], x[2],
                            v[0], v[1], v[2]) > 0;
   }
@@ -132,9 +141,13 @@ static cJSON *placement_json(const scene_run *run, const scene_body_run *body) {
   cJSON *object = cJSON_CreateObject();
   json_string(object, "scene", run->request->path);
   cJSON_AddStringToObject(object, "name", spec->name);
+
+  // viewers place the body by these
   json_numbers(object, "position_m", spec->position, 3);
   json_numbers(object, "rotation_wxyz", spec->rotation, 4);
   json_number(object, "scale", spec->scale);
+
+  // factors of its material, and whether it moves as a whole
   json_number(object, "stiffness", spec->stiffness);
   json_number(object, "density", spec->density);
   cJSON_AddBoolToObject(object, "free", spec->free);
@@ -148,6 +161,8 @@ static void add_contact(const scene_run *run, const thrum_scene_body_info *info,
     cJSON_AddNullToObject(object, "contact");
     return;
   }
+
+  // forces and depth at the end, then the energy exchanged over the run
   cJSON *report = cJSON_AddObjectToObject(object, "contact");
   json_number(report, "touching", contact->touching);
   json_number(report, "normal_n", contact->normal);
@@ -156,6 +171,8 @@ static void add_contact(const scene_run *run, const thrum_scene_body_info *info,
   json_number(report, "lost_j", contact->lost);
   json_number(report, "driven_j", contact->driven);
   json_number(report, "granted_j", contact->granted);
+
+  // steps that contact made difficult
   json_number(report, "redone_steps", (double)contact->redone);
   json_number(report, "declined_steps", (double)contact->declined);
   json_number(report, "dropped_touches", (double)contact->dropped);
@@ -166,15 +183,20 @@ static thrum_status complete_body(scene_run *run, int32_t n, thrum_error *error)
   const scene_body_run *body = &run->bodies[n];
   driver_body *record = &run->run.bodies[n];
   thrum_scene_body_info info;
+
+  // the plot is drawn from energy.csv, which is closed by now
   char title[256];
   snprintf(title, sizeof title, "%.60s: %s, dt = %g s", body->spec->name,
            thrum_integrator_name(body->request.def.integrator), run->dt);
   if (run->spec.outputs.plots)
     run_output_plot(&record->output, title);
+
+  // run.json comes last: it says that the body's run is whole
   cJSON *object = simulate_report_json(&record->figures, &record->output, &record->measures);
   cJSON_AddItemToObject(object, "placement", placement_json(run, body));
   thrum_scene_body(run->scene, n, &info, NULL);
   add_contact(run, &info, object);
+
   const thrum_status status = run_output_commit(&record->output, object, error);
   cJSON_Delete(object);
   return status;

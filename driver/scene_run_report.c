@@ -18,17 +18,23 @@ static cJSON *body_json(const scene_run *run, int32_t n) {
   const scene_body_run *body = &run->bodies[n];
   const simulate_figures *figures = &run->run.bodies[n].figures;
   cJSON *object = cJSON_CreateObject();
+
+  // which body, and what steps it
   cJSON_AddStringToObject(object, "name", body->spec->name);
   cJSON_AddStringToObject(object, "status", simulate_status_name(figures));
   json_string(object, "model", body->spec->model);
   cJSON_AddStringToObject(object, "integrator",
                           thrum_integrator_name(body->request.def.integrator));
   json_number(object, "rank", (double)body->model->rank);
+
+  // its place and the factors of its material
   json_numbers(object, "position_m", body->spec->position, 3);
   json_numbers(object, "rotation_wxyz", body->spec->rotation, 4);
   json_number(object, "scale", body->spec->scale);
   json_number(object, "stiffness", body->spec->stiffness);
   json_number(object, "density", body->spec->density);
+
+  // its energy and how well the run kept it
   json_number(object, "energy_first_j", figures->first.total);
   json_number(object, "energy_last_j", figures->last.total);
   json_number(object, "energy_max_j", figures->energy_max);
@@ -53,6 +59,8 @@ static cJSON *obstacles_json(const scene_run *run) {
   cJSON *list = cJSON_CreateArray();
   for (int64_t n = 0; n < run->spec.obstacles.count; n++) {
     const scene_obstacle_spec *spec = &scene_obstacles(&run->spec)[n];
+
+    // only the keys of its shape
     cJSON *object = cJSON_CreateObject();
     if (spec->name != NULL)
       json_string(object, "name", spec->name);
@@ -66,6 +74,8 @@ static cJSON *obstacles_json(const scene_run *run) {
       json_numbers(object, "size_m", spec->size, 3);
       json_numbers(object, "rotation_wxyz", spec->rotation, 4);
     }
+
+    // motion and contact are of any shape
     cJSON_AddBoolToObject(object, "inside", spec->inside);
     json_numbers(object, "velocity_m_s", spec->velocity, 3);
     json_number(object, "friction", spec->friction);
@@ -91,24 +101,34 @@ static cJSON *probes_json(const scene_run *run) {
 cJSON *scene_run_json(const scene_run *run) {
   const scene_spec *spec = &run->spec;
   cJSON *object = simulate_report_begin(driver_run_status(&run->run), &run->run.stop);
+
+  // the files
   json_string(object, "scene", run->request->path);
   if (spec->title != NULL)
     json_string(object, "title", spec->title);
   json_string(object, "run", run->request->output);
+
+  // what acts on all bodies
   json_number(object, "dt_s", run->dt);
   json_numbers(object, "gravity_m_s2", spec->gravity, 3);
   cJSON_AddItemToObject(object, "wind", wind_json(&spec->wind));
   json_strings(object, "base_motion", spec->base_motion.texts, spec->base_motion.count);
+
+  // how far the run came and at what cost
   json_number(object, "steps", (double)driver_run_step_count(&run->run));
   json_number(object, "simulated_s", (double)driver_run_step_count(&run->run) * run->dt);
   json_number(object, "us_per_step", per_step(run, 1e6 * run->run.seconds_step));
   json_number(object, "rows", (double)run->run.rows);
   json_number(object, "frames", (double)run->run.frames);
+
+  // bodies, obstacles and probes in the order of the file
   cJSON *bodies = cJSON_AddArrayToObject(object, "bodies");
   for (int32_t n = 0; n < spec->bodies.count; n++)
     cJSON_AddItemToArray(bodies, body_json(run, n));
   cJSON_AddItemToObject(object, "obstacles", obstacles_json(run));
   cJSON_AddItemToObject(object, "probes", probes_json(run));
+
+  // where the time went
   cJSON *seconds = cJSON_AddObjectToObject(object, "seconds");
   json_number(seconds, "read", run->seconds_read);
   json_number(seconds, "step", run->run.seconds_step);
@@ -122,11 +142,15 @@ void scene_run_table(const scene_run *run) {
   const int64_t steps = driver_run_step_count(&run->run);
   if (run->spec.title != NULL)
     printf("scene        %s\n", run->spec.title);
+
+  // the length of the run and the cost of a step
   printf("steps        %" PRId64 " (%g s)", steps,
          (double)driver_run_step_count(&run->run) * run->dt);
   if (steps > 0)
     printf(", %.2f us a step of all bodies", per_step(run, 1e6 * run->run.seconds_step));
   puts("");
+
+  // a line for each body
   printf("%-12s %-8s %5s %12s %12s %12s %s\n", "body", "steps by", "rank", "first J", "last J",
          "peak m", "status");
   for (int64_t n = 0; n < run->spec.bodies.count; n++) {
@@ -136,6 +160,7 @@ void scene_run_table(const scene_run *run) {
            thrum_integrator_name(body->request.def.integrator), (int)body->model->rank,
            figures->first.total, figures->last.total, figures->peak, simulate_status_name(figures));
   }
+
   printf("status       %s\n", driver_run_status(&run->run));
   printf("files        %s/" SCENE_JSON "%s, and a run in each of its folders\n",
          run->request->output, thrum_scene_probe_count(run->scene) > 0 ? ", " SCENE_PROBES : "");

@@ -11,17 +11,22 @@ thrum_status scene_run_base_motions(scene_run *run, thrum_error *error) {
   if (run->base_motions == NULL)
     return scene_run_no_memory(error);
   for (int64_t n = 0; n < texts->count; n++) {
+    // a record is read from its file, a sine is complete as parsed
     base_motion_spec *base_motion = &run->base_motions[n];
     thrum_error detail = {0};
     thrum_status status = base_motion_parse(texts->texts[n], base_motion, &detail);
     if (status >= 0)
       status = base_motion_read(base_motion, &detail);
+
+    // counted as soon as it owns memory, so that closing frees it
     run->base_motion_count += status >= 0;
+
     if (status >= 0)
       status = base_motion->sine
                    ? thrum_scene_add_base_motion(run->scene, base_motion->amplitude,
                                                  &base_motion->course, &detail)
                    : thrum_scene_add_base_motion_record(run->scene, &base_motion->motion, &detail);
+
     if (status < 0)
       return config_record_refuse_text(&run->spec.file, &run->spec.settings.at, "base_motion",
                                        texts, n, "%s", detail.message);
@@ -31,6 +36,8 @@ thrum_status scene_run_base_motions(scene_run *run, thrum_error *error) {
 
 static void place_obstacle(const scene_obstacle_spec *spec, thrum_obstacle *obstacle) {
   *obstacle = thrum_default_obstacle();
+
+  // shape and contact law as in the file
   obstacle->shape = (thrum_obstacle_shape)spec->shape;
   obstacle->inside = spec->inside;
   obstacle->radius = spec->radius;
@@ -38,12 +45,16 @@ static void place_obstacle(const scene_obstacle_spec *spec, thrum_obstacle *obst
   obstacle->damping = spec->damping;
   obstacle->restitution = spec->restitution;
   obstacle->friction = spec->friction;
+
+  // boxes are given by their sides, the engine takes half of each
   for (int row = 0; row < 3; row++) {
     obstacle->centre[row] = spec->centre[row];
     obstacle->normal[row] = spec->normal[row];
     obstacle->velocity[row] = spec->velocity[row];
     obstacle->half[row] = 0.5 * spec->size[row];
   }
+
+  // the rotation as a matrix
   thrum_scene_axes(spec->rotation, obstacle->rotation, NULL);
 }
 
@@ -74,16 +85,20 @@ thrum_status scene_run_probes(scene_run *run) {
   for (int64_t n = 0; n < run->spec.probes.count; n++) {
     const scene_probe_spec *probe = &scene_probes(&run->spec)[n];
     const int32_t body = thrum_scene_find_body(run->scene, probe->body);
+
+    // several vertices are followed by their mean
     const int32_t *vertices = NULL;
     int64_t count = 0;
     int32_t one = 0;
     load_target target;
+
     thrum_error detail = {0};
     thrum_status status = load_target_parse(probe->target, "at", &target, &detail);
     if (status >= 0)
       status = load_target_find(run->bodies[body].model, &target, &vertices, &count, &one, &detail);
     if (status >= 0)
       status = thrum_scene_add_probe(run->scene, probe->name, body, vertices, count, &detail);
+
     if (status < 0)
       return scene_run_refuse(run, &probe->at, "at", status, &detail);
   }

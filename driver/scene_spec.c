@@ -138,6 +138,8 @@ static thrum_status check_obstacle(const scene_spec *spec, const scene_obstacle_
   const config_record *at = &obstacle->at;
   const scene_shape shape = obstacle->shape;
   const double *n = obstacle->normal;
+
+  // keys that a shape needs, and keys of other shapes
   thrum_status status = check_key(spec, at, "normal", shape == SCENE_PLANE, false, "plane");
   if (status >= 0)
     status = check_key(spec, at, "radius", shape == SCENE_SPHERE, true, "sphere");
@@ -147,6 +149,8 @@ static thrum_status check_obstacle(const scene_spec *spec, const scene_obstacle_
     status = check_key(spec, at, "rotation", shape == SCENE_BOX, false, "box");
   if (status >= 0)
     status = check_key(spec, at, "inside", shape != SCENE_PLANE, false, "sphere or box");
+
+  // a normal may have any length but none
   if (status >= 0 && !isnormal(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]))
     status = config_record_refuse(&spec->file, at, "normal", THRUM_BAD_VALUE, "has no length");
   return status;

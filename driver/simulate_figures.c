@@ -60,6 +60,8 @@ void simulate_figures_end(simulate_figures *figures) {
 const char *simulate_status_name(const simulate_figures *figures) {
   if (figures->status == THRUM_OK && figures->energy_grew)
     return "energy_grew";
+
+  // otherwise the last status of the stepper says why the run ended
   switch (figures->status) {
   case THRUM_OK:
     return "done";

@@ -32,6 +32,8 @@ static thrum_status open_stress_points(const thrum_model *model, simulate_measur
   thrum_status status = thrum_stress_points_size(model, &def, &size, &detail);
   if (status < 0)
     return thrum_error_set(error, status, "--stress: %s", detail.message);
+
+  // one point in each tetrahedron
   m->stress_points_memory = allocate(size, error);
   if (m->stress_points_memory == NULL)
     return THRUM_OUT_OF_MEMORY;
@@ -39,6 +41,8 @@ static thrum_status open_stress_points(const thrum_model *model, simulate_measur
                                     error);
   if (status < 0)
     return status;
+
+  // the scratch memory and the stresses share one allocation
   const int64_t work = thrum_stress_points_work_count(m->stress_points);
   m->work = calloc((size_t)(work + model->tet_count), sizeof *m->work);
   if (m->work == NULL)
@@ -70,18 +74,23 @@ static thrum_status look_at_loads(const simulate_request *request, const thrum_m
   thrum_status status = THRUM_OK;
   if (forces == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the loads");
+
+  // a load at its full strength, one at a time
   for (int64_t n = 0; n < request->load_count && status >= 0; n++) {
     const load_spec *load = &request->loads[n];
     if (load->gravity)
       continue;
+
     for (size_t c = 0; c < components; c++)
       forces[c] = 0;
+
     status = load_spec_fill(model, load, forces, error);
     if (status >= 0)
       status = thrum_monitor_look_at_load(m->monitor, model, forces, &m->record, error);
     if (status >= 0)
       m->load_share = fmax(m->load_share, m->record.load_share); // of NaN: the other
   }
+
   free(forces);
   return status;
 }
@@ -90,14 +99,19 @@ thrum_status simulate_measures_open(const simulate_request *request, const thrum
                                     simulate_measures *measures, thrum_error *error) {
   simulate_measures m = {.peak_stress = NAN, .peak_tet = -1, .load_share = NAN};
   thrum_monitor_clear(&m.record);
+
+  // stress needs the material in the model, and refuses a model without it
   thrum_status status = THRUM_OK;
   if (request->stress)
     status = open_stress_points(model, &m, error);
+
+  // the monitor is on by default, so it passes over a model that it cannot look at
   if (status >= 0 && request->monitor && model->tets != NULL && model->basis != NULL) {
     status = open_monitor(model, &m, error);
     if (status >= 0)
       status = look_at_loads(request, model, &m, error);
   }
+
   if (status < 0)
     simulate_measures_close(&m);
   else
@@ -131,6 +145,8 @@ thrum_status simulate_measures_look(simulate_measures *m, const double *q, doubl
     status = look_monitor(m, q, time, error);
   if (status < 0 || m->stress_points == NULL)
     return status;
+
+  // the peak over time and over all tetrahedra
   const thrum_stress_points_output output = {.von_mises = m->von_mises};
   status = thrum_stress_points_read(m->stress_points, q, m->work, &output, error);
   for (int64_t n = 0; status >= 0 && n < thrum_stress_points_count(m->stress_points); n++) {
@@ -171,6 +187,7 @@ static const char *name_of(uint32_t bit) {
 }
 
 void simulate_measures_json(const simulate_measures *m, cJSON *object) {
+  // null says that it was not asked for
   if (m->stress_points == NULL) {
     cJSON_AddNullToObject(object, "stress");
   } else {
@@ -179,15 +196,20 @@ void simulate_measures_json(const simulate_measures *m, cJSON *object) {
     json_number(stress, "peak_tet", m->peak_tet >= 0 ? (double)m->peak_tet + 1 : NAN);
     json_number(stress, "peak_time_s", m->peak_tet >= 0 ? m->peak_time : NAN);
   }
+
   if (m->monitor == NULL) {
     cJSON_AddNullToObject(object, "monitor");
     return;
   }
+
+  // the names of the warnings raised
   cJSON *monitor = cJSON_AddObjectToObject(object, "monitor");
   cJSON *raised = cJSON_AddArrayToObject(monitor, "warnings");
   for (int n = 0; n < WARNING_COUNT; n++)
     if (m->record.warnings & warnings[n])
       cJSON_AddItemToArray(raised, cJSON_CreateString(name_of(warnings[n])));
+
+  // extremes exist once a state has been looked at
   const bool looked = m->record.looks > 0;
   json_number(monitor, "sampled_tets", (double)thrum_monitor_sampled_tets(m->monitor, NULL));
   json_number(monitor, "least_stretch", looked ? m->record.stretch_least : NAN);
@@ -208,6 +230,8 @@ void simulate_measures_table(const simulate_measures *m) {
 
 void simulate_measures_warn(const simulate_measures *m) {
   const thrum_monitor_record *record = &m->record;
+
+  // an inverted element was compressed first, so one message is enough
   if (record->warnings & THRUM_WARNING_INVERTED) {
     config_warn(
         "tetrahedron %d was turned inside out; the first time by %g s. The material allows it "
@@ -219,6 +243,8 @@ void simulate_measures_warn(const simulate_measures *m) {
                 (int)record->stretch_tet + 1, record->stretch_least,
                 m->warned_at[place_of(THRUM_WARNING_COMPRESSED)]);
   }
+
+  // the basis was made for smaller displacements, or cannot represent the load
   if (record->warnings & THRUM_WARNING_REACH)
     config_warn(
         "the body moved %.2g times as far as the tenth of its diagonal that the basis is made "

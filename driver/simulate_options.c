@@ -135,12 +135,16 @@ static int check_full(simulate_request *request) {
   thrum_state_def *def = &request->def;
   if (!request->full)
     return COMMAND_DONE;
+
+  // the full order has no split and no modes
   if (!request->integrator_named)
     def->integrator = THRUM_INTEGRATOR_ENERGY;
   if (def->integrator == THRUM_INTEGRATOR_IMEXV)
     return config_usage("simulate",
                         "--full: imexv splits the modes of a reduced model; take energy, "
                         "newmark, midpoint or verlet");
+
+  // nor a damping or measures that are made of the reduced polynomial
   if (def->damping_form == THRUM_DAMPING_TANGENT)
     return config_usage("simulate", "--full takes --damping-form rest only");
   if (request->stress)

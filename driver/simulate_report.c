@@ -25,6 +25,8 @@ static void add_split(cJSON *object, const thrum_state_def *def) {
     json_number(object, "split", def->explicit_count);
     break;
   }
+
+  // the other options of imexv
   json_number(object, "safety", def->split_safety);
   cJSON_AddStringToObject(object, "split_form", thrum_split_form_name(def->split_form));
   cJSON_AddBoolToObject(object, "adaptive", def->adaptive);
@@ -37,6 +39,8 @@ static void add_specs(cJSON *object, const simulate_request *request) {
   const char **texts = malloc((size_t)most * sizeof *texts);
   if (texts == NULL)
     return;
+
+  // each list in the words of the user, one array after the other
   for (int64_t n = 0; n < request->load_count; n++)
     texts[n] = request->loads[n].text;
   json_strings(object, "load", texts, request->load_count);
@@ -53,6 +57,8 @@ static void add_specs(cJSON *object, const simulate_request *request) {
 static cJSON *options_json(const simulate_request *request) {
   const thrum_state_def *def = &request->def;
   cJSON *object = cJSON_CreateObject();
+
+  // the integrator and its parameters
   cJSON_AddStringToObject(object, "integrator", thrum_integrator_name(def->integrator));
   json_number(object, "dt", def->dt);
   json_number(object, "time", request->time);
@@ -62,11 +68,17 @@ static cJSON *options_json(const simulate_request *request) {
   json_numbers(object, "newmark", (const double[]){def->newmark_beta, def->newmark_gamma}, 2);
   json_number(object, "tolerance", def->tolerance);
   json_number(object, "iterations", def->iterations_max);
+
+  // loads, starts and base motions
   add_specs(object, request);
+
+  // what is written, and how often
   json_number(object, "record_every", (double)request->record_every);
   cJSON_AddBoolToObject(object, "full", request->full);
   cJSON_AddStringToObject(object, "solver", solver_name(request));
   cJSON_AddStringToObject(object, "frames_in", request->ground ? "ground" : "base");
+
+  // frames in the form that the option takes
   if (request->frames_every > 0) {
     char text[32];
     snprintf(text, sizeof text, "every-%" PRId64, request->frames_every);
@@ -76,6 +88,7 @@ static cJSON *options_json(const simulate_request *request) {
   } else {
     cJSON_AddNullToObject(object, "frames");
   }
+
   cJSON_AddBoolToObject(object, "stress", request->stress);
   cJSON_AddBoolToObject(object, "monitor", request->monitor);
   return object;
@@ -102,17 +115,23 @@ static cJSON *files_json(const run_output *output) {
  * 4). */
 static void add_robustness(cJSON *object, const simulate_figures *figures) {
   const thrum_state_report *report = &figures->report;
+
+  // how often each level of the fallback chain was needed
   cJSON *fallback_levels = cJSON_AddObjectToObject(object, "fallback_levels");
   json_number(fallback_levels, "full_newton", (double)report->newton_steps);
   json_number(fallback_levels, "energy_steps", (double)report->energy_steps);
   json_number(fallback_levels, "substeps", (double)report->substep_steps);
   json_number(fallback_levels, "failures",
               figures->status == THRUM_NOT_CONVERGED || figures->status == THRUM_NOT_FINITE);
+
+  // only imexv monitors its own stability
   const thrum_state_def *def = &figures->request->def;
   if (def->integrator != THRUM_INTEGRATOR_IMEXV || !def->adaptive) {
     cJSON_AddNullToObject(object, "stability");
     return;
   }
+
+  // the stability number h sqrt(rho), and what was adapted to it
   cJSON *stability = cJSON_AddObjectToObject(object, "stability");
   cJSON_AddStringToObject(stability, "scheme", thrum_scheme_name(report->scheme));
   json_number(stability, "h_sqrt_rho_last", report->stability_number_last);
@@ -120,6 +139,8 @@ static void add_robustness(cJSON *object, const simulate_figures *figures) {
   json_number(stability, "split_changes", (double)report->split_changes);
   json_number(stability, "scheme_switches", (double)report->scheme_switches);
   json_number(stability, "switched_steps", (double)report->switched_steps);
+
+  // the energy balance and its corrections
   json_number(stability, "corrections", (double)report->corrections);
   json_number(stability, "corrected_j", report->corrected);
   json_number(stability, "balance_last", report->balance_last);

@@ -27,6 +27,8 @@ static thrum_status parse_static(const char *text, start_spec *start, thrum_erro
     start->path = rest;
     return THRUM_OK;
   }
+
+  // otherwise it is a load like those of --load
   thrum_error detail = {0};
   start->kind = START_STATIC;
   const thrum_status status = load_spec_parse(rest, &start->load, &detail);
@@ -38,6 +40,8 @@ static thrum_status parse_static(const char *text, start_spec *start, thrum_erro
 
 thrum_status start_spec_parse(const char *text, start_spec *start, thrum_error *error) {
   start_spec parsed = {.text = text, .path = text};
+
+  // the prefix decides; without one the text names a file
   if (strncmp(text, static_prefix, sizeof static_prefix - 1) == 0) {
     const thrum_status status = parse_static(text, &parsed, error);
     if (status < 0)
@@ -53,6 +57,8 @@ thrum_status start_spec_parse(const char *text, start_spec *start, thrum_error *
                              "--start '%.200s': it is mode:NUMBER,METRES, such as mode:1,0.02",
                              text);
     }
+
+    // the mode's number is copied: the parser wants a text that ends
     memcpy(digits, number, length);
     digits[length] = 0;
     if (!config_parse_integer(digits, &parsed.mode) || parsed.mode < 1 ||
@@ -66,6 +72,7 @@ thrum_status start_spec_parse(const char *text, start_spec *start, thrum_error *
         error, THRUM_INVALID_ARGUMENT,
         "--start needs mode:NUMBER,METRES, static:LOAD or the name of an .npy file");
   }
+
   *start = parsed;
   return THRUM_OK;
 }
@@ -86,11 +93,14 @@ static thrum_status add_file(const thrum_model *model, const char *path, double 
   thrum_status status = thrum_npy_read_f8(path, &values, &rows, &columns, error);
   if (status < 0)
     return status;
+
   // a plain vector has no columns: read it as one row
   if (columns == 0) {
     columns = rows;
     rows = 1;
   }
+
+  // the file must be of this model, and hold numbers only
   if (columns != rank || rows < 1 || rows > 2) {
     status = thrum_error_set(
         error, THRUM_BAD_SHAPE,
@@ -105,6 +115,7 @@ static thrum_status add_file(const thrum_model *model, const char *path, double 
       p[i] += rows == 2 ? values[rank + i] : 0;
     }
   }
+
   free(values);
   return status;
 }
@@ -126,13 +137,17 @@ static thrum_status add_static(const thrum_model *model, const start_spec *start
   load_spec *loads = calloc((size_t)count + 1, sizeof *loads);
   if (loads == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the starts");
+
+  // equilibria of a nonlinear body do not add up, so their loads act together
   int64_t used = 0;
   for (int64_t n = 0; n < count; n++) {
     if (starts[n].kind == START_STATIC)
       loads[used++] = starts[n].load;
   }
+
   thrum_status status = THRUM_OK;
   if (used > 0) {
+    // the search is silent but for an instability on the way
     const thrum_equilibrium_def def = thrum_default_equilibrium_def();
     const static_progress unobserved = {NULL, NULL};
     thrum_equilibrium_report report;
@@ -144,6 +159,7 @@ static thrum_status add_static(const thrum_model *model, const start_spec *start
                   report.instability == THRUM_INSTABILITY_LIMIT ? "snaps through" : "buckles",
                   report.critical);
   }
+
   free(loads);
   return status;
 }

@@ -37,11 +37,14 @@ static thrum_status take_moves(const static_request *request, const thrum_model 
     const int32_t *vertices = NULL;
     int64_t count = 0;
     int32_t one = 0;
+
     thrum_error detail = {0};
     const thrum_status status =
         load_target_find(model, &move->target, &vertices, &count, &one, &detail);
     if (status < 0)
       return thrum_error_set(error, status, "--move '%.100s': %s", move->text, detail.message);
+
+    // a moved vertex is held in all three directions at its new place
     for (int64_t k = 0; k < count; k++) {
       const int64_t v = vertices != NULL ? vertices[k] : k;
       s->held[v] = 7;
@@ -55,6 +58,8 @@ static thrum_status add_loads(const static_request *request, const thrum_model *
                               thrum_error *error) {
   for (int64_t n = 0; n < request->load_count; n++) {
     const load_spec *load = &request->loads[n];
+
+    // gravity is integrated over the body, other loads are already fields
     thrum_error detail = {0};
     if (load->gravity) {
       thrum_full_add_gravity(s->body, load->vector, s->forces);
@@ -64,6 +69,8 @@ static thrum_status add_loads(const static_request *request, const thrum_model *
     if (status < 0)
       return thrum_error_set(error, status, "--load '%.100s': %s", load->text, detail.message);
   }
+
+  // moves grow with the same factor as the loads
   for (int64_t c = 0; c < 3 * model->vertex_count; c++) {
     s->forces[c] *= request->def.factor;
     s->moves[c] *= request->def.factor;
@@ -74,6 +81,8 @@ static thrum_status add_loads(const static_request *request, const thrum_model *
 /* What is shown of the body where it rests. */
 static thrum_status look(static_answer *answer, const search *s, thrum_error *error) {
   const static_request *request = answer->request;
+
+  // the mean displacement of each target
   for (int64_t n = 0; n < request->target_count; n++) {
     const int32_t *vertices = NULL;
     int64_t count = 0;
@@ -85,6 +94,8 @@ static thrum_status look(static_answer *answer, const search *s, thrum_error *er
       return thrum_error_set(error, status, "--at: %s", detail.message);
     thrum_full_mean(s->body, vertices, count, answer->displaced[n]);
   }
+
+  // and the largest of all vertices
   answer->peak = 0;
   answer->peak_vertex = -1;
   thrum_full_peak(s->body, &answer->peak, &answer->peak_vertex);
@@ -94,18 +105,26 @@ static thrum_status look(static_answer *answer, const search *s, thrum_error *er
 static void fill_report(static_answer *answer, const thrum_full_equilibrium *found, search *s,
                         double *q) {
   thrum_equilibrium_report *report = &answer->report;
+
+  // the search itself
   report->factor = answer->request->def.factor;
   report->residual = found->residual;
   report->energy = found->energy;
   report->load_energy = found->load_energy;
+
+  // the full order knows stability only as yes or no, and finds no critical loads
   report->least = found->stable ? NAN : -INFINITY;
   report->softest = report->softest_factor = NAN;
   report->critical = report->critical_linear = NAN;
+
+  // its cost
   report->load_steps = found->load_steps;
   report->cut_steps = found->cut_steps;
   report->iterations = found->iterations;
   report->factorisations = (int32_t)thrum_full_report_get(s->body).factorisations;
   answer->components = thrum_full_report_get(s->body).free_count;
+
+  // the nearest reduced coordinates, for comparison with the model
   thrum_full_get(s->body, s->field, NULL);
   if (answer->model->basis != NULL)
     thrum_full_project(s->body, s->field, q);
@@ -118,6 +137,8 @@ static thrum_status find(static_answer *answer, search *s, double *q, thrum_erro
   thrum_full_def def = thrum_default_full_def();
   def.tolerance = request->def.tolerance;
   def.solver = request->solver;
+
+  // held vertices belong to the body, so they are known before it is made
   thrum_status status = allocate(model, s, error);
   if (status >= 0)
     status = take_moves(request, model, s, error);
@@ -125,7 +146,9 @@ static thrum_status find(static_answer *answer, search *s, double *q, thrum_erro
     status = thrum_full_create(model, s->held, &def, &s->body, error);
   if (status >= 0)
     status = add_loads(request, model, s, error);
+
   // what to show is looked up before the search, so that a slip costs nothing
+
   if (status >= 0)
     status = look(answer, s, error);
   if (status >= 0)
@@ -133,6 +156,8 @@ static thrum_status find(static_answer *answer, search *s, double *q, thrum_erro
                              error);
   if (status < 0)
     return status;
+
+  // the answer is read off the body at rest
   fill_report(answer, &found, s, q);
   status = look(answer, s, error);
   if (status >= 0 && request->frame != NULL)

@@ -120,12 +120,15 @@ static bool same_target(const load_target *a, const load_target *b) {
 /* Where the loads act, when nobody says what to show. */
 static void default_targets(static_request *request) {
   for (int64_t n = 0; n < request->load_count; n++) {
+    // gravity has no target, and a target is shown once
     const char *at = strchr(request->loads[n].text, '@');
     bool seen = at == NULL;
     for (int64_t k = 0; k < request->target_count && !seen; k++)
       seen = same_target(&request->targets[k], &request->loads[n].target);
     if (seen)
       continue;
+
+    // it is named as the user named it
     const load_target *target = &request->loads[n].target;
     request->targets[request->target_count] = *target;
     request->at[request->target_count++] = target->all             ? "all"

@@ -48,34 +48,44 @@ void static_report_json(const static_answer *answer) {
   const static_request *request = answer->request;
   const thrum_equilibrium_report *report = &answer->report;
   cJSON *object = json_report("static", static_status_name(report));
+
+  // what was asked
   json_string(object, "model", request->model_path);
   json_number(object, "rank", (double)answer->model->rank);
   cJSON *loads = cJSON_AddArrayToObject(object, "load");
   for (int64_t n = 0; n < request->load_count; n++)
     cJSON_AddItemToArray(loads, cJSON_CreateString(request->loads[n].text));
   json_number(object, "factor", report->factor);
+
+  // the equilibrium
   json_numbers(object, "q", answer->q, answer->model->rank);
   add_displacements(object, answer);
   json_number(object, "energy_j", report->energy);
   json_number(object, "load_energy_j", report->load_energy);
   json_number(object, "residual", report->residual);
+
+  // its stability
   cJSON_AddBoolToObject(object, "stable", !(report->least < 0));
   json_number(object, "least_eigenvalue", report->least);
   json_number(object, "frequency_hz", report->least >= 0 ? static_hertz(report->least) : NAN);
   json_number(object, "frequency_rest_hz", static_hertz(answer->model->omega2[0]));
   json_number(object, "softest_eigenvalue", report->softest);
   json_number(object, "softest_factor", report->softest_factor);
+
   // the full order does not look for one on its way
   if (request->full)
     cJSON_AddNullToObject(object, "instability");
   else
     cJSON_AddStringToObject(object, "instability", instabilities[report->instability]);
+
   json_number(object, "critical_factor", report->critical);
   json_number(object, "critical_factor_linear", report->critical_linear);
   if (request->full)
     cJSON_AddNullToObject(object, "mode");
   else
     json_numbers(object, "mode", answer->mode, answer->model->rank);
+
+  // the cost
   json_number(object, "jumps", report->jumps);
   json_number(object, "load_steps", report->load_steps);
   json_number(object, "cut_steps", report->cut_steps);
@@ -94,6 +104,8 @@ static void print_stability(const static_answer *answer) {
     printf("stability    %s\n", report->least < 0 ? "unstable" : "stable");
     return;
   }
+
+  // the softest vibration tells how far the body is from buckling
   if (report->least >= 0) {
     printf("stability    stable; softest vibration %.6g Hz, at rest %.6g Hz\n",
            static_hertz(report->least), static_hertz(answer->model->omega2[0]));
@@ -101,6 +113,8 @@ static void print_stability(const static_answer *answer) {
     printf("stability    unstable: the least eigenvalue of the tangent is %.6g /s^2\n",
            report->least);
   }
+
+  // a critical load that was passed on the way
   if (report->instability == THRUM_INSTABILITY_NONE) {
     printf("critical     none up to %g of the load; softest at %.6g of it (%.6g Hz)\n",
            report->factor, report->softest_factor, static_hertz(report->softest));
@@ -109,6 +123,7 @@ static void print_stability(const static_answer *answer) {
            instabilities[report->instability],
            report->jumps > 0 ? "; the body then fell to another equilibrium" : "");
   }
+
   if (isfinite(report->critical_linear))
     printf("estimate     %.6g of the load would be critical, linearly from rest\n",
            report->critical_linear);
@@ -117,11 +132,15 @@ static void print_stability(const static_answer *answer) {
 void static_report_table(const static_answer *answer) {
   const static_request *request = answer->request;
   const thrum_equilibrium_report *report = &answer->report;
+
+  // how the search went
   printf("load         %g of what is given, %d steps (%d cut), %d iterations, residual %.1e\n",
          report->factor, (int)report->load_steps, (int)report->cut_steps, (int)report->iterations,
          report->residual);
   if (request->full)
     printf("full order   %" PRId64 " components, %.3g s\n", answer->components, answer->seconds);
+
+  // where the body came to rest
   printf("energy       %.6g J in the body, %.6g J of the load\n", report->energy,
          report->load_energy);
   for (int64_t n = 0; n < request->target_count; n++) {
@@ -130,11 +149,14 @@ void static_report_table(const static_answer *answer) {
   }
   if (answer->peak_vertex >= 0)
     printf("peak         %.6g m at vertex %" PRId64 "\n", answer->peak, answer->peak_vertex + 1);
+
+  // stability, then the coordinates themselves
   print_stability(answer);
   printf("q           ");
   for (int64_t i = 0; i < answer->model->rank; i++)
     printf(" %.6g", answer->q[i]);
   puts("");
+
   printf("status       %s\n", static_status_name(report));
   if (request->output != NULL || request->frame != NULL || request->path != NULL)
     printf("files        %s %s %s\n", request->output != NULL ? request->output : "",

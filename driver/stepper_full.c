@@ -30,6 +30,8 @@ static thrum_full_def def_of(const simulate_request *request) {
       [THRUM_INTEGRATOR_MIDPOINT] = THRUM_FULL_MIDPOINT,
       [THRUM_INTEGRATOR_ENERGY] = THRUM_FULL_ENERGY,
   };
+
+  // options of the integrators have the same names in both orders
   thrum_full_def def = thrum_default_full_def();
   def.scheme = schemes[request->def.integrator];
   def.dt = request->def.dt;
