@@ -5,6 +5,7 @@
 #include "precompute/basis/mode_check.h"
 #include "precompute/fem/constraints.h"
 #include "precompute/fem/rigid_modes.h"
+#include "thrum/model.h"
 
 #define COUNT_MAX 30000 /* free components up to which modes are counted unasked */
 

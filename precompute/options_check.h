@@ -6,7 +6,7 @@
 #include <stdbool.h>
 
 #include "precompute/fem/fem.h"
-#include "precompute/precompute.h"
+#include "precompute/options/precompute_options.h"
 
 /* k modes and the three responses of each handle: what derivatives are taken of. */
 int64_t thrum_options_shapes(const thrum_precompute_options *options);

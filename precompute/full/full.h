@@ -12,6 +12,7 @@
 
 #include <stdbool.h>
 
+#include "precompute/full/full_solver.h"
 #include "thrum/model.h"
 
 typedef enum thrum_full_scheme {
@@ -20,11 +21,6 @@ typedef enum thrum_full_scheme {
   THRUM_FULL_MIDPOINT = 2, /* implicit midpoint */
   THRUM_FULL_CENTRAL = 3   /* explicit central differences, lumped mass */
 } thrum_full_scheme;
-
-typedef enum thrum_full_solver {
-  THRUM_FULL_CHOLESKY = 0, /* sparse Cholesky */
-  THRUM_FULL_CG = 1        /* conjugate gradients, symmetric Gauss-Seidel as preconditioner */
-} thrum_full_solver;
 
 typedef struct thrum_full_def {
   uint32_t cookie;          /* set by thrum_default_full_def */

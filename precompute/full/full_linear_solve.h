@@ -6,7 +6,7 @@
 #include <stdbool.h>
 
 #include "precompute/fem/sparse.h"
-#include "precompute/full/full.h"
+#include "precompute/full/full_solver.h"
 
 typedef struct full_linear {
   thrum_full_solver solver;
