@@ -1,5 +1,5 @@
 /* Passes over the coefficients for several states of one model at once: each coefficient is loaded
- * once and meets all of them. Private to runtime/.
+ * once for all of them. Private to runtime/.
  *
  * A vector holds one number of each state: entry i of an array of a batch is the `lanes` doubles at
  * [i * lanes]. Each state gets the operations of runtime/polynomial/kernel_private.h in the same
@@ -14,12 +14,12 @@
 
 #define THRUM_BATCH_LANES_MAX 8
 
-/* Columns of the packed coefficients, whole vectors and one to spare. */
+/* Number of columns of the packed coefficients: whole vectors and one to spare. */
 static inline int64_t thrum_batch_columns(int64_t rank) {
   return thrum_padded(thrum_pack_first(rank));
 }
 
-/* Doubles of scratch of any pass, for each state. */
+/* Number of doubles of scratch that any pass needs, for each state. */
 static inline int64_t thrum_batch_work(int64_t rank) {
   return 4 * thrum_batch_columns(rank) + 20 * (rank + 1) + rank * rank;
 }
@@ -27,7 +27,7 @@ static inline int64_t thrum_batch_work(int64_t rank) {
 /* All arrays are aligned to 64, and the model is packed. `work` may have any content and overlaps
  * no other argument. */
 typedef struct thrum_batch_kernel {
-  int64_t lanes; /* states */
+  int64_t lanes; /* number of states */
 
   /* thrum_internal_force_part: R(q) into force (the first `split`), V(q) into energy (1). */
   void (*force_part)(const thrum_model *model, int64_t split, const double *q, double *force,
@@ -49,8 +49,8 @@ typedef struct thrum_batch_kernel {
   void (*restricted_hessian)(const thrum_model *model, int64_t split, const double *restricted,
                              const double *q_high, double *hessian, double *work);
 
-  /* Prefetches `bytes` bytes. It stands in this table because a compiler drops a call of which it
-   * sees that it only prefetches. */
+  /* Prefetches `bytes` bytes. It stands in this table because a compiler drops a direct
+   * call that only prefetches. */
   void (*ask_for)(const double *from, size_t bytes);
 } thrum_batch_kernel;
 

@@ -1,6 +1,6 @@
-/* The passes of runtime/polynomial/batch_kernel.h that give what pushes the explicit modes alone;
- * see runtime/polynomial/kernel_part.inl. For a file that has included what
- * runtime/polynomial/batch_passes.inl has before it.
+/* The passes of runtime/polynomial/batch_kernel.h that give the force on the explicit modes
+ * alone; see runtime/polynomial/kernel_part.inl. runtime/polynomial/batch_passes.inl includes this
+ * file.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/polynomial/batch_kernel.h"
@@ -39,8 +39,8 @@ PASS void pass_force_part(const thrum_model *model, int64_t split, const double 
   }
 }
 
-/* The same runs of two w, each with the other's coordinates: h takes all of one and then all of the
- * other, the sums of a run are of both. `parts` has room for them. */
+/* Evaluates the same runs of two w, each with the other's coordinates: h adds all of one and then
+ * all of the other, and the sums of a run are over both. `parts` is scratch for these sums. */
 INLINE void upper_twice(int64_t first, int64_t last, const evaluation *e, const evaluation *d,
                         double *parts) {
   const int64_t begin = thrum_pack_first(first) * LANES;

@@ -1,18 +1,17 @@
 /* The passes of runtime/polynomial/batch_kernel.h, for a file that has defined
  *
- *   vs                  a number of each of LANES states
- *   LANES               states
- *   ROWS, ROWS_FEW      rows of a block taken at once, 1 to 8, and with more to do
- *   INLINE, PASS        as for runtime/polynomial/kernel_lanes.h
- *   vs_zero, vs_set1(s), vs_load(p), vs_store(p, a), vs_mul(a, b), vs_add(a, b)
- *   vs_set1_single(p)   one float
- *   vs_keep(a)          a, in a register from now on
- *   vs_again(p)         p; a number there may be loaded anew for each use
+ *   vs                  one number of each of LANES states
+ *   LANES               number of states
+ *   ROWS, ROWS_FEW      rows of a block taken at once, 1 to 8; ROWS_FEW where each has more
+ * products INLINE, PASS        as for runtime/polynomial/kernel_lanes.h vs_zero, vs_set1(s),
+ * vs_load(p), vs_store(p, a), vs_mul(a, b), vs_add(a, b) vs_set1_single(p)   one float vs_keep(a)
+ * a, which the compiler keeps in a register vs_again(p)         p, through which the compiler loads
+ * a number again for each use
  *
  * A sum over columns has eight partial sums, column mod 8, as runtime/polynomial/kernel_private.h
- * says; here they are eight registers, and no sum is taken across one. The passes over a whole
- * model read it packed (runtime/polynomial/packed.h). Cost: for each coefficient and LANES states 4
- * operations (force, gradient), 2 (restrict_to), 6 (Hessian), 8 (tangent times vector).
+ * says; here they are eight registers, and no sum runs across the lanes of one. The passes over a
+ * whole model read it packed (runtime/polynomial/packed.h). Cost: for each coefficient and LANES
+ * states 4 operations (force, gradient), 2 (restrict_to), 6 (Hessian), 8 (tangent times vector).
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <string.h>
@@ -39,7 +38,8 @@ INLINE vs sums_total(const sums8 *y) {
                 vs_add(vs_add(y->s[1], y->s[5]), vs_add(y->s[3], y->s[7])));
 }
 
-/* A row of which every state has its own: y += row m and w += x row, in the order of columns. */
+/* Multiplies a row of which every state has its own: y += row m and w += x row, in the order of the
+ * columns. */
 INLINE void own_columns(int64_t count, const double *row, vs x, const double *m, double *w,
                         sums8 *y) {
 #define X(k)                                                                                       \
@@ -55,7 +55,7 @@ INLINE void own_columns(int64_t count, const double *row, vs x, const double *m,
 #undef X
 }
 
-/* The gradient of sum w_ba q_b q^_a over the runs first..last-1: h_a += q_b w_ba, lifted, and
+/* Adds the gradient of sum w_ba q_b q^_a over the runs first..last-1: h_a += q_b w_ba, lifted, and
  * s_b = sum_a w_ba q^_a. */
 INLINE void upper(int64_t first, int64_t last, const double *w, const double *q,
                   const double *lifted, double *h, double *s) {
@@ -83,7 +83,7 @@ INLINE void clear(double *a, int64_t count) {
   memset(a, 0, (size_t)(count * LANES) * sizeof *a);
 }
 
-/* Block 0 of an order, and on to block c; all of its rows and columns wanted. */
+/* Block 0 of an order and the step from a block to the next, c; with all rows and columns. */
 INLINE batch_block block_first(const thrum_model *model, bool mirrored) {
   batch_block k = {.b = {model->packed, model->packed_single}};
   k.b = packed_at(&k.b, mirrored ? model->packed_count : 0);
@@ -100,8 +100,8 @@ INLINE void block_next(int64_t n, int64_t c, batch_block *k) {
   k->first = 0;
 }
 
-/* m_ba = a_b b^_a (+ b_b a^_a if `mixed`) over the runs below `last`, of what is lifted, zeros up
- * to the end of the vector. */
+/* m_ba = a_b b^_a (+ b_b a^_a if `mixed`) over the runs below `last` of lifted vectors, with zeros
+ * up to the end of the last vector. */
 INLINE void monomials(bool mixed, int64_t last, const double *a, const double *b, double *m) {
   for (int64_t k = 0; k < last; k++) {
     const vs a_k = vs_load(a + (k + 1) * LANES), b_k = vs_load(b + (k + 1) * LANES);
@@ -114,7 +114,8 @@ INLINE void monomials(bool mixed, int64_t last, const double *a, const double *b
     vs_store(m + k * LANES, vs_zero());
 }
 
-/* g_d += q_c y_d over the rows of a block; sum += y_d q_d. All from the block's first row on. */
+/* g_d += q_c y_d over the rows of a block; sum += y_d q_d. The arrays begin at the block's first
+ * row. */
 INLINE void lower_block(int64_t rows, const double *y, vs q_c, const double *q, sums8 *sum,
                         double *g) {
 #define X(k)                                                                                       \
@@ -130,8 +131,8 @@ INLINE void lower_block(int64_t rows, const double *y, vs q_c, const double *q, 
 #undef X
 }
 
-/* The arrays of an evaluation, of vectors of n and of columns: at a point z in mirrored
- * coordinates, which is `lifted` without what is before it. */
+/* The arrays of an evaluation at a point z in mirrored coordinates, by mode (n) and by column; z is
+ * `lifted` without the entries before it. */
 typedef struct evaluation {
   double *m, *w, *y, *g, *s, *h, *lifted;
   const double *z;
@@ -150,14 +151,14 @@ INLINE evaluation evaluation_of(int64_t n, double *work) {
   return e;
 }
 
-/* Entries first..n-1 of z from q, zeros before them, and `one` before those. */
+/* Writes entries first..n-1 of z from q, zeros before them, and `one` before those. */
 INLINE void mirror(int64_t n, int64_t first, const double *q, double one, double *lifted) {
   vs_store(lifted, vs_set1(one));
   for (int64_t d = 0; d < n; d++)
     vs_store(lifted + (d + 1) * LANES, d < first ? vs_zero() : vs_load(q + (n - 1 - d) * LANES));
 }
 
-/* At q; w is wanted from its `plain`-th vector on. */
+/* Begins an evaluation at q that needs w from its `plain`-th vector on. */
 INLINE void evaluation_begin(int64_t n, int64_t plain, const double *q, const evaluation *e) {
   mirror(n, 0, q, 1.0, e->lifted);
   monomials(false, n, e->lifted, e->lifted, e->m);
@@ -166,7 +167,7 @@ INLINE void evaluation_begin(int64_t n, int64_t plain, const double *q, const ev
   clear(e->h, n + 1);
 }
 
-/* The blocks of the mirrored order with what an evaluation has. */
+/* The blocks of the mirrored order with the arrays of an evaluation as operands. */
 INLINE batch_block evaluation_blocks(const thrum_model *model, const evaluation *e) {
   batch_block k = block_first(model, true);
   k.m = e->m;

@@ -1,6 +1,6 @@
 /* The passes of runtime/polynomial/batch_kernel.h with the explicit modes held; see
- * runtime/polynomial/kernel_restricted.inl. For a file that has included what
- * runtime/polynomial/batch_passes.inl has before it.
+ * runtime/polynomial/kernel_restricted.inl. runtime/polynomial/batch_passes.inl
+ * includes this file.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <string.h>
@@ -12,7 +12,8 @@ INLINE void lift(int64_t n, const double *q, double *lifted) {
   memcpy(lifted + LANES, q, (size_t)(n * LANES) * sizeof *q);
 }
 
-/* Linear and quadratic terms; the latter's places are those of the columns (b,-1) of rows c. */
+/* Writes the linear and quadratic terms of the restriction; a quadratic term stands in the column
+ * (b,-1) of row c. */
 INLINE void restrict_low(const thrum_model *model, int64_t split, const double *q,
                          double *restricted, double *work) {
   const int64_t rank = model->rank, n = rank - split, columns = thrum_batch_columns(rank);
@@ -90,7 +91,7 @@ PASS void pass_restricted_gradient(const thrum_model *model, int64_t split,
   vs_store(value, dot(n, e.z, e.s));
 }
 
-/* hessian, in the order of the modes, from its lower triangle in the mirrored one but for w. */
+/* Writes hessian in the order of the modes, from its lower triangle in the mirrored order and w. */
 INLINE void hessian_close(int64_t n, const double *lower, const double *w, double *hessian) {
   for (int64_t b = 0; b < n; b++) {
     w += LANES;
@@ -103,7 +104,7 @@ INLINE void hessian_close(int64_t n, const double *lower, const double *w, doubl
   }
 }
 
-/* entries a <= d of `lower` += the gradient of all that meets z_d, which is in the list. */
+/* Adds to the entries a <= d of `lower` the gradient of the factor of z_d, which the list holds. */
 INLINE void hessian_row(int64_t d, const double *list, const evaluation *e, double *lower) {
   clear(e->h, d + 2);
   upper(0, d + 1, list, e->z, e->lifted, e->h, e->s);
@@ -126,7 +127,7 @@ PASS void pass_restricted_hessian(const thrum_model *model, int64_t split, const
   batch_block k = evaluation_blocks(model, &e);
   k.w = l;
   for (int64_t c = 0; c < n; c++) {
-    // y_dc is the coefficient of z_d z_c; l is what z_c meets but for it
+    // y_dc is the coefficient of z_d z_c; l holds the other factors of z_c
     const int64_t columns = 8 * thrum_pack_vectors(c) * LANES;
     k.rows = n - c;
     k.z = e.z + c * LANES;

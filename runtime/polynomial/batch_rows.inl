@@ -1,9 +1,9 @@
-/* Blocks of packed coefficients (runtime/polynomial/packed.h) with what they meet of several
- * states, for a file that has defined what runtime/polynomial/batch_passes.inl asks for.
+/* Products of blocks of packed coefficients (runtime/polynomial/packed.h) with vectors of several
+ * states, for a file that has defined the macros listed in runtime/polynomial/batch_passes.inl.
  *
- * Rows are taken ROWS at a time, so that what a column has of the states is loaded once for them;
- * columns two residues mod 8 at a time, those whose partial sums are added first, so that the sums
- * of all the rows stay in registers.
+ * A pass takes ROWS rows at a time, so that the states' numbers of a column are loaded once for all
+ * of them. It takes the columns of two residues mod 8 at a time, the two whose partial sums are
+ * added first, so that the sums of all these rows stay in registers.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/polynomial/batch_kernel.h"
@@ -11,7 +11,7 @@
 
 #define EACH_COLUMN(X) X(0) X(1) X(2) X(3) X(4) X(5) X(6) X(7)
 
-/* Packed coefficients from `at` on, in one of two precisions. */
+/* Packed coefficients in double or single precision; the other pointer is NULL. */
 typedef struct packed {
   const double *d;
   const float *f;
@@ -22,7 +22,8 @@ INLINE packed packed_at(const packed *b, int64_t at) {
   return here;
 }
 
-/* The same, of which nothing is known: what was loaded from one is loaded again from the other. */
+/* The same coefficients behind a pointer that the compiler cannot trace, so that it loads them
+ * again instead of keeping them in registers. */
 INLINE packed packed_again(const packed *b) {
   const packed here = {vs_again(b->d), b->f};
   return here;
@@ -32,32 +33,33 @@ INLINE vs packed_one(bool single, const packed *b, int64_t at) {
   return single ? vs_set1_single(b->f + at) : vs_set1(b->d[at]);
 }
 
-/* What is done to the rows of a block. */
+/* Which products a pass makes with the rows of a block. */
 typedef enum work_on {
-  WORK_SUMS,   /* y */
-  WORK_STARTS, /* w, in place of what is there */
-  WORK_ADDS,   /* w */
-  WORK_BOTH,   /* y and w */
-  WORK_OVER,   /* both, w in place of what is there, from the own row on */
-  WORK_OWN     /* both, and the row before them is every state's own */
+  WORK_SUMS,   /* adds to y */
+  WORK_STARTS, /* writes w without reading it */
+  WORK_ADDS,   /* adds to w */
+  WORK_BOTH,   /* adds to y and w */
+  WORK_OVER,   /* adds to y and writes w, which begins with the own row */
+  WORK_OWN     /* adds to y and w, with a row of each state's own before the others */
 } work_on;
 
-/* A block of rows and what they meet: `whole` vectors of columns, of which those from `begin` to
- * before `vectors` are wanted, and of `all` rows those from `first` to before `rows`. x = scale z;
- * z and y by row, m and w by column. The vectors before the `plain`-th give y alone. */
+/* A block of rows and its operands. It has `whole` vectors of columns, of which a pass takes those
+ * in [begin, vectors), and `all` rows, of which it takes those in [first, rows). x = scale z; z and
+ * y are by row, m and w by column. Vectors before the `plain`-th contribute to y alone. */
 typedef struct batch_block {
   packed b;
   int64_t whole, begin, vectors, plain, all, first, rows;
   vs scale; /* x of the own row */
   const double *m, *z;
   double *w, *y;
-  const double *own; /* row */
+  const double *own; /* coefficients of the own row, by column */
   double *own_y;
 } batch_block;
 
-/* Rows that are taken at once, and what they meet: in here, since stores could change a block. */
+/* Rows that are taken at once and their operands. They are copied from the block because a store
+ * could change it as far as the compiler knows. */
 typedef struct tile {
-  packed b, again; /* the same coefficients, seen so that each use may load its own */
+  packed b, again; /* the same coefficients, so that y and w each load their own */
   int64_t stride;  /* from one vector of columns to the next */
   int64_t begin, plain, vectors;
   const double *m, *own;
@@ -65,7 +67,8 @@ typedef struct tile {
   vs x[ROWS], own_x;
 } tile;
 
-/* One column of all rows, the one at `column` of m and w; sums of the own row behind the others. */
+/* Multiplies one column of all rows, the one at `column` of m and w. The sum of the own row stands
+ * behind those of the others. */
 INLINE void tile_column(bool single, work_on what, int rows, const tile *t, int64_t at,
                         int64_t column, vs *sum) {
   const bool starts = what == WORK_STARTS, sums = what != WORK_ADDS && !starts;
@@ -94,7 +97,8 @@ INLINE void tile_column(bool single, work_on what, int rows, const tile *t, int6
     vs_store(t->w + column, w_c);
 }
 
-/* Columns p and p + 4 of every vector; the sum of the rows' two partial sums. */
+/* Multiplies columns p and p + 4 of every vector; sum[r] gets the sum of row r's two partial sums.
+ */
 INLINE void tile_pair(bool single, work_on what, int rows, const tile *t, int64_t p, vs *sum) {
   vs low[ROWS + 1], high[ROWS + 1];
   for (int r = 0; r < ROWS + 1; r++)
@@ -119,6 +123,7 @@ INLINE void tile_pair(bool single, work_on what, int rows, const tile *t, int64_
     sum[r] = vs_add(low[r], high[r]);
 }
 
+/* Multiplies a tile: `rows` rows of the block from `row` on, in all its columns. */
 INLINE void tile_work(bool single, work_on what, int rows, const packed *b, int64_t size,
                       const batch_block *k, int64_t row) {
   const bool sums = what != WORK_ADDS && what != WORK_STARTS;
@@ -148,7 +153,8 @@ INLINE void tile_work(bool single, work_on what, int rows, const packed *b, int6
 #undef TOTAL
 }
 
-/* What is done to the first rows of a block may not be what is done to the others. */
+/* Multiplies all rows of a block. Its first tile has at most `most` rows and makes the products
+ * `begins`; the others make `what`. */
 INLINE void block_rows(bool single, work_on begins, int64_t most, work_on what,
                        const batch_block *k) {
   int64_t row = k->first, count;
@@ -198,7 +204,7 @@ typedef struct block_row {
   int64_t stride;
 } block_row;
 
-/* Of block c of `all` rows; t is the row's number in it. */
+/* Row t of block c, which has `all` rows. */
 INLINE block_row row_of(const packed *b, int64_t c, int64_t all, int64_t t) {
   const int64_t first = t / THRUM_PACK_ROWS * THRUM_PACK_ROWS;
   const block_row row = {packed_at(b, 8 * (first * thrum_pack_vectors(c) + (t - first))),
@@ -206,7 +212,7 @@ INLINE block_row row_of(const packed *b, int64_t c, int64_t all, int64_t t) {
   return row;
 }
 
-/* list = l + sum_c z_c (row c) over so many blocks, in the columns of the last one; w += z_c l for
+/* list = l + sum_c z_c (row c) over `count` blocks, in the columns of the last one; w += z_c l for
  * the last c. */
 INLINE void list_rows(bool single, int64_t count, const block_row *rows, const double *z,
                       const double *l, double *list, double *w) {

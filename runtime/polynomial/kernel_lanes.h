@@ -1,16 +1,17 @@
-/* What the files of the kernels share beside their primitives, for a file that has defined
+/* Helpers that all kernels build on their primitives, for a file that has defined
  *
  *   v8          8 doubles, in as many registers as that takes
  *   INLINE      `static inline`, forced, for the instructions in use; PASS the same without inline
  *   v8_zero, v8_set1(s), v8_load(p), v8_store(p, a), v8_mul(a, b), v8_add(a, b)
- *   v8_and(a, b)               the bits that both have
+ *   v8_and(a, b)               bitwise and
  *   v8_load_single(p)          8 floats as doubles
  *   v8_sum(a)                  ((0+4)+(2+6))+((1+5)+(3+7))
- *   v8_sums(a, ..., h)         that of each
- *   v8_two(s, t)               these and zeros
- *   ROWS_MANY, ROWS_FEW        rows taken at once, with one sum a row or with more to do: 1 to 8
+ *   v8_sums(a, ..., h)         the v8_sum of each of eight
+ *   v8_two(s, t)               s and t in the first lanes, zeros in the others
+ *   ROWS_MANY, ROWS_FEW        rows taken at once, 1 to 8: with one sum a row, or with more
+ * products
  *
- * and, unless the defaults here will do,
+ * and, to replace the defaults below,
  *   V8_MASKS    v8_mask, v8_range(lo, hi)  the lanes lo <= s < hi; lo and hi may be any number
  *               v8_load_mask(p, mask)      these lanes of p, zero in the others, which are not read
  *   V8_STORE_FIRST  v8_store_first(p, a, count)  the first lanes, 1 or more
@@ -20,7 +21,7 @@
 
 #define EACH_8(X) X(0) X(1) X(2) X(3) X(4) X(5) X(6) X(7)
 
-/* Eight vectors. */
+/* Eight vectors, passed as one value. */
 typedef struct v8x8 {
   v8 r[8];
 } v8x8;
@@ -69,8 +70,8 @@ INLINE void v8_prefetch(const void *p) {
 }
 #endif
 
-/* The sums of the first `rows` vectors into to[0..7], zero for the others, which are zero. All with
- * one store: a load of them would wait for several. */
+/* Writes the sums of the first `rows` vectors and zeros for the others, which are zero, to
+ * to[0..7]. It takes one store, because a load of the result would wait for several. */
 INLINE void v8_store_sums(int rows, double *to, const v8x8 *a) {
   if (rows > 2)
     v8_store(to, v8_sums(a->r[0], a->r[1], a->r[2], a->r[3], a->r[4], a->r[5], a->r[6], a->r[7]));

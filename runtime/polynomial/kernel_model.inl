@@ -35,7 +35,7 @@ PASS double pass_energy(const thrum_model *model, const double *q_given, double 
   return lanes_dot(n, q, s);
 }
 
-/* What a force evaluation knows of its point. */
+/* The arrays of a force evaluation at one point. */
 typedef struct evaluation {
   double *q, *reversed, *lifted, *x, *y; /* the point */
   double *g, *s, *h, *more;              /* gradients: of y reversed, and of w lifted, and sums */
@@ -62,7 +62,7 @@ INLINE void evaluation_block(int64_t n, int64_t c, const evaluation *e) {
   v8_store(e->blocks + 8 * c, lower_block(n - c, e->y, e->q[c], e->reversed, v8_zero(), e->g));
 }
 
-/* gradient += what the blocks and w give; returns the value. */
+/* Adds the sums of the blocks and of w to the gradient; returns the value. */
 INLINE double evaluation_end(int64_t n, const evaluation *e, double *lanes, double *gradient) {
   lane_sums(0, n, e->blocks, e->s);
   upper(0, n, e->w, e->q, e->lifted, e->h, lanes, e->more);

@@ -15,16 +15,16 @@ typedef struct coefficients {
   const float *f;
 } coefficients;
 
-/* One point that a block is evaluated at: monomials m of columns with results w, numbers x of rows
- * with results y. */
+/* Operands of a block at one point: monomials m of its columns with the results w, factors x of its
+ * rows with the results y. */
 typedef struct point {
   const double *m, *x;
   double *w, *y;
 } point;
 
-/* A block of packed rows: `whole` vectors of columns, of which the first `vectors` are wanted, and
- * of `all` rows those from `first` to before `rows`. The first `plain` vectors give sums alone, at
- * the first point. */
+/* A block of packed rows. It has `whole` vectors of columns, of which a pass takes the first
+ * `vectors`, and `all` rows, of which it takes those in [first, rows). The first `plain` vectors
+ * contribute to sums alone, at the first point. */
 typedef struct packed_block {
   coefficients b;
   int64_t at, whole, vectors, plain, all, first, rows;
@@ -37,7 +37,7 @@ typedef struct own_row {
   double *y;
 } own_row;
 
-/* Lists that rows are added to, times q: by row. */
+/* Lists to which each row is added, times the q of the row. */
 typedef struct row_lists {
   double q;
   double *const *list;
@@ -61,9 +61,10 @@ INLINE v8x8 rows_set8(int rows, const double *x) {
   return s;
 }
 
-/* Packed coefficients come in order. Where `ahead` is set, what is needed so many numbers later is
- * asked for now: measured, that pays where much is done with each number and costs where little is,
- * but for short runs, of few rows of large blocks, where it would give 5 to 10 %. */
+/* Prefetch distance, in numbers. Packed coefficients are read in order; where `ahead` is set, a
+ * pass prefetches the number that it needs this much later. Measured: it pays where each number
+ * takes part in many operations and costs where it takes part in few, except for short runs of few
+ * rows of large blocks, where it would gain 5 to 10 %. */
 #define AHEAD 128
 
 INLINE v8 coefficient(bool single, bool ahead, const coefficients *b, int64_t at) {
@@ -77,17 +78,17 @@ INLINE v8 coefficient(bool single, bool ahead, const coefficients *b, int64_t at
   return v8_load(b->d + at);
 }
 
-/* What is done to the rows of a block. */
+/* Which products a pass makes with the rows of a block. */
 typedef enum work_on {
   WORK_SUMS,  /* y of one point */
   WORK_ADDS,  /* w of one point */
-  WORK_BOTH,  /* both */
-  WORK_OWN,   /* the same, with a row of one's own before the first */
+  WORK_BOTH,  /* y and w of one point */
+  WORK_OWN,   /* y and w of one point, with a separate row before the first */
   WORK_LISTS, /* y and w, and lists */
   WORK_TWICE  /* y and w of two points */
 } work_on;
 
-/* One vector of columns of each row into the rows' sums. */
+/* Adds the products of one vector of columns of each row to the rows' sums. */
 INLINE void sum_rows(bool single, bool ahead, int rows, const coefficients *b, int64_t at, v8 m,
                      v8x8 *sum) {
 #define X(k)                                                                                       \
@@ -97,8 +98,8 @@ INLINE void sum_rows(bool single, bool ahead, int rows, const coefficients *b, i
 #undef X
 }
 
-/* `rows` rows of a group of `size`, the first at `at`, at one point: sums into y[0..rows-1],
- * w += B^T x, lists += q times the row. */
+/* Multiplies `rows` rows of a group of `size`, the first at `at`, at one point: sums into
+ * y[0..rows-1], w += B^T x, lists += q times the row. */
 INLINE void group_rows(bool single, work_on what, int rows, const packed_block *k, int64_t at,
                        int64_t size, const double *m, const double *x, double *w, double *y,
                        const row_lists *l, const own_row *own) {
@@ -141,7 +142,7 @@ INLINE void group_rows(bool single, work_on what, int rows, const packed_block *
     v8_store_sums(rows, y, &sum);
 }
 
-/* The same at two points. */
+/* Multiplies such rows at two points. */
 INLINE void group_rows_twice(bool single, int rows, const packed_block *k, int64_t at, int64_t size,
                              int64_t row, const point p[2]) {
   v8x8 sum = rows_zero8(), sum2 = rows_zero8();
@@ -189,9 +190,9 @@ INLINE void group_work(bool single, work_on what, int rows, const packed_block *
                NULL);
 }
 
-/* All wanted rows of a block, in whole registers' worth; behind the last, y is zero up to a
- * multiple of 8 (a group's rows come in order, so what the sums of one spill the next overwrites).
- */
+/* Multiplies all rows of a block that a pass takes, as many at a time as registers hold. Behind the
+ * last row, y is zero up to a multiple of 8; the rows of a group are stored in order, so the next
+ * sums overwrite the zeros behind the last ones. */
 INLINE void block_work(bool single, work_on what, const packed_block *b, const point *p,
                        const row_lists *l, const own_row *own) {
   const int64_t most = what == WORK_TWICE || what == WORK_LISTS ? ROWS_FEW : ROWS_MANY;
@@ -257,7 +258,7 @@ INLINE packed_block packed_mirrored(const thrum_model *model) {
   return b;
 }
 
-/* On to block c, all of whose rows are wanted. */
+/* Steps from a block to the next one, c, with all its rows. */
 INLINE void packed_next(int64_t n, int64_t c, packed_block *b) {
   b->at += 8 * b->all * b->whole;
   b->first = 0;
@@ -265,13 +266,13 @@ INLINE void packed_next(int64_t n, int64_t c, packed_block *b) {
   b->all = b->rows = n - c;
 }
 
-/* Arrays of a pass, cut from its scratch. */
+/* The arrays of a pass, which lie in its scratch. */
 typedef struct pack_scratch {
   double *vectors[2][THRUM_PACK_VECTORS]; /* n + 1 numbers, whole lanes and a vector to spare */
-  double *columns[2][THRUM_PACK_COLUMNS]; /* by column */
-  double *blocks[2];                      /* lanes, 8 by block */
-  double *lanes;                          /* 8 by run */
-  double *more;                           /* of the tangent */
+  double *columns[2][THRUM_PACK_COLUMNS]; /* one number a column */
+  double *blocks[2];                      /* eight lanes a block */
+  double *lanes;                          /* eight lanes a run */
+  double *more;                           /* further scratch of the tangent */
 } pack_scratch;
 
 INLINE pack_scratch pack_cut(int64_t n, double *work) {
@@ -281,7 +282,7 @@ INLINE pack_scratch pack_cut(int64_t n, double *work) {
   s.lanes = work;
   work += 8 * vector;
 
-  // what a pass at one point needs comes first
+  // the arrays of the first point come first, so a pass at one point needs less scratch
   for (int which = 0; which < 2; which++) {
     for (int64_t k = 0; k < THRUM_PACK_VECTORS; k++, work += vector)
       s.vectors[which][k] = work;
@@ -295,7 +296,7 @@ INLINE pack_scratch pack_cut(int64_t n, double *work) {
   return s;
 }
 
-/* q three ways, each zero behind its end: as it is, reversed, lifted. */
+/* Writes q in three orders, plain, reversed and lifted, each with zeros behind its end. */
 INLINE void spread(int64_t n, int64_t given, const double *q, double one, double *plain,
                    double *reversed, double *lifted) {
   const int64_t size = thrum_padded(n + 1);
@@ -309,7 +310,7 @@ INLINE void spread(int64_t n, int64_t given, const double *q, double one, double
     plain[i] = reversed[n - 1 - i] = lifted[i + 1] = q[i];
 }
 
-/* The mirrored coordinates of q from z_first on, the others zero; as they are and lifted. */
+/* Writes the mirrored coordinates of q from z_first on, plain and lifted; the others are zero. */
 INLINE void spread_mirrored(int64_t n, int64_t first, const double *q, double one, double *plain,
                             double *lifted) {
   const int64_t size = thrum_padded(n + 1);
@@ -328,7 +329,7 @@ INLINE void column_monomials(bool mixed, int64_t last, const double *a, const do
                              const double *b, const double *lifted_b, double *m) {
   for (int64_t k = 0; k < last; k++) {
     const v8 a_k = v8_set1(a[k]), b_k = v8_set1(b[k]);
-    // a run's last vector spills into the next run, which is written later
+    // a run's last vector overlaps the next run, which is written later
     for (int64_t c = 0; c < k + 2; c += 8) {
       v8 product = v8_mul(a_k, v8_load(lifted_b + c));
       if (mixed)
@@ -352,7 +353,7 @@ INLINE void row_factors(bool mixed, int64_t rows, double s, const double *a, dou
   }
 }
 
-/* y of a block: g += q_c y; returns the lanes of sum_d y_d q_d that go on with `sum`. */
+/* y of a block: g += q_c y; returns `sum` plus the lanes of sum_d y_d q_d. */
 INLINE v8 lower_block(int64_t rows, const double *y, double q_c, const double *reversed, v8 sum,
                       double *g) {
   const v8 factor = v8_set1(q_c);
@@ -364,7 +365,7 @@ INLINE v8 lower_block(int64_t rows, const double *y, double q_c, const double *r
   return sum;
 }
 
-/* One vector of run b: returns g + q_b w; its products with `lifted` are added to the run's lanes.
+/* One vector of run b: returns g + q_b w; adds its products with `lifted` to the run's lanes.
  */
 INLINE v8 upper_part(bool starts, v8 part, double q_b, v8 lifted, double *lanes, v8 g) {
   const v8 before = starts ? v8_zero() : v8_load(lanes);
@@ -372,15 +373,15 @@ INLINE v8 upper_part(bool starts, v8 part, double q_b, v8 lifted, double *lanes,
   return v8_add(g, v8_mul(v8_set1(q_b), part));
 }
 
-/* The gradient of sum w_ba q_b q^_a over the runs first..last-1: g_a += q_b w_ba, lifted; lanes of
- * s_b = sum_a w_ba q^_a, from zero if `starts`. */
+/* Adds the gradient of sum w_ba q_b q^_a over the runs first..last-1: g_a += q_b w_ba, lifted;
+ * lanes of s_b = sum_a w_ba q^_a, from zero if `starts`. */
 INLINE void upper_runs(bool starts, int64_t first, int64_t last, const double *w, const double *q,
                        const double *lifted, double *g, double *lanes) {
   for (int64_t c = 0; c <= last; c += 8) {
     const v8 lifted_c = v8_load(lifted + c);
     v8 g_c = v8_load(g + c);
     int64_t b = c - 1 > first ? c - 1 : first;
-    // runs that end in this vector of columns, then those that go on
+    // runs that end in this vector of columns, then those that continue
     for (; b < last && b < c + 6; b++) {
       const v8 part = v8_load_range(w + thrum_pack_first(b) + c, 0, b + 2 - c);
       g_c = upper_part(starts && c == 0, part, q[b], lifted_c, lanes + 8 * b, g_c);
@@ -393,7 +394,8 @@ INLINE void upper_runs(bool starts, int64_t first, int64_t last, const double *w
   }
 }
 
-/* The sums of the lanes of these runs or blocks; behind the last zero up to a multiple of 8. */
+/* Adds up the lanes of these runs or blocks; behind the last sum there are zeros up to a multiple
+ * of 8. */
 INLINE void lane_sums(int64_t first, int64_t last, const double *lanes, double *s) {
   for (int64_t b = first; b < last; b += 8) {
     v8x8 sum = rows_zero8();

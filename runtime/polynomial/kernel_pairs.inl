@@ -1,11 +1,11 @@
-/* The tangent of a small model by pairs (runtime/polynomial/packed.h), and what it makes of a
+/* The tangent of a small model by pairs (runtime/polynomial/packed.h), and its product with a
  * vector, for a file that has included runtime/polynomial/kernel_model.inl. Cost: the bytes of the
  * coefficients by pairs, once, and 4 operations each.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/polynomial/kernel_private.h"
 
-/* y = B m. */
+/* y = B m; w is scratch. */
 INLINE void pairs_product(const thrum_model *model, const double *m, double *w, double *y) {
   const int64_t n = model->rank, rows = thrum_pairs_rows(n);
 
@@ -31,7 +31,7 @@ INLINE void pairs_product(const thrum_model *model, const double *m, double *w, 
     v8_store(y + k, v8_add(v8_load(y + k), v8_load(w + k)));
 }
 
-/* What both begin with: y = B m at q, into a list of the scratch. */
+/* The first step of both: y = B m at q, in an array of the scratch. */
 INLINE double *pairs_at(const thrum_model *model, const double *q, const pack_scratch *t,
                         const evaluation *e) {
   const int64_t n = model->rank;

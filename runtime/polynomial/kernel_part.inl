@@ -1,10 +1,10 @@
-/* The passes of runtime/polynomial/kernel_private.h that give what pushes the explicit modes alone,
- * in mirrored coordinates (runtime/polynomial/packed.h), for a file that has included
+/* The passes of runtime/polynomial/kernel_private.h that give the force on the explicit modes
+ * alone, in mirrored coordinates (runtime/polynomial/packed.h), for a file that has included
  * runtime/polynomial/kernel_model.inl.
  *
- * With k implicit modes z_0..z_{k-1} before the explicit ones, a block c < k is wanted for its y
- * alone: of its gradient by c and by its columns nothing is explicit. In the others the columns of
- * runs b < k are wanted for y alone.
+ * With k implicit modes z_0..z_{k-1} before the explicit ones, a block c < k is needed for its y
+ * alone, because no component of its gradient by c and by its columns is explicit. In the other
+ * blocks the columns of runs b < k are needed for y alone.
  * Cost: for each coefficient 2 operations (force), of a term with three explicit modes 4; for each
  * of a term with two explicit modes 2 (tangent times vector), with three 8.
  *

@@ -1,25 +1,33 @@
 /* Passes over the coefficients of V(q), design (1), one table of them for each instruction set.
  * Private to runtime/.
  *
- * Every table gives the same bits for finite results. What fixes them: no fused multiply-add, and
- *   - over a whole model, each of whose terms of degree 3 and 4 is q_d q_c q_b q_a with
- *     d >= c >= b >= a >= -1 and q_{-1} = 1 (runtime/polynomial/packed.h): x_dc = q_c q_d; m_ba =
- * q_b q_a; y_dc, over the columns (b,a), runs in 8 lanes, number of the column mod 8, ascending;
- * w_ba, over the rows, has c ascending and within it d descending. With y held: g_d adds q_c y_dc,
- * c ascending, and s_c sums y_dc q_d in lanes n-1-d mod 8. With w held: g_a adds q_b w_ba, b
- *     ascending, and s_b sums w_ba q_a in lanes a+1 mod 8. A gradient is (g + g) + (s + s), those
- *     with y held first;
- *   - a tangent by pairs (runtime/polynomial/packed.h): y_P sums the columns from its group's on,
- * in lanes, then adds w_P, which has the rows before its group ascending. The gradient is a third
- * of g + s, as above with y for w, V a sixth of the sum of m y in lanes; a tangent times v that
- * comes by pairs is g + s with v for q;
- *   - of the explicit modes alone, in mirrored coordinates (runtime/polynomial/packed.h), the same
- * with rows ascending, d in lanes d-c mod 8;
- *   - with the explicit modes held, over n mirrored coordinates, likewise; w_ba, within c, has the
- *     state's own row first; s_c is (l_c + the own row's y) + the sum of y_dc z_d. Restricting, own
- *     rows add up d ascending; what is linear and quadratic has the other order, its y summed over
- *     the columns that are held;
- *   - lanes are added as ((0+4)+(2+6))+((1+5)+(3+7)).
+ * Every table gives the same bits for finite results. The following rules fix them; there is no
+ * fused multiply-add.
+ *
+ * Whole model. Each term of degree 3 and 4 is q_d q_c q_b q_a with d >= c >= b >= a >= -1 and
+ * q_{-1} = 1 (runtime/polynomial/packed.h); x_dc = q_c q_d and m_ba = q_b q_a.
+ *   - y_dc is summed over the columns (b,a) in 8 lanes, the column's number mod 8, ascending.
+ *   - w_ba is summed over the rows with c ascending and, within c, d descending.
+ *   - With y held, g_d adds q_c y_dc with c ascending, and s_c sums y_dc q_d in lanes n-1-d mod 8.
+ *   - With w held, g_a adds q_b w_ba with b ascending, and s_b sums w_ba q_a in lanes a+1 mod 8.
+ *   - A gradient is (g + g) + (s + s), where the terms with y held come first.
+ *
+ * Tangent by pairs (runtime/polynomial/packed.h).
+ *   - y_P sums the columns from the first of its group on, in lanes, and then adds w_P, which sums
+ *     the rows before its group in ascending order.
+ *   - The gradient is a third of g + s, as above with y in place of w; V is a sixth of the sum of
+ *     m y in lanes; a tangent times v by pairs is g + s with v in place of q.
+ *
+ * Explicit modes alone, in mirrored coordinates (runtime/polynomial/packed.h). The order is that of
+ * the whole model, but rows ascend and d is in lane d-c mod 8.
+ *
+ * Explicit modes held, over n mirrored coordinates. The order is that of the explicit modes alone.
+ *   - Within c, w_ba begins with the state's own row.
+ *   - s_c is (l_c + the own row's y) + the sum of y_dc z_d.
+ *   - The restriction adds up own rows with d ascending. Linear and quadratic terms are in the
+ *     order that is not mirrored, and their y is summed over the held columns.
+ *
+ * Lanes are added as ((0+4)+(2+6))+((1+5)+(3+7)).
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_RUNTIME_POLYNOMIAL_KERNEL_PRIVATE_H
@@ -37,46 +45,47 @@ static inline int64_t thrum_pair_count(int64_t n) {
   return n * (n + 1) / 2;
 }
 
-/* As many numbers in whole vectors. */
+/* `count` rounded up to whole vectors of 8. */
 static inline int64_t thrum_whole(int64_t count) {
   return (count + 7) / 8 * 8;
 }
 
-/* Lengths of the scratch arrays of a pass: whole lanes, and one vector to spare. */
+/* Length of a scratch array of a pass for `count` numbers: whole vectors and one to spare. */
 static inline int64_t thrum_padded(int64_t count) {
   return thrum_whole(count) + 8;
 }
 
-/* Rows of scratch of a sweep. */
+/* Number of scratch rows of a sweep. */
 #define THRUM_SWEEP_VECTORS 9
 
-#define THRUM_SMALL_PIVOT 0.015625 /* beside the diagonal entry that it was */
+#define THRUM_SMALL_PIVOT 0.015625 /* smallest pivot relative to its first diagonal entry */
 
-/* Vectors of corrections a b^T + c d^T: `count` of each, `stride` doubles apart. */
+/* Vectors of the corrections a b^T + c d^T; there are `count` of each, `stride` doubles apart. */
 typedef struct thrum_two {
   const double *a, *b, *c, *d;
   int64_t count, stride;
 } thrum_two;
 
-/* Scratch `work` may have any content and overlaps no other argument. The first five read all
- * coefficients of a model once, packed (thrum_model_pack), the last two of them those of a small
- * model by pairs, which are more; the reference does without packing too. None has anything of the
- * quadratic terms of a model but restrict_to. */
+/* One kernel. The scratch `work` may have any content and overlaps no other argument. The first
+ * five passes read all coefficients of a packed model once (thrum_model_pack); `tangent` and
+ * `tangent_vector` read those of a small model by pairs, which are more numbers. The reference also
+ * takes a model that is not packed. Only restrict_to evaluates quadratic terms of a model. */
 typedef struct thrum_kernel {
   thrum_kernel_id id;
 
-  /* Cubic and quartic terms at q. */
+  /* Returns the sum of the cubic and quartic terms of V at q. */
   double (*energy)(const thrum_model *model, const double *q, double *work);
 
-  /* gradient += their gradient; returns their value, the same bits as `energy`. */
+  /* gradient += the gradient of these terms; returns their sum with the bits of `energy`. */
   double (*force)(const thrum_model *model, const double *q, double *gradient, double *work);
 
-  /* The same at two points, the bits of `force` at each. */
+  /* Evaluates `force` at two points, with its bits at each. */
   void (*forces)(const thrum_model *model, const double *const q[2], double *const gradient[2],
                  double value[2], double *work);
 
-  /* hessian (rank x rank) += their Hessian; on entry it must be symmetric. `gradient`, if not NULL,
-   * as `force`, which also gives the value; its last bits are others. Has more scratch. */
+  /* hessian (rank x rank) += the Hessian of these terms; on entry it must be symmetric. Adds the
+   * gradient to `gradient`, if not NULL, and returns the value, as `force` but with other last
+   * bits. It needs more scratch. */
   double (*tangent)(const thrum_model *model, const double *q, double *gradient, double *hessian,
                     double *work);
 
@@ -84,15 +93,16 @@ typedef struct thrum_kernel {
   void (*tangent_vector)(const thrum_model *model, const double *q, const double *v,
                          double *product, double *work);
 
-  /* The first `split` entries of `force`, and the value; and of `tangent_vector` for a v whose
-   * others are zero. Their last bits are others. */
+  /* The first adds the first `split` entries of `force` and returns the value; the second adds
+   * those of `tangent_vector` for a v that is zero beyond them. Their last bits differ. */
   double (*force_part)(const thrum_model *model, int64_t split, const double *q, double *gradient,
                        double *work);
   void (*tangent_vector_part)(const thrum_model *model, int64_t split, const double *q,
                               const double *v, double *product, double *work);
 
-  /* V with the first `split` coordinates held at q, without the constant, see polynomial.h; then
-   * its gradient and value at q (n), and its Hessian (n x n), which has more scratch. */
+  /* The first writes V with the first `split` coordinates held at q, without its constant (see
+   * polynomial.h). The second gives its gradient and value at q (n), the third its Hessian (n x n),
+   * which needs more scratch. */
   void (*restrict_to)(const thrum_model *model, int64_t split, const double *q, double *restricted,
                       double *work);
   double (*restricted_gradient)(const thrum_model *model, int64_t split, const double *restricted,
@@ -100,24 +110,25 @@ typedef struct thrum_kernel {
   void (*restricted_hessian)(const thrum_model *model, int64_t split, const double *restricted,
                              const double *q, double *hessian, double *work);
 
-  /* y = matrix x for a symmetric matrix (n x n), no overlap: sums ascending, down a column. */
+  /* y = matrix x for a symmetric matrix (n x n); the arguments do not overlap. Each sum runs down a
+   * column in ascending order. */
   void (*product)(int64_t n, const double *matrix, const double *x, double *y);
 
-  /* matrix (n x n) += a b^T + c d^T for each of the pairs, in their order: all of it, or the lower
-   * triangle, and then what is above the diagonal is useless. */
+  /* matrix (n x n) += a b^T + c d^T for each of the pairs, in their order. With `lower` only the
+   * lower triangle holds afterwards, and entries above the diagonal are undefined. */
   void (*rank_two)(int64_t n, bool lower, const thrum_two *pairs, double *matrix);
 
-  /* Sweeps the pivots of a symmetric matrix, n even, in their order, two by two, while each is
-   * positive and not small beside the diagonal entry that it was; returns how many. A row takes
-   * thrum_whole(n) doubles, zero beyond n. On entry it is there whole; in the end what is
-   * above the diagonal is useless. work: THRUM_SWEEP_VECTORS rows. */
+  /* Sweeps the pivots of a symmetric matrix, n even, in their order, two at a time, while each is
+   * positive and not small relative to its first diagonal entry; returns how many were swept. A row
+   * takes thrum_whole(n) doubles and is zero beyond n. On entry the whole matrix holds; afterwards
+   * entries above the diagonal are undefined. work: THRUM_SWEEP_VECTORS rows. */
   int64_t (*sweep)(int64_t n, double *matrix, double *work);
 } thrum_kernel;
 
-/* Plain C, for every machine, and what the others are tested against. */
+/* Plain C for every machine, against which the others are tested. */
 extern const thrum_kernel thrum_kernel_reference;
 
-/* Those that this build has. */
+/* The other kernels that this build has. */
 #if (defined(__x86_64__) || defined(__i386__)) && defined(__GNUC__)
 #define THRUM_KERNEL_HAS_X86 1
 extern const thrum_kernel thrum_kernel_avx2;

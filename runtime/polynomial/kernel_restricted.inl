@@ -2,9 +2,10 @@
  * coordinates (runtime/polynomial/packed.h), for a file that has included
  * runtime/polynomial/kernel_model.inl.
  *
- * With n implicit modes z_0..z_{n-1} the blocks c < n have all that is left of V: their rows d < n
- * the quartic and cubic terms in them, their other rows, added up, the terms with one explicit
- * mode. Those with two and three are the rows of the highest modes in the other order.
+ * With n implicit modes z_0..z_{n-1} the blocks c < n hold all coefficients that remain of V. Their
+ * rows d < n are the quartic and cubic terms in these modes; the sum of their other rows gives the
+ * terms with one explicit mode. Terms with two and three explicit modes are the rows of the highest
+ * modes in the order that is not mirrored.
  * Cost: the restriction 2 operations for each coefficient of a term with an implicit and an
  * explicit mode; the gradient 4, the Hessian 6 for each of a term in the implicit modes alone.
  *
@@ -13,7 +14,8 @@
 
 #include "runtime/polynomial/kernel_private.h"
 
-/* Linear and quadratic terms; the latter's places are those of the columns (b,-1) of rows c. */
+/* Writes the linear and quadratic terms of the restriction; a quadratic term stands in the column
+ * (b,-1) of row c. */
 INLINE void restrict_low(const thrum_model *model, int64_t split, const double *q_given,
                          double *restricted, double *work) {
   const int64_t rank = model->rank, n = rank - split;
@@ -33,7 +35,7 @@ INLINE void restrict_low(const thrum_model *model, int64_t split, const double *
   }
   for (int64_t k = 0; k < thrum_restricted_first(n); k++)
     restricted[k] = k < n ? g[k] : 0.0;
-  // of the others, those columns whose coordinates are all held
+  // in the other rows, only the columns whose coordinates are all held
   const int64_t vectors = (thrum_pack_first(split) + 7) / 8;
   double *row = restricted + thrum_restricted_count(n);
   for (int64_t c = n - 1; c >= 0; c--) {
@@ -101,7 +103,7 @@ PASS double pass_restricted_gradient(const thrum_model *model, int64_t split,
   return lanes_dot(n, e.q, e.s);
 }
 
-/* From mirrored coordinates, and back. */
+/* Reverses the order of entries: from mirrored coordinates and back. */
 INLINE void reverse(int64_t count, double *a) {
   for (int64_t k = 0; k < count / 2; k++) {
     const double kept = a[k];

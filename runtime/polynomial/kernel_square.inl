@@ -1,8 +1,8 @@
 /* The passes of runtime/polynomial/kernel_private.h over a square matrix, for a file that has
  * included runtime/polynomial/kernel_lanes.h.
  *
- * Columns are taken in up to four vectors, which stay in registers while the rows, or the pairs of
- * vectors, go by.
+ * A pass takes up to four vectors of columns, which stay in registers while it runs over the rows
+ * or over the pairs of vectors.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <stdbool.h>
@@ -10,7 +10,7 @@
 
 #define SQUARE_VECTORS 4
 
-/* CALL(vectors), which is to know the number when it is compiled. */
+/* CALL(vectors) with a number that the compiler knows, so that it unrolls. */
 #define SQUARE_CASES(vectors, CALL)                                                                \
   switch (vectors) {                                                                               \
   case 1:                                                                                          \
@@ -26,8 +26,8 @@
     CALL(SQUARE_VECTORS);                                                                          \
   }
 
-/* The same for the rows begin..end-1 of n from column `first` on: all of them, or the lower
- * triangle in whole vectors, which may go past the diagonal. */
+/* The same for all rows begin..end-1 of n and the columns from `first` on, or for the lower
+ * triangle in whole vectors, which may reach past the diagonal. */
 #define SQUARE_ROWS(n, lower, CALL)                                                                \
   for (int64_t first = 0; first < n; first += 8 * SQUARE_VECTORS) {                                \
     const int64_t most = square_vectors(n - first);                                                \
@@ -38,12 +38,12 @@
     }                                                                                              \
   }
 
-/* Vectors that hold so many columns, but no more than are taken at once. */
+/* Number of vectors for these columns, at most the number taken at once. */
 INLINE int64_t square_vectors(int64_t columns) {
   return columns < 8 * SQUARE_VECTORS ? (columns + 7) / 8 : SQUARE_VECTORS;
 }
 
-/* Vector k of so many, of which only the last may not be whole. */
+/* Loads vector k of `vectors`, of which only the last may be partial. */
 INLINE v8 square_load(const double *p, int k, int vectors, v8_mask last) {
   return k + 1 < vectors ? v8_load(p + 8 * k) : v8_load_mask(p + 8 * k, last);
 }
@@ -55,7 +55,7 @@ INLINE void square_store(double *p, int k, int vectors, int64_t columns, v8 a) {
     v8_store_first(p + 8 * k, a, columns - 8 * k);
 }
 
-/* The columns from `first` on. */
+/* Adds up the products in the columns from `first` on. */
 INLINE void product_columns(int vectors, int64_t n, int64_t first, const double *matrix,
                             const double *x, double *y) {
   const v8_mask last = v8_range(0, n - first - 8 * (vectors - 1));
@@ -78,7 +78,7 @@ PASS void pass_product(int64_t n, const double *matrix, const double *x, double 
 #undef CALL
 }
 
-/* Rows begin..end-1, the columns from `first` on. */
+/* Corrects rows begin..end-1 in the columns from `first` on. */
 INLINE void rank_two_rows(int vectors, int64_t n, int64_t first, int64_t begin, int64_t end,
                           const thrum_two *t, double *matrix) {
   const v8_mask last = v8_range(0, n - first - 8 * (vectors - 1));
@@ -116,9 +116,11 @@ static const union {
                    ~0ULL, ~0ULL, ~0ULL, ~0ULL}};
 static const double sweep_unit[16] = {0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0};
 
-/* Scratch of a sweep, rows of the matrix. With f the column of pivot k and s that of l as k leaves
- * it, both without these two entries, m and n the same over minus the pivots: what is added to row
- * i is m_i f + n_i s, and rows and columns k and l become row_k and row_l. */
+/* Scratch of a sweep, each array as long as a row of the matrix.
+ *
+ * f is the column of pivot k, and s that of l after k was swept, both without these two entries; m
+ * and n are f and s divided by minus the pivots. Row i gets m_i f + n_i s added, and rows and
+ * columns k and l become row_k and row_l. */
 typedef struct sweep_pair {
   double *least, *f, *s, *m, *n, *row_k, *row_l, *raw_k, *raw_l;
 } sweep_pair;
@@ -136,15 +138,15 @@ INLINE sweep_pair sweep_cut(int64_t stride, double *work) {
   return p;
 }
 
-/* a in lanes k and l of a vector without them. */
+/* Replaces lanes k and l of a vector by two numbers. */
 INLINE v8 sweep_put(v8 a, int64_t k, double at_k, double at_l) {
   const v8 e_k = v8_load(sweep_unit + 8 - k), e_l = v8_load(sweep_unit + 7 - k);
   const v8 both = v8_add(v8_mul(v8_set1(at_k), e_k), v8_mul(v8_set1(at_l), e_l));
   return v8_add(v8_and(a, v8_load(sweep_others.lanes + 8 - k)), both);
 }
 
-/* The columns of the next two pivots; false where one is not to be taken. Rows are whole up to
- * `whole`; from there on the columns are. */
+/* Fills the columns of the next two pivots; false where a pivot is too small. Rows of the matrix
+ * hold up to column `whole`, from there on its columns do. */
 INLINE bool sweep_columns(int64_t n, int64_t k, int64_t whole, const double *matrix,
                           const sweep_pair *p) {
   const int64_t stride = thrum_whole(n), lane = k % 8;
@@ -185,7 +187,7 @@ INLINE bool sweep_columns(int64_t n, int64_t k, int64_t whole, const double *mat
   return true;
 }
 
-/* Rows begin..end-1, the columns from `first` on. */
+/* Corrects rows begin..end-1 in the columns from `first` on. */
 INLINE void sweep_rows(int vectors, int64_t stride, int64_t first, int64_t begin, int64_t end,
                        int64_t k, const sweep_pair *p, double *matrix) {
   v8 f[SQUARE_VECTORS], s[SQUARE_VECTORS], others[SQUARE_VECTORS];
