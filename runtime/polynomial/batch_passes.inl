@@ -192,8 +192,11 @@ PASS void ask_for(const double *from, size_t bytes) {
     _mm_prefetch((const char *)from + k, _MM_HINT_T1);
 }
 
+/* Initialiser of the table of passes in this file. */
 #define THRUM_BATCH_TABLE                                                                          \
   {                                                                                                \
-    LANES, pass_force_part, pass_tangent_vector_part, pass_restrict, pass_restricted_gradient,     \
-        pass_restricted_hessian, ask_for                                                           \
+    .lanes = LANES, .force_part = pass_force_part,                                                 \
+    .tangent_vector_part = pass_tangent_vector_part, .restrict_to = pass_restrict,                 \
+    .restricted_gradient = pass_restricted_gradient,                                               \
+    .restricted_hessian = pass_restricted_hessian, .ask_for = ask_for,                             \
   }

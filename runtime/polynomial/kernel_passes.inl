@@ -11,9 +11,13 @@
 #include "runtime/polynomial/kernel_restricted.inl"
 #include "runtime/polynomial/kernel_square.inl"
 
-#define THRUM_KERNEL_TABLE(id)                                                                     \
+/* Initialiser of the table of passes in this file. */
+#define THRUM_KERNEL_TABLE(kernel_id)                                                              \
   {                                                                                                \
-    id, pass_energy, pass_force, pass_forces, pass_tangent, pass_tangent_vector, pass_force_part,  \
-        pass_tangent_vector_part, pass_restrict, pass_restricted_gradient,                         \
-        pass_restricted_hessian, pass_product, pass_rank_two, pass_sweep                           \
+    .id = kernel_id, .energy = pass_energy, .force = pass_force, .forces = pass_forces,            \
+    .tangent = pass_tangent, .tangent_vector = pass_tangent_vector, .force_part = pass_force_part, \
+    .tangent_vector_part = pass_tangent_vector_part, .restrict_to = pass_restrict,                 \
+    .restricted_gradient = pass_restricted_gradient,                                               \
+    .restricted_hessian = pass_restricted_hessian, .product = pass_product,                        \
+    .rank_two = pass_rank_two, .sweep = pass_sweep,                                                \
   }

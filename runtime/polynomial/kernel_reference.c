@@ -626,17 +626,19 @@ static int64_t reference_sweep(int64_t n, double *matrix, double *work) {
   return n;
 }
 
-const thrum_kernel thrum_kernel_reference = {THRUM_KERNEL_REFERENCE,
-                                             reference_energy,
-                                             reference_force,
-                                             reference_forces,
-                                             reference_tangent,
-                                             reference_tangent_vector,
-                                             reference_force_part,
-                                             reference_tangent_vector_part,
-                                             reference_restrict,
-                                             reference_restricted_gradient,
-                                             reference_restricted_hessian,
-                                             reference_product,
-                                             reference_rank_two,
-                                             reference_sweep};
+const thrum_kernel thrum_kernel_reference = {
+    .id = THRUM_KERNEL_REFERENCE,
+    .energy = reference_energy,
+    .force = reference_force,
+    .forces = reference_forces,
+    .tangent = reference_tangent,
+    .tangent_vector = reference_tangent_vector,
+    .force_part = reference_force_part,
+    .tangent_vector_part = reference_tangent_vector_part,
+    .restrict_to = reference_restrict,
+    .restricted_gradient = reference_restricted_gradient,
+    .restricted_hessian = reference_restricted_hessian,
+    .product = reference_product,
+    .rank_two = reference_rank_two,
+    .sweep = reference_sweep,
+};
