@@ -18,7 +18,7 @@
 
 enum { FLOAT = 5126, UNSIGNED = 5125, VERTICES = 34962, INDICES = 34963 };
 
-/* What is being made; accessors and views are numbered alike. */
+/* The file in the making; accessors and views are numbered alike. */
 typedef struct glb {
   cJSON *root, *views, *accessors;
   const recorded_run *run;

@@ -208,14 +208,11 @@ thrum_status load_spec_parse(const char *text, load_spec *load, thrum_error *err
 
   // pairs first: they are at the end, and a group's name may hold commas itself
   key_values values = {0};
-  thrum_status status = take_keys(body, text, &values, error);
-  if (status == THRUM_OK)
-    status = parse_body(body, kind, &parsed, error);
-  if (status == THRUM_OK)
-    status = make_course(kind, &values, text, &parsed.course, error);
-  if (status == THRUM_OK)
-    *load = parsed;
-  return status;
+  THRUM_TRY(take_keys(body, text, &values, error));
+  THRUM_TRY(parse_body(body, kind, &parsed, error));
+  THRUM_TRY(make_course(kind, &values, text, &parsed.course, error));
+  *load = parsed;
+  return THRUM_OK;
 }
 
 /* "a, b, c" of the model's groups, cut short with "..." */

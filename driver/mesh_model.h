@@ -8,7 +8,7 @@
 
 #define MESH_MODEL_FIXES_MAX 32
 
-/* What a mesh needs besides, as of precompute. */
+/* The options that a mesh needs to become a model, as those of precompute. */
 typedef struct mesh_model_def {
   const char *fixes[MESH_MODEL_FIXES_MAX];
   int64_t fix_count;

@@ -1,4 +1,5 @@
-/* What reading a mesh changed, said to the user. SPDX-License-Identifier: Apache-2.0 */
+/* Warnings of the changes that reading a mesh made to it, and of its faults.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "driver/mesh_warnings.h"
 
 #include "config/message.h"

@@ -230,7 +230,7 @@ uint64_t named_model_hash(uint64_t hash, const void *data, size_t size) {
   return hash;
 }
 
-/* What the model file's bytes depend on. */
+/* The hash of everything that the model file's bytes depend on. */
 static thrum_status hash_recipe(const model_recipe *recipe, uint64_t *hash, thrum_error *error) {
   char text[512];
   void *mesh = NULL;
@@ -321,11 +321,8 @@ static thrum_status load_cached(const model_recipe *recipe, bool quiet, const th
                                 char path[NAMED_MODEL_PATH_MAX], thrum_error *error) {
   uint64_t hash = 0;
   char folder[NAMED_MODEL_PATH_MAX];
-  thrum_status status = hash_recipe(recipe, &hash, error);
-  if (status >= 0)
-    status = named_model_cache_folder(folder, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(hash_recipe(recipe, &hash, error));
+  THRUM_TRY(named_model_cache_folder(folder, error));
 
   // the hash in the name makes a file of another build or mesh a different file
   snprintf(path, NAMED_MODEL_PATH_MAX, "%.*s/%s-%016" PRIx64 ".npz", NAMED_MODEL_PATH_MAX - 64,
@@ -338,8 +335,8 @@ static thrum_status load_cached(const model_recipe *recipe, bool quiet, const th
   if (there && !quiet)
     config_warn("%s is damaged and is made again", path);
 
-  status = make_cached(recipe, path, quiet, error);
-  return status >= 0 ? thrum_model_load(path, model, error) : status;
+  THRUM_TRY(make_cached(recipe, path, quiet, error));
+  return thrum_model_load(path, model, error);
 }
 
 thrum_status named_model_load(const char *text, bool quiet, const thrum_model **model,
@@ -348,9 +345,7 @@ thrum_status named_model_load(const char *text, bool quiet, const thrum_model **
   named_model_file own;
   if (file == NULL)
     file = &own;
-  thrum_status status = model_recipe_find(text, &recipe, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(model_recipe_find(text, &recipe, error));
   file->path = recipe.found ? file->cached : text;
   return recipe.found ? load_cached(&recipe, quiet, model, file->cached, error)
                       : thrum_model_load(text, model, error);

@@ -14,7 +14,7 @@
 #define MODEL_RECIPE_FIXES_MAX 8
 #define MODEL_RECIPE_TEXT_MAX 64
 
-/* What NAME.json says. */
+/* The contents of NAME.json. */
 typedef struct model_recipe {
   bool found; /* false: the text asked for is not one of our names, or a file bears it */
   const char *name;

@@ -63,10 +63,7 @@ thrum_status precompute_dry_run(const precompute_outcome *outcome, const uint8_t
                                 bool *flagged, thrum_error *error) {
   thrum_estimate estimate;
   const precompute_request *request = outcome->request;
-  const thrum_status status =
-      thrum_precompute_estimate(outcome->mesh, fixed, &request->options, &estimate, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_precompute_estimate(outcome->mesh, fixed, &request->options, &estimate, error));
   (request->json ? print_json : print_table)(outcome->mesh, outcome->fixed_count, &estimate);
   *flagged = !estimate.fits;
   return THRUM_OK;

@@ -37,7 +37,8 @@ static bool show_progress(void *context, thrum_stage stage, double fraction) {
   return true;
 }
 
-/* Of the model and of the modes; neither may take the place of the other, nor of the mesh. */
+/* Checks the paths of the model and of the modes: neither may take the place of the other, nor of
+ * the mesh. */
 static thrum_status check_outputs(const precompute_request *request, thrum_error *error) {
   const char *const paths[] = {request->output, request->export_modes};
   if (request->output[0] == 0)
@@ -248,7 +249,7 @@ static thrum_status find_handles(const precompute_request *request, const thrum_
   return THRUM_OK;
 }
 
-/* What the model would take. */
+/* Shows the memory and the time that the model would take. */
 static thrum_status estimate_model(precompute_request *request, const uint8_t *fixed,
                                    precompute_outcome *outcome, thrum_error *error) {
   thrum_imported_basis imported = {0};

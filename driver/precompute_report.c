@@ -2,7 +2,7 @@
  * keeps as meta.
  *
  * Meta holds no folders, and no times on request, so that the same mesh and options then give the
- * same file, whoever runs it and wherever. SPDX-License-Identifier: Apache-2.0 */
+ * same file on any machine with the same build. SPDX-License-Identifier: Apache-2.0 */
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>

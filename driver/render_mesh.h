@@ -1,4 +1,4 @@
-/* What is shown of a model, whatever shows it (glTF, vertex caches, the browser): the skin of its
+/* The surface that is drawn of a model (by glTF, vertex caches and the browser): the skin of its
  * mesh, or a surface embedded in the mesh, as the same arrays. SPDX-License-Identifier: Apache-2.0
  */
 #ifndef THRUM_DRIVER_RENDER_MESH_H
@@ -17,9 +17,9 @@ typedef struct render_mesh {
   int32_t *triangles; /* triangle_count x 3: 0-based vertices of these */
 } render_mesh;
 
-/* Of a model with a mesh and a basis (THRUM_MISSING). `surface` is NULL: the skin, the triangles
- * between a tetrahedron and nothing, outwards counter-clockwise; or the path of a surface that
- * `thrum embed` wrote, which must be of this model; or of an .obj or .stl in metres, which is
+/* The model must have a mesh and a basis (THRUM_MISSING). `surface` is NULL: the skin, the
+ * triangles between a tetrahedron and nothing, outwards counter-clockwise; or the path of a surface
+ * that `thrum embed` wrote, which must be of this model; or of an .obj or .stl in metres, which is
  * embedded here, with a warning where it lies outside. */
 thrum_status render_mesh_make(const thrum_model *model, const char *surface, render_mesh *shown,
                               thrum_error *error);

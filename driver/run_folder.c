@@ -1,4 +1,4 @@
-/* The RUN folder: complete or not there at all, and never in place of somebody else's files.
+/* The RUN folder: complete or not there at all, and never in place of the user's other files.
  *
  * A run is written into a work folder of its own and moved at the end. An earlier run is known by
  * its run.json, which says that it is one. SPDX-License-Identifier: Apache-2.0 */
@@ -71,7 +71,7 @@ static bool is_empty(const char *path) {
   return empty;
 }
 
-/* What stands at the path now; sets folder->existed. */
+/* Refuses a path where files of another origin stand; sets folder->existed. */
 static thrum_status look_at(run_folder *folder, const char *mark, thrum_error *error) {
   struct stat status;
   const char *path = folder->path;

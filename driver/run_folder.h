@@ -1,4 +1,4 @@
-/* The RUN folder: complete or not there at all, and never in place of somebody else's files.
+/* The RUN folder: complete or not there at all, and never in place of the user's other files.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_DRIVER_RUN_FOLDER_H
 #define THRUM_DRIVER_RUN_FOLDER_H

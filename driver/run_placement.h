@@ -18,7 +18,7 @@ typedef struct run_placement {
   double scale;
 } run_placement;
 
-/* What a run.json says (`name`: in messages); untouched where it says nothing. */
+/* Reads the placement from a run.json (`name`: in messages); untouched where it has none. */
 thrum_status run_placement_read(const char *name, const cJSON *object, run_placement *place,
                                 thrum_error *error);
 

@@ -7,7 +7,7 @@
 #include "driver/run_placement.h"
 #include "thrum/thrum.h"
 
-/* What `thrum simulate` left in a folder. */
+/* The run that `thrum simulate` left in a folder. */
 typedef struct recorded_run {
   const thrum_model *model;
   int64_t rank; /* of q: the run's, at most the model's */

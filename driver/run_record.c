@@ -51,7 +51,7 @@ static thrum_status look(driver_run *run, int32_t n, thrum_error *error) {
   return THRUM_OK;
 }
 
-/* What was seen of a body, into its figures and a row of its series. */
+/* Adds the state of a body to its figures, and as a row to its series. */
 static thrum_status record_body(driver_run *run, int32_t n, int64_t step, bool row,
                                 thrum_error *error) {
   const driver_stepper *stepper = &run->stepper;

@@ -14,7 +14,7 @@
 #include "thrum/scene.h"
 #include "thrum/thrum.h"
 
-/* What `thrum simulate SCENE.json` is asked for besides. */
+/* The options of `thrum simulate SCENE.json` beside the file. */
 typedef struct scene_request {
   const char *path, *output;
   double time, dt; /* 0: as the file says */

@@ -263,8 +263,7 @@ static thrum_status add_body(scene_run *run, int32_t n, thrum_error *error) {
 
 static thrum_status make_bodies(scene_run *run, thrum_error *error) {
   const scene_spec *spec = &run->spec;
-  thrum_status status = THRUM_OK;
-  for (int32_t n = 0; n < spec->bodies.count && status >= 0; n++) {
+  for (int32_t n = 0; n < spec->bodies.count; n++) {
     scene_body_run *body = &run->bodies[n];
     const scene_loaded *loaded = scene_model_of(&run->models, n);
 
@@ -279,15 +278,12 @@ static thrum_status make_bodies(scene_run *run, thrum_error *error) {
              body->spec->name);
 
     // gravity is noted first, so that it leads the list of loads
-    status = make_request(run, body, error);
-    if (status >= 0)
-      note_gravity(run, body);
-    if (status >= 0)
-      status = add_body(run, n, error);
-    if (status >= 0)
-      status = add_loads(run, n);
+    THRUM_TRY(make_request(run, body, error));
+    note_gravity(run, body);
+    THRUM_TRY(add_body(run, n, error));
+    THRUM_TRY(add_loads(run, n));
   }
-  return status;
+  return THRUM_OK;
 }
 
 thrum_status scene_run_build(scene_run *run, thrum_error *error) {
@@ -299,24 +295,19 @@ thrum_status scene_run_build(scene_run *run, thrum_error *error) {
 
   // models are loaded once for all bodies that share them
   run->run.name = run->request->path;
-  thrum_status status = driver_run_open(&run->run, (int32_t)spec->bodies.count, error);
-  if (status >= 0)
-    status = scene_models_load(spec, run->request->quiet, &run->models, error);
-  if (status >= 0)
-    status = thrum_scene_make(run->dt, &run->scene, error);
+  THRUM_TRY(driver_run_open(&run->run, (int32_t)spec->bodies.count, error));
+  THRUM_TRY(scene_models_load(spec, run->request->quiet, &run->models, error));
+  THRUM_TRY(thrum_scene_make(run->dt, &run->scene, error));
 
   // what acts on all bodies comes before the bodies
   run->run.stepper = scene_run_stepper(run);
-
-  if (status >= 0)
-    status = scene_run_base_motions(run, error);
-  if (status >= 0 && thrum_scene_set_gravity(run->scene, spec->gravity, &detail) < 0)
+  THRUM_TRY(scene_run_base_motions(run, error));
+  if (thrum_scene_set_gravity(run->scene, spec->gravity, &detail) < 0)
     return scene_run_refuse(run, &spec->settings.at, "gravity", detail.status, &detail);
-  if (status >= 0)
-    status = make_bodies(run, error);
-  if (status >= 0)
-    status = scene_run_wind(run);
-  if (status >= 0)
-    status = scene_run_obstacles(run);
-  return status >= 0 ? scene_run_probes(run) : status;
+
+  // wind, obstacles and probes refer to the bodies
+  THRUM_TRY(make_bodies(run, error));
+  THRUM_TRY(scene_run_wind(run));
+  THRUM_TRY(scene_run_obstacles(run));
+  return scene_run_probes(run);
 }

@@ -102,10 +102,10 @@ static thrum_status open_probes(scene_run *run, thrum_error *error) {
 }
 
 thrum_status scene_run_open(scene_run *run, thrum_error *error) {
-  thrum_status status = scene_folder_open(run->request->output, &run->folder, error);
-  for (int32_t n = 0; n < run->spec.bodies.count && status >= 0; n++)
-    status = open_body(run, n, error);
-  return status >= 0 ? open_probes(run, error) : status;
+  THRUM_TRY(scene_folder_open(run->request->output, &run->folder, error));
+  for (int32_t n = 0; n < run->spec.bodies.count; n++)
+    THRUM_TRY(open_body(run, n, error));
+  return open_probes(run, error);
 }
 
 /* --- rows --------------------------------------------------------------------------------------
@@ -154,7 +154,7 @@ static cJSON *placement_json(const scene_run *run, const scene_body_run *body) {
   return object;
 }
 
-/* What contact did to a body; null where nothing can touch it. */
+/* Forces and energies of the contact of a body; null where nothing can touch it. */
 static void add_contact(const scene_run *run, const thrum_scene_body_info *info, cJSON *object) {
   const thrum_contact_report *contact = &info->contact;
   if (run->spec.obstacles.count == 0 || contact->steps == 0) {

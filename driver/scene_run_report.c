@@ -1,4 +1,4 @@
-/* What a run of a scene prints: a table for people, one JSON object for programs and scene.json.
+/* The report of a scene's run: a table for people, one JSON object for programs and scene.json.
  * SPDX-License-Identifier: Apache-2.0 */
 #include <inttypes.h>
 #include <math.h>

@@ -1,5 +1,5 @@
-/* What of a scene file acts on all bodies, and what is followed: shaking ground, wind, obstacles,
- * probes. SPDX-License-Identifier: Apache-2.0 */
+/* The parts of a scene file that all bodies share: base motions, wind, obstacles and probes.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include <stdlib.h>
 #include <string.h>
 

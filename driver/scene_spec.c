@@ -140,20 +140,16 @@ static thrum_status check_obstacle(const scene_spec *spec, const scene_obstacle_
   const double *n = obstacle->normal;
 
   // keys that a shape needs, and keys of other shapes
-  thrum_status status = check_key(spec, at, "normal", shape == SCENE_PLANE, false, "plane");
-  if (status >= 0)
-    status = check_key(spec, at, "radius", shape == SCENE_SPHERE, true, "sphere");
-  if (status >= 0)
-    status = check_key(spec, at, "size", shape == SCENE_BOX, true, "box");
-  if (status >= 0)
-    status = check_key(spec, at, "rotation", shape == SCENE_BOX, false, "box");
-  if (status >= 0)
-    status = check_key(spec, at, "inside", shape != SCENE_PLANE, false, "sphere or box");
+  THRUM_TRY(check_key(spec, at, "normal", shape == SCENE_PLANE, false, "plane"));
+  THRUM_TRY(check_key(spec, at, "radius", shape == SCENE_SPHERE, true, "sphere"));
+  THRUM_TRY(check_key(spec, at, "size", shape == SCENE_BOX, true, "box"));
+  THRUM_TRY(check_key(spec, at, "rotation", shape == SCENE_BOX, false, "box"));
+  THRUM_TRY(check_key(spec, at, "inside", shape != SCENE_PLANE, false, "sphere or box"));
 
   // a normal may have any length but none
-  if (status >= 0 && !isnormal(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]))
-    status = config_record_refuse(&spec->file, at, "normal", THRUM_BAD_VALUE, "has no length");
-  return status;
+  if (!isnormal(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]))
+    return config_record_refuse(&spec->file, at, "normal", THRUM_BAD_VALUE, "has no length");
+  return THRUM_OK;
 }
 
 static thrum_status check_probe(const scene_spec *spec, const scene_probe_spec *probe) {
@@ -191,7 +187,7 @@ static thrum_status check(scene_spec *spec) {
 /* --- files -------------------------------------------------------------------------------------
  */
 
-/* What holds without the keys of a scene, but for its file. */
+/* The defaults of a scene. */
 static void begin_scene(scene_spec *spec) {
   *spec = (scene_spec){
       .settings = {.def = thrum_default_state_def()},
@@ -218,7 +214,7 @@ thrum_status scene_spec_read_text(const char *name, const char *bytes, size_t le
   return read_scene(spec);
 }
 
-/* What is shown in place of a body's own surface is of use to viewers alone, but must be there. */
+/* A surface shown in place of a body's own is of use to viewers alone, but must be there. */
 static thrum_status check_surface(const scene_spec *spec, const scene_body_spec *body) {
   if (body->surface == NULL || access(body->surface, R_OK) == 0)
     return THRUM_OK;

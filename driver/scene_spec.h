@@ -1,4 +1,4 @@
-/* What a scene file says (docs/scenes.md), before any model is loaded.
+/* The contents of a scene file (docs/scenes.md), before any model is loaded.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_DRIVER_SCENE_SPEC_H
 #define THRUM_DRIVER_SCENE_SPEC_H
@@ -12,7 +12,8 @@
 
 #define SCENE_DEGREE 0.017453292519943295 /* [rad] */
 
-/* What a scene and each of its bodies have; a body begins with what the scene says. */
+/* Settings that a scene and each of its bodies have; those of the scene are the bodies' defaults.
+ */
 typedef struct scene_settings {
   config_record at;
   thrum_state_def def; /* its dt is the scene's */

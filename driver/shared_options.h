@@ -37,7 +37,7 @@ extern const char *const full_solver_names[];
 #define OPTION_LOAD(taken, otherwise, text)                                                        \
   OPTION_TEXT("load", "LOAD", otherwise, text, .repeats = true, .take = taken)
 
-/* What LOAD is, for the notes of commands. */
+/* The forms of LOAD, for the notes of commands. */
 #define LOAD_NOTES                                                                                 \
   "LOAD is KIND:X,Y,Z@TARGET[,from=S][,until=S], a force in newtons:\n"                            \
   "  impulse   for 0.003 s, or until=        square    for 0.3 s, or until=\n"                     \

@@ -1,4 +1,4 @@
-/* What of a run is measured on the body: stress in all tetrahedra, and monitors of where the model
+/* Measures of a run on the body: stress in all tetrahedra, and monitors of where the model
  * can be believed. SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_DRIVER_SIMULATE_MEASURES_H
 #define THRUM_DRIVER_SIMULATE_MEASURES_H

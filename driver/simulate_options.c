@@ -153,7 +153,7 @@ static int check_full(simulate_request *request) {
   return COMMAND_DONE;
 }
 
-/* What cannot be seen option by option. */
+/* Checks that take several options together. */
 static int finish(int argc, char **argv, simulate_request *request) {
   const int code = config_one_argument("simulate", "model", argc, argv, &request->model_path);
   if (code != COMMAND_DONE)

@@ -1,4 +1,4 @@
-/* What a run prints: a table for people, one JSON object for programs and for run.json.
+/* The report of a run: a table for people, one JSON object for programs and for run.json.
  * SPDX-License-Identifier: Apache-2.0 */
 #include "driver/simulate_report.h"
 
@@ -111,8 +111,8 @@ static cJSON *files_json(const run_output *output) {
   return files;
 }
 
-/* Fallback levels of the fallback chain (design 8), and what the watch of imexv saw and did (design
- * 4). */
+/* Fallback levels of the fallback chain (design 8), and what the stability monitor of imexv found
+ * and changed (design 4). */
 static void add_robustness(cJSON *object, const simulate_figures *figures) {
   const thrum_state_report *report = &figures->report;
 
@@ -165,7 +165,8 @@ static void add_full(cJSON *object, const simulate_figures *figures) {
   json_number(full, "dt_stable", figures->full.dt_stable);
 }
 
-/* What came into the body and left it, and what of its energy that does not explain. */
+/* The energy that came into the body and left it, and the part of its energy that this does not
+ * explain. */
 static void add_work(cJSON *object, const simulate_figures *figures) {
   const double gained = figures->last.total - figures->first.total;
   cJSON *work = cJSON_AddObjectToObject(object, "work");

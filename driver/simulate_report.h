@@ -6,7 +6,7 @@
 #include "driver/simulate_figures.h"
 #include "driver/simulate_measures.h"
 
-/* What the object of a run or of a scene's run begins with: the report of `thrum simulate`, and why
+/* The beginning of the object of a run or of a scene's run: the report of `thrum simulate`, and why
  * the run ended early where `stop` says so. */
 cJSON *simulate_report_begin(const char *status, const thrum_error *stop);
 

@@ -60,7 +60,7 @@ static thrum_status prepare(single_run *single, thrum_error *error) {
   return driver_run_open_body(run, 0, request->run_path, single->model, error);
 }
 
-/* What is allowed and yet hardly meant; said when nothing can be refused any more. */
+/* Warns of options that are allowed and yet hardly meant, once nothing can be refused any more. */
 static void warn_before(const single_run *single) {
   const simulate_request *request = single->request;
   if (request->load_count == 0 && request->start_count == 0 && request->base_motion_count == 0)

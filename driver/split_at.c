@@ -1,4 +1,4 @@
-/* What a state of a model would be at a given time step, asked of the runtime itself.
+/* The split that a state of a model would have at a given time step, asked of the runtime itself.
  * SPDX-License-Identifier: Apache-2.0 */
 #include "driver/split_at.h"
 

@@ -78,7 +78,7 @@ static thrum_status add_loads(const static_request *request, const thrum_model *
   return THRUM_OK;
 }
 
-/* What is shown of the body where it rests. */
+/* Reads displacements off the body where it rests. */
 static thrum_status look(static_answer *answer, const search *s, thrum_error *error) {
   const static_request *request = answer->request;
 
@@ -139,30 +139,21 @@ static thrum_status find(static_answer *answer, search *s, double *q, thrum_erro
   def.solver = request->solver;
 
   // held vertices belong to the body, so they are known before it is made
-  thrum_status status = allocate(model, s, error);
-  if (status >= 0)
-    status = take_moves(request, model, s, error);
-  if (status >= 0)
-    status = thrum_full_create(model, s->held, &def, &s->body, error);
-  if (status >= 0)
-    status = add_loads(request, model, s, error);
+  THRUM_TRY(allocate(model, s, error));
+  THRUM_TRY(take_moves(request, model, s, error));
+  THRUM_TRY(thrum_full_create(model, s->held, &def, &s->body, error));
+  THRUM_TRY(add_loads(request, model, s, error));
 
-  // what to show is looked up before the search, so that a slip costs nothing
-
-  if (status >= 0)
-    status = look(answer, s, error);
-  if (status >= 0)
-    status = thrum_full_rest(s->body, s->forces, request->move_count > 0 ? s->moves : NULL, &found,
-                             error);
-  if (status < 0)
-    return status;
+  // displacements are read once before the search, so that a wrong target fails at once
+  THRUM_TRY(look(answer, s, error));
+  THRUM_TRY(thrum_full_rest(s->body, s->forces, request->move_count > 0 ? s->moves : NULL, &found,
+                            error));
 
   // the answer is read off the body at rest
   fill_report(answer, &found, s, q);
-  status = look(answer, s, error);
-  if (status >= 0 && request->frame != NULL)
-    status = vtu_write_whole(request->frame, model, s->field, error);
-  return status;
+  THRUM_TRY(look(answer, s, error));
+  return request->frame != NULL ? vtu_write_whole(request->frame, model, s->field, error)
+                                : THRUM_OK;
 }
 
 thrum_status static_full_find(static_answer *answer, double *q, thrum_error *error) {

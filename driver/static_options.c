@@ -117,7 +117,7 @@ static bool same_target(const load_target *a, const load_target *b) {
   return a->all == b->all && a->vertex == b->vertex && strcmp(a->group, b->group) == 0;
 }
 
-/* Where the loads act, when nobody says what to show. */
+/* Shows the displacements where the loads act, when no target is given. */
 static void default_targets(static_request *request) {
   for (int64_t n = 0; n < request->load_count; n++) {
     // gravity has no target, and a target is shown once

@@ -1,4 +1,4 @@
-/* What `thrum static` found, and how it is shown.
+/* The answer of `thrum static` and its forms.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_DRIVER_STATIC_REPORT_H
 #define THRUM_DRIVER_STATIC_REPORT_H

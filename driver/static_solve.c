@@ -25,7 +25,7 @@ static thrum_status add_loads(const thrum_model *model, const load_spec *loads, 
   return THRUM_OK;
 }
 
-/* What is allowed and yet hardly meant. */
+/* Warns of loads that are allowed and yet hardly meant. */
 static void warn_idle(const thrum_model *model, const char *said, const double *load) {
   bool idle = true;
   for (int64_t i = 0; i < model->rank; i++)

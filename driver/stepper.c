@@ -1,4 +1,4 @@
-/* What steppers of all kinds have in common. SPDX-License-Identifier: Apache-2.0 */
+/* The functions that steppers of all kinds have in common. SPDX-License-Identifier: Apache-2.0 */
 #include "driver/stepper.h"
 
 #include <stddef.h>

@@ -36,7 +36,7 @@ typedef struct driver_stepper_kind {
   thrum_status (*displacements)(void *self, int32_t body, double *u, thrum_error *error);
   /* Position and rotation of a free body as a column-major 4 x 4; NULL: bodies stay in place. */
   void (*placement)(const void *self, int32_t body, double matrix[16]);
-  /* What else belongs to a row, such as probes; NULL: nothing. */
+  /* Records what else belongs to a row, such as probes; NULL: nothing. */
   thrum_status (*record_row)(void *self, int64_t step, double time, thrum_error *error);
 
   /* q and p to continue from (rank each); THRUM_NOT_FINITE: there is no such state. */

@@ -1,5 +1,5 @@
-/* What acts on a single body over time, as vectors of its stepper: coordinates of a reduced model,
- * components of the full order. SPDX-License-Identifier: Apache-2.0 */
+/* The loads that act on a single body over time, as vectors of its stepper: coordinates of a
+ * reduced model, components of the full order. SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_DRIVER_STEPPER_LOADS_H
 #define THRUM_DRIVER_STEPPER_LOADS_H
 
