@@ -1,4 +1,4 @@
-/* What a scene counts: time, steps and bodies. SPDX-License-Identifier: Apache-2.0 */
+/* Time, steps and bodies of a scene. SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
 #include "scene/scene_access.h"

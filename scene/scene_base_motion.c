@@ -1,4 +1,4 @@
-/* The ground that base motions under all bodies (thrum/base_motion.h, design 12).
+/* The moving ground under all bodies (thrum/base_motion.h, design 12).
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 

@@ -5,8 +5,8 @@
 
 #include "scene/scene_data.h"
 
-/* What a body needs to touch obstacles and be pulled, for `state` of `derived`; NULL where there is
- * neither. */
+/* Makes the data with which a body touches obstacles and is pulled, for `state` of `derived`; NULL
+ * where there is neither. */
 thrum_status scene_touch_make(const thrum_scene *scene, const scene_body *body,
                               const scene_model *derived, const thrum_state *state,
                               scene_touch **touch, thrum_error *error);

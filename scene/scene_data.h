@@ -1,4 +1,4 @@
-/* What a scene is made of; private to scene/.
+/* The parts of a scene; private to scene/.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_SCENE_SCENE_DATA_H
 #define THRUM_SCENE_SCENE_DATA_H
@@ -38,7 +38,7 @@ typedef struct scene_pull {
   double target[3], stiffness, damping;
 } scene_pull;
 
-/* What moves a free body as a whole, in the world. */
+/* Force and torque on a free body as a whole, in the world. */
 typedef struct scene_wrench {
   double force[3];  /* [N] */
   double torque[3]; /* about the centre of mass [N m] */

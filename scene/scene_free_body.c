@@ -31,7 +31,7 @@ static void find_momentum(const double inverse[9], const double spin[3], double 
         determinant;
 }
 
-/* The turning of the scaled body: lengths by s, the inertia by d s^5. */
+/* The rigid frame of the scaled body: lengths by s, the inertia by d s^5. */
 static thrum_status make_rigid_frame(const thrum_scene_body_def *def, scene_body *body,
                                      thrum_error *error) {
   const thrum_status status = thrum_rigid_frame_of(def->model, &body->rigid_frame, error);

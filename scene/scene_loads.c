@@ -1,4 +1,4 @@
-/* What acts on the bodies over time: gravity, loads, the ground (design 5, 12).
+/* Loads on the bodies over time: gravity, loads, the moving ground (design 5, 12).
  *
  * A load is fixed in the world, so it is turned into the body's axes and reduced once; a step sums
  * directions times their mean over it. Time is counted from the scene's origin, which moves when dt

@@ -63,7 +63,7 @@ static void add_moment(const scene_body *body, int64_t vertex, const double forc
   }
 }
 
-/* What the load does to the body as a whole. */
+/* Force and moments of the load on the body as a whole. */
 static void find_whole(const scene_body *body, const thrum_scene_load *load, double moments[9],
                        double resultant[3]) {
   const int64_t all = body->model->vertex_count;

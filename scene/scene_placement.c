@@ -1,4 +1,4 @@
-/* Where a body is in the world, and the point of a body there.
+/* Placement of a body in the world, and vectors between world and body axes.
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 

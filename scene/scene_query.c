@@ -1,4 +1,5 @@
-/* What a scene shows of its bodies. SPDX-License-Identifier: Apache-2.0 */
+/* Positions, energies and parameters of the bodies of a scene. SPDX-License-Identifier: Apache-2.0
+ */
 #include "runtime/base/fp_contract.h"
 
 #include "scene/scene_query.h"

@@ -28,7 +28,7 @@ static thrum_status push(const thrum_scene *scene, scene_body *body, thrum_error
   return status;
 }
 
-/* What a step did for the energy of a body. */
+/* Adds up the work and the losses of a step for a body. */
 static void count_work(const thrum_scene *scene, scene_body *body) {
   const thrum_model *model = body->derived->model;
   body->q_known = body->p_known = false;

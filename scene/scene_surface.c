@@ -51,8 +51,8 @@ static void area_of(const thrum_model *model, const int32_t *corner, double area
   }
 }
 
-/* What each vertex of the model stands for: a third of its triangles; all is vertex_count x 4, the
- * area vector and the plain area. */
+/* The area that each vertex of the model stands for: a third of its triangles; all is vertex_count
+ * x 4, the area vector and the plain area. */
 static void share_areas(const thrum_scene_body_def *def, double *all) {
   const double square = def->scale * def->scale;
   for (int64_t n = 0; n < def->triangle_count; n++) {

@@ -5,9 +5,9 @@
  *
  * With c the velocity of the body as a whole, u = w - c decays as u' = u / (1 + h |F| / (m |u|))
  * under F = sum f(u) alone: the drag on the whole is divided so, which makes it the mean over the
- * step, and no step goes past the wind. What turning and deforming add, f(w - v) - f(u), is taken
- * at the start of the step and divided by 1 + h kappa, kappa = rho C_d sum |a_v| |w - v|max |U_v|^2
- * a bound of its rate: an explicit force could otherwise turn the motion over. Cost: 12 r
+ * step, and no step goes past the wind. The part from rotation and deformation, f(w - v) - f(u), is
+ * taken at the start of the step and divided by 1 + h kappa, kappa = rho C_d sum |a_v| |w - v|max
+ * |U_v|^2 a bound of its rate: an explicit force could otherwise turn the motion over. Cost: 12 r
  * operations a vertex of the surface, and the synchronised momentum.
  *
  * SPDX-License-Identifier: Apache-2.0 */
@@ -45,14 +45,14 @@ static double length_of(const double *vector) {
   return sqrt(vector[0] * vector[0] + vector[1] * vector[1] + vector[2] * vector[2]);
 }
 
-/* What a body does in a wind, in its own axes. */
+/* Motion of a body relative to a wind, in its own axes. */
 typedef struct scene_flow {
-  double wind[3], way[3], spin[3]; /* of the air, and of a free body as a whole */
+  double wind[3], way[3], spin[3]; /* velocities of the air and of a free body as a whole */
   double centre[3];
-  double past[3]; /* of the air past the body as a whole */
-  double fastest; /* of its vertices, without the whole */
-  double mean;    /* of the drag on the whole over the step, to that at its start */
-  double share;   /* of what else the body's motion adds, that one step can take */
+  double past[3]; /* velocity of the air past the body as a whole */
+  double fastest; /* largest speed of its vertices, without that of the whole */
+  double mean;    /* mean drag on the whole over the step, relative to that at its start */
+  double share;   /* share of the other drag from the body's motion that one step can take */
 } scene_flow;
 
 /* The velocity of a vertex without that of the body as a whole. */
@@ -115,7 +115,7 @@ static double mean_of(const thrum_scene *scene, const scene_body *body, const sc
   return 1 / (1 + scene->dt * length_of(sum) / (body->way.mass * speed));
 }
 
-/* How much one step can take of what turning and deforming add to the drag. */
+/* Share of the drag from rotation and deformation that one step can take. */
 static double limit(const thrum_scene *scene, const scene_body *body, const scene_flow *flow) {
   double rate = 0, rigid_frame = 0, longest = 0;
   const double *inverse = body->rigid_frame.inverse;

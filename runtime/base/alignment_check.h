@@ -1,4 +1,4 @@
-/* What a caller lends: memory that one of its objects is laid into. Private to the runtime.
+/* Checks of memory of the caller into which an object is laid. Private to the runtime.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_RUNTIME_BASE_ALIGNMENT_CHECK_H
 #define THRUM_RUNTIME_BASE_ALIGNMENT_CHECK_H
@@ -8,7 +8,7 @@
 
 #include "thrum/status.h"
 
-#define THRUM_ALIGNMENT 64u /* of what is laid into it [bytes] */
+#define THRUM_ALIGNMENT 64u /* alignment of every such object [bytes] */
 
 /* The next multiple of the alignment. */
 static inline size_t thrum_round_up(size_t size) {

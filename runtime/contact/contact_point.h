@@ -10,10 +10,10 @@
 /* The rows of U of point `point` of the contact. */
 const double *thrum_point_rows(const thrum_contact_run *run, int64_t point);
 
-/* Where a point that lies at `rest` in the mesh is with q = 0 [m]. */
+/* Position of the point `rest` of the mesh in the world with q = 0 [m]. */
 void thrum_point_rest(const thrum_contact_run *run, const double rest[3], double x[3]);
 
-/* Where it is at the start of the step [m]. */
+/* Its position at the start of the step [m]. */
 void thrum_point_start(const thrum_contact_run *run, const double *rows, const double rest[3],
                        double x[3]);
 

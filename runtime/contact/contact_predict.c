@@ -1,5 +1,5 @@
-/* Where a step will end without contact (docs/contact.md): the integrators of design 5 to 7, linear
- * about the present state with the stiffness at rest,
+/* Prediction of the end of a step without contact (docs/contact.md): the integrators of design 5 to
+ * 7, linear about the present state with the stiffness at rest,
  *
  *   dq_i = s_i [h p_i + h^2/2 (f_i - R_i(q))],   s_i = 1 / (1 + h/2 d_i + h^2/4 w_i^2),
  *

@@ -23,7 +23,7 @@
 
 struct thrum_contact {
   uint64_t magic;
-  uint64_t bytes;       /* of the whole block */
+  uint64_t bytes;       /* size of the whole block */
   uint64_t state_bytes; /* what a snapshot of the state holds */
   int64_t point_count;
   int64_t touch_max;
@@ -41,14 +41,14 @@ struct thrum_contact {
   double depth, normal;                             /* report */
   int64_t steps, redone, declined, dropped, sweeps; /* report */
   double moved[3], force[3];   /* of the translation in the step that has begun [m], [N] */
-  double turned[3], torque[3]; /* of the turning [rad], [N m] */
+  double turned[3], torque[3]; /* of the rotation [rad], [N m] */
   int32_t rank;
   int32_t sweeps_max;
   int32_t fresh; /* 1: no step yet, so what overlaps began so */
   int32_t begun; /* 1: between begin and end */
 };
 
-/* What is remembered of a point and an obstacle (or one wall of a room) that touch. */
+/* History of a touch between a point and an obstacle (or one wall of a room). */
 typedef struct thrum_touching {
   int32_t point, obstacle, face;
   int32_t towards; /* 1: the point was last seen moving towards the obstacle */
@@ -74,10 +74,10 @@ typedef struct thrum_contact_row {
   double damping;     /* c/h [N/m] */
   double restitution, friction;
   double speed;           /* along the normal at the start, relative to the obstacle [m/s] */
-  double gained;          /* what the step adds to it towards the obstacle without contact [m/s] */
+  double gained;          /* change of it towards the obstacle in the step without contact [m/s] */
   double unloaded_length; /* length of the displacement without contact and pulls [m] */
   double ceiling;         /* the spring pushes only while gap' is below [m] */
-  double slide[3];        /* where friction would have the tangential displacement: 0 to this [m] */
+  double slide[3];        /* tangential displacement that friction aims at: 0 to this [m] */
   double seen[3];         /* displacement of the point when its row was last solved [m] */
   double work, rubbed, driven; /* of the step made: on the body, and of the moving obstacle [J] */
 } thrum_contact_row;

@@ -222,7 +222,7 @@ static void try_face(thrum_contact_run *run, const moving_point *point, int32_t 
     contact->row_count++;
 }
 
-/* How far any point may be from its place at rest now or at the end of the step. */
+/* Bound of the distance of any point from its place at rest, now and at the end of the step. */
 static double reach_of(const thrum_contact_run *run) {
   const double *unloaded = run->view.unloaded, *moved = run->view.moved;
 

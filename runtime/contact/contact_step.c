@@ -13,7 +13,7 @@
 #include "runtime/contact/contact_private.h"
 #include "runtime/dynamics/state_layout.h"
 
-#define ROUNDING 1e-10 /* of what went through contact, that it may give back too much */
+#define ROUNDING 1e-10 /* share of the energy flow of contact that rounding may add */
 
 /* The first attempt, shifted ones, one without release, one without contact. */
 enum { ATTEMPT_FIRST = 0, ATTEMPT_RELEASED = 4, ATTEMPT_WITHOUT = 5 };
@@ -26,7 +26,7 @@ void thrum_translation_step(thrum_translation *translation, const double force[3
   }
 }
 
-/* The turning's share of a run: where the body would turn to without contact, and its response. */
+/* Fills the rotation of a run: how the body would rotate without contact, and its response. */
 static void fill_rigid_frame(thrum_contact_run *run) {
   const thrum_rigid_frame *rigid_frame = run->environment->rigid_frame;
   const thrum_placement *placement = run->environment->placement;

@@ -1,5 +1,5 @@
-/* What the loaders share: a file as one aligned heap block. They are the only places of the runtime
- * that allocate.
+/* Reading a file into one aligned heap block, for the loaders. They are the only places of the
+ * runtime that allocate.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_RUNTIME_MODEL_FILE_BUFFER_H

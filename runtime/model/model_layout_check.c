@@ -1,4 +1,4 @@
-/* What makes a model valid: which arrays come together, how sizes agree, what values may be.
+/* Checks of a model: which arrays come together, how sizes agree, in which ranges values lie.
  * Shared by files of any alignment and by models made by hand, hence arrays as bytes.
  * Cost: one pass over every array.
  *

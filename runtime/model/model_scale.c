@@ -18,7 +18,7 @@
 #include "runtime/model/model_layout.h"
 #include "thrum/polynomial.h"
 
-/* What each array is multiplied by. */
+/* Factor of each array. */
 typedef struct factors {
   double omega2, c3, c4, axis_mass, basis;
 } factors;

@@ -12,7 +12,7 @@
 
 #define THRUM_ZIP_MEMBERS_MAX 4096 /* keeps the search for duplicates short */
 
-/* Where a walk over an archive stands. Copying it copies the position. */
+/* Position of a walk over an archive. Copying it copies the position. */
 typedef struct thrum_zip {
   const unsigned char *bytes;
   size_t directory; /* offset of the central directory = end of the local records */

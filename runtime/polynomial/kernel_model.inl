@@ -38,7 +38,7 @@ PASS double pass_energy(const thrum_model *model, const double *q_given, double 
 /* The arrays of a force evaluation at one point. */
 typedef struct evaluation {
   double *q, *reversed, *lifted, *x, *y; /* the point */
-  double *g, *s, *h, *more;              /* gradients: of y reversed, and of w lifted, and sums */
+  double *g, *s, *h, *more;              /* gradients of y (reversed) and of w (lifted), and sums */
   double *m, *w;
   double *blocks; /* lanes of s */
 } evaluation;

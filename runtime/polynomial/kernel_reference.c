@@ -206,7 +206,7 @@ static void pairs_product(const thrum_model *model, const double *m, double *row
   axpy(columns, 1.0, w, y);
 }
 
-/* What both begin with: y = B m at q, which comes back. */
+/* The first step of both: returns y = B m at q. */
 static double *pairs_at(const thrum_model *model, const double *q, double **work, evaluation *e) {
   const int64_t n = model->rank, rows = thrum_pairs_rows(n);
   double *row = *work, *y = row + rows;

@@ -66,7 +66,7 @@ void thrum_pack_row_mirrored(const thrum_model *model, int64_t c, int64_t d, int
     gather_mirrored(model, c, d, row);
 }
 
-/* Where c3 and c4 have their blocks, and how many columns those of c4 have. */
+/* Places of the blocks in c3 and c4, and the number of columns of those of c4. */
 typedef struct blocks {
   int64_t c3[THRUM_PAIRS_RANK_MOST], c4[THRUM_PAIRS_RANK_MOST], columns[THRUM_PAIRS_RANK_MOST];
 } blocks;
@@ -152,7 +152,7 @@ static void gather_pairs(const thrum_model *model, int64_t k, double *row) {
     gather_run(model, &at, d, c, b, a, row + thrum_pack_first(b) + 1);
 }
 
-/* Where row k of B lies; a group begins with its own columns. */
+/* Place of row k of B; a group begins with its own columns. */
 static int64_t pairs_row_at(int64_t n, int64_t k) {
   const int64_t first = k / 8 * 8;
   return thrum_pairs_at(n) + first * thrum_pairs_rows(n) - first * (first - 8) / 2 + 8 * (k % 8);

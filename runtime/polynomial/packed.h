@@ -103,7 +103,7 @@ static inline int64_t thrum_pairs_count(int64_t n) {
   return n <= THRUM_PAIRS_RANK_MOST ? 32 * groups * (groups + 1) : 0;
 }
 
-/* Where they begin, and numbers in all that is packed. */
+/* First number of the pairs, and number of all packed numbers. */
 static inline int64_t thrum_pairs_at(int64_t n) {
   return 2 * thrum_pack_count(n);
 }
@@ -112,7 +112,8 @@ static inline int64_t thrum_pack_all(int64_t n) {
   return thrum_pairs_at(n) + thrum_pairs_count(n);
 }
 
-/* Where a restricted polynomial has its rows r_c, in whole vectors, one after the other; l is at 0.
+/* First number of the rows r_c of a restricted polynomial, in whole vectors, one after the other; l
+ * is at 0.
  */
 static inline int64_t thrum_restricted_first(int64_t n) {
   return thrum_whole(n);

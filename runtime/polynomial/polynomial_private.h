@@ -1,4 +1,4 @@
-/* What the runtime's own files share about the polynomial V(q), design (1): evaluation by a given
+/* The polynomial V(q), design (1), for the runtime's own files: evaluation by a given
  * kernel, and V restricted to the implicit modes for the inner iteration of design 5. Private to
  * runtime/.
  *

@@ -32,7 +32,7 @@ struct thrum_monitor {
   int64_t rank;
   int64_t vertex_count;
   int64_t sampled_tet_count;
-  double unit;               /* of reach [m] */
+  double unit;               /* unit of reach [m] */
   size_t tips, mass, points; /* offsets */
 };
 
@@ -81,7 +81,7 @@ static thrum_status check_def(const thrum_model *model, const thrum_monitor_def 
   return THRUM_OK;
 }
 
-/* How many sampled tets there will be. */
+/* Number of sampled tetrahedra of this def. */
 static int64_t sampled_tets_of(const thrum_model *model, const thrum_monitor_def *def) {
   return def->sampled_tets || def->sampled_tet_count < model->tet_count ? def->sampled_tet_count
                                                                         : model->tet_count;

@@ -204,7 +204,7 @@ static void copy(const double from[6], double *to, int64_t n) {
     memcpy(to + 6 * n, from, 6 * sizeof *from);
 }
 
-/* What is wanted of tet n with the displacements u of its corners. */
+/* Writes the requested quantities of tetrahedron n, with the displacements u of its corners. */
 static void read_tet(const thrum_stress_point_tet *data, const double u[12], int64_t n,
                      const thrum_stress_points_output *output) {
   double g[3][3], strain[6], stress[6];

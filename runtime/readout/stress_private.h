@@ -1,4 +1,4 @@
-/* How stress points lie in memory, private to the runtime (thrum/stress.h).
+/* Memory layout of stress points, private to the runtime (thrum/stress.h).
  *
  * Stress points on all tets keep one set of rows of U a vertex; stress points on chosen ones keep
  * the rows of their four corners, whether or not two share a vertex: chosen tets are few and

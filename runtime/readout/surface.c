@@ -102,7 +102,7 @@ thrum_status thrum_surface_size(const thrum_model *model, const thrum_surface_de
   return THRUM_OK;
 }
 
-/* Where the rest positions and the rows come from: the model, or the def itself. */
+/* Source of the rest positions and the rows: the model, or the def itself. */
 typedef struct source {
   const double *positions; /* count x 3 */
   const double *basis;     /* 3 count x columns; NULL: rows */

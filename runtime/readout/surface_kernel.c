@@ -21,7 +21,7 @@ void thrum_surface_kernel_reference(int64_t rank, const float *rows, const float
 #if (defined(__x86_64__) || defined(__i386__)) && defined(__GNUC__)
 #include <immintrin.h>
 
-/* How far ahead rows are asked for, in floats: a hardware prefetcher stops at each page. */
+/* Prefetch distance of rows, in floats: a hardware prefetcher stops at each page. */
 #define AHEAD (32 * THRUM_SURFACE_LANES)
 
 __attribute__((target("avx2"))) static void kernel_avx2(int64_t rank, const float *rows,

@@ -112,7 +112,7 @@ double thrum_tet_least_stretch(const double strain[6], double ratio) {
 
   // the stretch squared is 1 + 2 e; the sign tells an inverted tetrahedron
   const double square = 1 + 2 * fmin(a[0][0], fmin(a[1][1], a[2][2]));
-  // of a flat tet rounding may make the square negative
+  // rounding may make the square of a flat tetrahedron negative
   const double stretch = square > 0 ? sqrt(square) : 0;
   return ratio < 0 ? -stretch : stretch;
 }

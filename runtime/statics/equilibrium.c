@@ -27,12 +27,12 @@
 
 #define DEF_COOKIE UINT32_C(0x65717569)
 #define ALIGNMENT 64
-#define CORRECTION 0.5   /* of a step: what Newton may change in it */
-#define SHORTEST 0x1p-20 /* of the load so far: a step this short ends at a limit point */
-#define BEYOND 1e-3      /* of the load so far: how far the body is loaded past a limit point */
-#define LINEAR 0.1       /* of the stiffness at rest: what the linear estimate may be off by */
-#define PLACE_TRIES 40   /* of regula falsi */
-#define PLACE_NEAR 1e-9  /* of the load there: where it ends */
+#define CORRECTION 0.5   /* share of a step that Newton may change in it */
+#define SHORTEST 0x1p-20 /* share of the load so far: a step this short ends at a limit point */
+#define BEYOND 1e-3    /* share of the load so far by which the body is loaded past a limit point */
+#define LINEAR 0.1     /* largest error of the linear estimate relative to the stiffness at rest */
+#define PLACE_TRIES 40 /* iterations of regula falsi */
+#define PLACE_NEAR 1e-9 /* share of the load there at which it ends */
 
 thrum_equilibrium_def thrum_default_equilibrium_def(void) {
   const thrum_equilibrium_def def = {.cookie = DEF_COOKIE,
@@ -141,11 +141,11 @@ static thrum_status check_arguments(const thrum_model *model, const thrum_equili
 /* A path that is followed; the last accepted equilibrium lies in s.q and s.rate. */
 typedef struct path {
   thrum_search s;
-  double factor; /* of the load at s.q */
+  double factor; /* factor of the load at s.q */
   double step;   /* to be tried */
   double least;  /* eigenvalue of T at s.q */
   double energy; /* V there */
-  double norm;   /* of the residual there */
+  double norm;   /* norm of the residual there */
   void (*visit)(void *context, const thrum_equilibrium_point *point);
   void *context;
 } path;

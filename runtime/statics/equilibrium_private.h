@@ -45,9 +45,9 @@ typedef struct thrum_search {
 #undef X
 } thrum_search;
 
-/* How good s->trial is as an equilibrium under factor times the load. */
+/* Residual of s->trial as an equilibrium under factor times the load. */
 typedef struct thrum_search_measure {
-  double norm;   /* of the residual: sqrt(sum g_i^2 / scale_i) */
+  double norm;   /* norm of the residual: sqrt(sum g_i^2 / scale_i) */
   double merit;  /* V - factor f q */
   double energy; /* V */
 } thrum_search_measure;
