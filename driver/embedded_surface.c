@@ -51,8 +51,8 @@ thrum_status embedded_surface_write(const thrum_model *model, const char *model_
     return status;
   char *meta = make_meta(model_name, path, scale);
   embed_progress progress = {config_progress_make(quiet), clock_seconds()};
-  const thrum_embed_watch watch = {tell, &progress};
-  status = thrum_embed_make(model, &surface, meta, &watch, embed, error);
+  const thrum_embed_progress reporting = {tell, &progress};
+  status = thrum_embed_make(model, &surface, meta, &reporting, embed, error);
   if (status >= 0)
     config_progress_done(&progress.bar);
   else

@@ -91,15 +91,15 @@ static thrum_status bind_vertex(const thrum_tet_tree *tree, int64_t v, embed_arr
 }
 
 static thrum_status bind_all(const thrum_model *model, int64_t count,
-                             const thrum_embed_watch *watch, embed_arrays *a,
+                             const thrum_embed_progress *progress, embed_arrays *a,
                              thrum_embed_report *report, thrum_error *error) {
   thrum_tet_tree *tree = NULL;
   thrum_status status =
       thrum_tet_tree_make(model->vertices, model->tets, model->tet_count, &tree, error);
   for (int64_t v = 0; v < count && status >= 0; v++) {
     status = bind_vertex(tree, v, a, report, error);
-    if (watch != NULL && v % 1024 == 0)
-      watch->tell(watch->context, (double)v / (double)count);
+    if (progress != NULL && v % 1024 == 0)
+      progress->tell(progress->context, (double)v / (double)count);
   }
   thrum_tet_tree_free(tree);
   return status;
@@ -144,8 +144,8 @@ static thrum_embedding as_embedding(const thrum_model *model, const thrum_surfac
 }
 
 thrum_status thrum_embed_make(const thrum_model *model, const thrum_surface_mesh *surface,
-                              const char *meta, const thrum_embed_watch *watch, thrum_embed *embed,
-                              thrum_error *error) {
+                              const char *meta, const thrum_embed_progress *progress,
+                              thrum_embed *embed, thrum_error *error) {
   if (!model->tets || !model->vertices || !model->basis)
     return thrum_error_set(error, THRUM_MISSING,
                            "the model has no mesh or no basis, so nothing can be embedded in it: "
@@ -155,7 +155,7 @@ thrum_status thrum_embed_make(const thrum_model *model, const thrum_surface_mesh
                                .farthest = -1};
   thrum_status status =
       allocate(model, surface, meta, &a)
-          ? bind_all(model, surface->vertex_count, watch, &a, &report, error)
+          ? bind_all(model, surface->vertex_count, progress, &a, &report, error)
           : thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory for the surface");
   for (int64_t v = 0; v < surface->vertex_count && status >= 0; v++)
     status = make_rows(model, v, &a, error);

@@ -28,19 +28,19 @@ typedef struct thrum_embed {
 } thrum_embed;
 
 /* Who is told how far the work is, 0 to 1, now and then. */
-typedef struct thrum_embed_watch {
+typedef struct thrum_embed_progress {
   void (*tell)(void *context, double fraction);
   void *context;
-} thrum_embed_watch;
+} thrum_embed_progress;
 
 /* Binds each vertex of the surface to the tetrahedron of the model that it lies in, or else to the
  * nearest, whose affine map it follows; makes its rows. Needs a model with a mesh and a basis
- * (THRUM_MISSING). `meta` is JSON text, copied; NULL: none. `watch` may be NULL. thrum_embed_free
- * frees. Cost: a tree of the tetrahedra, then for each vertex about log n and 12 operations a
- * coordinate. */
+ * (THRUM_MISSING). `meta` is JSON text, copied; NULL: none. `progress` may be NULL.
+ * thrum_embed_free frees. Cost: a tree of the tetrahedra, then for each vertex about log n and 12
+ * operations a coordinate. */
 thrum_status thrum_embed_make(const thrum_model *model, const thrum_surface_mesh *surface,
-                              const char *meta, const thrum_embed_watch *watch, thrum_embed *embed,
-                              thrum_error *error);
+                              const char *meta, const thrum_embed_progress *progress,
+                              thrum_embed *embed, thrum_error *error);
 void thrum_embed_free(thrum_embed *embed);
 
 /* Writes the surface file. */

@@ -152,7 +152,7 @@ static void estimate_times(const thrum_fem *fem, const thrum_precompute_options 
   double *seconds = estimate->seconds;
   seconds[THRUM_STAGE_assemble] = 1e-6 * tets;
   if (options->imported) {
-    // Gram products and turns of U; then the polynomial, or the turning of its matrix form
+    // Gram products and rotations of U; then the polynomial, or its change of basis
     seconds[THRUM_STAGE_basis] = 8 * 4 * n * r * r / (0.12 * gemm);
     seconds[THRUM_STAGE_polynomial] = options->imported->linear
                                           ? 4 * columns * columns * columns / (0.33 * gemm)

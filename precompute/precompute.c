@@ -196,7 +196,7 @@ static thrum_status check_modes(pipeline *p, thrum_error *error) {
   return status;
 }
 
-// the modes on all components, for whoever asked
+// the modes on all components, for the caller that asked
 static thrum_status keep_modes(pipeline *p, thrum_error *error) {
   const int64_t rows = 3 * p->fem.vertex_count, k = p->options.modes;
   if (!(p->result.mode_vectors = thrum_allocate(k * rows, sizeof(double), "the modes", error)))

@@ -1,4 +1,4 @@
-/* Points that somebody follows: the mean of some vertices, whose rows of U are averaged once.
+/* Probes: the mean of some vertices, whose rows of U are averaged once.
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 

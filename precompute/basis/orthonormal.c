@@ -64,7 +64,7 @@ static void swap_columns(double *x, int64_t n, int64_t a, int64_t b) {
 static void bring_front(double *x, int64_t n, int64_t picked, int32_t *order, int64_t count) {
   for (int64_t i = 0; i < picked; i++) {
     swap_columns(x, n, i, order[i] - 1);
-    // whoever stood at i stands now where the picked one was
+    // what stood at i stands now where the picked one was
     for (int64_t j = i + 1; j < count; j++)
       if (order[j] - 1 == i)
         order[j] = order[i];

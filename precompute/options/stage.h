@@ -7,7 +7,7 @@
 #include "precompute/options/precompute_options.h"
 #include "thrum/status.h"
 
-/* Where a stage reports to; a NULL pointer to one reports to nobody. */
+/* Where a stage reports to; with a NULL pointer nothing is reported. */
 typedef struct thrum_reporter {
   const thrum_precompute_options *options;
   thrum_stage stage;

@@ -116,7 +116,7 @@ void thrum_point_load(thrum_contact_run *run, const double *rows, const double l
   }
 }
 
-/* response += [lever]^T turn_weight [lever], of the turning. */
+/* response += [lever]^T turn_weight [lever], of the rotation. */
 static void add_rigid_frame(const thrum_contact_run *run, const double lever[3],
                             double response[9]) {
   for (int axis = 0; axis < 3; axis++) {

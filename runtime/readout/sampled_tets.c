@@ -1,4 +1,4 @@
-/* Which tetrahedra to watch: those that each basis vector strains most, |sym G_i| in Frobenius'
+/* Which tetrahedra to sample: those that each basis vector strains most, |sym G_i| in Frobenius'
  * norm (thrum/monitor.h). The lists of all modes lie one behind the other in the caller's array,
  * so a tet that an earlier mode took is not taken again.
  *
@@ -57,7 +57,7 @@ thrum_status thrum_sampled_tets_choose(const thrum_model *model, int64_t count, 
                            "model, tets or chosen is NULL, or the count is not in 1..%d",
                            THRUM_SAMPLED_TETS_MAX);
   if (!model->basis || !model->tets)
-    return thrum_error_set(error, THRUM_MISSING, "the model has no mesh or no basis to watch");
+    return thrum_error_set(error, THRUM_MISSING, "the model has no mesh or no basis to sample");
   const int64_t each = count > model->rank ? count / model->rank : 1;
   double values[THRUM_SAMPLED_TETS_MAX];
   int64_t done = 0;

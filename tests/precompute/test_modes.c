@@ -423,16 +423,16 @@ static void more_modes_or_rank_than_there_are_is_refused(void **state) {
   body_free(&b);
 }
 
-typedef struct watch {
+typedef struct progress_log {
   int64_t calls;
   thrum_stage stop_stage;
   thrum_stage last_stage;
   double last_fraction;
   bool orderly;
-} watch;
+} progress_log;
 
 static bool look(void *context, thrum_stage stage, double fraction) {
-  watch *w = context;
+  progress_log *w = context;
   w->calls++;
   if (stage < w->last_stage || (stage == w->last_stage && fraction < w->last_fraction) ||
       !(fraction >= 0 && fraction <= 1))
@@ -448,7 +448,7 @@ static void progress_goes_forward_and_stops_on_request(void **state) {
 
   // the run is stopped at each stage in turn, and not at all in the last round
   for (int stop = 0; stop <= THRUM_STAGE_COUNT; stop++) {
-    watch w = {.stop_stage = (thrum_stage)stop, .orderly = true};
+    progress_log w = {.stop_stage = (thrum_stage)stop, .orderly = true};
     thrum_precompute_options options = thrum_default_precompute_options();
     options.progress = look;
     options.progress_context = &w;

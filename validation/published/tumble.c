@@ -1,6 +1,6 @@
-/* A free body thrown, turning and wobbling, in the full order: nothing acts on it, so its energy
- * and both momenta stay. The energy-momentum step keeps them to rounding (Simo and Tarnow 1992, The
- * discrete energy-momentum method, doi:10.1007/BF00913408); Newmark does not.
+/* A free body that is thrown, rotates and vibrates, in the full order: nothing acts on it, so its
+ * energy and both momenta stay. The energy-momentum step keeps them to rounding (Simo and Tarnow
+ * 1992, The discrete energy-momentum method, doi:10.1007/BF00913408); Newmark does not.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>

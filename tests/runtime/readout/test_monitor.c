@@ -176,9 +176,9 @@ static void chosen_sampled_tets_see_the_worst_of_a_bent_beam(void **state) {
 
   // the sample is large enough and has no tetrahedron twice
   const int32_t *sampled_tets = NULL;
-  const int64_t watched = thrum_monitor_sampled_tets(monitor, &sampled_tets);
-  assert_true(watched > 50 && watched <= 64);
-  for (int64_t n = 0; n < watched; n++)
+  const int64_t sampled = thrum_monitor_sampled_tets(monitor, &sampled_tets);
+  assert_true(sampled > 50 && sampled <= 64);
+  for (int64_t n = 0; n < sampled; n++)
     for (int64_t m = 0; m < n; m++)
       assert_int_not_equal(sampled_tets[n], sampled_tets[m]);
 
