@@ -20,8 +20,9 @@
 #include "runtime/linear_algebra/symmetric.h"
 #include "runtime/statics/equilibrium_private.h"
 
-#define ROUNDING (256.0 * DBL_EPSILON) /* relative to the largest |q|: no residual falls below it  \
-                                        */
+#define ROUNDING                                                                                   \
+  (256.0 * DBL_EPSILON) /* relative to the largest |q|: no residual falls below it                 \
+                         */
 #define STALLED                                                                                    \
   1e-7 /* residual relative to the load that will do where rounding stops the descent */
 #define NEAR_ITERATIONS 20 /* a step that needs more is too long */
