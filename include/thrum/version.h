@@ -3,9 +3,9 @@
 #define THRUM_VERSION_H
 
 #define THRUM_VERSION_MAJOR 0
-#define THRUM_VERSION_MINOR 1
+#define THRUM_VERSION_MINOR 2
 #define THRUM_VERSION_PATCH 0
-#define THRUM_VERSION_STRING "0.1.0"
+#define THRUM_VERSION_STRING "0.2.0"
 
 #include "thrum/api.h"
 
