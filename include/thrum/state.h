@@ -68,12 +68,12 @@ extern "C" {
 
 /* How imexv splits the potential V (design 5). */
 #define THRUM_SPLIT_FORM_LIST(X)                                                                   \
-  X(COMPONENT, 0, "component") /* R_E at q_k and R_I at the midpoint: the thesis' form */          \
+  X(THESIS, 0, "thesis")       /* R_E at q_k and R_I at the midpoint: the thesis' form */          \
   X(QUADRATIC, 1, "quadratic") /* (6): symplectic, no iteration; small steps or amplitudes */
 
 /* The scheme that advances a state at present; imexv may change it. */
 #define THRUM_SCHEME_LIST(X)                                                                       \
-  X(COMPONENT, 0, "component") /* (2)-(5), verlet and midpoint included */                         \
+  X(THESIS, 0, "thesis")       /* (2)-(5), verlet and midpoint included */                         \
   X(QUADRATIC, 1, "quadratic") /* (6) */                                                           \
   X(ENERGY, 2, "energy")       /* design 7 */                                                      \
   X(NEWMARK, 3, "newmark")     /* design 6 */
@@ -183,7 +183,7 @@ typedef struct thrum_state_def {
    * the same bits. */
   thrum_kernel_id kernel;
 
-  /* How imexv splits V; default component. */
+  /* How imexv splits V; default thesis. */
   thrum_split_form split_form;
 
   /* 1: imexv monitors its stability and adapts (design 4); 0: its split stays as it begins.

@@ -1,6 +1,6 @@
 /* Steps of many states of one model together (thrum/batch.h).
  *
- * States that imexv is about to step in its component split, with the same split, form a group.
+ * States that imexv is about to step in its thesis split, with the same split, form a group.
  * They go through the stages of that step together: the sample of the stability number, force,
  * kick, restriction, and the evaluations of quasi-Newton, while enough of them still iterate. Each
  * stage that reads coefficients is one pass of runtime/polynomial/batch_kernel.h over all of them;
@@ -62,7 +62,7 @@ static size_t lay_out(const thrum_model *model, unsigned char *memory, thrum_bat
 /* True when the step of this state can be made in a group. */
 static bool fits(const thrum_model *model, const thrum_step_run *run) {
   const thrum_state *next = &run->next;
-  return thrum_is_packed(model) && next->scheme == THRUM_SCHEME_COMPONENT && next->split > 0 &&
+  return thrum_is_packed(model) && next->scheme == THRUM_SCHEME_THESIS && next->split > 0 &&
          !thrum_tangent_damped(next) && thrum_batch_kernel_of(run->view.kernel->id) != NULL;
 }
 
@@ -181,7 +181,7 @@ static void add(thrum_batch_group *g, thrum_state *state, int64_t index, outcome
 /* Number of explicit modes by which a state finds its group; -1: it is probably stepped alone. The
  * stability monitor may still change that. */
 static int32_t kind_of(const thrum_model *model, const thrum_state *state) {
-  if (thrum_state_check(model, state, NULL) < 0 || state->scheme != THRUM_SCHEME_COMPONENT)
+  if (thrum_state_check(model, state, NULL) < 0 || state->scheme != THRUM_SCHEME_THESIS)
     return -1;
   return state->split;
 }

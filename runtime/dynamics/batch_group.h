@@ -33,7 +33,7 @@ typedef struct thrum_batch_group {
 /* Runs the stability monitor of all members. After it a member's step may be of another kind. */
 void thrum_batch_monitor(thrum_batch_group *g);
 
-/* Attempts the step of all members, whose steps are in the component split with the group's split.
+/* Attempts the step of all members, whose steps are in the thesis split with the group's split.
  */
 void thrum_batch_attempt(thrum_batch_group *g);
 

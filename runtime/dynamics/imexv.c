@@ -1,4 +1,4 @@
-/* One imexv step in its component split: Stoermer-Verlet on the explicit modes E, the implicit
+/* One imexv step in its thesis split: Stoermer-Verlet on the explicit modes E, the implicit
  * midpoint rule on the implicit modes I, coupled through one V (design (2)-(5)).
  *
  *   kick   p^+_E by (2), drift q'_E = q_E + h p^+_E                                      (2), (3)

@@ -1,4 +1,4 @@
-/* The step of imexv in its component split, whole and in stages for a batch; private to the
+/* The step of imexv in its thesis split, whole and in stages for a batch; private to the
  * runtime, see imexv.c. SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_RUNTIME_DYNAMICS_IMEXV_H
 #define THRUM_RUNTIME_DYNAMICS_IMEXV_H

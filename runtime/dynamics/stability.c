@@ -110,7 +110,7 @@ static thrum_status look_for_return(const thrum_model *model, thrum_state *state
   // as from a new start
   state->report.scheme_switches++;
   thrum_stability_reset(state);
-  return thrum_scheme_change(model, state, view, THRUM_SCHEME_COMPONENT,
+  return thrum_scheme_change(model, state, view, THRUM_SCHEME_THESIS,
                              thrum_mode_split(model, state));
 }
 
@@ -177,7 +177,7 @@ void thrum_stability_energy(const thrum_model *model, const thrum_state *state,
         (view->p[i] - 0.5 * h * force) / (1.0 + 0.5 * h * thrum_rest_damping(model, state, i));
     sum += 0.5 * (p * p);
     view->p_before_next[i] = p;
-    if (state->scheme == THRUM_SCHEME_COMPONENT) {
+    if (state->scheme == THRUM_SCHEME_THESIS) {
       modified += 0.125 * h * h * (force * force);
       modified_to_come += 0.125 * h * h * (force_to_come * force_to_come);
     }
@@ -231,8 +231,7 @@ static void examine_end(const thrum_model *model, const thrum_state *state, thru
 
 void thrum_stability_look_ahead(const thrum_model *model, thrum_state *state,
                                 thrum_state_view *view, thrum_solve_report *report) {
-  if (!state->def.adaptive || thrum_tangent_damped(state) ||
-      state->scheme != THRUM_SCHEME_COMPONENT)
+  if (!state->def.adaptive || thrum_tangent_damped(state) || state->scheme != THRUM_SCHEME_THESIS)
     return;
   double dissipated, load_jump;
   const double work = work_of(model, state, view, &dissipated, &load_jump) - dissipated;

@@ -1,10 +1,10 @@
 /* The stability number of imexv, and the explicit set that follows from it (design 4; stability.h).
  *
  * The number is h sqrt(rho), rho the spectral radius of the stiffness treated explicitly: T_EE(q)
- * in the component split, T(q) - diag_I(omega^2) in the quadratic one; stable below 2. It comes
+ * in the thesis split, T(q) - diag_I(omega^2) in the quadratic one; stable below 2. It comes
  * from power iterations, one every few steps and one a step near the limit, started from the last
  * iterate. Above NUMBER_HIGH the highest explicit modes become implicit (the quadratic split
- * becomes the component split). All return after a long quiet time, which doubles with each change.
+ * becomes the thesis split). All return after a long quiet time, which doubles with each change.
  * Cost: a product T v a sample.
  *
  * SPDX-License-Identifier: Apache-2.0 */
@@ -92,10 +92,10 @@ void thrum_stability_multiply(const thrum_model *model, const thrum_state *state
 static thrum_status shrink(const thrum_model *model, thrum_state *state, thrum_state_view *view) {
   int32_t split = state->split;
   thrum_state lower = *state;
-  lower.scheme = THRUM_SCHEME_COMPONENT;
+  lower.scheme = THRUM_SCHEME_THESIS;
 
-  // the quadratic split first gives way to the component split of the same modes
-  bool fewer = state->scheme == THRUM_SCHEME_COMPONENT;
+  // the quadratic split first gives way to the thesis split of the same modes
+  bool fewer = state->scheme == THRUM_SCHEME_THESIS;
   for (double number = NUMBER_HIGH; number >= NUMBER_GOOD && split > 0; fewer = true) {
     split -= fewer ? 1 : 0;
     memset(view->power_explicit_next, 0, (size_t)state->rank * sizeof *view->power_explicit_next);
@@ -114,7 +114,7 @@ static thrum_status shrink(const thrum_model *model, thrum_state *state, thrum_s
   const int64_t changes = state->report.split_changes < 10 ? state->report.split_changes : 10;
   state->monitor.quiet_peak = 0.0;
   state->monitor.quiet_end = state->report.steps + ((int64_t)THRUM_QUIET_STEPS << changes);
-  return thrum_scheme_change(model, state, view, THRUM_SCHEME_COMPONENT, split);
+  return thrum_scheme_change(model, state, view, THRUM_SCHEME_THESIS, split);
 }
 
 /* Looks whether all explicit modes of the def, `whole`, can return. */
@@ -135,7 +135,7 @@ static thrum_status look_for_return(const thrum_model *model, thrum_state *state
     return THRUM_OK;
   state->report.split_changes++;
   memset(view->power_explicit_next, 0, (size_t)state->rank * sizeof(double));
-  return thrum_scheme_change(model, state, view, THRUM_SCHEME_COMPONENT, whole);
+  return thrum_scheme_change(model, state, view, THRUM_SCHEME_THESIS, whole);
 }
 
 thrum_status thrum_stability_sample(const thrum_model *model, thrum_state *state,

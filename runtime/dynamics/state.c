@@ -50,13 +50,12 @@ static thrum_scheme first_scheme(const thrum_state_def *def) {
   case THRUM_INTEGRATOR_ENERGY:
     return THRUM_SCHEME_ENERGY;
   case THRUM_INTEGRATOR_IMEXV:
-    return def->split_form == THRUM_FORM_QUADRATIC ? THRUM_SCHEME_QUADRATIC
-                                                   : THRUM_SCHEME_COMPONENT;
+    return def->split_form == THRUM_FORM_QUADRATIC ? THRUM_SCHEME_QUADRATIC : THRUM_SCHEME_THESIS;
   case THRUM_INTEGRATOR_VERLET:
   case THRUM_INTEGRATOR_MIDPOINT:
     break;
   }
-  return THRUM_SCHEME_COMPONENT;
+  return THRUM_SCHEME_THESIS;
 }
 
 static void forget_inverses(thrum_state *state) {

@@ -22,7 +22,7 @@ thrum_state_def thrum_default_state_def(void) {
       .tolerance = 1e-10,
       .iterations_max = 50,
       .kernel = THRUM_KERNEL_BEST,
-      .split_form = THRUM_FORM_COMPONENT,
+      .split_form = THRUM_FORM_THESIS,
       .adaptive = 1,
       .fallback = 1,
   };
@@ -75,7 +75,7 @@ static thrum_status check_choices(const thrum_model *model, const thrum_state_de
     return refuse(error, "split_rule", rule, "one of thrum_split_rule");
 
   // split
-  if (split_form < THRUM_FORM_COMPONENT || split_form > THRUM_FORM_QUADRATIC)
+  if (split_form < THRUM_FORM_THESIS || split_form > THRUM_FORM_QUADRATIC)
     return refuse(error, "split_form", split_form, "one of thrum_split_form");
   if (def->explicit_count < 0 || def->explicit_count > model->rank)
     return refuse(error, "explicit_count", def->explicit_count, "0 to the model's rank");

@@ -195,7 +195,7 @@ thrum_status thrum_step_attempt(const thrum_model *model, thrum_step_run *run) {
     return thrum_step_energy(model, &run->next, &run->view, &run->report);
   case THRUM_SCHEME_NEWMARK:
     return thrum_step_newmark(model, &run->next, &run->view, &run->report);
-  case THRUM_SCHEME_COMPONENT:
+  case THRUM_SCHEME_THESIS:
     break;
   }
   return thrum_step_imexv(model, &run->next, &run->view, &run->report);

@@ -182,7 +182,7 @@ static void imexv_is_stable_where_the_slow_oscillator_is(void **state) {
   (void)state;
   const rows all = solve(published_fast_slow);
   holds(&all, "quadratic split: largest stable h, s", -2e-3, 1e-3);
-  holds(&all, "component split: largest stable h, s", -2e-3, 1e-3);
+  holds(&all, "thesis split: largest stable h, s", -2e-3, 1e-3);
 }
 
 static void the_chain_of_fermi_pasta_and_ulam_does_what_is_published(void **state) {
@@ -192,7 +192,7 @@ static void the_chain_of_fermi_pasta_and_ulam_does_what_is_published(void **stat
 
   // the errors are of the published size, and no larger at a resonance than beside it
   holds(&all, "quadratic split: energy error", -0.5, 0.5);
-  holds(&all, "component split: energy error", -0.9, 0);
+  holds(&all, "thesis split: energy error", -0.9, 0);
   for (int n = 0; n < all.count; n++)
     if (strstr(all.row[n].quantity, "resonance"))
       assert_true(all.row[n].computed < 3);
@@ -207,8 +207,8 @@ static void the_chain_of_fermi_pasta_and_ulam_does_what_is_published(void **stat
     if (strcmp(all.row[n].quantity, "quadratic split: time of the exchange, s") == 0)
       assert_true(fabs(error_of(&all.row[n])) < 0.07);
 
-  // the component split slows the exchange at large h omega, as the page says
-  holds(&all, "component split: time of the exchange, s", 0, 0.06);
+  // the thesis split slows the exchange at large h omega, as the page says
+  holds(&all, "thesis split: time of the exchange, s", 0, 0.06);
 }
 
 static void the_full_order_says_what_the_reduced_one_says(void **state) {

@@ -116,7 +116,7 @@ static double largest_stable(bool (*lost)(double dt), double stable, double unst
 }
 
 static bool verlet_is_lost(double dt) {
-  thrum_state_def def = imexv_def(dt, THRUM_FORM_COMPONENT);
+  thrum_state_def def = imexv_def(dt, THRUM_FORM_THESIS);
   chain_run run = {.lost = true};
   def.integrator = THRUM_INTEGRATOR_VERLET;
   return run_chain(&def, 200, &run, NULL) < 0 || run.lost;
@@ -172,11 +172,11 @@ thrum_status published_fermi(const published_sink *sink, thrum_error *error) {
   if (status >= 0) {
     published_add(sink, "fermi", "quadratic split: energy error", "h = 0.03 s, 200 s", 0, 1e-3,
                   run.energy_error);
-    def = imexv_def(0.03, THRUM_FORM_COMPONENT);
+    def = imexv_def(0.03, THRUM_FORM_THESIS);
     status = run_chain(&def, 200, &run, error);
   }
   if (status >= 0)
-    published_add(sink, "fermi", "component split: energy error", "h = 0.03 s, 200 s", 0, 1e-3,
+    published_add(sink, "fermi", "thesis split: energy error", "h = 0.03 s, 200 s", 0, 1e-3,
                   run.energy_error);
 
   // the errors at the resonances h omega = n pi over those beside them
@@ -185,14 +185,14 @@ thrum_status published_fermi(const published_sink *sink, thrum_error *error) {
     char setting[64];
     status = resonance(THRUM_FORM_QUADRATIC, orders[n], &ratio[0], error);
     if (status >= 0)
-      status = resonance(THRUM_FORM_COMPONENT, orders[n], &ratio[1], error);
+      status = resonance(THRUM_FORM_THESIS, orders[n], &ratio[1], error);
     if (status < 0)
       break;
     snprintf(setting, sizeof setting, "h omega = %d pi, 1000 s", orders[n]);
     published_add(sink, "fermi", "quadratic split: error at a resonance over beside it", setting, 0,
                   1, ratio[0]);
-    published_add(sink, "fermi", "component split: error at a resonance over beside it", setting, 0,
-                  1, ratio[1]);
+    published_add(sink, "fermi", "thesis split: error at a resonance over beside it", setting, 0, 1,
+                  ratio[1]);
   }
 
   // the slow exchange between the springs
@@ -200,7 +200,7 @@ thrum_status published_fermi(const published_sink *sink, thrum_error *error) {
     status = add_exchange(sink, "quadratic split: time of the exchange, s", THRUM_FORM_QUADRATIC,
                           exchange, error);
   if (status >= 0)
-    status = add_exchange(sink, "component split: time of the exchange, s", THRUM_FORM_COMPONENT,
+    status = add_exchange(sink, "thesis split: time of the exchange, s", THRUM_FORM_THESIS,
                           exchange, error);
   return status;
 }
@@ -233,8 +233,8 @@ static bool quadratic_is_lost(double dt) {
   return pair_is_lost_with(dt, THRUM_FORM_QUADRATIC);
 }
 
-static bool component_is_lost(double dt) {
-  return pair_is_lost_with(dt, THRUM_FORM_COMPONENT);
+static bool thesis_is_lost(double dt) {
+  return pair_is_lost_with(dt, THRUM_FORM_THESIS);
 }
 
 thrum_status published_fast_slow(const published_sink *sink, thrum_error *error) {
@@ -242,7 +242,7 @@ thrum_status published_fast_slow(const published_sink *sink, thrum_error *error)
   // stable where the slow oscillator is, h < 2, whatever the fast one does: h omega up to 100
   published_add(sink, "fast_slow", "quadratic split: largest stable h, s", "5000 steps", 0, 2,
                 largest_stable(quadratic_is_lost, 0.5, 2.5));
-  published_add(sink, "fast_slow", "component split: largest stable h, s", "5000 steps", 0, 2,
-                largest_stable(component_is_lost, 0.5, 2.5));
+  published_add(sink, "fast_slow", "thesis split: largest stable h, s", "5000 steps", 0, 2,
+                largest_stable(thesis_is_lost, 0.5, 2.5));
   return THRUM_OK;
 }

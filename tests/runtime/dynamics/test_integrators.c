@@ -148,29 +148,29 @@ static void the_quadratic_split_is_of_order_two(void **context) {
 
 static void energy_is_of_order_two(void **context) {
   (void)context;
-  expect_order_two(THRUM_INTEGRATOR_ENERGY, THRUM_FORM_COMPONENT, 0.25);
+  expect_order_two(THRUM_INTEGRATOR_ENERGY, THRUM_FORM_THESIS, 0.25);
 }
 
 static void imexv_is_of_order_two(void **context) {
   (void)context;
-  expect_order_two(THRUM_INTEGRATOR_IMEXV, THRUM_FORM_COMPONENT, 0.25);
+  expect_order_two(THRUM_INTEGRATOR_IMEXV, THRUM_FORM_THESIS, 0.25);
 }
 
 static void verlet_is_of_order_two(void **context) {
   (void)context;
-  expect_order_two(THRUM_INTEGRATOR_VERLET, THRUM_FORM_COMPONENT, 0.25);
+  expect_order_two(THRUM_INTEGRATOR_VERLET, THRUM_FORM_THESIS, 0.25);
 }
 
 static void midpoint_is_of_order_two(void **context) {
   (void)context;
-  expect_order_two(THRUM_INTEGRATOR_MIDPOINT, THRUM_FORM_COMPONENT, 0.25);
+  expect_order_two(THRUM_INTEGRATOR_MIDPOINT, THRUM_FORM_THESIS, 0.25);
 }
 
 static void newmark_is_of_order_two_for_any_beta(void **context) {
   (void)context;
-  expect_order_two(THRUM_INTEGRATOR_NEWMARK, THRUM_FORM_COMPONENT, 0.25);
-  expect_order_two(THRUM_INTEGRATOR_NEWMARK, THRUM_FORM_COMPONENT, 0.0);
-  expect_order_two(THRUM_INTEGRATOR_NEWMARK, THRUM_FORM_COMPONENT, 0.15);
+  expect_order_two(THRUM_INTEGRATOR_NEWMARK, THRUM_FORM_THESIS, 0.25);
+  expect_order_two(THRUM_INTEGRATOR_NEWMARK, THRUM_FORM_THESIS, 0.0);
+  expect_order_two(THRUM_INTEGRATOR_NEWMARK, THRUM_FORM_THESIS, 0.15);
 }
 
 static void newmark_is_of_order_one_for_gamma_beyond_one_half(void **context) {

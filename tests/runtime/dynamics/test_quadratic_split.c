@@ -1,5 +1,5 @@
 /* Tests of the quadratic split (design (6)): its equations, its ends, its symplectic step, and
- * where it gives way to the component split. SPDX-License-Identifier: Apache-2.0 */
+ * where it gives way to the thesis split. SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/state_support.h"
 #include "thrum/polynomial.h"
 
@@ -198,16 +198,16 @@ static double symplectic_defect(thrum_split_form form) {
   return worst;
 }
 
-static void its_step_is_symplectic_and_that_of_the_component_split_is_not(void **context) {
+static void its_step_is_symplectic_and_that_of_the_thesis_split_is_not(void **context) {
   (void)context;
   const double quadratic = symplectic_defect(THRUM_FORM_QUADRATIC);
-  const double component = symplectic_defect(THRUM_FORM_COMPONENT);
-  if (!(quadratic < 1e-11 && component > 1e-3))
-    fail_msg("defects %.3e and %.3e", quadratic, component);
+  const double thesis = symplectic_defect(THRUM_FORM_THESIS);
+  if (!(quadratic < 1e-11 && thesis > 1e-3))
+    fail_msg("defects %.3e and %.3e", quadratic, thesis);
 }
 
-/* Beyond its bound h^2 lambda_max(T - kappa) < 4 the monitor moves on to the component split. */
-static void a_large_motion_hands_over_to_the_component_split(void **context) {
+/* Beyond its bound h^2 lambda_max(T - kappa) < 4 the monitor moves on to the thesis split. */
+static void a_large_motion_hands_over_to_the_thesis_split(void **context) {
   (void)context;
   random_model m;
   make_model(&m);
@@ -254,8 +254,8 @@ int main(void) {
       cmocka_unit_test(it_equals_its_equations_for_every_split),
       cmocka_unit_test(without_implicit_modes_it_is_verlet_bit_for_bit),
       cmocka_unit_test(without_explicit_modes_it_is_midpoint_on_a_linear_model),
-      cmocka_unit_test(its_step_is_symplectic_and_that_of_the_component_split_is_not),
-      cmocka_unit_test(a_large_motion_hands_over_to_the_component_split),
+      cmocka_unit_test(its_step_is_symplectic_and_that_of_the_thesis_split_is_not),
+      cmocka_unit_test(a_large_motion_hands_over_to_the_thesis_split),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

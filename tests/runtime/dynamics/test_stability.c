@@ -316,7 +316,7 @@ static void imexv_returns_when_the_energy_has_fallen(void **context) {
 
   const thrum_state_report report = thrum_state_report_get(state);
   assert_int_equal(report.scheme_switches, 2);
-  assert_int_equal(report.scheme, THRUM_SCHEME_COMPONENT);
+  assert_int_equal(report.scheme, THRUM_SCHEME_THESIS);
   assert_int_equal(report.explicit_modes, 4);
 
   state_free(state);
@@ -503,10 +503,10 @@ static void a_hand_over_from_rest_ends_too(void **context) {
   state_steps(&m.model, state, 1);
   assert_int_equal(thrum_state_report_get(state).scheme, THRUM_SCHEME_ENERGY);
 
-  // without the load, damping brings the component split back
+  // without the load, damping brings the thesis split back
   state_push(&m.model, state, NULL);
   state_steps(&m.model, state, 9000);
-  assert_int_equal(thrum_state_report_get(state).scheme, THRUM_SCHEME_COMPONENT);
+  assert_int_equal(thrum_state_report_get(state).scheme, THRUM_SCHEME_THESIS);
   assert_int_equal(thrum_state_report_get(state).scheme_switches, 2);
 
   state_free(state);

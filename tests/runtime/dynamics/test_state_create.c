@@ -57,7 +57,7 @@ static void every_choice_has_a_name_that_leads_back(void **context) {
 
   for (int n = 0; n < 2; n++) {
     thrum_damping_form damping = THRUM_DAMPING_REST;
-    thrum_split_form split = THRUM_FORM_COMPONENT;
+    thrum_split_form split = THRUM_FORM_THESIS;
     assert_int_equal(thrum_damping_form_from_name(thrum_damping_form_name((thrum_damping_form)n),
                                                   &damping, NULL),
                      THRUM_OK);
