@@ -61,8 +61,8 @@ static void print_groups(const thrum_mesh *mesh) {
     printf("%-18s%" PRId64 ", no materials in the file\n", "regions", mesh->region_count);
 }
 
-void cli_check_print(const char *name, const thrum_mesh *mesh, const thrum_mesh_examined *e,
-                     unsigned flags) {
+void check_report_print(const char *name, const thrum_mesh *mesh, const thrum_mesh_examined *e,
+                        unsigned flags) {
   printf("%-18s%s\n", "mesh", name);
   printf("%-18s%" PRId64 " vertices (%" PRId64 " inside), %" PRId64 " tetrahedra, %" PRId64
          " piece%s\n",
@@ -142,8 +142,8 @@ static void add_lists(cJSON *object, const thrum_mesh *mesh, const thrum_mesh_ex
   }
 }
 
-cJSON *cli_check_object(const char *name, const thrum_mesh *mesh, const thrum_mesh_examined *e,
-                        unsigned flags) {
+cJSON *check_report_object(const char *name, const thrum_mesh *mesh, const thrum_mesh_examined *e,
+                           unsigned flags) {
   cJSON *object = cJSON_CreateObject();
   cJSON_AddStringToObject(object, "status", flags != 0 ? "flagged" : "done");
   json_string(object, "mesh", name);

@@ -8,11 +8,11 @@
 #include "mesh/mesh_examine.h"
 
 /* The table on standard output; `flags` are those of thrum_mesh_flags. */
-void cli_check_print(const char *name, const thrum_mesh *mesh, const thrum_mesh_examined *e,
-                     unsigned flags);
+void check_report_print(const char *name, const thrum_mesh *mesh, const thrum_mesh_examined *e,
+                        unsigned flags);
 
 /* The same as a JSON object, with the status "done" or "flagged". */
-cJSON *cli_check_object(const char *name, const thrum_mesh *mesh, const thrum_mesh_examined *e,
-                        unsigned flags);
+cJSON *check_report_object(const char *name, const thrum_mesh *mesh, const thrum_mesh_examined *e,
+                           unsigned flags);
 
 #endif

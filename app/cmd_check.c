@@ -66,9 +66,9 @@ int cmd_check(int argc, char **argv) {
   if (status >= 0) {
     flags = thrum_mesh_flags(&mesh, &examined);
     if (request.json)
-      json_print(cli_check_object(request.mesh_name, &mesh, &examined, flags));
+      json_print(check_report_object(request.mesh_name, &mesh, &examined, flags));
     else
-      cli_check_print(request.mesh_name, &mesh, &examined, flags);
+      check_report_print(request.mesh_name, &mesh, &examined, flags);
   }
 
   thrum_mesh_free(&mesh);

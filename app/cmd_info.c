@@ -454,7 +454,7 @@ int cmd_info(int argc, char **argv) {
   thrum_status status = named_model_load(request.path, false, &about.model, &file, &error);
 
   // a surface file is no model, but lacks only what makes one
-  if (status == THRUM_MISSING && cli_info_surface(request.path, request.json))
+  if (status == THRUM_MISSING && info_surface(request.path, request.json))
     return COMMAND_DONE;
   if (status < 0)
     return config_refuse(&error);

@@ -39,7 +39,7 @@ typedef struct mesh_work {
   thrum_surface_checked checked;
   thrum_mesh mesh;
   thrum_mesh_examined examined;
-  cli_mesh_tool tool;
+  mesh_tool tool;
   unsigned flags;
   bool other_volume;
 } mesh_work;
@@ -52,7 +52,7 @@ static const config_option table[] = {
                   AT(size), CONFIG_ABOVE(0)),
     OPTION_NUMBER("scale", NULL, "1", "multiply lengths by this, such as 0.001 for millimetres",
                   AT(scale), CONFIG_ABOVE(0)),
-    OPTION_CHOICE("tool", cli_mesh_tools, "whichever is installed", "what fills the surface",
+    OPTION_CHOICE("tool", mesh_tool_names, "whichever is installed", "what fills the surface",
                   AT(tool)),
     OPTION_FLAG("verbose", "show all that the tool says", AT(verbose)),
     OPTION_JSON(mesh_request),
@@ -134,19 +134,19 @@ static thrum_status read_surface(const mesh_request *request, mesh_work *work, t
 static thrum_status run_tool(const mesh_request *request, mesh_work *work, thrum_error *error) {
   config_progress progress = config_progress_make(request->quiet);
   thrum_status status =
-      cli_mesh_tool_choose((cli_mesh_tool)request->tool, work->checked.shells, &work->tool, error);
+      mesh_tool_choose((mesh_tool)request->tool, work->checked.shells, &work->tool, error);
   for (int n = 0; n < 2 && status >= 0; n++) {
-    const cli_mesh_job job = {.path = request->surface,
-                              .tool = work->tool,
-                              .size = request->size,
-                              .cavities =
-                                  work->checked.shells > 1 && work->checked.turned.count == 0,
-                              .verbose = request->verbose};
+    const mesh_tool_job job = {.path = request->surface,
+                               .tool = work->tool,
+                               .size = request->size,
+                               .cavities =
+                                   work->checked.shells > 1 && work->checked.turned.count == 0,
+                               .verbose = request->verbose};
 
     char label[64];
-    snprintf(label, sizeof label, "meshing with %s", cli_mesh_tools[work->tool]);
+    snprintf(label, sizeof label, "meshing with %s", mesh_tool_names[work->tool]);
     config_progress_update(&progress, label, 0);
-    status = cli_mesh_tool_run(&job, &work->surface, &work->mesh, error);
+    status = mesh_tool_run(&job, &work->surface, &work->mesh, error);
     if (status >= 0) {
       config_progress_done(&progress);
       return status;
@@ -154,11 +154,11 @@ static thrum_status run_tool(const mesh_request *request, mesh_work *work, thrum
     config_progress_abandon(&progress);
 
     // only a surface that this tool cannot mesh is tried with the other one
-    const cli_mesh_tool other = work->tool == CLI_TOOL_GMSH ? CLI_TOOL_TETGEN : CLI_TOOL_GMSH;
+    const mesh_tool other = work->tool == MESH_TOOL_GMSH ? MESH_TOOL_TETGEN : MESH_TOOL_GMSH;
     if (status != THRUM_UNSUPPORTED || n > 0 || request->tool >= 0 ||
-        cli_mesh_tool_choose(other, work->checked.shells, &work->tool, NULL) < 0)
+        mesh_tool_choose(other, work->checked.shells, &work->tool, NULL) < 0)
       return status;
-    config_warn("%s; trying %s", error->message, cli_mesh_tools[other]);
+    config_warn("%s; trying %s", error->message, mesh_tool_names[other]);
     status = THRUM_OK;
   }
   return status;
@@ -176,16 +176,16 @@ static void warn_volume(const mesh_request *request, mesh_work *work) {
 }
 
 static void print_results(const mesh_request *request, const mesh_work *work) {
-  const char *tool = cli_mesh_tools[work->tool];
+  const char *tool = mesh_tool_names[work->tool];
   const bool flagged = work->flags != 0 || work->other_volume;
   if (!request->json) {
-    cli_check_print(request->output, &work->mesh, &work->examined, work->flags);
+    check_report_print(request->output, &work->mesh, &work->examined, work->flags);
     printf("%-18s%s, from %s\n", "made by", tool, request->surface);
     return;
   }
 
   // the object of `thrum check` with the surface added
-  cJSON *object = cli_check_object(request->output, &work->mesh, &work->examined, work->flags);
+  cJSON *object = check_report_object(request->output, &work->mesh, &work->examined, work->flags);
   cJSON_ReplaceItemInObjectCaseSensitive(object, "status",
                                          cJSON_CreateString(flagged ? "flagged" : "done"));
   json_string(object, "surface", request->surface);
@@ -211,14 +211,14 @@ static thrum_status make_mesh(const mesh_request *request, mesh_work *work, thru
 }
 
 int cmd_mesh(int argc, char **argv) {
-  mesh_request request = {.scale = 1, .tool = CLI_TOOL_NONE};
+  mesh_request request = {.scale = 1, .tool = MESH_TOOL_NONE};
   const int code = read_options(argc, argv, &request);
   if (code != COMMAND_DONE)
     return code;
 
   // a mesh with defects is written and flagged
   thrum_error error = {0};
-  mesh_work work = {.tool = CLI_TOOL_NONE};
+  mesh_work work = {.tool = MESH_TOOL_NONE};
   const thrum_status status = make_mesh(&request, &work, &error);
   const bool flagged = work.flags != 0 || work.other_volume;
   if (status >= 0)

@@ -30,7 +30,7 @@
 extern char **environ;
 
 typedef struct view_request {
-  const char *names[CLI_VIEW_MODELS_MAX];
+  const char *names[VIEW_MODELS_MAX];
   int64_t count;
   const char *output, *surface;
   bool opens; /* the browser, after the page is written */
@@ -95,8 +95,8 @@ static int read_options(int argc, char **argv, view_request *request) {
   int code = config_options_read(&command_view, argc, argv, request);
   if (code != COMMAND_DONE)
     return code;
-  if (argc - optind > CLI_VIEW_MODELS_MAX)
-    return config_usage("view", "at most %d models at a time", CLI_VIEW_MODELS_MAX);
+  if (argc - optind > VIEW_MODELS_MAX)
+    return config_usage("view", "at most %d models at a time", VIEW_MODELS_MAX);
   while (optind < argc)
     request->names[request->count++] = argv[optind++];
 
@@ -116,18 +116,18 @@ static int read_options(int argc, char **argv, view_request *request) {
 
 /* Writes the page with the models in it. */
 static thrum_status write_page(const view_request *request, thrum_error *error) {
-  cli_page page = {0};
-  cli_pack pack = {0};
+  viewer_page page = {0};
+  view_archive archive = {0};
 
   // without the viewer's page there is nothing to precompute for
-  thrum_status status = cli_page_read(&page, error);
+  thrum_status status = viewer_page_read(&page, error);
   if (status >= 0)
-    status = cli_view_pack(request->names, request->count, request->surface, request->quiet, &pack,
-                           error);
+    status = view_archive_of_names(request->names, request->count, request->surface, request->quiet,
+                                   &archive, error);
   if (status >= 0)
-    status = cli_page_write(request->output, &page, &pack, error);
-  cli_pack_free(&pack);
-  cli_page_free(&page);
+    status = viewer_page_write(request->output, &page, &archive, error);
+  view_archive_free(&archive);
+  viewer_page_free(&page);
   return status;
 }
 

@@ -68,7 +68,7 @@ static void print_json(const char *path, const thrum_embedding *e, const measure
   json_print(object);
 }
 
-bool cli_info_surface(const char *path, bool json) {
+bool info_surface(const char *path, bool json) {
   const thrum_embedding *e = NULL;
   if (thrum_embedding_load(path, &e, NULL) < 0)
     return false;

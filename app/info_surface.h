@@ -5,6 +5,6 @@
 #include <stdbool.h>
 
 /* Says what the surface file at `path` holds; false, and nothing is said, when it is none. */
-bool cli_info_surface(const char *path, bool json);
+bool info_surface(const char *path, bool json);
 
 #endif

@@ -23,29 +23,29 @@
 #include "platform/temp_folder.h"
 #include "thrum/thrum.h"
 
-const char *const cli_mesh_tools[] = {"gmsh", "tetgen", NULL};
+const char *const mesh_tool_names[] = {"gmsh", "tetgen", NULL};
 
 #define LOG "log.txt"
 #define ARGUMENT_MAX 64
 
-thrum_status cli_mesh_tool_choose(cli_mesh_tool wanted, int64_t shells, cli_mesh_tool *tool,
-                                  thrum_error *error) {
+thrum_status mesh_tool_choose(mesh_tool wanted, int64_t shells, mesh_tool *tool,
+                              thrum_error *error) {
   const bool gmsh = program_exists("gmsh"), tetgen = program_exists("tetgen");
-  if (wanted == CLI_TOOL_NONE && !gmsh && !tetgen)
+  if (wanted == MESH_TOOL_NONE && !gmsh && !tetgen)
     return thrum_error_set(error, THRUM_MISSING,
                            "a surface is meshed by Gmsh or TetGen, and neither is installed: "
                            "apt-get install gmsh, or apt-get install tetgen");
 
   // Gmsh is preferred, but it cannot mesh several shells
-  cli_mesh_tool chosen = wanted;
-  if (wanted == CLI_TOOL_NONE)
-    chosen = tetgen && (shells > 1 || !gmsh) ? CLI_TOOL_TETGEN : CLI_TOOL_GMSH;
+  mesh_tool chosen = wanted;
+  if (wanted == MESH_TOOL_NONE)
+    chosen = tetgen && (shells > 1 || !gmsh) ? MESH_TOOL_TETGEN : MESH_TOOL_GMSH;
 
   // the refusal names the command that would help
-  if (chosen == CLI_TOOL_GMSH ? !gmsh : !tetgen)
+  if (chosen == MESH_TOOL_GMSH ? !gmsh : !tetgen)
     return thrum_error_set(error, THRUM_MISSING, "%s is not installed: apt-get install %s",
-                           cli_mesh_tools[chosen], cli_mesh_tools[chosen]);
-  if (chosen == CLI_TOOL_GMSH && shells > 1)
+                           mesh_tool_names[chosen], mesh_tool_names[chosen]);
+  if (chosen == MESH_TOOL_GMSH && shells > 1)
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "the surface has %" PRId64 " parts, which TetGen meshes and Gmsh does "
                            "not: %s",
@@ -72,7 +72,7 @@ static thrum_status run(temp_folder *temp, const char *const *words, temp_folder
   return temp_folder_run(temp, argv, LOG, end, error);
 }
 
-static thrum_status run_gmsh(temp_folder *temp, const cli_mesh_job *job,
+static thrum_status run_gmsh(temp_folder *temp, const mesh_tool_job *job,
                              const thrum_surface_mesh *surface, int algorithm, temp_folder_end *end,
                              thrum_error *error) {
   static const char *const words[] = {"gmsh",  "-3", "-nopopup", "-save_all",   "-format",
@@ -98,7 +98,7 @@ static thrum_status run_gmsh(temp_folder *temp, const cli_mesh_job *job,
 }
 
 /* With `seek`, TetGen only looks for triangles that cross. */
-static thrum_status run_tetgen(temp_folder *temp, const cli_mesh_job *job,
+static thrum_status run_tetgen(temp_folder *temp, const mesh_tool_job *job,
                                const thrum_surface_mesh *surface, bool seek, temp_folder_end *end,
                                thrum_error *error) {
   char option[ARGUMENT_MAX] = "-d", path[TEMP_FOLDER_PATH_MAX];
@@ -139,7 +139,7 @@ static int64_t line_of(const thrum_surface_mesh *surface, int64_t facet) {
 }
 
 /* Asks TetGen, where it is installed, for triangles that cross; true when it names some. */
-static bool find_crossing(temp_folder *temp, const cli_mesh_job *job,
+static bool find_crossing(temp_folder *temp, const mesh_tool_job *job,
                           const thrum_surface_mesh *surface, thrum_error *error) {
   temp_folder_end end;
   long long pairs = 0, first = 0, second = 0;
@@ -184,10 +184,10 @@ static void pick_line(const char *log, char line[160]) {
 }
 
 /* Says why there is no mesh. `reason` is that of the reader, which names a file that is removed. */
-static thrum_status refuse(temp_folder *temp, const cli_mesh_job *job,
+static thrum_status refuse(temp_folder *temp, const mesh_tool_job *job,
                            const thrum_surface_mesh *surface, const temp_folder_end *end,
                            const thrum_error *reason, thrum_error *error) {
-  const char *name = cli_mesh_tools[job->tool], *said = strstr(reason->message, ": ");
+  const char *name = mesh_tool_names[job->tool], *said = strstr(reason->message, ": ");
   const char *hint = job->verbose ? "" : " (--verbose shows all that it said)";
   char line[160] = "";
 
@@ -219,12 +219,12 @@ static void show_log(const temp_folder *temp) {
 }
 
 /* Runs the tool once, and reads what it made: *made says whether it is a mesh. */
-static thrum_status try_once(temp_folder *temp, const cli_mesh_job *job,
+static thrum_status try_once(temp_folder *temp, const mesh_tool_job *job,
                              const thrum_surface_mesh *surface, int algorithm, temp_folder_end *end,
                              thrum_error *reason, thrum_mesh *mesh, bool *made,
                              thrum_error *error) {
   char path[TEMP_FOLDER_PATH_MAX];
-  const bool gmsh = job->tool == CLI_TOOL_GMSH;
+  const bool gmsh = job->tool == MESH_TOOL_GMSH;
   const thrum_status status = gmsh ? run_gmsh(temp, job, surface, algorithm, end, error)
                                    : run_tetgen(temp, job, surface, false, end, error);
   if (job->verbose)
@@ -236,8 +236,8 @@ static thrum_status try_once(temp_folder *temp, const cli_mesh_job *job,
   return status;
 }
 
-thrum_status cli_mesh_tool_run(const cli_mesh_job *job, const thrum_surface_mesh *surface,
-                               thrum_mesh *mesh, thrum_error *error) {
+thrum_status mesh_tool_run(const mesh_tool_job *job, const thrum_surface_mesh *surface,
+                           thrum_mesh *mesh, thrum_error *error) {
   // Gmsh has two algorithms: HXT is faster, Delaunay fails less often and says more
   enum { DELAUNAY = 1, HXT = 10 };
 
@@ -250,7 +250,7 @@ thrum_status cli_mesh_tool_run(const cli_mesh_job *job, const thrum_surface_mesh
     return status;
 
   // HXT breaks down at sizes below the surface's, so with a size Delaunay is tried at once
-  if (job->tool == CLI_TOOL_GMSH && !(job->size > 0))
+  if (job->tool == MESH_TOOL_GMSH && !(job->size > 0))
     status = try_once(&temp, job, surface, HXT, &end, &reason, mesh, &made, error);
 
   if (status >= 0 && !made)

@@ -7,28 +7,28 @@
 #include "mesh/mesh.h"
 #include "mesh/surface_mesh.h"
 
-typedef enum cli_mesh_tool { CLI_TOOL_NONE = -1, CLI_TOOL_GMSH, CLI_TOOL_TETGEN } cli_mesh_tool;
-extern const char *const cli_mesh_tools[]; /* names, ended by NULL */
+typedef enum mesh_tool { MESH_TOOL_NONE = -1, MESH_TOOL_GMSH, MESH_TOOL_TETGEN } mesh_tool;
+extern const char *const mesh_tool_names[]; /* names, ended by NULL */
 
-/* The one that is wanted, or, of CLI_TOOL_NONE, the better one of those installed: Gmsh, but TetGen
- * for a surface of several shells (docs/meshes.md). Refuses, and says how to get it, when it is not
- * there. */
-thrum_status cli_mesh_tool_choose(cli_mesh_tool wanted, int64_t shells, cli_mesh_tool *tool,
-                                  thrum_error *error);
+/* The one that is wanted, or, of MESH_TOOL_NONE, the better one of those installed: Gmsh, but
+ * TetGen for a surface of several shells (docs/meshes.md). Refuses, and says how to get it, when it
+ * is not there. */
+thrum_status mesh_tool_choose(mesh_tool wanted, int64_t shells, mesh_tool *tool,
+                              thrum_error *error);
 
 /* A surface to be meshed, and how. */
-typedef struct cli_mesh_job {
+typedef struct mesh_tool_job {
   const char *path; /* of the surface, for messages */
-  cli_mesh_tool tool;
+  mesh_tool tool;
   double size;   /* longest edges inside, about [m]; 0: as the surface has them */
   bool cavities; /* shells that go round the other way stay empty (TetGen) */
   bool verbose;  /* show all that the tool says */
-} cli_mesh_job;
+} mesh_tool_job;
 
 /* Meshes a surface whose triangles all stay as they are. What the tool finds wrong becomes one
  * line: THRUM_BAD_VALUE, with the lines of the file, where triangles cross; THRUM_UNSUPPORTED where
  * the tool fails, and another may not. */
-thrum_status cli_mesh_tool_run(const cli_mesh_job *job, const thrum_surface_mesh *surface,
-                               thrum_mesh *mesh, thrum_error *error);
+thrum_status mesh_tool_run(const mesh_tool_job *job, const thrum_surface_mesh *surface,
+                           thrum_mesh *mesh, thrum_error *error);
 
 #endif

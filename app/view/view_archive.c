@@ -92,7 +92,7 @@ static void add_rigid(data_section *data, cJSON *arrays, const thrum_model *mode
   add_doubles(data, arrays, "tet_rigid", modes, 72);
 }
 
-static thrum_status add_model(data_section *data, cJSON *list, const cli_pack_model *item,
+static thrum_status add_model(data_section *data, cJSON *list, const view_archive_model *item,
                               thrum_error *error) {
   const thrum_model *model = item->model;
   render_mesh shown = {0};
@@ -131,7 +131,7 @@ static thrum_status add_model(data_section *data, cJSON *list, const cli_pack_mo
 }
 
 /* Head, JSON padded with spaces, data. */
-static thrum_status join(const cJSON *root, const data_section *data, cli_pack *pack,
+static thrum_status join(const cJSON *root, const data_section *data, view_archive *archive,
                          thrum_error *error) {
   char *text = json_text(root);
   const size_t length = text != NULL ? strlen(text) : 0, padded = aligned(length);
@@ -140,7 +140,7 @@ static thrum_status join(const cJSON *root, const data_section *data, cli_pack *
       text != NULL && !data->failed ? malloc(HEAD_BYTES + padded + data->size) : NULL;
   if (bytes == NULL) {
     cJSON_free(text);
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the pack of models");
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the archive of models");
   }
   memcpy(bytes, MAGIC, 8);
   memcpy(bytes + 8, numbers, sizeof numbers);
@@ -149,12 +149,12 @@ static thrum_status join(const cJSON *root, const data_section *data, cli_pack *
   if (data->size > 0)
     memcpy(bytes + HEAD_BYTES + padded, data->bytes, data->size);
   cJSON_free(text);
-  *pack = (cli_pack){bytes, HEAD_BYTES + padded + data->size};
+  *archive = (view_archive){bytes, HEAD_BYTES + padded + data->size};
   return THRUM_OK;
 }
 
-thrum_status cli_pack_make(const cli_pack_model *models, int64_t count, cJSON *scene,
-                           cli_pack *pack, thrum_error *error) {
+thrum_status view_archive_pack(const view_archive_model *models, int64_t count, cJSON *scene,
+                               view_archive *archive, thrum_error *error) {
   data_section data = {0};
   cJSON *root = cJSON_CreateObject();
   json_number(root, "format", PACK_FORMAT);
@@ -164,13 +164,13 @@ thrum_status cli_pack_make(const cli_pack_model *models, int64_t count, cJSON *s
   for (int64_t n = 0; n < count && status >= 0; n++)
     status = add_model(&data, list, &models[n], error);
   if (status >= 0)
-    status = join(root, &data, pack, error);
+    status = join(root, &data, archive, error);
   cJSON_Delete(root);
   free(data.bytes);
   return status;
 }
 
-void cli_pack_free(cli_pack *pack) {
-  free(pack->bytes);
-  *pack = (cli_pack){0};
+void view_archive_free(view_archive *archive) {
+  free(archive->bytes);
+  *archive = (view_archive){0};
 }

@@ -29,7 +29,7 @@ static void add_start(cJSON *body, const scene_run *run, int32_t n) {
   json_numbers(body, "p", p, rank);
 }
 
-void cli_pack_add_loads(cJSON *body, const scene_run *run, int32_t n) {
+void view_archive_add_loads(cJSON *body, const scene_run *run, int32_t n) {
   const int64_t rank = run->bodies[n].model->rank;
   add_start(body, run, n);
   cJSON *loads = cJSON_AddArrayToObject(body, "loads");
@@ -66,7 +66,7 @@ static cJSON *base_motion_of(const base_motion_spec *base_motion) {
   return object;
 }
 
-void cli_pack_add_air_and_ground(cJSON *scene, const scene_run *run) {
+void view_archive_add_air_and_ground(cJSON *scene, const scene_run *run) {
   const scene_wind_spec *wind = &run->spec.wind;
   cJSON *base_motions = cJSON_AddArrayToObject(scene, "base_motion");
   for (int64_t n = 0; n < run->base_motion_count; n++)

@@ -28,9 +28,9 @@ static void make_title(const char *name, char title[TITLE_MAX]) {
   }
 }
 
-/* Models with their titles, for a pack. */
+/* Models with their titles, for an archive. */
 typedef struct model_list {
-  cli_pack_model *items; /* owned */
+  view_archive_model *items; /* owned */
   char (*titles)[TITLE_MAX];
   int64_t count;
 } model_list;
@@ -48,16 +48,16 @@ static void free_list(model_list *list) {
   free(list->titles);
 }
 
-static cli_pack_model *add(model_list *list, const char *name, const thrum_model *model) {
-  cli_pack_model *item = &list->items[list->count];
+static view_archive_model *add(model_list *list, const char *name, const thrum_model *model) {
+  view_archive_model *item = &list->items[list->count];
   make_title(name, list->titles[list->count]);
-  *item = (cli_pack_model){
+  *item = (view_archive_model){
       .name = path_basename(name), .title = list->titles[list->count++], .model = model};
   return item;
 }
 
 static thrum_status pack_models(const char *const *names, int64_t count, const char *surface,
-                                bool quiet, cli_pack *pack, thrum_error *error) {
+                                bool quiet, view_archive *archive, thrum_error *error) {
   model_list list = {0};
   thrum_status status = make_list(count, &list, error);
   for (int64_t n = 0; n < count && status >= 0; n++) {
@@ -67,7 +67,8 @@ static thrum_status pack_models(const char *const *names, int64_t count, const c
       add(&list, names[n], model)->surface = surface;
   }
   if (status >= 0)
-    status = cli_pack_make(list.items, count, cli_pack_scene_of_models(list.items), pack, error);
+    status = view_archive_pack(list.items, count, view_archive_scene_of_models(list.items), archive,
+                               error);
   for (int64_t n = 0; n < list.count; n++)
     thrum_model_free(list.items[n].model);
   free_list(&list);
@@ -103,7 +104,7 @@ static void warn_of_rest(const scene_spec *spec) {
     config_warn("%.200s: the viewer leaves out damping that grows with stiffness", spec->file.name);
 }
 
-static thrum_status pack_run(const scene_run *run, cli_pack *pack, thrum_error *error) {
+static thrum_status pack_run(const scene_run *run, view_archive *archive, thrum_error *error) {
   const int64_t count = run->spec.bodies.count;
   model_list list = {0};
   int64_t *of_body = calloc((size_t)count + 1, sizeof *of_body);
@@ -112,8 +113,8 @@ static thrum_status pack_run(const scene_run *run, cli_pack *pack, thrum_error *
                             : thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for bodies");
   if (status >= 0) {
     list_models(&run->models, &run->spec, &list, of_body);
-    status =
-        cli_pack_make(list.items, list.count, cli_pack_scene_of_run(run, of_body), pack, error);
+    status = view_archive_pack(list.items, list.count, view_archive_scene_of_run(run, of_body),
+                               archive, error);
   }
   free(of_body);
   free_list(&list);
@@ -121,7 +122,8 @@ static thrum_status pack_run(const scene_run *run, cli_pack *pack, thrum_error *
 }
 
 /* As `thrum simulate` builds it, so that what it refuses is refused here. */
-static thrum_status pack_scene(const char *path, bool quiet, cli_pack *pack, thrum_error *error) {
+static thrum_status pack_scene(const char *path, bool quiet, view_archive *archive,
+                               thrum_error *error) {
   const scene_request request = {.path = path, .output = "", .quiet = quiet};
   scene_run *run = calloc(1, sizeof *run);
   if (run == NULL)
@@ -134,7 +136,7 @@ static thrum_status pack_scene(const char *path, bool quiet, cli_pack *pack, thr
   if (status >= 0)
     status = scene_run_build(run, error);
   if (status >= 0)
-    status = pack_run(run, pack, error);
+    status = pack_run(run, archive, error);
   if (status >= 0 && !quiet)
     warn_of_rest(&run->spec);
 
@@ -143,9 +145,9 @@ static thrum_status pack_scene(const char *path, bool quiet, cli_pack *pack, thr
   return status;
 }
 
-thrum_status cli_view_pack(const char *const *names, int64_t count, const char *surface, bool quiet,
-                           cli_pack *pack, thrum_error *error) {
+thrum_status view_archive_of_names(const char *const *names, int64_t count, const char *surface,
+                                   bool quiet, view_archive *archive, thrum_error *error) {
   return count == 1 && scene_spec_is_named(names[0])
-             ? pack_scene(names[0], quiet, pack, error)
-             : pack_models(names, count, surface, quiet, pack, error);
+             ? pack_scene(names[0], quiet, archive, error)
+             : pack_models(names, count, surface, quiet, archive, error);
 }

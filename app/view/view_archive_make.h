@@ -7,13 +7,13 @@
 
 #include "app/view/view_archive.h"
 
-#define CLI_VIEW_MODELS_MAX 64
+#define VIEW_MODELS_MAX 64
 
-/* Loads models, by their files or names (precomputing those that are not cached), and packs them in
+/* Loads models, by their files or names (precomputing those that are not cached), and puts them in
  * a scene of the first; or reads the one scene file that is named, with the models it names. Warns
  * of what the viewer leaves out of a scene. `surface`: of the one model that is named, see
  * driver/render_mesh.h; NULL: none. */
-thrum_status cli_view_pack(const char *const *names, int64_t count, const char *surface, bool quiet,
-                           cli_pack *pack, thrum_error *error);
+thrum_status view_archive_of_names(const char *const *names, int64_t count, const char *surface,
+                                   bool quiet, view_archive *archive, thrum_error *error);
 
 #endif

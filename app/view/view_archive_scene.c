@@ -1,4 +1,5 @@
-/* The scene of a pack: of models alone, or of a scene file. SPDX-License-Identifier: Apache-2.0 */
+/* The scene of an archive: of models alone, or of a scene file. SPDX-License-Identifier: Apache-2.0
+ */
 #include <cjson/cJSON.h>
 #include <math.h>
 #include <stdint.h>
@@ -11,7 +12,7 @@
 
 #define COLOUR "#4a86c5"
 
-cJSON *cli_pack_scene_of_models(const cli_pack_model *models) {
+cJSON *view_archive_scene_of_models(const view_archive_model *models) {
   static const double none[3] = {0}, unturned[4] = {1, 0, 0, 0};
   const thrum_state_def def = thrum_default_state_def();
   cJSON *scene = cJSON_CreateObject(), *body = cJSON_CreateObject();
@@ -79,7 +80,7 @@ static cJSON *body_of_run(const scene_run *run, int32_t n, int64_t place) {
   json_numbers(body, "spin", spin, 3);
   cJSON_AddStringToObject(body, "integrator", thrum_integrator_name(def->integrator));
   json_number(body, "damping", def->damping_alpha);
-  cli_pack_add_loads(body, run, n);
+  view_archive_add_loads(body, run, n);
   return body;
 }
 
@@ -109,7 +110,7 @@ static cJSON *obstacle_of_spec(const scene_obstacle_spec *spec) {
   return obstacle;
 }
 
-cJSON *cli_pack_scene_of_run(const scene_run *run, const int64_t *of_body) {
+cJSON *view_archive_scene_of_run(const scene_run *run, const int64_t *of_body) {
   const scene_spec *spec = &run->spec;
   const thrum_state_def *def = &spec->settings.def;
   cJSON *scene = cJSON_CreateObject();
@@ -128,6 +129,6 @@ cJSON *cli_pack_scene_of_run(const scene_run *run, const int64_t *of_body) {
   cJSON *bodies = cJSON_AddArrayToObject(scene, "bodies");
   for (int32_t n = 0; n < spec->bodies.count; n++)
     cJSON_AddItemToArray(bodies, body_of_run(run, n, of_body[n]));
-  cli_pack_add_air_and_ground(scene, run);
+  view_archive_add_air_and_ground(scene, run);
   return scene;
 }

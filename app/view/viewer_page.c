@@ -1,4 +1,4 @@
-/* Finds the viewer's page and puts a pack into it. SPDX-License-Identifier: Apache-2.0 */
+/* Finds the viewer's page and puts an archive into it. SPDX-License-Identifier: Apache-2.0 */
 #include "app/view/viewer_page.h"
 
 #include <stdbool.h>
@@ -35,16 +35,16 @@ static const char *find_page(char path[PATH_MAX_BYTES]) {
   return NULL;
 }
 
-void cli_page_free(cli_page *page) {
+void viewer_page_free(viewer_page *page) {
   free(page->html);
-  *page = (cli_page){0};
+  *page = (viewer_page){0};
 }
 
-thrum_status cli_page_read(cli_page *page, thrum_error *error) {
+thrum_status viewer_page_read(viewer_page *page, thrum_error *error) {
   char own[PATH_MAX_BYTES];
   const char *path = find_page(own);
   void *html = NULL;
-  cli_page read = {0};
+  viewer_page read = {0};
   if (path == NULL)
     return thrum_error_set(
         error, THRUM_MISSING,
@@ -61,9 +61,9 @@ thrum_status cli_page_read(cli_page *page, thrum_error *error) {
   read.slot = strstr(read.html, SLOT_BEGIN);
   read.slot_end = read.slot != NULL ? strstr(read.slot, SLOT_END) : NULL;
   if (read.slot_end == NULL) {
-    cli_page_free(&read);
+    viewer_page_free(&read);
     return thrum_error_set(error, THRUM_BAD_FORMAT,
-                           "%.300s: not the page of the viewer, for it has no place for a pack",
+                           "%.300s: not the page of the viewer, for it has no place for an archive",
                            path);
   }
   read.slot_end += sizeof SLOT_END - 1;
@@ -84,8 +84,8 @@ static void put_base64(FILE *stream, const unsigned char *bytes, size_t size) {
   }
 }
 
-thrum_status cli_page_write(const char *path, const cli_page *page, const cli_pack *pack,
-                            thrum_error *error) {
+thrum_status viewer_page_write(const char *path, const viewer_page *page,
+                               const view_archive *archive, thrum_error *error) {
   thrum_file_writer writer = {NULL, NULL, NULL};
   const thrum_status status = thrum_file_writer_open(path, &writer, error);
   if (status < 0)
@@ -93,7 +93,7 @@ thrum_status cli_page_write(const char *path, const cli_page *page, const cli_pa
   FILE *stream = writer.stream;
   fwrite(page->html, 1, (size_t)(page->slot - page->html), stream);
   fputs(SLOT_BEGIN ">", stream);
-  put_base64(stream, pack->bytes, pack->size);
+  put_base64(stream, archive->bytes, archive->size);
   fputs(SLOT_END, stream);
   fwrite(page->slot_end, 1, (size_t)(page->html + page->size - page->slot_end), stream);
   return thrum_file_writer_commit(&writer, error);

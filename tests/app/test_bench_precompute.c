@@ -8,15 +8,15 @@
 
 #include <cmocka.h>
 
-#include "tests/support/cli_support.h"
+#include "tests/support/program_support.h"
 
 static cJSON *bench(const char *a, const char *b, const char *c, const char *d) {
-  cli_result run =
+  program_result run =
       thrum_run(NULL, "bench", "precompute", "--json", "--modes", "4", a, b, c, d, NULL);
   assert_int_equal(run.exit_code, 0);
-  cJSON *object = cli_json_line(run.out);
+  cJSON *object = json_line(run.out);
   assert_non_null(object);
-  cli_result_free(&run);
+  program_result_free(&run);
   return object;
 }
 
@@ -29,8 +29,8 @@ static void a_run_is_made_for_every_size(void **state) {
   const int wanted[] = {200, 1000};
   for (int n = 0; n < 2; n++) {
     const cJSON *run = cJSON_GetArrayItem(runs, n);
-    assert_true(fabs(cli_json_get(run, "tets") / wanted[n] - 1) < 0.3);
-    assert_true(cli_json_get(run, "rank") == 5);
+    assert_true(fabs(json_value(run, "tets") / wanted[n] - 1) < 0.3);
+    assert_true(json_value(run, "rank") == 5);
 
     const cJSON *cpu = cJSON_GetObjectItem(run, "cpu_seconds");
     double sum = 0;
@@ -39,10 +39,10 @@ static void a_run_is_made_for_every_size(void **state) {
 
     // every stage and their total
     assert_int_equal(cJSON_GetArraySize(cpu), 7);
-    assert_true(fabs(sum / 2 / cli_json_get(cpu, "total") - 1) < 1e-9);
+    assert_true(fabs(sum / 2 / json_value(cpu, "total") - 1) < 1e-9);
 
-    assert_true(cli_json_get(run, "polynomial_over_syrk") > 0);
-    assert_true(cli_json_get(run, "peak_mb") > 0);
+    assert_true(json_value(run, "polynomial_over_syrk") > 0);
+    assert_true(json_value(run, "peak_mb") > 0);
   }
 
   // two sizes give an exponent of growth for each figure
@@ -56,7 +56,7 @@ static void a_run_is_made_for_every_rank(void **state) {
   const cJSON *runs = cJSON_GetObjectItem(object, "runs");
   assert_int_equal(cJSON_GetArraySize(runs), 3);
   for (int n = 0; n < 3; n++)
-    assert_true(cli_json_get(cJSON_GetArrayItem(runs, n), "rank") == 3 * (n + 1));
+    assert_true(json_value(cJSON_GetArrayItem(runs, n), "rank") == 3 * (n + 1));
   cJSON_Delete(object);
 }
 
@@ -64,11 +64,11 @@ static void refusals_and_wrong_usage_are_told_apart(void **state) {
   (void)state;
 
   // four modes and their derivatives span 14
-  cli_result run =
+  program_result run =
       thrum_run(NULL, "bench", "precompute", "--tets", "300", "--modes", "4", "--rank", "15", NULL);
   assert_int_equal(run.exit_code, 1);
   assert_non_null(strstr(run.err, "rank 15"));
-  cli_result_free(&run);
+  program_result_free(&run);
 
   // lists of sizes that are no numbers, or too long
   static const char *const bad[] = {"0", "10,", "ten", "1,2,3,4,5,6,7,8,9,10,11,12,13,14,15,16,17"};
@@ -76,7 +76,7 @@ static void refusals_and_wrong_usage_are_told_apart(void **state) {
     run = thrum_run(NULL, "bench", "precompute", "--tets", bad[n], NULL);
     assert_int_equal(run.exit_code, 2);
     assert_non_null(strstr(run.err, "whole numbers"));
-    cli_result_free(&run);
+    program_result_free(&run);
   }
 }
 

@@ -9,18 +9,17 @@
 #include <cmocka.h>
 
 #include "tests/support/model_folder.h"
+#include "tests/support/test_folder.h"
 
 /* The relative change of the mean energy of imexv at a swing of 5 %: between the first and the last
  * window, and between any two; see docs/experiments.md. */
 #define IMEXV_CHANGE 1e-4
 #define IMEXV_WORST 2e-4
 
-static char folder[64];
-
 static int make_models(void **state) {
   char path[192];
   (void)state;
-  if (cli_make_folder(folder) == NULL)
+  if (test_folder_make(folder) == NULL)
     return -1;
   snprintf(path, sizeof path, "%s/models", folder);
   if (mkdir(path, 0777) != 0)
@@ -41,17 +40,17 @@ static int make_models(void **state) {
 
 static int remove_models(void **state) {
   (void)state;
-  cli_remove_folder(folder);
+  test_folder_remove(folder);
   return 0;
 }
 
-static cJSON *json_of(cli_result run, int exit_code) {
+static cJSON *json_of(program_result run, int exit_code) {
   if (run.exit_code != exit_code)
     print_error("%s", run.err);
   assert_int_equal(run.exit_code, exit_code);
-  cJSON *object = cli_json_line(run.out);
+  cJSON *object = json_line(run.out);
   assert_non_null(object);
-  cli_result_free(&run);
+  program_result_free(&run);
   return object;
 }
 
@@ -63,7 +62,7 @@ static const char *text_of(const cJSON *object, const char *key) {
 static bool file_is_there(const char *name) {
   char path[192];
   snprintf(path, sizeof path, "%s/%s", folder, name);
-  return cli_file_exists(path);
+  return file_exists(path);
 }
 
 /* Returns whether a page has that many plots (where gnuplot draws them), only finite numbers, and
@@ -72,7 +71,7 @@ static bool report_is_whole(const char *name, int pictures) {
   const int expected = system("gnuplot --version >/dev/null 2>&1") == 0 ? pictures : 0;
   char path[192];
   snprintf(path, sizeof path, "%s/%s", folder, name);
-  char *text = cli_read_text(path);
+  char *text = text_file_read(path);
   if (text == NULL)
     return false;
 
@@ -103,23 +102,23 @@ static void a_reduced_matrix_runs_whole(void **state) {
   cJSON_ArrayForEach(run, runs) {
     assert_string_equal(text_of(run, "status"), "done");
     assert_string_equal(text_of(run, "model"), "beam");
-    assert_true(fabs(cli_json_get(run, "simulated_s") - 1.5) < 1e-9);
-    assert_true(cli_json_get(run, "us_per_step") > 0);
-    assert_true(cli_json_get(run, "energy_peak_j") > 0);
-    assert_true(cli_json_get(run, "energy_end_j") >= 0);
+    assert_true(fabs(json_value(run, "simulated_s") - 1.5) < 1e-9);
+    assert_true(json_value(run, "us_per_step") > 0);
+    assert_true(json_value(run, "energy_peak_j") > 0);
+    assert_true(json_value(run, "energy_end_j") >= 0);
     assert_true(cJSON_IsObject(cJSON_GetObjectItem(run, "fallback_levels")));
 
     // the force is called for without damping
-    if (cli_json_get(run, "damping") > 0)
+    if (json_value(run, "damping") > 0)
       continue;
     const bool sine = strcmp(text_of(run, "load"), "sine") == 0;
-    const double amplitude = cli_json_get(run, "peak_amplitude");
+    const double amplitude = json_value(run, "peak_amplitude");
     assert_true(amplitude >= (sine ? 0.1 : 0.05) && amplitude < (sine ? 0.2 : 0.1));
     undamped++;
 
     // without a load and without damping the energy is conserved
     if (!sine && strcmp(text_of(run, "integrator"), "energy") == 0)
-      assert_true(fabs(cli_json_get(run, "energy_change")) < 1e-10);
+      assert_true(fabs(json_value(run, "energy_change")) < 1e-10);
   }
 
   assert_int_equal(undamped, 9);
@@ -141,12 +140,11 @@ static void damping_takes_energy_out(void **state) {
   // the damped runs follow the free ones
   for (int n = 0; n < 2; n++) {
     const cJSON *free_run = cJSON_GetArrayItem(runs, n), *damped = cJSON_GetArrayItem(runs, 2 + n);
-    assert_true(cli_json_get(damped, "damping") == 0.3);
+    assert_true(json_value(damped, "damping") == 0.3);
     assert_string_equal(text_of(free_run, "integrator"), text_of(damped, "integrator"));
 
     // D = alpha 1: the energy falls as exp(-alpha t) over whole swings
-    const double ratio =
-        cli_json_get(damped, "energy_end_j") / cli_json_get(free_run, "energy_end_j");
+    const double ratio = json_value(damped, "energy_end_j") / json_value(free_run, "energy_end_j");
     assert_true(fabs(ratio / exp(-0.3 * 3) - 1) < 0.15);
   }
   cJSON_Delete(object);
@@ -164,13 +162,13 @@ static void the_sweep_tells_integrators_apart(void **state) {
 
   // the conserving integrator has no error at any step
   cJSON_ArrayForEach(run, runs) {
-    const double error = cli_json_get(run, "energy_error");
-    assert_true(fabs(cli_json_get(run, "simulated_s") - 1) < 0.03);
+    const double error = json_value(run, "energy_error");
+    assert_true(fabs(json_value(run, "simulated_s") - 1) < 0.03);
     if (strcmp(text_of(run, "integrator"), "energy") == 0) {
       assert_true(error < 1e-8);
-    } else if (cli_json_get(run, "dt") == 1e-4) {
+    } else if (json_value(run, "dt") == 1e-4) {
       newmark_fine = error;
-    } else if (cli_json_get(run, "dt") == 1e-3) {
+    } else if (json_value(run, "dt") == 1e-3) {
       newmark_coarse = error;
     }
   }
@@ -196,11 +194,11 @@ static void energy_survives_the_long_run(void **state) {
   cJSON_ArrayForEach(run, runs) {
     const bool conserving = strcmp(text_of(run, "integrator"), "energy") == 0;
     assert_string_equal(text_of(run, "status"), "done");
-    assert_true(cli_json_get(run, "steps") == 100000);
-    assert_true(cli_json_get(run, "windows") == 8);
-    assert_true(fabs(cli_json_get(run, "reached") - 0.05) < 1e-3);
-    assert_true(fabs(cli_json_get(run, "total_change")) <= (conserving ? 1e-12 : IMEXV_CHANGE));
-    assert_true(fabs(cli_json_get(run, "total_worst")) <= (conserving ? 1e-12 : IMEXV_WORST));
+    assert_true(json_value(run, "steps") == 100000);
+    assert_true(json_value(run, "windows") == 8);
+    assert_true(fabs(json_value(run, "reached") - 0.05) < 1e-3);
+    assert_true(fabs(json_value(run, "total_change")) <= (conserving ? 1e-12 : IMEXV_CHANGE));
+    assert_true(fabs(json_value(run, "total_worst")) <= (conserving ? 1e-12 : IMEXV_WORST));
   }
 
   cJSON_Delete(object);
@@ -212,7 +210,7 @@ static void energy_survives_the_long_run(void **state) {
 static char *text_in_folder(const char *name) {
   char path[192];
   snprintf(path, sizeof path, "%s/%s", folder, name);
-  char *text = cli_read_text(path);
+  char *text = text_file_read(path);
   assert_non_null(text);
   return text;
 }
@@ -256,28 +254,28 @@ static void mistakes_are_named(void **state) {
   };
 
   for (size_t n = 0; n < sizeof wrong / sizeof wrong[0]; n++) {
-    cli_result run =
+    program_result run =
         thrum_run(folder, "experiments", "-o", "wrong", wrong[n][0], wrong[n][1], NULL);
     assert_int_equal(run.exit_code, 2);
     assert_non_null(strstr(run.err, wrong[n][2]));
-    cli_result_free(&run);
+    program_result_free(&run);
   }
 
   // the steps of a sweep are its own, whatever --dt says
-  cli_result endless = thrum_run(folder, "experiments", "-o", "wrong", "--sweep", "--time", "1e300",
-                                 "--dt", "1e300", NULL);
+  program_result endless = thrum_run(folder, "experiments", "-o", "wrong", "--sweep", "--time",
+                                     "1e300", "--dt", "1e300", NULL);
   assert_int_equal(endless.exit_code, 2);
   assert_non_null(strstr(endless.err, "too many steps"));
-  cli_result_free(&endless);
-  cli_result nowhere = thrum_run(folder, "experiments", NULL);
+  program_result_free(&endless);
+  program_result nowhere = thrum_run(folder, "experiments", NULL);
   assert_int_equal(nowhere.exit_code, 2);
-  cli_result_free(&nowhere);
+  program_result_free(&nowhere);
 
-  cli_result missing =
+  program_result missing =
       thrum_run(folder, "experiments", "-o", "wrong", "--models", "none.npz", NULL);
   assert_int_equal(missing.exit_code, 1);
   assert_non_null(strstr(missing.err, "none.npz"));
-  cli_result_free(&missing);
+  program_result_free(&missing);
 }
 
 static void newmark_loses_wide_swings_at_long_steps_and_the_sweep_says_so(void **state) {
@@ -292,7 +290,7 @@ static void newmark_loses_wide_swings_at_long_steps_and_the_sweep_says_so(void *
   // lost means that the mean energy more than doubled
   cJSON_ArrayForEach(run, runs) {
     const bool is_lost = strcmp(text_of(run, "status"), "lost") == 0;
-    assert_true(is_lost == (cli_json_get(run, "energy_change") > 1));
+    assert_true(is_lost == (json_value(run, "energy_change") > 1));
     if (strcmp(text_of(run, "integrator"), "newmark") != 0)
       assert_string_equal(text_of(run, "status"), "done");
     lost += is_lost;
@@ -323,10 +321,10 @@ static void extremes_run_or_are_refused_with_a_reason(void **state) {
   cJSON_Delete(object);
   assert_true(file_is_there("extremes/extremes.csv") && file_is_there("extremes/units.csv"));
   assert_true(report_is_whole("extremes/extremes.html", 0));
-  cli_result wrong =
+  program_result wrong =
       thrum_run(folder, "experiments", "--extremes", "-o", "extremes", "--models", "beam", NULL);
   assert_int_equal(wrong.exit_code, 2);
-  cli_result_free(&wrong);
+  program_result_free(&wrong);
 }
 
 static void
@@ -336,7 +334,7 @@ without_python_the_tables_are_there_and_the_message_says_how_to_make_the_page(vo
   snprintf(before, sizeof before, "%s", getenv("PATH"));
   snprintf(path, sizeof path, "%s/models", folder);
   assert_int_equal(setenv("PATH", path, 1), 0);
-  cli_result run =
+  program_result run =
       thrum_run(folder, "--models-dir", "models", "experiments", "--sweep", "-o", "bare",
                 "--models", "beam", "--time", "0.1", "--integrators", "energy", "-q", NULL);
   assert_int_equal(setenv("PATH", before, 1), 0);
@@ -344,7 +342,7 @@ without_python_the_tables_are_there_and_the_message_says_how_to_make_the_page(vo
   assert_non_null(strstr(run.err, "report.py sweep bare/sweep.csv"));
   assert_true(file_is_there("bare/sweep.csv") && file_is_there("bare/sweep.about.json"));
   assert_false(file_is_there("bare/sweep.html"));
-  cli_result_free(&run);
+  program_result_free(&run);
 }
 
 static void linear_analysis_fails_at_some_deflection(void **state) {
@@ -357,15 +355,15 @@ static void linear_analysis_fails_at_some_deflection(void **state) {
 
   const cJSON *rest = cJSON_GetObjectItem(run, "static"),
               *motion = cJSON_GetObjectItem(run, "dynamic");
-  const double first = cli_json_get(rest, "deflection_at_5_percent");
-  const double second = cli_json_get(rest, "deflection_at_20_percent");
+  const double first = json_value(rest, "deflection_at_5_percent");
+  const double second = json_value(rest, "deflection_at_20_percent");
 
   // the error grows with the deflection
   assert_true(first > 0.005 && second > first && second < 1);
-  assert_true(cli_json_get(motion, "deflection_at_5_percent") > 0);
-  assert_true(cli_json_get(motion, "deflection_at_20_percent") >
-              cli_json_get(motion, "deflection_at_5_percent"));
-  assert_true(cli_json_get(run, "nonlinear_us") > 0);
+  assert_true(json_value(motion, "deflection_at_5_percent") > 0);
+  assert_true(json_value(motion, "deflection_at_20_percent") >
+              json_value(motion, "deflection_at_5_percent"));
+  assert_true(json_value(run, "nonlinear_us") > 0);
 
   cJSON_Delete(object);
   assert_true(file_is_there("linear/linear.csv") && file_is_there("linear/linear_curves.csv"));

@@ -16,7 +16,7 @@
 #include <sys/resource.h>
 #include <time.h>
 
-#include "tests/support/cli_support.h"
+#include "tests/support/program_support.h"
 
 #define ARGUMENTS 20
 #define LISTING 4096
@@ -70,34 +70,34 @@ static const char scene_text[] =
 
 static int make_inputs(void **state) {
   (void)state;
-  if (cli_make_folder(folder) == NULL)
+  if (test_folder_make(folder) == NULL)
     return -1;
   snprintf(model, sizeof model, "%s/model.npz", folder);
   snprintf(mesh, sizeof mesh, "%s/mesh.veg", folder);
 
   // a model, a run of it, a mesh and a scene of the model are the inputs of the commands
-  cli_result run = thrum_run(folder, "precompute", "beam:4x2x2@1x0.3x0.3", "--fix", "x<0.1",
-                             "--modes", "4", "--rank", "6", "-q", "-o", model, NULL);
+  program_result run = thrum_run(folder, "precompute", "beam:4x2x2@1x0.3x0.3", "--fix", "x<0.1",
+                                 "--modes", "4", "--rank", "6", "-q", "-o", model, NULL);
   int code = run.exit_code;
-  cli_result_free(&run);
+  program_result_free(&run);
 
   snprintf(motion, sizeof motion, "%s/motion", folder);
   run = thrum_run(folder, "simulate", model, "-o", motion, "--time", "0.06", "--start",
                   "mode:1,0.01", "-q", NULL);
   code += run.exit_code;
-  cli_result_free(&run);
+  program_result_free(&run);
 
   run = thrum_run(folder, "convert", "beam:4x2x2@1x0.3x0.3", mesh, NULL);
   code += run.exit_code;
-  cli_result_free(&run);
+  program_result_free(&run);
 
   snprintf(scene, sizeof scene, "%s/scene.json", folder);
-  return cli_write_text(scene, scene_text) ? code : -1;
+  return text_file_write(scene, scene_text) ? code : -1;
 }
 
 static int remove_inputs(void **state) {
   (void)state;
-  cli_remove_folder(folder);
+  test_folder_remove(folder);
   return 0;
 }
 
@@ -176,12 +176,12 @@ static void join_arguments(char *const *argv, char text[512]) {
 }
 
 /* Runs the program with files of at most `bytes`, as on a disk that has no more room. */
-static cli_result run_limited(char *const *argv, rlim_t bytes) {
+static program_result run_limited(char *const *argv, rlim_t bytes) {
   struct rlimit before;
   assert_int_equal(getrlimit(RLIMIT_FSIZE, &before), 0);
   const struct rlimit limit = {bytes, before.rlim_max};
   assert_int_equal(setrlimit(RLIMIT_FSIZE, &limit), 0);
-  cli_result run = cli_execute(folder, argv);
+  program_result run = program_execute(folder, argv);
   assert_int_equal(setrlimit(RLIMIT_FSIZE, &before), 0);
   return run;
 }
@@ -200,7 +200,7 @@ static void a_full_disk_leaves_nothing_and_names_the_file(void **state) {
       fill_arguments(&writers[n], out, argv);
       join_arguments(argv, command);
 
-      cli_result run = run_limited(argv, (rlim_t)limits[k]);
+      program_result run = run_limited(argv, (rlim_t)limits[k]);
       expect_no_remains(out, command);
 
       // one file is there, or none: nothing of a pair that is half there
@@ -214,13 +214,13 @@ static void a_full_disk_leaves_nothing_and_names_the_file(void **state) {
         if (run.exit_code != 1 || strstr(run.err, out) == NULL ||
             strstr(run.err, "File too large") == NULL || strstr(run.err, "ulimit -f") == NULL)
           fail_msg("%s: exit %d, '%s'", command, run.exit_code, run.err);
-        assert_true(cli_line_count_is(run.err, 1));
+        assert_true(line_count_is(run.err, 1));
       }
 
       // a limit below the largest file must fail
       if (limits[k] < writers[n].least && run.exit_code != 1)
         fail_msg("%s: exit %d with files of at most %d bytes", command, run.exit_code, limits[k]);
-      cli_result_free(&run);
+      program_result_free(&run);
     }
 
     assert_true(failures > 0 || writers[n].least < limits[0]);
@@ -241,16 +241,16 @@ static void what_was_there_before_stays_whole(void **state) {
     fill_arguments(&writers[which[n]], out, argv);
 
     // the first run writes its files
-    cli_result run = cli_execute(folder, argv);
+    program_result run = program_execute(folder, argv);
     assert_int_equal(run.exit_code, 0);
-    cli_result_free(&run);
+    program_result_free(&run);
 
     // the second one fails, and the file is still the same one
     struct stat first, second;
     assert_int_equal(stat(path, &first), 0);
     run = run_limited(argv, 1000);
     assert_int_equal(run.exit_code, 1);
-    cli_result_free(&run);
+    program_result_free(&run);
     assert_int_equal(stat(path, &second), 0);
     assert_true(first.st_ino == second.st_ino && first.st_size == second.st_size);
   }
@@ -268,10 +268,10 @@ static void a_folder_that_cannot_be_written_to_is_named(void **state) {
     char command[512], *argv[ARGUMENTS + 2];
     fill_arguments(&writers[n], out, argv);
     join_arguments(argv, command);
-    cli_result run = cli_execute(folder, argv);
-    if (run.exit_code != 1 || strstr(run.err, out) == NULL || !cli_line_count_is(run.err, 1))
+    program_result run = program_execute(folder, argv);
+    if (run.exit_code != 1 || strstr(run.err, out) == NULL || !line_count_is(run.err, 1))
       fail_msg("%s: exit %d, '%s'", command, run.exit_code, run.err);
-    cli_result_free(&run);
+    program_result_free(&run);
   }
 
   assert_false(holds_files(locked));
@@ -295,7 +295,7 @@ static void a_folder_in_place_of_a_file_is_refused(void **state) {
   // files in the places of folders
   for (int n = 0; n < 3; n++) {
     snprintf(path, sizeof path, "%s/%s", out, n == 0 ? "run" : n == 1 ? "made" : "scene");
-    assert_true(cli_write_text(path, "mine"));
+    assert_true(text_file_write(path, "mine"));
   }
 
   // every writer but bench, whose OUT is a folder, is refused and leaves nothing unfinished
@@ -303,15 +303,15 @@ static void a_folder_in_place_of_a_file_is_refused(void **state) {
     char command[512], *argv[ARGUMENTS + 2];
     fill_arguments(&writers[n], out, argv);
     join_arguments(argv, command);
-    cli_result run = cli_execute(folder, argv);
-    if (run.exit_code != 1 || strstr(run.err, out) == NULL || !cli_line_count_is(run.err, 1))
+    program_result run = program_execute(folder, argv);
+    if (run.exit_code != 1 || strstr(run.err, out) == NULL || !line_count_is(run.err, 1))
       fail_msg("%s: exit %d, '%s'", command, run.exit_code, run.err);
-    cli_result_free(&run);
+    program_result_free(&run);
     expect_no_remains(out, command);
   }
 
   // the file is as it was
-  char *text = cli_read_text(path);
+  char *text = text_file_read(path);
   assert_string_equal(text, "mine");
   free(text);
 }
@@ -387,7 +387,7 @@ static void standard_output_on_a_full_disk_is_a_failure(void **state) {
   assert_true(WIFEXITED(status));
   assert_int_equal(WEXITSTATUS(status), 1);
   snprintf(command, sizeof command, "%s/said", folder);
-  char *said = cli_read_text(command);
+  char *said = text_file_read(command);
   assert_non_null(strstr(said, "standard output could not be written"));
   free(said);
 }

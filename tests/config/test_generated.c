@@ -7,7 +7,7 @@
 
 #include <cmocka.h>
 
-#include "tests/support/cli_support.h"
+#include "tests/support/program_support.h"
 
 static void the_committed_reference_is_that_of_the_program(void **state) {
   (void)state;
@@ -20,24 +20,24 @@ static void the_committed_reference_is_that_of_the_program(void **state) {
   for (size_t n = 0; n < sizeof files / sizeof *files; n++) {
     char path[512];
     snprintf(path, sizeof path, THRUM_TEST_DATA "/../../docs/reference/%s", files[n][1]);
-    char *committed = cli_read_text(path);
+    char *committed = text_file_read(path);
     assert_non_null(committed);
-    cli_result made = thrum_run(".", "help", files[n][0], NULL);
+    program_result made = thrum_run(".", "help", files[n][0], NULL);
     assert_int_equal(made.exit_code, 0);
 
     // if this fails: thrum help OPTION > docs/reference/FILE
     assert_string_equal(committed, made.out);
-    cli_result_free(&made);
+    program_result_free(&made);
     free(committed);
   }
 }
 
 static void help_names_what_it_can_print(void **state) {
   (void)state;
-  cli_result run = thrum_run(".", "help", "--rst", NULL);
+  program_result run = thrum_run(".", "help", "--rst", NULL);
   assert_int_equal(run.exit_code, 2);
   assert_non_null(strstr(run.err, "--reference, --scene-keys, --man or --bash"));
-  cli_result_free(&run);
+  program_result_free(&run);
 }
 
 /* The words that bash offers after `line`, whose last word is incomplete. */

@@ -7,28 +7,26 @@
 
 #include <cmocka.h>
 
-#include "tests/support/cli_support.h"
-
-static char folder[64];
+#include "tests/support/test_folder.h"
 
 static void write_file(const char *name, const char *text) {
   char path[128];
   snprintf(path, sizeof path, "%s/%s", folder, name);
-  assert_true(cli_write_text(path, text));
+  assert_true(text_file_write(path, text));
 }
 
 static bool is_there(const char *name) {
   char path[128];
   snprintf(path, sizeof path, "%s/%s", folder, name);
-  return cli_file_exists(path);
+  return file_exists(path);
 }
 
-static cJSON *run_done(cli_result run) {
+static cJSON *run_done(program_result run) {
   if (run.exit_code != 0)
     fail_msg("exit %d: %s", run.exit_code, run.err);
   cJSON *object = cJSON_Parse(run.out);
   assert_non_null(object);
-  cli_result_free(&run);
+  program_result_free(&run);
   return object;
 }
 
@@ -40,7 +38,7 @@ static double number(const cJSON *object, const char *key) {
 
 static int make_model(void **state) {
   (void)state;
-  if (cli_make_folder(folder) == NULL)
+  if (test_folder_make(folder) == NULL)
     return -1;
 
   // a folder of its own, so that paths in the file are relative to the file
@@ -55,9 +53,9 @@ static int make_model(void **state) {
                            "\"dry_run\": false, \"mass\": \"lumped\", \"quiet\": true}\n");
 
   // the mesh and the supports that the file names
-  cli_result run = thrum_run(folder, "convert", "beam:4x2x2@1x0.3x0.3", "sub/m.veg", NULL);
+  program_result run = thrum_run(folder, "convert", "beam:4x2x2@1x0.3x0.3", "sub/m.veg", NULL);
   const bool made = run.exit_code == 0;
-  cli_result_free(&run);
+  program_result_free(&run);
   write_file("sub/held.bou", "1, 6, 11, 16, 21, 26, 31, 36, 41\n");
 
   // a model made from the options file alone
@@ -66,13 +64,13 @@ static int make_model(void **state) {
     print_error("%s", run.err);
   const bool good = made && run.exit_code == 0;
 
-  cli_result_free(&run);
+  program_result_free(&run);
   return good ? 0 : -1;
 }
 
 static int remove_model(void **state) {
   (void)state;
-  cli_remove_folder(folder);
+  test_folder_remove(folder);
   return 0;
 }
 
@@ -187,12 +185,12 @@ static void a_mistake_is_named_by_file_line_and_key(void **state) {
   // one line on standard error, nothing on standard output
   for (size_t n = 0; n < sizeof cases / sizeof *cases; n++) {
     write_file("t.json", cases[n].text);
-    cli_result run = thrum_run(folder, cases[n].command, "--options", "t.json", NULL);
+    program_result run = thrum_run(folder, cases[n].command, "--options", "t.json", NULL);
     if (run.exit_code != 1 || strstr(run.err, cases[n].words) == NULL)
       fail_msg("%s: exit %d, %s", cases[n].text, run.exit_code, run.err);
-    assert_true(cli_line_count_is(run.err, 1));
+    assert_true(line_count_is(run.err, 1));
     assert_string_equal(run.out, "");
-    cli_result_free(&run);
+    program_result_free(&run);
   }
 }
 
@@ -212,11 +210,11 @@ static void files_that_cannot_be_read_are_refused(void **state) {
   const char *const words[] = {"huge.json: 1100000 bytes", "sub: cannot be read: it is a folder",
                                "nothing.json: cannot be read: No such file"};
   for (int n = 0; n < 3; n++) {
-    cli_result run = thrum_run(folder, "simulate", "--options", names[n], NULL);
+    program_result run = thrum_run(folder, "simulate", "--options", names[n], NULL);
     assert_int_equal(run.exit_code, 1);
     assert_non_null(strstr(run.err, words[n]));
-    assert_true(cli_line_count_is(run.err, 1));
-    cli_result_free(&run);
+    assert_true(line_count_is(run.err, 1));
+    program_result_free(&run);
   }
 }
 
@@ -234,11 +232,11 @@ static void a_message_is_one_line_whatever_was_typed(void **state) {
   // control characters are replaced, so that the message stays in one line
   for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
     const char *const *c = cases[n];
-    cli_result run = thrum_run(folder, c[0], c[1], c[2], c[3], c[4], NULL);
+    program_result run = thrum_run(folder, c[0], c[1], c[2], c[3], c[4], NULL);
     assert_true(run.exit_code == 1 || run.exit_code == 2);
-    if (!cli_line_count_is(run.err, 1))
+    if (!line_count_is(run.err, 1))
       fail_msg("case %d: %s", (int)n, run.err);
-    cli_result_free(&run);
+    program_result_free(&run);
   }
 }
 
@@ -251,10 +249,10 @@ static void a_byte_order_mark_is_skipped(void **state) {
 
 static void one_file_at_a_time(void **state) {
   (void)state;
-  cli_result run = thrum_run(folder, "simulate", "--options", "a", "--options", "b", NULL);
+  program_result run = thrum_run(folder, "simulate", "--options", "a", "--options", "b", NULL);
   assert_int_equal(run.exit_code, 2);
   assert_non_null(strstr(run.err, "one --options at a time"));
-  cli_result_free(&run);
+  program_result_free(&run);
 }
 
 /* Whether --NAME is followed in the help by a character that ends a name. */
@@ -273,16 +271,16 @@ static void check_schema(const char *command, const char *argument) {
   // the committed schema equals the one that the program prints
   char path[256];
   snprintf(path, sizeof path, THRUM_TEST_DATA "/../../docs/schema/%s.schema.json", command);
-  char *committed = cli_read_text(path);
+  char *committed = text_file_read(path);
   assert_non_null(committed);
-  cli_result made = thrum_run(folder, "schema", command, NULL);
+  program_result made = thrum_run(folder, "schema", command, NULL);
   assert_int_equal(made.exit_code, 0);
 
   // if this fails: thrum schema COMMAND > docs/schema/COMMAND.schema.json
   assert_string_equal(committed, made.out);
 
   // every key of the schema is an option in the help
-  cli_result help = thrum_run(folder, command, "--help", NULL);
+  program_result help = thrum_run(folder, command, "--help", NULL);
   cJSON *schema = cJSON_Parse(made.out);
   int keys = 0;
   for (cJSON *key = cJSON_GetObjectItem(schema, "properties")->child; key; key = key->next) {
@@ -312,8 +310,8 @@ static void check_schema(const char *command, const char *argument) {
   assert_true(keys > 10);
 
   cJSON_Delete(schema);
-  cli_result_free(&help);
-  cli_result_free(&made);
+  program_result_free(&help);
+  program_result_free(&made);
   free(committed);
 }
 
@@ -322,10 +320,10 @@ static void the_committed_schemas_are_those_of_the_program(void **state) {
   check_schema("precompute", "mesh");
   check_schema("simulate", "model");
   check_schema("static", "model");
-  cli_result run = thrum_run(folder, "schema", "simulat", NULL);
+  program_result run = thrum_run(folder, "schema", "simulat", NULL);
   assert_int_equal(run.exit_code, 2);
   assert_non_null(strstr(run.err, "did you mean 'simulate'"));
-  cli_result_free(&run);
+  program_result_free(&run);
 }
 
 int main(void) {

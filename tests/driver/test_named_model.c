@@ -12,6 +12,7 @@
 #include "driver/named_model.h"
 #include "io/file.h"
 #include "tests/support/model_folder.h"
+#include "tests/support/test_folder.h"
 
 static const char *const names[MODEL_NAME_COUNT] = {
 #define X(name, text) #name,
@@ -19,13 +20,12 @@ static const char *const names[MODEL_NAME_COUNT] = {
 #undef X
 };
 
-static char folder[64];
 static char models[128], cache[128];
 
 static int make_models(void **state) {
   char path[192];
   (void)state;
-  if (cli_make_folder(folder) == NULL)
+  if (test_folder_make(folder) == NULL)
     return -1;
   snprintf(models, sizeof models, "%s/models", folder);
   snprintf(cache, sizeof cache, "%s/cache", folder);
@@ -41,20 +41,20 @@ static int make_models(void **state) {
 
 static int remove_models(void **state) {
   (void)state;
-  cli_remove_folder(folder);
+  test_folder_remove(folder);
   return 0;
 }
 
 /* Returns the line of JSON of a run that must succeed, and whether it precomputed the model. */
-static cJSON *json_of(cli_result run, bool *precomputed) {
+static cJSON *json_of(program_result run, bool *precomputed) {
   if (run.exit_code != 0)
     print_error("%s", run.err);
   assert_int_equal(run.exit_code, 0);
   if (precomputed != NULL)
     *precomputed = strstr(run.err, "precomputing beam") != NULL;
-  cJSON *object = cli_json_line(run.out);
+  cJSON *object = json_line(run.out);
   assert_non_null(object);
-  cli_result_free(&run);
+  program_result_free(&run);
   return object;
 }
 
@@ -85,7 +85,7 @@ static void a_name_is_precomputed_once(void **state) {
   assert_int_equal(cached_file(path), 1);
   cJSON *second = json_of(thrum_run(folder, "info", "beam", "--json", NULL), &precomputed);
   assert_false(precomputed);
-  assert_true(cli_json_get(first, "rank") == 5);
+  assert_true(json_value(first, "rank") == 5);
   assert_string_equal(cJSON_GetObjectItem(first, "model")->valuestring, path);
   assert_string_equal(cJSON_GetObjectItem(second, "model")->valuestring, path);
   cJSON_Delete(first);
@@ -153,15 +153,15 @@ static void options_of_the_user_go_before_the_recipe(void **state) {
                            NULL);
 
   // options replace the recipe's values, and the others stay
-  assert_true(cli_json_get(own, "rank") == 5 && cli_json_get(own, "modes") == 3);
-  assert_true(cli_json_get(changed, "rank") == 4 && cli_json_get(changed, "modes") == 3);
+  assert_true(json_value(own, "rank") == 5 && json_value(own, "modes") == 3);
+  assert_true(json_value(changed, "rank") == 4 && json_value(changed, "modes") == 3);
   // the model is held at the other end alone
-  assert_true(cli_json_get(changed, "fixed") == 4);
+  assert_true(json_value(changed, "fixed") == 4);
 
   // another number of modes brings the rank that goes with it
   cJSON *modes = json_of(
       thrum_run(folder, "precompute", "beam", "-o", "m.npz", "--modes", "2", "--json", NULL), NULL);
-  assert_true(cli_json_get(modes, "rank") == 4 && cli_json_get(modes, "modes") == 2);
+  assert_true(json_value(modes, "rank") == 4 && json_value(modes, "modes") == 2);
 
   cJSON_Delete(modes);
   cJSON_Delete(own);
@@ -173,7 +173,7 @@ static void a_name_is_simulated(void **state) {
   cJSON *run = json_of(thrum_run(folder, "simulate", "beam", "-o", "run", "--time", "0.3", "--load",
                                  "impulse:0,0,-1@load", "--json", NULL),
                        NULL);
-  assert_true(cli_json_get(run, "simulated_s") > 0.29);
+  assert_true(json_value(run, "simulated_s") > 0.29);
   cJSON_Delete(run);
 }
 
@@ -183,7 +183,7 @@ static void a_file_goes_before_the_name(void **state) {
                                  "--modes", "2", "--rank", "3", "-o", "beam", "--json", NULL),
                        NULL));
   cJSON *about = json_of(thrum_run(folder, "info", "beam", "--json", NULL), NULL);
-  assert_true(cli_json_get(about, "rank") == 3);
+  assert_true(json_value(about, "rank") == 3);
   assert_string_equal(cJSON_GetObjectItem(about, "model")->valuestring, "beam");
   cJSON_Delete(about);
   char path[192];
@@ -198,25 +198,25 @@ static void a_folder_of_that_name_is_no_model(void **state) {
   snprintf(path, sizeof path, "%s/beam", folder);
   assert_int_equal(mkdir(path, 0755), 0);
   cJSON *about = json_of(thrum_run(folder, "info", "beam", "--json", NULL), NULL);
-  assert_true(cli_json_get(about, "rank") == 5);
+  assert_true(json_value(about, "rank") == 5);
   cJSON_Delete(about);
   assert_int_equal(rmdir(path), 0);
 }
 
 static void the_folder_of_models_may_be_named(void **state) {
   (void)state;
-  cli_result none = thrum_run(folder, "--models-dir", "nowhere", "info", "beam", NULL);
+  program_result none = thrum_run(folder, "--models-dir", "nowhere", "info", "beam", NULL);
   assert_int_equal(none.exit_code, 1);
   assert_non_null(strstr(none.err, "nowhere is not a folder"));
-  assert_true(cli_line_count_is(none.err, 1));
-  cli_result_free(&none);
-  cli_result other = thrum_run(folder, "--models-dir=models", "info", "beam", "--json", NULL);
+  assert_true(line_count_is(none.err, 1));
+  program_result_free(&none);
+  program_result other = thrum_run(folder, "--models-dir=models", "info", "beam", "--json", NULL);
   assert_int_equal(other.exit_code, 0);
-  cli_result_free(&other);
-  cli_result missing = thrum_run(folder, "info", "horse", NULL);
+  program_result_free(&other);
+  program_result missing = thrum_run(folder, "info", "horse", NULL);
   assert_int_equal(missing.exit_code, 1);
   assert_non_null(strstr(missing.err, "horse.json"));
-  cli_result_free(&missing);
+  program_result_free(&missing);
 }
 
 static void a_recipe_that_is_none_is_refused(void **state) {
@@ -234,12 +234,12 @@ static void a_recipe_that_is_none_is_refused(void **state) {
   char path[192];
   snprintf(path, sizeof path, "%s/heart.json", models);
   for (size_t n = 0; n < sizeof wrong / sizeof wrong[0]; n++) {
-    assert_true(cli_write_text(path, wrong[n]));
-    cli_result run = thrum_run(folder, "precompute", "heart", "-o", "heart.npz", NULL);
+    assert_true(text_file_write(path, wrong[n]));
+    program_result run = thrum_run(folder, "precompute", "heart", "-o", "heart.npz", NULL);
     assert_int_equal(run.exit_code, 1);
     assert_non_null(strstr(run.err, "heart.json"));
-    assert_true(cli_line_count_is(run.err, 1));
-    cli_result_free(&run);
+    assert_true(line_count_is(run.err, 1));
+    program_result_free(&run);
   }
 }
 
@@ -272,11 +272,11 @@ static void every_model_of_ours_is_what_its_recipe_says(void **state) {
 
     // the model has the sizes and the time step of its recipe
     assert_string_equal(cJSON_GetObjectItem(recipe, "name")->valuestring, name);
-    assert_true(cli_json_get(made, "modes") == cli_json_get(recipe, "modes"));
-    assert_true(cli_json_get(made, "rank") == cli_json_get(recipe, "rank"));
-    assert_true(cli_json_get(made, "dt") == cli_json_get(recipe, "dt"));
-    assert_true(cli_json_get(made, "explicit_modes") == cli_json_get(split, "explicit"));
-    assert_true(cli_json_get(made, "implicit_modes") == cli_json_get(split, "implicit"));
+    assert_true(json_value(made, "modes") == json_value(recipe, "modes"));
+    assert_true(json_value(made, "rank") == json_value(recipe, "rank"));
+    assert_true(json_value(made, "dt") == json_value(recipe, "dt"));
+    assert_true(json_value(made, "explicit_modes") == json_value(split, "explicit"));
+    assert_true(json_value(made, "implicit_modes") == json_value(split, "implicit"));
 
     cJSON_Delete(recipe);
     cJSON_Delete(made);

@@ -11,28 +11,11 @@
 #include "io/file.h"
 #include "io/npy_file.h"
 #include "tests/support/simulate_support.h"
+#include "tests/support/test_folder.h"
 
 #include "io/vtu.h"
 
 #define MANY_TETS 9001 /* more than two pieces of generated values, and no multiple */
-
-static char folder[64];
-
-static const char *in_folder(const char *name, char path[200]) {
-  snprintf(path, 200, "%s/%s", folder, name);
-  return path;
-}
-
-static int make_folder(void **state) {
-  (void)state;
-  return cli_make_folder(folder) == NULL;
-}
-
-static int remove_folder(void **state) {
-  (void)state;
-  cli_remove_folder(folder);
-  return 0;
-}
 
 /* A .vtu file in memory. */
 typedef struct vtu {
@@ -121,18 +104,17 @@ static void check_frame(int64_t tet_count) {
   static double vertices[3 * (MANY_TETS + 3)], displacement[3 * (MANY_TETS + 3)];
   static int32_t tets[4 * MANY_TETS], region[MANY_TETS];
   static uint8_t fixed[MANY_TETS + 3];
-  char path[200], value[64];
+  char value[64];
 
   // a frame with a known displacement
   const thrum_model model = make_chain(vertices, tets, region, fixed, tet_count);
   const uint64_t points = (uint64_t)model.vertex_count, cells = (uint64_t)tet_count;
   for (uint64_t n = 0; n < 3 * points; n++)
     displacement[n] = sin((double)n);
-  assert_int_equal(vtu_write(in_folder("frame.vtu", path), &model, displacement, NULL, 0.1, NULL),
-                   0);
+  assert_int_equal(vtu_write(in_folder("frame.vtu"), &model, displacement, NULL, 0.1, NULL), 0);
 
   // the header gives the counts and the width of sizes
-  vtu file = read_vtu(path);
+  vtu file = read_vtu(in_folder("frame.vtu"));
   const char *piece = strstr(file.bytes, "<Piece");
   attribute(piece, "NumberOfPoints", value);
   assert_true(strtoull(value, NULL, 10) == points);
@@ -180,15 +162,13 @@ static void a_frame_holds_the_stress_when_there_is_one(void **state) {
   static double vertices[3 * (TETS + 3)], displacement[3 * (TETS + 3)], stress[TETS];
   static int32_t tets[4 * TETS], region[TETS];
   static uint8_t fixed[TETS + 3];
-  char path[200];
 
   // a frame with a known stress per tetrahedron
   const thrum_model model = make_chain(vertices, tets, region, fixed, TETS);
   for (int n = 0; n < TETS; n++)
     stress[n] = n * 1e5;
-  assert_int_equal(
-      vtu_write(in_folder("stress.vtu", path), &model, displacement, stress, 0.1, NULL), 0);
-  vtu file = read_vtu(path);
+  assert_int_equal(vtu_write(in_folder("stress.vtu"), &model, displacement, stress, 0.1, NULL), 0);
+  vtu file = read_vtu(in_folder("stress.vtu"));
   assert_memory_equal(array_data(&file, "von_mises", "Float64", 1, 8 * TETS), stress, 8 * TETS);
 
   // the stress is among the arrays of the cells, and the raw data ends with the last array
@@ -200,13 +180,11 @@ static void a_frame_holds_the_stress_when_there_is_one(void **state) {
 
 static void a_frame_without_a_mesh_is_refused(void **state) {
   (void)state;
-  char path[200];
   thrum_error error = {0};
   const thrum_model model = {.rank = 1};
-  assert_int_equal(vtu_write(in_folder("none.vtu", path), &model, NULL, NULL, 0, &error),
-                   THRUM_MISSING);
+  assert_int_equal(vtu_write(in_folder("none.vtu"), &model, NULL, NULL, 0, &error), THRUM_MISSING);
   assert_true(error.message[0] != 0);
-  assert_false(cli_file_exists(path));
+  assert_false(file_exists(in_folder("none.vtu")));
 }
 
 static void a_frame_that_cannot_be_written_is_an_error(void **state) {
@@ -223,18 +201,18 @@ static void a_frame_that_cannot_be_written_is_an_error(void **state) {
 /* Runs the particle with frames, checks each, and returns how many the .pvd file lists. */
 static int64_t run_frames(const char *frames, double stride) {
   // a run whose coordinates are recorded at every step
-  char path[200], name[100], value[64];
-  cli_result run =
+  char name[100], value[64];
+  program_result run =
       thrum_run(folder, "simulate", "particle.npz", "-o", "run", "--time", "0.3", "--dt", "0.003",
                 "--load", "constant:0,0,1@tip", "--frames", frames, "--json", NULL);
   assert_int_equal(run.exit_code, 0);
-  cJSON *object = cli_json_line(run.out);
+  cJSON *object = json_line(run.out);
 
   // its coordinates and its list of frames
   double *q = NULL;
   int64_t rows = 0, columns = 0, count = 0;
-  assert_int_equal(thrum_npy_read_f8(in_folder("run/q.npy", path), &q, &rows, &columns, NULL), 0);
-  char *pvd = cli_read_text(in_folder("run/frames.pvd", path));
+  assert_int_equal(thrum_npy_read_f8(in_folder("run/q.npy"), &q, &rows, &columns, NULL), 0);
+  char *pvd = text_file_read(in_folder("run/frames.pvd"));
   assert_non_null(pvd);
 
   // each frame is taken at the step that its stride asks for
@@ -247,7 +225,7 @@ static int64_t run_frames(const char *frames, double stride) {
     snprintf(name, sizeof name, "run/%s", value);
 
     // and holds the displacement U q of that step
-    vtu file = read_vtu(in_folder(name, path));
+    vtu file = read_vtu(in_folder(name));
     const char *data = array_data(&file, "displacement", "Float64", 3, 96);
     for (int n = 0; n < 12; n++) {
       double u = 0;
@@ -260,10 +238,10 @@ static int64_t run_frames(const char *frames, double stride) {
     count++;
   }
 
-  assert_true(cli_json_get(object, "frames") == (double)count);
+  assert_true(json_value(object, "frames") == (double)count);
 
   cJSON_Delete(object);
-  cli_result_free(&run);
+  program_result_free(&run);
   free(pvd);
   free(q);
   return count;
@@ -271,17 +249,16 @@ static int64_t run_frames(const char *frames, double stride) {
 
 static void a_run_lists_its_frames_with_their_times(void **state) {
   (void)state;
-  char path[200];
-  assert_true(save_particle(in_folder("particle.npz", path), 0, 0));
+  assert_true(save_particle(in_folder("particle.npz"), 0, 0));
   // 100 steps give the frames 0, 10, ..., 100; 1000 per second is more than one per step
   assert_int_equal(run_frames("every-10", 10), 11);
   assert_int_equal(run_frames("1000", 1), 101);
-  assert_true(cli_file_exists(in_folder("run/frames/frame_000100.vtu", path)));
+  assert_true(file_exists(in_folder("run/frames/frame_000100.vtu")));
   assert_int_equal(run_frames("30", 1 / (30 * 0.003)), 10);
   // frames of the earlier run that this one does not have
-  assert_false(cli_file_exists(in_folder("run/frames/frame_000100.vtu", path)));
-  assert_false(cli_file_exists(in_folder("run/frames/frame_000010.vtu", path)));
-  assert_true(cli_file_exists(in_folder("run/frames/frame_000009.vtu", path)));
+  assert_false(file_exists(in_folder("run/frames/frame_000100.vtu")));
+  assert_false(file_exists(in_folder("run/frames/frame_000010.vtu")));
+  assert_true(file_exists(in_folder("run/frames/frame_000009.vtu")));
 }
 
 int main(void) {

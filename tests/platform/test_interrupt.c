@@ -13,20 +13,7 @@
 
 #include "io/file.h"
 #include "platform/interrupt.h"
-#include "tests/support/cli_support.h"
-
-static char folder[64];
-
-static int make_folder(void **state) {
-  (void)state;
-  return cli_make_folder(folder) != NULL ? 0 : -1;
-}
-
-static int remove_folder(void **state) {
-  (void)state;
-  cli_remove_folder(folder);
-  return 0;
-}
+#include "tests/support/test_folder.h"
 
 static int count_files(void) {
   DIR *entries = opendir(folder);
@@ -58,7 +45,7 @@ static void a_signal_while_a_file_is_written_leaves_the_old_one_alone(void **sta
   // a complete file from earlier
   char path[160];
   snprintf(path, sizeof path, "%s/kept.npz", folder);
-  assert_true(cli_write_text(path, "earlier"));
+  assert_true(text_file_write(path, "earlier"));
 
   // each signal ends the child, which leaves no temporary file
   for (int n = 0; n < 3; n++) {
@@ -74,7 +61,7 @@ static void a_signal_while_a_file_is_written_leaves_the_old_one_alone(void **sta
   }
 
   // the earlier file is unchanged
-  char *text = cli_read_text(path);
+  char *text = text_file_read(path);
   assert_string_equal(text, "earlier");
 
   free(text);
@@ -102,7 +89,7 @@ static void stop_in_stage(const char *stage) {
   const struct timespec pause = {0, 5000000};
   bool there = false;
   for (int n = 0; n < 12000 && !there; n++) {
-    char *text = cli_read_text(said);
+    char *text = text_file_read(said);
     there = text != NULL && strstr(text, stage) != NULL;
     free(text);
     nanosleep(&pause, NULL);
@@ -116,7 +103,7 @@ static void stop_in_stage(const char *stage) {
   assert_true(WIFSIGNALED(status));
   assert_int_equal(WTERMSIG(status), SIGINT);
   assert_int_equal(count_files(), 0);
-  char *text = cli_read_text(said);
+  char *text = text_file_read(said);
   assert_non_null(text);
   assert_non_null(strstr(text, "stopped; nothing was written"));
 

@@ -12,103 +12,90 @@
 
 #include "platform/memory_limit.h"
 #include "precompute/basis/mode_check.h"
-#include "tests/support/cli_support.h"
+#include "tests/support/test_folder.h"
 
 #define BEAM "beam:30x8x8@1x0.2x0.2"
 
-static char folder[64];
-
-static int make_folder(void **state) {
-  (void)state;
-  return cli_make_folder(folder) != NULL ? 0 : -1;
-}
-
-static int remove_folder(void **state) {
-  (void)state;
-  cli_remove_folder(folder);
-  return 0;
-}
-
 static void the_estimate_is_near_what_the_run_takes(void **state) {
   (void)state;
-  cli_result dry = thrum_run(folder, "precompute", BEAM, "--fix", "left", "--rank", "30",
-                             "--dry-run", "--json", NULL);
+  program_result dry = thrum_run(folder, "precompute", BEAM, "--fix", "left", "--rank", "30",
+                                 "--dry-run", "--json", NULL);
   assert_int_equal(dry.exit_code, 0);
-  cli_result wet = thrum_run(folder, "precompute", BEAM, "--fix", "left", "--rank", "30", "-o",
-                             "made.npz", "--json", NULL);
+  program_result wet = thrum_run(folder, "precompute", BEAM, "--fix", "left", "--rank", "30", "-o",
+                                 "made.npz", "--json", NULL);
   assert_int_equal(wet.exit_code, 0);
 
   // the sizes are exactly known from the symbolic analysis
-  cJSON *said = cli_json_line(dry.out), *took = cli_json_line(wet.out);
+  cJSON *said = json_line(dry.out), *took = json_line(wet.out);
   static const char *const exact[] = {"free_dofs", "factor_nonzeros", "tets", "vertices"};
   for (int n = 0; n < 4; n++)
-    assert_true(cli_json_get(said, exact[n]) == cli_json_get(took, exact[n]));
+    assert_true(json_value(said, exact[n]) == json_value(took, exact[n]));
 
   // the memory is an estimate; the bounds are loose, because sanitizers take memory of their own
-  const double ratio = cli_json_get(said, "memory_mb") / cli_json_get(took, "peak_mb");
+  const double ratio = json_value(said, "memory_mb") / json_value(took, "peak_mb");
   print_message("memory said over memory taken: %.2f\n", ratio);
   assert_true(ratio > 0.2 && ratio < 1.6);
-  assert_true(cli_json_get(cJSON_GetObjectItem(said, "seconds"), "total") > 0);
+  assert_true(json_value(cJSON_GetObjectItem(said, "seconds"), "total") > 0);
 
   cJSON_Delete(said);
   cJSON_Delete(took);
-  cli_result_free(&dry);
-  cli_result_free(&wet);
+  program_result_free(&dry);
+  program_result_free(&wet);
 }
 
 static void a_given_basis_is_estimated_too(void **state) {
   (void)state;
 
   // a basis to import, written by a run of its own
-  cli_result run = thrum_run(folder, "precompute", BEAM, "--fix", "left", "--rank", "30", "-o",
-                             "own.npz", "-q", NULL);
+  program_result run = thrum_run(folder, "precompute", BEAM, "--fix", "left", "--rank", "30", "-o",
+                                 "own.npz", "-q", NULL);
   assert_int_equal(run.exit_code, 0);
-  cli_result_free(&run);
+  program_result_free(&run);
   run = thrum_run(folder, "export", "own.npz", "--vega-basis", "own.U", NULL);
   assert_int_equal(run.exit_code, 0);
-  cli_result_free(&run);
+  program_result_free(&run);
 
   // the same import, estimated and run
-  cli_result dry = thrum_run(folder, "precompute", BEAM, "--fix", "left", "--import-basis", "own.U",
-                             "--dry-run", "--json", NULL);
+  program_result dry = thrum_run(folder, "precompute", BEAM, "--fix", "left", "--import-basis",
+                                 "own.U", "--dry-run", "--json", NULL);
   assert_int_equal(dry.exit_code, 0);
-  cli_result wet = thrum_run(folder, "precompute", BEAM, "--fix", "left", "--import-basis", "own.U",
-                             "-o", "again.npz", "--json", "-q", NULL);
+  program_result wet = thrum_run(folder, "precompute", BEAM, "--fix", "left", "--import-basis",
+                                 "own.U", "-o", "again.npz", "--json", "-q", NULL);
   assert_int_equal(wet.exit_code, 0);
-  cJSON *said = cli_json_line(dry.out), *took = cli_json_line(wet.out);
-  const double ratio = cli_json_get(said, "memory_mb") / cli_json_get(took, "peak_mb");
+  cJSON *said = json_line(dry.out), *took = json_line(wet.out);
+  const double ratio = json_value(said, "memory_mb") / json_value(took, "peak_mb");
   print_message("memory said over memory taken: %.2f\n", ratio);
   assert_true(ratio > 0.2 && ratio < 1.6);
   cJSON_Delete(said);
   cJSON_Delete(took);
-  cli_result_free(&dry);
-  cli_result_free(&wet);
+  program_result_free(&dry);
+  program_result_free(&wet);
 
   // too little memory: refused before the arrays are allocated, and no file is written
   run = thrum_run(folder, "precompute", BEAM, "--fix", "left", "--import-basis", "own.U", "-o",
                   "small.npz", "--memory", "2", "-q", NULL);
   assert_int_equal(run.exit_code, 1);
   assert_non_null(strstr(run.err, "this takes about"));
-  cli_result_free(&run);
+  program_result_free(&run);
   char path[128];
   snprintf(path, sizeof path, "%s/small.npz", folder);
-  assert_false(cli_file_exists(path));
+  assert_false(file_exists(path));
 }
 
 static void a_dry_run_writes_nothing_and_says_when_it_would_not_fit(void **state) {
   (void)state;
-  cli_result run =
+  program_result run =
       thrum_run(folder, "precompute", BEAM, "--fix", "left", "-o", "dry.npz", "--dry-run", NULL);
   assert_int_equal(run.exit_code, 0);
   assert_non_null(strstr(run.out, "it fits"));
-  cli_result_free(&run);
+  program_result_free(&run);
   char path[160];
   snprintf(path, sizeof path, "%s/dry.npz", folder);
-  assert_false(cli_file_exists(path));
+  assert_false(file_exists(path));
   run = thrum_run(folder, "precompute", BEAM, "--fix", "left", "--memory", "2", "--dry-run", NULL);
   assert_int_equal(run.exit_code, 3);
   assert_non_null(strstr(run.out, "does NOT fit"));
-  cli_result_free(&run);
+  program_result_free(&run);
 }
 
 static void a_dry_run_refuses_what_the_run_would_refuse(void **state) {
@@ -123,25 +110,25 @@ static void a_dry_run_refuses_what_the_run_would_refuse(void **state) {
   // the run and the dry run refuse alike, in one line and without output
   for (int n = 0; n < 4; n++)
     for (int dry = 0; dry < 2; dry++) {
-      cli_result run =
+      program_result run =
           thrum_run(folder, "precompute", BEAM, cases[n][0], cases[n][1], cases[n][2], cases[n][3],
                     "-q", "-o", "refused.npz", dry ? "--dry-run" : NULL, NULL);
       assert_int_equal(run.exit_code, 1);
-      assert_true(cli_line_count_is(run.err, 1));
+      assert_true(line_count_is(run.err, 1));
       assert_non_null(strstr(run.err, cases[n][4]));
       assert_string_equal(run.out, "");
-      cli_result_free(&run);
+      program_result_free(&run);
     }
 }
 
 static double said_mb(const char *check) {
-  cli_result dry = thrum_run(folder, "precompute", BEAM, "--fix", "left", "--check", check,
-                             "--dry-run", "--json", NULL);
+  program_result dry = thrum_run(folder, "precompute", BEAM, "--fix", "left", "--check", check,
+                                 "--dry-run", "--json", NULL);
   assert_int_equal(dry.exit_code, 0);
-  cJSON *said = cli_json_line(dry.out);
-  const double mb = cli_json_get(said, "memory_mb");
+  cJSON *said = json_line(dry.out);
+  const double mb = json_value(said, "memory_mb");
   cJSON_Delete(said);
-  cli_result_free(&dry);
+  program_result_free(&dry);
   return mb;
 }
 
@@ -155,16 +142,16 @@ static void the_inertia_count_is_counted_where_it_is_made(void **state) {
 
 static void what_does_not_fit_is_refused_in_one_line(void **state) {
   (void)state;
-  cli_result run = thrum_run(folder, "precompute", BEAM, "--fix", "left", "-o", "large.npz",
-                             "--memory", "2", "-q", NULL);
+  program_result run = thrum_run(folder, "precompute", BEAM, "--fix", "left", "-o", "large.npz",
+                                 "--memory", "2", "-q", NULL);
   assert_int_equal(run.exit_code, 1);
-  assert_true(cli_line_count_is(run.err, 1));
+  assert_true(line_count_is(run.err, 1));
   assert_non_null(strstr(run.err, "of the limit given are left"));
   assert_non_null(strstr(run.err, "use a coarser mesh"));
-  cli_result_free(&run);
+  program_result_free(&run);
   char path[160];
   snprintf(path, sizeof path, "%s/large.npz", folder);
-  assert_false(cli_file_exists(path));
+  assert_false(file_exists(path));
 }
 
 #if defined(__has_feature)
@@ -182,12 +169,12 @@ enum { LIMITED = 0 };
 enum { LIMITED = 1 };
 #endif
 
-static cli_result run_limited(const char *arguments) {
+static program_result run_limited(const char *arguments) {
   char command[400], program[] = "/bin/sh", option[] = "-c";
   snprintf(command, sizeof command, LIMIT "exec timeout -s KILL 60 %s %s", THRUM_PROGRAM,
            arguments);
   char *argv[] = {program, option, command, NULL};
-  return cli_execute(folder, argv);
+  return program_execute(folder, argv);
 }
 
 /* OpenBLAS's threads retry without end when they get no memory, and so delay the program's exit. */
@@ -195,9 +182,9 @@ static void a_program_without_room_for_its_libraries_ends_and_says_so(void **sta
   (void)state;
 
   // a command that needs no numerical library runs within the limit
-  cli_result run = run_limited("--version");
+  program_result run = run_limited("--version");
   assert_int_equal(run.exit_code, 0);
-  cli_result_free(&run);
+  program_result_free(&run);
 
   // the others end with one line that names the reason
   static const char *const commands[] = {
@@ -208,10 +195,10 @@ static void a_program_without_room_for_its_libraries_ends_and_says_so(void **sta
     run = run_limited(commands[n]);
     assert_int_equal(run.exit_code, LIMITED);
     if (LIMITED) {
-      assert_true(cli_line_count_is(run.err, 1));
+      assert_true(line_count_is(run.err, 1));
       assert_non_null(strstr(run.err, "no memory for the numerical libraries"));
     }
-    cli_result_free(&run);
+    program_result_free(&run);
   }
 }
 

@@ -1,8 +1,8 @@
 /* Meshes from the programs that write them: Gmsh in every format that Thrum reads, and TetGen. The
  * arguments are the programs' paths; an absent program is "".
  * SPDX-License-Identifier: Apache-2.0 */
-#include "tests/support/cli_support.h"
 #include "tests/support/mesh_support.h"
+#include "tests/support/test_folder.h"
 
 #include <math.h>
 
@@ -11,7 +11,6 @@
 #include "mesh/mesh_groups.h"
 
 static const char *gmsh, *tetgen;
-static char folder[64];
 
 /* Two adjacent boxes: named volumes, and the face x = 0. */
 static const char GEOMETRY[] =
@@ -19,10 +18,6 @@ static const char GEOMETRY[] =
     "BooleanFragments{ Volume{1}; Delete; }{ Volume{2}; Delete; }\nMesh.MeshSizeMax = 0.2;\n"
     "Physical Volume(\"soft\") = {1};\nPhysical Volume(\"hard\") = {2};\n"
     "Physical Surface(\"held\") = {1};\n";
-
-static void in_folder(const char *name, char path[128]) {
-  snprintf(path, 128, "%s/%s", folder, name);
-}
 
 /* Runs a program in the folder; NULL ends the arguments. */
 static void run(const char *program, const char *const *arguments) {
@@ -32,18 +27,16 @@ static void run(const char *program, const char *const *arguments) {
   for (int i = 0; arguments[i]; i++)
     memcpy(&argv[count++], &arguments[i], sizeof arguments[i]);
   argv[count] = NULL;
-  cli_result result = cli_execute(folder, argv);
+  program_result result = program_execute(folder, argv);
   if (result.exit_code != 0)
     fail_msg("%s: %s", program, result.err);
-  cli_result_free(&result);
+  program_result_free(&result);
 }
 
 static thrum_mesh read_mesh(const char *name) {
-  char path[128];
   thrum_mesh mesh = {0};
   thrum_error error = {0};
-  in_folder(name, path);
-  if (thrum_mesh_read(path, 1, &mesh, &error) < 0)
+  if (thrum_mesh_read(in_folder(name), 1, &mesh, &error) < 0)
     fail_msg("%s", error.message);
   return mesh;
 }
@@ -76,9 +69,7 @@ static void gmsh_writes_and_we_read_every_format(void **state) {
     return;
 
   // the geometry for Gmsh
-  char path[128];
-  in_folder("two.geo", path);
-  assert_true(cli_write_text(path, GEOMETRY));
+  assert_true(text_file_write(in_folder("two.geo"), GEOMETRY));
 
   // each format, as text and binary
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
@@ -112,9 +103,9 @@ static void gmsh_reads_what_we_write(void **state) {
   for (int n = 0; n < 5; n++) {
     const thrum_mesh_write_options options = {.binary = n % 2, .msh_version = n < 2 ? 22 : 41};
     thrum_mesh_lost lost;
-    char path[128];
-    in_folder(n < 4 ? "ours.msh" : "ours.mesh", path);
-    assert_int_equal(thrum_mesh_write(path, &mesh, &options, &lost, NULL), THRUM_OK);
+    assert_int_equal(
+        thrum_mesh_write(in_folder(n < 4 ? "ours.msh" : "ours.mesh"), &mesh, &options, &lost, NULL),
+        THRUM_OK);
     const char *const arguments[] = {n < 4 ? "ours.msh" : "ours.mesh",
                                      "-save",
                                      "-format",
@@ -153,9 +144,7 @@ static void tetgen_writes_and_we_read_markers_and_regions(void **state) {
     return;
 
   // the geometry for TetGen
-  char path[128];
-  in_folder("cubes.poly", path);
-  assert_true(cli_write_text(path, CUBES));
+  assert_true(text_file_write(in_folder("cubes.poly"), CUBES));
 
   // z: indices from 0; o2: tetrahedra of ten nodes
   static const char *const flags[] = {"-pqaAQ", "-pqaAQz", "-pqaAQo2"};
@@ -176,7 +165,7 @@ static void tetgen_writes_and_we_read_markers_and_regions(void **state) {
 int main(int argc, char **argv) {
   gmsh = argc > 1 ? argv[1] : "";
   tetgen = argc > 2 ? argv[2] : "";
-  if (!cli_make_folder(folder))
+  if (!test_folder_make(folder))
     return 1;
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(gmsh_writes_and_we_read_every_format),
@@ -184,6 +173,6 @@ int main(int argc, char **argv) {
       cmocka_unit_test(tetgen_writes_and_we_read_markers_and_regions),
   };
   const int failed = cmocka_run_group_tests(tests, NULL, NULL);
-  cli_remove_folder(folder);
+  test_folder_remove(folder);
   return failed;
 }

@@ -9,7 +9,7 @@
 #include <cmocka.h>
 // clang-format on
 
-#include "tests/support/cli_support.h"
+#include "tests/support/test_folder.h"
 
 #include <dirent.h>
 #include <math.h>
@@ -17,7 +17,7 @@
 #include <time.h>
 
 static const char *tools[2]; /* gmsh, tetgen */
-static char folder[64], path_before[4096];
+static char path_before[4096];
 
 #define CUBE                                                                                       \
   "v 0 0 0\nv 0 0 1\nv 0 1 0\nv 0 1 1\nv 1 0 0\nv 1 0 1\nv 1 1 0\nv 1 1 1\n"                       \
@@ -30,31 +30,25 @@ static char folder[64], path_before[4096];
   "v .3 .3 .3\nv .3 .3 .6\nv .3 .6 .3\nv .3 .6 .6\nv .6 .3 .3\nv .6 .3 .6\nv .6 .6 .3\n"           \
   "v .6 .6 .6\n"
 
-static const char *in_folder(const char *name) {
-  static char path[160];
-  snprintf(path, sizeof path, "%s/%s", folder, name);
-  return path;
-}
-
 static void write_text(const char *name, const char *text) {
-  assert_true(cli_write_text(in_folder(name), text));
+  assert_true(text_file_write(in_folder(name), text));
 }
 
 static int setup(void **state) {
   (void)state;
   const char *path = getenv("PATH");
   snprintf(path_before, sizeof path_before, "%s", path != NULL ? path : "");
-  if (cli_make_folder(folder) == NULL || mkdir(in_folder("bin"), 0700) != 0 ||
+  if (test_folder_make(folder) == NULL || mkdir(in_folder("bin"), 0700) != 0 ||
       mkdir(in_folder("tmp"), 0700) != 0 || setenv("TMPDIR", in_folder("tmp"), 1) != 0)
     return -1;
-  return !cli_write_text(in_folder("cube.obj"), CUBE) ||
-         !cli_write_text(in_folder("two.obj"), CUBE FURTHER);
+  return !text_file_write(in_folder("cube.obj"), CUBE) ||
+         !text_file_write(in_folder("two.obj"), CUBE FURTHER);
 }
 
 static int teardown(void **state) {
   (void)state;
   setenv("PATH", path_before, 1);
-  cli_remove_folder(folder);
+  test_folder_remove(folder);
   return 0;
 }
 
@@ -86,11 +80,11 @@ static void remove_stand_ins(void) {
   assert_int_equal(setenv("PATH", in_folder("bin"), 1), 0);
 }
 
-static void expect_refusal(cli_result run, int code, const char *words) {
+static void expect_refusal(program_result run, int code, const char *words) {
   if (run.exit_code != code || strstr(run.err, words) == NULL || run.out[0] != 0)
     fail_msg("wanted %d '%s', got %d '%s' '%s'", code, words, run.exit_code, run.err, run.out);
-  cli_result_free(&run);
-  assert_false(cli_file_exists(in_folder("out.msh")));
+  program_result_free(&run);
+  assert_false(file_exists(in_folder("out.msh")));
   expect_swept();
 }
 
@@ -100,15 +94,15 @@ static void a_surface_is_filled(void **state) {
   assert_int_equal(setenv("PATH", path_before, 1), 0);
 
   // the surface of a beam, exported from its model
-  cli_result run = thrum_run(folder, "export", "beam:1x1x1@1x1x1", "--obj", "no.obj", NULL);
-  cli_result_free(&run);
+  program_result run = thrum_run(folder, "export", "beam:1x1x1@1x1x1", "--obj", "no.obj", NULL);
+  program_result_free(&run);
   run = thrum_run(folder, "precompute", "beam:8x3x3@1x0.3x0.3", "--fix", "x<0.001", "--modes", "2",
                   "-q", "-o", "beam.npz", NULL);
   assert_int_equal(run.exit_code, 0);
-  cli_result_free(&run);
+  program_result_free(&run);
   run = thrum_run(folder, "export", "beam.npz", "--obj", "skin.obj", NULL);
   assert_int_equal(run.exit_code, 0);
-  cli_result_free(&run);
+  program_result_free(&run);
 
   // each tool at a fine and at a coarse size, into two formats
   static const char *const names[] = {"gmsh", "tetgen"};
@@ -122,25 +116,25 @@ static void a_surface_is_filled(void **state) {
       if (run.exit_code != 0 && run.exit_code != 3)
         fail_msg("%s: %s", names[tool], run.err);
       assert_string_equal(run.err, "");
-      cJSON *object = cli_json_line(run.out);
+      cJSON *object = json_line(run.out);
       assert_non_null(object);
-      cli_result_free(&run);
+      program_result_free(&run);
 
       // the report: the tool, the volume, the triangles and no groups
       assert_string_equal(cJSON_GetObjectItem(object, "tool")->valuestring, names[tool]);
-      assert_true(fabs(cli_json_get(object, "volume_m3") - 0.09) < 1e-12);
-      assert_true(fabs(cli_json_get(object, "surface_volume_m3") - 0.09) < 1e-12);
-      assert_true(cli_json_get(object, "surface_triangles") == 2 * (2 * 3 * 3 + 4 * 8 * 3));
+      assert_true(fabs(json_value(object, "volume_m3") - 0.09) < 1e-12);
+      assert_true(fabs(json_value(object, "surface_volume_m3") - 0.09) < 1e-12);
+      assert_true(json_value(object, "surface_triangles") == 2 * (2 * 3 * 3 + 4 * 8 * 3));
       assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(object, "groups")), 0);
-      const double tets = cli_json_get(object, "tets");
+      const double tets = json_value(object, "tets");
       cJSON_Delete(object);
 
       // the file holds that mesh, and no temporary file remains
       run = thrum_run(folder, "check", outputs[n], "--json", NULL);
-      object = cli_json_line(run.out);
-      assert_true(cli_json_get(object, "tets") == tets);
+      object = json_line(run.out);
+      assert_true(json_value(object, "tets") == tets);
       cJSON_Delete(object);
-      cli_result_free(&run);
+      program_result_free(&run);
       expect_swept();
     }
 }
@@ -171,14 +165,14 @@ static void an_stl_is_joined_scaled_and_filled(void **state) {
   for (int tool = 0; tool < 2; tool++) {
     if (!*tools[tool])
       continue;
-    cli_result run = thrum_run(folder, "mesh", "cube.stl", "-o", "stl.msh", "--scale", "0.001",
-                               "--tool", names[tool], "--json", "-q", NULL);
-    cJSON *object = cli_json_line(run.out);
+    program_result run = thrum_run(folder, "mesh", "cube.stl", "-o", "stl.msh", "--scale", "0.001",
+                                   "--tool", names[tool], "--json", "-q", NULL);
+    cJSON *object = json_line(run.out);
     if (object == NULL)
       fail_msg("%s", run.err);
-    assert_true(fabs(cli_json_get(object, "volume_m3") - 1) < 1e-12);
+    assert_true(fabs(json_value(object, "volume_m3") - 1) < 1e-12);
     cJSON_Delete(object);
-    cli_result_free(&run);
+    program_result_free(&run);
   }
 }
 
@@ -188,33 +182,34 @@ static void several_parts_are_for_tetgen(void **state) {
 
   // two separate cubes are meshed as two pieces
   if (*tools[1]) {
-    cli_result run = thrum_run(folder, "mesh", "two.obj", "-o", "two.vtu", "--json", "-q", NULL);
+    program_result run =
+        thrum_run(folder, "mesh", "two.obj", "-o", "two.vtu", "--json", "-q", NULL);
     assert_int_equal(run.exit_code, 3); // two pieces are flagged
-    cJSON *object = cli_json_line(run.out);
+    cJSON *object = json_line(run.out);
     assert_non_null(object);
-    assert_true(cli_json_get(object, "pieces") == 2);
-    assert_true(fabs(cli_json_get(object, "volume_m3") - 2) < 1e-14);
+    assert_true(json_value(object, "pieces") == 2);
+    assert_true(fabs(json_value(object, "volume_m3") - 2) < 1e-14);
     cJSON_Delete(object);
-    cli_result_free(&run);
+    program_result_free(&run);
 
     // a cavity stays empty, and a nested cube of the same winding is flagged
     write_text("cavity.obj", CUBE SMALL "f 11 12 10 9\nf 14 16 15 13\nf 10 14 13 9\n"
                                         "f 15 16 12 11\nf 13 15 11 9\nf 12 16 14 10\n");
     run = thrum_run(folder, "mesh", "cavity.obj", "-o", "cavity.vtu", "-q", "--json", NULL);
     assert_string_equal(run.err, "");
-    object = cli_json_line(run.out);
+    object = json_line(run.out);
     assert_non_null(object);
-    assert_true(fabs(cli_json_get(object, "volume_m3") - 0.973) < 1e-14);
-    assert_true(cli_json_get(object, "surfaces") == 2);
+    assert_true(fabs(json_value(object, "volume_m3") - 0.973) < 1e-14);
+    assert_true(json_value(object, "surfaces") == 2);
     cJSON_Delete(object);
-    cli_result_free(&run);
+    program_result_free(&run);
 
     write_text("nested.obj", CUBE SMALL "f 9 10 12 11\nf 13 15 16 14\nf 9 13 14 10\n"
                                         "f 11 12 16 15\nf 9 11 15 13\nf 10 14 16 12\n");
     run = thrum_run(folder, "mesh", "nested.obj", "-o", "nested.vtu", "-q", NULL);
     assert_int_equal(run.exit_code, 3);
     assert_non_null(strstr(run.err, "encloses 1.027 m^3, the mesh fills 1 m^3"));
-    cli_result_free(&run);
+    program_result_free(&run);
   }
 
   // without TetGen the refusal says which program is needed
@@ -269,8 +264,8 @@ static void a_tool_that_fails_is_quoted_in_one_line(void **state) {
   remove_stand_ins();
   for (size_t n = 0; n < sizeof cases / sizeof *cases; n++) {
     stand_in("gmsh", cases[n].script);
-    cli_result run = thrum_run(folder, "mesh", "cube.obj", "-o", "out.msh", "-q", NULL);
-    assert_true(cli_line_count_is(run.err, 1));
+    program_result run = thrum_run(folder, "mesh", "cube.obj", "-o", "out.msh", "-q", NULL);
+    assert_true(line_count_is(run.err, 1));
     expect_refusal(run, 1, cases[n].words);
   }
 
@@ -295,30 +290,31 @@ static void the_other_tool_helps_where_one_fails(void **state) {
            "echo '" ONE_CUBE "' >$d/surface.1.node\necho '" SIX_TETS "' >$d/surface.1.ele");
 
   // the failure is reported, and the other tool's mesh is used
-  cli_result run = thrum_run(folder, "mesh", "cube.obj", "-o", "good.msh", "-q", "--json", NULL);
+  program_result run =
+      thrum_run(folder, "mesh", "cube.obj", "-o", "good.msh", "-q", "--json", NULL);
   assert_int_equal(run.exit_code, 3); // all corners are on the surface
   assert_non_null(strstr(run.err, "gmsh failed (exit code 1): Error : tired"));
   assert_non_null(strstr(run.err, "; trying tetgen"));
 
-  cJSON *object = cli_json_line(run.out);
+  cJSON *object = json_line(run.out);
   assert_non_null(object);
   assert_string_equal(cJSON_GetObjectItem(object, "tool")->valuestring, "tetgen");
-  assert_true(cli_json_get(object, "tets") == 6);
-  assert_true(fabs(cli_json_get(object, "volume_m3") - 1) < 1e-15);
+  assert_true(json_value(object, "tets") == 6);
+  assert_true(fabs(json_value(object, "volume_m3") - 1) < 1e-15);
   cJSON_Delete(object);
-  cli_result_free(&run);
+  program_result_free(&run);
   expect_swept();
 
   // the options that TetGen was given, without a size
-  char *asked = cli_read_text(in_folder("asked"));
+  char *asked = text_file_read(in_folder("asked"));
   assert_string_equal(asked, "-pYq1.3/12\n");
   free(asked);
 
   // with a size a bound on the volume is added
   run = thrum_run(folder, "mesh", "cube.obj", "-o", "good.msh", "-q", "--size", "0.5", NULL);
   assert_int_equal(run.exit_code, 3);
-  cli_result_free(&run);
-  asked = cli_read_text(in_folder("asked"));
+  program_result_free(&run);
+  asked = text_file_read(in_folder("asked"));
   assert_true(fabs(strtod(asked + strlen("-pYq1.3/12a"), NULL) - 0.125 / sqrt(8)) < 1e-15);
   free(asked);
 
@@ -360,7 +356,7 @@ static void a_signal_ends_the_tool_and_sweeps(void **state) {
     long pids[2] = {0};
     for (int tries = 0; tries < 3000 && pids[1] == 0; tries++) {
       nap();
-      char *text = cli_read_text(in_folder("pids"));
+      char *text = text_file_read(in_folder("pids"));
       if (text != NULL && sscanf(text, "%ld\n%ld\n", &pids[0], &pids[1]) != 2)
         pids[1] = 0;
       free(text);
@@ -379,7 +375,7 @@ static void a_signal_ends_the_tool_and_sweeps(void **state) {
       snprintf(stat, sizeof stat, "/proc/%ld/stat", pids[p]);
       for (int tries = 0; tries < 500; tries++) {
         free(text);
-        text = cli_read_text(stat);
+        text = text_file_read(stat);
         if (text == NULL || strstr(text, ") Z ") != NULL)
           break;
         nap();
@@ -390,7 +386,7 @@ static void a_signal_ends_the_tool_and_sweeps(void **state) {
     }
 
     // neither the output nor a temporary file remains
-    assert_false(cli_file_exists(in_folder("out.msh")));
+    assert_false(file_exists(in_folder("out.msh")));
     expect_swept();
   }
 }

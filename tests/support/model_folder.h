@@ -5,7 +5,7 @@
 
 #include <stdio.h>
 
-#include "tests/support/cli_support.h"
+#include "tests/support/program_support.h"
 
 #define BAR_CELLS 5
 
@@ -67,7 +67,7 @@ static inline bool write_bar_recipe(const char *path, const char *young) {
            "{\"material\": {\"young\": %s, \"poisson\": 0.3, \"density\": 1000},\n"
            " \"fix\": [\"x<0.001\"], \"modes\": 3, \"rank\": 5}\n",
            young);
-  return cli_write_text(path, text);
+  return text_file_write(path, text);
 }
 
 #endif

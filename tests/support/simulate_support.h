@@ -11,7 +11,7 @@
 
 #include "io/npy_file.h"
 #include "io/npz.h"
-#include "tests/support/cli_support.h"
+#include "tests/support/program_support.h"
 #include "thrum/thrum.h"
 
 /* One tetrahedron, r = 2, no strain energy but 1/2 omega^2 q^2. Every displacement is U q, every
@@ -106,7 +106,7 @@ typedef struct energy_row {
 /* Reads energy.csv; the caller frees the rows. NULL unless every line is valid. */
 static inline energy_row *read_energies(const char *path, int64_t *count) {
   static const char header[] = "step,time_s,kinetic_j,potential_j,total_j,high_j\n";
-  char *text = cli_read_text(path);
+  char *text = text_file_read(path);
 
   // the header, to the letter
   if (text == NULL || strncmp(text, header, sizeof header - 1) != 0) {

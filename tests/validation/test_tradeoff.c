@@ -10,27 +10,19 @@
 
 #include <cmocka.h>
 
-#include "tests/support/cli_support.h"
 #include "tests/support/precompute_support.h"
+#include "tests/support/test_folder.h"
 #include "validation/tradeoff/tradeoff.h"
-
-static char folder[64];
 
 static int make_model(void **state) {
   (void)state;
-  if (cli_make_folder(folder) == NULL)
+  if (test_folder_make(folder) == NULL)
     return 1;
-  cli_result run = thrum_run(folder, "precompute", "beam:6x2x2@1x0.15x0.15", "-o", "beam.npz",
-                             "--fix", "x<0.001", "--modes", "5", "--rank", "10", "-q", NULL);
+  program_result run = thrum_run(folder, "precompute", "beam:6x2x2@1x0.15x0.15", "-o", "beam.npz",
+                                 "--fix", "x<0.001", "--modes", "5", "--rank", "10", "-q", NULL);
   const int code = run.exit_code;
-  cli_result_free(&run);
+  program_result_free(&run);
   return code;
-}
-
-static int remove_folder(void **state) {
-  (void)state;
-  cli_remove_folder(folder);
-  return 0;
 }
 
 /* --- samples --------------------------------------------------------------------------- */
@@ -258,57 +250,57 @@ static void the_command_recommends_what_simulate_takes(void **state) {
   (void)state;
 
   // the run finds a setting within the bound of the error
-  cli_result run = thrum_run(folder, "tradeoff", "beam.npz", "-o", "trade", "--load",
-                             "square:0,0,-20@tip,until=0.05", "--quick", "--time", "0.2", "--error",
-                             "50%", "--json", "-q", NULL);
+  program_result run = thrum_run(folder, "tradeoff", "beam.npz", "-o", "trade", "--load",
+                                 "square:0,0,-20@tip,until=0.05", "--quick", "--time", "0.2",
+                                 "--error", "50%", "--json", "-q", NULL);
   assert_int_equal(run.exit_code, 0);
-  cJSON *object = cli_json_line(run.out);
+  cJSON *object = json_line(run.out);
   assert_non_null(object);
 
   // no setting within this bound is cheaper than the recommended one
   const cJSON *runs = cJSON_GetObjectItem(object, "runs");
   const cJSON *recommended = cJSON_GetObjectItem(object, "recommended");
   assert_int_equal(cJSON_GetArraySize(runs), 2 * 3 * 3);
-  const double cost = cli_json_get(recommended, "cost_s_per_s");
-  assert_true(cli_json_get(recommended, "error") <= 0.5);
+  const double cost = json_value(recommended, "cost_s_per_s");
+  assert_true(json_value(recommended, "error") <= 0.5);
   const cJSON *other;
   cJSON_ArrayForEach(other, runs) {
-    if (cli_json_get(other, "error") <= 0.5)
-      assert_true(cli_json_get(other, "cost_s_per_s") >= cost);
+    if (json_value(other, "error") <= 0.5)
+      assert_true(json_value(other, "cost_s_per_s") >= cost);
   }
 
   // simulate takes the recommended setting from the options file
-  const double dt = cli_json_get(recommended, "dt");
-  cli_result_free(&run);
+  const double dt = json_value(recommended, "dt");
+  program_result_free(&run);
   run = thrum_run(folder, "simulate", "beam.npz", "-o", "run", "--options", "trade/simulate.json",
                   "--time", "0.1", "--load", "square:0,0,-20@tip", "--json", "-q", NULL);
-  cJSON *simulated = cli_json_line(run.out);
+  cJSON *simulated = json_line(run.out);
   assert_non_null(simulated);
-  assert_true(cli_json_get(simulated, "dt") == dt);
+  assert_true(json_value(simulated, "dt") == dt);
   cJSON_Delete(simulated);
   cJSON_Delete(object);
-  cli_result_free(&run);
+  program_result_free(&run);
 
   // the report page and the table are written
   char path[128];
   snprintf(path, sizeof path, "%s/trade/tradeoff.html", folder);
-  char *page = cli_read_text(path);
+  char *page = text_file_read(path);
   assert_non_null(page);
   assert_true(strstr(page, "Recommended for an error of 50 %") && strstr(page, "</body></html>") &&
               !strstr(page, ">nan"));
   free(page);
   snprintf(path, sizeof path, "%s/trade/tradeoff.csv", folder);
-  assert_true(cli_file_exists(path));
+  assert_true(file_exists(path));
 }
 
 static void single_precision_is_tried_beside_double(void **state) {
   (void)state;
-  cli_result run = thrum_run(folder, "tradeoff", "beam.npz", "-o", "precise", "--load",
-                             "square:0,0,-20@tip", "--quick", "--time", "0.1", "--ranks", "0,10",
-                             "--precisions", "double,single", "--json", "-q", NULL);
+  program_result run = thrum_run(folder, "tradeoff", "beam.npz", "-o", "precise", "--load",
+                                 "square:0,0,-20@tip", "--quick", "--time", "0.1", "--ranks",
+                                 "0,10", "--precisions", "double,single", "--json", "-q", NULL);
   assert_int_equal(run.exit_code, 0);
 
-  cJSON *object = cli_json_line(run.out);
+  cJSON *object = json_line(run.out);
   const cJSON *runs = cJSON_GetObjectItem(object, "runs");
   // the model's own basis counts once, the other one in both precisions
   assert_int_equal(cJSON_GetArraySize(runs), 3 * 3 * 3);
@@ -317,12 +309,12 @@ static void single_precision_is_tried_beside_double(void **state) {
     const cJSON *fine = cJSON_GetArrayItem(runs, n), *coarse = cJSON_GetArrayItem(runs, n + 9);
     assert_string_equal(cJSON_GetObjectItem(fine, "precision")->valuestring, "double");
     assert_string_equal(cJSON_GetObjectItem(coarse, "precision")->valuestring, "single");
-    const double error = cli_json_get(fine, "error"), other = cli_json_get(coarse, "error");
+    const double error = json_value(fine, "error"), other = json_value(coarse, "error");
     // rounded coefficients are different, but close
     assert_true(error != other && fabs(error - other) < 1e-4 * error);
   }
   cJSON_Delete(object);
-  cli_result_free(&run);
+  program_result_free(&run);
 }
 
 static void a_mesh_is_traded_as_its_model_is(void **state) {
@@ -338,7 +330,7 @@ static void a_mesh_is_traded_as_its_model_is(void **state) {
   // the same beam, once as a model made before and once as a mesh
   double errors[2];
   for (int mesh = 0; mesh < 2; mesh++) {
-    cli_result run =
+    program_result run =
         mesh ? thrum_run(folder, "tradeoff", "beam:6x2x2@1x0.15x0.15", "--fix", "x<0.001",
                          "--young", "3e6", "-o", "m", "--load", "square:0,0,-20@tip", "--quick",
                          "--time", "0.1", "--ranks", "10", "--error", "90%", "--json", "-q", NULL)
@@ -346,7 +338,7 @@ static void a_mesh_is_traded_as_its_model_is(void **state) {
                          "x<0.001", "--young", "3e6", "-q", NULL);
     assert_int_equal(run.exit_code, 0);
     if (!mesh) {
-      cli_result_free(&run);
+      program_result_free(&run);
       run = thrum_run(folder, "tradeoff", "stiff.npz", "-o", "m", "--load", "square:0,0,-20@tip",
                       "--quick", "--time", "0.1", "--ranks", "10", "--error", "90%", "--json", "-q",
                       NULL);
@@ -354,40 +346,39 @@ static void a_mesh_is_traded_as_its_model_is(void **state) {
     }
 
     // the error of the first setting stands for the whole table
-    cJSON *object = cli_json_line(run.out);
+    cJSON *object = json_line(run.out);
     assert_non_null(object);
-    errors[mesh] =
-        cli_json_get(cJSON_GetArrayItem(cJSON_GetObjectItem(object, "runs"), 0), "error");
+    errors[mesh] = json_value(cJSON_GetArrayItem(cJSON_GetObjectItem(object, "runs"), 0), "error");
     cJSON_Delete(object);
-    cli_result_free(&run);
+    program_result_free(&run);
   }
 
   // both give the same error; a mesh can be simulated at full order
   assert_true(errors[0] > 0 && errors[0] == errors[1]);
-  cli_result run =
+  program_result run =
       thrum_run(folder, "simulate", "beam:6x2x2@1x0.15x0.15", "--fix", "x<0.001", "--full", "-o",
                 "whole", "--time", "0.01", "--load", "impulse:0,0,-2@tip", "--json", "-q", NULL);
   assert_int_equal(run.exit_code, 0);
-  cli_result_free(&run);
+  program_result_free(&run);
 
   // simulate takes a mesh only with --full, and a Poisson's ratio of 0.5 is refused
   run = thrum_run(folder, "simulate", "beam:6x2x2@1x0.15x0.15", "-o", "m2", NULL);
   assert_int_equal(run.exit_code, 2);
   assert_non_null(strstr(run.err, "--full"));
-  cli_result_free(&run);
+  program_result_free(&run);
   run =
       thrum_run(folder, "tradeoff", "beam:6x2x2@1x0.15x0.15", "-o", "m", "--poisson", "0.5", NULL);
   assert_int_equal(run.exit_code, 2);
-  cli_result_free(&run);
+  program_result_free(&run);
 
   // a model refuses the options that belong to a mesh
   run = thrum_run(folder, "tradeoff", "stiff.npz", "-o", "m", "--fix", "x<0.001", NULL);
   assert_int_equal(run.exit_code, 2);
   assert_non_null(strstr(run.err, "of a mesh"));
-  cli_result_free(&run);
+  program_result_free(&run);
   run = thrum_run(folder, "simulate", "stiff.npz", "-o", "m2", "--young", "1e6", NULL);
   assert_int_equal(run.exit_code, 2);
-  cli_result_free(&run);
+  program_result_free(&run);
 
   // the environment is as it was before the test
   if (before[0] != 0)
@@ -400,18 +391,18 @@ static void what_cannot_be_done_is_said(void **state) {
   (void)state;
 
   // an error that no setting reaches
-  cli_result run =
+  program_result run =
       thrum_run(folder, "tradeoff", "beam.npz", "-o", "none", "--load", "square:0,0,-20@tip",
                 "--quick", "--time", "0.1", "--ranks", "0", "--error", "0.000001%", "-q", NULL);
   assert_int_equal(run.exit_code, 3);
   assert_non_null(strstr(run.out, "no setting that was tried"));
-  cli_result_free(&run);
+  program_result_free(&run);
 
   // a run without a load has no reference
   run = thrum_run(folder, "tradeoff", "beam.npz", "-o", "none", NULL);
   assert_int_equal(run.exit_code, 1);
   assert_non_null(strstr(run.err, "--load"));
-  cli_result_free(&run);
+  program_result_free(&run);
 
   // wrong arguments are named in one line
   static const char *const wrong[][2] = {{"--error", "a lot"}, {"--error", "200%"},
@@ -421,8 +412,8 @@ static void what_cannot_be_done_is_said(void **state) {
     run = thrum_run(folder, "tradeoff", "beam.npz", "-o", "none", wrong[n][0], wrong[n][1], NULL);
     assert_int_equal(run.exit_code, 2);
     assert_non_null(strstr(run.err, wrong[n][0]));
-    assert_true(cli_line_count_is(run.err, 1));
-    cli_result_free(&run);
+    assert_true(line_count_is(run.err, 1));
+    program_result_free(&run);
   }
 }
 

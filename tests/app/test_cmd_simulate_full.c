@@ -10,30 +10,13 @@
 
 #include "io/npy_file.h"
 #include "tests/support/simulate_support.h"
-
-static char folder[64];
-
-static const char *in_folder(const char *name, char path[200]) {
-  snprintf(path, 200, "%s/%s", folder, name);
-  return path;
-}
+#include "tests/support/test_folder.h"
 
 static int make_models(void **state) {
   (void)state;
-  char path[200];
-  if (cli_make_folder(folder) == NULL || !save_oscillator(in_folder("duffing.npz", path), 400, 1e4))
+  if (test_folder_make(folder) == NULL || !save_oscillator(in_folder("duffing.npz"), 400, 1e4))
     return 1;
-  cli_result run = thrum_run(folder, "precompute", "beam:6x1x1@1x0.2x0.2", "-o", "beam.npz",
-                             "--fix", "x<0.001", "--modes", "5", "--rank", "15", "-q", NULL);
-  const int code = run.exit_code;
-  cli_result_free(&run);
-  return code;
-}
-
-static int remove_folder(void **state) {
-  (void)state;
-  cli_remove_folder(folder);
-  return 0;
+  return !precompute_beam("6x1x1@1x0.2x0.2", "5", "15");
 }
 
 /* Runs into `run` with up to ten more arguments; the caller frees the JSON. */
@@ -41,23 +24,22 @@ static cJSON *simulate(const char *run_name, const char *const *more) {
   const char *a[10] = {NULL};
   for (int n = 0; n < 10 && more[n] != NULL; n++)
     a[n] = more[n];
-  cli_result run = thrum_run(folder, "simulate", "beam.npz", "-o", run_name, "--json", "-q", a[0],
-                             a[1], a[2], a[3], a[4], a[5], a[6], a[7], a[8], a[9], NULL);
+  program_result run = thrum_run(folder, "simulate", "beam.npz", "-o", run_name, "--json", "-q",
+                                 a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7], a[8], a[9], NULL);
   if (run.exit_code != 0)
     fail_msg("exit code %d: %s", run.exit_code, run.err);
-  cJSON *object = cli_json_line(run.out);
+  cJSON *object = json_line(run.out);
   assert_non_null(object);
-  cli_result_free(&run);
+  program_result_free(&run);
   return object;
 }
 
 #define SIMULATE(run_name, ...) simulate(run_name, (const char *const[11]){__VA_ARGS__})
 
 static double *read_q(const char *name, int64_t *rows) {
-  char path[200];
   double *values = NULL;
   int64_t columns = 0;
-  assert_int_equal(thrum_npy_read_f8(in_folder(name, path), &values, rows, &columns, NULL), 0);
+  assert_int_equal(thrum_npy_read_f8(in_folder(name), &values, rows, &columns, NULL), 0);
   assert_int_equal(columns, 15);
   return values;
 }
@@ -81,13 +63,13 @@ static void a_small_swing_is_that_of_the_reduced_model(void **state) {
     assert_true(fabs(q[k] - whole[k]) <= 1e-4 * size);
 
   // energies agree too, and the full order keeps its own
-  const double energy = cli_json_get(full, "energy_first_j");
-  assert_true(fabs(energy - cli_json_get(reduced, "energy_first_j")) <= 1e-6 * energy);
-  assert_true(fabs(cli_json_get(full, "energy_last_j") - energy) <= 1e-9 * energy);
+  const double energy = json_value(full, "energy_first_j");
+  assert_true(fabs(energy - json_value(reduced, "energy_first_j")) <= 1e-6 * energy);
+  assert_true(fabs(json_value(full, "energy_last_j") - energy) <= 1e-9 * energy);
 
   // three for each of the 6 x 4 vertices that move
   const cJSON *about = cJSON_GetObjectItemCaseSensitive(full, "full");
-  assert_true(cli_json_get(about, "components") == 72);
+  assert_true(json_value(about, "components") == 72);
   assert_true(cJSON_IsNull(cJSON_GetObjectItemCaseSensitive(reduced, "full")));
 
   free(q);
@@ -127,8 +109,7 @@ static void loads_and_shaking_act_as_on_the_reduced_model(void **state) {
     // without damping the balance of energy closes to the tolerance of the steps
     if (n != 1) {
       const cJSON *work = cJSON_GetObjectItemCaseSensitive(full, "work");
-      assert_true(fabs(cli_json_get(work, "balance_j")) <=
-                  1e-9 * cli_json_get(full, "energy_max_j"));
+      assert_true(fabs(json_value(work, "balance_j")) <= 1e-9 * json_value(full, "energy_max_j"));
     }
 
     free(q);
@@ -140,22 +121,21 @@ static void loads_and_shaking_act_as_on_the_reduced_model(void **state) {
 
 static void a_body_in_equilibrium_stays_and_frames_show_it(void **state) {
   (void)state;
-  char path[200];
   cJSON *object = SIMULATE("rest", "--full", "--time", "0.1", "--start", "static:gravity:0,0,-9.81",
                            "--load", "gravity:0,0,-9.81");
 
   // the energy of the equilibrium stays what it is
-  const double energy = cli_json_get(object, "energy_first_j");
+  const double energy = json_value(object, "energy_first_j");
   assert_true(energy > 0.1);
-  assert_true(fabs(cli_json_get(object, "energy_max_j") - energy) <= 1e-9 * energy);
+  assert_true(fabs(json_value(object, "energy_max_j") - energy) <= 1e-9 * energy);
   cJSON_Delete(object);
 
   // the explicit integrator stays below its stability bound, and writes its frames
   object = SIMULATE("shown", "--full", "--time", "0.05", "--dt", "0.0002", "--integrator", "verlet",
                     "--frames", "every-100");
-  assert_true(cli_file_exists(in_folder("shown/frames/frame_000002.vtu", path)));
+  assert_true(file_exists(in_folder("shown/frames/frame_000002.vtu")));
   const cJSON *about = cJSON_GetObjectItemCaseSensitive(object, "full");
-  assert_true(cli_json_get(about, "dt_stable") > 0.0002);
+  assert_true(json_value(about, "dt_stable") > 0.0002);
   cJSON_Delete(object);
 }
 
@@ -173,17 +153,16 @@ static void what_the_full_order_cannot_do_is_refused(void **state) {
       {1, "no basis", "duffing.npz", {NULL}},
   };
 
-  char path[200];
   for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
     // the message is one line, and no folder is left
     const char *const *a = cases[n].arguments;
-    cli_result run = thrum_run(folder, "simulate", cases[n].model, "-o", "none", "--full", a[0],
-                               a[1], a[2], NULL);
+    program_result run = thrum_run(folder, "simulate", cases[n].model, "-o", "none", "--full", a[0],
+                                   a[1], a[2], NULL);
     if (run.exit_code != cases[n].code || strstr(run.err, cases[n].says) == NULL)
       fail_msg("case %d: exit %d: %s", (int)n, run.exit_code, run.err);
-    assert_true(cli_line_count_is(run.err, 1));
-    assert_false(cli_file_exists(in_folder("none", path)));
-    cli_result_free(&run);
+    assert_true(line_count_is(run.err, 1));
+    assert_false(file_exists(in_folder("none")));
+    program_result_free(&run);
   }
 }
 

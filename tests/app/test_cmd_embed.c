@@ -8,39 +8,31 @@
 #include <cmocka.h>
 // clang-format on
 
-#include "tests/support/cli_support.h"
+#include "tests/support/test_folder.h"
 
 #include <math.h>
 
 #include "thrum/embedding.h"
 
-static char folder[64];
-
 static int setup(void **state) {
   (void)state;
-  if (cli_make_folder(folder) == NULL)
+  if (test_folder_make(folder) == NULL)
     return -1;
-  cli_result run = thrum_run(folder, "precompute", "beam:6x2x2@1x0.2x0.2", "--fix", "x<0.001",
-                             "--modes", "4", "--rank", "8", "-q", "-o", "beam.npz", NULL);
+  program_result run = thrum_run(folder, "precompute", "beam:6x2x2@1x0.2x0.2", "--fix", "x<0.001",
+                                 "--modes", "4", "--rank", "8", "-q", "-o", "beam.npz", NULL);
   const int code = run.exit_code;
-  cli_result_free(&run);
+  program_result_free(&run);
   return code;
 }
 
 static int teardown(void **state) {
   (void)state;
-  cli_remove_folder(folder);
+  test_folder_remove(folder);
   return 0;
 }
 
-static const char *in_folder(const char *name) {
-  static char path[128];
-  snprintf(path, sizeof path, "%s/%s", folder, name);
-  return path;
-}
-
 static void write_text(const char *name, const char *text) {
-  assert_true(cli_write_text(in_folder(name), text));
+  assert_true(text_file_write(in_folder(name), text));
 }
 
 /* Writes a tent: three corners on the mesh's top face, one vertex `height` above it. */
@@ -56,22 +48,22 @@ static void a_surface_is_embedded_and_loads(void **state) {
   (void)state;
   write_tent("tent.obj", 0.05);
 
-  cli_result run =
+  program_result run =
       thrum_run(folder, "embed", "beam.npz", "tent.obj", "-o", "tent.npz", "--json", NULL);
   assert_int_equal(run.exit_code, 0);
-  assert_true(cli_line_count_is(run.err, 1));
+  assert_true(line_count_is(run.err, 1));
   assert_non_null(strstr(run.err, "warning: tent.obj: 1 vertices lie outside the mesh, vertex 4"));
 
   // counts are from 1, and the vertex outside is as far away as it was put
-  cJSON *object = cli_json_line(run.out);
+  cJSON *object = json_line(run.out);
   assert_non_null(object);
-  assert_true(cli_json_get(object, "vertices") == 4);
-  assert_true(cli_json_get(object, "triangles") == 3);
-  assert_true(cli_json_get(object, "outside") == 1);
-  assert_true(cli_json_get(object, "outside_vertex") == 4);
-  assert_true(fabs(cli_json_get(object, "outside_max_m") - 0.05) < 1e-12);
+  assert_true(json_value(object, "vertices") == 4);
+  assert_true(json_value(object, "triangles") == 3);
+  assert_true(json_value(object, "outside") == 1);
+  assert_true(json_value(object, "outside_vertex") == 4);
+  assert_true(fabs(json_value(object, "outside_max_m") - 0.05) < 1e-12);
   cJSON_Delete(object);
-  cli_result_free(&run);
+  program_result_free(&run);
 
   // the file is that of the model's rank, and names the surface it was made from
   const thrum_embedding *e = NULL;
@@ -95,35 +87,35 @@ static void a_surface_is_embedded_and_loads(void **state) {
 
 static void info_knows_a_surface(void **state) {
   (void)state;
-  cli_result run = thrum_run(folder, "info", "tent.npz", "--json", NULL);
+  program_result run = thrum_run(folder, "info", "tent.npz", "--json", NULL);
   assert_int_equal(run.exit_code, 0);
-  cJSON *object = cli_json_line(run.out);
+  cJSON *object = json_line(run.out);
   assert_non_null(object);
-  assert_true(cli_json_get(object, "vertices") == 4 && cli_json_get(object, "rank") == 8);
+  assert_true(json_value(object, "vertices") == 4 && json_value(object, "rank") == 8);
   assert_string_equal(cJSON_GetObjectItem(object, "made_from")->valuestring, "tent.obj");
   cJSON_Delete(object);
-  cli_result_free(&run);
+  program_result_free(&run);
   run = thrum_run(folder, "info", "tent.npz", NULL);
   assert_int_equal(run.exit_code, 0);
   assert_non_null(strstr(run.out, "made from         tent.obj, in beam.npz"));
-  cli_result_free(&run);
+  program_result_free(&run);
 }
 
 /* The surface is in centimetres, which --scale says or does not say. */
 static void a_wrong_scale_is_flagged(void **state) {
   (void)state;
   write_text("cm.obj", "v 20 0 10\nv 50 10 10\nv 50 -10 10\nf 1 2 3\n");
-  cli_result run =
+  program_result run =
       thrum_run(folder, "embed", "beam.npz", "cm.obj", "-o", "cm.npz", "--scale", "0.01", NULL);
   assert_int_equal(run.exit_code, 0);
   assert_string_equal(run.err, "");
   assert_non_null(strstr(run.out, "outside the mesh  0 vertices"));
-  cli_result_free(&run);
+  program_result_free(&run);
   run = thrum_run(folder, "embed", "beam.npz", "cm.obj", "-o", "cm.npz", "--json", NULL);
   assert_int_equal(run.exit_code, 3);
   assert_non_null(strstr(run.err, "is the scale right"));
   assert_non_null(strstr(run.out, "\"status\":\"flagged\""));
-  cli_result_free(&run);
+  program_result_free(&run);
 }
 
 static void what_cannot_be_embedded_is_refused_and_nothing_written(void **state) {
@@ -147,26 +139,27 @@ static void what_cannot_be_embedded_is_refused_and_nothing_written(void **state)
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
     // one line on standard error, and no file
     const char *const *a = cases[i].arguments;
-    cli_result run =
+    program_result run =
         thrum_run(folder, "embed", a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7], NULL);
     if (run.exit_code != cases[i].code || strstr(run.err, cases[i].words) == NULL ||
-        !cli_line_count_is(run.err, 1) || run.out[0] != 0)
+        !line_count_is(run.err, 1) || run.out[0] != 0)
       fail_msg("wanted %d '%s', got %d '%s'", cases[i].code, cases[i].words, run.exit_code,
                run.err);
-    cli_result_free(&run);
-    assert_false(cli_file_exists(in_folder("no.npz")));
+    program_result_free(&run);
+    assert_false(file_exists(in_folder("no.npz")));
   }
 }
 
 static void export(const char *name, const char *surface, int64_t *size, char **bytes) {
   static const char *const options[] = {"--glb", "--pc2", "--mdd", "--obj"};
   for (int n = 0; n < 4; n++) {
-    cli_result run = surface == NULL ? thrum_run(folder, "export", "run", options[n], name, NULL)
-                                     : thrum_run(folder, "export", "run", options[n], name,
-                                                 "--surface", surface, NULL);
+    program_result run =
+        surface == NULL
+            ? thrum_run(folder, "export", "run", options[n], name, NULL)
+            : thrum_run(folder, "export", "run", options[n], name, "--surface", surface, NULL);
     if (run.exit_code != 0 || run.err[0] != 0)
       fail_msg("%d: %s", run.exit_code, run.err);
-    cli_result_free(&run);
+    program_result_free(&run);
 
     // the bytes are kept for comparison
     FILE *file = fopen(in_folder(name), "rb");
@@ -184,16 +177,16 @@ static void an_embedded_skin_is_exported_as_the_skin(void **state) {
   (void)state;
 
   // a run, the surface of its mesh as .obj, and that surface embedded
-  cli_result run = thrum_run(folder, "simulate", "beam.npz", "-o", "run", "--time", "0.3",
-                             "--start", "mode:1,0.05", "-q", NULL);
+  program_result run = thrum_run(folder, "simulate", "beam.npz", "-o", "run", "--time", "0.3",
+                                 "--start", "mode:1,0.05", "-q", NULL);
   assert_int_equal(run.exit_code, 0);
-  cli_result_free(&run);
+  program_result_free(&run);
   run = thrum_run(folder, "export", "beam.npz", "--obj", "skin.obj", NULL);
   assert_int_equal(run.exit_code, 0);
-  cli_result_free(&run);
+  program_result_free(&run);
   run = thrum_run(folder, "embed", "beam.npz", "skin.obj", "-o", "skin.npz", NULL);
   assert_int_equal(run.exit_code, 0);
-  cli_result_free(&run);
+  program_result_free(&run);
 
   // the mesh's own surface, the embedded one, and the one embedded for this export
   int64_t size[3][4];
@@ -216,17 +209,17 @@ static void an_embedded_skin_is_exported_as_the_skin(void **state) {
 static void an_export_shows_the_surface(void **state) {
   (void)state;
   write_tent("tent.obj", 0);
-  cli_result run = thrum_run(folder, "embed", "beam.npz", "tent.obj", "-o", "tent.npz", NULL);
+  program_result run = thrum_run(folder, "embed", "beam.npz", "tent.obj", "-o", "tent.npz", NULL);
   assert_int_equal(run.exit_code, 0);
-  cli_result_free(&run);
+  program_result_free(&run);
 
   run = thrum_run(folder, "export", "run", "--surface", "tent.npz", "--obj", "back.obj", "--pc2",
                   "tent.pc2", "--json", NULL);
   assert_int_equal(run.exit_code, 0);
-  cli_result_free(&run);
+  program_result_free(&run);
 
   // the .obj has the triangles of the surface, not of the mesh
-  char *text = cli_read_text(in_folder("back.obj"));
+  char *text = text_file_read(in_folder("back.obj"));
   assert_non_null(text);
   assert_non_null(strstr(text, "\nf 1 3 4\nf 1 4 2\nf 2 4 3\n"));
   free(text);
@@ -273,10 +266,10 @@ static void an_export_shows_the_surface(void **state) {
 
 static void a_surface_of_another_model_is_not_shown(void **state) {
   (void)state;
-  cli_result run = thrum_run(folder, "precompute", "beam:5x2x2@1x0.2x0.2", "--fix", "x<0.001",
-                             "--modes", "4", "--rank", "8", "-q", "-o", "other.npz", NULL);
+  program_result run = thrum_run(folder, "precompute", "beam:5x2x2@1x0.2x0.2", "--fix", "x<0.001",
+                                 "--modes", "4", "--rank", "8", "-q", "-o", "other.npz", NULL);
   assert_int_equal(run.exit_code, 0);
-  cli_result_free(&run);
+  program_result_free(&run);
 
   // the files of other models, and outputs that do not go with a surface
   static const struct {
@@ -295,8 +288,8 @@ static void a_surface_of_another_model_is_not_shown(void **state) {
     if (run.exit_code != cases[i].code || strstr(run.err, cases[i].words) == NULL)
       fail_msg("wanted %d '%s', got %d '%s'", cases[i].code, cases[i].words, run.exit_code,
                run.err);
-    cli_result_free(&run);
-    assert_false(cli_file_exists(in_folder("x.obj")));
+    program_result_free(&run);
+    assert_false(file_exists(in_folder("x.obj")));
   }
 }
 

@@ -14,44 +14,29 @@
 
 #include "io/npy_file.h"
 #include "tests/support/simulate_support.h"
-
-static char folder[64];
-
-static const char *in_folder(const char *name, char path[200]) {
-  snprintf(path, 200, "%s/%s", folder, name);
-  return path;
-}
+#include "tests/support/test_folder.h"
 
 static int make_models(void **state) {
   (void)state;
-  char path[200];
   static const double zeros[6] = {0};
   const double infinite[2] = {INFINITY, 0}, huge[2] = {1e300, 1e300}, far[1] = {5};
 
   // two models, starts of wrong shapes and values, and folders that hold something else
-  const bool made = cli_make_folder(folder) != NULL &&
-                    save_particle(in_folder("particle.npz", path), 100, 400) &&
-                    save_oscillator(in_folder("bare.npz", path), 400, 1e4) &&
-                    save_npy(in_folder("bare.npy", path), zeros, 1, 0) &&
-                    save_npy(in_folder("far.npy", path), far, 1, 0) &&
-                    save_npy(in_folder("three.npy", path), zeros, 3, 0) &&
-                    save_npy(in_folder("rows.npy", path), zeros, 3, 2) &&
-                    save_npy(in_folder("infinite.npy", path), infinite, 2, 0) &&
-                    save_npy(in_folder("huge.npy", path), huge, 2, 0) &&
-                    cli_write_text(in_folder("text.npz", path), "no model\n") &&
-                    cli_write_text(in_folder("file", path), "a file\n") &&
-                    mkdir(in_folder("foreign", path), 0777) == 0 &&
-                    cli_write_text(in_folder("foreign/notes.txt", path), "mine\n") &&
-                    mkdir(in_folder("other", path), 0777) == 0 &&
-                    cli_write_text(in_folder("other/run.json", path), "{\"program\":\"else\"}\n");
+  const bool made =
+      test_folder_make(folder) != NULL && save_particle(in_folder("particle.npz"), 100, 400) &&
+      save_oscillator(in_folder("bare.npz"), 400, 1e4) &&
+      save_npy(in_folder("bare.npy"), zeros, 1, 0) && save_npy(in_folder("far.npy"), far, 1, 0) &&
+      save_npy(in_folder("three.npy"), zeros, 3, 0) &&
+      save_npy(in_folder("rows.npy"), zeros, 3, 2) &&
+      save_npy(in_folder("infinite.npy"), infinite, 2, 0) &&
+      save_npy(in_folder("huge.npy"), huge, 2, 0) &&
+      text_file_write(in_folder("text.npz"), "no model\n") &&
+      text_file_write(in_folder("file"), "a file\n") && mkdir(in_folder("foreign"), 0777) == 0 &&
+      text_file_write(in_folder("foreign/notes.txt"), "mine\n") &&
+      mkdir(in_folder("other"), 0777) == 0 &&
+      text_file_write(in_folder("other/run.json"), "{\"program\":\"else\"}\n");
 
   return !made;
-}
-
-static int remove_folder(void **state) {
-  (void)state;
-  cli_remove_folder(folder);
-  return 0;
 }
 
 /* Counts the entries of a folder, hidden ones included. */
@@ -75,17 +60,17 @@ static void assert_refusals(const refusal *cases, size_t count, int code, int li
   const int before = count_entries(folder);
   for (size_t n = 0; n < count; n++) {
     const char *const *a = cases[n].arguments;
-    cli_result run =
+    program_result run =
         thrum_run(folder, "simulate", a[0], a[1], a[2], a[3], a[4], a[5], (const char *)NULL);
 
     // a refusal is the right exit code and lines, nothing on standard output, no new file
-    const bool as_should = run.exit_code == code && cli_line_count_is(run.err, lines) &&
+    const bool as_should = run.exit_code == code && line_count_is(run.err, lines) &&
                            strstr(run.err, cases[n].says) != NULL && run.out[0] == 0 &&
                            count_entries(folder) == before;
     if (!as_should)
       print_error("case %zu (%s): exit code %d, %s\n", n, cases[n].says, run.exit_code, run.err);
     assert_true(as_should);
-    cli_result_free(&run);
+    program_result_free(&run);
   }
 }
 
@@ -215,74 +200,71 @@ static void what_the_model_or_the_files_lack_is_refused_in_one_line(void **state
       {{"particle.npz", "-o", "other"}, "no earlier run"},
   };
 
-  char path[200];
   assert_refusals(cases, sizeof cases / sizeof cases[0], 1, 1);
 
   // what was there is as it was
-  assert_int_equal(count_entries(in_folder("foreign", path)), 1);
-  char *notes = cli_read_text(in_folder("foreign/notes.txt", path));
+  assert_int_equal(count_entries(in_folder("foreign")), 1);
+  char *notes = text_file_read(in_folder("foreign/notes.txt"));
   assert_string_equal(notes, "mine\n");
   free(notes);
 }
 
 static void run_ok(const char *run, const char *time) {
-  cli_result result = thrum_run(folder, "simulate", "particle.npz", "-o", run, "--time", time,
-                                "--start", "mode:1,0.1", "--frames", "every-10", NULL);
+  program_result result = thrum_run(folder, "simulate", "particle.npz", "-o", run, "--time", time,
+                                    "--start", "mode:1,0.1", "--frames", "every-10", NULL);
   if (result.exit_code != 0)
     print_error("%s", result.err);
   assert_int_equal(result.exit_code, 0);
-  cli_result_free(&result);
+  program_result_free(&result);
 }
 
 static void an_earlier_run_is_replaced_and_other_files_are_kept(void **state) {
   (void)state;
-  char path[200];
 
   // a run with frames up to number 10, and two files of the user in its folders
   run_ok("again", "0.3");
-  assert_true(cli_file_exists(in_folder("again/frames/frame_000010.vtu", path)));
-  assert_true(cli_write_text(in_folder("again/notes.txt", path), "mine\n"));
-  assert_true(cli_write_text(in_folder("again/frames/view.pvsm", path), "mine too\n"));
+  assert_true(file_exists(in_folder("again/frames/frame_000010.vtu")));
+  assert_true(text_file_write(in_folder("again/notes.txt"), "mine\n"));
+  assert_true(text_file_write(in_folder("again/frames/view.pvsm"), "mine too\n"));
 
   // the second run, with frames up to number 5, takes its place
-  const int before = count_entries(in_folder("again", path));
+  const int before = count_entries(in_folder("again"));
   run_ok("again//", "0.15");
-  assert_int_equal(count_entries(in_folder("again", path)), before);
+  assert_int_equal(count_entries(in_folder("again")), before);
 
   // the frames of the first run are gone; its other files are replaced
-  assert_true(cli_file_exists(in_folder("again/frames/frame_000005.vtu", path)));
-  assert_false(cli_file_exists(in_folder("again/frames/frame_000006.vtu", path)));
+  assert_true(file_exists(in_folder("again/frames/frame_000005.vtu")));
+  assert_false(file_exists(in_folder("again/frames/frame_000006.vtu")));
 
   // the user's files are as they were
-  char *notes = cli_read_text(in_folder("again/notes.txt", path));
+  char *notes = text_file_read(in_folder("again/notes.txt"));
   assert_string_equal(notes, "mine\n");
   free(notes);
-  assert_true(cli_file_exists(in_folder("again/frames/view.pvsm", path)));
+  assert_true(file_exists(in_folder("again/frames/view.pvsm")));
 
   int64_t count = 0;
-  energy_row *rows = read_energies(in_folder("again/energy.csv", path), &count);
+  energy_row *rows = read_energies(in_folder("again/energy.csv"), &count);
   assert_int_equal(count, 51);
   free(rows);
 }
 
 static void an_empty_folder_is_used(void **state) {
   (void)state;
-  char path[200];
-  assert_int_equal(mkdir(in_folder("empty", path), 0777), 0);
+  assert_int_equal(mkdir(in_folder("empty"), 0777), 0);
   run_ok("empty", "0.15");
-  assert_true(cli_file_exists(in_folder("empty/run.json", path)));
+  assert_true(file_exists(in_folder("empty/run.json")));
 
   // a refusal leaves an earlier run as it was
-  cli_result run =
+  program_result run =
       thrum_run(folder, "simulate", "particle.npz", "-o", "empty", "--start", "mode:9,1", NULL);
   assert_int_equal(run.exit_code, 1);
-  cli_result_free(&run);
-  assert_true(cli_file_exists(in_folder("empty/run.json", path)));
+  program_result_free(&run);
+  assert_true(file_exists(in_folder("empty/run.json")));
 }
 
 static void a_run_that_cannot_be_written_leaves_nothing(void **state) {
   (void)state;
-  char command[400], program[] = "/bin/sh", option[] = "-c", path[200];
+  char command[400], program[] = "/bin/sh", option[] = "-c";
 
   // files end at 8 blocks of 512 bytes here, long before the series does
   snprintf(command, sizeof command,
@@ -292,23 +274,23 @@ static void a_run_that_cannot_be_written_leaves_nothing(void **state) {
   char *argv[] = {program, option, command, NULL};
   const int before = count_entries(folder);
 
-  cli_result run = cli_execute(folder, argv);
+  program_result run = program_execute(folder, argv);
   assert_int_equal(run.exit_code, 1);
-  assert_true(cli_line_count_is(run.err, 1));
+  assert_true(line_count_is(run.err, 1));
   assert_non_null(strstr(run.err, "could not be written"));
-  cli_result_free(&run);
+  program_result_free(&run);
   assert_int_equal(count_entries(folder), before);
 
   // an earlier run stays as it was
   run_ok("limited", "0.03");
-  const int files = count_entries(in_folder("limited", path));
-  run = cli_execute(folder, argv);
+  const int files = count_entries(in_folder("limited"));
+  run = program_execute(folder, argv);
   assert_int_equal(run.exit_code, 1);
-  cli_result_free(&run);
-  assert_int_equal(count_entries(in_folder("limited", path)), files);
+  program_result_free(&run);
+  assert_int_equal(count_entries(in_folder("limited")), files);
 
   int64_t count = 0;
-  energy_row *rows = read_energies(in_folder("limited/energy.csv", path), &count);
+  energy_row *rows = read_energies(in_folder("limited/energy.csv"), &count);
   assert_int_equal(count, 11);
   free(rows);
 }
@@ -361,38 +343,38 @@ static int stop_run(const char *name, int signal_number) {
 
 static void a_run_without_a_step_is_flagged_and_shows_no_nan(void **state) {
   (void)state;
-  cli_result run =
+  program_result run =
       thrum_run(folder, "simulate", "bare.npz", "-o", "stuck", "--integrator", "midpoint",
                 "--fallback", "off", "--iterations", "1", "--start", "far.npy", NULL);
   assert_int_equal(run.exit_code, 3);
   assert_non_null(strstr(run.out, "steps        0 (0 s)\n"));
   assert_null(strstr(run.out, "nan"));
-  cli_result_free(&run);
+  program_result_free(&run);
 }
 
 static void a_stopped_run_is_written_and_flagged(void **state) {
   (void)state;
   static const int signals[] = {SIGINT, SIGTERM};
-  char path[200], name[40];
+  char name[40];
   for (int n = 0; n < 2; n++) {
     snprintf(name, sizeof name, "stopped%d", n);
     assert_int_equal(stop_run(name, signals[n]), 3);
     assert_false(is_under_way(name));
 
     // the rows are those of the steps that were made
-    char *text = cli_read_text(in_folder("stopped.json", path));
-    cJSON *object = cli_json_line(text);
+    char *text = text_file_read(in_folder("stopped.json"));
+    cJSON *object = json_line(text);
     assert_non_null(object);
     assert_string_equal(cJSON_GetObjectItemCaseSensitive(object, "status")->valuestring,
                         "interrupted");
-    const double steps = cli_json_get(object, "steps"), rows = cli_json_get(object, "rows");
+    const double steps = json_value(object, "steps"), rows = json_value(object, "rows");
     assert_true(steps > 0 && rows == floor(steps / 100000) + 1);
 
     // and so are those of the file
     double *q = NULL;
     int64_t got_rows = 0, columns = 0;
     snprintf(name, sizeof name, "stopped%d/q.npy", n);
-    assert_int_equal(thrum_npy_read_f8(in_folder(name, path), &q, &got_rows, &columns, NULL), 0);
+    assert_int_equal(thrum_npy_read_f8(in_folder(name), &q, &got_rows, &columns, NULL), 0);
     assert_true((double)got_rows == rows && columns == 2);
 
     free(q);
@@ -403,11 +385,11 @@ static void a_stopped_run_is_written_and_flagged(void **state) {
 
 static void help_goes_to_standard_output(void **state) {
   (void)state;
-  cli_result run = thrum_run(folder, "simulate", "--help", NULL);
+  program_result run = thrum_run(folder, "simulate", "--help", NULL);
   assert_int_equal(run.exit_code, 0);
   assert_true(run.err[0] == 0);
   assert_non_null(strstr(run.out, "usage: thrum simulate MODEL -o RUN"));
-  cli_result_free(&run);
+  program_result_free(&run);
 }
 
 int main(void) {

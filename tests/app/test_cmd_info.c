@@ -10,41 +10,40 @@
 
 #include "io/npz.h"
 #include "mesh/model_quality.h"
-#include "tests/support/cli_support.h"
+#include "tests/support/test_folder.h"
 #include "thrum/thrum.h"
 
-static char folder[64];
 static cJSON *made; /* what precompute said about beam.npz */
 
 static int make_beam(void **state) {
   (void)state;
-  if (cli_make_folder(folder) == NULL)
+  if (test_folder_make(folder) == NULL)
     return -1;
-  cli_result run = thrum_run(folder, "precompute", "beam:8x2x2@0.8x0.2x0.2", "--fix", "x<0.001",
-                             "--modes", "4", "--rank", "8", "-o", "beam.npz", "--json", NULL);
-  made = cli_json_line(run.out);
+  program_result run = thrum_run(folder, "precompute", "beam:8x2x2@0.8x0.2x0.2", "--fix", "x<0.001",
+                                 "--modes", "4", "--rank", "8", "-o", "beam.npz", "--json", NULL);
+  made = json_line(run.out);
   if (made == NULL)
     print_error("%s", run.err);
-  cli_result_free(&run);
+  program_result_free(&run);
   return made == NULL;
 }
 
 static int remove_beam(void **state) {
   (void)state;
   cJSON_Delete(made);
-  cli_remove_folder(folder);
+  test_folder_remove(folder);
   return 0;
 }
 
 static cJSON *info(const char *model, const char *option, const char *value) {
-  cli_result run = thrum_run(folder, "info", model, "--json", option, value, NULL);
+  program_result run = thrum_run(folder, "info", model, "--json", option, value, NULL);
   if (run.exit_code != 0)
     print_error("%s", run.err);
   assert_int_equal(run.exit_code, 0);
   assert_string_equal(run.err, "");
-  cJSON *object = cli_json_line(run.out);
+  cJSON *object = json_line(run.out);
   assert_non_null(object);
-  cli_result_free(&run);
+  program_result_free(&run);
   return object;
 }
 
@@ -61,9 +60,9 @@ static void beam_is_measured_exactly(void **state) {
   cJSON *object = info("beam.npz", NULL, NULL);
 
   // volume and mass are those of the box, and its root is held
-  assert_true(near(cli_json_get(object, "volume_m3"), 0.8 * 0.2 * 0.2, 1e-13));
-  assert_true(near(cli_json_get(object, "mass_kg"), 1000 * 0.8 * 0.2 * 0.2, 1e-13));
-  assert_true(cli_json_get(object, "fixed") == 9);
+  assert_true(near(json_value(object, "volume_m3"), 0.8 * 0.2 * 0.2, 1e-13));
+  assert_true(near(json_value(object, "mass_kg"), 1000 * 0.8 * 0.2 * 0.2, 1e-13));
+  assert_true(json_value(object, "fixed") == 9);
 
   // the beam begins at x = 0 and lies symmetrically about the axis
   assert_true(item_of(object, "box_min_m", 0)->valuedouble == 0);
@@ -72,8 +71,8 @@ static void beam_is_measured_exactly(void **state) {
 
   // a Kuhn tet of a cube has volume 1/6 and squared edges 1, 1, 1, 2, 2, 3
   const double kuhn = 12 * cbrt(0.25) / 10;
-  assert_true(near(cli_json_get(object, "quality_min"), kuhn, 1e-12));
-  assert_true(near(cli_json_get(object, "quality_mean"), kuhn, 1e-12));
+  assert_true(near(json_value(object, "quality_min"), kuhn, 1e-12));
+  assert_true(near(json_value(object, "quality_mean"), kuhn, 1e-12));
 
   cJSON_Delete(object);
 }
@@ -84,7 +83,7 @@ static void info_agrees_with_precompute(void **state) {
   static const char *const numbers[] = {"vertices", "tets", "fixed",          "rank",
                                         "modes",    "dt",   "explicit_modes", "implicit_modes"};
   for (size_t n = 0; n < sizeof numbers / sizeof numbers[0]; n++) {
-    assert_true(cli_json_get(object, numbers[n]) == cli_json_get(made, numbers[n]));
+    assert_true(json_value(object, numbers[n]) == json_value(made, numbers[n]));
   }
 
   // frequencies were stored with all their digits
@@ -102,15 +101,15 @@ static void info_agrees_with_precompute(void **state) {
 
   // the residuals that were stored are small
   const cJSON *residuals = cJSON_GetObjectItem(object, "residuals");
-  assert_true(cli_json_get(residuals, "modes_max") < 1e-8);
-  assert_true(cli_json_get(residuals, "orthonormality") < 1e-9);
+  assert_true(json_value(residuals, "modes_max") < 1e-8);
+  assert_true(json_value(residuals, "orthonormality") < 1e-9);
 
   // stages do not overlap
   const cJSON *seconds = cJSON_GetObjectItem(object, "seconds"), *stage = NULL;
   double sum = 0;
   cJSON_ArrayForEach(stage, seconds) sum += stage->valuedouble;
-  assert_true(sum <= 2 * cli_json_get(seconds, "total") + 1e-9);
-  assert_true(cli_json_get(object, "peak_mb") > 0.5);
+  assert_true(sum <= 2 * json_value(seconds, "total") + 1e-9);
+  assert_true(json_value(object, "peak_mb") > 0.5);
   cJSON_Delete(object);
 }
 
@@ -129,9 +128,9 @@ static void split_follows_the_time_step(void **state) {
       expected += item->valuedouble <= 1 / (2 * 3.14159265358979323846 * steps[n]);
     }
 
-    assert_true(cli_json_get(object, "dt") == steps[n]);
-    assert_true(cli_json_get(object, "explicit_modes") == expected);
-    assert_true(cli_json_get(object, "implicit_modes") == 8 - expected);
+    assert_true(json_value(object, "dt") == steps[n]);
+    assert_true(json_value(object, "explicit_modes") == expected);
+    assert_true(json_value(object, "implicit_modes") == 8 - expected);
     cJSON_Delete(object);
   }
 }
@@ -155,16 +154,16 @@ static void groups_and_memory_are_listed(void **state) {
   struct stat status;
   snprintf(path, sizeof path, "%s/beam.npz", folder);
   assert_int_equal(stat(path, &status), 0);
-  assert_true(cli_json_get(object, "model_bytes") == (double)status.st_size);
+  assert_true(json_value(object, "model_bytes") == (double)status.st_size);
 
   // the state holds at least q, p and what the step keeps
-  assert_true(cli_json_get(object, "state_bytes") >= 2 * 8 * 8);
+  assert_true(json_value(object, "state_bytes") >= 2 * 8 * 8);
   cJSON_Delete(object);
 }
 
 static void table_names_what_people_ask_for(void **state) {
   (void)state;
-  cli_result run = thrum_run(folder, "info", "beam.npz", NULL);
+  program_result run = thrum_run(folder, "info", "beam.npz", NULL);
   assert_int_equal(run.exit_code, 0);
 
   static const char *const wanted[] = {"32 kg",      "0.032 m^3",    "81 vertices (9 held)",
@@ -176,7 +175,7 @@ static void table_names_what_people_ask_for(void **state) {
       print_error("no %s in\n%s", wanted[n], run.out);
     assert_non_null(strstr(run.out, wanted[n]));
   }
-  cli_result_free(&run);
+  program_result_free(&run);
 }
 
 static void a_polynomial_alone_is_a_model_too(void **state) {
@@ -197,9 +196,9 @@ static void a_polynomial_alone_is_a_model_too(void **state) {
 
   // at the usual time step the first coordinate is explicit and the second is not
   cJSON *object = info("hand.npz", NULL, NULL);
-  assert_true(cli_json_get(object, "rank") == 2);
-  assert_true(cli_json_get(object, "explicit_modes") == 1);
-  assert_true(cli_json_get(object, "vertices") == 0);
+  assert_true(json_value(object, "rank") == 2);
+  assert_true(json_value(object, "explicit_modes") == 1);
+  assert_true(json_value(object, "vertices") == 0);
 
   // quantities that need a mesh are null, not zero
   static const char *const nulls[] = {"mass_kg", "volume_m3", "quality_min", "worst_tet", "fixed"};
@@ -208,10 +207,10 @@ static void a_polynomial_alone_is_a_model_too(void **state) {
   }
 
   cJSON_Delete(object);
-  cli_result run = thrum_run(folder, "info", "hand.npz", NULL);
+  program_result run = thrum_run(folder, "info", "hand.npz", NULL);
   assert_int_equal(run.exit_code, 0);
   assert_non_null(strstr(run.out, "a polynomial alone"));
-  cli_result_free(&run);
+  program_result_free(&run);
 }
 
 static void meta_of_any_kind_is_survived(void **state) {
@@ -249,23 +248,23 @@ static void meta_of_any_kind_is_survived(void **state) {
 
     // both forms of the output show the rest of the model
     cJSON *object = info("meta.npz", NULL, NULL);
-    assert_true(cli_json_get(object, "rank") == 1);
+    assert_true(json_value(object, "rank") == 1);
     cJSON_Delete(object);
-    cli_result run = thrum_run(folder, "info", "meta.npz", NULL);
+    program_result run = thrum_run(folder, "info", "meta.npz", NULL);
     assert_int_equal(run.exit_code, 0);
-    cli_result_free(&run);
+    program_result_free(&run);
   }
 }
 
 static void assert_exit(int code, const char *wanted, const char *a, const char *b, const char *c) {
-  cli_result run = thrum_run(folder, "info", a, b, c, NULL);
+  program_result run = thrum_run(folder, "info", a, b, c, NULL);
   if (run.exit_code != code || strstr(run.err, wanted) == NULL)
     print_error("%s", run.err);
   assert_int_equal(run.exit_code, code);
   assert_non_null(strstr(run.err, wanted));
   assert_string_equal(run.out, "");
-  assert_true(cli_line_count_is(run.err, 1));
-  cli_result_free(&run);
+  assert_true(line_count_is(run.err, 1));
+  program_result_free(&run);
 }
 
 static void what_is_no_model_is_refused_in_one_line(void **state) {
@@ -274,7 +273,7 @@ static void what_is_no_model_is_refused_in_one_line(void **state) {
 
   // a text, a missing file and a folder
   snprintf(path, sizeof path, "%s/words.npz", folder);
-  assert_true(cli_write_text(path, "these are words, and long enough to hold an end record\n"));
+  assert_true(text_file_write(path, "these are words, and long enough to hold an end record\n"));
   assert_exit(1, "words.npz", "words.npz", NULL, NULL);
   assert_exit(1, "missing.npz", "missing.npz", NULL, NULL);
   assert_exit(1, "", ".", "--json", NULL);
@@ -306,16 +305,16 @@ static void a_full_disk_is_not_success(void **state) {
   (void)state;
 
   // /dev/full takes what is written and fails when it is flushed
-  if (!cli_file_exists("/dev/full"))
+  if (!file_exists("/dev/full"))
     fail_msg("%s", "/dev/full is missing");
 
   char shell[] = "/bin/sh", option[] = "-c", script[300];
   snprintf(script, sizeof script, "%s info %s/beam.npz >/dev/full", THRUM_PROGRAM, folder);
   char *argv[] = {shell, option, script, NULL};
-  cli_result run = cli_execute(NULL, argv);
+  program_result run = program_execute(NULL, argv);
   assert_int_equal(run.exit_code, 1);
   assert_non_null(strstr(run.err, "could not be written"));
-  cli_result_free(&run);
+  program_result_free(&run);
 }
 
 static void mean_ratio_is_one_for_regular_tets_at_any_size(void **state) {
@@ -345,22 +344,22 @@ static void the_worst_tet_is_named(void **state) {
   snprintf(path, sizeof path, "%s/two.veg", folder);
 
   // the second tet, a needle, stands on the first one's slanted face
-  assert_true(cli_write_text(path, "*VERTICES\n5 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n"
-                                   "5 0.4 0.4 0.4\n*ELEMENTS\nTET\n2 4 0\n1 1 2 3 4\n2 2 3 4 5\n"
-                                   "*MATERIAL rubber\nENU, 1000, 1e6, 0.3\n"
-                                   "*REGION\nallElements, rubber\n"));
+  assert_true(text_file_write(path, "*VERTICES\n5 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n"
+                                    "5 0.4 0.4 0.4\n*ELEMENTS\nTET\n2 4 0\n1 1 2 3 4\n2 2 3 4 5\n"
+                                    "*MATERIAL rubber\nENU, 1000, 1e6, 0.3\n"
+                                    "*REGION\nallElements, rubber\n"));
 
-  cli_result run = thrum_run(folder, "precompute", "two.veg", "--fix", "z<0.1", "--modes", "2",
-                             "--rank", "2", "-o", "two.npz", NULL);
+  program_result run = thrum_run(folder, "precompute", "two.veg", "--fix", "z<0.1", "--modes", "2",
+                                 "--rank", "2", "-o", "two.npz", NULL);
   if (run.exit_code != 0)
     print_error("%s", run.err);
   assert_int_equal(run.exit_code, 0);
-  cli_result_free(&run);
+  program_result_free(&run);
 
   // tetrahedra are counted from 1
   cJSON *object = info("two.npz", NULL, NULL);
-  assert_true(cli_json_get(object, "worst_tet") == 2);
-  assert_true(cli_json_get(object, "quality_min") < cli_json_get(object, "quality_mean"));
+  assert_true(json_value(object, "worst_tet") == 2);
+  assert_true(json_value(object, "quality_min") < json_value(object, "quality_mean"));
   cJSON_Delete(object);
 }
 

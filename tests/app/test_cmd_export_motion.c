@@ -12,34 +12,23 @@
 
 #include "io/file.h"
 #include "io/npy_file.h"
-#include "tests/support/cli_support.h"
+#include "tests/support/test_folder.h"
 #include "thrum/thrum.h"
 
-static char folder[64];
 static const thrum_model *model;
 static double *q;
 static int64_t rows, rank;
 
-static const char *in_folder(const char *name) {
-  static char path[160];
-  snprintf(path, sizeof path, "%s/%s", folder, name);
-  return path;
-}
-
 static int make_run(void **state) {
   (void)state;
-  if (cli_make_folder(folder) == NULL)
+  if (test_folder_make(folder) == NULL || !precompute_beam("6x2x2@1x0.2x0.3", "4", "7"))
     return -1;
-  cli_result run = thrum_run(folder, "precompute", "beam:6x2x2@1x0.2x0.3", "--fix", "x<0.001",
-                             "--modes", "4", "--rank", "7", "-q", "-o", "beam.npz", NULL);
-  int code = run.exit_code;
-  cli_result_free(&run);
 
   // fewer coordinates than the model has
-  run = thrum_run(folder, "simulate", "beam.npz", "-o", "run", "--time", "0.2", "-q", "--start",
-                  "mode:1,0.1", "--rank", "5", NULL);
-  code += run.exit_code;
-  cli_result_free(&run);
+  program_result run = thrum_run(folder, "simulate", "beam.npz", "-o", "run", "--time", "0.2", "-q",
+                                 "--start", "mode:1,0.1", "--rank", "5", NULL);
+  int code = run.exit_code;
+  program_result_free(&run);
 
   // every row in each of the four formats
   run = thrum_run(folder, "export", "run", "--glb", "run.glb", "--pc2", "run.pc2", "--mdd",
@@ -47,7 +36,7 @@ static int make_run(void **state) {
   if (run.exit_code != 0)
     print_error("%s", run.err);
   code += run.exit_code;
-  cli_result_free(&run);
+  program_result_free(&run);
 
   // the tests compare with the model and the coordinates of the run
   if (code == 0 && thrum_model_load(in_folder("beam.npz"), &model, NULL) < 0)
@@ -61,7 +50,7 @@ static int remove_run(void **state) {
   (void)state;
   thrum_model_free(model);
   free(q);
-  cli_remove_folder(folder);
+  test_folder_remove(folder);
   return 0;
 }
 
@@ -214,7 +203,7 @@ static float float_at(const unsigned char *bytes, bool swapped) {
 
 /* Reads the vertices of run.obj as their places in the model. */
 static int64_t read_obj(int64_t *places) {
-  char *text = cli_read_text(in_folder("run.obj"));
+  char *text = text_file_read(in_folder("run.obj"));
   assert_non_null(text);
   int64_t count = 0;
   for (char *line = strtok(text, "\n"); line != NULL; line = strtok(NULL, "\n")) {
@@ -256,9 +245,10 @@ static void caches_move_the_vertices_of_the_obj(void **state) {
 
 static void rows_are_thinned_to_the_rate_asked_for(void **state) {
   (void)state;
-  cli_result run = thrum_run(folder, "export", "run/", "--glb", "thin.glb", "--fps", "50", NULL);
+  program_result run =
+      thrum_run(folder, "export", "run/", "--glb", "thin.glb", "--fps", "50", NULL);
   assert_int_equal(run.exit_code, 0);
-  cli_result_free(&run);
+  program_result_free(&run);
 
   glb_file file = open_glb("thin.glb");
   int64_t times = 0;
@@ -274,11 +264,11 @@ static void rows_are_thinned_to_the_rate_asked_for(void **state) {
 
 static void what_does_not_go_together_is_refused(void **state) {
   (void)state;
-  cli_result run =
+  program_result run =
       thrum_run(folder, "precompute", "beam:6x2x2@1x0.2x0.3", "--fix", "x<0.001", "--young", "1e5",
                 "--modes", "4", "--rank", "7", "-q", "-o", "other.npz", NULL);
   assert_int_equal(run.exit_code, 0);
-  cli_result_free(&run);
+  program_result_free(&run);
 
   // arguments of the command, the exit code and part of the message
   static const struct {
@@ -299,26 +289,26 @@ static void what_does_not_go_together_is_refused(void **state) {
     const char *const *a = cases[n].arguments;
     run = thrum_run(folder, "export", a[0], a[1], a[2], a[3], a[4], NULL);
     if (run.exit_code != cases[n].code || !strstr(run.err, cases[n].words) ||
-        !cli_line_count_is(run.err, 1))
+        !line_count_is(run.err, 1))
       fail_msg("case %d: exit %d, %s", (int)n, run.exit_code, run.err);
-    cli_result_free(&run);
+    program_result_free(&run);
   }
 
-  assert_false(cli_file_exists(in_folder("x.glb")));
+  assert_false(file_exists(in_folder("x.glb")));
 }
 
 /* The run's folder and its model may be moved together. */
 static void a_run_finds_its_model_beside_it(void **state) {
   (void)state;
-  cli_result run = thrum_run("/", "export", in_folder("run"), "--obj", "/dev/null/x.obj", NULL);
+  program_result run = thrum_run("/", "export", in_folder("run"), "--obj", "/dev/null/x.obj", NULL);
   assert_int_equal(run.exit_code, 1);
   assert_non_null(strstr(run.err, "/dev/null/x.obj"));
-  cli_result_free(&run);
+  program_result_free(&run);
   char path[200];
   snprintf(path, sizeof path, "%s/moved.obj", folder);
   run = thrum_run("/", "export", in_folder("run"), "--obj", path, NULL);
   assert_int_equal(run.exit_code, 0);
-  cli_result_free(&run);
+  program_result_free(&run);
 }
 
 int main(void) {

@@ -11,38 +11,28 @@
 #include <sys/stat.h>
 #include <time.h>
 
-#include "tests/support/cli_support.h"
+#include "tests/support/test_folder.h"
 #include "thrum/thrum.h"
 
 #define BEGIN "<p>before <script type=\"application/octet-stream\" id=\"thrum-pack\""
 #define PAGE BEGIN "></script> after</p>"
 
-static char folder[64];
 static const thrum_model *model;
 
-static const char *in_folder(const char *name) {
-  static char path[160];
-  snprintf(path, sizeof path, "%s/%s", folder, name);
-  return path;
-}
-
-static int make_folder(void **state) {
+static int make_model(void **state) {
   (void)state;
-  if (cli_make_folder(folder) == NULL || !cli_write_text(in_folder("page.html"), PAGE) ||
+  if (test_folder_make(folder) == NULL || !text_file_write(in_folder("page.html"), PAGE) ||
       setenv("THRUM_VIEWER", in_folder("page.html"), 1) != 0)
     return -1;
-  cli_result made = thrum_run(folder, "precompute", "beam:6x2x2@1x0.2x0.3", "--fix", "x<0.001",
-                              "--modes", "4", "--rank", "7", "-q", "-o", "beam.npz", NULL);
-  const int code = made.exit_code;
-  cli_result_free(&made);
-  return code == 0 && thrum_model_load(in_folder("beam.npz"), &model, NULL) >= 0 ? 0 : -1;
+  return precompute_beam("6x2x2@1x0.2x0.3", "4", "7") &&
+                 thrum_model_load(in_folder("beam.npz"), &model, NULL) >= 0
+             ? 0
+             : -1;
 }
 
-static int remove_folder(void **state) {
-  (void)state;
+static int remove_model(void **state) {
   thrum_model_free(model);
-  cli_remove_folder(folder);
-  return 0;
+  return remove_folder(state);
 }
 
 static int digit(char c) {
@@ -85,7 +75,7 @@ static pack open_pack(const char *name) {
   pack p = {0};
 
   // the page around the archive is unchanged
-  char *text = cli_read_text(in_folder(name));
+  char *text = text_file_read(in_folder(name));
   assert_non_null(text);
   assert_memory_equal(text, begin, sizeof begin - 1);
   const char *stop = strstr(text, end);
@@ -136,28 +126,28 @@ static const void *array(const pack *p, int place, const char *name, int64_t cou
 }
 
 static void view_to(const char *name, const char *first, const char *second) {
-  cli_result run = thrum_run(folder, "view", first, "-o", name, "-q", second, NULL);
+  program_result run = thrum_run(folder, "view", first, "-o", name, "-q", second, NULL);
   if (run.exit_code != 0)
     fail_msg("%s", run.err);
-  cli_result_free(&run);
+  program_result_free(&run);
 }
 
 static void a_pack_holds_the_model_bit_for_bit(void **state) {
   (void)state;
   view_to("one.html", "beam.npz", NULL);
   pack p = open_pack("one.html");
-  assert_true(cli_json_get(p.json, "format") == 1);
+  assert_true(json_value(p.json, "format") == 1);
   assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(p.json, "models")), 1);
 
   const int64_t rank = model->rank;
   const cJSON *item = model_of(&p, 0);
   assert_string_equal(cJSON_GetObjectItem(item, "name")->valuestring, "beam.npz");
   assert_string_equal(cJSON_GetObjectItem(item, "title")->valuestring, "beam");
-  assert_true(cli_json_get(item, "rank") == (double)rank);
-  assert_true(cli_json_get(item, "young") == model->material[0]);
+  assert_true(json_value(item, "rank") == (double)rank);
+  assert_true(json_value(item, "young") == model->material[0]);
 
   // 0.06 m^3 of the default 1000 kg/m^3
-  assert_true(fabs(cli_json_get(item, "mass") - 60) < 1e-9);
+  assert_true(fabs(json_value(item, "mass") - 60) < 1e-9);
 
   // the same bits as in the model file
   const struct {
@@ -178,8 +168,8 @@ static void a_pack_shows_the_surface_of_the_mesh(void **state) {
   (void)state;
   view_to("one.html", "beam.npz", NULL);
   pack p = open_pack("one.html");
-  const int64_t vertices = (int64_t)cli_json_get(model_of(&p, 0), "vertex_count");
-  const int64_t triangles = (int64_t)cli_json_get(model_of(&p, 0), "triangle_count");
+  const int64_t vertices = (int64_t)json_value(model_of(&p, 0), "vertex_count");
+  const int64_t triangles = (int64_t)json_value(model_of(&p, 0), "triangle_count");
   const int64_t rank = model->rank;
   const float *x = array(&p, 0, "positions", 3 * vertices, "f4");
   const float *basis = array(&p, 0, "basis", 3 * vertices * rank, "f4");
@@ -215,10 +205,10 @@ static void a_pack_shows_the_surface_of_the_mesh(void **state) {
 
 static void several_models_share_a_pack(void **state) {
   (void)state;
-  cli_result made = thrum_run(folder, "precompute", "beam:3x1x1@1x0.2x0.3", "--modes", "2",
-                              "--rank", "3", "-q", "-o", "free.npz", NULL);
+  program_result made = thrum_run(folder, "precompute", "beam:3x1x1@1x0.2x0.3", "--modes", "2",
+                                  "--rank", "3", "-q", "-o", "free.npz", NULL);
   assert_int_equal(made.exit_code, 0);
-  cli_result_free(&made);
+  program_result_free(&made);
 
   // models keep the order in which they were named
   view_to("two.html", "free.npz", "beam.npz");
@@ -229,11 +219,11 @@ static void several_models_share_a_pack(void **state) {
 
   // the scene shows the first one
   const cJSON *scene = cJSON_GetObjectItem(p.json, "scene");
-  assert_true(cli_json_get(scene, "dt") == 0.003);
+  assert_true(json_value(scene, "dt") == 0.003);
   const cJSON *bodies = cJSON_GetObjectItem(scene, "bodies");
   assert_int_equal(cJSON_GetArraySize(bodies), 1);
-  assert_true(cli_json_get(cJSON_GetArrayItem(bodies, 0), "model") == 0);
-  assert_true(cli_json_get(cJSON_GetArrayItem(bodies, 0), "rank") == 3);
+  assert_true(json_value(cJSON_GetArrayItem(bodies, 0), "model") == 0);
+  assert_true(json_value(cJSON_GetArrayItem(bodies, 0), "rank") == 3);
   close_pack(&p);
 }
 
@@ -289,21 +279,21 @@ static void a_scene_file_is_packed_with_its_models(void **state) {
   static const double place[3] = {1, 2, 3},
                       turn[4] = {0.70710678118654752, 0, 0, 0.70710678118654752};
 
-  assert_true(cli_write_text(in_folder("scene.json"), SCENE));
-  cli_result run = thrum_run(folder, "view", "scene.json", "-o", "scene.html", NULL);
+  assert_true(text_file_write(in_folder("scene.json"), SCENE));
+  program_result run = thrum_run(folder, "view", "scene.json", "-o", "scene.html", NULL);
   assert_int_equal(run.exit_code, 0);
 
   // a setting that the viewer does not have is named
   assert_non_null(
       strstr(run.err, "scene.json: the viewer leaves out damping that grows with stiffness\n"));
-  cli_result_free(&run);
+  program_result_free(&run);
 
   // the two bodies share one model
   pack p = open_pack("scene.html");
   assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(p.json, "models")), 1);
 
   const cJSON *scene = cJSON_GetObjectItem(p.json, "scene");
-  assert_true(cli_json_get(scene, "dt") == 0.002 && cli_json_get(scene, "damping") == 0.5);
+  assert_true(json_value(scene, "dt") == 0.002 && json_value(scene, "damping") == 0.5);
 
   // each setting of a body is that of the file, or its default
   const cJSON *bodies = cJSON_GetObjectItem(scene, "bodies");
@@ -330,24 +320,24 @@ static void a_body_is_shown_by_its_own_surface(void **state) {
   (void)state;
   assert_int_equal(mkdir(in_folder("beside"), 0700), 0);
 
-  assert_true(cli_write_text(in_folder("beside/sheet.obj"),
-                             "v 0.2 0 0\nv 0.6 0 0\nv 0.4 0.05 0.02\nf 1 2 3\n"));
+  assert_true(text_file_write(in_folder("beside/sheet.obj"),
+                              "v 0.2 0 0\nv 0.6 0 0\nv 0.4 0.05 0.02\nf 1 2 3\n"));
   assert_true(
-      cli_write_text(in_folder("beside/scene.json"),
-                     "{\"bodies\": [{\"model\": \"../beam.npz\"},\n"
-                     "{\"model\": \"../beam.npz\", \"surface\": \"sheet.obj\"},\n"
-                     "{\"model\": \"../beam.npz\", \"surface\": \"sheet.obj\", \"rank\": 3}]}\n"));
+      text_file_write(in_folder("beside/scene.json"),
+                      "{\"bodies\": [{\"model\": \"../beam.npz\"},\n"
+                      "{\"model\": \"../beam.npz\", \"surface\": \"sheet.obj\"},\n"
+                      "{\"model\": \"../beam.npz\", \"surface\": \"sheet.obj\", \"rank\": 3}]}\n"));
 
-  cli_result run = thrum_run(folder, "view", "beside/scene.json", "-o", "own.html", NULL);
+  program_result run = thrum_run(folder, "view", "beside/scene.json", "-o", "own.html", NULL);
   if (run.exit_code != 0)
     fail_msg("%s", run.err);
-  cli_result_free(&run);
+  program_result_free(&run);
 
   // the mesh's own surface and the triangle, which two bodies share
   pack p = open_pack("own.html");
   assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(p.json, "models")), 2);
-  assert_true(cli_json_get(model_of(&p, 1), "vertex_count") == 3);
-  assert_true(cli_json_get(model_of(&p, 0), "vertex_count") > 8);
+  assert_true(json_value(model_of(&p, 1), "vertex_count") == 3);
+  assert_true(json_value(model_of(&p, 0), "vertex_count") > 8);
 
   const cJSON *bodies = cJSON_GetObjectItem(cJSON_GetObjectItem(p.json, "scene"), "bodies");
   for (int n = 0; n < 3; n++)
@@ -355,11 +345,11 @@ static void a_body_is_shown_by_its_own_surface(void **state) {
   close_pack(&p);
 }
 
-static void expect_refusal(cli_result run, int code, const char *words) {
-  if (run.exit_code != code || strstr(run.err, words) == NULL || !cli_line_count_is(run.err, 1))
+static void expect_refusal(program_result run, int code, const char *words) {
+  if (run.exit_code != code || strstr(run.err, words) == NULL || !line_count_is(run.err, 1))
     fail_msg("exit %d, %s", run.exit_code, run.err);
   assert_string_equal(run.out, "");
-  cli_result_free(&run);
+  program_result_free(&run);
 }
 
 static void what_cannot_be_shown_is_refused(void **state) {
@@ -382,27 +372,27 @@ static void what_cannot_be_shown_is_refused(void **state) {
   expect_refusal(thrum_run(folder, "view", "beam.npz", "free.npz", "--surface", "a.obj", NULL), 2,
                  "one model");
 
-  assert_false(cli_file_exists(in_folder("x.html")));
+  assert_false(file_exists(in_folder("x.html")));
 }
 
 static void a_page_without_a_place_for_a_pack_is_refused(void **state) {
   (void)state;
   char page[160];
   snprintf(page, sizeof page, "%s/other.html", folder);
-  assert_true(cli_write_text(page, "<p>not the viewer</p>"));
+  assert_true(text_file_write(page, "<p>not the viewer</p>"));
   setenv("THRUM_VIEWER", page, 1);
   expect_refusal(thrum_run(folder, "view", "beam.npz", "-o", "x.html", NULL), 1, "other.html");
   setenv("THRUM_VIEWER", "/nowhere/viewer.html", 1);
   expect_refusal(thrum_run(folder, "view", "beam.npz", "-o", "x.html", NULL), 1, "/nowhere");
-  assert_false(cli_file_exists(in_folder("x.html")));
+  assert_false(file_exists(in_folder("x.html")));
   setenv("THRUM_VIEWER", in_folder("page.html"), 1);
 }
 
 /* Waits for the text that the stand-in for xdg-open leaves; NULL when none comes in time. */
 static char *opened_address(int tenths) {
   for (int n = 0; n < tenths; n++) {
-    if (cli_file_exists(in_folder("opened")))
-      return cli_read_text(in_folder("opened"));
+    if (file_exists(in_folder("opened")))
+      return text_file_read(in_folder("opened"));
     nanosleep(&(struct timespec){.tv_nsec = 100000000}, NULL);
   }
   return NULL;
@@ -416,8 +406,8 @@ static void without_a_name_the_page_is_opened_where_there_is_a_display(void **st
 
   // a stand-in for xdg-open leaves the address that it is given
   assert_int_equal(mkdir(in_folder("a b"), 0700), 0);
-  assert_true(cli_write_text(in_folder("a b/xdg-open"),
-                             "#!/bin/sh\nprintf %s \"$1\" >part && mv part ../opened\n"));
+  assert_true(text_file_write(in_folder("a b/xdg-open"),
+                              "#!/bin/sh\nprintf %s \"$1\" >part && mv part ../opened\n"));
   assert_int_equal(chmod(in_folder("a b/xdg-open"), 0700), 0);
   assert_int_equal(setenv("PATH", path, 1), 0);
 
@@ -426,27 +416,27 @@ static void without_a_name_the_page_is_opened_where_there_is_a_display(void **st
   char beside[96];
   snprintf(beside, sizeof beside, "%s/a b", folder);
   for (int n = 0; n < 2; n++) {
-    cli_result run = n == 0 ? thrum_run(beside, "view", "../beam.npz", "-o", "x.html", NULL)
-                            : thrum_run(beside, "view", "../beam.npz", "--no-open", NULL);
+    program_result run = n == 0 ? thrum_run(beside, "view", "../beam.npz", "-o", "x.html", NULL)
+                                : thrum_run(beside, "view", "../beam.npz", "--no-open", NULL);
     assert_int_equal(run.exit_code, 0);
-    cli_result_free(&run);
+    program_result_free(&run);
   }
 
   unsetenv("DISPLAY");
   unsetenv("WAYLAND_DISPLAY");
-  cli_result quiet = thrum_run(beside, "view", "../beam.npz", NULL);
+  program_result quiet = thrum_run(beside, "view", "../beam.npz", NULL);
   assert_int_equal(quiet.exit_code, 0);
-  cli_result_free(&quiet);
+  program_result_free(&quiet);
   assert_null(opened_address(5));
 
   // the blank of the folder is escaped in the address
   setenv("DISPLAY", ":99", 1);
-  cli_result run = thrum_run(beside, "view", "../beam.npz", "--json", NULL);
+  program_result run = thrum_run(beside, "view", "../beam.npz", "--json", NULL);
   setenv("PATH", before, 1);
   unsetenv("DISPLAY");
 
   assert_int_equal(run.exit_code, 0);
-  cJSON *object = cli_json_line(run.out);
+  cJSON *object = json_line(run.out);
   assert_non_null(object);
   char *opened = opened_address(100);
 
@@ -455,11 +445,11 @@ static void without_a_name_the_page_is_opened_where_there_is_a_display(void **st
   assert_string_equal(cJSON_GetObjectItem(object, "url")->valuestring, url);
   assert_non_null(opened);
   assert_string_equal(opened, url);
-  assert_true(cli_file_exists(in_folder("a b/thrum_view.html")));
+  assert_true(file_exists(in_folder("a b/thrum_view.html")));
 
   free(opened);
   cJSON_Delete(object);
-  cli_result_free(&run);
+  program_result_free(&run);
 }
 
 int main(void) {
@@ -473,5 +463,5 @@ int main(void) {
       cmocka_unit_test(what_cannot_be_shown_is_refused),
       cmocka_unit_test(a_page_without_a_place_for_a_pack_is_refused),
   };
-  return cmocka_run_group_tests(tests, make_folder, remove_folder);
+  return cmocka_run_group_tests(tests, make_model, remove_model);
 }

@@ -13,37 +13,21 @@
 #include "io/file.h"
 #include "io/npy_file.h"
 #include "tests/support/simulate_support.h"
+#include "tests/support/test_folder.h"
 #include "thrum/displacement.h"
 #include "thrum/external_load.h"
 #include "thrum/polynomial.h"
 
 static const double pi = 3.14159265358979323846;
 static const char *const integrators[] = {"imexv", "newmark", "verlet", "midpoint"};
-static char folder[64];
-
-static const char *in_folder(const char *name, char path[200]) {
-  snprintf(path, 200, "%s/%s", folder, name);
-  return path;
-}
 
 static int make_models(void **state) {
   (void)state;
-  char path[200];
-  if (cli_make_folder(folder) == NULL || !save_particle(in_folder("particle.npz", path), 0, 0) ||
-      !save_oscillator(in_folder("duffing.npz", path), 400, 1e4) ||
-      !save_npy(in_folder("start.npy", path), (const double[]){0.1, 0.5}, 2, 1))
+  if (test_folder_make(folder) == NULL || !save_particle(in_folder("particle.npz"), 0, 0) ||
+      !save_oscillator(in_folder("duffing.npz"), 400, 1e4) ||
+      !save_npy(in_folder("start.npy"), (const double[]){0.1, 0.5}, 2, 1))
     return 1;
-  cli_result run = thrum_run(folder, "precompute", "beam:8x2x2@1x0.1x0.1", "-o", "beam.npz",
-                             "--fix", "x<0.001", "--modes", "5", "--rank", "10", "-q", NULL);
-  const int code = run.exit_code;
-  cli_result_free(&run);
-  return code;
-}
-
-static int remove_folder(void **state) {
-  (void)state;
-  cli_remove_folder(folder);
-  return 0;
+  return !precompute_beam("8x2x2@1x0.1x0.1", "5", "10");
 }
 
 /* Runs into the folder "run" with up to ten more arguments, asserts the exit code and returns the
@@ -54,17 +38,18 @@ static cJSON *simulate_code(int code, const char *model, const char *const *more
     arguments[n] = more[n];
 
   // a list that ends early leaves NULLs, which end the argument list
-  cli_result run = thrum_run(folder, "simulate", model, "-o", "run", "--json", arguments[0],
-                             arguments[1], arguments[2], arguments[3], arguments[4], arguments[5],
-                             arguments[6], arguments[7], arguments[8], arguments[9], NULL);
+  program_result run =
+      thrum_run(folder, "simulate", model, "-o", "run", "--json", arguments[0], arguments[1],
+                arguments[2], arguments[3], arguments[4], arguments[5], arguments[6], arguments[7],
+                arguments[8], arguments[9], NULL);
 
   if (run.exit_code != code)
     print_error("exit code %d: %s", run.exit_code, run.err);
   assert_int_equal(run.exit_code, code);
 
-  cJSON *object = cli_json_line(run.out);
+  cJSON *object = json_line(run.out);
   assert_non_null(object);
-  cli_result_free(&run);
+  program_result_free(&run);
   return object;
 }
 
@@ -78,21 +63,19 @@ static const char *text_of(const cJSON *object, const char *key) {
 
 /* Reads an array of "run" that must have this shape; the caller frees it. */
 static double *read_array(const char *name, int64_t rows, int64_t columns) {
-  char path[200], file[64];
+  char file[64];
   double *values = NULL;
   int64_t got_rows = 0, got_columns = 0;
   snprintf(file, sizeof file, "run/%s", name);
-  assert_int_equal(thrum_npy_read_f8(in_folder(file, path), &values, &got_rows, &got_columns, NULL),
-                   0);
+  assert_int_equal(thrum_npy_read_f8(in_folder(file), &values, &got_rows, &got_columns, NULL), 0);
   assert_int_equal(got_rows, rows);
   assert_int_equal(got_columns, columns);
   return values;
 }
 
 static energy_row *read_rows(int64_t expected) {
-  char path[200];
   int64_t count = 0;
-  energy_row *rows = read_energies(in_folder("run/energy.csv", path), &count);
+  energy_row *rows = read_energies(in_folder("run/energy.csv"), &count);
   assert_non_null(rows);
   assert_int_equal(count, expected);
   return rows;
@@ -191,30 +174,30 @@ static void loads_add_up(void **state) {
 
 static void a_load_on_held_vertices_is_warned_of(void **state) {
   (void)state;
-  cli_result run = thrum_run(folder, "simulate", "particle.npz", "-o", "run", "--time", "0.1",
-                             "--load", "constant:0,0,1@held", NULL);
+  program_result run = thrum_run(folder, "simulate", "particle.npz", "-o", "run", "--time", "0.1",
+                                 "--load", "constant:0,0,1@held", NULL);
   assert_int_equal(run.exit_code, 0);
   assert_non_null(strstr(run.err, "moves nothing"));
-  cli_result_free(&run);
+  program_result_free(&run);
 }
 
 /* Returns the standard error of a short run of the free body under two loads. */
 static char *free_run(const char *first, const char *second) {
-  cli_result run = thrum_run(folder, "simulate", "free.npz", "-o", "run", "--time", "0.1", "--load",
-                             first, "--load", second, NULL);
+  program_result run = thrum_run(folder, "simulate", "free.npz", "-o", "run", "--time", "0.1",
+                                 "--load", first, "--load", second, NULL);
   assert_int_equal(run.exit_code, 0);
   char *said = run.err;
   run.err = NULL;
-  cli_result_free(&run);
+  program_result_free(&run);
   return said;
 }
 
 static void the_resultant_of_loads_on_a_free_body_is_warned_of(void **state) {
   (void)state;
-  cli_result made = thrum_run(folder, "precompute", "beam:4x1x1@1x0.2x0.2", "-o", "free.npz",
-                              "--modes", "3", "--rank", "3", NULL);
+  program_result made = thrum_run(folder, "precompute", "beam:4x1x1@1x0.2x0.2", "-o", "free.npz",
+                                  "--modes", "3", "--rank", "3", NULL);
   assert_int_equal(made.exit_code, 0);
-  cli_result_free(&made);
+  program_result_free(&made);
 
   // unequal forces leave a resultant of 2 N
   char *pulled = free_run("constant:3,0,0@right", "constant:-1,0,0@left");
@@ -250,9 +233,8 @@ static double largest_displacement(const thrum_model *model, const double *q, in
 }
 
 static const thrum_model *load_beam(void) {
-  char path[200];
   const thrum_model *model = NULL;
-  assert_int_equal(thrum_model_load(in_folder("beam.npz", path), &model, NULL), 0);
+  assert_int_equal(thrum_model_load(in_folder("beam.npz"), &model, NULL), 0);
   return model;
 }
 
@@ -288,22 +270,22 @@ static void every_integrator_swings_the_beam_and_keeps_its_energy(void **state) 
                              "--integrator", integrators[n]);
 
     // the energy stays within 2 % of the first one, and drifts by less than 0.1 %
-    const double first = cli_json_get(object, "energy_first_j");
+    const double first = json_value(object, "energy_first_j");
     assert_string_equal(text_of(object, "status"), "done");
     assert_string_equal(text_of(object, "integrator"), integrators[n]);
-    assert_true(first > 0 && fabs(cli_json_get(object, "drift")) < 1e-3);
-    assert_true(cli_json_get(object, "energy_min_j") >= 0.98 * first);
-    assert_true(cli_json_get(object, "energy_max_j") <= 1.02 * first);
+    assert_true(first > 0 && fabs(json_value(object, "drift")) < 1e-3);
+    assert_true(json_value(object, "energy_min_j") >= 0.98 * first);
+    assert_true(json_value(object, "energy_max_j") <= 1.02 * first);
 
     // the figures of the run fit together
-    assert_true(cli_json_get(object, "steps") == 2000);
-    assert_near(cli_json_get(object, "simulated_s"), 1, 1e-12);
-    assert_true(cli_json_get(object, "us_per_step") > 0);
+    assert_true(json_value(object, "steps") == 2000);
+    assert_near(json_value(object, "simulated_s"), 1, 1e-12);
+    assert_true(json_value(object, "us_per_step") > 0);
 
     // only implicit modes are iterated on
-    const double explicit_modes = cli_json_get(object, "explicit_modes");
-    assert_true(explicit_modes + cli_json_get(object, "implicit_modes") == 10);
-    assert_true((cli_json_get(object, "mean_iterations") > 0) == (explicit_modes < 10));
+    const double explicit_modes = json_value(object, "explicit_modes");
+    assert_true(explicit_modes + json_value(object, "implicit_modes") == 10);
+    assert_true((json_value(object, "mean_iterations") > 0) == (explicit_modes < 10));
 
     // it swings: the other side is reached, and the peak is that of the recorded states
     double *q = read_array("q.npy", 2001, 10);
@@ -319,8 +301,8 @@ static void every_integrator_swings_the_beam_and_keeps_its_energy(void **state) 
     }
 
     assert_true(least < -0.9 * q[0]);
-    assert_near(cli_json_get(object, "peak_displacement_m"), peak, 1e-15);
-    assert_true(cli_json_get(object, "peak_vertex") == (double)peak_vertex);
+    assert_near(json_value(object, "peak_displacement_m"), peak, 1e-15);
+    assert_true(json_value(object, "peak_vertex") == (double)peak_vertex);
 
     free(q);
     cJSON_Delete(object);
@@ -394,10 +376,10 @@ static void rows_hold_the_energies_of_their_states(void **state) {
   assert_near(rows[100].kinetic, kinetic, 1e-15);
 
   // full digits: the figures are those of the rows
-  assert_true(cli_json_get(object, "energy_first_j") == rows[0].total);
-  assert_true(cli_json_get(object, "energy_last_j") == rows[100].total);
-  assert_true(cli_json_get(object, "energy_min_j") == least);
-  assert_true(cli_json_get(object, "energy_max_j") == most);
+  assert_true(json_value(object, "energy_first_j") == rows[0].total);
+  assert_true(json_value(object, "energy_last_j") == rows[100].total);
+  assert_true(json_value(object, "energy_min_j") == least);
+  assert_true(json_value(object, "energy_max_j") == most);
 
   cJSON_Delete(object);
   free(rows);
@@ -421,8 +403,8 @@ static void record_every_keeps_each_nth_row_and_the_last_energy(void **state) {
   // rows that are kept have the same bytes, and the last energy is that of step 100
   for (int64_t n = 0; n < 15; n++)
     assert_memory_equal(&some[n], &all[7 * n], sizeof *some);
-  assert_true(cli_json_get(object, "rows") == 15);
-  assert_true(cli_json_get(object, "energy_last_j") == all[100].total);
+  assert_true(json_value(object, "rows") == 15);
+  assert_true(json_value(object, "energy_last_j") == all[100].total);
 
   cJSON_Delete(object);
   free(q);
@@ -432,7 +414,6 @@ static void record_every_keeps_each_nth_row_and_the_last_energy(void **state) {
 
 static void a_run_continues_from_the_end_of_another(void **state) {
   (void)state;
-  char path[200], other[200];
   for (int n = 0; n < 4; n++) {
     // one run of the whole time
     cJSON *object = SIMULATE("duffing.npz", "--time", "0.9", "--integrator", integrators[n],
@@ -443,7 +424,7 @@ static void a_run_continues_from_the_end_of_another(void **state) {
     // the same time in two halves, the second from the end of the first
     cJSON_Delete(SIMULATE("duffing.npz", "--time", "0.45", "--integrator", integrators[n],
                           "--start", "start.npy", "--dt", "0.003"));
-    assert_int_equal(rename(in_folder("run/end.npy", path), in_folder("half.npy", other)), 0);
+    assert_int_equal(rename(in_folder("run/end.npy"), in_folder("half.npy")), 0);
     cJSON_Delete(SIMULATE("duffing.npz", "--time", "0.45", "--integrator", integrators[n],
                           "--start", "half.npy", "--dt", "0.003"));
 
@@ -460,9 +441,8 @@ static void a_run_continues_from_the_end_of_another(void **state) {
 
 static void starts_add_up_and_a_plain_vector_is_q(void **state) {
   (void)state;
-  char path[200];
   const double q[10] = {0.001, 0.002, 0, 0, 0, 0, 0, 0, 0, 0.0001};
-  assert_true(save_npy(in_folder("vector.npy", path), q, 10, 0));
+  assert_true(save_npy(in_folder("vector.npy"), q, 10, 0));
 
   cJSON_Delete(
       SIMULATE("beam.npz", "--time", "0.003", "--start", "mode:1,0.01", "--start", "vector.npy"));
@@ -480,7 +460,6 @@ static void starts_add_up_and_a_plain_vector_is_q(void **state) {
 
 static void two_runs_write_the_same_bytes(void **state) {
   (void)state;
-  char path[200];
   static const char *const files[] = {"run/energy.csv", "run/q.npy", "run/end.npy"};
   void *first[3], *second[3];
   size_t sizes[3], size = 0;
@@ -489,8 +468,7 @@ static void two_runs_write_the_same_bytes(void **state) {
   for (int pass = 0; pass < 2; pass++) {
     cJSON_Delete(SIMULATE("beam.npz", "--time", "0.6", "--load", "square:0,1,-4@tip"));
     for (int n = 0; n < 3; n++) {
-      assert_int_equal(thrum_file_read(in_folder(files[n], path),
-                                       pass == 0 ? &first[n] : &second[n],
+      assert_int_equal(thrum_file_read(in_folder(files[n]), pass == 0 ? &first[n] : &second[n],
                                        pass == 0 ? &sizes[n] : &size, NULL),
                        0);
       if (pass == 0)
@@ -505,13 +483,12 @@ static void two_runs_write_the_same_bytes(void **state) {
 
 static void run_json_holds_the_options_and_what_json_printed(void **state) {
   (void)state;
-  char path[200];
 
   cJSON *printed = SIMULATE("beam.npz", "--time", "0.3", "--load", "gravity:0,0,-9.81", "--damping",
                             "0.3,0.001", "--split", "4", "--safety", "0.25");
 
   // the file and the line on standard output are the same object
-  char *text = cli_read_text(in_folder("run/run.json", path));
+  char *text = text_file_read(in_folder("run/run.json"));
   assert_non_null(text);
   cJSON *written = cJSON_Parse(text);
   assert_true(cJSON_Compare(printed, written, true));
@@ -526,14 +503,14 @@ static void run_json_holds_the_options_and_what_json_printed(void **state) {
   assert_string_equal(cJSON_GetArrayItem(loads, 0)->valuestring, "gravity:0,0,-9.81");
 
   // the split that was asked for is the one that was used
-  assert_true(cli_json_get(options, "split") == 4);
-  assert_true(cli_json_get(written, "explicit_modes") == 4);
-  assert_true(cli_json_get(written, "implicit_modes") == 6);
+  assert_true(json_value(options, "split") == 4);
+  assert_true(json_value(written, "explicit_modes") == 4);
+  assert_true(json_value(written, "implicit_modes") == 6);
 
   // FNV-1a of the model's bytes
   void *bytes = NULL;
   size_t size = 0;
-  assert_int_equal(thrum_file_read(in_folder("beam.npz", path), &bytes, &size, NULL), 0);
+  assert_int_equal(thrum_file_read(in_folder("beam.npz"), &bytes, &size, NULL), 0);
   uint64_t hash = UINT64_C(0xcbf29ce484222325);
   for (size_t n = 0; n < size; n++)
     hash = (hash ^ ((const unsigned char *)bytes)[n]) * UINT64_C(0x100000001b3);
@@ -552,30 +529,29 @@ static void the_stages_fill_the_total_time(void **state) {
   (void)state;
   cJSON *object = SIMULATE("beam.npz", "--time", "1", "--start", "mode:1,0.01");
   const cJSON *seconds = cJSON_GetObjectItemCaseSensitive(object, "seconds");
-  const double sum = cli_json_get(seconds, "read") + cli_json_get(seconds, "step") +
-                     cli_json_get(seconds, "output") + cli_json_get(seconds, "plot");
-  const double total = cli_json_get(seconds, "total");
+  const double sum = json_value(seconds, "read") + json_value(seconds, "step") +
+                     json_value(seconds, "output") + json_value(seconds, "plot");
+  const double total = json_value(seconds, "total");
   assert_true(total > 0 && sum <= total * (1 + 1e-9) && sum >= 0.9 * total);
-  assert_true(cli_json_get(object, "peak_mb") > 1);
+  assert_true(json_value(object, "peak_mb") > 1);
   cJSON_Delete(object);
 }
 
 static void a_plot_is_drawn_exactly_where_gnuplot_is_installed(void **state) {
   (void)state;
-  char path[200];
 
   // whether gnuplot is installed decides what is expected here
   char program[] = "/bin/sh", option[] = "-c", command[] = "command -v gnuplot >/dev/null";
   char *argv[] = {program, option, command, NULL};
-  cli_result found = cli_execute(NULL, argv);
+  program_result found = program_execute(NULL, argv);
 
   cJSON_Delete(SIMULATE("beam.npz", "--time", "0.3", "--start", "mode:1,0.01"));
 
-  char *image = cli_read_text(in_folder("run/energy.png", path));
+  char *image = text_file_read(in_folder("run/energy.png"));
   assert_int_equal(image != NULL, found.exit_code == 0);
   assert_true(image == NULL || memcmp(image, "\x89PNG\r\n\x1a\n", 8) == 0);
   free(image);
-  cli_result_free(&found);
+  program_result_free(&found);
 
   // without gnuplot, and with one that fails, the run is complete all the same
   char *saved = strdup(getenv("PATH"));
@@ -583,25 +559,24 @@ static void a_plot_is_drawn_exactly_where_gnuplot_is_installed(void **state) {
   for (int n = 0; n < 2; n++) {
     assert_int_equal(setenv("PATH", n == 0 ? "/nonexistent" : folder, 1), 0);
     if (n == 1) {
-      assert_true(cli_write_text(in_folder("gnuplot", path), "#!/bin/sh\nexit 1\n"));
-      assert_int_equal(chmod(path, 0755), 0);
+      assert_true(text_file_write(in_folder("gnuplot"), "#!/bin/sh\nexit 1\n"));
+      assert_int_equal(chmod(in_folder("gnuplot"), 0755), 0);
     }
     cJSON *object = SIMULATE("beam.npz", "--time", "0.3", "--start", "mode:1,0.01");
     assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItemCaseSensitive(object, "files")), 4);
-    assert_false(cli_file_exists(in_folder("run/energy.png", path)));
-    assert_false(cli_file_exists(in_folder("run/energy.gp", path)));
+    assert_false(file_exists(in_folder("run/energy.png")));
+    assert_false(file_exists(in_folder("run/energy.gp")));
     cJSON_Delete(object);
   }
   setenv("PATH", saved, 1);
   free(saved);
-  unlink(in_folder("gnuplot", path));
+  unlink(in_folder("gnuplot"));
 }
 
 static void an_explicit_mode_beyond_the_bound_is_warned_of_and_flagged(void **state) {
   (void)state;
-  char path[200];
-  assert_true(save_oscillator(in_folder("fast.npz", path), 1e6, 0));
-  assert_true(save_npy(in_folder("one.npy", path), (const double[]){1}, 1, 0));
+  assert_true(save_oscillator(in_folder("fast.npz"), 1e6, 0));
+  assert_true(save_npy(in_folder("one.npy"), (const double[]){1}, 1, 0));
 
   // dt omega = 3 is beyond the bound of 2, so the run overflows and ends early
   cJSON *object = simulate_code(
@@ -610,8 +585,8 @@ static void an_explicit_mode_beyond_the_bound_is_warned_of_and_flagged(void **st
   assert_string_equal(text_of(object, "status"), "not_finite");
   assert_true(strlen(text_of(object, "message")) > 10);
 
-  const double steps = cli_json_get(object, "steps");
-  const int64_t count = (int64_t)cli_json_get(object, "rows");
+  const double steps = json_value(object, "steps");
+  const int64_t count = (int64_t)json_value(object, "rows");
   assert_true(steps > 10 && steps < 1000 && count <= (int64_t)steps + 1);
   assert_true(cJSON_IsNull(cJSON_GetObjectItemCaseSensitive(object, "drift")));
   cJSON_Delete(object);
@@ -622,25 +597,24 @@ static void an_explicit_mode_beyond_the_bound_is_warned_of_and_flagged(void **st
   assert_true(rows[count - 1].step == (double)(count - 1) && isfinite(rows[count - 1].total));
   free(rows);
 
-  cli_result run = thrum_run(folder, "simulate", "fast.npz", "-o", "run", "--time", "3", "--start",
-                             "one.npy", "--integrator", "verlet", NULL);
+  program_result run = thrum_run(folder, "simulate", "fast.npz", "-o", "run", "--time", "3",
+                                 "--start", "one.npy", "--integrator", "verlet", NULL);
   assert_non_null(strstr(run.err, "beyond the stability bound"));
-  cli_result_free(&run);
+  program_result_free(&run);
 }
 
 static void energy_that_grows_by_itself_flags_the_run(void **state) {
   (void)state;
-  char path[200];
 
   // dt omega = 2.001: growth by 6 % a step, far from overflow after 200 steps
   const double omega = 2.001 / 0.003;
-  assert_true(save_oscillator(in_folder("slow.npz", path), omega * omega, 0));
-  assert_true(save_npy(in_folder("small.npy", path), (const double[]){1e-9}, 1, 0));
+  assert_true(save_oscillator(in_folder("slow.npz"), omega * omega, 0));
+  assert_true(save_npy(in_folder("small.npy"), (const double[]){1e-9}, 1, 0));
   cJSON *object = simulate_code(
       3, "slow.npz",
       (const char *const[11]){"--integrator", "verlet", "--start", "small.npy", "--time", "0.6"});
   assert_string_equal(text_of(object, "status"), "energy_grew");
-  assert_true(cli_json_get(object, "drift") > 1e3);
+  assert_true(json_value(object, "drift") > 1e3);
   cJSON_Delete(object);
 }
 
@@ -648,11 +622,10 @@ static void fewer_coordinates_make_a_stiffer_body(void **state) {
   (void)state;
   cJSON *whole = SIMULATE("beam.npz", "--load", "gravity:0,0,-9.81", "--time", "0.5");
   cJSON *part = SIMULATE("beam.npz", "--load", "gravity:0,0,-9.81", "--time", "0.5", "--rank", "2");
-  assert_true(cli_json_get(part, "rank") == 2 && cli_json_get(whole, "rank") > 2);
-  assert_true(cli_json_get(part, "peak_displacement_m") <
-              cli_json_get(whole, "peak_displacement_m"));
-  assert_true(cli_json_get(part, "peak_displacement_m") > 0);
-  free(read_array("q.npy", (int64_t)cli_json_get(part, "rows"), 2));
+  assert_true(json_value(part, "rank") == 2 && json_value(whole, "rank") > 2);
+  assert_true(json_value(part, "peak_displacement_m") < json_value(whole, "peak_displacement_m"));
+  assert_true(json_value(part, "peak_displacement_m") > 0);
+  free(read_array("q.npy", (int64_t)json_value(part, "rows"), 2));
   cJSON_Delete(whole);
   cJSON_Delete(part);
 }

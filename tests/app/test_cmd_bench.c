@@ -9,7 +9,7 @@
 #include <cmocka.h>
 #include <math.h>
 
-#include "tests/support/cli_support.h"
+#include "tests/support/program_support.h"
 #include "thrum/kernel.h"
 
 #define SHORT "--no-machine", "--batches", "2", "--json", "-q"
@@ -18,24 +18,24 @@ static void a_step_is_measured_with_exactly_the_implicit_modes_asked_for(void **
   (void)state;
   static const char *const counts[] = {"0", "1", "3", "6"};
   for (int n = 0; n < 4; n++) {
-    cli_result result = thrum_run(".", "bench", "step", "--rank", "6", "--implicit", counts[n],
-                                  "--steps", "5", "--swing", "0.01", SHORT, NULL);
+    program_result result = thrum_run(".", "bench", "step", "--rank", "6", "--implicit", counts[n],
+                                      "--steps", "5", "--swing", "0.01", SHORT, NULL);
     assert_int_equal(result.exit_code, 0);
 
     // rank, steps and implicit modes are those that were asked for
-    cJSON *object = cli_json_line(result.out);
-    assert_true(cli_json_get(object, "implicit_modes") == strtod(counts[n], NULL));
-    assert_true(cli_json_get(object, "rank") == 6);
-    assert_true(cli_json_get(object, "steps") == 5);
+    cJSON *object = json_line(result.out);
+    assert_true(json_value(object, "implicit_modes") == strtod(counts[n], NULL));
+    assert_true(json_value(object, "rank") == 6);
+    assert_true(json_value(object, "steps") == 5);
 
     // the figures fit together: only implicit modes need iterations
-    const double least = cli_json_get(object, "us_per_step");
-    assert_true(least > 0 && cli_json_get(object, "us_per_step_median") >= least);
-    assert_true(cli_json_get(object, "h") > 0);
-    assert_true((cli_json_get(object, "mean_iterations") > 0) == (n > 0));
+    const double least = json_value(object, "us_per_step");
+    assert_true(least > 0 && json_value(object, "us_per_step_median") >= least);
+    assert_true(json_value(object, "h") > 0);
+    assert_true((json_value(object, "mean_iterations") > 0) == (n > 0));
 
     cJSON_Delete(object);
-    cli_result_free(&result);
+    program_result_free(&result);
   }
 }
 
@@ -45,36 +45,36 @@ static void a_wide_swing_makes_its_jacobian_in_every_other_step_at_most(void **s
   (void)state;
   static const char *const integrators[] = {"imexv", "newmark", "midpoint", "energy"};
   for (int n = 0; n < 4; n++) {
-    cli_result result = thrum_run(".", "bench", "step", "--rank", "15", "--integrator",
-                                  integrators[n], "--steps", "400", SHORT, NULL);
+    program_result result = thrum_run(".", "bench", "step", "--rank", "15", "--integrator",
+                                      integrators[n], "--steps", "400", SHORT, NULL);
     assert_int_equal(result.exit_code, 0);
 
-    cJSON *object = cli_json_line(result.out);
-    const double made = cli_json_get(object, "mean_factorisations");
-    const double iterations = cli_json_get(object, "mean_iterations");
+    cJSON *object = json_line(result.out);
+    const double made = json_value(object, "mean_factorisations");
+    const double iterations = json_value(object, "mean_iterations");
 
     // extrapolated from two Jacobians only, Newmark's iterations would be 2.5
     if (!(made > 0.25 && made < 0.55 && iterations < (n == 0 ? 2.9 : 2.45)))
       fail_msg("%s: %g Jacobians and %g iterations a step", integrators[n], made, iterations);
     cJSON_Delete(object);
-    cli_result_free(&result);
+    program_result_free(&result);
   }
 }
 
 static void several_ranks_give_rows_a_table_and_a_file(void **state) {
   (void)state;
   char folder[64], path[128];
-  cli_make_folder(folder);
-  cli_result result = thrum_run(folder, "bench", "kernels", "--rank", "4,7", "--kernel",
-                                "reference", "-o", "bench", SHORT, NULL);
+  test_folder_make(folder);
+  program_result result = thrum_run(folder, "bench", "kernels", "--rank", "4,7", "--kernel",
+                                    "reference", "-o", "bench", SHORT, NULL);
   assert_int_equal(result.exit_code, 0);
 
   // a row for each rank
-  cJSON *object = cli_json_line(result.out);
+  cJSON *object = json_line(result.out);
   const cJSON *rows = cJSON_GetObjectItem(object, "rows");
   assert_int_equal(cJSON_GetArraySize(rows), 2);
-  assert_true(cli_json_get(cJSON_GetArrayItem(rows, 1), "rank") == 7);
-  assert_true(cli_json_get(cJSON_GetArrayItem(rows, 1), "us_force") > 0);
+  assert_true(json_value(cJSON_GetArrayItem(rows, 1), "rank") == 7);
+  assert_true(json_value(cJSON_GetArrayItem(rows, 1), "us_force") > 0);
   assert_string_equal(cJSON_GetStringValue(cJSON_GetObjectItem(rows->child, "kernel")),
                       "reference");
 
@@ -84,38 +84,38 @@ static void several_ranks_give_rows_a_table_and_a_file(void **state) {
   for (int n = 0; n < 6; n++) {
     char rate[40];
     snprintf(rate, sizeof rate, "%s_gflops", passes[n]);
-    assert_true(cli_json_get(rows->child, rate) > 0);
+    assert_true(json_value(rows->child, rate) > 0);
   }
 
   cJSON_Delete(object);
-  cli_result_free(&result);
+  program_result_free(&result);
 
   snprintf(path, sizeof path, "%s/bench/kernels.csv", folder);
 
-  char *text = cli_read_text(path);
+  char *text = text_file_read(path);
   assert_non_null(text);
 
   // a line about the machine, one of names, and one a rank
-  assert_true(cli_line_count_is(text, 4));
+  assert_true(line_count_is(text, 4));
   assert_non_null(strstr(text, "\nrank,kernel,"));
 
   free(text);
-  cli_remove_folder(folder);
+  test_folder_remove(folder);
 }
 
 /* The plot is drawn by a child, which must not print again what was not yet printed. */
 static void the_table_is_printed_once(void **state) {
   (void)state;
   char folder[64];
-  cli_make_folder(folder);
-  cli_result result = thrum_run(folder, "bench", "step", "--rank", "4", "--no-machine", "--batches",
-                                "2", "--steps", "5", "-q", "-o", "bench", NULL);
+  test_folder_make(folder);
+  program_result result = thrum_run(folder, "bench", "step", "--rank", "4", "--no-machine",
+                                    "--batches", "2", "--steps", "5", "-q", "-o", "bench", NULL);
   assert_int_equal(result.exit_code, 0);
   const char *first = strstr(result.out, "us/step");
   assert_non_null(first);
   assert_null(strstr(first + 1, "us/step"));
-  cli_result_free(&result);
-  cli_remove_folder(folder);
+  program_result_free(&result);
+  test_folder_remove(folder);
 }
 
 static void the_same_steps_take_the_same_iterations_with_every_kernel(void **state) {
@@ -125,19 +125,19 @@ static void the_same_steps_take_the_same_iterations_with_every_kernel(void **sta
     if (!thrum_kernel_usable((thrum_kernel_id)id))
       continue;
 
-    cli_result result =
+    program_result result =
         thrum_run(".", "bench", "step", "--rank", "8", "--steps", "40", "--kernel",
                   thrum_kernel_name((thrum_kernel_id)id), "--integrator", "midpoint", SHORT, NULL);
     assert_int_equal(result.exit_code, 0);
 
     // kernels differ by rounding, which the iterations do not feel
-    cJSON *object = cli_json_line(result.out);
-    const double iterations = cli_json_get(object, "mean_iterations");
+    cJSON *object = json_line(result.out);
+    const double iterations = json_value(object, "mean_iterations");
     assert_true(isnan(expected) || iterations == expected);
     expected = iterations;
 
     cJSON_Delete(object);
-    cli_result_free(&result);
+    program_result_free(&result);
   }
 }
 
@@ -149,27 +149,27 @@ static void wrong_options_are_refused_with_one_line(void **state) {
 
   for (size_t n = 0; n < sizeof wrong / sizeof wrong[0]; n++) {
     // more implicit modes than the rank, in either benchmark
-    cli_result result = thrum_run(".", "bench", "step", wrong[n][0], wrong[n][1], NULL);
+    program_result result = thrum_run(".", "bench", "step", wrong[n][0], wrong[n][1], NULL);
     assert_int_equal(result.exit_code, 2);
-    assert_true(cli_line_count_is(result.err, 1));
+    assert_true(line_count_is(result.err, 1));
     assert_non_null(strstr(result.err, wrong[n][0]));
-    cli_result_free(&result);
+    program_result_free(&result);
   }
-  cli_result result =
+  program_result result =
       thrum_run(".", "bench", "step", "--rank", "5", "--implicit", "6", SHORT, NULL);
   assert_int_equal(result.exit_code, 1);
   assert_non_null(strstr(result.err, "only 5"));
-  cli_result_free(&result);
+  program_result_free(&result);
   result = thrum_run(".", "bench", "kernels", "--rank", "5", "--implicit", "6", SHORT, NULL);
   assert_int_equal(result.exit_code, 1);
   assert_non_null(strstr(result.err, "only 5"));
-  cli_result_free(&result);
+  program_result_free(&result);
 
   // the time step follows from the implicit modes, so both cannot be given
   result = thrum_run(".", "bench", "step", "--implicit", "2", "--dt", "0.001", SHORT, NULL);
   assert_int_equal(result.exit_code, 2);
   assert_non_null(strstr(result.err, "without --dt"));
-  cli_result_free(&result);
+  program_result_free(&result);
 }
 
 /* The refusal comes before the machine is measured, which takes a while. */
@@ -179,12 +179,12 @@ static void what_cannot_be_measured_is_refused_and_nothing_printed(void **state)
                                          {"step", "--implicit", "99", NULL},
                                          {"kernels", "--implicit", "99", NULL}};
   for (size_t n = 0; n < sizeof wrong / sizeof wrong[0]; n++) {
-    cli_result result =
+    program_result result =
         thrum_run(".", "bench", wrong[n][0], wrong[n][1], wrong[n][2], wrong[n][3], NULL);
     assert_int_equal(result.exit_code, 1);
     assert_string_equal(result.out, "");
-    assert_true(cli_line_count_is(result.err, 1));
-    cli_result_free(&result);
+    assert_true(line_count_is(result.err, 1));
+    program_result_free(&result);
   }
 }
 

@@ -9,38 +9,32 @@
 #include <cmocka.h>
 
 #include "tests/support/simulate_support.h"
-
-static char folder[64];
+#include "tests/support/test_folder.h"
 
 static int make_beam(void **context) {
   (void)context;
-  if (cli_make_folder(folder) == NULL)
+  if (test_folder_make(folder) == NULL)
     return 1;
-  cli_result result = thrum_run(folder, "precompute", "beam:20x3x3@1x0.15x0.15", "--fix", "x<0.001",
-                                "--modes", "10", "--rank", "15", "-o", "beam.npz", "--quiet", NULL);
+  program_result result =
+      thrum_run(folder, "precompute", "beam:20x3x3@1x0.15x0.15", "--fix", "x<0.001", "--modes",
+                "10", "--rank", "15", "-o", "beam.npz", "--quiet", NULL);
   const int code = result.exit_code;
-  cli_result_free(&result);
+  program_result_free(&result);
   return code;
-}
-
-static int remove_folder(void **context) {
-  (void)context;
-  cli_remove_folder(folder);
-  return 0;
 }
 
 /* Runs the beam once; the caller deletes the object. */
 static cJSON *run(const char *load, const char *start, const char *split, const char *integrator,
                   const char *time, const char *adaptive, int *exit_code) {
-  cli_result result =
+  program_result result =
       thrum_run(folder, "simulate", "beam.npz", "-o", "run", "--quiet", "--json", "--split", split,
                 "--time", time, "--integrator", integrator, "--adaptive", adaptive, "--fallback",
                 adaptive, load[0] ? "--load" : "--start", load[0] ? load : start, NULL);
-  cJSON *object = cli_json_line(result.out);
+  cJSON *object = json_line(result.out);
   if (object == NULL)
     fail_msg("%s", result.err);
   *exit_code = result.exit_code;
-  cli_result_free(&result);
+  program_result_free(&result);
   return object;
 }
 
@@ -67,17 +61,16 @@ static void the_adaptive_split_runs_loads_of_forty_to_a_thousand_newtons(void **
     const cJSON *fallback_levels = cJSON_GetObjectItemCaseSensitive(object, "fallback_levels");
 
     // every step succeeds, and the energy is that of the swing and no more
-    assert_int_equal(cli_json_get(object, "steps"), 2000);
-    assert_int_equal(cli_json_get(fallback_levels, "failures"), 0);
-    assert_true(cli_json_get(object, "energy_max_j") < cases[n].most);
-    assert_true(cli_json_get(object, "energy_max_j") > 0.1 * cases[n].most);
+    assert_int_equal(json_value(object, "steps"), 2000);
+    assert_int_equal(json_value(fallback_levels, "failures"), 0);
+    assert_true(json_value(object, "energy_max_j") < cases[n].most);
+    assert_true(json_value(object, "energy_max_j") > 0.1 * cases[n].most);
 
     // wide swings come near to the stability bound, and the widest need a change
-    assert_true(cli_json_get(stability, "h_sqrt_rho_peak") > 0.6);
+    assert_true(json_value(stability, "h_sqrt_rho_peak") > 0.6);
     if (n > 1)
-      assert_true(cli_json_get(stability, "split_changes") +
-                      cli_json_get(stability, "scheme_switches") >
-                  0);
+      assert_true(
+          json_value(stability, "split_changes") + json_value(stability, "scheme_switches") > 0);
     cJSON_Delete(object);
   }
 }
@@ -90,7 +83,7 @@ static void a_fixed_split_loses_what_the_stability_monitor_saves(void **context)
   assert_string_equal(text(object, "status"), "not_converged");
   assert_true(cJSON_IsNull(cJSON_GetObjectItemCaseSensitive(object, "stability")));
   const cJSON *fallback_levels = cJSON_GetObjectItemCaseSensitive(object, "fallback_levels");
-  assert_int_equal(cli_json_get(fallback_levels, "failures"), 1);
+  assert_int_equal(json_value(fallback_levels, "failures"), 1);
   cJSON_Delete(object);
 }
 
@@ -103,8 +96,8 @@ static void a_violent_start_completes_with_its_energy(void **context) {
     cJSON *object = run("", "mode:1,0.1", "cfl", integrators[n], "30", "on", &code);
     assert_int_equal(code, 0);
     assert_string_equal(text(object, "status"), "done");
-    const double first = cli_json_get(object, "energy_first_j");
-    assert_true(fabs(cli_json_get(object, "energy_last_j") / first - 1) < (n == 0 ? 1e-9 : 1e-11));
+    const double first = json_value(object, "energy_first_j");
+    assert_true(fabs(json_value(object, "energy_last_j") / first - 1) < (n == 0 ? 1e-9 : 1e-11));
     cJSON_Delete(object);
   }
 }
@@ -114,7 +107,7 @@ static void a_run_that_switches_to_the_energy_integrator_says_so(void **context)
   (void)context;
   static const char *const integrators[2] = {"imexv", "energy"};
   for (int n = 0; n < 2; n++) {
-    cli_result result =
+    program_result result =
         thrum_run(folder, "simulate", "beam.npz", "-o", "run", "--quiet", "--integrator",
                   integrators[n], "--time", "3", "--start", "mode:1,0.1", "--split", "9", NULL);
     assert_int_equal(result.exit_code, 0);
@@ -125,25 +118,25 @@ static void a_run_that_switches_to_the_energy_integrator_says_so(void **context)
       assert_non_null(line);
     else
       assert_null(line);
-    cli_result_free(&result);
+    program_result_free(&result);
   }
 }
 
 static void the_quadratic_split_needs_no_iterations_and_says_so(void **context) {
   (void)context;
-  cli_result result =
+  program_result result =
       thrum_run(folder, "simulate", "beam.npz", "-o", "run", "--quiet", "--json", "--split-form",
                 "quadratic", "--time", "3", "--load", "impulse:0,0,-40@tip", "--dt", "0.001", NULL);
-  cJSON *object = cli_json_line(result.out);
+  cJSON *object = json_line(result.out);
   assert_non_null(object);
   assert_int_equal(result.exit_code, 0);
-  assert_int_equal(cli_json_get(object, "mean_iterations"), 0);
+  assert_int_equal(json_value(object, "mean_iterations"), 0);
   const cJSON *stability = cJSON_GetObjectItemCaseSensitive(object, "stability");
   assert_string_equal(text(stability, "scheme"), "quadratic");
   const cJSON *options = cJSON_GetObjectItemCaseSensitive(object, "options");
   assert_string_equal(text(options, "split_form"), "quadratic");
   cJSON_Delete(object);
-  cli_result_free(&result);
+  program_result_free(&result);
 }
 
 static void a_switch_that_is_neither_on_nor_off_is_a_usage_error(void **context) {
@@ -151,11 +144,11 @@ static void a_switch_that_is_neither_on_nor_off_is_a_usage_error(void **context)
   static const char *const options[3][2] = {
       {"--adaptive", "yes"}, {"--fallback", "1"}, {"--split-form", "cubic"}};
   for (int n = 0; n < 3; n++) {
-    cli_result result = thrum_run(folder, "simulate", "beam.npz", "-o", "other", options[n][0],
-                                  options[n][1], NULL);
+    program_result result = thrum_run(folder, "simulate", "beam.npz", "-o", "other", options[n][0],
+                                      options[n][1], NULL);
     assert_int_equal(result.exit_code, 2);
     assert_non_null(strstr(result.err, options[n][0]));
-    cli_result_free(&result);
+    program_result_free(&result);
   }
 }
 

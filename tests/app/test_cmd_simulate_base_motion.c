@@ -10,45 +10,30 @@
 
 #include "io/npy_file.h"
 #include "tests/support/simulate_support.h"
-
-static char folder[64];
-
-static const char *in_folder(const char *name, char path[200]) {
-  snprintf(path, 200, "%s/%s", folder, name);
-  return path;
-}
+#include "tests/support/test_folder.h"
 
 static int make_models(void **state) {
   (void)state;
-  char path[200];
-  return cli_make_folder(folder) == NULL || !save_particle(in_folder("particle.npz", path), 0, 0);
-}
-
-static int remove_folder(void **state) {
-  (void)state;
-  cli_remove_folder(folder);
-  return 0;
+  return test_folder_make(folder) == NULL || !save_particle(in_folder("particle.npz"), 0, 0);
 }
 
 static cJSON *base_motion(int code, const char *with, const char *more, const char *more_value) {
-  cli_result run =
+  program_result run =
       thrum_run(folder, "simulate", "particle.npz", "-o", "run", "--integrator", "energy", "--dt",
                 "0.01", "--time", "1", "--json", "--base-motion", with, more, more_value, NULL);
   if (run.exit_code != code)
     print_error("exit code %d: %s", run.exit_code, run.err);
   assert_int_equal(run.exit_code, code);
-  cJSON *object = cli_json_line(run.out);
-  cli_result_free(&run);
+  cJSON *object = json_line(run.out);
+  program_result_free(&run);
   return object;
 }
 
 /* Reads q after each step, rows x 2. */
 static double *read_q(int64_t *rows) {
-  char path[200];
   double *values = NULL;
   int64_t columns = 0;
-  assert_int_equal(thrum_npy_read_f8(in_folder("run/q.npy", path), &values, rows, &columns, NULL),
-                   0);
+  assert_int_equal(thrum_npy_read_f8(in_folder("run/q.npy"), &values, rows, &columns, NULL), 0);
   assert_int_equal(columns, PARTICLE_RANK);
   return values;
 }
@@ -57,11 +42,10 @@ static double *read_q(int64_t *rows) {
  * kinetic energy. Blanks, a byte-order mark, CR and comments do not matter. */
 static void a_file_of_accelerations_moves_the_body(void **state) {
   (void)state;
-  char path[200];
   int64_t rows = 0;
   assert_true(
-      cli_write_text(in_folder("push.csv", path),
-                     "\xef\xbb\xbf# a lift\r\ntime, ax, ay, az\r\n0,2,0,0\r\n\r\n5, 2,0,0"));
+      text_file_write(in_folder("push.csv"),
+                      "\xef\xbb\xbf# a lift\r\ntime, ax, ay, az\r\n0,2,0,0\r\n\r\n5, 2,0,0"));
 
   // the motion is the parabola to rounding, along x alone
   cJSON *object = base_motion(0, "push.csv", NULL, NULL);
@@ -75,11 +59,11 @@ static void a_file_of_accelerations_moves_the_body(void **state) {
 
   // the energy is that of the speed reached, and all of it is work of the base
   const cJSON *work = cJSON_GetObjectItemCaseSensitive(object, "work");
-  const double energy = cli_json_get(object, "energy_last_j");
+  const double energy = json_value(object, "energy_last_j");
   assert_true(fabs(energy - 0.5 * pow(2 * particle_axis_mass[0], 2)) <= 1e-12);
-  assert_true(fabs(cli_json_get(work, "base_j") - energy) <= 1e-12 * energy);
-  assert_true(cli_json_get(work, "load_j") == 0);
-  assert_true(fabs(cli_json_get(work, "balance_j")) <= 1e-12 * energy);
+  assert_true(fabs(json_value(work, "base_j") - energy) <= 1e-12 * energy);
+  assert_true(json_value(work, "load_j") == 0);
+  assert_true(fabs(json_value(work, "balance_j")) <= 1e-12 * energy);
 
   free(q);
   cJSON_Delete(object);
@@ -89,11 +73,10 @@ static void a_file_of_accelerations_moves_the_body(void **state) {
  * body stays behind by the same. */
 static void a_file_of_positions_is_a_motion_too(void **state) {
   (void)state;
-  char path[200];
   int64_t rows = 0;
 
   // the columns x, y, z are positions, and y is the one that moves
-  FILE *file = fopen(in_folder("cube.csv", path), "w");
+  FILE *file = fopen(in_folder("cube.csv"), "w");
   assert_non_null(file);
   fputs("t,x,y,z\n", file);
   for (int k = 0; k <= 200; k++)
@@ -113,18 +96,17 @@ static void a_file_of_positions_is_a_motion_too(void **state) {
 /* A held vertex moves with the base as seen from the ground, and stays as seen from the base. */
 static void frames_are_seen_from_the_base_or_the_ground(void **state) {
   (void)state;
-  char path[200];
-  assert_true(cli_write_text(in_folder("steady.csv", path), "0,0,0,8.8\n0.5,0,0,8.8\n1,0,0,8.8\n"));
+  assert_true(text_file_write(in_folder("steady.csv"), "0,0,0,8.8\n0.5,0,0,8.8\n1,0,0,8.8\n"));
   for (int ground = 0; ground < 2; ground++) {
     // the same run, shown in one frame of reference and in the other
-    cli_result run =
+    program_result run =
         thrum_run(folder, "simulate", "particle.npz", "-o", "seen", "--integrator", "energy",
                   "--dt", "0.01", "--time", "1", "--frames", "every-50", "--base-motion",
                   "steady.csv", "--frames-in", ground ? "ground" : "base", "-q", NULL);
     assert_int_equal(run.exit_code, 0);
-    cli_result_free(&run);
+    program_result_free(&run);
 
-    FILE *file = fopen(in_folder("seen/frames/frame_000001.vtu", path), "rb");
+    FILE *file = fopen(in_folder("seen/frames/frame_000001.vtu"), "rb");
     assert_non_null(file);
     static char bytes[65536];
     const size_t size = fread(bytes, 1, sizeof bytes, file);
@@ -162,16 +144,15 @@ static void bad_files_are_refused_with_their_line(void **state) {
       {"", "bad.csv"},
   };
 
-  char path[200];
   for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
-    assert_true(cli_write_text(in_folder("bad.csv", path), cases[n].text));
-    cli_result run = thrum_run(folder, "simulate", "particle.npz", "-o", "none", "--time", "0.1",
-                               "--base-motion", "bad.csv", NULL);
+    assert_true(text_file_write(in_folder("bad.csv"), cases[n].text));
+    program_result run = thrum_run(folder, "simulate", "particle.npz", "-o", "none", "--time",
+                                   "0.1", "--base-motion", "bad.csv", NULL);
     if (run.exit_code != 1 || strstr(run.err, cases[n].says) == NULL)
       fail_msg("case %d: exit %d: %s", (int)n, run.exit_code, run.err);
-    assert_true(cli_line_count_is(run.err, 1));
-    assert_false(cli_file_exists(in_folder("none", path)));
-    cli_result_free(&run);
+    assert_true(line_count_is(run.err, 1));
+    assert_false(file_exists(in_folder("none")));
+    program_result_free(&run);
   }
 
   // descriptions of a sine that lack a part, or have one too many
@@ -179,11 +160,11 @@ static void bad_files_are_refused_with_their_line(void **state) {
                                       "sine:1,2,3,f=0",     "",
                                       "sine:1,2,3,f=1,g=2", "sine:1,2,3,f=1,from=2,until=1"};
   for (size_t n = 0; n < sizeof slips / sizeof slips[0]; n++) {
-    cli_result run = thrum_run(folder, "simulate", "particle.npz", "-o", "none", "--base-motion",
-                               slips[n], NULL);
+    program_result run = thrum_run(folder, "simulate", "particle.npz", "-o", "none",
+                                   "--base-motion", slips[n], NULL);
     assert_int_equal(run.exit_code, 2);
     assert_non_null(strstr(run.err, "sine:AX,AY,AZ,f=HZ"));
-    cli_result_free(&run);
+    program_result_free(&run);
   }
 }
 

@@ -11,15 +11,9 @@
 #include "io/npy_file.h"
 #include "io/npz.h"
 #include "tests/support/simulate_support.h"
+#include "tests/support/test_folder.h"
 #include "thrum/displacement.h"
 #include "thrum/polynomial.h"
-
-static char folder[64];
-
-static const char *in_folder(const char *name, char path[200]) {
-  snprintf(path, 200, "%s/%s", folder, name);
-  return path;
-}
 
 /* Saves a column that buckles at half of the load that is asked for; see test_equilibrium.c. */
 static bool save_column(const char *path) {
@@ -41,30 +35,19 @@ static bool save_column(const char *path) {
 
 static int make_models(void **state) {
   (void)state;
-  char path[200];
-  if (cli_make_folder(folder) == NULL || !save_column(in_folder("column.npz", path)))
+  if (test_folder_make(folder) == NULL || !save_column(in_folder("column.npz")))
     return 1;
-  cli_result run = thrum_run(folder, "precompute", "beam:8x2x2@1x0.1x0.1", "-o", "beam.npz",
-                             "--fix", "x<0.001", "--modes", "5", "--rank", "10", "-q", NULL);
-  const int code = run.exit_code;
-  cli_result_free(&run);
-  return code;
-}
-
-static int remove_folder(void **state) {
-  (void)state;
-  cli_remove_folder(folder);
-  return 0;
+  return !precompute_beam("8x2x2@1x0.1x0.1", "5", "10");
 }
 
 /* Asserts the exit code of a run; the caller frees the JSON. */
-static cJSON *object_of(cli_result run, int code) {
+static cJSON *object_of(program_result run, int code) {
   if (run.exit_code != code)
     print_error("exit code %d: %s", run.exit_code, run.err);
   assert_int_equal(run.exit_code, code);
-  cJSON *object = cli_json_line(run.out);
+  cJSON *object = json_line(run.out);
   assert_non_null(object);
-  cli_result_free(&run);
+  program_result_free(&run);
   return object;
 }
 
@@ -76,21 +59,19 @@ static const char *text_of(const cJSON *object, const char *key) {
 
 static void the_files_hold_the_equilibrium(void **state) {
   (void)state;
-  char path[200];
   cJSON *object =
       object_of(thrum_run(folder, "static", "beam.npz", "--load", "constant:0,0,-20@tip", "-o",
                           "sag.npy", "--vtu", "sag.vtu", "--path", "sag.csv", "--json", NULL),
                 0);
 
   assert_string_equal(text_of(object, "status"), "done");
-  assert_true(cli_json_get(object, "residual") < 1e-10);
+  assert_true(json_value(object, "residual") < 1e-10);
 
   // the file has the same coordinates as the line on standard output
   const cJSON *q = cJSON_GetObjectItemCaseSensitive(object, "q");
   double *values = NULL;
   int64_t rows = 0, columns = 0;
-  assert_int_equal(thrum_npy_read_f8(in_folder("sag.npy", path), &values, &rows, &columns, NULL),
-                   0);
+  assert_int_equal(thrum_npy_read_f8(in_folder("sag.npy"), &values, &rows, &columns, NULL), 0);
   assert_int_equal(rows, 10);
   assert_int_equal(columns, 0);
   for (int i = 0; i < 10; i++)
@@ -100,7 +81,7 @@ static void the_files_hold_the_equilibrium(void **state) {
   const thrum_model *model = NULL;
   const int32_t *tip = NULL;
   int64_t count = 0;
-  assert_int_equal(thrum_model_load(in_folder("beam.npz", path), &model, NULL), 0);
+  assert_int_equal(thrum_model_load(in_folder("beam.npz"), &model, NULL), 0);
   assert_int_equal(thrum_model_group(model, "tip", &tip, &count, NULL), 0);
 
   double mean = 0;
@@ -118,15 +99,15 @@ static void the_files_hold_the_equilibrium(void **state) {
   assert_true(mean < 0 && fabs(told - mean) <= 1e-12 * fabs(mean));
 
   // the energy of a load at full strength is minus its force times the displacement
-  const double energy = cli_json_get(object, "energy_j");
-  assert_true(fabs(cli_json_get(object, "load_energy_j") - 20 * mean) <= 1e-9 * energy);
+  const double energy = json_value(object, "energy_j");
+  assert_true(fabs(json_value(object, "load_energy_j") - 20 * mean) <= 1e-9 * energy);
 
   // the path begins at rest and ends at the full load
-  char *csv = cli_read_text(in_folder("sag.csv", path));
+  char *csv = text_file_read(in_folder("sag.csv"));
   assert_non_null(csv);
   assert_true(strstr(csv, "factor,energy_j,least_eigenvalue,jumped,x1_m,y1_m,z1_m\n0,0,") == csv);
   assert_non_null(strstr(csv, "\n1,"));
-  assert_true(cli_file_exists(in_folder("sag.vtu", path)));
+  assert_true(file_exists(in_folder("sag.vtu")));
 
   free(csv);
   free(values);
@@ -142,17 +123,17 @@ static void a_run_starts_from_the_equilibrium(void **state) {
                                       "static:constant:0,0,-20@tip", "--json", NULL),
                             0);
 
-  const double first = cli_json_get(object, "energy_first_j");
+  const double first = json_value(object, "energy_first_j");
   assert_true(first > 0);
-  assert_true(fabs(cli_json_get(object, "energy_max_j") - first) <= 1e-8 * first);
-  assert_true(fabs(cli_json_get(object, "energy_min_j") - first) <= 1e-8 * first);
+  assert_true(fabs(json_value(object, "energy_max_j") - first) <= 1e-8 * first);
+  assert_true(fabs(json_value(object, "energy_min_j") - first) <= 1e-8 * first);
   cJSON_Delete(object);
 
   // two loads act together on one equilibrium, and a file is the same start
   object = object_of(thrum_run(folder, "static", "beam.npz", "--load", "constant:0,0,-20@tip",
                                "--load", "gravity:0,0,-9.81", "-o", "both.npy", "--json", NULL),
                      0);
-  const double both = cli_json_get(object, "energy_j");
+  const double both = json_value(object, "energy_j");
   cJSON_Delete(object);
 
   // two starts are one equilibrium under both loads, from which the body swings
@@ -161,15 +142,15 @@ static void a_run_starts_from_the_equilibrium(void **state) {
                                "static:gravity:0,0,-9.81", "--json", NULL),
                      0);
 
-  assert_true(fabs(cli_json_get(object, "energy_first_j") - both) <= 1e-12 * both);
-  assert_true(cli_json_get(object, "energy_max_j") <= 1.01 * both);
+  assert_true(fabs(json_value(object, "energy_first_j") - both) <= 1e-12 * both);
+  assert_true(json_value(object, "energy_max_j") <= 1.01 * both);
   cJSON_Delete(object);
 
   // the file of the equilibrium is the same start
   object = object_of(thrum_run(folder, "simulate", "beam.npz", "-o", "two", "--time", "0.3",
                                "--start", "static:both.npy", "--json", NULL),
                      0);
-  assert_true(fabs(cli_json_get(object, "energy_first_j") - both) <= 1e-12 * both);
+  assert_true(fabs(json_value(object, "energy_first_j") - both) <= 1e-12 * both);
   cJSON_Delete(object);
 }
 
@@ -180,7 +161,7 @@ static void a_mesh_is_taken_whole(void **state) {
   cJSON *whole = object_of(thrum_run(folder, "static", mesh, "--fix", "x<0.001", "--young", "1e7",
                                      "--load", "gravity:0,0,-9.81", "--full", "--json", NULL),
                            0);
-  assert_true(cli_json_get(whole, "peak_displacement_m") > 0);
+  assert_true(json_value(whole, "peak_displacement_m") > 0);
   assert_true(cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(whole, "stable")));
   cJSON_Delete(whole);
 
@@ -188,21 +169,20 @@ static void a_mesh_is_taken_whole(void **state) {
   whole = object_of(thrum_run(folder, "static", "beam:1x1x1@1x1x1", "--fix", "x<0.001", "--load",
                               "gravity:0,0,-9.81", "--full", "--json", NULL),
                     0);
-  assert_true(cli_json_get(whole, "components") == 12);
+  assert_true(json_value(whole, "components") == 12);
   cJSON_Delete(whole);
 
   // without --full a mesh is refused, and the message names the option
-  cli_result run = thrum_run(folder, "static", mesh, "--load", "gravity:0,0,-9.81", NULL);
+  program_result run = thrum_run(folder, "static", mesh, "--load", "gravity:0,0,-9.81", NULL);
   assert_int_equal(run.exit_code, 2);
   assert_non_null(strstr(run.err, "is a mesh"));
   assert_non_null(strstr(run.err, "--full"));
-  cli_result_free(&run);
+  program_result_free(&run);
 }
 
 /* The whole mesh gives way a little more than the reduced model, and no less. */
 static void the_full_order_rests_near_the_reduced_model(void **state) {
   (void)state;
-  char path[200];
   cJSON *reduced = object_of(
       thrum_run(folder, "static", "beam.npz", "--load", "gravity:0,0,-9.81", "--json", NULL), 0);
   cJSON *full = object_of(thrum_run(folder, "static", "beam.npz", "--load", "gravity:0,0,-9.81",
@@ -210,13 +190,13 @@ static void the_full_order_rests_near_the_reduced_model(void **state) {
                           0);
 
   // the full order has the least total potential energy, which any reduced model can only approach
-  const double least = cli_json_get(full, "energy_j") + cli_json_get(full, "load_energy_j");
-  const double energy = cli_json_get(reduced, "energy_j") + cli_json_get(reduced, "load_energy_j");
+  const double least = json_value(full, "energy_j") + json_value(full, "load_energy_j");
+  const double energy = json_value(reduced, "energy_j") + json_value(reduced, "load_energy_j");
   assert_true(least <= energy && energy < 0 && energy - least <= 0.02 * fabs(least));
 
   // the displacement agrees with it to 2 %
-  const double peak = cli_json_get(full, "peak_displacement_m");
-  assert_true(fabs(cli_json_get(reduced, "peak_displacement_m") - peak) <= 0.02 * peak);
+  const double peak = json_value(full, "peak_displacement_m");
+  assert_true(fabs(json_value(reduced, "peak_displacement_m") - peak) <= 0.02 * peak);
   assert_true(cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(full, "stable")));
 
   // the full order says nothing of the path to the equilibrium
@@ -224,8 +204,8 @@ static void the_full_order_rests_near_the_reduced_model(void **state) {
   assert_true(cJSON_IsNull(cJSON_GetObjectItemCaseSensitive(full, "mode")));
 
   // three for each of the 9 x 8 vertices that move
-  assert_true(cli_json_get(full, "components") == 3 * 9 * 8);
-  assert_true(cli_file_exists(in_folder("whole.vtu", path)));
+  assert_true(json_value(full, "components") == 3 * 9 * 8);
+  assert_true(file_exists(in_folder("whole.vtu")));
 
   cJSON_Delete(reduced);
   cJSON_Delete(full);
@@ -249,8 +229,8 @@ static void a_group_is_brought_to_where_it_is_to_go(void **state) {
     assert_true(fabs(cJSON_GetArrayItem(mean, 0)->valuedouble - 0.01) <= 1e-12);
     assert_true(fabs(cJSON_GetArrayItem(mean, 2)->valuedouble + 0.2) <= 1e-12);
 
-    assert_true(cli_json_get(object, "load_energy_j") == 0);
-    energy[n] = cli_json_get(object, "energy_j");
+    assert_true(json_value(object, "load_energy_j") == 0);
+    energy[n] = json_value(object, "energy_j");
     cJSON_Delete(object);
   }
 
@@ -260,19 +240,19 @@ static void a_group_is_brought_to_where_it_is_to_go(void **state) {
 
 static void buckling_is_flagged_with_its_load(void **state) {
   (void)state;
-  cli_result run =
+  program_result run =
       thrum_run(folder, "static", "column.npz", "--load", "gravity:20,0,0", "--json", NULL);
   assert_int_equal(run.exit_code, 3);
   assert_non_null(strstr(run.err, "buckles at 0.5 of the load"));
 
   // half of the load is critical, and the answer lies on the stable branch
-  cJSON *object = cli_json_line(run.out);
+  cJSON *object = json_line(run.out);
   assert_string_equal(text_of(object, "status"), "buckled");
   assert_string_equal(text_of(object, "instability"), "bifurcation");
-  assert_true(fabs(cli_json_get(object, "critical_factor") - 0.5) <= 1e-8);
+  assert_true(fabs(json_value(object, "critical_factor") - 0.5) <= 1e-8);
   assert_true(cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(object, "stable")));
   cJSON_Delete(object);
-  cli_result_free(&run);
+  program_result_free(&run);
 
   // with --stay the answer is on the branch that is no longer stable
   object = object_of(thrum_run(folder, "static", "column.npz", "--load", "gravity:20,0,0", "--stay",
@@ -317,12 +297,12 @@ static void slips_are_refused_in_one_line(void **state) {
 
   for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
     const char *const *a = cases[n].arguments;
-    cli_result run = thrum_run(folder, "static", a[0], a[1], a[2], a[3], a[4], a[5], NULL);
+    program_result run = thrum_run(folder, "static", a[0], a[1], a[2], a[3], a[4], a[5], NULL);
     if (run.exit_code != cases[n].code || strstr(run.err, cases[n].says) == NULL)
       fail_msg("case %d: exit %d: %s", (int)n, run.exit_code, run.err);
-    assert_true(cli_line_count_is(run.err, 1));
+    assert_true(line_count_is(run.err, 1));
     assert_string_equal(run.out, "");
-    cli_result_free(&run);
+    program_result_free(&run);
   }
 }
 

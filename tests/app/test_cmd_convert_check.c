@@ -9,17 +9,15 @@
 #include <cmocka.h>
 // clang-format on
 
-#include "tests/support/cli_support.h"
+#include "tests/support/test_folder.h"
 
 #include <math.h>
 
-static char folder[64];
-
-static cJSON *run_json(int exit_code, cli_result run) {
+static cJSON *run_json(int exit_code, program_result run) {
   assert_int_equal(run.exit_code, exit_code);
-  cJSON *object = cli_json_line(run.out);
+  cJSON *object = json_line(run.out);
   assert_non_null(object);
-  cli_result_free(&run);
+  program_result_free(&run);
   return object;
 }
 
@@ -41,13 +39,13 @@ static void converting_there_and_back_gives_the_same_check(void **state) {
     // each format holds the same mesh
     cJSON *converted =
         run_json(0, thrum_run(folder, "convert", "beam:6x3x3@1x0.3x0.3", names[i], "--json", NULL));
-    assert_true(cli_json_get(converted, "vertices") == cli_json_get(first, "vertices"));
+    assert_true(json_value(converted, "vertices") == json_value(first, "vertices"));
     cJSON *check = run_json(0, thrum_run(folder, "check", names[i], "--json", NULL));
 
     // counts and measures survive the way there and back exactly
     static const char *const keys[] = {"vertices", "tets", "volume_m3", "ratio_min", "genus"};
     for (size_t k = 0; k < sizeof keys / sizeof *keys; k++)
-      assert_true(cli_json_get(check, keys[k]) == cli_json_get(first, keys[k]));
+      assert_true(json_value(check, keys[k]) == json_value(first, keys[k]));
     cJSON_Delete(check);
     cJSON_Delete(converted);
   }
@@ -56,13 +54,13 @@ static void converting_there_and_back_gives_the_same_check(void **state) {
 
 static void what_is_lost_is_warned_of(void **state) {
   (void)state;
-  cli_result run = thrum_run(folder, "convert", "beam:2x2x2@1x1x1", "b.msh", NULL);
+  program_result run = thrum_run(folder, "convert", "beam:2x2x2@1x1x1", "b.msh", NULL);
   assert_int_equal(run.exit_code, 0);
   assert_non_null(strstr(run.err, "warning: b.msh: 1 materials have no place in this format"));
-  cli_result_free(&run);
+  program_result_free(&run);
   run = thrum_run(folder, "convert", "beam:2x2x2@1x1x1", "b.veg", NULL);
   assert_non_null(strstr(run.err, "warning: b.veg: 7 groups have no place in this format"));
-  cli_result_free(&run);
+  program_result_free(&run);
 }
 
 static void a_likely_mistake_is_flagged_with_exit_code_3(void **state) {
@@ -72,10 +70,10 @@ static void a_likely_mistake_is_flagged_with_exit_code_3(void **state) {
   assert_true(has_flag(large, "units"));
   assert_string_equal(cJSON_GetObjectItem(large, "status")->valuestring, "flagged");
   cJSON_Delete(large);
-  cli_result run = thrum_run(folder, "check", "beam:6x3x3@1x0.3x0.3", "--scale", "1000", NULL);
+  program_result run = thrum_run(folder, "check", "beam:6x3x3@1x0.3x0.3", "--scale", "1000", NULL);
   assert_int_equal(run.exit_code, 3);
   assert_non_null(strstr(run.out, "if the file is in millimetres, give --scale 0.001"));
-  cli_result_free(&run);
+  program_result_free(&run);
 }
 
 static void what_cannot_be_understood_is_refused(void **state) {
@@ -96,20 +94,20 @@ static void what_cannot_be_understood_is_refused(void **state) {
 
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
     const char *const *a = cases[i].arguments;
-    cli_result run = thrum_run(folder, a[0], a[1], a[2], a[3], a[4], NULL);
+    program_result run = thrum_run(folder, a[0], a[1], a[2], a[3], a[4], NULL);
     assert_int_equal(run.exit_code, cases[i].exit_code);
     if (!strstr(run.err, cases[i].words))
       fail_msg("expected '%s' in: %s", cases[i].words, run.err);
 
     // a refusal is one line, and standard output stays empty
-    assert_true(cli_line_count_is(run.err, 1));
+    assert_true(line_count_is(run.err, 1));
     assert_string_equal(run.out, "");
-    cli_result_free(&run);
+    program_result_free(&run);
   }
 }
 
 int main(void) {
-  if (cli_make_folder(folder) == NULL)
+  if (test_folder_make(folder) == NULL)
     return 1;
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(converting_there_and_back_gives_the_same_check),
@@ -118,6 +116,6 @@ int main(void) {
       cmocka_unit_test(what_cannot_be_understood_is_refused),
   };
   const int failed = cmocka_run_group_tests(tests, NULL, NULL);
-  cli_remove_folder(folder);
+  test_folder_remove(folder);
   return failed;
 }

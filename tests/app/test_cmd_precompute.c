@@ -8,29 +8,11 @@
 
 #include <cmocka.h>
 
-#include "tests/support/cli_support.h"
+#include "tests/support/test_folder.h"
 #include "thrum/thrum.h"
 
 #define BEAM "beam:8x2x2@1x0.1x0.1"
 #define ROOT "x<0.001"
-
-static char folder[64];
-
-static int make_folder(void **state) {
-  (void)state;
-  return cli_make_folder(folder) == NULL;
-}
-
-static int remove_folder(void **state) {
-  (void)state;
-  cli_remove_folder(folder);
-  return 0;
-}
-
-static const char *in_folder(const char *name, char path[160]) {
-  snprintf(path, 160, "%s/%s", folder, name);
-  return path;
-}
 
 /* Returns the k-th number of an array in an object; NaN when there is none. */
 static double number_at(const cJSON *object, const char *key, int k) {
@@ -45,14 +27,15 @@ static int count_of(const cJSON *object, const char *key) {
 /* Runs a precompute that must succeed, with up to two more options; returns its JSON. */
 static cJSON *precompute(const char *mesh, const char *fix, const char *option, const char *value,
                          const char *option2, const char *value2) {
-  cli_result run = thrum_run(folder, "precompute", mesh, "-o", "made.npz", "--fix", fix, "--modes",
-                             "4", "--rank", "8", "--json", option, value, option2, value2, NULL);
+  program_result run =
+      thrum_run(folder, "precompute", mesh, "-o", "made.npz", "--fix", fix, "--modes", "4",
+                "--rank", "8", "--json", option, value, option2, value2, NULL);
   if (run.exit_code != 0)
     print_error("%s", run.err);
   assert_int_equal(run.exit_code, 0);
-  cJSON *object = cli_json_line(run.out);
+  cJSON *object = json_line(run.out);
   assert_non_null(object);
-  cli_result_free(&run);
+  program_result_free(&run);
   return object;
 }
 
@@ -75,21 +58,21 @@ static void beam_gives_the_documented_keys(void **state) {
 
   // the counts follow from the grid of cells, six tetrahedra in each
   cJSON *object = precompute(BEAM, ROOT, NULL, NULL, NULL, NULL);
-  assert_true(cli_json_get(object, "vertices") == 9 * 3 * 3);
-  assert_true(cli_json_get(object, "tets") == 8 * 2 * 2 * 6);
-  assert_true(cli_json_get(object, "fixed") == 3 * 3);
-  assert_true(cli_json_get(object, "rank") == 8);
-  assert_true(cli_json_get(object, "modes") == 4);
+  assert_true(json_value(object, "vertices") == 9 * 3 * 3);
+  assert_true(json_value(object, "tets") == 8 * 2 * 2 * 6);
+  assert_true(json_value(object, "fixed") == 3 * 3);
+  assert_true(json_value(object, "rank") == 8);
+  assert_true(json_value(object, "modes") == 4);
 
   // a frequency is listed for each mode and for each basis vector
   assert_int_equal(count_of(object, "frequencies_hz"), 4);
   assert_int_equal(count_of(object, "basis_frequencies_hz"), 8);
-  assert_true(cli_json_get(object, "explicit_modes") + cli_json_get(object, "implicit_modes") == 8);
+  assert_true(json_value(object, "explicit_modes") + json_value(object, "implicit_modes") == 8);
 
   // 1 m x 0.1 m x 0.1 m of the default 1000 kg/m^3
-  assert_true(fabs(cli_json_get(object, "volume_m3") - 0.01) < 1e-14);
-  assert_true(fabs(cli_json_get(object, "mass_kg") - 10) < 1e-11);
-  assert_true(cli_json_get(object, "peak_mb") > 1);
+  assert_true(fabs(json_value(object, "volume_m3") - 0.01) < 1e-14);
+  assert_true(fabs(json_value(object, "mass_kg") - 10) < 1e-11);
+  assert_true(json_value(object, "peak_mb") > 1);
 
   // basis vectors are ordered by frequency
   for (int k = 1; k < 8; k++) {
@@ -104,14 +87,14 @@ static void rank_is_twice_the_modes_when_not_given(void **state) {
   (void)state;
   static const char *const modes[] = {"1", "3", "12"};
   for (int n = 0; n < 3; n++) {
-    cli_result run = thrum_run(folder, "precompute", BEAM, "-o", "made.npz", "--fix", ROOT,
-                               "--modes", modes[n], "--json", NULL);
+    program_result run = thrum_run(folder, "precompute", BEAM, "-o", "made.npz", "--fix", ROOT,
+                                   "--modes", modes[n], "--json", NULL);
     assert_int_equal(run.exit_code, 0);
-    cJSON *object = cli_json_line(run.out);
+    cJSON *object = json_line(run.out);
     assert_non_null(object);
-    assert_true(cli_json_get(object, "rank") == 2 * atof(modes[n]));
+    assert_true(json_value(object, "rank") == 2 * atof(modes[n]));
     cJSON_Delete(object);
-    cli_result_free(&run);
+    program_result_free(&run);
   }
 }
 
@@ -121,7 +104,7 @@ static void stages_do_not_overlap(void **state) {
 
   // sum the stages without their total
   const cJSON *seconds = cJSON_GetObjectItemCaseSensitive(object, "seconds");
-  const double total = cli_json_get(seconds, "total");
+  const double total = json_value(seconds, "total");
   double sum = 0;
   int stages = 0;
   const cJSON *item = NULL;
@@ -141,18 +124,18 @@ static void stages_do_not_overlap(void **state) {
 
 static void json_is_alone_on_standard_output(void **state) {
   (void)state;
-  cli_result run = thrum_run(folder, "precompute", BEAM, "-o", "made.npz", "--fix", ROOT, "--modes",
-                             "3", "--rank", "3", "--json", NULL);
+  program_result run = thrum_run(folder, "precompute", BEAM, "-o", "made.npz", "--fix", ROOT,
+                                 "--modes", "3", "--rank", "3", "--json", NULL);
   assert_int_equal(run.exit_code, 0);
 
-  cJSON *object = cli_json_line(run.out);
+  cJSON *object = json_line(run.out);
   assert_non_null(object);
   cJSON_Delete(object);
 
   // progress goes to standard error, as plain lines when that is no terminal
   assert_non_null(strstr(run.err, "linear modes"));
   assert_null(strchr(run.err, '\r'));
-  cli_result_free(&run);
+  program_result_free(&run);
 
   // with --quiet only the summary is left, on standard output
   run = thrum_run(folder, "precompute", BEAM, "-o", "made.npz", "--fix", ROOT, "--modes", "3",
@@ -160,28 +143,27 @@ static void json_is_alone_on_standard_output(void **state) {
   assert_int_equal(run.exit_code, 0);
   assert_string_equal(run.err, "");
   assert_non_null(strstr(run.out, "81 vertices"));
-  cli_result_free(&run);
+  program_result_free(&run);
 }
 
 static void two_reproducible_runs_write_the_same_bytes(void **state) {
   (void)state;
   const char *names[] = {"first.npz", "second.npz"};
-  char path[2][160];
 
   for (int n = 0; n < 2; n++) {
-    cli_result run = thrum_run(folder, "precompute", BEAM, "-o", names[n], "--fix", ROOT, "--modes",
-                               "4", "--rank", "8", "--reproducible", NULL);
+    program_result run = thrum_run(folder, "precompute", BEAM, "-o", names[n], "--fix", ROOT,
+                                   "--modes", "4", "--rank", "8", "--reproducible", NULL);
     assert_int_equal(run.exit_code, 0);
-    cli_result_free(&run);
-    in_folder(names[n], path[n]);
+    program_result_free(&run);
   }
 
   // a file that held a time or an address would differ
   char compare[] = "/usr/bin/cmp";
-  char *argv[] = {compare, path[0], path[1], NULL};
-  cli_result same = cli_execute(NULL, argv);
+  char first[] = "first.npz", second[] = "second.npz";
+  char *argv[] = {compare, first, second, NULL};
+  program_result same = program_execute(folder, argv);
   assert_int_equal(same.exit_code, 0);
-  cli_result_free(&same);
+  program_result_free(&same);
 }
 
 static void generator_equals_the_reference_file(void **state) {
@@ -194,7 +176,7 @@ static void generator_equals_the_reference_file(void **state) {
   // the counts are the same, and so are the frequencies
   static const char *const same[] = {"vertices", "tets", "fixed", "free_dofs"};
   for (int n = 0; n < 4; n++) {
-    assert_true(cli_json_get(generated, same[n]) == cli_json_get(read, same[n]));
+    assert_true(json_value(generated, same[n]) == json_value(read, same[n]));
   }
   assert_frequencies_scale(generated, read, 1);
 
@@ -221,7 +203,7 @@ static void material_and_scale_act_as_physics_says(void **state) {
   assert_frequencies_scale(plain, named, 1);
 
   // the mass grows as the cube of the scale
-  assert_true(fabs(cli_json_get(large, "mass_kg") / cli_json_get(plain, "mass_kg") - 8) < 1e-12);
+  assert_true(fabs(json_value(large, "mass_kg") / json_value(plain, "mass_kg") - 8) < 1e-12);
 
   cJSON_Delete(plain);
   cJSON_Delete(stiff);
@@ -247,8 +229,7 @@ static void lumped_mass_never_raises_a_frequency(void **state) {
 
 static void fix_takes_predicates_files_groups_and_axes(void **state) {
   (void)state;
-  char path[160];
-  assert_true(cli_write_text(in_folder("held.bou", path), "1, 2 3\n4:9 # the root\n"));
+  assert_true(text_file_write(in_folder("held.bou"), "1, 2 3\n4:9 # the root\n"));
 
   // four ways to hold the root, and one that holds more
   cJSON *predicate = precompute(BEAM, ROOT, NULL, NULL, NULL, NULL);
@@ -261,13 +242,13 @@ static void fix_takes_predicates_files_groups_and_axes(void **state) {
   // each of them holds the same nine vertices
   const cJSON *same[] = {file, group, axes, both};
   for (int n = 0; n < 4; n++) {
-    assert_true(cli_json_get(same[n], "fixed") == 9);
+    assert_true(json_value(same[n], "fixed") == 9);
     assert_frequencies_scale(predicate, same[n], 1);
   }
 
   // nine vertices more are held along one axis
-  assert_true(cli_json_get(more, "fixed") == 18);
-  assert_true(cli_json_get(more, "free_dofs") == 3 * (81 - 9) - 9);
+  assert_true(json_value(more, "fixed") == 18);
+  assert_true(json_value(more, "free_dofs") == 3 * (81 - 9) - 9);
 
   // a constraint more raises every frequency, or leaves it
   assert_true(number_at(more, "frequencies_hz", 0) >= number_at(predicate, "frequencies_hz", 0));
@@ -282,12 +263,12 @@ static void fix_takes_predicates_files_groups_and_axes(void **state) {
 
 static void meta_says_what_was_done_but_not_where(void **state) {
   (void)state;
-  char path[160];
-  assert_true(cli_write_text(in_folder("held.bou", path), "1:9\n"));
+  const char *path = in_folder("held.bou");
+  assert_true(text_file_write(path, "1:9\n"));
   cJSON *line = precompute(BEAM, path, "--fix", "y<0&x<0.001", NULL, NULL);
 
   const thrum_model *model = NULL;
-  assert_int_equal(thrum_model_load(in_folder("made.npz", path), &model, NULL), THRUM_OK);
+  assert_int_equal(thrum_model_load(in_folder("made.npz"), &model, NULL), THRUM_OK);
 
   // the version and the hash of the mesh identify how the model was made
   cJSON *meta = cJSON_ParseWithLength((const char *)model->meta, (size_t)model->meta_bytes);
@@ -324,13 +305,13 @@ static void meta_says_what_was_done_but_not_where(void **state) {
 /* Writes a cube of six tetrahedra with the vertices 1 to 8. `vertex9` is the line of one vertex
  * more, or empty; `tets` holds the lines of the tetrahedra. */
 static void write_cube(const char *name, const char *vertex9, const char *tets) {
-  char text[2000], path[160];
+  char text[2000];
   snprintf(text, sizeof text,
            "*VERTICES\n%d 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 1 1 0\n5 0 0 1\n6 1 0 1\n7 0 1 1\n"
            "8 1 1 1\n%s*ELEMENTS\nTET\n6 4 0\n%s"
            "*MATERIAL rubber\nENU, 1000, 1e6, 0.3\n*REGION\nallElements, rubber\n",
            vertex9[0] != 0 ? 9 : 8, vertex9, tets);
-  assert_true(cli_write_text(in_folder(name, path), text));
+  assert_true(text_file_write(in_folder(name), text));
 }
 
 #define CUBE_TETS "1 1 2 4 8\n2 1 4 3 8\n3 1 3 7 8\n4 1 7 5 8\n5 1 5 6 8\n6 1 6 2 8\n"
@@ -346,32 +327,31 @@ static void inverted_files_are_flipped_and_spare_vertices_dropped(void **state) 
   assert_frequencies_scale(plain, cleaned, 1);
 
   // whichever of the two orientations is positive, exactly one file was flipped
-  assert_true(cli_json_get(plain, "flipped_tets") + cli_json_get(cleaned, "flipped_tets") == 6);
+  assert_true(json_value(plain, "flipped_tets") + json_value(cleaned, "flipped_tets") == 6);
 
   // the vertex that no tetrahedron uses is gone
-  assert_true(cli_json_get(cleaned, "dropped_vertices") == 1);
-  assert_true(cli_json_get(cleaned, "vertices") == 8);
+  assert_true(json_value(cleaned, "dropped_vertices") == 1);
+  assert_true(json_value(cleaned, "vertices") == 8);
 
   cJSON_Delete(plain);
   cJSON_Delete(cleaned);
 
   // dropping a vertex is warned of
-  cli_result run = thrum_run(folder, "precompute", "odd.veg", "-o", "made.npz", "--fix", ROOT,
-                             "--modes", "3", "--rank", "3", NULL);
+  program_result run = thrum_run(folder, "precompute", "odd.veg", "-o", "made.npz", "--fix", ROOT,
+                                 "--modes", "3", "--rank", "3", NULL);
   assert_int_equal(run.exit_code, 0);
   assert_non_null(strstr(run.err, "thrum: warning: odd.veg: 1 vert"));
-  cli_result_free(&run);
+  program_result_free(&run);
 }
 
 /* Asserts that the precompute is refused with exit 1, the last line of standard error names
  * `wanted`, standard output is empty, and nothing was written. */
 static void assert_refused_with(const char *wanted, const char *mesh, const char *option,
                                 const char *value, const char *option2, const char *value2) {
-  char path[160];
-  remove(in_folder("never.npz", path));
+  remove(in_folder("never.npz"));
 
-  cli_result run = thrum_run(folder, "precompute", mesh, "-o", "never.npz", "--json", "--quiet",
-                             option, value, option2, value2, NULL);
+  program_result run = thrum_run(folder, "precompute", mesh, "-o", "never.npz", "--json", "--quiet",
+                                 option, value, option2, value2, NULL);
 
   // show what was said instead before the assertions stop the test
   const char *line = strncmp(run.err, "thrum: ", 7) == 0 ? run.err : NULL;
@@ -381,28 +361,27 @@ static void assert_refused_with(const char *wanted, const char *mesh, const char
 
   assert_int_equal(run.exit_code, 1);
   assert_non_null(line);
-  assert_true(cli_line_count_is(run.err, 1));
+  assert_true(line_count_is(run.err, 1));
   assert_non_null(strstr(line, wanted));
 
   // neither a result nor a file is left
   assert_string_equal(run.out, "");
-  assert_false(cli_file_exists(path));
-  cli_result_free(&run);
+  assert_false(file_exists(in_folder("never.npz")));
+  program_result_free(&run);
 }
 
 /* One body comes as two kinds of file in two units: the cube in metres, and in millimetres by
  * Gmsh, whose files hold no material. */
 static void gmsh_files_give_the_model_of_the_same_mesh(void **state) {
   (void)state;
-  char path[160];
-  assert_true(cli_write_text(in_folder("cube.msh", path),
-                             "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n"
-                             "2 1 \"the clamp\"\n3 2 \"body\"\n$EndPhysicalNames\n$Nodes\n8\n"
-                             "1 0 0 0\n2 1000 0 0\n3 0 1000 0\n4 1000 1000 0\n5 0 0 1000\n"
-                             "6 1000 0 1000\n7 0 1000 1000\n8 1000 1000 1000\n$EndNodes\n"
-                             "$Elements\n8\n1 2 2 1 1 1 3 7\n2 2 2 1 1 1 7 5\n3 4 2 2 1 1 2 4 8\n"
-                             "4 4 2 2 1 1 4 3 8\n5 4 2 2 1 1 3 7 8\n6 4 2 2 1 1 7 5 8\n"
-                             "7 4 2 2 1 1 5 6 8\n8 4 2 2 1 1 6 2 8\n$EndElements\n"));
+  assert_true(text_file_write(in_folder("cube.msh"),
+                              "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n"
+                              "2 1 \"the clamp\"\n3 2 \"body\"\n$EndPhysicalNames\n$Nodes\n8\n"
+                              "1 0 0 0\n2 1000 0 0\n3 0 1000 0\n4 1000 1000 0\n5 0 0 1000\n"
+                              "6 1000 0 1000\n7 0 1000 1000\n8 1000 1000 1000\n$EndNodes\n"
+                              "$Elements\n8\n1 2 2 1 1 1 3 7\n2 2 2 1 1 1 7 5\n3 4 2 2 1 1 2 4 8\n"
+                              "4 4 2 2 1 1 4 3 8\n5 4 2 2 1 1 3 7 8\n6 4 2 2 1 1 7 5 8\n"
+                              "7 4 2 2 1 1 5 6 8\n8 4 2 2 1 1 6 2 8\n$EndElements\n"));
 
   write_cube("cube.veg", "", CUBE_TETS);
 
@@ -410,16 +389,16 @@ static void gmsh_files_give_the_model_of_the_same_mesh(void **state) {
   cJSON *numbers[3];
   static const char *const fixes[] = {"the clamp", "the clamp:xyz", ROOT};
   for (int n = 0; n < 3; n++) {
-    cli_result run = thrum_run(folder, "precompute", n < 2 ? "cube.msh" : "cube.veg", "-o",
-                               "made.npz", "--fix", fixes[n], "--modes", "4", "--rank", "4",
-                               "--json", "--scale", n < 2 ? "1e-3" : "1", "--young", "1e6",
-                               "--poisson", "0.3", "--density", "1000", NULL);
+    program_result run = thrum_run(folder, "precompute", n < 2 ? "cube.msh" : "cube.veg", "-o",
+                                   "made.npz", "--fix", fixes[n], "--modes", "4", "--rank", "4",
+                                   "--json", "--scale", n < 2 ? "1e-3" : "1", "--young", "1e6",
+                                   "--poisson", "0.3", "--density", "1000", NULL);
     if (run.exit_code != 0)
       print_error("%s", run.err);
     assert_int_equal(run.exit_code, 0);
-    numbers[n] = cli_json_line(run.out);
-    assert_true(cli_json_get(numbers[n], "fixed") == 4);
-    cli_result_free(&run);
+    numbers[n] = json_line(run.out);
+    assert_true(json_value(numbers[n], "fixed") == 4);
+    program_result_free(&run);
   }
 
   // both descriptions of the body give one model
@@ -435,7 +414,6 @@ static void gmsh_files_give_the_model_of_the_same_mesh(void **state) {
 
 static void bad_files_are_refused_by_name(void **state) {
   (void)state;
-  char path[160];
 
   // a corner that does not exist, a flat tetrahedron, a coordinate that is no number
   write_cube("cube.veg", "", CUBE_TETS);
@@ -445,10 +423,10 @@ static void bad_files_are_refused_by_name(void **state) {
   write_cube("nan.veg", "9 0 nan 0\n", CUBE_TETS);
 
   // files that are no mesh at all
-  assert_true(cli_write_text(in_folder("words.veg", path), "not a mesh at all\n"));
-  assert_true(cli_write_text(in_folder("words.msh", path), "not a mesh at all\n"));
-  assert_true(cli_write_text(in_folder("empty.veg", path), ""));
-  assert_true(cli_write_text(in_folder("mesh.txt", path), "1 2 3\n"));
+  assert_true(text_file_write(in_folder("words.veg"), "not a mesh at all\n"));
+  assert_true(text_file_write(in_folder("words.msh"), "not a mesh at all\n"));
+  assert_true(text_file_write(in_folder("empty.veg"), ""));
+  assert_true(text_file_write(in_folder("mesh.txt"), "1 2 3\n"));
 
   // the message names the file, and the corner or the element where there is one
   assert_refused_with("missing.veg", "missing.veg", "--fix", ROOT, NULL, NULL);
@@ -469,10 +447,9 @@ static void bad_files_are_refused_by_name(void **state) {
 
 static void every_truncation_of_a_mesh_is_refused_or_complete(void **state) {
   (void)state;
-  char path[160];
   write_cube("cube.veg", "", CUBE_TETS);
 
-  char *text = cli_read_text(in_folder("cube.veg", path));
+  char *text = text_file_read(in_folder("cube.veg"));
   assert_non_null(text);
 
   // up to the last tet a cut loses something that is needed
@@ -480,7 +457,7 @@ static void every_truncation_of_a_mesh_is_refused_or_complete(void **state) {
   for (size_t cut = 0; cut < length; cut += 7) {
     const char kept = text[cut];
     text[cut] = 0;
-    assert_true(cli_write_text(in_folder("cut.veg", path), text));
+    assert_true(text_file_write(in_folder("cut.veg"), text));
     text[cut] = kept;
     assert_refused_with("cut.veg", "cut.veg", "--fix", ROOT, NULL, NULL);
   }
@@ -506,21 +483,20 @@ static void bad_materials_are_refused(void **state) {
 
   // a number out of its range is a mistake of usage, which the message puts beside the range
   for (size_t n = 0; n < sizeof bad / sizeof bad[0]; n++) {
-    cli_result run = thrum_run(folder, "precompute", BEAM, "-o", "never.npz", "--fix", ROOT,
-                               bad[n][0], bad[n][1], NULL);
+    program_result run = thrum_run(folder, "precompute", BEAM, "-o", "never.npz", "--fix", ROOT,
+                                   bad[n][0], bad[n][1], NULL);
     if (run.exit_code != 2 || strstr(run.err, bad[n][2]) == NULL)
       fail_msg("%s %s: exit %d, %s", bad[n][0], bad[n][1], run.exit_code, run.err);
-    assert_true(cli_line_count_is(run.err, 1));
-    cli_result_free(&run);
+    assert_true(line_count_is(run.err, 1));
+    program_result_free(&run);
   }
 
   // the same holds for the material in the mesh file, which is then refused as a file
-  char path[160];
   assert_true(
-      cli_write_text(in_folder("rubber.veg", path),
-                     "*VERTICES\n4 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n"
-                     "*ELEMENTS\nTETS\n1 4 0\n1 1 2 3 4\n"
-                     "*MATERIAL rubber\nENU, 1000, 1e6, 0.5\n*REGION\nallElements, rubber\n"));
+      text_file_write(in_folder("rubber.veg"),
+                      "*VERTICES\n4 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n"
+                      "*ELEMENTS\nTETS\n1 4 0\n1 1 2 3 4\n"
+                      "*MATERIAL rubber\nENU, 1000, 1e6, 0.5\n*REGION\nallElements, rubber\n"));
   assert_refused_with("Poisson's ratio of region 1 is 0.5;", "rubber.veg", "--fix", "x>0.5", NULL,
                       NULL);
 }
@@ -541,25 +517,25 @@ static void a_body_that_nothing_holds_is_a_free_one(void **state) {
   (void)state;
 
   // the rigid motions are kept apart from the elastic modes, to rounding
-  cli_result run = thrum_run(folder, "precompute", BEAM, "-o", "free.npz", "--modes", "4", "--rank",
-                             "8", "--json", NULL);
+  program_result run = thrum_run(folder, "precompute", BEAM, "-o", "free.npz", "--modes", "4",
+                                 "--rank", "8", "--json", NULL);
   assert_int_equal(run.exit_code, 0);
   assert_non_null(strstr(run.err, "this is a free body"));
-  cJSON *object = cli_json_line(run.out);
-  assert_true(cli_json_get(object, "rigid_modes") == 6);
-  assert_true(cli_json_get(object, "fixed") == 0);
-  assert_true(cli_json_get(cJSON_GetObjectItem(object, "residuals"), "rigid") < 1e-14);
+  cJSON *object = json_line(run.out);
+  assert_true(json_value(object, "rigid_modes") == 6);
+  assert_true(json_value(object, "fixed") == 0);
+  assert_true(json_value(cJSON_GetObjectItem(object, "residuals"), "rigid") < 1e-14);
   cJSON_Delete(object);
-  cli_result_free(&run);
+  program_result_free(&run);
 
   // the model says so, and its elastic part can be stepped
   run = thrum_run(folder, "info", "free.npz", NULL);
   assert_non_null(strstr(run.out, "6 rigid modes kept apart"));
-  cli_result_free(&run);
+  program_result_free(&run);
   run = thrum_run(folder, "simulate", "free.npz", "-o", "ringing", "--time", "0.3", "--start",
                   "mode:1,0.01", "--json", NULL);
   assert_int_equal(run.exit_code, 0);
-  cli_result_free(&run);
+  program_result_free(&run);
 }
 
 static void stages_say_time_memory_and_rate(void **state) {
@@ -574,17 +550,17 @@ static void stages_say_time_memory_and_rate(void **state) {
   double peak = 0;
   for (int n = 0; n < 6; n++) {
     const cJSON *row = cJSON_GetObjectItemCaseSensitive(stages, names[n]);
-    assert_true(cli_json_get(row, "seconds") >= 0);
-    assert_true(cli_json_get(row, "peak_mb") >= peak && cli_json_get(row, "peak_mb") > 0);
-    peak = cli_json_get(row, "peak_mb");
+    assert_true(json_value(row, "seconds") >= 0);
+    assert_true(json_value(row, "peak_mb") >= peak && json_value(row, "peak_mb") > 0);
+    peak = json_value(row, "peak_mb");
 
     // what is not counted has no rate
     const bool counted = n != 0 && n != 4;
     assert_true(counted == cJSON_IsNumber(cJSON_GetObjectItemCaseSensitive(row, "gflops")));
-    assert_true(!counted || cli_json_get(row, "gflops") > 0);
+    assert_true(!counted || json_value(row, "gflops") > 0);
   }
 
-  assert_true(peak <= cli_json_get(object, "peak_mb"));
+  assert_true(peak <= json_value(object, "peak_mb"));
   cJSON_Delete(object);
 }
 
@@ -592,35 +568,35 @@ static void how_modes_were_checked_is_said(void **state) {
   (void)state;
   static const char *const how[] = {"search", "inertia", "auto"};
   for (int n = 0; n < 3; n++) {
-    cli_result run = thrum_run(folder, "precompute", BEAM, "-o", "made.npz", "--fix", ROOT,
-                               "--modes", "4", "--check", how[n], "--json", NULL);
+    program_result run = thrum_run(folder, "precompute", BEAM, "-o", "made.npz", "--fix", ROOT,
+                                   "--modes", "4", "--check", how[n], "--json", NULL);
 
     // counting is optional in a build
     if (n == 1 && run.exit_code == 1) {
       assert_non_null(strstr(run.err, "built without MUMPS"));
-      cli_result_free(&run);
+      program_result_free(&run);
       continue;
     }
 
     assert_int_equal(run.exit_code, 0);
 
     // the next frequency, which was not asked for, lies above the last one listed
-    cJSON *object = cli_json_line(run.out);
+    cJSON *object = json_line(run.out);
     const cJSON *check = cJSON_GetObjectItem(object, "mode_check");
     assert_true(cJSON_IsTrue(cJSON_GetObjectItem(check, "complete")));
     const char *method = cJSON_GetObjectItem(check, "method")->valuestring;
     if (n < 2)
       assert_string_equal(method, how[n]);
-    assert_true(cli_json_get(check, "next_hz") > number_at(object, "frequencies_hz", 3));
+    assert_true(json_value(check, "next_hz") > number_at(object, "frequencies_hz", 3));
 
     // the model file keeps what was found
-    cli_result info = thrum_run(folder, "info", "made.npz", NULL);
+    program_result info = thrum_run(folder, "info", "made.npz", NULL);
     assert_non_null(strstr(info.out, "none missed"));
     assert_non_null(strstr(info.out, method));
-    cli_result_free(&info);
+    program_result_free(&info);
 
     cJSON_Delete(object);
-    cli_result_free(&run);
+    program_result_free(&run);
   }
 }
 
@@ -628,22 +604,23 @@ static void an_output_that_cannot_be_written_is_refused_at_once(void **state) {
   (void)state;
   static const char *const outputs[] = {"nowhere/made.npz", ".", "made/", ""};
   for (int n = 0; n < 4; n++) {
-    cli_result run = thrum_run(folder, "precompute", BEAM, "-o", outputs[n], "--fix", ROOT, NULL);
+    program_result run =
+        thrum_run(folder, "precompute", BEAM, "-o", outputs[n], "--fix", ROOT, NULL);
     assert_int_equal(run.exit_code, 1);
-    assert_true(cli_line_count_is(run.err, 1));
+    assert_true(line_count_is(run.err, 1));
     assert_non_null(strstr(run.err, outputs[n]));
-    cli_result_free(&run);
+    program_result_free(&run);
   }
 }
 
 static void a_refusal_leaves_an_earlier_model_alone(void **state) {
   (void)state;
-  char path[160];
-  assert_true(cli_write_text(in_folder("kept.npz", path), "earlier"));
-  cli_result run = thrum_run(folder, "precompute", BEAM, "-o", "kept.npz", "--fix", "x<2", NULL);
+  assert_true(text_file_write(in_folder("kept.npz"), "earlier"));
+  program_result run =
+      thrum_run(folder, "precompute", BEAM, "-o", "kept.npz", "--fix", "x<2", NULL);
   assert_int_equal(run.exit_code, 1);
-  cli_result_free(&run);
-  char *text = cli_read_text(path);
+  program_result_free(&run);
+  char *text = text_file_read(in_folder("kept.npz"));
   assert_string_equal(text, "earlier");
   free(text);
 }
@@ -651,13 +628,13 @@ static void a_refusal_leaves_an_earlier_model_alone(void **state) {
 /* Asserts that the program exits with 2 and says how it is used, with `wanted` in the text. */
 static void assert_usage(const char *wanted, const char *a, const char *b, const char *c,
                          const char *d, const char *e, const char *f) {
-  cli_result run = thrum_run(folder, a, b, c, d, e, f, NULL);
+  program_result run = thrum_run(folder, a, b, c, d, e, f, NULL);
   if (run.exit_code != 2 || strstr(run.err, wanted) == NULL)
     print_error("%s", run.err);
   assert_int_equal(run.exit_code, 2);
   assert_non_null(strstr(run.err, wanted));
   assert_string_equal(run.out, "");
-  cli_result_free(&run);
+  program_result_free(&run);
 }
 
 static void wrong_usage_is_told_apart_from_refusal(void **state) {
@@ -698,20 +675,20 @@ static void help_and_version_are_results(void **state) {
   // both ways to ask for help print the same text to standard output
   static const char *const commands[] = {"precompute", "simulate", "info", "bench"};
   for (int n = 0; n < 4; n++) {
-    cli_result by_option = thrum_run(folder, commands[n], "--help", NULL);
-    cli_result by_command = thrum_run(folder, "help", commands[n], NULL);
+    program_result by_option = thrum_run(folder, commands[n], "--help", NULL);
+    program_result by_command = thrum_run(folder, "help", commands[n], NULL);
     assert_int_equal(by_option.exit_code, 0);
     assert_string_equal(by_option.err, "");
     assert_non_null(strstr(by_option.out, "examples:"));
     assert_string_equal(by_option.out, by_command.out);
-    cli_result_free(&by_option);
-    cli_result_free(&by_command);
+    program_result_free(&by_option);
+    program_result_free(&by_command);
   }
 
-  cli_result version = thrum_run(folder, "--version", NULL);
+  program_result version = thrum_run(folder, "--version", NULL);
   assert_int_equal(version.exit_code, 0);
   assert_string_equal(version.out, "thrum " THRUM_VERSION_STRING "\n");
-  cli_result_free(&version);
+  program_result_free(&version);
 }
 
 int main(void) {

@@ -11,60 +11,43 @@
 #include <cmocka.h>
 
 #include "tests/support/simulate_support.h"
+#include "tests/support/test_folder.h"
 
 #define SCENES THRUM_TEST_DATA "/../../examples/scenes"
 
-static char folder[64];
-
-static const char *in_folder(const char *name, char path[200]) {
-  snprintf(path, 200, "%s/%s", folder, name);
-  return path;
-}
-
 static void put(const char *name, const char *text) {
-  char path[200];
-  assert_true(cli_write_text(in_folder(name, path), text));
+  assert_true(text_file_write(in_folder(name), text));
 }
 
 static int make_models(void **state) {
   (void)state;
-  if (cli_make_folder(folder) == NULL)
+  if (test_folder_make(folder) == NULL || !precompute_beam("8x2x2@1x0.1x0.1", "5", "10"))
     return -1;
-  cli_result run = thrum_run(folder, "precompute", "beam:8x2x2@1x0.1x0.1", "-o", "beam.npz",
-                             "--fix", "x<0.001", "--modes", "5", "--rank", "10", "-q", NULL);
-  const int code = run.exit_code;
-  cli_result_free(&run);
 
   // a second model that nothing holds, and a base motion
-  run = thrum_run(folder, "precompute", "beam:3x2x2@0.3x0.2x0.2", "-o", "free.npz", "--modes", "4",
-                  "--rank", "8", "-q", NULL);
+  program_result run = thrum_run(folder, "precompute", "beam:3x2x2@0.3x0.2x0.2", "-o", "free.npz",
+                                 "--modes", "4", "--rank", "8", "-q", NULL);
   put("quake.csv", "0,0,0,0\n0.1,1,0,0.5\n0.2,0,0,0\n");
 
-  const int second = run.exit_code;
-  cli_result_free(&run);
-  return code + second;
-}
-
-static int remove_folder(void **state) {
-  (void)state;
-  cli_remove_folder(folder);
-  return 0;
+  const int code = run.exit_code;
+  program_result_free(&run);
+  return code;
 }
 
 /* Runs the scene in `text` into `out`; the exit code must be `code`. */
 static cJSON *simulate(const char *text, const char *out, int code) {
   put("scene.json", text);
-  cli_result run = thrum_run(folder, "simulate", "scene.json", "-o", out, "--json", "-q", NULL);
+  program_result run = thrum_run(folder, "simulate", "scene.json", "-o", out, "--json", "-q", NULL);
   if (run.exit_code != code)
     fail_msg("exit code %d: %s", run.exit_code, run.err);
-  cJSON *object = cli_json_line(run.out);
-  cli_result_free(&run);
+  cJSON *object = json_line(run.out);
+  program_result_free(&run);
   return object;
 }
 
 static void assert_same_file(const char *left, const char *right) {
-  char command[500], path[200], other[200];
-  snprintf(command, sizeof command, "cmp -s %s %s", in_folder(left, path), in_folder(right, other));
+  char command[500];
+  snprintf(command, sizeof command, "cmp -s %s %s", in_folder(left), in_folder(right));
   if (system(command) != 0)
     fail_msg("%s and %s differ", left, right);
 }
@@ -84,16 +67,17 @@ static void a_body_of_a_scene_has_the_run_of_it_alone(void **state) {
       "  {\"name\": \"three\", \"model\": \"beam.npz\", \"position\": [0, 4, 0]}]}",
       "together", 0);
   assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(object, "bodies")), 3);
-  assert_true(cli_json_get(object, "steps") == 200);
+  assert_true(json_value(object, "steps") == 200);
   cJSON_Delete(object);
 
   // the first body alone has the same bytes in each file
-  cli_result run = thrum_run(folder, "simulate", "beam.npz", "-o", "alone", "--time", "0.6",
-                             "--damping", "0.4,0.0005", "--load", "gravity:0,0.5,-9.81", "--load",
-                             "sine:0,0,-4@tip,f=3", "--load", "traction:0,0,-50@top,until=0.2",
-                             "--base-motion", "quake.csv", "--start", "mode:2,0.01", "-q", NULL);
+  program_result run =
+      thrum_run(folder, "simulate", "beam.npz", "-o", "alone", "--time", "0.6", "--damping",
+                "0.4,0.0005", "--load", "gravity:0,0.5,-9.81", "--load", "sine:0,0,-4@tip,f=3",
+                "--load", "traction:0,0,-50@top,until=0.2", "--base-motion", "quake.csv", "--start",
+                "mode:2,0.01", "-q", NULL);
   assert_int_equal(run.exit_code, 0);
-  cli_result_free(&run);
+  program_result_free(&run);
   assert_same_file("together/one/q.npy", "alone/q.npy");
   assert_same_file("together/one/energy.csv", "alone/energy.csv");
   assert_same_file("together/one/end.npy", "alone/end.npy");
@@ -103,26 +87,25 @@ static void a_body_of_a_scene_has_the_run_of_it_alone(void **state) {
                   "--integrator", "newmark", "--load", "gravity:0,0.5,-9.81", "--base-motion",
                   "quake.csv", "-q", NULL);
   assert_int_equal(run.exit_code, 0);
-  cli_result_free(&run);
+  program_result_free(&run);
   assert_same_file("together/two/q.npy", "lower/q.npy");
   assert_same_file("together/two/energy.csv", "lower/energy.csv");
 
   // the folder of a body is a run that other commands read
   run = thrum_run(folder, "export", "together/two", "--glb", "two.glb", NULL);
   assert_int_equal(run.exit_code, 0);
-  cli_result_free(&run);
+  program_result_free(&run);
 
   // the run of the whole scene is not that of one body
   run = thrum_run(folder, "export", "together", "--glb", "all.glb", NULL);
   assert_int_equal(run.exit_code, 2);
   assert_non_null(strstr(run.err, "together/NAME"));
-  cli_result_free(&run);
+  program_result_free(&run);
 }
 
 /* Reads the last row of probes.csv, without step and time. */
 static void last_probes(const char *name, int count, double *values) {
-  char path[200];
-  char *text = cli_read_text(in_folder(name, path));
+  char *text = text_file_read(in_folder(name));
   assert_non_null(text);
 
   // find the start of the last line
@@ -177,7 +160,6 @@ static void a_free_body_drops_on_the_floor_of_the_scene(void **state) {
   cJSON_Delete(object);
 
   double x[6];
-  char path[200];
   last_probes("drop/probes.csv", 6, x);
 
   // it lies on the floor, and friction has stopped it after some way
@@ -185,10 +167,10 @@ static void a_free_body_drops_on_the_floor_of_the_scene(void **state) {
   assert_true(x[0] > 0.15 && fabs(x[3]) < 1e-3);
 
   // the contact still acts, and has taken energy out
-  char *text = cli_read_text(in_folder("drop/block/run.json", path));
+  char *text = text_file_read(in_folder("drop/block/run.json"));
   cJSON *run = cJSON_Parse(text);
-  assert_true(cli_json_get(cJSON_GetObjectItem(run, "contact"), "touching") > 0);
-  assert_true(cli_json_get(cJSON_GetObjectItem(run, "contact"), "lost_j") > 0);
+  assert_true(json_value(cJSON_GetObjectItem(run, "contact"), "touching") > 0);
+  assert_true(json_value(cJSON_GetObjectItem(run, "contact"), "lost_j") > 0);
 
   cJSON_Delete(run);
   free(text);
@@ -272,40 +254,38 @@ static void a_mistake_is_named_by_file_line_and_path(void **state) {
   // each mistake gives one line, exit code 1, and nothing on standard output
   for (size_t n = 0; n < sizeof mistakes / sizeof mistakes[0]; n++) {
     put("scene.json", mistakes[n].text);
-    cli_result run = thrum_run(folder, "simulate", "scene.json", "-o", "never", "-q", NULL);
+    program_result run = thrum_run(folder, "simulate", "scene.json", "-o", "never", "-q", NULL);
     if (run.exit_code != 1 || strstr(run.err, mistakes[n].message) == NULL ||
-        !cli_line_count_is(run.err, 1) || run.out[0] != 0)
+        !line_count_is(run.err, 1) || run.out[0] != 0)
       fail_msg("%s: exit %d, '%s' and not '%s'", mistakes[n].text, run.exit_code, run.err,
                mistakes[n].message);
-    cli_result_free(&run);
+    program_result_free(&run);
   }
 
-  char path[200];
-  assert_false(cli_file_exists(in_folder("never", path)));
+  assert_false(file_exists(in_folder("never")));
 }
 
 static void options_of_one_body_are_refused(void **state) {
   (void)state;
   put("scene.json", "{\"time\": 1, \"bodies\": [" BODY "}]}");
-  cli_result run =
+  program_result run =
       thrum_run(folder, "simulate", "scene.json", "-o", "never", "--load", "gravity:0,0,-1", NULL);
   assert_int_equal(run.exit_code, 2);
   assert_non_null(strstr(run.err, "'--load' is of a run of one model"));
-  cli_result_free(&run);
+  program_result_free(&run);
 
   // the time and the step may be given for the whole scene
   run = thrum_run(folder, "simulate", "scene.json", "-o", "short", "--time", "0.03", "--dt",
                   "0.001", "--json", "-q", NULL);
   assert_int_equal(run.exit_code, 0);
-  cJSON *object = cli_json_line(run.out);
-  assert_true(cli_json_get(object, "steps") == 30);
+  cJSON *object = json_line(run.out);
+  assert_true(json_value(object, "steps") == 30);
   cJSON_Delete(object);
-  cli_result_free(&run);
+  program_result_free(&run);
 }
 
 static int count_entries(const char *name) {
-  char path[200];
-  DIR *entries = opendir(in_folder(name, path));
+  DIR *entries = opendir(in_folder(name));
   assert_non_null(entries);
   int count = 0;
   for (const struct dirent *entry = readdir(entries); entry != NULL; entry = readdir(entries))
@@ -316,7 +296,6 @@ static int count_entries(const char *name) {
 
 static void an_earlier_run_is_replaced_and_other_files_stay(void **state) {
   (void)state;
-  char path[200];
 
   // a scene of two bodies and a probe, with files of the user put into its folders
   cJSON_Delete(simulate("{\"time\": 0.03, \"bodies\": [" BODY "},\n"
@@ -328,54 +307,55 @@ static void an_earlier_run_is_replaced_and_other_files_stay(void **state) {
   put("again/b/notes.txt", "mine");
 
   // a run of one model lies in the folder too
-  cli_result run = thrum_run(folder, "simulate", "beam.npz", "-o", "again/own", "--time", "0.03",
-                             "--start", "mode:1,0.01", "-q", NULL);
+  program_result run = thrum_run(folder, "simulate", "beam.npz", "-o", "again/own", "--time",
+                                 "0.03", "--start", "mode:1,0.01", "-q", NULL);
   assert_int_equal(run.exit_code, 0);
-  cli_result_free(&run);
+  program_result_free(&run);
 
   // a run of a scene with one of the two bodies takes the place of the first
   cJSON_Delete(simulate("{\"time\": 0.06, \"bodies\": [" BODY "}]}", "again", 0));
 
   // the body that is gone leaves only the user's file, the probes go, the other run stays
-  assert_true(cli_file_exists(in_folder("again/a/run.json", path)));
-  assert_true(cli_file_exists(in_folder("again/notes.txt", path)));
-  assert_true(cli_file_exists(in_folder("again/b/notes.txt", path)));
-  assert_false(cli_file_exists(in_folder("again/b/run.json", path)));
-  assert_false(cli_file_exists(in_folder("again/probes.csv", path)));
-  assert_true(cli_file_exists(in_folder("again/own/run.json", path)));
+  assert_true(file_exists(in_folder("again/a/run.json")));
+  assert_true(file_exists(in_folder("again/notes.txt")));
+  assert_true(file_exists(in_folder("again/b/notes.txt")));
+  assert_false(file_exists(in_folder("again/b/run.json")));
+  assert_false(file_exists(in_folder("again/probes.csv")));
+  assert_true(file_exists(in_folder("again/own/run.json")));
   assert_int_equal(count_entries("again"), 5);
 
   // a folder that is no scene's run is refused
   put("scene.json", "{\"time\": 0.03, \"bodies\": [" BODY "}]}");
   run = thrum_run(folder, "simulate", "scene.json", "-o", "again/own", "-q", NULL);
   assert_int_equal(run.exit_code, 1);
-  cli_result_free(&run);
+  program_result_free(&run);
 }
 
 /* A run that cannot be written is refused before a mesh is made into a model for it. */
 static void a_folder_that_cannot_be_written_to_is_refused_first(void **state) {
   (void)state;
   static const char mesh[] = "beam:2x2x2@1x1x1";
-  char cache[200], path[200], *kept = getenv("XDG_CACHE_HOME");
+  char cache[200], *kept = getenv("XDG_CACHE_HOME");
   char *before = kept != NULL ? strdup(kept) : NULL;
 
   // a model that were made would be kept in the cache folder
   put("taken", "a file");
   put("scene.json",
       "{\"bodies\": [{\"name\": \"a\", \"model\": \"beam:2x2x2@1x1x1\", \"free\": true}]}");
-  assert_int_equal(setenv("XDG_CACHE_HOME", in_folder("cache", cache), 1), 0);
+  assert_int_equal(setenv("XDG_CACHE_HOME", in_folder("cache"), 1), 0);
 
   // a file in place of the folder, and a folder whose parent does not exist
   static const char *const outputs[][2] = {{"taken", "taken: is a file; -o names the folder"},
                                            {"nowhere/run", "nowhere/run: cannot be created"}};
   for (int n = 0; n < 4; n++) {
     const char *output = outputs[n / 2][0];
-    cli_result run = n % 2 == 0 ? thrum_run(folder, "simulate", "scene.json", "-o", output, NULL)
-                                : thrum_run(folder, "simulate", mesh, "--full", "--fix", "x<0.1",
-                                            "-o", output, NULL);
+    program_result run =
+        n % 2 == 0
+            ? thrum_run(folder, "simulate", "scene.json", "-o", output, NULL)
+            : thrum_run(folder, "simulate", mesh, "--full", "--fix", "x<0.1", "-o", output, NULL);
     if (run.exit_code != 1 || strstr(run.err, outputs[n / 2][1]) == NULL)
       fail_msg("exit %d, '%s' and not '%s'", run.exit_code, run.err, outputs[n / 2][1]);
-    cli_result_free(&run);
+    program_result_free(&run);
   }
 
   if (before != NULL)
@@ -385,22 +365,21 @@ static void a_folder_that_cannot_be_written_to_is_refused_first(void **state) {
   free(before);
 
   // neither model was made, and no folder
-  assert_false(cli_file_exists(cache));
-  assert_false(cli_file_exists(in_folder("nowhere", path)));
+  assert_false(file_exists(cache));
+  assert_false(file_exists(in_folder("nowhere")));
 }
 
 static void frames_stand_where_the_bodies_are(void **state) {
   (void)state;
-  char path[200];
   cJSON_Delete(simulate("{\"time\": 0.06, \"bodies\": [" BODY ", \"position\": [0, 0, 7],\n"
                         "\"start\": \"mode:1,0.01\"}],\n"
                         "\"outputs\": {\"frames\": \"every-10\", \"stress\": true, "
                         "\"record_every\": 5}}",
                         "frames", 0));
-  assert_true(cli_file_exists(in_folder("frames/a/frames.pvd", path)));
-  assert_true(cli_file_exists(in_folder("frames/a/frames/frame_000002.vtu", path)));
+  assert_true(file_exists(in_folder("frames/a/frames.pvd")));
+  assert_true(file_exists(in_folder("frames/a/frames/frame_000002.vtu")));
   int64_t rows = 0;
-  energy_row *energies = read_energies(in_folder("frames/a/energy.csv", path), &rows);
+  energy_row *energies = read_energies(in_folder("frames/a/energy.csv"), &rows);
   assert_non_null(energies);
   assert_int_equal(rows, 5);
   free(energies);
@@ -408,7 +387,6 @@ static void frames_stand_where_the_bodies_are(void **state) {
 
 static void a_body_that_cannot_be_stepped_ends_the_run_and_flags_it(void **state) {
   (void)state;
-  char path[200];
 
   // one iteration cannot follow a large load, which begins after ten steps
   cJSON *object = simulate("{\"time\": 3, \"bodies\": [" BODY ", \"integrator\": \"newmark\",\n"
@@ -418,14 +396,14 @@ static void a_body_that_cannot_be_stepped_ends_the_run_and_flags_it(void **state
                            "failed", 3);
   assert_string_equal(cJSON_GetStringValue(cJSON_GetObjectItem(object, "status")), "not_converged");
 
-  const double steps = cli_json_get(object, "steps");
+  const double steps = json_value(object, "steps");
   assert_true(steps >= 10 && steps < 1000);
   cJSON_Delete(object);
 
   // both bodies have the rows of the steps that were completed
   int64_t rows = 0, others = 0;
-  energy_row *first = read_energies(in_folder("failed/a/energy.csv", path), &rows);
-  energy_row *second = read_energies(in_folder("failed/calm/energy.csv", path), &others);
+  energy_row *first = read_energies(in_folder("failed/a/energy.csv"), &rows);
+  energy_row *second = read_energies(in_folder("failed/calm/energy.csv"), &others);
   assert_true(first != NULL && second != NULL);
   assert_true(rows == (int64_t)steps + 1 && others == rows);
 
@@ -476,9 +454,9 @@ static void check_documented(const cJSON *schema, const char *document) {
 
 static void the_schema_is_committed_and_every_key_is_documented(void **state) {
   (void)state;
-  char *committed = cli_read_text(THRUM_TEST_DATA "/../../docs/schema/scene.schema.json");
-  char *document = cli_read_text(THRUM_TEST_DATA "/../../docs/reference/scene_keys.md");
-  cli_result made = thrum_run(folder, "schema", "scene", NULL);
+  char *committed = text_file_read(THRUM_TEST_DATA "/../../docs/schema/scene.schema.json");
+  char *document = text_file_read(THRUM_TEST_DATA "/../../docs/reference/scene_keys.md");
+  program_result made = thrum_run(folder, "schema", "scene", NULL);
   assert_int_equal(made.exit_code, 0);
   assert_non_null(committed);
   assert_non_null(document);
@@ -493,7 +471,7 @@ static void the_schema_is_committed_and_every_key_is_documented(void **state) {
   cJSON_Delete(schema);
   free(committed);
   free(document);
-  cli_result_free(&made);
+  program_result_free(&made);
 }
 
 static void the_scenes_that_come_with_thrum_run(void **state) {
@@ -505,11 +483,11 @@ static void the_scenes_that_come_with_thrum_run(void **state) {
     // a tenth of a second shows that files, models and keys are right
     char path[300];
     snprintf(path, sizeof path, SCENES "/%s.json", scenes[n]);
-    cli_result run =
+    program_result run =
         thrum_run(folder, "simulate", path, "-o", scenes[n], "--time", "0.1", "-q", NULL);
     if (run.exit_code != 0)
       fail_msg("%s: %s", scenes[n], run.err);
-    cli_result_free(&run);
+    program_result_free(&run);
   }
 }
 

@@ -8,70 +8,62 @@
 
 #include <cmocka.h>
 
-#include "tests/support/cli_support.h"
+#include "tests/support/test_folder.h"
 
 #define BEAM "beam:6x2x2@1x0.2x0.15"
 
-static char folder[64];
-
-static int make_folder(void **state) {
+static int make_model(void **state) {
   (void)state;
-  if (cli_make_folder(folder) == NULL)
+  if (test_folder_make(folder) == NULL)
     return 1;
-  cli_result made = thrum_run(folder, "precompute", BEAM, "--fix", "x<0.001", "--modes", "4", "-o",
-                              "beam.npz", "--export-modes", "modes.vtu", "-q", NULL);
+  program_result made = thrum_run(folder, "precompute", BEAM, "--fix", "x<0.001", "--modes", "4",
+                                  "-o", "beam.npz", "--export-modes", "modes.vtu", "-q", NULL);
   const int code = made.exit_code;
-  cli_result_free(&made);
+  program_result_free(&made);
   return code;
 }
 
-static int remove_folder(void **state) {
-  (void)state;
-  cli_remove_folder(folder);
-  return 0;
-}
-
-static void expect_refusal(cli_result result, int code, const char *line) {
+static void expect_refusal(program_result result, int code, const char *line) {
   assert_int_equal(result.exit_code, code);
-  assert_true(cli_line_count_is(result.err, 1));
+  assert_true(line_count_is(result.err, 1));
   if (strstr(result.err, line) == NULL)
     fail_msg("'%s' lacks '%s'", result.err, line);
   assert_string_equal(result.out, "");
-  cli_result_free(&result);
+  program_result_free(&result);
 }
 
 static void what_is_exported_can_be_imported(void **state) {
   (void)state;
-  cli_result out = thrum_run(folder, "export", "beam.npz", "--vega-basis", "b.U", "--vega-cubic",
-                             "b.cub", "--matrices", "b", "--json", NULL);
+  program_result out = thrum_run(folder, "export", "beam.npz", "--vega-basis", "b.U",
+                                 "--vega-cubic", "b.cub", "--matrices", "b", "--json", NULL);
   assert_int_equal(out.exit_code, 0);
 
   // the basis, the polynomial and three matrices, each in the place that is listed
-  cJSON *line = cli_json_line(out.out);
+  cJSON *line = json_line(out.out);
   const cJSON *files = cJSON_GetObjectItemCaseSensitive(line, "files");
   assert_int_equal(cJSON_GetArraySize(files), 5);
   const cJSON *file = NULL;
   cJSON_ArrayForEach(file, files) {
     char path[160];
     snprintf(path, sizeof path, "%s/%s", folder, file->valuestring);
-    assert_true(cli_file_exists(path));
+    assert_true(file_exists(path));
   }
 
   cJSON_Delete(line);
-  cli_result_free(&out);
+  program_result_free(&out);
 
   // the imported model differs from the exported one by rounding
   out = thrum_run(folder, "precompute", BEAM, "--fix", "x<0.001", "--import-basis", "b.U",
                   "--import-cubic", "b.cub", "-o", "again.npz", "--json", "-q", NULL);
   assert_int_equal(out.exit_code, 0);
-  line = cli_json_line(out.out);
+  line = json_line(out.out);
 
   const cJSON *import = cJSON_GetObjectItemCaseSensitive(line, "import");
   assert_true(cJSON_IsFalse(cJSON_GetObjectItemCaseSensitive(import, "basis_changed")));
-  assert_true(cli_json_get(import, "orthonormality") < 1e-11);
-  assert_true(cli_json_get(import, "energy_difference") < 1e-11);
-  assert_true(cli_json_get(line, "rank") == 8);
-  assert_true(cli_json_get(line, "modes") == 0);
+  assert_true(json_value(import, "orthonormality") < 1e-11);
+  assert_true(json_value(import, "energy_difference") < 1e-11);
+  assert_true(json_value(line, "rank") == 8);
+  assert_true(json_value(line, "modes") == 0);
 
   // stages that a given basis does not need are not listed as if they took no time
   const cJSON *stages = cJSON_GetObjectItemCaseSensitive(line, "stages");
@@ -79,14 +71,14 @@ static void what_is_exported_can_be_imported(void **state) {
   assert_non_null(cJSON_GetObjectItemCaseSensitive(stages, "polynomial"));
 
   cJSON_Delete(line);
-  cli_result_free(&out);
+  program_result_free(&out);
 
   // the model can be shown and run, and says where it comes from
   out = thrum_run(folder, "info", "again.npz", NULL);
   assert_int_equal(out.exit_code, 0);
   assert_non_null(strstr(out.out, "from b.U, |U^T M U - 1| was "));
   assert_non_null(strstr(out.out, "\nresiduals         orthonormality "));
-  cli_result_free(&out);
+  program_result_free(&out);
 }
 
 static void outputs_that_could_not_be_written_are_refused_before_the_work(void **state) {
@@ -107,7 +99,7 @@ static void outputs_that_could_not_be_written_are_refused_before_the_work(void *
     // the model, which could have been written, is not there either
     char path[160];
     snprintf(path, sizeof path, "%s/new.npz", folder);
-    assert_false(cli_file_exists(path));
+    assert_false(file_exists(path));
   }
 }
 
@@ -118,16 +110,16 @@ static void an_export_does_not_take_the_place_of_its_model(void **state) {
   expect_refusal(thrum_run(folder, "export", "beam.npz", "--vega-basis", "new.U", "--vega-cubic",
                            "./new.U", NULL),
                  2, "name one file");
-  cli_result still = thrum_run(folder, "info", "beam.npz", NULL);
+  program_result still = thrum_run(folder, "info", "beam.npz", NULL);
   assert_int_equal(still.exit_code, 0);
-  cli_result_free(&still);
+  program_result_free(&still);
 }
 
 static void modes_are_named_by_their_frequencies(void **state) {
   (void)state;
   char path[160];
   snprintf(path, sizeof path, "%s/modes.vtu", folder);
-  char *text = cli_read_text(path);
+  char *text = text_file_read(path);
   assert_non_null(text);
   for (int n = 1; n <= 4; n++) {
     char name[32];
@@ -140,10 +132,10 @@ static void modes_are_named_by_their_frequencies(void **state) {
 
 static void a_handle_takes_the_pull_into_the_basis(void **state) {
   (void)state;
-  cli_result out = thrum_run(folder, "precompute", BEAM, "--fix", "x<0.001", "--modes", "4",
-                             "--handles", "tip", "-o", "pull.npz", "-q", NULL);
+  program_result out = thrum_run(folder, "precompute", BEAM, "--fix", "x<0.001", "--modes", "4",
+                                 "--handles", "tip", "-o", "pull.npz", "-q", NULL);
   assert_int_equal(out.exit_code, 0);
-  cli_result_free(&out);
+  program_result_free(&out);
 
   // the share of the static response that lies outside the basis, without and with a handle
   const char *const models[] = {"beam.npz", "pull.npz"};
@@ -151,11 +143,11 @@ static void a_handle_takes_the_pull_into_the_basis(void **state) {
   for (int n = 0; n < 2; n++) {
     out = thrum_run(folder, "info", models[n], "--load", "constant:0,0,-1@tip", "--json", NULL);
     assert_int_equal(out.exit_code, 0);
-    cJSON *line = cli_json_line(out.out);
+    cJSON *line = json_line(out.out);
     const cJSON *load = cJSON_GetArrayItem(cJSON_GetObjectItemCaseSensitive(line, "loads"), 0);
-    share[n] = cli_json_get(load, "static_share_outside");
+    share[n] = json_value(load, "static_share_outside");
     cJSON_Delete(line);
-    cli_result_free(&out);
+    program_result_free(&out);
   }
 
   assert_true(share[0] > 0.01 && share[1] < 1e-8);
@@ -191,5 +183,5 @@ int main(void) {
       cmocka_unit_test(a_handle_takes_the_pull_into_the_basis),
       cmocka_unit_test(mistakes_are_named),
   };
-  return cmocka_run_group_tests(tests, make_folder, remove_folder);
+  return cmocka_run_group_tests(tests, make_model, remove_folder);
 }

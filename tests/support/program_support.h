@@ -1,7 +1,7 @@
 /* Support for tests of the program: it is run, its output and exit code are kept, its JSON is read.
  * SPDX-License-Identifier: Apache-2.0 */
-#ifndef THRUM_TESTS_SUPPORT_CLI_SUPPORT_H
-#define THRUM_TESTS_SUPPORT_CLI_SUPPORT_H
+#ifndef THRUM_TESTS_SUPPORT_PROGRAM_SUPPORT_H
+#define THRUM_TESTS_SUPPORT_PROGRAM_SUPPORT_H
 
 #include <cjson/cJSON.h>
 #include <stdarg.h>
@@ -13,23 +13,23 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#define CLI_ARGUMENTS_MAX 64
+#define ARGUMENTS_MAX 64
 
 /* The result of one run of the program. exit_code is -1 when a signal ended it. */
-typedef struct cli_result {
+typedef struct program_result {
   int exit_code;
   char *out; /* standard output, ended by 0 */
   char *err; /* standard error, ended by 0 */
-} cli_result;
+} program_result;
 
-static inline void cli_result_free(cli_result *result) {
+static inline void program_result_free(program_result *result) {
   free(result->out);
   free(result->err);
   memset(result, 0, sizeof *result);
 }
 
 /* A whole file as text (malloc, ended by 0); NULL when it cannot be read. */
-static inline char *cli_read_text(const char *path) {
+static inline char *text_file_read(const char *path) {
   FILE *file = fopen(path, "rb");
   if (file == NULL)
     return NULL;
@@ -55,7 +55,7 @@ static inline char *cli_read_text(const char *path) {
   return text;
 }
 
-static inline bool cli_write_text(const char *path, const char *text) {
+static inline bool text_file_write(const char *path, const char *text) {
   FILE *file = fopen(path, "wb");
   if (file == NULL)
     return false;
@@ -63,20 +63,20 @@ static inline bool cli_write_text(const char *path, const char *text) {
   return fclose(file) == 0 && written;
 }
 
-static inline bool cli_file_exists(const char *path) {
+static inline bool file_exists(const char *path) {
   struct stat status;
   return stat(path, &status) == 0;
 }
 
-/* A fresh folder for one test program; remove it with cli_remove_folder. */
-static inline const char *cli_make_folder(char path[64]) {
+/* A fresh folder for one test program; remove it with test_folder_remove. */
+static inline const char *test_folder_make(char path[64]) {
   snprintf(path, 64, "/tmp/thrum-test-XXXXXX");
   return mkdtemp(path);
 }
 
 /* Runs argv[0] with these arguments (ended by NULL), in `folder` when it is not NULL. */
-static inline cli_result cli_execute(const char *folder, char *const *argv) {
-  cli_result result = {.exit_code = -1};
+static inline program_result program_execute(const char *folder, char *const *argv) {
+  program_result result = {.exit_code = -1};
 
   // files instead of pipes, which could fill up and block the child
   char out_path[] = "/tmp/thrum-out-XXXXXX", err_path[] = "/tmp/thrum-err-XXXXXX";
@@ -101,8 +101,8 @@ static inline cli_result cli_execute(const char *folder, char *const *argv) {
   }
 
   // the output is kept, the files are not
-  result.out = cli_read_text(out_path);
-  result.err = cli_read_text(err_path);
+  result.out = text_file_read(out_path);
+  result.err = text_file_read(err_path);
   if (out >= 0)
     close(out);
   if (err >= 0)
@@ -115,33 +115,33 @@ static inline cli_result cli_execute(const char *folder, char *const *argv) {
 
 /* Runs `thrum` with the arguments given, ended by NULL, such as
  * thrum_run(folder, "info", "beam.npz", "--json", NULL). */
-static inline cli_result thrum_run(const char *folder, ...) {
-  const char *arguments[CLI_ARGUMENTS_MAX + 1] = {THRUM_PROGRAM};
+static inline program_result thrum_run(const char *folder, ...) {
+  const char *arguments[ARGUMENTS_MAX + 1] = {THRUM_PROGRAM};
   va_list list;
   va_start(list, folder);
   int count = 1;
   const char *argument = va_arg(list, const char *);
-  while (argument != NULL && count < CLI_ARGUMENTS_MAX) {
+  while (argument != NULL && count < ARGUMENTS_MAX) {
     arguments[count++] = argument;
     argument = va_arg(list, const char *);
   }
   va_end(list);
   // execv takes char *const *, but changes nothing
-  char *argv[CLI_ARGUMENTS_MAX + 1];
+  char *argv[ARGUMENTS_MAX + 1];
   memcpy(argv, arguments, sizeof argv);
-  return cli_execute(folder, argv);
+  return program_execute(folder, argv);
 }
 
-static inline void cli_remove_folder(const char *path) {
+static inline void test_folder_remove(const char *path) {
   char remove[] = "/bin/rm", options[] = "-rf", target[128];
   snprintf(target, sizeof target, "%s", path);
   char *argv[] = {remove, options, target, NULL};
-  cli_result result = cli_execute(NULL, argv);
-  cli_result_free(&result);
+  program_result result = program_execute(NULL, argv);
+  program_result_free(&result);
 }
 
 /* The one JSON object that --json prints: NULL unless `out` is exactly one line holding it. */
-static inline cJSON *cli_json_line(const char *out) {
+static inline cJSON *json_line(const char *out) {
   const char *newline = out != NULL ? strchr(out, '\n') : NULL;
   if (newline == NULL || newline[1] != 0)
     return NULL;
@@ -154,13 +154,13 @@ static inline cJSON *cli_json_line(const char *out) {
 }
 
 /* A number of an object; NaN when it is missing or not a number. */
-static inline double cli_json_get(const cJSON *object, const char *key) {
+static inline double json_value(const cJSON *object, const char *key) {
   const cJSON *item = cJSON_GetObjectItemCaseSensitive(object, key);
   return cJSON_IsNumber(item) ? item->valuedouble : strtod("nan", NULL);
 }
 
 /* Whether standard error is `lines` lines, none of them empty. */
-static inline bool cli_line_count_is(const char *text, int lines) {
+static inline bool line_count_is(const char *text, int lines) {
   int count = 0;
   for (const char *at = text; *at != 0; at++)
     count += *at == '\n';

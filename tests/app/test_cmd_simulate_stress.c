@@ -5,30 +5,13 @@
 #include "io/npy_file.h"
 #include "tests/support/linear_fields.h"
 #include "tests/support/simulate_support.h"
-
-static char folder[64];
-
-static const char *in_folder(const char *name, char path[200]) {
-  snprintf(path, 200, "%s/%s", folder, name);
-  return path;
-}
+#include "tests/support/test_folder.h"
 
 static int make_models(void **state) {
   (void)state;
-  char path[200];
-  if (cli_make_folder(folder) == NULL || !save_oscillator(in_folder("duffing.npz", path), 400, 1e4))
+  if (test_folder_make(folder) == NULL || !save_oscillator(in_folder("duffing.npz"), 400, 1e4))
     return 1;
-  cli_result run = thrum_run(folder, "precompute", "beam:8x2x2@1x0.1x0.1", "-o", "beam.npz",
-                             "--fix", "x<0.001", "--modes", "5", "--rank", "10", "-q", NULL);
-  const int code = run.exit_code;
-  cli_result_free(&run);
-  return code;
-}
-
-static int remove_folder(void **state) {
-  (void)state;
-  cli_remove_folder(folder);
-  return 0;
+  return !precompute_beam("8x2x2@1x0.1x0.1", "5", "10");
 }
 
 static cJSON *member(const cJSON *object, const char *key) {
@@ -37,19 +20,18 @@ static cJSON *member(const cJSON *object, const char *key) {
   return item;
 }
 
-static cJSON *json_of(cli_result *run) {
+static cJSON *json_of(program_result *run) {
   if (run->exit_code != 0)
     print_error("exit code %d: %s", run->exit_code, run->err);
   assert_int_equal(run->exit_code, 0);
-  cJSON *object = cli_json_line(run->out);
+  cJSON *object = json_line(run->out);
   assert_non_null(object);
   return object;
 }
 
 static void the_peak_stress_is_that_of_the_recorded_states(void **state) {
   (void)state;
-  char path[200];
-  cli_result run =
+  program_result run =
       thrum_run(folder, "simulate", "beam.npz", "-o", "run", "--json", "--time", "0.6", "--load",
                 "impulse:0,0,-40@tip", "--stress", "--frames", "every-50", NULL);
 
@@ -58,10 +40,10 @@ static void the_peak_stress_is_that_of_the_recorded_states(void **state) {
 
   // the recorded coordinates, from which the library reads the stress again
   const thrum_model *model = NULL;
-  assert_int_equal(thrum_model_load(in_folder("beam.npz", path), &model, NULL), 0);
+  assert_int_equal(thrum_model_load(in_folder("beam.npz"), &model, NULL), 0);
   double *q = NULL;
   int64_t rows = 0, rank = 0;
-  assert_int_equal(thrum_npy_read_f8(in_folder("run/q.npy", path), &q, &rows, &rank, NULL), 0);
+  assert_int_equal(thrum_npy_read_f8(in_folder("run/q.npy"), &q, &rows, &rank, NULL), 0);
   assert_int_equal(rank, model->rank);
   assert_int_equal(rows, 201);
 
@@ -86,15 +68,15 @@ static void the_peak_stress_is_that_of_the_recorded_states(void **state) {
   }
 
   // peak, place and time are those; tetrahedra are counted from 1
-  assert_true(cli_json_get(stress, "peak_von_mises_pa") == peak);
-  assert_true(cli_json_get(stress, "peak_tet") == (double)tet + 1);
-  assert_close(cli_json_get(stress, "peak_time_s"), 0.003 * (double)row, 1e-12);
+  assert_true(json_value(stress, "peak_von_mises_pa") == peak);
+  assert_true(json_value(stress, "peak_tet") == (double)tet + 1);
+  assert_close(json_value(stress, "peak_time_s"), 0.003 * (double)row, 1e-12);
 
   // the sampled tets of this beam are a part of its tets, and see nearly the worst of them
-  const double seen = cli_json_get(monitor, "least_stretch");
+  const double seen = json_value(monitor, "least_stretch");
   assert_true(seen >= least && 1 - seen > 0.8 * (1 - least));
   assert_int_equal(cJSON_GetArraySize(member(monitor, "warnings")), 0);
-  assert_true(cli_json_get(monitor, "load_share_outside") > 0.5);
+  assert_true(json_value(monitor, "load_share_outside") > 0.5);
 
   // every frame has the stress
   for (int frame = 0; frame < 5; frame++) {
@@ -102,7 +84,7 @@ static void the_peak_stress_is_that_of_the_recorded_states(void **state) {
     snprintf(name, sizeof name, "run/frames/frame_%06d.vtu", frame);
     void *bytes = NULL;
     size_t size = 0;
-    assert_int_equal(thrum_file_read(in_folder(name, path), &bytes, &size, NULL), 0);
+    assert_int_equal(thrum_file_read(in_folder(name), &bytes, &size, NULL), 0);
     assert_non_null(strstr(bytes, "Name=\"von_mises\""));
     free(bytes);
   }
@@ -113,17 +95,16 @@ static void the_peak_stress_is_that_of_the_recorded_states(void **state) {
   free(q);
   thrum_model_free(model);
   cJSON_Delete(object);
-  cli_result_free(&run);
+  program_result_free(&run);
 }
 
 static void a_body_pushed_too_far_is_warned_of_and_steps_as_it_would(void **state) {
   (void)state;
-  char path[200];
   const char *const load = "square:0,0,-400@tip";
-  cli_result on = thrum_run(folder, "simulate", "beam.npz", "-o", "on", "--json", "--time", "0.3",
-                            "--load", load, "-q", NULL);
-  cli_result off = thrum_run(folder, "simulate", "beam.npz", "-o", "off", "--json", "--time", "0.3",
-                             "--load", load, "-q", "--monitor", "off", NULL);
+  program_result on = thrum_run(folder, "simulate", "beam.npz", "-o", "on", "--json", "--time",
+                                "0.3", "--load", load, "-q", NULL);
+  program_result off = thrum_run(folder, "simulate", "beam.npz", "-o", "off", "--json", "--time",
+                                 "0.3", "--load", load, "-q", "--monitor", "off", NULL);
 
   cJSON *object = json_of(&on), *quiet = json_of(&off);
 
@@ -132,7 +113,7 @@ static void a_body_pushed_too_far_is_warned_of_and_steps_as_it_would(void **stat
   assert_true(cJSON_GetArraySize(warnings) >= 1);
   assert_string_equal(cJSON_GetArrayItem(warnings, cJSON_GetArraySize(warnings) - 1)->valuestring,
                       "reach");
-  assert_true(cli_json_get(member(object, "monitor"), "reach") > 3);
+  assert_true(json_value(member(object, "monitor"), "reach") > 3);
   assert_non_null(strstr(on.err, "tenth of its diagonal"));
 
   // without the monitor nothing is said
@@ -141,42 +122,41 @@ static void a_body_pushed_too_far_is_warned_of_and_steps_as_it_would(void **stat
   assert_null(strstr(off.err, "diagonal"));
 
   // the monitor changes no step: both runs have the same energies
-  char *with = cli_read_text(in_folder("on/energy.csv", path));
-  char *without = cli_read_text(in_folder("off/energy.csv", path));
+  char *with = text_file_read(in_folder("on/energy.csv"));
+  char *without = text_file_read(in_folder("off/energy.csv"));
   assert_string_equal(with, without);
 
   free(with);
   free(without);
   cJSON_Delete(object);
   cJSON_Delete(quiet);
-  cli_result_free(&on);
-  cli_result_free(&off);
+  program_result_free(&on);
+  program_result_free(&off);
 }
 
 static void a_model_without_a_mesh_has_no_stress_and_no_monitor(void **state) {
   (void)state;
-  char path[200];
-  cli_result run = thrum_run(folder, "simulate", "duffing.npz", "-o", "bare", "--json", "--time",
-                             "0.1", "-q", NULL);
+  program_result run = thrum_run(folder, "simulate", "duffing.npz", "-o", "bare", "--json",
+                                 "--time", "0.1", "-q", NULL);
 
   // without a mesh the monitor is left out
   cJSON *object = json_of(&run);
   assert_true(cJSON_IsNull(member(object, "monitor")));
   cJSON_Delete(object);
-  cli_result_free(&run);
+  program_result_free(&run);
 
   // stress that is asked for cannot be left out, so it is refused
   run = thrum_run(folder, "simulate", "duffing.npz", "-o", "refused", "--stress", NULL);
   assert_int_equal(run.exit_code, 1);
   assert_non_null(strstr(run.err, "--stress"));
-  assert_true(cli_line_count_is(run.err, 1));
-  assert_false(cli_file_exists(in_folder("refused", path)));
-  cli_result_free(&run);
+  assert_true(line_count_is(run.err, 1));
+  assert_false(file_exists(in_folder("refused")));
+  program_result_free(&run);
 
   // the monitor is on or off
   run = thrum_run(folder, "simulate", "beam.npz", "-o", "refused", "--monitor", "maybe", NULL);
   assert_int_equal(run.exit_code, 2);
-  cli_result_free(&run);
+  program_result_free(&run);
 }
 
 int main(void) {
