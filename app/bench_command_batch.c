@@ -11,9 +11,7 @@ static thrum_status run(const bench_request *request, const thrum_model *model, 
   bench_batch batch = {.step = request->step, .bodies = request->bodies};
   batch.step.def.kernel = request->kernel;
   batch.step.batches = request->batches;
-  const thrum_status status = bench_batch_run(model, &batch, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(bench_batch_run(model, &batch, error));
   const double real_time = 1e6 * batch.step.dt / batch.together.minimum;
   if (!request->json) {
     if (cJSON_GetArraySize(rows) == 0)

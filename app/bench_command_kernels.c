@@ -38,9 +38,7 @@ static thrum_status run(const bench_request *request, const thrum_model *model, 
   bench_kernels bench = {.kernel = request->kernel,
                          .implicit = wanted >= 0 ? wanted : IMPLICIT_DEFAULT,
                          .batches = request->batches};
-  const thrum_status status = bench_kernels_run(model, &bench, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(bench_kernels_run(model, &bench, error));
   if (!request->json && cJSON_GetArraySize(rows) == 0)
     printf("%5s %-14s %9s %9s %9s%s\n", "rank", "pass", "us", "median", "GFLOP/s",
            request->machine ? "  FMA peak  bandwidth    bound us" : "");

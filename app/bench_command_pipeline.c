@@ -109,9 +109,7 @@ static thrum_status run_all(sweep *asked, thrum_error *error) {
     // the DSYRK is timed where its panel fits into memory
     const double columns = (double)(run->rank + run->rank * (run->rank + 1) / 2);
     run->syrk = 48e-6 * columns * (double)run->wanted < SYRK_MB;
-    const thrum_status status = bench_pipeline_run(run, error);
-    if (status < 0)
-      return status;
+    THRUM_TRY(bench_pipeline_run(run, error));
     fprintf(stderr, "%lld tets, rank %lld: %.2f s of the processor, %.2f s in all\n",
             (long long)run->tets, (long long)run->rank, run->cpu_total, run->total);
   }

@@ -12,9 +12,7 @@ static thrum_status run(const bench_request *request, const thrum_model *model, 
   bench_step step = request->step;
   step.def.kernel = request->kernel;
   step.batches = request->batches;
-  const thrum_status status = bench_step_run(model, &step, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(bench_step_run(model, &step, error));
   const char *level;
   const double each = bench_coefficient_bytes(model), bytes = each * bench_terms(model->rank);
   const double bandwidth = bench_machine_bandwidth(&request->rates, bytes, &level);

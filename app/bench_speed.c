@@ -39,9 +39,7 @@ void bench_row_bandwidth(const bench_request *request, cJSON *row, const char *k
 static thrum_status write_csv(const bench_request *request, const char *path, const cJSON *rows,
                               thrum_error *error) {
   thrum_file_writer writer = {NULL, NULL, NULL};
-  const thrum_status status = thrum_file_writer_open(path, &writer, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_file_writer_open(path, &writer, error));
   FILE *file = writer.stream;
   fprintf(file, "# %s; %s; thrum %s; kernel %s\n", bench_processor(), bench_build(),
           thrum_version(), thrum_kernel_name(thrum_kernel_chosen(request->kernel)));

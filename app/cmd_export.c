@@ -221,11 +221,9 @@ static thrum_status write_surface(const export_request *request, const recorded_
 static thrum_status export_run(const export_request *request, export_files *files,
                                thrum_error *error) {
   recorded_run run = {0};
-  thrum_status status = recorded_run_read(request->model, request->run_model, &run, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(recorded_run_read(request->model, request->run_model, &run, error));
   recorded_run_thin(&run, request->fps);
-  status = write_surface(request, &run, files, error);
+  thrum_status status = write_surface(request, &run, files, error);
   recorded_run_free(&run);
   return status;
 }

@@ -64,9 +64,7 @@ static void put_point(void *context, const thrum_equilibrium_point *point) {
 
 static thrum_status open_path(path_file *file, thrum_error *error) {
   char text[80];
-  const thrum_status status = thrum_file_writer_open(file->request->path, &file->writer, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_file_writer_open(file->request->path, &file->writer, error));
   put_line(file, "factor,energy_j,least_eigenvalue,jumped");
   for (int64_t n = 1; n <= file->request->target_count; n++) {
     snprintf(text, sizeof text, ",x%lld_m,y%lld_m,z%lld_m", (long long)n, (long long)n,

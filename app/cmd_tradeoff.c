@@ -46,9 +46,7 @@ static thrum_status default_load(trade *t, const load_spec **loads, int64_t *cou
   if (request->load_count > 0)
     return THRUM_OK;
   model_recipe recipe;
-  const thrum_status status = model_recipe_find(request->model_path, &recipe, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(model_recipe_find(request->model_path, &recipe, error));
   const double *d = recipe.load_direction, force = recipe.load_force;
   if (!recipe.found || !(force > 0))
     return thrum_error_set(error, THRUM_MISSING, "%.200s: name a load with --load",

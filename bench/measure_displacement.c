@@ -90,9 +90,7 @@ static thrum_status body_make(const bench_displacement *bench, body *b, thrum_er
 
   const thrum_surface_def def = {.triangles = b->triangles, .triangle_count = b->triangle_count};
   size_t size = 0;
-  thrum_status status = thrum_surface_size(&b->model, &def, &size, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(thrum_surface_size(&b->model, &def, &size, error));
   b->memory = aligned_alloc(64, (size + 63) / 64 * 64);
   if (!b->memory)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a surface of %zu bytes",

@@ -29,9 +29,7 @@ static thrum_status make_beam(int64_t wanted, thrum_mesh *mesh, uint8_t **fixed,
   char name[128];
   snprintf(name, sizeof name, "beam:%dx%dx%d@%gx1x1", along, across, across,
            (double)along / across);
-  thrum_status status = thrum_mesh_read(name, 1, mesh, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_mesh_read(name, 1, mesh, error));
   int64_t held = 0;
   *fixed = calloc((size_t)mesh->vertex_count, 1);
   if (*fixed == NULL)

@@ -23,9 +23,7 @@ thrum_status bench_check_implicit(int64_t rank, int64_t wanted, thrum_error *err
 /* A dt between the bounds of h omega = 2 c of two neighbouring modes. */
 thrum_status bench_step_choose_dt(const thrum_model *model, bench_step *bench, thrum_error *error) {
   const int64_t r = model->rank, wanted = bench->implicit_wanted;
-  const thrum_status status = bench_check_implicit(r, wanted, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(bench_check_implicit(r, wanted, error));
   // between the slowest implicit mode and the fastest explicit one
   const double above = wanted > 0 ? model->omega2[r - wanted] : 4.0 * model->omega2[r - 1];
   const double below = wanted < r ? model->omega2[r - wanted - 1] : 0.25 * model->omega2[0];

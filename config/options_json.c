@@ -64,10 +64,9 @@ thrum_status config_file_open(const char *path, const char *what, config_file *f
   if (stat(path, &info) == 0 && S_ISREG(info.st_mode) && info.st_size > JSON_BYTES_MAX)
     return thrum_error_set(error, THRUM_BAD_FORMAT, "%.200s: %lld bytes are no %s: %d at most",
                            path, (long long)info.st_size, what, JSON_BYTES_MAX);
-  thrum_status status = thrum_text_open(path, 0, 0, &text, error);
-  if (status < 0)
-    return status;
-  status = config_file_parse(path, text.next, (size_t)(text.stop - text.next), file, error);
+  THRUM_TRY(thrum_text_open(path, 0, 0, &text, error));
+  thrum_status status =
+      config_file_parse(path, text.next, (size_t)(text.stop - text.next), file, error);
   thrum_text_close(&text);
   return status;
 }

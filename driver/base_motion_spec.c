@@ -72,9 +72,7 @@ thrum_status base_motion_parse(const char *text, base_motion_spec *base_motion,
   if (text[0] == 0)
     return refuse(text, error);
   if (strncmp(text, sine_prefix, sizeof sine_prefix - 1) == 0) {
-    const thrum_status status = parse_sine(text, &parsed, error);
-    if (status < 0)
-      return status;
+    THRUM_TRY(parse_sine(text, &parsed, error));
   }
   *base_motion = parsed;
   return THRUM_OK;
@@ -223,10 +221,8 @@ thrum_status base_motion_read(base_motion_spec *base_motion, thrum_error *error)
   rows all = {0};
   if (base_motion->sine)
     return THRUM_OK;
-  thrum_status status = thrum_text_open(base_motion->text, '#', ',', &text, error);
-  if (status < 0)
-    return status;
-  status = read_rows(&text, &all, error);
+  THRUM_TRY(thrum_text_open(base_motion->text, '#', ',', &text, error));
+  thrum_status status = read_rows(&text, &all, error);
   if (status >= 0)
     status = make_motion(&all, base_motion, error);
   thrum_text_close(&text);

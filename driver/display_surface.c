@@ -53,9 +53,7 @@ thrum_status display_surface_make(const thrum_model *model, display_surface *ski
   memcpy(&mesh.tets, &model->tets, sizeof mesh.tets);
   thrum_mesh_faces faces = {0};
   int64_t shared[3];
-  const thrum_status status = thrum_mesh_find_faces(&mesh, &faces, shared, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_mesh_find_faces(&mesh, &faces, shared, error));
 
   // a face of one tetrahedron alone is on the surface; its parity gives the order of corners
   made.triangles = malloc((size_t)faces.count * 3 * sizeof *made.triangles + 1);

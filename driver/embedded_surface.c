@@ -46,13 +46,11 @@ thrum_status embedded_surface_write(const thrum_model *model, const char *model_
                                     const char *path, double scale, bool quiet, thrum_embed *embed,
                                     thrum_error *error) {
   thrum_surface_mesh surface = {0};
-  thrum_status status = thrum_surface_mesh_read(path, scale, &surface, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_surface_mesh_read(path, scale, &surface, error));
   char *meta = make_meta(model_name, path, scale);
   embed_progress progress = {config_progress_make(quiet), clock_seconds()};
   const thrum_embed_progress reporting = {tell, &progress};
-  status = thrum_embed_make(model, &surface, meta, &reporting, embed, error);
+  thrum_status status = thrum_embed_make(model, &surface, meta, &reporting, embed, error);
   if (status >= 0)
     config_progress_done(&progress.bar);
   else

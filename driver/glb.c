@@ -296,9 +296,7 @@ static thrum_status write_file(const char *path, const glb *g, const char *json,
                            1e-9 * total);
 
   // a header of 12 bytes, then the chunks of JSON and of the buffer
-  const thrum_status status = thrum_file_writer_open(path, &writer, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_file_writer_open(path, &writer, error));
   put(&writer, "glTF", 4);
   put_number(&writer, 2);
   put_number(&writer, (uint32_t)total);
@@ -325,9 +323,7 @@ static thrum_status check_times(const char *path, const recorded_run *run, thrum
 
 thrum_status glb_write(const char *path, const recorded_run *run, const render_mesh *shown,
                        thrum_error *error) {
-  const thrum_status ascending = check_times(path, run, error);
-  if (ascending < 0)
-    return ascending;
+  THRUM_TRY(check_times(path, run, error));
   glb g = {.run = run, .shown = shown};
   size_t length = 0;
   char *json = NULL;

@@ -276,10 +276,7 @@ static thrum_status reduce_target(const thrum_model *model, const load_spec *loa
   }
 
   // a traction is integrated over the surface, a force is shared by the vertices
-  const thrum_status status =
-      load_target_find(model, &load->target, &vertices, &count, &one, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(load_target_find(model, &load->target, &vertices, &count, &one, error));
   if (load->traction)
     return reduce_traction(model, vertices, count, load->vector, reduced, error);
   return thrum_load_add_shared(model, vertices, count, load->vector, reduced, error);
@@ -311,10 +308,7 @@ thrum_status load_spec_fill(const thrum_model *model, const load_spec *load, dou
     return thrum_load_fill_gravity(model, load->vector, forces, error);
 
   // the same loads as above, as a field on the mesh
-  const thrum_status status =
-      load_target_find(model, &load->target, &vertices, &count, &one, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(load_target_find(model, &load->target, &vertices, &count, &one, error));
   if (load->traction)
     return thrum_traction_fill(model, vertices, count, load->vector, forces, NULL, error);
   return thrum_load_fill(model, vertices, count, load->vector, forces, error);

@@ -57,9 +57,7 @@ int mesh_model_full_check(const char *command, const char *path, const mesh_mode
 static thrum_status kept_path(const char *text, const mesh_model_def *def,
                               char path[NAMED_MODEL_PATH_MAX], thrum_error *error) {
   char numbers[128], folder[NAMED_MODEL_PATH_MAX];
-  const thrum_status status = named_model_cache_folder(folder, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(named_model_cache_folder(folder, error));
 
   // a relative name means another file in another folder
   uint64_t hash = named_model_hash(0, text, strlen(text) + 1);

@@ -155,9 +155,7 @@ static thrum_status read_recipe(const char *folder, model_recipe *recipe, thrum_
   size_t size = 0;
 
   // the file is parsed from memory, without a copy of its texts
-  const thrum_status status = thrum_file_read(path, &text, &size, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_file_read(path, &text, &size, error));
 
   // the first fault names the file; the texts are copied, so the object can go
   cJSON *object = cJSON_ParseWithLength(text, size);
@@ -188,10 +186,8 @@ thrum_status model_recipe_find(const char *text, model_recipe *recipe, thrum_err
   }
 
   // the caller's recipe changes only when all of it could be read
-  thrum_status status = find_folder(text, folder, error);
-  if (status < 0)
-    return status;
-  status = read_recipe(folder, &found, error);
+  THRUM_TRY(find_folder(text, folder, error));
+  thrum_status status = read_recipe(folder, &found, error);
   if (status >= 0)
     *recipe = found;
   return status;
@@ -235,9 +231,7 @@ static thrum_status hash_recipe(const model_recipe *recipe, uint64_t *hash, thru
   char text[512];
   void *mesh = NULL;
   size_t size = 0;
-  const thrum_status status = thrum_file_read(recipe->mesh, &mesh, &size, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_file_read(recipe->mesh, &mesh, &size, error));
 
   // the mesh by its bytes, not by its name or date
   uint64_t value = named_model_hash(0, mesh, size);

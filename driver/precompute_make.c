@@ -46,9 +46,7 @@ static thrum_status check_outputs(const precompute_request *request, thrum_error
 
   // a file that is written must not be the mesh that is read
   for (int n = 0; n < 2 && paths[n]; n++) {
-    const thrum_status status = path_check_output(paths[n], error);
-    if (status < 0)
-      return status;
+    THRUM_TRY(path_check_output(paths[n], error));
     if (path_same_file(paths[n], request->mesh_name))
       return thrum_error_set(error, THRUM_IO, "%s is the mesh: write to another file", paths[n]);
   }

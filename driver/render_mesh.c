@@ -86,9 +86,7 @@ static thrum_status take_embedding(const thrum_model *model, const thrum_embeddi
     return thrum_error_set(error, status, "%.150s: %s", path, reason.message);
 
   // rest positions, basis and triangles are in the file; held vertices come from the mesh
-  status = allocate(e->vertex_count, e->triangle_count, e->rank, shown, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(allocate(e->vertex_count, e->triangle_count, e->rank, shown, error));
   const size_t count = 3 * (size_t)e->vertex_count;
   memcpy(shown->positions, e->positions, count * sizeof *e->positions);
   memcpy(shown->basis, e->basis, count * (size_t)e->rank * sizeof *e->basis);

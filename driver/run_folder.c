@@ -114,9 +114,7 @@ thrum_status run_folder_open(const char *path, const char *mark, run_folder *fol
                            sizeof opened.path);
 
   memcpy(opened.path, path, length);
-  const thrum_status status = look_at(&opened, mark, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(look_at(&opened, mark, error));
 
   // a killed run may have left its work folder under the same process number: count on
   int made = -1;

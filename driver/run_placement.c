@@ -91,9 +91,7 @@ thrum_status run_placements_read(const char *path, int64_t rows, double **places
                                  thrum_error *error) {
   int64_t found = 0, columns = 0;
   double *values = NULL;
-  const thrum_status status = thrum_npy_read_f8(path, &values, &found, &columns, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_npy_read_f8(path, &values, &found, &columns, error));
   bool good = found == rows && columns == RUN_PLACEMENT_COLUMNS;
   for (int64_t row = 0; good && row < rows; row++) {
     double *now = values + RUN_PLACEMENT_COLUMNS * row, along = 0;

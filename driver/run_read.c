@@ -125,9 +125,7 @@ static thrum_status read_json(const char *folder, cJSON **object, const char **m
   void *text = NULL;
   size_t size = 0;
   join(path, folder, RUN_JSON);
-  const thrum_status status = thrum_file_read(path, &text, &size, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_file_read(path, &text, &size, error));
   *object = cJSON_ParseWithLength(text, size);
   free(text);
   *model = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(*object, "model"));
@@ -141,9 +139,7 @@ static thrum_status read_json(const char *folder, cJSON **object, const char **m
 static thrum_status read_q(const char *folder, recorded_run *run, thrum_error *error) {
   path_text path;
   join(path, folder, "q.npy");
-  thrum_status status = thrum_npy_read_f8(path, &run->q, &run->rows, &run->rank, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_npy_read_f8(path, &run->q, &run->rows, &run->rank, error));
 
   // the rank of the model is at least that of the run, which may have stepped fewer coordinates
   if (run->rows < 1 || run->rank < 1 || run->rank > run->model->rank)

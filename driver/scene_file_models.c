@@ -118,9 +118,7 @@ thrum_status scene_models_skin(scene_models *models, int64_t body, const scene_l
     return THRUM_OK;
 
   // made once for each file, when the first body needs it
-  const thrum_status status = display_surface_make(owner->loaded, skin, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(display_surface_make(owner->loaded, skin, error));
 
   // the scene wants corners as numbers of the mesh's vertices
   owner->corners = malloc(3 * (size_t)skin->triangle_count * sizeof *owner->corners + 1);

@@ -95,9 +95,7 @@ static thrum_status scale_whole(const scene_body_run *body, void **memory,
 
   // factors of one leave the model as it is, others take a copy
   size_t size = 0;
-  const thrum_status status = thrum_model_scale_size(body->model, &size, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_model_scale_size(body->model, &size, error));
   *memory = aligned_alloc(ALIGNMENT, (size + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT);
   return *memory != NULL ? thrum_model_scale(*memory, size, body->model, &by, scaled, error)
                          : scene_run_no_memory(error);
@@ -191,9 +189,7 @@ static thrum_status name_surface(scene_run *run, int32_t n, thrum_scene_body_def
 
   thrum_error detail = {0};
   if (!none && !surface) {
-    const thrum_status found = find_touch(run, body, def, one);
-    if (found < 0)
-      return found;
+    THRUM_TRY(find_touch(run, body, def, one));
   }
 
   // contact and wind both need the surface of the mesh

@@ -37,10 +37,8 @@ static thrum_status open_stress_points(const thrum_model *model, simulate_measur
   m->stress_points_memory = allocate(size, error);
   if (m->stress_points_memory == NULL)
     return THRUM_OUT_OF_MEMORY;
-  status = thrum_stress_points_init(m->stress_points_memory, size, model, &def, &m->stress_points,
-                                    error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_stress_points_init(m->stress_points_memory, size, model, &def, &m->stress_points,
+                                     error));
 
   // the scratch memory and the stresses share one allocation
   const int64_t work = thrum_stress_points_work_count(m->stress_points);
@@ -56,9 +54,7 @@ static thrum_status open_monitor(const thrum_model *model, simulate_measures *m,
   thrum_monitor_def def = thrum_default_monitor_def();
   def.load_share_most = LOAD_SHARE_MOST;
   size_t size = 0;
-  thrum_status status = thrum_monitor_size(model, &def, &size, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_monitor_size(model, &def, &size, error));
   m->monitor_memory = allocate(size, error);
   if (m->monitor_memory == NULL)
     return THRUM_OUT_OF_MEMORY;
@@ -127,9 +123,7 @@ bool simulate_measures_are_open(const simulate_measures *measures) {
 static thrum_status look_monitor(simulate_measures *m, const double *q, double time,
                                  thrum_error *error) {
   const thrum_monitor_record before = m->record;
-  const thrum_status status = thrum_monitor_look(m->monitor, q, &m->record, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_monitor_look(m->monitor, q, &m->record, error));
   if (m->record.stretch_least < before.stretch_least)
     m->stretch_time = time;
   for (int bit = 0; bit < 32; bit++)

@@ -43,9 +43,7 @@ thrum_status start_spec_parse(const char *text, start_spec *start, thrum_error *
 
   // the prefix decides; without one the text names a file
   if (strncmp(text, static_prefix, sizeof static_prefix - 1) == 0) {
-    const thrum_status status = parse_static(text, &parsed, error);
-    if (status < 0)
-      return status;
+    THRUM_TRY(parse_static(text, &parsed, error));
   } else if (strncmp(text, mode_prefix, sizeof mode_prefix - 1) == 0) {
     parsed.kind = START_MODE;
     const char *number = text + sizeof mode_prefix - 1;

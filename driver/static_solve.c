@@ -16,9 +16,7 @@ static const double tau = 6.28318530717958647693;
 static thrum_status add_loads(const thrum_model *model, const load_spec *loads, int64_t count,
                               double *one, double *sum, thrum_error *error) {
   for (int64_t n = 0; n < count; n++) {
-    const thrum_status status = load_spec_reduce(model, &loads[n], one, error);
-    if (status < 0)
-      return status;
+    THRUM_TRY(load_spec_reduce(model, &loads[n], one, error));
     for (int64_t i = 0; i < model->rank; i++)
       sum[i] += one[i];
   }

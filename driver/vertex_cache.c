@@ -62,11 +62,8 @@ static thrum_status check_count(const char *path, const recorded_run *run, thrum
 thrum_status pc2_write(const char *path, const recorded_run *run, const render_mesh *shown,
                        thrum_error *error) {
   thrum_file_writer writer = {NULL, NULL, NULL};
-  thrum_status status = check_count(path, run, error);
-  if (status >= 0)
-    status = thrum_file_writer_open(path, &writer, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(check_count(path, run, error));
+  THRUM_TRY(thrum_file_writer_open(path, &writer, error));
   FILE *file = writer.stream;
   fwrite("POINTCACHE2", 1, 12, file);
   put_integer(file, 1, false);
@@ -82,11 +79,8 @@ thrum_status pc2_write(const char *path, const recorded_run *run, const render_m
 thrum_status mdd_write(const char *path, const recorded_run *run, const render_mesh *shown,
                        thrum_error *error) {
   thrum_file_writer writer = {NULL, NULL, NULL};
-  thrum_status status = check_count(path, run, error);
-  if (status >= 0)
-    status = thrum_file_writer_open(path, &writer, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(check_count(path, run, error));
+  THRUM_TRY(thrum_file_writer_open(path, &writer, error));
   FILE *file = writer.stream;
   put_integer(file, run->rows, true);
   put_integer(file, shown->vertex_count, true);
@@ -100,9 +94,7 @@ thrum_status mdd_write(const char *path, const recorded_run *run, const render_m
 thrum_status obj_write(const char *path, const run_placement *place, const render_mesh *shown,
                        thrum_error *error) {
   thrum_file_writer writer = {NULL, NULL, NULL};
-  const thrum_status status = thrum_file_writer_open(path, &writer, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_file_writer_open(path, &writer, error));
   FILE *file = writer.stream;
   double matrix[16];
   run_placement_matrix(place, NULL, matrix);

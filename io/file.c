@@ -122,16 +122,14 @@ thrum_status thrum_file_writer_open(const char *path, thrum_file_writer *writer,
                                     thrum_error *error) {
   if (path == NULL || writer == NULL)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "no path or no writer is given");
-  thrum_status status = check_target(path, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(check_target(path, error));
 
   // the caller's writer is set only when the file is open
   thrum_file_writer opened = {NULL, malloc(strlen(path) + 1), NULL};
   if (opened.path == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a file name");
   strcpy(opened.path, path);
-  status = open_temporary(&opened, error);
+  thrum_status status = open_temporary(&opened, error);
   if (status != THRUM_OK)
     release(&opened);
   else
@@ -223,10 +221,8 @@ void thrum_file_writer_abandon(thrum_file_writer *writer) {
 thrum_status thrum_file_write_atomic(const char *path, const void *data, size_t size,
                                      thrum_error *error) {
   thrum_file_writer writer = {NULL, NULL, NULL};
-  thrum_status status = thrum_file_writer_open(path, &writer, error);
-  if (status != THRUM_OK)
-    return status;
-  status = thrum_file_writer_put(&writer, data, size, error);
+  THRUM_TRY(thrum_file_writer_open(path, &writer, error));
+  thrum_status status = thrum_file_writer_put(&writer, data, size, error);
   if (status == THRUM_OK)
     return thrum_file_writer_commit(&writer, error);
   thrum_file_writer_abandon(&writer);

@@ -149,9 +149,7 @@ static thrum_status read_string(reader *r, const char **text) {
     // an escape never takes more bytes than it was written with
     if (*r->at == '\\') {
       r->at++;
-      const thrum_status status = read_escape(r);
-      if (status < 0)
-        return status;
+      THRUM_TRY(read_escape(r));
       continue;
     }
 
@@ -230,9 +228,7 @@ static thrum_status read_value(reader *r, int64_t *place);
 static thrum_status read_key(reader *r, int64_t parent, const char **key) {
   if (r->at == r->end || *r->at != '"')
     return expected(r, "a key in double quotes");
-  const thrum_status status = read_string(r, key);
-  if (status < 0)
-    return status;
+  THRUM_TRY(read_string(r, key));
 
   // a key that is there twice would leave open which one holds
   int64_t keys = 0;

@@ -42,11 +42,8 @@ size_t thrum_npy_header_f8(unsigned char header[192], int64_t rows, int64_t colu
 
 static thrum_status parse_f8(const void *bytes, size_t size, const char *where, thrum_npy *npy,
                              thrum_error *error) {
-  thrum_status status = thrum_npy_parse(bytes, size, where, npy, error);
-  if (status == THRUM_OK)
-    status = thrum_npy_expect(npy, "<f8", 8, where, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(thrum_npy_parse(bytes, size, where, npy, error));
+  THRUM_TRY(thrum_npy_expect(npy, "<f8", 8, where, error));
 
   // the callers know only vectors and matrices
   if (npy->dims == 1 || npy->dims == 2)
@@ -62,15 +59,13 @@ thrum_status thrum_npy_read_f8(const char *path, double **values, int64_t *rows,
                                thrum_error *error) {
   void *bytes = NULL;
   size_t size = 0;
-  thrum_status status = thrum_file_read(path, &bytes, &size, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(thrum_file_read(path, &bytes, &size, error));
 
   // the end of a long path, so that the reason still fits behind it in a message
   const char *where = strlen(path) > 200 ? path + strlen(path) - 200 : path;
 
   thrum_npy npy;
-  status = parse_f8(bytes, size, where, &npy, error);
+  thrum_status status = parse_f8(bytes, size, where, &npy, error);
 
   // the parsed data lies inside the file's bytes, which are freed
   double *copy = NULL;

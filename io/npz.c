@@ -145,13 +145,10 @@ static thrum_status write_member(thrum_file_writer *writer, const planned_member
   put16(extra, EXTRA_PADDING);
   put16(extra + 2, (uint32_t)(member->extra - EXTRA_HEAD));
 
-  thrum_status status =
-      thrum_file_writer_put(writer, record, LOCAL_SIZE + member->name_size + member->extra, error);
-  if (status == THRUM_OK)
-    status = thrum_file_writer_put(writer, member->header, member->header_size, error);
-  if (status == THRUM_OK)
-    status = thrum_file_writer_put(writer, member->data, (size_t)member->data_size, error);
-  return status;
+  THRUM_TRY(
+      thrum_file_writer_put(writer, record, LOCAL_SIZE + member->name_size + member->extra, error));
+  THRUM_TRY(thrum_file_writer_put(writer, member->header, member->header_size, error));
+  return thrum_file_writer_put(writer, member->data, (size_t)member->data_size, error);
 }
 
 static thrum_status write_directory(thrum_file_writer *writer, const file_plan *plan,
@@ -164,10 +161,7 @@ static thrum_status write_directory(thrum_file_writer *writer, const file_plan *
     put_common(record + 6, member);
     put32(record + 42, member->offset);
     memcpy(record + CENTRAL_SIZE, member->name, member->name_size);
-    thrum_status status =
-        thrum_file_writer_put(writer, record, CENTRAL_SIZE + member->name_size, error);
-    if (status != THRUM_OK)
-      return status;
+    THRUM_TRY(thrum_file_writer_put(writer, record, CENTRAL_SIZE + member->name_size, error));
   }
 
   // readers begin with the end record, which tells where the directory is
@@ -212,9 +206,7 @@ thrum_status thrum_npz_write(const char *path, const thrum_npz_array *arrays, in
   if (count > MEMBERS_MAX)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "thrum_npz_write: %d arrays", count);
   file_plan plan;
-  const thrum_status status = plan_file(arrays, count, &plan, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(plan_file(arrays, count, &plan, error));
   compute_checksums(&plan);
   return write_file(path, &plan, error);
 }

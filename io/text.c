@@ -57,10 +57,8 @@ thrum_status thrum_text_open(const char *path, char comment, char separator, thr
                              thrum_error *error) {
   void *data = NULL;
   size_t size = 0;
-  thrum_status status = thrum_file_read(path, &data, &size, error);
-  if (status < 0)
-    return status;
-  status = thrum_text_view(path, data, size, comment, separator, text, error);
+  THRUM_TRY(thrum_file_read(path, &data, &size, error));
+  thrum_status status = thrum_text_view(path, data, size, comment, separator, text, error);
   if (status < 0)
     free(data);
   else

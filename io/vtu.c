@@ -68,9 +68,7 @@ static bool put_file(FILE *file, const thrum_model *model, const vtu_vectors *ve
 thrum_status vtu_write(const char *path, const thrum_model *model, const double *displacement,
                        const double *von_mises, double time, thrum_error *error) {
   char name[1][VTU_NAME_SIZE] = {"displacement"};
-  const thrum_status status = check_mesh(model, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(check_mesh(model, error));
 
   // a write may fail without setting errno, and then an old value must not be reported
   errno = 0;
@@ -88,11 +86,8 @@ thrum_status vtu_write(const char *path, const thrum_model *model, const double 
 static thrum_status write_whole(const char *path, const thrum_model *model,
                                 const vtu_vectors *vectors, thrum_error *error) {
   thrum_file_writer writer = {NULL, NULL, NULL};
-  thrum_status status = check_mesh(model, error);
-  if (status >= 0)
-    status = thrum_file_writer_open(path, &writer, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(check_mesh(model, error));
+  THRUM_TRY(thrum_file_writer_open(path, &writer, error));
   if (!put_file(writer.stream, model, vectors, 0)) {
     thrum_file_writer_abandon(&writer);
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a frame");

@@ -159,9 +159,7 @@ thrum_status thrum_mesh_beam(const char *spec, thrum_mesh *mesh, thrum_error *er
   if (strncmp(spec, "beam:", 5) != 0)
     return bad_spec(spec, error);
   beam b;
-  thrum_status status = parse_spec(spec, &b, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(parse_spec(spec, &b, error));
 
   thrum_mesh m = {0};
   m.vertex_count = (b.cells[0] + 1) * (b.cells[1] + 1) * (b.cells[2] + 1);
@@ -183,7 +181,7 @@ thrum_status thrum_mesh_beam(const char *spec, thrum_mesh *mesh, thrum_error *er
   m.materials[0] = (thrum_material){.young = 5e6, .poisson = 0.4, .density = 1000};
   fill_vertices(&b, m.vertices);
   fill_tets(&b, m.tets);
-  status = add_groups(&m, &b, error);
+  thrum_status status = add_groups(&m, &b, error);
 
   if (status < 0) {
     thrum_mesh_free(&m);

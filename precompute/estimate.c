@@ -179,13 +179,10 @@ thrum_status thrum_precompute_estimate(const thrum_mesh *mesh, const uint8_t *fi
   thrum_factor *factor = NULL;
   thrum_estimate made = {0};
   bool free_body;
-  thrum_status status = thrum_options_check(&asked, error);
-  if (status >= 0)
-    status = thrum_threads_ready(asked.threads, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_options_check(&asked, error));
+  THRUM_TRY(thrum_threads_ready(asked.threads, error));
   const thrum_threads before = thrum_threads_set(asked.threads);
-  status = thrum_fem_create(mesh, fixed, &fem, error);
+  thrum_status status = thrum_fem_create(mesh, fixed, &fem, error);
   if (status >= 0)
     status = thrum_options_check_body(&asked, &fem, &free_body, error);
   if (status >= 0)

@@ -83,11 +83,8 @@ static thrum_status check_memory(const pipeline *p, thrum_error *error) {
 
 static thrum_status run_assemble(pipeline *p, const thrum_reporter *reporter, thrum_error *error) {
   bool free_body = false;
-  thrum_status status = thrum_fem_create(p->mesh, p->fixed, &p->fem, error);
-  if (status >= 0)
-    status = thrum_options_check_body(&p->options, &p->fem, &free_body, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_fem_create(p->mesh, p->fixed, &p->fem, error));
+  THRUM_TRY(thrum_options_check_body(&p->options, &p->fem, &free_body, error));
 
   p->result.free_dofs = p->fem.free_count;
   p->result.rigid_count = free_body ? THRUM_RIGID_COUNT : 0;
@@ -96,7 +93,7 @@ static thrum_status run_assemble(pipeline *p, const thrum_reporter *reporter, th
     p->result.mass += p->fem.volume[t] * p->fem.density[p->fem.tet_region[t]];
   }
 
-  status = thrum_fem_pattern(&p->fem, &p->stiffness, error);
+  thrum_status status = thrum_fem_pattern(&p->fem, &p->stiffness, error);
   if (status >= 0)
     status = thrum_fem_mass(&p->fem, p->options.mass, &p->stiffness, &p->mass, error);
   if (status >= 0)
@@ -368,17 +365,13 @@ thrum_status thrum_precompute(const thrum_mesh *mesh, const uint8_t *fixed,
                               const thrum_precompute_options *options, thrum_precomputed *result,
                               thrum_error *error) {
   pipeline p = {.mesh = mesh, .fixed = fixed, .options = thrum_options_complete(options)};
-  thrum_status status = thrum_options_check(&p.options, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_options_check(&p.options, error));
   if (!mesh->has_material)
     return thrum_error_set(error, THRUM_MISSING,
                            "the mesh says no material: give --young, --poisson and --density");
-  status = thrum_threads_ready(options->threads, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_threads_ready(options->threads, error));
   const thrum_threads before = thrum_threads_set(options->threads);
-  status = run_all(&p, error);
+  thrum_status status = run_all(&p, error);
   if (status >= 0)
     status = thrum_model_check(&p.result.model, error);
   pipeline_free(&p);

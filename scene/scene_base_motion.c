@@ -22,9 +22,7 @@ thrum_status scene_base_motion_check(const scene_body *body, thrum_error *error)
 static thrum_status add(thrum_scene *scene, const scene_base_motion *base_motion,
                         thrum_error *error) {
   for (int32_t n = 0; n < scene->body_count; n++) {
-    const thrum_status status = scene_base_motion_check(scene->bodies[n], error);
-    if (status < 0)
-      return status;
+    THRUM_TRY(scene_base_motion_check(scene->bodies[n], error));
   }
   if (!scene_grow(&scene->base_motions, scene->base_motion_count + 1, sizeof *scene->base_motions))
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a base motion");
@@ -36,9 +34,7 @@ static thrum_status add(thrum_scene *scene, const scene_base_motion *base_motion
 
 thrum_status thrum_scene_add_base_motion_record(thrum_scene *scene, const thrum_base_motion *motion,
                                                 thrum_error *error) {
-  const thrum_status status = thrum_base_motion_check(motion, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_base_motion_check(motion, error));
   if (motion->velocities == NULL || motion->positions == NULL)
     return thrum_error_set(error, THRUM_MISSING,
                            "the velocities and positions of the ground are "

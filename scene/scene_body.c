@@ -170,9 +170,7 @@ static thrum_status make_body(thrum_scene *scene, const thrum_scene_body_def *de
 
 thrum_status thrum_scene_add_body(thrum_scene *scene, const thrum_scene_body_def *def,
                                   int32_t *number, thrum_error *error) {
-  thrum_status status = check_def(def, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(check_def(def, error));
   scene_body *body = calloc(1, sizeof *body);
   if (body == NULL || !scene_grow(&scene->bodies, scene->body_count + 1, sizeof *scene->bodies)) {
     free(body);
@@ -180,7 +178,7 @@ thrum_status thrum_scene_add_body(thrum_scene *scene, const thrum_scene_body_def
   }
 
   // a body that cannot be made leaves the scene as it was
-  status = make_body(scene, def, body, error);
+  thrum_status status = make_body(scene, def, body, error);
   if (status >= 0)
     status = scene_make_room(scene, scene->body_count + 1, error);
   if (status < 0) {

@@ -23,16 +23,13 @@ static thrum_status rebuild(thrum_scene *scene, scene_body *body, const thrum_st
   scene_touch *touch = NULL;
   thrum_model_scaling by = body->derived->by;
   by.stiffness = stiffness;
-  thrum_status status = scene_body_read(body, true, error);
-  if (status >= 0)
-    status = scene_model_take(scene, body->model, rank, &by, &derived, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(scene_body_read(body, true, error));
+  THRUM_TRY(scene_model_take(scene, body->model, rank, &by, &derived, error));
   // coordinates that come are at rest
   for (int64_t i = body->derived->rank; i < rank; i++)
     body->q[i] = body->p[i] = 0;
 
-  status = scene_state_make(derived->model, def, body->q, body->p, &state, error);
+  thrum_status status = scene_state_make(derived->model, def, body->q, body->p, &state, error);
   if (status >= 0)
     status = scene_make_room(scene, scene->body_count, error);
   if (status >= 0)

@@ -65,9 +65,7 @@ static thrum_status make_contact(const scene_body *body, int64_t points, const t
   def.areas = points > 0 && body->areas_known ? body->touch_areas : NULL;
   def.stiffness = body->touch_stiffness;
   def.pull_max = THRUM_SCENE_PULLS;
-  const thrum_status status = thrum_contact_size(&touch->model, state, &def, &size, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_contact_size(&touch->model, state, &def, &size, error));
   void *memory = scene_aligned(size);
   if (memory == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a contact of %zu bytes",

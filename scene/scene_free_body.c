@@ -34,9 +34,7 @@ static void find_momentum(const double inverse[9], const double spin[3], double 
 /* The rigid frame of the scaled body: lengths by s, the inertia by d s^5. */
 static thrum_status make_rigid_frame(const thrum_scene_body_def *def, scene_body *body,
                                      thrum_error *error) {
-  const thrum_status status = thrum_rigid_frame_of(def->model, &body->rigid_frame, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_rigid_frame_of(def->model, &body->rigid_frame, error));
   const double s = def->scale, inertia = def->density * (s * s * s * s * s);
   for (int axis = 0; axis < 3; axis++)
     body->rigid_frame.centre[axis] *= s;
@@ -63,9 +61,7 @@ thrum_status scene_free_make(const thrum_scene_body_def *def, scene_body *body,
   for (int axis = 0; axis < 3; axis++)
     if (!isfinite(def->velocity[axis]))
       return thrum_error_set(error, THRUM_BAD_VALUE, "the velocity at the start is not finite");
-  const thrum_status status = make_rigid_frame(def, body, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(make_rigid_frame(def, body, error));
   const size_t r = (size_t)body->model->rank;
   body->parts = calloc(9 * r, sizeof *body->parts);
   body->moments = calloc(9, sizeof *body->moments);

@@ -47,9 +47,7 @@ static thrum_status gravity_direction(const scene_body *body, const double gravi
 
 thrum_status scene_gravity_reduce(scene_body *body, const double gravity[3], thrum_error *error) {
   // body->force is made anew in every step
-  const thrum_status status = gravity_direction(body, gravity, body->force, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(gravity_direction(body, gravity, body->force, error));
   memcpy(body->directions, body->force, (size_t)body->model->rank * sizeof *body->force);
   if (!body->free)
     return THRUM_OK;
@@ -64,10 +62,7 @@ thrum_status thrum_scene_set_gravity(thrum_scene *scene, const double gravity[3]
     return thrum_error_set(error, THRUM_BAD_VALUE, "gravity is not finite");
   for (int32_t n = 0; n < scene->body_count; n++) {
     // all are tried before one is changed
-    const thrum_status status =
-        gravity_direction(scene->bodies[n], gravity, scene->bodies[n]->force, error);
-    if (status < 0)
-      return status;
+    THRUM_TRY(gravity_direction(scene->bodies[n], gravity, scene->bodies[n]->force, error));
   }
   memcpy(scene->gravity, gravity, sizeof scene->gravity);
   for (int32_t n = 0; n < scene->body_count; n++)
@@ -137,9 +132,7 @@ thrum_status thrum_scene_add_load(thrum_scene *scene, int32_t number, const thru
   scene_body *body = scene_body_at(scene, number, error);
   if (body == NULL)
     return THRUM_INVALID_ARGUMENT;
-  thrum_status status = check_load(load, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(check_load(load, error));
 
   // room first, so that a load is added whole or not at all
   const int64_t r = body->model->rank, count = body->load_count + 1;
@@ -149,7 +142,7 @@ thrum_status thrum_scene_add_load(thrum_scene *scene, int32_t number, const thru
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a load");
   double *direction = body->directions + body->load_count * r;
   memset(direction, 0, (size_t)r * sizeof *direction);
-  status = reduce_load(body, load, direction, error);
+  thrum_status status = reduce_load(body, load, direction, error);
   if (status >= 0 && body->free)
     status = scene_parts_make(body, load, body->load_count, error);
   if (status < 0)

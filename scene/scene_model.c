@@ -26,9 +26,7 @@ static thrum_status no_memory(const thrum_model *from, thrum_error *error) {
 static thrum_status cut_down(const thrum_model *from, scene_model *model, thrum_error *error) {
   size_t size = 0;
   const thrum_model copy = lean(from);
-  const thrum_status status = thrum_model_truncate_size(&copy, model->rank, &size, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_model_truncate_size(&copy, model->rank, &size, error));
   model->memory = scene_aligned(size);
   if (model->memory == NULL)
     return no_memory(from, error);
@@ -39,13 +37,11 @@ static thrum_status cut_down(const thrum_model *from, scene_model *model, thrum_
 static thrum_status scale(scene_model *model, thrum_error *error) {
   size_t size = 0;
   const thrum_model copy = lean(model->model);
-  thrum_status status = thrum_model_scale_size(&copy, &size, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_model_scale_size(&copy, &size, error));
   void *memory = scene_aligned(size);
   if (memory == NULL)
     return no_memory(model->from, error);
-  status = thrum_model_scale(memory, size, &copy, &model->by, &model->model, error);
+  thrum_status status = thrum_model_scale(memory, size, &copy, &model->by, &model->model, error);
   free(status < 0 ? memory : model->memory);
   if (status >= 0)
     model->memory = memory;
@@ -109,9 +105,7 @@ thrum_status scene_make_room(thrum_scene *scene, int32_t bodies, thrum_error *er
     size_t size = 0;
     if (model->users < 2)
       continue;
-    const thrum_status status = thrum_batch_size(model->model, &size, error);
-    if (status < 0)
-      return status;
+    THRUM_TRY(thrum_batch_size(model->model, &size, error));
     needed = size > needed ? size : needed;
   }
 

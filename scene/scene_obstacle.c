@@ -37,9 +37,7 @@ static thrum_status make_contacts(thrum_scene *scene, thrum_error *error) {
 
 thrum_status thrum_scene_add_obstacle(thrum_scene *scene, const thrum_obstacle *obstacle,
                                       int32_t *number, thrum_error *error) {
-  thrum_status status = thrum_obstacle_check(obstacle, scene->obstacle_count, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_obstacle_check(obstacle, scene->obstacle_count, error));
   const int64_t count = scene->obstacle_count + 1;
   if (!scene_grow(&scene->obstacles, count, sizeof *scene->obstacles) ||
       !scene_grow(&scene->obstacle_starts, count, sizeof *scene->obstacle_starts))
@@ -49,7 +47,7 @@ thrum_status thrum_scene_add_obstacle(thrum_scene *scene, const thrum_obstacle *
   scene->obstacles[scene->obstacle_count] = *obstacle;
   scene->obstacle_starts[scene->obstacle_count] = *obstacle;
   scene->obstacle_count++;
-  status = make_contacts(scene, error);
+  thrum_status status = make_contacts(scene, error);
   if (status < 0) {
     scene->obstacle_count--;
     return status;
@@ -81,11 +79,8 @@ thrum_status thrum_scene_obstacle(const thrum_scene *scene, int32_t number,
 
 thrum_status thrum_scene_set_obstacle(thrum_scene *scene, int32_t number,
                                       const thrum_obstacle *obstacle, thrum_error *error) {
-  thrum_status status = check_number(scene, number, error);
-  if (status >= 0)
-    status = thrum_obstacle_check(obstacle, number, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(check_number(scene, number, error));
+  THRUM_TRY(thrum_obstacle_check(obstacle, number, error));
   scene->obstacles[number] = *obstacle;
   scene->obstacle_starts[number] = *obstacle;
   return THRUM_OK;

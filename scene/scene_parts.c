@@ -101,10 +101,7 @@ thrum_status scene_parts_make(scene_body *body, const thrum_scene_load *load, in
   }
   for (int a = 0; a < 3; a++)
     for (int b = 0; b < 3; b++) {
-      const thrum_status status =
-          reduce_part(body, load, a, b, body->parts + (9 * index + 3 * a + b) * r, error);
-      if (status < 0)
-        return status;
+      THRUM_TRY(reduce_part(body, load, a, b, body->parts + (9 * index + 3 * a + b) * r, error));
     }
   find_whole(body, load, body->moments + 9 * index, body->resultants + 3 * index);
   return THRUM_OK;

@@ -45,9 +45,7 @@ thrum_status thrum_scene_add_probe(thrum_scene *scene, const char *name, int32_t
   if (body == NULL)
     return THRUM_INVALID_ARGUMENT;
   const int64_t all = vertices ? count : body->model->vertex_count;
-  const thrum_status status = check(body, vertices, all, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(check(body, vertices, all, error));
   scene_probe probe = {.body = number};
   probe.rows = calloc(3 * (size_t)body->model->rank, sizeof *probe.rows);
   if (!probe.rows || !scene_grow(&scene->probes, scene->probe_count + 1, sizeof *scene->probes)) {

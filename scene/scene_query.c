@@ -109,9 +109,7 @@ thrum_status thrum_scene_body_energies(thrum_scene *scene, int32_t number,
   thrum_energies of_state;
   if (body == NULL)
     return status;
-  status = thrum_state_energies(body->derived->model, body->state, &of_state, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_state_energies(body->derived->model, body->state, &of_state, error));
   double work = 0;
   for (int64_t i = 0; i < body->derived->rank; i++)
     work += body->directions[i] * body->q[i];

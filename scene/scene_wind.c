@@ -158,9 +158,7 @@ static void vertex_drag(const thrum_scene *scene, const scene_body *body, const 
 
 thrum_status scene_wind_add(const thrum_scene *scene, scene_body *body, scene_wrench *wrench,
                             thrum_error *error) {
-  const thrum_status status = scene_body_read(body, true, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(scene_body_read(body, true, error));
   const int64_t r = body->model->rank, rank = body->derived->rank;
   scene_flow flow = find_flow(scene, body);
   flow.mean = mean_of(scene, body, &flow);

@@ -45,9 +45,7 @@ const bridge_model *bridge_body_model(int32_t body) {
 /* An empty scene in place of the one before. */
 int32_t EXPORT(bridge_begin)(double dt) {
   thrum_scene *made;
-  thrum_status status = thrum_scene_make(dt, &made, &bridge_error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(thrum_scene_make(dt, &made, &bridge_error));
   thrum_scene_free(bridge_scene);
   bridge_scene = made;
   bridge_forget_motions();
@@ -85,9 +83,7 @@ int32_t EXPORT(bridge_add_body)(int32_t model, int32_t integrator, int32_t rank,
   def.touch = of->touch;
   def.touch_count = of->touch_count;
   int32_t body;
-  thrum_status status = thrum_scene_add_body(bridge_scene, &def, &body, &bridge_error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(thrum_scene_add_body(bridge_scene, &def, &body, &bridge_error));
   model_of_body[body] = model;
   return body;
 }
@@ -172,9 +168,7 @@ int32_t EXPORT(bridge_coordinates)(int32_t body) {
 /* q of the model's full rank, as floats for the GPU. */
 int32_t EXPORT(bridge_shape)(int32_t body, float *out) {
   double q[THRUM_RANK_MAX];
-  thrum_status status = thrum_scene_body_shape(bridge_scene, body, q, &bridge_error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(thrum_scene_body_shape(bridge_scene, body, q, &bridge_error));
   for (int64_t i = 0; i < bridge_body_model(body)->model.rank; i++)
     out[i] = (float)q[i];
   return THRUM_OK;
@@ -188,9 +182,7 @@ void EXPORT(bridge_matrix)(int32_t body) {
 /* numbers: kinetic, potential, gravity, total. */
 int32_t EXPORT(bridge_energies)(int32_t body) {
   thrum_scene_energies energies;
-  thrum_status status = thrum_scene_body_energies(bridge_scene, body, &energies, &bridge_error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(thrum_scene_body_energies(bridge_scene, body, &energies, &bridge_error));
   bridge_number[0] = energies.kinetic;
   bridge_number[1] = energies.potential;
   bridge_number[2] = energies.gravity;
@@ -251,13 +243,11 @@ static double compliance(int32_t body, int32_t vertex, const thrum_scene_body_in
  * times the stiffness that the body itself has there. Returns its number, or a status below 0. */
 int32_t EXPORT(bridge_pull_start)(int32_t body, int32_t vertex, double strength) {
   thrum_scene_body_info info;
-  thrum_status status = thrum_scene_body(bridge_scene, body, &info, &bridge_error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(thrum_scene_body(bridge_scene, body, &info, &bridge_error));
   int32_t pull;
-  status = thrum_scene_pull_start(bridge_scene, body, vertex, bridge_number,
-                                  strength / compliance(body, vertex, &info), -1.0, &pull,
-                                  &bridge_error);
+  thrum_status status = thrum_scene_pull_start(bridge_scene, body, vertex, bridge_number,
+                                               strength / compliance(body, vertex, &info), -1.0,
+                                               &pull, &bridge_error);
   return status == THRUM_OK ? pull : (int32_t)status;
 }
 

@@ -39,9 +39,7 @@ static thrum_status pack(thrum_model *model) {
 static thrum_status make_surface(bridge_model *made) {
   thrum_surface_def def = {.triangles = made->triangles, .triangle_count = made->triangle_count};
   size_t size;
-  thrum_status status = thrum_surface_size(&made->model, &def, &size, &bridge_error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(thrum_surface_size(&made->model, &def, &size, &bridge_error));
   void *memory = bridge_alloc(size);
   made->positions = bridge_alloc((size_t)made->model.vertex_count * 3 * sizeof(float));
   if (memory == NULL || made->positions == NULL)

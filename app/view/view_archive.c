@@ -105,11 +105,8 @@ static thrum_status add_model(data_section *data, cJSON *list, const view_archiv
     return thrum_error_set(error, THRUM_MISSING,
                            "%.200s: the model has no axis_mass, so gravity cannot act on it",
                            item->name);
-  thrum_status status = thrum_quality_measure(model, &quality, error);
-  if (status >= 0)
-    status = render_mesh_make(model, item->surface, &shown, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_quality_measure(model, &quality, error));
+  THRUM_TRY(render_mesh_make(model, item->surface, &shown, error));
   cJSON *object = cJSON_CreateObject();
   json_string(object, "name", item->name);
   json_string(object, "title", item->title);

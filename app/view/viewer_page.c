@@ -52,9 +52,7 @@ thrum_status viewer_page_read(viewer_page *page, thrum_error *error) {
         "libclang-rt-14-dev-wasm32 nodejs npm and build the target viewer; THRUM_VIEWER may name a "
         "viewer.html from elsewhere");
 
-  const thrum_status status = thrum_file_read(path, &html, &read.size, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_file_read(path, &html, &read.size, error));
   read.html = html;
 
   // the element that takes the archive
@@ -87,9 +85,7 @@ static void put_base64(FILE *stream, const unsigned char *bytes, size_t size) {
 thrum_status viewer_page_write(const char *path, const viewer_page *page,
                                const view_archive *archive, thrum_error *error) {
   thrum_file_writer writer = {NULL, NULL, NULL};
-  const thrum_status status = thrum_file_writer_open(path, &writer, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_file_writer_open(path, &writer, error));
   FILE *stream = writer.stream;
   fwrite(page->html, 1, (size_t)(page->slot - page->html), stream);
   fputs(SLOT_BEGIN ">", stream);

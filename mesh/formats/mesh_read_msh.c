@@ -223,12 +223,10 @@ static thrum_status read_all(msh_reader *r) {
 thrum_status thrum_mesh_parse_msh(const char *name, const void *data, size_t size, thrum_mesh *mesh,
                                   thrum_error *error) {
   msh_reader r = {.error = error};
-  thrum_status status = thrum_text_view(name, data, size, 0, 0, &r.text, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_text_view(name, data, size, 0, 0, &r.text, error));
 
   r.physicals = malloc(THRUM_MESH_GROUPS_MAX * sizeof *r.physicals);
-  status = r.physicals ? read_all(&r) : thrum_msh_no_memory(&r);
+  thrum_status status = r.physicals ? read_all(&r) : thrum_msh_no_memory(&r);
 
   for (int64_t i = 0; i < r.physical_count; i++) {
     free(r.physicals[i].name);

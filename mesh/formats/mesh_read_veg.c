@@ -492,9 +492,7 @@ static thrum_status read_set(veg_reader *r) {
       r->again = true;
       return THRUM_OK;
     }
-    status = read_set_line(r, set);
-    if (status < 0)
-      return status;
+    THRUM_TRY(read_set_line(r, set));
   }
 }
 

@@ -41,13 +41,11 @@ thrum_status thrum_surface_mesh_read(const char *path, double scale, thrum_surfa
 
   void *data = NULL;
   size_t size = 0;
-  thrum_status status = thrum_file_read(path, &data, &size, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_file_read(path, &data, &size, error));
 
   // the caller's surface changes only when all went well
   thrum_surface_mesh read = {0};
-  status = parse(path, data, size, &read, error);
+  thrum_status status = parse(path, data, size, &read, error);
   free(data);
 
   if (status >= 0)

@@ -161,9 +161,7 @@ static thrum_status fill(const thrum_mesh *mesh, const uint8_t *fixed, thrum_fem
 
 thrum_status thrum_fem_create(const thrum_mesh *mesh, const uint8_t *fixed, thrum_fem *fem,
                               thrum_error *error) {
-  thrum_status status = check_materials(mesh, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(check_materials(mesh, error));
 
   thrum_fem made = {.vertex_count = mesh->vertex_count,
                     .tet_count = mesh->tet_count,
@@ -172,7 +170,7 @@ thrum_status thrum_fem_create(const thrum_mesh *mesh, const uint8_t *fixed, thru
                     .tets = mesh->tets,
                     .tet_region = mesh->tet_region};
 
-  status = fill(mesh, fixed, &made, error);
+  thrum_status status = fill(mesh, fixed, &made, error);
   if (status < 0)
     thrum_fem_free(&made);
   else

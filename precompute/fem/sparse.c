@@ -133,9 +133,7 @@ static cholmod_sparse view(const thrum_sparse *matrix) {
 
 thrum_status thrum_factor_plan(const thrum_sparse *matrix, thrum_factor **factor,
                                thrum_error *error) {
-  const thrum_status ready = thrum_threads_ready(1, error);
-  if (ready != THRUM_OK)
-    return ready;
+  THRUM_TRY(thrum_threads_ready(1, error));
   thrum_factor *made = calloc(1, sizeof *made);
   if (!made)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a sparse factor");

@@ -152,9 +152,7 @@ static thrum_status fill(thrum_full *full, const uint8_t *held, thrum_error *err
 
 thrum_status thrum_full_create(const thrum_model *model, const uint8_t *held,
                                const thrum_full_def *def, thrum_full **full, thrum_error *error) {
-  thrum_status status = check_def(def, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(check_def(def, error));
   if (!model->vertices)
     return thrum_error_set(error, THRUM_MISSING, "full order: the model has no mesh to go back to");
 
@@ -166,7 +164,7 @@ thrum_status thrum_full_create(const thrum_model *model, const uint8_t *held,
   made->fresh = true;
   made->dt_stable = NAN;
 
-  status = fill(made, held, error);
+  thrum_status status = fill(made, held, error);
   if (status >= 0)
     *full = made;
   else

@@ -81,9 +81,7 @@ static thrum_status factorise(meter *m, thrum_error *error) {
     if (!(m->rigid = thrum_allocate(count, sizeof(double), "the rigid modes", error)) ||
         !(m->dual = thrum_allocate(count, sizeof(double), "the rigid modes", error)))
       return THRUM_OUT_OF_MEMORY;
-    status = thrum_rigid_modes(fem, &m->body.mass, m->rigid, m->dual, error);
-    if (status < 0)
-      return status;
+    THRUM_TRY(thrum_rigid_modes(fem, &m->body.mass, m->rigid, m->dual, error));
     thrum_support_springs_add(fem, &m->body.stiffness, &springs);
   }
 

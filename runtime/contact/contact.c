@@ -88,9 +88,7 @@ static thrum_status check_points(const thrum_model *model, const thrum_contact_d
 
 static thrum_status check_def(const thrum_model *model, const thrum_state *state,
                               const thrum_contact_def *def, thrum_error *error) {
-  const thrum_status status = thrum_state_check(model, state, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(thrum_state_check(model, state, error));
   if (!def || def->cookie != DEF_COOKIE)
     return thrum_error_set(error, THRUM_UNINITIALISED_DEF,
                            "the contact's def was not made by thrum_default_contact_def");
@@ -121,9 +119,7 @@ static void fill_header(const thrum_model *model, const thrum_state *state,
 
 thrum_status thrum_contact_size(const thrum_model *model, const thrum_state *state,
                                 const thrum_contact_def *def, size_t *size, thrum_error *error) {
-  const thrum_status status = check_def(model, state, def, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(check_def(model, state, def, error));
   if (!size)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "size is NULL");
   thrum_contact header = {0};
@@ -188,14 +184,10 @@ thrum_status thrum_contact_init(void *memory, size_t memory_size, const thrum_mo
                                 const thrum_state *state, const thrum_contact_def *def,
                                 thrum_contact **contact, thrum_error *error) {
   size_t size;
-  thrum_status status = thrum_contact_size(model, state, def, &size, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(thrum_contact_size(model, state, def, &size, error));
   if (!memory || !contact)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "memory or contact is NULL");
-  status = thrum_alignment_check("contact", memory, memory_size, size, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(thrum_alignment_check("contact", memory, memory_size, size, error));
   memset(memory, 0, size);
   fill_header(model, state, def, memory);
   fill_points(model, def, memory);
@@ -213,9 +205,7 @@ double thrum_contact_stiffness(const thrum_contact *contact) {
 
 thrum_status thrum_contact_check(const thrum_model *model, const thrum_state *state,
                                  const thrum_contact *contact, thrum_error *error) {
-  const thrum_status status = thrum_state_check(model, state, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(thrum_state_check(model, state, error));
   if (!contact || contact->magic != CONTACT_MAGIC)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "the contact was not made by thrum_contact_init");

@@ -64,11 +64,8 @@ static void fill_motion(thrum_contact_run *run) {
 static thrum_status open_run(const thrum_model *model, thrum_state *state, thrum_contact *contact,
                              const thrum_contact_environment *environment, thrum_contact_run *run,
                              thrum_error *error) {
-  thrum_status status = thrum_contact_check(model, state, contact, error);
-  if (status == THRUM_OK)
-    status = thrum_contact_environment_check(model, contact, environment, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(thrum_contact_check(model, state, contact, error));
+  THRUM_TRY(thrum_contact_environment_check(model, contact, environment, error));
 
   memset(run, 0, sizeof *run);
   run->model = model;
@@ -145,9 +142,7 @@ static void end(thrum_contact_run *run) {
 thrum_status thrum_contact_end(const thrum_model *model, thrum_state *state, thrum_contact *contact,
                                const thrum_contact_environment *environment, thrum_error *error) {
   thrum_contact_run run;
-  const thrum_status status = open_run(model, state, contact, environment, &run, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(open_run(model, state, contact, environment, &run, error));
   if (!contact->begun || contact->pull_count != environment->pull_count)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "no step has begun in this environment");
   end(&run);
@@ -193,13 +188,11 @@ thrum_status thrum_contact_step(const thrum_model *model, thrum_state *state,
                                 thrum_contact *contact,
                                 const thrum_contact_environment *environment, thrum_error *error) {
   thrum_contact_run run;
-  thrum_status status = open_run(model, state, contact, environment, &run, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(open_run(model, state, contact, environment, &run, error));
 
   const thrum_contact before = *contact;
   memcpy(run.view.snapshot, state, (size_t)contact->state_bytes);
-  status = begin(&run, error);
+  thrum_status status = begin(&run, error);
 
   // attempts, until one keeps the energy bound
   for (int attempt = ATTEMPT_FIRST; status >= 0; attempt++) {

@@ -33,9 +33,7 @@ static int64_t first_not_finite(int64_t count, const double *values) {
 
 thrum_status thrum_load_add_vertex(const thrum_model *model, int64_t vertex, const double force[3],
                                    double *reduced, thrum_error *error) {
-  thrum_status status = require_basis(model, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(require_basis(model, error));
   if (vertex < 0 || vertex >= model->vertex_count)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "vertex %" PRId64 " is outside 0..%" PRId64, vertex,
@@ -50,9 +48,7 @@ thrum_status thrum_load_add_vertex(const thrum_model *model, int64_t vertex, con
 
 thrum_status thrum_load_add_field(const thrum_model *model, const double *forces, double *reduced,
                                   thrum_error *error) {
-  thrum_status status = require_basis(model, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(require_basis(model, error));
   int64_t bad = first_not_finite(3 * model->vertex_count, forces);
   if (bad >= 0)
     return thrum_error_set(error, THRUM_BAD_VALUE,
@@ -97,9 +93,7 @@ thrum_status thrum_load_add_shared(const thrum_model *model, const int32_t *vert
                            force[2] / (double)count};
   for (int64_t n = 0; n < count; n++) {
     const int64_t vertex = vertices == NULL ? n : vertices[n];
-    const thrum_status status = thrum_load_add_vertex(model, vertex, share, reduced, error);
-    if (status < 0)
-      return status;
+    THRUM_TRY(thrum_load_add_vertex(model, vertex, share, reduced, error));
   }
   return THRUM_OK;
 }

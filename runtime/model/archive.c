@@ -104,11 +104,8 @@ thrum_status thrum_archive_bind(const thrum_array_list *list, int array,
   char where[64];
   snprintf(where, sizeof where, "array '%s'", info->name);
   thrum_npy npy;
-  thrum_status status = thrum_npy_parse(member.data, member.size, where, &npy, error);
-  if (status == THRUM_OK)
-    status = thrum_npy_expect(&npy, info->descr, info->item, where, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(thrum_npy_parse(member.data, member.size, where, &npy, error));
+  THRUM_TRY(thrum_npy_expect(&npy, info->descr, info->item, where, error));
   if (npy.dims != info->dims)
     return refuse_shape(&npy, info, where, "", 0, error);
   for (int d = 0; d < info->dims; d++) {

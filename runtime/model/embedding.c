@@ -117,9 +117,7 @@ thrum_status thrum_embedding_view(const void *file, size_t file_size, thrum_embe
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "thrum_embedding_view: no file or no embedding");
   thrum_embedding_layout layout;
-  thrum_status status = thrum_embedding_read(file, file_size, &layout, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(thrum_embedding_read(file, file_size, &layout, error));
   for (int a = 0; a < THRUM_EMBEDDING_ARRAY_COUNT; a++)
     if ((uintptr_t)layout.data[a] % array_table[a].item != 0)
       return thrum_error_set(error, THRUM_MISALIGNED,
@@ -128,7 +126,7 @@ thrum_status thrum_embedding_view(const void *file, size_t file_size, thrum_embe
                              array_table[a].name);
   thrum_embedding viewed;
   thrum_embedding_fill(&layout, &viewed);
-  status = thrum_embedding_check(&viewed, error);
+  thrum_status status = thrum_embedding_check(&viewed, error);
   if (status == THRUM_OK)
     *embedding = viewed;
   return status;

@@ -45,12 +45,10 @@ thrum_status thrum_embedding_load(const char *path, const thrum_embedding **embe
     return thrum_error_set(error, THRUM_IO, "the name of the surface file is empty");
   unsigned char *file = NULL;
   size_t size = 0;
-  thrum_status status = thrum_file_buffer_read(path, &file, &size, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(thrum_file_buffer_read(path, &file, &size, error));
   thrum_error reason = {THRUM_OK, ""};
   thrum_embedding_layout layout;
-  status = thrum_embedding_read(file, size, &layout, &reason);
+  thrum_status status = thrum_embedding_read(file, size, &layout, &reason);
   if (status == THRUM_OK)
     status = lay_out(&layout, embedding, &reason);
   free(file);
@@ -65,15 +63,12 @@ static thrum_status make_surface(const thrum_embedding *embedding, const thrum_m
                                  const thrum_surface **surface, thrum_error *error) {
   size_t size = 0;
   const thrum_surface_def def = thrum_embedding_surface(embedding);
-  thrum_status status = thrum_embedding_fits(embedding, model, error);
-  if (status == THRUM_OK)
-    status = thrum_surface_size(model, &def, &size, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(thrum_embedding_fits(embedding, model, error));
+  THRUM_TRY(thrum_surface_size(model, &def, &size, error));
   void *memory = thrum_file_buffer_allocate(size);
   if (memory == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the surface");
-  status = thrum_surface_init(memory, size, model, &def, surface, error);
+  thrum_status status = thrum_surface_init(memory, size, model, &def, surface, error);
   if (status != THRUM_OK)
     free(memory);
   return status;
@@ -85,11 +80,9 @@ thrum_status thrum_surface_load(const char *path, const thrum_model *model,
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "thrum_surface_load: no model or no surface");
   const thrum_embedding *embedding = NULL;
-  thrum_status status = thrum_embedding_load(path, &embedding, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(thrum_embedding_load(path, &embedding, error));
   thrum_error reason = {THRUM_OK, ""};
-  status = make_surface(embedding, model, surface, &reason);
+  thrum_status status = make_surface(embedding, model, surface, &reason);
   thrum_embedding_free(embedding);
   return status == THRUM_OK ? status : thrum_file_buffer_fail(path, status, reason.message, error);
 }

@@ -57,9 +57,7 @@ static thrum_status find_size(FILE *stream, const char *path, size_t *size, thru
 // the whole file
 static thrum_status read_stream(FILE *stream, const char *path, unsigned char **block, size_t *size,
                                 thrum_error *error) {
-  thrum_status status = find_size(stream, path, size, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(find_size(stream, path, size, error));
   unsigned char *memory = thrum_file_buffer_allocate(*size);
   if (memory == NULL)
     return thrum_file_buffer_fail(path, THRUM_OUT_OF_MEMORY, "no memory to load it", error);

@@ -23,9 +23,7 @@ thrum_status thrum_model_view(const void *file, size_t file_size, thrum_model *m
                            "the buffer of a model file must be aligned to 64 bytes to be used in "
                            "place: align it or use thrum_model_init");
   thrum_layout layout;
-  thrum_status status = thrum_layout_read(file, file_size, &layout, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(thrum_layout_read(file, file_size, &layout, error));
   for (int a = 0; a < THRUM_ARRAY_COUNT; a++)
     if (layout.data[a] != NULL && !is_aligned(layout.data[a]))
       return thrum_error_set(error, THRUM_MISALIGNED,
@@ -58,9 +56,7 @@ static thrum_status plan(const void *file, size_t file_size, thrum_layout *layou
                          thrum_error *error) {
   if (file == NULL)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "no bytes of a model file are given");
-  thrum_status status = thrum_layout_read(file, file_size, layout, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(thrum_layout_read(file, file_size, layout, error));
   *size = block_size(layout);
   if (*size == 0)
     return thrum_error_set(error, THRUM_UNSUPPORTED, "the model is larger than any memory");
@@ -89,9 +85,7 @@ thrum_status thrum_model_init(void *memory, size_t memory_size, const void *file
                            "the memory of a model must be aligned to 64 bytes");
   thrum_layout layout;
   size_t needed = 0;
-  thrum_status status = plan(file, file_size, &layout, &needed, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(plan(file, file_size, &layout, &needed, error));
   if (memory_size < needed)
     return thrum_error_set(error, THRUM_BUFFER_TOO_SMALL,
                            "the memory has %lu bytes, this model needs %lu",
@@ -106,7 +100,8 @@ thrum_status thrum_model_init(void *memory, size_t memory_size, const void *file
     next += thrum_round_up(bytes);
   }
   thrum_layout_to_model(&layout, memory);
-  status = thrum_model_pack(memory, next, needed - (size_t)(next - (unsigned char *)memory), error);
+  thrum_status status =
+      thrum_model_pack(memory, next, needed - (size_t)(next - (unsigned char *)memory), error);
   if (status == THRUM_OK)
     *model = memory;
   return status;

@@ -71,13 +71,10 @@ thrum_status thrum_layout_check_presence(const thrum_layout *layout, thrum_error
       return thrum_error_set(error, THRUM_MISSING, "array '%s' is missing",
                              thrum_array_table[a].name);
 
-  thrum_status status = check_together(
-      layout, mesh, 5, "vertices, tets, tet_region, material and fixed come together", error);
-  if (status == THRUM_OK)
-    status = check_together(layout, groups, 3,
-                            "group_names, group_ends and group_vertices come together", error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(check_together(layout, mesh, 5,
+                           "vertices, tets, tet_region, material and fixed come together", error));
+  THRUM_TRY(check_together(layout, groups, 3,
+                           "group_names, group_ends and group_vertices come together", error));
 
   // arrays whose rows are vertices
   static const int on_mesh[] = {THRUM_ARRAY_basis, THRUM_ARRAY_group_ends, THRUM_ARRAY_rigid};
@@ -148,11 +145,8 @@ thrum_status thrum_layout_check_sizes(const thrum_layout *layout, thrum_error *e
   for (int s = 0; s < THRUM_SIZE_COUNT; s++)
     if (layout->size[s] < 0)
       return thrum_error_set(error, THRUM_BAD_SHAPE, "%s is negative", thrum_size_names[s]);
-  thrum_status status = check_rank(layout, error);
-  if (status == THRUM_OK)
-    status = check_mesh_sizes(layout, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(check_rank(layout, error));
+  THRUM_TRY(check_mesh_sizes(layout, error));
   for (int a = 0; a < THRUM_ARRAY_COUNT; a++)
     if (layout->data[a] != NULL && !fits_memory(layout, a))
       return thrum_error_set(error, THRUM_BAD_SHAPE, "array '%s' is larger than any memory",
@@ -216,13 +210,9 @@ static thrum_status check_material(const thrum_layout *layout, thrum_error *erro
 }
 
 static thrum_status check_mesh(const thrum_layout *layout, thrum_error *error) {
-  thrum_status status = check_indices(layout, THRUM_ARRAY_tets, SIZE(layout, vertex_count), error);
-  if (status == THRUM_OK)
-    status = check_indices(layout, THRUM_ARRAY_tet_region, SIZE(layout, region_count), error);
-  if (status == THRUM_OK)
-    status = check_material(layout, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(check_indices(layout, THRUM_ARRAY_tets, SIZE(layout, vertex_count), error));
+  THRUM_TRY(check_indices(layout, THRUM_ARRAY_tet_region, SIZE(layout, region_count), error));
+  THRUM_TRY(check_material(layout, error));
 
   // rigid modes are those of a body that nothing holds; who reads both would count other unknowns
   const unsigned char *fixed = layout->data[THRUM_ARRAY_fixed];

@@ -30,11 +30,9 @@ thrum_status thrum_model_load(const char *path, const thrum_model **model, thrum
     return thrum_error_set(error, THRUM_IO, "the name of the model file is empty");
   unsigned char *block = NULL;
   size_t size = 0;
-  thrum_status status = thrum_file_buffer_read(path, &block, &size, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(thrum_file_buffer_read(path, &block, &size, error));
   thrum_error reason = {THRUM_OK, ""};
-  status = adopt(block, size, model, &reason);
+  thrum_status status = adopt(block, size, model, &reason);
   return status == THRUM_OK ? status : thrum_file_buffer_fail(path, status, reason.message, error);
 }
 

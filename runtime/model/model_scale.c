@@ -136,30 +136,22 @@ thrum_status thrum_model_scale(void *memory, size_t memory_size, const thrum_mod
                                thrum_error *error) {
   size_t size = 0, own = 0;
   factors f = {0};
-  thrum_status status = thrum_model_scale_size(model, &size, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(thrum_model_scale_size(model, &size, error));
   if (!by || !scaled)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "by or scaled is NULL");
-  status = find_factors(by, &f, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(find_factors(by, &f, error));
   if (memory_size < size)
     return thrum_error_set(error, THRUM_BUFFER_TOO_SMALL,
                            "the memory has %zu bytes, this model needs %zu", memory_size, size);
   // a copy at the same rank has every array that changes; the rest goes behind it
   const thrum_model *copy = NULL;
-  status = thrum_model_truncate(memory, memory_size, model, model->rank, &copy, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(thrum_model_truncate(memory, memory_size, model, model->rank, &copy, error));
   thrum_model_truncate_size(model, model->rank, &own, NULL);
   thrum_model result = *copy;
   if (!scale_arrays(memory, (unsigned char *)memory + thrum_round_up(own), model, &f, by, &result))
     return thrum_error_set(error, THRUM_BAD_VALUE, "the scaled model leaves the range of numbers");
   const void *packed = copy->packed ? (const void *)copy->packed : copy->packed_single;
-  status = thrum_model_pack(&result, within(memory, packed), thrum_model_pack_size(model), error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(thrum_model_pack(&result, within(memory, packed), thrum_model_pack_size(model), error));
   memcpy(memory, &result, sizeof result);
   *scaled = memory;
   return THRUM_OK;

@@ -80,9 +80,7 @@ static double *cut(unsigned char **memory, size_t doubles) {
 thrum_status thrum_model_truncate(void *memory, size_t memory_size, const thrum_model *model,
                                   int64_t rank, const thrum_model **truncated, thrum_error *error) {
   size_t size = 0;
-  const thrum_status status = thrum_model_truncate_size(model, rank, &size, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(thrum_model_truncate_size(model, rank, &size, error));
   if (!memory || !truncated)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "memory or truncated is NULL");
   if ((uintptr_t)memory % THRUM_ALIGNMENT != 0)
@@ -111,10 +109,7 @@ thrum_status thrum_model_truncate(void *memory, size_t memory_size, const thrum_
   lower.c4 = c4;
   lower.axis_mass = model->axis_mass ? axis_mass : NULL;
   lower.basis = model->basis ? basis : NULL;
-  const thrum_status packed =
-      thrum_model_pack(&lower, at, size - (size_t)(at - (unsigned char *)memory), error);
-  if (packed != THRUM_OK)
-    return packed;
+  THRUM_TRY(thrum_model_pack(&lower, at, size - (size_t)(at - (unsigned char *)memory), error));
   memcpy(memory, &lower, sizeof lower);
   *truncated = memory;
   return THRUM_OK;

@@ -207,9 +207,7 @@ thrum_status thrum_zip_next(thrum_zip *zip, thrum_zip_member *member, thrum_erro
   // only stored members without extras: what numpy.savez writes
   char text[48];
   thrum_zip_name_text(text, found.name, found.name_size);
-  thrum_status status = check_kind(get16(central + 8), get16(central + 10), text, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(check_kind(get16(central + 8), get16(central + 10), text, error));
   if (get16(central + 30) != 0 || get16(central + 32) != 0 || get16(central + 34) != 0)
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "member '%s' has an extra field, a comment or a disk in the zip "
@@ -220,9 +218,7 @@ thrum_status thrum_zip_next(thrum_zip *zip, thrum_zip_member *member, thrum_erro
                            "member '%s' is stored, yet its two sizes differ", text);
 
   // the data is where the directory says and has the checksum that it says
-  status = check_local(zip, central, text, &found, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(check_local(zip, central, text, &found, error));
   if (thrum_crc32(&zip->table, 0, found.data, found.size) != get32(central + 16))
     return thrum_error_set(error, THRUM_BAD_CHECKSUM,
                            "member '%s' does not match its CRC-32: the file is damaged", text);

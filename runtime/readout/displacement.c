@@ -26,9 +26,7 @@ static thrum_status require_basis(const thrum_model *model, thrum_error *error) 
 
 thrum_status thrum_displacement(const thrum_model *model, const double *q, int64_t first,
                                 int64_t count, double *displacements, thrum_error *error) {
-  thrum_status status = require_basis(model, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(require_basis(model, error));
   // written so that no sum can overflow
   if (first < 0 || count < 0 || first > model->vertex_count || count > model->vertex_count - first)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
@@ -57,9 +55,7 @@ static double extent(const thrum_model *model, int64_t mode) {
 
 thrum_status thrum_mode_add(const thrum_model *model, int64_t mode, double amplitude, double *q,
                             thrum_error *error) {
-  const thrum_status status = require_basis(model, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(require_basis(model, error));
   if (mode < 0 || mode >= model->rank) {
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "the model has modes 1 to %lld, there is no mode %lld",
@@ -76,9 +72,7 @@ thrum_status thrum_mode_add(const thrum_model *model, int64_t mode, double ampli
 }
 
 thrum_status thrum_basis_extents(const thrum_model *model, double *extents, thrum_error *error) {
-  const thrum_status status = require_basis(model, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(require_basis(model, error));
   for (int64_t i = 0; i < model->rank; i++)
     extents[i] = extent(model, i);
   return THRUM_OK;
@@ -87,9 +81,7 @@ thrum_status thrum_basis_extents(const thrum_model *model, double *extents, thru
 thrum_status thrum_displacement_peak(const thrum_model *model, const double *extents,
                                      const double *q, double *length, int64_t *vertex,
                                      thrum_error *error) {
-  const thrum_status status = require_basis(model, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(require_basis(model, error));
   double bound = 0;
   for (int64_t i = 0; i < model->rank; i++)
     bound += fabs(q[i]) * extents[i];
@@ -121,9 +113,7 @@ thrum_status thrum_displacement_peak(const thrum_model *model, const double *ext
 thrum_status thrum_displacement_mean(const thrum_model *model, const int32_t *vertices,
                                      int64_t count, const double *q, double mean[3],
                                      thrum_error *error) {
-  const thrum_status status = require_basis(model, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(require_basis(model, error));
   if (vertices == NULL)
     count = model->vertex_count;
   if (count <= 0)

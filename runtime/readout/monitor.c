@@ -103,9 +103,7 @@ static thrum_monitor plan(const thrum_model *model, const thrum_monitor_def *def
 
 thrum_status thrum_monitor_size(const thrum_model *model, const thrum_monitor_def *def,
                                 size_t *size, thrum_error *error) {
-  thrum_status status = check_def(model, def, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(check_def(model, def, error));
   if (!size)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "size is NULL");
   // stress points on chosen tets take bytes by their number alone, so those given or, before the
@@ -115,7 +113,7 @@ thrum_status thrum_monitor_size(const thrum_model *model, const thrum_monitor_de
   const thrum_stress_points_def points = {def->sampled_tets ? def->sampled_tets : &first,
                                           def->sampled_tets ? m.sampled_tet_count : 1};
   size_t bytes = 0;
-  status = thrum_stress_points_size(model, &points, &bytes, error);
+  thrum_status status = thrum_stress_points_size(model, &points, &bytes, error);
   if (status == THRUM_OK)
     *size = m.points + bytes * (size_t)(def->sampled_tets ? 1 : m.sampled_tet_count);
   return status;
@@ -184,21 +182,17 @@ thrum_status thrum_monitor_init(void *memory, size_t memory_size, const thrum_mo
                                 const thrum_monitor_def *def, const thrum_monitor **monitor,
                                 thrum_error *error) {
   size_t size;
-  thrum_status status = thrum_monitor_size(model, def, &size, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(thrum_monitor_size(model, def, &size, error));
   if (!memory || !monitor)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "memory or monitor is NULL");
-  status = thrum_alignment_check("monitor", memory, memory_size, size, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(thrum_alignment_check("monitor", memory, memory_size, size, error));
 
   // gaps between the parts are zero, so equal monitors have equal bytes
   memset(memory, 0, size);
   thrum_monitor made = plan(model, def);
   unsigned char *bytes = memory;
   int32_t *tets = (void *)(bytes + thrum_round_up(sizeof made));
-  status = fill_sampled_tets(model, def, &made.sampled_tet_count, tets, error);
+  thrum_status status = fill_sampled_tets(model, def, &made.sampled_tet_count, tets, error);
 
   // the sampled tetrahedra's strain is that of stress points
   const thrum_stress_points_def points = {tets, made.sampled_tet_count};
@@ -267,9 +261,7 @@ static double reach_of(const thrum_monitor *monitor, const double *q) {
 
 thrum_status thrum_monitor_look(const thrum_monitor *monitor, const double *q,
                                 thrum_monitor_record *record, thrum_error *error) {
-  const thrum_status status = check(monitor, record, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(check(monitor, record, error));
   if (!q)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "q is NULL");
   for (int64_t i = 0; i < monitor->rank; i++)
@@ -319,9 +311,7 @@ static double product_square(const thrum_model *model, const double *matrix, int
 thrum_status thrum_monitor_look_at_load(const thrum_monitor *monitor, const thrum_model *model,
                                         const double *forces, thrum_monitor_record *record,
                                         thrum_error *error) {
-  const thrum_status status = check(monitor, record, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(check(monitor, record, error));
   if (!model || !forces || model->rank != monitor->rank ||
       model->vertex_count != monitor->vertex_count || !model->basis)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,

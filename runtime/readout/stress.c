@@ -62,9 +62,7 @@ static thrum_status check_def(const thrum_model *model, const thrum_stress_point
 
 thrum_status thrum_stress_points_size(const thrum_model *model, const thrum_stress_points_def *def,
                                       size_t *size, thrum_error *error) {
-  const thrum_status status = check_def(model, def, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(check_def(model, def, error));
   if (!size)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "size is NULL");
   *size = rows_offset(count_of(model, def)) +
@@ -131,12 +129,10 @@ thrum_status thrum_stress_points_init(void *memory, size_t memory_size, const th
                                       const thrum_stress_points **stress_points,
                                       thrum_error *error) {
   size_t size;
-  thrum_status status = thrum_stress_points_size(model, def, &size, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(thrum_stress_points_size(model, def, &size, error));
   if (!memory || !stress_points)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "memory or stress points is NULL");
-  status = thrum_alignment_check("stress points", memory, memory_size, size, error);
+  thrum_status status = thrum_alignment_check("stress points", memory, memory_size, size, error);
   if (status != THRUM_OK)
     return status;
   memset(memory, 0, size);
@@ -145,9 +141,7 @@ thrum_status thrum_stress_points_init(void *memory, size_t memory_size, const th
                                       places_of(model, def)};
   thrum_stress_point_tet *tets = (void *)((unsigned char *)memory + tets_offset());
   for (int64_t n = 0; n < count; n++) {
-    status = fill_tet(model, def, n, tets + n, error);
-    if (status != THRUM_OK)
-      return status;
+    THRUM_TRY(fill_tet(model, def, n, tets + n, error));
   }
   fill_rows(model, def, (void *)((unsigned char *)memory + rows_offset(count)));
   memcpy(memory, &header, sizeof header);

@@ -91,9 +91,7 @@ static thrum_status check_def(const thrum_model *model, const thrum_surface_def 
 
 thrum_status thrum_surface_size(const thrum_model *model, const thrum_surface_def *def,
                                 size_t *size, thrum_error *error) {
-  const thrum_status status = check_def(model, def, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(check_def(model, def, error));
   if (!size)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "size is NULL");
   const int64_t triangles = def->triangles ? def->triangle_count : 0;
@@ -151,18 +149,12 @@ thrum_status thrum_surface_init(void *memory, size_t memory_size, const thrum_mo
                                 const thrum_surface_def *def, const thrum_surface **surface,
                                 thrum_error *error) {
   size_t size;
-  thrum_status status = thrum_surface_size(model, def, &size, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(thrum_surface_size(model, def, &size, error));
   const source from = find_source(model, def);
-  status = check_range(&from, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(check_range(&from, error));
   if (!memory || !surface)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "memory or surface is NULL");
-  status = thrum_alignment_check("surface", memory, memory_size, size, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(thrum_alignment_check("surface", memory, memory_size, size, error));
   memset(memory, 0, size);
   const int64_t count = shown(model, def), triangles = def->triangles ? def->triangle_count : 0;
   const thrum_surface header = {SURFACE_MAGIC, model->rank, count, triangles};
@@ -271,9 +263,7 @@ static void add_triangle(const float *positions, int64_t position_stride, const 
 thrum_status thrum_surface_normals(const thrum_surface *surface, const float *positions,
                                    int64_t position_stride, float *normals, int64_t normal_stride,
                                    thrum_error *error) {
-  const thrum_status status = check(surface, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(check(surface, error));
   if (surface->triangle_count == 0)
     return thrum_error_set(error, THRUM_MISSING,
                            "the surface was made without triangles, which normals need");

@@ -70,9 +70,7 @@ static size_t lay_out(const thrum_model *model, thrum_search *s, double *at) {
 }
 
 thrum_status thrum_equilibrium_size(const thrum_model *model, size_t *size, thrum_error *error) {
-  const thrum_status status = thrum_state_check_model(model, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(thrum_state_check_model(model, error));
   if (!size)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "size is NULL");
   thrum_search none;
@@ -112,11 +110,8 @@ static thrum_status check_arguments(const thrum_model *model, const thrum_equili
                                     size_t workspace_size, const thrum_equilibrium_report *report,
                                     thrum_error *error) {
   size_t size = 0;
-  thrum_status status = thrum_equilibrium_size(model, &size, error);
-  if (status == THRUM_OK)
-    status = check_def(def, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(thrum_equilibrium_size(model, &size, error));
+  THRUM_TRY(check_def(def, error));
 
   if (!load || !q || !workspace || !report)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
@@ -433,10 +428,7 @@ thrum_status thrum_equilibrium(const thrum_model *model, const thrum_equilibrium
                                void (*visit)(void *context, const thrum_equilibrium_point *point),
                                void *context, thrum_equilibrium_report *report,
                                thrum_error *error) {
-  const thrum_status status =
-      check_arguments(model, def, load, q, workspace, workspace_size, report, error);
-  if (status != THRUM_OK)
-    return status;
+  THRUM_TRY(check_arguments(model, def, load, q, workspace, workspace_size, report, error));
 
   // what is found stays here until it is complete: a failure leaves the outputs as they were
   thrum_equilibrium_report found = {0};

@@ -155,10 +155,8 @@ static thrum_status swing(const experiment_body *body, double impulse, double dt
   thrum_state *state = NULL;
   def.integrator = THRUM_INTEGRATOR_ENERGY;
   def.dt = dt;
-  thrum_status status = thrum_state_create(body->model, &def, &state, error);
-  if (status < 0)
-    return status;
-  status = experiment_strike(body, impulse, dt, state, error);
+  THRUM_TRY(thrum_state_create(body->model, &def, &state, error));
+  thrum_status status = experiment_strike(body, impulse, dt, state, error);
   *peak = 0;
   for (double time = 0; status >= 0 && time < SWING_SECONDS; time += dt) {
     status = thrum_step(body->model, state, error);
@@ -178,9 +176,7 @@ thrum_status experiment_impulse(const experiment_body *body, double amplitude, d
   double low = 0, high = 0;
   for (int n = 0; n < SWING_TRIES; n++) {
     double peak = 0;
-    const thrum_status status = swing(body, trial, dt, &peak, error);
-    if (status < 0)
-      return status;
+    THRUM_TRY(swing(body, trial, dt, &peak, error));
     // a swing may jump with the impulse, past what is asked
     if (n == 0 || fabs(peak - amplitude) < fabs(*reached - amplitude)) {
       *impulse = trial;

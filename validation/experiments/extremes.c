@@ -33,11 +33,8 @@ static thrum_status look(const experiment_body *body, thrum_state *state, bool l
                          balance *seen, experiment_extreme_result *result, thrum_error *error) {
   const thrum_model *model = body->model;
   thrum_energies energies;
-  thrum_status status = thrum_state_get(model, state, seen->q, seen->p, error);
-  if (status >= 0)
-    status = thrum_state_energies(model, state, &energies, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_state_get(model, state, seen->q, seen->p, error));
+  THRUM_TRY(thrum_state_energies(model, state, &energies, error));
   result->not_finite = result->not_finite || !finite(seen->q, model->rank) ||
                        !finite(seen->p, model->rank) || !isfinite(energies.total);
   if (loaded) {

@@ -40,9 +40,7 @@ static void search_free(search *s) {
 static thrum_status search_make(const experiment_body *body, search *s, thrum_error *error) {
   const thrum_model *model = body->model;
   search made = {.body = body, .linear = *model};
-  thrum_status status = thrum_equilibrium_size(model, &made.workspace_size, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_equilibrium_size(model, &made.workspace_size, error));
   made.zeros = calloc((size_t)model->c4_count + (size_t)model->c3_count, sizeof *made.zeros);
   made.workspace = aligned_alloc(64, (made.workspace_size + 63) / 64 * 64);
   if (made.zeros == NULL || made.workspace == NULL) {

@@ -74,11 +74,8 @@ static thrum_status record(experiment_run *run, thrum_state *state, double time,
                            experiment_row *row, thrum_error *error) {
   double q[THRUM_RANK_MAX];
   thrum_energies energies;
-  thrum_status status = thrum_state_get(run->body->model, state, q, NULL, error);
-  if (status >= 0)
-    status = thrum_state_energies(run->body->model, state, &energies, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_state_get(run->body->model, state, q, NULL, error));
+  THRUM_TRY(thrum_state_energies(run->body->model, state, &energies, error));
   *row = (experiment_row){
       .time = time,
       .total = energies.total,
@@ -140,12 +137,10 @@ static thrum_status perform(experiment_run *run, double dt, int64_t steps, thrum
   run->rows = calloc((size_t)(steps / stride + 2), sizeof *run->rows);
   if (run->rows == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the rows of a run");
-  thrum_status status = thrum_state_create(run->body->model, &def, &state, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_state_create(run->body->model, &def, &state, error));
 
   // the first row is the rest; a step that fails ends the run
-  status = record(run, state, 0, &run->rows[run->row_count++], &run->stop);
+  thrum_status status = record(run, state, 0, &run->rows[run->row_count++], &run->stop);
   for (int64_t step = 0; step < steps && status >= 0;) {
     const int64_t until = step + stride < steps ? step + stride : steps;
     status = advance(run, state, dt, step, until, &seconds, &run->stop);
@@ -208,9 +203,7 @@ static thrum_status find_force(void *context, int64_t index, thrum_error *error)
     double amplitude = 0;
     const experiment_run trial = {
         .body = body, .load = load, .force = force, .integrator = EXPERIMENT_energy};
-    const thrum_status status = bend(matrix, trial, &amplitude, error);
-    if (status < 0)
-      return status;
+    THRUM_TRY(bend(matrix, trial, &amplitude, error));
     work->forces[index] = force;
     if (amplitude >= wanted && amplitude <= FORCE_OVERSHOOT * wanted)
       break;

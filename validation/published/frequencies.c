@@ -35,9 +35,7 @@ thrum_status published_beam(const published_sink *sink, thrum_error *error) {
     const int cells = 2 << level;
     const published_body body = planar_beam(cells, thickness);
     thrum_precomputed made = {0};
-    const thrum_status status = published_precompute(&body, 4, 4, true, &made, error);
-    if (status < 0)
-      return status;
+    THRUM_TRY(published_precompute(&body, 4, 4, true, &made, error));
 
     const double *square = made.mode_omega2;
     published_add(sink, "beam", "bending 1, Hz", body.mesh, cells, first,
@@ -67,9 +65,7 @@ thrum_status published_torsion(const published_sink *sink, thrum_error *error) {
     published_body body = {.fix = {"x<1e-9"}, .material = {1, 0, 1}};
     thrum_precomputed made = {0};
     snprintf(body.mesh, sizeof body.mesh, "beam:%dx%dx%d@1x0.1x0.1", 10 * cells, cells, cells);
-    const thrum_status status = published_precompute(&body, 8, 8, true, &made, error);
-    if (status < 0)
-      return status;
+    THRUM_TRY(published_precompute(&body, 8, 8, true, &made, error));
 
     // the mode is found by its shape: others lie close
     published_add(sink, "torsion", "torsion 1, Hz", body.mesh, cells, exact,
@@ -96,9 +92,7 @@ thrum_status published_cube(const published_sink *sink, thrum_error *error) {
     published_body body = {.material = {1, 0.3, 1}};
     thrum_precomputed made = {0};
     snprintf(body.mesh, sizeof body.mesh, "beam:%dx%dx%d@1x1x1", cells, cells, cells);
-    const thrum_status status = published_precompute(&body, 18, 18, true, &made, error);
-    if (status < 0)
-      return status;
+    THRUM_TRY(published_precompute(&body, 18, 18, true, &made, error));
 
     // among equal frequencies the mode is found by its shape
     published_add(sink, "cube", "Lame's mode, Hz", body.mesh, cells, exact,
@@ -132,9 +126,7 @@ thrum_status published_sphere(const published_sink *sink, thrum_error *error) {
     published_body body = {.material = {1e8, 0.3, 1e4}, .map = to_ball};
     thrum_precomputed made = {0};
     snprintf(body.mesh, sizeof body.mesh, "beam:%dx%dx%d@2x2x2", cells, cells, cells);
-    const thrum_status status = published_precompute(&body, 20, 20, false, &made, error);
-    if (status < 0)
-      return status;
+    THRUM_TRY(published_precompute(&body, 20, 20, false, &made, error));
     snprintf(body.mesh, sizeof body.mesh, "ball of %d cells across", cells);
 
     // a mesh without the symmetry of the sphere splits equal frequencies: compare the means
@@ -165,9 +157,7 @@ thrum_status published_membrane(const published_sink *sink, thrum_error *error) 
         .fix = {"x<1e-9", "z<-0.0249:z"}, .material = {200e9, 0.3, 8000}, .map = taper};
     thrum_precomputed made = {0};
     snprintf(body.mesh, sizeof body.mesh, "beam:%dx%dx1@10x1x0.05", 2 * cells, cells);
-    const thrum_status status = published_precompute(&body, 6, 6, false, &made, error);
-    if (status < 0)
-      return status;
+    THRUM_TRY(published_precompute(&body, 6, 6, false, &made, error));
 
     for (int i = 0; i < 6; i++)
       published_add(sink, "membrane", names[i], body.mesh, cells, hertz[i],

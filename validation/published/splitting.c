@@ -56,9 +56,7 @@ static thrum_status run_chain(const thrum_state_def *def, double time, chain_run
   published_polynomial chain;
   make_chain(&chain);
   thrum_state *state = NULL;
-  thrum_status status = published_state(&chain.model, def, q0, p0, &state, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(published_state(&chain.model, def, q0, p0, &state, error));
   double first = 0, fast_first = 0, mean[SPRINGS] = {0};
   const int64_t steps = thrum_step_count(time, def->dt);
   *run = (chain_run){.exchange = NAN};
@@ -128,9 +126,7 @@ static thrum_status resonance(thrum_split_form form, int k, double *ratio, thrum
   for (int n = 0; n < 5; n++) {
     const thrum_state_def def = imexv_def((k * PI + 0.2 * (n - 2)) / OMEGA, form);
     chain_run run;
-    const thrum_status status = run_chain(&def, FAR, &run, error);
-    if (status < 0)
-      return status;
+    THRUM_TRY(run_chain(&def, FAR, &run, error));
     errors[n] = run.lost ? INFINITY : run.energy_rms;
   }
   *ratio = errors[2] / (0.25 * (errors[0] + errors[1] + errors[3] + errors[4]));
@@ -144,9 +140,7 @@ static thrum_status add_exchange(const published_sink *sink, const char *quantit
     const thrum_state_def def = imexv_def(steps[n], form);
     chain_run run;
     char setting[64];
-    const thrum_status status = run_chain(&def, 200, &run, error);
-    if (status < 0)
-      return status;
+    THRUM_TRY(run_chain(&def, 200, &run, error));
     snprintf(setting, sizeof setting, "h = %g s", steps[n]);
     published_add(sink, "fermi", quantity, setting, 0, exchange, run.exchange);
   }

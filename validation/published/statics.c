@@ -91,11 +91,8 @@ static thrum_status tip_of(const thrum_model *model, double load, double width, 
                            double *deflection, double *shortening, thrum_error *error) {
   double up[THRUM_RANK_MAX], along[THRUM_RANK_MAX], force[THRUM_RANK_MAX], q[THRUM_RANK_MAX];
   double compliance = 0;
-  thrum_status status = face_force(model, 2, up, error);
-  if (status >= 0)
-    status = face_force(model, 0, along, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(face_force(model, 2, up, error));
+  THRUM_TRY(face_force(model, 0, along, error));
   for (int64_t i = 0; i < model->rank; i++)
     compliance += up[i] * up[i] / model->omega2[i];
   // w = P L^3 / (3 E I) at small loads
@@ -103,7 +100,7 @@ static thrum_status tip_of(const thrum_model *model, double load, double width, 
   for (int64_t i = 0; i < model->rank; i++)
     force[i] = load * stiffness * up[i];
 
-  status = rest(model, force, q, error);
+  thrum_status status = rest(model, force, q, error);
   *deflection = product(model, up, q);
   *shortening = -product(model, along, q);
   return status;
@@ -175,13 +172,12 @@ thrum_status published_gravity_beam(const published_sink *sink, thrum_error *err
                0.02 / cells);
 
       thrum_precomputed made = {0};
-      thrum_status status = published_precompute(&body, 6, 20, false, &made, error);
-      if (status < 0)
-        return status;
+      THRUM_TRY(published_precompute(&body, 6, 20, false, &made, error));
 
       // the reduced model at rest under its weight
       double load[THRUM_RANK_MAX] = {0}, up[THRUM_RANK_MAX], q[THRUM_RANK_MAX];
-      status = thrum_load_add_gravity(&made.model, (const double[3]){0, 0, -2}, load, error);
+      thrum_status status =
+          thrum_load_add_gravity(&made.model, (const double[3]){0, 0, -2}, load, error);
       if (status >= 0)
         status = face_force(&made.model, 2, up, error);
       if (status >= 0)

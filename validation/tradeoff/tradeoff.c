@@ -62,9 +62,7 @@ static thrum_status step_script(const tradeoff_problem *problem, const tradeoff_
   double force[THRUM_RANK_MAX];
   thrum_state *state = NULL;
   taker t = {samples, rank, 0, 0};
-  thrum_status status = thrum_state_create(model, def, &state, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_state_create(model, def, &state, error));
   double spent = 0;
   int64_t k = 0;
 
@@ -194,9 +192,7 @@ static thrum_status make_space(solution *s, int64_t n, int64_t b, thrum_error *e
     space->packed = aligned_alloc(64, size);
     if (space->packed == NULL)
       return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a basis");
-    const thrum_status packed = thrum_model_pack(&space->made.model, space->packed, size, error);
-    if (packed < 0)
-      return packed;
+    THRUM_TRY(thrum_model_pack(&space->made.model, space->packed, size, error));
     space->model = &space->made.model;
   }
 
@@ -287,10 +283,8 @@ static thrum_status run_tight(void *context, int64_t b, thrum_error *error) {
   const thrum_state_def def =
       def_of(problem, THRUM_INTEGRATOR_ENERGY, basis->tight_dt, TIGHT_TOLERANCE);
 
-  const thrum_status status =
-      step_script(problem, &s->spaces[b], &def, &s->spaces[b].tight, &seconds, &whole, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(
+      step_script(problem, &s->spaces[b], &def, &s->spaces[b].tight, &seconds, &whole, error));
 
   if (!whole)
     return thrum_error_set(error, THRUM_NOT_CONVERGED,

@@ -79,11 +79,8 @@ static thrum_status step_all(const tradeoff_problem *problem, thrum_full *full, 
   for (int64_t k = 0; k < steps; k++) {
     load(problem, k, f->forces);
     const double began = experiment_seconds();
-    thrum_status status = thrum_full_set_force(full, f->forces, error);
-    if (status >= 0)
-      status = thrum_full_step(full, error);
-    if (status < 0)
-      return status;
+    THRUM_TRY(thrum_full_set_force(full, f->forces, error));
+    THRUM_TRY(thrum_full_step(full, error));
     seconds += experiment_seconds() - began;
     thrum_full_get(full, f->to, f->to + all);
 
