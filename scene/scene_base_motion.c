@@ -13,10 +13,11 @@
 thrum_status scene_base_motion_check(const scene_body *body, thrum_error *error) {
   if (body->model->axis_mass != NULL)
     return THRUM_OK;
-  return thrum_error_set(error, THRUM_MISSING,
-                         "the model of body '%s' has no array axis_mass, which shaking needs: "
-                         "precompute it from a mesh",
-                         body->name);
+  return thrum_error_set(
+      error, THRUM_MISSING,
+      "the model of body '%s' has no array axis_mass, which a moving base needs: "
+      "precompute it from a mesh",
+      body->name);
 }
 
 static thrum_status add(thrum_scene *scene, const scene_base_motion *base_motion,

@@ -197,7 +197,7 @@ thrum_status thrum_scene_add_body(thrum_scene *scene, const thrum_scene_body_def
 thrum_status thrum_scene_make(double dt, thrum_scene **scene, thrum_error *error) {
   if (scene == NULL || !isfinite(dt) || !(dt > 0))
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                           "a scene wants a time step that is finite and > 0 [s]");
+                           "the time step of a scene must be finite and > 0 [s]");
   thrum_scene *made = calloc(1, sizeof *made);
   if (made == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a scene");

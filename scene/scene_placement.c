@@ -12,8 +12,9 @@ thrum_status thrum_scene_axes(const double rotation[4], double axes[9], thrum_er
   for (int n = 0; n < 4; n++)
     square += rotation[n] * rotation[n];
   if (!isnormal(square))
-    return thrum_error_set(error, THRUM_BAD_VALUE,
-                           "a rotation wants four finite numbers, w, x, y, z, not all zero");
+    return thrum_error_set(
+        error, THRUM_BAD_VALUE,
+        "a rotation must be four finite numbers w, x, y, z that are not all zero");
 
   // the length is divided out, so any multiple of a quaternion is the same rotation
   const double length = sqrt(square);

@@ -47,7 +47,7 @@ int32_t EXPORT(bridge_add_motion)(int32_t count, double *samples) {
   if (motion_count == MOTIONS_MAX) {
     free(samples);
     return thrum_error_set(&bridge_error, THRUM_UNSUPPORTED,
-                           "a page shakes the ground by at most %d files", MOTIONS_MAX);
+                           "a page moves the ground by at most %d files", MOTIONS_MAX);
   }
   motion_memory[motion_count] = samples;
   thrum_base_motion *motion = &motions[motion_count++];

@@ -173,7 +173,7 @@ static void wrong_options_are_refused_with_one_line(void **state) {
 }
 
 /* The refusal comes before the machine is measured, which takes a while. */
-static void what_cannot_be_measured_is_refused_and_nothing_printed(void **state) {
+static void missing_models_and_ranks_beyond_them_are_refused_and_nothing_printed(void **state) {
   (void)state;
   static const char *const wrong[][4] = {{"step", "no/such.npz", NULL, NULL},
                                          {"step", "--implicit", "99", NULL},
@@ -196,7 +196,7 @@ int main(void) {
       cmocka_unit_test(the_table_is_printed_once),
       cmocka_unit_test(the_same_steps_take_the_same_iterations_with_every_kernel),
       cmocka_unit_test(wrong_options_are_refused_with_one_line),
-      cmocka_unit_test(what_cannot_be_measured_is_refused_and_nothing_printed),
+      cmocka_unit_test(missing_models_and_ranks_beyond_them_are_refused_and_nothing_printed),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

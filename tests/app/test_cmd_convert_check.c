@@ -52,7 +52,7 @@ static void converting_there_and_back_gives_the_same_check(void **state) {
   cJSON_Delete(first);
 }
 
-static void what_is_lost_is_warned_of(void **state) {
+static void a_group_or_material_that_the_format_cannot_hold_is_warned_of(void **state) {
   (void)state;
   program_result run = thrum_run(folder, "convert", "beam:2x2x2@1x1x1", "b.msh", NULL);
   assert_int_equal(run.exit_code, 0);
@@ -76,7 +76,7 @@ static void a_likely_mistake_is_flagged_with_exit_code_3(void **state) {
   program_result_free(&run);
 }
 
-static void what_cannot_be_understood_is_refused(void **state) {
+static void wrong_arguments_and_unknown_formats_are_refused(void **state) {
   (void)state;
   static const struct {
     int exit_code;
@@ -111,9 +111,9 @@ int main(void) {
     return 1;
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(converting_there_and_back_gives_the_same_check),
-      cmocka_unit_test(what_is_lost_is_warned_of),
+      cmocka_unit_test(a_group_or_material_that_the_format_cannot_hold_is_warned_of),
       cmocka_unit_test(a_likely_mistake_is_flagged_with_exit_code_3),
-      cmocka_unit_test(what_cannot_be_understood_is_refused),
+      cmocka_unit_test(wrong_arguments_and_unknown_formats_are_refused),
   };
   const int failed = cmocka_run_group_tests(tests, NULL, NULL);
   test_folder_remove(folder);

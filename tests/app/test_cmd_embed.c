@@ -118,7 +118,7 @@ static void a_wrong_scale_is_flagged(void **state) {
   program_result_free(&run);
 }
 
-static void what_cannot_be_embedded_is_refused_and_nothing_written(void **state) {
+static void bad_surfaces_and_models_are_refused_and_nothing_written(void **state) {
   (void)state;
   write_text("bad.obj", "v 0 0 0\nf 1 2 3\n");
   write_tent("good.obj", 0);
@@ -298,7 +298,7 @@ int main(void) {
       cmocka_unit_test(a_surface_is_embedded_and_loads),
       cmocka_unit_test(info_knows_a_surface),
       cmocka_unit_test(a_wrong_scale_is_flagged),
-      cmocka_unit_test(what_cannot_be_embedded_is_refused_and_nothing_written),
+      cmocka_unit_test(bad_surfaces_and_models_are_refused_and_nothing_written),
       cmocka_unit_test(an_embedded_skin_is_exported_as_the_skin),
       cmocka_unit_test(an_export_shows_the_surface),
       cmocka_unit_test(a_surface_of_another_model_is_not_shown),

@@ -32,7 +32,7 @@ static void expect_refusal(program_result result, int code, const char *line) {
   program_result_free(&result);
 }
 
-static void what_is_exported_can_be_imported(void **state) {
+static void an_export_can_be_imported(void **state) {
   (void)state;
   program_result out = thrum_run(folder, "export", "beam.npz", "--vega-basis", "b.U",
                                  "--vega-cubic", "b.cub", "--matrices", "b", "--json", NULL);
@@ -176,7 +176,7 @@ static void mistakes_are_named(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(what_is_exported_can_be_imported),
+      cmocka_unit_test(an_export_can_be_imported),
       cmocka_unit_test(outputs_that_could_not_be_written_are_refused_before_the_work),
       cmocka_unit_test(an_export_does_not_take_the_place_of_its_model),
       cmocka_unit_test(modes_are_named_by_their_frequencies),

@@ -262,7 +262,7 @@ static void rows_are_thinned_to_the_rate_asked_for(void **state) {
   close_glb(&file);
 }
 
-static void what_does_not_go_together_is_refused(void **state) {
+static void options_and_files_that_do_not_go_together_are_refused(void **state) {
   (void)state;
   program_result run =
       thrum_run(folder, "precompute", "beam:6x2x2@1x0.2x0.3", "--fix", "x<0.001", "--young", "1e5",
@@ -317,7 +317,7 @@ int main(void) {
       cmocka_unit_test(the_surface_is_closed_and_looks_outwards),
       cmocka_unit_test(caches_move_the_vertices_of_the_obj),
       cmocka_unit_test(rows_are_thinned_to_the_rate_asked_for),
-      cmocka_unit_test(what_does_not_go_together_is_refused),
+      cmocka_unit_test(options_and_files_that_do_not_go_together_are_refused),
       cmocka_unit_test(a_run_finds_its_model_beside_it),
   };
   return cmocka_run_group_tests(tests, make_run, remove_run);

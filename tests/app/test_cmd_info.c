@@ -267,7 +267,7 @@ static void assert_exit(int code, const char *wanted, const char *a, const char 
   program_result_free(&run);
 }
 
-static void what_is_no_model_is_refused_in_one_line(void **state) {
+static void a_file_that_is_no_model_is_refused_in_one_line(void **state) {
   (void)state;
   char path[160], copy[160];
 
@@ -372,7 +372,7 @@ int main(void) {
       cmocka_unit_test(table_names_what_people_ask_for),
       cmocka_unit_test(a_polynomial_alone_is_a_model_too),
       cmocka_unit_test(meta_of_any_kind_is_survived),
-      cmocka_unit_test(what_is_no_model_is_refused_in_one_line),
+      cmocka_unit_test(a_file_that_is_no_model_is_refused_in_one_line),
       cmocka_unit_test(wrong_usage_exits_with_2),
       cmocka_unit_test(a_full_disk_is_not_success),
       cmocka_unit_test(mean_ratio_is_one_for_regular_tets_at_any_size),

@@ -564,7 +564,7 @@ static void stages_say_time_memory_and_rate(void **state) {
   cJSON_Delete(object);
 }
 
-static void how_modes_were_checked_is_said(void **state) {
+static void precompute_says_how_modes_were_checked(void **state) {
   (void)state;
   static const char *const how[] = {"search", "inertia", "auto"};
   for (int n = 0; n < 3; n++) {
@@ -711,7 +711,7 @@ int main(void) {
       cmocka_unit_test(bodies_too_free_and_ranks_too_large_are_refused),
       cmocka_unit_test(a_body_that_nothing_holds_is_a_free_one),
       cmocka_unit_test(stages_say_time_memory_and_rate),
-      cmocka_unit_test(how_modes_were_checked_is_said),
+      cmocka_unit_test(precompute_says_how_modes_were_checked),
       cmocka_unit_test(an_output_that_cannot_be_written_is_refused_at_once),
       cmocka_unit_test(a_refusal_leaves_an_earlier_model_alone),
       cmocka_unit_test(wrong_usage_is_told_apart_from_refusal),

@@ -79,7 +79,7 @@ static void a_small_swing_is_that_of_the_reduced_model(void **state) {
 }
 
 /* Loads, the base's motion and a start act on both alike while the motion is small. */
-static void loads_and_shaking_act_as_on_the_reduced_model(void **state) {
+static void loads_and_base_motion_act_as_on_the_reduced_model(void **state) {
   (void)state;
   static const char *const what[][4] = {
       {"--load", "gravity:0,0,-0.001", NULL, NULL},
@@ -139,7 +139,7 @@ static void a_body_in_equilibrium_stays_and_frames_show_it(void **state) {
   cJSON_Delete(object);
 }
 
-static void what_the_full_order_cannot_do_is_refused(void **state) {
+static void options_that_need_the_reduced_model_are_refused(void **state) {
   (void)state;
   static const struct {
     int code;
@@ -169,9 +169,9 @@ static void what_the_full_order_cannot_do_is_refused(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_small_swing_is_that_of_the_reduced_model),
-      cmocka_unit_test(loads_and_shaking_act_as_on_the_reduced_model),
+      cmocka_unit_test(loads_and_base_motion_act_as_on_the_reduced_model),
       cmocka_unit_test(a_body_in_equilibrium_stays_and_frames_show_it),
-      cmocka_unit_test(what_the_full_order_cannot_do_is_refused),
+      cmocka_unit_test(options_that_need_the_reduced_model_are_refused),
   };
   return cmocka_run_group_tests(tests, make_models, remove_folder);
 }

@@ -163,7 +163,7 @@ static void misspelt_loads_exit_with_two_and_say_what_is_wrong(void **state) {
   assert_refusals(cases, sizeof cases / sizeof cases[0], 2, 1);
 }
 
-static void what_the_model_or_the_files_lack_is_refused_in_one_line(void **state) {
+static void requests_beyond_the_model_and_its_files_are_refused_in_one_line(void **state) {
   (void)state;
   static const refusal cases[] = {
       {{"nowhere.npz", "-o", "run"}, "nowhere.npz"},
@@ -396,7 +396,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(mistakes_of_usage_exit_with_two_and_write_nothing),
       cmocka_unit_test(misspelt_loads_exit_with_two_and_say_what_is_wrong),
-      cmocka_unit_test(what_the_model_or_the_files_lack_is_refused_in_one_line),
+      cmocka_unit_test(requests_beyond_the_model_and_its_files_are_refused_in_one_line),
       cmocka_unit_test(an_earlier_run_is_replaced_and_other_files_are_kept),
       cmocka_unit_test(an_empty_folder_is_used),
       cmocka_unit_test(a_run_that_cannot_be_written_leaves_nothing),

@@ -352,7 +352,7 @@ static void expect_refusal(program_result run, int code, const char *words) {
   program_result_free(&run);
 }
 
-static void what_cannot_be_shown_is_refused(void **state) {
+static void missing_inputs_and_wrong_options_are_refused(void **state) {
   (void)state;
 
   // files that are missing or no model, and an output in the place of an input
@@ -460,7 +460,7 @@ int main(void) {
       cmocka_unit_test(a_scene_file_is_packed_with_its_models),
       cmocka_unit_test(a_body_is_shown_by_its_own_surface),
       cmocka_unit_test(without_a_name_the_page_is_opened_where_there_is_a_display),
-      cmocka_unit_test(what_cannot_be_shown_is_refused),
+      cmocka_unit_test(missing_inputs_and_wrong_options_are_refused),
       cmocka_unit_test(a_page_without_a_place_for_a_pack_is_refused),
   };
   return cmocka_run_group_tests(tests, make_model, remove_model);

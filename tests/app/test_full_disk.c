@@ -228,7 +228,7 @@ static void a_full_disk_leaves_nothing_and_names_the_file(void **state) {
 }
 
 /* Each command writes twice into the same place, the second time on a full disk. */
-static void what_was_there_before_stays_whole(void **state) {
+static void a_file_of_an_earlier_run_stays_whole(void **state) {
   (void)state;
   static const char *const files[] = {"m.npz", "run/q.npy", "m.veg"};
   static const int which[] = {0, 12, 2};
@@ -396,7 +396,7 @@ int main(void) {
   signal(SIGXFSZ, SIG_IGN);
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_full_disk_leaves_nothing_and_names_the_file),
-      cmocka_unit_test(what_was_there_before_stays_whole),
+      cmocka_unit_test(a_file_of_an_earlier_run_stays_whole),
       cmocka_unit_test(a_folder_that_cannot_be_written_to_is_named),
       cmocka_unit_test(a_folder_in_place_of_a_file_is_refused),
       cmocka_unit_test(ctrl_c_at_any_moment_leaves_whole_files_or_none),

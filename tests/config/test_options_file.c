@@ -91,7 +91,7 @@ static void paths_are_relative_to_the_file(void **state) {
   cJSON_Delete(run_done(thrum_run(folder, "simulate", "--options", "sub/again.json", NULL)));
 }
 
-static void a_table_of_shaking_lies_beside_the_file(void **state) {
+static void a_table_of_base_motion_lies_beside_the_file(void **state) {
   (void)state;
   write_file("sub/base.csv", "0,0,0,0\n0.02,0,0,1\n0.04,0,0,0\n");
   write_file("sub/base_motion.json",
@@ -329,7 +329,7 @@ static void the_committed_schemas_are_those_of_the_program(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(paths_are_relative_to_the_file),
-      cmocka_unit_test(a_table_of_shaking_lies_beside_the_file),
+      cmocka_unit_test(a_table_of_base_motion_lies_beside_the_file),
       cmocka_unit_test(an_equilibrium_takes_its_options_from_a_file_too),
       cmocka_unit_test(the_command_line_comes_first),
       cmocka_unit_test(a_mistake_is_named_by_file_line_and_key),

@@ -111,7 +111,7 @@ static void hard_decimals_are_rounded_correctly(void **state) {
   }
 }
 
-static void what_is_no_number_is_left_alone(void **state) {
+static void a_word_that_is_no_number_is_left_alone(void **state) {
   (void)state;
 
   // texts without a number use no characters and leave the value
@@ -229,7 +229,7 @@ int main(void) {
       cmocka_unit_test(doubles_come_back_bit_for_bit),
       cmocka_unit_test(decimals_are_rounded_correctly),
       cmocka_unit_test(hard_decimals_are_rounded_correctly),
-      cmocka_unit_test(what_is_no_number_is_left_alone),
+      cmocka_unit_test(a_word_that_is_no_number_is_left_alone),
       cmocka_unit_test(non_finite_words_are_scanned_to_be_named),
       cmocka_unit_test(integers_stop_at_their_range),
       cmocka_unit_test(lines_end_in_three_ways_and_keep_their_numbers),

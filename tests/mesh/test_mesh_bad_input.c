@@ -31,7 +31,7 @@ static void check_all(const char *name, const bad_case *cases, size_t count) {
 
 #define CHECK(name, cases) check_all(name, cases, sizeof(cases) / sizeof *(cases))
 
-static void what_is_no_mesh_file_is_refused(void **state) {
+static void a_file_that_is_no_mesh_is_refused(void **state) {
   (void)state;
   static const char *const names[] = {
       "no-such.veg", "no-such.msh",         "mesh.obj", "", "veg", ".veg", "beam",
@@ -513,7 +513,7 @@ static void random_mutations_are_survived(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       // files that are no text, and VegaFEM's format
-      cmocka_unit_test(what_is_no_mesh_file_is_refused),
+      cmocka_unit_test(a_file_that_is_no_mesh_is_refused),
       cmocka_unit_test(files_that_are_not_text_are_refused),
       cmocka_unit_test(bad_veg_sections_are_refused_with_their_line),
       cmocka_unit_test(bad_materials_and_regions_are_refused_with_their_line),

@@ -205,7 +205,7 @@ static void extreme_numbers_come_back_bit_for_bit(void **state) {
   thrum_mesh_free(&mesh);
 }
 
-static void what_cannot_be_written_is_refused_and_nothing_is_left(void **state) {
+static void a_mesh_that_cannot_be_written_is_refused_and_no_file_is_left(void **state) {
   (void)state;
   static const char *const names[] = {"no-such-folder/m.vtk", "m.obj", "m", "no/m.node"};
 
@@ -340,7 +340,7 @@ int main(void) {
       cmocka_unit_test(vega_files_hold_regions_with_materials_but_no_groups_of_vertices),
       cmocka_unit_test(formats_of_one_mark_a_vertex_hold_groups_that_do_not_overlap),
       cmocka_unit_test(extreme_numbers_come_back_bit_for_bit),
-      cmocka_unit_test(what_cannot_be_written_is_refused_and_nothing_is_left),
+      cmocka_unit_test(a_mesh_that_cannot_be_written_is_refused_and_no_file_is_left),
       cmocka_unit_test(damaged_binary_files_are_read_or_refused),
       cmocka_unit_test(binary_files_of_the_other_byte_order_are_read),
       cmocka_unit_test(a_locale_with_decimal_commas_makes_no_difference),

@@ -74,7 +74,7 @@ static void faults_are_named_with_their_line(void **state) {
   expect(CORNERS SIDES LID "f 1 1 5\n", "s.obj:15: triangles without area: 1");
 }
 
-static void what_goes_round_the_other_way_is_counted(void **state) {
+static void triangles_that_wind_the_other_way_are_counted(void **state) {
   (void)state;
   // a reversed face of two triangles has four edges in common with others
   thrum_surface_mesh surface = parse(CORNERS SIDES "f 4 8 6 2\n");
@@ -170,7 +170,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_cube_has_no_fault),
       cmocka_unit_test(faults_are_named_with_their_line),
-      cmocka_unit_test(what_goes_round_the_other_way_is_counted),
+      cmocka_unit_test(triangles_that_wind_the_other_way_are_counted),
       cmocka_unit_test(vertices_at_one_place_are_joined),
       cmocka_unit_test(a_cavity_has_a_point_inside),
   };

@@ -190,7 +190,7 @@ static void the_scale_multiplies_lengths(void **state) {
   mesh_check_message(&error, "vertex 2 times the scale");
 }
 
-static void what_is_wrong_is_said_with_its_line(void **state) {
+static void a_mistake_in_a_surface_file_is_named_with_its_line(void **state) {
   (void)state;
   static const struct {
     const char *name, *text, *words;
@@ -311,7 +311,7 @@ int main(void) {
       cmocka_unit_test(corners_of_an_stl_at_one_place_are_one_vertex),
       cmocka_unit_test(a_binary_stl_is_known_by_its_size),
       cmocka_unit_test(the_scale_multiplies_lengths),
-      cmocka_unit_test(what_is_wrong_is_said_with_its_line),
+      cmocka_unit_test(a_mistake_in_a_surface_file_is_named_with_its_line),
       cmocka_unit_test(damaged_files_are_read_or_refused),
       cmocka_unit_test(a_real_surface_is_read_whole),
   };

@@ -261,7 +261,7 @@ static void a_vertex_of_the_mesh_has_just_its_own_rows(void **state) {
   body_free(&b);
 }
 
-static void what_lies_outside_is_counted_and_measured(void **state) {
+static void vertices_outside_the_mesh_are_counted_and_their_distance_measured(void **state) {
   (void)state;
   body b = body_make(BEAM, "x<0.001");
   thrum_precomputed model = body_precompute(&b, 4, 6);
@@ -554,7 +554,7 @@ int main(void) {
       cmocka_unit_test(a_real_surface_lies_about_its_mesh),
       cmocka_unit_test(the_distance_to_a_triangle_is_the_least),
       cmocka_unit_test(a_vertex_of_the_mesh_has_just_its_own_rows),
-      cmocka_unit_test(what_lies_outside_is_counted_and_measured),
+      cmocka_unit_test(vertices_outside_the_mesh_are_counted_and_their_distance_measured),
       cmocka_unit_test(the_file_comes_back_and_is_shown),
       cmocka_unit_test(numpy_makes_the_same_rows_and_the_same_file),
       cmocka_unit_test(bytes_are_viewed_in_place),

@@ -140,7 +140,7 @@ static void the_inertia_count_is_counted_where_it_is_made(void **state) {
               1);
 }
 
-static void what_does_not_fit_is_refused_in_one_line(void **state) {
+static void a_model_that_does_not_fit_into_memory_is_refused_in_one_line(void **state) {
   (void)state;
   program_result run = thrum_run(folder, "precompute", BEAM, "--fix", "left", "-o", "large.npz",
                                  "--memory", "2", "-q", NULL);
@@ -246,7 +246,7 @@ int main(void) {
       cmocka_unit_test(a_dry_run_writes_nothing_and_says_when_it_would_not_fit),
       cmocka_unit_test(a_dry_run_refuses_what_the_run_would_refuse),
       cmocka_unit_test(the_inertia_count_is_counted_where_it_is_made),
-      cmocka_unit_test(what_does_not_fit_is_refused_in_one_line),
+      cmocka_unit_test(a_model_that_does_not_fit_into_memory_is_refused_in_one_line),
       cmocka_unit_test(a_program_without_room_for_its_libraries_ends_and_says_so),
       cmocka_unit_test(the_least_of_all_limits_is_what_is_left),
   };

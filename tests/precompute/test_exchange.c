@@ -165,7 +165,7 @@ static void expect_equal_files(const char *left, const char *right) {
 }
 
 /* Negative zeros of held vertices and coefficients with factors of 3 return to the bit. */
-static void what_was_exported_is_exported_again_to_the_bit(void **state) {
+static void an_imported_export_is_exported_again_to_the_bit(void **state) {
   (void)state;
   body bodies[] = {body_beam1k(), body_make("beam:8x2x2@1x0.2x0.15", NULL)};
   for (int n = 0; n < 2; n++) {
@@ -306,7 +306,7 @@ static void a_force_without_energy_is_refused_by_its_component(void **state) {
   free(file);
 }
 
-static void what_is_not_of_this_body_is_refused(void **state) {
+static void a_basis_of_another_body_is_refused(void **state) {
   (void)state;
   body b = body_beam1k(), other = body_make("beam:6x2x2@1x0.2x0.15", "x<0.001");
 
@@ -404,11 +404,11 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(an_imported_model_has_the_energy_of_the_body_it_was_made_from),
       cmocka_unit_test(export_and_import_give_the_same_model),
-      cmocka_unit_test(what_was_exported_is_exported_again_to_the_bit),
+      cmocka_unit_test(an_imported_export_is_exported_again_to_the_bit),
       cmocka_unit_test(a_mixed_and_scaled_basis_becomes_the_model_again),
       cmocka_unit_test(single_precision_keeps_its_seven_digits),
       cmocka_unit_test(a_force_without_energy_is_refused_by_its_component),
-      cmocka_unit_test(what_is_not_of_this_body_is_refused),
+      cmocka_unit_test(a_basis_of_another_body_is_refused),
       cmocka_unit_test(matrix_market_holds_every_digit),
   };
   return cmocka_run_group_tests(tests, make_folder, remove_folder);

@@ -473,7 +473,7 @@ static void reduced_and_full_equilibria_agree(void **state) {
   reduced_free(&r);
 }
 
-static void what_has_no_answer_is_refused(void **state) {
+static void impossible_definitions_and_loads_are_refused(void **state) {
   (void)state;
   body b;
   body_make(&b, "beam:4x1x1@1x0.2x0.2", true);
@@ -521,7 +521,7 @@ int main(void) {
       cmocka_unit_test(central_differences_refuse_an_unstable_step),
       cmocka_unit_test(small_swings_have_the_linear_frequencies),
       cmocka_unit_test(reduced_and_full_equilibria_agree),
-      cmocka_unit_test(what_has_no_answer_is_refused),
+      cmocka_unit_test(impossible_definitions_and_loads_are_refused),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

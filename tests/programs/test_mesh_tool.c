@@ -391,7 +391,7 @@ static void a_signal_ends_the_tool_and_sweeps(void **state) {
   }
 }
 
-static void what_is_no_good_surface_is_refused_before(void **state) {
+static void a_surface_with_faults_is_refused_before_a_tool_runs(void **state) {
   (void)state;
 
   // a tool that must not be reached
@@ -434,7 +434,7 @@ int main(int argc, char **argv) {
       cmocka_unit_test(a_tool_that_fails_is_quoted_in_one_line),
       cmocka_unit_test(the_other_tool_helps_where_one_fails),
       cmocka_unit_test(a_signal_ends_the_tool_and_sweeps),
-      cmocka_unit_test(what_is_no_good_surface_is_refused_before),
+      cmocka_unit_test(a_surface_with_faults_is_refused_before_a_tool_runs),
   };
   return cmocka_run_group_tests(tests, setup, teardown);
 }

@@ -41,7 +41,7 @@ static void a_zigzag_has_the_textbook_error(void **state) {
 /* Rows of noise without a trend, in which each value keeps a share of the one before: about one row
  * in twenty should lie beyond two standard errors. Errors from independent residuals report a trend
  * in half of the rows. */
-static void what_wanders_is_no_trend(void **state) {
+static void values_that_wander_have_no_trend(void **state) {
   (void)state;
   enum { ROWS = 400, COUNT = 200 };
 
@@ -207,7 +207,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_line_has_its_slope_and_no_error),
       cmocka_unit_test(a_zigzag_has_the_textbook_error),
-      cmocka_unit_test(what_wanders_is_no_trend),
+      cmocka_unit_test(values_that_wander_have_no_trend),
       cmocka_unit_test(amplitude_is_the_mean_displacement_of_the_group),
       cmocka_unit_test(a_strike_gives_its_whole_impulse_at_any_step),
       cmocka_unit_test(each_task_is_done_once),

@@ -387,7 +387,7 @@ static void a_mesh_is_traded_as_its_model_is(void **state) {
     unsetenv("XDG_CACHE_HOME");
 }
 
-static void what_cannot_be_done_is_said(void **state) {
+static void an_error_out_of_reach_and_missing_loads_are_said(void **state) {
   (void)state;
 
   // an error that no setting reaches
@@ -427,7 +427,7 @@ int main(void) {
       cmocka_unit_test(the_command_recommends_what_simulate_takes),
       cmocka_unit_test(single_precision_is_tried_beside_double),
       cmocka_unit_test(a_mesh_is_traded_as_its_model_is),
-      cmocka_unit_test(what_cannot_be_done_is_said),
+      cmocka_unit_test(an_error_out_of_reach_and_missing_loads_are_said),
   };
   return cmocka_run_group_tests(tests, make_model, remove_folder);
 }

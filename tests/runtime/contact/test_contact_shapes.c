@@ -225,7 +225,7 @@ static void expect_refused(rig *r, thrum_status expected, const char *part) {
   free(body);
 }
 
-static void what_cannot_be_is_refused(void **state) {
+static void impossible_obstacles_and_contacts_are_refused(void **state) {
   (void)state;
 
   // a good rig, of which one thing is changed at a time
@@ -315,6 +315,26 @@ static void defs_that_cannot_be_are_refused(void **state) {
   assert_int_equal(thrum_contact_size(&r.m.model, r.state, &def, &size, &error), THRUM_BAD_VALUE);
   def.areas = NULL;
 
+  // counts up to 2^31, as the messages say, and not one more
+  const int64_t most = INT64_C(1) << 31;
+  def.vertex_count = most + 1;
+  assert_int_equal(thrum_contact_size(&r.m.model, r.state, &def, &size, &error),
+                   THRUM_INVALID_ARGUMENT);
+  assert_non_null(strstr(error.message, "2147483649 vertices; it needs 1 to 2^31"));
+  def.vertex_count = 1;
+  for (int n = 0; n < 2; n++) {
+    thrum_contact_def large = def;
+    int64_t *count = n == 0 ? &large.touch_max : &large.pull_max;
+    *count = most + 1;
+    assert_int_equal(thrum_contact_size(&r.m.model, r.state, &large, &size, &error),
+                     THRUM_INVALID_ARGUMENT);
+    assert_non_null(strstr(error.message, "0 to 2^31"));
+    assert_int_equal(size, 77);
+    *count = most;
+    assert_int_equal(thrum_contact_size(&r.m.model, r.state, &large, &size, &error), THRUM_OK);
+    size = 77;
+  }
+
   // a model without a basis has no vertices to touch with
   thrum_model bare = r.m.model;
   bare.basis = NULL;
@@ -344,7 +364,7 @@ int main(void) {
       cmocka_unit_test(a_body_comes_to_rest_in_bowls_and_rooms),
       cmocka_unit_test(a_body_swings_in_a_smooth_bowl),
       cmocka_unit_test(a_placement_turns_everything),
-      cmocka_unit_test(what_cannot_be_is_refused),
+      cmocka_unit_test(impossible_obstacles_and_contacts_are_refused),
       cmocka_unit_test(defs_that_cannot_be_are_refused),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

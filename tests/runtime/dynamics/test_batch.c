@@ -367,7 +367,7 @@ static void states_that_fall_back_or_fail_do_as_alone_and_spoil_no_other(void **
   random_model_free(&m);
 }
 
-static void what_is_no_batch_is_refused(void **context) {
+static void bad_batches_and_workspaces_are_refused(void **context) {
   (void)context;
   random_model m, other;
   random_model_make(&m, 5, 4, 5, 300, 1.0);
@@ -472,7 +472,7 @@ int main(void) {
       cmocka_unit_test(a_long_list_of_many_kinds_keeps_its_bits),
       cmocka_unit_test(a_state_that_is_listed_again_steps_again),
       cmocka_unit_test(states_that_fall_back_or_fail_do_as_alone_and_spoil_no_other),
-      cmocka_unit_test(what_is_no_batch_is_refused),
+      cmocka_unit_test(bad_batches_and_workspaces_are_refused),
       cmocka_unit_test(a_missing_state_is_named_and_the_others_step),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -163,7 +163,7 @@ static double base_motion_error(thrum_integrator integrator, double dt) {
   return fabs(q - exact);
 }
 
-static void a_shaken_oscillator_follows_its_closed_form(void **state) {
+static void an_oscillator_on_a_moving_base_follows_its_closed_form(void **state) {
   (void)state;
   static const thrum_integrator all[] = {THRUM_INTEGRATOR_IMEXV, THRUM_INTEGRATOR_NEWMARK,
                                          THRUM_INTEGRATOR_VERLET, THRUM_INTEGRATOR_MIDPOINT,
@@ -267,7 +267,7 @@ int main(void) {
       cmocka_unit_test(a_step_takes_the_mean_of_the_acceleration),
       cmocka_unit_test(a_constant_acceleration_is_a_parabola),
       cmocka_unit_test(a_spline_of_positions_gives_their_acceleration),
-      cmocka_unit_test(a_shaken_oscillator_follows_its_closed_form),
+      cmocka_unit_test(an_oscillator_on_a_moving_base_follows_its_closed_form),
       cmocka_unit_test(a_falling_base_is_gravity),
       cmocka_unit_test(the_base_puts_in_what_the_body_gains),
       cmocka_unit_test(bad_motions_are_refused),

@@ -102,7 +102,7 @@ static void numpy_opens_a_saved_model(void **state) {
          "  assert (o + 10 + int(m[o+8]) + 256*int(m[o+9])) % 64 == 0\n");
 }
 
-static void what_numpy_saves_again_is_the_same_model(void **state) {
+static void a_model_that_numpy_saves_again_is_the_same(void **state) {
   (void)state;
   thrum_model model = sample_model();
   save("ours.npz", &model);
@@ -264,7 +264,7 @@ static void the_model_by_hand_of_the_format_page_is_a_model(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(numpy_opens_a_saved_model),
-      cmocka_unit_test(what_numpy_saves_again_is_the_same_model),
+      cmocka_unit_test(a_model_that_numpy_saves_again_is_the_same),
       cmocka_unit_test(files_that_numpy_makes_in_other_ways_are_refused),
       cmocka_unit_test(npy_files_pass_both_ways),
       cmocka_unit_test(the_energy_of_the_format_page_is_that_of_the_runtime),

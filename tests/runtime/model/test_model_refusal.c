@@ -58,7 +58,7 @@ static void accepted(const archive *a) {
   assert_true(models_bit_equal(model, &sample));
 }
 
-static void what_is_no_archive_is_said_to_be_none(void **state) {
+static void bytes_that_are_no_archive_are_refused_as_such(void **state) {
   (void)state;
   check_bytes(0, THRUM_BAD_FORMAT, "not a model file");
   memset(file_bytes, 'x', 100);
@@ -622,7 +622,7 @@ static void four_gib_are_refused_before_anything_is_read_or_written(void **state
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(what_is_no_archive_is_said_to_be_none),
+      cmocka_unit_test(bytes_that_are_no_archive_are_refused_as_such),
       cmocka_unit_test(archives_of_other_kinds_are_refused),
       cmocka_unit_test(compressed_and_piped_members_are_refused_with_the_reason),
       cmocka_unit_test(members_tile_the_file_without_gap_or_overlap),

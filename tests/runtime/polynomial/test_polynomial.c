@@ -452,7 +452,7 @@ static void restricted_polynomial_is_the_polynomial_at_every_split(void **state)
   }
 }
 
-static void what_pushes_the_first_coordinates_is_the_beginning_of_the_whole(void **state) {
+static void the_force_on_the_first_coordinates_is_the_beginning_of_the_whole(void **state) {
   (void)state;
   const thrum_kernel *by = thrum_kernel_get(THRUM_KERNEL_BEST);
   for (int c = 0; c < RANKS; c++) {
@@ -569,7 +569,7 @@ int main(void) {
       cmocka_unit_test(rest_has_no_energy_no_force_and_the_linear_stiffness),
       cmocka_unit_test(one_degree_alone_is_homogeneous),
       cmocka_unit_test(restricted_polynomial_is_the_polynomial_at_every_split),
-      cmocka_unit_test(what_pushes_the_first_coordinates_is_the_beginning_of_the_whole),
+      cmocka_unit_test(the_force_on_the_first_coordinates_is_the_beginning_of_the_whole),
       cmocka_unit_test(energy_of_a_body_is_bounded_from_below),
       cmocka_unit_test(products_keep_the_promised_order_of_summation_bit_for_bit),
   };

@@ -62,7 +62,7 @@ static void a_mode_moves_its_furthest_vertex_by_the_amplitude(void **state) {
   }
 }
 
-static void what_cannot_be_displaced_is_refused_and_left_alone(void **state) {
+static void vertices_and_states_out_of_range_are_refused_and_outputs_left_alone(void **state) {
   (void)state;
   double q[RANK] = {1, 2, 3, 4, 5};
   const double before[RANK] = {1, 2, 3, 4, 5};
@@ -174,7 +174,7 @@ static void loads_sum_with_their_means(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_mode_moves_its_furthest_vertex_by_the_amplitude),
-      cmocka_unit_test(what_cannot_be_displaced_is_refused_and_left_alone),
+      cmocka_unit_test(vertices_and_states_out_of_range_are_refused_and_outputs_left_alone),
       cmocka_unit_test(the_running_peak_is_the_largest_displacement_so_far),
       cmocka_unit_test(a_shared_force_is_the_sum_of_its_shares),
       cmocka_unit_test(a_vertex_out_of_range_leaves_the_force_alone),

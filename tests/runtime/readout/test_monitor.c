@@ -271,7 +271,7 @@ static void the_share_of_a_load_outside_the_basis_is_that_of_the_closed_form(voi
   linear_fields_free(&fields);
 }
 
-static void what_cannot_be_is_refused(void **state) {
+static void impossible_monitors_are_refused(void **state) {
   (void)state;
 
   // a good monitor, to compare with
@@ -332,7 +332,7 @@ int main(void) {
       cmocka_unit_test(given_sampled_tets_are_the_ones_monitored),
       cmocka_unit_test(chosen_sampled_tets_see_the_worst_of_a_bent_beam),
       cmocka_unit_test(the_share_of_a_load_outside_the_basis_is_that_of_the_closed_form),
-      cmocka_unit_test(what_cannot_be_is_refused),
+      cmocka_unit_test(impossible_monitors_are_refused),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

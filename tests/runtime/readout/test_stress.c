@@ -286,7 +286,7 @@ static void an_inverted_tetrahedron_has_a_negative_stretch_and_no_cauchy_stress(
   linear_fields_free(&fields);
 }
 
-static void what_cannot_be_is_refused(void **state) {
+static void impossible_stress_points_are_refused(void **state) {
   (void)state;
 
   // good stress points, to compare with
@@ -361,7 +361,7 @@ int main(void) {
       cmocka_unit_test(chosen_stress_points_read_what_points_on_all_tets_read),
       cmocka_unit_test(von_mises_of_known_states),
       cmocka_unit_test(an_inverted_tetrahedron_has_a_negative_stretch_and_no_cauchy_stress),
-      cmocka_unit_test(what_cannot_be_is_refused),
+      cmocka_unit_test(impossible_stress_points_are_refused),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -232,7 +232,7 @@ static void a_sphere_has_radial_normals_and_a_lone_vertex_none(void **context) {
   }
 }
 
-static void what_cannot_be_shown_is_refused_and_nothing_is_written(void **context) {
+static void vertices_outside_the_mesh_are_refused_and_nothing_is_written(void **context) {
   (void)context;
 
   // a model without a mesh has no surface
@@ -244,15 +244,22 @@ static void what_cannot_be_shown_is_refused_and_nothing_is_written(void **contex
   assert_int_equal(thrum_surface_size(&m.model, &whole, &size, &error), THRUM_MISSING);
   random_model_add_mesh(&m, 5, 20);
 
-  // vertices and triangles outside the mesh, and empty lists
+  // vertices and triangles outside the mesh, empty lists, and counts beyond 2^31 - 1
   static const int32_t beyond[3] = {0, 20, 1}, below[3] = {0, -1, 1}, fine[3] = {0, 1, 2};
   const struct {
     const int32_t *vertices;
     int64_t vertex_count;
     const int32_t *triangles;
     int64_t triangle_count;
-  } bad[] = {{beyond, 3, NULL, 0}, {below, 3, NULL, 0}, {fine, 0, NULL, 0}, {NULL, 0, beyond, 1},
-             {fine, 3, below, 1},  {fine, 2, fine, 1},  {NULL, 0, fine, 0}};
+  } bad[] = {{beyond, 3, NULL, 0},
+             {below, 3, NULL, 0},
+             {fine, 0, NULL, 0},
+             {NULL, 0, beyond, 1},
+             {fine, 3, below, 1},
+             {fine, 2, fine, 1},
+             {NULL, 0, fine, 0},
+             {fine, INT64_C(1) << 31, NULL, 0},
+             {NULL, 0, fine, INT64_C(1) << 31}};
   for (size_t n = 0; n < sizeof bad / sizeof bad[0]; n++) {
     const thrum_surface_def def = {.vertices = bad[n].vertices,
                                    .vertex_count = bad[n].vertex_count,
@@ -317,7 +324,7 @@ int main(void) {
       cmocka_unit_test(every_kernel_gives_the_bits_of_plain_c),
       cmocka_unit_test(chosen_vertices_come_in_their_order_and_nothing_else_is_written),
       cmocka_unit_test(a_sphere_has_radial_normals_and_a_lone_vertex_none),
-      cmocka_unit_test(what_cannot_be_shown_is_refused_and_nothing_is_written),
+      cmocka_unit_test(vertices_outside_the_mesh_are_refused_and_nothing_is_written),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

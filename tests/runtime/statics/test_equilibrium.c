@@ -277,7 +277,7 @@ static void a_load_across_has_no_linear_estimate(void **state) {
   assert_true(isnan(found.report.critical_linear));
 }
 
-static void what_is_asked_wrongly_is_refused(void **state) {
+static void wrong_arguments_of_an_equilibrium_are_refused(void **state) {
   (void)state;
 
   // a spring with a stable equilibrium, and memory that can be misaligned
@@ -388,7 +388,7 @@ int main(void) {
       cmocka_unit_test(a_column_that_is_to_stay_stays_straight),
       cmocka_unit_test(an_arch_snaps_through_at_its_limit_point),
       cmocka_unit_test(a_load_across_has_no_linear_estimate),
-      cmocka_unit_test(what_is_asked_wrongly_is_refused),
+      cmocka_unit_test(wrong_arguments_of_an_equilibrium_are_refused),
       cmocka_unit_test(a_column_of_tets_buckles_at_eulers_load),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
