@@ -393,6 +393,7 @@ static void help_goes_to_standard_output(void **state) {
 }
 
 int main(void) {
+  signals_as_in_a_terminal();
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(mistakes_of_usage_exit_with_two_and_write_nothing),
       cmocka_unit_test(misspelt_loads_exit_with_two_and_say_what_is_wrong),

@@ -393,6 +393,7 @@ static void standard_output_on_a_full_disk_is_a_failure(void **state) {
 }
 
 int main(void) {
+  signals_as_in_a_terminal();
   signal(SIGXFSZ, SIG_IGN);
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_full_disk_leaves_nothing_and_names_the_file),

@@ -119,6 +119,7 @@ static void a_signal_in_a_stage_leaves_no_file(void **state) {
 }
 
 int main(void) {
+  signals_as_in_a_terminal();
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_signal_while_a_file_is_written_leaves_the_old_one_alone),
       cmocka_unit_test(a_signal_in_a_stage_leaves_no_file),

@@ -373,7 +373,7 @@ static void a_signal_ends_the_tool_and_sweeps(void **state) {
     for (int p = 0; p < 2; p++) {
       char stat[64], *text = NULL;
       snprintf(stat, sizeof stat, "/proc/%ld/stat", pids[p]);
-      for (int tries = 0; tries < 500; tries++) {
+      for (int tries = 0; tries < 3000; tries++) {
         free(text);
         text = text_file_read(stat);
         if (text == NULL || strstr(text, ") Z ") != NULL)
@@ -423,6 +423,7 @@ static void a_surface_with_faults_is_refused_before_a_tool_runs(void **state) {
 }
 
 int main(int argc, char **argv) {
+  signals_as_in_a_terminal();
   for (int n = 0; n < 2; n++)
     tools[n] = n + 1 < argc ? argv[n + 1] : "";
   const struct CMUnitTest tests[] = {

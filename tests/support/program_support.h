@@ -4,6 +4,7 @@
 #define THRUM_TESTS_SUPPORT_PROGRAM_SUPPORT_H
 
 #include <cjson/cJSON.h>
+#include <signal.h>
 #include <stdarg.h>
 #include <stdbool.h>
 #include <stdio.h>
@@ -66,6 +67,15 @@ static inline bool text_file_write(const char *path, const char *text) {
 static inline bool file_exists(const char *path) {
   struct stat status;
   return stat(path, &status) == 0;
+}
+
+/* Lets signals end this program and those that it runs, as in a terminal. A program that was started
+ * by nohup, or with & in a script, ignores SIGINT or SIGHUP, and so do all that it starts. For the
+ * first line of main of a test that sends signals. */
+static inline void signals_as_in_a_terminal(void) {
+  static const int numbers[] = {SIGINT, SIGTERM, SIGHUP};
+  for (size_t n = 0; n < sizeof numbers / sizeof numbers[0]; n++)
+    signal(numbers[n], SIG_DFL);
 }
 
 /* A fresh folder for one test program; remove it with test_folder_remove. */
