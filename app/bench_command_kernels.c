@@ -1,5 +1,4 @@
 /* `thrum bench kernels`. SPDX-License-Identifier: Apache-2.0 */
-#include <math.h>
 #include <stdio.h>
 
 #include "app/bench_command.h"

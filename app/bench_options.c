@@ -1,7 +1,5 @@
 /* Options of `thrum bench step`, `batch` and `kernels`. SPDX-License-Identifier: Apache-2.0 */
 #include <getopt.h>
-#include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 #include "app/bench_options.h"

@@ -1,7 +1,6 @@
 /* `thrum bench`: how fast the runtime is on this machine. The measurements are in bench/.
  * SPDX-License-Identifier: Apache-2.0 */
 #include <stdio.h>
-#include <string.h>
 
 #include "app/cmd.h"
 #include "app/commands.h"

@@ -1,7 +1,5 @@
 /* `thrum check`: what a mesh is like and what may be wrong with it. The work is done in
  * precompute/; here it is asked for and shown. SPDX-License-Identifier: Apache-2.0 */
-#include <math.h>
-#include <stdio.h>
 
 #include "app/check_report.h"
 #include "app/cmd.h"

@@ -2,7 +2,6 @@
  * asked for, and what the format cannot hold is said. SPDX-License-Identifier: Apache-2.0 */
 #include <getopt.h>
 #include <inttypes.h>
-#include <math.h>
 #include <stdio.h>
 #include <string.h>
 

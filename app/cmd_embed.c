@@ -2,7 +2,6 @@
  * done in precompute/; here it is asked for and reported. SPDX-License-Identifier: Apache-2.0 */
 #include <getopt.h>
 #include <inttypes.h>
-#include <math.h>
 #include <stdio.h>
 
 #include "app/cmd.h"

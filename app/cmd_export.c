@@ -1,6 +1,5 @@
 /* `thrum export`: what a model holds, in the formats of other programs. SPDX-License-Identifier:
  * Apache-2.0 */
-#include <math.h>
 #include <stdio.h>
 
 #include "app/cmd.h"

@@ -9,7 +9,6 @@
 #include "app/cmd.h"
 #include "config/message.h"
 #include "driver/model_truncate_to.h"
-#include "driver/named_model.h"
 #include "driver/static_full.h"
 #include "driver/static_solve.h"
 #include "io/file.h"

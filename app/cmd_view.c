@@ -16,13 +16,10 @@
 #include "app/view/viewer_page.h"
 #include "config/message.h"
 #include "config/options.h"
-#include "driver/named_model.h"
 #include "io/json.h"
 #include "io/paths.h"
 #include "mesh/formats/mesh_read.h"
 #include "mesh/formats/surface_read.h"
-#include "mesh/mesh.h"
-#include "mesh/surface_mesh.h"
 #include "platform/interrupt.h"
 
 #define DEFAULT_OUTPUT "thrum_view.html"

@@ -1,7 +1,5 @@
 /* Options of `thrum experiments`. SPDX-License-Identifier: Apache-2.0 */
 #include <getopt.h>
-#include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 

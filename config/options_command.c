@@ -1,7 +1,6 @@
 /* Reads the options of a command from argv by getopt_long. SPDX-License-Identifier: Apache-2.0 */
 #include <getopt.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "config/message.h"
 #include "config/options.h"

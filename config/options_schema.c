@@ -1,7 +1,6 @@
 /* The JSON schema of options files and scene files, made of the tables that read them.
  * SPDX-License-Identifier: Apache-2.0 */
 #include <stdio.h>
-#include <string.h>
 
 #include "config/options.h"
 #include "io/json.h"

@@ -1,7 +1,6 @@
 /* `thrum precompute --dry-run`: what the model would take, without making it.
  * SPDX-License-Identifier: Apache-2.0 */
 #include <inttypes.h>
-#include <math.h>
 #include <stdio.h>
 
 #include "driver/precompute_dry.h"

@@ -1,6 +1,5 @@
 /* Options of `thrum precompute`. SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
-#include <stdio.h>
 
 #include "config/message.h"
 #include "config/options.h"

@@ -3,7 +3,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "config/parse.h"
 #include "driver/scene_spec.h"
 #include "driver/shared_options.h"
 #include "thrum/thrum.h"

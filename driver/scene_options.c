@@ -2,7 +2,6 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "driver/scene_options.h"
 
-#include <math.h>
 #include <string.h>
 
 #include "config/message.h"

@@ -2,7 +2,6 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include <errno.h>
 #include <inttypes.h>
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -12,7 +11,6 @@
 #include "driver/simulate_report.h"
 #include "io/file.h"
 #include "io/json.h"
-#include "thrum/displacement.h"
 
 static thrum_status write_failed(const scene_run *run, const char *name, thrum_error *error) {
   const int reason = errno != 0 ? errno : EIO;

@@ -1,7 +1,6 @@
 /* The parts of a scene file that all bodies share: base motions, wind, obstacles and probes.
  * SPDX-License-Identifier: Apache-2.0 */
 #include <stdlib.h>
-#include <string.h>
 
 #include "driver/scene_run.h"
 

@@ -2,11 +2,8 @@
 #include "driver/simulate_options.h"
 
 #include <math.h>
-#include <stdio.h>
-#include <string.h>
 
 #include "config/message.h"
-#include "config/parse.h"
 #include "driver/shared_options.h"
 
 #define TIME_DEFAULT 10.0

@@ -3,11 +3,9 @@
 #include "driver/static_full.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "config/parse.h"
 #include "io/vtu.h"
 #include "platform/clock.h"
 #include "platform/threads.h"

@@ -9,13 +9,10 @@
 #include <cblas.h>
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 #include <time.h>
 
 #include "platform/memory_limit.h"
 #include "platform/threads.h"
-#include "precompute/basis/mode_check.h"
-#include "precompute/options/stage.h"
 #include "precompute/options_check.h"
 
 #define MARGIN 1.05 /* heap and library buffers that are not counted one by one */

@@ -4,7 +4,6 @@
 
 #include "scene/scene_obstacle.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 #include "scene/scene_contact.h"

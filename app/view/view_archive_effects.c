@@ -4,7 +4,6 @@
 #include <cjson/cJSON.h>
 #include <math.h>
 #include <stdint.h>
-#include <stdlib.h>
 
 #include "app/view/view_archive.h"
 #include "io/json.h"

@@ -6,7 +6,6 @@
 #include <stdio.h>
 
 #include "app/view/view_archive.h"
-#include "driver/simulate_report.h"
 #include "io/json.h"
 #include "thrum/thrum.h"
 

@@ -1,7 +1,6 @@
 /* Reads $Nodes of a Gmsh file in text and finds nodes by their tags; see mesh_read_msh.c.
  * SPDX-License-Identifier: Apache-2.0 */
 #include <stdlib.h>
-#include <string.h>
 
 #include "mesh/formats/mesh_read_msh.h"
 #include "mesh/mesh_grow.h"

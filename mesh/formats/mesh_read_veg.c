@@ -6,7 +6,6 @@
  * file; memory follows what the file holds, not the counts that it claims.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>

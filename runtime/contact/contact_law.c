@@ -20,7 +20,6 @@
 #include "runtime/base/fp_contract.h"
 
 #include <math.h>
-#include <string.h>
 
 #include "runtime/contact/contact_law.h"
 #include "runtime/contact/contact_private.h"

@@ -7,7 +7,6 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
-#include <math.h>
 #include <string.h>
 
 #include "runtime/contact/contact_private.h"

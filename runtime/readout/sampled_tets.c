@@ -5,9 +5,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
-#include <math.h>
 #include <stdbool.h>
-#include <string.h>
 
 #include "runtime/readout/stress_private.h"
 #include "runtime/readout/tet_strain.h"

@@ -16,7 +16,6 @@
 
 #include "runtime/statics/equilibrium_private.h"
 
-#include <float.h>
 #include <math.h>
 #include <string.h>
 

@@ -6,7 +6,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "platform/thread_pool.h"
 #include "thrum/equilibrium.h"

@@ -3,7 +3,6 @@
  * The tables say all that a report needs; a row that is cut short, as by a full disk, is left out.
  * SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 

@@ -11,7 +11,6 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 
 #include "thrum/polynomial.h"
 #include "validation/published/published.h"

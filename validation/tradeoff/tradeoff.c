@@ -9,7 +9,6 @@
 #include "driver/drift.h"
 #include "platform/allocate.h"
 #include "platform/thread_pool.h"
-#include "precompute/options/stage.h"
 #include "thrum/external_load.h"
 #include "thrum/polynomial.h"
 

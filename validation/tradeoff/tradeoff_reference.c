@@ -1,11 +1,9 @@
 /* The full order, sampled. SPDX-License-Identifier: Apache-2.0 */
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "platform/allocate.h"
 #include "precompute/full/full.h"
-#include "precompute/options/stage.h"
 #include "thrum/external_load.h"
 #include "validation/tradeoff/tradeoff.h"
 
