@@ -11,6 +11,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "bench/bench.h"
 #include "config/message.h"
 #include "driver/named_model.h"
 #include "io/json.h"
@@ -47,31 +48,8 @@ thrum_status results_write_json(const char *folder, const char *name, cJSON *obj
   return status;
 }
 
-/* The processor's name from /proc/cpuinfo, where there is one. */
-static void read_machine(char name[256]) {
-  static const char key[] = "model name";
-  char line[256];
-  snprintf(name, 256, "unknown processor");
-  FILE *file = fopen("/proc/cpuinfo", "r");
-  if (file == NULL)
-    return;
-
-  // the first processor stands for all
-  while (fgets(line, sizeof line, file) != NULL) {
-    const char *colon = strchr(line, ':');
-    if (strncmp(line, key, sizeof key - 1) != 0 || colon == NULL)
-      continue;
-    line[strcspn(line, "\n")] = 0;
-    snprintf(name, 256, "%s", colon + 1 + (colon[1] == ' '));
-    break;
-  }
-  fclose(file);
-}
-
 void results_add_machine(cJSON *object) {
-  char machine[256];
-  read_machine(machine);
-  json_string(object, "machine", machine);
+  json_string(object, "machine", bench_processor());
   cJSON_AddStringToObject(object, "compiler", thrum_build_compiler());
   cJSON_AddStringToObject(object, "blas_core", thrum_build_blas_core());
 }

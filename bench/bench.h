@@ -1,4 +1,4 @@
-/* Clocks, statistics of times and the processor's name, for all measurements.
+/* Statistics of times and the processor's name, for all measurements.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_BENCH_BENCH_H
 #define THRUM_BENCH_BENCH_H
@@ -11,12 +11,6 @@ typedef struct bench_time {
   double minimum; /* [us] */
   double median;  /* [us] */
 } bench_time;
-
-/* Now [us]. */
-double bench_now(void);
-
-/* The time that the processor has given this thread [us]: what others run does not count. */
-double bench_processor_now(void);
 
 /* Minimum and median of `count` >= 1 samples, which are sorted. */
 bench_time bench_summary(double *samples, int64_t count);

@@ -10,6 +10,8 @@
 #if (defined(__x86_64__) || defined(__i386__)) && defined(__GNUC__)
 #define X86 1
 #include <immintrin.h>
+
+#include "platform/clock.h"
 #endif
 
 #define L2_BYTES (256 << 10)
@@ -108,10 +110,10 @@ static double bandwidth(reader *read, const double *a, int64_t bytes, int repeti
   double best = 0;
   for (int r = 0; r < repetitions; r++) {
     volatile double sink = 0;
-    const double began = bench_now();
+    const double began = clock_seconds();
     for (int64_t n = 0; n < rounds; n++)
       sink = sink + read(a, count);
-    const double rate = 1e-3 * (double)(bytes * rounds) / (bench_now() - began);
+    const double rate = 1e-9 * (double)(bytes * rounds) / (clock_seconds() - began);
     best = rate > best ? rate : best;
   }
   return best;
@@ -135,9 +137,9 @@ void bench_machine_measure(bench_machine *machine) {
   *machine = (bench_machine){0};
   double sink = 0;
   for (int r = 0; r < REPETITIONS; r++) {
-    const double began = bench_now();
+    const double began = clock_seconds();
     const double operations = rate(&sink);
-    const double found = 1e-3 * operations / (bench_now() - began);
+    const double found = 1e-9 * operations / (clock_seconds() - began);
     machine->peak_gflops = found > machine->peak_gflops ? found : machine->peak_gflops;
   }
   volatile double kept = sink;

@@ -6,8 +6,10 @@
 #include <string.h>
 
 #include "bench/measure.h"
+#include "platform/allocate.h"
+#include "platform/clock.h"
+#include "runtime/base/alignment_check.h"
 
-#define ALIGNMENT 64
 #define WARM_STEPS 40
 #define STEPS 20
 
@@ -46,12 +48,12 @@ static thrum_status herd_make(const thrum_model *model, const bench_batch *bench
   h->model = model;
   h->bodies = bench->bodies;
   h->steps = bench->step.steps > 0 ? bench->step.steps : STEPS;
-  h->stride = (size + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
+  h->stride = thrum_round_up(size);
   const size_t count = (size_t)h->bodies;
-  h->alone = aligned_alloc(ALIGNMENT, count * h->stride);
-  h->together = aligned_alloc(ALIGNMENT, count * h->stride);
-  h->snapshot = aligned_alloc(ALIGNMENT, count * h->stride);
-  h->workspace = aligned_alloc(ALIGNMENT, (h->workspace_size + 63) / ALIGNMENT * ALIGNMENT);
+  h->alone = thrum_allocate_aligned(count * h->stride, "bodies", error);
+  h->together = thrum_allocate_aligned(count * h->stride, "bodies", error);
+  h->snapshot = thrum_allocate_aligned(count * h->stride, "bodies", error);
+  h->workspace = thrum_allocate_aligned(h->workspace_size, "a batch", error);
   h->states = malloc(count * sizeof *h->states);
   h->samples = malloc(2 * (size_t)(h->steps * bench->step.batches) * sizeof *h->samples);
   if (!h->alone || !h->together || !h->snapshot || !h->workspace || !h->states || !h->samples)
@@ -77,18 +79,18 @@ static thrum_status herd_make(const thrum_model *model, const bench_batch *bench
 /* One step of every body, and its time for one body. */
 static thrum_status step_alone(herd *h, double *sample, thrum_error *error) {
   thrum_status status = THRUM_OK;
-  const double began = bench_processor_now();
+  const double began = clock_thread_seconds();
   for (int64_t n = 0; n < h->bodies && status >= 0; n++)
     status = thrum_step(h->model, body(h->alone, h, n), error);
-  *sample = (bench_processor_now() - began) / (double)h->bodies;
+  *sample = 1e6 * (clock_thread_seconds() - began) / (double)h->bodies;
   return status;
 }
 
 static thrum_status step_together(herd *h, double *sample, thrum_error *error) {
-  const double began = bench_processor_now();
+  const double began = clock_thread_seconds();
   const thrum_status status = thrum_batch_step(h->model, h->states, h->bodies, NULL, h->workspace,
                                                h->workspace_size, error);
-  *sample = (bench_processor_now() - began) / (double)h->bodies;
+  *sample = 1e6 * (clock_thread_seconds() - began) / (double)h->bodies;
   return status;
 }
 

@@ -8,6 +8,8 @@
 #include <string.h>
 
 #include "bench/measure.h"
+#include "platform/allocate.h"
+#include "platform/clock.h"
 #include "platform/threads.h"
 #include "thrum/displacement.h"
 
@@ -91,10 +93,9 @@ static thrum_status body_make(const bench_displacement *bench, body *b, thrum_er
   const thrum_surface_def def = {.triangles = b->triangles, .triangle_count = b->triangle_count};
   size_t size = 0;
   THRUM_TRY(thrum_surface_size(&b->model, &def, &size, error));
-  b->memory = aligned_alloc(64, (size + 63) / 64 * 64);
+  b->memory = thrum_allocate_aligned(size, "a surface", error);
   if (!b->memory)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a surface of %zu bytes",
-                           size);
+    return THRUM_OUT_OF_MEMORY;
   return thrum_surface_init(b->memory, size, &b->model, &def, &b->surface, error);
 }
 
@@ -147,10 +148,10 @@ thrum_status bench_displacement_run(bench_displacement *bench, thrum_error *erro
     // the first round warms up
     for (int64_t k = -1; k < count; k++)
       for (int64_t n = 0; n < RUNS; n++) {
-        const double began = bench_now();
+        const double began = clock_seconds();
         runs[n](&b);
         if (k >= 0)
-          b.samples[n * count + k] = bench_now() - began;
+          b.samples[n * count + k] = 1e6 * (clock_seconds() - began);
       }
 
     bench->dgemv = bench_summary(b.samples, count);

@@ -4,6 +4,8 @@
 #include <string.h>
 
 #include "bench/measure.h"
+#include "platform/allocate.h"
+#include "platform/clock.h"
 #include "runtime/polynomial/polynomial_private.h"
 
 #define BATCH_US 1000.0
@@ -49,17 +51,17 @@ static void measure(const passes *p, int64_t batches, double *samples, bench_ker
   // a batch of each pass takes about BATCH_US
   for (int pass = 0; pass < BENCH_PASS_COUNT; pass++) {
     run_pass(p, (bench_pass)pass);
-    const double began = bench_now();
+    const double began = clock_seconds();
     run_pass(p, (bench_pass)pass);
-    calls[pass] = fmin(CALLS_MOST, ceil(BATCH_US / (bench_now() - began + 1e-3)));
+    calls[pass] = fmin(CALLS_MOST, ceil(BATCH_US / (1e6 * (clock_seconds() - began) + 1e-3)));
   }
 
   for (int64_t n = 0; n < batches; n++)
     for (int pass = 0; pass < BENCH_PASS_COUNT; pass++) {
-      const double began = bench_now();
+      const double began = clock_seconds();
       for (int64_t k = 0; k < (int64_t)calls[pass]; k++)
         run_pass(p, (bench_pass)pass);
-      samples[pass * batches + n] = (bench_now() - began) / calls[pass];
+      samples[pass * batches + n] = 1e6 * (clock_seconds() - began) / calls[pass];
     }
   for (int pass = 0; pass < BENCH_PASS_COUNT; pass++)
     bench->time[pass] = bench_summary(samples + pass * batches, batches);
@@ -115,9 +117,9 @@ thrum_status bench_kernels_run(const thrum_model *model, bench_kernels *bench, t
   const int64_t r = model->rank, n = bench->implicit < r ? bench->implicit : r;
   const size_t doubles = (size_t)(3 * r + r * r + thrum_restricted_count(n)) +
                          thrum_work_count(model) + BENCH_PASS_COUNT * (size_t)bench->batches;
-  double *memory = aligned_alloc(64, (doubles * sizeof *memory + 127) / 64 * 64);
+  double *memory = thrum_allocate_aligned(doubles * sizeof *memory, "a measurement", error);
   if (!memory)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a measurement");
+    return THRUM_OUT_OF_MEMORY;
   memset(memory, 0, doubles * sizeof *memory);
   passes p = {.model = model, .by = thrum_kernel_get((int32_t)bench->kernel)};
 

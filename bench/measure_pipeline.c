@@ -7,17 +7,11 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <sys/wait.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "mesh/formats/mesh_read.h"
 #include "mesh/mesh_fix.h"
-
-static double clock_of(clockid_t clock) {
-  struct timespec now;
-  clock_gettime(clock, &now);
-  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
+#include "platform/clock.h"
 
 // a beam of about `wanted` tets, six a cell
 static thrum_status make_beam(int64_t wanted, thrum_mesh *mesh, uint8_t **fixed,
@@ -81,11 +75,11 @@ static thrum_status time_syrk(bench_pipeline *bench, thrum_error *error) {
     for (int64_t i = 0; i < m * rows; i++)
       panel[i] = (double)(i % 1021) / 1021 - 0.5;
     openblas_set_num_threads(bench->threads);
-    const double began = clock_of(CLOCK_MONOTONIC), worked = clock_of(CLOCK_PROCESS_CPUTIME_ID);
+    const double began = clock_seconds(), worked = clock_process_seconds();
     cblas_dsyrk(CblasColMajor, CblasUpper, CblasTrans, (int)m, (int)rows, 1, panel, (int)rows, 0,
                 gram, (int)m);
-    bench->syrk_seconds = clock_of(CLOCK_MONOTONIC) - began;
-    bench->syrk_cpu_seconds = clock_of(CLOCK_PROCESS_CPUTIME_ID) - worked;
+    bench->syrk_seconds = clock_seconds() - began;
+    bench->syrk_cpu_seconds = clock_process_seconds() - worked;
   } else {
     status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a DSYRK of %lld x %lld",
                              (long long)m, (long long)rows);

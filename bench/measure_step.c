@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "bench/measure.h"
+#include "platform/clock.h"
 #include "thrum/displacement.h"
 
 #define WARM_STEPS 100
@@ -110,18 +111,18 @@ static thrum_status measure(const thrum_model *model, thrum_state *state, const 
 
   // a batch of about BATCH_US unless the caller gave its steps
   if (steps == 0) {
-    const double began = bench_now();
+    const double began = clock_seconds();
     status = run_steps(model, state, STEPS_LEAST, error);
-    const double one = (bench_now() - began) / STEPS_LEAST;
+    const double one = 1e6 * (clock_seconds() - began) / STEPS_LEAST;
     steps = (int64_t)fmin(STEPS_MOST, fmax(STEPS_LEAST, BATCH_US / one));
   }
 
   // every batch starts from the same state
   for (int64_t n = 0; n < bench->batches && status >= 0; n++) {
     memcpy(state, snapshot, bytes);
-    const double began = bench_now();
+    const double began = clock_seconds();
     status = run_steps(model, state, steps, error);
-    samples[n] = (bench_now() - began) / (double)steps;
+    samples[n] = 1e6 * (clock_seconds() - began) / (double)steps;
   }
   if (status < 0)
     return status;

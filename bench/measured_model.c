@@ -5,6 +5,7 @@
 #include "mesh/formats/mesh_read.h"
 #include "mesh/mesh.h"
 #include "mesh/mesh_fix.h"
+#include "platform/allocate.h"
 #include "precompute/precompute.h"
 #include "thrum/polynomial.h"
 
@@ -37,9 +38,8 @@ thrum_status bench_model_beam(int64_t rank, thrum_model **model, thrum_error *er
   // packed as a model from a file is, so that its steps are as fast
   if (status >= 0) {
     const size_t size = thrum_model_pack_size(&result->model);
-    void *packed = aligned_alloc(64, size);
-    status = packed ? thrum_model_pack(&result->model, packed, size, error)
-                    : thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a model");
+    void *packed = thrum_allocate_aligned(size, "a model", error);
+    status = packed ? thrum_model_pack(&result->model, packed, size, error) : THRUM_OUT_OF_MEMORY;
     if (status < 0) {
       free(packed);
       thrum_precomputed_free(result);

@@ -4,9 +4,8 @@
 #include <stdint.h>
 #include <stdlib.h>
 
+#include "platform/allocate.h"
 #include "thrum/thrum.h"
-
-#define ALIGNMENT 64
 
 thrum_status model_truncate_to(const thrum_model *loaded, int64_t rank, void **memory,
                                const thrum_model **model, thrum_error *error) {
@@ -19,9 +18,8 @@ thrum_status model_truncate_to(const thrum_model *loaded, int64_t rank, void **m
   const thrum_status status = thrum_model_truncate_size(loaded, rank, &size, &detail);
   if (status < 0)
     return thrum_error_set(error, status, "--rank: %s", detail.message);
-  *memory = aligned_alloc(ALIGNMENT, size);
+  *memory = thrum_allocate_aligned(size, "the truncated model", error);
   if (*memory == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the model at rank %lld",
-                           (long long)rank);
+    return THRUM_OUT_OF_MEMORY;
   return thrum_model_truncate(*memory, size, loaded, rank, model, error);
 }

@@ -7,8 +7,7 @@
 
 #include "driver/scene_run.h"
 #include "mesh/formats/mesh_read.h"
-
-#define ALIGNMENT 64
+#include "platform/allocate.h"
 
 /* --- loads -------------------------------------------------------------------------------------
  */
@@ -96,9 +95,9 @@ static thrum_status scale_whole(const scene_body_run *body, void **memory,
   // factors of one leave the model as it is, others take a copy
   size_t size = 0;
   THRUM_TRY(thrum_model_scale_size(body->model, &size, error));
-  *memory = aligned_alloc(ALIGNMENT, (size + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT);
+  *memory = thrum_allocate_aligned(size, "a scaled model", error);
   return *memory != NULL ? thrum_model_scale(*memory, size, body->model, &by, scaled, error)
-                         : scene_run_no_memory(error);
+                         : THRUM_OUT_OF_MEMORY;
 }
 
 /* q and p of the start, both of the rank and zero before. */

@@ -11,18 +11,10 @@
 
 #include "config/message.h"
 #include "io/json.h"
+#include "platform/allocate.h"
 #include "thrum/thrum.h"
 
-#define ALIGNMENT 64
 #define LOAD_SHARE_MOST 0.9995 /* of a point force a good basis may leave 0.99 unfelt */
-
-static void *allocate(size_t size, thrum_error *error) {
-  // aligned_alloc wants a multiple of the alignment
-  void *memory = aligned_alloc(ALIGNMENT, (size + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT);
-  if (memory == NULL)
-    thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory to measure stress or strain");
-  return memory;
-}
 
 static thrum_status open_stress_points(const thrum_model *model, simulate_measures *m,
                                        thrum_error *error) {
@@ -34,7 +26,7 @@ static thrum_status open_stress_points(const thrum_model *model, simulate_measur
     return thrum_error_set(error, status, "--stress: %s", detail.message);
 
   // one point in each tetrahedron
-  m->stress_points_memory = allocate(size, error);
+  m->stress_points_memory = thrum_allocate_aligned(size, "stresses", error);
   if (m->stress_points_memory == NULL)
     return THRUM_OUT_OF_MEMORY;
   THRUM_TRY(thrum_stress_points_init(m->stress_points_memory, size, model, &def, &m->stress_points,
@@ -55,7 +47,7 @@ static thrum_status open_monitor(const thrum_model *model, simulate_measures *m,
   def.load_share_most = LOAD_SHARE_MOST;
   size_t size = 0;
   THRUM_TRY(thrum_monitor_size(model, &def, &size, error));
-  m->monitor_memory = allocate(size, error);
+  m->monitor_memory = thrum_allocate_aligned(size, "the monitor", error);
   if (m->monitor_memory == NULL)
     return THRUM_OUT_OF_MEMORY;
   return thrum_monitor_init(m->monitor_memory, size, model, &def, &m->monitor, error);

@@ -7,9 +7,8 @@
 #include <stdlib.h>
 
 #include "config/message.h"
+#include "platform/allocate.h"
 #include "thrum/thrum.h"
-
-#define ALIGNMENT 64
 
 static const double tau = 6.28318530717958647693;
 
@@ -41,28 +40,20 @@ thrum_status static_solve(const thrum_model *model, const thrum_equilibrium_def 
                           double *mode, const static_progress *progress,
                           thrum_equilibrium_report *report, thrum_error *error) {
   size_t size = 0;
-  thrum_status status = thrum_equilibrium_size(model, &size, error);
-  if (status < 0)
-    return status;
+  double one[THRUM_RANK_MAX], sum[THRUM_RANK_MAX] = {0};
   thrum_error detail = {0};
-  double *forces = calloc(2 * (size_t)model->rank, sizeof *forces);
-  void *workspace = aligned_alloc(ALIGNMENT, size);
-  if (forces == NULL || workspace == NULL) {
-    status = thrum_error_set(error, THRUM_OUT_OF_MEMORY,
-                             "no memory for an equilibrium of rank %lld", (long long)model->rank);
-  } else {
-    status = add_loads(model, loads, count, forces, forces + model->rank, error);
-    if (status >= 0) {
-      warn_idle(model, said, forces + model->rank);
-      status = thrum_equilibrium(model, def, forces + model->rank, q, mode, workspace, size,
-                                 progress->report, progress->context, report, &detail);
-      if (status < 0)
-        thrum_error_set(error, status, "%.200s: %s", said, detail.message);
-    }
-  }
-  free(forces);
+  THRUM_TRY(thrum_equilibrium_size(model, &size, error));
+  THRUM_TRY(add_loads(model, loads, count, one, sum, error));
+  void *workspace = thrum_allocate_aligned(size, "an equilibrium", error);
+  if (workspace == NULL)
+    return THRUM_OUT_OF_MEMORY;
+
+  warn_idle(model, said, sum);
+  const thrum_status status =
+      thrum_equilibrium(model, def, sum, q, mode, workspace, size, progress->report,
+                        progress->context, report, &detail);
   free(workspace);
-  return status;
+  return status < 0 ? thrum_error_set(error, status, "%.200s: %s", said, detail.message) : status;
 }
 
 double static_hertz(double omega2) {

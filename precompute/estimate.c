@@ -9,8 +9,8 @@
 #include <cblas.h>
 #include <math.h>
 #include <stdlib.h>
-#include <time.h>
 
+#include "platform/clock.h"
 #include "platform/memory_limit.h"
 #include "platform/threads.h"
 #include "precompute/options_check.h"
@@ -98,13 +98,6 @@ thrum_status thrum_estimate_refuse(const thrum_estimate *estimate, thrum_error *
       estimate->whose);
 }
 
-// of the processor, so that another busy program does not slow the probes
-static double seconds_now(void) {
-  struct timespec now;
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
 // the best of three: flops a second of DGEMM, and bytes a second of reading; 0 without memory
 static void probe(int threads, double *flops, double *bytes) {
   double *data = malloc(sizeof *data * PROBE_LENGTH);
@@ -120,12 +113,12 @@ static void probe(int threads, double *flops, double *bytes) {
   const int n = PROBE_SIZE;
   double *a = data, *b = data + n * n, *c = data + 2 * n * n;
   for (int pass = 0; pass < 3; pass++) {
-    const double began = seconds_now();
+    const double began = clock_process_seconds();
     const volatile double sum = cblas_dasum(PROBE_LENGTH, data, 1);
-    const double read = seconds_now();
+    const double read = clock_process_seconds();
     (void)sum;
     cblas_dgemm(CblasColMajor, CblasTrans, CblasNoTrans, n, n, n, 1, a, n, b, n, 0, c, n);
-    const double done = seconds_now();
+    const double done = clock_process_seconds();
     *bytes = fmax(*bytes, 8.0 * PROBE_LENGTH / (read - began));
     *flops = fmax(*flops, 2.0 * n * n * n * threads / (done - read));
   }

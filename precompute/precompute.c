@@ -5,10 +5,9 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <sys/resource.h>
-#include <time.h>
 
 #include "platform/allocate.h"
+#include "platform/clock.h"
 #include "platform/threads.h"
 #include "precompute/basis/basis.h"
 #include "precompute/basis/eigen.h"
@@ -35,18 +34,6 @@ typedef struct pipeline {
   double *change;             /* S of an imported basis, rank x rank */
   thrum_precomputed result;
 } pipeline;
-
-static double seconds_of(clockid_t clock) {
-  struct timespec now;
-  clock_gettime(clock, &now);
-  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
-static double peak_mb_now(void) {
-  struct rusage usage;
-  // Linux counts in units of 1024 bytes
-  return getrusage(RUSAGE_SELF, &usage) == 0 ? (double)usage.ru_maxrss / 1024 : 0;
-}
 
 static void pipeline_free(pipeline *p) {
   thrum_fem_free(&p->fem);
@@ -347,15 +334,15 @@ static thrum_status run_all(pipeline *p, thrum_error *error) {
       continue;
 
     const thrum_reporter reporter = {&p->options, (thrum_stage)stage};
-    const double began = seconds_of(CLOCK_MONOTONIC);
-    const double worked = seconds_of(CLOCK_PROCESS_CPUTIME_ID);
+    const double began = clock_seconds();
+    const double worked = clock_process_seconds();
 
     THRUM_TRY(thrum_report(&reporter, 0, error));
     THRUM_TRY(stages[stage](p, &reporter, error));
     THRUM_TRY(thrum_report(&reporter, 1, error));
-    p->result.seconds[stage] = seconds_of(CLOCK_MONOTONIC) - began;
-    p->result.cpu_seconds[stage] = seconds_of(CLOCK_PROCESS_CPUTIME_ID) - worked;
-    p->result.peak_mb[stage] = peak_mb_now();
+    p->result.seconds[stage] = clock_seconds() - began;
+    p->result.cpu_seconds[stage] = clock_process_seconds() - worked;
+    p->result.peak_mb[stage] = clock_peak_mb();
   }
   return THRUM_OK;
 }

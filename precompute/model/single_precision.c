@@ -94,9 +94,9 @@ thrum_status thrum_single_precision_round(const thrum_model *model, double *wors
   const int64_t r = model->rank, work_count = (int64_t)thrum_work_count(model);
   const size_t packed_size = thrum_model_pack_size(model);
   thrum_model packed = *model;
-  void *pack_memory = aligned_alloc(64, packed_size);
+  void *pack_memory = thrum_allocate_aligned(packed_size, "the samples of precision", error);
   if (!pack_memory)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the samples of precision");
+    return THRUM_OUT_OF_MEMORY;
   thrum_model_pack(&packed, pack_memory, packed_size, NULL);
 
   double *memory = thrum_allocate((2 * SAMPLES + 2) * r + work_count, sizeof *memory,

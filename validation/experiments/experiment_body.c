@@ -7,7 +7,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include "runtime/base/vec3.h"
 #include "thrum/external_load.h"
@@ -27,12 +26,6 @@ const thrum_integrator experiment_integrators[EXPERIMENT_INTEGRATOR_COUNT] = {
     EXPERIMENT_INTEGRATOR_LIST(X)
 #undef X
 };
-
-double experiment_seconds(void) {
-  struct timespec now;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
 
 /* f^T K^-1 f of a reduced force. */
 static double compliance(const thrum_model *model, const double *force) {

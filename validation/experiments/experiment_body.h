@@ -25,9 +25,6 @@ void experiment_body_free(experiment_body *body);
 /* How far the group is displaced on average, as a share of the body's length. */
 double experiment_body_amplitude(const experiment_body *body, const double *q);
 
-/* Processor time of this thread [s]: on a busy machine it says more than the clock on the wall. */
-double experiment_seconds(void);
-
 /* The integrators that are compared. X(name, def's value) */
 #define EXPERIMENT_INTEGRATOR_LIST(X)                                                              \
   X(imexv, THRUM_INTEGRATOR_IMEXV)                                                                 \

@@ -7,6 +7,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "platform/clock.h"
 #include "validation/experiments/run_outcome.h"
 
 #define LOST 1.0 /* of the work: whatever is left then is no energy balance */
@@ -57,9 +58,9 @@ static thrum_status run_half(const experiment_extreme_case *run, thrum_state *st
   thrum_status status =
       thrum_state_set_force(body->model, state, loaded ? seen->force : NULL, &result->stop);
   for (int64_t n = 0; n < steps && status >= 0; n++) {
-    const double began = experiment_seconds();
+    const double began = clock_thread_seconds();
     status = thrum_step(body->model, state, &result->stop);
-    *seconds += experiment_seconds() - began;
+    *seconds += clock_thread_seconds() - began;
     if (status >= 0)
       status = look(body, state, loaded, seen, result, &result->stop);
   }

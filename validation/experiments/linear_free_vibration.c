@@ -7,6 +7,8 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "platform/allocate.h"
+#include "platform/clock.h"
 #include "platform/thread_pool.h"
 #include "thrum/equilibrium.h"
 #include "thrum/polynomial.h"
@@ -41,7 +43,7 @@ static thrum_status search_make(const experiment_body *body, search *s, thrum_er
   search made = {.body = body, .linear = *model};
   THRUM_TRY(thrum_equilibrium_size(model, &made.workspace_size, error));
   made.zeros = calloc((size_t)model->c4_count + (size_t)model->c3_count, sizeof *made.zeros);
-  made.workspace = aligned_alloc(64, (made.workspace_size + 63) / 64 * 64);
+  made.workspace = thrum_allocate_aligned(made.workspace_size, body->name, error);
   if (made.zeros == NULL || made.workspace == NULL) {
     search_free(&made);
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %.100s", body->name);
@@ -219,10 +221,10 @@ static double least_us(void (*call)(timed *t), timed *t) {
   double least = INFINITY;
   int64_t calls = 16;
   for (int batch = 0; batch < BATCHES;) {
-    const double began = experiment_seconds();
+    const double began = clock_thread_seconds();
     for (int64_t n = 0; n < calls; n++)
       call(t);
-    const double seconds = experiment_seconds() - began;
+    const double seconds = clock_thread_seconds() - began;
 
     // a batch must be long against the resolution of the clock
     if (seconds < BATCH_SECONDS) {

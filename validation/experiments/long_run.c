@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "platform/clock.h"
 #include "validation/experiments/run_outcome.h"
 
 #define SAMPLE_STRIDE 7
@@ -90,10 +91,10 @@ static thrum_status run_window(const experiment_long_case *run, thrum_state *sta
   for (int64_t step = 0; step < steps && status >= 0;) {
     const int64_t until = step + SAMPLE_STRIDE < steps ? step + SAMPLE_STRIDE : steps;
     thrum_energies energies;
-    const double began = experiment_seconds();
+    const double began = clock_thread_seconds();
     for (; step < until && status >= 0; step++)
       status = thrum_step(model, state, error);
-    *seconds += experiment_seconds() - began;
+    *seconds += clock_thread_seconds() - began;
     if (status >= 0)
       status = thrum_state_energies(model, state, &energies, error);
     if (status < 0)

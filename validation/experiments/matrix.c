@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "driver/drift.h"
+#include "platform/clock.h"
 #include "thrum/external_load.h"
 
 #define ROWS 1000
@@ -94,7 +95,7 @@ static thrum_status advance(experiment_run *run, thrum_state *state, double dt, 
   const thrum_model *model = run->body->model;
   double force[THRUM_RANK_MAX];
   thrum_status status = THRUM_OK;
-  const double began = experiment_seconds();
+  const double began = clock_thread_seconds();
   for (; step < until && status >= 0; step++) {
     const double strength = run->force * thrum_load_mean(&courses[run->load], step, dt);
     for (int64_t i = 0; i < model->rank; i++)
@@ -103,7 +104,7 @@ static thrum_status advance(experiment_run *run, thrum_state *state, double dt, 
     if (status >= 0)
       status = thrum_step(model, state, error);
   }
-  *seconds += experiment_seconds() - began;
+  *seconds += clock_thread_seconds() - began;
   return status;
 }
 

@@ -7,6 +7,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "platform/clock.h"
 #include "validation/experiments/run_outcome.h"
 
 #define LOOKS 1000
@@ -53,10 +54,10 @@ static thrum_status run_case(const experiment_sweep_case *run, experiment_sweep_
   thrum_status status = experiment_kick(run->body, run->impulse, state, &made.energy, &made.stop);
   for (int64_t step = 0; step < run->steps && status >= 0;) {
     const int64_t until = step + stride < run->steps ? step + stride : run->steps;
-    const double began = experiment_seconds();
+    const double began = clock_thread_seconds();
     for (; step < until && status >= 0; step++)
       status = thrum_step(model, state, &made.stop);
-    seconds += experiment_seconds() - began;
+    seconds += clock_thread_seconds() - began;
 
     // the last tenth gives the change of the mean energy
     const bool late = 10 * step >= 9 * run->steps;

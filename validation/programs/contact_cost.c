@@ -3,8 +3,9 @@
  * Apache-2.0 */
 #include <stdio.h>
 #include <stdlib.h>
-#include <time.h>
 
+#include "platform/allocate.h"
+#include "platform/clock.h"
 #include "thrum/thrum.h"
 
 #define STEPS 3000
@@ -19,22 +20,9 @@ typedef struct trial {
   double touching, sweeps; /* means over them */
 } trial;
 
-static double now(void) {
-  struct timespec t;
-  clock_gettime(CLOCK_MONOTONIC, &t);
-  return 1e6 * (double)t.tv_sec + 1e-3 * (double)t.tv_nsec;
-}
-
 static int compare(const void *a, const void *b) {
   const double x = *(const double *)a, y = *(const double *)b;
   return (x > y) - (x < y);
-}
-
-static void *lay(size_t size) {
-  void *memory = aligned_alloc(64, (size + 63) / 64 * 64);
-  if (!memory)
-    exit(1);
-  return memory;
 }
 
 static double lowest(const thrum_model *model) {
@@ -54,11 +42,10 @@ static thrum_status measure(const thrum_model *model, scene which, trial *out, t
   thrum_state *state;
   thrum_contact *contact;
   size_t size;
-  if (thrum_state_size(model, &def, &size, error) < 0 ||
-      thrum_state_init(lay(size), size, model, &def, &state, error) < 0 ||
-      thrum_contact_size(model, state, &touching, &size, error) < 0 ||
-      thrum_contact_init(lay(size), size, model, state, &touching, &contact, error) < 0)
-    return error->status;
+  THRUM_TRY(thrum_state_create(model, &def, &state, error));
+  THRUM_TRY(thrum_contact_size(model, state, &touching, &size, error));
+  THRUM_TRY(thrum_contact_init(thrum_allocate_aligned(size, "the contact", error), size, model,
+                               state, &touching, &contact, error));
 
   // the body above its floor, sliding on it, far from it, or pulled at
   const double mass = 1 / (model->rigid[0] * model->rigid[0]);
@@ -81,12 +68,12 @@ static thrum_status measure(const thrum_model *model, scene which, trial *out, t
   thrum_status status = THRUM_OK;
   for (int step = 0; step < STEPS && status >= 0; step++) {
     const int64_t swept = thrum_contact_report_get(contact).sweeps;
-    const double begun = now();
+    const double begun = clock_seconds();
     status = which == ALONE ? thrum_step(model, state, error)
                             : thrum_contact_step(model, state, contact, &environment, error);
 
     // for a moving body only the steps in which it touches count
-    const double time = now() - begun;
+    const double time = 1e6 * (clock_seconds() - begun);
     const thrum_contact_report report = thrum_contact_report_get(contact);
     if ((which == FALLING || which == SLIDING) && report.touching == 0)
       continue;
@@ -94,7 +81,7 @@ static thrum_status measure(const thrum_model *model, scene which, trial *out, t
     out->touching += report.touching;
     out->sweeps += (double)(report.sweeps - swept);
   }
-  free(state);
+  thrum_state_destroy(state);
   free(contact);
   return status;
 }

@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "platform/allocate.h"
 #include "precompute/full/full.h"
 #include "thrum/equilibrium.h"
 #include "thrum/external_load.h"
@@ -24,9 +25,9 @@ static thrum_status rest(const thrum_model *model, const double *load, double *q
   thrum_status status = thrum_equilibrium_size(model, &size, error);
   if (status < 0)
     return status;
-  void *workspace = aligned_alloc(64, (size + 63) / 64 * 64);
+  void *workspace = thrum_allocate_aligned(size, "an equilibrium", error);
   if (workspace == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for an equilibrium");
+    return THRUM_OUT_OF_MEMORY;
   memset(q, 0, (size_t)model->rank * sizeof *q);
   status =
       thrum_equilibrium(model, &def, load, q, NULL, workspace, size, NULL, NULL, &report, error);

@@ -8,6 +8,7 @@
 
 #include "driver/drift.h"
 #include "platform/allocate.h"
+#include "platform/clock.h"
 #include "platform/thread_pool.h"
 #include "thrum/external_load.h"
 #include "thrum/polynomial.h"
@@ -68,12 +69,12 @@ static thrum_status step_script(const tradeoff_problem *problem, const tradeoff_
   // only the load and the step are timed, not the sampling
   for (; k < steps; k++) {
     thrum_energies energies;
-    const double began = experiment_seconds();
+    const double began = clock_thread_seconds();
     thrum_load_sum(problem->courses, space->directions, problem->load_count, rank, k, def->dt,
                    force);
     if (thrum_state_set_force(model, state, force, NULL) < 0 || thrum_step(model, state, NULL) < 0)
       break;
-    spent += experiment_seconds() - began;
+    spent += clock_thread_seconds() - began;
     if (thrum_state_get(model, state, to, to + rank, NULL) < 0 ||
         thrum_state_energies(model, state, &energies, NULL) < 0)
       break;
@@ -180,17 +181,17 @@ static thrum_status make_space(solution *s, int64_t n, int64_t b, thrum_error *e
     options.rank = problem->ranks[n];
     options.single = problem->single[n];
     options.mass = s->reference.body.kind;
-    const double began = experiment_seconds();
+    const double began = clock_thread_seconds();
     const thrum_status status = thrum_precompute(&s->reference.body.mesh, problem->model->fixed,
                                                  &options, &space->made, error);
     if (status < 0)
       return status;
-    basis->precompute_seconds = experiment_seconds() - began;
+    basis->precompute_seconds = clock_thread_seconds() - began;
     // its steps are timed, so it is packed as a model from a file is
     const size_t size = thrum_model_pack_size(&space->made.model);
-    space->packed = aligned_alloc(64, size);
+    space->packed = thrum_allocate_aligned(size, "a basis", error);
     if (space->packed == NULL)
-      return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a basis");
+      return THRUM_OUT_OF_MEMORY;
     THRUM_TRY(thrum_model_pack(&space->made.model, space->packed, size, error));
     space->model = &space->made.model;
   }

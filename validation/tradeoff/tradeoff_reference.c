@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "platform/allocate.h"
+#include "platform/clock.h"
 #include "precompute/full/full.h"
 #include "thrum/external_load.h"
 #include "validation/tradeoff/tradeoff.h"
@@ -76,10 +77,10 @@ static thrum_status step_all(const tradeoff_problem *problem, thrum_full *full, 
   // only the step itself is timed
   for (int64_t k = 0; k < steps; k++) {
     load(problem, k, f->forces);
-    const double began = experiment_seconds();
+    const double began = clock_thread_seconds();
     THRUM_TRY(thrum_full_set_force(full, f->forces, error));
     THRUM_TRY(thrum_full_step(full, error));
-    seconds += experiment_seconds() - began;
+    seconds += clock_thread_seconds() - began;
     thrum_full_get(full, f->to, f->to + all);
 
     // samples lie between steps: cubic Hermite between the two ends
