@@ -70,18 +70,24 @@ static bool allocate(const thrum_model *model, const thrum_surface_mesh *surface
 
 static thrum_status bind_vertex(const thrum_tet_tree *tree, int64_t v, embed_arrays *a,
                                 thrum_embed_report *report, thrum_error *error) {
+  // the nearest tetrahedron and the weights of its corners
   const thrum_tet_place place = thrum_tet_tree_find(tree, a->positions + 3 * v);
   bool finite = isfinite(place.distance);
   for (int c = 0; c < 4; c++) {
     finite = finite && isfinite(place.weights[c]);
     report->weight_max = fmax(report->weight_max, fabs(place.weights[c]));
   }
+
+  // far outside, the weights overflow
   if (!finite)
     return thrum_error_set(error, THRUM_BAD_VALUE,
                            "vertex %lld of the surface is too far from the mesh to be embedded",
                            (long long)v + 1);
+
   memcpy(a->weights + 4 * v, place.weights, sizeof place.weights);
   a->tet[v] = place.tet;
+
+  // the farthest vertex outside is reported
   report->outside += place.distance > ON_SURFACE * report->extent;
   if (place.distance > ON_SURFACE * report->extent && place.distance > report->distance_max) {
     report->distance_max = place.distance;
@@ -111,6 +117,8 @@ static thrum_status make_rows(const thrum_model *model, int64_t v, embed_arrays 
   const int64_t rank = model->rank;
   const int32_t *corners = model->tets + 4 * (int64_t)a->tet[v];
   const double *w = a->weights + 4 * v;
+
+  // the weighted sum of the corners' rows of the basis
   for (int64_t axis = 0; axis < 3; axis++)
     for (int64_t i = 0; i < rank; i++) {
       // from -0, so that a row taken whole keeps all its bits
@@ -150,6 +158,8 @@ thrum_status thrum_embed_make(const thrum_model *model, const thrum_surface_mesh
     return thrum_error_set(error, THRUM_MISSING,
                            "the model has no mesh or no basis, so nothing can be embedded in it: "
                            "precompute it from a mesh");
+
+  // every vertex is bound to a tetrahedron, and gets its rows
   embed_arrays a = {0};
   thrum_embed_report report = {.extent = thrum_box3_longest(model->vertices, model->vertex_count),
                                .farthest = -1};
@@ -159,6 +169,8 @@ thrum_status thrum_embed_make(const thrum_model *model, const thrum_surface_mesh
           : thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory for the surface");
   for (int64_t v = 0; v < surface->vertex_count && status >= 0; v++)
     status = make_rows(model, v, &a, error);
+
+  // the arrays are the embedding's, or freed
   if (status < 0)
     arrays_free(&a);
   else

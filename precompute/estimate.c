@@ -25,26 +25,39 @@
 // the most of what the stages hold beyond the mesh, the fem, K and M
 static double most_bytes(const thrum_fem *fem, double entries, const thrum_factor *factor,
                          const thrum_precompute_options *options) {
+  // the sizes that everything below is counted in
   const double n = (double)fem->free_count, vertices = (double)fem->vertex_count;
   const double r = (double)options->rank;
   const double k = (double)thrum_options_shapes(options);
   const double candidates = k + k * (k + 1) / 2, columns = r + r * (r + 1) / 2;
   const double block = THRUM_SOLVE_BLOCK;
   const double factored = thrum_factor_bytes(factor);
+
   // CHOLMOD permutes a copy of K before it factorises
   const double factor_stage = factored + thrum_factor_work_bytes(factor) + 16 * entries;
+
+  // the modes: the factor, the shapes, and the largest of what Lanczos, refinement and search add
   const double lanczos = 2 * k + 15, refining = k + 2 * block, searching = 4 * block;
+
   // modes are counted when the work arrays of the search are gone
   const double counting =
       thrum_options_counted(options, fem->free_count) ? COUNT_SHARE * factored + 16 * entries : 0;
+
   const double modes =
       factored + fmax(8 * n * (k + fmax(fmax(lanczos, refining), searching)), 8 * n * k + counting);
+
+  // the derivatives stand beside the modes and the factor
   const double derivatives = factored + 8 * n * (candidates + 2 * block);
+
   // the factor and K are gone by then
   const double basis = 8 * n * (2 * candidates + block + r) + 24 * vertices * r - 16 * entries;
+
+  // the polynomial needs the basis, its products of columns and its coefficients
   const double polynomial = 24 * vertices * r + 8 * columns * (columns + 800) - 16 * entries;
   const double model = 8 * r * r * r * r / 24 + 24 * vertices + 24 * (double)fem->tet_count;
   const double kept = options->keep_modes ? 24 * vertices * (double)options->modes : 0;
+
+  // stages follow each other, so the largest of them counts
   return fmax(fmax(fmax(factor_stage, modes), fmax(derivatives, basis)), polynomial) + model + kept;
 }
 
@@ -128,18 +141,24 @@ static void probe(int threads, double *flops, double *bytes) {
 
 static void estimate_times(const thrum_fem *fem, const thrum_precompute_options *options,
                            thrum_estimate *estimate) {
+  // two short measurements of this machine: arithmetic, and reading memory
   double gemm, read;
   probe(options->threads, &gemm, &read);
   if (!(gemm > 0 && read > 0))
     return;
+
+  // the sizes of the body and of the basis
   const double n = (double)fem->free_count, tets = (double)fem->tet_count;
   const double r = (double)options->rank, columns = r + r * (r + 1) / 2;
   const double k = (double)thrum_options_shapes(options);
   const double pairs = k * (k + 1) / 2;
   const double nonzeros = (double)estimate->factor_nonzeros;
+
   // a column alone reads the factor twice; in blocks it is arithmetic
   const double alone = 16 * nonzeros / read, blocked = 4 * nonzeros / (0.33 * gemm);
   double *seconds = estimate->seconds;
+
+  // an imported basis replaces every stage between assembly and polynomial
   seconds[THRUM_STAGE_assemble] = 1e-6 * tets;
   if (options->imported) {
     // Gram products and rotations of U; then the polynomial, or its change of basis
@@ -149,12 +168,16 @@ static void estimate_times(const thrum_fem *fem, const thrum_precompute_options 
                                           : 6 * tets * columns * columns / (0.9 * gemm);
     return;
   }
+
+  // the numbers are fits to measured stages, as shares of what the machine reached above
   seconds[THRUM_STAGE_factor] =
       estimate->factor_flops / gemm * (1 + cbrt(1e11 / estimate->factor_flops)) + 1.5e-5 * n;
   seconds[THRUM_STAGE_modes] = (2.5 * k + 12) * alone + (2 * k + 32) * blocked;
+
   // the inertia count is a factor of its own, on one thread
   if (thrum_options_counted(options, fem->free_count))
     seconds[THRUM_STAGE_modes] += 1.3 * seconds[THRUM_STAGE_factor];
+
   seconds[THRUM_STAGE_derivatives] = pairs * (blocked + 2.5e-8 * tets);
   seconds[THRUM_STAGE_basis] = 8 * n * (k + pairs) * (k + pairs) / (0.12 * gemm);
   seconds[THRUM_STAGE_polynomial] = 6 * tets * columns * columns / (0.9 * gemm);
@@ -169,9 +192,13 @@ thrum_status thrum_precompute_estimate(const thrum_mesh *mesh, const uint8_t *fi
   thrum_factor *factor = NULL;
   thrum_estimate made = {0};
   bool free_body;
+
+  // what the run itself would refuse is refused here
   THRUM_TRY(thrum_options_check(&asked, error));
   THRUM_TRY(thrum_threads_ready(asked.threads, error));
   const thrum_threads before = thrum_threads_set(asked.threads);
+
+  // the matrices' patterns and the plan of the factor, without a number of either
   thrum_status status = thrum_fem_create(mesh, fixed, &fem, error);
   if (status >= 0)
     status = thrum_options_check_body(&asked, &fem, &free_body, error);
@@ -181,11 +208,13 @@ thrum_status thrum_precompute_estimate(const thrum_mesh *mesh, const uint8_t *fi
     status = thrum_fem_mass(&fem, asked.mass, &stiffness, &mass, error);
   if (status >= 0 && !asked.imported)
     status = thrum_factor_plan(&stiffness, &factor, error);
+
   if (status >= 0) {
     thrum_estimate_memory(&fem, &stiffness, factor, &asked, &made);
     estimate_times(&fem, &asked, &made);
     *estimate = made;
   }
+
   thrum_factor_free(factor);
   thrum_sparse_free(&stiffness);
   thrum_sparse_free(&mass);

@@ -351,15 +351,21 @@ thrum_status thrum_precompute(const thrum_mesh *mesh, const uint8_t *fixed,
                               const thrum_precompute_options *options, thrum_precomputed *result,
                               thrum_error *error) {
   pipeline p = {.mesh = mesh, .fixed = fixed, .options = thrum_options_complete(options)};
+
+  // what cannot be computed is refused before anything is
   THRUM_TRY(thrum_options_check(&p.options, error));
   if (!mesh->has_material)
     return thrum_error_set(error, THRUM_MISSING,
                            "the mesh says no material: give --young, --poisson and --density");
   THRUM_TRY(thrum_threads_ready(options->threads, error));
+
+  // all stages, with the number of threads that was asked for
   const thrum_threads before = thrum_threads_set(options->threads);
   thrum_status status = run_all(&p, error);
   if (status >= 0)
     status = thrum_model_check(&p.result.model, error);
+
+  // the libraries get their threads back, and the result is whole or nothing
   pipeline_free(&p);
   thrum_threads_restore(before);
   if (status >= 0)

@@ -37,6 +37,7 @@ static bool all_finite(const double *values, int64_t count) {
 // rows and rank of the header; *width: bytes of a number
 static thrum_status basis_shape(const char *path, const char *file, size_t size, int64_t *rows,
                                 int64_t *rank, size_t *width, thrum_error *error) {
+  // the header gives rows and columns
   int32_t shape[2] = {0, 0};
   if (size >= sizeof shape)
     memcpy(shape, file, sizeof shape);
@@ -45,6 +46,8 @@ static thrum_status basis_shape(const char *path, const char *file, size_t size,
                            "%s: not a basis: it must begin with 3 times the vertices and 1 to %d "
                            "columns, as two int32",
                            path, THRUM_RANK_MAX);
+
+  // the file's length says whether the numbers are double or single
   const size_t count = (size_t)shape[0] * (size_t)shape[1];
   *width = (size - sizeof shape) / count;
   if (size != sizeof shape + count * *width || (*width != 8 && *width != 4))
@@ -52,6 +55,7 @@ static thrum_status basis_shape(const char *path, const char *file, size_t size,
                            "%s: %d rows and %d columns take %zu bytes in float64, %zu in float32, "
                            "but the file has %zu",
                            path, shape[0], shape[1], 8 + 8 * count, 8 + 4 * count, size);
+
   *rows = shape[0];
   *rank = shape[1];
   return THRUM_OK;
@@ -62,13 +66,18 @@ thrum_status thrum_vega_basis_read(const char *path, thrum_imported_basis *impor
   void *data = NULL;
   size_t size = 0, width = 0;
   int64_t rows = 0, rank = 0;
+
+  // the whole file, whose header fits its size
   thrum_status status = thrum_file_read(path, &data, &size, error);
   if (status >= 0)
     status = basis_shape(path, data, size, &rows, &rank, &width, error);
+
+  // the columns of the file become rows of Thrum's layout
   double *basis =
       status >= 0 ? thrum_allocate(rows * rank, sizeof *basis, "the basis", error) : NULL;
   if (status >= 0 && basis == NULL)
     status = THRUM_OUT_OF_MEMORY;
+
   const char *next = (const char *)data + 8;
   for (int64_t i = 0; i < rank && status >= 0; i++)
     for (int64_t c = 0; c < rows; c++, next += width) {
@@ -77,13 +86,17 @@ thrum_status thrum_vega_basis_read(const char *path, thrum_imported_basis *impor
       if (width == 4)
         basis[c * rank + i] = (double)single;
     }
+
   if (status >= 0 && !all_finite(basis, rows * rank))
     status = thrum_error_set(error, THRUM_BAD_VALUE, "%s: a number is not finite", path);
+
   free(data);
   if (status < 0) {
     free(basis);
     return status;
   }
+
+  // the new basis replaces an earlier one
   thrum_imported_basis_free(imported);
   imported->rows = rows;
   imported->rank = rank;
@@ -126,6 +139,7 @@ static bool next_monomial(int64_t rank, int64_t *index, int count) {
 // the others add their differences from it. `off`: as many numbers, zero
 static void integrate(int64_t rank, int count, const double *force, double *coefficients,
                       int64_t total, double *off) {
+  // the base: a component that is not divided by 3, as thirds round
   const double *component = force;
   for (int64_t a = 0; a < rank; a++) {
     int64_t index[3] = {0, 0, 0};
@@ -137,6 +151,8 @@ static void integrate(int64_t rank, int count, const double *force, double *coef
         coefficients[at] = says;
     } while (next_monomial(rank, index, count));
   }
+
+  // the others add their differences from it, each its share
   for (int64_t a = 0; a < rank; a++) {
     int64_t index[3] = {0, 0, 0};
     do {
@@ -147,6 +163,7 @@ static void integrate(int64_t rank, int count, const double *force, double *coef
         off[at] += (says / times - coefficients[at]) / distinct;
     } while (next_monomial(rank, index, count));
   }
+
   for (int64_t at = 0; at < total; at++)
     coefficients[at] += off[at];
 }
@@ -168,9 +185,12 @@ static thrum_status integrate_both(const double *quadratic, const double *cubic,
 static thrum_status check_gradient(const char *path, int64_t rank, int count, const double *force,
                                    const double *coefficients, int64_t total, double *defect,
                                    thrum_error *error) {
+  // the defect is measured beside the largest coefficient
   double largest = 0;
   for (int64_t n = 0; n < total; n++)
     largest = fmax(largest, fabs(coefficients[n]));
+
+  // each component of the force against the derivative of the potential
   for (int64_t a = 0; a < rank; a++) {
     int64_t index[3] = {0, 0, 0};
     do {
@@ -195,9 +215,13 @@ static thrum_status check_gradient(const char *path, int64_t rank, int count, co
 static thrum_status take_linear(const char *path, const double *force,
                                 thrum_imported_basis *imported, thrum_error *error) {
   const int64_t r = imported->rank;
+
+  // the asymmetry is measured beside the largest entry
   double largest = 0;
   for (int64_t n = 0; n < r * r; n++)
     largest = fmax(largest, fabs(force[n]));
+
+  // the mean of both halves is taken
   for (int64_t i = 0; i < r; i++)
     for (int64_t j = 0; j < r; j++) {
       const double off = fabs(force[i * r + j] - force[j * r + i]) / 2;
@@ -215,6 +239,7 @@ static thrum_status take_linear(const char *path, const double *force,
 
 static thrum_status check_sizes(const char *path, const char *file, size_t size, int64_t rank,
                                 thrum_error *error) {
+  // four counts, all of which follow from the rank
   int32_t sizes[4] = {0};
   if (size >= sizeof sizes)
     memcpy(sizes, file, sizeof sizes);
@@ -225,6 +250,8 @@ static thrum_status check_sizes(const char *path, const char *file, size_t size,
                            "with %lld, %lld, %lld, %lld as int32",
                            path, (long long)rank, (long long)rank, (long long)rank,
                            (long long)quadratic, (long long)cubic);
+
+  // the file's length follows from them
   const size_t wanted = sizeof sizes + 8 * (size_t)(rank * (rank + quadratic + cubic));
   if (size != wanted)
     return thrum_error_set(error, THRUM_BAD_FORMAT, "%s: has %zu bytes in place of %zu", path, size,
@@ -250,22 +277,29 @@ thrum_status thrum_vega_cubic_read(const char *path, thrum_imported_basis *impor
   size_t size = 0;
   const int64_t r = imported->rank;
   thrum_imported_basis made = {.rank = r};
+
+  // the whole file, of the size that the rank says
   thrum_status status = thrum_file_read(path, &data, &size, error);
   if (status >= 0)
     status = check_sizes(path, data, size, r, error);
+
   if (status >= 0 &&
       (!(made.linear = thrum_allocate(r * r, sizeof(double), "the polynomial", error)) ||
        !(made.c3 = thrum_allocate(thrum_c3_count(r), sizeof(double), "the polynomial", error)) ||
        !(made.c4 = thrum_allocate(thrum_c4_count(r), sizeof(double), "the polynomial", error))))
     status = THRUM_OUT_OF_MEMORY;
+
   // the numbers start 16 bytes into a block of malloc, so they are aligned
   if (status >= 0)
     status = take_force(path, (const double *)((const char *)data + 16), &made, error);
+
   free(data);
   if (status < 0) {
     thrum_imported_basis_free(&made);
     return status;
   }
+
+  // the new polynomial replaces an earlier one
   free(imported->linear);
   free(imported->c3);
   free(imported->c4);
@@ -279,19 +313,26 @@ thrum_status thrum_vega_cubic_read(const char *path, thrum_imported_basis *impor
 thrum_status thrum_vega_basis_write(const char *path, const thrum_model *model, bool single,
                                     thrum_error *error) {
   const int64_t rows = 3 * model->vertex_count, rank = model->rank;
+
   if (model->basis == NULL)
     return thrum_error_set(error, THRUM_MISSING, "the model has no basis to export");
   if (rows > INT32_MAX)
     return thrum_error_set(error, THRUM_UNSUPPORTED, "%s: more rows than the format can count",
                            path);
+
+  // a column in single precision uses the memory of one in double
   thrum_file_writer writer = {0};
   double *column = thrum_allocate(rows, sizeof *column, "the basis", error);
   if (column == NULL)
     return THRUM_OUT_OF_MEMORY;
   float *narrow = (float *)column;
+
+  // the header is the number of rows and of columns
   thrum_status status = thrum_file_writer_open(path, &writer, error);
   if (status >= 0)
     status = thrum_file_writer_put(&writer, (int32_t[]){(int32_t)rows, (int32_t)rank}, 8, error);
+
+  // one column after the other, as the format has them
   for (int64_t i = 0; i < rank && status >= 0; i++) {
     for (int64_t c = 0; c < rows; c++)
       if (single)
@@ -300,6 +341,7 @@ thrum_status thrum_vega_basis_write(const char *path, const thrum_model *model, 
         column[c] = model->basis[c * rank + i];
     status = thrum_file_writer_put(&writer, column, (size_t)rows * (single ? 4 : 8), error);
   }
+
   free(column);
   if (status >= 0)
     return thrum_file_writer_commit(&writer, error);
@@ -323,17 +365,22 @@ static double *differentiate(int64_t rank, int count, const double *coefficients
 thrum_status thrum_vega_cubic_write(const char *path, const thrum_model *model,
                                     thrum_error *error) {
   const int64_t r = model->rank, pairs = r * (r + 1) / 2, triples = thrum_c3_count(r);
+
+  // two doubles hold the four counts of the header
   const int64_t total = r * (r + pairs + triples);
   double *file = thrum_allocate(total + 2, sizeof *file, "the polynomial", error);
   if (file == NULL)
     return THRUM_OUT_OF_MEMORY;
   const int32_t sizes[4] = {(int32_t)r, (int32_t)r, (int32_t)pairs, (int32_t)triples};
   memcpy(file, sizes, sizeof sizes);
+
+  // the linear part is diagonal in Thrum's basis; the rest is the derivative of the potential
   double *linear = file + 2;
   memset(linear, 0, sizeof *linear * (size_t)(r * r));
   for (int64_t i = 0; i < r; i++)
     linear[i * r + i] = model->omega2[i];
   differentiate(r, 3, model->c4, differentiate(r, 2, model->c3, linear + r * r));
+
   const thrum_status status = thrum_file_write_atomic(path, file, 8 * (size_t)(total + 2), error);
   free(file);
   return status;

@@ -121,9 +121,12 @@ static thrum_status left_vectors(pca *p, char how, int64_t rows, int64_t count, 
 static thrum_status decompose_around(pca *p, int64_t span, double *frame, double *rest,
                                      thrum_error *error) {
   const int m = (int)span, count = (int)p->count;
-  // frame: what is kept, then its complement
+
+  // what must be kept spans the first columns of the frame, its complement the others
   memcpy(rest, p->small + (p->modes - p->kept) * span, sizeof *rest * (size_t)(p->kept * span));
   thrum_status status = left_vectors(p, 'A', span, p->kept, rest, frame, error);
+
+  // of what must be kept, the directions that are too small to count are left out
   int held = 0;
   while (held < p->kept && held < m && p->values[held] > TOLERANCE)
     held++;
@@ -131,12 +134,18 @@ static thrum_status decompose_around(pca *p, int64_t span, double *frame, double
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "rank %lld is less than the %d responses of the handles; raise --rank",
                            (long long)p->rank, held);
+
+  // the candidates by their weights, as in a decomposition without kept directions
   for (int64_t c = 0; c < p->count; c++)
     cblas_dscal(m, p->weight[c], p->small + c * span, 1);
+
+  // the kept directions stand first in the basis
   const int left = m - held, more = (int)p->rank - held;
   memcpy(p->left, frame, sizeof *frame * (size_t)(held * span));
   if (status < 0 || more == 0)
     return status;
+
+  // the complement's share of the candidates gives the rest of the basis, largest first
   cblas_dgemm(CblasColMajor, CblasTrans, CblasNoTrans, left, count, m, 1, frame + held * span, m,
               p->small, m, 0, rest, left);
   status = left_vectors(p, 'S', left, count, rest, p->small, error);
@@ -219,12 +228,16 @@ static thrum_status diagonalise(pca *p, double *basis, thrum_error *error) {
 static thrum_status build(pca *p, const double *omega2, const double *candidates, double *basis,
                           const thrum_reporter *reporter, thrum_error *error) {
   int64_t span = 0;
+
+  // an M-orthonormal basis of the weighted candidates
   set_weights(p, omega2, candidates);
   normalise(p, candidates);
   thrum_status status =
       thrum_mass_orthonormalise(p->mass, p->count, p->q, TOLERANCE, &span, p->work, error);
   if (status >= 0)
     status = thrum_report(reporter, 0.5, error);
+
+  // the span limits the rank
   if (status >= 0 && p->rank > span)
     status = thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                              "rank %lld is more than the candidates span: they have rank %lld; "
@@ -234,6 +247,8 @@ static thrum_status build(pca *p, const double *omega2, const double *candidates
     status = decompose(p, candidates, span, error);
   if (status < 0)
     return status;
+
+  // the columns of the basis, on the free components and then on all
   double *columns = thrum_allocate(p->n * p->rank, sizeof *columns, "the basis", error);
   if (!columns)
     return THRUM_OUT_OF_MEMORY;
@@ -241,6 +256,8 @@ static thrum_status build(pca *p, const double *omega2, const double *candidates
               p->q, (int)p->n, p->left, (int)span, 0, columns, (int)p->n);
   scatter_rows(p->fem, columns, p->rank, basis);
   free(columns);
+
+  // the reduced stiffness of the basis becomes diagonal
   status = thrum_report(reporter, 0.8, error);
   return status >= 0 ? diagonalise(p, basis, error) : status;
 }

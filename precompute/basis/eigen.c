@@ -72,6 +72,8 @@ static thrum_status lanczos_iterate(lanczos *l, const thrum_sparse *mass, thrum_
                                     const thrum_reporter *reporter, thrum_error *error) {
   int64_t solves = 0;
   thrum_status status = THRUM_OK;
+
+  // ARPACK says what it needs next, until it is done
   while (status >= 0) {
     dsaupd_c(&l->ido, "G", l->n, "LM", l->count, LANCZOS_TOLERANCE, l->resid, l->vectors, l->basis,
              l->n, l->iparam, l->ipntr, l->workd, l->workl, l->vectors * (l->vectors + 8),
@@ -90,11 +92,14 @@ static thrum_status lanczos_iterate(lanczos *l, const thrum_sparse *mass, thrum_
     } else {
       break;
     }
+
     // the count of solves is not known beforehand: creep towards 1
     solves++;
     if (status >= 0)
       status = thrum_report(reporter, 1 - exp(-(double)solves / (1.5 * l->vectors)), error);
   }
+
+  // an end is no success yet
   if (status >= 0 && l->info != 0)
     status = not_converged(l, error);
   return status;
@@ -102,11 +107,13 @@ static thrum_status lanczos_iterate(lanczos *l, const thrum_sparse *mass, thrum_
 
 static thrum_status lanczos_extract(lanczos *l, double *values, double *vectors,
                                     thrum_error *error) {
+  // ARPACK makes the vectors from its basis
   dseupd_c(1, "A", l->select, l->values, l->basis, l->n, 0.0, "G", l->n, "LM", l->count,
            LANCZOS_TOLERANCE, l->resid, l->vectors, l->basis, l->n, l->iparam, l->ipntr, l->workd,
            l->workl, l->vectors * (l->vectors + 8), &l->info);
   if (l->info != 0 || l->iparam[4] < l->count)
     return not_converged(l, error);
+
   // ascending, by selection; the vectors follow
   for (int i = 0; i < l->count; i++) {
     int lowest = 0;
@@ -128,20 +135,29 @@ static thrum_status refine(const thrum_sparse *mass, thrum_factor *factor, int64
   const int64_t n = mass->size;
   const int rows = (int)n, k = (int)count;
   double *stiff = small, *weigh = small + count * count;
+
+  // the right-hand sides M Psi
   thrum_sparse_product(mass, vectors, count, y);
+
   // columns scaled by omega^2 stay of unit size, which keeps the small problem well scaled
   for (int64_t i = 0; i < count; i++)
     cblas_dscal(rows, values[i], y + i * n, 1);
   memcpy(vectors, y, sizeof *y * (size_t)(n * count));
+
+  // Y = K^-1 M Psi, in blocks that the factor solves at once
   for (int64_t first = 0; first < count; first += THRUM_SOLVE_BLOCK) {
     const int64_t width = count - first < THRUM_SOLVE_BLOCK ? count - first : THRUM_SOLVE_BLOCK;
     THRUM_TRY(thrum_factor_solve(factor, y + first * n, width, y + first * n, error));
   }
+
+  // Y^T K Y = Y^T M Psi and Y^T M Y are the small problem
   cblas_dgemm(CblasColMajor, CblasTrans, CblasNoTrans, k, k, rows, 1, y, rows, vectors, rows, 0,
               stiff, k);
   thrum_sparse_product(mass, y, count, vectors);
   cblas_dgemm(CblasColMajor, CblasTrans, CblasNoTrans, k, k, rows, 1, y, rows, vectors, rows, 0,
               weigh, k);
+
+  // its vectors give the modes
   if (LAPACKE_dsygvd(LAPACK_COL_MAJOR, 1, 'V', 'U', k, stiff, k, weigh, k, values) != 0)
     return thrum_error_set(error, THRUM_NOT_CONVERGED, "the modes could not be refined");
   cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, rows, k, k, 1, y, rows, stiff, k, 0,
@@ -170,13 +186,20 @@ thrum_status thrum_eigen_lowest(const thrum_sparse *stiffness, const thrum_spars
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "%lld modes of %lld free components: there must be fewer modes",
                            (long long)count, (long long)own);
+
+  // a subspace of twice the modes converges in few restarts
   const int64_t wanted = 2 * count + 10;
   lanczos l = {.n = (int)n, .count = (int)count, .vectors = (int)(wanted < own ? wanted : own)};
+
+  // ARPACK's parameters: own start vector, exact shifts, at most 3000 restarts, one vector a block,
+  // shift-invert mode
   l.info = 1;
   l.iparam[0] = 1;
   l.iparam[2] = 3000;
   l.iparam[3] = 1;
   l.iparam[6] = 3;
+
+  // Lanczos iteration, from a start vector that is the same in every run
   thrum_status status = lanczos_allocate(&l, error);
   if (status >= 0) {
     start_vector(l.n, l.resid);
@@ -184,6 +207,8 @@ thrum_status thrum_eigen_lowest(const thrum_sparse *stiffness, const thrum_spars
   }
   if (status >= 0)
     status = lanczos_extract(&l, values, vectors, error);
+
+  // refined beyond Lanczos, and with a sign and an order that depend on nothing else
   lanczos_free(&l);
   if (status >= 0)
     status = thrum_eigen_refine(mass, factor, count, REFINEMENTS, values, vectors, error);

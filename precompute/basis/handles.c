@@ -17,6 +17,8 @@ thrum_status thrum_handle_find(const thrum_mesh *mesh, const char *spec, thrum_h
                                thrum_error *error) {
   static const char key[] = "vertex=";
   const size_t length = sizeof key - 1;
+
+  // a vertex by its number in the file
   if (strncmp(spec, key, length) == 0) {
     int64_t vertex = 0;
     const char *end = spec + strlen(spec);
@@ -28,6 +30,8 @@ thrum_status thrum_handle_find(const thrum_mesh *mesh, const char *spec, thrum_h
     *handle = (thrum_handle){.name = spec, .count = 1, .vertex = (int32_t)(vertex - 1)};
     return THRUM_OK;
   }
+
+  // a group by its name
   for (int64_t g = 0; g < mesh->group_count; g++)
     if (strcmp(mesh->groups[g].name, spec) == 0 && mesh->groups[g].count > 0) {
       *handle = (thrum_handle){

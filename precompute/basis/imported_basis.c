@@ -66,16 +66,22 @@ static thrum_status take_rows(const thrum_fem *fem, const thrum_mesh *mesh,
                               thrum_error *error) {
   const int64_t rows = 3 * mesh->vertex_count, r = imported->rank;
   const bool mapped = mesh->file_vertex != NULL && imported->rows == 3 * mesh->file_vertex_count;
+
+  // a file has rows for the vertices of the mesh, or for those of its file
   if (imported->rows != rows && !mapped)
     return thrum_error_set(error, THRUM_BAD_SHAPE,
                            "the basis has %lld rows, but the mesh has 3 x %lld vertices: they do "
                            "not belong together",
                            (long long)imported->rows, (long long)mesh->vertex_count);
+
+  // each row goes to its vertex
   for (int64_t c = 0; c < imported->rows; c++) {
     const int64_t vertex = mapped ? mesh->file_vertex[c / 3] : c / 3;
     if (vertex >= 0)
       memcpy(basis + (3 * vertex + c % 3) * r, imported->basis + c * r, sizeof *basis * (size_t)r);
   }
+
+  // a held component must not move, up to rounding beside the largest entry
   double largest = 0;
   for (int64_t n = 0; n < rows * r; n++)
     largest = fmax(largest, fabs(basis[n]));
@@ -103,9 +109,13 @@ static void gather(const work *w, const double *basis, double *columns) {
 static thrum_status measure(work *w, const double *basis, double *orthonormality,
                             double *diagonality, bool *ascending, thrum_error *error) {
   const int64_t r = w->rank;
+
+  // both forms in the imported columns
   gather(w, basis, w->columns);
   thrum_mass_gram(w->mass, w->columns, r, w->columns, r, w->mass_form, w->block);
   THRUM_TRY(thrum_reduced_stiffness(w->fem, r, basis, w->stiffness_form, error));
+
+  // the distance of U^T M U from one, and of U^T K U from a diagonal that ascends
   double off_one = 0, off_diagonal = 0, largest = 0;
   *ascending = true;
   for (int64_t i = 0; i < r; i++) {
@@ -117,6 +127,7 @@ static thrum_status measure(work *w, const double *basis, double *orthonormality
       off_diagonal = i == j ? off_diagonal : fmax(off_diagonal, fabs(row[j]));
     }
   }
+
   *orthonormality = off_one;
   *diagonality = off_diagonal / largest;
   return THRUM_OK;
@@ -176,11 +187,15 @@ static void canonicalise(work *w, double *basis, double *change) {
 
 static thrum_status change_basis(work *w, const double *rigid_dual, double *basis, double *change,
                                  thrum_imported_figures *figures, thrum_error *error) {
+  // how far the imported basis is from Thrum's form
   double off_one = 0, off_diagonal = 0;
   bool ascending = false;
   THRUM_TRY(measure(w, basis, &off_one, &off_diagonal, &ascending, error));
   figures->orthonormality = off_one;
   THRUM_TRY(check_rigid(w, rigid_dual, error));
+
+  // changes of basis until it is in that form, each of which removes most of the last one's
+  // rounding
   for (int n = 0; n < CHANGES_MAX; n++) {
     if (off_one < AS_IT_IS && off_diagonal < AS_IT_IS && ascending)
       break;
@@ -188,6 +203,8 @@ static thrum_status change_basis(work *w, const double *rigid_dual, double *basi
     THRUM_TRY(change_once(w, basis, change, error));
     THRUM_TRY(measure(w, basis, &off_one, &off_diagonal, &ascending, error));
   }
+
+  // a changed basis has its signs fixed
   if (figures->changed)
     canonicalise(w, basis, change);
   figures->orthonormality_after = off_one;
@@ -218,15 +235,20 @@ static thrum_status compare_linear(const thrum_fem *fem, const thrum_model *mode
                                    const double *linear, thrum_imported_figures *figures,
                                    thrum_error *error) {
   const int64_t r = model->rank;
+
+  // the stiffness of this mesh and material in the changed basis
   double *own = thrum_allocate(r * r, sizeof *own, "the imported polynomial", error);
   if (!own)
     return THRUM_OUT_OF_MEMORY;
   thrum_status status = thrum_reduced_stiffness(fem, r, model->basis, own, error);
+
+  // their relative difference in the Frobenius norm
   double off = 0, size = 0;
   for (int64_t n = 0; n < r * r && status >= 0; n++) {
     off += (linear[n] - own[n]) * (linear[n] - own[n]);
     size += own[n] * own[n];
   }
+
   free(own);
   figures->linear_difference = sqrt(off / size);
   if (status >= 0 && !(figures->linear_difference <= TOLERANCE))
@@ -247,6 +269,9 @@ static thrum_status compare_energy(const thrum_fem *fem, const thrum_model *mode
   double *scratch = u ? thrum_allocate((int64_t)thrum_work_count(model), sizeof *scratch,
                                        "the imported polynomial", error)
                       : NULL;
+
+  // one displacement u = U q in which every mode has the same energy, and the size of the body
+  // beside it
   double low = INFINITY, high = -INFINITY, largest = 0;
   for (int64_t c = 0; scratch && c < rows; c++) {
     u[c] = 0;
@@ -259,6 +284,8 @@ static thrum_status compare_energy(const thrum_fem *fem, const thrum_model *mode
     low = fmin(low, fem->vertices[c]);
     high = fmax(high, fem->vertices[c]);
   }
+
+  // at a share of the body's size, and the other way at twice that
   for (int side = 0; side < 2 && scratch; side++) {
     const double scale = (side == 0 ? 1 : -2) * (side == 0 ? REACH * (high - low) / largest : 1);
     for (int64_t c = 0; c < rows; c++)
@@ -269,12 +296,14 @@ static thrum_status compare_energy(const thrum_fem *fem, const thrum_model *mode
     figures->energy_difference =
         fmax(figures->energy_difference, fabs(thrum_strain_energy(model, q, scratch) - own) / own);
   }
+
   const bool allocated = scratch != NULL;
   free(q);
   free(u);
   free(scratch);
   if (!allocated)
     return THRUM_OUT_OF_MEMORY;
+
   if (!(figures->energy_difference <= TOLERANCE))
     return thrum_error_set(
         error, THRUM_BAD_VALUE,
@@ -291,6 +320,9 @@ thrum_status thrum_imported_polynomial(const thrum_fem *fem, const thrum_importe
   const int64_t r = imported->rank;
   const int n = (int)r;
   thrum_status status = THRUM_OK;
+
+  // a changed basis takes the polynomial along: S^T L S, and the coefficients in the new
+  // coordinates
   if (figures->changed) {
     double *half = thrum_allocate(r * r, sizeof *half, "the imported polynomial", error);
     if (!half)
@@ -306,6 +338,7 @@ thrum_status thrum_imported_polynomial(const thrum_fem *fem, const thrum_importe
     memcpy(c3, imported->c3, sizeof *c3 * (size_t)model->c3_count);
     memcpy(c4, imported->c4, sizeof *c4 * (size_t)model->c4_count);
   }
+
   figures->defect = imported->defect;
   return status >= 0 ? compare_linear(fem, model, linear, figures, error) : status;
 }

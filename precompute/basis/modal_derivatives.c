@@ -22,6 +22,8 @@ typedef struct mode_in_tet {
 static void deform(const thrum_fem *fem, int64_t t, double shape[4][3], const double *mode,
                    mode_in_tet *result) {
   const int32_t *corner = fem->tets + 4 * t;
+
+  // the displacement gradient, a sum over the free corners
   memset(result, 0, sizeof *result);
   for (int a = 0; a < 4; a++)
     for (int c = 0; c < 3; c++) {
@@ -30,6 +32,8 @@ static void deform(const thrum_fem *fem, int64_t t, double shape[4][3], const do
       for (int d = 0; d < 3; d++)
         result->gradient[c][d] += u * shape[a][d];
     }
+
+  // the linear strain and its stress
   double strain[3][3];
   for (int c = 0; c < 3; c++)
     for (int d = 0; d < 3; d++)
@@ -62,6 +66,8 @@ static void add_tet(const thrum_fem *fem, int64_t t, const int32_t *pairs, int64
   const int32_t *corner = fem->tets + 4 * t;
   const int32_t region = fem->tet_region[t];
   const int64_t n = fem->free_count;
+
+  // each pair's second derivative of the stress acts on the corners through the shape gradients
   for (int64_t b = 0; b < width; b++) {
     double total[3][3];
     second_stress(fem->lambda[region], fem->mu[region], &modes[pairs[2 * b]],
@@ -83,11 +89,15 @@ static thrum_status solve_all(const thrum_fem *fem, thrum_factor *factor, int64_
                               thrum_error *error) {
   const int64_t n = fem->free_count, total = count * (count + 1) / 2;
   thrum_status status = THRUM_OK;
+
+  // a block of right-hand sides at a time, which the factor solves together
   for (int64_t first = 0; first < total && status >= 0; first += THRUM_SOLVE_BLOCK) {
     // the right-hand sides are built where the solutions will stand
     const int64_t left = total - first, width = left < THRUM_SOLVE_BLOCK ? left : THRUM_SOLVE_BLOCK;
     double *block = derivatives + first * n;
     memset(block, 0, sizeof *block * (size_t)(n * width));
+
+    // each tet's part in every pair, from the strains of the modes in it
     for (int64_t t = 0; t < fem->tet_count; t++) {
       double shape[4][3];
       thrum_fem_shape_gradients(fem, t, shape);
@@ -95,6 +105,7 @@ static thrum_status solve_all(const thrum_fem *fem, thrum_factor *factor, int64_
         deform(fem, t, shape, modes + i * n, &local[i]);
       add_tet(fem, t, pairs + 2 * first, width, local, shape, block);
     }
+
     status = thrum_factor_solve(factor, block, width, block, error);
     if (status >= 0)
       status = thrum_report(reporter, (double)(first + width) / (double)total, error);
@@ -109,6 +120,8 @@ thrum_status thrum_derivatives(const thrum_fem *fem, thrum_factor *factor, int64
   int32_t *pairs = thrum_allocate(2 * total, sizeof *pairs, "the modal derivatives", error);
   mode_in_tet *local = thrum_allocate(count, sizeof *local, "the modal derivatives", error);
   thrum_status status = THRUM_OUT_OF_MEMORY;
+
+  // pairs i <= j, in the order of the derivatives
   if (pairs && local) {
     int64_t next = 0;
     for (int64_t i = 0; i < count; i++)
@@ -116,8 +129,10 @@ thrum_status thrum_derivatives(const thrum_fem *fem, thrum_factor *factor, int64
         pairs[next++] = (int32_t)i;
         pairs[next++] = (int32_t)j;
       }
+
     status = solve_all(fem, factor, count, modes, pairs, local, derivatives, reporter, error);
   }
+
   free(pairs);
   free(local);
   return status;

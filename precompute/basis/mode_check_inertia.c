@@ -32,6 +32,8 @@ static thrum_status triplets_make(const thrum_sparse *stiffness, const thrum_spa
       !(t->column = thrum_allocate(entries, sizeof *t->column, "the inertia count", error)) ||
       !(t->value = thrum_allocate(entries, sizeof *t->value, "the inertia count", error)))
     return THRUM_OUT_OF_MEMORY;
+
+  // K - shift M in MUMPS's coordinates, which count from 1
   for (int64_t j = 0; j < stiffness->size; j++) {
     int64_t other = mass->begin[j];
     for (int64_t e = stiffness->begin[j]; e < stiffness->begin[j + 1]; e++) {
@@ -63,10 +65,14 @@ thrum_status thrum_inertia_count(const thrum_sparse *stiffness, const thrum_spar
                                  double shift, int64_t *count, thrum_error *error) {
   triplets t = {0};
   thrum_status status = triplets_make(stiffness, mass, shift, &t, error);
+
+  // a fresh instance of MUMPS for symmetric indefinite matrices
   if (status >= 0) {
     DMUMPS_STRUC_C mumps = {.job = JOB_START, .par = 1, .sym = 2, .comm_fortran = USE_COMM_WORLD};
     dmumps_c(&mumps);
     settings(&mumps);
+
+    // its factorisation counts the negative pivots
     mumps.n = (MUMPS_INT)stiffness->size;
     mumps.nnz = stiffness->begin[stiffness->size];
     mumps.irn = t.row;
@@ -74,15 +80,19 @@ thrum_status thrum_inertia_count(const thrum_sparse *stiffness, const thrum_spar
     mumps.a = t.value;
     mumps.job = JOB_FACTOR;
     dmumps_c(&mumps);
+
     if (mumps.infog[0] < 0)
       status = thrum_error_set(error, THRUM_NOT_CONVERGED,
                                "the inertia count failed (MUMPS code %d, %d)", (int)mumps.infog[0],
                                (int)mumps.infog[1]);
     else
       *count = mumps.infog[11];
+
+    // the instance is ended in either case
     mumps.job = JOB_END;
     dmumps_c(&mumps);
   }
+
   triplets_free(&t);
   return status;
 }

@@ -89,11 +89,14 @@ static thrum_status grow(search *s, const double *modes, int64_t first, int64_t 
 // the space from start vectors of its own; *columns: its dimension
 static thrum_status make_space(search *s, const double *modes, int round, int64_t *columns,
                                thrum_error *error) {
+  // pseudo-random start vectors, the same in every run
   uint64_t state = 0xd1b54a32d192ed03u + (uint64_t)round;
   for (int64_t i = 0; i < BLOCK * s->n; i++) {
     state = state * 6364136223846793005u + 1442695040888963407u;
     s->space[i] = (double)(state >> 11) / 9007199254740992.0 - 0.5;
   }
+
+  // a Krylov space in the complement of the known modes
   const int64_t room = s->n - thrum_factor_deflated(s->factor) - s->count;
   *columns = 0;
   for (int step = 0; step < STEPS && *columns < room; step++) {
@@ -120,9 +123,13 @@ static thrum_status ritz(search *s, int64_t columns, thrum_error *error) {
 static thrum_status merge(search *s, int64_t columns, int64_t more, double *values, double *vectors,
                           thrum_error *error) {
   const int64_t n = s->n, all = s->count + more;
+
+  // room for all of them together
   double *joint = thrum_allocate(n * all, sizeof *joint, "the mode search", error);
   double *joint_values = thrum_allocate(all, sizeof *joint_values, "the mode search", error);
   thrum_status status = joint && joint_values ? THRUM_OK : THRUM_OUT_OF_MEMORY;
+
+  // the Ritz vectors stand behind the modes, and all are refined as one space
   if (status >= 0) {
     memcpy(joint, vectors, sizeof *joint * (size_t)(n * s->count));
     memcpy(joint_values, values, sizeof *values * (size_t)s->count);
@@ -131,10 +138,13 @@ static thrum_status merge(search *s, int64_t columns, int64_t more, double *valu
                 s->space, (int)n, s->small, (int)columns, 0, joint + n * s->count, (int)n);
     status = thrum_eigen_refine(s->mass, s->factor, all, 4, joint_values, joint, error);
   }
+
+  // the lowest ones are the modes now
   if (status >= 0) {
     memcpy(vectors, joint, sizeof *joint * (size_t)(n * s->count));
     memcpy(values, joint_values, sizeof *values * (size_t)s->count);
   }
+
   free(joint);
   free(joint_values);
   return status;
@@ -143,18 +153,24 @@ static thrum_status merge(search *s, int64_t columns, int64_t more, double *valu
 static thrum_status search_all(search *s, double *values, double *vectors, int64_t *recovered,
                                double *next, thrum_error *error) {
   for (int round = 0; round < ROUNDS_MAX; round++) {
+    // a space outside the known modes, and its Ritz values
     int64_t columns = 0, lower = 0;
     THRUM_TRY(make_space(s, vectors, round, &columns, error));
     if (columns > 0)
       THRUM_TRY(ritz(s, columns, error));
     *next = columns > 0 ? s->values[0] : INFINITY;
+
+    // the search ends once it finds nothing below the highest known mode
     while (lower < columns && s->values[lower] < (1 - CLUSTER) * values[s->count - 1])
       lower++;
     if (lower == 0)
       return THRUM_OK;
+
+    // missed modes join the known ones
     *recovered += lower;
     THRUM_TRY(merge(s, columns, lower, values, vectors, error));
   }
+
   return thrum_error_set(error, THRUM_NOT_CONVERGED,
                          "the linear modes stay incomplete: %lld more were found in %d searches; "
                          "change --modes",

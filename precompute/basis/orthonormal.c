@@ -93,20 +93,29 @@ thrum_status thrum_mass_orthonormalise(const thrum_sparse *mass, int64_t count, 
   double *gram = thrum_allocate(count * (count + 1), sizeof *gram, "the basis", error);
   int32_t *order = thrum_allocate(count, sizeof *order, "the basis", error);
   thrum_status status = gram && order ? THRUM_OK : THRUM_OUT_OF_MEMORY;
+
+  // rounds, as the columns picked in one may be all that is accurate
   int64_t done = 0;
   for (int round = 0; round < ROUNDS_MAX && done < count && status >= 0; round++) {
     double *rest = x + done * n;
     const int64_t left = count - done;
+
+    // orthogonal to the columns that are done; twice, as once leaves rounding
     project(mass, x, done, rest, left, gram, work);
     project(mass, x, done, rest, left, gram, work);
+
+    // pivots of the Gram matrix say which columns are independent enough
     thrum_mass_gram(mass, rest, left, rest, left, gram, work);
     const int64_t picked = pick(gram, left, tolerance, order);
     if (picked == 0)
       break;
+
+    // those come to the front and become orthonormal by a Cholesky factor
     bring_front(rest, n, picked, order, left);
     status = factor_front(mass, x, done, picked, gram, work, error);
     done += picked;
   }
+
   free(gram);
   free(order);
   if (status >= 0)

@@ -163,6 +163,7 @@ thrum_status thrum_fem_create(const thrum_mesh *mesh, const uint8_t *fixed, thru
                               thrum_error *error) {
   THRUM_TRY(check_materials(mesh, error));
 
+  // the mesh's arrays are borrowed
   thrum_fem made = {.vertex_count = mesh->vertex_count,
                     .tet_count = mesh->tet_count,
                     .region_count = mesh->region_count,
@@ -170,6 +171,7 @@ thrum_status thrum_fem_create(const thrum_mesh *mesh, const uint8_t *fixed, thru
                     .tets = mesh->tets,
                     .tet_region = mesh->tet_region};
 
+  // a body that failed half way leaves nothing
   thrum_status status = fill(mesh, fixed, &made, error);
   if (status < 0)
     thrum_fem_free(&made);

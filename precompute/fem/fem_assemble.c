@@ -40,11 +40,15 @@ static void walk_pattern(const thrum_fem *fem, int64_t *begin, int64_t *rows, in
                          int32_t *list) {
   for (int64_t v = 0; v < fem->vertex_count; v++)
     mark[v] = -1;
+
+  // how many free components the vertex and its neighbours below have
   for (int64_t v = 0; v < fem->vertex_count; v++) {
     const int64_t count = neighbours(fem, v, mark, list);
     int64_t below = free_of(fem, v);
     for (int64_t i = 0; i < count; i++)
       below += free_of(fem, list[i]);
+
+    // each of the vertex's free components is a column
     for (int axis = 0; axis < 3; axis++) {
       const int32_t column = fem->dof[3 * v + axis];
       if (column < 0)
@@ -109,6 +113,7 @@ static void stiffness_block(thrum_tet *tet, int a, int b, double block[3][3]) {
 // and the j-th column of v is the first one without its first j entries
 static void fill_vertex(const thrum_fem *fem, int64_t v, const double *u, thrum_sparse *stiffness,
                         int32_t *slot) {
+  // the columns of the vertex are its free components
   int32_t column[3];
   int columns = 0, axes[3];
   for (int axis = 0; axis < 3; axis++)
@@ -118,9 +123,13 @@ static void fill_vertex(const thrum_fem *fem, int64_t v, const double *u, thrum_
     }
   if (columns == 0)
     return;
+
+  // where each row stands in the first column
   const int64_t first = stiffness->begin[column[0]];
   for (int64_t e = first; e < stiffness->begin[column[0] + 1]; e++)
     slot[stiffness->row[e]] = (int32_t)(e - first);
+
+  // each tet at the vertex adds its blocks, from the diagonal downwards
   for (int64_t e = fem->incident_begin[v]; e < fem->incident_begin[v + 1]; e++) {
     const int64_t t = fem->incident[e] / 4;
     thrum_tet tet;
@@ -195,11 +204,14 @@ thrum_status thrum_fem_mass(const thrum_fem *fem, thrum_mass kind, const thrum_s
   double *couple = thrum_allocate(fem->vertex_count, sizeof *couple, "the assembly", error);
   if (!couple)
     return THRUM_OUT_OF_MEMORY;
+
   // count first, then fill
   thrum_sparse made = {.size = n};
   int64_t entries = 0;
   for (int64_t column = 0; column < n; column++)
     entries = mass_column(fem, kind, pattern, column, couple, &made, entries);
+
+  // columns of one vertex share its couplings to its neighbours
   thrum_status status = thrum_sparse_create(n, entries, &made, error);
   if (status >= 0) {
     int64_t vertex = -1;
@@ -213,6 +225,7 @@ thrum_status thrum_fem_mass(const thrum_fem *fem, thrum_mass kind, const thrum_s
     }
     *mass = made;
   }
+
   free(couple);
   return status;
 }

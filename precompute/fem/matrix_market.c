@@ -14,6 +14,8 @@ thrum_status thrum_matrix_market_write(const char *path, const thrum_sparse *mat
                                        const char *about, thrum_error *error) {
   thrum_file_writer writer = {0};
   thrum_status status = thrum_file_writer_open(path, &writer, error);
+
+  // the head: what it is, and its sizes
   char line[400];
   if (status >= 0) {
     const int length = snprintf(line, sizeof line,
@@ -22,12 +24,15 @@ thrum_status thrum_matrix_market_write(const char *path, const thrum_sparse *mat
                                 about, matrix->size, matrix->size, matrix->begin[matrix->size]);
     status = thrum_file_writer_put(&writer, line, (size_t)length, error);
   }
+
+  // the entries, counted from 1
   for (int64_t column = 0; column < matrix->size && status >= 0; column++)
     for (int64_t n = matrix->begin[column]; n < matrix->begin[column + 1] && status >= 0; n++) {
       const int length = snprintf(line, sizeof line, "%" PRId64 " %" PRId64 " %.17g\n",
                                   matrix->row[n] + 1, column + 1, matrix->value[n]);
       status = thrum_file_writer_put(&writer, line, (size_t)length, error);
     }
+
   if (status >= 0)
     return thrum_file_writer_commit(&writer, error);
   thrum_file_writer_abandon(&writer);

@@ -35,10 +35,13 @@ static void fill_motions(const thrum_fem *fem, const double centre[3], double si
 // centre of mass and the largest distance from it along an axis
 static thrum_status find_centre(const thrum_fem *fem, double centre[3], double *size,
                                 thrum_error *error) {
+  // the mass of each vertex
   double *mass = thrum_allocate(fem->vertex_count, sizeof *mass, "the rigid modes", error);
   if (!mass)
     return THRUM_OUT_OF_MEMORY;
   thrum_fem_vertex_mass(fem, mass);
+
+  // their mean place
   double total = 0;
   centre[0] = centre[1] = centre[2] = *size = 0;
   for (int64_t v = 0; v < fem->vertex_count; v++) {
@@ -48,6 +51,8 @@ static thrum_status find_centre(const thrum_fem *fem, double centre[3], double *
   }
   for (int c = 0; c < 3; c++)
     centre[c] /= total;
+
+  // the farthest vertex along an axis makes the rotations as large as the translations
   for (int64_t c = 0; c < 3 * fem->vertex_count; c++)
     *size = fmax(*size, fabs(fem->vertices[c] - centre[c % 3]));
   free(mass);
@@ -57,9 +62,12 @@ static thrum_status find_centre(const thrum_fem *fem, double centre[3], double *
 thrum_status thrum_rigid_modes(const thrum_fem *fem, const thrum_sparse *mass, double *modes,
                                double *dual, thrum_error *error) {
   const int n = (int)fem->free_count, six = THRUM_RIGID_COUNT;
+
+  // three translations and three rotations about the centre of mass
   double centre[3], size, gram[THRUM_RIGID_COUNT * THRUM_RIGID_COUNT];
   THRUM_TRY(find_centre(fem, centre, &size, error));
   fill_motions(fem, centre, size, modes);
+
   // Cholesky-QR in the mass inner product, twice for rounding's sake
   for (int pass = 0; pass < 2; pass++) {
     thrum_sparse_product(mass, modes, six, dual);
@@ -70,6 +78,8 @@ thrum_status thrum_rigid_modes(const thrum_fem *fem, const thrum_sparse *mass, d
     cblas_dtrsm(CblasColMajor, CblasRight, CblasUpper, CblasNoTrans, CblasNonUnit, n, six, 1, gram,
                 six, modes, n);
   }
+
+  // the dual vectors M R of the result
   thrum_sparse_product(mass, modes, six, dual);
   return THRUM_OK;
 }
@@ -145,6 +155,7 @@ static void attach(const thrum_fem *fem, int64_t vertex, double direction[3][3],
 
 void thrum_support_springs_add(const thrum_fem *fem, thrum_sparse *stiffness,
                                thrum_support_springs *springs) {
+  // three vertices far apart: from the origin, from the first one, and from the line of both
   const double *x = fem->vertices;
   const int64_t first = farthest(fem, x, NULL), second = farthest(fem, x + 3 * first, NULL);
   double line[3], arm[3], normal[3];
@@ -152,6 +163,8 @@ void thrum_support_springs_add(const thrum_fem *fem, thrum_sparse *stiffness,
   const int64_t third = farthest(fem, x + 3 * first, line);
   subtract(x + 3 * third, x + 3 * first, arm);
   cross(line, arm, normal);
+
+  // the first is held in space, the second across the line, the third across the plane
   double all[3][3], across[3][3], plane[3][3];
   for (int c = 0; c < 3; c++)
     for (int d = 0; d < 3; d++) {
@@ -159,6 +172,7 @@ void thrum_support_springs_add(const thrum_fem *fem, thrum_sparse *stiffness,
       across[c][d] = (c == d) - line[c] * line[d] / square_of(line);
       plane[c][d] = normal[c] * normal[d] / square_of(normal);
     }
+
   // a pattern without one of these entries has them nowhere: the three vertices differ
   memset(springs, 0, sizeof *springs);
   for (int i = 0; i < 18; i++)

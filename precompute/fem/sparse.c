@@ -56,6 +56,7 @@ void thrum_sparse_product(const thrum_sparse *matrix, const double *x, int64_t c
                           double *product) {
   const int64_t n = matrix->size;
   memset(product, 0, sizeof *product * (size_t)(n * columns));
+
   for (int64_t c = 0; c < columns; c++) {
     const double *in = x + c * n;
     double *out = product + c * n;
@@ -134,9 +135,12 @@ static cholmod_sparse view(const thrum_sparse *matrix) {
 thrum_status thrum_factor_plan(const thrum_sparse *matrix, thrum_factor **factor,
                                thrum_error *error) {
   THRUM_TRY(thrum_threads_ready(1, error));
+
   thrum_factor *made = calloc(1, sizeof *made);
   if (!made)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a sparse factor");
+
+  // a supernodal Cholesky factor in the order of METIS alone, so that every run has the same
   cholmod_common *common = &made->common;
   cholmod_l_start(common);
   common->print = 0;
@@ -146,9 +150,11 @@ thrum_status thrum_factor_plan(const thrum_sparse *matrix, thrum_factor **factor
   common->postorder = true;
   common->quick_return_if_not_posdef = true;
 
+  // the factor's pattern, its flops and its memory
   cholmod_sparse sparse = view(matrix);
   made->factor = cholmod_l_analyze(&sparse, common);
   made->factor_flops = common->fl;
+
   const thrum_status status = report(common, error);
   if (status < 0) {
     thrum_factor_free(made);
@@ -204,16 +210,21 @@ thrum_status thrum_factor_solve(thrum_factor *factor, const double *right, int64
                                 double *solution, thrum_error *error) {
   cholmod_common *common = &factor->common;
   const size_t n = factor->factor->n;
+
+  // the part in the deflated space is taken out before and after
   if (factor->deflated > 0) {
     memmove(solution, right, sizeof *right * n * (size_t)columns);
     take_out(factor, factor->vectors, factor->dual, columns, solution);
     right = solution;
   }
+
+  // CHOLMOD's description of the right-hand sides
   cholmod_dense dense = {0};
   dense.nrow = n;
   dense.ncol = (size_t)columns;
   dense.nzmax = n * (size_t)columns;
   dense.d = n;
+
   // CHOLMOD's type is not const-correct; it only reads a right-hand side
   union {
     const double *read;
@@ -222,10 +233,13 @@ thrum_status thrum_factor_solve(thrum_factor *factor, const double *right, int64
   dense.x = values.any;
   dense.xtype = CHOLMOD_REAL;
   dense.dtype = CHOLMOD_DOUBLE;
+
+  // the solution stays in CHOLMOD's memory, which is used again
   cholmod_l_solve2(CHOLMOD_A, factor->factor, &dense, NULL, &factor->solution, NULL,
                    &factor->work_a, &factor->work_b, common);
   THRUM_TRY(report(common, error));
   memcpy(solution, factor->solution->x, sizeof(double) * dense.nzmax);
+
   take_out(factor, factor->dual, factor->vectors, columns, solution);
   factor->solved += columns;
   return THRUM_OK;

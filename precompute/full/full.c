@@ -156,6 +156,7 @@ thrum_status thrum_full_create(const thrum_model *model, const uint8_t *held,
   if (!model->vertices)
     return thrum_error_set(error, THRUM_MISSING, "full order: the model has no mesh to go back to");
 
+  // the body is at rest and unloaded
   thrum_full *made = calloc(1, sizeof *made);
   if (!made)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the full-order body");
@@ -164,6 +165,7 @@ thrum_status thrum_full_create(const thrum_model *model, const uint8_t *held,
   made->fresh = true;
   made->dt_stable = NAN;
 
+  // a body that failed half way is freed
   thrum_status status = fill(made, held, error);
   if (status >= 0)
     *full = made;

@@ -75,28 +75,40 @@ static thrum_status conjugate_gradients(full_linear *linear, const double *b, do
   const thrum_sparse *a = linear->matrix;
   const int64_t n = a->size;
   double *r = linear->work, *z = r + n, *p = z + n, *ap = p + n;
+
+  // a matrix that is positive definite has a positive diagonal
   for (int64_t j = 0; j < n; j++) {
     if (!(a->value[a->begin[j]] > 0))
       return thrum_error_set(error, THRUM_SINGULAR, "the matrix is not positive definite");
   }
+
+  // from zero, whose residual is the right-hand side
   memset(x, 0, (size_t)n * sizeof *x);
   memcpy(r, b, (size_t)n * sizeof *r);
   const double whole = sqrt(dot(n, b, b));
   precondition(a, r, z);
   memcpy(p, z, (size_t)n * sizeof *p);
   double rz = dot(n, r, z);
+
+  // until the residual is small beside the right-hand side
   for (int k = 0; k < ITERATIONS_MAX; k++) {
     if (sqrt(dot(n, r, r)) <= linear->tolerance * whole)
       return THRUM_OK;
+
+    // along a direction of negative curvature there is no minimum
     thrum_sparse_product(a, p, 1, ap);
     const double curvature = dot(n, p, ap);
     if (!(curvature > 0))
       return thrum_error_set(error, THRUM_SINGULAR, "the matrix is not positive definite");
     const double length = rz / curvature;
+
+    // to the minimum along the direction
     for (int64_t i = 0; i < n; i++) {
       x[i] += length * p[i];
       r[i] -= length * ap[i];
     }
+
+    // the next direction is conjugate to all before
     precondition(a, r, z);
     const double next = dot(n, r, z);
     for (int64_t i = 0; i < n; i++)
@@ -104,6 +116,7 @@ static thrum_status conjugate_gradients(full_linear *linear, const double *b, do
     rz = next;
     linear->iterations++;
   }
+
   return thrum_error_set(error, THRUM_NOT_CONVERGED,
                          "conjugate gradients did not converge in %d iterations", ITERATIONS_MAX);
 }

@@ -164,9 +164,13 @@ static bool follow(rest *s, thrum_error *error) {
 thrum_status thrum_full_rest(thrum_full *full, const double *forces, const double *moves,
                              thrum_full_equilibrium *found, thrum_error *error) {
   const int64_t n = full->body.fem.free_count, all = 3 * full->body.fem.vertex_count;
+
+  // a free body has no equilibrium, unless its motion is given
   if (full->model->rigid != NULL && moves == NULL)
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "full order: nothing holds the body, so it has no equilibrium");
+
+  // the state from which the search begins is kept for a failure
   double *memory = thrum_allocate(3 * n + all, sizeof *memory, "the equilibrium", error);
   if (!memory)
     return THRUM_OUT_OF_MEMORY;
@@ -177,14 +181,20 @@ thrum_status thrum_full_rest(thrum_full *full, const double *forces, const doubl
   s.kept = s.before + n;
   memcpy(start, full->u, (size_t)n * sizeof *start);
   memcpy(held, full->held, (size_t)all * sizeof *held);
+
+  // the load grows in steps, each of which Newton's method solves
   thrum_status status = thrum_full_set_force(full, forces, error);
   if (status >= 0 && !follow(&s, error))
     status = thrum_error_set(error, THRUM_NOT_CONVERGED,
                              "full order: no equilibrium was found beyond %.6g of the load (%d "
                              "steps, %d iterations)",
                              s.factor, (int)made.load_steps, (int)made.iterations);
+
+  // the tangent is another one now
   full->linear.ready = false;
   full->fresh = true;
+
+  // at the equilibrium the body is at rest; without one it is as it was
   if (status >= 0) {
     memset(full->v, 0, (size_t)n * sizeof *full->v);
     made.energy = s.energy;
@@ -194,6 +204,7 @@ thrum_status thrum_full_rest(thrum_full *full, const double *forces, const doubl
     memcpy(full->u, start, (size_t)n * sizeof *start);
     memcpy(full->held, held, (size_t)all * sizeof *held);
   }
+
   free(memory);
   return status;
 }

@@ -33,6 +33,7 @@ thrum_status thrum_load_fill(const thrum_model *model, const int32_t *vertices, 
 
 thrum_status thrum_load_fill_gravity(const thrum_model *model, const double acceleration[3],
                                      double *forces, thrum_error *error) {
+  // the body behind the model, and the mass of each of its vertices
   thrum_model_fem body = {0};
   thrum_status status = thrum_model_fem_create(model, &body, error);
   double *mass =
@@ -43,6 +44,7 @@ thrum_status thrum_load_fill_gravity(const thrum_model *model, const double acce
   if (status >= 0)
     thrum_fem_vertex_mass(&body.fem, mass);
 
+  // m g at each vertex
   for (int64_t c = 0; status >= 0 && c < 3 * model->vertex_count; c++)
     forces[c] += mass[c / 3] * acceleration[c % 3];
 

@@ -50,12 +50,14 @@ static double load_faces(const thrum_mesh *mesh, const thrum_mesh_faces *faces,
 thrum_status thrum_traction_fill(const thrum_model *model, const int32_t *vertices, int64_t count,
                                  const double traction[3], double *forces, double *area,
                                  thrum_error *error) {
+  // the model's mesh as the functions of meshes take it
   thrum_mesh mesh = {0};
   thrum_mesh_faces faces = {0};
   thrum_status status = thrum_model_borrow_mesh(model, &mesh, error);
   if (status < 0)
     return status;
 
+  // which vertices bear the traction, and the triangles of the surface
   uint8_t *chosen = thrum_allocate(mesh.vertex_count, 1, "the surface", error);
   if (chosen == NULL) {
     status = THRUM_OUT_OF_MEMORY;
@@ -68,6 +70,7 @@ thrum_status thrum_traction_fill(const thrum_model *model, const int32_t *vertic
     status = thrum_mesh_find_faces(&mesh, &faces, tets, error);
   }
 
+  // each triangle whose three vertices do hands its share to them
   if (status >= 0) {
     const double whole = load_faces(&mesh, &faces, chosen, traction, forces);
     if (!(whole > 0))

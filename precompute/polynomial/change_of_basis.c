@@ -97,10 +97,12 @@ static void change_quartic(change_work *t, const double *c4, double *changed) {
 thrum_status thrum_polynomial_change_basis(int64_t rank, const double *change, const double *c3,
                                            const double *c4, double *changed3, double *changed4,
                                            thrum_error *error) {
+  // the work needs forms over pairs of coordinates
   const int64_t pairs = rank * (rank + 1) / 2;
   change_work t = {.rank = rank, .pairs = pairs, .change = change};
   thrum_status status = THRUM_OUT_OF_MEMORY;
 
+  // the products of the change, pair by pair, serve both degrees
   if ((t.pair = thrum_allocate(pairs * pairs, sizeof(double), "the changed polynomial", error)) &&
       (t.form = thrum_allocate(pairs * pairs, sizeof(double), "the changed polynomial", error)) &&
       (t.result = thrum_allocate(pairs * pairs, sizeof(double), "the changed polynomial", error))) {
