@@ -1,15 +1,23 @@
-/* Snapshots: what steps change, one record after the other.
+/* Snapshots: what steps change, one record after the other behind a head with a checksum
+ * (runtime/base/seal.h). Nothing is restored before all of it has been checked.
  * SPDX-License-Identifier: Apache-2.0 */
+#include <limits.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "runtime/base/finite.h"
+#include "runtime/base/seal.h"
 #include "scene/scene_free_body.h"
 #include "scene/scene_loads.h"
 
-#define SNAPSHOT_MAGIC UINT64_C(0x7468736e61700002)
+/* Steps and counters beyond this could overflow when they are counted on. */
+#define COUNT_MAX (INT64_C(1) << 62)
+
+/* The version is that of the records below. */
+static const thrum_seal_kind kind = {{'t', 'h', 'r', 'u', 'm', 's', 'c', 'n'}, 3};
 
 typedef struct scene_record {
-  uint64_t magic, revision, size;
+  uint64_t revision;
   int64_t steps, origin_step;
   double origin;
 } scene_record;
@@ -26,22 +34,13 @@ static size_t contact_bytes(const scene_body *body) {
 }
 
 size_t thrum_scene_snapshot_size(const thrum_scene *scene) {
-  size_t size = sizeof(scene_record);
+  size_t size = THRUM_SEAL_BYTES + sizeof(scene_record);
   for (int32_t n = 0; n < scene->body_count; n++) {
     const scene_body *body = scene->bodies[n];
     size += sizeof(body_record) + (size_t)body->derived->rank * sizeof(double) +
             thrum_state_kept_bytes(body->state) + contact_bytes(body);
   }
   return size + (size_t)scene->obstacle_count * sizeof *scene->obstacles;
-}
-
-static thrum_status check_size(const thrum_scene *scene, const void *memory, size_t size,
-                               thrum_error *error) {
-  const size_t needed = thrum_scene_snapshot_size(scene);
-  if (memory != NULL && size >= needed)
-    return THRUM_OK;
-  return thrum_error_set(error, THRUM_BUFFER_TOO_SMALL,
-                         "a snapshot of this scene has %zu bytes, the memory %zu", needed, size);
 }
 
 static void put(unsigned char **to, const void *from, size_t size) {
@@ -56,14 +55,17 @@ static void take(const unsigned char **from, void *to, size_t size) {
 
 thrum_status thrum_scene_snapshot(const thrum_scene *scene, void *memory, size_t size,
                                   thrum_error *error) {
-  const thrum_status status = check_size(scene, memory, size, error);
-  if (status < 0)
-    return status;
-  unsigned char *at = memory;
-  const scene_record head = {
-      SNAPSHOT_MAGIC, scene->revision,    (uint64_t)thrum_scene_snapshot_size(scene),
-      scene->steps,   scene->origin_step, scene->origin};
+  const size_t needed = thrum_scene_snapshot_size(scene);
+  if (memory == NULL || size < needed)
+    return thrum_error_set(error, THRUM_BUFFER_TOO_SMALL,
+                           "a snapshot of this scene has %zu bytes, the memory %zu", needed, size);
+
+  // the scene's own numbers
+  unsigned char *at = (unsigned char *)memory + THRUM_SEAL_BYTES;
+  const scene_record head = {scene->revision, scene->steps, scene->origin_step, scene->origin};
   put(&at, &head, sizeof head);
+
+  // each body with its state and contact
   for (int32_t n = 0; n < scene->body_count; n++) {
     const scene_body *body = scene->bodies[n];
     const body_record record = {body->status,     body->fallback_steps, body->work_load,
@@ -75,43 +77,117 @@ thrum_status thrum_scene_snapshot(const thrum_scene *scene, void *memory, size_t
     if (body->touch != NULL)
       put(&at, body->touch->contact, contact_bytes(body));
   }
+
   if (scene->obstacle_count > 0)
     put(&at, scene->obstacles, (size_t)scene->obstacle_count * sizeof *scene->obstacles);
+  thrum_seal_put(memory, needed, kind);
   return THRUM_OK;
+}
+
+/* --- restoring -------------------------------------------------------------------------------- */
+
+static thrum_status refuse(const char *what, thrum_error *error) {
+  return thrum_error_set(error, THRUM_BAD_VALUE, "the snapshot's %s is out of its range", what);
+}
+
+static bool is_count(int64_t count) {
+  return count >= 0 && count <= COUNT_MAX;
+}
+
+/* What steps do not change of a body's motion is as it is now, and the rest is finite. */
+static bool is_motion_right(const scene_body *body, const body_record *record) {
+  const thrum_rigid_frame *now = &body->rigid_frame, *then = &record->rigid_frame;
+  const double sums[] = {record->work_load, record->work_base, record->dissipated};
+  return thrum_all_finite(sums, 3) && record->way.mass == body->way.mass &&
+         thrum_all_finite(record->way.position, 3) && thrum_all_finite(record->way.velocity, 3) &&
+         memcmp(then->centre, now->centre, sizeof now->centre) == 0 &&
+         memcmp(then->inverse, now->inverse, sizeof now->inverse) == 0 &&
+         thrum_all_finite(then->attitude, 9) && thrum_all_finite(then->momentum, 3);
+}
+
+/* One body's part of the snapshot at *at, which moves behind it. */
+static thrum_status check_body(const scene_body *body, const unsigned char **at,
+                               thrum_error *error) {
+  body_record record;
+  take(at, &record, sizeof record);
+  if (record.status < INT_MIN || record.status > INT_MAX || !is_count(record.fallback_steps) ||
+      !is_motion_right(body, &record))
+    return refuse("motion of a body", error);
+
+  for (int64_t i = 0; i < body->derived->rank; i++) {
+    double q;
+    take(at, &q, sizeof q);
+    if (!thrum_all_finite(&q, 1))
+      return refuse("shape of a body", error);
+  }
+
+  THRUM_TRY(thrum_state_copy_check(body->derived->model, body->state, *at, error));
+  *at += thrum_state_kept_bytes(body->state);
+  if (body->touch == NULL)
+    return THRUM_OK;
+  THRUM_TRY(thrum_contact_copy_check(body->touch->contact, *at, error));
+  *at += contact_bytes(body);
+  return THRUM_OK;
+}
+
+/* Everything behind the head. */
+static thrum_status check_content(const thrum_scene *scene, const unsigned char *at,
+                                  thrum_error *error) {
+  scene_record head;
+  take(&at, &head, sizeof head);
+  if (head.revision != scene->revision)
+    return thrum_error_set(error, THRUM_MODEL_MISMATCH,
+                           "the snapshot is none of the scene as it is now: what it is made of has "
+                           "changed since");
+  if (!is_count(head.steps) || !is_count(head.origin_step) || head.origin_step > head.steps ||
+      !thrum_all_finite(&head.origin, 1))
+    return refuse("number of steps", error);
+
+  for (int32_t n = 0; n < scene->body_count; n++)
+    THRUM_TRY(check_body(scene->bodies[n], &at, error));
+  for (int32_t n = 0; n < scene->obstacle_count; n++) {
+    thrum_obstacle obstacle;
+    take(&at, &obstacle, sizeof obstacle);
+    THRUM_TRY(thrum_obstacle_check(&obstacle, n, error));
+  }
+  return THRUM_OK;
+}
+
+/* A body's part, all of which has been checked. */
+static void take_body(scene_body *body, const unsigned char **at) {
+  body_record record;
+  take(at, &record, sizeof record);
+  take(at, body->before, (size_t)body->derived->rank * sizeof *body->before);
+  take(at, body->state, thrum_state_kept_bytes(body->state));
+  if (body->touch != NULL)
+    take(at, body->touch->contact, contact_bytes(body));
+
+  // where it is as a whole
+  body->way = record.way;
+  body->rigid_frame = record.rigid_frame;
+  if (body->free)
+    scene_free_place(body);
+
+  // its counters; shape and velocity are read again when asked for
+  body->status = (thrum_status)record.status;
+  body->fallback_steps = record.fallback_steps;
+  body->work_load = record.work_load;
+  body->work_base = record.work_base;
+  body->dissipated = record.dissipated;
+  body->q_known = body->p_known = false;
 }
 
 thrum_status thrum_scene_restore(thrum_scene *scene, const void *memory, size_t size,
                                  thrum_error *error) {
-  const thrum_status status = check_size(scene, memory, size, error);
-  if (status < 0)
-    return status;
-  const unsigned char *at = memory;
+  THRUM_TRY(thrum_seal_check(memory, size, kind, thrum_scene_snapshot_size(scene), error));
+  const unsigned char *at = (const unsigned char *)memory + THRUM_SEAL_BYTES;
+  THRUM_TRY(check_content(scene, at, error));
+
+  // nothing can fail from here on
   scene_record head;
   take(&at, &head, sizeof head);
-  if (head.magic != SNAPSHOT_MAGIC || head.revision != scene->revision ||
-      head.size != thrum_scene_snapshot_size(scene))
-    return thrum_error_set(error, THRUM_MODEL_MISMATCH,
-                           "the snapshot is none of the scene as it is now: what it is made of has "
-                           "changed since");
-  for (int32_t n = 0; n < scene->body_count; n++) {
-    scene_body *body = scene->bodies[n];
-    body_record record;
-    take(&at, &record, sizeof record);
-    take(&at, body->before, (size_t)body->derived->rank * sizeof *body->before);
-    take(&at, body->state, thrum_state_kept_bytes(body->state));
-    if (body->touch != NULL)
-      take(&at, body->touch->contact, contact_bytes(body));
-    body->way = record.way;
-    body->rigid_frame = record.rigid_frame;
-    if (body->free)
-      scene_free_place(body);
-    body->status = (thrum_status)record.status;
-    body->fallback_steps = record.fallback_steps;
-    body->work_load = record.work_load;
-    body->work_base = record.work_base;
-    body->dissipated = record.dissipated;
-    body->q_known = body->p_known = false;
-  }
+  for (int32_t n = 0; n < scene->body_count; n++)
+    take_body(scene->bodies[n], &at);
   if (scene->obstacle_count > 0)
     take(&at, scene->obstacles, (size_t)scene->obstacle_count * sizeof *scene->obstacles);
   scene->steps = head.steps;

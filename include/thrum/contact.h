@@ -15,8 +15,9 @@
  * attempts of thrum_contact_step.
  *
  * Memory: a contact is planned (thrum_contact_size), then laid into the caller's memory
- * (thrum_contact_init). It holds no pointer, so a snapshot is memcpy of thrum_contact_bytes bytes;
- * take it together with that of its state. No function here allocates, prints or keeps a global.
+ * (thrum_contact_init). It holds no pointer, so within a program a snapshot is memcpy of
+ * thrum_contact_bytes bytes; take it together with that of its state. Bytes from elsewhere go
+ * through thrum_contact_copy_check first. No function here allocates, prints or keeps a global.
  *
  * Threads: a contact belongs to one thread at a time, with its state and the environment that it
  * moves. The model is only read and may be shared.
@@ -247,6 +248,14 @@ THRUM_API thrum_status thrum_contact_init(void *memory, size_t memory_size,
 
 /* Bytes of a contact, those of thrum_contact_size; 0 for NULL. */
 THRUM_API size_t thrum_contact_bytes(const thrum_contact *contact);
+
+/* Would the thrum_contact_bytes bytes at `copy`, at any address, be a contact with the same points
+ * when copied over `contact`? They are a copy between two steps, not one after thrum_contact_begin.
+ * THRUM_MODEL_MISMATCH for another model, def or points, THRUM_BAD_VALUE for numbers that no
+ * contact can have, THRUM_INVALID_ARGUMENT for NULL. It finds no changed bit of a number that
+ * remains in its range: keep a checksum of the bytes. */
+THRUM_API thrum_status thrum_contact_copy_check(const thrum_contact *contact, const void *copy,
+                                                thrum_error *error);
 
 /* Pressure per depth against obstacles without their own [N/m^3]. */
 THRUM_API double thrum_contact_stiffness(const thrum_contact *contact);

@@ -311,7 +311,12 @@ THRUM_API thrum_status thrum_scene_reset(thrum_scene *scene, thrum_error *error)
 /* A snapshot holds everything that steps change, in thrum_scene_snapshot_size bytes of the caller's
  * memory; `size` is the size of that memory (THRUM_BUFFER_TOO_SMALL). It can be restored as long as
  * nothing was added, no pull was started or ended, and no rank, integrator, stiffness, damping or
- * dt was changed (THRUM_MODEL_MISMATCH). Steps after a restore give the same bits again. */
+ * dt was changed (THRUM_MODEL_MISMATCH). Steps after a restore give the same bits again.
+ *
+ * The bytes may have been in a file or in another process with the same scene: THRUM_BAD_CHECKSUM
+ * for changed ones, THRUM_BAD_FORMAT for none of a snapshot, THRUM_UNSUPPORTED for another version
+ * or byte order, THRUM_BAD_VALUE for numbers that no scene can have. The scene then stays as it
+ * was. */
 THRUM_API size_t thrum_scene_snapshot_size(const thrum_scene *scene);
 THRUM_API thrum_status thrum_scene_snapshot(const thrum_scene *scene, void *memory, size_t size,
                                             thrum_error *error);

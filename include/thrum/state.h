@@ -20,8 +20,10 @@
  * Memory: a state is one block without pointers inside, aligned to 64 bytes. thrum_state_create
  * takes it from the heap and thrum_state_destroy returns it; a caller with memory of its own asks
  * thrum_state_size and calls thrum_state_init. No other function here allocates, and a step never
- * does. A snapshot is memcpy of thrum_state_kept_bytes(state) bytes, a restore is the memcpy back:
- * the history of the solver (kept Jacobian, first guess, split) comes along bit for bit.
+ * does. Within a program a snapshot is memcpy of thrum_state_kept_bytes(state) bytes, a restore is
+ * the memcpy back: the history of the solver (kept Jacobian, first guess, split) comes along bit
+ * for bit. A snapshot that leaves the program is made by thrum_state_snapshot, and
+ * thrum_state_restore checks every bit of it.
  *
  * Threads: a state belongs to one thread at a time. The model is only read and may be shared by any
  * number of threads. No function here prints or keeps a global.
@@ -231,6 +233,30 @@ THRUM_API size_t thrum_state_bytes(const thrum_state *state);
 /* How many of them, from the first on, persist between calls: what a snapshot has to copy, and what
  * is equal in states of equal histories. The bytes after them are scratch of any content. */
 THRUM_API size_t thrum_state_kept_bytes(const thrum_state *state);
+
+/* Bytes of a snapshot for a file or another process: the kept bytes behind a head with version,
+ * byte order and checksum. 0 for NULL. */
+THRUM_API size_t thrum_state_snapshot_size(const thrum_state *state);
+
+/* Writes a snapshot into `memory`, at any address, of `size` bytes: THRUM_BUFFER_TOO_SMALL where
+ * they are less than thrum_state_snapshot_size. */
+THRUM_API thrum_status thrum_state_snapshot(const thrum_state *state, void *memory, size_t size,
+                                            thrum_error *error);
+
+/* Puts a state to where a snapshot was taken; steps from there give the same bits. The state is one
+ * that was made for the same model and with a def of the same sizes; dt and all else of the
+ * snapshot's def come along. Any bytes may be given: THRUM_BAD_CHECKSUM for changed ones,
+ * THRUM_BAD_FORMAT for none of a snapshot, THRUM_UNSUPPORTED for another version or byte order,
+ * THRUM_MODEL_MISMATCH for another rank or def, THRUM_BAD_VALUE for numbers that no state can have,
+ * THRUM_BUFFER_TOO_SMALL, THRUM_INVALID_ARGUMENT for NULL. The state then stays as it was. */
+THRUM_API thrum_status thrum_state_restore(const thrum_model *model, thrum_state *state,
+                                           const void *memory, size_t size, thrum_error *error);
+
+/* Would the thrum_state_kept_bytes bytes at `copy`, at any address, be a state of this model and of
+ * the sizes of `state` when copied over it? For programs that keep states in containers of their
+ * own, which have a checksum. Failures as thrum_state_restore. */
+THRUM_API thrum_status thrum_state_copy_check(const thrum_model *model, const thrum_state *state,
+                                              const void *copy, thrum_error *error);
 
 /* --- setting and stepping ---------------------------------------------------------------------
  *

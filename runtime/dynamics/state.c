@@ -22,19 +22,18 @@
 #include "runtime/dynamics/state_def.h"
 #include "runtime/polynomial/polynomial_private.h"
 
-#define STATE_MAGIC UINT64_C(0x7468726d73743034)
+#define STATE_MAGIC (UINT64_C(0x7468726d73743030) + THRUM_STATE_VERSION)
 
 /* --- planning and laying out ------------------------------------------------------------------ */
 
-/* True when a state of this def may take steps of the energy integrator. */
-static bool uses_energy(const thrum_state_def *def) {
+bool thrum_state_uses_energy(const thrum_state_def *def) {
   return def->integrator == THRUM_INTEGRATOR_ENERGY ||
          (def->integrator == THRUM_INTEGRATOR_IMEXV && (def->adaptive || def->fallback));
 }
 
 /* Largest |I| that a state of this def can come to, with any dt. */
 static int64_t implicit_max(const thrum_model *model, const thrum_state_def *def) {
-  if (uses_energy(def))
+  if (thrum_state_uses_energy(def))
     return model->rank;
   if (def->integrator == THRUM_INTEGRATOR_VERLET)
     return 0;
@@ -43,7 +42,7 @@ static int64_t implicit_max(const thrum_model *model, const thrum_state_def *def
   return model->rank;
 }
 
-static thrum_scheme first_scheme(const thrum_state_def *def) {
+thrum_scheme thrum_state_first_scheme(const thrum_state_def *def) {
   switch (def->integrator) {
   case THRUM_INTEGRATOR_NEWMARK:
     return THRUM_SCHEME_NEWMARK;
@@ -64,8 +63,7 @@ static void forget_inverses(thrum_state *state) {
     state->inverse_step[j] = -1;
 }
 
-/* The sizes of the arrays, from the def in the header. */
-static void plan(thrum_state *state, const thrum_model *model) {
+void thrum_state_plan(thrum_state *state, const thrum_model *model) {
   const thrum_state_def *def = &state->def;
   const int64_t r = model->rank, n = implicit_max(model, def);
   const bool tangent = thrum_tangent_damped(state);
@@ -78,7 +76,7 @@ static void plan(thrum_state *state, const thrum_model *model) {
   // tangent damping needs T of all modes, also where few or none are implicit
   state->kept_count = n * n;
   state->next_count = tangent ? r * r : n * n;
-  state->tangent_count = tangent || uses_energy(def) ? r * r : 0;
+  state->tangent_count = tangent || thrum_state_uses_energy(def) ? r * r : 0;
   state->bytes = thrum_state_layout_bytes(state);
 }
 
@@ -88,11 +86,11 @@ static void fill_header(thrum_state *state, const thrum_model *model, const thru
   state->magic = STATE_MAGIC;
   state->def = *def;
   state->rank = (int32_t)model->rank;
-  plan(state, model);
+  thrum_state_plan(state, model);
 
   // only imexv adapts
   state->def.adaptive = imexv ? def->adaptive : 0;
-  state->scheme = (int32_t)first_scheme(def);
+  state->scheme = (int32_t)thrum_state_first_scheme(def);
   state->split = thrum_mode_split(model, state);
   thrum_stability_reset(state);
   state->potential_step = -1;
@@ -215,7 +213,7 @@ static thrum_status commit_synchronised(const thrum_model *model, thrum_state *s
 /* Scheme and split as the def has them, and a stability monitor without a reference. */
 static void restart_scheme(const thrum_model *model, thrum_state *state) {
   if (state->def.integrator == THRUM_INTEGRATOR_IMEXV)
-    state->scheme = (int32_t)first_scheme(&state->def);
+    state->scheme = (int32_t)thrum_state_first_scheme(&state->def);
   state->split = thrum_mode_split(model, state);
   thrum_stability_reset(state);
 }

@@ -21,6 +21,10 @@
 /* How many solves the first guess may extrapolate. */
 #define THRUM_PAST_SOLVES 5
 
+/* Of the header and the arrays below; raised with each change of them, so that a snapshot of
+ * another version is known. */
+#define THRUM_STATE_VERSION 4
+
 /* --- the header ------------------------------------------------------------------------------- */
 
 /* The memory of the stability monitor of imexv (design 4). The balance B is the energy less the

@@ -1,12 +1,23 @@
-/* The check of a state that other parts of the runtime share; see state.c.
+/* What other parts of the runtime share of state.c.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_RUNTIME_DYNAMICS_STATE_PRIVATE_H
 #define THRUM_RUNTIME_DYNAMICS_STATE_PRIVATE_H
+
+#include <stdbool.h>
 
 #include "thrum/state.h"
 
 /* Refuses NULL, memory that holds no state, and a model of another rank. */
 thrum_status thrum_state_check(const thrum_model *model, const thrum_state *state,
                                thrum_error *error);
+
+/* Fills the sizes of the arrays in the header, `bytes` included, from the def in it. */
+void thrum_state_plan(thrum_state *state, const thrum_model *model);
+
+/* True when a state of this def may take steps of the energy integrator. */
+bool thrum_state_uses_energy(const thrum_state_def *def);
+
+/* The scheme that a state of this def begins with. */
+thrum_scheme thrum_state_first_scheme(const thrum_state_def *def);
 
 #endif

@@ -1,0 +1,164 @@
+/* Tests of snapshots of scenes with changed bits: refused, and the scene stays as it was, or
+ * harmless where the checksum was made for them. SPDX-License-Identifier: Apache-2.0 */
+#include "tests/support/precompute_support.h"
+
+#include "runtime/base/seal.h"
+#include "thrum/scene.h"
+
+#define MUST(call)                                                                                 \
+  do {                                                                                             \
+    if ((call) < 0)                                                                                \
+      fail_msg("%s", error.message);                                                               \
+  } while (0)
+
+static thrum_error error;
+
+/* The head of snapshots of scenes, as scene_snapshot.c writes it. */
+static const thrum_seal_kind kind = {{'t', 'h', 'r', 'u', 'm', 's', 'c', 'n'}, 3};
+
+enum { VERTICES = 8 };
+
+/* A free cube on a floor, and its snapshot while it touches. */
+typedef struct fixture {
+  body cube;
+  thrum_precomputed made;
+  thrum_scene *scene;
+  unsigned char *snapshot, *now;
+  size_t size;
+} fixture;
+
+static int setup(void **context) {
+  static const double down[3] = {0, 0, -9.81};
+  static int32_t touch[VERTICES];
+  fixture *f = calloc(1, sizeof *f);
+  if (f == NULL)
+    return -1;
+  f->cube = body_make("beam:1x1x1@0.1x0.1x0.1", NULL);
+  f->made = body_precompute(&f->cube, 2, 2);
+  assert_int_equal(f->made.model.vertex_count, VERTICES);
+  for (int32_t v = 0; v < VERTICES; v++)
+    touch[v] = v;
+
+  // it falls by a few millimetres onto the floor, and stays in contact
+  thrum_scene_body_def def = thrum_default_scene_body_def();
+  def.model = &f->made.model;
+  def.touch = touch;
+  def.touch_count = VERTICES;
+  def.free = 1;
+  def.position[2] = 0.002;
+  MUST(thrum_scene_make(0.002, &f->scene, &error));
+  MUST(thrum_scene_set_gravity(f->scene, down, &error));
+  MUST(thrum_scene_add_body(f->scene, &def, NULL, &error));
+  const thrum_obstacle floor = thrum_default_obstacle();
+  MUST(thrum_scene_add_obstacle(f->scene, &floor, NULL, &error));
+  thrum_scene_body_info info = {0};
+  for (int k = 0; k < 200 && info.contact.touching == 0; k++) {
+    MUST(thrum_scene_step(f->scene, &error));
+    MUST(thrum_scene_body(f->scene, 0, &info, &error));
+  }
+  assert_true(info.contact.touching > 0);
+
+  f->size = thrum_scene_snapshot_size(f->scene);
+  f->snapshot = need(f->size, 1);
+  f->now = need(f->size, 1);
+  MUST(thrum_scene_snapshot(f->scene, f->snapshot, f->size, &error));
+  *context = f;
+  return 0;
+}
+
+static int teardown(void **context) {
+  fixture *f = *context;
+  thrum_scene_free(f->scene);
+  thrum_precomputed_free(&f->made);
+  body_free(&f->cube);
+  free(f->snapshot);
+  free(f->now);
+  free(f);
+  return 0;
+}
+
+static thrum_status restore(fixture *f) {
+  return thrum_scene_restore(f->scene, f->snapshot, f->size, &error);
+}
+
+/* The scene is where the snapshot `kept` was taken. */
+static void expect_at(fixture *f, const unsigned char *kept) {
+  MUST(thrum_scene_snapshot(f->scene, f->now, f->size, &error));
+  assert_memory_equal(f->now, kept, f->size);
+}
+
+/* One bit of each byte, another one from byte to byte. */
+static unsigned char bit_of(size_t byte) {
+  return (unsigned char)(1u << (3 * byte + byte / 8) % 8);
+}
+
+static void a_changed_bit_is_refused(void **context) {
+  fixture *f = *context;
+  for (size_t byte = 0; byte < f->size; byte++) {
+    f->snapshot[byte] ^= bit_of(byte);
+    if (restore(f) >= 0)
+      fail_msg("a bit of byte %zu of %zu is not noticed", byte, f->size);
+    f->snapshot[byte] ^= bit_of(byte);
+  }
+  expect_at(f, f->snapshot);
+  MUST(restore(f));
+}
+
+static void a_changed_bit_under_a_right_checksum_is_refused_or_harmless(void **context) {
+  fixture *f = *context;
+  unsigned char *kept = need(f->size, 1);
+  memcpy(kept, f->snapshot, f->size);
+  int taken = 0, refused = 0;
+
+  for (size_t byte = THRUM_SEAL_BYTES; byte < f->size; byte++) {
+    memcpy(f->snapshot, kept, f->size);
+    f->snapshot[byte] ^= bit_of(byte);
+    thrum_seal_put(f->snapshot, f->size, kind);
+    if (restore(f) < 0) {
+      // half of it must not have been taken
+      expect_at(f, kept);
+      refused++;
+      continue;
+    }
+
+    // steps may fail, but the body is somewhere
+    double q[VERTICES], p[VERTICES];
+    taken++;
+    thrum_scene_step(f->scene, &error);
+    thrum_scene_step(f->scene, &error);
+    if (thrum_scene_body_get(f->scene, 0, q, p, &error) >= 0)
+      assert_true(isfinite(q[0]) && isfinite(q[1]) && isfinite(p[0]) && isfinite(p[1]));
+    MUST(thrum_scene_restore(f->scene, kept, f->size, &error));
+  }
+
+  assert_true(taken > 0 && refused > 0);
+  free(kept);
+}
+
+static void a_snapshot_of_another_version_or_scene_is_refused(void **context) {
+  fixture *f = *context;
+  thrum_seal_kind later = kind;
+  later.version++;
+  thrum_seal_put(f->snapshot, f->size, later);
+  assert_int_equal(restore(f), THRUM_UNSUPPORTED);
+  assert_non_null(strstr(error.message, "version"));
+  thrum_seal_put(f->snapshot, f->size, kind);
+  MUST(restore(f));
+
+  // a scene that was changed since
+  MUST(thrum_scene_set_dt(f->scene, 0.001, &error));
+  assert_int_equal(restore(f), THRUM_MODEL_MISMATCH);
+  assert_int_equal(thrum_scene_restore(f->scene, NULL, f->size, &error), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_scene_restore(f->scene, f->snapshot, f->size - 1, &error),
+                   THRUM_BUFFER_TOO_SMALL);
+}
+
+int main(void) {
+#define TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
+  const struct CMUnitTest tests[] = {
+      TEST(a_changed_bit_is_refused),
+      TEST(a_changed_bit_under_a_right_checksum_is_refused_or_harmless),
+      TEST(a_snapshot_of_another_version_or_scene_is_refused),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
