@@ -60,16 +60,21 @@ static thrum_status make_contact(const scene_body *body, int64_t points, const t
                                  scene_touch *touch, thrum_error *error) {
   thrum_contact_def def = thrum_default_contact_def();
   size_t size = 0;
+
+  // the first points touch, the places behind them are for pulls; a body that only is pulled has
+  // one
   def.vertices = touch->places;
   def.vertex_count = points > 0 ? points : 1;
   def.areas = points > 0 && body->areas_known ? body->touch_areas : NULL;
   def.stiffness = body->touch_stiffness;
   def.pull_max = THRUM_SCENE_PULLS;
+
   THRUM_TRY(thrum_contact_size(&touch->model, state, &def, &size, error));
   void *memory = scene_aligned(size);
   if (memory == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a contact of %zu bytes",
                            size);
+
   touch->contact = memory;
   touch->bytes = size + (size_t)(3 * touch->count * (touch->model.rank + 1)) * sizeof(double);
   return thrum_contact_init(memory, size, &touch->model, state, &def, &touch->contact, error);
@@ -78,10 +83,13 @@ static thrum_status make_contact(const scene_body *body, int64_t points, const t
 thrum_status scene_touch_make(const thrum_scene *scene, const scene_body *body,
                               const scene_model *derived, const thrum_state *state,
                               scene_touch **made, thrum_error *error) {
+  // a body that nothing can touch and nothing pulls needs no contact
   const int64_t points = scene->obstacle_count > 0 ? body->touch_count : 0;
   *made = NULL;
   if (points == 0 && !pulled(body))
     return THRUM_OK;
+
+  // points for what may touch, and for each pull that may come
   scene_touch *touch = calloc(1, sizeof *touch);
   thrum_status status = THRUM_OUT_OF_MEMORY;
   if (touch != NULL) {
@@ -96,6 +104,8 @@ thrum_status scene_touch_make(const thrum_scene *scene, const scene_body *body,
     scene_touch_free(touch);
     return thrum_error_set(error, status, "no memory for a contact");
   }
+
+  // the reduced model of these points alone
   make_model(body, derived, touch);
   for (int64_t n = 0; n < points; n++) {
     touch->places[n] = (int32_t)n;
@@ -104,6 +114,7 @@ thrum_status scene_touch_make(const thrum_scene *scene, const scene_body *body,
   for (int n = 0; n < THRUM_SCENE_PULLS; n++)
     if (body->pulls[n].used)
       fill_point(body, touch, points + n, body->pulls[n].vertex);
+
   status = make_contact(body, points, state, touch, error);
   if (status < 0)
     scene_touch_free(touch);
@@ -136,6 +147,7 @@ static int64_t list_pulls(const scene_body *body, thrum_pull pulls[THRUM_SCENE_P
 
 thrum_status scene_touch_step(const thrum_scene *scene, scene_body *body,
                               const scene_wrench *wrench, thrum_error *error) {
+  // where the body is and what acts on it in this step
   thrum_pull pulls[THRUM_SCENE_PULLS];
   thrum_contact_environment environment = {.placement = &body->placement,
                                            .translation = body->free ? &body->way : NULL,
@@ -148,6 +160,8 @@ thrum_status scene_touch_step(const thrum_scene *scene, scene_body *body,
                                            .load = body->force};
   memcpy(environment.force, wrench->force, sizeof environment.force);
   memcpy(environment.torque, wrench->torque, sizeof environment.torque);
+
+  // the contact takes the step of the body; a free one has moved as a whole
   const thrum_status status = thrum_contact_step(&body->touch->model, body->state,
                                                  body->touch->contact, &environment, error);
   if (status >= 0 && body->free)
@@ -174,6 +188,7 @@ static scene_pull *find_pull(const thrum_scene *scene, int32_t number, scene_bod
 
 static thrum_status check_pull(const scene_body *body, int64_t vertex, const double target[3],
                                double stiffness, double damping, thrum_error *error) {
+  // the model must have a vertex to pull at
   const thrum_model *model = body->model;
   if (!model->basis || !model->vertices)
     return thrum_error_set(error, THRUM_MISSING,
@@ -183,6 +198,8 @@ static thrum_status check_pull(const scene_body *body, int64_t vertex, const dou
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "vertex %lld of body '%s': there are %lld", (long long)vertex,
                            body->name, (long long)model->vertex_count);
+
+  // written so that NaN is refused as well
   for (int axis = 0; axis < 3; axis++)
     if (!(target[axis] - target[axis] == 0))
       return thrum_error_set(error, THRUM_BAD_VALUE, "the target of a pull is not finite");
@@ -196,6 +213,7 @@ static thrum_status check_pull(const scene_body *body, int64_t vertex, const dou
 thrum_status thrum_scene_pull_start(thrum_scene *scene, int32_t number, int64_t vertex,
                                     const double target[3], double stiffness, double damping,
                                     int32_t *pull, thrum_error *error) {
+  // the pull is checked before anything changes
   scene_body *body = scene_body_at(scene, number, error);
   int slot = 0;
   if (body == NULL)
@@ -203,14 +221,19 @@ thrum_status thrum_scene_pull_start(thrum_scene *scene, int32_t number, int64_t 
   thrum_status status = check_pull(body, vertex, target, stiffness, damping, error);
   if (status < 0)
     return status;
+
+  // the first place that no pull uses
   while (slot < THRUM_SCENE_PULLS && body->pulls[slot].used)
     slot++;
   if (slot == THRUM_SCENE_PULLS)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "body '%s' has %d pulls already",
                            body->name, THRUM_SCENE_PULLS);
+
   scene_pull *made = &body->pulls[slot];
   *made = (scene_pull){.used = true, .vertex = vertex, .stiffness = stiffness, .damping = damping};
   memcpy(made->target, target, sizeof made->target);
+
+  // the first pull of a body that touches nothing makes its contact
   if (body->touch == NULL)
     status = scene_touch_make(scene, body, body->derived, body->state, &body->touch, error);
   else
@@ -219,6 +242,8 @@ thrum_status thrum_scene_pull_start(thrum_scene *scene, int32_t number, int64_t 
     made->used = false;
     return status;
   }
+
+  // a snapshot from before this belongs to a scene of another shape
   scene->revision++;
   if (pull != NULL)
     *pull = number * THRUM_SCENE_PULLS + slot;
@@ -259,15 +284,19 @@ thrum_status thrum_scene_pull_get(thrum_scene *scene, int32_t number, double poi
   const scene_pull *pull = find_pull(scene, number, &body, error);
   if (pull == NULL)
     return THRUM_INVALID_ARGUMENT;
+
+  // the contact counts only the pulls in use
   int64_t place = 0;
   for (const scene_pull *before = body->pulls; before < pull; before++)
     place += before->used;
+
   thrum_status status = THRUM_OK;
   // a pull that has not acted yet has no force
   if (force != NULL) {
     memset(force, 0, 3 * sizeof *force);
     thrum_contact_pull_force(body->touch->contact, place, force, NULL);
   }
+
   if (point != NULL)
     status = thrum_scene_body_vertex(scene, number / THRUM_SCENE_PULLS, pull->vertex, point, NULL,
                                      error);

@@ -52,22 +52,28 @@ static thrum_status make_rigid_frame(const thrum_scene_body_def *def, scene_body
 
 thrum_status scene_free_make(const thrum_scene_body_def *def, scene_body *body,
                              thrum_error *error) {
+  // a body may be free where its model has rigid modes
   if (!def->free)
     return THRUM_OK;
   if (def->model->rigid == NULL || !isnormal(def->model->rigid[0]))
     return thrum_error_set(error, THRUM_MISSING,
                            "a free body needs a model that nothing holds: precompute it without "
                            "--fix");
+
   for (int axis = 0; axis < 3; axis++)
     if (!isfinite(def->velocity[axis]))
       return thrum_error_set(error, THRUM_BAD_VALUE, "the velocity at the start is not finite");
   THRUM_TRY(make_rigid_frame(def, body, error));
+
+  // room for the loads of a body that turns: their parts along its axes, and what they do to the
+  // whole
   const size_t r = (size_t)body->model->rank;
   body->parts = calloc(9 * r, sizeof *body->parts);
   body->moments = calloc(9, sizeof *body->moments);
   body->resultants = calloc(3, sizeof *body->resultants);
   if (!body->parts || !body->moments || !body->resultants)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a free body");
+
   // rigid modes begin with a shift along x, 1/sqrt(m) in each of its rows
   const double shift = def->model->rigid[0] * body->k;
   body->free = true;

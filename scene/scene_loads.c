@@ -92,6 +92,8 @@ static thrum_status reduce_load(const scene_body *body, const thrum_scene_load *
                                 double *reduced, thrum_error *error) {
   double local[3];
   thrum_status status = THRUM_OK;
+
+  // accelerations and reduced loads have their scale already
   switch (load->kind) {
   case THRUM_SCENE_ACCELERATION:
     return reduce_acceleration(body, load->vector, reduced, error);
@@ -112,6 +114,8 @@ static thrum_status reduce_load(const scene_body *body, const thrum_scene_load *
   default:
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "a load is of no known kind");
   }
+
+  // a force acts on the scaled body through its scaled basis
   for (int64_t i = 0; status >= 0 && i < body->model->rank; i++)
     reduced[i] *= body->k;
   return status;

@@ -57,6 +57,7 @@ static bool same(const scene_model *model, const thrum_model *from, int64_t rank
 thrum_status scene_model_take(thrum_scene *scene, const thrum_model *from, int64_t rank,
                               const thrum_model_scaling *by, scene_model **taken,
                               thrum_error *error) {
+  // bodies of one model, rank and scale share what is derived from it
   for (scene_model *model = scene->models; model != NULL; model = model->next) {
     if (same(model, from, rank, by)) {
       model->users++;
@@ -64,20 +65,25 @@ thrum_status scene_model_take(thrum_scene *scene, const thrum_model *from, int64
       return THRUM_OK;
     }
   }
+
   scene_model *model = calloc(1, sizeof *model);
   if (model == NULL)
     return no_memory(from, error);
   *model = (scene_model){.from = from, .model = from, .rank = rank, .by = *by, .users = 1};
   thrum_status status = THRUM_OK;
+
+  // the rank first, as scaling fewer coordinates is cheaper
   if (rank != from->rank)
     status = cut_down(from, model, error);
   if (status >= 0 && (by->length != 1 || by->stiffness != 1 || by->density != 1))
     status = scale(model, error);
+
   if (status < 0) {
     free(model->memory);
     free(model);
     return status;
   }
+
   model->next = scene->models;
   scene->models = model;
   *taken = model;

@@ -37,8 +37,11 @@ static thrum_status reduce_part(const scene_body *body, const thrum_scene_load *
   double local[3] = {0};
   double factor = body->k;
   thrum_status status = THRUM_OK;
+
   local[a] = load->vector[b];
   memset(reduced, 0, (size_t)body->model->rank * sizeof *reduced);
+
+  // a field, a shared force or an acceleration
   if (load->kind == THRUM_SCENE_FIELD) {
     status = reduce_field(body, load->field, a, b, reduced, error);
   } else if (load->kind == THRUM_SCENE_FORCE) {
@@ -47,6 +50,7 @@ static thrum_status reduce_part(const scene_body *body, const thrum_scene_load *
     status = thrum_load_add_gravity(body->model, local, reduced, error);
     factor = body->mass;
   }
+
   for (int64_t i = 0; i < body->model->rank; i++)
     reduced[i] *= factor;
   return status;
@@ -70,14 +74,20 @@ static void find_whole(const scene_body *body, const thrum_scene_load *load, dou
   const int64_t count = load->vertices ? load->count : all;
   memset(moments, 0, 9 * sizeof *moments);
   memset(resultant, 0, 3 * sizeof *resultant);
+
+  // the resultant of an acceleration acts on the mass, that of a force is the force
   for (int axis = 0; axis < 3 && load->kind != THRUM_SCENE_FIELD; axis++)
     resultant[axis] =
         (load->kind == THRUM_SCENE_ACCELERATION ? body->way.mass : 1) * load->vector[axis];
+
+  // a shared force has a moment of each share
   for (int64_t n = 0; n < count && load->kind == THRUM_SCENE_FORCE; n++) {
     const double share[3] = {load->vector[0] / (double)count, load->vector[1] / (double)count,
                              load->vector[2] / (double)count};
     add_moment(body, load->vertices ? load->vertices[n] : n, share, moments);
   }
+
+  // a field has a force of its own at each vertex
   for (int64_t v = 0; v < all && load->kind == THRUM_SCENE_FIELD; v++) {
     add_moment(body, v, load->field + 3 * v, moments);
     for (int axis = 0; axis < 3; axis++)
@@ -93,12 +103,16 @@ thrum_status scene_parts_make(scene_body *body, const thrum_scene_load *load, in
        !scene_grow(&body->moments, 9 * count, sizeof *body->moments) ||
        !scene_grow(&body->resultants, 3 * count, sizeof *body->resultants)))
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a load");
+
+  // a reduced load brings its parts along
   if (load->kind == THRUM_SCENE_REDUCED) {
     memcpy(body->parts + 9 * index * r, load->parts, 9 * (size_t)r * sizeof *body->parts);
     memcpy(body->moments + 9 * index, load->moments, sizeof load->moments);
     memcpy(body->resultants + 3 * index, load->resultant, sizeof load->resultant);
     return THRUM_OK;
   }
+
+  // each component of the load along each axis of the body
   for (int a = 0; a < 3; a++)
     for (int b = 0; b < 3; b++) {
       THRUM_TRY(reduce_part(body, load, a, b, body->parts + (9 * index + 3 * a + b) * r, error));
@@ -112,6 +126,8 @@ void scene_parts_sum(const thrum_scene *scene, scene_body *body, int64_t step,
   const int64_t r = body->model->rank;
   const double *axes = body->here.axes;
   double moments[9], world[9] = {0};
+
+  // the parts of each load, turned with the body
   memset(body->directions, 0, (size_t)(body->load_count * r) * sizeof *body->directions);
   for (int64_t l = 0; l < body->load_count; l++)
     for (int a = 0; a < 3; a++)
@@ -120,8 +136,12 @@ void scene_parts_sum(const thrum_scene *scene, scene_body *body, int64_t step,
         for (int64_t i = 0; i < r; i++)
           body->directions[l * r + i] += axes[3 * b + a] * part[i];
       }
+
+  // the loads of this step, summed
   thrum_load_sum(body->now, body->resultants, body->load_count, 3, step, scene->dt, wrench->force);
   thrum_load_sum(body->now, body->moments, body->load_count, 9, step, scene->dt, moments);
+
+  // the torque is the antisymmetric part of the moments in the world
   for (int j = 0; j < 3; j++)
     for (int a = 0; a < 3; a++)
       for (int b = 0; b < 3; b++)

@@ -41,21 +41,26 @@ static void average(const thrum_model *model, const int32_t *vertices, int64_t c
 
 thrum_status thrum_scene_add_probe(thrum_scene *scene, const char *name, int32_t number,
                                    const int32_t *vertices, int64_t count, thrum_error *error) {
+  // the vertices are checked before anything changes
   const scene_body *body = scene_body_at(scene, number, error);
   if (body == NULL)
     return THRUM_INVALID_ARGUMENT;
   const int64_t all = vertices ? count : body->model->vertex_count;
   THRUM_TRY(check(body, vertices, all, error));
+
   scene_probe probe = {.body = number};
   probe.rows = calloc(3 * (size_t)body->model->rank, sizeof *probe.rows);
   if (!probe.rows || !scene_grow(&scene->probes, scene->probe_count + 1, sizeof *scene->probes)) {
     free(probe.rows);
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a probe");
   }
+
+  // a probe without a name is called by its number
   if (name != NULL)
     snprintf(probe.name, sizeof probe.name, "%.*s", THRUM_SCENE_NAME_MAX - 1, name);
   else
     snprintf(probe.name, sizeof probe.name, "probe%d", (int)scene->probe_count + 1);
+
   average(body->model, vertices, all, &probe);
   scene->probes[scene->probe_count++] = probe;
   return THRUM_OK;

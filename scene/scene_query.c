@@ -26,6 +26,8 @@ void scene_point(const scene_body *body, const double rest[3], const double *row
                  double position[3], double velocity[3]) {
   const int64_t r = body->model->rank, rank = body->derived->rank;
   double x[3], v[3];
+
+  // place and velocity in the frame of the body
   for (int axis = 0; axis < 3; axis++) {
     double u = 0, speed = 0;
     for (int64_t i = 0; i < rank; i++) {
@@ -35,11 +37,14 @@ void scene_point(const scene_body *body, const double rest[3], const double *row
     x[axis] = body->derived->by.length * rest[axis] + body->k * u;
     v[axis] = body->k * speed;
   }
+
   scene_to_world(&body->here, x, position);
   for (int axis = 0; axis < 3; axis++)
     position[axis] += body->here.origin[axis];
   if (velocity == NULL)
     return;
+
+  // a free body's point moves with the whole of it too
   scene_to_world(&body->here, v, velocity);
   if (!body->free)
     return;
@@ -75,6 +80,8 @@ thrum_status thrum_scene_body(const thrum_scene *scene, int32_t number, thrum_sc
   const scene_body *body = scene_body_at(scene, number, error);
   if (body == NULL)
     return THRUM_INVALID_ARGUMENT;
+
+  // the body as it was defined, and as the steps have made it
   *info = (thrum_scene_body_info){
       .name = body->name,
       .model = body->model,
@@ -96,6 +103,7 @@ thrum_status thrum_scene_body(const thrum_scene *scene, int32_t number, thrum_sc
       .report = thrum_state_report_get(body->state),
       .bytes = bytes_of(body),
   };
+
   if (body->touch != NULL)
     info->contact = thrum_contact_report_get(body->touch->contact);
   memcpy(info->colour, body->colour, sizeof info->colour);
@@ -110,9 +118,13 @@ thrum_status thrum_scene_body_energies(thrum_scene *scene, int32_t number,
   if (body == NULL)
     return status;
   THRUM_TRY(thrum_state_energies(body->derived->model, body->state, &of_state, error));
+
+  // the work of the body's weight against its deformation
   double work = 0;
   for (int64_t i = 0; i < body->derived->rank; i++)
     work += body->directions[i] * body->q[i];
+
+  // a free body moves as a whole as well
   const thrum_translation *way = &body->way;
   double kinetic = of_state.kinetic, stored = 0;
   for (int axis = 0; axis < 3 && body->free; axis++) {
@@ -123,10 +135,12 @@ thrum_status thrum_scene_body_energies(thrum_scene *scene, int32_t number,
     kinetic += thrum_rigid_frame_energy(&body->rigid_frame, &body->placement);
   if (body->touch != NULL)
     stored = thrum_contact_report_get(body->touch->contact).stored;
+
   if (!isfinite(kinetic) || !isfinite(work) || !isfinite(kinetic + of_state.potential - work))
     return thrum_error_set(error, THRUM_NOT_FINITE,
                            "body '%s': its energy is beyond the range of finite numbers",
                            body->name);
+
   *energies = (thrum_scene_energies){.kinetic = kinetic,
                                      .potential = of_state.potential,
                                      .gravity = -work,

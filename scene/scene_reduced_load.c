@@ -36,16 +36,20 @@ int64_t thrum_scene_load_count(const thrum_scene *scene, int32_t number) {
 
 thrum_status thrum_scene_body_load(const thrum_scene *scene, int32_t number, int64_t index,
                                    thrum_scene_load *load, thrum_error *error) {
+  // the first load of a body is its weight, which is not counted here
   const scene_body *body = scene_body_at(scene, number, error);
   if (body == NULL)
     return THRUM_INVALID_ARGUMENT;
   if (index < 0 || index >= body->load_count - 1)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "body '%s' has no load %lld", body->name,
                            (long long)index);
+
   const int64_t r = body->model->rank, place = index + 1;
   *load = (thrum_scene_load){.kind = THRUM_SCENE_REDUCED,
                              .course = body->courses[place],
                              .reduced = body->directions + place * r};
+
+  // a free body turns, so its loads come with their parts along its axes
   if (!body->free)
     return THRUM_OK;
   load->parts = body->parts + 9 * place * r;

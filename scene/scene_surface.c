@@ -101,9 +101,12 @@ static void pick_touch(const thrum_scene_body_def *def, const double *all, scene
 
 thrum_status scene_surface_make(const thrum_scene_body_def *def, scene_body *body,
                                 thrum_error *error) {
+  // a body without a surface has nothing to show or to touch with
   const thrum_status status = check(def, error);
   if (status < 0 || (def->triangle_count <= 0 && def->touch_count <= 0))
     return status;
+
+  // room for the surface that is shown and for the points that touch
   const size_t count = (size_t)def->model->vertex_count, touches = (size_t)def->touch_count;
   double *all = calloc(4 * count + 1, sizeof *all);
   const size_t shown = def->triangle_count > 0 ? count : 1;
@@ -117,6 +120,8 @@ thrum_status scene_surface_make(const thrum_scene_body_def *def, scene_body *bod
     free(all);
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the surface of a body");
   }
+
+  // areas by vertex; from them what the wind and the contact need
   share_areas(def, all);
   pick(def->model, all, body);
   pick_touch(def, all, body);

@@ -158,11 +158,14 @@ static void vertex_drag(const thrum_scene *scene, const scene_body *body, const 
 
 thrum_status scene_wind_add(const thrum_scene *scene, scene_body *body, scene_wrench *wrench,
                             thrum_error *error) {
+  // the flow around the body: its mean speed, and the share of the drag that keeps a step stable
   THRUM_TRY(scene_body_read(body, true, error));
   const int64_t r = body->model->rank, rank = body->derived->rank;
   scene_flow flow = find_flow(scene, body);
   flow.mean = mean_of(scene, body, &flow);
   flow.share = limit(scene, body, &flow);
+
+  // the drag of each vertex of the surface, in coordinates and on the whole
   double sum[3] = {0}, torque[3] = {0}, world[3], world_torque[3];
   for (int64_t n = 0; n < body->surface_count; n++) {
     const double *rows = rows_of(body, n);
@@ -176,6 +179,7 @@ thrum_status scene_wind_add(const thrum_scene *scene, scene_body *body, scene_wr
         body->force[i] += body->k * rows[axis * r + i] * force[axis];
     }
   }
+
   scene_to_world(&body->here, sum, world);
   scene_to_world(&body->here, torque, world_torque);
   for (int axis = 0; axis < 3; axis++) {
