@@ -81,6 +81,7 @@ static void count_passes(const thrum_model *model, bench_step *bench) {
   switch (bench->def.integrator) {
   case THRUM_INTEGRATOR_ENERGY:
   case THRUM_INTEGRATOR_NEWMARK:
+  case THRUM_INTEGRATOR_FOX_GOODWIN:
   case THRUM_INTEGRATOR_MIDPOINT:
     // a tangent brings the force of its point
     forces -= tangents;

@@ -116,7 +116,8 @@ const config_option solver_options[] = {
     OPTION_SWITCH("adaptive", "on", "imexv: monitor stability and energy, and adapt to them",
                   AT(adaptive)),
     OPTION_SWITCH("fallback", "on",
-                  "imexv, newmark, energy: when a step cannot be solved, take one that conserves "
+                  "imexv, newmark, energy, fox-goodwin: when a step cannot be solved, take one "
+                  "that conserves "
                   "energy, then shorter ones; off: the run ends",
                   AT(fallback)),
     OPTION_PAIR("newmark", "0.25,0.5", "newmark: beta and gamma", .value = "BETA,GAMMA",

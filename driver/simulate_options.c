@@ -140,6 +140,10 @@ static int check_full(simulate_request *request) {
     return config_usage("simulate",
                         "--full: imexv splits the modes of a reduced model; take energy, "
                         "newmark, midpoint or verlet");
+  if (def->integrator == THRUM_INTEGRATOR_FOX_GOODWIN)
+    return config_usage("simulate",
+                        "--full: fox-goodwin chooses beta by the modes of a reduced model; take "
+                        "energy, newmark, midpoint or verlet");
 
   // nor a damping or measures that are made of the reduced polynomial
   if (def->damping_form == THRUM_DAMPING_TANGENT)

@@ -23,6 +23,7 @@ CASES = {
     "imexv": ["--integrator", "imexv"],
     "imexv, --adaptive off": ["--integrator", "imexv", "--adaptive", "off"],
     "newmark": ["--integrator", "newmark"],
+    "fox-goodwin": ["--integrator", "fox-goodwin"],
     "energy": ["--integrator", "energy"],
     "midpoint": ["--integrator", "midpoint"],
 }

@@ -55,7 +55,8 @@ extern "C" {
   X(NEWMARK, 1, "newmark")                                                                         \
   X(VERLET, 2, "verlet")                                                                           \
   X(MIDPOINT, 3, "midpoint")                                                                       \
-  X(ENERGY, 4, "energy")
+  X(ENERGY, 4, "energy")                                                                           \
+  X(FOX_GOODWIN, 5, "fox-goodwin")
 
 /* Form of the Rayleigh damping matrix D (design 5). */
 #define THRUM_DAMPING_FORM_LIST(X)                                                                 \
@@ -75,10 +76,11 @@ extern "C" {
 
 /* The scheme that advances a state at present; imexv may change it. */
 #define THRUM_SCHEME_LIST(X)                                                                       \
-  X(THESIS, 0, "thesis")       /* (2)-(5), verlet and midpoint included */                         \
-  X(QUADRATIC, 1, "quadratic") /* (6) */                                                           \
-  X(ENERGY, 2, "energy")       /* design 7 */                                                      \
-  X(NEWMARK, 3, "newmark")     /* design 6 */
+  X(THESIS, 0, "thesis")           /* (2)-(5), verlet and midpoint included */                     \
+  X(QUADRATIC, 1, "quadratic")     /* (6) */                                                       \
+  X(ENERGY, 2, "energy")           /* design 7 */                                                  \
+  X(NEWMARK, 3, "newmark")         /* design 6 */                                                  \
+  X(FOX_GOODWIN, 4, "fox-goodwin") /* design 6, with beta by mode */
 
 typedef enum thrum_integrator {
 #define X(name, value, text) THRUM_INTEGRATOR_##name = value,
@@ -319,7 +321,7 @@ typedef struct thrum_state_report {
   int64_t iterations;      /* of implicit solves, over all steps */
   int64_t factorisations;  /* of their Jacobians */
   int64_t newton_steps;    /* fallback level 2: full Newton solved after quasi-Newton had failed */
-  int64_t energy_steps;    /* fallback level 3, imexv: one step of `energy` stood in */
+  int64_t energy_steps;    /* fallback level 3, imexv, fox-goodwin: a step of `energy` stood in */
   int64_t substep_steps;   /* fallback level 4: shorter steps stood in */
   int64_t switched_steps;  /* imexv: steps of `energy` after the monitor switched to it */
   int64_t split_changes;   /* imexv: changes of E and I by the monitor */

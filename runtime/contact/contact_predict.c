@@ -3,24 +3,27 @@
  *
  *   dq_i = s_i [h p_i + h^2/2 (f_i - R_i(q))],   s_i = 1 / (1 + h/2 d_i + h^2/4 w_i^2),
  *
- * without the last term for explicit modes and with beta_N for 1/4 with Newmark. A further mean
- * load f adds h^2/2 s_i f_i. Exact for a linear body at rest damping with all but Stoermer-Verlet's
- * damping; what a step leaves of it, its end is measured for.
- * Cost: one force evaluation.
+ * without the last term for explicit modes and with beta_N for 1/4 with Newmark, with beta_i and
+ * its stored momentum with Fox-Goodwin. A further mean load f adds h^2/2 s_i f_i. Exact for a
+ * linear body at rest damping with all but Stoermer-Verlet's damping; what a step leaves of it, its
+ * end is measured for. Cost: one force evaluation.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
 #include "runtime/base/finite.h"
 #include "runtime/contact/contact_private.h"
+#include "runtime/dynamics/fox_goodwin.h"
 #include "runtime/dynamics/staggered_momentum.h"
 #include "runtime/dynamics/state_layout.h"
 #include "runtime/polynomial/polynomial_private.h"
 
-/* Share of h^2 omega^2 in the inverse of s_i. */
-static double implicit_share(const thrum_state *state, int32_t i) {
+/* Share of h^2 omega^2 in the inverse of s_i; `low` modes have Fox-Goodwin's beta. */
+static double implicit_share(const thrum_state *state, int32_t low, int32_t i) {
   if (state->scheme == THRUM_SCHEME_NEWMARK)
     return state->def.newmark_beta;
+  if (state->scheme == THRUM_SCHEME_FOX_GOODWIN)
+    return i < low ? 1.0 / 12.0 : 0.25;
   if (state->scheme == THRUM_SCHEME_ENERGY)
     return 0.25;
   return i < state->split ? 0.0 : 0.25;
@@ -28,17 +31,19 @@ static double implicit_share(const thrum_state *state, int32_t i) {
 
 /* Fills the displacement over the step without contact, and the answer to a unit mean load, with
  * the stiffness at rest. */
-static void fill_unloaded(const thrum_contact_run *run, const double *force) {
+static void fill_unloaded(const thrum_contact_run *run, const double *momentum,
+                          const double *force) {
   const thrum_state *state = run->state;
+  const int32_t low = thrum_fox_goodwin_modes(run->model, state);
   const thrum_contact_view *view = &run->view;
   const double h = run->dt, half = 0.5 * h * h;
   for (int32_t i = 0; i < state->rank; i++) {
     const double omega2 = run->model->omega2[i];
     const double scale = 1.0 / (1.0 + 0.5 * h * thrum_rest_damping(run->model, state, i) +
-                                implicit_share(state, i) * h * h * omega2);
+                                implicit_share(state, low, i) * h * h * omega2);
     const double load = run->environment->load ? run->environment->load[i] : 0.0;
     view->weights[i] = half * scale;
-    view->unloaded[i] = scale * (h * view->p[i] + half * (load - force[i]));
+    view->unloaded[i] = scale * (h * momentum[i] + half * (load - force[i]));
   }
 }
 
@@ -60,7 +65,8 @@ thrum_status thrum_contact_predict(thrum_contact_run *run, thrum_error *error) {
       run->view.q[i] = view.q[i];
       run->view.p[i] = view.p_next[i];
     }
-    fill_unloaded(run, view.force);
+    const bool own = state->scheme == THRUM_SCHEME_FOX_GOODWIN;
+    fill_unloaded(run, own ? view.p : run->view.p, view.force);
   }
   if (synchronised != THRUM_OK)
     return thrum_error_set(error, THRUM_SINGULAR,

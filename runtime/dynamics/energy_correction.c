@@ -153,7 +153,8 @@ thrum_status thrum_energy_correction_apply(const thrum_model *model, thrum_state
   memcpy(view->p_start, view->p_next, vector);
   for (int32_t i = 0; i < state->rank; i++)
     view->p_start[i] += by * view->p_start[i];
-  thrum_staggered_unsynchronise(model, state, view, view->q, view->load_before, view->p_start);
+  THRUM_TRY(
+      thrum_staggered_unsynchronise(model, state, view, view->q, view->load_before, view->p_start));
   if (!thrum_all_finite(view->p_start, state->rank))
     return THRUM_NOT_FINITE;
 

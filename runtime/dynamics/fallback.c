@@ -1,8 +1,9 @@
 /* The fallback chain: what is done with a step that neither quasi-Newton nor full Newton solves
  * (design 8).
  *
- *   imexv            one energy-conserving step (design 7) of all modes, from synchronised momenta
- *   imexv            2, 4, .. SUBSTEPS_MAX such steps of dt/2, dt/4, ..
+ *   imexv, fox-goodwin
+ *                    one energy-conserving step (design 7) of all modes, from synchronised momenta
+ *                    2, 4, .. SUBSTEPS_MAX such steps of dt/2, dt/4, ..
  *   newmark, energy  as many shorter steps of their own
  *
  * Those of `energy` take the average vector field, whose equation always has a solution. The load
@@ -98,7 +99,7 @@ static thrum_status run_levels(const thrum_model *model, const thrum_state *stat
   return status;
 }
 
-/* imexv: a step of the energy integrator from the synchronised momentum, and back. */
+/* imexv, fox-goodwin: a step of the energy integrator from the synchronised momentum, and back. */
 static thrum_status run_by_energy(const thrum_model *model, thrum_state *state,
                                   thrum_state_view *view, thrum_state *other,
                                   thrum_solve_report *report) {
@@ -110,7 +111,7 @@ static thrum_status run_by_energy(const thrum_model *model, thrum_state *state,
   other->split = 0;
   other->amplitude = fmax(state->amplitude, thrum_motion_norm(model, other, view->q, view->p));
 
-  // the levels start from the synchronised momentum, imexv keeps its own
+  // the levels start from the synchronised momentum, the scheme keeps its own
   double *before = view->p;
   memcpy(view->p_level, view->p_next, (size_t)state->rank * sizeof *view->p_level);
   view->p = view->p_level;
@@ -118,8 +119,15 @@ static thrum_status run_by_energy(const thrum_model *model, thrum_state *state,
   view->p = before;
   THRUM_TRY(status);
 
-  // the next step's momentum as imexv stores it
-  thrum_staggered_unsynchronise(model, state, view, view->q_next, view->load, view->p_next);
+  // the next step's momentum and acceleration as the scheme stores them
+  THRUM_TRY(
+      thrum_staggered_unsynchronise(model, state, view, view->q_next, view->load, view->p_next));
+  if (state->scheme == THRUM_SCHEME_FOX_GOODWIN) {
+    thrum_newmark_acceleration(model, state, view, view->q_next, view->p_next,
+                               view->acceleration_next);
+    for (int32_t i = 0; i < state->rank; i++)
+      view->acceleration_next[i] += view->load[i];
+  }
   state->past_count = 0;
   return candidates_finite(state, view) ? THRUM_OK : THRUM_NOT_FINITE;
 }
@@ -129,7 +137,9 @@ thrum_status thrum_fallback_run(const thrum_model *model, thrum_state *state,
                                 thrum_solve_report *report) {
   const bool all_modes =
       state->scheme == THRUM_SCHEME_NEWMARK || state->scheme == THRUM_SCHEME_ENERGY;
-  if (!state->def.fallback || !(all_modes || state->def.integrator == THRUM_INTEGRATOR_IMEXV))
+  const bool by_energy =
+      state->def.integrator == THRUM_INTEGRATOR_IMEXV || state->scheme == THRUM_SCHEME_FOX_GOODWIN;
+  if (!state->def.fallback || !(all_modes || by_energy))
     return failure;
 
   // the remains of the failed solve are no guess for the next one

@@ -34,9 +34,17 @@ static double evaluate(const thrum_solver *s) {
 void thrum_problem_weigh(const thrum_solver *s, double *matrix) {
   const double damping = s->tangent ? s->rate * s->state->def.damping_beta : 0.0;
   const double stiff = s->weight * (s->at + damping);
-  const size_t count = (size_t)s->n * (size_t)s->n;
-  for (size_t a = 0; a < count; a++)
+  const size_t n = (size_t)s->n;
+  for (size_t a = 0; a < n * n; a++)
     matrix[a] *= stiff;
+  if (damping == 0.0 || s->heavy == 0)
+    return;
+
+  // T mu is not symmetric: the geometric mean of both modes' mu, which iterations make good
+  const double *mass = s->view->mass + s->first;
+  for (size_t i = 0; i < n; i++)
+    for (size_t j = 0; j < n; j++)
+      matrix[i * n + j] *= (s->at + damping * sqrt(mass[i] * mass[j])) / (s->at + damping);
 }
 
 static void stiffness(const thrum_solver *s, double *matrix) {
@@ -92,17 +100,32 @@ thrum_solver thrum_problem_make(const thrum_model *model, const thrum_state *sta
     unscale[i] = 1.0 / scale[i];
   }
   memset(view->drift + first, 0, (size_t)s.n * sizeof *view->drift);
+  for (int32_t i = first; i < state->rank; i++)
+    view->mass[i] = 1.0;
   return s;
+}
+
+void thrum_problem_set_mass(thrum_solver *s, int32_t count, double mass) {
+  thrum_state_view *view = s->view;
+  s->heavy = count;
+  for (int32_t i = s->first; i < count; i++) {
+    const double damping = thrum_rest_damping(s->model, s->state, i);
+    const double stiff = s->at * s->model->omega2[i] + s->rate * mass * damping;
+    view->mass[i] = mass;
+    view->scale[i] = mass + s->weight * stiff;
+    view->unscale[i] = 1.0 / view->scale[i];
+  }
 }
 
 void thrum_problem_place(const thrum_solver *s) {
   thrum_state_view *view = s->view;
   const double *q = view->q, *d = view->unknown, *drift = view->drift, at = s->at, rate = s->rate;
+  const double *mass = view->mass;
   double *restrict middle = view->middle, *restrict velocity = view->velocity;
   const int32_t rank = s->state->rank;
   for (int32_t i = s->first; i < rank; i++) {
     middle[i] = q[i] + at * d[i];
-    velocity[i] = rate * d[i] + drift[i];
+    velocity[i] = mass[i] * rate * d[i] + drift[i];
   }
 
   // tangent damping acts at the same point
@@ -116,7 +139,7 @@ double thrum_problem_residual(const thrum_solver *s) {
   const double alpha = s->state->def.damping_alpha, beta = s->state->def.damping_beta;
   const double weight = s->weight, twice = 2.0 * s->report->along_step, *omega2 = s->model->omega2;
   const double *force = s->evaluated, *velocity = view->velocity, *product = view->product;
-  const double *d = view->unknown, *load = view->load, *kick = view->kick;
+  const double *d = view->unknown, *load = view->load, *kick = view->kick, *mass = view->mass;
   double *restrict total = view->total, *restrict residual = view->residual;
   const int32_t rank = s->state->rank;
   const bool tangent = s->tangent;
@@ -126,7 +149,7 @@ double thrum_problem_residual(const thrum_solver *s) {
     const double v = velocity[i];
     const double damped = alpha * v + beta * (tangent ? product[i] : omega2[i] * v);
     total[i] = force[i] + twice * d[i] + damped - load[i];
-    residual[i] = d[i] - kick[i] + weight * total[i];
+    residual[i] = mass[i] * (d[i] - kick[i]) + weight * total[i];
   }
   const double *left = residual + s->first;
   return sqrt(thrum_sum_of(s->n, left, left, view->unscale + s->first));
@@ -158,6 +181,7 @@ void thrum_problem_assemble(const thrum_solver *s, bool stiffness_there) {
   const size_t n = (size_t)s->n;
   for (size_t i = 0; i < n; i++) {
     const double rest = s->tangent ? 0.0 : beta * s->model->omega2[(size_t)s->first + i];
-    matrix[i * n + i] += 1.0 + s->weight * s->rate * (alpha + rest);
+    const double mass = s->view->mass[(size_t)s->first + i];
+    matrix[i * n + i] += mass * (1.0 + s->weight * s->rate * (alpha + rest));
   }
 }

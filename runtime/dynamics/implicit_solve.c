@@ -3,7 +3,7 @@
  *
  * Full Newton takes the exact Jacobian in each iteration and searches along its direction. Unless D
  * is in tangent form, the residual g is the gradient in d of the step's potential
- *   m(d) = 1/2 |d|^2 - d kick + w [d D (drift + rate d/2) - d f] + P(d),  grad P = w R,
+ *   m(d) = mu (1/2 |d|^2 - d kick) + w [d D (drift + mu rate d/2) - d f] + P(d),  grad P = w R,
  * which is bounded below, so a line search on m finds a solution at any h.
  * Cost of full Newton: an evaluation of R, a tangent and n^3/3 an iteration.
  *
@@ -33,10 +33,10 @@ static merit evaluate(const thrum_solver *s) {
 
   // the quadratic terms of m beyond P
   for (int32_t i = s->first; i < s->state->rank; i++) {
-    const double d = view->unknown[i];
+    const double d = view->unknown[i], mass = view->mass[i];
     const double damped =
-        thrum_rest_damping(s->model, s->state, i) * (view->drift[i] + 0.5 * s->rate * d);
-    potential += d * (0.5 * d - view->kick[i] + s->weight * (damped - view->load[i]));
+        thrum_rest_damping(s->model, s->state, i) * (view->drift[i] + 0.5 * mass * s->rate * d);
+    potential += d * (mass * (0.5 * d - view->kick[i]) + s->weight * (damped - view->load[i]));
   }
   const merit found = {norm, potential};
   return found;

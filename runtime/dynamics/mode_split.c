@@ -37,6 +37,7 @@ int32_t thrum_mode_split(const thrum_model *model, const thrum_state *state) {
     return state->rank;
   case THRUM_INTEGRATOR_NEWMARK:
   case THRUM_INTEGRATOR_ENERGY:
+  case THRUM_INTEGRATOR_FOX_GOODWIN:
   case THRUM_INTEGRATOR_MIDPOINT:
     break;
   }

@@ -86,7 +86,7 @@ static void expect(const thrum_solver *s, const double weight[THRUM_PAST_SOLVES]
   const thrum_state_view *view = s->view;
   const double by = 1.0 / s->at, rate = s->rate, of_force = s->weight;
   const double *q = view->q, *drift = view->drift, *kick = view->kick, *load = view->load;
-  const double *unscale = view->unscale;
+  const double *unscale = view->unscale, *mass = view->mass;
   double *restrict unknown = view->unknown, *restrict residual = view->residual;
   double *restrict direction = view->direction;
   const int32_t rank = s->state->rank;
@@ -94,9 +94,11 @@ static void expect(const thrum_solver *s, const double weight[THRUM_PAST_SOLVES]
   // as thrum_problem_residual, with the extrapolated R
   for (int32_t i = s->first; i < rank; i++) {
     const double d = (weighted(weight, past_q, i) - q[i]) * by;
-    const double damped = thrum_rest_damping(s->model, s->state, i) * (rate * d + drift[i]);
+    const double v = mass[i] * rate * d + drift[i];
+    const double damped = thrum_rest_damping(s->model, s->state, i) * v;
     unknown[i] = d;
-    residual[i] = d - kick[i] + of_force * (weighted(weight, past_r, i) + damped - load[i]);
+    residual[i] =
+        mass[i] * (d - kick[i]) + of_force * (weighted(weight, past_r, i) + damped - load[i]);
     direction[i] = residual[i] * unscale[i];
   }
 }
@@ -282,10 +284,11 @@ static void conclude(const thrum_solver *s) {
   const thrum_state_view *view = s->view;
   const double weight = s->weight;
   const double *kick = view->kick, *d = view->unknown, *load = view->load, *v = view->velocity;
+  const double *mass = view->mass;
   double *restrict total = view->total, *restrict force = view->force;
   const int32_t rank = s->state->rank;
   for (int32_t i = s->first; i < rank; i++) {
-    total[i] = (kick[i] - d[i]) / weight;
+    total[i] = mass[i] * (kick[i] - d[i]) / weight;
     force[i] = total[i] + load[i] - thrum_rest_damping(s->model, s->state, i) * v[i];
   }
 }

@@ -21,7 +21,8 @@ thrum_status thrum_scheme_change(const thrum_model *model, thrum_state *state,
   state->past_count = 0;
 
   memcpy(view->p_start, view->p_next, (size_t)state->rank * sizeof *view->p_start);
-  thrum_staggered_unsynchronise(model, state, view, view->q, view->load_before, view->p_start);
+  THRUM_TRY(
+      thrum_staggered_unsynchronise(model, state, view, view->q, view->load_before, view->p_start));
   view->p = view->p_start;
   return thrum_all_finite(view->p, state->rank) ? THRUM_OK : THRUM_NOT_FINITE;
 }

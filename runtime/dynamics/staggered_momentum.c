@@ -17,6 +17,7 @@
 
 #include "runtime/dynamics/staggered_momentum.h"
 
+#include "runtime/dynamics/fox_goodwin.h"
 #include "runtime/linear_algebra/dense.h"
 #include "runtime/polynomial/polynomial_private.h"
 
@@ -92,6 +93,10 @@ thrum_status thrum_staggered_kick(const thrum_model *model, const thrum_state *s
 
 thrum_status thrum_staggered_synchronise(const thrum_model *model, const thrum_state *state,
                                          thrum_state_view *view, double *potential) {
+  if (state->scheme == THRUM_SCHEME_FOX_GOODWIN) {
+    thrum_fox_goodwin_synchronise(model, state, view, potential);
+    return THRUM_OK;
+  }
   const double half = 0.5 * state->def.dt;
   const int32_t n = thrum_staggered_modes(state);
 
@@ -122,13 +127,15 @@ thrum_status thrum_staggered_synchronise(const thrum_model *model, const thrum_s
   return solve_damped(state, view, view->p_next);
 }
 
-void thrum_staggered_unsynchronise(const thrum_model *model, const thrum_state *state,
-                                   thrum_state_view *view, const double *q,
-                                   const double *load_before, double *p) {
+thrum_status thrum_staggered_unsynchronise(const thrum_model *model, const thrum_state *state,
+                                           thrum_state_view *view, const double *q,
+                                           const double *load_before, double *p) {
+  if (state->scheme == THRUM_SCHEME_FOX_GOODWIN)
+    return thrum_fox_goodwin_unsynchronise(model, state, view, q, p);
   const double half = 0.5 * state->def.dt;
   const int32_t n = thrum_staggered_modes(state);
   if (n == 0)
-    return;
+    return THRUM_OK;
   thrum_staggered_force(model, state, view, q);
   const bool tangent = thrum_tangent_damped(state);
   if (tangent)
@@ -142,4 +149,5 @@ void thrum_staggered_unsynchronise(const thrum_model *model, const thrum_state *
     const double load = load_before ? load_before[i] : 0.0;
     p[i] += half * (view->force[i] + damped - load);
   }
+  return THRUM_OK;
 }

@@ -28,6 +28,7 @@
 
 bool thrum_state_uses_energy(const thrum_state_def *def) {
   return def->integrator == THRUM_INTEGRATOR_ENERGY ||
+         (def->integrator == THRUM_INTEGRATOR_FOX_GOODWIN && def->fallback) ||
          (def->integrator == THRUM_INTEGRATOR_IMEXV && (def->adaptive || def->fallback));
 }
 
@@ -48,6 +49,8 @@ thrum_scheme thrum_state_first_scheme(const thrum_state_def *def) {
     return THRUM_SCHEME_NEWMARK;
   case THRUM_INTEGRATOR_ENERGY:
     return THRUM_SCHEME_ENERGY;
+  case THRUM_INTEGRATOR_FOX_GOODWIN:
+    return THRUM_SCHEME_FOX_GOODWIN;
   case THRUM_INTEGRATOR_IMEXV:
     return def->split_form == THRUM_FORM_QUADRATIC ? THRUM_SCHEME_QUADRATIC : THRUM_SCHEME_THESIS;
   case THRUM_INTEGRATOR_VERLET:
@@ -189,15 +192,19 @@ static thrum_status commit_synchronised(const thrum_model *model, thrum_state *s
   const int32_t r = state->rank;
   const double amplitude = thrum_motion_norm(model, changed, view->q_next, view->p_next);
 
-  // what each scheme stores besides q: an acceleration, or a momentum half a step before
+  // what each scheme stores besides q: a momentum of its own, and Newmark an acceleration
   memset(view->acceleration_next, 0, (size_t)r * sizeof *view->acceleration_next);
-  if (state->def.integrator == THRUM_INTEGRATOR_NEWMARK)
+  const thrum_status stored =
+      thrum_staggered_unsynchronise(model, changed, view, view->q_next, load_before, view->p_next);
+  if (stored == THRUM_SINGULAR)
+    return thrum_error_set(error, stored,
+                           "the momentum that the integrator stores cannot be solved for here");
+  if (state->scheme == THRUM_SCHEME_NEWMARK || state->scheme == THRUM_SCHEME_FOX_GOODWIN)
     thrum_newmark_acceleration(model, changed, view, view->q_next, view->p_next,
                                view->acceleration_next);
-  thrum_staggered_unsynchronise(model, changed, view, view->q_next, load_before, view->p_next);
 
   // nothing that persists has been written yet
-  if (!isfinite(amplitude) || !thrum_all_finite(view->p_next, r) ||
+  if (stored < 0 || !isfinite(amplitude) || !thrum_all_finite(view->p_next, r) ||
       !thrum_all_finite(view->acceleration_next, r))
     return thrum_error_set(error, THRUM_NOT_FINITE,
                            "the forces at this state are beyond the range of finite numbers");
@@ -280,7 +287,12 @@ thrum_status thrum_state_set_dt(const thrum_model *model, thrum_state *state, do
   thrum_state changed = *state;
   changed.def.dt = dt;
   restart_scheme(model, &changed);
-  return commit_synchronised(model, state, &changed, &view, view.load_before, error);
+  THRUM_TRY(commit_synchronised(model, state, &changed, &view, view.load_before, error));
+
+  // Newmark's acceleration stays, but for the damping of a v that depends on dt
+  for (int32_t i = 0; state->scheme == THRUM_SCHEME_FOX_GOODWIN && i < state->rank; i++)
+    view.acceleration[i] = view.acceleration_next[i] + view.load_before[i];
+  return THRUM_OK;
 }
 
 /* --- reading ---------------------------------------------------------------------------------- */

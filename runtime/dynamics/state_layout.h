@@ -142,6 +142,7 @@ _Static_assert(sizeof(thrum_state_def) == offsetof(thrum_state_def, fallback) + 
   X(image, vector)               /* the next correction */                                         \
   X(scale, vector)               /* Jacobian at rest: scale of a mode's residual */                \
   X(unscale, vector)             /* 1/scale */                                                     \
+  X(mass, vector)                /* of the solve: mu */                                         \
   X(kick, vector)                /* of the solve: d without forces */                              \
   X(drift, vector)               /* of the solve: the velocity for d = 0 */                        \
   X(total, vector)               /* R + D v - f at the middle */                                   \

@@ -18,6 +18,7 @@
 #include "runtime/dynamics/discrete_gradient.h"
 #include "runtime/dynamics/energy_correction.h"
 #include "runtime/dynamics/fallback.h"
+#include "runtime/dynamics/fox_goodwin.h"
 #include "runtime/dynamics/imexv.h"
 #include "runtime/dynamics/motion_norm.h"
 #include "runtime/dynamics/newmark.h"
@@ -135,7 +136,7 @@ static void commit(thrum_step_run *run, double amplitude) {
   memcpy(run->q, view->q_next, vector);
   memcpy(run->p, view->p_next, vector);
   memcpy(view->load_before, view->load, vector);
-  if (next->scheme == THRUM_SCHEME_NEWMARK)
+  if (next->scheme == THRUM_SCHEME_NEWMARK || next->scheme == THRUM_SCHEME_FOX_GOODWIN)
     memcpy(view->acceleration, view->acceleration_next, vector);
   if (view->power_sampled) {
     memcpy(view->power_explicit, view->power_explicit_next, vector);
@@ -195,6 +196,8 @@ thrum_status thrum_step_attempt(const thrum_model *model, thrum_step_run *run) {
     return thrum_step_energy(model, &run->next, &run->view, &run->report);
   case THRUM_SCHEME_NEWMARK:
     return thrum_step_newmark(model, &run->next, &run->view, &run->report);
+  case THRUM_SCHEME_FOX_GOODWIN:
+    return thrum_step_fox_goodwin(model, &run->next, &run->view, &run->report);
   case THRUM_SCHEME_THESIS:
     break;
   }

@@ -9,9 +9,9 @@
 #define RIG_MASS 2.0
 #define RIG_GRAVITY 10.0
 
-static const thrum_integrator all_integrators[5] = {
-    THRUM_INTEGRATOR_IMEXV, THRUM_INTEGRATOR_NEWMARK, THRUM_INTEGRATOR_VERLET,
-    THRUM_INTEGRATOR_MIDPOINT, THRUM_INTEGRATOR_ENERGY};
+static const thrum_integrator all_integrators[6] = {
+    THRUM_INTEGRATOR_IMEXV,    THRUM_INTEGRATOR_NEWMARK, THRUM_INTEGRATOR_VERLET,
+    THRUM_INTEGRATOR_MIDPOINT, THRUM_INTEGRATOR_ENERGY,  THRUM_INTEGRATOR_FOX_GOODWIN};
 
 /* The definition of a rig: rig_default, then the members that differ. */
 typedef struct rig_def {

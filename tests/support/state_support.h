@@ -23,6 +23,12 @@
 
 #define RANK_MAX 16
 
+/* Every integrator, and how many they are. */
+#define X(name, value, text) THRUM_INTEGRATOR_##name,
+static const thrum_integrator every_integrator[] = {THRUM_INTEGRATOR_LIST(X)};
+#undef X
+enum { INTEGRATOR_COUNT = sizeof every_integrator / sizeof every_integrator[0] };
+
 static const double pi = 3.14159265358979323846;
 
 /* A state that the test owns; free it with state_free. */

@@ -84,7 +84,7 @@ static void no_call_of_a_running_simulation_allocates(void **context) {
   (void)context;
   random_model m;
   random_model_make(&m, 21, RANK, 1.0, 12.0, 0.5);
-  for (int integrator = 0; integrator < 5; integrator++)
+  for (int integrator = 0; integrator < INTEGRATOR_COUNT; integrator++)
     for (int form = THRUM_DAMPING_REST; form <= THRUM_DAMPING_TANGENT; form++) {
       thrum_state_def def = thrum_default_state_def();
       def.integrator = (thrum_integrator)integrator;

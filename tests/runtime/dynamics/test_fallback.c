@@ -129,6 +129,15 @@ static void imexv_takes_one_energy_step_and_then_shorter_ones(void **context) {
     fail_msg("%d energy steps, %d steps in parts", (int)sum.energy, (int)sum.substeps);
 }
 
+static void fox_goodwin_takes_one_energy_step_and_then_shorter_ones(void **context) {
+  (void)context;
+  tally sum = {0, 0, 0};
+  for (int32_t iterations = 3; iterations <= 10; iterations++)
+    climb(THRUM_INTEGRATOR_FOX_GOODWIN, iterations, 1, &sum);
+  if (sum.energy == 0 || sum.substeps == 0)
+    fail_msg("%d energy steps, %d steps in parts", (int)sum.energy, (int)sum.substeps);
+}
+
 static void newmark_and_energy_take_shorter_steps_of_their_own(void **context) {
   (void)context;
   static const thrum_integrator own[2] = {THRUM_INTEGRATOR_NEWMARK, THRUM_INTEGRATOR_ENERGY};
@@ -183,7 +192,7 @@ static void a_step_that_no_fallback_solves_leaves_every_byte(void **context) {
   random_model m;
   make_model(&m);
   static const double hopeless[3] = {1e160, 1e250, 1e305};
-  for (int integrator = 0; integrator < 5; integrator++)
+  for (int integrator = 0; integrator < INTEGRATOR_COUNT; integrator++)
     for (int form = THRUM_FORM_THESIS; form <= THRUM_FORM_QUADRATIC; form++)
       for (int n = 0; n < 3; n++) {
         thrum_state_def def = make_def((thrum_integrator)integrator, 50);
@@ -226,6 +235,7 @@ static void a_step_that_no_fallback_solves_leaves_every_byte(void **context) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(imexv_takes_one_energy_step_and_then_shorter_ones),
+      cmocka_unit_test(fox_goodwin_takes_one_energy_step_and_then_shorter_ones),
       cmocka_unit_test(newmark_and_energy_take_shorter_steps_of_their_own),
       cmocka_unit_test(verlet_and_midpoint_have_no_fallback),
       cmocka_unit_test(without_the_fallback_the_same_run_fails),

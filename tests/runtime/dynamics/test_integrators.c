@@ -473,7 +473,7 @@ static void every_integrator_returns_when_time_is_reversed(void **context) {
   random_model m;
   make_model(&m);
   static const double load[RANK] = {0.3, -0.2, 0.1, 0.4, -0.5};
-  for (int integrator = 0; integrator < 5; integrator++) {
+  for (int integrator = 0; integrator < INTEGRATOR_COUNT; integrator++) {
     thrum_state_def def = make_def((thrum_integrator)integrator);
     def.dt = 0.04;
 
@@ -520,7 +520,7 @@ static void an_impulse_counts_once_and_equally_for_all_modes(void **context) {
   for (int64_t i = 0; i < m.model.c3_count; i++)
     m.c3[i] = 0;
 
-  for (int integrator = 0; integrator < 5; integrator++) {
+  for (int integrator = 0; integrator < INTEGRATOR_COUNT; integrator++) {
     thrum_state_def def = make_def((thrum_integrator)integrator);
     thrum_state *state = state_make(&m.model, &def);
     double impulse[RANK] = {0}, p[RANK], dt = def.dt;
@@ -555,7 +555,7 @@ static void changing_dt_on_the_way_keeps_order_two(void **context) {
   random_model m;
   make_model(&m);
   const test_load none = {0, 1};
-  for (int integrator = 0; integrator < 5; integrator++) {
+  for (int integrator = 0; integrator < INTEGRATOR_COUNT; integrator++) {
     thrum_state_def def = make_def((thrum_integrator)integrator);
 
     // the reference is computed with much shorter steps

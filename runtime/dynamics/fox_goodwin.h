@@ -1,0 +1,26 @@
+/* Newmark's step with beta by mode; private to the runtime, see fox_goodwin.c.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_RUNTIME_DYNAMICS_FOX_GOODWIN_H
+#define THRUM_RUNTIME_DYNAMICS_FOX_GOODWIN_H
+
+#include "runtime/dynamics/solve_report.h"
+#include "runtime/dynamics/state_layout.h"
+
+/* How many modes have beta = 1/12: the first ones. */
+int32_t thrum_fox_goodwin_modes(const thrum_model *model, const thrum_state *state);
+
+/* One step, as thrum_step_newmark. */
+thrum_status thrum_step_fox_goodwin(const thrum_model *model, const thrum_state *state,
+                                    thrum_state_view *view, thrum_solve_report *report);
+
+/* The momentum at q from the stored view->p, into view->p_next; V(q) into *potential if not NULL.
+ * Overwrites product. */
+void thrum_fox_goodwin_synchronise(const thrum_model *model, const thrum_state *state,
+                                   thrum_state_view *view, double *potential);
+
+/* The inverse: turns `p` (rank) at q into the momentum that the scheme stores. Overwrites
+ * jacobian_next and unknown. THRUM_OK, or THRUM_SINGULAR or THRUM_NOT_FINITE with p as it was. */
+thrum_status thrum_fox_goodwin_unsynchronise(const thrum_model *model, const thrum_state *state,
+                                             thrum_state_view *view, const double *q, double *p);
+
+#endif
