@@ -131,14 +131,20 @@ static int take_dictionary(text_cursor *text, thrum_npy *npy) {
 thrum_status thrum_npy_parse(const void *bytes, size_t size, const char *where, thrum_npy *npy,
                              thrum_error *error) {
   const unsigned char *p = bytes;
+
+  // the mark and the version
   if (size < 10 || memcmp(p, "\x93NUMPY", 6) != 0)
     return thrum_error_set(error, THRUM_BAD_FORMAT, "%s: not in the .npy format", where);
   if (p[6] != 1 || p[7] != 0)
     return thrum_error_set(error, THRUM_UNSUPPORTED, "%s: .npy format %u.%u, only 1.0 is read",
                            where, (unsigned)p[6], (unsigned)p[7]);
+
+  // the length of the header, little-endian
   size_t length = (size_t)p[8] | (size_t)p[9] << 8;
   if (length > size - 10)
     return thrum_error_set(error, THRUM_BAD_FORMAT, "%s: its .npy header is cut short", where);
+
+  // the header is text, the data follow it
   thrum_npy found = {{0}, 0, 0, {0}, p + 10 + length, size - 10 - length};
   text_cursor text = {(const char *)p + 10, (const char *)p + 10 + length};
   if (!take_dictionary(&text, &found))
@@ -179,11 +185,14 @@ thrum_status thrum_npy_expect(const thrum_npy *npy, const char *type, size_t ite
   if (strcmp(npy->type, type) != 0)
     return thrum_error_set(error, THRUM_BAD_SHAPE, "%s has type '%s', '%s' is needed", where,
                            npy->type, type);
+
   // the two orders are one for a vector
   if (npy->fortran && npy->dims > 1)
     return thrum_error_set(error, THRUM_BAD_SHAPE,
                            "%s is in Fortran order: pass it through numpy.ascontiguousarray",
                            where);
+
+  // the data must fill the shape exactly
   size_t size = 0;
   if (!data_size(npy, item, &size) || size != npy->size) {
     char shape[96];

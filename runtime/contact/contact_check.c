@@ -12,11 +12,14 @@ static thrum_status check_pull(const thrum_model *model, const thrum_pull *pull,
       return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                              "pull %lld: vertex %lld is outside 0..%lld", (long long)index,
                              (long long)pull->vertices[corner], (long long)model->vertex_count - 1);
+
   if (!thrum_all_finite(pull->weights, 3) || !thrum_all_finite(pull->target, 3) ||
       !thrum_all_finite(pull->velocity, 3))
     return thrum_error_set(error, THRUM_BAD_VALUE,
                            "pull %lld: a weight, its target or velocity is not finite",
                            (long long)index);
+
+  // written so that NaN is refused as well
   if (!(pull->stiffness >= 0.0 && pull->stiffness <= THRUM_CONTACT_STIFFNESS_MAX) ||
       !(pull->damping <= THRUM_CONTACT_STIFFNESS_MAX) ||
       !(pull->force_max >= 0.0 && pull->force_max <= THRUM_CONTACT_STIFFNESS_MAX))

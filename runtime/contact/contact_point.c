@@ -132,14 +132,18 @@ static void add_rigid_frame(const thrum_contact_run *run, const double lever[3],
 
 void thrum_point_response(const thrum_contact_run *run, const double *rows, const double lever[3],
                           double response[9]) {
+  // the sum over the modes of weight times row times row, in the frame of the body
   const int64_t rank = run->contact->rank;
   double sum[9] = {0.0}, half[9];
   for (int64_t i = 0; i < rank; i++)
     for (int a = 0; a < 3; a++)
       for (int b = 0; b < 3; b++)
         sum[3 * a + b] += run->view.weights[i] * (rows[a * rank + i] * rows[b * rank + i]);
+
+  // turned into the world from both sides
   for (int a = 0; a < 3; a++)
     thrum_apply3(run->axes, sum + 3 * a, half + 3 * a);
+
   // half is (axes sum)^T, as sum is symmetric
   for (int a = 0; a < 3; a++)
     for (int b = 0; b < 3; b++) {
@@ -147,5 +151,7 @@ void thrum_point_response(const thrum_contact_run *run, const double *rows, cons
       response[3 * a + b] = row[0] * half[b] + row[1] * half[3 + b] + row[2] * half[6 + b] +
                             (a == b ? run->mass_weight : 0.0);
     }
+
+  // a free body answers by its translation and rotation too
   add_rigid_frame(run, lever, response);
 }

@@ -54,10 +54,13 @@ static thrum_status check_shape(const thrum_obstacle *o, int64_t index, thrum_er
                ? THRUM_OK
                : refuse(error, index, "the plane's normal has no direction");
   }
+
   case THRUM_OBSTACLE_SPHERE:
     return o->radius > 0.0 && isfinite(o->radius)
                ? THRUM_OK
                : refuse(error, index, "the sphere's radius must be finite and above 0 [m]");
+
+  // a box has sides and a frame
   case THRUM_OBSTACLE_BOX:
     for (int axis = 0; axis < 3; axis++)
       if (!(o->half[axis] > 0.0 && isfinite(o->half[axis])))

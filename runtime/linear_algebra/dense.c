@@ -132,14 +132,18 @@ static void over_minus_pivot(const double *column, int32_t n, int32_t k, double 
 /* Sweeps pivots k and l, l < 0: none, from their columns: see `sweep`. */
 static void finish_pair(const thrum_kernel *by, double *matrix, int32_t n, int32_t k, int32_t l,
                         const pair *p) {
+  // the columns of both pivots change all the others
   const thrum_two both = {p->minus_1, p->first, p->minus_2, p->second, 1, 0};
   by->rank_two(n, true, &both, matrix);
+
   // what the pivots' own columns become
   const double corner = -1.0 / p->first[k], across = p->second[k];
   for (int32_t i = 0; i < n; i++)
     p->first[i] = p->minus_2[i] * across - p->minus_1[i];
   p->first[k] = corner + p->minus_2[k] * across;
   write_column(matrix, n, k, p->first);
+
+  // the second pivot's column, where there is one
   if (l < 0)
     return;
   const double last = -1.0 / p->second[l];
@@ -163,10 +167,14 @@ static void read_second(const double *matrix, int32_t n, int32_t k, int32_t l, c
  * zero or no number. */
 static bool sweep(const thrum_kernel *by, double *matrix, int32_t n, int32_t k, bool another,
                   const pair *p) {
+  // the first pivot's column, and what is left of the diagonal after it
   read_column(matrix, n, k, p->first);
   over_minus_pivot(p->first, n, k, p->minus_1);
   for (int32_t i = 0; i < n; i++)
     p->diagonal[i] += p->minus_1[i] * p->first[i];
+
+  // the second pivot is the largest that is left, and its column is read as the first sweep leaves
+  // it
   const int32_t l = another ? largest_left(p->diagonal, n, p->swept) : -1;
   if (another) {
     if (l < 0)
@@ -177,6 +185,7 @@ static bool sweep(const thrum_kernel *by, double *matrix, int32_t n, int32_t k, 
     for (int32_t i = 0; i < n; i++)
       p->diagonal[i] += p->minus_2[i] * p->second[i];
   }
+
   finish_pair(by, matrix, n, k, l, p);
   return true;
 }
@@ -198,21 +207,27 @@ static void widen(const double *matrix, int32_t n, int32_t even, double *rows) {
 /* Sweeps the others, the largest first. */
 static bool sweep_largest(const thrum_kernel *by, double *matrix, int32_t n, int32_t done,
                           double *work) {
+  // the diagonal that is left to choose pivots from
   const pair p = {work, work + n, work + 2 * n, work + 3 * n, work + 4 * n, work + 5 * n};
   for (int32_t i = 0; i < n; i++) {
     p.swept[i] = i < done ? 1.0 : 0.0;
     p.diagonal[i] = matrix[(size_t)i * (size_t)n + (size_t)i];
   }
+
+  // two pivots at a time
   for (; done < n; done += 2) {
     const int32_t k = largest_left(p.diagonal, n, p.swept);
     if (k < 0)
       return false;
     p.swept[k] = 1.0;
     const bool another = done + 1 < n;
+
+    // the last one may be alone
     if (!another) {
       memset(p.second, 0, (size_t)n * sizeof *p.second);
       memset(p.minus_2, 0, (size_t)n * sizeof *p.minus_2);
     }
+
     if (!sweep(by, matrix, n, k, another, &p))
       return false;
   }

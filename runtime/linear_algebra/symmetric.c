@@ -120,10 +120,12 @@ static void normalise(double *vector, size_t n) {
 
 void thrum_symmetric_vector(const double *matrix, int32_t size, double value, double *factors,
                             int32_t *pivots, double *vector) {
+  // the size of the entries says how far beside the eigenvalue a factor exists
   const size_t n = (size_t)size;
   double largest = 0.0;
   for (size_t i = 0; i < n; i++)
     largest = fmax(largest, fabs(matrix[i * n + i]));
+
   // beside the eigenvalue, so that there is something to divide by
   for (double off = 4.0 * DBL_EPSILON * largest + DBL_MIN; off < INFINITY; off *= 16.0) {
     memcpy(factors, matrix, n * n * sizeof *factors);
@@ -134,6 +136,8 @@ void thrum_symmetric_vector(const double *matrix, int32_t size, double value, do
     if (thrum_dense_factor(factors, size, pivots))
       break;
   }
+
+  // inverse iteration: each solve multiplies the share of the wanted vector
   for (int k = 0; k < 4; k++) {
     thrum_dense_solve(factors, size, pivots, vector);
     normalise(vector, n);

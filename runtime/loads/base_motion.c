@@ -125,11 +125,15 @@ void thrum_base_motion_spline(int64_t count, const double *times, const double *
 
 void thrum_base_motion_at(const thrum_base_motion *motion, double time, double position[3],
                           double velocity[3]) {
+  // the interval that the time lies in; before the first sample nothing has moved yet
   const int64_t last = motion->count - 1;
   const double end = motion->times[last];
   const int64_t k = time >= end ? last : interval(motion, time);
   const double t = time < motion->times[0] ? 0.0 : time - motion->times[k];
   const double *v = motion->velocities + 3 * k, *x = motion->positions + 3 * k;
+
+  // the acceleration is linear within an interval and zero after the last sample, so velocity and
+  // position are its integrals
   for (int axis = 0; axis < 3; axis++) {
     double a = 0.0, jerk = 0.0;
     if (k < last) {

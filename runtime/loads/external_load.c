@@ -72,6 +72,7 @@ thrum_status thrum_load_add_gravity(const thrum_model *model, const double accel
 
 thrum_status thrum_load_add_shared(const thrum_model *model, const int32_t *vertices, int64_t count,
                                    const double force[3], double *reduced, thrum_error *error) {
+  // without vertices all of them share the force
   if (vertices == NULL)
     count = model->vertex_count;
   if (model->basis == NULL) {
@@ -80,6 +81,7 @@ thrum_status thrum_load_add_shared(const thrum_model *model, const int32_t *vert
   }
   if (count <= 0)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the force is given no vertices");
+
   // all vertices are looked at first, so that a refusal leaves `reduced` as it was
   for (int64_t n = 0; vertices != NULL && n < count; n++) {
     if (vertices[n] < 0 || vertices[n] >= model->vertex_count) {
@@ -88,6 +90,8 @@ thrum_status thrum_load_add_shared(const thrum_model *model, const int32_t *vert
                              (long long)vertices[n] + 1, (long long)model->vertex_count);
     }
   }
+
+  // equal shares
   const double share[3] = {force[0] / (double)count, force[1] / (double)count,
                            force[2] / (double)count};
   for (int64_t n = 0; n < count; n++) {

@@ -55,10 +55,14 @@ thrum_status thrum_archive_find(const void *file, size_t file_size, const thrum_
   thrum_zip zip;
   thrum_zip_member member;
   thrum_status status = thrum_zip_open(file, file_size, &zip, error);
+
+  // one member after the other, in the order of the file
   while (status == THRUM_OK) {
     status = thrum_zip_next(&zip, &member, error);
     if (status != THRUM_OK || member.name == NULL)
       return status;
+
+    // a name must be good and new
     char text[48];
     thrum_zip_name_text(text, member.name, member.name_size);
     if (!name_is_good(member.name, member.name_size))
@@ -67,6 +71,8 @@ thrum_status thrum_archive_find(const void *file, size_t file_size, const thrum_
                              text);
     if (name_came_before(&zip, &member))
       return thrum_error_set(error, THRUM_BAD_FORMAT, "member '%s' is there twice", text);
+
+    // a member of an unknown name is left alone
     int array = array_of_name(list, member.name, member.name_size);
     if (array >= 0)
       found[array] = (thrum_archive_member){member.data, member.size};
@@ -100,12 +106,15 @@ static thrum_status refuse_shape(const thrum_npy *npy, const thrum_array_info *i
 thrum_status thrum_archive_bind(const thrum_array_list *list, int array,
                                 thrum_archive_member member, int64_t *size, unsigned char *bound,
                                 const unsigned char **data, thrum_error *error) {
+  // the member is an .npy file of the array's type
   const thrum_array_info *info = &list->arrays[array];
   char where[64];
   snprintf(where, sizeof where, "array '%s'", info->name);
   thrum_npy npy;
   THRUM_TRY(thrum_npy_parse(member.data, member.size, where, &npy, error));
   THRUM_TRY(thrum_npy_expect(&npy, info->descr, info->item, where, error));
+
+  // each extent binds the size of its name, or agrees with the one before
   if (npy.dims != info->dims)
     return refuse_shape(&npy, info, where, "", 0, error);
   for (int d = 0; d < info->dims; d++) {
@@ -115,6 +124,7 @@ thrum_status thrum_archive_bind(const thrum_array_list *list, int array,
     const char *size_name = size_id < list->named_count ? list->size_names[size_id] : "";
     return refuse_shape(&npy, info, where, size_name, list->extent(size, size_id), error);
   }
+
   *data = npy.data;
   return THRUM_OK;
 }

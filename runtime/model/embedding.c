@@ -79,11 +79,14 @@ static thrum_status check_version(const unsigned char *format, thrum_error *erro
 
 thrum_status thrum_embedding_read(const void *file, size_t file_size,
                                   thrum_embedding_layout *layout, thrum_error *error) {
+  // the members of the archive; without the first array it is a file of something else
   thrum_archive_member found[THRUM_EMBEDDING_ARRAY_COUNT] = {{NULL, 0}};
   thrum_status status = thrum_archive_find(file, file_size, &thrum_embedding_list, found, error);
   if (status == THRUM_OK && found[THRUM_EMBEDDING_ARRAY_surface_format].data == NULL)
     return thrum_error_set(error, THRUM_MISSING,
                            "array 'surface_format' is missing: is it a file of `thrum embed`?");
+
+  // arrays in the order of the list, so that sizes are known before they are used
   unsigned char bound[THRUM_EMBEDDING_SIZE_COUNT] = {0};
   thrum_embedding_layout read = {{0}, {NULL}};
   for (int a = 0; a < THRUM_EMBEDDING_ARRAY_COUNT && status == THRUM_OK; a++) {
@@ -92,10 +95,12 @@ thrum_status thrum_embedding_read(const void *file, size_t file_size,
                                   &read.data[a], error);
     else if (array_table[a].required)
       return thrum_error_set(error, THRUM_MISSING, "array '%s' is missing", array_table[a].name);
+
     // another version may well lack what this one requires
     if (status == THRUM_OK && a == THRUM_EMBEDDING_ARRAY_surface_format)
       status = check_version(read.data[a], error);
   }
+
   if (status == THRUM_OK)
     *layout = read;
   return status;
@@ -116,6 +121,8 @@ thrum_status thrum_embedding_view(const void *file, size_t file_size, thrum_embe
   if (file == NULL || embedding == NULL)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "thrum_embedding_view: no file or no embedding");
+
+  // every array must be fit for use in place
   thrum_embedding_layout layout;
   THRUM_TRY(thrum_embedding_read(file, file_size, &layout, error));
   for (int a = 0; a < THRUM_EMBEDDING_ARRAY_COUNT; a++)
@@ -124,6 +131,8 @@ thrum_status thrum_embedding_view(const void *file, size_t file_size, thrum_embe
                              "array '%s' is not aligned to its entries: align the buffer to 64 "
                              "bytes, or use thrum_embedding_load",
                              array_table[a].name);
+
+  // the entries are checked as after loading
   thrum_embedding viewed;
   thrum_embedding_fill(&layout, &viewed);
   thrum_status status = thrum_embedding_check(&viewed, error);

@@ -11,12 +11,15 @@
  * the file was. */
 static thrum_status lay_out(thrum_embedding_layout *layout, const thrum_embedding **embedding,
                             thrum_error *error) {
+  // one block for the struct and all arrays
   size_t size = thrum_round_up(sizeof(thrum_embedding));
   for (int a = 0; a < THRUM_EMBEDDING_ARRAY_COUNT; a++)
     size += layout->data[a] != NULL ? thrum_round_up(thrum_embedding_bytes(layout, a)) : 0;
   unsigned char *memory = thrum_file_buffer_allocate(size);
   if (memory == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory to load the surface");
+
+  // the arrays follow the struct
   unsigned char *next = memory + thrum_round_up(sizeof(thrum_embedding));
   for (int a = 0; a < THRUM_EMBEDDING_ARRAY_COUNT; a++) {
     if (layout->data[a] == NULL)
@@ -26,6 +29,8 @@ static thrum_status lay_out(thrum_embedding_layout *layout, const thrum_embeddin
     layout->data[a] = next;
     next += thrum_round_up(bytes);
   }
+
+  // the entries are checked before the embedding is handed out
   thrum_embedding *made = (thrum_embedding *)(void *)memory;
   thrum_embedding_fill(layout, made);
   const thrum_status status = thrum_embedding_check(made, error);
@@ -43,6 +48,8 @@ thrum_status thrum_embedding_load(const char *path, const thrum_embedding **embe
                            "thrum_embedding_load: no path or no embedding");
   if (path[0] == '\0')
     return thrum_error_set(error, THRUM_IO, "the name of the surface file is empty");
+
+  // the whole file, which is freed once its arrays are laid out
   unsigned char *file = NULL;
   size_t size = 0;
   THRUM_TRY(thrum_file_buffer_read(path, &file, &size, error));

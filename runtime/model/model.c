@@ -16,12 +16,15 @@ static int is_aligned(const void *p) {
 
 thrum_status thrum_model_view(const void *file, size_t file_size, thrum_model *model,
                               thrum_error *error) {
+  // a buffer that is used in place must be aligned
   if (file == NULL || model == NULL)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "thrum_model_view: no file or no model");
   if (!is_aligned(file))
     return thrum_error_set(error, THRUM_MISALIGNED,
                            "the buffer of a model file must be aligned to 64 bytes to be used in "
                            "place: align it or use thrum_model_init");
+
+  // the layout of the file; its arrays must be aligned too
   thrum_layout layout;
   THRUM_TRY(thrum_layout_read(file, file_size, &layout, error));
   for (int a = 0; a < THRUM_ARRAY_COUNT; a++)
@@ -30,6 +33,7 @@ thrum_status thrum_model_view(const void *file, size_t file_size, thrum_model *m
                              "array '%s' is not aligned to 64 bytes in this file (numpy.savez does "
                              "not align): use thrum_model_init or thrum_model_load",
                              thrum_array_table[a].name);
+
   thrum_layout_to_model(&layout, model);
   return THRUM_OK;
 }
@@ -83,6 +87,8 @@ thrum_status thrum_model_init(void *memory, size_t memory_size, const void *file
   if (!is_aligned(memory))
     return thrum_error_set(error, THRUM_MISALIGNED,
                            "the memory of a model must be aligned to 64 bytes");
+
+  // how much memory the model needs
   thrum_layout layout;
   size_t needed = 0;
   THRUM_TRY(plan(file, file_size, &layout, &needed, error));
@@ -90,6 +96,8 @@ thrum_status thrum_model_init(void *memory, size_t memory_size, const void *file
     return thrum_error_set(error, THRUM_BUFFER_TOO_SMALL,
                            "the memory has %lu bytes, this model needs %lu",
                            (unsigned long)memory_size, (unsigned long)needed);
+
+  // the arrays follow the struct
   unsigned char *next = (unsigned char *)memory + thrum_round_up(sizeof(thrum_model));
   for (int a = 0; a < THRUM_ARRAY_COUNT; a++) {
     if (layout.data[a] == NULL)
@@ -99,6 +107,8 @@ thrum_status thrum_model_init(void *memory, size_t memory_size, const void *file
     layout.data[a] = next;
     next += thrum_round_up(bytes);
   }
+
+  // behind them the packed coefficients, which the kernels read
   thrum_layout_to_model(&layout, memory);
   thrum_status status =
       thrum_model_pack(memory, next, needed - (size_t)(next - (unsigned char *)memory), error);
@@ -136,6 +146,8 @@ thrum_status thrum_model_group(const thrum_model *model, const char *name, const
                                int64_t *count, thrum_error *error) {
   if (model == NULL || name == NULL || vertices == NULL || count == NULL)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "thrum_model_group: an argument is NULL");
+
+  // names stand one after the other, each ended by 0
   const char *known = (const char *)model->group_names;
   for (int64_t g = 0; g < model->group_count; g++, known += strlen(known) + 1) {
     if (strcmp(known, name) != 0)
@@ -145,6 +157,8 @@ thrum_status thrum_model_group(const thrum_model *model, const char *name, const
     *count = model->group_ends[g] - begin;
     return THRUM_OK;
   }
+
+  // a wrong name is answered with one that exists
   if (model->group_count == 0)
     return thrum_error_set(error, THRUM_MISSING, "no group '%s': the model has no groups", name);
   return thrum_error_set(error, THRUM_MISSING, "no group '%s'; the first of %lu is '%s'", name,

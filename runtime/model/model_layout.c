@@ -29,8 +29,11 @@ const char *const thrum_size_names[THRUM_SIZE_basis_rows + 1] = {
 static int64_t extent(const int64_t *size, int size_id) {
   // literal extents have ids of their own, behind the sizes of the model
   switch (size_id) {
+  // rows of the basis come in threes
   case THRUM_SIZE_basis_rows:
     return 3 * size[THRUM_SIZE_vertex_count];
+
+  // literal extents
   case THRUM_SIZE_1:
     return 1;
   case THRUM_SIZE_2:
@@ -41,6 +44,7 @@ static int64_t extent(const int64_t *size, int size_id) {
     return 4;
   case THRUM_SIZE_6:
     return 6;
+
   default:
     return size[size_id];
   }

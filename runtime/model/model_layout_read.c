@@ -7,10 +7,13 @@
 
 thrum_status thrum_layout_read(const void *file, size_t file_size, thrum_layout *layout,
                                thrum_error *error) {
+  // the members of the archive by their arrays
   thrum_archive_member found[THRUM_ARRAY_COUNT] = {{NULL, 0}};
   thrum_status status = thrum_archive_find(file, file_size, &thrum_model_list, found, error);
   if (status != THRUM_OK)
     return status;
+
+  // arrays in the order of the list, so that sizes are known before they are used
   thrum_layout read = {{0}, {NULL}};
   unsigned char bound[THRUM_SIZE_COUNT] = {0};
   for (int a = 0; a < THRUM_ARRAY_COUNT; a++) {
@@ -28,6 +31,8 @@ thrum_status thrum_layout_read(const void *file, size_t file_size, thrum_layout 
     if (status != THRUM_OK)
       return status;
   }
+
+  // the sizes must agree with each other, and the values be in range
   status = thrum_layout_check_sizes(&read, error);
   if (status == THRUM_OK)
     status = thrum_layout_check_values(&read, error);

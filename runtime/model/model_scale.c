@@ -38,18 +38,24 @@ static size_t rigid_doubles(const thrum_model *model) {
 
 static thrum_status find_factors(const thrum_model_scaling *by, factors *found,
                                  thrum_error *error) {
+  // all three factors are finite and positive
   const double s = by->length, e = by->stiffness, d = by->density;
   if (!(s > 0.0) || !(e > 0.0) || !(d > 0.0) || !isfinite(s) || !isfinite(e) || !isfinite(d))
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "a model is scaled by %g in length, %g in stiffness and %g in density; "
                            "all must be finite and > 0",
                            s, e, d);
+
+  // lengths by s, stresses by e, masses by d s^3; q keeps unit mass, so the basis shrinks by k and
+  // each power of q brings one g = k / s
   const double volume = s * s * s, k = 1.0 / sqrt(d * volume), g = k / s;
   const factors f = {.omega2 = e / (s * s * d),
                      .c3 = e * volume * (g * g * g),
                      .c4 = e * volume * (g * g * g * g),
                      .axis_mass = d * volume * k,
                      .basis = k};
+
+  // a factor beyond the range of numbers would leave a model of zeros or infinities
   const double all[] = {f.omega2, f.c3, f.c4, f.axis_mass, f.basis};
   for (int n = 0; n < 5; n++)
     if (!isnormal(all[n]))
@@ -57,6 +63,7 @@ static thrum_status find_factors(const thrum_model_scaling *by, factors *found,
                              "scaled by %g in length, %g in stiffness and %g in density the model "
                              "leaves the range of numbers",
                              s, e, d);
+
   *found = f;
   return THRUM_OK;
 }
@@ -105,12 +112,15 @@ static double *append(unsigned char **next, const double *from, size_t count, do
 /* The arrays of `scaled`, a copy of `model` that lies in `memory`; false: not all are finite. */
 static bool scale_arrays(void *memory, unsigned char *next, const thrum_model *model,
                          const factors *f, const thrum_model_scaling *by, thrum_model *scaled) {
+  // the polynomial
   const size_t rank = (size_t)model->rank;
   bool finite = multiply(model->omega2, rank, f->omega2, within(memory, scaled->omega2));
   finite =
       multiply(model->c3, (size_t)model->c3_count, f->c3, within(memory, scaled->c3)) && finite;
   finite =
       multiply(model->c4, (size_t)model->c4_count, f->c4, within(memory, scaled->c4)) && finite;
+
+  // what the mesh and the loads need
   if (model->axis_mass)
     finite =
         multiply(model->axis_mass, 3 * rank, f->axis_mass, within(memory, scaled->axis_mass)) &&
@@ -119,10 +129,14 @@ static bool scale_arrays(void *memory, unsigned char *next, const thrum_model *m
     finite = multiply(model->basis, 3 * (size_t)model->vertex_count * rank, f->basis,
                       within(memory, scaled->basis)) &&
              finite;
+
+  // arrays that a copy shares with its model get memory of their own
   scaled->vertices = append(&next, model->vertices, vertex_doubles(model), by->length, &finite);
   scaled->rigid = append(&next, model->rigid, rigid_doubles(model), f->basis, &finite);
   double *material = append(&next, model->material, material_doubles(model), 1.0, &finite);
   scaled->material = material;
+
+  // Young's modulus and density of each region
   for (int64_t n = 0; material && n < model->region_count; n++) {
     material[3 * n] *= by->stiffness;
     material[3 * n + 2] *= by->density;
@@ -134,6 +148,7 @@ static bool scale_arrays(void *memory, unsigned char *next, const thrum_model *m
 thrum_status thrum_model_scale(void *memory, size_t memory_size, const thrum_model *model,
                                const thrum_model_scaling *by, const thrum_model **scaled,
                                thrum_error *error) {
+  // what cannot be scaled is refused before the memory is touched
   size_t size = 0, own = 0;
   factors f = {0};
   THRUM_TRY(thrum_model_scale_size(model, &size, error));
@@ -143,6 +158,7 @@ thrum_status thrum_model_scale(void *memory, size_t memory_size, const thrum_mod
   if (memory_size < size)
     return thrum_error_set(error, THRUM_BUFFER_TOO_SMALL,
                            "the memory has %zu bytes, this model needs %zu", memory_size, size);
+
   // a copy at the same rank has every array that changes; the rest goes behind it
   const thrum_model *copy = NULL;
   THRUM_TRY(thrum_model_truncate(memory, memory_size, model, model->rank, &copy, error));
@@ -150,8 +166,11 @@ thrum_status thrum_model_scale(void *memory, size_t memory_size, const thrum_mod
   thrum_model result = *copy;
   if (!scale_arrays(memory, (unsigned char *)memory + thrum_round_up(own), model, &f, by, &result))
     return thrum_error_set(error, THRUM_BAD_VALUE, "the scaled model leaves the range of numbers");
+
+  // the packed coefficients come from the scaled ones
   const void *packed = copy->packed ? (const void *)copy->packed : copy->packed_single;
   THRUM_TRY(thrum_model_pack(&result, within(memory, packed), thrum_model_pack_size(model), error));
+
   memcpy(memory, &result, sizeof result);
   *scaled = memory;
   return THRUM_OK;

@@ -79,6 +79,7 @@ static double *cut(unsigned char **memory, size_t doubles) {
 
 thrum_status thrum_model_truncate(void *memory, size_t memory_size, const thrum_model *model,
                                   int64_t rank, const thrum_model **truncated, thrum_error *error) {
+  // the memory is checked before it is touched
   size_t size = 0;
   THRUM_TRY(thrum_model_truncate_size(model, rank, &size, error));
   if (!memory || !truncated)
@@ -89,11 +90,15 @@ thrum_status thrum_model_truncate(void *memory, size_t memory_size, const thrum_
   if (memory_size < size)
     return thrum_error_set(error, THRUM_BUFFER_TOO_SMALL,
                            "the memory has %zu bytes, this model needs %zu", memory_size, size);
+
+  // where each array of the lower rank stands
   const parts p = parts_of(model, rank);
   thrum_model lower = *model;
   unsigned char *at = (unsigned char *)memory + thrum_round_up(sizeof lower);
   double *omega2 = cut(&at, p.omega2), *c3 = cut(&at, p.c3), *c4 = cut(&at, p.c4);
   double *axis_mass = cut(&at, p.axis_mass), *basis = cut(&at, p.basis);
+
+  // the coefficients of the first coordinates, and their columns of the basis
   memcpy(omega2, model->omega2, p.omega2 * sizeof *omega2);
   copy_c3(model, rank, c3);
   copy_c4(model, rank, c4);
@@ -101,6 +106,8 @@ thrum_status thrum_model_truncate(void *memory, size_t memory_size, const thrum_
     copy_columns(3, model->rank, rank, model->axis_mass, axis_mass);
   if (model->basis)
     copy_columns(3 * model->vertex_count, model->rank, rank, model->basis, basis);
+
+  // the struct, with the packed coefficients behind the arrays
   lower.rank = rank;
   lower.c3_count = (int64_t)p.c3;
   lower.c4_count = (int64_t)p.c4;

@@ -56,17 +56,22 @@ static thrum_status refuse_end(const unsigned char *file, size_t size, thrum_err
 
 thrum_status thrum_zip_open(const void *file, size_t file_size, thrum_zip *zip,
                             thrum_error *error) {
+  // the end record stands at the very end
   const unsigned char *bytes = file;
   if (file_size < END_SIZE || memcmp(bytes + file_size - END_SIZE, "PK\5\6", 4) != 0)
     return refuse_end(bytes, file_size, error);
   size_t end = file_size - END_SIZE;
   const unsigned char *record = bytes + end;
+
+  // without comment, and of one disk
   if (get16(record + 20) != 0)
     return thrum_error_set(error, THRUM_BAD_FORMAT,
                            "the zip end record announces a comment, which a model file must not "
                            "have, or the file is cut short");
   if (get16(record + 4) != 0 || get16(record + 6) != 0 || get16(record + 8) != get16(record + 10))
     return thrum_error_set(error, THRUM_UNSUPPORTED, "zip archive of more than one disk");
+
+  // the directory lies right before it
   uint32_t directory_size = get32(record + 12);
   uint32_t directory = get32(record + 16);
   if (directory == IN_EXTRA || directory_size == IN_EXTRA || get16(record + 10) == 0xFFFFu)
@@ -78,9 +83,12 @@ thrum_status thrum_zip_open(const void *file, size_t file_size, thrum_zip *zip,
                            "begins (%lu): the file is damaged or cut short",
                            (unsigned long)directory_size, (unsigned long)directory,
                            (unsigned long)end);
+
   if (get16(record + 10) > THRUM_ZIP_MEMBERS_MAX)
     return thrum_error_set(error, THRUM_UNSUPPORTED, "%u members, more than the %d allowed",
                            get16(record + 10), THRUM_ZIP_MEMBERS_MAX);
+
+  // the walk begins at the first member
   zip->bytes = bytes;
   zip->directory = directory;
   zip->end = end;
@@ -95,17 +103,21 @@ thrum_status thrum_zip_open(const void *file, size_t file_size, thrum_zip *zip,
 // refuses everything but plain stored members, with the reason a numpy user can act on
 static thrum_status check_kind(unsigned flags, unsigned method, const char *name,
                                thrum_error *error) {
+  // each refusal says what to do about it
   if ((flags & FLAG_ENCRYPTED) != 0)
     return thrum_error_set(error, THRUM_UNSUPPORTED, "member '%s' is encrypted", name);
+
   if (method != 0)
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "member '%s' is compressed: use numpy.savez, not savez_compressed",
                            name);
+
   if ((flags & FLAG_DESCRIPTOR) != 0)
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "member '%s' has its sizes behind its data, as numpy.savez writes to a "
                            "pipe: save to a file on disk",
                            name);
+
   if (flags != 0)
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "member '%s' has zip flags 0x%04x: use numpy.savez", name, flags);
@@ -118,12 +130,18 @@ static int extra_is_good(const unsigned char *extra, size_t size, uint32_t data_
   *sizes_inside = 0;
   if (size == 0)
     return 1;
+
+  // a field says how long it is
   if (size < 4 || get16(extra + 2) != size - 4)
     return 0;
+
+  // zip64 repeats the sizes
   if (get16(extra) == EXTRA_ZIP64) {
     *sizes_inside = 1;
     return size == 20 && get64(extra + 4) == data_size && get64(extra + 12) == data_size;
   }
+
+  // padding is zeros
   if (get16(extra) != EXTRA_PADDING)
     return 0;
   for (size_t i = 4; i < size; i++)
@@ -147,21 +165,27 @@ static int headers_agree(const unsigned char *local, const unsigned char *centra
 // checks the local record that `central` points to and finds the data behind it
 static thrum_status check_local(const thrum_zip *zip, const unsigned char *central,
                                 const char *text, thrum_zip_member *member, thrum_error *error) {
+  // members follow each other
   if (get32(central + 42) != zip->local)
     return thrum_error_set(error, THRUM_BAD_FORMAT,
                            "member '%s' is said to begin at byte %lu, where %lu is right: members "
                            "must follow each other without a gap or an overlap",
                            text, (unsigned long)get32(central + 42), (unsigned long)zip->local);
+
+  // the local record lies within the file
   const unsigned char *local = zip->bytes + zip->local;
   size_t left = zip->directory - zip->local;
   if (left < LOCAL_SIZE || memcmp(local, "PK\3\4", 4) != 0)
     return thrum_error_set(error, THRUM_BAD_FORMAT, "member '%s' has no local record", text);
   left -= LOCAL_SIZE;
+
+  // so do its name, its extra field and the data
   size_t name_size = get16(local + 26), extra_size = get16(local + 28);
   uint32_t size = get32(central + 24);
   if (name_size > left || extra_size > left - name_size || size > left - name_size - extra_size)
     return thrum_error_set(error, THRUM_BAD_FORMAT,
                            "member '%s' runs into the zip directory: the file is damaged", text);
+
   const unsigned char *extra = local + LOCAL_SIZE + name_size;
   int sizes_inside = 0;
   if (!extra_is_good(extra, extra_size, size, &sizes_inside))
@@ -169,10 +193,13 @@ static thrum_status check_local(const thrum_zip *zip, const unsigned char *centr
                            "member '%s' has an extra field that is neither padding nor the one of "
                            "numpy.savez",
                            text);
+
+  // the directory and the local record say the same
   if (name_size != member->name_size || memcmp(local + LOCAL_SIZE, member->name, name_size) != 0 ||
       !headers_agree(local, central, sizes_inside))
     return thrum_error_set(error, THRUM_BAD_FORMAT,
                            "member '%s': its local record and the zip directory disagree", text);
+
   member->data = extra + extra_size;
   member->size = size;
   return THRUM_OK;

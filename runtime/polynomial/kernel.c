@@ -10,6 +10,8 @@ static const thrum_kernel *usable(int32_t id) {
   switch (id) {
   case THRUM_KERNEL_REFERENCE:
     return &thrum_kernel_reference;
+
+// x86's kernels need the instructions, and the operating system's support for their registers
 #ifdef THRUM_KERNEL_HAS_X86
   // both ask for the operating system's support as well
   case THRUM_KERNEL_AVX2:
@@ -17,6 +19,7 @@ static const thrum_kernel *usable(int32_t id) {
   case THRUM_KERNEL_AVX512:
     return __builtin_cpu_supports("avx512f") ? &thrum_kernel_avx512 : NULL;
 #endif
+
 #ifdef THRUM_KERNEL_HAS_ARM
   case THRUM_KERNEL_NEON:
     return &thrum_kernel_neon;
@@ -25,6 +28,7 @@ static const thrum_kernel *usable(int32_t id) {
   case THRUM_KERNEL_WASM:
     return &thrum_kernel_wasm;
 #endif
+
   default:
     return NULL;
   }

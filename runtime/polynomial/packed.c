@@ -121,6 +121,7 @@ static void gather_run(const thrum_model *model, const blocks *at, int64_t d, in
       row[a] = by_pairs(model, at, d, c, b, a);
     return;
   }
+
   // where a is none of the others, their order and factor stay for a run of them: before c, between
   // c and the next, behind d
   const int64_t e = smaller(b, d), l = larger(b, d), begin = larger(from, 0);
@@ -132,6 +133,8 @@ static void gather_run(const thrum_model *model, const blocks *at, int64_t d, in
     row[a] = times * model->c4[at->c4[a] + (c + 1) * at->columns[a] - at->columns[e] + (l - e)];
   for (int64_t a = larger(begin, e + 1); a < b; a++)
     row[a] = times * model->c4[at->c4[e] + (c + 1) * at->columns[e] - at->columns[a] + (l - a)];
+
+  // the places where a equals another index have factors of their own
   const int64_t equal[] = {-1, c, e, b};
   for (int n = 0; n < 4; n++)
     if (equal[n] >= from && equal[n] <= b)
@@ -236,6 +239,7 @@ static int64_t pack_order(const thrum_model *model,
 
 thrum_status thrum_model_pack(thrum_model *model, void *memory, size_t memory_size,
                               thrum_error *error) {
+  // the arguments and the memory
   if (!model || !memory || !model->c3 || !model->c4 || model->rank < 1 ||
       model->rank > THRUM_RANK_MAX)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
@@ -247,6 +251,8 @@ thrum_status thrum_model_pack(thrum_model *model, void *memory, size_t memory_si
     return thrum_error_set(error, THRUM_BUFFER_TOO_SMALL,
                            "the memory has %zu bytes, the packed coefficients need %zu",
                            memory_size, thrum_model_pack_size(model));
+
+  // half the width where every coefficient survives it, which the kernels read faster
   const int64_t n = model->rank;
   const bool single = single_pays(model);
   model->packed = NULL;
@@ -254,10 +260,13 @@ thrum_status thrum_model_pack(thrum_model *model, void *memory, size_t memory_si
   double *to = single ? NULL : memory;
   float *to_single = single ? memory : NULL;
   model->packed_count = thrum_pack_count(n);
+
   // a row is gathered where no packed one has been placed yet: at the end of the second order
   double *row = (double *)memory + 2 * model->packed_count - 8 * thrum_pack_vectors(n - 1);
   int64_t at = pack_order(model, gather_downward, row, 0, to, to_single);
   pack_order(model, gather_upward, row, at, to, to_single);
+
+  // small ranks have their products by pairs as well
   if (thrum_pairs_count(n) > 0)
     pack_pairs(model, to);
   model->packed = to;

@@ -81,12 +81,15 @@ thrum_status thrum_basis_extents(const thrum_model *model, double *extents, thru
 thrum_status thrum_displacement_peak(const thrum_model *model, const double *extents,
                                      const double *q, double *length, int64_t *vertex,
                                      thrum_error *error) {
+  // a bound on the displacement of any vertex tells whether to look at all
   THRUM_TRY(require_basis(model, error));
   double bound = 0;
   for (int64_t i = 0; i < model->rank; i++)
     bound += fabs(q[i]) * extents[i];
   if (!(bound > *length))
     return THRUM_OK;
+
+  // the squares of the lengths, from the largest so far
   double largest = *length * *length;
   int64_t furthest = -1;
   for (int64_t v = 0; v < model->vertex_count; v++) {
@@ -103,6 +106,7 @@ thrum_status thrum_displacement_peak(const thrum_model *model, const double *ext
       furthest = v;
     }
   }
+
   if (furthest >= 0) {
     *length = sqrt(largest);
     *vertex = furthest;
@@ -118,6 +122,8 @@ thrum_status thrum_displacement_mean(const thrum_model *model, const int32_t *ve
     count = model->vertex_count;
   if (count <= 0)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the mean is of no vertices");
+
+  // a sum in doubles, in the order of the vertices
   double sum[3] = {0, 0, 0};
   for (int64_t n = 0; n < count; n++) {
     const int64_t v = vertices == NULL ? n : vertices[n];
@@ -131,6 +137,7 @@ thrum_status thrum_displacement_mean(const thrum_model *model, const int32_t *ve
         sum[axis] += row[i] * q[i];
     }
   }
+
   for (int axis = 0; axis < 3; axis++)
     mean[axis] = sum[axis] / (double)count;
   return THRUM_OK;

@@ -69,11 +69,15 @@ static thrum_status check_def(const thrum_model *model, const thrum_monitor_def 
   if (!model->basis || !model->tets)
     return thrum_error_set(error, THRUM_MISSING,
                            "the model has no mesh or no basis, so there is nothing to monitor");
+
+  // the tetrahedra that it chooses itself are limited in number
   if (def->sampled_tet_count < 1 ||
       (!def->sampled_tets && def->sampled_tet_count > THRUM_SAMPLED_TETS_MAX))
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "a monitor is asked for %lld sampled tets; it chooses 1 to %d",
                            (long long)def->sampled_tet_count, THRUM_SAMPLED_TETS_MAX);
+
+  // written so that NaN is refused as well
   if (!(def->stretch_least >= 0) || !(def->reach_most >= 0) || !(def->load_share_most >= 0) ||
       !(def->load_share_most <= 1))
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
@@ -132,6 +136,8 @@ int64_t thrum_monitor_sampled_tets(const thrum_monitor *monitor, const int32_t *
 /* The three rows of U of the vertex that a basis vector moves furthest, for each. */
 static void fill_tips(const thrum_model *model, double *tips) {
   const int64_t rank = model->rank;
+
+  // the squared length of each vertex's movement in the mode
   for (int64_t mode = 0; mode < rank; mode++) {
     double largest = -1;
     int64_t vertex = 0;
@@ -146,6 +152,7 @@ static void fill_tips(const thrum_model *model, double *tips) {
         vertex = v;
       }
     }
+
     memcpy(tips + 3 * mode * rank, model->basis + 3 * vertex * rank,
            (size_t)(3 * rank) * sizeof *tips);
   }

@@ -56,9 +56,13 @@ thrum_status thrum_sampled_tets_choose(const thrum_model *model, int64_t count, 
                            THRUM_SAMPLED_TETS_MAX);
   if (!model->basis || !model->tets)
     return thrum_error_set(error, THRUM_MISSING, "the model has no mesh or no basis to sample");
+
+  // each mode adds its most strained tetrahedra
   const int64_t each = count > model->rank ? count / model->rank : 1;
   double values[THRUM_SAMPLED_TETS_MAX];
   int64_t done = 0;
+
+  // a sorted list of those that are not chosen yet
   for (int64_t mode = 0; mode < model->rank && done < count; mode++) {
     const int64_t most = each < count - done ? each : count - done;
     int64_t length = 0;
@@ -74,6 +78,7 @@ thrum_status thrum_sampled_tets_choose(const thrum_model *model, int64_t count, 
     }
     done += length;
   }
+
   *chosen = done;
   return THRUM_OK;
 }

@@ -46,6 +46,8 @@ static thrum_status check_def(const thrum_model *model, const thrum_stress_point
     return thrum_error_set(error, THRUM_MISSING,
                            "the model has no mesh or no basis, so it has no stress: precompute it "
                            "from a mesh");
+
+  // the chosen tetrahedra are ones of the model
   if (def->tets && (def->tet_count < 1 || def->tet_count > INT32_MAX / 4))
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "%lld tetrahedra are chosen; stress points need 1 to 2^29 - 1",
@@ -128,6 +130,7 @@ thrum_status thrum_stress_points_init(void *memory, size_t memory_size, const th
                                       const thrum_stress_points_def *def,
                                       const thrum_stress_points **stress_points,
                                       thrum_error *error) {
+  // what cannot be made is refused before the memory is touched
   size_t size;
   THRUM_TRY(thrum_stress_points_size(model, def, &size, error));
   if (!memory || !stress_points)
@@ -135,6 +138,8 @@ thrum_status thrum_stress_points_init(void *memory, size_t memory_size, const th
   thrum_status status = thrum_alignment_check("stress points", memory, memory_size, size, error);
   if (status != THRUM_OK)
     return status;
+
+  // a header, the tetrahedra, and the rows of the basis at their corners
   memset(memory, 0, size);
   const int64_t count = count_of(model, def);
   const thrum_stress_points header = {STRESS_POINTS_MAGIC, model->rank, count,
@@ -144,6 +149,8 @@ thrum_status thrum_stress_points_init(void *memory, size_t memory_size, const th
     THRUM_TRY(fill_tet(model, def, n, tets + n, error));
   }
   fill_rows(model, def, (void *)((unsigned char *)memory + rows_offset(count)));
+
+  // the header comes last, so that a failed call leaves no stress points
   memcpy(memory, &header, sizeof header);
   *stress_points = memory;
   return THRUM_OK;
@@ -201,18 +208,25 @@ static void copy(const double from[6], double *to, int64_t n) {
 /* Writes the requested quantities of tetrahedron n, with the displacements u of its corners. */
 static void read_tet(const thrum_stress_point_tet *data, const double u[12], int64_t n,
                      const thrum_stress_points_output *output) {
+  // the strain, which exists for any deformation
   double g[3][3], strain[6], stress[6];
   double cauchy[6] = {NAN, NAN, NAN, NAN, NAN, NAN};
   thrum_tet_gradient(u, data->shape, g);
   thrum_tet_green(g, strain);
   copy(strain, output->strain, n);
+
+  // how far it is compressed
   const double ratio = thrum_tet_volume_ratio(g);
   if (output->stretch)
     output->stretch[n] = thrum_tet_least_stretch(strain, ratio);
+
+  // the stresses take longer, so only those that are asked for are made
   if (!output->second_piola && !output->cauchy && !output->von_mises)
     return;
   thrum_tet_second_piola(data->lambda, data->mu, strain, stress);
   copy(stress, output->second_piola, n);
+
+  // an inverted tetrahedron has no Cauchy stress
   if (ratio > 0)
     thrum_tet_cauchy(g, ratio, stress, cauchy);
   copy(cauchy, output->cauchy, n);
@@ -228,12 +242,17 @@ thrum_status thrum_stress_points_read(const thrum_stress_points *stress_points, 
                            "the stress points were not made by thrum_stress_points_init");
   if (!q || !output)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "q or output is NULL");
+
+  // one bad coordinate would spoil every stress
   for (int64_t i = 0; i < stress_points->rank; i++)
     if (!isfinite(q[i]))
       return thrum_error_set(error, THRUM_BAD_VALUE, "entry %lld of q is not finite", (long long)i);
+
+  // with room for them, displacements that tetrahedra share are made once
   const double *rows = rows_of(stress_points);
   for (int64_t v = 0; work && v < stress_points->places; v++)
     displace(rows + 3 * v * stress_points->rank, stress_points->rank, q, work + 3 * v);
+
   const thrum_stress_point_tet *tets = thrum_stress_points_data(stress_points);
   for (int64_t n = 0; n < stress_points->count; n++) {
     double u[12];

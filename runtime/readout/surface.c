@@ -59,6 +59,8 @@ static thrum_status check_def(const thrum_model *model, const thrum_surface_def 
                               thrum_error *error) {
   if (!model || !def)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the model or the def is NULL");
+
+  // a surface of its own, or vertices of the mesh
   if (def->positions || def->rows) {
     if (!def->positions || !def->rows || def->vertices)
       return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
@@ -71,6 +73,8 @@ static thrum_status check_def(const thrum_model *model, const thrum_surface_def 
     return thrum_error_set(error, THRUM_MISSING,
                            "the model has no basis, so it has nothing to show: precompute it from "
                            "a mesh");
+
+  // counts that 32-bit indices can reach
   if ((def->vertices || def->positions) && (def->vertex_count < 1 || def->vertex_count > INT32_MAX))
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "the surface is given %lld vertices; it needs 1 to 2^31 - 1",
@@ -79,6 +83,8 @@ static thrum_status check_def(const thrum_model *model, const thrum_surface_def 
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "the surface is given %lld triangles; it needs 1 to 2^31 - 1",
                            (long long)def->triangle_count);
+
+  // every index lies within what it refers to
   const int64_t count = shown(model, def);
   for (int64_t n = 0; def->vertices && n < count; n++)
     if (def->vertices[n] < 0 || def->vertices[n] >= model->vertex_count)
@@ -148,6 +154,7 @@ static void fill_vertex(const source *from, int64_t rank, int64_t vertex, int64_
 thrum_status thrum_surface_init(void *memory, size_t memory_size, const thrum_model *model,
                                 const thrum_surface_def *def, const thrum_surface **surface,
                                 thrum_error *error) {
+  // what cannot be made is refused before the memory is touched
   size_t size;
   THRUM_TRY(thrum_surface_size(model, def, &size, error));
   const source from = find_source(model, def);
@@ -155,10 +162,13 @@ thrum_status thrum_surface_init(void *memory, size_t memory_size, const thrum_mo
   if (!memory || !surface)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "memory or surface is NULL");
   THRUM_TRY(thrum_alignment_check("surface", memory, memory_size, size, error));
+
+  // a header, the rest positions, the rows of the basis, and the triangles
   memset(memory, 0, size);
   const int64_t count = shown(model, def), triangles = def->triangles ? def->triangle_count : 0;
   const thrum_surface header = {SURFACE_MAGIC, model->rank, count, triangles};
   memcpy(memory, &header, sizeof header);
+
   unsigned char *bytes = memory;
   float *rest = (float *)(void *)(bytes + rest_offset());
   float *rows = (float *)(void *)(bytes + rows_offset(count));
@@ -167,6 +177,7 @@ thrum_status thrum_surface_init(void *memory, size_t memory_size, const thrum_mo
   if (triangles > 0)
     memcpy(bytes + triangles_offset(count, model->rank), def->triangles,
            (size_t)triangles * 3 * sizeof(int32_t));
+
   *surface = memory;
   return THRUM_OK;
 }
@@ -193,11 +204,14 @@ static thrum_status check_output(const thrum_surface *surface, const double *q, 
   if (!q || !out || stride < 3)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "q or out is NULL, or the stride is below 3");
+
   // written so that no sum can overflow
   if (first < 0 || count < 0 || first > all || count > all - first)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "%lld vertices from %lld do not lie in the surface's 0..%lld",
                            (long long)count, (long long)first, (long long)all - 1);
+
+  // coordinates are read in single precision
   for (int64_t i = 0; i < surface->rank; i++)
     if (!(fabs(q[i]) <= FLT_MAX))
       return thrum_error_set(error, THRUM_BAD_VALUE,
@@ -270,11 +284,15 @@ thrum_status thrum_surface_normals(const thrum_surface *surface, const float *po
   if (!positions || !normals || position_stride < 3 || normal_stride < 3)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "positions or normals is NULL, or a stride is below 3");
+
+  // each triangle adds its area vector to its corners
   const int32_t *triangle = at(surface, triangles_offset(surface->vertex_count, surface->rank));
   for (int64_t v = 0; v < surface->vertex_count; v++)
     memset(normals + v * normal_stride, 0, 3 * sizeof *normals);
   for (int64_t t = 0; t < surface->triangle_count; t++)
     add_triangle(positions, position_stride, triangle + 3 * t, normals, normal_stride);
+
+  // unit length; a vertex without an area has no normal
   for (int64_t v = 0; v < surface->vertex_count; v++) {
     float *normal = normals + v * normal_stride;
     // lengths in double: areas of small triangles squared are below the range of floats
