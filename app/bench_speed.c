@@ -175,10 +175,7 @@ int bench_each_model(bench_request *request, bench_run *run, const char *const *
   }
 
   thrum_model_free(given);
-  if (status >= 0)
-    config_progress_done(&progress);
-  else
-    config_progress_abandon(&progress);
+  config_progress_end(&progress, status >= 0);
 
   if (status >= 0 && request->folder)
     status = write_files(request, rows, curves, &error);

@@ -147,11 +147,9 @@ static thrum_status run_tool(const mesh_request *request, mesh_work *work, thrum
     snprintf(label, sizeof label, "meshing with %s", mesh_tool_names[work->tool]);
     config_progress_update(&progress, label, 0);
     status = mesh_tool_run(&job, &work->surface, &work->mesh, error);
-    if (status >= 0) {
-      config_progress_done(&progress);
+    config_progress_end(&progress, status >= 0);
+    if (status >= 0)
       return status;
-    }
-    config_progress_abandon(&progress);
 
     // only a surface that this tool cannot mesh is tried with the other one
     const mesh_tool other = work->tool == MESH_TOOL_GMSH ? MESH_TOOL_TETGEN : MESH_TOOL_GMSH;

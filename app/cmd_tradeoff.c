@@ -275,11 +275,9 @@ static thrum_status run_trade(trade *t, thrum_error *error) {
   // minutes to hours, with the full order first
   t->progress = config_progress_make(request->quiet);
   const thrum_status status = tradeoff_solve(&t->problem, &t->result, error);
-  if (status < 0) {
-    config_progress_abandon(&t->progress);
+  config_progress_end(&t->progress, status >= 0);
+  if (status < 0)
     return status;
-  }
-  config_progress_done(&t->progress);
   if (t->result.dropped > 0)
     config_warn("%d of the ranks could not be made: %s", (int)t->result.dropped,
                 t->result.dropped_reason.message);

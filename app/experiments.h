@@ -9,7 +9,7 @@
 #include <stdint.h>
 
 #include "driver/named_model.h"
-#include "io/file.h"
+#include "io/json_table.h"
 #include "thrum/thrum.h"
 #include "validation/experiments/extremes.h"
 #include "validation/experiments/matrix.h"
@@ -68,19 +68,25 @@ thrum_status experiments_linear(const experiments_request *request,
 thrum_status experiments_extremes(const experiments_request *request, bool *flagged,
                                   thrum_error *error);
 
-/* Called by the kinds. Opens a table in the folder asked for. */
-thrum_status experiments_open(const experiments_request *request, const char *name,
-                              thrum_file_writer *writer, thrum_error *error);
+/* One table of a kind: TABLE.csv, a list of the JSON object, and what is printed. */
+typedef struct experiments_table {
+  const char *name, *key;
+  cJSON *rows;                /* deleted by experiments_publish */
+  const json_column *columns; /* NULL: not printed */
+} experiments_table;
 
-/* Writes TABLE.about.json and makes the page of TABLE.csv. */
-thrum_status experiments_page(const experiments_request *request, const char *table,
-                              thrum_error *error);
+/* Called by the kinds. Writes the rows as NAME.csv in the folder asked for. */
+thrum_status experiments_write_rows(const experiments_request *request, const char *name,
+                                    const cJSON *rows, thrum_error *error);
+
+/* The end of a kind: its tables, the page of the first of them, and the result on standard output,
+ * one object with all rows or the tables. The files come first, so that a full disk is the last
+ * word. */
+thrum_status experiments_publish(const experiments_request *request,
+                                 const experiments_table *tables, int count, bool flagged,
+                                 thrum_error *error);
 
 /* Progress of a pool of tasks; `context` is a config_progress. Never stops it. */
 bool experiments_progress(void *context, double fraction);
-
-/* An object {"status", "command", ...} to which a kind adds its figures, and its "runs". */
-cJSON *experiments_json(const experiments_request *request, bool flagged);
-void experiments_json_levels(cJSON *object, const thrum_state_report *report);
 
 #endif

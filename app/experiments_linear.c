@@ -4,77 +4,37 @@
 #include <stdlib.h>
 
 #include "app/experiments.h"
+#include "app/results.h"
 #include "config/progress.h"
-#include "io/json.h"
 #include "validation/experiments/linear_free_vibration.h"
 #include "validation/experiments/tables.h"
 
-static void add_curve(cJSON *item, const char *key, const experiment_linear_curve *curve) {
-  static const char *const names[EXPERIMENT_LINEAR_LEVELS] = {"deflection_at_5_percent",
-                                                              "deflection_at_20_percent"};
-  cJSON *object = cJSON_AddObjectToObject(item, key);
-  for (int level = 0; level < EXPERIMENT_LINEAR_LEVELS; level++)
-    json_number(object, names[level], curve->at[level].amplitude);
-}
+static const json_column columns[] = {
+    COLUMN_TEXT("model", "model", -8),
+    COLUMN_NUMBER("rank", "rank", 4, "%.0f"),
+    COLUMN_PERCENT("static_5", "5 %", 8, "%.2f"),
+    COLUMN_PERCENT("static_20", "20 %", 8, "%.2f"),
+    COLUMN_PERCENT("dynamic_5", "5 %", 8, "%.2f"),
+    COLUMN_PERCENT("dynamic_20", "20 %", 8, "%.2f"),
+    COLUMN_NUMBER("force_us", "force", 8, "%.2f"),
+    COLUMN_NUMBER("step_us", "imexv", 8, "%.2f"),
+    COLUMN_NUMBER("linear_step_us", "linear", 8, "%.3f"),
+    COLUMN_END,
+};
 
-static void print_json(const experiments_request *request, const experiment_linear *linear) {
-  cJSON *object = experiments_json(request, false);
-  cJSON *runs = cJSON_AddArrayToObject(object, "runs");
-
-  // one object for each body
-  for (int64_t n = 0; n < linear->body_count; n++) {
-    const experiment_linear_result *result = &linear->results[n];
-    cJSON *item = cJSON_CreateObject();
-    json_string(item, "model", linear->bodies[n].name);
-    json_number(item, "rank", (double)linear->bodies[n].model->rank);
-    add_curve(item, "static", &result->statics);
-    add_curve(item, "dynamic", &result->dynamics);
-    json_number(item, "force_us", result->force_us);
-    json_number(item, "step_us", result->step_us);
-    json_number(item, "linear_step_us", result->linear_us);
-    json_number(item, "nonlinear_us", result->step_us - result->linear_us);
-    cJSON_AddItemToArray(runs, item);
-  }
-  json_print(object);
-}
-
-/* A share of the length in per cent, or a dash. */
-static void print_share(double share) {
-  if (share > 0)
-    printf(" %8.2f", 100 * share);
-  else
-    printf(" %8s", "-");
-}
-
-static void print_table(const experiment_linear *linear) {
-  printf("%-8s %4s %35s %26s\n", "", "", "deflection [% of the length] at", "");
-  printf("%-8s %4s %17s %17s %26s\n", "", "", "rest, error", "motion, error", "time [us]");
-  printf("%-8s %4s %8s %8s %8s %8s %8s %8s %8s\n", "model", "rank", "5 %", "20 %", "5 %", "20 %",
-         "force", "imexv", "linear");
-
-  // a deflection that no load reached is a dash
-  for (int64_t n = 0; n < linear->body_count; n++) {
-    const experiment_linear_result *result = &linear->results[n];
-    printf("%-8s %4lld", linear->bodies[n].name, (long long)linear->bodies[n].model->rank);
-    for (int level = 0; level < EXPERIMENT_LINEAR_LEVELS; level++)
-      print_share(result->statics.at[level].amplitude);
-    for (int level = 0; level < EXPERIMENT_LINEAR_LEVELS; level++)
-      print_share(result->dynamics.at[level].amplitude);
-    printf(" %8.2f %8.2f %8.3f\n", result->force_us, result->step_us, result->linear_us);
-  }
-}
-
-static thrum_status write_files(const experiments_request *request, const experiment_linear *linear,
-                                thrum_error *error) {
+static thrum_status publish(const experiments_request *request, const experiment_linear *linear,
+                            thrum_error *error) {
   thrum_file_writer writer = {NULL, NULL, NULL};
-  THRUM_TRY(experiments_open(request, "linear.csv", &writer, error));
-  experiment_linear_csv(writer.stream, linear);
-  THRUM_TRY(thrum_file_writer_commit(&writer, error));
-
-  THRUM_TRY(experiments_open(request, "linear_curves.csv", &writer, error));
+  THRUM_TRY(results_open(request->output, "linear_curves.csv", &writer, error));
   experiment_linear_curves_csv(writer.stream, linear);
   THRUM_TRY(thrum_file_writer_commit(&writer, error));
-  return experiments_page(request, "linear", error);
+
+  if (!request->json) {
+    printf("%-8s %4s %35s\n", "", "", "deflection [% of the length] at");
+    printf("%-8s %4s %17s %17s %26s\n", "", "", "rest, error", "motion, error", "time [us]");
+  }
+  const experiments_table table = {"linear", "runs", experiment_linear_rows(linear), columns};
+  return experiments_publish(request, &table, 1, false, error);
 }
 
 thrum_status experiments_linear(const experiments_request *request,
@@ -86,19 +46,9 @@ thrum_status experiments_linear(const experiments_request *request,
                               .progress = experiments_progress,
                               .progress_context = &progress};
   thrum_status status = experiment_linear_run(&linear, error);
-  if (status < 0) {
-    config_progress_abandon(&progress);
-    goto cleanup;
-  }
-
-  config_progress_done(&progress);
-  status = write_files(request, &linear, error);
-  if (status >= 0 && request->json)
-    print_json(request, &linear);
-  else if (status >= 0)
-    print_table(&linear);
-
-cleanup:
+  config_progress_end(&progress, status >= 0);
+  if (status >= 0)
+    status = publish(request, &linear, error);
   free(linear.results);
   return status;
 }

@@ -1,19 +1,17 @@
 /* `thrum experiments --long`: the long runs.
  * SPDX-License-Identifier: Apache-2.0 */
-#include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "app/experiments.h"
+#include "app/results.h"
 #include "config/message.h"
 #include "config/progress.h"
 #include "io/file.h"
-#include "io/json.h"
 #include "validation/experiments/long_run.h"
 #include "validation/experiments/tables.h"
 
-#define TABLE "long.csv"
 #define WINDOWS "long_windows.csv"
 
 /* A request with its runs, for the progress that writes the tables. */
@@ -23,52 +21,20 @@ typedef struct long_work {
   config_progress progress;
 } long_work;
 
-static void print_json(const experiments_request *request, const experiment_long *runs,
-                       bool flagged) {
-  cJSON *object = experiments_json(request, flagged);
-  cJSON *list = cJSON_AddArrayToObject(object, "runs");
-
-  // one object for each run, with the columns of long.csv
-  for (int64_t n = 0; n < runs->count; n++) {
-    const experiment_long_case *run = &runs->cases[n];
-    const experiment_long_result *result = &runs->results[n];
-    cJSON *item = cJSON_CreateObject();
-    json_string(item, "model", run->body->name);
-    cJSON_AddStringToObject(item, "integrator", experiment_integrator_names[run->integrator]);
-    json_number(item, "amplitude", run->amplitude);
-    json_number(item, "reached", run->reached);
-    cJSON_AddStringToObject(item, "status", experiment_long_status(result));
-    json_number(item, "steps", (double)result->report.steps);
-    json_number(item, "dt", run->dt);
-    json_number(item, "us_per_step", result->us_per_step);
-    json_number(item, "energy_j", result->energy);
-    json_number(item, "windows", (double)result->window_count);
-    json_number(item, "total_change", result->total_change);
-    json_number(item, "total_worst", result->total_worst);
-    json_number(item, "high_change", result->high_change);
-    json_number(item, "high_slope_per_s", result->high_slope);
-    json_number(item, "high_slope_error_per_s", result->high_slope_error);
-    json_number(item, "high_slope_error_correlated_per_s", result->high_slope_error_correlated);
-    cJSON_AddBoolToObject(item, "high_steady", experiment_long_steady(result));
-    experiments_json_levels(item, &result->report);
-    cJSON_AddItemToArray(list, item);
-  }
-  json_print(object);
-}
-
-static void print_table(const experiment_long *runs) {
-  printf("%-8s %-8s %5s %9s %9s %10s %10s %9s %9s  %s\n", "model", "method", "swing", "steps",
-         "us/step", "energy", "worst", "high", "slope/se", "status");
-  for (int64_t n = 0; n < runs->count; n++) {
-    const experiment_long_case *run = &runs->cases[n];
-    const experiment_long_result *result = &runs->results[n];
-    printf("%-8s %-8s %4.0f%% %9" PRId64 " %9.2f %10.1e %10.1e %9.1e %9.1f  %s\n", run->body->name,
-           experiment_integrator_names[run->integrator], 100 * run->amplitude, result->report.steps,
-           result->us_per_step, result->total_change, result->total_worst, result->high_change,
-           result->high_slope / result->high_slope_error_correlated,
-           experiment_long_status(result));
-  }
-}
+static const json_column columns[] = {
+    COLUMN_TEXT("model", "model", -8),
+    COLUMN_TEXT("integrator", "method", -8),
+    COLUMN_PERCENT("amplitude", "swing", 5, "%.0f%%"),
+    COLUMN_NUMBER("steps", "steps", 9, "%.0f"),
+    COLUMN_NUMBER("us_per_step", "us/step", 9, "%.2f"),
+    COLUMN_NUMBER("total_change", "energy", 10, "%.1e"),
+    COLUMN_NUMBER("total_worst", "worst", 10, "%.1e"),
+    COLUMN_NUMBER("high_change", "high", 9, "%.1e"),
+    COLUMN_NUMBER("high_slope_per_s", "slope", 9, "%.1e"),
+    COLUMN_NUMBER("high_slope_error_correlated_per_s", "se", 9, "%.1e"),
+    COLUMN_TEXT("status", " status", 0),
+    COLUMN_END,
+};
 
 /* Marks the runs that the tables in the folder hold already as done; without tables there are none.
  */
@@ -76,7 +42,7 @@ static void resume(long_work *work) {
   char path[NAMED_MODEL_PATH_MAX];
   void *table = NULL, *windows = NULL;
   size_t size = 0;
-  snprintf(path, sizeof path, "%s/%s", work->request->output, TABLE);
+  snprintf(path, sizeof path, "%s/long.csv", work->request->output);
   if (thrum_file_read(path, &table, &size, NULL) < 0)
     return;
 
@@ -90,11 +56,13 @@ static void resume(long_work *work) {
 /* The tables of the runs that are done. */
 static thrum_status write_tables(const long_work *work, thrum_error *error) {
   thrum_file_writer writer = {NULL, NULL, NULL};
-  THRUM_TRY(experiments_open(work->request, TABLE, &writer, error));
-  experiment_long_csv(writer.stream, &work->runs);
-  THRUM_TRY(thrum_file_writer_commit(&writer, error));
+  cJSON *rows = experiment_long_rows(&work->runs);
+  const thrum_status status = experiments_write_rows(work->request, "long", rows, error);
+  cJSON_Delete(rows);
+  if (status < 0)
+    return status;
 
-  THRUM_TRY(experiments_open(work->request, WINDOWS, &writer, error));
+  THRUM_TRY(results_open(work->request->output, WINDOWS, &writer, error));
   experiment_windows_csv(writer.stream, &work->runs);
   return thrum_file_writer_commit(&writer, error);
 }
@@ -133,20 +101,15 @@ thrum_status experiments_long(const experiments_request *request, const experime
   if (request->resume)
     resume(&work);
   status = experiment_long_run(runs, error);
-  if (status < 0) {
-    config_progress_abandon(&work.progress);
-    goto cleanup;
-  }
-
-  config_progress_done(&work.progress);
-  *flagged = experiment_long_flagged(runs);
-  status = write_tables(&work, error);
+  config_progress_end(&work.progress, status >= 0);
   if (status >= 0)
-    status = experiments_page(request, "long", error);
-  if (status >= 0 && request->json)
-    print_json(request, runs, *flagged);
-  else if (status >= 0)
-    print_table(runs);
+    status = write_tables(&work, error);
+
+  if (status >= 0) {
+    const experiments_table table = {"long", "runs", experiment_long_rows(runs), columns};
+    *flagged = experiment_long_flagged(runs);
+    status = experiments_publish(request, &table, 1, *flagged, error);
+  }
 
 cleanup:
   experiment_long_free(runs);

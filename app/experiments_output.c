@@ -6,42 +6,60 @@
 #include "app/results.h"
 #include "config/progress.h"
 #include "io/json.h"
-#include "validation/experiments/run_outcome.h"
 
 static const char *const kind_names[] = {"matrix", "long", "sweep", "extremes", "linear"};
 
-thrum_status experiments_open(const experiments_request *request, const char *name,
-                              thrum_file_writer *writer, thrum_error *error) {
-  return results_open(request->output, name, writer, error);
+thrum_status experiments_write_rows(const experiments_request *request, const char *name,
+                                    const cJSON *rows, thrum_error *error) {
+  char file[64];
+  thrum_file_writer writer = {NULL, NULL, NULL};
+  snprintf(file, sizeof file, "%s.csv", name);
+  THRUM_TRY(results_open(request->output, file, &writer, error));
+  json_table_csv(writer.stream, rows);
+  return thrum_file_writer_commit(&writer, error);
 }
 
-thrum_status experiments_page(const experiments_request *request, const char *table,
-                              thrum_error *error) {
-  char name[64];
-  cJSON *about = experiments_json(request, false);
-  json_number(about, "dt", request->dt);
-  snprintf(name, sizeof name, "%s.about.json", table);
-  THRUM_TRY(results_write_json(request->output, name, about, error));
-  results_make_page(request->output, kind_names[request->kind], table);
-  return THRUM_OK;
-}
-
-bool experiments_progress(void *context, double fraction) {
-  config_progress_update(context, "experiments", fraction);
-  return true;
-}
-
-cJSON *experiments_json(const experiments_request *request, bool flagged) {
+/* The object {"status", "command", ...} to which the rows are added. */
+static cJSON *report(const experiments_request *request, bool flagged) {
   cJSON *object = json_report("experiments", flagged ? "flagged" : "done");
   cJSON_AddStringToObject(object, "kind", kind_names[request->kind]);
   results_add_machine(object);
   json_string(object, "output", request->output);
   json_number(object, "threads", (double)request->threads);
+  json_number(object, "dt", request->dt);
   return object;
 }
 
-void experiments_json_levels(cJSON *object, const thrum_state_report *report) {
-  cJSON *levels = cJSON_AddObjectToObject(object, "fallback_levels");
-  for (int n = 0; n < EXPERIMENT_LEVEL_COUNT; n++)
-    json_number(levels, experiment_level_names[n], (double)experiment_level(report, n));
+static thrum_status write_files(const experiments_request *request, const experiments_table *tables,
+                                int count, thrum_error *error) {
+  char about[64];
+  for (int n = 0; n < count; n++)
+    THRUM_TRY(experiments_write_rows(request, tables[n].name, tables[n].rows, error));
+  snprintf(about, sizeof about, "%s.about.json", tables[0].name);
+  THRUM_TRY(results_write_json(request->output, about, report(request, false), error));
+  results_make_page(request->output, kind_names[request->kind], tables[0].name);
+  return THRUM_OK;
+}
+
+thrum_status experiments_publish(const experiments_request *request,
+                                 const experiments_table *tables, int count, bool flagged,
+                                 thrum_error *error) {
+  const thrum_status status = write_files(request, tables, count, error);
+  for (int n = 0; n < count && status >= 0 && !request->json; n++)
+    json_table_print(tables[n].rows, tables[n].columns);
+
+  // the object takes the rows over, and they go with it
+  cJSON *object = report(request, flagged);
+  for (int n = 0; n < count; n++)
+    cJSON_AddItemToObject(object, tables[n].key, tables[n].rows);
+  if (status >= 0 && request->json)
+    json_print(object);
+  else
+    cJSON_Delete(object);
+  return status;
+}
+
+bool experiments_progress(void *context, double fraction) {
+  config_progress_update(context, "experiments", fraction);
+  return true;
 }

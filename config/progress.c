@@ -41,7 +41,7 @@ void config_progress_update(config_progress *progress, const char *label, double
     fraction = 1;
   const bool fresh = !progress->open || strncmp(progress->label, label, 63) != 0;
   if (fresh) {
-    config_progress_done(progress);
+    config_progress_end(progress, true);
     snprintf(progress->label, sizeof progress->label, "%s", label);
     progress->open = true;
     progress->began = clock_seconds();
@@ -54,20 +54,15 @@ void config_progress_update(config_progress *progress, const char *label, double
   }
 }
 
-void config_progress_done(config_progress *progress) {
+void config_progress_end(config_progress *progress, bool done) {
   if (progress->quiet || !progress->open)
     return;
   if (progress->terminal) {
-    draw_bar(progress, 1);
+    if (done)
+      draw_bar(progress, 1);
     fputc('\n', stderr);
-  } else {
+  } else if (done) {
     fprintf(stderr, "%s: %.2f s\n", progress->label, clock_seconds() - progress->began);
   }
-  progress->open = false;
-}
-
-void config_progress_abandon(config_progress *progress) {
-  if (!progress->quiet && progress->open && progress->terminal)
-    fputc('\n', stderr);
   progress->open = false;
 }

@@ -16,8 +16,7 @@ typedef struct config_progress {
 } config_progress;
 config_progress config_progress_make(bool quiet);
 void config_progress_update(config_progress *progress, const char *label, double fraction);
-void config_progress_done(config_progress *progress);
-/* Ends an unfinished stage without claiming that it was done. */
-void config_progress_abandon(config_progress *progress);
+/* Ends the stage, which says that it was done only if it was. */
+void config_progress_end(config_progress *progress, bool done);
 
 #endif

@@ -51,10 +51,7 @@ thrum_status embedded_surface_write(const thrum_model *model, const char *model_
   embed_progress progress = {config_progress_make(quiet), clock_seconds()};
   const thrum_embed_progress reporting = {tell, &progress};
   thrum_status status = thrum_embed_make(model, &surface, meta, &reporting, embed, error);
-  if (status >= 0)
-    config_progress_done(&progress.bar);
-  else
-    config_progress_abandon(&progress.bar);
+  config_progress_end(&progress.bar, status >= 0);
   free(meta);
   thrum_surface_mesh_free(&surface);
   return status;

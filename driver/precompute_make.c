@@ -203,11 +203,9 @@ static thrum_status make_model(const precompute_request *request, const thrum_me
     status = thrum_precompute(mesh, fixed, &options, &result, error);
   thrum_imported_basis_free(&imported);
 
-  if (status < 0) {
-    config_progress_abandon(&progress);
+  config_progress_end(&progress, status >= 0);
+  if (status < 0)
     return status;
-  }
-  config_progress_done(&progress);
 
   // the split at the default step is shown with the other figures
   outcome->result = &result;

@@ -144,10 +144,8 @@ thrum_status driver_run_steps(driver_run *run, bool quiet, thrum_error *error) {
   run->began = clock_seconds();
   run->progress = config_progress_make(quiet);
   const thrum_status status = loop(run, error);
-  if (status >= 0 && driver_run_step_count(run) == driver_run_request(run)->steps)
-    config_progress_done(&run->progress);
-  else
-    config_progress_abandon(&run->progress);
+  config_progress_end(&run->progress,
+                      status >= 0 && driver_run_step_count(run) == driver_run_request(run)->steps);
   if (status >= 0)
     note_end(run);
   return status;

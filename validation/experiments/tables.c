@@ -1,51 +1,49 @@
-/* Results as comma-separated tables; a number that is not there is left empty.
+/* Results as rows: the columns of the tables, of the JSON objects and of what is printed.
  * SPDX-License-Identifier: Apache-2.0 */
 #include "validation/experiments/tables.h"
 
-#include <math.h>
-
+#include "io/json.h"
+#include "io/json_table.h"
 #include "validation/experiments/run_outcome.h"
 
-static void add_number(FILE *stream, double value) {
-  if (isfinite(value)) {
-    fprintf(stream, ",%.10g", value);
-  } else {
-    fprintf(stream, ",");
-  }
-}
-
-static void add_level_names(FILE *stream) {
+/* The last columns: the steps that needed more than quasi-Newton. */
+static void add_levels(cJSON *row, const thrum_state_report *report) {
+  cJSON *levels = cJSON_AddObjectToObject(row, "fallback_levels");
   for (int n = 0; n < EXPERIMENT_LEVEL_COUNT; n++)
-    fprintf(stream, ",%s", experiment_level_names[n]);
-  fprintf(stream, "\n");
+    json_number(levels, experiment_level_names[n], (double)experiment_level(report, n));
 }
 
-static void add_levels(FILE *stream, const thrum_state_report *report) {
-  for (int n = 0; n < EXPERIMENT_LEVEL_COUNT; n++)
-    fprintf(stream, ",%lld", (long long)experiment_level(report, n));
-  fprintf(stream, "\n");
+static void add_split(cJSON *row, const thrum_state_report *report) {
+  json_number(row, "explicit_modes", report->explicit_modes);
+  json_number(row, "implicit_modes", report->implicit_modes);
 }
 
-void experiment_matrix_csv(FILE *stream, const experiment_run *runs, int64_t count) {
-  fprintf(stream, "model,load,force_n,damping,integrator,status,simulated_s,us_per_step,"
-                  "mean_iterations,energy_peak_j,energy_end_j,high_end_j,energy_change,"
-                  "peak_amplitude,explicit_modes,implicit_modes");
-  add_level_names(stream);
+static double mean_iterations(const thrum_state_report *report) {
+  return (double)report->iterations / (double)report->steps;
+}
 
-  // names, figures, the split at the end, the fallback levels
-  for (int64_t n = 0; n < count; n++) {
-    const experiment_run *run = &runs[n];
-    fprintf(stream, "%s,%s,%.6g,%g,%s,%s", run->body->name, experiment_load_names[run->load],
-            run->force, run->alpha, experiment_integrator_names[run->integrator],
-            experiment_status_name(run->status));
-    const double numbers[] = {run->simulated,     run->us_per_step,   run->mean_iterations,
-                              run->energy_peak,   run->energy_end,    run->high_end,
-                              run->energy_change, run->peak_amplitude};
-    for (size_t k = 0; k < sizeof numbers / sizeof numbers[0]; k++)
-      add_number(stream, numbers[k]);
-    fprintf(stream, ",%d,%d", (int)run->report.explicit_modes, (int)run->report.implicit_modes);
-    add_levels(stream, &run->report);
+cJSON *experiment_matrix_rows(const experiment_run *runs, int64_t count) {
+  cJSON *rows = cJSON_CreateArray();
+  for (const experiment_run *run = runs; run < runs + count; run++) {
+    cJSON *row = json_add_row(rows);
+    json_string(row, "model", run->body->name);
+    json_string(row, "load", experiment_load_names[run->load]);
+    json_number(row, "force_n", run->force);
+    json_number(row, "damping", run->alpha);
+    json_string(row, "integrator", experiment_integrator_names[run->integrator]);
+    json_string(row, "status", experiment_status_name(run->status));
+    json_number(row, "simulated_s", run->simulated);
+    json_number(row, "us_per_step", run->us_per_step);
+    json_number(row, "mean_iterations", run->mean_iterations);
+    json_number(row, "energy_peak_j", run->energy_peak);
+    json_number(row, "energy_end_j", run->energy_end);
+    json_number(row, "high_end_j", run->high_end);
+    json_number(row, "energy_change", run->energy_change);
+    json_number(row, "peak_amplitude", run->peak_amplitude);
+    add_split(row, &run->report);
+    add_levels(row, &run->report);
   }
+  return rows;
 }
 
 void experiment_curves_csv(FILE *stream, const experiment_run *runs, int64_t count) {
@@ -62,12 +60,8 @@ void experiment_curves_csv(FILE *stream, const experiment_run *runs, int64_t cou
   }
 }
 
-void experiment_long_csv(FILE *stream, const experiment_long *runs) {
-  fprintf(stream, "model,integrator,amplitude,reached,impulse_ns,dt_s,status,steps,"
-                  "us_per_step,energy_j,windows,total_change,total_worst,high_change,"
-                  "high_slope_per_s,high_slope_error_per_s,"
-                  "high_slope_error_correlated_per_s");
-  add_level_names(stream);
+cJSON *experiment_long_rows(const experiment_long *runs) {
+  cJSON *rows = cJSON_CreateArray();
   for (int64_t n = 0; n < runs->count; n++) {
     const experiment_long_case *run = &runs->cases[n];
     const experiment_long_result *result = &runs->results[n];
@@ -75,20 +69,28 @@ void experiment_long_csv(FILE *stream, const experiment_long *runs) {
       continue;
 
     // the columns that tables_read_long.c takes back
-    fprintf(stream, "%s,%s,%g,%.6g,%.10g,%g,%s,%lld", run->body->name,
-            experiment_integrator_names[run->integrator], run->amplitude, run->reached,
-            run->impulse, run->dt, experiment_long_status(result), (long long)result->report.steps);
-    add_number(stream, result->us_per_step);
-    add_number(stream, result->energy);
-    fprintf(stream, ",%lld", (long long)result->window_count);
-    add_number(stream, result->total_change);
-    add_number(stream, result->total_worst);
-    add_number(stream, result->high_change);
-    add_number(stream, result->high_slope);
-    add_number(stream, result->high_slope_error);
-    add_number(stream, result->high_slope_error_correlated);
-    add_levels(stream, &result->report);
+    cJSON *row = json_add_row(rows);
+    json_string(row, "model", run->body->name);
+    json_string(row, "integrator", experiment_integrator_names[run->integrator]);
+    json_number(row, "amplitude", run->amplitude);
+    json_number(row, "reached", run->reached);
+    json_number(row, "impulse_ns", run->impulse);
+    json_number(row, "dt_s", run->dt);
+    json_string(row, "status", experiment_long_status(result));
+    json_number(row, "steps", (double)result->report.steps);
+    json_number(row, "us_per_step", result->us_per_step);
+    json_number(row, "energy_j", result->energy);
+    json_number(row, "windows", (double)result->window_count);
+    json_number(row, "total_change", result->total_change);
+    json_number(row, "total_worst", result->total_worst);
+    json_number(row, "high_change", result->high_change);
+    json_number(row, "high_slope_per_s", result->high_slope);
+    json_number(row, "high_slope_error_per_s", result->high_slope_error);
+    json_number(row, "high_slope_error_correlated_per_s", result->high_slope_error_correlated);
+    add_levels(row, &result->report);
+    cJSON_AddBoolToObject(row, "high_steady", experiment_long_steady(result));
   }
+  return rows;
 }
 
 void experiment_windows_csv(FILE *stream, const experiment_long *runs) {
@@ -106,102 +108,101 @@ void experiment_windows_csv(FILE *stream, const experiment_long *runs) {
   }
 }
 
-void experiment_sweep_csv(FILE *stream, const experiment_sweep *sweep) {
-  fprintf(stream, "model,integrator,dt_s,status,simulated_s,us_per_step,mean_iterations,"
-                  "energy_j,energy_error,energy_change,peak_amplitude");
-  add_level_names(stream);
+cJSON *experiment_sweep_rows(const experiment_sweep *sweep) {
+  cJSON *rows = cJSON_CreateArray();
   for (int64_t n = 0; n < sweep->count; n++) {
+    const experiment_sweep_case *run = &sweep->cases[n];
     const experiment_sweep_result *result = &sweep->results[n];
-    fprintf(stream, "%s,%s,%g,%s,%.6g", sweep->cases[n].body->name,
-            experiment_integrator_names[sweep->cases[n].integrator], sweep->cases[n].dt,
-            experiment_sweep_status(result), result->simulated);
-
-    // means over the steps, then the energy
-    add_number(stream, result->us_per_step);
-    add_number(stream, (double)result->report.iterations / (double)result->report.steps);
-    add_number(stream, result->energy);
-    add_number(stream, result->energy_error);
-    add_number(stream, result->energy_change);
-    add_number(stream, result->peak_amplitude);
-    add_levels(stream, &result->report);
+    cJSON *row = json_add_row(rows);
+    json_string(row, "model", run->body->name);
+    json_string(row, "integrator", experiment_integrator_names[run->integrator]);
+    json_number(row, "dt_s", run->dt);
+    json_string(row, "status", experiment_sweep_status(result));
+    json_number(row, "simulated_s", result->simulated);
+    json_number(row, "us_per_step", result->us_per_step);
+    json_number(row, "mean_iterations", mean_iterations(&result->report));
+    json_number(row, "energy_j", result->energy);
+    json_number(row, "energy_error", result->energy_error);
+    json_number(row, "energy_change", result->energy_change);
+    json_number(row, "peak_amplitude", result->peak_amplitude);
+    add_levels(row, &result->report);
   }
+  return rows;
 }
 
-/* A text in quotes, as it may hold a comma. */
-static void add_quoted(FILE *stream, const char *plain) {
-  fprintf(stream, ",\"");
-  for (const char *at = plain; *at != 0; at++)
-    fprintf(stream, *at == '"' ? "\"\"" : "%c", *at);
-  fprintf(stream, "\"");
-}
-
-void experiment_extremes_csv(FILE *stream, const experiment_extremes *extremes) {
-  fprintf(stream, "subject,case,integrator,outcome,reason,dt_s,h_omega_first,h_omega_last,"
-                  "steps,us_per_step,mean_iterations,work_j,energy_error,energy_end,"
-                  "peak_amplitude,explicit_modes,implicit_modes");
-  add_level_names(stream);
+cJSON *experiment_extremes_rows(const experiment_extremes *extremes) {
+  cJSON *rows = cJSON_CreateArray();
   for (int64_t n = 0; n < extremes->count; n++) {
-    const experiment_extreme_body *body = extremes->cases[n].body;
+    const experiment_extreme_case *run = &extremes->cases[n];
+    const experiment_extreme_body *body = run->body;
     const experiment_extreme_result *result = &extremes->results[n];
-    fprintf(stream, "%s", experiment_subject_names[body->extreme->subject]);
-    add_quoted(stream, body->extreme->name);
-    fprintf(stream, ",%s,%s", experiment_integrator_names[extremes->cases[n].integrator],
-            experiment_extreme_outcome(&extremes->cases[n], result));
-    add_quoted(stream, result->status < 0 ? result->stop.message : "");
+    cJSON *row = json_add_row(rows);
+    json_string(row, "subject", experiment_subject_names[body->extreme->subject]);
+    json_string(row, "case", body->extreme->name);
+    json_string(row, "integrator", experiment_integrator_names[run->integrator]);
+    json_string(row, "outcome", experiment_extreme_outcome(run, result));
+    json_string(row, "reason", result->status < 0 ? result->stop.message : "");
 
-    // numbers of the body, which a refused one does not have
-    const double numbers[] = {body->dt, body->dt * body->omega[0], body->dt * body->omega[1]};
-    for (size_t k = 0; k < sizeof numbers / sizeof numbers[0]; k++)
-      add_number(stream, numbers[k]);
-    fprintf(stream, ",%lld", (long long)result->report.steps);
-
-    const double figures[] = {
-        result->us_per_step, (double)result->report.iterations / (double)result->report.steps,
-        result->work,        result->energy_error,
-        result->energy_end,  result->peak_amplitude};
-    for (size_t k = 0; k < sizeof figures / sizeof figures[0]; k++)
-      add_number(stream, figures[k]);
-    fprintf(stream, ",%d,%d", (int)result->report.explicit_modes,
-            (int)result->report.implicit_modes);
-    add_levels(stream, &result->report);
+    // of a body that was refused these are zero
+    json_number(row, "dt_s", body->dt);
+    json_number(row, "h_omega_first", body->dt * body->omega[0]);
+    json_number(row, "h_omega_last", body->dt * body->omega[1]);
+    json_number(row, "steps", (double)result->report.steps);
+    json_number(row, "us_per_step", result->us_per_step);
+    json_number(row, "mean_iterations", mean_iterations(&result->report));
+    json_number(row, "work_j", result->work);
+    json_number(row, "energy_error", result->energy_error);
+    json_number(row, "energy_end", result->energy_end);
+    json_number(row, "peak_amplitude", result->peak_amplitude);
+    add_split(row, &result->report);
+    add_levels(row, &result->report);
   }
+  return rows;
 }
 
-void experiment_units_csv(FILE *stream, const experiment_extremes *extremes) {
-  fprintf(stream, "units,case,integrator,steps,difference,iterations,iterations_si,"
-                  "same_levels\n");
+cJSON *experiment_units_rows(const experiment_extremes *extremes) {
+  cJSON *rows = cJSON_CreateArray();
   for (int64_t n = 0; n < extremes->unit_count; n++) {
     const experiment_unit_case *run = &extremes->units[n];
     const experiment_unit_result *result = &extremes->unit_results[n];
-    // the names hold commas
-    fprintf(stream, "\"%s\"", run->units->name);
-    add_quoted(stream, run->extreme->name);
-    fprintf(stream, ",%s,%lld", experiment_integrator_names[run->integrator],
-            (long long)run->steps);
-    add_number(stream, result->difference);
-    fprintf(stream, ",%lld,%lld,%d\n", (long long)result->iterations,
-            (long long)result->iterations_si, result->same_levels);
+    cJSON *row = json_add_row(rows);
+    json_string(row, "units", run->units->name);
+    json_string(row, "case", run->extreme->name);
+    json_string(row, "integrator", experiment_integrator_names[run->integrator]);
+    json_number(row, "steps", (double)run->steps);
+    json_number(row, "difference", result->difference);
+    json_number(row, "iterations", (double)result->iterations);
+    json_number(row, "iterations_si", (double)result->iterations_si);
+    cJSON_AddBoolToObject(row, "same_levels", result->same_levels);
   }
+  return rows;
 }
 
-void experiment_linear_csv(FILE *stream, const experiment_linear *linear) {
-  fprintf(stream, "model,rank,static_5,static_20,dynamic_5,dynamic_20,static_5_n,static_20_n,"
-                  "dynamic_5_ns,dynamic_20_ns,force_us,step_us,linear_step_us,nonlinear_us\n");
+cJSON *experiment_linear_rows(const experiment_linear *linear) {
+  cJSON *rows = cJSON_CreateArray();
   for (int64_t n = 0; n < linear->body_count; n++) {
     const experiment_linear_result *result = &linear->results[n];
     const experiment_linear_point *rest = result->statics.at, *motion = result->dynamics.at;
+    cJSON *row = json_add_row(rows);
+    json_string(row, "model", linear->bodies[n].name);
+    json_number(row, "rank", (double)linear->bodies[n].model->rank);
 
-    // deflections as shares of the length, loads, times
-    const double numbers[] = {
-        rest[0].amplitude,   rest[1].amplitude, motion[0].amplitude,
-        motion[1].amplitude, rest[0].load,      rest[1].load,
-        motion[0].load,      motion[1].load,    result->force_us,
-        result->step_us,     result->linear_us, result->step_us - result->linear_us};
-    fprintf(stream, "%s,%lld", linear->bodies[n].name, (long long)linear->bodies[n].model->rank);
-    for (size_t k = 0; k < sizeof numbers / sizeof numbers[0]; k++)
-      add_number(stream, numbers[k]);
-    fprintf(stream, "\n");
+    // deflections as shares of the length, then the loads [N] and impulses [N s]
+    json_number(row, "static_5", rest[0].amplitude);
+    json_number(row, "static_20", rest[1].amplitude);
+    json_number(row, "dynamic_5", motion[0].amplitude);
+    json_number(row, "dynamic_20", motion[1].amplitude);
+    json_number(row, "static_5_n", rest[0].load);
+    json_number(row, "static_20_n", rest[1].load);
+    json_number(row, "dynamic_5_ns", motion[0].load);
+    json_number(row, "dynamic_20_ns", motion[1].load);
+
+    json_number(row, "force_us", result->force_us);
+    json_number(row, "step_us", result->step_us);
+    json_number(row, "linear_step_us", result->linear_us);
+    json_number(row, "nonlinear_us", result->step_us - result->linear_us);
   }
+  return rows;
 }
 
 void experiment_linear_curves_csv(FILE *stream, const experiment_linear *linear) {
