@@ -22,7 +22,7 @@ static thrum_status run(const bench_request *request, const thrum_model *model, 
            batch.together.minimum, batch.together.median, batch.step.dt, (int)batch.implicit_modes,
            batch.iterations, real_time, batch.same_bits ? "same" : "DIFFER");
   }
-  cJSON *row = cJSON_CreateObject();
+  cJSON *row = json_add_row(rows);
   json_number(row, "rank", (double)model->rank);
   json_number(row, "bodies", (double)batch.bodies);
   json_number(row, "us_per_step", batch.together.minimum);
@@ -37,7 +37,6 @@ static thrum_status run(const bench_request *request, const thrum_model *model, 
   json_number(row, "workspace_bytes", batch.workspace_bytes);
   cJSON_AddBoolToObject(row, "same_bits", batch.same_bits);
   json_string(row, "kernel", thrum_kernel_name(thrum_kernel_chosen(request->kernel)));
-  cJSON_AddItemToArray(rows, row);
   return THRUM_OK;
 }
 

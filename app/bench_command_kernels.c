@@ -41,7 +41,7 @@ static thrum_status run(const bench_request *request, const thrum_model *model, 
   if (!request->json && cJSON_GetArraySize(rows) == 0)
     printf("%5s %-14s %9s %9s %9s%s\n", "rank", "pass", "us", "median", "GFLOP/s",
            request->machine ? "  FMA peak  bandwidth    bound us" : "");
-  cJSON *row = cJSON_CreateObject();
+  cJSON *row = json_add_row(rows);
   json_number(row, "rank", (double)model->rank);
   json_string(row, "kernel", thrum_kernel_name(bench.kernel));
   json_number(row, "implicit_modes", (double)bench.implicit);
@@ -56,7 +56,6 @@ static thrum_status run(const bench_request *request, const thrum_model *model, 
                         bench_coefficient_bytes(model) * bench.coefficients[pass],
                         bench.operations[pass]);
   }
-  cJSON_AddItemToArray(rows, row);
   return THRUM_OK;
 }
 

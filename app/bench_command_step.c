@@ -31,7 +31,7 @@ static thrum_status run(const bench_request *request, const thrum_model *model, 
              100 * bound / step.time.minimum, level, bound);
     printf("\n");
   }
-  cJSON *row = cJSON_CreateObject();
+  cJSON *row = json_add_row(rows);
   json_number(row, "rank", (double)model->rank);
   json_number(row, "us_per_step", step.time.minimum);
   json_number(row, "us_per_step_median", step.time.median);
@@ -47,7 +47,6 @@ static thrum_status run(const bench_request *request, const thrum_model *model, 
   json_number(row, "share_of_bandwidth", request->machine ? bound / step.time.minimum : NAN);
   json_string(row, "level", level);
   json_string(row, "kernel", thrum_kernel_name(thrum_kernel_chosen(request->kernel)));
-  cJSON_AddItemToArray(rows, row);
   return THRUM_OK;
 }
 

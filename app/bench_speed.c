@@ -14,6 +14,7 @@
 #include "io/file.h"
 #include "io/folder.h"
 #include "io/json.h"
+#include "io/json_table.h"
 #include "platform/interrupt.h"
 
 void bench_row_bandwidth(const bench_request *request, cJSON *row, const char *key, double us,
@@ -34,7 +35,7 @@ void bench_row_bandwidth(const bench_request *request, cJSON *row, const char *k
   json_string(row, name, level);
 }
 
-/* One line of names, then the rows; only the numbers and texts of the first row's keys. */
+/* The rows, behind lines that say where they were measured. */
 static thrum_status write_csv(const bench_request *request, const char *path, const cJSON *rows,
                               thrum_error *error) {
   thrum_file_writer writer = {NULL, NULL, NULL};
@@ -46,18 +47,7 @@ static thrum_status write_csv(const bench_request *request, const char *path, co
     fprintf(file, "# measured: FMA peak %.1f GFLOP/s; L2 %.1f, L3 %.1f, DRAM %.1f GB/s\n",
             request->rates.peak_gflops, request->rates.l2_gbs, request->rates.l3_gbs,
             request->rates.dram_gbs);
-  const cJSON *row, *item, *first = cJSON_GetArrayItem(rows, 0);
-  cJSON_ArrayForEach(item, first)
-      fprintf(file, "%s%s", item->prev && item != first->child ? "," : "", item->string);
-  fputc('\n', file);
-  cJSON_ArrayForEach(row, rows) {
-    cJSON_ArrayForEach(item, row) {
-      char *text = cJSON_IsString(item) ? NULL : cJSON_PrintUnformatted(item);
-      fprintf(file, "%s%s", item != row->child ? "," : "", text ? text : item->valuestring);
-      cJSON_free(text);
-    }
-    fputc('\n', file);
-  }
+  json_table_csv(file, rows);
   return thrum_file_writer_commit(&writer, error);
 }
 

@@ -101,11 +101,10 @@ static void add_flags(cJSON *object, const thrum_mesh *mesh, const thrum_mesh_ex
     for (; FLAG_NAMES[i][n] != 0 && n + 1 < sizeof name; n++)
       name[n] = (char)(FLAG_NAMES[i][n] - 'A' + 'a');
     name[n] = 0;
-    cJSON *flag = cJSON_CreateObject();
+    cJSON *flag = json_add_row(list);
     cJSON_AddStringToObject(flag, "name", name);
     json_string(flag, "message",
                 thrum_mesh_flag_line(mesh, e, (thrum_examine_flag)ALL_FLAGS[i], line));
-    cJSON_AddItemToArray(list, flag);
   }
 }
 
@@ -117,28 +116,25 @@ static void add_lists(cJSON *object, const thrum_mesh *mesh, const thrum_mesh_ex
   // tets are counted from 1, as in the table
   cJSON *worst = cJSON_AddArrayToObject(object, "worst_tets");
   for (int i = 0; i < THRUM_EXAMINE_WORST && e->worst[i] >= 0; i++) {
-    cJSON *tet = cJSON_CreateObject();
+    cJSON *tet = json_add_row(worst);
     json_number(tet, "tet", (double)(e->worst[i] + 1));
     json_number(tet, "ratio", e->worst_ratio[i]);
-    cJSON_AddItemToArray(worst, tet);
   }
 
   cJSON *groups = cJSON_AddArrayToObject(object, "groups");
   for (int64_t g = 0; g < mesh->group_count; g++) {
-    cJSON *group = cJSON_CreateObject();
+    cJSON *group = json_add_row(groups);
     json_string(group, "name", mesh->groups[g].name);
     json_number(group, "vertices", (double)mesh->groups[g].count);
-    cJSON_AddItemToArray(groups, group);
   }
 
   // a mesh without materials gets an empty list
   cJSON *materials = cJSON_AddArrayToObject(object, "materials");
   for (int64_t i = 0; i < mesh->region_count && mesh->has_material; i++) {
-    cJSON *material = cJSON_CreateObject();
+    cJSON *material = json_add_row(materials);
     json_number(material, "young_pa", mesh->materials[i].young);
     json_number(material, "poisson", mesh->materials[i].poisson);
     json_number(material, "density_kg_m3", mesh->materials[i].density);
-    cJSON_AddItemToArray(materials, material);
   }
 }
 

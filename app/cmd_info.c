@@ -166,11 +166,10 @@ static void add_mesh(cJSON *object, const info *about) {
 static void add_groups(cJSON *object, const thrum_model *model) {
   cJSON *groups = cJSON_AddArrayToObject(object, "groups");
   for (int64_t g = 0; g < model->group_count; g++) {
-    cJSON *group = cJSON_CreateObject();
+    cJSON *group = json_add_row(groups);
     const int32_t begin = g > 0 ? model->group_ends[g - 1] : 0;
     json_string(group, "name", thrum_model_group_name(model, g));
     json_number(group, "vertices", model->group_ends[g] - begin);
-    cJSON_AddItemToArray(groups, group);
   }
 }
 
@@ -210,11 +209,10 @@ static void print_json(const info *about) {
 
   cJSON *loads = about->load_count > 0 ? cJSON_AddArrayToObject(object, "loads") : NULL;
   for (int n = 0; n < about->load_count; n++) {
-    cJSON *load = cJSON_CreateObject();
+    cJSON *load = json_add_row(loads);
     json_string(load, "load", about->loads[n].text);
     json_number(load, "static_share_outside", about->shares[n].statics);
     json_number(load, "load_share_outside", about->shares[n].load);
-    cJSON_AddItemToArray(loads, load);
   }
 
   json_number(object, "model_bytes", about->file_bytes);

@@ -118,9 +118,8 @@ static void add_mesh(glb *g) {
   cJSON *names = cJSON_AddArrayToObject(extras, "targetNames");
   for (int64_t n = 0; n < rank; n++) {
     char name[32];
-    cJSON *target = cJSON_CreateObject();
+    cJSON *target = json_add_row(targets);
     json_number(target, "POSITION", (double)(n + 1));
-    cJSON_AddItemToArray(targets, target);
     cJSON_AddItemToArray(weights, json_number_item(g->run->q[n] / g->scale[n]));
     snprintf(name, sizeof name, "q%lld", (long long)n + 1);
     cJSON_AddItemToArray(names, cJSON_CreateString(name));

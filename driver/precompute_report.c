@@ -47,11 +47,10 @@ static void add_units(cJSON *meta) {
 static void add_materials(cJSON *meta, const thrum_mesh *mesh) {
   cJSON *materials = cJSON_AddArrayToObject(meta, "materials");
   for (int64_t m = 0; m < mesh->region_count; m++) {
-    cJSON *material = cJSON_CreateObject();
+    cJSON *material = json_add_row(materials);
     json_number(material, "young_pa", mesh->materials[m].young);
     json_number(material, "poisson", mesh->materials[m].poisson);
     json_number(material, "density_kg_m3", mesh->materials[m].density);
-    cJSON_AddItemToArray(materials, material);
   }
 }
 

@@ -61,7 +61,7 @@ static cJSON *obstacles_json(const scene_run *run) {
     const scene_obstacle_spec *spec = &scene_obstacles(&run->spec)[n];
 
     // only the keys of its shape
-    cJSON *object = cJSON_CreateObject();
+    cJSON *object = json_add_row(list);
     if (spec->name != NULL)
       json_string(object, "name", spec->name);
     cJSON_AddStringToObject(object, "shape", shapes[spec->shape]);
@@ -80,7 +80,6 @@ static cJSON *obstacles_json(const scene_run *run) {
     json_numbers(object, "velocity_m_s", spec->velocity, 3);
     json_number(object, "friction", spec->friction);
     json_number(object, "restitution", spec->restitution);
-    cJSON_AddItemToArray(list, object);
   }
   return list;
 }
@@ -89,11 +88,10 @@ static cJSON *probes_json(const scene_run *run) {
   cJSON *list = cJSON_CreateArray();
   for (int64_t n = 0; n < run->spec.probes.count; n++) {
     const scene_probe_spec *probe = &scene_probes(&run->spec)[n];
-    cJSON *object = cJSON_CreateObject();
+    cJSON *object = json_add_row(list);
     cJSON_AddStringToObject(object, "name", probe->name);
     cJSON_AddStringToObject(object, "body", probe->body);
     json_string(object, "at", probe->target);
-    cJSON_AddItemToArray(list, object);
   }
   return list;
 }

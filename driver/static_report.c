@@ -25,10 +25,9 @@ const char *static_status_name(const thrum_equilibrium_report *report) {
 static void add_displacements(cJSON *object, const static_answer *answer) {
   cJSON *list = cJSON_AddArrayToObject(object, "displacements");
   for (int64_t n = 0; n < answer->request->target_count; n++) {
-    cJSON *item = cJSON_CreateObject();
+    cJSON *item = json_add_row(list);
     json_string(item, "at", answer->request->at[n]);
     json_numbers(item, "mean_m", answer->displaced[n], 3);
-    cJSON_AddItemToArray(list, item);
   }
   json_number(object, "peak_displacement_m", answer->peak);
   json_number(object, "peak_vertex",

@@ -68,6 +68,12 @@ void json_strings(cJSON *object, const char *key, const char *const *texts, int6
     cJSON_AddItemToArray(array, string_item(texts[n]));
 }
 
+cJSON *json_add_row(cJSON *array) {
+  cJSON *row = cJSON_CreateObject();
+  cJSON_AddItemToArray(array, row);
+  return row;
+}
+
 char *json_text(const cJSON *object) {
   return cJSON_PrintUnformatted(object);
 }

@@ -15,6 +15,8 @@ void json_numbers(cJSON *object, const char *key, const double *values, int64_t 
 /* Adds a text; bytes that are no UTF-8, as a file's name may hold, become '?'. */
 void json_string(cJSON *object, const char *key, const char *text);
 void json_strings(cJSON *object, const char *key, const char *const *texts, int64_t count);
+/* Appends an object to an array and returns it. */
+cJSON *json_add_row(cJSON *array);
 /* Begins the report of a command with "program", "version", "command" and "status". */
 cJSON *json_report(const char *command, const char *status);
 /* Prints the object on one line on standard output and deletes it. */

@@ -6,15 +6,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-cJSON *json_add_row(cJSON *array) {
-  cJSON *row = cJSON_CreateObject();
-  cJSON_AddItemToArray(array, row);
-  return row;
-}
-
 /* A text in quotes where it may hold a comma, RFC 4180. */
 static void put_text(FILE *stream, const char *text) {
-  if (strpbrk(text, ",\"\n ") == NULL) {
+  if (strpbrk(text, ",\"\n") == NULL) {
     fputs(text, stream);
     return;
   }
@@ -58,7 +52,7 @@ void json_table_csv(FILE *stream, const cJSON *rows) {
   cJSON_ArrayForEach(row, rows) put_line(stream, row, false);
 }
 
-void json_table_print_row(const cJSON *row, const json_column *columns) {
+static void print_row(const cJSON *row, const json_column *columns) {
   for (const json_column *column = columns; column->key != NULL; column++) {
     const cJSON *item = cJSON_GetObjectItemCaseSensitive(row, column->key);
     char text[64] = "-";
@@ -75,5 +69,5 @@ void json_table_print(const cJSON *rows, const json_column *columns) {
   for (const json_column *column = columns; column->key != NULL; column++)
     printf("%s%*s", column > columns ? " " : "", column->width, column->heading);
   putchar('\n');
-  cJSON_ArrayForEach(row, rows) json_table_print_row(row, columns);
+  cJSON_ArrayForEach(row, rows) print_row(row, columns);
 }

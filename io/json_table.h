@@ -23,16 +23,11 @@ typedef struct json_column {
 #define COLUMN_END                                                                                 \
   { NULL, NULL, 0, NULL, 0 }
 
-/* Appends an object to an array and returns it. */
-cJSON *json_add_row(cJSON *array);
-
 /* A line of the first row's keys, then a line for each row; an object within a row is spread out. A
  * number has ten digits, and is left empty where it is null. */
 void json_table_csv(FILE *stream, const cJSON *rows);
 
 /* A line of headings, then the rows, on standard output; a number that is null is a dash. */
 void json_table_print(const cJSON *rows, const json_column *columns);
-/* One row alone. */
-void json_table_print_row(const cJSON *row, const json_column *columns);
 
 #endif

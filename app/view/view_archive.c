@@ -107,7 +107,7 @@ static thrum_status add_model(data_section *data, cJSON *list, const view_archiv
                            item->name);
   THRUM_TRY(thrum_quality_measure(model, &quality, error));
   THRUM_TRY(render_mesh_make(model, item->surface, &shown, error));
-  cJSON *object = cJSON_CreateObject();
+  cJSON *object = json_add_row(list);
   json_string(object, "name", item->name);
   json_string(object, "title", item->title);
   json_number(object, "rank", (double)model->rank);
@@ -122,7 +122,6 @@ static thrum_status add_model(data_section *data, cJSON *list, const view_archiv
   add_doubles(data, arrays, "axis_mass", model->axis_mass, 3 * model->rank);
   add_rigid(data, arrays, model);
   add_surface(data, arrays, &shown);
-  cJSON_AddItemToArray(list, object);
   render_mesh_free(&shown);
   return THRUM_OK;
 }

@@ -34,8 +34,7 @@ void view_archive_add_loads(cJSON *body, const scene_run *run, int32_t n) {
   cJSON *loads = cJSON_AddArrayToObject(body, "loads");
   for (int64_t l = 0; l < thrum_scene_load_count(run->scene, n); l++) {
     thrum_scene_load load;
-    cJSON *object = cJSON_CreateObject();
-    cJSON_AddItemToArray(loads, object);
+    cJSON *object = json_add_row(loads);
     if (thrum_scene_body_load(run->scene, n, l, &load, NULL) < 0)
       continue;
     add_course(object, &load.course);
