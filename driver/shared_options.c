@@ -110,8 +110,8 @@ const config_option solver_options[] = {
     OPTION_NUMBER("safety", NULL, "0.5", "imexv: c of cfl", AT(split_safety), CONFIG_RANGE(0, 1),
                   .above = true),
     OPTION_CHOICE("split-form", split_forms, "thesis",
-                  "how imexv splits the energy; quadratic needs no iterations, for small steps "
-                  "or amplitudes",
+                  "how imexv splits the energy; position is symplectic; quadratic needs no "
+                  "iterations, for small steps or amplitudes",
                   AT(split_form)),
     OPTION_SWITCH("adaptive", "on", "imexv: monitor stability and energy, and adapt to them",
                   AT(adaptive)),

@@ -28,7 +28,7 @@ _thrum() {
   'simulate --monitor') words='on off' ;;
   'simulate --integrator') words='imexv newmark verlet midpoint energy fox-goodwin' ;;
   'simulate --damping-form') words='rest tangent' ;;
-  'simulate --split-form') words='thesis quadratic' ;;
+  'simulate --split-form') words='thesis quadratic position' ;;
   'simulate --adaptive') words='on off' ;;
   'simulate --fallback') words='on off' ;;
   'simulate --solver') words='cholesky cg' ;;

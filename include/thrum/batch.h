@@ -6,9 +6,9 @@
  * range, the order or the number of threads. The library starts no thread: a caller with several
  * gives each a range and a workspace of its own, and shares the model.
  *
- * States of one range may have been made by different defs. Those that imexv steps in its component
- * split gain from a batch where, among 256 that follow each other, several have equal splits; the
- * others are stepped one by one.
+ * States of one range may have been made by different defs. Those that imexv steps in its position
+ * form or thesis split gain from a batch where, among 256 that follow each other, several have the
+ * same form and split; the others are stepped one by one.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_BATCH_H

@@ -72,7 +72,8 @@ extern "C" {
 /* How imexv splits the potential V (design 5). */
 #define THRUM_SPLIT_FORM_LIST(X)                                                                   \
   X(THESIS, 0, "thesis")       /* R_E at q_k and R_I at the midpoint: the thesis' form */          \
-  X(QUADRATIC, 1, "quadratic") /* (6): symplectic, no iteration; small steps or amplitudes */
+  X(QUADRATIC, 1, "quadratic") /* (6): symplectic, no iteration; small steps or amplitudes */      \
+  X(POSITION, 2, "position")   /* (7): symplectic, all forces at one point, p at whole steps */
 
 /* The scheme that advances a state at present; imexv may change it. */
 #define THRUM_SCHEME_LIST(X)                                                                       \
@@ -80,7 +81,8 @@ extern "C" {
   X(QUADRATIC, 1, "quadratic")     /* (6) */                                                       \
   X(ENERGY, 2, "energy")           /* design 7 */                                                  \
   X(NEWMARK, 3, "newmark")         /* design 6 */                                                  \
-  X(FOX_GOODWIN, 4, "fox-goodwin") /* design 6, with beta by mode */
+  X(FOX_GOODWIN, 4, "fox-goodwin") /* design 6, with beta by mode */                               \
+  X(POSITION, 5, "position")       /* (7) */
 
 typedef enum thrum_integrator {
 #define X(name, value, text) THRUM_INTEGRATOR_##name = value,

@@ -1,8 +1,9 @@
 /* Steps of many states of one model together (thrum/batch.h).
  *
- * States that imexv is about to step in its thesis split, with the same split, form a group.
- * They go through the stages of that step together: the sample of the stability number, force,
- * kick, restriction, and the evaluations of quasi-Newton, while enough of them still iterate. Each
+ * States that imexv is about to step in its position form, or in its thesis split, with the same
+ * explicit modes, form a group. They go through the stages of that step together: the sample of the
+ * stability number, force, kick, restriction, and the evaluations of quasi-Newton, while enough of
+ * them still iterate. Each
  * stage that reads coefficients is one pass of runtime/polynomial/batch_kernel.h over all of them;
  * all else is done state by state with the code of thrum_step. The last ones to converge, and a
  * state that needs full Newton or a fallback level, go on alone.
@@ -62,7 +63,7 @@ static size_t lay_out(const thrum_model *model, unsigned char *memory, thrum_bat
 /* True when the step of this state can be made in a group. */
 static bool fits(const thrum_model *model, const thrum_step_run *run) {
   const thrum_state *next = &run->next;
-  return thrum_is_packed(model) && next->scheme == THRUM_SCHEME_THESIS && next->split > 0 &&
+  return thrum_is_packed(model) && thrum_batch_takes(next) && next->split > 0 &&
          !thrum_tangent_damped(next) && thrum_batch_kernel_of(run->view.kernel->id) != NULL;
 }
 
@@ -103,7 +104,8 @@ static void move(thrum_batch_member *from, thrum_batch_member *to) {
 static void part(thrum_batch_group *g, outcome *o) {
   for (int64_t m = g->count - 1; m >= 0; m--) {
     thrum_batch_member *one = &g->members[m], *last = &g->members[g->count - 1];
-    if (fits(g->model, &one->run) && one->run.next.split == g->split)
+    if (fits(g->model, &one->run) && one->run.next.split == g->split &&
+        one->run.next.scheme == g->scheme)
       continue;
     one->status = thrum_step_attempt(g->model, &one->run);
     end(g->model, one, o);
@@ -167,23 +169,31 @@ static void add(thrum_batch_group *g, thrum_state *state, int64_t index, outcome
 
   // one of another split lets the group go first, and starts the next
   const thrum_batch_kernel *kernel = thrum_batch_kernel_of(one->run.view.kernel->id);
-  if (g->count > 0 && (g->split != one->run.next.split || g->kernel != kernel)) {
+  const thrum_state *next = &one->run.next;
+  if (g->count > 0 &&
+      (g->split != next->split || g->scheme != next->scheme || g->kernel != kernel)) {
     advance(g, o);
     move(one, g->members);
   }
   g->split = g->members[0].run.next.split;
+  g->scheme = g->members[0].run.next.scheme;
   g->kernel = kernel;
   g->count++;
   if (g->count == kernel->lanes)
     advance(g, o);
 }
 
-/* Number of explicit modes by which a state finds its group; -1: it is probably stepped alone. The
- * stability monitor may still change that. */
+/* A number of the scheme and the explicit modes. */
+static int32_t kind_by(int32_t scheme, int32_t split) {
+  return scheme * (THRUM_RANK_MAX + 1) + split;
+}
+
+/* The number by which a state finds its group; -1: it is probably stepped alone. The stability
+ * monitor may still change that. */
 static int32_t kind_of(const thrum_model *model, const thrum_state *state) {
-  if (thrum_state_check(model, state, NULL) < 0 || state->scheme != THRUM_SCHEME_THESIS)
+  if (thrum_state_check(model, state, NULL) < 0 || !thrum_batch_takes(state))
     return -1;
-  return state->split;
+  return kind_by(state->scheme, state->split);
 }
 
 /* Prefetches the part of a state that a step begins with. */
@@ -204,7 +214,7 @@ static void add_sorted(thrum_batch_group *g, thrum_state *const *states, int64_t
     kinds[n] = kind_of(g->model, states[begin + n]);
 
   // one round for each split that occurs
-  int32_t kind = g->split;
+  int32_t kind = kind_by(g->scheme, g->split);
   for (int64_t first = 0; first < count;) {
     for (int64_t n = first; n < count; n++)
       if (!added[n] && kinds[n] == kind) {

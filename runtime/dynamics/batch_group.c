@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "runtime/dynamics/implicit_solve.h"
+#include "runtime/dynamics/position_split.h"
 
 /* Entries first..last-1 of the vector of one state into the group's array. */
 static void put(const thrum_batch_group *g, int64_t lane, int64_t first, int64_t last,
@@ -54,8 +55,40 @@ void thrum_batch_monitor(thrum_batch_group *g) {
   }
 }
 
-/* Kick and drift of all members. */
-static void kick(thrum_batch_group *g) {
+/* Drift of all members in the position form. */
+static void drift(thrum_batch_group *g) {
+  memset(g->q, 0, (size_t)(g->model->rank * g->kernel->lanes) * sizeof *g->q);
+  for (int64_t m = 0; m < g->count; m++) {
+    thrum_batch_member *one = &g->members[m];
+    thrum_step_run *run = &one->run;
+    one->solver = thrum_position_drift(g->model, &run->next, &run->view, &run->report);
+    one->status = THRUM_OK;
+    one->solving = one->solver.n > 0;
+    put(g, m, 0, g->split, run->view.middle, g->q);
+  }
+}
+
+/* Kick of all members in the position form whose solve has found an increment. */
+static void kick_position(thrum_batch_group *g) {
+  const int64_t rank = g->model->rank;
+  memset(g->q, 0, (size_t)(rank * g->kernel->lanes) * sizeof *g->q);
+  for (int64_t m = 0; m < g->count; m++)
+    if (g->members[m].status == THRUM_OK)
+      put(g, m, 0, rank, g->members[m].run.view.middle, g->q);
+  g->kernel->force_part(g->model, g->split, g->q, g->force, g->value, g->work);
+
+  for (int64_t m = 0; m < g->count; m++) {
+    thrum_step_run *run = &g->members[m].run;
+    if (g->members[m].status != THRUM_OK)
+      continue;
+    take(g, m, 0, g->split, g->force, run->view.force);
+    run->report.potential = g->value[m];
+    thrum_position_kick(&g->members[m].solver);
+  }
+}
+
+/* Kick and drift of all members in the thesis split. */
+static void kick_thesis(thrum_batch_group *g) {
   const int64_t lanes = g->kernel->lanes, rank = g->model->rank;
   memset(g->q, 0, (size_t)(rank * lanes) * sizeof *g->q);
   for (int64_t m = 0; m < g->count; m++)
@@ -166,7 +199,10 @@ static void prefetch(const thrum_batch_group *g) {
 
 void thrum_batch_attempt(thrum_batch_group *g) {
   prefetch(g);
-  kick(g);
+  if (g->scheme == THRUM_SCHEME_POSITION)
+    drift(g);
+  else
+    kick_thesis(g);
 
   // V restricted to the implicit modes, at the midpoint of the explicit ones
   int64_t left = 0;
@@ -192,4 +228,6 @@ void thrum_batch_attempt(thrum_batch_group *g) {
       go_on_alone(g, m, THRUM_QUASI_EVALUATE);
     g->members[m].run.view.restricted_from = NULL;
   }
+  if (g->scheme == THRUM_SCHEME_POSITION)
+    kick_position(g);
 }

@@ -25,7 +25,7 @@ typedef struct thrum_batch_group {
   const thrum_batch_kernel *kernel;
   thrum_batch_member *members; /* THRUM_BATCH_LANES_MAX */
   int64_t count;
-  int32_t split;
+  int32_t scheme, split;
   double *q, *force, *value, *restricted, *hessian, *work;
   double *one_work, *one_restricted; /* workspace that one state after the other borrows */
 } thrum_batch_group;
@@ -33,8 +33,12 @@ typedef struct thrum_batch_group {
 /* Runs the stability monitor of all members. After it a member's step may be of another kind. */
 void thrum_batch_monitor(thrum_batch_group *g);
 
-/* Attempts the step of all members, whose steps are in the thesis split with the group's split.
- */
+/* True for the schemes whose steps are made in groups. */
+static inline bool thrum_batch_takes(const thrum_state *state) {
+  return state->scheme == THRUM_SCHEME_POSITION || state->scheme == THRUM_SCHEME_THESIS;
+}
+
+/* Attempts the step of all members, which have the scheme and split of the group. */
 void thrum_batch_attempt(thrum_batch_group *g);
 
 #endif

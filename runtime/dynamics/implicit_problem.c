@@ -157,7 +157,7 @@ double thrum_problem_residual(const thrum_solver *s) {
 
 double thrum_problem_norm(const thrum_solver *s) {
   const double *unknown = s->view->unknown + s->first;
-  return sqrt(thrum_sum_of(s->n, unknown, unknown, s->view->scale + s->first));
+  return sqrt(s->beside + thrum_sum_of(s->n, unknown, unknown, s->view->scale + s->first));
 }
 
 double thrum_problem_goal(const thrum_solver *s, double step) {

@@ -39,6 +39,7 @@ struct thrum_solver {
    * R(q'), and only there is the report's along_step, sigma, not zero. */
   const double *evaluated;
   double at, weight, rate;
+  double beside;      /* square of the scaled increment of the modes that are not solved for */
   int32_t cheaper;    /* iterations that are cheaper than a new Jacobian */
   int32_t past_count; /* past solves from which the first guess may extrapolate */
   int32_t first;      /* of the modes solved for */

@@ -38,6 +38,7 @@
 
 /* Shares are relative to the largest energy lately. */
 #define WINDOW_STEPS 128        /* of a mean of the balance */
+#define ENERGY_STEPS 8          /* position form: between two energies in quiet motion */
 #define REFERENCE_WINDOWS 16    /* whose mean is the reference */
 #define SWITCHED_STEPS 512      /* between two looks at a return from the energy integrator */
 #define ERROR_FAST 0.03         /* error of B that leads to a switch */
@@ -110,7 +111,7 @@ static thrum_status look_for_return(const thrum_model *model, thrum_state *state
   // as from a new start
   state->report.scheme_switches++;
   thrum_stability_reset(state);
-  return thrum_scheme_change(model, state, view, THRUM_SCHEME_THESIS,
+  return thrum_scheme_change(model, state, view, thrum_solving_scheme(state),
                              thrum_mode_split(model, state));
 }
 
@@ -229,12 +230,83 @@ static void examine_end(const thrum_model *model, const thrum_state *state, thru
   report->switch_energy = scale;
 }
 
+/* The first energy since the reference was reset is the reference. */
+static void open_reference(thrum_stability_monitor *m, double balance, double modified_energy) {
+  if (!(fabs(balance) + fabs(modified_energy) < THRUM_MONITOR_MOST))
+    return;
+  m->windows = 0;
+  m->modified_reference = balance - modified_energy;
+  m->reference = balance;
+}
+
+/* Energy at q and p [J], which are the start (side = -1) or the end (1) of a step in the position
+ * form with R(q-bar) in view->force; *modified gets h^2/8 p_E T_EE p_E, from the change of R_E over
+ * half a drift: Stoermer-Verlet in its position form conserves the energy less that. Overwrites
+ * force_2. */
+static double position_energy(const thrum_model *model, const thrum_state *state,
+                              thrum_state_view *view, double side, const double *q, const double *p,
+                              double *modified) {
+  double sum =
+      thrum_internal_force_part(view->kernel, model, state->split, q, view->force_2, view->work);
+  double along = 0.0;
+  for (int32_t i = 0; i < state->split; i++)
+    along += p[i] * (view->force_2[i] - view->force[i]);
+  for (int32_t i = 0; i < state->rank; i++)
+    sum += 0.5 * (p[i] * p[i]);
+  *modified = 0.25 * side * state->def.dt * along;
+  return sum;
+}
+
+/* Estimate of the energy in the middle of a step in the position form [J], for a linear mode its
+ * modified Hamiltonian: from V(q-bar), which the kick has evaluated. */
+static double middle_energy(const thrum_model *model, const thrum_state *state,
+                            const thrum_state_view *view, double potential) {
+  double sum = potential;
+  for (int32_t i = 0; i < state->split; i++)
+    sum += 0.5 * (view->p[i] * view->p_next[i]);
+  for (int32_t i = state->split; i < state->rank; i++) {
+    const double d = view->q_next[i] - view->q[i], p = view->p[i], p_next = view->p_next[i];
+    sum += 0.25 * (p * p + p_next * p_next) + 0.125 * model->omega2[i] * (d * d);
+  }
+  return sum;
+}
+
+/* Position form: evaluates the energy at the end of the step every few steps, and where the balance
+ * in the middle of the step has moved. `work` is that of the step less its dissipation. */
+static void look_at_position(const thrum_model *model, thrum_state *state, thrum_state_view *view,
+                             double work, thrum_solve_report *report) {
+  thrum_stability_monitor *m = &state->monitor;
+  const int32_t apart = sample_steps(state) > 1 ? ENERGY_STEPS : 1;
+  const double middle = middle_energy(model, state, view, report->potential) - m->work - 0.5 * work;
+  const bool moved = !(fabs(middle - m->middle_balance) <= ERROR_FAST * scale_now(m));
+  if (m->windows >= 0 && state->report.steps % apart != 0 && !moved)
+    return;
+
+  // the reference is the energy before the step, which the step may have spoilt
+  double modified;
+  if (m->windows < 0) {
+    const double energy = position_energy(model, state, view, -1.0, view->q, view->p, &modified);
+    open_reference(m, energy - m->work, modified);
+  }
+  report->energy =
+      position_energy(model, state, view, 1.0, view->q_next, view->p_next, &modified) - work;
+  report->modified_energy = modified;
+  report->energy_known = report->energy_ahead = true;
+  report->switch_energy = m->work + m->reference;
+  m->middle_balance = fabs(middle) < THRUM_MONITOR_MOST ? middle : 0.0;
+}
+
 void thrum_stability_look_ahead(const thrum_model *model, thrum_state *state,
                                 thrum_state_view *view, thrum_solve_report *report) {
-  if (!state->def.adaptive || thrum_tangent_damped(state) || state->scheme != THRUM_SCHEME_THESIS)
+  if (!state->def.adaptive || thrum_tangent_damped(state) ||
+      (state->scheme != THRUM_SCHEME_THESIS && state->scheme != THRUM_SCHEME_POSITION))
     return;
   double dissipated, load_jump;
   const double work = work_of(model, state, view, &dissipated, &load_jump) - dissipated;
+  if (state->scheme == THRUM_SCHEME_POSITION && state->split > 0) {
+    look_at_position(model, state, view, work, report);
+    return;
+  }
 
   // with explicit modes the kick has evaluated the energy; only a jump is examined
   if (thrum_staggered_modes(state) > 0) {
@@ -246,11 +318,8 @@ void thrum_stability_look_ahead(const thrum_model *model, thrum_state *state,
 
   // without them the energy comes from the end of the step
   thrum_stability_monitor *m = &state->monitor;
-  if (m->windows < 0) {
-    m->windows = 0;
-    m->modified_reference = m->reference =
-        energy_at(model, state, view, view->q, view->p) - m->work;
-  }
+  if (m->windows < 0)
+    open_reference(m, energy_at(model, state, view, view->q, view->p) - m->work, 0.0);
   memcpy(view->p_before_next, view->p, (size_t)state->rank * sizeof *view->p_before_next);
   report->energy = energy_at(model, state, view, view->q_next, view->p_next) - work;
   report->energy_known = report->energy_ahead = true;
@@ -267,11 +336,8 @@ static urgency enter_energy(thrum_state *state, const thrum_solve_report *report
   thrum_stability_monitor *m = &state->monitor;
   const double energy = report->energy;
   const double balance = energy - m->work, modified = balance - report->modified_energy;
-  if (m->windows < 0) {
-    m->windows = 0;
-    m->modified_reference = modified;
-    m->reference = balance;
-  }
+  if (m->windows < 0)
+    open_reference(m, balance, report->modified_energy);
 
   // the error, and what damping may have contributed to it
   m->scale = fmax(m->scale, fabs(energy));
@@ -283,15 +349,20 @@ static urgency enter_energy(thrum_state *state, const thrum_solve_report *report
   if (scale > 0.0)
     state->report.balance_peak =
         fmax(state->report.balance_peak, fmin((fabs(error) - allowed) / scale, THRUM_MONITOR_MOST));
-  m->balance_sum += balance;
+  m->balance_sum += state->scheme == THRUM_SCHEME_POSITION ? modified : balance;
   m->samples++;
 
-  // under damping the reference follows: its own error is no growth
+  // under damping the reference follows: its own error is no growth; the position form enters an
+  // energy every few steps
+  const double steps = state->scheme == THRUM_SCHEME_POSITION
+                           ? fmin((double)(state->report.steps - m->energy_step), MEMORY)
+                           : 1.0;
+  m->energy_step = state->report.steps;
   if (allowed > FOLLOW * scale) {
-    m->modified_reference += error / MEMORY;
-    m->reference += (balance - m->reference) / MEMORY;
+    m->modified_reference += error * (steps / MEMORY);
+    m->reference += (balance - m->reference) * (steps / MEMORY);
   }
-  m->recent -= m->recent / MEMORY;
+  m->recent -= m->recent * (steps / MEMORY);
 
   // a load that changes shifts the modified Hamiltonian by a known step
   m->modified_reference -= report->modified_energy_change;
@@ -303,6 +374,18 @@ static urgency enter_energy(thrum_state *state, const thrum_solve_report *report
         fabs(balance - m->reference) <= 4.0 * ERROR_URGENT * scale + allowed))
     return URGENT;
   return fabs(error) <= ERROR_FAST * scale + allowed ? QUIET : FAST;
+}
+
+/* Position form: the mean of the first windows is the reference of the modified balance. It has no
+ * drift that could be corrected: only a switch ends its growth. */
+static void center_reference(thrum_stability_monitor *m, double mean) {
+  if (m->windows >= REFERENCE_WINDOWS)
+    return;
+  m->drift_sum += mean;
+  if (++m->windows == REFERENCE_WINDOWS) {
+    m->modified_reference = m->drift_sum / (double)REFERENCE_WINDOWS;
+    m->drift_sum = 0.0;
+  }
 }
 
 /* Enters the mean balance of a window: the first ones make the reference, later ones the
@@ -347,6 +430,8 @@ static bool end_window(thrum_state *state) {
   if (m->moved > DRIVEN * scale) {
     m->drift_sum = m->corrected = m->moved = 0.0;
     m->windows = -1;
+  } else if (state->scheme == THRUM_SCHEME_POSITION) {
+    center_reference(m, mean);
   } else {
     large = enter_mean(m, mean, scale);
   }

@@ -22,6 +22,17 @@ typedef enum thrum_stability_decision {
   THRUM_DECISION_REPEAT  /* and repeats the one before */
 } thrum_stability_decision;
 
+/* How many modes are treated explicitly, at least in part: the first ones. */
+static inline int32_t thrum_monitored_modes(const thrum_state *state) {
+  return state->scheme == THRUM_SCHEME_QUADRATIC ? state->rank : state->split;
+}
+
+/* The scheme with an implicit solve that the def of an imexv asks for; the quadratic split gives
+ * way to the thesis split. */
+static inline thrum_scheme thrum_solving_scheme(const thrum_state *state) {
+  return state->def.split_form == THRUM_FORM_POSITION ? THRUM_SCHEME_POSITION : THRUM_SCHEME_THESIS;
+}
+
 /* Forgets what energy and balance were compared with. */
 void thrum_stability_reset(thrum_state *state);
 

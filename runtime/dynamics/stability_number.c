@@ -1,7 +1,8 @@
 /* The stability number of imexv, and the explicit set that follows from it (design 4; stability.h).
  *
  * The number is h sqrt(rho), rho the spectral radius of the stiffness treated explicitly: T_EE(q)
- * in the thesis split, T(q) - diag_I(omega^2) in the quadratic one; stable below 2. It comes
+ * in the thesis split and the position form, T(q) - diag_I(omega^2) in the quadratic split; stable
+ * below 2. It comes
  * from power iterations, one every few steps and one a step near the limit, started from the last
  * iterate. Above NUMBER_HIGH the highest explicit modes become implicit (the quadratic split
  * becomes the thesis split). All return after a long quiet time, which doubles with each change.
@@ -17,7 +18,6 @@
 
 #include "runtime/dynamics/mode_split.h"
 #include "runtime/dynamics/scheme_change.h"
-#include "runtime/dynamics/staggered_momentum.h"
 #include "runtime/polynomial/polynomial_private.h"
 
 #define NUMBER_HIGH 1.6  /* above it modes leave the explicit set, */
@@ -78,12 +78,12 @@ void thrum_stability_direct(const thrum_state *state, thrum_state_view *view) {
   memcpy(view->power_explicit_next, view->power_explicit, vector);
   memcpy(view->power_whole_next, view->power_whole, vector);
   view->power_sampled = true;
-  normalise(state, view, thrum_staggered_modes(state), view->power_explicit_next);
+  normalise(state, view, thrum_monitored_modes(state), view->power_explicit_next);
 }
 
 void thrum_stability_multiply(const thrum_model *model, const thrum_state *state,
                               thrum_state_view *view) {
-  const int32_t n = thrum_staggered_modes(state);
+  const int32_t n = thrum_monitored_modes(state);
   if (n > 0)
     multiply(model, view, n);
 }
@@ -92,10 +92,10 @@ void thrum_stability_multiply(const thrum_model *model, const thrum_state *state
 static thrum_status shrink(const thrum_model *model, thrum_state *state, thrum_state_view *view) {
   int32_t split = state->split;
   thrum_state lower = *state;
-  lower.scheme = THRUM_SCHEME_THESIS;
+  lower.scheme = (int32_t)thrum_solving_scheme(state);
 
   // the quadratic split first gives way to the thesis split of the same modes
-  bool fewer = state->scheme == THRUM_SCHEME_THESIS;
+  bool fewer = state->scheme != THRUM_SCHEME_QUADRATIC;
   for (double number = NUMBER_HIGH; number >= NUMBER_GOOD && split > 0; fewer = true) {
     split -= fewer ? 1 : 0;
     memset(view->power_explicit_next, 0, (size_t)state->rank * sizeof *view->power_explicit_next);
@@ -114,7 +114,7 @@ static thrum_status shrink(const thrum_model *model, thrum_state *state, thrum_s
   const int64_t changes = state->report.split_changes < 10 ? state->report.split_changes : 10;
   state->monitor.quiet_peak = 0.0;
   state->monitor.quiet_end = state->report.steps + ((int64_t)THRUM_QUIET_STEPS << changes);
-  return thrum_scheme_change(model, state, view, THRUM_SCHEME_THESIS, split);
+  return thrum_scheme_change(model, state, view, thrum_solving_scheme(state), split);
 }
 
 /* Looks whether all explicit modes of the def, `whole`, can return. */
@@ -135,13 +135,13 @@ static thrum_status look_for_return(const thrum_model *model, thrum_state *state
     return THRUM_OK;
   state->report.split_changes++;
   memset(view->power_explicit_next, 0, (size_t)state->rank * sizeof(double));
-  return thrum_scheme_change(model, state, view, THRUM_SCHEME_THESIS, whole);
+  return thrum_scheme_change(model, state, view, thrum_solving_scheme(state), whole);
 }
 
 thrum_status thrum_stability_sample(const thrum_model *model, thrum_state *state,
                                     thrum_state_view *view) {
   thrum_state_report *report = &state->report;
-  const int32_t whole = thrum_mode_split(model, state), n = thrum_staggered_modes(state);
+  const int32_t whole = thrum_mode_split(model, state), n = thrum_monitored_modes(state);
   if (n > 0) {
     const double radius = finish_iteration(model, state, view, n, view->power_explicit_next);
     report->stability_number_last = number_of(state, radius);

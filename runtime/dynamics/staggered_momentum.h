@@ -8,6 +8,8 @@
 
 /* How many modes have their momentum half a step before q: the first ones. */
 static inline int32_t thrum_staggered_modes(const thrum_state *state) {
+  if (state->scheme == THRUM_SCHEME_POSITION)
+    return 0;
   return state->scheme == THRUM_SCHEME_QUADRATIC ? state->rank : state->split;
 }
 

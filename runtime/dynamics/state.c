@@ -52,7 +52,9 @@ thrum_scheme thrum_state_first_scheme(const thrum_state_def *def) {
   case THRUM_INTEGRATOR_FOX_GOODWIN:
     return THRUM_SCHEME_FOX_GOODWIN;
   case THRUM_INTEGRATOR_IMEXV:
-    return def->split_form == THRUM_FORM_QUADRATIC ? THRUM_SCHEME_QUADRATIC : THRUM_SCHEME_THESIS;
+    return def->split_form == THRUM_FORM_QUADRATIC  ? THRUM_SCHEME_QUADRATIC
+           : def->split_form == THRUM_FORM_POSITION ? THRUM_SCHEME_POSITION
+                                                    : THRUM_SCHEME_THESIS;
   case THRUM_INTEGRATOR_VERLET:
   case THRUM_INTEGRATOR_MIDPOINT:
     break;

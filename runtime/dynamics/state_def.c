@@ -75,7 +75,7 @@ static thrum_status check_choices(const thrum_model *model, const thrum_state_de
     return refuse(error, "split_rule", rule, "one of thrum_split_rule");
 
   // split
-  if (split_form < THRUM_FORM_THESIS || split_form > THRUM_FORM_QUADRATIC)
+  if (split_form < THRUM_FORM_THESIS || split_form > THRUM_FORM_POSITION)
     return refuse(error, "split_form", split_form, "one of thrum_split_form");
   if (def->explicit_count < 0 || def->explicit_count > model->rank)
     return refuse(error, "explicit_count", def->explicit_count, "0 to the model's rank");

@@ -23,7 +23,7 @@
 
 /* Of the header and the arrays below; raised with each change of them, so that a snapshot of
  * another version is known. */
-#define THRUM_STATE_VERSION 4
+#define THRUM_STATE_VERSION 5
 
 /* --- the header ------------------------------------------------------------------------------- */
 
@@ -43,10 +43,13 @@ typedef struct thrum_stability_monitor {
   double energy_error;       /* correction that is still to be made [J] */
   double quiet_peak;         /* largest stability number of the def's explicit set, for a return */
   double switched_energy;    /* when the energy integrator took over [J] */
+  double middle_balance;     /* position form: the balance in the middle of the last step whose
+                                energy was evaluated [J] */
   int64_t samples;           /* of the balance in this window */
   int64_t windows;           /* since the reference was set; -1: the next energy is the reference */
   int64_t window_end;        /* step */
   int64_t switch_deadline;   /* step of a switch to come, 0: none */
+  int64_t energy_step;       /* step of the energy that was entered last */
   int64_t before_step;       /* step of q_before and p_before, -1: none */
   int64_t quiet_end;         /* step of the next look at a return */
 } thrum_stability_monitor;
@@ -150,6 +153,7 @@ _Static_assert(sizeof(thrum_state_def) == offsetof(thrum_state_def, fallback) + 
   X(p_before_next, vector)       /* synchronised p at the start of the step */                     \
   X(p_start, vector)             /* p as another scheme has it */                                  \
   X(p_level, vector)             /* synchronised p on a fallback level */                          \
+  X(p_damped, vector)            /* position form: p after the first half of tangent damping */    \
   X(q_sub, vector)               /* between sub-steps */                                           \
   X(p_sub, vector)               /* between sub-steps */                                           \
   X(acceleration_sub, vector)    /* between sub-steps */                                           \

@@ -22,6 +22,7 @@
 #include "runtime/dynamics/imexv.h"
 #include "runtime/dynamics/motion_norm.h"
 #include "runtime/dynamics/newmark.h"
+#include "runtime/dynamics/position_split.h"
 #include "runtime/dynamics/quadratic_split.h"
 #include "runtime/dynamics/stability.h"
 #include "runtime/dynamics/state_private.h"
@@ -127,9 +128,10 @@ static void commit(thrum_step_run *run, double amplitude) {
   const size_t vector = (size_t)next->rank * sizeof(double);
 
   // the state before this step, should the next one repeat it; a finite energy has finite momenta
-  if (run->report.energy_known && isfinite(run->report.energy)) {
+  const bool whole = next->scheme == THRUM_SCHEME_POSITION;
+  if (whole || (run->report.energy_known && isfinite(run->report.energy))) {
     memcpy(view->q_before, run->q, vector);
-    memcpy(view->p_before, view->p_before_next, vector);
+    memcpy(view->p_before, whole ? view->p : view->p_before_next, vector);
     next->monitor.before_step = next->report.steps;
   }
 
@@ -198,6 +200,8 @@ thrum_status thrum_step_attempt(const thrum_model *model, thrum_step_run *run) {
     return thrum_step_newmark(model, &run->next, &run->view, &run->report);
   case THRUM_SCHEME_FOX_GOODWIN:
     return thrum_step_fox_goodwin(model, &run->next, &run->view, &run->report);
+  case THRUM_SCHEME_POSITION:
+    return thrum_step_position(model, &run->next, &run->view, &run->report);
   case THRUM_SCHEME_THESIS:
     break;
   }

@@ -93,6 +93,12 @@ static thrum_state_def avx2(int n) {
   return def;
 }
 
+static thrum_state_def position(int n) {
+  thrum_state_def def = plain(n);
+  def.split_form = THRUM_FORM_POSITION;
+  return def;
+}
+
 static thrum_state_def reference(int n) {
   thrum_state_def def = plain(n);
   def.kernel = THRUM_KERNEL_REFERENCE;
@@ -112,6 +118,8 @@ static thrum_state_def mixed(int n) {
     def.damping_beta = 1e-3;
   if (n % 7 == 6)
     def.split_form = THRUM_FORM_QUADRATIC;
+  if (n % 7 == 2 || n % 7 == 3)
+    def.split_form = THRUM_FORM_POSITION;
 
   // the last ones have splits of their own, equal ones first
   if (n > 17)
@@ -127,7 +135,7 @@ static thrum_state_def mixed(int n) {
 static void a_batch_has_the_bits_of_its_states_alone(void **context) {
   (void)context;
   static const int64_t ranks[] = {1, 2, 8, 9, 21};
-  static thrum_state_def (*const defs[])(int) = {plain, avx2, reference};
+  static thrum_state_def (*const defs[])(int) = {plain, position, avx2, reference};
   static const int parts[] = {1, 2, 5, 8, 9, STATES};
   for (size_t r = 0; r < sizeof ranks / sizeof ranks[0]; r++)
     for (size_t d = 0; d < sizeof defs / sizeof defs[0]; d++) {

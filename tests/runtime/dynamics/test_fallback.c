@@ -193,7 +193,7 @@ static void a_step_that_no_fallback_solves_leaves_every_byte(void **context) {
   make_model(&m);
   static const double hopeless[3] = {1e160, 1e250, 1e305};
   for (int integrator = 0; integrator < INTEGRATOR_COUNT; integrator++)
-    for (int form = THRUM_FORM_THESIS; form <= THRUM_FORM_QUADRATIC; form++)
+    for (int form = THRUM_FORM_THESIS; form <= THRUM_FORM_POSITION; form++)
       for (int n = 0; n < 3; n++) {
         thrum_state_def def = make_def((thrum_integrator)integrator, 50);
         def.adaptive = 1;

@@ -146,6 +146,11 @@ static void the_quadratic_split_is_of_order_two(void **context) {
   expect_order_two(THRUM_INTEGRATOR_IMEXV, THRUM_FORM_QUADRATIC, 0.25);
 }
 
+static void the_position_form_is_of_order_two(void **context) {
+  (void)context;
+  expect_order_two(THRUM_INTEGRATOR_IMEXV, THRUM_FORM_POSITION, 0.25);
+}
+
 static void energy_is_of_order_two(void **context) {
   (void)context;
   expect_order_two(THRUM_INTEGRATOR_ENERGY, THRUM_FORM_THESIS, 0.25);
@@ -597,6 +602,7 @@ int main(void) {
       cmocka_unit_test(imexv_is_of_order_two),
       cmocka_unit_test(verlet_is_of_order_two),
       cmocka_unit_test(the_quadratic_split_is_of_order_two),
+      cmocka_unit_test(the_position_form_is_of_order_two),
       cmocka_unit_test(energy_is_of_order_two),
       cmocka_unit_test(midpoint_is_of_order_two),
       cmocka_unit_test(newmark_is_of_order_two_for_any_beta),

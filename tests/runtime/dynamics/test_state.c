@@ -110,7 +110,7 @@ static void every_field_of_a_def_is_checked_and_named(void **context) {
   REFUSE(explicit_count, RANK + 1);
   REFUSE(integrator, (thrum_integrator)INTEGRATOR_COUNT);
   REFUSE(integrator, (thrum_integrator)-1);
-  REFUSE(split_form, (thrum_split_form)2);
+  REFUSE(split_form, (thrum_split_form)3);
   REFUSE(split_form, (thrum_split_form)-1);
   REFUSE(adaptive, 2);
   REFUSE(adaptive, -1);

@@ -57,14 +57,17 @@ static void every_choice_has_a_name_that_leads_back(void **context) {
 
   for (int n = 0; n < 2; n++) {
     thrum_damping_form damping = THRUM_DAMPING_REST;
-    thrum_split_form split = THRUM_FORM_THESIS;
     assert_int_equal(thrum_damping_form_from_name(thrum_damping_form_name((thrum_damping_form)n),
                                                   &damping, NULL),
                      THRUM_OK);
+    assert_int_equal((int)damping, n);
+  }
+
+  for (int n = 0; n < 3; n++) {
+    thrum_split_form split = THRUM_FORM_THESIS;
     assert_int_equal(
         thrum_split_form_from_name(thrum_split_form_name((thrum_split_form)n), &split, NULL),
         THRUM_OK);
-    assert_int_equal((int)damping, n);
     assert_int_equal((int)split, n);
   }
 
@@ -80,7 +83,7 @@ static void a_number_or_a_text_that_names_nothing_is_refused(void **context) {
   assert_null(thrum_integrator_name((thrum_integrator)-1));
   assert_null(thrum_damping_form_name((thrum_damping_form)2));
   assert_null(thrum_split_rule_name((thrum_split_rule)3));
-  assert_null(thrum_split_form_name((thrum_split_form)2));
+  assert_null(thrum_split_form_name((thrum_split_form)3));
   assert_null(thrum_scheme_name((thrum_scheme)99));
 
   // a refusal lists the names that there are, and leaves the output as it was

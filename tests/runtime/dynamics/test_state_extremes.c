@@ -34,7 +34,7 @@ static thrum_state_def any_def(random_state *random) {
   // choices of every kind
   def.split_rule = (thrum_split_rule)random_index(random, 3);
   def.explicit_count = (int32_t)random_index(random, RANK + 1);
-  def.split_form = (thrum_split_form)random_index(random, 2);
+  def.split_form = (thrum_split_form)random_index(random, 3);
   def.damping_form = (thrum_damping_form)random_index(random, 2);
   def.adaptive = (int32_t)random_index(random, 2);
   def.fallback = (int32_t)random_index(random, 2);
