@@ -7,7 +7,7 @@
 #include "config/options.h"
 #include "driver/glb.h"
 #include "driver/named_model.h"
-#include "driver/scene_folder.h"
+#include "driver/run_entries.h"
 #include "driver/vertex_cache.h"
 #include "io/json.h"
 #include "io/paths.h"
@@ -137,7 +137,7 @@ static int read_options(int argc, char **argv, export_request *request) {
 
   // the folder of a run for motion, a model for what belongs to a model
   const bool is_run = is_run_folder(request->model);
-  if (run_folder_holds(request->model, SCENE_JSON))
+  if (run_entries_marked(request->model, RUN_OF_SCENE))
     return config_usage("export",
                         "'%s' is the run of a scene: name the folder of one of its bodies, %s/NAME",
                         request->model, request->model);

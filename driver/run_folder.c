@@ -1,215 +1,327 @@
-/* The RUN folder: complete or not there at all, and never in place of the user's other files.
- *
- * A run is written into a work folder of its own and moved at the end. An earlier run is known by
- * its run.json, which says that it is one. SPDX-License-Identifier: Apache-2.0 */
+/* The folder of a run: opened, put in place, or given up (run_folder.h).
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "driver/run_folder.h"
 
-#include <cjson/cJSON.h>
-#include <dirent.h>
 #include <errno.h>
+#include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "config/message.h"
 #include "io/file.h"
+#include "platform/folder_swap.h"
 #include "platform/interrupt.h"
 
-#define WORK_MARK "partial-"
-#define WORK_TRIES 1000
+/* What follows RUN in the names of the work folder, of an earlier run while there is no way to
+ * exchange two folders in one step, and of a run that could not be put in place. */
+#define WORK_END ".thrum-partial"
+#define SPARE_END ".thrum-earlier"
+#define NEW_END ".new-"
 
-/* The files of a run but run.json, which says that the others are complete. */
-static const char *const run_files[] = {"energy.csv", "q.npy",      "end.npy",   RUN_PLACEMENTS,
-                                        "energy.png", "energy.svg", "frames.pvd"};
-enum { RUN_FILE_COUNT = sizeof run_files / sizeof run_files[0] };
+#define LOCK_TRIES 100
+#define NEW_TRIES 1000
 
-typedef char path_text[RUN_PATH_MAX + 300];
-
-static void join(path_text path, const char *folder, const char *name) {
-  snprintf(path, sizeof(path_text), "%s/%s", folder, name);
+static void name_spare(const run_folder *folder, char spare[RUN_PATH_MAX]) {
+  snprintf(spare, RUN_PATH_MAX, "%s" SPARE_END, folder->path);
 }
 
-static bool is_frame(const char *name) {
-  const size_t length = strlen(name);
-  return strncmp(name, "frame_", 6) == 0 && length > 10 && strcmp(name + length - 4, ".vtu") == 0;
+/* --- opening ---------------------------------------------------------------------------------- */
+
+static bool ends_in(const char *path, const char *end) {
+  const size_t length = strlen(path), size = strlen(end);
+  return length >= size && strcmp(path + length - size, end) == 0;
 }
 
-bool run_folder_holds(const char *path, const char *mark) {
-  path_text file;
-  void *text = NULL;
-  size_t size = 0;
-  join(file, path, mark);
-  if (thrum_file_read(file, &text, &size, NULL) < 0)
-    return false;
-
-  // the program and the command in the file mark it as a run
-  cJSON *object = cJSON_ParseWithLength(text, size);
-  const cJSON *program = cJSON_GetObjectItemCaseSensitive(object, "program");
-  const cJSON *command = cJSON_GetObjectItemCaseSensitive(object, "command");
-  const bool ours = cJSON_IsString(program) && strcmp(program->valuestring, "thrum") == 0 &&
-                    cJSON_IsString(command) && strcmp(command->valuestring, "simulate") == 0;
-
-  cJSON_Delete(object);
-  free(text);
-  return ours;
-}
-
-/* Whether a folder is empty, but for what a killed run left. */
-static bool is_empty(const char *path) {
-  DIR *entries = opendir(path);
-  if (entries == NULL)
-    return false;
-  bool empty = true;
-  for (const struct dirent *entry = readdir(entries); entry != NULL; entry = readdir(entries)) {
-    const char *name = entry->d_name;
-    if (strcmp(name, ".") != 0 && strcmp(name, "..") != 0 &&
-        strncmp(name, "." WORK_MARK, sizeof "." WORK_MARK - 1) != 0)
-      empty = false;
-  }
-  closedir(entries);
-  return empty;
-}
-
-/* Refuses a path where files of another origin stand; sets folder->existed. */
-static thrum_status look_at(run_folder *folder, const char *mark, thrum_error *error) {
-  struct stat status;
-  const char *path = folder->path;
-  folder->existed = stat(path, &status) == 0;
-
-  // a link to nothing cannot become a folder
-  if (!folder->existed) {
-    if (errno != ENOENT || lstat(path, &status) == 0) {
-      return thrum_error_set(error, THRUM_IO, "%.300s: cannot be used as the run's folder (%s)",
-                             path, errno == ENOENT ? "a link to nothing" : strerror(errno));
-    }
-    return THRUM_OK;
-  }
-
-  // only an empty folder or an earlier run may be replaced
-  if (!S_ISDIR(status.st_mode)) {
-    return thrum_error_set(
-        error, THRUM_IO, "%.300s: is a file; -o names the folder that the run is written to", path);
-  }
-  if (!is_empty(path) && !run_folder_holds(path, mark)) {
-    return thrum_error_set(error, THRUM_IO,
-                           "%.300s: holds files that are no earlier run; choose another -o", path);
-  }
-  return THRUM_OK;
-}
-
-thrum_status run_folder_open(const char *path, const char *mark, run_folder *folder,
-                             thrum_error *error) {
-  run_folder opened = {0};
-
-  // slashes at the end are no part of the name
+/* The path without slashes at its end, and without links where RUN is there. */
+static thrum_status take_path(run_folder *folder, const char *path, thrum_error *error) {
   size_t length = strlen(path);
   while (length > 1 && path[length - 1] == '/')
     length--;
-
   if (length == 0)
     return thrum_error_set(error, THRUM_IO, "-o: the run's folder needs a name");
-  if (length >= sizeof opened.path)
+  if (length >= sizeof folder->path)
     return thrum_error_set(error, THRUM_IO, "-o: the run's folder needs a name below %zu bytes",
-                           sizeof opened.path);
+                           sizeof folder->path);
+  memcpy(folder->path, path, length);
+  folder->path[length] = 0;
 
-  memcpy(opened.path, path, length);
-  THRUM_TRY(look_at(&opened, mark, error));
+  // those names are the program's own
+  if (ends_in(folder->path, WORK_END) || ends_in(folder->path, SPARE_END))
+    return thrum_error_set(error, THRUM_IO, "%.300s: such a name is for runs in the making",
+                           folder->path);
 
-  // a killed run may have left its work folder under the same process number: count on
-  int made = -1;
-  for (int count = 0; made != 0 && count < WORK_TRIES; count++) {
-    snprintf(opened.work, sizeof opened.work, "%s%s" WORK_MARK "%ld-%d", opened.path,
-             opened.existed ? "/." : ".", (long)getpid(), count);
-    made = mkdir(opened.work, 0777);
-    if (made != 0 && errno != EEXIST)
-      break;
-  }
-
-  if (made != 0) {
+  // a link and "." stay as they are, and what they lead to is exchanged
+  struct stat status;
+  if (stat(folder->path, &status) != 0) {
     const int reason = errno;
-    return thrum_error_set(error, THRUM_IO, "%.200s: cannot be created (%s)%s", opened.path,
-                           strerror(reason), thrum_file_hint(reason));
+    if (reason != ENOENT || lstat(folder->path, &status) == 0)
+      return thrum_error_set(error, THRUM_IO, "%.300s: cannot be used as the run's folder (%s)",
+                             folder->path,
+                             reason == ENOENT ? "a link to nothing" : strerror(reason));
+    return THRUM_OK;
+  }
+  char *real = thrum_folder_real_path(folder->path);
+  const bool fits = real != NULL && strlen(real) < sizeof folder->path;
+  if (fits)
+    strcpy(folder->path, real);
+  free(real);
+  return fits ? THRUM_OK
+              : thrum_error_set(error, THRUM_IO, "%.300s: cannot be used as the run's folder (%s)",
+                                folder->path, strerror(ENAMETOOLONG));
+}
+
+/* Makes and locks the work folder, or takes over that of a killed process. */
+static thrum_status lock_work(run_folder *folder, thrum_error *error) {
+  for (int attempt = 0; attempt < LOCK_TRIES; attempt++) {
+    if (mkdir(folder->work, 0777) != 0 && errno != EEXIST) {
+      const int reason = errno;
+      return thrum_error_set(error, THRUM_IO, "%.200s: cannot be created (%s)%s", folder->path,
+                             strerror(reason), thrum_file_hint(reason));
+    }
+    folder->lock = thrum_folder_lock(folder->work);
+    if (folder->lock < 0 && errno == EWOULDBLOCK)
+      return thrum_error_set(error, THRUM_IO,
+                             "%.300s: another process is writing a run there; choose another -o",
+                             folder->path);
+    if (folder->lock < 0 && errno != ENOENT)
+      return thrum_error_set(error, THRUM_IO,
+                             "%.300s: cannot be locked (%s); remove it where no process uses it",
+                             folder->work, strerror(errno));
+
+    // the folder may have been removed between making and locking it
+    struct stat locked, there;
+    if (folder->lock >= 0 && fstat(folder->lock, &locked) == 0 && stat(folder->work, &there) == 0 &&
+        locked.st_dev == there.st_dev && locked.st_ino == there.st_ino)
+      return THRUM_OK;
+    if (folder->lock >= 0)
+      close(folder->lock);
+  }
+  return thrum_error_set(error, THRUM_IO, "%.300s: comes and goes; choose another -o",
+                         folder->work);
+}
+
+/* Removes what a killed process left at `path`, after the user's entries went back to RUN. They are
+ * there only where an earlier run was being removed, which has its mark to the last. */
+static thrum_status clear_remains(const run_folder *folder, const char *path, thrum_error *error) {
+  struct stat status;
+  if (stat(path, &status) != 0 || run_entries_none(path))
+    return THRUM_OK;
+  const run_kind kind = run_entries_marked(path, RUN_OF_SCENE) ? RUN_OF_SCENE : RUN_OF_BODY;
+  if (run_entries_marked(path, kind) && stat(folder->path, &status) == 0)
+    THRUM_TRY(run_entries_keep(path, folder->path, kind, error));
+
+  // a run in the making has no mark, so it may be of either kind
+  THRUM_TRY(run_entries_remove(path, RUN_OF_BODY, error));
+  if (stat(path, &status) == 0)
+    THRUM_TRY(run_entries_remove(path, RUN_OF_SCENE, error));
+  return stat(path, &status) != 0
+             ? THRUM_OK
+             : thrum_error_set(error, THRUM_IO,
+                               "%.300s: holds files that are no run; move them away", path);
+}
+
+/* After a process was killed in any place, RUN is the earlier run or the new one again. */
+static thrum_status recover(const run_folder *folder, thrum_error *error) {
+  char spare[RUN_PATH_MAX];
+  struct stat status;
+  name_spare(folder, spare);
+  if (stat(spare, &status) == 0 && stat(folder->path, &status) != 0 &&
+      rename(spare, folder->path) != 0)
+    return thrum_error_set(error, THRUM_IO, "%.300s: is an earlier run that cannot be moved (%s)",
+                           spare, strerror(errno));
+  THRUM_TRY(clear_remains(folder, spare, error));
+  return clear_remains(folder, folder->work, error);
+}
+
+/* The folder that RUN is in. */
+static void parent_of(const run_folder *folder, char parent[RUN_PATH_MAX]) {
+  const char *slash = strrchr(folder->path, '/');
+  const int length = slash == NULL ? 0 : (int)(slash - folder->path) + 1;
+  snprintf(parent, RUN_PATH_MAX, "%.*s.", length, folder->path);
+}
+
+/* A folder cannot be exchanged where it is a file system of its own or where we stand. */
+static thrum_status check_place(const run_folder *folder, const struct stat *status,
+                                thrum_error *error) {
+  char parent[RUN_PATH_MAX];
+  struct stat above, here;
+  parent_of(folder, parent);
+  if (stat(parent, &above) == 0 && above.st_dev != status->st_dev)
+    return thrum_error_set(error, THRUM_IO,
+                           "%.300s: is a file system of its own and cannot be replaced; name a "
+                           "folder in it",
+                           folder->path);
+  if (stat(".", &here) == 0 && here.st_dev == status->st_dev && here.st_ino == status->st_ino)
+    return thrum_error_set(error, THRUM_IO,
+                           "%.300s: is the folder that the program runs in and cannot be replaced; "
+                           "run it elsewhere",
+                           folder->path);
+  return THRUM_OK;
+}
+
+/* Refuses a path where files of another origin stand; sets folder->existed. */
+static thrum_status look_at(run_folder *folder, thrum_error *error) {
+  struct stat status;
+  const char *path = folder->path;
+  folder->existed = stat(path, &status) == 0;
+  if (!folder->existed)
+    return THRUM_OK;
+
+  // only an empty folder or an earlier run may be replaced
+  if (!S_ISDIR(status.st_mode))
+    return thrum_error_set(
+        error, THRUM_IO, "%.300s: is a file; -o names the folder that the run is written to", path);
+  if (!run_entries_none(path) && !run_entries_marked(path, folder->kind))
+    return thrum_error_set(error, THRUM_IO,
+                           "%.300s: holds files that are no earlier run; choose another -o", path);
+  THRUM_TRY(check_place(folder, &status, error));
+  return run_entries_check(path, NULL, folder->kind, error);
+}
+
+static void unlock(run_folder *folder) {
+  if (!folder->inside && folder->lock >= 0)
+    close(folder->lock);
+  folder->lock = -1;
+}
+
+thrum_status run_folder_open(const char *path, run_kind kind, run_folder *folder,
+                             thrum_error *error) {
+  run_folder opened = {.kind = kind, .lock = -1};
+  THRUM_TRY(take_path(&opened, path, error));
+  snprintf(opened.work, sizeof opened.work, "%s" WORK_END, opened.path);
+
+  // the lock comes first, so that nobody else changes RUN while it is looked at
+  THRUM_TRY(lock_work(&opened, error));
+  struct stat status;
+  thrum_status done = recover(&opened, error);
+  if (done >= 0 && stat(opened.work, &status) != 0) {
+    // what a killed process had left was the work folder itself
+    unlock(&opened);
+    THRUM_TRY(lock_work(&opened, error));
   }
 
+  if (done >= 0)
+    done = look_at(&opened, error);
+  if (done < 0) {
+    rmdir(opened.work);
+    unlock(&opened);
+    return done;
+  }
   *folder = opened;
   return THRUM_OK;
 }
 
-/* The frames of a run in `from`: removed when `to` is NULL, else moved there. */
-static bool sweep_frames(const char *from, const char *to) {
-  path_text source, target, file, moved;
-  join(source, from, RUN_FRAMES);
-  DIR *entries = opendir(source);
-  if (entries == NULL)
-    return errno == ENOENT || errno == ENOTDIR;
-
-  // the target's own frames folder may be there already
-  bool done = true;
-  if (to != NULL) {
-    join(target, to, RUN_FRAMES);
-    done = mkdir(target, 0777) == 0 || errno == EEXIST;
+thrum_status run_folder_open_inside(const char *path, run_folder *folder, thrum_error *error) {
+  run_folder opened = {.kind = RUN_OF_BODY, .inside = true, .lock = -1};
+  if (snprintf(opened.path, sizeof opened.path, "%s", path) >= (int)sizeof opened.path)
+    return thrum_error_set(error, THRUM_IO, "-o: the run's folder needs a name below %zu bytes",
+                           sizeof opened.path);
+  strcpy(opened.work, opened.path);
+  if (mkdir(opened.work, 0777) != 0) {
+    const int reason = errno;
+    return thrum_error_set(error, THRUM_IO, "%.200s: cannot be created (%s)%s", opened.path,
+                           strerror(reason), thrum_file_hint(reason));
   }
+  *folder = opened;
+  return THRUM_OK;
+}
 
-  // only names of frames are touched, so files of the user's stay
-  for (const struct dirent *entry = readdir(entries); done && entry != NULL;
-       entry = readdir(entries)) {
-    if (!is_frame(entry->d_name))
+thrum_status run_folder_check(const char *path, run_kind kind, thrum_error *error) {
+  run_folder folder = {.lock = -1};
+  // a signal that ends the program in between would leave the folder
+  thrum_interrupt_hold();
+  const thrum_status status = run_folder_open(path, kind, &folder, error);
+  run_folder_abandon(&folder);
+  thrum_interrupt_let();
+  return status;
+}
+
+/* --- putting in place ------------------------------------------------------------------------- */
+
+/* Exchanges RUN and the work folder, and moves what is the user's; both or nothing. */
+static thrum_status exchange(run_folder *folder, thrum_error *error) {
+  char spare[RUN_PATH_MAX];
+  struct stat status;
+  name_spare(folder, spare);
+  THRUM_TRY(run_entries_check(folder->path, folder->work, folder->kind, error));
+  if (stat(folder->path, &status) == 0)
+    chmod(folder->work, status.st_mode & 07777);
+  const int number = thrum_folder_swap(folder->path, folder->work, spare);
+  if (number != 0)
+    return thrum_error_set(error, THRUM_IO, "%.300s: cannot be replaced (%s)", folder->path,
+                           strerror(number));
+
+  // the earlier run is now at the work folder's name
+  const thrum_status kept = run_entries_keep(folder->work, folder->path, folder->kind, error);
+  if (kept < 0)
+    thrum_folder_swap(folder->path, folder->work, spare);
+  return kept;
+}
+
+/* Replaces an earlier run, which is locked until it is gone: a process that starts meanwhile would
+ * take its folder for what a killed one left. */
+static thrum_status replace(run_folder *folder, thrum_error *error) {
+  const int earlier = thrum_folder_lock(folder->path);
+  if (earlier < 0)
+    return thrum_error_set(error, THRUM_IO, "%.300s: cannot be replaced (%s)", folder->path,
+                           strerror(errno));
+  const thrum_status status = exchange(folder, error);
+
+  // the new run stands; what cannot be removed of the earlier one is no failure of it
+  if (status >= 0) {
+    thrum_error detail = {0};
+    unlock(folder);
+    if (run_entries_remove(folder->work, folder->kind, &detail) < 0)
+      config_warn("the earlier run could not be removed: %s", detail.message);
+  }
+  close(earlier);
+  return status;
+}
+
+/* A run that could not be put in place stays beside it. */
+static void keep_new(run_folder *folder, thrum_error *error) {
+  char name[RUN_PATH_MAX + 32];
+  struct stat status;
+  for (int n = 1; n < NEW_TRIES; n++) {
+    snprintf(name, sizeof name, "%s" NEW_END "%d", folder->path, n);
+    if (lstat(name, &status) == 0 || rename(folder->work, name) != 0)
       continue;
-    snprintf(file, sizeof file, "%.*s/%.255s", RUN_PATH_MAX + 20, source, entry->d_name);
-    if (to != NULL)
-      snprintf(moved, sizeof moved, "%.*s/%.255s", RUN_PATH_MAX + 20, target, entry->d_name);
-    done = to != NULL ? rename(file, moved) == 0 : unlink(file) == 0;
+    const thrum_error reason = *error;
+    thrum_error_set(error, reason.status, "%.240s; the new run is kept in %.120s", reason.message,
+                    name);
+    unlock(folder);
+    folder->work[0] = 0;
+    return;
   }
-
-  // a folder that holds anything else is not removed
-  closedir(entries);
-  rmdir(source);
-  return done;
-}
-
-/* All files of a run but run.json, the same way. */
-static bool sweep(const char *from, const char *to) {
-  path_text file, moved;
-  bool done = sweep_frames(from, to);
-
-  // files that a run did not write are no failure
-  for (int n = 0; n < RUN_FILE_COUNT; n++) {
-    join(file, from, run_files[n]);
-    if (to != NULL)
-      join(moved, to, run_files[n]);
-    if ((to != NULL ? rename(file, moved) : unlink(file)) != 0 && errno != ENOENT)
-      done = false;
-  }
-  return done;
-}
-
-bool run_folder_sweep(const char *from, const char *to) {
-  path_text old_json, new_json;
-  join(old_json, from, RUN_JSON);
-  if (to == NULL) {
-    const bool gone = unlink(old_json) == 0 || errno == ENOENT;
-    return sweep(from, NULL) && gone;
-  }
-  join(new_json, to, RUN_JSON);
-  return sweep(from, to) && rename(old_json, new_json) == 0;
 }
 
 thrum_status run_folder_commit(run_folder *folder, thrum_error *error) {
-  bool done = true;
-
-  // an earlier run is removed just before the new one takes its place
-  if (folder->existed) {
-    done = run_folder_sweep(folder->path, NULL) && run_folder_sweep(folder->work, folder->path) &&
-           rmdir(folder->work) == 0;
-  } else {
-    done = rename(folder->work, folder->path) == 0;
+  char parent[RUN_PATH_MAX];
+  thrum_error detail = {0};
+  thrum_status status = THRUM_OK;
+  thrum_folder_sync(folder->work);
+  if (folder->inside) {
+    folder->work[0] = 0;
+    return THRUM_OK;
   }
 
-  if (!done) {
-    return thrum_error_set(error, THRUM_IO, "%.300s: the run could not be put there (%s)",
-                           folder->path, strerror(errno));
+  // a new RUN takes its name, an earlier one is exchanged
+  if (folder->existed)
+    status = replace(folder, &detail);
+  else if (rename(folder->work, folder->path) != 0)
+    status = thrum_error_set(&detail, THRUM_IO, "%.300s: the run could not be put there (%s)",
+                             folder->path, strerror(errno));
+  if (status < 0) {
+    keep_new(folder, &detail);
+    return thrum_error_set(error, status, "%s", detail.message);
   }
+
+  parent_of(folder, parent);
+  thrum_folder_sync(parent);
+  unlock(folder);
   folder->work[0] = 0;
   return THRUM_OK;
 }
@@ -217,17 +329,7 @@ thrum_status run_folder_commit(run_folder *folder, thrum_error *error) {
 void run_folder_abandon(run_folder *folder) {
   if (folder->work[0] == 0)
     return;
-  run_folder_sweep(folder->work, NULL);
-  rmdir(folder->work);
+  run_entries_remove(folder->work, folder->kind, NULL);
+  unlock(folder);
   folder->work[0] = 0;
-}
-
-thrum_status run_folder_check(const char *path, const char *mark, thrum_error *error) {
-  run_folder folder = {0};
-  // a signal that ends the program in between would leave the folder
-  thrum_interrupt_hold();
-  const thrum_status status = run_folder_open(path, mark, &folder, error);
-  run_folder_abandon(&folder);
-  thrum_interrupt_let();
-  return status;
 }

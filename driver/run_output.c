@@ -71,13 +71,15 @@ static thrum_status open_frames(run_output *output, thrum_error *error) {
   return pvd_open(path, &output->pvd, error);
 }
 
-thrum_status run_output_open(const char *path, const thrum_model *model, bool frames,
+thrum_status run_output_open(const char *path, const thrum_model *model, bool frames, bool inside,
                              run_output *output, thrum_error *error) {
   run_output opened = {.model = model};
   size_t size = 0;
-  thrum_status status = run_folder_open(path, RUN_JSON, &opened.folder, error);
-  if (status < 0)
-    return status;
+  thrum_status status = THRUM_OK;
+  if (inside)
+    THRUM_TRY(run_folder_open_inside(path, &opened.folder, error));
+  else
+    THRUM_TRY(run_folder_open(path, RUN_OF_BODY, &opened.folder, error));
   errno = 0;
   opened.energy = open_file(&opened, "energy.csv");
   opened.q = open_file(&opened, "q.npy");

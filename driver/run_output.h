@@ -25,9 +25,10 @@ typedef struct run_output {
   const char *plot; /* the plot's file name once drawn; NULL: none */
 } run_output;
 
-/* Makes the work folder and opens the series; frames need a model with a mesh and a basis. On
- * failure nothing is left behind. */
-thrum_status run_output_open(const char *path, const thrum_model *model, bool frames,
+/* Makes the work folder and opens the series; frames need a model with a mesh and a basis.
+ * `inside`: the body is part of a scene, and `path` is in the scene's work folder. On failure
+ * nothing is left behind. */
+thrum_status run_output_open(const char *path, const thrum_model *model, bool frames, bool inside,
                              run_output *output, thrum_error *error);
 
 /* Opens places.npy, for the body of a scene that moves as a whole; before the first row. */

@@ -31,7 +31,7 @@ thrum_status driver_run_open_body(driver_run *run, int32_t n, const char *path,
 
   // the measures may refuse the model, so they come before the files
   THRUM_TRY(simulate_measures_open(request, shown, &body->measures, error));
-  THRUM_TRY(run_output_open(path, shown, frames, &body->output, error));
+  THRUM_TRY(run_output_open(path, shown, frames, body->name != NULL, &body->output, error));
   return body->moves ? run_output_open_places(&body->output, error) : THRUM_OK;
 }
 

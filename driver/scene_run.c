@@ -28,7 +28,7 @@ static thrum_status report(scene_run *run, double began, thrum_error *error) {
   free(text);
 
   if (status >= 0)
-    status = scene_folder_commit(&run->folder, error);
+    status = run_folder_commit(&run->folder, error);
 
   // the object is shown where JSON was asked for, the table otherwise
   if (status >= 0 && run->request->json) {
@@ -69,7 +69,7 @@ static thrum_status run_scene(scene_run *scene, thrum_error *error) {
   // models may be made first, and a signal ends that at once
   thrum_interrupt_clean("\nthrum: stopped; nothing was written\n");
   THRUM_TRY(scene_run_read(scene, error));
-  THRUM_TRY(run_folder_check(request->output, SCENE_JSON, error));
+  THRUM_TRY(run_folder_check(request->output, RUN_OF_SCENE, error));
   THRUM_TRY(scene_run_build(scene, error));
 
   // from here on there is something to clean up
@@ -95,7 +95,7 @@ void scene_run_close(scene_run *run) {
 
   // work folders of bodies first, then the scene's around them
   driver_run_close(&run->run);
-  scene_folder_abandon(&run->folder);
+  run_folder_abandon(&run->folder);
   thrum_scene_free(run->scene);
   scene_models_free(&run->models);
   for (int64_t n = 0; n < run->base_motion_count; n++)

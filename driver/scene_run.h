@@ -10,7 +10,6 @@
 #include "driver/display_surface.h"
 #include "driver/run.h"
 #include "driver/scene_file_models.h"
-#include "driver/scene_folder.h"
 #include "thrum/scene.h"
 #include "thrum/thrum.h"
 

@@ -100,7 +100,7 @@ static thrum_status open_probes(scene_run *run, thrum_error *error) {
 }
 
 thrum_status scene_run_open(scene_run *run, thrum_error *error) {
-  THRUM_TRY(scene_folder_open(run->request->output, &run->folder, error));
+  THRUM_TRY(run_folder_open(run->request->output, RUN_OF_SCENE, &run->folder, error));
   for (int32_t n = 0; n < run->spec.bodies.count; n++)
     THRUM_TRY(open_body(run, n, error));
   return open_probes(run, error);

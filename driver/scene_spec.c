@@ -10,7 +10,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "driver/scene_folder.h"
+#include "driver/run_entries.h"
 #include "driver/scene_spec.h"
 #include "mesh/formats/mesh_read.h"
 #include "thrum/thrum.h"

@@ -102,7 +102,7 @@ static thrum_status report(driver_run *run, double began, thrum_error *error) {
 static thrum_status simulate(single_run *single, thrum_error *error) {
   const simulate_request *request = single->request;
   driver_run *run = &single->run;
-  THRUM_TRY(run_folder_check(request->run_path, RUN_JSON, error));
+  THRUM_TRY(run_folder_check(request->run_path, RUN_OF_BODY, error));
   THRUM_TRY(prepare(single, error));
   warn_before(single);
   run->bodies[0].figures.seconds_read = clock_seconds() - single->began;

@@ -299,7 +299,7 @@ static void a_run_that_cannot_be_written_leaves_nothing(void **state) {
  */
 static bool is_under_way(const char *run) {
   char start[80];
-  snprintf(start, sizeof start, "%s.partial-", run);
+  snprintf(start, sizeof start, "%s.thrum-partial", run);
   bool found = false;
   DIR *entries = opendir(folder);
   assert_non_null(entries);

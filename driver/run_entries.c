@@ -1,0 +1,335 @@
+/* What in a folder belongs to a run: one walk through the folder, its frames and its bodies, for
+ * checking, moving and removing (run_entries.h). SPDX-License-Identifier: Apache-2.0 */
+#include "driver/run_entries.h"
+
+#include <cjson/cJSON.h>
+#include <dirent.h>
+#include <errno.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "io/file.h"
+
+#define PATH_SIZE 1536
+
+/* The files of a run but its mark. energy.gp is there while the plot is drawn. */
+static const char *const run_files[] = {"energy.csv", "q.npy",      "end.npy",    RUN_PLACEMENTS,
+                                        "energy.png", "energy.svg", "frames.pvd", "energy.gp"};
+enum { RUN_FILE_COUNT = sizeof run_files / sizeof run_files[0] };
+
+typedef char path_text[PATH_SIZE];
+
+/* What kind of folder is walked through. */
+typedef enum folder_kind { FOLDER_RUN, FOLDER_SCENE, FOLDER_FRAMES } folder_kind;
+
+/* What an entry of such a folder is. */
+typedef enum entry_kind {
+  ENTRY_USERS,
+  ENTRY_FILE,
+  ENTRY_MARK,
+  ENTRY_FRAMES,
+  ENTRY_BODY
+} entry_kind;
+
+/* One move, to be undone. */
+typedef struct move {
+  char *from, *to;
+} move;
+
+/* A walk: what it does, and the moves that it has made. */
+typedef struct walk {
+  enum { WALK_CHECK, WALK_KEEP, WALK_REMOVE } act;
+  move *moves;
+  size_t count;
+} walk;
+
+static thrum_status join(path_text path, const char *folder, const char *name, thrum_error *error) {
+  if (snprintf(path, PATH_SIZE, "%s/%s", folder, name) < PATH_SIZE)
+    return THRUM_OK;
+  return thrum_error_set(error, THRUM_IO, "%.200s/...: the path is too long", folder);
+}
+
+static thrum_status fail(const char *path, const char *what, int number, thrum_error *error) {
+  return thrum_error_set(error, THRUM_IO, "%.250s: %s (%s)", path, what, strerror(number));
+}
+
+static thrum_status no_memory(thrum_error *error) {
+  return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory to look into the run's folder");
+}
+
+/* --- marks ------------------------------------------------------------------------------------ */
+
+/* The object of the mark in a folder, for cJSON_Delete; NULL in *object: there is none. */
+static thrum_status read_mark(const char *folder, const char *name, cJSON **object,
+                              thrum_error *error) {
+  path_text path;
+  struct stat status;
+  void *text = NULL;
+  size_t size = 0;
+  *object = NULL;
+  THRUM_TRY(join(path, folder, name, error));
+  if (lstat(path, &status) != 0)
+    return THRUM_OK;
+  THRUM_TRY(thrum_file_read(path, &text, &size, error));
+  *object = cJSON_ParseWithLength(text, size);
+  free(text);
+  return THRUM_OK;
+}
+
+/* The program and the command in the mark say that a run of ours is there. */
+static bool is_ours(const cJSON *object) {
+  const cJSON *program = cJSON_GetObjectItemCaseSensitive(object, "program");
+  const cJSON *command = cJSON_GetObjectItemCaseSensitive(object, "command");
+  return cJSON_IsString(program) && strcmp(program->valuestring, "thrum") == 0 &&
+         cJSON_IsString(command) && strcmp(command->valuestring, "simulate") == 0;
+}
+
+bool run_entries_marked(const char *path, run_kind kind) {
+  cJSON *object = NULL;
+  const bool marked =
+      read_mark(path, kind == RUN_OF_SCENE ? SCENE_JSON : RUN_JSON, &object, NULL) >= 0 &&
+      is_ours(object);
+  cJSON_Delete(object);
+  return marked;
+}
+
+bool run_entries_none(const char *path) {
+  DIR *entries = opendir(path);
+  if (entries == NULL)
+    return false;
+  bool none = true;
+  for (const struct dirent *entry = readdir(entries); entry != NULL; entry = readdir(entries))
+    if (strcmp(entry->d_name, ".") != 0 && strcmp(entry->d_name, "..") != 0)
+      none = false;
+  closedir(entries);
+  return none;
+}
+
+/* --- entries ---------------------------------------------------------------------------------- */
+
+/* A body of the scene; without a scene.json the run is in the making, and every folder is one. */
+static bool is_body(const cJSON *scene, const char *name) {
+  const cJSON *bodies = cJSON_GetObjectItemCaseSensitive(scene, "bodies"), *item;
+  if (scene == NULL)
+    return true;
+  cJSON_ArrayForEach(item, bodies) {
+    const char *body = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(item, "name"));
+    if (body != NULL && strcmp(body, name) == 0)
+      return true;
+  }
+  return false;
+}
+
+static bool ends_with(const char *name, const char *end) {
+  const size_t length = strlen(name), size = strlen(end);
+  return length > size && strcmp(name + length - size, end) == 0;
+}
+
+/* A file of this name, or what a killed process left of writing it. */
+static bool is_named(const char *name, const char *file) {
+  const size_t length = strlen(file);
+  return strncmp(name, file, length) == 0 &&
+         (name[length] == 0 || (name[length] == '.' && ends_with(name, ".tmp")));
+}
+
+/* What an entry with this name would be as a file; ENTRY_USERS: nothing of a run. */
+static entry_kind file_kind(folder_kind folder, const char *name) {
+  if (folder == FOLDER_FRAMES) {
+    const bool frame = strncmp(name, "frame_", 6) == 0;
+    return frame && (ends_with(name, ".vtu") || ends_with(name, ".tmp")) ? ENTRY_FILE : ENTRY_USERS;
+  }
+
+  if (strcmp(name, folder == FOLDER_SCENE ? SCENE_JSON : RUN_JSON) == 0)
+    return ENTRY_MARK;
+  if (folder == FOLDER_SCENE)
+    return is_named(name, SCENE_PROBES) || is_named(name, SCENE_JSON) ? ENTRY_FILE : ENTRY_USERS;
+  for (int n = 0; n < RUN_FILE_COUNT; n++)
+    if (is_named(name, run_files[n]))
+      return ENTRY_FILE;
+  return is_named(name, RUN_JSON) ? ENTRY_FILE : ENTRY_USERS;
+}
+
+static entry_kind kind_of(folder_kind folder, const cJSON *scene, const char *name,
+                          bool is_folder) {
+  if (!is_folder)
+    return file_kind(folder, name);
+  if (folder == FOLDER_RUN && strcmp(name, RUN_FRAMES) == 0)
+    return ENTRY_FRAMES;
+  return folder == FOLDER_SCENE && is_body(scene, name) ? ENTRY_BODY : ENTRY_USERS;
+}
+
+/* --- what a walk does with an entry ----------------------------------------------------------- */
+
+/* An entry of the user's is in the way where the new run has, or may have, one of its name. */
+static thrum_status check_users(folder_kind folder, const char *from, const char *to,
+                                const char *name, thrum_error *error) {
+  struct stat status;
+  const bool taken = to != NULL ? lstat(to, &status) == 0
+                                : file_kind(folder, name) != ENTRY_USERS ||
+                                      (folder == FOLDER_RUN && strcmp(name, RUN_FRAMES) == 0);
+  return taken
+             ? thrum_error_set(error, THRUM_IO,
+                               "%.250s: is no part of a run and has the name of one; move it away",
+                               from)
+             : THRUM_OK;
+}
+
+static void forget_moves(walk *walking) {
+  for (size_t n = 0; n < walking->count; n++) {
+    free(walking->moves[n].from);
+    free(walking->moves[n].to);
+  }
+  free(walking->moves);
+}
+
+static void undo_moves(const walk *walking) {
+  for (size_t n = walking->count; n > 0; n--)
+    rename(walking->moves[n - 1].to, walking->moves[n - 1].from);
+}
+
+static char *copy_of(const char *text) {
+  char *copy = malloc(strlen(text) + 1);
+  return copy != NULL ? strcpy(copy, text) : NULL;
+}
+
+static thrum_status keep_users(walk *walking, const char *from, const char *folder, const char *to,
+                               thrum_error *error) {
+  struct stat status;
+  if (mkdir(folder, 0777) != 0 && errno != EEXIST)
+    return fail(folder, "cannot be created", errno, error);
+
+  // rename would replace a file
+  if (lstat(to, &status) == 0)
+    return fail(to, "is there already", EEXIST, error);
+
+  // the move is noted before it is made, so that it can be undone
+  move *grown = realloc(walking->moves, (walking->count + 1) * sizeof *grown);
+  if (grown == NULL)
+    return no_memory(error);
+  walking->moves = grown;
+  const move next = {copy_of(from), copy_of(to)};
+  const int reason = next.from == NULL || next.to == NULL ? ENOMEM
+                     : rename(from, to) != 0              ? errno
+                                                          : 0;
+  if (reason == 0) {
+    grown[walking->count++] = next;
+    return THRUM_OK;
+  }
+  free(next.from);
+  free(next.to);
+  return fail(from, "cannot be moved", reason, error);
+}
+
+static thrum_status remove_file(const char *path, thrum_error *error) {
+  if (unlink(path) == 0 || errno == ENOENT)
+    return THRUM_OK;
+  return fail(path, "cannot be removed", errno, error);
+}
+
+static thrum_status walk_folder(walk *walking, folder_kind folder, const char *from, const char *to,
+                                thrum_error *error);
+
+static thrum_status visit(walk *walking, folder_kind folder, const cJSON *scene, const char *from,
+                          const char *to, const char *name, thrum_error *error) {
+  path_text path, target = "";
+  struct stat status;
+  THRUM_TRY(join(path, from, name, error));
+  if (to != NULL)
+    THRUM_TRY(join(target, to, name, error));
+  if (lstat(path, &status) != 0)
+    return errno == ENOENT ? THRUM_OK : fail(path, "cannot be read", errno, error);
+  const entry_kind kind = kind_of(folder, scene, name, S_ISDIR(status.st_mode));
+
+  // folders of the run first
+  if (kind == ENTRY_FRAMES || kind == ENTRY_BODY)
+    return walk_folder(walking, kind == ENTRY_FRAMES ? FOLDER_FRAMES : FOLDER_RUN, path,
+                       to != NULL ? target : NULL, error);
+  if (kind == ENTRY_USERS && walking->act == WALK_CHECK)
+    return check_users(folder, path, to != NULL ? target : NULL, name, error);
+  if (kind == ENTRY_USERS && walking->act == WALK_KEEP)
+    return keep_users(walking, path, to, target, error);
+  return kind == ENTRY_FILE && walking->act == WALK_REMOVE ? remove_file(path, error) : THRUM_OK;
+}
+
+/* All entries of a folder; the mark is removed last, so that a walk that ends midway can be done
+ * again. */
+static thrum_status walk_entries(walk *walking, folder_kind folder, const cJSON *scene,
+                                 const char *from, const char *to, thrum_error *error) {
+  DIR *entries = opendir(from);
+  if (entries == NULL)
+    return fail(from, "cannot be read", errno, error);
+  thrum_status status = THRUM_OK;
+  for (;;) {
+    errno = 0;
+    const struct dirent *entry = readdir(entries);
+    if (entry == NULL) {
+      if (errno != 0)
+        status = fail(from, "cannot be read", errno, error);
+      break;
+    }
+    if (strcmp(entry->d_name, ".") == 0 || strcmp(entry->d_name, "..") == 0)
+      continue;
+    status = visit(walking, folder, scene, from, to, entry->d_name, error);
+    if (status < 0)
+      break;
+  }
+  closedir(entries);
+  return status;
+}
+
+static thrum_status walk_folder(walk *walking, folder_kind folder, const char *from, const char *to,
+                                thrum_error *error) {
+  path_text mark;
+  cJSON *scene = NULL;
+  if (walking->act == WALK_CHECK && access(from, R_OK | W_OK | X_OK) != 0)
+    return fail(from, "cannot be replaced", errno, error);
+
+  // the bodies of a scene are those that its mark lists
+  if (folder == FOLDER_SCENE) {
+    THRUM_TRY(read_mark(from, SCENE_JSON, &scene, error));
+    THRUM_TRY(join(mark, from, SCENE_JSON, error));
+    if (scene == NULL && access(mark, F_OK) == 0)
+      return thrum_error_set(error, THRUM_IO, "%.250s: is no object of JSON", mark);
+  }
+
+  thrum_status status = walk_entries(walking, folder, scene, from, to, error);
+  cJSON_Delete(scene);
+  if (status < 0 || walking->act != WALK_REMOVE)
+    return status;
+
+  if (folder != FOLDER_FRAMES) {
+    THRUM_TRY(join(mark, from, folder == FOLDER_SCENE ? SCENE_JSON : RUN_JSON, error));
+    THRUM_TRY(remove_file(mark, error));
+  }
+  if (rmdir(from) == 0 || errno == ENOTEMPTY || errno == EEXIST)
+    return THRUM_OK;
+  return fail(from, "cannot be removed", errno, error);
+}
+
+static folder_kind folder_of(run_kind kind) {
+  return kind == RUN_OF_SCENE ? FOLDER_SCENE : FOLDER_RUN;
+}
+
+thrum_status run_entries_check(const char *from, const char *to, run_kind kind,
+                               thrum_error *error) {
+  walk walking = {.act = WALK_CHECK};
+  return walk_folder(&walking, folder_of(kind), from, to, error);
+}
+
+thrum_status run_entries_keep(const char *from, const char *to, run_kind kind, thrum_error *error) {
+  walk walking = {.act = WALK_KEEP};
+  const thrum_status status = walk_folder(&walking, folder_of(kind), from, to, error);
+  if (status < 0)
+    undo_moves(&walking);
+  forget_moves(&walking);
+  return status;
+}
+
+thrum_status run_entries_remove(const char *path, run_kind kind, thrum_error *error) {
+  walk walking = {.act = WALK_REMOVE};
+  return walk_folder(&walking, folder_of(kind), path, NULL, error);
+}

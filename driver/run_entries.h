@@ -1,0 +1,47 @@
+/* What in a folder belongs to a run, and what is the user's own.
+ *
+ * A run is known by its mark, run.json or for a scene scene.json, which says that it is one. To it
+ * belong the files that a run writes, by name, the frames, and the folders of the bodies that
+ * scene.json lists. Everything else is the user's: nothing here removes it.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_DRIVER_RUN_ENTRIES_H
+#define THRUM_DRIVER_RUN_ENTRIES_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "thrum/status.h"
+
+/* The names a run may hold, besides frames/frame_NNNNNN.vtu. */
+#define RUN_FRAMES "frames"
+#define RUN_JSON "run.json"
+// rows x 7: the place of a free body of a scene, see driver/run_placement.h
+#define RUN_PLACEMENTS "places.npy"
+
+/* And the run of a scene, besides a folder as of one run for each body. */
+#define SCENE_JSON "scene.json"
+#define SCENE_PROBES "probes.csv"
+
+typedef enum run_kind {
+  RUN_OF_BODY, /* of one model; its mark is RUN_JSON */
+  RUN_OF_SCENE /* its mark is SCENE_JSON */
+} run_kind;
+
+/* Does the mark in the folder say that a run of this kind is there? */
+bool run_entries_marked(const char *path, run_kind kind);
+
+/* Is the folder empty? False where it cannot be read. */
+bool run_entries_none(const char *path);
+
+/* Could the run in the folder `from` be removed, and the user's entries be moved into the folder
+ * `to`? THRUM_IO with the entry and the reason: an entry of the user's has the name of one in `to`,
+ * or of a file of any run where `to` is NULL, or a folder cannot be written to. */
+thrum_status run_entries_check(const char *from, const char *to, run_kind kind, thrum_error *error);
+
+/* Moves the user's entries of the folder `from` into `to`, all of them or none. */
+thrum_status run_entries_keep(const char *from, const char *to, run_kind kind, thrum_error *error);
+
+/* Removes the run from the folder, its mark last, and the folder where nothing else is in it. */
+thrum_status run_entries_remove(const char *path, run_kind kind, thrum_error *error);
+
+#endif
