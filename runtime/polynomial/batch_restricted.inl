@@ -16,6 +16,7 @@ INLINE void lift(int64_t n, const double *q, double *lifted) {
  * (b,-1) of row c. */
 INLINE void restrict_low(const thrum_model *model, int64_t split, const double *q,
                          double *restricted, double *work) {
+  // monomials of the held coordinates, in scratch
   const int64_t rank = model->rank, n = rank - split, columns = thrum_batch_columns(rank);
   double *m = work, *y = m + columns * LANES, *lifted = y + rank * LANES;
   batch_block k = block_first(model, false);
@@ -23,6 +24,8 @@ INLINE void restrict_low(const thrum_model *model, int64_t split, const double *
   k.y = y;
   lift(split, q, lifted);
   monomials(false, split, lifted, lifted, m);
+
+  // linear terms: rows of two held coordinates
   clear(restricted, thrum_restricted_first(n));
   for (int64_t c = 0; c < split; c++) {
     k.rows = n;
@@ -32,6 +35,8 @@ INLINE void restrict_low(const thrum_model *model, int64_t split, const double *
       vs_store(restricted + i, vs_add(vs_load(restricted + i), vs_mul(q_c, vs_load(y + i))));
     block_next(rank, c + 1, &k);
   }
+
+  // quadratic terms: rows of one free coordinate, in the columns that are held
   double *row = restricted + thrum_restricted_count(n) * LANES;
   for (int64_t c = n - 1; c >= 0; c--) {
     row -= 8 * thrum_pack_vectors(c) * LANES;
@@ -66,18 +71,23 @@ PASS void pass_restrict(const thrum_model *model, int64_t split, const double *q
 PASS void pass_restricted_gradient(const thrum_model *model, int64_t split,
                                    const double *restricted, const double *q, double *gradient,
                                    double *value, double *work) {
+  // coordinates and monomials, the restriction's own rows, and the model's blocks
   const int64_t n = model->rank - split;
   const evaluation e = evaluation_of(n, work);
   evaluation_begin(n, 0, q, &e);
   const double *row = restricted + thrum_restricted_first(n) * LANES;
   batch_block k = evaluation_blocks(model, &e);
   k.own_y = e.end;
+
+  // each block with the restriction's own row of it
   for (int64_t c = 0; c < n; c++) {
     k.rows = n - c;
     k.z = e.z + c * LANES;
     k.scale = vs_load(k.z);
     k.own = row;
     block_own(&k);
+
+    // the rows' sums meet their own coordinate
     const vs own = vs_add(vs_load(restricted + c * LANES), vs_load(k.own_y));
     sums8 sum = sums_zero();
     lower_block(n - c, e.y, k.scale, k.z, &sum, e.g + c * LANES);
@@ -85,6 +95,8 @@ PASS void pass_restricted_gradient(const thrum_model *model, int64_t split,
     row += 8 * thrum_pack_vectors(c) * LANES;
     block_next(model->rank, c + 1, &k);
   }
+
+  // columns, then the gradient and the value
   upper(0, n, e.w, e.z, e.lifted, e.h, e.y);
   for (int64_t i = 0; i < n; i++)
     vs_store(gradient + i * LANES, evaluation_entry(&e, n - 1 - i));
@@ -116,9 +128,12 @@ INLINE void hessian_row(int64_t d, const double *list, const evaluation *e, doub
 
 PASS void pass_restricted_hessian(const thrum_model *model, int64_t split, const double *restricted,
                                   const double *q, double *hessian, double *work) {
+  // coordinates and monomials
   const int64_t n = model->rank - split;
   const evaluation e = evaluation_of(n, work);
   evaluation_begin(n, 0, q, &e);
+
+  // scratch: the factors of z_c, a list of them, and the coefficients y_dc below the diagonal
   const int64_t spare = thrum_batch_columns(n) * LANES;
   double *l = e.end, *list = l + spare, *lower = list + spare;
   const double *own = restricted + thrum_restricted_first(n) * LANES;
@@ -126,6 +141,8 @@ PASS void pass_restricted_hessian(const thrum_model *model, int64_t split, const
   block_row rows[THRUM_RANK_MAX];
   batch_block k = evaluation_blocks(model, &e);
   k.w = l;
+
+  // each block gives its column of coefficients, then its row of the Hessian
   for (int64_t c = 0; c < n; c++) {
     // y_dc is the coefficient of z_d z_c; l holds the other factors of z_c
     const int64_t columns = 8 * thrum_pack_vectors(c) * LANES;
@@ -136,6 +153,8 @@ PASS void pass_restricted_hessian(const thrum_model *model, int64_t split, const
     for (int64_t d = c; d < n; d++)
       vs_store(lower + (d * n + c) * LANES, vs_load(e.y + (d - c) * LANES));
     blocks[c] = k.b;
+
+    // what meets z_c in the blocks before it
     for (int64_t b = 0; b <= c; b++)
       rows[b] = row_of(&blocks[b], b, model->rank - b, c - b);
     list_of(c + 1, rows, e.z, l, list, e.w);
@@ -143,5 +162,6 @@ PASS void pass_restricted_hessian(const thrum_model *model, int64_t split, const
     own += columns;
     block_next(model->rank, c + 1, &k);
   }
+
   hessian_close(n, lower, e.w, hessian);
 }

@@ -89,11 +89,14 @@ PASS double pass_force(const thrum_model *model, const double *q, double *gradie
 
 PASS void pass_forces(const thrum_model *model, const double *const q[2], double *const gradient[2],
                       double value[2], double *work) {
+  // coordinates and monomials of both points
   const int64_t n = model->rank;
   const pack_scratch t = pack_cut(n, work);
   const evaluation e[2] = {evaluation_of(&t, 0), evaluation_of(&t, 1)};
   for (int k = 0; k < 2; k++)
     evaluation_begin(n, q[k], &e[k]);
+
+  // each block is read once and multiplied at both
   const point p[2] = {{e[0].m, e[0].x, e[0].w, e[0].y}, {e[1].m, e[1].x, e[1].w, e[1].y}};
   packed_block b = packed_first(model);
   for (int64_t c = 0; c < n; c++) {
@@ -104,6 +107,8 @@ PASS void pass_forces(const thrum_model *model, const double *const q[2], double
       evaluation_block(n, c, &e[k]);
     packed_next(n, c + 1, &b);
   }
+
+  // the sums become gradient and value
   for (int k = 0; k < 2; k++)
     value[k] = evaluation_end(n, &e[k], t.lanes, gradient[k]);
 }
@@ -113,18 +118,23 @@ PASS void pass_forces(const thrum_model *model, const double *const q[2], double
 
 PASS void pass_tangent_vector(const thrum_model *model, const double *q, const double *v,
                               double *product, double *work) {
+  // small ranks have their products by pairs
   const int64_t n = model->rank;
   if (n <= THRUM_PAIRS_VECTOR_RANK_MOST) {
     tangent_vector_by_pairs(model, q, v, product, work);
     return;
   }
+
   const pack_scratch t = pack_cut(n, work);
+
   // every line is the derivative along v of a line of pass_force
   const evaluation e = evaluation_of(&t, 0), d = evaluation_of(&t, 1);
   evaluation_begin(n, q, &e);
   spread(n, n, v, 0.0, d.q, d.reversed, d.lifted);
   zeros(d.w, thrum_pack_first(n));
   column_monomials(true, n, e.q, e.lifted, d.q, d.lifted, d.m);
+
+  // each block at q and along v, whose row sums meet the other's coordinates
   const point p[2] = {{e.m, e.x, e.w, e.y}, {d.m, d.x, d.w, d.y}};
   packed_block b = packed_first(model);
   for (int64_t c = 0; c < n; c++) {
@@ -135,6 +145,8 @@ PASS void pass_tangent_vector(const thrum_model *model, const double *q, const d
     v8_store(e.blocks + 8 * c, lower_block(n - c, d.y, e.q[c], e.reversed, sum, e.g));
     packed_next(n, c + 1, &b);
   }
+
+  // columns of both, then the product
   lane_sums(0, n, e.blocks, e.s);
   upper_runs(true, 0, n, e.w, d.q, d.lifted, e.h, t.lanes);
   upper_runs(false, 0, n, d.w, e.q, e.lifted, e.h, t.lanes);
@@ -176,9 +188,12 @@ INLINE void tangent_close(int64_t n, const double *w, double *hessian) {
 
 PASS double pass_tangent(const thrum_model *model, const double *q, double *gradient,
                          double *hessian, double *work) {
+  // small ranks have their products by pairs
   const int64_t n = model->rank;
   if (thrum_pairs_count(n) > 0)
     return tangent_by_pairs(model, q, gradient, hessian, work);
+
+  // coordinates and monomials; a list of columns for each coordinate
   const pack_scratch t = pack_cut(n, work);
   const evaluation e = evaluation_of(&t, 0);
   double *l = t.columns[1][0], *g = t.vectors[1][0], *s = t.vectors[1][1];
@@ -186,9 +201,12 @@ PASS double pass_tangent(const thrum_model *model, const double *q, double *grad
   evaluation_begin(n, q, &e);
   zeros(l, thrum_pack_first(n));
   tangent_lists(false, n, t.more, list);
+
   // half of it now, half + half^T at the end
   for (int64_t k = 0; k < n * n; k++)
     hessian[k] *= 0.5;
+
+  // each block gives its column of the Hessian and its part of the lists
   const point p = {e.m, e.reversed, l, e.y};
   packed_block b = packed_first(model);
   for (int64_t c = 0; c < n; c++) {
@@ -201,6 +219,7 @@ PASS double pass_tangent(const thrum_model *model, const double *q, double *grad
       hessian[d * n + c] += e.y[n - 1 - d];
     packed_next(n, c + 1, &b);
   }
+
   // the mixed derivatives by q_d and the columns: the gradient of all that meets q_d
   for (int64_t d = 0; d < n; d++) {
     zeros(g, d + 2);
@@ -208,6 +227,7 @@ PASS double pass_tangent(const thrum_model *model, const double *q, double *grad
     for (int64_t k = 0; k <= d; k++)
       hessian[d * n + k] += g[k + 1] + s[k];
   }
+
   tangent_close(n, e.w, hessian);
   return gradient ? evaluation_end(n, &e, t.lanes, gradient) : 0.0;
 }

@@ -103,16 +103,21 @@ INLINE void sum_rows(bool single, bool ahead, int rows, const coefficients *b, i
 INLINE void group_rows(bool single, work_on what, int rows, const packed_block *k, int64_t at,
                        int64_t size, const double *m, const double *x, double *w, double *y,
                        const row_lists *l, const own_row *own) {
+  // sums and factors of the rows stay in registers over all columns
   const bool sums = what != WORK_ADDS, adds = what != WORK_SUMS;
   v8x8 sum = rows_zero8();
   v8 own_sum = v8_zero();
   const v8x8 factor = adds ? rows_set8(rows, x) : sum;
   const v8 q = l ? v8_set1(l->q) : v8_zero(), own_x = own ? v8_set1(own->x) : v8_zero();
   const coefficients *b = &k->b;
+
+  // columns that only have sums
   int64_t v = 0;
   if (what == WORK_BOTH)
     for (; v < 8 * k->plain; v += 8, at += 8 * size)
       sum_rows(single, false, rows, b, at, v8_load(m + v), &sum);
+
+  // the others, eight at a time: w and the lists are read and written once for all rows
   for (; v < 8 * k->vectors; v += 8, at += 8 * size) {
     const v8 m_v = sums ? v8_load(m + v) : v8_zero();
     v8 w_v = adds ? v8_load(w + v) : v8_zero();
@@ -136,6 +141,7 @@ INLINE void group_rows(bool single, work_on what, int rows, const packed_block *
     if (adds)
       v8_store(w + v, w_v);
   }
+
   if (own)
     *own->y = v8_sum(own_sum);
   if (sums)
@@ -145,12 +151,17 @@ INLINE void group_rows(bool single, work_on what, int rows, const packed_block *
 /* Multiplies such rows at two points. */
 INLINE void group_rows_twice(bool single, int rows, const packed_block *k, int64_t at, int64_t size,
                              int64_t row, const point p[2]) {
+  // sums and factors of both points stay in registers
   v8x8 sum = rows_zero8(), sum2 = rows_zero8();
   const v8x8 factor = rows_set8(rows, p[0].x + row), factor2 = rows_set8(rows, p[1].x + row);
   const coefficients *b = &k->b;
+
+  // columns that only have sums at the first point
   int64_t v = 0;
   for (; v < 8 * k->plain; v += 8, at += 8 * size)
     sum_rows(single, true, rows, b, at, v8_load(p[0].m + v), &sum);
+
+  // the others at both points, with each coefficient read once
   for (; v < 8 * k->vectors; v += 8, at += 8 * size) {
     const v8 m = v8_load(p[0].m + v), m2 = v8_load(p[1].m + v);
     v8 w = v8_load(p[0].w + v), w2 = v8_load(p[1].w + v);
@@ -167,6 +178,7 @@ INLINE void group_rows_twice(bool single, int rows, const packed_block *k, int64
     v8_store(p[0].w + v, w);
     v8_store(p[1].w + v, w2);
   }
+
   v8_store_sums(rows, p[0].y + row, &sum);
   v8_store_sums(rows, p[1].y + row, &sum2);
 }
@@ -195,12 +207,16 @@ INLINE void group_work(bool single, work_on what, int rows, const packed_block *
  * sums overwrite the zeros behind the last ones. */
 INLINE void block_work(bool single, work_on what, const packed_block *b, const point *p,
                        const row_lists *l, const own_row *own) {
+  // passes with more to hold take fewer rows at a time
   const int64_t most = what == WORK_TWICE || what == WORK_LISTS ? ROWS_FEW : ROWS_MANY;
   for (int64_t first = b->first / THRUM_PACK_ROWS * THRUM_PACK_ROWS; first < b->rows;
        first += THRUM_PACK_ROWS) {
+    // the group's size and how many of its rows the pass takes
     const int64_t size = thrum_pack_size(b->all, first);
     const int64_t wanted = size < b->rows - first ? size : b->rows - first;
     const int64_t begin = b->at + 8 * first * b->whole;
+
+    // a compiled variant for each number of rows
     for (int64_t r = b->first > first ? b->first - first : 0; r < wanted; r += most) {
       const int64_t at = begin + 8 * r, row = first + r;
       switch (wanted - r < most ? wanted - r : most) {
@@ -377,10 +393,12 @@ INLINE v8 upper_part(bool starts, v8 part, double q_b, v8 lifted, double *lanes,
  * lanes of s_b = sum_a w_ba q^_a, from zero if `starts`. */
 INLINE void upper_runs(bool starts, int64_t first, int64_t last, const double *w, const double *q,
                        const double *lifted, double *g, double *lanes) {
+  // eight columns at a time, which stay in a register over all runs
   for (int64_t c = 0; c <= last; c += 8) {
     const v8 lifted_c = v8_load(lifted + c);
     v8 g_c = v8_load(g + c);
     int64_t b = c - 1 > first ? c - 1 : first;
+
     // runs that end in this vector of columns, then those that continue
     for (; b < last && b < c + 6; b++) {
       const v8 part = v8_load_range(w + thrum_pack_first(b) + c, 0, b + 2 - c);
@@ -390,6 +408,7 @@ INLINE void upper_runs(bool starts, int64_t first, int64_t last, const double *w
       const v8 part = v8_load(w + thrum_pack_first(b) + c);
       g_c = upper_part(starts && c == 0, part, q[b], lifted_c, lanes + 8 * b, g_c);
     }
+
     v8_store(g + c, g_c);
   }
 }

@@ -44,16 +44,21 @@ INLINE double *pairs_at(const thrum_model *model, const double *q, const pack_sc
 
 INLINE double tangent_by_pairs(const thrum_model *model, const double *q_given, double *gradient,
                                double *hessian, double *work) {
+  // y = B m, the second derivatives in their runs
   const int64_t n = model->rank;
   const pack_scratch t = pack_cut(n, work);
   const evaluation e = evaluation_of(&t, 0);
   const double *y = pairs_at(model, q_given, &t, &e), *run = y + 1;
+
+  // rows of the Hessian from the runs, and their mirror images
   for (int64_t d = 0; d < n; run += d + 2, d++) {
     double *row = hessian + d * n;
     for (int64_t a = 0; a < d; a++)
       row[a] = hessian[a * n + d] = row[a] + run[a];
     row[d] += 2.0 * run[d];
   }
+
+  // the gradient follows from the same y
   if (!gradient)
     return 0.0;
   zeros(e.h, n + 1);

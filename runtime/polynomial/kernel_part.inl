@@ -19,12 +19,15 @@ INLINE void part_begin(int64_t n, int64_t plain, const evaluation *e) {
 
 PASS double pass_force_part(const thrum_model *model, int64_t split, const double *q,
                             double *gradient, double *work) {
+  // mirrored coordinates, so that those asked for come last, and monomials
   const int64_t n = model->rank, k = n - split, plain = thrum_pack_first(k) / 8;
   const pack_scratch t = pack_cut(n, work);
   const evaluation e = evaluation_of(&t, 0);
   spread_mirrored(n, 0, q, 1.0, e.q, e.lifted);
   part_begin(n, plain, &e);
   column_monomials(false, n, e.q, e.lifted, e.q, e.lifted, e.m);
+
+  // each block: rows of held coordinates have sums alone
   const point p = {e.m, e.x, e.w, e.y};
   packed_block b = packed_mirrored(model);
   for (int64_t c = 0; c < n; c++) {
@@ -35,9 +38,13 @@ PASS double pass_force_part(const thrum_model *model, int64_t split, const doubl
       b.plain = plain;
       packed_both(&b, &p, NULL, NULL);
     }
+
+    // the rows' sums meet their own coordinate
     v8_store(e.blocks + 8 * c, lower_block(n - c, e.y, e.q[c], e.q + c, v8_zero(), e.g + c));
     packed_next(n, c + 1, &b);
   }
+
+  // columns, then the gradient that is asked for
   lane_sums(0, n, e.blocks, e.s);
   upper(k, n, e.w, e.q, e.lifted, e.h, t.lanes, e.more);
   for (int64_t i = k; i < n; i++)
@@ -49,6 +56,7 @@ PASS void pass_tangent_vector_part(const thrum_model *model, int64_t split, cons
                                    const double *v, double *product, double *work) {
   const int64_t n = model->rank, k = n - split, plain = thrum_pack_first(k) / 8;
   const pack_scratch t = pack_cut(n, work);
+
   // every line is the derivative along v of a line of pass_force_part
   const evaluation e = evaluation_of(&t, 0), d = evaluation_of(&t, 1);
   spread_mirrored(n, 0, q, 1.0, e.q, e.lifted);
@@ -57,6 +65,8 @@ PASS void pass_tangent_vector_part(const thrum_model *model, int64_t split, cons
   zeros(d.w + 8 * plain, thrum_pack_first(n) - 8 * plain);
   column_monomials(false, n, e.q, e.lifted, e.q, e.lifted, e.m);
   column_monomials(true, n, e.q, e.lifted, d.q, d.lifted, d.m);
+
+  // each block that is asked for, at q and along v
   const point p[2] = {{e.m, e.x, e.w, e.y}, {d.m, d.x, d.w, d.y}};
   packed_block b = packed_mirrored(model);
   for (int64_t c = 0; c < n; packed_next(n, ++c, &b)) {
@@ -66,9 +76,13 @@ PASS void pass_tangent_vector_part(const thrum_model *model, int64_t split, cons
     row_factors(true, n - c, e.q[c], d.q + c, d.q[c], e.q + c, d.x);
     b.plain = plain;
     packed_twice(&b, p, NULL, NULL);
+
+    // row sums of one meet the coordinates of the other
     const v8 sum = lower_block(n - c, e.y, d.q[c], d.q + c, v8_zero(), e.g + c);
     v8_store(e.blocks + 8 * c, lower_block(n - c, d.y, e.q[c], e.q + c, sum, e.g + c));
   }
+
+  // columns of both, then the product that is asked for
   lane_sums(k, n, e.blocks, e.s);
   upper_runs(true, k, n, e.w, d.q, d.lifted, e.h, t.lanes);
   upper_runs(false, k, n, d.w, e.q, e.lifted, e.h, t.lanes);

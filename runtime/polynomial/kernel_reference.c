@@ -219,15 +219,20 @@ static double *pairs_at(const thrum_model *model, const double *q, double **work
 
 static double tangent_by_pairs(const thrum_model *model, const double *q, double *gradient,
                                double *hessian, double *work) {
+  // y = B m, the second derivatives in their runs
   const int64_t n = model->rank;
   evaluation e;
   const double *y = pairs_at(model, q, &work, &e);
   const double *run = y + 1;
+
+  // rows of the Hessian from the runs, and their mirror images
   for (int64_t d = 0; d < n; run += d + 2, d++) {
     for (int64_t a = 0; a < d; a++)
       hessian[d * n + a] = hessian[a * n + d] = hessian[d * n + a] + run[a];
     hessian[d * n + d] += 2.0 * run[d];
   }
+
+  // the gradient follows from the same y
   if (!gradient)
     return 0.0;
   take_columns(n, y, e.q, e.lifted, e.h, e.lanes);
@@ -253,15 +258,19 @@ static void tangent_vector_by_pairs(const thrum_model *model, const double *q, c
 
 static void reference_tangent_vector(const thrum_model *model, const double *q, const double *v,
                                      double *product, double *work) {
+  // small ranks have their products by pairs
   const int64_t n = model->rank;
   if (n <= THRUM_PAIRS_VECTOR_RANK_MOST) {
     tangent_vector_by_pairs(model, q, v, product, work);
     return;
   }
+
+  // coordinates and monomials at q and along v
   walk k = walk_begin(model, false, n, &work);
   const evaluation e = evaluation_make(n, 1.0, q, &work), u = evaluation_make(n, 0.0, v, &work);
   columns_of(n, &e, NULL, e.m);
   columns_of(n, &e, &u, u.m);
+
   // every line is the derivative along v of a line of reference_force
   while (walk_next(&k)) {
     const int64_t c = k.c, d = k.d;
@@ -269,6 +278,8 @@ static void reference_tangent_vector(const thrum_model *model, const double *q, 
     double lane[LANES] = {0}, other[LANES] = {0};
     row_both(thrum_pack_columns(c), k.row, e.m, q[c] * q[d], e.w, lane);
     row_both(thrum_pack_columns(c), k.row, u.m, q[c] * v[d] + v[c] * q[d], u.w, other);
+
+    // row sums of one meet the coordinates of the other
     const double y = thrum_lanes_sum(lane), dy = thrum_lanes_sum(other);
     double *lanes = e.lanes + LANES * c;
     e.g[d] = (e.g[d] + v[c] * y) + q[c] * dy;
@@ -278,6 +289,8 @@ static void reference_tangent_vector(const thrum_model *model, const double *q, 
     for (int64_t t = n - 1; d == c && t >= c; t--)
       lanes[(n - 1 - t) % LANES] += u.g[t] * q[t];
   }
+
+  // columns of both, then the product
   sums_of(n, e.lanes, e.s);
   take_columns(n, e.w, u.q, u.lifted, e.h, e.lanes);
   take_columns(n, u.w, e.q, e.lifted, e.h, e.lanes);
@@ -315,36 +328,48 @@ static void tangent_lists(int64_t n, double *const *list, const evaluation *e, d
 
 static double reference_tangent(const thrum_model *model, const double *q, double *gradient,
                                 double *hessian, double *work) {
+  // small ranks have their products by pairs
   const int64_t n = model->rank, columns = thrum_pack_first(n);
   if (thrum_pairs_count(n) > 0)
     return tangent_by_pairs(model, q, gradient, hessian, work);
+
+  // a list of columns for each coordinate, and one for the block
   walk k = walk_begin(model, false, n, &work);
   double *l = work, *lists = l + columns, *at = lists;
   double *list[THRUM_RANK_MAX];
   for (int64_t d = 0; d < n; at += thrum_pack_columns(d), d++)
     list[d] = at;
   memset(l, 0, (size_t)(at - l) * sizeof *l);
+
+  // coordinates and monomials
   const evaluation e = evaluation_make(n, 1.0, q, &at);
   columns_of(n, &e, NULL, e.m);
+
   // half of it now, half + half^T at the end
   for (int64_t t = 0; t < n * n; t++)
     hessian[t] *= 0.5;
+
+  // each row
   while (walk_next(&k)) {
     const int64_t c = k.c, count = thrum_pack_columns(c);
     walk_read(&k);
     double lane[LANES] = {0};
+
     // y_dc is the coefficient of q_d q_c; list d gets q_c B_dc, list c gets sum_d q_d B_dc
     row_both(count, k.row, e.m, q[k.d], l, lane);
     axpy(count, q[c], k.row, list[k.d]);
     const double y = thrum_lanes_sum(lane);
     take_row(n, c, k.d, y, e.q, e.g, e.lanes);
     hessian[k.d * n + c] += y;
+
+    // the end of a block: what met q_c
     if (k.d == c) {
       axpy(count, q[c], l, e.w);
       axpy(count, 1.0, l, list[c]);
       memset(l, 0, (size_t)count * sizeof *l);
     }
   }
+
   tangent_lists(n, list, &e, at, hessian);
   tangent_close(n, e.w, hessian);
   return gradient ? evaluation_end(n, &e, gradient) : 0.0;
@@ -368,11 +393,14 @@ static void take_last_columns(int64_t first, int64_t last, const double *w, cons
 
 static double reference_force_part(const thrum_model *model, int64_t split, const double *q,
                                    double *gradient, double *work) {
+  // mirrored coordinates, so that those asked for come last, and monomials
   const int64_t n = model->rank, implicit = n - split, plain = thrum_pack_first(implicit) / 8 * 8;
   walk k = walk_begin(model, true, n, &work);
   const evaluation e = evaluation_mirrored(n, 0, 1.0, q, &work);
   const double *z = e.q;
   columns_of(n, &e, NULL, e.m);
+
+  // each row: held coordinates have sums alone, the others hand w to the columns too
   while (walk_next(&k)) {
     const int64_t c = k.c, d = k.d, count = thrum_pack_columns(c),
                   sums = c < implicit ? count : plain;
@@ -380,10 +408,14 @@ static double reference_force_part(const thrum_model *model, int64_t split, cons
     double lane[LANES] = {0};
     row_product(sums, k.row, e.m, lane);
     row_both(count - sums, k.row + sums, e.m + sums, z[c] * z[d], e.w + sums, lane);
+
+    // the sum meets both coordinates of its row
     const double y = thrum_lanes_sum(lane);
     e.g[d] += z[c] * y;
     e.lanes[LANES * c + (d - c) % LANES] += y * z[d];
   }
+
+  // columns, then the gradient that is asked for
   sums_of(n, e.lanes, e.s);
   take_last_columns(implicit, n, e.w, z, e.lifted, e.h, e.lanes);
   sums_of(n, e.lanes, e.more);
@@ -394,6 +426,7 @@ static double reference_force_part(const thrum_model *model, int64_t split, cons
 
 static void reference_tangent_vector_part(const thrum_model *model, int64_t split, const double *q,
                                           const double *v_given, double *product, double *work) {
+  // mirrored coordinates, so that those asked for come last, and monomials at q and along v
   const int64_t n = model->rank, implicit = n - split, plain = thrum_pack_first(implicit) / 8 * 8;
   walk k = walk_begin(model, true, n, &work);
   const evaluation e = evaluation_mirrored(n, 0, 1.0, q, &work);
@@ -401,6 +434,7 @@ static void reference_tangent_vector_part(const thrum_model *model, int64_t spli
   const double *z = e.q, *v = u.q;
   columns_of(n, &e, NULL, e.m);
   columns_of(n, &e, &u, u.m);
+
   // every line is the derivative along v of a line of reference_force_part
   while (walk_next(&k)) {
     const int64_t c = k.c, d = k.d, count = thrum_pack_columns(c) - plain;
@@ -412,6 +446,8 @@ static void reference_tangent_vector_part(const thrum_model *model, int64_t spli
     row_both(count, k.row + plain, e.m + plain, z[c] * z[d], e.w + plain, lane);
     row_both(count, k.row + plain, u.m + plain, z[c] * v[d] + v[c] * z[d], u.w + plain, other);
     const double y = thrum_lanes_sum(lane), dy = thrum_lanes_sum(other);
+
+    // row sums of one meet the coordinates of the other
     e.g[d] = (e.g[d] + v[c] * y) + z[c] * dy;
     lanes[(d - c) % LANES] += y * v[d];
     // in the lanes all rows of a block under v go before those under q
@@ -419,6 +455,8 @@ static void reference_tangent_vector_part(const thrum_model *model, int64_t spli
     for (int64_t t = c; d == n - 1 && t < n; t++)
       lanes[(t - c) % LANES] += u.g[t] * z[t];
   }
+
+  // columns of both, then the product that is asked for
   sums_of(n, e.lanes, e.s);
   take_last_columns(implicit, n, e.w, v, u.lifted, e.h, e.lanes);
   take_last_columns(implicit, n, u.w, z, e.lifted, e.h, e.lanes);
@@ -430,6 +468,7 @@ static void reference_tangent_vector_part(const thrum_model *model, int64_t spli
 /* Linear and quadratic terms; the latter's places are those of the columns (b,-1) of rows c. */
 static void restrict_low(const thrum_model *model, int64_t split, const double *q_given,
                          double *restricted, double *work) {
+  // the held coordinates, the others zero, and their monomials
   const int64_t rank = model->rank, n = rank - split, held = thrum_pack_first(split);
   walk k = walk_begin(model, false, rank, &work);
   double *q = work;
@@ -438,9 +477,13 @@ static void restrict_low(const thrum_model *model, int64_t split, const double *
   memcpy(q, q_given, (size_t)split * sizeof *q);
   const evaluation e = evaluation_make(rank, 1.0, q, &work);
   columns_of(split, &e, NULL, e.m);
+
+  // where the row of each free coordinate lies in the restriction
   double *rows[THRUM_RANK_MAX], *row = restricted + thrum_restricted_first(n);
   for (int64_t c = 0; c < n; row += 8 * thrum_pack_vectors(c), c++)
     rows[c] = row;
+
+  // each row that has a free coordinate, in its columns that are held
   while (walk_next(&k)) {
     const int64_t c = k.c, d = k.d;
     double lane[LANES] = {0};
@@ -449,6 +492,7 @@ static void restrict_low(const thrum_model *model, int64_t split, const double *
     walk_read(&k);
     row_product(c < split ? thrum_pack_columns(c) : held, k.row, e.m, lane);
     const double y = thrum_lanes_sum(lane);
+
     // with c held too the term is linear
     if (c < split)
       e.g[d] += q[c] * y;
@@ -456,6 +500,8 @@ static void restrict_low(const thrum_model *model, int64_t split, const double *
       rows[rank - 1 - c][thrum_pack_first(rank - 1 - d)] =
           y + (d == c ? 0.5 * model->omega2[c] : 0.0);
   }
+
+  // the linear terms come first
   memset(restricted, 0, (size_t)thrum_restricted_first(n) * sizeof *restricted);
   for (int64_t i = 0; i < n; i++)
     restricted[i] = e.g[rank - 1 - i];
@@ -481,12 +527,15 @@ static void reference_restrict(const thrum_model *model, int64_t split, const do
 static double reference_restricted_gradient(const thrum_model *model, int64_t split,
                                             const double *restricted, const double *q,
                                             double *gradient, double *work) {
+  // coordinates and monomials, and the restriction's own rows
   const int64_t n = model->rank - split;
   const double *row = restricted + thrum_restricted_first(n);
   walk k = walk_begin(model, true, n, &work);
   const evaluation e = evaluation_mirrored(n, 0, 1.0, q, &work);
   const double *z = e.q;
   columns_of(n, &e, NULL, e.m);
+
+  // the first row of a block comes with the restriction's own one
   while (walk_next(&k)) {
     const int64_t c = k.c, count = thrum_pack_columns(c);
     double lane[LANES] = {0}, own[LANES] = {0};
@@ -495,6 +544,8 @@ static double reference_restricted_gradient(const thrum_model *model, int64_t sp
       e.s[c] = restricted[c] + thrum_lanes_sum(own);
       row += 8 * thrum_pack_vectors(c);
     }
+
+    // each row of the model's block
     if (k.d >= n)
       continue;
     walk_read(&k);
@@ -503,9 +554,13 @@ static double reference_restricted_gradient(const thrum_model *model, int64_t sp
     e.g[k.d] += z[c] * y;
     e.lanes[LANES * c + (k.d - c) % LANES] += y * z[k.d];
   }
+
+  // the sums meet the coordinates
   for (int64_t c = 0; c < n; c++)
     e.s[c] += thrum_lanes_sum(e.lanes + LANES * c);
   memset(e.lanes, 0, (size_t)(LANES * n) * sizeof *e.lanes);
+
+  // columns, then gradient and value
   take_columns(n, e.w, z, e.lifted, e.h, e.lanes);
   sums_of(n, e.lanes, e.more);
   for (int64_t i = 0; i < n; i++)
@@ -516,6 +571,7 @@ static double reference_restricted_gradient(const thrum_model *model, int64_t sp
 static void reference_restricted_hessian(const thrum_model *model, int64_t split,
                                          const double *restricted, const double *q, double *hessian,
                                          double *work) {
+  // a list of columns for each coordinate, and one for the block
   const int64_t n = model->rank - split, columns = thrum_pack_first(n);
   const double *row = restricted + thrum_restricted_first(n);
   walk k = walk_begin(model, true, n, &work);
@@ -523,29 +579,39 @@ static void reference_restricted_hessian(const thrum_model *model, int64_t split
   for (int64_t d = 0; d < n; at += thrum_pack_columns(d), d++)
     list[d] = at;
   memset(l, 0, (size_t)(at - l) * sizeof *l);
+
+  // coordinates and monomials
   const evaluation e = evaluation_mirrored(n, 0, 1.0, q, &at);
   const double *z = e.q;
   columns_of(n, &e, NULL, e.m);
   memset(hessian, 0, (size_t)(n * n) * sizeof *hessian);
+
+  // a block begins with the restriction's own row
   while (walk_next(&k)) {
     const int64_t c = k.c, count = thrum_pack_columns(c);
     double lane[LANES] = {0};
     if (k.d == c)
       memcpy(l, row, (size_t)count * sizeof *l);
+
+    // each row of the model's block adds to its entry and to the list of q_d
     if (k.d < n) {
       walk_read(&k);
       row_both(count, k.row, e.m, z[k.d], l, lane);
       axpy(count, z[c], k.row, list[k.d]);
       hessian[k.d * n + c] += thrum_lanes_sum(lane);
     }
+
+    // the end of a block: what met q_c
     if (k.d == model->rank - 1) {
       axpy(count, z[c], l, e.w);
       axpy(count, 1.0, l, list[c]);
       row += 8 * thrum_pack_vectors(c);
     }
   }
+
   tangent_lists(n, list, &e, at, hessian);
   tangent_close(n, e.w, hessian);
+
   // from mirrored coordinates
   for (int64_t i = 0; 2 * i < n * n; i++) {
     const double kept = hessian[i];

@@ -18,6 +18,7 @@
  * (b,-1) of row c. */
 INLINE void restrict_low(const thrum_model *model, int64_t split, const double *q_given,
                          double *restricted, double *work) {
+  // monomials of the held coordinates
   const int64_t rank = model->rank, n = rank - split;
   const pack_scratch t = pack_cut(rank, work);
   double *const *a = t.vectors[0], *q = a[0], *reversed = a[1], *lifted = a[2], *y = a[3],
@@ -27,6 +28,8 @@ INLINE void restrict_low(const thrum_model *model, int64_t split, const double *
   column_monomials(false, split, q, lifted, q, lifted, t.columns[0][0]);
   const point p = {t.columns[0][0], NULL, NULL, y};
   packed_block b = packed_first(model);
+
+  // linear terms: rows of two held coordinates
   for (int64_t c = 0; c < split; c++) {
     b.rows = n;
     packed_sums(&b, &p, NULL, NULL);
@@ -35,6 +38,7 @@ INLINE void restrict_low(const thrum_model *model, int64_t split, const double *
   }
   for (int64_t k = 0; k < thrum_restricted_first(n); k++)
     restricted[k] = k < n ? g[k] : 0.0;
+
   // in the other rows, only the columns whose coordinates are all held
   const int64_t vectors = (thrum_pack_first(split) + 7) / 8;
   double *row = restricted + thrum_restricted_count(n);
@@ -78,12 +82,15 @@ INLINE void restricted_begin(int64_t n, const double *q, const evaluation *e) {
 PASS double pass_restricted_gradient(const thrum_model *model, int64_t split,
                                      const double *restricted, const double *q, double *gradient,
                                      double *work) {
+  // coordinates and monomials, and the restriction's own rows
   const int64_t n = model->rank - split;
   const pack_scratch t = pack_cut(n, work);
   const evaluation e = evaluation_of(&t, 0);
   restricted_begin(n, q, &e);
   const point p = {e.m, e.x, e.w, e.y};
   const double *row = restricted + thrum_restricted_first(n);
+
+  // each block of the model with the restriction's own row
   packed_block b = packed_mirrored(model);
   for (int64_t c = 0; c < n; c++) {
     const own_row own = {row, e.q[c], e.more + c};
@@ -94,9 +101,13 @@ PASS double pass_restricted_gradient(const thrum_model *model, int64_t split,
     row += 8 * thrum_pack_vectors(c);
     packed_next(model->rank, c + 1, &b);
   }
+
+  // the sums meet the coordinates
   lane_sums(0, n, e.blocks, e.s);
   for (int64_t c = 0; c < n; c++)
     e.s[c] += restricted[c] + e.more[c];
+
+  // columns, then gradient and value
   upper(0, n, e.w, e.q, e.lifted, e.h, t.lanes, e.more);
   for (int64_t k = 0; k < n; k++)
     gradient[n - 1 - k] = (e.g[k] + e.h[k + 1]) + (e.s[k] + e.more[k]);
@@ -114,6 +125,7 @@ INLINE void reverse(int64_t count, double *a) {
 
 PASS void pass_restricted_hessian(const thrum_model *model, int64_t split, const double *restricted,
                                   const double *q, double *hessian, double *work) {
+  // coordinates and monomials; a list of columns for each coordinate
   const int64_t n = model->rank - split;
   const pack_scratch t = pack_cut(n, work);
   const evaluation e = evaluation_of(&t, 0);
@@ -122,6 +134,8 @@ PASS void pass_restricted_hessian(const thrum_model *model, int64_t split, const
   restricted_begin(n, q, &e);
   tangent_lists(true, n, t.more, list);
   memset(hessian, 0, (size_t)(n * n) * sizeof *hessian);
+
+  // each block gives its column of the Hessian and its part of the lists
   const double *row = restricted + thrum_restricted_first(n);
   packed_block b = packed_mirrored(model);
   for (int64_t c = 0; c < n; c++) {
@@ -137,12 +151,15 @@ PASS void pass_restricted_hessian(const thrum_model *model, int64_t split, const
     row += 8 * thrum_pack_vectors(c);
     packed_next(model->rank, c + 1, &b);
   }
+
+  // the mixed derivatives by q_d and the columns, as pass_tangent has them
   for (int64_t d = 0; d < n; d++) {
     zeros(g, d + 2);
     upper(0, d + 1, list[d], e.q, e.lifted, g, t.lanes, s);
     for (int64_t k = 0; k <= d; k++)
       hessian[d * n + k] += g[k + 1] + s[k];
   }
+
   tangent_close(n, e.w, hessian);
   reverse(n * n, hessian);
 }

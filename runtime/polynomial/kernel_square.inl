@@ -83,10 +83,13 @@ INLINE void rank_two_rows(int vectors, int64_t n, int64_t first, int64_t begin, 
                           const thrum_two *t, double *matrix) {
   const v8_mask last = v8_range(0, n - first - 8 * (vectors - 1));
   for (int64_t i = begin; i < end; i++) {
+    // the row's part stays in registers while all pairs are taken from it
     double *row = matrix + i * n + first;
     v8 sum[SQUARE_VECTORS];
     for (int k = 0; k < vectors; k++)
       sum[k] = square_load(row, k, vectors, last);
+
+    // a b^T + c d^T, one pair after the other
     for (int64_t p = 0, at = 0; p < t->count; p++, at += t->stride) {
       const v8 a = v8_set1(t->a[at + i]), c = v8_set1(t->c[at + i]);
       const double *b = t->b + at + first, *d = t->d + at + first;
@@ -95,6 +98,7 @@ INLINE void rank_two_rows(int vectors, int64_t n, int64_t first, int64_t begin, 
         sum[k] = v8_add(sum[k], v8_add(v8_mul(a, b_k), v8_mul(c, d_k)));
       }
     }
+
     for (int k = 0; k < vectors; k++)
       square_store(row, k, vectors, n - first, sum[k]);
   }
@@ -149,6 +153,7 @@ INLINE v8 sweep_put(v8 a, int64_t k, double at_k, double at_l) {
  * hold up to column `whole`, from there on its columns do. */
 INLINE bool sweep_columns(int64_t n, int64_t k, int64_t whole, const double *matrix,
                           const sweep_pair *p) {
+  // both pivots, the second as the first one's sweep leaves it; a small one ends the sweep
   const int64_t stride = thrum_whole(n), lane = k % 8;
   const double *row_k = matrix + k * stride, *row_l = row_k + stride;
   const double pivot_k = row_k[k], beside = row_k[k + 1];
@@ -159,10 +164,14 @@ INLINE bool sweep_columns(int64_t n, int64_t k, int64_t whole, const double *mat
   if (!(p->least[k + 1] > 0.0 && pivot_l > p->least[k + 1]))
     return false;
   const double minus_l = -1.0 / pivot_l, corner = factor * minus_l;
+
+  // rows below `whole` hold what the columns had there
   for (int64_t i = whole; i < n; i++) {
     p->raw_k[i] = matrix[i * stride + k];
     p->raw_l[i] = matrix[i * stride + k + 1];
   }
+
+  // the columns before and after the sweep, eight entries at a time
   for (int64_t i = 0; i < stride; i += 8) {
     v8 f = v8_load(i < whole ? row_k + i : p->raw_k + i);
     v8 s = v8_load(i < whole ? row_l + i : p->raw_l + i);
@@ -171,12 +180,15 @@ INLINE bool sweep_columns(int64_t n, int64_t k, int64_t whole, const double *mat
     v8 n_i = v8_mul(s, v8_set1(minus_l));
     v8 new_l = v8_mul(n_i, v8_set1(-1.0));
     v8 new_k = v8_add(v8_mul(v8_set1(factor), new_l), v8_mul(m, v8_set1(-1.0)));
+
+    // the pivots' own entries
     if (i == k - lane) {
       f = sweep_put(f, lane, -1.0, 0.0);
       s = sweep_put(s, lane, -factor, -1.0);
       new_k = sweep_put(new_k, lane, minus_k + factor * corner, corner);
       new_l = sweep_put(new_l, lane, corner, minus_l);
     }
+
     v8_store(p->f + i, f);
     v8_store(p->s + i, s);
     v8_store(p->m + i, m);
@@ -190,6 +202,7 @@ INLINE bool sweep_columns(int64_t n, int64_t k, int64_t whole, const double *mat
 /* Corrects rows begin..end-1 in the columns from `first` on. */
 INLINE void sweep_rows(int vectors, int64_t stride, int64_t first, int64_t begin, int64_t end,
                        int64_t k, const sweep_pair *p, double *matrix) {
+  // factors of the columns, and a mask that clears the pivots' own entries
   v8 f[SQUARE_VECTORS], s[SQUARE_VECTORS], others[SQUARE_VECTORS];
   for (int v = 0; v < vectors; v++) {
     const int64_t lane = k - first - 8 * v;
@@ -197,6 +210,8 @@ INLINE void sweep_rows(int vectors, int64_t stride, int64_t first, int64_t begin
     s[v] = v8_load(p->s + first + 8 * v);
     others[v] = v8_load(sweep_others.lanes + (lane >= 0 && lane < 8 ? 8 - lane : 0));
   }
+
+  // each row loses its multiples of both pivots' rows
   for (int64_t i = begin; i < end; i++) {
     double *row = matrix + i * stride + first;
     const v8 m = v8_set1(p->m[i]), n_i = v8_set1(p->n[i]);
