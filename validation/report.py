@@ -62,6 +62,11 @@ def show(value, form="{:.2f}"):
     return form.format(value) if math.isfinite(value) else "–"
 
 
+def fill(template, *values):
+    """HTML from a template and texts. It is the one place where a text becomes HTML, and it escapes all of them."""
+    return template.format(*(html.escape(str(value)) for value in values))
+
+
 class Cell:
     """The text of a table's cell with its class and colour; `plain` strings become cells of their own."""
 
@@ -71,7 +76,7 @@ class Cell:
     def html(self, tag="td"):
         style = f' class="{self.style}"' if self.style else ""
         colour = f' style="color:{self.colour}"' if self.colour else ""
-        return f"<{tag}{style}{colour}>{html.escape(self.text)}</{tag}>"
+        return fill(f"<{tag}{style}{colour}>{{}}</{tag}>", self.text)
 
 
 def integrator(name):
@@ -79,7 +84,7 @@ def integrator(name):
 
 
 def table(head, rows):
-    """An HTML table; every text goes through html.escape in Cell."""
+    """An HTML table; every text becomes a Cell, which escapes it."""
     def line(cells, tag):
         made = [cell if isinstance(cell, Cell) else Cell(cell) for cell in cells]
         return "<tr>" + "".join(cell.html(tag) for cell in made) + "</tr>\n"
@@ -161,7 +166,7 @@ def matrix_curves(rows, plots):
     """The energy over time of each body, load and damping, and the explicit modes of imexv below it."""
     page = "<h2>Energy over time</h2>\n"
     for body in groups(rows, "model"):
-        page += f"<h3>{html.escape(body[0]['model'])}</h3>\n<table>"
+        page += fill("<h3>{}</h3>\n<table>", body[0]["model"])
         for damping in sorted({row["damping"] for row in body}, key=float):
             page += "<tr>"
             for panel in groups([row for row in body if row["damping"] == damping], "load"):
@@ -184,11 +189,11 @@ def matrix_curves(rows, plots):
 def matrix(path, rows, about, plots):
     done = {name: [row["status"] == "done" for row in rows if row["integrator"] == name] for name in COLOURS}
     ended = "; ".join(f"{name} {sum(runs)} of {len(runs)}" for name, runs in done.items() if runs)
-    page = ("<p>Each body is held at its fixed set and pushed at one place, by an impulse (0.003 s), a constant force (0.3 s) "
-            "or a sine of 1 Hz, with damping α = 0 or 0.3 s<sup>−1</sup>, at h = " + html.escape(f"{about['dt']:g}") +
-            " s. The forces were found so that, without damping, the sine displaces the loaded part by a tenth of the body's "
-            "length or more, the other loads by a twentieth or more. Runs that came to their end: " + html.escape(ended) +
-            "; IMEXv of the thesis: 33 of 36.</p>\n")
+    page = fill(
+        "<p>Each body is held at its fixed set and pushed at one place, by an impulse (0.003 s), a constant force (0.3 s) "
+        "or a sine of 1 Hz, with damping α = 0 or 0.3 s<sup>−1</sup>, at h = {} s. The forces were found so that, without "
+        "damping, the sine displaces the loaded part by a tenth of the body's length or more, the other loads by a twentieth "
+        "or more. Runs that came to their end: {}; IMEXv of the thesis: 33 of 36.</p>\n", f"{about['dt']:g}", ended)
 
     # rows are bodies, columns loads and dampings
     cases = {(r["model"], r["load"], float(r["damping"]), r["integrator"]): number(r["us_per_step"]) for r in rows}
@@ -325,7 +330,8 @@ def extremes(path, rows, about, plots):
                          show(number(r["energy_error"]), "{:.1e}"), show(100 * number(r["peak_amplitude"]), "{:.1f} %"),
                          r["steps"], show(number(r["mean_iterations"])), f"{r['explicit_modes']}/{r['implicit_modes']}",
                          *levels(r), Cell(r["reason"], "l")])
-        page += f"<h2>{html.escape(SUBJECTS.get(subject[0]['subject'], subject[0]['subject']))}</h2>\n" + table(
+        name = subject[0]["subject"]
+        page += fill("<h2>{}</h2>\n", SUBJECTS.get(name, name)) + table(
             ["case", "h ω", Cell("integrator", "l"), Cell("outcome", "l"), "energy error", "amplitude", "steps", "iterations",
              "explicit/implicit at the end", *LEVELS.values(), Cell("reason", "l")], body)
     return page + (
@@ -379,15 +385,15 @@ def tradeoff_table(rows):
 
 def tradeoff(path, rows, about, plots):
     full = about["full"]
-    page = "<p>" + html.escape(
+    page = fill("<p>{}</p>\n", (
         f"{about['time_s']:g} s of the load, {len(rows)} runs. Reference: the full order of the same mesh, "
         f"{full['components']:.0f} components, stepped by the energy-conserving integrator at {full['dt']:g} s; it takes "
         f"{1e-3 * full['us_per_step']:.3g} ms a step, {full['cost_s_per_s']:.3g} s for a second. Its own error in time is about "
         f"{show(100 * (full['error'] if full['error'] is not None else math.nan), '{:.2g}')} %, below which no error here means "
         "anything. Errors are relative, root mean square over the time in the norm of the mass; of the energy the largest. "
-        "Cost: processor time for a simulated second.") + "</p>\n"
+        "Cost: processor time for a simulated second."))
     if about.get("wanted"):
-        page += f"<h2>Recommended for {html.escape(about['wanted'])}</h2>\n"
+        page += fill("<h2>Recommended for {}</h2>\n", about["wanted"])
         chosen = about.get("recommended_row")
         page += tradeoff_table([rows[chosen]]) if chosen is not None else "<p>No setting that was tried.</p>\n"
 
@@ -431,9 +437,9 @@ def main(kind, table_path):
     body = make(path, read(path), about, plots)
 
     where = "Thrum {version}, {compiler}, {machine}, BLAS core {blas_core}.".format(**about)
-    page = ("<!DOCTYPE html>\n<html lang=en><head><meta charset=utf-8>\n"
-            f"<title>{html.escape(title)}</title>\n<style>\n{STYLE}\n</style></head><body>\n<h1>{html.escape(title)}</h1>\n"
-            f"<p class=dim>{html.escape(where)} <code>{html.escape(command)}</code></p>\n{body}</body></html>\n")
+    page = ("<!DOCTYPE html>\n<html lang=en><head><meta charset=utf-8>\n" + fill("<title>{}</title>\n", title) +
+            f"<style>\n{STYLE}\n</style></head><body>\n" + fill("<h1>{}</h1>\n", title) +
+            fill("<p class=dim>{} <code>{}</code></p>\n", where, command) + body + "</body></html>\n")
 
     # renamed into place, so that a reader never sees half a page
     target = path.with_name(name or path.stem + ".html")
