@@ -35,10 +35,14 @@ static void draw_bar(const config_progress *progress, double fraction) {
 void config_progress_update(config_progress *progress, const char *label, double fraction) {
   if (progress->quiet)
     return;
+
+  // a fraction that is no number, or out of range, still draws a bar
   if (!(fraction >= 0))
     fraction = 0;
   if (fraction > 1)
     fraction = 1;
+
+  // a new stage ends the line of the last one
   const bool fresh = !progress->open || strncmp(progress->label, label, 63) != 0;
   if (fresh) {
     config_progress_end(progress, true);
@@ -48,6 +52,8 @@ void config_progress_update(config_progress *progress, const char *label, double
     if (!progress->terminal)
       fprintf(stderr, "%s ...\n", label);
   }
+
+  // a bar is drawn again only so often that a person can follow it
   if (progress->terminal && (fresh || clock_seconds() - progress->drawn >= REDRAW_SECONDS)) {
     progress->drawn = clock_seconds();
     draw_bar(progress, fraction);

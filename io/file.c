@@ -35,12 +35,15 @@ const char *thrum_file_hint(int number) {
     return "; make room, or write to another disk";
   case EFBIG:
     return "; raise the limit of a file's size (ulimit -f), or write to another disk";
+
   case EROFS:
   case EACCES:
   case EPERM:
     return "; write to a folder that you may write to";
+
   case ENOENT:
     return "; make its folder first";
+
   default:
     return "";
   }

@@ -26,9 +26,12 @@ static void put_cells(FILE *stream, const cJSON *row, bool keys, bool *first) {
       put_cells(stream, item, keys, first);
       continue;
     }
+
+    // a comma between cells; objects within a row are cells of it
     if (!*first)
       fputc(',', stream);
     *first = false;
+
     if (keys)
       fputs(item->string, stream);
     else if (cJSON_IsString(item))

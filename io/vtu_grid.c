@@ -158,15 +158,19 @@ static void put_escaped(FILE *file, const char *name) {
     case '&':
       fputs("&amp;", file);
       break;
+
     case '<':
       fputs("&lt;", file);
       break;
+
     case '>':
       fputs("&gt;", file);
       break;
+
     case '"':
       fputs("&quot;", file);
       break;
+
     default:
       fputc(*name, file);
     }

@@ -35,8 +35,11 @@ thrum_status thrum_builder_vertex(thrum_mesh_builder *b, int64_t number, const d
 thrum_status thrum_builder_tet(thrum_mesh_builder *b, const int64_t vertices[4], int64_t key,
                                int64_t line) {
   const int64_t t = b->tet_count;
+
   if (t == INT32_MAX)
     return thrum_error_set(b->error, THRUM_UNSUPPORTED, "more than 2^31 - 1 tetrahedra");
+
+  // an array that has grown is kept even where the next one cannot grow
   int64_t *tets = thrum_mesh_grow(b->tets, &b->tet_capacity, t + 1, 4 * sizeof *tets);
   b->tets = tets ? tets : b->tets;
   int64_t *keys = thrum_mesh_grow(b->keys, &b->key_capacity, t + 1, sizeof *keys);
@@ -45,6 +48,7 @@ thrum_status thrum_builder_tet(thrum_mesh_builder *b, const int64_t vertices[4],
   b->lines = lines ? lines : b->lines;
   if (!tets || !keys || !lines)
     return no_memory(b);
+
   memcpy(tets + 4 * t, vertices, 4 * sizeof *vertices);
   keys[t] = key;
   lines[t] = line;
@@ -54,6 +58,7 @@ thrum_status thrum_builder_tet(thrum_mesh_builder *b, const int64_t vertices[4],
 
 thrum_status thrum_builder_list(thrum_mesh_builder *b, const char *name, size_t length,
                                 int64_t *index) {
+  // a list of that name
   for (int64_t step = 0; step < b->list_count; step++) {
     // the one found last comes first: what belongs to a list stands together
     const int64_t i = (b->last_list + step) % b->list_count;
@@ -62,12 +67,15 @@ thrum_status thrum_builder_list(thrum_mesh_builder *b, const char *name, size_t 
       return THRUM_OK;
     }
   }
+
+  // a new one must have a name that options can carry
   const char *fault = thrum_mesh_name_fault(name, length);
   if (fault)
     return thrum_error_set(b->error, THRUM_BAD_FORMAT, "%s", fault);
   if (b->list_count == THRUM_MESH_GROUPS_MAX)
     return thrum_error_set(b->error, THRUM_UNSUPPORTED, "more than %d groups",
                            THRUM_MESH_GROUPS_MAX);
+
   thrum_named_list *lists =
       thrum_mesh_grow(b->lists, &b->list_capacity, b->list_count + 1, sizeof *lists);
   b->lists = lists ? lists : b->lists;
@@ -76,6 +84,7 @@ thrum_status thrum_builder_list(thrum_mesh_builder *b, const char *name, size_t 
     free(copy);
     return no_memory(b);
   }
+
   memcpy(copy, name, length);
   copy[length] = '\0';
   *index = b->last_list = b->list_count++;
@@ -250,6 +259,8 @@ static thrum_status take_list(thrum_mesh_builder *b, const char *name, const thr
   int32_t *vertices = malloc(((size_t)list->count + 1) * sizeof *vertices);
   if (!vertices)
     return no_memory(b);
+
+  // numbers of the file become places in the mesh
   thrum_status status = THRUM_OK;
   for (int64_t i = 0; i < list->count && status >= 0; i++) {
     const int64_t v = thrum_builder_find(b, list->numbers[i]);
@@ -259,6 +270,7 @@ static thrum_status take_list(thrum_mesh_builder *b, const char *name, const thr
                                "%.150s: group '%.80s' names vertex %lld, which is not in the file",
                                name, list->name, (long long)list->numbers[i]);
   }
+
   if (status >= 0)
     status = thrum_mesh_add_group(mesh, list->name, vertices, list->count, b->error);
   free(vertices);

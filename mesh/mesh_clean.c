@@ -64,6 +64,7 @@ static thrum_status scale_vertices(thrum_mesh *mesh, const char *name, double sc
 
 static thrum_status check_tet_vertices(const thrum_mesh *mesh, const char *name,
                                        thrum_error *error) {
+  // four corners that exist
   for (int64_t t = 0; t < mesh->tet_count; t++) {
     const int32_t *v = mesh->tets + 4 * t;
     for (int a = 0; a < 4; a++)
@@ -72,12 +73,15 @@ static thrum_status check_tet_vertices(const thrum_mesh *mesh, const char *name,
                                "%s: tet %lld names vertex %lld, but there are %lld vertices",
                                tet_place(mesh, name, t).text, (long long)t + 1, (long long)v[a] + 1,
                                (long long)mesh->vertex_count);
+
+    // and differ
     for (int a = 0; a < 4; a++)
       for (int b = a + 1; b < 4; b++)
         if (v[a] == v[b])
           return thrum_error_set(
               error, THRUM_BAD_VALUE, "%s: tet %lld has vertex %lld twice; remove or mend it",
               tet_place(mesh, name, t).text, (long long)t + 1, (long long)number_of(mesh, v[a]));
+
     if (mesh->tet_region[t] < 0 || mesh->tet_region[t] >= mesh->region_count)
       return thrum_error_set(error, THRUM_BAD_VALUE, "%s: tet %lld is in no region",
                              tet_place(mesh, name, t).text, (long long)t + 1);

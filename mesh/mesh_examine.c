@@ -43,6 +43,7 @@ static int32_t *make_forest(int64_t count) {
 
 static thrum_status count_pieces(const thrum_mesh *mesh, thrum_mesh_examined *e,
                                  thrum_error *error) {
+  // one tree for each piece, over the vertices
   int32_t *parent = make_forest(mesh->vertex_count);
   int64_t *size = calloc((size_t)mesh->vertex_count + 1, sizeof *size);
   if (!parent || !size) {
@@ -50,14 +51,19 @@ static thrum_status count_pieces(const thrum_mesh *mesh, thrum_mesh_examined *e,
     free(size);
     return no_memory(error);
   }
+
+  // a tetrahedron joins its corners
   for (int64_t i = 0; i < 4 * mesh->tet_count; i++)
     join(parent, mesh->tets[i], mesh->tets[i / 4 * 4]);
   for (int64_t t = 0; t < mesh->tet_count; t++)
     size[find_root(parent, mesh->tets[4 * t])]++;
+
+  // only a root counts tetrahedra
   for (int64_t v = 0; v < mesh->vertex_count; v++) {
     e->pieces += size[v] > 0;
     e->largest_piece = size[v] > e->largest_piece ? size[v] : e->largest_piece;
   }
+
   free(parent);
   free(size);
   return THRUM_OK;
@@ -76,6 +82,7 @@ static uint64_t place_hash(const double *position) {
 
 static thrum_status count_coincident(const thrum_mesh *mesh, thrum_mesh_examined *e,
                                      thrum_error *error) {
+  // a hash table at most half full
   uint64_t slots = 64;
   while (slots < 2 * (uint64_t)mesh->vertex_count)
     slots *= 2;
@@ -84,6 +91,8 @@ static thrum_status count_coincident(const thrum_mesh *mesh, thrum_mesh_examined
     return no_memory(error);
   for (uint64_t i = 0; i < slots; i++)
     table[i] = -1;
+
+  // each vertex looks for one at its place
   for (int64_t v = 0; v < mesh->vertex_count; v++) {
     const double *position = mesh->vertices + 3 * v;
     uint64_t slot = place_hash(position) >> 20 & (slots - 1);
@@ -94,6 +103,7 @@ static thrum_status count_coincident(const thrum_mesh *mesh, thrum_mesh_examined
     if (table[slot] < 0)
       table[slot] = (int32_t)v;
   }
+
   free(table);
   return THRUM_OK;
 }
@@ -128,6 +138,7 @@ static void walk_edges(const surface_edge *edges, int64_t count, int32_t *parent
 static thrum_status measure_surface(const thrum_mesh *mesh, const thrum_mesh_faces *faces,
                                     uint8_t *on_surface, thrum_mesh_examined *e,
                                     thrum_error *error) {
+  // edges of the triangles that bound one tetrahedron alone
   int64_t triangles = 0;
   for (int64_t i = 0; i < faces->count; i++)
     triangles += faces->faces[i].other < 0;
@@ -138,6 +149,7 @@ static thrum_status measure_surface(const thrum_mesh *mesh, const thrum_mesh_fac
     free(parent);
     return no_memory(error);
   }
+
   for (int64_t i = 0, n = 0; i < faces->count; i++) {
     const int32_t *v = faces->faces[i].vertices;
     if (faces->faces[i].other >= 0)
@@ -150,6 +162,8 @@ static thrum_status measure_surface(const thrum_mesh *mesh, const thrum_mesh_fac
     for (int a = 0; a < 3; a++)
       on_surface[v[a]] = 1;
   }
+
+  // equal edges stand together, and join their triangles
   qsort(edges, 3 * (size_t)triangles, sizeof *edges, compare_edges);
   walk_edges(edges, 3 * triangles, parent, e);
   e->surface_triangles = triangles;
@@ -158,10 +172,12 @@ static thrum_status measure_surface(const thrum_mesh *mesh, const thrum_mesh_fac
   for (int64_t v = 0; v < mesh->vertex_count; v++)
     e->surface_vertices += on_surface[v];
   e->interior_vertices = mesh->vertex_count - e->surface_vertices;
+
   // V - E + F of closed surfaces is 2 for each, less 2 for every hole through the body
   const int64_t euler = e->surface_vertices - e->surface_edges + triangles;
   const bool closed = e->hinges == 0 && euler % 2 == 0 && euler <= 2 * e->surfaces;
   e->genus = closed ? e->surfaces - euler / 2 : -1;
+
   free(edges);
   free(parent);
   return THRUM_OK;
@@ -169,6 +185,7 @@ static thrum_status measure_surface(const thrum_mesh *mesh, const thrum_mesh_fac
 
 static thrum_status examine_surface(const thrum_mesh *mesh, thrum_mesh_examined *e,
                                     thrum_error *error) {
+  // the faces, and which vertices lie on the surface
   thrum_mesh_faces faces = {0};
   int64_t tets[3];
   uint8_t *on_surface = calloc((size_t)mesh->vertex_count + 1, 1);
@@ -177,10 +194,13 @@ static thrum_status examine_surface(const thrum_mesh *mesh, thrum_mesh_examined 
   thrum_status status = thrum_mesh_find_faces(mesh, &faces, tets, error);
   if (status >= 0)
     status = measure_surface(mesh, &faces, on_surface, e, error);
+
+  // a tetrahedron with all corners on the surface has no interior
   for (int64_t t = 0; t < mesh->tet_count && status >= 0; t++) {
     const int32_t *v = mesh->tets + 4 * t;
     e->shallow_tets += on_surface[v[0]] && on_surface[v[1]] && on_surface[v[2]] && on_surface[v[3]];
   }
+
   free(faces.faces);
   free(on_surface);
   return status;

@@ -48,9 +48,12 @@ static bool same_face(const thrum_mesh_face *face, const int32_t v[3]) {
 /* Adds a face of a tet, or finds it there already. */
 static thrum_status add_face(face_table *table, int32_t tet, const int32_t vertices[3],
                              int64_t tets[3], thrum_error *error) {
+  // a face is known by its vertices in ascending order
   int32_t v[3] = {vertices[0], vertices[1], vertices[2]};
   const bool even = sort_even(v);
   uint64_t slot = first_slot(table, v);
+
+  // the second tetrahedron of a face must lie on its other side, and there is no third
   for (; table->slots[slot] >= 0; slot = (slot + 1) & (table->slot_count - 1)) {
     thrum_mesh_face *face = &table->found.faces[table->slots[slot]];
     if (!same_face(face, v))
@@ -64,11 +67,13 @@ static thrum_status add_face(face_table *table, int32_t tet, const int32_t verti
     face->other = tet;
     return THRUM_OK;
   }
+
   thrum_mesh_face *grown =
       thrum_mesh_grow(table->found.faces, &table->capacity, table->found.count + 1, sizeof *grown);
   if (!grown)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory for the faces");
   table->found.faces = grown;
+
   table->slots[slot] = (int32_t)table->found.count;
   grown[table->found.count++] =
       (thrum_mesh_face){.vertices = {v[0], v[1], v[2]}, .tet = tet, .other = -1, .even = even};
@@ -78,7 +83,8 @@ static thrum_status add_face(face_table *table, int32_t tet, const int32_t verti
 thrum_status thrum_mesh_find_faces(const thrum_mesh *mesh, thrum_mesh_faces *faces, int64_t tets[3],
                                    thrum_error *error) {
   if (mesh->tet_count > INT32_MAX / 4)
-    return thrum_error_set(error, THRUM_UNSUPPORTED, "more than 2^29 tetrahedra");
+    return thrum_error_set(error, THRUM_UNSUPPORTED, "more than 2^29 - 1 tetrahedra");
+
   face_table table = {.slot_count = 64};
   // at most half full
   while (table.slot_count < (uint64_t)mesh->tet_count * 8)
@@ -88,6 +94,8 @@ thrum_status thrum_mesh_find_faces(const thrum_mesh *mesh, thrum_mesh_faces *fac
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory for the faces");
   for (uint64_t i = 0; i < table.slot_count; i++)
     table.slots[i] = -1;
+
+  // four faces a tetrahedron
   thrum_status status = THRUM_OK;
   for (int64_t i = 0; i < 4 * mesh->tet_count && status >= 0; i++) {
     const int32_t *v = mesh->tets + i / 4 * 4;
@@ -95,6 +103,7 @@ thrum_status thrum_mesh_find_faces(const thrum_mesh *mesh, thrum_mesh_faces *fac
     const int32_t face[3] = {v[corner[0]], v[corner[1]], v[corner[2]]};
     status = add_face(&table, (int32_t)(i / 4), face, tets, error);
   }
+
   free(table.slots);
   if (status < 0)
     free(table.found.faces);

@@ -89,6 +89,7 @@ static bool holds(const fix_term *term, const double *position) {
 
 static thrum_status mark_predicate(const thrum_mesh *mesh, const char *spec, const char *end,
                                    uint8_t *marks, thrum_error *error) {
+  // terms that are joined by &
   fix_term terms[TERMS_MAX];
   int count = 0;
   const char *at = spec;
@@ -101,6 +102,8 @@ static thrum_status mark_predicate(const thrum_mesh *mesh, const char *spec, con
     if (*at++ != '&')
       return bad_predicate(spec, error);
   }
+
+  // all of them must hold
   for (int64_t v = 0; v < mesh->vertex_count; v++) {
     marks[v] = 1;
     for (int t = 0; t < count; t++)
@@ -134,6 +137,7 @@ static int64_t position_from(const thrum_mesh *mesh, int64_t number) {
  * they are not part of the body. */
 static thrum_status mark_range(const thrum_mesh *mesh, const thrum_text *text, int64_t first,
                                int64_t last, uint8_t *marks, thrum_error *error) {
+  // both ends must be vertices of the file
   int64_t count = file_vertices(mesh);
   for (int end = 0; end < 2; end++) {
     int64_t number = end ? last : first, at = position_from(mesh, number);
@@ -143,9 +147,11 @@ static thrum_status mark_range(const thrum_mesh *mesh, const thrum_text *text, i
                              (long long)number, (long long)count, (long long)number_at(mesh, 0),
                              (long long)number_at(mesh, count - 1));
   }
+
   if (first > last)
     return thrum_text_fail(text, THRUM_BAD_VALUE, error, "the range %lld:%lld runs backwards",
                            (long long)first, (long long)last);
+
   for (int64_t at = position_from(mesh, first); at < count && number_at(mesh, at) <= last; at++) {
     int64_t v = mesh->file_vertex ? mesh->file_vertex[at] : at;
     if (v >= 0)
@@ -159,6 +165,8 @@ static thrum_status mark_entry(const thrum_mesh *mesh, thrum_text *text, uint8_t
                                thrum_error *error) {
   int64_t bounds[2] = {0, 0};
   const char *word = text->at;
+
+  // a number ends where another word could begin
   for (int i = 0; i < 2; i++) {
     while (text->at < text->end && is_blank(*text->at))
       text->at++;
@@ -170,11 +178,14 @@ static thrum_status mark_entry(const thrum_mesh *mesh, thrum_text *text, uint8_t
       return thrum_text_fail(text, THRUM_BAD_FORMAT, error,
                              "expected a vertex number or a range a:b, found '%s'",
                              thrum_text_excerpt(word, (size_t)(text->end - word)).text);
+
+    // without a colon it is a range of one
     if (i == 0 && !thrum_text_take(text, ':')) {
       bounds[1] = bounds[0];
       break;
     }
   }
+
   return mark_range(mesh, text, bounds[0], bounds[1], marks, error);
 }
 
@@ -295,15 +306,20 @@ thrum_status thrum_mesh_fix(const thrum_mesh *mesh, const char *spec, uint8_t *f
   uint8_t axes = ALL_AXES;
   thrum_status status = THRUM_OUT_OF_MEMORY;
   int64_t named = 0;
+
+  // the marks of all parts of the spec
   if (text && marks)
     status = mark_all(mesh, text, marks, &axes, &named, error);
   else
     thrum_error_set(error, status, "not enough memory for what is fixed");
+
+  // what was held before stays held
   if (status >= 0) {
     for (int64_t v = 0; v < mesh->vertex_count; v++)
       fixed[v] |= marks[v] ? axes : 0;
     *count = named;
   }
+
   free(marks);
   free(text);
   return status;

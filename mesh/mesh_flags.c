@@ -56,8 +56,11 @@ unsigned thrum_mesh_flags(const thrum_mesh *mesh, const thrum_mesh_examined *e) 
 
 const char *thrum_mesh_flag_line(const thrum_mesh *mesh, const thrum_mesh_examined *e,
                                  thrum_examine_flag flag, char line[300]) {
+  // each line says what is there, why it matters, and what to do
   enum { SIZE = 300 };
+
   switch (flag) {
+  // what the body is made of
   case THRUM_EXAMINE_PIECES:
     snprintf(line, SIZE,
              "%lld pieces that share no vertex (the largest has %lld of %lld tets); each must be "
@@ -76,6 +79,8 @@ const char *thrum_mesh_flag_line(const thrum_mesh *mesh, const thrum_mesh_examin
              "together by an edge only, as on a hinge",
              (long long)e->hinges);
     break;
+
+  // sizes and materials that a wrong unit explains
   case THRUM_EXAMINE_UNITS:
     snprintf(line, SIZE, "the body is %.3g m long; if the file is in %s, give --scale %s",
              e->extent, e->extent > 1 ? "millimetres" : "metres times 1000",
@@ -92,6 +97,8 @@ const char *thrum_mesh_flag_line(const thrum_mesh *mesh, const thrum_mesh_examin
              "it near the origin in the mesher",
              distance(e), e->extent);
     break;
+
+  // meshes whose linear tetrahedra are too stiff
   case THRUM_EXAMINE_LOCKING:
     snprintf(line, SIZE,
              "Poisson's ratio %g is above %g: linear tetrahedra lock, and the body will be too "
@@ -110,6 +117,8 @@ const char *thrum_mesh_flag_line(const thrum_mesh *mesh, const thrum_mesh_examin
              "optimise the mesh in the mesher",
              e->ratio_min, RATIO_SLIVER);
     break;
+
+  // what reading has changed already
   case THRUM_EXAMINE_REPAIRED:
     snprintf(line, SIZE,
              "%lld inverted tets were flipped and %lld vertices of no tet dropped while reading",

@@ -58,6 +58,8 @@ thrum_status thrum_mesh_add_group(thrum_mesh *mesh, const char *name, const int3
                                   int64_t count, thrum_error *error) {
   if (count == 0)
     return THRUM_OK;
+
+  // a group of that name takes the vertices too
   thrum_group *group = find_group(mesh, name);
   if (group) {
     int64_t capacity = group->count;
@@ -70,6 +72,8 @@ thrum_status thrum_mesh_add_group(thrum_mesh *mesh, const char *name, const int3
     group->count = sort_unique(group->vertices, group->count + count);
     return THRUM_OK;
   }
+
+  // a new one gets a copy of name and vertices
   if (mesh->group_count == THRUM_MESH_GROUPS_MAX)
     return thrum_error_set(error, THRUM_UNSUPPORTED, "more than %d groups", THRUM_MESH_GROUPS_MAX);
   char *copy = malloc(strlen(name) + 1);
@@ -83,6 +87,7 @@ thrum_status thrum_mesh_add_group(thrum_mesh *mesh, const char *name, const int3
     free(list);
     return no_memory(error);
   }
+
   memcpy(copy, name, strlen(name) + 1);
   memcpy(list, vertices, (size_t)count * sizeof *list);
   groups[mesh->group_count++] =

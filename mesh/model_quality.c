@@ -49,10 +49,14 @@ thrum_status thrum_quality_measure(const thrum_model *model, thrum_quality *qual
   if (model->vertices == NULL || model->tets == NULL || model->tet_count < 1) {
     return thrum_error_set(error, THRUM_MISSING, "the model holds no mesh");
   }
+
+  // the box and the held vertices
   thrum_quality measured = {.ratio_min = INFINITY};
   thrum_bounding_box(model->vertices, model->vertex_count, measured.box_min, measured.box_max);
   for (int64_t v = 0; v < model->vertex_count; v++)
     measured.fixed_count += model->fixed[v] != 0;
+
+  // volume, mass and shape of each tetrahedron
   for (int64_t t = 0; t < model->tet_count; t++) {
     const double *corners[4];
     for (int a = 0; a < 4; a++)
@@ -62,12 +66,14 @@ thrum_status thrum_quality_measure(const thrum_model *model, thrum_quality *qual
     measured.volume += volume;
     measured.mass += volume * model->material[3 * (int64_t)model->tet_region[t] + 2];
     measured.ratio_mean += ratio;
+
     // among equals the first is named, whatever rounding says
     if (ratio < measured.ratio_min * (1 - 1e-12)) {
       measured.ratio_min = ratio;
       measured.worst_tet = t;
     }
   }
+
   measured.ratio_mean /= (double)model->tet_count;
   *quality = measured;
   return THRUM_OK;

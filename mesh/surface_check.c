@@ -102,6 +102,7 @@ static void check_triangles(const thrum_surface_mesh *surface, thrum_surface_che
 
 static void check_twice(const thrum_surface_mesh *surface, side *sides,
                         thrum_surface_checked *checked) {
+  // each triangle by its vertices in ascending order
   for (int64_t t = 0; t < surface->triangle_count; t++) {
     int32_t v[3];
     memcpy(v, surface->triangles + 3 * t, sizeof v);
@@ -113,6 +114,8 @@ static void check_twice(const thrum_surface_mesh *surface, side *sides,
       }
     sides[t] = (side){v[0], v[1], v[2], (int32_t)t, true};
   }
+
+  // equal triangles stand together
   qsort(sides, (size_t)surface->triangle_count, sizeof *sides, compare_sides);
   for (int64_t n = 1; n < surface->triangle_count; n++)
     if (sides[n].low == sides[n - 1].low && sides[n].high == sides[n - 1].high &&
@@ -142,6 +145,7 @@ static void check_edge(const side *at, int64_t count, thrum_surface_checked *che
  * shell. What is wrong with edges goes into `checked`, unless it is NULL. */
 static void join_edges(const thrum_surface_mesh *surface, side *sides, int32_t *root,
                        thrum_surface_checked *checked) {
+  // each side by its ends in ascending order, and which way the triangle runs along it
   const int64_t count = 3 * surface->triangle_count;
   for (int64_t n = 0; n < count; n++) {
     const int32_t from = surface->triangles[n];
@@ -149,9 +153,13 @@ static void join_edges(const thrum_surface_mesh *surface, side *sides, int32_t *
     sides[n] =
         (side){from < to ? from : to, from < to ? to : from, -1, (int32_t)(n / 3), from < to};
   }
+
+  // equal sides stand together, and each triangle begins as a shell of its own
   qsort(sides, (size_t)count, sizeof *sides, compare_sides);
   for (int64_t t = 0; t < surface->triangle_count; t++)
     root[t] = (int32_t)t;
+
+  // triangles that share a side belong to one shell
   for (int64_t n = 0, end; n < count; n = end) {
     for (end = n + 1;
          end < count && sides[end].low == sides[n].low && sides[end].high == sides[n].high; end++)
@@ -168,6 +176,8 @@ thrum_status thrum_surface_check(const thrum_surface_mesh *surface, thrum_surfac
     return thrum_error_set(error, THRUM_MISSING, "the surface has no triangles");
   side *sides = malloc(3 * triangles * sizeof *sides);
   int32_t *root = malloc(triangles * sizeof *root);
+
+  // no fault has been seen, and the box is empty
   const thrum_surface_fault none = {0, -1, {0, 0}};
   thrum_surface_checked made = {.flat = none,
                                 .twice = none,
@@ -176,6 +186,8 @@ thrum_status thrum_surface_check(const thrum_surface_mesh *surface, thrum_surfac
                                 .turned = none,
                                 .box_min = {INFINITY, INFINITY, INFINITY},
                                 .box_max = {-INFINITY, -INFINITY, -INFINITY}};
+
+  // triangles alone, then in pairs, then along their sides
   const bool room = sides != NULL && root != NULL;
   if (room) {
     check_triangles(surface, &made);
@@ -185,6 +197,7 @@ thrum_status thrum_surface_check(const thrum_surface_mesh *surface, thrum_surfac
       made.shells += find_root(root, (int32_t)t) == (int32_t)t;
     *checked = made;
   }
+
   free(sides);
   free(root);
   return room ? THRUM_OK
@@ -228,6 +241,8 @@ thrum_status thrum_surface_cavities(const thrum_surface_mesh *surface, double **
   shell *shells = calloc(triangles + 1, sizeof *shells);
   double *made = malloc(3 * triangles * sizeof *made + 1);
   const bool room = sides != NULL && root != NULL && shells != NULL && made != NULL;
+
+  // a shell whose volume has the other sign bounds a cavity
   int64_t found = 0;
   if (room && triangles > 0) {
     join_edges(surface, sides, root, NULL);
@@ -236,6 +251,7 @@ thrum_status thrum_surface_cavities(const thrum_surface_mesh *surface, double **
       if (root[t] == (int32_t)t && shells[t].volume * total < 0)
         find_point(surface, shells[t].largest, total > 0 ? 1 : -1, made + 3 * found++);
   }
+
   free(sides);
   free(root);
   free(shells);
@@ -243,6 +259,7 @@ thrum_status thrum_surface_cavities(const thrum_surface_mesh *surface, double **
     free(made);
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory to check the surface");
   }
+
   *points = made;
   *count = found;
   return THRUM_OK;

@@ -42,6 +42,8 @@ thrum_status thrum_surface_add_triangle(thrum_surface_builder *b, const int32_t 
   const int64_t count = made->triangle_count;
   if (count >= INT32_MAX - 1)
     return too_many(b->error, "triangles");
+
+  // an array that has grown is kept even where the next one cannot grow
   int32_t *triangles =
       thrum_mesh_grow(made->triangles, &b->triangle_capacity, count + 1, 3 * sizeof *triangles);
   if (triangles == NULL)
@@ -52,6 +54,7 @@ thrum_status thrum_surface_add_triangle(thrum_surface_builder *b, const int32_t 
   if (lines == NULL)
     return no_memory(b->error);
   made->triangle_line = lines;
+
   memcpy(triangles + 3 * count, corners, 3 * sizeof *triangles);
   lines[count] = line;
   made->triangle_count++;

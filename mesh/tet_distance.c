@@ -53,6 +53,7 @@ static double distance2_at(const double ap[3], const double ab[3], const double 
 
 double thrum_triangle_distance2(const double *a, const double *b, const double *c,
                                 const double point[3]) {
+  // the projections of the point onto the sides, from each corner
   double ab[3], ac[3], ap[3], bp[3], cp[3];
   subtract(b, a, ab);
   subtract(c, a, ac);
@@ -61,12 +62,16 @@ double thrum_triangle_distance2(const double *a, const double *b, const double *
   subtract(point, c, cp);
   const double d1 = dot(ab, ap), d2 = dot(ac, ap), d3 = dot(ab, bp), d4 = dot(ac, bp);
   const double d5 = dot(ab, cp), d6 = dot(ac, cp);
+
+  // nearest to a corner
   if (d1 <= 0 && d2 <= 0)
     return dot(ap, ap);
   if (d3 >= 0 && d4 <= d3)
     return dot(bp, bp);
   if (d6 >= 0 && d5 <= d6)
     return dot(cp, cp);
+
+  // nearest to a side
   const double in_c = d1 * d4 - d3 * d2, in_b = d5 * d2 - d1 * d6, in_a = d3 * d6 - d5 * d4;
   if (in_c <= 0 && d1 >= 0 && d3 <= 0)
     return distance2_at(ap, ab, ac, d1 / (d1 - d3), 0);
@@ -76,6 +81,8 @@ double thrum_triangle_distance2(const double *a, const double *b, const double *
     const double t = (d4 - d3) / ((d4 - d3) + (d5 - d6));
     return distance2_at(ap, ab, ac, 1 - t, t);
   }
+
+  // nearest to the inside
   const double whole = in_a + in_b + in_c;
   return distance2_at(ap, ab, ac, in_b / whole, in_c / whole);
 }

@@ -92,6 +92,8 @@ static void halve(int32_t *order, const double *centres, int axis, int64_t first
   while (first < last) {
     const double pivot = centres[3 * (int64_t)order[first + (last - first) / 2]];
     int64_t i = first, j = last;
+
+    // what is below the pivot goes in front of what is above
     while (i <= j) {
       while (centres[3 * (int64_t)order[i]] < pivot)
         i++;
@@ -103,6 +105,8 @@ static void halve(int32_t *order, const double *centres, int axis, int64_t first
       order[i++] = order[j];
       order[j--] = swap;
     }
+
+    // the part that holds the middle goes on
     if (middle <= j)
       last = j;
     else if (middle >= i)
@@ -149,24 +153,30 @@ thrum_status thrum_tet_tree_make(const double *vertices, const int32_t *tets, in
   if (tet_count < 1 || tet_count >= INT32_MAX)
     return thrum_error_set(error, THRUM_UNSUPPORTED, "a tree of %lld tetrahedra",
                            (long long)tet_count);
+
   thrum_tet_tree *made = calloc(1, sizeof *made);
   double *centres = NULL;
+
   // a leaf holds at least LEAF / 2 tetrahedra, when there are so many at all
   const size_t leaves = (size_t)tet_count / (LEAF / 2) + 1;
   if (made != NULL) {
     made->order = malloc((size_t)tet_count * sizeof *made->order);
     made->nodes = malloc(2 * leaves * sizeof *made->nodes);
   }
+
   if (made != NULL) {
     made->vertices = vertices;
     made->tets = tets;
     centres = find_centres(made, tet_count);
   }
+
   if (made == NULL || made->order == NULL || made->nodes == NULL || centres == NULL) {
     thrum_tet_tree_free(made);
     free(centres);
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory to find tetrahedra");
   }
+
+  // the root holds all, and is split until leaves are small
   for (int64_t t = 0; t < tet_count; t++)
     made->order[t] = (int32_t)t;
   made->nodes[0] = (tree_node){.first = 0, .count = (int32_t)tet_count};

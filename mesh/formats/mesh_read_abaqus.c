@@ -406,12 +406,16 @@ static thrum_status read_set(inp_reader *r, const inp_keyword *keyword, const ch
   if (name.length == 0)
     return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error, "the set has no name: %s=NAME",
                            key);
+
+  // a set of nodes is a group; one of elements waits until all of them are known
   THRUM_TRY(add == add_node ? node_list(r, name, &set) : find_set(r, name, &set));
   while (data_line(r)) {
     if (has_parameter(keyword, "GENERATE")) {
       THRUM_TRY(read_range(r, set, add));
       continue;
     }
+
+    // members are numbers, or names of sets that came before
     while (thrum_text_more(&r->text)) {
       int64_t member = 0;
       const char c = *r->text.at;
@@ -715,6 +719,7 @@ thrum_status thrum_mesh_parse_abaqus(const char *name, const void *data, size_t 
   if (status >= 0)
     status = read_all(&r, &read);
 
+  // what the reader gathered on the way
   for (int64_t s = 0; s < r.set_count; s++)
     free(r.sets[s].elements);
   free(r.sets);
@@ -724,6 +729,7 @@ thrum_status thrum_mesh_parse_abaqus(const char *name, const void *data, size_t 
   free(r.sections);
   thrum_builder_free(&r.builder);
 
+  // the mesh is whole or not there
   if (status >= 0)
     *mesh = read;
   else
