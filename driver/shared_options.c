@@ -10,6 +10,7 @@
 #define X(name, value, text) text,
 const char *const integrator_names[] = {THRUM_INTEGRATOR_LIST(X) NULL};
 static const char *const damping_forms[] = {THRUM_DAMPING_FORM_LIST(X) NULL};
+static const char *const implicit_solvers[] = {THRUM_IMPLICIT_SOLVER_LIST(X) NULL};
 static const char *const split_forms[] = {THRUM_SPLIT_FORM_LIST(X) NULL};
 #undef X
 const char *const full_solver_names[] = {"cholesky", "cg", NULL};
@@ -123,6 +124,9 @@ const config_option solver_options[] = {
     OPTION_PAIR("newmark", "0.25,0.5", "newmark: beta and gamma", .value = "BETA,GAMMA",
                 .take = take_newmark, CONFIG_FROM(0), .schema = PAIR_SCHEMA,
                 .wants = "BETA and GAMMA, BETA >= 0 and GAMMA in [0, 1]"),
+    OPTION_CHOICE("solver", implicit_solvers, "quasi-newton",
+                  "of implicit steps; newton makes a Jacobian in each iteration and costs more",
+                  AT(solver)),
     OPTION_NUMBER("tolerance", NULL, "1e-10", "of implicit solves, relative", AT(tolerance),
                   CONFIG_RANGE(0, 0.01), .above = true),
     OPTION_COUNT("iterations", "50", "of one implicit solve, at most", AT(iterations_max),

@@ -82,7 +82,7 @@ static const config_option options[] = {
                 "energy): what the model is to be measured against; MODEL may then be a mesh",
                 AT(full)),
     OPTION_GROUP(mesh_options, "", AT(mesh_def)),
-    OPTION_CHOICE("solver", full_solver_names, "cholesky",
+    OPTION_CHOICE("linear-solver", full_solver_names, "cholesky",
                   "how its linear systems are solved; cg is conjugate gradients", AT(solver)),
     OPTION_HEADING("besides"),
     OPTION_FILE(simulate_request),

@@ -66,6 +66,7 @@ static cJSON *options_json(const simulate_request *request) {
   cJSON_AddStringToObject(object, "damping_form", thrum_damping_form_name(def->damping_form));
   add_split(object, def);
   json_numbers(object, "newmark", (const double[]){def->newmark_beta, def->newmark_gamma}, 2);
+  cJSON_AddStringToObject(object, "solver", thrum_implicit_solver_name(def->solver));
   json_number(object, "tolerance", def->tolerance);
   json_number(object, "iterations", def->iterations_max);
 
@@ -75,7 +76,7 @@ static cJSON *options_json(const simulate_request *request) {
   // what is written, and how often
   json_number(object, "record_every", (double)request->record_every);
   cJSON_AddBoolToObject(object, "full", request->full);
-  cJSON_AddStringToObject(object, "solver", solver_name(request));
+  cJSON_AddStringToObject(object, "linear_solver", solver_name(request));
   cJSON_AddStringToObject(object, "frames_in", request->ground ? "ground" : "base");
 
   // frames in the form that the option takes
@@ -160,7 +161,7 @@ static void add_full(cJSON *object, const simulate_figures *figures) {
   }
   cJSON *full = cJSON_AddObjectToObject(object, "full");
   json_number(full, "components", (double)figures->full.free_count);
-  cJSON_AddStringToObject(full, "solver", solver_name(request));
+  cJSON_AddStringToObject(full, "linear_solver", solver_name(request));
   json_number(full, "solver_iterations", (double)figures->full.solver_iterations);
   json_number(full, "dt_stable", figures->full.dt_stable);
 }

@@ -80,7 +80,7 @@ static const config_option options[] = {
     OPTION_TEXT("move", "X,Y,Z@TARGET", NULL,
                 "bring a group, vertex=N or all to this displacement and hold it there",
                 .unit = "m", .repeats = true, .take = take_move),
-    OPTION_CHOICE("solver", full_solver_names, "cholesky",
+    OPTION_CHOICE("linear-solver", full_solver_names, "cholesky",
                   "how its linear systems are solved; cg is conjugate gradients", AT(solver)),
     OPTION_HEADING("what is written"),
     OPTION_TEXT("output", "FILE.npy", NULL, "q, which thrum simulate --start FILE.npy takes",

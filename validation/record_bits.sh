@@ -202,7 +202,7 @@ for integrator in energy newmark midpoint; do
     --start mode:1,0.05
 done
 simulate full.verlet beam --full --integrator verlet --dt 0.0002 --time 0.01 --start mode:1,0.05
-simulate full.cg beam --full --solver cg --dt 0.001 --time 0.01 --start mode:1,0.05
+simulate full.cg beam --full --linear-solver cg --dt 0.001 --time 0.01 --start mode:1,0.05
 static full.static beam --full --load gravity:0,0,-9.81
 
 for scene_name in drop quake wind integrators; do

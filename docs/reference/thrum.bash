@@ -31,11 +31,12 @@ _thrum() {
   'simulate --split-form') words='thesis quadratic position' ;;
   'simulate --adaptive') words='on off' ;;
   'simulate --fallback') words='on off' ;;
-  'simulate --solver') words='cholesky cg' ;;
-  'simulate '*) words=' --output --dt --time --load --base-motion --start --rank --record-every --frames --frames-in --stress --monitor --integrator --damping --damping-form --split --safety --split-form --adaptive --fallback --newmark --tolerance --iterations --full --fix --young --poisson --density --solver --options --json --quiet --help' ;;
+  'simulate --solver') words='quasi-newton newton' ;;
+  'simulate --linear-solver') words='cholesky cg' ;;
+  'simulate '*) words=' --output --dt --time --load --base-motion --start --rank --record-every --frames --frames-in --stress --monitor --integrator --damping --damping-form --split --safety --split-form --adaptive --fallback --newmark --solver --tolerance --iterations --full --fix --young --poisson --density --linear-solver --options --json --quiet --help' ;;
   'view '*) words='--output --surface --no-open --json --quiet --help' ;;
-  'static --solver') words='cholesky cg' ;;
-  'static '*) words=' --load --factor --at --stay --tolerance --rank --full --fix --young --poisson --density --move --solver --output --vtu --path --options --json --quiet --help' ;;
+  'static --linear-solver') words='cholesky cg' ;;
+  'static '*) words=' --load --factor --at --stay --tolerance --rank --full --fix --young --poisson --density --move --linear-solver --output --vtu --path --options --json --quiet --help' ;;
   'experiments '*) words='--long --sweep --extremes --linear --output --models --loads --integrators --amplitudes --subjects --time --dt --steps --threads --resume --json --quiet --help' ;;
   'tradeoff '*) words='--output --load --error --budget --fps --time --quick --fix --young --poisson --density --ranks --dts --tolerances --integrators --precisions --damping --full-dt --threads --json --quiet --help' ;;
   'info '*) words='--dt --load --json --help' ;;

@@ -75,6 +75,11 @@ extern "C" {
   X(QUADRATIC, 1, "quadratic") /* (6): symplectic, no iteration; small steps or amplitudes */      \
   X(POSITION, 2, "position")   /* (7): symplectic, all forces at one point, p at whole steps */
 
+/* How implicit steps are solved (design 5). */
+#define THRUM_IMPLICIT_SOLVER_LIST(X)                                                              \
+  X(QUASI_NEWTON, 0, "quasi-newton") /* an inverse kept over many steps, corrected by BFGS */      \
+  X(NEWTON, 1, "newton") /* the thesis' way: a Jacobian and its inverse each iteration */
+
 /* The scheme that advances a state at present; imexv may change it. */
 #define THRUM_SCHEME_LIST(X)                                                                       \
   X(THESIS, 0, "thesis")           /* (2)-(5), verlet and midpoint included */                     \
@@ -108,6 +113,12 @@ typedef enum thrum_split_form {
 #undef X
 } thrum_split_form;
 
+typedef enum thrum_implicit_solver {
+#define X(name, value, text) THRUM_SOLVER_##name = value,
+  THRUM_IMPLICIT_SOLVER_LIST(X)
+#undef X
+} thrum_implicit_solver;
+
 typedef enum thrum_scheme {
 #define X(name, value, text) THRUM_SCHEME_##name = value,
   THRUM_SCHEME_LIST(X)
@@ -120,6 +131,7 @@ THRUM_API const char *thrum_integrator_name(thrum_integrator integrator);
 THRUM_API const char *thrum_damping_form_name(thrum_damping_form form);
 THRUM_API const char *thrum_split_rule_name(thrum_split_rule rule);
 THRUM_API const char *thrum_split_form_name(thrum_split_form form);
+THRUM_API const char *thrum_implicit_solver_name(thrum_implicit_solver solver);
 THRUM_API const char *thrum_scheme_name(thrum_scheme scheme);
 
 /* The choice of that name. THRUM_INVALID_ARGUMENT for NULL and for any other text; the error then
@@ -130,6 +142,9 @@ THRUM_API thrum_status thrum_damping_form_from_name(const char *name, thrum_damp
                                                     thrum_error *error);
 THRUM_API thrum_status thrum_split_form_from_name(const char *name, thrum_split_form *form,
                                                   thrum_error *error);
+THRUM_API thrum_status thrum_implicit_solver_from_name(const char *name,
+                                                       thrum_implicit_solver *solver,
+                                                       thrum_error *error);
 
 /* --- definition ------------------------------------------------------------------------------- */
 
@@ -196,9 +211,18 @@ typedef struct thrum_state_def {
    * Default 1. The other integrators ignore it. */
   int32_t adaptive;
 
-  /* 1: steps that full Newton does not solve go through the fallback chain (design 8); 0: they fail
-   * with THRUM_NOT_CONVERGED. Default 1. verlet and midpoint have no fallback chain. */
+  /* 1: steps that the solver does not solve go through the fallback chain (design 8); 0: they fail
+   * with THRUM_NOT_CONVERGED. Full Newton with its line search comes after quasi-Newton in any
+   * case, and after the solver newton only with 1. Default 1. verlet and midpoint have no fallback
+   * chain. */
   int32_t fallback;
+
+  /* How implicit steps are solved; default quasi-newton. newton costs several times as much and
+   * leads to the same steps where it converges. */
+  thrum_implicit_solver solver;
+
+  /* Zero. It keeps the struct free of padding. */
+  int32_t unused;
 } thrum_state_def;
 
 /* A def with every default set. Any thread. */

@@ -33,8 +33,10 @@ typedef struct thrum_batch_group {
 /* Runs the stability monitor of all members. After it a member's step may be of another kind. */
 void thrum_batch_monitor(thrum_batch_group *g);
 
-/* True for the schemes whose steps are made in groups. */
+/* True for the steps that are made in groups. */
 static inline bool thrum_batch_takes(const thrum_state *state) {
+  if (state->def.solver != THRUM_SOLVER_QUASI_NEWTON)
+    return false;
   return state->scheme == THRUM_SCHEME_POSITION || state->scheme == THRUM_SCHEME_THESIS;
 }
 

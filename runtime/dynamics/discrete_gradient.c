@@ -41,7 +41,6 @@
 
 #include "runtime/base/lane_sums.h"
 #include "runtime/dynamics/implicit_solve.h"
-#include "runtime/dynamics/quasi_newton.h"
 #include "runtime/polynomial/polynomial_private.h"
 
 #define SCALE_MOST 0.5         /* energy error over kinetic energy: more is a standstill */
@@ -373,7 +372,7 @@ thrum_status thrum_step_energy(const thrum_model *model, const thrum_state *stat
     s.stiffness = stiffness_of_discrete;
     s.both = both_of_discrete;
     s.border = border;
-    if (thrum_quasi_solve(&s))
+    if (thrum_solve_by_def(&s))
       return finish(&s);
     report->discrete_failed = true;
   }

@@ -5,7 +5,8 @@
  *   0 = mu_i (d - k) + h^2/4 [R(q + d) + D v' - f],  mu_i = 1/(4 beta_i),  d = q' - q
  *
  * With beta = 1/12, the method of Fox and Goodwin (Numerov, Cowell, Stoermer), an undamped mode has
- * its frequency to order 4, and it is stable while h^2 times the largest eigenvalue of T_LL is below
+ * its frequency to order 4, and it is stable while h^2 times the largest eigenvalue of T_LL is
+ * below
  * 6. The equation is multiplied by mu_i, so that its Jacobian mu + h^2/4 T is symmetric.
  * v is the velocity only up to h^2: v + h^2/12 dR/dt = v + h^2/12 T(q) v is it to order 4 on L, and
  * that is the p that callers see. A state stores v.

@@ -3,8 +3,8 @@
  *   0 = mu (d - kick) + weight (R + D v - f),  v = mu rate d + drift,  R at q + at d
  *
  * and its parts, shared by the implicit integrators; private to the runtime, see
- * implicit_problem.c. mu is 1 but for the low modes of Fox-Goodwin, `heavy` in the solver. SPDX-License-Identifier:
- * Apache-2.0 */
+ * implicit_problem.c. mu is 1 but for the low modes of Fox-Goodwin, `heavy` in the solver.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_RUNTIME_DYNAMICS_IMPLICIT_PROBLEM_H
 #define THRUM_RUNTIME_DYNAMICS_IMPLICIT_PROBLEM_H
 
@@ -49,8 +49,8 @@ struct thrum_solver {
 };
 
 /* The problem for the modes from `first` on, with R and stiffness of the whole model; the caller
- * fills kick, drift is zero and each mu is 1. The midpoint rule has at = 1/2, weight = h^2/2, rate =
- * 1/h and the kick h p. */
+ * fills kick, drift is zero and each mu is 1. The midpoint rule has at = 1/2, weight = h^2/2, rate
+ * = 1/h and the kick h p. */
 thrum_solver thrum_problem_make(const thrum_model *model, const thrum_state *state,
                                 thrum_state_view *view, thrum_solve_report *report, int32_t first,
                                 double at, double weight, double rate);

@@ -15,6 +15,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "runtime/dynamics/newton.h"
 #include "runtime/dynamics/quasi_newton.h"
 #include "runtime/linear_algebra/dense.h"
 #include "runtime/polynomial/polynomial_private.h"
@@ -154,8 +155,17 @@ bool thrum_solve_newton(const thrum_solver *s) {
   return true;
 }
 
+bool thrum_solve_by_def(const thrum_solver *s) {
+  return s->state->def.solver == THRUM_SOLVER_NEWTON ? thrum_newton_solve(s) : thrum_quasi_solve(s);
+}
+
 bool thrum_solve_increment(const thrum_solver *s) {
-  return thrum_quasi_solve(s) || thrum_solve_newton(s);
+  if (thrum_solve_by_def(s))
+    return true;
+
+  // the thesis' solver alone has nothing behind it
+  const bool alone = s->state->def.solver == THRUM_SOLVER_NEWTON && !s->state->def.fallback;
+  return !alone && thrum_solve_newton(s);
 }
 
 void thrum_solve_advance(const thrum_solver *s) {

@@ -6,9 +6,13 @@
 #include "runtime/dynamics/implicit_problem.h"
 
 /* Finds the increment: then it is in view->unknown, R in view->force, R + D v - f in view->total,
- * q + at d in view->middle and v in view->velocity. False when neither quasi-Newton nor full Newton
- * converges. */
+ * q + at d in view->middle and v in view->velocity. False when neither the solver of the def nor
+ * full Newton after it converges; full Newton is not tried after the solver newton without
+ * fallback. */
 bool thrum_solve_increment(const thrum_solver *s);
+
+/* The same by the solver of the def alone, without full Newton after it. */
+bool thrum_solve_by_def(const thrum_solver *s);
 
 /* Full Newton from no motion. After thrum_quasi_begin. */
 bool thrum_solve_newton(const thrum_solver *s);

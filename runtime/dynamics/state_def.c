@@ -25,6 +25,7 @@ thrum_state_def thrum_default_state_def(void) {
       .split_form = THRUM_FORM_THESIS,
       .adaptive = 1,
       .fallback = 1,
+      .solver = THRUM_SOLVER_QUASI_NEWTON,
   };
   return def;
 }
@@ -85,6 +86,11 @@ static thrum_status check_choices(const thrum_model *model, const thrum_state_de
     return refuse(error, "adaptive", def->adaptive, "0 or 1");
   if (def->fallback != 0 && def->fallback != 1)
     return refuse(error, "fallback", def->fallback, "0 or 1");
+  const int solver = (int)def->solver;
+  if (solver < THRUM_SOLVER_QUASI_NEWTON || solver > THRUM_SOLVER_NEWTON)
+    return refuse(error, "solver", solver, "one of thrum_implicit_solver");
+  if (def->unused != 0)
+    return refuse(error, "unused", def->unused, "0");
   if (!thrum_kernel_name(def->kernel))
     return refuse(error, "kernel", (double)def->kernel, "one of thrum_kernel_id");
   if (def->iterations_max < 1)

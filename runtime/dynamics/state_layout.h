@@ -102,7 +102,7 @@ struct thrum_state {
   int32_t unused;        /* zero, so that there is no padding */
 };
 
-_Static_assert(sizeof(thrum_state_def) == offsetof(thrum_state_def, fallback) + sizeof(int32_t) &&
+_Static_assert(sizeof(thrum_state_def) == offsetof(thrum_state_def, unused) + sizeof(int32_t) &&
                    sizeof(thrum_state_report) ==
                        offsetof(thrum_state_report, residual_last) + sizeof(double) &&
                    offsetof(thrum_state, report) ==
@@ -145,7 +145,7 @@ _Static_assert(sizeof(thrum_state_def) == offsetof(thrum_state_def, fallback) + 
   X(image, vector)               /* the next correction */                                         \
   X(scale, vector)               /* Jacobian at rest: scale of a mode's residual */                \
   X(unscale, vector)             /* 1/scale */                                                     \
-  X(mass, vector)                /* of the solve: mu */                                         \
+  X(mass, vector)                /* of the solve: mu */                                            \
   X(kick, vector)                /* of the solve: d without forces */                              \
   X(drift, vector)               /* of the solve: the velocity for d = 0 */                        \
   X(total, vector)               /* R + D v - f at the middle */                                   \

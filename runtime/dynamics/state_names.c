@@ -31,6 +31,10 @@ const char *thrum_split_form_name(thrum_split_form form) {
   NAME_OF(form, THRUM_SPLIT_FORM_LIST)
 }
 
+const char *thrum_implicit_solver_name(thrum_implicit_solver solver) {
+  NAME_OF(solver, THRUM_IMPLICIT_SOLVER_LIST)
+}
+
 const char *thrum_scheme_name(thrum_scheme scheme) {
   NAME_OF(scheme, THRUM_SCHEME_LIST)
 }
@@ -76,4 +80,9 @@ thrum_status thrum_damping_form_from_name(const char *name, thrum_damping_form *
 thrum_status thrum_split_form_from_name(const char *name, thrum_split_form *form,
                                         thrum_error *error) {
   FROM_NAME(name, form, thrum_split_form, "form of the split", THRUM_SPLIT_FORM_LIST);
+}
+
+thrum_status thrum_implicit_solver_from_name(const char *name, thrum_implicit_solver *solver,
+                                             thrum_error *error) {
+  FROM_NAME(name, solver, thrum_implicit_solver, "solver", THRUM_IMPLICIT_SOLVER_LIST);
 }

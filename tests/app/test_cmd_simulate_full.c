@@ -148,7 +148,7 @@ static void options_that_need_the_reduced_model_are_refused(void **state) {
       {2, "imexv", "beam.npz", {"--integrator", "imexv"}},
       {2, "rest only", "beam.npz", {"--damping-form", "tangent"}},
       {2, "--stress", "beam.npz", {"--stress"}},
-      {2, "cholesky or cg", "beam.npz", {"--solver", "lu"}},
+      {2, "cholesky or cg", "beam.npz", {"--linear-solver", "lu"}},
       {1, "not stable at dt = 0.1", "beam.npz", {"--integrator=verlet", "--dt", "0.1"}},
       {1, "no basis", "duffing.npz", {NULL}},
   };

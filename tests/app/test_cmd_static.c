@@ -220,7 +220,7 @@ static void a_group_is_brought_to_where_it_is_to_go(void **state) {
   for (int n = 0; n < 2; n++) {
     cJSON *object =
         object_of(thrum_run(folder, "static", "beam.npz", "--full", "--move", "0.01,0,-0.2@tip",
-                            "--at", "tip", "--solver", solvers[n], "--json", NULL),
+                            "--at", "tip", "--linear-solver", solvers[n], "--json", NULL),
                   0);
 
     const cJSON *shown =

@@ -129,6 +129,7 @@ static thrum_state_def mixed(int n) {
 
   def.kernel = n % 9 == 8 ? THRUM_KERNEL_AVX2 : THRUM_KERNEL_BEST;
   def.adaptive = n % 10 != 9;
+  def.solver = n % 15 == 4 ? THRUM_SOLVER_NEWTON : THRUM_SOLVER_QUASI_NEWTON;
   return def;
 }
 

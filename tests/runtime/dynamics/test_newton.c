@@ -161,11 +161,116 @@ static void steps_that_end_without_an_evaluation_solve_their_equation(void **con
   }
 }
 
+/* --- the solver newton ------------------------------------------------------------------------ */
+
+/* A Jacobian in every iteration leads to the solution that quasi-Newton finds, in every scheme. */
+static void both_solvers_lead_to_the_same_steps(void **context) {
+  (void)context;
+  static const struct {
+    thrum_integrator integrator;
+    thrum_split_form form;
+  } cases[] = {{THRUM_INTEGRATOR_IMEXV, THRUM_FORM_THESIS},
+               {THRUM_INTEGRATOR_IMEXV, THRUM_FORM_POSITION},
+               {THRUM_INTEGRATOR_MIDPOINT, THRUM_FORM_THESIS},
+               {THRUM_INTEGRATOR_NEWMARK, THRUM_FORM_THESIS},
+               {THRUM_INTEGRATOR_ENERGY, THRUM_FORM_THESIS}};
+  random_model m;
+  random_model_make(&m, 21, RANK, 1.0, 12.0, 0.5);
+  for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++)
+    for (int damped = 0; damped < 3; damped++) {
+      thrum_state_def def = thrum_default_state_def();
+      def.integrator = cases[n].integrator;
+      def.split_form = cases[n].form;
+      def.split_rule = THRUM_SPLIT_COUNT;
+      def.explicit_count = LOW;
+      def.dt = 0.05;
+      def.tolerance = 1e-13;
+      def.adaptive = def.fallback = 0;
+      def.damping_form = damped == 2 ? THRUM_DAMPING_TANGENT : THRUM_DAMPING_REST;
+      def.damping_beta = damped > 0 ? 0.01 : 0;
+
+      thrum_state *quasi = state_make(&m.model, &def);
+      def.solver = THRUM_SOLVER_NEWTON;
+      thrum_state *newton = state_make(&m.model, &def);
+      state_put(&m.model, quasi, start_q, start_p);
+      state_put(&m.model, newton, start_q, start_p);
+      state_steps(&m.model, quasi, 100);
+      state_steps(&m.model, newton, 100);
+
+      double q[2][RANK], p[2][RANK];
+      state_read(&m.model, quasi, q[0], p[0]);
+      state_read(&m.model, newton, q[1], p[1]);
+      if (!(largest_difference(q[0], q[1], RANK) < 1e-9 &&
+            largest_difference(p[0], p[1], RANK) < 1e-8))
+        fail_msg("case %d, damping %d", (int)n, damped);
+
+      // an inverse for each correction, and full Newton never
+      const thrum_state_report report = thrum_state_report_get(newton);
+      assert_true(report.iterations > 100 && report.factorisations == report.iterations);
+      assert_int_equal(report.newton_steps, 0);
+
+      state_free(quasi);
+      state_free(newton);
+    }
+  random_model_free(&m);
+}
+
+/* The thesis' scheme with the thesis' solver and nothing around them: where it is lost it says so,
+ * from a finite state, and no part of the fallback chain or of the monitor has acted. */
+static void the_thesis_alone_is_lost_by_itself_and_says_so(void **context) {
+  (void)context;
+  random_model m;
+  random_model_make(&m, 21, RANK, 1.0, 12.0, 0.5);
+  for (int alone = 0; alone < 2; alone++) {
+    thrum_state_def def = thrum_default_state_def();
+    def.split_form = THRUM_FORM_THESIS;
+    def.split_rule = THRUM_SPLIT_COUNT;
+    def.explicit_count = LOW;
+    def.dt = 0.3;
+    def.solver = THRUM_SOLVER_NEWTON;
+    def.adaptive = def.fallback = !alone;
+    thrum_state *state = state_make(&m.model, &def);
+    const double large[RANK] = {6, 4, 3, 2, 1, 1};
+    state_put(&m.model, state, large, NULL);
+
+    // the step that fails leaves the bytes before it
+    thrum_status status = THRUM_OK;
+    void *kept = NULL;
+    for (int k = 0; k < 2000 && status >= 0; k++) {
+      free(kept);
+      kept = state_snapshot(state);
+      status = thrum_step(&m.model, state, NULL);
+    }
+
+    const thrum_state_report report = thrum_state_report_get(state);
+    if (alone) {
+      double q[RANK], p[RANK];
+      assert_true(status == THRUM_NOT_CONVERGED || status == THRUM_NOT_FINITE);
+      assert_memory_equal(state, kept, thrum_state_kept_bytes(state));
+      state_read(&m.model, state, q, p);
+      for (int i = 0; i < RANK; i++)
+        assert_true(isfinite(q[i]) && isfinite(p[i]));
+      assert_int_equal(report.newton_steps + report.energy_steps + report.substep_steps, 0);
+      assert_int_equal(report.switched_steps + report.corrections + report.split_changes, 0);
+      assert_int_equal(report.factorisations, report.iterations);
+    } else {
+      assert_true(status >= 0);
+      assert_true(report.newton_steps + report.energy_steps + report.switched_steps > 0);
+    }
+
+    free(kept);
+    state_free(state);
+  }
+  random_model_free(&m);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(steps_that_end_without_an_evaluation_solve_their_equation),
       cmocka_unit_test(newmark_under_tangent_damping_is_solved_by_either),
       cmocka_unit_test(full_newton_ends_where_quasi_newton_does_not_under_tangent_damping),
+      cmocka_unit_test(both_solvers_lead_to_the_same_steps),
+      cmocka_unit_test(the_thesis_alone_is_lost_by_itself_and_says_so),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -71,6 +71,13 @@ static void every_choice_has_a_name_that_leads_back(void **context) {
     assert_int_equal((int)split, n);
   }
 
+  for (int n = 0; n < 2; n++) {
+    thrum_implicit_solver solver = THRUM_SOLVER_QUASI_NEWTON;
+    const char *name = thrum_implicit_solver_name((thrum_implicit_solver)n);
+    assert_int_equal(thrum_implicit_solver_from_name(name, &solver, NULL), THRUM_OK);
+    assert_int_equal((int)solver, n);
+  }
+
   // the names themselves are part of the interface
   assert_string_equal(thrum_integrator_name(THRUM_INTEGRATOR_MIDPOINT), "midpoint");
   assert_string_equal(thrum_split_rule_name(THRUM_SPLIT_SAMPLING), "sampling");
@@ -84,6 +91,7 @@ static void a_number_or_a_text_that_names_nothing_is_refused(void **context) {
   assert_null(thrum_damping_form_name((thrum_damping_form)2));
   assert_null(thrum_split_rule_name((thrum_split_rule)3));
   assert_null(thrum_split_form_name((thrum_split_form)3));
+  assert_null(thrum_implicit_solver_name((thrum_implicit_solver)2));
   assert_null(thrum_scheme_name((thrum_scheme)99));
 
   // a refusal lists the names that there are, and leaves the output as it was

@@ -38,6 +38,7 @@ static thrum_state_def any_def(random_state *random) {
   def.damping_form = (thrum_damping_form)random_index(random, 2);
   def.adaptive = (int32_t)random_index(random, 2);
   def.fallback = (int32_t)random_index(random, 2);
+  def.solver = (thrum_implicit_solver)random_index(random, 2);
   def.newmark_beta = random_index(random, 3) == 0 ? 0.0 : 0.25;
 
   if (random_index(random, 2) == 0) {
