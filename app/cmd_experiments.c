@@ -52,12 +52,15 @@ static thrum_status run_kind(const experiments_request *request, const experimen
   case EXPERIMENTS_LONG:
     return experiments_long(request, bodies, flagged, error);
   case EXPERIMENTS_SWEEP:
+  case EXPERIMENTS_WORK_PRECISION:
+  case EXPERIMENTS_VARIABLE:
     return experiments_sweep(request, bodies, flagged, error);
   case EXPERIMENTS_EXTREMES:
     return experiments_extremes(request, flagged, error);
   case EXPERIMENTS_LINEAR:
     return experiments_linear(request, bodies, error);
   case EXPERIMENTS_MATRIX:
+  case EXPERIMENTS_STEP_SIZES:
   default:
     return experiments_matrix(request, bodies, flagged, error);
   }

@@ -122,7 +122,7 @@ static void fill_problem(trade *t) {
 /* The chosen setting, as simulate and precompute take it. */
 static cJSON *simulate_options(const tradeoff_run *run) {
   cJSON *object = cJSON_CreateObject();
-  cJSON_AddStringToObject(object, "integrator", experiment_integrator_names[run->integrator]);
+  cJSON_AddStringToObject(object, "integrator", experiment_scheme_names[run->integrator]);
   json_number(object, "dt", run->dt);
   json_number(object, "tolerance", run->tolerance);
   return object;
@@ -186,7 +186,7 @@ static cJSON *run_json(const trade *t, const tradeoff_run *run) {
   json_number(item, "modes", basis->modes > 0 ? (double)basis->modes : NAN);
   json_number(item, "rank", (double)basis->rank);
   cJSON_AddStringToObject(item, "precision", basis->single ? "single" : "double");
-  cJSON_AddStringToObject(item, "integrator", experiment_integrator_names[run->integrator]);
+  cJSON_AddStringToObject(item, "integrator", experiment_scheme_names[run->integrator]);
   json_number(item, "dt", run->dt);
   json_number(item, "tolerance", run->tolerance);
   cJSON_AddBoolToObject(item, "stable", run->stable);
@@ -228,7 +228,7 @@ static void print_json(const trade *t) {
 static void print_run(const trade *t, const tradeoff_run *run) {
   const tradeoff_basis *basis = &t->result.bases[run->basis];
   printf("%-8s %5" PRId64 " %-6s %8.4g %9.0e %9.2f %10.2e %8.0f %8.3g %% %8.3g %% %8.3g %%\n",
-         experiment_integrator_names[run->integrator], basis->rank,
+         experiment_scheme_names[run->integrator], basis->rank,
          basis->single ? "single" : "double", run->dt, run->tolerance, run->us_per_step, run->cost,
          t->result.full_cost / run->cost, 100 * run->error.displacement,
          100 * basis->error.displacement, 100 * run->time_error.displacement);

@@ -13,6 +13,7 @@
 #include "thrum/thrum.h"
 #include "validation/experiments/extremes.h"
 #include "validation/experiments/matrix.h"
+#include "validation/experiments/sweep.h"
 
 #define EXPERIMENTS_MODELS_MAX 32
 #define EXPERIMENTS_AMPLITUDES_MAX 16
@@ -22,7 +23,10 @@ typedef enum experiments_kind {
   EXPERIMENTS_LONG = 1,
   EXPERIMENTS_SWEEP = 2,
   EXPERIMENTS_EXTREMES = 3,
-  EXPERIMENTS_LINEAR = 4
+  EXPERIMENTS_LINEAR = 4,
+  EXPERIMENTS_STEP_SIZES = 5,
+  EXPERIMENTS_WORK_PRECISION = 6,
+  EXPERIMENTS_VARIABLE = 7
 } experiments_kind;
 
 typedef struct experiments_request {
@@ -32,7 +36,7 @@ typedef struct experiments_request {
   const char *models[EXPERIMENTS_MODELS_MAX];
   int64_t model_count;
   bool loads[EXPERIMENT_LOAD_COUNT];
-  bool integrators[EXPERIMENT_INTEGRATOR_COUNT];
+  bool schemes[EXPERIMENT_SCHEME_COUNT];
   bool subjects[EXPERIMENT_SUBJECT_COUNT]; /* of --extremes */
   double amplitudes[EXPERIMENTS_AMPLITUDES_MAX];
   int64_t amplitude_count;
@@ -55,7 +59,8 @@ typedef struct experiments_bodies {
   experiment_body bodies[EXPERIMENTS_MODELS_MAX];
 } experiments_bodies;
 
-/* *flagged: a run ended before its time. */
+/* *flagged: a run was lost that should not be. The matrix is that of --step-sizes too, and the
+ * sweep that of --work-precision and --variable. */
 thrum_status experiments_matrix(const experiments_request *request,
                                 const experiments_bodies *bodies, bool *flagged,
                                 thrum_error *error);
@@ -74,6 +79,9 @@ typedef struct experiments_table {
   cJSON *rows;                /* deleted by experiments_publish */
   const json_column *columns; /* NULL: not printed */
 } experiments_table;
+
+/* Name of a kind in files and reports; static storage. */
+const char *experiments_kind_name(experiments_kind kind);
 
 /* Called by the kinds. Writes the rows as NAME.csv in the folder asked for. */
 thrum_status experiments_write_rows(const experiments_request *request, const char *name,

@@ -9,7 +9,7 @@
 static const json_column columns[] = {
     COLUMN_TEXT("subject", "subject", -10),
     COLUMN_TEXT("case", "case", -34),
-    COLUMN_TEXT("integrator", "method", -8),
+    COLUMN_TEXT("scheme", "scheme", -19),
     COLUMN_TEXT("outcome", "outcome", -10),
     COLUMN_NUMBER("energy_error", "error", 9, "%.1e"),
     COLUMN_PERCENT("peak_amplitude", "bend", 9, "%.1f%%"),
@@ -20,7 +20,7 @@ static const json_column columns[] = {
 static const json_column unit_columns[] = {
     COLUMN_TEXT("units", "units", -10),
     COLUMN_TEXT("case", "case", -34),
-    COLUMN_TEXT("integrator", "method", -8),
+    COLUMN_TEXT("scheme", "scheme", -19),
     COLUMN_NUMBER("difference", "differs by", 10, "%.1e"),
     COLUMN_END,
 };
@@ -40,7 +40,7 @@ thrum_status experiments_extremes(const experiments_request *request, bool *flag
       .progress_context = &progress,
   };
   memcpy(extremes.subjects, request->subjects, sizeof extremes.subjects);
-  memcpy(extremes.integrators, request->integrators, sizeof extremes.integrators);
+  memcpy(extremes.schemes, request->schemes, sizeof extremes.schemes);
   thrum_status status = experiment_extremes_run(&extremes, error);
   config_progress_end(&progress, status >= 0);
 

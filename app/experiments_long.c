@@ -23,7 +23,7 @@ typedef struct long_work {
 
 static const json_column columns[] = {
     COLUMN_TEXT("model", "model", -8),
-    COLUMN_TEXT("integrator", "method", -8),
+    COLUMN_TEXT("scheme", "scheme", -19),
     COLUMN_PERCENT("amplitude", "swing", 5, "%.0f%%"),
     COLUMN_NUMBER("steps", "steps", 9, "%.0f"),
     COLUMN_NUMBER("us_per_step", "us/step", 9, "%.2f"),
@@ -92,7 +92,7 @@ thrum_status experiments_long(const experiments_request *request, const experime
       .progress = keep,
       .progress_context = &work,
   };
-  memcpy(runs->integrators, request->integrators, sizeof runs->integrators);
+  memcpy(runs->schemes, request->schemes, sizeof runs->schemes);
   thrum_status status = experiment_long_plan(runs, error);
   if (status < 0)
     goto cleanup;

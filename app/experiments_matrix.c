@@ -1,4 +1,4 @@
-/* `thrum experiments`: the matrix of bodies, loads, dampings and integrators.
+/* `thrum experiments`: the matrix of bodies, loads, dampings and schemes, also of --step-sizes.
  * SPDX-License-Identifier: Apache-2.0 */
 #include <stdlib.h>
 #include <string.h>
@@ -8,11 +8,14 @@
 #include "config/progress.h"
 #include "validation/experiments/tables.h"
 
+#define DENSE_TIME 1.0 /* of --step-sizes: over which its curves are laid over each other [s] */
+
 static const json_column columns[] = {
     COLUMN_TEXT("model", "model", -8),
     COLUMN_TEXT("load", "load", -8),
     COLUMN_NUMBER("damping", "damp.", 5, "%g"),
-    COLUMN_TEXT("integrator", "method", -8),
+    COLUMN_NUMBER("dt_s", "dt [s]", 6, "%g"),
+    COLUMN_TEXT("scheme", "scheme", -19),
     COLUMN_NUMBER("simulated_s", "time [s]", 8, "%.3f"),
     COLUMN_NUMBER("us_per_step", "us/step", 8, "%.2f"),
     COLUMN_NUMBER("mean_iterations", "iter.", 6, "%.2f"),
@@ -29,8 +32,7 @@ static thrum_status publish(const experiments_request *request, const experiment
   experiment_curves_csv(writer.stream, runs, count);
   THRUM_TRY(thrum_file_writer_commit(&writer, error));
 
-  for (int64_t n = 0; n < count; n++)
-    *flagged = *flagged || runs[n].status < 0;
+  *flagged = experiment_runs_flagged(runs, count);
   const experiments_table table = {"runs", "runs", experiment_matrix_rows(runs, count), columns};
   return experiments_publish(request, &table, 1, *flagged, error);
 }
@@ -38,18 +40,22 @@ static thrum_status publish(const experiments_request *request, const experiment
 thrum_status experiments_matrix(const experiments_request *request,
                                 const experiments_bodies *bodies, bool *flagged,
                                 thrum_error *error) {
+  static const double step_sizes[] = {0.001, 0.005, 0.01}; // of the thesis' experiment 5.5
+  const bool of_step_sizes = request->kind == EXPERIMENTS_STEP_SIZES;
   config_progress progress = config_progress_make(request->quiet);
   experiment_matrix matrix = {
       .bodies = bodies->bodies,
       .body_count = bodies->count,
-      .dt = request->dt,
-      .steps = request->steps,
+      .dts = of_step_sizes ? step_sizes : &request->dt,
+      .dt_count = of_step_sizes ? sizeof step_sizes / sizeof step_sizes[0] : 1,
+      .time = request->time,
+      .dense = of_step_sizes ? DENSE_TIME : 0,
       .threads = (int)request->threads,
       .progress = experiments_progress,
       .progress_context = &progress,
   };
   memcpy(matrix.loads, request->loads, sizeof matrix.loads);
-  memcpy(matrix.integrators, request->integrators, sizeof matrix.integrators);
+  memcpy(matrix.schemes, request->schemes, sizeof matrix.schemes);
   const int64_t count = experiment_matrix_count(&matrix);
   experiment_run *runs = calloc((size_t)count + 1, sizeof *runs);
   if (runs == NULL)

@@ -16,9 +16,9 @@ static thrum_status take_loads(const config_given *given, void *request) {
                             ((experiments_request *)request)->loads);
 }
 
-static thrum_status take_integrators(const config_given *given, void *request) {
-  return config_given_names(given, experiment_integrator_names, EXPERIMENT_INTEGRATOR_COUNT,
-                            ((experiments_request *)request)->integrators);
+static thrum_status take_schemes(const config_given *given, void *request) {
+  return config_given_names(given, experiment_scheme_names, EXPERIMENT_SCHEME_COUNT,
+                            ((experiments_request *)request)->schemes);
 }
 
 static thrum_status take_subjects(const config_given *given, void *request) {
@@ -55,6 +55,7 @@ static thrum_status take_amplitudes(const config_given *given, void *request) {
 
 #define AT(member) CONFIG_AT(experiments_request, member)
 #define NAMES .wants = "names with commas between"
+#define NAMED(symbol, name, ...) " " name
 #define KIND(value) AT(kind), .set = EXPERIMENTS_##value
 
 static const config_option options[] = {
@@ -66,6 +67,18 @@ static const config_option options[] = {
     OPTION_FLAG("sweep",
                 "30 s after an impulse, beam and horse, at time steps from 0.0001 to 0.05 s",
                 KIND(SWEEP)),
+    OPTION_FLAG("step-sizes",
+                "the matrix of the beam under the square load at 0.001, 0.005 and 0.01 s, with the "
+                "first second step by step",
+                KIND(STEP_SIZES)),
+    OPTION_FLAG("work-precision",
+                "error against processor time: the first second after two starts, the six models, "
+                "the time steps of --sweep",
+                KIND(WORK_PRECISION)),
+    OPTION_FLAG("variable",
+                "as --sweep, with steps that are drawn anew each time between a third of the "
+                "longest and the longest, beside constant ones of the mean",
+                KIND(VARIABLE)),
     OPTION_FLAG("extremes",
                 "bodies, loads and steps far outside the usual, and one body in other units; 2000 "
                 "steps each",
@@ -77,19 +90,22 @@ static const config_option options[] = {
     OPTION_HEADING("options"),
     OPTION_TEXT("output", "DIR", NULL, "the folder; made when it is not there", .letter = 'o',
                 AT(output)),
-    OPTION_TEXT("models", "LIST", "the six; of the others, two", "names or model files",
-                .take = take_models, .wants = "at most 32 names with commas between"),
-    OPTION_TEXT("loads", "LIST", "all", "of impulse, square, sine", .take = take_loads, NAMES),
-    OPTION_TEXT("integrators", "LIST", "all", "of imexv, newmark, energy", .take = take_integrators,
+    OPTION_TEXT("models", "LIST", "the six, or fewer", "names or model files", .take = take_models,
+                .wants = "at most 32 names with commas between"),
+    OPTION_TEXT("loads", "LIST", "all; of --step-sizes square", "of impulse, square, sine",
+                .take = take_loads, NAMES),
+    OPTION_TEXT("schemes", "LIST", "all", "of" EXPERIMENT_SCHEME_LIST(NAMED), .take = take_schemes,
                 NAMES),
-    OPTION_TEXT("amplitudes", "LIST", "0.05,0.1,0.2; of --sweep 0.05",
-                "--long: swings, as shares of the length; --sweep: one", .take = take_amplitudes,
-                CONFIG_RANGE(0, 1), .above = true, .wants = "shares of the length in (0, 1]"),
+    OPTION_TEXT(
+        "amplitudes", "LIST", "0.05,0.1,0.2; of the others 0.05",
+        "--long: swings, as shares of the length; --sweep, --work-precision, --variable: one",
+        .take = take_amplitudes, CONFIG_RANGE(0, 1), .above = true,
+        .wants = "shares of the length in (0, 1]"),
     OPTION_TEXT("subjects", "LIST", "all",
                 "--extremes: of stiffness, poisson, size, density, load, snap, tet, square, rank, "
                 "resonance, rate",
                 .take = take_subjects, NAMES),
-    OPTION_TIME(experiments_request, time, "30"),
+    OPTION_TIME(experiments_request, time, "30; of --work-precision 10"),
     OPTION_DT(experiments_request, dt),
     OPTION_COUNT("steps", "3000000; of --extremes 2000", "--long, --extremes: number of steps",
                  AT(steps), CONFIG_RANGE(1, STEPS_MAX)),
@@ -107,17 +123,17 @@ const config_command command_experiments = {
     .usage = "-o DIR [OPTIONS]",
     .about =
         "Runs the experiments of the thesis and writes tables (CSV) and a report (HTML) to DIR: "
-        "six models x impulse, 0.3 s square load, 1 Hz sine x damping 0 and 0.3 /s x imexv, "
-        "newmark, energy, 30 s each at 0.003 s. The forces are found first: a sine bends the "
+        "six models x impulse, 0.3 s square load, 1 Hz sine x damping 0 and 0.3 /s x all "
+        "schemes, 30 s each at 0.003 s. The forces are found first: a sine bends the "
         "loaded part by a tenth of the body's length at least, the other loads by a twentieth.",
     .options = options,
     .examples = "experiments -o results --threads 4\n"
                 "experiments -o quick --models beam --loads sine --time 3 --json\n"
                 "experiments --long -o long --models beam --steps 100000\n"
-                "experiments --sweep -o sweep --integrators imexv,energy\n"
+                "experiments --sweep -o sweep --schemes imexv,energy\n"
                 "experiments --extremes -o extremes --subjects load,snap\n"
                 "experiments --linear -o linear --models beam,horse",
-    .exits = "0 done, 1 refused, 2 usage, 3 ran, but a run ended before its time",
+    .exits = "0 done, 1 refused, 2 usage, 3 ran, but imexv or energy lost a run",
 };
 
 /* Checks the options together, and fills in the defaults that depend on the kind of experiment. */
@@ -133,38 +149,43 @@ static int finish(int argc, char **argv, experiments_request *request) {
   if (request->model_count > 0 && request->kind == EXPERIMENTS_EXTREMES)
     return config_usage("experiments", "--extremes has bodies of its own; leave --models out");
   if (request->model_count == 0 &&
-      (request->kind == EXPERIMENTS_MATRIX || request->kind == EXPERIMENTS_LINEAR)) {
+      (request->kind == EXPERIMENTS_MATRIX || request->kind == EXPERIMENTS_LINEAR ||
+       request->kind == EXPERIMENTS_WORK_PRECISION)) {
     for (int n = 0; n < MODEL_NAME_COUNT; n++)
       request->models[request->model_count++] = model_names[n];
+  } else if (request->model_count == 0 && request->kind == EXPERIMENTS_STEP_SIZES) {
+    request->models[request->model_count++] = "beam";
   } else if (request->model_count == 0 && request->kind != EXPERIMENTS_EXTREMES) {
     for (int n = 0; n < 2; n++)
       request->models[request->model_count++] = pair[n];
   }
+  bool any = false;
+  for (int n = 0; n < EXPERIMENT_LOAD_COUNT; n++)
+    any = any || request->loads[n];
+  for (int n = 0; n < EXPERIMENT_LOAD_COUNT && !any; n++)
+    request->loads[n] = request->kind != EXPERIMENTS_STEP_SIZES || n == EXPERIMENT_LOAD_square;
+  if (!(request->time > 0))
+    request->time = request->kind == EXPERIMENTS_WORK_PRECISION ? 10 : 30;
   if (request->amplitude_count == 0) {
-    request->amplitude_count = request->kind == EXPERIMENTS_SWEEP ? 1 : 3;
+    request->amplitude_count = request->kind == EXPERIMENTS_LONG ? 3 : 1;
     memcpy(request->amplitudes, swings, sizeof swings);
   }
   if (request->steps == 0)
     request->steps = request->kind == EXPERIMENTS_EXTREMES ? 2000 : 3000000;
-  if (request->kind == EXPERIMENTS_MATRIX || request->kind == EXPERIMENTS_SWEEP) {
-    const double dt = request->kind == EXPERIMENTS_SWEEP ? EXPERIMENT_SWEEP_SHORTEST : request->dt;
-    const int64_t steps = thrum_step_count(request->time, dt);
-    if (steps > (int64_t)STEPS_MAX)
-      return config_usage("experiments", "--time %g at a time step of %g is too many steps",
-                          request->time, dt);
-    request->steps = steps < 1 ? 1 : steps;
-  }
+
+  // the sweep and what is made of it have time steps of their own
+  const double dt = request->kind == EXPERIMENTS_MATRIX ? request->dt : EXPERIMENT_SWEEP_TICK;
+  if (thrum_step_count(request->time, dt) > (int64_t)STEPS_MAX)
+    return config_usage("experiments", "--time %g at a time step of %g is too many steps",
+                        request->time, dt);
   return COMMAND_DONE;
 }
 
 int experiments_options_read(int argc, char **argv, experiments_request *request) {
-  request->time = 30;
   request->dt = thrum_default_state_def().dt;
   request->threads = 1;
-  for (int n = 0; n < EXPERIMENT_LOAD_COUNT; n++)
-    request->loads[n] = true;
-  for (int n = 0; n < EXPERIMENT_INTEGRATOR_COUNT; n++)
-    request->integrators[n] = true;
+  for (int n = 0; n < EXPERIMENT_SCHEME_COUNT; n++)
+    request->schemes[n] = true;
   for (int n = 0; n < EXPERIMENT_SUBJECT_COUNT; n++)
     request->subjects[n] = true;
   const int code = config_options_read(&command_experiments, argc, argv, request);

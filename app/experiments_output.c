@@ -7,7 +7,11 @@
 #include "config/progress.h"
 #include "io/json.h"
 
-static const char *const kind_names[] = {"matrix", "long", "sweep", "extremes", "linear"};
+const char *experiments_kind_name(experiments_kind kind) {
+  static const char *const names[] = {"matrix", "long",       "sweep",          "extremes",
+                                      "linear", "step_sizes", "work_precision", "variable"};
+  return names[kind];
+}
 
 thrum_status experiments_write_rows(const experiments_request *request, const char *name,
                                     const cJSON *rows, thrum_error *error) {
@@ -22,11 +26,12 @@ thrum_status experiments_write_rows(const experiments_request *request, const ch
 /* The object {"status", "command", ...} to which the rows are added. */
 static cJSON *report(const experiments_request *request, bool flagged) {
   cJSON *object = json_report("experiments", flagged ? "flagged" : "done");
-  cJSON_AddStringToObject(object, "kind", kind_names[request->kind]);
+  cJSON_AddStringToObject(object, "kind", experiments_kind_name(request->kind));
   results_add_machine(object);
   json_string(object, "output", request->output);
   json_number(object, "threads", (double)request->threads);
   json_number(object, "dt", request->dt);
+  json_number(object, "time", request->time);
   return object;
 }
 
@@ -37,7 +42,7 @@ static thrum_status write_files(const experiments_request *request, const experi
     THRUM_TRY(experiments_write_rows(request, tables[n].name, tables[n].rows, error));
   snprintf(about, sizeof about, "%s.about.json", tables[0].name);
   THRUM_TRY(results_write_json(request->output, about, report(request, false), error));
-  results_make_page(request->output, kind_names[request->kind], tables[0].name);
+  results_make_page(request->output, experiments_kind_name(request->kind), tables[0].name);
   return THRUM_OK;
 }
 

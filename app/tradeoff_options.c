@@ -36,7 +36,7 @@ static thrum_status take_tolerances(const config_given *given, void *request) {
 }
 
 static thrum_status take_integrators(const config_given *given, void *request) {
-  return config_given_names(given, experiment_integrator_names, EXPERIMENT_INTEGRATOR_COUNT,
+  return config_given_names(given, experiment_scheme_names, EXPERIMENT_SCHEME_COUNT,
                             ((tradeoff_request *)request)->integrators);
 }
 
@@ -122,7 +122,8 @@ static const config_option options[] = {
     OPTION_TEXT("tolerances", "LIST", "1e-10,1e-6,1e-3; with --quick 1e-6",
                 "of the implicit solves", .take = take_tolerances, CONFIG_RANGE(1e-15, 0.01),
                 .wants = "numbers in (0, 0.01] with commas between"),
-    OPTION_TEXT("integrators", "LIST", "all", "of imexv, newmark, energy", .take = take_integrators,
+    OPTION_TEXT("integrators", "LIST", "imexv,newmark,energy",
+                "names of schemes, as those of thrum experiments", .take = take_integrators,
                 .wants = "imexv, newmark, energy with commas between"),
     OPTION_TEXT("precisions", "LIST", "double,single; with --quick double",
                 "of the coefficients of the bases that are made", .take = take_precisions,
@@ -172,8 +173,9 @@ int tradeoff_options_read(int argc, char **argv, tradeoff_request *r) {
   r->error = r->budget = NAN;
   r->fps = FPS_DEFAULT;
   r->threads = 1;
-  for (int n = 0; n < EXPERIMENT_INTEGRATOR_COUNT; n++)
-    r->integrators[n] = true;
+  r->integrators[EXPERIMENT_SCHEME_IMEXV] = true;
+  r->integrators[EXPERIMENT_SCHEME_NEWMARK] = true;
+  r->integrators[EXPERIMENT_SCHEME_ENERGY] = true;
   int code = config_options_read(&command_tradeoff, argc, argv, r);
   if (code != COMMAND_DONE)
     return code;

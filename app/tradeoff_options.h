@@ -24,7 +24,7 @@ typedef struct tradeoff_request {
   /* 0 of a list: the default */
   int64_t rank_count, dt_count, tolerance_count;
   double ranks[TRADEOFF_LIST_MAX], dts[TRADEOFF_LIST_MAX], tolerances[TRADEOFF_LIST_MAX];
-  bool integrators[EXPERIMENT_INTEGRATOR_COUNT];
+  bool integrators[EXPERIMENT_SCHEME_COUNT];
   bool precisions[2]; /* which precisions are tried: double, single */
   int64_t threads;
   bool quick;

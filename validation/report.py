@@ -3,7 +3,7 @@
 
 usage: report.py KIND TABLE.csv
 
-KIND is matrix, long, sweep, extremes, linear or tradeoff. The page (HTML with its plots in it, so that it needs nothing
+KIND is matrix, step_sizes, long, sweep, variable, work_precision, extremes, linear or tradeoff. The page (HTML with its plots in it, so that it needs nothing
 else) is written next to the table. `thrum experiments` and `thrum tradeoff` call this script; called by hand it makes the
 page again. Beside TABLE.csv the script reads TABLE.about.json, which says where the figures were measured, and the other
 tables of the experiment. Only the standard library of Python 3 is needed; gnuplot draws the plots, and without it the page
@@ -20,7 +20,10 @@ import shutil
 import subprocess
 import sys
 
-COLOURS = {"imexv": "#1769aa", "newmark": "#d2691e", "energy": "#2e8b57"}
+# the schemes of validation/experiments/scheme.h, in its order
+COLOURS = {"thesis": "#1769aa", "thesis-newton": "#7fb2dd", "position": "#7b3fb3", "quadratic": "#c77dd8",
+           "verlet": "#9aa0a6", "midpoint": "#b8860b", "newmark": "#d2691e", "fox-goodwin": "#c0143c", "imexv": "#17a2c4",
+           "energy": "#2e8b57", "backward-euler": "#8b5a2b", "semi-implicit-euler": "#5f6b7a", "rk4": "#111111"}
 LEVELS = {"newton": "full Newton", "energy": "energy step", "substep": "sub-steps",
           "switched": "switched to the energy integrator", "split_changes": "split changes",
           "scheme_switches": "scheme switches", "corrections": "corrections"}
@@ -79,8 +82,16 @@ class Cell:
         return fill(f"<{tag}{style}{colour}>{{}}</{tag}>", self.text)
 
 
-def integrator(name):
+def scheme(name):
     return Cell(name, "l", COLOURS.get(name))
+
+
+def status(row):
+    """How a run ended: done, or lost, when and why."""
+    if row["status"] == "done":
+        return Cell("done", "l")
+    time = number(row["simulated_s"]) if "simulated_s" in row else float(row["steps"]) * float(row["dt_s"])
+    return Cell(f"lost at {time:.4g} s: {row['reason']}", "l bad")
 
 
 def table(head, rows):
@@ -92,8 +103,12 @@ def table(head, rows):
     return "<table>\n" + line(head, "th") + "".join(line(row, "td") for row in rows) + "</table>\n"
 
 
-def levels(row):
-    return [row[name] for name in LEVELS]
+# what stepped: the scheme itself, and what stood in for it
+STEPPED = ["steps", "by the scheme itself", *LEVELS.values()]
+
+
+def stepped(row):
+    return [row["steps"], row["own_steps"], *(row[name] for name in LEVELS)]
 
 
 def groups(rows, *keys):
@@ -163,20 +178,23 @@ def thin(points, most=400):
 # --- the pages -----------------------------------------------------------------------------------------------------------
 
 def matrix_curves(rows, plots):
-    """The energy over time of each body, load and damping, and the explicit modes of imexv below it."""
+    """The energy over time of each body, load, damping and step, and the explicit modes of imexv below it."""
     page = "<h2>Energy over time</h2>\n"
     for body in groups(rows, "model"):
         page += fill("<h3>{}</h3>\n<table>", body[0]["model"])
         for damping in sorted({row["damping"] for row in body}, key=float):
             page += "<tr>"
-            for panel in groups([row for row in body if row["damping"] == damping], "load"):
-                runs = groups(panel, "integrator")
+            for panel in groups([row for row in body if row["damping"] == damping], "load", "dt_s"):
+                # a run that was lost leaves the picture at twice what energy reaches
+                runs = groups(panel, "scheme")
+                kept = [number(r["total_j"]) for run in runs for r in run if r["scheme"] in ("energy", "newmark")]
                 page += "<td style='border:0;padding:0'>" + plots.add(
-                    f"{panel[0]['load']}, α = {damping}", ("time [s]", "energy [J]"), (370, 230),
-                    [(run[0]["integrator"], COLOURS[run[0]["integrator"]], "lines",
-                      [(float(r["time_s"]), number(r["total_j"])) for r in run]) for run in runs], y_range="0:*")
-                split = [(None, COLOURS["imexv"], "lines", [(float(r["time_s"]), number(r["explicit_modes"])) for r in run])
-                         for run in runs if run[0]["integrator"] == "imexv"]
+                    f"{panel[0]['load']}, α = {damping}, h = {panel[0]['dt_s']} s", ("time [s]", "energy [J]"), (370, 270),
+                    [(run[0]["scheme"], COLOURS[run[0]["scheme"]], "lines",
+                      thin([(float(r["time_s"]), number(r["total_j"])) for r in run], 120)) for run in runs],
+                    y_range=f"0:{2 * max(kept)}" if kept else "0:*")
+                split = [(None, COLOURS["imexv"], "lines", thin([(float(r["time_s"]), number(r["explicit_modes"])) for r in run], 120))
+                         for run in runs if run[0]["scheme"] == "imexv"]
                 if split:
                     page += "<br>" + plots.add("explicit modes of imexv", ("time [s]", "modes"), (370, 130), split,
                                                y_range="0:*")
@@ -186,38 +204,45 @@ def matrix_curves(rows, plots):
     return page
 
 
-def matrix(path, rows, about, plots):
-    done = {name: [row["status"] == "done" for row in rows if row["integrator"] == name] for name in COLOURS}
-    ended = "; ".join(f"{name} {sum(runs)} of {len(runs)}" for name, runs in done.items() if runs)
-    page = fill(
-        "<p>Each body is held at its fixed set and pushed at one place, by an impulse (0.003 s), a constant force (0.3 s) "
-        "or a sine of 1 Hz, with damping α = 0 or 0.3 s<sup>−1</sup>, at h = {} s. The forces were found so that, without "
-        "damping, the sine displaces the loaded part by a tenth of the body's length or more, the other loads by a twentieth "
-        "or more. Runs that came to their end: {}; IMEXv of the thesis: 33 of 36.</p>\n", f"{about['dt']:g}", ended)
-
-    # rows are bodies, columns loads and dampings
-    cases = {(r["model"], r["load"], float(r["damping"]), r["integrator"]): number(r["us_per_step"]) for r in rows}
+def speed(rows):
+    """Newmark's time over that of the thesis' scheme, beside the ratios of the thesis: rows are bodies, columns loads."""
+    cases = {(r["model"], r["load"], float(r["damping"]), r["scheme"]): number(r["us_per_step"]) for r in rows
+             if r["status"] == "done"}
     kinds = list(dict.fromkeys((r["load"], float(r["damping"])) for r in rows))
-    models = list(dict.fromkeys(r["model"] for r in rows))
     head, body = ["model"], []
     for load, damping in kinds:
         head += [f"{load}, α = {damping:g}", Cell("thesis", "dim")]
-    for model in models:
+    for model in dict.fromkeys(r["model"] for r in rows):
         line = [model]
         for kind in kinds:
-            ratio = cases.get((model, *kind, "newmark"), math.nan) / cases.get((model, *kind, "imexv"), math.nan)
+            ratio = cases.get((model, *kind, "newmark"), math.nan) / cases.get((model, *kind, "thesis"), math.nan)
             known = kind in THESIS_SPEEDUP and model in THESIS_MODELS
             published = THESIS_SPEEDUP[kind][THESIS_MODELS.index(model)] if known else math.nan
             line += [show(ratio), Cell(show(published), "dim")]
         body.append(line)
-    page += ("<h2>Speed: time of Newmark over time of IMEXv</h2>\n<p>Processor time of the same steps, beside the ratio of "
-             "the thesis (other meshes, forces and machine).</p>\n" + table(head, body))
+    return ("<h2>Speed: time of Newmark over time of the thesis' scheme</h2>\n<p>Processor time of the same steps of the runs "
+            "that were not lost, beside the ratio of the thesis (other meshes, forces and machine).</p>\n" + table(head, body))
+
+
+def matrix(path, rows, about, plots):
+    done = {name: [row["status"] == "done" for row in rows if row["scheme"] == name] for name in COLOURS}
+    ended = "; ".join(f"{name} {sum(runs)} of {len(runs)}" for name, runs in done.items() if runs)
+    dts = ", ".join(dict.fromkeys(row["dt_s"] for row in rows))
+    page = fill(
+        "<p>Each body is held at its fixed set and pushed at one place, by an impulse (0.003 s), a constant force (0.3 s) "
+        "or a sine of 1 Hz, with damping α = 0 or 0.3 s<sup>−1</sup>, at h = {} s. The forces were found so that, without "
+        "damping, the sine displaces the loaded part by a tenth of the body's length or more, the other loads by a twentieth "
+        "or more. Runs that came to their end: {}; IMEXv of the thesis: 33 of 36. A run is lost when a step cannot be made, "
+        "or at ten times the energy that <i>energy</i> reaches under the same force.</p>\n", dts, ended)
+    models = list(dict.fromkeys(r["model"] for r in rows))
+    if about["kind"] == "matrix":
+        page += speed(rows)
 
     # the split at rest is that of the first recorded row
     curves = read(path.with_name("curves.csv"))
     body = []
     for model in models:
-        first = next((r for r in curves if r["model"] == model and r["integrator"] == "imexv"), None)
+        first = next((r for r in curves if r["model"] == model and r["scheme"] in ("thesis", "imexv")), None)
         rank = next(int(r["explicit_modes"]) + int(r["implicit_modes"]) for r in rows if r["model"] == model)
         if first:
             explicit = int(float(first["explicit_modes"]))
@@ -230,19 +255,18 @@ def matrix(path, rows, about, plots):
     body = []
     for r in rows:
         lost = THESIS_LOST.get((r["model"], float(r["damping"])), math.nan)
-        lost = lost if r["integrator"] == "imexv" and r["load"] == "sine" else math.nan
-        body.append([r["model"], Cell(r["load"], "l"), show(number(r["force_n"]), "{:.3g}"), r["damping"],
-                     integrator(r["integrator"]), show(number(r["simulated_s"]), "{:.4g}"),
-                     Cell(r["status"], "l" if r["status"] == "done" else "l bad"), Cell(show(lost, "{:.4g}"), "dim"),
+        lost = lost if r["scheme"] == "thesis" and r["load"] == "sine" else math.nan
+        body.append([r["model"], Cell(r["load"], "l"), show(number(r["force_n"]), "{:.3g}"), r["damping"], r["dt_s"],
+                     scheme(r["scheme"]), status(r), Cell(show(lost, "{:.4g}"), "dim"),
                      show(number(r["us_per_step"])), show(number(r["mean_iterations"])),
                      show(100 * number(r["peak_amplitude"]), "{:.1f} %"), show(number(r["energy_peak_j"]), "{:.3g}"),
-                     show(number(r["energy_end_j"]), "{:.3g}"), show(number(r["energy_change"]), "{:.1e}"), *levels(r)])
+                     show(number(r["energy_end_j"]), "{:.3g}"), show(number(r["energy_change"]), "{:.1e}"), *stepped(r)])
     return page + ("<h2>All runs</h2>\n<p>Change: of the mean energy from the first to the last tenth of the time after the "
-                   "load, without damping. The last columns count steps that needed more than quasi-Newton, and what the "
-                   "stability monitor of IMEXv did.</p>\n") + table(
-        ["model", Cell("load", "l"), "force [N]", "α [1/s]", Cell("integrator", "l"), "time [s]", Cell("status", "l"),
+                   "load, without damping. The last columns count what stepped: the scheme itself, what needed more than "
+                   "quasi-Newton, and what the stability monitor of IMEXv did.</p>\n") + table(
+        ["model", Cell("load", "l"), "force [N]", "α [1/s]", "h [s]", Cell("scheme", "l"), Cell("status", "l"),
          "thesis lost at [s]", "µs a step", "iterations", "amplitude", "peak energy [J]", "end [J]", "change",
-         *LEVELS.values()], body)
+         *STEPPED], body)
 
 
 def long_steady(row):
@@ -257,16 +281,16 @@ def long(path, rows, about, plots):
     page = ("<p>Undamped, after an impulse of 0.003 s that makes the loaded part swing to the given share of the body's "
             "length. The thesis, on its horse over 10,000 s: total energy +2 %, high modes −28 %.</p>\n")
     page += table(
-        ["model", "amplitude", Cell("integrator", "l"), "steps", Cell("status", "l"), "µs a step",
+        ["model", "amplitude", Cell("scheme", "l"), Cell("status", "l"), "µs a step",
          "total energy, last against first 35 s", "worst 35 s", "high modes, last against first",
          "slope of the high modes [1/s]", "± standard error", "of windows that follow each other", "within two of these",
-         *LEVELS.values()],
-        [[r["model"], show(100 * number(r["reached"]), "{:.1f} %"), integrator(r["integrator"]), r["steps"],
-          Cell(r["status"], "l" if r["status"] == "done" else "l bad"), show(number(r["us_per_step"])),
+         *STEPPED],
+        [[r["model"], show(100 * number(r["reached"]), "{:.1f} %"), scheme(r["scheme"]), status(r),
+          show(number(r["us_per_step"])),
           *(show(number(r[key]), "{:.1e}") for key in
             ("total_change", "total_worst", "high_change", "high_slope_per_s", "high_slope_error_per_s",
              "high_slope_error_correlated_per_s")),
-          long_steady(r), *levels(r)] for r in rows])
+          long_steady(r), *stepped(r)] for r in rows])
 
     # the means of all windows over the first; a lost run leaves the picture at five times
     windows = read(path.with_name(path.stem + "_windows.csv"))
@@ -274,10 +298,10 @@ def long(path, rows, about, plots):
         page += "<div>"
         for key, what in (("total_j", "total energy"), ("high_j", "high modes")):
             series, highest = [], 0
-            for run in groups(case, "integrator"):
+            for run in groups(case, "scheme"):
                 first = number(run[0][key])
                 points = [(float(r["begin_s"]) + 0.5 * WINDOW_SECONDS, number(r[key]) / first) for r in run if first > 0]
-                series.append((run[0]["integrator"], COLOURS[run[0]["integrator"]], "lines", points))
+                series.append((run[0]["scheme"], COLOURS[run[0]["scheme"]], "lines", points))
                 highest = max([highest, *(y for _, y in points)])
             page += plots.add(f"{case[0]['model']}, {100 * float(case[0]['amplitude']):.0f} %: {what}",
                               ("time [s]", "mean over 35 s, relative to the first"), (560, 280), series,
@@ -286,33 +310,62 @@ def long(path, rows, about, plots):
     return page
 
 
-def sweep(path, rows, about, plots):
-    page = ("<p>Undamped, from the momentum that an impulse leaves, so that the energy is known: ½|p|². Error: the largest "
-            "deviation from it; change: of the mean over the last tenth of the time. Lost: by then the energy has more than "
-            "doubled. The thesis calls 0.01 s its limit.</p>\n")
-    for body in groups(rows, "model"):
-        page += "<div>"
-        for key, what, log in (("energy_error", "largest relative error of the energy", "xy"),
-                               ("mean_iterations", "iterations a step", "x")):
-            # the size of a lost run's error says nothing
-            series = [(name, COLOURS[name], "linespoints pt 7 ps 0.4",
-                       [(float(r["dt_s"]), number(r[key])) for r in body
-                        if r["integrator"] == name and (key != "energy_error" or r["status"] == "done")])
-                      for name in COLOURS]
-            page += plots.add(body[0]["model"], ("time step [s]", what), (560, 280), series, log,
-                              None if "y" in log else "0:*")
-        page += "</div>\n"
-
+def sweep_table(rows):
     def error(row, key):
         return "–" if row["status"] == "lost" else show(number(row[key]), "{:.1e}")
 
-    return page + table(
-        ["model", "h [s]", Cell("integrator", "l"), "time [s]", Cell("status", "l"), "µs a step", "iterations",
-         "energy error", "change", "amplitude", *LEVELS.values()],
-        [[r["model"], r["dt_s"], integrator(r["integrator"]), show(number(r["simulated_s"]), "{:.4g}"),
-          Cell(r["status"], "l" if r["status"] == "done" else "l bad"), show(number(r["us_per_step"])),
-          show(number(r["mean_iterations"])), error(r, "energy_error"), error(r, "energy_change"),
-          show(100 * number(r["peak_amplitude"]), "{:.1f} %"), *levels(r)] for r in rows])
+    return table(
+        ["model", Cell("start", "l"), "h [s]", "drawn from", Cell("scheme", "l"), Cell("status", "l"), "µs a step",
+         "µs for a simulated second", "iterations", "error of q", "of the reference", "energy error", "change", "amplitude",
+         *STEPPED],
+        [[r["model"], Cell(r["start"], "l"), r["dt_s"], r["shortest_dt_s"] if r["shortest_dt_s"] != r["dt_s"] else "",
+          scheme(r["scheme"]), status(r), show(number(r["us_per_step"])), show(1e6 * number(r["cost_s_per_s"]), "{:.0f}"),
+          show(number(r["mean_iterations"])), error(r, "error"), show(number(r["reference_error"]), "{:.1e}"),
+          error(r, "energy_error"), error(r, "energy_change"), show(100 * number(r["peak_amplitude"]), "{:.1f} %"),
+          *stepped(r)] for r in rows])
+
+
+def kept_points(rows, name, x, y):
+    """The points of one scheme in a plot; a lost run's numbers say nothing, and rounding nothing below 1e-15."""
+    return [(number(r[x]), max(number(r[y]), 1e-15)) for r in rows if r["scheme"] == name and r["status"] == "done"]
+
+
+ERROR_OF_Q = ("Error of q: over the first second, the root mean square of q − q<sub>ref</sub> over that of q<sub>ref</sub> in "
+              "the norm of the mass, where q<sub>ref</sub> is <i>energy</i> at a step of 3.125 µs; its own error comes from "
+              "the run with twice that step.")
+
+
+def sweep(path, rows, about, plots):
+    page = ("<p>Undamped, from the momentum that an impulse leaves, so that the energy is known: ½|p|². Energy error: the "
+            "largest deviation from it; change: of the mean over the last tenth of the time. Lost: a step cannot be made, or "
+            "the energy is above ten times its value, or its mean at the end above twice. " + ERROR_OF_Q +
+            " The thesis calls 0.01 s its limit.</p>\n")
+    for body in groups(rows, "model"):
+        page += "<div>"
+        for key, what in (("energy_error", "largest relative error of the energy"), ("error", "error of q")):
+            # where steps are drawn, marks stand at their longest, and constant ones are a line
+            series = [(name, colour, "linespoints pt 7 ps 0.4",
+                       kept_points([r for r in body if r["shortest_dt_s"] == r["dt_s"]], name, "dt_s", key))
+                      for name, colour in COLOURS.items()]
+            series += [(None, colour, "points pt 1 ps 1",
+                        kept_points([r for r in body if r["shortest_dt_s"] != r["dt_s"]], name, "dt_s", key))
+                       for name, colour in COLOURS.items()]
+            page += plots.add(body[0]["model"], ("time step [s]", what), (560, 340), series, "xy")
+        page += "</div>\n"
+    return page + sweep_table(rows)
+
+
+def work_precision(path, rows, about, plots):
+    page = ("<p>Undamped, the first second after an impulse at the loaded group, and after momentum in the first basis vector "
+            "alone (smooth), both of a swing of a twentieth of the length. " + ERROR_OF_Q + fill(
+                " Cost: processor time of the steps, the least of five rounds over all runs. Runs that are lost within {} s are "
+                "left out; the table has them.</p>\n", f"{about['time']:g}"))
+    for case in groups(rows, "model", "start"):
+        page += plots.add(f"{case[0]['model']}, {case[0]['start']}", ("processor time for a second [s]", "error of q"),
+                          (560, 400), [(name, colour, "linespoints pt 7 ps 0.4",
+                                        kept_points(case, name, "cost_s_per_s", "error"))
+                                       for name, colour in COLOURS.items()], "xy", "1e-7:2")
+    return page
 
 
 def extremes(path, rows, about, plots):
@@ -326,20 +379,20 @@ def extremes(path, rows, about, plots):
             bad = r["outcome"] in ("stopped", "lost", "not_finite")
             h_omega = [number(r["h_omega_first"]), number(r["h_omega_last"])]
             body.append([r["case"], " – ".join(show(x, "{:.2g}") for x in h_omega) if math.isfinite(h_omega[0]) else "",
-                         integrator(r["integrator"]), Cell(r["outcome"], "l bad" if bad else "l"),
+                         scheme(r["scheme"]), Cell(r["outcome"], "l bad" if bad else "l"),
                          show(number(r["energy_error"]), "{:.1e}"), show(100 * number(r["peak_amplitude"]), "{:.1f} %"),
-                         r["steps"], show(number(r["mean_iterations"])), f"{r['explicit_modes']}/{r['implicit_modes']}",
-                         *levels(r), Cell(r["reason"], "l")])
+                         show(number(r["mean_iterations"])), f"{r['explicit_modes']}/{r['implicit_modes']}",
+                         *stepped(r), Cell(r["reason"], "l")])
         name = subject[0]["subject"]
         page += fill("<h2>{}</h2>\n", SUBJECTS.get(name, name)) + table(
-            ["case", "h ω", Cell("integrator", "l"), Cell("outcome", "l"), "energy error", "amplitude", "steps", "iterations",
+            ["case", "h ω", Cell("scheme", "l"), Cell("outcome", "l"), "energy error", "amplitude", "iterations",
              "explicit/implicit at the end", *LEVELS.values(), Cell("reason", "l")], body)
     return page + (
         "<h2>Units</h2>\n<p>The same body in other units, step by step beside itself in SI: the largest difference of where "
         "the loaded part is, as a share of its largest displacement; iterations, and in SI; whether the same fallback levels "
         "were used.</p>\n") + table(
-        ["case", Cell("units", "l"), Cell("integrator", "l"), "difference", "iterations", "in SI", "fallback levels"],
-        [[r["case"], Cell(r["units"], "l"), integrator(r["integrator"]), show(number(r["difference"]), "{:.1e}"),
+        ["case", Cell("units", "l"), Cell("scheme", "l"), "difference", "iterations", "in SI", "fallback levels"],
+        [[r["case"], Cell(r["units"], "l"), scheme(r["scheme"]), show(number(r["difference"]), "{:.1e}"),
           r["iterations"], r["iterations_si"], "same" if r["same_levels"] == "1" else "others"]
          for r in read(path.with_name("units.csv"))])
 
@@ -375,7 +428,7 @@ def tradeoff_table(rows):
     return table(
         [Cell("integrator", "l"), "modes", "rank", "precision", "h [s]", "tolerance", "µs a step", "cost [s/s]",
          "times faster than full", "displacement", "velocity", "energy", "of the basis", "in time", "drift"],
-        [[integrator(r["integrator"]), r["modes"] if r["modes"] != "0" else "own", r["rank"], r["precision"], r["dt_s"],
+        [[scheme(r["integrator"]), r["modes"] if r["modes"] != "0" else "own", r["rank"], r["precision"], r["dt_s"],
           r["tolerance"], show(number(r["us_per_step"])), show(number(r["cost_s_per_s"]), "{:.2e}"),
           show(number(r["speedup"]), "{:.0f}"),
           percent(r, "error_displacement") if r["stable"] == "1" else Cell("lost", "bad"),
@@ -413,7 +466,10 @@ def tradeoff(path, rows, about, plots):
 PAGES = {
     "matrix": (matrix, "The experiments of the thesis", "report.html", "thrum experiments"),
     "long": (long, "The long run", None, "thrum experiments --long"),
+    "step_sizes": (matrix, "Step sizes", None, "thrum experiments --step-sizes"),
     "sweep": (sweep, "Time steps", None, "thrum experiments --sweep"),
+    "variable": (sweep, "Steps whose length varies", None, "thrum experiments --variable"),
+    "work_precision": (work_precision, "Work and precision", None, "thrum experiments --work-precision"),
     "extremes": (extremes, "Extremes", None, "thrum experiments --extremes"),
     "linear": (linear, "Linear against nonlinear", None, "thrum experiments --linear"),
     "tradeoff": (tradeoff, "Speed against accuracy", None, "thrum tradeoff"),

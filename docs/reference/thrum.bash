@@ -37,7 +37,7 @@ _thrum() {
   'view '*) words='--output --surface --no-open --json --quiet --help' ;;
   'static --linear-solver') words='cholesky cg' ;;
   'static '*) words=' --load --factor --at --stay --tolerance --rank --full --fix --young --poisson --density --move --linear-solver --output --vtu --path --options --json --quiet --help' ;;
-  'experiments '*) words='--long --sweep --extremes --linear --output --models --loads --integrators --amplitudes --subjects --time --dt --steps --threads --resume --json --quiet --help' ;;
+  'experiments '*) words='--long --sweep --step-sizes --work-precision --variable --extremes --linear --output --models --loads --schemes --amplitudes --subjects --time --dt --steps --threads --resume --json --quiet --help' ;;
   'tradeoff '*) words='--output --load --error --budget --fps --time --quick --fix --young --poisson --density --ranks --dts --tolerances --integrators --precisions --damping --full-dt --threads --json --quiet --help' ;;
   'info '*) words='--dt --load --json --help' ;;
   'embed '*) words='--output --scale --json --quiet --help' ;;

@@ -89,10 +89,10 @@ static bool report_is_whole(const char *name, int pictures) {
 
 static void a_reduced_matrix_runs_whole(void **state) {
   (void)state;
-  cJSON *object =
-      json_of(thrum_run(folder, "--models-dir", "models", "experiments", "-o", "matrix", "--models",
-                        "beam", "--time", "1.5", "--threads", "2", "--json", NULL),
-              0);
+  cJSON *object = json_of(thrum_run(folder, "--models-dir", "models", "experiments", "-o", "matrix",
+                                    "--models", "beam", "--time", "1.5", "--threads", "2",
+                                    "--schemes", "imexv,newmark,energy", "--json", NULL),
+                          0);
   const cJSON *runs = cJSON_GetObjectItem(object, "runs"), *run = NULL;
 
   int undamped = 0;
@@ -117,7 +117,7 @@ static void a_reduced_matrix_runs_whole(void **state) {
     undamped++;
 
     // without a load and without damping the energy is conserved
-    if (!sine && strcmp(text_of(run, "integrator"), "energy") == 0)
+    if (!sine && strcmp(text_of(run, "scheme"), "energy") == 0)
       assert_true(fabs(json_value(run, "energy_change")) < 1e-10);
   }
 
@@ -132,7 +132,7 @@ static void damping_takes_energy_out(void **state) {
   (void)state;
   cJSON *object = json_of(thrum_run(folder, "--models-dir", "models", "experiments", "-o", "damped",
                                     "--models", "beam", "--loads", "impulse", "--time", "3",
-                                    "--integrators", "imexv,energy", "--json", "-q", NULL),
+                                    "--schemes", "imexv,energy", "--json", "-q", NULL),
                           0);
   const cJSON *runs = cJSON_GetObjectItem(object, "runs");
   assert_int_equal(cJSON_GetArraySize(runs), 4);
@@ -141,7 +141,7 @@ static void damping_takes_energy_out(void **state) {
   for (int n = 0; n < 2; n++) {
     const cJSON *free_run = cJSON_GetArrayItem(runs, n), *damped = cJSON_GetArrayItem(runs, 2 + n);
     assert_true(json_value(damped, "damping") == 0.3);
-    assert_string_equal(text_of(free_run, "integrator"), text_of(damped, "integrator"));
+    assert_string_equal(text_of(free_run, "scheme"), text_of(damped, "scheme"));
 
     // D = alpha 1: the energy falls as exp(-alpha t) over whole swings
     const double ratio = json_value(damped, "energy_end_j") / json_value(free_run, "energy_end_j");
@@ -153,28 +153,32 @@ static void damping_takes_energy_out(void **state) {
 static void the_sweep_tells_integrators_apart(void **state) {
   (void)state;
   cJSON *object = json_of(thrum_run(folder, "--models-dir", "models", "experiments", "--sweep",
-                                    "-o", "sweep", "--models", "beam", "--time", "1",
-                                    "--integrators", "newmark,energy", "--json", NULL),
+                                    "-o", "sweep", "--models", "beam", "--time", "1", "--schemes",
+                                    "newmark,energy", "--json", NULL),
                           0);
   const cJSON *runs = cJSON_GetObjectItem(object, "runs"), *run = NULL;
-  double newmark_fine = 0, newmark_coarse = 0;
-  assert_int_equal(cJSON_GetArraySize(runs), 8 * 2);
+  double newmark_fine = 0, newmark_coarse = 0, error_fine = 0, error_coarse = 0;
+  assert_int_equal(cJSON_GetArraySize(runs), 10 * 2);
 
   // the conserving integrator has no error at any step
   cJSON_ArrayForEach(run, runs) {
     const double error = json_value(run, "energy_error");
     assert_true(fabs(json_value(run, "simulated_s") - 1) < 0.03);
-    if (strcmp(text_of(run, "integrator"), "energy") == 0) {
+    if (strcmp(text_of(run, "scheme"), "energy") == 0) {
       assert_true(error < 1e-8);
     } else if (json_value(run, "dt_s") == 1e-4) {
       newmark_fine = error;
+      error_fine = json_value(run, "error");
+      assert_true(json_value(run, "reference_error") < 0.01 * error_fine);
     } else if (json_value(run, "dt_s") == 1e-3) {
       newmark_coarse = error;
+      error_coarse = json_value(run, "error");
     }
   }
 
   // of order 2
   assert_true(newmark_coarse > 30 * newmark_fine && newmark_coarse < 300 * newmark_fine);
+  assert_true(error_coarse > 30 * error_fine && error_coarse < 300 * error_fine);
   cJSON_Delete(object);
   assert_true(file_is_there("sweep/sweep.csv"));
   assert_true(report_is_whole("sweep/sweep.html", 2));
@@ -184,15 +188,15 @@ static void energy_survives_the_long_run(void **state) {
   (void)state;
   cJSON *object =
       json_of(thrum_run(folder, "experiments", "--long", "-o", "long", "--models", "beam",
-                        "--steps", "100000", "--amplitudes", "0.05", "--integrators",
-                        "imexv,energy", "--threads", "2", "--json", "-q", NULL),
+                        "--steps", "100000", "--amplitudes", "0.05", "--schemes", "imexv,energy",
+                        "--threads", "2", "--json", "-q", NULL),
               0);
   const cJSON *runs = cJSON_GetObjectItem(object, "runs"), *run = NULL;
   assert_int_equal(cJSON_GetArraySize(runs), 2);
 
   // eight windows of 35 s in 300 s
   cJSON_ArrayForEach(run, runs) {
-    const bool conserving = strcmp(text_of(run, "integrator"), "energy") == 0;
+    const bool conserving = strcmp(text_of(run, "scheme"), "energy") == 0;
     assert_string_equal(text_of(run, "status"), "done");
     assert_true(json_value(run, "steps") == 100000);
     assert_true(json_value(run, "windows") == 8);
@@ -220,7 +224,7 @@ static void a_long_run_resumes(void **state) {
   (void)state;
   cJSON_Delete(json_of(thrum_run(folder, "--models-dir", "models", "experiments", "--long", "-o",
                                  "resumed", "--models", "beam", "--steps", "50000", "--amplitudes",
-                                 "0.05", "--integrators", "newmark", "--json", "-q", NULL),
+                                 "0.05", "--schemes", "newmark", "--json", "-q", NULL),
                        0));
   char *before = text_in_folder("resumed/long.csv");
 
@@ -228,7 +232,7 @@ static void a_long_run_resumes(void **state) {
   cJSON *object =
       json_of(thrum_run(folder, "--models-dir", "models", "experiments", "--long", "-o", "resumed",
                         "--models", "beam", "--steps", "50000", "--amplitudes", "0.02,0.05",
-                        "--integrators", "newmark", "--json", "-q", "--resume", NULL),
+                        "--schemes", "newmark", "--json", "-q", "--resume", NULL),
               0);
   assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(object, "runs")), 2);
   cJSON_Delete(object);
@@ -246,7 +250,7 @@ static void mistakes_are_named(void **state) {
   (void)state;
   static const char *const wrong[][3] = {
       {"--loads", "wind", "there is no 'wind'"},
-      {"--integrators", "imexv,", "names with commas"},
+      {"--schemes", "imexv,", "names with commas"},
       {"--amplitudes", "0.1,2", "shares of the length"},
       {"--threads", "0", "whole number from 1"},
       {"--dt", "-1", "a number above 0 s"},
@@ -280,18 +284,19 @@ static void mistakes_are_named(void **state) {
 
 static void newmark_loses_wide_swings_at_long_steps_and_the_sweep_says_so(void **state) {
   (void)state;
-  cJSON *object =
-      json_of(thrum_run(folder, "--models-dir", "models", "experiments", "--sweep", "-o", "wide",
-                        "--models", "beam", "--time", "4", "--amplitudes", "1", "--json", NULL),
-              0);
+  cJSON *object = json_of(thrum_run(folder, "--models-dir", "models", "experiments", "--sweep",
+                                    "-o", "wide", "--models", "beam", "--time", "4", "--amplitudes",
+                                    "1", "--schemes", "imexv,newmark,energy", "--json", NULL),
+                          0);
   const cJSON *runs = cJSON_GetObjectItem(object, "runs"), *run = NULL;
   int lost = 0;
 
-  // lost means that the mean energy more than doubled
+  // lost means that the mean energy more than doubled, or that the run ended at ten times of it
   cJSON_ArrayForEach(run, runs) {
     const bool is_lost = strcmp(text_of(run, "status"), "lost") == 0;
-    assert_true(is_lost == (json_value(run, "energy_change") > 1));
-    if (strcmp(text_of(run, "integrator"), "newmark") != 0)
+    const bool ended = json_value(run, "simulated_s") < 3.9;
+    assert_true(is_lost == (ended || json_value(run, "energy_change") > 1));
+    if (strcmp(text_of(run, "scheme"), "newmark") != 0)
       assert_string_equal(text_of(run, "status"), "done");
     lost += is_lost;
   }
@@ -302,13 +307,14 @@ static void newmark_loses_wide_swings_at_long_steps_and_the_sweep_says_so(void *
 static void extremes_run_or_are_refused_with_a_reason(void **state) {
   (void)state;
   cJSON *object = json_of(thrum_run(folder, "experiments", "--extremes", "-o", "extremes",
-                                    "--subjects", "tet,snap", "--steps", "20", "--json", NULL),
+                                    "--subjects", "tet,snap", "--steps", "20", "--schemes",
+                                    "imexv,newmark,energy", "--json", NULL),
                           0);
   const cJSON *runs = cJSON_GetObjectItem(object, "runs"), *run = NULL;
 
   int refused = 0;
   assert_int_equal(cJSON_GetArraySize(runs), 5 * 3);
-  assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(object, "units")), 6 * 3);
+  assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(object, "units")), 6 * 2);
 
   // a run that is refused says why, and only such a run
   cJSON_ArrayForEach(run, runs) {
@@ -327,6 +333,85 @@ static void extremes_run_or_are_refused_with_a_reason(void **state) {
   program_result_free(&wrong);
 }
 
+/* Stoermer-Verlet cannot step this body at 0.01 s: its fastest mode has h omega far above 2. */
+static void a_scheme_alone_that_is_lost_is_a_row_that_says_when(void **state) {
+  (void)state;
+  cJSON *object = json_of(thrum_run(folder, "--models-dir", "models", "experiments", "--step-sizes",
+                                    "-o", "alone", "--time", "2", "--schemes",
+                                    "verlet,thesis,energy", "--json", "-q", NULL),
+                          0);
+  const cJSON *runs = cJSON_GetObjectItem(object, "runs"), *run = NULL;
+  int lost = 0;
+  assert_int_equal(cJSON_GetArraySize(runs), 2 * 3 * 3);
+
+  // it ends before its time and says why; the others go on after it, with nothing that stands in
+  cJSON_ArrayForEach(run, runs) {
+    const bool is_lost = strcmp(text_of(run, "status"), "lost") == 0;
+    assert_true(is_lost == (json_value(run, "simulated_s") < 1.9));
+    assert_true(is_lost == (text_of(run, "reason")[0] != 0));
+    assert_true(json_value(run, "own_steps") == json_value(run, "steps"));
+    assert_true(isfinite(json_value(run, "energy_peak_j")));
+    lost += is_lost;
+    if (is_lost)
+      assert_string_equal(text_of(run, "scheme"), "verlet");
+  }
+  assert_true(lost >= 2);
+  cJSON_Delete(object);
+
+  // neither the tables nor the page have a number that is none
+  char *table = text_in_folder("alone/runs.csv");
+  assert_null(strstr(table, "nan"));
+  assert_null(strstr(table, "inf"));
+  assert_non_null(strstr(table, ",verlet,lost,"));
+  free(table);
+  assert_true(report_is_whole("alone/runs.html", 2 * 3));
+}
+
+static void drawn_steps_keep_the_energy_of_the_energy_integrator(void **state) {
+  (void)state;
+  cJSON *object = json_of(thrum_run(folder, "--models-dir", "models", "experiments", "--variable",
+                                    "-o", "variable", "--models", "beam", "--time", "2",
+                                    "--schemes", "energy", "--json", "-q", NULL),
+                          0);
+  const cJSON *runs = cJSON_GetObjectItem(object, "runs"), *run = NULL;
+  int drawn = 0;
+  cJSON_ArrayForEach(run, runs) {
+    const double longest = json_value(run, "dt_s"), shortest = json_value(run, "shortest_dt_s");
+    assert_true(json_value(run, "energy_error") < 1e-8);
+
+    // the mean of many drawn steps lies in the middle
+    const double mean = json_value(run, "simulated_s") / json_value(run, "steps");
+    assert_true(fabs(mean - 0.5 * (longest + shortest)) < 0.1 * longest);
+    drawn += shortest < longest;
+  }
+  assert_int_equal(drawn, 4);
+  cJSON_Delete(object);
+  assert_true(report_is_whole("variable/variable.html", 2));
+}
+
+static void work_falls_and_the_error_grows_with_the_step(void **state) {
+  (void)state;
+  cJSON *object = json_of(thrum_run(folder, "--models-dir", "models", "experiments",
+                                    "--work-precision", "-o", "work", "--models", "beam", "--time",
+                                    "0.3", "--schemes", "newmark", "--json", "-q", NULL),
+                          0);
+  const cJSON *runs = cJSON_GetObjectItem(object, "runs");
+  const int each = cJSON_GetArraySize(runs) / 2;
+  assert_int_equal(each, 10);
+
+  // after both starts: from 0.1 ms to 2 ms the time falls by 20, were all steps alike
+  for (int start = 0; start < 2; start++) {
+    const cJSON *fine = cJSON_GetArrayItem(runs, start * each),
+                *coarse = cJSON_GetArrayItem(runs, start * each + 4);
+    assert_string_equal(text_of(fine, "start"), start == 0 ? "impulse" : "smooth");
+    assert_true(json_value(coarse, "dt_s") == 2e-3);
+    assert_true(json_value(coarse, "cost_s_per_s") < 0.5 * json_value(fine, "cost_s_per_s"));
+    assert_true(json_value(coarse, "error") > 30 * json_value(fine, "error"));
+  }
+  cJSON_Delete(object);
+  assert_true(report_is_whole("work/work_precision.html", 2));
+}
+
 static void
 without_python_the_tables_are_there_and_the_message_says_how_to_make_the_page(void **state) {
   (void)state;
@@ -336,7 +421,7 @@ without_python_the_tables_are_there_and_the_message_says_how_to_make_the_page(vo
   assert_int_equal(setenv("PATH", path, 1), 0);
   program_result run =
       thrum_run(folder, "--models-dir", "models", "experiments", "--sweep", "-o", "bare",
-                "--models", "beam", "--time", "0.1", "--integrators", "energy", "-q", NULL);
+                "--models", "beam", "--time", "0.1", "--schemes", "energy", "-q", NULL);
   assert_int_equal(setenv("PATH", before, 1), 0);
   assert_int_equal(run.exit_code, 0);
   assert_non_null(strstr(run.err, "report.py sweep bare/sweep.csv"));
@@ -377,6 +462,9 @@ int main(void) {
       cmocka_unit_test(mistakes_are_named),
       cmocka_unit_test(newmark_loses_wide_swings_at_long_steps_and_the_sweep_says_so),
       cmocka_unit_test(extremes_run_or_are_refused_with_a_reason),
+      cmocka_unit_test(a_scheme_alone_that_is_lost_is_a_row_that_says_when),
+      cmocka_unit_test(drawn_steps_keep_the_energy_of_the_energy_integrator),
+      cmocka_unit_test(work_falls_and_the_error_grows_with_the_step),
       cmocka_unit_test(
           without_python_the_tables_are_there_and_the_message_says_how_to_make_the_page),
   };

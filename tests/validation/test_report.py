@@ -20,11 +20,12 @@ EVIL = ["<script>alert(\"'&\")</script>", "<svg onload=alert(1)>.npz", "\"'><img
         "</td></table></style><iframe src=javascript:alert(1)>", "]]><a href='javascript:alert(1)'>&lt;", "&#60;script&#62;",
         "'; system 'touch made'; plot '", "`touch made`", "a\nEND\nset output 'made'\n", "{0} {} %s"]
 TABLES = {"matrix": "matrix/runs", "long": "long/long", "sweep": "sweep/sweep", "extremes": "extremes/extremes",
-          "linear": "linear/linear", "tradeoff": "tradeoff/beam"}
-NAMES = {"model", "case", "reason", "units", "precision", "subject", "load", "status", "outcome"}
+          "linear": "linear/linear", "tradeoff": "tradeoff/beam", "step_sizes": "step_sizes/runs",
+          "variable": "variable/variable", "work_precision": "work_precision/work_precision"}
+NAMES = {"model", "case", "reason", "units", "precision", "subject", "load", "status", "outcome", "start"}
 
 # what the pages and gnuplot's pictures are made of
-ELEMENTS = {"html", "head", "meta", "title", "style", "body", "h1", "h2", "h3", "p", "code", "sup", "sub", "table", "tr",
+ELEMENTS = {"html", "head", "meta", "title", "style", "body", "h1", "h2", "h3", "p", "i", "code", "sup", "sub", "table", "tr",
             "th", "td", "div", "br", "svg", "desc", "defs", "circle", "path", "use", "g", "text", "tspan", "rect", "line",
             "polyline", "polygon", "lineargradient", "stop", "filter", "feflood", "fecomposite", "pattern", "a", "image"}
 
@@ -50,7 +51,7 @@ class Markup(html.parser.HTMLParser):
 
 def page_of(kind, rows, evil):
     """Returns the page of a committed table that is cut to `rows` rows and has all its names replaced by `evil`."""
-    about = {"version": evil, "compiler": evil, "machine": evil, "blas_core": evil, "dt": 0.003, "time_s": 1, "wanted": evil,
+    about = {"kind": "matrix", "time": 10, "version": evil, "compiler": evil, "machine": evil, "blas_core": evil, "dt": 0.003, "time_s": 1, "wanted": evil,
              "recommended_row": 0, "full": {"components": 3, "dt": 0.01, "us_per_step": 1, "cost_s_per_s": 1, "error": None}}
     with tempfile.TemporaryDirectory() as name:
         folder, table = pathlib.Path(name), SOURCE / "validation" / "results" / (TABLES[kind] + ".csv")
@@ -68,9 +69,9 @@ def page_of(kind, rows, evil):
         if kind == "matrix":
             with open(folder / "curves.csv", "w", encoding="utf-8", newline="") as file:
                 writer = report.csv.writer(file)
-                writer.writerow(["model", "load", "damping", "integrator", "time_s", "total_j", "explicit_modes",
+                writer.writerow(["model", "load", "damping", "dt_s", "scheme", "time_s", "total_j", "explicit_modes",
                                  "implicit_modes"])
-                writer.writerows([evil, evil, 0, name, t, 1 + t, 3, 2] for name in ("imexv", "newmark") for t in range(3))
+                writer.writerows([evil, evil, 0, 0.003, name, t, 1 + t, 3, 2] for name in ("imexv", "newmark") for t in range(3))
         (folder / (table.stem + ".about.json")).write_text(json.dumps(about), encoding="utf-8")
 
         # the report makes one page of them

@@ -15,18 +15,6 @@
 #define SWING_TRIES 12
 #define SWING_NEAR 1e-3 /* relative */
 
-const char *const experiment_integrator_names[EXPERIMENT_INTEGRATOR_COUNT] = {
-#define X(name, value) #name,
-    EXPERIMENT_INTEGRATOR_LIST(X)
-#undef X
-};
-
-const thrum_integrator experiment_integrators[EXPERIMENT_INTEGRATOR_COUNT] = {
-#define X(name, value) value,
-    EXPERIMENT_INTEGRATOR_LIST(X)
-#undef X
-};
-
 /* f^T K^-1 f of a reduced force. */
 static double compliance(const thrum_model *model, const double *force) {
   double sum = 0;
@@ -90,6 +78,26 @@ thrum_status experiment_body_init(const char *name, const thrum_model *model, co
   made.compliance = compliance(model, made.push);
   made.length = thrum_box3_longest(model->vertices, model->vertex_count);
   *body = made;
+  return THRUM_OK;
+}
+
+thrum_status experiment_body_smooth(const experiment_body *body, experiment_body *smooth,
+                                    thrum_error *error) {
+  const size_t rank = (size_t)body->model->rank;
+  experiment_body made = *body;
+  made.push = calloc(4 * rank, sizeof *made.push);
+  if (made.push == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %.100s", body->name);
+  made.tip = made.push + rank;
+  memcpy(made.tip, body->tip, 3 * rank * sizeof *made.tip);
+
+  // along the axis in which the first vector moves the group most
+  for (int axis = 0; axis < 3; axis++) {
+    if (fabs(made.tip[(size_t)axis * rank]) > fabs(made.push[0]))
+      made.push[0] = made.tip[(size_t)axis * rank];
+  }
+  made.compliance = compliance(made.model, made.push);
+  *smooth = made;
   return THRUM_OK;
 }
 

@@ -22,24 +22,13 @@ thrum_status experiment_body_init(const char *name, const thrum_model *model, co
                                   thrum_error *error);
 void experiment_body_free(experiment_body *body);
 
+/* The same body, pushed in its first basis vector alone: a push that excites no fast mode. Free
+ * with experiment_body_free. */
+thrum_status experiment_body_smooth(const experiment_body *body, experiment_body *smooth,
+                                    thrum_error *error);
+
 /* How far the group is displaced on average, as a share of the body's length. */
 double experiment_body_amplitude(const experiment_body *body, const double *q);
-
-/* The integrators that are compared. X(name, def's value) */
-#define EXPERIMENT_INTEGRATOR_LIST(X)                                                              \
-  X(imexv, THRUM_INTEGRATOR_IMEXV)                                                                 \
-  X(newmark, THRUM_INTEGRATOR_NEWMARK)                                                             \
-  X(energy, THRUM_INTEGRATOR_ENERGY)
-
-typedef enum experiment_integrator {
-#define X(name, value) EXPERIMENT_##name,
-  EXPERIMENT_INTEGRATOR_LIST(X)
-#undef X
-      EXPERIMENT_INTEGRATOR_COUNT
-} experiment_integrator;
-
-extern const char *const experiment_integrator_names[EXPERIMENT_INTEGRATOR_COUNT];
-extern const thrum_integrator experiment_integrators[EXPERIMENT_INTEGRATOR_COUNT];
 
 /* The impulse [N s] along the push after which the group swings to `amplitude` times the body's
  * length, found with `energy` at `dt`; *reached is what the nearest trial did reach. */

@@ -76,11 +76,9 @@ thrum_status experiment_extreme_run(const experiment_extreme_case *run,
     *result = made;
     return THRUM_OK;
   }
-  thrum_state_def def = thrum_default_state_def();
+  thrum_state_def def = experiment_scheme_def(run->scheme, of->dt);
   thrum_state *state = NULL;
   balance *seen = calloc(1, sizeof *seen);
-  def.integrator = experiment_integrators[run->integrator];
-  def.dt = of->dt;
   if (of->extreme->split_safety > 0)
     def.split_safety = of->extreme->split_safety;
   thrum_status status = seen == NULL

@@ -5,6 +5,7 @@
 
 #include "precompute/precompute.h"
 #include "validation/experiments/experiment_body.h"
+#include "validation/experiments/scheme.h"
 
 /* The quantity that is extreme. X(name); validation/report.py has the texts for people. */
 #define EXPERIMENT_SUBJECT_LIST(X)                                                                 \
@@ -80,7 +81,7 @@ void experiment_extreme_free(experiment_extreme_body *made);
 
 typedef struct experiment_extreme_case {
   const experiment_extreme_body *body;
-  experiment_integrator integrator;
+  experiment_scheme scheme;
   int64_t steps;
 } experiment_extreme_case;
 
@@ -124,7 +125,7 @@ enum { EXPERIMENT_UNIT_EXTREMES = 2 };
 typedef struct experiment_unit_case {
   const experiment_extreme *extreme;
   const experiment_units *units;
-  experiment_integrator integrator;
+  experiment_scheme scheme;
   int64_t steps;
 } experiment_unit_case;
 
@@ -143,7 +144,7 @@ thrum_status experiment_units_run(const experiment_unit_case *run, experiment_un
 /* All extremes of the chosen subjects, and their units. The caller fills the first members. */
 typedef struct experiment_extremes {
   bool subjects[EXPERIMENT_SUBJECT_COUNT];
-  bool integrators[EXPERIMENT_INTEGRATOR_COUNT];
+  bool schemes[EXPERIMENT_SCHEME_COUNT];
   int64_t steps;
   int threads;
   /* Called as a stage advances; may be NULL; false stops. */
@@ -151,9 +152,10 @@ typedef struct experiment_extremes {
   void *progress_context;
   int64_t body_count, count, unit_count;
   experiment_extreme_body *bodies; /* body_count */
-  experiment_extreme_case *cases;  /* count, by body, integrator, the last fastest */
+  experiment_extreme_case *cases;  /* count, by body, scheme, the last fastest */
   experiment_extreme_result *results;
-  experiment_unit_case *units; /* unit_count, by body, system, integrator, the last fastest */
+  experiment_unit_case
+      *units; /* unit_count, by body, system, scheme (of those that keep), the last fastest */
   experiment_unit_result *unit_results;
 } experiment_extremes;
 
@@ -161,7 +163,7 @@ typedef struct experiment_extremes {
 thrum_status experiment_extremes_run(experiment_extremes *extremes, thrum_error *error);
 void experiment_extremes_free(experiment_extremes *extremes);
 
-/* Whether a run failed that should not: newmark may stop or lose its energy. */
+/* Whether a run failed that should not. */
 bool experiment_extremes_flagged(const experiment_extremes *extremes);
 
 #endif

@@ -19,9 +19,9 @@ static bool pass_run_progress(void *context, double fraction) {
 
 static thrum_status allocate(experiment_extremes *x, thrum_error *error) {
   const size_t bodies = (size_t)experiment_extreme_count();
-  const size_t cases = bodies * EXPERIMENT_INTEGRATOR_COUNT;
+  const size_t cases = bodies * EXPERIMENT_SCHEME_COUNT;
   const size_t units =
-      (size_t)experiment_unit_count() * EXPERIMENT_UNIT_EXTREMES * EXPERIMENT_INTEGRATOR_COUNT;
+      (size_t)experiment_unit_count() * EXPERIMENT_UNIT_EXTREMES * EXPERIMENT_SCHEME_COUNT;
   x->body_count = x->count = x->unit_count = 0;
   x->bodies = calloc(bodies, sizeof *x->bodies);
   x->cases = calloc(cases, sizeof *x->cases);
@@ -36,7 +36,7 @@ static thrum_status allocate(experiment_extremes *x, thrum_error *error) {
   return THRUM_OK;
 }
 
-/* The bodies asked for, one after the other, and a case for each with each integrator. */
+/* The bodies asked for, one after the other, and a case for each with each scheme. */
 static thrum_status make_bodies(experiment_extremes *x, thrum_error *error) {
   const int64_t all = experiment_extreme_count();
   for (int64_t n = 0; n < all; n++) {
@@ -53,9 +53,9 @@ static thrum_status make_bodies(experiment_extremes *x, thrum_error *error) {
     // a large rank takes fewer steps, but at least one with the load and one without
     const int64_t share = extreme->steps_share > 0 ? extreme->steps_share : 1;
     const int64_t steps = x->steps / share > 1 ? x->steps / share : 2;
-    for (int i = 0; i < EXPERIMENT_INTEGRATOR_COUNT; i++) {
-      if (x->integrators[i])
-        x->cases[x->count++] = (experiment_extreme_case){body, (experiment_integrator)i, steps};
+    for (int i = 0; i < EXPERIMENT_SCHEME_COUNT; i++) {
+      if (x->schemes[i])
+        x->cases[x->count++] = (experiment_extreme_case){body, (experiment_scheme)i, steps};
     }
   }
   return THRUM_OK;
@@ -68,12 +68,12 @@ static void plan_units(experiment_extremes *x) {
     if (!x->subjects[extreme->subject])
       continue;
 
-    // system 0 is SI, with which the others are compared
+    // system 0 is SI, with which the others are compared; a scheme that may stop has no such runs
     for (int64_t u = 1; u < experiment_unit_count(); u++) {
-      for (int i = 0; i < EXPERIMENT_INTEGRATOR_COUNT; i++) {
-        if (x->integrators[i])
+      for (int i = 0; i < EXPERIMENT_SCHEME_COUNT; i++) {
+        if (x->schemes[i] && experiment_scheme_keeps((experiment_scheme)i))
           x->units[x->unit_count++] = (experiment_unit_case){extreme, &experiment_unit_systems[u],
-                                                             (experiment_integrator)i, steps};
+                                                             (experiment_scheme)i, steps};
       }
     }
   }
@@ -126,7 +126,7 @@ bool experiment_extremes_flagged(const experiment_extremes *x) {
     const char *outcome = experiment_extreme_outcome(&x->cases[n], &x->results[n]);
     const bool bad = strcmp(outcome, "stopped") == 0 || strcmp(outcome, "lost") == 0;
     flagged = flagged || strcmp(outcome, "not_finite") == 0 ||
-              (bad && x->cases[n].integrator != EXPERIMENT_newmark);
+              (bad && experiment_scheme_keeps(x->cases[n].scheme));
   }
   return flagged;
 }

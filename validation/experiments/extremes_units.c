@@ -24,7 +24,7 @@ static experiment_extreme in_units(const experiment_extreme *extreme,
   return other;
 }
 
-static thrum_status follow(const experiment_extreme *extreme, experiment_integrator integrator,
+static thrum_status follow(const experiment_extreme *extreme, experiment_scheme scheme,
                            int64_t steps, track *seen, thrum_error *error) {
   experiment_extreme_body made = {0};
   thrum_state *state = NULL;
@@ -32,9 +32,7 @@ static thrum_status follow(const experiment_extreme *extreme, experiment_integra
   thrum_status status = experiment_extreme_make(extreme, &made, error);
   if (status >= 0 && made.status < 0)
     status = thrum_error_set(error, made.status, "%s", made.refusal.message);
-  thrum_state_def def = thrum_default_state_def();
-  def.integrator = experiment_integrators[integrator];
-  def.dt = made.dt;
+  const thrum_state_def def = experiment_scheme_def(scheme, made.dt);
   if (status >= 0)
     status = thrum_state_create(made.body.model, &def, &state, error);
   for (int64_t i = 0; status >= 0 && i < made.body.model->rank; i++)
@@ -90,10 +88,10 @@ thrum_status experiment_units_run(const experiment_unit_case *run, experiment_un
   thrum_status status = THRUM_OK;
   for (int n = 0; n < 2 && status >= 0; n++) {
     tracks[n].displacement = calloc((size_t)(3 * run->steps + 1), sizeof *tracks[n].displacement);
-    status = tracks[n].displacement == NULL
-                 ? thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the steps")
-                 : follow(n == 0 ? run->extreme : &other, run->integrator, run->steps, &tracks[n],
-                          error);
+    status =
+        tracks[n].displacement == NULL
+            ? thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the steps")
+            : follow(n == 0 ? run->extreme : &other, run->scheme, run->steps, &tracks[n], error);
   }
   if (status >= 0)
     compare(&tracks[0], &tracks[1], run->steps, result);

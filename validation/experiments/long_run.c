@@ -47,10 +47,6 @@ experiment_trend experiment_slope(const double *values, int64_t count, double sp
   return found;
 }
 
-const char *experiment_long_status(const experiment_long_result *result) {
-  return result->lost ? "lost" : experiment_status_name(result->status);
-}
-
 bool experiment_long_steady(const experiment_long_result *result) {
   return isfinite(result->high_slope_error_correlated) &&
          fabs(result->high_slope) <= 2 * result->high_slope_error_correlated;
@@ -81,34 +77,36 @@ static void conclude(double window_seconds, experiment_long_result *result) {
   result->high_slope_error_correlated = trend.error_correlated / mean;
 }
 
-/* Steps of one window; the mean energies of its samples. */
+/* Steps of one window; the mean energies of its samples, unless the run is lost in it. */
 static thrum_status run_window(const experiment_long_case *run, thrum_state *state, int64_t steps,
-                               double *seconds, double *total, double *high, thrum_error *error) {
+                               double *seconds, double *total, double *high,
+                               experiment_long_result *made) {
   const thrum_model *model = run->body->model;
   double sums[2] = {0, 0}, first = 0;
   int64_t samples = 0;
-  thrum_status status = THRUM_OK;
-  for (int64_t step = 0; step < steps && status >= 0;) {
+  for (int64_t step = 0; step < steps && !made->lost;) {
     const int64_t until = step + SAMPLE_STRIDE < steps ? step + SAMPLE_STRIDE : steps;
     thrum_energies energies;
+    thrum_status status = THRUM_OK;
     const double began = clock_thread_seconds();
     for (; step < until && status >= 0; step++)
-      status = thrum_step(model, state, error);
+      status = thrum_step(model, state, &made->stop);
     *seconds += clock_thread_seconds() - began;
     if (status >= 0)
-      status = thrum_state_energies(model, state, &energies, error);
+      status = thrum_state_energies(model, state, &energies, &made->stop);
     if (status < 0)
-      break;
+      return status;
 
     // from the first on: the sum of thousands of equal numbers is rounded by more than they differ
     first = samples == 0 ? energies.total : first;
     sums[0] += energies.total - first;
     sums[1] += energies.high;
     samples++;
+    made->lost = energies.total > EXPERIMENT_LOST * made->energy;
   }
   *total = first + sums[0] / (double)samples;
   *high = sums[1] / (double)samples;
-  return status;
+  return THRUM_OK;
 }
 
 /* The windows of one case after its impulse, until its steps are done or it is lost. */
@@ -125,13 +123,12 @@ static thrum_status run_windows(const experiment_long_case *run, thrum_state *st
   thrum_status status = THRUM_OK;
   while (status >= 0 && steps >= window && !made->lost) {
     const int64_t k = made->window_count;
-    status = run_window(run, state, window, &seconds, &made->total[k], &made->high[k], &made->stop);
-    made->window_count += status >= 0;
-    made->lost = status >= 0 && !(made->total[k] <= EXPERIMENT_LOST * made->total[0]);
+    status = run_window(run, state, window, &seconds, &made->total[k], &made->high[k], made);
+    made->window_count += status >= 0 && !made->lost;
     steps -= window;
   }
   if (status >= 0 && steps > 0 && !made->lost)
-    status = run_window(run, state, steps, &seconds, &rest[0], &rest[1], &made->stop);
+    status = run_window(run, state, steps, &seconds, &rest[0], &rest[1], made);
 
   made->us_per_step = 1e6 * seconds / (double)thrum_state_report_get(state).steps;
   return status;
@@ -144,9 +141,7 @@ static thrum_status run_case(const experiment_long_case *run, experiment_long_re
   const int64_t count = run->steps / window;
   experiment_long_result made = {0};
   thrum_state *state = NULL;
-  thrum_state_def def = thrum_default_state_def();
-  def.integrator = experiment_integrators[run->integrator];
-  def.dt = run->dt;
+  const thrum_state_def def = experiment_scheme_def(run->scheme, run->dt);
   THRUM_TRY(thrum_state_create(run->body->model, &def, &state, error));
 
   // the two rows of means share one allocation
@@ -167,17 +162,17 @@ static thrum_status run_case(const experiment_long_case *run, experiment_long_re
   return THRUM_OK;
 }
 
-static int64_t integrator_count(const experiment_long *runs) {
+static int64_t scheme_count(const experiment_long *runs) {
   int64_t count = 0;
-  for (int i = 0; i < EXPERIMENT_INTEGRATOR_COUNT; i++)
-    count += runs->integrators[i];
+  for (int i = 0; i < EXPERIMENT_SCHEME_COUNT; i++)
+    count += runs->schemes[i];
   return count;
 }
 
-/* The impulse of one body and amplitude, for those of its integrators that are not done. */
+/* The impulse of one body and amplitude, for those of its schemes that are not done. */
 static thrum_status find_impulse(void *context, int64_t index, thrum_error *error) {
   experiment_long *runs = context;
-  const int64_t width = integrator_count(runs), first = index * width;
+  const int64_t width = scheme_count(runs), first = index * width;
   experiment_long_case *cases = runs->cases + first;
   bool needed = false;
   for (int64_t n = 0; n < width; n++)
@@ -209,7 +204,7 @@ static thrum_status run_index(void *context, int64_t index, thrum_error *error) 
 
 thrum_status experiment_long_plan(experiment_long *runs, thrum_error *error) {
   const size_t room =
-      (size_t)(runs->body_count * runs->amplitude_count * EXPERIMENT_INTEGRATOR_COUNT + 1);
+      (size_t)(runs->body_count * runs->amplitude_count * EXPERIMENT_SCHEME_COUNT + 1);
   runs->count = 0;
   runs->cases = calloc(room, sizeof *runs->cases);
   runs->results = calloc(room, sizeof *runs->results);
@@ -217,15 +212,15 @@ thrum_status experiment_long_plan(experiment_long *runs, thrum_error *error) {
   if (runs->cases == NULL || runs->results == NULL || runs->done == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory");
 
-  // the integrators of one body and amplitude follow each other: they share their impulse
+  // the schemes of one body and amplitude follow each other: they share their impulse
   for (int64_t b = 0; b < runs->body_count; b++) {
     for (int64_t a = 0; a < runs->amplitude_count; a++) {
-      for (int i = 0; i < EXPERIMENT_INTEGRATOR_COUNT; i++) {
-        if (!runs->integrators[i])
+      for (int i = 0; i < EXPERIMENT_SCHEME_COUNT; i++) {
+        if (!runs->schemes[i])
           continue;
         runs->cases[runs->count++] = (experiment_long_case){
             .body = &runs->bodies[b],
-            .integrator = (experiment_integrator)i,
+            .scheme = (experiment_scheme)i,
             .amplitude = runs->amplitudes[a],
             .dt = runs->dt,
             .steps = runs->steps,
@@ -256,7 +251,8 @@ thrum_status experiment_long_run(experiment_long *runs, thrum_error *error) {
 bool experiment_long_flagged(const experiment_long *runs) {
   bool flagged = false;
   for (int64_t n = 0; n < runs->count; n++)
-    flagged = flagged || runs->results[n].status < 0 || runs->results[n].lost;
+    flagged = flagged || ((runs->results[n].status < 0 || runs->results[n].lost) &&
+                          experiment_scheme_keeps(runs->cases[n].scheme));
   return flagged;
 }
 

@@ -7,14 +7,13 @@
 
 #include "platform/thread_pool.h"
 #include "validation/experiments/experiment_body.h"
+#include "validation/experiments/scheme.h"
 
 #define EXPERIMENT_WINDOW_SECONDS 35.0
 
-#define EXPERIMENT_LOST 10.0 /* a mean energy this many times that of the first window */
-
 typedef struct experiment_long_case {
   const experiment_body *body;
-  experiment_integrator integrator;
+  experiment_scheme scheme;
   double amplitude; /* of the swing, as a share of the body's length */
   double impulse;   /* [N s], of experiment_impulse */
   double reached;
@@ -23,8 +22,8 @@ typedef struct experiment_long_case {
 } experiment_long_case;
 
 typedef struct experiment_long_result {
-  thrum_status status; /* THRUM_OK, or why it ended before its time */
-  bool lost; /* ended because the energy had grown by EXPERIMENT_LOST; status is THRUM_OK */
+  thrum_status status; /* THRUM_OK, or what the step said that ended it */
+  bool lost;           /* ended with EXPERIMENT_LOST times the energy that the impulse gave */
   thrum_error stop;
   thrum_state_report report;
   double energy;        /* that the impulse gave [J] */
@@ -43,11 +42,11 @@ typedef struct experiment_long_result {
 /* Frees `total` and `high`. */
 void experiment_long_result_free(experiment_long_result *result);
 
-/* The long runs: each body with each integrator at each amplitude. */
+/* The long runs: each body with each scheme at each amplitude. */
 typedef struct experiment_long {
   const experiment_body *bodies;
   int64_t body_count;
-  bool integrators[EXPERIMENT_INTEGRATOR_COUNT];
+  bool schemes[EXPERIMENT_SCHEME_COUNT];
   const double *amplitudes; /* of the swing, as shares of the body's length */
   int64_t amplitude_count;
   double dt; /* [s] */
@@ -57,7 +56,7 @@ typedef struct experiment_long {
   bool (*progress)(void *context, double fraction);
   void *progress_context;
   int64_t count;
-  experiment_long_case *cases; /* count, by body, amplitude, integrator, the last fastest */
+  experiment_long_case *cases; /* count, by body, amplitude, scheme, the last fastest */
   experiment_long_result *results;
   atomic_bool *done; /* whether the result is there; what is done already is not run */
 } experiment_long;
@@ -71,11 +70,8 @@ thrum_status experiment_long_plan(experiment_long *runs, thrum_error *error);
 thrum_status experiment_long_run(experiment_long *runs, thrum_error *error);
 void experiment_long_free(experiment_long *runs);
 
-/* Whether a run stopped or lost its energy. */
+/* Whether a run was lost that should not be. */
 bool experiment_long_flagged(const experiment_long *runs);
-
-/* "done", "lost", or the name of the status; static storage. */
-const char *experiment_long_status(const experiment_long_result *result);
 
 /* Whether the trend of the high modes is within two standard errors of none, correlated ones: the
  * modes trade energy for thousands of seconds, so neighbouring windows are far from independent. */

@@ -11,6 +11,7 @@
 #include "driver/drift.h"
 #include "platform/clock.h"
 #include "thrum/external_load.h"
+#include "validation/experiments/run_outcome.h"
 
 #define ROWS 1000
 #define DRIFT_PARTS 10
@@ -18,7 +19,7 @@
 #define FORCE_OVERSHOOT                                                                            \
   1.5                    /* a force may bend the body further than asked for, but not by more      \
                           */
-#define FORCE_MARGIN 1.1 /* another integrator may swing a little less */
+#define FORCE_MARGIN 1.1 /* another scheme may swing a little less */
 #define CALIBRATE_SECONDS                                                                          \
   6.0 /* a load that ends has its peak by then; a sine takes the whole run */
 
@@ -42,10 +43,11 @@ static const double amplitudes[EXPERIMENT_LOAD_COUNT] = {
 
 const double experiment_dampings[EXPERIMENT_DAMPING_COUNT] = {0, 0.3};
 
-/* Shared by the tasks. forces: body_count x EXPERIMENT_LOAD_COUNT. */
+/* Shared by the tasks. forces, and the most energy under each: body_count x EXPERIMENT_LOAD_COUNT.
+ */
 typedef struct matrix_work {
   const experiment_matrix *matrix;
-  double *forces;
+  double *forces, *energies;
   experiment_run *runs;
   double progress_begin, progress_share; /* of the present stage */
 } matrix_work;
@@ -67,7 +69,8 @@ static int nth_true(const bool *flags, int64_t n) {
 
 int64_t experiment_matrix_count(const experiment_matrix *matrix) {
   return matrix->body_count * count_true(matrix->loads, EXPERIMENT_LOAD_COUNT) *
-         EXPERIMENT_DAMPING_COUNT * count_true(matrix->integrators, EXPERIMENT_INTEGRATOR_COUNT);
+         EXPERIMENT_DAMPING_COUNT * matrix->dt_count *
+         count_true(matrix->schemes, EXPERIMENT_SCHEME_COUNT);
 }
 
 /* A row of the present moment. */
@@ -84,20 +87,23 @@ static thrum_status record(experiment_run *run, thrum_state *state, double time,
       .explicit_modes = (double)thrum_state_report_get(state).explicit_modes,
       .amplitude = experiment_body_amplitude(run->body, q),
   };
+  run->lost = energies.total > EXPERIMENT_LOST * run->energy_known;
+  if (run->lost)
+    return THRUM_OK;
   run->energy_peak = fmax(run->energy_peak, energies.total);
   run->peak_amplitude = fmax(run->peak_amplitude, row->amplitude);
   return THRUM_OK;
 }
 
 /* Steps `step` to `until`; *seconds grows by what they took. */
-static thrum_status advance(experiment_run *run, thrum_state *state, double dt, int64_t step,
-                            int64_t until, double *seconds, thrum_error *error) {
+static thrum_status advance(experiment_run *run, thrum_state *state, int64_t step, int64_t until,
+                            double *seconds, thrum_error *error) {
   const thrum_model *model = run->body->model;
   double force[THRUM_RANK_MAX];
   thrum_status status = THRUM_OK;
   const double began = clock_thread_seconds();
   for (; step < until && status >= 0; step++) {
-    const double strength = run->force * thrum_load_mean(&courses[run->load], step, dt);
+    const double strength = run->force * thrum_load_mean(&courses[run->load], step, run->dt);
     for (int64_t i = 0; i < model->rank; i++)
       force[i] = strength * run->body->push[i];
     status = thrum_state_set_force(model, state, force, error);
@@ -111,7 +117,7 @@ static thrum_status advance(experiment_run *run, thrum_state *state, double dt, 
 /* Drift over the rows that no load acts on, by tenths as `thrum simulate` has it. */
 static double energy_change(const experiment_run *run) {
   int64_t first = 0;
-  if (run->alpha > 0 || run->status < 0)
+  if (run->alpha > 0 || run->status < 0 || run->lost)
     return NAN;
   while (first < run->row_count && run->rows[first].time < courses[run->load].until)
     first++;
@@ -125,35 +131,37 @@ static double energy_change(const experiment_run *run) {
   return driver_drift_value(&drift);
 }
 
-/* The whole of one run, `steps` long, with about ROWS rows. */
-static thrum_status perform(experiment_run *run, double dt, int64_t steps, thrum_error *error) {
-  const int64_t stride = steps > ROWS ? steps / ROWS : 1;
+/* The whole of one run, with about ROWS rows and those of its dense beginning. */
+static thrum_status perform(experiment_run *run, double time, double dense, thrum_error *error) {
+  const int64_t steps = thrum_step_count(time, run->dt) > 1 ? thrum_step_count(time, run->dt) : 1;
+  const int64_t sparse = steps > ROWS ? steps / ROWS : 1;
+  const int64_t narrow = thrum_step_count(EXPERIMENT_DENSE_SECONDS, run->dt);
+  const int64_t narrow_until = thrum_step_count(dense, run->dt);
   double seconds = 0;
   thrum_state *state = NULL;
-  thrum_state_def def = thrum_default_state_def();
-  def.integrator = experiment_integrators[run->integrator];
-  def.dt = dt;
+  thrum_state_def def = experiment_scheme_def(run->scheme, run->dt);
   def.damping_alpha = run->alpha;
 
-  run->rows = calloc((size_t)(steps / stride + 2), sizeof *run->rows);
+  run->rows = calloc((size_t)(steps / sparse + narrow_until / narrow + 3), sizeof *run->rows);
   if (run->rows == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the rows of a run");
   THRUM_TRY(thrum_state_create(run->body->model, &def, &state, error));
 
-  // the first row is the rest; a step that fails ends the run
+  // the first row is the rest; a step that fails, or an energy far too large, ends the run
   thrum_status status = record(run, state, 0, &run->rows[run->row_count++], &run->stop);
-  for (int64_t step = 0; step < steps && status >= 0;) {
+  for (int64_t step = 0; step < steps && status >= 0 && !run->lost;) {
+    const int64_t stride = step < narrow_until && narrow < sparse ? narrow : sparse;
     const int64_t until = step + stride < steps ? step + stride : steps;
-    status = advance(run, state, dt, step, until, &seconds, &run->stop);
+    status = advance(run, state, step, until, &seconds, &run->stop);
     step = until;
     if (status >= 0)
-      status = record(run, state, (double)step * dt, &run->rows[run->row_count], &run->stop);
-    run->row_count += status >= 0;
+      status = record(run, state, (double)step * run->dt, &run->rows[run->row_count], &run->stop);
+    run->row_count += status >= 0 && !run->lost;
   }
 
   run->status = status < 0 ? status : THRUM_OK;
   run->report = thrum_state_report_get(state);
-  run->simulated = (double)run->report.steps * dt;
+  run->simulated = (double)run->report.steps * run->dt;
   run->us_per_step = 1e6 * seconds / (double)run->report.steps;
   run->mean_iterations = (double)run->report.iterations / (double)run->report.steps;
   run->energy_end = run->row_count > 0 ? run->rows[run->row_count - 1].total : NAN;
@@ -169,16 +177,14 @@ static double round_up(double value) {
   return ceil(value / unit - 1e-9) * unit;
 }
 
-/* How far a force bends the body. */
-static thrum_status bend(const experiment_matrix *matrix, experiment_run trial, double *amplitude,
+/* Runs a trial; its rows are not kept. */
+static thrum_status bend(const experiment_matrix *matrix, experiment_run *trial,
                          thrum_error *error) {
-  double seconds = (double)matrix->steps * matrix->dt;
-  if (trial.load != EXPERIMENT_LOAD_sine && seconds > CALIBRATE_SECONDS)
-    seconds = CALIBRATE_SECONDS;
+  const bool ends = trial->load != EXPERIMENT_LOAD_sine;
   const thrum_status status =
-      perform(&trial, matrix->dt, thrum_step_count(seconds, matrix->dt), error);
-  *amplitude = trial.peak_amplitude;
-  free(trial.rows);
+      perform(trial, ends ? fmin(matrix->time, CALIBRATE_SECONDS) : matrix->time, 0, error);
+  free(trial->rows);
+  trial->rows = NULL;
   return status;
 }
 
@@ -201,11 +207,18 @@ static thrum_status find_force(void *context, int64_t index, thrum_error *error)
 
   // each trial is a run with `energy`; the last force tried is kept
   for (int n = 0; n < FORCE_TRIES; n++) {
-    double amplitude = 0;
-    const experiment_run trial = {
-        .body = body, .load = load, .force = force, .integrator = EXPERIMENT_energy};
-    THRUM_TRY(bend(matrix, trial, &amplitude, error));
+    experiment_run trial = {
+        .body = body,
+        .load = load,
+        .force = force,
+        .dt = matrix->dts[0],
+        .scheme = EXPERIMENT_SCHEME_ENERGY,
+        .energy_known = INFINITY,
+    };
+    THRUM_TRY(bend(matrix, &trial, error));
+    const double amplitude = trial.peak_amplitude;
     work->forces[index] = force;
+    work->energies[index] = trial.energy_peak;
     if (amplitude >= wanted && amplitude <= FORCE_OVERSHOOT * wanted)
       break;
 
@@ -230,20 +243,23 @@ static thrum_status run_group(void *context, int64_t index, thrum_error *error) 
   matrix_work *work = context;
   const experiment_matrix *matrix = work->matrix;
   const int64_t loads = count_true(matrix->loads, EXPERIMENT_LOAD_COUNT);
-  const int64_t integrators = count_true(matrix->integrators, EXPERIMENT_INTEGRATOR_COUNT);
+  const int64_t schemes = count_true(matrix->schemes, EXPERIMENT_SCHEME_COUNT);
+  const int64_t width = matrix->dt_count * schemes;
   const int64_t body = index / EXPERIMENT_DAMPING_COUNT / loads;
   const int load = nth_true(matrix->loads, index / EXPERIMENT_DAMPING_COUNT % loads);
 
   // the index counts by body, load and damping, the last fastest
   thrum_status status = THRUM_OK;
-  for (int64_t n = 0; n < integrators && status >= 0; n++) {
-    experiment_run *run = &work->runs[index * integrators + n];
+  for (int64_t n = 0; n < width && status >= 0; n++) {
+    experiment_run *run = &work->runs[index * width + n];
     run->body = &matrix->bodies[body];
     run->load = (experiment_load)load;
     run->force = work->forces[body * EXPERIMENT_LOAD_COUNT + load];
+    run->energy_known = work->energies[body * EXPERIMENT_LOAD_COUNT + load];
     run->alpha = experiment_dampings[index % EXPERIMENT_DAMPING_COUNT];
-    run->integrator = (experiment_integrator)nth_true(matrix->integrators, n);
-    status = perform(run, matrix->dt, matrix->steps, error);
+    run->dt = matrix->dts[n / schemes];
+    run->scheme = (experiment_scheme)nth_true(matrix->schemes, n % schemes);
+    status = perform(run, matrix->time, matrix->dense, error);
   }
   return status;
 }
@@ -259,13 +275,14 @@ static bool pass_progress(void *context, double fraction) {
 thrum_status experiment_matrix_run(const experiment_matrix *matrix, experiment_run *runs,
                                    thrum_error *error) {
   const int64_t count = experiment_matrix_count(matrix);
-  const int64_t integrators = count_true(matrix->integrators, EXPERIMENT_INTEGRATOR_COUNT);
+  const int64_t schemes = count_true(matrix->schemes, EXPERIMENT_SCHEME_COUNT);
   memset(runs, 0, (size_t)count * sizeof *runs);
   matrix_work work = {.matrix = matrix, .runs = runs, .progress_share = 0.5};
-  work.forces =
-      calloc((size_t)(matrix->body_count * EXPERIMENT_LOAD_COUNT + 1), sizeof *work.forces);
+  const size_t forces = (size_t)(matrix->body_count * EXPERIMENT_LOAD_COUNT + 1);
+  work.forces = calloc(2 * forces, sizeof *work.forces);
   if (work.forces == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the forces");
+  work.energies = work.forces + forces;
   thrum_thread_pool pool = {
       .threads = matrix->threads,
       .count = matrix->body_count * EXPERIMENT_LOAD_COUNT,
@@ -276,7 +293,7 @@ thrum_status experiment_matrix_run(const experiment_matrix *matrix, experiment_r
   };
   thrum_status status = thrum_thread_pool_run(&pool, error);
   work.progress_begin = 0.5;
-  pool.count = integrators > 0 ? count / integrators : 0;
+  pool.count = count > 0 ? count / matrix->dt_count / schemes : 0;
   pool.task = run_group;
   if (status >= 0)
     status = thrum_thread_pool_run(&pool, error);
@@ -288,4 +305,12 @@ void experiment_runs_free(experiment_run *runs, int64_t count) {
   for (int64_t n = 0; n < count; n++)
     free(runs[n].rows);
   free(runs);
+}
+
+bool experiment_runs_flagged(const experiment_run *runs, int64_t count) {
+  bool flagged = false;
+  for (int64_t n = 0; n < count; n++)
+    flagged = flagged ||
+              ((runs[n].status < 0 || runs[n].lost) && experiment_scheme_keeps(runs[n].scheme));
+  return flagged;
 }

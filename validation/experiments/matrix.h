@@ -1,10 +1,11 @@
-/* The matrix of experiments: bodies x loads x damping x integrators.
+/* The matrix of experiments: bodies x loads x damping x time steps x schemes.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_VALIDATION_EXPERIMENTS_MATRIX_H
 #define THRUM_VALIDATION_EXPERIMENTS_MATRIX_H
 
 #include "platform/thread_pool.h"
 #include "validation/experiments/experiment_body.h"
+#include "validation/experiments/scheme.h"
 
 /* The loads of the thesis. X(name, shape, until [s], frequency [Hz], amplitude to reach) */
 #define EXPERIMENT_LOAD_LIST(X)                                                                    \
@@ -28,13 +29,17 @@ typedef struct experiment_matrix {
   const experiment_body *bodies;
   int64_t body_count;
   bool loads[EXPERIMENT_LOAD_COUNT];
-  bool integrators[EXPERIMENT_INTEGRATOR_COUNT];
-  double dt;
-  int64_t steps;
+  bool schemes[EXPERIMENT_SCHEME_COUNT];
+  const double *dts; /* dt_count [s]; the forces are found at the first */
+  int64_t dt_count;
+  double time;  /* [s] */
+  double dense; /* until when rows stand EXPERIMENT_DENSE_SECONDS apart, or a step [s] */
   int threads;
   bool (*progress)(void *context, double fraction); /* may be NULL; false stops */
   void *progress_context;
 } experiment_matrix;
+
+#define EXPERIMENT_DENSE_SECONDS 0.005
 
 /* One recorded moment. */
 typedef struct experiment_row {
@@ -50,8 +55,11 @@ typedef struct experiment_run {
   experiment_load load;
   double force; /* [N] */
   double alpha; /* [1/s] */
-  experiment_integrator integrator;
-  thrum_status status; /* THRUM_OK, or why it ended before its time */
+  double dt;    /* [s] */
+  experiment_scheme scheme;
+  double energy_known; /* most that `energy` had under this force, undamped [J] */
+  thrum_status status; /* THRUM_OK, or what the step said that ended it */
+  bool lost;           /* ended with EXPERIMENT_LOST times that energy */
   thrum_error stop;
   thrum_state_report report;
   double simulated;       /* [s] */
@@ -71,11 +79,14 @@ typedef struct experiment_run {
 int64_t experiment_matrix_count(const experiment_matrix *matrix);
 
 /* Finds for each body and load the force that bends the body as far as the list of loads says (with
- * `energy`, without damping), then runs the matrix: by body, load, damping, integrator, the last
- * fastest. `runs` has room for experiment_matrix_count; free it with experiment_runs_free, on
- * failure too. A run that ends early is no failure. */
+ * `energy`, without damping), then runs the matrix: by body, load, damping, time step, scheme, the
+ * last fastest. `runs` has room for experiment_matrix_count; free it with experiment_runs_free, on
+ * failure too. A run that is lost is no failure. */
 thrum_status experiment_matrix_run(const experiment_matrix *matrix, experiment_run *runs,
                                    thrum_error *error);
 void experiment_runs_free(experiment_run *runs, int64_t count);
+
+/* Whether a run was lost that should not be. */
+bool experiment_runs_flagged(const experiment_run *runs, int64_t count);
 
 #endif

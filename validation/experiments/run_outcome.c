@@ -23,15 +23,23 @@ void experiment_level_set(thrum_state_report *report, int level, int64_t count) 
   *(int64_t *)((char *)report + offsets[level]) = count;
 }
 
-const char *experiment_status_name(thrum_status status) {
+int64_t experiment_own_steps(const thrum_state_report *report) {
+  return report->steps - report->switched_steps - report->energy_steps - report->substep_steps;
+}
+
+const char *experiment_status_name(thrum_status status, bool lost) {
+  return status < 0 || lost ? "lost" : "done";
+}
+
+const char *experiment_reason(thrum_status status, bool lost) {
+  if (lost)
+    return "energy";
   switch (status) {
-  case THRUM_OK:
-    return "done";
   case THRUM_NOT_CONVERGED:
-    return "not_converged";
+    return "not converged";
   case THRUM_NOT_FINITE:
-    return "not_finite";
+    return "not finite";
   default:
-    return status > 0 ? "done" : "failed";
+    return status < 0 ? "failed" : "";
   }
 }

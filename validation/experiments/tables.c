@@ -6,8 +6,17 @@
 #include "io/json_table.h"
 #include "validation/experiments/run_outcome.h"
 
-/* The last columns: the steps that needed more than quasi-Newton. */
+/* How a run ended. */
+static void add_status(cJSON *row, thrum_status status, bool lost) {
+  json_string(row, "status", experiment_status_name(status, lost));
+  json_string(row, "reason", experiment_reason(status, lost));
+}
+
+/* The last columns, what stepped: all steps, those of the scheme itself, and the counters of the
+ * rest. */
 static void add_levels(cJSON *row, const thrum_state_report *report) {
+  json_number(row, "steps", (double)report->steps);
+  json_number(row, "own_steps", (double)experiment_own_steps(report));
   cJSON *levels = cJSON_AddObjectToObject(row, "fallback_levels");
   for (int n = 0; n < EXPERIMENT_LEVEL_COUNT; n++)
     json_number(levels, experiment_level_names[n], (double)experiment_level(report, n));
@@ -30,8 +39,9 @@ cJSON *experiment_matrix_rows(const experiment_run *runs, int64_t count) {
     json_string(row, "load", experiment_load_names[run->load]);
     json_number(row, "force_n", run->force);
     json_number(row, "damping", run->alpha);
-    json_string(row, "integrator", experiment_integrator_names[run->integrator]);
-    json_string(row, "status", experiment_status_name(run->status));
+    json_number(row, "dt_s", run->dt);
+    json_string(row, "scheme", experiment_scheme_names[run->scheme]);
+    add_status(row, run->status, run->lost);
     json_number(row, "simulated_s", run->simulated);
     json_number(row, "us_per_step", run->us_per_step);
     json_number(row, "mean_iterations", run->mean_iterations);
@@ -47,14 +57,14 @@ cJSON *experiment_matrix_rows(const experiment_run *runs, int64_t count) {
 }
 
 void experiment_curves_csv(FILE *stream, const experiment_run *runs, int64_t count) {
-  fprintf(stream, "model,load,damping,integrator,time_s,total_j,high_j,explicit_modes,"
+  fprintf(stream, "model,load,damping,dt_s,scheme,time_s,total_j,high_j,explicit_modes,"
                   "amplitude\n");
   for (int64_t n = 0; n < count; n++) {
     for (int64_t k = 0; k < runs[n].row_count; k++) {
       const experiment_row *row = &runs[n].rows[k];
-      fprintf(stream, "%s,%s,%g,%s,%.6g,%.10g,%.10g,%g,%.6g\n", runs[n].body->name,
-              experiment_load_names[runs[n].load], runs[n].alpha,
-              experiment_integrator_names[runs[n].integrator], row->time, row->total, row->high,
+      fprintf(stream, "%s,%s,%g,%g,%s,%.6g,%.7g,%.7g,%g,%.6g\n", runs[n].body->name,
+              experiment_load_names[runs[n].load], runs[n].alpha, runs[n].dt,
+              experiment_scheme_names[runs[n].scheme], row->time, row->total, row->high,
               row->explicit_modes, row->amplitude);
     }
   }
@@ -71,13 +81,12 @@ cJSON *experiment_long_rows(const experiment_long *runs) {
     // the columns that tables_read_long.c takes back
     cJSON *row = json_add_row(rows);
     json_string(row, "model", run->body->name);
-    json_string(row, "integrator", experiment_integrator_names[run->integrator]);
+    json_string(row, "scheme", experiment_scheme_names[run->scheme]);
     json_number(row, "amplitude", run->amplitude);
     json_number(row, "reached", run->reached);
     json_number(row, "impulse_ns", run->impulse);
     json_number(row, "dt_s", run->dt);
-    json_string(row, "status", experiment_long_status(result));
-    json_number(row, "steps", (double)result->report.steps);
+    add_status(row, result->status, result->lost);
     json_number(row, "us_per_step", result->us_per_step);
     json_number(row, "energy_j", result->energy);
     json_number(row, "windows", (double)result->window_count);
@@ -94,7 +103,7 @@ cJSON *experiment_long_rows(const experiment_long *runs) {
 }
 
 void experiment_windows_csv(FILE *stream, const experiment_long *runs) {
-  fprintf(stream, "model,integrator,amplitude,window,begin_s,total_j,high_j\n");
+  fprintf(stream, "model,scheme,amplitude,window,begin_s,total_j,high_j\n");
   for (int64_t n = 0; n < runs->count; n++) {
     const experiment_long_case *run = &runs->cases[n];
     const experiment_long_result *result = &runs->results[n];
@@ -102,8 +111,8 @@ void experiment_windows_csv(FILE *stream, const experiment_long *runs) {
       continue;
 
     for (int64_t k = 0; k < result->window_count; k++)
-      fprintf(stream, "%s,%s,%g,%lld,%g,%.13g,%.10g\n", run->body->name,
-              experiment_integrator_names[run->integrator], run->amplitude, (long long)k,
+      fprintf(stream, "%s,%s,%g,%lld,%g,%.8g,%.6g\n", run->body->name,
+              experiment_scheme_names[run->scheme], run->amplitude, (long long)k,
               (double)k * EXPERIMENT_WINDOW_SECONDS, result->total[k], result->high[k]);
   }
 }
@@ -115,15 +124,20 @@ cJSON *experiment_sweep_rows(const experiment_sweep *sweep) {
     const experiment_sweep_result *result = &sweep->results[n];
     cJSON *row = json_add_row(rows);
     json_string(row, "model", run->body->name);
-    json_string(row, "integrator", experiment_integrator_names[run->integrator]);
-    json_number(row, "dt_s", run->dt);
-    json_string(row, "status", experiment_sweep_status(result));
-    json_number(row, "simulated_s", result->simulated);
+    json_string(row, "start", experiment_start_names[run->start]);
+    json_string(row, "scheme", experiment_scheme_names[run->scheme]);
+    json_number(row, "dt_s", (double)run->dt.longest * EXPERIMENT_SWEEP_TICK);
+    json_number(row, "shortest_dt_s", (double)run->dt.shortest * EXPERIMENT_SWEEP_TICK);
+    add_status(row, result->status, result->lost);
+    json_number(row, "simulated_s", result->report.time);
     json_number(row, "us_per_step", result->us_per_step);
+    json_number(row, "cost_s_per_s", result->cost);
     json_number(row, "mean_iterations", mean_iterations(&result->report));
     json_number(row, "energy_j", result->energy);
     json_number(row, "energy_error", result->energy_error);
     json_number(row, "energy_change", result->energy_change);
+    json_number(row, "error", result->error);
+    json_number(row, "reference_error", run->reference->error);
     json_number(row, "peak_amplitude", result->peak_amplitude);
     add_levels(row, &result->report);
   }
@@ -139,7 +153,7 @@ cJSON *experiment_extremes_rows(const experiment_extremes *extremes) {
     cJSON *row = json_add_row(rows);
     json_string(row, "subject", experiment_subject_names[body->extreme->subject]);
     json_string(row, "case", body->extreme->name);
-    json_string(row, "integrator", experiment_integrator_names[run->integrator]);
+    json_string(row, "scheme", experiment_scheme_names[run->scheme]);
     json_string(row, "outcome", experiment_extreme_outcome(run, result));
     json_string(row, "reason", result->status < 0 ? result->stop.message : "");
 
@@ -147,7 +161,6 @@ cJSON *experiment_extremes_rows(const experiment_extremes *extremes) {
     json_number(row, "dt_s", body->dt);
     json_number(row, "h_omega_first", body->dt * body->omega[0]);
     json_number(row, "h_omega_last", body->dt * body->omega[1]);
-    json_number(row, "steps", (double)result->report.steps);
     json_number(row, "us_per_step", result->us_per_step);
     json_number(row, "mean_iterations", mean_iterations(&result->report));
     json_number(row, "work_j", result->work);
@@ -168,7 +181,7 @@ cJSON *experiment_units_rows(const experiment_extremes *extremes) {
     cJSON *row = json_add_row(rows);
     json_string(row, "units", run->units->name);
     json_string(row, "case", run->extreme->name);
-    json_string(row, "integrator", experiment_integrator_names[run->integrator]);
+    json_string(row, "scheme", experiment_scheme_names[run->scheme]);
     json_number(row, "steps", (double)run->steps);
     json_number(row, "difference", result->difference);
     json_number(row, "iterations", (double)result->iterations);

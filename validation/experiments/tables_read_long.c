@@ -11,7 +11,7 @@
 
 #define FIELDS_MAX 40
 #define LINE_MAX 1024
-#define LEVELS_FROM 17 /* the first column of the fallback levels */
+#define LEVELS_FROM 19 /* the first column of the fallback levels, after the counts of steps */
 
 /* Cuts a line at its commas, in place; how many fields. */
 static int cut(char *line, char *fields[FIELDS_MAX]) {
@@ -44,25 +44,35 @@ static double number(const char *field) {
 /* Whether fields 0 to 2 of a row name this case. */
 static bool names_case(char *const *fields, const experiment_long_case *run) {
   return strcmp(fields[0], run->body->name) == 0 &&
-         strcmp(fields[1], experiment_integrator_names[run->integrator]) == 0 &&
+         strcmp(fields[1], experiment_scheme_names[run->scheme]) == 0 &&
          fabs(number(fields[2]) - run->amplitude) < 1e-9;
 }
 
 /* The columns of experiment_long_csv. */
 static bool take_row(char *const *fields, experiment_long_case *run,
                      experiment_long_result *result) {
+  const double steps = number(fields[LEVELS_FROM - 2]);
   if (!names_case(fields, run) || fabs(number(fields[5]) - run->dt) > 1e-12 ||
-      !(number(fields[7]) >= 1 && number(fields[7]) <= (double)run->steps))
+      !(steps >= 1 && steps <= (double)run->steps))
     return false;
 
-  // a run that was not lost counts only when all of its steps are there
-  result->lost = strcmp(fields[6], "lost") == 0;
-  if (!result->lost && (strcmp(fields[6], "done") != 0 || number(fields[7]) != (double)run->steps))
+  // a run that was not lost counts only when all of its steps are there; why one was lost is said
+  // by the text of a status
+  const bool lost = strcmp(fields[6], "lost") == 0;
+  static const thrum_status ends[] = {THRUM_NOT_CONVERGED, THRUM_NOT_FINITE};
+  if (!lost && (strcmp(fields[6], "done") != 0 || steps != (double)run->steps))
+    return false;
+  result->lost = lost && strcmp(fields[7], experiment_reason(THRUM_OK, true)) == 0;
+  for (size_t n = 0; n < sizeof ends / sizeof ends[0] && lost && !result->lost; n++) {
+    if (strcmp(fields[7], experiment_reason(ends[n], false)) == 0)
+      result->status = ends[n];
+  }
+  if (lost && !result->lost && result->status == THRUM_OK)
     return false;
 
   run->reached = number(fields[3]);
   run->impulse = number(fields[4]);
-  result->report.steps = (int64_t)number(fields[7]);
+  result->report.steps = (int64_t)steps;
   result->us_per_step = number(fields[8]);
   result->energy = number(fields[9]);
   result->window_count = (int64_t)number(fields[10]);

@@ -15,7 +15,7 @@ set format y '%g'
 set key at graph 0.98, graph 0.95 right top samplen 2 spacing 1.2
 
 # the time and the energy of a row of one run, else nothing
-is(m, i, a) = strcol('model') eq m && strcol('integrator') eq i && abs(column('amplitude') - a) < 1e-9
+is(m, i, a) = strcol('model') eq m && strcol('scheme') eq i && abs(column('amplitude') - a) < 1e-9
 when(m, i, a) = is(m, i, a) ? column('begin_s') + 17.5 : NaN
 first = NaN
 energy(m, i, a) = (is(m, i, a) && column('window') == 0 ? first = column('total_j') : 0, \

@@ -216,11 +216,9 @@ static thrum_status make_space(solution *s, int64_t n, int64_t b, thrum_error *e
   return status;
 }
 
-static thrum_state_def def_of(const tradeoff_problem *problem, thrum_integrator integrator,
-                              double dt, double tolerance) {
-  thrum_state_def def = thrum_default_state_def();
-  def.integrator = integrator;
-  def.dt = dt;
+static thrum_state_def def_of(const tradeoff_problem *problem, experiment_scheme scheme, double dt,
+                              double tolerance) {
+  thrum_state_def def = experiment_scheme_def(scheme, dt);
   def.tolerance = tolerance;
   def.damping_alpha = problem->damping_alpha;
   def.damping_beta = problem->damping_beta;
@@ -281,7 +279,7 @@ static thrum_status run_tight(void *context, int64_t b, thrum_error *error) {
   // short enough that its error in time is far below that of every setting
   basis->tight_dt = shortest / TIGHT_STEPS;
   const thrum_state_def def =
-      def_of(problem, THRUM_INTEGRATOR_ENERGY, basis->tight_dt, TIGHT_TOLERANCE);
+      def_of(problem, EXPERIMENT_SCHEME_ENERGY, basis->tight_dt, TIGHT_TOLERANCE);
 
   THRUM_TRY(
       step_script(problem, &s->spaces[b], &def, &s->spaces[b].tight, &seconds, &whole, error));
@@ -319,8 +317,7 @@ static thrum_status run_setting(void *context, int64_t index, thrum_error *error
   const tradeoff_problem *problem = s->problem;
   tradeoff_run *run = &s->result.runs[index];
   const tradeoff_space *space = &s->spaces[run->basis];
-  const thrum_state_def def =
-      def_of(problem, experiment_integrators[run->integrator], run->dt, run->tolerance);
+  const thrum_state_def def = def_of(problem, run->integrator, run->dt, run->tolerance);
   tradeoff_samples samples = {0};
   double seconds = 0, most = 0;
   bool whole = false;
@@ -367,20 +364,20 @@ static thrum_status run_pool(solution *s, const char *stage, int64_t count,
 /* Every setting of every basis. */
 static thrum_status plan_runs(solution *s, thrum_error *error) {
   const tradeoff_problem *problem = s->problem;
-  const int64_t room = problem->rank_count * problem->dt_count * problem->tolerance_count *
-                       EXPERIMENT_INTEGRATOR_COUNT;
+  const int64_t room =
+      problem->rank_count * problem->dt_count * problem->tolerance_count * EXPERIMENT_SCHEME_COUNT;
   s->result.runs = thrum_allocate(room, sizeof *s->result.runs, "the runs", error);
   if (s->result.runs == NULL)
     return THRUM_OUT_OF_MEMORY;
 
   // by basis, integrator, time step, tolerance, the last fastest
   for (int64_t b = 0; b < s->result.basis_count; b++)
-    for (int i = 0; i < EXPERIMENT_INTEGRATOR_COUNT; i++)
+    for (int i = 0; i < EXPERIMENT_SCHEME_COUNT; i++)
       for (int64_t d = 0; d < problem->dt_count && problem->integrators[i]; d++)
         for (int64_t t = 0; t < problem->tolerance_count; t++)
           s->result.runs[s->result.run_count++] =
               (tradeoff_run){.basis = b,
-                             .integrator = (experiment_integrator)i,
+                             .integrator = (experiment_scheme)i,
                              .dt = problem->dts[d],
                              .tolerance = problem->tolerances[t]};
   return THRUM_OK;
@@ -409,7 +406,7 @@ static thrum_status judge_reference(solution *s, thrum_error *error) {
   // its tight run has no error in time to speak of
   const tradeoff_space *space = &s->spaces[best];
   const thrum_state_def def =
-      def_of(s->problem, THRUM_INTEGRATOR_ENERGY, s->problem->full_dt, TIGHT_TOLERANCE);
+      def_of(s->problem, EXPERIMENT_SCHEME_ENERGY, s->problem->full_dt, TIGHT_TOLERANCE);
   tradeoff_samples samples = {0};
   double seconds;
   bool whole = false;

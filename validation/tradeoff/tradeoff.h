@@ -15,6 +15,7 @@
 #include "precompute/model/model_fem.h"
 #include "precompute/precompute.h"
 #include "validation/experiments/experiment_body.h"
+#include "validation/experiments/scheme.h"
 
 #define TRADEOFF_SAMPLES 64
 #define TRADEOFF_LIST_MAX 16
@@ -34,7 +35,7 @@ typedef struct tradeoff_problem {
   bool single[2 * TRADEOFF_LIST_MAX]; /* coefficients rounded to single precision; not of an own */
   double dts[TRADEOFF_LIST_MAX];
   double tolerances[TRADEOFF_LIST_MAX];
-  bool integrators[EXPERIMENT_INTEGRATOR_COUNT];
+  bool integrators[EXPERIMENT_SCHEME_COUNT];
   int threads;
   /* Called as a stage advances; may be NULL. */
   bool (*progress)(void *context, const char *stage, double fraction);
@@ -58,7 +59,7 @@ typedef struct tradeoff_basis {
 
 typedef struct tradeoff_run {
   int64_t basis; /* which */
-  experiment_integrator integrator;
+  experiment_scheme integrator;
   double dt, tolerance;
   bool stable;                /* came to its end with an energy that a body of this load can have */
   double us_per_step;         /* processor time */

@@ -12,8 +12,8 @@ void tradeoff_csv(FILE *stream, const tradeoff_result *result) {
     const tradeoff_run *run = &result->runs[n];
     const tradeoff_basis *basis = &result->bases[run->basis];
     fprintf(stream, "%lld,%lld,%s,%s,%g,%g,%d", (long long)basis->modes, (long long)basis->rank,
-            basis->single ? "single" : "double", experiment_integrator_names[run->integrator],
-            run->dt, run->tolerance, run->stable);
+            basis->single ? "single" : "double", experiment_scheme_names[run->integrator], run->dt,
+            run->tolerance, run->stable);
 
     // a number that is not finite is left empty
     const double numbers[] = {run->us_per_step,
